@@ -1,0 +1,61 @@
+// What an edit batch did to a map: the facts that are stored, and that a feed would tell.
+#ifndef HYPERMAP_MAP_EDITS_CHANGE_H_
+#define HYPERMAP_MAP_EDITS_CHANGE_H_
+
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "map/frames/frame_tree.h"
+#include "map/layers/grid/tile.h"
+#include "map/layers/layer_spec.h"
+#include "map/layers/semantic_object.h"
+#include "map/snapshot.h"
+
+namespace hypermap {
+
+struct LayerCreated {
+  LayerSpec spec;
+};
+struct LayerDeleted {
+  LayerSpec spec;
+};
+struct TransformSet {
+  FrameTransform transform;
+};
+struct ObjectPut {
+  std::string layer;
+  ObjectPtr before;  // null when new
+  ObjectPtr after;   // polygon in the layer's frame
+};
+struct ObjectRemoved {
+  std::string layer;
+  ObjectPtr before;
+};
+struct TileWritten {
+  std::string layer;
+  TileIndex index;
+  TilePtr before;  // null when new
+  TilePtr after;
+};
+// The extent of a grid after the batch, where it grew.
+struct ExtentGrown {
+  std::string layer;
+  CellBox extent;
+};
+
+using Change = std::variant<LayerCreated, LayerDeleted, TransformSet, ObjectPut, ObjectRemoved,
+                            TileWritten, ExtentGrown>;
+
+// The result of a batch: the next snapshot, and how it differs from the one before. Changes are in
+// an order in which they can be carried out; an object or tile touched twice appears once.
+struct AppliedBatch {
+  SnapshotPtr snapshot;
+  std::vector<Change> changes;
+  // One for each edit of the batch, in order: the id of the object put, else 0.
+  std::vector<ObjectId> object_ids;
+};
+
+}  // namespace hypermap
+
+#endif  // HYPERMAP_MAP_EDITS_CHANGE_H_

@@ -1,0 +1,72 @@
+// What can be done to a map.
+#ifndef HYPERMAP_MAP_EDITS_EDIT_H_
+#define HYPERMAP_MAP_EDITS_EDIT_H_
+
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "map/frames/frame_tree.h"
+#include "map/layers/grid/cell_cover.h"
+#include "map/layers/layer_spec.h"
+#include "map/layers/semantic_object.h"
+
+namespace hypermap {
+
+// ALREADY_EXISTS when the map has a layer of that name. An empty frame_id is the map's own.
+struct CreateLayer {
+  LayerSpec spec;
+};
+
+// NOT_FOUND when there is none.
+struct DeleteLayer {
+  std::string layer;
+};
+
+// Sets or replaces a frame's place in the tree.
+struct SetTransform {
+  FrameTransform transform;
+};
+
+// Adds the object (id 0: it gets the next id) or replaces the one with its id (in the same layer;
+// another id that the map has not given yet is refused). The polygon is given in `frame_id` (empty:
+// the layer's own).
+struct PutObject {
+  std::string layer;
+  SemanticObject object;
+  std::string frame_id;
+};
+
+struct DeleteObject {
+  std::string layer;
+  ObjectId id = 0;
+};
+
+// Sets a box of cells; `values` row-major, lowest row first, nullopt = unknown.
+struct WriteCells {
+  std::string layer;
+  CellBox box;
+  std::vector<std::optional<double>> values;
+};
+
+// Sets the cells that a polygon selects. `area` in `frame_id` (empty: the layer's own).
+struct FillPolygon {
+  std::string layer;
+  Polygon area;
+  std::string frame_id;
+  CellRule rule = CellRule::kCentre;
+  std::optional<double> value;
+};
+
+using Edit = std::variant<CreateLayer, DeleteLayer, SetTransform, PutObject, DeleteObject,
+                          WriteCells, FillPolygon>;
+
+// All of it happens, as one revision, or none.
+struct EditBatch {
+  std::vector<Edit> edits;
+};
+
+}  // namespace hypermap
+
+#endif  // HYPERMAP_MAP_EDITS_EDIT_H_

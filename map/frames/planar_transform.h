@@ -1,0 +1,48 @@
+// Rigid motions of the plane.
+#ifndef HYPERMAP_MAP_FRAMES_PLANAR_TRANSFORM_H_
+#define HYPERMAP_MAP_FRAMES_PLANAR_TRANSFORM_H_
+
+#include <Eigen/Geometry>
+
+#include "map/geometry/point.h"
+#include "map/geometry/polygon.h"
+
+namespace hypermap {
+
+// A rotation by `yaw` (radians, counter-clockwise) followed by a translation (metres). Named
+// target_from_source: `map_from_robot * p` takes coordinates in `robot` to coordinates in `map`,
+// and map_from_robot * robot_from_camera == map_from_camera. A transform with yaw 0 moves
+// coordinates without any rounding beyond the addition itself.
+class PlanarTransform {
+ public:
+  PlanarTransform() : PlanarTransform(0.0, 0.0, 0.0) {}
+  // All finite.
+  PlanarTransform(double x, double y, double yaw);
+
+  double x() const { return isometry_.translation().x(); }
+  double y() const { return isometry_.translation().y(); }
+  // In (-pi, pi].
+  double yaw() const { return yaw_; }
+  bool IsIdentity() const { return x() == 0.0 && y() == 0.0 && yaw_ == 0.0; }
+
+  PlanarTransform Inverse() const;
+
+  Point operator*(const Point& p) const;
+  Polygon operator*(const Polygon& polygon) const;
+  PlanarTransform operator*(const PlanarTransform& other) const;
+
+  friend bool operator==(const PlanarTransform& a, const PlanarTransform& b) {
+    return a.x() == b.x() && a.y() == b.y() && a.yaw_ == b.yaw_;
+  }
+
+ private:
+  Eigen::Isometry2d isometry_;
+  double yaw_;
+};
+
+// The closed box around `box` moved by `t`.
+Box BoundsOf(const PlanarTransform& t, const Box& box);
+
+}  // namespace hypermap
+
+#endif  // HYPERMAP_MAP_FRAMES_PLANAR_TRANSFORM_H_

@@ -1,0 +1,55 @@
+// Simple polygons with holes.
+//
+// Invariant of a Polygon made by Make: every ring has at least three distinct finite vertices, no
+// ring crosses or touches itself or another ring except in single points, holes lie inside the
+// outer ring, the outer ring runs counter-clockwise and holes clockwise, and no ring repeats its
+// first vertex at the end. Vertices keep their order (up to reversal) and their exact coordinates.
+// A Polygon is a value: immutable, safe to read from many threads.
+#ifndef HYPERMAP_MAP_GEOMETRY_POLYGON_H_
+#define HYPERMAP_MAP_GEOMETRY_POLYGON_H_
+
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "map/geometry/point.h"
+
+namespace hypermap {
+
+// Vertices of a closed ring in order; the closing vertex is not repeated.
+using Ring = std::vector<Point>;
+
+class Polygon {
+ public:
+  // Validates and normalises. Accepts closed or open rings of either winding and drops directly
+  // repeated vertices. INVALID_ARGUMENT names the ring and the vertex (0-based, as given) or the
+  // place of the crossing.
+  static absl::StatusOr<Polygon> Make(Ring outer, std::vector<Ring> holes = {});
+
+  // For rings already known to satisfy the invariant (read back from a store, moved rigidly).
+  static Polygon MakeUnchecked(std::vector<Ring> rings);
+
+  // The closed rectangle of `box`, which must have an area.
+  static Polygon FromBox(const Box& box);
+
+  // The outer ring first, then the holes.
+  const std::vector<Ring>& rings() const { return rings_; }
+  const Ring& outer() const { return rings_.front(); }
+  const Box& bounds() const { return bounds_; }
+  int num_vertices() const;
+
+  friend bool operator==(const Polygon& a, const Polygon& b) { return a.rings_ == b.rings_; }
+
+ private:
+  explicit Polygon(std::vector<Ring> rings);
+
+  std::vector<Ring> rings_;
+  Box bounds_;
+};
+
+// Area in square metres (holes taken out) and centre of area.
+double Area(const Polygon& polygon);
+Point Centroid(const Polygon& polygon);
+
+}  // namespace hypermap
+
+#endif  // HYPERMAP_MAP_GEOMETRY_POLYGON_H_

@@ -1,0 +1,20 @@
+// What has been seen: one bit per cell.
+#ifndef HYPERMAP_MAP_LAYERS_EXPLORATION_LAYER_H_
+#define HYPERMAP_MAP_LAYERS_EXPLORATION_LAYER_H_
+
+#include "map/layers/grid/cell_domain.h"
+
+namespace hypermap {
+
+// 0 unexplored, 1 explored; cells that are not to be explored are unknown. Takes explored,
+// unexplored and unknown.
+class ExplorationDomain : public CellDomain {
+ public:
+  absl::StatusOr<CellCode> Encode(double value) const override;
+  double Decode(CellCode code) const override { return code; }
+  std::optional<CodePredicate> Match(const ValueQuery& query) const override;
+};
+
+}  // namespace hypermap
+
+#endif  // HYPERMAP_MAP_LAYERS_EXPLORATION_LAYER_H_

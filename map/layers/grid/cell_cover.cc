@@ -1,0 +1,1 @@
+#include "map/layers/grid/cell_cover.h"

@@ -1,0 +1,1 @@
+#include "map/layers/grid/grid_geometry.h"

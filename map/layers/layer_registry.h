@@ -1,0 +1,23 @@
+// The one place that knows all layer kinds.
+#ifndef HYPERMAP_MAP_LAYERS_LAYER_REGISTRY_H_
+#define HYPERMAP_MAP_LAYERS_LAYER_REGISTRY_H_
+
+#include <memory>
+
+#include "map/layers/grid/cell_domain.h"
+#include "map/layers/layer.h"
+
+namespace hypermap {
+
+// Whether layers of this kind are made of cells (GridLayer) rather than objects (SemanticLayer).
+bool IsGridKind(LayerKind kind);
+
+// The value domain of a grid kind; null for others.
+std::shared_ptr<const CellDomain> MakeCellDomain(const LayerSpec& spec);
+
+// A layer without content. `spec` must be valid.
+LayerPtr MakeEmptyLayer(LayerSpec spec);
+
+}  // namespace hypermap
+
+#endif  // HYPERMAP_MAP_LAYERS_LAYER_REGISTRY_H_

@@ -1,0 +1,57 @@
+// What a layer is, apart from its content.
+#ifndef HYPERMAP_MAP_LAYERS_LAYER_SPEC_H_
+#define HYPERMAP_MAP_LAYERS_LAYER_SPEC_H_
+
+#include <optional>
+#include <string>
+
+#include "absl/status/status.h"
+#include "absl/strings/string_view.h"
+#include "map/layers/grid/grid_geometry.h"
+
+namespace hypermap {
+
+// The kinds a layer can be of. A new kind: a line here, one in layer_registry.cc, its file pair in
+// this folder, its storage codec and its wire name.
+enum class LayerKind { kOccupancy, kExploration, kSemantic, kScalar };
+
+// "occupancy", "exploration", "semantic", "scalar".
+absl::string_view LayerKindName(LayerKind kind);
+std::optional<LayerKind> ParseLayerKind(absl::string_view name);
+
+// Which probabilities of an occupancy layer are called free (p < free_below) and occupied
+// (p > occupied_above). Both strict; what lies between is neither. Defaults are ROS map_server's.
+struct OccupancyThresholds {
+  double free_below = 0.196;
+  double occupied_above = 0.65;
+
+  friend bool operator==(const OccupancyThresholds&, const OccupancyThresholds&) = default;
+};
+
+struct LayerSpec {
+  // Unique in its map: letters, digits, '_', '-', '.'; 1 to 63 characters, beginning with a letter
+  // or digit.
+  std::string name;
+  LayerKind kind = LayerKind::kSemantic;
+  // The frame of the layer's coordinates.
+  std::string frame_id;
+  // For the grid kinds: where the cells lie in the layer's frame. Absent for kSemantic.
+  std::optional<GridGeometry> grid;
+  // For kOccupancy.
+  OccupancyThresholds thresholds;
+  // For kScalar: the unit of the values, free text ("dBm", "degC"); may be empty.
+  std::string unit;
+
+  friend bool operator==(const LayerSpec&, const LayerSpec&) = default;
+};
+
+// INVALID_ARGUMENT naming the field that is wrong.
+absl::Status Validate(const LayerSpec& spec);
+
+// Names of maps, layers and frames: see LayerSpec::name; frames may also hold '/'.
+absl::Status ValidateName(absl::string_view field, absl::string_view name);
+absl::Status ValidateFrameId(absl::string_view field, absl::string_view frame_id);
+
+}  // namespace hypermap
+
+#endif  // HYPERMAP_MAP_LAYERS_LAYER_SPEC_H_

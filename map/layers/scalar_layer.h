@@ -1,0 +1,20 @@
+// A measured number per cell: radio strength, temperature.
+#ifndef HYPERMAP_MAP_LAYERS_SCALAR_LAYER_H_
+#define HYPERMAP_MAP_LAYERS_SCALAR_LAYER_H_
+
+#include "map/layers/grid/cell_domain.h"
+
+namespace hypermap {
+
+// Finite 32-bit floats. Takes unknown and comparisons; `=x` and the ends of a range compare with x
+// rounded to 32 bits, so that a value is found by the number that was written.
+class ScalarDomain : public CellDomain {
+ public:
+  absl::StatusOr<CellCode> Encode(double value) const override;
+  double Decode(CellCode code) const override { return code; }
+  std::optional<CodePredicate> Match(const ValueQuery& query) const override;
+};
+
+}  // namespace hypermap
+
+#endif  // HYPERMAP_MAP_LAYERS_SCALAR_LAYER_H_

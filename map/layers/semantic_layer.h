@@ -1,0 +1,67 @@
+// Layers made of labelled polygons.
+#ifndef HYPERMAP_MAP_LAYERS_SEMANTIC_LAYER_H_
+#define HYPERMAP_MAP_LAYERS_SEMANTIC_LAYER_H_
+
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "absl/container/btree_map.h"
+#include "absl/container/flat_hash_map.h"
+#include "map/layers/layer.h"
+#include "map/layers/packed_rtree.h"
+
+namespace hypermap {
+
+// A packed base that many versions of the layer share, and an overlay of what changed since, which
+// is folded into a new base when it has grown past a share of the base. A lookup asks both.
+class SemanticLayer : public Layer {
+ public:
+  explicit SemanticLayer(LayerSpec spec);
+  // `objects` with distinct ids.
+  SemanticLayer(LayerSpec spec, std::vector<ObjectPtr> objects);
+
+  // The layer after `changes`: id -> object put, or null for removed.
+  std::shared_ptr<const SemanticLayer> With(
+      const absl::btree_map<ObjectId, ObjectPtr>& changes) const;
+
+  // Null when there is none.
+  ObjectPtr Find(ObjectId id) const;
+  // All objects by id.
+  std::vector<ObjectPtr> Objects() const;
+
+  Box Bounds() const override;
+  int64_t Size() const override { return size_; }
+  PointContent ContentAt(const Point& p) const override;
+  std::unique_ptr<AnswerCursor> ContentIn(const Polygon& area) const override;
+  std::unique_ptr<AnswerCursor> Find(const ValueQuery& value, const Polygon* area) const override;
+  std::optional<std::vector<Neighbour>> Nearest(const Point& p, const ValueQuery& value,
+                                                int k) const override;
+
+ private:
+  // Objects sorted by id, and indexes into them.
+  struct Base {
+    std::vector<ObjectPtr> objects;
+    PackedRTree by_box;
+    absl::flat_hash_map<std::string, std::vector<int>> by_label;  // folded label -> objects
+    absl::flat_hash_map<std::string, std::vector<int>> by_tag;    // folded tag -> objects
+  };
+  static std::shared_ptr<const Base> Pack(std::vector<ObjectPtr> objects);
+
+  SemanticLayer(LayerSpec spec, std::shared_ptr<const Base> base,
+                absl::btree_map<ObjectId, ObjectPtr> overlay, int64_t size);
+
+  // Calls `visit` with every object whose box intersects `box`.
+  void VisitBox(const Box& box, absl::FunctionRef<void(const ObjectPtr&)> visit) const;
+  // Calls `visit` with every object that matches `value`, which must be a label or a tag.
+  void VisitMatches(const ValueQuery& value, absl::FunctionRef<void(const ObjectPtr&)> visit) const;
+
+  std::shared_ptr<const Base> base_;
+  absl::btree_map<ObjectId, ObjectPtr> overlay_;  // null: removed
+  int64_t size_ = 0;
+};
+
+}  // namespace hypermap
+
+#endif  // HYPERMAP_MAP_LAYERS_SEMANTIC_LAYER_H_

@@ -1,0 +1,56 @@
+// A labelled thing on the map.
+#ifndef HYPERMAP_MAP_LAYERS_SEMANTIC_OBJECT_H_
+#define HYPERMAP_MAP_LAYERS_SEMANTIC_OBJECT_H_
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "map/geometry/polygon.h"
+
+namespace hypermap {
+
+// Unique in its map and never used again; given by the map. 0 means "not given yet".
+using ObjectId = int64_t;
+
+// Closed range of heights above the plane, metres; low_m <= high_m.
+struct HeightRange {
+  double low_m = 0.0;
+  double high_m = 0.0;
+
+  friend bool operator==(const HeightRange&, const HeightRange&) = default;
+};
+
+using AttributeValue = std::variant<bool, int64_t, double, std::string>;
+
+struct SemanticObject {
+  ObjectId id = 0;
+  // The class it is taken for. Not empty, no control characters.
+  std::string label;
+  // Class alternatives with confidences in [0, 1]. They need not sum to 1.
+  std::map<std::string, double> classes;
+  // Probability in [0, 1] that the thing is there.
+  double existence = 1.0;
+  // Footprint in the layer's frame.
+  Polygon polygon;
+  std::optional<HeightRange> height;
+  // Free words, in order.
+  std::vector<std::string> tags;
+  std::map<std::string, AttributeValue> attributes;
+
+  friend bool operator==(const SemanticObject&, const SemanticObject&) = default;
+};
+
+using ObjectPtr = std::shared_ptr<const SemanticObject>;
+
+// INVALID_ARGUMENT naming the field that is wrong. The polygon is taken to be valid.
+absl::Status Validate(const SemanticObject& object);
+
+}  // namespace hypermap
+
+#endif  // HYPERMAP_MAP_LAYERS_SEMANTIC_OBJECT_H_

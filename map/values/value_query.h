@@ -1,0 +1,60 @@
+// The common value: what a caller may ask a layer to look for, as one string.
+//
+//   free, occupied, unknown, explored, unexplored     keywords, any case
+//   >0.65  >=0.65  <0.2  <=0.2  =1  0.2..0.5           comparisons; a range includes both ends
+//   anything else                                      a class label, any case
+//   tag:furniture                                      objects that carry the tag, any case
+//
+// A layer translates this into its own kind of value (the u of the paper's definition) or says that
+// it can't take it.
+#ifndef HYPERMAP_MAP_VALUES_VALUE_QUERY_H_
+#define HYPERMAP_MAP_VALUES_VALUE_QUERY_H_
+
+#include <limits>
+#include <string>
+#include <variant>
+
+#include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
+
+namespace hypermap {
+
+enum class ValueKeyword { kFree, kOccupied, kUnknown, kExplored, kUnexplored };
+
+// The numbers v with low <= v <= high, an end taken out where marked open.
+struct ValueRange {
+  double low = -std::numeric_limits<double>::infinity();
+  double high = std::numeric_limits<double>::infinity();
+  bool low_open = false;
+  bool high_open = false;
+
+  bool Contains(double value) const {
+    return (low_open ? value > low : value >= low) && (high_open ? value < high : value <= high);
+  }
+  friend bool operator==(const ValueRange&, const ValueRange&) = default;
+};
+
+// Folded to lower case, blanks trimmed and runs of them made one.
+struct ValueLabel {
+  std::string label;
+  friend bool operator==(const ValueLabel&, const ValueLabel&) = default;
+};
+
+struct ValueTag {
+  std::string tag;
+  friend bool operator==(const ValueTag&, const ValueTag&) = default;
+};
+
+using ValueQuery = std::variant<ValueKeyword, ValueRange, ValueLabel, ValueTag>;
+
+// INVALID_ARGUMENT for an empty string, a comparison without a finite number, or a range whose ends
+// are the wrong way round.
+absl::StatusOr<ValueQuery> ParseValueQuery(absl::string_view text);
+
+// The form in which labels and tags are compared: lower case, blanks trimmed, runs of blanks made
+// one.
+std::string FoldLabel(absl::string_view label);
+
+}  // namespace hypermap
+
+#endif  // HYPERMAP_MAP_VALUES_VALUE_QUERY_H_

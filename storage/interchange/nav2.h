@@ -1,0 +1,28 @@
+// The maps of ROS: map_server / nav2_map_server YAML with a PGM or PNG image.
+#ifndef HYPERMAP_STORAGE_INTERCHANGE_NAV2_H_
+#define HYPERMAP_STORAGE_INTERCHANGE_NAV2_H_
+
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "map/snapshot.h"
+#include "storage/interchange/imported_map.h"
+
+namespace hypermap::storage {
+
+// `files`: one .yaml or .yml and the image that it names (by its base name). Makes one occupancy
+// layer `layer` in the frame `frame_id` (empty: the map's own).
+absl::StatusOr<ImportedMap> DecodeNav2(const std::vector<NamedFile>& files,
+                                       const std::string& layer, const std::string& frame_id,
+                                       const ImportLimits& limits);
+
+enum class Nav2Image { kPgm, kPng };
+
+// `<layer>.yaml` and its image. NOT_FOUND; FAILED_PRECONDITION when the layer is no occupancy grid.
+absl::StatusOr<ExportedFiles> EncodeNav2(const Snapshot& snapshot, const std::string& layer,
+                                         Nav2Image image);
+
+}  // namespace hypermap::storage
+
+#endif  // HYPERMAP_STORAGE_INTERCHANGE_NAV2_H_
