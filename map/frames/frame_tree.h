@@ -13,6 +13,9 @@
 
 namespace hypermap {
 
+// Longest name of a frame, bytes.
+inline constexpr int kMaxFrameIdBytes = 63;
+
 // One edge of the tree.
 struct FrameTransform {
   std::string parent_frame_id;

@@ -27,6 +27,9 @@ class PlanarTransform {
 
   PlanarTransform Inverse() const;
 
+  // The point that `*this` takes to `p`. Rounds less than Inverse() * p far from the origin.
+  Point ApplyInverse(const Point& p) const;
+
   Point operator*(const Point& p) const;
   Polygon operator*(const Polygon& polygon) const;
   PlanarTransform operator*(const PlanarTransform& other) const;
@@ -40,7 +43,8 @@ class PlanarTransform {
   double yaw_;
 };
 
-// The closed box around `box` moved by `t`.
+// A closed box around `box` moved by `t`; when `t` turns, wide enough to hold every point of `box`
+// whichever way `t * p` rounds.
 Box BoundsOf(const PlanarTransform& t, const Box& box);
 
 }  // namespace hypermap

@@ -1,9 +1,10 @@
 // Simple polygons with holes.
 //
-// Invariant of a Polygon made by Make: every ring has at least three distinct finite vertices, no
-// ring crosses or touches itself or another ring except in single points, holes lie inside the
-// outer ring, the outer ring runs counter-clockwise and holes clockwise, and no ring repeats its
-// first vertex at the end. Vertices keep their order (up to reversal) and their exact coordinates.
+// Invariant of a Polygon made by Make, which is OGC validity: every ring has at least three
+// distinct finite vertices, no ring crosses or touches itself, two rings touch in single points at
+// most, holes lie inside the outer ring and leave the interior in one piece. The outer ring runs
+// counter-clockwise and holes clockwise, and no ring repeats its first vertex at the end. Vertices
+// keep their order (up to reversal), the first one its place, and all their exact coordinates.
 // A Polygon is a value: immutable, safe to read from many threads.
 #ifndef HYPERMAP_MAP_GEOMETRY_POLYGON_H_
 #define HYPERMAP_MAP_GEOMETRY_POLYGON_H_
@@ -20,6 +21,9 @@ using Ring = std::vector<Point>;
 
 class Polygon {
  public:
+  // The empty polygon: no rings, covers nothing.
+  Polygon() = default;
+
   // Validates and normalises. Accepts closed or open rings of either winding and drops directly
   // repeated vertices. INVALID_ARGUMENT names the ring and the vertex (0-based, as given) or the
   // place of the crossing.
@@ -31,8 +35,10 @@ class Polygon {
   // The closed rectangle of `box`, which must have an area.
   static Polygon FromBox(const Box& box);
 
+  bool empty() const { return rings_.empty(); }
   // The outer ring first, then the holes.
   const std::vector<Ring>& rings() const { return rings_; }
+  // Not of the empty polygon.
   const Ring& outer() const { return rings_.front(); }
   const Box& bounds() const { return bounds_; }
   int num_vertices() const;
@@ -46,7 +52,8 @@ class Polygon {
   Box bounds_;
 };
 
-// Area in square metres (holes taken out) and centre of area.
+// Area in square metres (holes taken out) and centre of area; 0 and the origin for the empty
+// polygon.
 double Area(const Polygon& polygon);
 Point Centroid(const Polygon& polygon);
 

@@ -17,7 +17,8 @@ int Orientation(const Point& a, const Point& b, const Point& c);
 // Whether `p` lies inside or on the boundary of `polygon`. Linear in the vertices.
 bool Covers(const Polygon& polygon, const Point& p);
 
-// Distance in metres from `p` to the nearest point of `polygon`; 0 when covered.
+// Distance in metres from `p` to the nearest point of `polygon`; 0 when covered, infinite when
+// `polygon` is empty.
 double Distance(const Polygon& polygon, const Point& p);
 
 // One polygon, indexed to be tested against many others. Movable; one thread at a time.

@@ -57,6 +57,10 @@ class SemanticLayer : public Layer {
   // Calls `visit` with every object that matches `value`, which must be a label or a tag.
   void VisitMatches(const ValueQuery& value, absl::FunctionRef<void(const ObjectPtr&)> visit) const;
 
+  // The base's objects that match a label or a tag, overlay not considered; null when there are
+  // none.
+  const std::vector<int>* MatchesInBase(const ValueQuery& value) const;
+
   std::shared_ptr<const Base> base_;
   absl::btree_map<ObjectId, ObjectPtr> overlay_;  // null: removed
   int64_t size_ = 0;

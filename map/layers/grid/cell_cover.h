@@ -6,7 +6,9 @@
 #include <vector>
 
 #include "map/geometry/polygon.h"
+#include "map/layers/grid/column_span.h"
 #include "map/layers/grid/grid_geometry.h"
+#include "map/layers/grid/row_scan.h"
 
 namespace hypermap {
 
@@ -17,17 +19,11 @@ enum class CellRule {
   kTouched,  // the closed cell square and the polygon share a point
 };
 
-// Columns col_begin <= col < col_end of one row.
-struct ColumnSpan {
-  int32_t col_begin = 0;
-  int32_t col_end = 0;
-
-  friend bool operator==(const ColumnSpan&, const ColumnSpan&) = default;
-};
-
 // Walks the selected cells row by row. Exact: a cell is selected if and only if the predicate of
-// its rule holds for GridGeometry::CentreOf (or its square's corners) and the polygon as given; the
-// work per row is that of the edges that meet the row, not of the cells.
+// its rule holds for GridGeometry::CentreOf (or its square's corners, computed alike) and the
+// polygon as given. The work per row is that of the edges that meet the row, not of the cells; in a
+// grid that is turned, cells within rounding of an edge are tested against the polygon one by one.
+// Immutable and safe to read from many threads.
 class CellCover {
  public:
   // `polygon` in the layer's frame. Only cells in `within` are selected.
@@ -41,14 +37,19 @@ class CellCover {
   std::vector<ColumnSpan> SpansOfRow(int32_t row) const;
 
  private:
+  // The rule's predicate itself, in the layer's frame.
   bool Selected(const CellIndex& cell) const;
+  std::vector<ColumnSpan> SpansOfTurnedRow(int32_t row) const;
 
   Polygon polygon_;
-  // The polygon in units of cells: cell (r, c) is the unit square at (c, r).
-  Polygon in_cells_;
   GridGeometry geometry_;
   CellRule rule_;
+  // Of a grid that is turned: how far, in cells, the place of anything in the grid's own axes may
+  // be off.
+  double rounding_;
   CellBox bounds_;
+  // Over the polygon as it is; for a turned grid, over the polygon in units of cells.
+  RowScan scan_;
 };
 
 }  // namespace hypermap

@@ -8,6 +8,7 @@
 
 #include "map/frames/planar_transform.h"
 #include "map/geometry/point.h"
+#include "map/geometry/polygon.h"
 
 namespace hypermap {
 
@@ -71,6 +72,8 @@ struct GridGeometry {
   std::optional<CellIndex> CellAt(const Point& p) const;
   // The centre of a cell, layer frame: origin + (index + 0.5) * resolution along each axis.
   Point CentreOf(const CellIndex& cell) const;
+  // The closed square of a cell, layer frame: corners at origin + (index + 0 or 1) * resolution.
+  Polygon SquareOf(const CellIndex& cell) const;
   // The four corners' closed box in the layer's frame.
   Box BoundsOf(const CellBox& box) const;
 

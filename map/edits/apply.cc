@@ -1,0 +1,231 @@
+#include "map/edits/apply.h"
+
+#include <map>
+#include <memory>
+#include <utility>
+
+#include "absl/container/btree_map.h"
+#include "absl/strings/str_cat.h"
+#include "map/layers/grid/grid_layer.h"
+#include "map/layers/layer_registry.h"
+#include "map/layers/semantic_layer.h"
+
+namespace hypermap {
+namespace {
+
+absl::Status WithPrefix(absl::string_view prefix, const absl::Status& status) {
+  return absl::Status(status.code(), absl::StrCat(prefix, status.message()));
+}
+
+// Carries out the edits of one batch on a copy of a snapshot. Content is collected per layer and
+// put into new layers once, at the end.
+class BatchEditor {
+ public:
+  BatchEditor(const Snapshot& before, const EditLimits& limits)
+      : next_(std::make_shared<Snapshot>(before)), limits_(limits) {
+    ++next_->revision;
+  }
+
+  // Each returns the id of the object it put, else 0.
+  absl::StatusOr<ObjectId> operator()(const CreateLayer& edit);
+  absl::StatusOr<ObjectId> operator()(const DeleteLayer& edit);
+  absl::StatusOr<ObjectId> operator()(const SetTransform& edit);
+  absl::StatusOr<ObjectId> operator()(const PutObject& edit);
+  absl::StatusOr<ObjectId> operator()(const DeleteObject& edit);
+  absl::StatusOr<ObjectId> operator()(const WriteCells& edit);
+  absl::StatusOr<ObjectId> operator()(const FillPolygon& edit);
+
+  // The snapshot with all that was collected; adds the changes of content to those of structure.
+  AppliedBatch Finish() &&;
+
+ private:
+  using ObjectChanges = absl::btree_map<ObjectId, ObjectPtr>;  // null: removed
+
+  absl::StatusOr<std::shared_ptr<const SemanticLayer>> Semantic(const std::string& name) const;
+  absl::StatusOr<GridWriter*> Grid(const std::string& name);
+  // The object as the batch so far left it; null when there is none.
+  ObjectPtr FindObject(const SemanticLayer& layer, ObjectId id) const;
+  // The polygon in the layer's frame.
+  absl::StatusOr<Polygon> InLayerFrame(const Layer& layer, const std::string& frame_id,
+                                       const Polygon& polygon) const;
+  void FinishObjects(const std::string& name, const ObjectChanges& changes);
+  void FinishGrid(const std::string& name, GridWriter writer);
+
+  std::shared_ptr<Snapshot> next_;
+  const EditLimits limits_;
+  std::vector<Change> changes_;
+  std::map<std::string, ObjectChanges> objects_;
+  std::map<std::string, GridWriter> grids_;
+};
+
+absl::StatusOr<std::shared_ptr<const SemanticLayer>> BatchEditor::Semantic(
+    const std::string& name) const {
+  absl::StatusOr<LayerPtr> layer = next_->GetLayer(name);
+  if (!layer.ok()) return layer.status();
+  auto semantic = std::dynamic_pointer_cast<const SemanticLayer>(*layer);
+  if (semantic) return semantic;
+  return absl::FailedPreconditionError(absl::StrCat("layer \"", name, "\" is of the kind ",
+                                                    LayerKindName((*layer)->spec().kind),
+                                                    ", which holds no objects"));
+}
+
+absl::StatusOr<GridWriter*> BatchEditor::Grid(const std::string& name) {
+  if (const auto open = grids_.find(name); open != grids_.end()) return &open->second;
+  absl::StatusOr<LayerPtr> layer = next_->GetLayer(name);
+  if (!layer.ok()) return layer.status();
+  auto grid = std::dynamic_pointer_cast<const GridLayer>(*layer);
+  if (grid) return &grids_.emplace(name, GridWriter(std::move(grid))).first->second;
+  return absl::FailedPreconditionError(absl::StrCat("layer \"", name, "\" is of the kind ",
+                                                    LayerKindName((*layer)->spec().kind),
+                                                    ", which holds no cells"));
+}
+
+ObjectPtr BatchEditor::FindObject(const SemanticLayer& layer, ObjectId id) const {
+  if (const auto changes = objects_.find(layer.spec().name); changes != objects_.end()) {
+    if (const auto it = changes->second.find(id); it != changes->second.end()) return it->second;
+  }
+  return layer.Find(id);
+}
+
+absl::StatusOr<Polygon> BatchEditor::InLayerFrame(const Layer& layer, const std::string& frame_id,
+                                                  const Polygon& polygon) const {
+  if (frame_id.empty() || frame_id == layer.spec().frame_id) return polygon;
+  absl::StatusOr<std::string> frame = next_->ResolveFrame(frame_id);
+  if (!frame.ok()) return frame.status();
+  absl::StatusOr<PlanarTransform> layer_from_frame =
+      next_->frames.Lookup(layer.spec().frame_id, *frame);
+  if (!layer_from_frame.ok()) return layer_from_frame.status();
+  return *layer_from_frame * polygon;
+}
+
+absl::StatusOr<ObjectId> BatchEditor::operator()(const CreateLayer& edit) {
+  LayerSpec spec = edit.spec;
+  if (spec.frame_id.empty()) spec.frame_id = next_->frame_id;
+  if (auto status = Validate(spec); !status.ok()) return status;
+  if (next_->FindLayer(spec.name)) {
+    return absl::AlreadyExistsError(
+        absl::StrCat("map \"", next_->map_name, "\" already has a layer \"", spec.name, "\""));
+  }
+  changes_.push_back(LayerCreated{spec});
+  std::string name = spec.name;
+  next_->layers.emplace(std::move(name), MakeEmptyLayer(std::move(spec)));
+  return 0;
+}
+
+absl::StatusOr<ObjectId> BatchEditor::operator()(const DeleteLayer& edit) {
+  absl::StatusOr<LayerPtr> layer = next_->GetLayer(edit.layer);
+  if (!layer.ok()) return layer.status();
+  objects_.erase(edit.layer);
+  grids_.erase(edit.layer);
+  changes_.push_back(LayerDeleted{(*layer)->spec()});
+  next_->layers.erase(edit.layer);
+  return 0;
+}
+
+absl::StatusOr<ObjectId> BatchEditor::operator()(const SetTransform& edit) {
+  FrameTransform transform = edit.transform;
+  if (transform.parent_frame_id.empty()) transform.parent_frame_id = next_->frame_id;
+  if (auto status = next_->frames.Set(transform); !status.ok()) return status;
+  changes_.push_back(TransformSet{std::move(transform)});
+  return 0;
+}
+
+absl::StatusOr<ObjectId> BatchEditor::operator()(const PutObject& edit) {
+  absl::StatusOr<std::shared_ptr<const SemanticLayer>> layer = Semantic(edit.layer);
+  if (!layer.ok()) return layer.status();
+  if (auto status = Validate(edit.object); !status.ok()) return status;
+  absl::StatusOr<Polygon> polygon = InLayerFrame(**layer, edit.frame_id, edit.object.polygon);
+  if (!polygon.ok()) return polygon.status();
+  if (edit.object.id != 0 && !FindObject(**layer, edit.object.id)) {
+    return absl::NotFoundError(
+        absl::StrCat("layer \"", edit.layer, "\" has no object ", edit.object.id));
+  }
+  auto object = std::make_shared<SemanticObject>(edit.object);
+  object->polygon = *std::move(polygon);
+  if (object->id == 0) object->id = next_->next_object_id++;
+  const ObjectId id = object->id;
+  objects_[edit.layer][id] = std::move(object);
+  return id;
+}
+
+absl::StatusOr<ObjectId> BatchEditor::operator()(const DeleteObject& edit) {
+  absl::StatusOr<std::shared_ptr<const SemanticLayer>> layer = Semantic(edit.layer);
+  if (!layer.ok()) return layer.status();
+  if (!FindObject(**layer, edit.id)) {
+    return absl::NotFoundError(absl::StrCat("layer \"", edit.layer, "\" has no object ", edit.id));
+  }
+  objects_[edit.layer][edit.id] = nullptr;
+  return 0;
+}
+
+absl::StatusOr<ObjectId> BatchEditor::operator()(const WriteCells& edit) {
+  absl::StatusOr<GridWriter*> grid = Grid(edit.layer);
+  if (!grid.ok()) return grid.status();
+  if (auto status = (*grid)->Write(edit.box, edit.values); !status.ok()) return status;
+  return 0;
+}
+
+absl::StatusOr<ObjectId> BatchEditor::operator()(const FillPolygon& edit) {
+  absl::StatusOr<GridWriter*> grid = Grid(edit.layer);
+  if (!grid.ok()) return grid.status();
+  const Layer& layer = *next_->FindLayer(edit.layer);
+  absl::StatusOr<Polygon> area = InLayerFrame(layer, edit.frame_id, edit.area);
+  if (!area.ok()) return area.status();
+  auto status = (*grid)->Fill(*area, edit.rule, edit.value, limits_.max_cells_per_fill);
+  if (!status.ok()) return status;
+  return 0;
+}
+
+void BatchEditor::FinishObjects(const std::string& name, const ObjectChanges& changes) {
+  const auto& layer = static_cast<const SemanticLayer&>(*next_->FindLayer(name));
+  for (const auto& [id, after] : changes) {
+    const ObjectPtr before = layer.Find(id);
+    if (after) {
+      changes_.push_back(ObjectPut{name, before, after});
+    } else if (before) {
+      changes_.push_back(ObjectRemoved{name, before});
+    }
+  }
+  next_->layers[name] = layer.With(changes);
+}
+
+void BatchEditor::FinishGrid(const std::string& name, GridWriter writer) {
+  const CellBox extent_before = static_cast<const GridLayer&>(*next_->FindLayer(name)).extent();
+  GridWriter::Result result = std::move(writer).Finish();
+  if (result.layer->extent() != extent_before) {
+    changes_.push_back(ExtentGrown{name, result.layer->extent()});
+  }
+  for (auto& [index, tile] : result.written) {
+    changes_.push_back(TileWritten{name, index, std::move(tile.before), std::move(tile.after)});
+  }
+  next_->layers[name] = std::move(result.layer);
+}
+
+AppliedBatch BatchEditor::Finish() && {
+  for (const auto& [name, changes] : objects_) FinishObjects(name, changes);
+  for (auto& [name, writer] : grids_) FinishGrid(name, std::move(writer));
+  AppliedBatch applied;
+  applied.snapshot = std::move(next_);
+  applied.changes = std::move(changes_);
+  return applied;
+}
+
+}  // namespace
+
+absl::StatusOr<AppliedBatch> Apply(const Snapshot& before, const EditBatch& batch,
+                                   const EditLimits& limits) {
+  if (batch.edits.empty()) return absl::InvalidArgumentError("edits is empty");
+  BatchEditor editor(before, limits);
+  std::vector<ObjectId> object_ids;
+  object_ids.reserve(batch.edits.size());
+  for (const Edit& edit : batch.edits) {
+    const absl::StatusOr<ObjectId> id = std::visit(editor, edit);
+    if (!id.ok()) return WithPrefix(absl::StrCat("edits[", object_ids.size(), "]: "), id.status());
+    object_ids.push_back(*id);
+  }
+  AppliedBatch applied = std::move(editor).Finish();
+  applied.object_ids = std::move(object_ids);
+  return applied;
+}
+
+}  // namespace hypermap

@@ -1,0 +1,178 @@
+#include "map/edits/apply.h"
+
+#include <map>
+
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+#include "map/layers/grid/grid_layer.h"
+#include "map/layers/semantic_layer.h"
+#include "tests/support/random_map.h"
+
+namespace hypermap {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using testing::MakeSnapshot;
+using testing::RandomSite;
+using testing::Rng;
+using testing::TestSeed;
+
+SemanticObject Cup() { return {.label = "cup", .polygon = Polygon::FromBox({{0, 0}, {1, 1}})}; }
+
+LayerSpec Semantic(const std::string& name, const std::string& frame_id = "") {
+  return {.name = name, .frame_id = frame_id};
+}
+
+LayerSpec Grid(const std::string& name) {
+  return {
+      .name = name, .kind = LayerKind::kOccupancy, .grid = GridGeometry{PlanarTransform(), 0.5}};
+}
+
+const SemanticLayer& SemanticOf(const Snapshot& snapshot, const std::string& name) {
+  return dynamic_cast<const SemanticLayer&>(*snapshot.FindLayer(name));
+}
+
+TEST(ApplyTest, ABatchIsOneRevisionAndLeavesTheEarlierSnapshotAlone) {
+  const Snapshot before = MakeSnapshot("m", {{CreateLayer{Semantic("s")}}});
+  const auto applied = Apply(before, {{PutObject{"s", Cup(), ""}, PutObject{"s", Cup(), ""}}});
+  ASSERT_TRUE(applied.ok()) << applied.status();
+  EXPECT_EQ(before.revision, 1);
+  EXPECT_EQ(applied->snapshot->revision, 2);
+  EXPECT_THAT(applied->object_ids, ElementsAre(1, 2));
+  EXPECT_EQ(SemanticOf(before, "s").Size(), 0);
+  EXPECT_EQ(SemanticOf(*applied->snapshot, "s").Size(), 2);
+  EXPECT_EQ(applied->changes.size(), 2u);
+}
+
+TEST(ApplyTest, AnErrorNamesItsEditAndNothingIsDone) {
+  const Snapshot before = MakeSnapshot("m", {{CreateLayer{Semantic("s")}}});
+  SemanticObject unlabelled = Cup();
+  unlabelled.label = " ";
+  const auto applied = Apply(before, {{PutObject{"s", Cup(), ""}, PutObject{"s", unlabelled, ""}}});
+  EXPECT_EQ(applied.status().message(), "edits[1]: object.label is empty");
+  EXPECT_EQ(SemanticOf(before, "s").Size(), 0);
+}
+
+TEST(ApplyTest, EveryWayToBeWrongHasItsCode) {
+  const Snapshot before = MakeSnapshot(
+      "m", {{CreateLayer{Semantic("s")}, CreateLayer{Grid("g")}, PutObject{"s", Cup(), ""}}});
+  SemanticObject cup7 = Cup();
+  cup7.id = 7;
+  SemanticObject unsure = Cup();
+  unsure.existence = 1.5;
+  LayerSpec no_cells = Grid("x");
+  no_cells.grid.reset();
+  LayerSpec flat = Grid("x");
+  flat.grid->resolution_m = 0;
+  const Polygon area = Polygon::FromBox({{0, 0}, {1, 1}});
+  const struct {
+    Edit edit;
+    absl::StatusCode code;
+  } cases[] = {
+      {PutObject{"nope", Cup(), ""}, absl::StatusCode::kNotFound},
+      {PutObject{"s", cup7, ""}, absl::StatusCode::kNotFound},
+      {PutObject{"s", Cup(), "moon"}, absl::StatusCode::kNotFound},
+      {PutObject{"g", Cup(), ""}, absl::StatusCode::kFailedPrecondition},
+      {PutObject{"s", unsure, ""}, absl::StatusCode::kInvalidArgument},
+      {DeleteObject{"s", 9}, absl::StatusCode::kNotFound},
+      {CreateLayer{Semantic("s")}, absl::StatusCode::kAlreadyExists},
+      {CreateLayer{Semantic("../s")}, absl::StatusCode::kInvalidArgument},
+      {CreateLayer{no_cells}, absl::StatusCode::kInvalidArgument},
+      {CreateLayer{flat}, absl::StatusCode::kInvalidArgument},
+      {DeleteLayer{"nope"}, absl::StatusCode::kNotFound},
+      {SetTransform{{"map", "map", {}}}, absl::StatusCode::kInvalidArgument},
+      {WriteCells{"s", {0, 1, 0, 1}, {1.0}}, absl::StatusCode::kFailedPrecondition},
+      {WriteCells{"g", {0, 1, 0, 1}, {7.0}}, absl::StatusCode::kInvalidArgument},
+      {FillPolygon{"g", area, "moon", CellRule::kCentre, 1.0}, absl::StatusCode::kNotFound},
+      {FillPolygon{"g", area, "", CellRule::kCentre, 2.0}, absl::StatusCode::kInvalidArgument},
+  };
+  for (const auto& c : cases) {
+    const auto applied = Apply(before, {{PutObject{"s", Cup(), ""}, c.edit}});
+    EXPECT_EQ(applied.status().code(), c.code) << applied.status();
+    EXPECT_THAT(std::string(applied.status().message()), HasSubstr("edits[1]: "));
+  }
+  EXPECT_EQ(Apply(before, {}).status().code(), absl::StatusCode::kInvalidArgument);
+}
+
+TEST(ApplyTest, ObjectsAreStoredInTheLayersFrame) {
+  const Snapshot before = MakeSnapshot(
+      "m", {{SetTransform{{"map", "dock", {10, 0, 0}}}, CreateLayer{Semantic("s", "dock")}}});
+  const auto applied = Apply(before, {{PutObject{"s", Cup(), "map"}}});
+  ASSERT_TRUE(applied.ok()) << applied.status();
+  EXPECT_EQ(SemanticOf(*applied->snapshot, "s").Find(1)->polygon,
+            Polygon::FromBox({{-10, 0}, {-9, 1}}));
+}
+
+TEST(ApplyTest, WhatABatchTouchesTwiceChangesOnce) {
+  const Snapshot before =
+      MakeSnapshot("m", {{CreateLayer{Semantic("s")}, PutObject{"s", Cup(), ""}}});
+  SemanticObject one = Cup();
+  one.id = 1;
+  one.label = "mug";
+  const auto applied =
+      Apply(before, {{PutObject{"s", one, ""}, DeleteObject{"s", 1}, PutObject{"s", Cup(), ""}}});
+  ASSERT_TRUE(applied.ok()) << applied.status();
+  ASSERT_EQ(applied->changes.size(), 2u);
+  EXPECT_EQ(std::get<ObjectRemoved>(applied->changes[0]).before->label, "cup");
+  EXPECT_EQ(std::get<ObjectPut>(applied->changes[1]).after->id, 2);
+}
+
+TEST(ApplyTest, IdsAreNeverUsedAgain) {
+  const Snapshot before =
+      MakeSnapshot("m", {{CreateLayer{Semantic("s")}, PutObject{"s", Cup(), ""}}});
+  const auto removed = Apply(before, {{DeleteObject{"s", 1}}});
+  ASSERT_TRUE(removed.ok());
+  const auto put = Apply(*removed->snapshot, {{PutObject{"s", Cup(), ""}}});
+  ASSERT_TRUE(put.ok());
+  EXPECT_THAT(put->object_ids, ElementsAre(2));
+}
+
+TEST(ApplyTest, ALayerCanBeMadeAnewInOneBatch) {
+  const Snapshot before =
+      MakeSnapshot("m", {{CreateLayer{Semantic("s")}, PutObject{"s", Cup(), ""}}});
+  const auto applied = Apply(before, {{PutObject{"s", Cup(), ""}, DeleteLayer{"s"},
+                                       CreateLayer{Semantic("s")}, PutObject{"s", Cup(), ""}}});
+  ASSERT_TRUE(applied.ok()) << applied.status();
+  EXPECT_EQ(SemanticOf(*applied->snapshot, "s").Size(), 1);
+  ASSERT_EQ(applied->changes.size(), 3u);
+  EXPECT_TRUE(std::holds_alternative<LayerDeleted>(applied->changes[0]));
+  EXPECT_TRUE(std::holds_alternative<LayerCreated>(applied->changes[1]));
+  EXPECT_EQ(std::get<ObjectPut>(applied->changes[2]).after->id, 3);
+}
+
+// The changes tell all: carried out on a plain model they give what the snapshot holds.
+TEST(ApplyTest, ChangesCarriedOutGiveTheSnapshot) {
+  const uint64_t seed = TestSeed();
+  SCOPED_TRACE("HYPERMAP_TEST_SEED=" + std::to_string(seed));
+  Rng rng(seed);
+  Snapshot empty;
+  const auto applied = Apply(empty, RandomSite(rng, 60));
+  ASSERT_TRUE(applied.ok()) << applied.status();
+  std::map<std::string, std::map<ObjectId, ObjectPtr>> objects;
+  std::map<std::string, TileMap> tiles;
+  std::map<std::string, CellBox> extents;
+  for (const Change& change : applied->changes) {
+    if (const auto* put = std::get_if<ObjectPut>(&change)) {
+      objects[put->layer][put->after->id] = put->after;
+    } else if (const auto* tile = std::get_if<TileWritten>(&change)) {
+      tiles[tile->layer][tile->index] = tile->after;
+    } else if (const auto* grown = std::get_if<ExtentGrown>(&change)) {
+      extents[grown->layer] = grown->extent;
+    }
+  }
+  for (const auto& [name, layer] : applied->snapshot->layers) {
+    if (const auto* semantic = dynamic_cast<const SemanticLayer*>(layer.get())) {
+      std::map<ObjectId, ObjectPtr> held;
+      for (const ObjectPtr& object : semantic->Objects()) held[object->id] = object;
+      EXPECT_EQ(objects[name], held);
+    } else {
+      const auto& grid = dynamic_cast<const GridLayer&>(*layer);
+      EXPECT_EQ(tiles[name], grid.tiles());
+      EXPECT_EQ(extents[name], grid.extent());
+    }
+  }
+}
+
+}  // namespace
+}  // namespace hypermap

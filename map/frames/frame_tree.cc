@@ -1,0 +1,109 @@
+#include "map/frames/frame_tree.h"
+
+#include <cmath>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+
+namespace hypermap {
+namespace {
+
+absl::Status CheckName(absl::string_view field, absl::string_view frame_id) {
+  if (frame_id.empty()) {
+    return absl::InvalidArgumentError(absl::StrCat(field, " must not be empty"));
+  }
+  if (frame_id.size() > kMaxFrameIdBytes) {
+    return absl::InvalidArgumentError(
+        absl::StrCat(field, " is longer than ", kMaxFrameIdBytes, " bytes"));
+  }
+  return absl::OkStatus();
+}
+
+// Climbs from a frame towards the root of its tree.
+class Climber {
+ public:
+  using Edges = std::map<std::string, FrameTransform, std::less<>>;
+
+  Climber(const Edges& edges, absl::string_view start) : edges_(edges), frame_id_(start) {}
+
+  absl::string_view frame_id() const { return frame_id_; }
+  const PlanarTransform& frame_from_start() const { return frame_from_start_; }
+
+  // False at the root.
+  bool Climb() {
+    const auto edge = edges_.find(frame_id_);
+    if (edge == edges_.end()) return false;
+    frame_from_start_ = edge->second.parent_from_child * frame_from_start_;
+    frame_id_ = edge->second.parent_frame_id;
+    return true;
+  }
+
+ private:
+  const Edges& edges_;
+  absl::string_view frame_id_;
+  PlanarTransform frame_from_start_;
+};
+
+int Depth(const Climber::Edges& edges, absl::string_view frame_id) {
+  int depth = 0;
+  for (auto edge = edges.find(frame_id); edge != edges.end();
+       edge = edges.find(edge->second.parent_frame_id)) {
+    ++depth;
+  }
+  return depth;
+}
+
+}  // namespace
+
+absl::Status FrameTree::Set(const FrameTransform& transform) {
+  const std::string& parent = transform.parent_frame_id;
+  const std::string& child = transform.child_frame_id;
+  if (absl::Status status = CheckName("parent_frame_id", parent); !status.ok()) return status;
+  if (absl::Status status = CheckName("child_frame_id", child); !status.ok()) return status;
+  const PlanarTransform& t = transform.parent_from_child;
+  if (!std::isfinite(t.x()) || !std::isfinite(t.y()) || !std::isfinite(t.yaw())) {
+    return absl::InvalidArgumentError("parent_from_child is not finite");
+  }
+  Climber climber(by_child_, parent);
+  do {
+    if (climber.frame_id() == child) {
+      return absl::InvalidArgumentError(absl::StrCat(
+          "parent_frame_id: frame '", child, "' would be its own ancestor under '", parent, "'"));
+    }
+  } while (climber.Climb());
+  by_child_.insert_or_assign(child, transform);
+  return absl::OkStatus();
+}
+
+bool FrameTree::Contains(absl::string_view frame_id) const {
+  if (by_child_.find(frame_id) != by_child_.end()) return true;
+  for (const auto& [child, edge] : by_child_) {
+    if (edge.parent_frame_id == frame_id) return true;
+  }
+  return false;
+}
+
+absl::StatusOr<PlanarTransform> FrameTree::Lookup(absl::string_view target_frame_id,
+                                                  absl::string_view source_frame_id) const {
+  Climber target(by_child_, target_frame_id);
+  Climber source(by_child_, source_frame_id);
+  int above = Depth(by_child_, target_frame_id) - Depth(by_child_, source_frame_id);
+  for (; above > 0; --above) target.Climb();
+  for (; above < 0; ++above) source.Climb();
+  while (target.frame_id() != source.frame_id()) {
+    if (!target.Climb() || !source.Climb()) {
+      return absl::NotFoundError(absl::StrCat("no transform between frames '", target_frame_id,
+                                              "' and '", source_frame_id, "'"));
+    }
+  }
+  return target.frame_from_start().Inverse() * source.frame_from_start();
+}
+
+std::vector<FrameTransform> FrameTree::transforms() const {
+  std::vector<FrameTransform> all;
+  all.reserve(by_child_.size());
+  for (const auto& [child, edge] : by_child_) all.push_back(edge);
+  return all;
+}
+
+}  // namespace hypermap

@@ -1,0 +1,90 @@
+#include "map/geometry/geos_context.h"
+
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+
+namespace hypermap {
+
+GeosContext::GeosContext() : handle_(GEOS_init_r()) {
+  GEOSContext_setErrorMessageHandler_r(
+      handle_,
+      [](const char* message, void* context) {
+        static_cast<GeosContext*>(context)->last_message_ = message;
+      },
+      this);
+}
+
+GeosContext::~GeosContext() { GEOS_finish_r(handle_); }
+
+GeosContext& GeosContext::OfThisThread() {
+  thread_local GeosContext context;
+  return context;
+}
+
+absl::Status GeosContext::Error(absl::string_view what) const {
+  return absl::InternalError(absl::StrCat(what, ": ", last_message_));
+}
+
+GEOSCoordSequence* GeosContext::MakeClosedSequence(const Ring& ring) const {
+  std::vector<double> xy;
+  xy.reserve(2 * ring.size() + 2);
+  for (const Point& p : ring) {
+    xy.push_back(p.x);
+    xy.push_back(p.y);
+  }
+  xy.push_back(ring.front().x);
+  xy.push_back(ring.front().y);
+  return GEOSCoordSeq_copyFromBuffer_r(handle_, xy.data(), ring.size() + 1, /*hasZ=*/0,
+                                       /*hasM=*/0);
+}
+
+// The constructors of GEOS take over what they are given, also when they fail.
+GeosGeometry GeosContext::MakePolygon(const std::vector<Ring>& rings) const {
+  std::vector<GeosGeometry> made;
+  for (const Ring& ring : rings) {
+    GEOSCoordSequence* sequence = MakeClosedSequence(ring);
+    if (sequence == nullptr) return Own(nullptr);
+    made.push_back(Own(GEOSGeom_createLinearRing_r(handle_, sequence)));
+    if (made.back() == nullptr) return Own(nullptr);
+  }
+  if (made.empty()) return Own(GEOSGeom_createEmptyPolygon_r(handle_));
+  std::vector<GEOSGeometry*> holes;
+  for (size_t i = 1; i < made.size(); ++i) holes.push_back(made[i].release());
+  return Own(GEOSGeom_createPolygon_r(handle_, made.front().release(), holes.data(), holes.size()));
+}
+
+GeosGeometry GeosContext::MakeClosedLine(const Ring& ring) const {
+  GEOSCoordSequence* sequence = MakeClosedSequence(ring);
+  if (sequence == nullptr) return Own(nullptr);
+  return Own(GEOSGeom_createLineString_r(handle_, sequence));
+}
+
+Ring GeosContext::RingOf(const GEOSGeometry* line) const {
+  const GEOSCoordSequence* sequence =
+      line == nullptr ? nullptr : GEOSGeom_getCoordSeq_r(handle_, line);
+  unsigned int size = 0;
+  if (sequence == nullptr || !GEOSCoordSeq_getSize_r(handle_, sequence, &size) || size == 0) {
+    return {};
+  }
+  std::vector<double> xy(2 * size);
+  if (!GEOSCoordSeq_copyToBuffer_r(handle_, sequence, xy.data(), /*hasZ=*/0, /*hasM=*/0)) return {};
+  Ring ring(size - 1);
+  for (size_t i = 0; i < ring.size(); ++i) ring[i] = {xy[2 * i], xy[2 * i + 1]};
+  return ring;
+}
+
+std::vector<Ring> GeosContext::RingsOf(const GEOSGeometry& polygon) const {
+  std::vector<Ring> rings;
+  rings.push_back(RingOf(GEOSGetExteriorRing_r(handle_, &polygon)));
+  const int num_holes = GEOSGetNumInteriorRings_r(handle_, &polygon);
+  for (int i = 0; i < num_holes; ++i) {
+    rings.push_back(RingOf(GEOSGetInteriorRingN_r(handle_, &polygon, i)));
+  }
+  for (const Ring& ring : rings) {
+    if (ring.empty()) return {};
+  }
+  return rings;
+}
+
+}  // namespace hypermap

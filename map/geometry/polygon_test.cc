@@ -1,0 +1,168 @@
+#include "map/geometry/polygon.h"
+
+#include <limits>
+
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+#include "tests/support/random_map.h"
+
+namespace hypermap {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using testing::RandomPolygon;
+using testing::Rng;
+using testing::TestSeed;
+using testing::Uniform;
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double kInf = std::numeric_limits<double>::infinity();
+
+const Ring kSquare = {{0, 0}, {4, 0}, {4, 4}, {0, 4}};
+
+TEST(PolygonTest, KeepsOrderAndCoordinatesOfANormalRing) {
+  const auto polygon = Polygon::Make(kSquare);
+  ASSERT_TRUE(polygon.ok()) << polygon.status();
+  EXPECT_THAT(polygon->rings(), ElementsAre(kSquare));
+  EXPECT_EQ(polygon->bounds(), (Box{{0, 0}, {4, 4}}));
+  EXPECT_EQ(polygon->num_vertices(), 4);
+}
+
+TEST(PolygonTest, DropsTheClosingAndRepeatedVertices) {
+  const auto polygon =
+      Polygon::Make({{0, 0}, {0, 0}, {4, 0}, {4, 4}, {4, 4}, {4, 4}, {0, 4}, {0, 0}, {0, 0}});
+  ASSERT_TRUE(polygon.ok()) << polygon.status();
+  EXPECT_EQ(polygon->outer(), kSquare);
+}
+
+TEST(PolygonTest, TurnsRingsAndKeepsTheirFirstVertex) {
+  const auto polygon = Polygon::Make({{0, 0}, {0, 4}, {4, 4}, {4, 0}},
+                                     {{{1, 1}, {2, 1}, {2, 2}}, {{3, 3}, {3, 2}, {2.5, 3}}});
+  ASSERT_TRUE(polygon.ok()) << polygon.status();
+  EXPECT_THAT(polygon->rings(),
+              ElementsAre(kSquare, Ring{{1, 1}, {2, 2}, {2, 1}}, Ring{{3, 3}, {3, 2}, {2.5, 3}}));
+}
+
+TEST(PolygonTest, FindsTheWindingOfAThinRingFarFromTheOrigin) {
+  // Too thin for its area to show in doubles.
+  const Ring clockwise = {{1e8, 1e8}, {1e8 + 1, 1e8 + 1.5e-8}, {1e8 + 2, 1e8}};
+  const auto polygon = Polygon::Make(clockwise);
+  ASSERT_TRUE(polygon.ok()) << polygon.status();
+  EXPECT_EQ(polygon->outer(), (Ring{clockwise[0], clockwise[2], clockwise[1]}));
+}
+
+TEST(PolygonTest, AllowsRingsThatTouchInAPoint) {
+  EXPECT_TRUE(Polygon::Make(kSquare, {{{0, 2}, {1, 1}, {1, 3}}}).ok());
+  EXPECT_TRUE(Polygon::Make(kSquare, {{{1, 1}, {2, 1}, {2, 2}}, {{2, 2}, {3, 2}, {3, 3}}}).ok());
+}
+
+struct Refused {
+  const char* what;
+  Ring outer;
+  std::vector<Ring> holes;
+  const char* message;
+};
+
+class PolygonRefusalTest : public ::testing::TestWithParam<Refused> {};
+
+TEST_P(PolygonRefusalTest, NamesTheRingAndThePlace) {
+  const auto polygon = Polygon::Make(GetParam().outer, GetParam().holes);
+  ASSERT_FALSE(polygon.ok());
+  EXPECT_EQ(polygon.status().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_EQ(polygon.status().message(), GetParam().message);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    , PolygonRefusalTest,
+    ::testing::Values(
+        Refused{"NoVertex", {}, {}, "outer has fewer than 3 distinct vertices"},
+        Refused{"TwoVertices", {{0, 0}, {1, 1}}, {}, "outer has fewer than 3 distinct vertices"},
+        Refused{"TwoVerticesInTurns",
+                {{0, 0}, {1, 1}, {0, 0}, {1, 1}, {0, 0}},
+                {},
+                "outer has fewer than 3 distinct vertices"},
+        Refused{"Nan", {{0, 0}, {1, 0}, {1, 1}, {0, kNan}}, {}, "outer[3] is not finite"},
+        // The vertex is counted as given, repeats and all.
+        Refused{"Inf", {{0, 0}, {0, 0}, {0, 0}, {kInf, 1}}, {}, "outer[3] is not finite"},
+        Refused{"InfInHole",
+                kSquare,
+                {{{1, 1}, {2, 1}, {2, 2}}, {{1, 1}, {2, -kInf}}},
+                "holes[1][1] is not finite"},
+        Refused{"SmallHole",
+                kSquare,
+                {{{1, 1}, {2, 2}, {1, 1}}},
+                "holes[0] has fewer than 3 distinct vertices"},
+        Refused{"Bowtie",
+                {{0, 0}, {3, 4}, {3, 0}, {0, 4}},
+                {},
+                "outer ring crosses itself at (1.5, 2)"},
+        Refused{"Line", {{0, 0}, {1, 1}, {2, 2}}, {}, "outer ring encloses no area"},
+        Refused{"Spike",
+                {{0, 0}, {4, 0}, {4, 4}, {4, 6}, {4, 4}, {0, 4}},
+                {},
+                "outer ring crosses itself at (4, 4)"},
+        Refused{"TouchesItself",
+                {{0, 0}, {2, 2}, {4, 0}, {4, 4}, {2, 2}, {0, 4}},
+                {},
+                "outer ring touches itself at (2, 2)"},
+        Refused{"CrossedHole",
+                kSquare,
+                {{{1, 1}, {2, 1}, {2, 2}}, {{1, 2}, {2, 3}, {2, 2}, {1, 3}}},
+                "holes[1] crosses itself at (1.5, 2.5)"},
+        Refused{"HoleOutside",
+                kSquare,
+                {{{5, 5}, {6, 5}, {6, 6}}},
+                "holes[0] lies outside of the outer ring at (5, 5)"},
+        Refused{"HoleAcross",
+                kSquare,
+                {{{2, 1}, {6, 1}, {6, 2}}},
+                "holes[0] does not stay inside the outer ring at (4, 1)"},
+        Refused{"HolesOverlap",
+                kSquare,
+                {{{1, 1}, {3, 1}, {3, 3}, {1, 3}}, {{2, 2}, {3.5, 2}, {3.5, 3.5}, {2, 3.5}}},
+                "holes overlap or cut the polygon apart at (3, 2)"}),
+    [](const ::testing::TestParamInfo<Refused>& info) { return info.param.what; });
+
+TEST(PolygonTest, AreaAndCentroidTakeHolesOut) {
+  const auto polygon = Polygon::Make(kSquare, {{{2, 1}, {3, 1}, {3, 3}, {2, 3}}});
+  ASSERT_TRUE(polygon.ok()) << polygon.status();
+  EXPECT_DOUBLE_EQ(Area(*polygon), 14.0);
+  EXPECT_DOUBLE_EQ(Centroid(*polygon).x, (16 * 2.0 - 2 * 2.5) / 14);
+  EXPECT_DOUBLE_EQ(Centroid(*polygon).y, 2.0);
+}
+
+TEST(PolygonTest, AreaAndCentroidDoNotSufferFarFromTheOrigin) {
+  const uint64_t seed = TestSeed();
+  SCOPED_TRACE("HYPERMAP_TEST_SEED=" + std::to_string(seed));
+  Rng rng(seed);
+  for (int i = 0; i < 100; ++i) {
+    // Coordinates of few bits, so that moving them far rounds nothing.
+    const Polygon near = RandomPolygon(rng, {0, 0}, 2.0, 1.0 / 1024);
+    const Point offset{1048576.0 * Uniform(rng, 1, 2), -1048576.0};
+    const double dx = std::floor(offset.x);
+    std::vector<Ring> rings = near.rings();
+    for (Ring& ring : rings) {
+      for (Point& p : ring) p = {p.x + dx, p.y + offset.y};
+    }
+    const Polygon far = Polygon::MakeUnchecked(rings);
+    EXPECT_NEAR(Area(far), Area(near), 1e-12);
+    EXPECT_NEAR(Centroid(far).x - dx, Centroid(near).x, 1e-9);
+    EXPECT_NEAR(Centroid(far).y - offset.y, Centroid(near).y, 1e-9);
+  }
+}
+
+TEST(PolygonTest, EmptyPolygonHasNothing) {
+  const Polygon empty;
+  EXPECT_TRUE(empty.empty());
+  EXPECT_TRUE(empty.bounds().empty());
+  EXPECT_EQ(Area(empty), 0.0);
+}
+
+TEST(PolygonTest, FromBoxIsThatBox) {
+  const Polygon polygon = Polygon::FromBox({{1, 2}, {3, 5}});
+  EXPECT_EQ(polygon, *Polygon::Make({{1, 2}, {3, 2}, {3, 5}, {1, 5}}));
+}
+
+}  // namespace
+}  // namespace hypermap

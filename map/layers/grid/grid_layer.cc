@@ -1,0 +1,278 @@
+#include "map/layers/grid/grid_layer.h"
+
+#include <algorithm>
+#include <queue>
+#include <tuple>
+#include <utility>
+
+namespace hypermap {
+namespace {
+
+// How many cells or rows a cursor looks at before it lets its caller breathe.
+constexpr int64_t kCellsPerPart = int64_t{1} << 20;
+
+// Calls `visit(col_begin, col_end, code)` for maximal pieces of one tile's equal codes, left to
+// right.
+template <typename Visit>
+void VisitRow(const TileMap& tiles, int32_t row, ColumnSpan span, Visit visit) {
+  const int32_t tile_row = FloorDiv(row, kTileSide);
+  const int32_t row_in_tile = row - tile_row * kTileSide;
+  auto tile = tiles.lower_bound({tile_row, FloorDiv(span.col_begin, kTileSide)});
+  int32_t col = span.col_begin;
+  while (col < span.col_end) {
+    const bool in_row = tile != tiles.end() && tile->first.row == tile_row;
+    const int32_t tile_begin =
+        in_row ? std::min(span.col_end, tile->first.col * kTileSide) : span.col_end;
+    if (col < tile_begin) {
+      visit(col, tile_begin, kUnknownCode);
+      col = tile_begin;
+      continue;
+    }
+    const int32_t first = tile->first.col * kTileSide;
+    const int32_t tile_end = std::min(span.col_end, first + kTileSide);
+    while (col < tile_end) {
+      const CellCode code = tile->second->at(row_in_tile, col - first);
+      const int32_t begin = col;
+      do {
+        ++col;
+      } while (col < tile_end && SameCode(tile->second->at(row_in_tile, col - first), code));
+      visit(begin, col, code);
+    }
+    ++tile;
+  }
+}
+
+// Answers with the runs of a box of cells, or of those that a polygon covers, row by row.
+class GridCursor : public AnswerCursor {
+ public:
+  GridCursor(std::shared_ptr<const GridLayer> layer, std::optional<CellCover> cover,
+             std::optional<CodePredicate> predicate)
+      : layer_(std::move(layer)),
+        cover_(std::move(cover)),
+        predicate_(std::move(predicate)),
+        box_(cover_ ? cover_->bounds() : layer_->extent()),
+        row_(box_.empty() ? box_.row_end : box_.row_begin) {}
+
+  AnswerPart Next(int max_items) override {
+    AnswerPart part;
+    int64_t work = 0;
+    while (!done() && part.runs.size() < static_cast<size_t>(max_items) && work < kCellsPerPart) {
+      if (taken_ == pending_.size()) work += ReadRow();
+      const size_t room = max_items - part.runs.size();
+      const size_t count = std::min(room, pending_.size() - taken_);
+      part.runs.insert(part.runs.end(), pending_.begin() + taken_,
+                       pending_.begin() + taken_ + count);
+      taken_ += count;
+    }
+    return part;
+  }
+
+  bool done() const override { return taken_ == pending_.size() && row_ >= box_.row_end; }
+
+ private:
+  // Fills pending_ with the runs of the next row; returns a measure of the work.
+  int64_t ReadRow() {
+    pending_.clear();
+    taken_ = 0;
+    const std::vector<ColumnSpan> spans =
+        cover_ ? cover_->SpansOfRow(row_) : std::vector<ColumnSpan>{{box_.col_begin, box_.col_end}};
+    for (const ColumnSpan& span : spans) {
+      VisitRow(layer_->tiles(), row_, span, [this](int32_t begin, int32_t end, CellCode code) {
+        if (!predicate_ || (*predicate_)(code)) Append(begin, end, code);
+      });
+    }
+    const int64_t work = box_.cols() + kTileSide;
+    row_++;
+    return work;
+  }
+
+  void Append(int32_t begin, int32_t end, CellCode code) {
+    if (!pending_.empty() && pending_.back().col_end == begin && SameCode(last_code_, code)) {
+      pending_.back().col_end = end;
+      return;
+    }
+    last_code_ = code;
+    std::optional<double> value;
+    if (!IsUnknown(code)) value = layer_->domain().Decode(code);
+    pending_.push_back({row_, begin, end, value});
+  }
+
+  std::shared_ptr<const GridLayer> layer_;
+  std::optional<CellCover> cover_;
+  std::optional<CodePredicate> predicate_;
+  CellBox box_;
+  int32_t row_;
+  std::vector<CellRun> pending_;
+  size_t taken_ = 0;
+  CellCode last_code_ = kUnknownCode;
+};
+
+// The k nearest matching cells, by best-first search over boxes of cells.
+class NearestCells {
+ public:
+  NearestCells(const GridLayer& layer, const Point& p, CodePredicate matches, int k)
+      : layer_(layer),
+        p_(p),
+        p_in_grid_(layer.geometry().layer_from_grid.Inverse() * p),
+        matches_(std::move(matches)),
+        k_(k) {}
+
+  std::vector<Neighbour> Run() && {
+    // Unknown cells may lie in tiles that don't exist; everything else lies in one that does.
+    if (matches_(kUnknownCode)) {
+      Push(layer_.extent());
+    } else {
+      for (const auto& [index, tile] : layer_.tiles()) {
+        Push(CellsOf(index).Intersection(layer_.extent()));
+      }
+    }
+    while (!open_.empty()) {
+      const Entry entry = open_.top();
+      open_.pop();
+      if (Full() && entry.distance_m > best_.top().distance_m) break;
+      const CellBox& box = entry.box;
+      if (box.rows() <= kTileSide && box.cols() <= kTileSide) {
+        Scan(box);
+      } else {
+        Split(box);
+      }
+    }
+    return Sorted();
+  }
+
+ private:
+  struct Entry {
+    double distance_m;
+    CellBox box;
+    bool operator<(const Entry& other) const { return distance_m > other.distance_m; }
+  };
+  struct Found {
+    double distance_m;
+    CellIndex cell;
+    CellCode code;
+    bool operator<(const Found& other) const {
+      return std::tie(distance_m, cell) < std::tie(other.distance_m, other.cell);
+    }
+  };
+
+  bool Full() const { return best_.size() == static_cast<size_t>(k_); }
+
+  void Push(const CellBox& box) {
+    if (box.empty()) return;
+    const double r = layer_.geometry().resolution_m;
+    const Box metres{{box.col_begin * r, box.row_begin * r}, {box.col_end * r, box.row_end * r}};
+    open_.push({Distance(metres, p_in_grid_), box});
+  }
+
+  void Split(const CellBox& box) {
+    CellBox low = box;
+    CellBox high = box;
+    if (box.rows() >= box.cols()) {
+      low.row_end = high.row_begin = box.row_begin + static_cast<int32_t>(box.rows() / 2);
+    } else {
+      low.col_end = high.col_begin = box.col_begin + static_cast<int32_t>(box.cols() / 2);
+    }
+    Push(low);
+    Push(high);
+  }
+
+  void Scan(const CellBox& box) {
+    for (int32_t row = box.row_begin; row < box.row_end; ++row) {
+      VisitRow(layer_.tiles(), row, {box.col_begin, box.col_end},
+               [&](int32_t begin, int32_t end, CellCode code) {
+                 if (!matches_(code)) return;
+                 for (int32_t col = begin; col < end; ++col) Offer({row, col}, code);
+               });
+    }
+  }
+
+  void Offer(const CellIndex& cell, CellCode code) {
+    const Point centre = layer_.geometry().CentreOf(cell);
+    const Found found{std::hypot(centre.x - p_.x, centre.y - p_.y), cell, code};
+    if (Full() && !(found < best_.top())) return;
+    if (Full()) best_.pop();
+    best_.push(found);
+  }
+
+  std::vector<Neighbour> Sorted() {
+    std::vector<Neighbour> result(best_.size());
+    for (size_t i = result.size(); i-- > 0; best_.pop()) {
+      const auto& [distance_m, cell, code] = best_.top();
+      std::optional<double> value;
+      if (!IsUnknown(code)) value = layer_.domain().Decode(code);
+      result[i].distance_m = distance_m;
+      result[i].cell = {cell.row, cell.col, cell.col + 1, value};
+    }
+    return result;
+  }
+
+  const GridLayer& layer_;
+  const Point p_;
+  const Point p_in_grid_;
+  const CodePredicate matches_;
+  const int k_;
+  std::priority_queue<Entry> open_;  // nearest first
+  std::priority_queue<Found> best_;  // farthest first
+};
+
+}  // namespace
+
+GridLayer::GridLayer(LayerSpec spec, std::shared_ptr<const CellDomain> domain)
+    : GridLayer(std::move(spec), std::move(domain), {}, {}) {}
+
+GridLayer::GridLayer(LayerSpec spec, std::shared_ptr<const CellDomain> domain, TileMap tiles,
+                     CellBox extent)
+    : Layer(std::move(spec)),
+      domain_(std::move(domain)),
+      tiles_(std::move(tiles)),
+      extent_(extent) {}
+
+CellCode GridLayer::CodeAt(const CellIndex& cell) const {
+  const TileIndex index = TileOf(cell);
+  const auto tile = tiles_.find(index);
+  if (tile == tiles_.end()) return kUnknownCode;
+  return tile->second->at(cell.row - index.row * kTileSide, cell.col - index.col * kTileSide);
+}
+
+std::optional<double> GridLayer::ValueAt(const CellIndex& cell) const {
+  const CellCode code = CodeAt(cell);
+  if (IsUnknown(code)) return std::nullopt;
+  return domain_->Decode(code);
+}
+
+Box GridLayer::Bounds() const { return extent_.empty() ? Box() : geometry().BoundsOf(extent_); }
+
+PointContent GridLayer::ContentAt(const Point& p) const {
+  PointContent content;
+  const std::optional<CellIndex> cell = geometry().CellAt(p);
+  if (!cell || !extent_.Contains(*cell)) {
+    content.status = AnswerStatus::kOutside;
+    return content;
+  }
+  content.value = ValueAt(*cell);
+  content.status = content.value ? AnswerStatus::kValue : AnswerStatus::kUnknown;
+  return content;
+}
+
+std::unique_ptr<AnswerCursor> GridLayer::ContentIn(const Polygon& area) const {
+  return std::make_unique<GridCursor>(std::static_pointer_cast<const GridLayer>(shared_from_this()),
+                                      CellCover(area, geometry(), extent_), std::nullopt);
+}
+
+std::unique_ptr<AnswerCursor> GridLayer::Find(const ValueQuery& value, const Polygon* area) const {
+  std::optional<CodePredicate> predicate = domain_->Match(value);
+  if (!predicate) return nullptr;
+  std::optional<CellCover> cover;
+  if (area) cover.emplace(*area, geometry(), extent_);
+  return std::make_unique<GridCursor>(std::static_pointer_cast<const GridLayer>(shared_from_this()),
+                                      std::move(cover), std::move(predicate));
+}
+
+std::optional<std::vector<Neighbour>> GridLayer::Nearest(const Point& p, const ValueQuery& value,
+                                                         int k) const {
+  std::optional<CodePredicate> predicate = domain_->Match(value);
+  if (!predicate) return std::nullopt;
+  return NearestCells(*this, p, *std::move(predicate), k).Run();
+}
+
+}  // namespace hypermap

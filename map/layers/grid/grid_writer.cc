@@ -1,0 +1,118 @@
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "map/layers/grid/grid_layer.h"
+
+namespace hypermap {
+
+GridWriter::GridWriter(std::shared_ptr<const GridLayer> layer)
+    : layer_(std::move(layer)), extent_(layer_->extent()) {}
+
+Tile* GridWriter::MutableTile(const TileIndex& index) {
+  std::shared_ptr<Tile>& tile = dirty_[index];
+  if (!tile) {
+    const auto before = layer_->tiles().find(index);
+    tile = before == layer_->tiles().end() ? std::make_shared<Tile>()
+                                           : std::make_shared<Tile>(*before->second);
+  }
+  return tile.get();
+}
+
+void GridWriter::SetSpan(int32_t row, int32_t col_begin, int32_t col_end, CellCode code) {
+  for (int32_t col = col_begin; col < col_end;) {
+    const TileIndex index = TileOf({row, col});
+    const CellBox cells = CellsOf(index);
+    Tile* tile = MutableTile(index);
+    for (; col < col_end && col < cells.col_end; ++col) {
+      tile->set(row - cells.row_begin, col - cells.col_begin, code);
+    }
+  }
+}
+
+absl::Status GridWriter::Write(const CellBox& box,
+                               const std::vector<std::optional<double>>& values) {
+  if (box.empty()) return absl::InvalidArgumentError("box holds no cell");
+  if (!kAllCells.Contains(box)) {
+    return absl::InvalidArgumentError(absl::StrCat("box leaves the cells with indices in [",
+                                                   -kMaxCellIndex, ", ", kMaxCellIndex, ")"));
+  }
+  if (static_cast<int64_t>(values.size()) != box.num_cells()) {
+    return absl::InvalidArgumentError(absl::StrCat("values has ", values.size(), " entries for ",
+                                                   box.num_cells(), " cells of the box"));
+  }
+  std::vector<CellCode> codes;
+  codes.reserve(values.size());
+  for (const std::optional<double>& value : values) {
+    if (!value) {
+      codes.push_back(kUnknownCode);
+      continue;
+    }
+    const absl::StatusOr<CellCode> code = layer_->domain().Encode(*value);
+    if (!code.ok()) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("values[", codes.size(), "]: ", code.status().message()));
+    }
+    codes.push_back(*code);
+  }
+  size_t next = 0;
+  for (int32_t row = box.row_begin; row < box.row_end; ++row) {
+    for (int32_t col = box.col_begin; col < box.col_end;) {
+      const TileIndex index = TileOf({row, col});
+      const CellBox cells = CellsOf(index);
+      Tile* tile = MutableTile(index);
+      for (; col < box.col_end && col < cells.col_end; ++col) {
+        tile->set(row - cells.row_begin, col - cells.col_begin, codes[next++]);
+      }
+    }
+  }
+  extent_ = extent_.Union(box);
+  return absl::OkStatus();
+}
+
+absl::Status GridWriter::Fill(const Polygon& area, CellRule rule, std::optional<double> value,
+                              int64_t max_cells) {
+  CellCode code = kUnknownCode;
+  if (value) {
+    const absl::StatusOr<CellCode> encoded = layer_->domain().Encode(*value);
+    if (!encoded.ok()) return encoded.status();
+    code = *encoded;
+  }
+  const GridGeometry& geometry = layer_->geometry();
+  for (const Point& p : area.outer()) {
+    if (!geometry.CellAt(p)) {
+      return absl::InvalidArgumentError(absl::StrCat("area leaves the cells with indices in [",
+                                                     -kMaxCellIndex, ", ", kMaxCellIndex, ")"));
+    }
+  }
+  const CellCover cover(area, geometry, kAllCells, rule);
+  const CellBox& bounds = cover.bounds();
+  if (bounds.num_cells() > max_cells) {
+    return absl::ResourceExhaustedError(absl::StrCat("area's box holds ", bounds.num_cells(),
+                                                     " cells, more than max_cells = ", max_cells));
+  }
+  for (int32_t row = bounds.row_begin; row < bounds.row_end; ++row) {
+    for (const ColumnSpan& span : cover.SpansOfRow(row)) {
+      SetSpan(row, span.col_begin, span.col_end, code);
+      extent_ = extent_.Union({row, row + 1, span.col_begin, span.col_end});
+    }
+  }
+  return absl::OkStatus();
+}
+
+GridWriter::Result GridWriter::Finish() && {
+  TileMap tiles = layer_->tiles();
+  WrittenTiles written;
+  for (auto& [index, tile] : dirty_) {
+    TilePtr& slot = tiles[index];
+    const bool same = slot && std::equal(slot->codes().begin(), slot->codes().end(),
+                                         tile->codes().begin(), SameCode);
+    if (same) continue;
+    written[index] = {slot, tile};
+    slot = std::move(tile);
+  }
+  auto layer = std::make_shared<const GridLayer>(layer_->spec(), layer_->shared_domain(),
+                                                 std::move(tiles), extent_);
+  return {std::move(layer), std::move(written)};
+}
+
+}  // namespace hypermap

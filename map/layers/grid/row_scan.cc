@@ -1,0 +1,178 @@
+#include "map/layers/grid/row_scan.h"
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+#include "map/geometry/predicates.h"
+
+namespace hypermap {
+namespace {
+
+// The arithmetic that Lattice promises, which is that of GridGeometry without a turn.
+double Position(double origin, int32_t index, double offset, double step) {
+  return origin + (index + offset) * step;
+}
+
+// Spans of the columns that have an odd number of crossings at or left of them.
+void AppendInside(std::vector<int32_t> crossings, std::vector<ColumnSpan>& spans) {
+  std::sort(crossings.begin(), crossings.end());
+  for (size_t i = 0; i + 1 < crossings.size(); i += 2) {
+    if (crossings[i] < crossings[i + 1]) spans.push_back({crossings[i], crossings[i + 1]});
+  }
+}
+
+}  // namespace
+
+class RowScan::Place {
+ public:
+  static Place AtHeight(const Edge& edge, double y) {
+    if (y <= edge.low.y) return Place(edge.low);
+    if (y >= edge.high.y) return Place(edge.high);
+    return Place(edge.low, edge.high, y);
+  }
+
+  // Where the part of the edge between two heights is furthest left and right.
+  static std::pair<Place, Place> Ends(const Edge& edge, double y_min, double y_max) {
+    Place lower = AtHeight(edge, y_min), upper = AtHeight(edge, y_max);
+    // A level edge has no lower end.
+    if (edge.low.y == edge.high.y) lower = Place(edge.low), upper = Place(edge.high);
+    if (edge.low.x > edge.high.x) std::swap(lower, upper);
+    return {lower, upper};
+  }
+
+  bool IsLeftOf(double x) const {
+    return is_vertex_ ? low_.x < x : Orientation(low_, high_, {x, y_}) < 0;
+  }
+  bool IsRightOf(double x) const {
+    return is_vertex_ ? low_.x > x : Orientation(low_, high_, {x, y_}) > 0;
+  }
+  // Near the place; only where to begin looking.
+  double ApproximateX() const {
+    if (is_vertex_) return low_.x;
+    return low_.x + (high_.x - low_.x) * ((y_ - low_.y) / (high_.y - low_.y));
+  }
+
+ private:
+  explicit Place(const Point& vertex) : is_vertex_(true), low_(vertex) {}
+  Place(const Point& low, const Point& high, double y)
+      : is_vertex_(false), low_(low), high_(high), y_(y) {}
+
+  bool is_vertex_;
+  Point low_, high_;
+  double y_ = 0.0;
+};
+
+RowScan::RowScan(const Polygon& polygon, int32_t col_begin, int32_t col_end)
+    : col_begin_(col_begin), col_end_(std::max(col_begin, col_end)) {
+  edges_.reserve(polygon.num_vertices());
+  for (const Ring& ring : polygon.rings()) {
+    Point a = ring.back();
+    for (const Point& b : ring) {
+      edges_.push_back(a.y <= b.y ? Edge{a, b, 0.0} : Edge{b, a, 0.0});
+      a = b;
+    }
+  }
+  std::sort(edges_.begin(), edges_.end(),
+            [](const Edge& a, const Edge& b) { return a.low.y < b.low.y; });
+  BuildTree(0, static_cast<int>(edges_.size()));
+}
+
+double RowScan::BuildTree(int begin, int end) {
+  if (begin == end) return -std::numeric_limits<double>::infinity();
+  const int root = begin + (end - begin) / 2;
+  Edge& edge = edges_[root];
+  edge.subtree_max_y = std::max({edge.high.y, BuildTree(begin, root), BuildTree(root + 1, end)});
+  return edge.subtree_max_y;
+}
+
+void RowScan::VisitEdges(double y_min, double y_max,
+                         absl::FunctionRef<void(const Edge&)> visit) const {
+  VisitSubtree(0, static_cast<int>(edges_.size()), y_min, y_max, visit);
+}
+
+void RowScan::VisitSubtree(int begin, int end, double y_min, double y_max,
+                           absl::FunctionRef<void(const Edge&)> visit) const {
+  if (begin == end) return;
+  const int root = begin + (end - begin) / 2;
+  const Edge& edge = edges_[root];
+  if (edge.subtree_max_y < y_min) return;
+  VisitSubtree(begin, root, y_min, y_max, visit);
+  if (edge.low.y > y_max) return;
+  if (edge.high.y >= y_min) visit(edge);
+  VisitSubtree(root + 1, end, y_min, y_max, visit);
+}
+
+int32_t RowScan::FirstColumn(const Lattice& lattice, double offset, const Place& place,
+                             Side side) const {
+  const auto reached = [&](int64_t col) {
+    const double x = Position(lattice.origin.x, static_cast<int32_t>(col), offset, lattice.step);
+    return side == Side::kRight ? place.IsLeftOf(x) : !place.IsRightOf(x);
+  };
+  // Columns are sorted by x: widen from a guess until the answer lies in (low, high], then halve.
+  const double guess = (place.ApproximateX() - lattice.origin.x) / lattice.step - offset;
+  int64_t low = col_begin_ - 1, high = col_end_;
+  if (guess > low && guess < high) {
+    const int64_t middle = std::max<int64_t>(static_cast<int64_t>(guess), col_begin_);
+    int64_t step = 1;
+    if (reached(middle)) {
+      high = middle;
+      while (high - step > low && reached(high - step)) high -= step, step *= 2;
+      low = std::max(low, high - step);
+    } else {
+      low = middle;
+      while (low + step < high && !reached(low + step)) low += step, step *= 2;
+      high = std::min(high, low + step);
+    }
+  }
+  while (high - low > 1) {
+    const int64_t middle = low + (high - low) / 2;
+    (reached(middle) ? high : low) = middle;
+  }
+  return static_cast<int32_t>(high);
+}
+
+std::vector<ColumnSpan> RowScan::Touched(const Lattice& lattice, int32_t row) const {
+  const double y_min = Position(lattice.origin.y, row, lattice.low, lattice.step);
+  const double y_max = Position(lattice.origin.y, row, lattice.high, lattice.step);
+  std::vector<ColumnSpan> spans;
+  std::vector<int32_t> crossings;
+  VisitEdges(y_min, y_max, [&](const Edge& edge) {
+    const auto [left, right] = Place::Ends(edge, y_min, y_max);
+    spans.push_back({FirstColumn(lattice, lattice.high, left, Side::kAtOrRight),
+                     FirstColumn(lattice, lattice.low, right, Side::kRight)});
+    if (edge.low.y <= y_min && edge.high.y > y_min) {
+      crossings.push_back(
+          FirstColumn(lattice, lattice.low, Place::AtHeight(edge, y_min), Side::kAtOrRight));
+    }
+  });
+  // A cell that no edge touches is inside if its lower left corner is; a cell whose corner is
+  // inside is touched anyhow.
+  AppendInside(std::move(crossings), spans);
+  return Union(std::move(spans));
+}
+
+std::vector<ColumnSpan> RowScan::Covered(const Lattice& lattice, int32_t row) const {
+  const double middle = (lattice.low + lattice.high) / 2;
+  const double y_min = Position(lattice.origin.y, row, lattice.low, lattice.step);
+  const double y_middle = Position(lattice.origin.y, row, middle, lattice.step);
+  const double y_max = Position(lattice.origin.y, row, lattice.high, lattice.step);
+  std::vector<ColumnSpan> inside, cut;
+  std::vector<int32_t> crossings;
+  VisitEdges(y_min, y_max, [&](const Edge& edge) {
+    // One side of every edge is outside: what it passes through is not covered.
+    if (edge.high.y > y_min && edge.low.y < y_max) {
+      const auto [left, right] = Place::Ends(edge, y_min, y_max);
+      cut.push_back({FirstColumn(lattice, lattice.high, left, Side::kRight),
+                     FirstColumn(lattice, lattice.low, right, Side::kAtOrRight)});
+    }
+    if (edge.low.y <= y_middle && edge.high.y > y_middle) {
+      crossings.push_back(
+          FirstColumn(lattice, middle, Place::AtHeight(edge, y_middle), Side::kAtOrRight));
+    }
+  });
+  AppendInside(std::move(crossings), inside);
+  return Difference(Union(std::move(inside)), Union(std::move(cut)));
+}
+
+}  // namespace hypermap

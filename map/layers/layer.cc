@@ -1,0 +1,21 @@
+#include "map/layers/layer.h"
+
+namespace hypermap {
+
+absl::string_view AnswerStatusName(AnswerStatus status) {
+  switch (status) {
+    case AnswerStatus::kValue:
+      return "value";
+    case AnswerStatus::kUnknown:
+      return "unknown";
+    case AnswerStatus::kOutside:
+      return "outside";
+    case AnswerStatus::kNoTransform:
+      return "no_transform";
+    case AnswerStatus::kUnsupportedValue:
+      return "unsupported_value";
+  }
+  return "unknown";
+}
+
+}  // namespace hypermap

@@ -1,0 +1,169 @@
+#include "map/layers/semantic_layer.h"
+
+#include <algorithm>
+#include <map>
+
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+#include "map/geometry/predicates.h"
+#include "tests/support/random_map.h"
+
+namespace hypermap {
+namespace {
+
+using ::testing::ElementsAre;
+using testing::RandomObject;
+using testing::RandomPolygon;
+using testing::Rng;
+using testing::TestSeed;
+using testing::Uniform;
+using testing::UniformInt;
+
+using Model = std::map<ObjectId, ObjectPtr>;
+
+ObjectPtr WithId(ObjectId id, SemanticObject object) {
+  object.id = id;
+  return std::make_shared<const SemanticObject>(std::move(object));
+}
+
+ObjectPtr Square(ObjectId id, const std::string& label, double x, double y) {
+  return WithId(id, {.label = label, .polygon = Polygon::FromBox({{x, y}, {x + 1, y + 1}})});
+}
+
+std::vector<ObjectId> Ids(const std::vector<ObjectPtr>& objects) {
+  std::vector<ObjectId> ids;
+  for (const ObjectPtr& object : objects) ids.push_back(object->id);
+  return ids;
+}
+
+std::vector<ObjectId> ReadIds(AnswerCursor& cursor, int max_items) {
+  std::vector<ObjectId> ids;
+  while (!cursor.done()) {
+    const AnswerPart part = cursor.Next(max_items);
+    EXPECT_LE(part.objects.size(), static_cast<size_t>(max_items));
+    for (const ObjectPtr& object : part.objects) ids.push_back(object->id);
+  }
+  return ids;
+}
+
+// Every question of the layer against a walk through all objects.
+void ExpectEqualToModel(const SemanticLayer& layer, const Model& model, Rng& rng) {
+  ASSERT_EQ(layer.Size(), static_cast<int64_t>(model.size()));
+  Box bounds;
+  std::vector<ObjectId> all;
+  for (const auto& [id, object] : model) {
+    bounds.Extend(object->polygon.bounds());
+    all.push_back(id);
+    ASSERT_EQ(layer.Find(id), object);
+  }
+  ASSERT_EQ(Ids(layer.Objects()), all);
+  ASSERT_EQ(layer.Bounds(), bounds);
+
+  const Point p{Uniform(rng, -20, 20), Uniform(rng, -20, 20)};
+  const Polygon area = RandomPolygon(rng, p, Uniform(rng, 0.1, 15));
+  const PreparedPolygon prepared(area);
+  std::vector<ObjectId> at_point, in_area, chairs, chairs_in_area, tagged;
+  std::vector<std::pair<double, ObjectId>> near;
+  for (const auto& [id, object] : model) {
+    const bool intersects = prepared.Intersects(object->polygon);
+    const bool is_chair = object->label == "chair";
+    if (Covers(object->polygon, p)) at_point.push_back(id);
+    if (intersects) in_area.push_back(id);
+    if (is_chair) chairs.push_back(id);
+    if (is_chair && intersects) chairs_in_area.push_back(id);
+    if (std::count(object->tags.begin(), object->tags.end(), "Movable")) tagged.push_back(id);
+    if (is_chair) near.emplace_back(Distance(object->polygon, p), id);
+  }
+  const int max_items = UniformInt(rng, 1, 50);
+  const ValueQuery chair = ValueLabel{"chair"};
+  EXPECT_EQ(Ids(layer.ContentAt(p).objects), at_point);
+  EXPECT_EQ(ReadIds(*layer.ContentIn(area), max_items), in_area);
+  EXPECT_EQ(ReadIds(*layer.Find(chair, nullptr), max_items), chairs);
+  EXPECT_EQ(ReadIds(*layer.Find(chair, &area), max_items), chairs_in_area);
+  EXPECT_EQ(ReadIds(*layer.Find(ValueTag{"movable"}, nullptr), max_items), tagged);
+  std::sort(near.begin(), near.end());
+  near.resize(std::min<size_t>(near.size(), 7));
+  std::vector<std::pair<double, ObjectId>> nearest;
+  const auto neighbours = layer.Nearest(p, chair, 7);
+  ASSERT_TRUE(neighbours.has_value());
+  for (const Neighbour& n : *neighbours) {
+    nearest.emplace_back(n.distance_m, n.object->id);
+  }
+  EXPECT_EQ(nearest, near);
+}
+
+TEST(SemanticLayerTest, EqualsAWalkThroughAllObjectsUnderRandomChanges) {
+  const uint64_t seed = TestSeed();
+  SCOPED_TRACE("HYPERMAP_TEST_SEED=" + std::to_string(seed));
+  Rng rng(seed);
+  auto layer = std::make_shared<const SemanticLayer>(LayerSpec{.name = "s", .frame_id = "map"});
+  Model model;
+  for (int step = 0; step < 150; ++step) {
+    absl::btree_map<ObjectId, ObjectPtr> changes;
+    const int count = UniformInt(rng, 0, 20) ? UniformInt(rng, 1, 10) : 200;
+    for (int i = 0; i < count; ++i) {
+      const ObjectId id = UniformInt(rng, 1, 600);
+      const Point centre{Uniform(rng, -20, 20), Uniform(rng, -20, 20)};
+      changes[id] = UniformInt(rng, 0, 3) ? WithId(id, RandomObject(rng, centre, 1.5)) : nullptr;
+    }
+    layer = layer->With(changes);
+    for (const auto& [id, object] : changes) {
+      if (object) {
+        model[id] = object;
+      } else {
+        model.erase(id);
+      }
+    }
+    ASSERT_NO_FATAL_FAILURE(ExpectEqualToModel(*layer, model, rng)) << "step " << step;
+    if (HasFailure()) return;
+  }
+}
+
+TEST(SemanticLayerTest, NearestOfACommonLabelGoesThroughTheTree) {
+  const uint64_t seed = TestSeed();
+  SCOPED_TRACE("HYPERMAP_TEST_SEED=" + std::to_string(seed));
+  Rng rng(seed);
+  std::vector<ObjectPtr> objects;
+  Model model;
+  for (ObjectId id = 1; id <= 6000; ++id) {
+    SemanticObject object = RandomObject(rng, {Uniform(rng, -20, 20), Uniform(rng, -20, 20)}, 0.5);
+    if (id % 2) object.label = "chair";
+    objects.push_back(model[id] = WithId(id, std::move(object)));
+  }
+  const SemanticLayer layer({.name = "s", .frame_id = "map"}, objects);
+  for (int i = 0; i < 5; ++i) ExpectEqualToModel(layer, model, rng);
+}
+
+TEST(SemanticLayerTest, EarlierVersionsStayAsTheyWere) {
+  const auto first = std::make_shared<const SemanticLayer>(
+      LayerSpec{.name = "s", .frame_id = "map"}, std::vector<ObjectPtr>{Square(1, "cup", 0, 0)});
+  const auto second = first->With({{1, nullptr}, {2, Square(2, "cup", 5, 5)}});
+  EXPECT_THAT(ReadIds(*first->Find(ValueLabel{"cup"}, nullptr), 9), ElementsAre(1));
+  EXPECT_THAT(ReadIds(*second->Find(ValueLabel{"cup"}, nullptr), 9), ElementsAre(2));
+}
+
+TEST(SemanticLayerTest, BoundariesBelongToTheObject) {
+  const SemanticLayer layer({.name = "s", .frame_id = "map"}, {Square(1, "cup", 0, 0)});
+  for (const Point p : {Point{0, 0}, Point{1, 1}, Point{0.5, 1}, Point{1, 0.25}}) {
+    EXPECT_THAT(Ids(layer.ContentAt(p).objects), ElementsAre(1));
+  }
+  EXPECT_TRUE(layer.ContentAt({1.0000001, 0.5}).objects.empty());
+  EXPECT_THAT(ReadIds(*layer.ContentIn(Polygon::FromBox({{1, 1}, {2, 2}})), 9), ElementsAre(1));
+}
+
+TEST(SemanticLayerTest, LabelsMatchWhateverTheirCaseAndBlanks) {
+  const SemanticLayer layer({.name = "s", .frame_id = "map"},
+                            {Square(1, "Dining  Table", 0, 0), Square(2, "dining", 0, 0)});
+  EXPECT_THAT(ReadIds(*layer.Find(*ParseValueQuery(" DINING table "), nullptr), 9), ElementsAre(1));
+}
+
+TEST(SemanticLayerTest, CantTakeKeywordsAndNumbers) {
+  const SemanticLayer layer({.name = "s", .frame_id = "map"});
+  EXPECT_EQ(layer.Find(ValueKeyword::kFree, nullptr), nullptr);
+  EXPECT_EQ(layer.Find(ValueRange{.low = 0.5}, nullptr), nullptr);
+  EXPECT_FALSE(layer.Nearest({0, 0}, ValueKeyword::kOccupied, 1).has_value());
+  EXPECT_NE(layer.Find(ValueLabel{"nothing like it"}, nullptr), nullptr);
+}
+
+}  // namespace
+}  // namespace hypermap

@@ -1,0 +1,43 @@
+#include <algorithm>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "map/query/query.h"
+
+namespace hypermap {
+
+absl::StatusOr<NearestAnswer> Nearest(const Snapshot& snapshot, const Scope& scope, const Point& p,
+                                      const ValueQuery& value, int k) {
+  if (!IsFinite(p)) return absl::InvalidArgumentError("point is not finite");
+  if (k < 1) return absl::InvalidArgumentError(absl::StrCat("k is ", k, ", must be at least 1"));
+  absl::StatusOr<std::string> caller = snapshot.ResolveFrame(scope.frame_id);
+  if (!caller.ok()) return caller.status();
+  absl::StatusOr<std::vector<LayerPtr>> layers = snapshot.SelectLayers(scope.layers);
+  if (!layers.ok()) return layers.status();
+
+  NearestAnswer answer;
+  for (const LayerPtr& layer : *layers) {
+    const auto transform = snapshot.frames.Lookup(*caller, layer->spec().frame_id);
+    if (!transform.ok()) {
+      answer.refusals.push_back({layer, AnswerStatus::kNoTransform});
+      continue;
+    }
+    std::optional<std::vector<Neighbour>> neighbours =
+        layer->Nearest(transform->Inverse() * p, value, k);
+    if (!neighbours) {
+      answer.refusals.push_back({layer, AnswerStatus::kUnsupportedValue});
+      continue;
+    }
+    for (Neighbour& neighbour : *neighbours) {
+      answer.entries.push_back({layer, *transform, std::move(neighbour)});
+    }
+  }
+  // Stable: equal distances stay in the order of the layers, and within a layer in its own.
+  std::stable_sort(answer.entries.begin(), answer.entries.end(), [](const auto& a, const auto& b) {
+    return a.neighbour.distance_m < b.neighbour.distance_m;
+  });
+  if (answer.entries.size() > static_cast<size_t>(k)) answer.entries.resize(k);
+  return answer;
+}
+
+}  // namespace hypermap

@@ -1,0 +1,49 @@
+#include "map/snapshot.h"
+
+#include <algorithm>
+
+#include "absl/strings/str_cat.h"
+
+namespace hypermap {
+
+const Layer* Snapshot::FindLayer(absl::string_view name) const {
+  const auto it = layers.find(name);
+  return it == layers.end() ? nullptr : it->second.get();
+}
+
+absl::StatusOr<LayerPtr> Snapshot::GetLayer(absl::string_view name) const {
+  const auto it = layers.find(name);
+  if (it != layers.end()) return it->second;
+  return absl::NotFoundError(absl::StrCat("map \"", map_name, "\" has no layer \"", name, "\""));
+}
+
+absl::StatusOr<std::vector<LayerPtr>> Snapshot::SelectLayers(
+    const std::vector<std::string>& names) const {
+  std::vector<LayerPtr> selected;
+  if (names.empty()) {
+    for (const auto& [name, layer] : layers) selected.push_back(layer);
+    return selected;
+  }
+  for (const std::string& name : names) {
+    absl::StatusOr<LayerPtr> layer = GetLayer(name);
+    if (!layer.ok()) return layer.status();
+    if (std::find(selected.begin(), selected.end(), *layer) == selected.end()) {
+      selected.push_back(*std::move(layer));
+    }
+  }
+  return selected;
+}
+
+bool Snapshot::KnowsFrame(absl::string_view frame) const {
+  if (frame == frame_id || frames.Contains(frame)) return true;
+  return std::any_of(layers.begin(), layers.end(),
+                     [frame](const auto& named) { return named.second->spec().frame_id == frame; });
+}
+
+absl::StatusOr<std::string> Snapshot::ResolveFrame(absl::string_view frame) const {
+  if (frame.empty()) return frame_id;
+  if (KnowsFrame(frame)) return std::string(frame);
+  return absl::NotFoundError(absl::StrCat("map \"", map_name, "\" has no frame \"", frame, "\""));
+}
+
+}  // namespace hypermap
