@@ -32,10 +32,21 @@ struct Commit {
   std::string request_id;
 };
 
+// What a map is from its creation on.
+struct MapHeader {
+  std::string name;
+  std::string frame_id;
+  absl::Time created_at;
+  std::string request_id;  // of its creation
+};
+
 // One map, opened for writing by this process alone. One thread at a time.
 class StoredMap {
  public:
   virtual ~StoredMap() = default;
+
+  // As given at its creation; the name is the one it was opened by.
+  virtual const MapHeader& header() const = 0;
 
   // All of the newest revision. DATA_LOSS naming what is damaged.
   virtual absl::StatusOr<SnapshotPtr> Load() = 0;
@@ -50,13 +61,6 @@ class StoredMap {
 
   // Writes a consistent copy that can be opened as a map of its own. The file must not exist.
   virtual absl::Status BackupTo(const std::string& path) = 0;
-};
-
-struct MapHeader {
-  std::string name;
-  std::string frame_id;
-  absl::Time created_at;
-  std::string request_id;  // of its creation
 };
 
 // A set of maps in one place, of which this process is the only writer. Thread safe.
@@ -74,8 +78,15 @@ class MapStore {
   // another process; DATA_LOSS for one that is damaged.
   virtual absl::StatusOr<std::unique_ptr<StoredMap>> Open(const std::string& name) = 0;
 
-  // Removes the map for good. It must not be open. NOT_FOUND.
-  virtual absl::Status Delete(const std::string& name) = 0;
+  // Removes the map for good and remembers the request (unless its id is empty): the same request
+  // again changes nothing and is OK, also after a restart and when a map of that name was made
+  // since. NOT_FOUND; FAILED_PRECONDITION when the map is open; INVALID_ARGUMENT when the id was
+  // used to delete another map.
+  virtual absl::Status Delete(const std::string& name, const std::string& request_id) = 0;
+
+  // The map that the request deleted; nullopt when it deleted none.
+  virtual absl::StatusOr<std::optional<std::string>> FindDeletion(
+      const std::string& request_id) = 0;
 };
 
 }  // namespace hypermap::storage

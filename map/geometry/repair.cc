@@ -11,6 +11,14 @@
 namespace hypermap {
 namespace {
 
+// Whether all vertices are finite and at least three are distinct.
+bool CanEnclose(Ring ring) {
+  if (!std::all_of(ring.begin(), ring.end(), IsFinite)) return false;
+  std::sort(ring.begin(), ring.end(),
+            [](const Point& a, const Point& b) { return a.x != b.x ? a.x < b.x : a.y < b.y; });
+  return std::unique(ring.begin(), ring.end()) - ring.begin() >= 3;
+}
+
 // How often `ring` goes round `p`, counter-clockwise counted positive; `p` not on the ring. Signed
 // crossings of the ray to the right.
 int WindingNumber(const Ring& ring, const Point& p) {
@@ -69,9 +77,7 @@ GeosGeometry FilledRegion(const GeosContext& geos, const Ring& ring) {
 absl::StatusOr<std::vector<Polygon>> FillNonZero(const Ring& ring) {
   absl::StatusOr<Polygon> as_it_is = Polygon::Make(ring);
   if (as_it_is.ok()) return std::vector<Polygon>{*std::move(as_it_is)};
-  const bool drawable = ring.size() >= 3 && std::all_of(ring.begin(), ring.end(),
-                                                        [](const Point& p) { return IsFinite(p); });
-  if (!drawable) return as_it_is.status();
+  if (!CanEnclose(ring)) return as_it_is.status();
 
   const GeosContext& geos = GeosContext::OfThisThread();
   const GeosGeometry region = FilledRegion(geos, ring);

@@ -3,6 +3,8 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <string>
+#include <utility>
 
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
@@ -43,7 +45,7 @@ TEST(FillNonZeroTest, AHullGoneRoundSeveralTimesIsFilled) {
 }
 
 TEST(FillNonZeroTest, TheMiddleOfAPentagramIsFilled) {
-  Ring star, hull;
+  Ring star;
   for (int i = 0; i < 5; ++i) {
     const double angle = 2 * std::numbers::pi * 2 * i / 5;
     star.push_back({std::cos(angle), std::sin(angle)});
@@ -95,7 +97,7 @@ TEST(FillNonZeroTest, RefusesWhatHasNoArea) {
     const auto polygons = FillNonZero(ring);
     ASSERT_FALSE(polygons.ok());
     EXPECT_EQ(polygons.status().code(), absl::StatusCode::kInvalidArgument);
-    EXPECT_EQ(polygons.status().message(), message);
+    EXPECT_EQ(std::string(polygons.status().message()), message);
   }
 }
 

@@ -25,6 +25,7 @@ class ScopeReader : public PartReader {
     if (!cursor_) {
       part.status = OpenCursor(*part.layer);
       if (part.status != AnswerStatus::kValue) {
+        part.last = true;
         ++current_;
         return part;
       }
@@ -32,6 +33,7 @@ class ScopeReader : public PartReader {
     part.caller_from_layer = caller_from_layer_;
     part.part = cursor_->Next(max_items);
     if (cursor_->done()) {
+      part.last = true;
       cursor_.reset();
       ++current_;
     }

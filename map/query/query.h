@@ -47,6 +47,7 @@ struct LayerPart {
       AnswerStatus::kValue;  // not kValue: the layer can't answer; `part` is empty
   PlanarTransform caller_from_layer;
   AnswerPart part;
+  bool last = false;  // of this layer
 };
 
 // Runs through the layers' answers one after another, in bounded parts. Pins the snapshot. Not
