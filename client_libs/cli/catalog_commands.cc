@@ -1,0 +1,201 @@
+// maps, map, layers, layer, transforms, transform.
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "absl/status/status.h"
+#include "client_libs/cli/commands.h"
+#include "client_libs/cli/coordinates.h"
+#include "client_libs/cli/validators.h"
+
+namespace hypermap::cli {
+namespace {
+
+// Shows an answer, or passes its error on.
+template <typename Answer>
+absl::Status ShowAnswer(const absl::StatusOr<Answer>& answer, Output& output) {
+  if (!answer.ok()) return answer.status();
+  output.Show(*answer);
+  return absl::OkStatus();
+}
+
+struct MapOptions {
+  std::string map;
+  std::string frame_id;
+};
+
+struct LayerOptions {
+  std::string map;
+  std::string name;
+  std::string kind;
+  std::string origin = "0,0,0";
+  std::optional<double> resolution_m;
+  std::optional<double> free_below;
+  std::optional<double> occupied_above;
+  std::string frame_id;
+  std::string unit;
+};
+
+struct TransformOptions {
+  std::string map;
+  std::string child;
+  std::string parent;
+  std::string x;
+  std::string y;
+  std::string yaw;
+};
+
+void AddMapCommands(CLI::App& app, Command& selected) {
+  CLI::App* maps = app.add_subcommand("maps", "List the maps");
+  maps->callback([&selected] {
+    selected = [](Session& s) { return ShowAnswer(s.client.ListMaps(), s.output); };
+  });
+
+  CLI::App* map = app.add_subcommand("map", "Create or delete a map")->require_subcommand(1);
+  auto options = std::make_shared<MapOptions>();
+  CLI::App* create = map->add_subcommand("create", "Make an empty map");
+  create->add_option("map", options->map, "Name of the map")->required()->type_name("MAP");
+  create->add_option("--frame", options->frame_id, "The map's own frame (default: map)");
+  create->callback([&selected, options] {
+    selected = [options](Session& s) {
+      auto answer = s.client.CreateMap(options->map, options->frame_id);
+      if (!answer.ok()) return answer.status();
+      s.output.Show(Done{.map = answer->name, .what = "created"});
+      return absl::OkStatus();
+    };
+  });
+  CLI::App* remove = map->add_subcommand("delete", "Remove a map and its layers for good");
+  remove->add_option("map", options->map, "Name of the map")->required()->type_name("MAP");
+  remove->callback([&selected, options] {
+    selected = [options](Session& s) {
+      const absl::Status status = s.client.DeleteMap(options->map);
+      if (status.ok()) s.output.Show(Done{.map = options->map, .what = "deleted"});
+      return status;
+    };
+  });
+}
+
+absl::StatusOr<LayerSpec> MakeSpec(const LayerOptions& options) {
+  LayerSpec spec;
+  spec.name = options.name;
+  spec.kind = ParseLayerKind(options.kind).value_or(LayerKind::kSemantic);
+  spec.frame_id = options.frame_id;
+  spec.unit = options.unit;
+  if (options.free_below) spec.thresholds.free_below = *options.free_below;
+  if (options.occupied_above) spec.thresholds.occupied_above = *options.occupied_above;
+  if (options.resolution_m) {
+    const absl::StatusOr<PlanarTransform> origin = ParsePose(options.origin);
+    if (!origin.ok()) return origin.status();
+    spec.grid = GridGeometry{*origin, *options.resolution_m};
+  }
+  return spec;
+}
+
+absl::Status CreateLayer(const LayerOptions& options, Session& s) {
+  const absl::StatusOr<LayerSpec> spec = MakeSpec(options);
+  if (!spec.ok()) return spec.status();
+  const absl::StatusOr<Revision> revision = s.client.CreateLayer(options.map, *spec);
+  if (!revision.ok()) return revision.status();
+  s.output.Show(Done{options.map, "created", options.name, *revision});
+  return absl::OkStatus();
+}
+
+void AddLayerOptions(CLI::App& create, LayerOptions& options) {
+  create.add_option("--kind", options.kind, "occupancy, exploration, semantic or scalar")
+      ->required()
+      ->check(IsLayerKind());
+  CLI::Option* resolution = create.add_option("--resolution", options.resolution_m,
+                                              "Side of a cell in metres, for layers of cells");
+  create.add_option("--origin", options.origin, "Pose of the lower left corner of cell (0, 0)")
+      ->type_name("X,Y,YAW")
+      ->needs(resolution)
+      ->check(IsPose())
+      ->capture_default_str();
+  create.add_option("--frame", options.frame_id, "The layer's frame (default: the map's own)");
+  create.add_option("--unit", options.unit, "Unit of the values of a scalar layer");
+  create.add_option("--free-below", options.free_below, "Probability below which cells are free");
+  create.add_option("--occupied-above", options.occupied_above,
+                    "Probability above which cells are occupied");
+}
+
+void AddLayerCommands(CLI::App& app, Command& selected) {
+  auto options = std::make_shared<LayerOptions>();
+  CLI::App* layers = app.add_subcommand("layers", "List the layers of a map");
+  layers->add_option("map", options->map, "Name of the map")->required()->type_name("MAP");
+  layers->callback([&selected, options] {
+    selected = [options](Session& s) {
+      return ShowAnswer(s.client.ListLayers(options->map), s.output);
+    };
+  });
+
+  CLI::App* layer = app.add_subcommand("layer", "Create or delete a layer")->require_subcommand(1);
+  CLI::App* create = layer->add_subcommand("create", "Make an empty layer");
+  create->add_option("map", options->map, "Name of the map")->required()->type_name("MAP");
+  create->add_option("name", options->name, "Name of the layer")->required()->type_name("NAME");
+  AddLayerOptions(*create, *options);
+  create->callback([&selected, options] {
+    selected = [options](Session& s) { return CreateLayer(*options, s); };
+  });
+
+  CLI::App* remove = layer->add_subcommand("delete", "Remove a layer and its content");
+  remove->add_option("map", options->map, "Name of the map")->required()->type_name("MAP");
+  remove->add_option("name", options->name, "Name of the layer")->required()->type_name("NAME");
+  remove->callback([&selected, options] {
+    selected = [options](Session& s) {
+      const absl::StatusOr<Revision> revision = s.client.DeleteLayer(options->map, options->name);
+      if (!revision.ok()) return revision.status();
+      s.output.Show(Done{options->map, "deleted", options->name, *revision});
+      return absl::OkStatus();
+    };
+  });
+}
+
+absl::Status SetTransform(const TransformOptions& options, Session& s) {
+  const absl::StatusOr<PlanarTransform> pose =
+      ParsePose(options.x + "," + options.y + "," + options.yaw);
+  if (!pose.ok()) return pose.status();
+  const absl::StatusOr<Revision> revision =
+      s.client.SetTransform(options.map, {options.parent, options.child, *pose});
+  if (!revision.ok()) return revision.status();
+  s.output.Show(
+      Done{options.map, "frame " + options.child + " set in " + options.parent, "", *revision});
+  return absl::OkStatus();
+}
+
+void AddTransformCommands(CLI::App& app, Command& selected) {
+  auto options = std::make_shared<TransformOptions>();
+  CLI::App* transforms = app.add_subcommand("transforms", "List the frames of a map");
+  transforms->add_option("map", options->map, "Name of the map")->required()->type_name("MAP");
+  transforms->callback([&selected, options] {
+    selected = [options](Session& s) {
+      return ShowAnswer(s.client.ListTransforms(options->map), s.output);
+    };
+  });
+
+  CLI::App* transform = app.add_subcommand("transform", "Place a frame")->require_subcommand(1);
+  CLI::App* set = transform->add_subcommand("set", "Set the pose of a frame in another");
+  set->add_option("map", options->map, "Name of the map")->required()->type_name("MAP");
+  set->add_option("child", options->child, "The frame")->required()->type_name("CHILD");
+  set->add_option("parent", options->parent, "The frame that the pose is in")
+      ->required()
+      ->type_name("PARENT");
+  set->add_option("x", options->x, "Metres")->required()->type_name("X")->check(IsNumber());
+  set->add_option("y", options->y, "Metres")->required()->type_name("Y")->check(IsNumber());
+  set->add_option("yaw", options->yaw, "Radians, counter-clockwise")
+      ->required()
+      ->type_name("YAW")
+      ->check(IsNumber());
+  set->callback([&selected, options] {
+    selected = [options](Session& s) { return SetTransform(*options, s); };
+  });
+}
+
+}  // namespace
+
+void AddCatalogCommands(CLI::App& app, Command& selected) {
+  AddMapCommands(app, selected);
+  AddLayerCommands(app, selected);
+  AddTransformCommands(app, selected);
+}
+
+}  // namespace hypermap::cli

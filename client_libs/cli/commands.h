@@ -1,0 +1,34 @@
+// The groups of commands. Each adds its subcommands to the parser; the one that a command line
+// names puts what is to be done into `selected`.
+#ifndef HYPERMAP_CLIENT_LIBS_CLI_COMMANDS_H_
+#define HYPERMAP_CLIENT_LIBS_CLI_COMMANDS_H_
+
+#include <CLI/CLI.hpp>
+#include <functional>
+
+#include "absl/status/status.h"
+#include "client_libs/cli/output.h"
+#include "client_libs/cpp/client.h"
+
+namespace hypermap::cli {
+
+// What a command works with.
+struct Session {
+  client::Client& client;
+  Output& output;
+};
+
+using Command = std::function<absl::Status(Session&)>;
+
+// maps, map, layers, layer, transforms, transform. `selected` must outlive the parser.
+void AddCatalogCommands(CLI::App& app, Command& selected);
+
+// import, edit, export, backup.
+void AddTransferCommands(CLI::App& app, Command& selected);
+
+// query point, area, value, nearest.
+void AddQueryCommands(CLI::App& app, Command& selected);
+
+}  // namespace hypermap::cli
+
+#endif  // HYPERMAP_CLIENT_LIBS_CLI_COMMANDS_H_

@@ -1,0 +1,29 @@
+// Coordinates as they are written on a command line.
+#ifndef HYPERMAP_CLIENT_LIBS_CLI_COORDINATES_H_
+#define HYPERMAP_CLIENT_LIBS_CLI_COORDINATES_H_
+
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
+#include "map/frames/planar_transform.h"
+#include "map/geometry/polygon.h"
+
+namespace hypermap::cli {
+
+// The double nearest to the decimal number. INVALID_ARGUMENT for anything else.
+absl::StatusOr<double> ParseNumber(absl::string_view text);
+
+// "X,Y" in metres.
+absl::StatusOr<Point> ParsePoint(absl::string_view text);
+
+// "X,Y,YAW" in metres and radians.
+absl::StatusOr<PlanarTransform> ParsePose(absl::string_view text);
+
+// The polygon with these vertices ("X,Y"). INVALID_ARGUMENT as Polygon::Make.
+absl::StatusOr<Polygon> ParsePolygon(const std::vector<std::string>& vertices);
+
+}  // namespace hypermap::cli
+
+#endif  // HYPERMAP_CLIENT_LIBS_CLI_COORDINATES_H_

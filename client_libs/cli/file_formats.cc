@@ -1,0 +1,52 @@
+#include "client_libs/cli/file_formats.h"
+
+#include <filesystem>
+
+#include "absl/status/status.h"
+#include "absl/strings/ascii.h"
+#include "absl/strings/str_cat.h"
+
+namespace hypermap::cli {
+namespace {
+
+struct KnownFormat {
+  const char* name;
+  const char* extension;
+  ExportFormat format;
+};
+
+// The first of a name's extensions is the usual one.
+constexpr KnownFormat kFormats[] = {
+    {"hmap", ".hmap", client::FileFormat::kHmap},
+    {"nav2", ".yaml", client::FileFormat::kNav2},
+    {"nav2", ".yml", client::FileFormat::kNav2},
+    {"geojson", ".geojson", client::FileFormat::kGeoJson},
+    {"geojson", ".json", client::FileFormat::kGeoJson},
+    {"gpkg", ".gpkg", GeoPackage{}},
+};
+
+}  // namespace
+
+absl::StatusOr<ExportFormat> ExportFormatOf(const std::string& name, const std::string& path) {
+  const std::string extension =
+      absl::AsciiStrToLower(std::filesystem::path(path).extension().string());
+  for (const KnownFormat& known : kFormats) {
+    if (name.empty() ? extension == known.extension : name == known.name) return known.format;
+  }
+  if (!name.empty()) {
+    return absl::InvalidArgumentError(absl::StrCat("\"", name, "\" is not a format"));
+  }
+  return absl::InvalidArgumentError(
+      absl::StrCat("the name \"", path, "\" tells no format, --format does"));
+}
+
+absl::StatusOr<client::FileFormat> ImportFormatOf(const std::string& name,
+                                                  const std::string& path) {
+  const absl::StatusOr<ExportFormat> format = ExportFormatOf(name, path);
+  if (!format.ok()) return format.status();
+  if (const auto* interchange = std::get_if<client::FileFormat>(&*format)) return *interchange;
+  return absl::InvalidArgumentError(
+      "a GeoPackage is not imported: it is a map as it is, put it into the server's data folder");
+}
+
+}  // namespace hypermap::cli

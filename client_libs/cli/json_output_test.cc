@@ -1,0 +1,239 @@
+#include "client_libs/cli/json_output.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <string>
+
+namespace hypermap::cli {
+namespace {
+
+using ::testing::HasSubstr;
+
+SemanticObject Cup() {
+  return {.id = 12,
+          .label = "cup",
+          .classes = {{"bowl", 0.1}, {"cup", 0.81}},
+          .existence = 0.97,
+          .polygon =
+              *Polygon::Make({{0, 0}, {4, 0}, {4, 4}, {0, 4}}, {{{1, 1}, {1, 3}, {3, 3}, {3, 1}}}),
+          .height = HeightRange{0.7, 0.8},
+          .tags = {"blue", "mine"},
+          .attributes = {{"clean", false},
+                         {"owner", std::string("Ada")},
+                         {"uses", int64_t{3}},
+                         {"weight_kg", 0.25}}};
+}
+
+SemanticObject Plain(ObjectId id, const std::string& label) {
+  return {.id = id,
+          .label = label,
+          .classes = {},
+          .existence = 1.0,
+          .polygon = Polygon::FromBox({{0, 0}, {1, 1}}),
+          .height = std::nullopt,
+          .tags = {},
+          .attributes = {}};
+}
+
+client::LayerPart GridPart(const std::string& layer, LayerKind kind, std::vector<CellRun> runs) {
+  return {layer,
+          kind,
+          AnswerStatus::kValue,
+          {},
+          GridGeometry{PlanarTransform(-1.5, 2, 0.25), 0.05},
+          std::move(runs)};
+}
+
+client::LayerPart ObjectsPart(const std::string& layer, std::vector<SemanticObject> objects) {
+  return {layer, LayerKind::kSemantic, AnswerStatus::kValue, std::move(objects), std::nullopt, {}};
+}
+
+// What the output writes for one answer.
+template <typename Answer>
+std::string Shown(const Answer& answer) {
+  std::ostringstream out;
+  MakeJsonOutput(out)->Show(answer);
+  return out.str();
+}
+
+std::string ShownParts(const std::vector<client::LayerPart>& parts, Revision revision) {
+  std::ostringstream out;
+  const auto output = MakeJsonOutput(out);
+  for (const client::LayerPart& part : parts) output->Show(part);
+  output->EndParts(revision);
+  return out.str();
+}
+
+TEST(JsonOutputTest, EntityHasAllOfAnObjectWithClosedRings) {
+  EXPECT_EQ(ShownParts({ObjectsPart("objects", {Cup()})}, 3),
+            R"({"layer":"objects","entity":{"id":12,"label":"cup",)"
+            R"("classes":{"bowl":0.1,"cup":0.81},"existence":0.97,)"
+            R"("polygon":[[[0.0,0.0],[4.0,0.0],[4.0,4.0],[0.0,4.0],[0.0,0.0]],)"
+            R"([[1.0,1.0],[1.0,3.0],[3.0,3.0],[3.0,1.0],[1.0,1.0]]],)"
+            R"("centroid":[2.0,2.0],"tags":["blue","mine"],)"
+            R"("attributes":{"clean":false,"owner":"Ada","uses":3,"weight_kg":0.25},)"
+            R"("height":[0.7,0.8]}})"
+            "\n"
+            R"({"revision":3})"
+            "\n");
+}
+
+TEST(JsonOutputTest, WhatAnObjectLacksIsEmptyOrNull) {
+  const auto json = nlohmann::json::parse(Shown(ObjectsPart("objects", {Plain(1, "rug")})));
+  const auto& entity = json["entity"];
+  EXPECT_EQ(entity["classes"], nlohmann::json::object());
+  EXPECT_EQ(entity["tags"], nlohmann::json::array());
+  EXPECT_EQ(entity["attributes"], nlohmann::json::object());
+  EXPECT_TRUE(entity["height"].is_null());
+}
+
+TEST(JsonOutputTest, PointAnswerHasEveryKeyForEveryLayer) {
+  const client::PointAnswer answer{
+      "office",
+      7,
+      "map",
+      {2.75, -0.4},
+      {{"dock", LayerKind::kSemantic, AnswerStatus::kNoTransform, std::nullopt, {}},
+       {"floor", LayerKind::kOccupancy, AnswerStatus::kValue, 0.02, {}},
+       {"objects", LayerKind::kSemantic, AnswerStatus::kValue, std::nullopt, {Plain(4, "rug")}},
+       {"seen", LayerKind::kExploration, AnswerStatus::kValue, 1.0, {}},
+       {"wifi", LayerKind::kScalar, AnswerStatus::kUnknown, std::nullopt, {}}}};
+  auto json = nlohmann::json::parse(Shown(answer));
+  EXPECT_EQ(json["layers"][2]["entities"][0]["label"], "rug");
+  json["layers"][2]["entities"] = nlohmann::json::array();
+  EXPECT_EQ(json, nlohmann::json::parse(R"({"map":"office","revision":7,"frame_id":"map",
+      "point":[2.75,-0.4],"layers":[
+      {"layer":"dock","kind":"semantic","status":"no_transform","value":null,"entities":[]},
+      {"layer":"floor","kind":"occupancy","status":"value","value":0.02,"entities":[]},
+      {"layer":"objects","kind":"semantic","status":"value","value":null,"entities":[]},
+      {"layer":"seen","kind":"exploration","status":"value","value":1,"entities":[]},
+      {"layer":"wifi","kind":"scalar","status":"unknown","value":null,"entities":[]}]})"));
+}
+
+TEST(JsonOutputTest, RunsOfALayerAreOneLineWhateverPartsTheyCameIn) {
+  EXPECT_EQ(ShownParts({GridPart("floor", LayerKind::kOccupancy, {{-2, -1, 3, 0.02}}),
+                        GridPart("floor", LayerKind::kOccupancy, {}),
+                        GridPart("floor", LayerKind::kOccupancy, {{0, 5, 6, std::nullopt}}),
+                        GridPart("seen", LayerKind::kExploration, {{1, 2, 3, 1.0}})},
+                       8),
+            R"({"layer":"floor","grid":{"origin":[-1.5,2.0,0.25],"resolution_m":0.05},)"
+            R"("runs":[[-2,-1,3,0.02],[0,5,6,null]]})"
+            "\n"
+            R"({"layer":"seen","grid":{"origin":[-1.5,2.0,0.25],"resolution_m":0.05},)"
+            R"("runs":[[1,2,3,1]]})"
+            "\n"
+            R"({"revision":8})"
+            "\n");
+}
+
+TEST(JsonOutputTest, AGridWithoutMatchesHasALineAndASemanticLayerNone) {
+  EXPECT_EQ(
+      ShownParts({GridPart("floor", LayerKind::kOccupancy, {}), ObjectsPart("objects", {})}, 1),
+      R"({"layer":"floor","grid":{"origin":[-1.5,2.0,0.25],"resolution_m":0.05},"runs":[]})"
+      "\n"
+      R"({"revision":1})"
+      "\n");
+}
+
+TEST(JsonOutputTest, ALayerThatCannotAnswerSaysWhy) {
+  EXPECT_EQ(
+      ShownParts(
+          {{"wifi", LayerKind::kScalar, AnswerStatus::kUnsupportedValue, {}, std::nullopt, {}}}, 1),
+      R"({"layer":"wifi","status":"unsupported_value"})"
+      "\n"
+      R"({"revision":1})"
+      "\n");
+}
+
+TEST(JsonOutputTest, NearestHasALineAPlaceThenTheRefusals) {
+  client::NearestAnswer answer{"office", 3, "map", {}, {{"wifi", AnswerStatus::kNoTransform}}};
+  answer.matches.push_back({"seen", LayerKind::kExploration, 0.5, std::nullopt,
+                            GridGeometry{PlanarTransform(), 0.1}, CellRun{2, 3, 4, 0.0}});
+  EXPECT_EQ(Shown(answer),
+            R"({"layer":"seen","distance_m":0.5,)"
+            R"("grid":{"origin":[0.0,0.0,0.0],"resolution_m":0.1},"runs":[[2,3,4,0]]})"
+            "\n"
+            R"({"layer":"wifi","status":"no_transform"})"
+            "\n"
+            R"({"revision":3})"
+            "\n");
+
+  answer = {"office", 3, "map", {}, {}};
+  answer.matches.push_back(
+      {"objects", LayerKind::kSemantic, 1.25, Plain(4, "rug"), std::nullopt, std::nullopt});
+  EXPECT_THAT(Shown(answer),
+              HasSubstr(R"({"layer":"objects","distance_m":1.25,"entity":{"id":4,"label":"rug")"));
+}
+
+TEST(JsonOutputTest, NumbersReadBackAsTheSameDouble) {
+  for (const double value : {0.1, 1.0 / 3, 5e-324, 1.7976931348623157e308, -0.0, 123456789.125}) {
+    const auto json =
+        nlohmann::json::parse(Shown(client::PointAnswer{"m", 1, "map", {value, 0}, {}}));
+    EXPECT_EQ(json["point"][0].get<double>(), value);
+  }
+}
+
+TEST(JsonOutputTest, WhatIsNotFiniteIsNull) {
+  for (const double value :
+       {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
+    EXPECT_THAT(Shown(GridPart("wifi", LayerKind::kScalar, {})), "");
+    EXPECT_THAT(ShownParts({GridPart("wifi", LayerKind::kScalar, {{0, 0, 1, value}})}, 1),
+                HasSubstr("[[0,0,1,null]]"));
+  }
+}
+
+TEST(JsonOutputTest, TextThatIsNoUtf8IsReplaced) {
+  EXPECT_THAT(Shown(client::ImportAnswer{"m", 1, {}, {"bad \xff byte"}}),
+              HasSubstr("bad \xEF\xBF\xBD byte"));
+}
+
+TEST(JsonOutputTest, CatalogAnswers) {
+  client::MapEntry office{"office", "map", 4, absl::FromUnixSeconds(0), 2, ""};
+  client::MapEntry broken;
+  broken.name = "broken";
+  broken.problem = "not a GeoPackage";
+  EXPECT_EQ(Shown(std::vector<client::MapEntry>{broken, office}),
+            R"({"maps":[{"name":"broken","problem":"not a GeoPackage"},)"
+            R"({"name":"office","frame_id":"map","revision":4,)"
+            R"("create_time":"1970-01-01T00:00:00+00:00","layer_count":2}]})"
+            "\n");
+  EXPECT_EQ(Shown(std::vector<client::MapEntry>{}), "{\"maps\":[]}\n");
+
+  client::LayerEntry floor;
+  floor.spec.name = "floor";
+  floor.spec.kind = LayerKind::kOccupancy;
+  floor.spec.frame_id = "map";
+  floor.spec.grid = GridGeometry{PlanarTransform(), 0.05};
+  floor.size = 6;
+  floor.extent = CellBox{-1, 2, 0, 2};
+  EXPECT_EQ(Shown(client::LayerList{"office", 4, {floor}}),
+            R"({"map":"office","revision":4,"layers":[{"name":"floor","kind":"occupancy",)"
+            R"("frame_id":"map","size":6,"grid":{"origin":[0.0,0.0,0.0],"resolution_m":0.05},)"
+            R"("extent":{"rows":[-1,2],"cols":[0,2]},)"
+            R"("thresholds":{"free_below":0.196,"occupied_above":0.65}}]})"
+            "\n");
+  EXPECT_EQ(Shown(client::TransformList{
+                "office", 4, "map", {{"map", "dock", PlanarTransform(20, 0, 1.75)}}}),
+            R"({"map":"office","revision":4,"frame_id":"map","transforms":[)"
+            R"({"parent_frame_id":"map","child_frame_id":"dock",)"
+            R"("parent_from_child":[20.0,0.0,1.75]}]})"
+            "\n");
+}
+
+TEST(JsonOutputTest, MutationsAndFiles) {
+  EXPECT_EQ(Shown(client::ImportAnswer{"office", 2, {"floor"}, {}}),
+            "{\"map\":\"office\",\"revision\":2,\"layers\":[\"floor\"],\"repairs\":[]}\n");
+  EXPECT_EQ(Shown(Done{"office", "created", "floor", 2}),
+            "{\"map\":\"office\",\"layer\":\"floor\",\"revision\":2}\n");
+  EXPECT_EQ(Shown(Done{"office", "deleted", "", 0}), "{\"map\":\"office\"}\n");
+  EXPECT_EQ(
+      Shown(WrittenFiles{"office", 2, {"a.hmap"}, {"wifi"}}),
+      "{\"map\":\"office\",\"revision\":2,\"files\":[\"a.hmap\"],\"omissions\":[\"wifi\"]}\n");
+}
+
+}  // namespace
+}  // namespace hypermap::cli

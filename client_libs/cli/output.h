@@ -1,0 +1,50 @@
+// How commands show their answers: as JSON for programs or as tables for people.
+#ifndef HYPERMAP_CLIENT_LIBS_CLI_OUTPUT_H_
+#define HYPERMAP_CLIENT_LIBS_CLI_OUTPUT_H_
+
+#include <string>
+#include <vector>
+
+#include "client_libs/cpp/answers.h"
+
+namespace hypermap::cli {
+
+// What a mutation without an answer of its own did.
+struct Done {
+  std::string map;
+  std::string what;       // "created", "deleted", ...
+  std::string layer;      // or empty
+  Revision revision = 0;  // 0: none
+};
+
+// Files that a command wrote.
+struct WrittenFiles {
+  std::string map;
+  Revision revision = 0;  // 0: not known
+  std::vector<std::string> paths;
+  std::vector<std::string> omissions;
+};
+
+// Shows the answer of one command. One thread.
+class Output {
+ public:
+  virtual ~Output() = default;
+
+  virtual void Show(const std::vector<client::MapEntry>& maps) = 0;
+  virtual void Show(const client::LayerList& layers) = 0;
+  virtual void Show(const client::TransformList& transforms) = 0;
+  virtual void Show(const client::ImportAnswer& answer) = 0;
+  virtual void Show(const WrittenFiles& files) = 0;
+  virtual void Show(const Done& done) = 0;
+  virtual void Show(const client::PointAnswer& answer) = 0;
+  virtual void Show(const client::NearestAnswer& answer) = 0;
+
+  // The parts of an area or value answer as they arrive, then its end. An answer that breaks off
+  // has no end: what was shown of it is whole lines.
+  virtual void Show(const client::LayerPart& part) = 0;
+  virtual void EndParts(Revision revision) = 0;
+};
+
+}  // namespace hypermap::cli
+
+#endif  // HYPERMAP_CLIENT_LIBS_CLI_OUTPUT_H_

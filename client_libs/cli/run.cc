@@ -1,0 +1,119 @@
+#include "client_libs/cli/run.h"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <memory>
+#include <utility>
+
+#include "absl/status/status.h"
+#include "absl/strings/ascii.h"
+#include "absl/strings/str_cat.h"
+#include "absl/time/time.h"
+#include "client_libs/cli/commands.h"
+#include "client_libs/cli/json_output.h"
+#include "client_libs/cli/table_output.h"
+#include "client_libs/cli/text_table.h"
+#include "client_libs/cli/validators.h"
+#include "client_libs/cpp/client.h"
+
+namespace hypermap::cli {
+namespace {
+
+constexpr char kDescription[] =
+    "Asks and changes the maps of a Hypermap server.\n"
+    "Coordinates are metres in the map's own frame unless --frame names another.";
+
+struct GlobalOptions {
+  std::string server = "127.0.0.1:50051";
+  bool json = false;
+  std::string timeout = "0";
+};
+
+void AddGlobalOptions(CLI::App& app, GlobalOptions& options) {
+  app.add_option("--server", options.server, "Address of the server")
+      ->envname("HYPERMAP_SERVER")
+      ->type_name("HOST:PORT")
+      ->capture_default_str();
+  app.add_flag("--json", options.json, "Answer in JSON, for programs");
+  app.add_option("--timeout", options.timeout, "Give up after this time (30s, 2m); 0: never")
+      ->type_name("DURATION")
+      ->check(IsTimeout())
+      ->capture_default_str();
+  app.set_version_flag("--version", "hypermap " HYPERMAP_VERSION);
+}
+
+// CLI11 takes -2.5 for a number, but -.5 for the flag of that name.
+void SpellOutLeadingZeros(std::vector<std::string>& args) {
+  for (std::string& arg : args) {
+    if (arg.size() > 2 && arg[0] == '-' && arg[1] == '.' && absl::ascii_isdigit(arg[2])) {
+      arg.insert(1, "0");
+    }
+  }
+}
+
+// Options of the program may also stand behind those of a command.
+void FallThroughEverywhere(CLI::App& app) {
+  app.fallthrough();
+  for (CLI::App* subcommand : app.get_subcommands({})) FallThroughEverywhere(*subcommand);
+}
+
+absl::Status Execute(const GlobalOptions& options, const Command& command, std::ostream& out) {
+  absl::Duration timeout;
+  if (!absl::ParseDuration(options.timeout, &timeout) || timeout == absl::ZeroDuration()) {
+    timeout = absl::InfiniteDuration();
+  }
+  client::Client client(options.server, {.timeout = timeout});
+  std::unique_ptr<Output> output = options.json ? MakeJsonOutput(out) : MakeTableOutput(out);
+  Session session{client, *output};
+  const absl::Status status = command(session);
+  if (absl::IsUnavailable(status)) {
+    return absl::UnavailableError(absl::StrCat("server ", options.server, ": ", status.message()));
+  }
+  if (!status.ok()) return status;
+  return out.flush() ? absl::OkStatus() : absl::DataLossError("the answer could not be written");
+}
+
+int Fail(std::ostream& err, const std::string& message, int exit_code) {
+  err << "hypermap: " << OneLine(message) << std::endl;
+  return exit_code;
+}
+
+}  // namespace
+
+int Run(std::vector<std::string> args, std::ostream& out, std::ostream& err) {
+  CLI::App app(kDescription, "hypermap");
+  GlobalOptions options;
+  Command command;
+  AddGlobalOptions(app, options);
+  AddCatalogCommands(app, command);
+  AddTransferCommands(app, command);
+  AddQueryCommands(app, command);
+  app.require_subcommand(1);
+  FallThroughEverywhere(app);
+
+  SpellOutLeadingZeros(args);
+  std::reverse(args.begin(), args.end());  // as CLI11 takes them
+  try {
+    app.parse(std::move(args));
+  } catch (const CLI::CallForHelp&) {
+    out << app.help();
+    return kExitOk;
+  } catch (const CLI::CallForAllHelp&) {
+    out << app.help("", CLI::AppFormatMode::All);
+    return kExitOk;
+  } catch (const CLI::CallForVersion& version) {
+    out << version.what() << '\n';
+    return kExitOk;
+  } catch (const CLI::Error& error) {
+    return Fail(err, absl::StrCat(error.what(), " (see hypermap --help)"), kExitUsage);
+  }
+
+  const absl::Status status = Execute(options, command, out);
+  if (status.ok()) return kExitOk;
+  return Fail(err,
+              absl::StrCat(absl::StatusCodeToString(status.code()), ": ",
+                           absl::string_view(status.message())),
+              kExitError);
+}
+
+}  // namespace hypermap::cli

@@ -1,0 +1,21 @@
+// The `hypermap` command.
+#ifndef HYPERMAP_CLIENT_LIBS_CLI_RUN_H_
+#define HYPERMAP_CLIENT_LIBS_CLI_RUN_H_
+
+#include <ostream>
+#include <string>
+#include <vector>
+
+namespace hypermap::cli {
+
+inline constexpr int kExitOk = 0;
+inline constexpr int kExitError = 1;  // the command failed
+inline constexpr int kExitUsage = 2;  // the command line was not understood
+
+// Runs one command line (without the program's name) and gives the exit code. Answers go to `out`;
+// an error is one line on `err`.
+int Run(std::vector<std::string> args, std::ostream& out, std::ostream& err);
+
+}  // namespace hypermap::cli
+
+#endif  // HYPERMAP_CLIENT_LIBS_CLI_RUN_H_

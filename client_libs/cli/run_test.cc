@@ -1,0 +1,400 @@
+// Whole command lines: what they ask the server, what they print, how they end.
+#include "client_libs/cli/run.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <string>
+#include <utility>
+
+#include "client_libs/testing/scripted_server.h"
+#include "google/protobuf/text_format.h"
+
+namespace hypermap::cli {
+namespace {
+
+namespace fs = std::filesystem;
+using client::Script;
+using client::ScriptedServer;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::StartsWith;
+
+using Args = std::vector<std::string>;
+
+struct Outcome {
+  int exit_code;
+  std::string out;
+  std::string err;
+};
+
+Outcome RunCommand(const Args& args) {
+  std::ostringstream out, err;
+  const int exit_code = Run(args, out, err);
+  return {exit_code, out.str(), err.str()};
+}
+
+Outcome RunOn(const ScriptedServer& server, Args args) {
+  args.insert(args.begin(), {"--server", server.address()});
+  return RunCommand(args);
+}
+
+// A directory that is removed in the end.
+class TemporaryDirectory {
+ public:
+  TemporaryDirectory() {
+    std::string name = ::testing::TempDir() + "/cli_test_XXXXXX";
+    path_ = mkdtemp(name.data());
+  }
+  ~TemporaryDirectory() { fs::remove_all(path_); }
+  std::string operator/(const std::string& name) const { return path_ / name; }
+  std::vector<std::string> Names() const {
+    std::vector<std::string> names;
+    for (const auto& entry : fs::directory_iterator(path_))
+      names.push_back(entry.path().filename());
+    std::sort(names.begin(), names.end());
+    return names;
+  }
+
+ private:
+  fs::path path_;
+};
+
+void Put(const std::string& path, const std::string& data) {
+  std::ofstream(path, std::ios::binary) << data;
+}
+
+std::string Get(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+struct CommandLine {
+  Args args;
+  std::string request;
+};
+
+TEST(RunTest, CommandLinesBecomeRequests) {
+  const std::string triangle =
+      "area { outer { points { x: -1 y: -1 } points { x: 2 y: -1 } points { x: 2 y: 3 } } }";
+  const CommandLine lines[] = {
+      {{"maps"}, "ListMaps"},
+      {{"map", "create", "office", "--frame", "site"},
+       R"(CreateMap map: "office" frame_id: "site")"},
+      {{"map", "delete", "office"}, R"(DeleteMap map: "office")"},
+      {{"layers", "office"}, R"(ListLayers map: "office")"},
+      {{"transforms", "office"}, R"(ListTransforms map: "office")"},
+      {{"transform", "set", "office", "dock", "map", "-20", "-.5", "-1.75"},
+       R"(SetTransform map: "office" transform { parent_frame_id: "map" child_frame_id: "dock" )"
+       R"(parent_from_child { x: -20 y: -0.5 yaw: -1.75 } })"},
+      {{"layer", "create", "office", "floor", "--kind", "occupancy", "--resolution", "0.05",
+        "--origin", "-1,-2.5,0.5", "--frame", "site", "--occupied-above", "0.7"},
+       R"(CreateLayer map: "office" layer { name: "floor" kind: LAYER_KIND_OCCUPANCY )"
+       R"(frame_id: "site" grid { origin { x: -1 y: -2.5 yaw: 0.5 } resolution_m: 0.05 } )"
+       R"(thresholds { free_below: 0.196 occupied_above: 0.7 } })"},
+      {{"layer", "create", "office", "wifi", "--kind", "scalar", "--resolution", "1", "--unit",
+        "dBm"},
+       R"(CreateLayer map: "office" layer { name: "wifi" kind: LAYER_KIND_SCALAR )"
+       R"(grid { origin { } resolution_m: 1 } unit: "dBm" })"},
+      {{"layer", "create", "office", "things", "--kind", "semantic"},
+       R"(CreateLayer map: "office" layer { name: "things" kind: LAYER_KIND_SEMANTIC })"},
+      {{"layer", "delete", "office", "floor"}, R"(DeleteLayer map: "office" layer: "floor")"},
+      {{"query", "point", "office", "-2.75", "-0.4"},
+       R"(QueryPoint map: "office" point { x: -2.75 y: -0.4 })"},
+      {{"query", "point", "office", "-.5", "-1e-3"},
+       R"(QueryPoint map: "office" point { x: -0.5 y: -0.001 })"},
+      {{"query", "point", "--layer", "b", "--layer", "a", "office", "1", "2", "--frame", "dock"},
+       R"(QueryPoint map: "office" layers: "b" layers: "a" frame_id: "dock" point { x: 1 y: 2 })"},
+      {{"query", "point", "point", "0.1", "2.7500000000000004"},
+       R"(QueryPoint map: "point" point { x: 0.1 y: 2.7500000000000004 })"},
+      {{"query", "area", "office", "-1,-1", "2,-1", "2,3"},
+       R"(QueryArea map: "office" )" + triangle},
+      {{"query", "area", "office", "-1,-1", "2,-1", "2,3", "--layer", "floor", "--json"},
+       R"(QueryArea map: "office" layers: "floor" )" + triangle},
+      {{"query", "value", "office", "dining table"},
+       R"(QueryValue map: "office" value: "dining table")"},
+      {{"query", "value", "office", "-70..-50", "--area", "-1,-1", "2,-1", "2,3"},
+       R"(QueryValue map: "office" value: "-70..-50" )" + triangle},
+      {{"query", "value", "maps", ">0.65", "--area", "-1,-1", "2,-1", "2,3", "--layer", "floor"},
+       R"(QueryValue map: "maps" layers: "floor" value: ">0.65" )" + triangle},
+      {{"query", "nearest", "office", "-1", "-2", "--value", "chair", "-k", "3"},
+       R"(QueryNearest map: "office" point { x: -1 y: -2 } value: "chair" k: 3)"},
+      {{"query", "nearest", "office", "1", "2", "--value=<-70"},
+       R"(QueryNearest map: "office" point { x: 1 y: 2 } value: "<-70" k: 1)"},
+  };
+  for (const CommandLine& line : lines) {
+    ScriptedServer server({});
+    const Outcome outcome = RunOn(server, line.args);
+    EXPECT_EQ(outcome.exit_code, kExitOk) << outcome.err;
+    EXPECT_THAT(server.Requests(), ElementsAre(line.request));
+  }
+}
+
+TEST(RunTest, WrongUsageIsOneLineAndExitCode2) {
+  const Args lines[] = {
+      {},
+      {"fly"},
+      {"query"},
+      {"query", "point", "office", "1"},
+      {"query", "point", "office", "1", "x"},
+      {"query", "point", "office", "nan", "1"},
+      {"query", "point", "office", "1", "2", "3"},
+      {"query", "area", "office"},
+      {"query", "area", "office", "1,2", "3,4", "5"},
+      {"query", "value", "office"},
+      {"query", "nearest", "office", "1", "2"},
+      {"query", "nearest", "office", "1", "2", "--value", "chair", "-k", "many"},
+      {"layer", "create", "office", "floor"},
+      {"layer", "create", "office", "floor", "--kind", "raster"},
+      {"layer", "create", "office", "floor", "--kind", "scalar", "--origin", "0,0,0"},
+      {"layer", "create", "office", "f", "--kind", "scalar", "--resolution", "1", "--origin", "0"},
+      {"transform", "set", "office", "dock", "map", "1", "2"},
+      {"import", "office.hmap"},
+      {"import", "office.txt", "--map", "office"},
+      {"import", "office.gpkg", "--map", "office"},
+      {"import", "office.hmap", "--map", "office", "--format", "pdf"},
+      {"edit", "office", "changes.geojson"},
+      {"export", "office", "--format", "hmap"},
+      {"export", "office", "-o", "office.txt"},
+      {"export", "office", "-o", "office.gpkg", "--layer", "floor"},
+      {"export", "office", "-o", "office.yaml", "--image", "jpg"},
+      {"backup", "office"},
+      {"maps", "--timeout", "soon"},
+      {"maps", "--timeout", "-1s"},
+      {"maps", "--colour"},
+  };
+  for (const Args& args : lines) {
+    const Outcome outcome = RunCommand(args);
+    EXPECT_EQ(outcome.exit_code, kExitUsage) << ::testing::PrintToString(args);
+    EXPECT_EQ(outcome.out, "");
+    EXPECT_THAT(outcome.err, StartsWith("hypermap: "));
+    EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
+  }
+}
+
+TEST(RunTest, HelpAndVersionAreNoErrors) {
+  const Args lines[] = {{"--help"}, {"query", "--help"}, {"query", "area", "-h"}, {"--version"}};
+  for (const Args& args : lines) {
+    const Outcome outcome = RunCommand(args);
+    EXPECT_EQ(outcome.exit_code, kExitOk);
+    EXPECT_NE(outcome.out, "");
+    EXPECT_EQ(outcome.err, "");
+  }
+}
+
+TEST(RunTest, AServersErrorIsOneLineAndExitCode1) {
+  Script script;
+  script.status = grpc::Status(grpc::StatusCode::NOT_FOUND, "map \"x\"\ndoes not exist");
+  ScriptedServer server(script);
+  const Args lines[] = {{"layers", "x"},
+                        {"query", "point", "x", "0", "0"},
+                        {"--json", "query", "area", "x", "0,0", "1,0", "1,1"}};
+  for (const Args& args : lines) {
+    const Outcome outcome = RunOn(server, args);
+    EXPECT_EQ(outcome.exit_code, kExitError);
+    EXPECT_EQ(outcome.out, "");
+    EXPECT_EQ(outcome.err, "hypermap: NOT_FOUND: map \"x\" does not exist\n");
+  }
+}
+
+TEST(RunTest, APolygonThatIsNoneIsAnErrorOfTheCommand) {
+  ScriptedServer server({});
+  const Outcome outcome = RunOn(server, {"query", "area", "office", "0,0", "1,1"});
+  EXPECT_EQ(outcome.exit_code, kExitError);
+  EXPECT_THAT(outcome.err, StartsWith("hypermap: INVALID_ARGUMENT: "));
+}
+
+TEST(RunTest, AServerThatIsNotThereIsNamed) {
+  std::string address;
+  { address = ScriptedServer({}).address(); }
+  const Outcome outcome = RunCommand({"--server", address, "maps"});
+  EXPECT_EQ(outcome.exit_code, kExitError);
+  EXPECT_THAT(outcome.err, StartsWith("hypermap: UNAVAILABLE: server " + address));
+}
+
+TEST(RunTest, TheServerMayComeFromTheEnvironment) {
+  ScriptedServer server({});
+  setenv("HYPERMAP_SERVER", server.address().c_str(), 1);
+  const Outcome outcome = RunCommand({"--json", "maps"});
+  unsetenv("HYPERMAP_SERVER");
+  EXPECT_EQ(outcome.exit_code, kExitOk) << outcome.err;
+  EXPECT_EQ(outcome.out, "{\"maps\":[]}\n");
+}
+
+TEST(RunTest, TheTimeoutEndsACommand) {
+  Script script;
+  script.endless = true;
+  ScriptedServer server(script);
+  const Outcome outcome =
+      RunOn(server, {"--timeout", "50ms", "query", "area", "office", "0,0", "1,0", "1,1"});
+  EXPECT_EQ(outcome.exit_code, kExitError);
+  EXPECT_THAT(outcome.err, StartsWith("hypermap: DEADLINE_EXCEEDED: "));
+}
+
+TEST(RunTest, AnAnswerThatBreaksOffHasNoEnd) {
+  Script script;
+  script.parts.resize(1);
+  ASSERT_TRUE(google::protobuf::TextFormat::ParseFromString(
+      "layer: 'wifi' kind: LAYER_KIND_SCALAR status: ANSWER_STATUS_NO_TRANSFORM",
+      &script.parts[0]));
+  script.status = grpc::Status(grpc::StatusCode::ABORTED, "shutting down");
+  ScriptedServer server(script);
+  const Outcome outcome = RunOn(server, {"--json", "query", "value", "office", "free"});
+  EXPECT_EQ(outcome.exit_code, kExitError);
+  EXPECT_EQ(outcome.out, "{\"layer\":\"wifi\",\"status\":\"no_transform\"}\n");
+}
+
+TEST(RunTest, AnAnswerThatCannotBeWrittenIsAnError) {
+  ScriptedServer server({});
+  std::ostringstream out, err;
+  out.setstate(std::ios::badbit);
+  EXPECT_EQ(cli::Run({"--server", server.address(), "maps"}, out, err), kExitError);
+  EXPECT_THAT(err.str(), HasSubstr("could not be written"));
+}
+
+TEST(ImportCommandTest, TheExtensionTellsTheFormat) {
+  TemporaryDirectory directory;
+  const std::pair<std::string, std::string> formats[] = {{"a.hmap", "FILE_FORMAT_HMAP"},
+                                                         {"a.geojson", "FILE_FORMAT_GEOJSON"},
+                                                         {"a.JSON", "FILE_FORMAT_GEOJSON"}};
+  for (const auto& [name, format] : formats) {
+    Put(directory / name, "data");
+    ScriptedServer server({});
+    const Outcome outcome =
+        RunOn(server, {"import", directory / name, "--map", "office", "--layer", "l"});
+    EXPECT_EQ(outcome.exit_code, kExitOk) << outcome.err;
+    EXPECT_THAT(server.Requests(), ElementsAre("ImportMap map: \"office\" format: " + format +
+                                                   " layer: \"l\" create_map: true",
+                                               "file " + name + " (4 bytes)"));
+  }
+}
+
+TEST(ImportCommandTest, Nav2BringsTheImageThatTheYamlNames) {
+  TemporaryDirectory directory;
+  fs::create_directory(directory / "images");
+  Put(directory / "images/floor.pgm", "P5 1 1 255 x");
+  Put(directory / "site.yaml", "image: images/floor.pgm\nresolution: 0.05\n");
+  ScriptedServer server({});
+  const Outcome outcome = RunOn(
+      server, {"import", directory / "site.yaml", "--map", "office", "--frame", "floor_frame"});
+  EXPECT_EQ(outcome.exit_code, kExitOk) << outcome.err;
+  EXPECT_THAT(server.Requests(),
+              ElementsAre("ImportMap map: \"office\" format: FILE_FORMAT_NAV2 frame_id: "
+                          "\"floor_frame\" create_map: true",
+                          "file site.yaml (41 bytes)", "file floor.pgm (12 bytes)"));
+}
+
+TEST(ImportCommandTest, FilesThatAreMissingOrMakeNoSenseAreErrors) {
+  TemporaryDirectory directory;
+  Put(directory / "no_image.yaml", "resolution: 0.05\n");
+  Put(directory / "lost_image.yaml", "image: lost.pgm\n");
+  Put(directory / "bad.yaml", "image: [\n");
+  ScriptedServer server({});
+  for (const char* name :
+       {"none.hmap", "none.yaml", "no_image.yaml", "lost_image.yaml", "bad.yaml"}) {
+    const Outcome outcome = RunOn(server, {"import", directory / name, "--map", "office"});
+    EXPECT_EQ(outcome.exit_code, kExitError) << name;
+    EXPECT_THAT(outcome.err, StartsWith("hypermap: ")) << name;
+  }
+  EXPECT_THAT(server.Requests(), IsEmpty());
+}
+
+TEST(EditCommandTest, IsAnImportIntoAMapThatExists) {
+  TemporaryDirectory directory;
+  Put(directory / "changes.txt", "{}");
+  Script script;
+  script.import.set_map("office");
+  script.import.set_revision(3);
+  script.import.add_layers("objects");
+  ScriptedServer server(script);
+  const Outcome outcome =
+      RunOn(server, {"--json", "edit", "office", directory / "changes.txt", "--layer", "objects"});
+  EXPECT_EQ(outcome.exit_code, kExitOk) << outcome.err;
+  EXPECT_THAT(server.Requests(),
+              ElementsAre("ImportMap map: \"office\" format: FILE_FORMAT_GEOJSON layer: "
+                          "\"objects\"",
+                          "file changes.txt (2 bytes)"));
+  EXPECT_EQ(outcome.out,
+            "{\"map\":\"office\",\"revision\":3,\"layers\":[\"objects\"],\"repairs\":[]}\n");
+}
+
+Script ExportOf(const std::vector<std::pair<std::string, std::string>>& files) {
+  Script script;
+  script.export_parts.emplace_back().mutable_header()->set_map("office");
+  for (const auto& [name, data] : files) {
+    v1::FileChunk* chunk = script.export_parts.emplace_back().mutable_chunk();
+    chunk->set_file_name(name);
+    chunk->set_data(data);
+  }
+  return script;
+}
+
+TEST(ExportCommandTest, WritesTheFileUnderTheNameAskedFor) {
+  TemporaryDirectory directory;
+  ScriptedServer server(ExportOf({{"office.hmap", "zip"}}));
+  Put(directory / "out.hmap", "what was there before");
+  const Outcome outcome =
+      RunOn(server, {"export", "office", "-o", directory / "out.hmap", "--layer", "a"});
+  EXPECT_EQ(outcome.exit_code, kExitOk) << outcome.err;
+  EXPECT_EQ(Get(directory / "out.hmap"), "zip");
+  EXPECT_THAT(directory.Names(), ElementsAre("out.hmap"));
+  EXPECT_THAT(server.Requests(), ElementsAre("ExportMap map: \"office\" format: FILE_FORMAT_HMAP "
+                                             "layers: \"a\" image_format: \"pgm\""));
+}
+
+TEST(ExportCommandTest, ANav2YamlNamesTheImageBesideIt) {
+  TemporaryDirectory directory;
+  ScriptedServer server(
+      ExportOf({{"floor.yaml", "image: floor.png\norigin: [-1.5, 2, 0.25]\nmode: scale\n"},
+                {"floor.png", "pixels"}}));
+  const Outcome outcome = RunOn(
+      server, {"export", "office", "--format", "nav2", "-o", directory / "x.yaml", "--image=png"});
+  EXPECT_EQ(outcome.exit_code, kExitOk) << outcome.err;
+  EXPECT_EQ(Get(directory / "x.yaml"), "image: x.png\norigin: [-1.5, 2, 0.25]\nmode: scale\n");
+  EXPECT_EQ(Get(directory / "x.png"), "pixels");
+  EXPECT_THAT(directory.Names(), ElementsAre("x.png", "x.yaml"));
+}
+
+TEST(ExportCommandTest, AnErrorLeavesNoFile) {
+  TemporaryDirectory directory;
+  Script script = ExportOf({{"office.hmap", "zip"}});
+  script.backup_pieces = {"SQLite"};
+  script.status = grpc::Status(grpc::StatusCode::DATA_LOSS, "damaged");
+  ScriptedServer server(script);
+  EXPECT_EQ(RunOn(server, {"export", "office", "-o", directory / "a.hmap"}).exit_code, kExitError);
+  EXPECT_EQ(RunOn(server, {"export", "office", "-o", directory / "a.gpkg"}).exit_code, kExitError);
+  EXPECT_EQ(RunOn(server, {"backup", "office", "-o", directory / "b.gpkg"}).exit_code, kExitError);
+  EXPECT_THAT(directory.Names(), IsEmpty());
+}
+
+TEST(ExportCommandTest, AFolderThatIsNotThereIsAnError) {
+  TemporaryDirectory directory;
+  ScriptedServer server(ExportOf({{"office.hmap", "zip"}}));
+  const Outcome outcome = RunOn(server, {"export", "office", "-o", directory / "none/a.hmap"});
+  EXPECT_EQ(outcome.exit_code, kExitError);
+  EXPECT_THAT(outcome.err, HasSubstr("none/a.hmap"));
+}
+
+TEST(BackupCommandTest, WritesAllPieces) {
+  TemporaryDirectory directory;
+  Script script;
+  script.backup_pieces = {"SQLite", " format 3"};
+  ScriptedServer server(script);
+  const Args lines[] = {{"backup", "office", "-o", directory / "a.gpkg"},
+                        {"export", "office", "--format", "gpkg", "-o", directory / "b.gpkg"}};
+  for (const Args& args : lines) {
+    const Outcome outcome = RunOn(server, args);
+    EXPECT_EQ(outcome.exit_code, kExitOk) << outcome.err;
+    EXPECT_EQ(Get(args.back()), "SQLite format 3");
+  }
+  EXPECT_THAT(directory.Names(), ElementsAre("a.gpkg", "b.gpkg"));
+}
+
+}  // namespace
+}  // namespace hypermap::cli

@@ -1,0 +1,123 @@
+#include "client_libs/cli/table_output.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <sstream>
+#include <string>
+
+namespace hypermap::cli {
+namespace {
+
+SemanticObject Object(ObjectId id, const std::string& label, const Point& corner) {
+  return {.id = id,
+          .label = label,
+          .classes = {},
+          .existence = 0.875,
+          .polygon = Polygon::FromBox({corner, {corner.x + 1, corner.y + 0.5}}),
+          .height = std::nullopt,
+          .tags = {"furniture"},
+          .attributes = {}};
+}
+
+template <typename Answer>
+std::string Shown(const Answer& answer) {
+  std::ostringstream out;
+  MakeTableOutput(out)->Show(answer);
+  return out.str();
+}
+
+TEST(TableOutputTest, PointAnswerHasARowALayerOrObject) {
+  EXPECT_EQ(Shown(client::PointAnswer{
+                "office",
+                7,
+                "map",
+                {2.75, -0.4},
+                {{"floor", LayerKind::kOccupancy, AnswerStatus::kValue, 0.02, {}},
+                 {"objects",
+                  LayerKind::kSemantic,
+                  AnswerStatus::kValue,
+                  std::nullopt,
+                  {Object(4, "dining table", {2, 0}), Object(20, "cup", {2, 0})}},
+                 {"parts", LayerKind::kSemantic, AnswerStatus::kValue, std::nullopt, {}},
+                 {"seen", LayerKind::kExploration, AnswerStatus::kValue, 0.0, {}},
+                 {"wifi", LayerKind::kScalar, AnswerStatus::kOutside, std::nullopt, {}}}}),
+            "LAYER    KIND         ANSWER\n"
+            "floor    occupancy    0.02\n"
+            "objects  semantic     dining table (id 4), existence 0.88\n"
+            "objects  semantic     cup (id 20), existence 0.88\n"
+            "parts    semantic     nothing\n"
+            "seen     exploration  unexplored\n"
+            "wifi     scalar       outside of the layer\n"
+            "(2.75, -0.4) in frame map, revision 7\n");
+}
+
+TEST(TableOutputTest, PartsAreObjectsThenSummariesOfGridsThenRefusals) {
+  const GridGeometry geometry{PlanarTransform(10, 0, 0), 0.5};
+  std::ostringstream out;
+  const auto output = MakeTableOutput(out);
+  output->Show(client::LayerPart{"floor",
+                                 LayerKind::kOccupancy,
+                                 AnswerStatus::kValue,
+                                 {},
+                                 geometry,
+                                 {{0, 0, 3, 0.25}, {1, 0, 1, 1.0}}});
+  output->Show(client::LayerPart{"floor",
+                                 LayerKind::kOccupancy,
+                                 AnswerStatus::kValue,
+                                 {},
+                                 geometry,
+                                 {{2, 0, 4, std::nullopt}}});
+  output->Show(client::LayerPart{"objects",
+                                 LayerKind::kSemantic,
+                                 AnswerStatus::kValue,
+                                 {Object(9, "bed", {1, 1}), Object(10, "toilet", {-3, 1})},
+                                 std::nullopt,
+                                 {}});
+  output->Show(client::LayerPart{
+      "wifi", LayerKind::kScalar, AnswerStatus::kUnsupportedValue, {}, std::nullopt, {}});
+  output->EndParts(5);
+  EXPECT_EQ(out.str(),
+            "LAYER    ID  LABEL   EXISTENCE  X [m]  Y [m]  AREA [m²]  TAGS\n"
+            "objects   9  bed          0.88    1.5   1.25        0.5  furniture\n"
+            "objects  10  toilet       0.88   -2.5   1.25        0.5  furniture\n"
+            "\n"
+            "LAYER  CELLS  AREA [m²]  VALUES                               WITHIN [m]\n"
+            "floor      8          2  0.25 to 1, mean 0.438; 1 m² unknown  (10, 0) to (12, 1.5)\n"
+            "wifi: does not take this value\n"
+            "2 objects, 8 cells, revision 5\n");
+}
+
+TEST(TableOutputTest, NoMatchesIsALine) {
+  std::ostringstream out;
+  MakeTableOutput(out)->EndParts(5);
+  EXPECT_EQ(out.str(), "0 objects, 0 cells, revision 5\n");
+}
+
+TEST(TableOutputTest, NearestHasDistances) {
+  client::NearestAnswer answer{"office", 3, "map", {}, {}};
+  answer.matches.push_back({"objects", LayerKind::kSemantic, 0.75, Object(4, "cup", {2, 0}),
+                            std::nullopt, std::nullopt});
+  answer.matches.push_back({"seen", LayerKind::kExploration, 1.5, std::nullopt,
+                            GridGeometry{PlanarTransform(), 0.5}, CellRun{0, 3, 4, 0.0}});
+  EXPECT_EQ(Shown(answer),
+            "DISTANCE [m]  LAYER    WHAT                        X [m]  Y [m]\n"
+            "        0.75  objects  cup (id 4), existence 0.88    2.5   0.25\n"
+            "         1.5  seen     cell: unexplored             1.75   0.25\n"
+            "2 places, revision 3\n");
+}
+
+TEST(TableOutputTest, MapsThatCannotBeOpenedSayWhy) {
+  client::MapEntry office{"office", "map", 4, absl::FromUnixSeconds(0), 2, ""};
+  client::MapEntry broken;
+  broken.name = "broken";
+  broken.problem = "not a GeoPackage\nat all";
+  EXPECT_EQ(Shown(std::vector<client::MapEntry>{broken, office}),
+            "MAP     FRAME  REVISION  LAYERS  CREATED               PROBLEM\n"
+            "broken                                                 not a GeoPackage at all\n"
+            "office  map           4       2  1970-01-01 00:00:00Z\n");
+  EXPECT_EQ(Shown(std::vector<client::MapEntry>{}), "no maps\n");
+}
+
+}  // namespace
+}  // namespace hypermap::cli

@@ -1,0 +1,182 @@
+// import, edit, export, backup.
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "client_libs/cli/commands.h"
+#include "client_libs/cli/file_formats.h"
+#include "client_libs/cli/file_io.h"
+#include "client_libs/cli/nav2_files.h"
+
+namespace hypermap::cli {
+namespace {
+
+struct ImportCommand {
+  std::string path;
+  std::string map;
+  std::string format_name;
+  client::FileFormat format = client::FileFormat::kGeoJson;
+  client::ImportOptions options;
+};
+
+struct ExportCommand {
+  std::string map;
+  std::string path;
+  std::string format_name;
+  std::string image;
+  ExportFormat format;
+  client::ExportOptions options;
+};
+
+// What fails here is wrong usage.
+template <typename T>
+T ValueOrUsageError(absl::StatusOr<T> value) {
+  if (!value.ok()) throw CLI::ValidationError(std::string(value.status().message()));
+  return *std::move(value);
+}
+
+absl::StatusOr<std::vector<client::NamedFile>> ReadFiles(const std::string& path,
+                                                         client::FileFormat format) {
+  if (format == client::FileFormat::kNav2) return ReadNav2Files(path);
+  absl::StatusOr<std::string> data = ReadFile(path);
+  if (!data.ok()) return data.status();
+  return std::vector<client::NamedFile>{{std::filesystem::path(path).filename(), *std::move(data)}};
+}
+
+absl::Status Import(const ImportCommand& command, Session& s) {
+  const auto files = ReadFiles(command.path, command.format);
+  if (!files.ok()) return files.status();
+  const auto answer = s.client.ImportMap(command.map, command.format, *files, command.options);
+  if (!answer.ok()) return answer.status();
+  s.output.Show(*answer);
+  return absl::OkStatus();
+}
+
+absl::Status Backup(const std::string& map, const std::string& path, Session& s) {
+  client::ByteReader reader = s.client.BackupMap(map);
+  // The first piece tells whether there is such a map, before a file is made.
+  std::optional<std::string> piece = reader.Next();
+  if (!reader.status().ok()) return reader.status();
+  absl::StatusOr<std::unique_ptr<OutputFile>> file = OutputFile::Create(path);
+  if (!file.ok()) return file.status();
+  for (; piece.has_value(); piece = reader.Next()) {
+    if (absl::Status status = (*file)->Append(*piece); !status.ok()) return status;
+  }
+  if (!reader.status().ok()) return reader.status();
+  if (absl::Status status = (*file)->Commit(); !status.ok()) return status;
+  s.output.Show(WrittenFiles{.map = map, .paths = {path}});
+  return absl::OkStatus();
+}
+
+// The files of an export under the names that they get here.
+absl::StatusOr<std::vector<client::NamedFile>> NameFiles(client::FileFormat format,
+                                                         std::vector<client::NamedFile> files,
+                                                         const std::string& path) {
+  if (format == client::FileFormat::kNav2) return RenameNav2Files(files, path);
+  if (files.size() != 1) return absl::InternalError("the export is not one file");
+  files.front().name = path;
+  return files;
+}
+
+absl::Status Export(const ExportCommand& command, Session& s) {
+  const auto* format = std::get_if<client::FileFormat>(&command.format);
+  if (format == nullptr) return Backup(command.map, command.path, s);
+  auto answer = s.client.ExportMap(command.map, *format, command.options);
+  if (!answer.ok()) return answer.status();
+  const auto files = NameFiles(*format, std::move(answer->files), command.path);
+  if (!files.ok()) return files.status();
+  WrittenFiles written{answer->map, answer->revision, {}, answer->omissions};
+  for (const client::NamedFile& file : *files) {
+    if (absl::Status status = WriteFile(file.name, file.data); !status.ok()) return status;
+    written.paths.push_back(file.name);
+  }
+  s.output.Show(written);
+  return absl::OkStatus();
+}
+
+void AddImport(CLI::App& app, Command& selected) {
+  auto command = std::make_shared<ImportCommand>();
+  CLI::App* import = app.add_subcommand("import", "Read a file into a map");
+  import->add_option("file", command->path, "The file; of a nav2 map the YAML")
+      ->required()
+      ->type_name("FILE");
+  import->add_option("--map", command->map, "The map to read into; made where there is none")
+      ->required();
+  import->add_option("--layer", command->options.layer,
+                     "The layer to write, for GeoJSON and nav2 (nav2's default: occupancy)");
+  import->add_option("--frame", command->options.frame_id,
+                     "The frame of the layer, for nav2 (default: the map's own)");
+  import->add_option("--format", command->format_name,
+                     "hmap, nav2 or geojson (default: by the file's extension)");
+  import->callback([&selected, command] {
+    command->format = ValueOrUsageError(ImportFormatOf(command->format_name, command->path));
+  selected = [command](Session& s) { return Import(*command, s); };
+});
+}  // namespace
+
+void AddEdit(CLI::App& app, Command& selected) {
+  auto command = std::make_shared<ImportCommand>();
+  command->options.create_map = false;
+  CLI::App* edit = app.add_subcommand(
+      "edit", "Change a layer by the features of a GeoJSON file: all of them or none");
+  edit->add_option("map", command->map, "Name of the map")->required()->type_name("MAP");
+  edit->add_option("file", command->path, "The GeoJSON file")->required()->type_name("FILE");
+  edit->add_option("--layer", command->options.layer, "The layer to change")->required();
+  edit->callback(
+      [&selected, command] { selected = [command](Session& s) { return Import(*command, s); }; });
+}
+
+void AddExport(CLI::App& app, Command& selected) {
+  auto command = std::make_shared<ExportCommand>();
+  CLI::App* exporting = app.add_subcommand("export", "Write a map or some layers as a file");
+  exporting->add_option("map", command->map, "Name of the map")->required()->type_name("MAP");
+  exporting->add_option("--output,-o", command->path, "The file to write; of a nav2 map the YAML")
+      ->required()
+      ->type_name("FILE");
+  exporting->add_option("--format", command->format_name,
+                        "hmap, nav2, geojson or gpkg (default: by the file's extension)");
+  exporting
+      ->add_option("--layer", command->options.layers,
+                   "A layer to write; may be repeated "
+                   "(default: all)")
+      ->type_name("LAYER")
+      ->allow_extra_args(false);
+  exporting->add_option("--image", command->image, "pgm (default) or png, for nav2")
+      ->check(CLI::IsMember({"pgm", "png"}));
+  exporting->callback([&selected, command] {
+    command->format = ValueOrUsageError(ExportFormatOf(command->format_name, command->path));
+    const bool whole_map = std::holds_alternative<GeoPackage>(command->format);
+    if (whole_map && !command->options.layers.empty()) {
+      throw CLI::ValidationError("--layer: a GeoPackage holds the whole map");
+    }
+    if (command->image == "png") command->options.image = client::ImageFormat::kPng;
+    selected = [command](Session& s) { return Export(*command, s); };
+  });
+}
+
+void AddBackup(CLI::App& app, Command& selected) {
+  auto command = std::make_shared<ExportCommand>();
+  CLI::App* backup = app.add_subcommand("backup", "Copy a map as it is stored, a GeoPackage");
+  backup->add_option("map", command->map, "Name of the map")->required()->type_name("MAP");
+  backup->add_option("--output,-o", command->path, "The file to write")
+      ->required()
+      ->type_name("FILE");
+  backup->callback([&selected, command] {
+    selected = [command](Session& s) { return Backup(command->map, command->path, s); };
+  });
+}
+
+}  // namespace hypermap::cli
+
+void AddTransferCommands(CLI::App& app, Command& selected) {
+  AddImport(app, selected);
+  AddEdit(app, selected);
+  AddExport(app, selected);
+  AddBackup(app, selected);
+}
+
+}  // namespace hypermap::cli

@@ -1,0 +1,55 @@
+#include "client_libs/cli/validators.h"
+
+#include <string>
+
+#include "absl/status/statusor.h"
+#include "absl/strings/str_cat.h"
+#include "absl/time/time.h"
+#include "client_libs/cli/coordinates.h"
+#include "map/layers/layer_spec.h"
+
+namespace hypermap::cli {
+namespace {
+
+// What CLI11 takes for a message: empty when all is well.
+template <typename T>
+std::string Problem(const absl::StatusOr<T>& parsed) {
+  return parsed.ok() ? "" : std::string(parsed.status().message());
+}
+
+}  // namespace
+
+CLI::Validator IsNumber() {
+  return CLI::Validator([](std::string& text) { return Problem(ParseNumber(text)); }, "");
+}
+
+CLI::Validator IsPoint() {
+  return CLI::Validator([](std::string& text) { return Problem(ParsePoint(text)); }, "");
+}
+
+CLI::Validator IsPose() {
+  return CLI::Validator([](std::string& text) { return Problem(ParsePose(text)); }, "");
+}
+
+CLI::Validator IsLayerKind() {
+  return CLI::Validator(
+      [](std::string& text) {
+        return ParseLayerKind(text).has_value()
+                   ? ""
+                   : absl::StrCat("\"", text, "\" is not a kind of layer");
+      },
+      "");
+}
+
+CLI::Validator IsTimeout() {
+  return CLI::Validator(
+      [](std::string& text) {
+        absl::Duration timeout;
+        return absl::ParseDuration(text, &timeout) && timeout >= absl::ZeroDuration()
+                   ? ""
+                   : absl::StrCat("\"", text, "\" is not a duration such as 1.5s or 2m");
+      },
+      "");
+}
+
+}  // namespace hypermap::cli

@@ -1,0 +1,17 @@
+// Checks of option values while a command line is parsed; what fails them is wrong usage.
+#ifndef HYPERMAP_CLIENT_LIBS_CLI_VALIDATORS_H_
+#define HYPERMAP_CLIENT_LIBS_CLI_VALIDATORS_H_
+
+#include <CLI/CLI.hpp>
+
+namespace hypermap::cli {
+
+CLI::Validator IsNumber();     // a finite decimal number
+CLI::Validator IsPoint();      // X,Y
+CLI::Validator IsPose();       // X,Y,YAW
+CLI::Validator IsLayerKind();  // the names of map/layers
+CLI::Validator IsTimeout();    // "1.5s", "2m", or "0" for none
+
+}  // namespace hypermap::cli
+
+#endif  // HYPERMAP_CLIENT_LIBS_CLI_VALIDATORS_H_

@@ -1,0 +1,132 @@
+// A client of hypermapd.
+//
+//   Client client("127.0.0.1:50051");
+//   absl::StatusOr<PointAnswer> answer = client.QueryPoint("office", {2.75, 0.4});
+//
+//   AnswerReader chairs = client.QueryValue("office", "chair");
+//   while (std::optional<LayerPart> part = chairs.Next()) Show(*part);
+//   if (!chairs.status().ok()) return chairs.status();
+//
+// Errors are the server's own, with its code and message; UNAVAILABLE when no server is reached,
+// DEADLINE_EXCEEDED past the timeout, INTERNAL for an answer that can't be understood. What is
+// wrong with a request is for the server to say.
+#ifndef HYPERMAP_CLIENT_LIBS_CPP_CLIENT_H_
+#define HYPERMAP_CLIENT_LIBS_CPP_CLIENT_H_
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/time/time.h"
+#include "client_libs/cpp/answers.h"
+#include "client_libs/cpp/readers.h"
+#include "map/edits/edit.h"
+#include "map/query/query.h"
+
+namespace hypermap::client {
+
+struct ClientOptions {
+  // The time a call may take, with all parts of its answer.
+  absl::Duration timeout = absl::Seconds(60);
+};
+
+struct CallOptions {
+  // In place of the client's.
+  std::optional<absl::Duration> timeout;
+  // Of a mutation: the server carries out each id once and repeats its answer. Empty: a new id.
+  // Keep one of your own (NewRequestId) to send a call again whose answer was lost.
+  std::string request_id;
+};
+
+// 128 random bits as 32 hex digits.
+std::string NewRequestId();
+
+enum class FileFormat { kHmap, kNav2, kGeoJson };
+enum class ImageFormat { kPgm, kPng };
+
+struct ImportOptions {
+  // The layer to write: wanted for GeoJSON, "occupancy" where empty for nav2, unused for .hmap.
+  std::string layer;
+  // For nav2: the frame of the layer; empty: the map's own.
+  std::string frame_id;
+  // Whether to make the map where there is none.
+  bool create_map = true;
+};
+
+struct ExportOptions {
+  std::vector<std::string> layers;        // empty: all that the format can carry
+  ImageFormat image = ImageFormat::kPgm;  // for nav2
+};
+
+class Connection;
+
+// A copy shares the connection, which is made at the first call and again when it broke. Thread
+// safe.
+class Client {
+ public:
+  // `target` is HOST:PORT. The connection is not encrypted and not made through a proxy.
+  explicit Client(const std::string& target, const ClientOptions& options = {});
+
+  // Maps.
+  absl::StatusOr<MapEntry> CreateMap(const std::string& map, const std::string& frame_id = "",
+                                     const CallOptions& options = {});
+  absl::StatusOr<MapEntry> GetMap(const std::string& map, const CallOptions& options = {});
+  absl::StatusOr<std::vector<MapEntry>> ListMaps(const CallOptions& options = {});
+  absl::Status DeleteMap(const std::string& map, const CallOptions& options = {});
+
+  // Layers and frames. Mutations answer the revision they made.
+  absl::StatusOr<Revision> CreateLayer(const std::string& map, const LayerSpec& layer,
+                                       const CallOptions& options = {});
+  absl::StatusOr<LayerEntry> GetLayer(const std::string& map, const std::string& layer,
+                                      const CallOptions& options = {});
+  absl::StatusOr<LayerList> ListLayers(const std::string& map, const CallOptions& options = {});
+  absl::StatusOr<Revision> DeleteLayer(const std::string& map, const std::string& layer,
+                                       const CallOptions& options = {});
+  absl::StatusOr<Revision> SetTransform(const std::string& map, const FrameTransform& transform,
+                                        const CallOptions& options = {});
+  absl::StatusOr<TransformList> ListTransforms(const std::string& map,
+                                               const CallOptions& options = {});
+
+  // Files. An import happens as one revision or not at all.
+  absl::StatusOr<ImportAnswer> ImportMap(const std::string& map, FileFormat format,
+                                         const std::vector<NamedFile>& files,
+                                         const ImportOptions& import_options = {},
+                                         const CallOptions& options = {});
+  absl::StatusOr<ExportAnswer> ExportMap(const std::string& map, FileFormat format,
+                                         const ExportOptions& export_options = {},
+                                         const CallOptions& options = {});
+  // The map as it is stored, a GeoPackage.
+  ByteReader BackupMap(const std::string& map, const CallOptions& options = {});
+
+  // c^(p, I): what is at this point?
+  absl::StatusOr<PointAnswer> QueryPoint(const std::string& map, const Point& p,
+                                         const Scope& scope = {}, const CallOptions& options = {});
+  // c^(area, I): what is in this area?
+  AnswerReader QueryArea(const std::string& map, const Polygon& area, const Scope& scope = {},
+                         const CallOptions& options = {});
+  // s^(value, I): where is this value, everywhere or in `area`? `value` as in map/values.
+  AnswerReader QueryValue(const std::string& map, const std::string& value,
+                          const std::optional<Polygon>& area = std::nullopt,
+                          const Scope& scope = {}, const CallOptions& options = {});
+  // The k nearest places that have the value, over all layers of the scope together.
+  absl::StatusOr<NearestAnswer> QueryNearest(const std::string& map, const Point& p,
+                                             const std::string& value, int k,
+                                             const Scope& scope = {},
+                                             const CallOptions& options = {});
+
+  // Carries out all edits as one revision, or none; on disk when answered. Edits of the map's
+  // structure (CreateLayer, DeleteLayer, SetTransform) have calls of their own and are refused here
+  // with INVALID_ARGUMENT.
+  absl::StatusOr<EditAnswer> ApplyEdits(const std::string& map, const EditBatch& batch,
+                                        const CallOptions& options = {});
+
+ private:
+  std::shared_ptr<Connection> connection_;
+};
+
+}  // namespace hypermap::client
+
+#endif  // HYPERMAP_CLIENT_LIBS_CPP_CLIENT_H_

@@ -1,0 +1,267 @@
+#include "client_libs/cpp/client.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <set>
+#include <string>
+#include <utility>
+
+#include "client_libs/testing/scripted_server.h"
+#include "google/protobuf/text_format.h"
+
+namespace hypermap::client {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::SizeIs;
+
+template <typename Message>
+Message Parse(const std::string& text) {
+  Message message;
+  EXPECT_TRUE(google::protobuf::TextFormat::ParseFromString(text, &message)) << text;
+  return message;
+}
+
+constexpr char kChair[] =
+    "id: 7 label: 'chair' existence: 0.9 polygon { outer { points { x: 1 y: 1 } points { x: 2 y: 1 "
+    "} points { x: 2 y: 2 } } }";
+
+Polygon UnitSquare() { return Polygon::FromBox({{0, 0}, {1, 1}}); }
+
+TEST(ClientTest, PointAnswerHasWhatEachLayerSays) {
+  Script script;
+  script.point = Parse<v1::QueryPointResponse>(
+      "map: 'office' revision: 5 frame_id: 'map' point { x: 1.5 y: 1.2 } "
+      "layers { layer: 'floor' kind: LAYER_KIND_OCCUPANCY status: ANSWER_STATUS_VALUE value: 0 } "
+      "layers { layer: 'seen' kind: LAYER_KIND_EXPLORATION status: ANSWER_STATUS_OUTSIDE } "
+      "layers { layer: 'objects' kind: LAYER_KIND_SEMANTIC status: ANSWER_STATUS_VALUE objects { " +
+      std::string(kChair) + " } }");
+  ScriptedServer server(script);
+
+  const auto answer = Client(server.address()).QueryPoint("office", {1.5, 1.2});
+
+  ASSERT_TRUE(answer.ok()) << answer.status();
+  EXPECT_EQ(answer->revision, 5);
+  EXPECT_EQ(answer->frame_id, "map");
+  EXPECT_EQ(answer->point, (Point{1.5, 1.2}));
+  ASSERT_THAT(answer->layers, SizeIs(3));
+  EXPECT_EQ(answer->layers[0].value, 0.0);
+  EXPECT_EQ(answer->layers[1].status, AnswerStatus::kOutside);
+  EXPECT_EQ(answer->layers[1].value, std::nullopt);
+  ASSERT_THAT(answer->layers[2].objects, SizeIs(1));
+  EXPECT_EQ(answer->layers[2].objects[0].label, "chair");
+  EXPECT_EQ(answer->layers[2].objects[0].polygon.num_vertices(), 3);
+}
+
+TEST(ClientTest, ErrorsAreTheServersOwn) {
+  Script script;
+  script.status = grpc::Status(grpc::StatusCode::NOT_FOUND, "map \"x\" does not exist");
+  ScriptedServer server(script);
+  Client client(server.address());
+
+  const absl::Status expected = absl::NotFoundError("map \"x\" does not exist");
+  EXPECT_EQ(client.QueryPoint("x", {0, 0}).status(), expected);
+  EXPECT_EQ(client.DeleteMap("x"), expected);
+  EXPECT_EQ(client.ImportMap("x", FileFormat::kGeoJson, {{"f", "{}"}}).status(), expected);
+  EXPECT_EQ(client.ExportMap("x", FileFormat::kHmap).status(), expected);
+  AnswerReader reader = client.QueryArea("x", UnitSquare());
+  EXPECT_EQ(reader.Next(), std::nullopt);
+  EXPECT_EQ(reader.status(), expected);
+}
+
+TEST(ClientTest, NoServerIsUnavailable) {
+  std::string address;
+  { address = ScriptedServer({}).address(); }
+  EXPECT_EQ(Client(address).ListMaps().status().code(), absl::StatusCode::kUnavailable);
+}
+
+TEST(ClientTest, AnAnswerThatMakesNoSenseIsAnInternalError) {
+  Script script;
+  script.point = Parse<v1::QueryPointResponse>("point {} layers { layer: 'floor' }");
+  script.parts = {Parse<v1::LayerPart>("layer: 'floor'")};
+  ScriptedServer server(script);
+  Client client(server.address());
+
+  const absl::Status status = client.QueryPoint("office", {0, 0}).status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kInternal);
+  EXPECT_THAT(std::string(status.message()), HasSubstr("floor.kind"));
+  AnswerReader reader = client.QueryArea("office", UnitSquare());
+  EXPECT_EQ(reader.Next(), std::nullopt);
+  EXPECT_EQ(reader.status().code(), absl::StatusCode::kInternal);
+}
+
+TEST(AnswerReaderTest, GivesThePartsInOrderThenOk) {
+  Script script;
+  script.revision = 9;
+  script.parts = {
+      Parse<v1::LayerPart>(
+          "layer: 'floor' kind: LAYER_KIND_OCCUPANCY status: ANSWER_STATUS_VALUE cells { "
+          "grid { origin { x: 1 yaw: 0.5 } resolution_m: 0.1 } rows: [-1, 0] col_begins: [-3, 4] "
+          "col_ends: [2, 5] values: [0.25, nan] }"),
+      Parse<v1::LayerPart>("layer: 'objects' kind: LAYER_KIND_SEMANTIC status: ANSWER_STATUS_VALUE "
+                           "objects { " +
+                           std::string(kChair) + " }"),
+      Parse<v1::LayerPart>("layer: 'wifi' kind: LAYER_KIND_SCALAR status: "
+                           "ANSWER_STATUS_NO_TRANSFORM")};
+  ScriptedServer server(script);
+  AnswerReader reader = Client(server.address()).QueryArea("office", UnitSquare());
+  EXPECT_EQ(reader.revision(), 0);
+
+  std::optional<LayerPart> part = reader.Next();
+  ASSERT_TRUE(part.has_value()) << reader.status();
+  EXPECT_EQ(part->layer, "floor");
+  ASSERT_TRUE(part->grid.has_value());
+  EXPECT_EQ(*part->grid, (GridGeometry{PlanarTransform(1, 0, 0.5), 0.1}));
+  EXPECT_THAT(part->runs, ElementsAre(CellRun{-1, -3, 2, 0.25}, CellRun{0, 4, 5, std::nullopt}));
+
+  part = reader.Next();
+  ASSERT_TRUE(part.has_value()) << reader.status();
+  EXPECT_THAT(part->objects, SizeIs(1));
+  EXPECT_FALSE(part->grid.has_value());
+
+  part = reader.Next();
+  ASSERT_TRUE(part.has_value()) << reader.status();
+  EXPECT_EQ(part->status, AnswerStatus::kNoTransform);
+
+  EXPECT_FALSE(reader.Next().has_value());
+  EXPECT_FALSE(reader.Next().has_value());
+  EXPECT_TRUE(reader.status().ok()) << reader.status();
+  EXPECT_EQ(reader.revision(), 9);
+}
+
+TEST(AnswerReaderTest, TellsWhyAnAnswerIsNotComplete) {
+  Script script;
+  script.parts = {Parse<v1::LayerPart>(
+      "layer: 'objects' kind: LAYER_KIND_SEMANTIC status: ANSWER_STATUS_VALUE")};
+  script.status = grpc::Status(grpc::StatusCode::DATA_LOSS, "tile 3 is damaged");
+  ScriptedServer server(script);
+  AnswerReader reader = Client(server.address()).QueryValue("office", "chair");
+
+  EXPECT_TRUE(reader.Next().has_value());
+  EXPECT_FALSE(reader.Next().has_value());
+  EXPECT_EQ(reader.status(), absl::DataLossError("tile 3 is damaged"));
+}
+
+TEST(AnswerReaderTest, DestroyingItTellsTheServerToStop) {
+  Script script;
+  script.endless = true;
+  script.parts = {Parse<v1::LayerPart>(
+      "layer: 'objects' kind: LAYER_KIND_SEMANTIC status: ANSWER_STATUS_VALUE")};
+  ScriptedServer server(script);
+  {
+    AnswerReader reader = Client(server.address()).QueryArea("office", UnitSquare());
+    EXPECT_TRUE(reader.Next().has_value());
+  }
+  server.WaitForCancellation();
+}
+
+TEST(AnswerReaderTest, TheTimeoutBoundsTheWholeAnswer) {
+  Script script;
+  script.endless = true;
+  script.parts = {Parse<v1::LayerPart>(
+      "layer: 'objects' kind: LAYER_KIND_SEMANTIC status: ANSWER_STATUS_VALUE")};
+  ScriptedServer server(script);
+  AnswerReader reader = Client(server.address())
+                            .QueryArea("office", UnitSquare(), {},
+                                       {.timeout = absl::Milliseconds(50), .request_id = ""});
+  while (reader.Next().has_value()) {
+  }
+  EXPECT_EQ(reader.status().code(), absl::StatusCode::kDeadlineExceeded);
+  server.WaitForCancellation();
+}
+
+TEST(RequestIdTest, EveryMutationHasOneOfItsOwn) {
+  ScriptedServer server({});
+  Client client(server.address());
+  ASSERT_TRUE(client.CreateMap("office").ok());
+  ASSERT_TRUE(client.CreateLayer("office", {.name = "objects", .frame_id = ""}).ok());
+  ASSERT_TRUE(client.SetTransform("office", {"map", "dock", PlanarTransform(1, 2, 3)}).ok());
+  ASSERT_TRUE(client.ApplyEdits("office", {{DeleteObject{"objects", 3}}}).ok());
+  ASSERT_TRUE(client.ImportMap("office", FileFormat::kHmap, {{"a.hmap", "zip"}}).ok());
+  ASSERT_TRUE(client.DeleteLayer("office", "objects").ok());
+  ASSERT_TRUE(client.DeleteMap("office").ok());
+
+  const std::vector<std::string> ids = server.RequestIds();
+  EXPECT_THAT(std::set<std::string>(ids.begin(), ids.end()), SizeIs(7));
+  for (const std::string& id : ids) {
+    EXPECT_EQ(id.size(), 32u);
+    EXPECT_EQ(id.find_first_not_of("0123456789abcdef"), std::string::npos) << id;
+  }
+}
+
+TEST(RequestIdTest, OneOfTheCallersOwnIsSentAsItIs) {
+  ScriptedServer server({});
+  Client client(server.address());
+  const CallOptions options{.timeout = std::nullopt, .request_id = "shift-17/edit-4"};
+  ASSERT_TRUE(client.ApplyEdits("office", {{DeleteObject{"objects", 3}}}, options).ok());
+  ASSERT_TRUE(client.ApplyEdits("office", {{DeleteObject{"objects", 3}}}, options).ok());
+  EXPECT_THAT(server.RequestIds(), ElementsAre("shift-17/edit-4", "shift-17/edit-4"));
+}
+
+TEST(ApplyEditsTest, StructuralEditsAreRefused) {
+  ScriptedServer server({});
+  const auto answer = Client(server.address()).ApplyEdits("office", {{DeleteLayer{"objects"}}});
+  EXPECT_EQ(answer.status().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_TRUE(server.Requests().empty());
+}
+
+TEST(ImportTest, FilesArriveInOrderAndWhole) {
+  Script script;
+  script.import = Parse<v1::ImportMapResponse>(
+      "map: 'office' revision: 2 layers: 'occupancy' repairs: 'one' repairs: 'two'");
+  ScriptedServer server(script);
+  std::string image;
+  for (int i = 0; i < 3'000'000; ++i) image += static_cast<char>(i * 31 % 251);
+
+  const auto answer =
+      Client(server.address())
+          .ImportMap("office", FileFormat::kNav2, {{"empty.yaml", ""}, {"image.pgm", image}},
+                     {.layer = "floor", .frame_id = "", .create_map = true});
+
+  ASSERT_TRUE(answer.ok()) << answer.status();
+  EXPECT_THAT(answer->layers, ElementsAre("occupancy"));
+  EXPECT_THAT(answer->repairs, ElementsAre("one", "two"));
+  EXPECT_THAT(server.Requests(),
+              ElementsAre("ImportMap map: \"office\" format: FILE_FORMAT_NAV2 layer: \"floor\" "
+                          "create_map: true",
+                          "file empty.yaml (0 bytes)", "file image.pgm (3000000 bytes)"));
+  EXPECT_EQ(server.ImportedData(), image);
+}
+
+TEST(ExportTest, ChunksOfANameBecomeOneFile) {
+  Script script;
+  script.export_parts = {
+      Parse<v1::ExportMapResponse>("header { map: 'office' revision: 4 omissions: 'wifi' }"),
+      Parse<v1::ExportMapResponse>("chunk { file_name: 'a.yaml' data: 'ima' }"),
+      Parse<v1::ExportMapResponse>("chunk { file_name: 'a.yaml' data: 'ge' }"),
+      Parse<v1::ExportMapResponse>("chunk { file_name: 'a.pgm' data: 'P5' }")};
+  ScriptedServer server(script);
+
+  const auto answer = Client(server.address())
+                          .ExportMap("office", FileFormat::kNav2, {{"floor"}, ImageFormat::kPgm});
+
+  ASSERT_TRUE(answer.ok()) << answer.status();
+  EXPECT_EQ(answer->revision, 4);
+  EXPECT_THAT(answer->omissions, ElementsAre("wifi"));
+  ASSERT_THAT(answer->files, SizeIs(2));
+  EXPECT_EQ(answer->files[0].name, "a.yaml");
+  EXPECT_EQ(answer->files[0].data, "image");
+  EXPECT_EQ(answer->files[1].data, "P5");
+}
+
+TEST(BackupTest, PiecesArriveInOrder) {
+  Script script;
+  script.backup_pieces = {"SQLite", " format 3"};
+  ScriptedServer server(script);
+  ByteReader reader = Client(server.address()).BackupMap("office");
+  std::string data;
+  while (std::optional<std::string> piece = reader.Next()) data += *piece;
+  EXPECT_TRUE(reader.status().ok()) << reader.status();
+  EXPECT_EQ(data, "SQLite format 3");
+}
+
+}  // namespace
+}  // namespace hypermap::client

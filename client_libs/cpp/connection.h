@@ -1,0 +1,65 @@
+// The channel to a server and what all calls over it share. Only for the sources of this folder.
+#ifndef HYPERMAP_CLIENT_LIBS_CPP_CONNECTION_H_
+#define HYPERMAP_CLIENT_LIBS_CPP_CONNECTION_H_
+
+#include <grpcpp/grpcpp.h>
+
+#include <memory>
+#include <string>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/strings/str_cat.h"
+#include "client_libs/cpp/client.h"
+#include "hypermap/v1/catalog_service.grpc.pb.h"
+#include "hypermap/v1/edit_service.grpc.pb.h"
+#include "hypermap/v1/query_service.grpc.pb.h"
+#include "wire/status.h"
+
+namespace hypermap::client {
+
+// Thread safe.
+class Connection {
+ public:
+  Connection(const std::string& target, const ClientOptions& options);
+
+  v1::CatalogService::Stub& catalog() { return *catalog_; }
+  v1::QueryService::Stub& query() { return *query_; }
+  v1::EditService::Stub& edit() { return *edit_; }
+
+  // For one call, with its deadline.
+  std::unique_ptr<grpc::ClientContext> NewContext(const CallOptions& options) const;
+
+  // A call with one request and one answer.
+  template <typename Stub, typename Request, typename Response>
+  absl::StatusOr<Response> Call(Stub& stub,
+                                grpc::Status (Stub::*method)(grpc::ClientContext*, const Request&,
+                                                             Response*),
+                                const Request& request, const CallOptions& options) const {
+    const std::unique_ptr<grpc::ClientContext> context = NewContext(options);
+    Response response;
+    const grpc::Status status = (stub.*method)(context.get(), request, &response);
+    if (!status.ok()) return wire::DecodeStatus(status);
+    return response;
+  }
+
+ private:
+  ClientOptions options_;
+  std::unique_ptr<v1::CatalogService::Stub> catalog_;
+  std::unique_ptr<v1::QueryService::Stub> query_;
+  std::unique_ptr<v1::EditService::Stub> edit_;
+};
+
+// The id that a mutation is sent with.
+inline std::string RequestIdOf(const CallOptions& options) {
+  return options.request_id.empty() ? NewRequestId() : options.request_id;
+}
+
+// The error for an answer whose decoding failed with `status`.
+inline absl::Status BadAnswer(const absl::Status& status) {
+  return absl::InternalError(absl::StrCat("the server's answer: ", status.message()));
+}
+
+}  // namespace hypermap::client
+
+#endif  // HYPERMAP_CLIENT_LIBS_CPP_CONNECTION_H_

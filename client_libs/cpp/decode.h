@@ -1,0 +1,23 @@
+// Makes the client's answers of messages, by the functions of wire/. Only for the sources of this
+// folder. INVALID_ARGUMENT names the field that can't be understood.
+#ifndef HYPERMAP_CLIENT_LIBS_CPP_DECODE_H_
+#define HYPERMAP_CLIENT_LIBS_CPP_DECODE_H_
+
+#include "absl/status/statusor.h"
+#include "client_libs/cpp/answers.h"
+#include "hypermap/v1/catalog_service.pb.h"
+#include "hypermap/v1/query_service.pb.h"
+
+namespace hypermap::client {
+
+MapEntry DecodeMapEntry(const v1::Map& message);
+absl::StatusOr<LayerEntry> DecodeLayerEntry(const v1::Layer& message);
+absl::StatusOr<LayerList> DecodeLayerList(const v1::ListLayersResponse& message);
+absl::StatusOr<TransformList> DecodeTransformList(const v1::ListTransformsResponse& message);
+absl::StatusOr<PointAnswer> DecodePointAnswer(const v1::QueryPointResponse& message);
+absl::StatusOr<LayerPart> DecodeLayerPart(const v1::LayerPart& message);
+absl::StatusOr<NearestAnswer> DecodeNearestAnswer(const v1::QueryNearestResponse& message);
+
+}  // namespace hypermap::client
+
+#endif  // HYPERMAP_CLIENT_LIBS_CPP_DECODE_H_

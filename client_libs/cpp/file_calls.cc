@@ -1,0 +1,119 @@
+// The files of Client: import, export, backup.
+#include <algorithm>
+#include <memory>
+#include <string>
+#include <utility>
+
+#include "client_libs/cpp/client.h"
+#include "client_libs/cpp/connection.h"
+#include "client_libs/cpp/grpc_source.h"
+
+namespace hypermap::client {
+namespace {
+
+// Well under the 4 MiB that gRPC takes by default.
+constexpr size_t kChunkBytes = size_t{1} << 20;
+
+v1::FileFormat EncodeFileFormat(FileFormat format) {
+  switch (format) {
+    case FileFormat::kHmap:
+      return v1::FILE_FORMAT_HMAP;
+    case FileFormat::kNav2:
+      return v1::FILE_FORMAT_NAV2;
+    case FileFormat::kGeoJson:
+      return v1::FILE_FORMAT_GEOJSON;
+  }
+  return v1::FILE_FORMAT_UNSPECIFIED;
+}
+
+// Sends a file in chunks, at least one. False when the server takes no more; the status of the call
+// says why.
+bool SendFile(const NamedFile& file, grpc::ClientWriter<v1::ImportMapRequest>& writer) {
+  size_t sent = 0;
+  do {
+    const size_t size = std::min(kChunkBytes, file.data.size() - sent);
+    v1::ImportMapRequest message;
+    message.mutable_chunk()->set_file_name(file.name);
+    message.mutable_chunk()->set_data(file.data.data() + sent, size);
+    if (!writer.Write(message)) return false;
+    sent += size;
+  } while (sent < file.data.size());
+  return true;
+}
+
+absl::StatusOr<std::string> TakeBytes(v1::BackupMapResponse message) {
+  return std::move(*message.mutable_data());
+}
+
+}  // namespace
+
+absl::StatusOr<ImportAnswer> Client::ImportMap(const std::string& map, FileFormat format,
+                                               const std::vector<NamedFile>& files,
+                                               const ImportOptions& import_options,
+                                               const CallOptions& options) {
+  const std::unique_ptr<grpc::ClientContext> context = connection_->NewContext(options);
+  v1::ImportMapResponse response;
+  const std::unique_ptr<grpc::ClientWriter<v1::ImportMapRequest>> writer =
+      connection_->catalog().ImportMap(context.get(), &response);
+
+  v1::ImportMapRequest first;
+  v1::ImportHeader& header = *first.mutable_header();
+  header.set_map(map);
+  header.set_format(EncodeFileFormat(format));
+  header.set_layer(import_options.layer);
+  header.set_frame_id(import_options.frame_id);
+  header.set_create_map(import_options.create_map);
+  header.set_request_id(RequestIdOf(options));
+  bool sending = writer->Write(first);
+  for (size_t i = 0; sending && i < files.size(); ++i) sending = SendFile(files[i], *writer);
+  writer->WritesDone();
+  const grpc::Status status = writer->Finish();
+  if (!status.ok()) return wire::DecodeStatus(status);
+  return ImportAnswer{response.map(),
+                      response.revision(),
+                      {response.layers().begin(), response.layers().end()},
+                      {response.repairs().begin(), response.repairs().end()}};
+}
+
+absl::StatusOr<ExportAnswer> Client::ExportMap(const std::string& map, FileFormat format,
+                                               const ExportOptions& export_options,
+                                               const CallOptions& options) {
+  v1::ExportMapRequest request;
+  request.set_map(map);
+  request.set_format(EncodeFileFormat(format));
+  request.mutable_layers()->Assign(export_options.layers.begin(), export_options.layers.end());
+  request.set_image_format(export_options.image == ImageFormat::kPng ? "png" : "pgm");
+  const std::unique_ptr<grpc::ClientContext> context = connection_->NewContext(options);
+  const auto reader = connection_->catalog().ExportMap(context.get(), request);
+
+  ExportAnswer answer;
+  v1::ExportMapResponse message;
+  while (reader->Read(&message)) {
+    if (message.has_header()) {
+      const v1::ExportHeader& header = message.header();
+      answer.map = header.map();
+      answer.revision = header.revision();
+      answer.omissions.assign(header.omissions().begin(), header.omissions().end());
+    } else if (message.has_chunk()) {
+      const v1::FileChunk& chunk = message.chunk();
+      if (answer.files.empty() || answer.files.back().name != chunk.file_name()) {
+        answer.files.push_back({chunk.file_name(), ""});
+      }
+      answer.files.back().data += chunk.data();
+    }
+  }
+  const grpc::Status status = reader->Finish();
+  if (!status.ok()) return wire::DecodeStatus(status);
+  return answer;
+}
+
+ByteReader Client::BackupMap(const std::string& map, const CallOptions& options) {
+  v1::BackupMapRequest request;
+  request.set_map(map);
+  auto context = connection_->NewContext(options);
+  auto reader = connection_->catalog().BackupMap(context.get(), request);
+  return ByteReader(std::make_unique<GrpcSource<v1::BackupMapResponse, std::string>>(
+      connection_, std::move(context), std::move(reader), &TakeBytes));
+}
+
+}  // namespace hypermap::client

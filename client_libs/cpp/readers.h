@@ -1,0 +1,65 @@
+// Answers that arrive in parts.
+#ifndef HYPERMAP_CLIENT_LIBS_CPP_READERS_H_
+#define HYPERMAP_CLIENT_LIBS_CPP_READERS_H_
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "absl/status/status.h"
+#include "client_libs/cpp/answers.h"
+
+namespace hypermap::client {
+
+// Where the parts come from. Destroying a source ends the call.
+template <typename Part>
+class PartSource {
+ public:
+  virtual ~PartSource() = default;
+  // The next part; nullopt at the end and on an error. Blocks until there is one.
+  virtual std::optional<Part> Next() = 0;
+  // Why Next gave nothing: OK at the end of a complete answer.
+  virtual const absl::Status& status() const = 0;
+};
+
+// An answer to an area or value question, layer after layer. Destroying it before the end tells the
+// server to stop. Movable; one thread at a time.
+class AnswerReader {
+ public:
+  struct RevisedPart {
+    Revision revision = 0;
+    LayerPart part;
+  };
+
+  explicit AnswerReader(std::unique_ptr<PartSource<RevisedPart>> source);
+
+  // The next part; nullopt at the end and on an error. Blocks until there is one.
+  std::optional<LayerPart> Next();
+  // After the end: OK, or why the answer is not complete.
+  const absl::Status& status() const { return source_->status(); }
+  // The revision that the whole answer is read at; 0 before the first part.
+  Revision revision() const { return revision_; }
+
+ private:
+  std::unique_ptr<PartSource<RevisedPart>> source_;
+  Revision revision_ = 0;
+};
+
+// A file that arrives piece after piece. Destroying it before the end tells the server to stop.
+// Movable; one thread at a time.
+class ByteReader {
+ public:
+  explicit ByteReader(std::unique_ptr<PartSource<std::string>> source);
+
+  // The next piece; nullopt at the end and on an error. Blocks until there is one.
+  std::optional<std::string> Next() { return source_->Next(); }
+  // After the end: OK, or why the file is not complete.
+  const absl::Status& status() const { return source_->status(); }
+
+ private:
+  std::unique_ptr<PartSource<std::string>> source_;
+};
+
+}  // namespace hypermap::client
+
+#endif  // HYPERMAP_CLIENT_LIBS_CPP_READERS_H_

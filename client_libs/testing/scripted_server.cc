@@ -1,0 +1,226 @@
+#include "client_libs/testing/scripted_server.h"
+
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "hypermap/v1/catalog_service.grpc.pb.h"
+#include "hypermap/v1/edit_service.grpc.pb.h"
+#include "hypermap/v1/query_service.grpc.pb.h"
+
+namespace hypermap::client {
+namespace {
+
+template <typename Message>
+std::string TakeRequestId(Message& message) {
+  if constexpr (requires { message.clear_request_id(); }) {
+    std::string id = message.request_id();
+    message.clear_request_id();
+    return id;
+  }
+  return "";
+}
+
+}  // namespace
+
+template <typename Request>
+void ScriptedServer::Note(const char* rpc, Request request) {
+  const absl::MutexLock lock(&mutex_);
+  if (std::string id = TakeRequestId(request); !id.empty()) request_ids_.push_back(std::move(id));
+  std::string content = request.ShortDebugString();
+  requests_.push_back(content.empty() ? rpc : absl::StrCat(rpc, " ", content));
+}
+
+template <typename Message>
+grpc::Status ScriptedServer::WriteParts(grpc::ServerContext* context,
+                                        grpc::ServerWriter<Message>* writer) {
+  do {
+    for (const v1::LayerPart& part : script_.parts) {
+      Message message;
+      message.set_revision(script_.revision);
+      *message.mutable_part() = part;
+      writer->Write(message);
+    }
+  } while (script_.endless && !context->IsCancelled());
+  if (script_.endless) cancelled_.Notify();
+  return script_.status;
+}
+
+class ScriptedServer::Catalog : public v1::CatalogService::Service {
+ public:
+  explicit Catalog(ScriptedServer& server) : server_(server) {}
+
+  grpc::Status CreateMap(grpc::ServerContext*, const v1::CreateMapRequest* request,
+                         v1::CreateMapResponse* response) override {
+    server_.Note("CreateMap", *request);
+    response->mutable_map()->set_name(request->map());
+    return server_.script_.status;
+  }
+  grpc::Status ListMaps(grpc::ServerContext*, const v1::ListMapsRequest* request,
+                        v1::ListMapsResponse* response) override {
+    server_.Note("ListMaps", *request);
+    *response = server_.script_.maps;
+    return server_.script_.status;
+  }
+  grpc::Status DeleteMap(grpc::ServerContext*, const v1::DeleteMapRequest* request,
+                         v1::DeleteMapResponse*) override {
+    server_.Note("DeleteMap", *request);
+    return server_.script_.status;
+  }
+  grpc::Status CreateLayer(grpc::ServerContext*, const v1::CreateLayerRequest* request,
+                           v1::CreateLayerResponse* response) override {
+    server_.Note("CreateLayer", *request);
+    response->set_revision(server_.script_.revision);
+    return server_.script_.status;
+  }
+  grpc::Status ListLayers(grpc::ServerContext*, const v1::ListLayersRequest* request,
+                          v1::ListLayersResponse* response) override {
+    server_.Note("ListLayers", *request);
+    *response = server_.script_.layers;
+    return server_.script_.status;
+  }
+  grpc::Status DeleteLayer(grpc::ServerContext*, const v1::DeleteLayerRequest* request,
+                           v1::DeleteLayerResponse* response) override {
+    server_.Note("DeleteLayer", *request);
+    response->set_revision(server_.script_.revision);
+    return server_.script_.status;
+  }
+  grpc::Status SetTransform(grpc::ServerContext*, const v1::SetTransformRequest* request,
+                            v1::SetTransformResponse* response) override {
+    server_.Note("SetTransform", *request);
+    response->set_revision(server_.script_.revision);
+    return server_.script_.status;
+  }
+  grpc::Status ListTransforms(grpc::ServerContext*, const v1::ListTransformsRequest* request,
+                              v1::ListTransformsResponse* response) override {
+    server_.Note("ListTransforms", *request);
+    *response = server_.script_.transforms;
+    return server_.script_.status;
+  }
+
+  grpc::Status ImportMap(grpc::ServerContext*, grpc::ServerReader<v1::ImportMapRequest>* reader,
+                         v1::ImportMapResponse* response) override {
+    v1::ImportMapRequest message;
+    v1::FileChunk file;
+    const auto end_file = [&] {
+      if (file.file_name().empty()) return;
+      const absl::MutexLock lock(&server_.mutex_);
+      server_.requests_.push_back(
+          absl::StrCat("file ", file.file_name(), " (", file.data().size(), " bytes)"));
+      server_.imported_data_ = file.data();
+    };
+    while (reader->Read(&message)) {
+      if (message.has_header()) server_.Note("ImportMap", message.header());
+      if (!message.has_chunk()) continue;
+      if (message.chunk().file_name() != file.file_name()) {
+        end_file();
+        file = message.chunk();
+      } else {
+        file.mutable_data()->append(message.chunk().data());
+      }
+    }
+    end_file();
+    *response = server_.script_.import;
+    return server_.script_.status;
+  }
+
+  grpc::Status ExportMap(grpc::ServerContext*, const v1::ExportMapRequest* request,
+                         grpc::ServerWriter<v1::ExportMapResponse>* writer) override {
+    server_.Note("ExportMap", *request);
+    for (const v1::ExportMapResponse& part : server_.script_.export_parts) writer->Write(part);
+    return server_.script_.status;
+  }
+
+  grpc::Status BackupMap(grpc::ServerContext*, const v1::BackupMapRequest* request,
+                         grpc::ServerWriter<v1::BackupMapResponse>* writer) override {
+    server_.Note("BackupMap", *request);
+    for (const std::string& piece : server_.script_.backup_pieces) {
+      v1::BackupMapResponse message;
+      message.set_data(piece);
+      writer->Write(message);
+    }
+    return server_.script_.status;
+  }
+
+ private:
+  ScriptedServer& server_;
+};
+
+class ScriptedServer::Query : public v1::QueryService::Service {
+ public:
+  explicit Query(ScriptedServer& server) : server_(server) {}
+
+  grpc::Status QueryPoint(grpc::ServerContext*, const v1::QueryPointRequest* request,
+                          v1::QueryPointResponse* response) override {
+    server_.Note("QueryPoint", *request);
+    *response = server_.script_.point;
+    return server_.script_.status;
+  }
+  grpc::Status QueryArea(grpc::ServerContext* context, const v1::QueryAreaRequest* request,
+                         grpc::ServerWriter<v1::QueryAreaResponse>* writer) override {
+    server_.Note("QueryArea", *request);
+    return server_.WriteParts(context, writer);
+  }
+  grpc::Status QueryValue(grpc::ServerContext* context, const v1::QueryValueRequest* request,
+                          grpc::ServerWriter<v1::QueryValueResponse>* writer) override {
+    server_.Note("QueryValue", *request);
+    return server_.WriteParts(context, writer);
+  }
+  grpc::Status QueryNearest(grpc::ServerContext*, const v1::QueryNearestRequest* request,
+                            v1::QueryNearestResponse* response) override {
+    server_.Note("QueryNearest", *request);
+    *response = server_.script_.nearest;
+    return server_.script_.status;
+  }
+
+ private:
+  ScriptedServer& server_;
+};
+
+class ScriptedServer::Edit : public v1::EditService::Service {
+ public:
+  explicit Edit(ScriptedServer& server) : server_(server) {}
+
+  grpc::Status ApplyEdits(grpc::ServerContext*, const v1::ApplyEditsRequest* request,
+                          v1::ApplyEditsResponse* response) override {
+    server_.Note("ApplyEdits", *request);
+    *response = server_.script_.edits;
+    return server_.script_.status;
+  }
+
+ private:
+  ScriptedServer& server_;
+};
+
+ScriptedServer::ScriptedServer(Script script)
+    : script_(std::move(script)),
+      catalog_(std::make_unique<Catalog>(*this)),
+      query_(std::make_unique<Query>(*this)),
+      edit_(std::make_unique<Edit>(*this)) {
+  grpc::ServerBuilder builder;
+  int port = 0;
+  builder.AddListeningPort("127.0.0.1:0", grpc::InsecureServerCredentials(), &port);
+  builder.RegisterService(catalog_.get());
+  builder.RegisterService(query_.get());
+  builder.RegisterService(edit_.get());
+  server_ = builder.BuildAndStart();
+  address_ = absl::StrCat("127.0.0.1:", port);
+}
+
+ScriptedServer::~ScriptedServer() { server_->Shutdown(); }
+
+std::vector<std::string> ScriptedServer::Requests() const {
+  const absl::MutexLock lock(&mutex_);
+  return requests_;
+}
+
+std::vector<std::string> ScriptedServer::RequestIds() const {
+  const absl::MutexLock lock(&mutex_);
+  return request_ids_;
+}
+
+std::string ScriptedServer::ImportedData() const {
+  const absl::MutexLock lock(&mutex_);
+  return imported_data_;
+}
+
+}  // namespace hypermap::client

@@ -1,0 +1,84 @@
+// A server for tests of clients: it notes each request and answers what the test has put in.
+#ifndef HYPERMAP_CLIENT_LIBS_TESTING_SCRIPTED_SERVER_H_
+#define HYPERMAP_CLIENT_LIBS_TESTING_SCRIPTED_SERVER_H_
+
+#include <grpcpp/grpcpp.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "absl/base/thread_annotations.h"
+#include "absl/synchronization/mutex.h"
+#include "absl/synchronization/notification.h"
+#include "hypermap/v1/catalog_service.pb.h"
+#include "hypermap/v1/edit_service.pb.h"
+#include "hypermap/v1/query_service.pb.h"
+
+namespace hypermap::client {
+
+// What the server answers, set before the calls.
+struct Script {
+  // Of every call, after what else it answers.
+  grpc::Status status;
+  // Answer area and value questions without end, until the caller gives up.
+  bool endless = false;
+
+  v1::ListMapsResponse maps;
+  v1::ListLayersResponse layers;
+  v1::ListTransformsResponse transforms;
+  v1::ImportMapResponse import;
+  std::vector<v1::ExportMapResponse> export_parts;
+  std::vector<std::string> backup_pieces;
+  v1::QueryPointResponse point;
+  int64_t revision = 1;
+  std::vector<v1::LayerPart> parts;
+  v1::QueryNearestResponse nearest;
+  v1::ApplyEditsResponse edits;
+};
+
+// Serves in this process on a free port until it is destroyed.
+class ScriptedServer {
+ public:
+  explicit ScriptedServer(Script script);
+  ~ScriptedServer();
+
+  // HOST:PORT.
+  const std::string& address() const { return address_; }
+
+  // Name and content of each request in order, without its request_id:
+  // "GetMap map: \"office\"". The chunks of an import follow its header as "file NAME (N bytes)".
+  std::vector<std::string> Requests() const;
+  // The ids that mutations came with.
+  std::vector<std::string> RequestIds() const;
+  // The content of the file that was imported last.
+  std::string ImportedData() const;
+  // Waits until an endless answer was given up.
+  void WaitForCancellation() const { cancelled_.WaitForNotification(); }
+
+ private:
+  class Catalog;
+  class Query;
+  class Edit;
+
+  template <typename Request>
+  void Note(const char* rpc, Request request);
+  template <typename Message>
+  grpc::Status WriteParts(grpc::ServerContext* context, grpc::ServerWriter<Message>* writer);
+
+  const Script script_;
+  mutable absl::Mutex mutex_;
+  std::vector<std::string> requests_ ABSL_GUARDED_BY(mutex_);
+  std::vector<std::string> request_ids_ ABSL_GUARDED_BY(mutex_);
+  std::string imported_data_ ABSL_GUARDED_BY(mutex_);
+  absl::Notification cancelled_;
+  std::unique_ptr<Catalog> catalog_;
+  std::unique_ptr<Query> query_;
+  std::unique_ptr<Edit> edit_;
+  std::unique_ptr<grpc::Server> server_;
+  std::string address_;
+};
+
+}  // namespace hypermap::client
+
+#endif  // HYPERMAP_CLIENT_LIBS_TESTING_SCRIPTED_SERVER_H_

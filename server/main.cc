@@ -1,0 +1,198 @@
+// hypermapd: serves the maps of a folder over gRPC.
+#include <grpc/support/log.h>
+#include <spdlog/sinks/stdout_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <memory>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "absl/flags/flag.h"
+#include "absl/flags/parse.h"
+#include "absl/flags/usage.h"
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/strings/str_cat.h"
+#include "absl/time/time.h"
+#include "server/services/facilities.h"
+#include "server/services/grpc_server.h"
+#include "server/services/request_log.h"
+#include "server/services/scratch_file.h"
+#include "server/services/worker_pool.h"
+#include "server/session/site.h"
+#include "storage/geopackage/geopackage_store.h"
+
+ABSL_FLAG(std::string, data_dir, "", "Folder of the maps, one GeoPackage each; made when missing");
+ABSL_FLAG(std::string, listen, "127.0.0.1:50051", "HOST:PORT to serve on; port 0 takes a free one");
+ABSL_FLAG(std::string, log_level, "info", "trace, debug, info, warn, error or off");
+ABSL_FLAG(absl::Duration, grace, absl::Seconds(10),
+          "How long requests in flight may go on after SIGTERM or SIGINT");
+ABSL_FLAG(int, threads, 0, "Threads that answer questions; 0 for one a core, at least two");
+
+ABSL_FLAG(int, max_message_bytes, 16 << 20, "Largest message, either way");
+ABSL_FLAG(int, max_vertices, 100'000, "Most vertices of a polygon");
+ABSL_FLAG(int, max_edits, 10'000, "Most edits of a batch");
+ABSL_FLAG(int64_t, max_cells, int64_t{1} << 26, "Most cells that one edit or imported image sets");
+ABSL_FLAG(int, max_nearest, 1'000, "Largest k of a nearest query");
+ABSL_FLAG(int64_t, max_import_bytes, int64_t{256} << 20, "Largest sum of the files of an import");
+ABSL_FLAG(int, max_queue, 1'024, "Most batches that may wait for a map's writer");
+ABSL_FLAG(int, chunk_items, 2'048, "Most objects or runs of cells in a message of an answer");
+ABSL_FLAG(int64_t, max_chunk_bytes, 256 << 10,
+          "Size at which a message of an answer is sent off and the next begun");
+
+namespace hypermap::server {
+namespace {
+
+constexpr int kFileThreads = 2;
+
+absl::Status CheckFlags(const std::vector<char*>& positional) {
+  if (positional.size() > 1) {
+    return absl::InvalidArgumentError(absl::StrCat("unexpected argument ", positional[1]));
+  }
+  if (absl::GetFlag(FLAGS_data_dir).empty()) {
+    return absl::InvalidArgumentError("--data_dir is missing");
+  }
+  const std::pair<const char*, int64_t> positive[] = {
+      {"max_message_bytes", absl::GetFlag(FLAGS_max_message_bytes)},
+      {"max_vertices", absl::GetFlag(FLAGS_max_vertices)},
+      {"max_edits", absl::GetFlag(FLAGS_max_edits)},
+      {"max_cells", absl::GetFlag(FLAGS_max_cells)},
+      {"max_nearest", absl::GetFlag(FLAGS_max_nearest)},
+      {"max_import_bytes", absl::GetFlag(FLAGS_max_import_bytes)},
+      {"max_queue", absl::GetFlag(FLAGS_max_queue)},
+      {"chunk_items", absl::GetFlag(FLAGS_chunk_items)},
+      {"max_chunk_bytes", absl::GetFlag(FLAGS_max_chunk_bytes)},
+  };
+  for (const auto& [name, value] : positive) {
+    if (value < 1) return absl::InvalidArgumentError(absl::StrCat("--", name, " must be positive"));
+  }
+  return absl::OkStatus();
+}
+
+// gRPC's own log lines go where ours go, as part of it.
+void LogOfGrpc(gpr_log_func_args* line) {
+  spdlog::debug("grpc message={}", LogQuoted(line->message));
+}
+
+absl::Status SetUpLog() {
+  const std::string level = absl::GetFlag(FLAGS_log_level);
+  const spdlog::level::level_enum parsed = spdlog::level::from_str(level);
+  if (parsed == spdlog::level::off && level != "off") {
+    return absl::InvalidArgumentError(absl::StrCat("--log_level=", level, " is not known"));
+  }
+  auto logger = spdlog::stderr_logger_mt("hypermapd");
+  logger->set_pattern("%Y-%m-%dT%H:%M:%S.%e%z level=%l %v");
+  logger->set_level(parsed);
+  logger->flush_on(spdlog::level::info);
+  spdlog::set_default_logger(std::move(logger));
+  gpr_set_log_function(LogOfGrpc);
+  return absl::OkStatus();
+}
+
+SessionOptions SessionOptionsOfFlags() {
+  SessionOptions options;
+  options.max_queue = absl::GetFlag(FLAGS_max_queue);
+  options.edit_limits.max_cells_per_fill = absl::GetFlag(FLAGS_max_cells);
+  return options;
+}
+
+ServiceLimits LimitsOfFlags() {
+  ServiceLimits limits;
+  limits.decode.max_vertices = absl::GetFlag(FLAGS_max_vertices);
+  limits.decode.max_edits = absl::GetFlag(FLAGS_max_edits);
+  limits.decode.max_cells = absl::GetFlag(FLAGS_max_cells);
+  limits.max_nearest = absl::GetFlag(FLAGS_max_nearest);
+  limits.max_import_bytes = absl::GetFlag(FLAGS_max_import_bytes);
+  limits.chunk_items = absl::GetFlag(FLAGS_chunk_items);
+  limits.max_chunk_bytes = absl::GetFlag(FLAGS_max_chunk_bytes);
+  return limits;
+}
+
+int NumThreads() {
+  const int threads = absl::GetFlag(FLAGS_threads);
+  if (threads > 0) return threads;
+  return std::max(2, static_cast<int>(std::thread::hardware_concurrency()));
+}
+
+void LogProblems(const Site& site) {
+  for (const Site::Entry& entry : site.List()) {
+    if (entry.problem.ok()) continue;
+    spdlog::warn("map can't be opened map={} problem={}", LogQuoted(entry.name),
+                 LogQuoted(entry.problem.ToString()));
+  }
+}
+
+// SIGINT and SIGTERM, kept from all threads, so that only WaitForSignal sees them.
+class ShutdownSignals {
+ public:
+  ShutdownSignals() {
+    sigemptyset(&signals_);
+    sigaddset(&signals_, SIGINT);
+    sigaddset(&signals_, SIGTERM);
+    pthread_sigmask(SIG_BLOCK, &signals_, nullptr);
+  }
+
+  // A second signal then ends the program at once.
+  int Wait() {
+    int signal = 0;
+    sigwait(&signals_, &signal);
+    pthread_sigmask(SIG_UNBLOCK, &signals_, nullptr);
+    return signal;
+  }
+
+ private:
+  sigset_t signals_;
+};
+
+// Serves until a signal comes.
+absl::Status Serve(ShutdownSignals& signals) {
+  const std::string data_dir = absl::GetFlag(FLAGS_data_dir);
+  absl::StatusOr<std::unique_ptr<storage::MapStore>> store = storage::OpenGeoPackageStore(data_dir);
+  if (!store.ok()) return store.status();
+  ScratchFile::RemoveLeftOver(data_dir);
+  absl::StatusOr<std::unique_ptr<Site>> site =
+      Site::Open(*std::move(store), SessionOptionsOfFlags());
+  if (!site.ok()) return site.status();
+
+  // Ends in the reverse order: the requests, their workers, the maps.
+  WorkerPool workers(NumThreads());
+  WorkerPool file_workers(kFileThreads);
+  const Facilities facilities{site->get(), LimitsOfFlags(), &workers, &file_workers, data_dir};
+  absl::StatusOr<std::unique_ptr<GrpcServer>> server = GrpcServer::Start(
+      {absl::GetFlag(FLAGS_listen), absl::GetFlag(FLAGS_max_message_bytes)}, facilities);
+  if (!server.ok()) return server.status();
+  LogProblems(**site);
+  std::printf("hypermapd ready on %s\n", (*server)->address().c_str());
+  std::fflush(stdout);
+
+  const int signal = signals.Wait();
+  spdlog::info("shutting down signal={}", signal);
+  (*server)->Shutdown(absl::GetFlag(FLAGS_grace));
+  return absl::OkStatus();
+}
+
+int Main(int argc, char** argv) {
+  absl::SetProgramUsageMessage(
+      "Serves the maps of a folder.\n\n  hypermapd --data_dir=DIR [--listen=HOST:PORT]");
+  const std::vector<char*> positional = absl::ParseCommandLine(argc, argv);
+  absl::Status status = CheckFlags(positional);
+  if (status.ok()) status = SetUpLog();
+  if (status.ok()) {
+    ShutdownSignals signals;
+    status = Serve(signals);
+  }
+  if (status.ok()) return EXIT_SUCCESS;
+  std::fprintf(stderr, "hypermapd: %s\n", std::string(status.message()).c_str());
+  return EXIT_FAILURE;
+}
+
+}  // namespace
+}  // namespace hypermap::server
+
+int main(int argc, char** argv) { return hypermap::server::Main(argc, argv); }

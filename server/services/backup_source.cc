@@ -1,0 +1,57 @@
+#include "server/services/backup_source.h"
+
+#include <fstream>
+#include <string>
+
+#include "absl/strings/str_cat.h"
+#include "server/services/scratch_file.h"
+
+namespace hypermap::server {
+namespace {
+
+class BackupSource : public MessageSource<v1::BackupMapResponse> {
+ public:
+  explicit BackupSource(const Facilities& facilities)
+      : file_(facilities.scratch_dir), max_chunk_bytes_(facilities.limits.max_chunk_bytes) {}
+
+  absl::Status Open(MapSession& session) {
+    if (auto status = session.BackupTo(file_.path()); !status.ok()) return status;
+    stream_.open(file_.path(), std::ios::binary);
+    return stream_ ? absl::OkStatus() : CannotRead();
+  }
+
+  absl::StatusOr<Step> Next(v1::BackupMapResponse* message) override {
+    std::string& data = *message->mutable_data();
+    data.resize(max_chunk_bytes_);
+    stream_.read(data.data(), max_chunk_bytes_);
+    if (stream_.bad()) return CannotRead();
+    data.resize(stream_.gcount());
+    bytes_ += stream_.gcount();
+    return data.empty() ? Step::kEnd : Step::kMessage;
+  }
+
+  int64_t items() const override { return bytes_; }
+
+ private:
+  static absl::Status CannotRead() {
+    return absl::UnavailableError("the copy of the map cannot be read back");
+  }
+
+  ScratchFile file_;
+  std::ifstream stream_;
+  const int64_t max_chunk_bytes_;
+  int64_t bytes_ = 0;
+};
+
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<MessageSource<v1::BackupMapResponse>>> OpenBackup(
+    const Facilities& facilities, const v1::BackupMapRequest& request) {
+  const absl::StatusOr<std::shared_ptr<MapSession>> session = FindMap(facilities, request.map());
+  if (!session.ok()) return session.status();
+  auto source = std::make_unique<BackupSource>(facilities);
+  if (auto status = source->Open(**session); !status.ok()) return status;
+  return source;
+}
+
+}  // namespace hypermap::server

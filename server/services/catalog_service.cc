@@ -1,0 +1,264 @@
+#include "server/services/catalog_service.h"
+
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "map/layers/layer_registry.h"
+#include "server/services/backup_source.h"
+#include "server/services/export_source.h"
+#include "server/services/import_call.h"
+#include "server/services/request_log.h"
+#include "server/services/streamed_answer.h"
+#include "wire/geometry.h"
+#include "wire/layer.h"
+#include "wire/time.h"
+
+namespace hypermap::server {
+namespace {
+
+constexpr char kDefaultFrame[] = "map";
+
+void EncodeMap(const MapSession& session, v1::Map* message) {
+  const SnapshotPtr snapshot = session.snapshot();
+  message->set_name(session.header().name);
+  message->set_frame_id(snapshot->frame_id);
+  message->set_revision(snapshot->revision);
+  wire::EncodeTime(session.header().created_at, message->mutable_create_time());
+  message->set_layer_count(static_cast<int32_t>(snapshot->layers.size()));
+}
+
+void EncodeEntry(const Site::Entry& entry, v1::Map* message) {
+  if (entry.session) return EncodeMap(*entry.session, message);
+  message->set_name(entry.name);
+  message->set_problem(entry.problem.ToString());
+}
+
+}  // namespace
+
+template <typename Request, typename Respond>
+absl::Status CatalogService::SubmitEdit(UnaryCallPtr call, const Request& request, Edit edit,
+                                        Respond respond) const {
+  const absl::StatusOr<std::shared_ptr<MapSession>> session = FindMap(facilities_, request.map());
+  if (!session.ok()) return session.status();
+  if (auto status = ValidateRequestId(request.request_id()); !status.ok()) return status;
+  EditBatch batch;
+  batch.edits.push_back(std::move(edit));
+  SubmitAndFinish(std::move(call), **session, std::move(batch), request.request_id(),
+                  std::move(respond));
+  return absl::OkStatus();
+}
+
+template <typename Request, typename Response, typename Fill>
+grpc::ServerUnaryReactor* CatalogService::AnswerFromSnapshot(grpc::CallbackServerContext* context,
+                                                             absl::string_view rpc,
+                                                             const Request* request,
+                                                             Response* response, Fill fill) const {
+  auto call = std::make_shared<UnaryCall>(context, rpc, request->map());
+  return AnswerOn(facilities_.workers, std::move(call),
+                  [this, request, response, fill]() -> absl::StatusOr<int64_t> {
+                    const absl::StatusOr<std::shared_ptr<MapSession>> session =
+                        FindMap(facilities_, request->map());
+                    if (!session.ok()) return session.status();
+                    const SnapshotPtr snapshot = (*session)->snapshot();
+                    response->set_map(request->map());
+                    response->set_revision(snapshot->revision);
+                    return fill(*snapshot);
+                  });
+}
+
+grpc::ServerUnaryReactor* CatalogService::CreateMap(grpc::CallbackServerContext* context,
+                                                    const v1::CreateMapRequest* request,
+                                                    v1::CreateMapResponse* response) {
+  auto call = std::make_shared<UnaryCall>(context, "CreateMap", request->map());
+  return AnswerOn(facilities_.file_workers, call,
+                  [this, call, request, response]() -> absl::StatusOr<int64_t> {
+                    absl::Status status = MakeMap(call->log(), *request, response);
+                    if (!status.ok()) return status;
+                    return 1;
+                  });
+}
+
+absl::Status CatalogService::MakeMap(const RequestLog& log, const v1::CreateMapRequest& request,
+                                     v1::CreateMapResponse* response) const {
+  if (auto status = ValidateRequestId(request.request_id()); !status.ok()) return status;
+  const std::string frame = request.frame_id().empty() ? kDefaultFrame : request.frame_id();
+  const absl::StatusOr<std::shared_ptr<MapSession>> session = facilities_.site->Create(
+      {request.map(), frame, request.request_id()}, [](MapSession&) { return absl::OkStatus(); });
+  if (!session.ok()) return session.status();
+  EncodeMap(**session, response->mutable_map());
+  log.Edited(response->map().revision(), request.request_id(), /*edits=*/0);
+  return absl::OkStatus();
+}
+
+grpc::ServerUnaryReactor* CatalogService::GetMap(grpc::CallbackServerContext* context,
+                                                 const v1::GetMapRequest* request,
+                                                 v1::GetMapResponse* response) {
+  auto call = std::make_shared<UnaryCall>(context, "GetMap", request->map());
+  return AnswerOn(facilities_.workers, std::move(call),
+                  [this, request, response]() -> absl::StatusOr<int64_t> {
+                    const absl::StatusOr<std::shared_ptr<MapSession>> session =
+                        FindMap(facilities_, request->map());
+                    if (!session.ok()) return session.status();
+                    EncodeMap(**session, response->mutable_map());
+                    return 1;
+                  });
+}
+
+grpc::ServerUnaryReactor* CatalogService::ListMaps(grpc::CallbackServerContext* context,
+                                                   const v1::ListMapsRequest*,
+                                                   v1::ListMapsResponse* response) {
+  auto call = std::make_shared<UnaryCall>(context, "ListMaps", "");
+  return AnswerOn(facilities_.workers, std::move(call),
+                  [this, response]() -> absl::StatusOr<int64_t> {
+                    for (const Site::Entry& entry : facilities_.site->List()) {
+                      EncodeEntry(entry, response->add_maps());
+                    }
+                    return response->maps_size();
+                  });
+}
+
+grpc::ServerUnaryReactor* CatalogService::DeleteMap(grpc::CallbackServerContext* context,
+                                                    const v1::DeleteMapRequest* request,
+                                                    v1::DeleteMapResponse* response) {
+  auto call = std::make_shared<UnaryCall>(context, "DeleteMap", request->map());
+  return AnswerOn(facilities_.file_workers, call,
+                  [this, call, request, response]() -> absl::StatusOr<int64_t> {
+                    absl::Status status = RemoveMap(call->log(), *request);
+                    if (!status.ok()) return status;
+                    response->set_map(request->map());
+                    return 1;
+                  });
+}
+
+absl::Status CatalogService::RemoveMap(const RequestLog& log,
+                                       const v1::DeleteMapRequest& request) const {
+  if (auto status = ValidateRequestId(request.request_id()); !status.ok()) return status;
+  absl::Status status = facilities_.site->Delete(request.map(), request.request_id());
+  if (status.ok()) log.Edited(/*revision=*/0, request.request_id(), /*edits=*/0);
+  return status;
+}
+
+grpc::ServerUnaryReactor* CatalogService::CreateLayer(grpc::CallbackServerContext* context,
+                                                      const v1::CreateLayerRequest* request,
+                                                      v1::CreateLayerResponse* response) {
+  auto call = std::make_shared<UnaryCall>(context, "CreateLayer", request->map());
+  return StartOn(facilities_.workers, call, [this, call, request, response] {
+    return StartCreateLayer(call, *request, response);
+  });
+}
+
+absl::Status CatalogService::StartCreateLayer(UnaryCallPtr call,
+                                              const v1::CreateLayerRequest& request,
+                                              v1::CreateLayerResponse* response) const {
+  if (!request.has_layer()) return absl::InvalidArgumentError("layer is missing");
+  const absl::StatusOr<LayerSpec> spec = wire::DecodeLayerSpec("layer", request.layer());
+  if (!spec.ok()) return spec.status();
+  const absl::StatusOr<std::shared_ptr<MapSession>> session = FindMap(facilities_, request.map());
+  if (!session.ok()) return session.status();
+  // The answer is the layer as it is made, whatever has become of it since.
+  LayerSpec made = *spec;
+  if (made.frame_id.empty()) made.frame_id = (*session)->header().frame_id;
+  return SubmitEdit(std::move(call), request, hypermap::CreateLayer{*spec},
+                    [&request, response, made](const storage::Receipt& receipt) {
+                      response->set_map(request.map());
+                      response->set_revision(receipt.revision);
+                      wire::EncodeLayer(*MakeEmptyLayer(made), response->mutable_layer());
+                    });
+}
+
+grpc::ServerUnaryReactor* CatalogService::GetLayer(grpc::CallbackServerContext* context,
+                                                   const v1::GetLayerRequest* request,
+                                                   v1::GetLayerResponse* response) {
+  return AnswerFromSnapshot(
+      context, "GetLayer", request, response,
+      [request, response](const Snapshot& snapshot) -> absl::StatusOr<int64_t> {
+        const absl::StatusOr<LayerPtr> layer = snapshot.GetLayer(request->layer());
+        if (!layer.ok()) return layer.status();
+        wire::EncodeLayer(**layer, response->mutable_layer());
+        return 1;
+      });
+}
+
+grpc::ServerUnaryReactor* CatalogService::ListLayers(grpc::CallbackServerContext* context,
+                                                     const v1::ListLayersRequest* request,
+                                                     v1::ListLayersResponse* response) {
+  return AnswerFromSnapshot(context, "ListLayers", request, response,
+                            [response](const Snapshot& snapshot) -> absl::StatusOr<int64_t> {
+                              for (const auto& [name, layer] : snapshot.layers) {
+                                wire::EncodeLayer(*layer, response->add_layers());
+                              }
+                              return response->layers_size();
+                            });
+}
+
+grpc::ServerUnaryReactor* CatalogService::DeleteLayer(grpc::CallbackServerContext* context,
+                                                      const v1::DeleteLayerRequest* request,
+                                                      v1::DeleteLayerResponse* response) {
+  auto call = std::make_shared<UnaryCall>(context, "DeleteLayer", request->map());
+  return StartOn(facilities_.workers, call, [this, call, request, response] {
+    return SubmitEdit(call, *request, hypermap::DeleteLayer{request->layer()},
+                      [request, response](const storage::Receipt& receipt) {
+                        response->set_map(request->map());
+                        response->set_revision(receipt.revision);
+                      });
+  });
+}
+
+grpc::ServerUnaryReactor* CatalogService::SetTransform(grpc::CallbackServerContext* context,
+                                                       const v1::SetTransformRequest* request,
+                                                       v1::SetTransformResponse* response) {
+  auto call = std::make_shared<UnaryCall>(context, "SetTransform", request->map());
+  return StartOn(facilities_.workers, call, [this, call, request, response] {
+    return StartSetTransform(call, *request, response);
+  });
+}
+
+absl::Status CatalogService::StartSetTransform(UnaryCallPtr call,
+                                               const v1::SetTransformRequest& request,
+                                               v1::SetTransformResponse* response) const {
+  if (!request.has_transform()) return absl::InvalidArgumentError("transform is missing");
+  absl::StatusOr<FrameTransform> transform =
+      wire::DecodeTransform("transform", request.transform());
+  if (!transform.ok()) return transform.status();
+  return SubmitEdit(std::move(call), request, hypermap::SetTransform{*std::move(transform)},
+                    [&request, response](const storage::Receipt& receipt) {
+                      response->set_map(request.map());
+                      response->set_revision(receipt.revision);
+                    });
+}
+
+grpc::ServerUnaryReactor* CatalogService::ListTransforms(grpc::CallbackServerContext* context,
+                                                         const v1::ListTransformsRequest* request,
+                                                         v1::ListTransformsResponse* response) {
+  return AnswerFromSnapshot(context, "ListTransforms", request, response,
+                            [response](const Snapshot& snapshot) -> absl::StatusOr<int64_t> {
+                              response->set_frame_id(snapshot.frame_id);
+                              for (const FrameTransform& transform : snapshot.frames.transforms()) {
+                                wire::EncodeTransform(transform, response->add_transforms());
+                              }
+                              return response->transforms_size();
+                            });
+}
+
+grpc::ServerReadReactor<v1::ImportMapRequest>* CatalogService::ImportMap(
+    grpc::CallbackServerContext* context, v1::ImportMapResponse* response) {
+  return new ImportCall(context, &facilities_, response);
+}
+
+grpc::ServerWriteReactor<v1::ExportMapResponse>* CatalogService::ExportMap(
+    grpc::CallbackServerContext* context, const v1::ExportMapRequest* request) {
+  return new StreamedAnswer<v1::ExportMapResponse>(
+      context, RequestLog(*context, "ExportMap", request->map()), facilities_.file_workers,
+      [this, request] { return OpenExport(facilities_, *request); });
+}
+
+grpc::ServerWriteReactor<v1::BackupMapResponse>* CatalogService::BackupMap(
+    grpc::CallbackServerContext* context, const v1::BackupMapRequest* request) {
+  return new StreamedAnswer<v1::BackupMapResponse>(
+      context, RequestLog(*context, "BackupMap", request->map()), facilities_.file_workers,
+      [this, request] { return OpenBackup(facilities_, *request); });
+}
+
+}  // namespace hypermap::server

@@ -1,0 +1,35 @@
+#include "server/services/edit_service.h"
+
+#include <memory>
+#include <utility>
+
+#include "wire/edit.h"
+
+namespace hypermap::server {
+
+grpc::ServerUnaryReactor* EditService::ApplyEdits(grpc::CallbackServerContext* context,
+                                                  const v1::ApplyEditsRequest* request,
+                                                  v1::ApplyEditsResponse* response) {
+  auto call = std::make_shared<UnaryCall>(context, "ApplyEdits", request->map());
+  return StartOn(facilities_.workers, call,
+                 [this, call, request, response] { return StartEdits(call, *request, response); });
+}
+
+absl::Status EditService::StartEdits(UnaryCallPtr call, const v1::ApplyEditsRequest& request,
+                                     v1::ApplyEditsResponse* response) const {
+  const absl::StatusOr<std::shared_ptr<MapSession>> session = FindMap(facilities_, request.map());
+  if (!session.ok()) return session.status();
+  if (auto status = ValidateRequestId(request.request_id()); !status.ok()) return status;
+  absl::StatusOr<EditBatch> batch = wire::DecodeEdits(request.edits(), facilities_.limits.decode);
+  if (!batch.ok()) return batch.status();
+  response->set_map(request.map());
+  SubmitAndFinish(std::move(call), **session, *std::move(batch), request.request_id(),
+                  [response](const storage::Receipt& receipt) {
+                    response->set_revision(receipt.revision);
+                    response->mutable_object_ids()->Assign(receipt.object_ids.begin(),
+                                                           receipt.object_ids.end());
+                  });
+  return absl::OkStatus();
+}
+
+}  // namespace hypermap::server

@@ -1,0 +1,68 @@
+#include "server/services/export_source.h"
+
+#include <string>
+#include <utility>
+
+#include "server/services/map_files.h"
+
+namespace hypermap::server {
+namespace {
+
+class ExportSource : public MessageSource<v1::ExportMapResponse> {
+ public:
+  ExportSource(v1::ExportHeader header, storage::ExportedFiles exported, int64_t max_chunk_bytes)
+      : header_(std::move(header)),
+        exported_(std::move(exported)),
+        max_chunk_bytes_(static_cast<size_t>(max_chunk_bytes)) {}
+
+  absl::StatusOr<Step> Next(v1::ExportMapResponse* message) override {
+    if (!header_taken_) {
+      header_taken_ = true;
+      message->mutable_header()->Swap(&header_);
+      return Step::kMessage;
+    }
+    if (file_ == exported_.files.size()) return Step::kEnd;
+    TakePiece(message->mutable_chunk());
+    return Step::kMessage;
+  }
+
+  int64_t items() const override { return static_cast<int64_t>(file_); }
+
+ private:
+  void TakePiece(v1::FileChunk* chunk) {
+    storage::NamedFile& file = exported_.files[file_];
+    chunk->set_file_name(file.name);
+    chunk->set_data(file.data.substr(offset_, max_chunk_bytes_));
+    offset_ += chunk->data().size();
+    if (offset_ < file.data.size()) return;
+    file.data = std::string();
+    offset_ = 0;
+    ++file_;
+  }
+
+  v1::ExportHeader header_;
+  bool header_taken_ = false;
+  storage::ExportedFiles exported_;
+  const size_t max_chunk_bytes_;
+  size_t file_ = 0;
+  size_t offset_ = 0;  // in file_
+};
+
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<MessageSource<v1::ExportMapResponse>>> OpenExport(
+    const Facilities& facilities, const v1::ExportMapRequest& request) {
+  const absl::StatusOr<std::shared_ptr<MapSession>> session = FindMap(facilities, request.map());
+  if (!session.ok()) return session.status();
+  const SnapshotPtr snapshot = (*session)->snapshot();
+  absl::StatusOr<storage::ExportedFiles> exported = EncodeFiles(request, *snapshot);
+  if (!exported.ok()) return exported.status();
+  v1::ExportHeader header;
+  header.set_map(request.map());
+  header.set_revision(snapshot->revision);
+  header.mutable_omissions()->Assign(exported->omissions.begin(), exported->omissions.end());
+  return std::make_unique<ExportSource>(std::move(header), *std::move(exported),
+                                        facilities.limits.max_chunk_bytes);
+}
+
+}  // namespace hypermap::server

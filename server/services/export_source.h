@@ -1,0 +1,22 @@
+// The messages of the ExportMap rpc.
+#ifndef HYPERMAP_SERVER_SERVICES_EXPORT_SOURCE_H_
+#define HYPERMAP_SERVER_SERVICES_EXPORT_SOURCE_H_
+
+#include <cstdint>
+#include <memory>
+
+#include "absl/status/statusor.h"
+#include "hypermap/v1/catalog_service.pb.h"
+#include "server/services/facilities.h"
+#include "server/services/streamed_answer.h"
+
+namespace hypermap::server {
+
+// Encodes the map's newest revision as files; their bytes come out in pieces of at most
+// limits.max_chunk_bytes.
+absl::StatusOr<std::unique_ptr<MessageSource<v1::ExportMapResponse>>> OpenExport(
+    const Facilities& facilities, const v1::ExportMapRequest& request);
+
+}  // namespace hypermap::server
+
+#endif  // HYPERMAP_SERVER_SERVICES_EXPORT_SOURCE_H_

@@ -1,0 +1,77 @@
+#include "server/services/grpc_server.h"
+
+#include <grpcpp/ext/proto_server_reflection_plugin.h>
+#include <grpcpp/health_check_service_interface.h>
+#include <grpcpp/security/server_credentials.h>
+#include <grpcpp/server_builder.h>
+
+#include <utility>
+
+#include "absl/status/status.h"
+#include "absl/strings/numbers.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/string_view.h"
+#include "absl/time/clock.h"
+
+namespace hypermap::server {
+namespace {
+
+// The host of HOST:PORT, with the colon. gRPC would take another port than the one that is missing.
+absl::StatusOr<std::string> HostOf(const std::string& listen) {
+  const size_t colon = listen.rfind(':');
+  int port = -1;
+  if (colon == std::string::npos || colon == 0 ||
+      !absl::SimpleAtoi(absl::string_view(listen).substr(colon + 1), &port) || port < 0 ||
+      port > 65535) {
+    return absl::InvalidArgumentError(absl::StrCat("--listen=", listen, " is not HOST:PORT"));
+  }
+  return listen.substr(0, colon + 1);
+}
+
+}  // namespace
+
+GrpcServer::GrpcServer(const Facilities& facilities)
+    : catalog_(facilities), query_(facilities), edit_(facilities) {}
+
+GrpcServer::~GrpcServer() = default;
+
+absl::StatusOr<std::unique_ptr<GrpcServer>> GrpcServer::Start(const GrpcServerOptions& options,
+                                                              const Facilities& facilities) {
+  const absl::StatusOr<std::string> host = HostOf(options.listen);
+  if (!host.ok()) return host.status();
+  grpc::EnableDefaultHealthCheckService(true);
+  grpc::reflection::InitProtoReflectionServerBuilderPlugin();
+  std::unique_ptr<GrpcServer> made(new GrpcServer(facilities));
+
+  grpc::ServerBuilder builder;
+  int port = 0;
+  builder.AddListeningPort(options.listen, grpc::InsecureServerCredentials(), &port);
+  // Two servers on one port would answer in turns.
+  builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
+  builder.SetMaxReceiveMessageSize(options.max_message_bytes);
+  builder.SetMaxSendMessageSize(options.max_message_bytes);
+  builder.RegisterService(&made->catalog_);
+  builder.RegisterService(&made->query_);
+  builder.RegisterService(&made->edit_);
+  made->server_ = builder.BuildAndStart();
+  if (!made->server_ || port == 0) {
+    return absl::UnavailableError(
+        absl::StrCat("cannot listen on ", options.listen, " (is the port taken?)"));
+  }
+  grpc::HealthCheckServiceInterface* health = made->server_->GetHealthCheckService();
+  for (const char* service :
+       {v1::CatalogService::service_full_name(), v1::QueryService::service_full_name(),
+        v1::EditService::service_full_name()}) {
+    health->SetServingStatus(service, true);
+  }
+  made->address_ = absl::StrCat(*host, port);
+  return made;
+}
+
+void GrpcServer::Shutdown(absl::Duration grace) {
+  server_->GetHealthCheckService()->Shutdown();
+  server_->Shutdown(absl::ToChronoTime(absl::Now() + grace));
+  server_->Wait();
+}
+
+}  // namespace hypermap::server

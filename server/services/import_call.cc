@@ -1,0 +1,141 @@
+#include "server/services/import_call.h"
+
+#include <algorithm>
+#include <memory>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "server/services/map_files.h"
+#include "server/services/wanted.h"
+#include "wire/status.h"
+
+namespace hypermap::server {
+namespace {
+
+constexpr size_t kMaxFiles = 16;
+
+absl::Status ValidateFileName(const std::string& name) {
+  if (name.empty()) return absl::InvalidArgumentError("chunk.file_name is empty");
+  if (name.find_first_of("/\\") == std::string::npos) return absl::OkStatus();
+  return absl::InvalidArgumentError("chunk.file_name must not have folders");
+}
+
+}  // namespace
+
+ImportCall::ImportCall(const grpc::CallbackServerContext* context, const Facilities* facilities,
+                       v1::ImportMapResponse* response)
+    : context_(context),
+      facilities_(facilities),
+      response_(response),
+      log_(*context, "ImportMap", "") {
+  StartRead(&message_);
+}
+
+void ImportCall::OnReadDone(bool ok) {
+  if (!ok) {
+    facilities_->file_workers->Run([this] { End(Import()); });
+    return;
+  }
+  if (absl::Status status = TakeMessage(); !status.ok()) return End(status);
+  message_.Clear();
+  StartRead(&message_);
+}
+
+absl::Status ImportCall::TakeMessage() {
+  if (message_.has_header()) {
+    if (header_) return absl::InvalidArgumentError("header may come once, in the first message");
+    header_ = std::move(*message_.mutable_header());
+    log_.set_map(header_->map());
+    return absl::OkStatus();
+  }
+  if (!header_) return absl::InvalidArgumentError("the first message must carry the header");
+  if (!message_.has_chunk()) return absl::InvalidArgumentError("a message carries nothing");
+  return TakeChunk(message_.mutable_chunk());
+}
+
+absl::Status ImportCall::TakeChunk(v1::FileChunk* chunk) {
+  bytes_ += static_cast<int64_t>(chunk->data().size());
+  if (bytes_ > facilities_->limits.max_import_bytes) {
+    return absl::ResourceExhaustedError(absl::StrCat(
+        "the files are larger than --max_import_bytes, ", facilities_->limits.max_import_bytes));
+  }
+  if (!files_.empty() && files_.back().name == chunk->file_name()) {
+    files_.back().data.append(chunk->data());
+    return absl::OkStatus();
+  }
+  if (auto status = ValidateFileName(chunk->file_name()); !status.ok()) return status;
+  if (files_.size() == kMaxFiles) {
+    return absl::ResourceExhaustedError(absl::StrCat("more than ", kMaxFiles, " files"));
+  }
+  if (std::any_of(files_.begin(), files_.end(),
+                  [&](const auto& file) { return file.name == chunk->file_name(); })) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("the pieces of ", chunk->file_name(), " must follow each other"));
+  }
+  files_.push_back({std::move(*chunk->mutable_file_name()), std::move(*chunk->mutable_data())});
+  return absl::OkStatus();
+}
+
+absl::Status ImportCall::Import() {
+  // A caller that breaks off ends the stream as well: what arrived is not the whole.
+  if (absl::Status status = CheckWanted(*context_); !status.ok()) return status;
+  if (!header_) return absl::InvalidArgumentError("the first message must carry the header");
+  if (auto status = ValidateRequestId(header_->request_id()); !status.ok()) return status;
+  const absl::StatusOr<std::shared_ptr<MapSession>> session = FindMap(*facilities_, header_->map());
+  const bool make_map = absl::IsNotFound(session.status()) && header_->create_map();
+  if (!session.ok() && !make_map) return session.status();
+  const absl::StatusOr<storage::Receipt> receipt =
+      make_map ? ImportIntoNewMap() : ImportInto(**session);
+  if (!receipt.ok()) return receipt.status();
+  response_->set_map(header_->map());
+  response_->set_revision(receipt->revision);
+  log_.Edited(receipt->revision, header_->request_id(),
+              static_cast<int64_t>(receipt->object_ids.size()));
+  return absl::OkStatus();
+}
+
+absl::StatusOr<storage::ImportedMap> ImportCall::Decode(const Snapshot* snapshot) const {
+  absl::StatusOr<storage::ImportedMap> imported =
+      DecodeFiles(*header_, files_, snapshot, facilities_->limits);
+  if (!imported.ok()) return imported;
+  if (absl::Status status = CheckWanted(*context_); !status.ok()) return status;
+  return imported;
+}
+
+absl::StatusOr<storage::Receipt> ImportCall::ImportInto(MapSession& session) {
+  const SnapshotPtr snapshot = session.snapshot();
+  absl::StatusOr<storage::ImportedMap> imported = Decode(snapshot.get());
+  if (!imported.ok()) return imported.status();
+  return Submit(session, *std::move(imported));
+}
+
+absl::StatusOr<storage::Receipt> ImportCall::ImportIntoNewMap() {
+  absl::StatusOr<storage::ImportedMap> imported = Decode(nullptr);
+  if (!imported.ok()) return imported.status();
+  const Site::NewMap map{header_->map(), imported->frame_id, header_->request_id()};
+  absl::StatusOr<storage::Receipt> receipt = absl::UnknownError("not filled");
+  bool filled = false;
+  const absl::StatusOr<std::shared_ptr<MapSession>> session =
+      facilities_->site->Create(map, [&](MapSession& made) {
+        filled = true;
+        receipt = Submit(made, *std::move(imported));
+        return receipt.status();
+      });
+  if (!session.ok()) return session.status();
+  // The same request, sent twice at once, made the map meanwhile: its receipt answers this one too.
+  return filled ? receipt : ImportInto(**session);
+}
+
+absl::StatusOr<storage::Receipt> ImportCall::Submit(MapSession& session,
+                                                    storage::ImportedMap imported) {
+  response_->mutable_layers()->Assign(imported.layers.begin(), imported.layers.end());
+  response_->mutable_repairs()->Assign(imported.repairs.begin(), imported.repairs.end());
+  return session.SubmitAndWait({std::move(imported.batch), log_.author(), header_->request_id()});
+}
+
+void ImportCall::End(const absl::Status& status) {
+  log_.Finished(status, response_->layers_size());
+  Finish(wire::EncodeStatus(status));
+}
+
+}  // namespace hypermap::server

@@ -1,0 +1,116 @@
+#include "server/services/map_files.h"
+
+#include <string>
+
+#include "absl/strings/str_cat.h"
+#include "storage/interchange/geojson.h"
+#include "storage/interchange/hmap.h"
+#include "storage/interchange/nav2.h"
+
+namespace hypermap::server {
+namespace {
+
+constexpr char kDefaultNav2Layer[] = "occupancy";
+
+absl::Status UnknownFormat(v1::FileFormat format) {
+  if (format == v1::FILE_FORMAT_UNSPECIFIED) return absl::InvalidArgumentError("format is missing");
+  return absl::InvalidArgumentError(
+      absl::StrCat("format is not known: ", static_cast<int>(format)));
+}
+
+absl::StatusOr<const storage::NamedFile*> OnlyFile(const std::vector<storage::NamedFile>& files) {
+  if (files.size() == 1) return &files.front();
+  return absl::InvalidArgumentError(
+      absl::StrCat("the format takes one file, there are ", files.size()));
+}
+
+storage::ImportLimits LimitsOfImports(const ServiceLimits& limits) {
+  storage::ImportLimits import_limits;
+  import_limits.max_image_pixels = limits.decode.max_cells;
+  import_limits.max_vertices_per_polygon = limits.decode.max_vertices;
+  return import_limits;
+}
+
+// The snapshot with only the named layers; all for none.
+absl::StatusOr<Snapshot> WithLayers(const Snapshot& snapshot,
+                                    const std::vector<std::string>& names) {
+  const absl::StatusOr<std::vector<LayerPtr>> layers = snapshot.SelectLayers(names);
+  if (!layers.ok()) return layers.status();
+  Snapshot selected = snapshot;
+  selected.layers.clear();
+  for (const LayerPtr& layer : *layers) selected.layers[layer->spec().name] = layer;
+  return selected;
+}
+
+// The layer that a nav2 export writes: the named one, or the map's only occupancy layer.
+absl::StatusOr<std::string> Nav2Layer(const Snapshot& snapshot,
+                                      const std::vector<std::string>& names) {
+  if (names.size() == 1) return names.front();
+  if (names.size() > 1) return absl::InvalidArgumentError("layers: nav2 files hold one layer");
+  std::vector<std::string> grids;
+  for (const auto& [name, layer] : snapshot.layers) {
+    if (layer->spec().kind == LayerKind::kOccupancy) grids.push_back(name);
+  }
+  if (grids.size() == 1) return grids.front();
+  return absl::InvalidArgumentError(
+      absl::StrCat("layers must name one layer, the map has ", grids.size(), " occupancy layers"));
+}
+
+absl::StatusOr<storage::Nav2Image> ImageFormat(const std::string& name) {
+  if (name.empty() || name == "pgm") return storage::Nav2Image::kPgm;
+  if (name == "png") return storage::Nav2Image::kPng;
+  return absl::InvalidArgumentError("image_format must be pgm or png");
+}
+
+absl::StatusOr<storage::ExportedFiles> EncodeNav2Files(const Snapshot& snapshot,
+                                                       const std::vector<std::string>& layers,
+                                                       const std::string& image_format) {
+  const absl::StatusOr<std::string> layer = Nav2Layer(snapshot, layers);
+  if (!layer.ok()) return layer.status();
+  const absl::StatusOr<storage::Nav2Image> image = ImageFormat(image_format);
+  if (!image.ok()) return image.status();
+  return storage::EncodeNav2(snapshot, *layer, *image);
+}
+
+}  // namespace
+
+absl::StatusOr<storage::ImportedMap> DecodeFiles(const v1::ImportHeader& header,
+                                                 const std::vector<storage::NamedFile>& files,
+                                                 const Snapshot* snapshot,
+                                                 const ServiceLimits& limits) {
+  const storage::ImportLimits import_limits = LimitsOfImports(limits);
+  if (header.format() == v1::FILE_FORMAT_NAV2) {
+    const std::string layer = header.layer().empty() ? kDefaultNav2Layer : header.layer();
+    return storage::DecodeNav2(files, layer, header.frame_id(), import_limits);
+  }
+  if (header.format() != v1::FILE_FORMAT_HMAP && header.format() != v1::FILE_FORMAT_GEOJSON) {
+    return UnknownFormat(header.format());
+  }
+  const absl::StatusOr<const storage::NamedFile*> file = OnlyFile(files);
+  if (!file.ok()) return file.status();
+  if (header.format() == v1::FILE_FORMAT_HMAP) {
+    return storage::DecodeHmap((*file)->data, import_limits);
+  }
+  if (header.layer().empty()) return absl::InvalidArgumentError("layer is missing");
+  return storage::DecodeGeoJson((*file)->data, header.layer(), snapshot, import_limits);
+}
+
+absl::StatusOr<storage::ExportedFiles> EncodeFiles(const v1::ExportMapRequest& request,
+                                                   const Snapshot& snapshot) {
+  const std::vector<std::string> layers(request.layers().begin(), request.layers().end());
+  switch (request.format()) {
+    case v1::FILE_FORMAT_HMAP: {
+      const absl::StatusOr<Snapshot> selected = WithLayers(snapshot, layers);
+      if (!selected.ok()) return selected.status();
+      return storage::EncodeHmap(*selected);
+    }
+    case v1::FILE_FORMAT_NAV2:
+      return EncodeNav2Files(snapshot, layers, request.image_format());
+    case v1::FILE_FORMAT_GEOJSON:
+      return storage::EncodeGeoJson(snapshot, layers);
+    default:
+      return UnknownFormat(request.format());
+  }
+}
+
+}  // namespace hypermap::server

@@ -1,0 +1,71 @@
+// The parts of an area or value answer as messages.
+#ifndef HYPERMAP_SERVER_SERVICES_PART_SOURCE_H_
+#define HYPERMAP_SERVER_SERVICES_PART_SOURCE_H_
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <utility>
+
+#include "map/query/query.h"
+#include "server/services/facilities.h"
+#include "server/services/streamed_answer.h"
+#include "wire/answer.h"
+
+namespace hypermap::server {
+
+// A part becomes one message, or several when its objects are large. A layer without matches
+// becomes one empty part; other empty parts are left out.
+template <typename Response>
+class PartSource : public MessageSource<Response> {
+ public:
+  using Step = typename MessageSource<Response>::Step;
+
+  PartSource(std::unique_ptr<PartReader> reader, Revision revision, const ServiceLimits& limits)
+      : reader_(std::move(reader)),
+        revision_(revision),
+        chunk_items_(limits.chunk_items),
+        max_chunk_bytes_(limits.max_chunk_bytes) {}
+
+  absl::StatusOr<Step> Next(Response* message) override {
+    if (!part_ && reader_->done()) return Step::kEnd;
+    if (!part_) TakePart();
+    if (part_->part.empty() && (layer_answered_ || !part_->last)) {
+      DropPart();
+      return Step::kNothingYet;
+    }
+    message->set_revision(revision_);
+    next_object_ =
+        wire::EncodeLayerPart(*part_, next_object_, max_chunk_bytes_, message->mutable_part());
+    layer_answered_ = true;
+    if (next_object_ == part_->part.objects.size()) DropPart();
+    return Step::kMessage;
+  }
+
+  int64_t items() const override { return items_; }
+
+ private:
+  void TakePart() {
+    part_ = reader_->Next(chunk_items_);
+    next_object_ = 0;
+    items_ += static_cast<int64_t>(part_->part.objects.size() + part_->part.runs.size());
+  }
+
+  void DropPart() {
+    if (part_->last) layer_answered_ = false;
+    part_.reset();
+  }
+
+  const std::unique_ptr<PartReader> reader_;
+  const Revision revision_;
+  const int chunk_items_;
+  const int64_t max_chunk_bytes_;
+  std::optional<LayerPart> part_;  // being encoded
+  size_t next_object_ = 0;         // of part_
+  bool layer_answered_ = false;    // whether there was a message of part_'s layer
+  int64_t items_ = 0;
+};
+
+}  // namespace hypermap::server
+
+#endif  // HYPERMAP_SERVER_SERVICES_PART_SOURCE_H_

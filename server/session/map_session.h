@@ -1,0 +1,111 @@
+// One open map: what its readers see and the single writer that changes it.
+//
+// Readers copy a pointer to the newest snapshot and go on without any lock; they never wait for a
+// disk. Batches wait in a bounded queue for the map's writer thread, which takes all that have
+// queued, commits them in one transaction (each keeps its own revision), publishes the snapshot and
+// then answers: what was answered is on disk and visible, and nothing is visible that is not on
+// disk. Thread safe.
+#ifndef HYPERMAP_SERVER_SESSION_MAP_SESSION_H_
+#define HYPERMAP_SERVER_SESSION_MAP_SESSION_H_
+
+#include <memory>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "absl/base/thread_annotations.h"
+#include "absl/functional/any_invocable.h"
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "map/edits/apply.h"
+#include "map/snapshot.h"
+#include "server/session/group_commit.h"
+#include "server/session/mutex.h"
+#include "storage/map_store.h"
+
+namespace hypermap::server {
+
+struct SessionOptions {
+  // Batches that may wait for the writer.
+  int max_queue = 1024;
+  EditLimits edit_limits;
+};
+
+class MapSession {
+ public:
+  // Loads the map and starts its writer. Errors are those of StoredMap::Load.
+  static absl::StatusOr<std::unique_ptr<MapSession>> Start(
+      std::unique_ptr<storage::StoredMap> stored, const SessionOptions& options);
+
+  // Closes.
+  ~MapSession();
+  MapSession(const MapSession&) = delete;
+  MapSession& operator=(const MapSession&) = delete;
+
+  const storage::MapHeader& header() const { return header_; }
+
+  // The newest revision.
+  SnapshotPtr snapshot() const;
+
+  // Answers `done` with the receipt once the batch is on disk, or with why it changed nothing, on
+  // the writer's thread. RESOURCE_EXHAUSTED when the queue is full, UNAVAILABLE when the session is
+  // closed; then on the caller's thread. `done` must not wait and must not own the session.
+  void Submit(Submission submission, ReceiptCallback done);
+
+  // Submit that waits for the answer.
+  absl::StatusOr<storage::Receipt> SubmitAndWait(Submission submission);
+
+  // Writes a consistent copy of the newest stored revision; waits for it. Edits wait meanwhile,
+  // readers don't. Errors as StoredMap::BackupTo and Submit.
+  absl::Status BackupTo(const std::string& path);
+
+  // Takes nothing more, finishes and answers what was accepted, closes the stored map. Called by
+  // one thread at a time; again is a no-op.
+  void Close();
+
+ private:
+  struct QueuedBatch {
+    Submission submission;
+    ReceiptCallback done;
+  };
+  struct QueuedBackup {
+    std::string path;
+    absl::AnyInvocable<void(absl::Status) &&> done;
+  };
+  struct Work {
+    std::vector<QueuedBatch> batches;
+    std::vector<QueuedBackup> backups;
+
+    bool empty() const { return batches.empty() && backups.empty(); }
+  };
+
+  MapSession(std::unique_ptr<storage::StoredMap> stored, SnapshotPtr snapshot,
+             const SessionOptions& options);
+
+  // The writer's thread.
+  void RunWriter();
+  // Waits for work; empty when the session is closed.
+  Work TakeWork();
+  void Commit(std::vector<QueuedBatch> batches);
+
+  absl::Status CheckAccepts(size_t queued) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(queue_mutex_);
+
+  const SessionOptions options_;
+  const storage::MapHeader header_;
+  // Of the writer's thread while it runs.
+  std::unique_ptr<storage::StoredMap> stored_;
+
+  mutable Mutex snapshot_mutex_;
+  SnapshotPtr snapshot_ ABSL_GUARDED_BY(snapshot_mutex_);
+
+  Mutex queue_mutex_;
+  CondVar queue_changed_;
+  Work queue_ ABSL_GUARDED_BY(queue_mutex_);
+  bool closing_ ABSL_GUARDED_BY(queue_mutex_) = false;
+
+  std::thread writer_;
+};
+
+}  // namespace hypermap::server
+
+#endif  // HYPERMAP_SERVER_SESSION_MAP_SESSION_H_

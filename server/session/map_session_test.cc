@@ -1,0 +1,262 @@
+#include "server/session/map_session.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cstdio>
+#include <fstream>
+#include <future>
+#include <iterator>
+#include <memory>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "server/session/memory_map_store.h"
+
+namespace hypermap::server {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+using Answer = absl::StatusOr<storage::Receipt>;
+
+EditBatch CreateThings(const std::string& layer) {
+  LayerSpec spec;
+  spec.name = layer;
+  return {{CreateLayer{spec}}};
+}
+
+EditBatch PutCup() {
+  PutObject put{"things", {}, ""};
+  put.object.label = "cup";
+  put.object.polygon = Polygon::FromBox({{0, 0}, {1, 1}});
+  return {{put}};
+}
+
+// A batch whose second edit fails.
+EditBatch PutCupInTwoLayers() {
+  EditBatch batch = PutCup();
+  batch.edits.push_back(batch.edits.front());
+  std::get<PutObject>(batch.edits.back()).layer = "nowhere";
+  return batch;
+}
+
+class MapSessionTest : public ::testing::Test {
+ protected:
+  // A session of a map with the empty layer "things" at revision 1.
+  void SetUp() override {
+    MemoryMapStore store(&disk_);
+    ASSERT_TRUE(store.Create({"site", "map", absl::UnixEpoch(), ""}).ok());
+    Reopen();
+    ASSERT_TRUE(session_->SubmitAndWait({CreateThings("things"), "test", ""}).ok());
+  }
+
+  void Reopen(const SessionOptions& options = {}) {
+    session_.reset();
+    MemoryMapStore store(&disk_);
+    auto stored = store.Open("site");
+    ASSERT_TRUE(stored.ok()) << stored.status();
+    auto session = MapSession::Start(*std::move(stored), options);
+    ASSERT_TRUE(session.ok()) << session.status();
+    session_ = *std::move(session);
+  }
+
+  std::future<Answer> Submit(EditBatch batch, const std::string& request_id = "") {
+    auto promise = std::make_shared<std::promise<Answer>>();
+    session_->Submit({std::move(batch), "test", request_id},
+                     [promise](Answer answer) { promise->set_value(std::move(answer)); });
+    return promise->get_future();
+  }
+
+  // Leaves the writer waiting for the disk with one batch; what is submitted now queues.
+  std::future<Answer> HoldWriter() {
+    disk_.Hold();
+    auto held = Submit(PutCup());
+    disk_.AwaitHeldWrite();
+    return held;
+  }
+
+  int64_t NumThings() const { return session_->snapshot()->FindLayer("things")->Size(); }
+
+  MemoryDisk disk_;
+  std::unique_ptr<MapSession> session_;
+};
+
+TEST_F(MapSessionTest, AnswersWhenTheBatchIsStoredAndVisible) {
+  const Answer receipt = session_->SubmitAndWait({PutCup(), "test", "r1"});
+  ASSERT_TRUE(receipt.ok()) << receipt.status();
+  EXPECT_EQ(receipt->revision, 2);
+  EXPECT_EQ(receipt->request_id, "r1");
+  EXPECT_THAT(receipt->object_ids, ElementsAre(1));
+  EXPECT_EQ(session_->snapshot()->revision, 2);
+  EXPECT_EQ(NumThings(), 1);
+  Reopen();
+  EXPECT_EQ(session_->snapshot()->revision, 2);
+}
+
+TEST_F(MapSessionTest, ReadersDoNotWaitForTheDiskAndSeeNothingUnwritten) {
+  auto held = HoldWriter();
+  EXPECT_EQ(session_->snapshot()->revision, 1);
+  EXPECT_EQ(NumThings(), 0);
+  disk_.Release();
+  EXPECT_EQ(held.get()->revision, 2);
+  EXPECT_EQ(NumThings(), 1);
+}
+
+TEST_F(MapSessionTest, SnapshotHeldByAReaderStaysAsItWas) {
+  const SnapshotPtr before = session_->snapshot();
+  ASSERT_TRUE(session_->SubmitAndWait({PutCup(), "test", ""}).ok());
+  EXPECT_EQ(before->revision, 1);
+  EXPECT_EQ(before->FindLayer("things")->Size(), 0);
+}
+
+TEST_F(MapSessionTest, BatchesThatQueueAreWrittenTogetherEachItsRevision) {
+  auto held = HoldWriter();
+  std::vector<std::future<Answer>> queued;
+  for (int i = 0; i < 5; ++i) queued.push_back(Submit(PutCup()));
+  disk_.Release();
+  EXPECT_EQ(held.get()->revision, 2);
+  for (int i = 0; i < 5; ++i) {
+    const Answer answer = queued[i].get();
+    ASSERT_TRUE(answer.ok()) << answer.status();
+    EXPECT_EQ(answer->revision, 3 + i);
+  }
+  EXPECT_THAT(disk_.writes(), ElementsAre(1, 1, 5));
+}
+
+TEST_F(MapSessionTest, BatchThatFailsChangesNothingAndSpoilsNoOther) {
+  auto held = HoldWriter();
+  auto good = Submit(PutCup());
+  auto bad = Submit(PutCupInTwoLayers(), "bad");
+  auto also_good = Submit(PutCup());
+  disk_.Release();
+  EXPECT_EQ(good.get()->revision, 3);
+  EXPECT_TRUE(absl::IsNotFound(bad.get().status()));
+  EXPECT_EQ(also_good.get()->revision, 4);
+  EXPECT_EQ(NumThings(), 3);
+}
+
+TEST_F(MapSessionTest, FailedWritePublishesNothingAndIsToldToAll) {
+  auto held = HoldWriter();
+  disk_.FailWrites(absl::UnavailableError("disk is gone"));
+  auto one = Submit(PutCup(), "r1");
+  // Judged by the batch before it, which is never stored.
+  auto two = Submit(PutCupInTwoLayers());
+  disk_.Release();
+  EXPECT_EQ(held.get().status(), absl::UnavailableError("disk is gone"));
+  EXPECT_EQ(one.get().status(), absl::UnavailableError("disk is gone"));
+  EXPECT_EQ(two.get().status(), absl::UnavailableError("disk is gone"));
+  EXPECT_EQ(session_->snapshot()->revision, 1);
+
+  disk_.FailWrites(absl::OkStatus());
+  const Answer again = session_->SubmitAndWait({PutCup(), "test", "r1"});
+  ASSERT_TRUE(again.ok()) << again.status();
+  EXPECT_EQ(again->revision, 2);
+}
+
+TEST_F(MapSessionTest, SameRequestGetsTheSameReceiptAndChangesNothing) {
+  const Answer first = session_->SubmitAndWait({PutCup(), "test", "r1"});
+  const Answer again = session_->SubmitAndWait({PutCup(), "test", "r1"});
+  ASSERT_TRUE(again.ok()) << again.status();
+  EXPECT_EQ(again->revision, first->revision);
+  EXPECT_EQ(again->object_ids, first->object_ids);
+  Reopen();
+  const Answer later = session_->SubmitAndWait({PutCup(), "test", "r1"});
+  ASSERT_TRUE(later.ok()) << later.status();
+  EXPECT_EQ(later->revision, first->revision);
+  EXPECT_EQ(NumThings(), 1);
+}
+
+TEST_F(MapSessionTest, SameRequestTwiceInTheQueueIsCarriedOutOnce) {
+  auto held = HoldWriter();
+  auto first = Submit(PutCup(), "r1");
+  auto second = Submit(PutCup(), "r1");
+  disk_.Release();
+  const Answer receipt = first.get();
+  ASSERT_TRUE(receipt.ok()) << receipt.status();
+  EXPECT_EQ(second.get()->revision, receipt->revision);
+  EXPECT_EQ(NumThings(), 2);
+}
+
+TEST_F(MapSessionTest, RequestThatFailedMayBeSentAgain) {
+  EXPECT_FALSE(session_->SubmitAndWait({PutCupInTwoLayers(), "test", "r1"}).ok());
+  ASSERT_TRUE(session_->SubmitAndWait({CreateThings("nowhere"), "test", ""}).ok());
+  EXPECT_TRUE(session_->SubmitAndWait({PutCupInTwoLayers(), "test", "r1"}).ok());
+}
+
+TEST_F(MapSessionTest, FullQueueRefusesNamingTheLimit) {
+  SessionOptions options;
+  options.max_queue = 2;
+  Reopen(options);
+  auto held = HoldWriter();
+  auto one = Submit(PutCup());
+  auto two = Submit(PutCup());
+  const Answer refused = Submit(PutCup()).get();
+  EXPECT_TRUE(absl::IsResourceExhausted(refused.status())) << refused.status();
+  EXPECT_THAT(std::string(refused.status().message()), HasSubstr("--max_queue"));
+  disk_.Release();
+  EXPECT_TRUE(one.get().ok());
+  EXPECT_TRUE(two.get().ok());
+}
+
+TEST_F(MapSessionTest, CloseFinishesWhatWasAcceptedAndTakesNothingMore) {
+  auto held = HoldWriter();
+  auto queued = Submit(PutCup());
+  std::thread closing([this] { session_->Close(); });
+  disk_.Release();
+  closing.join();
+  EXPECT_EQ(held.get()->revision, 2);
+  EXPECT_EQ(queued.get()->revision, 3);
+  EXPECT_TRUE(absl::IsUnavailable(Submit(PutCup()).get().status()));
+  EXPECT_TRUE(absl::IsUnavailable(session_->BackupTo("/nowhere")));
+  EXPECT_EQ(session_->snapshot()->revision, 3);
+}
+
+TEST_F(MapSessionTest, BackupIsOfAStoredRevision) {
+  ASSERT_TRUE(session_->SubmitAndWait({PutCup(), "test", ""}).ok());
+  const std::string path = ::testing::TempDir() + "/map_session_test_backup";
+  ASSERT_TRUE(session_->BackupTo(path).ok());
+  std::ifstream file(path);
+  const std::string content((std::istreambuf_iterator<char>(file)), {});
+  EXPECT_EQ(content, "copy of site at revision 2");
+  std::remove(path.c_str());
+}
+
+TEST_F(MapSessionTest, ManyWritersAndReadersSeeRevisionsInOrder) {
+  constexpr int kWriters = 4;
+  constexpr int kBatches = 50;
+  std::atomic<bool> done = false;
+  std::thread reader([&] {
+    Revision last = 0;
+    while (!done) {
+      const SnapshotPtr snapshot = session_->snapshot();
+      EXPECT_GE(snapshot->revision, last);
+      // Revision 1 made the layer, every later one put an object.
+      EXPECT_EQ(snapshot->FindLayer("things")->Size(), snapshot->revision - 1);
+      last = snapshot->revision;
+    }
+  });
+  std::vector<std::thread> writers;
+  for (int w = 0; w < kWriters; ++w) {
+    writers.emplace_back([&] {
+      Revision last = 0;
+      for (int i = 0; i < kBatches; ++i) {
+        const Answer answer = session_->SubmitAndWait({PutCup(), "test", ""});
+        ASSERT_TRUE(answer.ok()) << answer.status();
+        EXPECT_GT(answer->revision, last);
+        EXPECT_GE(session_->snapshot()->revision, answer->revision);
+        last = answer->revision;
+      }
+    });
+  }
+  for (std::thread& writer : writers) writer.join();
+  done = true;
+  reader.join();
+  EXPECT_EQ(session_->snapshot()->revision, 1 + kWriters * kBatches);
+}
+
+}  // namespace
+}  // namespace hypermap::server

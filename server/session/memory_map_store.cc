@@ -1,0 +1,141 @@
+#include "server/session/memory_map_store.h"
+
+#include <fstream>
+#include <utility>
+
+namespace hypermap::server {
+
+class MemoryMap : public storage::StoredMap {
+ public:
+  MemoryMap(MemoryDisk* disk, std::shared_ptr<MemoryDisk::File> file)
+      : disk_(disk), file_(std::move(file)) {}
+  ~MemoryMap() override {
+    MutexLock lock(&disk_->mutex_);
+    file_->open = false;
+  }
+
+  const storage::MapHeader& header() const override { return file_->header; }
+  absl::StatusOr<SnapshotPtr> Load() override { return file_->snapshot; }
+  absl::Status Write(absl::Span<const storage::Commit> commits) override {
+    return disk_->Write(*file_, commits);
+  }
+  absl::StatusOr<std::optional<storage::Receipt>> FindReceipt(
+      absl::string_view request_id) override {
+    const auto it = file_->receipts.find(std::string_view(request_id.data(), request_id.size()));
+    if (it == file_->receipts.end()) return std::nullopt;
+    return it->second;
+  }
+  absl::Status BackupTo(const std::string& path) override {
+    std::ofstream(path) << "copy of " << file_->header.name << " at revision "
+                        << file_->snapshot->revision;
+    return absl::OkStatus();
+  }
+
+ private:
+  MemoryDisk* const disk_;
+  const std::shared_ptr<MemoryDisk::File> file_;
+};
+
+void MemoryDisk::Hold() {
+  MutexLock lock(&mutex_);
+  held_ = true;
+}
+
+void MemoryDisk::Release() {
+  MutexLock lock(&mutex_);
+  held_ = false;
+  changed_.NotifyAll();
+}
+
+void MemoryDisk::AwaitHeldWrite() {
+  MutexLock lock(&mutex_);
+  while (waiting_ == 0) changed_.Wait(&mutex_);
+}
+
+void MemoryDisk::FailWrites(absl::Status status) {
+  MutexLock lock(&mutex_);
+  write_status_ = std::move(status);
+}
+
+std::vector<size_t> MemoryDisk::writes() const {
+  MutexLock lock(&mutex_);
+  return writes_;
+}
+
+absl::Status MemoryDisk::Write(File& file, absl::Span<const storage::Commit> commits) {
+  MutexLock lock(&mutex_);
+  ++waiting_;
+  changed_.NotifyAll();
+  while (held_) changed_.Wait(&mutex_);
+  --waiting_;
+  if (!write_status_.ok()) return write_status_;
+  writes_.push_back(commits.size());
+  for (const storage::Commit& commit : commits) {
+    file.snapshot = commit.applied.snapshot;
+    if (commit.request_id.empty()) continue;
+    file.receipts[commit.request_id] = {commit.request_id, file.snapshot->revision,
+                                        commit.applied.object_ids};
+  }
+  return absl::OkStatus();
+}
+
+void MemoryMapStore::AddBroken(const std::string& name, absl::Status problem) {
+  MutexLock lock(&disk_->mutex_);
+  auto file = std::make_shared<MemoryDisk::File>();
+  file->problem = std::move(problem);
+  disk_->files_[name] = std::move(file);
+}
+
+absl::StatusOr<std::vector<std::string>> MemoryMapStore::List() {
+  MutexLock lock(&disk_->mutex_);
+  std::vector<std::string> names;
+  for (const auto& [name, file] : disk_->files_) names.push_back(name);
+  return names;
+}
+
+absl::StatusOr<std::unique_ptr<storage::StoredMap>> MemoryMapStore::Create(
+    const storage::MapHeader& header) {
+  auto file = std::make_shared<MemoryDisk::File>();
+  file->header = header;
+  auto snapshot = std::make_shared<Snapshot>();
+  snapshot->map_name = header.name;
+  snapshot->frame_id = header.frame_id;
+  file->snapshot = std::move(snapshot);
+  {
+    MutexLock lock(&disk_->mutex_);
+    if (!disk_->files_.emplace(header.name, file).second) {
+      return absl::AlreadyExistsError(header.name);
+    }
+  }
+  return Open(header.name);
+}
+
+absl::StatusOr<std::unique_ptr<storage::StoredMap>> MemoryMapStore::Open(const std::string& name) {
+  MutexLock lock(&disk_->mutex_);
+  const auto it = disk_->files_.find(name);
+  if (it == disk_->files_.end()) return absl::NotFoundError(name);
+  if (!it->second->problem.ok()) return it->second->problem;
+  if (it->second->open) return absl::FailedPreconditionError("open");
+  it->second->open = true;
+  return std::make_unique<MemoryMap>(disk_, it->second);
+}
+
+absl::Status MemoryMapStore::Delete(const std::string& name, const std::string& request_id) {
+  MutexLock lock(&disk_->mutex_);
+  const auto it = disk_->files_.find(name);
+  if (it == disk_->files_.end()) return absl::NotFoundError(name);
+  if (it->second->open) return absl::FailedPreconditionError("open");
+  disk_->files_.erase(it);
+  if (!request_id.empty()) disk_->deletions_[request_id] = name;
+  return absl::OkStatus();
+}
+
+absl::StatusOr<std::optional<std::string>> MemoryMapStore::FindDeletion(
+    const std::string& request_id) {
+  MutexLock lock(&disk_->mutex_);
+  const auto it = disk_->deletions_.find(request_id);
+  if (it == disk_->deletions_.end()) return std::nullopt;
+  return it->second;
+}
+
+}  // namespace hypermap::server

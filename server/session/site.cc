@@ -1,0 +1,156 @@
+#include "server/session/site.h"
+
+#include <optional>
+#include <utility>
+
+#include "absl/cleanup/cleanup.h"
+#include "absl/strings/str_cat.h"
+#include "absl/time/clock.h"
+#include "map/layers/layer_spec.h"
+
+namespace hypermap::server {
+namespace {
+
+absl::Status OfMap(const std::string& map, const absl::Status& status) {
+  return absl::Status(status.code(), absl::StrCat("map \"", map, "\": ", status.message()));
+}
+
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<Site>> Site::Open(std::unique_ptr<storage::MapStore> store,
+                                                 const SessionOptions& options) {
+  const absl::StatusOr<std::vector<std::string>> names = store->List();
+  if (!names.ok()) return names.status();
+  std::unique_ptr<Site> site(new Site(std::move(store), options));
+  for (const std::string& name : *names) site->OpenMap(name);
+  return site;
+}
+
+Site::Site(std::unique_ptr<storage::MapStore> store, const SessionOptions& options)
+    : store_(std::move(store)), options_(options) {}
+
+Site::~Site() { Close(); }
+
+void Site::OpenMap(const std::string& name) {
+  Entry entry{name, nullptr, absl::OkStatus()};
+  absl::StatusOr<std::unique_ptr<storage::StoredMap>> stored = store_->Open(name);
+  if (stored.ok()) {
+    absl::StatusOr<std::unique_ptr<MapSession>> session =
+        MapSession::Start(*std::move(stored), options_);
+    entry.problem = session.status();
+    if (session.ok()) entry.session = *std::move(session);
+  } else {
+    entry.problem = stored.status();
+  }
+  MutexLock lock(&mutex_);
+  maps_.insert_or_assign(name, std::move(entry));
+}
+
+std::vector<Site::Entry> Site::List() const {
+  std::vector<Entry> entries;
+  MutexLock lock(&mutex_);
+  entries.reserve(maps_.size());
+  for (const auto& [name, entry] : maps_) entries.push_back(entry);
+  return entries;
+}
+
+absl::StatusOr<std::shared_ptr<MapSession>> Site::Find(const std::string& map) const {
+  MutexLock lock(&mutex_);
+  const auto it = maps_.find(map);
+  if (it == maps_.end()) return absl::NotFoundError(absl::StrCat("there is no map \"", map, "\""));
+  if (!it->second.problem.ok()) return OfMap(map, it->second.problem);
+  return it->second.session;
+}
+
+absl::Status Site::Reserve(const std::string& map) {
+  MutexLock lock(&mutex_);
+  if (reserved_.insert(map).second) return absl::OkStatus();
+  return absl::AbortedError(absl::StrCat("map \"", map, "\" is being made or deleted"));
+}
+
+void Site::Release(const std::string& map) {
+  MutexLock lock(&mutex_);
+  reserved_.erase(map);
+}
+
+absl::StatusOr<std::shared_ptr<MapSession>> Site::Create(const NewMap& map, Fill fill) {
+  if (auto status = ValidateName("map", map.name); !status.ok()) return status;
+  if (auto status = ValidateFrameId("frame_id", map.frame_id); !status.ok()) return status;
+  if (auto status = Reserve(map.name); !status.ok()) return status;
+  const absl::Cleanup release = [&] { Release(map.name); };
+
+  if (const auto existing = Find(map.name); !absl::IsNotFound(existing.status())) {
+    const bool same_request = existing.ok() && !map.request_id.empty() &&
+                              (*existing)->header().request_id == map.request_id;
+    if (same_request) return existing;
+    return absl::AlreadyExistsError(absl::StrCat("there already is a map \"", map.name, "\""));
+  }
+  absl::StatusOr<std::shared_ptr<MapSession>> session = StartFilled(map, fill);
+  if (!session.ok()) return session.status();
+  MutexLock lock(&mutex_);
+  maps_[map.name] = {map.name, *session, absl::OkStatus()};
+  return session;
+}
+
+absl::StatusOr<std::shared_ptr<MapSession>> Site::StartFilled(const NewMap& map, Fill fill) {
+  absl::StatusOr<std::unique_ptr<storage::StoredMap>> stored =
+      store_->Create({map.name, map.frame_id, absl::Now(), map.request_id});
+  if (!stored.ok()) return stored.status();
+  absl::StatusOr<std::shared_ptr<MapSession>> session =
+      MapSession::Start(*std::move(stored), options_);
+  absl::Status status = session.status();
+  if (session.ok()) {
+    status = fill(**session);
+    if (status.ok()) return session;
+    (*session)->Close();
+  }
+  const absl::Status removed = store_->Delete(map.name, /*request_id=*/"");
+  if (removed.ok()) return status;
+  return absl::Status(
+      status.code(),
+      absl::StrCat(status.message(), " (and the new map stays: ", removed.message(), ")"));
+}
+
+absl::Status Site::Delete(const std::string& map, const std::string& request_id) {
+  if (auto status = ValidateName("map", map); !status.ok()) return status;
+  if (auto status = Reserve(map); !status.ok()) return status;
+  const absl::Cleanup release = [&] { Release(map); };
+
+  if (!request_id.empty()) {
+    // A request that was carried out before must not close the map that was made since.
+    const absl::StatusOr<std::optional<std::string>> earlier = store_->FindDeletion(request_id);
+    if (!earlier.ok()) return earlier.status();
+    if (*earlier == map) return absl::OkStatus();
+    if (*earlier) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("request_id was used to delete map \"", **earlier, "\""));
+    }
+  }
+  return DeleteReserved(map, request_id);
+}
+
+absl::Status Site::DeleteReserved(const std::string& map, const std::string& request_id) {
+  std::shared_ptr<MapSession> session;
+  {
+    MutexLock lock(&mutex_);
+    const auto it = maps_.find(map);
+    if (it == maps_.end()) {
+      return absl::NotFoundError(absl::StrCat("there is no map \"", map, "\""));
+    }
+    session = std::move(it->second.session);
+    maps_.erase(it);
+  }
+  // What was accepted is answered; readers that hold a snapshot keep it.
+  if (session) session->Close();
+  absl::Status status = store_->Delete(map, request_id);
+  if (!status.ok()) OpenMap(map);
+  return status;
+}
+
+void Site::Close() {
+  for (const Entry& entry : List()) {
+    if (entry.session) entry.session->Close();
+  }
+}
+
+}  // namespace hypermap::server

@@ -1,0 +1,84 @@
+// All maps of a server.
+#ifndef HYPERMAP_SERVER_SESSION_SITE_H_
+#define HYPERMAP_SERVER_SESSION_SITE_H_
+
+#include <map>
+#include <memory>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "absl/base/thread_annotations.h"
+#include "absl/functional/function_ref.h"
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "server/session/map_session.h"
+#include "server/session/mutex.h"
+#include "storage/map_store.h"
+
+namespace hypermap::server {
+
+// The open sessions of the maps of one store. A map that can't be opened is listed with its problem
+// and stands in nobody's way. Looking a map up never waits for a disk. Thread safe.
+class Site {
+ public:
+  // Opens all maps of the store. Fails only when the store can't be listed.
+  static absl::StatusOr<std::unique_ptr<Site>> Open(std::unique_ptr<storage::MapStore> store,
+                                                    const SessionOptions& options);
+
+  // Closes.
+  ~Site();
+
+  struct Entry {
+    std::string name;
+    std::shared_ptr<MapSession> session;  // null when there is a problem
+    absl::Status problem;
+  };
+
+  // By name.
+  std::vector<Entry> List() const;
+
+  // NOT_FOUND naming the map, or the problem with it.
+  absl::StatusOr<std::shared_ptr<MapSession>> Find(const std::string& map) const;
+
+  struct NewMap {
+    std::string name;
+    std::string frame_id;
+    std::string request_id;
+  };
+  using Fill = absl::FunctionRef<absl::Status(MapSession&)>;
+
+  // Makes a map. `fill` is called with it before others see it; when that fails, the map is removed
+  // again. A map that the same request made before is returned as it is. INVALID_ARGUMENT for the
+  // names, ALREADY_EXISTS, ABORTED while the map is being made or deleted by another.
+  absl::StatusOr<std::shared_ptr<MapSession>> Create(const NewMap& map, Fill fill);
+
+  // Removes a map for good, one with a problem too. Errors as MapStore::Delete; ABORTED as Create.
+  absl::Status Delete(const std::string& map, const std::string& request_id);
+
+  // Closes all sessions; nothing else may be called any more.
+  void Close();
+
+ private:
+  Site(std::unique_ptr<storage::MapStore> store, const SessionOptions& options);
+
+  // Opens a map of the store, and lists it.
+  void OpenMap(const std::string& name);
+  absl::StatusOr<std::shared_ptr<MapSession>> StartFilled(const NewMap& map, Fill fill);
+  absl::Status DeleteReserved(const std::string& map, const std::string& request_id);
+
+  // Keeps others from making or deleting the map until Release. ABORTED when somebody does.
+  absl::Status Reserve(const std::string& map);
+  void Release(const std::string& map);
+
+  const std::unique_ptr<storage::MapStore> store_;
+  const SessionOptions options_;
+
+  mutable Mutex mutex_;
+  std::map<std::string, Entry> maps_ ABSL_GUARDED_BY(mutex_);
+  std::set<std::string> reserved_ ABSL_GUARDED_BY(mutex_);
+};
+
+}  // namespace hypermap::server
+
+#endif  // HYPERMAP_SERVER_SESSION_SITE_H_

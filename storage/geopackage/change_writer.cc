@@ -1,0 +1,137 @@
+#include "storage/geopackage/change_writer.h"
+
+#include <utility>
+#include <variant>
+
+#include "absl/strings/str_cat.h"
+#include "map/layers/layer_registry.h"
+#include "storage/geopackage/contents.h"
+#include "storage/geopackage/frame_table.h"
+#include "storage/geopackage/revision_table.h"
+#include "storage/geopackage/table_names.h"
+#include "storage/geopackage/tile_matrix.h"
+
+namespace hypermap::storage {
+
+OpenLayer MakeOpenLayer(Database* database, StoredLayer stored) {
+  OpenLayer layer;
+  if (IsGridKind(stored.spec.kind)) {
+    layer.grid =
+        std::make_shared<GridTable>(database, stored.table, MakeTileCodec(stored.spec.kind));
+  } else {
+    layer.features = std::make_shared<FeatureTable>(database, stored.table);
+  }
+  layer.stored = std::move(stored);
+  return layer;
+}
+
+ChangeWriter::ChangeWriter(Database* database, OpenLayers layers)
+    : database_(database), layers_(std::move(layers)) {}
+
+absl::Status ChangeWriter::Write(const Commit& commit) {
+  time_ = commit.time;
+  for (const Change& change : commit.applied.changes) {
+    absl::Status status = std::visit([this](const auto& c) { return Apply(c); }, change);
+    if (!status.ok()) return status;
+  }
+  return InsertRevision(database_, commit);
+}
+
+absl::Status ChangeWriter::Finish(const Snapshot& newest) {
+  for (const auto& [name, time] : touched_) {
+    const auto open = layers_.find(name);
+    if (open == layers_.end()) continue;  // deleted since
+    const StoredLayer& stored = open->second.stored;
+    Box extent;
+    if (stored.spec.grid) {
+      extent = BoundsInOwnAxes(*stored.spec.grid, stored.extent);
+    } else if (const Layer* layer = newest.FindLayer(name); layer != nullptr) {
+      extent = layer->Bounds();
+    }
+    if (absl::Status status = SetContents(database_, stored.table, extent, time); !status.ok()) {
+      return status;
+    }
+  }
+  return absl::OkStatus();
+}
+
+absl::Status ChangeWriter::Apply(const LayerCreated& change) {
+  const LayerSpec& spec = change.spec;
+  absl::StatusOr<std::string> table = ChooseTableName(database_, spec.name);
+  if (!table.ok()) return table.status();
+  const auto [open, is_new] =
+      layers_.emplace(spec.name, MakeOpenLayer(database_, {spec, *table, CellBox()}));
+  if (!is_new) return absl::InternalError(absl::StrCat("layer ", spec.name, " created twice"));
+  const OpenLayer& layer = open->second;
+  touched_[spec.name] = time_;
+  if (absl::Status status = InsertLayer(database_, layer.stored); !status.ok()) return status;
+  if (layer.grid != nullptr) {
+    if (absl::Status status = layer.grid->Create(); !status.ok()) return status;
+    return RegisterCoverage(database_, *table, spec, layer.grid->coding());
+  }
+  if (absl::Status status = layer.features->Create(); !status.ok()) return status;
+  return RegisterFeatures(database_, *table, spec);
+}
+
+absl::Status ChangeWriter::Apply(const LayerDeleted& change) {
+  absl::StatusOr<OpenLayer*> layer = Touch(change.spec.name);
+  if (!layer.ok()) return layer.status();
+  absl::Status status = Unregister(database_, (*layer)->stored.table);
+  if (status.ok()) status = RemoveLayer(database_, change.spec.name);
+  if (status.ok()) {
+    status = (*layer)->grid != nullptr ? (*layer)->grid->Drop() : (*layer)->features->Drop();
+  }
+  layers_.erase(change.spec.name);
+  return status;
+}
+
+absl::Status ChangeWriter::Apply(const TransformSet& change) {
+  return PutTransform(database_, change.transform);
+}
+
+absl::Status ChangeWriter::Apply(const ObjectPut& change) {
+  absl::StatusOr<FeatureTable*> table = Features(change.layer);
+  return table.ok() ? (*table)->Put(*change.after) : table.status();
+}
+
+absl::Status ChangeWriter::Apply(const ObjectRemoved& change) {
+  absl::StatusOr<FeatureTable*> table = Features(change.layer);
+  return table.ok() ? (*table)->Remove(change.before->id) : table.status();
+}
+
+absl::Status ChangeWriter::Apply(const TileWritten& change) {
+  absl::StatusOr<GridTable*> table = Grid(change.layer);
+  return table.ok() ? (*table)->Write(change.index, *change.after) : table.status();
+}
+
+absl::Status ChangeWriter::Apply(const ExtentGrown& change) {
+  absl::StatusOr<OpenLayer*> layer = Touch(change.layer);
+  if (!layer.ok()) return layer.status();
+  (*layer)->stored.extent = change.extent;
+  return UpdateLayerExtent(database_, change.layer, change.extent);
+}
+
+absl::StatusOr<OpenLayer*> ChangeWriter::Touch(const std::string& name) {
+  const auto layer = layers_.find(name);
+  if (layer == layers_.end()) {
+    return absl::InternalError(absl::StrCat("change of layer ", name, ", which is not there"));
+  }
+  touched_[name] = time_;
+  return &layer->second;
+}
+
+absl::StatusOr<FeatureTable*> ChangeWriter::Features(const std::string& layer) {
+  absl::StatusOr<OpenLayer*> open = Touch(layer);
+  if (!open.ok()) return open.status();
+  if ((*open)->features != nullptr) return (*open)->features.get();
+  return absl::InternalError(absl::StrCat("change of objects in the grid ", layer));
+}
+
+absl::StatusOr<GridTable*> ChangeWriter::Grid(const std::string& layer) {
+  absl::StatusOr<OpenLayer*> open = Touch(layer);
+  if (!open.ok()) return open.status();
+  if ((*open)->grid != nullptr) return (*open)->grid.get();
+  return absl::InternalError(absl::StrCat("change of cells in the semantic layer ", layer));
+}
+
+}  // namespace hypermap::storage

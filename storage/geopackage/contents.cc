@@ -1,0 +1,94 @@
+#include "storage/geopackage/contents.h"
+
+#include <optional>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/string_view.h"
+#include "storage/geopackage/geometry_blob.h"
+#include "storage/geopackage/tile_matrix.h"
+
+namespace hypermap::storage {
+namespace {
+
+absl::Status InsertContents(Database* database, const std::string& table,
+                            absl::string_view data_type, const LayerSpec& spec) {
+  const std::string description =
+      absl::StrCat(LayerKindName(spec.kind), " layer, metres in frame ", spec.frame_id);
+  return database->Run(
+      "INSERT INTO gpkg_contents (table_name, data_type, identifier, description, srs_id) "
+      "VALUES (?, ?, ?, ?, ?)",
+      table, data_type, spec.name, description, kUndefinedCartesianSrsId);
+}
+
+absl::Status InsertExtension(Database* database, const std::string& table, const char* column,
+                             const char* extension, const char* definition, const char* scope) {
+  return database->Run("INSERT INTO gpkg_extensions VALUES (?, ?, ?, ?, ?)", table, column,
+                       extension, definition, scope);
+}
+
+}  // namespace
+
+absl::Status RegisterFeatures(Database* database, const std::string& table, const LayerSpec& spec) {
+  absl::Status status = InsertContents(database, table, "features", spec);
+  status.Update(database->Run("INSERT INTO gpkg_geometry_columns VALUES (?, ?, 'POLYGON', ?, 0, 0)",
+                              table, kGeometryColumn, kUndefinedCartesianSrsId));
+  status.Update(InsertExtension(database, table, kGeometryColumn, "gpkg_rtree_index",
+                                "http://www.geopackage.org/spec130/#extension_rtree",
+                                "write-only"));
+  return status;
+}
+
+absl::Status RegisterCoverage(Database* database, const std::string& table, const LayerSpec& spec,
+                              const CoverageCoding& coding) {
+  const Box matrix = TileMatrixBounds(*spec.grid);
+  const double resolution_m = spec.grid->resolution_m;
+  absl::Status status = InsertContents(database, table, "2d-gridded-coverage", spec);
+  status.Update(database->Run("INSERT INTO gpkg_tile_matrix_set VALUES (?, ?, ?, ?, ?, ?)", table,
+                              kUndefinedCartesianSrsId, matrix.min.x, matrix.min.y, matrix.max.x,
+                              matrix.max.y));
+  status.Update(database->Run("INSERT INTO gpkg_tile_matrix VALUES (?, ?, ?, ?, ?, ?, ?, ?)", table,
+                              kZoomLevel, kTileMatrixSide, kTileMatrixSide, kTileSide, kTileSide,
+                              resolution_m, resolution_m));
+  status.Update(database->Run(
+      "INSERT INTO gpkg_2d_gridded_coverage_ancillary (tile_matrix_set_name, datatype, scale, "
+      "offset, precision, data_null, grid_cell_encoding, uom, field_name, quantity_definition) "
+      "VALUES (?, ?, ?, 0.0, ?, ?, 'grid-value-is-area', ?, ?, ?)",
+      table, coding.datatype, coding.scale, coding.scale, coding.data_null,
+      spec.unit.empty() ? std::nullopt : std::make_optional(spec.unit), LayerKindName(spec.kind),
+      coding.quantity));
+  status.Update(InsertExtension(database, table, "tile_data", "gpkg_2d_gridded_coverage",
+                                "http://docs.opengeospatial.org/is/17-066r1/17-066r1.html",
+                                "read-write"));
+  return status;
+}
+
+absl::Status SetContents(Database* database, const std::string& table, const Box& extent,
+                         absl::Time last_change) {
+  const std::string time =
+      absl::FormatTime("%Y-%m-%dT%H:%M:%E3SZ", last_change, absl::UTCTimeZone());
+  const auto side = [&extent](double value) {
+    return extent.empty() ? std::nullopt : std::make_optional(value);
+  };
+  return database->Run(
+      "UPDATE gpkg_contents SET last_change = ?, min_x = ?, min_y = ?, max_x = ?, max_y = ? "
+      "WHERE table_name = ?",
+      time, side(extent.min.x), side(extent.min.y), side(extent.max.x), side(extent.max.y), table);
+}
+
+absl::Status Unregister(Database* database, const std::string& table) {
+  absl::Status status;
+  // From the leaves of the foreign keys to their root.
+  for (const char* sql : {"DELETE FROM gpkg_2d_gridded_tile_ancillary WHERE tpudt_name = ?",
+                          "DELETE FROM gpkg_2d_gridded_coverage_ancillary "
+                          "WHERE tile_matrix_set_name = ?",
+                          "DELETE FROM gpkg_tile_matrix WHERE table_name = ?",
+                          "DELETE FROM gpkg_tile_matrix_set WHERE table_name = ?",
+                          "DELETE FROM gpkg_geometry_columns WHERE table_name = ?",
+                          "DELETE FROM gpkg_extensions WHERE table_name = ?",
+                          "DELETE FROM gpkg_contents WHERE table_name = ?"}) {
+    status.Update(database->Run(sql, table));
+  }
+  return status;
+}
+
+}  // namespace hypermap::storage

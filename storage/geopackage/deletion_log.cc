@@ -1,0 +1,75 @@
+#include "storage/geopackage/deletion_log.h"
+
+#include <utility>
+
+namespace hypermap::storage {
+namespace {
+
+constexpr char kCreateTable[] = R"sql(
+PRAGMA synchronous = FULL;
+CREATE TABLE IF NOT EXISTS deletions (
+  id INTEGER PRIMARY KEY,
+  request_id TEXT UNIQUE,
+  map_name TEXT NOT NULL,
+  finished INTEGER NOT NULL DEFAULT 0
+);
+)sql";
+
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<DeletionLog>> DeletionLog::Open(const std::string& path,
+                                                               absl::Duration busy_timeout) {
+  absl::StatusOr<std::unique_ptr<Database>> database =
+      Database::Open(path, Database::OpenMode::kCreate, busy_timeout);
+  if (!database.ok()) return database.status();
+  if (absl::Status status = (*database)->Execute(kCreateTable); !status.ok()) return status;
+  return std::unique_ptr<DeletionLog>(new DeletionLog(*std::move(database)));
+}
+
+absl::StatusOr<int64_t> DeletionLog::Begin(const std::string& request_id, const std::string& map) {
+  const auto id = request_id.empty() ? std::nullopt : std::make_optional(request_id);
+  // A deletion that could be neither carried out nor cancelled is begun anew.
+  absl::StatusOr<std::optional<int64_t>> deletion = database_->QueryInt64(
+      "INSERT INTO deletions (request_id, map_name) VALUES (?, ?) ON CONFLICT (request_id) "
+      "DO UPDATE SET map_name = excluded.map_name, finished = 0 RETURNING id",
+      id, map);
+  if (!deletion.ok()) return deletion.status();
+  return **deletion;
+}
+
+absl::Status DeletionLog::Finish(int64_t deletion) {
+  return database_->Run("UPDATE deletions SET finished = 1 WHERE id = ?", deletion);
+}
+
+absl::Status DeletionLog::Cancel(int64_t deletion) {
+  return database_->Run("DELETE FROM deletions WHERE id = ?", deletion);
+}
+
+absl::StatusOr<std::optional<std::string>> DeletionLog::Find(const std::string& request_id) {
+  if (request_id.empty()) return std::nullopt;
+  absl::StatusOr<Statement> select =
+      database_->Prepare("SELECT map_name FROM deletions WHERE request_id = ? AND finished = 1");
+  if (!select.ok()) return select.status();
+  absl::StatusOr<bool> row = select->Bind(request_id).Step();
+  if (!row.ok()) return row.status();
+  if (!*row) return std::nullopt;
+  std::string map(select->Text(0));
+  if (!select->row_status().ok()) return select->row_status();
+  return map;
+}
+
+absl::StatusOr<std::vector<DeletionLog::Pending>> DeletionLog::FindPending() {
+  absl::StatusOr<Statement> select =
+      database_->Prepare("SELECT id, map_name FROM deletions WHERE finished = 0 ORDER BY id");
+  if (!select.ok()) return select.status();
+  std::vector<Pending> pending;
+  while (true) {
+    absl::StatusOr<bool> row = select->Step();
+    if (!row.ok()) return row.status();
+    if (!*row) return pending;
+    pending.push_back({select->Int64(0), std::string(select->Text(1))});
+    if (!select->row_status().ok()) return select->row_status();
+  }
+}
+
+}  // namespace hypermap::storage

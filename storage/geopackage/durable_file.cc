@@ -1,0 +1,64 @@
+#include "storage/geopackage/durable_file.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdio>
+#include <filesystem>
+#include <system_error>
+
+#include "absl/strings/str_cat.h"
+
+namespace hypermap::storage {
+namespace {
+
+absl::Status Sync(const std::string& path, int flags) {
+  const int fd = open(path.c_str(), flags | O_RDONLY | O_CLOEXEC);
+  if (fd < 0) return absl::ErrnoToStatus(errno, path);
+  absl::Status status;
+  if (fsync(fd) != 0) status = absl::ErrnoToStatus(errno, absl::StrCat("cannot sync ", path));
+  close(fd);
+  return status;
+}
+
+}  // namespace
+
+std::string FolderOf(const std::string& path) {
+  const std::string folder = std::filesystem::path(path).parent_path().string();
+  return folder.empty() ? "." : folder;
+}
+
+absl::Status MakeFolder(const std::string& path) {
+  std::error_code error;
+  std::filesystem::create_directories(path, error);
+  if (error) {
+    return absl::FailedPreconditionError(
+        absl::StrCat("cannot make the folder ", path, ": ", error.message()));
+  }
+  return absl::OkStatus();
+}
+
+bool PathExists(const std::string& path) {
+  struct stat status;
+  return lstat(path.c_str(), &status) == 0;
+}
+
+absl::Status SyncFolder(const std::string& path) { return Sync(path, O_DIRECTORY); }
+
+absl::Status PublishFile(const std::string& temporary, const std::string& path) {
+  if (PathExists(path)) return absl::AlreadyExistsError(absl::StrCat(path, " exists"));
+  if (absl::Status status = Sync(temporary, 0); !status.ok()) return status;
+  if (rename(temporary.c_str(), path.c_str()) != 0) {
+    return absl::ErrnoToStatus(errno, absl::StrCat("cannot rename ", temporary, " to ", path));
+  }
+  return SyncFolder(FolderOf(path));
+}
+
+absl::Status RemoveFile(const std::string& path) {
+  if (unlink(path.c_str()) == 0 || errno == ENOENT) return absl::OkStatus();
+  return absl::ErrnoToStatus(errno, absl::StrCat("cannot remove ", path));
+}
+
+}  // namespace hypermap::storage

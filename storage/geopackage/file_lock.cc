@@ -1,0 +1,54 @@
+#include "storage/geopackage/file_lock.h"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "storage/geopackage/durable_file.h"
+
+namespace hypermap::storage {
+namespace {
+
+// Whether the path still names the file that was opened; an owner may have removed it meanwhile.
+bool StillNames(const std::string& path, int fd) {
+  struct stat by_path;
+  struct stat by_fd;
+  return stat(path.c_str(), &by_path) == 0 && fstat(fd, &by_fd) == 0 &&
+         by_path.st_dev == by_fd.st_dev && by_path.st_ino == by_fd.st_ino;
+}
+
+}  // namespace
+
+FileLock::FileLock(std::string path, int fd) : path_(std::move(path)), fd_(fd) {}
+
+FileLock::FileLock(FileLock&& other) noexcept
+    : path_(std::move(other.path_)), fd_(std::exchange(other.fd_, -1)) {}
+
+FileLock::~FileLock() {
+  if (fd_ >= 0) close(fd_);
+}
+
+absl::StatusOr<FileLock> FileLock::Acquire(const std::string& path) {
+  while (true) {
+    const int fd = open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
+    if (fd < 0) return absl::ErrnoToStatus(errno, absl::StrCat("cannot open ", path));
+    FileLock lock(path, fd);
+    if (flock(fd, LOCK_EX | LOCK_NB) != 0) {
+      if (errno == EINTR) continue;
+      if (errno == EWOULDBLOCK) {
+        return absl::FailedPreconditionError(absl::StrCat(path, " is locked by another process"));
+      }
+      return absl::ErrnoToStatus(errno, absl::StrCat("cannot lock ", path));
+    }
+    if (StillNames(path, fd)) return lock;
+  }
+}
+
+absl::Status FileLock::RemoveFile() { return storage::RemoveFile(path_); }
+
+}  // namespace hypermap::storage

@@ -1,0 +1,35 @@
+// Locks that keep two processes from owning the same thing.
+#ifndef HYPERMAP_STORAGE_GEOPACKAGE_FILE_LOCK_H_
+#define HYPERMAP_STORAGE_GEOPACKAGE_FILE_LOCK_H_
+
+#include <string>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+
+namespace hypermap::storage {
+
+// An exclusive flock(2) on a file made for that purpose; ends with the object or the process, also
+// when that is killed. Two of them on one path exclude each other within a process as well.
+class FileLock {
+ public:
+  // Does not wait. FAILED_PRECONDITION when it is held.
+  static absl::StatusOr<FileLock> Acquire(const std::string& path);
+
+  FileLock(FileLock&& other) noexcept;
+  FileLock& operator=(FileLock&&) = delete;
+  ~FileLock();
+
+  // Removes the file while the lock is still held.
+  absl::Status RemoveFile();
+
+ private:
+  FileLock(std::string path, int fd);
+
+  std::string path_;
+  int fd_;
+};
+
+}  // namespace hypermap::storage
+
+#endif  // HYPERMAP_STORAGE_GEOPACKAGE_FILE_LOCK_H_

@@ -1,0 +1,53 @@
+#include "storage/geopackage/frame_table.h"
+
+#include <cmath>
+#include <string>
+
+#include "absl/strings/str_cat.h"
+
+namespace hypermap::storage {
+namespace {
+
+absl::Status AddRow(Statement* row, FrameTree* frames) {
+  const std::string child(row->Text(0));
+  const std::string parent(row->Text(1));
+  const double x = row->Double(2);
+  const double y = row->Double(3);
+  const double yaw = row->Double(4);
+  if (!row->row_status().ok()) return row->row_status();
+  if (!std::isfinite(x) || !std::isfinite(y) || !std::isfinite(yaw)) {
+    return absl::DataLossError("the transform is not finite");
+  }
+  return frames->Set({parent, child, PlanarTransform(x, y, yaw)});
+}
+
+}  // namespace
+
+absl::Status PutTransform(Database* database, const FrameTransform& transform) {
+  const PlanarTransform& t = transform.parent_from_child;
+  return database->Run(
+      "INSERT INTO hypermap_frames (child_frame_id, parent_frame_id, x, y, yaw) "
+      "VALUES (?, ?, ?, ?, ?) ON CONFLICT (child_frame_id) DO UPDATE SET "
+      "parent_frame_id = excluded.parent_frame_id, x = excluded.x, y = excluded.y, "
+      "yaw = excluded.yaw",
+      transform.child_frame_id, transform.parent_frame_id, t.x(), t.y(), t.yaw());
+}
+
+absl::StatusOr<FrameTree> ReadFrames(Database* database) {
+  absl::StatusOr<Statement> select = database->Prepare(
+      "SELECT child_frame_id, parent_frame_id, x, y, yaw FROM hypermap_frames "
+      "ORDER BY child_frame_id");
+  if (!select.ok()) return select.status();
+  FrameTree frames;
+  while (true) {
+    absl::StatusOr<bool> row = select->Step();
+    if (!row.ok()) return row.status();
+    if (!*row) return frames;
+    if (absl::Status status = AddRow(&*select, &frames); !status.ok()) {
+      return absl::DataLossError(
+          absl::StrCat("hypermap_frames, frame ", select->Text(0), ": ", status.message()));
+    }
+  }
+}
+
+}  // namespace hypermap::storage

@@ -1,0 +1,20 @@
+// hypermap_frames: the transforms between frames.
+#ifndef HYPERMAP_STORAGE_GEOPACKAGE_FRAME_TABLE_H_
+#define HYPERMAP_STORAGE_GEOPACKAGE_FRAME_TABLE_H_
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "map/frames/frame_tree.h"
+#include "storage/geopackage/sqlite.h"
+
+namespace hypermap::storage {
+
+// Adds the transform, or replaces the one of its child.
+absl::Status PutTransform(Database* database, const FrameTransform& transform);
+
+// DATA_LOSS for transforms that make no tree.
+absl::StatusOr<FrameTree> ReadFrames(Database* database);
+
+}  // namespace hypermap::storage
+
+#endif  // HYPERMAP_STORAGE_GEOPACKAGE_FRAME_TABLE_H_

@@ -1,0 +1,160 @@
+#include "storage/geopackage/geopackage_map.h"
+
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "map/layers/layer_registry.h"
+#include "map/layers/semantic_layer.h"
+#include "storage/geopackage/durable_file.h"
+#include "storage/geopackage/frame_table.h"
+#include "storage/geopackage/map_file.h"
+#include "storage/geopackage/revision_table.h"
+
+namespace hypermap::storage {
+namespace {
+
+absl::Status About(const std::string& map, const absl::Status& status) {
+  if (status.ok()) return status;
+  return absl::Status(status.code(), absl::StrCat("map ", map, ": ", status.message()));
+}
+
+// Statements that only read fail as "internal" when the file's tables are not what they were made.
+absl::Status AsDamage(const absl::Status& status) {
+  if (status.code() != absl::StatusCode::kInternal) return status;
+  return absl::DataLossError(status.message());
+}
+
+ObjectId LargestId(const SnapshotPtr& snapshot) {
+  ObjectId largest = 0;
+  for (const auto& [name, layer] : snapshot->layers) {
+    const auto* semantic = dynamic_cast<const SemanticLayer*>(layer.get());
+    if (semantic == nullptr) continue;
+    const std::vector<ObjectPtr> objects = semantic->Objects();
+    if (!objects.empty()) largest = std::max(largest, objects.back()->id);
+  }
+  return largest;
+}
+
+}  // namespace
+
+GeoPackageMap::GeoPackageMap(FileLock lock, std::unique_ptr<Database> database,
+                             MapMetadata metadata, OpenLayers layers)
+    : lock_(std::move(lock)),
+      database_(std::move(database)),
+      header_(std::move(metadata.header)),
+      revision_(metadata.revision),
+      layers_(std::move(layers)) {}
+
+GeoPackageMap::~GeoPackageMap() {
+  // Closing would do so, but not while another program reads the file.
+  database_->Execute("PRAGMA wal_checkpoint(TRUNCATE)").IgnoreError();
+}
+
+absl::StatusOr<std::unique_ptr<StoredMap>> GeoPackageMap::Open(const std::string& path,
+                                                               const std::string& name,
+                                                               FileLock lock,
+                                                               const GeoPackageOptions& options) {
+  absl::StatusOr<std::unique_ptr<Database>> database = OpenMapFile(path, options);
+  if (!database.ok()) return About(name, database.status());
+  absl::StatusOr<MapMetadata> metadata = ReadMetadata(database->get());
+  if (!metadata.ok()) return About(name, AsDamage(metadata.status()));
+  metadata->header.name = name;
+  absl::StatusOr<std::vector<StoredLayer>> stored = ReadLayers(database->get());
+  if (!stored.ok()) return About(name, AsDamage(stored.status()));
+  OpenLayers layers;
+  for (StoredLayer& layer : *stored) {
+    const std::string layer_name = layer.spec.name;
+    layers.emplace(layer_name, MakeOpenLayer(database->get(), std::move(layer)));
+  }
+  return std::unique_ptr<StoredMap>(new GeoPackageMap(std::move(lock), *std::move(database),
+                                                      *std::move(metadata), std::move(layers)));
+}
+
+absl::Status GeoPackageMap::InMap(const absl::Status& status) const {
+  return About(header_.name, status);
+}
+
+absl::StatusOr<SnapshotPtr> GeoPackageMap::Load() {
+  absl::StatusOr<SnapshotPtr> snapshot = LoadSnapshot();
+  if (!snapshot.ok()) return InMap(AsDamage(snapshot.status()));
+  return snapshot;
+}
+
+absl::StatusOr<LayerPtr> GeoPackageMap::LoadLayer(const OpenLayer& open) const {
+  const StoredLayer& stored = open.stored;
+  if (open.grid != nullptr) {
+    absl::StatusOr<TileMap> tiles = open.grid->ReadAll(stored.extent);
+    if (!tiles.ok()) return tiles.status();
+    return std::make_shared<GridLayer>(stored.spec, MakeCellDomain(stored.spec), *std::move(tiles),
+                                       stored.extent);
+  }
+  absl::StatusOr<std::vector<ObjectPtr>> objects = open.features->ReadAll();
+  if (!objects.ok()) return objects.status();
+  return std::make_shared<SemanticLayer>(stored.spec, *std::move(objects));
+}
+
+absl::StatusOr<SnapshotPtr> GeoPackageMap::LoadSnapshot() {
+  auto snapshot = std::make_shared<Snapshot>();
+  absl::StatusOr<MapMetadata> metadata = ReadMetadata(database_.get());
+  if (!metadata.ok()) return metadata.status();
+  snapshot->map_name = header_.name;
+  snapshot->frame_id = metadata->header.frame_id;
+  snapshot->revision = metadata->revision;
+  absl::StatusOr<FrameTree> frames = ReadFrames(database_.get());
+  if (!frames.ok()) return frames.status();
+  snapshot->frames = *std::move(frames);
+  for (const auto& [name, open] : layers_) {
+    absl::StatusOr<LayerPtr> layer = LoadLayer(open);
+    if (!layer.ok()) return layer.status();
+    snapshot->layers.emplace(name, *std::move(layer));
+  }
+  // Another program may have added objects.
+  snapshot->next_object_id = std::max(metadata->next_object_id, LargestId(snapshot) + 1);
+  return snapshot;
+}
+
+absl::Status GeoPackageMap::Write(absl::Span<const Commit> commits) {
+  return commits.empty() ? absl::OkStatus() : InMap(WriteAll(commits));
+}
+
+absl::Status GeoPackageMap::WriteAll(absl::Span<const Commit> commits) {
+  const Snapshot& newest = *commits.back().applied.snapshot;
+  absl::StatusOr<Transaction> transaction = Transaction::Begin(database_.get());
+  if (!transaction.ok()) return transaction.status();
+  ChangeWriter writer(database_.get(), layers_);
+  for (const Commit& commit : commits) {
+    if (absl::Status status = writer.Write(commit); !status.ok()) return status;
+  }
+  absl::Status status = writer.Finish(newest);
+  if (status.ok()) {
+    status = AdvanceRevision(database_.get(), revision_, newest.revision, newest.next_object_id);
+  }
+  if (status.ok()) status = transaction->Commit();
+  if (!status.ok()) return status;
+  layers_ = std::move(writer).TakeLayers();
+  revision_ = newest.revision;
+  return absl::OkStatus();
+}
+
+absl::StatusOr<std::optional<Receipt>> GeoPackageMap::FindReceipt(absl::string_view request_id) {
+  absl::StatusOr<std::optional<Receipt>> receipt = ReadReceipt(database_.get(), request_id);
+  if (!receipt.ok()) return InMap(receipt.status());
+  return receipt;
+}
+
+absl::Status GeoPackageMap::BackupTo(const std::string& path) { return InMap(WriteBackup(path)); }
+
+absl::Status GeoPackageMap::WriteBackup(const std::string& path) {
+  if (PathExists(path)) return absl::AlreadyExistsError(absl::StrCat(path, " exists"));
+  const std::string temporary = absl::StrCat(path, ".new");
+  absl::Status status = RemoveFile(temporary);
+  // A copy without a write-ahead log, all in one file, as small as it can be.
+  if (status.ok()) status = database_->Run("VACUUM INTO ?", temporary);
+  if (status.ok()) status = PublishFile(temporary, path);
+  if (!status.ok()) RemoveFile(temporary).IgnoreError();
+  return status;
+}
+
+}  // namespace hypermap::storage

@@ -1,0 +1,55 @@
+// One map in one GeoPackage file.
+#ifndef HYPERMAP_STORAGE_GEOPACKAGE_GEOPACKAGE_MAP_H_
+#define HYPERMAP_STORAGE_GEOPACKAGE_GEOPACKAGE_MAP_H_
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "storage/geopackage/change_writer.h"
+#include "storage/geopackage/file_lock.h"
+#include "storage/geopackage/geopackage_options.h"
+#include "storage/geopackage/map_metadata.h"
+#include "storage/geopackage/sqlite.h"
+#include "storage/map_store.h"
+
+namespace hypermap::storage {
+
+// Other programs may read the file while it is open here. What they write to it is not seen.
+class GeoPackageMap : public StoredMap {
+ public:
+  // Opens the file as the map `name`, whatever name it had when it was made, so that a map is
+  // copied and renamed by copying and renaming its file. Keeps `lock` as long as it lives.
+  static absl::StatusOr<std::unique_ptr<StoredMap>> Open(const std::string& path,
+                                                         const std::string& name, FileLock lock,
+                                                         const GeoPackageOptions& options);
+  // Leaves all of the map in the one file.
+  ~GeoPackageMap() override;
+
+  const MapHeader& header() const override { return header_; }
+  absl::StatusOr<SnapshotPtr> Load() override;
+  absl::Status Write(absl::Span<const Commit> commits) override;
+  absl::StatusOr<std::optional<Receipt>> FindReceipt(absl::string_view request_id) override;
+  absl::Status BackupTo(const std::string& path) override;
+
+ private:
+  GeoPackageMap(FileLock lock, std::unique_ptr<Database> database, MapMetadata metadata,
+                OpenLayers layers);
+
+  absl::StatusOr<LayerPtr> LoadLayer(const OpenLayer& open) const;
+  absl::StatusOr<SnapshotPtr> LoadSnapshot();
+  absl::Status WriteAll(absl::Span<const Commit> commits);
+  absl::Status WriteBackup(const std::string& path);
+  // Says which map a status is about.
+  absl::Status InMap(const absl::Status& status) const;
+
+  FileLock lock_;
+  std::unique_ptr<Database> database_;
+  MapHeader header_;
+  Revision revision_;
+  OpenLayers layers_;
+};
+
+}  // namespace hypermap::storage
+
+#endif  // HYPERMAP_STORAGE_GEOPACKAGE_GEOPACKAGE_MAP_H_

@@ -1,0 +1,496 @@
+#include "storage/geopackage/geopackage_map.h"
+
+#include <limits>
+#include <numbers>
+
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+#include "map/layers/semantic_layer.h"
+#include "storage/geopackage/map_testing.h"
+#include "tests/support/random_map.h"
+
+namespace hypermap::storage {
+namespace {
+
+using ::hypermap::testing::RandomCells;
+using ::hypermap::testing::RandomObject;
+using ::hypermap::testing::RandomSite;
+using ::hypermap::testing::Rng;
+using ::hypermap::testing::TestSeed;
+using ::hypermap::testing::UniformInt;
+using ::testing::HasSubstr;
+
+SemanticObject Box1(const std::string& label) {
+  SemanticObject object;
+  object.label = label;
+  object.polygon = Polygon::FromBox({{0, 0}, {1, 1}});
+  return object;
+}
+
+// What is on disk, read by a store of its own.
+SnapshotPtr Reopen(const TempFolder& folder, const std::string& name) {
+  const std::unique_ptr<MapStore> store = OpenStore(folder.path());
+  auto map = store->Open(name);
+  EXPECT_TRUE(map.ok()) << map.status();
+  if (!map.ok()) return nullptr;
+  auto snapshot = (*map)->Load();
+  EXPECT_TRUE(snapshot.ok()) << snapshot.status();
+  return snapshot.ok() ? *snapshot : nullptr;
+}
+
+class GeoPackageMapTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    store_ = OpenStore(folder_.path());
+    map_ = CreateMap(*store_, "site");
+  }
+  void Close() {
+    map_.stored.reset();
+    store_.reset();
+  }
+  void ExpectReopensTheSame() {
+    const SnapshotPtr written = map_.snapshot;
+    Close();
+    const SnapshotPtr read = Reopen(folder_, "site");
+    ASSERT_NE(read, nullptr);
+    ExpectSame(*read, *written);
+  }
+
+  TempFolder folder_;
+  std::unique_ptr<MapStore> store_;
+  EditedMap map_;
+};
+
+TEST_F(GeoPackageMapTest, NewMapIsEmptyAtRevisionZero) {
+  EXPECT_EQ(map_.snapshot->revision, 0);
+  EXPECT_EQ(map_.snapshot->next_object_id, 1);
+  EXPECT_EQ(map_.snapshot->frame_id, "map");
+  EXPECT_TRUE(map_.snapshot->layers.empty());
+  const MapHeader& header = map_.stored->header();
+  EXPECT_EQ(header.name, "site");
+  EXPECT_EQ(header.created_at, HeaderOf("site").created_at);
+  EXPECT_EQ(header.request_id, "create site");
+  ExpectReopensTheSame();
+}
+
+TEST_F(GeoPackageMapTest, RandomSitesReadBackAsTheyWereWritten) {
+  const uint64_t seed = TestSeed();
+  SCOPED_TRACE(::testing::Message() << "HYPERMAP_TEST_SEED=" << seed);
+  Rng rng(seed);
+  map_.Edit(RandomSite(rng, 40));
+  // Then edits of what is there, in batches of their own.
+  for (int i = 0; i < 10; ++i) {
+    EditBatch batch;
+    const ObjectId id = UniformInt(rng, 1, 40);
+    const auto& layer = dynamic_cast<const SemanticLayer&>(*map_.snapshot->FindLayer("semantic"));
+    if (layer.Find(id) != nullptr) {
+      SemanticObject object = RandomObject(rng, {3, -2}, 1.5);
+      object.id = id;
+      batch.edits.push_back(PutObject{"semantic", object, "dock"});
+    }
+    if (const ObjectId other = UniformInt(rng, 1, 40); other != id && layer.Find(other)) {
+      batch.edits.push_back(DeleteObject{"semantic", other});
+    }
+    const CellBox box{-200 + i, -190 + i, 100, 140};
+    batch.edits.push_back(WriteCells{"wifi", box, RandomCells(rng, LayerKind::kScalar, box)});
+    batch.edits.push_back(
+        SetTransform{{"dock", "bench", ::hypermap::testing::RandomTransform(rng, 9)}});
+    map_.Edit(batch);
+  }
+  ExpectReopensTheSame();
+}
+
+TEST_F(GeoPackageMapTest, GridValuesOfAllKindsComeBackBitForBit) {
+  const PlanarTransform turned(-15.4, 12.25, 0.75 * std::numbers::pi);
+  EditBatch batch;
+  batch.edits.push_back(CreateLayer{GridSpec("p", LayerKind::kOccupancy, turned, 0.05)});
+  batch.edits.push_back(CreateLayer{GridSpec("e", LayerKind::kExploration, {}, 1e-4)});
+  batch.edits.push_back(CreateLayer{GridSpec("f", LayerKind::kScalar, {1e6, -1e6, 0}, 1e4)});
+  std::vector<std::optional<double>> all(10002);
+  for (int i = 0; i <= 10000; ++i) all[i] = i / 10000.0;
+  batch.edits.push_back(WriteCells{"p", {-3, -2, -5000, 5002}, all});
+  batch.edits.push_back(WriteCells{"e", {0, 1, 0, 3}, {0.0, std::nullopt, 1.0}});
+  using Float = std::numeric_limits<float>;
+  batch.edits.push_back(WriteCells{"f",
+                                   {-1, 0, -4, 4},
+                                   {Float::max(), Float::lowest(), Float::denorm_min(), -0.0,
+                                    Float::min(), std::nullopt, 1.0f / 3, -63.5}});
+  map_.Edit(batch);
+  ExpectReopensTheSame();
+}
+
+TEST_F(GeoPackageMapTest, CellsAtTheEndsOfTheMatrixAreStored) {
+  EditBatch batch;
+  batch.edits.push_back(CreateLayer{GridSpec("far", LayerKind::kOccupancy, {}, 0.05)});
+  const int32_t end = kMaxCellIndex;
+  batch.edits.push_back(WriteCells{"far", {-end, -end + 1, -end, -end + 2}, {0.25, 0.5}});
+  batch.edits.push_back(WriteCells{"far", {end - 1, end, end - 2, end}, {0.75, 1.0}});
+  map_.Edit(batch);
+  ExpectReopensTheSame();
+}
+
+TEST_F(GeoPackageMapTest, ObjectsKeepEverything) {
+  SemanticObject object = Box1("Küchentisch – 食卓 'quoted' \"twice\"; DROP TABLE");
+  object.polygon = *Polygon::Make({{0.1, 0.2}, {10.3, 0.4}, {9, 9.7}, {1e-9, 8}},
+                                  {{{2, 2}, {2, 3}, {3, 3}}, {{5, 5}, {5, 6}, {6.5, 6}}});
+  object.existence = 0.1 + 0.2;
+  object.classes = {{"chair", 1.0 / 3}, {"Stuhl", 0}, {"x", 1}};
+  object.tags = {"b", "a", "b", "ÄÖ"};
+  object.height = HeightRange{-0.5, 0.1 + 0.7};
+  object.attributes = {{"yes", true},
+                       {"no", false},
+                       {"whole", int64_t{7}},
+                       {"whole double", 7.0},
+                       {"least", std::numeric_limits<int64_t>::min()},
+                       {"most", std::numeric_limits<int64_t>::max()},
+                       {"tiny", std::numeric_limits<double>::denorm_min()},
+                       {"huge", -std::numeric_limits<double>::max()},
+                       {"text", std::string("line\nand \x01 and 🤖")},
+                       {"empty", std::string()}};
+  EditBatch batch;
+  batch.edits.push_back(CreateLayer{SemanticSpec("s")});
+  batch.edits.push_back(PutObject{"s", object, ""});
+  map_.Edit(batch);
+  ExpectReopensTheSame();
+}
+
+TEST_F(GeoPackageMapTest, LayersOfAwkwardNamesStandBesideEachOther) {
+  EditBatch batch;
+  for (const char* name : {"a-b", "a.b", "a_b", "A_B", "gpkg_contents", "hypermap_layers",
+                           "rtree_a_b_geom", "sqlite_x", "select", "0", "layer_0", "a_b_2"}) {
+    batch.edits.push_back(CreateLayer{SemanticSpec(name)});
+    SemanticObject object = Box1(name);
+    batch.edits.push_back(PutObject{name, object, ""});
+  }
+  map_.Edit(batch);
+  ExpectReopensTheSame();
+}
+
+TEST_F(GeoPackageMapTest, LayerIsDeletedAndMadeAgainAsAnotherKind) {
+  EditBatch make;
+  make.edits.push_back(CreateLayer{SemanticSpec("x")});
+  make.edits.push_back(PutObject{"x", Box1("chair"), ""});
+  map_.Edit(make);
+  EditBatch remake;
+  remake.edits.push_back(DeleteLayer{"x"});
+  remake.edits.push_back(CreateLayer{GridSpec("x", LayerKind::kExploration, {}, 0.5)});
+  remake.edits.push_back(WriteCells{"x", {0, 1, 0, 1}, {1.0}});
+  map_.Edit(remake);
+  EditBatch again;
+  again.edits.push_back(DeleteLayer{"x"});
+  again.edits.push_back(CreateLayer{SemanticSpec("x")});
+  map_.Edit(again);
+  ExpectReopensTheSame();
+}
+
+TEST_F(GeoPackageMapTest, CommitsOfAGroupKeepTheirRevisions) {
+  EditBatch make;
+  make.edits.push_back(CreateLayer{SemanticSpec("s")});
+  std::vector<Commit> commits = {MakeCommit(*map_.snapshot, make, "r1")};
+  for (int i = 2; i <= 5; ++i) {
+    EditBatch put;
+    put.edits.push_back(PutObject{"s", Box1("chair"), ""});
+    put.edits.push_back(SetTransform{{"map", "robot", {1.0 * i, 0, 0}}});
+    commits.push_back(MakeCommit(*commits.back().applied.snapshot, put, absl::StrCat("r", i)));
+  }
+  ASSERT_TRUE(map_.stored->Write(commits).ok());
+  map_.snapshot = commits.back().applied.snapshot;
+  EXPECT_EQ(map_.snapshot->revision, 5);
+  for (int i = 2; i <= 5; ++i) {
+    auto receipt = map_.stored->FindReceipt(absl::StrCat("r", i));
+    ASSERT_TRUE(receipt.ok() && receipt->has_value());
+    EXPECT_EQ((*receipt)->revision, i);
+    EXPECT_THAT((*receipt)->object_ids, ::testing::ElementsAre(i - 1, 0));
+  }
+  const auto other = Connect(folder_ / "site.gpkg");
+  EXPECT_EQ(**other->QueryInt64("SELECT count(*) FROM hypermap_revisions WHERE author = 'tester' "
+                                "AND num_changes = 2"),
+            4);
+  ExpectReopensTheSame();
+}
+
+TEST_F(GeoPackageMapTest, ReceiptsOutliveTheProcess) {
+  EditBatch make;
+  make.edits.push_back(CreateLayer{SemanticSpec("s")});
+  make.edits.push_back(PutObject{"s", Box1("chair"), ""});
+  map_.Edit(make, "the request");
+  map_.Edit({{SetTransform{{"map", "robot", {}}}}});
+  Close();
+  store_ = OpenStore(folder_.path());
+  auto stored = store_->Open("site");
+  ASSERT_TRUE(stored.ok()) << stored.status();
+  auto receipt = (*stored)->FindReceipt("the request");
+  ASSERT_TRUE(receipt.ok() && receipt->has_value());
+  EXPECT_EQ((*receipt)->request_id, "the request");
+  EXPECT_EQ((*receipt)->revision, 1);
+  EXPECT_THAT((*receipt)->object_ids, ::testing::ElementsAre(0, 1));
+  EXPECT_EQ(*(*stored)->FindReceipt("another request"), std::nullopt);
+  EXPECT_EQ(*(*stored)->FindReceipt(""), std::nullopt);
+}
+
+TEST_F(GeoPackageMapTest, WhenOneCommitFailsNoneOfTheGroupIsStored) {
+  map_.Edit({{CreateLayer{SemanticSpec("s")}, PutObject{"s", Box1("chair"), ""}}});
+  const Commit good = MakeCommit(
+      *map_.snapshot, {{PutObject{"s", Box1("table"), ""}, CreateLayer{SemanticSpec("t")}}}, "g");
+  Commit bad = MakeCommit(*good.applied.snapshot, {{DeleteObject{"s", 1}}}, "b");
+  bad.applied.changes.push_back(ObjectRemoved{"no such layer", nullptr});
+  const absl::Status status = map_.stored->Write({good, bad});
+  EXPECT_EQ(status.code(), absl::StatusCode::kInternal) << status;
+  EXPECT_THAT(std::string(status.message()), HasSubstr("map site: "));
+  EXPECT_EQ(*map_.stored->FindReceipt("g"), std::nullopt);
+  ExpectSame(**map_.stored->Load(), *map_.snapshot);
+  // And the map takes the good one on its own.
+  ASSERT_TRUE(map_.stored->Write({good}).ok());
+  map_.snapshot = good.applied.snapshot;
+  ExpectReopensTheSame();
+}
+
+TEST_F(GeoPackageMapTest, RequestIsNotStoredTwice) {
+  map_.Edit({{SetTransform{{"map", "a", {}}}}}, "once");
+  const Commit again = MakeCommit(*map_.snapshot, {{SetTransform{{"map", "b", {}}}}}, "once");
+  EXPECT_EQ(map_.stored->Write({again}).code(), absl::StatusCode::kAlreadyExists);
+  ExpectReopensTheSame();
+}
+
+TEST_F(GeoPackageMapTest, CommitThatDoesNotFollowTheNewestIsRefused) {
+  map_.Edit({{SetTransform{{"map", "a", {}}}}});
+  {
+    const auto other = Connect(folder_ / "site.gpkg");
+    ASSERT_TRUE(other->Execute("UPDATE hypermap_metadata SET revision = 7").ok());
+  }
+  const Commit commit = MakeCommit(*map_.snapshot, {{SetTransform{{"map", "b", {}}}}});
+  EXPECT_EQ(map_.stored->Write({commit}).code(), absl::StatusCode::kFailedPrecondition);
+}
+
+TEST_F(GeoPackageMapTest, AnotherProgramThatWritesMakesUsUnavailableForAWhile) {
+  Close();
+  GeoPackageOptions impatient;
+  impatient.busy_timeout = absl::ZeroDuration();
+  store_ = OpenStore(folder_.path(), impatient);
+  map_.stored = *store_->Open("site");
+  const auto other = Connect(folder_ / "site.gpkg");
+  ASSERT_TRUE(other->Execute("BEGIN IMMEDIATE").ok());
+  const Commit commit = MakeCommit(*map_.snapshot, {{SetTransform{{"map", "a", {}}}}});
+  EXPECT_EQ(map_.stored->Write({commit}).code(), absl::StatusCode::kUnavailable);
+  ASSERT_TRUE(other->Execute("ROLLBACK").ok());
+  EXPECT_TRUE(map_.stored->Write({commit}).ok());
+}
+
+TEST_F(GeoPackageMapTest, FullDiskStoresNothingAndMayGoAway) {
+  Close();
+  GeoPackageOptions small;
+  small.max_map_bytes = 512 << 10;
+  store_ = OpenStore(folder_.path(), small);
+  map_.stored = *store_->Open("site");
+  Rng rng(7);
+  const CellBox box{0, 1024, 0, 1024};
+  const Commit large = MakeCommit(
+      *map_.snapshot, {{CreateLayer{GridSpec("g", LayerKind::kScalar, {}, 0.05)},
+                        WriteCells{"g", box, RandomCells(rng, LayerKind::kScalar, box)}}});
+  const absl::Status status = map_.stored->Write({large});
+  EXPECT_EQ(status.code(), absl::StatusCode::kResourceExhausted) << status;
+  ExpectSame(**map_.stored->Load(), *map_.snapshot);
+  map_.Edit({{SetTransform{{"map", "a", {}}}}});
+  Close();
+  store_ = OpenStore(folder_.path());
+  map_.stored = *store_->Open("site");
+  const Commit retried = MakeCommit(*map_.snapshot, {{CreateLayer{SemanticSpec("g")}}});
+  EXPECT_TRUE(map_.stored->Write({retried}).ok());
+}
+
+TEST_F(GeoPackageMapTest, TextThatIsNoUtf8IsRefused) {
+  SemanticObject object = Box1("chair");
+  object.tags = {"caf\xe9"};
+  const Commit commit =
+      MakeCommit(*map_.snapshot, {{CreateLayer{SemanticSpec("s")}, PutObject{"s", object, ""}}});
+  const absl::Status status = map_.stored->Write({commit});
+  EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument) << status;
+  EXPECT_THAT(std::string(status.message()), HasSubstr("object.tags"));
+}
+
+TEST_F(GeoPackageMapTest, AcknowledgedCommitsAreInTheFilesBeforeClosing) {
+  Rng rng(TestSeed());
+  map_.Edit(RandomSite(rng, 10));
+  // What a crash would leave: the files as they are now, without the process.
+  const TempFolder crashed;
+  for (const char* suffix : {".gpkg", ".gpkg-wal"}) {
+    WriteFile(crashed / "site" + suffix, ReadFile(folder_ / "site" + suffix));
+  }
+  const SnapshotPtr read = Reopen(crashed, "site");
+  ASSERT_NE(read, nullptr);
+  ExpectSame(*read, *map_.snapshot);
+}
+
+TEST_F(GeoPackageMapTest, ClosedMapIsOneFile) {
+  map_.Edit({{CreateLayer{SemanticSpec("s")}}});
+  // Even while another program has it open.
+  const auto reader = Connect(folder_ / "site.gpkg");
+  ASSERT_TRUE(reader->QueryInt64("SELECT count(*) FROM gpkg_contents").ok());
+  map_.stored.reset();
+  WriteFile(folder_ / "copy.gpkg", ReadFile(folder_ / "site.gpkg"));
+  auto copy = store_->Open("copy");
+  ASSERT_TRUE(copy.ok()) << copy.status();
+  EXPECT_EQ((*copy)->header().name, "copy");
+  Snapshot expected = *map_.snapshot;
+  expected.map_name = "copy";
+  ExpectSame(**(*copy)->Load(), expected);
+}
+
+TEST_F(GeoPackageMapTest, BackupOpensAsAMap) {
+  Rng rng(TestSeed());
+  map_.Edit(RandomSite(rng, 20), "the request");
+  ASSERT_TRUE(map_.stored->BackupTo(folder_ / "backup.gpkg").ok());
+  Snapshot expected = *map_.snapshot;
+  expected.map_name = "backup";
+  // What comes after is not in it.
+  map_.Edit({{DeleteLayer{"semantic"}}});
+  auto backup = store_->Open("backup");
+  ASSERT_TRUE(backup.ok()) << backup.status();
+  ExpectSame(**(*backup)->Load(), expected);
+  EXPECT_TRUE((*backup)->FindReceipt("the request")->has_value());
+  const Commit edit = MakeCommit(expected, {{DeleteObject{"semantic", 2}}});
+  EXPECT_TRUE((*backup)->Write({edit}).ok());
+  EXPECT_EQ(map_.stored->BackupTo(folder_ / "backup.gpkg").code(),
+            absl::StatusCode::kAlreadyExists);
+  EXPECT_FALSE(map_.stored->BackupTo(folder_ / "none/backup.gpkg").ok());
+}
+
+TEST_F(GeoPackageMapTest, IndexCoversEveryObject) {
+  Rng rng(TestSeed());
+  map_.Edit(RandomSite(rng, 60));
+  SemanticObject moved = Box1("moved");
+  moved.id = 1;
+  moved.polygon = Polygon::FromBox({{1e7 + 0.1, -1e7 - 0.3}, {1e7 + 0.2, -1e7}});
+  const bool in_semantic =
+      dynamic_cast<const SemanticLayer&>(*map_.snapshot->FindLayer("semantic")).Find(1) != nullptr;
+  map_.Edit({{PutObject{in_semantic ? "semantic" : "dock.objects", moved, ""},
+              DeleteObject{in_semantic ? "dock.objects" : "semantic", in_semantic ? 1 : 2}}});
+  const auto other = Connect(folder_ / "site.gpkg");
+  for (const char* table : {"semantic", "dock_objects"}) {
+    const std::string index = absl::StrCat("rtree_", table, "_geom");
+    EXPECT_EQ(**other->QueryInt64(absl::StrCat("SELECT count(*) FROM ", table)),
+              **other->QueryInt64(absl::StrCat("SELECT count(*) FROM ", index)));
+  }
+  for (const char* name : {"semantic", "dock.objects"}) {
+    const auto& layer = dynamic_cast<const SemanticLayer&>(*map_.snapshot->FindLayer(name));
+    const std::string index = absl::StrCat(
+        "rtree_", name == std::string("semantic") ? "semantic" : "dock_objects", "_geom");
+    for (const ObjectPtr& object : layer.Objects()) {
+      const Box& box = object->polygon.bounds();
+      EXPECT_TRUE(other
+                      ->QueryInt64(absl::StrCat("SELECT id FROM ", index,
+                                                " WHERE id = ? AND minx <= ? AND maxx >= ? AND "
+                                                "miny <= ? AND maxy >= ?"),
+                                   object->id, box.min.x, box.max.x, box.min.y, box.max.y)
+                      ->has_value())
+          << object->id;
+    }
+  }
+}
+
+TEST_F(GeoPackageMapTest, ObjectsAddedByAnotherProgramGetNoIdTwice) {
+  map_.Edit({{CreateLayer{SemanticSpec("s")}, PutObject{"s", Box1("chair"), ""}}});
+  Close();
+  {
+    const auto other = Connect(folder_ / "site.gpkg");
+    ASSERT_TRUE(other
+                    ->Execute("INSERT INTO s (id, geom, label) "
+                              "SELECT 41, geom, 'added' FROM s")
+                    .ok());
+  }
+  const SnapshotPtr read = Reopen(folder_, "site");
+  ASSERT_NE(read, nullptr);
+  EXPECT_EQ(read->next_object_id, 42);
+}
+
+// Damage by an SQL statement, and what Load or Open then says.
+struct Damage {
+  const char* sql;
+  const char* message;
+};
+
+void PrintTo(const Damage& damage, std::ostream* out) { *out << damage.sql; }
+
+class DamagedMapTest : public ::testing::TestWithParam<Damage> {};
+
+TEST_P(DamagedMapTest, IsToldWithTableAndRow) {
+  const TempFolder folder;
+  {
+    const auto store = OpenStore(folder.path());
+    EditedMap map = CreateMap(*store, "site");
+    map.Edit({{CreateLayer{SemanticSpec("s")}, PutObject{"s", Box1("chair"), ""},
+               CreateLayer{GridSpec("g", LayerKind::kOccupancy, {}, 0.05)},
+               WriteCells{"g", {0, 1, 0, 1}, {0.5}},
+               CreateLayer{GridSpec("f", LayerKind::kScalar, {}, 0.05)},
+               WriteCells{"f", {0, 1, 0, 1}, {0.5}}, SetTransform{{"map", "robot", {}}}}});
+  }
+  {
+    const auto other = Connect(folder / "site.gpkg");
+    ASSERT_TRUE(other->Execute("PRAGMA foreign_keys = OFF").ok());
+    const absl::Status status = other->Execute(GetParam().sql);
+    ASSERT_TRUE(status.ok()) << status;
+  }
+  const auto store = OpenStore(folder.path());
+  auto map = store->Open("site");
+  const absl::Status status = map.ok() ? (*map)->Load().status() : map.status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kDataLoss) << status;
+  EXPECT_THAT(std::string(status.message()), HasSubstr("map site: "));
+  EXPECT_THAT(std::string(status.message()), HasSubstr(GetParam().message));
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Table, DamagedMapTest,
+    ::testing::Values(
+        Damage{"UPDATE s SET geom = X'00'", "table s, id 1: geometry"},
+        Damage{"UPDATE s SET geom = substr(geom, 1, length(geom) - 1)", "cut short"},
+        Damage{"UPDATE s SET geom = 'text'", "column geom holds text"},
+        Damage{"UPDATE s SET label = ''", "object.label"},
+        Damage{"UPDATE s SET existence = 2", "object.existence"},
+        Damage{"UPDATE s SET existence = 'likely'", "column existence holds text"},
+        Damage{"UPDATE s SET classes = '{'", "column classes"},
+        Damage{"UPDATE s SET classes = '{\"a\":\"b\"}'", "column classes"},
+        Damage{"UPDATE s SET classes = '{\"a\":7}'", "object.classes[a]"},
+        Damage{"UPDATE s SET tags = '[[[[[[[[[[[[[[[[[[[[]]]]]]]]]]]]]]]]]]]]'", "column tags"},
+        Damage{"UPDATE s SET attributes = '{\"a\":{}}'", "column attributes"},
+        Damage{"UPDATE s SET attributes = '{\"a\":18446744073709551615}'", "column attributes"},
+        Damage{"UPDATE s SET height_min = 1", "height_max"},
+        Damage{"UPDATE s SET height_min = 1, height_max = 0", "object.height"},
+        Damage{"UPDATE s SET id = -5", "table s, id -5"},
+        Damage{"UPDATE g SET tile_data = zeroblob(100)", "table g, id 1: PNG"},
+        Damage{"UPDATE g SET tile_data = substr(tile_data, 1, 60)", "table g, id 1: PNG"},
+        Damage{"UPDATE g SET tile_data = (SELECT tile_data FROM f)", "table g, id 1: PNG"},
+        Damage{"UPDATE f SET tile_data = zeroblob(100)", "table f, id 1: TIFF"},
+        Damage{"UPDATE f SET tile_data = substr(tile_data, 1, 60)", "table f, id 1: TIFF"},
+        Damage{"UPDATE f SET tile_data = (SELECT tile_data FROM g)", "table f, id 1: TIFF"},
+        Damage{"UPDATE g SET zoom_level = 3", "tile matrix"},
+        Damage{"UPDATE g SET tile_row = -1", "tile matrix"},
+        Damage{"UPDATE g SET tile_column = 65536", "tile matrix"},
+        Damage{"UPDATE g SET tile_column = tile_column + 1", "outside of the layer's extent"},
+        Damage{"UPDATE gpkg_2d_gridded_tile_ancillary SET scale = 2", "scale"},
+        Damage{"DELETE FROM gpkg_2d_gridded_tile_ancillary", "column scale holds NULL"},
+        Damage{"UPDATE hypermap_layers SET kind = 'voxels'", "unknown kind voxels"},
+        Damage{"UPDATE hypermap_layers SET table_name = 'gpkg_contents' WHERE name = 's'",
+               "gpkg_contents"},
+        Damage{"UPDATE hypermap_layers SET table_name = 'none' WHERE name = 's'", "no such table"},
+        Damage{"UPDATE hypermap_layers SET kind = 'semantic'", "layer.grid"},
+        Damage{"UPDATE hypermap_layers SET kind = 'exploration' WHERE name = 'g'",
+               "pixel value 5000"},
+        Damage{"UPDATE hypermap_layers SET resolution_m = 0 WHERE name = 'g'", "layer.grid"},
+        Damage{"UPDATE hypermap_layers SET origin_x = 9e999 WHERE name = 'g'", "layer.grid"},
+        Damage{"UPDATE hypermap_layers SET row_end = 99999999999 WHERE name = 'g'", "extent"},
+        Damage{"UPDATE hypermap_layers SET parameters = '[]' WHERE name = 'g'", "parameters"},
+        Damage{"UPDATE hypermap_layers SET parameters = '{\"unit\":3}' WHERE name = 'f'",
+               "parameters"},
+        Damage{"UPDATE hypermap_frames SET parent_frame_id = 'robot'", "frame robot"},
+        Damage{"UPDATE hypermap_frames SET yaw = 9e999", "frame robot"},
+        Damage{"UPDATE hypermap_metadata SET revision = -1", "hypermap_metadata"},
+        Damage{"UPDATE hypermap_metadata SET next_object_id = 'x'", "hypermap_metadata"},
+        Damage{"DELETE FROM hypermap_metadata", "hypermap_metadata"},
+        Damage{"DROP TABLE s", "no such table"},
+        Damage{"ALTER TABLE s RENAME COLUMN tags TO words", "tags"},
+        Damage{"DROP TABLE hypermap_receipts", "hypermap_receipts"},
+        Damage{"DROP TABLE gpkg_2d_gridded_tile_ancillary", "gpkg_2d_gridded_tile_ancillary"},
+        Damage{"ALTER TABLE hypermap_frames RENAME COLUMN yaw TO angle", "hypermap_frames"}));
+
+}  // namespace
+}  // namespace hypermap::storage

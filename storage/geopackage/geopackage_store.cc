@@ -1,0 +1,198 @@
+#include "storage/geopackage/geopackage_store.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <system_error>
+#include <utility>
+
+#include "absl/base/thread_annotations.h"
+#include "absl/strings/match.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/strip.h"
+#include "absl/synchronization/mutex.h"
+#include "storage/geopackage/deletion_log.h"
+#include "storage/geopackage/durable_file.h"
+#include "storage/geopackage/file_lock.h"
+#include "storage/geopackage/geopackage_map.h"
+#include "storage/geopackage/map_file.h"
+
+namespace hypermap::storage {
+namespace {
+
+constexpr absl::string_view kExtension = ".gpkg";
+
+absl::StatusOr<std::vector<std::string>> FileNames(const std::string& folder) {
+  std::vector<std::string> names;
+  std::error_code error;
+  std::filesystem::directory_iterator entry(folder, error);
+  for (; !error && entry != std::filesystem::directory_iterator(); entry.increment(error)) {
+    names.push_back(entry->path().filename().string());
+  }
+  if (error) return absl::UnavailableError(absl::StrCat(folder, ": ", error.message()));
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+class GeoPackageStore : public MapStore {
+ public:
+  GeoPackageStore(std::string data_dir, const GeoPackageOptions& options, FileLock lock,
+                  std::unique_ptr<DeletionLog> deletions)
+      : data_dir_(std::move(data_dir)),
+        options_(options),
+        lock_(std::move(lock)),
+        deletions_(std::move(deletions)) {}
+
+  // Ends what a crash has left half done.
+  absl::Status Recover();
+
+  absl::StatusOr<std::vector<std::string>> List() override;
+  absl::StatusOr<std::unique_ptr<StoredMap>> Create(const MapHeader& header) override;
+  absl::StatusOr<std::unique_ptr<StoredMap>> Open(const std::string& name) override;
+  absl::Status Delete(const std::string& name, const std::string& request_id) override;
+  absl::StatusOr<std::optional<std::string>> FindDeletion(const std::string& request_id) override;
+
+ private:
+  std::string PathOf(const std::string& name) const {
+    return absl::StrCat(data_dir_, "/", name, kExtension);
+  }
+  std::string HiddenPathOf(const std::string& name, absl::string_view suffix) const {
+    return absl::StrCat(data_dir_, "/.", name, kExtension, suffix);
+  }
+  absl::StatusOr<FileLock> LockMap(const std::string& name) const;
+  absl::Status CarryOut(int64_t deletion, const std::string& name)
+      ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+
+  const std::string data_dir_;
+  const GeoPackageOptions options_;
+  const FileLock lock_;
+  // Taken for what adds and removes maps.
+  absl::Mutex mutex_;
+  const std::unique_ptr<DeletionLog> deletions_ ABSL_PT_GUARDED_BY(mutex_);
+};
+
+absl::Status GeoPackageStore::Recover() {
+  absl::MutexLock lock(&mutex_);
+  absl::StatusOr<std::vector<std::string>> names = FileNames(data_dir_);
+  if (!names.ok()) return names.status();
+  for (const std::string& name : *names) {
+    if (!absl::StartsWith(name, ".")) continue;
+    if (!absl::EndsWith(name, ".gpkg.new") && !absl::EndsWith(name, ".gpkg.new-journal")) continue;
+    const std::string path = absl::StrCat(data_dir_, "/", name);
+    if (absl::Status status = RemoveFile(path); !status.ok()) return status;
+  }
+  absl::StatusOr<std::vector<DeletionLog::Pending>> pending = deletions_->FindPending();
+  if (!pending.ok()) return pending.status();
+  for (const auto& [deletion, map] : *pending) {
+    if (!ValidateName("map", map).ok()) {
+      return absl::DataLossError(absl::StrCat(data_dir_, "/catalog.sqlite names a map ", map));
+    }
+    if (absl::Status status = CarryOut(deletion, map); !status.ok()) return status;
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<std::vector<std::string>> GeoPackageStore::List() {
+  absl::StatusOr<std::vector<std::string>> files = FileNames(data_dir_);
+  if (!files.ok()) return files.status();
+  std::vector<std::string> maps;
+  for (absl::string_view file : *files) {
+    if (!absl::ConsumeSuffix(&file, kExtension)) continue;
+    if (ValidateName("map", file).ok()) maps.emplace_back(file);
+  }
+  std::sort(maps.begin(), maps.end());
+  return maps;
+}
+
+absl::StatusOr<std::unique_ptr<StoredMap>> GeoPackageStore::Create(const MapHeader& header) {
+  absl::Status status = ValidateName("map", header.name);
+  if (status.ok()) status = ValidateFrameId("frame_id", header.frame_id);
+  if (!status.ok()) return status;
+  const std::string path = PathOf(header.name);
+  {
+    absl::MutexLock lock(&mutex_);
+    if (PathExists(path)) {
+      return absl::AlreadyExistsError(absl::StrCat("map ", header.name, " exists"));
+    }
+    status = CreateMapFile(path, HiddenPathOf(header.name, ".new"), header, options_);
+    if (!status.ok()) {
+      return absl::Status(status.code(),
+                          absl::StrCat("cannot create map ", header.name, ": ", status.message()));
+    }
+  }
+  return Open(header.name);
+}
+
+absl::StatusOr<FileLock> GeoPackageStore::LockMap(const std::string& name) const {
+  absl::StatusOr<FileLock> lock = FileLock::Acquire(HiddenPathOf(name, ".lock"));
+  if (lock.status().code() != absl::StatusCode::kFailedPrecondition) return lock;
+  return absl::FailedPreconditionError(
+      absl::StrCat("map ", name, " is open: ", lock.status().message()));
+}
+
+absl::StatusOr<std::unique_ptr<StoredMap>> GeoPackageStore::Open(const std::string& name) {
+  if (absl::Status status = ValidateName("map", name); !status.ok()) return status;
+  const std::string path = PathOf(name);
+  if (!PathExists(path)) return absl::NotFoundError(absl::StrCat("no map ", name));
+  absl::StatusOr<FileLock> lock = LockMap(name);
+  if (!lock.ok()) return lock.status();
+  return GeoPackageMap::Open(path, name, *std::move(lock), options_);
+}
+
+absl::Status GeoPackageStore::Delete(const std::string& name, const std::string& request_id) {
+  if (absl::Status status = ValidateName("map", name); !status.ok()) return status;
+  absl::MutexLock lock(&mutex_);
+  absl::StatusOr<std::optional<std::string>> deleted = deletions_->Find(request_id);
+  if (!deleted.ok()) return deleted.status();
+  if (deleted->has_value()) {
+    if (**deleted == name) return absl::OkStatus();
+    return absl::InvalidArgumentError(
+        absl::StrCat("request_id ", request_id, " was used to delete map ", **deleted));
+  }
+  if (!PathExists(PathOf(name))) return absl::NotFoundError(absl::StrCat("no map ", name));
+  absl::StatusOr<FileLock> map_lock = LockMap(name);
+  if (!map_lock.ok()) return map_lock.status();
+  absl::StatusOr<int64_t> deletion = deletions_->Begin(request_id, name);
+  if (!deletion.ok()) return deletion.status();
+  if (absl::Status status = CarryOut(*deletion, name); !status.ok()) return status;
+  return map_lock->RemoveFile();
+}
+
+absl::Status GeoPackageStore::CarryOut(int64_t deletion, const std::string& name) {
+  if (absl::Status status = RemoveMapFile(PathOf(name)); !status.ok()) {
+    // While the map is there, it must not vanish at some later start.
+    if (PathExists(PathOf(name))) deletions_->Cancel(deletion).IgnoreError();
+    return status;
+  }
+  return deletions_->Finish(deletion);
+}
+
+absl::StatusOr<std::optional<std::string>> GeoPackageStore::FindDeletion(
+    const std::string& request_id) {
+  absl::MutexLock lock(&mutex_);
+  return deletions_->Find(request_id);
+}
+
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<MapStore>> OpenGeoPackageStore(const std::string& data_dir,
+                                                              const GeoPackageOptions& options) {
+  if (absl::Status status = MakeFolder(data_dir); !status.ok()) return status;
+  absl::StatusOr<FileLock> lock = FileLock::Acquire(absl::StrCat(data_dir, "/LOCK"));
+  if (!lock.ok()) {
+    return absl::Status(lock.status().code(), absl::StrCat("cannot use the data folder ", data_dir,
+                                                           ": ", lock.status().message()));
+  }
+  const std::string catalog = absl::StrCat(data_dir, "/catalog.sqlite");
+  absl::StatusOr<std::unique_ptr<DeletionLog>> deletions =
+      DeletionLog::Open(catalog, options.busy_timeout);
+  if (!deletions.ok()) {
+    return absl::Status(deletions.status().code(),
+                        absl::StrCat(catalog, ": ", deletions.status().message()));
+  }
+  auto store =
+      std::make_unique<GeoPackageStore>(data_dir, options, *std::move(lock), *std::move(deletions));
+  if (absl::Status status = store->Recover(); !status.ok()) return status;
+  return store;
+}
+
+}  // namespace hypermap::storage

@@ -1,0 +1,122 @@
+#include "storage/geopackage/grid_table.h"
+
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_replace.h"
+#include "storage/geopackage/tile_matrix.h"
+
+namespace hypermap::storage {
+namespace {
+
+// $t stands for the table's name, which is plain (IsLayerTableName).
+constexpr char kCreateTable[] = R"sql(
+CREATE TABLE "$t" (
+  id INTEGER PRIMARY KEY AUTOINCREMENT,
+  zoom_level INTEGER NOT NULL,
+  tile_column INTEGER NOT NULL,
+  tile_row INTEGER NOT NULL,
+  tile_data BLOB NOT NULL,
+  UNIQUE (zoom_level, tile_column, tile_row)
+);
+)sql";
+
+// The id stays, as gpkg_2d_gridded_tile_ancillary refers to it.
+constexpr char kWriteTile[] = R"sql(
+INSERT INTO "$t" (zoom_level, tile_column, tile_row, tile_data) VALUES (?, ?, ?, ?)
+  ON CONFLICT (zoom_level, tile_column, tile_row) DO UPDATE SET tile_data = excluded.tile_data
+  RETURNING id
+)sql";
+
+constexpr char kReadTiles[] = R"sql(
+SELECT t.id, t.zoom_level, t.tile_column, t.tile_row, t.tile_data, a.scale, a.offset
+  FROM "$t" AS t
+  LEFT JOIN gpkg_2d_gridded_tile_ancillary AS a ON a.tpudt_name = '$t' AND a.tpudt_id = t.id
+)sql";
+
+std::string ForTable(absl::string_view sql, const std::string& table) {
+  return absl::StrReplaceAll(sql, {{"$t", table}});
+}
+
+bool KnownOnlyIn(const CellBox& extent, const TileIndex& index, const Tile& tile) {
+  const CellBox cells = CellsOf(index);
+  if (extent.Contains(cells)) return true;
+  for (int32_t row = 0; row < kTileSide; ++row) {
+    for (int32_t col = 0; col < kTileSide; ++col) {
+      const CellIndex cell{cells.row_begin + row, cells.col_begin + col};
+      if (!IsUnknown(tile.at(row, col)) && !extent.Contains(cell)) return false;
+    }
+  }
+  return true;
+}
+
+absl::Status ReadRow(Statement* row, const TileCodec& codec, const CellBox& extent,
+                     TileMap* tiles) {
+  const int64_t zoom_level = row->Int64(1);
+  const MatrixTile place{row->Int64(2), row->Int64(3)};
+  const absl::string_view image = row->Blob(4);
+  // Other programs may give each tile a coding of its own; ours are all as the table says.
+  const double scale = row->Double(5);
+  const double offset = row->Double(6);
+  if (!row->row_status().ok()) return row->row_status();
+  if (zoom_level != kZoomLevel || !IsInMatrix(place)) {
+    return absl::DataLossError("the tile lies outside of the tile matrix");
+  }
+  if (scale != 1.0 || offset != 0.0) {
+    return absl::DataLossError("the tile has a scale or offset of its own");
+  }
+  absl::StatusOr<TilePtr> tile = codec.Decode(image);
+  if (!tile.ok()) return tile.status();
+  const TileIndex index = FromMatrix(place);
+  if (!KnownOnlyIn(extent, index, **tile)) {
+    return absl::DataLossError("the tile has known cells outside of the layer's extent");
+  }
+  tiles->emplace(index, *std::move(tile));
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+GridTable::GridTable(Database* database, std::string table, std::unique_ptr<const TileCodec> codec)
+    : database_(database),
+      table_(std::move(table)),
+      codec_(std::move(codec)),
+      write_sql_(ForTable(kWriteTile, table_)) {}
+
+absl::Status GridTable::Create() { return database_->Execute(ForTable(kCreateTable, table_)); }
+
+absl::Status GridTable::Drop() {
+  // Prepared statements would go on holding what belonged to the table.
+  database_->ForgetStatements();
+  return database_->Execute(ForTable(R"sql(DROP TABLE "$t")sql", table_));
+}
+
+absl::Status GridTable::Write(const TileIndex& index, const Tile& tile) {
+  const MatrixTile place = ToMatrix(index);
+  if (!IsInMatrix(place)) return absl::InternalError("a tile outside of the tile matrix");
+  absl::StatusOr<std::string> image = codec_->Encode(tile);
+  if (!image.ok()) return image.status();
+  absl::StatusOr<std::optional<int64_t>> id =
+      database_->QueryInt64(write_sql_, kZoomLevel, place.column, place.row, BlobView{*image});
+  if (!id.ok()) return id.status();
+  return database_->Run(
+      "INSERT OR IGNORE INTO gpkg_2d_gridded_tile_ancillary (tpudt_name, tpudt_id) VALUES (?, ?)",
+      table_, *id);
+}
+
+absl::StatusOr<TileMap> GridTable::ReadAll(const CellBox& extent) {
+  absl::StatusOr<Statement> select = database_->Prepare(ForTable(kReadTiles, table_));
+  if (!select.ok()) return select.status();
+  TileMap tiles;
+  while (true) {
+    absl::StatusOr<bool> row = select->Step();
+    if (!row.ok()) return row.status();
+    if (!*row) return tiles;
+    if (absl::Status status = ReadRow(&*select, *codec_, extent, &tiles); !status.ok()) {
+      return absl::DataLossError(
+          absl::StrCat("table ", table_, ", id ", select->Int64(0), ": ", status.message()));
+    }
+  }
+}
+
+}  // namespace hypermap::storage

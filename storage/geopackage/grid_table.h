@@ -1,0 +1,42 @@
+// The table of one grid layer: a GeoPackage tile pyramid of one level, as a tiled gridded coverage.
+#ifndef HYPERMAP_STORAGE_GEOPACKAGE_GRID_TABLE_H_
+#define HYPERMAP_STORAGE_GEOPACKAGE_GRID_TABLE_H_
+
+#include <memory>
+#include <string>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "map/layers/grid/grid_layer.h"
+#include "storage/geopackage/sqlite.h"
+#include "storage/geopackage/tile_codec.h"
+
+namespace hypermap::storage {
+
+// Borrows the database.
+class GridTable {
+ public:
+  GridTable(Database* database, std::string table, std::unique_ptr<const TileCodec> codec);
+
+  const CoverageCoding& coding() const { return codec_->coding(); }
+
+  absl::Status Create();
+  absl::Status Drop();
+
+  // Adds or replaces a tile.
+  absl::Status Write(const TileIndex& index, const Tile& tile);
+
+  // All tiles. DATA_LOSS naming the table and the row for a tile that can't be read, is coded in
+  // another way than ours, or has known cells out of `extent`.
+  absl::StatusOr<TileMap> ReadAll(const CellBox& extent);
+
+ private:
+  Database* database_;
+  std::string table_;
+  std::unique_ptr<const TileCodec> codec_;
+  std::string write_sql_;
+};
+
+}  // namespace hypermap::storage
+
+#endif  // HYPERMAP_STORAGE_GEOPACKAGE_GRID_TABLE_H_

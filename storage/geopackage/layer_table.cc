@@ -1,0 +1,140 @@
+#include "storage/geopackage/layer_table.h"
+
+#include <algorithm>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "map/layers/layer_registry.h"
+#include "storage/geopackage/table_names.h"
+
+namespace hypermap::storage {
+namespace {
+
+using Json = nlohmann::json;
+
+// What only some kinds have goes into one JSON column, so that a new kind needs no new columns.
+absl::StatusOr<std::string> EncodeParameters(const LayerSpec& spec) {
+  try {
+    return Json{{"free_below", spec.thresholds.free_below},
+                {"occupied_above", spec.thresholds.occupied_above},
+                {"unit", spec.unit}}
+        .dump();
+  } catch (const Json::exception&) {
+    return absl::InvalidArgumentError("layer.unit is not UTF-8");
+  }
+}
+
+absl::Status DecodeParameters(absl::string_view text, LayerSpec* spec) {
+  try {
+    const Json json = Json::parse(text.begin(), text.end());
+    spec->thresholds.free_below = json.value("free_below", spec->thresholds.free_below);
+    spec->thresholds.occupied_above = json.value("occupied_above", spec->thresholds.occupied_above);
+    spec->unit = json.value("unit", spec->unit);
+    return absl::OkStatus();
+  } catch (const Json::exception& e) {
+    return absl::DataLossError(absl::StrCat("column parameters: ", e.what()));
+  }
+}
+
+int32_t CellBound(std::optional<int64_t> value) {
+  // Out of range stays out of range: the box is checked against kAllCells afterwards.
+  constexpr int64_t kLimit = std::numeric_limits<int32_t>::max();
+  return static_cast<int32_t>(std::max(-kLimit, std::min(kLimit, value.value_or(0))));
+}
+
+absl::Status CheckLayer(const StoredLayer& layer) {
+  if (absl::Status status = Validate(layer.spec); !status.ok()) return status;
+  if (!IsLayerTableName(layer.table)) {
+    return absl::DataLossError(absl::StrCat("table_name ", layer.table, " is not for layers"));
+  }
+  if (!layer.extent.empty() && !(IsGridKind(layer.spec.kind) && kAllCells.Contains(layer.extent))) {
+    return absl::DataLossError("the extent is not one that a layer can have");
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<StoredLayer> ReadRow(Statement* row) {
+  StoredLayer layer;
+  layer.spec.name = std::string(row->Text(0));
+  const std::optional<LayerKind> kind = ParseLayerKind(row->Text(1));
+  layer.table = std::string(row->Text(2));
+  layer.spec.frame_id = std::string(row->Text(3));
+  if (!row->IsNull(7)) {
+    const double x = row->Double(4);
+    const double y = row->Double(5);
+    const double yaw = row->Double(6);
+    layer.spec.grid = GridGeometry{PlanarTransform(x, y, yaw), row->Double(7)};
+  }
+  layer.extent = {CellBound(row->OptionalInt64(8)), CellBound(row->OptionalInt64(9)),
+                  CellBound(row->OptionalInt64(10)), CellBound(row->OptionalInt64(11))};
+  const absl::string_view parameters = row->Text(12);
+  if (!row->row_status().ok()) return row->row_status();
+  if (!kind) return absl::DataLossError(absl::StrCat("unknown kind ", row->Text(1)));
+  layer.spec.kind = *kind;
+  if (absl::Status status = DecodeParameters(parameters, &layer.spec); !status.ok()) return status;
+  if (absl::Status status = CheckLayer(layer); !status.ok()) return status;
+  return layer;
+}
+
+std::optional<int64_t> BoundOrNull(const CellBox& extent, int32_t bound) {
+  return extent.empty() ? std::nullopt : std::make_optional(int64_t{bound});
+}
+
+}  // namespace
+
+absl::Status InsertLayer(Database* database, const StoredLayer& layer) {
+  const LayerSpec& spec = layer.spec;
+  absl::StatusOr<std::string> parameters = EncodeParameters(spec);
+  if (!parameters.ok()) return parameters.status();
+  std::optional<double> x, y, yaw, resolution_m;
+  if (spec.grid) {
+    x = spec.grid->layer_from_grid.x();
+    y = spec.grid->layer_from_grid.y();
+    yaw = spec.grid->layer_from_grid.yaw();
+    resolution_m = spec.grid->resolution_m;
+  }
+  absl::Status status = database->Run(
+      "INSERT INTO hypermap_layers (name, kind, table_name, frame_id, origin_x, origin_y, "
+      "origin_yaw, resolution_m, parameters) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)",
+      spec.name, LayerKindName(spec.kind), layer.table, spec.frame_id, x, y, yaw, resolution_m,
+      *parameters);
+  if (!status.ok()) return status;
+  return UpdateLayerExtent(database, spec.name, layer.extent);
+}
+
+absl::Status UpdateLayerExtent(Database* database, const std::string& layer,
+                               const CellBox& extent) {
+  return database->Run(
+      "UPDATE hypermap_layers SET row_begin = ?, row_end = ?, col_begin = ?, col_end = ? "
+      "WHERE name = ?",
+      BoundOrNull(extent, extent.row_begin), BoundOrNull(extent, extent.row_end),
+      BoundOrNull(extent, extent.col_begin), BoundOrNull(extent, extent.col_end), layer);
+}
+
+absl::Status RemoveLayer(Database* database, const std::string& layer) {
+  return database->Run("DELETE FROM hypermap_layers WHERE name = ?", layer);
+}
+
+absl::StatusOr<std::vector<StoredLayer>> ReadLayers(Database* database) {
+  absl::StatusOr<Statement> select = database->Prepare(
+      "SELECT name, kind, table_name, frame_id, origin_x, origin_y, origin_yaw, resolution_m, "
+      "row_begin, row_end, col_begin, col_end, parameters FROM hypermap_layers ORDER BY name");
+  if (!select.ok()) return select.status();
+  std::vector<StoredLayer> layers;
+  while (true) {
+    absl::StatusOr<bool> row = select->Step();
+    if (!row.ok()) return row.status();
+    if (!*row) return layers;
+    absl::StatusOr<StoredLayer> layer = ReadRow(&*select);
+    if (!layer.ok()) {
+      return absl::DataLossError(
+          absl::StrCat("hypermap_layers, layer ", select->Text(0), ": ", layer.status().message()));
+    }
+    layers.push_back(*std::move(layer));
+  }
+}
+
+}  // namespace hypermap::storage

@@ -1,0 +1,31 @@
+// hypermap_layers: what each layer is, where its content is kept, and the extent of a grid.
+#ifndef HYPERMAP_STORAGE_GEOPACKAGE_LAYER_TABLE_H_
+#define HYPERMAP_STORAGE_GEOPACKAGE_LAYER_TABLE_H_
+
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "map/layers/layer_spec.h"
+#include "storage/geopackage/sqlite.h"
+
+namespace hypermap::storage {
+
+// A row of the table.
+struct StoredLayer {
+  LayerSpec spec;
+  std::string table;
+  CellBox extent;  // of a grid; empty when nothing was written yet
+};
+
+absl::Status InsertLayer(Database* database, const StoredLayer& layer);
+absl::Status UpdateLayerExtent(Database* database, const std::string& layer, const CellBox& extent);
+absl::Status RemoveLayer(Database* database, const std::string& layer);
+
+// All layers by name. DATA_LOSS naming the one that is no valid layer or has no table.
+absl::StatusOr<std::vector<StoredLayer>> ReadLayers(Database* database);
+
+}  // namespace hypermap::storage
+
+#endif  // HYPERMAP_STORAGE_GEOPACKAGE_LAYER_TABLE_H_

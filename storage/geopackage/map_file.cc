@@ -1,0 +1,126 @@
+#include "storage/geopackage/map_file.h"
+
+#include <sys/stat.h>
+
+#include <cerrno>
+#include <optional>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "storage/geopackage/durable_file.h"
+#include "storage/geopackage/schema.h"
+#include "storage/geopackage/spatial_functions.h"
+
+namespace hypermap::storage {
+namespace {
+
+constexpr char kSettings[] = R"sql(
+PRAGMA synchronous = FULL;
+PRAGMA temp_store = MEMORY;
+PRAGMA cache_size = -16384;
+PRAGMA journal_size_limit = 67108864;
+)sql";
+
+// The size of the file; FAILED_PRECONDITION for what no map can be. It is not opened for that:
+// closing it again would drop the POSIX locks that SQLite holds on it.
+absl::StatusOr<int64_t> SizeOfFile(const std::string& path) {
+  struct stat status;
+  if (stat(path.c_str(), &status) != 0) return absl::ErrnoToStatus(errno, path);
+  if (!S_ISREG(status.st_mode)) return absl::FailedPreconditionError("not a regular file");
+  if (status.st_size == 0) return absl::FailedPreconditionError("the file is empty");
+  return status.st_size;
+}
+
+absl::Status CheckPages(Database* database) {
+  absl::StatusOr<Statement> check = database->Prepare("PRAGMA quick_check(1)");
+  if (!check.ok()) return check.status();
+  absl::StatusOr<bool> row = check->Step();
+  if (!row.ok()) return row.status();
+  const std::string result(*row ? check->Text(0) : "no answer");
+  return result == "ok" ? absl::OkStatus() : absl::DataLossError(result);
+}
+
+absl::Status WriteAhead(Database* database) {
+  if (absl::Status status = database->Execute(kSettings); !status.ok()) return status;
+  absl::StatusOr<Statement> set = database->Prepare("PRAGMA journal_mode = WAL");
+  if (!set.ok()) return set.status();
+  absl::StatusOr<bool> row = set->Step();
+  if (!row.ok()) return row.status();
+  if (*row && set->Text(0) == "wal") return absl::OkStatus();
+  return absl::FailedPreconditionError("the file system does not allow write-ahead logging");
+}
+
+absl::Status LimitSize(Database* database, int64_t max_bytes) {
+  if (max_bytes <= 0) return absl::OkStatus();
+  absl::StatusOr<std::optional<int64_t>> page_size = database->QueryInt64("PRAGMA page_size");
+  if (!page_size.ok()) return page_size.status();
+  return database->Execute(
+      absl::StrCat("PRAGMA max_page_count = ", std::max<int64_t>(1, max_bytes / **page_size)));
+}
+
+// A doubt about the file as such comes before one about its content.
+absl::Status Prepare(Database* database, int64_t size, const GeoPackageOptions& options) {
+  absl::StatusOr<int64_t> version = ReadSchemaVersion(database);
+  if (!version.ok()) return version.status();
+  if (sqlite3_db_readonly(database->handle(), "main") != 0) {
+    return absl::FailedPreconditionError("the file is read-only");
+  }
+  if (size <= options.max_checked_bytes) {
+    if (absl::Status status = CheckPages(database); !status.ok()) return status;
+  }
+  absl::Status status = RegisterSpatialFunctions(database);
+  if (status.ok()) status = MigrateSchema(database, kSchemaVersion, ReleasedMigrations());
+  if (status.ok()) status = VerifySchema(database);
+  if (status.ok()) status = WriteAhead(database);
+  if (status.ok()) status = LimitSize(database, options.max_map_bytes);
+  return status;
+}
+
+absl::Status Build(const std::string& path, const MapHeader& header,
+                   const GeoPackageOptions& options) {
+  absl::StatusOr<std::unique_ptr<Database>> database =
+      Database::Open(path, Database::OpenMode::kCreate, options.busy_timeout);
+  if (!database.ok()) return database.status();
+  return CreateSchema(database->get(), header);
+}
+
+}  // namespace
+
+absl::Status CreateMapFile(const std::string& path, const std::string& temporary,
+                           const MapHeader& header, const GeoPackageOptions& options) {
+  absl::Status status = RemoveMapFile(temporary);
+  // A write-ahead log of an earlier map of this name would be taken for the new one's.
+  if (status.ok()) status = RemoveSidecars(path);
+  if (status.ok()) status = Build(temporary, header, options);
+  if (status.ok()) status = PublishFile(temporary, path);
+  if (!status.ok()) RemoveMapFile(temporary).IgnoreError();
+  return status;
+}
+
+absl::StatusOr<std::unique_ptr<Database>> OpenMapFile(const std::string& path,
+                                                      const GeoPackageOptions& options) {
+  absl::StatusOr<int64_t> size = SizeOfFile(path);
+  if (!size.ok()) return size.status();
+  absl::StatusOr<std::unique_ptr<Database>> database =
+      Database::Open(path, Database::OpenMode::kExisting, options.busy_timeout);
+  if (!database.ok()) return database.status();
+  if (absl::Status status = Prepare(database->get(), *size, options); !status.ok()) return status;
+  return database;
+}
+
+absl::Status RemoveSidecars(const std::string& path) {
+  for (const char* suffix : {"-wal", "-shm", "-journal"}) {
+    if (absl::Status status = RemoveFile(path + suffix); !status.ok()) return status;
+  }
+  return absl::OkStatus();
+}
+
+absl::Status RemoveMapFile(const std::string& path) {
+  // The file first: while it is there, its log may hold commits.
+  absl::Status status = RemoveFile(path);
+  if (status.ok()) status = RemoveSidecars(path);
+  if (status.ok()) status = SyncFolder(FolderOf(path));
+  return status;
+}
+
+}  // namespace hypermap::storage

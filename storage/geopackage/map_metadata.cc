@@ -1,0 +1,57 @@
+#include "storage/geopackage/map_metadata.h"
+
+#include <string>
+
+#include "absl/strings/str_cat.h"
+#include "map/layers/layer_spec.h"
+
+namespace hypermap::storage {
+
+absl::Status InsertMetadata(Database* database, int64_t schema_version,
+                            const MapMetadata& metadata) {
+  return database->Run(
+      "INSERT INTO hypermap_metadata (id, schema_version, map_name, frame_id, created_at_ns, "
+      "request_id, revision, next_object_id) VALUES (1, ?, ?, ?, ?, ?, ?, ?)",
+      schema_version, metadata.header.name, metadata.header.frame_id,
+      absl::ToUnixNanos(metadata.header.created_at), metadata.header.request_id, metadata.revision,
+      metadata.next_object_id);
+}
+
+absl::StatusOr<MapMetadata> ReadMetadata(Database* database) {
+  absl::StatusOr<Statement> select = database->Prepare(
+      "SELECT map_name, frame_id, created_at_ns, request_id, revision, next_object_id "
+      "FROM hypermap_metadata WHERE id = 1");
+  if (!select.ok()) return select.status();
+  absl::StatusOr<bool> row = select->Step();
+  if (!row.ok()) return row.status();
+  if (!*row) return absl::DataLossError("hypermap_metadata has no row");
+  MapMetadata metadata;
+  metadata.header.name = std::string(select->Text(0));
+  metadata.header.frame_id = std::string(select->Text(1));
+  metadata.header.created_at = absl::FromUnixNanos(select->Int64(2));
+  metadata.header.request_id = std::string(select->Text(3));
+  metadata.revision = select->Int64(4);
+  metadata.next_object_id = select->Int64(5);
+  absl::Status status = select->row_status();
+  status.Update(ValidateFrameId("frame_id", metadata.header.frame_id));
+  if (!status.ok()) {
+    return absl::DataLossError(absl::StrCat("hypermap_metadata: ", status.message()));
+  }
+  if (metadata.revision < 0 || metadata.next_object_id < 1) {
+    return absl::DataLossError("hypermap_metadata: a negative revision or object id");
+  }
+  return metadata;
+}
+
+absl::Status AdvanceRevision(Database* database, Revision from, Revision to,
+                             ObjectId next_object_id) {
+  absl::Status status = database->Run(
+      "UPDATE hypermap_metadata SET revision = ?, next_object_id = ? WHERE id = 1 AND revision = ?",
+      to, next_object_id, from);
+  if (!status.ok()) return status;
+  if (database->changed_rows() == 1) return absl::OkStatus();
+  return absl::FailedPreconditionError(
+      absl::StrCat("the file is not at revision ", from, "; another program has changed it"));
+}
+
+}  // namespace hypermap::storage

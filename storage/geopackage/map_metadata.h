@@ -1,0 +1,31 @@
+// hypermap_metadata: the one row that makes a GeoPackage a map.
+#ifndef HYPERMAP_STORAGE_GEOPACKAGE_MAP_METADATA_H_
+#define HYPERMAP_STORAGE_GEOPACKAGE_MAP_METADATA_H_
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "storage/geopackage/sqlite.h"
+#include "storage/map_store.h"
+
+namespace hypermap::storage {
+
+struct MapMetadata {
+  MapHeader header;
+  Revision revision = 0;
+  ObjectId next_object_id = 1;
+};
+
+absl::Status InsertMetadata(Database* database, int64_t schema_version,
+                            const MapMetadata& metadata);
+
+// DATA_LOSS when the row is missing or wrong.
+absl::StatusOr<MapMetadata> ReadMetadata(Database* database);
+
+// Moves the map on from one revision to another. FAILED_PRECONDITION when the file is not at
+// `from`, which only another program can have done.
+absl::Status AdvanceRevision(Database* database, Revision from, Revision to,
+                             ObjectId next_object_id);
+
+}  // namespace hypermap::storage
+
+#endif  // HYPERMAP_STORAGE_GEOPACKAGE_MAP_METADATA_H_

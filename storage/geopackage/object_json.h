@@ -1,0 +1,35 @@
+// The many-valued parts of an object as JSON text columns: classes {"label": confidence}, tags
+// ["word"], attributes {"name": bool, integer, number or string}.
+//
+// A number that is written with a fraction or an exponent is a double, else an integer; doubles
+// come back as the very number that was written.
+#ifndef HYPERMAP_STORAGE_GEOPACKAGE_OBJECT_JSON_H_
+#define HYPERMAP_STORAGE_GEOPACKAGE_OBJECT_JSON_H_
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
+#include "map/layers/semantic_object.h"
+
+namespace hypermap::storage {
+
+using Classes = std::map<std::string, double>;
+using Tags = std::vector<std::string>;
+using Attributes = std::map<std::string, AttributeValue>;
+
+// INVALID_ARGUMENT for text that is not UTF-8 and numbers that are not finite.
+absl::StatusOr<std::string> EncodeClasses(const Classes& classes);
+absl::StatusOr<std::string> EncodeTags(const Tags& tags);
+absl::StatusOr<std::string> EncodeAttributes(const Attributes& attributes);
+
+// DATA_LOSS for anything else than the above.
+absl::StatusOr<Classes> DecodeClasses(absl::string_view json);
+absl::StatusOr<Tags> DecodeTags(absl::string_view json);
+absl::StatusOr<Attributes> DecodeAttributes(absl::string_view json);
+
+}  // namespace hypermap::storage
+
+#endif  // HYPERMAP_STORAGE_GEOPACKAGE_OBJECT_JSON_H_

@@ -1,0 +1,52 @@
+#include "storage/geopackage/revision_table.h"
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "storage/geopackage/object_id_list.h"
+
+namespace hypermap::storage {
+
+absl::Status InsertRevision(Database* database, const Commit& commit) {
+  const Revision revision = commit.applied.snapshot->revision;
+  absl::Status status = database->Run(
+      "INSERT INTO hypermap_revisions (revision, time_ns, author, num_changes) "
+      "VALUES (?, ?, ?, ?)",
+      revision, absl::ToUnixNanos(commit.time), commit.author,
+      static_cast<int64_t>(commit.applied.changes.size()));
+  if (!status.ok() || commit.request_id.empty()) return status;
+  const std::string object_ids = EncodeObjectIds(commit.applied.object_ids);
+  status = database->Run(
+      "INSERT OR IGNORE INTO hypermap_receipts (request_id, revision, object_ids) "
+      "VALUES (?, ?, ?)",
+      commit.request_id, revision, BlobView{object_ids});
+  if (status.ok() && database->changed_rows() == 0) {
+    return absl::AlreadyExistsError(
+        absl::StrCat("request_id ", commit.request_id, " was answered before"));
+  }
+  return status;
+}
+
+absl::StatusOr<std::optional<Receipt>> ReadReceipt(Database* database,
+                                                   absl::string_view request_id) {
+  if (request_id.empty()) return std::nullopt;
+  absl::StatusOr<Statement> select =
+      database->Prepare("SELECT revision, object_ids FROM hypermap_receipts WHERE request_id = ?");
+  if (!select.ok()) return select.status();
+  absl::StatusOr<bool> row = select->Bind(request_id).Step();
+  if (!row.ok()) return row.status();
+  if (!*row) return std::nullopt;
+  Receipt receipt;
+  receipt.request_id = std::string(request_id);
+  receipt.revision = select->Int64(0);
+  const absl::string_view bytes = select->Blob(1);
+  if (!select->row_status().ok()) return select->row_status();
+  absl::StatusOr<std::vector<ObjectId>> ids = DecodeObjectIds(bytes);
+  if (!ids.ok()) return ids.status();
+  receipt.object_ids = *std::move(ids);
+  return receipt;
+}
+
+}  // namespace hypermap::storage

@@ -1,0 +1,190 @@
+#include "storage/geopackage/schema.h"
+
+#include <optional>
+#include <string>
+
+#include "absl/strings/str_cat.h"
+#include "storage/geopackage/map_metadata.h"
+#include "storage/geopackage/standard_tables.h"
+
+namespace hypermap::storage {
+namespace {
+
+constexpr char kCreateTables[] = R"sql(
+CREATE TABLE hypermap_metadata (
+  id INTEGER PRIMARY KEY CHECK (id = 1),
+  schema_version INTEGER NOT NULL,
+  map_name TEXT NOT NULL,
+  frame_id TEXT NOT NULL,
+  created_at_ns INTEGER NOT NULL,
+  request_id TEXT NOT NULL,
+  revision INTEGER NOT NULL,
+  next_object_id INTEGER NOT NULL
+);
+CREATE TABLE hypermap_layers (
+  id INTEGER PRIMARY KEY,
+  name TEXT NOT NULL UNIQUE,
+  kind TEXT NOT NULL,
+  table_name TEXT NOT NULL UNIQUE COLLATE NOCASE,
+  frame_id TEXT NOT NULL,
+  origin_x DOUBLE,
+  origin_y DOUBLE,
+  origin_yaw DOUBLE,
+  resolution_m DOUBLE,
+  row_begin INTEGER,
+  row_end INTEGER,
+  col_begin INTEGER,
+  col_end INTEGER,
+  parameters TEXT NOT NULL
+);
+CREATE TABLE hypermap_frames (
+  id INTEGER PRIMARY KEY,
+  child_frame_id TEXT NOT NULL UNIQUE,
+  parent_frame_id TEXT NOT NULL,
+  x DOUBLE NOT NULL,
+  y DOUBLE NOT NULL,
+  yaw DOUBLE NOT NULL
+);
+CREATE TABLE hypermap_revisions (
+  revision INTEGER PRIMARY KEY,
+  time_ns INTEGER NOT NULL,
+  author TEXT NOT NULL,
+  num_changes INTEGER NOT NULL
+);
+CREATE TABLE hypermap_receipts (
+  id INTEGER PRIMARY KEY,
+  request_id TEXT NOT NULL UNIQUE,
+  revision INTEGER NOT NULL REFERENCES hypermap_revisions(revision),
+  object_ids BLOB NOT NULL
+);
+)sql";
+
+// What the code reads and writes. A statement that names a missing one would fail anyway, but not
+// before something was done.
+struct TableColumns {
+  const char* table;
+  const char* columns;
+};
+constexpr TableColumns kTables[] = {
+    {"hypermap_metadata",
+     "id, schema_version, map_name, frame_id, created_at_ns, request_id, revision, next_object_id"},
+    {"hypermap_layers",
+     "id, name, kind, table_name, frame_id, origin_x, origin_y, origin_yaw, resolution_m, "
+     "row_begin, row_end, col_begin, col_end, parameters"},
+    {"hypermap_frames", "id, child_frame_id, parent_frame_id, x, y, yaw"},
+    {"hypermap_revisions", "revision, time_ns, author, num_changes"},
+    {"hypermap_receipts", "id, request_id, revision, object_ids"},
+    {"gpkg_contents",
+     "table_name, data_type, identifier, description, last_change, min_x, min_y, max_x, max_y, "
+     "srs_id"},
+    {"gpkg_extensions", "table_name, column_name, extension_name, definition, scope"},
+    {"gpkg_geometry_columns", "table_name, column_name, geometry_type_name, srs_id, z, m"},
+    {"gpkg_tile_matrix_set", "table_name, srs_id, min_x, min_y, max_x, max_y"},
+    {"gpkg_tile_matrix",
+     "table_name, zoom_level, matrix_width, matrix_height, tile_width, tile_height, pixel_x_size, "
+     "pixel_y_size"},
+    {"gpkg_2d_gridded_coverage_ancillary",
+     "tile_matrix_set_name, datatype, scale, offset, precision, data_null, grid_cell_encoding, "
+     "uom, field_name, quantity_definition"},
+    {"gpkg_2d_gridded_tile_ancillary", "tpudt_name, tpudt_id, scale, offset"},
+};
+
+// GeoPackage wants every table that is not its own registered. Who only reads layers need not know
+// ours. That one of them is a table of attributes to everybody gives people the layers' frames and
+// origins, and keeps programs that would else list every table (GDAL) from listing the others.
+constexpr char kRegisterTables[] = R"sql(
+INSERT INTO gpkg_extensions
+  SELECT name, NULL, 'hypermap_core', 'docs/geopackage_format.md of Hypermap', 'write-only'
+    FROM sqlite_master WHERE type = 'table' AND name LIKE 'hypermap\_%' ESCAPE '\';
+INSERT INTO gpkg_contents (table_name, data_type, identifier, description)
+  VALUES ('hypermap_layers', 'attributes', 'hypermap_layers', 'what the layers of the map are');
+)sql";
+
+absl::StatusOr<bool> HasTable(Database* database, const char* table) {
+  absl::StatusOr<std::optional<int64_t>> found =
+      database->QueryInt64("SELECT 1 FROM sqlite_master WHERE type = 'table' AND name = ?", table);
+  if (!found.ok()) return found.status();
+  return found->has_value();
+}
+
+const Migration* FindStep(absl::Span<const Migration> migrations, int64_t from_version) {
+  for (const Migration& migration : migrations) {
+    if (migration.from_version == from_version) return &migration;
+  }
+  return nullptr;
+}
+
+}  // namespace
+
+absl::Span<const Migration> ReleasedMigrations() { return {}; }
+
+absl::Status CreateSchema(Database* database, const MapHeader& header) {
+  absl::StatusOr<Transaction> transaction = Transaction::Begin(database);
+  if (!transaction.ok()) return transaction.status();
+  absl::Status status = CreateStandardTables(database);
+  if (status.ok()) status = database->Execute(absl::StrCat(kCreateTables, kRegisterTables));
+  if (status.ok()) {
+    MapMetadata metadata;
+    metadata.header = header;
+    status = InsertMetadata(database, kSchemaVersion, metadata);
+  }
+  if (!status.ok()) return status;
+  return transaction->Commit();
+}
+
+absl::StatusOr<int64_t> ReadSchemaVersion(Database* database) {
+  absl::StatusOr<std::optional<int64_t>> application_id =
+      database->QueryInt64("PRAGMA application_id");
+  if (!application_id.ok()) return application_id.status();
+  if (*application_id != kGeoPackageApplicationId) {
+    return absl::FailedPreconditionError("not a GeoPackage");
+  }
+  absl::StatusOr<bool> is_map = HasTable(database, "hypermap_metadata");
+  if (!is_map.ok()) return is_map.status();
+  if (!*is_map) return absl::FailedPreconditionError("a GeoPackage, but not a map of Hypermap");
+  absl::StatusOr<std::optional<int64_t>> version =
+      database->QueryInt64("SELECT schema_version FROM hypermap_metadata WHERE id = 1");
+  if (version.status().code() == absl::StatusCode::kInternal || (version.ok() && !*version)) {
+    return absl::DataLossError("hypermap_metadata does not tell the schema version");
+  }
+  if (!version.ok()) return version.status();
+  return **version;
+}
+
+absl::Status MigrateSchema(Database* database, int64_t newest,
+                           absl::Span<const Migration> migrations) {
+  absl::StatusOr<int64_t> version = ReadSchemaVersion(database);
+  if (!version.ok()) return version.status();
+  if (*version == newest) return absl::OkStatus();
+  if (*version > newest) {
+    return absl::FailedPreconditionError(
+        absl::StrCat("schema version ", *version, " is newer than this program's ", newest));
+  }
+  absl::StatusOr<Transaction> transaction = Transaction::Begin(database);
+  if (!transaction.ok()) return transaction.status();
+  for (int64_t from = *version; from < newest; ++from) {
+    const Migration* step = FindStep(migrations, from);
+    if (step == nullptr) {
+      return absl::FailedPreconditionError(
+          absl::StrCat("no way to bring schema version ", from, " to ", newest));
+    }
+    if (absl::Status status = step->apply(database); !status.ok()) return status;
+  }
+  absl::Status status =
+      database->Run("UPDATE hypermap_metadata SET schema_version = ? WHERE id = 1", newest);
+  if (!status.ok()) return status;
+  return transaction->Commit();
+}
+
+absl::Status VerifySchema(Database* database) {
+  for (const auto& [table, columns] : kTables) {
+    absl::StatusOr<Statement> select =
+        database->Prepare(absl::StrCat("SELECT ", columns, " FROM ", table, " LIMIT 0"));
+    if (select.ok()) continue;
+    if (select.status().code() != absl::StatusCode::kInternal) return select.status();
+    return absl::DataLossError(absl::StrCat("table ", table, ": ", select.status().message()));
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace hypermap::storage

@@ -1,0 +1,119 @@
+#include "storage/geopackage/tile_codec.h"
+
+#include <cmath>
+#include <cstdint>
+#include <limits>
+
+#include "absl/status/status.h"
+#include "absl/strings/str_cat.h"
+#include "map/layers/occupancy_layer.h"
+#include "storage/geopackage/tile_image.h"
+
+namespace hypermap::storage {
+namespace {
+
+// The pixel of a cell, counted as Tile::codes counts cells.
+constexpr int PixelOf(int cell) {
+  return (kTileSide - 1 - cell / kTileSide) * kTileSide + cell % kTileSide;
+}
+
+// Whole numbers 0 to `max_code`.
+class IntegerTileCodec : public TileCodec {
+ public:
+  IntegerTileCodec(int max_code, double scale, const char* quantity)
+      : max_code_(max_code), coding_{"integer", scale, kNull, quantity} {}
+
+  const CoverageCoding& coding() const override { return coding_; }
+
+  absl::StatusOr<std::string> Encode(const Tile& tile) const override {
+    TileImage<uint16_t> image;
+    for (int i = 0; i < kTileSide * kTileSide; ++i) {
+      const CellCode code = tile.codes()[i];
+      // The negation also takes what compares with nothing, were it not unknown.
+      if (!IsUnknown(code) && !(code >= 0 && code <= max_code_ && std::trunc(code) == code)) {
+        return absl::InternalError(absl::StrCat("cell code ", code, " is not of the layer's kind"));
+      }
+      image[PixelOf(i)] = IsUnknown(code) ? kNull : static_cast<uint16_t>(code);
+    }
+    return EncodePng(image);
+  }
+
+  absl::StatusOr<TilePtr> Decode(absl::string_view data) const override {
+    TileImage<uint16_t> image;
+    if (absl::Status status = DecodePng(data, &image); !status.ok()) return status;
+    auto tile = std::make_shared<Tile>();
+    for (int i = 0; i < kTileSide * kTileSide; ++i) {
+      const uint16_t pixel = image[PixelOf(i)];
+      if (pixel == kNull) continue;
+      if (pixel > max_code_) {
+        return absl::DataLossError(
+            absl::StrCat("pixel value ", pixel, " is above the kind's ", max_code_));
+      }
+      tile->mutable_codes()[i] = pixel;
+    }
+    return tile;
+  }
+
+ private:
+  static constexpr uint16_t kNull = 65535;
+  int max_code_;
+  CoverageCoding coding_;
+};
+
+// Finite floats.
+class FloatTileCodec : public TileCodec {
+ public:
+  explicit FloatTileCodec(const char* quantity) : coding_{"float", 1.0, kNull, quantity} {}
+
+  const CoverageCoding& coding() const override { return coding_; }
+
+  absl::StatusOr<std::string> Encode(const Tile& tile) const override {
+    TileImage<float> image;
+    for (int i = 0; i < kTileSide * kTileSide; ++i) {
+      const CellCode code = tile.codes()[i];
+      if (std::isinf(code)) return absl::InternalError("an infinite cell code");
+      image[PixelOf(i)] = IsUnknown(code) ? kNull : code == kNull ? kStandsForNull : code;
+    }
+    return EncodeTiff(image);
+  }
+
+  absl::StatusOr<TilePtr> Decode(absl::string_view data) const override {
+    TileImage<float> image;
+    if (absl::Status status = DecodeTiff(data, &image); !status.ok()) return status;
+    auto tile = std::make_shared<Tile>();
+    for (int i = 0; i < kTileSide * kTileSide; ++i) {
+      const float pixel = image[PixelOf(i)];
+      if (pixel == kNull || std::isnan(pixel)) continue;
+      if (pixel == std::numeric_limits<float>::infinity()) {
+        return absl::DataLossError("an infinite pixel");
+      }
+      tile->mutable_codes()[i] = pixel == kStandsForNull ? kNull : pixel;
+    }
+    return tile;
+  }
+
+ private:
+  static constexpr float kNull = std::numeric_limits<float>::lowest();
+  static constexpr float kStandsForNull = -std::numeric_limits<float>::infinity();
+  CoverageCoding coding_;
+};
+
+}  // namespace
+
+std::unique_ptr<const TileCodec> MakeTileCodec(LayerKind kind) {
+  constexpr auto kOccupancySteps = static_cast<int>(OccupancyDomain::kStepsPerUnit);
+  switch (kind) {
+    case LayerKind::kOccupancy:
+      return std::make_unique<IntegerTileCodec>(kOccupancySteps, 0.0001,
+                                                "probability of occupation");
+    case LayerKind::kExploration:
+      return std::make_unique<IntegerTileCodec>(1, 1.0, "explored");
+    case LayerKind::kScalar:
+      return std::make_unique<FloatTileCodec>("measured value");
+    case LayerKind::kSemantic:
+      return nullptr;
+  }
+  return nullptr;
+}
+
+}  // namespace hypermap::storage

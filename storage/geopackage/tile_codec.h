@@ -1,0 +1,49 @@
+// How the cells of each grid kind become tile images, and back.
+//
+//   occupancy    16-bit grey PNG, pixel = code 0..10000, value = 0.0001 * pixel, unknown = 65535
+//   exploration  16-bit grey PNG, 0 or 1, unknown = 65535
+//   scalar       32-bit float TIFF (LZW), pixel = value, unknown = the lowest float
+//
+// The top image row is the highest row of cells. Codes come back bit for bit. A cell that is the
+// lowest float itself is written as -infinity, which no cell is.
+//
+// A codec is immutable and safe to use from many threads.
+#ifndef HYPERMAP_STORAGE_GEOPACKAGE_TILE_CODEC_H_
+#define HYPERMAP_STORAGE_GEOPACKAGE_TILE_CODEC_H_
+
+#include <memory>
+#include <string>
+
+#include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
+#include "map/layers/grid/tile.h"
+#include "map/layers/layer_spec.h"
+
+namespace hypermap::storage {
+
+// What gpkg_2d_gridded_coverage_ancillary says of a table: value = scale * pixel, but a pixel that
+// is data_null is unknown.
+struct CoverageCoding {
+  const char* datatype;
+  double scale;
+  double data_null;
+  const char* quantity;
+};
+
+class TileCodec {
+ public:
+  virtual ~TileCodec() = default;
+
+  virtual const CoverageCoding& coding() const = 0;
+  // INTERNAL for codes that the kind does not have.
+  virtual absl::StatusOr<std::string> Encode(const Tile& tile) const = 0;
+  // DATA_LOSS for anything that Encode would not have made.
+  virtual absl::StatusOr<TilePtr> Decode(absl::string_view image) const = 0;
+};
+
+// The codec of a grid kind; null for others.
+std::unique_ptr<const TileCodec> MakeTileCodec(LayerKind kind);
+
+}  // namespace hypermap::storage
+
+#endif  // HYPERMAP_STORAGE_GEOPACKAGE_TILE_CODEC_H_

@@ -1,0 +1,59 @@
+// Where the tiles of a grid lie in the tile matrix of its table.
+//
+// GeoPackage counts tiles from the upper left corner of a matrix of fixed size. Ours is as large as
+// all cells that a grid may have, and its middle is the grid's origin, so a grid grows in every
+// direction without moving what is stored. Coordinates are the grid's own axes: x = origin.x + col
+// * resolution, y = origin.y + row * resolution, whatever the yaw of the origin, which a GeoPackage
+// can't tell.
+#ifndef HYPERMAP_STORAGE_GEOPACKAGE_TILE_MATRIX_H_
+#define HYPERMAP_STORAGE_GEOPACKAGE_TILE_MATRIX_H_
+
+#include <cstdint>
+
+#include "map/geometry/point.h"
+#include "map/layers/grid/grid_geometry.h"
+#include "map/layers/grid/tile.h"
+
+namespace hypermap::storage {
+
+inline constexpr int kZoomLevel = 0;
+// Tiles along a side of the matrix.
+inline constexpr int32_t kTileMatrixSide = 2 * (kMaxCellIndex / kTileSide);
+
+// A tile's place in the matrix: columns to the right, rows down.
+struct MatrixTile {
+  int64_t column = 0;
+  int64_t row = 0;
+};
+
+inline MatrixTile ToMatrix(const TileIndex& tile) {
+  return {int64_t{tile.col} + kTileMatrixSide / 2, kTileMatrixSide / 2 - 1 - int64_t{tile.row}};
+}
+
+inline bool IsInMatrix(const MatrixTile& tile) {
+  return tile.column >= 0 && tile.column < kTileMatrixSide && tile.row >= 0 &&
+         tile.row < kTileMatrixSide;
+}
+
+// `tile` must be in the matrix.
+inline TileIndex FromMatrix(const MatrixTile& tile) {
+  return {static_cast<int32_t>(kTileMatrixSide / 2 - 1 - tile.row),
+          static_cast<int32_t>(tile.column - kTileMatrixSide / 2)};
+}
+
+// The box of some cells in the grid's own axes; empty for none.
+inline Box BoundsInOwnAxes(const GridGeometry& geometry, const CellBox& cells) {
+  if (cells.empty()) return Box();
+  const PlanarTransform& origin = geometry.layer_from_grid;
+  const double side_m = geometry.resolution_m;
+  return {{origin.x() + cells.col_begin * side_m, origin.y() + cells.row_begin * side_m},
+          {origin.x() + cells.col_end * side_m, origin.y() + cells.row_end * side_m}};
+}
+
+inline Box TileMatrixBounds(const GridGeometry& geometry) {
+  return BoundsInOwnAxes(geometry, kAllCells);
+}
+
+}  // namespace hypermap::storage
+
+#endif  // HYPERMAP_STORAGE_GEOPACKAGE_TILE_MATRIX_H_

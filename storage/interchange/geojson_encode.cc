@@ -1,0 +1,79 @@
+#include <set>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
+#include "map/layers/semantic_layer.h"
+#include "nlohmann/json.hpp"
+#include "storage/interchange/geojson.h"
+#include "storage/interchange/geojson_properties.h"
+
+namespace hypermap::storage {
+namespace {
+
+using nlohmann::json;
+
+json EncodeRings(const Polygon& polygon) {
+  json rings = json::array();
+  for (const Ring& ring : polygon.rings()) {
+    json positions = json::array();
+    for (const Point& p : ring) positions.push_back({p.x, p.y});
+    positions.push_back({ring.front().x, ring.front().y});
+    rings.push_back(std::move(positions));
+  }
+  return rings;
+}
+
+// Adds the layer's objects to `features`, or says why not.
+void AddLayer(const Snapshot& snapshot, const Layer& layer, json& features,
+              std::vector<std::string>& omissions) {
+  const std::string& name = layer.spec().name;
+  const auto* semantic = dynamic_cast<const SemanticLayer*>(&layer);
+  if (!semantic) {
+    omissions.push_back(absl::StrCat("layer \"", name, "\": GeoJSON carries no cells"));
+    return;
+  }
+  const auto map_from_layer = snapshot.frames.Lookup(snapshot.frame_id, layer.spec().frame_id);
+  if (!map_from_layer.ok()) {
+    omissions.push_back(absl::StrCat("layer \"", name, "\": ", map_from_layer.status().message()));
+    return;
+  }
+  std::vector<std::string> lost;
+  for (const ObjectPtr& object : semantic->Objects()) {
+    features.push_back(
+        {{"type", "Feature"},
+         {"id", object->id},
+         {"layer", name},
+         {"geometry",
+          {{"type", "Polygon"}, {"coordinates", EncodeRings(*map_from_layer * object->polygon)}}},
+         {"properties", EncodeProperties(*object, lost)}});
+  }
+  if (!lost.empty()) {
+    const std::set<std::string> names(lost.begin(), lost.end());
+    omissions.push_back(absl::StrCat("layer \"", name, "\": attributes named as other properties: ",
+                                     absl::StrJoin(names, ", ")));
+  }
+}
+
+}  // namespace
+
+absl::StatusOr<ExportedFiles> EncodeGeoJson(const Snapshot& snapshot,
+                                            const std::vector<std::string>& layers) {
+  absl::StatusOr<std::vector<LayerPtr>> selected = snapshot.SelectLayers(layers);
+  if (!selected.ok()) return selected.status();
+  ExportedFiles exported;
+  json features = json::array();
+  for (const LayerPtr& layer : *selected) {
+    AddLayer(snapshot, *layer, features, exported.omissions);
+  }
+  // A null crs says that positions are in no reference system that a reader could know.
+  const json root = {{"type", "FeatureCollection"},
+                     {"frame", snapshot.frame_id},
+                     {"crs", nullptr},
+                     {"features", std::move(features)}};
+  exported.files.push_back({absl::StrCat(snapshot.map_name, ".geojson"),
+                            root.dump(1, ' ', false, json::error_handler_t::replace)});
+  return exported;
+}
+
+}  // namespace hypermap::storage

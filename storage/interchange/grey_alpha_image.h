@@ -1,0 +1,39 @@
+// Pictures of maps in memory.
+#ifndef HYPERMAP_STORAGE_INTERCHANGE_GREY_ALPHA_IMAGE_H_
+#define HYPERMAP_STORAGE_INTERCHANGE_GREY_ALPHA_IMAGE_H_
+
+#include <cstdint>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
+
+namespace hypermap::storage {
+
+struct GreyAlpha {
+  uint8_t grey = 0;
+  uint8_t alpha = 255;
+
+  friend bool operator==(const GreyAlpha&, const GreyAlpha&) = default;
+};
+
+// `pixels` row-major, top row first.
+struct GreyAlphaImage {
+  int32_t width = 0;
+  int32_t height = 0;
+  std::vector<GreyAlpha> pixels;
+
+  const GreyAlpha* row(int32_t y) const { return pixels.data() + int64_t{y} * width; }
+  GreyAlpha* row(int32_t y) { return pixels.data() + int64_t{y} * width; }
+};
+
+// RESOURCE_EXHAUSTED when an image would have more than `max_pixels`, or more rows or columns than
+// a grid; INVALID_ARGUMENT when it has none.
+absl::Status CheckImageSize(int64_t width, int64_t height, int64_t max_pixels);
+
+// Reads a PNG or a PGM, told apart by their first bytes. INVALID_ARGUMENT, RESOURCE_EXHAUSTED.
+absl::StatusOr<GreyAlphaImage> DecodeImage(absl::string_view data, int64_t max_pixels);
+
+}  // namespace hypermap::storage
+
+#endif  // HYPERMAP_STORAGE_INTERCHANGE_GREY_ALPHA_IMAGE_H_

@@ -1,0 +1,122 @@
+#include <algorithm>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "storage/interchange/hmap.h"
+#include "storage/interchange/hmap_config.h"
+#include "storage/interchange/occupancy_member.h"
+#include "storage/interchange/repair_log.h"
+#include "storage/interchange/semantic_objects.h"
+#include "storage/interchange/semantic_yaml.h"
+#include "storage/interchange/status_context.h"
+#include "storage/interchange/zip_archive.h"
+
+namespace hypermap::storage {
+namespace {
+
+// What a map is called home that uses no frame of that name.
+constexpr char kDefaultFrame[] = "map";
+
+std::string OwnFrame(const HmapConfig& config) {
+  std::vector<std::string> frames;
+  for (const HmapLayer& layer : config.layers) {
+    if (!layer.frame_id.empty()) frames.push_back(layer.frame_id);
+  }
+  std::string first = frames.empty() ? kDefaultFrame : frames.front();
+  for (const FrameTransform& t : config.transforms) {
+    frames.push_back(t.parent_frame_id);
+    frames.push_back(t.child_frame_id);
+  }
+  const bool uses_default = std::find(frames.begin(), frames.end(), kDefaultFrame) != frames.end();
+  return uses_default ? kDefaultFrame : first;
+}
+
+// Takes an archive apart, layer by layer.
+class HmapDecoder {
+ public:
+  HmapDecoder(ZipArchive archive, const ImportLimits& limits)
+      : archive_(std::move(archive)), limits_(limits), pixels_left_(limits.max_image_pixels) {}
+
+  absl::StatusOr<ImportedMap> Decode() && {
+    const absl::StatusOr<std::string> text = archive_.Read(kHmapConfigMember);
+    if (!text.ok()) return text.status();
+    const absl::StatusOr<HmapConfig> config = ParseHmapConfig(*text, repairs_);
+    if (!config.ok()) return At(kHmapConfigMember, config.status());
+    imported_.frame_id = OwnFrame(*config);
+    for (const FrameTransform& t : config->transforms) edits().push_back(SetTransform{t});
+    for (const HmapLayer& layer : config->layers) {
+      const absl::Status status =
+          layer.kind == LayerKind::kOccupancy ? DecodeOccupancy(layer) : DecodeSemantic(layer);
+      if (!status.ok()) return At(absl::StrCat("layer \"", layer.name, "\""), status);
+      imported_.layers.push_back(layer.name);
+    }
+    imported_.repairs = std::move(repairs_).Take();
+    return std::move(imported_);
+  }
+
+ private:
+  std::vector<Edit>& edits() { return imported_.batch.edits; }
+
+  absl::Status DecodeOccupancy(const HmapLayer& layer) {
+    if (layer.file.empty()) {
+      LayerSpec spec{.name = layer.name, .kind = layer.kind, .frame_id = layer.frame_id};
+      spec.grid = GridGeometry();
+      edits().push_back(CreateLayer{std::move(spec)});
+      return absl::OkStatus();
+    }
+    const std::string member = absl::StrCat(layer.file, ".yaml");
+    const absl::StatusOr<std::string> text = archive_.Read(member);
+    if (!text.ok()) return text.status();
+    const absl::StatusOr<MapServerYaml> yaml = ParseMapServerYaml(*text);
+    if (!yaml.ok()) return At(MemberPlace(member), yaml.status());
+    const absl::StatusOr<std::string> image = archive_.Read(yaml->image);
+    if (!image.ok()) return image.status();
+    const absl::Status status =
+        AppendOccupancyLayer(layer.name, layer.frame_id, *yaml, *image, pixels_left_, edits());
+    return status.ok() ? status : At(MemberPlace(member), status);
+  }
+
+  absl::Status DecodeSemantic(const HmapLayer& layer) {
+    edits().push_back(
+        CreateLayer{LayerSpec{.name = layer.name, .kind = layer.kind, .frame_id = layer.frame_id}});
+    if (layer.file.empty()) return absl::OkStatus();
+    const absl::StatusOr<std::string> text = archive_.Read(layer.file);
+    if (!text.ok()) return text.status();
+    SemanticObjectReader reader(layer.name, limits_.max_vertices_per_polygon, repairs_);
+    const absl::Status status = ReadSemanticYaml(*text, [&](SemanticEntry entry) {
+      if (++num_objects_ > limits_.max_objects) return TooManyObjects();
+      return reader.Take(std::move(entry));
+    });
+    if (!status.ok()) return At(MemberPlace(layer.file), status);
+    for (SemanticObject& object : std::move(reader).Finish()) {
+      edits().push_back(PutObject{layer.name, std::move(object), ""});
+    }
+    return absl::OkStatus();
+  }
+
+  absl::Status TooManyObjects() const {
+    return absl::ResourceExhaustedError(
+        absl::StrCat("the file has more than max_objects (", limits_.max_objects, ") objects"));
+  }
+
+  static std::string MemberPlace(absl::string_view member) {
+    return absl::StrCat("member \"", member, "\"");
+  }
+
+  ZipArchive archive_;
+  const ImportLimits limits_;
+  int64_t pixels_left_;
+  int64_t num_objects_ = 0;
+  RepairLog repairs_;
+  ImportedMap imported_;
+};
+
+}  // namespace
+
+absl::StatusOr<ImportedMap> DecodeHmap(absl::string_view data, const ImportLimits& limits) {
+  absl::StatusOr<ZipArchive> archive = ZipArchive::Open(data, limits);
+  if (!archive.ok()) return archive.status();
+  return HmapDecoder(*std::move(archive), limits).Decode();
+}
+
+}  // namespace hypermap::storage

@@ -1,0 +1,91 @@
+#include "storage/interchange/map_server_yaml.h"
+
+#include <array>
+#include <utility>
+
+#include "absl/status/status.h"
+#include "absl/strings/ascii.h"
+#include "absl/strings/str_cat.h"
+#include "storage/interchange/number_text.h"
+#include "storage/interchange/yaml_document.h"
+
+namespace hypermap::storage {
+namespace {
+
+constexpr std::array<std::pair<OccupancyMode, const char*>, 3> kModes{{
+    {OccupancyMode::kTrinary, "trinary"},
+    {OccupancyMode::kScale, "scale"},
+    {OccupancyMode::kRaw, "raw"},
+}};
+
+absl::StatusOr<OccupancyMode> ParseMode(absl::string_view text) {
+  const std::string word = absl::AsciiStrToLower(text);
+  for (const auto& [mode, name] : kModes) {
+    if (word == name) return mode;
+  }
+  return absl::InvalidArgumentError(
+      absl::StrCat("mode \"", text, "\" is none of trinary, scale, raw"));
+}
+
+absl::Status ReadThreshold(const YAML::Node& map, const char* key, double& threshold) {
+  if (!Value(map, key).IsDefined()) return absl::OkStatus();
+  const absl::StatusOr<double> number = ReadNumber(map, key);
+  if (number.ok()) threshold = *number;
+  return number.status();
+}
+
+absl::Status ReadPixelRules(const YAML::Node& map, MapServerYaml& yaml) {
+  if (auto status = ReadThreshold(map, "occupied_thresh", yaml.occupied_thresh); !status.ok()) {
+    return status;
+  }
+  if (auto status = ReadThreshold(map, "free_thresh", yaml.free_thresh); !status.ok()) {
+    return status;
+  }
+  if (Value(map, "negate").IsDefined()) {
+    const absl::StatusOr<bool> negate = ReadFlag(map, "negate");
+    if (!negate.ok()) return negate.status();
+    yaml.negate = *negate;
+  }
+  if (Value(map, "mode").IsDefined()) {
+    const absl::StatusOr<std::string> text = ReadText(map, "mode");
+    if (!text.ok()) return text.status();
+    const absl::StatusOr<OccupancyMode> mode = ParseMode(*text);
+    if (!mode.ok()) return mode.status();
+    yaml.mode = *mode;
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+absl::StatusOr<MapServerYaml> ParseMapServerYaml(absl::string_view text) {
+  const absl::StatusOr<YAML::Node> map = ParseYaml(text);
+  if (!map.ok()) return map.status();
+  if (!map->IsMap()) return absl::InvalidArgumentError("the YAML is not a map of keys");
+  MapServerYaml yaml;
+  absl::StatusOr<std::string> image = ReadText(*map, "image");
+  if (!image.ok()) return image.status();
+  yaml.image = *std::move(image);
+  const absl::StatusOr<double> resolution = ReadNumber(*map, "resolution");
+  if (!resolution.ok()) return resolution.status();
+  if (*resolution <= 0.0) return absl::InvalidArgumentError("resolution is not positive");
+  const absl::StatusOr<YamlPose> origin = ReadPose(*map, "origin");
+  if (!origin.ok()) return origin.status();
+  yaml.geometry = {PlanarTransform(origin->x, origin->y, origin->yaw), *resolution};
+  if (auto status = ReadPixelRules(*map, yaml); !status.ok()) return status;
+  return yaml;
+}
+
+std::string FormatMapServerYaml(const MapServerYaml& yaml) {
+  const PlanarTransform& origin = yaml.geometry.layer_from_grid;
+  const char* mode = kModes[static_cast<size_t>(yaml.mode)].second;
+  return absl::StrCat("image: ", QuoteYaml(yaml.image),                                 //
+                      "\nresolution: ", FormatNumber(yaml.geometry.resolution_m),       //
+                      "\norigin: [", FormatNumber(origin.x()), ", ",                    //
+                      FormatNumber(origin.y()), ", ", FormatNumber(origin.yaw()), "]",  //
+                      "\nnegate: ", yaml.negate ? 1 : 0,                                //
+                      "\noccupied_thresh: ", FormatNumber(yaml.occupied_thresh),        //
+                      "\nfree_thresh: ", FormatNumber(yaml.free_thresh), "\nmode: ", mode, "\n");
+}
+
+}  // namespace hypermap::storage

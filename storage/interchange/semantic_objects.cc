@@ -1,0 +1,207 @@
+#include "storage/interchange/semantic_objects.h"
+
+#include <algorithm>
+#include <set>
+
+#include "absl/hash/hash.h"
+#include "absl/status/status.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
+#include "storage/interchange/names.h"
+#include "storage/interchange/number_text.h"
+#include "storage/interchange/shape_repair.h"
+#include "storage/interchange/status_context.h"
+#include "storage/interchange/wkt.h"
+
+namespace hypermap::storage {
+namespace {
+
+constexpr char kUnnamed[] = "unnamed";
+
+bool AllDistinct(const std::vector<std::string>& words) {
+  return std::set<std::string>(words.begin(), words.end()).size() == words.size();
+}
+
+size_t HashOf(const SemanticObject& description, const std::vector<Polygon>& polygons) {
+  size_t hash = absl::HashOf(description.label, description.tags);
+  for (const Polygon& polygon : polygons) {
+    for (const Ring& ring : polygon.rings()) {
+      for (const Point& p : ring) hash = absl::HashOf(hash, p.x, p.y);
+    }
+  }
+  return hash;
+}
+
+}  // namespace
+
+SemanticObjectReader::SemanticObjectReader(std::string layer, int max_vertices_per_polygon,
+                                           RepairLog& repairs)
+    : layer_(std::move(layer)),
+      max_vertices_per_polygon_(max_vertices_per_polygon),
+      repairs_(repairs) {}
+
+void SemanticObjectReader::Report(absl::string_view what) {
+  repairs_.Add(absl::StrCat(layer_, " object ", num_entries_, " (", label_, "): ", what));
+}
+
+absl::Status SemanticObjectReader::Named(const absl::Status& status) const {
+  return At(absl::StrCat(layer_, " object ", num_entries_, " (", label_, ")"), status);
+}
+
+absl::Status SemanticObjectReader::Take(SemanticEntry entry) {
+  ++num_entries_;
+  SemanticObject description = Describe(entry);
+  if (auto status = Validate(description); !status.ok()) return Named(status);
+  absl::StatusOr<std::vector<Polygon>> polygons = ReadShape(entry);
+  if (!polygons.ok()) return Named(polygons.status());
+  if (polygons->empty()) return absl::OkStatus();
+
+  const size_t hash = HashOf(description, *polygons);
+  if (Repeats(description, *polygons, hash)) return absl::OkStatus();
+  kept_by_hash_[hash].push_back(kept_.size());
+  kept_.push_back({num_entries_, objects_.size(), polygons->size(), {}});
+  for (Polygon& polygon : *polygons) {
+    objects_.push_back(description);
+    objects_.back().polygon = std::move(polygon);
+  }
+  return absl::OkStatus();
+}
+
+SemanticObject SemanticObjectReader::Describe(const SemanticEntry& entry) {
+  SemanticObject object;
+  const std::string name = entry.name.value_or("");
+  label_ = CleanWord(name);
+  if (label_.empty()) {
+    label_ = kUnnamed;
+    Report("no name");
+  } else if (label_ != name) {
+    Report("blanks in the name made one, none at its ends");
+  }
+  object.label = label_;
+  if (entry.tags) object.tags = CleanTags(*entry.tags);
+  SetClasses(entry, object);
+  return object;
+}
+
+std::vector<std::string> SemanticObjectReader::CleanTags(const std::vector<std::string>& tags) {
+  std::vector<std::string> clean;
+  clean.reserve(tags.size());
+  for (const std::string& tag : tags) {
+    std::string word = CleanWord(tag);
+    if (word.empty()) {
+      Report("a tag without a name made \"unnamed\"");
+      word = kUnnamed;
+    } else if (word != tag) {
+      Report(absl::StrCat("blanks in the tag \"", word, "\" made one, none at its ends"));
+    }
+    clean.push_back(std::move(word));
+  }
+  return clean;
+}
+
+void SemanticObjectReader::SetClasses(const SemanticEntry& entry, SemanticObject& object) {
+  const std::vector<double> confidences = entry.confidence.value_or(std::vector<double>());
+  const size_t num_pairs = std::min(object.tags.size(), confidences.size());
+  if (entry.confidence && object.tags.size() != confidences.size()) {
+    Report(absl::StrCat(object.tags.size(), " tags but ", confidences.size(),
+                        " confidences: the first ", num_pairs, " of both are taken as pairs"));
+  }
+  const std::vector<std::string> tags(object.tags.begin(), object.tags.begin() + num_pairs);
+  if (!AllDistinct(tags)) {
+    Report("a tag comes twice: confidences left out");
+  } else {
+    for (size_t i = 0; i < num_pairs; ++i) {
+      const double confidence = std::clamp(confidences[i], 0.0, 1.0);
+      if (confidence != confidences[i]) {
+        Report(absl::StrCat("confidence ", FormatNumber(confidences[i]), " of \"", tags[i],
+                            "\" taken as ", FormatNumber(confidence)));
+      }
+      object.classes[tags[i]] = confidence;
+    }
+  }
+  if (object.classes.empty()) object.classes[object.label] = 1.0;
+}
+
+absl::StatusOr<std::vector<Polygon>> SemanticObjectReader::ReadShape(const SemanticEntry& entry) {
+  if (!entry.shape) return absl::InvalidArgumentError("no shape");
+  absl::StatusOr<WktShape> wkt = ParseWkt(*entry.shape, max_vertices_per_polygon_);
+  if (!wkt.ok()) return wkt.status();
+  for (const std::string& line : wkt->repairs) Report(line);
+  if (wkt->polygons.empty()) Report("empty polygon: left out");
+  std::vector<Polygon> polygons;
+  for (size_t i = 0; i < wkt->polygons.size(); ++i) {
+    absl::StatusOr<RepairedShape> shape = RepairShape(std::move(wkt->polygons[i]));
+    if (!shape.ok()) return shape.status();
+    const std::string part = wkt->polygons.size() > 1 ? absl::StrCat("part ", i + 1, ": ") : "";
+    for (const std::string& line : shape->repairs) Report(absl::StrCat(part, line));
+    std::move(shape->polygons.begin(), shape->polygons.end(), std::back_inserter(polygons));
+  }
+  if (wkt->polygons.size() > 1) {
+    Report(absl::StrCat("MULTIPOLYGON made ", polygons.size(), " objects"));
+  }
+  return polygons;
+}
+
+bool SemanticObjectReader::Repeats(const SemanticObject& description,
+                                   const std::vector<Polygon>& polygons, size_t hash) {
+  const auto candidates = kept_by_hash_.find(hash);
+  if (candidates == kept_by_hash_.end()) return false;
+  for (const size_t index : candidates->second) {
+    Kept& kept = kept_[index];
+    const auto first = objects_.begin() + kept.begin;
+    const bool same =
+        first->label == description.label && first->tags == description.tags &&
+        std::equal(polygons.begin(), polygons.end(), first, first + kept.count,
+                   [](const Polygon& a, const SemanticObject& b) { return a == b.polygon; });
+    if (!same) continue;
+    kept.repeated_by.push_back(num_entries_);
+    return true;
+  }
+  return false;
+}
+
+std::vector<SemanticObject> SemanticObjectReader::Finish() && {
+  for (const Kept& kept : kept_) {
+    if (kept.repeated_by.empty()) continue;
+    const bool one = kept.repeated_by.size() == 1;
+    repairs_.Add(absl::StrCat(layer_, one ? " object " : " objects ",
+                              absl::StrJoin(kept.repeated_by, ", "), one ? " repeats" : " repeat",
+                              " object ", kept.number, " (", objects_[kept.begin].label,
+                              "): left out"));
+  }
+  return std::move(objects_);
+}
+
+SemanticEntry ToSemanticEntry(const SemanticObject& object) {
+  SemanticEntry entry;
+  entry.name = object.label;
+  entry.shape = FormatWkt(object.polygon);
+  if (object.tags.empty()) return entry;
+  entry.tags = object.tags;
+  std::vector<double> confidences;
+  for (const std::string& tag : object.tags) {
+    const auto it = object.classes.find(tag);
+    if (it == object.classes.end()) return entry;
+    confidences.push_back(it->second);
+  }
+  if (AllDistinct(object.tags)) entry.confidence = std::move(confidences);
+  return entry;
+}
+
+LostInEntry LostBy(const SemanticObject& object) {
+  LostInEntry lost;
+  const bool tags_tell_classes =
+      object.classes.size() == object.tags.size() && AllDistinct(object.tags) &&
+      std::all_of(object.tags.begin(), object.tags.end(),
+                  [&](const std::string& tag) { return object.classes.count(tag) > 0; });
+  const bool label_tells_classes = object.classes.size() == 1 &&
+                                   object.classes.begin()->first == object.label &&
+                                   object.classes.begin()->second == 1.0;
+  lost.classes = !tags_tell_classes && !label_tells_classes;
+  lost.existence = object.existence != 1.0;
+  lost.height = object.height.has_value();
+  lost.attributes = !object.attributes.empty();
+  return lost;
+}
+
+}  // namespace hypermap::storage

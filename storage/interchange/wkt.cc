@@ -1,0 +1,184 @@
+#include "storage/interchange/wkt.h"
+
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "absl/status/status.h"
+#include "absl/strings/ascii.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/strip.h"
+#include "storage/interchange/number_text.h"
+
+namespace hypermap::storage {
+namespace {
+
+class WktParser {
+ public:
+  WktParser(absl::string_view text, int max_vertices)
+      : text_(text), rest_(text), max_vertices_(max_vertices) {}
+
+  absl::StatusOr<WktShape> Parse() {
+    const std::string keyword = Keyword();
+    const bool multi = keyword == "MULTIPOLYGON";
+    if (!multi && keyword != "POLYGON") {
+      return absl::InvalidArgumentError(absl::StrCat(keyword.empty() ? "no WKT" : keyword,
+                                                     " where POLYGON or MULTIPOLYGON is needed"));
+    }
+    const absl::Status status = multi ? ParsePolygons() : ParseOnePolygon();
+    if (!status.ok()) return status;
+    if (auto ended = CheckEnd(); !ended.ok()) return ended;
+    return std::move(shape_);
+  }
+
+ private:
+  void SkipBlanks() { rest_ = absl::StripLeadingAsciiWhitespace(rest_); }
+
+  std::string Keyword() {
+    SkipBlanks();
+    size_t n = 0;
+    while (n < rest_.size() && absl::ascii_isalpha(rest_[n])) ++n;
+    std::string word = absl::AsciiStrToUpper(rest_.substr(0, n));
+    rest_.remove_prefix(n);
+    return word;
+  }
+
+  bool Take(char c) {
+    SkipBlanks();
+    if (rest_.empty() || rest_.front() != c) return false;
+    rest_.remove_prefix(1);
+    return true;
+  }
+
+  bool TakeEmpty() {
+    const absl::string_view before = rest_;
+    if (Keyword() == "EMPTY") return true;
+    rest_ = before;
+    return false;
+  }
+
+  absl::Status Expected(absl::string_view what) const {
+    return absl::InvalidArgumentError(
+        absl::StrCat("WKT: ", what, " expected at character ", text_.size() - rest_.size() + 1));
+  }
+
+  absl::Status ParsePolygons() {
+    if (TakeEmpty()) return absl::OkStatus();
+    if (!Take('(')) return Expected("'('");
+    do {
+      if (auto status = ParseOnePolygon(); !status.ok()) return status;
+    } while (Take(','));
+    return Take(')') ? absl::OkStatus() : Expected("',' or ')'");
+  }
+
+  absl::Status ParseOnePolygon() {
+    shape_.polygons.emplace_back();
+    num_vertices_ = 0;
+    if (TakeEmpty()) return absl::OkStatus();
+    if (!Take('(')) return Expected("'('");
+    do {
+      if (auto status = ParseRing(); !status.ok()) return status;
+    } while (Take(','));
+    return Take(')') ? absl::OkStatus() : Expected("',' or ')'");
+  }
+
+  absl::Status ParseRing() {
+    if (!Take('(')) return Expected("'('");
+    Ring ring;
+    do {
+      if (auto status = ParseVertices(ring); !status.ok()) return status;
+    } while (Take(','));
+    if (!Take(')')) return Expected("',' or ')'");
+    if (ring.size() > 1 && ring.front() == ring.back()) {
+      ring.pop_back();
+    } else {
+      shape_.repairs.push_back(absl::StrCat(InRing(), "ring left open"));
+    }
+    shape_.polygons.back().push_back(std::move(ring));
+    return absl::OkStatus();
+  }
+
+  // What stands between two commas: one vertex, or several where commas are missing.
+  absl::Status ParseVertices(Ring& ring) {
+    bool first = true;
+    do {
+      if (!first) {
+        shape_.repairs.push_back(
+            absl::StrCat(InRing(), "missing comma after vertex ", ring.size()));
+      }
+      first = false;
+      const std::optional<double> x = Number();
+      if (!x) return Expected("a finite number");
+      const std::optional<double> y = Number();
+      if (!y) return Expected("a finite number");
+      ring.push_back({*x, *y});
+      if (++num_vertices_ > max_vertices_) {
+        return absl::ResourceExhaustedError(absl::StrCat(
+            "polygon has more than max_vertices_per_polygon (", max_vertices_, ") vertices"));
+      }
+      SkipBlanks();
+    } while (!rest_.empty() && rest_.front() != ',' && rest_.front() != ')');
+    return absl::OkStatus();
+  }
+
+  // Takes it from the text only when it is one.
+  std::optional<double> Number() {
+    SkipBlanks();
+    size_t n = 0;
+    while (n < rest_.size() && (absl::ascii_isalnum(rest_[n]) || rest_[n] == '.' ||
+                                rest_[n] == '+' || rest_[n] == '-')) {
+      ++n;
+    }
+    const std::optional<double> number = ParseNumber(rest_.substr(0, n));
+    if (number) rest_.remove_prefix(n);
+    return number;
+  }
+
+  // "", "hole 1: ", "part 2: ", "part 2: hole 1: " for the ring being read.
+  std::string InRing() const {
+    const size_t part = shape_.polygons.size();
+    const size_t hole = shape_.polygons.back().size();
+    return absl::StrCat(part > 1 ? absl::StrCat("part ", part, ": ") : "",
+                        hole > 0 ? absl::StrCat("hole ", hole, ": ") : "");
+  }
+
+  absl::Status CheckEnd() {
+    SkipBlanks();
+    if (rest_.empty()) return absl::OkStatus();
+    if (rest_.front() != '#') return Expected("the end");
+    shape_.repairs.emplace_back("comment after the polygon");
+    return absl::OkStatus();
+  }
+
+  const absl::string_view text_;
+  absl::string_view rest_;
+  const int max_vertices_;
+  int num_vertices_ = 0;
+  WktShape shape_;
+};
+
+void AppendVertex(const Point& p, std::string& text) {
+  absl::StrAppend(&text, FormatNumber(p.x), " ", FormatNumber(p.y));
+}
+
+}  // namespace
+
+absl::StatusOr<WktShape> ParseWkt(absl::string_view text, int max_vertices) {
+  return WktParser(text, max_vertices).Parse();
+}
+
+std::string FormatWkt(const Polygon& polygon) {
+  std::string text = "POLYGON(";
+  for (const Ring& ring : polygon.rings()) {
+    text += text.back() == '(' ? "(" : ",(";
+    for (const Point& p : ring) {
+      AppendVertex(p, text);
+      text += ",";
+    }
+    AppendVertex(ring.front(), text);
+    text += ")";
+  }
+  return text + ")";
+}
+
+}  // namespace hypermap::storage

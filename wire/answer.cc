@@ -1,0 +1,133 @@
+#include "wire/answer.h"
+
+#include <array>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "wire/field.h"
+#include "wire/layer.h"
+#include "wire/object.h"
+
+namespace hypermap::wire {
+namespace {
+
+constexpr double kUnknownValue = std::numeric_limits<double>::quiet_NaN();
+
+constexpr std::array<std::pair<AnswerStatus, v1::AnswerStatus>, 5> kStatuses{{
+    {AnswerStatus::kValue, v1::ANSWER_STATUS_VALUE},
+    {AnswerStatus::kUnknown, v1::ANSWER_STATUS_UNKNOWN},
+    {AnswerStatus::kOutside, v1::ANSWER_STATUS_OUTSIDE},
+    {AnswerStatus::kNoTransform, v1::ANSWER_STATUS_NO_TRANSFORM},
+    {AnswerStatus::kUnsupportedValue, v1::ANSWER_STATUS_UNSUPPORTED_VALUE},
+}};
+
+void EncodeMatch(const NearestAnswer::Entry& entry, v1::NearestMatch* message) {
+  const LayerSpec& spec = entry.layer->spec();
+  message->set_layer(spec.name);
+  message->set_kind(EncodeLayerKind(spec.kind));
+  message->set_distance_m(entry.neighbour.distance_m);
+  if (entry.neighbour.object) {
+    EncodeObject(*entry.neighbour.object, entry.caller_from_layer, message->mutable_object());
+  } else if (spec.grid) {
+    EncodeCellRuns(GeometryInFrame(*spec.grid, entry.caller_from_layer), {&entry.neighbour.cell, 1},
+                   message->mutable_cells());
+  }
+}
+
+}  // namespace
+
+v1::AnswerStatus EncodeAnswerStatus(AnswerStatus status) {
+  for (const auto& [domain, message] : kStatuses) {
+    if (domain == status) return message;
+  }
+  return v1::ANSWER_STATUS_UNSPECIFIED;
+}
+
+absl::StatusOr<AnswerStatus> DecodeAnswerStatus(absl::string_view field, v1::AnswerStatus status) {
+  for (const auto& [domain, message] : kStatuses) {
+    if (message == status) return domain;
+  }
+  return InvalidField(field, absl::StrCat("is not a known status: ", static_cast<int>(status)));
+}
+
+void EncodeCellRuns(const GridGeometry& geometry, absl::Span<const CellRun> runs,
+                    v1::CellRuns* message) {
+  EncodeGridGeometry(geometry, message->mutable_grid());
+  const int size = static_cast<int>(runs.size());
+  message->mutable_rows()->Reserve(size);
+  message->mutable_col_begins()->Reserve(size);
+  message->mutable_col_ends()->Reserve(size);
+  message->mutable_values()->Reserve(size);
+  for (const CellRun& run : runs) {
+    message->add_rows(run.row);
+    message->add_col_begins(run.col_begin);
+    message->add_col_ends(run.col_end);
+    message->add_values(run.value.value_or(kUnknownValue));
+  }
+}
+
+absl::StatusOr<CellRuns> DecodeCellRuns(absl::string_view field, const v1::CellRuns& message) {
+  const int size = message.rows_size();
+  if (message.col_begins_size() != size || message.col_ends_size() != size ||
+      message.values_size() != size) {
+    return InvalidField(field, "has columns of different lengths");
+  }
+  absl::StatusOr<GridGeometry> grid =
+      DecodeGridGeometry(absl::StrCat(field, ".grid"), message.grid());
+  if (!grid.ok()) return grid.status();
+  CellRuns decoded{*std::move(grid), {}};
+  decoded.runs.reserve(size);
+  for (int i = 0; i < size; ++i) {
+    const double value = message.values(i);
+    decoded.runs.push_back({message.rows(i), message.col_begins(i), message.col_ends(i),
+                            std::isnan(value) ? std::nullopt : std::optional(value)});
+  }
+  return decoded;
+}
+
+void EncodeLayerContent(const LayerContent& content, v1::LayerContent* message) {
+  const LayerSpec& spec = content.layer->spec();
+  message->set_layer(spec.name);
+  message->set_kind(EncodeLayerKind(spec.kind));
+  message->set_status(EncodeAnswerStatus(content.content.status));
+  if (content.content.value) message->set_value(*content.content.value);
+  for (const ObjectPtr& object : content.content.objects) {
+    EncodeObject(*object, content.caller_from_layer, message->add_objects());
+  }
+}
+
+size_t EncodeLayerPart(const LayerPart& part, size_t first_object, int64_t max_bytes,
+                       v1::LayerPart* message) {
+  const LayerSpec& spec = part.layer->spec();
+  message->set_layer(spec.name);
+  message->set_kind(EncodeLayerKind(spec.kind));
+  message->set_status(EncodeAnswerStatus(part.status));
+  if (part.status == AnswerStatus::kValue && spec.grid) {
+    EncodeCellRuns(GeometryInFrame(*spec.grid, part.caller_from_layer), part.part.runs,
+                   message->mutable_cells());
+  }
+  size_t next = first_object;
+  int64_t bytes = 0;
+  while (next < part.part.objects.size() && bytes < max_bytes) {
+    v1::Object* object = message->add_objects();
+    EncodeObject(*part.part.objects[next++], part.caller_from_layer, object);
+    bytes += static_cast<int64_t>(object->ByteSizeLong());
+  }
+  return next;
+}
+
+void EncodeNearestAnswer(const NearestAnswer& answer, v1::QueryNearestResponse* message) {
+  for (const NearestAnswer::Entry& entry : answer.entries) {
+    EncodeMatch(entry, message->add_matches());
+  }
+  for (const NearestAnswer::Refusal& refusal : answer.refusals) {
+    v1::LayerRefusal* out = message->add_refusals();
+    out->set_layer(refusal.layer->spec().name);
+    out->set_status(EncodeAnswerStatus(refusal.status));
+  }
+}
+
+}  // namespace hypermap::wire

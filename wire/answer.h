@@ -1,0 +1,53 @@
+// Answers to questions, on the wire.
+#ifndef HYPERMAP_WIRE_ANSWER_H_
+#define HYPERMAP_WIRE_ANSWER_H_
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
+#include "absl/types/span.h"
+#include "hypermap/v1/query_service.pb.h"
+#include "map/query/query.h"
+
+namespace hypermap::wire {
+
+v1::AnswerStatus EncodeAnswerStatus(AnswerStatus status);
+absl::StatusOr<AnswerStatus> DecodeAnswerStatus(absl::string_view field, v1::AnswerStatus status);
+
+// `geometry` in the caller's frame.
+void EncodeCellRuns(const GridGeometry& geometry, absl::Span<const CellRun> runs,
+                    v1::CellRuns* message);
+struct CellRuns {
+  GridGeometry grid;
+  std::vector<CellRun> runs;
+};
+absl::StatusOr<CellRuns> DecodeCellRuns(absl::string_view field, const v1::CellRuns& message);
+
+void EncodeLayerContent(const LayerContent& content, v1::LayerContent* message);
+
+// Encodes the part's runs and its objects from `first_object` on, until the message has grown to
+// `max_bytes` (it holds at least one object). Returns the index of the first object left over, or
+// the number of objects.
+size_t EncodeLayerPart(const LayerPart& part, size_t first_object, int64_t max_bytes,
+                       v1::LayerPart* message);
+
+// Fills matches and refusals.
+void EncodeNearestAnswer(const NearestAnswer& answer, v1::QueryNearestResponse* message);
+
+// The layers and the frame of any of the queries' requests.
+template <typename Request>
+Scope DecodeScope(const Request& request) {
+  return {{request.layers().begin(), request.layers().end()}, request.frame_id()};
+}
+template <typename Request>
+void EncodeScope(const Scope& scope, Request* request) {
+  request->mutable_layers()->Assign(scope.layers.begin(), scope.layers.end());
+  request->set_frame_id(scope.frame_id);
+}
+
+}  // namespace hypermap::wire
+
+#endif  // HYPERMAP_WIRE_ANSWER_H_

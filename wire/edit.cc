@@ -1,0 +1,172 @@
+#include "wire/edit.h"
+
+#include <array>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "wire/field.h"
+#include "wire/geometry.h"
+#include "wire/layer.h"
+#include "wire/object.h"
+
+namespace hypermap::wire {
+namespace {
+
+constexpr double kUnknownValue = std::numeric_limits<double>::quiet_NaN();
+
+constexpr std::array<std::pair<CellRule, v1::CellRule>, 3> kRules{{
+    {CellRule::kCentre, v1::CELL_RULE_CENTRE},
+    {CellRule::kCovered, v1::CELL_RULE_COVERED},
+    {CellRule::kTouched, v1::CELL_RULE_TOUCHED},
+}};
+
+v1::CellRule EncodeCellRule(CellRule rule) {
+  for (const auto& [domain, message] : kRules) {
+    if (domain == rule) return message;
+  }
+  return v1::CELL_RULE_UNSPECIFIED;
+}
+
+absl::StatusOr<CellRule> DecodeCellRule(absl::string_view field, v1::CellRule rule) {
+  if (rule == v1::CELL_RULE_UNSPECIFIED) return CellRule::kCentre;
+  for (const auto& [domain, message] : kRules) {
+    if (message == rule) return domain;
+  }
+  return InvalidField(field, absl::StrCat("is not a known rule: ", static_cast<int>(rule)));
+}
+
+struct Encoder {
+  v1::Edit* message;
+
+  absl::Status operator()(const PutObject& edit) const {
+    v1::PutObject* put = message->mutable_put_object();
+    put->set_layer(edit.layer);
+    put->set_frame_id(edit.frame_id);
+    EncodeObject(edit.object, PlanarTransform(), put->mutable_object());
+    return absl::OkStatus();
+  }
+  absl::Status operator()(const DeleteObject& edit) const {
+    message->mutable_delete_object()->set_layer(edit.layer);
+    message->mutable_delete_object()->set_id(edit.id);
+    return absl::OkStatus();
+  }
+  absl::Status operator()(const WriteCells& edit) const {
+    v1::WriteCells* write = message->mutable_write_cells();
+    write->set_layer(edit.layer);
+    EncodeCellBox(edit.box, write->mutable_box());
+    write->mutable_values()->Reserve(static_cast<int>(edit.values.size()));
+    for (const std::optional<double>& value : edit.values) {
+      write->add_values(value.value_or(kUnknownValue));
+    }
+    return absl::OkStatus();
+  }
+  absl::Status operator()(const FillPolygon& edit) const {
+    v1::FillPolygon* fill = message->mutable_fill_polygon();
+    fill->set_layer(edit.layer);
+    EncodePolygon(edit.area, fill->mutable_area());
+    fill->set_frame_id(edit.frame_id);
+    fill->set_rule(EncodeCellRule(edit.rule));
+    if (edit.value) fill->set_value(*edit.value);
+    return absl::OkStatus();
+  }
+  absl::Status operator()(const CreateLayer&) const { return HasOwnRpc("CreateLayer"); }
+  absl::Status operator()(const DeleteLayer&) const { return HasOwnRpc("DeleteLayer"); }
+  absl::Status operator()(const SetTransform&) const { return HasOwnRpc("SetTransform"); }
+
+  static absl::Status HasOwnRpc(absl::string_view rpc) {
+    return absl::InvalidArgumentError(absl::StrCat(rpc, " is no edit of content, it has an rpc"));
+  }
+};
+
+absl::StatusOr<Edit> DecodePutObject(const std::string& field, const v1::PutObject& message,
+                                     const DecodeLimits& limits) {
+  const std::string object_field = field + ".object";
+  if (!message.has_object()) return InvalidField(object_field, "is missing");
+  absl::StatusOr<SemanticObject> object = DecodeObject(object_field, message.object(), limits);
+  if (!object.ok()) return object.status();
+  return PutObject{message.layer(), *std::move(object), message.frame_id()};
+}
+
+absl::StatusOr<Edit> DecodeWriteCells(const std::string& field, const v1::WriteCells& message,
+                                      const DecodeLimits& limits) {
+  if (message.values_size() > limits.max_cells) {
+    return absl::ResourceExhaustedError(absl::StrCat(field, ".values has ", message.values_size(),
+                                                     " cells, --max_cells is ", limits.max_cells));
+  }
+  WriteCells edit{message.layer(), DecodeCellBox(message.box()), {}};
+  edit.values.reserve(message.values_size());
+  for (const double value : message.values()) {
+    if (std::isinf(value)) {
+      return InvalidField(absl::StrCat(field, ".values[", edit.values.size(), "]"),
+                          "is not finite");
+    }
+    edit.values.push_back(std::isnan(value) ? std::nullopt : std::optional(value));
+  }
+  return edit;
+}
+
+absl::StatusOr<Edit> DecodeFillPolygon(const std::string& field, const v1::FillPolygon& message,
+                                       const DecodeLimits& limits) {
+  const std::string area_field = field + ".area";
+  if (!message.has_area()) return InvalidField(area_field, "is missing");
+  absl::StatusOr<Polygon> area = DecodePolygon(area_field, message.area(), limits);
+  if (!area.ok()) return area.status();
+  const absl::StatusOr<CellRule> rule = DecodeCellRule(field + ".rule", message.rule());
+  if (!rule.ok()) return rule.status();
+  FillPolygon edit{message.layer(), *std::move(area), message.frame_id(), *rule, std::nullopt};
+  if (message.has_value()) {
+    if (!std::isfinite(message.value())) return InvalidField(field + ".value", "is not finite");
+    edit.value = message.value();
+  }
+  return edit;
+}
+
+}  // namespace
+
+absl::Status EncodeEdit(const Edit& edit, v1::Edit* message) {
+  return std::visit(Encoder{message}, edit);
+}
+
+absl::StatusOr<Edit> DecodeEdit(absl::string_view field, const v1::Edit& message,
+                                const DecodeLimits& limits) {
+  switch (message.edit_case()) {
+    case v1::Edit::kPutObject:
+      return DecodePutObject(absl::StrCat(field, ".put_object"), message.put_object(), limits);
+    case v1::Edit::kDeleteObject:
+      return DeleteObject{message.delete_object().layer(), message.delete_object().id()};
+    case v1::Edit::kWriteCells:
+      return DecodeWriteCells(absl::StrCat(field, ".write_cells"), message.write_cells(), limits);
+    case v1::Edit::kFillPolygon:
+      return DecodeFillPolygon(absl::StrCat(field, ".fill_polygon"), message.fill_polygon(),
+                               limits);
+    case v1::Edit::EDIT_NOT_SET:
+      break;
+  }
+  return InvalidField(field, "says nothing to do");
+}
+
+absl::StatusOr<EditBatch> DecodeEdits(const google::protobuf::RepeatedPtrField<v1::Edit>& edits,
+                                      const DecodeLimits& limits) {
+  if (edits.empty()) return InvalidField("edits", "is empty");
+  if (edits.size() > limits.max_edits) {
+    return absl::ResourceExhaustedError(
+        absl::StrCat("edits has ", edits.size(), ", --max_edits is ", limits.max_edits));
+  }
+  EditBatch batch;
+  batch.edits.reserve(edits.size());
+  for (const v1::Edit& message : edits) {
+    absl::StatusOr<Edit> edit =
+        DecodeEdit(absl::StrCat("edits[", batch.edits.size(), "]"), message, limits);
+    if (!edit.ok()) return edit.status();
+    batch.edits.push_back(*std::move(edit));
+  }
+  return batch;
+}
+
+}  // namespace hypermap::wire

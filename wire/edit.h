@@ -1,0 +1,28 @@
+// Edits on the wire.
+#ifndef HYPERMAP_WIRE_EDIT_H_
+#define HYPERMAP_WIRE_EDIT_H_
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
+#include "google/protobuf/repeated_ptr_field.h"
+#include "hypermap/v1/edit.pb.h"
+#include "map/edits/edit.h"
+#include "wire/limits.h"
+
+namespace hypermap::wire {
+
+// INVALID_ARGUMENT for edits that have an rpc of their own (CreateLayer, DeleteLayer,
+// SetTransform).
+absl::Status EncodeEdit(const Edit& edit, v1::Edit* message);
+
+absl::StatusOr<Edit> DecodeEdit(absl::string_view field, const v1::Edit& message,
+                                const DecodeLimits& limits);
+
+// INVALID_ARGUMENT when there are none, RESOURCE_EXHAUSTED past limits.max_edits.
+absl::StatusOr<EditBatch> DecodeEdits(const google::protobuf::RepeatedPtrField<v1::Edit>& edits,
+                                      const DecodeLimits& limits);
+
+}  // namespace hypermap::wire
+
+#endif  // HYPERMAP_WIRE_EDIT_H_

@@ -1,0 +1,149 @@
+#include "wire/edit.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <string>
+
+namespace hypermap::wire {
+namespace {
+
+using ::testing::HasSubstr;
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double kInf = std::numeric_limits<double>::infinity();
+
+Polygon Square() { return Polygon::FromBox({{0, 0}, {1, 1}}); }
+
+template <typename EditType>
+EditType RoundTrip(const EditType& edit) {
+  v1::Edit message;
+  EXPECT_TRUE(EncodeEdit(edit, &message).ok());
+  const absl::StatusOr<Edit> decoded = DecodeEdit("edits[0]", message, DecodeLimits());
+  EXPECT_TRUE(decoded.ok()) << decoded.status();
+  return std::get<EditType>(*decoded);
+}
+
+TEST(EditOnTheWire, PutObjectComesBackEqual) {
+  PutObject edit{"things", {}, "dock"};
+  edit.object.id = 7;
+  edit.object.label = "cup";
+  edit.object.polygon = Square();
+  const PutObject decoded = RoundTrip(edit);
+  EXPECT_EQ(decoded.layer, edit.layer);
+  EXPECT_EQ(decoded.object, edit.object);
+  EXPECT_EQ(decoded.frame_id, edit.frame_id);
+}
+
+TEST(EditOnTheWire, DeleteObjectComesBackEqual) {
+  const DeleteObject decoded = RoundTrip(DeleteObject{"things", 12});
+  EXPECT_EQ(decoded.layer, "things");
+  EXPECT_EQ(decoded.id, 12);
+}
+
+TEST(EditOnTheWire, WriteCellsComesBackEqualUnknownIncluded) {
+  const WriteCells edit{"grid", {-2, -1, -3, 0}, {0.5, std::nullopt, 0.0}};
+  const WriteCells decoded = RoundTrip(edit);
+  EXPECT_EQ(decoded.layer, edit.layer);
+  EXPECT_EQ(decoded.box, edit.box);
+  EXPECT_EQ(decoded.values, edit.values);
+}
+
+TEST(EditOnTheWire, FillPolygonComesBackEqualByEveryRule) {
+  for (const CellRule rule : {CellRule::kCentre, CellRule::kCovered, CellRule::kTouched}) {
+    for (const std::optional<double> value : {std::optional(0.0), std::optional<double>()}) {
+      const FillPolygon decoded = RoundTrip(FillPolygon{"grid", Square(), "dock", rule, value});
+      EXPECT_EQ(decoded.layer, "grid");
+      EXPECT_EQ(decoded.area, Square());
+      EXPECT_EQ(decoded.frame_id, "dock");
+      EXPECT_EQ(decoded.rule, rule);
+      EXPECT_EQ(decoded.value, value);
+    }
+  }
+}
+
+TEST(EditOnTheWire, RuleLeftOutSelectsByCentre) {
+  v1::Edit message;
+  ASSERT_TRUE(EncodeEdit(FillPolygon{"grid", Square(), "", CellRule::kTouched, {}}, &message).ok());
+  message.mutable_fill_polygon()->clear_rule();
+  EXPECT_EQ(std::get<FillPolygon>(*DecodeEdit("e", message, DecodeLimits())).rule,
+            CellRule::kCentre);
+}
+
+TEST(EditOnTheWire, EditsOfTheStructureHaveNoMessage) {
+  v1::Edit message;
+  for (const Edit& edit : {Edit(CreateLayer{}), Edit(DeleteLayer{}), Edit(SetTransform{})}) {
+    EXPECT_TRUE(absl::IsInvalidArgument(EncodeEdit(edit, &message)));
+  }
+}
+
+v1::Edit FillMessage(double value) {
+  v1::Edit message;
+  EXPECT_TRUE(
+      EncodeEdit(FillPolygon{"grid", Square(), "", CellRule::kCentre, value}, &message).ok());
+  return message;
+}
+
+TEST(EditOnTheWire, BadOnesNameTheField) {
+  v1::Edit no_object;
+  no_object.mutable_put_object()->set_layer("things");
+  v1::Edit no_polygon = no_object;
+  no_polygon.mutable_put_object()->mutable_object()->set_label("cup");
+  v1::Edit infinite_cell;
+  infinite_cell.mutable_write_cells()->add_values(kNan);
+  infinite_cell.mutable_write_cells()->add_values(-kInf);
+  v1::Edit no_area;
+  no_area.mutable_fill_polygon();
+  v1::Edit unknown_rule = FillMessage(1.0);
+  unknown_rule.mutable_fill_polygon()->set_rule(static_cast<v1::CellRule>(9));
+  const struct {
+    const char* name;
+    v1::Edit message;
+    const char* error;
+  } cases[] = {
+      {"nothing", v1::Edit(), "edits[2] says nothing to do"},
+      {"no object", no_object, "edits[2].put_object.object is missing"},
+      {"no polygon", no_polygon, "edits[2].put_object.object.polygon is missing"},
+      {"infinite cell", infinite_cell, "edits[2].write_cells.values[1] is not finite"},
+      {"no area", no_area, "edits[2].fill_polygon.area is missing"},
+      {"unknown rule", unknown_rule, "edits[2].fill_polygon.rule is not a known rule: 9"},
+      {"nan fill", FillMessage(kNan), "edits[2].fill_polygon.value is not finite"},
+  };
+  for (const auto& c : cases) {
+    SCOPED_TRACE(c.name);
+    EXPECT_EQ(DecodeEdit("edits[2]", c.message, DecodeLimits()).status(),
+              absl::InvalidArgumentError(c.error));
+  }
+}
+
+TEST(EditOnTheWire, CellsCountAgainstTheLimit) {
+  v1::Edit message;
+  ASSERT_TRUE(EncodeEdit(WriteCells{"grid", {0, 1, 0, 3}, {1.0, 1.0, 1.0}}, &message).ok());
+  DecodeLimits limits;
+  limits.max_cells = 3;
+  EXPECT_TRUE(DecodeEdit("edits[0]", message, limits).ok());
+  limits.max_cells = 2;
+  const auto refused = DecodeEdit("edits[0]", message, limits);
+  EXPECT_TRUE(absl::IsResourceExhausted(refused.status())) << refused.status();
+  EXPECT_THAT(std::string(refused.status().message()), HasSubstr("--max_cells"));
+}
+
+TEST(EditBatchOnTheWire, MustHoldOneEditAndAtMostTheLimit) {
+  google::protobuf::RepeatedPtrField<v1::Edit> edits;
+  EXPECT_EQ(DecodeEdits(edits, DecodeLimits()).status(),
+            absl::InvalidArgumentError("edits is empty"));
+  DecodeLimits limits;
+  limits.max_edits = 2;
+  for (int i = 0; i < 2; ++i) *edits.Add() = FillMessage(1.0);
+  const auto batch = DecodeEdits(edits, limits);
+  ASSERT_TRUE(batch.ok()) << batch.status();
+  EXPECT_EQ(batch->edits.size(), 2u);
+  *edits.Add() = FillMessage(1.0);
+  const auto refused = DecodeEdits(edits, limits);
+  EXPECT_TRUE(absl::IsResourceExhausted(refused.status())) << refused.status();
+  EXPECT_THAT(std::string(refused.status().message()), HasSubstr("--max_edits"));
+}
+
+}  // namespace
+}  // namespace hypermap::wire

@@ -1,0 +1,107 @@
+#include "wire/layer.h"
+
+#include <array>
+#include <string>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "map/layers/grid/grid_layer.h"
+#include "map/layers/layer_registry.h"
+#include "wire/field.h"
+#include "wire/geometry.h"
+
+namespace hypermap::wire {
+namespace {
+
+constexpr std::array<std::pair<LayerKind, v1::LayerKind>, 4> kKinds{{
+    {LayerKind::kOccupancy, v1::LAYER_KIND_OCCUPANCY},
+    {LayerKind::kExploration, v1::LAYER_KIND_EXPLORATION},
+    {LayerKind::kSemantic, v1::LAYER_KIND_SEMANTIC},
+    {LayerKind::kScalar, v1::LAYER_KIND_SCALAR},
+}};
+
+}  // namespace
+
+v1::LayerKind EncodeLayerKind(LayerKind kind) {
+  for (const auto& [domain, message] : kKinds) {
+    if (domain == kind) return message;
+  }
+  return v1::LAYER_KIND_UNSPECIFIED;
+}
+
+absl::StatusOr<LayerKind> DecodeLayerKind(absl::string_view field, v1::LayerKind kind) {
+  for (const auto& [domain, message] : kKinds) {
+    if (message == kind) return domain;
+  }
+  if (kind == v1::LAYER_KIND_UNSPECIFIED) return InvalidField(field, "is missing");
+  return InvalidField(field, absl::StrCat("is not a known kind: ", static_cast<int>(kind)));
+}
+
+void EncodeGridGeometry(const GridGeometry& geometry, v1::GridGeometry* message) {
+  EncodePose(geometry.layer_from_grid, message->mutable_origin());
+  message->set_resolution_m(geometry.resolution_m);
+}
+
+absl::StatusOr<GridGeometry> DecodeGridGeometry(absl::string_view field,
+                                                const v1::GridGeometry& message) {
+  const absl::StatusOr<PlanarTransform> origin =
+      DecodePose(absl::StrCat(field, ".origin"), message.origin());
+  if (!origin.ok()) return origin.status();
+  return GridGeometry{*origin, message.resolution_m()};
+}
+
+void EncodeCellBox(const CellBox& box, v1::CellBox* message) {
+  message->set_row_begin(box.row_begin);
+  message->set_row_end(box.row_end);
+  message->set_col_begin(box.col_begin);
+  message->set_col_end(box.col_end);
+}
+
+CellBox DecodeCellBox(const v1::CellBox& message) {
+  return {message.row_begin(), message.row_end(), message.col_begin(), message.col_end()};
+}
+
+void EncodeLayerSpec(const LayerSpec& spec, v1::Layer* message) {
+  message->set_name(spec.name);
+  message->set_kind(EncodeLayerKind(spec.kind));
+  message->set_frame_id(spec.frame_id);
+  if (spec.grid) EncodeGridGeometry(*spec.grid, message->mutable_grid());
+  if (spec.kind == LayerKind::kOccupancy) {
+    message->mutable_thresholds()->set_free_below(spec.thresholds.free_below);
+    message->mutable_thresholds()->set_occupied_above(spec.thresholds.occupied_above);
+  }
+  message->set_unit(spec.unit);
+}
+
+void EncodeLayer(const Layer& layer, v1::Layer* message) {
+  EncodeLayerSpec(layer.spec(), message);
+  message->set_size(layer.Size());
+  if (!IsGridKind(layer.spec().kind)) return;
+  const CellBox& extent = static_cast<const GridLayer&>(layer).extent();
+  if (!extent.empty()) EncodeCellBox(extent, message->mutable_extent());
+}
+
+absl::StatusOr<LayerSpec> DecodeLayerSpec(absl::string_view field, const v1::Layer& message) {
+  LayerSpec spec;
+  spec.name = message.name();
+  const absl::StatusOr<LayerKind> kind =
+      DecodeLayerKind(absl::StrCat(field, ".kind"), message.kind());
+  if (!kind.ok()) return kind.status();
+  spec.kind = *kind;
+  spec.frame_id = message.frame_id();
+  if (message.has_grid()) {
+    absl::StatusOr<GridGeometry> grid =
+        DecodeGridGeometry(absl::StrCat(field, ".grid"), message.grid());
+    if (!grid.ok()) return grid.status();
+    spec.grid = *grid;
+  }
+  const v1::OccupancyThresholds& thresholds = message.thresholds();
+  if (thresholds.has_free_below()) spec.thresholds.free_below = thresholds.free_below();
+  if (thresholds.has_occupied_above()) {
+    spec.thresholds.occupied_above = thresholds.occupied_above();
+  }
+  spec.unit = message.unit();
+  return spec;
+}
+
+}  // namespace hypermap::wire

@@ -1,0 +1,32 @@
+// Layers apart from their content, and the geometry of grids, on the wire.
+#ifndef HYPERMAP_WIRE_LAYER_H_
+#define HYPERMAP_WIRE_LAYER_H_
+
+#include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
+#include "hypermap/v1/layer.pb.h"
+#include "map/layers/grid/grid_geometry.h"
+#include "map/layers/layer.h"
+#include "map/layers/layer_spec.h"
+
+namespace hypermap::wire {
+
+v1::LayerKind EncodeLayerKind(LayerKind kind);
+void EncodeGridGeometry(const GridGeometry& geometry, v1::GridGeometry* message);
+void EncodeCellBox(const CellBox& box, v1::CellBox* message);
+void EncodeLayerSpec(const LayerSpec& spec, v1::Layer* message);
+// The spec with the layer's size and extent.
+void EncodeLayer(const Layer& layer, v1::Layer* message);
+
+// INVALID_ARGUMENT for a kind that is missing or not known.
+absl::StatusOr<LayerKind> DecodeLayerKind(absl::string_view field, v1::LayerKind kind);
+absl::StatusOr<GridGeometry> DecodeGridGeometry(absl::string_view field,
+                                                const v1::GridGeometry& message);
+CellBox DecodeCellBox(const v1::CellBox& message);
+// Leaves what Validate(LayerSpec) checks to it: an empty frame_id of a request is still to be
+// replaced by the map's own. Size and extent are not looked at.
+absl::StatusOr<LayerSpec> DecodeLayerSpec(absl::string_view field, const v1::Layer& message);
+
+}  // namespace hypermap::wire
+
+#endif  // HYPERMAP_WIRE_LAYER_H_

@@ -1,0 +1,83 @@
+#include "wire/layer.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <optional>
+#include <vector>
+
+#include "map/layers/layer_registry.h"
+#include "tests/support/random_map.h"
+
+namespace hypermap::wire {
+namespace {
+
+LayerSpec SpecOf(LayerKind kind) {
+  LayerSpec spec;
+  spec.name = "a-layer";
+  spec.kind = kind;
+  spec.frame_id = "floor/1";
+  if (IsGridKind(kind)) spec.grid = GridGeometry{PlanarTransform(-3.0, 2.5, 0.3), 0.05};
+  if (kind == LayerKind::kOccupancy) spec.thresholds = {0.1, 0.9};
+  if (kind == LayerKind::kScalar) spec.unit = "dBm";
+  return spec;
+}
+
+TEST(LayerOnTheWire, SpecsOfEveryKindComeBackEqual) {
+  for (const LayerKind kind :
+       {LayerKind::kOccupancy, LayerKind::kExploration, LayerKind::kSemantic, LayerKind::kScalar}) {
+    SCOPED_TRACE(LayerKindName(kind).data());
+    v1::Layer message;
+    EncodeLayerSpec(SpecOf(kind), &message);
+    const auto decoded = DecodeLayerSpec("layer", message);
+    ASSERT_TRUE(decoded.ok()) << decoded.status();
+    EXPECT_EQ(*decoded, SpecOf(kind));
+  }
+}
+
+TEST(LayerOnTheWire, ThresholdsLeftOutAreTheDefaults) {
+  v1::Layer message;
+  message.set_kind(v1::LAYER_KIND_OCCUPANCY);
+  message.mutable_thresholds()->set_free_below(0.01);
+  const auto decoded = DecodeLayerSpec("layer", message);
+  ASSERT_TRUE(decoded.ok()) << decoded.status();
+  EXPECT_EQ(decoded->thresholds.free_below, 0.01);
+  EXPECT_EQ(decoded->thresholds.occupied_above, OccupancyThresholds().occupied_above);
+}
+
+TEST(LayerOnTheWire, BadOnesNameTheField) {
+  v1::Layer message;
+  EXPECT_EQ(DecodeLayerSpec("layer", message).status(),
+            absl::InvalidArgumentError("layer.kind is missing"));
+  message.set_kind(static_cast<v1::LayerKind>(77));
+  EXPECT_EQ(DecodeLayerSpec("layer", message).status(),
+            absl::InvalidArgumentError("layer.kind is not a known kind: 77"));
+  message.set_kind(v1::LAYER_KIND_SCALAR);
+  message.mutable_grid()->mutable_origin()->set_x(std::numeric_limits<double>::quiet_NaN());
+  EXPECT_EQ(DecodeLayerSpec("layer", message).status(),
+            absl::InvalidArgumentError("layer.grid.origin is not finite"));
+}
+
+TEST(LayerOnTheWire, TellsItsSizeAndExtent) {
+  EditBatch batch;
+  LayerSpec spec = SpecOf(LayerKind::kOccupancy);
+  batch.edits.push_back(CreateLayer{spec});
+  batch.edits.push_back(
+      WriteCells{spec.name, {-1, 1, 5, 8}, std::vector<std::optional<double>>(6, 0.5)});
+  spec.name = "empty";
+  batch.edits.push_back(CreateLayer{spec});
+  const Snapshot snapshot = hypermap::testing::MakeSnapshot("site", batch);
+
+  v1::Layer written;
+  EncodeLayer(**snapshot.GetLayer("a-layer"), &written);
+  EXPECT_EQ(written.size(), 6);
+  EXPECT_EQ(DecodeCellBox(written.extent()), (CellBox{-1, 1, 5, 8}));
+
+  v1::Layer empty;
+  EncodeLayer(**snapshot.GetLayer("empty"), &empty);
+  EXPECT_EQ(empty.size(), 0);
+  EXPECT_FALSE(empty.has_extent());
+}
+
+}  // namespace
+}  // namespace hypermap::wire

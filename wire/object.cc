@@ -1,0 +1,112 @@
+#include "wire/object.h"
+
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <variant>
+
+#include "absl/strings/str_cat.h"
+#include "wire/field.h"
+#include "wire/geometry.h"
+
+namespace hypermap::wire {
+namespace {
+
+void EncodeAttribute(const AttributeValue& value, v1::AttributeValue* message) {
+  struct Visitor {
+    v1::AttributeValue* message;
+    void operator()(bool v) const { message->set_bool_value(v); }
+    void operator()(int64_t v) const { message->set_int_value(v); }
+    void operator()(double v) const { message->set_double_value(v); }
+    void operator()(const std::string& v) const { message->set_string_value(v); }
+  };
+  std::visit(Visitor{message}, value);
+}
+
+absl::StatusOr<AttributeValue> DecodeAttribute(absl::string_view field,
+                                               const v1::AttributeValue& message) {
+  switch (message.value_case()) {
+    case v1::AttributeValue::kBoolValue:
+      return AttributeValue(message.bool_value());
+    case v1::AttributeValue::kIntValue:
+      return AttributeValue(int64_t{message.int_value()});
+    case v1::AttributeValue::kDoubleValue:
+      return AttributeValue(message.double_value());
+    case v1::AttributeValue::kStringValue:
+      return AttributeValue(message.string_value());
+    case v1::AttributeValue::VALUE_NOT_SET:
+      break;
+  }
+  return InvalidField(field, "has no value");
+}
+
+// All of the object but its polygon.
+absl::StatusOr<SemanticObject> DecodeProperties(absl::string_view field,
+                                                const v1::Object& message) {
+  SemanticObject object;
+  object.id = message.id();
+  object.label = message.label();
+  object.classes = {message.classes().begin(), message.classes().end()};
+  if (message.has_existence()) object.existence = message.existence();
+  if (message.has_height()) {
+    object.height = HeightRange{message.height().low_m(), message.height().high_m()};
+  }
+  object.tags = {message.tags().begin(), message.tags().end()};
+  for (const auto& [name, value] : message.attributes()) {
+    absl::StatusOr<AttributeValue> attribute =
+        DecodeAttribute(absl::StrCat(field, ".attributes[", name, "]"), value);
+    if (!attribute.ok()) return attribute.status();
+    object.attributes.emplace(name, *std::move(attribute));
+  }
+  return object;
+}
+
+// `decode_polygon` takes the polygon's field and message.
+template <typename DecodePolygonMessage>
+absl::StatusOr<SemanticObject> DecodeWith(absl::string_view field, const v1::Object& message,
+                                          DecodePolygonMessage decode_polygon) {
+  const std::string polygon_field = absl::StrCat(field, ".polygon");
+  if (!message.has_polygon()) return InvalidField(polygon_field, "is missing");
+  absl::StatusOr<SemanticObject> object = DecodeProperties(field, message);
+  if (!object.ok()) return object.status();
+  absl::StatusOr<Polygon> polygon = decode_polygon(polygon_field, message.polygon());
+  if (!polygon.ok()) return polygon.status();
+  object->polygon = *std::move(polygon);
+  return object;
+}
+
+}  // namespace
+
+void EncodeObject(const SemanticObject& object, const PlanarTransform& caller_from_object,
+                  v1::Object* message) {
+  message->set_id(object.id);
+  message->set_label(object.label);
+  message->mutable_classes()->insert(object.classes.begin(), object.classes.end());
+  message->set_existence(object.existence);
+  const Polygon polygon = caller_from_object * object.polygon;
+  EncodePolygon(polygon, message->mutable_polygon());
+  EncodePoint(Centroid(polygon), message->mutable_centroid());
+  if (object.height) {
+    message->mutable_height()->set_low_m(object.height->low_m);
+    message->mutable_height()->set_high_m(object.height->high_m);
+  }
+  message->mutable_tags()->Assign(object.tags.begin(), object.tags.end());
+  for (const auto& [name, value] : object.attributes) {
+    EncodeAttribute(value, &(*message->mutable_attributes())[name]);
+  }
+}
+
+absl::StatusOr<SemanticObject> DecodeObject(absl::string_view field, const v1::Object& message,
+                                            const DecodeLimits& limits) {
+  return DecodeWith(field, message, [&](absl::string_view polygon_field, const v1::Polygon& p) {
+    return DecodePolygon(polygon_field, p, limits);
+  });
+}
+
+absl::StatusOr<SemanticObject> DecodeObject(absl::string_view field, const v1::Object& message) {
+  return DecodeWith(field, message, [](absl::string_view polygon_field, const v1::Polygon& p) {
+    return DecodePolygon(polygon_field, p);
+  });
+}
+
+}  // namespace hypermap::wire

@@ -1,0 +1,28 @@
+// Semantic objects on the wire.
+#ifndef HYPERMAP_WIRE_OBJECT_H_
+#define HYPERMAP_WIRE_OBJECT_H_
+
+#include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
+#include "hypermap/v1/object.pb.h"
+#include "map/frames/planar_transform.h"
+#include "map/layers/semantic_object.h"
+#include "wire/limits.h"
+
+namespace hypermap::wire {
+
+// The object with its polygon and centroid in the caller's frame.
+void EncodeObject(const SemanticObject& object, const PlanarTransform& caller_from_object,
+                  v1::Object* message);
+
+// An object of a request; its polygon must be there. Leaves what Validate(SemanticObject) checks to
+// it.
+absl::StatusOr<SemanticObject> DecodeObject(absl::string_view field, const v1::Object& message,
+                                            const DecodeLimits& limits);
+
+// An object of an answer.
+absl::StatusOr<SemanticObject> DecodeObject(absl::string_view field, const v1::Object& message);
+
+}  // namespace hypermap::wire
+
+#endif  // HYPERMAP_WIRE_OBJECT_H_

@@ -1,0 +1,92 @@
+#include "wire/object.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "tests/support/random_map.h"
+
+namespace hypermap::wire {
+namespace {
+
+SemanticObject Desk() {
+  SemanticObject object;
+  object.id = int64_t{1} << 40;
+  object.label = "Schreibtisch für zwei";
+  object.classes = {{"table", 0.7}, {"desk", 1.0}};
+  object.existence = 0.25;
+  object.polygon =
+      *Polygon::Make({{0, 0}, {2, 0}, {2, 1}, {0, 1}}, {{{0.5, 0.2}, {1, 0.2}, {1, 0.4}}});
+  object.height = HeightRange{0.0, 0.75};
+  object.tags = {"furniture", "b", "a"};
+  object.attributes = {{"movable", true},
+                       {"serial", std::numeric_limits<int64_t>::min()},
+                       {"mass_kg", 12.5},
+                       {"note", std::string("heavy")}};
+  return object;
+}
+
+TEST(ObjectOnTheWire, ComesBackEqual) {
+  v1::Object message;
+  EncodeObject(Desk(), PlanarTransform(), &message);
+  const auto request = DecodeObject("object", message, DecodeLimits());
+  ASSERT_TRUE(request.ok()) << request.status();
+  EXPECT_EQ(*request, Desk());
+  const auto answer = DecodeObject("object", message);
+  ASSERT_TRUE(answer.ok()) << answer.status();
+  EXPECT_EQ(*answer, Desk());
+}
+
+TEST(ObjectOnTheWire, RandomOnesComeBackEqualThroughBytes) {
+  const uint64_t seed = hypermap::testing::TestSeed();
+  SCOPED_TRACE(::testing::Message() << "HYPERMAP_TEST_SEED=" << seed);
+  hypermap::testing::Rng rng(seed);
+  for (int i = 0; i < 200; ++i) {
+    const SemanticObject object = hypermap::testing::RandomObject(rng, {1, 2}, 3.0);
+    v1::Object sent;
+    EncodeObject(object, PlanarTransform(), &sent);
+    v1::Object received;
+    ASSERT_TRUE(received.ParseFromString(sent.SerializeAsString()));
+    const auto decoded = DecodeObject("object", received, DecodeLimits());
+    ASSERT_TRUE(decoded.ok()) << decoded.status();
+    EXPECT_EQ(*decoded, object);
+  }
+}
+
+TEST(ObjectOnTheWire, PolygonAndCentroidAreInTheCallersFrame) {
+  const PlanarTransform map_from_dock(10.0, 20.0, 1.25);
+  v1::Object message;
+  EncodeObject(Desk(), map_from_dock, &message);
+  const auto decoded = DecodeObject("object", message);
+  ASSERT_TRUE(decoded.ok()) << decoded.status();
+  EXPECT_EQ(decoded->polygon, map_from_dock * Desk().polygon);
+  const Point centroid = map_from_dock * Centroid(Desk().polygon);
+  EXPECT_NEAR(message.centroid().x(), centroid.x, 1e-9);
+  EXPECT_NEAR(message.centroid().y(), centroid.y, 1e-9);
+}
+
+TEST(ObjectOnTheWire, ExistenceLeftOutIsCertain) {
+  v1::Object message;
+  EncodeObject(Desk(), PlanarTransform(), &message);
+  message.clear_existence();
+  EXPECT_EQ(DecodeObject("object", message, DecodeLimits())->existence, 1.0);
+  message.set_existence(0.0);
+  EXPECT_EQ(DecodeObject("object", message, DecodeLimits())->existence, 0.0);
+}
+
+TEST(ObjectOnTheWire, BadOnesNameTheField) {
+  v1::Object message;
+  EXPECT_EQ(DecodeObject("object", message, DecodeLimits()).status(),
+            absl::InvalidArgumentError("object.polygon is missing"));
+  EncodeObject(Desk(), PlanarTransform(), &message);
+  (*message.mutable_attributes())["color"];
+  EXPECT_EQ(DecodeObject("object", message, DecodeLimits()).status(),
+            absl::InvalidArgumentError("object.attributes[color] has no value"));
+  message.clear_attributes();
+  message.mutable_polygon()->mutable_outer()->mutable_points()->DeleteSubrange(2, 2);
+  EXPECT_EQ(DecodeObject("object", message, DecodeLimits()).status(),
+            absl::InvalidArgumentError("object.polygon: outer has fewer than 3 distinct vertices"));
+}
+
+}  // namespace
+}  // namespace hypermap::wire

@@ -1,0 +1,16 @@
+// Errors on the wire: the one place where absl::Status and grpc::Status meet.
+#ifndef HYPERMAP_WIRE_STATUS_H_
+#define HYPERMAP_WIRE_STATUS_H_
+
+#include <grpcpp/support/status.h>
+
+#include "absl/status/status.h"
+
+namespace hypermap::wire {
+
+grpc::Status EncodeStatus(const absl::Status& status);
+absl::Status DecodeStatus(const grpc::Status& status);
+
+}  // namespace hypermap::wire
+
+#endif  // HYPERMAP_WIRE_STATUS_H_
