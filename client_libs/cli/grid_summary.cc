@@ -27,10 +27,10 @@ std::string GridSummary::DescribeValues() const {
   std::string text;
   if (known_ > 0) {
     const double mean = sum_ / static_cast<double>(known_);
-    if (kind_ == LayerKind::kExploration) {
-      text = absl::StrCat(FormatNumber(100.0 * mean, 0), " % explored");
-    } else if (min_ == max_) {
-      text = FormatNumber(min_);
+    if (min_ == max_) {
+      text = DescribeCellValue(kind_, min_);
+    } else if (kind_ == LayerKind::kExploration) {
+      text = absl::StrCat(FormatNumber(100.0 * mean, 1), " % explored");
     } else {
       text = absl::StrCat(FormatNumber(min_), " to ", FormatNumber(max_), ", mean ",
                           FormatNumber(mean));
@@ -53,6 +53,11 @@ std::string GridSummary::DescribeExtent() const {
 
 double GridSummary::AreaOf(int64_t cells) const {
   return static_cast<double>(cells) * geometry_.resolution_m * geometry_.resolution_m;
+}
+
+std::string DescribeCellValue(LayerKind kind, double value) {
+  if (kind == LayerKind::kExploration) return value != 0.0 ? "explored" : "unexplored";
+  return FormatNumber(value, 4);
 }
 
 }  // namespace hypermap::cli

@@ -41,6 +41,9 @@ class GridSummary {
   CellBox box_;
 };
 
+// The value of a cell as its kind calls it.
+std::string DescribeCellValue(LayerKind kind, double value);
+
 }  // namespace hypermap::cli
 
 #endif  // HYPERMAP_CLIENT_LIBS_CLI_GRID_SUMMARY_H_

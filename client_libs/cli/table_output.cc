@@ -1,5 +1,6 @@
 #include "client_libs/cli/table_output.h"
 
+#include <map>
 #include <string>
 #include <vector>
 
@@ -12,6 +13,9 @@
 
 namespace hypermap::cli {
 namespace {
+
+// How many repairs of an import are listed.
+constexpr size_t kMaxRepairs = 10;
 
 std::string KindName(LayerKind kind) { return std::string(LayerKindName(kind)); }
 
@@ -35,7 +39,7 @@ std::string DescribeStatus(AnswerStatus status) {
     case AnswerStatus::kNoTransform:
       return "no transform to its frame";
     case AnswerStatus::kUnsupportedValue:
-      return "does not take this value";
+      return "takes no such value";
   }
   return "";
 }
@@ -48,11 +52,6 @@ std::string DescribeObject(const SemanticObject& object) {
                     FormatNumber(object.height->high_m, 2), " m high");
   }
   return text;
-}
-
-std::string DescribeValue(LayerKind kind, double value) {
-  if (kind == LayerKind::kExploration) return value != 0.0 ? "explored" : "unexplored";
-  return FormatNumber(value, 4);
 }
 
 std::string Counted(int64_t count, absl::string_view noun) {
@@ -106,8 +105,13 @@ class TableOutput : public Output {
   void Show(const client::ImportAnswer& answer) override {
     out_ << answer.map << ": " << absl::StrJoin(answer.layers, ", ") << " written, revision "
          << answer.revision << '\n';
-    for (const std::string& repair : answer.repairs)
-      out_ << "repaired: " << OneLine(repair) << '\n';
+    for (size_t i = 0; i < answer.repairs.size() && i < kMaxRepairs; ++i) {
+      out_ << "repaired: " << OneLine(answer.repairs[i]) << '\n';
+    }
+    if (answer.repairs.size() > kMaxRepairs) {
+      out_ << "and " << Counted(answer.repairs.size() - kMaxRepairs, "other repair")
+           << " (--json lists them all)\n";
+    }
   }
 
   void Show(const WrittenFiles& files) override {
@@ -132,7 +136,7 @@ class TableOutput : public Output {
       if (content.status != AnswerStatus::kValue) {
         table.AddRow({content.layer, kind, DescribeStatus(content.status)});
       } else if (content.value.has_value()) {
-        table.AddRow({content.layer, kind, DescribeValue(content.kind, *content.value)});
+        table.AddRow({content.layer, kind, DescribeCellValue(content.kind, *content.value)});
       } else if (content.objects.empty()) {
         table.AddRow({content.layer, kind, "nothing"});
       }
@@ -156,13 +160,13 @@ class TableOutput : public Output {
       } else if (match.grid && match.cell) {
         const Point centre = match.grid->CentreOf({match.cell->row, match.cell->col_begin});
         const std::string value =
-            match.cell->value ? DescribeValue(match.kind, *match.cell->value) : "unknown";
+            match.cell->value ? DescribeCellValue(match.kind, *match.cell->value) : "unknown";
         table.AddRow({distance, match.layer, absl::StrCat("cell: ", value), FormatNumber(centre.x),
                       FormatNumber(centre.y)});
       }
     }
     if (!table.empty()) table.Print(out_);
-    for (const client::LayerRefusal& refusal : answer.refusals) Refuse(refusal);
+    PrintRefusals(answer.refusals);
     Footer(Counted(answer.matches.size(), "place"), answer.revision);
   }
 
@@ -189,8 +193,11 @@ class TableOutput : public Output {
     }
     if (!objects_.empty() && !grids.empty()) out_ << '\n';
     if (!grids.empty()) grids.Print(out_);
-    for (const client::LayerRefusal& refusal : refusals_) Refuse(refusal);
-    Footer(absl::StrCat(Counted(num_objects_, "object"), ", ", Counted(cells, "cell")), revision);
+    PrintRefusals(refusals_);
+    std::vector<std::string> found;
+    if (num_objects_ > 0) found.push_back(Counted(num_objects_, "object"));
+    if (cells > 0) found.push_back(Counted(cells, "cell"));
+    Footer(found.empty() ? "nothing" : absl::StrJoin(found, ", "), revision);
   }
 
  private:
@@ -203,8 +210,15 @@ class TableOutput : public Output {
     ++num_objects_;
   }
 
-  void Refuse(const client::LayerRefusal& refusal) {
-    out_ << refusal.layer << ": " << DescribeStatus(refusal.status) << '\n';
+  // A line for each reason.
+  void PrintRefusals(const std::vector<client::LayerRefusal>& refusals) {
+    std::map<AnswerStatus, std::vector<std::string>> layers;
+    for (const client::LayerRefusal& refusal : refusals) {
+      layers[refusal.status].push_back(refusal.layer);
+    }
+    for (const auto& [status, names] : layers) {
+      out_ << DescribeStatus(status) << ": " << absl::StrJoin(names, ", ") << '\n';
+    }
   }
 
   void Footer(const std::string& what, Revision revision) {

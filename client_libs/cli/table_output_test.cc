@@ -6,6 +6,8 @@
 #include <sstream>
 #include <string>
 
+#include "client_libs/cli/grid_summary.h"
+
 namespace hypermap::cli {
 namespace {
 
@@ -76,6 +78,8 @@ TEST(TableOutputTest, PartsAreObjectsThenSummariesOfGridsThenRefusals) {
                                  {}});
   output->Show(client::LayerPart{
       "wifi", LayerKind::kScalar, AnswerStatus::kUnsupportedValue, {}, std::nullopt, {}});
+  output->Show(client::LayerPart{
+      "dock", LayerKind::kSemantic, AnswerStatus::kUnsupportedValue, {}, std::nullopt, {}});
   output->EndParts(5);
   EXPECT_EQ(out.str(),
             "LAYER    ID  LABEL   EXISTENCE  X [m]  Y [m]  AREA [m²]  TAGS\n"
@@ -84,14 +88,14 @@ TEST(TableOutputTest, PartsAreObjectsThenSummariesOfGridsThenRefusals) {
             "\n"
             "LAYER  CELLS  AREA [m²]  VALUES                               WITHIN [m]\n"
             "floor      8          2  0.25 to 1, mean 0.438; 1 m² unknown  (10, 0) to (12, 1.5)\n"
-            "wifi: does not take this value\n"
+            "takes no such value: wifi, dock\n"
             "2 objects, 8 cells, revision 5\n");
 }
 
 TEST(TableOutputTest, NoMatchesIsALine) {
   std::ostringstream out;
   MakeTableOutput(out)->EndParts(5);
-  EXPECT_EQ(out.str(), "0 objects, 0 cells, revision 5\n");
+  EXPECT_EQ(out.str(), "nothing, revision 5\n");
 }
 
 TEST(TableOutputTest, NearestHasDistances) {
@@ -107,6 +111,16 @@ TEST(TableOutputTest, NearestHasDistances) {
             "2 places, revision 3\n");
 }
 
+TEST(TableOutputTest, AnImportListsTheFirstRepairs) {
+  client::ImportAnswer answer{"office", 2, {"floor", "objects"}, {"ring left open"}};
+  EXPECT_EQ(Shown(answer),
+            "office: floor, objects written, revision 2\n"
+            "repaired: ring left open\n");
+  answer.repairs.assign(12, "ring left open");
+  EXPECT_THAT(Shown(answer), ::testing::EndsWith("repaired: ring left open\n"
+                                                 "and 2 other repairs (--json lists them all)\n"));
+}
+
 TEST(TableOutputTest, MapsThatCannotBeOpenedSayWhy) {
   client::MapEntry office{"office", "map", 4, absl::FromUnixSeconds(0), 2, ""};
   client::MapEntry broken;
@@ -117,6 +131,23 @@ TEST(TableOutputTest, MapsThatCannotBeOpenedSayWhy) {
             "broken                                                 not a GeoPackage at all\n"
             "office  map           4       2  1970-01-01 00:00:00Z\n");
   EXPECT_EQ(Shown(std::vector<client::MapEntry>{}), "no maps\n");
+}
+
+TEST(GridSummaryTest, NamesTheValuesOfTheKind) {
+  GridSummary seen({"seen",
+                    LayerKind::kExploration,
+                    AnswerStatus::kValue,
+                    {},
+                    GridGeometry{PlanarTransform(), 0.5},
+                    {}});
+  EXPECT_EQ(seen.DescribeValues(), "");
+  EXPECT_EQ(seen.DescribeExtent(), "");
+  seen.Add({-1, 0, 3, 1.0});
+  EXPECT_EQ(seen.DescribeValues(), "explored");
+  EXPECT_EQ(seen.DescribeExtent(), "(0, -0.5) to (1.5, 0)");
+  seen.Add({0, 0, 1, 0.0});
+  EXPECT_EQ(seen.DescribeValues(), "75 % explored");
+  EXPECT_EQ(seen.Area(), 1.0);
 }
 
 }  // namespace

@@ -25,6 +25,12 @@ size_t MaxOverlay(size_t base_size) {
 
 bool ById(const ObjectPtr& a, const ObjectPtr& b) { return a->id < b->id; }
 
+// Whether the outer box may become smaller when `box`, which it holds, goes.
+bool ReachesBorder(const Box& box, const Box& outer) {
+  return box.min.x <= outer.min.x || box.min.y <= outer.min.y || box.max.x >= outer.max.x ||
+         box.max.y >= outer.max.y;
+}
+
 bool CanTake(const ValueQuery& value) {
   return std::holds_alternative<ValueLabel>(value) || std::holds_alternative<ValueTag>(value);
 }
@@ -118,11 +124,17 @@ SemanticLayer::SemanticLayer(LayerSpec spec) : SemanticLayer(std::move(spec), {}
 SemanticLayer::SemanticLayer(LayerSpec spec, std::vector<ObjectPtr> objects)
     : Layer(std::move(spec)), size_(static_cast<int64_t>(objects.size())) {
   base_ = Pack(std::move(objects));
+  bounds_ = base_->by_box.bounds();
 }
 
 SemanticLayer::SemanticLayer(LayerSpec spec, std::shared_ptr<const Base> base,
-                             absl::btree_map<ObjectId, ObjectPtr> overlay, int64_t size)
-    : Layer(std::move(spec)), base_(std::move(base)), overlay_(std::move(overlay)), size_(size) {}
+                             absl::btree_map<ObjectId, ObjectPtr> overlay, int64_t size,
+                             const Box& bounds)
+    : Layer(std::move(spec)),
+      base_(std::move(base)),
+      overlay_(std::move(overlay)),
+      size_(size),
+      bounds_(bounds) {}
 
 std::shared_ptr<const SemanticLayer::Base> SemanticLayer::Pack(std::vector<ObjectPtr> objects) {
   auto base = std::make_shared<Base>();
@@ -147,14 +159,25 @@ std::shared_ptr<const SemanticLayer> SemanticLayer::With(
     const absl::btree_map<ObjectId, ObjectPtr>& changes) const {
   absl::btree_map<ObjectId, ObjectPtr> overlay = overlay_;
   int64_t size = size_;
+  Box bounds = bounds_;
+  bool may_shrink = false;
   for (const auto& [id, object] : changes) {
-    size += (object ? 1 : 0) - (Find(id) ? 1 : 0);
+    const ObjectPtr before = Find(id);
+    size += (object ? 1 : 0) - (before ? 1 : 0);
+    may_shrink = may_shrink || (before && ReachesBorder(before->polygon.bounds(), bounds_));
+    if (object) bounds.Extend(object->polygon.bounds());
     overlay[id] = object;
   }
+  const bool fold = overlay.size() > MaxOverlay(base_->objects.size());
   std::shared_ptr<const SemanticLayer> next(
-      new SemanticLayer(spec(), base_, std::move(overlay), size));
-  if (next->overlay_.size() <= MaxOverlay(base_->objects.size())) return next;
-  return std::make_shared<SemanticLayer>(spec(), next->Objects());
+      new SemanticLayer(spec(), base_, std::move(overlay), size, bounds));
+  if (!fold && !may_shrink) return next;
+  std::vector<ObjectPtr> objects = next->Objects();
+  if (fold) return std::make_shared<SemanticLayer>(spec(), std::move(objects));
+  bounds = Box();
+  for (const ObjectPtr& object : objects) bounds.Extend(object->polygon.bounds());
+  return std::shared_ptr<const SemanticLayer>(
+      new SemanticLayer(spec(), base_, next->overlay_, size, bounds));
 }
 
 ObjectPtr SemanticLayer::Find(ObjectId id) const {
@@ -176,14 +199,6 @@ std::vector<ObjectPtr> SemanticLayer::Objects() const {
   }
   std::sort(objects.begin(), objects.end(), ById);
   return objects;
-}
-
-Box SemanticLayer::Bounds() const {
-  // The packed root is exact only while nothing of the base was replaced.
-  Box bounds;
-  if (overlay_.empty()) return base_->by_box.bounds();
-  for (const ObjectPtr& object : Objects()) bounds.Extend(object->polygon.bounds());
-  return bounds;
 }
 
 void SemanticLayer::VisitBox(const Box& box,

@@ -31,7 +31,7 @@ class SemanticLayer : public Layer {
   // All objects by id.
   std::vector<ObjectPtr> Objects() const;
 
-  Box Bounds() const override;
+  Box Bounds() const override { return bounds_; }
   int64_t Size() const override { return size_; }
   PointContent ContentAt(const Point& p) const override;
   std::unique_ptr<AnswerCursor> ContentIn(const Polygon& area) const override;
@@ -50,7 +50,7 @@ class SemanticLayer : public Layer {
   static std::shared_ptr<const Base> Pack(std::vector<ObjectPtr> objects);
 
   SemanticLayer(LayerSpec spec, std::shared_ptr<const Base> base,
-                absl::btree_map<ObjectId, ObjectPtr> overlay, int64_t size);
+                absl::btree_map<ObjectId, ObjectPtr> overlay, int64_t size, const Box& bounds);
 
   // Calls `visit` with every object whose box intersects `box`.
   void VisitBox(const Box& box, absl::FunctionRef<void(const ObjectPtr&)> visit) const;
@@ -64,6 +64,7 @@ class SemanticLayer : public Layer {
   std::shared_ptr<const Base> base_;
   absl::btree_map<ObjectId, ObjectPtr> overlay_;  // null: removed
   int64_t size_ = 0;
+  Box bounds_;
 };
 
 }  // namespace hypermap

@@ -12,6 +12,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/string_view.h"
 #include "absl/time/clock.h"
+#include "grpc/health/v1/health.pb.h"
 
 namespace hypermap::server {
 namespace {
@@ -40,6 +41,8 @@ absl::StatusOr<std::unique_ptr<GrpcServer>> GrpcServer::Start(const GrpcServerOp
   const absl::StatusOr<std::string> host = HostOf(options.listen);
   if (!host.ok()) return host.status();
   grpc::EnableDefaultHealthCheckService(true);
+  // Linked in for reflection, which tells of the services whose descriptors it finds.
+  grpc::health::v1::HealthCheckRequest::descriptor();
   grpc::reflection::InitProtoReflectionServerBuilderPlugin();
   std::unique_ptr<GrpcServer> made(new GrpcServer(facilities));
 

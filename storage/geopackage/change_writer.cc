@@ -52,7 +52,8 @@ absl::Status ChangeWriter::Finish(const Snapshot& newest) {
       return status;
     }
   }
-  return absl::OkStatus();
+  if (!layers_changed_) return absl::OkStatus();
+  return SetContents(database_, kLayersTable, Box(), *layers_changed_);
 }
 
 absl::Status ChangeWriter::Apply(const LayerCreated& change) {
@@ -64,6 +65,7 @@ absl::Status ChangeWriter::Apply(const LayerCreated& change) {
   if (!is_new) return absl::InternalError(absl::StrCat("layer ", spec.name, " created twice"));
   const OpenLayer& layer = open->second;
   touched_[spec.name] = time_;
+  layers_changed_ = time_;
   if (absl::Status status = InsertLayer(database_, layer.stored); !status.ok()) return status;
   if (layer.grid != nullptr) {
     if (absl::Status status = layer.grid->Create(); !status.ok()) return status;
@@ -82,6 +84,7 @@ absl::Status ChangeWriter::Apply(const LayerDeleted& change) {
     status = (*layer)->grid != nullptr ? (*layer)->grid->Drop() : (*layer)->features->Drop();
   }
   layers_.erase(change.spec.name);
+  layers_changed_ = time_;
   return status;
 }
 
@@ -108,6 +111,7 @@ absl::Status ChangeWriter::Apply(const ExtentGrown& change) {
   absl::StatusOr<OpenLayer*> layer = Touch(change.layer);
   if (!layer.ok()) return layer.status();
   (*layer)->stored.extent = change.extent;
+  layers_changed_ = time_;
   return UpdateLayerExtent(database_, change.layer, change.extent);
 }
 

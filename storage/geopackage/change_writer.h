@@ -4,6 +4,7 @@
 
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -62,6 +63,7 @@ class ChangeWriter {
   OpenLayers layers_;
   absl::Time time_;                            // of the commit in work
   std::map<std::string, absl::Time> touched_;  // layer -> its last change
+  std::optional<absl::Time> layers_changed_;   // last change of hypermap_layers
 };
 
 }  // namespace hypermap::storage

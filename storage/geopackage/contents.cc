@@ -53,7 +53,7 @@ absl::Status RegisterCoverage(Database* database, const std::string& table, cons
       "INSERT INTO gpkg_2d_gridded_coverage_ancillary (tile_matrix_set_name, datatype, scale, "
       "offset, precision, data_null, grid_cell_encoding, uom, field_name, quantity_definition) "
       "VALUES (?, ?, ?, 0.0, ?, ?, 'grid-value-is-area', ?, ?, ?)",
-      table, coding.datatype, coding.scale, coding.scale, coding.data_null,
+      table, coding.datatype, coding.scale, coding.precision, coding.data_null,
       spec.unit.empty() ? std::nullopt : std::make_optional(spec.unit), LayerKindName(spec.kind),
       coding.quantity));
   status.Update(InsertExtension(database, table, "tile_data", "gpkg_2d_gridded_coverage",

@@ -12,6 +12,8 @@
 
 namespace hypermap::storage {
 
+inline constexpr char kLayersTable[] = "hypermap_layers";
+
 // A row of the table.
 struct StoredLayer {
   LayerSpec spec;

@@ -2,6 +2,7 @@
 
 #include <sys/stat.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <optional>
 #include <utility>
@@ -29,6 +30,15 @@ absl::StatusOr<int64_t> SizeOfFile(const std::string& path) {
   if (!S_ISREG(status.st_mode)) return absl::FailedPreconditionError("not a regular file");
   if (status.st_size == 0) return absl::FailedPreconditionError("the file is empty");
   return status.st_size;
+}
+
+// SQLite reads what is missing of a last page as zeros. With a log beside it, a file may end so
+// after a crash, and the log has the page.
+absl::Status CheckLength(Database* database, int64_t size, bool has_log) {
+  absl::StatusOr<std::optional<int64_t>> page_size = database->QueryInt64("PRAGMA page_size");
+  if (!page_size.ok()) return page_size.status();
+  if (has_log || size % **page_size == 0) return absl::OkStatus();
+  return absl::DataLossError("the file is cut short");
 }
 
 absl::Status CheckPages(Database* database) {
@@ -59,12 +69,14 @@ absl::Status LimitSize(Database* database, int64_t max_bytes) {
 }
 
 // A doubt about the file as such comes before one about its content.
-absl::Status Prepare(Database* database, int64_t size, const GeoPackageOptions& options) {
+absl::Status Prepare(Database* database, int64_t size, bool has_log,
+                     const GeoPackageOptions& options) {
   absl::StatusOr<int64_t> version = ReadSchemaVersion(database);
   if (!version.ok()) return version.status();
   if (sqlite3_db_readonly(database->handle(), "main") != 0) {
     return absl::FailedPreconditionError("the file is read-only");
   }
+  if (absl::Status status = CheckLength(database, size, has_log); !status.ok()) return status;
   if (size <= options.max_checked_bytes) {
     if (absl::Status status = CheckPages(database); !status.ok()) return status;
   }
@@ -101,10 +113,12 @@ absl::StatusOr<std::unique_ptr<Database>> OpenMapFile(const std::string& path,
                                                       const GeoPackageOptions& options) {
   absl::StatusOr<int64_t> size = SizeOfFile(path);
   if (!size.ok()) return size.status();
+  const bool has_log = PathExists(path + "-wal");
   absl::StatusOr<std::unique_ptr<Database>> database =
       Database::Open(path, Database::OpenMode::kExisting, options.busy_timeout);
   if (!database.ok()) return database.status();
-  if (absl::Status status = Prepare(database->get(), *size, options); !status.ok()) return status;
+  absl::Status status = Prepare(database->get(), *size, has_log, options);
+  if (!status.ok()) return status;
   return database;
 }
 

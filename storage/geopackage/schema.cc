@@ -4,6 +4,8 @@
 #include <string>
 
 #include "absl/strings/str_cat.h"
+#include "storage/geopackage/contents.h"
+#include "storage/geopackage/layer_table.h"
 #include "storage/geopackage/map_metadata.h"
 #include "storage/geopackage/standard_tables.h"
 
@@ -91,13 +93,15 @@ constexpr TableColumns kTables[] = {
 
 // GeoPackage wants every table that is not its own registered. Who only reads layers need not know
 // ours. That one of them is a table of attributes to everybody gives people the layers' frames and
-// origins, and keeps programs that would else list every table (GDAL) from listing the others.
+// origins, and keeps programs that would else list every table (GDAL) from listing the others. Its
+// identifier is no layer's name, as identifiers are unique.
 constexpr char kRegisterTables[] = R"sql(
 INSERT INTO gpkg_extensions
   SELECT name, NULL, 'hypermap_core', 'docs/geopackage_format.md of Hypermap', 'write-only'
     FROM sqlite_master WHERE type = 'table' AND name LIKE 'hypermap\_%' ESCAPE '\';
 INSERT INTO gpkg_contents (table_name, data_type, identifier, description)
-  VALUES ('hypermap_layers', 'attributes', 'hypermap_layers', 'what the layers of the map are');
+  VALUES ('hypermap_layers', 'attributes', 'layers of the map',
+          'kind, frame and origin of each layer');
 )sql";
 
 absl::StatusOr<bool> HasTable(Database* database, const char* table) {
@@ -128,6 +132,7 @@ absl::Status CreateSchema(Database* database, const MapHeader& header) {
     metadata.header = header;
     status = InsertMetadata(database, kSchemaVersion, metadata);
   }
+  if (status.ok()) status = SetContents(database, kLayersTable, Box(), header.created_at);
   if (!status.ok()) return status;
   return transaction->Commit();
 }

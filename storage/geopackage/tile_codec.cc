@@ -21,7 +21,7 @@ constexpr int PixelOf(int cell) {
 class IntegerTileCodec : public TileCodec {
  public:
   IntegerTileCodec(int max_code, double scale, const char* quantity)
-      : max_code_(max_code), coding_{"integer", scale, kNull, quantity} {}
+      : max_code_(max_code), coding_{"integer", scale, scale, kNull, quantity} {}
 
   const CoverageCoding& coding() const override { return coding_; }
 
@@ -63,7 +63,8 @@ class IntegerTileCodec : public TileCodec {
 // Finite floats.
 class FloatTileCodec : public TileCodec {
  public:
-  explicit FloatTileCodec(const char* quantity) : coding_{"float", 1.0, kNull, quantity} {}
+  explicit FloatTileCodec(const char* quantity)
+      : coding_{"float", 1.0, std::nullopt, kNull, quantity} {}
 
   const CoverageCoding& coding() const override { return coding_; }
 

@@ -12,6 +12,7 @@
 #define HYPERMAP_STORAGE_GEOPACKAGE_TILE_CODEC_H_
 
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "absl/status/statusor.h"
@@ -26,6 +27,7 @@ namespace hypermap::storage {
 struct CoverageCoding {
   const char* datatype;
   double scale;
+  std::optional<double> precision;  // the smallest difference of two values
   double data_null;
   const char* quantity;
 };

@@ -108,13 +108,13 @@ absl::Status Decoder::Run(json root) {
   }
   absl::StatusOr<std::vector<json>> features = FeaturesOf(std::move(root));
   if (!features.ok()) return features.status();
-  if (features->empty()) return absl::InvalidArgumentError("features is empty");
   if (static_cast<int64_t>(features->size()) > limits_.max_objects) {
     return absl::ResourceExhaustedError(
         absl::StrCat("features has ", features->size(),
                      " entries, more than max_objects = ", limits_.max_objects));
   }
   OpenLayer();
+  if (features->empty() && existing_) return absl::InvalidArgumentError("features is empty");
   for (size_t i = 0; i < features->size(); ++i) {
     const std::string place = absl::StrCat("features[", i, "]");
     if (auto status = ReadFeature((*features)[i], place); !status.ok()) return At(place, status);

@@ -12,6 +12,11 @@ namespace hypermap::storage {
 namespace {
 
 using nlohmann::json;
+using nlohmann::ordered_json;
+
+std::string ToText(const ordered_json& value) {
+  return value.dump(-1, ' ', false, ordered_json::error_handler_t::replace);
+}
 
 json EncodeRings(const Polygon& polygon) {
   json rings = json::array();
@@ -24,8 +29,8 @@ json EncodeRings(const Polygon& polygon) {
   return rings;
 }
 
-// Adds the layer's objects to `features`, or says why not.
-void AddLayer(const Snapshot& snapshot, const Layer& layer, json& features,
+// Adds the layer's objects to `features`, one text each, or says why not.
+void AddLayer(const Snapshot& snapshot, const Layer& layer, std::vector<std::string>& features,
               std::vector<std::string>& omissions) {
   const std::string& name = layer.spec().name;
   const auto* semantic = dynamic_cast<const SemanticLayer*>(&layer);
@@ -40,13 +45,14 @@ void AddLayer(const Snapshot& snapshot, const Layer& layer, json& features,
   }
   std::vector<std::string> lost;
   for (const ObjectPtr& object : semantic->Objects()) {
-    features.push_back(
-        {{"type", "Feature"},
-         {"id", object->id},
-         {"layer", name},
-         {"geometry",
-          {{"type", "Polygon"}, {"coordinates", EncodeRings(*map_from_layer * object->polygon)}}},
-         {"properties", EncodeProperties(*object, lost)}});
+    const ordered_json feature = {
+        {"type", "Feature"},
+        {"id", object->id},
+        {"layer", name},
+        {"properties", EncodeProperties(*object, lost)},
+        {"geometry",
+         {{"type", "Polygon"}, {"coordinates", EncodeRings(*map_from_layer * object->polygon)}}}};
+    features.push_back(ToText(feature));
   }
   if (!lost.empty()) {
     const std::set<std::string> names(lost.begin(), lost.end());
@@ -62,17 +68,16 @@ absl::StatusOr<ExportedFiles> EncodeGeoJson(const Snapshot& snapshot,
   absl::StatusOr<std::vector<LayerPtr>> selected = snapshot.SelectLayers(layers);
   if (!selected.ok()) return selected.status();
   ExportedFiles exported;
-  json features = json::array();
+  std::vector<std::string> features;
   for (const LayerPtr& layer : *selected) {
     AddLayer(snapshot, *layer, features, exported.omissions);
   }
-  // A null crs says that positions are in no reference system that a reader could know.
-  const json root = {{"type", "FeatureCollection"},
-                     {"frame", snapshot.frame_id},
-                     {"crs", nullptr},
-                     {"features", std::move(features)}};
-  exported.files.push_back({absl::StrCat(snapshot.map_name, ".geojson"),
-                            root.dump(1, ' ', false, json::error_handler_t::replace)});
+  // A null crs says that positions are in no reference system that a reader could know. A feature a
+  // line, so that files can be compared and searched by line.
+  exported.files.push_back(
+      {absl::StrCat(snapshot.map_name, ".geojson"),
+       absl::StrCat("{\"type\":\"FeatureCollection\",\"frame\":", ToText(snapshot.frame_id),
+                    ",\"crs\":null,\"features\":[\n", absl::StrJoin(features, ",\n"), "\n]}\n")});
   return exported;
 }
 

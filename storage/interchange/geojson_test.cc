@@ -137,7 +137,6 @@ TEST(DecodeGeoJsonTest, BadInputIsRefusedWithItsPlace) {
       {"[1, 2]", "type is"},
       {"{}", "type is"},
       {R"({"type": "FeatureCollection"})", "features is no list"},
-      {Collection(""), "features is empty"},
       {Collection("3"), "features[0]: type is not Feature"},
       {Collection(kChair, R"("frame": "../x", )"), "frame must begin"},
       {FeatureWith("{}"), "properties: label is missing"},
@@ -163,6 +162,13 @@ TEST(DecodeGeoJsonTest, BadInputIsRefusedWithItsPlace) {
     ASSERT_FALSE(imported.ok()) << c.data.substr(0, 200);
     EXPECT_THAT(std::string(imported.status().message()), HasSubstr(c.message));
   }
+}
+
+TEST(DecodeGeoJsonTest, NoFeaturesMakeAnEmptyLayerButChangeNoOther) {
+  const Snapshot made = Import(Collection(""));
+  EXPECT_TRUE(Objects(made).empty());
+  EXPECT_EQ(DecodeGeoJson(Collection(""), "semantic", &made, {}).status().message(),
+            "features is empty");
 }
 
 TEST(DecodeGeoJsonTest, LimitsAreNamed) {

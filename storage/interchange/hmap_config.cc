@@ -67,7 +67,9 @@ absl::StatusOr<HmapLayer> ReadLayer(const YAML::Node& map, RepairLog& repairs) {
   if (!kind.ok()) return kind.status();
   layer.kind = *kind;
 
-  if (Value(map, "frame_id").IsDefined()) {
+  const YAML::Node frame = Value(map, "frame_id");
+  const bool names_frame = frame.IsDefined() && !(frame.IsScalar() && frame.Scalar().empty());
+  if (names_frame) {
     absl::StatusOr<std::string> frame_id = ReadFrame(map, "frame_id", repairs);
     if (!frame_id.ok()) return frame_id.status();
     layer.frame_id = *std::move(frame_id);

@@ -47,7 +47,8 @@ TEST(NumberTextTest, ReadsBackExactly) {
 }
 
 TEST(NumberTextTest, RefusesWhatIsNotFinite) {
-  for (const char* text : {"", " ", "nan", "inf", "-inf", ".inf", "1e999", "1 2", "1,5", "one"}) {
+  for (const char* text :
+       {"", " ", "nan", "inf", "-inf", ".inf", "1e999", "1 2", "1,5", "0x10", "one"}) {
     EXPECT_EQ(ParseNumber(text), std::nullopt) << text;
   }
 }

@@ -15,6 +15,8 @@ std::string FormatNumber(double value) {
 }
 
 std::optional<double> ParseNumber(absl::string_view text) {
+  // SimpleAtod would take hexadecimal, too.
+  if (text.find_first_of("xX") != absl::string_view::npos) return std::nullopt;
   double value = 0.0;
   if (!absl::SimpleAtod(text, &value) || !std::isfinite(value)) return std::nullopt;
   return value;

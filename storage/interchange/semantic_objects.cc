@@ -22,12 +22,10 @@ bool AllDistinct(const std::vector<std::string>& words) {
   return std::set<std::string>(words.begin(), words.end()).size() == words.size();
 }
 
-size_t HashOf(const SemanticObject& description, const std::vector<Polygon>& polygons) {
-  size_t hash = absl::HashOf(description.label, description.tags);
-  for (const Polygon& polygon : polygons) {
-    for (const Ring& ring : polygon.rings()) {
-      for (const Point& p : ring) hash = absl::HashOf(hash, p.x, p.y);
-    }
+size_t HashOf(const SemanticObject& object) {
+  size_t hash = absl::HashOf(object.label, object.tags);
+  for (const Ring& ring : object.polygon.rings()) {
+    for (const Point& p : ring) hash = absl::HashOf(hash, p.x, p.y);
   }
   return hash;
 }
@@ -54,15 +52,9 @@ absl::Status SemanticObjectReader::Take(SemanticEntry entry) {
   if (auto status = Validate(description); !status.ok()) return Named(status);
   absl::StatusOr<std::vector<Polygon>> polygons = ReadShape(entry);
   if (!polygons.ok()) return Named(polygons.status());
-  if (polygons->empty()) return absl::OkStatus();
-
-  const size_t hash = HashOf(description, *polygons);
-  if (Repeats(description, *polygons, hash)) return absl::OkStatus();
-  kept_by_hash_[hash].push_back(kept_.size());
-  kept_.push_back({num_entries_, objects_.size(), polygons->size(), {}});
   for (Polygon& polygon : *polygons) {
-    objects_.push_back(description);
-    objects_.back().polygon = std::move(polygon);
+    description.polygon = std::move(polygon);
+    Keep(description);
   }
   return absl::OkStatus();
 }
@@ -137,37 +129,34 @@ absl::StatusOr<std::vector<Polygon>> SemanticObjectReader::ReadShape(const Seman
     std::move(shape->polygons.begin(), shape->polygons.end(), std::back_inserter(polygons));
   }
   if (wkt->polygons.size() > 1) {
-    Report(absl::StrCat("MULTIPOLYGON made ", polygons.size(), " objects"));
+    Report(absl::StrCat("MULTIPOLYGON of ", polygons.size(), " polygons"));
   }
   return polygons;
 }
 
-bool SemanticObjectReader::Repeats(const SemanticObject& description,
-                                   const std::vector<Polygon>& polygons, size_t hash) {
-  const auto candidates = kept_by_hash_.find(hash);
-  if (candidates == kept_by_hash_.end()) return false;
-  for (const size_t index : candidates->second) {
-    Kept& kept = kept_[index];
-    const auto first = objects_.begin() + kept.begin;
-    const bool same =
-        first->label == description.label && first->tags == description.tags &&
-        std::equal(polygons.begin(), polygons.end(), first, first + kept.count,
-                   [](const Polygon& a, const SemanticObject& b) { return a == b.polygon; });
-    if (!same) continue;
-    kept.repeated_by.push_back(num_entries_);
-    return true;
+void SemanticObjectReader::Keep(SemanticObject object) {
+  std::vector<size_t>& alike = objects_by_hash_[HashOf(object)];
+  for (const size_t index : alike) {
+    const SemanticObject& first = objects_[index];
+    if (first.label == object.label && first.tags == object.tags &&
+        first.polygon == object.polygon) {
+      origins_[index].repeated_by.push_back(num_entries_);
+      return;
+    }
   }
-  return false;
+  alike.push_back(objects_.size());
+  objects_.push_back(std::move(object));
+  origins_.push_back({num_entries_, {}});
 }
 
 std::vector<SemanticObject> SemanticObjectReader::Finish() && {
-  for (const Kept& kept : kept_) {
-    if (kept.repeated_by.empty()) continue;
-    const bool one = kept.repeated_by.size() == 1;
+  for (size_t i = 0; i < objects_.size(); ++i) {
+    const Origin& origin = origins_[i];
+    if (origin.repeated_by.empty()) continue;
+    const bool one = origin.repeated_by.size() == 1;
     repairs_.Add(absl::StrCat(layer_, one ? " object " : " objects ",
-                              absl::StrJoin(kept.repeated_by, ", "), one ? " repeats" : " repeat",
-                              " object ", kept.number, " (", objects_[kept.begin].label,
-                              "): left out"));
+                              absl::StrJoin(origin.repeated_by, ", "), one ? " repeats" : " repeat",
+                              " object ", origin.number, " (", objects_[i].label, "): left out"));
   }
   return std::move(objects_);
 }

@@ -30,11 +30,9 @@ class SemanticObjectReader {
   std::vector<SemanticObject> Finish() &&;
 
  private:
-  // An entry that gave objects: the first's place in `objects_` and how many there are.
-  struct Kept {
+  // Where an object came from, and which entries repeat it.
+  struct Origin {
     int64_t number = 0;
-    size_t begin = 0;
-    size_t count = 0;
     std::vector<int64_t> repeated_by;
   };
 
@@ -44,9 +42,8 @@ class SemanticObjectReader {
   std::vector<std::string> CleanTags(const std::vector<std::string>& tags);
   void SetClasses(const SemanticEntry& entry, SemanticObject& object);
   absl::StatusOr<std::vector<Polygon>> ReadShape(const SemanticEntry& entry);
-  // Whether an earlier entry is the same in label, tags and shape; notes it then.
-  bool Repeats(const SemanticObject& description, const std::vector<Polygon>& polygons,
-               size_t hash);
+  // Keeps the object, or notes that an earlier one is the same in label, tags and shape.
+  void Keep(SemanticObject object);
 
   const std::string layer_;
   const int max_vertices_per_polygon_;
@@ -54,8 +51,8 @@ class SemanticObjectReader {
   int64_t num_entries_ = 0;
   std::string label_;  // of the entry being read
   std::vector<SemanticObject> objects_;
-  std::vector<Kept> kept_;
-  absl::flat_hash_map<size_t, std::vector<size_t>> kept_by_hash_;
+  std::vector<Origin> origins_;  // of `objects_`, one each
+  absl::flat_hash_map<size_t, std::vector<size_t>> objects_by_hash_;
 };
 
 // The entry that an object becomes: its tags, with confidences when each tag is one of its classes.

@@ -1,0 +1,168 @@
+#!/bin/bash
+# A short tour of Hypermap: starts a server, draws a small office into it, asks it questions.
+#
+#   demo/run.sh           leaves the server running and says how to ask it more
+#   demo/run.sh --exit    ends the server after the tour
+#   demo/run.sh --stop    ends the server of an earlier tour
+#
+# Everything it makes lies in build/demo, and is made anew each time. Needs the programs in
+# build/bin (make build); BUILD_DIR names another build folder.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+build=${BUILD_DIR:-build}
+demo=$build/demo
+pid_file=$demo/hypermapd.pid
+log=$demo/hypermapd.log
+address=127.0.0.1:50051
+hypermap=$build/bin/hypermap
+
+fail() {
+  echo "demo: $*" >&2
+  exit 1
+}
+
+# The server of an earlier tour, if its process still is one.
+earlier_server() {
+  local pid
+  [[ -f $pid_file ]] && pid=$(<"$pid_file") && [[ $pid =~ ^[0-9]+$ ]] &&
+    [[ $(cat "/proc/$pid/comm" 2>/dev/null) == hypermapd ]] && echo "$pid"
+}
+
+# Ends it as an operator would, and waits until it has closed its maps.
+stop_server() {
+  local pid tries=0
+  pid=$(earlier_server) || return 0
+  kill -TERM "$pid"
+  while kill -0 "$pid" 2>/dev/null; do
+    ((++tries <= 200)) || fail "the server (process $pid) does not end"
+    sleep 0.1
+  done
+  rm -f "$pid_file"
+}
+
+start_server() {
+  # Another program may have the usual port: then the system picks a free one.
+  if (exec 3<>"/dev/tcp/${address%:*}/${address#*:}") 2>/dev/null; then address=127.0.0.1:0; fi
+  : >"$log"
+  nohup "$build/bin/hypermapd" --data_dir="$demo/maps" --listen="$address" \
+    </dev/null >"$log" 2>&1 &
+  local pid=$! tries=0 ready
+  echo "$pid" >"$pid_file"
+  until ready=$(grep -m1 '^hypermapd ready on ' "$log"); do
+    kill -0 "$pid" 2>/dev/null || fail "the server did not start: $(tail -n 1 "$log")"
+    ((++tries <= 300)) || fail "the server is not ready after 30 s, see $log"
+    sleep 0.1
+  done
+  address=${ready#hypermapd ready on }
+  export HYPERMAP_SERVER=$address
+}
+
+# Draws the office: layers of every kind, one of them in a frame of its own.
+load_office() {
+  {
+    "$hypermap" map create office
+    "$hypermap" transform set office dock map 20 0 1.75
+    "$hypermap" layer create office floor --kind occupancy --resolution 0.05
+    "$hypermap" layer create office seen --kind exploration --resolution 0.1
+    "$hypermap" layer create office wifi --kind scalar --unit dBm --resolution 0.25
+    "$hypermap" layer create office objects --kind semantic
+    "$hypermap" layer create office dock --kind semantic --frame dock
+    local layer
+    for layer in floor seen wifi objects dock; do
+      "$hypermap" edit office "demo/office/$layer.geojson" --layer "$layer"
+    done
+  } >"$demo/load.log"
+}
+
+# A command as one would type it.
+typed() {
+  local word line=
+  for word in "$@"; do
+    if [[ $word =~ ^[A-Za-z0-9_./:,=-]+$ ]]; then line+=" $word"; else line+=" '$word'"; fi
+  done
+  echo "${line# }"
+}
+
+# Says what a command asks, shows it, and runs it.
+ask() {
+  printf '\n# %s\n' "$1"
+  shift
+  printf '$ %s\n' "$(typed hypermap "$@")"
+  "$hypermap" "$@"
+}
+
+tour() {
+  echo
+  echo "An office of about 20 x 12 m. Its east front follows the street: what stands at the loading"
+  echo "dock was measured along that wall, in a frame of its own, turned by 1.75 rad."
+  ask "Which layers does the map have?" layers office
+  ask "What is at this point? On the kitchen table:" query point office 12.2 2.9
+  ask "A point measured along the dock's wall; every layer answers, in that frame:" \
+    query point office 2 0.65 --frame dock
+  ask "In front of the door; outside of a layer is not the same as unknown:" \
+    query point office 6.5 -2 --frame dock
+  ask "What is in this area? The kitchen:" \
+    query area office 10,0.2 14.5,0.2 14.5,5.1 10,5.1
+  ask "Where is this value? Potted plants:" query value office 'potted plant'
+  ask "Where has no robot been yet?" query value office unexplored
+  ask "Where is the radio weak?" query value office '<-70' --layer wifi
+  ask "Which cups are nearest to the entrance?" \
+    query nearest office 0.3 6 --value cup -k 3
+  ask "The same for programs:" --json query point office 12.2 2.9 --layer floor --layer seen
+}
+
+# The same question without any program of ours.
+tour_with_grpcurl() {
+  local grpcurl
+  grpcurl=$(command -v grpcurl || command -v "$build/tools/bin/grpcurl" ||
+    command -v "${HOME:-}/go/bin/grpcurl") || return 0
+  local request='{"map":"office","layers":["floor"],"point":{"x":12.2,"y":2.9}}'
+  printf '\n# Any gRPC client does, with no .proto file:\n'
+  printf '$ grpcurl -plaintext %s list\n' "$address"
+  "$grpcurl" -plaintext "$address" list
+  printf "\$ grpcurl -plaintext -d '%s' %s hypermap.v1.QueryService/QueryPoint\n" \
+    "$request" "$address"
+  "$grpcurl" -plaintext -d "$request" "$address" hypermap.v1.QueryService/QueryPoint
+}
+
+say_how_to_go_on() {
+  local option=
+  [[ $address == 127.0.0.1:50051 ]] || option=" --server $address"
+  cat <<END
+
+The server is running on $address (process $(<"$pid_file")). Ask it more:
+  $hypermap$option query value office chair
+  $hypermap$option query area office 14.6,0.2 19,0.2 18,6 14.6,6 --layer dock
+  $hypermap$option export office --format hmap -o office.hmap
+  grpcurl -plaintext -d '{"map":"office","value":"cup"}' $address hypermap.v1.QueryService/QueryValue
+The map itself is $demo/maps/office.gpkg, a GeoPackage: QGIS opens it.
+Stop it:
+  ${BUILD_DIR:+BUILD_DIR=$BUILD_DIR }demo/run.sh --stop
+END
+}
+
+case ${1:-} in
+  --stop)
+    if earlier_server >/dev/null; then stop_server && echo "stopped"; else echo "not running"; fi
+    exit ;;
+  --exit | '') ;;
+  *) fail "unknown argument $1 (--exit or --stop)" ;;
+esac
+
+[[ -x $hypermap && -x $build/bin/hypermapd ]] || fail "no programs in $build/bin: make build"
+stop_server
+rm -rf "$demo"
+mkdir -p "$demo"
+trap stop_server EXIT  # until all has gone well
+start_server
+load_office
+tour
+tour_with_grpcurl
+if [[ ${1:-} == --exit ]]; then
+  stop_server
+  printf '\nThe server has ended.\n'
+else
+  say_how_to_go_on
+fi
+trap - EXIT

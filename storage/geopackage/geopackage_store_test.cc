@@ -1,0 +1,371 @@
+#include "storage/geopackage/geopackage_store.h"
+
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <random>
+#include <thread>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+#include "storage/geopackage/map_testing.h"
+#include "tests/support/random_map.h"
+
+namespace hypermap::storage {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+std::vector<std::string> Names(MapStore& store) {
+  auto names = store.List();
+  EXPECT_TRUE(names.ok()) << names.status();
+  return names.ok() ? *names : std::vector<std::string>();
+}
+
+TEST(GeoPackageStoreTest, MakesItsFolderWithAllAboveIt) {
+  const TempFolder folder;
+  const auto store = OpenStore(folder / "a/b/c");
+  ASSERT_NE(store, nullptr);
+  EXPECT_THAT(Names(*store), IsEmpty());
+}
+
+TEST(GeoPackageStoreTest, FolderThatIsAFileIsRefused) {
+  const TempFolder folder;
+  WriteFile(folder / "file", "text");
+  EXPECT_EQ(OpenGeoPackageStore(folder / "file").status().code(),
+            absl::StatusCode::kFailedPrecondition);
+}
+
+TEST(GeoPackageStoreTest, SecondStoreOnTheFolderIsRefusedUntilTheFirstIsGone) {
+  const TempFolder folder;
+  auto first = OpenStore(folder.path());
+  const absl::Status refused = OpenGeoPackageStore(folder.path()).status();
+  EXPECT_EQ(refused.code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_THAT(std::string(refused.message()), HasSubstr(folder.path()));
+  first.reset();
+  EXPECT_NE(OpenStore(folder.path()), nullptr);
+}
+
+TEST(GeoPackageStoreTest, AnotherProcessIsRefused) {
+  const TempFolder folder;
+  const auto store = OpenStore(folder.path());
+  const pid_t child = fork();
+  ASSERT_GE(child, 0);
+  if (child == 0) {
+    const absl::StatusCode code = OpenGeoPackageStore(folder.path()).status().code();
+    _exit(code == absl::StatusCode::kFailedPrecondition ? 0 : 1);
+  }
+  int status = 0;
+  ASSERT_EQ(waitpid(child, &status, 0), child);
+  EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0);
+}
+
+TEST(GeoPackageStoreTest, LockEndsWithAKilledProcess) {
+  const TempFolder folder;
+  int ready[2];
+  ASSERT_EQ(pipe(ready), 0);
+  const pid_t child = fork();
+  ASSERT_GE(child, 0);
+  if (child == 0) {
+    const auto store = OpenGeoPackageStore(folder.path());
+    const char done = store.ok() ? 'y' : 'n';
+    (void)!write(ready[1], &done, 1);
+    pause();
+    _exit(0);
+  }
+  char done = 0;
+  ASSERT_EQ(read(ready[0], &done, 1), 1);
+  EXPECT_EQ(done, 'y');
+  EXPECT_FALSE(OpenGeoPackageStore(folder.path()).ok());
+  kill(child, SIGKILL);
+  ASSERT_EQ(waitpid(child, nullptr, 0), child);
+  EXPECT_TRUE(OpenGeoPackageStore(folder.path()).ok());
+  close(ready[0]);
+  close(ready[1]);
+}
+
+TEST(GeoPackageStoreTest, ListsMapsSortedAndNothingElse) {
+  const TempFolder folder;
+  const auto store = OpenStore(folder.path());
+  for (const char* name : {"b", "a", "C.1-x_y"}) CreateMap(*store, name);
+  WriteFile(folder / "notes.txt", "x");
+  WriteFile(folder / ".hidden.gpkg", "x");
+  WriteFile(folder / "no name.gpkg", "x");
+  // Whatever is in it.
+  WriteFile(folder / "broken.gpkg", "x");
+  EXPECT_THAT(Names(*store), ElementsAre("C.1-x_y", "a", "b", "broken"));
+}
+
+TEST(GeoPackageStoreTest, NamesThatAreNoNamesAreRefused) {
+  const TempFolder folder;
+  const auto store = OpenStore(folder.path());
+  for (const char* name : {"", ".", "..", "../x", "a/b", ".x", "a b", "ä", "a\n"}) {
+    EXPECT_EQ(store->Create(HeaderOf(name)).status().code(), absl::StatusCode::kInvalidArgument);
+    EXPECT_EQ(store->Open(name).status().code(), absl::StatusCode::kInvalidArgument);
+    EXPECT_EQ(store->Delete(name, "").code(), absl::StatusCode::kInvalidArgument);
+  }
+  MapHeader header = HeaderOf("x");
+  header.frame_id = "";
+  EXPECT_EQ(store->Create(header).status().code(), absl::StatusCode::kInvalidArgument);
+}
+
+TEST(GeoPackageStoreTest, MapIsCreatedOnce) {
+  const TempFolder folder;
+  const auto store = OpenStore(folder.path());
+  const EditedMap map = CreateMap(*store, "site");
+  EXPECT_EQ(store->Create(HeaderOf("site")).status().code(), absl::StatusCode::kAlreadyExists);
+}
+
+TEST(GeoPackageStoreTest, MapIsOpenOnce) {
+  const TempFolder folder;
+  const auto store = OpenStore(folder.path());
+  EXPECT_EQ(store->Open("site").status().code(), absl::StatusCode::kNotFound);
+  EditedMap map = CreateMap(*store, "site");
+  const absl::Status status = store->Open("site").status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_THAT(std::string(status.message()), HasSubstr("map site is open"));
+  map.stored.reset();
+  EXPECT_TRUE(store->Open("site").ok());
+}
+
+TEST(GeoPackageStoreTest, UnfinishedCreationsAreCleanedUp) {
+  const TempFolder folder;
+  WriteFile(folder / ".site.gpkg.new", "half a map");
+  WriteFile(folder / ".site.gpkg.new-journal", "its journal");
+  const auto store = OpenStore(folder.path());
+  EXPECT_THAT(Names(*store), IsEmpty());
+  EXPECT_FALSE(std::filesystem::exists(folder / ".site.gpkg.new"));
+  EXPECT_FALSE(std::filesystem::exists(folder / ".site.gpkg.new-journal"));
+}
+
+TEST(GeoPackageStoreTest, NewMapDoesNotInheritTheLogOfAnEarlierOne) {
+  const TempFolder folder;
+  const auto store = OpenStore(folder.path());
+  EditedMap old = CreateMap(*store, "site");
+  old.Edit({{CreateLayer{SemanticSpec("old")}}});
+  const std::string log = ReadFile(folder / "site.gpkg-wal");
+  ASSERT_FALSE(log.empty());
+  old.stored.reset();
+  std::filesystem::remove(folder / "site.gpkg");
+  WriteFile(folder / "site.gpkg-wal", log);
+  const EditedMap made = CreateMap(*store, "site");
+  ASSERT_NE(made.snapshot, nullptr);
+  EXPECT_EQ(made.snapshot->revision, 0);
+  EXPECT_TRUE(made.snapshot->layers.empty());
+}
+
+TEST(GeoPackageStoreTest, DeletedMapIsGoneWithAllItsFiles) {
+  const TempFolder folder;
+  const auto store = OpenStore(folder.path());
+  CreateMap(*store, "other");
+  EditedMap map = CreateMap(*store, "site");
+  EXPECT_EQ(store->Delete("site", "r").code(), absl::StatusCode::kFailedPrecondition);
+  map.stored.reset();
+  EXPECT_EQ(*store->FindDeletion("r"), std::nullopt);
+  ASSERT_TRUE(store->Delete("site", "r").ok());
+  EXPECT_THAT(Names(*store), ElementsAre("other"));
+  EXPECT_EQ(store->Open("site").status().code(), absl::StatusCode::kNotFound);
+  for (const auto& entry : std::filesystem::directory_iterator(folder.path())) {
+    EXPECT_THAT(entry.path().filename().string(), ::testing::Not(HasSubstr("site")));
+  }
+  EXPECT_EQ(store->Delete("site", "s").code(), absl::StatusCode::kNotFound);
+  EXPECT_EQ(store->Delete("site", "").code(), absl::StatusCode::kNotFound);
+}
+
+TEST(GeoPackageStoreTest, DeletionIsAnsweredAgainAlsoAfterARestart) {
+  const TempFolder folder;
+  auto store = OpenStore(folder.path());
+  CreateMap(*store, "site");
+  CreateMap(*store, "other");
+  ASSERT_TRUE(store->Delete("site", "r").ok());
+  store.reset();
+  store = OpenStore(folder.path());
+  EXPECT_EQ(*store->FindDeletion("r"), "site");
+  EXPECT_EQ(*store->FindDeletion("s"), std::nullopt);
+  EXPECT_EQ(*store->FindDeletion(""), std::nullopt);
+  // Even when there is a new map of that name, which stays.
+  CreateMap(*store, "site");
+  EXPECT_TRUE(store->Delete("site", "r").ok());
+  EXPECT_THAT(Names(*store), ElementsAre("other", "site"));
+  EXPECT_EQ(store->Delete("other", "r").code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_TRUE(store->Delete("other", "").ok());
+  EXPECT_TRUE(store->Delete("site", "").ok());
+  EXPECT_THAT(Names(*store), IsEmpty());
+}
+
+TEST(GeoPackageStoreTest, DeletionThatWasBegunIsEndedAtTheNextStart) {
+  const TempFolder folder;
+  auto store = OpenStore(folder.path());
+  CreateMap(*store, "site");
+  store.reset();
+  ASSERT_TRUE(Connect(folder / "catalog.sqlite")
+                  ->Execute("INSERT INTO deletions (request_id, map_name) VALUES ('r', 'site')")
+                  .ok());
+  store = OpenStore(folder.path());
+  EXPECT_THAT(Names(*store), IsEmpty());
+  EXPECT_EQ(*store->FindDeletion("r"), "site");
+  // Once: a map made since is not touched by another start.
+  CreateMap(*store, "site");
+  store.reset();
+  EXPECT_THAT(Names(*OpenStore(folder.path())), ElementsAre("site"));
+}
+
+TEST(GeoPackageStoreTest, BrokenCatalogIsNamed) {
+  const TempFolder folder;
+  WriteFile(folder / "catalog.sqlite", std::string(4096, 'x'));
+  const absl::Status status = OpenGeoPackageStore(folder.path()).status();
+  EXPECT_FALSE(status.ok());
+  EXPECT_THAT(std::string(status.message()), HasSubstr("catalog.sqlite"));
+}
+
+TEST(GeoPackageStoreTest, MapsAreMadeAndDeletedFromManyThreads) {
+  const TempFolder folder;
+  const auto store = OpenStore(folder.path());
+  std::vector<std::thread> threads;
+  for (int t = 0; t < 4; ++t) {
+    threads.emplace_back([&store, t] {
+      for (int i = 0; i < 3; ++i) {
+        const std::string own = absl::StrCat("own-", t, "-", i);
+        CreateMap(*store, own).Edit({{CreateLayer{SemanticSpec("s")}}});
+        store->Create(HeaderOf("shared")).IgnoreError();
+        EXPECT_TRUE(store->List().ok());
+        if (i > 0) {
+          EXPECT_TRUE(store->Delete(absl::StrCat("own-", t, "-", i - 1), own).ok());
+        }
+      }
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_THAT(Names(*store), ElementsAre("own-0-2", "own-1-2", "own-2-2", "own-3-2", "shared"));
+}
+
+// Files that are no maps.
+
+absl::Status OpenOf(const std::string& content) {
+  const TempFolder folder;
+  WriteFile(folder / "site.gpkg", content);
+  const auto store = OpenStore(folder.path());
+  CreateMap(*store, "other");
+  const absl::Status status = store->Open("site").status();
+  EXPECT_THAT(std::string(status.message()), HasSubstr("map site: "));
+  // Refusing changes nothing, and the others go on.
+  EXPECT_EQ(ReadFile(folder / "site.gpkg"), content);
+  EXPECT_TRUE(store->Open("other").ok());
+  EXPECT_TRUE(store->Delete("site", "").ok());
+  return status;
+}
+
+std::string MapBytes() {
+  const TempFolder folder;
+  {
+    const auto store = OpenStore(folder.path());
+    ::hypermap::testing::Rng rng(3);
+    CreateMap(*store, "site").Edit(::hypermap::testing::RandomSite(rng, 30));
+  }
+  return ReadFile(folder / "site.gpkg");
+}
+
+TEST(ForeignFileTest, IsRefusedWithItsReason) {
+  const absl::Status empty = OpenOf("");
+  EXPECT_EQ(empty.code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_THAT(std::string(empty.message()), HasSubstr("empty"));
+  EXPECT_EQ(OpenOf("a").code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_EQ(OpenOf(std::string(100000, 'x')).code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_EQ(OpenOf(std::string(100000, '\0')).code(), absl::StatusCode::kFailedPrecondition);
+}
+
+TEST(ForeignFileTest, DatabaseThatIsNoGeoPackageIsRefused) {
+  const TempFolder folder;
+  ASSERT_TRUE(Connect(folder / "x")->Execute("CREATE TABLE t (a)").ok());
+  const absl::Status status = OpenOf(ReadFile(folder / "x"));
+  EXPECT_EQ(status.code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_THAT(std::string(status.message()), HasSubstr("not a GeoPackage"));
+}
+
+TEST(ForeignFileTest, GeoPackageThatIsNoMapIsRefused) {
+  const TempFolder folder;
+  ASSERT_TRUE(Connect(folder / "x")
+                  ->Execute("PRAGMA application_id = 0x47504B47; CREATE TABLE gpkg_contents (a)")
+                  .ok());
+  const absl::Status status = OpenOf(ReadFile(folder / "x"));
+  EXPECT_EQ(status.code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_THAT(std::string(status.message()), HasSubstr("not a map of Hypermap"));
+}
+
+TEST(ForeignFileTest, FolderIsRefused) {
+  const TempFolder folder;
+  std::filesystem::create_directory(folder / "site.gpkg");
+  const auto store = OpenStore(folder.path());
+  EXPECT_THAT(Names(*store), ElementsAre("site"));
+  EXPECT_EQ(store->Open("site").status().code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_FALSE(store->Delete("site", "r").ok());
+  EXPECT_EQ(*store->FindDeletion("r"), std::nullopt);
+  EXPECT_TRUE(std::filesystem::exists(folder / "site.gpkg"));
+}
+
+TEST(DamagedFileTest, CutAtAnyPlaceIsRefused) {
+  const std::string bytes = MapBytes();
+  for (const size_t size : {size_t{99}, size_t{512}, size_t{4095}, size_t{4096}, size_t{5000},
+                            bytes.size() / 2, bytes.size() - 4096, bytes.size() - 1}) {
+    const absl::Status status = OpenOf(bytes.substr(0, size));
+    EXPECT_TRUE(status.code() == absl::StatusCode::kDataLoss ||
+                status.code() == absl::StatusCode::kFailedPrecondition)
+        << size << ": " << status;
+  }
+}
+
+TEST(DamagedFileTest, PageThatIsOverwrittenIsRefused) {
+  const std::string bytes = MapBytes();
+  const uint64_t seed = ::hypermap::testing::TestSeed();
+  SCOPED_TRACE(::testing::Message() << "HYPERMAP_TEST_SEED=" << seed);
+  ::hypermap::testing::Rng rng(seed);
+  int refused = 0;
+  for (int i = 0; i < 20; ++i) {
+    std::string damaged = bytes;
+    const int page = ::hypermap::testing::UniformInt(rng, 1, bytes.size() / 4096 - 1);
+    for (int b = 0; b < 4096; ++b) damaged[page * 4096 + b] = static_cast<char>(rng());
+    const TempFolder folder;
+    WriteFile(folder / "site.gpkg", damaged);
+    const auto store = OpenStore(folder.path());
+    auto map = store->Open("site");
+    const absl::Status status = map.ok() ? (*map)->Load().status() : map.status();
+    if (status.ok()) continue;  // a free page, or one of an index
+    ++refused;
+    EXPECT_EQ(status.code(), absl::StatusCode::kDataLoss) << status;
+  }
+  EXPECT_GT(refused, 5);
+}
+
+// Single flipped bytes: whatever they hit, there is an answer, and no crash.
+TEST(DamagedFileTest, FlippedBytesNeverCrash) {
+  const std::string bytes = MapBytes();
+  const uint64_t seed = ::hypermap::testing::TestSeed();
+  SCOPED_TRACE(::testing::Message() << "HYPERMAP_TEST_SEED=" << seed);
+  ::hypermap::testing::Rng rng(seed);
+  GeoPackageOptions trusting;
+  trusting.max_checked_bytes = 0;
+  for (int i = 0; i < 60; ++i) {
+    std::string damaged = bytes;
+    for (int flips = 0; flips < 20; ++flips) {
+      damaged[::hypermap::testing::UniformInt(rng, 100, bytes.size() - 1)] =
+          static_cast<char>(rng());
+    }
+    const TempFolder folder;
+    WriteFile(folder / "site.gpkg", damaged);
+    const auto store = OpenStore(folder.path(), trusting);
+    auto map = store->Open("site");
+    if (!map.ok()) continue;
+    auto snapshot = (*map)->Load();
+    if (!snapshot.ok()) {
+      EXPECT_EQ(snapshot.status().code(), absl::StatusCode::kDataLoss);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace hypermap::storage

@@ -1,0 +1,173 @@
+#include "storage/geopackage/schema.h"
+
+#include <map>
+#include <string>
+#include <utility>
+
+#include "absl/strings/str_join.h"
+#include "absl/strings/str_split.h"
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+#include "map/layers/grid/grid_layer.h"
+#include "map/layers/semantic_layer.h"
+#include "storage/geopackage/map_testing.h"
+
+namespace hypermap::storage {
+namespace {
+
+using ::testing::HasSubstr;
+
+// What testdata/map_v1.sql holds.
+EditBatch GoldenEdits() {
+  SemanticObject table;
+  table.label = "Küchentisch";
+  table.polygon = *Polygon::Make({{0, 0}, {4, 0}, {4, 4}, {0, 4}}, {{{1, 1}, {1, 2}, {2, 2}}});
+  table.existence = 0.75;
+  table.classes = {{"diningtable", 0.97}, {"bench", 0.25}};
+  table.tags = {"furniture", "kitchen"};
+  table.height = HeightRange{0.5, 0.75};
+  table.attributes = {
+      {"movable", true}, {"seen", int64_t{3}}, {"weight_kg", 21.0}, {"owner", std::string("Ada")}};
+  SemanticObject cup;
+  cup.label = "cup";
+  cup.polygon = *Polygon::Make({{-1.5, 2}, {-1, 2}, {-1, 2.25}});
+  LayerSpec occupancy = GridSpec("occupancy", LayerKind::kOccupancy, {-15.4, -12.2, 0}, 0.05);
+  occupancy.thresholds = {0.25, 0.75};
+  LayerSpec seen = GridSpec("seen", LayerKind::kExploration, {1, 2, 1.5}, 0.25);
+  seen.frame_id = "robot/base";
+  LayerSpec wifi = GridSpec("wifi", LayerKind::kScalar, {1, 2, 1.5}, 0.25);
+  wifi.frame_id = "robot/base";
+  wifi.unit = "dBm";
+  EditBatch batch;
+  batch.edits = {
+      CreateLayer{SemanticSpec("objects")},
+      PutObject{"objects", table, ""},
+      PutObject{"objects", cup, ""},
+      CreateLayer{occupancy},
+      WriteCells{"occupancy", {-1, 1, 2, 5}, {0.0, 1.0, std::nullopt, 0.5, 0.1234, std::nullopt}},
+      CreateLayer{seen},
+      WriteCells{"seen", {0, 1, 0, 3}, {0.0, 1.0, std::nullopt}},
+      CreateLayer{wifi},
+      WriteCells{"wifi", {0, 1, -2, 1}, {-60.5, std::nullopt, -71.25}},
+      SetTransform{{"map", "robot/base", {3, 4, -0.5}}}};
+  return batch;
+}
+
+void MakeGolden(const std::string& path) {
+  const absl::Status status =
+      Connect(path)->Execute(ReadFile(std::string(GEOPACKAGE_TESTDATA) + "/map_v1.sql"));
+  ASSERT_TRUE(status.ok()) << status;
+}
+
+// Every table, index and trigger with its definition, blanks made one.
+std::map<std::string, std::string> SchemaOf(Database& database) {
+  std::map<std::string, std::string> schema;
+  auto select = database.Prepare("SELECT name, sql FROM sqlite_master WHERE sql NOT NULL");
+  EXPECT_TRUE(select.ok()) << select.status();
+  while (*select->Step()) {
+    const std::vector<std::string> words =
+        absl::StrSplit(select->Text(1), absl::ByAnyChar(" \n"), absl::SkipEmpty());
+    schema.emplace(select->Text(0), absl::StrJoin(words, " "));
+  }
+  return schema;
+}
+
+TEST(GoldenMapTest, Version1IsRead) {
+  const TempFolder folder;
+  MakeGolden(folder / "golden.gpkg");
+  const auto store = OpenStore(folder.path());
+  auto map = store->Open("golden");
+  ASSERT_TRUE(map.ok()) << map.status();
+  EXPECT_EQ((*map)->header().created_at, HeaderOf("golden").created_at);
+  EXPECT_EQ((*map)->header().request_id, "create golden");
+  EXPECT_EQ((*map)->header().frame_id, "map");
+
+  Snapshot empty;
+  empty.map_name = "golden";
+  auto loaded = (*map)->Load();
+  ASSERT_TRUE(loaded.ok()) << loaded.status();
+  ExpectSame(**loaded, *MakeCommit(empty, GoldenEdits()).applied.snapshot);
+
+  auto receipt = (*map)->FindReceipt("put");
+  ASSERT_TRUE(receipt.ok() && receipt->has_value());
+  EXPECT_THAT((*receipt)->object_ids, ::testing::ElementsAre(0, 1, 2, 0, 0, 0, 0, 0, 0, 0));
+
+  // And goes on being edited.
+  const Commit commit = MakeCommit(**loaded, {{DeleteObject{"objects", 1}, DeleteLayer{"wifi"}}});
+  EXPECT_TRUE((*map)->Write({commit}).ok());
+}
+
+// A change of what is made needs a new version, a migration to it and a golden file of its own.
+TEST(GoldenMapTest, NewMapsHaveTheSchemaOfTheirVersion) {
+  const TempFolder folder;
+  MakeGolden(folder / "golden.gpkg");
+  {
+    const auto store = OpenStore(folder.path());
+    CreateMap(*store, "new").Edit(GoldenEdits());
+  }
+  EXPECT_EQ(kSchemaVersion, 1);
+  EXPECT_EQ(SchemaOf(*Connect(folder / "new.gpkg")), SchemaOf(*Connect(folder / "golden.gpkg")));
+}
+
+absl::Status AddFloor(Database* database) {
+  return database->Execute("ALTER TABLE hypermap_metadata ADD COLUMN floor TEXT DEFAULT 'ground'");
+}
+absl::Status RaiseFloor(Database* database) {
+  return database->Execute("UPDATE hypermap_metadata SET floor = floor || ' + 1'");
+}
+absl::Status Fail(Database*) { return absl::DataLossError("cannot be brought forward"); }
+
+class MigrationTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    MakeGolden(folder_ / "golden.gpkg");
+    database_ = Connect(folder_ / "golden.gpkg");
+  }
+
+  TempFolder folder_;
+  std::unique_ptr<Database> database_;
+};
+
+TEST_F(MigrationTest, StepsAreTakenInOrderUpToTheNewest) {
+  const Migration steps[] = {{2, RaiseFloor}, {1, AddFloor}, {3, Fail}};
+  const absl::Status status = MigrateSchema(database_.get(), 3, steps);
+  ASSERT_TRUE(status.ok()) << status;
+  EXPECT_EQ(*ReadSchemaVersion(database_.get()), 3);
+  EXPECT_EQ(
+      **database_->QueryInt64("SELECT count(*) FROM hypermap_metadata WHERE floor = 'ground + 1'"),
+      1);
+  EXPECT_TRUE(VerifySchema(database_.get()).ok());
+}
+
+TEST_F(MigrationTest, FileOfTheNewestVersionIsLeftAlone) {
+  const Migration steps[] = {{1, Fail}};
+  EXPECT_TRUE(MigrateSchema(database_.get(), 1, steps).ok());
+}
+
+TEST_F(MigrationTest, FailedStepLeavesTheFileAsItWas) {
+  const auto before = SchemaOf(*database_);
+  const Migration steps[] = {{1, AddFloor}, {2, Fail}};
+  EXPECT_EQ(MigrateSchema(database_.get(), 3, steps).code(), absl::StatusCode::kDataLoss);
+  EXPECT_EQ(*ReadSchemaVersion(database_.get()), 1);
+  EXPECT_EQ(SchemaOf(*database_), before);
+}
+
+TEST_F(MigrationTest, MissingStepIsTold) {
+  const Migration steps[] = {{1, AddFloor}};
+  const absl::Status status = MigrateSchema(database_.get(), 3, steps);
+  EXPECT_EQ(status.code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_THAT(std::string(status.message()), HasSubstr("schema version 2"));
+  EXPECT_EQ(*ReadSchemaVersion(database_.get()), 1);
+}
+
+TEST_F(MigrationTest, FileOfTheFutureIsRefused) {
+  ASSERT_TRUE(database_->Execute("UPDATE hypermap_metadata SET schema_version = 99").ok());
+  database_.reset();
+  const auto store = OpenStore(folder_.path());
+  const absl::Status status = store->Open("golden").status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_THAT(std::string(status.message()), HasSubstr("schema version 99 is newer"));
+}
+
+}  // namespace
+}  // namespace hypermap::storage

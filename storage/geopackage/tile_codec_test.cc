@@ -1,0 +1,146 @@
+#include "storage/geopackage/tile_codec.h"
+
+#include <bit>
+#include <limits>
+
+#include "gtest/gtest.h"
+#include "storage/geopackage/tile_image.h"
+#include "tests/support/random_map.h"
+
+namespace hypermap::storage {
+namespace {
+
+using ::hypermap::testing::Rng;
+using ::hypermap::testing::TestSeed;
+using ::hypermap::testing::UniformInt;
+
+constexpr LayerKind kGridKinds[] = {LayerKind::kOccupancy, LayerKind::kExploration,
+                                    LayerKind::kScalar};
+
+CellCode RandomCode(Rng& rng, LayerKind kind) {
+  switch (kind) {
+    case LayerKind::kOccupancy:
+      return UniformInt(rng, 0, 10000);
+    case LayerKind::kExploration:
+      return UniformInt(rng, 0, 1);
+    default:
+      for (;;) {
+        const float code = std::bit_cast<float>(static_cast<uint32_t>(rng()));
+        if (code - code == 0) return code;
+      }
+  }
+}
+
+Tile RandomTile(Rng& rng, LayerKind kind) {
+  Tile tile;
+  for (CellCode& code : tile.mutable_codes()) {
+    if (UniformInt(rng, 0, 3) != 0) code = RandomCode(rng, kind);
+  }
+  return tile;
+}
+
+class TileCodecTest : public ::testing::TestWithParam<LayerKind> {};
+
+TEST_P(TileCodecTest, RandomTilesComeBackBitForBit) {
+  const uint64_t seed = TestSeed();
+  SCOPED_TRACE(::testing::Message() << "HYPERMAP_TEST_SEED=" << seed);
+  Rng rng(seed);
+  const auto codec = MakeTileCodec(GetParam());
+  for (int i = 0; i < 10; ++i) {
+    const Tile tile = RandomTile(rng, GetParam());
+    const auto image = codec->Encode(tile);
+    ASSERT_TRUE(image.ok()) << image.status();
+    const auto decoded = codec->Decode(*image);
+    ASSERT_TRUE(decoded.ok()) << decoded.status();
+    for (size_t c = 0; c < tile.codes().size(); ++c) {
+      const CellCode expected = tile.codes()[c];
+      const CellCode actual = (*decoded)->codes()[c];
+      ASSERT_TRUE(IsUnknown(expected)
+                      ? IsUnknown(actual)
+                      : std::bit_cast<uint32_t>(expected) == std::bit_cast<uint32_t>(actual))
+          << expected << " became " << actual;
+    }
+  }
+}
+
+TEST_P(TileCodecTest, EveryCutIsDamageOrTheSameTile) {
+  Rng rng(5);
+  const auto codec = MakeTileCodec(GetParam());
+  const std::string image = *codec->Encode(RandomTile(rng, GetParam()));
+  for (size_t size = 0; size < image.size(); size += size < 200 ? 1 : 97) {
+    const auto decoded = codec->Decode(image.substr(0, size));
+    EXPECT_EQ(decoded.status().code(), absl::StatusCode::kDataLoss) << size;
+  }
+}
+
+TEST_P(TileCodecTest, FlippedBytesNeverCrash) {
+  const uint64_t seed = TestSeed();
+  SCOPED_TRACE(::testing::Message() << "HYPERMAP_TEST_SEED=" << seed);
+  Rng rng(seed);
+  const auto codec = MakeTileCodec(GetParam());
+  const std::string image = *codec->Encode(RandomTile(rng, GetParam()));
+  for (int i = 0; i < 500; ++i) {
+    std::string damaged = image;
+    // Headers decide most, so half of the flips go there.
+    const int last = i % 2 == 0 ? 63 : static_cast<int>(image.size()) - 1;
+    for (int flips = 0; flips < 3; ++flips) {
+      damaged[UniformInt(rng, 0, last)] = static_cast<char>(rng());
+    }
+    if (i % 3 == 0) {  // the TIFF's directory stands at the end
+      damaged[image.size() - UniformInt(rng, 1, 150)] = static_cast<char>(rng());
+    }
+    const auto decoded = codec->Decode(damaged);
+    if (!decoded.ok()) {
+      EXPECT_EQ(decoded.status().code(), absl::StatusCode::kDataLoss);
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Kinds, TileCodecTest, ::testing::ValuesIn(kGridKinds));
+
+TEST(TileCodecTest, TopRowOfTheImageIsTheHighestRowOfCells) {
+  Tile tile;
+  tile.set(0, 0, 1);
+  tile.set(kTileSide - 1, 2, 3);
+  const std::string image = *MakeTileCodec(LayerKind::kOccupancy)->Encode(tile);
+  TileImage<uint16_t> pixels;
+  ASSERT_TRUE(DecodePng(image, &pixels).ok());
+  EXPECT_EQ(pixels[(kTileSide - 1) * kTileSide], 1);
+  EXPECT_EQ(pixels[2], 3);
+  EXPECT_EQ(pixels[0], 65535);
+}
+
+TEST(TileCodecTest, CodesThatTheKindDoesNotHaveAreNotWritten) {
+  const auto encode = [](LayerKind kind, CellCode code) {
+    Tile tile;
+    tile.set(7, 7, code);
+    return MakeTileCodec(kind)->Encode(tile).status().code();
+  };
+  EXPECT_EQ(encode(LayerKind::kOccupancy, 10001), absl::StatusCode::kInternal);
+  EXPECT_EQ(encode(LayerKind::kOccupancy, -1), absl::StatusCode::kInternal);
+  EXPECT_EQ(encode(LayerKind::kOccupancy, 0.5), absl::StatusCode::kInternal);
+  EXPECT_EQ(encode(LayerKind::kExploration, 2), absl::StatusCode::kInternal);
+  EXPECT_EQ(encode(LayerKind::kScalar, std::numeric_limits<float>::infinity()),
+            absl::StatusCode::kInternal);
+}
+
+TEST(TileCodecTest, PixelsThatTheKindDoesNotHaveAreDamage) {
+  TileImage<uint16_t> pixels{};
+  pixels[5] = 10001;
+  EXPECT_EQ(MakeTileCodec(LayerKind::kOccupancy)->Decode(*EncodePng(pixels)).status().code(),
+            absl::StatusCode::kDataLoss);
+  pixels[5] = 2;
+  EXPECT_EQ(MakeTileCodec(LayerKind::kExploration)->Decode(*EncodePng(pixels)).status().code(),
+            absl::StatusCode::kDataLoss);
+  TileImage<float> floats{};
+  floats[5] = std::numeric_limits<float>::infinity();
+  EXPECT_EQ(MakeTileCodec(LayerKind::kScalar)->Decode(*EncodeTiff(floats)).status().code(),
+            absl::StatusCode::kDataLoss);
+}
+
+TEST(TileCodecTest, SemanticLayersHaveNone) {
+  EXPECT_EQ(MakeTileCodec(LayerKind::kSemantic), nullptr);
+}
+
+}  // namespace
+}  // namespace hypermap::storage
