@@ -1,0 +1,73 @@
+# The doors of the project. Everything they make lies under build/.
+#
+#   make demo    build, load a small office, ask it the three questions, leave the server running
+#                (ARGS=--exit: stop after the tour)
+#   make test    build and run all tests; with CI=true also under ASan and UBSan
+#   make bench   the benchmarks, each beside its brute force
+#   make help    the rest
+
+JOBS ?= $(shell nproc)
+ARGS ?=
+# Compiled objects are shared between build folders and checkouts.
+export CCACHE_BASEDIR ?= $(CURDIR)
+export CCACHE_NOHASHDIR ?= 1
+# No test output is lost, nothing is run twice at once.
+CTEST = ctest --output-on-failure --parallel $(JOBS)
+SANITIZED_TESTS ?= .
+
+.DEFAULT_GOAL := build
+.PHONY: build test demo bench deps asan tsan fuzz format lint clean help
+
+help:
+	@echo 'make build                 programs in build/bin'
+	@echo 'make test                  all tests (CI=true: under ASan and UBSan as well)'
+	@echo 'make demo [ARGS=--exit]    a short tour on a site of the project'\''s own'
+	@echo 'make bench [ARGS=...]      benchmarks (arguments of Google Benchmark)'
+	@echo 'make asan | make tsan      tests under sanitizers, in build/asan and build/tsan'
+	@echo 'make fuzz [SECONDS=60]     each fuzzer for so many seconds (clang)'
+	@echo 'make format                clang-format on all sources'
+	@echo 'make lint [SINCE=origin/main]  format, clang-tidy on changed files, buf lint'
+	@echo 'make deps                  Debian packages that are missing, grpcurl, buf'
+	@echo 'make clean                 removes build/'
+
+deps:
+	@tools/deps.sh build test lint
+
+# One stamp for each group of packages: looked at again when the list changes.
+build/.deps-%: tools/deps.sh
+	@tools/deps.sh $*
+	@mkdir -p build && touch $@
+
+build: build/.deps-build
+	@cmake --preset release $(CMAKE_ARGS)
+	@cmake --build build --parallel $(JOBS)
+
+# The sanitized run comes first, so that the last lines are the summary of the full run.
+test: build build/.deps-test $(if $(filter true 1,$(CI)),asan)
+	@cmake --preset release $(CMAKE_ARGS) >/dev/null
+	@$(CTEST) --test-dir build
+
+asan tsan: build/.deps-build build/.deps-test
+	@cmake --preset $@ $(CMAKE_ARGS)
+	@cmake --build build/$@ --parallel $(JOBS)
+	@$(CTEST) --test-dir build/$@ --tests-regex '$(SANITIZED_TESTS)'
+
+demo: build
+	@demo/run.sh $(ARGS)
+
+bench: build
+	@build/tests/hypermap_bench $(ARGS)
+
+fuzz: build/.deps-build build/.deps-fuzz
+	@cmake --preset fuzz $(CMAKE_ARGS)
+	@cmake --build build/fuzz --parallel $(JOBS) --target fuzzers
+	@tests/fuzz/run.sh build/fuzz/tests/fuzz $(or $(SECONDS),60)
+
+format: build/.deps-lint
+	@tools/lint.sh --fix
+
+lint: build build/.deps-lint
+	@tools/lint.sh $(SINCE)
+
+clean:
+	rm -rf build

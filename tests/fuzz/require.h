@@ -1,0 +1,16 @@
+// Ends a fuzzer with the place of a broken promise.
+#ifndef HYPERMAP_TESTS_FUZZ_REQUIRE_H_
+#define HYPERMAP_TESTS_FUZZ_REQUIRE_H_
+
+#include <cstdio>
+#include <cstdlib>
+
+#define REQUIRE(condition)                                                         \
+  do {                                                                             \
+    if (!(condition)) {                                                            \
+      std::fprintf(stderr, "%s:%d: broken: %s\n", __FILE__, __LINE__, #condition); \
+      std::abort();                                                                \
+    }                                                                              \
+  } while (false)
+
+#endif  // HYPERMAP_TESTS_FUZZ_REQUIRE_H_

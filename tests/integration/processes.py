@@ -1,0 +1,144 @@
+"""The real programs as processes: hypermapd on a free port, and the hypermap command.
+
+Nothing here sleeps: a server is ready when it says so, and everything has a deadline.
+"""
+
+import json
+import os
+import pathlib
+import re
+import selectors
+import signal
+import subprocess
+import tempfile
+import time
+import unittest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+BIN = pathlib.Path(os.environ.get("HYPERMAP_BIN", ROOT / "build" / "bin"))
+DATA = pathlib.Path(os.environ.get("HYPERMAP_DATA") or ROOT.parent / "shared" / "data")
+# How long anything may take. Generous: sanitizers on a busy machine are slow, hangs are forever.
+DEADLINE_S = float(os.environ.get("HYPERMAP_TEST_DEADLINE", "60"))
+# Random questions per kind and map.
+QUESTIONS = int(os.environ.get("HYPERMAP_TEST_QUESTIONS", "200"))
+SEED = int(os.environ.get("HYPERMAP_TEST_SEED", time.time_ns() % 1_000_000))
+
+READY = re.compile(rb"^hypermapd ready on (127\.0\.0\.1:(\d+))\n", re.MULTILINE)
+
+
+class Server:
+    """A hypermapd on `data_dir`. Killed at the end of the `with` block if it still runs."""
+
+    def __init__(self, data_dir, *flags):
+        self._log = tempfile.TemporaryFile()
+        self._process = subprocess.Popen(
+            [BIN / "hypermapd", f"--data_dir={data_dir}", "--listen=127.0.0.1:0", *flags],
+            stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=self._log)
+        try:
+            self.stdout = self._read_until_ready()
+        except BaseException:
+            self.__exit__()
+            raise
+        self.address, self.port = (g.decode() for g in READY.search(self.stdout).groups())
+
+    def _read_until_ready(self):
+        deadline, output = time.monotonic() + DEADLINE_S, b""
+        with selectors.DefaultSelector() as selector:
+            selector.register(self._process.stdout, selectors.EVENT_READ)
+            while not READY.search(output):
+                if not selector.select(deadline - time.monotonic()):
+                    raise AssertionError(f"hypermapd not ready in {DEADLINE_S} s: {self.log()}")
+                piece = os.read(self._process.stdout.fileno(), 65536)
+                if not piece:
+                    self._process.wait(DEADLINE_S)
+                    raise AssertionError(f"hypermapd did not start: {output} {self.log()}")
+                output += piece
+        return output
+
+    def log(self):
+        """All that was written to stderr so far."""
+        self._log.seek(0)
+        return self._log.read().decode(errors="replace")
+
+    def running(self):
+        return self._process.poll() is None
+
+    def signal(self, number):
+        self._process.send_signal(number)
+
+    def wait(self):
+        """The exit code."""
+        return self._process.wait(DEADLINE_S)
+
+    def stop(self):
+        """Ends it as systemd would. The exit code."""
+        self.signal(signal.SIGTERM)
+        return self.wait()
+
+    def kill(self):
+        """Ends it as a power cut would."""
+        self.signal(signal.SIGKILL)
+        self.wait()
+
+    def cli(self, *arguments, **options):
+        return cli("--server", self.address, *arguments, **options)
+
+    def json(self, *arguments):
+        """The one JSON document that a command prints. It must succeed."""
+        (document,) = self.json_lines(*arguments)
+        return document
+
+    def json_lines(self, *arguments):
+        result = self.cli("--json", *arguments)
+        if result.returncode != 0:
+            raise AssertionError(f"hypermap {arguments}: {result.returncode} {result.stderr}")
+        return [json.loads(line) for line in result.stdout.splitlines()]
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        if self.running():
+            self.kill()
+        self._process.stdout.close()
+        self._log.close()
+
+
+def cli(*arguments, **options):
+    """Runs `hypermap`; never raises for its exit code."""
+    return subprocess.run([BIN / "hypermap", *map(str, arguments)], capture_output=True, text=True,
+                          timeout=DEADLINE_S, check=False, stdin=subprocess.DEVNULL, **options)
+
+
+def start_and_fail(data_dir, *flags):
+    """Starts a hypermapd that must refuse to; (exit code, stderr)."""
+    result = subprocess.run(
+        [BIN / "hypermapd", f"--data_dir={data_dir}", "--listen=127.0.0.1:0", *flags],
+        stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=DEADLINE_S, check=False)
+    return result.returncode, result.stderr
+
+
+def real_maps():
+    """The recorded maps, by name; none where the data is not there."""
+    return {path.stem: path for path in sorted(DATA.glob("maps/*.hmap"))}
+
+
+class SiteTest(unittest.TestCase):
+    """A test with a data folder of its own."""
+
+    def setUp(self):
+        self.folder = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory(prefix="hypermap-")))
+        self.data_dir = self.folder / "data"
+        self.data_dir.mkdir()
+
+    def server(self, *flags, data_dir=None):
+        return self.enterContext(Server(data_dir or self.data_dir, *flags))
+
+    def assert_fails(self, result, *words, code=1):
+        """A command that failed as it should: the exit code, and one line that says all `words`."""
+        self.assertEqual(result.returncode, code, result)
+        self.assertEqual(result.stdout, "")
+        lines = result.stderr.splitlines()
+        self.assertEqual(len(lines), 1, result.stderr)
+        for word in words:
+            self.assertIn(word.lower(), lines[0].lower())

@@ -1,0 +1,74 @@
+"""A gRPC client made of the protos alone, for what the command line can't say or is too slow for."""
+
+import grpc
+from google.protobuf import descriptor_pb2, json_format, message_factory
+from hypermap.v1 import catalog_service_pb2, edit_service_pb2, query_service_pb2
+
+from processes import DEADLINE_S
+
+_KINDS = {(False, False): "unary_unary", (False, True): "unary_stream",
+          (True, False): "stream_unary", (True, True): "stream_stream"}
+
+
+def _methods():
+    for module in (catalog_service_pb2, edit_service_pb2, query_service_pb2):
+        file = descriptor_pb2.FileDescriptorProto()
+        module.DESCRIPTOR.CopyToProto(file)
+        for service in file.service:
+            described = module.DESCRIPTOR.services_by_name[service.name]
+            for method in service.method:
+                kind = _KINDS[method.client_streaming, method.server_streaming]
+                yield service.name, kind, described.methods_by_name[method.name]
+
+
+class Client:
+    """Has a function for each rpc, by its name: `client.QueryPoint(map="office", ...)`.
+
+    Arguments are the request's fields as in protobuf's JSON (or one iterable of such requests where
+    the client streams); the answer is the message, or an iterator of messages. Errors are
+    grpc.RpcError.
+    """
+
+    def __init__(self, address):
+        self._channel = grpc.insecure_channel(address, options=[
+            ("grpc.max_send_message_length", -1), ("grpc.max_receive_message_length", -1)])
+        messages = message_factory.MessageFactory()
+        for service, kind, method in _methods():
+            setattr(self, method.name, self._function(
+                f"/hypermap.v1.{service}/{method.name}", kind,
+                messages.GetPrototype(method.input_type),
+                messages.GetPrototype(method.output_type)))
+
+    def _function(self, path, kind, request_type, response_type):
+        call = getattr(self._channel, kind)(
+            path, request_serializer=request_type.SerializeToString,
+            response_deserializer=response_type.FromString)
+
+        def invoke(*requests, timeout=DEADLINE_S, **fields):
+            if kind.startswith("stream"):
+                sent = (json_format.ParseDict(r, request_type()) for r in requests[0])
+            else:
+                sent = json_format.ParseDict(fields, request_type())
+            return call(sent, timeout=timeout, wait_for_ready=False)
+
+        return invoke
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self._channel.close()
+
+
+def point(x, y):
+    return {"x": x, "y": y}
+
+
+def ring(points):
+    return {"points": [point(x, y) for x, y in points]}
+
+
+def polygon(shape):
+    """The message of a Shapely polygon."""
+    return {"outer": ring(shape.exterior.coords[:-1]),
+            "holes": [ring(hole.coords[:-1]) for hole in shape.interiors]}

@@ -1,0 +1,45 @@
+"""Small maps for tests, made by way of the API alone."""
+
+import rpc
+
+SQUARE = [(0, 0), (4, 0), (4, 4), (0, 4)]
+
+
+def square(x, y, side=1.0):
+    return {"outer": rpc.ring([(x, y), (x + side, y), (x + side, y + side), (x, y + side)])}
+
+
+def put(label, x, y, layer="things", **fields):
+    """An edit that adds an object one metre square with its lower left corner at (x, y)."""
+    return {"put_object": {"layer": layer,
+                           "object": {"label": label, "polygon": square(x, y), **fields}}}
+
+
+def write_cells(values, row=0, col=0, layer="grid"):
+    """An edit that writes rows of cells; "NaN" is unknown."""
+    box = {"row_begin": row, "row_end": row + len(values),
+           "col_begin": col, "col_end": col + len(values[0])}
+    return {"write_cells": {"layer": layer, "box": box, "values": [v for r in values for v in r]}}
+
+
+def make(client, name="site"):
+    """A map with an empty semantic layer `things`, an occupancy layer `grid` with cells of half a
+    metre, and a layer `adrift` in a frame that nothing connects."""
+    client.CreateMap(map=name)
+    client.CreateLayer(map=name, layer={"name": "things", "kind": "LAYER_KIND_SEMANTIC"})
+    client.CreateLayer(map=name, layer={
+        "name": "grid", "kind": "LAYER_KIND_OCCUPANCY",
+        "grid": {"origin": {"x": 0, "y": 0, "yaw": 0}, "resolution_m": 0.5}})
+    client.CreateLayer(map=name, layer={
+        "name": "adrift", "kind": "LAYER_KIND_SEMANTIC", "frame_id": "raft"})
+
+
+def labels(client, name="site", layer="things"):
+    """{id: label} of all that an area of the size of a town shows."""
+    area = square(-5000, -5000, 10000)
+    return {o.id: o.label for answer in client.QueryArea(map=name, layers=[layer], area=area)
+            for o in answer.part.objects}
+
+
+def revision(client, name="site"):
+    return client.GetMap(map=name).map.revision

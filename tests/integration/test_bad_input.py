@@ -1,0 +1,365 @@
+"""What is wrong is refused by name, changes nothing, and harms nobody else."""
+
+import io
+import json
+import os
+import struct
+import unittest
+import zipfile
+import zlib
+
+import grpc
+
+import rpc
+import sites
+from processes import SiteTest
+
+INVALID = grpc.StatusCode.INVALID_ARGUMENT
+NOT_FOUND = grpc.StatusCode.NOT_FOUND
+EXHAUSTED = grpc.StatusCode.RESOURCE_EXHAUSTED
+EXISTS = grpc.StatusCode.ALREADY_EXISTS
+
+SQUARE = {"outer": rpc.ring(sites.SQUARE)}
+TRIANGLE_TWICE = {"outer": rpc.ring([(0, 0), (1, 0), (0, 0), (1, 0)])}
+TWO_POINTS = {"outer": rpc.ring([(0, 0), (1, 1)])}
+CROSSING = {"outer": rpc.ring([(0, 0), (2, 2), (2, 0), (0, 2)])}
+NOT_FINITE = {"outer": rpc.ring([(0, 0), (1, 0), ("NaN", 1)])}
+HOLE_OUTSIDE = SQUARE | {"holes": [rpc.ring([(9, 9), (10, 9), (9, 10)])]}
+
+# (what, polygon, word of the message)
+POLYGONS = [
+    ("no outer ring", {}, "area"),
+    ("two vertices", TWO_POINTS, "vert"),
+    ("two distinct vertices", TRIANGLE_TWICE, "vert"),
+    ("a crossing", CROSSING, "cross"),
+    ("a vertex that is no number", NOT_FINITE, "points[2]"),
+    ("a hole outside", HOLE_OUTSIDE, "hole"),
+]
+NAMES = ["", ".", "..", "../site", "a/b", "a\\b", "a b", "x" * 64, "-x", ".hidden", "näme",
+         "a\nb", "a'; DROP TABLE gpkg_contents; --", "con\x00trol"]
+
+
+def requests():
+    """(what, rpc, request, status or statuses, word of the message)."""
+    point = {"x": 0, "y": 0}
+    yield "unknown map", "QueryPoint", {"map": "nowhere", "point": point}, NOT_FOUND, "nowhere"
+    yield "unknown layer", "QueryPoint", {"map": "site", "layers": ["no"], "point": point}, \
+        NOT_FOUND, "no"
+    yield "unknown frame", "QueryPoint", {"map": "site", "frame_id": "mars", "point": point}, \
+        NOT_FOUND, "mars"
+    yield "no point", "QueryPoint", {"map": "site"}, INVALID, "point"
+    for number in ("NaN", "Infinity", "-Infinity"):
+        for axis in "xy":
+            bad = point | {axis: number}
+            yield f"{axis} {number}", "QueryPoint", {"map": "site", "point": bad}, INVALID, "point"
+            yield f"nearest {axis} {number}", "QueryNearest", \
+                {"map": "site", "point": bad, "value": "chair", "k": 1}, INVALID, "point"
+    for what, polygon, word in POLYGONS:
+        yield what, "QueryArea", {"map": "site", "area": polygon}, INVALID, word
+        if polygon:
+            yield f"value in {what}", "QueryValue", \
+                {"map": "site", "value": "chair", "area": polygon}, INVALID, word
+        yield f"object of {what}", "ApplyEdits", {"map": "site", "edits": [
+            sites.put("good", 0, 0),
+            {"put_object": {"layer": "things", "object": {"label": "bad", "polygon": polygon}}},
+        ]}, INVALID, "edits[1]"
+    for value in ("", "  ", ">", ">x", "5..1", "tag:", ">nan"):
+        yield f"value {value!r}", "QueryValue", {"map": "site", "value": value}, INVALID, "value"
+    for k in (0, -1):
+        yield f"k {k}", "QueryNearest", \
+            {"map": "site", "point": point, "value": "chair", "k": k}, INVALID, "k"
+    yield "k too large", "QueryNearest", \
+        {"map": "site", "point": point, "value": "chair", "k": 2**31 - 1}, EXHAUSTED, "max_nearest"
+    for name in NAMES:
+        yield f"map name {name!r}", "CreateMap", {"map": name}, INVALID, "map"
+        if name:
+            yield f"layer name {name!r}", "CreateLayer", \
+                {"map": "site", "layer": {"name": name, "kind": "LAYER_KIND_SEMANTIC"}}, \
+                INVALID, "name"
+    yield "map twice", "CreateMap", {"map": "site"}, EXISTS, "site"
+    yield "layer twice", "CreateLayer", \
+        {"map": "site", "layer": {"name": "things", "kind": "LAYER_KIND_SEMANTIC"}}, EXISTS, "things"
+    yield "layer of no kind", "CreateLayer", {"map": "site", "layer": {"name": "x"}}, INVALID, "kind"
+    yield "grid without geometry", "CreateLayer", \
+        {"map": "site", "layer": {"name": "x", "kind": "LAYER_KIND_SCALAR"}}, INVALID, "grid"
+    for resolution in (0, -1, "NaN", "Infinity"):
+        grid = {"origin": {"x": 0, "y": 0, "yaw": 0}, "resolution_m": resolution}
+        yield f"resolution {resolution}", "CreateLayer", {"map": "site", "layer": {
+            "name": "x", "kind": "LAYER_KIND_OCCUPANCY", "grid": grid}}, INVALID, "resolution"
+    yield "frame in itself", "SetTransform", {"map": "site", "transform": {
+        "parent_frame_id": "a", "child_frame_id": "a",
+        "parent_from_child": {"x": 0, "y": 0, "yaw": 0}}}, INVALID, "a"
+    yield "transform that is no number", "SetTransform", {"map": "site", "transform": {
+        "parent_frame_id": "map", "child_frame_id": "a",
+        "parent_from_child": {"x": 0, "y": "NaN", "yaw": 0}}}, INVALID, ""
+    yield "no edits", "ApplyEdits", {"map": "site"}, INVALID, "edits"
+    yield "an edit that says nothing", "ApplyEdits", {"map": "site", "edits": [{}]}, INVALID, \
+        "edits[0]"
+    yield "no label", "ApplyEdits", {"map": "site", "edits": [sites.put("", 0, 0)]}, INVALID, \
+        "label"
+    yield "existence 2", "ApplyEdits", \
+        {"map": "site", "edits": [sites.put("x", 0, 0, existence=2)]}, INVALID, "existence"
+    yield "confidence that is no number", "ApplyEdits", \
+        {"map": "site", "edits": [sites.put("x", 0, 0, classes={"x": "NaN"})]}, INVALID, "classes"
+    yield "heights upside down", "ApplyEdits", {"map": "site", "edits": [
+        sites.put("x", 0, 0, height={"low_m": 2, "high_m": 1})]}, INVALID, "height"
+    yield "edit of an unknown layer", "ApplyEdits", \
+        {"map": "site", "edits": [sites.put("x", 0, 0, layer="no")]}, NOT_FOUND, "no"
+    yield "object on a grid", "ApplyEdits", \
+        {"map": "site", "edits": [sites.put("x", 0, 0, layer="grid")]}, \
+        (INVALID, grpc.StatusCode.FAILED_PRECONDITION), "grid"
+    yield "deleting what is not there", "ApplyEdits", \
+        {"map": "site", "edits": [{"delete_object": {"layer": "things", "id": 77}}]}, NOT_FOUND, \
+        "77"
+    yield "probability 2", "ApplyEdits", \
+        {"map": "site", "edits": [sites.write_cells([[2]])]}, INVALID, "value"
+    yield "infinite probability", "ApplyEdits", \
+        {"map": "site", "edits": [sites.write_cells([["Infinity"]])]}, INVALID, "value"
+    box = {"row_begin": 0, "row_end": 2, "col_begin": 0, "col_end": 2}
+    yield "too few cells", "ApplyEdits", {"map": "site", "edits": [
+        {"write_cells": {"layer": "grid", "box": box, "values": [1]}}]}, INVALID, "values"
+    far = {"row_begin": 2**31 - 2, "row_end": 2**31 - 1, "col_begin": 0, "col_end": 1}
+    yield "cells at the end of the world", "ApplyEdits", {"map": "site", "edits": [
+        {"write_cells": {"layer": "grid", "box": far, "values": [1]}}]}, INVALID, "box"
+    yield "a fill of a continent", "ApplyEdits", {"map": "site", "edits": [{"fill_polygon": {
+        "layer": "grid", "area": sites.square(0, 0, 1e6), "value": 1}}]}, (EXHAUSTED, INVALID), ""
+    yield "a request id too long", "ApplyEdits", {"map": "site", "request_id": "x" * 129,
+                                                  "edits": [sites.put("x", 0, 0)]}, INVALID, \
+        "request_id"
+
+
+class BadRequests(SiteTest):
+
+    def setUp(self):
+        super().setUp()
+        self.site = self.server("--max_vertices=1000", "--max_edits=100")
+        self.client = self.enterContext(rpc.Client(self.site.address))
+        sites.make(self.client)
+
+    def refusal(self, method, request):
+        """The error of a request that must fail."""
+        with self.assertRaises(grpc.RpcError) as caught:
+            answer = getattr(self.client, method)(**request)
+            for _ in answer if hasattr(answer, "cancel") else ():
+                pass
+        return caught.exception
+
+    def test_each_is_refused_by_name_and_changes_nothing(self):
+        before = sites.revision(self.client)
+        for what, method, request, codes, word in requests():
+            with self.subTest(what):
+                error = self.refusal(method, request)
+                codes = codes if isinstance(codes, tuple) else (codes,)
+                self.assertIn(error.code(), codes, error.details())
+                self.assertIn(word, error.details())
+        self.assertEqual(sites.revision(self.client), before)
+        self.assertEqual(sites.labels(self.client), {})
+        self.assertEqual([m.name for m in self.client.ListMaps().maps], ["site"])
+        self.assertTrue(self.site.running())
+
+    def test_limits_are_named(self):
+        ring = [(i, i * i) for i in range(1001)]
+        error = self.refusal("QueryArea", {"map": "site", "area": {"outer": rpc.ring(ring)}})
+        self.assertEqual((error.code(), "max_vertices" in error.details()), (EXHAUSTED, True))
+        error = self.refusal("ApplyEdits", {"map": "site", "edits": [sites.put("x", 0, 0)] * 101})
+        self.assertEqual((error.code(), "max_edits" in error.details()), (EXHAUSTED, True))
+
+    def test_a_huge_message_is_refused(self):
+        error = self.refusal("QueryValue", {"map": "site", "value": "x" * (200 << 20)})
+        self.assertEqual(error.code(), EXHAUSTED)
+        self.assertEqual(sites.labels(self.client), {})
+
+    def test_no_name_reaches_out_of_the_data_folder(self):
+        for name in NAMES:
+            for method in ("GetMap", "DeleteMap"):
+                error = self.refusal(method, {"map": name})
+                self.assertIn(error.code(), (INVALID, NOT_FOUND))
+        self.assertEqual({p.name for p in self.folder.iterdir()}, {"data"})
+
+
+def png_of(width, height, data=b""):
+    """A PNG that says it is so large, whatever it holds."""
+    def chunk(kind, body):
+        return struct.pack(">I", len(body)) + kind + body + struct.pack(">I", zlib.crc32(kind + body))
+    head = struct.pack(">IIBBBBB", width, height, 8, 0, 0, 0, 0)
+    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", head) + chunk(b"IDAT", data) + chunk(b"IEND", b"")
+
+
+def hmap(**members):
+    packed = io.BytesIO()
+    with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, data in members.items():
+            archive.writestr(name.replace("__", "."), data)
+    return packed.getvalue()
+
+
+def bomb(size):
+    """A megabyte that unpacks to `size` bytes."""
+    packed = io.BytesIO()
+    with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("hmap_config.yaml", OBJECT_CONFIG)
+        with archive.open("s", "w") as member:
+            for _ in range(size >> 20):
+                member.write(bytes(1 << 20))
+    return packed.getvalue()
+
+
+GRID_CONFIG = "layers:\n- {class: OccupancyGridLayer, name: g, frame_id: map, load_file: true, file: g}\n"
+GRID_YAML = ("image: g.png\nresolution: 0.05\norigin: [0, 0, 0]\nnegate: 0\noccupied_thresh: 0.65\n"
+             "free_thresh: 0.196\n")
+OBJECT_CONFIG = "layers:\n- {class: SemanticLayer, name: s, frame_id: map, load_file: true, file: s}\n"
+BILLION_LAUGHS = "a: &a [x, x, x, x, x, x, x, x, x]\n" + "".join(
+    f"{chr(98 + i)}: &{chr(98 + i)} [{', '.join(['*' + chr(97 + i)] * 9)}]\n" for i in range(9))
+
+
+def objects(shape, name="x"):
+    return hmap(hmap_config__yaml=OBJECT_CONFIG, s=f"- {{name: {name}, shape: '{shape}'}}\n")
+
+
+def hostile_files():
+    """(name, bytes, what the message says)."""
+    good = hmap(hmap_config__yaml=OBJECT_CONFIG, s="- {name: x, shape: 'POLYGON((0 0,1 0,1 1))'}")
+    yield "empty.hmap", b"", ""
+    yield "random.hmap", os.urandom(5000), ""
+    for cut in (10, len(good) // 2, len(good) - 5):
+        yield f"cut{cut}.hmap", good[:cut], ""
+    yield "no_config.hmap", hmap(s="x"), "hmap_config.yaml"
+    yield "no_member.hmap", hmap(hmap_config__yaml=OBJECT_CONFIG), "s"
+    yield "yaml.hmap", hmap(hmap_config__yaml="layers: [{"), "hmap_config.yaml"
+    yield "laughs.hmap", hmap(hmap_config__yaml=BILLION_LAUGHS), ""
+    yield "deep.hmap", hmap(hmap_config__yaml="[" * 100_000), ""
+    yield "tower.hmap", hmap(hmap_config__yaml="layers: " + "{a: " * 50_000), ""
+    yield "bomb.hmap", bomb(1100 << 20), ""
+    outside = OBJECT_CONFIG.replace("file: s", "file: ../../etc/passwd")
+    yield "outside.hmap", hmap(hmap_config__yaml=outside), ""
+    yield "giant.hmap", hmap(hmap_config__yaml=GRID_CONFIG, g__yaml=GRID_YAML,
+                             g__png=png_of(2**31 - 1, 2**31 - 1)), "g.png"
+    yield "large.hmap", hmap(hmap_config__yaml=GRID_CONFIG, g__yaml=GRID_YAML,
+                             g__png=png_of(60000, 60000)), "g.png"
+    yield "short.hmap", hmap(hmap_config__yaml=GRID_CONFIG, g__yaml=GRID_YAML,
+                             g__png=png_of(10, 10, zlib.compress(bytes(20)))), "g.png"
+    yield "resolution.hmap", hmap(hmap_config__yaml=GRID_CONFIG, g__png=png_of(
+        2, 2, zlib.compress(bytes(6))), g__yaml=GRID_YAML.replace("0.05", ".nan")), "resolution"
+    for i, shape in enumerate(("", "POLYGON", "POLYGON((", "POINT(1 2)", "POLYGON((0 0,1 0,nan 1))",
+                               "POLYGON((0 0,1 0,1e999 1))",
+                               "POLYGON((0 0,1 0,x y))", "POLYGON((0 0,1 0,1))")):
+        yield f"wkt{i}.hmap", objects(shape), ""
+    yield "empty.geojson", b"", ""
+    yield "deep.geojson", b"[" * 100_000, ""
+    yield "bow_tie.geojson", geojson([[0, 0], [2, 2], [2, 0], [0, 2], [0, 0]]), "cross"
+    yield "text.geojson", geojson([["a", "b"], [1, 0], [1, 1], ["a", "b"]]), ""
+    yield "infinite.geojson", geojson([[0, 0], [1, 0], [1, 1], [0, 0]]).replace(b"1]", b"1e999]"), ""
+    yield "other.geojson", b'{"type": "Topology"}', ""
+    yield "kind.geojson", b'{"type":"Feature","geometry":{"type":"Point","coordinates":[0,0]}}', ""
+
+
+def geojson(ring):
+    return json.dumps({"type": "FeatureCollection", "features": [{
+        "type": "Feature", "properties": {"label": "x"},
+        "geometry": {"type": "Polygon", "coordinates": [ring]}}]}).encode()
+
+
+class HostileFiles(SiteTest):
+
+    def setUp(self):
+        super().setUp()
+        self.site = self.server()
+
+    def test_each_is_refused_in_one_line_and_leaves_no_map(self):
+        for name, data, word in hostile_files():
+            with self.subTest(name):
+                path = self.folder / name
+                path.write_bytes(data)
+                layer = ["--layer", "things"] if name.endswith("geojson") else []
+                self.assert_fails(self.site.cli("import", path, "--map", "site", *layer), word)
+                path.unlink()
+        self.assertEqual(self.site.json("maps"), {"maps": []})
+        self.assertTrue(self.site.running())
+
+    def test_hostile_nav2_files_are_refused(self):
+        images = {
+            "image_outside": (GRID_YAML.replace("g.png", "../../../etc/passwd"), None),
+            "no_image": (GRID_YAML, None),
+            "truncated": (GRID_YAML.replace("g.png", "g.pgm"), b"P5\n100 100\n255\nabc"),
+            "giant": (GRID_YAML.replace("g.png", "g.pgm"), b"P5\n2147483647 2147483647\n255\n"),
+            "negative": (GRID_YAML.replace("g.png", "g.pgm"), b"P5\n-1 5\n255\n"),
+            "text": (GRID_YAML.replace("g.png", "g.pgm"), b"hello"),
+        }
+        for name, (about, image) in images.items():
+            with self.subTest(name):
+                folder = self.folder / name
+                folder.mkdir()
+                (folder / "g.yaml").write_text(about)
+                if image is not None:
+                    (folder / "g.pgm").write_bytes(image)
+                self.assert_fails(self.site.cli("import", folder / "g.yaml", "--map", "site"))
+        self.assertEqual(self.site.json("maps"), {"maps": []})
+
+    def test_files_that_are_none(self):
+        for path in (self.folder, self.folder / "missing.hmap", "/dev/null"):
+            self.assert_fails(self.site.cli("import", path, "--map", "site", "--format", "hmap"))
+
+
+class ForeignFilesInTheDataFolder(SiteTest):
+
+    def test_foreign_files_are_told_from_maps(self):
+        (self.data_dir / "folder.gpkg").mkdir()
+        (self.data_dir / "random.gpkg").write_bytes(os.urandom(100_000))
+        (self.data_dir / "empty.gpkg").write_bytes(b"")
+        (self.data_dir / "text.gpkg").write_text("not a map")
+        (self.data_dir / "notes.txt").write_text("not a map either")
+        site = self.server()
+        with rpc.Client(site.address) as client:
+            sites.make(client)
+            client.ApplyEdits(map="site", edits=[sites.put("chair", 1, 1)])
+            self.assertEqual(list(sites.labels(client).values()), ["chair"])
+            problems = {m.name: m.problem for m in client.ListMaps().maps}
+            self.assertEqual(problems.pop("site"), "")
+            self.assertEqual(set(problems), {"folder", "random", "empty", "text"})
+            self.assertTrue(all(problems.values()), problems)
+            for name in problems:
+                with self.assertRaises(grpc.RpcError) as caught:
+                    client.QueryPoint(map=name, point=rpc.point(0, 0))
+                self.assertIn(caught.exception.code(), (grpc.StatusCode.FAILED_PRECONDITION,
+                                                        grpc.StatusCode.DATA_LOSS))
+                self.assertIn(name, caught.exception.details())
+        self.assertEqual(site.stop(), 0)
+
+    def test_a_damaged_map_is_told_and_other_maps_go_on(self):
+        site = self.server()
+        with rpc.Client(site.address) as client:
+            for name in ("site", "hurt"):
+                sites.make(client, name)
+                client.ApplyEdits(map=name, edits=[sites.put("chair", x, 1) for x in range(90)])
+        self.assertEqual(site.stop(), 0)
+        path = self.data_dir / "hurt.gpkg"
+        data = bytearray(path.read_bytes())
+        data[4096:] = os.urandom(len(data) - 4096)
+        path.write_bytes(data)
+        with rpc.Client(self.server().address) as client:
+            self.assertEqual(len(sites.labels(client)), 90)
+            with self.assertRaises(grpc.RpcError) as caught:
+                sites.labels(client, "hurt")
+            self.assertIn(caught.exception.code(), (grpc.StatusCode.FAILED_PRECONDITION,
+                                                    grpc.StatusCode.DATA_LOSS))
+            problems = {m.name: m.problem for m in client.ListMaps().maps}
+            self.assertEqual((problems["site"], bool(problems["hurt"])), ("", True))
+
+    def test_a_foreign_geopackage_is_refused_and_left_alone(self):
+        from osgeo import ogr  # not needed by the other tests
+        path = self.data_dir / "foreign.gpkg"
+        foreign = ogr.GetDriverByName("GPKG").CreateDataSource(str(path))
+        foreign.CreateLayer("lakes")
+        del foreign
+        before = path.read_bytes()
+        with rpc.Client(self.server().address) as client:
+            (entry,) = client.ListMaps().maps
+            self.assertEqual((entry.name, bool(entry.problem)), ("foreign", True))
+            with self.assertRaises(grpc.RpcError) as caught:
+                client.ApplyEdits(map="foreign", edits=[sites.put("x", 0, 0)])
+            self.assertEqual(caught.exception.code(), grpc.StatusCode.FAILED_PRECONDITION)
+        self.assertEqual(path.read_bytes(), before)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,41 @@
+"""The demo runs from start to end, and what it starts it also ends."""
+
+import os
+import pathlib
+import subprocess
+import unittest
+
+from processes import BIN, DEADLINE_S, ROOT, SiteTest
+
+
+class Demo(SiteTest):
+
+    def test_the_tour_asks_all_questions_and_ends(self):
+        build = self.folder / "build"  # of its own: `make demo` may be running
+        build.mkdir()
+        (build / "bin").symlink_to(BIN)
+        result = subprocess.run([ROOT / "demo" / "run.sh", "--exit"], capture_output=True,
+                                text=True, timeout=5 * DEADLINE_S, check=False,
+                                env=os.environ | {"BUILD_DIR": str(build)},
+                                stdin=subprocess.DEVNULL)
+        self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
+        for question in ("query point", "query area", "query value", "query nearest"):
+            self.assertIn(question, result.stdout)
+        self.assertEqual(self.servers_on(build), [])
+
+    @staticmethod
+    def servers_on(folder):
+        """Command lines of processes that were started with the folder."""
+        lines = []
+        for path in pathlib.Path("/proc").glob("[0-9]*/cmdline"):
+            try:
+                line = path.read_bytes().decode(errors="replace")
+            except OSError:  # ended meanwhile
+                continue
+            if str(folder) in line:
+                lines.append(line)
+        return lines
+
+
+if __name__ == "__main__":
+    unittest.main()

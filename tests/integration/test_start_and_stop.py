@@ -1,0 +1,96 @@
+"""hypermapd as an operator meets it: the ready line, signals, and what it refuses to start on."""
+
+import signal
+import socket
+import unittest
+
+import rpc
+import sites
+from processes import SiteTest, start_and_fail
+
+
+class StartAndStop(SiteTest):
+
+    def test_the_ready_line_names_the_real_port_and_is_all_of_stdout(self):
+        site = self.server()
+        self.assertEqual(site.stdout.decode(), f"hypermapd ready on 127.0.0.1:{site.port}\n")
+        socket.create_connection(("127.0.0.1", int(site.port)), timeout=5).close()
+
+    def test_a_missing_data_folder_is_made(self):
+        site = self.server(data_dir=self.folder / "new" / "data")
+        self.assertEqual(site.json("maps"), {"maps": []})
+
+    def ends_cleanly_on(self, number):
+        site = self.server()
+        with rpc.Client(site.address) as client:
+            sites.make(client)
+            client.ApplyEdits(map="site", edits=[sites.put("chair", 1, 2)])
+        site.signal(number)
+        self.assertEqual(site.wait(), 0, site.log())
+        with rpc.Client(self.server().address) as client:
+            self.assertEqual(list(sites.labels(client).values()), ["chair"])
+
+    def test_sigterm_ends_it_with_0_and_keeps_everything(self):
+        self.ends_cleanly_on(signal.SIGTERM)
+
+    def test_sigint_ends_it_with_0_and_keeps_everything(self):
+        self.ends_cleanly_on(signal.SIGINT)
+
+    def test_it_ends_while_clients_stay_connected_and_streams_are_open(self):
+        site = self.server()
+        with rpc.Client(site.address) as client:
+            sites.make(client)
+            client.ApplyEdits(map="site", edits=[
+                sites.write_cells([[(r + c) % 2 for c in range(1000)] for r in range(1000)])])
+            stream = client.QueryArea(map="site", area=sites.square(-1, -1, 1000))
+            next(stream)
+            self.assertEqual(site.stop(), 0, site.log())
+
+    def test_a_clean_stop_leaves_one_file_a_map(self):
+        site = self.server()
+        with rpc.Client(site.address) as client:
+            sites.make(client)
+        site.stop()
+        maps = [p.name for p in self.data_dir.iterdir() if p.suffix == ".gpkg" or "-wal" in p.name]
+        self.assertEqual(maps, ["site.gpkg"])
+
+    def test_a_second_server_on_the_folder_is_refused_and_the_first_goes_on(self):
+        site = self.server()
+        with rpc.Client(site.address) as client:
+            sites.make(client)
+            code, log = start_and_fail(self.data_dir)
+            self.assertNotEqual(code, 0)
+            self.assertEqual(len(log.splitlines()), 1, log)
+            self.assertIn(str(self.data_dir), log)
+            client.ApplyEdits(map="site", edits=[sites.put("chair", 1, 2)])
+
+    def test_a_folder_is_free_again_after_a_kill(self):
+        site = self.server()
+        site.kill()
+        self.assertTrue(self.server().running())
+
+    def test_a_taken_port_is_one_clear_line(self):
+        with socket.socket() as taken:
+            taken.bind(("127.0.0.1", 0))
+            taken.listen()
+            port = taken.getsockname()[1]
+            code, log = start_and_fail(self.data_dir, f"--listen=127.0.0.1:{port}")
+        self.assertNotEqual(code, 0)
+        self.assertIn(str(port), log)
+
+    def test_a_data_folder_that_is_a_file_is_one_clear_line(self):
+        file = self.folder / "file"
+        file.write_text("not a folder")
+        code, log = start_and_fail(file)
+        self.assertNotEqual(code, 0)
+        self.assertEqual(len(log.splitlines()), 1, log)
+        self.assertIn(str(file), log)
+
+    def test_an_unknown_flag_is_wrong_usage(self):
+        code, log = start_and_fail(self.data_dir, "--no_such_flag=1")
+        self.assertNotEqual(code, 0)
+        self.assertIn("no_such_flag", log)
+
+
+if __name__ == "__main__":
+    unittest.main()

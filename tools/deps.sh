@@ -1,0 +1,80 @@
+#!/bin/bash
+# Installs what a group of targets needs, and only what is missing.
+#
+#   tools/deps.sh build    compiler, libraries: what the programs are built of
+#   tools/deps.sh test     outside judges for the tests: GDAL, Shapely, gRPC for Python, grpcurl
+#   tools/deps.sh lint     clang-format, clang-tidy, buf
+#   tools/deps.sh fuzz     clang with libFuzzer
+#
+# Debian packages come from apt (with sudo when not root; the package lists are only refreshed when
+# something is missing). grpcurl and buf are pinned, go to build/tools, and are optional: without Go,
+# npm or a network the tests that want them are skipped.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+GRPCURL=v1.9.3
+BUF=1.75.0
+
+packages_of() {
+  case $1 in
+    build) echo build-essential cmake ninja-build ccache pkg-config libgrpc++-dev libprotobuf-dev \
+             protobuf-compiler protobuf-compiler-grpc libabsl-dev libeigen3-dev libgeos-dev \
+             libsqlite3-dev libspdlog-dev libyaml-cpp-dev libzip-dev libpng-dev libtiff-dev \
+             nlohmann-json3-dev libcli11-dev libgtest-dev libgmock-dev librapidcheck-dev \
+             libbenchmark-dev ;;
+    test)  echo gdal-bin python3-gdal python3-grpcio python3-numpy python3-protobuf \
+             python3-shapely python3-yaml sqlite3 ;;
+    lint)  echo clang-format-14 clang-tidy-14 ;;
+    fuzz)  echo clang-14 libclang-rt-14-dev ;;
+    *)     echo "tools/deps.sh: no group '$1'" >&2; return 2 ;;
+  esac
+}
+
+install_missing() {
+  local missing=() package
+  for package in "$@"; do
+    dpkg-query -W -f='${db:Status-Status}' "$package" 2>/dev/null | grep -qx installed ||
+      missing+=("$package")
+  done
+  ((${#missing[@]})) || return 0
+  echo "installing: ${missing[*]}"
+  local as_root=()
+  ((EUID == 0)) || as_root=(sudo)
+  "${as_root[@]}" apt-get update -qq
+  "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive \
+    apt-get install -y -qq --no-install-recommends "${missing[@]}"
+}
+
+install_grpcurl() {
+  local bin=$PWD/build/tools/bin
+  [[ -x $bin/grpcurl ]] && return
+  if ! command -v go >/dev/null; then
+    echo "grpcurl not installed: no Go here"
+    return
+  fi
+  GOBIN=$bin go install "github.com/fullstorydev/grpcurl/cmd/grpcurl@$GRPCURL" ||
+    echo "grpcurl not installed: see above"
+}
+
+install_buf() {
+  local prefix=$PWD/build/tools
+  [[ -x $prefix/node_modules/.bin/buf ]] && return
+  if ! command -v npm >/dev/null; then
+    echo "buf not installed: no npm here"
+    return
+  fi
+  npm install --silent --no-audit --no-fund --no-save --prefix "$prefix" "@bufbuild/buf@$BUF" ||
+    echo "buf not installed: see above"
+}
+
+for group in "$@"; do
+  packages=$(packages_of "$group")
+  if command -v dpkg-query >/dev/null; then
+    # shellcheck disable=SC2086 # a list
+    install_missing $packages
+  else
+    echo "not a Debian system, taken to be here already: $packages"
+  fi
+  if [[ $group == test ]]; then install_grpcurl; fi
+  if [[ $group == lint ]]; then install_buf; fi
+done

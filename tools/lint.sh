@@ -1,0 +1,44 @@
+#!/bin/bash
+# Checks the sources' form.
+#
+#   tools/lint.sh [SINCE]   clang-format on all sources, clang-tidy on those that differ from the
+#                           commit SINCE (default: origin/main, else all), buf on the protos
+#   tools/lint.sh --fix     formats all sources
+#
+# clang-tidy reads build/compile_commands.json, so build first.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+rooms=(map wire storage server client_libs tests)
+mapfile -t sources < <(find "${rooms[@]}" -name '*.h' -o -name '*.cc' | sort)
+
+if [[ ${1:-} == --fix ]]; then
+  exec clang-format-14 -i "${sources[@]}"
+fi
+
+clang-format-14 --dry-run --Werror "${sources[@]}"
+echo "clang-format: ${#sources[@]} files"
+
+since=${1:-origin/main}
+if git rev-parse --quiet --verify "$since^{commit}" >/dev/null; then
+  mapfile -t changed < <({ git diff --name-only --diff-filter=d "$since" -- "${rooms[@]}"
+                           git ls-files --others --exclude-standard -- "${rooms[@]}"; } |
+                         grep '\.cc$' | sort -u || true)
+else
+  since=
+  mapfile -t changed < <(printf '%s\n' "${sources[@]}" | grep '\.cc$')
+fi
+if ((${#changed[@]})); then
+  printf '%s\n' "${changed[@]}" | xargs -P "$(nproc)" -n 1 clang-tidy-14 -p build --quiet
+fi
+echo "clang-tidy: ${#changed[@]} changed files"
+
+buf=build/tools/node_modules/.bin/buf
+if [[ -x $buf ]]; then
+  $buf lint proto
+  echo "buf lint: passed"
+  if [[ -n $since ]] && git cat-file -e "$since:proto/buf.yaml" 2>/dev/null; then
+    $buf breaking proto --against ".git#ref=$(git rev-parse "$since"),subdir=proto"
+    echo "buf breaking: nothing since $since"
+  fi
+fi
