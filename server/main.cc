@@ -181,6 +181,8 @@ int Main(int argc, char** argv) {
   absl::SetProgramUsageMessage(
       "Serves the maps of a folder.\n\n  hypermapd --data_dir=DIR [--listen=HOST:PORT]");
   const std::vector<char*> positional = absl::ParseCommandLine(argc, argv);
+  // A reader of our output that goes away must not take the server with it.
+  std::signal(SIGPIPE, SIG_IGN);
   absl::Status status = CheckFlags(positional);
   if (status.ok()) status = SetUpLog();
   if (status.ok()) {

@@ -3,8 +3,8 @@
 
     hypermap --json query area office -1,-1 21,-1 21,13 -1,13 | tools/draw_map.py > docs/office.svg
 
-Grids lie at the bottom, each run of cells with the layer's own tint, objects on top with their
-labels. y points up, as on the map.
+Occupancy lies at the bottom, explored (green) and unexplored (orange) area on it, objects with
+their labels on top; rasters of other numbers are left out. y points up, as on the map.
 """
 
 import colorsys
@@ -18,16 +18,24 @@ MARGIN_M = 0.3
 UNKNOWN = "#eceff1"
 
 
-def tint(layer, value):
-    """The colour of a cell. Exploration is a wash over what lies below it, the rest grey."""
-    if "explor" in layer:
-        return {1: "#4caf5038", 0: "#ff980060"}.get(value)
+def is_exploration(line):
+    """Exploration answers bits, which are integers, the other grids numbers with a point."""
+    return all(isinstance(value, int) for *_, value in line["runs"] if value is not None)
+
+
+def is_probability(line):
+    """Occupancy and exploration, but no raster of measured numbers."""
+    return all(0 <= value <= 1 for *_, value in line["runs"] if value is not None)
+
+
+def tint(exploration, value):
+    """The colour of a cell, None for nothing: explored area is a wash, occupancy grey."""
+    if exploration:
+        return {1: "#4caf5030", 0: "#ff980058"}.get(value)
     if value is None:
         return UNKNOWN
-    if 0 <= value <= 1:
-        grey = round(250 - 210 * value)
-        return f"#{grey:02x}{grey:02x}{grey:02x}"
-    return None
+    grey = round(250 - 210 * value)
+    return f"#{grey:02x}{grey:02x}{grey:02x}"
 
 
 def colour(label):
@@ -64,8 +72,9 @@ class Picture:
     def cells(self, line):
         (x, y, yaw), side = line["grid"]["origin"], line["grid"]["resolution_m"]
         cos, sin = math.cos(yaw) * side, math.sin(yaw) * side
+        exploration = is_exploration(line)
         for top, bottom, left, right, value in tall_boxes(map(tuple, line["runs"])):
-            if fill := tint(line["layer"], value):
+            if fill := tint(exploration, value):
                 corners = [(left, top), (right, top), (right, bottom), (left, bottom)]
                 self.polygon([[(x + cos * c - sin * r, y + sin * c + cos * r) for c, r in corners]],
                              f'fill="{fill}" shape-rendering="crispEdges"')
@@ -101,10 +110,10 @@ class Picture:
 
 def main():
     lines = [json.loads(line) for line in sys.stdin]
-    grids = [line for line in lines if "runs" in line]
+    grids = [line for line in lines if "runs" in line and is_probability(line)]
     entities = [line["entity"] for line in lines if "entity" in line]
     picture = Picture()
-    for line in sorted(grids, key=lambda line: "explor" in line["layer"]):
+    for line in sorted(grids, key=is_exploration):
         picture.cells(line)
     for entity in entities:
         picture.entity(entity)

@@ -13,7 +13,7 @@
 #include <thread>
 #include <vector>
 
-#include "server/session/memory_map_store.h"
+#include "server/session/testing/memory_map_store.h"
 
 namespace hypermap::server {
 namespace {

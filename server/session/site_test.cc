@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "server/session/memory_map_store.h"
+#include "server/session/testing/memory_map_store.h"
 
 namespace hypermap::server {
 namespace {

@@ -4,7 +4,6 @@
 #include <unistd.h>
 
 #include <filesystem>
-#include <random>
 #include <thread>
 #include <vector>
 
@@ -12,7 +11,6 @@
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "storage/geopackage/map_testing.h"
-#include "tests/support/random_map.h"
 
 namespace hypermap::storage {
 namespace {
@@ -242,129 +240,6 @@ TEST(GeoPackageStoreTest, MapsAreMadeAndDeletedFromManyThreads) {
   }
   for (std::thread& thread : threads) thread.join();
   EXPECT_THAT(Names(*store), ElementsAre("own-0-2", "own-1-2", "own-2-2", "own-3-2", "shared"));
-}
-
-// Files that are no maps.
-
-absl::Status OpenOf(const std::string& content) {
-  const TempFolder folder;
-  WriteFile(folder / "site.gpkg", content);
-  const auto store = OpenStore(folder.path());
-  CreateMap(*store, "other");
-  const absl::Status status = store->Open("site").status();
-  EXPECT_THAT(std::string(status.message()), HasSubstr("map site: "));
-  // Refusing changes nothing, and the others go on.
-  EXPECT_EQ(ReadFile(folder / "site.gpkg"), content);
-  EXPECT_TRUE(store->Open("other").ok());
-  EXPECT_TRUE(store->Delete("site", "").ok());
-  return status;
-}
-
-std::string MapBytes() {
-  const TempFolder folder;
-  {
-    const auto store = OpenStore(folder.path());
-    ::hypermap::testing::Rng rng(3);
-    CreateMap(*store, "site").Edit(::hypermap::testing::RandomSite(rng, 30));
-  }
-  return ReadFile(folder / "site.gpkg");
-}
-
-TEST(ForeignFileTest, IsRefusedWithItsReason) {
-  const absl::Status empty = OpenOf("");
-  EXPECT_EQ(empty.code(), absl::StatusCode::kFailedPrecondition);
-  EXPECT_THAT(std::string(empty.message()), HasSubstr("empty"));
-  EXPECT_EQ(OpenOf("a").code(), absl::StatusCode::kFailedPrecondition);
-  EXPECT_EQ(OpenOf(std::string(100000, 'x')).code(), absl::StatusCode::kFailedPrecondition);
-  EXPECT_EQ(OpenOf(std::string(100000, '\0')).code(), absl::StatusCode::kFailedPrecondition);
-}
-
-TEST(ForeignFileTest, DatabaseThatIsNoGeoPackageIsRefused) {
-  const TempFolder folder;
-  ASSERT_TRUE(Connect(folder / "x")->Execute("CREATE TABLE t (a)").ok());
-  const absl::Status status = OpenOf(ReadFile(folder / "x"));
-  EXPECT_EQ(status.code(), absl::StatusCode::kFailedPrecondition);
-  EXPECT_THAT(std::string(status.message()), HasSubstr("not a GeoPackage"));
-}
-
-TEST(ForeignFileTest, GeoPackageThatIsNoMapIsRefused) {
-  const TempFolder folder;
-  ASSERT_TRUE(Connect(folder / "x")
-                  ->Execute("PRAGMA application_id = 0x47504B47; CREATE TABLE gpkg_contents (a)")
-                  .ok());
-  const absl::Status status = OpenOf(ReadFile(folder / "x"));
-  EXPECT_EQ(status.code(), absl::StatusCode::kFailedPrecondition);
-  EXPECT_THAT(std::string(status.message()), HasSubstr("not a map of Hypermap"));
-}
-
-TEST(ForeignFileTest, FolderIsRefused) {
-  const TempFolder folder;
-  std::filesystem::create_directory(folder / "site.gpkg");
-  const auto store = OpenStore(folder.path());
-  EXPECT_THAT(Names(*store), ElementsAre("site"));
-  EXPECT_EQ(store->Open("site").status().code(), absl::StatusCode::kFailedPrecondition);
-  EXPECT_FALSE(store->Delete("site", "r").ok());
-  EXPECT_EQ(*store->FindDeletion("r"), std::nullopt);
-  EXPECT_TRUE(std::filesystem::exists(folder / "site.gpkg"));
-}
-
-TEST(DamagedFileTest, CutAtAnyPlaceIsRefused) {
-  const std::string bytes = MapBytes();
-  for (const size_t size : {size_t{99}, size_t{512}, size_t{4095}, size_t{4096}, size_t{5000},
-                            bytes.size() / 2, bytes.size() - 4096, bytes.size() - 1}) {
-    const absl::Status status = OpenOf(bytes.substr(0, size));
-    EXPECT_TRUE(status.code() == absl::StatusCode::kDataLoss ||
-                status.code() == absl::StatusCode::kFailedPrecondition)
-        << size << ": " << status;
-  }
-}
-
-TEST(DamagedFileTest, PageThatIsOverwrittenIsRefused) {
-  const std::string bytes = MapBytes();
-  const uint64_t seed = ::hypermap::testing::TestSeed();
-  SCOPED_TRACE(::testing::Message() << "HYPERMAP_TEST_SEED=" << seed);
-  ::hypermap::testing::Rng rng(seed);
-  int refused = 0;
-  for (int i = 0; i < 20; ++i) {
-    std::string damaged = bytes;
-    const int page = ::hypermap::testing::UniformInt(rng, 1, bytes.size() / 4096 - 1);
-    for (int b = 0; b < 4096; ++b) damaged[page * 4096 + b] = static_cast<char>(rng());
-    const TempFolder folder;
-    WriteFile(folder / "site.gpkg", damaged);
-    const auto store = OpenStore(folder.path());
-    auto map = store->Open("site");
-    const absl::Status status = map.ok() ? (*map)->Load().status() : map.status();
-    if (status.ok()) continue;  // a free page, or one of an index
-    ++refused;
-    EXPECT_EQ(status.code(), absl::StatusCode::kDataLoss) << status;
-  }
-  EXPECT_GT(refused, 5);
-}
-
-// Single flipped bytes: whatever they hit, there is an answer, and no crash.
-TEST(DamagedFileTest, FlippedBytesNeverCrash) {
-  const std::string bytes = MapBytes();
-  const uint64_t seed = ::hypermap::testing::TestSeed();
-  SCOPED_TRACE(::testing::Message() << "HYPERMAP_TEST_SEED=" << seed);
-  ::hypermap::testing::Rng rng(seed);
-  GeoPackageOptions trusting;
-  trusting.max_checked_bytes = 0;
-  for (int i = 0; i < 60; ++i) {
-    std::string damaged = bytes;
-    for (int flips = 0; flips < 20; ++flips) {
-      damaged[::hypermap::testing::UniformInt(rng, 100, bytes.size() - 1)] =
-          static_cast<char>(rng());
-    }
-    const TempFolder folder;
-    WriteFile(folder / "site.gpkg", damaged);
-    const auto store = OpenStore(folder.path(), trusting);
-    auto map = store->Open("site");
-    if (!map.ok()) continue;
-    auto snapshot = (*map)->Load();
-    if (!snapshot.ok()) {
-      EXPECT_EQ(snapshot.status().code(), absl::StatusCode::kDataLoss);
-    }
-  }
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include "storage/interchange/repair_log.h"
 #include "storage/interchange/semantic_objects.h"
 #include "storage/interchange/semantic_yaml.h"
+#include "storage/interchange/shape_repair.h"
 #include "storage/interchange/status_context.h"
 #include "storage/interchange/zip_archive.h"
 
@@ -82,10 +83,11 @@ class HmapDecoder {
     if (layer.file.empty()) return absl::OkStatus();
     const absl::StatusOr<std::string> text = archive_.Read(layer.file);
     if (!text.ok()) return text.status();
-    SemanticObjectReader reader(layer.name, limits_.max_vertices_per_polygon, repairs_);
-    const absl::Status status = ReadSemanticYaml(*text, [&](SemanticEntry entry) {
+    SemanticObjectReader reader(layer.name, limits_.max_vertices_per_polygon, crossings_left_,
+                                repairs_);
+    const absl::Status status = ReadSemanticYaml(*text, [&](const SemanticEntry& entry) {
       if (++num_objects_ > limits_.max_objects) return TooManyObjects();
-      return reader.Take(std::move(entry));
+      return reader.Take(entry);
     });
     if (!status.ok()) return At(MemberPlace(layer.file), status);
     for (SemanticObject& object : std::move(reader).Finish()) {
@@ -107,6 +109,7 @@ class HmapDecoder {
   const ImportLimits limits_;
   int64_t pixels_left_;
   int64_t num_objects_ = 0;
+  int64_t crossings_left_ = kMaxCrossingsPerImport;
   RepairLog repairs_;
   ImportedMap imported_;
 };

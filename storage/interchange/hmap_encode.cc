@@ -57,7 +57,7 @@ class HmapEncoder {
         return absl::OkStatus();
       default:
         Omit(layer, absl::StrCat("left out, the format has no layers of the kind ",
-                                 std::string(LayerKindName(layer.spec().kind))));
+                                 LayerKindName(layer.spec().kind)));
         return absl::OkStatus();
     }
   }

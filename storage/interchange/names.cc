@@ -13,7 +13,9 @@ constexpr absl::string_view kReplacement = "\xEF\xBF\xBD";  // U+FFFD
 // The number of bytes of the UTF-8 character that `text` begins with (Unicode 15, table 3-7); 0
 // when it begins with none.
 size_t CharacterLength(absl::string_view text) {
-  const auto byte = [&](size_t i) { return i < text.size() ? uint8_t(text[i]) : uint8_t{0}; };
+  const auto byte = [&](size_t i) {
+    return i < text.size() ? static_cast<uint8_t>(text[i]) : uint8_t{0};
+  };
   const auto continues = [&](size_t from, size_t to) {
     for (size_t i = from; i < to; ++i) {
       if ((byte(i) & 0xC0) != 0x80) return false;

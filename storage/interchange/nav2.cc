@@ -103,9 +103,9 @@ absl::StatusOr<std::shared_ptr<const GridLayer>> GetOccupancy(const Snapshot& sn
   const absl::StatusOr<LayerPtr> layer = snapshot.GetLayer(name);
   if (!layer.ok()) return layer.status();
   if ((*layer)->spec().kind != LayerKind::kOccupancy) {
-    return absl::FailedPreconditionError(
-        absl::StrCat("layer \"", name, "\" is of the kind ",
-                     std::string(LayerKindName((*layer)->spec().kind)), ", no occupancy grid"));
+    return absl::FailedPreconditionError(absl::StrCat("layer \"", name, "\" is of the kind ",
+                                                      LayerKindName((*layer)->spec().kind),
+                                                      ", no occupancy grid"));
   }
   auto grid = std::static_pointer_cast<const GridLayer>(*layer);
   if (grid->extent().empty()) {

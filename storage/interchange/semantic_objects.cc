@@ -33,9 +33,10 @@ size_t HashOf(const SemanticObject& object) {
 }  // namespace
 
 SemanticObjectReader::SemanticObjectReader(std::string layer, int max_vertices_per_polygon,
-                                           RepairLog& repairs)
+                                           int64_t& crossings_left, RepairLog& repairs)
     : layer_(std::move(layer)),
       max_vertices_per_polygon_(max_vertices_per_polygon),
+      crossings_left_(crossings_left),
       repairs_(repairs) {}
 
 void SemanticObjectReader::Report(absl::string_view what) {
@@ -46,7 +47,7 @@ absl::Status SemanticObjectReader::Named(const absl::Status& status) const {
   return At(absl::StrCat(layer_, " object ", num_entries_, " (", label_, ")"), status);
 }
 
-absl::Status SemanticObjectReader::Take(SemanticEntry entry) {
+absl::Status SemanticObjectReader::Take(const SemanticEntry& entry) {
   ++num_entries_;
   SemanticObject description = Describe(entry);
   if (auto status = Validate(description); !status.ok()) return Named(status);
@@ -122,7 +123,7 @@ absl::StatusOr<std::vector<Polygon>> SemanticObjectReader::ReadShape(const Seman
   if (wkt->polygons.empty()) Report("empty polygon: left out");
   std::vector<Polygon> polygons;
   for (size_t i = 0; i < wkt->polygons.size(); ++i) {
-    absl::StatusOr<RepairedShape> shape = RepairShape(std::move(wkt->polygons[i]));
+    absl::StatusOr<RepairedShape> shape = RepairShape(std::move(wkt->polygons[i]), crossings_left_);
     if (!shape.ok()) return shape.status();
     const std::string part = wkt->polygons.size() > 1 ? absl::StrCat("part ", i + 1, ": ") : "";
     for (const std::string& line : shape->repairs) Report(absl::StrCat(part, line));

@@ -19,11 +19,12 @@ namespace hypermap::storage {
 // and the object (counted from 1, which is its id in the original). One thread.
 class SemanticObjectReader {
  public:
-  // `repairs` must outlive the reader.
-  SemanticObjectReader(std::string layer, int max_vertices_per_polygon, RepairLog& repairs);
+  // `crossings_left` (see RepairShape) and `repairs` are the import's and must outlive the reader.
+  SemanticObjectReader(std::string layer, int max_vertices_per_polygon, int64_t& crossings_left,
+                       RepairLog& repairs);
 
   // INVALID_ARGUMENT naming the object when its shape can't be understood; RESOURCE_EXHAUSTED.
-  absl::Status Take(SemanticEntry entry);
+  absl::Status Take(const SemanticEntry& entry);
 
   // The objects of all entries, without ids. An entry gives one object, or one for each part of its
   // shape, or none when the shape has no area; what repeats an earlier entry gives none.
@@ -47,6 +48,7 @@ class SemanticObjectReader {
 
   const std::string layer_;
   const int max_vertices_per_polygon_;
+  int64_t& crossings_left_;
   RepairLog& repairs_;
   int64_t num_entries_ = 0;
   std::string label_;  // of the entry being read

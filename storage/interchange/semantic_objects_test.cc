@@ -28,7 +28,8 @@ struct Reading {
 
 Reading Read(const std::vector<SemanticEntry>& entries) {
   RepairLog log;
-  SemanticObjectReader reader("semantic", 1000, log);
+  int64_t crossings_left = 5000;
+  SemanticObjectReader reader("semantic", 1000, crossings_left, log);
   Reading reading;
   for (const SemanticEntry& entry : entries) {
     reading.status = reader.Take(entry);
@@ -211,12 +212,17 @@ std::string Star(int n) {
 }
 
 TEST(SemanticObjectsTest, CrossingsWithoutEndAreRefusedInsteadOfComputed) {
-  const Reading small = Read({{"star", Star(101)}});
+  const Reading small = Read({{"star", Star(51)}});
   EXPECT_TRUE(small.status.ok()) << small.status;
   EXPECT_THAT(small.objects, SizeIs(1));
-  for (const int n : {501, 999}) {
-    EXPECT_EQ(Read({{"star", Star(n)}}).status.code(), absl::StatusCode::kInvalidArgument);
-  }
+  EXPECT_EQ(Read({{"star", Star(999)}}).status.code(), absl::StatusCode::kResourceExhausted);
+}
+
+TEST(SemanticObjectsTest, CrossingsOfAllObjectsAreCountedTogether) {
+  const std::vector<SemanticEntry> stars(10, {"star", Star(51)});
+  EXPECT_EQ(Read(stars).status.code(), absl::StatusCode::kResourceExhausted);
+  const std::vector<SemanticEntry> ties(10000, {"tie", "POLYGON((0 0,2 2,2 0,0 2,0 0))"});
+  EXPECT_TRUE(Read(ties).status.ok());
 }
 
 SemanticObject Object(const std::string& label, const Words& tags, const Classes& classes) {

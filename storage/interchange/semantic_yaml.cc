@@ -24,7 +24,7 @@ struct Stop {
 // entry (2), the list of a key (3); what lies deeper, or under a key that is not known, is skipped.
 class EntryBuilder : public YAML::EventHandler {
  public:
-  explicit EntryBuilder(absl::FunctionRef<absl::Status(SemanticEntry)> take) : take_(take) {}
+  explicit EntryBuilder(absl::FunctionRef<absl::Status(const SemanticEntry&)> take) : take_(take) {}
 
   void OnDocumentStart(const YAML::Mark& /*mark*/) override {}
   void OnDocumentEnd() override {}
@@ -38,8 +38,9 @@ class EntryBuilder : public YAML::EventHandler {
         key_.emplace();
       }
     }
-    if (depth_ == 3 && (tags_ || confidence_))
+    if (depth_ == 3 && (tags_ || confidence_)) {
       Fail(mark, absl::StrCat(*key_, " has an empty entry"));
+    }
   }
 
   void OnAlias(const YAML::Mark& mark, YAML::anchor_t /*anchor*/) override {
@@ -126,7 +127,7 @@ class EntryBuilder : public YAML::EventHandler {
     confidence_->push_back(*number);
   }
 
-  absl::FunctionRef<absl::Status(SemanticEntry)> take_;
+  absl::FunctionRef<absl::Status(const SemanticEntry&)> take_;
   int depth_ = 0;
   int64_t number_ = 0;              // of the entry being built
   std::optional<std::string> key_;  // the key whose value comes next
@@ -138,9 +139,10 @@ class EntryBuilder : public YAML::EventHandler {
 }  // namespace
 
 absl::Status ReadSemanticYaml(absl::string_view text,
-                              absl::FunctionRef<absl::Status(SemanticEntry)> take) {
+                              absl::FunctionRef<absl::Status(const SemanticEntry&)> take) {
   try {
-    std::istringstream stream{std::string(text)};
+    const std::string document(text);
+    std::istringstream stream(document);
     EntryBuilder builder(take);
     YAML::Parser(stream).HandleNextDocument(builder);
     return absl::OkStatus();

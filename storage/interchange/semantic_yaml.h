@@ -24,7 +24,7 @@ struct SemanticEntry {
 // skipped. Ends with the first error of `take`. INVALID_ARGUMENT naming the object (counted from 1)
 // or the line; aliases are refused, as a small file could make a large map of them.
 absl::Status ReadSemanticYaml(absl::string_view text,
-                              absl::FunctionRef<absl::Status(SemanticEntry)> take);
+                              absl::FunctionRef<absl::Status(const SemanticEntry&)> take);
 
 // Appends one entry of the list.
 void AppendSemanticEntry(const SemanticEntry& entry, std::string& text);

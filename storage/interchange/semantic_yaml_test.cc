@@ -12,8 +12,8 @@ using ::testing::HasSubstr;
 
 absl::StatusOr<std::vector<SemanticEntry>> Read(const std::string& text) {
   std::vector<SemanticEntry> entries;
-  const absl::Status status = ReadSemanticYaml(text, [&](SemanticEntry entry) {
-    entries.push_back(std::move(entry));
+  const absl::Status status = ReadSemanticYaml(text, [&](const SemanticEntry& entry) {
+    entries.push_back(entry);
     return absl::OkStatus();
   });
   if (!status.ok()) return status;

@@ -11,10 +11,10 @@
 namespace hypermap::storage {
 namespace {
 
-// Filling costs time and memory with the number of crossings, which grows with the square of the
-// vertices. Recorded hulls have some dozens of either.
+// Counting crossings takes time with the square of the vertices.
 constexpr size_t kMaxVerticesToFill = 4000;
-constexpr int kMaxCrossingsToFill = 20000;
+// What a recorded hull may have; these cost no more than reading its vertices.
+constexpr int64_t kFreeCrossings = 50;
 
 bool Cross(const Point& a, const Point& b, const Point& c, const Point& d) {
   if (std::max(a.x, b.x) < std::min(c.x, d.x) || std::max(c.x, d.x) < std::min(a.x, b.x) ||
@@ -25,23 +25,33 @@ bool Cross(const Point& a, const Point& b, const Point& c, const Point& d) {
          Orientation(c, d, a) * Orientation(c, d, b) <= 0;
 }
 
-// Pairs of edges that are no neighbours and share a point, counted up to just past `limit`.
-bool CrossesMoreOftenThan(const Ring& ring, int limit) {
-  int crossings = 0;
+// Pairs of edges that are no neighbours and share a point, counted up to `limit`.
+int64_t CountCrossings(const Ring& ring, int64_t limit) {
+  int64_t crossings = 0;
   const size_t n = ring.size();
   for (size_t i = 0; i < n; ++i) {
-    for (size_t j = i + 2; j < n; ++j) {
-      if (Cross(ring[i], ring[(i + 1) % n], ring[j], ring[(j + 1) % n]) && ++crossings > limit) {
-        return true;
-      }
+    for (size_t j = i + 2; j < n && crossings < limit; ++j) {
+      if (Cross(ring[i], ring[(i + 1) % n], ring[j], ring[(j + 1) % n])) ++crossings;
     }
   }
-  return false;
+  return crossings;
 }
 
-absl::StatusOr<RepairedShape> Fill(const Ring& ring, const absl::Status& fault) {
-  if (ring.size() > kMaxVerticesToFill || CrossesMoreOftenThan(ring, kMaxCrossingsToFill)) {
-    return absl::InvalidArgumentError(absl::StrCat(fault.message(), ", too often to be filled"));
+// Whether the ring may be filled; takes what that costs.
+bool TakeCrossings(const Ring& ring, int64_t& crossings_left) {
+  if (ring.size() > kMaxVerticesToFill) return false;
+  const int64_t crossings = CountCrossings(ring, kFreeCrossings + crossings_left + 1);
+  const int64_t cost = std::max<int64_t>(0, crossings - kFreeCrossings);
+  if (cost > crossings_left) return false;
+  crossings_left -= cost;
+  return true;
+}
+
+absl::StatusOr<RepairedShape> Fill(const Ring& ring, const absl::Status& fault,
+                                   int64_t& crossings_left) {
+  if (!TakeCrossings(ring, crossings_left)) {
+    return absl::ResourceExhaustedError(
+        absl::StrCat(fault.message(), ", too often for it to be filled"));
   }
   absl::StatusOr<std::vector<Polygon>> filled = FillNonZero(ring);
   RepairedShape shape;
@@ -81,7 +91,7 @@ std::vector<std::string> DropFlatHoles(std::vector<Ring>& rings) {
 
 }  // namespace
 
-absl::StatusOr<RepairedShape> RepairShape(std::vector<Ring> rings) {
+absl::StatusOr<RepairedShape> RepairShape(std::vector<Ring> rings, int64_t& crossings_left) {
   RepairedShape shape;
   if (rings.empty()) {
     shape.repairs.emplace_back("empty polygon: left out");
@@ -99,7 +109,7 @@ absl::StatusOr<RepairedShape> RepairShape(std::vector<Ring> rings) {
     return shape;
   }
   if (!holes.empty()) return polygon.status();
-  absl::StatusOr<RepairedShape> filled = Fill(rings.front(), polygon.status());
+  absl::StatusOr<RepairedShape> filled = Fill(rings.front(), polygon.status(), crossings_left);
   if (!filled.ok()) return filled.status();
   std::move(filled->repairs.begin(), filled->repairs.end(), std::back_inserter(shape.repairs));
   shape.polygons = std::move(filled->polygons);

@@ -2,6 +2,7 @@
 #ifndef HYPERMAP_STORAGE_INTERCHANGE_SHAPE_REPAIR_H_
 #define HYPERMAP_STORAGE_INTERCHANGE_SHAPE_REPAIR_H_
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -16,11 +17,14 @@ struct RepairedShape {
   std::vector<std::string> repairs;
 };
 
+// Filling takes time with the crossings. A whole import may spend so many.
+inline constexpr int64_t kMaxCrossingsPerImport = 20'000;
+
 // `rings`: the outer one first, finite. A ring without holes that crosses itself is filled by the
-// non-zero winding rule; a hole without area is left out. INVALID_ARGUMENT for other faults of
-// polygons with holes, and for a ring that crosses itself so often that filling it would take
-// longer than anyone could have meant.
-absl::StatusOr<RepairedShape> RepairShape(std::vector<Ring> rings);
+// non-zero winding rule; a hole without area is left out. A ring's crossings beyond the few that
+// recorded hulls have are taken off `crossings_left`; RESOURCE_EXHAUSTED when they run out.
+// INVALID_ARGUMENT for other faults of polygons with holes.
+absl::StatusOr<RepairedShape> RepairShape(std::vector<Ring> rings, int64_t& crossings_left);
 
 }  // namespace hypermap::storage
 

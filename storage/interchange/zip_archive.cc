@@ -60,7 +60,7 @@ absl::StatusOr<ZipArchive> ZipArchive::Open(absl::string_view data, const Import
   if (opened == nullptr) {
     return absl::InvalidArgumentError(absl::StrCat("no zip archive: ", Describe(error)));
   }
-  source.release();  // the archive owns it now
+  static_cast<void>(source.release());  // the archive owns it now
   ZipArchive archive(opened, limits);
   const zip_int64_t num_members = zip_get_num_entries(opened, 0);
   if (num_members > limits.max_archive_members) {

@@ -1,4 +1,4 @@
-#include "server/session/memory_map_store.h"
+#include "server/session/testing/memory_map_store.h"
 
 #include <fstream>
 #include <utility>

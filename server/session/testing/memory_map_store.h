@@ -1,6 +1,6 @@
 // A MapStore in memory, for tests: its disk can fail and can be made to wait.
-#ifndef HYPERMAP_SERVER_SESSION_MEMORY_MAP_STORE_H_
-#define HYPERMAP_SERVER_SESSION_MEMORY_MAP_STORE_H_
+#ifndef HYPERMAP_SERVER_SESSION_TESTING_MEMORY_MAP_STORE_H_
+#define HYPERMAP_SERVER_SESSION_TESTING_MEMORY_MAP_STORE_H_
 
 #include <map>
 #include <memory>
@@ -72,4 +72,4 @@ class MemoryMapStore : public storage::MapStore {
 
 }  // namespace hypermap::server
 
-#endif  // HYPERMAP_SERVER_SESSION_MEMORY_MAP_STORE_H_
+#endif  // HYPERMAP_SERVER_SESSION_TESTING_MEMORY_MAP_STORE_H_

@@ -1,0 +1,110 @@
+#include "server/services/edit_service.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <future>
+#include <string>
+
+#include "server/services/testing/test_server.h"
+#include "wire/edit.h"
+
+namespace hypermap::server {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+class EditServiceTest : public ::testing::Test {
+ protected:
+  EditServiceTest() { server_.MakeMap("site", LayerOfCups("cups", 0)); }
+
+  static v1::ApplyEditsRequest PutCup(const std::string& request_id) {
+    v1::ApplyEditsRequest request;
+    request.set_map("site");
+    request.set_request_id(request_id);
+    EXPECT_TRUE(wire::EncodeEdit(LayerOfCups("cups", 1).edits[1], request.add_edits()).ok());
+    return request;
+  }
+
+  grpc::Status Apply(const v1::ApplyEditsRequest& request, v1::ApplyEditsResponse* response) {
+    grpc::ClientContext context;
+    return server_.edit->ApplyEdits(&context, request, response);
+  }
+
+  Revision revision() { return (*server_.site().Find("site"))->snapshot()->revision; }
+
+  TestServer server_;
+};
+
+TEST_F(EditServiceTest, AnswersTheRevisionAndTheIds) {
+  v1::ApplyEditsResponse response;
+  const grpc::Status status = Apply(PutCup("r1"), &response);
+  ASSERT_TRUE(status.ok()) << status.error_message();
+  EXPECT_EQ(response.map(), "site");
+  EXPECT_EQ(response.revision(), 2);
+  EXPECT_THAT(response.object_ids(), ElementsAre(1));
+}
+
+TEST_F(EditServiceTest, SameRequestAgainGetsTheSameAnswerAndChangesNothing) {
+  v1::ApplyEditsResponse first, again;
+  ASSERT_TRUE(Apply(PutCup("r1"), &first).ok());
+  ASSERT_TRUE(Apply(PutCup("r1"), &again).ok());
+  EXPECT_EQ(again.SerializeAsString(), first.SerializeAsString());
+  EXPECT_EQ(revision(), 2);
+}
+
+TEST_F(EditServiceTest, OneBadEditChangesNothingAndIsNamed) {
+  v1::ApplyEditsRequest request = PutCup("");
+  *request.add_edits() = request.edits(0);
+  request.mutable_edits(1)->mutable_put_object()->set_layer("nowhere");
+  v1::ApplyEditsResponse response;
+  const grpc::Status status = Apply(request, &response);
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::NOT_FOUND);
+  EXPECT_THAT(status.error_message(), HasSubstr("edits[1]"));
+  EXPECT_THAT(status.error_message(), HasSubstr("nowhere"));
+  EXPECT_EQ(revision(), 1);
+}
+
+TEST_F(EditServiceTest, BadRequestsNameTheField) {
+  v1::ApplyEditsResponse response;
+  v1::ApplyEditsRequest empty = PutCup("");
+  empty.clear_edits();
+  EXPECT_EQ(Apply(empty, &response).error_message(), "edits is empty");
+  const grpc::Status long_id = Apply(PutCup(std::string(129, 'x')), &response);
+  EXPECT_EQ(long_id.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+  EXPECT_THAT(long_id.error_message(), HasSubstr("request_id"));
+  EXPECT_EQ(revision(), 1);
+}
+
+TEST_F(EditServiceTest, FailedDiskIsToldAndNothingIsVisible) {
+  server_.disk().FailWrites(absl::UnavailableError("disk is gone"));
+  v1::ApplyEditsResponse response;
+  const grpc::Status status = Apply(PutCup("r1"), &response);
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::UNAVAILABLE);
+  EXPECT_EQ(status.error_message(), "disk is gone");
+  EXPECT_EQ(revision(), 1);
+}
+
+TEST_F(EditServiceTest, TooLargeMessageIsRefused) {
+  v1::ApplyEditsRequest request = PutCup("");
+  request.mutable_edits(0)->mutable_put_object()->mutable_object()->set_label(
+      std::string(2 << 20, 'x'));
+  v1::ApplyEditsResponse response;
+  EXPECT_EQ(Apply(request, &response).error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
+}
+
+TEST_F(EditServiceTest, ShutdownAnswersTheEditInFlight) {
+  server_.disk().Hold();
+  v1::ApplyEditsResponse response;
+  auto answer = std::async(std::launch::async, [&] { return Apply(PutCup("r1"), &response); });
+  server_.disk().AwaitHeldWrite();
+  auto shutdown = std::async(std::launch::async, [&] { server_.Shutdown(absl::Minutes(1)); });
+  server_.disk().Release();
+  EXPECT_TRUE(answer.get().ok());
+  EXPECT_EQ(response.revision(), 2);
+  shutdown.get();
+}
+
+}  // namespace
+}  // namespace hypermap::server

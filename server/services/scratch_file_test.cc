@@ -1,0 +1,47 @@
+#include "server/services/scratch_file.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+namespace hypermap::server {
+namespace {
+
+class ScratchFileTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    std::filesystem::remove_all(folder_);
+    std::filesystem::create_directory(folder_);
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+
+  const std::string folder_ = ::testing::TempDir() + "/scratch_file_test";
+};
+
+TEST_F(ScratchFileTest, IsRemovedAtTheEnd) {
+  {
+    const ScratchFile file(folder_);
+    EXPECT_FALSE(std::filesystem::exists(file.path()));
+    std::ofstream(file.path()) << "content";
+    EXPECT_FALSE(std::filesystem::is_empty(folder_));
+  }
+  EXPECT_TRUE(std::filesystem::is_empty(folder_));
+}
+
+TEST_F(ScratchFileTest, TwoHaveDifferentNames) {
+  EXPECT_NE(ScratchFile(folder_).path(), ScratchFile(folder_).path());
+}
+
+TEST_F(ScratchFileTest, LeftOverOnesAreRemovedAndNothingElse) {
+  const std::string left_over = ScratchFile(folder_).path();
+  std::ofstream(left_over) << "half a copy";
+  std::ofstream(folder_ + "/office.gpkg") << "a map";
+  ScratchFile::RemoveLeftOver(folder_);
+  EXPECT_FALSE(std::filesystem::exists(left_over));
+  EXPECT_TRUE(std::filesystem::exists(folder_ + "/office.gpkg"));
+}
+
+}  // namespace
+}  // namespace hypermap::server

@@ -1,0 +1,118 @@
+// A server on a free port with maps in memory, and a channel to it; for tests.
+#ifndef HYPERMAP_SERVER_SERVICES_TESTING_TEST_SERVER_H_
+#define HYPERMAP_SERVER_SERVICES_TESTING_TEST_SERVER_H_
+
+#include <grpcpp/create_channel.h>
+#include <grpcpp/security/credentials.h>
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "hypermap/v1/catalog_service.grpc.pb.h"
+#include "hypermap/v1/edit_service.grpc.pb.h"
+#include "hypermap/v1/query_service.grpc.pb.h"
+#include "map/edits/edit.h"
+#include "server/services/facilities.h"
+#include "server/services/grpc_server.h"
+#include "server/session/site.h"
+#include "server/session/testing/memory_map_store.h"
+
+namespace hypermap::server {
+
+class TestServer {
+ public:
+  explicit TestServer(const ServiceLimits& limits = {}, int max_message_bytes = 1 << 20) {
+    auto site = Site::Open(std::make_unique<MemoryMapStore>(&disk_), SessionOptions());
+    EXPECT_TRUE(site.ok()) << site.status();
+    site_ = *std::move(site);
+    auto server =
+        GrpcServer::Start({"127.0.0.1:0", max_message_bytes},
+                          {site_.get(), limits, &workers_, &file_workers_, ::testing::TempDir()});
+    EXPECT_TRUE(server.ok()) << server.status();
+    server_ = *std::move(server);
+    channel_ = grpc::CreateChannel(server_->address(), grpc::InsecureChannelCredentials());
+    catalog = v1::CatalogService::NewStub(channel_);
+    query = v1::QueryService::NewStub(channel_);
+    edit = v1::EditService::NewStub(channel_);
+  }
+  ~TestServer() {
+    disk_.Release();
+    Shutdown(absl::Seconds(10));
+  }
+
+  MemoryDisk& disk() { return disk_; }
+  Site& site() { return *site_; }
+  const std::string& address() const { return server_->address(); }
+  const std::shared_ptr<grpc::Channel>& channel() const { return channel_; }
+
+  // Makes a map of what the edits make.
+  void MakeMap(const std::string& name, EditBatch batch) {
+    const auto made = site_->Create({name, "map", ""}, [&](MapSession& session) {
+      return session.SubmitAndWait({std::move(batch), "test", ""}).status();
+    });
+    EXPECT_TRUE(made.ok()) << made.status();
+  }
+
+  void Shutdown(absl::Duration grace) {
+    if (!shut_down_) server_->Shutdown(grace);
+    shut_down_ = true;
+  }
+
+ private:
+  MemoryDisk disk_;
+  std::unique_ptr<Site> site_;
+  WorkerPool workers_{2};
+  WorkerPool file_workers_{2};
+  std::unique_ptr<GrpcServer> server_;
+  std::shared_ptr<grpc::Channel> channel_;
+  bool shut_down_ = false;
+
+ public:
+  std::unique_ptr<v1::CatalogService::Stub> catalog;
+  std::unique_ptr<v1::QueryService::Stub> query;
+  std::unique_ptr<v1::EditService::Stub> edit;
+};
+
+// A semantic layer `name` with unit squares labelled "cup" at x = 0, 2, 4, ...
+inline EditBatch LayerOfCups(const std::string& name, int num_cups) {
+  EditBatch batch;
+  LayerSpec spec;
+  spec.name = name;
+  batch.edits.push_back(hypermap::CreateLayer{spec});
+  for (int i = 0; i < num_cups; ++i) {
+    hypermap::PutObject put{name, {}, ""};
+    put.object.label = "cup";
+    put.object.polygon = Polygon::FromBox({{2.0 * i, 0}, {2.0 * i + 1, 1}});
+    batch.edits.push_back(std::move(put));
+  }
+  return batch;
+}
+
+// An occupancy layer `name` of one metre cells, rows x cols, no two neighbours of a row alike.
+inline EditBatch LayerOfCells(const std::string& name, int rows, int cols) {
+  LayerSpec spec;
+  spec.name = name;
+  spec.kind = LayerKind::kOccupancy;
+  spec.grid = GridGeometry{PlanarTransform(), 1.0};
+  hypermap::WriteCells write{name, {0, rows, 0, cols}, {}};
+  for (int i = 0; i < rows * cols; ++i) write.values.push_back((i % cols) % 2 == 0 ? 0.0 : 1.0);
+  EditBatch batch;
+  batch.edits.push_back(hypermap::CreateLayer{spec});
+  batch.edits.push_back(std::move(write));
+  return batch;
+}
+
+// All messages of a stream.
+template <typename Response>
+std::vector<Response> ReadAll(grpc::ClientReader<Response>& reader) {
+  std::vector<Response> responses;
+  for (Response response; reader.Read(&response);) responses.push_back(response);
+  return responses;
+}
+
+}  // namespace hypermap::server
+
+#endif  // HYPERMAP_SERVER_SERVICES_TESTING_TEST_SERVER_H_

@@ -1,0 +1,236 @@
+// Files that are no maps, and maps that are damaged: each is refused for a reason, and harms
+// nothing else.
+#include <filesystem>
+#include <ostream>
+#include <string>
+
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+#include "storage/geopackage/map_testing.h"
+#include "tests/support/random_map.h"
+
+namespace hypermap::storage {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+SemanticObject Box1(const std::string& label) {
+  SemanticObject object;
+  object.label = label;
+  object.polygon = Polygon::FromBox({{0, 0}, {1, 1}});
+  return object;
+}
+
+absl::Status OpenOf(const std::string& content) {
+  const TempFolder folder;
+  WriteFile(folder / "site.gpkg", content);
+  const auto store = OpenStore(folder.path());
+  CreateMap(*store, "other");
+  const absl::Status status = store->Open("site").status();
+  EXPECT_THAT(std::string(status.message()), HasSubstr("map site: "));
+  // Refusing changes nothing, and the others go on.
+  EXPECT_EQ(ReadFile(folder / "site.gpkg"), content);
+  EXPECT_TRUE(store->Open("other").ok());
+  EXPECT_TRUE(store->Delete("site", "").ok());
+  return status;
+}
+
+std::string MapBytes() {
+  const TempFolder folder;
+  {
+    const auto store = OpenStore(folder.path());
+    ::hypermap::testing::Rng rng(3);
+    CreateMap(*store, "site").Edit(::hypermap::testing::RandomSite(rng, 30));
+  }
+  return ReadFile(folder / "site.gpkg");
+}
+
+TEST(ForeignFileTest, IsRefusedWithItsReason) {
+  const absl::Status empty = OpenOf("");
+  EXPECT_EQ(empty.code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_THAT(std::string(empty.message()), HasSubstr("empty"));
+  EXPECT_EQ(OpenOf("a").code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_EQ(OpenOf(std::string(100000, 'x')).code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_EQ(OpenOf(std::string(100000, '\0')).code(), absl::StatusCode::kFailedPrecondition);
+}
+
+TEST(ForeignFileTest, DatabaseThatIsNoGeoPackageIsRefused) {
+  const TempFolder folder;
+  ASSERT_TRUE(Connect(folder / "x")->Execute("CREATE TABLE t (a)").ok());
+  const absl::Status status = OpenOf(ReadFile(folder / "x"));
+  EXPECT_EQ(status.code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_THAT(std::string(status.message()), HasSubstr("not a GeoPackage"));
+}
+
+TEST(ForeignFileTest, GeoPackageThatIsNoMapIsRefused) {
+  const TempFolder folder;
+  ASSERT_TRUE(Connect(folder / "x")
+                  ->Execute("PRAGMA application_id = 0x47504B47; CREATE TABLE gpkg_contents (a)")
+                  .ok());
+  const absl::Status status = OpenOf(ReadFile(folder / "x"));
+  EXPECT_EQ(status.code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_THAT(std::string(status.message()), HasSubstr("not a map of Hypermap"));
+}
+
+TEST(ForeignFileTest, FolderIsRefused) {
+  const TempFolder folder;
+  std::filesystem::create_directory(folder / "site.gpkg");
+  const auto store = OpenStore(folder.path());
+  EXPECT_THAT(*store->List(), ElementsAre("site"));
+  EXPECT_EQ(store->Open("site").status().code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_FALSE(store->Delete("site", "r").ok());
+  EXPECT_EQ(*store->FindDeletion("r"), std::nullopt);
+  EXPECT_TRUE(std::filesystem::exists(folder / "site.gpkg"));
+}
+
+TEST(DamagedFileTest, CutAtAnyPlaceIsRefused) {
+  const std::string bytes = MapBytes();
+  for (const size_t size : {size_t{99}, size_t{512}, size_t{4095}, size_t{4096}, size_t{5000},
+                            bytes.size() / 2, bytes.size() - 4096, bytes.size() - 1}) {
+    const absl::Status status = OpenOf(bytes.substr(0, size));
+    EXPECT_TRUE(status.code() == absl::StatusCode::kDataLoss ||
+                status.code() == absl::StatusCode::kFailedPrecondition)
+        << size << ": " << status;
+  }
+}
+
+TEST(DamagedFileTest, PageThatIsOverwrittenIsRefused) {
+  const std::string bytes = MapBytes();
+  const uint64_t seed = ::hypermap::testing::TestSeed();
+  SCOPED_TRACE(::testing::Message() << "HYPERMAP_TEST_SEED=" << seed);
+  ::hypermap::testing::Rng rng(seed);
+  int refused = 0;
+  for (int i = 0; i < 20; ++i) {
+    std::string damaged = bytes;
+    const int page = ::hypermap::testing::UniformInt(rng, 1, bytes.size() / 4096 - 1);
+    for (int b = 0; b < 4096; ++b) damaged[page * 4096 + b] = static_cast<char>(rng());
+    const TempFolder folder;
+    WriteFile(folder / "site.gpkg", damaged);
+    const auto store = OpenStore(folder.path());
+    auto map = store->Open("site");
+    const absl::Status status = map.ok() ? (*map)->Load().status() : map.status();
+    if (status.ok()) continue;  // a free page, or one of an index
+    ++refused;
+    EXPECT_EQ(status.code(), absl::StatusCode::kDataLoss) << status;
+  }
+  EXPECT_GT(refused, 5);
+}
+
+// Single flipped bytes: whatever they hit, there is an answer, and no crash.
+TEST(DamagedFileTest, FlippedBytesNeverCrash) {
+  const std::string bytes = MapBytes();
+  const uint64_t seed = ::hypermap::testing::TestSeed();
+  SCOPED_TRACE(::testing::Message() << "HYPERMAP_TEST_SEED=" << seed);
+  ::hypermap::testing::Rng rng(seed);
+  GeoPackageOptions trusting;
+  trusting.max_checked_bytes = 0;
+  for (int i = 0; i < 60; ++i) {
+    std::string damaged = bytes;
+    for (int flips = 0; flips < 20; ++flips) {
+      damaged[::hypermap::testing::UniformInt(rng, 100, bytes.size() - 1)] =
+          static_cast<char>(rng());
+    }
+    const TempFolder folder;
+    WriteFile(folder / "site.gpkg", damaged);
+    const auto store = OpenStore(folder.path(), trusting);
+    auto map = store->Open("site");
+    if (!map.ok()) continue;
+    auto snapshot = (*map)->Load();
+    if (!snapshot.ok()) {
+      EXPECT_EQ(snapshot.status().code(), absl::StatusCode::kDataLoss);
+    }
+  }
+}
+
+// Damage by an SQL statement, and what Load or Open then says.
+struct Damage {
+  const char* sql;
+  const char* message;
+};
+
+void PrintTo(const Damage& damage, std::ostream* out) { *out << damage.sql; }
+
+class DamagedMapTest : public ::testing::TestWithParam<Damage> {};
+
+TEST_P(DamagedMapTest, IsToldWithTableAndRow) {
+  const TempFolder folder;
+  {
+    const auto store = OpenStore(folder.path());
+    EditedMap map = CreateMap(*store, "site");
+    map.Edit({{CreateLayer{SemanticSpec("s")}, PutObject{"s", Box1("chair"), ""},
+               CreateLayer{GridSpec("g", LayerKind::kOccupancy, {}, 0.05)},
+               WriteCells{"g", {0, 1, 0, 1}, {0.5}},
+               CreateLayer{GridSpec("f", LayerKind::kScalar, {}, 0.05)},
+               WriteCells{"f", {0, 1, 0, 1}, {0.5}}, SetTransform{{"map", "robot", {}}}}});
+  }
+  {
+    const auto other = Connect(folder / "site.gpkg");
+    ASSERT_TRUE(other->Execute("PRAGMA foreign_keys = OFF").ok());
+    const absl::Status status = other->Execute(GetParam().sql);
+    ASSERT_TRUE(status.ok()) << status;
+  }
+  const auto store = OpenStore(folder.path());
+  auto map = store->Open("site");
+  const absl::Status status = map.ok() ? (*map)->Load().status() : map.status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kDataLoss) << status;
+  EXPECT_THAT(std::string(status.message()), HasSubstr("map site: "));
+  EXPECT_THAT(std::string(status.message()), HasSubstr(GetParam().message));
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Table, DamagedMapTest,
+    ::testing::Values(
+        Damage{"UPDATE s SET geom = X'00'", "table s, id 1: geometry"},
+        Damage{"UPDATE s SET geom = substr(geom, 1, length(geom) - 1)", "cut short"},
+        Damage{"UPDATE s SET geom = 'text'", "column geom holds text"},
+        Damage{"UPDATE s SET label = ''", "object.label"},
+        Damage{"UPDATE s SET existence = 2", "object.existence"},
+        Damage{"UPDATE s SET existence = 'likely'", "column existence holds text"},
+        Damage{"UPDATE s SET classes = '{'", "column classes"},
+        Damage{"UPDATE s SET classes = '{\"a\":\"b\"}'", "column classes"},
+        Damage{"UPDATE s SET classes = '{\"a\":7}'", "object.classes[a]"},
+        Damage{"UPDATE s SET tags = '[[[[[[[[[[[[[[[[[[[[]]]]]]]]]]]]]]]]]]]]'", "column tags"},
+        Damage{"UPDATE s SET attributes = '{\"a\":{}}'", "column attributes"},
+        Damage{"UPDATE s SET attributes = '{\"a\":18446744073709551615}'", "column attributes"},
+        Damage{"UPDATE s SET height_min = 1", "height_max"},
+        Damage{"UPDATE s SET height_min = 1, height_max = 0", "object.height"},
+        Damage{"UPDATE s SET id = -5", "table s, id -5"},
+        Damage{"UPDATE g SET tile_data = zeroblob(100)", "table g, id 1: PNG"},
+        Damage{"UPDATE g SET tile_data = substr(tile_data, 1, 60)", "table g, id 1: PNG"},
+        Damage{"UPDATE g SET tile_data = (SELECT tile_data FROM f)", "table g, id 1: PNG"},
+        Damage{"UPDATE f SET tile_data = zeroblob(100)", "table f, id 1: TIFF"},
+        Damage{"UPDATE f SET tile_data = substr(tile_data, 1, 60)", "table f, id 1: TIFF"},
+        Damage{"UPDATE f SET tile_data = (SELECT tile_data FROM g)", "table f, id 1: TIFF"},
+        Damage{"UPDATE g SET zoom_level = 3", "tile matrix"},
+        Damage{"UPDATE g SET tile_row = -1", "tile matrix"},
+        Damage{"UPDATE g SET tile_column = 65536", "tile matrix"},
+        Damage{"UPDATE g SET tile_column = tile_column + 1", "outside of the layer's extent"},
+        Damage{"UPDATE gpkg_2d_gridded_tile_ancillary SET scale = 2", "scale"},
+        Damage{"DELETE FROM gpkg_2d_gridded_tile_ancillary", "column scale holds NULL"},
+        Damage{"UPDATE hypermap_layers SET kind = 'voxels'", "unknown kind voxels"},
+        Damage{"UPDATE hypermap_layers SET table_name = 'gpkg_contents' WHERE name = 's'",
+               "gpkg_contents"},
+        Damage{"UPDATE hypermap_layers SET table_name = 'none' WHERE name = 's'", "no such table"},
+        Damage{"UPDATE hypermap_layers SET kind = 'semantic'", "layer.grid"},
+        Damage{"UPDATE hypermap_layers SET kind = 'exploration' WHERE name = 'g'",
+               "pixel value 5000"},
+        Damage{"UPDATE hypermap_layers SET resolution_m = 0 WHERE name = 'g'", "layer.grid"},
+        Damage{"UPDATE hypermap_layers SET origin_x = 9e999 WHERE name = 'g'", "layer.grid"},
+        Damage{"UPDATE hypermap_layers SET row_end = 99999999999 WHERE name = 'g'", "extent"},
+        Damage{"UPDATE hypermap_layers SET parameters = '[]' WHERE name = 'g'", "parameters"},
+        Damage{"UPDATE hypermap_layers SET parameters = '{\"unit\":3}' WHERE name = 'f'",
+               "parameters"},
+        Damage{"UPDATE hypermap_frames SET parent_frame_id = 'robot'", "frame robot"},
+        Damage{"UPDATE hypermap_frames SET yaw = 9e999", "frame robot"},
+        Damage{"UPDATE hypermap_metadata SET revision = -1", "hypermap_metadata"},
+        Damage{"UPDATE hypermap_metadata SET next_object_id = 'x'", "hypermap_metadata"},
+        Damage{"DELETE FROM hypermap_metadata", "hypermap_metadata"},
+        Damage{"DROP TABLE s", "no such table"},
+        Damage{"ALTER TABLE s RENAME COLUMN tags TO words", "tags"},
+        Damage{"DROP TABLE hypermap_receipts", "hypermap_receipts"},
+        Damage{"DROP TABLE gpkg_2d_gridded_tile_ancillary", "gpkg_2d_gridded_tile_ancillary"},
+        Damage{"ALTER TABLE hypermap_frames RENAME COLUMN yaw TO angle", "hypermap_frames"}));
+
+}  // namespace
+}  // namespace hypermap::storage

@@ -1,0 +1,96 @@
+// What was acknowledged is there after the process was killed.
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <string>
+
+#include "gtest/gtest.h"
+#include "map/layers/grid/grid_layer.h"
+#include "map/layers/semantic_layer.h"
+#include "storage/geopackage/map_testing.h"
+#include "tests/support/random_map.h"
+
+namespace hypermap::storage {
+namespace {
+
+// Every commit adds an object and a cell, so that the revision tells what must be there.
+EditBatch EditOf(Revision revision) {
+  if (revision == 1) {
+    return {{CreateLayer{SemanticSpec("s")},
+             CreateLayer{GridSpec("g", LayerKind::kOccupancy, {}, 0.05)}}};
+  }
+  SemanticObject object;
+  object.label = "chair";
+  object.polygon = Polygon::FromBox({{0, 0}, {1, 1}});
+  const auto cell = static_cast<int32_t>(100 * revision);
+  return {{PutObject{"s", object, ""}, WriteCells{"g", {0, 1, cell, cell + 1}, {0.5}}}};
+}
+
+// Writes commit after commit and tells each that is acknowledged, until it is killed.
+[[noreturn]] void WriteForEver(const std::string& folder, int acknowledged) {
+  auto store = OpenGeoPackageStore(folder);
+  auto stored = store.ok() ? (*store)->Open("site") : store.status();
+  if (!stored.ok()) _exit(1);
+  SnapshotPtr snapshot = *(*stored)->Load();
+  while (true) {
+    const Commit commit = MakeCommit(*snapshot, EditOf(snapshot->revision + 1));
+    if (!(*stored)->Write({commit}).ok()) _exit(2);
+    snapshot = commit.applied.snapshot;
+    const char done = 1;
+    if (write(acknowledged, &done, 1) != 1) _exit(3);
+  }
+}
+
+// Kills a writer after it has acknowledged so many commits; they are counted until it is dead.
+Revision KillWriter(const std::string& folder, int wanted) {
+  int pipe_ends[2];
+  EXPECT_EQ(pipe(pipe_ends), 0);
+  const pid_t child = fork();
+  if (child == 0) {
+    close(pipe_ends[0]);
+    WriteForEver(folder, pipe_ends[1]);
+  }
+  close(pipe_ends[1]);
+  Revision acknowledged = 0;
+  char done;
+  while (read(pipe_ends[0], &done, 1) == 1) {
+    if (++acknowledged == wanted) kill(child, SIGKILL);
+  }
+  close(pipe_ends[0]);
+  int status = 0;
+  EXPECT_EQ(waitpid(child, &status, 0), child);
+  EXPECT_TRUE(WIFSIGNALED(status)) << "the writer ended by itself";
+  return acknowledged;
+}
+
+TEST(DurabilityTest, AcknowledgedCommitsOutliveAKill) {
+  const uint64_t seed = testing::TestSeed();
+  SCOPED_TRACE(::testing::Message() << "HYPERMAP_TEST_SEED=" << seed);
+  testing::Rng rng(seed);
+  const TempFolder folder;
+  CreateMap(*OpenStore(folder.path()), "site");
+  Revision acknowledged = 0;
+  for (int round = 0; round < 5; ++round) {
+    acknowledged += KillWriter(folder.path(), testing::UniformInt(rng, 1, 20));
+    const auto store = OpenStore(folder.path());
+    auto stored = store->Open("site");
+    ASSERT_TRUE(stored.ok()) << stored.status();
+    auto snapshot = (*stored)->Load();
+    ASSERT_TRUE(snapshot.ok()) << snapshot.status();
+    const Revision revision = (*snapshot)->revision;
+    ASSERT_GE(revision, acknowledged);
+    // One commit may have reached the disk before its acknowledgement could be given.
+    ASSERT_LE(revision, acknowledged + 1);
+    Snapshot expected;
+    expected.map_name = "site";
+    for (Revision r = 1; r <= revision; ++r) {
+      expected = *MakeCommit(expected, EditOf(r)).applied.snapshot;
+    }
+    ExpectSame(**snapshot, expected);
+    acknowledged = revision;
+  }
+}
+
+}  // namespace
+}  // namespace hypermap::storage
