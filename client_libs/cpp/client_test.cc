@@ -132,6 +132,16 @@ TEST(AnswerReaderTest, GivesThePartsInOrderThenOk) {
   EXPECT_EQ(reader.revision(), 9);
 }
 
+TEST(AnswerReaderTest, TellsTheRevisionWhereThereIsNoLayerToAsk) {
+  Script script;
+  script.revision = 9;
+  ScriptedServer server(script);
+  AnswerReader reader = Client(server.address()).QueryArea("office", UnitSquare());
+  EXPECT_FALSE(reader.Next().has_value());
+  EXPECT_TRUE(reader.status().ok()) << reader.status();
+  EXPECT_EQ(reader.revision(), 9);
+}
+
 TEST(AnswerReaderTest, TellsWhyAnAnswerIsNotComplete) {
   Script script;
   script.parts = {Parse<v1::LayerPart>(

@@ -14,6 +14,7 @@ namespace {
 
 template <typename Message>
 absl::StatusOr<AnswerReader::RevisedPart> DecodeRevisedPart(Message message) {
+  if (!message.has_part()) return AnswerReader::RevisedPart{message.revision(), std::nullopt};
   absl::StatusOr<LayerPart> part = DecodeLayerPart(message.part());
   if (!part.ok()) return part.status();
   return AnswerReader::RevisedPart{message.revision(), *std::move(part)};

@@ -8,10 +8,11 @@ AnswerReader::AnswerReader(std::unique_ptr<PartSource<RevisedPart>> source)
     : source_(std::move(source)) {}
 
 std::optional<LayerPart> AnswerReader::Next() {
-  std::optional<RevisedPart> next = source_->Next();
-  if (!next.has_value()) return std::nullopt;
-  revision_ = next->revision;
-  return std::move(next->part);
+  while (std::optional<RevisedPart> next = source_->Next()) {
+    revision_ = next->revision;
+    if (next->part) return std::move(next->part);
+  }
+  return std::nullopt;
 }
 
 ByteReader::ByteReader(std::unique_ptr<PartSource<std::string>> source)

@@ -28,7 +28,7 @@ class AnswerReader {
  public:
   struct RevisedPart {
     Revision revision = 0;
-    LayerPart part;
+    std::optional<LayerPart> part;  // absent where there was no layer to ask
   };
 
   explicit AnswerReader(std::unique_ptr<PartSource<RevisedPart>> source);
@@ -37,7 +37,7 @@ class AnswerReader {
   std::optional<LayerPart> Next();
   // After the end: OK, or why the answer is not complete.
   const absl::Status& status() const { return source_->status(); }
-  // The revision that the whole answer is read at; 0 before the first part.
+  // The revision that the whole answer is read at; 0 before the first Next.
   Revision revision() const { return revision_; }
 
  private:

@@ -33,10 +33,11 @@ void ScriptedServer::Note(const char* rpc, Request request) {
 template <typename Message>
 grpc::Status ScriptedServer::WriteParts(grpc::ServerContext* context,
                                         grpc::ServerWriter<Message>* writer) {
+  Message message;
+  message.set_revision(script_.revision);
+  if (script_.parts.empty() && script_.status.ok()) writer->Write(message);
   do {
     for (const v1::LayerPart& part : script_.parts) {
-      Message message;
-      message.set_revision(script_.revision);
       *message.mutable_part() = part;
       writer->Write(message);
     }

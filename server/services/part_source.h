@@ -15,7 +15,8 @@
 namespace hypermap::server {
 
 // A part becomes one message, or several when its objects are large. A layer without matches
-// becomes one empty part; other empty parts are left out.
+// becomes one empty part; other empty parts are left out. Where there is no layer to ask, one
+// message tells the revision alone.
 template <typename Response>
 class PartSource : public MessageSource<Response> {
  public:
@@ -28,13 +29,17 @@ class PartSource : public MessageSource<Response> {
         max_chunk_bytes_(limits.max_chunk_bytes) {}
 
   absl::StatusOr<Step> Next(Response* message) override {
-    if (!part_ && reader_->done()) return Step::kEnd;
+    if (!part_ && reader_->done()) {
+      if (told_revision_) return Step::kEnd;
+      TellRevision(message);
+      return Step::kMessage;
+    }
     if (!part_) TakePart();
     if (part_->part.empty() && (layer_answered_ || !part_->last)) {
       DropPart();
       return Step::kNothingYet;
     }
-    message->set_revision(revision_);
+    TellRevision(message);
     next_object_ =
         wire::EncodeLayerPart(*part_, next_object_, max_chunk_bytes_, message->mutable_part());
     layer_answered_ = true;
@@ -45,6 +50,11 @@ class PartSource : public MessageSource<Response> {
   int64_t items() const override { return items_; }
 
  private:
+  void TellRevision(Response* message) {
+    message->set_revision(revision_);
+    told_revision_ = true;
+  }
+
   void TakePart() {
     part_ = reader_->Next(chunk_items_);
     next_object_ = 0;
@@ -63,6 +73,7 @@ class PartSource : public MessageSource<Response> {
   std::optional<LayerPart> part_;  // being encoded
   size_t next_object_ = 0;         // of part_
   bool layer_answered_ = false;    // whether there was a message of part_'s layer
+  bool told_revision_ = false;
   int64_t items_ = 0;
 };
 

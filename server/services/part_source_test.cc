@@ -73,6 +73,8 @@ TEST(PartSource, LayerWithoutMatchesIsOneEmptyPart) {
       (Messages{{"a", 0}, {"b", 0}}));
 }
 
+TEST(PartSource, WithoutLayersTheRevisionIsToldAlone) { EXPECT_EQ(Sent({}), (Messages{{"", 0}})); }
+
 TEST(PartSource, EmptyPartsBesideMatchesAreLeftOut) {
   const LayerPtr a = LayerNamed("a"), b = LayerNamed("b");
   EXPECT_EQ(Sent({PartOf(a, 0, false), PartOf(a, 2, false), PartOf(a, 0, true), PartOf(b, 0, false),
