@@ -52,7 +52,10 @@ asan tsan: build/.deps-build build/.deps-test
 	@cmake --build build/$@ --parallel $(JOBS)
 	@$(CTEST) --test-dir build/$@ --tests-regex '$(SANITIZED_TESTS)'
 
-demo: build
+# Only the programs: the tour must not wait for the tests to be built.
+demo: build/.deps-build
+	@cmake --preset release $(CMAKE_ARGS)
+	@cmake --build build --parallel $(JOBS) --target hypermapd hypermap
 	@demo/run.sh $(ARGS)
 
 bench: build

@@ -15,13 +15,6 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-SemanticObject Box1(const std::string& label) {
-  SemanticObject object;
-  object.label = label;
-  object.polygon = Polygon::FromBox({{0, 0}, {1, 1}});
-  return object;
-}
-
 absl::Status OpenOf(const std::string& content) {
   const TempFolder folder;
   WriteFile(folder / "site.gpkg", content);
@@ -158,7 +151,7 @@ TEST_P(DamagedMapTest, IsToldWithTableAndRow) {
   {
     const auto store = OpenStore(folder.path());
     EditedMap map = CreateMap(*store, "site");
-    map.Edit({{CreateLayer{SemanticSpec("s")}, PutObject{"s", Box1("chair"), ""},
+    map.Edit({{CreateLayer{SemanticSpec("s")}, PutObject{"s", UnitSquare("chair"), ""},
                CreateLayer{GridSpec("g", LayerKind::kOccupancy, {}, 0.05)},
                WriteCells{"g", {0, 1, 0, 1}, {0.5}},
                CreateLayer{GridSpec("f", LayerKind::kScalar, {}, 0.05)},

@@ -20,13 +20,6 @@ using ::hypermap::testing::TestSeed;
 using ::hypermap::testing::UniformInt;
 using ::testing::HasSubstr;
 
-SemanticObject Box1(const std::string& label) {
-  SemanticObject object;
-  object.label = label;
-  object.polygon = Polygon::FromBox({{0, 0}, {1, 1}});
-  return object;
-}
-
 // What is on disk, read by a store of its own.
 SnapshotPtr Reopen(const TempFolder& folder, const std::string& name) {
   const std::unique_ptr<MapStore> store = OpenStore(folder.path());
@@ -130,7 +123,7 @@ TEST_F(GeoPackageMapTest, CellsAtTheEndsOfTheMatrixAreStored) {
 }
 
 TEST_F(GeoPackageMapTest, ObjectsKeepEverything) {
-  SemanticObject object = Box1("Küchentisch – 食卓 'quoted' \"twice\"; DROP TABLE");
+  SemanticObject object = UnitSquare("Küchentisch – 食卓 'quoted' \"twice\"; DROP TABLE");
   object.polygon = *Polygon::Make({{0.1, 0.2}, {10.3, 0.4}, {9, 9.7}, {1e-9, 8}},
                                   {{{2, 2}, {2, 3}, {3, 3}}, {{5, 5}, {5, 6}, {6.5, 6}}});
   object.existence = 0.1 + 0.2;
@@ -159,7 +152,7 @@ TEST_F(GeoPackageMapTest, LayersOfAwkwardNamesStandBesideEachOther) {
   for (const char* name : {"a-b", "a.b", "a_b", "A_B", "gpkg_contents", "hypermap_layers",
                            "rtree_a_b_geom", "sqlite_x", "select", "0", "layer_0", "a_b_2"}) {
     batch.edits.push_back(CreateLayer{SemanticSpec(name)});
-    SemanticObject object = Box1(name);
+    SemanticObject object = UnitSquare(name);
     batch.edits.push_back(PutObject{name, object, ""});
   }
   map_.Edit(batch);
@@ -169,7 +162,7 @@ TEST_F(GeoPackageMapTest, LayersOfAwkwardNamesStandBesideEachOther) {
 TEST_F(GeoPackageMapTest, LayerIsDeletedAndMadeAgainAsAnotherKind) {
   EditBatch make;
   make.edits.push_back(CreateLayer{SemanticSpec("x")});
-  make.edits.push_back(PutObject{"x", Box1("chair"), ""});
+  make.edits.push_back(PutObject{"x", UnitSquare("chair"), ""});
   map_.Edit(make);
   EditBatch remake;
   remake.edits.push_back(DeleteLayer{"x"});
@@ -189,7 +182,7 @@ TEST_F(GeoPackageMapTest, CommitsOfAGroupKeepTheirRevisions) {
   std::vector<Commit> commits = {MakeCommit(*map_.snapshot, make, "r1")};
   for (int i = 2; i <= 5; ++i) {
     EditBatch put;
-    put.edits.push_back(PutObject{"s", Box1("chair"), ""});
+    put.edits.push_back(PutObject{"s", UnitSquare("chair"), ""});
     put.edits.push_back(SetTransform{{"map", "robot", {1.0 * i, 0, 0}}});
     commits.push_back(MakeCommit(*commits.back().applied.snapshot, put, absl::StrCat("r", i)));
   }
@@ -212,7 +205,7 @@ TEST_F(GeoPackageMapTest, CommitsOfAGroupKeepTheirRevisions) {
 TEST_F(GeoPackageMapTest, ReceiptsOutliveTheProcess) {
   EditBatch make;
   make.edits.push_back(CreateLayer{SemanticSpec("s")});
-  make.edits.push_back(PutObject{"s", Box1("chair"), ""});
+  make.edits.push_back(PutObject{"s", UnitSquare("chair"), ""});
   map_.Edit(make, "the request");
   map_.Edit({{SetTransform{{"map", "robot", {}}}}});
   Close();
@@ -229,9 +222,10 @@ TEST_F(GeoPackageMapTest, ReceiptsOutliveTheProcess) {
 }
 
 TEST_F(GeoPackageMapTest, WhenOneCommitFailsNoneOfTheGroupIsStored) {
-  map_.Edit({{CreateLayer{SemanticSpec("s")}, PutObject{"s", Box1("chair"), ""}}});
-  const Commit good = MakeCommit(
-      *map_.snapshot, {{PutObject{"s", Box1("table"), ""}, CreateLayer{SemanticSpec("t")}}}, "g");
+  map_.Edit({{CreateLayer{SemanticSpec("s")}, PutObject{"s", UnitSquare("chair"), ""}}});
+  const Commit good =
+      MakeCommit(*map_.snapshot,
+                 {{PutObject{"s", UnitSquare("table"), ""}, CreateLayer{SemanticSpec("t")}}}, "g");
   Commit bad = MakeCommit(*good.applied.snapshot, {{DeleteObject{"s", 1}}}, "b");
   bad.applied.changes.push_back(ObjectRemoved{"no such layer", nullptr});
   const absl::Status status = map_.stored->Write({good, bad});
@@ -299,7 +293,7 @@ TEST_F(GeoPackageMapTest, FullDiskStoresNothingAndMayGoAway) {
 }
 
 TEST_F(GeoPackageMapTest, TextThatIsNoUtf8IsRefused) {
-  SemanticObject object = Box1("chair");
+  SemanticObject object = UnitSquare("chair");
   object.tags = {"caf\xe9"};
   const Commit commit =
       MakeCommit(*map_.snapshot, {{CreateLayer{SemanticSpec("s")}, PutObject{"s", object, ""}}});
@@ -358,7 +352,7 @@ TEST_F(GeoPackageMapTest, BackupOpensAsAMap) {
 TEST_F(GeoPackageMapTest, IndexCoversEveryObject) {
   Rng rng(TestSeed());
   map_.Edit(RandomSite(rng, 60));
-  SemanticObject moved = Box1("moved");
+  SemanticObject moved = UnitSquare("moved");
   moved.id = 1;
   moved.polygon = Polygon::FromBox({{1e7 + 0.1, -1e7 - 0.3}, {1e7 + 0.2, -1e7}});
   const bool in_semantic =
@@ -389,7 +383,7 @@ TEST_F(GeoPackageMapTest, IndexCoversEveryObject) {
 }
 
 TEST_F(GeoPackageMapTest, ObjectsAddedByAnotherProgramGetNoIdTwice) {
-  map_.Edit({{CreateLayer{SemanticSpec("s")}, PutObject{"s", Box1("chair"), ""}}});
+  map_.Edit({{CreateLayer{SemanticSpec("s")}, PutObject{"s", UnitSquare("chair"), ""}}});
   Close();
   {
     const auto other = Connect(folder_ / "site.gpkg");

@@ -2,14 +2,13 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <mutex>
 #include <system_error>
 #include <utility>
 
-#include "absl/base/thread_annotations.h"
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/strip.h"
-#include "absl/synchronization/mutex.h"
 #include "storage/geopackage/deletion_log.h"
 #include "storage/geopackage/durable_file.h"
 #include "storage/geopackage/file_lock.h"
@@ -59,19 +58,20 @@ class GeoPackageStore : public MapStore {
     return absl::StrCat(data_dir_, "/.", name, kExtension, suffix);
   }
   absl::StatusOr<FileLock> LockMap(const std::string& name) const;
-  absl::Status CarryOut(int64_t deletion, const std::string& name)
-      ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  // The mutex must be held.
+  absl::Status CarryOut(int64_t deletion, const std::string& name);
 
   const std::string data_dir_;
   const GeoPackageOptions options_;
   const FileLock lock_;
-  // Taken for what adds and removes maps.
-  absl::Mutex mutex_;
-  const std::unique_ptr<DeletionLog> deletions_ ABSL_PT_GUARDED_BY(mutex_);
+  // Held while maps are added or removed and the deletions are used. Not absl::Mutex, which
+  // ThreadSanitizer can't see unless abseil is built with it.
+  std::mutex mutex_;
+  const std::unique_ptr<DeletionLog> deletions_;
 };
 
 absl::Status GeoPackageStore::Recover() {
-  absl::MutexLock lock(&mutex_);
+  const std::lock_guard<std::mutex> lock(mutex_);
   absl::StatusOr<std::vector<std::string>> names = FileNames(data_dir_);
   if (!names.ok()) return names.status();
   for (const std::string& name : *names) {
@@ -109,7 +109,7 @@ absl::StatusOr<std::unique_ptr<StoredMap>> GeoPackageStore::Create(const MapHead
   if (!status.ok()) return status;
   const std::string path = PathOf(header.name);
   {
-    absl::MutexLock lock(&mutex_);
+    const std::lock_guard<std::mutex> lock(mutex_);
     if (PathExists(path)) {
       return absl::AlreadyExistsError(absl::StrCat("map ", header.name, " exists"));
     }
@@ -140,7 +140,7 @@ absl::StatusOr<std::unique_ptr<StoredMap>> GeoPackageStore::Open(const std::stri
 
 absl::Status GeoPackageStore::Delete(const std::string& name, const std::string& request_id) {
   if (absl::Status status = ValidateName("map", name); !status.ok()) return status;
-  absl::MutexLock lock(&mutex_);
+  const std::lock_guard<std::mutex> lock(mutex_);
   absl::StatusOr<std::optional<std::string>> deleted = deletions_->Find(request_id);
   if (!deleted.ok()) return deleted.status();
   if (deleted->has_value()) {
@@ -168,7 +168,7 @@ absl::Status GeoPackageStore::CarryOut(int64_t deletion, const std::string& name
 
 absl::StatusOr<std::optional<std::string>> GeoPackageStore::FindDeletion(
     const std::string& request_id) {
-  absl::MutexLock lock(&mutex_);
+  const std::lock_guard<std::mutex> lock(mutex_);
   return deletions_->Find(request_id);
 }
 

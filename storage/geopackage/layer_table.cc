@@ -1,7 +1,6 @@
 #include "storage/geopackage/layer_table.h"
 
 #include <algorithm>
-#include <limits>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <utility>
@@ -39,10 +38,10 @@ absl::Status DecodeParameters(absl::string_view text, LayerSpec* spec) {
   }
 }
 
+// Out of range stays out of range: the box is checked against kAllCells afterwards.
 int32_t CellBound(std::optional<int64_t> value) {
-  // Out of range stays out of range: the box is checked against kAllCells afterwards.
-  constexpr int64_t kLimit = std::numeric_limits<int32_t>::max();
-  return static_cast<int32_t>(std::max(-kLimit, std::min(kLimit, value.value_or(0))));
+  return static_cast<int32_t>(
+      std::clamp<int64_t>(value.value_or(0), -kMaxCellIndex - 1, kMaxCellIndex + 1));
 }
 
 absl::Status CheckLayer(const StoredLayer& layer) {

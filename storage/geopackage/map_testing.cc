@@ -80,6 +80,13 @@ LayerSpec GridSpec(const std::string& name, LayerKind kind, const PlanarTransfor
   return spec;
 }
 
+SemanticObject UnitSquare(const std::string& label) {
+  SemanticObject object;
+  object.label = label;
+  object.polygon = Polygon::FromBox({{0, 0}, {1, 1}});
+  return object;
+}
+
 namespace {
 
 void ExpectSameTiles(const GridLayer& actual, const GridLayer& expected) {

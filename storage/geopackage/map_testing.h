@@ -48,6 +48,9 @@ LayerSpec SemanticSpec(const std::string& name);
 LayerSpec GridSpec(const std::string& name, LayerKind kind, const PlanarTransform& origin,
                    double resolution_m);
 
+// An object with nothing but a label and a square metre of ground.
+SemanticObject UnitSquare(const std::string& label);
+
 // Expects the same frames, layers, objects, cells, extents and counters.
 void ExpectSame(const Snapshot& actual, const Snapshot& expected);
 

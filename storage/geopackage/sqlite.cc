@@ -3,7 +3,6 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "absl/strings/str_replace.h"
 
 namespace hypermap::storage {
 namespace {
@@ -46,10 +45,6 @@ const char* TypeName(int type) {
 }
 
 }  // namespace
-
-std::string QuoteIdentifier(absl::string_view name) {
-  return absl::StrCat("\"", absl::StrReplaceAll(name, {{"\"", "\"\""}}), "\"");
-}
 
 Statement::Statement(Database* database, std::string sql, sqlite3_stmt* stmt)
     : database_(database), sql_(std::move(sql)), stmt_(stmt) {}

@@ -33,9 +33,6 @@ struct BlobView {
   absl::string_view bytes;
 };
 
-// `name` quoted as an SQL identifier, for names that can't be bound.
-std::string QuoteIdentifier(absl::string_view name);
-
 // A prepared statement on loan from its database's cache, to which it goes back reset. Movable.
 class Statement {
  public:

@@ -108,7 +108,5 @@ TEST_F(SqliteTest, ErrorsBecomeTheStatusThatCallersActOn) {
             absl::StatusCode::kResourceExhausted);
 }
 
-TEST_F(SqliteTest, QuotesNames) { EXPECT_EQ(QuoteIdentifier("a\"b"), "\"a\"\"b\""); }
-
 }  // namespace
 }  // namespace hypermap::storage
