@@ -19,11 +19,19 @@ std::string RingName(size_t ring) {
   return ring == 0 ? "outer" : absl::StrCat("holes[", ring - 1, "]");
 }
 
-absl::Status CheckFinite(const std::vector<Ring>& rings) {
+// Farther out no site lies, and products of coordinates might leave the range of doubles.
+constexpr double kMaxCoordinate_m = 1e9;
+
+absl::Status CheckVertices(const std::vector<Ring>& rings) {
   for (size_t i = 0; i < rings.size(); ++i) {
     for (size_t j = 0; j < rings[i].size(); ++j) {
-      if (!IsFinite(rings[i][j])) {
+      const Point& p = rings[i][j];
+      if (!IsFinite(p)) {
         return absl::InvalidArgumentError(absl::StrCat(RingName(i), "[", j, "] is not finite"));
+      }
+      if (std::max(std::abs(p.x), std::abs(p.y)) > kMaxCoordinate_m) {
+        return absl::InvalidArgumentError(absl::StrCat(RingName(i), "[", j, "] is more than ",
+                                                       kMaxCoordinate_m, " m from the origin"));
       }
     }
   }
@@ -150,7 +158,7 @@ absl::StatusOr<Polygon> Polygon::Make(Ring outer, std::vector<Ring> holes) {
   rings.push_back(std::move(outer));
   for (Ring& hole : holes) rings.push_back(std::move(hole));
 
-  if (absl::Status status = CheckFinite(rings); !status.ok()) return status;
+  if (absl::Status status = CheckVertices(rings); !status.ok()) return status;
   for (size_t i = 0; i < rings.size(); ++i) {
     DropRepeats(rings[i]);
     if (!HasThreeDistinct(rings[i])) {

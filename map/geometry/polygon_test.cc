@@ -85,6 +85,7 @@ INSTANTIATE_TEST_SUITE_P(
                 "outer has fewer than 3 distinct vertices"},
         Refused{"Nan", {{0, 0}, {1, 0}, {1, 1}, {0, kNan}}, {}, "outer[3] is not finite"},
         // The vertex is counted as given, repeats and all.
+        Refused{"FarAway", {{0, 0}, {1, 0}, {2e9, 1}}, {}, "outer[2] is more than 1e+09 m"},
         Refused{"Inf", {{0, 0}, {0, 0}, {0, 0}, {kInf, 1}}, {}, "outer[3] is not finite"},
         Refused{"InfInHole",
                 kSquare,

@@ -94,7 +94,5 @@ TEST(PartSource, RefusalIsOneMessage) {
   EXPECT_EQ(Sent({refusal}), (Messages{{"a", 0}}));
 }
 
-TEST(PartSource, NoLayersAreNoMessages) { EXPECT_EQ(Sent({}), Messages()); }
-
 }  // namespace
 }  // namespace hypermap::server
