@@ -1,11 +1,11 @@
 // Simple polygons with holes.
 //
 // Invariant of a Polygon made by Make, which is OGC validity: every ring has at least three
-// distinct finite vertices, no ring crosses or touches itself, two rings touch in single points at
-// most, holes lie inside the outer ring and leave the interior in one piece. The outer ring runs
-// counter-clockwise and holes clockwise, and no ring repeats its first vertex at the end. Vertices
-// keep their order (up to reversal), the first one its place, and all their exact coordinates.
-// A Polygon is a value: immutable, safe to read from many threads.
+// distinct vertices within 1e9 m of the origin, no ring crosses or touches itself, two rings touch
+// in single points at most, holes lie inside the outer ring and leave the interior in one piece.
+// The outer ring runs counter-clockwise and holes clockwise, and no ring repeats its first vertex
+// at the end. Vertices keep their order (up to reversal), the first one its place, and all their
+// exact coordinates. A Polygon is a value: immutable, safe to read from many threads.
 #ifndef HYPERMAP_MAP_GEOMETRY_POLYGON_H_
 #define HYPERMAP_MAP_GEOMETRY_POLYGON_H_
 
