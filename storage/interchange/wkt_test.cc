@@ -105,7 +105,7 @@ TEST(ParseWktTest, LimitsVertices) {
 
 TEST(FormatWktTest, WritesClosedRingsThatReadBackExactly) {
   const Polygon polygon =
-      *Polygon::Make({{0.1, 0.2}, {1.0 / 3.0, 1e-17}, {1e17, 12345.678901234567}, {-3, 4}}, {});
+      *Polygon::Make({{0.1, 0.2}, {1.0 / 3.0, 1e-17}, {1e9, 12345.678901234567}, {-3, 4}}, {});
   EXPECT_THAT(FormatWkt(*Polygon::Make(kTriangle)), "POLYGON((0 0,1 0,0 1,0 0))");
   const WktShape shape = Parse(FormatWkt(polygon));
   EXPECT_THAT(shape.repairs, IsEmpty());
