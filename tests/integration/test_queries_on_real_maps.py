@@ -47,8 +47,9 @@ class QueriesOnRealMaps(unittest.TestCase):
 
     def tearDown(self):
         self.assertEqual(self.found[:10], [], f"{len(self.found)} differences")
-        # Questions about nothing would be answered alike by anybody.
-        self.assertGreater(self.with_content, 0.15 * self.asked)
+        # Questions about nothing would be answered alike by anybody. About three in ten have content;
+        # of a few dozen only the first is sure.
+        self.assertGreater(self.with_content, 0.1 * self.asked if self.asked >= 100 else 0)
         print(f"{self.asked} questions, {self.with_content} with content ", end="", flush=True)
 
     def test_points(self):
