@@ -1,0 +1,124 @@
+// eval.
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/strings/str_cat.h"
+#include "client_libs/cli/commands.h"
+#include "client_libs/cli/eval_image.h"
+#include "client_libs/cli/eval_truth.h"
+#include "client_libs/cli/file_io.h"
+
+namespace hypermap::cli {
+namespace {
+
+struct EvalOptions {
+  std::string map;
+  std::string layer;
+  std::string truth_path;
+  std::string truth_map;
+  std::string truth_layer;
+  int min_visible_frames = 5;
+  std::string image_path;
+};
+
+// A live layer's objects in a frame, and the revision they are of.
+struct LiveObjects {
+  Revision revision = 0;
+  std::vector<SemanticObject> objects;
+};
+
+absl::StatusOr<LiveObjects> ReadLayer(client::Client& client, const std::string& map,
+                                      const std::string& layer, const std::string& frame_id) {
+  // Farther out nothing lies, and a turned corner still is a coordinate.
+  constexpr double kFar = 5e8;
+  const Polygon everywhere = Polygon::FromBox({{-kFar, -kFar}, {kFar, kFar}});
+  client::AnswerReader reader = client.QueryArea(map, everywhere, {{layer}, frame_id});
+  LiveObjects live;
+  while (std::optional<client::LayerPart> part = reader.Next()) {
+    if (part->kind != LayerKind::kSemantic) {
+      return absl::FailedPreconditionError(absl::StrCat("layer \"", layer, "\" is of the kind ",
+                                                        LayerKindName(part->kind),
+                                                        ", which holds no objects"));
+    }
+    if (part->status != AnswerStatus::kValue) {
+      return absl::FailedPreconditionError(
+          absl::StrCat("layer \"", layer, "\" has no transform to the frame ",
+                       frame_id.empty() ? "of the map" : absl::StrCat("\"", frame_id, "\"")));
+    }
+    for (SemanticObject& object : part->objects) live.objects.push_back(std::move(object));
+  }
+  if (!reader.status().ok()) return reader.status();
+  live.revision = reader.revision();
+  return live;
+}
+
+// The truth, of a file or of a live layer.
+absl::StatusOr<PlacedObjects> GetTruth(const EvalOptions& options, client::Client& client) {
+  if (!options.truth_path.empty()) return ReadTruth(options.truth_path, options.truth_layer);
+  const std::string& layer = options.truth_layer.empty() ? options.layer : options.truth_layer;
+  absl::StatusOr<LiveObjects> live = ReadLayer(client, options.truth_map, layer, "");
+  if (!live.ok()) return live.status();
+  return PlacedObjects{"", std::move(live->objects)};
+}
+
+absl::Status Eval(const EvalOptions& options, Session& s) {
+  const absl::StatusOr<PlacedObjects> all_truth = GetTruth(options, s.client);
+  if (!all_truth.ok()) return all_truth.status();
+  const absl::StatusOr<client::LayerEntry> layer = s.client.GetLayer(options.map, options.layer);
+  if (!layer.ok()) return layer.status();
+  const absl::StatusOr<LiveObjects> live =
+      ReadLayer(s.client, options.map, options.layer, all_truth->frame_id);
+  if (!live.ok()) return live.status();
+
+  EvaluationReport report{options.map, options.layer, live->revision};
+  report.truth = options.truth_path.empty() ? options.truth_map : options.truth_path;
+  report.image = options.image_path;
+  const ValueAliases& aliases = layer->spec.aliases;
+  std::vector<evaluation::Object> truth, map;
+  for (const SemanticObject& object : all_truth->objects) {
+    if (Counts(object, options.min_visible_frames)) {
+      truth.push_back(ToEvaluate(object, aliases));
+    } else {
+      ++report.truth_ignored;
+    }
+  }
+  for (const SemanticObject& object : live->objects) map.push_back(ToEvaluate(object, aliases));
+  report.evaluation = evaluation::Evaluate(truth, map);
+  if (!options.image_path.empty()) {
+    const absl::StatusOr<std::string> png = DrawEvaluation(truth, map, report.evaluation);
+    if (!png.ok()) return png.status();
+    if (auto status = WriteFile(options.image_path, *png); !status.ok()) return status;
+  }
+  s.output.Show(report);
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+void AddEvalCommand(CLI::App& app, Command& selected) {
+  auto options = std::make_shared<EvalOptions>();
+  CLI::App* eval = app.add_subcommand("eval", "Compare the objects of a layer with the truth");
+  eval->add_option("map", options->map, "Name of the map")->required()->type_name("MAP");
+  eval->add_option("--layer", options->layer, "The semantic layer")->required();
+  CLI::Option_group* truth = eval->add_option_group("truth", "What is compared with");
+  truth->add_option("--truth", options->truth_path, "A .geojson or .hmap file")->type_name("FILE");
+  truth->add_option("--truth-map,--truth_map", options->truth_map, "A map of the server")
+      ->type_name("MAP");
+  truth->require_option(1);
+  eval->add_option("--truth-layer,--truth_layer", options->truth_layer,
+                   "The layer of the truth, in an .hmap file of several or of the map (default: "
+                   "as --layer)")
+      ->type_name("LAYER");
+  eval->add_option("--min-visible-frames,--min_visible_frames", options->min_visible_frames,
+                   "True objects whose property visible_frames is less do not count")
+      ->capture_default_str();
+  eval->add_option("--png", options->image_path, "Also draw the layer over the truth")
+      ->type_name("FILE");
+  eval->callback(
+      [&selected, options] { selected = [options](Session& s) { return Eval(*options, s); }; });
+}
+
+}  // namespace hypermap::cli

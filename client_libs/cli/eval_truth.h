@@ -1,0 +1,34 @@
+// The objects that a map is evaluated against.
+#ifndef HYPERMAP_CLIENT_LIBS_CLI_EVAL_TRUTH_H_
+#define HYPERMAP_CLIENT_LIBS_CLI_EVAL_TRUTH_H_
+
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "map/evaluation/evaluate.h"
+#include "map/layers/semantic_object.h"
+#include "map/values/value_aliases.h"
+
+namespace hypermap::cli {
+
+// Objects with the frame of their polygons; empty: the map's own.
+struct PlacedObjects {
+  std::string frame_id;
+  std::vector<SemanticObject> objects;
+};
+
+// The objects in a GeoJSON file, or in the semantic layer `layer` of an .hmap file (empty: its only
+// one). INVALID_ARGUMENT for what is neither, NOT_FOUND when there is no such file or layer.
+absl::StatusOr<PlacedObjects> ReadTruth(const std::string& path, const std::string& layer);
+
+// Whether a true object counts: not when its attribute "detectable" is false, or its attribute
+// "visible_frames" is below the number. What has no such attribute counts.
+bool Counts(const SemanticObject& object, int min_visible_frames);
+
+// The object as it is evaluated. Its label, when it is an alias of one label only, is that label.
+evaluation::Object ToEvaluate(const SemanticObject& object, const ValueAliases& aliases);
+
+}  // namespace hypermap::cli
+
+#endif  // HYPERMAP_CLIENT_LIBS_CLI_EVAL_TRUTH_H_

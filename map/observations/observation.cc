@@ -1,0 +1,166 @@
+#include "map/observations/observation.h"
+
+#include <cmath>
+
+#include "absl/strings/ascii.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/string_view.h"
+
+namespace hypermap {
+namespace {
+
+constexpr double kMaxCoordinate_m = 1e9;
+constexpr int32_t kMaxCell = 1 << 22;
+constexpr int32_t kMaxViewSide = 4096;
+
+absl::Status Invalid(absl::string_view field, absl::string_view problem) {
+  return absl::InvalidArgumentError(absl::StrCat(field, " ", problem));
+}
+
+absl::Status ValidateScores(absl::string_view field, const std::map<std::string, double>& scores) {
+  if (scores.empty()) return Invalid(field, "is empty");
+  for (const auto& [label, score] : scores) {
+    if (absl::StripAsciiWhitespace(label).empty()) return Invalid(field, "has an empty class");
+    for (const char c : label) {
+      if (absl::ascii_iscntrl(c)) return Invalid(field, "has a class with a control character");
+    }
+    if (!(score > 0.0 && score <= 1.0)) {
+      return Invalid(absl::StrCat(field, "[", label, "]"), "must be in (0, 1]");
+    }
+  }
+  return absl::OkStatus();
+}
+
+absl::Status ValidateCells(absl::string_view field, const CellPatch& cells) {
+  if (!(cells.resolution_m > 1e-4 && cells.resolution_m <= 10.0)) {
+    return Invalid(absl::StrCat(field, ".resolution_m"), "must be in (0.0001, 10]");
+  }
+  const CellSpan* before = nullptr;
+  for (const CellSpan& span : cells.spans) {
+    if (std::abs(span.row) > kMaxCell || span.col_begin < -kMaxCell || span.col_end > kMaxCell ||
+        span.col_begin >= span.col_end) {
+      return Invalid(absl::StrCat(field, ".spans"), "holds an empty or too far span");
+    }
+    if (before &&
+        (span.row < before->row || (span.row == before->row && span.col_begin < before->col_end))) {
+      return Invalid(absl::StrCat(field, ".spans"), "are not sorted or overlap");
+    }
+    before = &span;
+  }
+  return absl::OkStatus();
+}
+
+absl::Status ValidateDetection(const std::string& field, const Detection& detection) {
+  if (auto s = ValidateScores(field + ".scores", detection.scores); !s.ok()) return s;
+  if (detection.hull.empty()) return Invalid(field + ".hull", "is empty");
+  if (auto s = ValidateCells(field + ".cells", detection.cells); !s.ok()) return s;
+  if (!std::isfinite(detection.height.low_m) || !std::isfinite(detection.height.high_m) ||
+      detection.height.low_m > detection.height.high_m) {
+    return Invalid(field + ".height", "must be finite, the low end first");
+  }
+  if (detection.num_points < 0) return Invalid(field + ".num_points", "is negative");
+  if (!(detection.range_m >= 0.0) || !std::isfinite(detection.range_m)) {
+    return Invalid(field + ".range_m", "must be finite and not negative");
+  }
+  if (!(detection.truncation >= 0.0 && detection.truncation <= 1.0)) {
+    return Invalid(field + ".truncation", "must be in [0, 1]");
+  }
+  if (!(detection.weight > 0.0 && detection.weight <= 1.0)) {
+    return Invalid(field + ".weight", "must be in (0, 1]");
+  }
+  return absl::OkStatus();
+}
+
+absl::Status ValidateView(const DepthView& view, size_t num_detections) {
+  if (view.columns < 1 || view.columns > kMaxViewSide || view.rows < 1 ||
+      view.rows > kMaxViewSide) {
+    return Invalid("depth", absl::StrCat("must have 1 to ", kMaxViewSide, " columns and rows"));
+  }
+  if (!(view.fx > 0.0 && view.fy > 0.0) || !std::isfinite(view.fx) || !std::isfinite(view.fy) ||
+      !std::isfinite(view.cx) || !std::isfinite(view.cy)) {
+    return Invalid("depth", "has a camera that is not finite, or no focal length");
+  }
+  const size_t pixels = static_cast<size_t>(view.columns) * view.rows;
+  if (view.depth_mm.size() != pixels) {
+    return Invalid("depth.depth_mm", absl::StrCat("must have ", pixels, " values"));
+  }
+  if (view.owner.size() != pixels) {
+    return Invalid("depth.owner", absl::StrCat("must have ", pixels, " values"));
+  }
+  for (const uint8_t owner : view.owner) {
+    if (owner > num_detections && owner != DepthView::kSeveral) {
+      return Invalid("depth.owner", "names a detection that there is not");
+    }
+  }
+  return absl::OkStatus();
+}
+
+absl::Status ValidatePose(const SensorPose& pose) {
+  const Eigen::Matrix4d m = pose.frame_from_camera.matrix();
+  if (!m.allFinite() || m.block<3, 1>(0, 3).cwiseAbs().maxCoeff() > kMaxCoordinate_m) {
+    return Invalid("pose", "is not finite or too far");
+  }
+  const Eigen::Matrix3d r = m.block<3, 3>(0, 0);
+  if (!(r * r.transpose()).isApprox(Eigen::Matrix3d::Identity(), 1e-6) || r.determinant() < 0.0) {
+    return Invalid("pose", "has no rotation");
+  }
+  if (!pose.covariance.allFinite() || (pose.covariance.diagonal().array() < 0.0).any() ||
+      !pose.covariance.isApprox(pose.covariance.transpose(), 1e-9)) {
+    return Invalid("pose.covariance", "must be finite, symmetric and not negative");
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+ObservationKey KeyOf(const Observation& observation) {
+  return {observation.stamp, observation.robot, observation.sequence};
+}
+
+absl::Status Validate(const Observation& observation) {
+  if (observation.robot.empty() || observation.robot.size() > 256) {
+    return Invalid("robot", "must have 1 to 256 bytes");
+  }
+  for (const char c : observation.robot) {
+    if (absl::ascii_iscntrl(c)) return Invalid("robot", "holds a control character");
+  }
+  if (observation.sequence < 0) return Invalid("sequence", "is negative");
+  if (observation.stamp == absl::InfinitePast() || observation.stamp == absl::InfiniteFuture()) {
+    return Invalid("stamp", "is not finite");
+  }
+  if (auto s = ValidatePose(observation.pose); !s.ok()) return s;
+  if (observation.depth) {
+    if (auto s = ValidateView(*observation.depth, observation.detections.size()); !s.ok()) return s;
+  }
+  for (size_t i = 0; i < observation.detections.size(); ++i) {
+    if (auto s = ValidateDetection(absl::StrCat("detections[", i, "]"), observation.detections[i]);
+        !s.ok()) {
+      return s;
+    }
+  }
+  return absl::OkStatus();
+}
+
+Observation Transformed(const Observation& observation, const PlanarTransform& target_from_source,
+                        const std::string& target_frame_id) {
+  Observation moved = observation;
+  moved.frame_id = target_frame_id;
+  if (target_from_source.IsIdentity()) return moved;
+  Eigen::Isometry3d spatial = Eigen::Isometry3d::Identity();
+  spatial.translate(Eigen::Vector3d(target_from_source.x(), target_from_source.y(), 0.0));
+  const Eigen::AngleAxisd turn(target_from_source.yaw(), Eigen::Vector3d::UnitZ());
+  spatial.rotate(turn);
+  moved.pose.frame_from_camera = spatial * observation.pose.frame_from_camera;
+  const Eigen::Matrix3d r = turn.toRotationMatrix();
+  const Eigen::Matrix3d covariance = r * observation.pose.covariance * r.transpose();
+  moved.pose.covariance = 0.5 * (covariance + covariance.transpose());
+  moved.view_hull = target_from_source * observation.view_hull;
+  moved.free_space = target_from_source * observation.free_space;
+  for (Detection& detection : moved.detections) {
+    detection.hull = target_from_source * detection.hull;
+    detection.cells.frame_from_cells = target_from_source * detection.cells.frame_from_cells;
+  }
+  return moved;
+}
+
+}  // namespace hypermap
