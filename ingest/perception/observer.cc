@@ -1,0 +1,138 @@
+#include "ingest/perception/observer.h"
+
+#include <algorithm>
+#include <mutex>
+#include <numeric>
+#include <utility>
+
+#include "ingest/perception/footprint.h"
+#include "ingest/perception/suppression.h"
+#include "ingest/perception/visibility.h"
+#include "ingest/perception/wall_matcher.h"
+#include "ingest/perception/weight.h"
+
+namespace hypermap::ingest {
+namespace {
+
+constexpr int kViewColumns = 80;
+
+// The instances to work on: those that are no duplicates, the ones with the best scores when there
+// are too many.
+Suppressed Chosen(const Frame& frame, int limit) {
+  Suppressed all = SuppressDuplicates(frame);
+  if (static_cast<int>(all.kept.size()) <= limit) return all;
+  std::vector<int> order(all.kept.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_sort(order.begin(), order.end(), [&](int a, int b) {
+    return BestScore(frame.instances[all.kept[a]]) > BestScore(frame.instances[all.kept[b]]);
+  });
+  order.resize(limit);
+  std::sort(order.begin(), order.end());
+  Suppressed some;
+  for (const int i : order) {
+    some.kept.push_back(all.kept[i]);
+    some.scores.push_back(all.scores[i]);
+  }
+  return some;
+}
+
+// Turned and moved on the plane, about the point below the camera.
+Eigen::Isometry3d Moved(const Eigen::Isometry3d& frame_from_camera, const Eigen::Vector3d& motion) {
+  const Eigen::AngleAxisd turn(motion.z(), Eigen::Vector3d::UnitZ());
+  Eigen::Isometry3d moved = frame_from_camera;
+  moved.linear() = turn * frame_from_camera.linear();
+  moved.translation() += Eigen::Vector3d(motion.x(), motion.y(), 0.0);
+  return moved;
+}
+
+}  // namespace
+
+struct Observer::Impl {
+  // Of the camera; those of the last camera are kept.
+  std::shared_ptr<const std::vector<Eigen::Vector2f>> Rays(const CameraModel& camera) const {
+    const std::lock_guard lock(mutex);
+    if (!rays || !(camera == rays_of)) {
+      rays_of = camera;
+      rays = std::make_shared<const std::vector<Eigen::Vector2f>>(PixelRays(camera));
+    }
+    return rays;
+  }
+
+  mutable std::mutex mutex;
+  mutable CameraModel rays_of;
+  mutable std::shared_ptr<const std::vector<Eigen::Vector2f>> rays;
+  std::unique_ptr<Segmenter> segmenter;
+  std::unique_ptr<WallMatcher> walls;
+  ObserverOptions options;
+};
+
+Observer::Observer(std::unique_ptr<Segmenter> segmenter, std::shared_ptr<const GridLayer> occupancy,
+                   const ObserverOptions& options) {
+  auto impl = std::make_unique<Impl>();
+  impl->segmenter = std::move(segmenter);
+  if (occupancy) impl->walls = std::make_unique<WallMatcher>(*occupancy);
+  impl->options = options;
+  impl_ = std::move(impl);
+}
+
+Observer::~Observer() = default;
+
+absl::StatusOr<Observation> Observer::Observe(const Frame& frame, FrameReport* report) const {
+  if (auto status = Validate(frame); !status.ok()) return status;
+  FrameReport unused;
+  FrameReport& told = report ? *report : unused;
+  told = {};
+  told.instances = static_cast<int>(frame.instances.size());
+
+  Observation observation;
+  observation.robot = frame.robot;
+  observation.sequence = frame.sequence;
+  observation.stamp = frame.stamp;
+  observation.frame_id = frame.frame_id;
+  observation.pose = {frame.frame_from_camera, frame.pose_covariance};
+  const auto rays = impl_->Rays(frame.camera);
+  OrganisedCloud cloud = MakeCloud(frame.depth, frame.frame_from_camera, *rays);
+  if (impl_->walls) {
+    const PoseCorrection correction = impl_->walls->Match(cloud, frame.pose_covariance);
+    observation.pose = {Moved(frame.frame_from_camera, correction.motion), correction.covariance};
+    MoveCloud(observation.pose.frame_from_camera, &cloud);
+  }
+
+  const Suppressed chosen = Chosen(frame, impl_->options.max_instances);
+  told.suppressed = told.instances - static_cast<int>(chosen.kept.size());
+  FootprintOptions footprint_options;
+  footprint_options.max_range_m = static_cast<float>(impl_->options.max_range_m);
+  std::vector<const std::vector<uint8_t>*> masks;
+  for (size_t k = 0; k < chosen.kept.size(); ++k) {
+    const Instance& instance = frame.instances[chosen.kept[k]];
+    const auto pixels = impl_->segmenter->Segment(cloud, instance.mask);
+    auto footprint = MakeFootprint(cloud, pixels, footprint_options);
+    if (!footprint) {
+      ++told.without_points;
+      continue;
+    }
+    Detection detection;
+    detection.scores = chosen.scores[k];
+    detection.truncation = Truncation(cloud, instance.mask);
+    detection.weight = Weight(footprint->range_m, detection.truncation);
+    detection.hull = std::move(footprint->hull);
+    detection.cells = std::move(footprint->cells);
+    detection.height = footprint->height;
+    detection.num_points = footprint->num_points;
+    detection.range_m = footprint->range_m;
+    observation.detections.push_back(std::move(detection));
+    masks.push_back(&instance.mask);
+  }
+  told.detections = static_cast<int>(observation.detections.size());
+
+  VisibilityOptions visibility;
+  visibility.max_range_m = static_cast<float>(impl_->options.max_range_m);
+  observation.view_hull = ViewHull(cloud, visibility);
+  observation.free_space = FreeSpace(cloud, visibility);
+  const int stride = std::max(1, frame.camera.width / kViewColumns);
+  observation.depth = ThinnedDepth(cloud, frame.camera, stride, masks);
+  if (auto status = Validate(observation); !status.ok()) return status;
+  return observation;
+}
+
+}  // namespace hypermap::ingest

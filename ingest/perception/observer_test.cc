@@ -1,0 +1,242 @@
+#include "ingest/perception/observer.h"
+
+#include <cmath>
+#include <limits>
+
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+#include "ingest/perception/testing/box_scene.h"
+#include "ingest/perception/testing/walled_room.h"
+#include "map/geometry/overlap.h"
+
+namespace hypermap::ingest {
+namespace {
+
+using testing::BoxScene;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using testing::LookFrom;
+using testing::Mask;
+using testing::Photograph;
+using testing::Rectangle;
+using testing::Shot;
+using testing::TestCamera;
+using testing::WalledRoom;
+using Scores = std::map<std::string, double>;
+
+Observer MakeObserver(const ObserverOptions& options = {},
+                      std::shared_ptr<const GridLayer> occupancy = nullptr) {
+  return Observer(MakeOrganisedSegmenter(), std::move(occupancy), options);
+}
+
+// Three crates in a row across the view, 2 m ahead.
+Shot ThreeCrates() {
+  BoxScene scene;
+  for (const double y : {-0.6, 0.0, 0.6}) {
+    scene.boxes.push_back({{2.0, y - 0.15, 0.0}, {2.3, y + 0.15, 0.4}});
+  }
+  return Photograph(scene, TestCamera(320), LookFrom({0, 0, 1.2}, 0.0, 0.5), 51);
+}
+
+Frame FrameOfCrates(const std::vector<Scores>& scores) {
+  const Shot shot = ThreeCrates();
+  Frame frame = shot.AsFrame();
+  for (size_t i = 0; i < scores.size(); ++i) {
+    frame.instances.push_back({scores[i], shot.MaskOf(static_cast<int>(i))});
+  }
+  return frame;
+}
+
+TEST(ObserverTest, ThingsSeenBecomeDetectionsWhereTheyStand) {
+  const Frame frame = FrameOfCrates({{{"crate", 0.9}}, {{"chest", 0.6}}, {{"box", 0.7}}});
+  FrameReport report;
+  const auto observation = MakeObserver().Observe(frame, &report);
+  ASSERT_TRUE(observation.ok()) << observation.status();
+  EXPECT_TRUE(Validate(*observation).ok()) << Validate(*observation);
+  EXPECT_EQ(observation->robot, "r1");
+  EXPECT_EQ(observation->sequence, 7);
+  EXPECT_EQ(observation->stamp, frame.stamp);
+  EXPECT_EQ(observation->frame_id, "map");
+  EXPECT_TRUE(observation->pose.frame_from_camera.isApprox(frame.frame_from_camera));
+  EXPECT_EQ(report.instances, 3);
+  EXPECT_EQ(report.detections, 3);
+  EXPECT_EQ(report.without_points, 0);
+  EXPECT_EQ(report.suppressed, 0);
+  ASSERT_EQ(observation->detections.size(), 3u);
+  EXPECT_EQ(observation->detections[1].scores, (Scores{{"chest", 0.6}}));
+  for (int i = 0; i < 3; ++i) {
+    const Detection& detection = observation->detections[i];
+    const double y = 0.6 * (i - 1);
+    EXPECT_GT(Iou(detection.hull, Polygon::FromBox({{2.0, y - 0.15}, {2.3, y + 0.15}})), 0.8);
+    EXPECT_NEAR(detection.height.high_m, 0.4, 0.03);
+    EXPECT_EQ(detection.truncation, 0.0);
+    // About 2.3 m away: 1 / (1 + (2.3 / 1.8)^4).
+    EXPECT_NEAR(detection.weight, 0.27, 0.05);
+  }
+  EXPECT_FALSE(observation->view_hull.empty());
+  EXPECT_FALSE(observation->free_space.empty());
+  ASSERT_TRUE(observation->depth);
+  EXPECT_EQ(observation->depth->columns, 80);
+}
+
+// The owner in the depth view is the detection, not the instance: the first had no points.
+TEST(ObserverTest, InstancesWithoutPointsAreCountedAndSkipped) {
+  Frame frame = FrameOfCrates({{{"crate", 0.9}}, {{"crate", 0.8}}});
+  frame.instances[0].mask.assign(frame.instances[0].mask.size(), 0);
+  FrameReport report;
+  const auto observation = MakeObserver().Observe(frame, &report);
+  ASSERT_TRUE(observation.ok());
+  EXPECT_TRUE(Validate(*observation).ok()) << Validate(*observation);
+  EXPECT_EQ(report.without_points, 1);
+  EXPECT_EQ(report.detections, 1);
+  ASSERT_EQ(observation->detections.size(), 1u);
+  EXPECT_EQ(observation->detections[0].scores, (Scores{{"crate", 0.8}}));
+  EXPECT_THAT(observation->depth->owner, ::testing::Contains(1));
+}
+
+TEST(ObserverTest, BeyondTheLimitTheBestScoresStay) {
+  const Frame frame = FrameOfCrates({{{"a", 0.6}, {"x", 0.2}}, {{"b", 0.3}}, {{"c", 0.9}}});
+  FrameReport report;
+  const auto observation = MakeObserver({.max_instances = 2}).Observe(frame, &report);
+  ASSERT_TRUE(observation.ok());
+  ASSERT_EQ(observation->detections.size(), 2u);
+  EXPECT_EQ(observation->detections[0].scores, (Scores{{"a", 0.6}, {"x", 0.2}}));
+  EXPECT_EQ(observation->detections[1].scores, (Scores{{"c", 0.9}}));
+  EXPECT_EQ(report.instances, 3);
+  EXPECT_EQ(report.suppressed, 1);
+}
+
+TEST(ObserverTest, DuplicateMasksBecomeOneDetection) {
+  Frame frame = FrameOfCrates({{{"crate", 0.9}}});
+  frame.instances.push_back({{{"chest", 0.5}}, frame.instances[0].mask});
+  FrameReport report;
+  const auto observation = MakeObserver().Observe(frame, &report);
+  ASSERT_TRUE(observation.ok());
+  ASSERT_EQ(observation->detections.size(), 1u);
+  EXPECT_EQ(observation->detections[0].scores, (Scores{{"chest", 0.5}, {"crate", 0.9}}));
+  EXPECT_EQ(report.suppressed, 1);
+}
+
+TEST(ObserverTest, GarbageFramesAreRefused) {
+  Frame frame = FrameOfCrates({{{"crate", 0.9}}});
+  frame.frame_from_camera.translation().x() = std::numeric_limits<double>::quiet_NaN();
+  FrameReport report;
+  const auto observation = MakeObserver().Observe(frame, &report);
+  EXPECT_EQ(observation.status().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(std::string(observation.status().message()), HasSubstr("pose"));
+}
+
+// What the server would refuse ends no stream.
+TEST(ObserverTest, FramesThatGiveNoGoodObservationAreRefused) {
+  Frame frame = FrameOfCrates({{{"", 0.9}}});
+  EXPECT_THAT(std::string(MakeObserver().Observe(frame, nullptr).status().message()),
+              HasSubstr("detections[0].scores"));
+  frame = FrameOfCrates({});
+  frame.pose_covariance(0, 1) = 0.5;
+  EXPECT_THAT(std::string(MakeObserver().Observe(frame, nullptr).status().message()),
+              HasSubstr("pose.covariance"));
+  frame = FrameOfCrates({});
+  frame.sequence = -1;
+  EXPECT_THAT(std::string(MakeObserver().Observe(frame, nullptr).status().message()),
+              HasSubstr("sequence"));
+}
+
+// The polynomial has no inverse in the image.
+TEST(ObserverTest, LensesBeyondSenseDoNoHarm) {
+  for (const double k1 : {-1e6, -3.0, 3.0, 1e6}) {
+    Frame frame = FrameOfCrates({{{"crate", 0.9}}});
+    frame.camera.distortion[0] = k1;
+    frame.pose_covariance = Eigen::Vector3d(0.01, 0.01, 0.001).asDiagonal();
+    const auto observation = MakeObserver({}, testing::WalledRoomGrid()).Observe(frame, nullptr);
+    if (!observation.ok()) {
+      EXPECT_EQ(observation.status().code(), absl::StatusCode::kInvalidArgument);
+      continue;
+    }
+    EXPECT_TRUE(Validate(*observation).ok()) << k1 << " " << Validate(*observation);
+    for (const Detection& detection : observation->detections) {
+      for (const Point& p : detection.hull.outer()) EXPECT_TRUE(IsFinite(p)) << k1;
+    }
+  }
+}
+
+TEST(ObserverTest, FrameWithoutReturnsHasSeenNothing) {
+  Frame frame = FrameOfCrates({{{"crate", 0.9}}, {{"crate", 0.8}}});
+  frame.depth.metres.assign(frame.depth.metres.size(), 0.0f);
+  FrameReport report;
+  const auto observation = MakeObserver().Observe(frame, &report);
+  ASSERT_TRUE(observation.ok());
+  EXPECT_TRUE(Validate(*observation).ok()) << Validate(*observation);
+  EXPECT_THAT(observation->detections, IsEmpty());
+  EXPECT_TRUE(observation->view_hull.empty());
+  EXPECT_TRUE(observation->free_space.empty());
+  EXPECT_EQ(report.without_points, 2);
+}
+
+TEST(ObserverTest, DepthsOfNoUseAreTaken) {
+  for (const float metres : {1e-30f, 1e-3f, 1e4f, 1e30f}) {
+    Frame frame = FrameOfCrates({{{"crate", 0.9}}});
+    frame.depth.metres.assign(frame.depth.metres.size(), metres);
+    const auto observation = MakeObserver().Observe(frame, nullptr);
+    ASSERT_TRUE(observation.ok()) << metres;
+    EXPECT_TRUE(Validate(*observation).ok()) << metres << " " << Validate(*observation);
+  }
+}
+
+TEST(ObserverTest, TenThousandInstancesAreCutToTheLimit) {
+  const CameraModel camera = TestCamera(32);
+  const Shot shot = Photograph({}, camera, LookFrom({0, 0, 1.2}, 0.0, 0.5));
+  Frame frame = shot.AsFrame();
+  for (int i = 0; i < 10000; ++i) {
+    const int u = i % 30;
+    const int v = i / 30 % 22;
+    frame.instances.push_back(
+        {{{"thing", (i + 1) / 10000.0}}, Rectangle(32, 24, u, v, u + 2, v + 2)});
+  }
+  FrameReport report;
+  const auto observation = MakeObserver().Observe(frame, &report);
+  ASSERT_TRUE(observation.ok());
+  EXPECT_TRUE(Validate(*observation).ok()) << Validate(*observation);
+  EXPECT_EQ(report.instances, 10000);
+  EXPECT_GE(report.suppressed, 10000 - 254);
+  EXPECT_EQ(report.detections + report.without_points + report.suppressed, 10000);
+}
+
+// In the walled room, claimed 8.5 cm and 1 degree beside the truth.
+TEST(ObserverTest, OccupancyCorrectsThePose) {
+  const Eigen::Isometry3d truth = LookFrom({-0.8, -0.7, 0.9}, 0.55, 0.25);
+  Frame frame = Photograph(WalledRoom(), TestCamera(160), truth, 52).AsFrame();
+  frame.frame_from_camera = LookFrom({-0.74, -0.76, 0.9}, 0.57, 0.25);
+  frame.pose_covariance = Eigen::Vector3d(0.0064, 0.0064, 0.0009).asDiagonal();
+  const auto with = MakeObserver({}, testing::WalledRoomGrid()).Observe(frame, nullptr);
+  const auto without = MakeObserver().Observe(frame, nullptr);
+  ASSERT_TRUE(with.ok());
+  ASSERT_TRUE(without.ok());
+  EXPECT_TRUE(Validate(*with).ok()) << Validate(*with);
+  EXPECT_LT((with->pose.frame_from_camera.translation() - truth.translation()).norm(), 0.03);
+  EXPECT_LT(with->pose.covariance.trace(), frame.pose_covariance.trace());
+  EXPECT_EQ(without->pose.frame_from_camera.matrix(), frame.frame_from_camera.matrix());
+  EXPECT_EQ(without->pose.covariance, frame.pose_covariance);
+}
+
+TEST(ObserverTest, CameraMayChangeBetweenFrames) {
+  const Observer observer = MakeObserver();
+  const BoxScene crate{true, {{{2.0, -0.15, 0.0}, {2.3, 0.15, 0.4}}}};
+  for (const double zoom : {1.0, 1.5, 1.0}) {
+    CameraModel camera = TestCamera(320);
+    camera.fx *= zoom;
+    camera.fy *= zoom;
+    const Shot shot = Photograph(crate, camera, LookFrom({0, 0, 1.2}, 0.0, 0.5));
+    Frame frame = shot.AsFrame();
+    frame.instances.push_back({{{"crate", 0.9}}, shot.MaskOf(0)});
+    const auto observation = observer.Observe(frame, nullptr);
+    ASSERT_TRUE(observation.ok());
+    ASSERT_EQ(observation->detections.size(), 1u);
+    EXPECT_GT(Iou(observation->detections[0].hull, Polygon::FromBox({{2.0, -0.15}, {2.3, 0.15}})),
+              0.8)
+        << zoom;
+  }
+}
+
+}  // namespace
+}  // namespace hypermap::ingest

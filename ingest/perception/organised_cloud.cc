@@ -1,0 +1,81 @@
+#include "ingest/perception/organised_cloud.h"
+
+namespace hypermap::ingest {
+namespace {
+
+// The plumb_bob model (Brown 1971; Heikkila and Silven 1997, eq. 4): distorted = p * radial +
+// tangential.
+struct Distortion {
+  double radial = 1.0;
+  Eigen::Vector2d tangential = Eigen::Vector2d::Zero();
+};
+
+Distortion DistortionAt(const CameraModel& camera, const Eigen::Vector2d& p) {
+  const auto& [k1, k2, p1, p2, k3] = camera.distortion;
+  const double r2 = p.squaredNorm();
+  return {1.0 + r2 * (k1 + r2 * (k2 + r2 * k3)),
+          {2.0 * p1 * p.x() * p.y() + p2 * (r2 + 2.0 * p.x() * p.x()),
+           p1 * (r2 + 2.0 * p.y() * p.y()) + 2.0 * p2 * p.x() * p.y()}};
+}
+
+// Inverse of the model by fixed point iteration, as OpenCV's undistortPoints does. Twenty rounds
+// reach single precision for lenses whose distortion stays below a third.
+Eigen::Vector2d Undistorted(const CameraModel& camera, const Eigen::Vector2d& distorted) {
+  Eigen::Vector2d p = distorted;
+  for (int round = 0; round < 20; ++round) {
+    const Distortion at = DistortionAt(camera, p);
+    p = (distorted - at.tangential) / at.radial;
+  }
+  return p;
+}
+
+}  // namespace
+
+Eigen::Vector2d Project(const CameraModel& camera, const Eigen::Vector2d& ray) {
+  const Distortion at = DistortionAt(camera, ray);
+  const Eigen::Vector2d seen = ray * at.radial + at.tangential;
+  return {camera.fx * seen.x() + camera.cx, camera.fy * seen.y() + camera.cy};
+}
+
+std::vector<Eigen::Vector2f> PixelRays(const CameraModel& camera) {
+  std::vector<Eigen::Vector2f> rays;
+  rays.reserve(static_cast<size_t>(camera.width) * camera.height);
+  const bool distorted = camera.distorted();
+  for (int v = 0; v < camera.height; ++v) {
+    for (int u = 0; u < camera.width; ++u) {
+      Eigen::Vector2d ray((u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy);
+      if (distorted) ray = Undistorted(camera, ray);
+      rays.push_back(ray.cast<float>());
+    }
+  }
+  return rays;
+}
+
+OrganisedCloud MakeCloud(const DepthImage& depth, const Eigen::Isometry3d& frame_from_camera,
+                         const std::vector<Eigen::Vector2f>& rays) {
+  OrganisedCloud cloud;
+  cloud.width = depth.width;
+  cloud.height = depth.height;
+  const size_t pixels = depth.metres.size();
+  cloud.camera.resize(pixels);
+  for (size_t i = 0; i < pixels; ++i) {
+    const float z = depth.metres[i];
+    cloud.camera[i] = Eigen::Vector3f(rays[i].x() * z, rays[i].y() * z, z);
+  }
+  MoveCloud(frame_from_camera, &cloud);
+  return cloud;
+}
+
+void MoveCloud(const Eigen::Isometry3d& frame_from_camera, OrganisedCloud* cloud) {
+  cloud->upright.resize(cloud->camera.size());
+  const Eigen::Matrix3f rotation = frame_from_camera.linear().cast<float>();
+  const Eigen::Vector3d position = frame_from_camera.translation();
+  cloud->height_of_camera = static_cast<float>(position.z());
+  const Eigen::Vector3f lift(0.0f, 0.0f, cloud->height_of_camera);
+  cloud->foot = position.head<2>();
+  for (size_t i = 0; i < cloud->camera.size(); ++i) {
+    cloud->upright[i] = rotation * cloud->camera[i] + lift;
+  }
+}
+
+}  // namespace hypermap::ingest

@@ -1,0 +1,161 @@
+#include "ingest/perception/visibility.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "map/geometry/convex_hull.h"
+
+namespace hypermap::ingest {
+namespace {
+
+constexpr float kFloor_m = 0.06f;
+constexpr double kMinDepth_m = 0.05;
+
+// Ranges on the plane along one bearing.
+struct Bearing {
+  float nearest_floor = std::numeric_limits<float>::infinity();
+  float farthest_floor = 0.0f;
+  float obstacle = std::numeric_limits<float>::infinity();
+
+  double begin() const { return nearest_floor; }
+  double end() const { return std::min(farthest_floor, obstacle); }
+  bool free() const { return end() > begin() + kMinDepth_m; }
+};
+
+// Bearings of the image's left and right edge on the plane, radians, left first; the bearing of the
+// middle is that of the optical axis.
+struct Fan {
+  double axis = 0.0;
+  double half_width = 0.0;
+
+  double at(double share) const { return axis + half_width * (1.0 - 2.0 * share); }
+};
+
+// The pixel that shows what lies along the ray of pixel (u, v) of an undistorted camera; -1 when it
+// lies outside of the image.
+int64_t PixelAlongRay(const CameraModel& camera, int u, int v) {
+  if (!camera.distorted()) return int64_t{v} * camera.width + u;
+  const Eigen::Vector2d seen =
+      Project(camera, {(u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy});
+  const double column = std::round(seen.x());
+  const double row = std::round(seen.y());
+  if (!(column >= 0.0 && column < camera.width && row >= 0.0 && row < camera.height)) return -1;
+  return static_cast<int64_t>(row) * camera.width + static_cast<int64_t>(column);
+}
+
+double Wrapped(double angle) { return std::remainder(angle, 2.0 * M_PI); }
+
+}  // namespace
+
+Polygon ViewHull(const OrganisedCloud& cloud, const VisibilityOptions& options) {
+  std::vector<Point> points;
+  const size_t step = std::max<size_t>(7, cloud.upright.size() / 4001 | 1);
+  for (size_t i = 0; i < cloud.upright.size(); i += step) {
+    if (!cloud.valid(static_cast<int32_t>(i))) continue;
+    if (cloud.camera[i].norm() > options.max_range_m) continue;
+    const Eigen::Vector3f& p = cloud.upright[i];
+    points.push_back({cloud.foot.x() + p.x(), cloud.foot.y() + p.y()});
+  }
+  return ConvexHull(std::move(points));
+}
+
+Polygon FreeSpace(const OrganisedCloud& cloud, const VisibilityOptions& options) {
+  Fan fan;
+  // The bearings in the image: of all returns, about their mean direction.
+  Eigen::Vector2f mean = Eigen::Vector2f::Zero();
+  const size_t thin = std::max<size_t>(5, cloud.upright.size() / 5003 | 1);
+  for (size_t i = 0; i < cloud.upright.size(); i += thin) {
+    if (cloud.valid(static_cast<int32_t>(i))) mean += cloud.upright[i].head<2>().normalized();
+  }
+  if (mean.norm() == 0.0f) return {};
+  fan.axis = std::atan2(mean.y(), mean.x());
+  for (size_t i = 0; i < cloud.upright.size(); i += thin) {
+    if (!cloud.valid(static_cast<int32_t>(i))) continue;
+    const Eigen::Vector3f& p = cloud.upright[i];
+    fan.half_width =
+        std::max(fan.half_width, std::abs(Wrapped(std::atan2(p.y(), p.x()) - fan.axis)));
+  }
+  if (fan.half_width <= 0.0 || fan.half_width > 0.45 * M_PI * 2.0) return {};
+
+  std::vector<Bearing> bearings(options.bearings);
+  const int step = std::max(1, cloud.width / 160);
+  for (int v = 0; v < cloud.height; v += step) {
+    for (int u = 0; u < cloud.width; u += step) {
+      const int32_t i = v * cloud.width + u;
+      if (!cloud.valid(i)) continue;
+      const Eigen::Vector3f& p = cloud.upright[i];
+      const float range = p.head<2>().norm();
+      if (range > options.max_range_m) continue;
+      const double off = Wrapped(std::atan2(p.y(), p.x()) - fan.axis);
+      const double share = 0.5 * (1.0 - off / fan.half_width);
+      const int k = std::clamp(static_cast<int>(share * options.bearings), 0, options.bearings - 1);
+      Bearing& bearing = bearings[k];
+      if (std::abs(p.z()) < kFloor_m) {
+        bearing.nearest_floor = std::min(bearing.nearest_floor, range);
+        bearing.farthest_floor = std::max(bearing.farthest_floor, range);
+      } else if (p.z() > options.obstacle_low_m && p.z() < options.obstacle_high_m) {
+        bearing.obstacle = std::min(bearing.obstacle, range);
+      }
+    }
+  }
+  int best_begin = 0;
+  int best_end = 0;
+  for (int k = 0; k < options.bearings;) {
+    if (!bearings[k].free()) {
+      ++k;
+      continue;
+    }
+    const int begin = k;
+    while (k < options.bearings && bearings[k].free()) ++k;
+    if (k - begin > best_end - best_begin) {
+      best_begin = begin;
+      best_end = k;
+    }
+  }
+  if (best_end - best_begin < 2) return {};
+  Ring ring;
+  const auto add = [&](int k, double range) {
+    const double angle = fan.at((k + 0.5) / options.bearings);
+    ring.push_back(
+        {cloud.foot.x() + range * std::cos(angle), cloud.foot.y() + range * std::sin(angle)});
+  };
+  for (int k = best_begin; k < best_end; ++k) add(k, bearings[k].begin());
+  for (int k = best_end - 1; k >= best_begin; --k) add(k, bearings[k].end());
+  auto polygon = Polygon::Make(std::move(ring));
+  return polygon.ok() ? *std::move(polygon) : Polygon();
+}
+
+DepthView ThinnedDepth(const OrganisedCloud& cloud, const CameraModel& camera, int stride,
+                       const std::vector<const std::vector<uint8_t>*>& masks) {
+  DepthView view;
+  const int offset = stride / 2;
+  view.columns = (cloud.width - offset + stride - 1) / stride;
+  view.rows = (cloud.height - offset + stride - 1) / stride;
+  view.fx = camera.fx / stride;
+  view.fy = camera.fy / stride;
+  view.cx = (camera.cx - offset) / stride;
+  view.cy = (camera.cy - offset) / stride;
+  view.depth_mm.reserve(static_cast<size_t>(view.columns) * view.rows);
+  view.owner.assign(static_cast<size_t>(view.columns) * view.rows, 0);
+  for (int r = 0; r < view.rows; ++r) {
+    for (int c = 0; c < view.columns; ++c) {
+      const int64_t pixel = PixelAlongRay(camera, c * stride + offset, r * stride + offset);
+      if (pixel < 0) {
+        view.depth_mm.push_back(0);
+        continue;
+      }
+      const float mm = 1000.0f * cloud.camera[pixel].z();
+      view.depth_mm.push_back(static_cast<uint16_t>(std::min(65535.0f, mm + 0.5f)));
+      uint8_t& owner = view.owner[static_cast<size_t>(r) * view.columns + c];
+      for (size_t i = 0; i < masks.size(); ++i) {
+        if (!(*masks[i])[pixel]) continue;
+        owner = owner != 0 || i >= 253 ? DepthView::kSeveral : static_cast<uint8_t>(i + 1);
+      }
+    }
+  }
+  return view;
+}
+
+}  // namespace hypermap::ingest

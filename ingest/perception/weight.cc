@@ -1,0 +1,55 @@
+#include "ingest/perception/weight.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "ingest/perception/depth_noise.h"
+#include "ingest/perception/mask_window.h"
+
+namespace hypermap::ingest {
+namespace {
+
+constexpr int kMaxPixels = 6000;
+
+}  // namespace
+
+double Truncation(const OrganisedCloud& cloud, const std::vector<uint8_t>& mask) {
+  const MaskWindow window = CutOut(mask, cloud.width, cloud.height, 1, kMaxPixels);
+  int border = 0;
+  int open = 0;
+  const auto in_image = [&](int u, int v) {
+    return u >= 0 && v >= 0 && u < cloud.width && v < cloud.height;
+  };
+  // Looks beyond the window too: that of a thinned mask may end within the mask.
+  for (int v = 0; v < window.height; ++v) {
+    for (int u = 0; u < window.width; ++u) {
+      if (!window.inside[window.index(u, v)]) continue;
+      const int32_t in = window.image_index(u, v, cloud.width);
+      const std::array<std::pair<int, int>, 4> around = {{{-1, 0}, {1, 0}, {0, -1}, {0, 1}}};
+      for (const auto& [du, dv] : around) {
+        const int beside_u = window.u0 + (u + du) * window.stride;
+        const int beside_v = window.v0 + (v + dv) * window.stride;
+        const int32_t out = beside_v * cloud.width + beside_u;
+        const bool there = in_image(beside_u, beside_v);
+        if (there && mask[out]) continue;
+        ++border;
+        if (!there) {
+          ++open;
+          continue;
+        }
+        if (!cloud.valid(in) || !cloud.valid(out)) continue;
+        const float z = cloud.camera[in].z();
+        open += cloud.camera[out].z() < z - 0.05f - 3.0f * DepthSigma(z);
+      }
+    }
+  }
+  return border == 0 ? 0.0 : static_cast<double>(open) / border;
+}
+
+double Weight(double range_m, double truncation) {
+  const double r = range_m / 1.8;
+  return (1.0 - 0.4 * std::min(1.0, 5.0 * truncation)) / (1.0 + r * r * r * r);
+}
+
+}  // namespace hypermap::ingest
