@@ -1,0 +1,227 @@
+#include "ingest/frame_service/frame_call.h"
+
+#include <thread>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "wire/status.h"
+
+namespace hypermap::ingest {
+namespace {
+
+v1::FrameOutcome OutcomeOf(client::ObservationOutcome outcome) {
+  switch (outcome) {
+    case client::ObservationOutcome::kAccepted:
+      return v1::FRAME_OUTCOME_ACCEPTED;
+    case client::ObservationOutcome::kDuplicate:
+      return v1::FRAME_OUTCOME_DUPLICATE;
+    case client::ObservationOutcome::kRefusedLate:
+      return v1::FRAME_OUTCOME_REFUSED_LATE;
+    case client::ObservationOutcome::kInvalid:
+      return v1::FRAME_OUTCOME_INVALID;
+    case client::ObservationOutcome::kConflict:
+      return v1::FRAME_OUTCOME_CONFLICT;
+  }
+  return v1::FRAME_OUTCOME_UNSPECIFIED;
+}
+
+}  // namespace
+
+FrameCall::FrameCall(std::shared_ptr<FrameCalls> calls) : calls_(std::move(calls)) {
+  StartRead(&request_);
+}
+
+void FrameCall::OnReadDone(bool ok) {
+  if (!ok) {
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      input_ended_ = true;
+      may_pop_.notify_one();
+      if (opened_) return;  // the thread sees it
+    }
+    End(absl::InvalidArgumentError("the stream ended before its opening"));
+    return;
+  }
+  std::unique_lock<std::mutex> lock(mutex_);
+  if (opened_) {
+    if (request_.has_opening()) {
+      Acknowledge(request_.frame().sequence(), v1::FRAME_OUTCOME_INVALID, 0,
+                  "opening: only the first request has one");
+    } else if (!request_.has_frame()) {
+      Acknowledge(0, v1::FRAME_OUTCOME_INVALID, 0, "frame is missing");
+    } else {
+      Push(std::move(*request_.mutable_frame()));
+    }
+    read_paused_ = Full() && !drop_oldest_;
+    if (!read_paused_) StartRead(&request_);
+    return;
+  }
+  absl::StatusOr<FrameSource> source = DecodeOpening(request_.opening());
+  if (!request_.has_opening() || !source.ok()) {
+    lock.unlock();
+    End(request_.has_opening() ? source.status()
+                               : absl::InvalidArgumentError("the first request has no opening"));
+    return;
+  }
+  opened_ = true;
+  source_ = *std::move(source);
+  drop_oldest_ = request_.opening().drop_oldest();
+  {
+    const std::lock_guard<std::mutex> count(calls_->mutex);
+    ++calls_->running;
+  }
+  std::thread(Run, this, calls_).detach();
+}
+
+void FrameCall::Run(FrameCall* call, std::shared_ptr<FrameCalls> calls) {
+  const absl::Status status = call->Serve();
+  call->End(status);  // the call may be gone after this
+  const std::lock_guard<std::mutex> lock(calls->mutex);
+  --calls->running;
+  calls->ended.notify_all();
+}
+
+absl::Status FrameCall::Serve() {
+  client::ObserveOptions observe = calls_->options.observe;
+  observe.robot = source_.robot;
+  absl::StatusOr<std::unique_ptr<client::ObserveStream>> upstream =
+      calls_->client.Observe(calls_->options.map, calls_->options.layer, observe);
+  if (!upstream.ok()) return upstream.status();
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (cancelled_) return absl::CancelledError("");
+    upstream_ = upstream->get();
+  }
+  TellOpened((*upstream)->opened());
+  std::thread acknowledgements([this, &upstream] { PassAcknowledgements(**upstream); });
+  Work(**upstream);
+  (*upstream)->WritesDone();
+  acknowledgements.join();
+  const std::lock_guard<std::mutex> lock(mutex_);
+  upstream_ = nullptr;
+  return (*upstream)->status();
+}
+
+void FrameCall::TellOpened(const client::OpenedLayer& opened) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  v1::FramesOpened* message = waiting_.mutable_opened();
+  message->set_queue(calls_->options.queue);
+  for (const client::SequenceRange& range : opened.known) {
+    v1::KnownFrames* known = message->add_known();
+    known->set_first(range.first);
+    known->set_last(range.last);
+  }
+  Flush();
+  StartRead(&request_);
+}
+
+void FrameCall::Work(client::ObserveStream& upstream) {
+  while (const std::optional<v1::RobotFrame> message = Pop()) {
+    int bad_instances = 0;
+    const absl::StatusOr<Frame> frame =
+        DecodeFrame(source_, *message, calls_->options.max_instances, bad_instances);
+    const absl::StatusOr<Observation> observation =
+        frame.ok() ? calls_->observer->Observe(*frame, nullptr)
+                   : absl::StatusOr<Observation>(frame.status());
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      if (bad_instances > 0) bad_instances_[message->sequence()] = bad_instances;
+      if (!observation.ok()) {
+        Acknowledge(message->sequence(), v1::FRAME_OUTCOME_INVALID, 0,
+                    std::string(observation.status().message()));
+        continue;
+      }
+    }
+    if (!upstream.Write(*observation)) return;
+  }
+}
+
+void FrameCall::PassAcknowledgements(client::ObserveStream& upstream) {
+  while (const std::optional<client::Acknowledgement> a = upstream.Read()) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    Acknowledge(a->sequence, OutcomeOf(a->outcome), a->revision, a->message);
+  }
+  const std::lock_guard<std::mutex> lock(mutex_);
+  upstream_ended_ = true;
+  may_pop_.notify_one();
+}
+
+bool FrameCall::MayPop() const {
+  return !queue_.empty() || input_ended_ || upstream_ended_ || cancelled_;
+}
+
+std::optional<v1::RobotFrame> FrameCall::Pop() {
+  std::unique_lock<std::mutex> lock(mutex_);
+  may_pop_.wait(lock, [this] { return MayPop(); });
+  if (queue_.empty() || upstream_ended_ || cancelled_) return std::nullopt;
+  v1::RobotFrame frame = std::move(queue_.front());
+  queue_.pop_front();
+  if (std::exchange(read_paused_, false)) StartRead(&request_);
+  return frame;
+}
+
+bool FrameCall::Full() const { return queue_.size() >= static_cast<size_t>(calls_->options.queue); }
+
+void FrameCall::Push(v1::RobotFrame frame) {
+  if (Full()) {
+    Acknowledge(queue_.front().sequence(), v1::FRAME_OUTCOME_DROPPED, 0, "the queue was full");
+    queue_.pop_front();
+  }
+  queue_.push_back(std::move(frame));
+  may_pop_.notify_one();
+}
+
+void FrameCall::Acknowledge(int64_t sequence, v1::FrameOutcome outcome, Revision revision,
+                            const std::string& message) {
+  v1::FrameAcknowledgement* acknowledgement = waiting_.add_acknowledgements();
+  acknowledgement->set_sequence(sequence);
+  acknowledgement->set_outcome(outcome);
+  acknowledgement->set_revision(revision);
+  acknowledgement->set_message(message);
+  if (const auto bad = bad_instances_.find(sequence); bad != bad_instances_.end()) {
+    acknowledgement->set_bad_instances(bad->second);
+    bad_instances_.erase(bad);
+  }
+  Flush();
+}
+
+void FrameCall::Flush() {
+  if (writing_) return;
+  if (waiting_.has_opened() || !waiting_.acknowledgements().empty()) {
+    sending_ = std::move(waiting_);
+    waiting_.Clear();
+    writing_ = true;
+    StartWrite(&sending_);
+  } else if (end_) {
+    Finish(wire::EncodeStatus(*end_));
+  }
+}
+
+void FrameCall::OnWriteDone(bool ok) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  writing_ = false;
+  if (!ok) waiting_.Clear();  // nobody is there
+  Flush();
+}
+
+void FrameCall::OnCancel() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  cancelled_ = true;
+  may_pop_.notify_one();
+  if (upstream_ != nullptr) upstream_->Cancel();
+}
+
+void FrameCall::OnDone() {
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+  }  // who called Finish may not have let go of it yet
+  delete this;
+}
+
+void FrameCall::End(const absl::Status& status) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  end_ = status;
+  Flush();
+}
+
+}  // namespace hypermap::ingest

@@ -1,0 +1,91 @@
+#include "ingest/frame_service/frame_server.h"
+
+#include <grpcpp/ext/proto_server_reflection_plugin.h>
+#include <grpcpp/health_check_service_interface.h>
+#include <grpcpp/security/server_credentials.h>
+#include <grpcpp/server.h>
+#include <grpcpp/server_builder.h>
+
+#include <utility>
+
+#include "absl/status/status.h"
+#include "absl/strings/str_cat.h"
+#include "absl/time/clock.h"
+#include "hypermap/v1/frame_service.grpc.pb.h"
+#include "ingest/frame_service/frame_call.h"
+
+namespace hypermap::ingest {
+namespace {
+
+class FrameServiceImpl : public v1::FrameService::CallbackService {
+ public:
+  explicit FrameServiceImpl(std::shared_ptr<FrameCalls> calls) : calls_(std::move(calls)) {}
+
+  grpc::ServerBidiReactor<v1::StreamFramesRequest, v1::StreamFramesResponse>* StreamFrames(
+      grpc::CallbackServerContext* /*context*/) override {
+    return new FrameCall(calls_);
+  }
+
+ private:
+  const std::shared_ptr<FrameCalls> calls_;
+};
+
+}  // namespace
+
+struct FrameServer::Impl {
+  Impl(const FrameServerOptions& options, const client::Client& client,
+       std::shared_ptr<const Observer> observer)
+      : calls(new FrameCalls{options, client, std::move(observer), {}, {}}), service(calls) {}
+
+  std::shared_ptr<FrameCalls> calls;
+  FrameServiceImpl service;
+  std::unique_ptr<grpc::Server> server;
+};
+
+FrameServer::FrameServer() = default;
+
+FrameServer::~FrameServer() { Shutdown(); }
+
+absl::StatusOr<std::unique_ptr<FrameServer>> FrameServer::Start(
+    const FrameServerOptions& options, const client::Client& client,
+    std::shared_ptr<const Observer> observer) {
+  const size_t colon = options.listen.rfind(':');
+  if (colon == std::string::npos || colon == 0) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("--listen=", options.listen, " is not HOST:PORT"));
+  }
+  grpc::EnableDefaultHealthCheckService(true);
+  grpc::reflection::InitProtoReflectionServerBuilderPlugin();
+  std::unique_ptr<FrameServer> made(new FrameServer());
+  made->impl_ = std::make_unique<Impl>(options, client, std::move(observer));
+  grpc::ServerBuilder builder;
+  int port = 0;
+  builder.AddListeningPort(options.listen, grpc::InsecureServerCredentials(), &port);
+  // Two servers on one port would answer in turns.
+  builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
+  builder.SetMaxReceiveMessageSize(options.max_message_bytes);
+  builder.RegisterService(&made->impl_->service);
+  made->impl_->server = builder.BuildAndStart();
+  if (!made->impl_->server || port == 0) {
+    return absl::UnavailableError(
+        absl::StrCat("cannot listen on ", options.listen, " (is the port taken?)"));
+  }
+  made->impl_->server->GetHealthCheckService()->SetServingStatus(
+      v1::FrameService::service_full_name(), true);
+  made->address_ = absl::StrCat(options.listen.substr(0, colon + 1), port);
+  return made;
+}
+
+void FrameServer::Shutdown() {
+  if (!impl_ || !impl_->server) return;
+  impl_->server->Shutdown(absl::ToChronoTime(absl::Now()));
+  {
+    FrameCalls& calls = *impl_->calls;
+    std::unique_lock<std::mutex> lock(calls.mutex);
+    calls.ended.wait(lock, [&calls] { return calls.running == 0; });
+  }
+  impl_->server->Wait();
+  impl_->server.reset();
+}
+
+}  // namespace hypermap::ingest

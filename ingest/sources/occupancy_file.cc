@@ -1,0 +1,60 @@
+#include "ingest/sources/occupancy_file.h"
+
+#include <yaml-cpp/yaml.h>
+
+#include <filesystem>
+#include <utility>
+
+#include "absl/status/status.h"
+#include "absl/strings/str_cat.h"
+#include "ingest/sources/input_file.h"
+#include "map/edits/apply.h"
+#include "storage/interchange/nav2.h"
+
+namespace hypermap::ingest {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr char kLayer[] = "occupancy";
+
+absl::StatusOr<std::string> ImageNamedBy(const std::string& yaml) {
+  try {
+    const YAML::Node image = YAML::Load(yaml)["image"];
+    if (image && image.IsScalar()) return image.as<std::string>();
+  } catch (const YAML::Exception& e) {
+    return absl::InvalidArgumentError(e.what());
+  }
+  return absl::InvalidArgumentError("it names no image");
+}
+
+absl::StatusOr<std::shared_ptr<const GridLayer>> Decode(const std::string& yaml_path) {
+  absl::StatusOr<std::string> yaml = ReadFile(yaml_path);
+  if (!yaml.ok()) return yaml.status();
+  const absl::StatusOr<std::string> name = ImageNamedBy(*yaml);
+  if (!name.ok()) return name.status();
+  const fs::path image_path = fs::path(yaml_path).parent_path() / *name;
+  absl::StatusOr<std::string> image = ReadFile(image_path.string());
+  if (!image.ok()) return image.status();
+  const absl::StatusOr<storage::ImportedMap> imported =
+      storage::DecodeNav2({{fs::path(yaml_path).filename().string(), *std::move(yaml)},
+                           {image_path.filename().string(), *std::move(image)}},
+                          kLayer, "", storage::ImportLimits());
+  if (!imported.ok()) return imported.status();
+  const absl::StatusOr<AppliedBatch> applied = Apply(Snapshot(), imported->batch);
+  if (!applied.ok()) return applied.status();
+  auto layer = std::dynamic_pointer_cast<const GridLayer>(applied->snapshot->layers.at(kLayer));
+  if (layer == nullptr) return absl::InternalError("the imported layer is no grid");
+  return layer;
+}
+
+}  // namespace
+
+absl::StatusOr<std::shared_ptr<const GridLayer>> ReadOccupancy(const std::string& yaml_path) {
+  absl::StatusOr<std::shared_ptr<const GridLayer>> layer = Decode(yaml_path);
+  if (layer.ok()) return layer;
+  return absl::Status(layer.status().code(),
+                      absl::StrCat("occupancy ", yaml_path, ": ", layer.status().message()));
+}
+
+}  // namespace hypermap::ingest

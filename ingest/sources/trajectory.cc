@@ -1,0 +1,84 @@
+#include "ingest/sources/trajectory.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "absl/status/status.h"
+#include "absl/strings/numbers.h"
+#include "absl/strings/str_cat.h"
+#include "ingest/sources/input_file.h"
+
+namespace hypermap::ingest {
+namespace {
+
+constexpr double kMaxLengthError = 0.01;
+
+Eigen::Isometry3d ToIsometry(const Eigen::Vector3d& position, const Eigen::Quaterniond& rotation) {
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+  pose.linear() = rotation.toRotationMatrix();
+  pose.translation() = position;
+  return pose;
+}
+
+}  // namespace
+
+absl::StatusOr<Trajectory> Trajectory::Parse(absl::string_view text) {
+  Trajectory trajectory;
+  for (const InputLine& line : SplitLines(text)) {
+    Sample sample;
+    if (!ParseStamp(line.words[0], sample.stamp)) {
+      ++trajectory.bad_lines_;
+      continue;
+    }
+    std::array<double, 7> n{};
+    sample.valid = line.words.size() == 8;
+    for (size_t i = 0; sample.valid && i < n.size(); ++i) {
+      sample.valid = absl::SimpleAtod(line.words[i + 1], &n[i]) && std::isfinite(n[i]);
+    }
+    sample.position = {n[0], n[1], n[2]};
+    sample.rotation = Eigen::Quaterniond(n[6], n[3], n[4], n[5]);
+    sample.valid = sample.valid && std::abs(sample.rotation.norm() - 1.0) < kMaxLengthError;
+    if (sample.valid) sample.rotation.normalize();
+    if (!sample.valid) ++trajectory.bad_lines_;
+    trajectory.samples_.push_back(sample);
+  }
+  std::vector<Sample>& samples = trajectory.samples_;
+  std::stable_sort(samples.begin(), samples.end(),
+                   [](const Sample& a, const Sample& b) { return a.stamp < b.stamp; });
+  // The last of equal stamps.
+  const auto begin =
+      std::unique(samples.rbegin(), samples.rend(), [](const Sample& a, const Sample& b) {
+        return a.stamp == b.stamp;
+      }).base();
+  samples.erase(samples.begin(), begin);
+  if (std::none_of(samples.begin(), samples.end(), [](const Sample& s) { return s.valid; })) {
+    return absl::InvalidArgumentError("no line of the trajectory is a pose t tx ty tz qx qy qz qw");
+  }
+  return trajectory;
+}
+
+absl::StatusOr<Eigen::Isometry3d> Trajectory::At(absl::Time stamp,
+                                                 const TrajectoryLimits& limits) const {
+  const auto after =
+      std::lower_bound(samples_.begin(), samples_.end(), stamp,
+                       [](const Sample& sample, absl::Time t) { return sample.stamp < t; });
+  const bool exact = after != samples_.end() && after->stamp == stamp;
+  if (exact || after == samples_.begin() || after == samples_.end()) {
+    const Sample& nearest = after == samples_.end() ? samples_.back() : *after;
+    if (absl::AbsDuration(nearest.stamp - stamp) > limits.max_beyond) {
+      return absl::NotFoundError("outside of the trajectory");
+    }
+    if (!nearest.valid) return absl::NotFoundError("bad pose");
+    return ToIsometry(nearest.position, nearest.rotation);
+  }
+  const Sample& before = *(after - 1);
+  if (!before.valid || !after->valid) return absl::NotFoundError("bad pose");
+  const absl::Duration gap = after->stamp - before.stamp;
+  if (gap > limits.max_gap) return absl::NotFoundError("gap in the trajectory");
+  const double share = absl::FDivDuration(stamp - before.stamp, gap);
+  return ToIsometry(before.position + share * (after->position - before.position),
+                    before.rotation.slerp(share, after->rotation));
+}
+
+}  // namespace hypermap::ingest

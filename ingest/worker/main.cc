@@ -1,0 +1,47 @@
+// hypermap-ingest: turns RGB-D frames with detections into observations for a Hypermap server.
+#include <CLI/CLI.hpp>
+#include <csignal>
+#include <cstdlib>
+#include <iostream>
+
+#include "absl/status/status.h"
+#include "ingest/worker/interruption.h"
+#include "ingest/worker/replay_command.h"
+#include "ingest/worker/serve_command.h"
+
+namespace hypermap::ingest {
+namespace {
+
+constexpr int kExitError = 1;  // the command failed
+constexpr int kExitUsage = 2;  // the command line was not understood
+
+int Main(int argc, char** argv) {
+  CLI::App app("Turns RGB-D frames with detections into observations for a Hypermap server.",
+               "hypermap-ingest");
+  app.set_version_flag("--version", "hypermap-ingest " HYPERMAP_VERSION);
+  app.require_subcommand(1);
+  Command command;
+  AddReplayCommand(app, command);
+  AddServeCommand(app, command);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    // Help and version are thrown as well; their code is 0.
+    if (error.get_exit_code() == 0) return app.exit(error);
+    std::cerr << "hypermap-ingest: " << error.what() << " (see hypermap-ingest --help)\n";
+    return kExitUsage;
+  }
+  std::signal(SIGPIPE, SIG_IGN);
+  Interruption interruption;
+  const SignalWatch watch(interruption);
+  const absl::Status status = command(interruption);
+  if (status.ok()) return EXIT_SUCCESS;
+  std::cerr << "hypermap-ingest: " << absl::StatusCodeToString(status.code()) << ": "
+            << status.message() << std::endl;
+  return kExitError;
+}
+
+}  // namespace
+}  // namespace hypermap::ingest
+
+int main(int argc, char** argv) { return hypermap::ingest::Main(argc, argv); }

@@ -1,0 +1,267 @@
+#include "ingest/worker/replay.h"
+
+#include <algorithm>
+#include <mutex>
+#include <optional>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_split.h"
+#include "absl/time/clock.h"
+#include "ingest/perception/observer.h"
+#include "ingest/worker/ordered_pipeline.h"
+
+namespace hypermap::ingest {
+namespace {
+
+constexpr absl::Duration kProgressInterval = absl::Milliseconds(100);
+constexpr absl::Duration kReconnectInterval = absl::Milliseconds(500);
+
+// What other frames share of a message.
+std::string ReasonOf(const absl::Status& status) {
+  const std::vector<std::string> parts =
+      absl::StrSplit(absl::string_view(status.message()), absl::MaxSplits(':', 1));
+  return parts[0];
+}
+
+void Add(const SkipCounts& counts, SkipCounts& sum) {
+  for (const auto& [reason, count] : counts) sum[reason] += count;
+}
+
+// A frame that was worked.
+struct Worked {
+  absl::StatusOr<Observation> observation = absl::UnknownError("");
+  FrameReport report;
+  SkipCounts skipped;
+};
+
+class Replayer {
+ public:
+  Replayer(const ReplayOptions& options, const RgbdDataset& dataset,
+           const Interruption& interruption, const ReplayProgress& progress)
+      : options_(options),
+        dataset_(dataset),
+        interruption_(interruption),
+        progress_(progress),
+        observer_(options.make_segmenter(), options.occupancy, ObserverOptions()),
+        client_(options.target.server) {
+    for (size_t i = options.first; i < std::min(options.end, dataset.size()); i += options.stride) {
+      pending_.push_back(i);
+    }
+    summary_.frames = static_cast<int64_t>(pending_.size());
+    summary_.skipped_input = dataset.skipped();
+  }
+
+  absl::StatusOr<ReplaySummary> Run();
+
+ private:
+  // Sends what is pending over one stream.
+  absl::Status RunStream();
+  void LeaveOutKnown(const client::OpenedLayer& opened);
+  void Send(client::ObserveStream& stream);
+  void ReadAcknowledgements(client::ObserveStream& stream);
+  Worked Work(size_t i) const;
+  // Whether frame `i` came to something that can be sent.
+  bool Count(size_t i, const Worked& worked);
+  void Note(const client::Acknowledgement& acknowledgement);
+  bool WaitForTurn(size_t i);
+  void ShowProgress(bool always);
+
+  const ReplayOptions& options_;
+  const RgbdDataset& dataset_;
+  const Interruption& interruption_;
+  const ReplayProgress& progress_;
+  const Observer observer_;
+  client::Client client_;
+  // Frames that are not finished, ascending. Of the sending thread, as what follows.
+  std::vector<size_t> pending_;
+  std::vector<bool> counted_ = std::vector<bool>(dataset_.size(), false);
+  std::vector<bool> skipped_ = std::vector<bool>(dataset_.size(), false);
+  absl::Time begin_ = absl::Now();
+  std::optional<absl::Time> first_sent_at_;
+  absl::Time first_stamp_;
+  absl::Time shown_at_ = absl::InfinitePast();
+
+  // Guards what follows, which both threads use.
+  std::mutex mutex_;
+  ReplaySummary summary_;
+  std::vector<bool> acknowledged_ = std::vector<bool>(dataset_.size(), false);
+  absl::Time last_news_ = absl::Now();
+};
+
+absl::StatusOr<ReplaySummary> Replayer::Run() {
+  if (auto status = EnsureTarget(client_, options_.target); !status.ok()) return status;
+  absl::Status status;
+  while (true) {
+    status = RunStream();
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      pending_.erase(std::remove_if(pending_.begin(), pending_.end(),
+                                    [this](size_t i) { return skipped_[i] || acknowledged_[i]; }),
+                     pending_.end());
+      // A server that is started again goes on where it was; other errors stay.
+      if (!absl::IsUnavailable(status)) break;
+      if (absl::Now() - last_news_ > options_.patience) break;
+    }
+    if (interruption_.WaitUntil(absl::Now() + kReconnectInterval)) break;
+  }
+  const std::lock_guard<std::mutex> lock(mutex_);
+  summary_.interrupted = interruption_.requested() && !pending_.empty();
+  summary_.time = absl::Now() - begin_;
+  if (!status.ok() && !summary_.interrupted) return status;
+  return summary_;
+}
+
+absl::Status Replayer::RunStream() {
+  client::ObserveOptions observe = ObserveOptionsOf(options_.target);
+  observe.robot = options_.dataset.robot;
+  absl::StatusOr<std::unique_ptr<client::ObserveStream>> stream =
+      client_.Observe(options_.target.map, options_.target.layer, observe);
+  if (!stream.ok()) return stream.status();
+  LeaveOutKnown((*stream)->opened());
+  std::thread reader([this, &stream] { ReadAcknowledgements(**stream); });
+  Send(**stream);
+  (*stream)->WritesDone();
+  reader.join();
+  ShowProgress(true);
+  return (*stream)->status();
+}
+
+void Replayer::LeaveOutKnown(const client::OpenedLayer& opened) {
+  const auto end = std::remove_if(pending_.begin(), pending_.end(),
+                                  [&](size_t i) { return opened.Knows(dataset_.sequence(i)); });
+  const std::lock_guard<std::mutex> lock(mutex_);
+  summary_.known += pending_.end() - end;
+  pending_.erase(end, pending_.end());
+  last_news_ = absl::Now();
+}
+
+void Replayer::Send(client::ObserveStream& stream) {
+  OrderedPipeline<Worked> pipeline(pending_.size(), options_.threads,
+                                   static_cast<size_t>(2 * options_.threads + 2),
+                                   [this](size_t n) { return Work(pending_[n]); });
+  for (const size_t i : pending_) {
+    if (interruption_.requested()) return;
+    const std::optional<Worked> worked = pipeline.Next();
+    if (!worked) return;
+    if (!Count(i, *worked)) {
+      skipped_[i] = true;
+    } else if (!WaitForTurn(i) || !stream.Write(*worked->observation)) {
+      return;
+    }
+    ShowProgress(false);
+  }
+}
+
+void Replayer::ReadAcknowledgements(client::ObserveStream& stream) {
+  while (const std::optional<client::Acknowledgement> acknowledgement = stream.Read()) {
+    Note(*acknowledgement);
+  }
+}
+
+Worked Replayer::Work(size_t i) const {
+  Worked worked;
+  const absl::StatusOr<Frame> frame = dataset_.Load(i, worked.skipped);
+  worked.observation = frame.ok() ? observer_.Observe(*frame, &worked.report)
+                                  : absl::StatusOr<Observation>(frame.status());
+  return worked;
+}
+
+bool Replayer::Count(size_t i, const Worked& worked) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  // What is sent again after a stream broke is worked again.
+  if (counted_[i]) return worked.observation.ok();
+  counted_[i] = true;
+  if (!worked.observation.ok()) {
+    ++summary_.skipped_frames[ReasonOf(worked.observation.status())];
+    return false;
+  }
+  Add(worked.skipped, summary_.skipped_instances);
+  const FrameReport& report = worked.report;
+  summary_.instances += report.instances;
+  summary_.detections += report.detections;
+  if (report.without_points > 0) {
+    summary_.skipped_instances["too few points with depth"] += report.without_points;
+  }
+  if (report.suppressed > 0) {
+    summary_.skipped_instances["detection of a thing that another stands for"] += report.suppressed;
+  }
+  return true;
+}
+
+void Replayer::Note(const client::Acknowledgement& acknowledgement) {
+  using Outcome = client::ObservationOutcome;
+  const std::lock_guard<std::mutex> lock(mutex_);
+  const auto i = static_cast<size_t>(acknowledgement.sequence);
+  if (i >= acknowledged_.size() || acknowledged_[i]) return;
+  acknowledged_[i] = true;
+  last_news_ = absl::Now();
+  summary_.revision = std::max(summary_.revision, acknowledgement.revision);
+  switch (acknowledgement.outcome) {
+    case Outcome::kAccepted:
+      ++summary_.accepted;
+      return;
+    case Outcome::kDuplicate:
+      ++summary_.duplicates;
+      return;
+    case Outcome::kRefusedLate:
+      ++summary_.refused_late;
+      break;
+    case Outcome::kInvalid:
+      ++summary_.invalid;
+      break;
+    case Outcome::kConflict:
+      ++summary_.conflicts;
+      break;
+  }
+  if (summary_.first_refusal.empty()) {
+    summary_.first_refusal = absl::StrCat("frame ", i, ": ", acknowledgement.message);
+  }
+}
+
+bool Replayer::WaitForTurn(size_t i) {
+  if (options_.rate <= 0.0) return true;
+  if (!first_sent_at_) {
+    first_sent_at_ = absl::Now();
+    first_stamp_ = dataset_.stamp(i);
+  }
+  const absl::Duration after = (dataset_.stamp(i) - first_stamp_) / options_.rate;
+  return !interruption_.WaitUntil(*first_sent_at_ + after);
+}
+
+void Replayer::ShowProgress(bool always) {
+  if (!progress_ || (!always && absl::Now() - shown_at_ < kProgressInterval)) return;
+  shown_at_ = absl::Now();
+  ReplaySummary summary;
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    summary = summary_;
+  }
+  summary.time = absl::Now() - begin_;
+  progress_(summary);
+}
+
+}  // namespace
+
+int64_t ReplaySummary::num_skipped() const {
+  int64_t sum = 0;
+  for (const auto& [reason, count] : skipped_frames) sum += count;
+  return sum;
+}
+
+int64_t ReplaySummary::finished() const {
+  return known + accepted + duplicates + refused_late + invalid + conflicts + num_skipped();
+}
+
+absl::StatusOr<ReplaySummary> Replay(const ReplayOptions& options, const Interruption& interruption,
+                                     const ReplayProgress& progress) {
+  const absl::StatusOr<std::unique_ptr<RgbdDataset>> dataset =
+      RgbdDataset::Open(options.folder, options.dataset);
+  if (!dataset.ok()) return dataset.status();
+  return Replayer(options, **dataset, interruption, progress).Run();
+}
+
+}  // namespace hypermap::ingest

@@ -1,0 +1,195 @@
+#include "ingest/worker/replay_command.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "absl/strings/numbers.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_split.h"
+#include "ingest/sources/occupancy_file.h"
+#include "ingest/worker/progress_line.h"
+#include "ingest/worker/replay.h"
+#include "ingest/worker/summary_output.h"
+#include "ingest/worker/target_options.h"
+
+namespace hypermap::ingest {
+namespace {
+
+namespace fs = std::filesystem;
+
+// As they stand on the command line.
+struct Arguments {
+  ReplayOptions replay;
+  std::string pose_sigma;
+  std::string segmenter = "organised";
+  std::string occupancy;
+  double max_association_s = 0.02;
+  double max_pose_gap_s = 0.5;
+  int threads = 0;
+  bool json = false;
+};
+
+// "office_small" of "data/office_small/".
+std::string NameOfFolder(const std::string& folder) {
+  std::error_code error;
+  const fs::path path = fs::weakly_canonical(folder, error);
+  return error ? folder : path.filename().string();
+}
+
+absl::Status SetOccupancy(const std::string& argument, ReplayOptions& options) {
+  if (argument == "none") return absl::OkStatus();
+  std::error_code error;
+  fs::path path = fs::path(options.folder) / (argument.empty() ? "occupancy.yaml" : argument);
+  if (!fs::exists(path, error)) {
+    if (argument.empty()) return absl::OkStatus();
+    if (fs::exists(argument, error)) path = argument;
+  }
+  absl::StatusOr<std::shared_ptr<const GridLayer>> layer = ReadOccupancy(path.string());
+  if (!layer.ok()) return layer.status();
+  options.occupancy = *std::move(layer);
+  return absl::OkStatus();
+}
+
+// A run that sends nothing, and not because all is sent, did not do what was asked for.
+absl::Status Judge(const ReplaySummary& summary) {
+  if (summary.interrupted) {
+    return absl::CancelledError("interrupted; the same command goes on where it ended");
+  }
+  const int64_t taken = summary.accepted + summary.duplicates + summary.known;
+  if (taken > 0 || summary.frames == 0) return absl::OkStatus();
+  const auto most =
+      std::max_element(summary.skipped_frames.begin(), summary.skipped_frames.end(),
+                       [](const auto& a, const auto& b) { return a.second < b.second; });
+  return absl::FailedPreconditionError(
+      absl::StrCat("no frame could be used: ",
+                   most != summary.skipped_frames.end() ? most->first : summary.first_refusal));
+}
+
+absl::Status Run(Arguments arguments, const Interruption& interruption) {
+  ReplayOptions& options = arguments.replay;
+  if (options.dataset.robot.empty()) options.dataset.robot = NameOfFolder(options.folder);
+  options.dataset.pose_covariance = *PoseCovariance(arguments.pose_sigma, options.dataset.poses);
+  options.dataset.max_association = absl::Seconds(arguments.max_association_s);
+  options.dataset.max_pose_gap = absl::Seconds(arguments.max_pose_gap_s);
+  options.target.frame_id = options.dataset.frame_id;
+  options.threads = arguments.threads > 0
+                        ? arguments.threads
+                        : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  options.make_segmenter = [&] { return MakeSegmenter(arguments.segmenter); };
+  if (auto status = SetOccupancy(arguments.occupancy, options); !status.ok()) return status;
+
+  absl::StatusOr<ReplaySummary> summary = absl::UnknownError("");
+  {
+    std::unique_ptr<ProgressLine> line;
+    ReplayProgress progress;
+    if (isatty(STDERR_FILENO) != 0) {
+      line = std::make_unique<ProgressLine>(std::cerr);
+      progress = [&line](const ReplaySummary& so_far) { line->Show(so_far); };
+    }
+    summary = Replay(options, interruption, progress);
+  }
+  if (!summary.ok()) return summary.status();
+  std::cout << (arguments.json ? SummaryJson(*summary, options.target) + "\n"
+                               : SummaryText(*summary, options.target))
+            << std::flush;
+  return Judge(*summary);
+}
+
+CLI::Validator IsSigmas() {
+  return CLI::Validator(
+      [](std::string& text) {
+        return PoseCovariance(text, "") ? std::string() : "wants X,Y,YAW, not negative";
+      },
+      "X,Y,YAW");
+}
+
+void AddSourceOptions(CLI::App& command, Arguments& a) {
+  RgbdOptions& dataset = a.replay.dataset;
+  dataset.robot.clear();
+  command.add_option("DIR", a.replay.folder, "Folder in TUM's RGB-D layout")->required();
+  command.add_option("--detections", dataset.detections, "COCO results, in DIR or elsewhere")
+      ->type_name("FILE")
+      ->capture_default_str();
+  command.add_option("--images", dataset.images, "COCO images and categories of a list of results")
+      ->type_name("FILE");
+  command.add_option("--poses", dataset.poses, "Trajectory, in DIR or elsewhere")
+      ->type_name("FILE")
+      ->capture_default_str();
+  command.add_option("--robot", dataset.robot, "Who saw it (default: the name of DIR)");
+  command.add_option("--frame_id", dataset.frame_id, "Frame of the poses (default: the map's)");
+  command
+      .add_option("--pose_sigma", a.pose_sigma,
+                  "Standard deviations of the poses, m and rad (default: 0.005,0.005,0.002 for "
+                  "groundtruth.txt, else 0.06,0.06,0.016)")
+      ->check(IsSigmas());
+  command
+      .add_option("--max_association", a.max_association_s,
+                  "Most seconds between a depth image and its detections")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+  command
+      .add_option("--max_pose_gap", a.max_pose_gap_s, "Most seconds between poses to interpolate")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+}
+
+void AddRunOptions(CLI::App& command, Arguments& a) {
+  AddSegmenterOption(command, a.segmenter);
+  command
+      .add_option("--occupancy", a.occupancy,
+                  "nav2 YAML that poses are refined with, or none (default: DIR/occupancy.yaml "
+                  "where there is one)")
+      ->type_name("FILE");
+  command
+      .add_option("--rate", a.replay.rate, "1: as fast as it was recorded; 0: as fast as can be")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+  command.add_option("--first", a.replay.first, "First depth image")->capture_default_str();
+  command.add_option("--end", a.replay.end, "Depth image to stop before");
+  command.add_option("--stride", a.replay.stride, "Every n-th depth image")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  command.add_option("--threads", a.threads, "Threads that work frames; 0: one a core")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+  command.add_flag("--json", a.json, "Summary in JSON");
+}
+
+}  // namespace
+
+std::optional<Eigen::Matrix3d> PoseCovariance(const std::string& sigmas, const std::string& poses) {
+  Eigen::Vector3d sigma(0.06, 0.06, 0.016);
+  if (!sigmas.empty()) {
+    const std::vector<std::string> words = absl::StrSplit(sigmas, ',');
+    if (words.size() != 3) return std::nullopt;
+    for (int i = 0; i < 3; ++i) {
+      if (!absl::SimpleAtod(words[i], &sigma[i])) return std::nullopt;
+      if (!(sigma[i] >= 0.0 && sigma[i] <= 1e3)) return std::nullopt;
+    }
+  } else if (fs::path(poses).filename() == "groundtruth.txt") {
+    sigma = {0.005, 0.005, 0.002};
+  }
+  return Eigen::Matrix3d(sigma.cwiseProduct(sigma).asDiagonal());
+}
+
+void AddReplayCommand(CLI::App& app, Command& selected) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* command = app.add_subcommand("replay", "Sends a recorded drive to a server");
+  AddSourceOptions(*command, *arguments);
+  AddTargetOptions(*command, arguments->replay.target);
+  AddRunOptions(*command, *arguments);
+  command->callback([arguments, &selected] {
+    selected = [arguments](const Interruption& interruption) {
+      return Run(*arguments, interruption);
+    };
+  });
+}
+
+}  // namespace hypermap::ingest

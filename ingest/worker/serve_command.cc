@@ -1,0 +1,80 @@
+#include "ingest/worker/serve_command.h"
+
+#include <iostream>
+#include <memory>
+#include <string>
+#include <utility>
+
+#include "absl/status/statusor.h"
+#include "client_libs/cpp/client.h"
+#include "ingest/frame_service/frame_server.h"
+#include "ingest/perception/observer.h"
+#include "ingest/sources/occupancy_file.h"
+#include "ingest/worker/target_layer.h"
+#include "ingest/worker/target_options.h"
+
+namespace hypermap::ingest {
+namespace {
+
+// As they stand on the command line.
+struct Arguments {
+  FrameServerOptions server;
+  TargetLayer target;
+  std::string segmenter = "organised";
+  std::string occupancy = "none";
+};
+
+absl::Status Run(Arguments arguments, const Interruption& interruption) {
+  std::shared_ptr<const GridLayer> occupancy;
+  if (arguments.occupancy != "none") {
+    absl::StatusOr<std::shared_ptr<const GridLayer>> layer = ReadOccupancy(arguments.occupancy);
+    if (!layer.ok()) return layer.status();
+    occupancy = *std::move(layer);
+  }
+  const TargetLayer& target = arguments.target;
+  client::Client client(target.server);
+  if (auto status = EnsureTarget(client, target); !status.ok()) return status;
+  FrameServerOptions& options = arguments.server;
+  options.map = target.map;
+  options.layer = target.layer;
+  options.observe = ObserveOptionsOf(target);
+  auto observer = std::make_shared<const Observer>(MakeSegmenter(arguments.segmenter),
+                                                   std::move(occupancy), ObserverOptions());
+  absl::StatusOr<std::unique_ptr<FrameServer>> server =
+      FrameServer::Start(options, client, std::move(observer));
+  if (!server.ok()) return server.status();
+  std::cout << "hypermap-ingest ready on " << (*server)->address() << std::endl;
+  interruption.WaitUntil(absl::InfiniteFuture());
+  (*server)->Shutdown();
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+void AddServeCommand(CLI::App& app, Command& selected) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* command =
+      app.add_subcommand("serve", "Takes frames of robots and sends observations to a server");
+  arguments->server.listen = "127.0.0.1:50052";
+  command
+      ->add_option("--listen", arguments->server.listen, "Where to serve; port 0 takes a free one")
+      ->type_name("HOST:PORT")
+      ->capture_default_str();
+  AddTargetOptions(*command, arguments->target);
+  AddSegmenterOption(*command, arguments->segmenter);
+  command
+      ->add_option("--occupancy", arguments->occupancy,
+                   "nav2 YAML that poses are refined with, or none")
+      ->type_name("FILE")
+      ->capture_default_str();
+  command->add_option("--queue", arguments->server.queue, "Frames of a robot that wait at most")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  command->callback([arguments, &selected] {
+    selected = [arguments](const Interruption& interruption) {
+      return Run(*arguments, interruption);
+    };
+  });
+}
+
+}  // namespace hypermap::ingest

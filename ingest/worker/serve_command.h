@@ -1,0 +1,16 @@
+// hypermap-ingest serve.
+#ifndef HYPERMAP_INGEST_WORKER_SERVE_COMMAND_H_
+#define HYPERMAP_INGEST_WORKER_SERVE_COMMAND_H_
+
+#include <CLI/CLI.hpp>
+
+#include "ingest/worker/command.h"
+
+namespace hypermap::ingest {
+
+// `selected` must outlive the parser.
+void AddServeCommand(CLI::App& app, Command& selected);
+
+}  // namespace hypermap::ingest
+
+#endif  // HYPERMAP_INGEST_WORKER_SERVE_COMMAND_H_

@@ -1,0 +1,35 @@
+#include "ingest/worker/target_options.h"
+
+namespace hypermap::ingest {
+
+void AddTargetOptions(CLI::App& command, TargetLayer& target) {
+  command.add_option("--server", target.server, "Address of the server")
+      ->envname("HYPERMAP_SERVER")
+      ->type_name("HOST:PORT")
+      ->capture_default_str();
+  command.add_option("--map", target.map, "Map; made where there is none")->required();
+  command.add_option("--layer", target.layer, "Semantic layer; made where there is none")
+      ->capture_default_str();
+  command
+      .add_option("--exploration", target.exploration_layer,
+                  "Layer where seen floor is marked as explored; made where there is none")
+      ->type_name("LAYER");
+  command
+      .add_option("--fusion", target.strategy,
+                  "How the layer is fused (default: as it is, evidence for a new one)")
+      ->check(CLI::IsMember({"evidence", "paper"}));
+  command.add_option("--parameters", target.parameters, "Of the fusion, a JSON object of numbers")
+      ->type_name("JSON");
+}
+
+void AddSegmenterOption(CLI::App& command, std::string& segmenter) {
+  command.add_option("--segmenter", segmenter, "How background is removed")
+      ->check(CLI::IsMember({"organised", "region_growing"}))
+      ->capture_default_str();
+}
+
+std::unique_ptr<Segmenter> MakeSegmenter(const std::string& name) {
+  return name == "region_growing" ? MakeRegionGrowingSegmenter() : MakeOrganisedSegmenter();
+}
+
+}  // namespace hypermap::ingest
