@@ -14,6 +14,7 @@
 #include "absl/types/span.h"
 #include "map/edits/change.h"
 #include "map/snapshot.h"
+#include "storage/fusion_log.h"
 
 namespace hypermap::storage {
 
@@ -30,6 +31,9 @@ struct Commit {
   std::string author;
   absl::Time time;
   std::string request_id;
+  // What it does to fused layers, each at most once. A layer that the batch deletes loses what was
+  // kept of its fusion before.
+  std::vector<FusionChange> fusion;
 };
 
 // What a map is from its creation on.
@@ -58,6 +62,9 @@ class StoredMap {
 
   // The receipt of an earlier request, also from before a restart.
   virtual absl::StatusOr<std::optional<Receipt>> FindReceipt(absl::string_view request_id) = 0;
+
+  // The evidence of fused layers. Lives as long as this.
+  virtual FusionLog& fusion_log() = 0;
 
   // Writes a consistent copy that can be opened as a map of its own. The file must not exist.
   virtual absl::Status BackupTo(const std::string& path) = 0;

@@ -75,6 +75,11 @@ struct Encoder {
     if (edit.value) fill->set_value(*edit.value);
     return absl::OkStatus();
   }
+  absl::Status operator()(const SetAliases& edit) const {
+    message->mutable_set_aliases()->set_layer(edit.layer);
+    EncodeAliases(edit.aliases, message->mutable_set_aliases()->mutable_aliases());
+    return absl::OkStatus();
+  }
   absl::Status operator()(const CreateLayer&) const { return HasOwnRpc("CreateLayer"); }
   absl::Status operator()(const DeleteLayer&) const { return HasOwnRpc("DeleteLayer"); }
   absl::Status operator()(const SetTransform&) const { return HasOwnRpc("SetTransform"); }
@@ -127,6 +132,13 @@ absl::StatusOr<Edit> DecodeFillPolygon(const std::string& field, const v1::FillP
   return edit;
 }
 
+absl::StatusOr<Edit> DecodeSetAliases(const std::string& field, const v1::SetAliases& message) {
+  if (message.aliases().empty()) return InvalidField(field + ".aliases", "is empty");
+  absl::StatusOr<ValueAliases> aliases = DecodeAliases(field + ".aliases", message.aliases());
+  if (!aliases.ok()) return aliases.status();
+  return SetAliases{message.layer(), *std::move(aliases)};
+}
+
 }  // namespace
 
 absl::Status EncodeEdit(const Edit& edit, v1::Edit* message) {
@@ -145,6 +157,8 @@ absl::StatusOr<Edit> DecodeEdit(absl::string_view field, const v1::Edit& message
     case v1::Edit::kFillPolygon:
       return DecodeFillPolygon(absl::StrCat(field, ".fill_polygon"), message.fill_polygon(),
                                limits);
+    case v1::Edit::kSetAliases:
+      return DecodeSetAliases(absl::StrCat(field, ".set_aliases"), message.set_aliases());
     case v1::Edit::EDIT_NOT_SET:
       break;
   }

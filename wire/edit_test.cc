@@ -63,6 +63,23 @@ TEST(EditOnTheWire, FillPolygonComesBackEqualByEveryRule) {
   }
 }
 
+TEST(EditOnTheWire, SetAliasesComesBackEqual) {
+  const SetAliases edit{"things", {{"furniture", {"chair", "couch"}}, {"tv", {}}}};
+  const SetAliases decoded = RoundTrip(edit);
+  EXPECT_EQ(decoded.layer, edit.layer);
+  EXPECT_EQ(decoded.aliases, edit.aliases);
+  EXPECT_EQ(DecodeEdit(
+                "edits[0]",
+                [] {
+                  v1::Edit message;
+                  message.mutable_set_aliases()->set_layer("things");
+                  return message;
+                }(),
+                DecodeLimits())
+                .status(),
+            absl::InvalidArgumentError("edits[0].set_aliases.aliases is empty"));
+}
+
 TEST(EditOnTheWire, RuleLeftOutSelectsByCentre) {
   v1::Edit message;
   ASSERT_TRUE(EncodeEdit(FillPolygon{"grid", Square(), "", CellRule::kTouched, {}}, &message).ok());

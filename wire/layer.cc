@@ -61,6 +61,28 @@ CellBox DecodeCellBox(const v1::CellBox& message) {
   return {message.row_begin(), message.row_end(), message.col_begin(), message.col_end()};
 }
 
+void EncodeAliases(const ValueAliases& aliases,
+                   google::protobuf::RepeatedPtrField<v1::ValueAlias>* message) {
+  for (const auto& [word, labels] : aliases) {
+    v1::ValueAlias* alias = message->Add();
+    alias->set_alias(word);
+    for (const std::string& label : labels) alias->add_labels(label);
+  }
+}
+
+absl::StatusOr<ValueAliases> DecodeAliases(
+    absl::string_view field, const google::protobuf::RepeatedPtrField<v1::ValueAlias>& message) {
+  ValueAliases aliases;
+  for (int i = 0; i < message.size(); ++i) {
+    const auto [entry, is_new] = aliases.try_emplace(message[i].alias());
+    if (!is_new) {
+      return InvalidField(absl::StrCat(field, "[", i, "].alias"), "stands there twice");
+    }
+    entry->second.insert(message[i].labels().begin(), message[i].labels().end());
+  }
+  return aliases;
+}
+
 void EncodeLayerSpec(const LayerSpec& spec, v1::Layer* message) {
   message->set_name(spec.name);
   message->set_kind(EncodeLayerKind(spec.kind));
@@ -71,6 +93,7 @@ void EncodeLayerSpec(const LayerSpec& spec, v1::Layer* message) {
     message->mutable_thresholds()->set_occupied_above(spec.thresholds.occupied_above);
   }
   message->set_unit(spec.unit);
+  EncodeAliases(spec.aliases, message->mutable_aliases());
 }
 
 void EncodeLayer(const Layer& layer, v1::Layer* message) {
@@ -101,6 +124,10 @@ absl::StatusOr<LayerSpec> DecodeLayerSpec(absl::string_view field, const v1::Lay
     spec.thresholds.occupied_above = thresholds.occupied_above();
   }
   spec.unit = message.unit();
+  absl::StatusOr<ValueAliases> aliases =
+      DecodeAliases(absl::StrCat(field, ".aliases"), message.aliases());
+  if (!aliases.ok()) return aliases.status();
+  spec.aliases = *std::move(aliases);
   return spec;
 }
 

@@ -14,6 +14,8 @@ namespace hypermap::wire {
 v1::LayerKind EncodeLayerKind(LayerKind kind);
 void EncodeGridGeometry(const GridGeometry& geometry, v1::GridGeometry* message);
 void EncodeCellBox(const CellBox& box, v1::CellBox* message);
+void EncodeAliases(const ValueAliases& aliases,
+                   google::protobuf::RepeatedPtrField<v1::ValueAlias>* message);
 void EncodeLayerSpec(const LayerSpec& spec, v1::Layer* message);
 // The spec with the layer's size and extent.
 void EncodeLayer(const Layer& layer, v1::Layer* message);
@@ -23,6 +25,9 @@ absl::StatusOr<LayerKind> DecodeLayerKind(absl::string_view field, v1::LayerKind
 absl::StatusOr<GridGeometry> DecodeGridGeometry(absl::string_view field,
                                                 const v1::GridGeometry& message);
 CellBox DecodeCellBox(const v1::CellBox& message);
+// INVALID_ARGUMENT for an alias that stands there twice; all else is left to FoldAliases.
+absl::StatusOr<ValueAliases> DecodeAliases(
+    absl::string_view field, const google::protobuf::RepeatedPtrField<v1::ValueAlias>& message);
 // Leaves what Validate(LayerSpec) checks to it: an empty frame_id of a request is still to be
 // replaced by the map's own. Size and extent are not looked at.
 absl::StatusOr<LayerSpec> DecodeLayerSpec(absl::string_view field, const v1::Layer& message);

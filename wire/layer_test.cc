@@ -20,6 +20,9 @@ LayerSpec SpecOf(LayerKind kind) {
   if (IsGridKind(kind)) spec.grid = GridGeometry{PlanarTransform(-3.0, 2.5, 0.3), 0.05};
   if (kind == LayerKind::kOccupancy) spec.thresholds = {0.1, 0.9};
   if (kind == LayerKind::kScalar) spec.unit = "dBm";
+  if (kind == LayerKind::kSemantic) {
+    spec.aliases = {{"furniture", {"chair", "couch"}}, {"tv", {"tvmonitor"}}};
+  }
   return spec;
 }
 
@@ -52,6 +55,11 @@ TEST(LayerOnTheWire, BadOnesNameTheField) {
   message.set_kind(static_cast<v1::LayerKind>(77));
   EXPECT_EQ(DecodeLayerSpec("layer", message).status(),
             absl::InvalidArgumentError("layer.kind is not a known kind: 77"));
+  message.set_kind(v1::LAYER_KIND_SEMANTIC);
+  for (const char* alias : {"tv", "sofa", "tv"}) message.add_aliases()->set_alias(alias);
+  EXPECT_EQ(DecodeLayerSpec("layer", message).status(),
+            absl::InvalidArgumentError("layer.aliases[2].alias stands there twice"));
+  message.clear_aliases();
   message.set_kind(v1::LAYER_KIND_SCALAR);
   message.mutable_grid()->mutable_origin()->set_x(std::numeric_limits<double>::quiet_NaN());
   EXPECT_EQ(DecodeLayerSpec("layer", message).status(),

@@ -34,6 +34,7 @@ class BatchEditor {
   absl::StatusOr<ObjectId> operator()(const DeleteObject& edit);
   absl::StatusOr<ObjectId> operator()(const WriteCells& edit);
   absl::StatusOr<ObjectId> operator()(const FillPolygon& edit);
+  absl::StatusOr<ObjectId> operator()(const SetAliases& edit);
 
   // The snapshot with all that was collected; adds the changes of content to those of structure.
   AppliedBatch Finish() &&;
@@ -101,6 +102,9 @@ absl::StatusOr<Polygon> BatchEditor::InLayerFrame(const Layer& layer, const std:
 absl::StatusOr<ObjectId> BatchEditor::operator()(const CreateLayer& edit) {
   LayerSpec spec = edit.spec;
   if (spec.frame_id.empty()) spec.frame_id = next_->frame_id;
+  absl::StatusOr<ValueAliases> aliases = FoldAliases(spec.aliases);
+  if (!aliases.ok()) return WithPrefix("layer.", aliases.status());
+  spec.aliases = *std::move(aliases);
   if (auto status = Validate(spec); !status.ok()) return status;
   if (next_->FindLayer(spec.name)) {
     return absl::AlreadyExistsError(
@@ -136,7 +140,8 @@ absl::StatusOr<ObjectId> BatchEditor::operator()(const PutObject& edit) {
   if (auto status = Validate(edit.object); !status.ok()) return status;
   absl::StatusOr<Polygon> polygon = InLayerFrame(**layer, edit.frame_id, edit.object.polygon);
   if (!polygon.ok()) return polygon.status();
-  if (edit.object.id != 0 && !FindObject(**layer, edit.object.id)) {
+  const bool may_revive = edit.revive && edit.object.id < next_->next_object_id;
+  if (edit.object.id != 0 && !may_revive && !FindObject(**layer, edit.object.id)) {
     return absl::NotFoundError(
         absl::StrCat("layer \"", edit.layer, "\" has no object ", edit.object.id));
   }
@@ -173,6 +178,20 @@ absl::StatusOr<ObjectId> BatchEditor::operator()(const FillPolygon& edit) {
   if (!area.ok()) return area.status();
   auto status = (*grid)->Fill(*area, edit.rule, edit.value, limits_.max_cells_per_fill);
   if (!status.ok()) return status;
+  return 0;
+}
+
+absl::StatusOr<ObjectId> BatchEditor::operator()(const SetAliases& edit) {
+  absl::StatusOr<std::shared_ptr<const SemanticLayer>> layer = Semantic(edit.layer);
+  if (!layer.ok()) return layer.status();
+  const absl::StatusOr<ValueAliases> changes = FoldAliases(edit.aliases);
+  if (!changes.ok()) return changes.status();
+  const ValueAliases& before = (*layer)->spec().aliases;
+  ValueAliases after = before;
+  Update(after, *changes);
+  if (auto status = Validate(after); !status.ok()) return status;
+  changes_.push_back(AliasesSet{edit.layer, before, after});
+  next_->layers[edit.layer] = (*layer)->WithAliases(std::move(after));
   return 0;
 }
 

@@ -45,6 +45,23 @@ TEST(ApplyTest, ABatchIsOneRevisionAndLeavesTheEarlierSnapshotAlone) {
   EXPECT_EQ(applied->changes.size(), 2u);
 }
 
+TEST(ApplyTest, AliasesAreSetOneByOneAndFolded) {
+  LayerSpec spec = Semantic("s");
+  spec.aliases = {{"TV", {"TVmonitor"}}, {"seat", {"chair"}}};
+  const Snapshot before = MakeSnapshot("m", {{CreateLayer{spec}}});
+  const auto applied = Apply(
+      before, {{PutObject{"s", Cup(), ""}, SetAliases{"s", {{"Mug", {" CUP"}}, {"seat", {}}}}}});
+  ASSERT_TRUE(applied.ok()) << applied.status();
+  const SemanticLayer& after = SemanticOf(*applied->snapshot, "s");
+  EXPECT_EQ(after.spec().aliases, (ValueAliases{{"mug", {"cup"}}, {"tv", {"tvmonitor"}}}));
+  EXPECT_EQ(after.Size(), 1);
+  EXPECT_EQ(SemanticOf(before, "s").spec().aliases,
+            (ValueAliases{{"seat", {"chair"}}, {"tv", {"tvmonitor"}}}));
+  const auto& change = std::get<AliasesSet>(applied->changes.front());
+  EXPECT_EQ(change.before, SemanticOf(before, "s").spec().aliases);
+  EXPECT_EQ(change.after, after.spec().aliases);
+}
+
 TEST(ApplyTest, AnErrorNamesItsEditAndNothingIsDone) {
   const Snapshot before = MakeSnapshot("m", {{CreateLayer{Semantic("s")}}});
   SemanticObject unlabelled = Cup();
@@ -65,6 +82,10 @@ TEST(ApplyTest, EveryWayToBeWrongHasItsCode) {
   no_cells.grid.reset();
   LayerSpec flat = Grid("x");
   flat.grid->resolution_m = 0;
+  LayerSpec aliased_grid = Grid("x");
+  aliased_grid.aliases = {{"tv", {"tvmonitor"}}};
+  LayerSpec empty_alias = Semantic("x");
+  empty_alias.aliases = {{"tv", {}}};
   const Polygon area = Polygon::FromBox({{0, 0}, {1, 1}});
   const struct {
     Edit edit;
@@ -75,6 +96,11 @@ TEST(ApplyTest, EveryWayToBeWrongHasItsCode) {
       {PutObject{"s", Cup(), "moon"}, absl::StatusCode::kNotFound},
       {PutObject{"g", Cup(), ""}, absl::StatusCode::kFailedPrecondition},
       {PutObject{"s", unsure, ""}, absl::StatusCode::kInvalidArgument},
+      {SetAliases{"nope", {{"tv", {"tvmonitor"}}}}, absl::StatusCode::kNotFound},
+      {SetAliases{"g", {{"tv", {"tvmonitor"}}}}, absl::StatusCode::kFailedPrecondition},
+      {SetAliases{"s", {{"free", {"chair"}}}}, absl::StatusCode::kInvalidArgument},
+      {CreateLayer{aliased_grid}, absl::StatusCode::kInvalidArgument},
+      {CreateLayer{empty_alias}, absl::StatusCode::kInvalidArgument},
       {DeleteObject{"s", 9}, absl::StatusCode::kNotFound},
       {CreateLayer{Semantic("s")}, absl::StatusCode::kAlreadyExists},
       {CreateLayer{Semantic("../s")}, absl::StatusCode::kInvalidArgument},
@@ -126,6 +152,23 @@ TEST(ApplyTest, IdsAreNeverUsedAgain) {
   const auto put = Apply(*removed->snapshot, {{PutObject{"s", Cup(), ""}}});
   ASSERT_TRUE(put.ok());
   EXPECT_THAT(put->object_ids, ElementsAre(2));
+}
+
+TEST(ApplyTest, RemovedObjectComesBackUnderItsIdOnlyWhenThatIsAskedFor) {
+  const Snapshot before =
+      MakeSnapshot("m", {{CreateLayer{Semantic("s")}, PutObject{"s", Cup(), ""}}});
+  const auto removed = Apply(before, {{DeleteObject{"s", 1}}});
+  ASSERT_TRUE(removed.ok()) << removed.status();
+  SemanticObject cup = Cup();
+  cup.id = 1;
+  EXPECT_TRUE(absl::IsNotFound(Apply(*removed->snapshot, {{PutObject{"s", cup, ""}}}).status()));
+  const auto back = Apply(*removed->snapshot, {{PutObject{"s", cup, "", /*revive=*/true}}});
+  ASSERT_TRUE(back.ok()) << back.status();
+  EXPECT_EQ(*SemanticOf(*back->snapshot, "s").Find(1), cup);
+  // One that was never given can't come back.
+  cup.id = 2;
+  EXPECT_TRUE(absl::IsNotFound(
+      Apply(*removed->snapshot, {{PutObject{"s", cup, "", /*revive=*/true}}}).status()));
 }
 
 TEST(ApplyTest, ALayerCanBeMadeAnewInOneBatch) {

@@ -23,6 +23,12 @@ struct LayerDeleted {
 struct TransformSet {
   FrameTransform transform;
 };
+// All aliases of a layer, as they are now.
+struct AliasesSet {
+  std::string layer;
+  ValueAliases before;
+  ValueAliases after;
+};
 struct ObjectPut {
   std::string layer;
   ObjectPtr before;  // null when new
@@ -45,7 +51,7 @@ struct ExtentGrown {
 };
 
 using Change = std::variant<LayerCreated, LayerDeleted, TransformSet, ObjectPut, ObjectRemoved,
-                            TileWritten, ExtentGrown>;
+                            TileWritten, ExtentGrown, AliasesSet>;
 
 // The result of a batch: the next snapshot, and how it differs from the one before. Changes are in
 // an order in which they can be carried out; an object or tile touched twice appears once.

@@ -36,6 +36,8 @@ struct PutObject {
   std::string layer;
   SemanticObject object;
   std::string frame_id;
+  // Whether an object that was removed may come back with the id it had.
+  bool revive = false;
 };
 
 struct DeleteObject {
@@ -59,8 +61,15 @@ struct FillPolygon {
   std::optional<double> value;
 };
 
+// Gives a semantic layer other words for its labels. Each alias named here gets its labels in place
+// of those it had, or is taken out when it has none here; all others stay. Words are folded.
+struct SetAliases {
+  std::string layer;
+  ValueAliases aliases;
+};
+
 using Edit = std::variant<CreateLayer, DeleteLayer, SetTransform, PutObject, DeleteObject,
-                          WriteCells, FillPolygon>;
+                          WriteCells, FillPolygon, SetAliases>;
 
 // All of it happens, as one revision, or none.
 struct EditBatch {

@@ -72,6 +72,15 @@ absl::Status ValidateThresholds(const OccupancyThresholds& t) {
   return absl::OkStatus();
 }
 
+absl::Status ValidateAliases(const LayerSpec& spec) {
+  if (!spec.aliases.empty() && spec.kind != LayerKind::kSemantic) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("layer.aliases: the kind ", LayerKindName(spec.kind), " has no labels"));
+  }
+  const absl::Status status = Validate(spec.aliases);
+  return absl::Status(status.code(), absl::StrCat("layer.", status.message()));
+}
+
 }  // namespace
 
 absl::string_view LayerKindName(LayerKind kind) {
@@ -105,7 +114,7 @@ absl::Status Validate(const LayerSpec& spec) {
     return absl::InvalidArgumentError(
         absl::StrCat("layer.unit is longer than ", kMaxUnitLength, " bytes"));
   }
-  return absl::OkStatus();
+  return ValidateAliases(spec);
 }
 
 }  // namespace hypermap

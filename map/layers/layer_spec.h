@@ -8,6 +8,7 @@
 #include "absl/status/status.h"
 #include "absl/strings/string_view.h"
 #include "map/layers/grid/grid_geometry.h"
+#include "map/values/value_aliases.h"
 
 namespace hypermap {
 
@@ -41,6 +42,8 @@ struct LayerSpec {
   OccupancyThresholds thresholds;
   // For kScalar: the unit of the values, free text ("dBm", "degC"); may be empty.
   std::string unit;
+  // For kSemantic: other words for its labels, folded.
+  ValueAliases aliases;
 
   friend bool operator==(const LayerSpec&, const LayerSpec&) = default;
 };

@@ -31,21 +31,6 @@ bool ReachesBorder(const Box& box, const Box& outer) {
          box.max.y >= outer.max.y;
 }
 
-bool CanTake(const ValueQuery& value) {
-  return std::holds_alternative<ValueLabel>(value) || std::holds_alternative<ValueTag>(value);
-}
-
-bool Matches(const SemanticObject& object, const ValueQuery& value) {
-  if (const auto* label = std::get_if<ValueLabel>(&value)) {
-    return FoldLabel(object.label) == label->label;
-  }
-  if (const auto* tag = std::get_if<ValueTag>(&value)) {
-    return std::any_of(object.tags.begin(), object.tags.end(),
-                       [tag](const std::string& t) { return FoldLabel(t) == tag->tag; });
-  }
-  return false;
-}
-
 // Gives candidates that pass the exact test against an area, or all of them, by id.
 class ObjectCursor : public AnswerCursor {
  public:
@@ -180,6 +165,13 @@ std::shared_ptr<const SemanticLayer> SemanticLayer::With(
       new SemanticLayer(spec(), base_, next->overlay_, size, bounds));
 }
 
+std::shared_ptr<const SemanticLayer> SemanticLayer::WithAliases(ValueAliases aliases) const {
+  LayerSpec spec = this->spec();
+  spec.aliases = std::move(aliases);
+  return std::shared_ptr<const SemanticLayer>(
+      new SemanticLayer(std::move(spec), base_, overlay_, size_, bounds_));
+}
+
 ObjectPtr SemanticLayer::Find(ObjectId id) const {
   if (const auto changed = overlay_.find(id); changed != overlay_.end()) return changed->second;
   const auto& objects = base_->objects;
@@ -212,28 +204,41 @@ void SemanticLayer::VisitBox(const Box& box,
   }
 }
 
-void SemanticLayer::VisitMatches(const ValueQuery& value,
+bool SemanticLayer::Wanted::IsMetBy(const SemanticObject& object) const {
+  if (tag.empty()) return labels.contains(FoldLabel(object.label));
+  return std::any_of(object.tags.begin(), object.tags.end(),
+                     [this](const std::string& t) { return FoldLabel(t) == tag; });
+}
+
+std::optional<SemanticLayer::Wanted> SemanticLayer::Translate(const ValueQuery& value) const {
+  if (const auto* label = std::get_if<ValueLabel>(&value)) {
+    return Wanted{LabelsFor(spec().aliases, label->label), ""};
+  }
+  if (const auto* tag = std::get_if<ValueTag>(&value)) return Wanted{{}, tag->tag};
+  return std::nullopt;
+}
+
+void SemanticLayer::VisitMatches(const Wanted& wanted,
                                  absl::FunctionRef<void(const ObjectPtr&)> visit) const {
-  if (const std::vector<int>* items = MatchesInBase(value)) {
+  for (const std::vector<int>* items : MatchesInBase(wanted)) {
     for (const int item : *items) {
       const ObjectPtr& object = base_->objects[item];
       if (!overlay_.contains(object->id)) visit(object);
     }
   }
   for (const auto& [id, object] : overlay_) {
-    if (object && Matches(*object, value)) visit(object);
+    if (object && wanted.IsMetBy(*object)) visit(object);
   }
 }
 
-const std::vector<int>* SemanticLayer::MatchesInBase(const ValueQuery& value) const {
-  const auto find = [](const auto& index, const std::string& word) {
-    const auto it = index.find(word);
-    return it == index.end() ? nullptr : &it->second;
+std::vector<const std::vector<int>*> SemanticLayer::MatchesInBase(const Wanted& wanted) const {
+  std::vector<const std::vector<int>*> lists;
+  const auto look_up = [&lists](const auto& index, const std::string& word) {
+    if (const auto it = index.find(word); it != index.end()) lists.push_back(&it->second);
   };
-  if (const auto* label = std::get_if<ValueLabel>(&value)) {
-    return find(base_->by_label, label->label);
-  }
-  return find(base_->by_tag, std::get<ValueTag>(value).tag);
+  for (const std::string& label : wanted.labels) look_up(base_->by_label, label);
+  if (!wanted.tag.empty()) look_up(base_->by_tag, wanted.tag);
+  return lists;
 }
 
 PointContent SemanticLayer::ContentAt(const Point& p) const {
@@ -253,9 +258,10 @@ std::unique_ptr<AnswerCursor> SemanticLayer::ContentIn(const Polygon& area) cons
 
 std::unique_ptr<AnswerCursor> SemanticLayer::Find(const ValueQuery& value,
                                                   const Polygon* area) const {
-  if (!CanTake(value)) return nullptr;
+  const std::optional<Wanted> wanted = Translate(value);
+  if (!wanted) return nullptr;
   std::vector<ObjectPtr> candidates;
-  VisitMatches(value, [&](const ObjectPtr& object) {
+  VisitMatches(*wanted, [&](const ObjectPtr& object) {
     if (!area || object->polygon.bounds().Intersects(area->bounds())) {
       candidates.push_back(object);
     }
@@ -265,20 +271,22 @@ std::unique_ptr<AnswerCursor> SemanticLayer::Find(const ValueQuery& value,
 
 std::optional<std::vector<Neighbour>> SemanticLayer::Nearest(const Point& p,
                                                              const ValueQuery& value, int k) const {
-  if (!CanTake(value)) return std::nullopt;
+  const std::optional<Wanted> wanted = Translate(value);
+  if (!wanted) return std::nullopt;
   NearestObjects nearest(p, k);
-  const std::vector<int>* in_base = MatchesInBase(value);
-  if (!in_base || in_base->size() <= kFewMatches) {
-    VisitMatches(value, [&](const ObjectPtr& object) { nearest.Offer(object); });
+  size_t num_in_base = 0;
+  for (const std::vector<int>* items : MatchesInBase(*wanted)) num_in_base += items->size();
+  if (num_in_base <= kFewMatches) {
+    VisitMatches(*wanted, [&](const ObjectPtr& object) { nearest.Offer(object); });
     return std::move(nearest).Take();
   }
   for (const auto& [id, object] : overlay_) {
-    if (object && Matches(*object, value)) nearest.Offer(object);
+    if (object && wanted->IsMetBy(*object)) nearest.Offer(object);
   }
   base_->by_box.VisitNearest(p, [&](int item, double distance_m) {
     if (nearest.IsClosedTo(distance_m)) return false;
     const ObjectPtr& object = base_->objects[item];
-    if (!overlay_.contains(object->id) && Matches(*object, value)) nearest.Offer(object);
+    if (!overlay_.contains(object->id) && wanted->IsMetBy(*object)) nearest.Offer(object);
     return true;
   });
   return std::move(nearest).Take();

@@ -4,6 +4,8 @@
 
 #include <map>
 #include <memory>
+#include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -25,6 +27,9 @@ class SemanticLayer : public Layer {
   // The layer after `changes`: id -> object put, or null for removed.
   std::shared_ptr<const SemanticLayer> With(
       const absl::btree_map<ObjectId, ObjectPtr>& changes) const;
+
+  // The layer with the same objects and other aliases.
+  std::shared_ptr<const SemanticLayer> WithAliases(ValueAliases aliases) const;
 
   // Null when there is none.
   ObjectPtr Find(ObjectId id) const;
@@ -54,12 +59,20 @@ class SemanticLayer : public Layer {
 
   // Calls `visit` with every object whose box intersects `box`.
   void VisitBox(const Box& box, absl::FunctionRef<void(const ObjectPtr&)> visit) const;
-  // Calls `visit` with every object that matches `value`, which must be a label or a tag.
-  void VisitMatches(const ValueQuery& value, absl::FunctionRef<void(const ObjectPtr&)> visit) const;
+  // The folded words, one of which an object must have: u(value). Labels, or one tag.
+  struct Wanted {
+    std::set<std::string> labels;
+    std::string tag;
+    bool IsMetBy(const SemanticObject& object) const;
+  };
+  // nullopt when `value` is neither a label nor a tag.
+  std::optional<Wanted> Translate(const ValueQuery& value) const;
 
-  // The base's objects that match a label or a tag, overlay not considered; null when there are
-  // none.
-  const std::vector<int>* MatchesInBase(const ValueQuery& value) const;
+  // Calls `visit` with every object that meets `wanted`.
+  void VisitMatches(const Wanted& wanted, absl::FunctionRef<void(const ObjectPtr&)> visit) const;
+
+  // The base's objects that meet `wanted`, overlay not considered, in lists that share none.
+  std::vector<const std::vector<int>*> MatchesInBase(const Wanted& wanted) const;
 
   std::shared_ptr<const Base> base_;
   absl::btree_map<ObjectId, ObjectPtr> overlay_;  // null: removed

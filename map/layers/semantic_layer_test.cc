@@ -62,7 +62,7 @@ void ExpectEqualToModel(const SemanticLayer& layer, const Model& model, Rng& rng
   const Point p{Uniform(rng, -20, 20), Uniform(rng, -20, 20)};
   const Polygon area = RandomPolygon(rng, p, Uniform(rng, 0.1, 15));
   const PreparedPolygon prepared(area);
-  std::vector<ObjectId> at_point, in_area, chairs, chairs_in_area, tagged;
+  std::vector<ObjectId> at_point, in_area, chairs, chairs_in_area, seats, tagged;
   std::vector<std::pair<double, ObjectId>> near;
   for (const auto& [id, object] : model) {
     const bool intersects = prepared.Intersects(object->polygon);
@@ -72,6 +72,7 @@ void ExpectEqualToModel(const SemanticLayer& layer, const Model& model, Rng& rng
     if (is_chair) chairs.push_back(id);
     if (is_chair && intersects) chairs_in_area.push_back(id);
     if (std::count(object->tags.begin(), object->tags.end(), "Movable")) tagged.push_back(id);
+    if (is_chair || FoldLabel(object->label) == "cup") seats.push_back(id);
     if (is_chair) near.emplace_back(Distance(object->polygon, p), id);
   }
   const int max_items = UniformInt(rng, 1, 50);
@@ -80,6 +81,8 @@ void ExpectEqualToModel(const SemanticLayer& layer, const Model& model, Rng& rng
   EXPECT_EQ(ReadIds(*layer.ContentIn(area), max_items), in_area);
   EXPECT_EQ(ReadIds(*layer.Find(chair, nullptr), max_items), chairs);
   EXPECT_EQ(ReadIds(*layer.Find(chair, &area), max_items), chairs_in_area);
+  const auto aliased = layer.WithAliases({{"seat", {"chair", "cup"}}});
+  EXPECT_EQ(ReadIds(*aliased->Find(ValueLabel{"seat"}, nullptr), max_items), seats);
   EXPECT_EQ(ReadIds(*layer.Find(ValueTag{"movable"}, nullptr), max_items), tagged);
   std::sort(near.begin(), near.end());
   near.resize(std::min<size_t>(near.size(), 7));
@@ -155,6 +158,32 @@ TEST(SemanticLayerTest, LabelsMatchWhateverTheirCaseAndBlanks) {
   const SemanticLayer layer({.name = "s", .frame_id = "map"},
                             {Square(1, "Dining  Table", 0, 0), Square(2, "dining", 0, 0)});
   EXPECT_THAT(ReadIds(*layer.Find(*ParseValueQuery(" DINING table "), nullptr), 9), ElementsAre(1));
+}
+
+TEST(SemanticLayerTest, AnAliasFindsItsLabelsAndItself) {
+  const auto layer = std::make_shared<const SemanticLayer>(
+      LayerSpec{.name = "s",
+                .frame_id = "map",
+                .aliases = {{"furniture", {"chair", "dining table"}}, {"chair", {"couch"}}}},
+      std::vector<ObjectPtr>{Square(1, "Chair", 0, 0), Square(2, "Dining  Table", 5, 0),
+                             Square(3, "cup", 9, 0), Square(4, "furniture", 20, 0)});
+  // One more in the overlay. Aliases stand for labels only: furniture finds no couch.
+  const auto grown = layer->With({{5, Square(5, "couch", 30, 0)}});
+  const ValueQuery furniture = *ParseValueQuery(" FURNITURE ");
+  EXPECT_THAT(ReadIds(*grown->Find(furniture, nullptr), 9), ElementsAre(1, 2, 4));
+  EXPECT_THAT(ReadIds(*grown->Find(ValueLabel{"chair"}, nullptr), 9), ElementsAre(1, 5));
+  EXPECT_THAT(ReadIds(*grown->Find(ValueTag{"furniture"}, nullptr), 9), ElementsAre());
+  const Polygon area = Polygon::FromBox({{4, 0}, {10, 1}});
+  EXPECT_THAT(ReadIds(*grown->Find(furniture, &area), 9), ElementsAre(2));
+  const auto nearest = grown->Nearest({10, 0}, furniture, 2);
+  ASSERT_EQ(nearest->size(), 2u);
+  EXPECT_EQ((*nearest)[0].object->id, 2);
+  EXPECT_EQ((*nearest)[1].object->id, 1);
+
+  const auto renamed = grown->WithAliases({{"seat", {"couch"}}});
+  EXPECT_THAT(ReadIds(*renamed->Find(ValueLabel{"seat"}, nullptr), 9), ElementsAre(5));
+  EXPECT_THAT(ReadIds(*renamed->Find(furniture, nullptr), 9), ElementsAre(4));
+  EXPECT_EQ(renamed->Size(), 5);
 }
 
 TEST(SemanticLayerTest, CantTakeKeywordsAndNumbers) {

@@ -7,6 +7,7 @@
 #include "map/layers/layer_registry.h"
 #include "storage/geopackage/contents.h"
 #include "storage/geopackage/frame_table.h"
+#include "storage/geopackage/fusion_tables.h"
 #include "storage/geopackage/revision_table.h"
 #include "storage/geopackage/table_names.h"
 #include "storage/geopackage/tile_matrix.h"
@@ -33,6 +34,9 @@ absl::Status ChangeWriter::Write(const Commit& commit) {
   for (const Change& change : commit.applied.changes) {
     absl::Status status = std::visit([this](const auto& c) { return Apply(c); }, change);
     if (!status.ok()) return status;
+  }
+  for (const FusionChange& change : commit.fusion) {
+    if (absl::Status status = WriteFusionChange(database_, change); !status.ok()) return status;
   }
   return InsertRevision(database_, commit);
 }
@@ -80,6 +84,7 @@ absl::Status ChangeWriter::Apply(const LayerDeleted& change) {
   if (!layer.ok()) return layer.status();
   absl::Status status = Unregister(database_, (*layer)->stored.table);
   if (status.ok()) status = RemoveLayer(database_, change.spec.name);
+  if (status.ok()) status = DropFusion(database_, change.spec.name);
   if (status.ok()) {
     status = (*layer)->grid != nullptr ? (*layer)->grid->Drop() : (*layer)->features->Drop();
   }
@@ -113,6 +118,14 @@ absl::Status ChangeWriter::Apply(const ExtentGrown& change) {
   (*layer)->stored.extent = change.extent;
   layers_changed_ = time_;
   return UpdateLayerExtent(database_, change.layer, change.extent);
+}
+
+absl::Status ChangeWriter::Apply(const AliasesSet& change) {
+  absl::StatusOr<OpenLayer*> layer = Touch(change.layer);
+  if (!layer.ok()) return layer.status();
+  (*layer)->stored.spec.aliases = change.after;
+  layers_changed_ = time_;
+  return UpdateLayerParameters(database_, (*layer)->stored.spec);
 }
 
 absl::StatusOr<OpenLayer*> ChangeWriter::Touch(const std::string& name) {

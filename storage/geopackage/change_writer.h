@@ -53,6 +53,7 @@ class ChangeWriter {
   absl::Status Apply(const ObjectRemoved& change);
   absl::Status Apply(const TileWritten& change);
   absl::Status Apply(const ExtentGrown& change);
+  absl::Status Apply(const AliasesSet& change);
 
   // The layer, noted as touched. INTERNAL when there is none, or it is of the other sort.
   absl::StatusOr<OpenLayer*> Touch(const std::string& name);

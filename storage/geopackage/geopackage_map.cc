@@ -45,7 +45,8 @@ GeoPackageMap::GeoPackageMap(FileLock lock, std::unique_ptr<Database> database,
       database_(std::move(database)),
       header_(std::move(metadata.header)),
       revision_(metadata.revision),
-      layers_(std::move(layers)) {}
+      layers_(std::move(layers)),
+      fusion_(database_.get()) {}
 
 GeoPackageMap::~GeoPackageMap() {
   // Closing would do so, but not while another program reads the file.

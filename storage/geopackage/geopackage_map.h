@@ -8,6 +8,7 @@
 
 #include "storage/geopackage/change_writer.h"
 #include "storage/geopackage/file_lock.h"
+#include "storage/geopackage/fusion_tables.h"
 #include "storage/geopackage/geopackage_options.h"
 #include "storage/geopackage/map_metadata.h"
 #include "storage/geopackage/sqlite.h"
@@ -30,6 +31,7 @@ class GeoPackageMap : public StoredMap {
   absl::StatusOr<SnapshotPtr> Load() override;
   absl::Status Write(absl::Span<const Commit> commits) override;
   absl::StatusOr<std::optional<Receipt>> FindReceipt(absl::string_view request_id) override;
+  FusionLog& fusion_log() override { return fusion_; }
   absl::Status BackupTo(const std::string& path) override;
 
  private:
@@ -48,6 +50,7 @@ class GeoPackageMap : public StoredMap {
   MapHeader header_;
   Revision revision_;
   OpenLayers layers_;
+  FusionTables fusion_;
 };
 
 }  // namespace hypermap::storage

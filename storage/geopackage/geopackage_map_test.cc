@@ -93,6 +93,17 @@ TEST_F(GeoPackageMapTest, RandomSitesReadBackAsTheyWereWritten) {
   ExpectReopensTheSame();
 }
 
+TEST_F(GeoPackageMapTest, AliasesComeBackAsTheyWereLeft) {
+  LayerSpec spec = SemanticSpec("things");
+  spec.aliases = {{"fernseher", {"tvmonitor"}}, {"möbel", {"chair", "dining table"}}};
+  map_.Edit({{CreateLayer{spec}, CreateLayer{SemanticSpec("other")}}});
+  map_.Edit({{SetAliases{"things", {{"fernseher", {}}, {"sofa", {"couch"}}}},
+              SetAliases{"other", {{"a", {"b"}}}}}});
+  EXPECT_EQ(map_.snapshot->FindLayer("things")->spec().aliases,
+            (ValueAliases{{"möbel", {"chair", "dining table"}}, {"sofa", {"couch"}}}));
+  ExpectReopensTheSame();
+}
+
 TEST_F(GeoPackageMapTest, GridValuesOfAllKindsComeBackBitForBit) {
   const PlanarTransform turned(-15.4, 12.25, 0.75 * std::numbers::pi);
   EditBatch batch;

@@ -17,12 +17,13 @@ using Json = nlohmann::json;
 // What only some kinds have goes into one JSON column, so that a new kind needs no new columns.
 absl::StatusOr<std::string> EncodeParameters(const LayerSpec& spec) {
   try {
-    return Json{{"free_below", spec.thresholds.free_below},
-                {"occupied_above", spec.thresholds.occupied_above},
-                {"unit", spec.unit}}
-        .dump();
+    Json json{{"free_below", spec.thresholds.free_below},
+              {"occupied_above", spec.thresholds.occupied_above},
+              {"unit", spec.unit}};
+    if (!spec.aliases.empty()) json["aliases"] = spec.aliases;
+    return json.dump();
   } catch (const Json::exception&) {
-    return absl::InvalidArgumentError("layer.unit is not UTF-8");
+    return absl::InvalidArgumentError("layer.unit or an alias is not UTF-8");
   }
 }
 
@@ -32,6 +33,7 @@ absl::Status DecodeParameters(absl::string_view text, LayerSpec* spec) {
     spec->thresholds.free_below = json.value("free_below", spec->thresholds.free_below);
     spec->thresholds.occupied_above = json.value("occupied_above", spec->thresholds.occupied_above);
     spec->unit = json.value("unit", spec->unit);
+    spec->aliases = json.value("aliases", spec->aliases);
     return absl::OkStatus();
   } catch (const Json::exception& e) {
     return absl::DataLossError(absl::StrCat("column parameters: ", e.what()));
@@ -111,6 +113,13 @@ absl::Status UpdateLayerExtent(Database* database, const std::string& layer,
       "WHERE name = ?",
       BoundOrNull(extent, extent.row_begin), BoundOrNull(extent, extent.row_end),
       BoundOrNull(extent, extent.col_begin), BoundOrNull(extent, extent.col_end), layer);
+}
+
+absl::Status UpdateLayerParameters(Database* database, const LayerSpec& spec) {
+  absl::StatusOr<std::string> parameters = EncodeParameters(spec);
+  if (!parameters.ok()) return parameters.status();
+  return database->Run("UPDATE hypermap_layers SET parameters = ? WHERE name = ?", *parameters,
+                       spec.name);
 }
 
 absl::Status RemoveLayer(Database* database, const std::string& layer) {

@@ -23,6 +23,8 @@ struct StoredLayer {
 
 absl::Status InsertLayer(Database* database, const StoredLayer& layer);
 absl::Status UpdateLayerExtent(Database* database, const std::string& layer, const CellBox& extent);
+// What of the spec may change: the aliases.
+absl::Status UpdateLayerParameters(Database* database, const LayerSpec& spec);
 absl::Status RemoveLayer(Database* database, const std::string& layer);
 
 // All layers by name. DATA_LOSS naming the one that is no valid layer or has no table.

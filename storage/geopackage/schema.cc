@@ -5,6 +5,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "storage/geopackage/contents.h"
+#include "storage/geopackage/fusion_tables.h"
 #include "storage/geopackage/layer_table.h"
 #include "storage/geopackage/map_metadata.h"
 #include "storage/geopackage/standard_tables.h"
@@ -76,6 +77,14 @@ constexpr TableColumns kTables[] = {
     {"hypermap_frames", "id, child_frame_id, parent_frame_id, x, y, yaw"},
     {"hypermap_revisions", "revision, time_ns, author, num_changes"},
     {"hypermap_receipts", "id, request_id, revision, object_ids"},
+    {"hypermap_fusion", "id, layer, strategy, parameters, exploration_layer"},
+    {"hypermap_observations",
+     "id, layer, stamp_ns, robot, sequence, content_hash, retracted, received_at_ns, body_size, "
+     "body"},
+    {"hypermap_operator_facts", "id, layer, stamp_ns, robot, sequence, number, kind, track, body"},
+    {"hypermap_fusion_tracks", "id, layer, track, object_id"},
+    {"hypermap_fusion_checkpoints",
+     "id, layer, stamp_ns, robot, sequence, number, state_size, state"},
     {"gpkg_contents",
      "table_name, data_type, identifier, description, last_change, min_x, min_y, max_x, max_y, "
      "srs_id"},
@@ -90,6 +99,18 @@ constexpr TableColumns kTables[] = {
      "uom, field_name, quantity_definition"},
     {"gpkg_2d_gridded_tile_ancillary", "tpudt_name, tpudt_id, scale, offset"},
 };
+
+// Version 1 had no fused layers (and no aliases of values, for which it needs no columns).
+absl::Status AddFusion(Database* database) {
+  return database->Execute(absl::StrCat(kCreateFusionTables, R"sql(
+INSERT INTO gpkg_extensions
+  SELECT name, NULL, 'hypermap_core', 'docs/geopackage_format.md of Hypermap', 'write-only'
+    FROM sqlite_master WHERE type = 'table' AND name LIKE 'hypermap\_%' ESCAPE '\'
+      AND name NOT IN (SELECT table_name FROM gpkg_extensions WHERE table_name NOT NULL);
+)sql"));
+}
+
+constexpr Migration kMigrations[] = {{1, AddFusion}};
 
 // GeoPackage wants every table that is not its own registered. Who only reads layers need not know
 // ours. That one of them is a table of attributes to everybody gives people the layers' frames and
@@ -120,13 +141,14 @@ const Migration* FindStep(absl::Span<const Migration> migrations, int64_t from_v
 
 }  // namespace
 
-absl::Span<const Migration> ReleasedMigrations() { return {}; }
+absl::Span<const Migration> ReleasedMigrations() { return kMigrations; }
 
 absl::Status CreateSchema(Database* database, const MapHeader& header) {
   absl::StatusOr<Transaction> transaction = Transaction::Begin(database);
   if (!transaction.ok()) return transaction.status();
   absl::Status status = CreateStandardTables(database);
-  if (status.ok()) status = database->Execute(absl::StrCat(kCreateTables, kRegisterTables));
+  if (status.ok())
+    status = database->Execute(absl::StrCat(kCreateTables, kCreateFusionTables, kRegisterTables));
   if (status.ok()) {
     MapMetadata metadata;
     metadata.header = header;

@@ -53,9 +53,9 @@ EditBatch GoldenEdits() {
   return batch;
 }
 
-void MakeGolden(const std::string& path) {
-  const absl::Status status =
-      Connect(path)->Execute(ReadFile(std::string(GEOPACKAGE_TESTDATA) + "/map_v1.sql"));
+void MakeGolden(const std::string& path, int version = 1) {
+  const absl::Status status = Connect(path)->Execute(
+      ReadFile(std::string(GEOPACKAGE_TESTDATA) + "/map_v" + std::to_string(version) + ".sql"));
   ASSERT_TRUE(status.ok()) << status;
 }
 
@@ -72,9 +72,13 @@ std::map<std::string, std::string> SchemaOf(Database& database) {
   return schema;
 }
 
-TEST(GoldenMapTest, Version1IsRead) {
+class GoldenMapTest : public ::testing::TestWithParam<int> {};
+
+INSTANTIATE_TEST_SUITE_P(Versions, GoldenMapTest, ::testing::Values(1, 2));
+
+TEST_P(GoldenMapTest, IsRead) {
   const TempFolder folder;
-  MakeGolden(folder / "golden.gpkg");
+  MakeGolden(folder / "golden.gpkg", GetParam());
   const auto store = OpenStore(folder.path());
   auto map = store->Open("golden");
   ASSERT_TRUE(map.ok()) << map.status();
@@ -98,15 +102,62 @@ TEST(GoldenMapTest, Version1IsRead) {
 }
 
 // A change of what is made needs a new version, a migration to it and a golden file of its own.
-TEST(GoldenMapTest, NewMapsHaveTheSchemaOfTheirVersion) {
+TEST(GoldenMap, NewMapsHaveTheSchemaOfTheirVersion) {
   const TempFolder folder;
-  MakeGolden(folder / "golden.gpkg");
+  EXPECT_EQ(kSchemaVersion, 2);
+  MakeGolden(folder / "golden.gpkg", kSchemaVersion);
   {
     const auto store = OpenStore(folder.path());
     CreateMap(*store, "new").Edit(GoldenEdits());
   }
-  EXPECT_EQ(kSchemaVersion, 1);
   EXPECT_EQ(SchemaOf(*Connect(folder / "new.gpkg")), SchemaOf(*Connect(folder / "golden.gpkg")));
+}
+
+TEST(GoldenMap, Version1BecomesAsTheNewest) {
+  const TempFolder folder;
+  MakeGolden(folder / "old.gpkg", 1);
+  MakeGolden(folder / "new.gpkg", kSchemaVersion);
+  ASSERT_TRUE(OpenStore(folder.path())->Open("old").ok());
+  const auto old = Connect(folder / "old.gpkg");
+  EXPECT_EQ(SchemaOf(*old), SchemaOf(*Connect(folder / "new.gpkg")));
+  EXPECT_EQ(**old->QueryInt64("SELECT count(*) FROM sqlite_master WHERE type = 'table' AND "
+                              "name LIKE 'hypermap\\_%' ESCAPE '\\' AND "
+                              "name NOT IN (SELECT table_name FROM gpkg_extensions)"),
+            0);
+}
+
+TEST(GoldenMap, EvidenceOfVersion2IsRead) {
+  const TempFolder folder;
+  MakeGolden(folder / "golden.gpkg", 2);
+  const auto store = OpenStore(folder.path());
+  auto map = store->Open("golden");
+  ASSERT_TRUE(map.ok()) << map.status();
+  FusionLog& log = (*map)->fusion_log();
+  const auto layers = log.FusedLayers();
+  ASSERT_TRUE(layers.ok()) << layers.status();
+  ASSERT_EQ(layers->size(), 1u);
+  EXPECT_EQ(layers->front().first, "objects");
+  EXPECT_EQ(layers->front().second, (FusionSettings{"evidence", "{}", "seen"}));
+  const auto entries = log.Read("objects", BeforeAll(), 10);
+  ASSERT_TRUE(entries.ok()) << entries.status();
+  ASSERT_EQ(entries->size(), 3u);
+  EXPECT_EQ((*entries)[0].body, "first seen");
+  EXPECT_EQ((*entries)[0].key.after.stamp, absl::FromUnixNanos(1700000002123456789));
+  EXPECT_EQ((*entries)[1].kind, "pin");
+  EXPECT_EQ((*entries)[1].track, "cart/0/1");
+  EXPECT_EQ((*entries)[1].body, "a cup");
+  EXPECT_EQ((*entries)[2].key.after.robot, "lift");
+  EXPECT_EQ((*entries)[2].body.size(), 100u);
+  const auto taken_back = log.FindObservation("objects", "cart", 1);
+  ASSERT_TRUE(taken_back.ok() && taken_back->has_value());
+  EXPECT_TRUE((*taken_back)->retracted);
+  EXPECT_EQ((*taken_back)->content_hash, 7u);
+  EXPECT_THAT(*log.Tracks("objects"),
+              ::testing::ElementsAre(TrackId("cart/0/0", 1), TrackId("cart/0/1", 2)));
+  const auto checkpoint = log.FindCheckpoint("objects", std::nullopt);
+  ASSERT_TRUE(checkpoint.ok() && checkpoint->has_value());
+  EXPECT_EQ((*checkpoint)->state, "state after the fact");
+  EXPECT_EQ((*checkpoint)->key, (*entries)[1].key);
 }
 
 absl::Status AddFloor(Database* database) {
@@ -120,7 +171,7 @@ absl::Status Fail(Database*) { return absl::DataLossError("cannot be brought for
 class MigrationTest : public ::testing::Test {
  protected:
   void SetUp() override {
-    MakeGolden(folder_ / "golden.gpkg");
+    MakeGolden(folder_ / "golden.gpkg", 2);
     database_ = Connect(folder_ / "golden.gpkg");
   }
 
@@ -129,10 +180,10 @@ class MigrationTest : public ::testing::Test {
 };
 
 TEST_F(MigrationTest, StepsAreTakenInOrderUpToTheNewest) {
-  const Migration steps[] = {{2, RaiseFloor}, {1, AddFloor}, {3, Fail}};
-  const absl::Status status = MigrateSchema(database_.get(), 3, steps);
+  const Migration steps[] = {{3, RaiseFloor}, {2, AddFloor}, {4, Fail}};
+  const absl::Status status = MigrateSchema(database_.get(), 4, steps);
   ASSERT_TRUE(status.ok()) << status;
-  EXPECT_EQ(*ReadSchemaVersion(database_.get()), 3);
+  EXPECT_EQ(*ReadSchemaVersion(database_.get()), 4);
   EXPECT_EQ(
       **database_->QueryInt64("SELECT count(*) FROM hypermap_metadata WHERE floor = 'ground + 1'"),
       1);
@@ -140,24 +191,24 @@ TEST_F(MigrationTest, StepsAreTakenInOrderUpToTheNewest) {
 }
 
 TEST_F(MigrationTest, FileOfTheNewestVersionIsLeftAlone) {
-  const Migration steps[] = {{1, Fail}};
-  EXPECT_TRUE(MigrateSchema(database_.get(), 1, steps).ok());
+  const Migration steps[] = {{2, Fail}};
+  EXPECT_TRUE(MigrateSchema(database_.get(), 2, steps).ok());
 }
 
 TEST_F(MigrationTest, FailedStepLeavesTheFileAsItWas) {
   const auto before = SchemaOf(*database_);
-  const Migration steps[] = {{1, AddFloor}, {2, Fail}};
-  EXPECT_EQ(MigrateSchema(database_.get(), 3, steps).code(), absl::StatusCode::kDataLoss);
-  EXPECT_EQ(*ReadSchemaVersion(database_.get()), 1);
+  const Migration steps[] = {{2, AddFloor}, {3, Fail}};
+  EXPECT_EQ(MigrateSchema(database_.get(), 4, steps).code(), absl::StatusCode::kDataLoss);
+  EXPECT_EQ(*ReadSchemaVersion(database_.get()), 2);
   EXPECT_EQ(SchemaOf(*database_), before);
 }
 
 TEST_F(MigrationTest, MissingStepIsTold) {
-  const Migration steps[] = {{1, AddFloor}};
-  const absl::Status status = MigrateSchema(database_.get(), 3, steps);
+  const Migration steps[] = {{2, AddFloor}};
+  const absl::Status status = MigrateSchema(database_.get(), 4, steps);
   EXPECT_EQ(status.code(), absl::StatusCode::kFailedPrecondition);
-  EXPECT_THAT(std::string(status.message()), HasSubstr("schema version 2"));
-  EXPECT_EQ(*ReadSchemaVersion(database_.get()), 1);
+  EXPECT_THAT(std::string(status.message()), HasSubstr("schema version 3"));
+  EXPECT_EQ(*ReadSchemaVersion(database_.get()), 2);
 }
 
 TEST_F(MigrationTest, FileOfTheFutureIsRefused) {

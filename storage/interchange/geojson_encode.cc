@@ -59,6 +59,9 @@ void AddLayer(const Snapshot& snapshot, const Layer& layer, std::vector<std::str
     omissions.push_back(absl::StrCat("layer \"", name, "\": attributes named as other properties: ",
                                      absl::StrJoin(names, ", ")));
   }
+  if (const size_t aliases = layer.spec().aliases.size(); aliases > 0) {
+    omissions.push_back(absl::StrCat("layer \"", name, "\": ", aliases, " aliases"));
+  }
 }
 
 }  // namespace

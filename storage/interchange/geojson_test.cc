@@ -194,6 +194,12 @@ TEST(EncodeGeoJsonTest, CellsAndLayersAdriftAreOmissions) {
   EXPECT_EQ(EncodeGeoJson(site, {"nope"}).status().code(), absl::StatusCode::kNotFound);
 }
 
+TEST(EncodeGeoJsonTest, TellsOfAliases) {
+  const Snapshot site = MakeSnapshot(
+      "site", {{CreateLayer{{.name = "s"}}, SetAliases{"s", {{"tv", {"tvmonitor"}}}}}});
+  EXPECT_THAT(EncodeGeoJson(site, {})->omissions, ElementsAre("layer \"s\": 1 aliases"));
+}
+
 TEST(EncodeGeoJsonTest, WhatIsReadBackIsWrittenTheSame) {
   const uint64_t seed = TestSeed();
   SCOPED_TRACE("HYPERMAP_TEST_SEED=" + std::to_string(seed));

@@ -104,6 +104,7 @@ class HmapEncoder {
     AddMember(member, std::move(text));
     config_.layers.push_back({spec.name, spec.kind, spec.frame_id, member});
     ReportLostObjects(layer);
+    if (!spec.aliases.empty()) Omit(layer, absl::StrCat(spec.aliases.size(), " aliases"));
   }
 
   void ReportLostObjects(const SemanticLayer& layer) {

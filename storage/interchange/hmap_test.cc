@@ -193,6 +193,12 @@ TEST(EncodeHmapTest, ExportOfAnImportIsTheSameFile) {
   EXPECT_EQ(Encode(MapOf(Decode(once))).files[0].data, once);
 }
 
+TEST(EncodeHmapTest, TellsOfAliases) {
+  const Snapshot map = Made({CreateLayer{SemanticSpec("things")},
+                             SetAliases{"things", {{"tv", {"tvmonitor"}}, {"sofa", {"couch"}}}}});
+  EXPECT_THAT(Encode(map).omissions, ElementsAre("layer \"things\": 2 aliases"));
+}
+
 TEST(EncodeHmapTest, TellsWhatTheFormatCanNotCarry) {
   SemanticObject rich = Object("chair");
   rich.existence = 0.5;

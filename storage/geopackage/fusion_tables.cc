@@ -1,0 +1,369 @@
+#include "storage/geopackage/fusion_tables.h"
+
+#include "absl/strings/str_cat.h"
+#include "storage/geopackage/packed_bytes.h"
+
+namespace hypermap::storage {
+
+const char kCreateFusionTables[] = R"sql(
+CREATE TABLE hypermap_fusion (
+  id INTEGER PRIMARY KEY,
+  layer TEXT NOT NULL UNIQUE,
+  strategy TEXT NOT NULL,
+  parameters TEXT NOT NULL,
+  exploration_layer TEXT NOT NULL
+);
+CREATE TABLE hypermap_observations (
+  id INTEGER PRIMARY KEY,
+  layer TEXT NOT NULL,
+  stamp_ns INTEGER NOT NULL,
+  robot TEXT NOT NULL,
+  sequence INTEGER NOT NULL,
+  content_hash INTEGER NOT NULL,
+  retracted INTEGER NOT NULL,
+  received_at_ns INTEGER NOT NULL,
+  body_size INTEGER NOT NULL,
+  body BLOB NOT NULL,
+  UNIQUE (layer, robot, sequence)
+);
+CREATE INDEX hypermap_observations_order
+  ON hypermap_observations (layer, stamp_ns, robot, sequence);
+CREATE TABLE hypermap_operator_facts (
+  id INTEGER PRIMARY KEY,
+  layer TEXT NOT NULL,
+  stamp_ns INTEGER NOT NULL,
+  robot TEXT NOT NULL,
+  sequence INTEGER NOT NULL,
+  number INTEGER NOT NULL,
+  kind TEXT NOT NULL,
+  track TEXT NOT NULL,
+  body BLOB NOT NULL,
+  UNIQUE (layer, stamp_ns, robot, sequence, number)
+);
+CREATE TABLE hypermap_fusion_tracks (
+  id INTEGER PRIMARY KEY,
+  layer TEXT NOT NULL,
+  track TEXT NOT NULL,
+  object_id INTEGER NOT NULL,
+  UNIQUE (layer, track)
+);
+CREATE TABLE hypermap_fusion_checkpoints (
+  id INTEGER PRIMARY KEY,
+  layer TEXT NOT NULL,
+  stamp_ns INTEGER NOT NULL,
+  robot TEXT NOT NULL,
+  sequence INTEGER NOT NULL,
+  number INTEGER NOT NULL,
+  state_size INTEGER NOT NULL,
+  state BLOB NOT NULL,
+  UNIQUE (layer, stamp_ns, robot, sequence, number)
+);
+)sql";
+
+namespace {
+
+constexpr int kKeptCheckpoints = 4;
+
+constexpr char kNewestFirst[] = " ORDER BY stamp_ns DESC, robot DESC, sequence DESC, number DESC ";
+
+int64_t Nanos(absl::Time time) { return absl::ToUnixNanos(time); }
+
+absl::Status PutSettings(Database* database, const std::string& layer,
+                         const FusionSettings& settings) {
+  return database->Run(
+      "INSERT INTO hypermap_fusion (layer, strategy, parameters, exploration_layer) "
+      "VALUES (?, ?, ?, ?) ON CONFLICT (layer) DO UPDATE SET strategy = excluded.strategy, "
+      "parameters = excluded.parameters, exploration_layer = excluded.exploration_layer",
+      layer, settings.strategy, settings.parameters, settings.exploration_layer);
+}
+
+absl::Status InsertObservation(Database* database, const std::string& layer,
+                               const LoggedObservation& observation) {
+  const std::string body = PackBytes(observation.body);
+  return database->Run(
+      "INSERT INTO hypermap_observations (layer, stamp_ns, robot, sequence, content_hash, "
+      "retracted, received_at_ns, body_size, body) VALUES (?, ?, ?, ?, ?, 0, ?, ?, ?)",
+      layer, Nanos(observation.key.stamp), observation.key.robot, observation.key.sequence,
+      static_cast<int64_t>(observation.content_hash), Nanos(observation.received_at),
+      static_cast<int64_t>(observation.body.size()), BlobView{body});
+}
+
+absl::Status RetractObservation(Database* database, const std::string& layer,
+                                const ObservationKey& key) {
+  absl::Status status = database->Run(
+      "UPDATE hypermap_observations SET retracted = 1 "
+      "WHERE layer = ? AND robot = ? AND sequence = ?",
+      layer, key.robot, key.sequence);
+  if (status.ok() && database->changed_rows() != 1) {
+    return absl::InternalError("retracts an observation that is not there");
+  }
+  return status;
+}
+
+absl::Status InsertFact(Database* database, const std::string& layer, const LoggedFact& fact) {
+  return database->Run(
+      "INSERT INTO hypermap_operator_facts (layer, stamp_ns, robot, sequence, number, kind, track, "
+      "body) VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
+      layer, Nanos(fact.key.after.stamp), fact.key.after.robot, fact.key.after.sequence,
+      fact.key.number, fact.kind, fact.track, BlobView{fact.body});
+}
+
+absl::Status PutTrack(Database* database, const std::string& layer, const TrackId& track) {
+  return database->Run(
+      "INSERT INTO hypermap_fusion_tracks (layer, track, object_id) VALUES (?, ?, ?) "
+      "ON CONFLICT (layer, track) DO UPDATE SET object_id = excluded.object_id",
+      layer, track.first, track.second);
+}
+
+absl::Status DropCheckpointsFrom(Database* database, const std::string& layer, const LogKey& key) {
+  return database->Run(
+      "DELETE FROM hypermap_fusion_checkpoints "
+      "WHERE layer = ? AND (stamp_ns, robot, sequence, number) >= (?, ?, ?, ?)",
+      layer, Nanos(key.after.stamp), key.after.robot, key.after.sequence, key.number);
+}
+
+// stamp_ns, robot, sequence from column `first` on.
+ObservationKey KeyAt(Statement* row, int first) {
+  return {absl::FromUnixNanos(row->Int64(first)), std::string(row->Text(first + 1)),
+          row->Int64(first + 2)};
+}
+
+// Calls `take` with each row. DATA_LOSS naming `table` for columns that are not what they should
+// be.
+template <typename Take>
+absl::Status ForEachRow(Statement* select, const char* table, Take take) {
+  while (true) {
+    absl::StatusOr<bool> row = select->Step();
+    if (!row.ok()) return row.status();
+    if (!*row) return absl::OkStatus();
+    absl::Status status = take();
+    if (status.ok()) status = select->row_status();
+    if (!status.ok()) {
+      return absl::Status(status.code(), absl::StrCat(table, ": ", status.message()));
+    }
+  }
+}
+
+}  // namespace
+
+absl::Status WriteFusionChange(Database* database, const FusionChange& change) {
+  absl::Status status;
+  if (change.settings) status = PutSettings(database, change.layer, *change.settings);
+  if (status.ok() && change.stale_from) {
+    status = DropCheckpointsFrom(database, change.layer, *change.stale_from);
+  }
+  const auto write_all = [&](const auto& values, auto write) {
+    for (const auto& value : values) {
+      if (!status.ok()) return;
+      status = write(database, change.layer, value);
+    }
+  };
+  write_all(change.observations, InsertObservation);
+  write_all(change.retracted, RetractObservation);
+  write_all(change.facts, InsertFact);
+  write_all(change.tracks, PutTrack);
+  return status;
+}
+
+absl::Status DropFusion(Database* database, const std::string& layer) {
+  for (const char* table : {"hypermap_fusion", "hypermap_observations", "hypermap_operator_facts",
+                            "hypermap_fusion_tracks", "hypermap_fusion_checkpoints"}) {
+    absl::Status status =
+        database->Run(absl::StrCat("DELETE FROM ", table, " WHERE layer = ?"), layer);
+    if (!status.ok()) return status;
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<std::vector<std::pair<std::string, FusionSettings>>> FusionTables::FusedLayers() {
+  absl::StatusOr<Statement> select = database_->Prepare(
+      "SELECT layer, strategy, parameters, exploration_layer FROM hypermap_fusion ORDER BY layer");
+  if (!select.ok()) return select.status();
+  std::vector<std::pair<std::string, FusionSettings>> layers;
+  absl::Status status = ForEachRow(&*select, "hypermap_fusion", [&] {
+    layers.push_back({std::string(select->Text(0)),
+                      {std::string(select->Text(1)), std::string(select->Text(2)),
+                       std::string(select->Text(3))}});
+    return absl::OkStatus();
+  });
+  if (!status.ok()) return status;
+  return layers;
+}
+
+absl::StatusOr<std::vector<TrackId>> FusionTables::Tracks(const std::string& layer) {
+  absl::StatusOr<Statement> select = database_->Prepare(
+      "SELECT track, object_id FROM hypermap_fusion_tracks WHERE layer = ? ORDER BY track");
+  if (!select.ok()) return select.status();
+  std::vector<TrackId> tracks;
+  absl::Status status = ForEachRow(&select->Bind(layer), "hypermap_fusion_tracks", [&] {
+    tracks.emplace_back(std::string(select->Text(0)), select->Int64(1));
+    return absl::OkStatus();
+  });
+  if (!status.ok()) return status;
+  return tracks;
+}
+
+absl::StatusOr<std::optional<FusionLog::Known>> FusionTables::FindObservation(
+    const std::string& layer, const std::string& robot, int64_t sequence) {
+  absl::StatusOr<Statement> select = database_->Prepare(
+      "SELECT stamp_ns, robot, sequence, content_hash, retracted FROM hypermap_observations "
+      "WHERE layer = ? AND robot = ? AND sequence = ?");
+  if (!select.ok()) return select.status();
+  std::optional<Known> known;
+  absl::Status status =
+      ForEachRow(&select->Bind(layer, robot, sequence), "hypermap_observations", [&] {
+        known = Known{KeyAt(&*select, 0), static_cast<uint64_t>(select->Int64(3)),
+                      select->Int64(4) != 0};
+        return absl::OkStatus();
+      });
+  if (!status.ok()) return status;
+  return known;
+}
+
+absl::StatusOr<std::vector<int64_t>> FusionTables::Sequences(const std::string& layer,
+                                                             const std::string& robot) {
+  absl::StatusOr<Statement> select = database_->Prepare(
+      "SELECT sequence FROM hypermap_observations WHERE layer = ? AND robot = ? "
+      "ORDER BY sequence");
+  if (!select.ok()) return select.status();
+  std::vector<int64_t> sequences;
+  absl::Status status = ForEachRow(&select->Bind(layer, robot), "hypermap_observations", [&] {
+    sequences.push_back(select->Int64(0));
+    return absl::OkStatus();
+  });
+  if (!status.ok()) return status;
+  return sequences;
+}
+
+absl::StatusOr<std::vector<ObservationKey>> FusionTables::KeysOf(const std::string& layer,
+                                                                 const std::string& robot,
+                                                                 absl::Time from, absl::Time to) {
+  // Times past what fits become its ends, where no observation lies.
+  absl::StatusOr<Statement> select = database_->Prepare(
+      "SELECT stamp_ns, robot, sequence FROM hypermap_observations "
+      "WHERE layer = ? AND robot = ? AND stamp_ns >= ? AND stamp_ns < ? AND retracted = 0 "
+      "ORDER BY stamp_ns, sequence");
+  if (!select.ok()) return select.status();
+  std::vector<ObservationKey> keys;
+  absl::Status status =
+      ForEachRow(&select->Bind(layer, robot, Nanos(from), Nanos(to)), "hypermap_observations", [&] {
+        keys.push_back(KeyAt(&*select, 0));
+        return absl::OkStatus();
+      });
+  if (!status.ok()) return status;
+  return keys;
+}
+
+absl::StatusOr<std::optional<ObservationKey>> FusionTables::NewestKey(const std::string& layer) {
+  absl::StatusOr<Statement> select = database_->Prepare(
+      "SELECT stamp_ns, robot, sequence FROM hypermap_observations "
+      "WHERE layer = ? AND retracted = 0 "
+      "ORDER BY stamp_ns DESC, robot DESC, sequence DESC LIMIT 1");
+  if (!select.ok()) return select.status();
+  std::optional<ObservationKey> key;
+  absl::Status status = ForEachRow(&select->Bind(layer), "hypermap_observations", [&] {
+    key = KeyAt(&*select, 0);
+    return absl::OkStatus();
+  });
+  if (!status.ok()) return status;
+  return key;
+}
+
+absl::StatusOr<std::optional<LogKey>> FusionTables::NewestFact(const std::string& layer) {
+  absl::StatusOr<Statement> select = database_->Prepare(
+      absl::StrCat("SELECT stamp_ns, robot, sequence, number FROM hypermap_operator_facts "
+                   "WHERE layer = ?",
+                   kNewestFirst, "LIMIT 1"));
+  if (!select.ok()) return select.status();
+  std::optional<LogKey> key;
+  absl::Status status = ForEachRow(&select->Bind(layer), "hypermap_operator_facts", [&] {
+    key = LogKey{KeyAt(&*select, 0), select->Int64(3)};
+    return absl::OkStatus();
+  });
+  if (!status.ok()) return status;
+  return key;
+}
+
+absl::StatusOr<std::vector<LogEntry>> FusionTables::Read(const std::string& layer,
+                                                         const LogKey& after, int max_entries) {
+  absl::StatusOr<Statement> select = database_->Prepare(
+      "SELECT * FROM (SELECT stamp_ns, robot, sequence, 0 AS number, '' AS kind, '' AS track, "
+      "body, body_size FROM hypermap_observations WHERE layer = ?1 AND retracted = 0 "
+      "AND (stamp_ns, robot, sequence) > (?2, ?3, ?4) "
+      "ORDER BY stamp_ns, robot, sequence LIMIT ?6) "
+      "UNION ALL SELECT stamp_ns, robot, sequence, number, kind, track, body, NULL "
+      "FROM hypermap_operator_facts WHERE layer = ?1 "
+      "AND (stamp_ns, robot, sequence, number) > (?2, ?3, ?4, ?5) "
+      "ORDER BY stamp_ns, robot, sequence, number LIMIT ?6");
+  if (!select.ok()) return select.status();
+  select->Bind(layer, Nanos(after.after.stamp), after.after.robot, after.after.sequence,
+               after.number, max_entries);
+  std::vector<LogEntry> entries;
+  absl::Status status = ForEachRow(&*select, "hypermap_observations", [&] {
+    LogEntry entry{{KeyAt(&*select, 0), select->Int64(3)},
+                   std::string(select->Text(4)),
+                   std::string(select->Text(5)),
+                   ""};
+    const absl::string_view body = select->Blob(6);
+    if (entry.key.number > 0) {
+      entry.body = std::string(body);
+    } else {
+      absl::StatusOr<std::string> unpacked = UnpackBytes(body, select->Int64(7));
+      if (!unpacked.ok()) return unpacked.status();
+      entry.body = *std::move(unpacked);
+    }
+    entries.push_back(std::move(entry));
+    return absl::OkStatus();
+  });
+  if (!status.ok()) return status;
+  return entries;
+}
+
+absl::StatusOr<std::optional<FusionCheckpoint>> FusionTables::FindCheckpoint(
+    const std::string& layer, const std::optional<LogKey>& before) {
+  const std::string where = before ? "AND (stamp_ns, robot, sequence, number) < (?, ?, ?, ?)" : "";
+  absl::StatusOr<Statement> select =
+      database_->Prepare(absl::StrCat("SELECT stamp_ns, robot, sequence, number, state_size, state "
+                                      "FROM hypermap_fusion_checkpoints WHERE layer = ? ",
+                                      where, kNewestFirst, "LIMIT 1"));
+  if (!select.ok()) return select.status();
+  if (before) {
+    select->Bind(layer, Nanos(before->after.stamp), before->after.robot, before->after.sequence,
+                 before->number);
+  } else {
+    select->Bind(layer);
+  }
+  std::optional<FusionCheckpoint> checkpoint;
+  absl::Status status = ForEachRow(&*select, "hypermap_fusion_checkpoints", [&] {
+    absl::StatusOr<std::string> state = UnpackBytes(select->Blob(5), select->Int64(4));
+    if (!state.ok()) return state.status();
+    checkpoint = FusionCheckpoint{{KeyAt(&*select, 0), select->Int64(3)}, *std::move(state)};
+    return absl::OkStatus();
+  });
+  if (!status.ok()) return status;
+  return checkpoint;
+}
+
+absl::Status FusionTables::KeepCheckpoint(const std::string& layer,
+                                          const FusionCheckpoint& checkpoint) {
+  absl::StatusOr<Transaction> transaction = Transaction::Begin(database_);
+  if (!transaction.ok()) return transaction.status();
+  const std::string state = PackBytes(checkpoint.state);
+  absl::Status status = database_->Run(
+      "INSERT OR REPLACE INTO hypermap_fusion_checkpoints "
+      "(layer, stamp_ns, robot, sequence, number, state_size, state) VALUES (?, ?, ?, ?, ?, ?, ?)",
+      layer, Nanos(checkpoint.key.after.stamp), checkpoint.key.after.robot,
+      checkpoint.key.after.sequence, checkpoint.key.number,
+      static_cast<int64_t>(checkpoint.state.size()), BlobView{state});
+  if (status.ok()) {
+    status = database_->Run(
+        absl::StrCat("DELETE FROM hypermap_fusion_checkpoints WHERE layer = ?1 AND id NOT IN "
+                     "(SELECT id FROM hypermap_fusion_checkpoints WHERE layer = ?1",
+                     kNewestFirst, "LIMIT ?2)"),
+        layer, kKeptCheckpoints);
+  }
+  if (status.ok()) status = transaction->Commit();
+  return status;
+}
+
+}  // namespace hypermap::storage

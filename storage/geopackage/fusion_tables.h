@@ -1,0 +1,54 @@
+// hypermap_fusion and its kin: how layers are fused, and the log of evidence.
+#ifndef HYPERMAP_STORAGE_GEOPACKAGE_FUSION_TABLES_H_
+#define HYPERMAP_STORAGE_GEOPACKAGE_FUSION_TABLES_H_
+
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "storage/fusion_log.h"
+#include "storage/geopackage/sqlite.h"
+
+namespace hypermap::storage {
+
+// What creates the tables, also in a map of an older schema.
+extern const char kCreateFusionTables[];
+
+// Within a transaction of the caller.
+absl::Status WriteFusionChange(Database* database, const FusionChange& change);
+absl::Status DropFusion(Database* database, const std::string& layer);
+
+// Borrows the database.
+class FusionTables : public FusionLog {
+ public:
+  explicit FusionTables(Database* database) : database_(database) {}
+
+  absl::StatusOr<std::vector<std::pair<std::string, FusionSettings>>> FusedLayers() override;
+  absl::StatusOr<std::vector<TrackId>> Tracks(const std::string& layer) override;
+  absl::StatusOr<std::optional<Known>> FindObservation(const std::string& layer,
+                                                       const std::string& robot,
+                                                       int64_t sequence) override;
+  absl::StatusOr<std::vector<int64_t>> Sequences(const std::string& layer,
+                                                 const std::string& robot) override;
+  absl::StatusOr<std::vector<ObservationKey>> KeysOf(const std::string& layer,
+                                                     const std::string& robot, absl::Time from,
+                                                     absl::Time to) override;
+  absl::StatusOr<std::optional<ObservationKey>> NewestKey(const std::string& layer) override;
+  absl::StatusOr<std::optional<LogKey>> NewestFact(const std::string& layer) override;
+  absl::StatusOr<std::vector<LogEntry>> Read(const std::string& layer, const LogKey& after,
+                                             int max_entries) override;
+  absl::StatusOr<std::optional<FusionCheckpoint>> FindCheckpoint(
+      const std::string& layer, const std::optional<LogKey>& before) override;
+  absl::Status KeepCheckpoint(const std::string& layer,
+                              const FusionCheckpoint& checkpoint) override;
+
+ private:
+  Database* const database_;
+};
+
+}  // namespace hypermap::storage
+
+#endif  // HYPERMAP_STORAGE_GEOPACKAGE_FUSION_TABLES_H_

@@ -1,0 +1,173 @@
+#include "storage/geopackage/fusion_tables.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <string>
+
+#include "storage/geopackage/map_testing.h"
+#include "storage/geopackage/packed_bytes.h"
+
+namespace hypermap::storage {
+namespace {
+
+using ::testing::ElementsAre;
+
+ObservationKey Key(int64_t nanos, const std::string& robot, int64_t sequence) {
+  return {absl::FromUnixNanos(nanos), robot, sequence};
+}
+
+LoggedObservation Logged(const ObservationKey& key, const std::string& body) {
+  return {key, 0xfedcba9876543210, absl::FromUnixNanos(99), body};
+}
+
+class FusionTablesTest : public ::testing::Test {
+ protected:
+  FusionTablesTest() : store_(OpenStore(folder_.path())), map_(CreateMap(*store_, "site")) {
+    map_.Edit({{CreateLayer{SemanticSpec("things")}, CreateLayer{SemanticSpec("others")}}});
+  }
+
+  FusionLog& log() { return map_.stored->fusion_log(); }
+
+  void Write(FusionChange change, const EditBatch& batch = {}) {
+    Commit commit = batch.edits.empty()
+                        ? MakeCommit(*map_.snapshot, {{PutObject{"others", UnitSquare("cup"), ""}}})
+                        : MakeCommit(*map_.snapshot, batch);
+    if (!change.layer.empty()) commit.fusion.push_back(std::move(change));
+    const absl::Status status = map_.stored->Write({commit});
+    ASSERT_TRUE(status.ok()) << status;
+    map_.snapshot = commit.applied.snapshot;
+  }
+
+  std::vector<std::string> Bodies(const LogKey& after, int max_entries = 100) {
+    const auto entries = log().Read("things", after, max_entries);
+    EXPECT_TRUE(entries.ok()) << entries.status();
+    std::vector<std::string> bodies;
+    for (const LogEntry& entry : *entries) bodies.push_back(entry.body);
+    return bodies;
+  }
+
+  TempFolder folder_;
+  std::unique_ptr<MapStore> store_;
+  EditedMap map_;
+};
+
+TEST_F(FusionTablesTest, EntriesComeInTheOrderOfTheirKeysWhateverTheyWereWrittenIn) {
+  Write({.layer = "things",
+         .settings = FusionSettings{"evidence", "{}", ""},
+         .observations = {Logged(Key(20, "b", 1), "3"), Logged(Key(-5, "z", 9), "0")}});
+  Write({.layer = "things",
+         .observations = {Logged(Key(20, "a", 7), "2"), Logged(Key(20, "b", 2), "6")},
+         .facts = {{{Key(20, "b", 1), 2}, "remove", "t", "5"},
+                   {{Key(20, "b", 1), 1}, "pin", "t", "4"},
+                   {{BeforeAll().after, 3}, "pin", "t", "first"}}});
+  Write({.layer = "others",
+         .settings = FusionSettings{"paper", "{}", ""},
+         .observations = {Logged(Key(20, "b", 1), "of others")}});
+  EXPECT_THAT(Bodies(BeforeAll()), ElementsAre("first", "0", "2", "3", "4", "5", "6"));
+  EXPECT_THAT(Bodies(BeforeAll(), 3), ElementsAre("first", "0", "2"));
+  EXPECT_THAT(Bodies({Key(20, "a", 7), 0}), ElementsAre("3", "4", "5", "6"));
+  EXPECT_THAT(Bodies({Key(20, "b", 1), 0}, 2), ElementsAre("4", "5"));
+  EXPECT_THAT(Bodies({Key(20, "b", 1), 1}), ElementsAre("5", "6"));
+  EXPECT_EQ(*log().NewestKey("things"), Key(20, "b", 2));
+  EXPECT_EQ(*log().NewestFact("things"), (LogKey{Key(20, "b", 1), 2}));
+  EXPECT_EQ((**log().FindObservation("things", "b", 1)).content_hash, 0xfedcba9876543210);
+  EXPECT_EQ(*log().FindObservation("things", "b", 9), std::nullopt);
+  EXPECT_THAT(*log().Sequences("things", "b"), ElementsAre(1, 2));
+}
+
+TEST_F(FusionTablesTest, RetractedObservationsAreKnownAndNotRead) {
+  Write({.layer = "things",
+         .settings = FusionSettings{"evidence", "{}", ""},
+         .observations = {Logged(Key(1, "a", 0), "0"), Logged(Key(2, "a", 1), "1"),
+                          Logged(Key(3, "a", 2), "2")}});
+  EXPECT_THAT(*log().KeysOf("things", "a", absl::FromUnixNanos(2), absl::FromUnixNanos(3)),
+              ElementsAre(Key(2, "a", 1)));
+  Write({.layer = "things", .retracted = {Key(2, "a", 1), Key(3, "a", 2)}});
+  EXPECT_THAT(Bodies(BeforeAll()), ElementsAre("0"));
+  EXPECT_THAT(*log().KeysOf("things", "a", absl::InfinitePast(), absl::InfiniteFuture()),
+              ElementsAre(Key(1, "a", 0)));
+  EXPECT_TRUE((**log().FindObservation("things", "a", 1)).retracted);
+  EXPECT_EQ(*log().NewestKey("things"), Key(1, "a", 0));
+  EXPECT_THAT(*log().Sequences("things", "a"), ElementsAre(0, 1, 2));
+}
+
+TEST_F(FusionTablesTest, OnlyCheckpointsThatAreTrueAndNewAreFound) {
+  Write({.layer = "things", .settings = FusionSettings{"evidence", "{}", ""}});
+  for (int i = 1; i <= 6; ++i) {
+    const std::string state(1000 * i, static_cast<char>('0' + i));
+    ASSERT_TRUE(log().KeepCheckpoint("things", {{Key(i, "a", i), 0}, state}).ok());
+  }
+  EXPECT_EQ((**log().FindCheckpoint("things", std::nullopt)).state, std::string(6000, '6'));
+  EXPECT_EQ((**log().FindCheckpoint("things", LogKey{Key(4, "a", 4), 0})).state,
+            std::string(3000, '3'));
+  EXPECT_EQ(*log().FindCheckpoint("things", LogKey{Key(3, "a", 3), 0}), std::nullopt);
+  Write({.layer = "things", .stale_from = LogKey{Key(5, "a", 5), 0}});
+  EXPECT_EQ((**log().FindCheckpoint("things", std::nullopt)).state, std::string(4000, '4'));
+}
+
+TEST_F(FusionTablesTest, DeletedLayerLeavesNothing) {
+  for (const char* layer : {"things", "others"}) {
+    Write({.layer = layer,
+           .settings = FusionSettings{"evidence", "{}", ""},
+           .observations = {Logged(Key(1, "a", 0), layer)},
+           .facts = {{{Key(1, "a", 0), 1}, "pin", "t", "x"}},
+           .tracks = {{"t", 1}}});
+    ASSERT_TRUE(log().KeepCheckpoint(layer, {{Key(1, "a", 0), 0}, "state"}).ok());
+  }
+  Write({}, {{DeleteLayer{"things"}}});
+  EXPECT_TRUE(Bodies(BeforeAll()).empty());
+  EXPECT_TRUE(log().Tracks("things")->empty());
+  EXPECT_EQ(*log().FindCheckpoint("things", std::nullopt), std::nullopt);
+  EXPECT_EQ(log().FusedLayers()->size(), 1u);
+  EXPECT_EQ(log().Tracks("others")->size(), 1u);
+}
+
+TEST_F(FusionTablesTest, FailedCommitStoresNoEvidence) {
+  FusionChange change{.layer = "things",
+                      .settings = FusionSettings{"evidence", "{}", ""},
+                      .observations = {Logged(Key(1, "a", 0), "0"), Logged(Key(2, "a", 0), "1")}};
+  Commit commit = MakeCommit(*map_.snapshot, {{PutObject{"others", UnitSquare("cup"), ""}}});
+  commit.fusion.push_back(change);
+  EXPECT_FALSE(map_.stored->Write({commit}).ok());
+  EXPECT_TRUE(log().FusedLayers()->empty());
+  EXPECT_TRUE(Bodies(BeforeAll()).empty());
+}
+
+TEST_F(FusionTablesTest, DamageIsTold) {
+  Write({.layer = "things",
+         .settings = FusionSettings{"evidence", "{}", ""},
+         .observations = {Logged(Key(1, "a", 0), std::string(1000, 'x'))}});
+  const auto other = Connect(folder_ / "site.gpkg");
+  for (const char* damage : {"body_size = 999", "body_size = 1000000000", "body = X'00'",
+                             "body_size = -1", "body = 'text'", "robot = X'00'"}) {
+    SCOPED_TRACE(damage);
+    ASSERT_TRUE(other->Execute(std::string("UPDATE hypermap_observations SET ") + damage).ok());
+    const absl::Status status = log().Read("things", BeforeAll(), 10).status();
+    EXPECT_EQ(status.code(), absl::StatusCode::kDataLoss) << status;
+    EXPECT_THAT(std::string(status.message()), ::testing::HasSubstr("hypermap_observations"));
+    const std::string whole = PackBytes(std::string(1000, 'x'));
+    ASSERT_TRUE(other
+                    ->Run("UPDATE hypermap_observations SET robot = 'a', body_size = 1000, "
+                          "body = ?",
+                          BlobView{whole})
+                    .ok());
+  }
+}
+
+TEST(PackedBytes, ComeBackAndDamageIsTold) {
+  for (const std::string& bytes :
+       {std::string(), std::string("a"), std::string(100'000, 'z'), std::string("\0\xff", 2)}) {
+    const std::string packed = PackBytes(bytes);
+    EXPECT_EQ(*UnpackBytes(packed, static_cast<int64_t>(bytes.size())), bytes);
+    EXPECT_EQ(UnpackBytes(packed, static_cast<int64_t>(bytes.size()) + 1).status().code(),
+              absl::StatusCode::kDataLoss);
+    EXPECT_EQ(UnpackBytes(packed.substr(0, packed.size() - 1), bytes.size()).status().code(),
+              absl::StatusCode::kDataLoss);
+  }
+  EXPECT_EQ(UnpackBytes("", int64_t{1} << 40).status().code(), absl::StatusCode::kDataLoss);
+}
+
+}  // namespace
+}  // namespace hypermap::storage

@@ -1,0 +1,40 @@
+#include "storage/geopackage/packed_bytes.h"
+
+#include <zlib.h>
+
+#include "absl/status/status.h"
+
+namespace hypermap::storage {
+namespace {
+
+constexpr int64_t kMaxSize = int64_t{1} << 30;
+// Deflate makes at most this many bytes of one.
+constexpr int64_t kMaxExpansion = 1032;
+
+}  // namespace
+
+std::string PackBytes(absl::string_view bytes) {
+  uLongf size = compressBound(bytes.size());
+  std::string packed(size, '\0');
+  // Cannot fail with a buffer of that size.
+  compress2(reinterpret_cast<Bytef*>(packed.data()), &size,
+            reinterpret_cast<const Bytef*>(bytes.data()), bytes.size(), Z_BEST_SPEED);
+  packed.resize(size);
+  return packed;
+}
+
+absl::StatusOr<std::string> UnpackBytes(absl::string_view packed, int64_t size) {
+  // Checked before anything of that size is made.
+  if (size < 0 || size > kMaxSize ||
+      size > kMaxExpansion * (static_cast<int64_t>(packed.size()) + 1)) {
+    return absl::DataLossError("packed bytes: the size cannot be right");
+  }
+  std::string bytes(static_cast<size_t>(size), '\0');
+  uLongf unpacked = bytes.size();
+  const int code = uncompress(reinterpret_cast<Bytef*>(bytes.data()), &unpacked,
+                              reinterpret_cast<const Bytef*>(packed.data()), packed.size());
+  if (code == Z_OK && unpacked == bytes.size()) return bytes;
+  return absl::DataLossError("packed bytes: damaged");
+}
+
+}  // namespace hypermap::storage
