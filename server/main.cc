@@ -20,6 +20,7 @@
 #include "absl/status/statusor.h"
 #include "absl/strings/str_cat.h"
 #include "absl/time/time.h"
+#include "server/services/evidence_codec.h"
 #include "server/services/facilities.h"
 #include "server/services/grpc_server.h"
 #include "server/services/request_log.h"
@@ -41,6 +42,8 @@ ABSL_FLAG(int, max_edits, 10'000, "Most edits of a batch");
 ABSL_FLAG(int64_t, max_cells, int64_t{1} << 26, "Most cells that one edit or imported image sets");
 ABSL_FLAG(int, max_nearest, 1'000, "Largest k of a nearest query");
 ABSL_FLAG(int64_t, max_import_bytes, int64_t{256} << 20, "Largest sum of the files of an import");
+ABSL_FLAG(absl::Duration, max_lateness, absl::Minutes(10),
+          "How far behind a layer's newest observation another may lie");
 ABSL_FLAG(int, max_queue, 1'024, "Most batches that may wait for a map's writer");
 ABSL_FLAG(int, chunk_items, 2'048, "Most objects or runs of cells in a message of an answer");
 ABSL_FLAG(int64_t, max_chunk_bytes, 256 << 10,
@@ -72,6 +75,9 @@ absl::Status CheckFlags(const std::vector<char*>& positional) {
   for (const auto& [name, value] : positive) {
     if (value < 1) return absl::InvalidArgumentError(absl::StrCat("--", name, " must be positive"));
   }
+  if (absl::GetFlag(FLAGS_max_lateness) < absl::ZeroDuration()) {
+    return absl::InvalidArgumentError("--max_lateness must not be negative");
+  }
   return absl::OkStatus();
 }
 
@@ -99,6 +105,8 @@ SessionOptions SessionOptionsOfFlags() {
   SessionOptions options;
   options.max_queue = absl::GetFlag(FLAGS_max_queue);
   options.edit_limits.max_cells_per_fill = absl::GetFlag(FLAGS_max_cells);
+  options.fusion.codec = WireEvidenceCodec();
+  options.fusion.max_lateness = absl::GetFlag(FLAGS_max_lateness);
   return options;
 }
 

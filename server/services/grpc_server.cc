@@ -32,7 +32,7 @@ absl::StatusOr<std::string> HostOf(const std::string& listen) {
 }  // namespace
 
 GrpcServer::GrpcServer(const Facilities& facilities)
-    : catalog_(facilities), query_(facilities), edit_(facilities) {}
+    : catalog_(facilities), query_(facilities), edit_(facilities), ingest_(facilities) {}
 
 GrpcServer::~GrpcServer() = default;
 
@@ -56,6 +56,7 @@ absl::StatusOr<std::unique_ptr<GrpcServer>> GrpcServer::Start(const GrpcServerOp
   builder.RegisterService(&made->catalog_);
   builder.RegisterService(&made->query_);
   builder.RegisterService(&made->edit_);
+  builder.RegisterService(&made->ingest_);
   made->server_ = builder.BuildAndStart();
   if (!made->server_ || port == 0) {
     return absl::UnavailableError(
@@ -64,7 +65,7 @@ absl::StatusOr<std::unique_ptr<GrpcServer>> GrpcServer::Start(const GrpcServerOp
   grpc::HealthCheckServiceInterface* health = made->server_->GetHealthCheckService();
   for (const char* service :
        {v1::CatalogService::service_full_name(), v1::QueryService::service_full_name(),
-        v1::EditService::service_full_name()}) {
+        v1::EditService::service_full_name(), v1::IngestService::service_full_name()}) {
     health->SetServingStatus(service, true);
   }
   made->address_ = absl::StrCat(*host, port);

@@ -12,6 +12,7 @@
 #include "server/services/catalog_service.h"
 #include "server/services/edit_service.h"
 #include "server/services/facilities.h"
+#include "server/services/ingest_service.h"
 #include "server/services/query_service.h"
 
 namespace hypermap::server {
@@ -48,6 +49,7 @@ class GrpcServer {
   CatalogService catalog_;
   QueryService query_;
   EditService edit_;
+  IngestService ingest_;
   std::string address_;
   std::unique_ptr<grpc::Server> server_;
 };

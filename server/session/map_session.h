@@ -11,15 +11,18 @@
 #include <memory>
 #include <string>
 #include <thread>
+#include <variant>
 #include <vector>
 
 #include "absl/base/thread_annotations.h"
 #include "absl/functional/any_invocable.h"
+#include "absl/functional/function_ref.h"
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "map/edits/apply.h"
 #include "map/snapshot.h"
 #include "server/session/group_commit.h"
+#include "server/session/map_fusion.h"
 #include "server/session/mutex.h"
 #include "storage/map_store.h"
 
@@ -29,6 +32,7 @@ struct SessionOptions {
   // Batches that may wait for the writer.
   int max_queue = 1024;
   EditLimits edit_limits;
+  FusionOptions fusion;
 };
 
 class MapSession {
@@ -51,9 +55,26 @@ class MapSession {
   // the writer's thread. RESOURCE_EXHAUSTED when the queue is full, UNAVAILABLE when the session is
   // closed; then on the caller's thread. `done` must not wait and must not own the session.
   void Submit(Submission submission, ReceiptCallback done);
+  void Run(FusionSubmission submission, ReceiptCallback done);
+  // The same with observations: answered when they are on disk, fused and visible. Errors besides:
+  // those of MapFusion::Admit.
+  void Observe(ObservationSubmission submission, VerdictsCallback done);
 
   // Submit that waits for the answer.
   absl::StatusOr<storage::Receipt> SubmitAndWait(Submission submission);
+  absl::StatusOr<storage::Receipt> RunAndWait(FusionSubmission submission);
+
+  // Runs `task` with the map's fusion, between two groups, and waits for it. NOT_FOUND,
+  // FAILED_PRECONDITION when the layer is not there or not fused; errors as Submit.
+  using FusionTask = absl::FunctionRef<absl::Status(FusedLayer&)>;
+  absl::Status InspectFusion(const std::string& layer, FusionTask task);
+
+  // Entries of a fused layer's log after `after`, at most `max_entries`; waits. Errors as
+  // InspectFusion.
+  absl::StatusOr<std::vector<Evidence>> ReadEvidence(const std::string& layer,
+                                                     const storage::LogKey& after, int max_entries);
+
+  const SessionOptions& options() const { return options_; }
 
   // Writes a consistent copy of the newest stored revision; waits for it. Edits wait meanwhile,
   // readers don't. Errors as StoredMap::BackupTo and Submit.
@@ -64,29 +85,37 @@ class MapSession {
   void Close();
 
  private:
-  struct QueuedBatch {
-    Submission submission;
-    ReceiptCallback done;
+  template <typename SubmissionType, typename Callback>
+  struct Queued {
+    SubmissionType submission;
+    Callback done;
   };
-  struct QueuedBackup {
-    std::string path;
-    absl::AnyInvocable<void(absl::Status) &&> done;
-  };
+  using QueuedSubmission =
+      std::variant<Queued<Submission, ReceiptCallback>, Queued<FusionSubmission, ReceiptCallback>,
+                   Queued<ObservationSubmission, VerdictsCallback>>;
+  using Task = absl::AnyInvocable<void() &&>;
   struct Work {
-    std::vector<QueuedBatch> batches;
-    std::vector<QueuedBackup> backups;
+    std::vector<QueuedSubmission> submissions;
+    std::vector<Task> tasks;  // run when the submissions are stored
 
-    bool empty() const { return batches.empty() && backups.empty(); }
+    bool empty() const { return submissions.empty() && tasks.empty(); }
   };
 
   MapSession(std::unique_ptr<storage::StoredMap> stored, SnapshotPtr snapshot,
              const SessionOptions& options);
 
+  template <typename SubmissionType, typename Callback>
+  void Enqueue(SubmissionType submission, Callback done);
+  template <typename SubmissionType>
+  absl::StatusOr<storage::Receipt> EnqueueAndWait(SubmissionType submission);
+  // Runs the task on the writer's thread, and waits for it.
+  absl::Status RunOnWriter(absl::FunctionRef<absl::Status()> task);
+
   // The writer's thread.
   void RunWriter();
   // Waits for work; empty when the session is closed.
   Work TakeWork();
-  void Commit(std::vector<QueuedBatch> batches);
+  void Commit(std::vector<QueuedSubmission> submissions);
 
   absl::Status CheckAccepts(size_t queued) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(queue_mutex_);
 
@@ -94,6 +123,7 @@ class MapSession {
   const storage::MapHeader header_;
   // Of the writer's thread while it runs.
   std::unique_ptr<storage::StoredMap> stored_;
+  std::unique_ptr<MapFusion> fusion_;
 
   mutable Mutex snapshot_mutex_;
   SnapshotPtr snapshot_ ABSL_GUARDED_BY(snapshot_mutex_);

@@ -15,17 +15,23 @@
 #include "hypermap/v1/edit_service.grpc.pb.h"
 #include "hypermap/v1/query_service.grpc.pb.h"
 #include "map/edits/edit.h"
+#include "server/services/evidence_codec.h"
 #include "server/services/facilities.h"
 #include "server/services/grpc_server.h"
 #include "server/session/site.h"
 #include "server/session/testing/memory_map_store.h"
+#include "server/session/testing/tally_strategy.h"
 
 namespace hypermap::server {
 
 class TestServer {
  public:
   explicit TestServer(const ServiceLimits& limits = {}, int max_message_bytes = 1 << 20) {
-    auto site = Site::Open(std::make_unique<MemoryMapStore>(&disk_), SessionOptions());
+    SessionOptions options;
+    options.fusion.codec = WireEvidenceCodec();
+    options.fusion.make_strategy = MakeTallyStrategy;
+    options.fusion.default_strategy = "tally";
+    auto site = Site::Open(std::make_unique<MemoryMapStore>(&disk_), options);
     EXPECT_TRUE(site.ok()) << site.status();
     site_ = *std::move(site);
     auto server =

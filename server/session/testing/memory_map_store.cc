@@ -25,6 +25,7 @@ class MemoryMap : public storage::StoredMap {
     if (it == file_->receipts.end()) return std::nullopt;
     return it->second;
   }
+  storage::FusionLog& fusion_log() override { return file_->fusion; }
   absl::Status BackupTo(const std::string& path) override {
     std::ofstream(path) << "copy of " << file_->header.name << " at revision "
                         << file_->snapshot->revision;
@@ -72,6 +73,12 @@ absl::Status MemoryDisk::Write(File& file, absl::Span<const storage::Commit> com
   writes_.push_back(commits.size());
   for (const storage::Commit& commit : commits) {
     file.snapshot = commit.applied.snapshot;
+    for (const Change& change : commit.applied.changes) {
+      if (const auto* deleted = std::get_if<LayerDeleted>(&change)) {
+        file.fusion.Drop(deleted->spec.name);
+      }
+    }
+    for (const storage::FusionChange& change : commit.fusion) file.fusion.Apply(change);
     if (commit.request_id.empty()) continue;
     file.receipts[commit.request_id] = {commit.request_id, file.snapshot->revision,
                                         commit.applied.object_ids};

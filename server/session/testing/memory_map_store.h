@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "server/session/mutex.h"
+#include "server/session/testing/memory_fusion_log.h"
 #include "storage/map_store.h"
 
 namespace hypermap::server {
@@ -34,6 +35,7 @@ class MemoryDisk {
     storage::MapHeader header;
     SnapshotPtr snapshot;
     std::map<std::string, storage::Receipt, std::less<>> receipts;
+    MemoryFusionLog fusion;
     bool open = false;
     absl::Status problem;
   };

@@ -1,0 +1,120 @@
+#include "server/services/ingest_service.h"
+
+#include <array>
+#include <memory>
+#include <utility>
+
+#include "server/services/observe_call.h"
+#include "server/session/object_history.h"
+#include "wire/time.h"
+
+namespace hypermap::server {
+namespace {
+
+constexpr std::array<std::pair<ObjectEvent::Kind, v1::ObjectEventKind>, 6> kEventKinds{{
+    {ObjectEvent::Kind::kFounded, v1::OBJECT_EVENT_KIND_FOUNDED},
+    {ObjectEvent::Kind::kSeen, v1::OBJECT_EVENT_KIND_SEEN},
+    {ObjectEvent::Kind::kMissed, v1::OBJECT_EVENT_KIND_MISSED},
+    {ObjectEvent::Kind::kMerged, v1::OBJECT_EVENT_KIND_MERGED},
+    {ObjectEvent::Kind::kPinned, v1::OBJECT_EVENT_KIND_PINNED},
+    {ObjectEvent::Kind::kRemoved, v1::OBJECT_EVENT_KIND_REMOVED},
+}};
+
+v1::ObjectEventKind EncodeEventKind(ObjectEvent::Kind kind) {
+  for (const auto& [domain, message] : kEventKinds) {
+    if (domain == kind) return message;
+  }
+  return v1::OBJECT_EVENT_KIND_UNSPECIFIED;
+}
+
+void EncodeEvent(const ObjectEvent& event, v1::ObjectEvent* message) {
+  message->set_kind(EncodeEventKind(event.kind));
+  if (!event.at.robot.empty()) {
+    message->set_robot(event.at.robot);
+    message->set_sequence(event.at.sequence);
+    wire::EncodeTime(event.at.stamp, message->mutable_stamp());
+  }
+  message->set_detection(event.detection);
+  message->set_score(event.score);
+  if (event.existence) message->set_existence(*event.existence);
+  message->set_track(event.track);
+}
+
+// Hands a command to the map's writer, and ends the call when what it does is on disk.
+template <typename Request, typename Response>
+absl::Status StartCommand(const Facilities& facilities, UnaryCallPtr call, const Request& request,
+                          FusionCommand command, Response* response) {
+  const absl::StatusOr<std::shared_ptr<MapSession>> session = FindMap(facilities, request.map());
+  if (!session.ok()) return session.status();
+  if (auto status = ValidateRequestId(request.request_id()); !status.ok()) return status;
+  FusionSubmission submission{std::move(command), call->log().author(), request.request_id()};
+  response->set_map(request.map());
+  (*session)->Run(std::move(submission), [call = std::move(call), request_id = request.request_id(),
+                                          response](absl::StatusOr<storage::Receipt> receipt) {
+    if (receipt.ok()) {
+      call->log().Edited(receipt->revision, request_id, 1);
+      response->set_revision(receipt->revision);
+    }
+    call->Finish(receipt.status());
+  });
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+grpc::ServerBidiReactor<v1::ObserveRequest, v1::ObserveResponse>* IngestService::Observe(
+    grpc::CallbackServerContext* context) {
+  return new ObserveCall(context, &facilities_);
+}
+
+grpc::ServerUnaryReactor* IngestService::RebuildLayer(grpc::CallbackServerContext* context,
+                                                      const v1::RebuildLayerRequest* request,
+                                                      v1::RebuildLayerResponse* response) {
+  auto call = std::make_shared<UnaryCall>(context, "RebuildLayer", request->map());
+  return StartOn(facilities_.workers, call, [this, call, request, response] {
+    return StartCommand(facilities_, call, *request,
+                        RebuildFusion{request->layer(), request->strategy(), request->parameters()},
+                        response);
+  });
+}
+
+grpc::ServerUnaryReactor* IngestService::RetractSource(grpc::CallbackServerContext* context,
+                                                       const v1::RetractSourceRequest* request,
+                                                       v1::RetractSourceResponse* response) {
+  auto call = std::make_shared<UnaryCall>(context, "RetractSource", request->map());
+  return StartOn(facilities_.workers, call, [this, call, request, response] {
+    RetractObservations command{request->layer(), request->robot()};
+    if (request->has_from()) command.from = wire::DecodeTime(request->from());
+    if (request->has_to()) command.to = wire::DecodeTime(request->to());
+    return StartCommand(facilities_, call, *request, std::move(command), response);
+  });
+}
+
+grpc::ServerUnaryReactor* IngestService::ExplainObject(grpc::CallbackServerContext* context,
+                                                       const v1::ExplainObjectRequest* request,
+                                                       v1::ExplainObjectResponse* response) {
+  auto call = std::make_shared<UnaryCall>(context, "ExplainObject", request->map());
+  // Folds a whole log.
+  return AnswerOn(facilities_.file_workers, call,
+                  [this, call, request, response] { return Explain(*call, *request, response); });
+}
+
+absl::StatusOr<int64_t> IngestService::Explain(const UnaryCall& call,
+                                               const v1::ExplainObjectRequest& request,
+                                               v1::ExplainObjectResponse* response) const {
+  const absl::StatusOr<std::shared_ptr<MapSession>> session = FindMap(facilities_, request.map());
+  if (!session.ok()) return session.status();
+  const absl::StatusOr<ObjectHistory> history = server::ExplainObject(
+      **session, request.layer(), request.object_id(), [&call] { return call.CheckWanted(); });
+  if (!history.ok()) return history.status();
+  response->set_map(request.map());
+  response->set_revision(history->revision);
+  response->set_object_id(request.object_id());
+  response->set_strategy(history->settings.strategy);
+  response->set_parameters(history->settings.parameters);
+  response->set_track(history->track);
+  for (const ObjectEvent& event : history->events) EncodeEvent(event, response->add_events());
+  return static_cast<int64_t>(history->events.size());
+}
+
+}  // namespace hypermap::server

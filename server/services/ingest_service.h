@@ -1,0 +1,40 @@
+// hypermap.v1.IngestService.
+#ifndef HYPERMAP_SERVER_SERVICES_INGEST_SERVICE_H_
+#define HYPERMAP_SERVER_SERVICES_INGEST_SERVICE_H_
+
+#include <cstdint>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "hypermap/v1/ingest_service.grpc.pb.h"
+#include "server/services/facilities.h"
+#include "server/services/unary_call.h"
+
+namespace hypermap::server {
+
+class IngestService : public v1::IngestService::CallbackService {
+ public:
+  explicit IngestService(const Facilities& facilities) : facilities_(facilities) {}
+
+  grpc::ServerBidiReactor<v1::ObserveRequest, v1::ObserveResponse>* Observe(
+      grpc::CallbackServerContext* context) override;
+  grpc::ServerUnaryReactor* RebuildLayer(grpc::CallbackServerContext* context,
+                                         const v1::RebuildLayerRequest* request,
+                                         v1::RebuildLayerResponse* response) override;
+  grpc::ServerUnaryReactor* RetractSource(grpc::CallbackServerContext* context,
+                                          const v1::RetractSourceRequest* request,
+                                          v1::RetractSourceResponse* response) override;
+  grpc::ServerUnaryReactor* ExplainObject(grpc::CallbackServerContext* context,
+                                          const v1::ExplainObjectRequest* request,
+                                          v1::ExplainObjectResponse* response) override;
+
+ private:
+  absl::StatusOr<int64_t> Explain(const UnaryCall& call, const v1::ExplainObjectRequest& request,
+                                  v1::ExplainObjectResponse* response) const;
+
+  const Facilities facilities_;
+};
+
+}  // namespace hypermap::server
+
+#endif  // HYPERMAP_SERVER_SERVICES_INGEST_SERVICE_H_

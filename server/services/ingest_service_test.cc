@@ -1,0 +1,250 @@
+#include "server/services/ingest_service.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <set>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "client_libs/cpp/client.h"
+#include "server/services/testing/test_server.h"
+#include "wire/observation.h"
+
+namespace hypermap::server {
+namespace {
+
+using ::testing::Each;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::SizeIs;
+
+using Outcome = client::ObservationOutcome;
+
+Observation See(const std::string& robot, int64_t sequence, const std::string& label) {
+  Observation observation;
+  observation.robot = robot;
+  observation.sequence = sequence;
+  observation.stamp = absl::FromUnixSeconds(1'700'000'000 + sequence);
+  Detection detection;
+  detection.scores = {{label, 0.9}};
+  detection.hull = Polygon::FromBox({{0, 0}, {1, 1}});
+  observation.detections.push_back(detection);
+  observation.free_space = Polygon::FromBox({{0, 0}, {2, 2}});
+  return observation;
+}
+
+class IngestServiceTest : public ::testing::Test {
+ protected:
+  IngestServiceTest()
+      : client_(server_.address()), ingest_(v1::IngestService::NewStub(server_.channel())) {
+    EditBatch batch = LayerOfCups("things", 0);
+    LayerSpec seen;
+    seen.name = "seen";
+    seen.kind = LayerKind::kExploration;
+    seen.grid = GridGeometry{PlanarTransform(), 1.0};
+    batch.edits.push_back(hypermap::CreateLayer{seen});
+    server_.MakeMap("site", batch);
+  }
+
+  std::unique_ptr<client::ObserveStream> Open(const client::ObserveOptions& options = {}) {
+    auto stream = client_.Observe("site", "things", options);
+    EXPECT_TRUE(stream.ok()) << stream.status();
+    return stream.ok() ? *std::move(stream) : nullptr;
+  }
+  absl::Status OpenError(const std::string& map, const std::string& layer,
+                         const client::ObserveOptions& options = {}) {
+    return client_.Observe(map, layer, options).status();
+  }
+
+  // Sends one observation, and waits for its acknowledgement.
+  static client::Acknowledgement Send(client::ObserveStream& stream,
+                                      const Observation& observation) {
+    EXPECT_TRUE(stream.Write(observation));
+    const auto acknowledgement = stream.Read();
+    EXPECT_TRUE(acknowledgement.has_value()) << stream.status();
+    return acknowledgement.value_or(client::Acknowledgement());
+  }
+  static absl::Status Close(client::ObserveStream& stream) {
+    stream.WritesDone();
+    EXPECT_FALSE(stream.Read().has_value());
+    return stream.status();
+  }
+
+  SnapshotPtr snapshot() { return (*server_.site().Find("site"))->snapshot(); }
+
+  TestServer server_;
+  client::Client client_;
+  std::unique_ptr<v1::IngestService::Stub> ingest_;
+};
+
+TEST_F(IngestServiceTest, AcceptedObservationIsVisibleAtTheRevisionThatIsTold) {
+  auto stream = Open({.exploration_layer = "seen"});
+  EXPECT_EQ(stream->opened().strategy, "tally");
+  EXPECT_EQ(stream->opened().exploration_layer, "seen");
+  const client::Acknowledgement a = Send(*stream, See("cart", 3, "chair"));
+  EXPECT_EQ(a.outcome, Outcome::kAccepted) << a.message;
+  EXPECT_EQ(a.robot, "cart");
+  EXPECT_EQ(a.sequence, 3);
+  EXPECT_EQ(a.revision, snapshot()->revision);
+  EXPECT_EQ(snapshot()->FindLayer("things")->Size(), 1);
+  EXPECT_EQ(snapshot()->FindLayer("seen")->Size(), 4);
+  EXPECT_TRUE(Close(*stream).ok());
+}
+
+TEST_F(IngestServiceTest, OneThatIsNotTakenDoesNotEndTheStream) {
+  auto stream = Open();
+  Send(*stream, See("a", 1, "chair"));
+  EXPECT_EQ(Send(*stream, See("a", 1, "chair")).outcome, Outcome::kDuplicate);
+  EXPECT_EQ(Send(*stream, See("a", 1, "table")).outcome, Outcome::kConflict);
+  Observation bad = See("a", 2, "chair");
+  bad.detections[0].weight = 0.0;
+  const client::Acknowledgement invalid = Send(*stream, bad);
+  EXPECT_EQ(invalid.outcome, Outcome::kInvalid);
+  EXPECT_THAT(invalid.message, HasSubstr("detections[0].weight"));
+  Send(*stream, See("a", 5000, "chair"));
+  EXPECT_EQ(Send(*stream, See("b", 1, "chair")).outcome, Outcome::kRefusedLate);
+  EXPECT_EQ(Send(*stream, See("a", 5001, "chair")).outcome, Outcome::kAccepted);
+  EXPECT_TRUE(Close(*stream).ok());
+}
+
+TEST_F(IngestServiceTest, SeveralInOneRequestAreEachAcknowledged) {
+  auto stream = Open();
+  std::vector<Observation> several;
+  for (int i = 0; i < 10; ++i) several.push_back(See("a", i, "chair"));
+  several[4].robot = "";
+  ASSERT_TRUE(stream->Write(several));
+  int accepted = 0;
+  for (int i = 0; i < 10; ++i) {
+    const auto a = stream->Read();
+    ASSERT_TRUE(a.has_value()) << stream->status();
+    accepted += a->outcome == Outcome::kAccepted ? 1 : 0;
+  }
+  EXPECT_EQ(accepted, 9);
+  EXPECT_TRUE(Close(*stream).ok());
+}
+
+TEST_F(IngestServiceTest, ManyMoreThanAreInFlightAreAllAcknowledgedBeforeTheStreamEnds) {
+  auto stream = Open();
+  constexpr int kObservations = 500;
+  std::thread writer([&] {
+    for (int i = 0; i < kObservations; ++i) EXPECT_TRUE(stream->Write(See("a", i, "chair")));
+    stream->WritesDone();
+  });
+  std::set<int64_t> acknowledged;
+  while (const auto a = stream->Read()) acknowledged.insert(a->sequence);
+  writer.join();
+  EXPECT_TRUE(stream->status().ok()) << stream->status();
+  EXPECT_THAT(acknowledged, SizeIs(kObservations));
+}
+
+TEST_F(IngestServiceTest, OpeningTellsWhatTheLayerHasOfTheRobot) {
+  {
+    auto stream = Open();
+    for (const int64_t sequence : {0, 1, 2, 5, 7, 8}) {
+      Send(*stream, See("cart", sequence, "chair"));
+    }
+    Send(*stream, See("lift", 3, "chair"));
+    ASSERT_TRUE(Close(*stream).ok());
+  }
+  auto stream = Open({.robot = "cart"});
+  const client::OpenedLayer& opened = stream->opened();
+  ASSERT_THAT(opened.known, SizeIs(3));
+  for (const int64_t sequence : {0, 1, 2, 5, 7, 8}) EXPECT_TRUE(opened.Knows(sequence));
+  for (const int64_t sequence : {-1, 3, 4, 6, 9}) EXPECT_FALSE(opened.Knows(sequence));
+}
+
+TEST_F(IngestServiceTest, OpeningThatCannotBeNamesTheReason) {
+  EXPECT_TRUE(absl::IsNotFound(OpenError("nowhere", "things")));
+  EXPECT_TRUE(absl::IsNotFound(OpenError("site", "nowhere")));
+  EXPECT_TRUE(absl::IsFailedPrecondition(OpenError("site", "seen")));
+  EXPECT_TRUE(absl::IsNotFound(OpenError("site", "things", {.exploration_layer = "nowhere"})));
+  EXPECT_TRUE(
+      absl::IsFailedPrecondition(OpenError("site", "things", {.exploration_layer = "things"})));
+  EXPECT_TRUE(absl::IsInvalidArgument(OpenError("site", "things", {.strategy = "none"})));
+  Open();
+  EXPECT_TRUE(absl::IsFailedPrecondition(OpenError("site", "things", {.strategy = "other"})));
+}
+
+TEST_F(IngestServiceTest, StreamThatDoesNotOpenOrOpensTwiceIsEnded) {
+  v1::ObserveRequest opening;
+  opening.mutable_opening()->set_map("site");
+  opening.mutable_opening()->set_layer("things");
+  for (const int openings : {0, 2}) {
+    grpc::ClientContext context;
+    const auto stream = ingest_->Observe(&context);
+    v1::ObserveResponse response;
+    for (int i = 0; i < openings; ++i) stream->Write(opening);
+    if (openings == 0) stream->Write(v1::ObserveRequest());
+    while (stream->Read(&response)) {
+    }
+    const grpc::Status status = stream->Finish();
+    EXPECT_EQ(status.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+    EXPECT_THAT(status.error_message(), HasSubstr("opening"));
+  }
+}
+
+TEST_F(IngestServiceTest, FailedWriteEndsTheStreamAndWhatIsSentAgainCountsOnce) {
+  auto stream = Open();
+  Send(*stream, See("a", 0, "chair"));
+  server_.disk().FailWrites(absl::ResourceExhaustedError("disk full"));
+  EXPECT_TRUE(stream->Write(See("a", 1, "chair")));
+  EXPECT_FALSE(stream->Read().has_value());
+  EXPECT_TRUE(absl::IsResourceExhausted(stream->status())) << stream->status();
+  server_.disk().FailWrites(absl::OkStatus());
+  stream = Open();
+  EXPECT_EQ(Send(*stream, See("a", 0, "chair")).outcome, Outcome::kDuplicate);
+  EXPECT_EQ(Send(*stream, See("a", 1, "chair")).outcome, Outcome::kAccepted);
+}
+
+TEST_F(IngestServiceTest, CallerThatGoesAwayHarmsNobody) {
+  server_.disk().Hold();
+  // The opening waits for the disk; the caller does not.
+  const absl::Status status =
+      client_.Observe("site", "things", {}, {.timeout = absl::Milliseconds(50)}).status();
+  EXPECT_TRUE(absl::IsDeadlineExceeded(status)) << status;
+  server_.disk().Release();
+  {
+    auto stream = Open();
+    for (int i = 0; i < 100; ++i) stream->Write(See("a", i, "chair"));
+  }
+  auto stream = Open();
+  EXPECT_EQ(Send(*stream, See("b", 50, "table")).outcome, Outcome::kAccepted);
+}
+
+TEST_F(IngestServiceTest, LayerIsRebuiltRetractedAndExplained) {
+  auto stream = Open();
+  Send(*stream, See("a", 0, "chair"));
+  Send(*stream, See("b", 1, "chair"));
+  Send(*stream, See("b", 2, "table"));
+  const auto history = client_.ExplainObject("site", "things", 1);
+  ASSERT_TRUE(history.ok()) << history.status();
+  EXPECT_EQ(history->track, "a/0/0");
+  EXPECT_EQ(history->strategy, "tally");
+  ASSERT_THAT(history->events, SizeIs(2));
+  EXPECT_EQ(history->events[0].kind, client::ObjectEventKind::kFounded);
+  EXPECT_EQ(history->events[1].kind, client::ObjectEventKind::kSeen);
+  EXPECT_EQ(history->events[1].robot, "b");
+  EXPECT_EQ(history->events[1].stamp, absl::FromUnixSeconds(1'700'000'001));
+  EXPECT_EQ(history->events[1].existence, 1.0);
+  EXPECT_TRUE(absl::IsNotFound(client_.ExplainObject("site", "things", 77).status()));
+  EXPECT_TRUE(absl::IsFailedPrecondition(client_.ExplainObject("site", "seen", 1).status()));
+
+  const Revision before = snapshot()->revision;
+  EXPECT_EQ(*client_.RebuildLayer("site", "things", "other", ""), before + 1);
+  const client::CallOptions again{.request_id = "r1"};
+  const auto retracted = client_.RetractSource("site", "things", "b", absl::InfinitePast(),
+                                               absl::InfiniteFuture(), again);
+  EXPECT_EQ(*retracted, before + 2);
+  EXPECT_EQ(snapshot()->FindLayer("things")->Size(), 1);
+  EXPECT_EQ(*client_.RetractSource("site", "things", "b", absl::InfinitePast(),
+                                   absl::InfiniteFuture(), again),
+            before + 2);
+  EXPECT_TRUE(absl::IsNotFound(client_.RetractSource("site", "things", "b").status()));
+  EXPECT_TRUE(absl::IsFailedPrecondition(client_.RebuildLayer("site", "seen", "", "").status()));
+}
+
+}  // namespace
+}  // namespace hypermap::server

@@ -1,0 +1,232 @@
+#include "server/services/observe_call.h"
+
+#include <array>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "server/services/wanted.h"
+#include "wire/observation.h"
+#include "wire/status.h"
+
+namespace hypermap::server {
+namespace {
+
+constexpr std::array<std::pair<ObservationOutcome, v1::ObservationOutcome>, 5> kOutcomes{{
+    {ObservationOutcome::kAccepted, v1::OBSERVATION_OUTCOME_ACCEPTED},
+    {ObservationOutcome::kDuplicate, v1::OBSERVATION_OUTCOME_DUPLICATE},
+    {ObservationOutcome::kRefusedLate, v1::OBSERVATION_OUTCOME_REFUSED_LATE},
+    {ObservationOutcome::kInvalid, v1::OBSERVATION_OUTCOME_INVALID},
+    {ObservationOutcome::kConflict, v1::OBSERVATION_OUTCOME_CONFLICT},
+}};
+
+v1::ObservationOutcome EncodeOutcome(ObservationOutcome outcome) {
+  for (const auto& [domain, message] : kOutcomes) {
+    if (domain == outcome) return message;
+  }
+  return v1::OBSERVATION_OUTCOME_UNSPECIFIED;
+}
+
+void EncodeVerdict(const ObservationVerdict& verdict, v1::ObservationAcknowledgement* message) {
+  message->set_robot(verdict.robot);
+  message->set_sequence(verdict.sequence);
+  message->set_outcome(EncodeOutcome(verdict.outcome));
+  message->set_revision(verdict.revision);
+  message->set_message(verdict.message);
+}
+
+// What is wrong with an observation that can't be decoded.
+v1::ObservationAcknowledgement Invalid(const v1::Observation& observation,
+                                       const absl::Status& status) {
+  v1::ObservationAcknowledgement acknowledgement;
+  acknowledgement.set_robot(observation.robot());
+  acknowledgement.set_sequence(observation.sequence());
+  acknowledgement.set_outcome(v1::OBSERVATION_OUTCOME_INVALID);
+  acknowledgement.set_message(std::string(status.message()));
+  return acknowledgement;
+}
+
+void EncodeRanges(const std::vector<int64_t>& sequences,
+                  google::protobuf::RepeatedPtrField<v1::SequenceRange>* ranges) {
+  for (const int64_t sequence : sequences) {
+    if (!ranges->empty() && ranges->rbegin()->last() == sequence - 1) {
+      ranges->rbegin()->set_last(sequence);
+      continue;
+    }
+    v1::SequenceRange* range = ranges->Add();
+    range->set_first(sequence);
+    range->set_last(sequence);
+  }
+}
+
+}  // namespace
+
+ObserveCall::ObserveCall(const grpc::CallbackServerContext* context, const Facilities* facilities)
+    : context_(context), facilities_(facilities), log_(*context, "Observe", "") {
+  StartRead(&read_);
+}
+
+void ObserveCall::OnReadDone(bool ok) {
+  Change([&] {
+    mutex_.AssertHeld();
+    reading_ = false;
+    if (!ok) {
+      no_more_reads_ = true;
+      return;
+    }
+    ++in_flight_;
+    // Opening waits for the disk.
+    WorkerPool* const workers = opened_ ? facilities_->workers : facilities_->file_workers;
+    workers->Run(
+        [this, request = std::exchange(read_, {})]() mutable { TakeRequest(std::move(request)); });
+  });
+}
+
+void ObserveCall::OnWriteDone(bool ok) {
+  Change([&] {
+    mutex_.AssertHeld();
+    writing_ = false;
+    if (!ok && status_.ok()) status_ = absl::CancelledError("the caller went away");
+  });
+}
+
+void ObserveCall::OnCancel() {
+  Change([&] {
+    mutex_.AssertHeld();
+    if (status_.ok()) status_ = absl::CancelledError("the caller went away");
+  });
+}
+
+void ObserveCall::Change(absl::FunctionRef<void()> change) {
+  bool ends = false;
+  absl::Status status;
+  int64_t acknowledged = 0;
+  {
+    MutexLock lock(&mutex_);
+    change();
+    ends = GoOn();
+    status = status_;
+    if (status.ok() && !opened_) status = absl::InvalidArgumentError("the stream was not opened");
+    acknowledged = acknowledged_;
+  }
+  if (!ends) return;
+  log_.Finished(status, acknowledged);
+  // From here on this may be gone at any time; with the lock held it must not.
+  Finish(wire::EncodeStatus(status));
+}
+
+bool ObserveCall::GoOn() {
+  if (finished_) return false;
+  if (status_.ok() && !reading_ && !no_more_reads_ && in_flight_ < kMaxInFlight &&
+      (opened_ || in_flight_ == 0)) {
+    reading_ = true;
+    StartRead(&read_);
+  }
+  if (writing_) return false;
+  if (has_next_ && status_.ok()) {
+    written_ = std::exchange(next_, {});
+    has_next_ = false;
+    writing_ = true;
+    StartWrite(&written_);
+    return false;
+  }
+  finished_ = (!status_.ok() || no_more_reads_) && in_flight_ == 0;
+  return finished_;
+}
+
+void ObserveCall::EndRequest(absl::Status status) {
+  Change([&] {
+    mutex_.AssertHeld();
+    --in_flight_;
+    if (!status.ok() && status_.ok()) status_ = std::move(status);
+  });
+}
+
+void ObserveCall::TakeRequest(v1::ObserveRequest request) {
+  if (absl::Status status = CheckWanted(*context_); !status.ok()) return EndRequest(status);
+  if (session_ != nullptr && request.has_opening()) {
+    return EndRequest(absl::InvalidArgumentError("opening may come once, in the first request"));
+  }
+  if (session_ == nullptr) {
+    if (!request.has_opening()) {
+      return EndRequest(absl::InvalidArgumentError("the first request must carry the opening"));
+    }
+    if (absl::Status status = Open(request.opening()); !status.ok()) return EndRequest(status);
+  }
+  if (request.observations().empty()) return EndRequest(absl::OkStatus());
+  Submit(request);
+}
+
+absl::StatusOr<storage::Receipt> ObserveCall::Start(const v1::ObserveOpening& opening) {
+  return session_->RunAndWait(FusionSubmission{
+      StartFusion{opening.layer(),
+                  {opening.strategy(), opening.parameters(), opening.exploration_layer()}},
+      log_.author(), ""});
+}
+
+absl::Status ObserveCall::Open(const v1::ObserveOpening& opening) {
+  absl::StatusOr<std::shared_ptr<MapSession>> session = FindMap(*facilities_, opening.map());
+  if (!session.ok()) return session.status();
+  log_.set_map(opening.map());
+  session_ = *std::move(session);
+  layer_ = opening.layer();
+  if (absl::Status status = Start(opening).status(); !status.ok()) return status;
+  v1::ObserveOpened opened;
+  absl::Status status = session_->InspectFusion(layer_, [&](FusedLayer& fused) -> absl::Status {
+    const storage::FusionSettings& settings = fused.settings();
+    opened.set_strategy(settings.strategy);
+    opened.set_parameters(settings.parameters);
+    opened.set_exploration_layer(settings.exploration_layer);
+    if (opening.robot().empty()) return absl::OkStatus();
+    const absl::StatusOr<std::vector<int64_t>> known = fused.log().Sequences(opening.robot());
+    if (!known.ok()) return known.status();
+    EncodeRanges(*known, opened.mutable_known());
+    return absl::OkStatus();
+  });
+  if (!status.ok()) return status;
+  Change([&] {
+    mutex_.AssertHeld();
+    *next_.mutable_opened() = std::move(opened);
+    has_next_ = true;
+    opened_ = true;
+  });
+  return absl::OkStatus();
+}
+
+void ObserveCall::Submit(const v1::ObserveRequest& request) {
+  std::vector<v1::ObservationAcknowledgement> invalid;
+  ObservationSubmission submission{layer_, {}, log_.author()};
+  for (const v1::Observation& message : request.observations()) {
+    absl::StatusOr<Observation> observation =
+        wire::DecodeObservation("", message, facilities_->limits.decode);
+    if (observation.ok()) {
+      submission.observations.push_back(*std::move(observation));
+    } else {
+      invalid.push_back(Invalid(message, observation.status()));
+    }
+  }
+  session_->Observe(std::move(submission),
+                    [this, invalid = std::move(invalid)](
+                        const absl::StatusOr<std::vector<ObservationVerdict>>& verdicts) mutable {
+                      Answer(verdicts, std::move(invalid));
+                    });
+}
+
+void ObserveCall::Answer(const absl::StatusOr<std::vector<ObservationVerdict>>& verdicts,
+                         std::vector<v1::ObservationAcknowledgement> invalid) {
+  if (!verdicts.ok()) return EndRequest(verdicts.status());
+  {
+    MutexLock lock(&mutex_);
+    for (const ObservationVerdict& verdict : *verdicts) {
+      EncodeVerdict(verdict, next_.add_acknowledgements());
+    }
+    for (v1::ObservationAcknowledgement& acknowledgement : invalid) {
+      acknowledgement.set_revision(session_->snapshot()->revision);
+      *next_.add_acknowledgements() = std::move(acknowledgement);
+    }
+    acknowledged_ += static_cast<int64_t>(verdicts->size() + invalid.size());
+    has_next_ = true;
+  }
+  EndRequest(absl::OkStatus());
+}
+
+}  // namespace hypermap::server

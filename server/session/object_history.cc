@@ -1,0 +1,126 @@
+#include "server/session/object_history.h"
+
+#include <algorithm>
+#include <iterator>
+#include <map>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+
+namespace hypermap::server {
+namespace {
+
+constexpr int kReadEntries = 64;
+
+// The events of all tracks so far. A track that merged hands its own over.
+class Histories {
+ public:
+  void Add(const Evidence& evidence, const fusion::FoldReport& report) {
+    if (evidence.fact) return AddFact(evidence);
+    const ObservationKey& at = evidence.key.after;
+    for (const fusion::FoldReport::Association& association : report.associations) {
+      if (association.track.empty()) continue;
+      std::vector<ObjectEvent>& events = of_track_[association.track];
+      const bool founds = association.track == TrackFoundedBy(at, association.detection);
+      events.push_back({founds ? ObjectEvent::Kind::kFounded : ObjectEvent::Kind::kSeen, at,
+                        association.detection, association.score,
+                        ExistenceOf(report, association.track), ""});
+    }
+    for (const fusion::TrackKey& track : report.missed) {
+      of_track_[track].push_back(
+          {ObjectEvent::Kind::kMissed, at, 0, 0.0, ExistenceOf(report, track), ""});
+    }
+    for (const auto& [from, into] : report.merged) {
+      std::vector<ObjectEvent> moved = std::exchange(of_track_[from], {});
+      std::vector<ObjectEvent>& events = of_track_[into];
+      std::move(moved.begin(), moved.end(), std::back_inserter(events));
+      events.push_back({ObjectEvent::Kind::kMerged, at, 0, 0.0, ExistenceOf(report, into), from});
+    }
+  }
+
+  // Those of all the tracks, by observation.
+  std::vector<ObjectEvent> Of(const std::vector<fusion::TrackKey>& tracks) {
+    std::vector<ObjectEvent> events;
+    for (const fusion::TrackKey& track : tracks) {
+      std::vector<ObjectEvent>& own = of_track_[track];
+      std::move(own.begin(), own.end(), std::back_inserter(events));
+      own.clear();
+    }
+    std::stable_sort(events.begin(), events.end(),
+                     [](const auto& a, const auto& b) { return a.at < b.at; });
+    return events;
+  }
+
+ private:
+  static fusion::TrackKey TrackFoundedBy(const ObservationKey& at, int detection) {
+    return absl::StrCat(at.robot, "/", at.sequence, "/", detection);
+  }
+
+  static std::optional<double> ExistenceOf(const fusion::FoldReport& report,
+                                           const fusion::TrackKey& track) {
+    const auto existence = report.existence.find(track);
+    if (existence == report.existence.end()) return std::nullopt;
+    return existence->second;
+  }
+
+  void AddFact(const Evidence& evidence) {
+    const bool pin = evidence.fact->kind == fusion::OperatorFact::Kind::kPin;
+    of_track_[evidence.fact->track].push_back(
+        {pin ? ObjectEvent::Kind::kPinned : ObjectEvent::Kind::kRemoved, evidence.key.after, 0, 0.0,
+         std::nullopt, ""});
+  }
+
+  std::map<fusion::TrackKey, std::vector<ObjectEvent>> of_track_;
+};
+
+absl::Status FoldAll(MapSession& session, const std::string& layer,
+                     const fusion::Strategy& strategy,
+                     const std::function<absl::Status()>& check_wanted, Histories* histories) {
+  fusion::StatePtr state = strategy.Initial();
+  storage::LogKey at = storage::BeforeAll();
+  while (true) {
+    if (absl::Status status = check_wanted(); !status.ok()) return status;
+    const absl::StatusOr<std::vector<Evidence>> entries =
+        session.ReadEvidence(layer, at, kReadEntries);
+    if (!entries.ok()) return entries.status();
+    for (const Evidence& evidence : *entries) {
+      fusion::FoldReport report;
+      state = Fold(strategy, state, evidence, &report);
+      histories->Add(evidence, report);
+      at = evidence.key;
+    }
+    if (entries->size() < kReadEntries) return absl::OkStatus();
+  }
+}
+
+}  // namespace
+
+absl::StatusOr<ObjectHistory> ExplainObject(MapSession& session, const std::string& layer,
+                                            ObjectId object_id,
+                                            const std::function<absl::Status()>& check_wanted) {
+  ObjectHistory history;
+  std::vector<fusion::TrackKey> tracks;
+  absl::Status status = session.InspectFusion(layer, [&](FusedLayer& fused) {
+    history.revision = session.snapshot()->revision;
+    history.settings = fused.settings();
+    tracks = fused.TracksOf(object_id);
+    return absl::OkStatus();
+  });
+  if (!status.ok()) return status;
+  if (tracks.empty()) {
+    return absl::NotFoundError(
+        absl::StrCat("layer \"", layer, "\" has no object ", object_id, " that fusion knows of"));
+  }
+  const absl::StatusOr<std::unique_ptr<fusion::Strategy>> strategy =
+      session.options().fusion.make_strategy(history.settings.strategy,
+                                             history.settings.parameters);
+  if (!strategy.ok()) return strategy.status();
+  Histories histories;
+  status = FoldAll(session, layer, **strategy, check_wanted, &histories);
+  if (!status.ok()) return status;
+  history.track = tracks.front();
+  history.events = histories.Of(tracks);
+  return history;
+}
+
+}  // namespace hypermap::server
