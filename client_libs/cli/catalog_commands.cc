@@ -1,9 +1,13 @@
-// maps, map, layers, layer, transforms, transform.
+// maps, map, layers, layer, alias, transforms, transform.
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "absl/status/status.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_split.h"
 #include "client_libs/cli/commands.h"
 #include "client_libs/cli/coordinates.h"
 #include "client_libs/cli/validators.h"
@@ -34,6 +38,12 @@ struct LayerOptions {
   std::optional<double> occupied_above;
   std::string frame_id;
   std::string unit;
+};
+
+struct AliasOptions {
+  std::string map;
+  std::string layer;
+  std::vector<std::string> aliases;
 };
 
 struct TransformOptions {
@@ -150,6 +160,47 @@ void AddLayerCommands(CLI::App& app, Command& selected) {
   });
 }
 
+// "ALIAS=LABEL,LABEL..."; nothing behind the sign takes the alias out.
+absl::StatusOr<ValueAliases> ParseAliases(const std::vector<std::string>& texts) {
+  ValueAliases aliases;
+  for (const std::string& text : texts) {
+    const std::pair<std::string, std::string> parts = absl::StrSplit(text, absl::MaxSplits('=', 1));
+    const std::vector<std::string> labels =
+        absl::StrSplit(parts.second, ',', absl::SkipWhitespace());
+    if (!aliases.try_emplace(parts.first, labels.begin(), labels.end()).second) {
+      return absl::InvalidArgumentError(absl::StrCat("alias \"", parts.first, "\" given twice"));
+    }
+  }
+  return aliases;
+}
+
+absl::Status SetLayerAliases(const AliasOptions& options, Session& s) {
+  const absl::StatusOr<ValueAliases> aliases = ParseAliases(options.aliases);
+  if (!aliases.ok()) return aliases.status();
+  const auto answer = s.client.ApplyEdits(options.map, {{SetAliases{options.layer, *aliases}}});
+  if (!answer.ok()) return answer.status();
+  s.output.Show(Done{options.map, "aliases set", options.layer, answer->revision});
+  return absl::OkStatus();
+}
+
+void AddAliasCommand(CLI::App& app, Command& selected) {
+  auto options = std::make_shared<AliasOptions>();
+  CLI::App* alias = app.add_subcommand(
+      "alias", "Give a semantic layer other words for its labels, to ask for them by");
+  alias->add_option("map", options->map, "Name of the map")->required()->type_name("MAP");
+  alias->add_option("layer", options->layer, "Name of the layer")->required()->type_name("LAYER");
+  alias
+      ->add_option("aliases", options->aliases,
+                   "Words and what they stand for (tv=tvmonitor furniture=chair,couch); an alias "
+                   "without a label (tv=) is taken out, those not named stay")
+      ->required()
+      ->type_name("ALIAS=LABEL,...")
+      ->check(IsAlias());
+  alias->callback([&selected, options] {
+    selected = [options](Session& s) { return SetLayerAliases(*options, s); };
+  });
+}
+
 absl::Status SetTransform(const TransformOptions& options, Session& s) {
   const absl::StatusOr<PlanarTransform> pose =
       ParsePose(options.x + "," + options.y + "," + options.yaw);
@@ -195,6 +246,7 @@ void AddTransformCommands(CLI::App& app, Command& selected) {
 void AddCatalogCommands(CLI::App& app, Command& selected) {
   AddMapCommands(app, selected);
   AddLayerCommands(app, selected);
+  AddAliasCommand(app, selected);
   AddTransformCommands(app, selected);
 }
 

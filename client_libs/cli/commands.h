@@ -20,7 +20,7 @@ struct Session {
 
 using Command = std::function<absl::Status(Session&)>;
 
-// maps, map, layers, layer, transforms, transform. `selected` must outlive the parser.
+// maps, map, layers, layer, alias, transforms, transform. `selected` must outlive the parser.
 void AddCatalogCommands(CLI::App& app, Command& selected);
 
 // import, edit, export, backup.
@@ -28,6 +28,12 @@ void AddTransferCommands(CLI::App& app, Command& selected);
 
 // query point, area, value, nearest.
 void AddQueryCommands(CLI::App& app, Command& selected);
+
+// rebuild, retract, explain.
+void AddIngestCommands(CLI::App& app, Command& selected);
+
+// eval.
+void AddEvalCommand(CLI::App& app, Command& selected);
 
 }  // namespace hypermap::cli
 

@@ -101,6 +101,10 @@ Json LayerJson(const client::LayerEntry& layer) {
                           {"occupied_above", spec.thresholds.occupied_above}};
   }
   if (spec.kind == LayerKind::kScalar) json["unit"] = spec.unit;
+  if (spec.kind == LayerKind::kSemantic) {
+    json["aliases"] = Json::object();
+    for (const auto& [alias, labels] : spec.aliases) json["aliases"][alias] = labels;
+  }
   return json;
 }
 
@@ -118,6 +122,77 @@ Json ContentJson(const client::LayerContent& content) {
 
 Json RefusalJson(const std::string& layer, AnswerStatus status) {
   return {{"layer", layer}, {"status", Text(AnswerStatusName(status))}};
+}
+
+Json CalibrationJson(const evaluation::Calibration& calibration) {
+  Json bins = Json::array();
+  for (const evaluation::ReliabilityBin& bin : calibration.bins) {
+    bins.push_back({{"low", bin.low},
+                    {"high", bin.high},
+                    {"count", bin.count},
+                    {"mean_existence", bin.mean_existence},
+                    {"matched", bin.matched}});
+  }
+  return {{"expected_error", calibration.expected_error},
+          {"brier", calibration.brier},
+          {"bins", std::move(bins)}};
+}
+
+Json EvaluationJson(const EvaluationReport& report) {
+  const evaluation::Evaluation& e = report.evaluation;
+  Json per_class = Json::array();
+  for (const evaluation::ClassScore& score : e.per_class) {
+    per_class.push_back({{"label", score.label},
+                         {"truth", score.truth},
+                         {"map", score.map},
+                         {"detected", score.detected},
+                         {"mean_iou", score.mean_iou},
+                         {"centroid_error_m", score.centroid_error_m}});
+  }
+  Json json = {{"map", report.map},
+               {"layer", report.layer},
+               {"revision", report.revision},
+               {"truth", report.truth},
+               {"truth_ignored", report.truth_ignored},
+               {"n_truth", e.n_truth},
+               {"n_map", e.n_map},
+               {"tp", e.tp},
+               {"recall", e.recall},
+               {"precision", e.precision},
+               {"f1", e.f1},
+               {"pq", e.pq},
+               {"pq_iou25", e.pq_iou25},
+               {"mean_iou", e.mean_iou},
+               {"mean_iou_large", e.mean_iou_large},
+               {"mean_iou_small", e.mean_iou_small},
+               {"centroid_error_m", e.centroid_error_m},
+               {"duplicates", e.duplicates},
+               {"spurious", e.spurious},
+               {"per_class", std::move(per_class)},
+               {"calibration", CalibrationJson(e.calibration)}};
+  if (!report.image.empty()) json["files"] = Json::array({report.image});
+  return json;
+}
+
+bool IsDetection(client::ObjectEventKind kind) {
+  return kind == client::ObjectEventKind::kFounded || kind == client::ObjectEventKind::kSeen;
+}
+
+Json EventJson(const client::ObjectEvent& event) {
+  const absl::string_view kind = client::ObjectEventKindName(event.kind);
+  Json json = {{"event", std::string(kind.data(), kind.size())}};
+  if (!event.robot.empty()) {
+    json["robot"] = event.robot;
+    json["sequence"] = event.sequence;
+    json["stamp"] = absl::FormatTime(absl::RFC3339_full, event.stamp, absl::UTCTimeZone());
+  }
+  if (IsDetection(event.kind)) {
+    json["detection"] = event.detection;
+    json["score"] = event.score;
+  }
+  if (event.existence) json["existence"] = *event.existence;
+  if (!event.track.empty()) json["track"] = event.track;
+  return json;
 }
 
 class JsonOutput : public Output {
@@ -171,6 +246,18 @@ class JsonOutput : public Output {
     Print(json);
   }
 
+  void Show(const client::ObjectHistory& history) override {
+    Json events = Json::array();
+    for (const client::ObjectEvent& event : history.events) events.push_back(EventJson(event));
+    Print({{"map", history.map},
+           {"revision", history.revision},
+           {"id", history.object_id},
+           {"strategy", history.strategy},
+           {"parameters", history.parameters},
+           {"track", history.track},
+           {"events", std::move(events)}});
+  }
+
   void Show(const client::PointAnswer& answer) override {
     Json layers = Json::array();
     for (const client::LayerContent& content : answer.layers) {
@@ -196,6 +283,8 @@ class JsonOutput : public Output {
     }
     Print({{"revision", answer.revision}});
   }
+
+  void Show(const EvaluationReport& report) override { Print(EvaluationJson(report)); }
 
   void Show(const client::LayerPart& part) override {
     if (grid_.has_value() && grid_->layer != part.layer) FlushGrid();

@@ -6,6 +6,8 @@
 #include <vector>
 
 #include "client_libs/cpp/answers.h"
+#include "client_libs/cpp/ingest_answers.h"
+#include "map/evaluation/evaluate.h"
 
 namespace hypermap::cli {
 
@@ -25,6 +27,17 @@ struct WrittenFiles {
   std::vector<std::string> omissions;
 };
 
+// A layer against the truth.
+struct EvaluationReport {
+  std::string map;
+  std::string layer;
+  Revision revision = 0;
+  std::string truth;      // where it came from
+  int truth_ignored = 0;  // not detectable, or seen too seldom
+  std::string image;      // the path of the picture, or empty
+  evaluation::Evaluation evaluation;
+};
+
 // Shows the answer of one command. One thread.
 class Output {
  public:
@@ -38,6 +51,8 @@ class Output {
   virtual void Show(const Done& done) = 0;
   virtual void Show(const client::PointAnswer& answer) = 0;
   virtual void Show(const client::NearestAnswer& answer) = 0;
+  virtual void Show(const client::ObjectHistory& history) = 0;
+  virtual void Show(const EvaluationReport& report) = 0;
 
   // The parts of an area or value answer as they arrive, then its end. An answer that breaks off
   // has no end: what was shown of it is whole lines.

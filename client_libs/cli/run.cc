@@ -88,6 +88,8 @@ int Run(std::vector<std::string> args, std::ostream& out, std::ostream& err) {
   AddCatalogCommands(app, command);
   AddTransferCommands(app, command);
   AddQueryCommands(app, command);
+  AddIngestCommands(app, command);
+  AddEvalCommand(app, command);
   app.require_subcommand(1);
   FallThroughEverywhere(app);
 

@@ -104,6 +104,10 @@ TEST(RunTest, CommandLinesBecomeRequests) {
        R"(grid { origin { } resolution_m: 1 } unit: "dBm" })"},
       {{"layer", "create", "office", "things", "--kind", "semantic"},
        R"(CreateLayer map: "office" layer { name: "things" kind: LAYER_KIND_SEMANTIC })"},
+      {{"alias", "office", "things", "tv=tvmonitor", "Furniture=chair, couch", "sofa="},
+       R"(ApplyEdits map: "office" edits { set_aliases { layer: "things" )"
+       R"(aliases { alias: "Furniture" labels: " couch" labels: "chair" } aliases { alias: "sofa" } )"
+       R"(aliases { alias: "tv" labels: "tvmonitor" } } })"},
       {{"layer", "delete", "office", "floor"}, R"(DeleteLayer map: "office" layer: "floor")"},
       {{"query", "point", "office", "-2.75", "-0.4"},
        R"(QueryPoint map: "office" point { x: -2.75 y: -0.4 })"},
@@ -154,6 +158,12 @@ TEST(RunTest, WrongUsageIsOneLineAndExitCode2) {
       {"layer", "create", "office", "floor", "--kind", "raster"},
       {"layer", "create", "office", "floor", "--kind", "scalar", "--origin", "0,0,0"},
       {"layer", "create", "office", "f", "--kind", "scalar", "--resolution", "1", "--origin", "0"},
+      {"alias", "office", "things"},
+      {"alias", "office", "things", "tv"},
+      {"alias", "office", "things", "=tvmonitor"},
+      {"eval", "office", "--layer", "things"},
+      {"eval", "office", "--truth", "gt.geojson"},
+      {"eval", "office", "--layer", "things", "--truth", "gt.geojson", "--truth-map", "gt"},
       {"transform", "set", "office", "dock", "map", "1", "2"},
       {"import", "office.hmap"},
       {"import", "office.txt", "--map", "office"},

@@ -88,6 +88,7 @@ class TableOutput : public Output {
                     spec.grid ? DescribePose(spec.grid->layer_from_grid) : "", spec.unit});
     }
     if (!table.empty()) table.Print(out_);
+    for (const client::LayerEntry& layer : layers.layers) PrintAliases(layer.spec);
     Footer(Counted(layers.layers.size(), "layer"), layers.revision);
   }
 
@@ -100,6 +101,27 @@ class TableOutput : public Output {
     }
     if (!table.empty()) table.Print(out_);
     Footer(absl::StrCat("own frame ", transforms.frame_id), transforms.revision);
+  }
+
+  void Show(const client::ObjectHistory& history) override {
+    TextTable table({"EVENT", "ROBOT", "SEQUENCE", "STAMP", "DETECTION", "SCORE", "EXISTENCE"});
+    for (const client::ObjectEvent& event : history.events) {
+      const bool seen = event.kind == client::ObjectEventKind::kFounded ||
+                        event.kind == client::ObjectEventKind::kSeen;
+      const absl::string_view kind = client::ObjectEventKindName(event.kind);
+      table.AddRow(
+          {event.track.empty() ? std::string(kind) : absl::StrCat(kind, " ", event.track),
+           event.robot, event.robot.empty() ? "" : absl::StrCat(event.sequence),
+           event.robot.empty()
+               ? ""
+               : absl::FormatTime("%Y-%m-%d %H:%M:%E3SZ", event.stamp, absl::UTCTimeZone()),
+           seen ? absl::StrCat(event.detection) : "", seen ? FormatNumber(event.score) : "",
+           event.existence ? FormatNumber(*event.existence) : ""});
+    }
+    if (!table.empty()) table.Print(out_);
+    Footer(absl::StrCat("object ", history.object_id, ", track ", history.track, ", fused with ",
+                        history.strategy),
+           history.revision);
   }
 
   void Show(const client::ImportAnswer& answer) override {
@@ -170,6 +192,27 @@ class TableOutput : public Output {
     Footer(Counted(answer.matches.size(), "place"), answer.revision);
   }
 
+  void Show(const EvaluationReport& report) override {
+    const evaluation::Evaluation& e = report.evaluation;
+    TextTable classes({"CLASS", "TRUTH", "DETECTED", "MAP", "MEAN IOU", "CENTROID [m]"});
+    for (const evaluation::ClassScore& score : e.per_class) {
+      const bool any = score.detected > 0;
+      classes.AddRow({score.label, absl::StrCat(score.truth), absl::StrCat(score.detected),
+                      absl::StrCat(score.map), any ? FormatNumber(score.mean_iou) : "",
+                      any ? FormatNumber(score.centroid_error_m) : ""});
+    }
+    if (!classes.empty()) {
+      classes.Print(out_);
+      out_ << '\n';
+    }
+    PrintScores(e);
+    PrintCalibration(e.calibration);
+    if (!report.image.empty()) out_ << "wrote " << report.image << '\n';
+    Footer(absl::StrCat(report.map, "/", report.layer, " against ", report.truth, " (",
+                        report.truth_ignored, " of its objects not counted)"),
+           report.revision);
+  }
+
   void Show(const client::LayerPart& part) override {
     if (part.status != AnswerStatus::kValue) {
       refusals_.push_back({part.layer, part.status});
@@ -208,6 +251,46 @@ class TableOutput : public Output {
                      FormatNumber(centroid.y), FormatNumber(Area(object.polygon)),
                      absl::StrJoin(object.tags, ", ")});
     ++num_objects_;
+  }
+
+  void PrintScores(const evaluation::Evaluation& e) {
+    TextTable table({"SCORE", "VALUE", "OF"});
+    const auto add = [&table](const char* score, double value, const std::string& of) {
+      table.AddRow({score, FormatNumber(value), of});
+    };
+    add("recall", e.recall, absl::StrCat(e.tp, " of ", Counted(e.n_truth, "true object")));
+    add("precision", e.precision, absl::StrCat(e.tp, " of ", Counted(e.n_map, "map object")));
+    add("F1", e.f1, absl::StrCat(e.duplicates, " duplicate, ", e.spurious, " spurious"));
+    add("PQ", e.pq, "centroids within 1 m");
+    add("PQ, IoU > 0.25", e.pq_iou25, "");
+    add("mean IoU", e.mean_iou, "all pairs");
+    add("mean IoU, large", e.mean_iou_large, "footprint above 0.1 m²");
+    add("mean IoU, small", e.mean_iou_small, "the others");
+    add("centroid error", e.centroid_error_m, "metres");
+    add("calibration error", e.calibration.expected_error, "of the stated existence");
+    add("Brier score", e.calibration.brier, "of the stated existence");
+    table.Print(out_);
+    out_ << '\n';
+  }
+
+  void PrintCalibration(const evaluation::Calibration& calibration) {
+    TextTable table({"EXISTENCE", "OBJECTS", "STATED", "MATCHED"});
+    for (const evaluation::ReliabilityBin& bin : calibration.bins) {
+      table.AddRow({absl::StrCat(FormatNumber(bin.low, 2), " to ", FormatNumber(bin.high, 2)),
+                    absl::StrCat(bin.count), FormatNumber(bin.mean_existence, 2),
+                    FormatNumber(bin.matched, 2)});
+    }
+    if (table.empty()) return;
+    table.Print(out_);
+    out_ << '\n';
+  }
+
+  // A line for each alias.
+  void PrintAliases(const LayerSpec& spec) {
+    for (const auto& [alias, labels] : spec.aliases) {
+      out_ << spec.name << ": " << OneLine(alias) << " stands for "
+           << OneLine(absl::StrJoin(labels, ", ")) << '\n';
+    }
   }
 
   // A line for each reason.

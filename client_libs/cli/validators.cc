@@ -41,6 +41,16 @@ CLI::Validator IsLayerKind() {
       "");
 }
 
+CLI::Validator IsAlias() {
+  return CLI::Validator(
+      [](std::string& text) {
+        return text.find('=') != std::string::npos && text.front() != '='
+                   ? ""
+                   : absl::StrCat("\"", text, "\" is not ALIAS=LABEL,...");
+      },
+      "");
+}
+
 CLI::Validator IsTimeout() {
   return CLI::Validator(
       [](std::string& text) {

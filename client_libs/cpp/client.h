@@ -22,6 +22,8 @@
 #include "absl/status/statusor.h"
 #include "absl/time/time.h"
 #include "client_libs/cpp/answers.h"
+#include "client_libs/cpp/ingest_answers.h"
+#include "client_libs/cpp/observe_stream.h"
 #include "client_libs/cpp/readers.h"
 #include "map/edits/edit.h"
 #include "map/query/query.h"
@@ -122,6 +124,26 @@ class Client {
   // with INVALID_ARGUMENT.
   absl::StatusOr<EditAnswer> ApplyEdits(const std::string& map, const EditBatch& batch,
                                         const CallOptions& options = {});
+
+  // Opens a stream of observations to a semantic layer, which becomes a fused one. Waits for the
+  // server's answer to the opening. `options.timeout` is of the whole stream; absent: none.
+  absl::StatusOr<std::unique_ptr<ObserveStream>> Observe(const std::string& map,
+                                                         const std::string& layer,
+                                                         const ObserveOptions& observe_options = {},
+                                                         const CallOptions& options = {});
+  // Fuses a layer's observations again. Empty strategy: the layer's; empty parameters: defaults.
+  absl::StatusOr<Revision> RebuildLayer(const std::string& map, const std::string& layer,
+                                        const std::string& strategy, const std::string& parameters,
+                                        const CallOptions& options = {});
+  // Takes a robot's observations with from <= stamp < to back.
+  absl::StatusOr<Revision> RetractSource(const std::string& map, const std::string& layer,
+                                         const std::string& robot,
+                                         absl::Time from = absl::InfinitePast(),
+                                         absl::Time to = absl::InfiniteFuture(),
+                                         const CallOptions& options = {});
+  // Which observations made an object of a fused layer.
+  absl::StatusOr<ObjectHistory> ExplainObject(const std::string& map, const std::string& layer,
+                                              ObjectId object_id, const CallOptions& options = {});
 
  private:
   std::shared_ptr<Connection> connection_;

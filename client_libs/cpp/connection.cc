@@ -15,6 +15,7 @@ Connection::Connection(const std::string& target, const ClientOptions& options)
   catalog_ = v1::CatalogService::NewStub(channel);
   query_ = v1::QueryService::NewStub(channel);
   edit_ = v1::EditService::NewStub(channel);
+  ingest_ = v1::IngestService::NewStub(channel);
 }
 
 std::unique_ptr<grpc::ClientContext> Connection::NewContext(const CallOptions& options) const {

@@ -13,6 +13,7 @@
 #include "client_libs/cpp/client.h"
 #include "hypermap/v1/catalog_service.grpc.pb.h"
 #include "hypermap/v1/edit_service.grpc.pb.h"
+#include "hypermap/v1/ingest_service.grpc.pb.h"
 #include "hypermap/v1/query_service.grpc.pb.h"
 #include "wire/status.h"
 
@@ -26,6 +27,7 @@ class Connection {
   v1::CatalogService::Stub& catalog() { return *catalog_; }
   v1::QueryService::Stub& query() { return *query_; }
   v1::EditService::Stub& edit() { return *edit_; }
+  v1::IngestService::Stub& ingest() { return *ingest_; }
 
   // For one call, with its deadline.
   std::unique_ptr<grpc::ClientContext> NewContext(const CallOptions& options) const;
@@ -48,6 +50,7 @@ class Connection {
   std::unique_ptr<v1::CatalogService::Stub> catalog_;
   std::unique_ptr<v1::QueryService::Stub> query_;
   std::unique_ptr<v1::EditService::Stub> edit_;
+  std::unique_ptr<v1::IngestService::Stub> ingest_;
 };
 
 // The id that a mutation is sent with.

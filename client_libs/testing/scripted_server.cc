@@ -73,6 +73,14 @@ class ScriptedServer::Catalog : public v1::CatalogService::Service {
     response->set_revision(server_.script_.revision);
     return server_.script_.status;
   }
+  grpc::Status GetLayer(grpc::ServerContext*, const v1::GetLayerRequest* request,
+                        v1::GetLayerResponse* response) override {
+    server_.Note("GetLayer", *request);
+    for (const v1::Layer& layer : server_.script_.layers.layers()) {
+      if (layer.name() == request->layer()) *response->mutable_layer() = layer;
+    }
+    return server_.script_.status;
+  }
   grpc::Status ListLayers(grpc::ServerContext*, const v1::ListLayersRequest* request,
                           v1::ListLayersResponse* response) override {
     server_.Note("ListLayers", *request);

@@ -1,0 +1,248 @@
+// Observations and fused layers of Client.
+#include <array>
+#include <deque>
+#include <memory>
+#include <utility>
+
+#include "client_libs/cpp/client.h"
+#include "client_libs/cpp/connection.h"
+#include "client_libs/cpp/observe_stream.h"
+#include "wire/observation.h"
+#include "wire/time.h"
+
+namespace hypermap::client {
+namespace {
+
+using GrpcStream = grpc::ClientReaderWriter<v1::ObserveRequest, v1::ObserveResponse>;
+
+constexpr std::array<std::pair<v1::ObservationOutcome, ObservationOutcome>, 5> kOutcomes{{
+    {v1::OBSERVATION_OUTCOME_ACCEPTED, ObservationOutcome::kAccepted},
+    {v1::OBSERVATION_OUTCOME_DUPLICATE, ObservationOutcome::kDuplicate},
+    {v1::OBSERVATION_OUTCOME_REFUSED_LATE, ObservationOutcome::kRefusedLate},
+    {v1::OBSERVATION_OUTCOME_INVALID, ObservationOutcome::kInvalid},
+    {v1::OBSERVATION_OUTCOME_CONFLICT, ObservationOutcome::kConflict},
+}};
+
+constexpr std::array<std::pair<v1::ObjectEventKind, ObjectEventKind>, 6> kEventKinds{{
+    {v1::OBJECT_EVENT_KIND_FOUNDED, ObjectEventKind::kFounded},
+    {v1::OBJECT_EVENT_KIND_SEEN, ObjectEventKind::kSeen},
+    {v1::OBJECT_EVENT_KIND_MISSED, ObjectEventKind::kMissed},
+    {v1::OBJECT_EVENT_KIND_MERGED, ObjectEventKind::kMerged},
+    {v1::OBJECT_EVENT_KIND_PINNED, ObjectEventKind::kPinned},
+    {v1::OBJECT_EVENT_KIND_REMOVED, ObjectEventKind::kRemoved},
+}};
+
+template <typename Message, typename Domain, size_t n>
+absl::StatusOr<Domain> DecodeEnum(const std::array<std::pair<Message, Domain>, n>& values,
+                                  Message value) {
+  for (const auto& [message, domain] : values) {
+    if (message == value) return domain;
+  }
+  return BadAnswer(absl::InternalError(absl::StrCat("unknown value ", static_cast<int>(value))));
+}
+
+absl::StatusOr<Acknowledgement> DecodeAcknowledgement(v1::ObservationAcknowledgement message) {
+  const absl::StatusOr<ObservationOutcome> outcome = DecodeEnum(kOutcomes, message.outcome());
+  if (!outcome.ok()) return outcome.status();
+  return Acknowledgement{std::move(*message.mutable_robot()), message.sequence(), *outcome,
+                         message.revision(), std::move(*message.mutable_message())};
+}
+
+OpenedLayer DecodeOpened(const v1::ObserveOpened& message) {
+  OpenedLayer opened{message.strategy(), message.parameters(), message.exploration_layer(), {}};
+  for (const v1::SequenceRange& range : message.known()) {
+    opened.known.push_back({range.first(), range.last()});
+  }
+  return opened;
+}
+
+absl::StatusOr<ObjectHistory> DecodeHistory(const v1::ExplainObjectResponse& message) {
+  ObjectHistory history{message.map(),
+                        message.revision(),
+                        message.object_id(),
+                        message.strategy(),
+                        message.parameters(),
+                        message.track(),
+                        {}};
+  for (const v1::ObjectEvent& event : message.events()) {
+    const absl::StatusOr<ObjectEventKind> kind = DecodeEnum(kEventKinds, event.kind());
+    if (!kind.ok()) return kind.status();
+    history.events.push_back(
+        {*kind, event.robot(), event.sequence(), wire::DecodeTime(event.stamp()), event.detection(),
+         event.score(), event.has_existence() ? std::optional(event.existence()) : std::nullopt,
+         event.track()});
+  }
+  return history;
+}
+
+}  // namespace
+
+// The rpc with what was read of it.
+class ObserveStream::Call {
+ public:
+  Call(std::shared_ptr<Connection> connection, std::unique_ptr<grpc::ClientContext> context,
+       std::unique_ptr<GrpcStream> stream)
+      : connection_(std::move(connection)),
+        context_(std::move(context)),
+        stream_(std::move(stream)) {}
+  ~Call() {
+    if (finished_) return;
+    context_->TryCancel();
+    Finish();
+  }
+
+  absl::Status Open(const v1::ObserveOpening& opening) {
+    v1::ObserveRequest request;
+    *request.mutable_opening() = opening;
+    stream_->Write(request);  // what went wrong is told by the end
+    v1::ObserveResponse response;
+    if (!stream_->Read(&response)) {
+      Finish();
+      if (status_.ok()) return BadAnswer(absl::InternalError("the stream ended unopened"));
+      return status_;
+    }
+    if (!response.has_opened()) {
+      return BadAnswer(absl::InternalError("the first message does not open the stream"));
+    }
+    opened_ = DecodeOpened(response.opened());
+    Keep(std::move(response));
+    return absl::OkStatus();
+  }
+
+  bool Write(absl::Span<const Observation> observations) {
+    v1::ObserveRequest request;
+    for (const Observation& observation : observations) {
+      wire::EncodeObservation(observation, request.add_observations());
+    }
+    return stream_->Write(request);
+  }
+
+  void WritesDone() { stream_->WritesDone(); }
+
+  std::optional<Acknowledgement> Read() {
+    while (read_.empty()) {
+      v1::ObserveResponse response;
+      if (finished_ || !stream_->Read(&response)) {
+        Finish();
+        return std::nullopt;
+      }
+      Keep(std::move(response));
+    }
+    absl::StatusOr<Acknowledgement> next = DecodeAcknowledgement(std::move(read_.front()));
+    read_.pop_front();
+    if (next.ok()) return *std::move(next);
+    context_->TryCancel();
+    Finish();
+    status_ = next.status();
+    return std::nullopt;
+  }
+
+  void Cancel() { context_->TryCancel(); }
+  const OpenedLayer& opened() const { return opened_; }
+  const absl::Status& status() const { return status_; }
+
+ private:
+  void Keep(v1::ObserveResponse response) {
+    for (v1::ObservationAcknowledgement& a : *response.mutable_acknowledgements()) {
+      read_.push_back(std::move(a));
+    }
+  }
+
+  void Finish() {
+    if (finished_) return;
+    v1::ObserveResponse ignored;
+    while (stream_->Read(&ignored)) {
+    }
+    status_ = wire::DecodeStatus(stream_->Finish());
+    finished_ = true;
+  }
+
+  const std::shared_ptr<Connection> connection_;
+  const std::unique_ptr<grpc::ClientContext> context_;
+  const std::unique_ptr<GrpcStream> stream_;
+  OpenedLayer opened_;
+  std::deque<v1::ObservationAcknowledgement> read_;
+  bool finished_ = false;
+  absl::Status status_;
+};
+
+ObserveStream::ObserveStream(std::unique_ptr<Call> call) : call_(std::move(call)) {}
+ObserveStream::~ObserveStream() = default;
+const OpenedLayer& ObserveStream::opened() const { return call_->opened(); }
+bool ObserveStream::Write(const Observation& observation) {
+  return call_->Write(absl::MakeConstSpan(&observation, 1));
+}
+bool ObserveStream::Write(absl::Span<const Observation> observations) {
+  return call_->Write(observations);
+}
+void ObserveStream::WritesDone() { call_->WritesDone(); }
+std::optional<Acknowledgement> ObserveStream::Read() { return call_->Read(); }
+const absl::Status& ObserveStream::status() const { return call_->status(); }
+void ObserveStream::Cancel() { call_->Cancel(); }
+
+absl::StatusOr<std::unique_ptr<ObserveStream>> Client::Observe(
+    const std::string& map, const std::string& layer, const ObserveOptions& observe_options,
+    const CallOptions& options) {
+  v1::ObserveOpening opening;
+  opening.set_map(map);
+  opening.set_layer(layer);
+  opening.set_exploration_layer(observe_options.exploration_layer);
+  opening.set_strategy(observe_options.strategy);
+  opening.set_parameters(observe_options.parameters);
+  opening.set_robot(observe_options.robot);
+  CallOptions of_stream = options;
+  of_stream.timeout = options.timeout.value_or(absl::InfiniteDuration());
+  auto context = connection_->NewContext(of_stream);
+  auto stream = connection_->ingest().Observe(context.get());
+  auto call =
+      std::make_unique<ObserveStream::Call>(connection_, std::move(context), std::move(stream));
+  if (absl::Status status = call->Open(opening); !status.ok()) return status;
+  return std::make_unique<ObserveStream>(std::move(call));
+}
+
+absl::StatusOr<Revision> Client::RebuildLayer(const std::string& map, const std::string& layer,
+                                              const std::string& strategy,
+                                              const std::string& parameters,
+                                              const CallOptions& options) {
+  v1::RebuildLayerRequest request;
+  request.set_map(map);
+  request.set_layer(layer);
+  request.set_strategy(strategy);
+  request.set_parameters(parameters);
+  request.set_request_id(RequestIdOf(options));
+  const auto response = connection_->Call(connection_->ingest(),
+                                          &v1::IngestService::Stub::RebuildLayer, request, options);
+  if (!response.ok()) return response.status();
+  return response->revision();
+}
+
+absl::StatusOr<Revision> Client::RetractSource(const std::string& map, const std::string& layer,
+                                               const std::string& robot, absl::Time from,
+                                               absl::Time to, const CallOptions& options) {
+  v1::RetractSourceRequest request;
+  request.set_map(map);
+  request.set_layer(layer);
+  request.set_robot(robot);
+  if (from != absl::InfinitePast()) wire::EncodeTime(from, request.mutable_from());
+  if (to != absl::InfiniteFuture()) wire::EncodeTime(to, request.mutable_to());
+  request.set_request_id(RequestIdOf(options));
+  const auto response = connection_->Call(
+      connection_->ingest(), &v1::IngestService::Stub::RetractSource, request, options);
+  if (!response.ok()) return response.status();
+  return response->revision();
+}
+
+absl::StatusOr<ObjectHistory> Client::ExplainObject(const std::string& map,
+                                                    const std::string& layer, ObjectId object_id,
+                                                    const CallOptions& options) {
+  v1::ExplainObjectRequest request;
+  request.set_map(map);
+  request.set_layer(layer);
+  request.set_object_id(object_id);
+  const auto response = connection_->Call(
+      connection_->ingest(), &v1::IngestService::Stub::ExplainObject, request, options);
+  if (!response.ok()) return response.status();
+  return DecodeHistory(*response);
+}
+
+}  // namespace hypermap::client
