@@ -1,6 +1,7 @@
 # The doors of the project. Everything they make lies under build/.
 #
-#   make demo    build, load a small office, ask it the three questions, leave the server running
+#   make demo    build, load a small office, ask it the three questions, map two rooms from a
+#                robot's drive, leave the server running
 #                (ARGS=--exit: stop after the tour)
 #   make test    build and run all tests; with CI=true also under ASan and UBSan
 #   make bench   the benchmarks, each beside its brute force
@@ -55,7 +56,8 @@ asan tsan: build/.deps-build build/.deps-test
 # Only the programs: the tour must not wait for the tests to be built.
 demo: build/.deps-build
 	@cmake --preset release $(CMAKE_ARGS)
-	@cmake --build build --parallel $(JOBS) --target hypermapd hypermap
+	@cmake --build build --parallel $(JOBS) --target hypermapd hypermap \
+	  $(if $(findstring HYPERMAP_INGEST=OFF,$(CMAKE_ARGS)),,hypermap-ingest render_sequence)
 	@demo/run.sh $(ARGS)
 
 bench: build

@@ -1,5 +1,6 @@
 #!/bin/bash
-# A short tour of Hypermap: starts a server, draws a small office into it, asks it questions.
+# A short tour of Hypermap: starts a server, draws a small office into it, asks it questions, and
+# lets a robot drive through two rooms that it maps as it goes.
 #
 #   demo/run.sh           leaves the server running and says how to ask it more
 #   demo/run.sh --exit    ends the server after the tour
@@ -84,6 +85,12 @@ typed() {
   echo "${line# }"
 }
 
+# Shows a command of the build and runs it.
+show() {
+  printf '$ %s\n' "$(typed "$@")"
+  "$build/bin/$1" "${@:2}"
+}
+
 # Says what a command asks, shows it, and runs it.
 ask() {
   printf '\n# %s\n' "$1"
@@ -112,6 +119,29 @@ tour() {
   ask "The same for programs:" --json query point office 12.2 2.9 --layer floor --layer seen
 }
 
+# A robot drives through two rooms that are made up here, and what it sees becomes a layer.
+drive() {
+  local rooms=$demo/rooms
+  if [[ ! -x $build/bin/hypermap-ingest || ! -x $build/bin/render_sequence ]]; then
+    printf '\n(No drive: this build has no ingest.)\n'
+    return
+  fi
+  echo
+  echo "A robot with a depth camera drives through two rooms. Its detector misses and mistakes things,"
+  echo "and it knows its place to some 6 cm. (Rendered here: depth images, masks, poses, the truth.)"
+  echo
+  show render_sequence "$rooms" --every 2
+  ask "The floor plan, as a robot would have it:" import "$rooms/occupancy.yaml" --map rooms
+  printf '\n# Worker and server make objects of what was seen:\n'
+  show hypermap-ingest replay "$rooms" --server "$address" --map rooms --layer objects \
+    --detections detections_noisy.json --poses estimated.txt
+  ask "Other words for what is there:" \
+    alias rooms objects furniture=chair,couch,diningtable tv=tvmonitor
+  ask "Where is furniture?" query value rooms furniture
+  ask "How well does that agree with the truth?" \
+    eval rooms --layer objects --truth "$rooms/gt.geojson" --png "$demo/rooms.png"
+}
+
 # The same question without any program of ours.
 tour_with_grpcurl() {
   local grpcurl
@@ -136,6 +166,7 @@ The server is running on $address (process $(<"$pid_file")). Ask it more:
   $hypermap$option query area office 14.6,0.2 19,0.2 18,6 14.6,6 --layer dock
   $hypermap$option export office --format hmap -o office.hmap
   grpcurl -plaintext -d '{"map":"office","value":"cup"}' $address hypermap.v1.QueryService/QueryValue
+What the robot saw over the truth: $demo/rooms.png
 The map itself is $demo/maps/office.gpkg, a GeoPackage: QGIS opens it.
 Stop it:
   ${BUILD_DIR:+BUILD_DIR=$BUILD_DIR }demo/run.sh --stop
@@ -159,6 +190,7 @@ start_server
 load_office
 tour
 tour_with_grpcurl
+drive
 if [[ ${1:-} == --exit ]]; then
   stop_server
   printf '\nThe server has ended.\n'

@@ -21,7 +21,7 @@ packages_of() {
              protobuf-compiler protobuf-compiler-grpc libabsl-dev libeigen3-dev libgeos-dev \
              libsqlite3-dev libspdlog-dev libyaml-cpp-dev libzip-dev libpng-dev libtiff-dev \
              nlohmann-json3-dev libcli11-dev libgtest-dev libgmock-dev librapidcheck-dev \
-             libbenchmark-dev ;;
+             libbenchmark-dev libcairo2-dev libpcl-dev ;;
     test)  echo gdal-bin python3-gdal python3-grpcio python3-numpy python3-protobuf \
              python3-shapely python3-yaml sqlite3 ;;
     lint)  echo clang-format-14 clang-tidy-14 ;;

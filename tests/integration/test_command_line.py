@@ -61,6 +61,46 @@ class CommandLine(SiteTest):
                           status(-0.001, 0)],
                          ["value", "unknown", "outside", "outside", "outside"])
 
+    def test_a_layer_can_be_asked_by_other_words(self):
+        sites.make(self.client)
+        self.client.ApplyEdits(map="site", edits=[
+            sites.put("chair", 1, 1), sites.put("Dining Table", 5, 1), sites.put("cup", 9, 1)])
+
+        def labels(value):
+            lines = self.site.json_lines("query", "value", "site", value, "--layer", "things")
+            return [line["entity"]["label"] for line in lines if "entity" in line]
+
+        self.assertEqual(labels("furniture"), [])
+        self.site.json("alias", "site", "things", "Furniture=chair,dining table", "mug=cup")
+        self.assertEqual(labels("FURNITURE"), ["chair", "Dining Table"])
+        nearest, *_ = self.site.json_lines("query", "nearest", "site", 9, 1, "--value", "furniture")
+        self.assertEqual(nearest["entity"]["label"], "Dining Table")
+        self.site.stop()
+        self.site = self.server()
+        self.assertEqual(labels("mug"), ["cup"])
+        self.site.json("alias", "site", "things", "mug=")
+        self.assertEqual(labels("mug"), [])
+        (layer,) = [layer for layer in self.site.json("layers", "site")["layers"]
+                    if layer["name"] == "things"]
+        self.assertEqual(layer["aliases"], {"furniture": ["chair", "dining table"]})
+
+    def test_a_layer_is_compared_with_the_truth(self):
+        sites.make(self.client)
+        self.client.ApplyEdits(map="site", edits=[
+            sites.put("chair", 1.5, 1), sites.put("cup", 5, 5), sites.put("cup", 8, 8)])
+        truth = self.geojson(self.feature("chair", 1, 1), self.feature("Mug", 5, 5))
+        self.site.json("alias", "site", "things", "mug=cup")
+        picture = self.folder / "picture.png"
+        answer = self.site.json("eval", "site", "--layer", "things", "--truth", truth,
+                                "--png", picture)
+        self.assertEqual({key: answer[key] for key in ("n_truth", "n_map", "tp", "spurious")},
+                         {"n_truth": 2, "n_map": 3, "tp": 2, "spurious": 1})
+        self.assertAlmostEqual(answer["pq"], (1 / 3 + 1) / 2.5)
+        self.assertAlmostEqual(answer["centroid_error_m"], 0.25)
+        self.assertEqual(picture.read_bytes()[:4], b"\x89PNG")
+        itself = self.site.json("eval", "site", "--layer", "things", "--truth-map", "site")
+        self.assertEqual((itself["f1"], itself["pq"]), (1, 1))
+
     def test_a_value_that_a_layer_cant_take_spoils_no_other_answer(self):
         sites.make(self.client)
         self.client.ApplyEdits(map="site", edits=[sites.put("chair", 1, 1),

@@ -21,6 +21,10 @@ class Demo(SiteTest):
         self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
         for question in ("query point", "query area", "query value", "query nearest"):
             self.assertIn(question, result.stdout)
+        if (BIN / "hypermap-ingest").exists():
+            self.assertIn("eval rooms", result.stdout)
+            self.assertRegex(result.stdout, r"\nPQ +0\.[1-9]")
+            self.assertTrue((build / "demo" / "rooms.png").exists())
         self.assertEqual(self.servers_on(build), [])
 
     @staticmethod

@@ -31,7 +31,8 @@ class Reflection(SiteTest):
     def test_services_are_listed(self):
         listed = self.grpcurl("list").stdout.split()
         for service in ("hypermap.v1.CatalogService", "hypermap.v1.QueryService",
-                        "hypermap.v1.EditService", "grpc.health.v1.Health"):
+                        "hypermap.v1.EditService", "hypermap.v1.IngestService",
+                        "grpc.health.v1.Health"):
             self.assertIn(service, listed)
 
     def test_rpcs_are_described(self):

@@ -27,6 +27,8 @@ LIBRARIES = {
     "yaml-cpp/": "yaml",
     "nlohmann/": "json",
     "CLI/": "cli11",
+    "pcl/": "pcl",
+    "cairo.h": "cairo",
     "spdlog/": "spdlog",
     "grpc/": "grpc",
     "grpcpp/": "grpc",
@@ -58,13 +60,16 @@ def pure(*rooms, hidden=()):
     return Room(rooms, DOMAIN, hidden, outside_world=False)
 
 
-MAP = ["map", "map/geometry", "map/frames", "map/values", "map/layers", "map/query", "map/edits"]
+MAP = ["map", "map/geometry", "map/frames", "map/values", "map/layers", "map/observations",
+       "map/query", "map/edits"]
 
 ROOMS = {
     "map/geometry": pure(hidden={"geos"}),
     "map/values": pure(),
     "map/frames": pure("map/geometry"),
     "map/layers": pure("map/geometry", "map/frames", "map/values"),
+    "map/observations": pure("map/geometry", "map/frames", "map/layers"),
+    "map/evaluation": pure("map/geometry", "map/values"),
     "map": pure("map/geometry", "map/frames", "map/values", "map/layers"),
     "map/query": pure("map", "map/geometry", "map/frames", "map/values", "map/layers"),
     "map/edits": pure("map", "map/geometry", "map/frames", "map/values", "map/layers"),
@@ -77,7 +82,8 @@ ROOMS = {
     "storage/interchange": Room(
         MAP, {"absl"}, hidden={"zip", "zlib", "yaml", "png", "tiff", "json"}
     ),
-    "server/session": Room(["storage", *MAP], {"absl", "spdlog"}),
+    "ingest/fusion": pure("map/evaluation", *MAP, hidden={"json"}),
+    "server/session": Room(["ingest/fusion", "storage", *MAP], {"absl", "spdlog"}),
     "server/services": Room(
         ["server/session", "wire", "proto", "storage", "storage/interchange", *MAP],
         {"absl", "grpc", "protobuf", "spdlog"},
@@ -86,9 +92,34 @@ ROOMS = {
         ["server/services", "server/session", "storage", "storage/geopackage"],
         {"absl", "cli11", "grpc", "spdlog"},
     ),
+    "ingest/perception": Room(MAP, DOMAIN),
+    "ingest/perception/pcl": Room(["ingest/perception"], DOMAIN, hidden={"pcl"}),
+    # storage/interchange: the map that a robot localises itself in.
+    "ingest/sources": Room(
+        ["ingest/perception", "storage/interchange", *MAP],
+        DOMAIN,
+        hidden={"json", "png", "yaml"},
+    ),
+    "ingest/simulation": Room(
+        ["ingest/perception", *MAP], {"absl", "eigen", "cli11"}, hidden={"png", "json"}
+    ),
+    "ingest/frame_service": Room(
+        ["ingest/sources", "ingest/perception", "client_libs/cpp", "wire", "proto", *MAP],
+        DOMAIN,
+        hidden={"grpc", "protobuf"},
+    ),
+    "ingest/worker": Room(
+        ["ingest/sources", "ingest/perception", "ingest/frame_service", "client_libs/cpp", *MAP],
+        DOMAIN | {"cli11"},
+        hidden={"json"},
+    ),
     "client_libs/cpp": Room(["wire", "proto", *MAP], {"absl"}, hidden={"grpc", "protobuf"}),
-    # yaml: a nav2 map names its image, which is sent along.
-    "client_libs/cli": Room(["client_libs/cpp", *MAP], {"absl", "cli11", "json"}, hidden={"yaml"}),
+    # yaml: a nav2 map names its image, which is sent along. storage/interchange: truth in files.
+    "client_libs/cli": Room(
+        ["client_libs/cpp", "storage/interchange", "map/evaluation", *MAP],
+        {"absl", "cli11", "json"},
+        hidden={"cairo", "yaml"},
+    ),
 }
 
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]', re.MULTILINE)

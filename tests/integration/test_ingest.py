@@ -1,0 +1,213 @@
+"""Observations of robots: acknowledged means on disk, each counts once, and what a layer shows does
+not depend on kills, restarts and the order of arrival."""
+
+import itertools
+import os
+import random
+import threading
+import unittest
+
+import grpc
+
+import rpc
+import sites
+from processes import SEED, SiteTest
+
+ROUNDS = int(os.environ.get("HYPERMAP_TEST_ROUNDS", "6"))
+ACKNOWLEDGED_BEFORE_KILL = 25
+BEGIN_S = 1_699_999_200  # of frame 0
+LABELS = ["cup", "chair", "sofa", "plant"]
+
+
+def observation(robot, sequence, frame):
+    """What a robot sees in a frame: things that stand still, from places that change."""
+    seen = [k for k in range(len(LABELS)) if (frame * 7 + k) % 3 != 0]
+    return {
+        "robot": robot, "sequence": sequence,
+        "stamp": f"2023-11-14T{22 + frame // 3600:02}:{frame // 60 % 60:02}:{frame % 60:02}Z",
+        "pose": {"rotation": [0, 0, 1, -1, 0, 0, 0, -1, 0], "translation": [-1.0, 0.0, 0.8]},
+        "free_space": sites.square(frame % 20, -1, 2.0),
+        "detections": [{
+            "scores": [{"label": LABELS[k], "score": 0.9}],
+            "hull": sites.square(2 + 2 * k + 0.001 * frame, 0.5, 0.6),
+            "cells": {"origin": {"x": 2 + 2 * k, "y": 0.5}, "resolution_m": 0.1,
+                      "spans": [n for row in range(6) for n in (int(row > 0), 0, 6)]},
+            "height": {"low_m": 0.2, "high_m": 0.7}, "num_points": 400, "range_m": 1.5,
+            "truncation": 0.0, "weight": 0.8} for k in seen]}
+
+
+def opening(robot="", **fields):
+    return {"opening": {"map": "site", "layer": "things", "robot": robot, **fields}}
+
+
+def make(client):
+    sites.make(client)
+    client.CreateLayer(map="site", layer={
+        "name": "seen", "kind": "LAYER_KIND_EXPLORATION",
+        "grid": {"origin": {"x": 0, "y": 0, "yaw": 0}, "resolution_m": 0.25}})
+
+
+def observe(client, observations, **fields):
+    """Sends all and waits for all; {(robot, sequence): outcome}."""
+    requests = itertools.chain([opening(exploration_layer="seen", **fields)],
+                               ({"observations": [o]} for o in observations))
+    return {(a.robot, a.sequence): a.outcome for response in client.Observe(requests)
+            for a in response.acknowledgements}
+
+
+def shown(client):
+    """The objects without ids, and the explored cells."""
+    objects, cells = [], []
+    for answer in client.QueryArea(map="site", layers=["things", "seen"],
+                                   area=sites.square(-500, -500, 1000)):
+        for o in answer.part.objects:
+            o.id = 0
+            objects.append(o.SerializeToString(deterministic=True))
+        runs = answer.part.cells
+        cells += [run for run in zip(runs.rows, runs.col_begins, runs.col_ends, runs.values)
+                  if run[3] == run[3]]
+    return sorted(objects), cells
+
+
+class Robot(threading.Thread):
+    """Sends its frames until the stream ends, and notes what was acknowledged."""
+
+    def __init__(self, address, name, frames, count_down):
+        super().__init__()
+        self._address, self._name, self._frames, self._count_down = address, name, frames, count_down
+        self.acknowledged = {}  # sequence -> outcome
+        self.known = set()
+        self.unexpected = None
+
+    def _requests(self):
+        yield opening(self._name, exploration_layer="seen")
+        for frame in self._frames:
+            yield {"observations": [observation(self._name, frame, frame)]}
+
+    def run(self):
+        with rpc.Client(self._address) as client:
+            try:
+                for response in client.Observe(self._requests()):
+                    for known in response.opened.known:
+                        self.known |= set(range(known.first, known.last + 1))
+                    for a in response.acknowledgements:
+                        self.acknowledged[a.sequence] = a.outcome
+                        self._count_down.release()
+            except grpc.RpcError as error:
+                if error.code() not in (grpc.StatusCode.UNAVAILABLE, grpc.StatusCode.UNKNOWN,
+                                        grpc.StatusCode.CANCELLED):
+                    self.unexpected = error
+
+
+class Ingest(SiteTest):
+
+    def reference(self, observations):
+        """What a server shows that got them in order, without interruption."""
+        data_dir = self.folder / "reference"
+        data_dir.mkdir()
+        with rpc.Client(self.server(data_dir=data_dir).address) as client:
+            make(client)
+            observe(client, observations)
+            return shown(client)
+
+    def test_killed_again_and_again_it_ends_where_it_would_have_ended_anyway(self):
+        site = self.server()
+        with rpc.Client(site.address) as client:
+            make(client)
+        frames = {"even": range(0, 600, 2), "odd": range(1, 600, 2)}
+        acknowledged = {name: set() for name in frames}
+        for _ in range(ROUNDS):
+            count_down = threading.Semaphore(0)
+            robots = {name: Robot(site.address, name, of_robot, count_down)
+                      for name, of_robot in frames.items()}
+            for robot in robots.values():
+                robot.start()
+            for _ in range(ACKNOWLEDGED_BEFORE_KILL):
+                self.assertTrue(count_down.acquire(timeout=120), "no progress")
+            site.kill()
+            for name, robot in robots.items():
+                robot.join()
+                self.assertIsNone(robot.unexpected)
+                self.assertLessEqual(acknowledged[name], robot.known, "acknowledged and lost")
+                for sequence, outcome in robot.acknowledged.items():
+                    # 1: accepted, 2: a duplicate, which it is exactly when it was known.
+                    self.assertEqual(outcome == 2, sequence in robot.known, (name, sequence))
+                    self.assertIn(outcome, (1, 2))
+                acknowledged[name] |= set(robot.acknowledged) | robot.known
+            site = self.server()
+        everything = [observation(["even", "odd"][f % 2], f, f) for f in range(120)]
+        with rpc.Client(site.address) as client:
+            observe(client, everything)
+            for name, known in acknowledged.items():
+                more = [observation(name, f, f) for f in known if f >= 120]
+                outcomes = observe(client, more)
+                self.assertEqual(set(outcomes.values()) - {2}, set())
+                everything += more
+            found = shown(client)
+        self.assertTrue(found[0], "nothing was made of it")
+        # What an interrupted stream left in flight may be there as well.
+        with rpc.Client(site.address) as client:
+            opened = {name: next(iter(client.Observe([opening(name)]))).opened.known
+                      for name in frames}
+        kept = [(f, name) for name, ranges in opened.items() for r in ranges
+                for f in range(r.first, r.last + 1)]
+        everything = [observation(name, f, f) for f, name in sorted(kept)]
+        self.assertEqual(found, self.reference(everything))
+
+    def test_the_order_of_arrival_and_restarts_change_nothing(self):
+        everything = [observation(["even", "odd"][f % 2], f, f) for f in range(80)]
+        shuffled = random.Random(SEED).sample(everything, len(everything))
+        site = self.server()
+        with rpc.Client(site.address) as client:
+            make(client)
+            self.assertEqual(set(observe(client, shuffled[:40]).values()), {1})
+        self.assertEqual(site.stop(), 0)
+        with rpc.Client(self.server().address) as client:
+            self.assertEqual(set(observe(client, shuffled[40:]).values()), {1})
+            found = shown(client)
+        self.assertEqual(found, self.reference(everything), f"seed {SEED}")
+
+    def test_commands_rebuild_retract_and_explain(self):
+        site = self.server()
+        everything = [observation(["even", "odd"][f % 2], f, f) for f in range(40)]
+        with rpc.Client(site.address) as client:
+            make(client)
+            observe(client, everything)
+            ids = sites.labels(client)
+            self.assertTrue(ids)
+            explained = site.json("explain", "site", min(ids), "--layer", "things")
+            self.assertEqual(explained["id"], min(ids))
+            kinds = [event["event"] for event in explained["events"]]
+            self.assertEqual(kinds[0], "founded")
+            self.assertIn("seen", kinds)
+            table = site.cli("explain", "site", min(ids), "--layer", "things").stdout
+            self.assertIn("founded", table)
+            rebuilt = site.json("rebuild", "site", "--layer", "things", "--fusion", "paper")
+            self.assertEqual(rebuilt["revision"], sites.revision(client))
+            site.json("rebuild", "site", "--layer", "things", "--fusion", "evidence")
+            site.json("retract", "site", "--layer", "things", "--robot", "odd",
+                      "--from", BEGIN_S - 10, "--to", BEGIN_S + 86400)
+            found = shown(client)
+        self.assertEqual(found, self.reference([o for o in everything if o["robot"] == "even"]))
+        for arguments, word in (
+                (("rebuild", "site", "--layer", "things", "--fusion", "none"), "none"),
+                (("rebuild", "site", "--layer", "grid"), "grid"),
+                (("retract", "site", "--layer", "things", "--robot", "nobody"), "nobody"),
+                (("explain", "site", 12345, "--layer", "things"), "12345")):
+            self.assert_fails(site.cli(*arguments), word)
+        for wrong in (("--param", "a"), ("--param", "=1"), ("--param", "a=b")):
+            self.assert_fails(site.cli("rebuild", "site", "--layer", "things", *wrong),
+                              "NAME=NUMBER", code=2)
+        self.assert_fails(site.cli("retract", "site", "--layer", "things", "--robot", "a",
+                                   "--from", "soon"), "time", code=2)
+
+    def test_lateness_is_a_flag(self):
+        site = self.server("--max_lateness=5s")
+        with rpc.Client(site.address) as client:
+            make(client)
+            outcomes = observe(client, [observation("a", f, f) for f in (20, 15, 14)])
+        self.assertEqual(outcomes, {("a", 20): 1, ("a", 15): 1, ("a", 14): 3})
+
+
+if __name__ == "__main__":
+    unittest.main()

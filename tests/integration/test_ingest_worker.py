@@ -1,0 +1,345 @@
+"""The worker as a process: recorded drives and robots' streams, to a real server."""
+
+import json
+import queue
+import signal
+import subprocess
+import threading
+import time
+import unittest
+
+import grpc
+
+import recordings
+import rpc
+from processes import BIN, DATA, DEADLINE_S, SiteTest
+
+WORKER = BIN / "hypermap-ingest"
+OFFICE = DATA / "rgbd" / "office_small"
+
+
+def start(*arguments, server):
+    return subprocess.Popen([WORKER, *map(str, arguments), "--server", server.address],
+                            stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+                            stderr=subprocess.PIPE, text=True)
+
+
+def finish(process):
+    """(exit code, stdout, stderr)."""
+    try:
+        out, err = process.communicate(timeout=DEADLINE_S)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        raise
+    return process.returncode, out, err
+
+
+@unittest.skipUnless(WORKER.exists(), "built without the worker")
+class WorkerTest(SiteTest):
+
+    def recording(self, count, name="drive"):
+        return recordings.Recording(self.folder / name, count)
+
+    def replay(self, folder, *flags, server, map_name="site"):
+        """The summary. It must succeed."""
+        process = start("replay", folder, "--map", map_name, "--json", *flags, server=server)
+        code, out, err = finish(process)
+        self.assertEqual(code, 0, err)
+        return json.loads(out)
+
+    def shown(self, server, map_name="site", layer="semantic"):
+        """What fusion made, without ids: sorted by label and place."""
+        lines = server.json_lines("query", "area", map_name, "-99,-99", "99,-99", "99,99",
+                                  "-99,99")
+        entities = [line["entity"] for line in lines if line.get("layer") == layer]
+        for entity in entities:
+            del entity["id"]
+        return sorted(entities, key=lambda e: json.dumps(e, sort_keys=True))
+
+    def wait_until(self, condition):
+        deadline = time.monotonic() + DEADLINE_S
+        while not condition():
+            self.assertLess(time.monotonic(), deadline, "it did not come to pass")
+
+    def revision(self, server, map_name="site"):
+        """0 while there is no such map."""
+        entries = server.json("maps")["maps"]
+        return next((e["revision"] for e in entries if e["name"] == map_name), 0)
+
+
+class Replay(WorkerTest):
+
+    def test_a_box_that_was_driven_past_is_on_the_map(self):
+        server = self.server()
+        summary = self.replay(self.recording(20).write(), server=server)
+        self.assertEqual((summary["frames"], summary["accepted"], summary["skipped"]), (20, 20, 0))
+        self.assertEqual((summary["instances"], summary["detections"]), (20, 20))
+        self.assertEqual(summary["revision"], self.revision(server))
+        (box,) = self.shown(server)
+        self.assertEqual(box["label"], "box")
+        (x0, y0), (x1, y1), height = recordings.BOX
+        self.assertAlmostEqual(box["centroid"][0], (x0 + x1) / 2, delta=0.1)
+        self.assertAlmostEqual(box["centroid"][1], (y0 + y1) / 2, delta=0.1)
+        self.assertAlmostEqual(box["height"][1], height, delta=0.05)
+
+    def test_the_same_drive_again_changes_nothing(self):
+        server, folder = self.server(), self.recording(12).write()
+        self.replay(folder, server=server)
+        before, revision = self.shown(server), self.revision(server)
+        summary = self.replay(folder, server=server)
+        self.assertEqual((summary["known"], summary["accepted"]), (12, 0))
+        self.assertEqual(self.shown(server), before)
+        self.assertEqual(self.revision(server), revision)
+
+    def test_a_worker_killed_in_the_middle_is_resumed(self):
+        server, folder = self.server(), self.recording(40).write()
+        self.replay(folder, server=server, map_name="unbroken")
+        for _ in range(2):
+            begun = self.revision(server)
+            process = start("replay", folder, "--map", "site", "--rate", 4, server=server)
+            self.wait_until(lambda: self.revision(server) > begun + 5)
+            process.kill()
+            finish(process)
+        summary = self.replay(folder, server=server)
+        self.assertGreater(summary["known"], 0)
+        self.assertGreater(summary["accepted"], 0)
+        self.assertEqual(summary["known"] + summary["accepted"] + summary["duplicates"], 40)
+        self.assertEqual(self.shown(server), self.shown(server, "unbroken"))
+
+    def test_an_interrupted_worker_waits_for_what_it_sent(self):
+        server, folder = self.server(), self.recording(40).write()
+        process = start("replay", folder, "--map", "site", "--rate", 4, "--json", server=server)
+        self.wait_until(lambda: self.revision(server) > 5)
+        process.send_signal(signal.SIGINT)
+        code, out, err = finish(process)
+        self.assertEqual(code, 1)
+        self.assertIn("interrupted", err)
+        summary = json.loads(out)
+        self.assertTrue(summary["interrupted"])
+        self.assertTrue(0 < summary["accepted"] < 40, summary)
+        again = self.replay(folder, server=server)
+        self.assertEqual(again["known"], summary["accepted"])
+        self.assertEqual(again["known"] + again["accepted"], 40)
+
+    def test_a_server_that_is_started_again_is_waited_for(self):
+        server, folder = self.server(), self.recording(40).write()
+        self.replay(folder, server=server, map_name="unbroken")
+        process = start("replay", folder, "--map", "site", "--rate", 4, "--json", server=server)
+        self.wait_until(lambda: self.revision(server) > 5)
+        server.kill()
+        server = self.server(f"--listen=127.0.0.1:{server.port}")
+        code, out, err = finish(process)
+        self.assertEqual(code, 0, err)
+        summary = json.loads(out)
+        self.assertEqual(summary["known"] + summary["accepted"] + summary["duplicates"], 40)
+        self.assertEqual(self.shown(server), self.shown(server, "unbroken"))
+
+    def test_two_robots_at_once_make_what_one_makes(self):
+        server, folder = self.server(), self.recording(40).write()
+        self.replay(folder, server=server, map_name="one")
+        halves = [start("replay", folder, "--map", "site", "--robot", f"robot{i}", "--first", i,
+                        "--stride", 2, "--json", server=server) for i in range(2)]
+        for half in halves:
+            code, out, err = finish(half)
+            self.assertEqual(code, 0, err)
+            self.assertEqual(json.loads(out)["accepted"], 20)
+        self.assertEqual(self.shown(server), self.shown(server, "one"))
+
+    def test_garbage_frames_are_counted_and_harm_no_other(self):
+        recording = self.recording(20)
+        recording.depth[2] = b"no image"
+        recording.depth[3] = recordings.png(recording.frames[3].millimetres[:10])
+        recording.depth[4] = recordings.png(recording.frames[4].millimetres * 0)
+        recording.poses[5] = (float("nan"), *recording.poses[5][1:])
+        recording.poses[6] = (*recording.poses[6][:3], 0, 0, 0, 0)
+        recording.annotations[7]["segmentation"]["counts"] = [5, 99999999]
+        recording.annotations[8]["category_id"] = 99
+        recording.annotations[9]["segmentation"]["size"] = [9, 9]
+        recording.annotations += [dict(recording.annotations[10], score=0.1)] * 10_000
+        server = self.server()
+        summary = self.replay(recording.write(), server=server)
+        self.assertEqual(summary["accepted"], 15)
+        self.assertEqual(summary["skipped_frames"], {
+            "bad depth image": 2, "depth image without any depth": 1, "bad pose": 2})
+        self.assertEqual(summary["skipped_input"], {
+            "bad line of the trajectory": 2, "unknown category": 1})
+        self.assertEqual(summary["skipped_instances"]["broken mask"], 2)
+        self.assertGreaterEqual(
+            summary["skipped_instances"]["detection beyond the limit of a frame"], 9_700)
+        self.assertIn("box", [entity["label"] for entity in self.shown(server)])
+
+    def test_explored_floor_is_marked_in_the_layer_that_is_named(self):
+        server = self.server()
+        self.replay(self.recording(10).write(), "--exploration", "explored", server=server)
+        lines = server.json_lines("query", "value", "site", "explored")
+        cells = sum(end - begin for line in lines if "runs" in line
+                    for _, begin, end, _ in line["runs"])
+        self.assertGreater(cells * 0.05 ** 2, 1.0, "square metres")
+
+    def test_what_can_not_be_done_is_said_in_a_line(self):
+        server, folder = self.server(), self.recording(2).write()
+        for arguments, code, word in (
+                (["replay", folder], 2, "--map"),
+                (["replay", folder, "--map", "m", "--fusion", "magic"], 2, "--fusion"),
+                (["replay", folder, "--map", "m", "--pose_sigma", "1,2"], 2, "pose_sigma"),
+                (["replay", self.folder / "none", "--map", "m"], 1, "camera.yaml"),
+                (["replay", folder, "--map", "m", "--poses", "none.txt"], 1, "none.txt"),
+                (["replay", folder, "--map", "m", "--occupancy", "no.yaml"], 1, "no.yaml"),
+                (["replay", folder, "--map", "no map"], 1, "map")):
+            got, out, err = finish(start(*arguments, server=server))
+            self.assertEqual((got, out, len(err.splitlines())), (code, "", 1), err)
+            self.assertIn(word, err)
+        server.stop()
+        got, _, err = finish(start("replay", folder, "--map", "m", server=server))
+        self.assertEqual(got, 1)
+        self.assertIn("UNAVAILABLE", err)
+
+    @unittest.skipUnless(OFFICE.exists(), "no recorded drive here")
+    def test_the_beginning_of_the_recorded_drive(self):
+        server = self.server()
+        for fusion in ("evidence", "paper"):
+            summary = self.replay(OFFICE, "--detections", "detections_noisy.json", "--poses",
+                                  "estimated.txt", "--end", 20, "--fusion", fusion, server=server,
+                                  map_name=fusion)
+            self.assertEqual((summary["frames"], summary["accepted"]), (20, 20))
+            self.assertGreater(len(self.shown(server, fusion)), 0, fusion)
+
+
+class Service:
+    """A `hypermap-ingest serve` on a free port."""
+
+    def __init__(self, server, *flags):
+        self._process = start("serve", "--listen", "127.0.0.1:0", "--map", "site", *flags,
+                              server=server)
+        line = self._process.stdout.readline()
+        assert line.startswith("hypermap-ingest ready on "), finish(self._process)
+        self.address = line.split()[-1]
+
+    def stop(self):
+        self._process.send_signal(signal.SIGTERM)
+        return finish(self._process)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        if self._process.poll() is None:
+            self._process.kill()
+        self._process.communicate()
+
+
+def send(client, requests):
+    """Sends all requests, then collects: (what the opening was answered, {sequence: [answer]})."""
+    opened, answers = None, {}
+    for response in client.StreamFrames(requests):
+        if response.HasField("opened"):
+            opened = response.opened
+        for acknowledgement in response.acknowledgements:
+            answers.setdefault(acknowledgement.sequence, []).append(acknowledgement)
+    return opened, answers
+
+
+class Serve(WorkerTest):
+
+    def setUp(self):
+        super().setUp()
+        self.hypermapd = self.server()
+        self.frames = [recordings.render(i, 20) for i in range(20)]
+
+    def service(self, *flags):
+        return self.enterContext(Service(self.hypermapd, *flags))
+
+    def client(self, service):
+        return self.enterContext(rpc.Client(service.address))
+
+    def outcomes(self, answers):
+        return {sequence: [a.outcome for a in found] for sequence, found in answers.items()}
+
+    def test_frames_of_two_robots_become_one_box(self):
+        client, results = self.client(self.service()), [None, None]
+
+        def drive(i):
+            requests = [recordings.opening(f"robot{i}")] + [
+                recordings.request(self.frames[n], n) for n in range(i, 20, 2)]
+            results[i] = send(client, requests)
+
+        robots = [threading.Thread(target=drive, args=(i,)) for i in range(2)]
+        for robot in robots:
+            robot.start()
+        for robot in robots:
+            robot.join()
+        for i, (_, answers) in enumerate(results):
+            self.assertEqual(self.outcomes(answers), {n: [1] for n in range(i, 20, 2)})
+            self.assertTrue(all(a.revision > 0 for found in answers.values() for a in found))
+        (box,) = self.shown(self.hypermapd)
+        self.assertEqual(box["label"], "box")
+
+    def test_frames_that_are_sent_again_count_once(self):
+        client = self.client(self.service())
+        requests = [recordings.opening("cart")] + [
+            recordings.request(frame, i) for i, frame in enumerate(self.frames[:6])]
+        send(client, requests)
+        before = self.shown(self.hypermapd)
+        opened, answers = send(client, requests)
+        self.assertEqual([(known.first, known.last) for known in opened.known], [(0, 5)])
+        self.assertEqual(self.outcomes(answers), {n: [2] for n in range(6)})
+        self.assertEqual(self.shown(self.hypermapd), before)
+
+    def test_a_bad_frame_harms_no_other(self):
+        client = self.client(self.service())
+        requests = [recordings.request(frame, i) for i, frame in enumerate(self.frames[:6])]
+        requests[1]["frame"]["pose"]["qw"] = 5
+        requests[2]["frame"]["pose"]["x"] = "NaN"
+        requests[3]["frame"]["millimetres"] = "AAAA"
+        requests[4]["frame"]["instances"].append(
+            {"scores": [{"label": "box", "score": 0.5}], "runs": {"counts": [7]}})
+        _, answers = send(client, [recordings.opening("cart"), *requests])
+        self.assertEqual(self.outcomes(answers), {0: [1], 1: [4], 2: [4], 3: [4], 4: [1], 5: [1]})
+        self.assertIn("millimetres", answers[3][0].message)
+        self.assertEqual(answers[4][0].bad_instances, 1)
+
+    def test_a_full_queue_drops_the_oldest_only_when_the_robot_says_so(self):
+        client = self.client(self.service("--queue", 1))
+        requests = [recordings.request(frame, i) for i, frame in enumerate(self.frames)]
+        _, answers = send(client, [recordings.opening("patient"), *requests])
+        self.assertEqual(self.outcomes(answers), {n: [1] for n in range(20)})
+        _, answers = send(client, [recordings.opening("hasty", drop_oldest=True), *requests])
+        outcomes = self.outcomes(answers)
+        self.assertEqual(set(outcomes), set(range(20)), "dropped frames are acknowledged as well")
+        self.assertTrue(all(found in ([1], [6]) for found in outcomes.values()), outcomes)
+        self.assertEqual(outcomes[19], [1], "the newest is never the oldest")
+
+    def test_an_opening_that_is_wrong_ends_the_stream(self):
+        client = self.client(self.service())
+        for requests in ([], [recordings.request(self.frames[0], 0)], [recordings.opening("")],
+                         [{"opening": {"robot": "cart", "camera": {"width": 1 << 30}}}]):
+            with self.assertRaises(grpc.RpcError) as raised:
+                send(client, requests)
+            self.assertEqual(raised.exception.code(), grpc.StatusCode.INVALID_ARGUMENT)
+
+    def test_a_robot_learns_that_the_server_is_gone(self):
+        client, requests = self.client(self.service()), queue.Queue()
+        requests.put(recordings.opening("cart"))
+        requests.put(recordings.request(self.frames[0], 0))
+        stream = client.StreamFrames(iter(requests.get, None))
+        self.addCleanup(requests.put, None)
+        self.assertTrue(next(stream).HasField("opened"))
+        self.assertEqual(next(stream).acknowledgements[0].outcome, 1)
+        self.hypermapd.kill()
+        with self.assertRaises(grpc.RpcError) as raised:
+            next(stream)
+        self.assertEqual(raised.exception.code(), grpc.StatusCode.UNAVAILABLE)
+
+    def test_it_stops_while_a_robot_is_connected(self):
+        service = self.service()
+        requests = queue.Queue()
+        requests.put(recordings.opening("cart"))
+        stream = self.client(service).StreamFrames(iter(requests.get, None))
+        self.addCleanup(requests.put, None)
+        self.assertTrue(next(stream).HasField("opened"))
+        code, _, err = service.stop()
+        self.assertEqual((code, err), (0, ""))
+
+
+if __name__ == "__main__":
+    unittest.main()
