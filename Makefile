@@ -62,6 +62,7 @@ demo: build/.deps-build
 
 bench: build
 	@build/tests/hypermap_bench $(ARGS)
+	@! test -x build/tests/ingest_bench || build/tests/ingest_bench
 
 fuzz: build/.deps-build build/.deps-fuzz
 	@cmake --preset fuzz $(CMAKE_ARGS)

@@ -1,24 +1,49 @@
 #include "ingest/fusion/alignment.h"
 
-#include <array>
+#include <algorithm>
 #include <cmath>
 
 namespace hypermap::fusion {
 namespace {
 
-double OccupancyAt(const ShapeGrid& shape, const Point& p, double doubt) {
+// The occupancy of a shape's cells, worked out once for many lookups.
+class OccupancyField {
+ public:
+  OccupancyField(const ShapeGrid& shape, double doubt)
+      : resolution_m_(shape.resolution_m()), box_(shape.box()) {
+    const std::vector<float>& hits = shape.hits();
+    const std::vector<float>& misses = shape.misses();
+    const auto least = static_cast<float>(std::max(doubt, 1e-6));
+    cells_.reserve(hits.size());
+    for (size_t i = 0; i < hits.size(); ++i) {
+      cells_.push_back(hits[i] / (hits[i] + misses[i] + least));
+    }
+  }
+
   // Bilinear between the cells' centres, so that the search feels parts of a cell.
-  const double x = p.x / shape.resolution_m() - 0.5;
-  const double y = p.y / shape.resolution_m() - 0.5;
-  const auto col = static_cast<int32_t>(std::floor(x));
-  const auto row = static_cast<int32_t>(std::floor(y));
-  const double fx = x - col;
-  const double fy = y - row;
-  return (1 - fy) * ((1 - fx) * shape.Occupancy({row, col}, doubt) +
-                     fx * shape.Occupancy({row, col + 1}, doubt)) +
-         fy * ((1 - fx) * shape.Occupancy({row + 1, col}, doubt) +
-               fx * shape.Occupancy({row + 1, col + 1}, doubt));
-}
+  double At(const Point& p) const {
+    const double x = p.x / resolution_m_ - 0.5;
+    const double y = p.y / resolution_m_ - 0.5;
+    const double col = std::floor(x);
+    const double row = std::floor(y);
+    if (!(col >= box_.col_begin && row >= box_.row_begin && col + 1 < box_.col_end &&
+          row + 1 < box_.row_end)) {
+      return 0.0;
+    }
+    const double fx = x - col;
+    const double fy = y - row;
+    const auto cols = static_cast<size_t>(box_.cols());
+    const float* at = &cells_[static_cast<size_t>(row - box_.row_begin) * cols +
+                              static_cast<size_t>(col - box_.col_begin)];
+    return (1 - fy) * ((1 - fx) * at[0] + fx * at[1]) +
+           fy * ((1 - fx) * at[cols] + fx * at[cols + 1]);
+  }
+
+ private:
+  const double resolution_m_;
+  const CellBox box_;
+  std::vector<float> cells_;
+};
 
 }  // namespace
 
@@ -33,16 +58,25 @@ Point Apply(const Eigen::Vector3d& motion, const Point& pivot, const Point& p) {
 Eigen::Vector3d Align(const std::vector<AlignmentPair>& pairs, const Point& pivot,
                       const Eigen::Matrix3d& prior, const EvidenceParameters& parameters) {
   const Eigen::Matrix3d information = prior.inverse();
+  std::vector<OccupancyField> fields;
+  fields.reserve(pairs.size());
+  for (const AlignmentPair& pair : pairs) {
+    fields.emplace_back(pair.track->shape, parameters.shape_doubt);
+  }
   const auto value = [&](const Eigen::Vector3d& motion) {
     double sum = -0.5 * motion.dot(information * motion);
-    for (const AlignmentPair& pair : pairs) {
+    const double c = std::cos(motion.z());
+    const double s = std::sin(motion.z());
+    for (size_t i = 0; i < pairs.size(); ++i) {
       double occupancy = 0.0;
-      for (const Point& cell : pair.cells) {
-        occupancy +=
-            OccupancyAt(pair.track->shape, Apply(motion, pivot, cell), parameters.shape_doubt);
+      for (const Point& cell : pairs[i].cells) {
+        const double dx = cell.x - pivot.x;
+        const double dy = cell.y - pivot.y;
+        occupancy += fields[i].At(
+            {pivot.x + c * dx - s * dy + motion.x(), pivot.y + s * dx + c * dy + motion.y()});
       }
-      sum +=
-          parameters.align_gain * pair.weight * occupancy / static_cast<double>(pair.cells.size());
+      sum += parameters.align_gain * pairs[i].weight * occupancy /
+             static_cast<double>(pairs[i].cells.size());
     }
     return sum;
   };

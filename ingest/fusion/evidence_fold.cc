@@ -16,6 +16,10 @@ namespace hypermap::fusion {
 namespace {
 
 constexpr size_t kMaxAlignmentCells = 64;
+// Shapes have no more cells than this aside; larger things get larger cells.
+constexpr double kMaxCellsAside = 400.0;
+// Farther from the frame's origin cells can't be counted; detections there are left out.
+constexpr double kFarthest_m = 5e6;
 
 // A convex polygon widened by `margin_m` on all sides (to an octagon about each vertex).
 Polygon Widened(const Polygon& convex, double margin_m) {
@@ -144,6 +148,11 @@ void Folding::Look() {
     candidates_.push_back({i, std::make_shared<Track>(*before_.tracks[i]), {}, false, -1});
   }
   for (size_t i = 0; i < observation_.detections.size(); ++i) {
+    const Box& bounds = observation_.detections[i].hull.bounds();
+    if (Distance(Box{{0.0, 0.0}, {0.0, 0.0}}, bounds.min) > kFarthest_m ||
+        Distance(Box{{0.0, 0.0}, {0.0, 0.0}}, bounds.max) > kFarthest_m) {
+      continue;
+    }
     Sighting sighting;
     sighting.detection = &observation_.detections[i];
     sighting.index = static_cast<int>(i);
@@ -181,8 +190,11 @@ void Folding::AlignFrame() {
     const size_t every = total / kMaxAlignmentCells + 1;
     size_t count = 0;
     for (const CellSpan& span : patch.spans) {
-      for (int32_t col = span.col_begin; col < span.col_end; ++col) {
-        if (count++ % every != 0) continue;
+      const auto length = static_cast<size_t>(span.col_end - span.col_begin);
+      const size_t skipped = (every - count % every) % every;
+      count += length;
+      for (size_t k = skipped; k < length; k += every) {
+        const int32_t col = span.col_begin + static_cast<int32_t>(k);
         pair.cells.push_back(patch.frame_from_cells * Point{(col + 0.5) * patch.resolution_m,
                                                             (span.row + 0.5) * patch.resolution_m});
       }
@@ -207,7 +219,13 @@ void Folding::AlignFrame() {
     sighting.widened = Widened(sighting.hull, buffer_m_);
   }
   for (Candidate& candidate : candidates_) {
-    candidate.widened = Widened(candidate.track->outline, buffer_m_);
+    const Box& bounds = candidate.track->outline.bounds();
+    const bool near = std::any_of(sightings_.begin(), sightings_.end(), [&](const Sighting& s) {
+      return s.widened.bounds().Intersects(
+          Box{{bounds.min.x - buffer_m_, bounds.min.y - buffer_m_},
+              {bounds.max.x + buffer_m_, bounds.max.y + buffer_m_}});
+    });
+    if (near) candidate.widened = Widened(candidate.track->outline, buffer_m_);
   }
   aligned_.pose = observation_.pose;
   aligned_.pose.frame_from_camera.linear() =
@@ -274,8 +292,10 @@ void Folding::Associate() {
 std::shared_ptr<Track> Folding::Found(const Sighting& sighting) const {
   auto track = std::make_shared<Track>();
   track->key = absl::StrCat(observation_.robot, "/", observation_.sequence, "/", sighting.index);
-  track->shape = ShapeGrid(Extent(sighting.hull.bounds()) < p_.fine_extent_m ? p_.fine_cell_m
-                                                                             : p_.coarse_cell_m);
+  const double extent = Extent(sighting.hull.bounds());
+  track->shape =
+      ShapeGrid(extent < p_.fine_extent_m ? p_.fine_cell_m
+                                          : std::max(p_.coarse_cell_m, extent / kMaxCellsAside));
   track->log_odds = -1.0;
   return track;
 }
@@ -319,6 +339,9 @@ void Folding::AddShape(const Sighting& sighting, Track* track) {
   extent.Extend(track->outline.bounds());
   if (shape.resolution_m() < p_.coarse_cell_m && Extent(extent) > 1.3 * p_.fine_extent_m) {
     shape = shape.Resampled(p_.coarse_cell_m);
+  }
+  while (Extent(extent) > 2.0 * kMaxCellsAside * shape.resolution_m()) {
+    shape = shape.Resampled(2.0 * shape.resolution_m());
   }
   const auto weight = static_cast<float>(sighting.detection->weight);
   const double res = shape.resolution_m();
@@ -443,17 +466,19 @@ void Folding::CountApart() {
 }
 
 void Folding::Merge() {
+  const double margin_m = p_.merge_buffer_share * buffer_m_;
   for (size_t i = 0; i < candidates_.size(); ++i) {
     Candidate& a = candidates_[i];
-    if (!a.track || !a.hit) continue;
+    if (!a.track || !a.hit || a.track->outline.empty()) continue;
+    Polygon wide_a;
     for (size_t j = 0; j < candidates_.size(); ++j) {
       Candidate& b = candidates_[j];
-      if (i == j || !b.track || a.track->outline.empty() || b.track->outline.empty()) continue;
+      if (i == j || !b.track || b.track->outline.empty()) continue;
       if (!a.track->outline.bounds().Intersects(b.track->outline.bounds())) continue;
       if (HeightOverlap(a.track->height(), b.track->height()) < p_.height_overlap) continue;
       if (a.track->IsApartFrom(*b.track) || BesideEachOther(a, b)) continue;
-      const Polygon wide_a = Widened(a.track->outline, p_.merge_buffer_share * buffer_m_);
-      const Polygon wide_b = Widened(b.track->outline, p_.merge_buffer_share * buffer_m_);
+      if (wide_a.empty()) wide_a = Widened(a.track->outline, margin_m);
+      const Polygon wide_b = Widened(b.track->outline, margin_m);
       const double common = IntersectionArea(wide_a, wide_b);
       if (common <= 0.0) continue;
       const double area_a = Area(wide_a);
@@ -478,6 +503,7 @@ void Folding::Merge() {
       into.track->Refresh(p_);
       into.hit = true;
       from.track = nullptr;
+      wide_a = {};
       if (&from == &a) break;
     }
   }

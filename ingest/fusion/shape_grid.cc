@@ -171,6 +171,7 @@ void ForEachSpan(const Polygon& convex, double resolution_m,
       low = std::min(low, x);
       high = std::max(high, x);
     }
+    if (low > high) continue;  // beside the polygon by a rounding error
     const auto begin = static_cast<int32_t>(std::ceil(low / resolution_m - 0.5));
     const auto end = static_cast<int32_t>(std::floor(high / resolution_m - 0.5)) + 1;
     if (begin < end) visit(row, begin, end);

@@ -14,8 +14,8 @@ constexpr float kCreaseSigmas = 3.0f;
 // Of a part outside of the mask: pixels of the image, and their share of those inside.
 constexpr int kMinOutside = 10;
 constexpr float kMinOutsideShare = 1.0f;
-// Mean depth in the mask, in pixels of the image: what a mask takes of things beside is a rim. A part
-// that reaches deeper is the thing's own, which goes on beyond a mask that is too small.
+// Mean depth in the mask, in pixels of the image: what a mask takes of things beside is a rim. A
+// part that reaches deeper is the thing's own, which goes on beyond a mask that is too small.
 constexpr double kMaxRimDepth_px = 6.0;
 constexpr int kNoPart = -1;
 constexpr uint8_t kRight = 1;
@@ -194,11 +194,10 @@ void Parting::Drop(std::vector<uint8_t>* kept) {
                                       [](const Part& a, const Part& b) { return a.core < b.core; });
   std::vector<uint8_t> beside;
   for (const Part& part : parts_) {
-    beside.push_back(&part != &*thing &&
-                     part.outside * window_.stride * window_.stride >= kMinOutside &&
-                     part.outside > kMinOutsideShare * part.inside &&
-                     static_cast<double>(part.core) * window_.stride <=
-                         kMaxRimDepth_px * part.inside);
+    beside.push_back(
+        &part != &*thing && part.outside * window_.stride * window_.stride >= kMinOutside &&
+        part.outside > kMinOutsideShare * part.inside &&
+        static_cast<double>(part.core) * window_.stride <= kMaxRimDepth_px * part.inside);
   }
   for (size_t i = 0; i < kept->size(); ++i) {
     if (part_of_[i] != kNoPart && beside[part_of_[i]]) (*kept)[i] = 0;

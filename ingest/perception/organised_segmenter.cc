@@ -19,8 +19,10 @@ namespace hypermap::ingest {
 namespace {
 
 constexpr int kMargin_px = 10;
-// Larger masks are thinned first.
+// Larger masks are thinned first, in wider images sooner: what a pixel is at this width shows the
+// shape of such a thing well enough.
 constexpr int kMaxPixels = 60000;
+constexpr int kPlainWidth_px = 320;
 constexpr size_t kMaxRingPoints = 300;
 constexpr int kMaxPlanes = 3;
 constexpr int kRansacRounds = 48;
@@ -281,7 +283,9 @@ std::vector<int32_t> Segmentation::Pixels(const std::vector<uint8_t>& mask) cons
 
 std::vector<int32_t> OrganisedSegmenter::Segment(const OrganisedCloud& cloud,
                                                  const std::vector<uint8_t>& mask) const {
-  MaskWindow window = CutOut(mask, cloud.width, cloud.height, kMargin_px, kMaxPixels);
+  const int thin = std::max(1, cloud.width / kPlainWidth_px);
+  MaskWindow window =
+      CutOut(mask, cloud.width, cloud.height, kMargin_px, kMaxPixels / (thin * thin));
   if (window.empty()) return {};
   MeasureDepth(&window);
   Segmentation segmentation(cloud, window);

@@ -111,7 +111,8 @@ int Run(const std::string& dir, std::map<std::string, std::string> options) {
   const auto truth = ReadTruth(dir + "/" + get("truth", "gt.geojson"));
   const auto result = evaluation::Evaluate(truth, shown);
   std::printf(
-      "P %.3f R %.3f F1 %.3f PQ %.3f PQ25 %.3f IoU %.3f large %.3f small %.3f cent %.3f dup %d spur "
+      "P %.3f R %.3f F1 %.3f PQ %.3f PQ25 %.3f IoU %.3f large %.3f small %.3f cent %.3f dup %d "
+      "spur "
       "%d n %d ece %.3f | perception %.1f ms fusion %.2f ms\n",
       result.precision, result.recall, result.f1, result.pq, result.pq_iou25, result.mean_iou,
       result.mean_iou_large, result.mean_iou_small, result.centroid_error_m, result.duplicates,
