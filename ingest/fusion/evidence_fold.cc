@@ -9,7 +9,6 @@
 #include "ingest/fusion/alignment.h"
 #include "ingest/fusion/lookout.h"
 #include "map/evaluation/assignment.h"
-#include "map/geometry/convex_hull.h"
 #include "map/geometry/overlap.h"
 
 namespace hypermap::fusion {
@@ -21,19 +20,41 @@ constexpr double kMaxCellsAside = 400.0;
 // Farther from the frame's origin cells can't be counted; detections there are left out.
 constexpr double kFarthest_m = 5e6;
 
-// A convex polygon widened by `margin_m` on all sides (to an octagon about each vertex).
+// Where a walk round a convex ring that runs counter-clockwise and begins at its lowest (then
+// leftmost) vertex begins.
+size_t LowestVertex(const Ring& ring) {
+  const auto lower = [](const Point& a, const Point& b) {
+    return std::pair(a.y, a.x) < std::pair(b.y, b.x);
+  };
+  return static_cast<size_t>(std::min_element(ring.begin(), ring.end(), lower) - ring.begin());
+}
+
+// A convex polygon widened by `margin_m` on all sides: its Minkowski sum with an octagon, whose
+// edges are the edges of both in the order of their directions.
 Polygon Widened(const Polygon& convex, double margin_m) {
-  std::vector<Point> points;
   const double diagonal = margin_m * std::sqrt(0.5);
-  for (const Point& p : convex.outer()) {
-    for (const auto& [dx, dy] :
-         {std::pair(margin_m, 0.0), std::pair(-margin_m, 0.0), std::pair(0.0, margin_m),
-          std::pair(0.0, -margin_m), std::pair(diagonal, diagonal), std::pair(-diagonal, diagonal),
-          std::pair(diagonal, -diagonal), std::pair(-diagonal, -diagonal)}) {
-      points.push_back({p.x + dx, p.y + dy});
-    }
+  const Ring octagon = {{0.0, -margin_m},     {diagonal, -diagonal}, {margin_m, 0.0},
+                        {diagonal, diagonal}, {0.0, margin_m},       {-diagonal, diagonal},
+                        {-margin_m, 0.0},     {-diagonal, -diagonal}};
+  if (convex.empty() || margin_m <= 0.0) return convex;
+  const Ring& ring = convex.outer();
+  const size_t n = ring.size();
+  const size_t first = LowestVertex(ring);
+  const auto at = [&](size_t i) { return ring[(first + i) % n]; };
+  const auto turn = [&](size_t i) { return octagon[i % octagon.size()]; };
+  Ring sum;
+  sum.reserve(n + octagon.size());
+  for (size_t i = 0, k = 0; i < n || k < octagon.size();) {
+    sum.push_back({at(i).x + turn(k).x, at(i).y + turn(k).y});
+    const Point a{at(i + 1).x - at(i).x, at(i + 1).y - at(i).y};
+    const Point b{turn(k + 1).x - turn(k).x, turn(k + 1).y - turn(k).y};
+    const double cross = a.x * b.y - a.y * b.x;
+    const bool take_a = k == octagon.size() || (i < n && cross >= 0.0);
+    const bool take_b = i == n || (k < octagon.size() && cross <= 0.0);
+    if (take_a) ++i;
+    if (take_b) ++k;
   }
-  return ConvexHull(std::move(points));
+  return Polygon::MakeUnchecked({std::move(sum)});
 }
 
 std::string BestLabel(const Detection& detection, double* score) {
@@ -172,6 +193,7 @@ void Folding::AlignFrame() {
     double best_iou = 0.25;
     for (const Candidate& candidate : candidates_) {
       if (candidate.track->log_odds < 0.5 || candidate.track->label() != sighting.label) continue;
+      if (!wide.bounds().Intersects(candidate.track->outline.bounds())) continue;
       const double iou = Iou(wide, Widened(candidate.track->outline, 0.08));
       if (iou > best_iou) {
         best_iou = iou;

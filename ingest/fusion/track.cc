@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "map/geometry/convex_hull.h"
+
 namespace hypermap::fusion {
 namespace {
 
@@ -64,7 +66,8 @@ void Track::Refresh(const EvidenceParameters& parameters) {
 void Track::RefreshObject(const EvidenceParameters& parameters) {
   object = pinned;
   if (pinned) {
-    outline = pinned->polygon;
+    const Polygon& shown = pinned->polygon;
+    outline = IsConvex(shown) ? shown : ConvexHull(shown.outer());
     return;
   }
   if (removed || log_odds < parameters.publish_log_odds || hits < parameters.publish_hits ||

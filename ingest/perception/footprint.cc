@@ -1,8 +1,9 @@
 #include "ingest/perception/footprint.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <map>
+#include <utility>
 
 #include "ingest/perception/depth_noise.h"
 #include "map/geometry/convex_hull.h"
@@ -29,6 +30,8 @@ Points Smoothed(const OrganisedCloud& cloud, const std::vector<int32_t>& pixels,
   std::vector<uint8_t> kept(cloud.camera.size(), 0);
   for (const int32_t pixel : pixels) kept[pixel] = 1;
   Points points;
+  // Of many pixels fewer neighbours do.
+  const int step = stride > 2 ? kSmoothingReach_px : 1;
   for (const int32_t pixel : pixels) {
     if (pixel % cloud.width % stride != 0 || pixel / cloud.width % stride != 0) continue;
     const float z = cloud.camera[pixel].z();
@@ -37,9 +40,9 @@ Points Smoothed(const OrganisedCloud& cloud, const std::vector<int32_t>& pixels,
     const int v = pixel / cloud.width;
     float sum = 0.0f;
     int count = 0;
-    for (int dv = -kSmoothingReach_px; dv <= kSmoothingReach_px; ++dv) {
+    for (int dv = -kSmoothingReach_px; dv <= kSmoothingReach_px; dv += step) {
       if (v + dv < 0 || v + dv >= cloud.height) continue;
-      for (int du = -kSmoothingReach_px; du <= kSmoothingReach_px; ++du) {
+      for (int du = -kSmoothingReach_px; du <= kSmoothingReach_px; du += step) {
         if (u + du < 0 || u + du >= cloud.width) continue;
         const int32_t other = pixel + dv * cloud.width + du;
         if (!kept[other]) continue;
@@ -66,35 +69,83 @@ CellIndex CellOf(const Eigen::Vector3f& p, double resolution_m) {
 
 // Leaves out the points of clumps (cells that touch) with few points.
 Points WithoutStrays(const Points& points, double cell_m) {
-  std::map<CellIndex, std::vector<int>> cells;
-  for (size_t i = 0; i < points.size(); ++i) {
-    cells[CellOf(points[i], cell_m)].push_back(static_cast<int>(i));
+  CellBox box;
+  std::vector<CellIndex> cell_of;
+  cell_of.reserve(points.size());
+  for (const auto& p : points) {
+    const CellIndex c = CellOf(p, cell_m);
+    cell_of.push_back(c);
+    box = box.Union({c.row, c.row + 1, c.col, c.col + 1});
   }
-  std::map<CellIndex, bool> seen;
-  Points kept;
-  for (const auto& [start, unused] : cells) {
-    if (seen[start]) continue;
-    seen[start] = true;
-    std::vector<CellIndex> clump = {start};
-    size_t count = 0;
+  const auto cols = static_cast<int>(box.cols());
+  const auto rows = static_cast<int>(box.rows());
+  const auto index = [&](const CellIndex& c) {
+    return static_cast<size_t>(c.row - box.row_begin) * cols + (c.col - box.col_begin);
+  };
+  std::vector<int> count(static_cast<size_t>(rows) * cols, 0);
+  for (const CellIndex& c : cell_of) ++count[index(c)];
+  constexpr int kStray = -1;
+  constexpr int kKept = -2;
+  std::vector<size_t> clump;
+  for (size_t start = 0; start < count.size(); ++start) {
+    if (count[start] <= 0) continue;
+    int sum = count[start];
+    clump.assign(1, start);
+    count[start] = kStray;
     for (size_t next = 0; next < clump.size(); ++next) {
-      const CellIndex c = clump[next];
-      count += cells[c].size();
-      for (int dr = -1; dr <= 1; ++dr) {
-        for (int dc = -1; dc <= 1; ++dc) {
-          const CellIndex other{c.row + dr, c.col + dc};
-          if (!cells.count(other) || seen[other]) continue;
-          seen[other] = true;
+      const auto row = static_cast<int>(clump[next] / cols);
+      const auto col = static_cast<int>(clump[next] % cols);
+      for (int r = std::max(0, row - 1); r <= std::min(rows - 1, row + 1); ++r) {
+        for (int c = std::max(0, col - 1); c <= std::min(cols - 1, col + 1); ++c) {
+          const size_t other = static_cast<size_t>(r) * cols + c;
+          if (count[other] <= 0) continue;
+          sum += count[other];
+          count[other] = kStray;
           clump.push_back(other);
         }
       }
     }
-    if (count < kStrayShare * points.size()) continue;
-    for (const CellIndex& c : clump) {
-      for (const int i : cells[c]) kept.push_back(points[i]);
-    }
+    if (sum < kStrayShare * points.size()) continue;
+    for (const size_t cell : clump) count[cell] = kKept;
+  }
+  Points kept;
+  kept.reserve(points.size());
+  for (size_t i = 0; i < points.size(); ++i) {
+    if (count[index(cell_of[i])] == kKept) kept.push_back(points[i]);
   }
   return kept;
+}
+
+// Leaves out points that lie well inside the octagon of the extreme ones, so that the hull has
+// less to sort (Akl and Toussaint 1978).
+std::vector<Point> OuterPositions(const Points& points, const Eigen::Vector2d& foot) {
+  std::array<const Eigen::Vector3f*, 8> extreme;
+  extreme.fill(&points.front());
+  // Counter-clockwise.
+  constexpr std::array<std::pair<float, float>, 8> kDirections = {
+      {{1, 0}, {1, 1}, {0, 1}, {-1, 1}, {-1, 0}, {-1, -1}, {0, -1}, {1, -1}}};
+  const auto along = [&](size_t k, const Eigen::Vector3f& p) {
+    return kDirections[k].first * p.x() + kDirections[k].second * p.y();
+  };
+  for (const auto& p : points) {
+    for (size_t k = 0; k < extreme.size(); ++k) {
+      if (along(k, p) > along(k, *extreme[k])) extreme[k] = &p;
+    }
+  }
+  std::vector<Point> outer;
+  for (const auto& p : points) {
+    bool inside = true;
+    for (size_t k = 0; k < extreme.size() && inside; ++k) {
+      const Eigen::Vector3f& a = *extreme[k];
+      const Eigen::Vector3f& b = *extreme[(k + 1) % extreme.size()];
+      const Eigen::Vector2f edge = (b - a).head<2>();
+      if (edge.squaredNorm() == 0.0f) continue;
+      const float left = edge.x() * (p.y() - a.y()) - edge.y() * (p.x() - a.x());
+      inside = left > 1e-4f * edge.norm();
+    }
+    if (!inside) outer.push_back({foot.x() + p.x(), foot.y() + p.y()});
+  }
+  return outer;
 }
 
 CellPatch CellsOf(const Points& points, const Eigen::Vector2d& foot, double resolution_m) {
@@ -136,16 +187,13 @@ std::optional<Footprint> MakeFootprint(const OrganisedCloud& cloud,
   Eigen::Vector3f low = points.front();
   Eigen::Vector3f high = points.front();
   double range = 0.0;
-  std::vector<Point> positions;
-  positions.reserve(points.size());
   const Eigen::Vector3f eye(0.0f, 0.0f, cloud.height_of_camera);
   for (const auto& p : points) {
     low = low.cwiseMin(p);
     high = high.cwiseMax(p);
     range += (p - eye).norm();
-    positions.push_back({cloud.foot.x() + p.x(), cloud.foot.y() + p.y()});
   }
-  footprint.hull = ConvexHull(std::move(positions));
+  footprint.hull = ConvexHull(OuterPositions(points, cloud.foot));
   if (footprint.hull.empty() || Area(footprint.hull) < 1e-6) return std::nullopt;
   const double extent = std::max(high.x() - low.x(), high.y() - low.y());
   footprint.cells =

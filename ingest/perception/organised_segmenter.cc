@@ -22,22 +22,28 @@ constexpr int kMargin_px = 10;
 // Larger masks are thinned first, in wider images sooner: what a pixel is at this width shows the
 // shape of such a thing well enough.
 constexpr int kMaxPixels = 60000;
+constexpr int kMaxPixelsOfFine = 7000;
 constexpr int kPlainWidth_px = 320;
 constexpr size_t kMaxRingPoints = 300;
 constexpr int kMaxPlanes = 3;
 constexpr int kRansacRounds = 48;
+constexpr int kMinCrossings = 3;
+constexpr float kLeastTolerance_m = 0.004f;
 
 struct Plane {
   Eigen::Vector3f normal;
   float offset = 0.0f;  // normal . p = offset
-
-  float Distance(const Eigen::Vector3f& p) const { return std::abs(normal.dot(p) - offset); }
 };
 
-// Two and a half sigmas of depth, seen across the plane, but never below what calibration leaves.
-float Tolerance(const Plane& plane, const Eigen::Vector3f& p) {
-  const float along_ray = std::abs(plane.normal.dot(p)) / p.norm();
-  return std::max(0.004f, 2.5f * DepthSigma(p.z()) * std::max(0.3f, along_ray));
+// Whether the point lies on the plane: within two and a half sigmas of depth, seen across the
+// plane, but never less than what calibration leaves.
+bool LiesOn(const Plane& plane, const Eigen::Vector3f& p) {
+  const float along_normal = plane.normal.dot(p);
+  const float distance = std::abs(along_normal - plane.offset);
+  if (distance < kLeastTolerance_m) return true;
+  const float most = 2.5f * DepthSigma(p.z());
+  if (distance >= most) return false;
+  return distance * p.norm() < most * std::max(0.3f * p.norm(), std::abs(along_normal));
 }
 
 // The same numbers on every run.
@@ -78,7 +84,7 @@ bool TakePlane(std::vector<Eigen::Vector3f>* points, size_t at_least, Lottery* l
     if (cross.norm() < 1e-4f) continue;
     const Plane plane{cross.normalized(), cross.normalized().dot(a)};
     size_t count = 0;
-    for (const auto& p : *points) count += plane.Distance(p) < Tolerance(plane, p);
+    for (const auto& p : *points) count += LiesOn(plane, p);
     if (count > best_count) {
       best_count = count;
       *best = plane;
@@ -87,11 +93,10 @@ bool TakePlane(std::vector<Eigen::Vector3f>* points, size_t at_least, Lottery* l
   if (best_count < at_least) return false;
   std::vector<Eigen::Vector3f> on;
   for (const auto& p : *points) {
-    if (best->Distance(p) < Tolerance(*best, p)) on.push_back(p);
+    if (LiesOn(*best, p)) on.push_back(p);
   }
   *best = LeastSquares(on);
-  std::erase_if(*points,
-                [&](const auto& p) { return best->Distance(p) < 1.5f * Tolerance(*best, p); });
+  std::erase_if(*points, [&](const auto& p) { return LiesOn(*best, p); });
   return true;
 }
 
@@ -106,6 +111,12 @@ class Segmentation {
  public:
   Segmentation(const OrganisedCloud& cloud, const MaskWindow& window)
       : cloud_(cloud), window_(window), kept_(window.inside) {
+    pixel_.reserve(kept_.size());
+    for (int v = 0; v < window.height; ++v) {
+      for (int u = 0; u < window.width; ++u) {
+        pixel_.push_back(window.image_index(u, v, cloud.width));
+      }
+    }
     for (int i = 0; i < static_cast<int>(kept_.size()); ++i) {
       if (kept_[i] && !cloud_.valid(Pixel(i))) kept_[i] = 0;
     }
@@ -113,6 +124,7 @@ class Segmentation {
 
   void DropBackgroundPlanes();
   void DropMixedPixels();
+  bool TouchesOutside() const;
   void DropTouching();
   // Leaves the component that is the thing, and those near it.
   void KeepNearComponents();
@@ -120,9 +132,7 @@ class Segmentation {
   std::vector<int32_t> Pixels(const std::vector<uint8_t>& mask) const;
 
  private:
-  int32_t Pixel(int i) const {
-    return window_.image_index(i % window_.width, i / window_.width, cloud_.width);
-  }
+  int32_t Pixel(int i) const { return pixel_[i]; }
   float Depth(int i) const { return cloud_.camera[Pixel(i)].z(); }
   std::vector<Eigen::Vector3f> RingPoints() const;
   // Of two pixels of the image that are neighbours in the window.
@@ -133,6 +143,7 @@ class Segmentation {
   const OrganisedCloud& cloud_;
   const MaskWindow& window_;
   std::vector<uint8_t> kept_;
+  std::vector<int32_t> pixel_;  // of the image, for each of the window
 };
 
 std::vector<Eigen::Vector3f> Segmentation::RingPoints() const {
@@ -164,7 +175,7 @@ void Segmentation::DropBackgroundPlanes() {
     for (int i = 0; i < static_cast<int>(kept_.size()); ++i) {
       if (!kept_[i]) continue;
       const Eigen::Vector3f& p = cloud_.camera[Pixel(i)];
-      if (plane.Distance(p) < Tolerance(plane, p)) {
+      if (LiesOn(plane, p)) {
         background.push_back(i);
         depth_on += window_.depth[i];
         ++on;
@@ -207,7 +218,25 @@ void Segmentation::DropMixedPixels() {
   for (const int i : mixed) kept_[i] = 0;
 }
 
+// Whether a surface goes on from the mask to what is beside it.
+bool Segmentation::TouchesOutside() const {
+  const int w = window_.width;
+  const int h = window_.height;
+  int crossings = 0;
+  for (int i = 0; i < static_cast<int>(kept_.size()); ++i) {
+    if (!kept_[i] || window_.depth[i] != 1) continue;
+    const std::array<std::pair<int, bool>, 4> around = {
+        {{i - 1, i % w > 0}, {i + 1, i % w + 1 < w}, {i - w, i / w > 0}, {i + w, i / w + 1 < h}}};
+    for (const auto& [j, there] : around) {
+      if (!there || window_.inside[j] || !cloud_.valid(Pixel(j))) continue;
+      if (SameSurface(Pixel(i), Pixel(j)) && ++crossings >= kMinCrossings) return true;
+    }
+  }
+  return false;
+}
+
 void Segmentation::DropTouching() {
+  if (!TouchesOutside()) return;
   std::vector<float> depth(kept_.size());
   for (int i = 0; i < static_cast<int>(depth.size()); ++i) depth[i] = std::max(0.0f, Depth(i));
   DropNeighbours(window_, depth, kMargin_px, &kept_);
@@ -237,9 +266,8 @@ void Segmentation::KeepNearComponents() {
       component.near = std::min(component.near, Depth(i));
       component.far = std::max(component.far, Depth(i));
       const int u = i % w;
-      const int v = i / w;
       const std::array<std::pair<int, bool>, 4> around = {
-          {{i - 1, u > 0}, {i + 1, u + 1 < w}, {i - w, v > 0}, {i + w, v + 1 < h}}};
+          {{i - 1, u > 0}, {i + 1, u + 1 < w}, {i - w, i >= w}, {i + w, i + w < w * h}}};
       for (const auto& [j, there] : around) {
         if (!there || !kept_[j] || seen[j] || !SameSurface(Pixel(i), Pixel(j))) continue;
         seen[j] = 1;
@@ -285,7 +313,7 @@ std::vector<int32_t> OrganisedSegmenter::Segment(const OrganisedCloud& cloud,
                                                  const std::vector<uint8_t>& mask) const {
   const int thin = std::max(1, cloud.width / kPlainWidth_px);
   MaskWindow window =
-      CutOut(mask, cloud.width, cloud.height, kMargin_px, kMaxPixels / (thin * thin));
+      CutOut(mask, cloud.width, cloud.height, kMargin_px, thin > 1 ? kMaxPixelsOfFine : kMaxPixels);
   if (window.empty()) return {};
   MeasureDepth(&window);
   Segmentation segmentation(cloud, window);
