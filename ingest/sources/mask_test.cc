@@ -110,7 +110,9 @@ TEST(MaskTest, RandomBytesDoNoHarm) {
     std::string text(round % 12, ' ');
     for (char& c : text) c = static_cast<char>(byte(random));
     const auto mask = DecodeMask(PackedMaskRuns{6, 5, text}, 6, 5);
-    if (mask.ok()) EXPECT_EQ(mask->size(), 30u);
+    if (mask.ok()) {
+      EXPECT_EQ(mask->size(), 30u);
+    }
   }
 }
 
