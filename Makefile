@@ -51,7 +51,8 @@ test: build build/.deps-test $(if $(filter true 1,$(CI)),asan)
 asan tsan: build/.deps-build build/.deps-test
 	@cmake --preset $@ $(CMAKE_ARGS)
 	@cmake --build build/$@ --parallel $(JOBS)
-	@$(CTEST) --test-dir build/$@ --tests-regex '$(SANITIZED_TESTS)'
+	@LSAN_OPTIONS=suppressions=$(CURDIR)/tests/lsan.supp:print_suppressions=0 \
+	  $(CTEST) --test-dir build/$@ --tests-regex '$(SANITIZED_TESTS)'
 
 # Only the programs: the tour must not wait for the tests to be built.
 demo: build/.deps-build
