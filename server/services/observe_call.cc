@@ -69,7 +69,9 @@ void ObserveCall::OnReadDone(bool ok) {
   Change([&] {
     mutex_.AssertHeld();
     reading_ = false;
-    if (!ok) {
+    // A request that comes in while the call is being finished must not be begun: OnDone does not
+    // wait for it.
+    if (!ok || finished_) {
       no_more_reads_ = true;
       return;
     }
