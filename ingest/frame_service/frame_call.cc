@@ -43,6 +43,8 @@ void FrameCall::OnReadDone(bool ok) {
     return;
   }
   std::unique_lock<std::mutex> lock(mutex_);
+  // What comes while the call is being ended is not answered any more.
+  if (end_) return;
   if (opened_) {
     if (request_.has_opening()) {
       Acknowledge(request_.frame().sequence(), v1::FRAME_OUTCOME_INVALID, 0,
@@ -186,13 +188,14 @@ void FrameCall::Acknowledge(int64_t sequence, v1::FrameOutcome outcome, Revision
 }
 
 void FrameCall::Flush() {
-  if (writing_) return;
+  if (writing_ || finished_) return;
   if (waiting_.has_opened() || !waiting_.acknowledgements().empty()) {
     sending_ = std::move(waiting_);
     waiting_.Clear();
     writing_ = true;
     StartWrite(&sending_);
-  } else if (end_) {
+  } else if (end_ && !finished_) {
+    finished_ = true;
     Finish(wire::EncodeStatus(*end_));
   }
 }

@@ -85,6 +85,7 @@ class FrameCall
   std::map<int64_t, int> bad_instances_;  // by sequence
   v1::StreamFramesResponse waiting_;
   bool writing_ = false;
+  bool finished_ = false;
   std::optional<absl::Status> end_;
 };
 
