@@ -9,6 +9,7 @@
 #include "ingest/fusion/alignment.h"
 #include "ingest/fusion/lookout.h"
 #include "map/evaluation/assignment.h"
+#include "map/geometry/convex_hull.h"
 #include "map/geometry/overlap.h"
 
 namespace hypermap::fusion {
@@ -102,7 +103,7 @@ struct Candidate {
   std::shared_ptr<Track> track;
   Polygon widened;
   bool hit = false;
-  int sighting = -1;  // that hit it
+  int sighting = -1;  // that hit it: its place in the frame's sightings
 };
 
 class Folding {
@@ -178,7 +179,8 @@ void Folding::Look() {
     sighting.detection = &observation_.detections[i];
     sighting.index = static_cast<int>(i);
     sighting.label = BestLabel(*sighting.detection, &sighting.score);
-    sighting.hull = sighting.detection->hull;
+    const Polygon& hull = sighting.detection->hull;
+    sighting.hull = IsConvex(hull) ? hull : ConvexHull(hull.outer());
     sightings_.push_back(std::move(sighting));
   }
 }
@@ -325,7 +327,7 @@ std::shared_ptr<Track> Folding::Found(const Sighting& sighting) const {
 void Folding::Hit(const Sighting& sighting, Candidate* candidate, double agreement) {
   Track& track = *candidate->track;
   candidate->hit = true;
-  candidate->sighting = sighting.index;
+  candidate->sighting = static_cast<int>(&sighting - sightings_.data());
   const double gain = p_.hit_gain + p_.score_gain * (before_.ranks.Rank(sighting.score) - 0.5);
   track.log_odds = std::min(p_.max_log_odds, track.log_odds + gain);
   ++track.hits;
@@ -536,7 +538,6 @@ std::shared_ptr<const EvidenceState> Folding::Result() {
   after->tracks = before_.tracks;
   after->ranks = before_.ranks;
   for (const Sighting& sighting : sightings_) after->ranks.Add(sighting.score);
-  std::vector<size_t> erased;
   for (const Candidate& candidate : candidates_) {
     const bool gone = !candidate.track || candidate.track->log_odds < p_.delete_log_odds;
     if (candidate.index == SIZE_MAX) {

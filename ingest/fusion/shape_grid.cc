@@ -12,6 +12,10 @@ namespace {
 
 // A box grows by this much beyond what it must, so that it seldom does.
 constexpr int32_t kSlack = 8;
+// Taking in a larger thing, a grid gets that one's cells rather than more of its own than this.
+constexpr double kMaxCells = 1e6;
+// Beyond, rows and columns can't be counted.
+constexpr double kMaxIndex = 1e9;
 
 }  // namespace
 
@@ -51,6 +55,10 @@ double ShapeGrid::Occupancy(const CellIndex& cell, double doubt) const {
 
 void ShapeGrid::Absorb(const ShapeGrid& other) {
   if (other.box_.empty()) return;
+  const double ratio = other.resolution_m_ / resolution_m_;
+  if (static_cast<double>(other.box_.num_cells()) * ratio * ratio > kMaxCells) {
+    *this = Resampled(other.resolution_m_);
+  }
   if (other.resolution_m_ != resolution_m_) {
     Absorb(other.Resampled(resolution_m_));
     return;
@@ -150,6 +158,9 @@ void ForEachSpan(const Polygon& convex, double resolution_m,
   if (convex.empty()) return;
   const Ring& ring = convex.outer();
   const Box& bounds = convex.bounds();
+  const double farthest = std::max({std::abs(bounds.min.x), std::abs(bounds.min.y),
+                                    std::abs(bounds.max.x), std::abs(bounds.max.y)});
+  if (farthest > kMaxIndex * resolution_m) return;
   const auto first = static_cast<int32_t>(std::ceil(bounds.min.y / resolution_m - 0.5));
   const auto last = static_cast<int32_t>(std::floor(bounds.max.y / resolution_m - 0.5));
   for (int32_t row = first; row <= last; ++row) {

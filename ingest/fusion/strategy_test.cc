@@ -339,6 +339,33 @@ TEST(EvidenceTest, EvidenceGoesByTheRankOfAScoreNotByItsScale) {
   }
 }
 
+TEST_P(BothTest, DetectionsOfAnySizeAndPlaceDoNoHarm) {
+  const auto strategy = Make(GetParam());
+  StatePtr state = strategy->Initial();
+  for (int i = 0; i < 8; ++i) {
+    Observation look = Observe({Chair()}, {}, i);
+    const Detection chair = look.detections.front();
+    // Before the chair, so that places in the list shift: far off, a kilometre wide, with a bay.
+    Detection odd = chair;
+    odd.hull = Polygon::FromBox(Box{{8e8, 8e8}, {8e8 + 1, 8e8 + 1}});
+    Detection wide = chair;
+    wide.hull = Polygon::FromBox(Box{{-500, -500}, {500, 500}});
+    Detection bay = chair;
+    bay.hull = *Polygon::Make({{5, 0}, {7, 0}, {7, 2}, {6, 0.5}, {5, 2}});
+    look.detections = {odd, wide, bay, chair};
+    look.depth->owner.assign(look.depth->owner.size(), 0);
+    ASSERT_TRUE(Validate(look).ok()) << Validate(look);
+    state = strategy->Fold(state, look, nullptr);
+  }
+  EXPECT_TRUE(strategy->Decode(strategy->Encode(state)).ok());
+}
+
+TEST(ObservationTest, MoreDetectionsThanCanBeToldApartAreRefused) {
+  Observation look = Observe({Chair()}, {}, 0);
+  look.detections.resize(kMaxDetections + 1, look.detections.front());
+  EXPECT_EQ(Validate(look).code(), absl::StatusCode::kInvalidArgument);
+}
+
 TEST(MakeStrategyTest, NamesWhatItDoesNotKnow) {
   EXPECT_THAT(StrategyNames(), ElementsAre("evidence", "paper"));
   EXPECT_THAT(std::string(MakeStrategy("best", "").status().message()),

@@ -10,6 +10,7 @@ namespace hypermap {
 namespace {
 
 constexpr double kMaxCoordinate_m = 1e9;
+constexpr double kMaxHeight_m = 1e4;
 constexpr int32_t kMaxCell = 1 << 22;
 constexpr int32_t kMaxViewSide = 4096;
 
@@ -54,9 +55,10 @@ absl::Status ValidateDetection(const std::string& field, const Detection& detect
   if (auto s = ValidateScores(field + ".scores", detection.scores); !s.ok()) return s;
   if (detection.hull.empty()) return Invalid(field + ".hull", "is empty");
   if (auto s = ValidateCells(field + ".cells", detection.cells); !s.ok()) return s;
-  if (!std::isfinite(detection.height.low_m) || !std::isfinite(detection.height.high_m) ||
+  if (!(std::abs(detection.height.low_m) <= kMaxHeight_m) ||
+      !(std::abs(detection.height.high_m) <= kMaxHeight_m) ||
       detection.height.low_m > detection.height.high_m) {
-    return Invalid(field + ".height", "must be finite, the low end first");
+    return Invalid(field + ".height", "must lie within 10 km, the low end first");
   }
   if (detection.num_points < 0) return Invalid(field + ".num_points", "is negative");
   if (!(detection.range_m >= 0.0) || !std::isfinite(detection.range_m)) {
@@ -131,6 +133,9 @@ absl::Status Validate(const Observation& observation) {
   if (auto s = ValidatePose(observation.pose); !s.ok()) return s;
   if (observation.depth) {
     if (auto s = ValidateView(*observation.depth, observation.detections.size()); !s.ok()) return s;
+  }
+  if (observation.detections.size() > kMaxDetections) {
+    return Invalid("detections", absl::StrCat("are more than ", kMaxDetections));
   }
   for (size_t i = 0; i < observation.detections.size(); ++i) {
     if (auto s = ValidateDetection(absl::StrCat("detections[", i, "]"), observation.detections[i]);

@@ -88,6 +88,9 @@ struct SensorPose {
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
 };
 
+// Detections in an observation, at most: what DepthView::owner can tell apart.
+inline constexpr size_t kMaxDetections = 254;
+
 struct Observation {
   // Who saw it, and a number that this robot gives to no other frame of the layer. Together they
   // name the observation: it counts once, however often it is sent.
