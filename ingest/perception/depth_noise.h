@@ -5,9 +5,11 @@
 namespace hypermap::ingest {
 
 // Standard deviation in metres of a Kinect's depth along the optical axis at depth `z_m`, for
-// surfaces seen at less than 60 degrees (Nguyen, Izadi, Lovell 2012, eq. 3).
-inline float DepthSigma(float z_m) {
-  const float d = z_m - 0.4f;
+// surfaces seen at less than 60 degrees (Nguyen, Izadi, Lovell 2012, eq. 3). `Depth` is float or
+// one of the compiler's vectors of floats.
+template <typename Depth>
+inline Depth DepthSigma(Depth z_m) {
+  const Depth d = z_m - 0.4f;
   return 0.0012f + 0.0019f * d * d;
 }
 

@@ -1,11 +1,11 @@
 #include "ingest/perception/footprint.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
+#include <limits>
 #include <utility>
 
-#include "ingest/perception/depth_noise.h"
+#include "ingest/perception/smoothing.h"
 #include "map/geometry/convex_hull.h"
 
 namespace hypermap::ingest {
@@ -14,7 +14,6 @@ namespace {
 constexpr double kFineCell_m = 0.01;
 constexpr double kCoarseCell_m = 0.025;
 constexpr double kFineExtent_m = 0.45;
-constexpr int kSmoothingReach_px = 2;
 // Of more pixels only those of every second, third ... row and column become points.
 constexpr size_t kMaxPoints = 6000;
 // Clumps with a smaller share of the points than this are strays.
@@ -23,67 +22,63 @@ constexpr double kStrayShare = 0.05;
 // Positions along the frame's axes, from the cloud's foot.
 using Points = std::vector<Eigen::Vector3f>;
 
-// Moves each point along its ray to the mean depth of its neighbours on the same surface.
-// Only of every `stride`-th row and column.
-Points Smoothed(const OrganisedCloud& cloud, const std::vector<int32_t>& pixels, int stride,
+// Of every `stride`-th row and column of the pixels those above the floor and near enough.
+Points PointsOf(const OrganisedCloud& cloud, const std::vector<int32_t>& pixels, int stride,
                 const FootprintOptions& options) {
-  std::vector<uint8_t> kept(cloud.camera.size(), 0);
-  for (const int32_t pixel : pixels) kept[pixel] = 1;
-  Points points;
-  // Of many pixels fewer neighbours do.
-  const int step = stride > 2 ? kSmoothingReach_px : 1;
-  for (const int32_t pixel : pixels) {
-    if (pixel % cloud.width % stride != 0 || pixel / cloud.width % stride != 0) continue;
-    const float z = cloud.camera[pixel].z();
-    const float same = 3.0f * DepthSigma(z) + 0.005f;
-    const int u = pixel % cloud.width;
-    const int v = pixel / cloud.width;
-    float sum = 0.0f;
-    int count = 0;
-    for (int dv = -kSmoothingReach_px; dv <= kSmoothingReach_px; dv += step) {
-      if (v + dv < 0 || v + dv >= cloud.height) continue;
-      for (int du = -kSmoothingReach_px; du <= kSmoothingReach_px; du += step) {
-        if (u + du < 0 || u + du >= cloud.width) continue;
-        const int32_t other = pixel + dv * cloud.width + du;
-        if (!kept[other]) continue;
-        const float dz = cloud.camera[other].z() - z;
-        if (std::abs(dz) > same) continue;
-        sum += dz;
-        ++count;
-      }
-    }
-    const float scale = 1.0f + sum / static_cast<float>(count) / z;
-    Eigen::Vector3f p = cloud.upright[pixel];
-    const Eigen::Vector3f eye(0.0f, 0.0f, cloud.height_of_camera);
-    p = eye + scale * (p - eye);
-    if (p.z() < options.floor_m || (p - eye).norm() > options.max_range_m) continue;
-    points.push_back(p);
+  Points points = SmoothedFromCamera(cloud, pixels, stride);
+  size_t kept = 0;
+  for (const Eigen::Vector3f& from_eye : points) {
+    const float z = from_eye.z() + cloud.height_of_camera;
+    if (z < options.floor_m || from_eye.norm() > options.max_range_m) continue;
+    points[kept++] = {from_eye.x(), from_eye.y(), z};
   }
+  points.resize(kept);
   return points;
 }
 
-CellIndex CellOf(const Eigen::Vector3f& p, double resolution_m) {
-  return {static_cast<int32_t>(std::floor(p.y() / resolution_m)),
-          static_cast<int32_t>(std::floor(p.x() / resolution_m))};
+int32_t Floor(double x) {
+  const auto towards_zero = static_cast<int32_t>(x);
+  return towards_zero - (towards_zero > x);
 }
+
+// The cells of a plane grid that points lie in, counted row by row from the first of their box.
+struct FlatGrid {
+  FlatGrid(const Points& points, double resolution_m) {
+    constexpr int32_t kMost = std::numeric_limits<int32_t>::max();
+    std::vector<CellIndex> cells;
+    cells.reserve(points.size());
+    first = {kMost, kMost};
+    CellIndex last = {-kMost, -kMost};
+    for (const auto& p : points) {
+      const CellIndex c = {Floor(p.y() / resolution_m), Floor(p.x() / resolution_m)};
+      cells.push_back(c);
+      first = {std::min(first.row, c.row), std::min(first.col, c.col)};
+      last = {std::max(last.row, c.row), std::max(last.col, c.col)};
+    }
+    if (points.empty()) return;
+    rows = last.row - first.row + 1;
+    cols = last.col - first.col + 1;
+    cell_of.reserve(points.size());
+    for (const CellIndex& c : cells) {
+      cell_of.push_back(static_cast<size_t>(c.row - first.row) * cols + (c.col - first.col));
+    }
+  }
+
+  size_t size() const { return static_cast<size_t>(rows) * cols; }
+
+  CellIndex first;
+  int rows = 0;
+  int cols = 0;
+  std::vector<size_t> cell_of;  // for each of the points
+};
 
 // Leaves out the points of clumps (cells that touch) with few points.
 Points WithoutStrays(const Points& points, double cell_m) {
-  CellBox box;
-  std::vector<CellIndex> cell_of;
-  cell_of.reserve(points.size());
-  for (const auto& p : points) {
-    const CellIndex c = CellOf(p, cell_m);
-    cell_of.push_back(c);
-    box = box.Union({c.row, c.row + 1, c.col, c.col + 1});
-  }
-  const auto cols = static_cast<int>(box.cols());
-  const auto rows = static_cast<int>(box.rows());
-  const auto index = [&](const CellIndex& c) {
-    return static_cast<size_t>(c.row - box.row_begin) * cols + (c.col - box.col_begin);
-  };
-  std::vector<int> count(static_cast<size_t>(rows) * cols, 0);
-  for (const CellIndex& c : cell_of) ++count[index(c)];
+  const FlatGrid grid(points, cell_m);
+  const int rows = grid.rows;
+  const int cols = grid.cols;
+  std::vector<int> count(grid.size(), 0);
+  for (const size_t cell : grid.cell_of) ++count[cell];
   constexpr int kStray = -1;
   constexpr int kKept = -2;
   std::vector<size_t> clump;
@@ -111,58 +106,25 @@ Points WithoutStrays(const Points& points, double cell_m) {
   Points kept;
   kept.reserve(points.size());
   for (size_t i = 0; i < points.size(); ++i) {
-    if (count[index(cell_of[i])] == kKept) kept.push_back(points[i]);
+    if (count[grid.cell_of[i]] == kKept) kept.push_back(points[i]);
   }
   return kept;
 }
 
-// Leaves out points that lie well inside the octagon of the extreme ones, so that the hull has
-// less to sort (Akl and Toussaint 1978).
-std::vector<Point> OuterPositions(const Points& points, const Eigen::Vector2d& foot) {
-  std::array<const Eigen::Vector3f*, 8> extreme;
-  extreme.fill(&points.front());
-  // Counter-clockwise.
-  constexpr std::array<std::pair<float, float>, 8> kDirections = {
-      {{1, 0}, {1, 1}, {0, 1}, {-1, 1}, {-1, 0}, {-1, -1}, {0, -1}, {1, -1}}};
-  const auto along = [&](size_t k, const Eigen::Vector3f& p) {
-    return kDirections[k].first * p.x() + kDirections[k].second * p.y();
-  };
-  for (const auto& p : points) {
-    for (size_t k = 0; k < extreme.size(); ++k) {
-      if (along(k, p) > along(k, *extreme[k])) extreme[k] = &p;
-    }
-  }
-  std::vector<Point> outer;
-  for (const auto& p : points) {
-    bool inside = true;
-    for (size_t k = 0; k < extreme.size() && inside; ++k) {
-      const Eigen::Vector3f& a = *extreme[k];
-      const Eigen::Vector3f& b = *extreme[(k + 1) % extreme.size()];
-      const Eigen::Vector2f edge = (b - a).head<2>();
-      if (edge.squaredNorm() == 0.0f) continue;
-      const float left = edge.x() * (p.y() - a.y()) - edge.y() * (p.x() - a.x());
-      inside = left > 1e-4f * edge.norm();
-    }
-    if (!inside) outer.push_back({foot.x() + p.x(), foot.y() + p.y()});
-  }
-  return outer;
-}
-
 CellPatch CellsOf(const Points& points, const Eigen::Vector2d& foot, double resolution_m) {
-  std::vector<CellIndex> cells;
-  cells.reserve(points.size());
-  for (const auto& p : points) cells.push_back(CellOf(p, resolution_m));
-  std::sort(cells.begin(), cells.end());
-  cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
+  const FlatGrid grid(points, resolution_m);
+  std::vector<uint8_t> taken(grid.size(), 0);
+  for (const size_t cell : grid.cell_of) taken[cell] = 1;
   CellPatch patch;
   patch.frame_from_cells = PlanarTransform(foot.x(), foot.y(), 0.0);
   patch.resolution_m = resolution_m;
-  for (const CellIndex& c : cells) {
-    if (!patch.spans.empty() && patch.spans.back().row == c.row &&
-        patch.spans.back().col_end == c.col) {
-      ++patch.spans.back().col_end;
-    } else {
-      patch.spans.push_back({c.row, c.col, c.col + 1});
+  for (int row = 0; row < grid.rows; ++row) {
+    const uint8_t* cells = taken.data() + static_cast<size_t>(row) * grid.cols;
+    for (int col = 0; col < grid.cols; ++col) {
+      if (!cells[col]) continue;
+      const int begin = col;
+      while (col < grid.cols && cells[col]) ++col;
+      patch.spans.push_back({grid.first.row + row, grid.first.col + begin, grid.first.col + col});
     }
   }
   return patch;
@@ -175,7 +137,7 @@ std::optional<Footprint> MakeFootprint(const OrganisedCloud& cloud,
                                        const FootprintOptions& options) {
   int stride = 1;
   while (pixels.size() / (static_cast<size_t>(stride) * stride) > kMaxPoints) ++stride;
-  Points points = Smoothed(cloud, pixels, stride, options);
+  Points points = PointsOf(cloud, pixels, stride, options);
   if (static_cast<int>(points.size()) < options.min_points) return std::nullopt;
   float mean_range = 0.0f;
   for (const auto& p : points) mean_range += p.norm();
@@ -193,7 +155,12 @@ std::optional<Footprint> MakeFootprint(const OrganisedCloud& cloud,
     high = high.cwiseMax(p);
     range += (p - eye).norm();
   }
-  footprint.hull = ConvexHull(OuterPositions(points, cloud.foot));
+  std::vector<Point> positions;
+  positions.reserve(points.size());
+  for (const auto& p : points) {
+    positions.push_back({cloud.foot.x() + p.x(), cloud.foot.y() + p.y()});
+  }
+  footprint.hull = ConvexHull(std::move(positions));
   if (footprint.hull.empty() || Area(footprint.hull) < 1e-6) return std::nullopt;
   const double extent = std::max(high.x() - low.x(), high.y() - low.y());
   footprint.cells =

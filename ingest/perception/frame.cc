@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <limits>
 
 #include "absl/strings/str_cat.h"
 
@@ -34,11 +36,11 @@ absl::Status ValidateDepth(const DepthImage& depth, const CameraModel& camera) {
   if (depth.metres.size() != static_cast<size_t>(depth.width) * depth.height) {
     return absl::InvalidArgumentError("depth: the number of values is not the image's");
   }
+  int wrong = 0;
   for (const float z : depth.metres) {
-    if (!(z >= 0.0f) || !std::isfinite(z)) {
-      return absl::InvalidArgumentError("depth: a value that is negative or not finite");
-    }
+    wrong |= !(z >= 0.0f) | !(z <= std::numeric_limits<float>::max());
   }
+  if (wrong) return absl::InvalidArgumentError("depth: a value that is negative or not finite");
   return absl::OkStatus();
 }
 
@@ -66,6 +68,12 @@ absl::Status Validate(const Frame& frame) {
     if (instance.mask.size() != frame.depth.metres.size()) {
       return absl::InvalidArgumentError(
           absl::StrCat("instances[", i, "].mask: the number of pixels is not the image's"));
+    }
+    uint8_t bits = 0;
+    for (const uint8_t pixel : instance.mask) bits |= pixel;
+    if (bits > 1) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("instances[", i, "].mask: a value other than 0 and 1"));
     }
     if (instance.scores.empty()) {
       return absl::InvalidArgumentError(absl::StrCat("instances[", i, "].scores: empty"));

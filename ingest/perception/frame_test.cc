@@ -67,6 +67,7 @@ TEST(FrameTest, WhatIsWrongIsNamed) {
       {"pose_covariance", [](Frame* f) { f->pose_covariance(0, 2) = kNan; }},
       {"instances[0].mask", [](Frame* f) { f->instances[0].mask.pop_back(); }},
       {"instances[1].mask", [](Frame* f) { f->instances[1].mask.clear(); }},
+      {"instances[1].mask", [](Frame* f) { f->instances[1].mask[3] = 2; }},
       {"instances[1].scores", [](Frame* f) { f->instances[1].scores.clear(); }},
       {"instances[0].scores[chair]", [](Frame* f) { f->instances[0].scores["chair"] = 0; }},
       {"instances[0].scores[chair]", [](Frame* f) { f->instances[0].scores["chair"] = 1.001; }},

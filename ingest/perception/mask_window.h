@@ -7,6 +7,18 @@
 
 namespace hypermap::ingest {
 
+// The box of a mask's pixels in its image, ends exclusive, and how many there are.
+struct MaskExtent {
+  int u_begin = 0;
+  int u_end = 0;
+  int v_begin = 0;
+  int v_end = 0;
+  int64_t pixels = 0;
+};
+
+// `mask` has the values 0 and 1.
+MaskExtent ExtentOf(const std::vector<uint8_t>& mask, int width, int height);
+
 // Pixel (u, v) of the window is pixel (u0 + u * stride, v0 + v * stride) of the image.
 struct MaskWindow {
   int stride = 1;
@@ -28,7 +40,7 @@ struct MaskWindow {
   }
 };
 
-// The window around the pixels of `mask` that are not 0, `margin` of the image's pixels wider on
+// The window around the pixels of `mask` that are 1, `margin` of the image's pixels wider on
 // each side where the image goes on. Of masks with more than `max_pixels` pixels only every second,
 // third ... row and column is taken, so that no more than about that many are left.
 MaskWindow CutOut(const std::vector<uint8_t>& mask, int width, int height, int margin,

@@ -1,8 +1,10 @@
 #include "ingest/perception/neighbours.h"
 
 #include <algorithm>
-#include <array>
+#include <cmath>
 #include <utility>
+
+#include "ingest/perception/components.h"
 
 namespace hypermap::ingest {
 namespace {
@@ -18,8 +20,6 @@ constexpr float kMinOutsideShare = 1.0f;
 // part that reaches deeper is the thing's own, which goes on beyond a mask that is too small.
 constexpr double kMaxRimDepth_px = 6.0;
 constexpr int kNoPart = -1;
-constexpr uint8_t kRight = 1;
-constexpr uint8_t kDown = 2;
 
 struct Part {
   int inside = 0;
@@ -27,6 +27,8 @@ struct Part {
   int64_t core = 0;  // sum of how deep its pixels lie in the mask
 };
 
+// Loops over whole arrays have no branches, so that the compiler makes them work on several pixels
+// at once. Arrays named `padded` have a row of nothing before the first and after the last.
 class Parting {
  public:
   Parting(const MaskWindow& window, const std::vector<float>& depth, int margin,
@@ -35,27 +37,31 @@ class Parting {
   void Drop(std::vector<uint8_t>* kept);
 
  private:
-  // Calls `visit` with each of the four neighbours in the window that depth goes on to.
   void Link();
+  // Calls `visit` with each of the four neighbours in the window that depth goes on to, in the
+  // order of the image.
   template <typename Visit>
   void ForEachNeighbour(int i, const Visit& visit) const;
   void SmoothInverseDepth();
-  bool OnCrease(int u, int v) const;
+  void FindCreases();
+  void FindCreases(int du, int dv);
   void Label();
-  Part Grow(int start, int part);
   void GiveAwayCreases(const std::vector<uint8_t>& kept);
 
   const MaskWindow& window_;
   const std::vector<float>& depth_;
   const int width_;
   const int height_;
-  const int reach_;             // in pixels of the window
-  std::vector<uint8_t> links_;  // kRight, kDown: where depth goes on to
-  std::vector<float> inverse_;  // of depth, smoothed; 0 = none
-  std::vector<uint8_t> open_;   // may be of a part, and is on no crease
+  const int size_;
+  const int reach_;                    // in pixels of the window
+  std::vector<uint8_t> padded_right_;  // 1 where depth goes on to the next column
+  std::vector<uint8_t> padded_down_;   // 1 where it goes on to the next row
+  std::vector<float> inverse_;         // of depth, smoothed; 0 = none
+  std::vector<float> below_chord_;     // in the direction in which that is most
+  std::vector<float> least_;           // of that on a crease
+  std::vector<uint8_t> open_;          // may be of a part, and is on no crease
   std::vector<int> part_of_;
   std::vector<Part> parts_;
-  std::vector<int> stack_;
 };
 
 Parting::Parting(const MaskWindow& window, const std::vector<float>& depth, int margin,
@@ -64,125 +70,137 @@ Parting::Parting(const MaskWindow& window, const std::vector<float>& depth, int 
       depth_(depth),
       width_(window.width),
       height_(window.height),
+      size_(static_cast<int>(depth.size())),
       reach_((kReach_px + window.stride / 2) / window.stride),
-      links_(depth.size(), 0),
-      inverse_(depth.size(), 0.0f),
-      open_(depth.size(), 0),
-      part_of_(depth.size(), kNoPart) {
+      padded_right_(depth.size() + 2 * width_, 0),
+      padded_down_(depth.size() + 2 * width_, 0),
+      inverse_(depth.size()),
+
+      below_chord_(depth.size(), 0.0f),
+      least_(depth.size()),
+      open_(depth.size()) {
   Link();
   SmoothInverseDepth();
-  for (int v = 0; v < height_; ++v) {
-    for (int u = 0; u < width_; ++u) {
-      const int i = window_.index(u, v);
-      if (depth_[i] == 0.0f) continue;
-      const bool candidate =
-          window_.inside[i] ? kept[i] != 0 : window_.depth[i] * window_.stride <= margin;
-      open_[i] = candidate && !OnCrease(u, v);
-    }
+  FindCreases();
+  const int reach_of_margin = margin / window.stride;
+  for (int i = 0; i < size_; ++i) {
+    const int candidate = window.inside[i] ? kept[i] != 0 : window.depth[i] <= reach_of_margin;
+    open_[i] = candidate & (depth[i] > 0.0f) & (below_chord_[i] <= least_[i]);
   }
 }
 
-// Once, because each pair is asked for several times.
 void Parting::Link() {
+  const float* z = depth_.data();
+  const int stride = window_.stride;
+  const auto linked = [stride](float a, float b) {
+    return (a > 0.0f) & (b > 0.0f) & DepthGoesOn(a, b, stride);
+  };
+  uint8_t* right = padded_right_.data() + width_;
+  uint8_t* down = padded_down_.data() + width_;
   for (int v = 0; v < height_; ++v) {
-    for (int u = 0; u < width_; ++u) {
-      const int i = window_.index(u, v);
-      if (depth_[i] == 0.0f) continue;
-      const auto linked = [&](int j) {
-        return depth_[j] > 0.0f && DepthGoesOn(depth_[i], depth_[j], window_.stride);
-      };
-      if (u + 1 < width_ && linked(i + 1)) links_[i] |= kRight;
-      if (v + 1 < height_ && linked(i + width_)) links_[i] |= kDown;
-    }
+    const int row = v * width_;
+    for (int i = row; i < row + width_ - 1; ++i) right[i] = linked(z[i], z[i + 1]);
   }
+  for (int i = 0; i < size_ - width_; ++i) down[i] = linked(z[i], z[i + width_]);
 }
 
 template <typename Visit>
 void Parting::ForEachNeighbour(int i, const Visit& visit) const {
-  if (links_[i] & kRight) visit(i + 1);
-  if (links_[i] & kDown) visit(i + width_);
-  if (i > 0 && (links_[i - 1] & kRight)) visit(i - 1);
-  if (i >= width_ && (links_[i - width_] & kDown)) visit(i - width_);
+  if (padded_down_[i]) visit(i - width_);
+  if (padded_right_[width_ + i - 1]) visit(i - 1);
+  if (padded_right_[width_ + i]) visit(i + 1);
+  if (padded_down_[width_ + i]) visit(i + width_);
 }
 
 // A mean over the neighbours of the same surface. The inverse, because over a plane it is linear in
 // the pixel's coordinates.
 void Parting::SmoothInverseDepth() {
-  for (int i = 0; i < static_cast<int>(depth_.size()); ++i) {
-    if (depth_[i] == 0.0f) continue;
-    float sum = 1.0f / depth_[i];
-    int count = 1;
-    ForEachNeighbour(i, [&](int j) {
-      sum += 1.0f / depth_[j];
-      ++count;
-    });
+  std::vector<float> padded(depth_.size() + 2 * width_, 0.0f);
+  float* raw = padded.data() + width_;
+  const float* depth = depth_.data();
+  float* least = least_.data();
+  const int size = size_;
+  for (int i = 0; i < size; ++i) {
+    const float there = depth[i] > 0.0f;
+    const float z = depth[i] + (1.0f - there);
+    const float inverse = there / z;
+    raw[i] = inverse;
+    least[i] = kCreaseSigmas * DepthSigma(z) * inverse * inverse;
+  }
+  const uint8_t* right = padded_right_.data() + width_;
+  const uint8_t* down = padded_down_.data() + width_;
+  for (int i = 0; i < size_; ++i) {
+    const float sum = raw[i] + right[i] * raw[i + 1] + down[i] * raw[i + width_] +
+                      right[i - 1] * raw[i - 1] + down[i - width_] * raw[i - width_];
+    const int count = 1 + right[i] + down[i] + right[i - 1] + down[i - width_];
     inverse_[i] = sum / static_cast<float>(count);
   }
 }
 
-bool Parting::OnCrease(int u, int v) const {
-  const int far = reach_;
-  const int diagonal = (far * 5 + 3) / 7;  // sqrt(2), about
-  const std::array<std::pair<int, int>, 4> directions = {
-      {{far, 0}, {0, far}, {diagonal, diagonal}, {diagonal, -diagonal}}};
-  const int i = window_.index(u, v);
-  const float z = depth_[i];
-  const float least = kCreaseSigmas * DepthSigma(z) / (z * z);
-  for (const auto& [du, dv] : directions) {
-    if (u < du || u + du >= width_ || v < std::abs(dv) || v + std::abs(dv) >= height_) continue;
-    const float a = inverse_[i - dv * width_ - du];
-    const float b = inverse_[i + dv * width_ + du];
-    if (a > 0.0f && b > 0.0f && 0.5f * (a + b) - inverse_[i] > least) return true;
-  }
-  return false;
+void Parting::FindCreases() {
+  const int diagonal = (reach_ * 5 + 3) / 7;  // sqrt(2), about
+  FindCreases(reach_, 0);
+  FindCreases(0, reach_);
+  FindCreases(diagonal, diagonal);
+  FindCreases(diagonal, -diagonal);
 }
 
-Part Parting::Grow(int start, int part) {
-  Part grown;
-  part_of_[start] = part;
-  stack_.assign(1, start);
-  while (!stack_.empty()) {
-    const int i = stack_.back();
-    stack_.pop_back();
-    if (window_.inside[i]) {
-      ++grown.inside;
-      grown.core += window_.depth[i];
-    } else {
-      ++grown.outside;
+// How far a pixel lies below the chord between those on both sides in one direction.
+void Parting::FindCreases(int du, int dv) {
+  const int rows = std::abs(dv);
+  const int step = dv * width_ + du;
+  const float* inverse = inverse_.data();
+  float* deepest = below_chord_.data();
+  for (int v = rows; v < height_ - rows; ++v) {
+    const int row = v * width_;
+    for (int i = row + du; i < row + width_ - du; ++i) {
+      const float a = inverse[i - step];
+      const float b = inverse[i + step];
+      const float there = (a > 0.0f) & (b > 0.0f);
+      const float below = there * (0.5f * (a + b) - inverse[i]);
+      const float before = deepest[i];
+      deepest[i] = below > before ? below : before;
     }
-    ForEachNeighbour(i, [&](int j) {
-      if (!open_[j] || part_of_[j] != kNoPart) return;
-      part_of_[j] = part;
-      stack_.push_back(j);
-    });
   }
-  return grown;
 }
 
 void Parting::Label() {
-  for (int start = 0; start < static_cast<int>(open_.size()); ++start) {
-    if (open_[start] && part_of_[start] == kNoPart) {
-      parts_.push_back(Grow(start, static_cast<int>(parts_.size())));
-    }
+  const uint8_t* right = padded_right_.data() + width_;
+  const uint8_t* down = padded_down_.data() + width_;
+  Components components = ConnectedComponents(
+      width_, height_, [&](int i) { return open_[i] != 0; }, [&](int i) { return right[i] != 0; },
+      [&](int i) { return down[i] != 0; });
+  part_of_ = std::move(components.of);
+  parts_.resize(components.count);
+  for (int i = 0; i < size_; ++i) {
+    if (part_of_[i] == kNoPart) continue;
+    Part& part = parts_[part_of_[i]];
+    const int inside = window_.inside[i];
+    part.inside += inside;
+    part.outside += 1 - inside;
+    part.core += inside * window_.depth[i];
   }
 }
 
 // Pixels on a crease belong to the part that reaches them first.
 void Parting::GiveAwayCreases(const std::vector<uint8_t>& kept) {
-  std::vector<int> front;
-  for (int i = 0; i < static_cast<int>(part_of_.size()); ++i) {
-    if (part_of_[i] != kNoPart) front.push_back(i);
+  std::vector<int> waiting;
+  for (int i = 0; i < size_; ++i) {
+    if (kept[i] && part_of_[i] == kNoPart) waiting.push_back(i);
   }
-  for (int step = 0; step < reach_ && !front.empty(); ++step) {
-    std::vector<int> next;
-    for (const int i : front) {
+  std::vector<std::pair<int, int>> given;
+  for (int step = 0; step < reach_ && !waiting.empty(); ++step) {
+    given.clear();
+    std::erase_if(waiting, [&](int i) {
+      int part = kNoPart;
       ForEachNeighbour(i, [&](int j) {
-        if (part_of_[j] != kNoPart || !kept[j]) return;
-        part_of_[j] = part_of_[i];
-        next.push_back(j);
+        if (part == kNoPart) part = part_of_[j];
       });
-    }
-    front = std::move(next);
+      if (part == kNoPart) return false;
+      given.emplace_back(i, part);
+      return true;
+    });
+    for (const auto& [i, part] : given) part_of_[i] = part;
   }
 }
 

@@ -58,24 +58,19 @@ OrganisedCloud MakeCloud(const DepthImage& depth, const Eigen::Isometry3d& frame
   cloud.height = depth.height;
   const size_t pixels = depth.metres.size();
   cloud.camera.resize(pixels);
+  const float* metres = depth.metres.data();
   for (size_t i = 0; i < pixels; ++i) {
-    const float z = depth.metres[i];
-    cloud.camera[i] = Eigen::Vector3f(rays[i].x() * z, rays[i].y() * z, z);
+    cloud.camera[i] = {rays[i].x() * metres[i], rays[i].y() * metres[i], metres[i]};
   }
   MoveCloud(frame_from_camera, &cloud);
   return cloud;
 }
 
 void MoveCloud(const Eigen::Isometry3d& frame_from_camera, OrganisedCloud* cloud) {
-  cloud->upright.resize(cloud->camera.size());
-  const Eigen::Matrix3f rotation = frame_from_camera.linear().cast<float>();
   const Eigen::Vector3d position = frame_from_camera.translation();
+  cloud->upright_from_camera = frame_from_camera.linear().cast<float>();
   cloud->height_of_camera = static_cast<float>(position.z());
-  const Eigen::Vector3f lift(0.0f, 0.0f, cloud->height_of_camera);
   cloud->foot = position.head<2>();
-  for (size_t i = 0; i < cloud->camera.size(); ++i) {
-    cloud->upright[i] = rotation * cloud->camera[i] + lift;
-  }
 }
 
 }  // namespace hypermap::ingest

@@ -16,13 +16,20 @@ struct OrganisedCloud {
   int width = 0;
   int height = 0;
   std::vector<Eigen::Vector3f> camera;
-  // The same along the axes of the frame of the pose, z up from the plane, x and y counted from
-  // `foot`: so that single precision holds however far from the frame's origin.
-  std::vector<Eigen::Vector3f> upright;
+  // To the axes of the frame of the pose.
+  Eigen::Matrix3f upright_from_camera = Eigen::Matrix3f::Identity();
   // The point of the plane below the camera.
   Eigen::Vector2d foot = Eigen::Vector2d::Zero();
   // Of the camera above the plane, metres.
   float height_of_camera = 0.0f;
+
+  // A point along the axes of the frame of the pose, z up from the plane, x and y counted from
+  // `foot`: so that single precision holds however far from the frame's origin.
+  Eigen::Vector3f upright(int32_t pixel) const {
+    Eigen::Vector3f p = upright_from_camera * camera[pixel];
+    p.z() += height_of_camera;
+    return p;
+  }
 
   bool valid(int32_t pixel) const { return camera[pixel].z() > 0.0f; }
 };

@@ -88,7 +88,7 @@ TEST(OrganisedCloudTest, CameraLookingDownMeetsTheFloorAhead) {
                                LookFrom({3, 4, 1}, 0.0, M_PI / 4), PixelRays(camera));
   EXPECT_EQ(cloud.foot, Eigen::Vector2d(3, 4));
   EXPECT_EQ(cloud.height_of_camera, 1.0f);
-  EXPECT_LT((cloud.upright[4] - Eigen::Vector3f(1, 0, 0)).norm(), 1e-6f);
+  EXPECT_LT((cloud.upright(4) - Eigen::Vector3f(1, 0, 0)).norm(), 1e-6f);
 }
 
 // Level, 1 m up, facing the y axis. Half a metre down and a quarter to the left for each metre.
@@ -96,7 +96,7 @@ TEST(OrganisedCloudTest, PixelsRightOfTheAxisLieToTheRight) {
   const CameraModel camera{5, 5, 4.0, 2.0, 2.0, 2.0};
   const auto cloud = MakeCloud(OnePixel(camera, 1, 3, 2.0f), LookFrom({-7, 2, 1}, M_PI / 2, 0.0),
                                PixelRays(camera));
-  EXPECT_LT((cloud.upright[16] - Eigen::Vector3f(-0.5f, 2, 0)).norm(), 1e-6f);
+  EXPECT_LT((cloud.upright(16) - Eigen::Vector3f(-0.5f, 2, 0)).norm(), 1e-6f);
 }
 
 TEST(OrganisedCloudTest, MovingIsMakingFromTheOtherPose) {
@@ -109,7 +109,7 @@ TEST(OrganisedCloudTest, MovingIsMakingFromTheOtherPose) {
   EXPECT_EQ(moved.foot, made.foot);
   EXPECT_EQ(moved.height_of_camera, made.height_of_camera);
   EXPECT_EQ(moved.camera, made.camera);
-  EXPECT_EQ(moved.upright, made.upright);
+  EXPECT_EQ(moved.upright_from_camera, made.upright_from_camera);
 }
 
 }  // namespace

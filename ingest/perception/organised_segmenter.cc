@@ -9,7 +9,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
+#include "ingest/perception/components.h"
 #include "ingest/perception/depth_noise.h"
 #include "ingest/perception/mask_window.h"
 #include "ingest/perception/neighbours.h"
@@ -31,20 +33,60 @@ constexpr int kMinCrossings = 3;
 constexpr float kLeastTolerance_m = 0.004f;
 
 struct Plane {
-  Eigen::Vector3f normal;
+  Eigen::Vector3f normal = Eigen::Vector3f::Zero();
   float offset = 0.0f;  // normal . p = offset
 };
 
-// Whether the point lies on the plane: within two and a half sigmas of depth, seen across the
-// plane, but never less than what calibration leaves.
-bool LiesOn(const Plane& plane, const Eigen::Vector3f& p) {
-  const float along_normal = plane.normal.dot(p);
-  const float distance = std::abs(along_normal - plane.offset);
-  if (distance < kLeastTolerance_m) return true;
-  const float most = 2.5f * DepthSigma(p.z());
-  if (distance >= most) return false;
-  return distance * p.norm() < most * std::max(0.3f * p.norm(), std::abs(along_normal));
-}
+// Points by coordinate, with what the distance to a plane is compared with, so that the compiler
+// makes the loops below work on several at once.
+class Points {
+ public:
+  void Reserve(size_t n) {
+    for (auto* values : {&x_, &y_, &z_, &range_, &reach_}) values->reserve(n);
+  }
+
+  void Add(const Eigen::Vector3f& p) {
+    x_.push_back(p.x());
+    y_.push_back(p.y());
+    z_.push_back(p.z());
+    range_.push_back(p.norm());
+    reach_.push_back(2.5f * DepthSigma(p.z()));
+  }
+
+  size_t size() const { return x_.size(); }
+  Eigen::Vector3f operator[](size_t i) const { return {x_[i], y_[i], z_[i]}; }
+
+  // Whether point i lies on the plane: within two and a half sigmas of depth, seen across the
+  // plane, but never less than what calibration leaves.
+  bool LiesOn(const Plane& plane, size_t i) const {
+    const float along_normal =
+        plane.normal.x() * x_[i] + plane.normal.y() * y_[i] + plane.normal.z() * z_[i];
+    const float distance = std::abs(along_normal - plane.offset);
+    const float leaning = distance * range_[i];
+    return (distance < kLeastTolerance_m) |
+           ((distance < reach_[i]) & ((leaning < reach_[i] * 0.3f * range_[i]) |
+                                      (leaning < reach_[i] * std::abs(along_normal))));
+  }
+
+  size_t CountOn(const Plane& plane) const {
+    int count = 0;
+    for (size_t i = 0; i < size(); ++i) count += LiesOn(plane, i);
+    return count;
+  }
+
+  std::vector<uint8_t> On(const Plane& plane) const {
+    std::vector<uint8_t> on(size());
+    for (size_t i = 0; i < size(); ++i) on[i] = LiesOn(plane, i);
+    return on;
+  }
+
+ private:
+  std::vector<float> x_;
+  std::vector<float> y_;
+  std::vector<float> z_;
+  std::vector<float> range_;  // from the camera
+  std::vector<float> reach_;
+};
 
 // The same numbers on every run.
 class Lottery {
@@ -73,18 +115,16 @@ Plane LeastSquares(const std::vector<Eigen::Vector3f>& points) {
 }
 
 // The plane that most points lie on; false when it has fewer than `at_least`. Takes its points out.
-bool TakePlane(std::vector<Eigen::Vector3f>* points, size_t at_least, Lottery* lottery,
-               Plane* best) {
+bool TakePlane(Points* points, size_t at_least, Lottery* lottery, Plane* best) {
   size_t best_count = 0;
   for (int round = 0; round < kRansacRounds; ++round) {
-    const Eigen::Vector3f& a = (*points)[lottery->Draw(points->size())];
-    const Eigen::Vector3f& b = (*points)[lottery->Draw(points->size())];
-    const Eigen::Vector3f& c = (*points)[lottery->Draw(points->size())];
+    const Eigen::Vector3f a = (*points)[lottery->Draw(points->size())];
+    const Eigen::Vector3f b = (*points)[lottery->Draw(points->size())];
+    const Eigen::Vector3f c = (*points)[lottery->Draw(points->size())];
     const Eigen::Vector3f cross = (b - a).cross(c - a);
     if (cross.norm() < 1e-4f) continue;
     const Plane plane{cross.normalized(), cross.normalized().dot(a)};
-    size_t count = 0;
-    for (const auto& p : *points) count += LiesOn(plane, p);
+    const size_t count = points->CountOn(plane);
     if (count > best_count) {
       best_count = count;
       *best = plane;
@@ -92,11 +132,15 @@ bool TakePlane(std::vector<Eigen::Vector3f>* points, size_t at_least, Lottery* l
   }
   if (best_count < at_least) return false;
   std::vector<Eigen::Vector3f> on;
-  for (const auto& p : *points) {
-    if (LiesOn(*best, p)) on.push_back(p);
+  for (size_t i = 0; i < points->size(); ++i) {
+    if (points->LiesOn(*best, i)) on.push_back((*points)[i]);
   }
   *best = LeastSquares(on);
-  std::erase_if(*points, [&](const auto& p) { return LiesOn(*best, p); });
+  Points rest;
+  for (size_t i = 0; i < points->size(); ++i) {
+    if (!points->LiesOn(*best, i)) rest.Add((*points)[i]);
+  }
+  *points = std::move(rest);
   return true;
 }
 
@@ -110,16 +154,15 @@ class OrganisedSegmenter : public Segmenter {
 class Segmentation {
  public:
   Segmentation(const OrganisedCloud& cloud, const MaskWindow& window)
-      : cloud_(cloud), window_(window), kept_(window.inside) {
-    pixel_.reserve(kept_.size());
+      : cloud_(cloud), window_(window), kept_(window.inside), depth_(kept_.size()) {
     for (int v = 0; v < window.height; ++v) {
+      const Eigen::Vector3f* row = cloud.camera.data() + window.image_index(0, v, cloud.width);
+      float* out = depth_.data() + window.index(0, v);
       for (int u = 0; u < window.width; ++u) {
-        pixel_.push_back(window.image_index(u, v, cloud.width));
+        out[u] = std::max(0.0f, row[static_cast<ptrdiff_t>(u) * window.stride].z());
       }
     }
-    for (int i = 0; i < static_cast<int>(kept_.size()); ++i) {
-      if (kept_[i] && !cloud_.valid(Pixel(i))) kept_[i] = 0;
-    }
+    for (size_t i = 0; i < kept_.size(); ++i) kept_[i] &= depth_[i] > 0.0f;
   }
 
   void DropBackgroundPlanes();
@@ -132,57 +175,62 @@ class Segmentation {
   std::vector<int32_t> Pixels(const std::vector<uint8_t>& mask) const;
 
  private:
-  int32_t Pixel(int i) const { return pixel_[i]; }
-  float Depth(int i) const { return cloud_.camera[Pixel(i)].z(); }
-  std::vector<Eigen::Vector3f> RingPoints() const;
-  // Of two pixels of the image that are neighbours in the window.
-  bool SameSurface(int32_t a, int32_t b) const {
-    return DepthGoesOn(cloud_.camera[a].z(), cloud_.camera[b].z(), window_.stride);
+  const Eigen::Vector3f& PointAt(int i) const {
+    return cloud_.camera[window_.image_index(i % window_.width, i / window_.width, cloud_.width)];
+  }
+  Points RingPoints() const;
+  bool SameSurface(float depth, float other) const {
+    return DepthGoesOn(depth, other, window_.stride);
   }
 
   const OrganisedCloud& cloud_;
   const MaskWindow& window_;
   std::vector<uint8_t> kept_;
-  std::vector<int32_t> pixel_;  // of the image, for each of the window
+  std::vector<float> depth_;  // of the window's pixels; 0 = no return
 };
 
-std::vector<Eigen::Vector3f> Segmentation::RingPoints() const {
-  std::vector<Eigen::Vector3f> points;
+Points Segmentation::RingPoints() const {
+  std::vector<int> ring;
+  const int most = kMargin_px / window_.stride;
   for (int i = 0; i < static_cast<int>(kept_.size()); ++i) {
-    if (window_.inside[i] || window_.depth[i] * window_.stride > kMargin_px) continue;
-    if (cloud_.valid(Pixel(i))) points.push_back(cloud_.camera[Pixel(i)]);
+    if (!window_.inside[i] && window_.depth[i] <= most && depth_[i] > 0.0f) ring.push_back(i);
   }
-  if (points.size() <= kMaxRingPoints) return points;
-  std::vector<Eigen::Vector3f> some;
-  for (size_t k = 0; k < kMaxRingPoints; ++k) {
-    some.push_back(points[k * points.size() / kMaxRingPoints]);
-  }
-  return some;
+  const size_t count = std::min(ring.size(), kMaxRingPoints);
+  Points points;
+  for (size_t k = 0; k < count; ++k) points.Add(PointAt(ring[k * ring.size() / count]));
+  return points;
 }
 
 void Segmentation::DropBackgroundPlanes() {
-  std::vector<Eigen::Vector3f> ring = RingPoints();
+  Points ring = RingPoints();
   const size_t at_least = std::max<size_t>(12, ring.size() / 8);
+  std::vector<int> pixels;
+  Points points;
+  pixels.reserve(window_.num_inside);
+  points.Reserve(window_.num_inside);
+  for (int v = 0; v < window_.height; ++v) {
+    for (int u = 0; u < window_.width; ++u) {
+      const int i = window_.index(u, v);
+      if (!kept_[i]) continue;
+      pixels.push_back(i);
+      points.Add(cloud_.camera[window_.image_index(u, v, cloud_.width)]);
+    }
+  }
   Lottery lottery;
   for (int k = 0; k < kMaxPlanes && ring.size() >= at_least; ++k) {
     Plane plane;
     if (!TakePlane(&ring, at_least, &lottery, &plane)) return;
+    const std::vector<uint8_t> lies_on = points.On(plane);
     int on = 0;
     int off = 0;
     int64_t depth_on = 0;
     int64_t depth_off = 0;
-    std::vector<int> background;
-    for (int i = 0; i < static_cast<int>(kept_.size()); ++i) {
-      if (!kept_[i]) continue;
-      const Eigen::Vector3f& p = cloud_.camera[Pixel(i)];
-      if (LiesOn(plane, p)) {
-        background.push_back(i);
-        depth_on += window_.depth[i];
-        ++on;
-      } else {
-        depth_off += window_.depth[i];
-        ++off;
-      }
+    for (size_t p = 0; p < pixels.size(); ++p) {
+      const int i = pixels[p];
+      const int depth = kept_[i] ? window_.depth[i] : 0;
+      on += kept_[i] & lies_on[p];
+      off += kept_[i] & ~lies_on[p];
+      (lies_on[p] ? depth_on : depth_off) += depth;
     }
     if (on == 0) continue;
     // A flat thing, or one whose own face goes on beyond a mask that is too small, lies on the
@@ -190,32 +238,27 @@ void Segmentation::DropBackgroundPlanes() {
     const bool rim =
         off > 0 && static_cast<double>(depth_on) / on < 0.8 * static_cast<double>(depth_off) / off;
     if (!rim || off < 0.4 * (on + off)) continue;
-    for (const int i : background) kept_[i] = 0;
+    for (size_t p = 0; p < pixels.size(); ++p) kept_[pixels[p]] &= ~lies_on[p];
   }
 }
 
 void Segmentation::DropMixedPixels() {
-  std::vector<int> mixed;
   const int w = window_.width;
-  const int h = window_.height;
-  for (int v = 1; v + 1 < h; ++v) {
-    for (int u = 1; u + 1 < w; ++u) {
-      const int i = window_.index(u, v);
-      if (!kept_[i]) continue;
-      const float z = Depth(i);
-      const float step = 0.015f + 3.0f * DepthSigma(z);
-      for (const auto& [a, b] : {std::pair(i - 1, i + 1), std::pair(i - w, i + w)}) {
-        if (!cloud_.valid(Pixel(a)) || !cloud_.valid(Pixel(b))) continue;
-        const float da = Depth(a) - z;
-        const float db = Depth(b) - z;
-        if (da * db < 0.0f && std::min(std::abs(da), std::abs(db)) > step) {
-          mixed.push_back(i);
-          break;
-        }
-      }
+  const float* z = depth_.data();
+  uint8_t* kept = kept_.data();
+  for (int v = 1; v + 1 < window_.height; ++v) {
+    const int row = v * w;
+    for (int i = row + 1; i < row + w - 1; ++i) {
+      const float step = 0.015f + 3.0f * DepthSigma(z[i]);
+      const auto between = [&](float a, float b) {
+        const float da = a - z[i];
+        const float db = b - z[i];
+        return (a > 0.0f) & (b > 0.0f) & (da * db < 0.0f) & (std::abs(da) > step) &
+               (std::abs(db) > step);
+      };
+      kept[i] &= ~(between(z[i - 1], z[i + 1]) | between(z[i - w], z[i + w]));
     }
   }
-  for (const int i : mixed) kept_[i] = 0;
 }
 
 // Whether a surface goes on from the mask to what is beside it.
@@ -228,82 +271,72 @@ bool Segmentation::TouchesOutside() const {
     const std::array<std::pair<int, bool>, 4> around = {
         {{i - 1, i % w > 0}, {i + 1, i % w + 1 < w}, {i - w, i / w > 0}, {i + w, i / w + 1 < h}}};
     for (const auto& [j, there] : around) {
-      if (!there || window_.inside[j] || !cloud_.valid(Pixel(j))) continue;
-      if (SameSurface(Pixel(i), Pixel(j)) && ++crossings >= kMinCrossings) return true;
+      if (!there || window_.inside[j] || depth_[j] == 0.0f) continue;
+      if (SameSurface(depth_[i], depth_[j]) && ++crossings >= kMinCrossings) return true;
     }
   }
   return false;
 }
 
 void Segmentation::DropTouching() {
-  if (!TouchesOutside()) return;
-  std::vector<float> depth(kept_.size());
-  for (int i = 0; i < static_cast<int>(depth.size()); ++i) depth[i] = std::max(0.0f, Depth(i));
-  DropNeighbours(window_, depth, kMargin_px, &kept_);
+  if (TouchesOutside()) DropNeighbours(window_, depth_, kMargin_px, &kept_);
 }
 
 struct Component {
-  std::vector<int> pixels;
+  int pixels = 0;
   int64_t core = 0;  // sum of how deep its pixels lie in the mask
-  float near = 0.0f;
+  float near = std::numeric_limits<float>::infinity();
   float far = 0.0f;
 };
 
 void Segmentation::KeepNearComponents() {
-  std::vector<uint8_t> seen(kept_.size(), 0);
-  std::vector<Component> components;
-  const int w = window_.width;
-  const int h = window_.height;
-  for (int start = 0; start < static_cast<int>(kept_.size()); ++start) {
-    if (!kept_[start] || seen[start]) continue;
-    Component component;
-    component.near = component.far = Depth(start);
-    component.pixels.push_back(start);
-    seen[start] = 1;
-    for (size_t next = 0; next < component.pixels.size(); ++next) {
-      const int i = component.pixels[next];
-      component.core += window_.depth[i];
-      component.near = std::min(component.near, Depth(i));
-      component.far = std::max(component.far, Depth(i));
-      const int u = i % w;
-      const std::array<std::pair<int, bool>, 4> around = {
-          {{i - 1, u > 0}, {i + 1, u + 1 < w}, {i - w, i >= w}, {i + w, i + w < w * h}}};
-      for (const auto& [j, there] : around) {
-        if (!there || !kept_[j] || seen[j] || !SameSurface(Pixel(i), Pixel(j))) continue;
-        seen[j] = 1;
-        component.pixels.push_back(j);
-      }
-    }
-    components.push_back(std::move(component));
+  const Components found = ConnectedComponents(
+      window_.width, window_.height, [&](int i) { return kept_[i] != 0; },
+      [&](int i) { return SameSurface(depth_[i], depth_[i + 1]); },
+      [&](int i) { return SameSurface(depth_[i], depth_[i + window_.width]); });
+  if (found.count == 0) return;
+  std::vector<Component> components(found.count);
+  const int size = static_cast<int>(kept_.size());
+  for (int i = 0; i < size; ++i) {
+    if (!kept_[i]) continue;
+    Component& component = components[found.of[i]];
+    ++component.pixels;
+    component.core += window_.depth[i];
+    component.near = std::min(component.near, depth_[i]);
+    component.far = std::max(component.far, depth_[i]);
   }
-  if (components.empty()) return;
   const auto main =
       std::max_element(components.begin(), components.end(),
                        [](const Component& a, const Component& b) { return a.core < b.core; });
   const float reach = 0.05f + 3.0f * DepthSigma(main->near);
-  const size_t at_least = std::max<size_t>(3, main->pixels.size() / 100);
+  const int at_least = std::max(3, main->pixels / 100);
+  std::vector<uint8_t> stays;
   for (const Component& component : components) {
-    if (&component == &*main) continue;
-    if (component.pixels.size() >= at_least && component.near <= main->far + reach &&
-        component.far >= main->near - reach) {
-      continue;
-    }
-    for (const int i : component.pixels) kept_[i] = 0;
+    stays.push_back(&component == &*main ||
+                    (component.pixels >= at_least && component.near <= main->far + reach &&
+                     component.far >= main->near - reach));
+  }
+  for (int i = 0; i < size; ++i) {
+    if (kept_[i]) kept_[i] = stays[found.of[i]];
   }
 }
 
 std::vector<int32_t> Segmentation::Pixels(const std::vector<uint8_t>& mask) const {
   std::vector<int32_t> pixels;
   const int stride = window_.stride;
-  const int u_end = std::min(cloud_.width, window_.u0 + window_.width * stride);
+  pixels.reserve(static_cast<size_t>(window_.num_inside) * stride * stride);
   const int v_end = std::min(cloud_.height, window_.v0 + window_.height * stride);
   for (int v = window_.v0; v < v_end; ++v) {
-    for (int u = window_.u0; u < u_end; ++u) {
-      const int i = window_.index((u - window_.u0) / stride, (v - window_.v0) / stride);
-      const int32_t pixel = v * cloud_.width + u;
-      if (!kept_[i] || !mask[pixel] || !cloud_.valid(pixel)) continue;
-      if (stride > 1 && !SameSurface(pixel, Pixel(i))) continue;
-      pixels.push_back(pixel);
+    const int row = window_.index(0, (v - window_.v0) / stride);
+    for (int i = row; i < row + window_.width; ++i) {
+      if (!kept_[i]) continue;
+      const int u_begin = window_.u0 + (i - row) * stride;
+      const int u_end = std::min(cloud_.width, u_begin + stride);
+      for (int32_t pixel = v * cloud_.width + u_begin; pixel < v * cloud_.width + u_end; ++pixel) {
+        if (!mask[pixel] || !cloud_.valid(pixel)) continue;
+        if (stride > 1 && !SameSurface(cloud_.camera[pixel].z(), depth_[i])) continue;
+        pixels.push_back(pixel);
+      }
     }
   }
   return pixels;

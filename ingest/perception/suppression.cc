@@ -3,41 +3,16 @@
 #include <algorithm>
 #include <numeric>
 
+#include "ingest/perception/mask_window.h"
+
 namespace hypermap::ingest {
 namespace {
 
 constexpr double kSameIou = 0.5;
 constexpr double kInside = 0.8;
 
-// A mask's box in the image, ends exclusive, and how many pixels it has.
-struct Extent {
-  int u_begin = 0;
-  int u_end = 0;
-  int v_begin = 0;
-  int v_end = 0;
-  int64_t pixels = 0;
-};
-
-Extent ExtentOf(const std::vector<uint8_t>& mask, int width, int height) {
-  Extent extent{width, 0, height, 0, 0};
-  for (int v = 0; v < height; ++v) {
-    const uint8_t* row = mask.data() + static_cast<size_t>(v) * width;
-    const int count = std::accumulate(row, row + width, 0);
-    if (count == 0) continue;
-    extent.pixels += count;
-    extent.v_begin = std::min(extent.v_begin, v);
-    extent.v_end = v + 1;
-    const uint8_t* first = std::find(row, row + width, 1);
-    int last = width;
-    while (row[last - 1] == 0) --last;
-    extent.u_begin = std::min(extent.u_begin, static_cast<int>(first - row));
-    extent.u_end = std::max(extent.u_end, last);
-  }
-  return extent;
-}
-
-int64_t Common(const std::vector<uint8_t>& a, const Extent& ea, const std::vector<uint8_t>& b,
-               const Extent& eb, int width) {
+int64_t Common(const std::vector<uint8_t>& a, const MaskExtent& ea, const std::vector<uint8_t>& b,
+               const MaskExtent& eb, int width) {
   int64_t common = 0;
   for (int v = std::max(ea.v_begin, eb.v_begin); v < std::min(ea.v_end, eb.v_end); ++v) {
     const size_t row = static_cast<size_t>(v) * width;
@@ -65,7 +40,7 @@ double BestScore(const Instance& instance) {
 Suppressed SuppressDuplicates(const Frame& frame) {
   const auto& instances = frame.instances;
   const int width = frame.camera.width;
-  std::vector<Extent> extents;
+  std::vector<MaskExtent> extents;
   for (const Instance& instance : instances) {
     extents.push_back(ExtentOf(instance.mask, width, frame.camera.height));
   }

@@ -51,11 +51,11 @@ double Wrapped(double angle) { return std::remainder(angle, 2.0 * M_PI); }
 
 Polygon ViewHull(const OrganisedCloud& cloud, const VisibilityOptions& options) {
   std::vector<Point> points;
-  const size_t step = std::max<size_t>(7, cloud.upright.size() / 4001 | 1);
-  for (size_t i = 0; i < cloud.upright.size(); i += step) {
+  const size_t step = std::max<size_t>(7, cloud.camera.size() / 4001 | 1);
+  for (size_t i = 0; i < cloud.camera.size(); i += step) {
     if (!cloud.valid(static_cast<int32_t>(i))) continue;
     if (cloud.camera[i].norm() > options.max_range_m) continue;
-    const Eigen::Vector3f& p = cloud.upright[i];
+    const Eigen::Vector3f p = cloud.upright(static_cast<int32_t>(i));
     points.push_back({cloud.foot.x() + p.x(), cloud.foot.y() + p.y()});
   }
   return ConvexHull(std::move(points));
@@ -65,15 +65,16 @@ Polygon FreeSpace(const OrganisedCloud& cloud, const VisibilityOptions& options)
   Fan fan;
   // The bearings in the image: of all returns, about their mean direction.
   Eigen::Vector2f mean = Eigen::Vector2f::Zero();
-  const size_t thin = std::max<size_t>(5, cloud.upright.size() / 5003 | 1);
-  for (size_t i = 0; i < cloud.upright.size(); i += thin) {
-    if (cloud.valid(static_cast<int32_t>(i))) mean += cloud.upright[i].head<2>().normalized();
+  const size_t thin = std::max<size_t>(5, cloud.camera.size() / 5003 | 1);
+  for (size_t i = 0; i < cloud.camera.size(); i += thin) {
+    if (cloud.valid(static_cast<int32_t>(i)))
+      mean += cloud.upright(static_cast<int32_t>(i)).head<2>().normalized();
   }
   if (mean.norm() == 0.0f) return {};
   fan.axis = std::atan2(mean.y(), mean.x());
-  for (size_t i = 0; i < cloud.upright.size(); i += thin) {
+  for (size_t i = 0; i < cloud.camera.size(); i += thin) {
     if (!cloud.valid(static_cast<int32_t>(i))) continue;
-    const Eigen::Vector3f& p = cloud.upright[i];
+    const Eigen::Vector3f p = cloud.upright(static_cast<int32_t>(i));
     fan.half_width =
         std::max(fan.half_width, std::abs(Wrapped(std::atan2(p.y(), p.x()) - fan.axis)));
   }
@@ -81,21 +82,29 @@ Polygon FreeSpace(const OrganisedCloud& cloud, const VisibilityOptions& options)
 
   std::vector<Bearing> bearings(options.bearings);
   const int step = std::max(1, cloud.width / 160);
+  const auto ahead_x = static_cast<float>(std::cos(fan.axis));
+  const auto ahead_y = static_cast<float>(std::sin(fan.axis));
+  const auto half_width = static_cast<float>(fan.half_width);
   for (int v = 0; v < cloud.height; v += step) {
     for (int u = 0; u < cloud.width; u += step) {
       const int32_t i = v * cloud.width + u;
       if (!cloud.valid(i)) continue;
-      const Eigen::Vector3f& p = cloud.upright[i];
+      const Eigen::Vector3f p = cloud.upright(static_cast<int32_t>(i));
+      const bool floor = std::abs(p.z()) < kFloor_m;
+      const bool obstacle = p.z() > options.obstacle_low_m && p.z() < options.obstacle_high_m;
+      if (!floor && !obstacle) continue;
       const float range = p.head<2>().norm();
       if (range > options.max_range_m) continue;
-      const double off = Wrapped(std::atan2(p.y(), p.x()) - fan.axis);
-      const double share = 0.5 * (1.0 - off / fan.half_width);
-      const int k = std::clamp(static_cast<int>(share * options.bearings), 0, options.bearings - 1);
+      const float off =
+          std::atan2(ahead_x * p.y() - ahead_y * p.x(), ahead_x * p.x() + ahead_y * p.y());
+      const float share = 0.5f * (1.0f - off / half_width);
+      const int k = std::clamp(static_cast<int>(share * static_cast<float>(options.bearings)), 0,
+                               options.bearings - 1);
       Bearing& bearing = bearings[k];
-      if (std::abs(p.z()) < kFloor_m) {
+      if (floor) {
         bearing.nearest_floor = std::min(bearing.nearest_floor, range);
         bearing.farthest_floor = std::max(bearing.farthest_floor, range);
-      } else if (p.z() > options.obstacle_low_m && p.z() < options.obstacle_high_m) {
+      } else {
         bearing.obstacle = std::min(bearing.obstacle, range);
       }
     }

@@ -43,7 +43,7 @@ std::vector<Eigen::Vector2d> Walls(const OrganisedCloud& cloud) {
       const int32_t i = v * cloud.width + u;
       const float depth = cloud.camera[i].z();
       if (depth < kNearest_m || depth > kFarthest_m) continue;
-      const Eigen::Vector3f& p = cloud.upright[i];
+      const Eigen::Vector3f p = cloud.upright(i);
       if (p.z() < kBandLow_m || p.z() > kBandHigh_m) continue;
       const int col = kBinsAside + static_cast<int>(std::floor(p.x() / kBin_m));
       const int row = kBinsAside + static_cast<int>(std::floor(p.y() / kBin_m));

@@ -1,12 +1,51 @@
 #include "map/geometry/convex_hull.h"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
 #include <utility>
 
 #include "map/geometry/predicates.h"
 
 namespace hypermap {
 namespace {
+
+constexpr size_t kFew = 32;
+
+// Takes out points that lie inside the octagon of the extreme ones, so that there is less to sort
+// (Akl and Toussaint 1978). Those so near to its edges that rounding might err stay.
+void DropInner(std::vector<Point>* points) {
+  // Counter-clockwise.
+  constexpr std::array<Point, 8> kDirections = {
+      {{1, 0}, {1, 1}, {0, 1}, {-1, 1}, {-1, 0}, {-1, -1}, {0, -1}, {1, -1}}};
+  std::array<Point, 8> extreme;
+  extreme.fill(points->front());
+  std::array<double, 8> farthest;
+  farthest.fill(-std::numeric_limits<double>::infinity());
+  for (const Point& p : *points) {
+    for (size_t k = 0; k < extreme.size(); ++k) {
+      const double along = kDirections[k].x * p.x + kDirections[k].y * p.y;
+      if (along <= farthest[k]) continue;
+      farthest[k] = along;
+      extreme[k] = p;
+    }
+  }
+  std::array<Point, 8> edges;
+  for (size_t k = 0; k < edges.size(); ++k) {
+    const Point& end = extreme[(k + 1) % extreme.size()];
+    edges[k] = {end.x - extreme[k].x, end.y - extreme[k].y};
+  }
+  std::erase_if(*points, [&](const Point& p) {
+    for (size_t k = 0; k < edges.size(); ++k) {
+      const double left = edges[k].x * (p.y - extreme[k].y);
+      const double right = edges[k].y * (p.x - extreme[k].x);
+      const bool no_edge = edges[k].x == 0.0 && edges[k].y == 0.0;
+      if (!no_edge && !(left - right > 1e-14 * (std::abs(left) + std::abs(right)))) return false;
+    }
+    return true;
+  });
+}
 
 // Adds `p` to a chain that turns left everywhere; the first `fixed` points stay.
 void Extend(Ring& chain, size_t fixed, const Point& p) {
@@ -22,6 +61,7 @@ void Extend(Ring& chain, size_t fixed, const Point& p) {
 // Andrew's monotone chain: the lower border from left to right, then the upper one back.
 Polygon ConvexHull(std::vector<Point> points) {
   std::erase_if(points, [](const Point& p) { return !IsFinite(p); });
+  if (points.size() > kFew) DropInner(&points);
   std::sort(points.begin(), points.end(),
             [](const Point& a, const Point& b) { return a.x != b.x ? a.x < b.x : a.y < b.y; });
   points.erase(std::unique(points.begin(), points.end()), points.end());

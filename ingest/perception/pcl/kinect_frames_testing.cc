@@ -50,10 +50,7 @@ void PoseFromTable(KinectFrame& frame) {
   upright_from_camera << x.transpose(), up.cross(x).transpose(), up.transpose();
   OrganisedCloud& cloud = frame.cloud;
   cloud.height_of_camera = kTableHeight_m - static_cast<float>(up.dot(mean));
-  for (size_t i = 0; i < cloud.camera.size(); ++i) {
-    cloud.upright[i] = upright_from_camera.cast<float>() * cloud.camera[i];
-    cloud.upright[i].z() += cloud.height_of_camera;
-  }
+  cloud.upright_from_camera = upright_from_camera.cast<float>();
 }
 
 bool Load(const std::string& path, KinectFrame& frame) {
@@ -68,7 +65,6 @@ bool Load(const std::string& path, KinectFrame& frame) {
   frame.cloud.width = static_cast<int>(file.width);
   frame.cloud.height = static_cast<int>(file.height);
   frame.cloud.camera.assign(points, Eigen::Vector3f::Zero());
-  frame.cloud.upright.assign(points, Eigen::Vector3f::Zero());
   frame.object.assign(points, 0);
   for (size_t i = 0; i < points; ++i) {
     const Eigen::Vector3f p(Read<float>(file, i, *x), Read<float>(file, i, *y),

@@ -1,0 +1,72 @@
+// Connected pixels of an image.
+#ifndef HYPERMAP_INGEST_PERCEPTION_COMPONENTS_H_
+#define HYPERMAP_INGEST_PERCEPTION_COMPONENTS_H_
+
+#include <cstddef>
+#include <vector>
+
+namespace hypermap::ingest {
+
+// For each pixel the number of its component, counted in the order of their first pixels; -1 for
+// those that are no members.
+struct Components {
+  int count = 0;
+  std::vector<int> of;
+};
+
+// Components of the pixels for which `member(i)`, joined with the pixel right of them where
+// `right(i)`, with the one below where `down(i)`; both are asked only between members. In two
+// passes with a union of labels (Rosenfeld and Pfaltz 1966).
+template <typename Member, typename Right, typename Down>
+Components ConnectedComponents(int width, int height, const Member& member, const Right& right,
+                               const Down& down) {
+  constexpr int kNone = -1;
+  Components components;
+  std::vector<int>& of = components.of;
+  of.assign(static_cast<size_t>(width) * height, kNone);
+  std::vector<int> parent;  // never greater than the label itself
+  const auto root = [&](int label) {
+    while (parent[label] != label) label = parent[label] = parent[parent[label]];
+    return label;
+  };
+  for (int v = 0; v < height; ++v) {
+    int left = kNone;
+    for (int u = 0; u < width; ++u) {
+      const int i = v * width + u;
+      if (!member(i)) {
+        left = kNone;
+        continue;
+      }
+      int label = left != kNone && right(i - 1) ? left : kNone;
+      const int above = v > 0 ? of[i - width] : kNone;
+      if (above != kNone && above != label && down(i - width)) {
+        if (label == kNone) {
+          label = above;
+        } else {
+          const int a = root(label);
+          const int b = root(above);
+          label = a < b ? a : b;
+          parent[a] = parent[b] = label;
+        }
+      }
+      if (label == kNone) {
+        label = static_cast<int>(parent.size());
+        parent.push_back(label);
+      }
+      of[i] = left = label;
+    }
+  }
+  std::vector<int> number(parent.size());
+  for (int label = 0; label < static_cast<int>(parent.size()); ++label) {
+    const int first = root(label);
+    number[label] = first == label ? components.count++ : number[first];
+  }
+  for (int& label : of) {
+    if (label != kNone) label = number[label];
+  }
+  return components;
+}
+
+}  // namespace hypermap::ingest
+
+#endif  // HYPERMAP_INGEST_PERCEPTION_COMPONENTS_H_
