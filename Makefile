@@ -18,12 +18,15 @@ SANITIZED_TESTS ?= .
 
 .DEFAULT_GOAL := build
 .PHONY: build test demo bench deps asan tsan fuzz format lint clean help
+.PHONY: prove-feed prove-asof prove-kill prove-slow-reader prove-once
 
 help:
 	@echo 'make build                 programs in build/bin'
 	@echo 'make test                  all tests (CI=true: under ASan and UBSan as well)'
 	@echo 'make demo [ARGS=--exit]    a short tour on a site of the project'\''s own'
 	@echo 'make bench [ARGS=...]      benchmarks (arguments of Google Benchmark)'
+	@echo 'make prove-feed | prove-asof | prove-kill [KILLS=200] | prove-slow-reader | prove-once'
+	@echo '                           long proofs of what is promised of revisions (ARGS=--help)'
 	@echo 'make asan | make tsan      tests under sanitizers, in build/asan and build/tsan'
 	@echo 'make fuzz [SECONDS=60]     each fuzzer for so many seconds (clang)'
 	@echo 'make format                clang-format on all sources'
@@ -64,6 +67,11 @@ demo: build/.deps-build
 bench: build
 	@build/tests/hypermap_bench $(ARGS)
 	@! test -x build/tests/ingest_bench || build/tests/ingest_bench
+
+# Each ends with one JSON object with its counts and "holds".
+prove-feed prove-asof prove-kill prove-slow-reader prove-once: build
+	@build/tests/hypermap_prove $(@:prove-%=%) --server build/bin/hypermapd \
+	  $(if $(KILLS),--kills $(KILLS)) $(ARGS)
 
 fuzz: build/.deps-build build/.deps-fuzz
 	@cmake --preset fuzz $(CMAKE_ARGS)

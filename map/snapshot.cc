@@ -11,6 +11,11 @@ const Layer* Snapshot::FindLayer(absl::string_view name) const {
   return it == layers.end() ? nullptr : it->second.get();
 }
 
+Revision Snapshot::LayerVersionOf(absl::string_view layer) const {
+  const auto it = layer_versions.find(std::string_view(layer.data(), layer.size()));
+  return it == layer_versions.end() ? 0 : it->second;
+}
+
 absl::StatusOr<LayerPtr> Snapshot::GetLayer(absl::string_view name) const {
   const auto it = layers.find(name);
   if (it != layers.end()) return it->second;

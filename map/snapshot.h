@@ -28,11 +28,15 @@ struct Snapshot {
   Revision revision = 0;
   FrameTree frames;
   LayerMap layers;
+  // By layer: the newest revision that changed it or its content.
+  std::map<std::string, Revision, std::less<>> layer_versions;
   // The id that the next new object gets.
   ObjectId next_object_id = 1;
 
   // Null when there is none.
   const Layer* FindLayer(absl::string_view name) const;
+  // Of `layer_versions`; 0 when there is no such layer.
+  Revision LayerVersionOf(absl::string_view layer) const;
   // NOT_FOUND naming the layer and the map.
   absl::StatusOr<LayerPtr> GetLayer(absl::string_view name) const;
   // The named layers in the order asked, once each; all when `names` is empty. NOT_FOUND.

@@ -48,6 +48,17 @@ ABSL_FLAG(int, max_queue, 1'024, "Most batches that may wait for a map's writer"
 ABSL_FLAG(int, chunk_items, 2'048, "Most objects or runs of cells in a message of an answer");
 ABSL_FLAG(int64_t, max_chunk_bytes, 256 << 10,
           "Size at which a message of an answer is sent off and the next begun");
+ABSL_FLAG(int, max_watchers, 1'000, "Most watches at a time");
+ABSL_FLAG(int64_t, max_watch_lag, 500'000,
+          "Revisions that a watch may fall behind before it is closed");
+ABSL_FLAG(absl::Duration, watch_progress, absl::Seconds(10),
+          "How long a watch may be silent before it is told how far the map is");
+ABSL_FLAG(int64_t, history_revisions, 1'000'000,
+          "Of each map, revisions before the newest that can be asked for");
+ABSL_FLAG(absl::Duration, history_age, absl::Hours(720),
+          "Of each map, how far back it can be asked what it was");
+ABSL_FLAG(absl::Duration, receipt_age, absl::Hours(24),
+          "For how long a request that is sent again gets the answer it got");
 
 namespace hypermap::server {
 namespace {
@@ -71,12 +82,26 @@ absl::Status CheckFlags(const std::vector<char*>& positional) {
       {"max_queue", absl::GetFlag(FLAGS_max_queue)},
       {"chunk_items", absl::GetFlag(FLAGS_chunk_items)},
       {"max_chunk_bytes", absl::GetFlag(FLAGS_max_chunk_bytes)},
+      {"max_watchers", absl::GetFlag(FLAGS_max_watchers)},
+      {"max_watch_lag", absl::GetFlag(FLAGS_max_watch_lag)},
   };
   for (const auto& [name, value] : positive) {
     if (value < 1) return absl::InvalidArgumentError(absl::StrCat("--", name, " must be positive"));
   }
-  if (absl::GetFlag(FLAGS_max_lateness) < absl::ZeroDuration()) {
-    return absl::InvalidArgumentError("--max_lateness must not be negative");
+  if (absl::GetFlag(FLAGS_watch_progress) < absl::Milliseconds(1)) {
+    return absl::InvalidArgumentError("--watch_progress must be at least 1ms");
+  }
+  if (absl::GetFlag(FLAGS_history_revisions) < 0) {
+    return absl::InvalidArgumentError("--history_revisions must not be negative");
+  }
+  const std::pair<const char*, absl::Duration> not_negative[] = {
+      {"max_lateness", absl::GetFlag(FLAGS_max_lateness)},
+      {"history_age", absl::GetFlag(FLAGS_history_age)},
+      {"receipt_age", absl::GetFlag(FLAGS_receipt_age)},
+  };
+  for (const auto& [name, value] : not_negative) {
+    if (value >= absl::ZeroDuration()) continue;
+    return absl::InvalidArgumentError(absl::StrCat("--", name, " must not be negative"));
   }
   return absl::OkStatus();
 }
@@ -105,6 +130,9 @@ SessionOptions SessionOptionsOfFlags() {
   SessionOptions options;
   options.max_queue = absl::GetFlag(FLAGS_max_queue);
   options.edit_limits.max_cells_per_fill = absl::GetFlag(FLAGS_max_cells);
+  options.retention.history_revisions = absl::GetFlag(FLAGS_history_revisions);
+  options.retention.history_age = absl::GetFlag(FLAGS_history_age);
+  options.retention.receipt_age = absl::GetFlag(FLAGS_receipt_age);
   options.fusion.codec = WireEvidenceCodec();
   options.fusion.max_lateness = absl::GetFlag(FLAGS_max_lateness);
   return options;
@@ -119,6 +147,9 @@ ServiceLimits LimitsOfFlags() {
   limits.max_import_bytes = absl::GetFlag(FLAGS_max_import_bytes);
   limits.chunk_items = absl::GetFlag(FLAGS_chunk_items);
   limits.max_chunk_bytes = absl::GetFlag(FLAGS_max_chunk_bytes);
+  limits.max_watchers = absl::GetFlag(FLAGS_max_watchers);
+  limits.max_watch_lag = absl::GetFlag(FLAGS_max_watch_lag);
+  limits.watch_progress = absl::GetFlag(FLAGS_watch_progress);
   return limits;
 }
 

@@ -15,6 +15,7 @@
 #include "map/edits/change.h"
 #include "map/snapshot.h"
 #include "storage/fusion_log.h"
+#include "storage/history.h"
 
 namespace hypermap::storage {
 
@@ -62,6 +63,17 @@ class StoredMap {
 
   // The receipt of an earlier request, also from before a restart.
   virtual absl::StatusOr<std::optional<Receipt>> FindReceipt(absl::string_view request_id) = 0;
+
+  // Opens a way to read the map's history beside this. May be called by any thread; it may outlive
+  // this, but reads nothing newer then.
+  virtual absl::StatusOr<std::unique_ptr<HistoryReader>> OpenHistory() = 0;
+
+  // From now on nothing before the revision `oldest` (at most the newest) can be read; a smaller one
+  // than before changes nothing. Receipts of revisions made before `receipts_before` are forgotten.
+  // Removes at most about `max_rows` rows that are no longer needed, in a short transaction; true
+  // when more are left to remove.
+  virtual absl::StatusOr<bool> Compact(Revision oldest, absl::Time receipts_before,
+                                       int max_rows) = 0;
 
   // The evidence of fused layers. Lives as long as this.
   virtual FusionLog& fusion_log() = 0;

@@ -14,6 +14,7 @@
 #include "wire/geometry.h"
 #include "wire/layer.h"
 #include "wire/object.h"
+#include "wire/time.h"
 
 namespace hypermap::wire {
 namespace {
@@ -49,11 +50,14 @@ struct Encoder {
     put->set_layer(edit.layer);
     put->set_frame_id(edit.frame_id);
     EncodeObject(edit.object, PlanarTransform(), put->mutable_object());
+    if (edit.if_version) put->set_if_version(*edit.if_version);
+    if (edit.time_to_live) EncodeDuration(*edit.time_to_live, put->mutable_time_to_live());
     return absl::OkStatus();
   }
   absl::Status operator()(const DeleteObject& edit) const {
     message->mutable_delete_object()->set_layer(edit.layer);
     message->mutable_delete_object()->set_id(edit.id);
+    if (edit.if_version) message->mutable_delete_object()->set_if_version(*edit.if_version);
     return absl::OkStatus();
   }
   absl::Status operator()(const WriteCells& edit) const {
@@ -95,7 +99,21 @@ absl::StatusOr<Edit> DecodePutObject(const std::string& field, const v1::PutObje
   if (!message.has_object()) return InvalidField(object_field, "is missing");
   absl::StatusOr<SemanticObject> object = DecodeObject(object_field, message.object(), limits);
   if (!object.ok()) return object.status();
-  return PutObject{message.layer(), *std::move(object), message.frame_id()};
+  PutObject edit{message.layer(), *std::move(object), message.frame_id()};
+  if (message.has_if_version()) edit.if_version = message.if_version();
+  if (message.has_time_to_live()) {
+    const absl::StatusOr<absl::Duration> time_to_live =
+        DecodeDuration(field + ".time_to_live", message.time_to_live());
+    if (!time_to_live.ok()) return time_to_live.status();
+    edit.time_to_live = *time_to_live;
+  }
+  return edit;
+}
+
+Edit DecodeDeleteObject(const v1::DeleteObject& message) {
+  DeleteObject edit{message.layer(), message.id()};
+  if (message.has_if_version()) edit.if_version = message.if_version();
+  return edit;
 }
 
 absl::StatusOr<Edit> DecodeWriteCells(const std::string& field, const v1::WriteCells& message,
@@ -145,13 +163,22 @@ absl::Status EncodeEdit(const Edit& edit, v1::Edit* message) {
   return std::visit(Encoder{message}, edit);
 }
 
+void EncodeLayerVersions(const std::vector<LayerVersion>& versions,
+                         google::protobuf::RepeatedPtrField<v1::LayerVersion>* messages) {
+  for (const LayerVersion& version : versions) {
+    v1::LayerVersion* message = messages->Add();
+    message->set_layer(version.layer);
+    message->set_version(version.version);
+  }
+}
+
 absl::StatusOr<Edit> DecodeEdit(absl::string_view field, const v1::Edit& message,
                                 const DecodeLimits& limits) {
   switch (message.edit_case()) {
     case v1::Edit::kPutObject:
       return DecodePutObject(absl::StrCat(field, ".put_object"), message.put_object(), limits);
     case v1::Edit::kDeleteObject:
-      return DeleteObject{message.delete_object().layer(), message.delete_object().id()};
+      return DecodeDeleteObject(message.delete_object());
     case v1::Edit::kWriteCells:
       return DecodeWriteCells(absl::StrCat(field, ".write_cells"), message.write_cells(), limits);
     case v1::Edit::kFillPolygon:
@@ -181,6 +208,19 @@ absl::StatusOr<EditBatch> DecodeEdits(const google::protobuf::RepeatedPtrField<v
     batch.edits.push_back(*std::move(edit));
   }
   return batch;
+}
+
+absl::StatusOr<std::vector<LayerVersion>> DecodeLayerVersions(
+    absl::string_view field, const google::protobuf::RepeatedPtrField<v1::LayerVersion>& messages) {
+  std::vector<LayerVersion> versions;
+  versions.reserve(messages.size());
+  for (const v1::LayerVersion& message : messages) {
+    if (message.layer().empty()) {
+      return InvalidField(absl::StrCat(field, "[", versions.size(), "].layer"), "is empty");
+    }
+    versions.push_back({message.layer(), message.version()});
+  }
+  return versions;
 }
 
 }  // namespace hypermap::wire

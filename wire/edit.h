@@ -2,11 +2,14 @@
 #ifndef HYPERMAP_WIRE_EDIT_H_
 #define HYPERMAP_WIRE_EDIT_H_
 
+#include <vector>
+
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
 #include "google/protobuf/repeated_ptr_field.h"
 #include "hypermap/v1/edit.pb.h"
+#include "hypermap/v1/edit_service.pb.h"
 #include "map/edits/edit.h"
 #include "wire/limits.h"
 
@@ -16,12 +19,19 @@ namespace hypermap::wire {
 // SetTransform).
 absl::Status EncodeEdit(const Edit& edit, v1::Edit* message);
 
+void EncodeLayerVersions(const std::vector<LayerVersion>& versions,
+                         google::protobuf::RepeatedPtrField<v1::LayerVersion>* messages);
+
 absl::StatusOr<Edit> DecodeEdit(absl::string_view field, const v1::Edit& message,
                                 const DecodeLimits& limits);
 
 // INVALID_ARGUMENT when there are none, RESOURCE_EXHAUSTED past limits.max_edits.
 absl::StatusOr<EditBatch> DecodeEdits(const google::protobuf::RepeatedPtrField<v1::Edit>& edits,
                                       const DecodeLimits& limits);
+
+// Of EditBatch::if_layers. INVALID_ARGUMENT for one without a layer.
+absl::StatusOr<std::vector<LayerVersion>> DecodeLayerVersions(
+    absl::string_view field, const google::protobuf::RepeatedPtrField<v1::LayerVersion>& messages);
 
 }  // namespace hypermap::wire
 

@@ -42,6 +42,35 @@ TEST(EditOnTheWire, DeleteObjectComesBackEqual) {
   EXPECT_EQ(decoded.id, 12);
 }
 
+TEST(EditOnTheWire, WantedVersionsAndTimeToLiveComeBackEqual) {
+  PutObject put{"things", {}, ""};
+  put.object.label = "cup";
+  put.object.polygon = Square();
+  EXPECT_EQ(RoundTrip(put).if_version, std::nullopt);
+  EXPECT_EQ(RoundTrip(put).time_to_live, std::nullopt);
+  put.if_version = 0;
+  put.time_to_live = absl::Milliseconds(2500);
+  EXPECT_EQ(RoundTrip(put).if_version, 0);
+  EXPECT_EQ(RoundTrip(put).time_to_live, absl::Milliseconds(2500));
+  EXPECT_EQ(RoundTrip(DeleteObject{"things", 12, 9}).if_version, 9);
+  EXPECT_EQ(RoundTrip(DeleteObject{"things", 12}).if_version, std::nullopt);
+}
+
+TEST(EditOnTheWire, LayerVersionsComeBackEqual) {
+  google::protobuf::RepeatedPtrField<v1::LayerVersion> messages;
+  EncodeLayerVersions({{"things", 4}, {"floor", 0}}, &messages);
+  const auto decoded = DecodeLayerVersions("if_layers", messages);
+  ASSERT_TRUE(decoded.ok()) << decoded.status();
+  ASSERT_EQ(decoded->size(), 2u);
+  EXPECT_EQ((*decoded)[0].layer, "things");
+  EXPECT_EQ((*decoded)[0].version, 4);
+  EXPECT_EQ((*decoded)[1].layer, "floor");
+  EXPECT_EQ((*decoded)[1].version, 0);
+  messages[1].clear_layer();
+  EXPECT_EQ(DecodeLayerVersions("if_layers", messages).status(),
+            absl::InvalidArgumentError("if_layers[1].layer is empty"));
+}
+
 TEST(EditOnTheWire, WriteCellsComesBackEqualUnknownIncluded) {
   const WriteCells edit{"grid", {-2, -1, -3, 0}, {0.5, std::nullopt, 0.0}};
   const WriteCells decoded = RoundTrip(edit);
@@ -114,6 +143,11 @@ TEST(EditOnTheWire, BadOnesNameTheField) {
   no_area.mutable_fill_polygon();
   v1::Edit unknown_rule = FillMessage(1.0);
   unknown_rule.mutable_fill_polygon()->set_rule(static_cast<v1::CellRule>(9));
+  v1::Edit long_life;
+  PutObject put{"things", {}, ""};
+  put.object.polygon = Square();
+  ASSERT_TRUE(EncodeEdit(put, &long_life).ok());
+  long_life.mutable_put_object()->mutable_time_to_live()->set_seconds(int64_t{1} << 60);
   const struct {
     const char* name;
     v1::Edit message;
@@ -125,6 +159,7 @@ TEST(EditOnTheWire, BadOnesNameTheField) {
       {"infinite cell", infinite_cell, "edits[2].write_cells.values[1] is not finite"},
       {"no area", no_area, "edits[2].fill_polygon.area is missing"},
       {"unknown rule", unknown_rule, "edits[2].fill_polygon.rule is not a known rule: 9"},
+      {"long life", long_life, "edits[2].put_object.time_to_live is longer than 100 years"},
       {"nan fill", FillMessage(kNan), "edits[2].fill_polygon.value is not finite"},
   };
   for (const auto& c : cases) {

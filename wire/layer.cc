@@ -96,8 +96,9 @@ void EncodeLayerSpec(const LayerSpec& spec, v1::Layer* message) {
   EncodeAliases(spec.aliases, message->mutable_aliases());
 }
 
-void EncodeLayer(const Layer& layer, v1::Layer* message) {
+void EncodeLayer(const Layer& layer, v1::Layer* message, Revision version) {
   EncodeLayerSpec(layer.spec(), message);
+  message->set_version(version);
   message->set_size(layer.Size());
   if (!IsGridKind(layer.spec().kind)) return;
   const CellBox& extent = static_cast<const GridLayer&>(layer).extent();

@@ -8,6 +8,7 @@
 #include "map/layers/grid/grid_geometry.h"
 #include "map/layers/layer.h"
 #include "map/layers/layer_spec.h"
+#include "map/snapshot.h"
 
 namespace hypermap::wire {
 
@@ -17,8 +18,8 @@ void EncodeCellBox(const CellBox& box, v1::CellBox* message);
 void EncodeAliases(const ValueAliases& aliases,
                    google::protobuf::RepeatedPtrField<v1::ValueAlias>* message);
 void EncodeLayerSpec(const LayerSpec& spec, v1::Layer* message);
-// The spec with the layer's size and extent.
-void EncodeLayer(const Layer& layer, v1::Layer* message);
+// The spec with the layer's size, extent and version.
+void EncodeLayer(const Layer& layer, v1::Layer* message, Revision version = 0);
 
 // INVALID_ARGUMENT for a kind that is missing or not known.
 absl::StatusOr<LayerKind> DecodeLayerKind(absl::string_view field, v1::LayerKind kind);
@@ -29,7 +30,7 @@ CellBox DecodeCellBox(const v1::CellBox& message);
 absl::StatusOr<ValueAliases> DecodeAliases(
     absl::string_view field, const google::protobuf::RepeatedPtrField<v1::ValueAlias>& message);
 // Leaves what Validate(LayerSpec) checks to it: an empty frame_id of a request is still to be
-// replaced by the map's own. Size and extent are not looked at.
+// replaced by the map's own. Size, extent and version are not looked at.
 absl::StatusOr<LayerSpec> DecodeLayerSpec(absl::string_view field, const v1::Layer& message);
 
 }  // namespace hypermap::wire

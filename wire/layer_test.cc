@@ -66,7 +66,7 @@ TEST(LayerOnTheWire, BadOnesNameTheField) {
             absl::InvalidArgumentError("layer.grid.origin is not finite"));
 }
 
-TEST(LayerOnTheWire, TellsItsSizeAndExtent) {
+TEST(LayerOnTheWire, TellsItsSizeExtentAndVersion) {
   EditBatch batch;
   LayerSpec spec = SpecOf(LayerKind::kOccupancy);
   batch.edits.push_back(CreateLayer{spec});
@@ -77,12 +77,13 @@ TEST(LayerOnTheWire, TellsItsSizeAndExtent) {
   const Snapshot snapshot = hypermap::testing::MakeSnapshot("site", batch);
 
   v1::Layer written;
-  EncodeLayer(**snapshot.GetLayer("a-layer"), &written);
+  EncodeLayer(**snapshot.GetLayer("a-layer"), &written, 17);
   EXPECT_EQ(written.size(), 6);
+  EXPECT_EQ(written.version(), 17);
   EXPECT_EQ(DecodeCellBox(written.extent()), (CellBox{-1, 1, 5, 8}));
 
   v1::Layer empty;
-  EncodeLayer(**snapshot.GetLayer("empty"), &empty);
+  EncodeLayer(**snapshot.GetLayer("empty"), &empty, 1);
   EXPECT_EQ(empty.size(), 0);
   EXPECT_FALSE(empty.has_extent());
 }

@@ -8,6 +8,7 @@
 #include "absl/strings/str_cat.h"
 #include "wire/field.h"
 #include "wire/geometry.h"
+#include "wire/time.h"
 
 namespace hypermap::wire {
 namespace {
@@ -94,6 +95,8 @@ void EncodeObject(const SemanticObject& object, const PlanarTransform& caller_fr
   for (const auto& [name, value] : object.attributes) {
     EncodeAttribute(value, &(*message->mutable_attributes())[name]);
   }
+  message->set_version(object.version);
+  if (object.expires_at) EncodeTime(*object.expires_at, message->mutable_expire_time());
 }
 
 absl::StatusOr<SemanticObject> DecodeObject(absl::string_view field, const v1::Object& message,
@@ -104,9 +107,14 @@ absl::StatusOr<SemanticObject> DecodeObject(absl::string_view field, const v1::O
 }
 
 absl::StatusOr<SemanticObject> DecodeObject(absl::string_view field, const v1::Object& message) {
-  return DecodeWith(field, message, [](absl::string_view polygon_field, const v1::Polygon& p) {
-    return DecodePolygon(polygon_field, p);
-  });
+  absl::StatusOr<SemanticObject> object =
+      DecodeWith(field, message, [](absl::string_view polygon_field, const v1::Polygon& p) {
+        return DecodePolygon(polygon_field, p);
+      });
+  if (!object.ok()) return object.status();
+  object->version = message.version();
+  if (message.has_expire_time()) object->expires_at = DecodeTime(message.expire_time());
+  return object;
 }
 
 }  // namespace hypermap::wire

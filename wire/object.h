@@ -15,7 +15,8 @@ namespace hypermap::wire {
 void EncodeObject(const SemanticObject& object, const PlanarTransform& caller_from_object,
                   v1::Object* message);
 
-// An object of a request; its polygon must be there. Leaves what Validate(SemanticObject) checks to
+// An object of a request; its polygon must be there. Its version and its end are the map's to
+// tell and are not looked at. Leaves what Validate(SemanticObject) checks to
 // it.
 absl::StatusOr<SemanticObject> DecodeObject(absl::string_view field, const v1::Object& message,
                                             const DecodeLimits& limits);

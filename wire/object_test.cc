@@ -37,6 +37,22 @@ TEST(ObjectOnTheWire, ComesBackEqual) {
   EXPECT_EQ(*answer, Desk());
 }
 
+TEST(ObjectOnTheWire, AnswersTellVersionAndEndAndRequestsDoNot) {
+  SemanticObject desk = Desk();
+  desk.version = 31;
+  desk.expires_at = absl::FromUnixMillis(1'700'000'000'123);
+  v1::Object message;
+  EncodeObject(desk, PlanarTransform(), &message);
+  const auto answer = DecodeObject("object", message);
+  ASSERT_TRUE(answer.ok()) << answer.status();
+  EXPECT_EQ(answer->version, 31);
+  EXPECT_EQ(answer->expires_at, desk.expires_at);
+  const auto request = DecodeObject("object", message, DecodeLimits());
+  ASSERT_TRUE(request.ok()) << request.status();
+  EXPECT_EQ(request->version, 0);
+  EXPECT_EQ(request->expires_at, std::nullopt);
+}
+
 TEST(ObjectOnTheWire, RandomOnesComeBackEqualThroughBytes) {
   const uint64_t seed = hypermap::testing::TestSeed();
   SCOPED_TRACE(::testing::Message() << "HYPERMAP_TEST_SEED=" << seed);

@@ -7,6 +7,7 @@
 #include <functional>
 
 #include "absl/status/status.h"
+#include "absl/time/time.h"
 #include "client_libs/cli/output.h"
 #include "client_libs/cpp/client.h"
 
@@ -16,6 +17,8 @@ namespace hypermap::cli {
 struct Session {
   client::Client& client;
   Output& output;
+  // How long a command may take.
+  absl::Duration timeout;
 };
 
 using Command = std::function<absl::Status(Session&)>;
@@ -28,6 +31,9 @@ void AddTransferCommands(CLI::App& app, Command& selected);
 
 // query point, area, value, nearest.
 void AddQueryCommands(CLI::App& app, Command& selected);
+
+// watch, changes, log.
+void AddWatchCommands(CLI::App& app, Command& selected);
 
 // rebuild, retract, explain.
 void AddIngestCommands(CLI::App& app, Command& selected);

@@ -1,78 +1,16 @@
 #include "client_libs/cli/json_output.h"
 
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <utility>
-#include <variant>
 #include <vector>
 
-#include "absl/time/time.h"
-#include "map/geometry/polygon.h"
+#include "client_libs/cli/json_values.h"
 #include "map/layers/layer.h"
 #include "map/layers/layer_spec.h"
 
 namespace hypermap::cli {
 namespace {
-
-// Keeps members in the order in which they are documented.
-using Json = nlohmann::ordered_json;
-
-std::string Text(absl::string_view text) { return std::string(text); }
-
-Json PointJson(const Point& p) { return Json::array({p.x, p.y}); }
-
-// Closed, as in GeoJSON.
-Json RingJson(const Ring& ring) {
-  Json json = Json::array();
-  for (const Point& p : ring) json.push_back(PointJson(p));
-  if (!ring.empty()) json.push_back(PointJson(ring.front()));
-  return json;
-}
-
-Json PolygonJson(const Polygon& polygon) {
-  Json json = Json::array();
-  for (const Ring& ring : polygon.rings()) json.push_back(RingJson(ring));
-  return json;
-}
-
-Json EntityJson(const SemanticObject& object) {
-  Json attributes = Json::object();
-  for (const auto& [key, attribute] : object.attributes) {
-    std::visit([&, &name = key](const auto& value) { attributes[name] = value; }, attribute);
-  }
-  Json classes = Json::object();
-  for (const auto& [label, confidence] : object.classes) classes[label] = confidence;
-  return {
-      {"id", object.id},
-      {"label", object.label},
-      {"classes", std::move(classes)},
-      {"existence", object.existence},
-      {"polygon", PolygonJson(object.polygon)},
-      {"centroid", PointJson(Centroid(object.polygon))},
-      {"tags", object.tags},
-      {"attributes", std::move(attributes)},
-      {"height",
-       object.height ? Json::array({object.height->low_m, object.height->high_m}) : Json()},
-  };
-}
-
-Json PoseJson(const PlanarTransform& pose) { return Json::array({pose.x(), pose.y(), pose.yaw()}); }
-
-Json GridJson(const GridGeometry& grid) {
-  return {{"origin", PoseJson(grid.layer_from_grid)}, {"resolution_m", grid.resolution_m}};
-}
-
-// A bit as 0 or 1, a number as it is, unknown as null.
-Json CellValueJson(LayerKind kind, const std::optional<double>& value) {
-  if (!value.has_value()) return nullptr;
-  if (kind == LayerKind::kExploration) return static_cast<int>(*value);
-  return *value;
-}
-
-Json RunJson(LayerKind kind, const CellRun& run) {
-  return Json::array({run.row, run.col_begin, run.col_end, CellValueJson(kind, run.value)});
-}
 
 Json MapJson(const client::MapEntry& map) {
   if (!map.problem.empty()) return {{"name", map.name}, {"problem", map.problem}};
@@ -80,32 +18,9 @@ Json MapJson(const client::MapEntry& map) {
       {"name", map.name},
       {"frame_id", map.frame_id},
       {"revision", map.revision},
-      {"create_time", absl::FormatTime(absl::RFC3339_full, map.create_time, absl::UTCTimeZone())},
+      {"create_time", TimeJson(map.create_time)},
       {"layer_count", map.layer_count},
   };
-}
-
-Json LayerJson(const client::LayerEntry& layer) {
-  const LayerSpec& spec = layer.spec;
-  Json json = {{"name", spec.name},
-               {"kind", Text(LayerKindName(spec.kind))},
-               {"frame_id", spec.frame_id},
-               {"size", layer.size}};
-  if (spec.grid) json["grid"] = GridJson(*spec.grid);
-  if (layer.extent) {
-    json["extent"] = {{"rows", {layer.extent->row_begin, layer.extent->row_end}},
-                      {"cols", {layer.extent->col_begin, layer.extent->col_end}}};
-  }
-  if (spec.kind == LayerKind::kOccupancy) {
-    json["thresholds"] = {{"free_below", spec.thresholds.free_below},
-                          {"occupied_above", spec.thresholds.occupied_above}};
-  }
-  if (spec.kind == LayerKind::kScalar) json["unit"] = spec.unit;
-  if (spec.kind == LayerKind::kSemantic) {
-    json["aliases"] = Json::object();
-    for (const auto& [alias, labels] : spec.aliases) json["aliases"][alias] = labels;
-  }
-  return json;
 }
 
 Json ContentJson(const client::LayerContent& content) {
@@ -184,7 +99,7 @@ Json EventJson(const client::ObjectEvent& event) {
   if (!event.robot.empty()) {
     json["robot"] = event.robot;
     json["sequence"] = event.sequence;
-    json["stamp"] = absl::FormatTime(absl::RFC3339_full, event.stamp, absl::UTCTimeZone());
+    json["stamp"] = TimeJson(event.stamp);
   }
   if (IsDetection(event.kind)) {
     json["detection"] = event.detection;
@@ -214,9 +129,7 @@ class JsonOutput : public Output {
   void Show(const client::TransformList& transforms) override {
     Json list = Json::array();
     for (const FrameTransform& t : transforms.transforms) {
-      list.push_back({{"parent_frame_id", t.parent_frame_id},
-                      {"child_frame_id", t.child_frame_id},
-                      {"parent_from_child", PoseJson(t.parent_from_child)}});
+      list.push_back(TransformJson(t));
     }
     Print({{"map", transforms.map},
            {"revision", transforms.revision},
@@ -282,6 +195,47 @@ class JsonOutput : public Output {
       Print(RefusalJson(refusal.layer, refusal.status));
     }
     Print({{"revision", answer.revision}});
+  }
+
+  void Show(const client::WatchEvent& event) override {
+    if (event.reset) Print({{"revision", event.revision}, {"reset", true}});
+    for (const client::MapChange& change : event.changes) {
+      Json json = {{"revision", event.revision}};
+      if (event.snapshot) {
+        json["snapshot"] = true;
+      } else {
+        json["time"] = TimeJson(event.time);
+        json["author"] = event.author;
+      }
+      json.update(ChangeJson(change));
+      Print(json);
+    }
+    if (event.snapshot || event.changes.empty()) Print({{"revision", event.revision}});
+    out_.flush();
+  }
+
+  void Show(const DifferenceChange& change) override {
+    Json json = {{"revision", change.revision}};
+    if (change.time) json["time"] = TimeJson(*change.time);
+    json.update(ChangeJson(change.change));
+    Print(json);
+  }
+  void EndDifference(Revision from, Revision to) override {
+    Print({{"from_revision", from}, {"revision", to}});
+  }
+
+  void Show(const client::RevisionList& list) override {
+    Json revisions = Json::array();
+    for (const client::RevisionEntry& entry : list.revisions) {
+      revisions.push_back({{"revision", entry.revision},
+                           {"time", TimeJson(entry.time)},
+                           {"author", entry.author},
+                           {"changes", entry.num_changes}});
+    }
+    Print({{"map", list.map},
+           {"newest_revision", list.newest},
+           {"oldest_revision", list.oldest},
+           {"revisions", std::move(revisions)}});
   }
 
   void Show(const EvaluationReport& report) override { Print(EvaluationJson(report)); }

@@ -25,7 +25,9 @@ SemanticObject Cup() {
           .attributes = {{"clean", false},
                          {"owner", std::string("Ada")},
                          {"uses", int64_t{3}},
-                         {"weight_kg", 0.25}}};
+                         {"weight_kg", 0.25}},
+          .expires_at = absl::FromUnixSeconds(60),
+          .version = 7};
 }
 
 SemanticObject Plain(ObjectId id, const std::string& label) {
@@ -36,7 +38,8 @@ SemanticObject Plain(ObjectId id, const std::string& label) {
           .polygon = Polygon::FromBox({{0, 0}, {1, 1}}),
           .height = std::nullopt,
           .tags = {},
-          .attributes = {}};
+          .attributes = {},
+          .expires_at = {}};
 }
 
 client::LayerPart GridPart(const std::string& layer, LayerKind kind, std::vector<CellRun> runs) {
@@ -76,7 +79,7 @@ TEST(JsonOutputTest, EntityHasAllOfAnObjectWithClosedRings) {
             R"([[1.0,1.0],[1.0,3.0],[3.0,3.0],[3.0,1.0],[1.0,1.0]]],)"
             R"("centroid":[2.0,2.0],"tags":["blue","mine"],)"
             R"("attributes":{"clean":false,"owner":"Ada","uses":3,"weight_kg":0.25},)"
-            R"("height":[0.7,0.8]}})"
+            R"("height":[0.7,0.8],"expires_at":"1970-01-01T00:01:00+00:00"}})"
             "\n"
             R"({"revision":3})"
             "\n");
@@ -210,12 +213,14 @@ TEST(JsonOutputTest, CatalogAnswers) {
   floor.spec.grid = GridGeometry{PlanarTransform(), 0.05};
   floor.size = 6;
   floor.extent = CellBox{-1, 2, 0, 2};
-  EXPECT_EQ(Shown(client::LayerList{"office", 4, {floor}}),
-            R"({"map":"office","revision":4,"layers":[{"name":"floor","kind":"occupancy",)"
-            R"("frame_id":"map","size":6,"grid":{"origin":[0.0,0.0,0.0],"resolution_m":0.05},)"
-            R"("extent":{"rows":[-1,2],"cols":[0,2]},)"
-            R"("thresholds":{"free_below":0.196,"occupied_above":0.65}}]})"
-            "\n");
+  floor.version = 3;
+  EXPECT_EQ(
+      Shown(client::LayerList{"office", 4, {floor}}),
+      R"({"map":"office","revision":4,"layers":[{"name":"floor","kind":"occupancy",)"
+      R"("frame_id":"map","size":6,"version":3,"grid":{"origin":[0.0,0.0,0.0],"resolution_m":0.05},)"
+      R"("extent":{"rows":[-1,2],"cols":[0,2]},)"
+      R"("thresholds":{"free_below":0.196,"occupied_above":0.65}}]})"
+      "\n");
   EXPECT_EQ(Shown(client::TransformList{
                 "office", 4, "map", {{"map", "dock", PlanarTransform(20, 0, 1.75)}}}),
             R"({"map":"office","revision":4,"frame_id":"map","transforms":[)"
@@ -233,6 +238,74 @@ TEST(JsonOutputTest, MutationsAndFiles) {
   EXPECT_EQ(
       Shown(WrittenFiles{"office", 2, {"a.hmap"}, {"wifi"}}),
       "{\"map\":\"office\",\"revision\":2,\"files\":[\"a.hmap\"],\"omissions\":[\"wifi\"]}\n");
+}
+
+TEST(JsonOutputTest, AWatchIsALineAChange) {
+  client::WatchEvent commit;
+  commit.revision = 9;
+  commit.time = absl::FromUnixMillis(60'250);
+  commit.author = "cart";
+  commit.changes.resize(4);
+  commit.changes[0] = {.kind = ChangeKind::kLeave, .layer = "objects", .object_id = 4};
+  commit.changes[1] = {.kind = ChangeKind::kCells,
+                       .layer = "floor",
+                       .grid = GridGeometry{PlanarTransform(1, 2, 0), 0.5},
+                       .cells = {{-1, 0, 3, 1.0}, {2, 5, 6, std::nullopt}}};
+  commit.changes[2] = {.kind = ChangeKind::kLayerDeleted, .layer = "wifi"};
+  commit.changes[3] = {.kind = ChangeKind::kTransform,
+                       .transform = FrameTransform{"map", "dock", PlanarTransform(3, 0, 0)}};
+  const std::string when =
+      R"({"revision":9,"time":"1970-01-01T00:01:00.25+00:00","author":"cart",)";
+  EXPECT_EQ(Shown(commit), when + R"("layer":"objects","op":"leave","id":4})" + "\n" + when +
+                               R"("layer":"floor","op":"cells","grid":{"origin":[1.0,2.0,0.0],)" +
+                               R"("resolution_m":0.5},"runs":[[-1,0,3,1.0],[2,5,6,null]]})" + "\n" +
+                               when + R"("layer":"wifi","op":"layer_deleted"})" + "\n" + when +
+                               R"("op":"transform","transform":{"parent_frame_id":"map",)" +
+                               R"("child_frame_id":"dock","parent_from_child":[3.0,0.0,0.0]}})" +
+                               "\n");
+
+  client::WatchEvent progress;
+  progress.revision = 12;
+  EXPECT_EQ(Shown(progress), "{\"revision\":12}\n");
+}
+
+TEST(JsonOutputTest, ASnapshotHasAnEndAndMayTakeBackWhatWasTold) {
+  client::WatchEvent snapshot;
+  snapshot.revision = 9;
+  snapshot.snapshot = true;
+  snapshot.reset = true;
+  snapshot.changes = {
+      {.kind = ChangeKind::kPut, .layer = "objects", .object_id = 3, .object = Plain(3, "cup")}};
+  const std::string shown = Shown(snapshot);
+  EXPECT_THAT(shown, ::testing::StartsWith(
+                         "{\"revision\":9,\"reset\":true}\n{\"revision\":9,\"snapshot\":true,"
+                         "\"layer\":\"objects\",\"op\":\"put\",\"id\":3,\"entity\":{\"id\":3,"));
+  EXPECT_THAT(shown, ::testing::EndsWith("}\n{\"revision\":9}\n"));
+}
+
+TEST(JsonOutputTest, ADifferenceTellsBeforeAndAfter) {
+  std::ostringstream out;
+  auto output = MakeJsonOutput(out);
+  output->Show(DifferenceChange{7,
+                                absl::UnixEpoch(),
+                                {.kind = ChangeKind::kCells,
+                                 .layer = "floor",
+                                 .grid = GridGeometry{PlanarTransform(), 0.5},
+                                 .cells = {{0, 0, 3, 1.0}},
+                                 .cells_before = {{0, 0, 3, std::nullopt}}}});
+  output->EndDifference(2, 7);
+  EXPECT_EQ(out.str(),
+            R"({"revision":7,"time":"1970-01-01T00:00:00+00:00","layer":"floor","op":"cells",)"
+            R"("grid":{"origin":[0.0,0.0,0.0],"resolution_m":0.5},"runs":[[0,0,3,1.0]],)"
+            R"("runs_before":[[0,0,3,null]]})"
+            "\n{\"from_revision\":2,\"revision\":7}\n");
+}
+
+TEST(JsonOutputTest, ALogListsRevisions) {
+  EXPECT_EQ(Shown(client::RevisionList{"office", 9, 2, {{9, absl::UnixEpoch(), "cart", 12}}}),
+            R"({"map":"office","newest_revision":9,"oldest_revision":2,"revisions":[)"
+            R"({"revision":9,"time":"1970-01-01T00:00:00+00:00","author":"cart","changes":12}]})"
+            "\n");
 }
 
 }  // namespace

@@ -2,11 +2,13 @@
 #ifndef HYPERMAP_CLIENT_LIBS_CLI_OUTPUT_H_
 #define HYPERMAP_CLIENT_LIBS_CLI_OUTPUT_H_
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "client_libs/cpp/answers.h"
 #include "client_libs/cpp/ingest_answers.h"
+#include "client_libs/cpp/watch.h"
 #include "map/evaluation/evaluate.h"
 
 namespace hypermap::cli {
@@ -38,6 +40,13 @@ struct EvaluationReport {
   evaluation::Evaluation evaluation;
 };
 
+// A change between two revisions.
+struct DifferenceChange {
+  Revision revision = 0;           // the later one
+  std::optional<absl::Time> time;  // when that was made
+  client::MapChange change;
+};
+
 // Shows the answer of one command. One thread.
 class Output {
  public:
@@ -53,6 +62,14 @@ class Output {
   virtual void Show(const client::NearestAnswer& answer) = 0;
   virtual void Show(const client::ObjectHistory& history) = 0;
   virtual void Show(const EvaluationReport& report) = 0;
+  virtual void Show(const client::RevisionList& revisions) = 0;
+
+  // A revision of a watch; what it shows is out when it returns.
+  virtual void Show(const client::WatchEvent& event) = 0;
+
+  // The changes of a difference as they arrive, then its end.
+  virtual void Show(const DifferenceChange& change) = 0;
+  virtual void EndDifference(Revision from, Revision to) = 0;
 
   // The parts of an area or value answer as they arrive, then its end. An answer that breaks off
   // has no end: what was shown of it is whole lines.

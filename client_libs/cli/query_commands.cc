@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "absl/status/status.h"
+#include "client_libs/cli/as_of.h"
 #include "client_libs/cli/commands.h"
 #include "client_libs/cli/coordinates.h"
 #include "client_libs/cli/validators.h"
@@ -20,7 +21,16 @@ struct QueryOptions {
   std::vector<std::string> area;
   std::string value;
   int k = 1;
+  std::string at;
+  Revision min_revision = 0;
 };
+
+client::CallOptions CallOptionsOf(const QueryOptions& options) {
+  client::CallOptions call;
+  if (const absl::StatusOr<AsOf> at = ParseAsOf(options.at); at.ok()) call.as_of = *at;
+  call.as_of.min_revision = options.min_revision;
+  return call;
+}
 
 absl::Status ShowParts(client::AnswerReader reader, Output& output) {
   while (std::optional<client::LayerPart> part = reader.Next()) output.Show(*part);
@@ -36,7 +46,8 @@ absl::StatusOr<Point> PositionOf(const QueryOptions& options) {
 absl::Status QueryPoint(const QueryOptions& options, Session& s) {
   const absl::StatusOr<Point> point = PositionOf(options);
   if (!point.ok()) return point.status();
-  const auto answer = s.client.QueryPoint(options.map, *point, options.scope);
+  const auto answer =
+      s.client.QueryPoint(options.map, *point, options.scope, CallOptionsOf(options));
   if (!answer.ok()) return answer.status();
   s.output.Show(*answer);
   return absl::OkStatus();
@@ -45,7 +56,8 @@ absl::Status QueryPoint(const QueryOptions& options, Session& s) {
 absl::Status QueryArea(const QueryOptions& options, Session& s) {
   const absl::StatusOr<Polygon> area = ParsePolygon(options.area);
   if (!area.ok()) return area.status();
-  return ShowParts(s.client.QueryArea(options.map, *area, options.scope), s.output);
+  return ShowParts(s.client.QueryArea(options.map, *area, options.scope, CallOptionsOf(options)),
+                   s.output);
 }
 
 absl::Status QueryValue(const QueryOptions& options, Session& s) {
@@ -55,14 +67,16 @@ absl::Status QueryValue(const QueryOptions& options, Session& s) {
     if (!parsed.ok()) return parsed.status();
     area = *std::move(parsed);
   }
-  return ShowParts(s.client.QueryValue(options.map, options.value, area, options.scope), s.output);
+  return ShowParts(
+      s.client.QueryValue(options.map, options.value, area, options.scope, CallOptionsOf(options)),
+      s.output);
 }
 
 absl::Status QueryNearest(const QueryOptions& options, Session& s) {
   const absl::StatusOr<Point> point = PositionOf(options);
   if (!point.ok()) return point.status();
-  const auto answer =
-      s.client.QueryNearest(options.map, *point, options.value, options.k, options.scope);
+  const auto answer = s.client.QueryNearest(options.map, *point, options.value, options.k,
+                                            options.scope, CallOptionsOf(options));
   if (!answer.ok()) return answer.status();
   s.output.Show(*answer);
   return absl::OkStatus();
@@ -73,7 +87,7 @@ constexpr char kValueHelp[] =
     "class "
     "label, or tag:WORD";
 
-// What each question takes: the map, the layers and the frame.
+// What each question takes: the map, its revision, the layers and the frame.
 void AddScope(CLI::App& query, QueryOptions& options) {
   query.add_option("map", options.map, "Name of the map")->required()->type_name("MAP");
   query
@@ -82,6 +96,16 @@ void AddScope(CLI::App& query, QueryOptions& options) {
       ->allow_extra_args(false);
   query.add_option("--frame", options.scope.frame_id,
                    "Frame of the coordinates, asked and answered (default: the map's own)");
+  query
+      .add_option("--at", options.at,
+                  "Ask the map as it was at a revision, or at a time (2026-03-01T12:30:00Z)")
+      ->type_name("REVISION|TIME")
+      ->check(IsAsOf());
+  query
+      .add_option("--min_revision,--min-revision", options.min_revision,
+                  "Wait until the map has this revision")
+      ->type_name("REVISION")
+      ->check(CLI::NonNegativeNumber);
 }
 
 void AddPosition(CLI::App& query, QueryOptions& options) {

@@ -27,6 +27,7 @@ struct GlobalOptions {
   std::string server = "127.0.0.1:50051";
   bool json = false;
   std::string timeout = "0";
+  std::string retry = "0";
 };
 
 void AddGlobalOptions(CLI::App& app, GlobalOptions& options) {
@@ -36,6 +37,11 @@ void AddGlobalOptions(CLI::App& app, GlobalOptions& options) {
       ->capture_default_str();
   app.add_flag("--json", options.json, "Answer in JSON, for programs");
   app.add_option("--timeout", options.timeout, "Give up after this time (30s, 2m); 0: never")
+      ->type_name("DURATION")
+      ->check(IsTimeout())
+      ->capture_default_str();
+  app.add_option("--retry", options.retry,
+                 "Try again for this time (30s, 2m) while the server is not there; 0: not at all")
       ->type_name("DURATION")
       ->check(IsTimeout())
       ->capture_default_str();
@@ -62,9 +68,11 @@ absl::Status Execute(const GlobalOptions& options, const Command& command, std::
   if (!absl::ParseDuration(options.timeout, &timeout) || timeout == absl::ZeroDuration()) {
     timeout = absl::InfiniteDuration();
   }
-  client::Client client(options.server, {.timeout = timeout});
+  absl::Duration retry_for;
+  if (!absl::ParseDuration(options.retry, &retry_for)) retry_for = absl::ZeroDuration();
+  client::Client client(options.server, {.timeout = timeout, .retry_for = retry_for});
   std::unique_ptr<Output> output = options.json ? MakeJsonOutput(out) : MakeTableOutput(out);
-  Session session{client, *output};
+  Session session{client, *output, timeout};
   const absl::Status status = command(session);
   if (absl::IsUnavailable(status)) {
     return absl::UnavailableError(absl::StrCat("server ", options.server, ": ", status.message()));
@@ -88,6 +96,7 @@ int Run(std::vector<std::string> args, std::ostream& out, std::ostream& err) {
   AddCatalogCommands(app, command);
   AddTransferCommands(app, command);
   AddQueryCommands(app, command);
+  AddWatchCommands(app, command);
   AddIngestCommands(app, command);
   AddEvalCommand(app, command);
   app.require_subcommand(1);

@@ -5,75 +5,23 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cstdlib>
 #include <filesystem>
-#include <fstream>
-#include <sstream>
 #include <string>
 #include <utility>
 
+#include "client_libs/cli/run_testing.h"
 #include "client_libs/testing/scripted_server.h"
 #include "google/protobuf/text_format.h"
 
 namespace hypermap::cli {
 namespace {
 
-namespace fs = std::filesystem;
 using client::Script;
 using client::ScriptedServer;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::StartsWith;
-
-using Args = std::vector<std::string>;
-
-struct Outcome {
-  int exit_code;
-  std::string out;
-  std::string err;
-};
-
-Outcome RunCommand(const Args& args) {
-  std::ostringstream out, err;
-  const int exit_code = Run(args, out, err);
-  return {exit_code, out.str(), err.str()};
-}
-
-Outcome RunOn(const ScriptedServer& server, Args args) {
-  args.insert(args.begin(), {"--server", server.address()});
-  return RunCommand(args);
-}
-
-// A directory that is removed in the end.
-class TemporaryDirectory {
- public:
-  TemporaryDirectory() {
-    std::string name = ::testing::TempDir() + "/cli_test_XXXXXX";
-    path_ = mkdtemp(name.data());
-  }
-  ~TemporaryDirectory() { fs::remove_all(path_); }
-  std::string operator/(const std::string& name) const { return path_ / name; }
-  std::vector<std::string> Names() const {
-    std::vector<std::string> names;
-    for (const auto& entry : fs::directory_iterator(path_))
-      names.push_back(entry.path().filename());
-    std::sort(names.begin(), names.end());
-    return names;
-  }
-
- private:
-  fs::path path_;
-};
-
-void Put(const std::string& path, const std::string& data) {
-  std::ofstream(path, std::ios::binary) << data;
-}
-
-std::string Get(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
 
 struct CommandLine {
   Args args;
@@ -129,13 +77,29 @@ TEST(RunTest, CommandLinesBecomeRequests) {
        R"(QueryValue map: "maps" layers: "floor" value: ">0.65" )" + triangle},
       {{"query", "nearest", "office", "-1", "-2", "--value", "chair", "-k", "3"},
        R"(QueryNearest map: "office" point { x: -1 y: -2 } value: "chair" k: 3)"},
+      {{"query", "area", "office", "-1,-1", "2,-1", "2,3", "--at", "12"},
+       R"(QueryArea map: "office" )" + triangle + " at_revision: 12"},
+      {{"query", "point", "office", "1", "2", "--at", "1970-01-01T01:00:01+01:00"},
+       R"(QueryPoint map: "office" point { x: 1 y: 2 } at_time { seconds: 1 })"},
+      {{"query", "value", "office", "chair", "--min_revision", "9"},
+       R"(QueryValue map: "office" value: "chair" min_revision: 9)"},
+      {{"watch", "office"}, R"(Watch map: "office")"},
+      {{"watch", "office", "--layer", "a", "--layer", "b", "--frame", "dock", "--class", "cup",
+        "--from", "0", "--area", "-1,-1", "2,-1", "2,3"},
+       R"(Watch map: "office" layers: "a" layers: "b" frame_id: "dock" )" + triangle +
+           R"( classes: "cup" start_revision: 0)"},
+      {{"log", "office", "--limit", "7"},
+       R"(ListRevisions map: "office" page_size: 7 newest_first: true)"},
       {{"query", "nearest", "office", "1", "2", "--value=<-70"},
        R"(QueryNearest map: "office" point { x: 1 y: 2 } value: "<-70" k: 1)"},
   };
   for (const CommandLine& line : lines) {
-    ScriptedServer server({});
+    // A watch is ended by an error.
+    Script script;
+    script.watches = {{{}, false, grpc::Status(grpc::StatusCode::NOT_FOUND, "no map")}};
+    ScriptedServer server(script);
     const Outcome outcome = RunOn(server, line.args);
-    EXPECT_EQ(outcome.exit_code, kExitOk) << outcome.err;
+    EXPECT_EQ(outcome.exit_code, line.args[0] == "watch" ? kExitError : kExitOk) << outcome.err;
     EXPECT_THAT(server.Requests(), ElementsAre(line.request));
   }
 }
@@ -165,6 +129,16 @@ TEST(RunTest, WrongUsageIsOneLineAndExitCode2) {
       {"eval", "office", "--truth", "gt.geojson"},
       {"eval", "office", "--layer", "things", "--truth", "gt.geojson", "--truth-map", "gt"},
       {"transform", "set", "office", "dock", "map", "1", "2"},
+      {"query", "point", "office", "1", "2", "--at", "yesterday"},
+      {"query", "point", "office", "1", "2", "--min_revision", "-1"},
+      {"watch"},
+      {"watch", "office", "--from", "-1"},
+      {"watch", "office", "--count", "0"},
+      {"watch", "office", "--area", "1,2", "x"},
+      {"changes", "office"},
+      {"changes", "office", "--from", "x"},
+      {"log", "office", "--limit", "0"},
+      {"edit", "office", "changes.geojson", "--layer", "things", "--ttl", "soon"},
       {"import", "office.hmap"},
       {"import", "office.txt", "--map", "office"},
       {"import", "office.gpkg", "--map", "office"},
@@ -287,7 +261,7 @@ TEST(ImportCommandTest, TheExtensionTellsTheFormat) {
 
 TEST(ImportCommandTest, Nav2BringsTheImageThatTheYamlNames) {
   TemporaryDirectory directory;
-  fs::create_directory(directory / "images");
+  std::filesystem::create_directory(directory / "images");
   Put(directory / "images/floor.pgm", "P5 1 1 255 x");
   Put(directory / "site.yaml", "image: images/floor.pgm\nresolution: 0.05\n");
   ScriptedServer server({});
@@ -389,6 +363,27 @@ TEST(ExportCommandTest, AFolderThatIsNotThereIsAnError) {
   const Outcome outcome = RunOn(server, {"export", "office", "-o", directory / "none/a.hmap"});
   EXPECT_EQ(outcome.exit_code, kExitError);
   EXPECT_THAT(outcome.err, HasSubstr("none/a.hmap"));
+}
+
+TEST(EditCommandTest, ConditionsMakeItABatchOfEdits) {
+  TemporaryDirectory directory;
+  Put(directory / "cup.geojson",
+      R"({"type": "Feature", "id": 7, "properties": {"label": "cup"}, "geometry":
+          {"type": "Polygon", "coordinates": [[[0, 0], [1, 0], [1, 1], [0, 0]]]}})");
+  Script script;
+  v1::Layer* layer = script.layers.add_layers();
+  layer->set_name("things");
+  layer->set_kind(v1::LAYER_KIND_SEMANTIC);
+  script.edits.set_revision(5);
+  ScriptedServer server(script);
+  const Outcome outcome = RunOn(server, {"edit", "office", directory / "cup.geojson", "--layer",
+                                         "things", "--ttl", "30s", "--if_version", "4", "--json"});
+  EXPECT_EQ(outcome.exit_code, kExitOk) << outcome.err;
+  EXPECT_EQ(outcome.out,
+            "{\"map\":\"office\",\"revision\":5,\"layers\":[\"things\"],\"repairs\":[]}\n");
+  EXPECT_THAT(server.Requests().back(),
+              StartsWith("ApplyEdits map: \"office\" edits { put_object {"));
+  EXPECT_THAT(server.Requests().back(), HasSubstr("if_version: 4 time_to_live { seconds: 30 }"));
 }
 
 TEST(BackupCommandTest, WritesAllPieces) {

@@ -58,6 +58,32 @@ std::string Counted(int64_t count, absl::string_view noun) {
   return absl::StrCat(count, " ", noun, count == 1 ? "" : "s");
 }
 
+int64_t NumCells(const std::vector<CellRun>& runs) {
+  int64_t cells = 0;
+  for (const CellRun& run : runs) cells += int64_t{run.col_end} - run.col_begin;
+  return cells;
+}
+
+std::string DescribeChange(const client::MapChange& change) {
+  if (change.object) {
+    return absl::StrCat(DescribeObject(*change.object), " at ",
+                        DescribePoint(Centroid(change.object->polygon)));
+  }
+  if (change.object_before) return DescribeObject(*change.object_before);
+  if (change.object_id != 0) return absl::StrCat("object ", change.object_id);
+  if (change.grid) return Counted(NumCells(change.cells), "cell");
+  if (change.layer_now) return KindName(change.layer_now->spec.kind);
+  if (change.transform) {
+    return absl::StrCat(change.transform->child_frame_id, " in ", change.transform->parent_frame_id,
+                        " at ", DescribePose(change.transform->parent_from_child));
+  }
+  return "";
+}
+
+std::string DescribeTime(absl::Time time) {
+  return absl::FormatTime("%Y-%m-%d %H:%M:%E3SZ", time, absl::UTCTimeZone());
+}
+
 class TableOutput : public Output {
  public:
   explicit TableOutput(std::ostream& out) : out_(out) {}
@@ -109,14 +135,12 @@ class TableOutput : public Output {
       const bool seen = event.kind == client::ObjectEventKind::kFounded ||
                         event.kind == client::ObjectEventKind::kSeen;
       const absl::string_view kind = client::ObjectEventKindName(event.kind);
-      table.AddRow(
-          {event.track.empty() ? std::string(kind) : absl::StrCat(kind, " ", event.track),
-           event.robot, event.robot.empty() ? "" : absl::StrCat(event.sequence),
-           event.robot.empty()
-               ? ""
-               : absl::FormatTime("%Y-%m-%d %H:%M:%E3SZ", event.stamp, absl::UTCTimeZone()),
-           seen ? absl::StrCat(event.detection) : "", seen ? FormatNumber(event.score) : "",
-           event.existence ? FormatNumber(*event.existence) : ""});
+      table.AddRow({event.track.empty() ? std::string(kind) : absl::StrCat(kind, " ", event.track),
+                    event.robot, event.robot.empty() ? "" : absl::StrCat(event.sequence),
+                    event.robot.empty() ? "" : DescribeTime(event.stamp),
+                    seen ? absl::StrCat(event.detection) : "",
+                    seen ? FormatNumber(event.score) : "",
+                    event.existence ? FormatNumber(*event.existence) : ""});
     }
     if (!table.empty()) table.Print(out_);
     Footer(absl::StrCat("object ", history.object_id, ", track ", history.track, ", fused with ",
@@ -211,6 +235,40 @@ class TableOutput : public Output {
     Footer(absl::StrCat(report.map, "/", report.layer, " against ", report.truth, " (",
                         report.truth_ignored, " of its objects not counted)"),
            report.revision);
+  }
+
+  void Show(const client::RevisionList& list) override {
+    TextTable table({"REVISION", "TIME", "AUTHOR", "CHANGES"});
+    for (const client::RevisionEntry& entry : list.revisions) {
+      table.AddRow({absl::StrCat(entry.revision), DescribeTime(entry.time), entry.author,
+                    absl::StrCat(entry.num_changes)});
+    }
+    if (!table.empty()) table.Print(out_);
+    Footer(absl::StrCat(list.map, ": kept from revision ", list.oldest), list.newest);
+  }
+
+  // Lines are out at once, so columns can't be as wide as what is still to come.
+  void Show(const client::WatchEvent& event) override {
+    if (event.reset) out_ << "what was shown before does not hold any more\n";
+    for (const client::MapChange& change : event.changes) {
+      out_ << event.revision << "  ";
+      if (!event.snapshot) out_ << DescribeTime(event.time) << "  ";
+      out_ << (change.layer.empty() ? "" : change.layer + "  ")
+           << (event.snapshot ? "holds" : ChangeKindName(change.kind)) << "  "
+           << OneLine(DescribeChange(change)) << '\n';
+    }
+    if (event.snapshot) Footer("that is all", event.revision);
+    out_.flush();
+  }
+
+  void Show(const DifferenceChange& change) override {
+    differences_.AddRow({change.change.layer, std::string(ChangeKindName(change.change.kind)),
+                         DescribeChange(change.change)});
+    ++num_differences_;
+  }
+  void EndDifference(Revision from, Revision to) override {
+    if (!differences_.empty()) differences_.Print(out_);
+    Footer(absl::StrCat(Counted(num_differences_, "change"), " since revision ", from), to);
   }
 
   void Show(const client::LayerPart& part) override {
@@ -313,6 +371,9 @@ class TableOutput : public Output {
   TextTable objects_{{"LAYER", "ID", "LABEL", "EXISTENCE", "X [m]", "Y [m]", "AREA [m²]", "TAGS"}};
   int64_t num_objects_ = 0;
   std::vector<GridSummary> grids_;
+  // Of a difference, until its end.
+  TextTable differences_{{"LAYER", "CHANGE", "WHAT"}};
+  int64_t num_differences_ = 0;
   std::vector<client::LayerRefusal> refusals_;
 };
 

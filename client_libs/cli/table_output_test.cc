@@ -133,6 +133,29 @@ TEST(TableOutputTest, MapsThatCannotBeOpenedSayWhy) {
   EXPECT_EQ(Shown(std::vector<client::MapEntry>{}), "no maps\n");
 }
 
+TEST(TableOutputTest, ALogIsTheNewestRevisions) {
+  EXPECT_EQ(Shown(client::RevisionList{"office", 12, 2, {{12, absl::UnixEpoch(), "cart", 3}}}),
+            "REVISION  TIME                      AUTHOR  CHANGES\n"
+            "      12  1970-01-01 00:00:00.000Z  cart          3\n"
+            "office: kept from revision 2, revision 12\n");
+}
+
+TEST(TableOutputTest, AWatchIsALineAChange) {
+  client::WatchEvent event;
+  event.revision = 9;
+  event.time = absl::UnixEpoch();
+  event.changes.resize(2);
+  event.changes[0] = {.kind = ChangeKind::kEnter,
+                      .layer = "objects",
+                      .object_id = 4,
+                      .object = Object(4, "cup", {2, 0})};
+  event.changes[1] = {.kind = ChangeKind::kRemove, .layer = "objects", .object_id = 5};
+  EXPECT_EQ(Shown(event),
+            "9  1970-01-01 00:00:00.000Z  objects  enter  cup (id 4), existence 0.88 at (2.5, "
+            "0.25)\n"
+            "9  1970-01-01 00:00:00.000Z  objects  remove  object 5\n");
+}
+
 TEST(GridSummaryTest, NamesTheValuesOfTheKind) {
   GridSummary seen({"seen",
                     LayerKind::kExploration,

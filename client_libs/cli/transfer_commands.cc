@@ -8,9 +8,11 @@
 
 #include "absl/status/status.h"
 #include "client_libs/cli/commands.h"
+#include "client_libs/cli/feature_edits.h"
 #include "client_libs/cli/file_formats.h"
 #include "client_libs/cli/file_io.h"
 #include "client_libs/cli/nav2_files.h"
+#include "client_libs/cli/validators.h"
 
 namespace hypermap::cli {
 namespace {
@@ -21,6 +23,14 @@ struct ImportCommand {
   std::string format_name;
   client::FileFormat format = client::FileFormat::kGeoJson;
   client::ImportOptions options;
+};
+
+struct EditCommand {
+  std::string path;
+  std::string map;
+  std::string layer;
+  std::string time_to_live;
+  EditConditions conditions;
 };
 
 struct ExportCommand {
@@ -53,6 +63,33 @@ absl::Status Import(const ImportCommand& command, Session& s) {
   const auto answer = s.client.ImportMap(command.map, command.format, *files, command.options);
   if (!answer.ok()) return answer.status();
   s.output.Show(*answer);
+  return absl::OkStatus();
+}
+
+// An edit that the server reads from the file as it is.
+absl::Status EditByFile(const EditCommand& command, Session& s) {
+  ImportCommand import;
+  import.path = command.path;
+  import.map = command.map;
+  import.options.layer = command.layer;
+  import.options.create_map = false;
+  return Import(import, s);
+}
+
+absl::Status EditOnConditions(const EditCommand& command, Session& s) {
+  const absl::StatusOr<std::string> data = ReadFile(command.path);
+  if (!data.ok()) return data.status();
+  const absl::StatusOr<client::MapEntry> map = s.client.GetMap(command.map);
+  if (!map.ok()) return map.status();
+  const absl::StatusOr<client::LayerEntry> layer = s.client.GetLayer(command.map, command.layer);
+  if (!layer.ok()) return layer.status();
+  absl::StatusOr<FeatureEdits> edits =
+      ReadFeatureEdits(*data, layer->spec, map->frame_id, command.conditions);
+  if (!edits.ok()) return edits.status();
+  const absl::StatusOr<client::EditAnswer> answer = s.client.ApplyEdits(command.map, edits->batch);
+  if (!answer.ok()) return answer.status();
+  s.output.Show(client::ImportAnswer{
+      command.map, answer->revision, {command.layer}, std::move(edits->repairs)});
   return absl::OkStatus();
 }
 
@@ -119,15 +156,31 @@ void AddImport(CLI::App& app, Command& selected) {
 }  // namespace
 
 void AddEdit(CLI::App& app, Command& selected) {
-  auto command = std::make_shared<ImportCommand>();
-  command->options.create_map = false;
+  auto command = std::make_shared<EditCommand>();
   CLI::App* edit = app.add_subcommand(
       "edit", "Change a layer by the features of a GeoJSON file: all of them or none");
   edit->add_option("map", command->map, "Name of the map")->required()->type_name("MAP");
   edit->add_option("file", command->path, "The GeoJSON file")->required()->type_name("FILE");
-  edit->add_option("--layer", command->options.layer, "The layer to change")->required();
-  edit->callback(
-      [&selected, command] { selected = [command](Session& s) { return Import(*command, s); }; });
+  edit->add_option("--layer", command->layer, "The layer to change")->required();
+  edit->add_option("--ttl", command->time_to_live,
+                   "The objects that are put leave the map after this time (30s, 2m)")
+      ->type_name("DURATION")
+      ->check(IsTimeout());
+  edit->add_option("--if_version,--if-version", command->conditions.if_version,
+                   "Only when each object that is replaced or deleted has this version")
+      ->type_name("REVISION");
+  edit->add_option("--if_layer_version,--if-layer-version", command->conditions.if_layer_version,
+                   "Only when the layer has this version")
+      ->type_name("REVISION");
+  edit->callback([&selected, command] {
+    absl::Duration time_to_live;
+    if (absl::ParseDuration(command->time_to_live, &time_to_live)) {
+      command->conditions.time_to_live = time_to_live;
+    }
+    selected = [command](Session& s) {
+      return command->conditions.any() ? EditOnConditions(*command, s) : EditByFile(*command, s);
+    };
+  });
 }
 
 void AddExport(CLI::App& app, Command& selected) {

@@ -5,6 +5,7 @@
 #include "absl/status/statusor.h"
 #include "absl/strings/str_cat.h"
 #include "absl/time/time.h"
+#include "client_libs/cli/as_of.h"
 #include "client_libs/cli/coordinates.h"
 #include "map/layers/layer_spec.h"
 
@@ -60,6 +61,10 @@ CLI::Validator IsTimeout() {
                    : absl::StrCat("\"", text, "\" is not a duration such as 1.5s or 2m");
       },
       "");
+}
+
+CLI::Validator IsAsOf() {
+  return CLI::Validator([](std::string& text) { return Problem(ParseAsOf(text)); }, "");
 }
 
 }  // namespace hypermap::cli

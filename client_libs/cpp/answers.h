@@ -14,6 +14,7 @@
 #include "map/layers/layer_spec.h"
 #include "map/layers/semantic_object.h"
 #include "map/snapshot.h"
+#include "map/watch/told_change.h"
 
 namespace hypermap::client {
 
@@ -35,6 +36,8 @@ struct LayerEntry {
   int64_t size = 0;
   // The box of all cells ever written; absent while there are none, and for semantic layers.
   std::optional<CellBox> extent;
+  // The newest revision that changed it or its content.
+  Revision version = 0;
 };
 
 struct LayerList {
@@ -127,6 +130,35 @@ struct NearestAnswer {
   std::string frame_id;
   std::vector<NearestMatch> matches;   // nearest first
   std::vector<LayerRefusal> refusals;  // layers that can't answer
+};
+
+// What a map is told to have changed in. Objects and cells in the frame that was asked for.
+struct MapChange {
+  ChangeKind kind = ChangeKind::kPut;
+  std::string layer;
+  ObjectId object_id = 0;                       // of objects
+  std::optional<SemanticObject> object;         // kPut, kEnter: as it is now
+  std::optional<SemanticObject> object_before;  // of a difference: as it was
+  // kCells: those that are not as they were, by row and column.
+  std::optional<GridGeometry> grid;
+  std::vector<CellRun> cells;
+  std::vector<CellRun> cells_before;        // of a difference: the same cells as they were
+  std::optional<LayerEntry> layer_now;      // kLayerCreated, kLayerChanged
+  std::optional<FrameTransform> transform;  // kTransform
+};
+
+struct RevisionEntry {
+  Revision revision = 0;
+  absl::Time time;
+  std::string author;
+  int64_t num_changes = 0;
+};
+
+struct RevisionList {
+  std::string map;
+  Revision newest = 0;
+  Revision oldest = 0;  // that can be asked for
+  std::vector<RevisionEntry> revisions;
 };
 
 }  // namespace hypermap::client

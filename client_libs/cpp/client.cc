@@ -143,6 +143,7 @@ absl::StatusOr<EditAnswer> Client::ApplyEdits(const std::string& map, const Edit
   v1::ApplyEditsRequest request;
   request.set_map(map);
   request.set_request_id(RequestIdOf(options));
+  wire::EncodeLayerVersions(batch.if_layers, request.mutable_if_layers());
   for (const Edit& edit : batch.edits) {
     const absl::Status status = wire::EncodeEdit(edit, request.add_edits());
     if (!status.ok()) return status;

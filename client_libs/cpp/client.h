@@ -7,9 +7,9 @@
 //   while (std::optional<LayerPart> part = chairs.Next()) Show(*part);
 //   if (!chairs.status().ok()) return chairs.status();
 //
-// Errors are the server's own, with its code and message; UNAVAILABLE when no server is reached,
-// DEADLINE_EXCEEDED past the timeout, INTERNAL for an answer that can't be understood. What is
-// wrong with a request is for the server to say.
+// Errors are the server's own, with its code and message; UNAVAILABLE when no server is reached for
+// ClientOptions::retry_for, DEADLINE_EXCEEDED past the timeout, INTERNAL for an answer that can't
+// be understood. What is wrong with a request is for the server to say.
 #ifndef HYPERMAP_CLIENT_LIBS_CPP_CLIENT_H_
 #define HYPERMAP_CLIENT_LIBS_CPP_CLIENT_H_
 
@@ -25,7 +25,9 @@
 #include "client_libs/cpp/ingest_answers.h"
 #include "client_libs/cpp/observe_stream.h"
 #include "client_libs/cpp/readers.h"
+#include "client_libs/cpp/watch.h"
 #include "map/edits/edit.h"
+#include "map/query/as_of.h"
 #include "map/query/query.h"
 
 namespace hypermap::client {
@@ -33,14 +35,28 @@ namespace hypermap::client {
 struct ClientOptions {
   // The time a call may take, with all parts of its answer.
   absl::Duration timeout = absl::Seconds(60);
+  // How long a call is tried again, after growing pauses, while it finds the server UNAVAILABLE. A
+  // mutation is carried out once all the same, by its request_id; an answer that has begun to
+  // arrive, and a stream of observations, are not tried again. Zero: not at all.
+  absl::Duration retry_for = absl::Seconds(30);
 };
 
 struct CallOptions {
   // In place of the client's.
-  std::optional<absl::Duration> timeout;
+  std::optional<absl::Duration> timeout = std::nullopt;
   // Of a mutation: the server carries out each id once and repeats its answer. Empty: a new id.
   // Keep one of your own (NewRequestId) to send a call again whose answer was lost.
-  std::string request_id;
+  std::string request_id = {};
+  // Of a query: the revision it is asked of.
+  AsOf as_of = {};
+};
+
+// Which revisions to list.
+struct RevisionPage {
+  Revision after = 0;   // exclusive
+  Revision before = 0;  // exclusive; 0: up to the newest
+  int size = 0;         // at most so many; 0: as many as the server likes
+  bool newest_first = false;
 };
 
 // 128 random bits as 32 hex digits.
@@ -124,6 +140,16 @@ class Client {
   // with INVALID_ARGUMENT.
   absl::StatusOr<EditAnswer> ApplyEdits(const std::string& map, const EditBatch& batch,
                                         const CallOptions& options = {});
+
+  // Follows the changes of a map. `options.timeout` is of the whole watch; absent: none.
+  Watcher Watch(const std::string& map, const WatchOptions& watch_options = {},
+                const CallOptions& options = {});
+  // What is not at revision `to` as it was at `from`. Absent `to`: the newest.
+  ChangeReader ListChanges(const std::string& map, Revision from,
+                           std::optional<Revision> to = std::nullopt, const Scope& scope = {},
+                           const CallOptions& options = {});
+  absl::StatusOr<RevisionList> ListRevisions(const std::string& map, const RevisionPage& page = {},
+                                             const CallOptions& options = {});
 
   // Opens a stream of observations to a semantic layer, which becomes a fused one. Waits for the
   // server's answer to the opening. `options.timeout` is of the whole stream; absent: none.

@@ -75,7 +75,8 @@ TEST(ClientTest, ErrorsAreTheServersOwn) {
 TEST(ClientTest, NoServerIsUnavailable) {
   std::string address;
   { address = ScriptedServer({}).address(); }
-  EXPECT_EQ(Client(address).ListMaps().status().code(), absl::StatusCode::kUnavailable);
+  Client client(address, {.retry_for = absl::ZeroDuration()});
+  EXPECT_EQ(client.ListMaps().status().code(), absl::StatusCode::kUnavailable);
 }
 
 TEST(ClientTest, AnAnswerThatMakesNoSenseIsAnInternalError) {
@@ -209,6 +210,41 @@ TEST(RequestIdTest, OneOfTheCallersOwnIsSentAsItIs) {
   ASSERT_TRUE(client.ApplyEdits("office", {{DeleteObject{"objects", 3}}}, options).ok());
   ASSERT_TRUE(client.ApplyEdits("office", {{DeleteObject{"objects", 3}}}, options).ok());
   EXPECT_THAT(server.RequestIds(), ElementsAre("shift-17/edit-4", "shift-17/edit-4"));
+}
+
+TEST(ApplyEditsTest, WantedVersionsAreSent) {
+  ScriptedServer server({});
+  PutObject put{"objects", {}, ""};
+  put.object.label = "chair";
+  put.object.polygon = UnitSquare();
+  put.if_version = 4;
+  put.time_to_live = absl::Milliseconds(1500);
+  const EditBatch batch{{put, DeleteObject{"objects", 3, 7}}, {{"objects", 9}}, {}};
+  ASSERT_TRUE(Client(server.address()).ApplyEdits("office", batch).ok());
+  const std::vector<std::string> requests = server.Requests();
+  ASSERT_THAT(requests, SizeIs(1));
+  EXPECT_THAT(requests[0], HasSubstr("if_version: 4 time_to_live { seconds: 1 nanos: 500000000 }"));
+  EXPECT_THAT(requests[0], HasSubstr("delete_object { layer: \"objects\" id: 3 if_version: 7 }"));
+  EXPECT_THAT(requests[0], HasSubstr("if_layers { layer: \"objects\" version: 9 }"));
+}
+
+TEST(QueryTest, EveryQuestionCanBeOfThePast) {
+  ScriptedServer server({});
+  Client client(server.address());
+  CallOptions options;
+  options.as_of = {.revision = 5, .min_revision = 7};
+  (void)client.QueryPoint("office", {1, 2}, {}, options);
+  (void)client.QueryNearest("office", {1, 2}, "chair", 1, {}, options);
+  client.QueryArea("office", UnitSquare(), {}, options).Next();
+  client.QueryValue("office", "chair", {}, {}, options).Next();
+  options.as_of = {.time = absl::FromUnixSeconds(60)};
+  (void)client.QueryPoint("office", {1, 2}, {}, options);
+  const std::vector<std::string> requests = server.Requests();
+  ASSERT_THAT(requests, SizeIs(5));
+  for (int i = 0; i < 4; ++i) {
+    EXPECT_THAT(requests[i], HasSubstr("at_revision: 5 min_revision: 7"));
+  }
+  EXPECT_THAT(requests[4], HasSubstr("at_time { seconds: 60 }"));
 }
 
 TEST(ApplyEditsTest, StructuralEditsAreRefused) {

@@ -4,20 +4,39 @@
 
 #include <grpcpp/grpcpp.h>
 
+#include <algorithm>
 #include <memory>
 #include <string>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/strings/str_cat.h"
+#include "absl/time/clock.h"
+#include "client_libs/cpp/backoff.h"
 #include "client_libs/cpp/client.h"
 #include "hypermap/v1/catalog_service.grpc.pb.h"
 #include "hypermap/v1/edit_service.grpc.pb.h"
 #include "hypermap/v1/ingest_service.grpc.pb.h"
 #include "hypermap/v1/query_service.grpc.pb.h"
+#include "hypermap/v1/watch_service.grpc.pb.h"
 #include "wire/status.h"
 
 namespace hypermap::client {
+
+// The tries of one call.
+class Retries {
+ public:
+  // Until `retry_for` has passed from now, or `deadline`.
+  Retries(absl::Duration retry_for, absl::Time deadline)
+      : until_(std::min(absl::Now() + retry_for, deadline)) {}
+
+  // After a try that ended with `status`: whether to try again; waits the pause before that.
+  bool ShallTryAgain(const grpc::Status& status);
+
+ private:
+  absl::Time until_;
+  Backoff backoff_;
+};
 
 // Thread safe.
 class Connection {
@@ -28,9 +47,14 @@ class Connection {
   v1::QueryService::Stub& query() { return *query_; }
   v1::EditService::Stub& edit() { return *edit_; }
   v1::IngestService::Stub& ingest() { return *ingest_; }
+  v1::WatchService::Stub& watch() { return *watch_; }
 
-  // For one call, with its deadline.
-  std::unique_ptr<grpc::ClientContext> NewContext(const CallOptions& options) const;
+  const ClientOptions& options() const { return options_; }
+
+  // When a call that begins now is over. A call keeps it over all its tries.
+  absl::Time DeadlineOf(const CallOptions& options) const;
+  // For one try.
+  static std::unique_ptr<grpc::ClientContext> NewContext(absl::Time deadline);
 
   // A call with one request and one answer.
   template <typename Stub, typename Request, typename Response>
@@ -38,11 +62,15 @@ class Connection {
                                 grpc::Status (Stub::*method)(grpc::ClientContext*, const Request&,
                                                              Response*),
                                 const Request& request, const CallOptions& options) const {
-    const std::unique_ptr<grpc::ClientContext> context = NewContext(options);
-    Response response;
-    const grpc::Status status = (stub.*method)(context.get(), request, &response);
-    if (!status.ok()) return wire::DecodeStatus(status);
-    return response;
+    const absl::Time deadline = DeadlineOf(options);
+    Retries retries(options_.retry_for, deadline);
+    while (true) {
+      const std::unique_ptr<grpc::ClientContext> context = NewContext(deadline);
+      Response response;
+      const grpc::Status status = (stub.*method)(context.get(), request, &response);
+      if (status.ok()) return response;
+      if (!retries.ShallTryAgain(status)) return wire::DecodeStatus(status);
+    }
   }
 
  private:
@@ -51,6 +79,7 @@ class Connection {
   std::unique_ptr<v1::QueryService::Stub> query_;
   std::unique_ptr<v1::EditService::Stub> edit_;
   std::unique_ptr<v1::IngestService::Stub> ingest_;
+  std::unique_ptr<v1::WatchService::Stub> watch_;
 };
 
 // The id that a mutation is sent with.

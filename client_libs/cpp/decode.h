@@ -7,6 +7,7 @@
 #include "client_libs/cpp/answers.h"
 #include "hypermap/v1/catalog_service.pb.h"
 #include "hypermap/v1/query_service.pb.h"
+#include "hypermap/v1/watch_service.pb.h"
 
 namespace hypermap::client {
 
@@ -17,6 +18,8 @@ absl::StatusOr<TransformList> DecodeTransformList(const v1::ListTransformsRespon
 absl::StatusOr<PointAnswer> DecodePointAnswer(const v1::QueryPointResponse& message);
 absl::StatusOr<LayerPart> DecodeLayerPart(const v1::LayerPart& message);
 absl::StatusOr<NearestAnswer> DecodeNearestAnswer(const v1::QueryNearestResponse& message);
+absl::StatusOr<MapChange> DecodeChange(const v1::Change& message);
+RevisionList DecodeRevisionList(const v1::ListRevisionsResponse& message);
 
 }  // namespace hypermap::client
 

@@ -41,52 +41,26 @@ bool SendFile(const NamedFile& file, grpc::ClientWriter<v1::ImportMapRequest>& w
   return true;
 }
 
-absl::StatusOr<std::string> TakeBytes(v1::BackupMapResponse message) {
-  return std::move(*message.mutable_data());
-}
-
-}  // namespace
-
-absl::StatusOr<ImportAnswer> Client::ImportMap(const std::string& map, FileFormat format,
-                                               const std::vector<NamedFile>& files,
-                                               const ImportOptions& import_options,
-                                               const CallOptions& options) {
-  const std::unique_ptr<grpc::ClientContext> context = connection_->NewContext(options);
-  v1::ImportMapResponse response;
+// One try of an import.
+grpc::Status SendFiles(v1::CatalogService::Stub& catalog, absl::Time deadline,
+                       const v1::ImportMapRequest& first, const std::vector<NamedFile>& files,
+                       v1::ImportMapResponse* response) {
+  const std::unique_ptr<grpc::ClientContext> context = Connection::NewContext(deadline);
+  response->Clear();
   const std::unique_ptr<grpc::ClientWriter<v1::ImportMapRequest>> writer =
-      connection_->catalog().ImportMap(context.get(), &response);
-
-  v1::ImportMapRequest first;
-  v1::ImportHeader& header = *first.mutable_header();
-  header.set_map(map);
-  header.set_format(EncodeFileFormat(format));
-  header.set_layer(import_options.layer);
-  header.set_frame_id(import_options.frame_id);
-  header.set_create_map(import_options.create_map);
-  header.set_request_id(RequestIdOf(options));
+      catalog.ImportMap(context.get(), response);
   bool sending = writer->Write(first);
   for (size_t i = 0; sending && i < files.size(); ++i) sending = SendFile(files[i], *writer);
   writer->WritesDone();
-  const grpc::Status status = writer->Finish();
-  if (!status.ok()) return wire::DecodeStatus(status);
-  return ImportAnswer{response.map(),
-                      response.revision(),
-                      {response.layers().begin(), response.layers().end()},
-                      {response.repairs().begin(), response.repairs().end()}};
+  return writer->Finish();
 }
 
-absl::StatusOr<ExportAnswer> Client::ExportMap(const std::string& map, FileFormat format,
-                                               const ExportOptions& export_options,
-                                               const CallOptions& options) {
-  v1::ExportMapRequest request;
-  request.set_map(map);
-  request.set_format(EncodeFileFormat(format));
-  request.mutable_layers()->Assign(export_options.layers.begin(), export_options.layers.end());
-  request.set_image_format(export_options.image == ImageFormat::kPng ? "png" : "pgm");
-  const std::unique_ptr<grpc::ClientContext> context = connection_->NewContext(options);
-  const auto reader = connection_->catalog().ExportMap(context.get(), request);
-
-  ExportAnswer answer;
+// One try of an export.
+grpc::Status ReceiveFiles(v1::CatalogService::Stub& catalog, absl::Time deadline,
+                          const v1::ExportMapRequest& request, ExportAnswer& answer) {
+  const std::unique_ptr<grpc::ClientContext> context = Connection::NewContext(deadline);
+  const auto reader = catalog.ExportMap(context.get(), request);
+  answer = {};
   v1::ExportMapResponse message;
   while (reader->Read(&message)) {
     if (message.has_header()) {
@@ -102,7 +76,57 @@ absl::StatusOr<ExportAnswer> Client::ExportMap(const std::string& map, FileForma
       answer.files.back().data += chunk.data();
     }
   }
-  const grpc::Status status = reader->Finish();
+  return reader->Finish();
+}
+
+absl::StatusOr<std::string> TakeBytes(v1::BackupMapResponse message) {
+  return std::move(*message.mutable_data());
+}
+
+}  // namespace
+
+absl::StatusOr<ImportAnswer> Client::ImportMap(const std::string& map, FileFormat format,
+                                               const std::vector<NamedFile>& files,
+                                               const ImportOptions& import_options,
+                                               const CallOptions& options) {
+  v1::ImportMapRequest first;
+  v1::ImportHeader& header = *first.mutable_header();
+  header.set_map(map);
+  header.set_format(EncodeFileFormat(format));
+  header.set_layer(import_options.layer);
+  header.set_frame_id(import_options.frame_id);
+  header.set_create_map(import_options.create_map);
+  header.set_request_id(RequestIdOf(options));
+
+  const absl::Time deadline = connection_->DeadlineOf(options);
+  Retries retries(connection_->options().retry_for, deadline);
+  v1::ImportMapResponse response;
+  grpc::Status status = SendFiles(connection_->catalog(), deadline, first, files, &response);
+  while (retries.ShallTryAgain(status)) {
+    status = SendFiles(connection_->catalog(), deadline, first, files, &response);
+  }
+  if (!status.ok()) return wire::DecodeStatus(status);
+  return ImportAnswer{response.map(),
+                      response.revision(),
+                      {response.layers().begin(), response.layers().end()},
+                      {response.repairs().begin(), response.repairs().end()}};
+}
+
+absl::StatusOr<ExportAnswer> Client::ExportMap(const std::string& map, FileFormat format,
+                                               const ExportOptions& export_options,
+                                               const CallOptions& options) {
+  v1::ExportMapRequest request;
+  request.set_map(map);
+  request.set_format(EncodeFileFormat(format));
+  request.mutable_layers()->Assign(export_options.layers.begin(), export_options.layers.end());
+  request.set_image_format(export_options.image == ImageFormat::kPng ? "png" : "pgm");
+  const absl::Time deadline = connection_->DeadlineOf(options);
+  Retries retries(connection_->options().retry_for, deadline);
+  ExportAnswer answer;
+  grpc::Status status = ReceiveFiles(connection_->catalog(), deadline, request, answer);
+  while (retries.ShallTryAgain(status)) {
+    status = ReceiveFiles(connection_->catalog(), deadline, request, answer);
+  }
   if (!status.ok()) return wire::DecodeStatus(status);
   return answer;
 }
@@ -110,10 +134,9 @@ absl::StatusOr<ExportAnswer> Client::ExportMap(const std::string& map, FileForma
 ByteReader Client::BackupMap(const std::string& map, const CallOptions& options) {
   v1::BackupMapRequest request;
   request.set_map(map);
-  auto context = connection_->NewContext(options);
-  auto reader = connection_->catalog().BackupMap(context.get(), request);
-  return ByteReader(std::make_unique<GrpcSource<v1::BackupMapResponse, std::string>>(
-      connection_, std::move(context), std::move(reader), &TakeBytes));
+  return ByteReader(MakeGrpcSource(connection_, connection_->catalog(),
+                                   &v1::CatalogService::Stub::BackupMap, std::move(request),
+                                   options, &TakeBytes));
 }
 
 }  // namespace hypermap::client

@@ -4,6 +4,7 @@
 
 #include <grpcpp/grpcpp.h>
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <utility>
@@ -16,18 +17,29 @@
 
 namespace hypermap::client {
 
-// Decodes each Message of a call into a Part. Keeps the connection alive.
+// A server streaming rpc of a stub.
+template <typename Stub, typename Request, typename Message>
+using OpenStream = std::unique_ptr<grpc::ClientReader<Message>> (Stub::*)(grpc::ClientContext*,
+                                                                          const Request&);
+
+// Decodes each Message of a call into a Part. A call that finds no server is opened again. Keeps
+// the connection alive.
 template <typename Message, typename Part>
 class GrpcSource : public PartSource<Part> {
  public:
+  using Open =
+      std::function<std::unique_ptr<grpc::ClientReader<Message>>(grpc::ClientContext* context)>;
   using Decode = absl::StatusOr<Part> (*)(Message message);
 
-  GrpcSource(std::shared_ptr<Connection> connection, std::unique_ptr<grpc::ClientContext> context,
-             std::unique_ptr<grpc::ClientReader<Message>> reader, Decode decode)
+  GrpcSource(std::shared_ptr<Connection> connection, Open open, const CallOptions& options,
+             Decode decode)
       : connection_(std::move(connection)),
-        context_(std::move(context)),
-        reader_(std::move(reader)),
-        decode_(decode) {}
+        open_(std::move(open)),
+        deadline_(connection_->DeadlineOf(options)),
+        retries_(connection_->options().retry_for, deadline_),
+        decode_(decode) {
+    OpenCall();
+  }
 
   ~GrpcSource() override {
     if (!finished_) Cancel();
@@ -36,10 +48,15 @@ class GrpcSource : public PartSource<Part> {
   std::optional<Part> Next() override {
     if (finished_) return std::nullopt;
     Message message;
-    if (!reader_->Read(&message)) {
-      Finish();
-      return std::nullopt;
+    while (!reader_->Read(&message)) {
+      const grpc::Status status = reader_->Finish();
+      if (begun_ || !retries_.ShallTryAgain(status)) {
+        Finish(status);
+        return std::nullopt;
+      }
+      OpenCall();
     }
+    begun_ = true;
     absl::StatusOr<Part> part = decode_(std::move(message));
     if (!part.ok()) {
       Cancel();
@@ -52,8 +69,14 @@ class GrpcSource : public PartSource<Part> {
   const absl::Status& status() const override { return status_; }
 
  private:
-  void Finish() {
-    status_ = wire::DecodeStatus(reader_->Finish());
+  void OpenCall() {
+    reader_.reset();
+    context_ = Connection::NewContext(deadline_);
+    reader_ = open_(context_.get());
+  }
+
+  void Finish(const grpc::Status& status) {
+    status_ = wire::DecodeStatus(status);
     finished_ = true;
   }
 
@@ -63,16 +86,33 @@ class GrpcSource : public PartSource<Part> {
     Message ignored;
     while (reader_->Read(&ignored)) {
     }
-    Finish();
+    Finish(reader_->Finish());
   }
 
   std::shared_ptr<Connection> connection_;
+  const Open open_;
+  const absl::Time deadline_;
+  Retries retries_;
   std::unique_ptr<grpc::ClientContext> context_;
   std::unique_ptr<grpc::ClientReader<Message>> reader_;
   Decode decode_;
+  bool begun_ = false;
   bool finished_ = false;
   absl::Status status_;
 };
+
+template <typename Stub, typename Request, typename Message, typename Part>
+std::unique_ptr<PartSource<Part>> MakeGrpcSource(std::shared_ptr<Connection> connection, Stub& stub,
+                                                 OpenStream<Stub, Request, Message> open,
+                                                 Request request, const CallOptions& options,
+                                                 absl::StatusOr<Part> (*decode)(Message message)) {
+  return std::make_unique<GrpcSource<Message, Part>>(
+      std::move(connection),
+      [&stub, open, request = std::move(request)](grpc::ClientContext* context) {
+        return (stub.*open)(context, request);
+      },
+      options, decode);
+}
 
 }  // namespace hypermap::client
 

@@ -192,7 +192,7 @@ absl::StatusOr<std::unique_ptr<ObserveStream>> Client::Observe(
   opening.set_robot(observe_options.robot);
   CallOptions of_stream = options;
   of_stream.timeout = options.timeout.value_or(absl::InfiniteDuration());
-  auto context = connection_->NewContext(of_stream);
+  auto context = Connection::NewContext(connection_->DeadlineOf(of_stream));
   auto stream = connection_->ingest().Observe(context.get());
   auto call =
       std::make_unique<ObserveStream::Call>(connection_, std::move(context), std::move(stream));

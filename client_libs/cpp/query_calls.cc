@@ -7,6 +7,7 @@
 #include "client_libs/cpp/decode.h"
 #include "client_libs/cpp/grpc_source.h"
 #include "wire/answer.h"
+#include "wire/as_of.h"
 #include "wire/geometry.h"
 
 namespace hypermap::client {
@@ -20,12 +21,13 @@ absl::StatusOr<AnswerReader::RevisedPart> DecodeRevisedPart(Message message) {
   return AnswerReader::RevisedPart{message.revision(), *std::move(part)};
 }
 
-template <typename Message>
+template <typename Request, typename Message>
 AnswerReader MakeAnswerReader(std::shared_ptr<Connection> connection,
-                              std::unique_ptr<grpc::ClientContext> context,
-                              std::unique_ptr<grpc::ClientReader<Message>> reader) {
-  return AnswerReader(std::make_unique<GrpcSource<Message, AnswerReader::RevisedPart>>(
-      std::move(connection), std::move(context), std::move(reader), &DecodeRevisedPart<Message>));
+                              OpenStream<v1::QueryService::Stub, Request, Message> open,
+                              Request request, const CallOptions& options) {
+  v1::QueryService::Stub& stub = connection->query();
+  return AnswerReader(MakeGrpcSource(std::move(connection), stub, open, std::move(request), options,
+                                     &DecodeRevisedPart<Message>));
 }
 
 }  // namespace
@@ -35,6 +37,7 @@ absl::StatusOr<PointAnswer> Client::QueryPoint(const std::string& map, const Poi
   v1::QueryPointRequest request;
   request.set_map(map);
   wire::EncodeScope(scope, &request);
+  wire::EncodeAsOf(options.as_of, &request);
   wire::EncodePoint(p, request.mutable_point());
   const auto response = connection_->Call(connection_->query(), &v1::QueryService::Stub::QueryPoint,
                                           request, options);
@@ -49,10 +52,10 @@ AnswerReader Client::QueryArea(const std::string& map, const Polygon& area, cons
   v1::QueryAreaRequest request;
   request.set_map(map);
   wire::EncodeScope(scope, &request);
+  wire::EncodeAsOf(options.as_of, &request);
   wire::EncodePolygon(area, request.mutable_area());
-  auto context = connection_->NewContext(options);
-  auto reader = connection_->query().QueryArea(context.get(), request);
-  return MakeAnswerReader(connection_, std::move(context), std::move(reader));
+  return MakeAnswerReader(connection_, &v1::QueryService::Stub::QueryArea, std::move(request),
+                          options);
 }
 
 AnswerReader Client::QueryValue(const std::string& map, const std::string& value,
@@ -61,11 +64,11 @@ AnswerReader Client::QueryValue(const std::string& map, const std::string& value
   v1::QueryValueRequest request;
   request.set_map(map);
   wire::EncodeScope(scope, &request);
+  wire::EncodeAsOf(options.as_of, &request);
   request.set_value(value);
   if (area.has_value()) wire::EncodePolygon(*area, request.mutable_area());
-  auto context = connection_->NewContext(options);
-  auto reader = connection_->query().QueryValue(context.get(), request);
-  return MakeAnswerReader(connection_, std::move(context), std::move(reader));
+  return MakeAnswerReader(connection_, &v1::QueryService::Stub::QueryValue, std::move(request),
+                          options);
 }
 
 absl::StatusOr<NearestAnswer> Client::QueryNearest(const std::string& map, const Point& p,
@@ -74,6 +77,7 @@ absl::StatusOr<NearestAnswer> Client::QueryNearest(const std::string& map, const
   v1::QueryNearestRequest request;
   request.set_map(map);
   wire::EncodeScope(scope, &request);
+  wire::EncodeAsOf(options.as_of, &request);
   wire::EncodePoint(p, request.mutable_point());
   request.set_value(value);
   request.set_k(k);

@@ -3,12 +3,16 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "absl/time/clock.h"
 #include "hypermap/v1/catalog_service.grpc.pb.h"
 #include "hypermap/v1/edit_service.grpc.pb.h"
 #include "hypermap/v1/query_service.grpc.pb.h"
+#include "hypermap/v1/watch_service.grpc.pb.h"
 
 namespace hypermap::client {
 namespace {
+
+const grpc::Status kOutage(grpc::StatusCode::UNAVAILABLE, "outage");
 
 template <typename Message>
 std::string TakeRequestId(Message& message) {
@@ -23,11 +27,12 @@ std::string TakeRequestId(Message& message) {
 }  // namespace
 
 template <typename Request>
-void ScriptedServer::Note(const char* rpc, Request request) {
+bool ScriptedServer::Note(const char* rpc, Request request) {
   const absl::MutexLock lock(&mutex_);
   if (std::string id = TakeRequestId(request); !id.empty()) request_ids_.push_back(std::move(id));
   std::string content = request.ShortDebugString();
   requests_.push_back(content.empty() ? rpc : absl::StrCat(rpc, " ", content));
+  return static_cast<int>(requests_.size()) <= script_.outage;
 }
 
 template <typename Message>
@@ -52,30 +57,36 @@ class ScriptedServer::Catalog : public v1::CatalogService::Service {
 
   grpc::Status CreateMap(grpc::ServerContext*, const v1::CreateMapRequest* request,
                          v1::CreateMapResponse* response) override {
-    server_.Note("CreateMap", *request);
+    if (server_.Note("CreateMap", *request)) return kOutage;
+    response->mutable_map()->set_name(request->map());
+    return server_.script_.status;
+  }
+  grpc::Status GetMap(grpc::ServerContext*, const v1::GetMapRequest* request,
+                      v1::GetMapResponse* response) override {
+    if (server_.Note("GetMap", *request)) return kOutage;
     response->mutable_map()->set_name(request->map());
     return server_.script_.status;
   }
   grpc::Status ListMaps(grpc::ServerContext*, const v1::ListMapsRequest* request,
                         v1::ListMapsResponse* response) override {
-    server_.Note("ListMaps", *request);
+    if (server_.Note("ListMaps", *request)) return kOutage;
     *response = server_.script_.maps;
     return server_.script_.status;
   }
   grpc::Status DeleteMap(grpc::ServerContext*, const v1::DeleteMapRequest* request,
                          v1::DeleteMapResponse*) override {
-    server_.Note("DeleteMap", *request);
+    if (server_.Note("DeleteMap", *request)) return kOutage;
     return server_.script_.status;
   }
   grpc::Status CreateLayer(grpc::ServerContext*, const v1::CreateLayerRequest* request,
                            v1::CreateLayerResponse* response) override {
-    server_.Note("CreateLayer", *request);
+    if (server_.Note("CreateLayer", *request)) return kOutage;
     response->set_revision(server_.script_.revision);
     return server_.script_.status;
   }
   grpc::Status GetLayer(grpc::ServerContext*, const v1::GetLayerRequest* request,
                         v1::GetLayerResponse* response) override {
-    server_.Note("GetLayer", *request);
+    if (server_.Note("GetLayer", *request)) return kOutage;
     for (const v1::Layer& layer : server_.script_.layers.layers()) {
       if (layer.name() == request->layer()) *response->mutable_layer() = layer;
     }
@@ -83,31 +94,32 @@ class ScriptedServer::Catalog : public v1::CatalogService::Service {
   }
   grpc::Status ListLayers(grpc::ServerContext*, const v1::ListLayersRequest* request,
                           v1::ListLayersResponse* response) override {
-    server_.Note("ListLayers", *request);
+    if (server_.Note("ListLayers", *request)) return kOutage;
     *response = server_.script_.layers;
     return server_.script_.status;
   }
   grpc::Status DeleteLayer(grpc::ServerContext*, const v1::DeleteLayerRequest* request,
                            v1::DeleteLayerResponse* response) override {
-    server_.Note("DeleteLayer", *request);
+    if (server_.Note("DeleteLayer", *request)) return kOutage;
     response->set_revision(server_.script_.revision);
     return server_.script_.status;
   }
   grpc::Status SetTransform(grpc::ServerContext*, const v1::SetTransformRequest* request,
                             v1::SetTransformResponse* response) override {
-    server_.Note("SetTransform", *request);
+    if (server_.Note("SetTransform", *request)) return kOutage;
     response->set_revision(server_.script_.revision);
     return server_.script_.status;
   }
   grpc::Status ListTransforms(grpc::ServerContext*, const v1::ListTransformsRequest* request,
                               v1::ListTransformsResponse* response) override {
-    server_.Note("ListTransforms", *request);
+    if (server_.Note("ListTransforms", *request)) return kOutage;
     *response = server_.script_.transforms;
     return server_.script_.status;
   }
 
   grpc::Status ImportMap(grpc::ServerContext*, grpc::ServerReader<v1::ImportMapRequest>* reader,
                          v1::ImportMapResponse* response) override {
+    bool out = false;
     v1::ImportMapRequest message;
     v1::FileChunk file;
     const auto end_file = [&] {
@@ -118,7 +130,7 @@ class ScriptedServer::Catalog : public v1::CatalogService::Service {
       server_.imported_data_ = file.data();
     };
     while (reader->Read(&message)) {
-      if (message.has_header()) server_.Note("ImportMap", message.header());
+      if (message.has_header()) out = server_.Note("ImportMap", message.header());
       if (!message.has_chunk()) continue;
       if (message.chunk().file_name() != file.file_name()) {
         end_file();
@@ -127,6 +139,7 @@ class ScriptedServer::Catalog : public v1::CatalogService::Service {
         file.mutable_data()->append(message.chunk().data());
       }
     }
+    if (out) return kOutage;
     end_file();
     *response = server_.script_.import;
     return server_.script_.status;
@@ -134,14 +147,14 @@ class ScriptedServer::Catalog : public v1::CatalogService::Service {
 
   grpc::Status ExportMap(grpc::ServerContext*, const v1::ExportMapRequest* request,
                          grpc::ServerWriter<v1::ExportMapResponse>* writer) override {
-    server_.Note("ExportMap", *request);
+    if (server_.Note("ExportMap", *request)) return kOutage;
     for (const v1::ExportMapResponse& part : server_.script_.export_parts) writer->Write(part);
     return server_.script_.status;
   }
 
   grpc::Status BackupMap(grpc::ServerContext*, const v1::BackupMapRequest* request,
                          grpc::ServerWriter<v1::BackupMapResponse>* writer) override {
-    server_.Note("BackupMap", *request);
+    if (server_.Note("BackupMap", *request)) return kOutage;
     for (const std::string& piece : server_.script_.backup_pieces) {
       v1::BackupMapResponse message;
       message.set_data(piece);
@@ -160,23 +173,23 @@ class ScriptedServer::Query : public v1::QueryService::Service {
 
   grpc::Status QueryPoint(grpc::ServerContext*, const v1::QueryPointRequest* request,
                           v1::QueryPointResponse* response) override {
-    server_.Note("QueryPoint", *request);
+    if (server_.Note("QueryPoint", *request)) return kOutage;
     *response = server_.script_.point;
     return server_.script_.status;
   }
   grpc::Status QueryArea(grpc::ServerContext* context, const v1::QueryAreaRequest* request,
                          grpc::ServerWriter<v1::QueryAreaResponse>* writer) override {
-    server_.Note("QueryArea", *request);
+    if (server_.Note("QueryArea", *request)) return kOutage;
     return server_.WriteParts(context, writer);
   }
   grpc::Status QueryValue(grpc::ServerContext* context, const v1::QueryValueRequest* request,
                           grpc::ServerWriter<v1::QueryValueResponse>* writer) override {
-    server_.Note("QueryValue", *request);
+    if (server_.Note("QueryValue", *request)) return kOutage;
     return server_.WriteParts(context, writer);
   }
   grpc::Status QueryNearest(grpc::ServerContext*, const v1::QueryNearestRequest* request,
                             v1::QueryNearestResponse* response) override {
-    server_.Note("QueryNearest", *request);
+    if (server_.Note("QueryNearest", *request)) return kOutage;
     *response = server_.script_.nearest;
     return server_.script_.status;
   }
@@ -191,8 +204,43 @@ class ScriptedServer::Edit : public v1::EditService::Service {
 
   grpc::Status ApplyEdits(grpc::ServerContext*, const v1::ApplyEditsRequest* request,
                           v1::ApplyEditsResponse* response) override {
-    server_.Note("ApplyEdits", *request);
+    if (server_.Note("ApplyEdits", *request)) return kOutage;
     *response = server_.script_.edits;
+    return server_.script_.status;
+  }
+
+ private:
+  ScriptedServer& server_;
+};
+
+class ScriptedServer::Watching : public v1::WatchService::Service {
+ public:
+  explicit Watching(ScriptedServer& server) : server_(server) {}
+
+  grpc::Status Watch(grpc::ServerContext* context, const v1::WatchRequest* request,
+                     grpc::ServerWriter<v1::WatchResponse>* writer) override {
+    if (server_.Note("Watch", *request)) return kOutage;
+    ScriptedWatch watch;
+    {
+      const absl::MutexLock lock(&server_.mutex_);
+      const auto& watches = server_.script_.watches;
+      if (server_.num_watches_ < watches.size()) watch = watches[server_.num_watches_++];
+    }
+    for (const v1::WatchResponse& response : watch.responses) writer->Write(response);
+    while (watch.stays && !context->IsCancelled()) absl::SleepFor(absl::Milliseconds(1));
+    if (watch.stays) server_.cancelled_.Notify();
+    return watch.status;
+  }
+  grpc::Status ListChanges(grpc::ServerContext*, const v1::ListChangesRequest* request,
+                           grpc::ServerWriter<v1::ListChangesResponse>* writer) override {
+    if (server_.Note("ListChanges", *request)) return kOutage;
+    for (const v1::ListChangesResponse& part : server_.script_.changes) writer->Write(part);
+    return server_.script_.status;
+  }
+  grpc::Status ListRevisions(grpc::ServerContext*, const v1::ListRevisionsRequest* request,
+                             v1::ListRevisionsResponse* response) override {
+    if (server_.Note("ListRevisions", *request)) return kOutage;
+    *response = server_.script_.revisions;
     return server_.script_.status;
   }
 
@@ -204,13 +252,15 @@ ScriptedServer::ScriptedServer(Script script)
     : script_(std::move(script)),
       catalog_(std::make_unique<Catalog>(*this)),
       query_(std::make_unique<Query>(*this)),
-      edit_(std::make_unique<Edit>(*this)) {
+      edit_(std::make_unique<Edit>(*this)),
+      watching_(std::make_unique<Watching>(*this)) {
   grpc::ServerBuilder builder;
   int port = 0;
   builder.AddListeningPort("127.0.0.1:0", grpc::InsecureServerCredentials(), &port);
   builder.RegisterService(catalog_.get());
   builder.RegisterService(query_.get());
   builder.RegisterService(edit_.get());
+  builder.RegisterService(watching_.get());
   server_ = builder.BuildAndStart();
   address_ = absl::StrCat("127.0.0.1:", port);
 }

@@ -14,8 +14,17 @@
 #include "hypermap/v1/catalog_service.pb.h"
 #include "hypermap/v1/edit_service.pb.h"
 #include "hypermap/v1/query_service.pb.h"
+#include "hypermap/v1/watch_service.pb.h"
 
 namespace hypermap::client {
+
+// How one watch is answered.
+struct ScriptedWatch {
+  std::vector<v1::WatchResponse> responses;
+  // Whether it stays open after them until the caller gives up.
+  bool stays = false;
+  grpc::Status status;
+};
 
 // What the server answers, set before the calls.
 struct Script {
@@ -23,6 +32,8 @@ struct Script {
   grpc::Status status;
   // Answer area and value questions without end, until the caller gives up.
   bool endless = false;
+  // So many calls are answered UNAVAILABLE before that.
+  int outage = 0;
 
   v1::ListMapsResponse maps;
   v1::ListLayersResponse layers;
@@ -35,6 +46,10 @@ struct Script {
   std::vector<v1::LayerPart> parts;
   v1::QueryNearestResponse nearest;
   v1::ApplyEditsResponse edits;
+  // The first watch, the one after it, ... A watch too many ends at once.
+  std::vector<ScriptedWatch> watches;
+  std::vector<v1::ListChangesResponse> changes;
+  v1::ListRevisionsResponse revisions;
 };
 
 // Serves in this process on a free port until it is destroyed.
@@ -60,9 +75,11 @@ class ScriptedServer {
   class Catalog;
   class Query;
   class Edit;
+  class Watching;
 
+  // Whether the call is one of the outage.
   template <typename Request>
-  void Note(const char* rpc, Request request);
+  bool Note(const char* rpc, Request request);
   template <typename Message>
   grpc::Status WriteParts(grpc::ServerContext* context, grpc::ServerWriter<Message>* writer);
 
@@ -71,10 +88,12 @@ class ScriptedServer {
   std::vector<std::string> requests_ ABSL_GUARDED_BY(mutex_);
   std::vector<std::string> request_ids_ ABSL_GUARDED_BY(mutex_);
   std::string imported_data_ ABSL_GUARDED_BY(mutex_);
+  size_t num_watches_ ABSL_GUARDED_BY(mutex_) = 0;
   absl::Notification cancelled_;
   std::unique_ptr<Catalog> catalog_;
   std::unique_ptr<Query> query_;
   std::unique_ptr<Edit> edit_;
+  std::unique_ptr<Watching> watching_;
   std::unique_ptr<grpc::Server> server_;
   std::string address_;
 };

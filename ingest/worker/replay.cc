@@ -47,7 +47,7 @@ class Replayer {
         interruption_(interruption),
         progress_(progress),
         observer_(options.make_segmenter(), options.occupancy, ObserverOptions()),
-        client_(options.target.server) {
+        client_(options.target.server, {.retry_for = absl::ZeroDuration()}) {
     for (size_t i = options.first; i < std::min(options.end, dataset.size()); i += options.stride) {
       pending_.push_back(i);
     }

@@ -32,7 +32,7 @@ absl::Status Run(Arguments arguments, const Interruption& interruption) {
     occupancy = *std::move(layer);
   }
   const TargetLayer& target = arguments.target;
-  client::Client client(target.server);
+  client::Client client(target.server, {.retry_for = absl::ZeroDuration()});
   if (auto status = EnsureTarget(client, target); !status.ok()) return status;
   FrameServerOptions& options = arguments.server;
   options.map = target.map;

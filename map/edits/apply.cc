@@ -17,12 +17,24 @@ absl::Status WithPrefix(absl::string_view prefix, const absl::Status& status) {
   return absl::Status(status.code(), absl::StrCat(prefix, status.message()));
 }
 
+// ABORTED when a version is wanted that the object (null: there is none) does not have.
+absl::Status CheckVersion(const std::string& layer, ObjectId id, std::optional<Revision> wanted,
+                          const ObjectPtr& object) {
+  if (!wanted || (object && object->version == *wanted)) return absl::OkStatus();
+  if (!object) {
+    return absl::AbortedError(absl::StrCat("layer \"", layer, "\" has no object ", id,
+                                           ", which should have version ", *wanted));
+  }
+  return absl::AbortedError(absl::StrCat("object ", id, " of layer \"", layer, "\" has version ",
+                                         object->version, ", not ", *wanted));
+}
+
 // Carries out the edits of one batch on a copy of a snapshot. Content is collected per layer and
 // put into new layers once, at the end.
 class BatchEditor {
  public:
-  BatchEditor(const Snapshot& before, const EditLimits& limits)
-      : next_(std::make_shared<Snapshot>(before)), limits_(limits) {
+  BatchEditor(const Snapshot& before, absl::Time time, const EditLimits& limits)
+      : next_(std::make_shared<Snapshot>(before)), time_(time), limits_(limits) {
     ++next_->revision;
   }
 
@@ -49,10 +61,21 @@ class BatchEditor {
   // The polygon in the layer's frame.
   absl::StatusOr<Polygon> InLayerFrame(const Layer& layer, const std::string& frame_id,
                                        const Polygon& polygon) const;
+  void SetLayerVersion(const TransformSet& /*change*/) {}
+  void SetLayerVersion(const LayerDeleted& change) {
+    next_->layer_versions.erase(change.spec.name);
+  }
+  void SetLayerVersion(const LayerCreated& change) { Touch(change.spec.name); }
+  template <typename ContentChange>
+  void SetLayerVersion(const ContentChange& change) {
+    Touch(change.layer);
+  }
+  void Touch(const std::string& layer) { next_->layer_versions[layer] = next_->revision; }
   void FinishObjects(const std::string& name, const ObjectChanges& changes);
   void FinishGrid(const std::string& name, GridWriter writer);
 
   std::shared_ptr<Snapshot> next_;
+  const absl::Time time_;
   const EditLimits limits_;
   std::vector<Change> changes_;
   std::map<std::string, ObjectChanges> objects_;
@@ -140,6 +163,11 @@ absl::StatusOr<ObjectId> BatchEditor::operator()(const PutObject& edit) {
   if (auto status = Validate(edit.object); !status.ok()) return status;
   absl::StatusOr<Polygon> polygon = InLayerFrame(**layer, edit.frame_id, edit.object.polygon);
   if (!polygon.ok()) return polygon.status();
+  if (auto status = CheckVersion(edit.layer, edit.object.id, edit.if_version,
+                                 FindObject(**layer, edit.object.id));
+      !status.ok()) {
+    return status;
+  }
   const bool may_revive = edit.revive && edit.object.id < next_->next_object_id;
   if (edit.object.id != 0 && !may_revive && !FindObject(**layer, edit.object.id)) {
     return absl::NotFoundError(
@@ -149,6 +177,13 @@ absl::StatusOr<ObjectId> BatchEditor::operator()(const PutObject& edit) {
   object->polygon = *std::move(polygon);
   if (object->id == 0) object->id = next_->next_object_id++;
   const ObjectId id = object->id;
+  object->version = next_->revision;
+  if (edit.time_to_live) {
+    if (*edit.time_to_live <= absl::ZeroDuration()) {
+      return absl::InvalidArgumentError("time_to_live: not positive");
+    }
+    object->expires_at = time_ + *edit.time_to_live;
+  }
   objects_[edit.layer][id] = std::move(object);
   return id;
 }
@@ -156,7 +191,11 @@ absl::StatusOr<ObjectId> BatchEditor::operator()(const PutObject& edit) {
 absl::StatusOr<ObjectId> BatchEditor::operator()(const DeleteObject& edit) {
   absl::StatusOr<std::shared_ptr<const SemanticLayer>> layer = Semantic(edit.layer);
   if (!layer.ok()) return layer.status();
-  if (!FindObject(**layer, edit.id)) {
+  const ObjectPtr object = FindObject(**layer, edit.id);
+  if (auto status = CheckVersion(edit.layer, edit.id, edit.if_version, object); !status.ok()) {
+    return status;
+  }
+  if (!object) {
     return absl::NotFoundError(absl::StrCat("layer \"", edit.layer, "\" has no object ", edit.id));
   }
   objects_[edit.layer][edit.id] = nullptr;
@@ -223,6 +262,9 @@ void BatchEditor::FinishGrid(const std::string& name, GridWriter writer) {
 AppliedBatch BatchEditor::Finish() && {
   for (const auto& [name, changes] : objects_) FinishObjects(name, changes);
   for (auto& [name, writer] : grids_) FinishGrid(name, std::move(writer));
+  for (const Change& change : changes_) {
+    std::visit([this](const auto& c) { SetLayerVersion(c); }, change);
+  }
   AppliedBatch applied;
   applied.snapshot = std::move(next_);
   applied.changes = std::move(changes_);
@@ -234,7 +276,15 @@ AppliedBatch BatchEditor::Finish() && {
 absl::StatusOr<AppliedBatch> Apply(const Snapshot& before, const EditBatch& batch,
                                    const EditLimits& limits) {
   if (batch.edits.empty()) return absl::InvalidArgumentError("edits is empty");
-  BatchEditor editor(before, limits);
+  for (const LayerVersion& wanted : batch.if_layers) {
+    const absl::StatusOr<LayerPtr> layer = before.GetLayer(wanted.layer);
+    if (!layer.ok()) return WithPrefix("if_layers: ", layer.status());
+    const Revision version = before.LayerVersionOf(wanted.layer);
+    if (version == wanted.version) continue;
+    return absl::AbortedError(absl::StrCat("if_layers: layer \"", wanted.layer, "\" has version ",
+                                           version, ", not ", wanted.version));
+  }
+  BatchEditor editor(before, batch.time, limits);
   std::vector<ObjectId> object_ids;
   object_ids.reserve(batch.edits.size());
   for (const Edit& edit : batch.edits) {

@@ -217,5 +217,55 @@ TEST(ApplyTest, ChangesCarriedOutGiveTheSnapshot) {
   }
 }
 
+TEST(ApplyTest, ObjectsAndLayersHaveTheVersionOfTheirLastChange) {
+  const Snapshot before = MakeSnapshot(
+      "m", {{CreateLayer{Semantic("s")}, CreateLayer{Semantic("t")}, PutObject{"s", Cup(), ""}}});
+  ASSERT_EQ(before.LayerVersionOf("s"), before.revision);
+  SemanticObject cup = Cup();
+  cup.id = 1;
+  const auto put = Apply(before, {{PutObject{"s", cup, ""}}});
+  ASSERT_TRUE(put.ok()) << put.status();
+  const Snapshot& after = *put->snapshot;
+  EXPECT_EQ(after.LayerVersionOf("s"), before.revision + 1);
+  EXPECT_EQ(after.LayerVersionOf("t"), before.revision);
+  EXPECT_EQ(after.LayerVersionOf("nope"), 0);
+  const auto& layer = static_cast<const SemanticLayer&>(*after.FindLayer("s"));
+  EXPECT_EQ(layer.Find(1)->version, before.revision + 1);
+}
+
+TEST(ApplyTest, AStaleVersionAbortsTheBatch) {
+  const Snapshot before =
+      MakeSnapshot("m", {{CreateLayer{Semantic("s")}, PutObject{"s", Cup(), ""}}});
+  const Revision version = before.revision;
+  SemanticObject cup = Cup();
+  cup.id = 1;
+  PutObject put{"s", cup, ""};
+  put.if_version = version;
+  EXPECT_TRUE(Apply(before, {{put}}).ok());
+  EXPECT_TRUE(Apply(before, {{put}, {{"s", version}}}).ok());
+  EXPECT_TRUE(Apply(before, {{DeleteObject{"s", 1, version}}}).ok());
+
+  put.if_version = version + 1;
+  EXPECT_TRUE(absl::IsAborted(Apply(before, {{put}}).status()));
+  EXPECT_TRUE(absl::IsAborted(Apply(before, {{DeleteObject{"s", 1, version - 1}}}).status()));
+  EXPECT_TRUE(absl::IsAborted(Apply(before, {{DeleteObject{"s", 9, version}}}).status()));
+  const auto stale_layer = Apply(before, {{PutObject{"s", cup, ""}}, {{"s", version + 1}}});
+  EXPECT_TRUE(absl::IsAborted(stale_layer.status()));
+  EXPECT_TRUE(absl::IsNotFound(Apply(before, {{PutObject{"s", cup, ""}}, {{"x", 1}}}).status()));
+}
+
+TEST(ApplyTest, TimeToLiveCountsFromTheBatch) {
+  const Snapshot before = MakeSnapshot("m", {{CreateLayer{Semantic("s")}}});
+  PutObject put{"s", Cup(), ""};
+  put.time_to_live = absl::Seconds(5);
+  const absl::Time now = absl::FromUnixSeconds(100);
+  const auto applied = Apply(before, {{put}, {}, now});
+  ASSERT_TRUE(applied.ok()) << applied.status();
+  const auto& layer = static_cast<const SemanticLayer&>(*applied->snapshot->FindLayer("s"));
+  EXPECT_EQ(layer.Find(1)->expires_at, now + absl::Seconds(5));
+  put.time_to_live = absl::ZeroDuration();
+  EXPECT_TRUE(absl::IsInvalidArgument(Apply(before, {{put}, {}, now}).status()));
+}
+
 }  // namespace
 }  // namespace hypermap

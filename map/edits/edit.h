@@ -7,10 +7,12 @@
 #include <variant>
 #include <vector>
 
+#include "absl/time/time.h"
 #include "map/frames/frame_tree.h"
 #include "map/layers/grid/cell_cover.h"
 #include "map/layers/layer_spec.h"
 #include "map/layers/semantic_object.h"
+#include "map/snapshot.h"
 
 namespace hypermap {
 
@@ -38,11 +40,17 @@ struct PutObject {
   std::string frame_id;
   // Whether an object that was removed may come back with the id it had.
   bool revive = false;
+  // ABORTED unless the object has this version.
+  std::optional<Revision> if_version;
+  // From the batch's time on; sets SemanticObject::expires_at. Must be positive.
+  std::optional<absl::Duration> time_to_live;
 };
 
 struct DeleteObject {
   std::string layer;
   ObjectId id = 0;
+  // ABORTED unless the object has this version.
+  std::optional<Revision> if_version;
 };
 
 // Sets a box of cells; `values` row-major, lowest row first, nullopt = unknown.
@@ -71,9 +79,18 @@ struct SetAliases {
 using Edit = std::variant<CreateLayer, DeleteLayer, SetTransform, PutObject, DeleteObject,
                           WriteCells, FillPolygon, SetAliases>;
 
+struct LayerVersion {
+  std::string layer;
+  Revision version = 0;
+};
+
 // All of it happens, as one revision, or none.
 struct EditBatch {
   std::vector<Edit> edits;
+  // ABORTED unless each of these layers has the version.
+  std::vector<LayerVersion> if_layers;
+  // When it is carried out.
+  absl::Time time;
 };
 
 }  // namespace hypermap

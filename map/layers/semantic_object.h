@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "absl/status/status.h"
+#include "absl/time/time.h"
 #include "map/geometry/polygon.h"
 
 namespace hypermap {
@@ -42,8 +43,16 @@ struct SemanticObject {
   // Free words, in order.
   std::vector<std::string> tags;
   std::map<std::string, AttributeValue> attributes;
+  // When it leaves the map by itself; nullopt: never.
+  std::optional<absl::Time> expires_at;
+  // The revision that put it as it is; 0 before it is on a map. Equal objects may differ in it.
+  int64_t version = 0;
 
-  friend bool operator==(const SemanticObject&, const SemanticObject&) = default;
+  friend bool operator==(const SemanticObject& a, const SemanticObject& b) {
+    return a.id == b.id && a.label == b.label && a.classes == b.classes &&
+           a.existence == b.existence && a.polygon == b.polygon && a.height == b.height &&
+           a.tags == b.tags && a.attributes == b.attributes && a.expires_at == b.expires_at;
+  }
 };
 
 using ObjectPtr = std::shared_ptr<const SemanticObject>;

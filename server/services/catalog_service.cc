@@ -164,7 +164,8 @@ absl::Status CatalogService::StartCreateLayer(UnaryCallPtr call,
                     [&request, response, made](const storage::Receipt& receipt) {
                       response->set_map(request.map());
                       response->set_revision(receipt.revision);
-                      wire::EncodeLayer(*MakeEmptyLayer(made), response->mutable_layer());
+                      wire::EncodeLayer(*MakeEmptyLayer(made), response->mutable_layer(),
+                                        receipt.revision);
                     });
 }
 
@@ -176,7 +177,8 @@ grpc::ServerUnaryReactor* CatalogService::GetLayer(grpc::CallbackServerContext* 
       [request, response](const Snapshot& snapshot) -> absl::StatusOr<int64_t> {
         const absl::StatusOr<LayerPtr> layer = snapshot.GetLayer(request->layer());
         if (!layer.ok()) return layer.status();
-        wire::EncodeLayer(**layer, response->mutable_layer());
+        wire::EncodeLayer(**layer, response->mutable_layer(),
+                          snapshot.LayerVersionOf(request->layer()));
         return 1;
       });
 }
@@ -187,7 +189,8 @@ grpc::ServerUnaryReactor* CatalogService::ListLayers(grpc::CallbackServerContext
   return AnswerFromSnapshot(context, "ListLayers", request, response,
                             [response](const Snapshot& snapshot) -> absl::StatusOr<int64_t> {
                               for (const auto& [name, layer] : snapshot.layers) {
-                                wire::EncodeLayer(*layer, response->add_layers());
+                                wire::EncodeLayer(*layer, response->add_layers(),
+                                                  snapshot.LayerVersionOf(name));
                               }
                               return response->layers_size();
                             });

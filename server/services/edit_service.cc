@@ -2,6 +2,7 @@
 
 #include <memory>
 #include <utility>
+#include <vector>
 
 #include "wire/edit.h"
 
@@ -22,6 +23,10 @@ absl::Status EditService::StartEdits(UnaryCallPtr call, const v1::ApplyEditsRequ
   if (auto status = ValidateRequestId(request.request_id()); !status.ok()) return status;
   absl::StatusOr<EditBatch> batch = wire::DecodeEdits(request.edits(), facilities_.limits.decode);
   if (!batch.ok()) return batch.status();
+  absl::StatusOr<std::vector<LayerVersion>> if_layers =
+      wire::DecodeLayerVersions("if_layers", request.if_layers());
+  if (!if_layers.ok()) return if_layers.status();
+  batch->if_layers = *std::move(if_layers);
   response->set_map(request.map());
   SubmitAndFinish(std::move(call), **session, *std::move(batch), request.request_id(),
                   [response](const storage::Receipt& receipt) {

@@ -77,6 +77,22 @@ TEST_F(EditServiceTest, BadRequestsNameTheField) {
   EXPECT_EQ(revision(), 1);
 }
 
+TEST_F(EditServiceTest, EditThatWantsAnotherVersionOfALayerIsAborted) {
+  v1::ApplyEditsRequest request = PutCup("");
+  v1::LayerVersion* const wanted = request.add_if_layers();
+  wanted->set_layer("cups");
+  wanted->set_version(1);
+  v1::ApplyEditsResponse response;
+  ASSERT_TRUE(Apply(request, &response).ok());
+  // The layer has version 2 now.
+  const grpc::Status stale = Apply(request, &response);
+  EXPECT_EQ(stale.error_code(), grpc::StatusCode::ABORTED);
+  EXPECT_THAT(stale.error_message(), HasSubstr("version 2"));
+  EXPECT_EQ(revision(), 2);
+  wanted->set_version(2);
+  EXPECT_TRUE(Apply(request, &response).ok());
+}
+
 TEST_F(EditServiceTest, FailedDiskIsToldAndNothingIsVisible) {
   server_.disk().FailWrites(absl::UnavailableError("disk is gone"));
   v1::ApplyEditsResponse response;

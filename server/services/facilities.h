@@ -8,6 +8,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "absl/time/time.h"
 #include "server/services/worker_pool.h"
 #include "server/session/site.h"
 #include "wire/limits.h"
@@ -22,6 +23,11 @@ struct ServiceLimits {
   int64_t max_import_bytes = int64_t{256} << 20;
   int chunk_items = 2048;
   int64_t max_chunk_bytes = 256 << 10;
+  int max_watchers = 1000;
+  // Revisions that a watch may fall behind.
+  int64_t max_watch_lag = 500'000;
+  // How long a watch may be silent.
+  absl::Duration watch_progress = absl::Seconds(10);
 };
 
 // All outlive the services.

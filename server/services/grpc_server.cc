@@ -17,6 +17,9 @@
 namespace hypermap::server {
 namespace {
 
+// How long watches may take to end, when their readers are slow.
+constexpr absl::Duration kWatchGrace = absl::Seconds(1);
+
 // The host of HOST:PORT, with the colon. gRPC would take another port than the one that is missing.
 absl::StatusOr<std::string> HostOf(const std::string& listen) {
   const size_t colon = listen.rfind(':');
@@ -32,7 +35,12 @@ absl::StatusOr<std::string> HostOf(const std::string& listen) {
 }  // namespace
 
 GrpcServer::GrpcServer(const Facilities& facilities)
-    : catalog_(facilities), query_(facilities), edit_(facilities), ingest_(facilities) {}
+    : catalog_(facilities),
+      query_(facilities),
+      edit_(facilities),
+      ingest_(facilities),
+      watch_(facilities),
+      site_(facilities.site) {}
 
 GrpcServer::~GrpcServer() = default;
 
@@ -57,6 +65,7 @@ absl::StatusOr<std::unique_ptr<GrpcServer>> GrpcServer::Start(const GrpcServerOp
   builder.RegisterService(&made->query_);
   builder.RegisterService(&made->edit_);
   builder.RegisterService(&made->ingest_);
+  builder.RegisterService(&made->watch_);
   made->server_ = builder.BuildAndStart();
   if (!made->server_ || port == 0) {
     return absl::UnavailableError(
@@ -65,7 +74,8 @@ absl::StatusOr<std::unique_ptr<GrpcServer>> GrpcServer::Start(const GrpcServerOp
   grpc::HealthCheckServiceInterface* health = made->server_->GetHealthCheckService();
   for (const char* service :
        {v1::CatalogService::service_full_name(), v1::QueryService::service_full_name(),
-        v1::EditService::service_full_name(), v1::IngestService::service_full_name()}) {
+        v1::EditService::service_full_name(), v1::IngestService::service_full_name(),
+        v1::WatchService::service_full_name()}) {
     health->SetServingStatus(service, true);
   }
   made->address_ = absl::StrCat(*host, port);
@@ -74,6 +84,10 @@ absl::StatusOr<std::unique_ptr<GrpcServer>> GrpcServer::Start(const GrpcServerOp
 
 void GrpcServer::Shutdown(absl::Duration grace) {
   server_->GetHealthCheckService()->Shutdown();
+  for (const Site::Entry& map : site_->List()) {
+    if (map.session) map.session->feed().Close();
+  }
+  watch_.EndAfter(kWatchGrace);
   server_->Shutdown(absl::ToChronoTime(absl::Now() + grace));
   server_->Wait();
 }

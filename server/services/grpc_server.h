@@ -14,6 +14,7 @@
 #include "server/services/facilities.h"
 #include "server/services/ingest_service.h"
 #include "server/services/query_service.h"
+#include "server/services/watch_service.h"
 
 namespace hypermap::server {
 
@@ -39,8 +40,8 @@ class GrpcServer {
   // HOST:PORT with the port that is served.
   const std::string& address() const { return address_; }
 
-  // Takes no more requests, gives those in flight `grace` to end, then cancels them, and waits
-  // until all have ended. Called once at most.
+  // Ends watches and those who wait for a revision, takes no more requests, gives those in flight
+  // `grace` to end, then cancels them, and waits until all have ended. Called once at most.
   void Shutdown(absl::Duration grace);
 
  private:
@@ -50,6 +51,8 @@ class GrpcServer {
   QueryService query_;
   EditService edit_;
   IngestService ingest_;
+  WatchService watch_;
+  Site* const site_;
   std::string address_;
   std::unique_ptr<grpc::Server> server_;
 };

@@ -6,8 +6,10 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
 #include "hypermap/v1/query_service.grpc.pb.h"
 #include "map/query/query.h"
+#include "server/services/asked_revision.h"
 #include "server/services/facilities.h"
 #include "server/services/streamed_answer.h"
 
@@ -40,8 +42,16 @@ class QueryService : public v1::QueryService::CallbackService {
   absl::StatusOr<std::unique_ptr<MessageSource<v1::QueryValueResponse>>> OpenValue(
       const v1::QueryValueRequest& request) const;
 
-  // The newest revision of the map that the request names.
-  absl::StatusOr<SnapshotPtr> Pin(const std::string& map) const;
+  // The revision of the map that the request is asked of.
+  template <typename Request>
+  absl::StatusOr<AskedRevision> Pin(const Request& request) const;
+
+  // Answers when the map has the revision that the request waits for.
+  template <typename Request, typename Response>
+  grpc::ServerUnaryReactor* AnswerUnary(
+      grpc::CallbackServerContext* context, absl::string_view rpc, const Request* request,
+      Response* response,
+      absl::StatusOr<int64_t> (QueryService::*answer)(const Request&, Response*) const) const;
 
   const Facilities facilities_;
 };

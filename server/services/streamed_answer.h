@@ -10,11 +10,13 @@
 #include <utility>
 
 #include "absl/functional/any_invocable.h"
+#include "absl/functional/function_ref.h"
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/time/clock.h"
 #include "absl/time/time.h"
 #include "server/services/request_log.h"
+#include "server/services/revision_wait.h"
 #include "server/services/wanted.h"
 #include "server/services/worker_pool.h"
 #include "wire/status.h"
@@ -44,12 +46,22 @@ class StreamedAnswer final : public grpc::ServerWriteReactor<Response> {
   using Source = MessageSource<Response>;
   using OpenSource = absl::AnyInvocable<absl::StatusOr<std::unique_ptr<Source>>() &&>;
 
+  using Done = absl::AnyInvocable<void() &&>;
+  using StartWait = absl::FunctionRef<void(RevisionWait&, Done)>;
+
   // `open` is called on a worker. The context lives until OnDone.
   StreamedAnswer(const grpc::CallbackServerContext* context, RequestLog log, WorkerPool* workers,
                  OpenSource open)
+      : StreamedAnswer(context, std::move(log), workers, std::move(open),
+                       [](RevisionWait& /*wait*/, Done done) { std::move(done)(); }) {}
+  // Begins when the wait that `start_wait` starts is done.
+  StreamedAnswer(const grpc::CallbackServerContext* context, RequestLog log, WorkerPool* workers,
+                 OpenSource open, StartWait start_wait)
       : context_(context), log_(std::move(log)), workers_(workers), open_(std::move(open)) {
-    workers_->Run([this] { TakeTurn(); });
+    start_wait(wait_, [this] { workers_->Run([this] { TakeTurn(); }); });
   }
+
+  void OnCancel() override { wait_.Stop(); }
 
   void OnWriteDone(bool ok) override {
     if (!ok) return End(absl::CancelledError("the caller went away"));
@@ -91,6 +103,7 @@ class StreamedAnswer final : public grpc::ServerWriteReactor<Response> {
   const RequestLog log_;
   WorkerPool* const workers_;
   OpenSource open_;
+  RevisionWait wait_;
   std::unique_ptr<Source> source_;
   Response message_;
 };

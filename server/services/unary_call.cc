@@ -8,7 +8,11 @@
 namespace hypermap::server {
 
 UnaryCall::UnaryCall(grpc::CallbackServerContext* context, absl::string_view rpc, std::string map)
-    : context_(context), reactor_(context->DefaultReactor()), log_(*context, rpc, std::move(map)) {}
+    : UnaryCall(context, context->DefaultReactor(), rpc, std::move(map)) {}
+
+UnaryCall::UnaryCall(grpc::CallbackServerContext* context, grpc::ServerUnaryReactor* reactor,
+                     absl::string_view rpc, std::string map)
+    : context_(context), reactor_(reactor), log_(*context, rpc, std::move(map)) {}
 
 absl::Status UnaryCall::CheckWanted() const { return server::CheckWanted(*context_); }
 

@@ -24,6 +24,9 @@ class UnaryCall {
  public:
   // `rpc` outlives this.
   UnaryCall(grpc::CallbackServerContext* context, absl::string_view rpc, std::string map);
+  // With a reactor of its own, which is there until Finish.
+  UnaryCall(grpc::CallbackServerContext* context, grpc::ServerUnaryReactor* reactor,
+            absl::string_view rpc, std::string map);
 
   grpc::ServerUnaryReactor* reactor() const { return reactor_; }
   const RequestLog& log() const { return log_; }

@@ -1,6 +1,7 @@
 #include "server/session/group_commit.h"
 
 #include <algorithm>
+#include <memory>
 #include <utility>
 
 #include "absl/strings/str_join.h"
@@ -12,6 +13,7 @@ GroupCommit::GroupCommit(storage::StoredMap* stored, MapFusion* fusion, Snapshot
 
 void GroupCommit::Add(Submission submission, absl::Time time, ReceiptCallback done) {
   EndRun();
+  submission.batch.time = time;
   AddGuarded(submission.author, submission.request_id, time, std::move(done),
              [&] { return fusion_->Edit(*tip_, submission.batch); });
 }
@@ -106,6 +108,7 @@ absl::Status GroupCommit::Write() {
     return status;
   }
   tip_ = base_;
+  commits_.clear();
   fusion_->Reset().IgnoreError();
   for (auto& pending : pending_) {
     if (auto* receipt = std::get_if<PendingReceipt>(&pending)) {
@@ -115,6 +118,18 @@ absl::Status GroupCommit::Write() {
     }
   }
   return status;
+}
+
+std::vector<FeedCommit> GroupCommit::TakeCommits() {
+  std::vector<FeedCommit> commits;
+  commits.reserve(commits_.size());
+  for (storage::Commit& commit : commits_) {
+    commits.push_back(
+        {commit.applied.snapshot->revision, commit.time, std::move(commit.author),
+         std::make_shared<const std::vector<Change>>(std::move(commit.applied.changes)), nullptr});
+  }
+  commits_.clear();
+  return commits;
 }
 
 void GroupCommit::Answer() && {

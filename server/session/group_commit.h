@@ -15,6 +15,7 @@
 #include "absl/status/statusor.h"
 #include "absl/time/time.h"
 #include "map/edits/apply.h"
+#include "server/session/change_feed.h"
 #include "server/session/map_fusion.h"
 #include "storage/map_store.h"
 
@@ -66,6 +67,9 @@ class GroupCommit {
 
   // The newest snapshot that is stored, after Write.
   const SnapshotPtr& snapshot() const { return tip_; }
+
+  // What followers are told of the group, after a Write that went well. Called once.
+  std::vector<FeedCommit> TakeCommits();
 
   // Calls every callback, in the order of the submissions.
   void Answer() &&;

@@ -1,12 +1,27 @@
 #include "server/session/map_session.h"
 
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
 #include <future>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "absl/time/clock.h"
+#include "map/watch/structure.h"
 
 namespace hypermap::server {
+namespace {
+
+// The longest time the writer goes without a look at the clock, which may be set at any time.
+constexpr absl::Duration kMaxWait = absl::Minutes(1);
+// Objects that leave the map in one commit.
+constexpr size_t kMaxExpiredPerCommit = 1000;
+constexpr absl::Duration kExpiryRetry = absl::Seconds(1);
+constexpr char kExpiryAuthor[] = "expiry";
+// While the queue never empties, so many groups are written for each step of compaction.
+constexpr int kGroupsPerCompactionStep = 8;
+
+}  // namespace
 
 absl::StatusOr<std::unique_ptr<MapSession>> MapSession::Start(
     std::unique_ptr<storage::StoredMap> stored, const SessionOptions& options) {
@@ -18,6 +33,7 @@ absl::StatusOr<std::unique_ptr<MapSession>> MapSession::Start(
       &session->stored_->fusion_log(), &session->options_.fusion, session->options_.edit_limits);
   if (!fusion.ok()) return fusion.status();
   session->fusion_ = *std::move(fusion);
+  if (absl::Status status = session->LoadLastCommitTime(); !status.ok()) return status;
   session->writer_ = std::thread([writer = session.get()] { writer->RunWriter(); });
   return session;
 }
@@ -27,7 +43,24 @@ MapSession::MapSession(std::unique_ptr<storage::StoredMap> stored, SnapshotPtr s
     : options_(options),
       header_(stored->header()),
       stored_(std::move(stored)),
-      snapshot_(std::move(snapshot)) {}
+      last_commit_time_(header_.created_at),
+      expiry_(*snapshot),
+      history_(stored_.get()),
+      compaction_(header_.name, stored_.get(), &history_, options_.retention),
+      snapshot_(snapshot),
+      feed_(snapshot->revision, StructureOf(*snapshot), options_.feed) {}
+
+absl::Status MapSession::LoadLastCommitTime() {
+  absl::StatusOr<HistoryPool::Lease> reader = history_.Take();
+  if (!reader.ok()) return reader.status();
+  const Revision newest = snapshot()->revision;
+  const auto records = (*reader)->Revisions(newest - 1, newest + 1, false, 1);
+  if (!records.ok()) return records.status();
+  for (const storage::RevisionRecord& record : *records) {
+    last_commit_time_ = std::max(last_commit_time_, record.time);
+  }
+  return absl::OkStatus();
+}
 
 MapSession::~MapSession() { Close(); }
 
@@ -132,29 +165,48 @@ absl::StatusOr<std::vector<Evidence>> MapSession::ReadEvidence(const std::string
   return read;
 }
 
+void MapSession::LookAtClock() {
+  MutexLock lock(&queue_mutex_);
+  looks_at_clock_ = true;
+  queue_changed_.NotifyOne();
+}
+
 void MapSession::Close() {
+  feed_.Close();
   {
     MutexLock lock(&queue_mutex_);
     closing_ = true;
     queue_changed_.NotifyOne();
   }
   if (writer_.joinable()) writer_.join();
+  history_.Close();
   fusion_.reset();
   stored_.reset();
 }
 
 void MapSession::RunWriter() {
-  for (Work work = TakeWork(); !work.empty(); work = TakeWork()) {
-    Commit(std::move(work.submissions));
-    for (Task& task : work.tasks) std::move(task)();
+  while (std::optional<Work> work = TakeWork()) {
+    Commit(std::move(work->submissions));
+    for (Task& task : work->tasks) std::move(task)();
+    LookAfterMap();
   }
   fusion_->KeepCheckpoints();
 }
 
-MapSession::Work MapSession::TakeWork() {
+std::optional<MapSession::Work> MapSession::TakeWork() {
+  const absl::Duration wait = NextLookAfterMap() - options_.clock();
   MutexLock lock(&queue_mutex_);
-  while (queue_.empty() && !closing_) queue_changed_.Wait(&queue_mutex_);
+  if (queue_.empty() && !closing_ && !looks_at_clock_ && wait > absl::ZeroDuration()) {
+    queue_changed_.WaitFor(&queue_mutex_, std::min(wait, kMaxWait));
+  }
+  looks_at_clock_ = false;
+  if (queue_.empty() && closing_) return std::nullopt;
   return std::exchange(queue_, Work());
+}
+
+absl::Time MapSession::CommitTime() {
+  last_commit_time_ = std::max(last_commit_time_, options_.clock());
+  return last_commit_time_;
 }
 
 void MapSession::Commit(std::vector<QueuedSubmission> submissions) {
@@ -162,7 +214,7 @@ void MapSession::Commit(std::vector<QueuedSubmission> submissions) {
   GroupCommit group(stored_.get(), fusion_.get(), snapshot());
   for (QueuedSubmission& queued : submissions) {
     std::visit(
-        [&group](auto& q) { group.Add(std::move(q.submission), absl::Now(), std::move(q.done)); },
+        [&](auto& q) { group.Add(std::move(q.submission), CommitTime(), std::move(q.done)); },
         queued);
   }
   // A failure is in the answers of those it concerns.
@@ -171,7 +223,45 @@ void MapSession::Commit(std::vector<QueuedSubmission> submissions) {
     MutexLock lock(&snapshot_mutex_);
     snapshot_ = group.snapshot();
   }
+  std::vector<FeedCommit> commits = group.TakeCommits();
+  for (const FeedCommit& commit : commits) expiry_.Update(*commit.changes);
+  // After the snapshot: who waits for a revision finds it there.
+  feed_.Append(std::move(commits));
   std::move(group).Answer();
+}
+
+absl::Time MapSession::NextLookAfterMap() const {
+  return std::min(std::max(expiry_.next(), expire_not_before_), compaction_.next());
+}
+
+void MapSession::LookAfterMap() {
+  bool idle = false;
+  {
+    MutexLock lock(&queue_mutex_);
+    if (closing_) return;
+    idle = queue_.submissions.empty();
+  }
+  const absl::Time now = options_.clock();
+  if (std::max(expiry_.next(), expire_not_before_) <= now) RemoveExpired(now);
+  const Revision newest = snapshot()->revision;
+  if (!compaction_.IsDue(newest, now)) return;
+  if (!idle && ++groups_since_compaction_ < kGroupsPerCompactionStep) return;
+  groups_since_compaction_ = 0;
+  compaction_.Step(newest, now);
+}
+
+void MapSession::RemoveExpired(absl::Time now) {
+  Submission submission{expiry_.Due(now, kMaxExpiredPerCommit), kExpiryAuthor, ""};
+  const auto done = [&](const absl::StatusOr<storage::Receipt>& receipt) {
+    if (receipt.ok()) return;
+    // They stay for now.
+    spdlog::warn("objects can't be removed when their time has come map={} problem={}",
+                 header_.name, receipt.status().ToString());
+    expire_not_before_ = now + kExpiryRetry;
+  };
+  std::vector<QueuedSubmission> submissions;
+  submissions.push_back(Queued<Submission, ReceiptCallback>{std::move(submission), done});
+  Commit(std::move(submissions));
 }
 
 }  // namespace hypermap::server

@@ -5,7 +5,6 @@
 
 #include "absl/cleanup/cleanup.h"
 #include "absl/strings/str_cat.h"
-#include "absl/time/clock.h"
 #include "map/layers/layer_spec.h"
 
 namespace hypermap::server {
@@ -94,7 +93,7 @@ absl::StatusOr<std::shared_ptr<MapSession>> Site::Create(const NewMap& map, Fill
 
 absl::StatusOr<std::shared_ptr<MapSession>> Site::StartFilled(const NewMap& map, Fill fill) {
   absl::StatusOr<std::unique_ptr<storage::StoredMap>> stored =
-      store_->Create({map.name, map.frame_id, absl::Now(), map.request_id});
+      store_->Create({map.name, map.frame_id, options_.clock(), map.request_id});
   if (!stored.ok()) return stored.status();
   absl::StatusOr<std::shared_ptr<MapSession>> session =
       MapSession::Start(*std::move(stored), options_);

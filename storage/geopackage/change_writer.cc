@@ -5,9 +5,11 @@
 
 #include "absl/strings/str_cat.h"
 #include "map/layers/layer_registry.h"
+#include "storage/geopackage/change_log.h"
 #include "storage/geopackage/contents.h"
 #include "storage/geopackage/frame_table.h"
 #include "storage/geopackage/fusion_tables.h"
+#include "storage/geopackage/layer_history.h"
 #include "storage/geopackage/revision_table.h"
 #include "storage/geopackage/table_names.h"
 #include "storage/geopackage/tile_matrix.h"
@@ -17,10 +19,10 @@ namespace hypermap::storage {
 OpenLayer MakeOpenLayer(Database* database, StoredLayer stored) {
   OpenLayer layer;
   if (IsGridKind(stored.spec.kind)) {
-    layer.grid =
-        std::make_shared<GridTable>(database, stored.table, MakeTileCodec(stored.spec.kind));
+    layer.grid = std::make_shared<GridTable>(database, stored.table, stored.lineage,
+                                             MakeTileCodec(stored.spec.kind));
   } else {
-    layer.features = std::make_shared<FeatureTable>(database, stored.table);
+    layer.features = std::make_shared<FeatureTable>(database, stored.table, stored.lineage);
   }
   layer.stored = std::move(stored);
   return layer;
@@ -31,8 +33,18 @@ ChangeWriter::ChangeWriter(Database* database, OpenLayers layers)
 
 absl::Status ChangeWriter::Write(const Commit& commit) {
   time_ = commit.time;
+  revision_ = commit.applied.snapshot->revision;
+  changed_lineages_.clear();
+  int64_t number = 0;
   for (const Change& change : commit.applied.changes) {
+    lineage_.reset();
     absl::Status status = std::visit([this](const auto& c) { return Apply(c); }, change);
+    if (status.ok()) status = InsertChange(database_, revision_, number++, lineage_, change);
+    if (!status.ok()) return status;
+    if (lineage_) changed_lineages_.insert(*lineage_);
+  }
+  for (const int64_t lineage : changed_lineages_) {
+    absl::Status status = RecordLayerRevision(database_, lineage, revision_);
     if (!status.ok()) return status;
   }
   for (const FusionChange& change : commit.fusion) {
@@ -62,15 +74,21 @@ absl::Status ChangeWriter::Finish(const Snapshot& newest) {
 
 absl::Status ChangeWriter::Apply(const LayerCreated& change) {
   const LayerSpec& spec = change.spec;
+  if (layers_.contains(spec.name)) {
+    return absl::InternalError(absl::StrCat("layer ", spec.name, " created twice"));
+  }
   absl::StatusOr<std::string> table = ChooseTableName(database_, spec.name);
   if (!table.ok()) return table.status();
-  const auto [open, is_new] =
-      layers_.emplace(spec.name, MakeOpenLayer(database_, {spec, *table, CellBox()}));
-  if (!is_new) return absl::InternalError(absl::StrCat("layer ", spec.name, " created twice"));
-  const OpenLayer& layer = open->second;
+  StoredLayer stored{spec, *table, CellBox()};
+  if (absl::Status status = InsertLayer(database_, stored); !status.ok()) return status;
+  absl::StatusOr<int64_t> lineage = BeginLineage(database_, spec.name, revision_);
+  if (!lineage.ok()) return lineage.status();
+  stored.lineage = *lineage;
+  lineage_ = *lineage;
   touched_[spec.name] = time_;
   layers_changed_ = time_;
-  if (absl::Status status = InsertLayer(database_, layer.stored); !status.ok()) return status;
+  const OpenLayer& layer =
+      layers_.emplace(spec.name, MakeOpenLayer(database_, std::move(stored))).first->second;
   if (layer.grid != nullptr) {
     if (absl::Status status = layer.grid->Create(); !status.ok()) return status;
     return RegisterCoverage(database_, *table, spec, layer.grid->coding());
@@ -85,8 +103,10 @@ absl::Status ChangeWriter::Apply(const LayerDeleted& change) {
   absl::Status status = Unregister(database_, (*layer)->stored.table);
   if (status.ok()) status = RemoveLayer(database_, change.spec.name);
   if (status.ok()) status = DropFusion(database_, change.spec.name);
+  if (status.ok()) status = EndLineage(database_, *lineage_, revision_);
   if (status.ok()) {
-    status = (*layer)->grid != nullptr ? (*layer)->grid->Drop() : (*layer)->features->Drop();
+    status = (*layer)->grid != nullptr ? (*layer)->grid->Drop(revision_)
+                                       : (*layer)->features->Drop(revision_);
   }
   layers_.erase(change.spec.name);
   layers_changed_ = time_;
@@ -94,22 +114,23 @@ absl::Status ChangeWriter::Apply(const LayerDeleted& change) {
 }
 
 absl::Status ChangeWriter::Apply(const TransformSet& change) {
-  return PutTransform(database_, change.transform);
+  absl::Status status = PutTransform(database_, change.transform);
+  return status.ok() ? RecordTransform(database_, change.transform, revision_) : status;
 }
 
 absl::Status ChangeWriter::Apply(const ObjectPut& change) {
   absl::StatusOr<FeatureTable*> table = Features(change.layer);
-  return table.ok() ? (*table)->Put(*change.after) : table.status();
+  return table.ok() ? (*table)->Put(*change.after, revision_) : table.status();
 }
 
 absl::Status ChangeWriter::Apply(const ObjectRemoved& change) {
   absl::StatusOr<FeatureTable*> table = Features(change.layer);
-  return table.ok() ? (*table)->Remove(change.before->id) : table.status();
+  return table.ok() ? (*table)->Remove(change.before->id, revision_) : table.status();
 }
 
 absl::Status ChangeWriter::Apply(const TileWritten& change) {
   absl::StatusOr<GridTable*> table = Grid(change.layer);
-  return table.ok() ? (*table)->Write(change.index, *change.after) : table.status();
+  return table.ok() ? (*table)->Write(change.index, *change.after, revision_) : table.status();
 }
 
 absl::Status ChangeWriter::Apply(const ExtentGrown& change) {
@@ -117,7 +138,8 @@ absl::Status ChangeWriter::Apply(const ExtentGrown& change) {
   if (!layer.ok()) return layer.status();
   (*layer)->stored.extent = change.extent;
   layers_changed_ = time_;
-  return UpdateLayerExtent(database_, change.layer, change.extent);
+  absl::Status status = UpdateLayerExtent(database_, change.layer, change.extent);
+  return status.ok() ? RecordLayer(database_, change.layer, revision_) : status;
 }
 
 absl::Status ChangeWriter::Apply(const AliasesSet& change) {
@@ -125,7 +147,8 @@ absl::Status ChangeWriter::Apply(const AliasesSet& change) {
   if (!layer.ok()) return layer.status();
   (*layer)->stored.spec.aliases = change.after;
   layers_changed_ = time_;
-  return UpdateLayerParameters(database_, (*layer)->stored.spec);
+  absl::Status status = UpdateLayerParameters(database_, (*layer)->stored.spec);
+  return status.ok() ? RecordLayer(database_, change.layer, revision_) : status;
 }
 
 absl::StatusOr<OpenLayer*> ChangeWriter::Touch(const std::string& name) {
@@ -134,6 +157,7 @@ absl::StatusOr<OpenLayer*> ChangeWriter::Touch(const std::string& name) {
     return absl::InternalError(absl::StrCat("change of layer ", name, ", which is not there"));
   }
   touched_[name] = time_;
+  lineage_ = layer->second.stored.lineage;
   return &layer->second;
 }
 

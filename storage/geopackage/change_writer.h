@@ -2,9 +2,11 @@
 #ifndef HYPERMAP_STORAGE_GEOPACKAGE_CHANGE_WRITER_H_
 #define HYPERMAP_STORAGE_GEOPACKAGE_CHANGE_WRITER_H_
 
+#include <cstdint>
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -35,7 +37,8 @@ class ChangeWriter {
   // `layers` are those of the map before the first commit.
   ChangeWriter(Database* database, OpenLayers layers);
 
-  // Writes one commit's changes and its revision. INTERNAL for changes that do not fit the map.
+  // Writes one commit's changes, what was before, and its revision. INTERNAL for changes that do
+  // not fit the map.
   absl::Status Write(const Commit& commit);
 
   // Ends the writing: brings what the GeoPackage tells of the touched layers up to date with
@@ -63,6 +66,9 @@ class ChangeWriter {
   Database* database_;
   OpenLayers layers_;
   absl::Time time_;                            // of the commit in work
+  Revision revision_ = 0;                      // of the commit in work
+  std::set<int64_t> changed_lineages_;         // by the commit in work
+  std::optional<int64_t> lineage_;             // of the change in work, where it is of a layer
   std::map<std::string, absl::Time> touched_;  // layer -> its last change
   std::optional<absl::Time> layers_changed_;   // last change of hypermap_layers
 };

@@ -7,7 +7,8 @@
 #include "absl/strings/str_replace.h"
 #include "storage/geopackage/contents.h"
 #include "storage/geopackage/geometry_blob.h"
-#include "storage/geopackage/object_json.h"
+#include "storage/geopackage/history_tables.h"
+#include "storage/geopackage/object_row.h"
 
 namespace hypermap::storage {
 namespace {
@@ -23,7 +24,9 @@ CREATE TABLE "$t" (
   tags TEXT NOT NULL DEFAULT '[]',
   attributes TEXT NOT NULL DEFAULT '{}',
   height_min DOUBLE,
-  height_max DOUBLE
+  height_max DOUBLE,
+  version INTEGER NOT NULL DEFAULT 0,
+  expires_at_ns INTEGER
 );
 CREATE INDEX "hypermap_$t_label" ON "$t" (label);
 )sql";
@@ -84,71 +87,38 @@ std::string ForTable(absl::string_view sql, const std::string& table) {
   return absl::StrReplaceAll(sql, {{"$t", table}});
 }
 
-// The columns of an object that are not plain.
-struct Encoded {
-  std::string geometry;
-  std::string classes;
-  std::string tags;
-  std::string attributes;
-};
+constexpr char kInsert[] = R"sql(
+INSERT INTO "$t" (geom, label, existence, classes, tags, attributes, height_min, height_max,
+  expires_at_ns, version, id) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)
+)sql";
+constexpr char kUpdate[] = R"sql(
+UPDATE "$t" SET geom = ?, label = ?, existence = ?, classes = ?, tags = ?, attributes = ?,
+  height_min = ?, height_max = ?, expires_at_ns = ?, version = ? WHERE id = ?
+)sql";
+constexpr char kArchive[] = R"sql(
+INSERT INTO hypermap_object_history (lineage, object_id, first_revision, end_revision, $columns)
+  SELECT ?1, id, version, ?2, $columns FROM "$t" WHERE id = ?3
+  RETURNING id, first_revision, geom
+)sql";
+constexpr char kArchiveBox[] =
+    "INSERT INTO hypermap_object_boxes VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)";
 
-absl::StatusOr<Encoded> Encode(const SemanticObject& object) {
-  absl::StatusOr<std::string> classes = EncodeClasses(object.classes);
-  if (!classes.ok()) return classes.status();
-  absl::StatusOr<std::string> tags = EncodeTags(object.tags);
-  if (!tags.ok()) return tags.status();
-  absl::StatusOr<std::string> attributes = EncodeAttributes(object.attributes);
-  if (!attributes.ok()) return attributes.status();
-  return Encoded{EncodeGeometryBlob(object.polygon), *std::move(classes), *std::move(tags),
-                 *std::move(attributes)};
-}
-
-// Columns as in ReadAll; the id is column 0.
-absl::StatusOr<ObjectPtr> ReadRow(Statement* row) {
-  auto object = std::make_shared<SemanticObject>();
-  object->id = row->Int64(0);
-  const absl::string_view geometry = row->Blob(1);
-  object->label = std::string(row->Text(2));
-  object->existence = row->Double(3);
-  const absl::string_view classes_json = row->Text(4);
-  const absl::string_view tags_json = row->Text(5);
-  const absl::string_view attributes_json = row->Text(6);
-  const std::optional<double> height_min = row->OptionalDouble(7);
-  const std::optional<double> height_max = row->OptionalDouble(8);
-  if (!row->row_status().ok()) return row->row_status();
-
-  absl::StatusOr<Polygon> polygon = DecodeGeometryBlob(geometry);
-  if (!polygon.ok()) return polygon.status();
-  object->polygon = *std::move(polygon);
-  absl::StatusOr<Classes> classes = DecodeClasses(classes_json);
-  if (!classes.ok()) return classes.status();
-  object->classes = *std::move(classes);
-  absl::StatusOr<Tags> tags = DecodeTags(tags_json);
-  if (!tags.ok()) return tags.status();
-  object->tags = *std::move(tags);
-  absl::StatusOr<Attributes> attributes = DecodeAttributes(attributes_json);
-  if (!attributes.ok()) return attributes.status();
-  object->attributes = *std::move(attributes);
-  if (height_min.has_value() != height_max.has_value()) {
-    return absl::DataLossError("only one of height_min and height_max");
-  }
-  if (height_min) object->height = {*height_min, *height_max};
-  if (object->id < 1) return absl::DataLossError("an id that is not positive");
-  if (absl::Status status = Validate(*object); !status.ok()) return status;
-  return object;
+// A geometry that can't be read gets the box of all, so that whoever reads it is told.
+Box BoxOrAll(absl::string_view geometry) {
+  constexpr double kFar = 1e300;
+  const absl::StatusOr<Box> box = BoxOfGeometryBlob(geometry);
+  return box.ok() && !box->empty() ? *box : Box{{-kFar, -kFar}, {kFar, kFar}};
 }
 
 }  // namespace
 
-FeatureTable::FeatureTable(Database* database, std::string table)
+FeatureTable::FeatureTable(Database* database, std::string table, int64_t lineage)
     : database_(database),
       table_(std::move(table)),
-      insert_sql_(ForTable(R"sql(INSERT INTO "$t" (geom, label, existence, classes, tags,
-          attributes, height_min, height_max, id) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?))sql",
-                           table_)),
-      update_sql_(ForTable(R"sql(UPDATE "$t" SET geom = ?, label = ?, existence = ?, classes = ?,
-          tags = ?, attributes = ?, height_min = ?, height_max = ? WHERE id = ?)sql",
-                           table_)),
+      lineage_(lineage),
+      insert_sql_(ForTable(kInsert, table_)),
+      update_sql_(ForTable(kUpdate, table_)),
+      archive_sql_(absl::StrReplaceAll(kArchive, {{"$t", table_}, {"$columns", kObjectColumns}})),
       delete_sql_(ForTable(R"sql(DELETE FROM "$t" WHERE id = ?)sql", table_)) {}
 
 absl::Status FeatureTable::Create() {
@@ -156,46 +126,79 @@ absl::Status FeatureTable::Create() {
       absl::StrCat(ForTable(kCreateTable, table_), ForTable(kCreateIndex, table_)));
 }
 
-absl::Status FeatureTable::Drop() {
+absl::Status FeatureTable::Drop(Revision revision) {
+  if (absl::Status status = ArchiveAll(revision); !status.ok()) return status;
   // Prepared statements would go on holding what belonged to the table.
   database_->ForgetStatements();
   return database_->Execute(
       ForTable(R"sql(DROP TABLE "rtree_$t_geom"; DROP TABLE "$t")sql", table_));
 }
 
-absl::Status FeatureTable::Put(const SemanticObject& object) {
-  absl::StatusOr<Encoded> encoded = Encode(object);
-  if (!encoded.ok()) return encoded.status();
+absl::StatusOr<bool> FeatureTable::Archive(ObjectId id, Revision end_revision) {
+  absl::StatusOr<Statement> archive = database_->Prepare(archive_sql_);
+  if (!archive.ok()) return archive.status();
+  absl::StatusOr<bool> row = archive->Bind(lineage_, end_revision, id).Step();
+  if (!row.ok() || !*row) return row;
+  const int64_t history_id = archive->Int64(0);
+  const Revision first_revision = archive->Int64(1);
+  const MillimetreBox box = ToMillimetres(BoxOrAll(archive->Blob(2)));
+  if (absl::Status status = archive->Run(); !status.ok()) return status;
+  absl::Status status =
+      database_->Run(kArchiveBox, history_id, box.min_x, box.max_x, box.min_y, box.max_y,
+                     ClampToInt32(first_revision), ClampToInt32(end_revision - 1),
+                     ClampToInt32(lineage_), ClampToInt32(lineage_ + 1));
+  if (!status.ok()) return status;
+  return true;
+}
+
+absl::Status FeatureTable::ArchiveAll(Revision end_revision) {
+  absl::StatusOr<Statement> select =
+      database_->Prepare(ForTable(R"sql(SELECT id FROM "$t" ORDER BY id)sql", table_));
+  if (!select.ok()) return select.status();
+  while (true) {
+    absl::StatusOr<bool> row = select->Step();
+    if (!row.ok()) return row.status();
+    if (!*row) return absl::OkStatus();
+    absl::StatusOr<bool> archived = Archive(select->Int64(0), end_revision);
+    if (!archived.ok()) return archived.status();
+  }
+}
+
+absl::Status FeatureTable::Put(const SemanticObject& object, Revision revision) {
+  absl::StatusOr<ObjectRow> row = EncodeObjectRow(object);
+  if (!row.ok()) return row.status();
   std::optional<double> height_min;
   std::optional<double> height_max;
   if (object.height) {
     height_min = object.height->low_m;
     height_max = object.height->high_m;
   }
-  const auto run = [&](const std::string& sql) {
-    return database_->Run(sql, BlobView{encoded->geometry}, object.label, object.existence,
-                          encoded->classes, encoded->tags, encoded->attributes, height_min,
-                          height_max, object.id);
-  };
+  std::optional<int64_t> expires_at_ns;
+  if (object.expires_at) expires_at_ns = absl::ToUnixNanos(*object.expires_at);
   // No upsert: its conflict policy would override that of the standard triggers.
-  if (absl::Status status = run(update_sql_); !status.ok()) return status;
-  return database_->changed_rows() > 0 ? absl::OkStatus() : run(insert_sql_);
+  absl::StatusOr<bool> was_there = Archive(object.id, revision);
+  if (!was_there.ok()) return was_there.status();
+  return database_->Run(*was_there ? update_sql_ : insert_sql_, BlobView{row->geometry},
+                        object.label, object.existence, row->classes, row->tags, row->attributes,
+                        height_min, height_max, expires_at_ns, revision, object.id);
 }
 
-absl::Status FeatureTable::Remove(ObjectId id) { return database_->Run(delete_sql_, id); }
+absl::Status FeatureTable::Remove(ObjectId id, Revision revision) {
+  absl::StatusOr<bool> was_there = Archive(id, revision);
+  return was_there.ok() ? database_->Run(delete_sql_, id) : was_there.status();
+}
 
 absl::StatusOr<std::vector<ObjectPtr>> FeatureTable::ReadAll() {
-  absl::StatusOr<Statement> select =
-      database_->Prepare(ForTable(R"sql(SELECT id, geom, label, existence, classes, tags,
-          attributes, height_min, height_max FROM "$t" ORDER BY id)sql",
-                                  table_));
+  absl::StatusOr<Statement> select = database_->Prepare(
+      absl::StrReplaceAll(R"sql(SELECT id, $columns, version FROM "$t" ORDER BY id)sql",
+                          {{"$t", table_}, {"$columns", kObjectColumns}}));
   if (!select.ok()) return select.status();
   std::vector<ObjectPtr> objects;
   while (true) {
     absl::StatusOr<bool> row = select->Step();
     if (!row.ok()) return row.status();
     if (!*row) return objects;
-    absl::StatusOr<ObjectPtr> object = ReadRow(&*select);
+    absl::StatusOr<ObjectPtr> object = ReadObjectRow(&*select);
     if (!object.ok()) {
       return absl::DataLossError(absl::StrCat("table ", table_, ", id ", select->Int64(0), ": ",
                                               object.status().message()));

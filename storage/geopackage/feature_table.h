@@ -2,15 +2,19 @@
 //
 // The index is kept by the triggers that the R*Tree extension prescribes, here as in every program
 // that edits the file. SQLite's R*Tree holds 32-bit floats and rounds boxes outwards itself.
+//
+// What is replaced or removed by a revision goes to hypermap_object_history.
 #ifndef HYPERMAP_STORAGE_GEOPACKAGE_FEATURE_TABLE_H_
 #define HYPERMAP_STORAGE_GEOPACKAGE_FEATURE_TABLE_H_
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "map/layers/semantic_object.h"
+#include "map/snapshot.h"
 #include "storage/geopackage/sqlite.h"
 
 namespace hypermap::storage {
@@ -18,23 +22,29 @@ namespace hypermap::storage {
 // Borrows the database.
 class FeatureTable {
  public:
-  FeatureTable(Database* database, std::string table);
+  FeatureTable(Database* database, std::string table, int64_t lineage);
 
   absl::Status Create();
-  absl::Status Drop();
+  absl::Status Drop(Revision revision);
 
   // Adds the object, or replaces the one of its id.
-  absl::Status Put(const SemanticObject& object);
-  absl::Status Remove(ObjectId id);
+  absl::Status Put(const SemanticObject& object, Revision revision);
+  absl::Status Remove(ObjectId id, Revision revision);
 
   // All objects by id. DATA_LOSS naming the table and the row.
   absl::StatusOr<std::vector<ObjectPtr>> ReadAll();
 
  private:
+  // Copies the object as it is to the history, where it ends; false when there is none.
+  absl::StatusOr<bool> Archive(ObjectId id, Revision end_revision);
+  absl::Status ArchiveAll(Revision end_revision);
+
   Database* database_;
   std::string table_;
+  int64_t lineage_;
   std::string insert_sql_;
   std::string update_sql_;
+  std::string archive_sql_;
   std::string delete_sql_;
 };
 

@@ -38,14 +38,18 @@ absl::StatusOr<FrameTree> ReadFrames(Database* database) {
       "SELECT child_frame_id, parent_frame_id, x, y, yaw FROM hypermap_frames "
       "ORDER BY child_frame_id");
   if (!select.ok()) return select.status();
+  return ReadFrameRows(&*select, "hypermap_frames");
+}
+
+absl::StatusOr<FrameTree> ReadFrameRows(Statement* select, const char* table) {
   FrameTree frames;
   while (true) {
     absl::StatusOr<bool> row = select->Step();
     if (!row.ok()) return row.status();
     if (!*row) return frames;
-    if (absl::Status status = AddRow(&*select, &frames); !status.ok()) {
+    if (absl::Status status = AddRow(select, &frames); !status.ok()) {
       return absl::DataLossError(
-          absl::StrCat("hypermap_frames, frame ", select->Text(0), ": ", status.message()));
+          absl::StrCat(table, ", frame ", select->Text(0), ": ", status.message()));
     }
   }
 }

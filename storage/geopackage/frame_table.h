@@ -15,6 +15,9 @@ absl::Status PutTransform(Database* database, const FrameTransform& transform);
 // DATA_LOSS for transforms that make no tree.
 absl::StatusOr<FrameTree> ReadFrames(Database* database);
 
+// Frames from rows of child, parent, x, y, yaw. DATA_LOSS naming `table` and the frame.
+absl::StatusOr<FrameTree> ReadFrameRows(Statement* select, const char* table);
+
 }  // namespace hypermap::storage
 
 #endif  // HYPERMAP_STORAGE_GEOPACKAGE_FRAME_TABLE_H_

@@ -7,8 +7,11 @@
 #include "absl/strings/str_cat.h"
 #include "map/layers/layer_registry.h"
 #include "map/layers/semantic_layer.h"
+#include "storage/geopackage/compaction.h"
 #include "storage/geopackage/durable_file.h"
 #include "storage/geopackage/frame_table.h"
+#include "storage/geopackage/geopackage_history.h"
+#include "storage/geopackage/layer_history.h"
 #include "storage/geopackage/map_file.h"
 #include "storage/geopackage/revision_table.h"
 
@@ -40,11 +43,13 @@ ObjectId LargestId(const SnapshotPtr& snapshot) {
 }  // namespace
 
 GeoPackageMap::GeoPackageMap(FileLock lock, std::unique_ptr<Database> database,
-                             MapMetadata metadata, OpenLayers layers)
+                             absl::Duration busy_timeout, MapMetadata metadata, OpenLayers layers)
     : lock_(std::move(lock)),
       database_(std::move(database)),
       header_(std::move(metadata.header)),
+      busy_timeout_(busy_timeout),
       revision_(metadata.revision),
+      oldest_revision_(metadata.oldest_revision),
       layers_(std::move(layers)),
       fusion_(database_.get()) {}
 
@@ -70,7 +75,8 @@ absl::StatusOr<std::unique_ptr<StoredMap>> GeoPackageMap::Open(const std::string
     layers.emplace(layer_name, MakeOpenLayer(database->get(), std::move(layer)));
   }
   return std::unique_ptr<StoredMap>(new GeoPackageMap(std::move(lock), *std::move(database),
-                                                      *std::move(metadata), std::move(layers)));
+                                                      options.busy_timeout, *std::move(metadata),
+                                                      std::move(layers)));
 }
 
 absl::Status GeoPackageMap::InMap(const absl::Status& status) const {
@@ -110,6 +116,9 @@ absl::StatusOr<SnapshotPtr> GeoPackageMap::LoadSnapshot() {
     absl::StatusOr<LayerPtr> layer = LoadLayer(open);
     if (!layer.ok()) return layer.status();
     snapshot->layers.emplace(name, *std::move(layer));
+    absl::StatusOr<Revision> version = NewestRevisionOf(database_.get(), open.stored.lineage);
+    if (!version.ok()) return version.status();
+    snapshot->layer_versions.emplace(name, *version);
   }
   // Another program may have added objects.
   snapshot->next_object_id = std::max(metadata->next_object_id, LargestId(snapshot) + 1);
@@ -143,6 +152,34 @@ absl::StatusOr<std::optional<Receipt>> GeoPackageMap::FindReceipt(absl::string_v
   absl::StatusOr<std::optional<Receipt>> receipt = ReadReceipt(database_.get(), request_id);
   if (!receipt.ok()) return InMap(receipt.status());
   return receipt;
+}
+
+absl::StatusOr<std::unique_ptr<HistoryReader>> GeoPackageMap::OpenHistory() {
+  // Any thread may come here: nothing is used but what never changes.
+  return GeoPackageHistory::Open(database_->path(), header_.name, busy_timeout_);
+}
+
+absl::StatusOr<bool> GeoPackageMap::Compact(Revision oldest, absl::Time receipts_before,
+                                            int max_rows) {
+  absl::StatusOr<bool> more = CompactSome(std::min(oldest, revision_), receipts_before, max_rows);
+  if (!more.ok()) return InMap(more.status());
+  return more;
+}
+
+absl::StatusOr<bool> GeoPackageMap::CompactSome(Revision oldest, absl::Time receipts_before,
+                                                int max_rows) {
+  absl::StatusOr<Transaction> transaction = Transaction::Begin(database_.get());
+  if (!transaction.ok()) return transaction.status();
+  if (oldest > oldest_revision_) {
+    absl::Status status = SetOldestRevision(database_.get(), oldest);
+    if (!status.ok()) return status;
+  }
+  const Revision kept = std::max(oldest, oldest_revision_);
+  absl::StatusOr<bool> more = RemoveForgotten(database_.get(), kept, receipts_before, max_rows);
+  if (!more.ok()) return more;
+  if (absl::Status status = transaction->Commit(); !status.ok()) return status;
+  oldest_revision_ = kept;
+  return more;
 }
 
 absl::Status GeoPackageMap::BackupTo(const std::string& path) { return InMap(WriteBackup(path)); }

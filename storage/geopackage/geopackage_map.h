@@ -31,16 +31,19 @@ class GeoPackageMap : public StoredMap {
   absl::StatusOr<SnapshotPtr> Load() override;
   absl::Status Write(absl::Span<const Commit> commits) override;
   absl::StatusOr<std::optional<Receipt>> FindReceipt(absl::string_view request_id) override;
+  absl::StatusOr<std::unique_ptr<HistoryReader>> OpenHistory() override;
+  absl::StatusOr<bool> Compact(Revision oldest, absl::Time receipts_before, int max_rows) override;
   FusionLog& fusion_log() override { return fusion_; }
   absl::Status BackupTo(const std::string& path) override;
 
  private:
-  GeoPackageMap(FileLock lock, std::unique_ptr<Database> database, MapMetadata metadata,
-                OpenLayers layers);
+  GeoPackageMap(FileLock lock, std::unique_ptr<Database> database, absl::Duration busy_timeout,
+                MapMetadata metadata, OpenLayers layers);
 
   absl::StatusOr<LayerPtr> LoadLayer(const OpenLayer& open) const;
   absl::StatusOr<SnapshotPtr> LoadSnapshot();
   absl::Status WriteAll(absl::Span<const Commit> commits);
+  absl::StatusOr<bool> CompactSome(Revision oldest, absl::Time receipts_before, int max_rows);
   absl::Status WriteBackup(const std::string& path);
   // Says which map a status is about.
   absl::Status InMap(const absl::Status& status) const;
@@ -48,7 +51,9 @@ class GeoPackageMap : public StoredMap {
   FileLock lock_;
   std::unique_ptr<Database> database_;
   MapHeader header_;
+  const absl::Duration busy_timeout_;
   Revision revision_;
+  Revision oldest_revision_;
   OpenLayers layers_;
   FusionTables fusion_;
 };

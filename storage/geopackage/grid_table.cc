@@ -28,6 +28,17 @@ INSERT INTO "$t" (zoom_level, tile_column, tile_row, tile_data) VALUES (?, ?, ?,
   RETURNING id
 )sql";
 
+// With NULL for a tile that was not there.
+constexpr char kArchiveTile[] = R"sql(
+INSERT INTO hypermap_tile_history (lineage, tile_column, tile_row, end_revision, tile_data)
+  VALUES (?1, ?2, ?3, ?4, (SELECT tile_data FROM "$t"
+    WHERE zoom_level = 0 AND tile_column = ?2 AND tile_row = ?3))
+)sql";
+constexpr char kArchiveAllTiles[] = R"sql(
+INSERT INTO hypermap_tile_history (lineage, tile_column, tile_row, end_revision, tile_data)
+  SELECT ?1, tile_column, tile_row, ?2, tile_data FROM "$t" WHERE zoom_level = 0
+)sql";
+
 constexpr char kReadTiles[] = R"sql(
 SELECT t.id, t.zoom_level, t.tile_column, t.tile_row, t.tile_data, a.scale, a.offset
   FROM "$t" AS t
@@ -77,25 +88,32 @@ absl::Status ReadRow(Statement* row, const TileCodec& codec, const CellBox& exte
 
 }  // namespace
 
-GridTable::GridTable(Database* database, std::string table, std::unique_ptr<const TileCodec> codec)
+GridTable::GridTable(Database* database, std::string table, int64_t lineage,
+                     std::unique_ptr<const TileCodec> codec)
     : database_(database),
       table_(std::move(table)),
+      lineage_(lineage),
       codec_(std::move(codec)),
-      write_sql_(ForTable(kWriteTile, table_)) {}
+      write_sql_(ForTable(kWriteTile, table_)),
+      archive_sql_(ForTable(kArchiveTile, table_)) {}
 
 absl::Status GridTable::Create() { return database_->Execute(ForTable(kCreateTable, table_)); }
 
-absl::Status GridTable::Drop() {
+absl::Status GridTable::Drop(Revision revision) {
+  absl::Status status = database_->Run(ForTable(kArchiveAllTiles, table_), lineage_, revision);
+  if (!status.ok()) return status;
   // Prepared statements would go on holding what belonged to the table.
   database_->ForgetStatements();
   return database_->Execute(ForTable(R"sql(DROP TABLE "$t")sql", table_));
 }
 
-absl::Status GridTable::Write(const TileIndex& index, const Tile& tile) {
+absl::Status GridTable::Write(const TileIndex& index, const Tile& tile, Revision revision) {
   const MatrixTile place = ToMatrix(index);
   if (!IsInMatrix(place)) return absl::InternalError("a tile outside of the tile matrix");
   absl::StatusOr<std::string> image = codec_->Encode(tile);
   if (!image.ok()) return image.status();
+  absl::Status status = database_->Run(archive_sql_, lineage_, place.column, place.row, revision);
+  if (!status.ok()) return status;
   absl::StatusOr<std::optional<int64_t>> id =
       database_->QueryInt64(write_sql_, kZoomLevel, place.column, place.row, BlobView{*image});
   if (!id.ok()) return id.status();

@@ -1,13 +1,16 @@
 // The table of one grid layer: a GeoPackage tile pyramid of one level, as a tiled gridded coverage.
+// What is replaced or removed by a revision goes to hypermap_tile_history.
 #ifndef HYPERMAP_STORAGE_GEOPACKAGE_GRID_TABLE_H_
 #define HYPERMAP_STORAGE_GEOPACKAGE_GRID_TABLE_H_
 
+#include <cstdint>
 #include <memory>
 #include <string>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "map/layers/grid/grid_layer.h"
+#include "map/snapshot.h"
 #include "storage/geopackage/sqlite.h"
 #include "storage/geopackage/tile_codec.h"
 
@@ -16,15 +19,16 @@ namespace hypermap::storage {
 // Borrows the database.
 class GridTable {
  public:
-  GridTable(Database* database, std::string table, std::unique_ptr<const TileCodec> codec);
+  GridTable(Database* database, std::string table, int64_t lineage,
+            std::unique_ptr<const TileCodec> codec);
 
   const CoverageCoding& coding() const { return codec_->coding(); }
 
   absl::Status Create();
-  absl::Status Drop();
+  absl::Status Drop(Revision revision);
 
   // Adds or replaces a tile.
-  absl::Status Write(const TileIndex& index, const Tile& tile);
+  absl::Status Write(const TileIndex& index, const Tile& tile, Revision revision);
 
   // All tiles. DATA_LOSS naming the table and the row for a tile that can't be read, is coded in
   // another way than ours, or has known cells out of `extent`.
@@ -33,8 +37,10 @@ class GridTable {
  private:
   Database* database_;
   std::string table_;
+  int64_t lineage_;
   std::unique_ptr<const TileCodec> codec_;
   std::string write_sql_;
+  std::string archive_sql_;
 };
 
 }  // namespace hypermap::storage

@@ -14,32 +14,6 @@ namespace {
 
 using Json = nlohmann::json;
 
-// What only some kinds have goes into one JSON column, so that a new kind needs no new columns.
-absl::StatusOr<std::string> EncodeParameters(const LayerSpec& spec) {
-  try {
-    Json json{{"free_below", spec.thresholds.free_below},
-              {"occupied_above", spec.thresholds.occupied_above},
-              {"unit", spec.unit}};
-    if (!spec.aliases.empty()) json["aliases"] = spec.aliases;
-    return json.dump();
-  } catch (const Json::exception&) {
-    return absl::InvalidArgumentError("layer.unit or an alias is not UTF-8");
-  }
-}
-
-absl::Status DecodeParameters(absl::string_view text, LayerSpec* spec) {
-  try {
-    const Json json = Json::parse(text.begin(), text.end());
-    spec->thresholds.free_below = json.value("free_below", spec->thresholds.free_below);
-    spec->thresholds.occupied_above = json.value("occupied_above", spec->thresholds.occupied_above);
-    spec->unit = json.value("unit", spec->unit);
-    spec->aliases = json.value("aliases", spec->aliases);
-    return absl::OkStatus();
-  } catch (const Json::exception& e) {
-    return absl::DataLossError(absl::StrCat("column parameters: ", e.what()));
-  }
-}
-
 // Out of range stays out of range: the box is checked against kAllCells afterwards.
 int32_t CellBound(std::optional<int64_t> value) {
   return static_cast<int32_t>(
@@ -57,7 +31,38 @@ absl::Status CheckLayer(const StoredLayer& layer) {
   return absl::OkStatus();
 }
 
-absl::StatusOr<StoredLayer> ReadRow(Statement* row) {
+std::optional<int64_t> BoundOrNull(const CellBox& extent, int32_t bound) {
+  return extent.empty() ? std::nullopt : std::make_optional(int64_t{bound});
+}
+
+}  // namespace
+
+absl::StatusOr<std::string> EncodeLayerParameters(const LayerSpec& spec) {
+  try {
+    Json json{{"free_below", spec.thresholds.free_below},
+              {"occupied_above", spec.thresholds.occupied_above},
+              {"unit", spec.unit}};
+    if (!spec.aliases.empty()) json["aliases"] = spec.aliases;
+    return json.dump();
+  } catch (const Json::exception&) {
+    return absl::InvalidArgumentError("layer.unit or an alias is not UTF-8");
+  }
+}
+
+absl::Status DecodeLayerParameters(absl::string_view text, LayerSpec* spec) {
+  try {
+    const Json json = Json::parse(text.begin(), text.end());
+    spec->thresholds.free_below = json.value("free_below", spec->thresholds.free_below);
+    spec->thresholds.occupied_above = json.value("occupied_above", spec->thresholds.occupied_above);
+    spec->unit = json.value("unit", spec->unit);
+    spec->aliases = json.value("aliases", spec->aliases);
+    return absl::OkStatus();
+  } catch (const Json::exception& e) {
+    return absl::DataLossError(absl::StrCat("column parameters: ", e.what()));
+  }
+}
+
+absl::StatusOr<StoredLayer> ReadLayerRow(Statement* row) {
   StoredLayer layer;
   layer.spec.name = std::string(row->Text(0));
   const std::optional<LayerKind> kind = ParseLayerKind(row->Text(1));
@@ -72,23 +77,19 @@ absl::StatusOr<StoredLayer> ReadRow(Statement* row) {
   layer.extent = {CellBound(row->OptionalInt64(8)), CellBound(row->OptionalInt64(9)),
                   CellBound(row->OptionalInt64(10)), CellBound(row->OptionalInt64(11))};
   const absl::string_view parameters = row->Text(12);
+  layer.lineage = row->Int64(13);
   if (!row->row_status().ok()) return row->row_status();
   if (!kind) return absl::DataLossError(absl::StrCat("unknown kind ", row->Text(1)));
   layer.spec.kind = *kind;
-  if (absl::Status status = DecodeParameters(parameters, &layer.spec); !status.ok()) return status;
+  if (absl::Status status = DecodeLayerParameters(parameters, &layer.spec); !status.ok())
+    return status;
   if (absl::Status status = CheckLayer(layer); !status.ok()) return status;
   return layer;
 }
 
-std::optional<int64_t> BoundOrNull(const CellBox& extent, int32_t bound) {
-  return extent.empty() ? std::nullopt : std::make_optional(int64_t{bound});
-}
-
-}  // namespace
-
 absl::Status InsertLayer(Database* database, const StoredLayer& layer) {
   const LayerSpec& spec = layer.spec;
-  absl::StatusOr<std::string> parameters = EncodeParameters(spec);
+  absl::StatusOr<std::string> parameters = EncodeLayerParameters(spec);
   if (!parameters.ok()) return parameters.status();
   std::optional<double> x, y, yaw, resolution_m;
   if (spec.grid) {
@@ -116,7 +117,7 @@ absl::Status UpdateLayerExtent(Database* database, const std::string& layer,
 }
 
 absl::Status UpdateLayerParameters(Database* database, const LayerSpec& spec) {
-  absl::StatusOr<std::string> parameters = EncodeParameters(spec);
+  absl::StatusOr<std::string> parameters = EncodeLayerParameters(spec);
   if (!parameters.ok()) return parameters.status();
   return database->Run("UPDATE hypermap_layers SET parameters = ? WHERE name = ?", *parameters,
                        spec.name);
@@ -129,14 +130,15 @@ absl::Status RemoveLayer(Database* database, const std::string& layer) {
 absl::StatusOr<std::vector<StoredLayer>> ReadLayers(Database* database) {
   absl::StatusOr<Statement> select = database->Prepare(
       "SELECT name, kind, table_name, frame_id, origin_x, origin_y, origin_yaw, resolution_m, "
-      "row_begin, row_end, col_begin, col_end, parameters FROM hypermap_layers ORDER BY name");
+      "row_begin, row_end, col_begin, col_end, parameters, lineage "
+      "FROM hypermap_layers ORDER BY name");
   if (!select.ok()) return select.status();
   std::vector<StoredLayer> layers;
   while (true) {
     absl::StatusOr<bool> row = select->Step();
     if (!row.ok()) return row.status();
     if (!*row) return layers;
-    absl::StatusOr<StoredLayer> layer = ReadRow(&*select);
+    absl::StatusOr<StoredLayer> layer = ReadLayerRow(&*select);
     if (!layer.ok()) {
       return absl::DataLossError(
           absl::StrCat("hypermap_layers, layer ", select->Text(0), ": ", layer.status().message()));

@@ -2,6 +2,7 @@
 #ifndef HYPERMAP_STORAGE_GEOPACKAGE_LAYER_TABLE_H_
 #define HYPERMAP_STORAGE_GEOPACKAGE_LAYER_TABLE_H_
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -19,6 +20,7 @@ struct StoredLayer {
   LayerSpec spec;
   std::string table;
   CellBox extent;  // of a grid; empty when nothing was written yet
+  int64_t lineage = 0;
 };
 
 absl::Status InsertLayer(Database* database, const StoredLayer& layer);
@@ -29,6 +31,14 @@ absl::Status RemoveLayer(Database* database, const std::string& layer);
 
 // All layers by name. DATA_LOSS naming the one that is no valid layer or has no table.
 absl::StatusOr<std::vector<StoredLayer>> ReadLayers(Database* database);
+
+// A layer from a row of name, kind, table_name, frame_id, origin_x, origin_y, origin_yaw,
+// resolution_m, row_begin, row_end, col_begin, col_end, parameters, lineage. DATA_LOSS.
+absl::StatusOr<StoredLayer> ReadLayerRow(Statement* row);
+
+// What only some kinds have, as a JSON object, so that a new kind needs no new columns.
+absl::StatusOr<std::string> EncodeLayerParameters(const LayerSpec& spec);
+absl::Status DecodeLayerParameters(absl::string_view text, LayerSpec* spec);
 
 }  // namespace hypermap::storage
 

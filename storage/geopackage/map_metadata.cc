@@ -19,7 +19,8 @@ absl::Status InsertMetadata(Database* database, int64_t schema_version,
 
 absl::StatusOr<MapMetadata> ReadMetadata(Database* database) {
   absl::StatusOr<Statement> select = database->Prepare(
-      "SELECT map_name, frame_id, created_at_ns, request_id, revision, next_object_id "
+      "SELECT map_name, frame_id, created_at_ns, request_id, revision, next_object_id, "
+      "oldest_revision "
       "FROM hypermap_metadata WHERE id = 1");
   if (!select.ok()) return select.status();
   absl::StatusOr<bool> row = select->Step();
@@ -32,6 +33,7 @@ absl::StatusOr<MapMetadata> ReadMetadata(Database* database) {
   metadata.header.request_id = std::string(select->Text(3));
   metadata.revision = select->Int64(4);
   metadata.next_object_id = select->Int64(5);
+  metadata.oldest_revision = select->Int64(6);
   absl::Status status = select->row_status();
   status.Update(ValidateFrameId("frame_id", metadata.header.frame_id));
   if (!status.ok()) {
@@ -39,6 +41,9 @@ absl::StatusOr<MapMetadata> ReadMetadata(Database* database) {
   }
   if (metadata.revision < 0 || metadata.next_object_id < 1) {
     return absl::DataLossError("hypermap_metadata: a negative revision or object id");
+  }
+  if (metadata.oldest_revision < 0 || metadata.oldest_revision > metadata.revision) {
+    return absl::DataLossError("hypermap_metadata: oldest_revision is no revision of the map");
   }
   return metadata;
 }
@@ -52,6 +57,10 @@ absl::Status AdvanceRevision(Database* database, Revision from, Revision to,
   if (database->changed_rows() == 1) return absl::OkStatus();
   return absl::FailedPreconditionError(
       absl::StrCat("the file is not at revision ", from, "; another program has changed it"));
+}
+
+absl::Status SetOldestRevision(Database* database, Revision oldest) {
+  return database->Run("UPDATE hypermap_metadata SET oldest_revision = ? WHERE id = 1", oldest);
 }
 
 }  // namespace hypermap::storage

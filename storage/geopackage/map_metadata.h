@@ -13,6 +13,8 @@ struct MapMetadata {
   MapHeader header;
   Revision revision = 0;
   ObjectId next_object_id = 1;
+  // The oldest that can be asked for.
+  Revision oldest_revision = 0;
 };
 
 absl::Status InsertMetadata(Database* database, int64_t schema_version,
@@ -25,6 +27,9 @@ absl::StatusOr<MapMetadata> ReadMetadata(Database* database);
 // `from`, which only another program can have done.
 absl::Status AdvanceRevision(Database* database, Revision from, Revision to,
                              ObjectId next_object_id);
+
+// Moves the oldest revision forward.
+absl::Status SetOldestRevision(Database* database, Revision oldest);
 
 }  // namespace hypermap::storage
 

@@ -15,6 +15,10 @@ namespace {
 
 using Json = nlohmann::json;
 
+// What most objects have; not worth a parser.
+constexpr absl::string_view kEmptyObject = "{}";
+constexpr absl::string_view kEmptyArray = "[]";
+
 absl::StatusOr<std::string> Dump(const char* what, const Json& json) {
   try {
     return json.dump();
@@ -57,6 +61,7 @@ std::optional<AttributeValue> DecodeAttribute(const Json& value) {
 }  // namespace
 
 absl::StatusOr<std::string> EncodeClasses(const Classes& classes) {
+  if (classes.empty()) return std::string(kEmptyObject);
   Json json = Json::object();
   for (const auto& [label, confidence] : classes) {
     if (!std::isfinite(confidence)) return NotFinite("classes", label);
@@ -65,9 +70,13 @@ absl::StatusOr<std::string> EncodeClasses(const Classes& classes) {
   return Dump("classes", json);
 }
 
-absl::StatusOr<std::string> EncodeTags(const Tags& tags) { return Dump("tags", Json(tags)); }
+absl::StatusOr<std::string> EncodeTags(const Tags& tags) {
+  if (tags.empty()) return std::string(kEmptyArray);
+  return Dump("tags", Json(tags));
+}
 
 absl::StatusOr<std::string> EncodeAttributes(const Attributes& attributes) {
+  if (attributes.empty()) return std::string(kEmptyObject);
   Json json = Json::object();
   for (const auto& [name, value] : attributes) {
     if (const double* number = std::get_if<double>(&value); number && !std::isfinite(*number)) {
@@ -80,6 +89,7 @@ absl::StatusOr<std::string> EncodeAttributes(const Attributes& attributes) {
 
 absl::StatusOr<Classes> DecodeClasses(absl::string_view text) {
   Classes classes;
+  if (text == kEmptyObject) return classes;
   const Json json = Parse(text);
   if (!json.is_object()) return Malformed("classes", "a JSON object");
   for (const auto& [label, confidence] : json.items()) {
@@ -91,6 +101,7 @@ absl::StatusOr<Classes> DecodeClasses(absl::string_view text) {
 
 absl::StatusOr<Tags> DecodeTags(absl::string_view text) {
   Tags tags;
+  if (text == kEmptyArray) return tags;
   const Json json = Parse(text);
   if (!json.is_array()) return Malformed("tags", "a JSON array");
   for (const Json& tag : json) {
@@ -102,6 +113,7 @@ absl::StatusOr<Tags> DecodeTags(absl::string_view text) {
 
 absl::StatusOr<Attributes> DecodeAttributes(absl::string_view text) {
   Attributes attributes;
+  if (text == kEmptyObject) return attributes;
   const Json json = Parse(text);
   if (!json.is_object()) return Malformed("attributes", "a JSON object");
   for (const auto& [name, value] : json.items()) {

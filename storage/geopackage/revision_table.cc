@@ -19,9 +19,9 @@ absl::Status InsertRevision(Database* database, const Commit& commit) {
   if (!status.ok() || commit.request_id.empty()) return status;
   const std::string object_ids = EncodeObjectIds(commit.applied.object_ids);
   status = database->Run(
-      "INSERT OR IGNORE INTO hypermap_receipts (request_id, revision, object_ids) "
-      "VALUES (?, ?, ?)",
-      commit.request_id, revision, BlobView{object_ids});
+      "INSERT OR IGNORE INTO hypermap_receipts (request_id, revision, time_ns, object_ids) "
+      "VALUES (?, ?, ?, ?)",
+      commit.request_id, revision, absl::ToUnixNanos(commit.time), BlobView{object_ids});
   if (status.ok() && database->changed_rows() == 0) {
     return absl::AlreadyExistsError(
         absl::StrCat("request_id ", commit.request_id, " was answered before"));

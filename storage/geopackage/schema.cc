@@ -6,6 +6,7 @@
 #include "absl/strings/str_cat.h"
 #include "storage/geopackage/contents.h"
 #include "storage/geopackage/fusion_tables.h"
+#include "storage/geopackage/history_tables.h"
 #include "storage/geopackage/layer_table.h"
 #include "storage/geopackage/map_metadata.h"
 #include "storage/geopackage/standard_tables.h"
@@ -22,7 +23,8 @@ CREATE TABLE hypermap_metadata (
   created_at_ns INTEGER NOT NULL,
   request_id TEXT NOT NULL,
   revision INTEGER NOT NULL,
-  next_object_id INTEGER NOT NULL
+  next_object_id INTEGER NOT NULL,
+  oldest_revision INTEGER NOT NULL DEFAULT 0
 );
 CREATE TABLE hypermap_layers (
   id INTEGER PRIMARY KEY,
@@ -38,7 +40,8 @@ CREATE TABLE hypermap_layers (
   row_end INTEGER,
   col_begin INTEGER,
   col_end INTEGER,
-  parameters TEXT NOT NULL
+  parameters TEXT NOT NULL,
+  lineage INTEGER NOT NULL DEFAULT 0
 );
 CREATE TABLE hypermap_frames (
   id INTEGER PRIMARY KEY,
@@ -54,12 +57,6 @@ CREATE TABLE hypermap_revisions (
   author TEXT NOT NULL,
   num_changes INTEGER NOT NULL
 );
-CREATE TABLE hypermap_receipts (
-  id INTEGER PRIMARY KEY,
-  request_id TEXT NOT NULL UNIQUE,
-  revision INTEGER NOT NULL REFERENCES hypermap_revisions(revision),
-  object_ids BLOB NOT NULL
-);
 )sql";
 
 // What the code reads and writes. A statement that names a missing one would fail anyway, but not
@@ -70,13 +67,29 @@ struct TableColumns {
 };
 constexpr TableColumns kTables[] = {
     {"hypermap_metadata",
-     "id, schema_version, map_name, frame_id, created_at_ns, request_id, revision, next_object_id"},
+     "id, schema_version, map_name, frame_id, created_at_ns, request_id, revision, next_object_id, "
+     "oldest_revision"},
     {"hypermap_layers",
      "id, name, kind, table_name, frame_id, origin_x, origin_y, origin_yaw, resolution_m, "
-     "row_begin, row_end, col_begin, col_end, parameters"},
+     "row_begin, row_end, col_begin, col_end, parameters, lineage"},
     {"hypermap_frames", "id, child_frame_id, parent_frame_id, x, y, yaw"},
     {"hypermap_revisions", "revision, time_ns, author, num_changes"},
-    {"hypermap_receipts", "id, request_id, revision, object_ids"},
+    {"hypermap_receipts", "id, request_id, revision, time_ns, object_ids"},
+    {"hypermap_lineages",
+     "id, name, kind, table_name, frame_id, origin_x, origin_y, origin_yaw, resolution_m, "
+     "first_revision, end_revision"},
+    {"hypermap_layer_history",
+     "lineage, first_revision, row_begin, row_end, col_begin, col_end, parameters"},
+    {"hypermap_layer_revisions", "lineage, revision"},
+    {"hypermap_frame_history", "child_frame_id, first_revision, parent_frame_id, x, y, yaw"},
+    {"hypermap_object_history",
+     "id, lineage, object_id, first_revision, end_revision, geom, label, existence, classes, tags, "
+     "attributes, height_min, height_max, expires_at_ns"},
+    {"hypermap_object_boxes",
+     "id, min_x, max_x, min_y, max_y, first_revision, last_revision, min_lineage, max_lineage"},
+    {"hypermap_tile_history", "id, lineage, tile_column, tile_row, end_revision, tile_data"},
+    {"hypermap_changes",
+     "revision, number, kind, lineage, object_id, tile_column, tile_row, detail"},
     {"hypermap_fusion", "id, layer, strategy, parameters, exploration_layer"},
     {"hypermap_observations",
      "id, layer, stamp_ns, robot, sequence, content_hash, retracted, received_at_ns, body_size, "
@@ -110,7 +123,7 @@ INSERT INTO gpkg_extensions
 )sql"));
 }
 
-constexpr Migration kMigrations[] = {{1, AddFusion}};
+constexpr Migration kMigrations[] = {{1, AddFusion}, {2, AddHistory}};
 
 // GeoPackage wants every table that is not its own registered. Who only reads layers need not know
 // ours. That one of them is a table of attributes to everybody gives people the layers' frames and
@@ -148,7 +161,8 @@ absl::Status CreateSchema(Database* database, const MapHeader& header) {
   if (!transaction.ok()) return transaction.status();
   absl::Status status = CreateStandardTables(database);
   if (status.ok())
-    status = database->Execute(absl::StrCat(kCreateTables, kCreateFusionTables, kRegisterTables));
+    status = database->Execute(absl::StrCat(kCreateTables, kCreateReceipts, kCreateFusionTables,
+                                            kCreateHistoryTables, kRegisterTables));
   if (status.ok()) {
     MapMetadata metadata;
     metadata.header = header;

@@ -16,7 +16,7 @@
 namespace hypermap::storage {
 
 // The version that this program writes.
-inline constexpr int64_t kSchemaVersion = 2;
+inline constexpr int64_t kSchemaVersion = 3;
 
 // One step forward, from `from_version` to the next.
 struct Migration {

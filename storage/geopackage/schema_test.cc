@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "absl/strings/str_join.h"
+#include "absl/strings/str_replace.h"
 #include "absl/strings/str_split.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
@@ -53,6 +54,41 @@ EditBatch GoldenEdits() {
   return batch;
 }
 
+// What testdata/map_v3.sql holds after them, so that it has a history.
+std::vector<EditBatch> LaterGoldenEdits() {
+  SemanticObject cup;
+  cup.id = 2;
+  cup.label = "mug";
+  cup.polygon = *Polygon::Make({{-1.5, 2}, {-1, 2}, {-1, 2.25}});
+  EditBatch second;
+  second.time = absl::FromUnixSeconds(1'700'000'002);
+  second.edits = {CreateLayer{SemanticSpec("gone")},
+                  PutObject{"gone", UnitSquare("box"), ""},
+                  SetAliases{"objects", {{"becher", {"cup", "mug"}}}},
+                  PutObject{"objects", cup, "", false, std::nullopt, absl::Hours(1)},
+                  WriteCells{"occupancy", {1, 2, 2, 3}, {0.25}},
+                  SetTransform{{"map", "robot/base", {3, 5, 0.5}}}};
+  EditBatch third;
+  third.time = absl::FromUnixSeconds(1'700'000'003);
+  third.edits = {DeleteLayer{"gone"}};
+  return {second, third};
+}
+
+// All snapshots of a golden file of that version, from that before its first edit on.
+std::vector<SnapshotPtr> GoldenSnapshots(int version) {
+  auto empty = std::make_shared<Snapshot>();
+  empty->map_name = "golden";
+  std::vector<SnapshotPtr> snapshots{empty};
+  std::vector<EditBatch> batches{GoldenEdits()};
+  if (version >= 3) {
+    for (EditBatch& batch : LaterGoldenEdits()) batches.push_back(std::move(batch));
+  }
+  for (const EditBatch& batch : batches) {
+    snapshots.push_back(MakeCommit(*snapshots.back(), batch).applied.snapshot);
+  }
+  return snapshots;
+}
+
 void MakeGolden(const std::string& path, int version = 1) {
   const absl::Status status = Connect(path)->Execute(
       ReadFile(std::string(GEOPACKAGE_TESTDATA) + "/map_v" + std::to_string(version) + ".sql"));
@@ -67,14 +103,31 @@ std::map<std::string, std::string> SchemaOf(Database& database) {
   while (*select->Step()) {
     const std::vector<std::string> words =
         absl::StrSplit(select->Text(1), absl::ByAnyChar(" \n"), absl::SkipEmpty());
-    schema.emplace(select->Text(0), absl::StrJoin(words, " "));
+    // ALTER TABLE puts a blank before its comma.
+    schema.emplace(select->Text(0),
+                   absl::StrReplaceAll(absl::StrJoin(words, " "), {{" ,", ","}, {" )", ")"}}));
   }
   return schema;
 }
 
+// A past map with all its content. What ids were given then is not kept.
+SnapshotPtr WholeOf(PastMap& past, ObjectId next_object_id) {
+  auto whole = std::make_shared<Snapshot>(*past.structure());
+  for (auto& [name, layer] : whole->layers) {
+    if (const auto* grid = dynamic_cast<const GridLayer*>(layer.get())) {
+      layer = std::make_shared<GridLayer>(grid->spec(), grid->shared_domain(),
+                                          *past.Tiles(name, kAllCells), grid->extent());
+    } else {
+      layer = std::make_shared<SemanticLayer>(layer->spec(), *past.Objects(name));
+    }
+  }
+  whole->next_object_id = next_object_id;
+  return whole;
+}
+
 class GoldenMapTest : public ::testing::TestWithParam<int> {};
 
-INSTANTIATE_TEST_SUITE_P(Versions, GoldenMapTest, ::testing::Values(1, 2));
+INSTANTIATE_TEST_SUITE_P(Versions, GoldenMapTest, ::testing::Values(1, 2, 3));
 
 TEST_P(GoldenMapTest, IsRead) {
   const TempFolder folder;
@@ -86,11 +139,9 @@ TEST_P(GoldenMapTest, IsRead) {
   EXPECT_EQ((*map)->header().request_id, "create golden");
   EXPECT_EQ((*map)->header().frame_id, "map");
 
-  Snapshot empty;
-  empty.map_name = "golden";
   auto loaded = (*map)->Load();
   ASSERT_TRUE(loaded.ok()) << loaded.status();
-  ExpectSame(**loaded, *MakeCommit(empty, GoldenEdits()).applied.snapshot);
+  ExpectSame(**loaded, *GoldenSnapshots(GetParam()).back());
 
   auto receipt = (*map)->FindReceipt("put");
   ASSERT_TRUE(receipt.ok() && receipt->has_value());
@@ -104,7 +155,7 @@ TEST_P(GoldenMapTest, IsRead) {
 // A change of what is made needs a new version, a migration to it and a golden file of its own.
 TEST(GoldenMap, NewMapsHaveTheSchemaOfTheirVersion) {
   const TempFolder folder;
-  EXPECT_EQ(kSchemaVersion, 2);
+  EXPECT_EQ(kSchemaVersion, 3);
   MakeGolden(folder / "golden.gpkg", kSchemaVersion);
   {
     const auto store = OpenStore(folder.path());
@@ -113,9 +164,13 @@ TEST(GoldenMap, NewMapsHaveTheSchemaOfTheirVersion) {
   EXPECT_EQ(SchemaOf(*Connect(folder / "new.gpkg")), SchemaOf(*Connect(folder / "golden.gpkg")));
 }
 
-TEST(GoldenMap, Version1BecomesAsTheNewest) {
+class OldMapTest : public ::testing::TestWithParam<int> {};
+
+INSTANTIATE_TEST_SUITE_P(Versions, OldMapTest, ::testing::Values(1, 2));
+
+TEST_P(OldMapTest, BecomesAsTheNewest) {
   const TempFolder folder;
-  MakeGolden(folder / "old.gpkg", 1);
+  MakeGolden(folder / "old.gpkg", GetParam());
   MakeGolden(folder / "new.gpkg", kSchemaVersion);
   ASSERT_TRUE(OpenStore(folder.path())->Open("old").ok());
   const auto old = Connect(folder / "old.gpkg");
@@ -126,9 +181,68 @@ TEST(GoldenMap, Version1BecomesAsTheNewest) {
             0);
 }
 
-TEST(GoldenMap, EvidenceOfVersion2IsRead) {
+TEST_P(OldMapTest, HistoryBeginsWithWhatItHas) {
   const TempFolder folder;
-  MakeGolden(folder / "golden.gpkg", 2);
+  MakeGolden(folder / "golden.gpkg", GetParam());
+  const auto store = OpenStore(folder.path());
+  auto map = store->Open("golden");
+  ASSERT_TRUE(map.ok()) << map.status();
+  const SnapshotPtr before = *(*map)->Load();
+  auto history = (*map)->OpenHistory();
+  ASSERT_TRUE(history.ok()) << history.status();
+  EXPECT_EQ((*history)->Kept()->oldest, 1);
+  EXPECT_EQ((*history)->At(0).status().code(), absl::StatusCode::kOutOfRange);
+
+  const Commit commit = MakeCommit(
+      *before, {{SetTransform{{"map", "robot/base", {9, 9, 0}}}, DeleteObject{"objects", 1},
+                 DeleteLayer{"wifi"}, WriteCells{"occupancy", {0, 1, 2, 3}, {1.0}}}});
+  ASSERT_TRUE((*map)->Write({commit}).ok());
+  const auto past = (*history)->At(1);
+  ASSERT_TRUE(past.ok()) << past.status();
+  ExpectSame(*WholeOf(**past, before->next_object_id), *before);
+  EXPECT_EQ((*past)->structure()->LayerVersionOf("objects"), 0);
+  const auto commits = (*history)->Commits(1, 100);
+  ASSERT_TRUE(commits.ok()) << commits.status();
+  ASSERT_EQ(commits->size(), 1u);
+  EXPECT_EQ(commits->front().changes.size(), commit.applied.changes.size());
+  // A receipt has the time of its revision.
+  ASSERT_TRUE((*map)->Compact(2, absl::FromUnixSeconds(1'700'000'001), 100).ok());
+  EXPECT_TRUE((*map)->FindReceipt("put")->has_value());
+  ASSERT_TRUE((*map)->Compact(2, absl::FromUnixSeconds(1'700'000'002), 100).ok());
+  EXPECT_FALSE((*map)->FindReceipt("put")->has_value());
+}
+
+TEST(GoldenMap, HistoryOfVersion3IsRead) {
+  const TempFolder folder;
+  MakeGolden(folder / "golden.gpkg", 3);
+  const auto store = OpenStore(folder.path());
+  auto map = store->Open("golden");
+  ASSERT_TRUE(map.ok()) << map.status();
+  auto history = (*map)->OpenHistory();
+  ASSERT_TRUE(history.ok()) << history.status();
+  const std::vector<SnapshotPtr> snapshots = GoldenSnapshots(3);
+  for (Revision revision = 0; revision <= 3; ++revision) {
+    SCOPED_TRACE(revision);
+    const auto past = (*history)->At(revision);
+    ASSERT_TRUE(past.ok()) << past.status();
+    const SnapshotPtr whole = WholeOf(**past, snapshots[revision]->next_object_id);
+    ExpectSame(*whole, *snapshots[revision]);
+    EXPECT_EQ(whole->layer_versions, snapshots[revision]->layer_versions);
+  }
+  const auto commits = (*history)->Commits(0, 100);
+  ASSERT_TRUE(commits.ok()) << commits.status();
+  ASSERT_EQ(commits->size(), 3u);
+  EXPECT_EQ(commits->back().record.time, absl::FromUnixSeconds(1'700'000'002));
+  EXPECT_EQ(std::get<LayerDeleted>(commits->back().changes.at(0)).spec.name, "gone");
+}
+
+class EvidenceTest : public ::testing::TestWithParam<int> {};
+
+INSTANTIATE_TEST_SUITE_P(Versions, EvidenceTest, ::testing::Values(2, 3));
+
+TEST_P(EvidenceTest, IsRead) {
+  const TempFolder folder;
+  MakeGolden(folder / "golden.gpkg", GetParam());
   const auto store = OpenStore(folder.path());
   auto map = store->Open("golden");
   ASSERT_TRUE(map.ok()) << map.status();
@@ -171,7 +285,7 @@ absl::Status Fail(Database*) { return absl::DataLossError("cannot be brought for
 class MigrationTest : public ::testing::Test {
  protected:
   void SetUp() override {
-    MakeGolden(folder_ / "golden.gpkg", 2);
+    MakeGolden(folder_ / "golden.gpkg", 3);
     database_ = Connect(folder_ / "golden.gpkg");
   }
 
@@ -180,10 +294,10 @@ class MigrationTest : public ::testing::Test {
 };
 
 TEST_F(MigrationTest, StepsAreTakenInOrderUpToTheNewest) {
-  const Migration steps[] = {{3, RaiseFloor}, {2, AddFloor}, {4, Fail}};
-  const absl::Status status = MigrateSchema(database_.get(), 4, steps);
+  const Migration steps[] = {{4, RaiseFloor}, {3, AddFloor}, {5, Fail}};
+  const absl::Status status = MigrateSchema(database_.get(), 5, steps);
   ASSERT_TRUE(status.ok()) << status;
-  EXPECT_EQ(*ReadSchemaVersion(database_.get()), 4);
+  EXPECT_EQ(*ReadSchemaVersion(database_.get()), 5);
   EXPECT_EQ(
       **database_->QueryInt64("SELECT count(*) FROM hypermap_metadata WHERE floor = 'ground + 1'"),
       1);
@@ -191,24 +305,24 @@ TEST_F(MigrationTest, StepsAreTakenInOrderUpToTheNewest) {
 }
 
 TEST_F(MigrationTest, FileOfTheNewestVersionIsLeftAlone) {
-  const Migration steps[] = {{2, Fail}};
-  EXPECT_TRUE(MigrateSchema(database_.get(), 2, steps).ok());
+  const Migration steps[] = {{3, Fail}};
+  EXPECT_TRUE(MigrateSchema(database_.get(), 3, steps).ok());
 }
 
 TEST_F(MigrationTest, FailedStepLeavesTheFileAsItWas) {
   const auto before = SchemaOf(*database_);
-  const Migration steps[] = {{2, AddFloor}, {3, Fail}};
-  EXPECT_EQ(MigrateSchema(database_.get(), 4, steps).code(), absl::StatusCode::kDataLoss);
-  EXPECT_EQ(*ReadSchemaVersion(database_.get()), 2);
+  const Migration steps[] = {{3, AddFloor}, {4, Fail}};
+  EXPECT_EQ(MigrateSchema(database_.get(), 5, steps).code(), absl::StatusCode::kDataLoss);
+  EXPECT_EQ(*ReadSchemaVersion(database_.get()), 3);
   EXPECT_EQ(SchemaOf(*database_), before);
 }
 
 TEST_F(MigrationTest, MissingStepIsTold) {
-  const Migration steps[] = {{2, AddFloor}};
-  const absl::Status status = MigrateSchema(database_.get(), 4, steps);
+  const Migration steps[] = {{3, AddFloor}};
+  const absl::Status status = MigrateSchema(database_.get(), 5, steps);
   EXPECT_EQ(status.code(), absl::StatusCode::kFailedPrecondition);
-  EXPECT_THAT(std::string(status.message()), HasSubstr("schema version 3"));
-  EXPECT_EQ(*ReadSchemaVersion(database_.get()), 2);
+  EXPECT_THAT(std::string(status.message()), HasSubstr("schema version 4"));
+  EXPECT_EQ(*ReadSchemaVersion(database_.get()), 3);
 }
 
 TEST_F(MigrationTest, FileOfTheFutureIsRefused) {

@@ -166,7 +166,8 @@ Database::~Database() {
 absl::StatusOr<std::unique_ptr<Database>> Database::Open(const std::string& path, OpenMode mode,
                                                          absl::Duration busy_timeout) {
   sqlite3* handle = nullptr;
-  const int flags = SQLITE_OPEN_READWRITE | SQLITE_OPEN_NOMUTEX |
+  const int flags = SQLITE_OPEN_NOMUTEX |
+                    (mode == OpenMode::kReadOnly ? SQLITE_OPEN_READONLY : SQLITE_OPEN_READWRITE) |
                     (mode == OpenMode::kCreate ? SQLITE_OPEN_CREATE : 0);
   const int code = sqlite3_open_v2(path.c_str(), &handle, flags, nullptr);
   std::unique_ptr<Database> database(new Database(path, handle));
@@ -177,6 +178,10 @@ absl::StatusOr<std::unique_ptr<Database>> Database::Open(const std::string& path
   // R*Trees, which SQLite calls unsafe otherwise, but not to write to their shadow tables.
   sqlite3_db_config(handle, SQLITE_DBCONFIG_DEFENSIVE, 1, nullptr);
   sqlite3_db_config(handle, SQLITE_DBCONFIG_ENABLE_FKEY, 1, nullptr);
+  // A reader that closes last would remove the log, which may be that of another file by then.
+  if (mode == OpenMode::kReadOnly) {
+    sqlite3_db_config(handle, SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, 1, nullptr);
+  }
   return database;
 }
 
@@ -251,6 +256,20 @@ absl::Status Transaction::Commit() {
   if (absl::Status status = database_->Execute("COMMIT"); !status.ok()) return status;
   database_ = nullptr;
   return absl::OkStatus();
+}
+
+absl::StatusOr<ReadTransaction> ReadTransaction::Begin(Database* database) {
+  if (sqlite3_get_autocommit(database->handle()) == 0) return ReadTransaction(nullptr);
+  if (absl::Status status = database->Execute("BEGIN"); !status.ok()) return status;
+  return ReadTransaction(database);
+}
+
+ReadTransaction::ReadTransaction(ReadTransaction&& other) noexcept
+    : database_(std::exchange(other.database_, nullptr)) {}
+
+ReadTransaction::~ReadTransaction() {
+  if (database_ == nullptr) return;
+  sqlite3_exec(database_->handle(), "COMMIT", nullptr, nullptr, nullptr);
 }
 
 }  // namespace hypermap::storage

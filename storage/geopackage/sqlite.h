@@ -97,8 +97,9 @@ class Database {
   enum class OpenMode {
     kExisting,  // a file that is there
     kCreate,    // a file that is made when missing
+    kReadOnly,  // a file that is there; neither it nor its log is ever changed
   };
-  // Opens a file for reading and writing. Nothing is read yet, so a file that is no database is
+  // Opens a file. Nothing is read yet, so a file that is no database is
   // found by the first statement.
   static absl::StatusOr<std::unique_ptr<Database>> Open(const std::string& path, OpenMode mode,
                                                         absl::Duration busy_timeout);
@@ -164,6 +165,20 @@ class Transaction {
  private:
   explicit Transaction(Database* database) : database_(database) {}
   Database* database_;  // null when over
+};
+
+// What is read while this lives is of one moment, beginning with the first read. Where the database
+// is in a transaction already, that one goes on.
+class ReadTransaction {
+ public:
+  static absl::StatusOr<ReadTransaction> Begin(Database* database);
+  ReadTransaction(ReadTransaction&& other) noexcept;
+  ReadTransaction& operator=(ReadTransaction&&) = delete;
+  ~ReadTransaction();
+
+ private:
+  explicit ReadTransaction(Database* database) : database_(database) {}
+  Database* database_;  // null when it is another's transaction
 };
 
 }  // namespace hypermap::storage

@@ -61,7 +61,7 @@ def pure(*rooms, hidden=()):
 
 
 MAP = ["map", "map/geometry", "map/frames", "map/values", "map/layers", "map/observations",
-       "map/query", "map/edits"]
+       "map/query", "map/edits", "map/watch"]
 
 ROOMS = {
     "map/geometry": pure(hidden={"geos"}),
@@ -73,6 +73,8 @@ ROOMS = {
     "map": pure("map/geometry", "map/frames", "map/values", "map/layers"),
     "map/query": pure("map", "map/geometry", "map/frames", "map/values", "map/layers"),
     "map/edits": pure("map", "map/geometry", "map/frames", "map/values", "map/layers"),
+    "map/watch": pure("map", "map/geometry", "map/frames", "map/values", "map/layers",
+                      "map/edits", "map/query"),
     # grpc: the one mapping between absl::Status and grpc::Status.
     "wire": Room(["proto", *MAP], {"absl", "protobuf", "grpc"}),
     "storage": Room(MAP, {"absl"}),

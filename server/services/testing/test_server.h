@@ -14,6 +14,7 @@
 #include "hypermap/v1/catalog_service.grpc.pb.h"
 #include "hypermap/v1/edit_service.grpc.pb.h"
 #include "hypermap/v1/query_service.grpc.pb.h"
+#include "hypermap/v1/watch_service.grpc.pb.h"
 #include "map/edits/edit.h"
 #include "server/services/evidence_codec.h"
 #include "server/services/facilities.h"
@@ -26,8 +27,8 @@ namespace hypermap::server {
 
 class TestServer {
  public:
-  explicit TestServer(const ServiceLimits& limits = {}, int max_message_bytes = 1 << 20) {
-    SessionOptions options;
+  explicit TestServer(const ServiceLimits& limits = {}, int max_message_bytes = 1 << 20,
+                      SessionOptions options = {}) {
     options.fusion.codec = WireEvidenceCodec();
     options.fusion.make_strategy = MakeTallyStrategy;
     options.fusion.default_strategy = "tally";
@@ -43,6 +44,7 @@ class TestServer {
     catalog = v1::CatalogService::NewStub(channel_);
     query = v1::QueryService::NewStub(channel_);
     edit = v1::EditService::NewStub(channel_);
+    watch = v1::WatchService::NewStub(channel_);
   }
   ~TestServer() {
     disk_.Release();
@@ -80,6 +82,7 @@ class TestServer {
   std::unique_ptr<v1::CatalogService::Stub> catalog;
   std::unique_ptr<v1::QueryService::Stub> query;
   std::unique_ptr<v1::EditService::Stub> edit;
+  std::unique_ptr<v1::WatchService::Stub> watch;
 };
 
 // A semantic layer `name` with unit squares labelled "cup" at x = 0, 2, 4, ...

@@ -1,6 +1,7 @@
 #include "server/session/testing/memory_map_store.h"
 
 #include <fstream>
+#include <iterator>
 #include <utility>
 
 namespace hypermap::server {
@@ -23,7 +24,16 @@ class MemoryMap : public storage::StoredMap {
       absl::string_view request_id) override {
     const auto it = file_->receipts.find(std::string_view(request_id.data(), request_id.size()));
     if (it == file_->receipts.end()) return std::nullopt;
-    return it->second;
+    return it->second.receipt;
+  }
+  absl::StatusOr<std::unique_ptr<storage::HistoryReader>> OpenHistory() override {
+    return std::make_unique<MemoryHistoryReader>(file_->history);
+  }
+  absl::StatusOr<bool> Compact(Revision oldest, absl::Time receipts_before, int max_rows) override {
+    for (auto it = file_->receipts.begin(); it != file_->receipts.end();) {
+      it = it->second.time < receipts_before ? file_->receipts.erase(it) : std::next(it);
+    }
+    return file_->history->Forget(oldest, max_rows);
   }
   storage::FusionLog& fusion_log() override { return file_->fusion; }
   absl::Status BackupTo(const std::string& path) override {
@@ -73,6 +83,7 @@ absl::Status MemoryDisk::Write(File& file, absl::Span<const storage::Commit> com
   writes_.push_back(commits.size());
   for (const storage::Commit& commit : commits) {
     file.snapshot = commit.applied.snapshot;
+    file.history->Add(commit);
     for (const Change& change : commit.applied.changes) {
       if (const auto* deleted = std::get_if<LayerDeleted>(&change)) {
         file.fusion.Drop(deleted->spec.name);
@@ -80,8 +91,8 @@ absl::Status MemoryDisk::Write(File& file, absl::Span<const storage::Commit> com
     }
     for (const storage::FusionChange& change : commit.fusion) file.fusion.Apply(change);
     if (commit.request_id.empty()) continue;
-    file.receipts[commit.request_id] = {commit.request_id, file.snapshot->revision,
-                                        commit.applied.object_ids};
+    file.receipts[commit.request_id] = {
+        {commit.request_id, file.snapshot->revision, commit.applied.object_ids}, commit.time};
   }
   return absl::OkStatus();
 }
@@ -107,6 +118,7 @@ absl::StatusOr<std::unique_ptr<storage::StoredMap>> MemoryMapStore::Create(
   auto snapshot = std::make_shared<Snapshot>();
   snapshot->map_name = header.name;
   snapshot->frame_id = header.frame_id;
+  file->history->Begin(snapshot, header.created_at);
   file->snapshot = std::move(snapshot);
   {
     MutexLock lock(&disk_->mutex_);

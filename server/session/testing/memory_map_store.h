@@ -10,6 +10,7 @@
 
 #include "server/session/mutex.h"
 #include "server/session/testing/memory_fusion_log.h"
+#include "server/session/testing/memory_history.h"
 #include "storage/map_store.h"
 
 namespace hypermap::server {
@@ -34,8 +35,13 @@ class MemoryDisk {
   struct File {
     storage::MapHeader header;
     SnapshotPtr snapshot;
-    std::map<std::string, storage::Receipt, std::less<>> receipts;
+    struct TimedReceipt {
+      storage::Receipt receipt;
+      absl::Time time;
+    };
+    std::map<std::string, TimedReceipt, std::less<>> receipts;
     MemoryFusionLog fusion;
+    std::shared_ptr<MemoryHistory> history = std::make_shared<MemoryHistory>();
     bool open = false;
     absl::Status problem;
   };

@@ -1,0 +1,90 @@
+#include "client_libs/cli/feature_edits.h"
+
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <utility>
+#include <variant>
+
+#include "map/layers/layer_registry.h"
+#include "map/layers/semantic_layer.h"
+#include "map/snapshot.h"
+#include "storage/interchange/geojson.h"
+
+namespace hypermap::cli {
+namespace {
+
+// The integers that features have as ids.
+std::set<ObjectId> IdsOf(absl::string_view geojson) {
+  std::set<ObjectId> ids;
+  const auto root = nlohmann::json::parse(geojson.begin(), geojson.end(), nullptr,
+                                          /*allow_exceptions=*/false);
+  const auto add = [&ids](const nlohmann::json& feature) {
+    if (!feature.is_object()) return;
+    const auto id = feature.find("id");
+    if (id != feature.end() && id->is_number_integer()) ids.insert(id->get<ObjectId>());
+  };
+  if (!root.is_object()) return ids;
+  add(root);
+  const auto features = root.find("features");
+  if (features == root.end() || !features->is_array()) return ids;
+  for (const nlohmann::json& feature : *features) add(feature);
+  return ids;
+}
+
+// A map whose layer has an object for each of the ids, so that each is understood as one to replace
+// or delete.
+Snapshot Pretend(const LayerSpec& layer, const std::string& frame_id,
+                 const std::set<ObjectId>& ids) {
+  Snapshot snapshot;
+  snapshot.frame_id = frame_id;
+  if (layer.kind != LayerKind::kSemantic) {
+    snapshot.layers.emplace(layer.name, MakeEmptyLayer(layer));
+    return snapshot;
+  }
+  std::vector<ObjectPtr> objects;
+  for (const ObjectId id : ids) {
+    auto object = std::make_shared<SemanticObject>();
+    object->id = id;
+    object->label = "object";
+    object->polygon = Polygon::FromBox({{0, 0}, {1, 1}});
+    objects.push_back(std::move(object));
+  }
+  snapshot.layers.emplace(layer.name, std::make_shared<SemanticLayer>(layer, std::move(objects)));
+  return snapshot;
+}
+
+// Sets the conditions on one edit.
+struct Conditioner {
+  const EditConditions& conditions;
+
+  void operator()(PutObject& edit) const {
+    edit.time_to_live = conditions.time_to_live;
+    if (edit.object.id != 0) edit.if_version = conditions.if_version;
+  }
+  void operator()(DeleteObject& edit) const { edit.if_version = conditions.if_version; }
+  template <typename OtherEdit>
+  void operator()(OtherEdit&) const {}
+};
+
+}  // namespace
+
+absl::StatusOr<FeatureEdits> ReadFeatureEdits(absl::string_view geojson, const LayerSpec& layer,
+                                              const std::string& frame_id,
+                                              const EditConditions& conditions) {
+  if (layer.kind != LayerKind::kSemantic && (conditions.time_to_live || conditions.if_version)) {
+    return absl::InvalidArgumentError("only objects have a time to live and a version");
+  }
+  const Snapshot pretended = Pretend(layer, frame_id, IdsOf(geojson));
+  absl::StatusOr<storage::ImportedMap> imported =
+      storage::DecodeGeoJson(geojson, layer.name, &pretended, {});
+  if (!imported.ok()) return imported.status();
+  FeatureEdits edits{std::move(imported->batch), std::move(imported->repairs)};
+  for (Edit& edit : edits.batch.edits) std::visit(Conditioner{conditions}, edit);
+  if (conditions.if_layer_version) {
+    edits.batch.if_layers.push_back({layer.name, *conditions.if_layer_version});
+  }
+  return edits;
+}
+
+}  // namespace hypermap::cli

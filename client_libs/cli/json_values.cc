@@ -1,0 +1,135 @@
+#include "client_libs/cli/json_values.h"
+
+#include <utility>
+#include <variant>
+
+#include "map/geometry/polygon.h"
+
+namespace hypermap::cli {
+namespace {
+
+// Closed, as in GeoJSON.
+Json RingJson(const Ring& ring) {
+  Json json = Json::array();
+  for (const Point& p : ring) json.push_back(PointJson(p));
+  if (!ring.empty()) json.push_back(PointJson(ring.front()));
+  return json;
+}
+
+Json PolygonJson(const Polygon& polygon) {
+  Json json = Json::array();
+  for (const Ring& ring : polygon.rings()) json.push_back(RingJson(ring));
+  return json;
+}
+
+}  // namespace
+
+std::string Text(absl::string_view text) { return std::string(text); }
+
+Json PointJson(const Point& p) { return Json::array({p.x, p.y}); }
+
+Json TimeJson(absl::Time time) {
+  return absl::FormatTime(absl::RFC3339_full, time, absl::UTCTimeZone());
+}
+
+Json EntityJson(const SemanticObject& object) {
+  Json attributes = Json::object();
+  for (const auto& [key, attribute] : object.attributes) {
+    std::visit([&, &name = key](const auto& value) { attributes[name] = value; }, attribute);
+  }
+  Json classes = Json::object();
+  for (const auto& [label, confidence] : object.classes) classes[label] = confidence;
+  Json json = {
+      {"id", object.id},
+      {"label", object.label},
+      {"classes", std::move(classes)},
+      {"existence", object.existence},
+      {"polygon", PolygonJson(object.polygon)},
+      {"centroid", PointJson(Centroid(object.polygon))},
+      {"tags", object.tags},
+      {"attributes", std::move(attributes)},
+      {"height",
+       object.height ? Json::array({object.height->low_m, object.height->high_m}) : Json()},
+  };
+  if (object.expires_at) json["expires_at"] = TimeJson(*object.expires_at);
+  return json;
+}
+
+Json PoseJson(const PlanarTransform& pose) { return Json::array({pose.x(), pose.y(), pose.yaw()}); }
+
+Json GridJson(const GridGeometry& grid) {
+  return {{"origin", PoseJson(grid.layer_from_grid)}, {"resolution_m", grid.resolution_m}};
+}
+
+Json CellValueJson(LayerKind kind, const std::optional<double>& value) {
+  if (!value.has_value()) return nullptr;
+  if (kind == LayerKind::kExploration) return static_cast<int>(*value);
+  return *value;
+}
+
+Json RunJson(LayerKind kind, const CellRun& run) {
+  return Json::array({run.row, run.col_begin, run.col_end, CellValueJson(kind, run.value)});
+}
+
+namespace {
+
+Json RunsJson(const std::vector<CellRun>& runs) {
+  Json json = Json::array();
+  // A change does not tell the kind of its layer: bits are numbers like the others.
+  for (const CellRun& run : runs) json.push_back(RunJson(LayerKind::kScalar, run));
+  return json;
+}
+
+}  // namespace
+
+Json LayerJson(const client::LayerEntry& layer) {
+  const LayerSpec& spec = layer.spec;
+  Json json = {{"name", spec.name},
+               {"kind", Text(LayerKindName(spec.kind))},
+               {"frame_id", spec.frame_id},
+               {"size", layer.size},
+               {"version", layer.version}};
+  if (spec.grid) json["grid"] = GridJson(*spec.grid);
+  if (layer.extent) {
+    json["extent"] = {{"rows", {layer.extent->row_begin, layer.extent->row_end}},
+                      {"cols", {layer.extent->col_begin, layer.extent->col_end}}};
+  }
+  if (spec.kind == LayerKind::kOccupancy) {
+    json["thresholds"] = {{"free_below", spec.thresholds.free_below},
+                          {"occupied_above", spec.thresholds.occupied_above}};
+  }
+  if (spec.kind == LayerKind::kScalar) json["unit"] = spec.unit;
+  if (spec.kind == LayerKind::kSemantic) {
+    json["aliases"] = Json::object();
+    for (const auto& [alias, labels] : spec.aliases) json["aliases"][alias] = labels;
+  }
+  return json;
+}
+
+Json TransformJson(const FrameTransform& transform) {
+  return {{"parent_frame_id", transform.parent_frame_id},
+          {"child_frame_id", transform.child_frame_id},
+          {"parent_from_child", PoseJson(transform.parent_from_child)}};
+}
+
+Json ChangeJson(const client::MapChange& change) {
+  Json json = Json::object();
+  if (!change.layer.empty()) json["layer"] = change.layer;
+  json["op"] = Text(ChangeKindName(change.kind));
+  if (change.object_id != 0) json["id"] = change.object_id;
+  if (change.object) {
+    json["entity"] = EntityJson(*change.object);
+    json["version"] = change.object->version;
+  }
+  if (change.object_before) json["before"] = EntityJson(*change.object_before);
+  if (change.grid) {
+    json["grid"] = GridJson(*change.grid);
+    json["runs"] = RunsJson(change.cells);
+    if (!change.cells_before.empty()) json["runs_before"] = RunsJson(change.cells_before);
+  }
+  if (change.layer_now) json["layer_now"] = LayerJson(*change.layer_now);
+  if (change.transform) json["transform"] = TransformJson(*change.transform);
+  return json;
+}
+
+}  // namespace hypermap::cli

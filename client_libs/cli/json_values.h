@@ -1,0 +1,42 @@
+// The parts of answers as JSON.
+#ifndef HYPERMAP_CLIENT_LIBS_CLI_JSON_VALUES_H_
+#define HYPERMAP_CLIENT_LIBS_CLI_JSON_VALUES_H_
+
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+
+#include "absl/strings/string_view.h"
+#include "absl/time/time.h"
+#include "client_libs/cpp/answers.h"
+#include "map/frames/planar_transform.h"
+#include "map/geometry/point.h"
+#include "map/layers/grid/grid_geometry.h"
+#include "map/layers/layer_spec.h"
+#include "map/layers/semantic_object.h"
+
+namespace hypermap::cli {
+
+// Keeps members in the order in which they are documented.
+using Json = nlohmann::ordered_json;
+
+std::string Text(absl::string_view text);
+Json PointJson(const Point& p);
+// RFC 3339, UTC.
+Json TimeJson(absl::Time time);
+// What the thing is. Not its version, by which equal things of two maps differ.
+Json EntityJson(const SemanticObject& object);
+Json PoseJson(const PlanarTransform& pose);
+Json GridJson(const GridGeometry& grid);
+// A bit as 0 or 1, a number as it is, unknown as null.
+Json CellValueJson(LayerKind kind, const std::optional<double>& value);
+// [row, col_begin, col_end, value].
+Json RunJson(LayerKind kind, const CellRun& run);
+Json TransformJson(const FrameTransform& transform);
+Json LayerJson(const client::LayerEntry& layer);
+// What changed, apart from when: "layer", "op", and what the op has.
+Json ChangeJson(const client::MapChange& change);
+
+}  // namespace hypermap::cli
+
+#endif  // HYPERMAP_CLIENT_LIBS_CLI_JSON_VALUES_H_

@@ -1,0 +1,71 @@
+// Whole command lines in tests, and the files they work on.
+#ifndef HYPERMAP_CLIENT_LIBS_CLI_RUN_TESTING_H_
+#define HYPERMAP_CLIENT_LIBS_CLI_RUN_TESTING_H_
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "client_libs/cli/run.h"
+#include "client_libs/testing/scripted_server.h"
+
+namespace hypermap::cli {
+
+using Args = std::vector<std::string>;
+
+struct Outcome {
+  int exit_code;
+  std::string out;
+  std::string err;
+};
+
+inline Outcome RunCommand(const Args& args) {
+  std::ostringstream out, err;
+  const int exit_code = Run(args, out, err);
+  return {exit_code, out.str(), err.str()};
+}
+
+inline Outcome RunOn(const client::ScriptedServer& server, Args args) {
+  args.insert(args.begin(), {"--server", server.address()});
+  return RunCommand(args);
+}
+
+// A directory that is removed in the end.
+class TemporaryDirectory {
+ public:
+  TemporaryDirectory() {
+    std::string name = ::testing::TempDir() + "/cli_test_XXXXXX";
+    path_ = mkdtemp(name.data());
+  }
+  ~TemporaryDirectory() { std::filesystem::remove_all(path_); }
+  std::string operator/(const std::string& name) const { return path_ / name; }
+  std::vector<std::string> Names() const {
+    std::vector<std::string> names;
+    for (const auto& entry : std::filesystem::directory_iterator(path_))
+      names.push_back(entry.path().filename());
+    std::sort(names.begin(), names.end());
+    return names;
+  }
+
+ private:
+  std::filesystem::path path_;
+};
+
+inline void Put(const std::string& path, const std::string& data) {
+  std::ofstream(path, std::ios::binary) << data;
+}
+
+inline std::string Get(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+}  // namespace hypermap::cli
+
+#endif  // HYPERMAP_CLIENT_LIBS_CLI_RUN_TESTING_H_

@@ -1,0 +1,309 @@
+// Revisions and changes of Client.
+#include <memory>
+#include <optional>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "absl/base/thread_annotations.h"
+#include "absl/strings/str_cat.h"
+#include "absl/synchronization/mutex.h"
+#include "client_libs/cpp/client.h"
+#include "client_libs/cpp/connection.h"
+#include "client_libs/cpp/decode.h"
+#include "client_libs/cpp/grpc_source.h"
+#include "client_libs/cpp/watch.h"
+#include "wire/answer.h"
+#include "wire/geometry.h"
+#include "wire/time.h"
+
+namespace hypermap::client {
+namespace {
+
+absl::Status AppendChanges(const google::protobuf::RepeatedPtrField<v1::Change>& messages,
+                           std::vector<MapChange>& changes) {
+  changes.reserve(changes.size() + messages.size());
+  for (const v1::Change& message : messages) {
+    absl::StatusOr<MapChange> change = DecodeChange(message);
+    if (!change.ok()) return change.status();
+    changes.push_back(*std::move(change));
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<ChangeReader::Part> DecodeDifference(v1::ListChangesResponse message) {
+  ChangeReader::Part part{message.from_revision(), message.to_revision(), {}};
+  if (absl::Status status = AppendChanges(message.changes(), part.changes); !status.ok()) {
+    return status;
+  }
+  return part;
+}
+
+v1::WatchRequest EncodeWatch(const std::string& map, const WatchOptions& options) {
+  v1::WatchRequest request;
+  request.set_map(map);
+  wire::EncodeScope(options.scope, &request);
+  if (options.area) wire::EncodePolygon(*options.area, request.mutable_area());
+  request.mutable_classes()->Assign(options.classes.begin(), options.classes.end());
+  if (options.start_revision) request.set_start_revision(*options.start_revision);
+  return request;
+}
+
+}  // namespace
+
+// The rpc, and the next one in its place when it breaks.
+class Watcher::Call {
+ public:
+  Call(std::shared_ptr<Connection> connection, const std::string& map, const WatchOptions& options,
+       absl::Time deadline)
+      : connection_(std::move(connection)),
+        options_(options),
+        deadline_(deadline),
+        request_(EncodeWatch(map, options)) {
+    Open();
+    if (options_.idle_timeout != absl::InfiniteDuration()) {
+      watchdog_ = std::thread([this] { BreakSilence(); });
+    }
+  }
+
+  ~Call() {
+    Cancel();
+    if (watchdog_.joinable()) watchdog_.join();
+    Drain();
+  }
+
+  std::optional<WatchEvent> Next() {
+    while (!finished_) {
+      v1::WatchResponse message;
+      if (!Read(message)) {
+        Recover(wire::DecodeStatus(Close()));
+        continue;
+      }
+      if (begun_ && broken_since_ != absl::InfiniteFuture()) ++num_resumed_;
+      begun_ = true;
+      broken_since_ = absl::InfiniteFuture();
+      backoff_.Reset();
+      const bool whole = !message.more();
+      absl::Status status = Take(message);
+      if (status.ok() && whole) status = CheckOrder();
+      if (!status.ok()) {
+        Cancel();
+        Drain();
+        Finish(BadAnswer(status));
+      } else if (whole) {
+        return Deliver();
+      }
+    }
+    return std::nullopt;
+  }
+
+  const absl::Status& status() const { return status_; }
+  std::optional<Revision> revision() const { return told_; }
+  int num_resumed() const { return num_resumed_; }
+
+  void Cancel() {
+    const absl::MutexLock lock(&mutex_);
+    cancelled_ = true;
+    if (context_) context_->TryCancel();
+  }
+
+ private:
+  void Open() {
+    const absl::MutexLock lock(&mutex_);
+    context_ = Connection::NewContext(deadline_);
+    if (cancelled_) context_->TryCancel();
+    reader_ = connection_->watch().Watch(context_.get(), request_);
+  }
+
+  bool Read(v1::WatchResponse& message) {
+    ListenUntil(absl::Now() + options_.idle_timeout);
+    const bool read = reader_->Read(&message);
+    ListenUntil(absl::InfiniteFuture());
+    return read;
+  }
+
+  void ListenUntil(absl::Time time) {
+    const absl::MutexLock lock(&mutex_);
+    listen_until_ = time;
+  }
+
+  // Breaks off calls on which nothing comes any more: a connection may be dead without a sign.
+  void BreakSilence() {
+    const absl::MutexLock lock(&mutex_);
+    while (!mutex_.AwaitWithTimeout(absl::Condition(&cancelled_), options_.idle_timeout / 4)) {
+      if (absl::Now() < listen_until_ || !context_) continue;
+      context_->TryCancel();
+      listen_until_ = absl::InfiniteFuture();
+    }
+  }
+
+  // Ends the call, what was sent is dropped.
+  void Drain() {
+    if (!reader_) return;
+    v1::WatchResponse ignored;
+    while (reader_->Read(&ignored)) {
+    }
+    Close();
+  }
+
+  // After its last message: how the call ended.
+  grpc::Status Close() {
+    const grpc::Status status = reader_->Finish();
+    const absl::MutexLock lock(&mutex_);
+    reader_.reset();
+    context_.reset();
+    return status;
+  }
+
+  void Finish(absl::Status status) {
+    finished_ = true;
+    status_ = std::move(status);
+  }
+
+  absl::Status Take(const v1::WatchResponse& message) {
+    if (!pending_) pending_.emplace();
+    pending_->revision = message.revision();
+    if (message.has_time()) pending_->time = wire::DecodeTime(message.time());
+    if (!message.author().empty()) pending_->author = message.author();
+    pending_->snapshot |= message.snapshot();
+    pending_->reset |= message.reset();
+    return AppendChanges(message.changes(), pending_->changes);
+  }
+
+  // INVALID_ARGUMENT for an answer that tells again what was told.
+  absl::Status CheckOrder() const {
+    if (!told_ || pending_->snapshot) return absl::OkStatus();
+    const bool in_order =
+        pending_->changes.empty() ? pending_->revision >= *told_ : pending_->revision > *told_;
+    if (in_order) return absl::OkStatus();
+    return absl::InvalidArgumentError(
+        absl::StrCat("revision ", pending_->revision, " was told after ", *told_));
+  }
+
+  WatchEvent Deliver() {
+    told_ = pending_->revision;
+    request_.set_start_revision(*told_);
+    if (pending_->snapshot) pending_->reset |= std::exchange(starts_anew_, false);
+    WatchEvent event = *std::move(pending_);
+    pending_.reset();
+    return event;
+  }
+
+  // After a break: opens the next call, or finishes.
+  void Recover(absl::Status why) {
+    pending_.reset();
+    if (absl::IsOutOfRange(why) && options_.snapshot_when_compacted &&
+        request_.has_start_revision()) {
+      request_.clear_start_revision();
+      starts_anew_ = true;
+    } else if (!MayGoOn(why)) {
+      return Finish(std::move(why));
+    }
+    const absl::Duration retry_for = begun_ ? options_.retry_for : connection_->options().retry_for;
+    broken_since_ = std::min(broken_since_, absl::Now());
+    const absl::Duration pause = backoff_.Next();
+    if (absl::Now() + pause >= std::min(broken_since_ + retry_for, deadline_)) {
+      return Finish(std::move(why));
+    }
+    if (!Sleep(pause)) return Finish(absl::CancelledError("the watch was cancelled"));
+    Open();
+  }
+
+  bool MayGoOn(const absl::Status& why) const {
+    {
+      const absl::MutexLock lock(&mutex_);
+      if (cancelled_) return false;
+    }
+    if (!begun_) return absl::IsUnavailable(why);
+    if (!options_.resume) return false;
+    // A server that stops ends or cancels its watches; one that finds this reader too slow says
+    // RESOURCE_EXHAUSTED.
+    return why.ok() || absl::IsUnavailable(why) || absl::IsCancelled(why) ||
+           absl::IsResourceExhausted(why);
+  }
+
+  // False when it was cut short by Cancel.
+  bool Sleep(absl::Duration pause) {
+    const absl::MutexLock lock(&mutex_);
+    return !mutex_.AwaitWithTimeout(absl::Condition(&cancelled_), pause);
+  }
+
+  const std::shared_ptr<Connection> connection_;
+  const WatchOptions options_;
+  const absl::Time deadline_;
+  v1::WatchRequest request_;  // of the next call
+  std::unique_ptr<grpc::ClientReader<v1::WatchResponse>> reader_;
+  Backoff backoff_;
+  absl::Time broken_since_ = absl::InfiniteFuture();
+  bool begun_ = false;
+  bool starts_anew_ = false;           // the next snapshot is in place of what was told
+  std::optional<WatchEvent> pending_;  // what has come of a revision
+  std::optional<Revision> told_;
+  int num_resumed_ = 0;
+  bool finished_ = false;
+  absl::Status status_;
+  mutable absl::Mutex mutex_;
+  bool cancelled_ ABSL_GUARDED_BY(mutex_) = false;
+  std::unique_ptr<grpc::ClientContext> context_ ABSL_GUARDED_BY(mutex_);
+  // When the reader, if it reads, gives the call up.
+  absl::Time listen_until_ ABSL_GUARDED_BY(mutex_) = absl::InfiniteFuture();
+  std::thread watchdog_;
+};
+
+Watcher::Watcher(std::unique_ptr<Call> call) : call_(std::move(call)) {}
+Watcher::Watcher(Watcher&&) noexcept = default;
+Watcher& Watcher::operator=(Watcher&&) noexcept = default;
+Watcher::~Watcher() = default;
+
+std::optional<WatchEvent> Watcher::Next() { return call_->Next(); }
+const absl::Status& Watcher::status() const { return call_->status(); }
+std::optional<Revision> Watcher::revision() const { return call_->revision(); }
+int Watcher::num_resumed() const { return call_->num_resumed(); }
+void Watcher::Cancel() { call_->Cancel(); }
+
+ChangeReader::ChangeReader(std::unique_ptr<PartSource<Part>> source) : source_(std::move(source)) {}
+
+std::optional<MapChange> ChangeReader::Next() {
+  while (next_ == part_.changes.size()) {
+    std::optional<Part> part = source_->Next();
+    if (!part) return std::nullopt;
+    part_ = *std::move(part);
+    next_ = 0;
+  }
+  return std::move(part_.changes[next_++]);
+}
+
+Watcher Client::Watch(const std::string& map, const WatchOptions& watch_options,
+                      const CallOptions& options) {
+  const absl::Time deadline = absl::Now() + options.timeout.value_or(absl::InfiniteDuration());
+  return Watcher(std::make_unique<Watcher::Call>(connection_, map, watch_options, deadline));
+}
+
+ChangeReader Client::ListChanges(const std::string& map, Revision from, std::optional<Revision> to,
+                                 const Scope& scope, const CallOptions& options) {
+  v1::ListChangesRequest request;
+  request.set_map(map);
+  wire::EncodeScope(scope, &request);
+  request.set_from_revision(from);
+  if (to) request.set_to_revision(*to);
+  return ChangeReader(MakeGrpcSource(connection_, connection_->watch(),
+                                     &v1::WatchService::Stub::ListChanges, std::move(request),
+                                     options, &DecodeDifference));
+}
+
+absl::StatusOr<RevisionList> Client::ListRevisions(const std::string& map, const RevisionPage& page,
+                                                   const CallOptions& options) {
+  v1::ListRevisionsRequest request;
+  request.set_map(map);
+  request.set_after_revision(page.after);
+  request.set_before_revision(page.before);
+  request.set_page_size(page.size);
+  request.set_newest_first(page.newest_first);
+  const auto response = connection_->Call(connection_->watch(),
+                                          &v1::WatchService::Stub::ListRevisions, request, options);
+  if (!response.ok()) return response.status();
+  return DecodeRevisionList(*response);
+}
+
+}  // namespace hypermap::client

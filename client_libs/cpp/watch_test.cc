@@ -1,0 +1,318 @@
+#include "client_libs/cpp/watch.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "client_libs/cpp/client.h"
+#include "client_libs/testing/scripted_server.h"
+#include "google/protobuf/text_format.h"
+
+namespace hypermap::client {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::SizeIs;
+
+template <typename Message>
+Message Parse(const std::string& text) {
+  Message message;
+  EXPECT_TRUE(google::protobuf::TextFormat::ParseFromString(text, &message)) << text;
+  return message;
+}
+
+v1::WatchResponse Told(const std::string& text) { return Parse<v1::WatchResponse>(text); }
+
+// A revision that removes the objects, by id.
+v1::WatchResponse Removes(Revision revision, const std::vector<int>& ids, bool more = false) {
+  v1::WatchResponse response;
+  response.set_revision(revision);
+  for (const int id : ids) {
+    v1::Change* change = response.add_changes();
+    change->set_kind(v1::CHANGE_KIND_REMOVE);
+    change->set_layer("objects");
+    change->set_object_id(id);
+  }
+  response.set_more(more);
+  return response;
+}
+
+ScriptedWatch Broken(std::vector<v1::WatchResponse> responses,
+                     grpc::StatusCode code = grpc::StatusCode::UNAVAILABLE) {
+  return {std::move(responses), false, grpc::Status(code, "broken")};
+}
+
+ScriptedWatch Open(std::vector<v1::WatchResponse> responses) {
+  return {std::move(responses), true, grpc::Status::OK};
+}
+
+std::vector<ObjectId> IdsOf(const WatchEvent& event) {
+  std::vector<ObjectId> ids;
+  for (const MapChange& change : event.changes) ids.push_back(change.object_id);
+  return ids;
+}
+
+TEST(WatcherTest, TellsWhatEachChangeIs) {
+  Script script;
+  script.watches = {Open({Told(R"(
+      revision: 7 time { seconds: 60 } author: "cart"
+      changes { kind: CHANGE_KIND_PUT layer: "objects" object_id: 4 object { id: 4 label: "chair"
+                version: 7 polygon { outer { points {} points { x: 1 } points { y: 1 } } } } }
+      changes { kind: CHANGE_KIND_CELLS layer: "floor" cells { grid { resolution_m: 0.5 }
+                rows: 1 col_begins: 2 col_ends: 5 values: nan } }
+      changes { kind: CHANGE_KIND_LAYER_CREATED layer: "wifi"
+                layer_now { name: "wifi" kind: LAYER_KIND_SEMANTIC version: 7 } }
+      changes { kind: CHANGE_KIND_TRANSFORM transform { parent_frame_id: "map"
+                child_frame_id: "dock" parent_from_child { x: 3 } } })")})};
+  ScriptedServer server(script);
+  Watcher watcher = Client(server.address()).Watch("office");
+
+  const std::optional<WatchEvent> event = watcher.Next();
+  ASSERT_TRUE(event.has_value()) << watcher.status();
+  EXPECT_EQ(event->revision, 7);
+  EXPECT_EQ(event->time, absl::FromUnixSeconds(60));
+  EXPECT_EQ(event->author, "cart");
+  EXPECT_FALSE(event->snapshot);
+  ASSERT_THAT(event->changes, SizeIs(4));
+  EXPECT_EQ(event->changes[0].kind, ChangeKind::kPut);
+  EXPECT_EQ(event->changes[0].object->label, "chair");
+  EXPECT_EQ(event->changes[0].object->version, 7);
+  EXPECT_EQ(event->changes[1].grid->resolution_m, 0.5);
+  EXPECT_THAT(event->changes[1].cells, ElementsAre(CellRun{1, 2, 5, std::nullopt}));
+  EXPECT_EQ(event->changes[2].layer_now->version, 7);
+  EXPECT_EQ(event->changes[3].transform->child_frame_id, "dock");
+}
+
+TEST(WatcherTest, AsksWithItsFilter) {
+  Script script;
+  script.watches = {Open({Removes(1, {})})};
+  ScriptedServer server(script);
+  WatchOptions options;
+  options.scope = {{"objects"}, "dock"};
+  options.area = Polygon::FromBox({{0, 0}, {1, 1}});
+  options.classes = {"chair", "sofa"};
+  options.start_revision = 0;
+  Watcher watcher = Client(server.address()).Watch("office", options);
+  ASSERT_TRUE(watcher.Next().has_value());
+  EXPECT_THAT(server.Requests(),
+              ElementsAre("Watch map: \"office\" layers: \"objects\" frame_id: \"dock\" area { "
+                          "outer { points { } points { x: 1 } points { x: 1 y: 1 } "
+                          "points { y: 1 } } } classes: \"chair\" classes: \"sofa\" "
+                          "start_revision: 0"));
+}
+
+TEST(WatcherTest, ARevisionInPartsIsToldWhole) {
+  Script script;
+  script.watches = {Open({Removes(5, {1, 2}, true), Removes(5, {3}, true), Removes(5, {4}),
+                          Removes(6, {}), Removes(8, {5})})};
+  ScriptedServer server(script);
+  Watcher watcher = Client(server.address()).Watch("office");
+  EXPECT_EQ(watcher.revision(), std::nullopt);
+  EXPECT_THAT(IdsOf(*watcher.Next()), ElementsAre(1, 2, 3, 4));
+  EXPECT_EQ(watcher.revision(), 5);
+  EXPECT_THAT(watcher.Next()->changes, SizeIs(0));
+  EXPECT_EQ(watcher.revision(), 6);
+  EXPECT_THAT(IdsOf(*watcher.Next()), ElementsAre(5));
+}
+
+TEST(WatcherTest, GoesOnAfterTheLastWholeRevision) {
+  Script script;
+  script.watches = {Broken({Removes(5, {1}), Removes(6, {2}, true)}),
+                    Broken({}, grpc::StatusCode::RESOURCE_EXHAUSTED),
+                    Broken({Removes(6, {2, 3}), Removes(9, {})}, grpc::StatusCode::CANCELLED),
+                    Broken({}, grpc::StatusCode::OK), Open({Removes(10, {4})})};
+  ScriptedServer server(script);
+  Watcher watcher = Client(server.address()).Watch("office");
+  std::vector<std::vector<ObjectId>> told;
+  for (int i = 0; i < 4; ++i) {
+    const std::optional<WatchEvent> event = watcher.Next();
+    ASSERT_TRUE(event.has_value()) << watcher.status();
+    told.push_back(IdsOf(*event));
+  }
+  using Ids = std::vector<ObjectId>;
+  EXPECT_THAT(told, ElementsAre(Ids{1}, Ids{2, 3}, Ids{}, Ids{4}));
+  EXPECT_THAT(server.Requests(),
+              ElementsAre("Watch map: \"office\"", "Watch map: \"office\" start_revision: 5",
+                          "Watch map: \"office\" start_revision: 5",
+                          "Watch map: \"office\" start_revision: 9",
+                          "Watch map: \"office\" start_revision: 9"));
+  EXPECT_EQ(watcher.num_resumed(), 2);
+}
+
+TEST(WatcherTest, ASnapshotThatBrokeOffIsAskedForAgain) {
+  Script script;
+  v1::WatchResponse part = Removes(5, {1}, true);
+  part.set_snapshot(true);
+  v1::WatchResponse whole = Removes(6, {2});
+  whole.set_snapshot(true);
+  script.watches = {Broken({part}), Open({whole})};
+  ScriptedServer server(script);
+  Watcher watcher = Client(server.address()).Watch("office");
+  const std::optional<WatchEvent> event = watcher.Next();
+  ASSERT_TRUE(event.has_value()) << watcher.status();
+  EXPECT_THAT(IdsOf(*event), ElementsAre(2));
+  EXPECT_TRUE(event->snapshot);
+  EXPECT_FALSE(event->reset);
+}
+
+TEST(WatcherTest, FindsTheServerThatIsNotThereYet) {
+  Script script;
+  script.outage = 2;
+  script.watches = {Open({Removes(5, {1})})};
+  ScriptedServer server(script);
+  Watcher watcher = Client(server.address()).Watch("office");
+  EXPECT_TRUE(watcher.Next().has_value()) << watcher.status();
+  EXPECT_EQ(watcher.num_resumed(), 0);
+}
+
+TEST(WatcherTest, ASilentConnectionIsTakenForBroken) {
+  Script script;
+  script.watches = {Open({Removes(5, {1})}), Broken({Removes(6, {2})})};
+  ScriptedServer server(script);
+  WatchOptions options;
+  options.idle_timeout = absl::Milliseconds(50);
+  Watcher watcher = Client(server.address()).Watch("office", options);
+  EXPECT_EQ(watcher.Next()->revision, 5);
+  const std::optional<WatchEvent> event = watcher.Next();
+  ASSERT_TRUE(event.has_value()) << watcher.status();
+  EXPECT_EQ(event->revision, 6);
+  EXPECT_EQ(server.Requests()[1], "Watch map: \"office\" start_revision: 5");
+}
+
+TEST(WatcherTest, EndsWhereItMayNotGoOn) {
+  Script script;
+  script.watches = {Broken({Removes(5, {1})}), Broken({Removes(5, {1})})};
+  {
+    ScriptedServer server(script);
+    WatchOptions options;
+    options.resume = false;
+    Watcher watcher = Client(server.address()).Watch("office", options);
+    EXPECT_TRUE(watcher.Next().has_value());
+    EXPECT_FALSE(watcher.Next().has_value());
+    EXPECT_EQ(watcher.status(), absl::UnavailableError("broken"));
+  }
+  script.watches = {Broken({}, grpc::StatusCode::NOT_FOUND)};
+  {
+    ScriptedServer server(script);
+    Watcher watcher = Client(server.address()).Watch("office");
+    EXPECT_FALSE(watcher.Next().has_value());
+    EXPECT_EQ(watcher.status(), absl::NotFoundError("broken"));
+  }
+}
+
+TEST(WatcherTest, CompactionEndsItOrBringsASnapshot) {
+  Script script;
+  v1::WatchResponse snapshot = Removes(90, {2});
+  snapshot.set_snapshot(true);
+  script.watches = {Broken({Removes(5, {1})}), Broken({}, grpc::StatusCode::OUT_OF_RANGE),
+                    Open({snapshot, Removes(91, {3})})};
+  {
+    ScriptedServer server(script);
+    Watcher watcher = Client(server.address()).Watch("office");
+    EXPECT_TRUE(watcher.Next().has_value());
+    EXPECT_FALSE(watcher.Next().has_value());
+    EXPECT_EQ(watcher.status(), absl::OutOfRangeError("broken"));
+  }
+  {
+    ScriptedServer server(script);
+    WatchOptions options;
+    options.snapshot_when_compacted = true;
+    Watcher watcher = Client(server.address()).Watch("office", options);
+    EXPECT_FALSE(watcher.Next()->snapshot);
+    const std::optional<WatchEvent> event = watcher.Next();
+    ASSERT_TRUE(event.has_value()) << watcher.status();
+    EXPECT_TRUE(event->snapshot);
+    EXPECT_TRUE(event->reset);
+    EXPECT_EQ(event->revision, 90);
+    EXPECT_EQ(watcher.Next()->revision, 91);
+    EXPECT_EQ(server.Requests().back(), "Watch map: \"office\"");
+  }
+}
+
+TEST(WatcherTest, ARevisionThatComesAgainIsAnError) {
+  Script script;
+  script.watches = {Open({Removes(5, {1}), Removes(5, {1})})};
+  ScriptedServer server(script);
+  Watcher watcher = Client(server.address()).Watch("office");
+  EXPECT_TRUE(watcher.Next().has_value());
+  EXPECT_FALSE(watcher.Next().has_value());
+  EXPECT_EQ(watcher.status().code(), absl::StatusCode::kInternal);
+  EXPECT_THAT(std::string(watcher.status().message()), HasSubstr("revision 5 was told after 5"));
+}
+
+TEST(WatcherTest, CancelEndsItFromAnotherThread) {
+  Script script;
+  script.watches = {Open({Removes(5, {1})})};
+  ScriptedServer server(script);
+  Watcher watcher = Client(server.address()).Watch("office");
+  ASSERT_TRUE(watcher.Next().has_value());
+  std::thread canceller([&] { watcher.Cancel(); });
+  EXPECT_FALSE(watcher.Next().has_value());
+  canceller.join();
+  EXPECT_EQ(watcher.status().code(), absl::StatusCode::kCancelled);
+  server.WaitForCancellation();
+}
+
+TEST(WatcherTest, DestroyingItTellsTheServerToStop) {
+  Script script;
+  script.watches = {Open({Removes(5, {1})})};
+  ScriptedServer server(script);
+  {
+    Watcher watcher = Client(server.address()).Watch("office");
+    EXPECT_TRUE(watcher.Next().has_value());
+  }
+  server.WaitForCancellation();
+}
+
+TEST(ChangeReaderTest, GivesTheDifferenceChangeAfterChange) {
+  Script script;
+  script.changes = {Parse<v1::ListChangesResponse>(R"(from_revision: 2 to_revision: 9
+          changes { kind: CHANGE_KIND_REMOVE layer: "objects" object_id: 4 object_before { id: 4
+                    label: "cup" polygon { outer { points {} points { x: 1 } points { y: 1 } } } } }
+          changes { kind: CHANGE_KIND_REMOVE layer: "objects" object_id: 5 })"),
+                    Parse<v1::ListChangesResponse>(R"(from_revision: 2 to_revision: 9
+          changes { kind: CHANGE_KIND_CELLS layer: "floor"
+                    cells { rows: 1 col_begins: 2 col_ends: 5 values: 1 }
+                    cells_before { rows: 1 col_begins: 2 col_ends: 5 values: 0 } })")};
+  ScriptedServer server(script);
+  ChangeReader reader = Client(server.address()).ListChanges("office", 2, 9, {{"objects"}, "dock"});
+  std::vector<MapChange> changes;
+  while (std::optional<MapChange> change = reader.Next()) changes.push_back(*std::move(change));
+  EXPECT_TRUE(reader.status().ok()) << reader.status();
+  EXPECT_EQ(reader.from_revision(), 2);
+  EXPECT_EQ(reader.to_revision(), 9);
+  ASSERT_THAT(changes, SizeIs(3));
+  EXPECT_EQ(changes[0].object_before->label, "cup");
+  EXPECT_EQ(changes[1].object_id, 5);
+  EXPECT_THAT(changes[2].cells_before, ElementsAre(CellRun{1, 2, 5, 0.0}));
+  EXPECT_THAT(server.Requests(),
+              ElementsAre("ListChanges map: \"office\" layers: \"objects\" frame_id: \"dock\" "
+                          "from_revision: 2 to_revision: 9"));
+}
+
+TEST(ListRevisionsTest, TellsWhoWhenAndHowMuch) {
+  Script script;
+  script.revisions = Parse<v1::ListRevisionsResponse>(
+      "map: 'office' newest_revision: 9 oldest_revision: 3 revisions { revision: 9 time { seconds: "
+      "60 } author: 'cart' num_changes: 12 }");
+  ScriptedServer server(script);
+  const auto list = Client(server.address())
+                        .ListRevisions("office", {.after = 4, .size = 1, .newest_first = true});
+  ASSERT_TRUE(list.ok()) << list.status();
+  EXPECT_EQ(list->newest, 9);
+  EXPECT_EQ(list->oldest, 3);
+  ASSERT_THAT(list->revisions, SizeIs(1));
+  EXPECT_EQ(list->revisions[0].author, "cart");
+  EXPECT_EQ(list->revisions[0].num_changes, 12);
+  EXPECT_THAT(server.Requests(),
+              ElementsAre("ListRevisions map: \"office\" after_revision: 4 page_size: 1 "
+                          "newest_first: true"));
+}
+
+}  // namespace
+}  // namespace hypermap::client

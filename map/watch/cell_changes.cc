@@ -1,0 +1,60 @@
+#include "map/watch/cell_changes.h"
+
+#include <algorithm>
+
+namespace hypermap {
+namespace {
+
+// Collects cells, given by row and column, in runs of one value.
+class Runs {
+ public:
+  Runs(const CellDomain& domain, std::vector<CellRun>* runs) : domain_(domain), runs_(*runs) {}
+
+  void Add(int32_t row, int32_t col, CellCode code) {
+    if (!runs_.empty() && runs_.back().row == row && runs_.back().col_end == col &&
+        SameCode(last_, code)) {
+      ++runs_.back().col_end;
+      return;
+    }
+    last_ = code;
+    std::optional<double> value;
+    if (!IsUnknown(code)) value = domain_.Decode(code);
+    runs_.push_back({row, col, col + 1, value});
+  }
+
+ private:
+  const CellDomain& domain_;
+  std::vector<CellRun>& runs_;
+  CellCode last_ = kUnknownCode;
+};
+
+}  // namespace
+
+CellChanges ChangedCells(const TileIndex& index, const Tile* before, const Tile* after,
+                         const CellDomain& domain, const CellCover* cover) {
+  static const Tile& unknown = *new Tile();
+  const Tile& old_tile = before ? *before : unknown;
+  const Tile& new_tile = after ? *after : unknown;
+  const CellBox cells = CellsOf(index);
+  CellChanges changes;
+  Runs old_runs(domain, &changes.before);
+  Runs new_runs(domain, &changes.after);
+  for (int32_t row = cells.row_begin; row < cells.row_end; ++row) {
+    const std::vector<ColumnSpan> spans =
+        cover ? cover->SpansOfRow(row) : std::vector<ColumnSpan>{{cells.col_begin, cells.col_end}};
+    for (const ColumnSpan& span : spans) {
+      const int32_t begin = std::max(span.col_begin, cells.col_begin);
+      const int32_t end = std::min(span.col_end, cells.col_end);
+      for (int32_t col = begin; col < end; ++col) {
+        const CellCode was = old_tile.at(row - cells.row_begin, col - cells.col_begin);
+        const CellCode is = new_tile.at(row - cells.row_begin, col - cells.col_begin);
+        if (SameCode(was, is)) continue;
+        old_runs.Add(row, col, was);
+        new_runs.Add(row, col, is);
+      }
+    }
+  }
+  return changes;
+}
+
+}  // namespace hypermap

@@ -1,0 +1,291 @@
+#include "map/watch/follower.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "map/geometry/predicates.h"
+#include "map/layers/grid/grid_layer.h"
+#include "map/query/query.h"
+#include "map/values/value_aliases.h"
+#include "map/values/value_query.h"
+#include "map/watch/cell_changes.h"
+#include "map/watch/structure.h"
+
+namespace hypermap {
+namespace {
+
+// The labels that some of the folded classes stand for in a layer.
+std::set<std::string> LabelsOf(const ValueAliases& aliases, const std::set<std::string>& classes) {
+  std::set<std::string> labels;
+  for (const std::string& word : classes) labels.merge(LabelsFor(aliases, word));
+  return labels;
+}
+
+// A rectangle in the caller's frame that covers all of the layers' content.
+Polygon Everywhere(const Snapshot& snapshot, const std::string& frame_id,
+                   const std::vector<std::string>& layers) {
+  Box box;
+  for (const std::string& name : layers) {
+    const Layer& layer = *snapshot.FindLayer(name);
+    const auto transform = snapshot.frames.Lookup(frame_id, layer.spec().frame_id);
+    const Box bounds = layer.Bounds();
+    if (!transform.ok() || bounds.empty()) continue;
+    for (const double x : {bounds.min.x, bounds.max.x}) {
+      for (const double y : {bounds.min.y, bounds.max.y}) box.Extend(*transform * Point{x, y});
+    }
+  }
+  if (box.empty()) box.Extend(Point{0.0, 0.0});
+  const double margin = 1.0 + 1e-9 * std::max({std::abs(box.min.x), std::abs(box.min.y),
+                                               std::abs(box.max.x), std::abs(box.max.y)});
+  return Polygon::FromBox(
+      {{box.min.x - margin, box.min.y - margin}, {box.max.x + margin, box.max.y + margin}});
+}
+
+class ContentReader : public SelectionReader {
+ public:
+  ContentReader(std::unique_ptr<PartReader> parts, std::set<std::string> classes)
+      : parts_(std::move(parts)), classes_(std::move(classes)) {}
+
+  std::vector<ToldChange> Next(int max_items) override {
+    std::vector<ToldChange> told;
+    if (done()) return told;
+    LayerPart part = parts_->Next(max_items);
+    if (part.status != AnswerStatus::kValue) return told;
+    const LayerSpec& spec = part.layer->spec();
+    ToldChange change;
+    change.layer = spec.name;
+    change.caller_from_layer = part.caller_from_layer;
+    const std::set<std::string> labels = LabelsOf(spec.aliases, classes_);
+    for (ObjectPtr& object : part.part.objects) {
+      if (!classes_.empty() && !labels.contains(FoldLabel(object->label))) continue;
+      change.object_id = object->id;
+      change.object = std::move(object);
+      told.push_back(change);
+    }
+    std::erase_if(part.part.runs, [](const CellRun& run) { return !run.value; });
+    if (part.part.runs.empty()) return told;
+    change.kind = ChangeKind::kCells;
+    change.grid = spec.grid;
+    change.cells = std::move(part.part.runs);
+    told.push_back(std::move(change));
+    return told;
+  }
+
+  bool done() const override { return !parts_ || parts_->done(); }
+
+ private:
+  std::unique_ptr<PartReader> parts_;  // null: there is nothing
+  std::set<std::string> classes_;
+};
+
+}  // namespace
+
+// A layer of the structure as the filter sees it.
+class Follower::FollowedLayer {
+ public:
+  FollowedLayer(const Follower& follower, const Snapshot& structure, LayerPtr layer)
+      : layer_(std::move(layer)), all_classes_(follower.classes_.empty()) {
+    const LayerSpec& spec = layer_->spec();
+    labels_ = LabelsOf(spec.aliases, follower.classes_);
+    const auto transform = structure.frames.Lookup(follower.frame_id_, spec.frame_id);
+    connected_ = transform.ok();
+    if (!connected_) return;
+    caller_from_layer_ = *transform;
+    if (!follower.filter_.area) return;
+    const Polygon area = caller_from_layer_.Inverse() * *follower.filter_.area;
+    bounds_ = area.bounds();
+    area_.emplace(area);
+    if (spec.grid) cover_.emplace(area, *spec.grid, kAllCells);
+  }
+
+  const LayerPtr& layer() const { return layer_; }
+  bool connected() const { return connected_; }
+  const PlanarTransform& caller_from_layer() const { return caller_from_layer_; }
+  const CellCover* cover() const { return cover_ ? &*cover_ : nullptr; }
+
+  bool Selects(const ObjectPtr& object) const {
+    if (!object || !connected_) return false;
+    if (!all_classes_ && !labels_.contains(FoldLabel(object->label))) return false;
+    return !area_ ||
+           (object->polygon.bounds().Intersects(bounds_) && area_->Intersects(object->polygon));
+  }
+
+ private:
+  LayerPtr layer_;
+  bool all_classes_;
+  std::set<std::string> labels_;
+  bool connected_ = false;
+  PlanarTransform caller_from_layer_;
+  Box bounds_;
+  std::optional<PreparedPolygon> area_;  // in the layer's frame
+  std::optional<CellCover> cover_;       // of a grid
+};
+
+// Tells of the changes of a commit, whose structure the follower has moved to.
+class Follower::Teller {
+ public:
+  explicit Teller(const Follower& follower) : follower_(follower) {}
+
+  void operator()(const LayerCreated& change) {
+    if (follower_.Follows(change.spec.name)) {
+      AddLayer(ChangeKind::kLayerCreated, change.spec.name);
+    }
+  }
+  void operator()(const LayerDeleted& change) {
+    if (!follower_.Follows(change.spec.name)) return;
+    ToldChange told;
+    told.kind = ChangeKind::kLayerDeleted;
+    told.layer = change.spec.name;
+    told_.push_back(std::move(told));
+  }
+  void operator()(const AliasesSet& change) { AddLayer(ChangeKind::kLayerChanged, change.layer); }
+  void operator()(const ExtentGrown& change) { AddLayer(ChangeKind::kLayerChanged, change.layer); }
+  void operator()(const TransformSet& change) {
+    ToldChange told;
+    told.kind = ChangeKind::kTransform;
+    told.transform = change.transform;
+    told_.push_back(std::move(told));
+  }
+  void operator()(const ObjectPut& change) {
+    const FollowedLayer* layer = Find(change.layer);
+    if (!layer) return;
+    const bool was = layer->Selects(change.before);
+    const bool is = layer->Selects(change.after);
+    if (!was && !is) return;
+    const bool crossed = change.before && was != is;
+    const ChangeKind kind =
+        !crossed ? ChangeKind::kPut : (is ? ChangeKind::kEnter : ChangeKind::kLeave);
+    AddObject(kind, *layer, change.after->id, is ? change.after : nullptr);
+  }
+  void operator()(const ObjectRemoved& change) {
+    const FollowedLayer* layer = Find(change.layer);
+    if (layer && layer->Selects(change.before)) {
+      AddObject(ChangeKind::kRemove, *layer, change.before->id, nullptr);
+    }
+  }
+  void operator()(const TileWritten& change) {
+    const FollowedLayer* layer = Find(change.layer);
+    if (!layer || !layer->connected()) return;
+    const auto* grid = dynamic_cast<const GridLayer*>(layer->layer().get());
+    if (!grid) return;
+    if (layer->cover() && layer->cover()->bounds().Intersection(CellsOf(change.index)).empty()) {
+      return;
+    }
+    CellChanges cells = ChangedCells(change.index, change.before.get(), change.after.get(),
+                                     grid->domain(), layer->cover());
+    if (cells.after.empty()) return;
+    ToldChange told;
+    told.kind = ChangeKind::kCells;
+    told.layer = change.layer;
+    told.caller_from_layer = layer->caller_from_layer();
+    told.grid = grid->geometry();
+    told.cells = std::move(cells.after);
+    told_.push_back(std::move(told));
+  }
+
+  std::vector<ToldChange> Take() && { return std::move(told_); }
+
+ private:
+  const FollowedLayer* Find(const std::string& name) const {
+    const auto layer = follower_.layers_.find(name);
+    return layer == follower_.layers_.end() ? nullptr : layer->second.get();
+  }
+
+  void AddLayer(ChangeKind kind, const std::string& name) {
+    const FollowedLayer* layer = Find(name);
+    if (!layer) return;  // not followed, or deleted in the same commit
+    ToldChange told;
+    told.kind = kind;
+    told.layer = name;
+    told.caller_from_layer = layer->caller_from_layer();
+    told.layer_now = layer->layer();
+    told_.push_back(std::move(told));
+  }
+
+  void AddObject(ChangeKind kind, const FollowedLayer& layer, ObjectId id, ObjectPtr object) {
+    ToldChange told;
+    told.kind = kind;
+    told.layer = layer.layer()->spec().name;
+    told.caller_from_layer = layer.caller_from_layer();
+    told.object_id = id;
+    told.object = std::move(object);
+    told_.push_back(std::move(told));
+  }
+
+  const Follower& follower_;
+  std::vector<ToldChange> told_;
+};
+
+absl::StatusOr<Follower> Follower::Make(WatchFilter filter, SnapshotPtr structure) {
+  absl::StatusOr<std::string> frame = structure->ResolveFrame(filter.frame_id);
+  if (!frame.ok()) return frame.status();
+  std::set<std::string> classes;
+  for (const std::string& word : filter.classes) {
+    std::string folded = FoldLabel(word);
+    if (folded.empty()) return absl::InvalidArgumentError("classes: an empty word");
+    classes.insert(std::move(folded));
+  }
+  Follower follower(std::move(filter), *std::move(frame), std::move(classes));
+  follower.MoveTo(structure);
+  return follower;
+}
+
+Follower::Follower(WatchFilter filter, std::string frame_id, std::set<std::string> classes)
+    : filter_(std::move(filter)), frame_id_(std::move(frame_id)), classes_(std::move(classes)) {}
+Follower::Follower(Follower&&) noexcept = default;
+Follower& Follower::operator=(Follower&&) noexcept = default;
+Follower::~Follower() = default;
+
+bool Follower::Follows(const std::string& layer) const {
+  return filter_.layers.empty() ||
+         std::find(filter_.layers.begin(), filter_.layers.end(), layer) != filter_.layers.end();
+}
+
+void Follower::MoveTo(const SnapshotPtr& structure) {
+  if (structure == structure_) return;
+  layers_.clear();
+  for (const auto& [name, layer] : structure->layers) {
+    if (Follows(name)) {
+      layers_.emplace(name, std::make_unique<FollowedLayer>(*this, *structure, layer));
+    }
+  }
+  structure_ = structure;
+}
+
+bool Follower::NeedsReset(const Snapshot& before, const Snapshot& after) const {
+  for (const auto& [name, followed] : layers_) {
+    const Layer* layer = after.FindLayer(name);
+    if (!layer || layer->spec().frame_id != followed->layer()->spec().frame_id) continue;
+    if (!classes_.empty() && layer->spec().aliases != followed->layer()->spec().aliases) {
+      return true;
+    }
+    const auto was = before.frames.Lookup(frame_id_, layer->spec().frame_id);
+    const auto is = after.frames.Lookup(frame_id_, layer->spec().frame_id);
+    if (was.ok() != is.ok() || (was.ok() && !(*was == *is))) return true;
+  }
+  return false;
+}
+
+Follower::Told Follower::Tell(const std::vector<Change>& changes, const SnapshotPtr& structure) {
+  const bool reset = structure != structure_ && NeedsReset(*structure_, *structure);
+  MoveTo(structure);
+  if (reset) return {true, {}};
+  Teller teller(*this);
+  for (const Change& change : changes) std::visit(teller, change);
+  return {false, std::move(teller).Take()};
+}
+
+std::unique_ptr<SelectionReader> Follower::Read(SnapshotPtr snapshot) {
+  MoveTo(StructureOf(*snapshot));
+  Scope scope;
+  scope.frame_id = frame_id_;
+  for (const auto& [name, layer] : layers_) scope.layers.push_back(name);
+  if (scope.layers.empty()) return std::make_unique<ContentReader>(nullptr, classes_);
+  const Polygon area =
+      filter_.area ? *filter_.area : Everywhere(*snapshot, frame_id_, scope.layers);
+  // The frame may only be gone with the layer that named it; then nothing is connected to it.
+  absl::StatusOr<std::unique_ptr<PartReader>> parts = ContentIn(std::move(snapshot), scope, area);
+  return std::make_unique<ContentReader>(parts.ok() ? *std::move(parts) : nullptr, classes_);
+}
+
+}  // namespace hypermap

@@ -1,0 +1,29 @@
+#include "map/watch/told_change.h"
+
+namespace hypermap {
+
+absl::string_view ChangeKindName(ChangeKind kind) {
+  switch (kind) {
+    case ChangeKind::kPut:
+      return "put";
+    case ChangeKind::kRemove:
+      return "remove";
+    case ChangeKind::kEnter:
+      return "enter";
+    case ChangeKind::kLeave:
+      return "leave";
+    case ChangeKind::kCells:
+      return "cells";
+    case ChangeKind::kLayerCreated:
+      return "layer_created";
+    case ChangeKind::kLayerDeleted:
+      return "layer_deleted";
+    case ChangeKind::kLayerChanged:
+      return "layer_changed";
+    case ChangeKind::kTransform:
+      return "transform";
+  }
+  return "";
+}
+
+}  // namespace hypermap

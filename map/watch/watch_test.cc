@@ -1,0 +1,338 @@
+#include <map>
+#include <optional>
+#include <tuple>
+
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+#include "map/edits/apply.h"
+#include "map/layers/grid/grid_layer.h"
+#include "map/layers/semantic_layer.h"
+#include "map/values/value_query.h"
+#include "map/watch/follower.h"
+#include "map/watch/net_changes.h"
+#include "map/watch/structure.h"
+#include "tests/support/random_map.h"
+
+namespace hypermap {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
+using testing::MakeSnapshot;
+using testing::RandomCells;
+using testing::RandomObject;
+using testing::RandomPolygon;
+using testing::Rng;
+using testing::TestSeed;
+using testing::Uniform;
+using testing::UniformInt;
+
+// What somebody who believes all that is told knows of a map.
+struct Known {
+  std::map<std::pair<std::string, ObjectId>, SemanticObject> objects;  // caller's frame
+  std::map<std::tuple<std::string, int32_t, int32_t>, double> cells;
+
+  friend bool operator==(const Known&, const Known&) = default;
+
+  void Learn(const ToldChange& told) {
+    switch (told.kind) {
+      case ChangeKind::kPut:
+      case ChangeKind::kEnter: {
+        SemanticObject object = *told.object;
+        object.polygon = told.caller_from_layer * object.polygon;
+        objects[{told.layer, told.object_id}] = std::move(object);
+        break;
+      }
+      case ChangeKind::kRemove:
+      case ChangeKind::kLeave:
+        EXPECT_EQ(objects.erase({told.layer, told.object_id}), 1u);
+        break;
+      case ChangeKind::kCells:
+        for (const CellRun& run : told.cells) {
+          for (int32_t col = run.col_begin; col < run.col_end; ++col) {
+            if (run.value) {
+              cells[{told.layer, run.row, col}] = *run.value;
+            } else {
+              cells.erase({told.layer, run.row, col});
+            }
+          }
+        }
+        break;
+      case ChangeKind::kLayerDeleted:
+        std::erase_if(objects, [&](const auto& o) { return o.first.first == told.layer; });
+        std::erase_if(cells, [&](const auto& c) { return std::get<0>(c.first) == told.layer; });
+        break;
+      case ChangeKind::kLayerCreated:
+      case ChangeKind::kLayerChanged:
+      case ChangeKind::kTransform:
+        break;
+    }
+  }
+};
+
+Known ReadAll(SelectionReader& reader) {
+  Known known;
+  while (!reader.done()) {
+    for (const ToldChange& told : reader.Next(7)) known.Learn(told);
+  }
+  return known;
+}
+
+SemanticObject Thing(const std::string& label, double x, double y, ObjectId id = 0) {
+  SemanticObject thing;
+  thing.id = id;
+  thing.label = label;
+  thing.polygon = Polygon::FromBox({{x, y}, {x + 1, y + 1}});
+  return thing;
+}
+
+CreateLayer Things(const std::string& name, const std::string& frame_id = "") {
+  LayerSpec spec;
+  spec.name = name;
+  spec.frame_id = frame_id;
+  return {spec};
+}
+
+class FollowerTest : public ::testing::Test {
+ protected:
+  FollowerTest() { Carry({{Things("things")}}); }
+
+  // Carries out a batch; what it changed is in changes_.
+  void Carry(const EditBatch& batch) {
+    auto applied = Apply(*map_, batch);
+    ASSERT_TRUE(applied.ok()) << applied.status();
+    map_ = applied->snapshot;
+    changes_ = applied->changes;
+    structure_ = StructureAfter(structure_, map_->revision, changes_);
+  }
+
+  Follower Follow(WatchFilter filter) {
+    auto follower = Follower::Make(std::move(filter), structure_);
+    EXPECT_TRUE(follower.ok()) << follower.status();
+    return *std::move(follower);
+  }
+
+  std::vector<std::string> TellKinds(Follower& follower, const EditBatch& batch) {
+    Carry(batch);
+    const Follower::Told told = follower.Tell(changes_, structure_);
+    std::vector<std::string> kinds;
+    if (told.reset) kinds.push_back("reset");
+    for (const ToldChange& change : told.changes) {
+      kinds.push_back(std::string(ChangeKindName(change.kind)));
+    }
+    return kinds;
+  }
+
+  SnapshotPtr map_ = std::make_shared<Snapshot>();
+  SnapshotPtr structure_ = std::make_shared<Snapshot>();
+  std::vector<Change> changes_;
+};
+
+TEST_F(FollowerTest, ObjectsEnterAndLeaveAtTheAreasBorder) {
+  Follower follower = Follow({.area = Polygon::FromBox({{0, 0}, {10, 10}})});
+  EXPECT_THAT(TellKinds(follower, {{PutObject{"things", Thing("cup", 20, 0)}}}), IsEmpty());
+  EXPECT_THAT(TellKinds(follower, {{PutObject{"things", Thing("cup", 10, 0, 1)}}}),
+              ElementsAre("enter"));
+  EXPECT_THAT(TellKinds(follower, {{PutObject{"things", Thing("mug", 5, 0, 1)}}}),
+              ElementsAre("put"));
+  EXPECT_THAT(TellKinds(follower, {{PutObject{"things", Thing("mug", -5, 0, 1)}}}),
+              ElementsAre("leave"));
+  EXPECT_THAT(TellKinds(follower, {{DeleteObject{"things", 1}}}), IsEmpty());
+  EXPECT_THAT(TellKinds(follower, {{PutObject{"things", Thing("mug", 5, 0)}}}), ElementsAre("put"));
+  EXPECT_THAT(TellKinds(follower, {{DeleteObject{"things", 2}}}), ElementsAre("remove"));
+}
+
+TEST_F(FollowerTest, ObjectsEnterAndLeaveWithTheirClass) {
+  Carry({{SetAliases{"things", {{"vessel", {"cup", "mug"}}}}}});
+  Follower follower = Follow({.classes = {" Vessel"}});
+  EXPECT_THAT(TellKinds(follower, {{PutObject{"things", Thing("cup", 0, 0)}}}), ElementsAre("put"));
+  EXPECT_THAT(TellKinds(follower, {{PutObject{"things", Thing("Mug", 0, 0, 1)}}}),
+              ElementsAre("put"));
+  EXPECT_THAT(TellKinds(follower, {{PutObject{"things", Thing("bowl", 0, 0, 1)}}}),
+              ElementsAre("leave"));
+  EXPECT_THAT(TellKinds(follower, {{PutObject{"things", Thing("cup", 0, 0, 1)}}}),
+              ElementsAre("enter"));
+  // What the class means has changed.
+  EXPECT_THAT(TellKinds(follower, {{SetAliases{"things", {{"vessel", {"bowl"}}}}}}),
+              ElementsAre("reset"));
+  EXPECT_THAT(ReadAll(*follower.Read(map_)).objects, IsEmpty());
+}
+
+TEST_F(FollowerTest, LayersComeAndGo) {
+  Follower all = Follow({});
+  Follower one = Follow({.layers = {"later"}});
+  Carry({{Things("later"), PutObject{"later", Thing("cup", 0, 0)}}});
+  EXPECT_EQ(all.Tell(changes_, structure_).changes.size(), 2u);
+  EXPECT_EQ(one.Tell(changes_, structure_).changes.size(), 2u);
+  Carry({{PutObject{"things", Thing("cup", 0, 0)}, DeleteLayer{"later"}}});
+  EXPECT_EQ(all.Tell(changes_, structure_).changes.size(), 2u);
+  const auto told = one.Tell(changes_, structure_);
+  ASSERT_EQ(told.changes.size(), 1u);
+  EXPECT_EQ(told.changes[0].kind, ChangeKind::kLayerDeleted);
+}
+
+TEST_F(FollowerTest, APlacedFrameResetsThoseItMoves) {
+  Carry({{Things("dock", "dock"), PutObject{"dock", Thing("pallet", 1, 0)}}});
+  Follower in_map = Follow({.layers = {"dock"}});
+  Follower in_dock = Follow({.layers = {"dock"}, .frame_id = "dock"});
+  EXPECT_THAT(ReadAll(*in_map.Read(map_)).objects, IsEmpty());  // not connected yet
+  Carry({{SetTransform{{"map", "dock", PlanarTransform(5, 0, 0)}}}});
+  EXPECT_TRUE(in_map.Tell(changes_, structure_).reset);
+  EXPECT_FALSE(in_dock.Tell(changes_, structure_).reset);
+  const Known known = ReadAll(*in_map.Read(map_));
+  ASSERT_EQ(known.objects.size(), 1u);
+  EXPECT_EQ(known.objects.begin()->second.polygon.bounds().min, (Point{6, 0}));
+}
+
+TEST_F(FollowerTest, UnknownFramesAndEmptyClassesAreRefused) {
+  EXPECT_TRUE(absl::IsNotFound(Follower::Make({.frame_id = "moon"}, structure_).status()));
+  EXPECT_TRUE(absl::IsInvalidArgument(Follower::Make({.classes = {" "}}, structure_).status()));
+}
+
+TEST(StructureTest, IsSharedWhileOnlyContentChanges) {
+  const Snapshot map = MakeSnapshot("m", {{Things("s"), PutObject{"s", Thing("cup", 0, 0)}}});
+  const SnapshotPtr structure = StructureOf(map);
+  EXPECT_EQ(structure->FindLayer("s")->Size(), 0);
+  const auto put = Apply(map, {{PutObject{"s", Thing("cup", 0, 0)}}});
+  EXPECT_EQ(StructureAfter(structure, 2, put->changes), structure);
+  const auto created = Apply(map, {{Things("t")}});
+  const SnapshotPtr after = StructureAfter(structure, 2, created->changes);
+  EXPECT_NE(after, structure);
+  EXPECT_EQ(after->layers.size(), 2u);
+  EXPECT_EQ(structure->layers.size(), 1u);
+}
+
+// Random edits of a random site.
+class RandomHistory {
+ public:
+  explicit RandomHistory(Rng& rng) : rng_(rng) {
+    map_ = std::make_shared<Snapshot>(MakeSnapshot("m", testing::RandomSite(rng, 20)));
+    for (const auto& [name, layer] : map_->layers) {
+      (layer->spec().grid ? grids_ : semantics_).push_back(name);
+    }
+  }
+
+  const SnapshotPtr& map() const { return map_; }
+
+  std::vector<Change> Step() {
+    EditBatch batch;
+    for (int i = UniformInt(rng_, 1, 4); i > 0; --i) batch.edits.push_back(RandomEdit());
+    auto applied = Apply(*map_, batch);
+    if (!applied.ok()) return {};  // the same thing deleted twice
+    map_ = applied->snapshot;
+    return applied->changes;
+  }
+
+ private:
+  Edit RandomEdit() {
+    const Point centre{Uniform(rng_, -8, 8), Uniform(rng_, -8, 8)};
+    const int dice = UniformInt(rng_, 0, 19);
+    const std::string grid = grids_[UniformInt(rng_, 0, static_cast<int>(grids_.size()) - 1)];
+    if (dice < 5) {
+      const CellBox box{UniformInt(rng_, -150, 150), 0, UniformInt(rng_, -150, 150), 0};
+      const CellBox cells{box.row_begin, box.row_begin + UniformInt(rng_, 1, 5), box.col_begin,
+                          box.col_begin + UniformInt(rng_, 1, 5)};
+      return WriteCells{grid, cells, RandomCells(rng_, map_->FindLayer(grid)->spec().kind, cells)};
+    }
+    if (dice == 5) {
+      return SetTransform{{"map", "dock", testing::RandomTransform(rng_, 5)}};
+    }
+    const std::string layer =
+        semantics_[UniformInt(rng_, 0, static_cast<int>(semantics_.size()) - 1)];
+    const auto& semantic = static_cast<const SemanticLayer&>(*map_->FindLayer(layer));
+    const std::vector<ObjectPtr> objects = semantic.Objects();
+    SemanticObject object = RandomObject(rng_, centre, 2.0);
+    object.id = 0;
+    if (!objects.empty() && dice < 16) {
+      object.id = objects[UniformInt(rng_, 0, static_cast<int>(objects.size()) - 1)]->id;
+    }
+    if (object.id != 0 && dice < 9) return DeleteObject{layer, object.id};
+    return PutObject{layer, object, ""};
+  }
+
+  Rng& rng_;
+  SnapshotPtr map_;
+  std::vector<std::string> semantics_;
+  std::vector<std::string> grids_;
+};
+
+TEST(FollowerPropertyTest, WhoBelievesAllThatIsToldKnowsWhatASnapshotSays) {
+  const uint64_t seed = TestSeed();
+  SCOPED_TRACE("HYPERMAP_TEST_SEED=" + std::to_string(seed));
+  Rng rng(seed);
+  for (int round = 0; round < 5; ++round) {
+    RandomHistory history(rng);
+    SnapshotPtr structure = StructureOf(*history.map());
+    const std::vector<WatchFilter> filters = {
+        {},
+        {.area = RandomPolygon(rng, {0, 0}, 6.0)},
+        {.frame_id = history.map()->layers.begin()->second->spec().frame_id,
+         .area = RandomPolygon(rng, {1, 1}, 5.0)},
+        {.classes = {"chair", "cup", "table"}},
+    };
+    std::vector<Follower> followers;
+    std::vector<Known> known;
+    for (const WatchFilter& filter : filters) {
+      followers.push_back(*Follower::Make(filter, structure));
+      known.push_back(ReadAll(*followers.back().Read(history.map())));
+    }
+    for (int step = 0; step < 40; ++step) {
+      const std::vector<Change> changes = history.Step();
+      structure = StructureAfter(structure, history.map()->revision, changes);
+      for (size_t i = 0; i < followers.size(); ++i) {
+        const Follower::Told told = followers[i].Tell(changes, structure);
+        for (const ToldChange& change : told.changes) known[i].Learn(change);
+        Follower fresh = *Follower::Make(filters[i], structure);
+        const Known expected = ReadAll(*fresh.Read(history.map()));
+        if (told.reset) known[i] = expected;
+        ASSERT_EQ(known[i].objects, expected.objects) << "filter " << i << ", step " << step;
+        ASSERT_EQ(known[i].cells, expected.cells) << "filter " << i << ", step " << step;
+      }
+    }
+  }
+}
+
+TEST(NetChangesPropertyTest, ADifferenceTakesOneRevisionToTheOther) {
+  const uint64_t seed = TestSeed();
+  SCOPED_TRACE("HYPERMAP_TEST_SEED=" + std::to_string(seed));
+  Rng rng(seed);
+  for (int round = 0; round < 30; ++round) {
+    RandomHistory history(rng);
+    const SnapshotPtr from = history.map();
+    Follower before = *Follower::Make({.frame_id = ""}, StructureOf(*from));
+    NetChanges net;
+    for (int step = UniformInt(rng, 0, 25); step > 0; --step) net.Add(history.Step());
+    const SnapshotPtr to = history.map();
+    const auto told =
+        std::move(net).Finish(*StructureOf(*from), *StructureOf(*to), {}, to->frame_id);
+    Known known = ReadAll(*before.Read(from));
+    std::set<std::pair<std::string, ObjectId>> seen;
+    bool moved = false;
+    for (const ToldChange& change : told) {
+      moved = moved || change.kind == ChangeKind::kTransform;
+      known.Learn(change);
+      if (change.kind == ChangeKind::kPut || change.kind == ChangeKind::kRemove) {
+        EXPECT_TRUE(seen.insert({change.layer, change.object_id}).second);
+      }
+    }
+    if (moved) continue;  // what is not told lies elsewhere in the caller's frame
+    Follower after = *Follower::Make({.frame_id = ""}, StructureOf(*to));
+    const Known expected = ReadAll(*after.Read(to));
+    EXPECT_EQ(known.objects, expected.objects);
+    EXPECT_EQ(known.cells, expected.cells);
+  }
+}
+
+TEST(NetChangesTest, WhatIsAsItWasIsNotTold) {
+  const Snapshot map = MakeSnapshot("m", {{Things("s"), PutObject{"s", Thing("cup", 0, 0)}}});
+  const auto moved = Apply(map, {{PutObject{"s", Thing("cup", 3, 0, 1)}}});
+  const auto back = Apply(*moved->snapshot, {{PutObject{"s", Thing("cup", 0, 0, 1)}}});
+  NetChanges net;
+  net.Add(moved->changes);
+  net.Add(back->changes);
+  EXPECT_THAT(std::move(net).Finish(*StructureOf(map), *StructureOf(*back->snapshot), {}, "map"),
+              IsEmpty());
+}
+
+}  // namespace
+}  // namespace hypermap

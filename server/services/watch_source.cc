@@ -1,0 +1,216 @@
+#include "server/services/watch_source.h"
+
+#include <algorithm>
+#include <optional>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "map/watch/structure.h"
+#include "server/services/told_changes.h"
+#include "wire/geometry.h"
+#include "wire/time.h"
+
+namespace hypermap::server {
+namespace {
+
+// Changes that are read from the history at a time.
+constexpr int kMaxPastChanges = 128;
+// A place further on is told of at most so often.
+constexpr absl::Duration kBetweenProgress = absl::Seconds(1);
+
+absl::StatusOr<WatchFilter> DecodeFilter(const v1::WatchRequest& request,
+                                         const wire::DecodeLimits& limits) {
+  WatchFilter filter;
+  filter.layers.assign(request.layers().begin(), request.layers().end());
+  filter.frame_id = request.frame_id();
+  filter.classes.assign(request.classes().begin(), request.classes().end());
+  if (request.has_area()) {
+    absl::StatusOr<Polygon> area = wire::DecodePolygon("area", request.area(), limits);
+    if (!area.ok()) return area.status();
+    filter.area = *std::move(area);
+  }
+  return filter;
+}
+
+}  // namespace
+
+absl::StatusOr<SnapshotPtr> WatchSource::StructureAt(MapSession& session, Revision revision) {
+  if (revision < 0) return absl::InvalidArgumentError("start_revision is negative");
+  const Revision newest = session.feed().newest();
+  if (revision > newest) {
+    return absl::OutOfRangeError(
+        absl::StrCat("start_revision ", revision, " is still to come, the newest is ", newest));
+  }
+  if (std::optional<SnapshotPtr> structure = session.feed().StructureAt(revision)) {
+    return *std::move(structure);
+  }
+  absl::StatusOr<HistoryPool::Lease> history = session.OpenHistory();
+  if (!history.ok()) return history.status();
+  const absl::StatusOr<std::unique_ptr<storage::PastMap>> past = (*history)->At(revision);
+  if (!past.ok()) return past.status();
+  return (*past)->structure();
+}
+
+absl::StatusOr<std::unique_ptr<WatchSource>> WatchSource::Open(const Facilities& facilities,
+                                                               const v1::WatchRequest& request) {
+  absl::StatusOr<std::shared_ptr<MapSession>> session = FindMap(facilities, request.map());
+  if (!session.ok()) return session.status();
+  absl::StatusOr<WatchFilter> filter = DecodeFilter(request, facilities.limits.decode);
+  if (!filter.ok()) return filter.status();
+  SnapshotPtr snapshot;  // null: none is told
+  absl::StatusOr<SnapshotPtr> structure;
+  Revision start = request.start_revision();
+  if (request.has_start_revision()) {
+    structure = StructureAt(**session, start);
+    if (!structure.ok()) return structure.status();
+  } else {
+    snapshot = (*session)->snapshot();
+    structure = StructureOf(*snapshot);
+    start = snapshot->revision;
+  }
+  absl::StatusOr<Follower> follower = Follower::Make(*std::move(filter), *structure);
+  if (!follower.ok()) return follower.status();
+  std::unique_ptr<WatchSource> source(new WatchSource(
+      facilities.limits, *std::move(session), *std::move(follower), *std::move(structure), start));
+  if (snapshot) source->BeginSelection(std::move(snapshot), /*reset=*/false);
+  return source;
+}
+
+WatchSource::WatchSource(const ServiceLimits& limits, std::shared_ptr<MapSession> session,
+                         Follower follower, SnapshotPtr structure, Revision start)
+    : limits_(limits),
+      session_(std::move(session)),
+      follower_(std::move(follower)),
+      structure_(std::move(structure)),
+      taken_(start),
+      told_(start),
+      // One that resumes far behind is given the time to come up.
+      max_lag_(feed().newest() - start + limits.max_watch_lag) {}
+
+absl::Status WatchSource::WithResume(const absl::Status& status) const {
+  return absl::Status(status.code(),
+                      absl::StrCat(status.message(), "; resume from revision ", told_));
+}
+
+absl::StatusOr<WatchSource::Step> WatchSource::Next(absl::Time now, v1::WatchResponse* message) {
+  // Between commits only: a commit's changes are told together.
+  if (next_ < telling_.size()) return TellNext(now, message);
+  if (feed().closed()) return WithResume(absl::UnavailableError("the map is closing"));
+  if (selection_) return ReadSelection(now, message);
+  return TakeCommit(now, message);
+}
+
+void WatchSource::BeginSelection(SnapshotPtr snapshot, bool reset) {
+  commits_.clear();
+  taken_ = snapshot->revision;
+  commit_ = {};
+  structure_ = StructureOf(*snapshot);
+  selection_ = follower_.Read(std::move(snapshot));
+  selection_resets_ = reset;
+}
+
+WatchSource::Step WatchSource::ReadSelection(absl::Time now, v1::WatchResponse* message) {
+  telling_ = selection_->Next(limits_.chunk_items);
+  next_ = 0;
+  if (telling_.empty() && !selection_->done()) return Step::kNothingYet;
+  return TellNext(now, message);
+}
+
+WatchSource::Step WatchSource::TellNext(absl::Time now, v1::WatchResponse* message) {
+  message->set_revision(taken_);
+  if (selection_) {
+    message->set_snapshot(true);
+    message->set_reset(std::exchange(selection_resets_, false));
+  } else {
+    wire::EncodeTime(commit_.time, message->mutable_time());
+    message->set_author(commit_.author);
+  }
+  const size_t end = EncodeChanges(telling_, next_, limits_, message->mutable_changes());
+  items_ += static_cast<int64_t>(end - next_);
+  next_ = end;
+  last_message_ = now;
+  const bool more = next_ < telling_.size() || (selection_ && !selection_->done());
+  message->set_more(more);
+  if (!more) {
+    telling_.clear();
+    next_ = 0;
+    selection_.reset();
+    told_ = taken_;
+  }
+  return Step::kMessage;
+}
+
+absl::Time WatchSource::ProgressDue() const {
+  const absl::Time idle = last_message_ + limits_.watch_progress;
+  if (told_ == taken_) return idle;
+  return std::min(idle, last_progress_ + std::min(kBetweenProgress, limits_.watch_progress));
+}
+
+absl::Duration WatchSource::idle_for(absl::Time now) const {
+  return std::max(ProgressDue() - now, absl::ZeroDuration());
+}
+
+WatchSource::Step WatchSource::TellProgress(absl::Time now, v1::WatchResponse* message) {
+  told_ = taken_;
+  message->set_revision(told_);
+  last_message_ = now;
+  last_progress_ = now;
+  return Step::kMessage;
+}
+
+absl::Status WatchSource::ReadCommits() {
+  const Revision newest = feed().newest();
+  if (newest - taken_ > max_lag_) {
+    return absl::ResourceExhaustedError(
+        absl::StrCat("the reader is ", newest - taken_,
+                     " revisions behind, which is more than --max_watch_lag"));
+  }
+  // One at a time: they are kept there, not here.
+  if (auto commits = feed().Read(taken_, 1)) {
+    std::move(commits->begin(), commits->end(), std::back_inserter(commits_));
+    return absl::OkStatus();
+  }
+  absl::StatusOr<HistoryPool::Lease> history = session_->OpenHistory();
+  if (!history.ok()) return history.status();
+  absl::StatusOr<std::vector<storage::PastCommit>> past =
+      (*history)->Commits(taken_, kMaxPastChanges);
+  if (!past.ok()) return past.status();
+  for (storage::PastCommit& commit : *past) {
+    // What is on disk may not be published yet.
+    if (commit.record.revision > newest) break;
+    commits_.push_back({commit.record.revision, commit.record.time, std::move(commit.record.author),
+                        std::make_shared<const std::vector<Change>>(std::move(commit.changes)),
+                        nullptr});
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<WatchSource::Step> WatchSource::TakeCommit(absl::Time now,
+                                                          v1::WatchResponse* message) {
+  if (told_ < taken_ && ProgressDue() <= now) return TellProgress(now, message);
+  if (commits_.empty()) {
+    if (absl::Status status = ReadCommits(); !status.ok()) return WithResume(status);
+  }
+  if (commits_.empty()) {
+    return ProgressDue() <= now ? TellProgress(now, message) : Step::kNothingNew;
+  }
+  commit_ = std::move(commits_.front());
+  commits_.pop_front();
+  const auto changes = std::exchange(commit_.changes, nullptr);
+  const SnapshotPtr structure = std::exchange(commit_.structure, nullptr);
+  taken_ = commit_.revision;
+  structure_ = structure ? structure : StructureAfter(structure_, taken_, *changes);
+  Follower::Told told = follower_.Tell(*changes, structure_);
+  if (told.reset) {
+    BeginSelection(session_->snapshot(), /*reset=*/true);
+    return Step::kNothingYet;
+  }
+  if (told.changes.empty()) return Step::kNothingYet;
+  telling_ = std::move(told.changes);
+  for (ToldChange& change : telling_) {
+    if (change.layer_now) change.layer_version = taken_;
+  }
+  return TellNext(now, message);
+}
+
+}  // namespace hypermap::server

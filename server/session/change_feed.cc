@@ -1,0 +1,136 @@
+#include "server/session/change_feed.h"
+
+#include <iterator>
+#include <numeric>
+#include <utility>
+#include <variant>
+
+#include "map/watch/structure.h"
+
+namespace hypermap::server {
+namespace {
+
+// A tile of 64 KiB and what it replaced, in objects of about a KiB.
+constexpr int64_t kTileWeight = 128;
+
+int64_t WeightOf(const std::vector<Change>& changes) {
+  return std::accumulate(
+      changes.begin(), changes.end(), int64_t{1}, [](int64_t sum, const Change& change) {
+        return sum + (std::holds_alternative<TileWritten>(change) ? kTileWeight : int64_t{1});
+      });
+}
+
+}  // namespace
+
+ChangeFeed::ChangeFeed(Revision revision, SnapshotPtr structure, const Limits& limits)
+    : limits_(limits),
+      newest_(revision),
+      oldest_structure_(structure),
+      newest_structure_(std::move(structure)) {}
+
+void ChangeFeed::Append(std::vector<FeedCommit> commits) {
+  if (commits.empty()) return;
+  std::vector<Callback> due;
+  {
+    MutexLock lock(&mutex_);
+    for (FeedCommit& commit : commits) {
+      newest_ = commit.revision;
+      newest_structure_ = StructureAfter(newest_structure_, commit.revision, *commit.changes);
+      commit.structure = newest_structure_;
+      weights_.push_back(WeightOf(*commit.changes));
+      weight_ += weights_.back();
+      commits_.push_back(std::move(commit));
+    }
+    Trim();
+    due = TakeDue();
+  }
+  for (Callback& callback : due) std::move(callback)();
+}
+
+void ChangeFeed::Trim() {
+  while (!commits_.empty() && (static_cast<int64_t>(commits_.size()) > limits_.max_commits ||
+                               weight_ > limits_.max_weight)) {
+    oldest_structure_ = std::move(commits_.front().structure);
+    commits_.pop_front();
+    weight_ -= weights_.front();
+    weights_.pop_front();
+  }
+}
+
+std::vector<ChangeFeed::Callback> ChangeFeed::TakeDue() {
+  std::vector<Callback> due;
+  for (auto it = waiters_.begin(); it != waiters_.end();) {
+    if (!closed_ && it->second.after >= newest_) {
+      ++it;
+      continue;
+    }
+    due.push_back(std::move(it->second.callback));
+    it = waiters_.erase(it);
+  }
+  return due;
+}
+
+Revision ChangeFeed::newest() const {
+  MutexLock lock(&mutex_);
+  return newest_;
+}
+
+std::optional<std::vector<FeedCommit>> ChangeFeed::Read(Revision after, int64_t max_changes) const {
+  std::vector<FeedCommit> read;
+  MutexLock lock(&mutex_);
+  if (after >= newest_) return read;
+  if (commits_.empty() || after + 1 < commits_.front().revision) return std::nullopt;
+  int64_t changes = 0;
+  for (size_t i = after + 1 - commits_.front().revision; i < commits_.size(); ++i) {
+    changes += static_cast<int64_t>(commits_[i].changes->size());
+    if (!read.empty() && changes > max_changes) break;
+    read.push_back(commits_[i]);
+  }
+  return read;
+}
+
+std::optional<SnapshotPtr> ChangeFeed::StructureAt(Revision revision) const {
+  MutexLock lock(&mutex_);
+  if (revision > newest_) return std::nullopt;
+  if (revision == newest_) return newest_structure_;
+  if (commits_.empty() || revision + 1 < commits_.front().revision) return std::nullopt;
+  if (revision + 1 == commits_.front().revision) return oldest_structure_;
+  return commits_[revision - commits_.front().revision].structure;
+}
+
+ChangeFeed::WaitId ChangeFeed::Await(Revision after, Callback callback) {
+  WaitId id = 0;
+  {
+    MutexLock lock(&mutex_);
+    id = next_id_++;
+    if (!closed_ && after >= newest_) {
+      waiters_.emplace(id, Waiter{after, std::move(callback)});
+      return id;
+    }
+  }
+  std::move(callback)();
+  return id;
+}
+
+void ChangeFeed::Remove(WaitId id) {
+  std::map<WaitId, Waiter>::node_type removed;  // dies when the lock is given up
+  MutexLock lock(&mutex_);
+  removed = waiters_.extract(id);
+}
+
+void ChangeFeed::Close() {
+  std::vector<Callback> due;
+  {
+    MutexLock lock(&mutex_);
+    closed_ = true;
+    due = TakeDue();
+  }
+  for (Callback& callback : due) std::move(callback)();
+}
+
+bool ChangeFeed::closed() const {
+  MutexLock lock(&mutex_);
+  return closed_;
+}
+
+}  // namespace hypermap::server

@@ -1,0 +1,66 @@
+#include "server/session/compaction.h"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <utility>
+
+namespace hypermap::server {
+namespace {
+
+constexpr int kRowsPerStep = 200;
+constexpr absl::Duration kBetweenPasses = absl::Minutes(1);
+// A pass is begun as well when the history has outgrown its bound by this part.
+constexpr int64_t kPassesPerHistory = 10;
+
+}  // namespace
+
+Compaction::Compaction(std::string map, storage::StoredMap* stored, HistoryPool* history,
+                       const Retention& retention)
+    : map_(std::move(map)), stored_(stored), history_(history), retention_(retention) {}
+
+bool Compaction::IsDue(Revision newest, absl::Time now) const {
+  const int64_t slack = std::max<int64_t>(retention_.history_revisions / kPassesPerHistory, 1);
+  return next() <= now || newest - revision_of_last_pass_ >= slack;
+}
+
+absl::Time Compaction::next() const { return under_way_ ? absl::InfinitePast() : next_pass_; }
+
+absl::StatusOr<Revision> Compaction::OldestToKeep(Revision newest, absl::Time now) const {
+  absl::StatusOr<HistoryPool::Lease> reader = history_->Take();
+  if (!reader.ok()) return reader.status();
+  const absl::StatusOr<storage::KeptRevisions> kept = (*reader)->Kept();
+  if (!kept.ok()) return kept.status();
+  Revision oldest = std::max(kept->oldest, newest - retention_.history_revisions);
+  if (retention_.history_age < absl::InfiniteDuration()) {
+    const absl::StatusOr<Revision> by_age = (*reader)->RevisionAt(now - retention_.history_age);
+    if (by_age.ok()) {
+      oldest = std::max(oldest, *by_age);
+    } else if (!absl::IsOutOfRange(by_age.status())) {
+      return by_age.status();
+    }
+  }
+  return std::min(oldest, newest);
+}
+
+absl::StatusOr<bool> Compaction::StepOfPass(Revision newest, absl::Time now) {
+  if (!under_way_) {
+    revision_of_last_pass_ = newest;
+    const absl::StatusOr<Revision> oldest = OldestToKeep(newest, now);
+    if (!oldest.ok()) return oldest.status();
+    oldest_ = *oldest;
+    receipts_before_ = now - retention_.receipt_age;
+  }
+  return stored_->Compact(oldest_, receipts_before_, kRowsPerStep);
+}
+
+void Compaction::Step(Revision newest, absl::Time now) {
+  const absl::StatusOr<bool> more = StepOfPass(newest, now);
+  if (!more.ok()) {
+    spdlog::warn("history can't be compacted map={} problem={}", map_, more.status().ToString());
+  }
+  under_way_ = more.ok() && *more;
+  if (!under_way_) next_pass_ = now + kBetweenPasses;
+}
+
+}  // namespace hypermap::server

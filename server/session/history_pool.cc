@@ -1,0 +1,50 @@
+#include "server/session/history_pool.h"
+
+#include "absl/strings/str_cat.h"
+
+namespace hypermap::server {
+namespace {
+
+constexpr size_t kMaxSpare = 8;
+
+}  // namespace
+
+struct HistoryPool::State {
+  Mutex mutex;
+  storage::StoredMap* stored ABSL_GUARDED_BY(mutex) = nullptr;  // null: closed
+  std::vector<std::unique_ptr<storage::HistoryReader>> spare ABSL_GUARDED_BY(mutex);
+};
+
+HistoryPool::HistoryPool(storage::StoredMap* stored) : state_(std::make_shared<State>()) {
+  MutexLock lock(&state_->mutex);
+  state_->stored = stored;
+}
+
+HistoryPool::Lease::~Lease() {
+  if (!reader_) return;
+  MutexLock lock(&state_->mutex);
+  if (state_->stored == nullptr || state_->spare.size() >= kMaxSpare) return;
+  state_->spare.push_back(std::move(reader_));
+}
+
+absl::StatusOr<HistoryPool::Lease> HistoryPool::Take() {
+  MutexLock lock(&state_->mutex);
+  if (state_->stored == nullptr) return absl::UnavailableError("the map is closing");
+  if (!state_->spare.empty()) {
+    std::unique_ptr<storage::HistoryReader> reader = std::move(state_->spare.back());
+    state_->spare.pop_back();
+    return Lease(state_, std::move(reader));
+  }
+  absl::StatusOr<std::unique_ptr<storage::HistoryReader>> reader = state_->stored->OpenHistory();
+  if (!reader.ok()) return reader.status();
+  return Lease(state_, *std::move(reader));
+}
+
+void HistoryPool::Close() {
+  std::vector<std::unique_ptr<storage::HistoryReader>> closed;
+  MutexLock lock(&state_->mutex);
+  state_->stored = nullptr;
+  closed.swap(state_->spare);
+}
+
+}  // namespace hypermap::server

@@ -1,0 +1,142 @@
+#include "storage/geopackage/compaction.h"
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+
+namespace hypermap::storage {
+namespace {
+
+// Histories grow in the order of their ends, and so do their ids: what goes is a run from the least
+// id on, which no index is needed to find. The same holds for receipts and their times.
+constexpr char kObjectBoxes[] =
+    "DELETE FROM hypermap_object_boxes WHERE id IN (SELECT id FROM "
+    "(SELECT id, end_revision FROM hypermap_object_history ORDER BY id LIMIT ?2) "
+    "WHERE end_revision <= ?1)";
+constexpr char kObjects[] =
+    "DELETE FROM hypermap_object_history WHERE id IN (SELECT id FROM "
+    "(SELECT id, end_revision FROM hypermap_object_history ORDER BY id LIMIT ?2) "
+    "WHERE end_revision <= ?1)";
+constexpr char kTiles[] =
+    "DELETE FROM hypermap_tile_history WHERE id IN (SELECT id FROM "
+    "(SELECT id, end_revision FROM hypermap_tile_history ORDER BY id LIMIT ?2) "
+    "WHERE end_revision <= ?1)";
+constexpr char kChanges[] =
+    "DELETE FROM hypermap_changes WHERE (revision, number) IN (SELECT revision, number "
+    "FROM hypermap_changes WHERE revision <= ?1 ORDER BY revision, number LIMIT ?2)";
+// The oldest revision's own row tells when it was made.
+constexpr char kRevisions[] =
+    "DELETE FROM hypermap_revisions WHERE revision IN (SELECT revision FROM hypermap_revisions "
+    "WHERE revision < ?1 ORDER BY revision LIMIT ?2)";
+constexpr char kReceipts[] =
+    "DELETE FROM hypermap_receipts WHERE id IN (SELECT id FROM "
+    "(SELECT id, time_ns FROM hypermap_receipts ORDER BY id LIMIT ?2) WHERE time_ns < ?1)";
+
+// Versions of one layer or frame, of which the newest at ?1 and what is later stays.
+constexpr char kLayerVersions[] =
+    "DELETE FROM hypermap_layer_history WHERE lineage = ?3 AND first_revision IN "
+    "(SELECT first_revision FROM hypermap_layer_history WHERE lineage = ?3 AND first_revision < "
+    "(SELECT max(first_revision) FROM hypermap_layer_history WHERE lineage = ?3 "
+    "AND first_revision <= ?1) ORDER BY first_revision LIMIT ?2)";
+constexpr char kLayerRevisions[] =
+    "DELETE FROM hypermap_layer_revisions WHERE lineage = ?3 AND revision IN "
+    "(SELECT revision FROM hypermap_layer_revisions WHERE lineage = ?3 AND revision < "
+    "(SELECT max(revision) FROM hypermap_layer_revisions WHERE lineage = ?3 AND revision <= ?1) "
+    "ORDER BY revision LIMIT ?2)";
+constexpr char kFrameVersions[] =
+    "DELETE FROM hypermap_frame_history WHERE child_frame_id = ?3 AND first_revision IN "
+    "(SELECT first_revision FROM hypermap_frame_history WHERE child_frame_id = ?3 "
+    "AND first_revision < (SELECT max(first_revision) FROM hypermap_frame_history "
+    "WHERE child_frame_id = ?3 AND first_revision <= ?1) ORDER BY first_revision LIMIT ?2)";
+
+// Counts down what may still be removed.
+class Remover {
+ public:
+  Remover(Database* database, int64_t max_rows) : database_(database), room_(max_rows) {}
+
+  bool done() const { return room_ <= 0; }
+
+  template <typename... Values>
+  absl::Status Remove(const char* sql, int64_t bound, const Values&... values) {
+    if (done()) return absl::OkStatus();
+    absl::Status status = database_->Run(sql, bound, room_, values...);
+    if (status.ok()) room_ -= database_->changed_rows();
+    return status;
+  }
+
+ private:
+  Database* database_;
+  int64_t room_;
+};
+
+absl::StatusOr<std::vector<int64_t>> Lineages(Database* database) {
+  absl::StatusOr<Statement> select = database->Prepare("SELECT id FROM hypermap_lineages");
+  if (!select.ok()) return select.status();
+  std::vector<int64_t> lineages;
+  while (true) {
+    absl::StatusOr<bool> row = select->Step();
+    if (!row.ok()) return row.status();
+    if (!*row) return lineages;
+    lineages.push_back(select->Int64(0));
+  }
+}
+
+absl::StatusOr<std::vector<std::string>> Frames(Database* database) {
+  absl::StatusOr<Statement> select =
+      database->Prepare("SELECT child_frame_id FROM hypermap_frames");
+  if (!select.ok()) return select.status();
+  std::vector<std::string> frames;
+  while (true) {
+    absl::StatusOr<bool> row = select->Step();
+    if (!row.ok()) return row.status();
+    if (!*row) return frames;
+    frames.emplace_back(select->Text(0));
+  }
+}
+
+absl::Status RemoveLayers(Database* database, Revision oldest, Remover* remover) {
+  const absl::StatusOr<std::vector<int64_t>> lineages = Lineages(database);
+  if (!lineages.ok()) return lineages.status();
+  absl::Status status;
+  for (const int64_t lineage : *lineages) {
+    status.Update(remover->Remove(kLayerVersions, oldest, lineage));
+    status.Update(remover->Remove(kLayerRevisions, oldest, lineage));
+  }
+  // Of a layer that was deleted before, one row of each is left.
+  if (!status.ok() || remover->done()) return status;
+  for (const char* sql :
+       {"DELETE FROM hypermap_layer_history WHERE lineage IN (SELECT id FROM hypermap_lineages "
+        "WHERE end_revision <= ?1)",
+        "DELETE FROM hypermap_layer_revisions WHERE lineage IN (SELECT id FROM hypermap_lineages "
+        "WHERE end_revision <= ?1)",
+        "DELETE FROM hypermap_lineages WHERE end_revision <= ?1"}) {
+    status.Update(database->Run(sql, oldest));
+  }
+  return status;
+}
+
+}  // namespace
+
+absl::StatusOr<bool> RemoveForgotten(Database* database, Revision oldest,
+                                     absl::Time receipts_before, int64_t max_rows) {
+  Remover remover(database, max_rows);
+  // What was replaced by the oldest revision itself is not part of it.
+  absl::Status status = database->Run(kObjectBoxes, oldest, max_rows);
+  status.Update(remover.Remove(kObjects, oldest));
+  status.Update(remover.Remove(kTiles, oldest));
+  status.Update(remover.Remove(kChanges, oldest));
+  status.Update(remover.Remove(kRevisions, oldest));
+  status.Update(remover.Remove(kReceipts, absl::ToUnixNanos(receipts_before)));
+  status.Update(RemoveLayers(database, oldest, &remover));
+  const absl::StatusOr<std::vector<std::string>> frames = Frames(database);
+  if (!frames.ok()) return frames.status();
+  for (const std::string& frame : *frames) {
+    status.Update(remover.Remove(kFrameVersions, oldest, frame));
+  }
+  if (!status.ok()) return status;
+  return remover.done();
+}
+
+}  // namespace hypermap::storage

@@ -1,0 +1,22 @@
+// Forgets what was before the oldest kept revision, a few rows at a time.
+#ifndef HYPERMAP_STORAGE_GEOPACKAGE_COMPACTION_H_
+#define HYPERMAP_STORAGE_GEOPACKAGE_COMPACTION_H_
+
+#include <cstdint>
+
+#include "absl/status/statusor.h"
+#include "absl/time/time.h"
+#include "map/snapshot.h"
+#include "storage/geopackage/sqlite.h"
+
+namespace hypermap::storage {
+
+// Removes at most `max_rows` rows, within a transaction of the caller: of what only revisions
+// before `oldest` need, and receipts that are older than `receipts_before`. True when there may be
+// more.
+absl::StatusOr<bool> RemoveForgotten(Database* database, Revision oldest,
+                                     absl::Time receipts_before, int64_t max_rows);
+
+}  // namespace hypermap::storage
+
+#endif  // HYPERMAP_STORAGE_GEOPACKAGE_COMPACTION_H_

@@ -1,0 +1,36 @@
+// An object as the columns of a row: in the table of its layer, and in the history of all.
+#ifndef HYPERMAP_STORAGE_GEOPACKAGE_OBJECT_ROW_H_
+#define HYPERMAP_STORAGE_GEOPACKAGE_OBJECT_ROW_H_
+
+#include <string>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "map/layers/semantic_object.h"
+#include "storage/geopackage/sqlite.h"
+
+namespace hypermap::storage {
+
+// The columns that ReadObjectRow reads first to last, after the id and before the version.
+inline constexpr char kObjectColumns[] =
+    "geom, label, existence, classes, tags, attributes, height_min, height_max, expires_at_ns";
+inline constexpr int kObjectIdColumn = 0;
+inline constexpr int kObjectVersionColumn = 10;
+
+// The columns of an object that are not plain.
+struct ObjectRow {
+  std::string geometry;
+  std::string classes;
+  std::string tags;
+  std::string attributes;
+};
+
+// INVALID_ARGUMENT for text that is not UTF-8 and numbers that are not finite.
+absl::StatusOr<ObjectRow> EncodeObjectRow(const SemanticObject& object);
+
+// Columns: the id, kObjectColumns, the version. DATA_LOSS.
+absl::StatusOr<ObjectPtr> ReadObjectRow(Statement* row);
+
+}  // namespace hypermap::storage
+
+#endif  // HYPERMAP_STORAGE_GEOPACKAGE_OBJECT_ROW_H_

@@ -1,0 +1,157 @@
+#include "storage/geopackage/object_versions.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_replace.h"
+#include "storage/geopackage/history_tables.h"
+#include "storage/geopackage/object_row.h"
+
+namespace hypermap::storage {
+namespace {
+
+constexpr char kHistoryTable[] = "hypermap_object_history";
+
+// $columns stands for those of an object, $t for the layer's table, which is plain.
+constexpr char kReplacedAt[] = R"sql(
+SELECT object_id, $columns, first_revision FROM hypermap_object_history
+  WHERE lineage = ?1 AND object_id = ?2 AND end_revision > ?3 ORDER BY end_revision LIMIT 1
+)sql";
+constexpr char kCurrentAt[] = R"sql(
+SELECT id, $columns, version FROM "$t" WHERE id = ?1 AND version <= ?2
+)sql";
+
+// One scan of the R*Tree: the revision and the lineage are two of its axes. The exact columns
+// decide, as the tree may have clamped.
+constexpr char kReplacedInBox[] = R"sql(
+SELECT h.object_id, $columns, h.first_revision
+  FROM hypermap_object_boxes AS b CROSS JOIN hypermap_object_history AS h ON h.id = b.id
+  WHERE b.first_revision <= ?3 AND b.last_revision >= ?3
+    AND b.min_lineage = ?4
+    AND b.max_x >= ?5 AND b.min_x <= ?6 AND b.max_y >= ?7 AND b.min_y <= ?8
+    AND h.lineage = ?1 AND h.first_revision <= ?2 AND h.end_revision > ?2
+)sql";
+constexpr char kCurrentInBox[] = R"sql(
+SELECT f.id, $columns, f.version
+  FROM "rtree_$t_geom" AS b CROSS JOIN "$t" AS f ON f.id = b.id
+  WHERE b.maxx >= ?2 AND b.minx <= ?3 AND b.maxy >= ?4 AND b.miny <= ?5 AND f.version <= ?1
+)sql";
+
+constexpr char kAllReplaced[] = R"sql(
+SELECT h.object_id, $columns, h.first_revision
+  FROM hypermap_object_boxes AS b CROSS JOIN hypermap_object_history AS h ON h.id = b.id
+  WHERE b.first_revision <= ?3 AND b.last_revision >= ?3
+    AND b.min_lineage = ?4
+    AND h.lineage = ?1 AND h.first_revision <= ?2 AND h.end_revision > ?2
+)sql";
+constexpr char kAllCurrent[] = R"sql(
+SELECT id, $columns, version FROM "$t" WHERE version <= ?1
+)sql";
+
+std::string Filled(absl::string_view sql, const std::string& table = "") {
+  return absl::StrReplaceAll(sql, {{"$columns", kObjectColumns}, {"$t", table}});
+}
+
+void SortById(std::vector<ObjectPtr>* objects) {
+  std::sort(objects->begin(), objects->end(),
+            [](const ObjectPtr& a, const ObjectPtr& b) { return a->id < b->id; });
+}
+
+}  // namespace
+
+ObjectVersions::ObjectVersions(Database* database)
+    : database_(database),
+      replaced_at_(Filled(kReplacedAt)),
+      replaced_in_box_(Filled(kReplacedInBox)),
+      all_replaced_(Filled(kAllReplaced)),
+      cache_(kCachedObjects) {}
+
+absl::StatusOr<ObjectPtr> ObjectVersions::Read(Statement* row, const std::string& table,
+                                               int64_t lineage) {
+  const Key key{lineage, row->Int64(kObjectIdColumn), row->Int64(kObjectVersionColumn)};
+  if (ObjectPtr known = cache_.Find(key)) return known;
+  absl::StatusOr<ObjectPtr> object = ReadObjectRow(row);
+  if (!object.ok()) {
+    return absl::DataLossError(absl::StrCat("table ", table, ", object ", std::get<1>(key),
+                                            ", version ", std::get<2>(key), ": ",
+                                            object.status().message()));
+  }
+  cache_.Insert(key, *object);
+  return object;
+}
+
+absl::Status ObjectVersions::ReadAll(Statement* select, const std::string& table, int64_t lineage,
+                                     std::vector<ObjectPtr>* objects) {
+  while (true) {
+    absl::StatusOr<bool> row = select->Step();
+    if (!row.ok()) return row.status();
+    if (!*row) return absl::OkStatus();
+    absl::StatusOr<ObjectPtr> object = Read(select, table, lineage);
+    if (!object.ok()) return object.status();
+    objects->push_back(*std::move(object));
+  }
+}
+
+absl::StatusOr<ObjectPtr> ObjectVersions::At(const Lineage& layer, ObjectId id, Revision revision) {
+  const auto& [stored, is_current] = layer;
+  absl::StatusOr<Statement> replaced = database_->Prepare(replaced_at_);
+  if (!replaced.ok()) return replaced.status();
+  absl::StatusOr<bool> row = replaced->Bind(stored.lineage, id, revision).Step();
+  if (!row.ok()) return row.status();
+  if (*row) {
+    if (replaced->Int64(kObjectVersionColumn) > revision) return ObjectPtr();
+    return Read(&*replaced, kHistoryTable, stored.lineage);
+  }
+  if (!is_current) return ObjectPtr();
+  absl::StatusOr<Statement> current = database_->Prepare(Filled(kCurrentAt, stored.table));
+  if (!current.ok()) return current.status();
+  row = current->Bind(id, revision).Step();
+  if (!row.ok()) return row.status();
+  if (!*row) return ObjectPtr();
+  return Read(&*current, stored.table, stored.lineage);
+}
+
+absl::StatusOr<std::vector<ObjectPtr>> ObjectVersions::InBox(const Lineage& layer, const Box& box,
+                                                             Revision revision) {
+  const auto& [stored, is_current] = layer;
+  std::vector<ObjectPtr> objects;
+  if (box.empty()) return objects;
+  absl::StatusOr<Statement> replaced = database_->Prepare(replaced_in_box_);
+  if (!replaced.ok()) return replaced.status();
+  const MillimetreBox mm = ToMillimetres(box);
+  replaced->Bind(stored.lineage, revision, ClampToInt32(revision), ClampToInt32(stored.lineage),
+                 mm.min_x, mm.max_x, mm.min_y, mm.max_y);
+  absl::Status status = ReadAll(&*replaced, kHistoryTable, stored.lineage, &objects);
+  if (!status.ok()) return status;
+  if (is_current) {
+    absl::StatusOr<Statement> current = database_->Prepare(Filled(kCurrentInBox, stored.table));
+    if (!current.ok()) return current.status();
+    current->Bind(revision, box.min.x, box.max.x, box.min.y, box.max.y);
+    status = ReadAll(&*current, stored.table, stored.lineage, &objects);
+    if (!status.ok()) return status;
+  }
+  SortById(&objects);
+  return objects;
+}
+
+absl::StatusOr<std::vector<ObjectPtr>> ObjectVersions::All(const Lineage& layer,
+                                                           Revision revision) {
+  const auto& [stored, is_current] = layer;
+  std::vector<ObjectPtr> objects;
+  absl::StatusOr<Statement> replaced = database_->Prepare(all_replaced_);
+  if (!replaced.ok()) return replaced.status();
+  replaced->Bind(stored.lineage, revision, ClampToInt32(revision), ClampToInt32(stored.lineage));
+  absl::Status status = ReadAll(&*replaced, kHistoryTable, stored.lineage, &objects);
+  if (!status.ok()) return status;
+  if (is_current) {
+    absl::StatusOr<Statement> current = database_->Prepare(Filled(kAllCurrent, stored.table));
+    if (!current.ok()) return current.status();
+    status = ReadAll(&current->Bind(revision), stored.table, stored.lineage, &objects);
+    if (!status.ok()) return status;
+  }
+  SortById(&objects);
+  return objects;
+}
+
+}  // namespace hypermap::storage

@@ -1,0 +1,53 @@
+// The objects of any kept revision: those that were replaced since, from the history, and those
+// that still are as they were, from their layer's table.
+#ifndef HYPERMAP_STORAGE_GEOPACKAGE_OBJECT_VERSIONS_H_
+#define HYPERMAP_STORAGE_GEOPACKAGE_OBJECT_VERSIONS_H_
+
+#include <cstdint>
+#include <string>
+#include <tuple>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "map/snapshot.h"
+#include "storage/geopackage/generation_cache.h"
+#include "storage/geopackage/layer_history.h"
+#include "storage/geopackage/sqlite.h"
+
+namespace hypermap::storage {
+
+// Borrows the database. What it reads belongs to one moment only within a ReadTransaction. All
+// errors are as of Statement, and DATA_LOSS naming the table and the row.
+class ObjectVersions {
+ public:
+  explicit ObjectVersions(Database* database);
+
+  // As it was at the revision; null when it was not there.
+  absl::StatusOr<ObjectPtr> At(const Lineage& layer, ObjectId id, Revision revision);
+
+  // Those whose box shares a point with `box`, and some near it; by id.
+  absl::StatusOr<std::vector<ObjectPtr>> InBox(const Lineage& layer, const Box& box,
+                                               Revision revision);
+
+  // By id.
+  absl::StatusOr<std::vector<ObjectPtr>> All(const Lineage& layer, Revision revision);
+
+ private:
+  static constexpr size_t kCachedObjects = 20'000;
+  using Key = std::tuple<int64_t, ObjectId, Revision>;  // lineage, id, version
+
+  absl::StatusOr<ObjectPtr> Read(Statement* row, const std::string& table, int64_t lineage);
+  absl::Status ReadAll(Statement* select, const std::string& table, int64_t lineage,
+                       std::vector<ObjectPtr>* objects);
+
+  Database* database_;
+  const std::string replaced_at_;
+  const std::string replaced_in_box_;
+  const std::string all_replaced_;
+  GenerationCache<Key, ObjectPtr> cache_;
+};
+
+}  // namespace hypermap::storage
+
+#endif  // HYPERMAP_STORAGE_GEOPACKAGE_OBJECT_VERSIONS_H_

@@ -1,0 +1,91 @@
+#include "storage/geopackage/past_map.h"
+
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "map/layers/grid/grid_layer.h"
+#include "map/layers/layer_registry.h"
+#include "storage/geopackage/geopackage_history.h"
+#include "storage/geopackage/layer_history.h"
+
+namespace hypermap::storage {
+
+absl::StatusOr<PastStructurePtr> ReadStructure(Database* database, const std::string& map_name,
+                                               const std::string& frame_id, Revision revision) {
+  auto snapshot = std::make_shared<Snapshot>();
+  snapshot->map_name = map_name;
+  snapshot->frame_id = frame_id;
+  snapshot->revision = revision;
+  absl::StatusOr<FrameTree> frames = ReadFramesAt(database, revision);
+  if (!frames.ok()) return frames.status();
+  snapshot->frames = *std::move(frames);
+  absl::StatusOr<std::vector<PastLayer>> layers = ReadLayersAt(database, revision);
+  if (!layers.ok()) return layers.status();
+  auto structure = std::make_shared<PastStructure>();
+  for (const auto& [stored, version] : *layers) {
+    const LayerSpec& spec = stored.spec;
+    LayerPtr layer = IsGridKind(spec.kind) ? std::make_shared<GridLayer>(spec, MakeCellDomain(spec),
+                                                                         TileMap(), stored.extent)
+                                           : MakeEmptyLayer(spec);
+    snapshot->layers.emplace(spec.name, std::move(layer));
+    snapshot->layer_versions.emplace(spec.name, version);
+    structure->lineages.emplace(spec.name, stored.lineage);
+  }
+  structure->snapshot = std::move(snapshot);
+  return structure;
+}
+
+GeoPackagePastMap::GeoPackagePastMap(ReadTransaction transaction, Database* database,
+                                     ObjectVersions* objects, TileVersions* tiles,
+                                     PastStructurePtr structure)
+    : transaction_(std::move(transaction)),
+      database_(database),
+      objects_(objects),
+      tiles_(tiles),
+      structure_(std::move(structure)) {}
+
+absl::Status GeoPackagePastMap::InMap(const absl::Status& status) const {
+  return HistoryStatus(structure_->snapshot->map_name, status);
+}
+
+absl::StatusOr<const Lineage*> GeoPackagePastMap::Find(const std::string& layer, bool is_grid) {
+  absl::StatusOr<LayerPtr> past = structure_->snapshot->GetLayer(layer);
+  if (!past.ok()) return past.status();
+  if (IsGridKind((*past)->spec().kind) != is_grid) {
+    return absl::FailedPreconditionError(
+        absl::StrCat("layer \"", layer, "\" is of the kind ", LayerKindName((*past)->spec().kind)));
+  }
+  if (const auto known = lineages_.find(layer); known != lineages_.end()) return &known->second;
+  absl::StatusOr<Lineage> lineage = ReadLineage(database_, structure_->lineages.at(layer));
+  if (!lineage.ok()) return InMap(lineage.status());
+  return &lineages_.emplace(layer, *std::move(lineage)).first->second;
+}
+
+absl::StatusOr<std::vector<ObjectPtr>> GeoPackagePastMap::Objects(const std::string& layer,
+                                                                  const Box& box) {
+  absl::StatusOr<const Lineage*> lineage = Find(layer, /*is_grid=*/false);
+  if (!lineage.ok()) return lineage.status();
+  absl::StatusOr<std::vector<ObjectPtr>> objects =
+      objects_->InBox(**lineage, box, structure_->snapshot->revision);
+  if (!objects.ok()) return InMap(objects.status());
+  return objects;
+}
+
+absl::StatusOr<std::vector<ObjectPtr>> GeoPackagePastMap::Objects(const std::string& layer) {
+  absl::StatusOr<const Lineage*> lineage = Find(layer, /*is_grid=*/false);
+  if (!lineage.ok()) return lineage.status();
+  absl::StatusOr<std::vector<ObjectPtr>> objects =
+      objects_->All(**lineage, structure_->snapshot->revision);
+  if (!objects.ok()) return InMap(objects.status());
+  return objects;
+}
+
+absl::StatusOr<TileMap> GeoPackagePastMap::Tiles(const std::string& layer, const CellBox& cells) {
+  absl::StatusOr<const Lineage*> lineage = Find(layer, /*is_grid=*/true);
+  if (!lineage.ok()) return lineage.status();
+  absl::StatusOr<TileMap> tiles = tiles_->InBox(**lineage, cells, structure_->snapshot->revision);
+  if (!tiles.ok()) return InMap(tiles.status());
+  return tiles;
+}
+
+}  // namespace hypermap::storage

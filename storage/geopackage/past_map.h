@@ -1,0 +1,54 @@
+// A map at a past revision, read from its file.
+#ifndef HYPERMAP_STORAGE_GEOPACKAGE_PAST_MAP_H_
+#define HYPERMAP_STORAGE_GEOPACKAGE_PAST_MAP_H_
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "storage/geopackage/object_versions.h"
+#include "storage/geopackage/sqlite.h"
+#include "storage/geopackage/tile_versions.h"
+#include "storage/history.h"
+
+namespace hypermap::storage {
+
+// The structure of a revision, which stays true as long as the revision is kept.
+struct PastStructure {
+  SnapshotPtr snapshot;                                  // without content
+  std::map<std::string, int64_t, std::less<>> lineages;  // of its layers
+};
+using PastStructurePtr = std::shared_ptr<const PastStructure>;
+
+absl::StatusOr<PastStructurePtr> ReadStructure(Database* database, const std::string& map_name,
+                                               const std::string& frame_id, Revision revision);
+
+// Borrows the database and the readers. Reads in the one transaction that it is given.
+class GeoPackagePastMap : public PastMap {
+ public:
+  GeoPackagePastMap(ReadTransaction transaction, Database* database, ObjectVersions* objects,
+                    TileVersions* tiles, PastStructurePtr structure);
+
+  const SnapshotPtr& structure() const override { return structure_->snapshot; }
+  absl::StatusOr<std::vector<ObjectPtr>> Objects(const std::string& layer, const Box& box) override;
+  absl::StatusOr<std::vector<ObjectPtr>> Objects(const std::string& layer) override;
+  absl::StatusOr<TileMap> Tiles(const std::string& layer, const CellBox& cells) override;
+
+ private:
+  // NOT_FOUND; FAILED_PRECONDITION when the layer is of the other sort.
+  absl::StatusOr<const Lineage*> Find(const std::string& layer, bool is_grid);
+  absl::Status InMap(const absl::Status& status) const;
+
+  ReadTransaction transaction_;
+  Database* database_;
+  ObjectVersions* objects_;
+  TileVersions* tiles_;
+  PastStructurePtr structure_;
+  std::map<std::string, Lineage> lineages_;  // those asked for, as of the transaction
+};
+
+}  // namespace hypermap::storage
+
+#endif  // HYPERMAP_STORAGE_GEOPACKAGE_PAST_MAP_H_

@@ -1,0 +1,155 @@
+#include "storage/geopackage/tile_versions.h"
+
+#include <optional>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_replace.h"
+
+namespace hypermap::storage {
+namespace {
+
+constexpr char kHistoryTable[] = "hypermap_tile_history";
+
+constexpr char kReplacedAt[] =
+    "SELECT end_revision, tile_data FROM hypermap_tile_history "
+    "WHERE lineage = ? AND tile_column = ? AND tile_row = ? AND end_revision > ? "
+    "ORDER BY end_revision LIMIT 1";
+constexpr char kLastReplaced[] =
+    "SELECT max(end_revision) FROM hypermap_tile_history "
+    "WHERE lineage = ? AND tile_column = ? AND tile_row = ?";
+// The first place from a given one on, by column and row.
+constexpr char kNextPlace[] =
+    "SELECT tile_column, tile_row FROM hypermap_tile_history "
+    "WHERE lineage = ? AND (tile_column, tile_row) >= (?, ?) "
+    "ORDER BY tile_column, tile_row LIMIT 1";
+
+// $t stands for the table's name, which is plain (IsLayerTableName).
+constexpr char kCurrentTile[] = R"sql(
+SELECT tile_data FROM "$t" WHERE zoom_level = 0 AND tile_column = ? AND tile_row = ?
+)sql";
+constexpr char kCurrentPlaces[] = R"sql(
+SELECT tile_column, tile_row FROM "$t"
+  WHERE zoom_level = 0 AND tile_column BETWEEN ? AND ? AND tile_row BETWEEN ? AND ?
+)sql";
+
+}  // namespace
+
+absl::StatusOr<TilePtr> TileVersions::Decode(const Key& key, LayerKind kind,
+                                             absl::string_view image, const char* table) {
+  if (TilePtr known = cache_.Find(key)) return known;
+  std::unique_ptr<const TileCodec>& codec = codecs_[kind];
+  if (codec == nullptr) codec = MakeTileCodec(kind);
+  absl::StatusOr<TilePtr> tile = codec->Decode(image);
+  if (!tile.ok()) {
+    return absl::DataLossError(absl::StrCat("table ", table, ", tile_column ", std::get<1>(key),
+                                            ", tile_row ", std::get<2>(key), ": ",
+                                            tile.status().message()));
+  }
+  cache_.Insert(key, *tile);
+  return tile;
+}
+
+absl::StatusOr<TilePtr> TileVersions::At(const Lineage& layer, const MatrixTile& place,
+                                         Revision revision) {
+  const int64_t lineage = layer.stored.lineage;
+  absl::StatusOr<Statement> replaced = database_->Prepare(kReplacedAt);
+  if (!replaced.ok()) return replaced.status();
+  absl::StatusOr<bool> row = replaced->Bind(lineage, place.column, place.row, revision).Step();
+  if (!row.ok()) return row.status();
+  if (!*row) return layer.is_current ? Current(layer, place) : TilePtr();
+  if (replaced->IsNull(1)) return TilePtr();
+  const Key key{lineage, place.column, place.row, replaced->Int64(0), false};
+  const absl::string_view image = replaced->Blob(1);
+  if (!replaced->row_status().ok()) return replaced->row_status();
+  return Decode(key, layer.stored.spec.kind, image, kHistoryTable);
+}
+
+absl::StatusOr<TilePtr> TileVersions::Current(const Lineage& layer, const MatrixTile& place) {
+  const StoredLayer& stored = layer.stored;
+  absl::StatusOr<Statement> select =
+      database_->Prepare(absl::StrReplaceAll(kCurrentTile, {{"$t", stored.table}}));
+  if (!select.ok()) return select.status();
+  absl::StatusOr<bool> row = select->Bind(place.column, place.row).Step();
+  if (!row.ok()) return row.status();
+  if (!*row) return TilePtr();
+  absl::StatusOr<std::optional<int64_t>> since =
+      database_->QueryInt64(kLastReplaced, stored.lineage, place.column, place.row);
+  if (!since.ok()) return since.status();
+  Revision version = since->value_or(0);
+  if (!*since) {
+    // Written before the oldest kept revision. Any newer write would change the layer's version.
+    absl::StatusOr<Revision> newest = NewestRevisionOf(database_, stored.lineage);
+    if (!newest.ok()) return newest.status();
+    version = *newest;
+  }
+  const absl::string_view image = select->Blob(0);
+  if (!select->row_status().ok()) return select->row_status();
+  return Decode({stored.lineage, place.column, place.row, version, true}, stored.spec.kind, image,
+                stored.table.c_str());
+}
+
+absl::Status TileVersions::AddReplaced(const Lineage& layer, const Range& range,
+                                       std::set<Place>* places) {
+  const auto& [first, last] = range;
+  absl::StatusOr<Statement> next = database_->Prepare(kNextPlace);
+  if (!next.ok()) return next.status();
+  // From one place to the next by the index, however many versions each has.
+  MatrixTile from = first;
+  while (from.column <= last.column) {
+    absl::StatusOr<bool> row = next->Bind(layer.stored.lineage, from.column, from.row).Step();
+    if (!row.ok()) return row.status();
+    if (!*row) break;
+    const MatrixTile place{next->Int64(0), next->Int64(1)};
+    if (!next->row_status().ok()) return next->row_status();
+    next->Reset();
+    if (place.row > last.row) {
+      from = {place.column + 1, first.row};
+    } else if (place.row < first.row) {
+      from = {place.column, first.row};
+    } else {
+      if (place.column <= last.column) places->emplace(place.column, place.row);
+      from = {place.column, place.row + 1};
+    }
+  }
+  return absl::OkStatus();
+}
+
+absl::Status TileVersions::AddCurrent(const Lineage& layer, const Range& range,
+                                      std::set<Place>* places) {
+  absl::StatusOr<Statement> select =
+      database_->Prepare(absl::StrReplaceAll(kCurrentPlaces, {{"$t", layer.stored.table}}));
+  if (!select.ok()) return select.status();
+  select->Bind(range.first.column, range.last.column, range.first.row, range.last.row);
+  while (true) {
+    absl::StatusOr<bool> row = select->Step();
+    if (!row.ok()) return row.status();
+    if (!*row) return absl::OkStatus();
+    places->emplace(select->Int64(0), select->Int64(1));
+    if (!select->row_status().ok()) return select->row_status();
+  }
+}
+
+absl::StatusOr<TileMap> TileVersions::InBox(const Lineage& layer, const CellBox& cells,
+                                            Revision revision) {
+  TileMap tiles;
+  const CellBox box = cells.Intersection(kAllCells);
+  if (box.empty()) return tiles;
+  // Rows of tiles are counted downwards.
+  const MatrixTile low = ToMatrix(TileOf({box.row_begin, box.col_begin}));
+  const MatrixTile high = ToMatrix(TileOf({box.row_end - 1, box.col_end - 1}));
+  const Range range{{low.column, high.row}, {high.column, low.row}};
+  std::set<Place> places;
+  absl::Status status = AddReplaced(layer, range, &places);
+  if (status.ok() && layer.is_current) status = AddCurrent(layer, range, &places);
+  if (!status.ok()) return status;
+  for (const auto& [column, row] : places) {
+    const MatrixTile place{column, row};
+    if (!IsInMatrix(place)) return absl::DataLossError("a tile outside of the tile matrix");
+    absl::StatusOr<TilePtr> tile = At(layer, place, revision);
+    if (!tile.ok()) return tile.status();
+    if (*tile != nullptr) tiles.emplace(FromMatrix(place), *std::move(tile));
+  }
+  return tiles;
+}
+
+}  // namespace hypermap::storage

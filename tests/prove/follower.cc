@@ -1,0 +1,162 @@
+#include "tests/prove/follower.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "tests/prove/writer.h"
+
+namespace hypermap::prove {
+namespace {
+
+Thing ThingOf(const SemanticObject& object) {
+  Thing thing{object.label, {}};
+  for (const Point& p : object.polygon.outer()) thing.box.Extend(p);
+  return thing;
+}
+
+void SetCells(const std::vector<CellRun>& runs, State& state) {
+  for (const CellRun& run : runs) {
+    for (int col = run.col_begin; col < run.col_end; ++col) {
+      if (run.value) {
+        state.cells[{run.row, col}] = *run.value;
+      } else {
+        state.cells.erase({run.row, col});
+      }
+    }
+  }
+}
+
+}  // namespace
+
+Faults& Faults::operator+=(const Faults& other) {
+  gaps += other.gaps;
+  repeats += other.repeats;
+  reorders += other.reorders;
+  wrong += other.wrong;
+  return *this;
+}
+
+std::shared_ptr<client::Watcher> Follower::Open() {
+  client::WatchOptions options;
+  if (selection_.area) options.area = Polygon::FromBox(*selection_.area);
+  options.classes.assign(selection_.classes.begin(), selection_.classes.end());
+  options.start_revision = reached_;
+  auto watcher = std::make_shared<client::Watcher>(client_.Watch(kMap, options));
+  const absl::MutexLock lock(&mutex_);
+  watcher_ = watcher;
+  return watcher;
+}
+
+void Follower::Cut() {
+  std::shared_ptr<client::Watcher> watcher;
+  {
+    const absl::MutexLock lock(&mutex_);
+    watcher = watcher_;
+  }
+  if (watcher) watcher->Cancel();
+}
+
+absl::Status Follower::Run(const std::atomic<Revision>& last) {
+  std::shared_ptr<client::Watcher> watcher = Open();
+  while (last < 0 || !reached_ || *reached_ < last) {
+    const std::optional<client::WatchEvent> event = watcher->Next();
+    if (event) {
+      if (absl::Status status = Take(*event); !status.ok()) return status;
+      continue;
+    }
+    if (!absl::IsCancelled(watcher->status())) return watcher->status();
+    num_resumed_ += 1 + watcher->num_resumed();
+    watcher = Open();
+  }
+  num_resumed_ += watcher->num_resumed();
+  return absl::OkStatus();
+}
+
+absl::Status Follower::Take(const client::WatchEvent& event) {
+  reached_ = event.revision;
+  ToldRevision told;
+  told.revision = event.revision;
+  if (event.snapshot) {
+    if (begun_at_) return absl::InternalError("a snapshot came where changes were wanted");
+    begun_at_ = event.revision;
+  }
+  for (const client::MapChange& change : event.changes) {
+    if (absl::Status status = Take(change, told); !status.ok()) return status;
+  }
+  if (event.snapshot) has_begun_ = true;
+  if (!event.snapshot && !told.empty()) told_.push_back(std::move(told));
+  return absl::OkStatus();
+}
+
+absl::Status Follower::Take(const client::MapChange& change, ToldRevision& told) {
+  switch (change.kind) {
+    case ChangeKind::kPut:
+    case ChangeKind::kEnter:
+      if (!change.object) return absl::InternalError("an object was put that was not told");
+      state_.things[change.object_id] = ThingOf(*change.object);
+      told.things.emplace(change.object_id, change.kind);
+      break;
+    case ChangeKind::kRemove:
+    case ChangeKind::kLeave:
+      state_.things.erase(change.object_id);
+      told.things.emplace(change.object_id, change.kind);
+      break;
+    case ChangeKind::kCells:
+      SetCells(change.cells, state_);
+      for (const CellRun& run : change.cells) {
+        for (int col = run.col_begin; col < run.col_end; ++col) {
+          told.cells[{run.row, col}] = run.value;
+        }
+      }
+      break;
+    default:  // of layers: nothing that is counted here
+      break;
+  }
+  return absl::OkStatus();
+}
+
+Faults Follower::Check(const Model& model) const {
+  Faults faults;
+  for (size_t i = 1; i < told_.size(); ++i) {
+    faults.repeats += told_[i].revision == told_[i - 1].revision;
+    faults.reorders += told_[i].revision < told_[i - 1].revision;
+  }
+  std::map<Revision, const ToldRevision*> by_revision;
+  for (const ToldRevision& told : told_) by_revision.emplace(told.revision, &told);
+  for (const ToldRevision& wanted : model.Told(begun_at_.value_or(0), selection_)) {
+    const auto it = by_revision.find(wanted.revision);
+    if (it == by_revision.end()) {
+      ++faults.gaps;
+      continue;
+    }
+    faults.wrong += !(*it->second == wanted);
+    by_revision.erase(it);
+  }
+  faults.wrong += static_cast<int64_t>(by_revision.size());
+  return faults;
+}
+
+absl::StatusOr<State> AskState(client::Client& client, const Selection& selection,
+                               std::optional<Revision> at) {
+  const Box everywhere{{-1.0, -1.0}, {kSiteSize + 1.0, kSiteSize + 1.0}};
+  client::CallOptions options;
+  options.as_of.revision = at;
+  client::AnswerReader reader =
+      client.QueryArea(kMap, Polygon::FromBox(selection.area.value_or(everywhere)), {}, options);
+  State state;
+  while (const std::optional<client::LayerPart> part = reader.Next()) {
+    if (part->status != AnswerStatus::kValue) return absl::InternalError("a layer did not answer");
+    for (const SemanticObject& object : part->objects) {
+      const Thing thing = ThingOf(object);
+      if (selection.classes.empty() || selection.classes.count(thing.label) > 0) {
+        state.things.emplace(object.id, thing);
+      }
+    }
+    SetCells(part->runs, state);
+  }
+  if (!reader.status().ok()) return reader.status();
+  return state;
+}
+
+}  // namespace hypermap::prove

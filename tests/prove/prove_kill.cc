@@ -1,0 +1,125 @@
+#include <sqlite3.h>
+
+#include <filesystem>
+
+#include "absl/strings/str_cat.h"
+#include "absl/time/clock.h"
+#include "tests/prove/proofs.h"
+
+namespace hypermap::prove {
+namespace {
+
+// PRAGMA integrity_check of a copy, so that the server finds its files as they were left.
+std::string CheckIntegrity(const Site& site) {
+  const std::string copy = site.folder() + "/copy.gpkg";
+  for (const char* suffix : {"", "-wal"}) {
+    std::error_code error;
+    std::filesystem::remove(copy + suffix, error);
+    if (!std::filesystem::exists(site.map_file() + suffix)) continue;
+    std::filesystem::copy_file(site.map_file() + suffix, copy + suffix, error);
+    if (error) return error.message();
+  }
+  sqlite3* db = nullptr;
+  std::string answer;
+  if (sqlite3_open(copy.c_str(), &db) == SQLITE_OK) {
+    char* message = nullptr;
+    const auto append = [](void* to, int, char** values, char**) {
+      absl::StrAppend(static_cast<std::string*>(to), values[0]);
+      return 0;
+    };
+    if (sqlite3_exec(db, "PRAGMA integrity_check", append, &answer, &message) != SQLITE_OK) {
+      answer = message != nullptr ? message : "failed";
+      sqlite3_free(message);
+    }
+  }
+  sqlite3_close(db);
+  return answer;
+}
+
+struct Kills {
+  int64_t kills = 0;
+  int64_t damaged = 0;  // files that do not pass the check
+  int64_t lost = 0;     // starts with a newest revision before an acknowledged one
+};
+
+// Waits until the writers are at work again: a batch after `before` was acknowledged.
+bool WaitForLoad(const Model& model, Revision before, const Crew& crew) {
+  const absl::Time deadline = absl::Now() + absl::Minutes(2);
+  while (model.newest() <= before && !crew.failed() && absl::Now() < deadline) {
+    absl::SleepFor(absl::Milliseconds(1));
+  }
+  return model.newest() > before;
+}
+
+// Kills and starts the server again and again.
+absl::StatusOr<Kills> KillUnderLoad(Site& site, const Sizes& sizes, const Crew& crew) {
+  Rng rng(sizes.seed);
+  Kills kills;
+  client::Client client = site.NewClient();
+  Revision acknowledged = site.model().newest();
+  while (kills.kills < sizes.kills && WaitForLoad(site.model(), acknowledged, crew)) {
+    absl::SleepFor(absl::Milliseconds(Uniform(rng, 0.0, 150.0)));
+    site.server().Kill();
+    acknowledged = site.model().newest();
+    ++kills.kills;
+    if (const std::string answer = CheckIntegrity(site); answer != "ok") ++kills.damaged;
+    if (absl::Status status = site.server().Start(); !status.ok()) return status;
+    const absl::StatusOr<client::MapEntry> map = client.GetMap(kMap);
+    if (!map.ok()) return map.status();
+    kills.lost += map->revision < acknowledged;
+  }
+  return kills;
+}
+
+}  // namespace
+
+absl::StatusOr<Verdict> ProveKill(Site& site, const Sizes& sizes) {
+  if (absl::Status status = site.Start(); !status.ok()) return status;
+  Audience audience(site, sizes.watchers, sizes.seed);
+  if (absl::Status status = audience.WaitUntilBegun(); !status.ok()) return status;
+  Crew crew(site, sizes.writers, {.edits = 1'000'000'000}, sizes.seed);
+  const absl::StatusOr<Kills> kills = KillUnderLoad(site, sizes, crew);
+  if (absl::Status status = crew.Stop(); !status.ok()) return status;
+  if (!kills.ok()) return kills.status();
+  Model& model = site.model();
+  if (absl::Status status = audience.WaitUntil(model.newest()); !status.ok()) return status;
+
+  // A batch that was lost or carried out twice leaves a revision that nobody, or two, were told of;
+  // one that was carried out by half is told otherwise than it was sent.
+  const int64_t unaccounted = model.Sort();
+  Faults faults;
+  int64_t told = 0, resumed = 0, states_differ = 0;
+  for (const auto& follower : audience.followers()) {
+    faults += follower->Check(model);
+    told += follower->num_told();
+    resumed += follower->num_resumed();
+    states_differ += !(follower->state() == model.At(model.newest(), follower->selection()));
+  }
+  client::Client client = site.NewClient();
+  const absl::StatusOr<State> now = AskState(client, {});
+  if (!now.ok()) return now.status();
+  const bool map_differs = !(*now == model.At(model.newest(), {}));
+  const bool holds = faults.none() && unaccounted == 0 && kills->kills == sizes.kills &&
+                     kills->lost == 0 && kills->damaged == 0 && states_differ == 0 &&
+                     !map_differs && told > 0;
+  return Verdict{{"proof", "kill"},
+                 {"seed", sizes.seed},
+                 {"kills", kills->kills},
+                 {"edits", model.num_edits()},
+                 {"revisions", model.newest()},
+                 {"watchers", sizes.watchers},
+                 {"resumed", resumed},
+                 {"revisions_told", told},
+                 {"acknowledged_revisions_lost", kills->lost},
+                 {"unaccounted_revisions", unaccounted},
+                 {"failed_integrity_checks", kills->damaged},
+                 {"gaps", faults.gaps},
+                 {"repeats", faults.repeats},
+                 {"reorders", faults.reorders},
+                 {"wrong", faults.wrong},
+                 {"states_differ_from_model", states_differ},
+                 {"map_differs_from_model", map_differs},
+                 {"holds", holds}};
+}
+
+}  // namespace hypermap::prove

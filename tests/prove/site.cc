@@ -1,0 +1,133 @@
+#include "tests/prove/site.h"
+
+#include <stdlib.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "absl/time/clock.h"
+
+namespace hypermap::prove {
+namespace {
+
+constexpr absl::Duration kPatience = absl::Minutes(5);
+
+absl::Status FirstError(const std::vector<absl::Status>& statuses) {
+  for (const absl::Status& status : statuses) {
+    if (!status.ok()) return status;
+  }
+  return absl::OkStatus();
+}
+
+void JoinAll(std::vector<std::thread>& threads) {
+  for (std::thread& thread : threads) {
+    if (thread.joinable()) thread.join();
+  }
+}
+
+// All, an area, classes, or both.
+Selection RandomSelection(int i, Rng& rng) {
+  Selection selection;
+  if (i % 4 == 1 || i % 4 == 3) selection.area = RandomArea(rng, 5.0, 40.0);
+  if (i % 4 >= 2) {
+    selection.classes.insert(Labels()[rng() % Labels().size()]);
+    selection.classes.insert(Labels()[rng() % Labels().size()]);
+  }
+  return selection;
+}
+
+}  // namespace
+
+Site::Site(const std::string& server_binary) {
+  std::string name = std::filesystem::temp_directory_path() / "hypermap_prove_XXXXXX";
+  folder_ = mkdtemp(name.data());
+  server_ = std::make_unique<ServerProcess>(server_binary, folder_ + "/data",
+                                            std::vector<std::string>{"--watch_progress=200ms"});
+}
+
+Site::~Site() {
+  server_.reset();
+  std::error_code ignored;
+  std::filesystem::remove_all(folder_, ignored);
+}
+
+absl::Status Site::Start() {
+  if (absl::Status status = server_->Start(); !status.ok()) return status;
+  client::Client client = NewClient();
+  return MakeSite(client, model_);
+}
+
+client::Client Site::NewClient() const {
+  return client::Client(server_->address(),
+                        {.timeout = absl::Seconds(120), .retry_for = absl::Seconds(120)});
+}
+
+std::string Site::map_file() const { return absl::StrCat(folder_, "/data/", kMap, ".gpkg"); }
+
+Crew::Crew(Site& site, int writers, const WriterLoad& load, uint64_t seed) {
+  for (int i = 0; i < writers; ++i) {
+    writers_.push_back(
+        std::make_unique<Writer>(site.NewClient(), seed * 1000 + i, load, site.model()));
+  }
+  statuses_.resize(writers);
+  for (int i = 0; i < writers; ++i) {
+    threads_.emplace_back([this, i] {
+      statuses_[i] = writers_[i]->Run(stop_);
+      if (!statuses_[i].ok()) failed_ = true;
+    });
+  }
+}
+
+absl::Status Crew::Wait() {
+  JoinAll(threads_);
+  return FirstError(statuses_);
+}
+
+absl::Status Crew::Stop() {
+  stop_ = true;
+  return Wait();
+}
+
+Audience::Audience(Site& site, int watchers, uint64_t seed) {
+  Rng rng(seed);
+  for (int i = 0; i < watchers; ++i) {
+    followers_.push_back(std::make_unique<Follower>(site.NewClient(), RandomSelection(i, rng)));
+  }
+  statuses_.resize(watchers);
+  for (int i = 0; i < watchers; ++i) {
+    threads_.emplace_back([this, i] { statuses_[i] = followers_[i]->Run(last_); });
+  }
+}
+
+Audience::~Audience() {
+  last_ = 0;
+  for (const auto& follower : followers_) follower->Cut();
+  JoinAll(threads_);
+}
+
+absl::Status Audience::WaitUntilBegun() {
+  const absl::Time deadline = absl::Now() + kPatience;
+  const auto all_begun = [this] {
+    return std::all_of(followers_.begin(), followers_.end(),
+                       [](const auto& follower) { return follower->has_begun(); });
+  };
+  while (!all_begun()) {
+    if (absl::Now() > deadline) return absl::DeadlineExceededError("a watch does not begin");
+    absl::SleepFor(absl::Milliseconds(5));
+  }
+  return absl::OkStatus();
+}
+
+void Audience::CutHalf() {
+  for (size_t i = 0; i < followers_.size() / 2; ++i) followers_[i]->Cut();
+}
+
+absl::Status Audience::WaitUntil(Revision last) {
+  last_ = last;
+  JoinAll(threads_);
+  return FirstError(statuses_);
+}
+
+}  // namespace hypermap::prove
