@@ -71,7 +71,7 @@ bench: build
 # Each ends with one JSON object with its counts and "holds".
 prove-feed prove-asof prove-kill prove-slow-reader prove-once: build
 	@build/tests/hypermap_prove $(@:prove-%=%) --server build/bin/hypermapd \
-	  $(if $(KILLS),--kills $(KILLS)) $(ARGS)
+	  $(if $(findstring kill,$@),--history 1000) $(if $(KILLS),--kills $(KILLS)) $(ARGS)
 
 fuzz: build/.deps-build build/.deps-fuzz
 	@cmake --preset fuzz $(CMAKE_ARGS)

@@ -19,6 +19,7 @@ struct Sizes {
   int watchers = 20;   // half of them are cut and resumed every second
   int queries = 1'000;
   int kills = 200;
+  int history = 0;  // revisions that the server keeps; 0: as many as it does by itself
   int pairs = 11;
   double seconds = 2.0;     // of one run of a pair
   bool judge_speed = true;  // else it is told, and "holds" does not depend on it

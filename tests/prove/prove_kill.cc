@@ -98,15 +98,19 @@ absl::StatusOr<Verdict> ProveKill(Site& site, const Sizes& sizes) {
   client::Client client = site.NewClient();
   const absl::StatusOr<State> now = AskState(client, {});
   if (!now.ok()) return now.status();
+  const absl::StatusOr<client::RevisionList> kept = client.ListRevisions(kMap);
+  if (!kept.ok()) return kept.status();
+  const bool compacted = sizes.history == 0 || kept->oldest > 0;
   const bool map_differs = !(*now == model.At(model.newest(), {}));
   const bool holds = faults.none() && unaccounted == 0 && kills->kills == sizes.kills &&
                      kills->lost == 0 && kills->damaged == 0 && states_differ == 0 &&
-                     !map_differs && told > 0;
+                     !map_differs && told > 0 && compacted;
   return Verdict{{"proof", "kill"},
                  {"seed", sizes.seed},
                  {"kills", kills->kills},
                  {"edits", model.num_edits()},
                  {"revisions", model.newest()},
+                 {"oldest_revision_kept", kept->oldest},
                  {"watchers", sizes.watchers},
                  {"resumed", resumed},
                  {"revisions_told", told},

@@ -5,6 +5,7 @@
 #include <iostream>
 #include <map>
 #include <string>
+#include <vector>
 
 #include "tests/prove/proofs.h"
 
@@ -29,6 +30,9 @@ int main(int argc, char** argv) {
   app.add_option("--watchers", sizes.watchers)->capture_default_str();
   app.add_option("--queries", sizes.queries)->capture_default_str();
   app.add_option("--kills", sizes.kills)->capture_default_str();
+  app.add_option("--history", sizes.history,
+                 "Revisions that the server keeps, so that it compacts meanwhile (0: its default)")
+      ->capture_default_str();
   app.add_option("--pairs", sizes.pairs, "Of runs without and with a slow reader")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
@@ -37,7 +41,9 @@ int main(int argc, char** argv) {
                "Speed is told and not judged: other programs run beside this");
   CLI11_PARSE(app, argc, argv);
 
-  Site site(server);
+  std::vector<std::string> flags;
+  if (sizes.history > 0) flags.push_back("--history_revisions=" + std::to_string(sizes.history));
+  Site site(server, flags);
   const absl::StatusOr<Verdict> verdict = proofs.at(proof)(site, sizes);
   if (!verdict.ok()) {
     std::cerr << "hypermap_prove: " << verdict.status() << '\n';

@@ -40,11 +40,12 @@ Selection RandomSelection(int i, Rng& rng) {
 
 }  // namespace
 
-Site::Site(const std::string& server_binary) {
+Site::Site(const std::string& server_binary, const std::vector<std::string>& flags) {
   std::string name = std::filesystem::temp_directory_path() / "hypermap_prove_XXXXXX";
   folder_ = mkdtemp(name.data());
-  server_ = std::make_unique<ServerProcess>(server_binary, folder_ + "/data",
-                                            std::vector<std::string>{"--watch_progress=200ms"});
+  std::vector<std::string> all = {"--watch_progress=200ms"};
+  all.insert(all.end(), flags.begin(), flags.end());
+  server_ = std::make_unique<ServerProcess>(server_binary, folder_ + "/data", std::move(all));
 }
 
 Site::~Site() {

@@ -20,7 +20,8 @@ namespace hypermap::prove {
 // The folder is removed in the end.
 class Site {
  public:
-  explicit Site(const std::string& server_binary);
+  // `flags` are the server's, besides those that say where it is.
+  Site(const std::string& server_binary, const std::vector<std::string>& flags);
   ~Site();
 
   // Starts the server and makes the map.
