@@ -68,10 +68,10 @@ class StoredMap {
   // this, but reads nothing newer then.
   virtual absl::StatusOr<std::unique_ptr<HistoryReader>> OpenHistory() = 0;
 
-  // From now on nothing before the revision `oldest` (at most the newest) can be read; a smaller one
-  // than before changes nothing. Receipts of revisions made before `receipts_before` are forgotten.
-  // Removes at most about `max_rows` rows that are no longer needed, in a short transaction; true
-  // when more are left to remove.
+  // From now on nothing before the revision `oldest` (at most the newest) can be read; a smaller
+  // one than before changes nothing. Receipts of revisions made before `receipts_before` are
+  // forgotten. Removes at most about `max_rows` rows that are no longer needed, in a short
+  // transaction; true when more are left to remove.
   virtual absl::StatusOr<bool> Compact(Revision oldest, absl::Time receipts_before,
                                        int max_rows) = 0;
 
