@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "absl/time/time.h"
 
 namespace hypermap::fusion {
 
@@ -51,6 +52,7 @@ json EncodeObject(const SemanticObject& object) {
     std::visit([&, &key = name](const auto& v) { attributes[key] = v; }, value);
   }
   encoded["attributes"] = std::move(attributes);
+  if (object.expires_at) encoded["expires_at_ns"] = absl::ToUnixNanos(*object.expires_at);
   return encoded;
 }
 
@@ -63,6 +65,9 @@ SemanticObject DecodeObject(const json& encoded) {
   encoded.at("tags").get_to(object.tags);
   if (encoded.contains("height")) {
     object.height = {encoded["height"].at(0).get<double>(), encoded["height"].at(1).get<double>()};
+  }
+  if (encoded.contains("expires_at_ns")) {
+    object.expires_at = absl::FromUnixNanos(encoded["expires_at_ns"].get<int64_t>());
   }
   for (const auto& [name, value] : encoded.at("attributes").items()) {
     if (value.is_boolean()) {

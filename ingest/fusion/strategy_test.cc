@@ -145,6 +145,19 @@ TEST_P(BothTest, WhatAnOperatorPinnedStaysAsItIs) {
   EXPECT_EQ(objects.front().object->polygon, pinned.polygon);
 }
 
+TEST_P(BothTest, WhatAnOperatorPinnedKeepsItsEndThroughARestart) {
+  const auto strategy = Make(GetParam());
+  StatePtr state = FoldAll(*strategy, Looks({Chair()}, 8));
+  const FusedObject seen = strategy->Objects(state).front();
+  SemanticObject pinned = *seen.object;
+  pinned.expires_at = absl::FromUnixNanos(1'234'567'890'123);
+  state = strategy->Fold(state, {OperatorFact::Kind::kPin, seen.track, pinned});
+  const auto restored = strategy->Decode(strategy->Encode(state));
+  ASSERT_TRUE(restored.ok()) << restored.status();
+  EXPECT_EQ(strategy->Objects(state).front().object->expires_at, pinned.expires_at);
+  EXPECT_EQ(*strategy->Objects(*restored).front().object, *strategy->Objects(state).front().object);
+}
+
 TEST_P(BothTest, WhatAnOperatorRemovedDoesNotComeBack) {
   const auto strategy = Make(GetParam());
   StatePtr state = FoldAll(*strategy, Looks({Chair()}, 8));

@@ -15,6 +15,14 @@ LayerPtr EmptyGrid(const GridLayer& grid, const CellBox& extent) {
   return std::make_shared<GridLayer>(grid.spec(), grid.shared_domain(), TileMap(), extent);
 }
 
+// The layer without content.
+LayerPtr EmptyLike(const Layer& layer) {
+  if (const auto* grid = dynamic_cast<const GridLayer*>(&layer)) {
+    return EmptyGrid(*grid, grid->extent());
+  }
+  return MakeEmptyLayer(layer.spec());
+}
+
 // Carries the changes of structure out on a copy.
 class StructureEditor {
  public:
@@ -59,13 +67,6 @@ class StructureEditor {
 };
 
 }  // namespace
-
-LayerPtr EmptyLike(const Layer& layer) {
-  if (const auto* grid = dynamic_cast<const GridLayer*>(&layer)) {
-    return EmptyGrid(*grid, grid->extent());
-  }
-  return MakeEmptyLayer(layer.spec());
-}
 
 SnapshotPtr StructureOf(const Snapshot& snapshot) {
   auto structure = std::make_shared<Snapshot>(snapshot);

@@ -18,9 +18,6 @@ SnapshotPtr StructureOf(const Snapshot& snapshot);
 SnapshotPtr StructureAfter(const SnapshotPtr& before, Revision revision,
                            const std::vector<Change>& changes);
 
-// The layer without content.
-LayerPtr EmptyLike(const Layer& layer);
-
 }  // namespace hypermap
 
 #endif  // HYPERMAP_MAP_WATCH_STRUCTURE_H_

@@ -88,6 +88,8 @@ WatchSource::WatchSource(const ServiceLimits& limits, std::shared_ptr<MapSession
       max_lag_(feed().newest() - start + limits.max_watch_lag) {}
 
 absl::Status WatchSource::WithResume(const absl::Status& status) const {
+  // What it was told to is not kept any more: the message names what is.
+  if (absl::IsOutOfRange(status)) return status;
   return absl::Status(status.code(),
                       absl::StrCat(status.message(), "; resume from revision ", told_));
 }

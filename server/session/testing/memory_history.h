@@ -12,8 +12,8 @@
 
 #include "absl/strings/str_cat.h"
 #include "map/layers/grid/grid_layer.h"
-#include "map/layers/layer_registry.h"
 #include "map/layers/semantic_layer.h"
+#include "map/watch/structure.h"
 #include "server/session/mutex.h"
 #include "storage/map_store.h"
 
@@ -75,14 +75,7 @@ class MemoryHistory {
 class MemoryPastMap : public storage::PastMap {
  public:
   explicit MemoryPastMap(SnapshotPtr snapshot) : snapshot_(std::move(snapshot)) {
-    auto structure = std::make_shared<Snapshot>(*snapshot_);
-    for (auto& [name, layer] : structure->layers) {
-      const auto* grid = dynamic_cast<const GridLayer*>(layer.get());
-      layer = grid == nullptr ? MakeEmptyLayer(layer->spec())
-                              : std::make_shared<GridLayer>(grid->spec(), grid->shared_domain(),
-                                                            TileMap(), grid->extent());
-    }
-    structure_ = std::move(structure);
+    structure_ = StructureOf(*snapshot_);
   }
 
   const SnapshotPtr& structure() const override { return structure_; }
