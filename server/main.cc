@@ -1,5 +1,6 @@
 // hypermapd: serves the maps of a folder over gRPC.
 #include <grpc/support/log.h>
+#include <malloc.h>
 #include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
 
@@ -19,6 +20,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/strings/str_cat.h"
+#include "absl/synchronization/mutex.h"
 #include "absl/time/time.h"
 #include "server/services/evidence_codec.h"
 #include "server/services/facilities.h"
@@ -41,6 +43,7 @@ ABSL_FLAG(int, max_vertices, 100'000, "Most vertices of a polygon");
 ABSL_FLAG(int, max_edits, 10'000, "Most edits of a batch");
 ABSL_FLAG(int64_t, max_cells, int64_t{1} << 26, "Most cells that one edit or imported image sets");
 ABSL_FLAG(int, max_nearest, 1'000, "Largest k of a nearest query");
+ABSL_FLAG(int, max_points, 65'536, "Points of a batch");
 ABSL_FLAG(int64_t, max_import_bytes, int64_t{256} << 20, "Largest sum of the files of an import");
 ABSL_FLAG(absl::Duration, max_lateness, absl::Minutes(10),
           "How far behind a layer's newest observation another may lie");
@@ -78,6 +81,7 @@ absl::Status CheckFlags(const std::vector<char*>& positional) {
       {"max_edits", absl::GetFlag(FLAGS_max_edits)},
       {"max_cells", absl::GetFlag(FLAGS_max_cells)},
       {"max_nearest", absl::GetFlag(FLAGS_max_nearest)},
+      {"max_points", absl::GetFlag(FLAGS_max_points)},
       {"max_import_bytes", absl::GetFlag(FLAGS_max_import_bytes)},
       {"max_queue", absl::GetFlag(FLAGS_max_queue)},
       {"chunk_items", absl::GetFlag(FLAGS_chunk_items)},
@@ -144,6 +148,7 @@ ServiceLimits LimitsOfFlags() {
   limits.decode.max_edits = absl::GetFlag(FLAGS_max_edits);
   limits.decode.max_cells = absl::GetFlag(FLAGS_max_cells);
   limits.max_nearest = absl::GetFlag(FLAGS_max_nearest);
+  limits.max_points = absl::GetFlag(FLAGS_max_points);
   limits.max_import_bytes = absl::GetFlag(FLAGS_max_import_bytes);
   limits.chunk_items = absl::GetFlag(FLAGS_chunk_items);
   limits.max_chunk_bytes = absl::GetFlag(FLAGS_max_chunk_bytes);
@@ -198,6 +203,8 @@ absl::Status Serve(ShutdownSignals& signals) {
   absl::StatusOr<std::unique_ptr<Site>> site =
       Site::Open(*std::move(store), SessionOptionsOfFlags());
   if (!site.ok()) return site.status();
+  // What loading the maps used for a while, and an allocator keeps for itself.
+  malloc_trim(0);
 
   // Ends in the reverse order: the requests, their workers, the maps.
   WorkerPool workers(NumThreads());
@@ -222,6 +229,8 @@ int Main(int argc, char** argv) {
   const std::vector<char*> positional = absl::ParseCommandLine(argc, argv);
   // A reader of our output that goes away must not take the server with it.
   std::signal(SIGPIPE, SIG_IGN);
+  // Distributions build abseil to look for cycles at every lock, gRPC's among them.
+  absl::SetMutexDeadlockDetectionMode(absl::OnDeadlockCycle::kIgnore);
   absl::Status status = CheckFlags(positional);
   if (status.ok()) status = SetUpLog();
   if (status.ok()) {

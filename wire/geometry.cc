@@ -1,6 +1,7 @@
 #include "wire/geometry.h"
 
 #include <cmath>
+#include <iterator>
 #include <string>
 #include <utility>
 #include <vector>
@@ -33,9 +34,9 @@ absl::StatusOr<Ring> DecodeRing(absl::string_view polygon_field, absl::string_vi
 }
 
 // The outer ring first.
-absl::StatusOr<std::vector<Ring>> DecodeRings(absl::string_view field, const v1::Polygon& message) {
+absl::StatusOr<Rings> DecodeRings(absl::string_view field, const v1::Polygon& message) {
   if (!message.has_outer()) return InvalidField(absl::StrCat(field, ".outer"), "is missing");
-  std::vector<Ring> rings;
+  Rings rings;
   rings.reserve(1 + message.holes_size());
   absl::StatusOr<Ring> outer = DecodeRing(field, "outer", message.outer());
   if (!outer.ok()) return outer.status();
@@ -66,7 +67,7 @@ void EncodePoint(const Point& p, v1::Point* message) {
 }
 
 void EncodePolygon(const Polygon& polygon, v1::Polygon* message) {
-  const std::vector<Ring>& rings = polygon.rings();
+  const Rings& rings = polygon.rings();
   for (size_t i = 0; i < rings.size(); ++i) {
     EncodeRing(rings[i], i == 0 ? message->mutable_outer() : message->add_holes());
   }
@@ -109,17 +110,17 @@ absl::StatusOr<FrameTransform> DecodeTransform(absl::string_view field,
 absl::StatusOr<Polygon> DecodePolygon(absl::string_view field, const v1::Polygon& message,
                                       const DecodeLimits& limits) {
   if (absl::Status status = CheckVertices(field, message, limits); !status.ok()) return status;
-  absl::StatusOr<std::vector<Ring>> rings = DecodeRings(field, message);
+  absl::StatusOr<Rings> rings = DecodeRings(field, message);
   if (!rings.ok()) return rings.status();
-  Ring outer = std::move(rings->front());
-  rings->erase(rings->begin());
-  absl::StatusOr<Polygon> polygon = Polygon::Make(std::move(outer), *std::move(rings));
+  std::vector<Ring> holes(std::make_move_iterator(rings->begin() + 1),
+                          std::make_move_iterator(rings->end()));
+  absl::StatusOr<Polygon> polygon = Polygon::Make(std::move(rings->front()), std::move(holes));
   if (!polygon.ok()) return InField(field, polygon.status());
   return polygon;
 }
 
 absl::StatusOr<Polygon> DecodePolygon(absl::string_view field, const v1::Polygon& message) {
-  absl::StatusOr<std::vector<Ring>> rings = DecodeRings(field, message);
+  absl::StatusOr<Rings> rings = DecodeRings(field, message);
   if (!rings.ok()) return rings.status();
   for (const Ring& ring : *rings) {
     if (ring.size() < 3) return InvalidField(field, "has a ring of fewer than 3 vertices");

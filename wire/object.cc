@@ -24,6 +24,11 @@ void EncodeAttribute(const AttributeValue& value, v1::AttributeValue* message) {
   std::visit(Visitor{message}, value);
 }
 
+void EncodeFootprint(const Polygon& polygon, v1::Object* message) {
+  EncodePolygon(polygon, message->mutable_polygon());
+  EncodePoint(Centroid(polygon), message->mutable_centroid());
+}
+
 absl::StatusOr<AttributeValue> DecodeAttribute(absl::string_view field,
                                                const v1::AttributeValue& message) {
   switch (message.value_case()) {
@@ -82,16 +87,20 @@ void EncodeObject(const SemanticObject& object, const PlanarTransform& caller_fr
                   v1::Object* message) {
   message->set_id(object.id);
   message->set_label(object.label);
-  message->mutable_classes()->insert(object.classes.begin(), object.classes.end());
+  if (!object.classes.empty()) {
+    message->mutable_classes()->insert(object.classes.begin(), object.classes.end());
+  }
   message->set_existence(object.existence);
-  const Polygon polygon = caller_from_object * object.polygon;
-  EncodePolygon(polygon, message->mutable_polygon());
-  EncodePoint(Centroid(polygon), message->mutable_centroid());
+  if (caller_from_object.IsIdentity()) {
+    EncodeFootprint(object.polygon, message);
+  } else {
+    EncodeFootprint(caller_from_object * object.polygon, message);
+  }
   if (object.height) {
     message->mutable_height()->set_low_m(object.height->low_m);
     message->mutable_height()->set_high_m(object.height->high_m);
   }
-  message->mutable_tags()->Assign(object.tags.begin(), object.tags.end());
+  for (const std::string& tag : object.tags) message->add_tags(tag);
   for (const auto& [name, value] : object.attributes) {
     EncodeAttribute(value, &(*message->mutable_attributes())[name]);
   }

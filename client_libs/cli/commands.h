@@ -5,6 +5,7 @@
 
 #include <CLI/CLI.hpp>
 #include <functional>
+#include <istream>
 
 #include "absl/status/status.h"
 #include "absl/time/time.h"
@@ -16,6 +17,7 @@ namespace hypermap::cli {
 // What a command works with.
 struct Session {
   client::Client& client;
+  std::istream& in;
   Output& output;
   // How long a command may take.
   absl::Duration timeout;
@@ -29,7 +31,7 @@ void AddCatalogCommands(CLI::App& app, Command& selected);
 // import, edit, export, backup.
 void AddTransferCommands(CLI::App& app, Command& selected);
 
-// query point, area, value, nearest.
+// query point, points, area, value, nearest.
 void AddQueryCommands(CLI::App& app, Command& selected);
 
 // watch, changes, log.

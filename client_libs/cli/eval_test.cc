@@ -99,7 +99,8 @@ class EvalTest : public ::testing::Test {
     args.insert(args.begin(),
                 {"--server", server_->address(), "eval", "office", "--layer", "things"});
     std::ostringstream out, err;
-    const int exit_code = cli::Run(args, out, err);
+    std::istringstream in;
+    const int exit_code = cli::Run(args, in, out, err);
     return {exit_code, out.str(), err.str()};
   }
 

@@ -1,5 +1,7 @@
 #include "client_libs/cli/json_output.h"
 
+#include <charconv>
+#include <cstdlib>
 #include <optional>
 #include <string>
 #include <utility>
@@ -31,6 +33,33 @@ Json ContentJson(const client::LayerContent& content) {
       {"kind", Text(LayerKindName(content.kind))},
       {"status", Text(AnswerStatusName(content.status))},
       {"value", CellValueJson(content.kind, content.value)},
+      {"entities", std::move(entities)},
+  };
+}
+
+// The nearest double with so many digits as make it the same float again.
+double Short(float value) {
+  char text[32];
+  *std::to_chars(text, text + sizeof(text) - 1, value).ptr = '\0';
+  return std::strtod(text, nullptr);
+}
+
+// What the layer has at one of the points. `next_hit` runs through its hits, point after point.
+Json ContentJson(const client::LayerPoints& layer, size_t point, size_t* next_hit) {
+  const bool is_grid = !layer.values.empty();
+  const AnswerStatus status = is_grid ? layer.statuses[point] : layer.status;
+  std::optional<double> value;
+  if (is_grid && status == AnswerStatus::kValue) value = layer.values[point];
+  Json entities = Json::array();
+  for (; *next_hit < layer.hits.size() && layer.hits[*next_hit].point == point; ++*next_hit) {
+    const client::LayerPoints::Hit& hit = layer.hits[*next_hit];
+    entities.push_back(
+        {{"id", hit.object_id}, {"label", Text(hit.label)}, {"existence", Short(hit.existence)}});
+  }
+  return {
+      {"layer", layer.layer},
+      {"status", Text(AnswerStatusName(status))},
+      {"value", CellValueJson(layer.kind, value)},
       {"entities", std::move(entities)},
   };
 }
@@ -196,6 +225,19 @@ class JsonOutput : public Output {
     }
     Print({{"revision", answer.revision}});
   }
+
+  void Show(const std::vector<Point>& points, const client::PointsAnswer& answer) override {
+    std::vector<size_t> next_hits(answer.layers.size());
+    for (size_t i = 0; i < points.size(); ++i) {
+      Json layers = Json::array();
+      for (size_t j = 0; j < answer.layers.size(); ++j) {
+        layers.push_back(ContentJson(answer.layers[j], i, &next_hits[j]));
+      }
+      Print({{"point", PointJson(points[i])}, {"layers", std::move(layers)}});
+    }
+  }
+  void EndPoints(Revision revision) override { Print({{"revision", revision}}); }
+  void Flush() override { out_.flush(); }
 
   void Show(const client::WatchEvent& event) override {
     if (event.reset) Print({{"revision", event.revision}, {"reset", true}});

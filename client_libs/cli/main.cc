@@ -6,5 +6,6 @@
 
 int main(int argc, char** argv) {
   std::ios::sync_with_stdio(false);  // nothing here writes with stdio
-  return hypermap::cli::Run(std::vector<std::string>(argv + 1, argv + argc), std::cout, std::cerr);
+  return hypermap::cli::Run(std::vector<std::string>(argv + 1, argv + argc), std::cin, std::cout,
+                            std::cerr);
 }

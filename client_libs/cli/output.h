@@ -8,6 +8,7 @@
 
 #include "client_libs/cpp/answers.h"
 #include "client_libs/cpp/ingest_answers.h"
+#include "client_libs/cpp/points_stream.h"
 #include "client_libs/cpp/watch.h"
 #include "map/evaluation/evaluate.h"
 
@@ -60,6 +61,13 @@ class Output {
   virtual void Show(const Done& done) = 0;
   virtual void Show(const client::PointAnswer& answer) = 0;
   virtual void Show(const client::NearestAnswer& answer) = 0;
+
+  // What is at the points of a batch, a line each, then the end of all batches. What is shown is
+  // out after Flush.
+  virtual void Show(const std::vector<Point>& points, const client::PointsAnswer& answer) = 0;
+  virtual void EndPoints(Revision revision) = 0;
+  virtual void Flush() = 0;
+
   virtual void Show(const client::ObjectHistory& history) = 0;
   virtual void Show(const EvaluationReport& report) = 0;
   virtual void Show(const client::RevisionList& revisions) = 0;

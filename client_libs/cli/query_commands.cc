@@ -1,13 +1,16 @@
-// query point, area, value, nearest.
+// query point, points, area, value, nearest.
+#include <deque>
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "absl/status/status.h"
 #include "client_libs/cli/as_of.h"
 #include "client_libs/cli/commands.h"
 #include "client_libs/cli/coordinates.h"
+#include "client_libs/cli/point_lines.h"
 #include "client_libs/cli/validators.h"
 
 namespace hypermap::cli {
@@ -21,6 +24,7 @@ struct QueryOptions {
   std::vector<std::string> area;
   std::string value;
   int k = 1;
+  bool reads_stdin = false;
   std::string at;
   Revision min_revision = 0;
 };
@@ -50,6 +54,43 @@ absl::Status QueryPoint(const QueryOptions& options, Session& s) {
       s.client.QueryPoint(options.map, *point, options.scope, CallOptionsOf(options));
   if (!answer.ok()) return answer.status();
   s.output.Show(*answer);
+  return absl::OkStatus();
+}
+
+// Batches under way: one that the server works on, and one that it reads ahead.
+constexpr size_t kMaxBatches = 2;
+constexpr size_t kBatchSize = 1024;
+
+absl::Status QueryPoints(const QueryOptions& options, Session& s) {
+  client::CallOptions call = CallOptionsOf(options);
+  call.timeout = s.timeout;
+  const auto stream = s.client.QueryPoints(options.map, options.scope, call);
+  PointLines lines(s.in);
+  std::deque<std::vector<Point>> asked;
+  Revision revision = 0;
+  const auto answer_one = [&] {
+    const std::optional<client::PointsAnswer> answer = stream->Read();
+    if (!answer) return false;
+    s.output.Show(asked.front(), *answer);
+    asked.pop_front();
+    revision = answer->revision;
+    return true;
+  };
+  bool answered = true;
+  while (answered) {
+    std::vector<Point> points = lines.Next(kBatchSize);
+    if (points.empty()) break;
+    stream->Write(points);  // what went wrong is told by the end
+    asked.push_back(std::move(points));
+    const size_t may_wait = lines.paused() ? 0 : kMaxBatches - 1;
+    while (answered && asked.size() > may_wait) answered = answer_one();
+    if (may_wait == 0) s.output.Flush();
+  }
+  if (answered) stream->WritesDone();
+  while (answered) answered = answer_one();
+  if (!stream->status().ok()) return stream->status();
+  if (!lines.status().ok()) return lines.status();
+  s.output.EndPoints(revision);
   return absl::OkStatus();
 }
 
@@ -130,6 +171,15 @@ void AddQueryCommands(CLI::App& app, Command& selected) {
   AddScope(*point, *options);
   AddPosition(*point, *options);
   AddQuery(*point, options, selected, QueryPoint);
+
+  CLI::App* points =
+      query->add_subcommand("points", "What is at each of many points? A line for each");
+  AddScope(*points, *options);
+  points
+      ->add_flag("--stdin", options->reads_stdin,
+                 "Read the points from the standard input: a line each, \"X Y\" or \"X,Y\"")
+      ->required();
+  AddQuery(*points, options, selected, QueryPoints);
 
   CLI::App* area = query->add_subcommand("area", "What is in this polygon?");
   AddScope(*area, *options);

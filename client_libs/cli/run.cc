@@ -63,7 +63,8 @@ void FallThroughEverywhere(CLI::App& app) {
   for (CLI::App* subcommand : app.get_subcommands({})) FallThroughEverywhere(*subcommand);
 }
 
-absl::Status Execute(const GlobalOptions& options, const Command& command, std::ostream& out) {
+absl::Status Execute(const GlobalOptions& options, const Command& command, std::istream& in,
+                     std::ostream& out) {
   absl::Duration timeout;
   if (!absl::ParseDuration(options.timeout, &timeout) || timeout == absl::ZeroDuration()) {
     timeout = absl::InfiniteDuration();
@@ -72,7 +73,7 @@ absl::Status Execute(const GlobalOptions& options, const Command& command, std::
   if (!absl::ParseDuration(options.retry, &retry_for)) retry_for = absl::ZeroDuration();
   client::Client client(options.server, {.timeout = timeout, .retry_for = retry_for});
   std::unique_ptr<Output> output = options.json ? MakeJsonOutput(out) : MakeTableOutput(out);
-  Session session{client, *output, timeout};
+  Session session{client, in, *output, timeout};
   const absl::Status status = command(session);
   if (absl::IsUnavailable(status)) {
     return absl::UnavailableError(absl::StrCat("server ", options.server, ": ", status.message()));
@@ -88,7 +89,7 @@ int Fail(std::ostream& err, const std::string& message, int exit_code) {
 
 }  // namespace
 
-int Run(std::vector<std::string> args, std::ostream& out, std::ostream& err) {
+int Run(std::vector<std::string> args, std::istream& in, std::ostream& out, std::ostream& err) {
   CLI::App app(kDescription, "hypermap");
   GlobalOptions options;
   Command command;
@@ -119,7 +120,7 @@ int Run(std::vector<std::string> args, std::ostream& out, std::ostream& err) {
     return Fail(err, absl::StrCat(error.what(), " (see hypermap --help)"), kExitUsage);
   }
 
-  const absl::Status status = Execute(options, command, out);
+  const absl::Status status = Execute(options, command, in, out);
   if (status.ok()) return kExitOk;
   return Fail(err,
               absl::StrCat(absl::StatusCodeToString(status.code()), ": ",

@@ -2,6 +2,7 @@
 #ifndef HYPERMAP_CLIENT_LIBS_CLI_RUN_H_
 #define HYPERMAP_CLIENT_LIBS_CLI_RUN_H_
 
+#include <istream>
 #include <ostream>
 #include <string>
 #include <vector>
@@ -12,9 +13,9 @@ inline constexpr int kExitOk = 0;
 inline constexpr int kExitError = 1;  // the command failed
 inline constexpr int kExitUsage = 2;  // the command line was not understood
 
-// Runs one command line (without the program's name) and gives the exit code. Answers go to `out`;
-// an error is one line on `err`.
-int Run(std::vector<std::string> args, std::ostream& out, std::ostream& err);
+// Runs one command line (without the program's name) and gives the exit code. What a command asks
+// for is read from `in`; answers go to `out`; an error is one line on `err`.
+int Run(std::vector<std::string> args, std::istream& in, std::ostream& out, std::ostream& err);
 
 }  // namespace hypermap::cli
 

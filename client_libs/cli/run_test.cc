@@ -238,7 +238,8 @@ TEST(RunTest, AnAnswerThatCannotBeWrittenIsAnError) {
   ScriptedServer server({});
   std::ostringstream out, err;
   out.setstate(std::ios::badbit);
-  EXPECT_EQ(cli::Run({"--server", server.address(), "maps"}, out, err), kExitError);
+  std::istringstream in;
+  EXPECT_EQ(cli::Run({"--server", server.address(), "maps"}, in, out, err), kExitError);
   EXPECT_THAT(err.str(), HasSubstr("could not be written"));
 }
 

@@ -25,15 +25,17 @@ struct Outcome {
   std::string err;
 };
 
-inline Outcome RunCommand(const Args& args) {
+inline Outcome RunCommand(const Args& args, const std::string& input = "") {
+  std::istringstream in(input);
   std::ostringstream out, err;
-  const int exit_code = Run(args, out, err);
+  const int exit_code = Run(args, in, out, err);
   return {exit_code, out.str(), err.str()};
 }
 
-inline Outcome RunOn(const client::ScriptedServer& server, Args args) {
+inline Outcome RunOn(const client::ScriptedServer& server, Args args,
+                     const std::string& input = "") {
   args.insert(args.begin(), {"--server", server.address()});
-  return RunCommand(args);
+  return RunCommand(args, input);
 }
 
 // A directory that is removed in the end.

@@ -54,6 +54,20 @@ std::string DescribeObject(const SemanticObject& object) {
   return text;
 }
 
+// What the layer has at one of the points. `next_hit` runs through its hits, point after point.
+std::string DescribeContent(const client::LayerPoints& layer, size_t point, size_t* next_hit) {
+  const bool is_grid = !layer.values.empty();
+  const AnswerStatus status = is_grid ? layer.statuses[point] : layer.status;
+  if (status != AnswerStatus::kValue) return DescribeStatus(status);
+  if (is_grid) return DescribeCellValue(layer.kind, layer.values[point]);
+  std::vector<std::string> objects;
+  for (; *next_hit < layer.hits.size() && layer.hits[*next_hit].point == point; ++*next_hit) {
+    const client::LayerPoints::Hit& hit = layer.hits[*next_hit];
+    objects.push_back(absl::StrCat(hit.label, " (id ", hit.object_id, ")"));
+  }
+  return objects.empty() ? "nothing" : absl::StrJoin(objects, ", ");
+}
+
 std::string Counted(int64_t count, absl::string_view noun) {
   return absl::StrCat(count, " ", noun, count == 1 ? "" : "s");
 }
@@ -194,6 +208,21 @@ class TableOutput : public Output {
     Footer(absl::StrCat(DescribePoint(answer.point), " in frame ", answer.frame_id),
            answer.revision);
   }
+
+  void Show(const std::vector<Point>& points, const client::PointsAnswer& answer) override {
+    std::vector<size_t> next_hits(answer.layers.size());
+    for (size_t i = 0; i < points.size(); ++i) {
+      out_ << FormatNumber(points[i].x) << ' ' << FormatNumber(points[i].y);
+      for (size_t j = 0; j < answer.layers.size(); ++j) {
+        out_ << "  " << answer.layers[j].layer << ": "
+             << DescribeContent(answer.layers[j], i, &next_hits[j]);
+      }
+      out_ << '\n';
+    }
+    num_points_ += static_cast<int64_t>(points.size());
+  }
+  void EndPoints(Revision revision) override { Footer(Counted(num_points_, "point"), revision); }
+  void Flush() override { out_.flush(); }
 
   void Show(const client::NearestAnswer& answer) override {
     TextTable table({"DISTANCE [m]", "LAYER", "WHAT", "X [m]", "Y [m]"});
@@ -371,6 +400,7 @@ class TableOutput : public Output {
   TextTable objects_{{"LAYER", "ID", "LABEL", "EXISTENCE", "X [m]", "Y [m]", "AREA [m²]", "TAGS"}};
   int64_t num_objects_ = 0;
   std::vector<GridSummary> grids_;
+  int64_t num_points_ = 0;  // shown
   // Of a difference, until its end.
   TextTable differences_{{"LAYER", "CHANGE", "WHAT"}};
   int64_t num_differences_ = 0;

@@ -24,6 +24,7 @@
 #include "client_libs/cpp/answers.h"
 #include "client_libs/cpp/ingest_answers.h"
 #include "client_libs/cpp/observe_stream.h"
+#include "client_libs/cpp/points_stream.h"
 #include "client_libs/cpp/readers.h"
 #include "client_libs/cpp/watch.h"
 #include "map/edits/edit.h"
@@ -37,7 +38,7 @@ struct ClientOptions {
   absl::Duration timeout = absl::Seconds(60);
   // How long a call is tried again, after growing pauses, while it finds the server UNAVAILABLE. A
   // mutation is carried out once all the same, by its request_id; an answer that has begun to
-  // arrive, and a stream of observations, are not tried again. Zero: not at all.
+  // arrive, and streams of observations and of points, are not tried again. Zero: not at all.
   absl::Duration retry_for = absl::Seconds(30);
 };
 
@@ -122,6 +123,10 @@ class Client {
   // c^(p, I): what is at this point?
   absl::StatusOr<PointAnswer> QueryPoint(const std::string& map, const Point& p,
                                          const Scope& scope = {}, const CallOptions& options = {});
+  // The same of many points, batch after batch. Its errors come with the first answer.
+  // `options.timeout` is of the whole stream; absent: none.
+  std::unique_ptr<PointsStream> QueryPoints(const std::string& map, const Scope& scope = {},
+                                            const CallOptions& options = {});
   // c^(area, I): what is in this area?
   AnswerReader QueryArea(const std::string& map, const Polygon& area, const Scope& scope = {},
                          const CallOptions& options = {});

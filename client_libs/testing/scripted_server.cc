@@ -193,6 +193,18 @@ class ScriptedServer::Query : public v1::QueryService::Service {
     *response = server_.script_.nearest;
     return server_.script_.status;
   }
+  grpc::Status QueryPoints(
+      grpc::ServerContext*,
+      grpc::ServerReaderWriter<v1::QueryPointsResponse, v1::QueryPointsRequest>* stream) override {
+    size_t num_answered = 0;
+    for (v1::QueryPointsRequest request; stream->Read(&request);) {
+      if (server_.Note("QueryPoints", request)) return kOutage;
+      if (request.xs().empty()) continue;
+      if (num_answered == server_.script_.points.size()) break;
+      stream->Write(server_.script_.points[num_answered++]);
+    }
+    return server_.script_.status;
+  }
 
  private:
   ScriptedServer& server_;

@@ -45,6 +45,8 @@ struct Script {
   int64_t revision = 1;
   std::vector<v1::LayerPart> parts;
   v1::QueryNearestResponse nearest;
+  // Each to the next batch of points; `status` in place of one too many.
+  std::vector<v1::QueryPointsResponse> points;
   v1::ApplyEditsResponse edits;
   // The first watch, the one after it, ... A watch too many ends at once.
   std::vector<ScriptedWatch> watches;

@@ -29,7 +29,7 @@ json EncodePolygon(const Polygon& polygon) {
 }
 
 Polygon DecodePolygon(const json& encoded) {
-  std::vector<Ring> rings;
+  Rings rings;
   for (const json& numbers : encoded) {
     Ring ring;
     for (size_t i = 0; i + 1 < numbers.size(); i += 2) {

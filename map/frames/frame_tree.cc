@@ -85,6 +85,7 @@ bool FrameTree::Contains(absl::string_view frame_id) const {
 
 absl::StatusOr<PlanarTransform> FrameTree::Lookup(absl::string_view target_frame_id,
                                                   absl::string_view source_frame_id) const {
+  if (target_frame_id == source_frame_id) return PlanarTransform();
   Climber target(by_child_, target_frame_id);
   Climber source(by_child_, source_frame_id);
   int above = Depth(by_child_, target_frame_id) - Depth(by_child_, source_frame_id);

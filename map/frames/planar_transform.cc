@@ -46,7 +46,7 @@ Point PlanarTransform::operator*(const Point& p) const {
 
 Polygon PlanarTransform::operator*(const Polygon& polygon) const {
   if (IsIdentity()) return polygon;
-  std::vector<Ring> rings = polygon.rings();
+  Rings rings = polygon.rings();
   for (Ring& ring : rings) {
     for (Point& p : ring) p = *this * p;
   }

@@ -40,7 +40,7 @@ GEOSCoordSequence* GeosContext::MakeClosedSequence(const Ring& ring) const {
 }
 
 // The constructors of GEOS take over what they are given, also when they fail.
-GeosGeometry GeosContext::MakePolygon(const std::vector<Ring>& rings) const {
+GeosGeometry GeosContext::MakePolygon(const Rings& rings) const {
   std::vector<GeosGeometry> made;
   for (const Ring& ring : rings) {
     GEOSCoordSequence* sequence = MakeClosedSequence(ring);
@@ -74,8 +74,8 @@ Ring GeosContext::RingOf(const GEOSGeometry* line) const {
   return ring;
 }
 
-std::vector<Ring> GeosContext::RingsOf(const GEOSGeometry& polygon) const {
-  std::vector<Ring> rings;
+Rings GeosContext::RingsOf(const GEOSGeometry& polygon) const {
+  Rings rings;
   rings.push_back(RingOf(GEOSGetExteriorRing_r(handle_, &polygon)));
   const int num_holes = GEOSGetNumInteriorRings_r(handle_, &polygon);
   for (int i = 0; i < num_holes; ++i) {

@@ -40,11 +40,11 @@ class GeosContext {
   absl::Status Error(absl::string_view what) const;
 
   // Null on failure, as are all geometries below. Rings are open, as in Polygon.
-  GeosGeometry MakePolygon(const std::vector<Ring>& rings) const;
+  GeosGeometry MakePolygon(const Rings& rings) const;
   GeosGeometry MakeClosedLine(const Ring& ring) const;
 
   // The rings of a GEOS polygon, opened; empty on failure.
-  std::vector<Ring> RingsOf(const GEOSGeometry& polygon) const;
+  Rings RingsOf(const GEOSGeometry& polygon) const;
 
  private:
   GEOSCoordSequence* MakeClosedSequence(const Ring& ring) const;

@@ -22,7 +22,7 @@ std::string RingName(size_t ring) {
 // Farther out no site lies, and products of coordinates might leave the range of doubles.
 constexpr double kMaxCoordinate_m = 1e9;
 
-absl::Status CheckVertices(const std::vector<Ring>& rings) {
+absl::Status CheckVertices(const Rings& rings) {
   for (size_t i = 0; i < rings.size(); ++i) {
     for (size_t j = 0; j < rings[i].size(); ++j) {
       const Point& p = rings[i][j];
@@ -58,7 +58,7 @@ struct Fault {
   std::string place;  // " at (x, y)"
 };
 
-Fault FindFault(const std::vector<Ring>& rings) {
+Fault FindFault(const Rings& rings) {
   const GeosContext& geos = GeosContext::OfThisThread();
   const GeosGeometry polygon = geos.MakePolygon(rings);
   if (polygon == nullptr) return {true, "cannot be built", ""};
@@ -86,8 +86,27 @@ bool AllOnOneLine(const Ring& ring) {
                      [&](const Point& p) { return Orientation(ring[0], ring[1], p) == 0; });
 }
 
+bool IsBefore(const Point& a, const Point& b) { return a.x < b.x || (a.x == b.x && a.y < b.y); }
+
+// Whether the ring turns the same way at every vertex and goes round once, which makes it valid. A
+// ring that goes round once passes its leftmost and its rightmost vertex once.
+bool IsConvex(const Ring& ring) {
+  const size_t n = ring.size();
+  const int turn = Orientation(ring[n - 2], ring[n - 1], ring[0]);
+  if (turn == 0) return false;
+  int reversals = 0;
+  for (size_t i = 0; i < n; ++i) {
+    const Point& a = ring[(i + n - 1) % n];
+    const Point& b = ring[i];
+    const Point& c = ring[(i + 1) % n];
+    if (Orientation(a, b, c) != turn) return false;
+    if (IsBefore(a, b) != IsBefore(b, c)) ++reversals;
+  }
+  return reversals == 2;
+}
+
 // Looks for the rings that are to blame for `fault`, which GEOS does not tell.
-absl::Status DescribeFault(const std::vector<Ring>& rings, const Fault& fault) {
+absl::Status DescribeFault(const Rings& rings, const Fault& fault) {
   for (size_t i = 0; i < rings.size(); ++i) {
     const std::string name = i == 0 ? "outer ring" : RingName(i);
     if (AllOnOneLine(rings[i])) {
@@ -113,11 +132,7 @@ absl::Status DescribeFault(const std::vector<Ring>& rings, const Fault& fault) {
 
 // Whether a simple ring runs counter-clockwise: the turn at a vertex of its hull.
 bool IsCounterClockwise(const Ring& ring) {
-  const size_t lowest = std::min_element(ring.begin(), ring.end(),
-                                         [](const Point& a, const Point& b) {
-                                           return a.x != b.x ? a.x < b.x : a.y < b.y;
-                                         }) -
-                        ring.begin();
+  const size_t lowest = std::min_element(ring.begin(), ring.end(), IsBefore) - ring.begin();
   const size_t n = ring.size();
   return Orientation(ring[(lowest + n - 1) % n], ring[lowest], ring[(lowest + 1) % n]) > 0;
 }
@@ -147,13 +162,13 @@ Moments MomentsOf(const Polygon& polygon, const Point& reference) {
 
 }  // namespace
 
-Polygon::Polygon(std::vector<Ring> rings) : rings_(std::move(rings)) {
+Polygon::Polygon(Rings rings) : rings_(std::move(rings)) {
   if (rings_.empty()) return;
   for (const Point& p : rings_.front()) bounds_.Extend(p);
 }
 
 absl::StatusOr<Polygon> Polygon::Make(Ring outer, std::vector<Ring> holes) {
-  std::vector<Ring> rings;
+  Rings rings;
   rings.reserve(1 + holes.size());
   rings.push_back(std::move(outer));
   for (Ring& hole : holes) rings.push_back(std::move(hole));
@@ -166,7 +181,9 @@ absl::StatusOr<Polygon> Polygon::Make(Ring outer, std::vector<Ring> holes) {
           absl::StrCat(RingName(i), " has fewer than 3 distinct vertices"));
     }
   }
-  if (Fault fault = FindFault(rings); fault.found) return DescribeFault(rings, fault);
+  if (rings.size() > 1 || !IsConvex(rings.front())) {
+    if (Fault fault = FindFault(rings); fault.found) return DescribeFault(rings, fault);
+  }
   for (size_t i = 0; i < rings.size(); ++i) {
     // The first vertex stays the first.
     if (IsCounterClockwise(rings[i]) != (i == 0)) {
@@ -176,7 +193,7 @@ absl::StatusOr<Polygon> Polygon::Make(Ring outer, std::vector<Ring> holes) {
   return Polygon(std::move(rings));
 }
 
-Polygon Polygon::MakeUnchecked(std::vector<Ring> rings) { return Polygon(std::move(rings)); }
+Polygon Polygon::MakeUnchecked(Rings rings) { return Polygon(std::move(rings)); }
 
 Polygon Polygon::FromBox(const Box& box) {
   return Polygon({{box.min, {box.max.x, box.min.y}, box.max, {box.min.x, box.max.y}}});

@@ -11,6 +11,7 @@
 
 #include <vector>
 
+#include "absl/container/inlined_vector.h"
 #include "absl/status/statusor.h"
 #include "map/geometry/point.h"
 
@@ -18,6 +19,8 @@ namespace hypermap {
 
 // Vertices of a closed ring in order; the closing vertex is not repeated.
 using Ring = std::vector<Point>;
+// The outer ring first, then the holes, of which there are seldom any.
+using Rings = absl::InlinedVector<Ring, 1>;
 
 class Polygon {
  public:
@@ -30,14 +33,14 @@ class Polygon {
   static absl::StatusOr<Polygon> Make(Ring outer, std::vector<Ring> holes = {});
 
   // For rings already known to satisfy the invariant (read back from a store, moved rigidly).
-  static Polygon MakeUnchecked(std::vector<Ring> rings);
+  static Polygon MakeUnchecked(Rings rings);
 
   // The closed rectangle of `box`, which must have an area.
   static Polygon FromBox(const Box& box);
 
   bool empty() const { return rings_.empty(); }
   // The outer ring first, then the holes.
-  const std::vector<Ring>& rings() const { return rings_; }
+  const Rings& rings() const { return rings_; }
   // Not of the empty polygon.
   const Ring& outer() const { return rings_.front(); }
   const Box& bounds() const { return bounds_; }
@@ -46,9 +49,9 @@ class Polygon {
   friend bool operator==(const Polygon& a, const Polygon& b) { return a.rings_ == b.rings_; }
 
  private:
-  explicit Polygon(std::vector<Ring> rings);
+  explicit Polygon(Rings rings);
 
-  std::vector<Ring> rings_;
+  Rings rings_;
   Box bounds_;
 };
 

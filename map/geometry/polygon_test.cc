@@ -1,5 +1,6 @@
 #include "map/geometry/polygon.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <string>
@@ -56,6 +57,31 @@ TEST(PolygonTest, FindsTheWindingOfAThinRingFarFromTheOrigin) {
 TEST(PolygonTest, AllowsRingsThatTouchInAPoint) {
   EXPECT_TRUE(Polygon::Make(kSquare, {{{0, 2}, {1, 1}, {1, 3}}}).ok());
   EXPECT_TRUE(Polygon::Make(kSquare, {{{1, 1}, {2, 1}, {2, 2}}, {{2, 2}, {3, 2}, {3, 3}}}).ok());
+}
+
+// A ring through points of a circle, every `step`-th of them: convex for 1, else a star that turns
+// the same way everywhere and crosses itself.
+Ring Circular(int vertices, int step, double phase) {
+  Ring ring;
+  for (int i = 0; i < vertices; ++i) {
+    const double angle = phase + 2 * M_PI * i * step / vertices;
+    ring.push_back({3 + std::cos(angle), -2 + std::sin(angle)});
+  }
+  return ring;
+}
+
+TEST(PolygonTest, ConvexRingsAreTakenAndStarsThatTurnOneWayAreNot) {
+  for (int vertices = 5; vertices < 40; vertices += 2) {
+    for (const double phase : {0.0, 0.1, 1.0, 2.5, 4.0}) {
+      Ring convex = Circular(vertices, 1, phase);
+      EXPECT_TRUE(Polygon::Make(convex).ok()) << vertices << " " << phase;
+      std::reverse(convex.begin(), convex.end());
+      EXPECT_TRUE(Polygon::Make(convex).ok()) << vertices << " " << phase;
+      const auto star = Polygon::Make(Circular(vertices, 2, phase));
+      EXPECT_THAT(star.status().message(), ::testing::HasSubstr("crosses itself"))
+          << vertices << " " << phase;
+    }
+  }
 }
 
 struct Refused {
@@ -146,7 +172,7 @@ TEST(PolygonTest, AreaAndCentroidDoNotSufferFarFromTheOrigin) {
     const Polygon near = RandomPolygon(rng, {0, 0}, 2.0, 1.0 / 1024);
     const Point offset{1048576.0 * Uniform(rng, 1, 2), -1048576.0};
     const double dx = std::floor(offset.x);
-    std::vector<Ring> rings = near.rings();
+    Rings rings = near.rings();
     for (Ring& ring : rings) {
       for (Point& p : ring) p = {p.x + dx, p.y + offset.y};
     }

@@ -3,8 +3,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <limits>
+#include <memory>
+#include <utility>
 
+#include "absl/container/inlined_vector.h"
 #include "map/geometry/geos_context.h"
 
 namespace hypermap {
@@ -68,13 +72,12 @@ Location Locate(const Ring& ring, const Point& p) {
   bool inside = false;
   Point a = ring.back();
   for (const Point& b : ring) {
-    if (b == p) return Location::kBoundary;
     if ((a.y > p.y) != (b.y > p.y)) {
       const int turn = Orientation(a, b, p);
       if (turn == 0) return Location::kBoundary;
       if ((turn > 0) == (b.y > a.y)) inside = !inside;
-    } else if (a.y == p.y && b.y == p.y && (a.x > p.x) != (b.x > p.x)) {
-      return Location::kBoundary;
+    } else if (b.y == p.y) {
+      if (b.x == p.x || (a.y == p.y && (a.x > p.x) != (b.x > p.x))) return Location::kBoundary;
     }
     a = b;
   }
@@ -88,6 +91,73 @@ double DistanceToSegment(const Point& p, const Point& a, const Point& b) {
   if (!(along > 0.0)) return std::hypot(p.x - a.x, p.y - a.y);
   if (along >= squared) return std::hypot(p.x - b.x, p.y - b.y);
   return std::abs(dx * (p.y - a.y) - dy * (p.x - a.x)) / std::sqrt(squared);
+}
+
+// The square of the above, up to rounding, without a root.
+double SquaredDistanceToSegment(const Point& p, const Point& a, const Point& b) {
+  const double dx = b.x - a.x, dy = b.y - a.y;
+  const double px = p.x - a.x, py = p.y - a.y;
+  const double along = px * dx + py * dy;
+  const double squared = dx * dx + dy * dy;
+  if (!(along > 0.0)) return px * px + py * py;
+  if (along >= squared) return (p.x - b.x) * (p.x - b.x) + (p.y - b.y) * (p.y - b.y);
+  const double cross = dx * py - dy * px;
+  return cross * cross / squared;
+}
+
+// An edge of a ring.
+struct Segment {
+  Point a, b;
+
+  Box bounds() const {
+    return {{std::min(a.x, b.x), std::min(a.y, b.y)}, {std::max(a.x, b.x), std::max(a.y, b.y)}};
+  }
+};
+
+// Whether two closed segments share a point.
+bool Intersects(const Segment& s, const Segment& t) {
+  if (!s.bounds().Intersects(t.bounds())) return false;
+  if (Orientation(s.a, s.b, t.a) * Orientation(s.a, s.b, t.b) > 0) return false;
+  // On one line, the boxes decide.
+  return Orientation(t.a, t.b, s.a) * Orientation(t.a, t.b, s.b) <= 0;
+}
+
+// Whether a segment, whose own box meets `box`, may meet it: its line does not pass by.
+bool MayMeet(const Segment& s, const Box& box) {
+  // The two corners between which a line of this slope must pass.
+  Point first = box.min, second = box.max;
+  if ((s.b.x > s.a.x) == (s.b.y > s.a.y)) std::swap(first.y, second.y);
+  return Orientation(s.a, s.b, first) * Orientation(s.a, s.b, second) <= 0;
+}
+
+template <typename Visit>
+void ForEachEdge(const Polygon& polygon, Visit visit) {
+  for (const Ring& ring : polygon.rings()) {
+    Point a = ring.back();
+    for (const Point& b : ring) {
+      visit(Segment{a, b});
+      a = b;
+    }
+  }
+}
+
+// Whether the boundaries of the two share a point.
+bool BoundariesIntersect(const Polygon& p, const Polygon& q) {
+  const Box shared{
+      {std::max(p.bounds().min.x, q.bounds().min.x), std::max(p.bounds().min.y, q.bounds().min.y)},
+      {std::min(p.bounds().max.x, q.bounds().max.x), std::min(p.bounds().max.y, q.bounds().max.y)}};
+  absl::InlinedVector<Segment, 32> edges;
+  ForEachEdge(p, [&](const Segment& edge) {
+    if (edge.bounds().Intersects(shared) && MayMeet(edge, shared)) edges.push_back(edge);
+  });
+  if (edges.empty()) return false;
+  bool found = false;
+  ForEachEdge(q, [&](const Segment& edge) {
+    if (found || !edge.bounds().Intersects(shared)) return;
+    found = std::any_of(edges.begin(), edges.end(),
+                        [&edge](const Segment& other) { return Intersects(edge, other); });
+  });
+  return found;
 }
 
 }  // namespace
@@ -122,33 +192,61 @@ bool Covers(const Polygon& polygon, const Point& p) {
 
 double Distance(const Polygon& polygon, const Point& p) {
   if (Covers(polygon, p)) return 0.0;
+  // Roots are taken of those edges only that may be the nearest by their rounded squares.
+  constexpr double kRounding = 1.0 + 1e-9;
+  double least_square = std::numeric_limits<double>::infinity();
   double nearest = std::numeric_limits<double>::infinity();
-  for (const Ring& ring : polygon.rings()) {
-    Point a = ring.back();
-    for (const Point& b : ring) {
-      nearest = std::min(nearest, DistanceToSegment(p, a, b));
-      a = b;
-    }
-  }
+  ForEachEdge(polygon, [&](const Segment& edge) {
+    const double square = SquaredDistanceToSegment(p, edge.a, edge.b);
+    if (square > least_square * kRounding) return;
+    least_square = std::min(least_square, square);
+    nearest = std::min(nearest, DistanceToSegment(p, edge.a, edge.b));
+  });
   return nearest;
 }
 
+// GEOS takes tens of microseconds to prepare a polygon, and copies each one that it tests. That
+// pays for large polygons or many tests; until then the edges are gone through here, with the same
+// exact predicates.
 struct PreparedPolygon::Impl {
-  explicit Impl(const Polygon& p)
-      : polygon(p),
-        geometry(geos.MakePolygon(p.rings())),
-        prepared(geometry == nullptr ? nullptr : GEOSPrepare_r(geos.handle(), geometry.get())) {}
-  ~Impl() {
-    if (prepared != nullptr) GEOSPreparedGeom_destroy_r(geos.handle(), prepared);
+  explicit Impl(const Polygon& p) : polygon(p), num_vertices(p.num_vertices()) {}
+
+  // What GEOS has made of the polygon. Its own context, as the object may be handed from thread to
+  // thread.
+  struct InGeos {
+    explicit InGeos(const Polygon& p)
+        : geometry(context.MakePolygon(p.rings())),
+          prepared(geometry == nullptr ? nullptr
+                                       : GEOSPrepare_r(context.handle(), geometry.get())) {}
+    ~InGeos() {
+      if (prepared != nullptr) GEOSPreparedGeom_destroy_r(context.handle(), prepared);
+    }
+    InGeos(const InGeos&) = delete;
+    InGeos& operator=(const InGeos&) = delete;
+
+    const GeosContext context;
+    const GeosGeometry geometry;
+    const GEOSPreparedGeometry* const prepared;
+  };
+  const InGeos& Geos() {
+    if (in_geos == nullptr) in_geos = std::make_unique<const InGeos>(polygon);
+    return *in_geos;
   }
-  Impl(const Impl&) = delete;
-  Impl& operator=(const Impl&) = delete;
+
+  // Whether the next test, of a polygon with so many vertices, shall be made here. Counts it.
+  bool IsCheap(int num_others) {
+    constexpr int64_t kAlways = 4096;
+    constexpr int64_t kInAll = 1 << 16;
+    const int64_t num_pairs = int64_t{num_vertices} * num_others;
+    if (num_pairs <= kAlways) return true;
+    num_pairs_tested += num_pairs;
+    return num_pairs_tested <= kInAll;
+  }
 
   const Polygon polygon;
-  // Its own, as the object may be handed from thread to thread.
-  const GeosContext geos;
-  const GeosGeometry geometry;
-  const GEOSPreparedGeometry* const prepared;
+  const int num_vertices;
+  int64_t num_pairs_tested = 0;
+  std::unique_ptr<const InGeos> in_geos;
 };
 
 PreparedPolygon::PreparedPolygon(const Polygon& polygon) : impl_(std::make_unique<Impl>(polygon)) {}
@@ -157,21 +255,32 @@ PreparedPolygon& PreparedPolygon::operator=(PreparedPolygon&&) noexcept = defaul
 PreparedPolygon::~PreparedPolygon() = default;
 
 bool PreparedPolygon::Intersects(const Polygon& other) const {
-  if (impl_->prepared == nullptr || !impl_->polygon.bounds().Intersects(other.bounds())) {
+  const Polygon& polygon = impl_->polygon;
+  if (polygon.empty() || other.empty() || !polygon.bounds().Intersects(other.bounds())) {
     return false;
   }
-  const GeosGeometry geometry = impl_->geos.MakePolygon(other.rings());
+  if (impl_->IsCheap(other.num_vertices())) {
+    // Where no boundaries meet, one lies in the other as a whole or not at all.
+    return hypermap::Covers(polygon, other.outer().front()) ||
+           hypermap::Covers(other, polygon.outer().front()) || BoundariesIntersect(polygon, other);
+  }
+  const Impl::InGeos& geos = impl_->Geos();
+  if (geos.prepared == nullptr) return false;
+  const GeosGeometry geometry = geos.context.MakePolygon(other.rings());
   return geometry != nullptr &&
-         GEOSPreparedIntersects_r(impl_->geos.handle(), impl_->prepared, geometry.get()) == 1;
+         GEOSPreparedIntersects_r(geos.context.handle(), geos.prepared, geometry.get()) == 1;
 }
 
 bool PreparedPolygon::Covers(const Polygon& other) const {
-  if (impl_->prepared == nullptr || !impl_->polygon.bounds().Intersects(other.bounds())) {
+  const Polygon& polygon = impl_->polygon;
+  if (polygon.empty() || other.empty() || !polygon.bounds().Intersects(other.bounds())) {
     return false;
   }
-  const GeosGeometry geometry = impl_->geos.MakePolygon(other.rings());
+  const Impl::InGeos& geos = impl_->Geos();
+  if (geos.prepared == nullptr) return false;
+  const GeosGeometry geometry = geos.context.MakePolygon(other.rings());
   return geometry != nullptr &&
-         GEOSPreparedCovers_r(impl_->geos.handle(), impl_->prepared, geometry.get()) == 1;
+         GEOSPreparedCovers_r(geos.context.handle(), geos.prepared, geometry.get()) == 1;
 }
 
 }  // namespace hypermap

@@ -157,6 +157,42 @@ TEST(PreparedPolygonTest, PolygonsThatTouchIntersect) {
   EXPECT_FALSE(prepared.Covers(box(0, 0, std::nextafter(1.0, 2.0), 4)));
 }
 
+// Small polygons and few tests take another way than large ones and many.
+TEST(PreparedPolygonTest, AgreesWithGeosWhicheverWayItTakes) {
+  const uint64_t seed = TestSeed();
+  SCOPED_TRACE("HYPERMAP_TEST_SEED=" + std::to_string(seed));
+  Rng rng(seed);
+  const GeosContext geos;
+  int intersections = 0, tests = 0;
+  for (int i = 0; i < 300; ++i) {
+    // On a lattice polygons often touch in a vertex, along an edge, or fill a hole.
+    const double snap_m = i % 3 ? 0.25 : 0;
+    const Polygon area = RandomPolygon(rng, {0, 0}, Uniform(rng, 0.5, 8), snap_m);
+    const PreparedPolygon prepared(area);
+    const GeosGeometry expected_area = geos.MakePolygon(area.rings());
+    for (int j = 0; j < 60; ++j, ++tests) {
+      Polygon other = RandomPolygon(rng, {Uniform(rng, -6, 6), Uniform(rng, -6, 6)},
+                                    Uniform(rng, 0.5, 4), snap_m);
+      if (j % 20 == 19) {
+        Ring ring;
+        for (int k = 0; k < 2000; ++k) {
+          const double angle = 2 * M_PI * k / 2000;
+          ring.push_back({5 * std::cos(angle), 5 * std::sin(angle)});
+        }
+        other = *Polygon::Make(ring);
+      }
+      const GeosGeometry expected_other = geos.MakePolygon(other.rings());
+      const bool expected =
+          GEOSIntersects_r(geos.handle(), expected_area.get(), expected_other.get()) == 1;
+      intersections += expected;
+      ASSERT_EQ(prepared.Intersects(other), expected);
+      ASSERT_EQ(PreparedPolygon(other).Intersects(area), expected);
+    }
+  }
+  EXPECT_GT(intersections, tests / 10);
+  EXPECT_LT(intersections, tests * 9 / 10);
+}
+
 TEST(PreparedPolygonTest, OutlivesThePolygonAndMoves) {
   std::vector<PreparedPolygon> prepared;
   for (int i = 0; i < 3; ++i) {

@@ -1,6 +1,7 @@
 #include "map/geometry/repair.h"
 
 #include <algorithm>
+#include <iterator>
 #include <utility>
 
 #include "absl/status/status.h"
@@ -86,11 +87,11 @@ absl::StatusOr<std::vector<Polygon>> FillNonZero(const Ring& ring) {
   absl::Status status;
   VisitParts(geos, region.get(), [&](const GEOSGeometry* part) {
     if (GEOSisEmpty_r(geos.handle(), part) != 0) return;
-    std::vector<Ring> rings = geos.RingsOf(*part);
+    Rings rings = geos.RingsOf(*part);
     if (rings.empty()) return status.Update(geos.Error("reading a filled ring"));
-    Ring outer = std::move(rings.front());
-    rings.erase(rings.begin());
-    absl::StatusOr<Polygon> polygon = Polygon::Make(std::move(outer), std::move(rings));
+    std::vector<Ring> holes(std::make_move_iterator(rings.begin() + 1),
+                            std::make_move_iterator(rings.end()));
+    absl::StatusOr<Polygon> polygon = Polygon::Make(std::move(rings.front()), std::move(holes));
     if (!polygon.ok()) return status.Update(polygon.status());
     polygons.push_back(*std::move(polygon));
   });

@@ -18,4 +18,10 @@ absl::string_view AnswerStatusName(AnswerStatus status) {
   return "unknown";
 }
 
+void PointsContent::Clear() {
+  statuses.clear();
+  values.clear();
+  hits.clear();
+}
+
 }  // namespace hypermap

@@ -6,11 +6,13 @@
 #ifndef HYPERMAP_MAP_LAYERS_LAYER_H_
 #define HYPERMAP_MAP_LAYERS_LAYER_H_
 
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "absl/types/span.h"
 #include "map/geometry/polygon.h"
 #include "map/layers/layer_spec.h"
 #include "map/layers/semantic_object.h"
@@ -35,6 +37,21 @@ struct PointContent {
   AnswerStatus status = AnswerStatus::kValue;
   std::optional<double> value;     // a grid's, when status is kValue
   std::vector<ObjectPtr> objects;  // a semantic layer's, by id
+};
+
+// c(p) of many points. Lists run parallel to the points, or are empty: a grid has no hits, a
+// semantic layer neither statuses nor values.
+struct PointsContent {
+  // `object` covers point number `point`.
+  struct Hit {
+    uint32_t point;
+    const SemanticObject* object;  // lives as long as the layer
+  };
+  std::vector<AnswerStatus> statuses;
+  std::vector<double> values;  // NaN where the status is not kValue
+  std::vector<Hit> hits;       // by point, then id
+
+  void Clear();
 };
 
 // A part of an answer: objects by id, or runs of cells by row and column.
@@ -79,6 +96,9 @@ class Layer : public std::enable_shared_from_this<Layer> {
 
   // c(p).
   virtual PointContent ContentAt(const Point& p) const = 0;
+
+  // c(p) of each of `points`, all finite, in place of what `content` held. At most 2^32 of them.
+  virtual void ContentAtEach(absl::Span<const Point> points, PointsContent* content) const = 0;
 
   // c(area): the objects that intersect `area`; the cells of the extent whose centre it covers.
   virtual std::unique_ptr<AnswerCursor> ContentIn(const Polygon& area) const = 0;

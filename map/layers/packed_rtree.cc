@@ -1,100 +1,177 @@
 #include "map/layers/packed_rtree.h"
 
 #include <algorithm>
-#include <numeric>
-#include <queue>
+#include <cmath>
+#include <functional>
+#include <limits>
 #include <utility>
 
 namespace hypermap {
 namespace {
 
-constexpr int kFanOut = 16;
+constexpr int32_t kFanOut = 16;
 constexpr int kHilbertBits = 16;
 
 // Position of cell (x, y), both below 2^kHilbertBits, along the Hilbert curve (Hacker's Delight,
-// 16-2).
+// 16-2). What the curve has been turned by so far is kept as two bits, without a branch.
 uint32_t HilbertIndex(uint32_t x, uint32_t y) {
-  uint32_t d = 0;
-  for (uint32_t s = 1u << (kHilbertBits - 1); s > 0; s >>= 1) {
-    const uint32_t rx = (x & s) ? 1 : 0;
-    const uint32_t ry = (y & s) ? 1 : 0;
-    d += s * s * ((3 * rx) ^ ry);
-    if (ry == 0) {
-      if (rx == 1) {
-        x = (1u << kHilbertBits) - 1 - x;
-        y = (1u << kHilbertBits) - 1 - y;
-      }
-      std::swap(x, y);
-    }
+  uint32_t index = 0, flipped = 0, swapped = 0;
+  for (int bit = kHilbertBits - 1; bit >= 0; --bit) {
+    const uint32_t bx = ((x >> bit) & 1u) ^ flipped;
+    const uint32_t by = ((y >> bit) & 1u) ^ flipped;
+    const uint32_t differ = (bx ^ by) & swapped;
+    const uint32_t rx = bx ^ differ, ry = by ^ differ;
+    index = (index << 2) | ((3 * rx) ^ ry);
+    flipped ^= rx & (ry ^ 1u);
+    swapped ^= ry ^ 1u;
   }
-  return d;
+  return index;
 }
 
-uint32_t Scale(double value, double min, double max) {
-  if (!(max > min)) return 0;
-  return static_cast<uint32_t>((value - min) / (max - min) * ((1u << kHilbertBits) - 1));
+Point Centre(const Box& box) {
+  return {box.min.x / 2 + box.max.x / 2, box.min.y / 2 + box.max.y / 2};
 }
 
-std::vector<int32_t> HilbertOrder(const std::vector<Box>& boxes) {
-  Box all;
-  for (const Box& box : boxes) all.Extend(box);
-  std::vector<uint32_t> keys;
-  keys.reserve(boxes.size());
-  for (const Box& box : boxes) {
-    const double x = box.min.x / 2 + box.max.x / 2;
-    const double y = box.min.y / 2 + box.max.y / 2;
-    keys.push_back(HilbertIndex(Scale(x, all.min.x, all.max.x), Scale(y, all.min.y, all.max.y)));
-  }
-  std::vector<int32_t> order(boxes.size());
-  std::iota(order.begin(), order.end(), 0);
-  std::sort(order.begin(), order.end(), [&keys](int32_t a, int32_t b) {
-    return std::pair(keys[a], a) < std::pair(keys[b], b);
-  });
-  return order;
+// Past this a float ends, and squares of doubles still don't.
+constexpr double kFar_m = 1e30;
+
+float RoundDown(double value) {
+  const double near = std::clamp(value, -kFar_m, kFar_m);
+  const auto rounded = static_cast<float>(near);
+  // Less by at least one step, and by no more than four.
+  constexpr float kStep = std::numeric_limits<float>::epsilon();
+  return rounded > near ? rounded - std::abs(rounded) * kStep - std::numeric_limits<float>::min()
+                        : rounded;
 }
+
+float RoundUp(double value) { return -RoundDown(-value); }
 
 }  // namespace
 
-PackedRTree::PackedRTree(const std::vector<Box>& boxes)
-    : num_items_(static_cast<int>(boxes.size())) {
-  for (const int32_t item : HilbertOrder(boxes)) nodes_.push_back({boxes[item], item, 0});
-  int32_t level_begin = 0;
-  int32_t level_end = static_cast<int32_t>(nodes_.size());
-  while (level_end - level_begin > 1) {
-    for (int32_t first = level_begin; first < level_end; first += kFanOut) {
-      Node parent{Box(), first, std::min(kFanOut, level_end - first)};
-      for (int32_t i = 0; i < parent.count; ++i) parent.box.Extend(nodes_[first + i].box);
-      nodes_.push_back(parent);
+std::vector<uint32_t> HilbertKeys(absl::Span<const Box> boxes) {
+  Box all;
+  for (const Box& box : boxes) all.Extend(box);
+  constexpr double kCells = (1u << kHilbertBits) - 1;
+  const double width_m = all.max.x - all.min.x, height_m = all.max.y - all.min.y;
+  const double per_x = width_m > 0 ? kCells / width_m : 0;
+  const double per_y = height_m > 0 ? kCells / height_m : 0;
+  std::vector<uint32_t> keys;
+  keys.reserve(boxes.size());
+  for (const Box& box : boxes) {
+    if (box.empty()) {
+      keys.push_back(0);
+      continue;
     }
-    level_begin = level_end;
-    level_end = static_cast<int32_t>(nodes_.size());
+    const Point centre = Centre(box);
+    const double x = std::clamp((centre.x - all.min.x) * per_x, 0.0, kCells);
+    const double y = std::clamp((centre.y - all.min.y) * per_y, 0.0, kCells);
+    keys.push_back(HilbertIndex(static_cast<uint32_t>(x), static_cast<uint32_t>(y)));
   }
+  return keys;
+}
+
+PackedRTree::PackedRTree(absl::Span<const Box> boxes, std::vector<int32_t> items)
+    : items_(std::move(items)) {
+  if (items_.empty()) return;
+  Box all;
+  for (const int32_t item : items_) all.Extend(boxes[item]);
+  if (!all.empty()) {
+    origin_ = Centre(all);
+    extent_m_ = std::max(all.max.x - all.min.x, all.max.y - all.min.y);
+  }
+
+  boxes_.reserve(items_.size() + items_.size() / (kFanOut - 1) + level_begin_.capacity());
+  for (const int32_t item : items_) boxes_.push_back(RoundOut(boxes[item]));
+  level_begin_ = {0, static_cast<int32_t>(boxes_.size())};
+  while (level_begin_.back() - level_begin_[level_begin_.size() - 2] > 1) {
+    const int32_t begin = level_begin_[level_begin_.size() - 2];
+    const int32_t end = level_begin_.back();
+    for (int32_t first = begin; first < end; first += kFanOut) {
+      FloatBox parent = boxes_[first];
+      for (int32_t i = first + 1; i < std::min(first + kFanOut, end); ++i) {
+        parent = {std::min(parent.min_x, boxes_[i].min_x), std::min(parent.min_y, boxes_[i].min_y),
+                  std::max(parent.max_x, boxes_[i].max_x), std::max(parent.max_y, boxes_[i].max_y)};
+      }
+      boxes_.push_back(parent);
+    }
+    level_begin_.push_back(static_cast<int32_t>(boxes_.size()));
+  }
+}
+
+// Subtraction and rounding are monotone, so boxes that meet still meet after it.
+PackedRTree::FloatBox PackedRTree::RoundOut(const Box& box) const {
+  return {RoundDown(box.min.x - origin_.x), RoundDown(box.min.y - origin_.y),
+          RoundUp(box.max.x - origin_.x), RoundUp(box.max.y - origin_.y)};
 }
 
 void PackedRTree::Visit(const Box& query, absl::FunctionRef<void(int)> visit) const {
-  if (nodes_.empty()) return;
-  std::vector<int32_t> open = {static_cast<int32_t>(nodes_.size()) - 1};
+  if (items_.empty() || query.empty()) return;
+  const FloatBox q = RoundOut(query);
+  const auto meets = [&q](const FloatBox& b) {
+    return (b.min_x <= q.max_x) & (q.min_x <= b.max_x) & (b.min_y <= q.max_y) &
+           (q.min_y <= b.max_y);
+  };
+  absl::InlinedVector<Ref, 64> open;
+  if (meets(BoxOf(Root()))) open.push_back(Root());
   while (!open.empty()) {
-    const Node& node = nodes_[open.back()];
+    const Ref ref = open.back();
     open.pop_back();
-    if (!node.box.Intersects(query)) continue;
-    if (node.count == 0) visit(node.first);
-    for (int32_t i = 0; i < node.count; ++i) open.push_back(node.first + i);
+    if (ref.level == 0) {
+      visit(items_[ref.index]);
+      continue;
+    }
+    const int32_t first = ref.index * kFanOut;
+    const int32_t end = std::min(first + kFanOut, LevelSize(ref.level - 1));
+    for (int32_t i = first; i < end; ++i) {
+      const Ref child{ref.level - 1, i};
+      if (meets(BoxOf(child))) open.push_back(child);
+    }
   }
 }
 
-void PackedRTree::VisitNearest(const Point& p, absl::FunctionRef<bool(int, double)> visit) const {
-  if (nodes_.empty()) return;
-  using Entry = std::pair<double, int32_t>;
-  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> open;
-  const auto push = [&](int32_t node) { open.emplace(Distance(nodes_[node].box, p), node); };
-  push(static_cast<int32_t>(nodes_.size()) - 1);
-  while (!open.empty()) {
-    const auto [distance_m, index] = open.top();
-    open.pop();
-    const Node& node = nodes_[index];
-    if (node.count == 0 && !visit(node.first, distance_m)) return;
-    for (int32_t i = 0; i < node.count; ++i) push(node.first + i);
+void PackedRTree::VisitAll(absl::FunctionRef<void(int)> visit) const {
+  for (const int32_t item : items_) visit(item);
+}
+
+void PackedRTree::VisitNearest(const Point& p, absl::FunctionRef<double(int, double)> visit) const {
+  if (items_.empty()) return;
+  // A point that is clamped towards the boxes is only nearer.
+  const double x = std::clamp(p.x - origin_.x, -kFar_m, kFar_m);
+  const double y = std::clamp(p.y - origin_.y, -kFar_m, kFar_m);
+  // What the subtractions here and those of the exact distance may have rounded away.
+  const double slack_m =
+      64 * std::numeric_limits<double>::epsilon() * (std::abs(x) + std::abs(y) + 2 * extent_m_);
+  const auto squared_distance = [x, y](const FloatBox& b) {
+    const double dx = std::max({b.min_x - x, 0.0, x - b.max_x});
+    const double dy = std::max({b.min_y - y, 0.0, y - b.max_y});
+    return dx * dx + dy * dy;
+  };
+  struct Open {
+    double squared_m;
+    Ref ref;
+    bool operator>(const Open& other) const { return squared_m > other.squared_m; }
+  };
+  double limit = std::numeric_limits<double>::infinity();  // squared
+  absl::InlinedVector<Open, 96> open{{squared_distance(BoxOf(Root())), Root()}};
+  while (!open.empty() && open.front().squared_m <= limit) {
+    std::pop_heap(open.begin(), open.end(), std::greater<>());
+    const auto [squared_m, ref] = open.back();
+    open.pop_back();
+    if (ref.level == 0) {
+      const double at_least_m = std::max(0.0, std::sqrt(squared_m) - slack_m);
+      const double limit_m = visit(items_[ref.index], at_least_m) + slack_m;
+      limit = limit_m * limit_m * (1 + 4 * std::numeric_limits<double>::epsilon());
+      continue;
+    }
+    const int32_t first = ref.index * kFanOut;
+    const int32_t end = std::min(first + kFanOut, LevelSize(ref.level - 1));
+    for (int32_t i = first; i < end; ++i) {
+      const Ref child{ref.level - 1, i};
+      const double squared_to_child_m = squared_distance(BoxOf(child));
+      if (squared_to_child_m > limit) continue;
+      open.push_back({squared_to_child_m, child});
+      std::push_heap(open.begin(), open.end(), std::greater<>());
+    }
   }
 }
 

@@ -2,7 +2,6 @@
 #ifndef HYPERMAP_MAP_LAYERS_SEMANTIC_LAYER_H_
 #define HYPERMAP_MAP_LAYERS_SEMANTIC_LAYER_H_
 
-#include <map>
 #include <memory>
 #include <optional>
 #include <set>
@@ -10,14 +9,13 @@
 #include <vector>
 
 #include "absl/container/btree_map.h"
-#include "absl/container/flat_hash_map.h"
 #include "map/layers/layer.h"
-#include "map/layers/packed_rtree.h"
+#include "map/layers/objects/object_index.h"
 
 namespace hypermap {
 
-// A packed base that many versions of the layer share, and an overlay of what changed since, which
-// is folded into a new base when it has grown past a share of the base. A lookup asks both.
+// Objects and their aliases, asked and changed through an ObjectIndex that versions of the layer
+// share for the greater part.
 class SemanticLayer : public Layer {
  public:
   explicit SemanticLayer(LayerSpec spec);
@@ -34,50 +32,29 @@ class SemanticLayer : public Layer {
   // Null when there is none.
   ObjectPtr Find(ObjectId id) const;
   // All objects by id.
-  std::vector<ObjectPtr> Objects() const;
+  std::vector<ObjectPtr> Objects() const { return index_->Objects(); }
 
-  Box Bounds() const override { return bounds_; }
-  int64_t Size() const override { return size_; }
+  Box Bounds() const override { return index_->bounds(); }
+  int64_t Size() const override { return index_->size(); }
   PointContent ContentAt(const Point& p) const override;
+  void ContentAtEach(absl::Span<const Point> points, PointsContent* content) const override;
   std::unique_ptr<AnswerCursor> ContentIn(const Polygon& area) const override;
   std::unique_ptr<AnswerCursor> Find(const ValueQuery& value, const Polygon* area) const override;
   std::optional<std::vector<Neighbour>> Nearest(const Point& p, const ValueQuery& value,
                                                 int k) const override;
 
  private:
-  // Objects sorted by id, and indexes into them.
-  struct Base {
-    std::vector<ObjectPtr> objects;
-    PackedRTree by_box;
-    absl::flat_hash_map<std::string, std::vector<int>> by_label;  // folded label -> objects
-    absl::flat_hash_map<std::string, std::vector<int>> by_tag;    // folded tag -> objects
-  };
-  static std::shared_ptr<const Base> Pack(std::vector<ObjectPtr> objects);
+  SemanticLayer(LayerSpec spec, std::shared_ptr<const ObjectIndex> index);
 
-  SemanticLayer(LayerSpec spec, std::shared_ptr<const Base> base,
-                absl::btree_map<ObjectId, ObjectPtr> overlay, int64_t size, const Box& bounds);
-
-  // Calls `visit` with every object whose box intersects `box`.
-  void VisitBox(const Box& box, absl::FunctionRef<void(const ObjectPtr&)> visit) const;
-  // The folded words, one of which an object must have: u(value). Labels, or one tag.
+  // The folded words, one of which an object must have: u(value).
   struct Wanted {
-    std::set<std::string> labels;
-    std::string tag;
-    bool IsMetBy(const SemanticObject& object) const;
+    ObjectIndex::WordKind kind;
+    std::set<std::string> words;
   };
   // nullopt when `value` is neither a label nor a tag.
   std::optional<Wanted> Translate(const ValueQuery& value) const;
 
-  // Calls `visit` with every object that meets `wanted`.
-  void VisitMatches(const Wanted& wanted, absl::FunctionRef<void(const ObjectPtr&)> visit) const;
-
-  // The base's objects that meet `wanted`, overlay not considered, in lists that share none.
-  std::vector<const std::vector<int>*> MatchesInBase(const Wanted& wanted) const;
-
-  std::shared_ptr<const Base> base_;
-  absl::btree_map<ObjectId, ObjectPtr> overlay_;  // null: removed
-  int64_t size_ = 0;
-  Box bounds_;
+  const std::shared_ptr<const ObjectIndex> index_;
 };
 
 }  // namespace hypermap

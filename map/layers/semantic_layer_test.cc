@@ -46,6 +46,27 @@ std::vector<ObjectId> ReadIds(AnswerCursor& cursor, int max_items) {
   return ids;
 }
 
+// Many points at once against the same one by one.
+void ExpectEachAsAlone(const SemanticLayer& layer, Rng& rng) {
+  std::vector<Point> points;
+  for (int i = UniformInt(rng, 0, 300); i > 0; --i) {
+    points.push_back({Uniform(rng, -20, 20), Uniform(rng, -20, 20)});
+  }
+  PointsContent content;
+  content.hits.push_back({7, nullptr});
+  layer.ContentAtEach(points, &content);
+  std::vector<std::pair<uint32_t, const SemanticObject*>> hits, expected;
+  for (const auto& [point, object] : content.hits) hits.emplace_back(point, object);
+  for (size_t i = 0; i < points.size(); ++i) {
+    for (const ObjectPtr& object : layer.ContentAt(points[i]).objects) {
+      expected.emplace_back(i, object.get());
+    }
+  }
+  EXPECT_EQ(hits, expected);
+  EXPECT_TRUE(content.statuses.empty());
+  EXPECT_TRUE(content.values.empty());
+}
+
 // Every question of the layer against a walk through all objects.
 void ExpectEqualToModel(const SemanticLayer& layer, const Model& model, Rng& rng) {
   ASSERT_EQ(layer.Size(), static_cast<int64_t>(model.size()));
@@ -78,6 +99,7 @@ void ExpectEqualToModel(const SemanticLayer& layer, const Model& model, Rng& rng
   const int max_items = UniformInt(rng, 1, 50);
   const ValueQuery chair = ValueLabel{"chair"};
   EXPECT_EQ(Ids(layer.ContentAt(p).objects), at_point);
+  ExpectEachAsAlone(layer, rng);
   EXPECT_EQ(ReadIds(*layer.ContentIn(area), max_items), in_area);
   EXPECT_EQ(ReadIds(*layer.Find(chair, nullptr), max_items), chairs);
   EXPECT_EQ(ReadIds(*layer.Find(chair, &area), max_items), chairs_in_area);

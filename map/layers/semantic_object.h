@@ -3,13 +3,13 @@
 #define HYPERMAP_MAP_LAYERS_SEMANTIC_OBJECT_H_
 
 #include <cstdint>
-#include <map>
 #include <memory>
 #include <optional>
 #include <string>
 #include <variant>
 #include <vector>
 
+#include "absl/container/btree_map.h"
 #include "absl/status/status.h"
 #include "absl/time/time.h"
 #include "map/geometry/polygon.h"
@@ -29,12 +29,16 @@ struct HeightRange {
 
 using AttributeValue = std::variant<bool, int64_t, double, std::string>;
 
+// Small while they are empty: a layer may hold a million objects.
+using ClassScores = absl::btree_map<std::string, double>;
+using Attributes = absl::btree_map<std::string, AttributeValue>;
+
 struct SemanticObject {
   ObjectId id = 0;
   // The class it is taken for. Not empty, no control characters.
   std::string label;
   // Class alternatives with confidences in [0, 1]. They need not sum to 1.
-  std::map<std::string, double> classes;
+  ClassScores classes;
   // Probability in [0, 1] that the thing is there.
   double existence = 1.0;
   // Footprint in the layer's frame.
@@ -42,7 +46,7 @@ struct SemanticObject {
   std::optional<HeightRange> height;
   // Free words, in order.
   std::vector<std::string> tags;
-  std::map<std::string, AttributeValue> attributes;
+  Attributes attributes;
   // When it leaves the map by itself; nullopt: never.
   std::optional<absl::Time> expires_at;
   // The revision that put it as it is; 0 before it is on a map. Equal objects may differ in it.

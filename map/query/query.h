@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "absl/types/span.h"
 #include "map/snapshot.h"
 #include "map/values/value_query.h"
 
@@ -39,6 +40,43 @@ struct LayerContent {
 // finite.
 absl::StatusOr<std::vector<LayerContent>> ContentAt(const Snapshot& snapshot, const Scope& scope,
                                                     const Point& p);
+
+// What one layer says of many points.
+struct LayerPointsContent {
+  LayerPtr layer;
+  AnswerStatus status = AnswerStatus::kValue;  // else why it can't answer; `content` is empty
+  PointsContent content;
+};
+
+// Asks many points again and again: what does not change from batch to batch is looked up once.
+// One thread at a time; may be handed from thread to thread.
+class PointsAsker {
+ public:
+  // NOT_FOUND for an unknown layer or frame.
+  static absl::StatusOr<PointsAsker> Make(SnapshotPtr snapshot, const Scope& scope);
+
+  const Snapshot& snapshot() const { return *snapshot_; }
+  // The scope's frame.
+  const std::string& frame_id() const { return frame_id_; }
+
+  // c^(p, I) of each point; valid until the next call. INVALID_ARGUMENT naming the point that is
+  // not finite.
+  absl::StatusOr<absl::Span<const LayerPointsContent>> ContentAtEach(
+      absl::Span<const Point> points);
+
+ private:
+  struct AskedLayer {
+    PlanarTransform layer_from_caller;
+    bool is_same_frame = false;
+  };
+  PointsAsker() = default;
+
+  SnapshotPtr snapshot_;
+  std::string frame_id_;
+  std::vector<AskedLayer> asked_;  // parallel to answers_
+  std::vector<LayerPointsContent> answers_;
+  std::vector<Point> in_layer_;
+};
 
 // A part of one layer's answer to an area or value question.
 struct LayerPart {

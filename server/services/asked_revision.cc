@@ -62,6 +62,14 @@ absl::StatusOr<SnapshotPtr> AskedRevision::ForArea(const Scope& scope,
   return ReadPast(*past_, scope, area);
 }
 
+absl::StatusOr<SnapshotPtr> AskedRevision::ForPoints(const Scope& scope,
+                                                     absl::Span<const Point> points) const {
+  if (!past_ || points.empty()) return structure_;
+  Box box;
+  for (const Point& p : points) box.Extend(p);
+  return ReadPast(*past_, scope, box);
+}
+
 absl::StatusOr<NearestAnswer> AskedRevision::Nearest(const Scope& scope, const Point& p,
                                                      const ValueQuery& value, int k) const {
   if (!past_) return hypermap::Nearest(*structure_, scope, p, value, k);

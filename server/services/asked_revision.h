@@ -7,6 +7,7 @@
 #include <string>
 
 #include "absl/status/statusor.h"
+#include "absl/types/span.h"
 #include "map/query/as_of.h"
 #include "map/query/query.h"
 #include "server/session/map_session.h"
@@ -30,6 +31,8 @@ class AskedRevision {
   // Snapshots to ask this one question.
   absl::StatusOr<SnapshotPtr> ForPoint(const Scope& scope, const Point& p) const;
   absl::StatusOr<SnapshotPtr> ForArea(const Scope& scope, const std::optional<Polygon>& area) const;
+  // All finite.
+  absl::StatusOr<SnapshotPtr> ForPoints(const Scope& scope, absl::Span<const Point> points) const;
 
   // As hypermap::Nearest.
   absl::StatusOr<NearestAnswer> Nearest(const Scope& scope, const Point& p, const ValueQuery& value,

@@ -20,6 +20,7 @@ namespace hypermap::server {
 struct ServiceLimits {
   wire::DecodeLimits decode;
   int max_nearest = 1000;
+  int max_points = 65'536;
   int64_t max_import_bytes = int64_t{256} << 20;
   int chunk_items = 2048;
   int64_t max_chunk_bytes = 256 << 10;

@@ -87,6 +87,7 @@ void GrpcServer::Shutdown(absl::Duration grace) {
   for (const Site::Entry& map : site_->List()) {
     if (map.session) map.session->feed().Close();
   }
+  query_.StopStreams();
   watch_.EndAfter(kWatchGrace);
   server_->Shutdown(absl::ToChronoTime(absl::Now() + grace));
   server_->Wait();

@@ -40,8 +40,9 @@ class GrpcServer {
   // HOST:PORT with the port that is served.
   const std::string& address() const { return address_; }
 
-  // Ends watches and those who wait for a revision, takes no more requests, gives those in flight
-  // `grace` to end, then cancels them, and waits until all have ended. Called once at most.
+  // Ends watches, streams of batches and those who wait for a revision, takes no more requests,
+  // gives those in flight `grace` to end, then cancels them, and waits until all have ended. Called
+  // once at most.
   void Shutdown(absl::Duration grace);
 
  private:

@@ -47,6 +47,8 @@ class PartSource : public MessageSource<Response> {
     return Step::kMessage;
   }
 
+  bool done() const override { return !part_ && reader_->done() && told_revision_; }
+
   int64_t items() const override { return items_; }
 
  private:

@@ -1,11 +1,13 @@
 #include "server/services/query_service.h"
 
+#include <algorithm>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "map/layers/layer_registry.h"
 #include "map/values/value_query.h"
 #include "server/services/part_source.h"
 #include "server/services/request_log.h"
@@ -16,6 +18,32 @@
 #include "wire/geometry.h"
 
 namespace hypermap::server {
+namespace {
+
+// What is asked for in an area of this size is likely to be answered in less time than a worker
+// needs to wake up.
+constexpr double kSmallArea_m2 = 1000.0;
+constexpr int kFewNeighbours = 64;
+
+// Whether the question is of the newest revision, whichever that is.
+template <typename Request>
+bool AsksNewest(const Request& request) {
+  return request.as_of_case() == Request::AS_OF_NOT_SET && request.min_revision() == 0;
+}
+
+// False also for what is no area.
+bool IsSmall(const v1::Polygon& area) {
+  Box box;
+  for (const v1::Point& p : area.outer().points()) box.Extend(Point{p.x(), p.y()});
+  return (box.max.x - box.min.x) * (box.max.y - box.min.y) <= kSmallArea_m2;
+}
+
+}  // namespace
+
+QueryService::QueryService(const Facilities& facilities) : facilities_(facilities) {
+  SetMessageAllocatorFor_QueryPoint(&point_messages_);
+  SetMessageAllocatorFor_QueryNearest(&nearest_messages_);
+}
 
 template <typename Request>
 absl::StatusOr<AskedRevision> QueryService::Pin(const Request& request) const {
@@ -27,10 +55,10 @@ absl::StatusOr<AskedRevision> QueryService::Pin(const Request& request) const {
 }
 
 template <typename Request, typename Response>
-grpc::ServerUnaryReactor* QueryService::AnswerUnary(
-    grpc::CallbackServerContext* context, absl::string_view rpc, const Request* request,
-    Response* response,
-    absl::StatusOr<int64_t> (QueryService::*answer)(const Request&, Response*) const) const {
+grpc::ServerUnaryReactor* QueryService::AnswerUnary(grpc::CallbackServerContext* context,
+                                                    absl::string_view rpc, const Request* request,
+                                                    Response* response,
+                                                    Answer<Request, Response> answer) const {
   auto* const reactor = new WaitingReactor();
   auto call = std::make_shared<UnaryCall>(context, reactor, rpc, request->map());
   reactor->wait().Start(facilities_, request->map(), request->min_revision(),
@@ -42,10 +70,41 @@ grpc::ServerUnaryReactor* QueryService::AnswerUnary(
   return reactor;
 }
 
+template <typename Request, typename Response>
+grpc::ServerUnaryReactor* QueryService::AnswerAtOnce(grpc::CallbackServerContext* context,
+                                                     absl::string_view rpc, const Request* request,
+                                                     Response* response,
+                                                     Answer<Request, Response> answer) const {
+  UnaryCall call(context, rpc, request->map());
+  const absl::StatusOr<int64_t> items = (this->*answer)(*request, response);
+  call.Finish(items.status(), items.value_or(0));
+  return call.reactor();
+}
+
+template <typename Response, typename Request>
+grpc::ServerWriteReactor<Response>* QueryService::StreamAnswer(
+    grpc::CallbackServerContext* context, absl::string_view rpc, const Request* request,
+    absl::StatusOr<std::unique_ptr<MessageSource<Response>>> (QueryService::*open)(const Request&)
+        const) const {
+  const auto open_source = [this, request, open] { return (this->*open)(*request); };
+  RequestLog log(*context, rpc, request->map());
+  if (AsksNewest(*request) && IsSmall(request->area())) {
+    return new StreamedAnswer<Response>(context, std::move(log), facilities_.workers, open_source,
+                                        StreamedAnswer<Response>::Begin::kAtOnce);
+  }
+  return new StreamedAnswer<Response>(context, std::move(log), facilities_.workers, open_source,
+                                      [this, request](RevisionWait& wait, auto done) {
+                                        wait.Start(facilities_, request->map(),
+                                                   request->min_revision(), std::move(done));
+                                      });
+}
+
 grpc::ServerUnaryReactor* QueryService::QueryPoint(grpc::CallbackServerContext* context,
                                                    const v1::QueryPointRequest* request,
                                                    v1::QueryPointResponse* response) {
-  return AnswerUnary(context, "QueryPoint", request, response, &QueryService::AnswerPoint);
+  const auto answer = &QueryService::AnswerPoint;
+  if (AsksNewest(*request)) return AnswerAtOnce(context, "QueryPoint", request, response, answer);
+  return AnswerUnary(context, "QueryPoint", request, response, answer);
 }
 
 absl::StatusOr<int64_t> QueryService::AnswerPoint(const v1::QueryPointRequest& request,
@@ -75,12 +134,7 @@ absl::StatusOr<int64_t> QueryService::AnswerPoint(const v1::QueryPointRequest& r
 
 grpc::ServerWriteReactor<v1::QueryAreaResponse>* QueryService::QueryArea(
     grpc::CallbackServerContext* context, const v1::QueryAreaRequest* request) {
-  return new StreamedAnswer<v1::QueryAreaResponse>(
-      context, RequestLog(*context, "QueryArea", request->map()), facilities_.workers,
-      [this, request] { return OpenArea(*request); },
-      [this, request](RevisionWait& wait, auto done) {
-        wait.Start(facilities_, request->map(), request->min_revision(), std::move(done));
-      });
+  return StreamAnswer(context, "QueryArea", request, &QueryService::OpenArea);
 }
 
 absl::StatusOr<std::unique_ptr<MessageSource<v1::QueryAreaResponse>>> QueryService::OpenArea(
@@ -103,12 +157,7 @@ absl::StatusOr<std::unique_ptr<MessageSource<v1::QueryAreaResponse>>> QueryServi
 
 grpc::ServerWriteReactor<v1::QueryValueResponse>* QueryService::QueryValue(
     grpc::CallbackServerContext* context, const v1::QueryValueRequest* request) {
-  return new StreamedAnswer<v1::QueryValueResponse>(
-      context, RequestLog(*context, "QueryValue", request->map()), facilities_.workers,
-      [this, request] { return OpenValue(*request); },
-      [this, request](RevisionWait& wait, auto done) {
-        wait.Start(facilities_, request->map(), request->min_revision(), std::move(done));
-      });
+  return StreamAnswer(context, "QueryValue", request, &QueryService::OpenValue);
 }
 
 absl::StatusOr<std::unique_ptr<MessageSource<v1::QueryValueResponse>>> QueryService::OpenValue(
@@ -137,7 +186,26 @@ absl::StatusOr<std::unique_ptr<MessageSource<v1::QueryValueResponse>>> QueryServ
 grpc::ServerUnaryReactor* QueryService::QueryNearest(grpc::CallbackServerContext* context,
                                                      const v1::QueryNearestRequest* request,
                                                      v1::QueryNearestResponse* response) {
-  return AnswerUnary(context, "QueryNearest", request, response, &QueryService::AnswerNearest);
+  const auto answer = &QueryService::AnswerNearest;
+  if (AsksNewest(*request) && request->k() <= kFewNeighbours && AsksObjectsOnly(*request)) {
+    return AnswerAtOnce(context, "QueryNearest", request, response, answer);
+  }
+  return AnswerUnary(context, "QueryNearest", request, response, answer);
+}
+
+bool QueryService::AsksObjectsOnly(const v1::QueryNearestRequest& request) const {
+  const absl::StatusOr<std::shared_ptr<MapSession>> session = FindMap(facilities_, request.map());
+  if (!session.ok()) return true;  // which is answered with an error
+  const SnapshotPtr snapshot = (*session)->snapshot();
+  const auto holds_objects = [](const Layer* layer) {
+    return layer == nullptr || !IsGridKind(layer->spec().kind);
+  };
+  if (request.layers().empty()) {
+    return std::all_of(snapshot->layers.begin(), snapshot->layers.end(),
+                       [&](const auto& entry) { return holds_objects(entry.second.get()); });
+  }
+  return std::all_of(request.layers().begin(), request.layers().end(),
+                     [&](const auto& name) { return holds_objects(snapshot->FindLayer(name)); });
 }
 
 absl::StatusOr<int64_t> QueryService::AnswerNearest(const v1::QueryNearestRequest& request,
@@ -164,6 +232,11 @@ absl::StatusOr<int64_t> QueryService::AnswerNearest(const v1::QueryNearestReques
   response->set_frame_id(*frame);
   wire::EncodeNearestAnswer(*answer, response);
   return response->matches_size();
+}
+
+grpc::ServerBidiReactor<v1::QueryPointsRequest, v1::QueryPointsResponse>* QueryService::QueryPoints(
+    grpc::CallbackServerContext* context) {
+  return new PointsCall(context, &facilities_, &points_calls_);
 }
 
 }  // namespace hypermap::server

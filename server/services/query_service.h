@@ -9,15 +9,17 @@
 #include "absl/strings/string_view.h"
 #include "hypermap/v1/query_service.grpc.pb.h"
 #include "map/query/query.h"
+#include "server/services/arena_messages.h"
 #include "server/services/asked_revision.h"
 #include "server/services/facilities.h"
+#include "server/services/points_call.h"
 #include "server/services/streamed_answer.h"
 
 namespace hypermap::server {
 
 class QueryService : public v1::QueryService::CallbackService {
  public:
-  explicit QueryService(const Facilities& facilities) : facilities_(facilities) {}
+  explicit QueryService(const Facilities& facilities);
 
   grpc::ServerUnaryReactor* QueryPoint(grpc::CallbackServerContext* context,
                                        const v1::QueryPointRequest* request,
@@ -29,6 +31,11 @@ class QueryService : public v1::QueryService::CallbackService {
   grpc::ServerUnaryReactor* QueryNearest(grpc::CallbackServerContext* context,
                                          const v1::QueryNearestRequest* request,
                                          v1::QueryNearestResponse* response) override;
+  grpc::ServerBidiReactor<v1::QueryPointsRequest, v1::QueryPointsResponse>* QueryPoints(
+      grpc::CallbackServerContext* context) override;
+
+  // Ends the streams of batches, and takes no more.
+  void StopStreams() { points_calls_.Stop(); }
 
  private:
   // These return the number of answers.
@@ -46,14 +53,38 @@ class QueryService : public v1::QueryService::CallbackService {
   template <typename Request>
   absl::StatusOr<AskedRevision> Pin(const Request& request) const;
 
-  // Answers when the map has the revision that the request waits for.
   template <typename Request, typename Response>
-  grpc::ServerUnaryReactor* AnswerUnary(
+  using Answer = absl::StatusOr<int64_t> (QueryService::*)(const Request&, Response*) const;
+
+  // Answers on a worker when the map has the revision that the request waits for.
+  template <typename Request, typename Response>
+  grpc::ServerUnaryReactor* AnswerUnary(grpc::CallbackServerContext* context, absl::string_view rpc,
+                                        const Request* request, Response* response,
+                                        Answer<Request, Response> answer) const;
+
+  // Answers now, on gRPC's thread: going to a worker costs more than a short answer does.
+  template <typename Request, typename Response>
+  grpc::ServerUnaryReactor* AnswerAtOnce(grpc::CallbackServerContext* context,
+                                         absl::string_view rpc, const Request* request,
+                                         Response* response,
+                                         Answer<Request, Response> answer) const;
+
+  // Streams the answer, on a worker when the map has the revision that the request waits for, or
+  // at once when it is short.
+  template <typename Response, typename Request>
+  grpc::ServerWriteReactor<Response>* StreamAnswer(
       grpc::CallbackServerContext* context, absl::string_view rpc, const Request* request,
-      Response* response,
-      absl::StatusOr<int64_t> (QueryService::*answer)(const Request&, Response*) const) const;
+      absl::StatusOr<std::unique_ptr<MessageSource<Response>>> (QueryService::*open)(const Request&)
+          const) const;
+
+  // Whether all layers that are asked hold objects, among which the nearest are found at once; in
+  // cells it may be a long search.
+  bool AsksObjectsOnly(const v1::QueryNearestRequest& request) const;
 
   const Facilities facilities_;
+  ArenaMessages<v1::QueryPointRequest, v1::QueryPointResponse> point_messages_;
+  ArenaMessages<v1::QueryNearestRequest, v1::QueryNearestResponse, 8192> nearest_messages_;
+  OpenPointsCalls points_calls_;
 };
 
 }  // namespace hypermap::server

@@ -19,16 +19,17 @@ namespace hypermap::server {
 std::string LogQuoted(absl::string_view value);
 
 // One request from its arrival on. Lines are key=value pairs; what comes from outside is quoted.
+// Making one costs next to nothing: most requests are never logged.
 class RequestLog {
  public:
-  // `rpc` outlives this.
+  // Both outlive this; the context is read until the call is finished.
   RequestLog(const grpc::CallbackServerContext& context, absl::string_view rpc, std::string map);
 
   void set_map(std::string map) { map_ = std::move(map); }
 
   // Who changes the map: what the caller calls itself (metadata x-hypermap-author), else its
   // address.
-  const std::string& author() const { return author_; }
+  std::string author() const;
 
   // At info: the map was changed.
   void Edited(Revision revision, absl::string_view request_id, int64_t edits) const;
@@ -37,10 +38,9 @@ class RequestLog {
   void Finished(const absl::Status& status, int64_t items) const;
 
  private:
+  const grpc::CallbackServerContext* const context_;
   const absl::string_view rpc_;
   std::string map_;
-  const std::string peer_;
-  const std::string author_;
   const absl::Time begin_;
 };
 

@@ -2,9 +2,11 @@
 #ifndef HYPERMAP_SERVER_SERVICES_STREAMED_ANSWER_H_
 #define HYPERMAP_SERVER_SERVICES_STREAMED_ANSWER_H_
 
+#include <google/protobuf/arena.h>
 #include <grpcpp/server_context.h>
 #include <grpcpp/support/server_callback.h>
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <utility>
@@ -32,14 +34,18 @@ class MessageSource {
   virtual ~MessageSource() = default;
   // Fills the empty message, or does a bounded amount of work towards it.
   virtual absl::StatusOr<Step> Next(Response* message) = 0;
+  // Whether it is known that the last message was made; kEnd comes in any case.
+  virtual bool done() const { return false; }
   // Answers in the messages so far, for the log.
   virtual int64_t items() const = 0;
 };
 
 // Streams what a source makes: one message is held at a time, and the next is made only when gRPC
 // has taken it, so that a slow reader costs no memory. Looks before every step whether the answer
-// is still wanted, and lets others have the worker after kTurn. Owns itself: gRPC calls OnDone when
-// Finish has been called and no operation is left, and Finish is only called between operations.
+// is still wanted, and lets others have the worker after kTurn. An answer that is likely to be
+// short is begun on gRPC's thread; if it is not, the workers get it after kShortTurn. Owns itself:
+// gRPC calls OnDone when Finish has been called and no operation is left, and Finish is only called
+// between operations.
 template <typename Response>
 class StreamedAnswer final : public grpc::ServerWriteReactor<Response> {
  public:
@@ -49,38 +55,53 @@ class StreamedAnswer final : public grpc::ServerWriteReactor<Response> {
   using Done = absl::AnyInvocable<void() &&>;
   using StartWait = absl::FunctionRef<void(RevisionWait&, Done)>;
 
-  // `open` is called on a worker. The context lives until OnDone.
+  // kAtOnce: on gRPC's thread, for what is likely to be short.
+  enum class Begin { kOnWorker, kAtOnce };
+
+  // `open` is called where it begins. The context lives until OnDone.
   StreamedAnswer(const grpc::CallbackServerContext* context, RequestLog log, WorkerPool* workers,
-                 OpenSource open)
-      : StreamedAnswer(context, std::move(log), workers, std::move(open),
-                       [](RevisionWait& /*wait*/, Done done) { std::move(done)(); }) {}
+                 OpenSource open, Begin begin = Begin::kOnWorker)
+      : context_(context), log_(std::move(log)), workers_(workers), open_(std::move(open)) {
+    if (begin == Begin::kAtOnce) {
+      TakeTurn(kShortTurn);
+    } else {
+      RunOnWorker();
+    }
+  }
   // Begins when the wait that `start_wait` starts is done.
   StreamedAnswer(const grpc::CallbackServerContext* context, RequestLog log, WorkerPool* workers,
                  OpenSource open, StartWait start_wait)
       : context_(context), log_(std::move(log)), workers_(workers), open_(std::move(open)) {
-    start_wait(wait_, [this] { workers_->Run([this] { TakeTurn(); }); });
+    start_wait(wait_, [this] { RunOnWorker(); });
   }
 
   void OnCancel() override { wait_.Stop(); }
 
   void OnWriteDone(bool ok) override {
     if (!ok) return End(absl::CancelledError("the caller went away"));
-    workers_->Run([this] { TakeTurn(); });
+    RunOnWorker();
   }
   void OnDone() override { delete this; }
 
  private:
   static constexpr absl::Duration kTurn = absl::Milliseconds(10);
+  static constexpr absl::Duration kShortTurn = absl::Milliseconds(1);
+  // Holds a short answer.
+  static constexpr size_t kArenaBytes = 4096;
 
-  void TakeTurn() {
-    const absl::Time end_of_turn = absl::Now() + kTurn;
+  void RunOnWorker() {
+    workers_->Run([this] { TakeTurn(kTurn); });
+  }
+
+  void TakeTurn(absl::Duration turn) {
+    const absl::Time end_of_turn = absl::Now() + turn;
     do {
       const absl::StatusOr<typename Source::Step> step = TakeStep();
       if (!step.ok()) return End(step.status());
       if (*step == Source::Step::kEnd) return End(absl::OkStatus());
-      if (*step == Source::Step::kMessage) return this->StartWrite(&message_);
+      if (*step == Source::Step::kMessage) return Write();
     } while (absl::Now() < end_of_turn);
-    workers_->Run([this] { TakeTurn(); });
+    RunOnWorker();
   }
 
   absl::StatusOr<typename Source::Step> TakeStep() {
@@ -90,8 +111,16 @@ class StreamedAnswer final : public grpc::ServerWriteReactor<Response> {
       if (!source.ok()) return source.status();
       source_ = *std::move(source);
     }
-    message_.Clear();
-    return source_->Next(&message_);
+    arena_.Reset();
+    message_ = google::protobuf::Arena::CreateMessage<Response>(&arena_);
+    return source_->Next(message_);
+  }
+
+  void Write() {
+    if (!source_->done()) return this->StartWrite(message_);
+    // One operation in place of two.
+    log_.Finished(absl::OkStatus(), source_->items());
+    this->StartWriteAndFinish(message_, grpc::WriteOptions(), grpc::Status::OK);
   }
 
   void End(const absl::Status& status) {
@@ -105,7 +134,9 @@ class StreamedAnswer final : public grpc::ServerWriteReactor<Response> {
   OpenSource open_;
   RevisionWait wait_;
   std::unique_ptr<Source> source_;
-  Response message_;
+  alignas(std::max_align_t) char block_[kArenaBytes];
+  google::protobuf::Arena arena_{block_, sizeof block_};
+  Response* message_ = nullptr;  // on arena_
 };
 
 }  // namespace hypermap::server

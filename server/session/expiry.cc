@@ -11,7 +11,9 @@ ExpirySchedule::ExpirySchedule(const Snapshot& snapshot) {
   for (const auto& [name, layer] : snapshot.layers) {
     const auto* semantic = dynamic_cast<const SemanticLayer*>(layer.get());
     if (semantic == nullptr) continue;
-    for (const ObjectPtr& object : semantic->Objects()) Set(name, *object);
+    for (const ObjectPtr& object : semantic->Objects()) {
+      if (object->expires_at) Set(name, *object);
+    }
   }
 }
 

@@ -106,6 +106,10 @@ absl::StatusOr<SnapshotPtr> ReadPast(storage::PastMap& past, const Scope& scope,
   return Read(past, scope, &box);
 }
 
+absl::StatusOr<SnapshotPtr> ReadPast(storage::PastMap& past, const Scope& scope, const Box& box) {
+  return Read(past, scope, &box);
+}
+
 absl::StatusOr<NearestAnswer> NearestInPast(storage::PastMap& past, const Scope& scope,
                                             const Point& p, const ValueQuery& value, int k) {
   if (!IsFinite(p) || k < 1) return Nearest(*past.structure(), scope, p, value, k);

@@ -23,6 +23,9 @@ absl::StatusOr<SnapshotPtr> ReadPast(storage::PastMap& past, const Scope& scope,
 // For ContentAt.
 absl::StatusOr<SnapshotPtr> ReadPast(storage::PastMap& past, const Scope& scope, const Point& p);
 
+// For a PointsAsker that is asked of points in `box`, which is not empty (the scope's frame).
+absl::StatusOr<SnapshotPtr> ReadPast(storage::PastMap& past, const Scope& scope, const Box& box);
+
 // Nearest, asked of the past: reads a growing neighbourhood until the answer lies within it.
 absl::StatusOr<NearestAnswer> NearestInPast(storage::PastMap& past, const Scope& scope,
                                             const Point& p, const ValueQuery& value, int k);

@@ -17,6 +17,10 @@ constexpr char kAliasesSet[] = "aliases";
 constexpr char kExtentGrown[] = "extent";
 constexpr char kTransformSet[] = "transform";
 
+constexpr char kInsertObjectChange[] =
+    "INSERT INTO hypermap_changes (revision, number, kind, lineage, object_id) "
+    "VALUES (?, ?, ?, ?, ?)";
+
 struct Columns {
   const char* kind = nullptr;
   std::optional<int64_t> object_id;
@@ -110,6 +114,17 @@ absl::Status InsertChange(Database* database, Revision revision, int64_t number,
       "tile_row, detail) VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
       revision, number, columns->kind, lineage, columns->object_id, tile_column, tile_row,
       columns->detail);
+}
+
+absl::Status InsertObjectPuts(Database* database, Revision revision, int64_t number,
+                              int64_t lineage, absl::Span<const SemanticObject* const> objects) {
+  absl::StatusOr<Statement> insert = database->Prepare(kInsertObjectChange);
+  if (!insert.ok()) return insert.status();
+  for (const SemanticObject* object : objects) {
+    absl::Status status = insert->Bind(revision, number++, kObjectPut, lineage, object->id).Run();
+    if (!status.ok()) return status;
+  }
+  return absl::OkStatus();
 }
 
 absl::StatusOr<LoggedChange> ReadLoggedChange(Statement* row) {

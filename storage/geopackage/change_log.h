@@ -9,6 +9,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "absl/types/span.h"
 #include "map/edits/change.h"
 #include "storage/geopackage/layer_history.h"
 #include "storage/geopackage/sqlite.h"
@@ -33,6 +34,10 @@ inline constexpr char kTileWritten[] = "tile";
 // `number` is its place in the commit.
 absl::Status InsertChange(Database* database, Revision revision, int64_t number,
                           std::optional<int64_t> lineage, const Change& change);
+
+// The same of objects of one layer that were put, the first of them in the place `number`.
+absl::Status InsertObjectPuts(Database* database, Revision revision, int64_t number,
+                              int64_t lineage, absl::Span<const SemanticObject* const> objects);
 
 // Columns: kLoggedChangeColumns. DATA_LOSS.
 inline constexpr char kLoggedChangeColumns[] =

@@ -1,5 +1,6 @@
 #include "storage/geopackage/change_writer.h"
 
+#include <algorithm>
 #include <utility>
 #include <variant>
 
@@ -15,6 +16,21 @@
 #include "storage/geopackage/tile_matrix.h"
 
 namespace hypermap::storage {
+
+namespace {
+
+// How many of the changes, from the first on, put new objects into one layer.
+size_t CountNewObjects(absl::Span<const Change> changes) {
+  const auto* first = std::get_if<ObjectPut>(&changes.front());
+  if (first == nullptr) return 0;
+  const auto end = std::find_if(changes.begin(), changes.end(), [first](const Change& change) {
+    const auto* put = std::get_if<ObjectPut>(&change);
+    return put == nullptr || put->before != nullptr || put->layer != first->layer;
+  });
+  return static_cast<size_t>(end - changes.begin());
+}
+
+}  // namespace
 
 OpenLayer MakeOpenLayer(Database* database, StoredLayer stored) {
   OpenLayer layer;
@@ -35,13 +51,15 @@ absl::Status ChangeWriter::Write(const Commit& commit) {
   time_ = commit.time;
   revision_ = commit.applied.snapshot->revision;
   changed_lineages_.clear();
-  int64_t number = 0;
-  for (const Change& change : commit.applied.changes) {
+  const absl::Span<const Change> changes = commit.applied.changes;
+  for (size_t i = 0; i < changes.size();) {
     lineage_.reset();
-    absl::Status status = std::visit([this](const auto& c) { return Apply(c); }, change);
-    if (status.ok()) status = InsertChange(database_, revision_, number++, lineage_, change);
+    const size_t num_new = CountNewObjects(changes.subspan(i));
+    absl::Status status =
+        num_new > 1 ? PutNewObjects(changes.subspan(i, num_new), i) : Carry(changes[i], i);
     if (!status.ok()) return status;
     if (lineage_) changed_lineages_.insert(*lineage_);
+    i += std::max<size_t>(num_new, 1);
   }
   for (const int64_t lineage : changed_lineages_) {
     absl::Status status = RecordLayerRevision(database_, lineage, revision_);
@@ -51,6 +69,21 @@ absl::Status ChangeWriter::Write(const Commit& commit) {
     if (absl::Status status = WriteFusionChange(database_, change); !status.ok()) return status;
   }
   return InsertRevision(database_, commit);
+}
+
+absl::Status ChangeWriter::Carry(const Change& change, int64_t number) {
+  absl::Status status = std::visit([this](const auto& c) { return Apply(c); }, change);
+  return status.ok() ? InsertChange(database_, revision_, number, lineage_, change) : status;
+}
+
+absl::Status ChangeWriter::PutNewObjects(absl::Span<const Change> puts, int64_t number) {
+  absl::StatusOr<FeatureTable*> table = Features(std::get<ObjectPut>(puts.front()).layer);
+  if (!table.ok()) return table.status();
+  std::vector<const SemanticObject*> objects;
+  objects.reserve(puts.size());
+  for (const Change& put : puts) objects.push_back(std::get<ObjectPut>(put).after.get());
+  if (absl::Status status = (*table)->PutNew(objects, revision_); !status.ok()) return status;
+  return InsertObjectPuts(database_, revision_, number, *lineage_, objects);
 }
 
 absl::Status ChangeWriter::Finish(const Snapshot& newest) {
@@ -120,7 +153,7 @@ absl::Status ChangeWriter::Apply(const TransformSet& change) {
 
 absl::Status ChangeWriter::Apply(const ObjectPut& change) {
   absl::StatusOr<FeatureTable*> table = Features(change.layer);
-  return table.ok() ? (*table)->Put(*change.after, revision_) : table.status();
+  return table.ok() ? (*table)->Put(*change.after, change.before.get(), revision_) : table.status();
 }
 
 absl::Status ChangeWriter::Apply(const ObjectRemoved& change) {

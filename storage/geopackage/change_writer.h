@@ -13,6 +13,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/time/time.h"
+#include "absl/types/span.h"
 #include "storage/geopackage/feature_table.h"
 #include "storage/geopackage/grid_table.h"
 #include "storage/geopackage/layer_table.h"
@@ -49,6 +50,11 @@ class ChangeWriter {
   OpenLayers TakeLayers() && { return std::move(layers_); }
 
  private:
+  // One change, in the place `number` of its commit.
+  absl::Status Carry(const Change& change, int64_t number);
+  // Objects that are put one after another, all new and of one layer.
+  absl::Status PutNewObjects(absl::Span<const Change> puts, int64_t number);
+
   absl::Status Apply(const LayerCreated& change);
   absl::Status Apply(const LayerDeleted& change);
   absl::Status Apply(const TransformSet& change);

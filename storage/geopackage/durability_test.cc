@@ -3,7 +3,9 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <filesystem>
 #include <string>
+#include <system_error>
 
 #include "gtest/gtest.h"
 #include "map/layers/grid/grid_layer.h"
@@ -89,6 +91,76 @@ TEST(DurabilityTest, AcknowledgedCommitsOutliveAKill) {
     }
     ExpectSame(**snapshot, expected);
     acknowledged = revision;
+  }
+}
+
+constexpr int kManyObjects = 6000;
+
+EditBatch FirstLoad() {
+  EditBatch batch;
+  for (int i = 0; i < kManyObjects; ++i) {
+    SemanticObject object;
+    object.label = "chair";
+    const Point corner{i % 80 * 2.0, i / 80 * 2.0};
+    object.polygon = Polygon::FromBox({corner, {corner.x + 1, corner.y + 1}});
+    batch.edits.push_back(PutObject{"s", object, ""});
+  }
+  return batch;
+}
+
+// Loads many objects into the empty layer, and is killed when the log has grown by `log_bytes`, if
+// that is before the end.
+void KillFirstLoad(const std::string& folder, uintmax_t log_bytes) {
+  const std::string log = folder + "/site.gpkg-wal";
+  const pid_t child = fork();
+  if (child == 0) {
+    auto store = OpenGeoPackageStore(folder);
+    auto stored = store.ok() ? (*store)->Open("site") : store.status();
+    if (!stored.ok()) _exit(1);
+    const Commit commit = MakeCommit(**(*stored)->Load(), FirstLoad());
+    _exit((*stored)->Write({commit}).ok() ? 0 : 2);
+  }
+  int status = 0;
+  std::error_code no_log;
+  while (waitpid(child, &status, WNOHANG) == 0) {
+    const uintmax_t size = std::filesystem::file_size(log, no_log);
+    if (!no_log && size >= log_bytes) {
+      kill(child, SIGKILL);
+      ASSERT_EQ(waitpid(child, &status, 0), child);
+      break;
+    }
+  }
+  EXPECT_TRUE(WIFSIGNALED(status) || WEXITSTATUS(status) == 0);
+}
+
+TEST(DurabilityTest, FirstLoadThatIsKilledIsThereWholeOrNotAtAll) {
+  const uint64_t seed = testing::TestSeed();
+  SCOPED_TRACE(::testing::Message() << "HYPERMAP_TEST_SEED=" << seed);
+  testing::Rng rng(seed);
+  for (int round = 0; round < 6; ++round) {
+    const TempFolder folder;
+    SnapshotPtr before;
+    {
+      const auto store = OpenStore(folder.path());
+      EditedMap map = CreateMap(*store, "site");
+      map.Edit({{CreateLayer{SemanticSpec("s")}}});
+      before = map.snapshot;
+    }
+    KillFirstLoad(folder.path(), testing::UniformInt(rng, 1, 3'000'000));
+    const auto store = OpenStore(folder.path());
+    auto stored = store->Open("site");
+    ASSERT_TRUE(stored.ok()) << stored.status();
+    auto snapshot = (*stored)->Load();
+    ASSERT_TRUE(snapshot.ok()) << snapshot.status();
+    if ((*snapshot)->revision > 1) {
+      ExpectSame(**snapshot, *MakeCommit(*before, FirstLoad()).applied.snapshot);
+    } else {
+      ExpectSame(**snapshot, *before);
+    }
+    const auto other = Connect(folder / "site.gpkg");
+    EXPECT_EQ(**other->QueryInt64("SELECT rtreecheck('rtree_s_geom') = 'ok'"), 1);
+    EXPECT_EQ(**other->QueryInt64("SELECT count(*) FROM rtree_s_geom"),
+              (*snapshot)->revision > 1 ? kManyObjects : 0);
   }
 }
 

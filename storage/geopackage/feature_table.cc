@@ -9,6 +9,7 @@
 #include "storage/geopackage/geometry_blob.h"
 #include "storage/geopackage/history_tables.h"
 #include "storage/geopackage/object_row.h"
+#include "storage/geopackage/packed_index.h"
 
 namespace hypermap::storage {
 namespace {
@@ -95,13 +96,69 @@ constexpr char kUpdate[] = R"sql(
 UPDATE "$t" SET geom = ?, label = ?, existence = ?, classes = ?, tags = ?, attributes = ?,
   height_min = ?, height_max = ?, expires_at_ns = ?, version = ? WHERE id = ?
 )sql";
+// The index has nothing to do with this one.
+constexpr char kUpdateWithoutGeometry[] = R"sql(
+UPDATE "$t" SET label = ?, existence = ?, classes = ?, tags = ?, attributes = ?,
+  height_min = ?, height_max = ?, expires_at_ns = ?, version = ? WHERE id = ?
+)sql";
 constexpr char kArchive[] = R"sql(
 INSERT INTO hypermap_object_history (lineage, object_id, first_revision, end_revision, $columns)
   SELECT ?1, id, version, ?2, $columns FROM "$t" WHERE id = ?3
   RETURNING id, first_revision, geom
 )sql";
+constexpr char kHasOtherTriggers[] = R"sql(
+SELECT EXISTS (SELECT 1 FROM sqlite_master
+  WHERE type = 'trigger' AND lower(tbl_name) = lower('$t') AND name NOT IN (
+    'rtree_$t_geom_insert', 'rtree_$t_geom_update1', 'rtree_$t_geom_update2',
+    'rtree_$t_geom_update3', 'rtree_$t_geom_update4', 'rtree_$t_geom_delete'))
+)sql";
+constexpr char kInsertBox[] = R"sql(
+INSERT OR REPLACE INTO "rtree_$t_geom" VALUES (?, ?, ?, ?, ?)
+)sql";
 constexpr char kArchiveBox[] =
     "INSERT INTO hypermap_object_boxes VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)";
+
+// For so many objects the triggers are not called, and the index is filled after the table.
+constexpr size_t kManyObjects = 512;
+
+// Lets the statements of a connection write to the tables of an R*Tree, and call no triggers. All
+// of them are prepared anew before and after.
+class WithoutTriggers {
+ public:
+  explicit WithoutTriggers(Database* database) : handle_(database->handle()) { Set(false); }
+  ~WithoutTriggers() { Set(true); }
+  WithoutTriggers(const WithoutTriggers&) = delete;
+  WithoutTriggers& operator=(const WithoutTriggers&) = delete;
+
+ private:
+  void Set(bool usual) {
+    sqlite3_db_config(handle_, SQLITE_DBCONFIG_ENABLE_TRIGGER, usual ? 1 : 0, nullptr);
+    sqlite3_db_config(handle_, SQLITE_DBCONFIG_DEFENSIVE, usual ? 1 : 0, nullptr);
+  }
+
+  sqlite3* handle_;
+};
+
+std::optional<int64_t> Nanoseconds(const std::optional<absl::Time>& time) {
+  return time ? std::make_optional(absl::ToUnixNanos(*time)) : std::nullopt;
+}
+
+std::optional<double> LowEnd(const std::optional<HeightRange>& height) {
+  return height ? std::make_optional(height->low_m) : std::nullopt;
+}
+
+std::optional<double> HighEnd(const std::optional<HeightRange>& height) {
+  return height ? std::make_optional(height->high_m) : std::nullopt;
+}
+
+std::vector<IndexCell> CellsOf(absl::Span<const SemanticObject* const> objects) {
+  std::vector<IndexCell> cells;
+  cells.reserve(objects.size());
+  for (const SemanticObject* object : objects) {
+    cells.push_back(IndexCell::Of(object->id, object->polygon.bounds()));
+  }
+  return cells;
+}
 
 // A geometry that can't be read gets the box of all, so that whoever reads it is told.
 Box BoxOrAll(absl::string_view geometry) {
@@ -118,6 +175,7 @@ FeatureTable::FeatureTable(Database* database, std::string table, int64_t lineag
       lineage_(lineage),
       insert_sql_(ForTable(kInsert, table_)),
       update_sql_(ForTable(kUpdate, table_)),
+      update_without_geometry_sql_(ForTable(kUpdateWithoutGeometry, table_)),
       archive_sql_(absl::StrReplaceAll(kArchive, {{"$t", table_}, {"$columns", kObjectColumns}})),
       delete_sql_(ForTable(R"sql(DELETE FROM "$t" WHERE id = ?)sql", table_)) {}
 
@@ -164,23 +222,72 @@ absl::Status FeatureTable::ArchiveAll(Revision end_revision) {
   }
 }
 
-absl::Status FeatureTable::Put(const SemanticObject& object, Revision revision) {
+absl::Status FeatureTable::Put(const SemanticObject& object, const SemanticObject* before,
+                               Revision revision) {
   absl::StatusOr<ObjectRow> row = EncodeObjectRow(object);
   if (!row.ok()) return row.status();
-  std::optional<double> height_min;
-  std::optional<double> height_max;
-  if (object.height) {
-    height_min = object.height->low_m;
-    height_max = object.height->high_m;
+  const auto write = [&](const std::string& sql) {
+    return database_->Run(sql, BlobView{row->geometry}, object.label, object.existence,
+                          row->classes, row->tags, row->attributes, LowEnd(object.height),
+                          HighEnd(object.height), Nanoseconds(object.expires_at), revision,
+                          object.id);
+  };
+  absl::Status inserted;
+  if (before == nullptr) {
+    inserted = write(insert_sql_);
+    if (inserted.code() != absl::StatusCode::kInternal) return inserted;
   }
-  std::optional<int64_t> expires_at_ns;
-  if (object.expires_at) expires_at_ns = absl::ToUnixNanos(*object.expires_at);
   // No upsert: its conflict policy would override that of the standard triggers.
   absl::StatusOr<bool> was_there = Archive(object.id, revision);
   if (!was_there.ok()) return was_there.status();
-  return database_->Run(*was_there ? update_sql_ : insert_sql_, BlobView{row->geometry},
-                        object.label, object.existence, row->classes, row->tags, row->attributes,
-                        height_min, height_max, expires_at_ns, revision, object.id);
+  if (!*was_there && before == nullptr) return inserted;
+  if (before == nullptr || before->polygon != object.polygon) return write(update_sql_);
+  return database_->Run(update_without_geometry_sql_, object.label, object.existence, row->classes,
+                        row->tags, row->attributes, LowEnd(object.height), HighEnd(object.height),
+                        Nanoseconds(object.expires_at), revision, object.id);
+}
+
+absl::Status FeatureTable::PutNew(absl::Span<const SemanticObject* const> objects,
+                                  Revision revision) {
+  if (objects.size() < kManyObjects) return PutSorted(objects, revision);
+  const absl::StatusOr<std::optional<int64_t>> has_other_triggers =
+      database_->QueryInt64(ForTable(kHasOtherTriggers, table_));
+  if (!has_other_triggers.ok()) return has_other_triggers.status();
+  if (has_other_triggers->value_or(1) != 0) return PutSorted(objects, revision);
+
+  const WithoutTriggers here(database_);
+  for (const SemanticObject* object : objects) {
+    if (absl::Status status = Put(*object, nullptr, revision); !status.ok()) return status;
+  }
+  return FillIndex(CellsOf(objects));
+}
+
+// The index is by far the most of the work, and gets what is near each other one after another.
+absl::Status FeatureTable::PutSorted(absl::Span<const SemanticObject* const> objects,
+                                     Revision revision) {
+  std::vector<IndexCell> cells = CellsOf(objects);
+  for (size_t i = 0; i < cells.size(); ++i) cells[i].id = static_cast<int64_t>(i);
+  SortInSpace(&cells);
+  for (const IndexCell& cell : cells) {
+    absl::Status status = Put(*objects[static_cast<size_t>(cell.id)], nullptr, revision);
+    if (!status.ok()) return status;
+  }
+  return absl::OkStatus();
+}
+
+absl::Status FeatureTable::FillIndex(std::vector<IndexCell> cells) {
+  const std::string tree = ForTable("rtree_$t_geom", table_);
+  const absl::StatusOr<bool> is_new = IsNewTree(database_, tree);
+  if (!is_new.ok()) return is_new.status();
+  if (*is_new) return PackTree(database_, tree, std::move(cells));
+  SortInSpace(&cells);
+  absl::StatusOr<Statement> insert = database_->Prepare(ForTable(kInsertBox, table_));
+  if (!insert.ok()) return insert.status();
+  for (const auto& [id, box] : cells) {
+    insert->Bind(id, double{box[0]}, double{box[1]}, double{box[2]}, double{box[3]});
+    if (absl::Status status = insert->Run(); !status.ok()) return status;
+  }
+  return absl::OkStatus();
 }
 
 absl::Status FeatureTable::Remove(ObjectId id, Revision revision) {

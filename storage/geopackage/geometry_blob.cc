@@ -1,9 +1,13 @@
 #include "storage/geopackage/geometry_blob.h"
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
+#include <iterator>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -31,6 +35,16 @@ class Writer {
   void Byte(uint8_t value) { bytes_.push_back(static_cast<char>(value)); }
   void Uint32(uint32_t value) { Number(value); }
   void Double(double value) { Number(std::bit_cast<uint64_t>(value)); }
+  void Points(const Ring& ring) {
+    if constexpr (std::endian::native == std::endian::little) {
+      Raw({reinterpret_cast<const char*>(ring.data()), ring.size() * sizeof(Point)});
+    } else {
+      for (const Point& p : ring) {
+        Double(p.x);
+        Double(p.y);
+      }
+    }
+  }
   void Raw(absl::string_view bytes) { bytes_.append(bytes.data(), bytes.size()); }
   void Reserve(size_t size) { bytes_.reserve(size); }
   std::string Take() && { return std::move(bytes_); }
@@ -38,7 +52,9 @@ class Writer {
  private:
   template <typename T>
   void Number(T value) {
-    for (size_t i = 0; i < sizeof(T); ++i) Byte(static_cast<uint8_t>(value >> (8 * i)));
+    auto bytes = std::bit_cast<std::array<char, sizeof(T)>>(value);
+    if (std::endian::native != std::endian::little) std::reverse(bytes.begin(), bytes.end());
+    bytes_.append(bytes.data(), bytes.size());
   }
   std::string bytes_;
 };
@@ -48,7 +64,9 @@ class Reader {
  public:
   explicit Reader(absl::string_view bytes) : rest_(bytes) {}
 
-  void SetLittleEndian(bool little_endian) { little_endian_ = little_endian; }
+  void SetLittleEndian(bool little_endian) {
+    swaps_ = little_endian != (std::endian::native == std::endian::little);
+  }
   bool ok() const { return ok_; }
   size_t remaining() const { return rest_.size(); }
 
@@ -59,6 +77,20 @@ class Reader {
     if (!Has(size)) return;
     rest_.remove_prefix(size);
   }
+  // Fills `points`, for which there must be enough left.
+  void Points(Ring* points) {
+    if (!Has(points->size() * sizeof(Point))) return;
+    if (swaps_) {
+      for (Point& p : *points) {
+        p.x = Double();
+        p.y = Double();
+      }
+      return;
+    }
+    static_assert(std::is_trivially_copyable_v<Point> && sizeof(Point) == 2 * sizeof(double));
+    std::memcpy(points->data(), rest_.data(), points->size() * sizeof(Point));
+    rest_.remove_prefix(points->size() * sizeof(Point));
+  }
 
  private:
   bool Has(size_t size) {
@@ -68,17 +100,15 @@ class Reader {
   template <typename T>
   T Number() {
     if (!Has(sizeof(T))) return 0;
-    T value = 0;
-    for (size_t i = 0; i < sizeof(T); ++i) {
-      const size_t shift = 8 * (little_endian_ ? i : sizeof(T) - 1 - i);
-      value = static_cast<T>(value | T{static_cast<uint8_t>(rest_[i])} << shift);
-    }
+    std::array<uint8_t, sizeof(T)> bytes;
+    std::memcpy(bytes.data(), rest_.data(), sizeof(T));
+    if (swaps_) std::reverse(bytes.begin(), bytes.end());
     rest_.remove_prefix(sizeof(T));
-    return value;
+    return std::bit_cast<T>(bytes);
   }
 
   absl::string_view rest_;
-  bool little_endian_ = true;
+  bool swaps_ = std::endian::native != std::endian::little;
   bool ok_ = true;
 };
 
@@ -112,7 +142,11 @@ absl::StatusOr<Header> ReadHeader(Reader* reader) {
   return header;
 }
 
-absl::StatusOr<std::vector<Ring>> ReadWkbPolygon(Reader* reader) {
+bool AllFinite(const Ring& ring) {
+  return std::all_of(ring.begin(), ring.end(), [](const Point& p) { return IsFinite(p); });
+}
+
+absl::StatusOr<Rings> ReadWkbPolygon(Reader* reader) {
   const uint8_t byte_order = reader->Byte();
   if (byte_order > 1) return Malformed("unknown byte order");
   reader->SetLittleEndian(byte_order == 1);
@@ -120,20 +154,19 @@ absl::StatusOr<std::vector<Ring>> ReadWkbPolygon(Reader* reader) {
   if (!reader->ok()) return Malformed("the WKB is cut short");
   if (type != kWkbPolygon) return Malformed(absl::StrCat("WKB type ", type, " is no polygon"));
   const uint32_t num_rings = reader->Uint32();
-  std::vector<Ring> rings;
+  Rings rings;
   for (uint32_t r = 0; r < num_rings && reader->ok(); ++r) {
     const uint32_t num_points = reader->Uint32();
     // What is announced is made room for only when it can be there.
     if (num_points > reader->remaining() / sizeof(Point)) return Malformed("a ring is cut short");
-    Ring& ring = rings.emplace_back();
-    ring.reserve(num_points);
-    for (uint32_t i = 0; i < num_points; ++i) {
-      const double x = reader->Double();
-      ring.push_back({x, reader->Double()});
-      if (!IsFinite(ring.back())) return Malformed("a vertex is not finite");
-    }
-    if (num_points < 4 || ring.front() != ring.back()) return Malformed("a ring is not closed");
-    ring.pop_back();
+    if (num_points < 4) return Malformed("a ring is not closed");
+    // The closing vertex apart, for which no room should stay.
+    Ring& ring = rings.emplace_back(num_points - 1);
+    reader->Points(&ring);
+    const double last_x = reader->Double();
+    const Point last{last_x, reader->Double()};
+    if (!AllFinite(ring)) return Malformed("a vertex is not finite");
+    if (ring.front() != last) return Malformed("a ring is not closed");
   }
   if (!reader->ok()) return Malformed("the WKB is cut short");
   if (reader->remaining() > 0) return Malformed("bytes after the end of the WKB");
@@ -155,7 +188,7 @@ bool RunsBackwards(const Ring& ring, bool is_outer) {
   return (is_outer ? -sum : sum) > 1e-9 * magnitude;
 }
 
-bool AnyRunsBackwards(const std::vector<Ring>& rings) {
+bool AnyRunsBackwards(const Rings& rings) {
   for (size_t i = 0; i < rings.size(); ++i) {
     if (RunsBackwards(rings[i], /*is_outer=*/i == 0)) return true;
   }
@@ -177,10 +210,7 @@ std::string EncodeGeometryBlob(const Polygon& polygon) {
   writer.Uint32(static_cast<uint32_t>(polygon.rings().size()));
   for (const Ring& ring : polygon.rings()) {
     writer.Uint32(static_cast<uint32_t>(ring.size() + 1));
-    for (const Point& p : ring) {
-      writer.Double(p.x);
-      writer.Double(p.y);
-    }
+    writer.Points(ring);
     writer.Double(ring.front().x);
     writer.Double(ring.front().y);
   }
@@ -191,14 +221,14 @@ absl::StatusOr<Polygon> DecodeGeometryBlob(absl::string_view blob) {
   Reader reader(blob);
   absl::StatusOr<Header> header = ReadHeader(&reader);
   if (!header.ok()) return header.status();
-  absl::StatusOr<std::vector<Ring>> rings = ReadWkbPolygon(&reader);
+  absl::StatusOr<Rings> rings = ReadWkbPolygon(&reader);
   if (!rings.ok()) return rings.status();
   // Ours are valid and wound as Polygon has it, or were so before a rigid motion rounded them, and
   // must come back as they are. What another program drew is validated.
   if (!AnyRunsBackwards(*rings)) return Polygon::MakeUnchecked(*std::move(rings));
-  Ring outer = std::move(rings->front());
-  rings->erase(rings->begin());
-  absl::StatusOr<Polygon> polygon = Polygon::Make(std::move(outer), *std::move(rings));
+  std::vector<Ring> holes(std::make_move_iterator(rings->begin() + 1),
+                          std::make_move_iterator(rings->end()));
+  absl::StatusOr<Polygon> polygon = Polygon::Make(std::move(rings->front()), std::move(holes));
   if (!polygon.ok()) return Malformed(polygon.status().message());
   return polygon;
 }
@@ -209,7 +239,7 @@ absl::StatusOr<Box> BoxOfGeometryBlob(absl::string_view blob) {
   if (!header.ok()) return header.status();
   if (header->empty) return Box();
   if (header->has_envelope) return header->envelope;
-  absl::StatusOr<std::vector<Ring>> rings = ReadWkbPolygon(&reader);
+  absl::StatusOr<Rings> rings = ReadWkbPolygon(&reader);
   if (!rings.ok()) return rings.status();
   Box box;
   for (const Point& p : rings->front()) box.Extend(p);

@@ -29,17 +29,6 @@ absl::Status AsDamage(const absl::Status& status) {
   return absl::DataLossError(status.message());
 }
 
-ObjectId LargestId(const SnapshotPtr& snapshot) {
-  ObjectId largest = 0;
-  for (const auto& [name, layer] : snapshot->layers) {
-    const auto* semantic = dynamic_cast<const SemanticLayer*>(layer.get());
-    if (semantic == nullptr) continue;
-    const std::vector<ObjectPtr> objects = semantic->Objects();
-    if (!objects.empty()) largest = std::max(largest, objects.back()->id);
-  }
-  return largest;
-}
-
 }  // namespace
 
 GeoPackageMap::GeoPackageMap(FileLock lock, std::unique_ptr<Database> database,
@@ -85,11 +74,13 @@ absl::Status GeoPackageMap::InMap(const absl::Status& status) const {
 
 absl::StatusOr<SnapshotPtr> GeoPackageMap::Load() {
   absl::StatusOr<SnapshotPtr> snapshot = LoadSnapshot();
+  // The pages that were read last are not those that the next edits need.
+  sqlite3_db_release_memory(database_->handle());
   if (!snapshot.ok()) return InMap(AsDamage(snapshot.status()));
   return snapshot;
 }
 
-absl::StatusOr<LayerPtr> GeoPackageMap::LoadLayer(const OpenLayer& open) const {
+absl::StatusOr<LayerPtr> GeoPackageMap::LoadLayer(const OpenLayer& open, ObjectId* next_id) const {
   const StoredLayer& stored = open.stored;
   if (open.grid != nullptr) {
     absl::StatusOr<TileMap> tiles = open.grid->ReadAll(stored.extent);
@@ -99,6 +90,8 @@ absl::StatusOr<LayerPtr> GeoPackageMap::LoadLayer(const OpenLayer& open) const {
   }
   absl::StatusOr<std::vector<ObjectPtr>> objects = open.features->ReadAll();
   if (!objects.ok()) return objects.status();
+  // Another program may have added objects.
+  if (!objects->empty()) *next_id = std::max(*next_id, objects->back()->id + 1);
   return std::make_shared<SemanticLayer>(stored.spec, *std::move(objects));
 }
 
@@ -109,19 +102,18 @@ absl::StatusOr<SnapshotPtr> GeoPackageMap::LoadSnapshot() {
   snapshot->map_name = header_.name;
   snapshot->frame_id = metadata->header.frame_id;
   snapshot->revision = metadata->revision;
+  snapshot->next_object_id = metadata->next_object_id;
   absl::StatusOr<FrameTree> frames = ReadFrames(database_.get());
   if (!frames.ok()) return frames.status();
   snapshot->frames = *std::move(frames);
   for (const auto& [name, open] : layers_) {
-    absl::StatusOr<LayerPtr> layer = LoadLayer(open);
+    absl::StatusOr<LayerPtr> layer = LoadLayer(open, &snapshot->next_object_id);
     if (!layer.ok()) return layer.status();
     snapshot->layers.emplace(name, *std::move(layer));
     absl::StatusOr<Revision> version = NewestRevisionOf(database_.get(), open.stored.lineage);
     if (!version.ok()) return version.status();
     snapshot->layer_versions.emplace(name, *version);
   }
-  // Another program may have added objects.
-  snapshot->next_object_id = std::max(metadata->next_object_id, LargestId(snapshot) + 1);
   return snapshot;
 }
 

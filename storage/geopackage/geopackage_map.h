@@ -40,7 +40,8 @@ class GeoPackageMap : public StoredMap {
   GeoPackageMap(FileLock lock, std::unique_ptr<Database> database, absl::Duration busy_timeout,
                 MapMetadata metadata, OpenLayers layers);
 
-  absl::StatusOr<LayerPtr> LoadLayer(const OpenLayer& open) const;
+  // Raises `next_id` above the ids of its objects.
+  absl::StatusOr<LayerPtr> LoadLayer(const OpenLayer& open, ObjectId* next_id) const;
   absl::StatusOr<SnapshotPtr> LoadSnapshot();
   absl::Status WriteAll(absl::Span<const Commit> commits);
   absl::StatusOr<bool> CompactSome(Revision oldest, absl::Time receipts_before, int max_rows);

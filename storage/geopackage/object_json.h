@@ -6,7 +6,6 @@
 #ifndef HYPERMAP_STORAGE_GEOPACKAGE_OBJECT_JSON_H_
 #define HYPERMAP_STORAGE_GEOPACKAGE_OBJECT_JSON_H_
 
-#include <map>
 #include <string>
 #include <vector>
 
@@ -16,9 +15,8 @@
 
 namespace hypermap::storage {
 
-using Classes = std::map<std::string, double>;
+using Classes = ClassScores;
 using Tags = std::vector<std::string>;
-using Attributes = std::map<std::string, AttributeValue>;
 
 // INVALID_ARGUMENT for text that is not UTF-8 and numbers that are not finite.
 absl::StatusOr<std::string> EncodeClasses(const Classes& classes);

@@ -1,5 +1,6 @@
 #include "storage/geopackage/sqlite.h"
 
+#include <iterator>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -46,18 +47,23 @@ const char* TypeName(int type) {
 
 }  // namespace
 
-Statement::Statement(Database* database, std::string sql, sqlite3_stmt* stmt)
-    : database_(database), sql_(std::move(sql)), stmt_(stmt) {}
+Statement::Statement(Database* database, Shelf* shelf, sqlite3_stmt* stmt)
+    : database_(database), shelf_(shelf), stmt_(stmt) {
+  ++shelf_->num_lent;
+}
 
 Statement::Statement(Statement&& other) noexcept
     : database_(other.database_),
-      sql_(std::move(other.sql_)),
+      shelf_(other.shelf_),
       stmt_(std::exchange(other.stmt_, nullptr)),
       bind_error_(other.bind_error_),
       row_status_(std::move(other.row_status_)) {}
 
 Statement::~Statement() {
-  if (stmt_ != nullptr) database_->TakeBack(sql_, stmt_);
+  if (stmt_ == nullptr) return;
+  Reset();
+  --shelf_->num_lent;
+  shelf_->idle.push_back(stmt_);
 }
 
 absl::StatusOr<bool> Statement::Step() {
@@ -165,6 +171,10 @@ Database::~Database() {
 
 absl::StatusOr<std::unique_ptr<Database>> Database::Open(const std::string& path, OpenMode mode,
                                                          absl::Duration busy_timeout) {
+  // Counting its memory would make SQLite take one lock for each allocation of all connections. Too
+  // late, where somebody else in the process uses SQLite already, it is refused, and no harm done.
+  static const int counts_no_memory = sqlite3_config(SQLITE_CONFIG_MEMSTATUS, 0);
+  static_cast<void>(counts_no_memory);
   sqlite3* handle = nullptr;
   const int flags = SQLITE_OPEN_NOMUTEX |
                     (mode == OpenMode::kReadOnly ? SQLITE_OPEN_READONLY : SQLITE_OPEN_READWRITE) |
@@ -191,17 +201,17 @@ absl::Status Database::Execute(const std::string& sql) {
 }
 
 absl::StatusOr<Statement> Database::Prepare(const std::string& sql) {
-  const auto idle = idle_statements_.find(sql);
-  if (idle != idle_statements_.end() && !idle->second.empty()) {
-    sqlite3_stmt* stmt = idle->second.back();
-    idle->second.pop_back();
-    return Statement(this, sql, stmt);
+  Statement::Shelf& shelf = statements_[sql];
+  if (!shelf.idle.empty()) {
+    sqlite3_stmt* stmt = shelf.idle.back();
+    shelf.idle.pop_back();
+    return Statement(this, &shelf, stmt);
   }
   sqlite3_stmt* stmt = nullptr;
   const int code = sqlite3_prepare_v3(handle_, sql.c_str(), static_cast<int>(sql.size()),
                                       SQLITE_PREPARE_PERSISTENT, &stmt, nullptr);
   if (code != SQLITE_OK) return ErrorStatus(code);
-  return Statement(this, sql, stmt);
+  return Statement(this, &shelf, stmt);
 }
 
 absl::StatusOr<std::optional<int64_t>> Database::FirstInt64(Statement* statement) {
@@ -216,16 +226,11 @@ absl::StatusOr<std::optional<int64_t>> Database::FirstInt64(Statement* statement
 int64_t Database::changed_rows() const { return sqlite3_changes64(handle_); }
 
 void Database::ForgetStatements() {
-  for (auto& [sql, statements] : idle_statements_) {
-    for (sqlite3_stmt* stmt : statements) sqlite3_finalize(stmt);
+  for (auto shelf = statements_.begin(); shelf != statements_.end();) {
+    for (sqlite3_stmt* stmt : shelf->second.idle) sqlite3_finalize(stmt);
+    shelf->second.idle.clear();
+    shelf = shelf->second.num_lent == 0 ? statements_.erase(shelf) : std::next(shelf);
   }
-  idle_statements_.clear();
-}
-
-void Database::TakeBack(const std::string& sql, sqlite3_stmt* stmt) {
-  sqlite3_reset(stmt);
-  sqlite3_clear_bindings(stmt);
-  idle_statements_[sql].push_back(stmt);
 }
 
 absl::Status Database::ErrorStatus(int code) const {
@@ -237,7 +242,7 @@ absl::Status Database::ErrorStatus(int code) const {
 }
 
 absl::StatusOr<Transaction> Transaction::Begin(Database* database) {
-  if (absl::Status status = database->Execute("BEGIN IMMEDIATE"); !status.ok()) return status;
+  if (absl::Status status = database->Run("BEGIN IMMEDIATE"); !status.ok()) return status;
   return Transaction(database);
 }
 
@@ -253,14 +258,14 @@ Transaction::~Transaction() {
 }
 
 absl::Status Transaction::Commit() {
-  if (absl::Status status = database_->Execute("COMMIT"); !status.ok()) return status;
+  if (absl::Status status = database_->Run("COMMIT"); !status.ok()) return status;
   database_ = nullptr;
   return absl::OkStatus();
 }
 
 absl::StatusOr<ReadTransaction> ReadTransaction::Begin(Database* database) {
   if (sqlite3_get_autocommit(database->handle()) == 0) return ReadTransaction(nullptr);
-  if (absl::Status status = database->Execute("BEGIN"); !status.ok()) return status;
+  if (absl::Status status = database->Run("BEGIN"); !status.ok()) return status;
   return ReadTransaction(database);
 }
 

@@ -36,6 +36,12 @@ struct BlobView {
 // A prepared statement on loan from its database's cache, to which it goes back reset. Movable.
 class Statement {
  public:
+  // The prepared statements of one text.
+  struct Shelf {
+    std::vector<sqlite3_stmt*> idle;
+    int num_lent = 0;
+  };
+
   Statement(Statement&& other) noexcept;
   Statement& operator=(Statement&&) = delete;
   ~Statement();
@@ -69,7 +75,7 @@ class Statement {
 
  private:
   friend class Database;
-  Statement(Database* database, std::string sql, sqlite3_stmt* stmt);
+  Statement(Database* database, Shelf* shelf, sqlite3_stmt* stmt);
 
   void BindOne(int index, int value) { BindOne(index, int64_t{value}); }
   void BindOne(int index, int64_t value);
@@ -86,7 +92,7 @@ class Statement {
   bool Expect(int column, int type);
 
   Database* database_;
-  std::string sql_;
+  Shelf* shelf_;  // where it goes back to
   sqlite3_stmt* stmt_;
   int bind_error_ = SQLITE_OK;
   absl::Status row_status_;
@@ -144,11 +150,10 @@ class Database {
 
   static absl::StatusOr<std::optional<int64_t>> FirstInt64(Statement* statement);
   absl::Status ErrorStatus(int code) const;
-  void TakeBack(const std::string& sql, sqlite3_stmt* stmt);
 
   std::string path_;
   sqlite3* handle_;
-  std::unordered_map<std::string, std::vector<sqlite3_stmt*>> idle_statements_;
+  std::unordered_map<std::string, Statement::Shelf> statements_;  // by their text
 };
 
 // A write transaction; rolled back unless committed.

@@ -71,11 +71,11 @@ TEST(DecodeGeoJsonTest, ReadsAllProperties) {
   EXPECT_EQ(cup.classes.at("bowl"), 0.25);
   EXPECT_THAT(cup.tags, ElementsAre("a", "b"));
   EXPECT_EQ(cup.height, (HeightRange{0.7, 0.8}));
-  const std::map<std::string, AttributeValue> expected = {{"name", std::string("x")},
-                                                          {"n", int64_t{3}},
-                                                          {"w", 1.5},
-                                                          {"ok", true},
-                                                          {"nested", std::string(R"({"a":[1]})")}};
+  const Attributes expected = {{"name", std::string("x")},
+                               {"n", int64_t{3}},
+                               {"w", 1.5},
+                               {"ok", true},
+                               {"nested", std::string(R"({"a":[1]})")}};
   EXPECT_EQ(cup.attributes, expected);
 }
 

@@ -128,8 +128,7 @@ TEST_F(RealMapsTest, ExampleHasTagsAsClasses) {
   ASSERT_EQ(objects.size(), 2u);
   EXPECT_EQ(objects[0].label, "chair");
   EXPECT_EQ(objects[0].tags, (std::vector<std::string>{"furniture", "chair", "table"}));
-  EXPECT_EQ(objects[0].classes,
-            (std::map<std::string, double>{{"furniture", 0.8}, {"chair", 0.6}, {"table", 0.3}}));
+  EXPECT_EQ(objects[0].classes, (ClassScores{{"furniture", 0.8}, {"chair", 0.6}, {"table", 0.3}}));
   EXPECT_EQ(objects[0].existence, 1.0);
 }
 

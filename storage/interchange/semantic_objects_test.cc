@@ -18,7 +18,7 @@ constexpr char kSquare[] = "POLYGON((0 0,2 0,2 2,0 2,0 0))";
 
 using Words = std::vector<std::string>;
 using Numbers = std::vector<double>;
-using Classes = std::map<std::string, double>;
+using Classes = ClassScores;
 
 struct Reading {
   absl::Status status;

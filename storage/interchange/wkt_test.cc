@@ -7,6 +7,7 @@ namespace hypermap::storage {
 namespace {
 
 using ::testing::ElementsAre;
+using ::testing::ElementsAreArray;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::SizeIs;
@@ -109,9 +110,9 @@ TEST(FormatWktTest, WritesClosedRingsThatReadBackExactly) {
   EXPECT_THAT(FormatWkt(*Polygon::Make(kTriangle)), "POLYGON((0 0,1 0,0 1,0 0))");
   const WktShape shape = Parse(FormatWkt(polygon));
   EXPECT_THAT(shape.repairs, IsEmpty());
-  EXPECT_EQ(shape.polygons[0], polygon.rings());
+  EXPECT_THAT(shape.polygons[0], ElementsAreArray(polygon.rings()));
   const Polygon holed = *Polygon::Make({{0, 0}, {9, 0}, {9, 9}}, {{{3, 1}, {5, 1}, {5, 3}}});
-  EXPECT_EQ(Parse(FormatWkt(holed)).polygons[0], holed.rings());
+  EXPECT_THAT(Parse(FormatWkt(holed)).polygons[0], ElementsAreArray(holed.rings()));
 }
 
 }  // namespace

@@ -43,9 +43,10 @@ Selection RandomSelection(int i, Rng& rng) {
 Site::Site(const std::string& server_binary, const std::vector<std::string>& flags) {
   std::string name = std::filesystem::temp_directory_path() / "hypermap_prove_XXXXXX";
   folder_ = mkdtemp(name.data());
-  std::vector<std::string> all = {"--watch_progress=200ms"};
-  all.insert(all.end(), flags.begin(), flags.end());
-  server_ = std::make_unique<ServerProcess>(server_binary, folder_ + "/data", std::move(all));
+  std::vector<std::string> command = {server_binary, absl::StrCat("--data_dir=", folder_, "/data"),
+                                      "--log_level=warn", "--watch_progress=200ms"};
+  command.insert(command.end(), flags.begin(), flags.end());
+  server_ = std::make_unique<testing::ServerProcess>(std::move(command), folder_ + "/data.log");
 }
 
 Site::~Site() {

@@ -12,8 +12,8 @@
 #include "client_libs/cpp/client.h"
 #include "tests/prove/follower.h"
 #include "tests/prove/model.h"
-#include "tests/prove/server_process.h"
 #include "tests/prove/writer.h"
+#include "tests/support/server_process.h"
 
 namespace hypermap::prove {
 
@@ -27,7 +27,7 @@ class Site {
   // Starts the server and makes the map.
   absl::Status Start();
 
-  ServerProcess& server() { return *server_; }
+  testing::ServerProcess& server() { return *server_; }
   client::Client NewClient() const;
   Model& model() { return model_; }
   std::string map_file() const;
@@ -35,7 +35,7 @@ class Site {
 
  private:
   std::string folder_;
-  std::unique_ptr<ServerProcess> server_;
+  std::unique_ptr<testing::ServerProcess> server_;
   Model model_;
 };
 

@@ -15,7 +15,7 @@ bool IsTurned(const GridGeometry& geometry) { return geometry.layer_from_grid.ya
 
 // Cell (r, c) of the grid is the unit square at (c, r).
 Polygon InCells(const Polygon& polygon, const GridGeometry& geometry) {
-  std::vector<Ring> rings = polygon.rings();
+  Rings rings = polygon.rings();
   for (Ring& ring : rings) {
     for (Point& p : ring) {
       p = geometry.layer_from_grid.ApplyInverse(p);

@@ -1,6 +1,7 @@
 #include "map/layers/grid/grid_layer.h"
 
 #include <algorithm>
+#include <limits>
 #include <queue>
 #include <tuple>
 #include <utility>
@@ -252,6 +253,17 @@ PointContent GridLayer::ContentAt(const Point& p) const {
   content.value = ValueAt(*cell);
   content.status = content.value ? AnswerStatus::kValue : AnswerStatus::kUnknown;
   return content;
+}
+
+void GridLayer::ContentAtEach(absl::Span<const Point> points, PointsContent* content) const {
+  content->Clear();
+  content->statuses.reserve(points.size());
+  content->values.reserve(points.size());
+  for (const Point& p : points) {
+    const PointContent at = GridLayer::ContentAt(p);
+    content->statuses.push_back(at.status);
+    content->values.push_back(at.value.value_or(std::numeric_limits<double>::quiet_NaN()));
+  }
 }
 
 std::unique_ptr<AnswerCursor> GridLayer::ContentIn(const Polygon& area) const {

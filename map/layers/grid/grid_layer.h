@@ -43,6 +43,7 @@ class GridLayer : public Layer {
   Box Bounds() const override;
   int64_t Size() const override { return extent_.num_cells(); }
   PointContent ContentAt(const Point& p) const override;
+  void ContentAtEach(absl::Span<const Point> points, PointsContent* content) const override;
   std::unique_ptr<AnswerCursor> ContentIn(const Polygon& area) const override;
   std::unique_ptr<AnswerCursor> Find(const ValueQuery& value, const Polygon* area) const override;
   std::optional<std::vector<Neighbour>> Nearest(const Point& p, const ValueQuery& value,

@@ -1,9 +1,10 @@
-#include "tests/prove/server_process.h"
+#include "tests/support/server_process.h"
 
 #include <fcntl.h>
 #include <signal.h>
 #include <sys/prctl.h>
 #include <sys/wait.h>
+#include <time.h>
 #include <unistd.h>
 
 #include <fstream>
@@ -15,7 +16,7 @@
 #include "absl/strings/strip.h"
 #include "absl/time/clock.h"
 
-namespace hypermap::prove {
+namespace hypermap::testing {
 namespace {
 
 constexpr int kMaxStarts = 20;
@@ -36,17 +37,14 @@ constexpr int kMaxStarts = 20;
 
 }  // namespace
 
-ServerProcess::ServerProcess(std::string binary, std::string data_dir,
-                             std::vector<std::string> flags)
-    : binary_(std::move(binary)), data_dir_(std::move(data_dir)), flags_(std::move(flags)) {}
+ServerProcess::ServerProcess(std::vector<std::string> command, std::string log)
+    : command_(std::move(command)), log_(std::move(log)) {}
 
 ServerProcess::~ServerProcess() { Kill(); }
 
 absl::Status ServerProcess::Start() {
-  std::vector<std::string> command = {
-      binary_, absl::StrCat("--data_dir=", data_dir_), "--log_level=warn",
-      absl::StrCat("--listen=", address_.empty() ? "127.0.0.1:0" : address_)};
-  command.insert(command.end(), flags_.begin(), flags_.end());
+  std::vector<std::string> command = command_;
+  command.push_back(absl::StrCat("--listen=", address_.empty() ? "127.0.0.1:0" : address_));
   absl::Status status;
   // The port may be busy for a moment with connections of the one before.
   for (int i = 0; i < kMaxStarts; ++i) {
@@ -54,7 +52,7 @@ absl::Status ServerProcess::Start() {
     if (pipe2(ends, O_CLOEXEC) != 0) return absl::ErrnoToStatus(errno, "pipe");
     pid_ = fork();
     if (pid_ < 0) return absl::ErrnoToStatus(errno, "fork");
-    if (pid_ == 0) Become(command, ends[1], absl::StrCat(data_dir_, ".log"));
+    if (pid_ == 0) Become(command, ends[1], log_);
     close(ends[1]);
     status = WaitUntilReady(ends[0]);
     close(ends[0]);
@@ -76,12 +74,13 @@ absl::Status ServerProcess::WaitUntilReady(int read_end) {
   std::string line;
   char c = 0;
   while (read(read_end, &c, 1) == 1 && c != '\n') line += c;
-  absl::string_view rest = line;
-  if (!absl::ConsumePrefix(&rest, "hypermapd ready on ")) {
-    return absl::UnavailableError(absl::StrCat("hypermapd did not start; it said \"", line,
-                                               "\" and more in ", data_dir_, ".log"));
+  constexpr absl::string_view kReady = " ready on ";
+  const size_t ready = line.find(kReady.data());
+  if (ready == std::string::npos) {
+    return absl::UnavailableError(absl::StrCat(command_.front(), " did not start; it said \"", line,
+                                               "\" and more in ", log_));
   }
-  address_ = std::string(rest);
+  address_ = line.substr(ready + kReady.size());
   return absl::OkStatus();
 }
 
@@ -99,4 +98,13 @@ int64_t ServerProcess::ResidentBytes() const {
   return 0;
 }
 
-}  // namespace hypermap::prove
+absl::Duration ServerProcess::CpuTime() const {
+  clockid_t clock;
+  timespec time{};
+  if (pid_ < 0 || clock_getcpuclockid(pid_, &clock) != 0 || clock_gettime(clock, &time) != 0) {
+    return absl::ZeroDuration();
+  }
+  return absl::DurationFromTimespec(time);
+}
+
+}  // namespace hypermap::testing

@@ -1,0 +1,165 @@
+// Batches of points of Client.
+#include <deque>
+#include <memory>
+#include <utility>
+
+#include "absl/base/thread_annotations.h"
+#include "absl/synchronization/mutex.h"
+#include "client_libs/cpp/client.h"
+#include "client_libs/cpp/connection.h"
+#include "client_libs/cpp/points_stream.h"
+#include "wire/answer.h"
+#include "wire/as_of.h"
+#include "wire/points.h"
+
+namespace hypermap::client {
+namespace {
+
+using GrpcStream = grpc::ClientReaderWriter<v1::QueryPointsRequest, v1::QueryPointsResponse>;
+
+LayerPoints WithLabels(wire::PointsAnswer decoded, const wire::HeardLabels& labels) {
+  LayerPoints layer{std::move(decoded.layer),
+                    decoded.kind,
+                    decoded.status,
+                    std::move(decoded.statuses),
+                    std::move(decoded.values),
+                    {}};
+  layer.hits.reserve(decoded.hits.size());
+  for (const wire::PointsAnswer::Hit& hit : decoded.hits) {
+    layer.hits.push_back({hit.point, hit.object_id, labels[hit.label], hit.existence});
+  }
+  return layer;
+}
+
+}  // namespace
+
+// The rpc with the labels that it told.
+class PointsStream::Call {
+ public:
+  Call(std::shared_ptr<Connection> connection, std::unique_ptr<grpc::ClientContext> context,
+       v1::QueryPointsOpening opening)
+      : connection_(std::move(connection)),
+        context_(std::move(context)),
+        stream_(connection_->query().QueryPoints(context_.get())) {
+    *request_.mutable_opening() = std::move(opening);
+  }
+  ~Call() {
+    if (finished_) return;
+    context_->TryCancel();
+    Finish();
+  }
+
+  bool Write(absl::Span<const Point> points) {
+    if (points.empty()) return true;
+    wire::EncodePoints(points, &request_);
+    {
+      const absl::MutexLock lock(&mutex_);
+      sizes_.push_back(points.size());
+    }
+    return Send();
+  }
+
+  void WritesDone() {
+    // Without a batch the opening is still to be judged.
+    if (request_.has_opening()) Send();
+    stream_->WritesDone();
+  }
+
+  std::optional<PointsAnswer> Read() {
+    if (finished_) return std::nullopt;
+    if (!stream_->Read(&response_)) {
+      Finish();
+      return std::nullopt;
+    }
+    absl::StatusOr<PointsAnswer> answer = Decode();
+    if (answer.ok()) return *std::move(answer);
+    context_->TryCancel();
+    Finish();
+    status_ = BadAnswer(answer.status());
+    return std::nullopt;
+  }
+
+  void Cancel() { context_->TryCancel(); }
+  const absl::Status& status() const { return status_; }
+
+ private:
+  bool Send() {
+    const bool sent = stream_->Write(request_);
+    request_.Clear();
+    return sent;
+  }
+
+  absl::StatusOr<PointsAnswer> Decode() {
+    PointsAnswer answer;
+    answer.revision = response_.revision();
+    {
+      const absl::MutexLock lock(&mutex_);
+      if (sizes_.empty()) return absl::InternalError("an answer that was not asked for");
+      answer.num_points = sizes_.front();
+      sizes_.pop_front();
+    }
+    labels_.Add(response_.new_labels());
+    for (const v1::PointsContent& content : response_.layers()) {
+      absl::StatusOr<wire::PointsAnswer> layer =
+          wire::DecodePointsContent(content.layer(), content, answer.num_points, labels_.size());
+      if (!layer.ok()) return layer.status();
+      answer.layers.push_back(WithLabels(*std::move(layer), labels_));
+    }
+    return answer;
+  }
+
+  void Finish() {
+    if (finished_) return;
+    v1::QueryPointsResponse ignored;
+    while (stream_->Read(&ignored)) {
+    }
+    status_ = wire::DecodeStatus(stream_->Finish());
+    finished_ = true;
+  }
+
+  const std::shared_ptr<Connection> connection_;
+  const std::unique_ptr<grpc::ClientContext> context_;
+  const std::unique_ptr<GrpcStream> stream_;
+
+  v1::QueryPointsRequest request_;  // the writer's
+
+  // The reader's.
+  v1::QueryPointsResponse response_;
+  wire::HeardLabels labels_;
+  bool finished_ = false;
+  absl::Status status_;
+
+  absl::Mutex mutex_;
+  std::deque<size_t> sizes_ ABSL_GUARDED_BY(mutex_);  // of the batches that are not answered
+};
+
+PointsStream::PointsStream(std::unique_ptr<Call> call) : call_(std::move(call)) {}
+PointsStream::~PointsStream() = default;
+
+absl::StatusOr<PointsAnswer> PointsStream::Ask(absl::Span<const Point> points) {
+  if (points.empty()) return PointsAnswer();
+  call_->Write(points);  // what went wrong is told by the end
+  std::optional<PointsAnswer> answer = call_->Read();
+  if (answer) return *std::move(answer);
+  if (!call_->status().ok()) return call_->status();
+  return BadAnswer(absl::InternalError("the stream ended before it was closed"));
+}
+bool PointsStream::Write(absl::Span<const Point> points) { return call_->Write(points); }
+void PointsStream::WritesDone() { call_->WritesDone(); }
+std::optional<PointsAnswer> PointsStream::Read() { return call_->Read(); }
+const absl::Status& PointsStream::status() const { return call_->status(); }
+void PointsStream::Cancel() { call_->Cancel(); }
+
+std::unique_ptr<PointsStream> Client::QueryPoints(const std::string& map, const Scope& scope,
+                                                  const CallOptions& options) {
+  v1::QueryPointsOpening opening;
+  opening.set_map(map);
+  wire::EncodeScope(scope, &opening);
+  wire::EncodeAsOf(options.as_of, &opening);
+  CallOptions of_stream = options;
+  of_stream.timeout = options.timeout.value_or(absl::InfiniteDuration());
+  return std::make_unique<PointsStream>(std::make_unique<PointsStream::Call>(
+      connection_, Connection::NewContext(connection_->DeadlineOf(of_stream)), std::move(opening)));
+}
+
+}  // namespace hypermap::client

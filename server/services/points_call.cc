@@ -1,0 +1,210 @@
+#include "server/services/points_call.h"
+
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "server/services/asked_revision.h"
+#include "server/services/wanted.h"
+#include "wire/answer.h"
+#include "wire/as_of.h"
+#include "wire/status.h"
+
+namespace hypermap::server {
+namespace {
+
+// Larger batches would hold up other calls of a gRPC thread.
+constexpr int kMaxInlinePoints = 4096;
+
+absl::Status Stopping() { return absl::UnavailableError("the server is stopping"); }
+
+}  // namespace
+
+bool OpenPointsCalls::Add(PointsCall* call) {
+  MutexLock lock(&mutex_);
+  if (stopping_) return false;
+  calls_.insert(call);
+  return true;
+}
+
+void OpenPointsCalls::Remove(PointsCall* call) {
+  MutexLock lock(&mutex_);
+  calls_.erase(call);
+}
+
+void OpenPointsCalls::Stop() {
+  // While it is locked no call is gone: OnDone, which waits for it, has a thread of its own.
+  MutexLock lock(&mutex_);
+  stopping_ = true;
+  for (PointsCall* call : calls_) call->End(Stopping());
+}
+
+PointsCall::PointsCall(const grpc::CallbackServerContext* context, const Facilities* facilities,
+                       OpenPointsCalls* calls)
+    : context_(context), facilities_(facilities), calls_(calls), log_(*context, "QueryPoints", "") {
+  StartRead(&read_);
+  if (!calls->Add(this)) End(Stopping());
+}
+
+void PointsCall::OnReadDone(bool ok) {
+  Go(Change([&] {
+    mutex_.AssertHeld();
+    // A batch that comes in while the call is being finished must not be begun: OnDone does not
+    // wait for it.
+    if (ok && !finished_) {
+      has_next_ = true;
+    } else {
+      no_more_reads_ = true;
+    }
+  }));
+}
+
+void PointsCall::OnWriteDone(bool ok) {
+  if (ok) return Go(EndBatch(absl::OkStatus()));
+  absl::Status status = CheckWanted(*context_);
+  if (status.ok()) {
+    status = absl::ResourceExhaustedError(absl::StrCat(
+        "the answer to ", points_.size(), " points is larger than --max_message_bytes"));
+  }
+  Go(EndBatch(status));
+}
+
+void PointsCall::OnCancel() {
+  const absl::Status status = CheckWanted(*context_);
+  wait_.Stop();
+  End(status.ok() ? absl::CancelledError("the caller went away") : status);
+}
+
+void PointsCall::OnDone() {
+  calls_->Remove(this);
+  delete this;
+}
+
+void PointsCall::End(const absl::Status& status) {
+  Go(Change([&] {
+    mutex_.AssertHeld();
+    if (status_.ok()) status_ = status;
+  }));
+}
+
+PointsCall::Step PointsCall::Change(absl::FunctionRef<void()> change) {
+  MutexLock lock(&mutex_);
+  change();
+  return NextStep();
+}
+
+PointsCall::Step PointsCall::NextStep() {
+  if (busy_ || finished_) return Step::kNothing;
+  if (status_.ok() && has_next_) {
+    has_next_ = false;
+    busy_ = true;
+    return Step::kTakeBatch;
+  }
+  if (status_.ok() && !no_more_reads_) return Step::kNothing;
+  if (status_.ok() && !opened_) status_ = absl::InvalidArgumentError("the stream was not opened");
+  finished_ = true;
+  return Step::kFinish;
+}
+
+void PointsCall::Go(Step step) {
+  while (step == Step::kTakeBatch) {
+    const std::optional<absl::Status> end = TakeBatch();
+    if (!end) return;
+    step = EndBatch(*end);
+  }
+  if (step != Step::kFinish) return;
+  absl::Status status;
+  {
+    MutexLock lock(&mutex_);
+    status = status_;
+  }
+  log_.Finished(status, num_answered_);
+  // From here on this may be gone at any time.
+  Finish(wire::EncodeStatus(status));
+}
+
+PointsCall::Step PointsCall::EndBatch(const absl::Status& status) {
+  return Change([&] {
+    mutex_.AssertHeld();
+    busy_ = false;
+    if (status_.ok()) status_ = status;
+  });
+}
+
+std::optional<absl::Status> PointsCall::TakeBatch() {
+  batch_.Swap(&read_);
+  StartRead(&read_);  // the call does not end while somebody has a batch
+  if (batch_.has_opening()) {
+    if (absl::Status status = Open(); !status.ok()) return status;
+    if (as_of_.min_revision > 0) {
+      wait_.Start(*facilities_, map_, as_of_.min_revision, [this] { AnswerOnWorker(); });
+      return std::nullopt;
+    }
+  }
+  if (!opened_) return absl::InvalidArgumentError("the first message must carry the opening");
+  if (!as_of_.is_past() && batch_.xs_size() <= kMaxInlinePoints) return Answer();
+  AnswerOnWorker();
+  return std::nullopt;
+}
+
+void PointsCall::AnswerOnWorker() {
+  facilities_->workers->Run([this] {
+    if (const std::optional<absl::Status> end = Answer()) Go(EndBatch(*end));
+  });
+}
+
+std::optional<absl::Status> PointsCall::Answer() {
+  if (absl::Status status = AskPoints(); !status.ok()) return status;
+  if (points_.empty()) return absl::OkStatus();
+  StartWrite(&response_);
+  return std::nullopt;
+}
+
+absl::Status PointsCall::Open() {
+  if (opened_) {
+    return absl::InvalidArgumentError("opening may come once, in the first message");
+  }
+  const v1::QueryPointsOpening& opening = batch_.opening();
+  absl::StatusOr<AsOf> as_of = wire::DecodeAsOf(opening);
+  if (!as_of.ok()) return as_of.status();
+  map_ = opening.map();
+  log_.set_map(map_);
+  scope_ = wire::DecodeScope(opening);
+  as_of_ = *as_of;
+  opened_ = true;
+  return absl::OkStatus();
+}
+
+absl::Status PointsCall::AskPoints() {
+  if (absl::Status status = CheckWanted(*context_); !status.ok()) return status;
+  absl::Status decoded = wire::DecodePoints(batch_, facilities_->limits.max_points, &points_);
+  if (!decoded.ok()) return decoded;
+  if (absl::Status status = Pin(); !status.ok()) return status;
+  const absl::StatusOr<absl::Span<const LayerPointsContent>> contents =
+      asker_->ContentAtEach(points_);
+  if (!contents.ok()) return contents.status();
+  response_.Clear();
+  response_.set_revision(asker_->snapshot().revision);
+  wire::EncodePointsContent(*contents, &labels_, &response_);
+  num_answered_ += static_cast<int64_t>(points_.size());
+  return absl::OkStatus();
+}
+
+absl::Status PointsCall::Pin() {
+  // Looked up for each batch: the map may have been deleted, or made anew.
+  const absl::StatusOr<std::shared_ptr<MapSession>> session = FindMap(*facilities_, map_);
+  if (!session.ok()) return session.status();
+  const absl::StatusOr<AskedRevision> asked = AskedRevision::Find(**session, as_of_);
+  if (!asked.ok()) return asked.status();
+  // What was found once holds for the whole stream.
+  if (as_of_.is_past()) as_of_ = {.revision = asked->revision()};
+  as_of_.min_revision = 0;
+  absl::StatusOr<SnapshotPtr> snapshot = asked->ForPoints(scope_, points_);
+  if (!snapshot.ok()) return snapshot.status();
+  if (asker_ && &asker_->snapshot() == snapshot->get()) return absl::OkStatus();
+  absl::StatusOr<PointsAsker> asker = PointsAsker::Make(*std::move(snapshot), scope_);
+  if (!asker.ok()) return asker.status();
+  asker_ = *std::move(asker);
+  return absl::OkStatus();
+}
+
+}  // namespace hypermap::server

@@ -1,0 +1,190 @@
+"""QueryPoints, compared with QueryPoint, point by point."""
+
+import itertools
+import json
+import math
+import random
+import struct
+import subprocess
+import threading
+import unittest
+
+import grpc
+
+import rpc
+import sites
+from processes import BIN, DEADLINE_S, QUESTIONS, SEED, SiteTest, real_maps
+
+LABELS = ("cup", "chair", "dining table")
+
+
+def float32(x):
+    return struct.unpack("f", struct.pack("f", x))[0]
+
+
+def content_of_point(answer):
+    """A QueryPointResponse as {layer: (status, value, [(id, label, existence)])}."""
+    return {layer.layer: (layer.status, layer.value if layer.HasField("value") else None,
+                          [(o.id, o.label, float32(o.existence)) for o in layer.objects])
+            for layer in answer.layers}
+
+
+class Stream:
+    """A stream of batches as a caller without any library has it."""
+
+    def __init__(self, client, **opening):
+        self._opening, self._batches = opening, []
+        self._more, self._done = threading.Condition(), False
+        self._labels = []
+        self.answers = client.QueryPoints(self._requests())
+
+    def _requests(self):
+        yield {"opening": self._opening}
+        for i in itertools.count():
+            with self._more:
+                self._more.wait_for(lambda: i < len(self._batches) or self._done)
+                if i == len(self._batches):
+                    return
+                batch = self._batches[i]
+            yield {"xs": [x for x, _ in batch], "ys": [y for _, y in batch]}
+
+    def ask(self, points):
+        """(revision, content of each point)."""
+        with self._more:
+            self._batches.append(points)
+            self._more.notify()
+        answer = next(self.answers)
+        self._labels += answer.new_labels
+        return answer.revision, [self._content(answer, i) for i in range(len(points))]
+
+    def _content(self, answer, point):
+        return {layer.layer: self._layer_content(layer, point) for layer in answer.layers}
+
+    def _layer_content(self, layer, point):
+        objects = [(layer.object_ids[j], self._labels[layer.labels[j]], layer.existences[j])
+                   for j, of in enumerate(layer.points) if of == point]
+        if not layer.statuses:
+            return layer.status, None, objects
+        value = layer.values[point]
+        return layer.statuses[point], None if math.isnan(value) else value, objects
+
+    def close(self):
+        with self._more:
+            self._done = True
+            self._more.notify()
+
+    def end(self):
+        self.close()
+        return list(self.answers)
+
+
+class QueryPoints(SiteTest):
+
+    def setUp(self):
+        super().setUp()
+        self.random = random.Random(SEED)
+        self.site = self.server()
+        self.client = self.enterContext(rpc.Client(self.site.address))
+
+    def make_site(self):
+        """`site` of sites.make with things all over, and a second frame."""
+        sites.make(self.client)
+        self.client.SetTransform(map="site", transform={
+            "parent_frame_id": "map", "child_frame_id": "dock",
+            "parent_from_child": {"x": 3, "y": -1, "yaw": 0.75}})
+        place = lambda: self.random.uniform(-10, 9)
+        self.client.ApplyEdits(map="site", edits=[
+            sites.put(self.random.choice(LABELS), place(), place(),
+                      existence=self.random.uniform(0.1, 1)) for _ in range(200)])
+        values = [[self.random.choice([0, 0.25, 0.5, 1, "NaN"]) for _ in range(20)]
+                  for _ in range(20)]
+        self.client.ApplyEdits(map="site", edits=[sites.write_cells(values, row=-10, col=-10)])
+
+    def compare(self, map_name, points, scope, as_of=()):
+        stream = Stream(self.client, map=map_name, **scope, **dict(as_of))
+        for i in range(0, len(points), 64):
+            batch = points[i:i + 64]
+            revision, contents = stream.ask(batch)
+            for (x, y), content in zip(batch, contents):
+                answer = self.client.QueryPoint(map=map_name, point=rpc.point(x, y), **scope,
+                                                **dict(as_of))
+                self.assertEqual(content, content_of_point(answer), (x, y, scope))
+                self.assertEqual(revision, answer.revision)
+        self.assertEqual(stream.end(), [])
+
+    def points_within(self, reach, count=QUESTIONS):
+        return [(self.random.uniform(-reach, reach), self.random.uniform(-reach, reach))
+                for _ in range(count)]
+
+    def test_answers_are_those_of_query_point(self):
+        self.make_site()
+        for scope in ({}, {"layers": ["things"]}, {"layers": ["grid", "adrift"]},
+                      {"frame_id": "dock"}, {"frame_id": "raft"}):
+            self.compare("site", self.points_within(12), scope)
+
+    def test_the_past_is_answered_as_it_was(self):
+        self.make_site()
+        revision = sites.revision(self.client)
+        self.client.ApplyEdits(map="site", edits=[sites.put("cup", 0, 0) for _ in range(10)])
+        for at in (revision - 1, revision):
+            self.compare("site", self.points_within(12, QUESTIONS // 4), {}, {"at_revision": at}.items())
+
+    def test_answers_about_the_recorded_maps_are_those_of_query_point(self):
+        if not real_maps():
+            self.skipTest("no recorded maps here")
+        for name, path in real_maps().items():
+            self.site.json("import", path, "--map", name)
+            self.compare(name, self.points_within(8), {})
+
+    def test_the_command_prints_what_query_point_says(self):
+        self.make_site()
+        points = self.points_within(12, 50)
+        result = subprocess.run(
+            [BIN / "hypermap", "--server", self.site.address, "--json", "query", "points", "site",
+             "--stdin"],
+            input="".join(f"{x!r} {y!r}\n" for x, y in points), capture_output=True, text=True,
+            timeout=DEADLINE_S, check=True)
+        *lines, end = [json.loads(line) for line in result.stdout.splitlines()]
+        self.assertEqual(end, {"revision": sites.revision(self.client)})
+        self.assertEqual(len(lines), len(points))
+        for (x, y), line in zip(points, lines):
+            self.assertEqual(line["point"], [x, y])
+            expected = self.site.json("query", "point", "site", repr(x), repr(y))
+            for got, wanted in zip(line["layers"], expected["layers"], strict=True):
+                entities = [{"id": e["id"], "label": e["label"]} for e in wanted["entities"]]
+                for entity in got["entities"]:
+                    entity.pop("existence")
+                self.assertEqual(got, {"layer": wanted["layer"], "status": wanted["status"],
+                                       "value": wanted["value"], "entities": entities})
+
+    def test_errors_name_what_is_wrong(self):
+        sites.make(self.client)
+        point = {"xs": [1], "ys": [2]}
+        for requests, code, word in (
+                ([], grpc.StatusCode.INVALID_ARGUMENT, "opened"),
+                ([point], grpc.StatusCode.INVALID_ARGUMENT, "opening"),
+                ([{"opening": {"map": "attic"}}], grpc.StatusCode.NOT_FOUND, "attic"),
+                ([{"opening": {"map": "site"}, "xs": [1, 2], "ys": [1]}],
+                 grpc.StatusCode.INVALID_ARGUMENT, "ys"),
+                ([{"opening": {"map": "site"}, "xs": ["NaN"], "ys": [1]}],
+                 grpc.StatusCode.INVALID_ARGUMENT, "xs[0]"),
+                ([{"opening": {"map": "site"}, "xs": [1] * 65537, "ys": [1] * 65537}],
+                 grpc.StatusCode.RESOURCE_EXHAUSTED, "--max_points")):
+            with self.assertRaises(grpc.RpcError) as raised:
+                list(self.client.QueryPoints(iter(requests)))
+            self.assertEqual(raised.exception.code(), code, word)
+            self.assertIn(word, raised.exception.details())
+
+    def test_a_server_that_stops_ends_open_streams(self):
+        sites.make(self.client)
+        stream = Stream(self.client, map="site")
+        stream.ask([(1, 2)])
+        self.assertEqual(self.site.stop(), 0)
+        with self.assertRaises(grpc.RpcError) as raised:
+            next(stream.answers)
+        self.assertEqual(raised.exception.code(), grpc.StatusCode.UNAVAILABLE)
+        stream.close()
+
+
+if __name__ == "__main__":
+    unittest.main()
