@@ -4,7 +4,7 @@
 #                robot's drive, leave the server running
 #                (ARGS=--exit: stop after the tour)
 #   make test    build and run all tests; with CI=true also under ASan and UBSan
-#   make bench   the benchmarks, each beside its brute force
+#   make bench   the benchmarks, each beside its brute force or its floor (docs/performance.md)
 #   make help    the rest
 
 JOBS ?= $(shell nproc)
@@ -24,7 +24,7 @@ help:
 	@echo 'make build                 programs in build/bin'
 	@echo 'make test                  all tests (CI=true: under ASan and UBSan as well)'
 	@echo 'make demo [ARGS=--exit]    a short tour on a site of the project'\''s own'
-	@echo 'make bench [ARGS=...]      benchmarks (arguments of Google Benchmark)'
+	@echo 'make bench [PEERS=1]       benchmarks, with PEERS also of PostGIS (SERVER_ARGS, ARGS=--help)'
 	@echo 'make prove-feed | prove-asof | prove-kill [KILLS=200] | prove-slow-reader | prove-once'
 	@echo '                           long proofs of what is promised of revisions (ARGS=--help)'
 	@echo 'make asan | make tsan      tests under sanitizers, in build/asan and build/tsan'
@@ -64,9 +64,12 @@ demo: build/.deps-build
 	  $(if $(findstring HYPERMAP_INGEST=OFF,$(CMAKE_ARGS)),,hypermap-ingest render_sequence)
 	@demo/run.sh $(ARGS)
 
-bench: build
+# The server's figures are judged one by one in build/bench/results.json.
+bench: $(if $(filter true 1,$(PEERS)),build/.deps-bench) build
 	@build/tests/hypermap_bench $(ARGS)
 	@! test -x build/tests/ingest_bench || build/tests/ingest_bench
+	@build/tests/server_bench --server build/bin/hypermapd \
+	  --floor_server build/tests/floor_server $(if $(filter true 1,$(PEERS)),--peers) $(SERVER_ARGS)
 
 # Each ends with one JSON object with its counts and "holds".
 prove-feed prove-asof prove-kill prove-slow-reader prove-once: build

@@ -5,6 +5,7 @@
 #   tools/deps.sh test     outside judges for the tests: GDAL, Shapely, gRPC for Python, grpcurl
 #   tools/deps.sh lint     clang-format, clang-tidy, buf
 #   tools/deps.sh fuzz     clang with libFuzzer
+#   tools/deps.sh bench    the databases that make bench PEERS=1 measures beside the server
 #
 # Debian packages come from apt (with sudo when not root; the package lists are only refreshed when
 # something is missing). grpcurl and buf are pinned, go to build/tools, and are optional: without Go,
@@ -23,9 +24,10 @@ packages_of() {
              nlohmann-json3-dev libcli11-dev libgtest-dev libgmock-dev librapidcheck-dev \
              libbenchmark-dev libcairo2-dev libpcl-dev ;;
     test)  echo gdal-bin python3-gdal python3-grpcio python3-numpy python3-protobuf \
-             python3-shapely python3-yaml sqlite3 ;;
+             python3-shapely python3-yaml sqlite3 valgrind ;;
     lint)  echo clang-format-14 clang-tidy-14 ;;
     fuzz)  echo clang-14 libclang-rt-14-dev ;;
+    bench) echo libboost-dev libpq-dev libspatialite-dev postgresql-15 postgresql-15-postgis-3 ;;
     *)     echo "tools/deps.sh: no group '$1'" >&2; return 2 ;;
   esac
 }

@@ -1,0 +1,99 @@
+// Runs one hot path so many times, for an instruction counter: hot_paths PATH. What is counted lies
+// within the function hot_path, and nothing else does.
+#include <cstdio>
+#include <cstdlib>
+#include <functional>
+#include <map>
+#include <memory>
+#include <random>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "absl/container/btree_map.h"
+#include "map/layers/semantic_layer.h"
+#include "tests/bench/server/generated_site.h"
+
+namespace hypermap::bench {
+namespace {
+
+constexpr int64_t kObjects = 20'000;
+constexpr int kRounds = 256;
+constexpr int kPointsPerBatch = 256;
+
+using Round = std::function<void(int round)>;
+
+std::shared_ptr<const SemanticLayer> MakeLayer(const GeneratedSite& site) {
+  std::vector<ObjectPtr> objects;
+  for (int64_t i = 0; i < site.num_objects(); ++i) {
+    objects.push_back(std::make_shared<const SemanticObject>(site.Object(i)));
+  }
+  return std::make_shared<const SemanticLayer>(
+      LayerSpec{.name = "site", .kind = LayerKind::kSemantic, .frame_id = "map"},
+      std::move(objects));
+}
+
+Polygon Square(const Point& centre, double side_m) {
+  const double half = side_m / 2;
+  return Polygon::FromBox({{centre.x - half, centre.y - half}, {centre.x + half, centre.y + half}});
+}
+
+void ReadAll(AnswerCursor& cursor) {
+  while (!cursor.done()) cursor.Next(1 << 10);
+}
+
+std::map<std::string, Round> Paths() {
+  const GeneratedSite site(kObjects);
+  auto layer = MakeLayer(site);
+  std::mt19937 rng(1);
+  std::uniform_real_distribution<double> coordinate(0, site.side_m());
+  std::vector<Point> points;
+  for (int i = 0; i < kRounds * kPointsPerBatch; ++i) {
+    points.push_back({coordinate(rng), coordinate(rng)});
+  }
+  const auto label = [](int round) { return ValueLabel{LabelName(round % kNumLabels)}; };
+  auto changing = std::make_shared<std::shared_ptr<const SemanticLayer>>(layer);
+  return {
+      {"point", [=](int round) { layer->ContentAt(points[round]); }},
+      {"points",
+       [=, content = PointsContent()](int round) mutable {
+         layer->ContentAtEach(
+             absl::MakeConstSpan(points).subspan(round * kPointsPerBatch, kPointsPerBatch),
+             &content);
+       }},
+      {"area", [=](int round) { ReadAll(*layer->ContentIn(Square(points[round], 5))); }},
+      {"value",
+       [=](int round) {
+         const Polygon area = Square(points[round], 20);
+         ReadAll(*layer->Find(label(round), &area));
+       }},
+      {"nearest", [=](int round) { layer->Nearest(points[round], label(round), 5); }},
+      {"change",
+       [=](int round) {
+         const auto object = std::make_shared<const SemanticObject>(site.Object(round * 61));
+         absl::btree_map<ObjectId, ObjectPtr> changes{{object->id, object}};
+         *changing = (*changing)->With(changes);
+       }},
+  };
+}
+
+}  // namespace
+}  // namespace hypermap::bench
+
+extern "C" __attribute__((noinline)) void hot_path(const hypermap::bench::Round& round, int i) {
+  round(i);
+}
+
+int main(int argc, char** argv) {
+  const auto paths = hypermap::bench::Paths();
+  const auto path = argc == 2 ? paths.find(argv[1]) : paths.end();
+  if (path == paths.end()) {
+    std::fprintf(stderr, "hot_paths PATH, one of:");
+    for (const auto& [name, round] : paths) std::fprintf(stderr, " %s", name.c_str());
+    std::fprintf(stderr, "\n");
+    return EXIT_FAILURE;
+  }
+  for (int i = 0; i < hypermap::bench::kRounds; ++i) hot_path(path->second, i);
+  std::printf("%d\n", hypermap::bench::kRounds);
+  return EXIT_SUCCESS;
+}

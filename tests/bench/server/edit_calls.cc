@@ -1,0 +1,36 @@
+#include "tests/bench/server/edit_calls.h"
+
+#include "absl/strings/str_cat.h"
+#include "hypermap/v1/edit_service.pb.h"
+#include "tests/bench/server/map_files.h"
+#include "tests/bench/server/questions.h"
+
+namespace hypermap::bench {
+
+SemanticObject EditedObject(const GeneratedSite& site, int64_t n) {
+  // A large odd number steps through all of the site in no order.
+  const auto index = static_cast<int64_t>((static_cast<uint64_t>(n) * 0x9E3779B97F4A7C15ULL >> 1) %
+                                          static_cast<uint64_t>(site.num_objects()));
+  return site.Object(index);
+}
+
+Calls EditCalls(const GeneratedSite& site, std::atomic<int64_t>* counter) {
+  Calls calls;
+  calls.method = "/hypermap.v1.EditService/ApplyEdits";
+  calls.request = [site, counter](int64_t) {
+    const int64_t n = counter->fetch_add(1);
+    const SemanticObject object = EditedObject(site, n);
+    v1::ApplyEditsRequest request;
+    request.set_map(kSiteMap);
+    request.set_request_id(absl::StrCat("bench-request-of-some-length-", n));
+    v1::PutObject* const put = request.add_edits()->mutable_put_object();
+    put->set_layer(kObjectsLayer);
+    put->mutable_object()->set_label(object.label);
+    put->mutable_object()->set_existence(object.existence);
+    *put->mutable_object()->mutable_polygon() = ToProto(object.polygon);
+    return ToBytes(request);
+  };
+  return calls;
+}
+
+}  // namespace hypermap::bench

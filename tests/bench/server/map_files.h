@@ -1,0 +1,62 @@
+// The map files that are measured, made once through the storage library and kept.
+#ifndef HYPERMAP_TESTS_BENCH_SERVER_MAP_FILES_H_
+#define HYPERMAP_TESTS_BENCH_SERVER_MAP_FILES_H_
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/types/span.h"
+#include "storage/map_store.h"
+#include "tests/bench/bare_map.h"
+#include "tests/bench/server/generated_site.h"
+
+namespace hypermap::bench {
+
+inline constexpr char kSiteMap[] = "site";
+inline constexpr char kObjectsLayer[] = "objects";
+inline constexpr char kGridMap[] = "floor";
+inline constexpr char kGridLayer[] = "occupancy";
+
+// A folder below `cache` with the map kSiteMap of the site's objects on kObjectsLayer, made when it
+// is not there or of another schema.
+absl::StatusOr<std::string> SiteFolder(const std::string& cache, const GeneratedSite& site);
+
+// The same for kGridMap: kGridLayer of `side` x `side` cells of 5 cm, rooms and corridors.
+absl::StatusOr<std::string> GridFolder(const std::string& cache, int side);
+
+// Whether the grid's cell has the value of a wire answer (NaN: unknown).
+bool IsGridCell(int32_t row, int32_t col, double value);
+
+// A new map with the empty layer kObjectsLayer.
+absl::StatusOr<std::unique_ptr<storage::StoredMap>> CreateObjectsMap(storage::MapStore* store,
+                                                                     const std::string& name);
+
+// The commit that puts objects first..first + count - 1 of the site as `revision`.
+storage::Commit CommitOfObjects(const GeneratedSite& site, int64_t first, int64_t count,
+                                Revision revision);
+
+// What bare SQLite writes of an object.
+BareRow ToBareRow(const SemanticObject& object);
+
+// Removes the folder in the end.
+class ScratchFolder {
+ public:
+  explicit ScratchFolder(const std::string& parent);
+  ~ScratchFolder();
+  ScratchFolder(const ScratchFolder&) = delete;
+  ScratchFolder& operator=(const ScratchFolder&) = delete;
+  const std::string& path() const { return path_; }
+
+ private:
+  std::string path_;
+};
+
+// Copies the maps of one folder (closed, so without logs) to another.
+absl::Status CopyMaps(const std::string& from, const std::string& to);
+
+}  // namespace hypermap::bench
+
+#endif  // HYPERMAP_TESTS_BENCH_SERVER_MAP_FILES_H_

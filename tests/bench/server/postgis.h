@@ -1,0 +1,52 @@
+// PostgreSQL with PostGIS in a cluster of its own on loopback, holding the objects of a site.
+#ifndef HYPERMAP_TESTS_BENCH_SERVER_POSTGIS_H_
+#define HYPERMAP_TESTS_BENCH_SERVER_POSTGIS_H_
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/time/time.h"
+#include "tests/bench/server/generated_site.h"
+#include "tests/bench/server/measure.h"
+
+namespace hypermap::bench {
+
+// A question as a prepared statement: its text, and the parameters of the i-th call.
+struct SqlCalls {
+  std::string sql;
+  std::function<std::vector<std::string>(int64_t i)> parameters;
+};
+
+// Stopped and removed with this.
+class PostgisCluster {
+ public:
+  // NOT_FOUND when the programs or the extension are not installed.
+  static absl::StatusOr<std::unique_ptr<PostgisCluster>> Start();
+  ~PostgisCluster();
+  PostgisCluster(const PostgisCluster&) = delete;
+  PostgisCluster& operator=(const PostgisCluster&) = delete;
+
+  // Table objects (id, label, existence, geom) with a GiST index on geom.
+  absl::Status Load(const GeneratedSite& site);
+
+  // Calls on so many connections with the statement prepared; CPU is that of their processes.
+  absl::StatusOr<Cost> Run(const SqlCalls& calls, int connections, absl::Duration duration) const;
+
+  // Rows that the first `count` calls answer with, each.
+  absl::StatusOr<std::vector<int>> CountRows(const SqlCalls& calls, int count) const;
+
+ private:
+  PostgisCluster(std::string folder, int port) : folder_(std::move(folder)), port_(port) {}
+  std::string ConnectionString() const;
+
+  const std::string folder_;
+  const int port_;
+};
+
+}  // namespace hypermap::bench
+
+#endif  // HYPERMAP_TESTS_BENCH_SERVER_POSTGIS_H_

@@ -1,0 +1,178 @@
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "tests/bench/server/floor_calls.h"
+#include "tests/bench/server/map_files.h"
+#include "tests/bench/server/questions.h"
+#include "tests/bench/server/rows.h"
+
+namespace hypermap::bench {
+namespace {
+
+double MeanSize(const std::vector<std::string>& answers) {
+  double sum = 0;
+  for (const std::string& answer : answers) sum += static_cast<double>(answer.size());
+  return sum / static_cast<double>(answers.size());
+}
+
+// One server's callers against the floor's.
+struct Duel {
+  Bench& bench;
+  const testing::ServerProcess& server;
+  const Channels& channels;
+
+  absl::Status Add(const std::string& name, const Calls& ours, const Calls& floor, const Goal& goal,
+                   const std::string& note) const {
+    const absl::Duration each = bench.options.pace.each;
+    const absl::StatusOr<Contest> contest = Alternate(
+        bench.options.pace, [&] { return CostOfLoad(server, channels, ours, each); },
+        [&] { return CostOfLoad(*bench.floor, bench.floor_channels, floor, each); });
+    if (!contest.ok()) return contest.status();
+    Row row;
+    row.name = name;
+    row.ours = contest->ours.cpu_s * 1e6;
+    row.floor = contest->floor.cpu_s * 1e6;
+    row.unit = "us CPU";
+    row.ratio = contest->cpu_ratio();
+    row.goal = goal;
+    row.note = absl::StrCat(Describe(*contest), note.empty() ? "" : "; ", note);
+    bench.report.Add(std::move(row));
+    return absl::OkStatus();
+  }
+
+  // Against a call whose answer is as long, of the same sort and as one message.
+  absl::Status AddSized(const std::string& name, const Calls& ours, const Goal& goal) const {
+    const absl::StatusOr<std::vector<std::string>> answers =
+        Ask(channels, ours, bench.options.questions);
+    if (!answers.ok()) return answers.status();
+    const std::string note = absl::StrFormat("answers of %.0f bytes", MeanSize(*answers));
+    if (!ours.streamed) return Add(name, ours, CallsOfSizes(*answers, false), goal, note);
+    absl::Status status = Add(name, ours, CallsOfSizes(*answers, true), goal, note);
+    if (!status.ok()) return status;
+    return Add(absl::StrCat(name, " / unary floor"), ours, CallsOfSizes(*answers, false), Goal(),
+               "for orientation: the floor answers without a stream");
+  }
+};
+
+Calls GridCalls(const Options& options) {
+  constexpr double kResolution = 0.05;
+  constexpr double kSide = 2.0;
+  const double extent = options.grid_side * kResolution - kSide;
+  std::vector<grpc::ByteBuffer> requests;
+  for (int i = 0; i < options.questions; ++i) {
+    // Not aligned to the cells, anywhere on the grid.
+    const double x = extent * std::fmod(i * 0.6180339887498949, 1.0);
+    const double y = extent * std::fmod(i * 0.7548776662466927, 1.0);
+    v1::QueryAreaRequest request;
+    request.set_map(kGridMap);
+    *request.mutable_area() = ToProto(Polygon::FromBox({{x, y}, {x + kSide, y + kSide}}));
+    requests.push_back(ToBytes(request));
+  }
+  return {absl::StrCat(kQueryService, "QueryArea"), true, InTurn(std::move(requests))};
+}
+
+absl::Status CheckGrid(const Channels& channels, const Calls& calls, int count) {
+  const absl::StatusOr<std::vector<std::string>> answers = Ask(channels, calls, count);
+  if (!answers.ok()) return answers.status();
+  for (const std::string& answer : *answers) {
+    v1::QueryAreaResponse response;
+    if (!response.ParseFromString(answer)) return absl::InternalError("grid answer");
+    const v1::CellRuns& runs = response.part().cells();
+    int64_t cells = 0;
+    for (int i = 0; i < runs.rows_size(); ++i) {
+      cells += runs.col_ends(i) - runs.col_begins(i);
+      for (int32_t col = runs.col_begins(i); col < runs.col_ends(i); ++col) {
+        if (!IsGridCell(runs.rows(i), col, runs.values(i))) {
+          return absl::InternalError(absl::StrCat("grid cell ", runs.rows(i), ",", col));
+        }
+      }
+    }
+    if (cells != 1600) return absl::InternalError(absl::StrCat("grid area of ", cells, " cells"));
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+absl::Status AddQuestionRows(Bench& bench, const GeneratedSite& site,
+                             const testing::ServerProcess& server) {
+  const Channels channels = OpenChannels(server.address(), bench.options.callers);
+  const Questions questions = DrawQuestions(site, bench.options.questions);
+  const RightAnswers right =
+      AnswerByBruteForce(site, questions, std::min(bench.options.checked, bench.options.questions));
+  absl::Status status = CheckAnswers(channels, site, questions, right);
+  if (!status.ok()) return status;
+  const Duel duel{bench, server, channels};
+  status = duel.Add("unary QueryPoint / empty call", PointCalls(questions), EmptyCalls(),
+                    AtMost(1.15), "");
+  if (status.ok()) {
+    status = duel.AddSized("QueryArea 5 m / empty call, same answer size", AreaCalls(questions),
+                           AtMost(1.3));
+  }
+  if (status.ok()) {
+    status = duel.AddSized("QueryValue in 20 m / empty call, same size", ValueCalls(questions),
+                           AtMost(1.3));
+  }
+  if (status.ok()) {
+    status = duel.AddSized("QueryNearest k=5 / empty call, same size", NearestCalls(questions),
+                           AtMost(1.4));
+  }
+  return status;
+}
+
+absl::Status AddGridRow(Bench& bench) {
+  const absl::StatusOr<std::string> folder =
+      GridFolder(bench.options.cache, bench.options.grid_side);
+  if (!folder.ok()) return folder.status();
+  const auto server = StartHypermap(bench.options, *folder);
+  if (!server.ok()) return server.status();
+  const Channels channels = OpenChannels((*server)->address(), bench.options.callers);
+  const Calls calls = GridCalls(bench.options);
+  absl::Status status = CheckGrid(channels, calls, bench.options.checked);
+  if (!status.ok()) return status;
+  return Duel{bench, **server, channels}.AddSized("grid area 2 x 2 m / empty call, same size",
+                                                  calls, AtMost(1.3));
+}
+
+absl::Status AddScaleRow(Bench& bench) {
+  struct Size {
+    std::unique_ptr<testing::ServerProcess> server;
+    Channels channels;
+    Calls calls;
+  };
+  std::vector<Size> sizes;
+  for (const int64_t objects : {bench.options.largest, bench.options.smallest}) {
+    const GeneratedSite site(objects);
+    const absl::StatusOr<std::string> folder = SiteFolder(bench.options.cache, site);
+    if (!folder.ok()) return folder.status();
+    auto server = StartHypermap(bench.options, *folder);
+    if (!server.ok()) return server.status();
+    Channels channels = OpenChannels((*server)->address(), bench.options.callers);
+    Calls calls = PointCalls(DrawQuestions(site, bench.options.questions));
+    sizes.push_back({*std::move(server), std::move(channels), std::move(calls)});
+  }
+  const absl::Duration each = bench.options.pace.each;
+  const auto cost = [each](const Size& size) {
+    return CostOfLoad(*size.server, size.channels, size.calls, each);
+  };
+  const absl::StatusOr<Contest> contest = Alternate(
+      bench.options.pace, [&] { return cost(sizes[0]); }, [&] { return cost(sizes[1]); });
+  if (!contest.ok()) return contest.status();
+  Row row;
+  row.name = absl::StrFormat("QueryPoint at %d / at %d objects", bench.options.largest,
+                             bench.options.smallest);
+  row.ours = contest->ours.cpu_s * 1e6;
+  row.floor = contest->floor.cpu_s * 1e6;
+  row.unit = "us CPU";
+  row.ratio = contest->cpu_ratio();
+  row.goal = AtMost(1.2);
+  row.note = Describe(*contest);
+  if (bench.options.largest < 10'000'000) absl::StrAppend(&row.note, "; not at 10 million objects");
+  bench.report.Add(std::move(row));
+  return absl::OkStatus();
+}
+
+}  // namespace hypermap::bench

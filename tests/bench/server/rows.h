@@ -1,0 +1,80 @@
+// The lines of the report, each measured against its floor or peer in turns.
+#ifndef HYPERMAP_TESTS_BENCH_SERVER_ROWS_H_
+#define HYPERMAP_TESTS_BENCH_SERVER_ROWS_H_
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "tests/bench/server/generated_site.h"
+#include "tests/bench/server/measure.h"
+#include "tests/bench/server/report.h"
+#include "tests/support/server_process.h"
+
+namespace hypermap::bench {
+
+struct Options {
+  std::string server;        // hypermapd
+  std::string floor_server;  // floor_server
+  std::string cache = "build/bench/data";
+  std::string scratch = "build/bench/scratch";
+  std::string results = "build/bench/results.json";
+  int64_t objects = 1'000'000;
+  int64_t smallest = 100'000;    // of the scale line
+  int64_t largest = 10'000'000;  // of the scale line
+  int64_t import_objects = 200'000;
+  int grid_side = 10'000;  // cells
+  int questions = 4096;    // different ones of each kind
+  int checked = 64;        // of them compared with brute force
+  int callers = 16;
+  int watchers = 100;
+  int changes_per_s = 1000;
+  Pace pace;
+  bool peers = false;
+};
+
+// What the rows share.
+struct Bench {
+  Options options;
+  Report report;
+  std::unique_ptr<testing::ServerProcess> floor;
+  Channels floor_channels;  // options.callers
+};
+
+// A hypermapd on a folder of maps, serving.
+absl::StatusOr<std::unique_ptr<testing::ServerProcess>> StartHypermap(
+    const Options& options, const std::string& data_dir,
+    const std::vector<std::string>& flags = {});
+
+absl::StatusOr<std::unique_ptr<testing::ServerProcess>> StartFloor(const Options& options);
+
+// Opening the site, its memory, and the questions to it, one of a call and many of a message; with
+// options.peers the same by other databases.
+absl::Status AddSiteRows(Bench& bench);
+// An area of a grid.
+absl::Status AddGridRow(Bench& bench);
+// The cost of a question at the smallest and the largest number of objects.
+absl::Status AddScaleRow(Bench& bench);
+// Durable edits by one client and by many; questions while one writes; changes on their way to
+// watchers.
+absl::Status AddEditRows(Bench& bench);
+absl::Status AddImportRow(Bench& bench);
+
+// The parts of AddSiteRows. `server` serves the site.
+absl::Status AddOpenRows(Bench& bench, const GeneratedSite& site, const std::string& folder);
+absl::Status AddQuestionRows(Bench& bench, const GeneratedSite& site,
+                             const testing::ServerProcess& server);
+absl::Status AddPointsRows(Bench& bench, const GeneratedSite& site,
+                           const testing::ServerProcess& server);
+// Rows that say that they were not measured without options.peers.
+absl::Status AddPostgisRows(Bench& bench, const GeneratedSite& site,
+                            const testing::ServerProcess& server);
+absl::Status AddPeerRows(Bench& bench, const GeneratedSite& site,
+                         const testing::ServerProcess& server);
+
+}  // namespace hypermap::bench
+
+#endif  // HYPERMAP_TESTS_BENCH_SERVER_ROWS_H_

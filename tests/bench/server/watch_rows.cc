@@ -1,0 +1,180 @@
+#include <algorithm>
+#include <optional>
+#include <thread>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "absl/time/clock.h"
+#include "hypermap/v1/catalog_service.pb.h"
+#include "tests/bench/server/edit_calls.h"
+#include "tests/bench/server/edited_site.h"
+#include "tests/bench/server/floor.pb.h"
+#include "tests/bench/server/map_files.h"
+#include "tests/bench/server/watchers.h"
+
+namespace hypermap::bench {
+namespace {
+
+// Of the changes at a given rate.
+constexpr int kWriters = 4;
+
+absl::StatusOr<int64_t> NewestRevision(const Channels& channels) {
+  v1::GetMapRequest request;
+  request.set_map(kSiteMap);
+  const auto answers =
+      Ask(channels, {"/hypermap.v1.CatalogService/GetMap", false, InTurn({ToBytes(request)})}, 1);
+  if (!answers.ok()) return answers.status();
+  v1::GetMapResponse response;
+  if (!response.ParseFromString(answers->front())) return absl::InternalError("GetMap");
+  return response.map().revision();
+}
+
+// CPU of a delivery to one watcher: that of edits with watchers, less that of as many without. The
+// floor's messages hold what a group commit of all writers brings, serialised before.
+class Deliveries {
+ public:
+  Deliveries(Bench& bench, EditedSite& edited)
+      : bench_(bench),
+        edited_(edited),
+        channels_(OpenChannels(edited.server().address(), bench.options.watchers)),
+        floor_channels_(OpenChannels(bench.floor->address(), bench.options.watchers)) {}
+
+  absl::StatusOr<Cost> Ours() {
+    const absl::StatusOr<Cost> alone = edited_.OurEdits(bench_.options.callers);
+    if (!alone.ok()) return alone.status();
+    const absl::StatusOr<int64_t> before = NewestRevision(channels_);
+    if (!before.ok()) return before.status();
+    Watchers watchers(channels_, kSiteMap, *before, bench_.options.watchers);
+    const absl::Duration cpu = edited_.server().CpuTime();
+    const absl::Time start = absl::Now();
+    const absl::StatusOr<Cost> beside = edited_.OurEdits(bench_.options.callers);
+    if (!beside.ok()) return beside.status();
+    const absl::StatusOr<int64_t> after = NewestRevision(channels_);
+    if (!after.ok()) return after.status();
+    if (absl::Status status = watchers.WaitUntil(*after); !status.ok()) return status;
+    const auto edits = static_cast<double>(*after - *before);
+    const double deliveries = edits * bench_.options.watchers;
+    messages_per_change_ = static_cast<double>(watchers.messages()) / deliveries;
+    bytes_per_change_ = static_cast<double>(watchers.bytes()) / deliveries;
+    const double all_s = absl::ToDoubleSeconds(edited_.server().CpuTime() - cpu);
+    return Cost{(all_s - edits * alone->cpu_s) / deliveries,
+                absl::ToDoubleSeconds(absl::Now() - start) / deliveries, 0, 0};
+  }
+
+  absl::StatusOr<Cost> Floor() {
+    constexpr int kMessages = 100;
+    FanOutRequest request;
+    request.set_num_messages(kMessages);
+    request.set_num_bytes(static_cast<int>(coalesced() * bytes_per_change_));
+    const Calls calls{"/hypermap.bench.FloorService/FanOut", true, InTurn({ToBytes(request)})};
+    const absl::StatusOr<Cost> cost =
+        CostOfLoad(*bench_.floor, floor_channels_, calls, bench_.options.pace.each);
+    if (!cost.ok()) return cost.status();
+    const double deliveries = kMessages * coalesced();
+    return Cost{cost->cpu_s / deliveries, cost->wall_s / deliveries, 0, 0};
+  }
+
+  int coalesced() const { return bench_.options.callers; }
+  double bytes_per_change() const { return bytes_per_change_; }
+
+  double messages_per_change() const { return messages_per_change_; }
+
+ private:
+  Bench& bench_;
+  EditedSite& edited_;
+  const Channels channels_;
+  const Channels floor_channels_;
+  double messages_per_change_ = 0;
+  double bytes_per_change_ = 0;
+};
+
+absl::Status AddDeliveryRow(Bench& bench, EditedSite& edited) {
+  Deliveries deliveries(bench, edited);
+  const absl::StatusOr<Contest> contest = Alternate(
+      bench.options.pace, [&] { return deliveries.Ours(); }, [&] { return deliveries.Floor(); });
+  if (!contest.ok()) return contest.status();
+  Row row;
+  row.name =
+      absl::StrFormat("%d watchers, a delivery / raw coalesced fan-out", bench.options.watchers);
+  row.ours = contest->ours.cpu_s * 1e6;
+  row.floor = contest->floor.cpu_s * 1e6;
+  row.unit = "us CPU";
+  row.ratio = contest->cpu_ratio();
+  row.goal = AtMost(2);
+  row.note = absl::StrFormat(
+      "%.0f deliveries/s of %.0f bytes, %.2f messages a change; the floor's: %d changes a message",
+      1 / contest->ours.wall_s, deliveries.bytes_per_change(), deliveries.messages_per_change(),
+      deliveries.coalesced());
+  bench.report.Add(std::move(row));
+  return absl::OkStatus();
+}
+
+// One of the writers of the paced changes: edit i of `count` at its time, or as soon as it can.
+absl::Status WritePaced(const Channels& channel, const Calls& calls, absl::Time start,
+                        absl::Duration step, int count) {
+  for (int i = 0; i < count; ++i) {
+    absl::SleepFor(start + i * step - absl::Now());
+    const auto answer = Ask(channel, calls, 1);
+    if (!answer.ok()) return answer.status();
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<std::vector<double>> PacedLatencies(Bench& bench, EditedSite& edited,
+                                                   double* changes_per_s) {
+  const std::string& address = edited.server().address();
+  const Channels channels = OpenChannels(address, bench.options.watchers);
+  const absl::StatusOr<int64_t> before = NewestRevision(channels);
+  if (!before.ok()) return before.status();
+  Watchers watchers(channels, kSiteMap, *before, bench.options.watchers);
+  const Calls calls = EditCalls(edited.site(), edited.edit_counter());
+  const absl::Duration length = bench.options.pace.each * bench.options.pace.repeats;
+  const absl::Duration step = absl::Seconds(kWriters) / bench.options.changes_per_s;
+  const int count = std::max(1, static_cast<int>(length / step));
+  const absl::Time start = absl::Now();
+  std::vector<absl::Status> statuses(kWriters);
+  std::vector<std::thread> writers;
+  for (int i = 0; i < kWriters; ++i) {
+    writers.emplace_back([&, i] {
+      statuses[i] =
+          WritePaced(OpenChannels(address, 1), calls, start + i * step / kWriters, step, count);
+    });
+  }
+  for (std::thread& writer : writers) writer.join();
+  *changes_per_s = kWriters * count / absl::ToDoubleSeconds(absl::Now() - start);
+  for (const absl::Status& status : statuses) {
+    if (!status.ok()) return status;
+  }
+  absl::Status status = watchers.WaitUntil(*before + int64_t{kWriters} * count);
+  if (!status.ok()) return status;
+  return watchers.LatenciesS();
+}
+
+absl::Status AddLatencyRow(Bench& bench, EditedSite& edited) {
+  double changes_per_s = 0;
+  absl::StatusOr<std::vector<double>> latencies_s = PacedLatencies(bench, edited, &changes_per_s);
+  if (!latencies_s.ok()) return latencies_s.status();
+  LoadResult all;
+  all.latencies_s = *std::move(latencies_s);
+  Row row;
+  row.name = absl::StrFormat("%d watchers, p99 commit to client at %d/s", bench.options.watchers,
+                             bench.options.changes_per_s);
+  row.ours = all.Percentile(0.99) * 1e3;
+  row.unit = "ms";
+  row.ratio = row.ours;
+  row.goal = AtMost(20);
+  row.note = absl::StrFormat("p50 %.1f ms; %.0f changes/s were made", all.Percentile(0.5) * 1e3,
+                             changes_per_s);
+  bench.report.Add(std::move(row));
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+absl::Status AddWatchRows(Bench& bench, EditedSite& edited) {
+  const absl::Status status = AddDeliveryRow(bench, edited);
+  return status.ok() ? AddLatencyRow(bench, edited) : status;
+}
+
+}  // namespace hypermap::bench

@@ -1,0 +1,139 @@
+#include "tests/bench/server/watchers.h"
+
+#include <grpcpp/client_context.h>
+
+#include <algorithm>
+#include <optional>
+
+#include "absl/base/thread_annotations.h"
+#include "absl/strings/str_cat.h"
+#include "absl/synchronization/mutex.h"
+#include "absl/time/clock.h"
+#include "hypermap/v1/watch_service.grpc.pb.h"
+
+namespace hypermap::bench {
+
+class Watcher : public grpc::ClientReadReactor<v1::WatchResponse> {
+ public:
+  Watcher(const std::shared_ptr<grpc::Channel>& channel, const std::string& map, int64_t after)
+      : stub_(v1::WatchService::NewStub(channel)), told_(after) {
+    request_.set_map(map);
+    request_.set_start_revision(after);
+    stub_->async()->Watch(&context_, &request_, this);
+    StartRead(&response_);
+    StartCall();
+  }
+  ~Watcher() override {
+    context_.TryCancel();
+    absl::MutexLock lock(&mutex_);
+    mutex_.Await(absl::Condition(&done_));
+  }
+
+  absl::Status WaitUntil(int64_t revision) {
+    awaited_ = revision;
+    absl::MutexLock lock(&mutex_);
+    const auto reached = [this]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
+      return done_ || !status_.ok() || told_ >= awaited_;
+    };
+    mutex_.Await(absl::Condition(&reached));
+    if (told_ >= awaited_) return status_;
+    return status_.ok() ? absl::UnavailableError("a watch ended") : status_;
+  }
+  std::vector<double> latencies_s() const {
+    absl::MutexLock lock(&mutex_);
+    return latencies_s_;
+  }
+  int64_t messages() const {
+    absl::MutexLock lock(&mutex_);
+    return messages_;
+  }
+  int64_t bytes() const {
+    absl::MutexLock lock(&mutex_);
+    return bytes_;
+  }
+
+ private:
+  void OnReadDone(bool ok) override {
+    if (!ok) return;
+    {
+      absl::MutexLock lock(&mutex_);
+      ++messages_;
+      bytes_ += static_cast<int64_t>(response_.ByteSizeLong());
+      Take();
+    }
+    StartRead(&response_);
+  }
+  void Take() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
+    if (response_.changes_size() == 0) return;
+    if (response_.revision() != told_ + 1) {
+      status_.Update(absl::InternalError(
+          absl::StrCat("Watch: revision ", response_.revision(), " after ", told_)));
+    }
+    if (!response_.more()) told_ = response_.revision();
+    const double committed =
+        static_cast<double>(response_.time().seconds()) + response_.time().nanos() * 1e-9;
+    latencies_s_.push_back(static_cast<double>(absl::GetCurrentTimeNanos()) * 1e-9 - committed);
+  }
+  void OnDone(const grpc::Status& status) override {
+    absl::MutexLock lock(&mutex_);
+    if (!status.ok() && status.error_code() != grpc::StatusCode::CANCELLED) {
+      status_.Update(absl::Status(static_cast<absl::StatusCode>(status.error_code()),
+                                  absl::StrCat("Watch: ", status.error_message())));
+    }
+    done_ = true;
+  }
+
+  const std::unique_ptr<v1::WatchService::Stub> stub_;
+  grpc::ClientContext context_;
+  v1::WatchRequest request_;
+  v1::WatchResponse response_;
+  int64_t awaited_ = 0;
+  mutable absl::Mutex mutex_;
+  int64_t told_ ABSL_GUARDED_BY(mutex_);
+  int64_t messages_ ABSL_GUARDED_BY(mutex_) = 0;
+  int64_t bytes_ ABSL_GUARDED_BY(mutex_) = 0;
+  bool done_ ABSL_GUARDED_BY(mutex_) = false;
+  absl::Status status_ ABSL_GUARDED_BY(mutex_);
+  std::vector<double> latencies_s_ ABSL_GUARDED_BY(mutex_);
+};
+
+Watchers::Watchers(const Channels& channels, const std::string& map, int64_t after_revision,
+                   int count) {
+  for (int i = 0; i < count; ++i) {
+    watchers_.push_back(
+        std::make_unique<Watcher>(channels[i % channels.size()], map, after_revision));
+  }
+}
+
+Watchers::~Watchers() = default;
+
+absl::Status Watchers::WaitUntil(int64_t revision) {
+  for (const auto& watcher : watchers_) {
+    if (absl::Status status = watcher->WaitUntil(revision); !status.ok()) return status;
+  }
+  return absl::OkStatus();
+}
+
+std::vector<double> Watchers::LatenciesS() const {
+  std::vector<double> all;
+  for (const auto& watcher : watchers_) {
+    const std::vector<double> some = watcher->latencies_s();
+    all.insert(all.end(), some.begin(), some.end());
+  }
+  std::sort(all.begin(), all.end());
+  return all;
+}
+
+int64_t Watchers::messages() const {
+  int64_t sum = 0;
+  for (const auto& watcher : watchers_) sum += watcher->messages();
+  return sum;
+}
+
+int64_t Watchers::bytes() const {
+  int64_t sum = 0;
+  for (const auto& watcher : watchers_) sum += watcher->bytes();
+  return sum;
+}
+
+}  // namespace hypermap::bench

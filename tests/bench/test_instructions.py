@@ -1,0 +1,48 @@
+"""Holds the hot paths to a number of instructions, which no other load on the machine changes.
+
+Callgrind counts what `hot_paths PATH` executes in its function hot_path. The bounds leave room for
+other compilers and libraries; who makes a path cheaper lowers its bound, and who makes one dearer
+has to say why.
+"""
+
+import os
+import re
+import subprocess
+import tempfile
+import unittest
+
+# Instructions for one question of the path, a batch of 256 points for "points".
+BOUNDS = {
+    "point": 3_000,
+    "points": 150_000,
+    "area": 17_000,
+    "value": 12_000,
+    "nearest": 25_000,
+    "change": 60_000,
+}
+
+
+def count(path):
+    with tempfile.TemporaryDirectory() as folder:
+        out = os.path.join(folder, "callgrind.out")
+        run = subprocess.run(
+            ["valgrind", "--tool=callgrind", "--collect-atstart=no", "--toggle-collect=hot_path",
+             f"--callgrind-out-file={out}", os.environ["HYPERMAP_HOT_PATHS"], path],
+            capture_output=True, text=True, check=True)
+        with open(out) as lines:
+            total = re.search(r"^(?:summary|totals): (\d+)", lines.read(), re.MULTILINE)
+    return int(total.group(1)) / int(run.stdout)
+
+
+class InstructionsTest(unittest.TestCase):
+    def test_hot_paths_stay_within_their_bounds(self):
+        for path, bound in BOUNDS.items():
+            with self.subTest(path):
+                counted = count(path)
+                print(f"{path}: {counted:.0f} instructions, bound {bound}", flush=True)
+                self.assertGreater(counted, 0)
+                self.assertLessEqual(counted, bound)
+
+
+if __name__ == "__main__":
+    unittest.main()
