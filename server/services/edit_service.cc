@@ -7,13 +7,25 @@
 #include "wire/edit.h"
 
 namespace hypermap::server {
+namespace {
+
+// What is not larger is read in less time than a worker needs to wake up.
+constexpr int kFewEdits = 16;
+constexpr size_t kFewBytes = 16 << 10;
+
+}  // namespace
 
 grpc::ServerUnaryReactor* EditService::ApplyEdits(grpc::CallbackServerContext* context,
                                                   const v1::ApplyEditsRequest* request,
                                                   v1::ApplyEditsResponse* response) {
   auto call = std::make_shared<UnaryCall>(context, "ApplyEdits", request->map());
-  return StartOn(facilities_.workers, call,
-                 [this, call, request, response] { return StartEdits(call, *request, response); });
+  const auto start = [this, call, request, response] {
+    return StartEdits(call, *request, response);
+  };
+  if (request->edits_size() <= kFewEdits && request->ByteSizeLong() <= kFewBytes) {
+    return StartAtOnce(call, start);
+  }
+  return StartOn(facilities_.workers, call, start);
 }
 
 absl::Status EditService::StartEdits(UnaryCallPtr call, const v1::ApplyEditsRequest& request,

@@ -32,6 +32,13 @@ grpc::ServerUnaryReactor* AnswerOn(WorkerPool* workers, UnaryCallPtr call,
   return reactor;
 }
 
+grpc::ServerUnaryReactor* StartAtOnce(const UnaryCallPtr& call,
+                                      absl::AnyInvocable<absl::Status() &&> start) {
+  grpc::ServerUnaryReactor* const reactor = call->reactor();
+  if (absl::Status status = std::move(start)(); !status.ok()) call->Finish(status);
+  return reactor;
+}
+
 grpc::ServerUnaryReactor* StartOn(WorkerPool* workers, UnaryCallPtr call,
                                   absl::AnyInvocable<absl::Status() &&> start) {
   grpc::ServerUnaryReactor* const reactor = call->reactor();

@@ -51,6 +51,9 @@ grpc::ServerUnaryReactor* AnswerOn(WorkerPool* workers, UnaryCallPtr call,
 // Runs `start`, which takes over the ending of the call unless it returns an error, on a worker.
 grpc::ServerUnaryReactor* StartOn(WorkerPool* workers, UnaryCallPtr call,
                                   absl::AnyInvocable<absl::Status() &&> start);
+// The same at once, on gRPC's thread; for what is short.
+grpc::ServerUnaryReactor* StartAtOnce(const UnaryCallPtr& call,
+                                      absl::AnyInvocable<absl::Status() &&> start);
 
 // Hands a batch to the map's writer, and ends the call when it is on disk: `respond` fills the
 // response from the receipt.

@@ -13,12 +13,12 @@ import unittest
 
 # Instructions for one question of the path, a batch of 256 points for "points".
 BOUNDS = {
-    "point": 3_000,
-    "points": 150_000,
-    "area": 17_000,
-    "value": 12_000,
-    "nearest": 25_000,
-    "change": 60_000,
+    "point": 1_200,
+    "points": 160_000,
+    "area": 14_000,
+    "value": 7_500,
+    "nearest": 21_000,
+    "change": 30_000,
 }
 
 

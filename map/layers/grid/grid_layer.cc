@@ -12,6 +12,28 @@ namespace {
 // How many cells or rows a cursor looks at before it lets its caller breathe.
 constexpr int64_t kCellsPerPart = int64_t{1} << 20;
 
+// The first column after `col` and before `end` that has another code.
+int32_t EndOfRun(const CellCode* codes, int32_t col, int32_t end) {
+  const CellCode code = codes[col++];
+  if (IsUnknown(code)) {
+    while (col < end && IsUnknown(codes[col])) ++col;
+  } else {
+    while (col < end && codes[col] == code) ++col;
+  }
+  return col;
+}
+
+// Asks the memory for the same columns of a row further on, which is likely to be read soon: rows
+// of a tile lie too far apart for the processor to foresee it.
+void PrefetchRowAhead(const Tile& tile, int32_t row_in_tile, int32_t begin, int32_t end) {
+  constexpr int32_t kAhead = 6;
+  constexpr int32_t kCodesPerLine = 64 / sizeof(CellCode);
+  if (row_in_tile + kAhead >= kTileSide) return;
+  const CellCode* const codes = &tile.codes()[(row_in_tile + kAhead) * kTileSide];
+  for (int32_t col = begin; col < end; col += kCodesPerLine) __builtin_prefetch(codes + col);
+  __builtin_prefetch(codes + end - 1);
+}
+
 // Calls `visit(col_begin, col_end, code)` for maximal pieces of one tile's equal codes, left to
 // right.
 template <typename Visit>
@@ -31,13 +53,12 @@ void VisitRow(const TileMap& tiles, int32_t row, ColumnSpan span, Visit visit) {
     }
     const int32_t first = tile->first.col * kTileSide;
     const int32_t tile_end = std::min(span.col_end, first + kTileSide);
+    PrefetchRowAhead(*tile->second, row_in_tile, col - first, tile_end - first);
+    const CellCode* const codes = &tile->second->codes()[row_in_tile * kTileSide];
     while (col < tile_end) {
-      const CellCode code = tile->second->at(row_in_tile, col - first);
       const int32_t begin = col;
-      do {
-        ++col;
-      } while (col < tile_end && SameCode(tile->second->at(row_in_tile, col - first), code));
-      visit(begin, col, code);
+      col = first + EndOfRun(codes, begin - first, tile_end - first);
+      visit(begin, col, codes[begin - first]);
     }
     ++tile;
   }

@@ -1,6 +1,7 @@
 #include "map/layers/grid/row_scan.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <utility>
 
@@ -51,6 +52,11 @@ class RowScan::Place {
   double ApproximateX() const {
     if (is_vertex_) return low_.x;
     return low_.x + (high_.x - low_.x) * ((y_ - low_.y) / (high_.y - low_.y));
+  }
+  // How far that may be off, generously: a few roundings of numbers no larger than these.
+  double ApproximationError() const {
+    constexpr double kRoundings = 16 * std::numeric_limits<double>::epsilon();
+    return kRoundings * (std::abs(low_.x) + (is_vertex_ ? 0.0 : std::abs(high_.x)));
   }
 
  private:
@@ -111,6 +117,14 @@ int32_t RowScan::FirstColumn(const Lattice& lattice, double offset, const Place&
   };
   // Columns are sorted by x: widen from a guess until the answer lies in (low, high], then halve.
   const double guess = (place.ApproximateX() - lattice.origin.x) / lattice.step - offset;
+  // Between two columns, farther from both than roundings reach: nothing to look for.
+  constexpr double kRoundings = 16 * std::numeric_limits<double>::epsilon();
+  const double error =
+      (place.ApproximationError() + kRoundings * std::abs(lattice.origin.x)) / lattice.step +
+      kRoundings * std::abs(guess);
+  if (std::abs(guess - std::round(guess)) > error) {
+    return static_cast<int32_t>(std::clamp<double>(std::ceil(guess), col_begin_, col_end_));
+  }
   int64_t low = col_begin_ - 1, high = col_end_;
   if (guess > low && guess < high) {
     const int64_t middle = std::max<int64_t>(static_cast<int64_t>(guess), col_begin_);
