@@ -32,22 +32,22 @@ class Runs {
 
 CellChanges ChangedCells(const TileIndex& index, const Tile* before, const Tile* after,
                          const CellDomain& domain, const CellCover* cover) {
-  static const Tile& unknown = *new Tile();
-  const Tile& old_tile = before ? *before : unknown;
-  const Tile& new_tile = after ? *after : unknown;
   const CellBox cells = CellsOf(index);
+  const auto code_in = [&cells](const Tile* tile, int32_t row, int32_t col) {
+    return tile ? tile->at(row - cells.row_begin, col - cells.col_begin) : kUnknownCode;
+  };
   CellChanges changes;
   Runs old_runs(domain, &changes.before);
   Runs new_runs(domain, &changes.after);
   for (int32_t row = cells.row_begin; row < cells.row_end; ++row) {
-    const std::vector<ColumnSpan> spans =
-        cover ? cover->SpansOfRow(row) : std::vector<ColumnSpan>{{cells.col_begin, cells.col_end}};
+    const ColumnSpans spans =
+        cover ? cover->SpansOfRow(row) : ColumnSpans{{cells.col_begin, cells.col_end}};
     for (const ColumnSpan& span : spans) {
       const int32_t begin = std::max(span.col_begin, cells.col_begin);
       const int32_t end = std::min(span.col_end, cells.col_end);
       for (int32_t col = begin; col < end; ++col) {
-        const CellCode was = old_tile.at(row - cells.row_begin, col - cells.col_begin);
-        const CellCode is = new_tile.at(row - cells.row_begin, col - cells.col_begin);
+        const CellCode was = code_in(before, row, col);
+        const CellCode is = code_in(after, row, col);
         if (SameCode(was, is)) continue;
         old_runs.Add(row, col, was);
         new_runs.Add(row, col, is);

@@ -19,10 +19,7 @@ using ::hypermap::testing::UniformInt;
 
 bool SameTile(const TilePtr& a, const TilePtr& b) {
   if (a == nullptr || b == nullptr) return a == b;
-  for (int i = 0; i < kTileSide * kTileSide; ++i) {
-    if (!SameCode(a->codes()[i], b->codes()[i])) return false;
-  }
-  return true;
+  return a->Holds(b->codes());
 }
 
 bool SameObject(const ObjectPtr& a, const ObjectPtr& b) {

@@ -95,9 +95,11 @@ void ExpectSameTiles(const GridLayer& actual, const GridLayer& expected) {
   for (const auto& [index, tile] : expected.tiles()) {
     const auto found = actual.tiles().find(index);
     ASSERT_NE(found, actual.tiles().end()) << "tile " << index.row << ", " << index.col;
+    const TileCodes found_codes = found->second->codes();
+    const TileCodes codes = tile->codes();
     int differences = 0;
-    for (int i = 0; i < kTileSide * kTileSide; ++i) {
-      if (!SameCode(found->second->codes()[i], tile->codes()[i])) ++differences;
+    for (int i = 0; i < kCellsPerTile; ++i) {
+      if (!SameCode(found_codes[i], codes[i])) ++differences;
     }
     EXPECT_EQ(differences, 0) << "tile " << index.row << ", " << index.col;
   }

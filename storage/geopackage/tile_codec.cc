@@ -12,7 +12,7 @@
 namespace hypermap::storage {
 namespace {
 
-// The pixel of a cell, counted as Tile::codes counts cells.
+// The pixel of a cell, counted as TileCodes counts cells.
 constexpr int PixelOf(int cell) {
   return (kTileSide - 1 - cell / kTileSide) * kTileSide + cell % kTileSide;
 }
@@ -26,9 +26,10 @@ class IntegerTileCodec : public TileCodec {
   const CoverageCoding& coding() const override { return coding_; }
 
   absl::StatusOr<std::string> Encode(const Tile& tile) const override {
+    const TileCodes codes = tile.codes();
     TileImage<uint16_t> image;
-    for (int i = 0; i < kTileSide * kTileSide; ++i) {
-      const CellCode code = tile.codes()[i];
+    for (int i = 0; i < kCellsPerTile; ++i) {
+      const CellCode code = codes[i];
       // The negation also takes what compares with nothing, were it not unknown.
       if (!IsUnknown(code) && !(code >= 0 && code <= max_code_ && std::trunc(code) == code)) {
         return absl::InternalError(absl::StrCat("cell code ", code, " is not of the layer's kind"));
@@ -41,17 +42,18 @@ class IntegerTileCodec : public TileCodec {
   absl::StatusOr<TilePtr> Decode(absl::string_view data) const override {
     TileImage<uint16_t> image;
     if (absl::Status status = DecodePng(data, &image); !status.ok()) return status;
-    auto tile = std::make_shared<Tile>();
-    for (int i = 0; i < kTileSide * kTileSide; ++i) {
+    TileCodes codes;
+    codes.fill(kUnknownCode);
+    for (int i = 0; i < kCellsPerTile; ++i) {
       const uint16_t pixel = image[PixelOf(i)];
       if (pixel == kNull) continue;
       if (pixel > max_code_) {
         return absl::DataLossError(
             absl::StrCat("pixel value ", pixel, " is above the kind's ", max_code_));
       }
-      tile->mutable_codes()[i] = pixel;
+      codes[i] = pixel;
     }
-    return tile;
+    return Tile::Make(codes);
   }
 
  private:
@@ -69,9 +71,10 @@ class FloatTileCodec : public TileCodec {
   const CoverageCoding& coding() const override { return coding_; }
 
   absl::StatusOr<std::string> Encode(const Tile& tile) const override {
+    const TileCodes codes = tile.codes();
     TileImage<float> image;
-    for (int i = 0; i < kTileSide * kTileSide; ++i) {
-      const CellCode code = tile.codes()[i];
+    for (int i = 0; i < kCellsPerTile; ++i) {
+      const CellCode code = codes[i];
       if (std::isinf(code)) return absl::InternalError("an infinite cell code");
       image[PixelOf(i)] = IsUnknown(code) ? kNull : code == kNull ? kStandsForNull : code;
     }
@@ -81,16 +84,17 @@ class FloatTileCodec : public TileCodec {
   absl::StatusOr<TilePtr> Decode(absl::string_view data) const override {
     TileImage<float> image;
     if (absl::Status status = DecodeTiff(data, &image); !status.ok()) return status;
-    auto tile = std::make_shared<Tile>();
-    for (int i = 0; i < kTileSide * kTileSide; ++i) {
+    TileCodes codes;
+    codes.fill(kUnknownCode);
+    for (int i = 0; i < kCellsPerTile; ++i) {
       const float pixel = image[PixelOf(i)];
       if (pixel == kNull || std::isnan(pixel)) continue;
       if (pixel == std::numeric_limits<float>::infinity()) {
         return absl::DataLossError("an infinite pixel");
       }
-      tile->mutable_codes()[i] = pixel == kStandsForNull ? kNull : pixel;
+      codes[i] = pixel == kStandsForNull ? kNull : pixel;
     }
-    return tile;
+    return Tile::Make(codes);
   }
 
  private:

@@ -1,10 +1,18 @@
-// Which cells a polygon covers, row by row along its edges, against a look at each cell.
+// Which cells a polygon covers, row by row along its edges, and what they hold, against a look at
+// each cell.
+#include <algorithm>
 #include <cstdint>
+#include <cstdlib>
+#include <memory>
+#include <optional>
+#include <utility>
 #include <vector>
 
 #include "benchmark/benchmark.h"
 #include "map/geometry/predicates.h"
 #include "map/layers/grid/cell_cover.h"
+#include "map/layers/grid/grid_layer.h"
+#include "map/layers/layer_registry.h"
 #include "tests/bench/compare.h"
 #include "tests/support/random_map.h"
 
@@ -47,6 +55,81 @@ void CellsInArea(benchmark::State& state, double yaw, bool run_brute_force) {
       [&](const Polygon& area) { return CountBySpans(area, geometry); },
       [&](const Polygon& area) { return CountCellByCell(area, geometry); });
 }
+
+constexpr double kResolution = 0.05;
+constexpr int32_t kGridSide = 5'000;
+
+// Free space and clutter in patches. More than the processor's caches hold.
+const GridLayer& LargeGrid() {
+  static const std::shared_ptr<const GridLayer> grid = [] {
+    testing::Rng rng(2);
+    const double shades[] = {0.02, 0.02, 0.02, 0.02, 0.04, 0.86};
+    LayerSpec spec{.name = "grid", .kind = LayerKind::kOccupancy, .frame_id = "map"};
+    spec.grid = GridGeometry{{}, kResolution};
+    GridWriter writer(std::static_pointer_cast<const GridLayer>(MakeEmptyLayer(std::move(spec))));
+    std::vector<std::optional<double>> strip(kTileSide * kGridSide);
+    for (int32_t row = 0; row < kGridSide; row += kTileSide) {
+      for (size_t i = 0; i < strip.size(); i += 8) {
+        const std::optional<double> value = shades[testing::UniformInt(rng, 0, 5)];
+        std::fill_n(strip.begin() + i, 8, value);
+      }
+      if (!writer.Write({row, row + kTileSide, 0, kGridSide}, strip).ok()) std::abort();
+    }
+    return std::move(writer).Finish().layer;
+  }();
+  return *grid;
+}
+
+std::vector<Polygon> SquaresOf(double side_m) {
+  testing::Rng rng(3);
+  std::vector<Polygon> squares;
+  for (int i = 0; i < 4096; ++i) {
+    const double end_m = kGridSide * kResolution - side_m;
+    const Point low{testing::Uniform(rng, 0, end_m), testing::Uniform(rng, 0, end_m)};
+    squares.push_back(Polygon::FromBox({low, {low.x + side_m, low.y + side_m}}));
+  }
+  return squares;
+}
+
+// A number for the cells of an area and what they hold.
+uint64_t Mixed(uint64_t sum, const CellIndex& cell, double value) {
+  return sum + static_cast<uint64_t>(value * 1e4) * (cell.row * 31 + cell.col);
+}
+
+uint64_t ReadArea(const GridLayer& grid, const Polygon& area) {
+  uint64_t sum = 0;
+  for (const auto cursor = grid.ContentIn(area); !cursor->done();) {
+    for (const CellRun& run : cursor->Next(4096).runs) {
+      for (int32_t col = run.col_begin; col < run.col_end; ++col) {
+        sum = Mixed(sum, {run.row, col}, run.value.value_or(-1));
+      }
+    }
+  }
+  return sum;
+}
+
+uint64_t ReadAreaCellByCell(const GridLayer& grid, const Polygon& area) {
+  const CellBox box = CellCover(area, grid.geometry(), grid.extent()).bounds();
+  uint64_t sum = 0;
+  for (CellIndex cell{box.row_begin, 0}; cell.row < box.row_end; ++cell.row) {
+    for (cell.col = box.col_begin; cell.col < box.col_end; ++cell.col) {
+      if (!Covers(area, grid.geometry().CentreOf(cell))) continue;
+      sum = Mixed(sum, cell, grid.ValueAt(cell).value_or(-1));
+    }
+  }
+  return sum;
+}
+
+void GridArea(benchmark::State& state, bool run_brute_force) {
+  const GridLayer& grid = LargeGrid();
+  Compare(
+      state, SquaresOf(static_cast<double>(state.range(0))), run_brute_force,
+      [&](const Polygon& area) { return ReadArea(grid, area); },
+      [&](const Polygon& area) { return ReadAreaCellByCell(grid, area); });
+}
+
+BENCHMARK_CAPTURE(GridArea, fast, false)->Name("grid_area")->Arg(2);
+BENCHMARK_CAPTURE(GridArea, slow, true)->Name("grid_area/brute_force")->Arg(2);
 
 BENCHMARK_CAPTURE(CellsInArea, fast, 0.0, false)->Name("cells_in_area")->Arg(2)->Arg(20);
 BENCHMARK_CAPTURE(CellsInArea, slow, 0.0, true)->Name("cells_in_area/brute_force")->Arg(2)->Arg(20);

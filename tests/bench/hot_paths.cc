@@ -1,16 +1,21 @@
 // Runs one hot path so many times, for an instruction counter: hot_paths PATH. What is counted lies
 // within the function hot_path, and nothing else does.
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <functional>
+#include <iterator>
 #include <map>
 #include <memory>
+#include <optional>
 #include <random>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "absl/container/btree_map.h"
+#include "map/layers/grid/grid_layer.h"
+#include "map/layers/layer_registry.h"
 #include "map/layers/semantic_layer.h"
 #include "tests/bench/server/generated_site.h"
 
@@ -33,6 +38,22 @@ std::shared_ptr<const SemanticLayer> MakeLayer(const GeneratedSite& site) {
       std::move(objects));
 }
 
+// Patches of free and occupied space, some unknown, in cells of 5 cm.
+std::shared_ptr<const GridLayer> MakeGrid(int32_t side) {
+  LayerSpec spec{.name = "grid", .kind = LayerKind::kOccupancy, .frame_id = "map"};
+  spec.grid = GridGeometry{{}, 0.05};
+  GridWriter writer(std::static_pointer_cast<const GridLayer>(MakeEmptyLayer(std::move(spec))));
+  const std::optional<double> shades[] = {0.02, 0.02, 0.02, 0.04, 0.04, 0.98, std::nullopt};
+  std::vector<std::optional<double>> values;
+  for (int32_t row = 0; row < side; ++row) {
+    for (int32_t col = 0; col < side; ++col) {
+      values.push_back(shades[(row / 7 * 31 + col / 9 * 17) % std::size(shades)]);
+    }
+  }
+  if (!writer.Write({0, side, 0, side}, values).ok()) std::abort();
+  return std::move(writer).Finish().layer;
+}
+
 Polygon Square(const Point& centre, double side_m) {
   const double half = side_m / 2;
   return Polygon::FromBox({{centre.x - half, centre.y - half}, {centre.x + half, centre.y + half}});
@@ -52,6 +73,7 @@ std::map<std::string, Round> Paths() {
     points.push_back({coordinate(rng), coordinate(rng)});
   }
   const auto label = [](int round) { return ValueLabel{LabelName(round % kNumLabels)}; };
+  auto grid = MakeGrid(1'000);
   auto changing = std::make_shared<std::shared_ptr<const SemanticLayer>>(layer);
   return {
       {"point", [=](int round) { layer->ContentAt(points[round]); }},
@@ -62,6 +84,13 @@ std::map<std::string, Round> Paths() {
              &content);
        }},
       {"area", [=](int round) { ReadAll(*layer->ContentIn(Square(points[round], 5))); }},
+      {"cells",
+       [=](int round) {
+         // Within the grid, across its cells.
+         const Point p = points[round];
+         const Point centre{std::fmod(p.x, 48) + 1, std::fmod(p.y, 48) + 1};
+         ReadAll(*grid->ContentIn(Square(centre, 2)));
+       }},
       {"value",
        [=](int round) {
          const Polygon area = Square(points[round], 20);

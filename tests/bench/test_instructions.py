@@ -16,8 +16,9 @@ BOUNDS = {
     "point": 1_200,
     "points": 160_000,
     "area": 14_000,
+    "cells": 54_000,
     "value": 7_500,
-    "nearest": 21_000,
+    "nearest": 18_500,
     "change": 30_000,
 }
 

@@ -14,13 +14,15 @@ namespace {
 bool IsTurned(const GridGeometry& geometry) { return geometry.layer_from_grid.yaw() != 0.0; }
 
 // Cell (r, c) of the grid is the unit square at (c, r).
+Point InCells(const Point& p, const GridGeometry& geometry) {
+  const Point in_grid = geometry.layer_from_grid.ApplyInverse(p);
+  return {in_grid.x / geometry.resolution_m, in_grid.y / geometry.resolution_m};
+}
+
 Polygon InCells(const Polygon& polygon, const GridGeometry& geometry) {
   Rings rings = polygon.rings();
   for (Ring& ring : rings) {
-    for (Point& p : ring) {
-      p = geometry.layer_from_grid.ApplyInverse(p);
-      p = {p.x / geometry.resolution_m, p.y / geometry.resolution_m};
-    }
+    for (Point& p : ring) p = InCells(p, geometry);
   }
   return Polygon::MakeUnchecked(std::move(rings));
 }
@@ -48,7 +50,8 @@ std::pair<int32_t, int32_t> ClampIndices(double low, double high, int32_t begin,
 CellBox CellsNear(const Polygon& polygon, const GridGeometry& geometry, double rounding,
                   const CellBox& within) {
   if (polygon.empty() || within.empty()) return CellBox();
-  const Box b = InCells(polygon, geometry).bounds();
+  Box b;
+  for (const Point& p : polygon.outer()) b.Extend(InCells(p, geometry));
   // A cell may be touched from the far side of its edge.
   const double margin = 1.0 + rounding;
   CellBox near;
@@ -65,36 +68,40 @@ CellBox CellsNear(const Polygon& polygon, const GridGeometry& geometry, double r
 
 CellCover::CellCover(const Polygon& polygon, const GridGeometry& geometry, const CellBox& within,
                      CellRule rule)
-    : polygon_(polygon),
-      geometry_(geometry),
+    : geometry_(geometry),
       rule_(rule),
+      polygon_(IsTurned(geometry) ? polygon : Polygon()),
       rounding_(RoundingInCells(polygon, geometry)),
       bounds_(CellsNear(polygon, geometry, rounding_, within)),
       scan_(IsTurned(geometry) ? InCells(polygon, geometry) : polygon, bounds_.col_begin,
             bounds_.col_end) {}
 
-std::vector<ColumnSpan> CellCover::SpansOfRow(int32_t row) const {
+ColumnSpans CellCover::SpansOfRow(int32_t row) const {
   if (row < bounds_.row_begin || row >= bounds_.row_end) return {};
   if (IsTurned(geometry_)) return SpansOfTurnedRow(row);
-  Lattice lattice{{geometry_.layer_from_grid.x(), geometry_.layer_from_grid.y()},
-                  geometry_.resolution_m};
-  switch (rule_) {
-    case CellRule::kCentre:
-      lattice.low = lattice.high = 0.5;
-      return scan_.Touched(lattice, row);
-    case CellRule::kTouched:
-      return scan_.Touched(lattice, row);
-    case CellRule::kCovered:
-      return scan_.Covered(lattice, row);
-  }
-  return {};
+  const Lattice lattice = CentresOrSquares();
+  return rule_ == CellRule::kCovered ? scan_.Covered(lattice, row) : scan_.Touched(lattice, row);
 }
 
-std::vector<ColumnSpan> CellCover::SpansOfTurnedRow(int32_t row) const {
+int32_t CellCover::EndOfLikeRows(int32_t row) const {
+  if (row < bounds_.row_begin) return bounds_.row_begin;
+  if (row >= bounds_.row_end) return std::numeric_limits<int32_t>::max();
+  if (IsTurned(geometry_) || rule_ != CellRule::kCentre) return row + 1;
+  return std::min(scan_.EndOfLikeRows(CentresOrSquares(), row), bounds_.row_end);
+}
+
+Lattice CellCover::CentresOrSquares() const {
+  Lattice lattice{{geometry_.layer_from_grid.x(), geometry_.layer_from_grid.y()},
+                  geometry_.resolution_m};
+  if (rule_ == CellRule::kCentre) lattice.low = lattice.high = 0.5;
+  return lattice;
+}
+
+ColumnSpans CellCover::SpansOfTurnedRow(int32_t row) const {
   // Grown and shrunk by the rounding, the cells answer for certain; what is left is asked exactly.
   // Where rounding comes near the size of a cell, cells have no place to speak of.
   const double r = std::min(rounding_, 0.25);
-  std::vector<ColumnSpan> possible, certain;
+  ColumnSpans possible, certain;
   switch (rule_) {
     case CellRule::kCentre: {
       const Lattice centres{{}, 1.0, 0.5 - r, 0.5 + r};

@@ -3,7 +3,6 @@
 #define HYPERMAP_MAP_LAYERS_GRID_CELL_COVER_H_
 
 #include <cstdint>
-#include <vector>
 
 #include "map/geometry/polygon.h"
 #include "map/layers/grid/column_span.h"
@@ -34,18 +33,24 @@ class CellCover {
   const CellBox& bounds() const { return bounds_; }
 
   // The selected spans of a row, sorted, apart and not empty.
-  std::vector<ColumnSpan> SpansOfRow(int32_t row) const;
+  ColumnSpans SpansOfRow(int32_t row) const;
+
+  // A row after `row` such that all rows before it have the spans of `row`. In a box that is nearly
+  // all rows; where edges lean it is the next row.
+  int32_t EndOfLikeRows(int32_t row) const;
 
  private:
+  // Of a grid that is not turned.
+  Lattice CentresOrSquares() const;
   // The rule's predicate itself, in the layer's frame.
   bool Selected(const CellIndex& cell) const;
-  std::vector<ColumnSpan> SpansOfTurnedRow(int32_t row) const;
+  ColumnSpans SpansOfTurnedRow(int32_t row) const;
 
-  Polygon polygon_;
   GridGeometry geometry_;
   CellRule rule_;
-  // Of a grid that is turned: how far, in cells, the place of anything in the grid's own axes may
-  // be off.
+  // Of a grid that is turned: the polygon, and how far, in cells, the place of anything in the
+  // grid's own axes may be off.
+  Polygon polygon_;
   double rounding_;
   CellBox bounds_;
   // Over the polygon as it is; for a turned grid, over the polygon in units of cells.

@@ -1,8 +1,10 @@
 #include "map/layers/grid/cell_cover.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <string>
+#include <utility>
 
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
@@ -23,10 +25,10 @@ using testing::UniformInt;
 constexpr CellRule kRules[] = {CellRule::kCentre, CellRule::kCovered, CellRule::kTouched};
 
 // The oracle: the rule's predicate, cell by cell, in the layer's frame.
-std::vector<ColumnSpan> BruteForce(const Polygon& polygon, const GridGeometry& geometry,
-                                   const CellBox& within, CellRule rule, int32_t row) {
+ColumnSpans BruteForce(const Polygon& polygon, const GridGeometry& geometry, const CellBox& within,
+                       CellRule rule, int32_t row) {
   const PreparedPolygon prepared(polygon);
-  std::vector<ColumnSpan> spans;
+  ColumnSpans spans;
   for (int32_t col = within.col_begin; col < within.col_end; ++col) {
     const CellIndex cell{row, col};
     const bool selected = rule == CellRule::kCentre ? Covers(polygon, geometry.CentreOf(cell))
@@ -146,6 +148,68 @@ TEST(CellCoverTest, AgreesWithBruteForceOnPolygonsMadeOfTurnedCells) {
     const Polygon in_grid = RandomPolygon(rng, {1, 1}, 0.9, i % 2 ? 0.05 : 0.1);
     ExpectAllRulesAsBruteForce(rng, geometry.layer_from_grid * in_grid, geometry);
   }
+}
+
+// Upright and level edges, on centres as well as between them, with a bay and a hole.
+Polygon RandomRectilinear(Rng& rng) {
+  const auto place = [&rng](double low, double high) {
+    const double at = Uniform(rng, low, high);
+    return UniformInt(rng, 0, 1) == 0 ? at : std::round(at * 4) / 4;
+  };
+  const double x[] = {place(-9, -8), place(-4, -3), place(3, 4), place(8, 9)};
+  const double y[] = {place(-9, -8), place(-4, -3), place(3, 4), place(8, 9)};
+  const double bay = place(-2, 2);
+  Rings rings = {{{x[0], y[0]},
+                  {x[3], y[0]},
+                  {x[3], y[3]},
+                  {x[2], y[3]},
+                  {x[2], y[2]},
+                  {bay, y[2]},
+                  {bay, y[3]},
+                  {x[0], y[3]}}};
+  if (UniformInt(rng, 0, 1) == 0) {
+    rings.push_back({{x[1], y[1]}, {x[1], 0}, {x[2], 0}, {x[2], y[1]}});
+  }
+  return Polygon::MakeUnchecked(std::move(rings));
+}
+
+TEST(CellCoverTest, RectilinearPolygonsAgreeWithBruteForce) {
+  const uint64_t seed = TestSeed();
+  SCOPED_TRACE("HYPERMAP_TEST_SEED=" + std::to_string(seed));
+  Rng rng(seed);
+  for (int i = 0; i < 60 && !::testing::Test::HasFailure(); ++i) {
+    const GridGeometry geometry{PlanarTransform(UniformInt(rng, -9, 9), -3.5, 0), 0.5};
+    ExpectAllRulesAsBruteForce(rng, RandomRectilinear(rng), geometry);
+  }
+}
+
+TEST(CellCoverTest, LikeRowsHaveTheSameSpans) {
+  const uint64_t seed = TestSeed();
+  SCOPED_TRACE("HYPERMAP_TEST_SEED=" + std::to_string(seed));
+  Rng rng(seed);
+  for (int i = 0; i < 300 && !::testing::Test::HasFailure(); ++i) {
+    const Polygon polygon =
+        i % 3 == 0 ? RandomPolygon(rng, {0, 0}, 8, i % 2 ? 0.25 : 0) : RandomRectilinear(rng);
+    const double yaw = i % 10 == 0 ? std::numbers::pi / 2 : 0;
+    const GridGeometry geometry{PlanarTransform(0.25, -3.5, yaw), i % 2 ? 0.5 : 0.05};
+    const CellBox within = Surroundings(rng, polygon, geometry);
+    const CellCover cover(polygon, geometry, within, kRules[UniformInt(rng, 0, 2)]);
+    for (int32_t row = within.row_begin; row < within.row_end;) {
+      const int32_t end = cover.EndOfLikeRows(row);
+      ASSERT_GT(end, row);
+      const ColumnSpans spans = cover.SpansOfRow(row);
+      for (++row; row < std::min(end, within.row_end); ++row) {
+        ASSERT_EQ(cover.SpansOfRow(row), spans) << "row " << row << " " << ToString(polygon);
+      }
+    }
+  }
+}
+
+TEST(CellCoverTest, RowsOfABoxAreLikeButForItsEnds) {
+  const GridGeometry geometry{PlanarTransform(), 0.05};
+  const CellCover cover(Polygon::FromBox({{1.01, 2.01}, {3.01, 4.01}}), geometry, kAllCells);
+  EXPECT_GE(cover.EndOfLikeRows(41), 78);
+  EXPECT_LE(cover.EndOfLikeRows(41), 80);
 }
 
 TEST(CellCoverTest, CentresOnTheBoundaryAreSelected) {

@@ -1,27 +1,30 @@
 #include "map/layers/grid/column_span.h"
 
 #include <algorithm>
+#include <cstddef>
 
 namespace hypermap {
 
-std::vector<ColumnSpan> Union(std::vector<ColumnSpan> spans) {
+ColumnSpans Union(ColumnSpans spans) {
   std::sort(spans.begin(), spans.end(),
             [](const ColumnSpan& a, const ColumnSpan& b) { return a.col_begin < b.col_begin; });
-  std::vector<ColumnSpan> united;
+  // In place: what is united never takes more room than what it was made of.
+  size_t num_united = 0;
   for (const ColumnSpan& span : spans) {
     if (span.col_begin >= span.col_end) continue;
-    if (!united.empty() && span.col_begin <= united.back().col_end) {
-      united.back().col_end = std::max(united.back().col_end, span.col_end);
+    if (num_united > 0 && span.col_begin <= spans[num_united - 1].col_end) {
+      ColumnSpan& last = spans[num_united - 1];
+      last.col_end = std::max(last.col_end, span.col_end);
     } else {
-      united.push_back(span);
+      spans[num_united++] = span;
     }
   }
-  return united;
+  spans.resize(num_united);
+  return spans;
 }
 
-std::vector<ColumnSpan> Difference(const std::vector<ColumnSpan>& spans,
-                                   const std::vector<ColumnSpan>& without) {
-  std::vector<ColumnSpan> left;
+ColumnSpans Difference(const ColumnSpans& spans, const ColumnSpans& without) {
+  ColumnSpans left;
   auto cut = without.begin();
   for (const ColumnSpan& span : spans) {
     int32_t begin = span.col_begin;

@@ -3,7 +3,8 @@
 #define HYPERMAP_MAP_LAYERS_GRID_COLUMN_SPAN_H_
 
 #include <cstdint>
-#include <vector>
+
+#include "absl/container/inlined_vector.h"
 
 namespace hypermap {
 
@@ -15,12 +16,14 @@ struct ColumnSpan {
   friend bool operator==(const ColumnSpan&, const ColumnSpan&) = default;
 };
 
+// Of one row; seldom more than a few.
+using ColumnSpans = absl::InlinedVector<ColumnSpan, 4>;
+
 // Sorts, and unites what overlaps or adjoins.
-std::vector<ColumnSpan> Union(std::vector<ColumnSpan> spans);
+ColumnSpans Union(ColumnSpans spans);
 
 // What is in `spans` but not in `without`; both sorted and apart.
-std::vector<ColumnSpan> Difference(const std::vector<ColumnSpan>& spans,
-                                   const std::vector<ColumnSpan>& without);
+ColumnSpans Difference(const ColumnSpans& spans, const ColumnSpans& without);
 
 }  // namespace hypermap
 

@@ -29,7 +29,7 @@ TEST(ColumnSpanTest, DifferenceCutsOut) {
 
 constexpr int kColumns = 40;
 
-std::vector<bool> Expand(const std::vector<ColumnSpan>& spans) {
+std::vector<bool> Expand(const ColumnSpans& spans) {
   std::vector<bool> columns(kColumns);
   for (const ColumnSpan& span : spans) {
     for (int32_t col = span.col_begin; col < span.col_end; ++col) columns[col] = true;
@@ -37,7 +37,7 @@ std::vector<bool> Expand(const std::vector<ColumnSpan>& spans) {
   return columns;
 }
 
-void ExpectSortedAndApart(const std::vector<ColumnSpan>& spans) {
+void ExpectSortedAndApart(const ColumnSpans& spans) {
   for (size_t i = 0; i < spans.size(); ++i) {
     EXPECT_LT(spans[i].col_begin, spans[i].col_end);
     if (i > 0) {
@@ -51,7 +51,7 @@ TEST(ColumnSpanTest, AgreesWithSetsOfColumns) {
   SCOPED_TRACE("HYPERMAP_TEST_SEED=" + std::to_string(seed));
   Rng rng(seed);
   const auto random_spans = [&] {
-    std::vector<ColumnSpan> spans(UniformInt(rng, 0, 6));
+    ColumnSpans spans(UniformInt(rng, 0, 6));
     for (ColumnSpan& span : spans) {
       span.col_begin = UniformInt(rng, 0, kColumns);
       span.col_end = UniformInt(rng, span.col_begin, std::min(kColumns, span.col_begin + 9));

@@ -1,133 +1,15 @@
 #include "map/layers/grid/grid_layer.h"
 
-#include <algorithm>
 #include <limits>
 #include <queue>
 #include <tuple>
 #include <utility>
 
+#include "map/layers/grid/grid_cursor.h"
+#include "map/layers/grid/row_reader.h"
+
 namespace hypermap {
 namespace {
-
-// How many cells or rows a cursor looks at before it lets its caller breathe.
-constexpr int64_t kCellsPerPart = int64_t{1} << 20;
-
-// The first column after `col` and before `end` that has another code.
-int32_t EndOfRun(const CellCode* codes, int32_t col, int32_t end) {
-  const CellCode code = codes[col++];
-  if (IsUnknown(code)) {
-    while (col < end && IsUnknown(codes[col])) ++col;
-  } else {
-    while (col < end && codes[col] == code) ++col;
-  }
-  return col;
-}
-
-// Asks the memory for the same columns of a row further on, which is likely to be read soon: rows
-// of a tile lie too far apart for the processor to foresee it.
-void PrefetchRowAhead(const Tile& tile, int32_t row_in_tile, int32_t begin, int32_t end) {
-  constexpr int32_t kAhead = 6;
-  constexpr int32_t kCodesPerLine = 64 / sizeof(CellCode);
-  if (row_in_tile + kAhead >= kTileSide) return;
-  const CellCode* const codes = &tile.codes()[(row_in_tile + kAhead) * kTileSide];
-  for (int32_t col = begin; col < end; col += kCodesPerLine) __builtin_prefetch(codes + col);
-  __builtin_prefetch(codes + end - 1);
-}
-
-// Calls `visit(col_begin, col_end, code)` for maximal pieces of one tile's equal codes, left to
-// right.
-template <typename Visit>
-void VisitRow(const TileMap& tiles, int32_t row, ColumnSpan span, Visit visit) {
-  const int32_t tile_row = FloorDiv(row, kTileSide);
-  const int32_t row_in_tile = row - tile_row * kTileSide;
-  auto tile = tiles.lower_bound({tile_row, FloorDiv(span.col_begin, kTileSide)});
-  int32_t col = span.col_begin;
-  while (col < span.col_end) {
-    const bool in_row = tile != tiles.end() && tile->first.row == tile_row;
-    const int32_t tile_begin =
-        in_row ? std::min(span.col_end, tile->first.col * kTileSide) : span.col_end;
-    if (col < tile_begin) {
-      visit(col, tile_begin, kUnknownCode);
-      col = tile_begin;
-      continue;
-    }
-    const int32_t first = tile->first.col * kTileSide;
-    const int32_t tile_end = std::min(span.col_end, first + kTileSide);
-    PrefetchRowAhead(*tile->second, row_in_tile, col - first, tile_end - first);
-    const CellCode* const codes = &tile->second->codes()[row_in_tile * kTileSide];
-    while (col < tile_end) {
-      const int32_t begin = col;
-      col = first + EndOfRun(codes, begin - first, tile_end - first);
-      visit(begin, col, codes[begin - first]);
-    }
-    ++tile;
-  }
-}
-
-// Answers with the runs of a box of cells, or of those that a polygon covers, row by row.
-class GridCursor : public AnswerCursor {
- public:
-  GridCursor(std::shared_ptr<const GridLayer> layer, std::optional<CellCover> cover,
-             std::optional<CodePredicate> predicate)
-      : layer_(std::move(layer)),
-        cover_(std::move(cover)),
-        predicate_(std::move(predicate)),
-        box_(cover_ ? cover_->bounds() : layer_->extent()),
-        row_(box_.empty() ? box_.row_end : box_.row_begin) {}
-
-  AnswerPart Next(int max_items) override {
-    AnswerPart part;
-    int64_t work = 0;
-    while (!done() && part.runs.size() < static_cast<size_t>(max_items) && work < kCellsPerPart) {
-      if (taken_ == pending_.size()) work += ReadRow();
-      const size_t room = max_items - part.runs.size();
-      const size_t count = std::min(room, pending_.size() - taken_);
-      part.runs.insert(part.runs.end(), pending_.begin() + taken_,
-                       pending_.begin() + taken_ + count);
-      taken_ += count;
-    }
-    return part;
-  }
-
-  bool done() const override { return taken_ == pending_.size() && row_ >= box_.row_end; }
-
- private:
-  // Fills pending_ with the runs of the next row; returns a measure of the work.
-  int64_t ReadRow() {
-    pending_.clear();
-    taken_ = 0;
-    const std::vector<ColumnSpan> spans =
-        cover_ ? cover_->SpansOfRow(row_) : std::vector<ColumnSpan>{{box_.col_begin, box_.col_end}};
-    for (const ColumnSpan& span : spans) {
-      VisitRow(layer_->tiles(), row_, span, [this](int32_t begin, int32_t end, CellCode code) {
-        if (!predicate_ || (*predicate_)(code)) Append(begin, end, code);
-      });
-    }
-    const int64_t work = box_.cols() + kTileSide;
-    row_++;
-    return work;
-  }
-
-  void Append(int32_t begin, int32_t end, CellCode code) {
-    if (!pending_.empty() && pending_.back().col_end == begin && SameCode(last_code_, code)) {
-      pending_.back().col_end = end;
-      return;
-    }
-    last_code_ = code;
-    std::optional<double> value;
-    if (!IsUnknown(code)) value = layer_->domain().Decode(code);
-    pending_.push_back({row_, begin, end, value});
-  }
-
-  std::shared_ptr<const GridLayer> layer_;
-  std::optional<CellCover> cover_;
-  std::optional<CodePredicate> predicate_;
-  CellBox box_;
-  int32_t row_;
-  std::vector<CellRun> pending_;
-  size_t taken_ = 0;
-  CellCode last_code_ = kUnknownCode;
-};
 
 // The k nearest matching cells, by best-first search over boxes of cells.
 class NearestCells {
@@ -137,7 +19,8 @@ class NearestCells {
         p_(p),
         p_in_grid_(layer.geometry().layer_from_grid.Inverse() * p),
         matches_(std::move(matches)),
-        k_(k) {}
+        k_(k),
+        reader_(layer.tiles()) {}
 
   std::vector<Neighbour> Run() && {
     // Unknown cells may lie in tiles that don't exist; everything else lies in one that does.
@@ -200,11 +83,11 @@ class NearestCells {
 
   void Scan(const CellBox& box) {
     for (int32_t row = box.row_begin; row < box.row_end; ++row) {
-      VisitRow(layer_.tiles(), row, {box.col_begin, box.col_end},
-               [&](int32_t begin, int32_t end, CellCode code) {
-                 if (!matches_(code)) return;
-                 for (int32_t col = begin; col < end; ++col) Offer({row, col}, code);
-               });
+      reader_.Visit(row, {box.col_begin, box.col_end},
+                    [&](int32_t begin, int32_t end, CellCode code) {
+                      if (!matches_(code)) return;
+                      for (int32_t col = begin; col < end; ++col) Offer({row, col}, code);
+                    });
     }
   }
 
@@ -233,6 +116,7 @@ class NearestCells {
   const Point p_in_grid_;
   const CodePredicate matches_;
   const int k_;
+  RowReader reader_;
   std::priority_queue<Entry> open_;  // nearest first
   std::priority_queue<Found> best_;  // farthest first
 };

@@ -85,11 +85,11 @@ class GridWriter {
   Result Finish() &&;
 
  private:
-  Tile* MutableTile(const TileIndex& index);
+  TileCodes& MutableCodes(const TileIndex& index);
   void SetSpan(int32_t row, int32_t col_begin, int32_t col_end, CellCode code);
 
   std::shared_ptr<const GridLayer> layer_;
-  absl::btree_map<TileIndex, std::shared_ptr<Tile>> dirty_;
+  absl::btree_map<TileIndex, std::unique_ptr<TileCodes>> dirty_;
   CellBox extent_;
 };
 

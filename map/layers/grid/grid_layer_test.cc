@@ -102,6 +102,42 @@ TEST_P(GridLayerRandomTest, ContentInAreaIsEveryCellWhoseCentreIsCovered) {
   }
 }
 
+// Where rows are often like the row before.
+TEST_P(GridLayerRandomTest, ContentInBoxesOfPatchesIsEveryCellWhoseCentreIsCovered) {
+  const GridGeometry geometry{PlanarTransform(-15.4, -12.2, 0), 0.05};
+  const CellBox box{-60, 200, -70, 190};
+  const auto shades = RandomCells(rng_, GetParam(), {0, 1, 0, 4});
+  std::vector<std::optional<double>> values;
+  for (int32_t row = box.row_begin; row < box.row_end; ++row) {
+    for (int32_t col = box.col_begin; col < box.col_end; ++col) {
+      values.push_back(shades[((row + 70) / 9 * 5 + (col + 70) / 11 * 3) % shades.size()]);
+    }
+  }
+  GridWriter writer(EmptyGrid(GetParam(), geometry));
+  ASSERT_TRUE(writer.Write(box, values).ok());
+  const auto grid = std::move(writer).Finish().layer;
+  for (int i = 0; i < 40; ++i) {
+    const CellIndex cell{UniformInt(rng_, -70, 190), UniformInt(rng_, -80, 180)};
+    const Point low = geometry.CentreOf(cell);
+    const double side = i % 2 ? Uniform(rng_, 0.1, 8) : 0.05 * UniformInt(rng_, 1, 160);
+    const Polygon area = Polygon::FromBox({low, {low.x + side, low.y + side}});
+    Cells expected;
+    for (size_t c = 0; c < values.size(); ++c) {
+      const auto cols = static_cast<size_t>(box.cols());
+      const CellIndex at{box.row_begin + static_cast<int32_t>(c / cols),
+                         box.col_begin + static_cast<int32_t>(c % cols)};
+      if (Covers(area, geometry.CentreOf(at))) expected[at] = values[c];
+    }
+    const auto runs = ReadAll(*grid->ContentIn(area), UniformInt(rng_, 1, 100));
+    EXPECT_EQ(Expand(runs), expected);
+    // Runs are as long as they can be.
+    for (size_t r = 1; r < runs.size(); ++r) {
+      EXPECT_FALSE(runs[r - 1].row == runs[r].row && runs[r - 1].col_end == runs[r].col_begin &&
+                   runs[r - 1].value == runs[r].value);
+    }
+  }
+}
+
 TEST_P(GridLayerRandomTest, FindIsEveryMatchingCell) {
   const std::pair<ValueQuery, std::function<bool(std::optional<double>)>> queries[] = {
       {ValueKeyword::kUnknown, [](auto v) { return !v; }},

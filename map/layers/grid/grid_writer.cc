@@ -8,23 +8,27 @@ namespace hypermap {
 GridWriter::GridWriter(std::shared_ptr<const GridLayer> layer)
     : layer_(std::move(layer)), extent_(layer_->extent()) {}
 
-Tile* GridWriter::MutableTile(const TileIndex& index) {
-  std::shared_ptr<Tile>& tile = dirty_[index];
-  if (!tile) {
+TileCodes& GridWriter::MutableCodes(const TileIndex& index) {
+  std::unique_ptr<TileCodes>& codes = dirty_[index];
+  if (!codes) {
     const auto before = layer_->tiles().find(index);
-    tile = before == layer_->tiles().end() ? std::make_shared<Tile>()
-                                           : std::make_shared<Tile>(*before->second);
+    if (before == layer_->tiles().end()) {
+      codes = std::make_unique<TileCodes>();
+      codes->fill(kUnknownCode);
+    } else {
+      codes = std::make_unique<TileCodes>(before->second->codes());
+    }
   }
-  return tile.get();
+  return *codes;
 }
 
 void GridWriter::SetSpan(int32_t row, int32_t col_begin, int32_t col_end, CellCode code) {
   for (int32_t col = col_begin; col < col_end;) {
     const TileIndex index = TileOf({row, col});
     const CellBox cells = CellsOf(index);
-    Tile* tile = MutableTile(index);
+    TileCodes& codes = MutableCodes(index);
     for (; col < col_end && col < cells.col_end; ++col) {
-      tile->set(row - cells.row_begin, col - cells.col_begin, code);
+      codes[CellInTile(row - cells.row_begin, col - cells.col_begin)] = code;
     }
   }
 }
@@ -59,9 +63,9 @@ absl::Status GridWriter::Write(const CellBox& box,
     for (int32_t col = box.col_begin; col < box.col_end;) {
       const TileIndex index = TileOf({row, col});
       const CellBox cells = CellsOf(index);
-      Tile* tile = MutableTile(index);
+      TileCodes& tile = MutableCodes(index);
       for (; col < box.col_end && col < cells.col_end; ++col) {
-        tile->set(row - cells.row_begin, col - cells.col_begin, codes[next++]);
+        tile[CellInTile(row - cells.row_begin, col - cells.col_begin)] = codes[next++];
       }
     }
   }
@@ -102,13 +106,11 @@ absl::Status GridWriter::Fill(const Polygon& area, CellRule rule, std::optional<
 GridWriter::Result GridWriter::Finish() && {
   TileMap tiles = layer_->tiles();
   WrittenTiles written;
-  for (auto& [index, tile] : dirty_) {
+  for (const auto& [index, codes] : dirty_) {
     TilePtr& slot = tiles[index];
-    const bool same = slot && std::equal(slot->codes().begin(), slot->codes().end(),
-                                         tile->codes().begin(), SameCode);
-    if (same) continue;
-    written[index] = {slot, tile};
-    slot = std::move(tile);
+    if (slot && slot->Holds(*codes)) continue;
+    const TilePtr before = std::exchange(slot, Tile::Make(*codes));
+    written[index] = {before, slot};
   }
   auto layer = std::make_shared<const GridLayer>(layer_->spec(), layer_->shared_domain(),
                                                  std::move(tiles), extent_);

@@ -6,9 +6,9 @@
 #define HYPERMAP_MAP_LAYERS_GRID_ROW_SCAN_H_
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
-#include "absl/functional/function_ref.h"
 #include "map/geometry/polygon.h"
 #include "map/layers/grid/column_span.h"
 
@@ -33,10 +33,14 @@ class RowScan {
 
   // The cells of a row that share a point with the polygon, sorted and apart. Works on the edges
   // that meet the row: O(log n + k log k) for k of n.
-  std::vector<ColumnSpan> Touched(const Lattice& lattice, int32_t row) const;
+  ColumnSpans Touched(const Lattice& lattice, int32_t row) const;
 
   // The cells of a row that the polygon covers; low < high. Same cost.
-  std::vector<ColumnSpan> Covered(const Lattice& lattice, int32_t row) const;
+  ColumnSpans Covered(const Lattice& lattice, int32_t row) const;
+
+  // A row after `row` such that all rows before it touch as `row` does; low == high. More than the
+  // next one only for polygons whose edges are all level or upright.
+  int32_t EndOfLikeRows(const Lattice& lattice, int32_t row) const;
 
  private:
   struct Edge {
@@ -46,21 +50,36 @@ class RowScan {
   // A place on an edge: its end, or where it passes a height.
   class Place;
   enum class Side { kAtOrRight, kRight };
+  // The first column at or right of a place, and the first one only right of it.
+  struct FirstColumns {
+    int32_t at_or_right, right;
+  };
 
   double BuildTree(int begin, int end);
   // Calls `visit` with the edges that share a point with y_min <= y <= y_max.
-  void VisitEdges(double y_min, double y_max, absl::FunctionRef<void(const Edge&)> visit) const;
-  void VisitSubtree(int begin, int end, double y_min, double y_max,
-                    absl::FunctionRef<void(const Edge&)> visit) const;
+  template <typename Visit>
+  void VisitEdges(double y_min, double y_max, const Visit& visit) const;
+  template <typename Visit>
+  void VisitSubtree(int begin, int end, double y_min, double y_max, const Visit& visit) const;
 
-  // The first column whose x (origin + (col + offset) * step) is at or right of the place, or only
-  // right of it; col_end when there is none.
+  // Touched for low == high.
+  ColumnSpans TouchedPoints(const Lattice& lattice, int32_t row) const;
+
+  // The first columns whose x is origin + (col + offset) * step; col_end when there is none.
+  FirstColumns ColumnsFrom(const Lattice& lattice, double offset, const Place& place) const;
   int32_t FirstColumn(const Lattice& lattice, double offset, const Place& place, Side side) const;
+  // The same by looking, beginning near `guess`.
+  int32_t FindColumn(const Lattice& lattice, double offset, const Place& place, Side side,
+                     double guess) const;
+  // The column after a guess that lies between two columns, farther from both than it may be off:
+  // then there is nothing to look for.
+  std::optional<int32_t> ColumnAfter(double guess, double error) const;
 
   // Sorted by low.y; the middle of every range is the root of a search tree over it.
   std::vector<Edge> edges_;
   int32_t col_begin_;
   int32_t col_end_;
+  bool is_rectilinear_ = true;  // all edges are level or upright
 };
 
 }  // namespace hypermap

@@ -31,26 +31,68 @@ struct TileIndex {
 };
 
 inline constexpr int32_t kTileSide = 128;
+inline constexpr int32_t kCellsPerTile = kTileSide * kTileSide;
 
-// kTileSide x kTileSide cells, row-major, lowest row first. Immutable once shared.
+// The codes of a tile's cells, row-major, lowest row first.
+using TileCodes = std::array<CellCode, kCellsPerTile>;
+// Where in them a cell stands.
+inline int32_t CellInTile(int32_t row_in_tile, int32_t col_in_tile) {
+  return row_in_tile * kTileSide + col_in_tile;
+}
+
+class Tile;
+using TilePtr = std::shared_ptr<const Tile>;
+
+// kTileSide x kTileSide cells. Immutable, safe to read from many threads.
+//
+// A tile of few different codes, as most are, holds a byte for each cell that stands for its code:
+// a quarter of the memory, and of what a question has to wait for.
 class Tile {
  public:
-  Tile() { codes_.fill(kUnknownCode); }
+  static TilePtr Make(const TileCodes& codes);
+
+  Tile(const Tile&) = delete;
+  Tile& operator=(const Tile&) = delete;
 
   CellCode at(int32_t row_in_tile, int32_t col_in_tile) const {
-    return codes_[row_in_tile * kTileSide + col_in_tile];
+    return CodeOf(CellInTile(row_in_tile, col_in_tile));
   }
-  void set(int32_t row_in_tile, int32_t col_in_tile, CellCode code) {
-    codes_[row_in_tile * kTileSide + col_in_tile] = code;
-  }
-  const std::array<CellCode, kTileSide * kTileSide>& codes() const { return codes_; }
-  std::array<CellCode, kTileSide * kTileSide>& mutable_codes() { return codes_; }
+  // A copy of all codes; unknown ones may be another NaN than was given.
+  TileCodes codes() const;
+  // Whether every cell has the same code.
+  bool Holds(const TileCodes& codes) const;
+
+  // The first column after `col` and before `end` whose code is not that of `col`, else `end`.
+  int32_t EndOfRun(int32_t row_in_tile, int32_t col, int32_t end) const;
+
+  // Whether the columns begin <= col < end of two rows have the same codes; false may also mean
+  // that their zeros or NaNs differ.
+  bool HasSameCells(int32_t row_in_tile, int32_t other_row, int32_t begin, int32_t end) const;
+
+  // Asks the memory for the columns begin <= col < end of a row, which are read soon.
+  void Prefetch(int32_t row_in_tile, int32_t begin, int32_t end) const;
+
+ protected:
+  // Cell i has code codes[i], or codes[bytes[i]] when there are bytes. They live in the tile.
+  Tile(const CellCode* codes, const uint8_t* bytes) : codes_(codes), bytes_(bytes) {}
+  ~Tile() = default;
 
  private:
-  std::array<CellCode, kTileSide * kTileSide> codes_;
-};
+  // The stored form of cells, for those who don't care for its meaning.
+  struct Raw {
+    const char* cells;
+    int64_t size;  // of a cell
+    const char* at(int32_t row_in_tile, int32_t col_in_tile) const {
+      return cells + CellInTile(row_in_tile, col_in_tile) * size;
+    }
+  };
+  Raw raw() const;
 
-using TilePtr = std::shared_ptr<const Tile>;
+  CellCode CodeOf(int32_t cell) const { return codes_[bytes_ ? bytes_[cell] : cell]; }
+
+  const CellCode* const codes_;
+  const uint8_t* const bytes_;
+};
 
 inline int32_t FloorDiv(int32_t a, int32_t b) { return a / b - (a % b < 0 ? 1 : 0); }
 inline TileIndex TileOf(const CellIndex& c) {
