@@ -2,14 +2,16 @@
 
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <optional>
+#include <string>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "wire/field.h"
 #include "wire/layer.h"
-#include "wire/object.h"
+#include "wire/object_bytes.h"
 
 namespace hypermap::wire {
 namespace {
@@ -24,17 +26,24 @@ constexpr std::array<std::pair<AnswerStatus, v1::AnswerStatus>, 5> kStatuses{{
     {AnswerStatus::kUnsupportedValue, v1::ANSWER_STATUS_UNSUPPORTED_VALUE},
 }};
 
-void EncodeMatch(const NearestAnswer::Entry& entry, v1::NearestMatch* message) {
+// Makes room for `size` numbers, which are to be set.
+template <typename T>
+T* AddColumn(int size, google::protobuf::RepeatedField<T>* column) {
+  column->Reserve(column->size() + size);
+  return column->AddNAlreadyReserved(size);
+}
+
+void AppendCellMatch(const NearestAnswer::Entry& entry, std::string* bytes) {
   const LayerSpec& spec = entry.layer->spec();
-  message->set_layer(spec.name);
-  message->set_kind(EncodeLayerKind(spec.kind));
-  message->set_distance_m(entry.neighbour.distance_m);
-  if (entry.neighbour.object) {
-    EncodeObject(*entry.neighbour.object, entry.caller_from_layer, message->mutable_object());
-  } else if (spec.grid) {
+  v1::NearestMatch match;
+  match.set_layer(spec.name);
+  match.set_kind(EncodeLayerKind(spec.kind));
+  match.set_distance_m(entry.neighbour.distance_m);
+  if (spec.grid) {
     EncodeCellRuns(GeometryInFrame(*spec.grid, entry.caller_from_layer), {&entry.neighbour.cell, 1},
-                   message->mutable_cells());
+                   match.mutable_cells());
   }
+  match.AppendToString(bytes);
 }
 
 }  // namespace
@@ -56,16 +65,16 @@ absl::StatusOr<AnswerStatus> DecodeAnswerStatus(absl::string_view field, v1::Ans
 void EncodeCellRuns(const GridGeometry& geometry, absl::Span<const CellRun> runs,
                     v1::CellRuns* message) {
   EncodeGridGeometry(geometry, message->mutable_grid());
-  const int size = static_cast<int>(runs.size());
-  message->mutable_rows()->Reserve(size);
-  message->mutable_col_begins()->Reserve(size);
-  message->mutable_col_ends()->Reserve(size);
-  message->mutable_values()->Reserve(size);
+  const auto size = static_cast<int>(runs.size());
+  int32_t* row = AddColumn(size, message->mutable_rows());
+  int32_t* col_begin = AddColumn(size, message->mutable_col_begins());
+  int32_t* col_end = AddColumn(size, message->mutable_col_ends());
+  double* value = AddColumn(size, message->mutable_values());
   for (const CellRun& run : runs) {
-    message->add_rows(run.row);
-    message->add_col_begins(run.col_begin);
-    message->add_col_ends(run.col_end);
-    message->add_values(run.value.value_or(kUnknownValue));
+    *row++ = run.row;
+    *col_begin++ = run.col_begin;
+    *col_end++ = run.col_end;
+    *value++ = run.value.value_or(kUnknownValue);
   }
 }
 
@@ -95,7 +104,8 @@ void EncodeLayerContent(const LayerContent& content, v1::LayerContent* message) 
   message->set_status(EncodeAnswerStatus(content.content.status));
   if (content.content.value) message->set_value(*content.content.value);
   for (const ObjectPtr& object : content.content.objects) {
-    EncodeObject(*object, content.caller_from_layer, message->add_objects());
+    AppendObject(*object, content.caller_from_layer,
+                 AddField(v1::LayerContent::kObjectsFieldNumber, message));
   }
 }
 
@@ -112,16 +122,23 @@ size_t EncodeLayerPart(const LayerPart& part, size_t first_object, int64_t max_b
   size_t next = first_object;
   int64_t bytes = 0;
   while (next < part.part.objects.size() && bytes < max_bytes) {
-    v1::Object* object = message->add_objects();
-    EncodeObject(*part.part.objects[next++], part.caller_from_layer, object);
-    bytes += static_cast<int64_t>(object->ByteSizeLong());
+    std::string* const object = AddField(v1::LayerPart::kObjectsFieldNumber, message);
+    AppendObject(*part.part.objects[next++], part.caller_from_layer, object);
+    bytes += static_cast<int64_t>(object->size());
   }
   return next;
 }
 
 void EncodeNearestAnswer(const NearestAnswer& answer, v1::QueryNearestResponse* message) {
   for (const NearestAnswer::Entry& entry : answer.entries) {
-    EncodeMatch(entry, message->add_matches());
+    // All of them, as they are told in this order.
+    std::string* const bytes = AddField(v1::QueryNearestResponse::kMatchesFieldNumber, message);
+    if (entry.neighbour.object) {
+      AppendMatch(entry.layer->spec().name, entry.neighbour.distance_m, *entry.neighbour.object,
+                  entry.caller_from_layer, bytes);
+    } else {
+      AppendCellMatch(entry, bytes);
+    }
   }
   for (const NearestAnswer::Refusal& refusal : answer.refusals) {
     v1::LayerRefusal* out = message->add_refusals();

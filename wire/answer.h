@@ -1,4 +1,4 @@
-// Answers to questions, on the wire.
+// Answers to questions, on the wire. Their objects stand in the messages as bytes (object_bytes.h).
 #ifndef HYPERMAP_WIRE_ANSWER_H_
 #define HYPERMAP_WIRE_ANSWER_H_
 

@@ -41,6 +41,14 @@ Snapshot Site() {
   return hypermap::testing::MakeSnapshot("site", batch);
 }
 
+// What the receiver of a message sees.
+template <typename Message>
+Message Received(const Message& sent) {
+  Message received;
+  EXPECT_TRUE(received.ParseFromString(sent.SerializeAsString()));
+  return received;
+}
+
 LayerPart PartWithObjects(const Snapshot& snapshot, int num_objects) {
   LayerPart part;
   part.layer = *snapshot.GetLayer("things");
@@ -100,6 +108,18 @@ TEST(LayerContentOnTheWire, SaysWhatTheLayersSay) {
   EXPECT_EQ(things.objects_size(), 0);
 }
 
+TEST(LayerContentOnTheWire, HoldsTheObjectsAtThePoint) {
+  const Snapshot snapshot = Site();
+  const auto contents = ContentAt(snapshot, {{"things"}, ""}, {2.05, 0.05});
+  ASSERT_TRUE(contents.ok()) << contents.status();
+  v1::LayerContent things;
+  EncodeLayerContent((*contents)[0], &things);
+  things = Received(things);
+  ASSERT_EQ(things.objects_size(), 1);
+  EXPECT_EQ(things.objects(0).label(), "cup");
+  EXPECT_EQ(things.objects(0).polygon().outer().points(0).x(), 2);
+}
+
 TEST(LayerPartOnTheWire, LargeObjectsSpreadOverMessages) {
   const Snapshot snapshot = Site();
   const LayerPart part = PartWithObjects(snapshot, 5);
@@ -112,6 +132,7 @@ TEST(LayerPartOnTheWire, LargeObjectsSpreadOverMessages) {
   for (size_t next = 0; next < part.part.objects.size();) {
     v1::LayerPart message;
     next = EncodeLayerPart(part, next, max_bytes, &message);
+    message = Received(message);
     sizes.push_back(message.objects_size());
     for (const v1::Object& object : message.objects()) ids.push_back(object.id());
   }
@@ -124,7 +145,7 @@ TEST(LayerPartOnTheWire, HoldsAnObjectLargerThanTheBound) {
   const LayerPart part = PartWithObjects(snapshot, 2);
   v1::LayerPart message;
   EXPECT_EQ(EncodeLayerPart(part, 0, 1, &message), 1u);
-  EXPECT_EQ(message.objects_size(), 1);
+  EXPECT_EQ(Received(message).objects_size(), 1);
 }
 
 TEST(LayerPartOnTheWire, RefusalHasAStatusAndNoCells) {
@@ -158,6 +179,7 @@ TEST(NearestAnswerOnTheWire, HoldsMatchesAndRefusals) {
   ASSERT_TRUE(answer.ok()) << answer.status();
   v1::QueryNearestResponse message;
   EncodeNearestAnswer(*answer, &message);
+  message = Received(message);
   ASSERT_EQ(message.matches_size(), 2);
   EXPECT_EQ(message.matches(0).layer(), "things");
   EXPECT_NEAR(message.matches(0).distance_m(), 0.4, 1e-12);
@@ -174,6 +196,7 @@ TEST(NearestAnswerOnTheWire, CellIsARunOfOne) {
   ASSERT_TRUE(answer.ok()) << answer.status();
   v1::QueryNearestResponse message;
   EncodeNearestAnswer(*answer, &message);
+  message = Received(message);
   ASSERT_EQ(message.matches_size(), 1);
   const auto cells = DecodeCellRuns("cells", message.matches(0).cells());
   ASSERT_TRUE(cells.ok()) << cells.status();

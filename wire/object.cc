@@ -83,18 +83,9 @@ absl::StatusOr<SemanticObject> DecodeWith(absl::string_view field, const v1::Obj
 
 }  // namespace
 
-void EncodeObject(const SemanticObject& object, const PlanarTransform& caller_from_object,
-                  v1::Object* message) {
-  message->set_id(object.id);
-  message->set_label(object.label);
+void EncodeRareFields(const SemanticObject& object, v1::Object* message) {
   if (!object.classes.empty()) {
     message->mutable_classes()->insert(object.classes.begin(), object.classes.end());
-  }
-  message->set_existence(object.existence);
-  if (caller_from_object.IsIdentity()) {
-    EncodeFootprint(object.polygon, message);
-  } else {
-    EncodeFootprint(caller_from_object * object.polygon, message);
   }
   if (object.height) {
     message->mutable_height()->set_low_m(object.height->low_m);
@@ -104,8 +95,21 @@ void EncodeObject(const SemanticObject& object, const PlanarTransform& caller_fr
   for (const auto& [name, value] : object.attributes) {
     EncodeAttribute(value, &(*message->mutable_attributes())[name]);
   }
-  message->set_version(object.version);
   if (object.expires_at) EncodeTime(*object.expires_at, message->mutable_expire_time());
+}
+
+void EncodeObject(const SemanticObject& object, const PlanarTransform& caller_from_object,
+                  v1::Object* message) {
+  message->set_id(object.id);
+  message->set_label(object.label);
+  message->set_existence(object.existence);
+  if (caller_from_object.IsIdentity()) {
+    EncodeFootprint(object.polygon, message);
+  } else {
+    EncodeFootprint(caller_from_object * object.polygon, message);
+  }
+  message->set_version(object.version);
+  EncodeRareFields(object, message);
 }
 
 absl::StatusOr<SemanticObject> DecodeObject(absl::string_view field, const v1::Object& message,

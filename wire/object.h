@@ -15,6 +15,9 @@ namespace hypermap::wire {
 void EncodeObject(const SemanticObject& object, const PlanarTransform& caller_from_object,
                   v1::Object* message);
 
+// The part of it that few objects have: classes, height, tags, attributes and end.
+void EncodeRareFields(const SemanticObject& object, v1::Object* message);
+
 // An object of a request; its polygon must be there. Its version and its end are the map's to
 // tell and are not looked at. Leaves what Validate(SemanticObject) checks to
 // it.

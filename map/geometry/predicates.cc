@@ -194,14 +194,23 @@ double Distance(const Polygon& polygon, const Point& p) {
   if (Covers(polygon, p)) return 0.0;
   // Roots are taken of those edges only that may be the nearest by their rounded squares.
   constexpr double kRounding = 1.0 + 1e-9;
+  struct Candidate {
+    double square;
+    Segment edge;
+  };
+  absl::InlinedVector<Candidate, 8> candidates;
   double least_square = std::numeric_limits<double>::infinity();
-  double nearest = std::numeric_limits<double>::infinity();
   ForEachEdge(polygon, [&](const Segment& edge) {
     const double square = SquaredDistanceToSegment(p, edge.a, edge.b);
     if (square > least_square * kRounding) return;
     least_square = std::min(least_square, square);
-    nearest = std::min(nearest, DistanceToSegment(p, edge.a, edge.b));
+    candidates.push_back({square, edge});
   });
+  double nearest = std::numeric_limits<double>::infinity();
+  for (const auto& [square, edge] : candidates) {
+    if (square > least_square * kRounding) continue;
+    nearest = std::min(nearest, DistanceToSegment(p, edge.a, edge.b));
+  }
   return nearest;
 }
 

@@ -1,6 +1,7 @@
 #include "map/layers/packed_rtree.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -133,6 +134,95 @@ void PackedRTree::VisitAll(absl::FunctionRef<void(int)> visit) const {
   for (const int32_t item : items_) visit(item);
 }
 
+// What lies below the nodes that a search has opened, nearest first. A heap holds the nearest of
+// each node only: to find the least of sixteen numbers takes no guess of the processor's, and a
+// heap of all of them took a wrong one for most.
+class PackedRTree::NearestFirst {
+ public:
+  struct Found {
+    double squared_m;
+    Ref ref;
+  };
+
+  // Begins with the root. (x, y) is the point, about the tree's origin.
+  NearestFirst(const PackedRTree& tree, double x, double y) : tree_(tree), x_(x), y_(y) {
+    Add(tree.Root(), 1);
+  }
+
+  bool empty() const { return nearest_.empty(); }
+  double least_squared_m() const { return nearest_.front().squared_m; }
+
+  Found Take() {
+    std::pop_heap(nearest_.begin(), nearest_.end(), std::greater<>());
+    const auto [squared_m, n, place] = nearest_.back();
+    nearest_.pop_back();
+    const Found found{squared_m, RefOf(n, place)};
+    nodes_[n].squared_m[place] = kTaken;
+    PushNearest(n);
+    // What is likely to be taken next is fetched meanwhile.
+    if (!empty()) tree_.PrefetchBelow(RefOf(nearest_.front().node, nearest_.front().place));
+    return found;
+  }
+
+  // Adds what lies below the node.
+  void Open(Ref ref) {
+    const Ref first{ref.level - 1, ref.index * kFanOut};
+    if (first.level == 0) __builtin_prefetch(&tree_.items_[first.index]);
+    Add(first, std::min(kFanOut, tree_.LevelSize(first.level) - first.index));
+  }
+
+ private:
+  static constexpr double kTaken = std::numeric_limits<double>::infinity();
+
+  struct Node {
+    Ref first;
+    std::array<double, kFanOut> squared_m;  // kTaken for what was taken
+  };
+  struct Nearest {
+    double squared_m;
+    int32_t node;
+    int32_t place;  // in the node
+    bool operator>(const Nearest& other) const { return squared_m > other.squared_m; }
+  };
+
+  Ref RefOf(int32_t node, int32_t place) const {
+    const Ref& first = nodes_[node].first;
+    return {first.level, first.index + place};
+  }
+
+  double SquaredDistance(const FloatBox& b) const {
+    const double dx = std::max(0.0, std::max(b.min_x - x_, x_ - b.max_x));
+    const double dy = std::max(0.0, std::max(b.min_y - y_, y_ - b.max_y));
+    return dx * dx + dy * dy;
+  }
+
+  void Add(Ref first, int32_t size) {
+    Node& node = nodes_.emplace_back();
+    node.first = first;
+    const FloatBox* const boxes = &tree_.BoxOf(first);
+    for (int32_t i = 0; i < size; ++i) node.squared_m[i] = SquaredDistance(boxes[i]);
+    for (int32_t i = size; i < kFanOut; ++i) node.squared_m[i] = kTaken;
+    PushNearest(static_cast<int32_t>(nodes_.size()) - 1);
+  }
+
+  void PushNearest(int32_t n) {
+    const std::array<double, kFanOut>& squared_m = nodes_[n].squared_m;
+    std::array<double, kFanOut> least = squared_m;
+    for (int32_t width = kFanOut / 2; width > 0; width /= 2) {
+      for (int32_t i = 0; i < width; ++i) least[i] = std::min(least[i], least[i + width]);
+    }
+    if (least[0] == kTaken) return;
+    const auto place = std::find(squared_m.begin(), squared_m.end(), least[0]) - squared_m.begin();
+    nearest_.push_back({least[0], n, static_cast<int32_t>(place)});
+    std::push_heap(nearest_.begin(), nearest_.end(), std::greater<>());
+  }
+
+  const PackedRTree& tree_;
+  const double x_, y_;
+  absl::InlinedVector<Node, 16> nodes_;
+  absl::InlinedVector<Nearest, 16> nearest_;  // of each node that has something left; a heap
+};
+
 void PackedRTree::VisitNearest(const Point& p, absl::FunctionRef<double(int, double)> visit) const {
   if (items_.empty()) return;
   // A point that is clamped towards the boxes is only nearer.
@@ -141,37 +231,27 @@ void PackedRTree::VisitNearest(const Point& p, absl::FunctionRef<double(int, dou
   // What the subtractions here and those of the exact distance may have rounded away.
   const double slack_m =
       64 * std::numeric_limits<double>::epsilon() * (std::abs(x) + std::abs(y) + 2 * extent_m_);
-  const auto squared_distance = [x, y](const FloatBox& b) {
-    const double dx = std::max({b.min_x - x, 0.0, x - b.max_x});
-    const double dy = std::max({b.min_y - y, 0.0, y - b.max_y});
-    return dx * dx + dy * dy;
-  };
-  struct Open {
-    double squared_m;
-    Ref ref;
-    bool operator>(const Open& other) const { return squared_m > other.squared_m; }
-  };
   double limit = std::numeric_limits<double>::infinity();  // squared
-  absl::InlinedVector<Open, 96> open{{squared_distance(BoxOf(Root())), Root()}};
-  while (!open.empty() && open.front().squared_m <= limit) {
-    std::pop_heap(open.begin(), open.end(), std::greater<>());
-    const auto [squared_m, ref] = open.back();
-    open.pop_back();
-    if (ref.level == 0) {
-      const double at_least_m = std::max(0.0, std::sqrt(squared_m) - slack_m);
-      const double limit_m = visit(items_[ref.index], at_least_m) + slack_m;
-      limit = limit_m * limit_m * (1 + 4 * std::numeric_limits<double>::epsilon());
+  NearestFirst search(*this, x, y);
+  while (!search.empty() && search.least_squared_m() <= limit) {
+    const auto [squared_m, ref] = search.Take();
+    if (ref.level > 0) {
+      search.Open(ref);
       continue;
     }
-    const int32_t first = ref.index * kFanOut;
-    const int32_t end = std::min(first + kFanOut, LevelSize(ref.level - 1));
-    for (int32_t i = first; i < end; ++i) {
-      const Ref child{ref.level - 1, i};
-      const double squared_to_child_m = squared_distance(BoxOf(child));
-      if (squared_to_child_m > limit) continue;
-      open.push_back({squared_to_child_m, child});
-      std::push_heap(open.begin(), open.end(), std::greater<>());
-    }
+    const double at_least_m = std::max(0.0, std::sqrt(squared_m) - slack_m);
+    const double limit_m = visit(items_[ref.index], at_least_m) + slack_m;
+    limit = limit_m * limit_m * (1 + 4 * std::numeric_limits<double>::epsilon());
+  }
+}
+
+void PackedRTree::PrefetchBelow(Ref ref) const {
+  if (ref.level == 0) return;
+  constexpr int32_t kBoxesPerLine = 64 / sizeof(FloatBox);
+  const int32_t first = ref.index * kFanOut;
+  const int32_t end = std::min(first + kFanOut, LevelSize(ref.level - 1));
+  for (int32_t i = first; i < end; i += kBoxesPerLine) {
+    __builtin_prefetch(&BoxOf({ref.level - 1, i}));
   }
 }
 

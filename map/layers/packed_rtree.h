@@ -46,9 +46,12 @@ class PackedRTree {
     int32_t level;
     int32_t index;
   };
+  class NearestFirst;
   FloatBox RoundOut(const Box& box) const;
   const FloatBox& BoxOf(Ref ref) const { return boxes_[level_begin_[ref.level] + ref.index]; }
   int32_t LevelSize(int32_t level) const { return level_begin_[level + 1] - level_begin_[level]; }
+  // Asks for the memory of the boxes below a node.
+  void PrefetchBelow(Ref ref) const;
   Ref Root() const { return {static_cast<int32_t>(level_begin_.size()) - 2, 0}; }
 
   Point origin_;

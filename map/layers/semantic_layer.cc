@@ -100,7 +100,8 @@ class NearestObjects {
   }
 
   void Measure() {
-    for (const ObjectPtr* place : offered_) PrefetchPolygon(**place);
+    // All of it, as most will be told.
+    for (const ObjectPtr* place : offered_) PrefetchObject(**place);
     for (const ObjectPtr* place : offered_) PrefetchOuterRing((*place)->polygon);
     for (const ObjectPtr* place : offered_) {
       const Found found{Distance((*place)->polygon, p_), (*place)->id, place};
@@ -117,7 +118,7 @@ class NearestObjects {
   size_t k_;
   size_t group_;
   absl::InlinedVector<const ObjectPtr*, kMaxGroup> offered_;
-  std::priority_queue<Found> best_;  // farthest first
+  std::priority_queue<Found, absl::InlinedVector<Found, kMaxGroup>> best_;  // farthest first
 };
 
 }  // namespace

@@ -28,14 +28,18 @@ absl::StatusOr<NearestAnswer> Nearest(const Snapshot& snapshot, const Scope& sco
       answer.refusals.push_back({layer, AnswerStatus::kUnsupportedValue});
       continue;
     }
+    if (answer.entries.empty()) answer.entries.reserve(neighbours->size());
     for (Neighbour& neighbour : *neighbours) {
       answer.entries.push_back({layer, *transform, std::move(neighbour)});
     }
   }
   // Stable: equal distances stay in the order of the layers, and within a layer in its own.
-  std::stable_sort(answer.entries.begin(), answer.entries.end(), [](const auto& a, const auto& b) {
+  const auto is_nearer = [](const NearestAnswer::Entry& a, const NearestAnswer::Entry& b) {
     return a.neighbour.distance_m < b.neighbour.distance_m;
-  });
+  };
+  if (!std::is_sorted(answer.entries.begin(), answer.entries.end(), is_nearer)) {
+    std::stable_sort(answer.entries.begin(), answer.entries.end(), is_nearer);
+  }
   if (answer.entries.size() > static_cast<size_t>(k)) answer.entries.resize(k);
   return answer;
 }

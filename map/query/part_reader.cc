@@ -1,4 +1,4 @@
-#include <functional>
+#include <optional>
 #include <utility>
 
 #include "map/query/query.h"
@@ -6,18 +6,20 @@
 namespace hypermap {
 namespace {
 
-// Asks a layer, with the area (if any) in the layer's frame; null when it can't take the value.
-using Ask = std::function<std::unique_ptr<AnswerCursor>(const Layer&, const Polygon* area)>;
+// What a question asks of each layer: where `value` is, or all content; in `area`, or everywhere.
+struct Asked {
+  std::optional<ValueQuery> value;
+  std::optional<Polygon> area;  // in the caller's frame; there when there is no value
+};
 
 class ScopeReader : public PartReader {
  public:
   ScopeReader(SnapshotPtr snapshot, std::string caller_frame_id, std::vector<LayerPtr> layers,
-              std::optional<Polygon> area, Ask ask)
+              Asked asked)
       : snapshot_(std::move(snapshot)),
         caller_frame_id_(std::move(caller_frame_id)),
         layers_(std::move(layers)),
-        area_(std::move(area)),
-        ask_(std::move(ask)) {}
+        asked_(std::move(asked)) {}
 
   LayerPart Next(int max_items) override {
     LayerPart part;
@@ -47,47 +49,49 @@ class ScopeReader : public PartReader {
     const auto transform = snapshot_->frames.Lookup(caller_frame_id_, layer.spec().frame_id);
     if (!transform.ok()) return AnswerStatus::kNoTransform;
     caller_from_layer_ = *transform;
-    std::optional<Polygon> area_in_layer;
-    if (area_) area_in_layer = caller_from_layer_.Inverse() * *area_;
-    cursor_ = ask_(layer, area_in_layer ? &*area_in_layer : nullptr);
+    if (!asked_.area || caller_from_layer_.IsIdentity()) {
+      cursor_ = Ask(layer, asked_.area ? &*asked_.area : nullptr);
+    } else {
+      const Polygon in_layer = caller_from_layer_.Inverse() * *asked_.area;
+      cursor_ = Ask(layer, &in_layer);
+    }
     return cursor_ ? AnswerStatus::kValue : AnswerStatus::kUnsupportedValue;
+  }
+
+  // Null when the layer can't take the value.
+  std::unique_ptr<AnswerCursor> Ask(const Layer& layer, const Polygon* area) const {
+    return asked_.value ? layer.Find(*asked_.value, area) : layer.ContentIn(*area);
   }
 
   SnapshotPtr snapshot_;
   std::string caller_frame_id_;
   std::vector<LayerPtr> layers_;
-  std::optional<Polygon> area_;
-  Ask ask_;
+  const Asked asked_;
   size_t current_ = 0;
   std::unique_ptr<AnswerCursor> cursor_;  // of the current layer
   PlanarTransform caller_from_layer_;     // of the current layer
 };
 
 absl::StatusOr<std::unique_ptr<PartReader>> Read(SnapshotPtr snapshot, const Scope& scope,
-                                                 std::optional<Polygon> area, Ask ask) {
+                                                 Asked asked) {
   absl::StatusOr<std::string> caller = snapshot->ResolveFrame(scope.frame_id);
   if (!caller.ok()) return caller.status();
   absl::StatusOr<std::vector<LayerPtr>> layers = snapshot->SelectLayers(scope.layers);
   if (!layers.ok()) return layers.status();
   return std::make_unique<ScopeReader>(std::move(snapshot), *std::move(caller), *std::move(layers),
-                                       std::move(area), std::move(ask));
+                                       std::move(asked));
 }
 
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<PartReader>> ContentIn(SnapshotPtr snapshot, const Scope& scope,
-                                                      const Polygon& area) {
-  return Read(std::move(snapshot), scope, area, [](const Layer& layer, const Polygon* in_layer) {
-    return layer.ContentIn(*in_layer);
-  });
+                                                      Polygon area) {
+  return Read(std::move(snapshot), scope, {std::nullopt, std::move(area)});
 }
 
 absl::StatusOr<std::unique_ptr<PartReader>> Search(SnapshotPtr snapshot, const Scope& scope,
-                                                   const ValueQuery& value,
-                                                   const std::optional<Polygon>& area) {
-  return Read(
-      std::move(snapshot), scope, area,
-      [value](const Layer& layer, const Polygon* in_layer) { return layer.Find(value, in_layer); });
+                                                   ValueQuery value, std::optional<Polygon> area) {
+  return Read(std::move(snapshot), scope, {std::move(value), std::move(area)});
 }
 
 }  // namespace hypermap

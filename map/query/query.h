@@ -100,12 +100,11 @@ class PartReader {
 
 // c^(area, I). `area` in the caller's frame. NOT_FOUND for an unknown layer or frame.
 absl::StatusOr<std::unique_ptr<PartReader>> ContentIn(SnapshotPtr snapshot, const Scope& scope,
-                                                      const Polygon& area);
+                                                      Polygon area);
 
 // s^(value, I), everywhere or in `area` (caller's frame). Errors as ContentIn.
 absl::StatusOr<std::unique_ptr<PartReader>> Search(SnapshotPtr snapshot, const Scope& scope,
-                                                   const ValueQuery& value,
-                                                   const std::optional<Polygon>& area);
+                                                   ValueQuery value, std::optional<Polygon> area);
 
 // The matches nearest to `p` over all layers of the scope together.
 struct NearestAnswer {

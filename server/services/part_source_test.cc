@@ -59,8 +59,10 @@ std::vector<std::pair<std::string, int>> Sent(std::vector<LayerPart> parts,
     EXPECT_TRUE(step.ok()) << step.status();
     if (*step == Source::Step::kEnd) return sent;
     if (*step == Source::Step::kNothingYet) continue;
-    EXPECT_EQ(message.revision(), 7);
-    sent.emplace_back(message.part().layer(), message.part().objects_size());
+    v1::QueryAreaResponse received;
+    EXPECT_TRUE(received.ParseFromString(message.SerializeAsString()));
+    EXPECT_EQ(received.revision(), 7);
+    sent.emplace_back(received.part().layer(), received.part().objects_size());
   }
 }
 

@@ -142,14 +142,15 @@ absl::StatusOr<std::unique_ptr<MessageSource<v1::QueryAreaResponse>>> QueryServi
   const absl::StatusOr<AskedRevision> asked = Pin(request);
   if (!asked.ok()) return asked.status();
   if (!request.has_area()) return absl::InvalidArgumentError("area is missing");
-  const absl::StatusOr<Polygon> area =
+  absl::StatusOr<Polygon> decoded =
       wire::DecodePolygon("area", request.area(), facilities_.limits.decode);
-  if (!area.ok()) return area.status();
+  if (!decoded.ok()) return decoded.status();
+  std::optional<Polygon> area(*std::move(decoded));
   const Scope scope = wire::DecodeScope(request);
-  absl::StatusOr<SnapshotPtr> snapshot = asked->ForArea(scope, *area);
+  absl::StatusOr<SnapshotPtr> snapshot = asked->ForArea(scope, area);
   if (!snapshot.ok()) return snapshot.status();
   absl::StatusOr<std::unique_ptr<PartReader>> reader =
-      ContentIn(*std::move(snapshot), scope, *area);
+      ContentIn(*std::move(snapshot), scope, *std::move(area));
   if (!reader.ok()) return reader.status();
   return std::make_unique<PartSource<v1::QueryAreaResponse>>(*std::move(reader), asked->revision(),
                                                              facilities_.limits);
@@ -164,7 +165,7 @@ absl::StatusOr<std::unique_ptr<MessageSource<v1::QueryValueResponse>>> QueryServ
     const v1::QueryValueRequest& request) const {
   const absl::StatusOr<AskedRevision> asked = Pin(request);
   if (!asked.ok()) return asked.status();
-  const absl::StatusOr<ValueQuery> value = ParseValueQuery(request.value());
+  absl::StatusOr<ValueQuery> value = ParseValueQuery(request.value());
   if (!value.ok()) return value.status();
   std::optional<Polygon> area;
   if (request.has_area()) {
@@ -177,7 +178,7 @@ absl::StatusOr<std::unique_ptr<MessageSource<v1::QueryValueResponse>>> QueryServ
   absl::StatusOr<SnapshotPtr> snapshot = asked->ForArea(scope, area);
   if (!snapshot.ok()) return snapshot.status();
   absl::StatusOr<std::unique_ptr<PartReader>> reader =
-      Search(*std::move(snapshot), scope, *value, area);
+      Search(*std::move(snapshot), scope, *std::move(value), std::move(area));
   if (!reader.ok()) return reader.status();
   return std::make_unique<PartSource<v1::QueryValueResponse>>(*std::move(reader), asked->revision(),
                                                               facilities_.limits);
@@ -231,7 +232,7 @@ absl::StatusOr<int64_t> QueryService::AnswerNearest(const v1::QueryNearestReques
   response->set_revision(asked->revision());
   response->set_frame_id(*frame);
   wire::EncodeNearestAnswer(*answer, response);
-  return response->matches_size();
+  return static_cast<int64_t>(answer->entries.size());
 }
 
 grpc::ServerBidiReactor<v1::QueryPointsRequest, v1::QueryPointsResponse>* QueryService::QueryPoints(

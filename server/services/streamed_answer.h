@@ -9,6 +9,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <utility>
 
 #include "absl/functional/any_invocable.h"
@@ -72,10 +73,13 @@ class StreamedAnswer final : public grpc::ServerWriteReactor<Response> {
   StreamedAnswer(const grpc::CallbackServerContext* context, RequestLog log, WorkerPool* workers,
                  OpenSource open, StartWait start_wait)
       : context_(context), log_(std::move(log)), workers_(workers), open_(std::move(open)) {
-    start_wait(wait_, [this] { RunOnWorker(); });
+    wait_.emplace();
+    start_wait(*wait_, [this] { RunOnWorker(); });
   }
 
-  void OnCancel() override { wait_.Stop(); }
+  void OnCancel() override {
+    if (wait_) wait_->Stop();
+  }
 
   void OnWriteDone(bool ok) override {
     if (!ok) return End(absl::CancelledError("the caller went away"));
@@ -132,7 +136,7 @@ class StreamedAnswer final : public grpc::ServerWriteReactor<Response> {
   const RequestLog log_;
   WorkerPool* const workers_;
   OpenSource open_;
-  RevisionWait wait_;
+  std::optional<RevisionWait> wait_;  // set where this is made, if at all
   std::unique_ptr<Source> source_;
   alignas(std::max_align_t) char block_[kArenaBytes];
   google::protobuf::Arena arena_{block_, sizeof block_};

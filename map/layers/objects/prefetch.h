@@ -17,6 +17,8 @@ inline void Prefetch(const void* begin, size_t bytes) {
   __builtin_prefetch(first + bytes - 1);
 }
 
+inline void PrefetchObject(const SemanticObject& object) { Prefetch(&object, sizeof object); }
+
 // What leads to the rings and the bounding box.
 inline void PrefetchPolygon(const SemanticObject& object) {
   Prefetch(&object.polygon, sizeof(Polygon));
