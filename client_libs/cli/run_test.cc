@@ -83,11 +83,11 @@ TEST(RunTest, CommandLinesBecomeRequests) {
        R"(QueryPoint map: "office" point { x: 1 y: 2 } at_time { seconds: 1 })"},
       {{"query", "value", "office", "chair", "--min_revision", "9"},
        R"(QueryValue map: "office" value: "chair" min_revision: 9)"},
-      {{"watch", "office"}, R"(Watch map: "office")"},
+      {{"watch", "office"}, R"(Watch map: "office" coalesce: true)"},
       {{"watch", "office", "--layer", "a", "--layer", "b", "--frame", "dock", "--class", "cup",
         "--from", "0", "--area", "-1,-1", "2,-1", "2,3"},
        R"(Watch map: "office" layers: "a" layers: "b" frame_id: "dock" )" + triangle +
-           R"( classes: "cup" start_revision: 0)"},
+           R"( classes: "cup" start_revision: 0 coalesce: true)"},
       {{"log", "office", "--limit", "7"},
        R"(ListRevisions map: "office" page_size: 7 newest_first: true)"},
       {{"query", "nearest", "office", "1", "2", "--value=<-70"},

@@ -29,6 +29,9 @@ struct WatchOptions {
   std::vector<std::string> classes = {};
   // The changes after this revision, and no snapshot. Absent: a snapshot first.
   std::optional<Revision> start_revision = std::nullopt;
+  // Whether changes of a busy map may come some milliseconds later, several at a time; the server
+  // can then tell many more. What Next returns is the same.
+  bool coalesce = true;
   // Whether a watch that broke goes on by itself, after the last revision that was told whole.
   bool resume = true;
   // How long a watch that had begun is tried again while no server answers. One that has not is

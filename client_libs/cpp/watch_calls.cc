@@ -47,6 +47,7 @@ v1::WatchRequest EncodeWatch(const std::string& map, const WatchOptions& options
   if (options.area) wire::EncodePolygon(*options.area, request.mutable_area());
   request.mutable_classes()->Assign(options.classes.begin(), options.classes.end());
   if (options.start_revision) request.set_start_revision(*options.start_revision);
+  request.set_coalesce(options.coalesce);
   return request;
 }
 
@@ -116,11 +117,18 @@ class Watcher::Call {
     reader_ = connection_->watch().Watch(context_.get(), request_);
   }
 
+  // The next message, out of one that has several where it came so.
   bool Read(v1::WatchResponse& message) {
-    ListenUntil(absl::Now() + options_.idle_timeout);
-    const bool read = reader_->Read(&message);
-    ListenUntil(absl::InfiniteFuture());
-    return read;
+    while (next_coalesced_ == coalesced_.coalesced_size()) {
+      ListenUntil(absl::Now() + options_.idle_timeout);
+      const bool read = reader_->Read(&message);
+      ListenUntil(absl::InfiniteFuture());
+      if (!read || message.coalesced_size() == 0) return read;
+      coalesced_ = std::move(message);
+      next_coalesced_ = 0;
+    }
+    message = std::move(*coalesced_.mutable_coalesced(next_coalesced_++));
+    return true;
   }
 
   void ListenUntil(absl::Time time) {
@@ -234,6 +242,8 @@ class Watcher::Call {
   const absl::Time deadline_;
   v1::WatchRequest request_;  // of the next call
   std::unique_ptr<grpc::ClientReader<v1::WatchResponse>> reader_;
+  v1::WatchResponse coalesced_;  // the last that had several, and which of them comes next
+  int next_coalesced_ = 0;
   Backoff backoff_;
   absl::Time broken_since_ = absl::InfiniteFuture();
   bool begun_ = false;

@@ -17,6 +17,7 @@ namespace {
 
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::Pair;
 using ::testing::SizeIs;
 
 template <typename Message>
@@ -103,7 +104,7 @@ TEST(WatcherTest, AsksWithItsFilter) {
               ElementsAre("Watch map: \"office\" layers: \"objects\" frame_id: \"dock\" area { "
                           "outer { points { } points { x: 1 } points { x: 1 y: 1 } "
                           "points { y: 1 } } } classes: \"chair\" classes: \"sofa\" "
-                          "start_revision: 0"));
+                          "start_revision: 0 coalesce: true"));
 }
 
 TEST(WatcherTest, ARevisionInPartsIsToldWhole) {
@@ -118,6 +119,47 @@ TEST(WatcherTest, ARevisionInPartsIsToldWhole) {
   EXPECT_THAT(watcher.Next()->changes, SizeIs(0));
   EXPECT_EQ(watcher.revision(), 6);
   EXPECT_THAT(IdsOf(*watcher.Next()), ElementsAre(5));
+}
+
+// The messages in one.
+v1::WatchResponse Coalesced(const std::vector<v1::WatchResponse>& messages) {
+  v1::WatchResponse response;
+  for (const v1::WatchResponse& message : messages) *response.add_coalesced() = message;
+  return response;
+}
+
+TEST(WatcherTest, MessagesThatComeTogetherAreToldOneByOne) {
+  Script script;
+  script.watches = {
+      Broken({Removes(5, {1}),
+              Coalesced({Removes(6, {2}), Removes(7, {}), Removes(8, {3}, true), Removes(8, {4})}),
+              Coalesced({Removes(9, {5}), Removes(10, {6}, true)})}),
+      Open({Coalesced({Removes(10, {6, 7}), Removes(12, {8})})})};
+  ScriptedServer server(script);
+  Watcher watcher = Client(server.address()).Watch("office");
+  std::vector<std::pair<Revision, std::vector<ObjectId>>> told;
+  for (int i = 0; i < 7; ++i) {
+    const std::optional<WatchEvent> event = watcher.Next();
+    ASSERT_TRUE(event.has_value()) << watcher.status();
+    EXPECT_EQ(watcher.revision(), event->revision);
+    told.emplace_back(event->revision, IdsOf(*event));
+  }
+  using Ids = std::vector<ObjectId>;
+  EXPECT_THAT(told,
+              ElementsAre(Pair(5, Ids{1}), Pair(6, Ids{2}), Pair(7, Ids{}), Pair(8, Ids{3, 4}),
+                          Pair(9, Ids{5}), Pair(10, Ids{6, 7}), Pair(12, Ids{8})));
+  EXPECT_EQ(server.Requests()[1], "Watch map: \"office\" start_revision: 9 coalesce: true");
+}
+
+TEST(WatcherTest, AsksForSingleMessagesWhenTold) {
+  Script script;
+  script.watches = {Open({Removes(1, {})})};
+  ScriptedServer server(script);
+  WatchOptions options;
+  options.coalesce = false;
+  Watcher watcher = Client(server.address()).Watch("office", options);
+  ASSERT_TRUE(watcher.Next().has_value());
+  EXPECT_THAT(server.Requests(), ElementsAre("Watch map: \"office\""));
 }
 
 TEST(WatcherTest, GoesOnAfterTheLastWholeRevision) {
@@ -137,10 +179,11 @@ TEST(WatcherTest, GoesOnAfterTheLastWholeRevision) {
   using Ids = std::vector<ObjectId>;
   EXPECT_THAT(told, ElementsAre(Ids{1}, Ids{2, 3}, Ids{}, Ids{4}));
   EXPECT_THAT(server.Requests(),
-              ElementsAre("Watch map: \"office\"", "Watch map: \"office\" start_revision: 5",
-                          "Watch map: \"office\" start_revision: 5",
-                          "Watch map: \"office\" start_revision: 9",
-                          "Watch map: \"office\" start_revision: 9"));
+              ElementsAre("Watch map: \"office\" coalesce: true",
+                          "Watch map: \"office\" start_revision: 5 coalesce: true",
+                          "Watch map: \"office\" start_revision: 5 coalesce: true",
+                          "Watch map: \"office\" start_revision: 9 coalesce: true",
+                          "Watch map: \"office\" start_revision: 9 coalesce: true"));
   EXPECT_EQ(watcher.num_resumed(), 2);
 }
 
@@ -181,7 +224,7 @@ TEST(WatcherTest, ASilentConnectionIsTakenForBroken) {
   const std::optional<WatchEvent> event = watcher.Next();
   ASSERT_TRUE(event.has_value()) << watcher.status();
   EXPECT_EQ(event->revision, 6);
-  EXPECT_EQ(server.Requests()[1], "Watch map: \"office\" start_revision: 5");
+  EXPECT_EQ(server.Requests()[1], "Watch map: \"office\" start_revision: 5 coalesce: true");
 }
 
 TEST(WatcherTest, EndsWhereItMayNotGoOn) {
@@ -230,7 +273,7 @@ TEST(WatcherTest, CompactionEndsItOrBringsASnapshot) {
     EXPECT_TRUE(event->reset);
     EXPECT_EQ(event->revision, 90);
     EXPECT_EQ(watcher.Next()->revision, 91);
-    EXPECT_EQ(server.Requests().back(), "Watch map: \"office\"");
+    EXPECT_EQ(server.Requests().back(), "Watch map: \"office\" coalesce: true");
   }
 }
 

@@ -83,7 +83,7 @@ class QueryService : public v1::QueryService::CallbackService {
 
   const Facilities facilities_;
   ArenaMessages<v1::QueryPointRequest, v1::QueryPointResponse> point_messages_;
-  ArenaMessages<v1::QueryNearestRequest, v1::QueryNearestResponse, 8192> nearest_messages_;
+  ArenaMessages<v1::QueryNearestRequest, v1::QueryNearestResponse> nearest_messages_;
   OpenPointsCalls points_calls_;
 };
 

@@ -29,14 +29,19 @@ void OpenWatches::CancelWrites() {
   for (WatchCall* call : calls_) call->CancelWrite();
 }
 
-void WatchCall::Gate::Wake() {
+bool WatchCall::Gate::EndWait() {
   MutexLock lock(&mutex_);
-  if (!waiting_) {
-    woken_ = true;
-    return;
-  }
-  waiting_ = false;
-  workers_->Run([call = call_] { call->TakeTurn(); });
+  if (std::exchange(waiting_, false)) return true;
+  woken_ = true;
+  return false;
+}
+
+void WatchCall::Gate::Wake() {
+  if (EndWait()) call_->RunOnWorker();
+}
+
+void WatchCall::Gate::WakeHere() {
+  if (EndWait()) call_->TakeShortTurn();
 }
 
 void WatchCall::Gate::BeginTurn() {
@@ -44,33 +49,44 @@ void WatchCall::Gate::BeginTurn() {
   woken_ = false;
 }
 
-bool WatchCall::Gate::BeginWait() {
+void WatchCall::Gate::BeginWait() {
   MutexLock lock(&mutex_);
-  if (woken_) return false;
-  waiting_ = true;
-  return true;
+  if (woken_) {
+    call_->RunOnWorker();
+  } else {
+    waiting_ = true;
+  }
 }
 
-WatchCall::WatchCall(const grpc::CallbackServerContext* context, const v1::WatchRequest* request,
-                     const Facilities* facilities, OpenWatches* watches, TimerQueue* timers)
+WatchCall::WatchCall(const grpc::CallbackServerContext* context, v1::WatchRequest request,
+                     const Facilities* facilities, WatchGroups* groups, OpenWatches* watches,
+                     TimerQueue* timers, const TickLines* lines)
     : context_(context),
-      request_(request),
+      request_(std::move(request)),
       facilities_(facilities),
+      groups_(groups),
       watches_(watches),
       timers_(timers),
-      log_(*context, "Watch", request->map()),
+      lines_(lines),
+      log_(*context, "Watch", request_.map()),
       admitted_(watches->Add(this)),
-      gate_(std::make_shared<Gate>(this, facilities->workers)) {
-  facilities_->workers->Run([this] { TakeTurn(); });
+      gate_(std::make_shared<Gate>(this)) {
+  RunOnWorker();
 }
 
-void WatchCall::OnWriteDone(bool /*ok*/) {
+void WatchCall::OnWriteDone(bool ok) {
   {
     MutexLock lock(&write_mutex_);
     writing_ = false;
   }
   // A write that failed is that of a call which was cancelled.
-  facilities_->workers->Run([this] { TakeTurn(); });
+  if (ok && source_->gathers()) {
+    WaitForTick();
+  } else {
+    RunOnWorker();
+  }
+  for (int i = 0; i < kBegunForOne && lines_->RunNext(); ++i) {
+  }
 }
 
 void WatchCall::OnDone() {
@@ -84,43 +100,69 @@ void WatchCall::CancelWrite() {
   if (writing_) context_->TryCancel();
 }
 
+void WatchCall::RunOnWorker() {
+  facilities_->workers->Run([this] { TakeTurn(); });
+}
+
 void WatchCall::TakeTurn() {
   gate_->BeginTurn();
   ForgetWait();
   absl::Time now = absl::Now();
   const absl::Time end_of_turn = now + kTurn;
   for (; now < end_of_turn; now = absl::Now()) {
-    const absl::StatusOr<WatchSource::Step> step = TakeStep(now);
+    grpc::Slice message;
+    const absl::StatusOr<WatchSource::Step> step = TakeStep(now, &message);
     if (!step.ok()) return End(step.status());
-    if (*step == WatchSource::Step::kNothingNew) return Wait(now);
-    if (*step == WatchSource::Step::kNothingYet) continue;
-    {
-      MutexLock lock(&write_mutex_);
-      writing_ = true;
-    }
-    return StartWrite(&message_);
+    if (*step == WatchSource::Step::kNothingNew) return WaitForCommits(now);
+    if (*step == WatchSource::Step::kMessage) return Write(message);
   }
-  facilities_->workers->Run([this] { TakeTurn(); });
+  RunOnWorker();
 }
 
-absl::StatusOr<WatchSource::Step> WatchCall::TakeStep(absl::Time now) {
+void WatchCall::TakeShortTurn() {
+  gate_->BeginTurn();
+  grpc::Slice message;
+  if (CheckWanted(*context_).ok() && source_->TakeShared(absl::Now(), &message)) {
+    Write(message);
+  } else {
+    RunOnWorker();
+  }
+}
+
+void WatchCall::Write(const grpc::Slice& message) {
+  grpc::ByteBuffer(&message, 1).Swap(&message_);
+  {
+    MutexLock lock(&write_mutex_);
+    writing_ = true;
+  }
+  StartWrite(&message_);
+}
+
+absl::StatusOr<WatchSource::Step> WatchCall::TakeStep(absl::Time now, grpc::Slice* message) {
   if (absl::Status status = CheckWanted(*context_); !status.ok()) return status;
   if (!admitted_.ok()) return admitted_;
   if (!source_) {
     absl::StatusOr<std::unique_ptr<WatchSource>> source =
-        WatchSource::Open(*facilities_, *request_);
+        WatchSource::Open(*facilities_, groups_, request_);
     if (!source.ok()) return source.status();
     source_ = *std::move(source);
   }
-  message_.Clear();
-  return source_->Next(now, &message_);
+  return source_->Next(now, message);
 }
 
-void WatchCall::Wait(absl::Time now) {
-  const auto wake = [gate = gate_] { gate->Wake(); };
+void WatchCall::WaitForCommits(absl::Time now) {
+  const std::shared_ptr<Gate> gate = gate_;
+  const auto wake = [gate] { gate->Wake(); };
   feed_wait_ = source_->feed().Await(source_->taken(), wake);
   timer_ = timers_->RunAfter(source_->idle_for(now), wake);
-  if (!gate_->BeginWait()) facilities_->workers->Run([this] { TakeTurn(); });
+  gate->BeginWait();
+}
+
+void WatchCall::WaitForTick() {
+  const std::shared_ptr<Gate> gate = gate_;
+  const std::shared_ptr<TickLine>& line = source_->is_busy() ? lines_->busy : lines_->calm;
+  line->Add([gate] { gate->WakeHere(); });
+  gate->BeginWait();
 }
 
 void WatchCall::ForgetWait() {

@@ -2,12 +2,15 @@
 
 #include <algorithm>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "server/services/difference_source.h"
 #include "server/services/streamed_answer.h"
 #include "server/services/unary_call.h"
+#include "server/services/watch_messages.h"
+#include "wire/status.h"
 #include "wire/time.h"
 
 namespace hypermap::server {
@@ -16,11 +19,23 @@ namespace {
 constexpr int kDefaultPageSize = 1000;
 constexpr int kMaxPageSize = 10'000;
 
+class RefusedWatch final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
+ public:
+  RefusedWatch(const grpc::CallbackServerContext& context, const absl::Status& status) {
+    RequestLog(context, "Watch", "").Finished(status, 0);
+    Finish(wire::EncodeStatus(status));
+  }
+  void OnDone() override { delete this; }
+};
+
 }  // namespace
 
-grpc::ServerWriteReactor<v1::WatchResponse>* WatchService::Watch(
-    grpc::CallbackServerContext* context, const v1::WatchRequest* request) {
-  return new WatchCall(context, request, &facilities_, &watches_, &timers_);
+grpc::ServerWriteReactor<grpc::ByteBuffer>* WatchService::Watch(
+    grpc::CallbackServerContext* context, const grpc::ByteBuffer* request) {
+  absl::StatusOr<v1::WatchRequest> parsed = ParseWatchRequest(*request);
+  if (!parsed.ok()) return new RefusedWatch(*context, parsed.status());
+  return new WatchCall(context, *std::move(parsed), &facilities_, &groups_, &watches_, &timers_,
+                       &lines_);
 }
 
 void WatchService::EndAfter(absl::Duration grace) {

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <deque>
 #include <map>
 #include <memory>
 #include <optional>
@@ -24,7 +25,7 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
-// A call that reads what comes.
+// A call that reads what comes; of messages that come together each by itself.
 class Watching {
  public:
   Watching(TestServer& server, const v1::WatchRequest& request)
@@ -36,9 +37,15 @@ class Watching {
 
   // The next message; nullopt at the end.
   std::optional<v1::WatchResponse> Next() {
-    v1::WatchResponse response;
-    if (!reader_->Read(&response)) return std::nullopt;
-    return response;
+    while (together_.empty()) {
+      v1::WatchResponse response;
+      if (!reader_->Read(&response)) return std::nullopt;
+      if (response.coalesced().empty()) return response;
+      together_.assign(response.coalesced().begin(), response.coalesced().end());
+    }
+    v1::WatchResponse first = std::move(together_.front());
+    together_.pop_front();
+    return first;
   }
   // The next that tells of something.
   std::optional<v1::WatchResponse> NextTold() {
@@ -74,6 +81,7 @@ class Watching {
  private:
   grpc::ClientContext context_;
   std::unique_ptr<grpc::ClientReader<v1::WatchResponse>> reader_;
+  std::deque<v1::WatchResponse> together_;  // of the last message, those that come next
   bool finished_ = false;
 };
 
@@ -85,8 +93,9 @@ hypermap::PutObject CupAt(double x, ObjectId id = 0) {
   return put;
 }
 
-// The map "site" with two cups, ids 1 and 2, at x = 0 and 2, at revision 1.
-class WatchServiceTest : public ::testing::Test {
+// The map "site" with two cups, ids 1 and 2, at x = 0 and 2, at revision 1. Watched with and
+// without `coalesce`, which makes no difference to what is told.
+class WatchServiceTest : public ::testing::TestWithParam<bool> {
  protected:
   static ServiceLimits Limits() {
     ServiceLimits limits;
@@ -111,6 +120,7 @@ class WatchServiceTest : public ::testing::Test {
     v1::WatchRequest request;
     request.set_map("site");
     if (start) request.set_start_revision(*start);
+    request.set_coalesce(GetParam());
     return request;
   }
 
@@ -130,7 +140,11 @@ class WatchServiceTest : public ::testing::Test {
   TestServer server_;
 };
 
-TEST_F(WatchServiceTest, TellsASnapshotAndThenEachCommit) {
+INSTANTIATE_TEST_SUITE_P(, WatchServiceTest, ::testing::Bool(), [](const auto& coalesce) {
+  return coalesce.param ? "Coalesced" : "Single";
+});
+
+TEST_P(WatchServiceTest, TellsASnapshotAndThenEachCommit) {
   Watching watching(server_, Request());
   const auto snapshot = watching.NextTold();
   ASSERT_TRUE(snapshot.has_value());
@@ -156,7 +170,7 @@ TEST_F(WatchServiceTest, TellsASnapshotAndThenEachCommit) {
   EXPECT_EQ(removed->changes(0).object_id(), 1);
 }
 
-TEST_F(WatchServiceTest, SnapshotAndLargeCommitsComeInPartsThatBelongTogether) {
+TEST_P(WatchServiceTest, SnapshotAndLargeCommitsComeInPartsThatBelongTogether) {
   std::vector<hypermap::Edit> many;
   for (int i = 0; i < 20; ++i) many.push_back(CupAt(i));
   Edit(std::move(many));
@@ -178,7 +192,7 @@ TEST_F(WatchServiceTest, SnapshotAndLargeCommitsComeInPartsThatBelongTogether) {
   }
 }
 
-TEST_F(WatchServiceTest, EmptySelectionIsTold) {
+TEST_P(WatchServiceTest, EmptySelectionIsTold) {
   v1::WatchRequest request = Request();
   request.add_layers("not there yet");
   Watching watching(server_, request);
@@ -189,7 +203,7 @@ TEST_F(WatchServiceTest, EmptySelectionIsTold) {
   EXPECT_EQ(snapshot->changes_size(), 0);
 }
 
-TEST_F(WatchServiceTest, TellsWhoComesIntoTheAreaAndLeavesIt) {
+TEST_P(WatchServiceTest, TellsWhoComesIntoTheAreaAndLeavesIt) {
   v1::WatchRequest request = Request();
   wire::EncodePolygon(Polygon::FromBox({{-1, -1}, {1.5, 2}}), request.mutable_area());
   Watching watching(server_, request);
@@ -204,7 +218,7 @@ TEST_F(WatchServiceTest, TellsWhoComesIntoTheAreaAndLeavesIt) {
                                              "5 ENTER cups 2", "6 REMOVE cups 2", "7 PUT cups 3"));
 }
 
-TEST_F(WatchServiceTest, TellsOfLayersAndCells) {
+TEST_P(WatchServiceTest, TellsOfLayersAndCells) {
   Watching watching(server_, Request(1));
   const EditBatch cells = LayerOfCells("cells", 1, 2);
   Edit(cells.edits);
@@ -215,7 +229,7 @@ TEST_F(WatchServiceTest, TellsOfLayersAndCells) {
                           "3 CELLS cells", "4 LAYER_DELETED cells"));
 }
 
-TEST_F(WatchServiceTest, ResumesFromTheRingAndFromTheHistory) {
+TEST_P(WatchServiceTest, ResumesFromTheRingAndFromTheHistory) {
   std::vector<std::string> all;
   for (int i = 0; i < 40; ++i) {
     const Revision revision = Edit({CupAt(i)});
@@ -231,7 +245,7 @@ TEST_F(WatchServiceTest, ResumesFromTheRingAndFromTheHistory) {
   EXPECT_THAT(up_to_date.Until(42), ElementsAre("42 PUT cups 43"));
 }
 
-TEST_F(WatchServiceTest, TransformThatMovesTheAnswersResetsTheWatch) {
+TEST_P(WatchServiceTest, TransformThatMovesTheAnswersResetsTheWatch) {
   LayerSpec spec;
   spec.name = "robot";
   spec.frame_id = "base";
@@ -253,7 +267,7 @@ TEST_F(WatchServiceTest, TransformThatMovesTheAnswersResetsTheWatch) {
   EXPECT_THAT(watching.Until(4), ElementsAre("4 PUT cups 3"));
 }
 
-TEST_F(WatchServiceTest, ToldHowFarTheMapIsWhenNothingIsSelected) {
+TEST_P(WatchServiceTest, ToldHowFarTheMapIsWhenNothingIsSelected) {
   v1::WatchRequest request = Request(1);
   request.add_layers("elsewhere");
   Watching watching(server_, request);
@@ -269,7 +283,7 @@ TEST_F(WatchServiceTest, ToldHowFarTheMapIsWhenNothingIsSelected) {
   EXPECT_EQ(watching.Next()->revision(), 2);
 }
 
-TEST_F(WatchServiceTest, StartsThatCanNotBeAreRefused) {
+TEST_P(WatchServiceTest, StartsThatCanNotBeAreRefused) {
   v1::WatchRequest unknown_map = Request(), unknown_frame = Request(), bad_area = Request();
   unknown_map.set_map("attic");
   unknown_frame.set_frame_id("moon");
@@ -283,7 +297,7 @@ TEST_F(WatchServiceTest, StartsThatCanNotBeAreRefused) {
   EXPECT_THAT(future.error_message(), HasSubstr("newest is 1"));
 }
 
-TEST_F(WatchServiceTest, StartBeforeTheOldestKeptNamesIt) {
+TEST_P(WatchServiceTest, StartBeforeTheOldestKeptNamesIt) {
   for (int i = 0; i < 2400; ++i) Edit({CupAt(i)});
   const auto kept = [this] { return (*session().OpenHistory())->Kept()->oldest; };
   while (kept() == 0) session().LookAtClock();
@@ -298,7 +312,7 @@ TEST_F(WatchServiceTest, StartBeforeTheOldestKeptNamesIt) {
   EXPECT_THAT(gone.error_message(), HasSubstr(absl::StrCat(oldest)));
 }
 
-TEST_F(WatchServiceTest, OneWatchTooManyIsRefusedNamingTheLimit) {
+TEST_P(WatchServiceTest, OneWatchTooManyIsRefusedNamingTheLimit) {
   Watching one(server_, Request()), two(server_, Request());
   auto three = std::make_unique<Watching>(server_, Request());
   for (Watching* watching : {&one, &two, three.get()}) ASSERT_TRUE(watching->Next().has_value());
@@ -313,7 +327,7 @@ TEST_F(WatchServiceTest, OneWatchTooManyIsRefusedNamingTheLimit) {
   }
 }
 
-TEST_F(WatchServiceTest, DeadlineAndCancelEndAWatchThatWaits) {
+TEST_P(WatchServiceTest, DeadlineAndCancelEndAWatchThatWaits) {
   grpc::ClientContext context;
   context.set_deadline(std::chrono::system_clock::now() + std::chrono::milliseconds(100));
   auto reader = server_.watch->Watch(&context, Request());
@@ -337,7 +351,7 @@ std::vector<hypermap::Edit> Checkered(bool odd) {
   return {write};
 }
 
-TEST_F(WatchServiceTest, ReaderThatDoesNotReadHoldsNobodyUpAndIsToldWhereToResume) {
+TEST_P(WatchServiceTest, ReaderThatDoesNotReadHoldsNobodyUpAndIsToldWhereToResume) {
   Edit(LayerOfCells("cells", 1, 1).edits);
   Watching slow(server_, Request(2));
   Watching quick(server_, Request(2));
@@ -366,7 +380,7 @@ TEST_F(WatchServiceTest, ReaderThatDoesNotReadHoldsNobodyUpAndIsToldWhereToResum
   EXPECT_THAT(rest.front(), HasSubstr(absl::StrCat(last + 1, " ")));
 }
 
-TEST_F(WatchServiceTest, ShutdownEndsWatchesSayingWhereToResume) {
+TEST_P(WatchServiceTest, ShutdownEndsWatchesSayingWhereToResume) {
   Watching waiting(server_, Request());
   ASSERT_TRUE(waiting.NextTold().has_value());
   Edit({CupAt(4)});
@@ -382,7 +396,7 @@ TEST_F(WatchServiceTest, ShutdownEndsWatchesSayingWhereToResume) {
   EXPECT_LT(absl::Now() - begin, absl::Seconds(30));
 }
 
-TEST_F(WatchServiceTest, ShutdownDoesNotWaitForAReaderThatDoesNotRead) {
+TEST_P(WatchServiceTest, ShutdownDoesNotWaitForAReaderThatDoesNotRead) {
   Edit(LayerOfCells("cells", 1, 1).edits);
   Watching slow(server_, Request(2));
   ASSERT_TRUE(slow.Next().has_value());
@@ -392,7 +406,7 @@ TEST_F(WatchServiceTest, ShutdownDoesNotWaitForAReaderThatDoesNotRead) {
   EXPECT_LT(absl::Now() - begin, absl::Seconds(30));
 }
 
-TEST_F(WatchServiceTest, WatchOfADeletedMapEnds) {
+TEST_P(WatchServiceTest, WatchOfADeletedMapEnds) {
   Watching watching(server_, Request());
   ASSERT_TRUE(watching.NextTold().has_value());
   ASSERT_TRUE(server_.site().Delete("site", "").ok());
@@ -450,7 +464,7 @@ std::map<ObjectId, int64_t> Ask(TestServer& server, const v1::Polygon& area, Rev
   return objects;
 }
 
-TEST_F(WatchServiceTest, CutAndResumedAtRandomItStaysWhatAQuestionAnswers) {
+TEST_P(WatchServiceTest, CutAndResumedAtRandomItStaysWhatAQuestionAnswers) {
   const unsigned seed = std::random_device()();
   SCOPED_TRACE(absl::StrCat("seed ", seed));
   constexpr int kEdits = 600;
@@ -494,7 +508,7 @@ TEST_F(WatchServiceTest, CutAndResumedAtRandomItStaysWhatAQuestionAnswers) {
   EXPECT_EQ(replica.objects(), Ask(server_, request.area(), kEdits + 1));
 }
 
-TEST_F(WatchServiceTest, DifferenceOfTwoRevisionsTellsEachThingOnce) {
+TEST_P(WatchServiceTest, DifferenceOfTwoRevisionsTellsEachThingOnce) {
   Edit({CupAt(10)});                              // 2: id 3
   Edit({CupAt(20, 1), CupAt(30, 3)});             // 3
   Edit({hypermap::DeleteObject{"cups", 2, {}}});  // 4
@@ -534,7 +548,7 @@ TEST_F(WatchServiceTest, DifferenceOfTwoRevisionsTellsEachThingOnce) {
   EXPECT_EQ(ask(&responses).error_code(), grpc::StatusCode::NOT_FOUND);
 }
 
-TEST_F(WatchServiceTest, RevisionsAreListedInPages) {
+TEST_P(WatchServiceTest, RevisionsAreListedInPages) {
   for (int i = 0; i < 9; ++i) Edit({CupAt(i)});
   const auto list = [&](int after, int before, int page, bool newest_first) {
     v1::ListRevisionsRequest request;

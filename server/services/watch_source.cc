@@ -7,8 +7,8 @@
 #include "absl/strings/str_cat.h"
 #include "map/watch/structure.h"
 #include "server/services/told_changes.h"
+#include "server/services/watch_messages.h"
 #include "wire/geometry.h"
-#include "wire/time.h"
 
 namespace hypermap::server {
 namespace {
@@ -17,6 +17,9 @@ namespace {
 constexpr int kMaxPastChanges = 128;
 // A place further on is told of at most so often.
 constexpr absl::Duration kBetweenProgress = absl::Seconds(1);
+// Of the last run in the mean rate of changes; runs are taken to be at least this far apart.
+constexpr double kShareOfLast = 0.25;
+constexpr absl::Duration kLeastBetween = absl::Milliseconds(1);
 
 absl::StatusOr<WatchFilter> DecodeFilter(const v1::WatchRequest& request,
                                          const wire::DecodeLimits& limits) {
@@ -52,6 +55,7 @@ absl::StatusOr<SnapshotPtr> WatchSource::StructureAt(MapSession& session, Revisi
 }
 
 absl::StatusOr<std::unique_ptr<WatchSource>> WatchSource::Open(const Facilities& facilities,
+                                                               WatchGroups* groups,
                                                                const v1::WatchRequest& request) {
   absl::StatusOr<std::shared_ptr<MapSession>> session = FindMap(facilities, request.map());
   if (!session.ok()) return session.status();
@@ -70,16 +74,22 @@ absl::StatusOr<std::unique_ptr<WatchSource>> WatchSource::Open(const Facilities&
   }
   absl::StatusOr<Follower> follower = Follower::Make(*std::move(filter), *structure);
   if (!follower.ok()) return follower.status();
-  std::unique_ptr<WatchSource> source(new WatchSource(
-      facilities.limits, *std::move(session), *std::move(follower), *std::move(structure), start));
+  std::shared_ptr<WatchGroup> group = groups->Join(&(*session)->feed(), request);
+  std::unique_ptr<WatchSource> source(
+      new WatchSource(facilities.limits, *std::move(session), std::move(group),
+                      request.coalesce() ? WatchGroup::Form::kCoalesced : WatchGroup::Form::kSingle,
+                      *std::move(follower), *std::move(structure), start));
   if (snapshot) source->BeginSelection(std::move(snapshot), /*reset=*/false);
   return source;
 }
 
 WatchSource::WatchSource(const ServiceLimits& limits, std::shared_ptr<MapSession> session,
+                         std::shared_ptr<WatchGroup> group, WatchGroup::Form form,
                          Follower follower, SnapshotPtr structure, Revision start)
     : limits_(limits),
       session_(std::move(session)),
+      group_(std::move(group)),
+      form_(form),
       follower_(std::move(follower)),
       structure_(std::move(structure)),
       taken_(start),
@@ -94,12 +104,22 @@ absl::Status WatchSource::WithResume(const absl::Status& status) const {
                       absl::StrCat(status.message(), "; resume from revision ", told_));
 }
 
-absl::StatusOr<WatchSource::Step> WatchSource::Next(absl::Time now, v1::WatchResponse* message) {
+absl::StatusOr<WatchSource::Step> WatchSource::Next(absl::Time now, grpc::Slice* message) {
+  gathers_ = false;
   // Between commits only: a commit's changes are told together.
   if (next_ < telling_.size()) return TellNext(now, message);
   if (feed().closed()) return WithResume(absl::UnavailableError("the map is closing"));
   if (selection_) return ReadSelection(now, message);
-  return TakeCommit(now, message);
+  return TakeCommits(now, message);
+}
+
+bool WatchSource::TakeShared(absl::Time now, grpc::Slice* message) {
+  gathers_ = false;
+  if (!telling_.empty() || selection_ || !commits_.empty() || feed().closed()) return false;
+  const Revision behind = feed().newest() - taken_;
+  if (behind == 0 || behind > max_lag_) return false;
+  const auto run = group_->Take(taken_, structure_, follower_, form_);
+  return run && TellRun(now, *run, message) == Step::kMessage;
 }
 
 void WatchSource::BeginSelection(SnapshotPtr snapshot, bool reset) {
@@ -111,34 +131,46 @@ void WatchSource::BeginSelection(SnapshotPtr snapshot, bool reset) {
   selection_resets_ = reset;
 }
 
-WatchSource::Step WatchSource::ReadSelection(absl::Time now, v1::WatchResponse* message) {
+WatchSource::Step WatchSource::ReadSelection(absl::Time now, grpc::Slice* message) {
   telling_ = selection_->Next(limits_.chunk_items);
   next_ = 0;
   if (telling_.empty() && !selection_->done()) return Step::kNothingYet;
   return TellNext(now, message);
 }
 
-WatchSource::Step WatchSource::TellNext(absl::Time now, v1::WatchResponse* message) {
-  message->set_revision(taken_);
-  if (selection_) {
-    message->set_snapshot(true);
-    message->set_reset(std::exchange(selection_resets_, false));
-  } else {
-    wire::EncodeTime(commit_.time, message->mutable_time());
-    message->set_author(commit_.author);
-  }
-  const size_t end = EncodeChanges(telling_, next_, limits_, message->mutable_changes());
+WatchSource::Step WatchSource::TellNext(absl::Time now, grpc::Slice* message) {
+  v1::WatchResponse part = selection_ ? v1::WatchResponse() : MessageOf(commit_);
+  part.set_revision(taken_);
+  part.set_snapshot(selection_ != nullptr);
+  part.set_reset(selection_ && std::exchange(selection_resets_, false));
+  const size_t end = EncodeChanges(telling_, next_, limits_, part.mutable_changes());
   items_ += static_cast<int64_t>(end - next_);
   next_ = end;
   last_message_ = now;
   const bool more = next_ < telling_.size() || (selection_ && !selection_->done());
-  message->set_more(more);
+  part.set_more(more);
   if (!more) {
     telling_.clear();
     next_ = 0;
     selection_.reset();
     told_ = taken_;
   }
+  *message = Serialize(part);
+  return Step::kMessage;
+}
+
+WatchSource::Step WatchSource::TellRun(absl::Time now, const WatchGroup::Run& run,
+                                       grpc::Slice* message) {
+  taken_ = run.end;
+  if (run.num_changes == 0) return Step::kNothingYet;
+  told_ = run.told;
+  items_ += run.num_changes;
+  const double since_last_s = absl::ToDoubleSeconds(std::max(now - last_message_, kLeastBetween));
+  const double per_s = static_cast<double>(run.num_changes) / since_last_s;
+  changes_per_s_ += kShareOfLast * (per_s - changes_per_s_);
+  last_message_ = now;
+  gathers_ = run.reaches_end;
+  *message = run.message;
   return Step::kMessage;
 }
 
@@ -152,21 +184,17 @@ absl::Duration WatchSource::idle_for(absl::Time now) const {
   return std::max(ProgressDue() - now, absl::ZeroDuration());
 }
 
-WatchSource::Step WatchSource::TellProgress(absl::Time now, v1::WatchResponse* message) {
+WatchSource::Step WatchSource::TellProgress(absl::Time now, grpc::Slice* message) {
   told_ = taken_;
-  message->set_revision(told_);
   last_message_ = now;
   last_progress_ = now;
+  v1::WatchResponse progress;
+  progress.set_revision(told_);
+  *message = Serialize(progress);
   return Step::kMessage;
 }
 
-absl::Status WatchSource::ReadCommits() {
-  const Revision newest = feed().newest();
-  if (newest - taken_ > max_lag_) {
-    return absl::ResourceExhaustedError(
-        absl::StrCat("the reader is ", newest - taken_,
-                     " revisions behind, which is more than --max_watch_lag"));
-  }
+absl::Status WatchSource::ReadCommits(Revision newest) {
   // One at a time: they are kept there, not here.
   if (auto commits = feed().Read(taken_, 1)) {
     std::move(commits->begin(), commits->end(), std::back_inserter(commits_));
@@ -187,15 +215,29 @@ absl::Status WatchSource::ReadCommits() {
   return absl::OkStatus();
 }
 
-absl::StatusOr<WatchSource::Step> WatchSource::TakeCommit(absl::Time now,
-                                                          v1::WatchResponse* message) {
+absl::StatusOr<WatchSource::Step> WatchSource::TakeCommits(absl::Time now, grpc::Slice* message) {
   if (told_ < taken_ && ProgressDue() <= now) return TellProgress(now, message);
   if (commits_.empty()) {
-    if (absl::Status status = ReadCommits(); !status.ok()) return WithResume(status);
+    const Revision newest = feed().newest();
+    if (newest - taken_ > max_lag_) {
+      return WithResume(absl::ResourceExhaustedError(
+          absl::StrCat("the reader is ", newest - taken_,
+                       " revisions behind, which is more than --max_watch_lag")));
+    }
+    if (newest == taken_) {
+      return ProgressDue() <= now ? TellProgress(now, message) : Step::kNothingNew;
+    }
+    if (const auto run = group_->Take(taken_, structure_, follower_, form_)) {
+      return TellRun(now, *run, message);
+    }
+    if (absl::Status status = ReadCommits(newest); !status.ok()) return WithResume(status);
+    // Of the history it was the part that is not published.
+    if (commits_.empty()) return Step::kNothingYet;
   }
-  if (commits_.empty()) {
-    return ProgressDue() <= now ? TellProgress(now, message) : Step::kNothingNew;
-  }
+  return TakeCommit(now, message);
+}
+
+absl::StatusOr<WatchSource::Step> WatchSource::TakeCommit(absl::Time now, grpc::Slice* message) {
   commit_ = std::move(commits_.front());
   commits_.pop_front();
   const auto changes = std::exchange(commit_.changes, nullptr);

@@ -2,6 +2,8 @@
 #ifndef HYPERMAP_SERVER_SERVICES_WATCH_SOURCE_H_
 #define HYPERMAP_SERVER_SERVICES_WATCH_SOURCE_H_
 
+#include <grpcpp/support/slice.h>
+
 #include <cstdint>
 #include <deque>
 #include <memory>
@@ -13,26 +15,39 @@
 #include "hypermap/v1/watch_service.pb.h"
 #include "map/watch/follower.h"
 #include "server/services/facilities.h"
+#include "server/services/watch_group.h"
 #include "server/session/map_session.h"
 
 namespace hypermap::server {
 
-// Follows a map commit by commit: from the session's feed, and from the map's history what the feed
-// does not have any more. Between calls it holds a place in the map's revisions and what is to be
-// told of one of them. One thread at a time.
+// Follows a map commit by commit. Messages of the newest come from the group of those who watch
+// alike; it makes by itself what the group can't share: its snapshot, commits that change the map's
+// structure or are large, and what it reads from the map's history because the feed does not have
+// it any more. Between calls it holds a place in the map's revisions and what is to be told of one
+// of them. One thread at a time.
 class WatchSource {
  public:
   enum class Step { kMessage, kNothingYet, kNothingNew };
 
-  // Errors are those of the rpc.
+  // `groups` outlives the source. Errors are those of the rpc.
   static absl::StatusOr<std::unique_ptr<WatchSource>> Open(const Facilities& facilities,
+                                                           WatchGroups* groups,
                                                            const v1::WatchRequest& request);
 
-  // Fills the empty message, or does a bounded amount of work towards it. kNothingNew: until there
-  // is a revision after taken(), or for idle_for(now). UNAVAILABLE when the feed is closed,
-  // OUT_OF_RANGE when what is to be told is not kept any more, RESOURCE_EXHAUSTED for a reader that
-  // fell too far behind; all name the revision to resume from.
-  absl::StatusOr<Step> Next(absl::Time now, v1::WatchResponse* message);
+  // Makes the bytes of a WatchResponse, or does a bounded amount of work towards it. kNothingNew:
+  // until there is a revision after taken(), or for idle_for(now). UNAVAILABLE when the feed is
+  // closed, OUT_OF_RANGE when what is to be told is not kept any more, RESOURCE_EXHAUSTED for a
+  // reader that fell too far behind; all name the revision to resume from.
+  absl::StatusOr<Step> Next(absl::Time now, grpc::Slice* message);
+
+  // Makes the message of what comes next, if the group can; only waits for others of the group.
+  bool TakeShared(absl::Time now, grpc::Slice* message);
+
+  // Whether the next message had better wait until several have gathered: the last was of all that
+  // there was, and the caller asked to have them together.
+  bool gathers() const { return gathers_; }
+  // Whether so much is told that they had better gather for longer.
+  bool is_busy() const { return changes_per_s_ > kBusyChangesPerS; }
 
   ChangeFeed& feed() const { return session_->feed(); }
   Revision taken() const { return taken_; }
@@ -41,29 +56,37 @@ class WatchSource {
   int64_t items() const { return items_; }
 
  private:
-  WatchSource(const ServiceLimits& limits, std::shared_ptr<MapSession> session, Follower follower,
+  static constexpr double kBusyChangesPerS = 1500;
+
+  WatchSource(const ServiceLimits& limits, std::shared_ptr<MapSession> session,
+              std::shared_ptr<WatchGroup> group, WatchGroup::Form form, Follower follower,
               SnapshotPtr structure, Revision start);
 
   // The structure of the map at a revision to start from.
   static absl::StatusOr<SnapshotPtr> StructureAt(MapSession& session, Revision revision);
 
   void BeginSelection(SnapshotPtr snapshot, bool reset);
-  Step ReadSelection(absl::Time now, v1::WatchResponse* message);
-  absl::StatusOr<Step> TakeCommit(absl::Time now, v1::WatchResponse* message);
-  // Fills commits_, where there is something new.
-  absl::Status ReadCommits();
-  Step TellNext(absl::Time now, v1::WatchResponse* message);
-  Step TellProgress(absl::Time now, v1::WatchResponse* message);
+  Step ReadSelection(absl::Time now, grpc::Slice* message);
+  absl::StatusOr<Step> TakeCommits(absl::Time now, grpc::Slice* message);
+  // By itself.
+  absl::StatusOr<Step> TakeCommit(absl::Time now, grpc::Slice* message);
+  // Fills commits_ with what is published up to `newest`.
+  absl::Status ReadCommits(Revision newest);
+  Step TellNext(absl::Time now, grpc::Slice* message);
+  Step TellRun(absl::Time now, const WatchGroup::Run& run, grpc::Slice* message);
+  Step TellProgress(absl::Time now, grpc::Slice* message);
   // When a message without changes is due.
   absl::Time ProgressDue() const;
   absl::Status WithResume(const absl::Status& status) const;
 
   const ServiceLimits limits_;
   const std::shared_ptr<MapSession> session_;
+  const std::shared_ptr<WatchGroup> group_;  // of session_'s feed
+  const WatchGroup::Form form_;
   Follower follower_;
-  SnapshotPtr structure_;  // at taken_
+  SnapshotPtr structure_;  // at taken_, and the follower's
 
-  Revision taken_;                  // all up to here went through the follower
+  Revision taken_;                  // all up to here went through a follower
   Revision told_;                   // all up to here is in messages
   int64_t max_lag_;                 // newest revision - taken_
   std::deque<FeedCommit> commits_;  // after taken_
@@ -74,6 +97,8 @@ class WatchSource {
   FeedCommit commit_;                           // of telling_; without its changes
   std::unique_ptr<SelectionReader> selection_;  // null: a commit
   bool selection_resets_ = false;
+  bool gathers_ = false;
+  double changes_per_s_ = 0;  // of runs; a mean in which what is old fades
 
   absl::Time last_message_ = absl::InfinitePast();
   absl::Time last_progress_ = absl::InfinitePast();

@@ -86,6 +86,31 @@ class WatchAndPast(SiteTest):
         line = watch.change()
         self.assertEqual((line["revision"], line["op"], line["id"]), (revision + 1, "remove", cup))
 
+    def read(self, start, until, **members):
+        """The messages of the proto's own Watch up to a revision."""
+        messages = []
+        call = self.client.Watch(map="site", start_revision=start, **members)
+        for message in call:
+            messages.append(message)
+            if (message.coalesced or [message])[-1].revision >= until:
+                call.cancel()
+                return messages
+        raise AssertionError("the watch ended")
+
+    def test_messages_together_are_the_same_messages(self):
+        start = sites.revision(self.client)
+        for x in range(150):
+            last = self.put("cup" if x % 3 else "chair", x % 40, 1)[1]
+        for members in ({}, {"classes": ["chair"]}):
+            alone = self.read(start, last, **members)
+            together = self.read(start, last, coalesce=True, **members)
+            self.assertFalse(any(message.coalesced for message in alone))
+            self.assertTrue(any(len(message.coalesced) > 1 for message in together))
+            self.assertLess(len(together), len(alone))
+            unpacked = [one for message in together for one in message.coalesced or [message]]
+            self.assertEqual([message for message in unpacked if message.changes],
+                             [message for message in alone if message.changes])
+
     def test_objects_enter_and_leave_the_area(self):
         cup, _ = self.put("cup", 20, 20)
         watch = self.watch("--layer", "things", "--area", "0,0", "10,0", "10,10", "0,10")

@@ -42,6 +42,7 @@ std::shared_ptr<client::Watcher> Follower::Open() {
   if (selection_.area) options.area = Polygon::FromBox(*selection_.area);
   options.classes.assign(selection_.classes.begin(), selection_.classes.end());
   options.start_revision = reached_;
+  options.coalesce = coalesce_;
   auto watcher = std::make_shared<client::Watcher>(client_.Watch(kMap, options));
   const absl::MutexLock lock(&mutex_);
   watcher_ = watcher;

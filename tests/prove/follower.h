@@ -31,8 +31,9 @@ struct Faults {
 // Run is for one thread, Cut for any; the rest is for afterwards.
 class Follower {
  public:
-  Follower(const client::Client& client, Selection selection)
-      : client_(client), selection_(std::move(selection)) {}
+  // With `coalesce` it asks for several messages at a time.
+  Follower(const client::Client& client, Selection selection, bool coalesce)
+      : client_(client), selection_(std::move(selection)), coalesce_(coalesce) {}
 
   // Follows until revision `*last`, which is negative while it is not known.
   absl::Status Run(const std::atomic<Revision>& last);
@@ -55,6 +56,7 @@ class Follower {
 
   client::Client client_;
   const Selection selection_;
+  const bool coalesce_;
   State state_;
   std::optional<Revision> begun_at_;
   std::atomic<bool> has_begun_ = false;

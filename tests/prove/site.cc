@@ -38,6 +38,9 @@ Selection RandomSelection(int i, Rng& rng) {
   return selection;
 }
 
+// Every other one, of each kind of selection.
+bool Coalesces(int i) { return (i + i / 4) % 2 == 0; }
+
 }  // namespace
 
 Site::Site(const std::string& server_binary, const std::vector<std::string>& flags) {
@@ -95,7 +98,8 @@ absl::Status Crew::Stop() {
 Audience::Audience(Site& site, int watchers, uint64_t seed) {
   Rng rng(seed);
   for (int i = 0; i < watchers; ++i) {
-    followers_.push_back(std::make_unique<Follower>(site.NewClient(), RandomSelection(i, rng)));
+    followers_.push_back(
+        std::make_unique<Follower>(site.NewClient(), RandomSelection(i, rng), Coalesces(i)));
   }
   statuses_.resize(watchers);
   for (int i = 0; i < watchers; ++i) {

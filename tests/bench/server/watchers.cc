@@ -1,6 +1,7 @@
 #include "tests/bench/server/watchers.h"
 
 #include <grpcpp/client_context.h>
+#include <grpcpp/generic/generic_stub.h>
 
 #include <algorithm>
 #include <optional>
@@ -9,17 +10,20 @@
 #include "absl/strings/str_cat.h"
 #include "absl/synchronization/mutex.h"
 #include "absl/time/clock.h"
-#include "hypermap/v1/watch_service.grpc.pb.h"
+#include "hypermap/v1/watch_service.pb.h"
+#include "tests/bench/server/floor.grpc.pb.h"
 
 namespace hypermap::bench {
 
-class Watcher : public grpc::ClientReadReactor<v1::WatchResponse> {
+class Watcher : public grpc::ClientBidiReactor<v1::WatchRequest, WatchedResponse> {
  public:
   Watcher(const std::shared_ptr<grpc::Channel>& channel, const std::string& map, int64_t after)
-      : stub_(v1::WatchService::NewStub(channel)), told_(after) {
+      : stub_(channel), told_(after) {
     request_.set_map(map);
     request_.set_start_revision(after);
-    stub_->async()->Watch(&context_, &request_, this);
+    request_.set_coalesce(true);
+    stub_.PrepareBidiStreamingCall(&context_, "/hypermap.v1.WatchService/Watch", {}, this);
+    StartWriteLast(&request_, grpc::WriteOptions());
     StartRead(&response_);
     StartCall();
   }
@@ -59,19 +63,20 @@ class Watcher : public grpc::ClientReadReactor<v1::WatchResponse> {
       absl::MutexLock lock(&mutex_);
       ++messages_;
       bytes_ += static_cast<int64_t>(response_.ByteSizeLong());
-      Take();
+      Take(response_);
+      for (const WatchedResponse& message : response_.coalesced()) Take(message);
     }
     StartRead(&response_);
   }
-  void Take() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
-    if (response_.changes_size() == 0) return;
-    if (response_.revision() != told_ + 1) {
+  void Take(const WatchedResponse& message) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
+    if (message.changes_size() == 0) return;
+    if (message.revision() != told_ + 1) {
       status_.Update(absl::InternalError(
-          absl::StrCat("Watch: revision ", response_.revision(), " after ", told_)));
+          absl::StrCat("Watch: revision ", message.revision(), " after ", told_)));
     }
-    if (!response_.more()) told_ = response_.revision();
+    if (!message.more()) told_ = message.revision();
     const double committed =
-        static_cast<double>(response_.time().seconds()) + response_.time().nanos() * 1e-9;
+        static_cast<double>(message.time().seconds()) + message.time().nanos() * 1e-9;
     latencies_s_.push_back(static_cast<double>(absl::GetCurrentTimeNanos()) * 1e-9 - committed);
   }
   void OnDone(const grpc::Status& status) override {
@@ -83,10 +88,10 @@ class Watcher : public grpc::ClientReadReactor<v1::WatchResponse> {
     done_ = true;
   }
 
-  const std::unique_ptr<v1::WatchService::Stub> stub_;
+  grpc::TemplatedGenericStub<v1::WatchRequest, WatchedResponse> stub_;
   grpc::ClientContext context_;
   v1::WatchRequest request_;
-  v1::WatchResponse response_;
+  WatchedResponse response_;
   int64_t awaited_ = 0;
   mutable absl::Mutex mutex_;
   int64_t told_ ABSL_GUARDED_BY(mutex_);

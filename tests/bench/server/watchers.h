@@ -13,8 +13,9 @@ namespace hypermap::bench {
 
 class Watcher;
 
-// Each reads all changes of a map after a revision, on its own stream, as fast as they come, and
-// checks that they come in order, none twice and none left out. Ends the streams with itself.
+// Each reads all changes of a map after a revision, on its own stream, as fast as they come (those
+// that come together in one message), and checks that they come in order, none twice and none left
+// out. Ends the streams with itself.
 class Watchers {
  public:
   // Returns at once. `channels` are shared out between them.

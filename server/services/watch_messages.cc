@@ -1,0 +1,60 @@
+#include "server/services/watch_messages.h"
+
+#include <cstdint>
+#include <string>
+
+#include "absl/status/status.h"
+#include "google/protobuf/io/coded_stream.h"
+#include "google/protobuf/io/zero_copy_stream_impl_lite.h"
+#include "wire/time.h"
+
+namespace hypermap::server {
+namespace {
+
+// A field of bytes, strings or messages: its number, and the wire type 2.
+constexpr uint32_t kCoalescedTag = v1::WatchResponse::kCoalescedFieldNumber << 3 | 2;
+// Of a tag and a length.
+constexpr size_t kMaxHeadBytes = 10;
+
+}  // namespace
+
+absl::StatusOr<v1::WatchRequest> ParseWatchRequest(const grpc::ByteBuffer& bytes) {
+  v1::WatchRequest request;
+  grpc::Slice slice;
+  if (!bytes.DumpToSingleSlice(&slice).ok() ||
+      !request.ParseFromArray(slice.begin(), static_cast<int>(slice.size()))) {
+    return absl::InvalidArgumentError("the request is not a hypermap.v1.WatchRequest");
+  }
+  return request;
+}
+
+v1::WatchResponse MessageOf(const FeedCommit& commit) {
+  v1::WatchResponse message;
+  message.set_revision(commit.revision);
+  wire::EncodeTime(commit.time, message.mutable_time());
+  message.set_author(commit.author);
+  return message;
+}
+
+grpc::Slice Serialize(const v1::WatchResponse& message) { return message.SerializeAsString(); }
+
+grpc::Slice Coalesce(const std::vector<grpc::Slice>& messages) {
+  if (messages.empty()) return {};
+  if (messages.size() == 1) return messages.front();
+  size_t size = 0;
+  for (const grpc::Slice& message : messages) size += kMaxHeadBytes + message.size();
+  std::string bytes;
+  bytes.reserve(size);
+  google::protobuf::io::StringOutputStream stream(&bytes);
+  {
+    google::protobuf::io::CodedOutputStream out(&stream);
+    for (const grpc::Slice& message : messages) {
+      out.WriteTag(kCoalescedTag);
+      out.WriteVarint32(static_cast<uint32_t>(message.size()));
+      out.WriteRaw(message.begin(), static_cast<int>(message.size()));
+    }
+  }
+  return bytes;
+}
+
+}  // namespace hypermap::server
