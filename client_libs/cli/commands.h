@@ -43,6 +43,9 @@ void AddIngestCommands(CLI::App& app, Command& selected);
 // eval.
 void AddEvalCommand(CLI::App& app, Command& selected);
 
+// render.
+void AddRenderCommand(CLI::App& app, Command& selected);
+
 }  // namespace hypermap::cli
 
 #endif  // HYPERMAP_CLIENT_LIBS_CLI_COMMANDS_H_

@@ -58,4 +58,10 @@ absl::StatusOr<Polygon> ParsePolygon(const std::vector<std::string>& vertices) {
   return Polygon::Make(std::move(ring));
 }
 
+Polygon Everywhere() {
+  // Farther out nothing lies, and a turned corner still is a coordinate.
+  constexpr double kFar = 5e8;
+  return Polygon::FromBox({{-kFar, -kFar}, {kFar, kFar}});
+}
+
 }  // namespace hypermap::cli

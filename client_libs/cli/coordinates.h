@@ -24,6 +24,9 @@ absl::StatusOr<PlanarTransform> ParsePose(absl::string_view text);
 // The polygon with these vertices ("X,Y"). INVALID_ARGUMENT as Polygon::Make.
 absl::StatusOr<Polygon> ParsePolygon(const std::vector<std::string>& vertices);
 
+// A square that holds all that a map has, in each of its frames.
+Polygon Everywhere();
+
 }  // namespace hypermap::cli
 
 #endif  // HYPERMAP_CLIENT_LIBS_CLI_COORDINATES_H_

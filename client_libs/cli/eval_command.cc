@@ -7,6 +7,7 @@
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "client_libs/cli/commands.h"
+#include "client_libs/cli/coordinates.h"
 #include "client_libs/cli/eval_image.h"
 #include "client_libs/cli/eval_truth.h"
 #include "client_libs/cli/file_io.h"
@@ -32,10 +33,7 @@ struct LiveObjects {
 
 absl::StatusOr<LiveObjects> ReadLayer(client::Client& client, const std::string& map,
                                       const std::string& layer, const std::string& frame_id) {
-  // Farther out nothing lies, and a turned corner still is a coordinate.
-  constexpr double kFar = 5e8;
-  const Polygon everywhere = Polygon::FromBox({{-kFar, -kFar}, {kFar, kFar}});
-  client::AnswerReader reader = client.QueryArea(map, everywhere, {{layer}, frame_id});
+  client::AnswerReader reader = client.QueryArea(map, Everywhere(), {{layer}, frame_id});
   LiveObjects live;
   while (std::optional<client::LayerPart> part = reader.Next()) {
     if (part->kind != LayerKind::kSemantic) {

@@ -1,10 +1,10 @@
 #include "client_libs/cli/eval_image.h"
 
-#include <cairo.h>
 #include <gtest/gtest.h>
 
-#include <memory>
 #include <set>
+
+#include "client_libs/cli/image_testing.h"
 
 namespace hypermap::cli {
 namespace {
@@ -12,36 +12,15 @@ namespace {
 using evaluation::Evaluate;
 using evaluation::Object;
 
-struct Deleter {
-  void operator()(cairo_surface_t* surface) const { cairo_surface_destroy(surface); }
-};
-using Surface = std::unique_ptr<cairo_surface_t, Deleter>;
-
-Surface Decode(std::string png) {
-  const auto read = [](void* source, unsigned char* data, unsigned int size) {
-    auto* rest = static_cast<std::string*>(source);
-    if (rest->size() < size) return CAIRO_STATUS_READ_ERROR;
-    rest->copy(reinterpret_cast<char*>(data), size);
-    rest->erase(0, size);
-    return CAIRO_STATUS_SUCCESS;
-  };
-  return Surface(cairo_image_surface_create_from_png_stream(read, &png));
-}
-
 // The colours of the plan, without the legend at its right.
 std::set<uint32_t> ColoursOfThePlan(const std::vector<Object>& truth,
                                     const std::vector<Object>& map) {
   const auto png = DrawEvaluation(truth, map, Evaluate(truth, map));
   EXPECT_TRUE(png.ok()) << png.status();
-  const Surface surface = Decode(*png);
-  EXPECT_EQ(cairo_surface_status(surface.get()), CAIRO_STATUS_SUCCESS);
-  const unsigned char* data = cairo_image_surface_get_data(surface.get());
-  const int stride = cairo_image_surface_get_stride(surface.get());
+  const Pixels pixels(*png);
   std::set<uint32_t> colours;
-  for (int y = 0; y < cairo_image_surface_get_height(surface.get()) - 40; ++y) {
-    for (int x = 0; x < cairo_image_surface_get_width(surface.get()) - 280; ++x) {
-      colours.insert(reinterpret_cast<const uint32_t*>(data + y * stride)[x] & 0xFFFFFF);
-    }
+  for (int y = 0; y < pixels.height() - 40; ++y) {
+    for (int x = 0; x < pixels.width() - 280; ++x) colours.insert(pixels.At(x, y));
   }
   return colours;
 }

@@ -282,6 +282,16 @@ class JsonOutput : public Output {
 
   void Show(const EvaluationReport& report) override { Print(EvaluationJson(report)); }
 
+  void Show(const RenderReport& report) override {
+    Print({{"map", report.map},
+           {"revision", report.revision},
+           {"file", report.path},
+           {"width", report.width},
+           {"height", report.height},
+           {"layers", report.layers},
+           {"objects", report.objects}});
+  }
+
   void Show(const client::LayerPart& part) override {
     if (grid_.has_value() && grid_->layer != part.layer) FlushGrid();
     if (part.status != AnswerStatus::kValue) {

@@ -41,6 +41,18 @@ struct EvaluationReport {
   evaluation::Evaluation evaluation;
 };
 
+// A picture that was written.
+struct RenderReport {
+  std::string map;
+  Revision revision = 0;
+  std::string path;
+  int width = 0;  // pixels
+  int height = 0;
+  std::vector<std::string> layers;             // drawn
+  std::vector<client::LayerRefusal> refusals;  // layers that could not be
+  int64_t objects = 0;
+};
+
 // A change between two revisions.
 struct DifferenceChange {
   Revision revision = 0;           // the later one
@@ -70,6 +82,7 @@ class Output {
 
   virtual void Show(const client::ObjectHistory& history) = 0;
   virtual void Show(const EvaluationReport& report) = 0;
+  virtual void Show(const RenderReport& report) = 0;
   virtual void Show(const client::RevisionList& revisions) = 0;
 
   // A revision of a watch; what it shows is out when it returns.

@@ -100,6 +100,7 @@ int Run(std::vector<std::string> args, std::istream& in, std::ostream& out, std:
   AddWatchCommands(app, command);
   AddIngestCommands(app, command);
   AddEvalCommand(app, command);
+  AddRenderCommand(app, command);
   app.require_subcommand(1);
   FallThroughEverywhere(app);
 

@@ -266,6 +266,15 @@ class TableOutput : public Output {
            report.revision);
   }
 
+  void Show(const RenderReport& report) override {
+    out_ << "wrote " << report.path << ", " << report.width << " x " << report.height
+         << " pixels\n";
+    PrintRefusals(report.refusals);
+    Footer(absl::StrCat(report.map, ": ", absl::StrJoin(report.layers, ", "), "; ",
+                        Counted(report.objects, "object")),
+           report.revision);
+  }
+
   void Show(const client::RevisionList& list) override {
     TextTable table({"REVISION", "TIME", "AUTHOR", "CHANGES"});
     for (const client::RevisionEntry& entry : list.revisions) {

@@ -101,6 +101,23 @@ class CommandLine(SiteTest):
         itself = self.site.json("eval", "site", "--layer", "things", "--truth-map", "site")
         self.assertEqual((itself["f1"], itself["pq"]), (1, 1))
 
+    def test_a_map_is_drawn_as_a_picture(self):
+        sites.make(self.client)
+        picture = self.folder / "map.png"
+        self.assert_fails(self.site.cli("render", "site", "-o", picture), "nothing to draw")
+        self.client.ApplyEdits(map="site", edits=[
+            sites.put("chair", 1, 1), sites.write_cells([[0, 0, 1, "NaN"]])])
+        answer = self.site.json("render", "site", "-o", picture)
+        self.assertEqual({k: answer[k] for k in ("map", "revision", "file", "layers", "objects")},
+                         {"map": "site", "revision": sites.revision(self.client),
+                          "file": str(picture), "layers": ["grid", "things"], "objects": 1})
+        self.assertEqual(picture.read_bytes()[:4], b"\x89PNG")
+        # Width and height stand in the header.
+        self.assertEqual([int.from_bytes(picture.read_bytes()[i:i + 4], "big") for i in (16, 20)],
+                         [answer["width"], answer["height"]])
+        self.assert_fails(self.site.cli("render", "nowhere", "-o", picture), "nowhere")
+        self.assert_fails(self.site.cli("render", "site", "-o", picture, "--layers", "none"), "none")
+
     def test_a_value_that_a_layer_cant_take_spoils_no_other_answer(self):
         sites.make(self.client)
         self.client.ApplyEdits(map="site", edits=[sites.put("chair", 1, 1),

@@ -1,0 +1,182 @@
+#include "client_libs/cli/map_image.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "absl/strings/str_format.h"
+#include "client_libs/cli/canvas.h"
+#include "client_libs/cli/image_testing.h"
+
+namespace hypermap::cli {
+namespace {
+
+// A metre is so many pixels, and a cell is a metre.
+constexpr double kScale = 20.0;
+
+struct Grid {
+  GridGeometry geometry{PlanarTransform(0, 0, 0), 1.0};
+  std::vector<CellRun> runs;
+};
+
+// The box (0, 0) to (4, 4) drawn with what the grids hold.
+Pixels Draw(MapScene scene, const std::map<std::string, Grid>& grids) {
+  scene.box = {{0, 0}, {4, 4}};
+  scene.pixels_per_m = kScale;
+  const auto image = DrawMap(scene, [&grids](const std::string& layer, const DrawRun& draw) {
+    const Grid& grid = grids.at(layer);
+    for (const CellRun& run : grid.runs) draw(grid.geometry, run);
+    return absl::OkStatus();
+  });
+  EXPECT_TRUE(image.ok()) << image.status();
+  Pixels pixels(image->png);
+  EXPECT_EQ(std::pair(image->width, image->height), std::pair(pixels.width(), pixels.height()));
+  return pixels;
+}
+
+// The colour of the pixel that holds a point of the map.
+uint32_t ColourAt(const Pixels& pixels, double x, double y) {
+  return pixels.At(static_cast<int>(kMargin + x * kScale),
+                   static_cast<int>(kMargin + (4 - y) * kScale));
+}
+
+int Brightness(uint32_t colour) {
+  return static_cast<int>((colour >> 16) + (colour >> 8 & 0xFF) + (colour & 0xFF)) / 3;
+}
+
+const std::vector<CellRun> kFreeOccupiedUnknown{{0, 0, 1, 0.0}, {0, 1, 2, 1.0}, {0, 2, 3, {}}};
+
+TEST(MapImageTest, OccupancyIsGreyAndNorthIsUp) {
+  MapScene scene;
+  scene.grids = {{"floor", LayerKind::kOccupancy}};
+  const Pixels pixels = Draw(scene, {{"floor", {.runs = kFreeOccupiedUnknown}}});
+  EXPECT_EQ(ColourAt(pixels, 0.5, 0.5), 0xF8F8F8u);
+  EXPECT_EQ(ColourAt(pixels, 1.5, 0.5), 0x141414u);
+  EXPECT_EQ(ColourAt(pixels, 2.5, 0.5), 0x999999u);
+  EXPECT_EQ(ColourAt(pixels, 3.5, 0.5), 0xFFFFFFu) << "outside of the layer";
+  EXPECT_EQ(ColourAt(pixels, 1.5, 3.5), 0xFFFFFFu) << "the row is the lowest";
+}
+
+TEST(MapImageTest, UnexploredIsDarkWhicheverLayerIsNamedFirst) {
+  MapScene scene;
+  scene.grids = {{"a_seen", LayerKind::kExploration}, {"floor", LayerKind::kOccupancy}};
+  const Pixels pixels = Draw(scene, {{"floor", {.runs = {{0, 0, 3, 0.0}}}},
+                                     {"a_seen", {.runs = {{0, 0, 1, 1.0}, {0, 1, 2, 0.0}}}}});
+  EXPECT_EQ(ColourAt(pixels, 0.5, 0.5), 0xF8F8F8u) << "explored";
+  EXPECT_LT(Brightness(ColourAt(pixels, 1.5, 0.5)), 160) << "unexplored";
+  EXPECT_EQ(ColourAt(pixels, 2.5, 0.5), 0xF8F8F8u) << "outside of the layer";
+}
+
+TEST(MapImageTest, NumbersAreTintsFromLightToStrong) {
+  MapScene scene;
+  scene.grids = {{"wifi", LayerKind::kScalar, -90, -40}};
+  const Pixels pixels =
+      Draw(scene, {{"wifi", {.runs = {{0, 0, 1, -90.0}, {0, 1, 2, -65.0}, {0, 2, 3, -40.0}}}}});
+  EXPECT_GT(Brightness(ColourAt(pixels, 0.5, 0.5)), Brightness(ColourAt(pixels, 1.5, 0.5)) + 20);
+  EXPECT_GT(Brightness(ColourAt(pixels, 1.5, 0.5)), Brightness(ColourAt(pixels, 2.5, 0.5)) + 20);
+}
+
+TEST(MapImageTest, ATurnedGridIsDrawnTurned) {
+  MapScene scene;
+  scene.grids = {{"floor", LayerKind::kOccupancy}};
+  // The square of the cell stands on its corner at (2, 1) and reaches up to (2, 1 + sqrt(2)).
+  const Grid grid{{PlanarTransform(2, 1, std::acos(-1) / 4), 1.0}, {{0, 0, 1, 1.0}}};
+  const Pixels pixels = Draw(scene, {{"floor", grid}});
+  EXPECT_EQ(ColourAt(pixels, 2.0, 1.2), 0x141414u);
+  EXPECT_EQ(ColourAt(pixels, 2.0, 2.3), 0x141414u);
+  EXPECT_EQ(ColourAt(pixels, 1.5, 1.7), 0x141414u);
+  EXPECT_EQ(ColourAt(pixels, 1.5, 1.2), 0xFFFFFFu);
+  EXPECT_EQ(ColourAt(pixels, 2.5, 2.3), 0xFFFFFFu);
+}
+
+TEST(MapImageTest, CellsSmallerThanAPixelSumUpWithoutSeams) {
+  MapScene scene;
+  scene.grids = {{"floor", LayerKind::kOccupancy}};
+  Grid fine{{PlanarTransform(0, 0, 0), 0.03}, {}};
+  for (int row = 0; row < 100; ++row) {
+    for (int col = 0; col < 100; ++col) fine.runs.push_back({row, col, col + 1, 1.0});
+  }
+  const Pixels pixels = Draw(scene, {{"floor", fine}});
+  for (double x = 0.5; x < 2.5; x += 1 / kScale) {
+    ASSERT_LE(Brightness(ColourAt(pixels, x, 1.5)), 0x1C) << x;
+  }
+}
+
+TEST(MapImageTest, ObjectsHaveTheColourOfTheirClassAndFadeInDoubt) {
+  const Polygon left = Polygon::FromBox({{0, 0}, {1.5, 3}});
+  const Polygon right = Polygon::FromBox({{2, 0}, {3.5, 3}});
+  MapScene scene;
+  scene.objects = {{"chair", 1.0, left}, {"Chair", 0.3, right}};
+  const Pixels pixels = Draw(scene, {});
+  const Colour colour = ColourOfLabel("chair");
+  const uint32_t sure = ColourAt(pixels, 0.75, 1.5), doubtful = ColourAt(pixels, 2.75, 1.5);
+  EXPECT_NEAR(sure >> 16, 255 * (0.85 * colour.red + 0.15), 1.5);
+  EXPECT_NEAR(sure >> 8 & 0xFF, 255 * (0.85 * colour.green + 0.15), 1.5);
+  EXPECT_NEAR(sure & 0xFF, 255 * (0.85 * colour.blue + 0.15), 1.5);
+  EXPECT_NEAR(doubtful >> 16, 255 * (0.255 * colour.red + 0.745), 1.5);
+  EXPECT_EQ(ColourAt(pixels, 1.75, 1.5), 0xFFFFFFu);
+  EXPECT_LT(Brightness(ColourAt(pixels, 0.75, 0.01)), Brightness(sure)) << "the outline";
+}
+
+TEST(MapImageTest, SmallObjectsLieOnLargeOnes) {
+  const Polygon cup = Polygon::FromBox({{1, 1}, {2, 2}});
+  const Polygon table = Polygon::FromBox({{0, 0}, {4, 4}});
+  MapScene scene;
+  scene.objects = {{"cup", 1.0, cup}, {"table", 1.0, table}};
+  const Pixels both = Draw(scene, {});
+  scene.objects = {{"table", 1.0, table}, {"cup", 1.0, cup}};
+  EXPECT_EQ(ColourAt(both, 1.5, 1.5), ColourAt(Draw(scene, {}), 1.5, 1.5));
+  EXPECT_NE(ColourAt(both, 1.5, 1.5), ColourAt(both, 3.5, 3.5));
+}
+
+TEST(MapImageTest, TheBorderOfTheAreaIsDrawnAndNothingBeyondThePlan) {
+  MapScene scene;
+  scene.objects = {{"table", 1.0, Polygon::FromBox({{-3, 1}, {2, 2}})}};
+  const Pixels plain = Draw(scene, {});
+  EXPECT_EQ(ColourAt(plain, -0.5, 1.5), 0xFFFFFFu) << "beyond the plan";
+  EXPECT_NE(ColourAt(plain, 0.5, 1.5), 0xFFFFFFu);
+  EXPECT_EQ(ColourAt(plain, 3.0, 3.5), 0xFFFFFFu);
+  scene.area = Polygon::FromBox({{1, 0}, {3, 4}});
+  EXPECT_EQ(ColourAt(Draw(scene, {}), 3.0, 3.5), 0x0040E6u);
+}
+
+TEST(MapImageTest, ALongLegendIsCutShort) {
+  MapScene scene;
+  scene.objects = {{"table", 1.0, Polygon::FromBox({{1, 1}, {2, 2}})}};
+  const int usual = Draw(scene, {}).height();
+  for (int i = 0; i < 500; ++i) scene.objects.push_back({std::to_string(i), 1.0, {}});
+  const Pixels pixels = Draw(scene, {});
+  EXPECT_LT(pixels.height(), 800);
+  EXPECT_GE(pixels.height(), usual);
+  EXPECT_LT(pixels.width(), 1200);
+}
+
+TEST(MapImageTest, ErrorsOfTheCellsAreAnswered) {
+  MapScene scene;
+  scene.box = {{0, 0}, {4, 4}};
+  scene.grids = {{"floor", LayerKind::kOccupancy}};
+  const auto image = DrawMap(
+      scene, [](const std::string&, const DrawRun&) { return absl::UnavailableError("gone"); });
+  EXPECT_EQ(image.status(), absl::UnavailableError("gone"));
+}
+
+// "#rrggbb".
+std::string HexOf(const Colour& c) {
+  return absl::StrFormat("#%02x%02x%02x", std::lround(255 * c.red), std::lround(255 * c.green),
+                         std::lround(255 * c.blue));
+}
+
+// Golden: pictures of today and of last year are compared.
+TEST(ColourOfLabelTest, IsThatOfTheLabelHoweverSpelt) {
+  EXPECT_EQ(HexOf(ColourOfLabel("chair")), "#264ca6");
+  EXPECT_EQ(HexOf(ColourOfLabel("couch")), "#99f2dd");
+  EXPECT_EQ(HexOf(ColourOfLabel("diningtable")), "#f29c99");
+  EXPECT_EQ(HexOf(ColourOfLabel(" Dining  TABLE ")), HexOf(ColourOfLabel("dining table")));
+}
+
+}  // namespace
+}  // namespace hypermap::cli

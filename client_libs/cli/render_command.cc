@@ -1,0 +1,186 @@
+// render.
+#include <algorithm>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "client_libs/cli/as_of.h"
+#include "client_libs/cli/canvas.h"
+#include "client_libs/cli/commands.h"
+#include "client_libs/cli/coordinates.h"
+#include "client_libs/cli/file_io.h"
+#include "client_libs/cli/map_image.h"
+#include "client_libs/cli/validators.h"
+
+namespace hypermap::cli {
+namespace {
+
+// Pixels of the plan's longer side.
+constexpr double kUsualSide = 1600.0;
+constexpr double kLongestSide = 8000.0;
+
+struct RenderOptions {
+  std::string map;
+  std::string path;
+  std::vector<std::string> layers;
+  std::vector<std::string> area;
+  std::optional<double> pixels_per_m;
+  std::string at;
+};
+
+// What a map has to be drawn, apart from its cells.
+struct Survey {
+  Revision revision = 0;
+  std::vector<std::string> layers;  // that can be drawn
+  std::vector<client::LayerRefusal> refusals;
+  std::vector<GridScene> grids;
+  std::vector<Footprint> objects;
+  Box box;  // of the objects and of the cells that are known
+};
+
+// Runs through a grid's cells to know their box and their range.
+class GridSurvey {
+ public:
+  explicit GridSurvey(const client::LayerPart& first)
+      : scene_{first.layer, first.kind}, geometry_(*first.grid) {}
+
+  const GridScene& scene() const { return scene_; }
+  // Of the known cells; empty without any.
+  Box Bounds() const { return known_.empty() ? Box{} : geometry_.BoundsOf(known_); }
+
+  void Add(const CellRun& run) {
+    if (!run.value.has_value()) return;
+    scene_.low = known_.empty() ? *run.value : std::min(scene_.low, *run.value);
+    scene_.high = known_.empty() ? *run.value : std::max(scene_.high, *run.value);
+    known_ = known_.Union({run.row, run.row + 1, run.col_begin, run.col_end});
+  }
+
+ private:
+  GridScene scene_;
+  GridGeometry geometry_;
+  CellBox known_;
+};
+
+absl::StatusOr<Survey> SurveyMap(client::Client& client, const std::string& map,
+                                 const Polygon& area, const Scope& scope,
+                                 const client::CallOptions& call) {
+  Survey survey;
+  std::vector<GridSurvey> grids;
+  client::AnswerReader reader = client.QueryArea(map, area, scope, call);
+  while (std::optional<client::LayerPart> part = reader.Next()) {
+    if (part->status != AnswerStatus::kValue) {
+      survey.refusals.push_back({part->layer, part->status});
+      continue;
+    }
+    if (survey.layers.empty() || survey.layers.back() != part->layer) {
+      survey.layers.push_back(part->layer);
+      if (part->grid.has_value()) grids.emplace_back(*part);
+    }
+    for (const CellRun& run : part->runs) grids.back().Add(run);
+    for (SemanticObject& object : part->objects) {
+      survey.box.Extend(object.polygon.bounds());
+      survey.objects.push_back(
+          {std::move(object.label), object.existence, std::move(object.polygon)});
+    }
+  }
+  if (!reader.status().ok()) return reader.status();
+  for (const GridSurvey& grid : grids) {
+    survey.box.Extend(grid.Bounds());
+    survey.grids.push_back(grid.scene());
+  }
+  survey.revision = reader.revision();
+  return survey;
+}
+
+absl::Status CheckSize(const Box& box, double pixels_per_m) {
+  const double width = (box.max.x - box.min.x) * pixels_per_m;
+  const double height = (box.max.y - box.min.y) * pixels_per_m;
+  if (std::max(width, height) <= kLongestSide) return absl::OkStatus();
+  return absl::InvalidArgumentError(
+      absl::StrFormat("the plan would have %.0f x %.0f pixels, and may have %.0f a side: "
+                      "--pixels_per_m or --area must be smaller",
+                      width, height, kLongestSide));
+}
+
+absl::Status Render(const RenderOptions& options, Session& s) {
+  std::optional<Polygon> area;
+  if (!options.area.empty()) {
+    absl::StatusOr<Polygon> parsed = ParsePolygon(options.area);
+    if (!parsed.ok()) return parsed.status();
+    area = *std::move(parsed);
+  }
+  const Polygon asked = area.value_or(Everywhere());
+  client::CallOptions call;
+  if (const absl::StatusOr<AsOf> at = ParseAsOf(options.at); at.ok()) call.as_of = *at;
+  absl::StatusOr<Survey> survey =
+      SurveyMap(s.client, options.map, asked, {.layers = options.layers}, call);
+  if (!survey.ok()) return survey.status();
+  if (survey->box.empty()) {
+    return absl::FailedPreconditionError(absl::StrCat(
+        "map \"", options.map, "\" has nothing to draw", area.has_value() ? " in the area" : ""));
+  }
+
+  MapScene scene;
+  scene.title = absl::StrCat(options.map, ", revision ", survey->revision);
+  scene.box = area.has_value() ? area->bounds() : survey->box;
+  scene.pixels_per_m = options.pixels_per_m.value_or(Plan::ScaleToFit(scene.box, kUsualSide));
+  if (absl::Status status = CheckSize(scene.box, scene.pixels_per_m); !status.ok()) return status;
+  scene.area = area;
+  scene.grids = std::move(survey->grids);
+  scene.objects = std::move(survey->objects);
+
+  // The cells are asked for again, of the same revision: so none has to be kept.
+  call.as_of = {.revision = survey->revision};
+  const auto read_cells = [&](const std::string& layer, const DrawRun& draw) {
+    client::AnswerReader reader = s.client.QueryArea(options.map, asked, {.layers = {layer}}, call);
+    while (const std::optional<client::LayerPart> part = reader.Next()) {
+      if (!part->grid.has_value()) continue;
+      for (const CellRun& run : part->runs) draw(*part->grid, run);
+    }
+    return reader.status();
+  };
+  const absl::StatusOr<MapImage> image = DrawMap(scene, read_cells);
+  if (!image.ok()) return image.status();
+  if (auto status = WriteFile(options.path, image->png); !status.ok()) return status;
+  s.output.Show(RenderReport{options.map, survey->revision, options.path, image->width,
+                             image->height, survey->layers, survey->refusals,
+                             static_cast<int64_t>(scene.objects.size())});
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+void AddRenderCommand(CLI::App& app, Command& selected) {
+  auto options = std::make_shared<RenderOptions>();
+  CLI::App* render = app.add_subcommand("render", "Draw a map as a PNG picture");
+  render->add_option("map", options->map, "Name of the map")->required()->type_name("MAP");
+  render->add_option("--output,-o", options->path, "The file to write")
+      ->required()
+      ->type_name("FILE");
+  render->add_option("--layers,--layer", options->layers, "The layers to draw (default: all)")
+      ->type_name("LAYER")
+      ->delimiter(',');
+  render->add_option("--area", options->area, "Only in the polygon with these vertices")
+      ->type_name("X,Y")
+      ->check(IsPoint());
+  render
+      ->add_option("--pixels_per_m,--pixels-per-m", options->pixels_per_m,
+                   "The scale (default: 1600 pixels for the longer side)")
+      ->type_name("PIXELS")
+      ->check(IsNumber())
+      ->check(CLI::PositiveNumber);
+  render
+      ->add_option("--at", options->at,
+                   "Draw the map as it was at a revision, or at a time (2026-03-01T12:30:00Z)")
+      ->type_name("REVISION|TIME")
+      ->check(IsAsOf());
+  render->callback(
+      [&selected, options] { selected = [options](Session& s) { return Render(*options, s); }; });
+}
+
+}  // namespace hypermap::cli
