@@ -69,6 +69,7 @@ ROOMS = {
     "map/frames": pure("map/geometry"),
     "map/layers": pure("map/geometry", "map/frames", "map/values"),
     "map/observations": pure("map/geometry", "map/frames", "map/layers"),
+    "map/exploration": pure("map/geometry", "map/layers"),
     "map/evaluation": pure("map/geometry", "map/values"),
     "map": pure("map/geometry", "map/frames", "map/values", "map/layers"),
     "map/query": pure("map", "map/geometry", "map/frames", "map/values", "map/layers"),
@@ -103,7 +104,8 @@ ROOMS = {
         hidden={"json", "png", "yaml"},
     ),
     "ingest/simulation": Room(
-        ["ingest/perception", *MAP], {"absl", "eigen", "cli11"}, hidden={"png", "json"}
+        ["ingest/perception", "map/exploration", *MAP], {"absl", "eigen", "cli11"},
+        hidden={"png", "json"}
     ),
     "ingest/frame_service": Room(
         ["ingest/sources", "ingest/perception", "client_libs/cpp", "wire", "proto", *MAP],

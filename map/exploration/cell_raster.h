@@ -1,0 +1,56 @@
+// A value for each cell of a box.
+#ifndef HYPERMAP_MAP_EXPLORATION_CELL_RASTER_H_
+#define HYPERMAP_MAP_EXPLORATION_CELL_RASTER_H_
+
+#include <cstddef>
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "absl/hash/hash.h"
+#include "map/layers/grid/grid_geometry.h"
+
+namespace hypermap {
+
+// For hash tables.
+struct CellHash {
+  size_t operator()(const CellIndex& cell) const {
+    return absl::Hash<std::pair<int32_t, int32_t>>()({cell.row, cell.col});
+  }
+};
+
+// Row-major, lowest row first. Cells out of the box have the value it was made with.
+template <typename T>
+class CellRaster {
+ public:
+  CellRaster() = default;
+  explicit CellRaster(const CellBox& box, T outside = T())
+      : box_(box), outside_(outside), values_(box.num_cells(), outside) {}
+
+  const CellBox& box() const { return box_; }
+  bool Contains(const CellIndex& cell) const { return box_.Contains(cell); }
+  T at(const CellIndex& cell) const { return Contains(cell) ? values_[IndexOf(cell)] : outside_; }
+  // `cell` is in the box.
+  void set(const CellIndex& cell, T value) { values_[IndexOf(cell)] = value; }
+
+  // Where a cell of the box stands in values(), and back.
+  size_t IndexOf(const CellIndex& cell) const {
+    return static_cast<size_t>(cell.row - box_.row_begin) * box_.cols() +
+           static_cast<size_t>(cell.col - box_.col_begin);
+  }
+  CellIndex CellOf(size_t index) const {
+    return {box_.row_begin + static_cast<int32_t>(index / box_.cols()),
+            box_.col_begin + static_cast<int32_t>(index % box_.cols())};
+  }
+  const std::vector<T>& values() const { return values_; }
+  std::vector<T>& mutable_values() { return values_; }
+
+ private:
+  CellBox box_;
+  T outside_ = T();
+  std::vector<T> values_;
+};
+
+}  // namespace hypermap
+
+#endif  // HYPERMAP_MAP_EXPLORATION_CELL_RASTER_H_

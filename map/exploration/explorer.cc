@@ -1,0 +1,321 @@
+#include "map/exploration/explorer.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include "absl/container/flat_hash_set.h"
+#include "map/layers/grid/cell_cover.h"
+
+namespace hypermap {
+namespace {
+
+// Places this far apart are tried as viewpoints, as well as those next to frontiers.
+constexpr double kLattice_m = 0.4;
+// What is added to a way, so that near places do not win by their nearness alone.
+constexpr double kSetOut_m = 1.0;
+// Of those that see the middle of a frontier, so many are tried as its viewpoint.
+constexpr size_t kViewpointsTried = 8;
+
+// From so many cells of a frontier places are sought that see it.
+constexpr size_t kLooksBack = 16;
+
+constexpr std::array<CellIndex, 4> kSides{{{-1, 0}, {0, -1}, {0, 1}, {1, 0}}};
+
+// The cells that `area` covers, within a margin in which there are none.
+CellRaster<uint8_t> CoveredBy(const Polygon& area, const GridGeometry& geometry, int32_t margin) {
+  const CellCover cover(area, geometry, kAllCells);
+  CellBox box = cover.bounds();
+  box = {box.row_begin - margin, box.row_end + margin, box.col_begin - margin,
+         box.col_end + margin};
+  CellRaster<uint8_t> covered(box.Intersection(kAllCells), 0);
+  for (int32_t row = covered.box().row_begin; row < covered.box().row_end; ++row) {
+    for (const ColumnSpan& span : cover.SpansOfRow(row)) {
+      for (int32_t col = span.col_begin; col < span.col_end; ++col) covered.set({row, col}, 1);
+    }
+  }
+  return covered;
+}
+
+int32_t InCells(double length_m, double resolution_m) {
+  return std::max(1, static_cast<int32_t>(std::lround(length_m / resolution_m)));
+}
+
+}  // namespace
+
+Explorer::Explorer(const GridLayer& occupancy, const Polygon& area, const Options& options)
+    : resolution_m_(occupancy.geometry().resolution_m),
+      options_(options),
+      range_(InCells(options.range_m, resolution_m_)),
+      lattice_(InCells(kLattice_m, resolution_m_)),
+      area_(CoveredBy(area, occupancy.geometry(), InCells(options.robot_radius_m, resolution_m_))),
+      plan_(ReadFloorPlan(occupancy, area_.box())),
+      clearance_(plan_, options.robot_radius_m, resolution_m_),
+      seen_(plan_.box(), 0),
+      coverage_(plan_.box(), Coverage::kNone),
+      tries_(plan_.box(), 0),
+      sight_(range_),
+      paths_(plan_.box()),
+      promised_(plan_.box(), 0),
+      reachable_(plan_.box(), 0) {
+  std::vector<CellIndex> changed;
+  for (size_t i = 0; i < plan_.values().size(); ++i) Cover(plan_.CellOf(i), &changed);
+}
+
+void Explorer::Cover(const CellIndex& cell, std::vector<CellIndex>* changed) {
+  const bool is_floor = plan_.at(cell) == Floor::kFree && area_.at(cell) != 0;
+  const Coverage before = coverage_.at(cell);
+  const Coverage now = !is_floor             ? Coverage::kNone
+                       : seen_.at(cell) != 0 ? Coverage::kExplored
+                                             : Coverage::kUnexplored;
+  if (before == now) return;
+  if (reachable_is_known_ && IsUnreachable(cell)) --num_unreachable_;
+  coverage_.set(cell, now);
+  if (reachable_is_known_ && IsUnreachable(cell)) ++num_unreachable_;
+  num_explored_ += (now == Coverage::kExplored) - (before == Coverage::kExplored);
+  num_unexplored_ += (now == Coverage::kUnexplored) - (before == Coverage::kUnexplored);
+  changed->push_back(cell);
+}
+
+void Explorer::ForgetGains(const CellBox& changed) {
+  const CellBox near{changed.row_begin - range_, changed.row_end + range_,
+                     changed.col_begin - range_, changed.col_end + range_};
+  absl::erase_if(gains_, [&near](const auto& gain) { return near.Contains(gain.first); });
+}
+
+void Explorer::UpdateFloor(const GridLayer& occupancy, const CellBox& part) {
+  const std::vector<FloorChange> floor = UpdateFloorPlan(occupancy, part, &plan_);
+  if (floor.empty()) return;
+  std::vector<CellIndex> changed;
+  CellBox box;
+  for (const FloorChange& change : floor) {
+    const CellIndex& cell = change.cell;
+    const bool free = plan_.at(cell) == Floor::kFree;
+    if (free != (change.before == Floor::kFree)) clearance_.SetFree(cell, free);
+    Cover(cell, &changed);
+    box = box.Union({cell.row, cell.row + 1, cell.col, cell.col + 1});
+  }
+  frontiers_.Update(coverage_, changed);
+  ForgetGains(box);
+  reachable_is_known_ = false;
+  // What could not be seen before may be now.
+  const CellBox near = CellBox{box.row_begin - range_, box.row_end + range_, box.col_begin - range_,
+                               box.col_end + range_}
+                           .Intersection(plan_.box());
+  for (int32_t row = near.row_begin; row < near.row_end; ++row) {
+    for (int32_t col = near.col_begin; col < near.col_end; ++col) tries_.set({row, col}, 0);
+  }
+}
+
+void Explorer::UpdateExplored(const CellBox& part,
+                              absl::FunctionRef<bool(const CellIndex&)> is_explored) {
+  const CellBox within = part.Intersection(plan_.box());
+  std::vector<CellIndex> changed;
+  CellBox box;
+  for (int32_t row = within.row_begin; row < within.row_end; ++row) {
+    for (int32_t col = within.col_begin; col < within.col_end; ++col) {
+      const CellIndex cell{row, col};
+      if (area_.at(cell) == 0) continue;
+      seen_.set(cell, is_explored(cell) ? 1 : 0);
+      const size_t before = changed.size();
+      Cover(cell, &changed);
+      if (changed.size() > before) box = box.Union({row, row + 1, col, col + 1});
+    }
+  }
+  if (changed.empty()) return;
+  frontiers_.Update(coverage_, changed);
+  ForgetGains(box);
+}
+
+Explorer::Progress Explorer::progress() {
+  LearnReachable();
+  return {num_explored_, num_unexplored_ - num_unreachable_, num_unreachable_};
+}
+
+void Explorer::AddRobot(const CellIndex& cell) {
+  const std::optional<CellIndex> passable = NearestPassable(cell);
+  if (!passable) return;
+  if (!robots_.empty() && reachable_is_known_ && reachable_.at(*passable) != 0) return;
+  robots_.push_back(*passable);
+  reachable_is_known_ = false;
+}
+
+std::vector<CellIndex> Explorer::WhereRobotsCanBe() {
+  std::vector<CellIndex> cells;
+  const auto passable = [this](const CellIndex& cell) { return IsPassable(cell); };
+  if (robots_.empty()) {
+    for (size_t i = 0; i < plan_.values().size(); ++i) {
+      if (const CellIndex cell = plan_.CellOf(i); IsPassable(cell)) cells.push_back(cell);
+    }
+    return cells;
+  }
+  absl::flat_hash_set<CellIndex, CellHash> found;
+  for (const CellIndex& robot : robots_) {
+    if (found.contains(robot)) continue;
+    paths_.Run(robot, passable, [&](const CellIndex& cell, int32_t) {
+      if (found.insert(cell).second) cells.push_back(cell);
+      return true;
+    });
+  }
+  return cells;
+}
+
+// Spreads over the floor from where robots can be, side by side; each cell that they cannot be in
+// is taken to be in sight when it is from the cell that the spreading began at.
+void Explorer::LearnReachable() {
+  if (reachable_is_known_) return;
+  std::fill(reachable_.mutable_values().begin(), reachable_.mutable_values().end(), 0);
+  struct Step {
+    CellIndex cell, from;
+  };
+  std::vector<Step> steps;
+  CellRaster<uint8_t> met(plan_.box(), 0);
+  for (const CellIndex& cell : WhereRobotsCanBe()) {
+    reachable_.set(cell, 1);
+    met.set(cell, 1);
+    steps.push_back({cell, cell});
+  }
+  for (size_t i = 0; i < steps.size(); ++i) {
+    const Step step = steps[i];
+    for (const CellIndex& side : kSides) {
+      const CellIndex next{step.cell.row + side.row, step.cell.col + side.col};
+      if (coverage_.at(next) == Coverage::kNone || met.at(next) != 0) continue;
+      met.set(next, 1);
+      if (std::hypot(next.row - step.from.row, next.col - step.from.col) >= range_) continue;
+      if (InSight(plan_, step.from, next)) reachable_.set(next, 1);
+      steps.push_back({next, step.from});
+    }
+  }
+  reachable_is_known_ = true;
+  num_unreachable_ = 0;
+  for (size_t i = 0; i < plan_.values().size(); ++i) {
+    num_unreachable_ += IsUnreachable(plan_.CellOf(i));
+  }
+}
+
+std::optional<CellIndex> Explorer::NearestPassable(const CellIndex& cell) {
+  if (!plan_.Contains(cell)) return std::nullopt;
+  std::optional<CellIndex> nearest;
+  const int32_t near = 2 * PathSearch::kStraight * InCells(options_.robot_radius_m, resolution_m_);
+  paths_.Run(
+      cell, [this](const CellIndex& next) { return plan_.at(next) == Floor::kFree; },
+      [&](const CellIndex& next, int32_t length) {
+        if (IsPassable(next)) nearest = next;
+        return !nearest && length <= near;
+      });
+  return nearest;
+}
+
+void Explorer::Promise(const std::vector<CellIndex>& places) {
+  ++question_;
+  has_promised_ = !places.empty();
+  for (const CellIndex& place : places) {
+    sight_.Look(plan_, place, [this](const CellIndex& cell) { promised_.set(cell, question_); });
+  }
+}
+
+int64_t Explorer::GainAt(const CellIndex& cell) {
+  if (!has_promised_) {
+    if (const auto it = gains_.find(cell); it != gains_.end()) return it->second;
+  }
+  int64_t gain = 0;
+  sight_.Look(plan_, cell, [&](const CellIndex& seen) {
+    gain += IsWanted(seen) && !(has_promised_ && promised_.at(seen) == question_);
+  });
+  if (!has_promised_) gains_[cell] = gain;
+  return gain;
+}
+
+std::optional<Explorer::Viewpoint> Explorer::ViewpointFor(const Frontier& frontier) {
+  LearnReachable();
+  double row = 0, col = 0;
+  for (const CellIndex& cell : frontier) row += cell.row, col += cell.col;
+  row /= static_cast<double>(frontier.size());
+  col /= static_cast<double>(frontier.size());
+  const CellIndex middle = *std::min_element(
+      frontier.begin(), frontier.end(), [&](const CellIndex& a, const CellIndex& b) {
+        return std::hypot(a.row - row, a.col - col) < std::hypot(b.row - row, b.col - col);
+      });
+  std::vector<CellIndex> places;
+  sight_.Look(plan_, middle, [&](const CellIndex& cell) {
+    if (IsPassable(cell) && reachable_.at(cell) != 0) places.push_back(cell);
+  });
+  std::optional<Viewpoint> best;
+  for (size_t i = 0; i < std::min(places.size(), kViewpointsTried); ++i) {
+    const CellIndex& cell = places[i * places.size() / std::min(places.size(), kViewpointsTried)];
+    const int64_t gain = GainAt(cell);
+    if (gain >= options_.min_gain_cells && (!best || gain > best->gain_cells)) best = {cell, gain};
+  }
+  return best;
+}
+
+std::vector<Explorer::FrontierView> Explorer::ListFrontiers() {
+  Promise({});
+  std::vector<FrontierView> views;
+  for (Frontier& frontier : frontiers_.All()) {
+    std::optional<Viewpoint> viewpoint = ViewpointFor(frontier);
+    views.push_back({std::move(frontier), viewpoint});
+  }
+  return views;
+}
+
+std::optional<Explorer::Goal> Explorer::BestGoal(const CellIndex& robot,
+                                                 const std::vector<CellIndex>& promised,
+                                                 const std::vector<CellIndex>& avoided) {
+  const std::optional<CellIndex> start = NearestPassable(robot);
+  if (!start) return std::nullopt;
+  Promise(promised);
+  const absl::flat_hash_set<CellIndex, CellHash> out(avoided.begin(), avoided.end());
+  const double most = std::min(static_cast<double>(num_unexplored_),
+                               std::numbers::pi * (range_ + 1.0) * (range_ + 1.0));
+  std::optional<Goal> best;
+  double best_utility = 0;
+  const auto run = [&](auto is_tried) {
+    paths_.Run(
+        *start, [this](const CellIndex& cell) { return IsPassable(cell); },
+        [&](const CellIndex& cell, int32_t length) {
+          const double path_m = length * resolution_m_ / PathSearch::kStraight;
+          if (most / (path_m + kSetOut_m) <= best_utility) return false;
+          if (out.contains(cell) || !is_tried(cell)) return true;
+          const int64_t gain = GainAt(cell);
+          const double utility = static_cast<double>(gain) / (path_m + kSetOut_m);
+          if (gain < options_.min_gain_cells || utility <= best_utility) return true;
+          best_utility = utility;
+          best = Goal{{cell, gain}, path_m};
+          return true;
+        });
+  };
+  run([&](const CellIndex& cell) {
+    return cell == *start || (cell.row % lattice_ == 0 && cell.col % lattice_ == 0);
+  });
+  if (best) return best;
+  // What is left can only be seen from between the places of the lattice: look back from it.
+  absl::flat_hash_set<CellIndex, CellHash> places;
+  for (const Frontier& frontier : frontiers_.All()) {
+    const size_t step = std::max<size_t>(1, frontier.size() / kLooksBack);
+    for (size_t i = 0; i < frontier.size(); i += step) {
+      if (!IsWanted(frontier[i])) continue;
+      sight_.Look(plan_, frontier[i], [&](const CellIndex& cell) {
+        if (IsPassable(cell)) places.insert(cell);
+      });
+    }
+  }
+  run([&](const CellIndex& cell) { return places.contains(cell); });
+  return best;
+}
+
+void Explorer::LookedRound(const CellIndex& cell) {
+  CellBox box;
+  sight_.Look(plan_, cell, [&](const CellIndex& seen) {
+    if (!IsWanted(seen)) return;
+    if (reachable_is_known_ && IsUnreachable(seen)) --num_unreachable_;
+    tries_.set(seen, static_cast<uint8_t>(tries_.at(seen) + 1));
+    if (reachable_is_known_ && IsUnreachable(seen)) ++num_unreachable_;
+    box = box.Union({seen.row, seen.row + 1, seen.col, seen.col + 1});
+  });
+  if (!box.empty()) ForgetGains(box);
+}
+
+}  // namespace hypermap

@@ -1,0 +1,121 @@
+#include "map/exploration/sight.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <vector>
+
+namespace hypermap {
+namespace {
+
+// Calls visit(cell) for the cells between the centres of two, in order from `a`, both included,
+// until it returns false. Through a corner it goes by both cells beside it.
+template <typename Visit>
+bool WalkLine(const CellIndex& a, const CellIndex& b, Visit visit) {
+  const int64_t rows = std::abs(int64_t{b.row} - a.row);
+  const int64_t cols = std::abs(int64_t{b.col} - a.col);
+  const int32_t row_step = b.row > a.row ? 1 : -1;
+  const int32_t col_step = b.col > a.col ? 1 : -1;
+  CellIndex cell = a;
+  if (!visit(cell)) return false;
+  // The line leaves the cell through its next row border at (2 i + 1) / (2 rows) of its length, and
+  // through its next column border at (2 j + 1) / (2 cols).
+  for (int64_t i = 0, j = 0; i < rows || j < cols;) {
+    const int64_t by_row = (2 * i + 1) * cols;
+    const int64_t by_col = (2 * j + 1) * rows;
+    if (by_row == by_col) {
+      if (!visit(CellIndex{cell.row + row_step, cell.col})) return false;
+      if (!visit(CellIndex{cell.row, cell.col + col_step})) return false;
+    }
+    if (by_row <= by_col) cell.row += row_step, ++i;
+    if (by_col <= by_row) cell.col += col_step, ++j;
+    if (!visit(cell)) return false;
+  }
+  return true;
+}
+
+// The rays while they are put together: a node for each step that two rays do not share.
+class RayTree {
+ public:
+  // From (0, 0) to `end`, as far as the centres of its cells are nearer than `range`.
+  void Add(const CellIndex& end, int32_t range) {
+    size_t node = 0;
+    WalkLine({0, 0}, end, [&](const CellIndex& cell) {
+      if (int64_t{cell.row} * cell.row + int64_t{cell.col} * cell.col >= int64_t{range} * range) {
+        return false;
+      }
+      if (cell != CellIndex{0, 0}) node = ChildOf(node, cell);
+      return true;
+    });
+  }
+
+  // Calls enter(cell) at each node, depth first, and leave(what enter returned) behind all below
+  // it.
+  template <typename Enter, typename Leave>
+  void Walk(Enter enter, Leave leave, size_t node = 0) const {
+    const auto entered = enter(nodes_[node].cell);
+    for (const size_t child : nodes_[node].children) Walk(enter, leave, child);
+    leave(entered);
+  }
+
+ private:
+  struct Node {
+    CellIndex cell;
+    std::vector<size_t> children;
+  };
+
+  size_t ChildOf(size_t node, const CellIndex& cell) {
+    for (const size_t child : nodes_[node].children) {
+      if (nodes_[child].cell == cell) return child;
+    }
+    nodes_[node].children.push_back(nodes_.size());
+    nodes_.push_back({cell, {}});
+    return nodes_.size() - 1;
+  }
+
+  std::vector<Node> nodes_{{}};
+};
+
+}  // namespace
+
+bool InSight(const FloorPlan& plan, const CellIndex& a, const CellIndex& b) {
+  return WalkLine(a, b, [&](const CellIndex& cell) { return plan.at(cell) == Floor::kFree; });
+}
+
+Sight::Sight(int32_t range) : range_(range), seen_(size_t{2} * range * 2 * range, 0) {
+  RayTree rays;
+  for (int32_t i = -range; i <= range; ++i) {
+    for (const int32_t rim : {-range, range}) {
+      rays.Add({i, rim}, range);
+      rays.Add({rim, i}, range);
+    }
+  }
+  rays.Walk(
+      [this](const CellIndex& cell) {
+        steps_.push_back({cell.row, cell.col, 0});
+        return steps_.size() - 1;
+      },
+      [this](size_t step) { steps_[step].skip = static_cast<int32_t>(steps_.size()); });
+}
+
+void Sight::Look(const FloorPlan& plan, const CellIndex& from,
+                 absl::FunctionRef<void(const CellIndex&)> visit) {
+  if (++look_ == 0) {
+    std::fill(seen_.begin(), seen_.end(), 0);
+    look_ = 1;
+  }
+  const size_t side = size_t{2} * range_;
+  for (size_t i = 0; i < steps_.size();) {
+    const Step& step = steps_[i];
+    const CellIndex cell{from.row + step.row, from.col + step.col};
+    if (plan.at(cell) != Floor::kFree) {
+      i = step.skip;
+      continue;
+    }
+    uint32_t& seen = seen_[(step.row + range_) * side + (step.col + range_)];
+    if (seen != look_) visit(cell);
+    seen = look_;
+    ++i;
+  }
+}
+
+}  // namespace hypermap
