@@ -130,6 +130,15 @@ class Painter {
     }
   }
 
+  // Before anything else is drawn.
+  void Draw(const WallGrid& walls) {
+    for (size_t at = 0; at < rays_.size(); ++at) {
+      const Direction& ray = rays_[at];
+      const auto hit = walls.Hit(origin_, {ray.x, ray.y, ray.z}, kFarthest);
+      if (hit) view_.depth.metres[at] = static_cast<float>(*hit);
+    }
+  }
+
  private:
   const CameraModel camera_;
   const Eigen::Vector3d origin_;
@@ -165,6 +174,7 @@ View Render(const Scene& scene, const CameraModel& camera,
   View view{{camera.width, camera.height, std::vector<float>(pixels, 0.0f)},
             std::vector<int16_t>(pixels, View::kStructure)};
   Painter painter(camera, world_from_camera, view);
+  if (scene.walls) painter.Draw(*scene.walls);
   for (const Prism& prism : scene.structure) painter.Draw(prism, View::kStructure);
   for (size_t i = 0; i < scene.bodies.size(); ++i) {
     for (const Prism& part : scene.bodies[i].parts) painter.Draw(part, static_cast<int16_t>(i));

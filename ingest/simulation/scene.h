@@ -3,9 +3,11 @@
 #define HYPERMAP_INGEST_SIMULATION_SCENE_H_
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "ingest/simulation/wall_grid.h"
 #include "map/geometry/polygon.h"
 #include "map/layers/semantic_object.h"
 
@@ -31,6 +33,7 @@ struct Scene {
   std::vector<Prism> structure;  // floor and walls
   std::vector<Body> bodies;
   Ring path;  // what the robot drives along; nothing stands on it
+  std::optional<WallGrid> walls;
 };
 
 // Convex hull of the parts on the plane, and their heights.
