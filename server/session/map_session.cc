@@ -3,7 +3,6 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
-#include <chrono>
 #include <future>
 #include <utility>
 
@@ -15,8 +14,6 @@ namespace {
 
 // The longest time the writer goes without a look at the clock, which may be set at any time.
 constexpr absl::Duration kMaxWait = absl::Minutes(1);
-// The longest time a group waits for callers who were just answered to ask again.
-constexpr absl::Duration kMaxGather = absl::Milliseconds(1);
 // Objects that leave the map in one commit.
 constexpr size_t kMaxExpiredPerCommit = 1000;
 constexpr absl::Duration kExpiryRetry = absl::Seconds(1);
@@ -90,8 +87,8 @@ void MapSession::Enqueue(SubmissionType submission, Callback done) {
     if (accepted.ok()) {
       queue_.submissions.push_back(
           Queued<SubmissionType, Callback>{std::move(submission), std::move(done)});
-      const size_t queued = queue_.submissions.size();
-      if (queued == 1 || queued >= expected_submissions_) queue_changed_.NotifyOne();
+      // The writer waits for nothing else while there is something.
+      if (queue_.submissions.size() == 1) queue_changed_.NotifyOne();
     }
   }
   if (!accepted.ok()) std::move(done)(std::move(accepted));
@@ -205,14 +202,7 @@ std::optional<MapSession::Work> MapSession::TakeWork() {
   }
   looks_at_clock_ = false;
   if (queue_.empty() && closing_) return std::nullopt;
-  GatherCallers();
   return std::exchange(queue_, Work());
-}
-
-void MapSession::GatherCallers() {
-  const size_t queued = queue_.submissions.size();
-  if (queued == 0 || queued >= expected_submissions_ || closing_) return;
-  queue_changed_.WaitFor(&queue_mutex_, std::min(last_write_ / 4, kMaxGather));
 }
 
 absl::Time MapSession::CommitTime() {
@@ -228,10 +218,8 @@ void MapSession::Commit(std::vector<QueuedSubmission> submissions) {
         [&](auto& q) { group.Add(std::move(q.submission), CommitTime(), std::move(q.done)); },
         queued);
   }
-  const auto begin = std::chrono::steady_clock::now();
   // A failure is in the answers of those it concerns.
   group.Write().IgnoreError();
-  last_write_ = absl::FromChrono(std::chrono::steady_clock::now() - begin);
   {
     MutexLock lock(&snapshot_mutex_);
     snapshot_ = group.snapshot();
@@ -240,10 +228,6 @@ void MapSession::Commit(std::vector<QueuedSubmission> submissions) {
   for (const FeedCommit& commit : commits) expiry_.Update(*commit.changes);
   // After the snapshot: who waits for a revision finds it there.
   feed_.Append(std::move(commits));
-  {
-    MutexLock lock(&queue_mutex_);
-    expected_submissions_ = submissions.size() + queue_.submissions.size();
-  }
   std::move(group).Answer();
 }
 

@@ -138,10 +138,6 @@ class MapSession {
   void RunWriter();
   // Waits for work or a time to look after the map; nullopt when the session is closed.
   std::optional<Work> TakeWork();
-  // Waits a part of what a write takes for those who had something in the works at the last answer:
-  // callers who wait for each answer ask again at about the same time, and one of them would else
-  // have a write to itself.
-  void GatherCallers() ABSL_EXCLUSIVE_LOCKS_REQUIRED(queue_mutex_);
   void Commit(std::vector<QueuedSubmission> submissions);
   // The clock's time, but never before an earlier one.
   absl::Time CommitTime();
@@ -159,7 +155,6 @@ class MapSession {
   std::unique_ptr<storage::StoredMap> stored_;
   std::unique_ptr<MapFusion> fusion_;
   absl::Time last_commit_time_;
-  absl::Duration last_write_;  // how long it took
   ExpirySchedule expiry_;
   absl::Time expire_not_before_ = absl::InfinitePast();
   int groups_since_compaction_ = 0;
@@ -174,8 +169,6 @@ class MapSession {
   Mutex queue_mutex_;
   CondVar queue_changed_;
   Work queue_ ABSL_GUARDED_BY(queue_mutex_);
-  // Of how many callers something was in the works when the last group was answered.
-  size_t expected_submissions_ ABSL_GUARDED_BY(queue_mutex_) = 0;
   bool closing_ ABSL_GUARDED_BY(queue_mutex_) = false;
   bool looks_at_clock_ ABSL_GUARDED_BY(queue_mutex_) = false;
 
