@@ -93,6 +93,9 @@ hypermap::PutObject CupAt(double x, ObjectId id = 0) {
   return put;
 }
 
+// More than a test opens: one that was ended counts until the server has noticed.
+constexpr int kMaxWatchers = 16;
+
 // The map "site" with two cups, ids 1 and 2, at x = 0 and 2, at revision 1. Watched with and
 // without `coalesce`, which makes no difference to what is told.
 class WatchServiceTest : public ::testing::TestWithParam<bool> {
@@ -100,7 +103,7 @@ class WatchServiceTest : public ::testing::TestWithParam<bool> {
   static ServiceLimits Limits() {
     ServiceLimits limits;
     limits.watch_progress = absl::Milliseconds(20);
-    limits.max_watchers = 3;
+    limits.max_watchers = kMaxWatchers;
     limits.max_watch_lag = 1000;
     limits.chunk_items = 5;
     return limits;
@@ -313,14 +316,16 @@ TEST_P(WatchServiceTest, StartBeforeTheOldestKeptNamesIt) {
 }
 
 TEST_P(WatchServiceTest, OneWatchTooManyIsRefusedNamingTheLimit) {
-  Watching one(server_, Request()), two(server_, Request());
-  auto three = std::make_unique<Watching>(server_, Request());
-  for (Watching* watching : {&one, &two, three.get()}) ASSERT_TRUE(watching->Next().has_value());
+  std::vector<std::unique_ptr<Watching>> watches;
+  for (int i = 0; i < kMaxWatchers; ++i) {
+    watches.push_back(std::make_unique<Watching>(server_, Request()));
+    ASSERT_TRUE(watches.back()->Next().has_value());
+  }
   const grpc::Status refused = Error(Request());
   EXPECT_EQ(refused.error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
   EXPECT_THAT(refused.error_message(), HasSubstr("--max_watchers"));
   // A watch that ends makes room.
-  three.reset();
+  watches.pop_back();
   for (bool admitted = false; !admitted;) {
     Watching again(server_, Request());
     admitted = again.Next().has_value();
