@@ -19,7 +19,8 @@ namespace hypermap {
 // Follows an area of an occupancy grid and what of it has been seen, change by change, and chooses
 // where to look from next. All cells are those of the occupancy grid; "floor" are its free cells
 // whose centre the area covers. Robots keep to the area: its border is a wall to them, and to
-// nobody else. Not thread safe.
+// nobody else. Takes some 20 bytes for each cell of the box round the area: who makes it bounds the
+// area and the range. Not thread safe.
 class Explorer {
  public:
   struct Options {

@@ -14,7 +14,8 @@ namespace hypermap {
 // included. Where it goes through a corner, both cells beside the corner must be free. Symmetric.
 bool InSight(const FloorPlan& plan, const CellIndex& a, const CellIndex& b);
 
-// Casts rays to look round from a cell, over and over. Keeps what it needs for one range.
+// Casts rays to look round from a cell, over and over. Keeps what it needs for one range, which
+// grows with the range's square.
 class Sight {
  public:
   // `range` in cells, >= 1.

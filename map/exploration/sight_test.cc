@@ -62,8 +62,7 @@ TEST(SightTest, ReachesAllOfAFreeDisc) {
   }
 }
 
-// Whether the segment between the centres has a point in the interior of a cell that is not free,
-// or goes through a corner of one: by sampling the cell's square, opened by nothing.
+// Whether the segment between the centres meets the closed square of no cell that is not free.
 bool InSightByHand(const FloorPlan& plan, const CellIndex& a, const CellIndex& b) {
   const double dr = b.row - a.row, dc = b.col - a.col;
   for (size_t i = 0; i < plan.values().size(); ++i) {
