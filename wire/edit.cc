@@ -21,27 +21,6 @@ namespace {
 
 constexpr double kUnknownValue = std::numeric_limits<double>::quiet_NaN();
 
-constexpr std::array<std::pair<CellRule, v1::CellRule>, 3> kRules{{
-    {CellRule::kCentre, v1::CELL_RULE_CENTRE},
-    {CellRule::kCovered, v1::CELL_RULE_COVERED},
-    {CellRule::kTouched, v1::CELL_RULE_TOUCHED},
-}};
-
-v1::CellRule EncodeCellRule(CellRule rule) {
-  for (const auto& [domain, message] : kRules) {
-    if (domain == rule) return message;
-  }
-  return v1::CELL_RULE_UNSPECIFIED;
-}
-
-absl::StatusOr<CellRule> DecodeCellRule(absl::string_view field, v1::CellRule rule) {
-  if (rule == v1::CELL_RULE_UNSPECIFIED) return CellRule::kCentre;
-  for (const auto& [domain, message] : kRules) {
-    if (message == rule) return domain;
-  }
-  return InvalidField(field, absl::StrCat("is not a known rule: ", static_cast<int>(rule)));
-}
-
 struct Encoder {
   v1::Edit* message;
 

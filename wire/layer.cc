@@ -20,6 +20,12 @@ constexpr std::array<std::pair<LayerKind, v1::LayerKind>, 4> kKinds{{
     {LayerKind::kScalar, v1::LAYER_KIND_SCALAR},
 }};
 
+constexpr std::array<std::pair<CellRule, v1::CellRule>, 3> kRules{{
+    {CellRule::kCentre, v1::CELL_RULE_CENTRE},
+    {CellRule::kCovered, v1::CELL_RULE_COVERED},
+    {CellRule::kTouched, v1::CELL_RULE_TOUCHED},
+}};
+
 }  // namespace
 
 v1::LayerKind EncodeLayerKind(LayerKind kind) {
@@ -35,6 +41,21 @@ absl::StatusOr<LayerKind> DecodeLayerKind(absl::string_view field, v1::LayerKind
   }
   if (kind == v1::LAYER_KIND_UNSPECIFIED) return InvalidField(field, "is missing");
   return InvalidField(field, absl::StrCat("is not a known kind: ", static_cast<int>(kind)));
+}
+
+v1::CellRule EncodeCellRule(CellRule rule) {
+  for (const auto& [domain, message] : kRules) {
+    if (domain == rule) return message;
+  }
+  return v1::CELL_RULE_UNSPECIFIED;
+}
+
+absl::StatusOr<CellRule> DecodeCellRule(absl::string_view field, v1::CellRule rule) {
+  if (rule == v1::CELL_RULE_UNSPECIFIED) return CellRule::kCentre;
+  for (const auto& [domain, message] : kRules) {
+    if (message == rule) return domain;
+  }
+  return InvalidField(field, absl::StrCat("is not a known rule: ", static_cast<int>(rule)));
 }
 
 void EncodeGridGeometry(const GridGeometry& geometry, v1::GridGeometry* message) {
@@ -92,6 +113,9 @@ void EncodeLayerSpec(const LayerSpec& spec, v1::Layer* message) {
     message->mutable_thresholds()->set_free_below(spec.thresholds.free_below);
     message->mutable_thresholds()->set_occupied_above(spec.thresholds.occupied_above);
   }
+  if (spec.kind == LayerKind::kExploration) {
+    message->set_explored_rule(EncodeCellRule(spec.explored_rule));
+  }
   message->set_unit(spec.unit);
   EncodeAliases(spec.aliases, message->mutable_aliases());
 }
@@ -124,6 +148,10 @@ absl::StatusOr<LayerSpec> DecodeLayerSpec(absl::string_view field, const v1::Lay
   if (thresholds.has_occupied_above()) {
     spec.thresholds.occupied_above = thresholds.occupied_above();
   }
+  const absl::StatusOr<CellRule> explored_rule =
+      DecodeCellRule(absl::StrCat(field, ".explored_rule"), message.explored_rule());
+  if (!explored_rule.ok()) return explored_rule.status();
+  spec.explored_rule = *explored_rule;
   spec.unit = message.unit();
   absl::StatusOr<ValueAliases> aliases =
       DecodeAliases(absl::StrCat(field, ".aliases"), message.aliases());

@@ -13,6 +13,7 @@
 namespace hypermap::wire {
 
 v1::LayerKind EncodeLayerKind(LayerKind kind);
+v1::CellRule EncodeCellRule(CellRule rule);
 void EncodeGridGeometry(const GridGeometry& geometry, v1::GridGeometry* message);
 void EncodeCellBox(const CellBox& box, v1::CellBox* message);
 void EncodeAliases(const ValueAliases& aliases,
@@ -23,6 +24,8 @@ void EncodeLayer(const Layer& layer, v1::Layer* message, Revision version = 0);
 
 // INVALID_ARGUMENT for a kind that is missing or not known.
 absl::StatusOr<LayerKind> DecodeLayerKind(absl::string_view field, v1::LayerKind kind);
+// INVALID_ARGUMENT for a rule that is not known; kCentre for none.
+absl::StatusOr<CellRule> DecodeCellRule(absl::string_view field, v1::CellRule rule);
 absl::StatusOr<GridGeometry> DecodeGridGeometry(absl::string_view field,
                                                 const v1::GridGeometry& message);
 CellBox DecodeCellBox(const v1::CellBox& message);

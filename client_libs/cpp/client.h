@@ -22,6 +22,7 @@
 #include "absl/status/statusor.h"
 #include "absl/time/time.h"
 #include "client_libs/cpp/answers.h"
+#include "client_libs/cpp/exploration_answers.h"
 #include "client_libs/cpp/ingest_answers.h"
 #include "client_libs/cpp/observe_stream.h"
 #include "client_libs/cpp/points_stream.h"
@@ -175,6 +176,39 @@ class Client {
   // Which observations made an object of a fused layer.
   absl::StatusOr<ObjectHistory> ExplainObject(const std::string& map, const std::string& layer,
                                               ObjectId object_id, const CallOptions& options = {});
+
+  // Begins to explore an area together; `exploration_layer` is created when there is none.
+  absl::StatusOr<StartAnswer> StartExploration(const std::string& map, const Polygon& area,
+                                               const std::string& occupancy_layer,
+                                               const std::string& exploration_layer,
+                                               const StartOptions& start_options = {},
+                                               const CallOptions& options = {});
+  // Exploration 0 is the newest. An empty frame is the map's own.
+  absl::StatusOr<ExplorationAnswer> GetExploration(const std::string& map, ObjectId exploration = 0,
+                                                   const std::string& frame_id = "",
+                                                   const CallOptions& options = {});
+  absl::StatusOr<ExplorationList> ListExplorations(const std::string& map,
+                                                   const std::string& frame_id = "",
+                                                   const CallOptions& options = {});
+  absl::StatusOr<FrontierList> ListFrontiers(const std::string& map, ObjectId exploration = 0,
+                                             const std::string& frame_id = "",
+                                             bool with_cells = false,
+                                             const CallOptions& options = {});
+  // Where a robot at `position` should look from next; leased. What the robot had is given back.
+  absl::StatusOr<ClaimAnswer> ClaimGoal(const std::string& map, const std::string& robot,
+                                        const Point& position,
+                                        const ClaimOptions& claim_options = {},
+                                        const CallOptions& options = {});
+  // NOT_FOUND when the lease has ended.
+  absl::StatusOr<Goal> RenewGoal(const std::string& map, const std::string& robot, ObjectId goal,
+                                 absl::Duration lease = absl::Minutes(1),
+                                 const CallOptions& options = {});
+  absl::StatusOr<Revision> ReleaseGoal(const std::string& map, const std::string& robot,
+                                       ObjectId goal, GoalOutcome outcome,
+                                       const CallOptions& options = {});
+  // The exploration as it ended. Again is a no-op.
+  absl::StatusOr<ExplorationEntry> StopExploration(const std::string& map, ObjectId exploration = 0,
+                                                   const CallOptions& options = {});
 
  private:
   std::shared_ptr<Connection> connection_;

@@ -22,6 +22,12 @@ constexpr std::array<std::pair<LayerKind, const char*>, 4> kKindNames{{
     {LayerKind::kScalar, "scalar"},
 }};
 
+constexpr std::array<std::pair<CellRule, const char*>, 3> kRuleNames{{
+    {CellRule::kCentre, "centre"},
+    {CellRule::kCovered, "covered"},
+    {CellRule::kTouched, "touched"},
+}};
+
 absl::Status ValidateIdentifier(absl::string_view field, absl::string_view name,
                                 absl::string_view also_allowed) {
   if (name.empty()) return absl::InvalidArgumentError(absl::StrCat(field, " is empty"));
@@ -82,6 +88,20 @@ absl::Status ValidateAliases(const LayerSpec& spec) {
 }
 
 }  // namespace
+
+absl::string_view CellRuleName(CellRule rule) {
+  for (const auto& [known, name] : kRuleNames) {
+    if (known == rule) return name;
+  }
+  return "";
+}
+
+std::optional<CellRule> ParseCellRule(absl::string_view name) {
+  for (const auto& [rule, known] : kRuleNames) {
+    if (known == name) return rule;
+  }
+  return std::nullopt;
+}
 
 absl::string_view LayerKindName(LayerKind kind) {
   for (const auto& [known, name] : kKindNames) {

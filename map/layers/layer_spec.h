@@ -7,6 +7,7 @@
 
 #include "absl/status/status.h"
 #include "absl/strings/string_view.h"
+#include "map/layers/grid/cell_rule.h"
 #include "map/layers/grid/grid_geometry.h"
 #include "map/values/value_aliases.h"
 
@@ -19,6 +20,10 @@ enum class LayerKind { kOccupancy, kExploration, kSemantic, kScalar };
 // "occupancy", "exploration", "semantic", "scalar".
 absl::string_view LayerKindName(LayerKind kind);
 std::optional<LayerKind> ParseLayerKind(absl::string_view name);
+
+// "centre", "covered", "touched".
+absl::string_view CellRuleName(CellRule rule);
+std::optional<CellRule> ParseCellRule(absl::string_view name);
 
 // Which probabilities of an occupancy layer are called free (p < free_below) and occupied
 // (p > occupied_above). Both strict; what lies between is neither. Defaults are ROS map_server's.
@@ -40,6 +45,8 @@ struct LayerSpec {
   std::optional<GridGeometry> grid;
   // For kOccupancy.
   OccupancyThresholds thresholds;
+  // For kExploration: which cells what observations saw to be free makes explored.
+  CellRule explored_rule = CellRule::kCentre;
   // For kScalar: the unit of the values, free text ("dBm", "degC"); may be empty.
   std::string unit;
   // For kSemantic: other words for its labels, folded.

@@ -29,7 +29,7 @@ absl::Status ExploredArea::Check(const Polygon& area, const EditLimits& limits) 
     return absl::InvalidArgumentError(
         absl::StrCat("free_space lies outside of what layer \"", layer_, "\" can hold"));
   }
-  const CellCover cover(in_layer, grid_->geometry(), kAllCells);
+  const CellCover cover(in_layer, grid_->geometry(), kAllCells, grid_->spec().explored_rule);
   if (cover.bounds().num_cells() <= limits.max_cells_per_fill) return absl::OkStatus();
   return absl::ResourceExhaustedError(
       absl::StrCat("free_space spans ", cover.bounds().num_cells(), " cells of layer \"", layer_,
@@ -47,7 +47,7 @@ void ExploredArea::Forget(const Polygon& area, std::vector<Edit>* edits) const {
 void ExploredArea::Fill(const Polygon& area, std::optional<double> value,
                         std::vector<Edit>* edits) const {
   if (grid_ == nullptr || area.empty()) return;
-  edits->push_back(FillPolygon{layer_, area, frame_id_, CellRule::kCentre, value});
+  edits->push_back(FillPolygon{layer_, area, frame_id_, grid_->spec().explored_rule, value});
 }
 
 }  // namespace hypermap::server

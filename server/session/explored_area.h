@@ -15,8 +15,8 @@
 
 namespace hypermap::server {
 
-// The exploration layer of a fused layer, as a snapshot has it. Cells whose centre a polygon covers
-// are explored.
+// The exploration layer of a fused layer, as a snapshot has it. Cells that a polygon selects by the
+// layer's rule are explored.
 class ExploredArea {
  public:
   // Marks nothing when the snapshot has no such layer, of that kind, or it is not connected to

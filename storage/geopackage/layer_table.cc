@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <string>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -43,6 +44,9 @@ absl::StatusOr<std::string> EncodeLayerParameters(const LayerSpec& spec) {
               {"occupied_above", spec.thresholds.occupied_above},
               {"unit", spec.unit}};
     if (!spec.aliases.empty()) json["aliases"] = spec.aliases;
+    if (spec.explored_rule != CellRule::kCentre) {
+      json["explored_rule"] = CellRuleName(spec.explored_rule);
+    }
     return json.dump();
   } catch (const Json::exception&) {
     return absl::InvalidArgumentError("layer.unit or an alias is not UTF-8");
@@ -56,6 +60,10 @@ absl::Status DecodeLayerParameters(absl::string_view text, LayerSpec* spec) {
     spec->thresholds.occupied_above = json.value("occupied_above", spec->thresholds.occupied_above);
     spec->unit = json.value("unit", spec->unit);
     spec->aliases = json.value("aliases", spec->aliases);
+    const std::string rule = json.value("explored_rule", "centre");
+    const std::optional<CellRule> explored_rule = ParseCellRule(rule);
+    if (!explored_rule) return absl::DataLossError(absl::StrCat("explored_rule ", rule));
+    spec->explored_rule = *explored_rule;
     return absl::OkStatus();
   } catch (const Json::exception& e) {
     return absl::DataLossError(absl::StrCat("column parameters: ", e.what()));

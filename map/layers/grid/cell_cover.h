@@ -5,18 +5,12 @@
 #include <cstdint>
 
 #include "map/geometry/polygon.h"
+#include "map/layers/grid/cell_rule.h"
 #include "map/layers/grid/column_span.h"
 #include "map/layers/grid/grid_geometry.h"
 #include "map/layers/grid/row_scan.h"
 
 namespace hypermap {
-
-// When a cell counts as selected by a polygon.
-enum class CellRule {
-  kCentre,   // its centre is covered
-  kCovered,  // all of the closed cell square is covered
-  kTouched,  // the closed cell square and the polygon share a point
-};
 
 // Walks the selected cells row by row. Exact: a cell is selected if and only if the predicate of
 // its rule holds for GridGeometry::CentreOf (or its square's corners, computed alike) and the

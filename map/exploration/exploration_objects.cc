@@ -1,0 +1,244 @@
+#include "map/exploration/exploration_objects.h"
+
+#include <array>
+#include <functional>
+#include <map>
+#include <utility>
+#include <variant>
+
+#include "absl/strings/str_cat.h"
+
+namespace hypermap {
+namespace {
+
+constexpr std::array<std::pair<ExplorationState, const char*>, 2> kStates{{
+    {ExplorationState::kActive, "active"},
+    {ExplorationState::kEnded, "ended"},
+}};
+constexpr std::array<std::pair<EndReason, const char*>, 4> kReasons{{
+    {EndReason::kNone, ""},
+    {EndReason::kDone, "done"},
+    {EndReason::kOnlyUnreachableLeft, "only_unreachable_left"},
+    {EndReason::kStopped, "stopped"},
+}};
+
+template <typename Enum, size_t kSize>
+absl::string_view NameOf(const std::array<std::pair<Enum, const char*>, kSize>& names, Enum value) {
+  for (const auto& [known, name] : names) {
+    if (known == value) return name;
+  }
+  return "";
+}
+
+// Names of attributes.
+constexpr char kState[] = "state";
+constexpr char kEndReason[] = "end_reason";
+constexpr char kOccupancyLayer[] = "occupancy_layer";
+constexpr char kExplorationLayer[] = "exploration_layer";
+constexpr char kRobotRadius[] = "robot_radius_m";
+constexpr char kRange[] = "range_m";
+constexpr char kMinGain[] = "min_gain_cells";
+constexpr char kStarted[] = "started";
+constexpr char kEnded[] = "ended";
+constexpr char kExploration[] = "exploration";
+constexpr char kRobot[] = "robot";
+constexpr char kGain[] = "gain_cells";
+constexpr char kPathLength[] = "path_length_m";
+constexpr char kOccupancyVersion[] = "occupancy_version";
+
+std::string TimeText(absl::Time time) {
+  return absl::FormatTime(absl::RFC3339_full, time, absl::UTCTimeZone());
+}
+
+// Reads an object's attributes; keeps the first error.
+class AttributeReader {
+ public:
+  AttributeReader(const SemanticObject& object, absl::string_view label) : object_(object) {
+    if (object.label != label) {
+      status_ = absl::DataLossError(absl::StrCat("object ", object.id, " is no ", label));
+    }
+  }
+
+  const absl::Status& status() const { return status_; }
+
+  template <typename T>
+  T Get(const char* name) {
+    const auto it = object_.attributes.find(name);
+    const T* value = it == object_.attributes.end() ? nullptr : std::get_if<T>(&it->second);
+    if (value != nullptr) return *value;
+    Fail(name);
+    return T();
+  }
+  double GetNumber(const char* name) {
+    // What is edited as text may have lost its point.
+    const auto it = object_.attributes.find(name);
+    if (it != object_.attributes.end() && std::holds_alternative<int64_t>(it->second)) {
+      return static_cast<double>(std::get<int64_t>(it->second));
+    }
+    return Get<double>(name);
+  }
+  absl::Time GetTime(const char* name) {
+    const auto text = Get<std::string>(name);
+    absl::Time time;
+    std::string error;
+    if (!absl::ParseTime(absl::RFC3339_full, text, &time, &error)) Fail(name);
+    return time;
+  }
+  template <typename Enum, size_t kSize>
+  Enum GetEnum(const char* name, const std::array<std::pair<Enum, const char*>, kSize>& names) {
+    const auto text = Get<std::string>(name);
+    for (const auto& [value, known] : names) {
+      if (known == text) return value;
+    }
+    Fail(name);
+    return names.front().first;
+  }
+  bool Has(const char* name) const { return object_.attributes.contains(name); }
+  // Unless it holds.
+  void Expect(bool holds, const char* name) {
+    if (!holds) Fail(name);
+  }
+
+ private:
+  void Fail(const char* name) {
+    status_.Update(absl::DataLossError(absl::StrCat(object_.label, " ", object_.id, ": attribute ",
+                                                    name, " is missing or not what it was")));
+  }
+
+  const SemanticObject& object_;
+  absl::Status status_;
+};
+
+SemanticObject MakeObject(ObjectId id, const char* label, const Polygon& polygon) {
+  SemanticObject object;
+  object.id = id;
+  object.label = label;
+  object.polygon = polygon;
+  return object;
+}
+
+}  // namespace
+
+absl::string_view ExplorationStateName(ExplorationState state) { return NameOf(kStates, state); }
+absl::string_view EndReasonName(EndReason reason) { return NameOf(kReasons, reason); }
+
+SemanticObject ToObject(const Exploration& exploration) {
+  SemanticObject object = MakeObject(exploration.id, kExplorationLabel, exploration.area);
+  Attributes& attributes = object.attributes;
+  attributes[kState] = std::string(ExplorationStateName(exploration.state));
+  attributes[kEndReason] = std::string(EndReasonName(exploration.end_reason));
+  attributes[kOccupancyLayer] = exploration.occupancy_layer;
+  attributes[kExplorationLayer] = exploration.exploration_layer;
+  attributes[kRobotRadius] = exploration.robot_radius_m;
+  attributes[kRange] = exploration.range_m;
+  attributes[kMinGain] = exploration.min_gain_cells;
+  attributes[kStarted] = TimeText(exploration.started);
+  if (exploration.ended) attributes[kEnded] = TimeText(*exploration.ended);
+  return object;
+}
+
+SemanticObject ToObject(const ExplorationGoal& goal) {
+  SemanticObject object = MakeObject(goal.id, kGoalLabel, goal.cell);
+  object.expires_at = goal.expires_at;
+  object.attributes[kExploration] = goal.exploration_id;
+  object.attributes[kRobot] = goal.robot;
+  object.attributes[kGain] = goal.gain_cells;
+  object.attributes[kPathLength] = goal.path_length_m;
+  return object;
+}
+
+SemanticObject ToObject(const UnreachablePlace& place) {
+  SemanticObject object = MakeObject(place.id, kUnreachableLabel, place.cell);
+  object.attributes[kExploration] = place.exploration_id;
+  object.attributes[kRobot] = place.robot;
+  object.attributes[kOccupancyVersion] = place.occupancy_version;
+  return object;
+}
+
+absl::StatusOr<Exploration> ToExploration(const SemanticObject& object) {
+  AttributeReader reader(object, kExplorationLabel);
+  Exploration exploration;
+  exploration.id = object.id;
+  exploration.area = object.polygon;
+  exploration.state = reader.GetEnum(kState, kStates);
+  exploration.end_reason = reader.GetEnum(kEndReason, kReasons);
+  exploration.occupancy_layer = reader.Get<std::string>(kOccupancyLayer);
+  exploration.exploration_layer = reader.Get<std::string>(kExplorationLayer);
+  exploration.robot_radius_m = reader.GetNumber(kRobotRadius);
+  exploration.range_m = reader.GetNumber(kRange);
+  exploration.min_gain_cells = reader.Get<int64_t>(kMinGain);
+  exploration.started = reader.GetTime(kStarted);
+  if (reader.Has(kEnded)) exploration.ended = reader.GetTime(kEnded);
+  reader.Expect(exploration.robot_radius_m >= 0 && exploration.robot_radius_m <= kMaxRobotRadius_m,
+                kRobotRadius);
+  reader.Expect(exploration.range_m > 0 && exploration.range_m <= kMaxRange_m, kRange);
+  reader.Expect(exploration.min_gain_cells > 0, kMinGain);
+  if (!reader.status().ok()) return reader.status();
+  return exploration;
+}
+
+absl::StatusOr<ExplorationGoal> ToGoal(const SemanticObject& object) {
+  AttributeReader reader(object, kGoalLabel);
+  ExplorationGoal goal;
+  goal.id = object.id;
+  goal.cell = object.polygon;
+  goal.expires_at = object.expires_at;
+  goal.exploration_id = reader.Get<int64_t>(kExploration);
+  goal.robot = reader.Get<std::string>(kRobot);
+  goal.gain_cells = reader.Get<int64_t>(kGain);
+  goal.path_length_m = reader.GetNumber(kPathLength);
+  if (!reader.status().ok()) return reader.status();
+  return goal;
+}
+
+absl::StatusOr<UnreachablePlace> ToUnreachablePlace(const SemanticObject& object) {
+  AttributeReader reader(object, kUnreachableLabel);
+  UnreachablePlace place;
+  place.id = object.id;
+  place.cell = object.polygon;
+  place.exploration_id = reader.Get<int64_t>(kExploration);
+  place.robot = reader.Get<std::string>(kRobot);
+  place.occupancy_version = reader.Get<int64_t>(kOccupancyVersion);
+  if (!reader.status().ok()) return reader.status();
+  return place;
+}
+
+absl::StatusOr<std::vector<ExplorationObjects>> ReadExplorations(const SemanticLayer& layer) {
+  std::map<ObjectId, ExplorationObjects, std::greater<>> found;
+  const std::vector<ObjectPtr> objects = layer.Objects();
+  for (const ObjectPtr& object : objects) {
+    if (object->label != kExplorationLabel) continue;
+    absl::StatusOr<Exploration> exploration = ToExploration(*object);
+    if (!exploration.ok()) return exploration.status();
+    found[object->id].exploration = *std::move(exploration);
+  }
+  for (const ObjectPtr& object : objects) {
+    if (object->label == kGoalLabel) {
+      absl::StatusOr<ExplorationGoal> goal = ToGoal(*object);
+      if (!goal.ok()) return goal.status();
+      const auto it = found.find(goal->exploration_id);
+      if (it != found.end()) it->second.goals.push_back(*std::move(goal));
+    } else if (object->label == kUnreachableLabel) {
+      absl::StatusOr<UnreachablePlace> place = ToUnreachablePlace(*object);
+      if (!place.ok()) return place.status();
+      const auto it = found.find(place->exploration_id);
+      if (it != found.end()) it->second.unreachable_places.push_back(*std::move(place));
+    }
+  }
+  std::vector<ExplorationObjects> all;
+  all.reserve(found.size());
+  for (auto& [id, exploration] : found) all.push_back(std::move(exploration));
+  return all;
+}
+
+absl::StatusOr<ExplorationObjects> FindExploration(const SemanticLayer& layer, ObjectId id) {
+  absl::StatusOr<std::vector<ExplorationObjects>> all = ReadExplorations(layer);
+  if (!all.ok()) return all.status();
+  for (ExplorationObjects& found : *all) {
+    if (id == 0 || found.exploration.id == id) return std::move(found);
+  }
+  return absl::NotFoundError(id == 0 ? "there is no exploration"
+                                     : absl::StrCat("there is no exploration ", id));
+}
+
+}  // namespace hypermap

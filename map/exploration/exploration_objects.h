@@ -1,0 +1,107 @@
+// What is kept of explorations, as objects of a semantic layer.
+//
+// The area, the goals and the places given up are objects like all others: stored, told to
+// watchers, found by place and label, kept in the history; a goal's lease is the object's time to
+// live.
+#ifndef HYPERMAP_MAP_EXPLORATION_EXPLORATION_OBJECTS_H_
+#define HYPERMAP_MAP_EXPLORATION_EXPLORATION_OBJECTS_H_
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
+#include "absl/time/time.h"
+#include "map/geometry/polygon.h"
+#include "map/layers/semantic_layer.h"
+#include "map/layers/semantic_object.h"
+
+namespace hypermap {
+
+inline constexpr char kExplorationsLayer[] = "explorations";
+
+// The labels of the three.
+inline constexpr char kExplorationLabel[] = "exploration";
+inline constexpr char kGoalLabel[] = "exploration goal";
+inline constexpr char kUnreachableLabel[] = "unreachable place";
+
+inline constexpr double kMaxRobotRadius_m = 5.0;
+inline constexpr double kMaxRange_m = 50.0;
+
+enum class ExplorationState { kActive, kEnded };
+enum class EndReason { kNone, kDone, kOnlyUnreachableLeft, kStopped };
+
+// "active", "ended"; "", "done", "only_unreachable_left", "stopped".
+absl::string_view ExplorationStateName(ExplorationState state);
+absl::string_view EndReasonName(EndReason reason);
+
+struct Exploration {
+  ObjectId id = 0;
+  // In the frame of the layer that keeps it.
+  Polygon area;
+  std::string occupancy_layer;
+  std::string exploration_layer;
+  double robot_radius_m = 0.25;
+  double range_m = 4.0;
+  int64_t min_gain_cells = 4;
+  ExplorationState state = ExplorationState::kActive;
+  EndReason end_reason = EndReason::kNone;
+  absl::Time started;
+  std::optional<absl::Time> ended;
+
+  friend bool operator==(const Exploration&, const Exploration&) = default;
+};
+
+struct ExplorationGoal {
+  ObjectId id = 0;
+  ObjectId exploration_id = 0;
+  std::string robot;
+  // The cell to stand in; the goal is its centre.
+  Polygon cell;
+  int64_t gain_cells = 0;
+  double path_length_m = 0.0;
+  // Of the object; nullopt before it is on the map.
+  std::optional<absl::Time> expires_at;
+
+  friend bool operator==(const ExplorationGoal&, const ExplorationGoal&) = default;
+};
+
+struct UnreachablePlace {
+  ObjectId id = 0;
+  ObjectId exploration_id = 0;
+  std::string robot;
+  Polygon cell;
+  // The version of the occupancy layer when it was given up.
+  int64_t occupancy_version = 0;
+
+  friend bool operator==(const UnreachablePlace&, const UnreachablePlace&) = default;
+};
+
+SemanticObject ToObject(const Exploration& exploration);
+SemanticObject ToObject(const ExplorationGoal& goal);
+SemanticObject ToObject(const UnreachablePlace& place);
+
+// DATA_LOSS naming the object and the attribute when somebody changed it to something else: people
+// may edit these objects.
+absl::StatusOr<Exploration> ToExploration(const SemanticObject& object);
+absl::StatusOr<ExplorationGoal> ToGoal(const SemanticObject& object);
+absl::StatusOr<UnreachablePlace> ToUnreachablePlace(const SemanticObject& object);
+
+struct ExplorationObjects {
+  Exploration exploration;
+  // By id.
+  std::vector<ExplorationGoal> goals;
+  std::vector<UnreachablePlace> unreachable_places;
+};
+
+// All that a layer keeps, the newest exploration first. Goals and places whose exploration is gone,
+// and objects of other labels, are left out. DATA_LOSS as above.
+absl::StatusOr<std::vector<ExplorationObjects>> ReadExplorations(const SemanticLayer& layer);
+// `id` 0: the newest. NOT_FOUND naming the id.
+absl::StatusOr<ExplorationObjects> FindExploration(const SemanticLayer& layer, ObjectId id);
+
+}  // namespace hypermap
+
+#endif  // HYPERMAP_MAP_EXPLORATION_EXPLORATION_OBJECTS_H_
