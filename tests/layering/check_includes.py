@@ -77,7 +77,7 @@ ROOMS = {
     "map/watch": pure("map", "map/geometry", "map/frames", "map/values", "map/layers",
                       "map/edits", "map/query"),
     # grpc: the one mapping between absl::Status and grpc::Status.
-    "wire": Room(["proto", *MAP], {"absl", "protobuf", "grpc"}),
+    "wire": Room(["proto", "map/exploration", *MAP], {"absl", "protobuf", "grpc"}),
     "storage": Room(MAP, {"absl"}),
     "storage/geopackage": Room(
         ["storage", *MAP], {"absl"}, hidden={"sqlite", "tiff", "png", "zlib", "json"}
@@ -86,9 +86,12 @@ ROOMS = {
         MAP, {"absl"}, hidden={"zip", "zlib", "yaml", "png", "tiff", "json"}
     ),
     "ingest/fusion": pure("map/evaluation", *MAP, hidden={"json"}),
-    "server/session": Room(["ingest/fusion", "storage", *MAP], {"absl", "spdlog"}),
+    "server/session": Room(
+        ["ingest/fusion", "storage", "map/exploration", *MAP], {"absl", "spdlog"}
+    ),
     "server/services": Room(
-        ["server/session", "wire", "proto", "storage", "storage/interchange", *MAP],
+        ["server/session", "wire", "proto", "storage", "storage/interchange", "map/exploration",
+         *MAP],
         {"absl", "grpc", "protobuf", "spdlog"},
     ),
     "server": Room(
@@ -112,15 +115,23 @@ ROOMS = {
         DOMAIN,
         hidden={"grpc", "protobuf"},
     ),
+    # Simulated robots, which know the server by the client alone.
+    "ingest/robots": Room(
+        ["ingest/simulation", "ingest/perception", "client_libs/cpp", "map/exploration", *MAP],
+        DOMAIN,
+    ),
     "ingest/worker": Room(
-        ["ingest/sources", "ingest/perception", "ingest/frame_service", "client_libs/cpp", *MAP],
+        ["ingest/sources", "ingest/perception", "ingest/frame_service", "ingest/robots",
+         "client_libs/cpp", *MAP],
         DOMAIN | {"cli11"},
         hidden={"json"},
     ),
-    "client_libs/cpp": Room(["wire", "proto", *MAP], {"absl"}, hidden={"grpc", "protobuf"}),
+    "client_libs/cpp": Room(
+        ["wire", "proto", "map/exploration", *MAP], {"absl"}, hidden={"grpc", "protobuf"}
+    ),
     # yaml: a nav2 map names its image, which is sent along. storage/interchange: truth in files.
     "client_libs/cli": Room(
-        ["client_libs/cpp", "storage/interchange", "map/evaluation", *MAP],
+        ["client_libs/cpp", "storage/interchange", "map/evaluation", "map/exploration", *MAP],
         {"absl", "cli11", "json"},
         hidden={"cairo", "yaml"},
     ),
