@@ -250,18 +250,22 @@ grpc::ServerReadReactor<v1::ImportMapRequest>* CatalogService::ImportMap(
   return new ImportCall(context, &facilities_, response);
 }
 
-grpc::ServerWriteReactor<v1::ExportMapResponse>* CatalogService::ExportMap(
-    grpc::CallbackServerContext* context, const v1::ExportMapRequest* request) {
-  return new StreamedAnswer<v1::ExportMapResponse>(
-      context, RequestLog(*context, "ExportMap", request->map()), facilities_.file_workers,
-      [this, request] { return OpenExport(facilities_, *request); });
+grpc::ServerWriteReactor<grpc::ByteBuffer>* CatalogService::ExportMap(
+    grpc::CallbackServerContext* context, const grpc::ByteBuffer* request) {
+  auto* const answer = new StreamedAnswer<v1::ExportMapRequest, v1::ExportMapResponse>(
+      context, "ExportMap", *request, facilities_.file_workers,
+      [this](const v1::ExportMapRequest& asked) { return OpenExport(facilities_, asked); });
+  answer->BeginOnWorker();
+  return answer;
 }
 
-grpc::ServerWriteReactor<v1::BackupMapResponse>* CatalogService::BackupMap(
-    grpc::CallbackServerContext* context, const v1::BackupMapRequest* request) {
-  return new StreamedAnswer<v1::BackupMapResponse>(
-      context, RequestLog(*context, "BackupMap", request->map()), facilities_.file_workers,
-      [this, request] { return OpenBackup(facilities_, *request); });
+grpc::ServerWriteReactor<grpc::ByteBuffer>* CatalogService::BackupMap(
+    grpc::CallbackServerContext* context, const grpc::ByteBuffer* request) {
+  auto* const answer = new StreamedAnswer<v1::BackupMapRequest, v1::BackupMapResponse>(
+      context, "BackupMap", *request, facilities_.file_workers,
+      [this](const v1::BackupMapRequest& asked) { return OpenBackup(facilities_, asked); });
+  answer->BeginOnWorker();
+  return answer;
 }
 
 }  // namespace hypermap::server

@@ -10,7 +10,9 @@
 
 namespace hypermap::server {
 
-class CatalogService : public v1::CatalogService::CallbackService {
+class CatalogService : public v1::CatalogService::WithRawCallbackMethod_ExportMap<
+                           v1::CatalogService::WithRawCallbackMethod_BackupMap<
+                               v1::CatalogService::CallbackService>> {
  public:
   explicit CatalogService(const Facilities& facilities) : facilities_(facilities) {}
 
@@ -46,10 +48,10 @@ class CatalogService : public v1::CatalogService::CallbackService {
                                            v1::ListTransformsResponse* response) override;
   grpc::ServerReadReactor<v1::ImportMapRequest>* ImportMap(
       grpc::CallbackServerContext* context, v1::ImportMapResponse* response) override;
-  grpc::ServerWriteReactor<v1::ExportMapResponse>* ExportMap(
-      grpc::CallbackServerContext* context, const v1::ExportMapRequest* request) override;
-  grpc::ServerWriteReactor<v1::BackupMapResponse>* BackupMap(
-      grpc::CallbackServerContext* context, const v1::BackupMapRequest* request) override;
+  grpc::ServerWriteReactor<grpc::ByteBuffer>* ExportMap(grpc::CallbackServerContext* context,
+                                                        const grpc::ByteBuffer* request) override;
+  grpc::ServerWriteReactor<grpc::ByteBuffer>* BackupMap(grpc::CallbackServerContext* context,
+                                                        const grpc::ByteBuffer* request) override;
 
  private:
   absl::Status MakeMap(const RequestLog& log, const v1::CreateMapRequest& request,

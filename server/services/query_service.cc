@@ -10,7 +10,6 @@
 #include "map/layers/layer_registry.h"
 #include "map/values/value_query.h"
 #include "server/services/part_source.h"
-#include "server/services/request_log.h"
 #include "server/services/revision_wait.h"
 #include "server/services/unary_call.h"
 #include "wire/answer.h"
@@ -81,22 +80,18 @@ grpc::ServerUnaryReactor* QueryService::AnswerAtOnce(grpc::CallbackServerContext
   return call.reactor();
 }
 
-template <typename Response, typename Request>
-grpc::ServerWriteReactor<Response>* QueryService::StreamAnswer(
-    grpc::CallbackServerContext* context, absl::string_view rpc, const Request* request,
-    absl::StatusOr<std::unique_ptr<MessageSource<Response>>> (QueryService::*open)(const Request&)
-        const) const {
-  const auto open_source = [this, request, open] { return (this->*open)(*request); };
-  RequestLog log(*context, rpc, request->map());
-  if (AsksNewest(*request) && IsSmall(request->area())) {
-    return new StreamedAnswer<Response>(context, std::move(log), facilities_.workers, open_source,
-                                        StreamedAnswer<Response>::Begin::kAtOnce);
+template <typename Request, typename Response>
+grpc::ServerWriteReactor<grpc::ByteBuffer>* QueryService::Begin(
+    StreamedAnswer<Request, Response>* answer) const {
+  const Request& request = answer->request();
+  if (AsksNewest(request) && IsSmall(request.area())) {
+    answer->BeginAtOnce();
+  } else {
+    answer->BeginAfter([this, &request](RevisionWait& wait, auto done) {
+      wait.Start(facilities_, request.map(), request.min_revision(), std::move(done));
+    });
   }
-  return new StreamedAnswer<Response>(context, std::move(log), facilities_.workers, open_source,
-                                      [this, request](RevisionWait& wait, auto done) {
-                                        wait.Start(facilities_, request->map(),
-                                                   request->min_revision(), std::move(done));
-                                      });
+  return answer;
 }
 
 grpc::ServerUnaryReactor* QueryService::QueryPoint(grpc::CallbackServerContext* context,
@@ -132,9 +127,11 @@ absl::StatusOr<int64_t> QueryService::AnswerPoint(const v1::QueryPointRequest& r
   return response->layers_size();
 }
 
-grpc::ServerWriteReactor<v1::QueryAreaResponse>* QueryService::QueryArea(
-    grpc::CallbackServerContext* context, const v1::QueryAreaRequest* request) {
-  return StreamAnswer(context, "QueryArea", request, &QueryService::OpenArea);
+grpc::ServerWriteReactor<grpc::ByteBuffer>* QueryService::QueryArea(
+    grpc::CallbackServerContext* context, const grpc::ByteBuffer* request) {
+  return Begin(new StreamedAnswer<v1::QueryAreaRequest, v1::QueryAreaResponse>(
+      context, "QueryArea", *request, facilities_.workers,
+      [this](const v1::QueryAreaRequest& asked) { return OpenArea(asked); }));
 }
 
 absl::StatusOr<std::unique_ptr<MessageSource<v1::QueryAreaResponse>>> QueryService::OpenArea(
@@ -156,9 +153,11 @@ absl::StatusOr<std::unique_ptr<MessageSource<v1::QueryAreaResponse>>> QueryServi
                                                              facilities_.limits);
 }
 
-grpc::ServerWriteReactor<v1::QueryValueResponse>* QueryService::QueryValue(
-    grpc::CallbackServerContext* context, const v1::QueryValueRequest* request) {
-  return StreamAnswer(context, "QueryValue", request, &QueryService::OpenValue);
+grpc::ServerWriteReactor<grpc::ByteBuffer>* QueryService::QueryValue(
+    grpc::CallbackServerContext* context, const grpc::ByteBuffer* request) {
+  return Begin(new StreamedAnswer<v1::QueryValueRequest, v1::QueryValueResponse>(
+      context, "QueryValue", *request, facilities_.workers,
+      [this](const v1::QueryValueRequest& asked) { return OpenValue(asked); }));
 }
 
 absl::StatusOr<std::unique_ptr<MessageSource<v1::QueryValueResponse>>> QueryService::OpenValue(

@@ -17,17 +17,19 @@
 
 namespace hypermap::server {
 
-class QueryService : public v1::QueryService::CallbackService {
+class QueryService
+    : public v1::QueryService::WithRawCallbackMethod_QueryArea<
+          v1::QueryService::WithRawCallbackMethod_QueryValue<v1::QueryService::CallbackService>> {
  public:
   explicit QueryService(const Facilities& facilities);
 
   grpc::ServerUnaryReactor* QueryPoint(grpc::CallbackServerContext* context,
                                        const v1::QueryPointRequest* request,
                                        v1::QueryPointResponse* response) override;
-  grpc::ServerWriteReactor<v1::QueryAreaResponse>* QueryArea(
-      grpc::CallbackServerContext* context, const v1::QueryAreaRequest* request) override;
-  grpc::ServerWriteReactor<v1::QueryValueResponse>* QueryValue(
-      grpc::CallbackServerContext* context, const v1::QueryValueRequest* request) override;
+  grpc::ServerWriteReactor<grpc::ByteBuffer>* QueryArea(grpc::CallbackServerContext* context,
+                                                        const grpc::ByteBuffer* request) override;
+  grpc::ServerWriteReactor<grpc::ByteBuffer>* QueryValue(grpc::CallbackServerContext* context,
+                                                         const grpc::ByteBuffer* request) override;
   grpc::ServerUnaryReactor* QueryNearest(grpc::CallbackServerContext* context,
                                          const v1::QueryNearestRequest* request,
                                          v1::QueryNearestResponse* response) override;
@@ -69,13 +71,11 @@ class QueryService : public v1::QueryService::CallbackService {
                                          Response* response,
                                          Answer<Request, Response> answer) const;
 
-  // Streams the answer, on a worker when the map has the revision that the request waits for, or
-  // at once when it is short.
-  template <typename Response, typename Request>
-  grpc::ServerWriteReactor<Response>* StreamAnswer(
-      grpc::CallbackServerContext* context, absl::string_view rpc, const Request* request,
-      absl::StatusOr<std::unique_ptr<MessageSource<Response>>> (QueryService::*open)(const Request&)
-          const) const;
+  // Begins the answer, on a worker when the map has the revision that the request waits for, or at
+  // once when it is short.
+  template <typename Request, typename Response>
+  grpc::ServerWriteReactor<grpc::ByteBuffer>* Begin(
+      StreamedAnswer<Request, Response>* answer) const;
 
   // Whether all layers that are asked hold objects, among which the nearest are found at once; in
   // cells it may be a long search.

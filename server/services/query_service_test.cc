@@ -1,6 +1,7 @@
 #include "server/services/query_service.h"
 
 #include <gmock/gmock.h>
+#include <google/protobuf/unknown_field_set.h>
 #include <gtest/gtest.h>
 
 #include <limits>
@@ -182,6 +183,16 @@ TEST_F(QueryServiceTest, BadAreasNameTheField) {
   for (int i = 0; i < 5; ++i) many_points.mutable_area()->mutable_outer()->add_points();
   EXPECT_EQ(AreaError(many_points).error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
   EXPECT_THAT(AreaError(many_points).error_message(), HasSubstr("--max_vertices"));
+}
+
+TEST_F(QueryServiceTest, BytesThatAreNoRequestAreRefused) {
+  v1::QueryAreaRequest request = AreaRequest({{0, 0}, {1, 1}});
+  // A tag that does not end.
+  request.GetReflection()->MutableUnknownFields(&request)->AddLengthDelimited(
+      v1::QueryAreaRequest::kAreaFieldNumber, "\xff");
+  const grpc::Status status = AreaError(request);
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+  EXPECT_EQ(status.error_message(), "the request is not a hypermap.v1.QueryAreaRequest");
 }
 
 TEST_F(QueryServiceTest, NearestBeyondTheLimitNamesIt) {

@@ -58,14 +58,17 @@ class StreamedAnswerTest : public ::testing::Test {
     EXPECT_EQ(alive_, 0);
   }
 
-  struct Service : v1::QueryService::CallbackService {
-    grpc::ServerWriteReactor<Response>* QueryArea(grpc::CallbackServerContext* context,
-                                                  const v1::QueryAreaRequest*) override {
-      return new StreamedAnswer<Response>(
-          context, RequestLog(*context, "QueryArea", ""), &test->workers_,
-          [this]() -> absl::StatusOr<std::unique_ptr<Source>> {
+  struct Service
+      : v1::QueryService::WithRawCallbackMethod_QueryArea<v1::QueryService::CallbackService> {
+    grpc::ServerWriteReactor<grpc::ByteBuffer>* QueryArea(
+        grpc::CallbackServerContext* context, const grpc::ByteBuffer* request) override {
+      auto* const answer = new StreamedAnswer<v1::QueryAreaRequest, Response>(
+          context, "QueryArea", *request, &test->workers_,
+          [this](const v1::QueryAreaRequest&) -> absl::StatusOr<std::unique_ptr<Source>> {
             return std::make_unique<ScriptedSource>(&test->alive_, script);
           });
+      answer->BeginOnWorker();
+      return answer;
     }
     ScriptedSource::Script script;
     StreamedAnswerTest* test = nullptr;

@@ -4,6 +4,7 @@
 #include <utility>
 #include <vector>
 
+#include "server/services/raw_messages.h"
 #include "server/services/told_changes.h"
 #include "server/services/watch_messages.h"
 

@@ -264,13 +264,6 @@ TEST(WatchGroupsTest, ThoseWhoAskAlikeAreAGroupUntilTheLastIsGone) {
   EXPECT_NE(groups.Join(&feed, request), nullptr);
 }
 
-TEST(WatchMessagesTest, BytesThatAreNoRequestAreRefused) {
-  const grpc::Slice slice(std::string("\x0a\xff"));
-  EXPECT_TRUE(absl::IsInvalidArgument(ParseWatchRequest(grpc::ByteBuffer(&slice, 1)).status()));
-  const grpc::Slice empty;
-  EXPECT_TRUE(ParseWatchRequest(grpc::ByteBuffer(&empty, 1)).ok());
-}
-
 // Random edits that reset no watch.
 std::vector<hypermap::Edit> RandomEdits(Rng& rng, Revision revision, std::vector<ObjectId>& live) {
   if (UniformInt(rng, 0, 15) == 0) return {Layer(absl::StrCat("layer-", revision))};
@@ -361,7 +354,7 @@ TEST(WatchGroupPropertyTest, WhatIsSharedIsWhatEachWouldBeToldAlone) {
   server.MakeMap("site", std::move(site));
   MapSession& session = **server.site().Find("site");
   WorkerPool workers(1);
-  const Facilities facilities{&server.site(), limits, &workers, &workers, ""};
+  const Facilities facilities{&server.site(), limits, &workers, &workers, &workers, ""};
   // Now and then one is behind a ring as small as this.
   WatchGroup::Limits ring;
   ring.max_commits = 20;

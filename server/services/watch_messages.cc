@@ -3,7 +3,6 @@
 #include <cstdint>
 #include <string>
 
-#include "absl/status/status.h"
 #include "google/protobuf/io/coded_stream.h"
 #include "google/protobuf/io/zero_copy_stream_impl_lite.h"
 #include "wire/time.h"
@@ -18,16 +17,6 @@ constexpr size_t kMaxHeadBytes = 10;
 
 }  // namespace
 
-absl::StatusOr<v1::WatchRequest> ParseWatchRequest(const grpc::ByteBuffer& bytes) {
-  v1::WatchRequest request;
-  grpc::Slice slice;
-  if (!bytes.DumpToSingleSlice(&slice).ok() ||
-      !request.ParseFromArray(slice.begin(), static_cast<int>(slice.size()))) {
-    return absl::InvalidArgumentError("the request is not a hypermap.v1.WatchRequest");
-  }
-  return request;
-}
-
 v1::WatchResponse MessageOf(const FeedCommit& commit) {
   v1::WatchResponse message;
   message.set_revision(commit.revision);
@@ -35,8 +24,6 @@ v1::WatchResponse MessageOf(const FeedCommit& commit) {
   message.set_author(commit.author);
   return message;
 }
-
-grpc::Slice Serialize(const v1::WatchResponse& message) { return message.SerializeAsString(); }
 
 grpc::Slice Coalesce(const std::vector<grpc::Slice>& messages) {
   if (messages.empty()) return {};

@@ -2,24 +2,17 @@
 #ifndef HYPERMAP_SERVER_SERVICES_WATCH_MESSAGES_H_
 #define HYPERMAP_SERVER_SERVICES_WATCH_MESSAGES_H_
 
-#include <grpcpp/support/byte_buffer.h>
 #include <grpcpp/support/slice.h>
 
 #include <vector>
 
-#include "absl/status/statusor.h"
 #include "hypermap/v1/watch_service.pb.h"
 #include "server/session/change_feed.h"
 
 namespace hypermap::server {
 
-// INVALID_ARGUMENT for bytes that are no WatchRequest.
-absl::StatusOr<v1::WatchRequest> ParseWatchRequest(const grpc::ByteBuffer& bytes);
-
 // The message of a commit, still without changes.
 v1::WatchResponse MessageOf(const FeedCommit& commit);
-
-grpc::Slice Serialize(const v1::WatchResponse& message);
 
 // A message with the messages in WatchResponse.coalesced; one comes as it is, none is empty.
 grpc::Slice Coalesce(const std::vector<grpc::Slice>& messages);

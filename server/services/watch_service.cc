@@ -7,9 +7,9 @@
 
 #include "absl/strings/str_cat.h"
 #include "server/services/difference_source.h"
+#include "server/services/raw_messages.h"
 #include "server/services/streamed_answer.h"
 #include "server/services/unary_call.h"
-#include "server/services/watch_messages.h"
 #include "wire/status.h"
 #include "wire/time.h"
 
@@ -32,9 +32,11 @@ class RefusedWatch final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
 
 grpc::ServerWriteReactor<grpc::ByteBuffer>* WatchService::Watch(
     grpc::CallbackServerContext* context, const grpc::ByteBuffer* request) {
-  absl::StatusOr<v1::WatchRequest> parsed = ParseWatchRequest(*request);
-  if (!parsed.ok()) return new RefusedWatch(*context, parsed.status());
-  return new WatchCall(context, *std::move(parsed), &facilities_, &groups_, &watches_, &timers_,
+  v1::WatchRequest parsed;
+  if (absl::Status status = ParseRequest(*request, &parsed); !status.ok()) {
+    return new RefusedWatch(*context, status);
+  }
+  return new WatchCall(context, std::move(parsed), &facilities_, &groups_, &watches_, &timers_,
                        &lines_);
 }
 
@@ -42,11 +44,13 @@ void WatchService::EndAfter(absl::Duration grace) {
   timers_.RunAfter(grace, [this] { watches_.CancelWrites(); });
 }
 
-grpc::ServerWriteReactor<v1::ListChangesResponse>* WatchService::ListChanges(
-    grpc::CallbackServerContext* context, const v1::ListChangesRequest* request) {
-  return new StreamedAnswer<v1::ListChangesResponse>(
-      context, RequestLog(*context, "ListChanges", request->map()), facilities_.workers,
-      [this, request] { return OpenDifference(facilities_, *request); });
+grpc::ServerWriteReactor<grpc::ByteBuffer>* WatchService::ListChanges(
+    grpc::CallbackServerContext* context, const grpc::ByteBuffer* request) {
+  auto* const answer = new StreamedAnswer<v1::ListChangesRequest, v1::ListChangesResponse>(
+      context, "ListChanges", *request, facilities_.workers,
+      [this](const v1::ListChangesRequest& asked) { return OpenDifference(facilities_, asked); });
+  answer->BeginOnWorker();
+  return answer;
 }
 
 grpc::ServerUnaryReactor* WatchService::ListRevisions(grpc::CallbackServerContext* context,

@@ -18,7 +18,7 @@ namespace hypermap::server {
 // Watch writes bytes that are the same for many calls.
 class WatchService
     : public v1::WatchService::WithRawCallbackMethod_Watch<
-          v1::WatchService::WithCallbackMethod_ListChanges<
+          v1::WatchService::WithRawCallbackMethod_ListChanges<
               v1::WatchService::WithCallbackMethod_ListRevisions<v1::WatchService::Service>>> {
  public:
   explicit WatchService(const Facilities& facilities)
@@ -30,8 +30,8 @@ class WatchService
 
   grpc::ServerWriteReactor<grpc::ByteBuffer>* Watch(grpc::CallbackServerContext* context,
                                                     const grpc::ByteBuffer* request) override;
-  grpc::ServerWriteReactor<v1::ListChangesResponse>* ListChanges(
-      grpc::CallbackServerContext* context, const v1::ListChangesRequest* request) override;
+  grpc::ServerWriteReactor<grpc::ByteBuffer>* ListChanges(grpc::CallbackServerContext* context,
+                                                          const grpc::ByteBuffer* request) override;
   grpc::ServerUnaryReactor* ListRevisions(grpc::CallbackServerContext* context,
                                           const v1::ListRevisionsRequest* request,
                                           v1::ListRevisionsResponse* response) override;

@@ -6,6 +6,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "map/watch/structure.h"
+#include "server/services/raw_messages.h"
 #include "server/services/told_changes.h"
 #include "server/services/watch_messages.h"
 #include "wire/geometry.h"
