@@ -32,6 +32,8 @@ inline constexpr double kMaxRange_m = 50.0;
 
 enum class ExplorationState { kActive, kEnded };
 enum class EndReason { kNone, kDone, kOnlyUnreachableLeft, kStopped };
+// What became of a robot's way to its goal.
+enum class GoalOutcome { kReached, kUnreachable, kAbandoned };
 
 // "active", "ended"; "", "done", "only_unreachable_left", "stopped".
 absl::string_view ExplorationStateName(ExplorationState state);

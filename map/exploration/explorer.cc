@@ -24,14 +24,10 @@ constexpr size_t kLooksBack = 16;
 
 constexpr std::array<CellIndex, 4> kSides{{{-1, 0}, {0, -1}, {0, 1}, {1, 0}}};
 
-// The cells that `area` covers, within a margin in which there are none.
-CellRaster<uint8_t> CoveredBy(const Polygon& area, const GridGeometry& geometry, int32_t margin) {
-  const CellCover cover(area, geometry, kAllCells);
-  CellBox box = cover.bounds();
-  box = {box.row_begin - margin, box.row_end + margin, box.col_begin - margin,
-         box.col_end + margin};
-  CellRaster<uint8_t> covered(box.Intersection(kAllCells), 0);
-  for (int32_t row = covered.box().row_begin; row < covered.box().row_end; ++row) {
+// The cells of `box` that `cover` selects.
+CellRaster<uint8_t> CoveredBy(const CellCover& cover, const CellBox& box) {
+  CellRaster<uint8_t> covered(box, 0);
+  for (int32_t row = box.row_begin; row < box.row_end; ++row) {
     for (const ColumnSpan& span : cover.SpansOfRow(row)) {
       for (int32_t col = span.col_begin; col < span.col_end; ++col) covered.set({row, col}, 1);
     }
@@ -45,12 +41,24 @@ int32_t InCells(double length_m, double resolution_m) {
 
 }  // namespace
 
-Explorer::Explorer(const GridLayer& occupancy, const Polygon& area, const Options& options)
+CellBox Explorer::BoxOf(const GridGeometry& geometry, const Polygon& area, const Options& options,
+                        const CellBox& within) {
+  const CellBox box = CellCover(area, geometry, within).bounds();
+  if (box.empty()) return box;
+  const int32_t margin = InCells(options.robot_radius_m, geometry.resolution_m);
+  return CellBox{box.row_begin - margin, box.row_end + margin, box.col_begin - margin,
+                 box.col_end + margin}
+      .Intersection(kAllCells);
+}
+
+Explorer::Explorer(const GridLayer& occupancy, const Polygon& area, const Options& options,
+                   const CellBox& within)
     : resolution_m_(occupancy.geometry().resolution_m),
       options_(options),
       range_(InCells(options.range_m, resolution_m_)),
       lattice_(InCells(kLattice_m, resolution_m_)),
-      area_(CoveredBy(area, occupancy.geometry(), InCells(options.robot_radius_m, resolution_m_))),
+      area_(CoveredBy(CellCover(area, occupancy.geometry(), within),
+                      BoxOf(occupancy.geometry(), area, options, within))),
       plan_(ReadFloorPlan(occupancy, area_.box())),
       clearance_(plan_, options.robot_radius_m, resolution_m_),
       seen_(plan_.box(), 0),
@@ -85,11 +93,11 @@ void Explorer::ForgetGains(const CellBox& changed) {
   absl::erase_if(gains_, [&near](const auto& gain) { return near.Contains(gain.first); });
 }
 
-void Explorer::UpdateFloor(const GridLayer& occupancy, const CellBox& part) {
+CellBox Explorer::UpdateFloor(const GridLayer& occupancy, const CellBox& part) {
   const std::vector<FloorChange> floor = UpdateFloorPlan(occupancy, part, &plan_);
-  if (floor.empty()) return;
-  std::vector<CellIndex> changed;
   CellBox box;
+  if (floor.empty()) return box;
+  std::vector<CellIndex> changed;
   for (const FloorChange& change : floor) {
     const CellIndex& cell = change.cell;
     const bool free = plan_.at(cell) == Floor::kFree;
@@ -107,6 +115,7 @@ void Explorer::UpdateFloor(const GridLayer& occupancy, const CellBox& part) {
   for (int32_t row = near.row_begin; row < near.row_end; ++row) {
     for (int32_t col = near.col_begin; col < near.col_end; ++col) tries_.set({row, col}, 0);
   }
+  return box;
 }
 
 void Explorer::UpdateExplored(const CellBox& part,
@@ -210,21 +219,30 @@ std::optional<CellIndex> Explorer::NearestPassable(const CellIndex& cell) {
 
 void Explorer::Promise(const std::vector<CellIndex>& places) {
   ++question_;
-  has_promised_ = !places.empty();
+  promised_places_ = places;
   for (const CellIndex& place : places) {
     sight_.Look(plan_, place, [this](const CellIndex& cell) { promised_.set(cell, question_); });
   }
 }
 
 int64_t Explorer::GainAt(const CellIndex& cell) {
-  if (!has_promised_) {
-    if (const auto it = gains_.find(cell); it != gains_.end()) return it->second;
-  }
+  if (const auto it = gains_.find(cell); it != gains_.end()) return it->second;
+  int64_t gain = 0;
+  sight_.Look(plan_, cell, [&](const CellIndex& seen) { gain += IsWanted(seen); });
+  gains_[cell] = gain;
+  return gain;
+}
+
+int64_t Explorer::GainBesidesPromised(const CellIndex& cell) {
+  const bool may_share =
+      std::any_of(promised_places_.begin(), promised_places_.end(), [&](const CellIndex& place) {
+        return std::hypot(place.row - cell.row, place.col - cell.col) <= 2.0 * (range_ + 1);
+      });
+  if (!may_share) return GainAt(cell);
   int64_t gain = 0;
   sight_.Look(plan_, cell, [&](const CellIndex& seen) {
-    gain += IsWanted(seen) && !(has_promised_ && promised_.at(seen) == question_);
+    gain += IsWanted(seen) && promised_.at(seen) != question_;
   });
-  if (!has_promised_) gains_[cell] = gain;
   return gain;
 }
 
@@ -252,7 +270,6 @@ std::optional<Explorer::Viewpoint> Explorer::ViewpointFor(const Frontier& fronti
 }
 
 std::vector<Explorer::FrontierView> Explorer::ListFrontiers() {
-  Promise({});
   std::vector<FrontierView> views;
   for (Frontier& frontier : frontiers_.All()) {
     std::optional<Viewpoint> viewpoint = ViewpointFor(frontier);
@@ -268,6 +285,13 @@ std::optional<Explorer::Goal> Explorer::BestGoal(const CellIndex& robot,
   if (!start) return std::nullopt;
   Promise(promised);
   const absl::flat_hash_set<CellIndex, CellHash> out(avoided.begin(), avoided.end());
+  const double least_apart = 2.0 * options_.robot_radius_m / resolution_m_;
+  const auto is_taken = [&](const CellIndex& cell) {
+    return out.contains(cell) ||
+           std::any_of(promised.begin(), promised.end(), [&](const CellIndex& other) {
+             return std::hypot(cell.row - other.row, cell.col - other.col) < least_apart;
+           });
+  };
   const double most = std::min(static_cast<double>(num_unexplored_),
                                std::numbers::pi * (range_ + 1.0) * (range_ + 1.0));
   std::optional<Goal> best;
@@ -278,11 +302,16 @@ std::optional<Explorer::Goal> Explorer::BestGoal(const CellIndex& robot,
         [&](const CellIndex& cell, int32_t length) {
           const double path_m = length * resolution_m_ / PathSearch::kStraight;
           if (most / (path_m + kSetOut_m) <= best_utility) return false;
-          if (out.contains(cell) || !is_tried(cell)) return true;
-          const int64_t gain = GainAt(cell);
-          const double utility = static_cast<double>(gain) / (path_m + kSetOut_m);
-          if (gain < options_.min_gain_cells || utility <= best_utility) return true;
-          best_utility = utility;
+          if (!is_tried(cell) || is_taken(cell)) return true;
+          const auto is_worth_it = [&](int64_t gain) {
+            return gain >= options_.min_gain_cells &&
+                   static_cast<double>(gain) / (path_m + kSetOut_m) > best_utility;
+          };
+          // What is known from an earlier question rules most places out.
+          if (!is_worth_it(GainAt(cell))) return true;
+          const int64_t gain = GainBesidesPromised(cell);
+          if (!is_worth_it(gain)) return true;
+          best_utility = static_cast<double>(gain) / (path_m + kSetOut_m);
           best = Goal{{cell, gain}, path_m};
           return true;
         });

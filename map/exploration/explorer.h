@@ -31,15 +31,22 @@ class Explorer {
     int64_t min_gain_cells = 4;
   };
 
-  // `area` in the frame of the grid's layer. All floor is unexplored until SetExplored says
-  // otherwise. `area` spans at least one cell.
-  Explorer(const GridLayer& occupancy, const Polygon& area, const Options& options);
+  // The cells that an Explorer of such an area follows: the box around those of `within` that the
+  // area covers, and what is in a robot's way around it. Empty when the two lie apart.
+  static CellBox BoxOf(const GridGeometry& geometry, const Polygon& area, const Options& options,
+                       const CellBox& within);
+
+  // `area` in the frame of the grid's layer; only cells of `within` count. All floor is unexplored
+  // until UpdateExplored says otherwise. The area covers at least one cell.
+  Explorer(const GridLayer& occupancy, const Polygon& area, const Options& options,
+           const CellBox& within = kAllCells);
 
   // The cells that are followed; robots can be in no others.
   const CellBox& box() const { return plan_.box(); }
 
-  // Reads the cells of `part` anew. The floor that is gone or new is what it costs.
-  void UpdateFloor(const GridLayer& occupancy, const CellBox& part);
+  // Reads the cells of `part` anew. The floor that is gone or new is what it costs. A box around
+  // the cells that are not what they were: free, occupied, unknown.
+  CellBox UpdateFloor(const GridLayer& occupancy, const CellBox& part);
   // Asks anew which floor cells of `part` have been seen.
   void UpdateExplored(const CellBox& part, absl::FunctionRef<bool(const CellIndex&)> is_explored);
 
@@ -74,10 +81,15 @@ class Explorer {
   // The place with the most to see for its way from `robot`, of those that are not `avoided`: gain
   // over path (González-Baños and Latombe, "Navigation strategies for exploring indoor
   // environments", IJRR 2002, with the utility g / (d + 1 m)). What can be seen from `promised`
-  // places counts as seen. nullopt when there is nothing to be seen from where it can go.
+  // places counts as seen, and two robots do not fit in one place: none is given that is nearer to
+  // a promised one than two robots' radii. nullopt when there is nothing to be seen from where it
+  // can go.
   std::optional<Goal> BestGoal(const CellIndex& robot, const std::vector<CellIndex>& promised,
                                const std::vector<CellIndex>& avoided);
 
+  // The passable cell next to `cell`, over free ones; nullopt when there is none as near as a robot
+  // is large.
+  std::optional<CellIndex> NearestPassable(const CellIndex& cell);
   // Robots have been here: what hangs together with it is reachable. Until the first, all is.
   void AddRobot(const CellIndex& cell);
   // A robot has looked round at a viewpoint and everything that it saw is known here. Floor that
@@ -102,11 +114,11 @@ class Explorer {
   void Cover(const CellIndex& cell, std::vector<CellIndex>* changed);
   // Forgets what was known of the gains of places that see some of `changed`.
   void ForgetGains(const CellBox& changed);
-  // What can be seen from `cell` and was not promised. Kept as long as nothing is promised.
+  // The wanted cells that can be seen from `cell`; remembered.
   int64_t GainAt(const CellIndex& cell);
+  // The same without those that were promised.
+  int64_t GainBesidesPromised(const CellIndex& cell);
   void Promise(const std::vector<CellIndex>& places);
-  // The passable cell next to `cell`; nullopt when there is none as near as a robot is large.
-  std::optional<CellIndex> NearestPassable(const CellIndex& cell);
   std::optional<Viewpoint> ViewpointFor(const Frontier& frontier);
   void LearnReachable();
   // All passable cells, or those that hang together with the robots'.
@@ -132,7 +144,7 @@ class Explorer {
   absl::flat_hash_map<CellIndex, int64_t, CellHash> gains_;
   CellRaster<uint32_t> promised_;  // the question in which it was
   uint32_t question_ = 0;
-  bool has_promised_ = false;
+  std::vector<CellIndex> promised_places_;
 
   std::vector<CellIndex> robots_;
   // Passable cells that hang together with the robots', and floor in sight of the nearest of them.

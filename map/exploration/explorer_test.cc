@@ -242,6 +242,28 @@ TEST(ExplorerTest, KeepsToTheArea) {
   EXPECT_FALSE(explorer.BestGoal({1, 9}, {}, {}).has_value());
 }
 
+TEST(ExplorerTest, OnlyCellsThatCountAreFollowed) {
+  const auto occupancy = Occupancy(DrawnFloor({"..........", "..........", ".........."}));
+  const Polygon everywhere = Polygon::FromBox({{-1e6, -1e6}, {1e6, 1e6}});
+  const Explorer::Options options{.robot_radius_m = 0.0, .range_m = 1.0};
+  const CellBox within{0, 3, 4, 40};
+  Explorer explorer(*occupancy, everywhere, options, within);
+  EXPECT_EQ(explorer.box(), Explorer::BoxOf(occupancy->geometry(), everywhere, options, within));
+  EXPECT_TRUE(explorer.box().Contains(within));
+  EXPECT_LT(explorer.box().num_cells(), 5 * 38 + 1);
+  EXPECT_EQ(explorer.progress().reachable, 18);
+  EXPECT_TRUE(
+      Explorer::BoxOf(occupancy->geometry(), AreaOf({0, 3, 0, 2}), options, within).empty());
+}
+
+TEST(ExplorerTest, TellsWhereFloorChanged) {
+  const auto occupancy = Occupancy(DrawnFloor({"....", "...."}));
+  Explorer explorer(*occupancy, AreaOf({0, 2, 0, 4}), {.robot_radius_m = 0.0, .range_m = 1.0});
+  const auto after = Write(occupancy, {0, 2, 0, 4}, {0.1, 0.1, 1.0, 1.0, 0.1, 0.1, 0.1, 1.0});
+  EXPECT_EQ(explorer.UpdateFloor(*after, {0, 2, 0, 4}), (CellBox{0, 2, 2, 4}));
+  EXPECT_TRUE(explorer.UpdateFloor(*after, {0, 2, 0, 4}).empty());
+}
+
 TEST(ExplorerTest, ReachabilityIsThatOfTheRobots) {
   const FloorPlan plan = DrawnFloor({"...#...", "...#...", "...#..."});
   Site site(plan, {.robot_radius_m = 0.0, .range_m = 1.0});
@@ -275,6 +297,29 @@ TEST(ExplorerTest, FrontiersHaveAPlaceToSeeThemFrom) {
   }
   EXPECT_TRUE(std::any_of(frontiers.begin(), frontiers.end(),
                           [](const auto& frontier) { return frontier.viewpoint.has_value(); }));
+}
+
+// Even where what is seen round a corner would be worth it.
+TEST(ExplorerTest, GoalsOfTwoRobotsAreNotInOnePlace) {
+  const uint64_t seed = TestSeed();
+  SCOPED_TRACE(seed);
+  Rng rng(seed);
+  int near_others = 0;
+  for (int round = 0; round < 300; ++round) {
+    const FloorPlan plan = testing::RandomFloor(rng, 40, 0.06);
+    const auto any_cell = [&] { return plan.CellOf(UniformInt(rng, 0, 40 * 40 - 1)); };
+    Site lonely(plan, {.robot_radius_m = 0.0, .range_m = 2.0});
+    Site site(plan, {.robot_radius_m = 0.14, .range_m = 2.0});
+    const CellIndex robot = any_cell(), other = any_cell();
+    const auto distance = [&other](const CellIndex& cell) {
+      return std::hypot(cell.row - other.row, cell.col - other.col);
+    };
+    const auto goal = site.explorer().BestGoal(robot, {other}, {});
+    EXPECT_TRUE(!goal || distance(goal->viewpoint.cell) >= 2.8);
+    const auto point = lonely.explorer().BestGoal(other, {other}, {});
+    near_others += point && distance(point->viewpoint.cell) < 2.8;
+  }
+  EXPECT_GT(near_others, 0) << "robots without a width may come as near";
 }
 
 }  // namespace
