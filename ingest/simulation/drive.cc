@@ -7,10 +7,10 @@ namespace hypermap::simulation {
 namespace {
 
 constexpr double kRadPerDegree = std::numbers::pi / 180.0;
-constexpr double kSpeed = 0.4;                      // m/s
-constexpr double kTurnRate = 50.0 * kRadPerDegree;  // rad/s
 constexpr double kCameraHeight = 1.1;
 constexpr double kCameraTilt = 18.0 * kRadPerDegree;
+constexpr double kPositionError = 0.045;
+constexpr double kHeadingError = 0.9 * kRadPerDegree;
 
 // Steps from one value to another, the last one not included.
 int StepsFor(double amount, double per_second) {
@@ -21,7 +21,7 @@ class Driver {
  public:
   // On the spot, by `angle_rad`.
   void Turn(const Point& at, double angle_rad) {
-    const int steps = StepsFor(angle_rad, kTurnRate);
+    const int steps = StepsFor(angle_rad, kTurnRate_rad_per_s);
     for (int i = 0; i < steps; ++i) {
       poses.emplace_back(at.x, at.y, yaw_rad + angle_rad * i / steps);
     }
@@ -29,7 +29,7 @@ class Driver {
   }
 
   void Go(const Point& from, const Point& to) {
-    const int steps = StepsFor(std::hypot(to.x - from.x, to.y - from.y), kSpeed);
+    const int steps = StepsFor(std::hypot(to.x - from.x, to.y - from.y), kSpeed_m_per_s);
     for (int i = 0; i < steps; ++i) {
       const double t = static_cast<double>(i) / steps;
       poses.emplace_back(from.x + t * (to.x - from.x), from.y + t * (to.y - from.y), yaw_rad);
@@ -55,21 +55,29 @@ std::vector<PlanarTransform> DriveAlong(const Ring& path) {
   return driver.poses;
 }
 
-std::vector<PlanarTransform> WithPoseError(const std::vector<PlanarTransform>& poses,
-                                           Random& random) {
-  constexpr double kPosition = 0.045;
-  constexpr double kHeading = 0.9 * kRadPerDegree;
+PoseError::PoseError(Random& random)
+    : random_(random),
+      x_m_(random.Normal(kPositionError)),
+      y_m_(random.Normal(kPositionError)),
+      yaw_rad_(random.Normal(kHeadingError)) {}
+
+PlanarTransform PoseError::Apply(const PlanarTransform& pose) {
   constexpr double kKept = 1.0 - 1.0 / (8.0 * kFramesPerSecond);
   const double fresh = std::sqrt(1.0 - kKept * kKept);
-  double x = random.Normal(kPosition), y = random.Normal(kPosition), yaw = random.Normal(kHeading);
-  std::vector<PlanarTransform> estimated;
-  for (const PlanarTransform& pose : poses) {
-    estimated.emplace_back(pose.x() + x, pose.y() + y, pose.yaw() + yaw);
-    x = kKept * x + random.Normal(fresh * kPosition);
-    y = kKept * y + random.Normal(fresh * kPosition);
-    yaw = kKept * yaw + random.Normal(fresh * kHeading);
-  }
-  return estimated;
+  const PlanarTransform believed(pose.x() + x_m_, pose.y() + y_m_, pose.yaw() + yaw_rad_);
+  x_m_ = kKept * x_m_ + random_.Normal(fresh * kPositionError);
+  y_m_ = kKept * y_m_ + random_.Normal(fresh * kPositionError);
+  yaw_rad_ = kKept * yaw_rad_ + random_.Normal(fresh * kHeadingError);
+  return believed;
+}
+
+std::vector<PlanarTransform> WithPoseError(const std::vector<PlanarTransform>& poses,
+                                           Random& random) {
+  PoseError error(random);
+  std::vector<PlanarTransform> believed;
+  believed.reserve(poses.size());
+  for (const PlanarTransform& pose : poses) believed.push_back(error.Apply(pose));
+  return believed;
 }
 
 Eigen::Isometry3d CameraPose(const PlanarTransform& world_from_robot) {

@@ -3,6 +3,7 @@
 #define HYPERMAP_INGEST_SIMULATION_DRIVE_H_
 
 #include <Eigen/Geometry>
+#include <numbers>
 #include <vector>
 
 #include "ingest/simulation/random.h"
@@ -17,8 +18,27 @@ inline constexpr double kFramesPerSecond = 5.0;
 // corner, 50 degrees a second.
 std::vector<PlanarTransform> DriveAlong(const Ring& path);
 
-// The poses with an error like that of a localisation with a laser: 4.5 cm in x and in y and 0.9
-// degrees of standard deviation, varying within some 8 seconds (an Ornstein-Uhlenbeck process).
+inline constexpr double kSpeed_m_per_s = 0.4;
+inline constexpr double kTurnRate_rad_per_s = 50.0 * std::numbers::pi / 180.0;
+
+// An error like that of a localisation with a laser: 4.5 cm in x and in y and 0.9 degrees of
+// standard deviation, varying within some 8 seconds (an Ornstein-Uhlenbeck process).
+class PoseError {
+ public:
+  // `random` must outlive it.
+  explicit PoseError(Random& random);
+
+  // Where a robot at `pose` believes to be; each call is a frame later.
+  PlanarTransform Apply(const PlanarTransform& pose);
+
+ private:
+  Random& random_;
+  double x_m_;
+  double y_m_;
+  double yaw_rad_;
+};
+
+// The poses with that error.
 std::vector<PlanarTransform> WithPoseError(const std::vector<PlanarTransform>& poses,
                                            Random& random);
 

@@ -24,9 +24,6 @@ struct Options {
 
 constexpr int64_t kFirstSecond = 1'700'000'000;
 
-// A Kinect's field of view, 320 x 240 pixels.
-ingest::CameraModel Camera() { return {320, 240, 262.5, 262.5, 159.5, 119.5}; }
-
 // What the drive brings, frame by frame.
 struct Recording {
   std::vector<absl::Time> stamps;
@@ -58,7 +55,7 @@ absl::StatusOr<Recording> Drive(const Scene& scene, const Options& options) {
     const absl::Time stamp = absl::FromUnixSeconds(kFirstSecond) +
                              static_cast<int64_t>(i) * absl::Seconds(1) / kFramesPerSecond;
     const Eigen::Isometry3d pose = CameraPose(way[i]);
-    const View view = Render(scene, Camera(), pose);
+    const View view = Render(scene, Kinect(), pose);
     const auto png = EncodeDepthPng(WithSensorNoise(view, sensor));
     if (!png.ok()) return png.status();
     const absl::Status status = WriteFileIn(options.folder, DepthName(stamp), *png);
@@ -67,7 +64,7 @@ absl::StatusOr<Recording> Drive(const Scene& scene, const Options& options) {
     recording.poses.push_back(way[i]);
     recording.estimated.push_back(believed[i]);
     recording.clean.push_back(DetectAll(scene, view));
-    recording.noisy.push_back(detector.Detect(view, Camera(), pose));
+    recording.noisy.push_back(detector.Detect(view, Kinect(), pose));
     Count(view, recording.sightings);
   }
   return recording;
@@ -77,14 +74,14 @@ absl::Status WriteSequence(const Options& options) {
   const Scene scene = MakeOffice(options.seed);
   const absl::StatusOr<Recording> r = Drive(scene, options);
   if (!r.ok()) return r.status();
-  const FloorPlan plan = EncodeFloorPlan(scene);
+  const FloorPlanFiles plan = EncodeFloorPlan(scene);
   const std::pair<const char*, std::string> files[] = {
       {"depth.txt", EncodeDepthList(r->stamps)},
       {"groundtruth.txt", EncodeTrajectory(r->stamps, r->poses)},
       {"estimated.txt", EncodeTrajectory(r->stamps, r->estimated)},
-      {"camera.yaml", EncodeCamera(Camera())},
-      {"detections_clean.json", EncodeDetections(r->stamps, Camera(), r->clean)},
-      {"detections_noisy.json", EncodeDetections(r->stamps, Camera(), r->noisy)},
+      {"camera.yaml", EncodeCamera(Kinect())},
+      {"detections_clean.json", EncodeDetections(r->stamps, Kinect(), r->clean)},
+      {"detections_noisy.json", EncodeDetections(r->stamps, Kinect(), r->noisy)},
       {"gt.geojson", EncodeTruth(scene, r->sightings)},
       {"occupancy.yaml", plan.yaml},
       {"occupancy.pgm", plan.pgm},

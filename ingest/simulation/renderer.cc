@@ -22,14 +22,17 @@ struct PixelBox {
 };
 
 // The pixels that the prism can be seen at: the box of its corners; all of them when some corner is
-// not well in front of the camera.
+// not well in front of the camera, none when all are behind it.
 PixelBox PixelsOf(const Prism& prism, const CameraModel& camera,
                   const Eigen::Isometry3d& camera_from_world) {
   double u_low = camera.width, u_high = -1, v_low = camera.height, v_high = -1;
+  bool some_near = false, all_behind = true;
   for (const Point& p : prism.footprint) {
     for (const double z : {prism.low_m, prism.high_m}) {
       const Eigen::Vector3d q = camera_from_world * Eigen::Vector3d(p.x, p.y, z);
-      if (q.z() < 0.05) return {0, camera.width, 0, camera.height};
+      all_behind = all_behind && q.z() <= 0.0;
+      some_near = some_near || q.z() < 0.05;
+      if (some_near) continue;
       const double u = camera.fx * q.x() / q.z() + camera.cx;
       const double v = camera.fy * q.y() / q.z() + camera.cy;
       u_low = std::min(u_low, u);
@@ -38,6 +41,8 @@ PixelBox PixelsOf(const Prism& prism, const CameraModel& camera,
       v_high = std::max(v_high, v);
     }
   }
+  if (all_behind) return {};
+  if (some_near) return {0, camera.width, 0, camera.height};
   const auto clamp = [](double v, int size) {
     return static_cast<int>(std::clamp(v, 0.0, static_cast<double>(size)));
   };

@@ -22,6 +22,9 @@ struct View {
   int16_t body_at(int u, int v) const { return body[static_cast<size_t>(v) * depth.width + u]; }
 };
 
+// A Kinect's field of view, 320 x 240 pixels.
+inline ingest::CameraModel Kinect() { return {320, 240, 262.5, 262.5, 159.5, 119.5}; }
+
 // Casts one ray through the middle of each pixel. The camera is not distorted; its pose is that of
 // the optical frame (x right, y down, z forward).
 View Render(const Scene& scene, const ingest::CameraModel& camera,

@@ -207,7 +207,7 @@ std::string EncodeTruth(const Scene& scene, const std::vector<Sightings>& sighti
       .dump(1);
 }
 
-FloorPlan EncodeFloorPlan(const Scene& scene) {
+FloorPlanFiles EncodeFloorPlan(const Scene& scene) {
   std::vector<Polygon> met;
   const auto add = [&met](const Prism& prism) {
     if (prism.low_m <= kLaserHeight && prism.high_m >= kLaserHeight) {
@@ -219,7 +219,7 @@ FloorPlan EncodeFloorPlan(const Scene& scene) {
   const Box& box = scene.bounds;
   const int columns = static_cast<int>(std::ceil((box.max.x - box.min.x) / kCell));
   const int rows = static_cast<int>(std::ceil((box.max.y - box.min.y) / kCell));
-  FloorPlan plan;
+  FloorPlanFiles plan;
   plan.yaml = absl::StrCat("image: occupancy.pgm\nresolution: ", kCell, "\norigin: [", box.min.x,
                            ", ", box.min.y,
                            ", 0.0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n"

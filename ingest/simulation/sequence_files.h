@@ -45,11 +45,11 @@ std::string EncodeTruth(const Scene& scene, const std::vector<Sightings>& sighti
 
 // The floor plan as a map_server would load it, 5 cm a cell: what a laser 0.3 m above the floor
 // meets is occupied.
-struct FloorPlan {
+struct FloorPlanFiles {
   std::string yaml;
   std::string pgm;
 };
-FloorPlan EncodeFloorPlan(const Scene& scene);
+FloorPlanFiles EncodeFloorPlan(const Scene& scene);
 
 absl::Status WriteFileIn(const std::string& folder, const std::string& name,
                          const std::string& data);

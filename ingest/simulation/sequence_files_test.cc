@@ -60,7 +60,7 @@ TEST(SequenceFilesTest, TheTruthIsWhatStandsThere) {
 // Cells of 5 cm: the outer wall is two cells thick, the middle of the path is free.
 TEST(SequenceFilesTest, TheFloorPlanHasWallsAndFreeFloor) {
   const Scene scene = MakeOffice(1);
-  const FloorPlan plan = EncodeFloorPlan(scene);
+  const FloorPlanFiles plan = EncodeFloorPlan(scene);
   EXPECT_THAT(plan.yaml, HasSubstr("origin: [-0.1, -0.1, 0.0]"));
   ASSERT_THAT(plan.pgm, StartsWith("P5\n236 112\n255\n"));
   const std::string cells = plan.pgm.substr(plan.pgm.size() - 236 * 112);

@@ -3,6 +3,7 @@
 #define HYPERMAP_INGEST_SIMULATION_WALL_GRID_H_
 
 #include <Eigen/Geometry>
+#include <cstdint>
 #include <optional>
 
 #include "map/exploration/floor_plan.h"
@@ -29,8 +30,11 @@ class WallGrid {
 
  private:
   FloorPlan plan_;
+  CellRaster<uint8_t> away_;  // from the nearest block, in cells
   GridGeometry geometry_;
   PlanarTransform grid_from_world_;
+  double cos_yaw_;
+  double sin_yaw_;
   double height_m_;
 };
 

@@ -1,4 +1,5 @@
-// hypermap-ingest: turns RGB-D frames with detections into observations for a Hypermap server.
+// hypermap-ingest: turns RGB-D frames with detections, recorded, sent or simulated, into
+// observations for a Hypermap server.
 #include <CLI/CLI.hpp>
 #include <csignal>
 #include <cstdlib>
@@ -8,6 +9,7 @@
 #include "ingest/worker/interruption.h"
 #include "ingest/worker/replay_command.h"
 #include "ingest/worker/serve_command.h"
+#include "ingest/worker/simulate_command.h"
 
 namespace hypermap::ingest {
 namespace {
@@ -23,6 +25,7 @@ int Main(int argc, char** argv) {
   Command command;
   AddReplayCommand(app, command);
   AddServeCommand(app, command);
+  AddSimulateCommand(app, command);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

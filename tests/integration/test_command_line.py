@@ -118,6 +118,47 @@ class CommandLine(SiteTest):
         self.assert_fails(self.site.cli("render", "nowhere", "-o", picture), "nowhere")
         self.assert_fails(self.site.cli("render", "site", "-o", picture, "--layers", "none"), "none")
 
+    def test_an_area_is_explored_from_start_to_stop(self):
+        sites.make(self.client)
+        self.client.ApplyEdits(map="site", edits=[sites.write_cells([[0] * 20] * 10)])
+        self.assert_fails(self.site.cli("explore", "status", "site"), "NOT_FOUND")
+        # Of 10 x 5 m of floor, the left 8 m.
+        area = ["0,0", "8,0", "8,5", "0,5"]
+        start = ["explore", "start", "site", "--layer", "seen", "--area", *area]
+        self.assert_fails(self.site.cli(*start, "--occupancy", "none"), "none")
+        self.assert_fails(self.site.cli(*start, "--occupancy", "things"), "FAILED_PRECONDITION")
+        begun = self.site.json(*start, "--occupancy", "grid", "--rule", "covered")
+        self.assertEqual((begun["map"], begun["exploration"]["state"]), ("site", "active"))
+        seen, = (layer for layer in self.site.json("layers", "site")["layers"]
+                 if layer["name"] == "seen")
+        self.assertEqual((seen["kind"], seen["explored_rule"]), ("exploration", "covered"))
+
+        file = self.folder / "seen.geojson"
+        ring = [[0, 0], [2, 0], [2, 5], [0, 5], [0, 0]]
+        file.write_text(json.dumps({"type": "FeatureCollection", "features": [
+            {"type": "Feature", "properties": {"value": "explored"},
+             "geometry": {"type": "Polygon", "coordinates": [ring]}}]}))
+        self.site.json("edit", "site", file, "--layer", "seen")
+        status = self.site.json("explore", "status", "site", begun["exploration"]["id"])
+        self.assertEqual({k: status["progress"][k] for k in
+                          ("explored_cells", "reachable_cells", "unreachable_cells", "fraction")},
+                         {"explored_cells": 40, "reachable_cells": 120, "unreachable_cells": 0,
+                          "fraction": 0.25})
+        (frontier,) = self.site.json("explore", "frontiers", "site", "--cells")["frontiers"]
+        self.assertEqual(sorted(frontier["cells"]), [[2.25, 0.5 * i + 0.25] for i in range(10)])
+        self.assertIn("25 % seen", self.site.cli("explore", "status", "site").stdout)
+
+        self.assertEqual(self.site.json("explore", "stop", "site")["exploration"]["end_reason"],
+                         "stopped")
+        (ended,) = self.site.json("explore", "list", "site")["explorations"]
+        self.assertEqual((ended["id"], ended["state"]), (begun["exploration"]["id"], "ended"))
+        paths = self.folder / "paths.geojson"
+        paths.write_text(json.dumps({"type": "FeatureCollection", "features": [
+            {"type": "Feature", "properties": {"robot": "r1"},
+             "geometry": {"type": "LineString", "coordinates": [[1, 1], [3, 2]]}}]}))
+        drawn = self.site.json("render", "site", "-o", self.folder / "map.png", "--path", paths)
+        self.assertEqual(drawn["objects"], 0)
+
     def test_a_value_that_a_layer_cant_take_spoils_no_other_answer(self):
         sites.make(self.client)
         self.client.ApplyEdits(map="site", edits=[sites.put("chair", 1, 1),

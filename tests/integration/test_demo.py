@@ -25,6 +25,8 @@ class Demo(SiteTest):
             self.assertIn("eval rooms", result.stdout)
             self.assertRegex(result.stdout, r"\nPQ +0\.[1-9]")
             self.assertTrue((build / "demo" / "rooms.png").exists())
+            self.assertIn("explore status office", result.stdout)
+            self.assertTrue((build / "demo" / "explored.png").exists())
         self.assertEqual(self.servers_on(build), [])
 
     @staticmethod

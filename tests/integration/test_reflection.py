@@ -32,7 +32,7 @@ class Reflection(SiteTest):
         listed = self.grpcurl("list").stdout.split()
         for service in ("hypermap.v1.CatalogService", "hypermap.v1.QueryService",
                         "hypermap.v1.EditService", "hypermap.v1.IngestService",
-                        "grpc.health.v1.Health"):
+                        "hypermap.v1.ExplorationService", "grpc.health.v1.Health"):
             self.assertIn(service, listed)
 
     def test_rpcs_are_described(self):

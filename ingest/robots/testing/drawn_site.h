@@ -1,0 +1,39 @@
+// Occupancy layers drawn for tests.
+#ifndef HYPERMAP_INGEST_ROBOTS_TESTING_DRAWN_SITE_H_
+#define HYPERMAP_INGEST_ROBOTS_TESTING_DRAWN_SITE_H_
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "map/layers/grid/grid_layer.h"
+#include "map/layers/layer_registry.h"
+
+namespace hypermap::robots {
+
+// '#' is occupied, '?' unknown, all else free. The first line is the top row; the lower left corner
+// is the origin.
+inline std::shared_ptr<const GridLayer> DrawnSite(const std::vector<std::string>& lines,
+                                                  double resolution_m = 1.0) {
+  LayerSpec spec;
+  spec.name = "occupancy";
+  spec.kind = LayerKind::kOccupancy;
+  spec.frame_id = "map";
+  spec.grid = GridGeometry{{}, resolution_m};
+  GridWriter writer(std::make_shared<GridLayer>(spec, MakeCellDomain(spec)));
+  std::vector<std::optional<double>> values;
+  for (auto line = lines.rbegin(); line != lines.rend(); ++line) {
+    for (const char c : *line) {
+      values.push_back(c == '?' ? std::nullopt : std::optional<double>(c == '#' ? 1.0 : 0.0));
+    }
+  }
+  const CellBox box{0, static_cast<int32_t>(lines.size()), 0,
+                    static_cast<int32_t>(lines.front().size())};
+  if (!writer.Write(box, values).ok()) return nullptr;
+  return std::move(writer).Finish().layer;
+}
+
+}  // namespace hypermap::robots
+
+#endif  // HYPERMAP_INGEST_ROBOTS_TESTING_DRAWN_SITE_H_

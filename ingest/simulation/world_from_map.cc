@@ -1,0 +1,67 @@
+#include "ingest/simulation/world_from_map.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "ingest/simulation/class_heights.h"
+#include "map/geometry/convex_hull.h"
+#include "map/geometry/predicates.h"
+#include "map/layers/grid/cell_cover.h"
+
+namespace hypermap::simulation {
+namespace {
+
+// How high the thing is that carries `object`; 0: the floor.
+double HeightBelow(const SemanticObject& object, const std::vector<SemanticObject>& objects) {
+  const Point middle = Centroid(object.polygon);
+  double below = 0.0;
+  for (const SemanticObject& other : objects) {
+    const ClassHeight height = HeightOfClass(other.label);
+    if (&other == &object || !height.carries || !Covers(other.polygon, middle)) continue;
+    below = std::max(below, other.height ? other.height->high_m : height.height_m);
+  }
+  return below;
+}
+
+HeightRange HeightOf(const SemanticObject& object, const std::vector<SemanticObject>& objects) {
+  if (object.height && object.height->high_m > object.height->low_m) return *object.height;
+  const ClassHeight height = HeightOfClass(object.label);
+  // What carries things stands on the floor itself.
+  const double low_m = height.above_m > 0.0 ? height.above_m
+                       : height.carries     ? 0.0
+                                            : HeightBelow(object, objects);
+  return {low_m, low_m + height.height_m};
+}
+
+void ClearWalls(const Polygon& footprint, const GridGeometry& geometry, FloorPlan* plan) {
+  const CellCover cover(footprint, geometry, plan->box(), CellRule::kTouched);
+  for (int32_t row = cover.bounds().row_begin; row < cover.bounds().row_end; ++row) {
+    for (const ColumnSpan& span : cover.SpansOfRow(row)) {
+      for (int32_t col = span.col_begin; col < span.col_end; ++col) {
+        // What nobody knows is not furniture.
+        if (plan->at({row, col}) == Floor::kOccupied) plan->set({row, col}, Floor::kFree);
+      }
+    }
+  }
+}
+
+}  // namespace
+
+Scene WorldFromMap(const FloorPlan& plan, const GridGeometry& geometry,
+                   const std::vector<SemanticObject>& objects) {
+  Scene scene;
+  scene.bounds = geometry.BoundsOf(plan.box());
+  FloorPlan walls = plan;
+  for (const SemanticObject& object : objects) {
+    if (object.polygon.empty()) continue;
+    const Polygon hull = ConvexHull(object.polygon.outer());
+    if (hull.empty()) continue;
+    const HeightRange height = HeightOf(object, objects);
+    scene.bodies.push_back({object.label, {{hull.outer(), height.low_m, height.high_m}}});
+    ClearWalls(hull, geometry, &walls);
+  }
+  scene.walls.emplace(std::move(walls), geometry, kWallHeight_m);
+  return scene;
+}
+
+}  // namespace hypermap::simulation

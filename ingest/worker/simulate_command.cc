@@ -1,0 +1,226 @@
+#include "ingest/worker/simulate_command.h"
+
+#include <unistd.h>
+
+#include <fstream>
+#include <iostream>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/strings/numbers.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_split.h"
+#include "ingest/worker/expedition_output.h"
+
+namespace hypermap::ingest {
+namespace {
+
+// As they stand on the command line.
+struct Arguments {
+  robots::ExpeditionOptions expedition;
+  std::string server = "127.0.0.1:50051";
+  std::vector<std::string> area;
+  std::vector<std::string> starts;
+  std::string detector = "ideal";
+  std::string pose = "true";
+  std::string rule = "touched";
+  std::string ways_path;
+  std::string truth_path;
+  bool json = false;
+};
+
+std::optional<Point> ParsePoint(const std::string& text) {
+  const std::vector<std::string> words = absl::StrSplit(text, ',');
+  Point p;
+  if (words.size() != 2 || !absl::SimpleAtod(words[0], &p.x) || !absl::SimpleAtod(words[1], &p.y) ||
+      !IsFinite(p)) {
+    return std::nullopt;
+  }
+  return p;
+}
+
+CLI::Validator IsPoint() {
+  return CLI::Validator(
+      [](std::string& text) { return ParsePoint(text) ? std::string() : "wants X,Y in metres"; },
+      "X,Y");
+}
+
+absl::Status WriteFile(const std::string& path, const std::string& data) {
+  if (path.empty()) return absl::OkStatus();
+  std::ofstream file(path, std::ios::binary);
+  if (file << data && file.flush()) return absl::OkStatus();
+  return absl::UnavailableError(absl::StrCat(path, ": can't be written"));
+}
+
+// Before anything is begun that would not be kept.
+absl::Status CheckWritable(const std::string& path) {
+  if (path.empty() || std::ofstream(path, std::ios::binary | std::ios::app)) {
+    return absl::OkStatus();
+  }
+  return absl::InvalidArgumentError(absl::StrCat(path, ": can't be written"));
+}
+
+std::vector<Point> PointsOf(const std::vector<std::string>& texts) {
+  std::vector<Point> points;
+  for (const std::string& text : texts) points.push_back(*ParsePoint(text));
+  return points;
+}
+
+// A number of steps and goals over the one before.
+class StepLine {
+ public:
+  ~StepLine() {
+    if (shown_) std::cerr << std::endl;
+  }
+  void Show(int64_t steps, int64_t goals) {
+    shown_ = true;
+    std::cerr << '\r' << steps << " steps, " << goals << " goals reached" << std::flush;
+  }
+
+ private:
+  bool shown_ = false;
+};
+
+absl::Status Prepare(Arguments& arguments) {
+  robots::ExpeditionOptions& options = arguments.expedition;
+  absl::StatusOr<Polygon> area = Polygon::Make(PointsOf(arguments.area));
+  if (!area.ok()) {
+    return absl::InvalidArgumentError(absl::StrCat("--area: ", area.status().message()));
+  }
+  options.area = *std::move(area);
+  options.starts = PointsOf(arguments.starts);
+  if (!options.starts.empty() && options.starts.size() != static_cast<size_t>(options.robots)) {
+    return absl::InvalidArgumentError(absl::StrCat("--start: ", options.starts.size(),
+                                                   " places for ", options.robots, " robots"));
+  }
+  absl::Status status = CheckWritable(arguments.ways_path);
+  status.Update(CheckWritable(arguments.truth_path));
+  options.noisy_detector = arguments.detector == "noisy";
+  options.pose_error = arguments.pose == "amcl";
+  options.explored_rule = *ParseCellRule(arguments.rule);
+  return status;
+}
+
+absl::Status Run(Arguments arguments, const Interruption& interruption) {
+  if (absl::Status status = Prepare(arguments); !status.ok()) return status;
+  const robots::ExpeditionOptions& options = arguments.expedition;
+  client::Client client(arguments.server, {.retry_for = options.patience});
+  absl::StatusOr<robots::ExpeditionReport> report = absl::UnknownError("");
+  {
+    StepLine line;
+    robots::ExpeditionProgress progress;
+    if (isatty(STDERR_FILENO) != 0) {
+      progress = [&line](int64_t steps, int64_t goals) { line.Show(steps, goals); };
+    }
+    report = robots::Explore(
+        client, options, [&interruption] { return interruption.requested(); }, progress);
+  }
+  if (!report.ok()) return report.status();
+  std::cout << (arguments.json ? ReportJson(*report, options) + "\n" : ReportText(*report, options))
+            << std::flush;
+  absl::Status status = WriteFile(arguments.ways_path, WaysGeoJson(*report));
+  status.Update(WriteFile(arguments.truth_path, report->truth));
+  return status;
+}
+
+void AddMapOptions(CLI::App& command, Arguments& a) {
+  robots::ExpeditionOptions& options = a.expedition;
+  command.add_option("--server", a.server, "Address of the server")
+      ->envname("HYPERMAP_SERVER")
+      ->type_name("HOST:PORT")
+      ->capture_default_str();
+  command.add_option("--map", options.map, "Map")->required();
+  command.add_option("--occupancy", options.occupancy_layer, "Layer of the walls")
+      ->type_name("LAYER")
+      ->capture_default_str();
+  command
+      .add_option("--objects", options.object_layers,
+                  "Layers of the objects that stand in the world (default: all semantic layers "
+                  "but --layer)")
+      ->type_name("LAYER")
+      ->delimiter(',');
+  command
+      .add_option("--layer", options.semantic_layer,
+                  "Semantic layer for what is detected; made where there is none")
+      ->capture_default_str();
+  command
+      .add_option("--explored", options.explored_layer,
+                  "Layer where seen floor is marked as explored; made where there is none")
+      ->type_name("LAYER")
+      ->capture_default_str();
+  command.add_option("--area", a.area, "What to explore: a polygon's vertices, in the map's frame")
+      ->required()
+      ->type_name("X,Y")
+      ->check(IsPoint());
+}
+
+void AddRobotOptions(CLI::App& command, Arguments& a) {
+  robots::ExpeditionOptions& options = a.expedition;
+  command.add_option("--robots", options.robots, "How many")
+      ->check(CLI::Range(1, 100))
+      ->capture_default_str();
+  command.add_option("--start", a.starts, "Where each sets out (default: by chance)")
+      ->type_name("X,Y")
+      ->check(IsPoint());
+  command.add_option("--name", options.name, "Robots are NAME-1, NAME-2, ...")
+      ->capture_default_str();
+  command.add_option("--radius", options.robot_radius_m, "Of a robot, metres")
+      ->check(CLI::Range(0.0, 5.0))
+      ->capture_default_str();
+  command.add_option("--range", options.range_m, "How far robots see floor, metres")
+      ->check(CLI::Range(0.5, 8.0))
+      ->capture_default_str();
+  command.add_option("--detector", a.detector, "Whether detections have errors")
+      ->check(CLI::IsMember({"ideal", "noisy"}))
+      ->capture_default_str();
+  command.add_option("--pose", a.pose, "Whether poses have errors, like those of AMCL")
+      ->check(CLI::IsMember({"true", "amcl"}))
+      ->capture_default_str();
+  command.add_option("--seed", options.seed, "Of all that is by chance")->capture_default_str();
+}
+
+void AddRunOptions(CLI::App& command, Arguments& a) {
+  robots::ExpeditionOptions& options = a.expedition;
+  command
+      .add_option("--rule", a.rule, "Which cells seen floor makes explored, in a layer made here")
+      ->check(CLI::IsMember({"centre", "covered", "touched"}))
+      ->capture_default_str();
+  command
+      .add_option("--frame_every,--frame-every", options.frame_every,
+                  "Steps for a frame, on the way")
+      ->check(CLI::Range(1, 6))
+      ->capture_default_str();
+  command
+      .add_option("--max_steps,--max-steps", options.max_steps,
+                  "An error when it takes longer; 0: as long as it takes")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+  command.add_option("--paths", a.ways_path, "Where robots drove, as GeoJSON")->type_name("FILE");
+  command
+      .add_option("--truth", a.truth_path,
+                  "The world's objects and how often each was seen, for hypermap eval --truth")
+      ->type_name("FILE");
+  command.add_flag("--json", a.json, "A line of JSON");
+}
+
+}  // namespace
+
+void AddSimulateCommand(CLI::App& app, Command& selected) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* command =
+      app.add_subcommand("simulate", "Lets simulated robots explore an area of a map");
+  AddMapOptions(*command, *arguments);
+  AddRobotOptions(*command, *arguments);
+  AddRunOptions(*command, *arguments);
+  command->callback([arguments, &selected] {
+    selected = [arguments](const Interruption& interruption) {
+      return Run(*arguments, interruption);
+    };
+  });
+}
+
+}  // namespace hypermap::ingest
