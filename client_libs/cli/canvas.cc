@@ -33,6 +33,18 @@ void SetSource(cairo_t* context, const Colour& c, double opacity = 1.0) {
   cairo_set_source_rgba(context, c.red, c.green, c.blue, opacity);
 }
 
+cairo_operator_t OperatorOf(Blend blend) {
+  switch (blend) {
+    case Blend::kOver:
+      return CAIRO_OPERATOR_OVER;
+    case Blend::kMultiply:
+      return CAIRO_OPERATOR_MULTIPLY;
+    case Blend::kMask:
+      return CAIRO_OPERATOR_DEST_IN;
+  }
+  return CAIRO_OPERATOR_OVER;
+}
+
 // 1, 2 or 5 times a power of ten, at most `length`.
 double RoundedDown(double length) {
   const double power = std::pow(10.0, std::floor(std::log10(length)));
@@ -127,9 +139,27 @@ void Canvas::Line(const Point& from, const Point& to, const Colour& c, double wi
   Stroke(c, width, broken);
 }
 
-void Canvas::Cross(const Point& at, double size, const Colour& c) {
-  Line({at.x - size, at.y - size}, {at.x + size, at.y + size}, c, 1.5, false);
-  Line({at.x - size, at.y + size}, {at.x + size, at.y - size}, c, 1.5, false);
+void Canvas::Path(const std::vector<Point>& points, const Plan& plan, const Colour& c,
+                  double width) {
+  for (const Point& p : points) {
+    const Point at = plan.At(p);
+    cairo_line_to(drawing_->context.get(), at.x, at.y);
+  }
+  cairo_set_line_join(drawing_->context.get(), CAIRO_LINE_JOIN_ROUND);
+  Stroke(c, width, false);
+  cairo_set_line_join(drawing_->context.get(), CAIRO_LINE_JOIN_MITER);
+}
+
+void Canvas::Cross(const Point& at, double size, const Colour& c, double width) {
+  Line({at.x - size, at.y - size}, {at.x + size, at.y + size}, c, width, false);
+  Line({at.x - size, at.y + size}, {at.x + size, at.y - size}, c, width, false);
+}
+
+void Canvas::Disc(const Point& at, double radius, const Colour& c) {
+  cairo_new_path(drawing_->context.get());
+  cairo_arc(drawing_->context.get(), at.x, at.y, radius, 0.0, 2.0 * std::acos(-1.0));
+  SetSource(drawing_->context.get(), c);
+  cairo_fill(drawing_->context.get());
 }
 
 void Canvas::Square(const Point& at, double size, const Colour& c) {
@@ -150,9 +180,9 @@ double Canvas::TextWidth(const std::string& text) const {
   return extents.x_advance;
 }
 
-void Canvas::Add(const Ring& corners, const Plan& plan, const Colour& c) {
+void Canvas::Add(const Ring& corners, const Plan& plan, const Colour& c, double opacity) {
   Trace(corners, plan);
-  SetSource(drawing_->context.get(), c);
+  SetSource(drawing_->context.get(), c, opacity);
   cairo_set_operator(drawing_->context.get(), CAIRO_OPERATOR_ADD);
   cairo_fill(drawing_->context.get());
   cairo_set_operator(drawing_->context.get(), CAIRO_OPERATOR_OVER);
@@ -161,8 +191,7 @@ void Canvas::Add(const Ring& corners, const Plan& plan, const Colour& c) {
 void Canvas::Lay(const Canvas& upper, Blend blend) {
   cairo_surface_flush(upper.drawing_->surface.get());
   cairo_set_source_surface(drawing_->context.get(), upper.drawing_->surface.get(), 0, 0);
-  cairo_set_operator(drawing_->context.get(),
-                     blend == Blend::kMultiply ? CAIRO_OPERATOR_MULTIPLY : CAIRO_OPERATOR_OVER);
+  cairo_set_operator(drawing_->context.get(), OperatorOf(blend));
   cairo_paint(drawing_->context.get());
   cairo_set_operator(drawing_->context.get(), CAIRO_OPERATOR_OVER);
 }
@@ -204,7 +233,8 @@ void Canvas::Trace(const Polygon& polygon, const Plan& plan) {
 }
 
 void Canvas::Stroke(const Colour& c, double width, bool broken) {
-  const double dashes[] = {4.0, 3.0};
+  // Of a broken line; longer ones for a bold line.
+  const double dashes[] = {std::max(4.0, 3.0 * width), std::max(3.0, 2.0 * width)};
   cairo_set_dash(drawing_->context.get(), dashes, broken ? 2 : 0, 0.0);
   cairo_set_line_width(drawing_->context.get(), width);
   SetSource(drawing_->context.get(), c);
@@ -241,6 +271,12 @@ void Legend::Line(const Colour& c, bool broken, const std::string& text) {
 
 void Legend::Cross(const Colour& c, const std::string& text) {
   canvas_.Cross({x_ + 10, y_ - 4}, 5.0, c);
+  TextBehind(text);
+}
+
+void Legend::Sample(const std::function<void(Canvas& canvas, const Point& at)>& draw,
+                    const std::string& text) {
+  draw(canvas_, {x_, y_});
   TextBehind(text);
 }
 

@@ -3,6 +3,7 @@
 #define HYPERMAP_CLIENT_LIBS_CLI_CANVAS_H_
 
 #include <algorithm>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -62,6 +63,7 @@ class Plan {
 enum class Blend {
   kOver,      // hides what lies below
   kMultiply,  // darkens what lies below
+  kMask,      // leaves of what lies below only what is under it
 };
 
 // Draws on a surface that it owns, at places in pixels. What goes wrong is told by Png. One thread.
@@ -80,7 +82,10 @@ class Canvas {
   void Outline(const Polygon& polygon, const Plan& plan, const Colour& c, double width,
                bool broken);
   void Line(const Point& from, const Point& to, const Colour& c, double width, bool broken);
-  void Cross(const Point& at, double size, const Colour& c);
+  // Through places of the plan.
+  void Path(const std::vector<Point>& points, const Plan& plan, const Colour& c, double width);
+  void Cross(const Point& at, double size, const Colour& c, double width = 1.5);
+  void Disc(const Point& at, double radius, const Colour& c);
   // A square with its lower left corner at `at`.
   void Square(const Point& at, double size, const Colour& c);
   // `at` is the left end of the base line.
@@ -88,7 +93,7 @@ class Canvas {
   double TextWidth(const std::string& text) const;
   // Fills the polygon with these corners and adds it to what is there. So parts of a pixel sum up,
   // and polygons side by side show no seam. For polygons that do not overlap.
-  void Add(const Ring& corners, const Plan& plan, const Colour& c);
+  void Add(const Ring& corners, const Plan& plan, const Colour& c, double opacity = 1.0);
   void Lay(const Canvas& upper, Blend blend);
 
   // Until Unclip, only the plan is drawn on.
@@ -136,6 +141,9 @@ class Legend {
   void Square(const Colour& c, const std::string& text);
   void Line(const Colour& c, bool broken, const std::string& text);
   void Cross(const Colour& c, const std::string& text);
+  // A sample that `draw` puts with its lower left corner at a place, narrower than kIndent.
+  void Sample(const std::function<void(Canvas& canvas, const Point& at)>& draw,
+              const std::string& text);
   void Gap() { y_ += kLineHeight / 2; }
 
  private:

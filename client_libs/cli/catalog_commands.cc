@@ -38,6 +38,7 @@ struct LayerOptions {
   std::optional<double> occupied_above;
   std::string frame_id;
   std::string unit;
+  std::string explored_rule;
 };
 
 struct AliasOptions {
@@ -93,6 +94,12 @@ absl::StatusOr<LayerSpec> MakeSpec(const LayerOptions& options) {
   spec.unit = options.unit;
   if (options.free_below) spec.thresholds.free_below = *options.free_below;
   if (options.occupied_above) spec.thresholds.occupied_above = *options.occupied_above;
+  if (!options.explored_rule.empty()) {
+    if (spec.kind != LayerKind::kExploration) {
+      return absl::InvalidArgumentError("--explored_rule is of exploration layers only");
+    }
+    spec.explored_rule = ParseCellRule(options.explored_rule).value_or(CellRule::kCentre);
+  }
   if (options.resolution_m) {
     const absl::StatusOr<PlanarTransform> origin = ParsePose(options.origin);
     if (!origin.ok()) return origin.status();
@@ -126,6 +133,12 @@ void AddLayerOptions(CLI::App& create, LayerOptions& options) {
   create.add_option("--free-below", options.free_below, "Probability below which cells are free");
   create.add_option("--occupied-above", options.occupied_above,
                     "Probability above which cells are occupied");
+  create
+      .add_option("--explored_rule,--explored-rule", options.explored_rule,
+                  "Of an exploration layer: which cells what robots saw to be free makes explored, "
+                  "by centre, covered or touched (default: centre)")
+      ->type_name("RULE")
+      ->check(IsCellRule());
 }
 
 void AddLayerCommands(CLI::App& app, Command& selected) {

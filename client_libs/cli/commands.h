@@ -40,6 +40,9 @@ void AddWatchCommands(CLI::App& app, Command& selected);
 // rebuild, retract, explain.
 void AddIngestCommands(CLI::App& app, Command& selected);
 
+// explore start, status, list, frontiers, stop.
+void AddExploreCommands(CLI::App& app, Command& selected);
+
 // eval.
 void AddEvalCommand(CLI::App& app, Command& selected);
 

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "client_libs/cli/exploration_json.h"
 #include "client_libs/cli/json_values.h"
 #include "map/layers/layer.h"
 #include "map/layers/layer_spec.h"
@@ -291,6 +292,10 @@ class JsonOutput : public Output {
            {"layers", report.layers},
            {"objects", report.objects}});
   }
+
+  void Show(const ExplorationReport& report) override { Print(ReportJson(report)); }
+  void Show(const ExplorationsReport& report) override { Print(ReportJson(report)); }
+  void Show(const FrontiersReport& report) override { Print(ReportJson(report)); }
 
   void Show(const client::LayerPart& part) override {
     if (grid_.has_value() && grid_->layer != part.layer) FlushGrid();

@@ -221,6 +221,12 @@ TEST(JsonOutputTest, CatalogAnswers) {
       R"("extent":{"rows":[-1,2],"cols":[0,2]},)"
       R"("thresholds":{"free_below":0.196,"occupied_above":0.65}}]})"
       "\n");
+  client::LayerEntry seen;
+  seen.spec.kind = LayerKind::kExploration;
+  seen.spec.explored_rule = CellRule::kCovered;
+  EXPECT_EQ(nlohmann::json::parse(
+                Shown(client::LayerList{"office", 4, {seen}}))["layers"][0]["explored_rule"],
+            "covered");
   EXPECT_EQ(Shown(client::TransformList{
                 "office", 4, "map", {{"map", "dock", PlanarTransform(20, 0, 1.75)}}}),
             R"({"map":"office","revision":4,"frame_id":"map","transforms":[)"

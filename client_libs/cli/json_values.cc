@@ -3,8 +3,6 @@
 #include <utility>
 #include <variant>
 
-#include "map/geometry/polygon.h"
-
 namespace hypermap::cli {
 namespace {
 
@@ -16,17 +14,17 @@ Json RingJson(const Ring& ring) {
   return json;
 }
 
-Json PolygonJson(const Polygon& polygon) {
-  Json json = Json::array();
-  for (const Ring& ring : polygon.rings()) json.push_back(RingJson(ring));
-  return json;
-}
-
 }  // namespace
 
 std::string Text(absl::string_view text) { return std::string(text); }
 
 Json PointJson(const Point& p) { return Json::array({p.x, p.y}); }
+
+Json PolygonJson(const Polygon& polygon) {
+  Json json = Json::array();
+  for (const Ring& ring : polygon.rings()) json.push_back(RingJson(ring));
+  return json;
+}
 
 Json TimeJson(absl::Time time) {
   return absl::FormatTime(absl::RFC3339_full, time, absl::UTCTimeZone());
@@ -97,6 +95,9 @@ Json LayerJson(const client::LayerEntry& layer) {
   if (spec.kind == LayerKind::kOccupancy) {
     json["thresholds"] = {{"free_below", spec.thresholds.free_below},
                           {"occupied_above", spec.thresholds.occupied_above}};
+  }
+  if (spec.kind == LayerKind::kExploration) {
+    json["explored_rule"] = Text(CellRuleName(spec.explored_rule));
   }
   if (spec.kind == LayerKind::kScalar) json["unit"] = spec.unit;
   if (spec.kind == LayerKind::kSemantic) {

@@ -11,6 +11,7 @@
 #include "client_libs/cpp/answers.h"
 #include "map/frames/planar_transform.h"
 #include "map/geometry/point.h"
+#include "map/geometry/polygon.h"
 #include "map/layers/grid/grid_geometry.h"
 #include "map/layers/layer_spec.h"
 #include "map/layers/semantic_object.h"
@@ -22,6 +23,8 @@ using Json = nlohmann::ordered_json;
 
 std::string Text(absl::string_view text);
 Json PointJson(const Point& p);
+// Its rings, each closed, as in GeoJSON.
+Json PolygonJson(const Polygon& polygon);
 // RFC 3339, UTC.
 Json TimeJson(absl::Time time);
 // What the thing is. Not its version, by which equal things of two maps differ.

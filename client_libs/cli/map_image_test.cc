@@ -11,6 +11,7 @@
 #include "absl/strings/str_format.h"
 #include "client_libs/cli/canvas.h"
 #include "client_libs/cli/image_testing.h"
+#include "client_libs/cli/map_style.h"
 
 namespace hypermap::cli {
 namespace {
@@ -142,6 +143,95 @@ TEST(MapImageTest, TheBorderOfTheAreaIsDrawnAndNothingBeyondThePlan) {
   EXPECT_EQ(ColourAt(plain, 3.0, 3.5), 0xFFFFFFu);
   scene.area = Polygon::FromBox({{1, 0}, {3, 4}});
   EXPECT_EQ(ColourAt(Draw(scene, {}), 3.0, 3.5), 0x0040E6u);
+}
+
+// Floor in the lower half, of which (0, 0) to (1, 1) has been seen; the left three quarters are to
+// be explored.
+MapScene ExplorationScenes() {
+  MapScene scene;
+  scene.grids = {{"floor", LayerKind::kOccupancy}, {"seen", LayerKind::kExploration}};
+  scene.explorations = {{Polygon::FromBox({{0, 0}, {3, 4}}), "seen"}};
+  return scene;
+}
+
+const std::map<std::string, Grid> kHalfSeen{
+    {"floor", {.runs = {{0, 0, 4, 0.0}, {1, 0, 1, 0.0}, {1, 1, 2, 1.0}, {1, 2, 3, {}}}}},
+    {"seen", {.runs = {{0, 0, 1, 1.0}}}}};
+
+TEST(MapImageTest, FloorThatIsExploredIsDarkUntilItHasBeenSeen) {
+  const Pixels pixels = Draw(ExplorationScenes(), kHalfSeen);
+  EXPECT_EQ(ColourAt(pixels, 0.5, 0.5), 0xF8F8F8u) << "seen";
+  const uint32_t unseen = ColourAt(pixels, 1.5, 0.5), beyond = ColourAt(pixels, 3.5, 0.5);
+  EXPECT_LT(Brightness(unseen), 140);
+  EXPECT_EQ(ColourAt(pixels, 0.5, 1.5), unseen) << "the seen cells do not reach there";
+  EXPECT_EQ(ColourAt(pixels, 1.5, 1.5), 0x141414u) << "a wall";
+  EXPECT_EQ(ColourAt(pixels, 2.5, 1.5), 0x999999u) << "unknown";
+  EXPECT_EQ(ColourAt(pixels, 1.5, 3.5), 0xFFFFFFu) << "no floor";
+  EXPECT_GT(Brightness(beyond), Brightness(unseen) + 50);
+  EXPECT_LT(Brightness(beyond), 0xF0);
+}
+
+TEST(MapImageTest, UnexploredCellsAreNotDarkenedTwice) {
+  MapScene scene = ExplorationScenes();
+  std::map<std::string, Grid> grids = kHalfSeen;
+  const uint32_t unseen = ColourAt(Draw(scene, grids), 1.5, 0.5);
+  grids["seen"].runs.push_back({0, 1, 2, 0.0});
+  EXPECT_EQ(ColourAt(Draw(scene, grids), 1.5, 0.5), unseen);
+}
+
+TEST(MapImageTest, AnExplorationOfAnotherLayerDarkensNothing) {
+  MapScene scene = ExplorationScenes();
+  scene.explorations[0].layer = "";
+  EXPECT_EQ(ColourAt(Draw(scene, kHalfSeen), 1.5, 0.5), 0xF8F8F8u);
+}
+
+// Whether a pixel between two points of the map has this colour.
+bool HasColour(const Pixels& pixels, const Colour& c, const Point& from, const Point& to) {
+  const auto channel = [](double level) { return static_cast<uint32_t>(std::lround(255 * level)); };
+  const uint32_t wanted = channel(c.red) << 16 | channel(c.green) << 8 | channel(c.blue);
+  constexpr int kSteps = 200;
+  for (int i = 0; i <= kSteps; ++i) {
+    const double share = static_cast<double>(i) / kSteps;
+    const Point at{from.x + share * (to.x - from.x), from.y + share * (to.y - from.y)};
+    if (ColourAt(pixels, at.x, at.y) == wanted) return true;
+  }
+  return false;
+}
+
+TEST(MapImageTest, TheBorderOfAnExplorationIsABrokenLine) {
+  const Pixels pixels = Draw(ExplorationScenes(), kHalfSeen);
+  EXPECT_TRUE(HasColour(pixels, kExplorationBorder, {3, 1}, {3, 3}));
+  EXPECT_TRUE(HasColour(pixels, Grey(1.0), {3, 0.1}, {3, 0.9})) << "between the dashes";
+  EXPECT_FALSE(HasColour(pixels, kExplorationBorder, {0.5, 2}, {2.5, 2})) << "not filled";
+}
+
+TEST(MapImageTest, PathsAndGoalsHaveTheColourOfTheirRobot) {
+  MapScene scene;
+  scene.paths = {{"r1", {{0.5, 0.5}, {0.5, 2}, {2, 2}}}, {"r2", {{3.5, 0.5}, {3.5, 2}}}};
+  scene.goals = {{"r2", {3, 3}}};
+  const RobotColours robots(scene);
+  const Pixels pixels = Draw(scene, {});
+  EXPECT_TRUE(HasColour(pixels, robots.Of("r1"), {0, 1}, {1, 1}));
+  EXPECT_TRUE(HasColour(pixels, robots.Of("r1"), {1, 1.5}, {1, 2.5}));
+  EXPECT_TRUE(HasColour(pixels, robots.Of("r1"), {2.2, 1.8}, {2.2, 2.2})) << "the mark at the end";
+  EXPECT_TRUE(HasColour(pixels, robots.Of("r2"), {3, 1}, {4, 1}));
+  EXPECT_TRUE(HasColour(pixels, robots.Of("r2"), {2.9, 3}, {3.1, 3}));
+  EXPECT_FALSE(HasColour(pixels, robots.Of("r1"), {2.5, 1}, {4, 1}));
+}
+
+TEST(MapImageTest, APathOfOnePointIsItsEnd) {
+  MapScene scene;
+  scene.paths = {{"r1", {{2, 2}}}};
+  EXPECT_TRUE(HasColour(Draw(scene, {}), RobotColours(scene).Of("r1"), {1.9, 2}, {2.1, 2}));
+}
+
+TEST(MapImageTest, PlacesThatCannotBeReachedAreCrosses) {
+  MapScene scene;
+  scene.unreachable_places = {{2, 2}};
+  const Pixels pixels = Draw(scene, {});
+  EXPECT_TRUE(HasColour(pixels, kUnreachable, {1.9, 2.1}, {2.1, 1.9}));
+  EXPECT_TRUE(HasColour(pixels, kUnreachable, {2.2, 2}, {2.2, 2.4}));
+  EXPECT_FALSE(HasColour(pixels, kUnreachable, {2, 2.2}, {2, 2.6})) << "between its arms";
 }
 
 TEST(MapImageTest, ALongLegendIsCutShort) {

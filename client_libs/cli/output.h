@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "client_libs/cpp/answers.h"
+#include "client_libs/cpp/exploration_answers.h"
 #include "client_libs/cpp/ingest_answers.h"
 #include "client_libs/cpp/points_stream.h"
 #include "client_libs/cpp/watch.h"
@@ -53,6 +54,24 @@ struct RenderReport {
   int64_t objects = 0;
 };
 
+// An exploration that was started, asked about or stopped.
+struct ExplorationReport {
+  std::string map;
+  Revision revision = 0;  // 0: not known
+  client::ExplorationEntry entry;
+  std::optional<client::ExplorationProgress> progress;  // of one that was asked about
+};
+
+struct ExplorationsReport {
+  std::string map;
+  client::ExplorationList list;
+};
+
+struct FrontiersReport {
+  std::string map;
+  client::FrontierList list;
+};
+
 // A change between two revisions.
 struct DifferenceChange {
   Revision revision = 0;           // the later one
@@ -83,6 +102,9 @@ class Output {
   virtual void Show(const client::ObjectHistory& history) = 0;
   virtual void Show(const EvaluationReport& report) = 0;
   virtual void Show(const RenderReport& report) = 0;
+  virtual void Show(const ExplorationReport& report) = 0;
+  virtual void Show(const ExplorationsReport& report) = 0;
+  virtual void Show(const FrontiersReport& report) = 0;
   virtual void Show(const client::RevisionList& revisions) = 0;
 
   // A revision of a watch; what it shows is out when it returns.

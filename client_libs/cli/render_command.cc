@@ -15,7 +15,9 @@
 #include "client_libs/cli/coordinates.h"
 #include "client_libs/cli/file_io.h"
 #include "client_libs/cli/map_image.h"
+#include "client_libs/cli/robot_paths.h"
 #include "client_libs/cli/validators.h"
+#include "map/exploration/exploration_objects.h"
 
 namespace hypermap::cli {
 namespace {
@@ -31,6 +33,7 @@ struct RenderOptions {
   std::vector<std::string> area;
   std::optional<double> pixels_per_m;
   std::string at;
+  std::vector<std::string> paths;
 };
 
 // What a map has to be drawn, apart from its cells.
@@ -38,9 +41,8 @@ struct Survey {
   Revision revision = 0;
   std::vector<std::string> layers;  // that can be drawn
   std::vector<client::LayerRefusal> refusals;
-  std::vector<GridScene> grids;
-  std::vector<Footprint> objects;
-  Box box;  // of the objects and of the cells that are known
+  MapScene scene;  // without its box
+  Box box;         // of the objects and of the cells that are known
 };
 
 // Runs through a grid's cells to know their box and their range.
@@ -66,6 +68,37 @@ class GridSurvey {
   CellBox known_;
 };
 
+// An object of an exploration is drawn as what it stands for, whatever people made of its
+// attributes.
+void AddExplorationObject(SemanticObject object, MapScene* scene) {
+  if (object.label == kExplorationLabel) {
+    const absl::StatusOr<Exploration> exploration = ToExploration(object);
+    scene->explorations.push_back(
+        {std::move(object.polygon), exploration.ok() ? exploration->exploration_layer : ""});
+  } else if (object.label == kGoalLabel) {
+    const absl::StatusOr<ExplorationGoal> goal = ToGoal(object);
+    scene->goals.push_back({goal.ok() ? goal->robot : "", Centroid(object.polygon)});
+  } else {
+    scene->unreachable_places.push_back(Centroid(object.polygon));
+  }
+}
+
+bool IsOfExploration(const std::string& layer, const SemanticObject& object) {
+  return layer == kExplorationsLayer &&
+         (object.label == kExplorationLabel || object.label == kGoalLabel ||
+          object.label == kUnreachableLabel);
+}
+
+void AddObject(const std::string& layer, SemanticObject object, Survey* survey) {
+  survey->box.Extend(object.polygon.bounds());
+  if (IsOfExploration(layer, object)) {
+    AddExplorationObject(std::move(object), &survey->scene);
+  } else {
+    survey->scene.objects.push_back(
+        {std::move(object.label), object.existence, std::move(object.polygon)});
+  }
+}
+
 absl::StatusOr<Survey> SurveyMap(client::Client& client, const std::string& map,
                                  const Polygon& area, const Scope& scope,
                                  const client::CallOptions& call) {
@@ -83,15 +116,13 @@ absl::StatusOr<Survey> SurveyMap(client::Client& client, const std::string& map,
     }
     for (const CellRun& run : part->runs) grids.back().Add(run);
     for (SemanticObject& object : part->objects) {
-      survey.box.Extend(object.polygon.bounds());
-      survey.objects.push_back(
-          {std::move(object.label), object.existence, std::move(object.polygon)});
+      AddObject(part->layer, std::move(object), &survey);
     }
   }
   if (!reader.status().ok()) return reader.status();
   for (const GridSurvey& grid : grids) {
     survey.box.Extend(grid.Bounds());
-    survey.grids.push_back(grid.scene());
+    survey.scene.grids.push_back(grid.scene());
   }
   survey.revision = reader.revision();
   return survey;
@@ -107,6 +138,21 @@ absl::Status CheckSize(const Box& box, double pixels_per_m) {
                       width, height, kLongestSide));
 }
 
+absl::StatusOr<std::vector<RobotPath>> ReadPaths(const std::vector<std::string>& files) {
+  std::vector<RobotPath> all;
+  for (const std::string& file : files) {
+    const absl::StatusOr<std::string> data = ReadFile(file);
+    if (!data.ok()) return data.status();
+    const absl::StatusOr<std::vector<RobotPath>> paths = ReadRobotPaths(*data);
+    if (!paths.ok()) {
+      return absl::Status(paths.status().code(),
+                          absl::StrCat(file, ": ", paths.status().message()));
+    }
+    all.insert(all.end(), paths->begin(), paths->end());
+  }
+  return all;
+}
+
 absl::Status Render(const RenderOptions& options, Session& s) {
   std::optional<Polygon> area;
   if (!options.area.empty()) {
@@ -114,6 +160,8 @@ absl::Status Render(const RenderOptions& options, Session& s) {
     if (!parsed.ok()) return parsed.status();
     area = *std::move(parsed);
   }
+  absl::StatusOr<std::vector<RobotPath>> paths = ReadPaths(options.paths);
+  if (!paths.ok()) return paths.status();
   const Polygon asked = area.value_or(Everywhere());
   client::CallOptions call;
   if (const absl::StatusOr<AsOf> at = ParseAsOf(options.at); at.ok()) call.as_of = *at;
@@ -125,14 +173,13 @@ absl::Status Render(const RenderOptions& options, Session& s) {
         "map \"", options.map, "\" has nothing to draw", area.has_value() ? " in the area" : ""));
   }
 
-  MapScene scene;
+  MapScene& scene = survey->scene;
   scene.title = absl::StrCat(options.map, ", revision ", survey->revision);
   scene.box = area.has_value() ? area->bounds() : survey->box;
   scene.pixels_per_m = options.pixels_per_m.value_or(Plan::ScaleToFit(scene.box, kUsualSide));
   if (absl::Status status = CheckSize(scene.box, scene.pixels_per_m); !status.ok()) return status;
   scene.area = area;
-  scene.grids = std::move(survey->grids);
-  scene.objects = std::move(survey->objects);
+  scene.paths = *std::move(paths);
 
   // The cells are asked for again, of the same revision: so none has to be kept.
   call.as_of = {.revision = survey->revision};
@@ -179,6 +226,11 @@ void AddRenderCommand(CLI::App& app, Command& selected) {
                    "Draw the map as it was at a revision, or at a time (2026-03-01T12:30:00Z)")
       ->type_name("REVISION|TIME")
       ->check(IsAsOf());
+  render
+      ->add_option("--path,--paths", options->paths,
+                   "Draw the paths of robots too: LineStrings of GeoJSON, with the property robot, "
+                   "in the map's own frame")
+      ->type_name("FILE");
   render->callback(
       [&selected, options] { selected = [options](Session& s) { return Render(*options, s); }; });
 }

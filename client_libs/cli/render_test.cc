@@ -104,6 +104,50 @@ TEST_F(RenderTest, TellsPeopleWhatWasDrawnAndWhatNot) {
   EXPECT_THAT(outcome.out, HasSubstr("office: floor, things; 1 object, revision 7\n"));
 }
 
+TEST_F(RenderTest, DrawsExplorationsAndPaths) {
+  Script script = Site();
+  script.parts.insert(
+      script.parts.begin(),
+      Part("layer: 'explorations' kind: LAYER_KIND_SEMANTIC status: ANSWER_STATUS_VALUE "
+           "objects { id: 2 label: 'exploration' polygon { outer { points { } points { x: 2 } "
+           "points { x: 2 y: 4 } points { y: 4 } } } } "
+           "objects { id: 3 label: 'exploration goal' polygon { outer { points { x: 1 y: 1 } "
+           "points { x: 1.1 y: 1 } points { x: 1.1 y: 1.1 } points { x: 1 y: 1.1 } } } } "
+           "objects { id: 4 label: 'unreachable place' polygon { outer { points { x: 1.4 y: 0.9 } "
+           "points { x: 1.6 y: 0.9 } points { x: 1.6 y: 1.1 } points { x: 1.4 y: 1.1 } } } } "
+           "objects { id: 5 label: 'note' polygon { outer { points { x: 1.8 y: 0.2 } "
+           "points { x: 2 y: 0.2 } points { x: 2 y: 0.4 } } } }"));
+  ScriptedServer server(script);
+  Put(folder_ / "paths.geojson",
+      R"({"type": "FeatureCollection", "features": [{"type": "Feature",
+          "properties": {"robot": "r1"}, "geometry": {"type": "LineString",
+          "coordinates": [[0.5, 0.5], [0.5, 3.5]]}}]})");
+  const Outcome outcome = Render(server, {"--json", "--path", folder_ / "paths.geojson"});
+  ASSERT_EQ(outcome.exit_code, kExitOk) << outcome.err;
+  EXPECT_EQ(json::parse(outcome.out)["objects"], 2) << "a chair and a note";
+  const Pixels pixels(Get(path_));
+  const auto at = [&pixels](double x, double y) {
+    return pixels.At(static_cast<int>(kMargin + 400 * x),
+                     static_cast<int>(kMargin + 400 * (4 - y)));
+  };
+  EXPECT_EQ(at(1.2, 1.4), 0xFFFFFFu) << "the area is not filled";
+  EXPECT_EQ(at(1.5, 1.0), 0xD90000u) << "a place that can't be reached";
+  EXPECT_EQ(at(1.05, 1.05), 0x191919u) << "the goal of a robot that is not known";
+  EXPECT_EQ(at(0.5, 2.0), 0x0073B3u) << "the path";
+}
+
+TEST_F(RenderTest, PathsThatAreNoneAreErrorsThatAskNothing) {
+  ScriptedServer server(Site());
+  Put(folder_ / "paths.json", "[]");
+  const Outcome outcome = Render(server, {"--path", folder_ / "paths.json"});
+  EXPECT_EQ(outcome.exit_code, kExitError);
+  EXPECT_EQ(outcome.err, "hypermap: INVALID_ARGUMENT: " + (folder_ / "paths.json") +
+                             ": not a FeatureCollection of GeoJSON\n");
+  EXPECT_THAT(Render(server, {"--path", folder_ / "none.json"}).err, HasSubstr("NOT_FOUND"));
+  EXPECT_THAT(server.Requests(), IsEmpty());
+  EXPECT_THAT(folder_.Names(), ElementsAre("paths.json"));
+}
+
 TEST_F(RenderTest, NothingToDrawIsAnError) {
   Script script = Site();
   script.parts[1].mutable_cells()->set_values(0, std::nan(""));

@@ -99,6 +99,7 @@ int Run(std::vector<std::string> args, std::istream& in, std::ostream& out, std:
   AddQueryCommands(app, command);
   AddWatchCommands(app, command);
   AddIngestCommands(app, command);
+  AddExploreCommands(app, command);
   AddEvalCommand(app, command);
   AddRenderCommand(app, command);
   app.require_subcommand(1);

@@ -7,6 +7,8 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "absl/time/time.h"
+#include "client_libs/cli/describe.h"
+#include "client_libs/cli/exploration_tables.h"
 #include "client_libs/cli/grid_summary.h"
 #include "client_libs/cli/text_table.h"
 #include "map/geometry/polygon.h"
@@ -16,87 +18,6 @@ namespace {
 
 // How many repairs of an import are listed.
 constexpr size_t kMaxRepairs = 10;
-
-std::string KindName(LayerKind kind) { return std::string(LayerKindName(kind)); }
-
-std::string DescribePoint(const Point& p) {
-  return absl::StrCat("(", FormatNumber(p.x), ", ", FormatNumber(p.y), ")");
-}
-
-std::string DescribePose(const PlanarTransform& pose) {
-  return absl::StrCat("(", FormatNumber(pose.x()), ", ", FormatNumber(pose.y()), ") turned ",
-                      FormatNumber(pose.yaw(), 4), " rad");
-}
-
-std::string DescribeStatus(AnswerStatus status) {
-  switch (status) {
-    case AnswerStatus::kValue:
-      return "";
-    case AnswerStatus::kUnknown:
-      return "unknown";
-    case AnswerStatus::kOutside:
-      return "outside of the layer";
-    case AnswerStatus::kNoTransform:
-      return "no transform to its frame";
-    case AnswerStatus::kUnsupportedValue:
-      return "takes no such value";
-  }
-  return "";
-}
-
-std::string DescribeObject(const SemanticObject& object) {
-  std::string text = absl::StrCat(object.label, " (id ", object.id, "), existence ",
-                                  FormatNumber(object.existence, 2));
-  if (object.height) {
-    absl::StrAppend(&text, ", ", FormatNumber(object.height->low_m, 2), " to ",
-                    FormatNumber(object.height->high_m, 2), " m high");
-  }
-  return text;
-}
-
-// What the layer has at one of the points. `next_hit` runs through its hits, point after point.
-std::string DescribeContent(const client::LayerPoints& layer, size_t point, size_t* next_hit) {
-  const bool is_grid = !layer.values.empty();
-  const AnswerStatus status = is_grid ? layer.statuses[point] : layer.status;
-  if (status != AnswerStatus::kValue) return DescribeStatus(status);
-  if (is_grid) return DescribeCellValue(layer.kind, layer.values[point]);
-  std::vector<std::string> objects;
-  for (; *next_hit < layer.hits.size() && layer.hits[*next_hit].point == point; ++*next_hit) {
-    const client::LayerPoints::Hit& hit = layer.hits[*next_hit];
-    objects.push_back(absl::StrCat(hit.label, " (id ", hit.object_id, ")"));
-  }
-  return objects.empty() ? "nothing" : absl::StrJoin(objects, ", ");
-}
-
-std::string Counted(int64_t count, absl::string_view noun) {
-  return absl::StrCat(count, " ", noun, count == 1 ? "" : "s");
-}
-
-int64_t NumCells(const std::vector<CellRun>& runs) {
-  int64_t cells = 0;
-  for (const CellRun& run : runs) cells += int64_t{run.col_end} - run.col_begin;
-  return cells;
-}
-
-std::string DescribeChange(const client::MapChange& change) {
-  if (change.object) {
-    return absl::StrCat(DescribeObject(*change.object), " at ",
-                        DescribePoint(Centroid(change.object->polygon)));
-  }
-  if (change.object_before) return DescribeObject(*change.object_before);
-  if (change.object_id != 0) return absl::StrCat("object ", change.object_id);
-  if (change.grid) return Counted(NumCells(change.cells), "cell");
-  if (change.layer_now) return KindName(change.layer_now->spec.kind);
-  if (change.transform) {
-    return absl::StrCat(change.transform->child_frame_id, " in ", change.transform->parent_frame_id,
-                        " at ", DescribePose(change.transform->parent_from_child));
-  }
-  return "";
-}
-
-std::string DescribeTime(absl::Time time) {
-  return absl::FormatTime("%Y-%m-%d %H:%M:%E3SZ", time, absl::UTCTimeZone());
-}
 
 class TableOutput : public Output {
  public:
@@ -122,7 +43,7 @@ class TableOutput : public Output {
     TextTable table({"LAYER", "KIND", "FRAME", "SIZE", "CELL [m]", "GRID ORIGIN", "UNIT"});
     for (const client::LayerEntry& layer : layers.layers) {
       const LayerSpec& spec = layer.spec;
-      table.AddRow({spec.name, KindName(spec.kind), spec.frame_id,
+      table.AddRow({spec.name, DescribeKind(spec), spec.frame_id,
                     Counted(layer.size, spec.grid ? "cell" : "object"),
                     spec.grid ? FormatNumber(spec.grid->resolution_m, 4) : "",
                     spec.grid ? DescribePose(spec.grid->layer_from_grid) : "", spec.unit});
@@ -192,7 +113,7 @@ class TableOutput : public Output {
   void Show(const client::PointAnswer& answer) override {
     TextTable table({"LAYER", "KIND", "ANSWER"});
     for (const client::LayerContent& content : answer.layers) {
-      const std::string kind = KindName(content.kind);
+      const std::string kind(LayerKindName(content.kind));
       if (content.status != AnswerStatus::kValue) {
         table.AddRow({content.layer, kind, DescribeStatus(content.status)});
       } else if (content.value.has_value()) {
@@ -273,6 +194,25 @@ class TableOutput : public Output {
     Footer(absl::StrCat(report.map, ": ", absl::StrJoin(report.layers, ", "), "; ",
                         Counted(report.objects, "object")),
            report.revision);
+  }
+
+  void Show(const ExplorationReport& report) override {
+    PrintExploration(report, out_);
+    out_ << DescribeExploration(report);
+    if (report.revision != 0) out_ << ", revision " << report.revision;
+    out_ << '\n';
+  }
+
+  void Show(const ExplorationsReport& report) override {
+    PrintExplorations(report.list.explorations, out_);
+    Footer(Counted(report.list.explorations.size(), "exploration"), report.list.revision);
+  }
+
+  void Show(const FrontiersReport& report) override {
+    PrintFrontiers(report.list.frontiers, out_);
+    Footer(absl::StrCat(Counted(report.list.frontiers.size(), "frontier"), " of exploration ",
+                        report.list.exploration_id),
+           report.list.revision);
   }
 
   void Show(const client::RevisionList& list) override {

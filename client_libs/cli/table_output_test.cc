@@ -98,6 +98,21 @@ TEST(TableOutputTest, NoMatchesIsALine) {
   EXPECT_EQ(out.str(), "nothing, revision 5\n");
 }
 
+TEST(TableOutputTest, LayersTellTheRuleOfAnExplorationLayer) {
+  client::LayerEntry floor;
+  floor.spec = {.name = "floor", .kind = LayerKind::kOccupancy, .frame_id = "map"};
+  client::LayerEntry seen;
+  seen.spec = {.name = "seen",
+               .kind = LayerKind::kExploration,
+               .frame_id = "map",
+               .explored_rule = CellRule::kTouched};
+  EXPECT_EQ(Shown(client::LayerList{"office", 4, {floor, seen}}),
+            "LAYER  KIND                  FRAME  SIZE       CELL [m]  GRID ORIGIN  UNIT\n"
+            "floor  occupancy             map    0 objects\n"
+            "seen   exploration, touched  map    0 objects\n"
+            "2 layers, revision 4\n");
+}
+
 TEST(TableOutputTest, NearestHasDistances) {
   client::NearestAnswer answer{"office", 3, "map", {}, {}};
   answer.matches.push_back({"objects", LayerKind::kSemantic, 0.75, Object(4, "cup", {2, 0}),

@@ -42,6 +42,16 @@ CLI::Validator IsLayerKind() {
       "");
 }
 
+CLI::Validator IsCellRule() {
+  return CLI::Validator(
+      [](std::string& text) {
+        return ParseCellRule(text).has_value()
+                   ? ""
+                   : absl::StrCat("\"", text, "\" is not centre, covered or touched");
+      },
+      "");
+}
+
 CLI::Validator IsAlias() {
   return CLI::Validator(
       [](std::string& text) {

@@ -19,6 +19,7 @@ Connection::Connection(const std::string& target, const ClientOptions& options)
   catalog_ = v1::CatalogService::NewStub(channel);
   query_ = v1::QueryService::NewStub(channel);
   edit_ = v1::EditService::NewStub(channel);
+  exploration_ = v1::ExplorationService::NewStub(channel);
   ingest_ = v1::IngestService::NewStub(channel);
   watch_ = v1::WatchService::NewStub(channel);
 }

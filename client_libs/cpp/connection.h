@@ -16,6 +16,7 @@
 #include "client_libs/cpp/client.h"
 #include "hypermap/v1/catalog_service.grpc.pb.h"
 #include "hypermap/v1/edit_service.grpc.pb.h"
+#include "hypermap/v1/exploration_service.grpc.pb.h"
 #include "hypermap/v1/ingest_service.grpc.pb.h"
 #include "hypermap/v1/query_service.grpc.pb.h"
 #include "hypermap/v1/watch_service.grpc.pb.h"
@@ -46,6 +47,7 @@ class Connection {
   v1::CatalogService::Stub& catalog() { return *catalog_; }
   v1::QueryService::Stub& query() { return *query_; }
   v1::EditService::Stub& edit() { return *edit_; }
+  v1::ExplorationService::Stub& exploration() { return *exploration_; }
   v1::IngestService::Stub& ingest() { return *ingest_; }
   v1::WatchService::Stub& watch() { return *watch_; }
 
@@ -78,6 +80,7 @@ class Connection {
   std::unique_ptr<v1::CatalogService::Stub> catalog_;
   std::unique_ptr<v1::QueryService::Stub> query_;
   std::unique_ptr<v1::EditService::Stub> edit_;
+  std::unique_ptr<v1::ExplorationService::Stub> exploration_;
   std::unique_ptr<v1::IngestService::Stub> ingest_;
   std::unique_ptr<v1::WatchService::Stub> watch_;
 };

@@ -106,7 +106,7 @@ struct ClaimAnswer {
   std::optional<Goal> goal;
 };
 
-enum class GoalOutcome { kReached, kUnreachable, kAbandoned };
+using hypermap::GoalOutcome;
 
 }  // namespace hypermap::client
 

@@ -6,6 +6,7 @@
 #include "absl/time/clock.h"
 #include "hypermap/v1/catalog_service.grpc.pb.h"
 #include "hypermap/v1/edit_service.grpc.pb.h"
+#include "hypermap/v1/exploration_service.grpc.pb.h"
 #include "hypermap/v1/query_service.grpc.pb.h"
 #include "hypermap/v1/watch_service.grpc.pb.h"
 
@@ -260,12 +261,70 @@ class ScriptedServer::Watching : public v1::WatchService::Service {
   ScriptedServer& server_;
 };
 
+class ScriptedServer::Exploring : public v1::ExplorationService::Service {
+ public:
+  explicit Exploring(ScriptedServer& server) : server_(server) {}
+
+  grpc::Status StartExploration(grpc::ServerContext*, const v1::StartExplorationRequest* request,
+                                v1::StartExplorationResponse* response) override {
+    if (server_.Note("StartExploration", *request)) return kOutage;
+    *response = server_.script_.started;
+    return server_.script_.status;
+  }
+  grpc::Status GetExploration(grpc::ServerContext*, const v1::GetExplorationRequest* request,
+                              v1::GetExplorationResponse* response) override {
+    if (server_.Note("GetExploration", *request)) return kOutage;
+    *response = server_.script_.exploration;
+    return server_.script_.status;
+  }
+  grpc::Status ListExplorations(grpc::ServerContext*, const v1::ListExplorationsRequest* request,
+                                v1::ListExplorationsResponse* response) override {
+    if (server_.Note("ListExplorations", *request)) return kOutage;
+    *response = server_.script_.explorations;
+    return server_.script_.status;
+  }
+  grpc::Status ListFrontiers(grpc::ServerContext*, const v1::ListFrontiersRequest* request,
+                             v1::ListFrontiersResponse* response) override {
+    if (server_.Note("ListFrontiers", *request)) return kOutage;
+    *response = server_.script_.frontiers;
+    return server_.script_.status;
+  }
+  grpc::Status ClaimGoal(grpc::ServerContext*, const v1::ClaimGoalRequest* request,
+                         v1::ClaimGoalResponse* response) override {
+    if (server_.Note("ClaimGoal", *request)) return kOutage;
+    *response = server_.script_.claimed;
+    return server_.script_.status;
+  }
+  grpc::Status RenewGoal(grpc::ServerContext*, const v1::RenewGoalRequest* request,
+                         v1::RenewGoalResponse* response) override {
+    if (server_.Note("RenewGoal", *request)) return kOutage;
+    *response = server_.script_.renewed;
+    return server_.script_.status;
+  }
+  grpc::Status ReleaseGoal(grpc::ServerContext*, const v1::ReleaseGoalRequest* request,
+                           v1::ReleaseGoalResponse* response) override {
+    if (server_.Note("ReleaseGoal", *request)) return kOutage;
+    response->set_revision(server_.script_.revision);
+    return server_.script_.status;
+  }
+  grpc::Status StopExploration(grpc::ServerContext*, const v1::StopExplorationRequest* request,
+                               v1::StopExplorationResponse* response) override {
+    if (server_.Note("StopExploration", *request)) return kOutage;
+    *response = server_.script_.stopped;
+    return server_.script_.status;
+  }
+
+ private:
+  ScriptedServer& server_;
+};
+
 ScriptedServer::ScriptedServer(Script script)
     : script_(std::move(script)),
       catalog_(std::make_unique<Catalog>(*this)),
       query_(std::make_unique<Query>(*this)),
       edit_(std::make_unique<Edit>(*this)),
-      watching_(std::make_unique<Watching>(*this)) {
+      watching_(std::make_unique<Watching>(*this)),
+      exploring_(std::make_unique<Exploring>(*this)) {
   grpc::ServerBuilder builder;
   int port = 0;
   builder.AddListeningPort("127.0.0.1:0", grpc::InsecureServerCredentials(), &port);
@@ -273,6 +332,7 @@ ScriptedServer::ScriptedServer(Script script)
   builder.RegisterService(query_.get());
   builder.RegisterService(edit_.get());
   builder.RegisterService(watching_.get());
+  builder.RegisterService(exploring_.get());
   server_ = builder.BuildAndStart();
   address_ = absl::StrCat("127.0.0.1:", port);
 }

@@ -13,6 +13,7 @@
 #include "absl/synchronization/notification.h"
 #include "hypermap/v1/catalog_service.pb.h"
 #include "hypermap/v1/edit_service.pb.h"
+#include "hypermap/v1/exploration_service.pb.h"
 #include "hypermap/v1/query_service.pb.h"
 #include "hypermap/v1/watch_service.pb.h"
 
@@ -52,6 +53,13 @@ struct Script {
   std::vector<ScriptedWatch> watches;
   std::vector<v1::ListChangesResponse> changes;
   v1::ListRevisionsResponse revisions;
+  v1::StartExplorationResponse started;
+  v1::GetExplorationResponse exploration;
+  v1::ListExplorationsResponse explorations;
+  v1::ListFrontiersResponse frontiers;
+  v1::ClaimGoalResponse claimed;
+  v1::RenewGoalResponse renewed;
+  v1::StopExplorationResponse stopped;
 };
 
 // Serves in this process on a free port until it is destroyed.
@@ -78,6 +86,7 @@ class ScriptedServer {
   class Query;
   class Edit;
   class Watching;
+  class Exploring;
 
   // Whether the call is one of the outage.
   template <typename Request>
@@ -96,6 +105,7 @@ class ScriptedServer {
   std::unique_ptr<Query> query_;
   std::unique_ptr<Edit> edit_;
   std::unique_ptr<Watching> watching_;
+  std::unique_ptr<Exploring> exploring_;
   std::unique_ptr<grpc::Server> server_;
   std::string address_;
 };

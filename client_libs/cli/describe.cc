@@ -1,0 +1,100 @@
+#include "client_libs/cli/describe.h"
+
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
+#include "client_libs/cli/grid_summary.h"
+#include "client_libs/cli/text_table.h"
+#include "map/geometry/polygon.h"
+
+namespace hypermap::cli {
+namespace {
+
+int64_t NumCells(const std::vector<CellRun>& runs) {
+  int64_t cells = 0;
+  for (const CellRun& run : runs) cells += int64_t{run.col_end} - run.col_begin;
+  return cells;
+}
+
+}  // namespace
+
+std::string DescribePoint(const Point& p) {
+  return absl::StrCat("(", FormatNumber(p.x), ", ", FormatNumber(p.y), ")");
+}
+
+std::string DescribePose(const PlanarTransform& pose) {
+  return absl::StrCat("(", FormatNumber(pose.x()), ", ", FormatNumber(pose.y()), ") turned ",
+                      FormatNumber(pose.yaw(), 4), " rad");
+}
+
+std::string DescribeTime(absl::Time time) {
+  return absl::FormatTime("%Y-%m-%d %H:%M:%E3SZ", time, absl::UTCTimeZone());
+}
+
+std::string Counted(int64_t count, absl::string_view noun) {
+  return absl::StrCat(count, " ", noun, count == 1 ? "" : "s");
+}
+
+std::string DescribeKind(const LayerSpec& spec) {
+  const std::string kind(LayerKindName(spec.kind));
+  if (spec.kind != LayerKind::kExploration) return kind;
+  return absl::StrCat(kind, ", ", CellRuleName(spec.explored_rule));
+}
+
+std::string DescribeStatus(AnswerStatus status) {
+  switch (status) {
+    case AnswerStatus::kValue:
+      return "";
+    case AnswerStatus::kUnknown:
+      return "unknown";
+    case AnswerStatus::kOutside:
+      return "outside of the layer";
+    case AnswerStatus::kNoTransform:
+      return "no transform to its frame";
+    case AnswerStatus::kUnsupportedValue:
+      return "takes no such value";
+  }
+  return "";
+}
+
+std::string DescribeObject(const SemanticObject& object) {
+  std::string text = absl::StrCat(object.label, " (id ", object.id, "), existence ",
+                                  FormatNumber(object.existence, 2));
+  if (object.height) {
+    absl::StrAppend(&text, ", ", FormatNumber(object.height->low_m, 2), " to ",
+                    FormatNumber(object.height->high_m, 2), " m high");
+  }
+  return text;
+}
+
+std::string DescribeContent(const client::LayerPoints& layer, size_t point, size_t* next_hit) {
+  const bool is_grid = !layer.values.empty();
+  const AnswerStatus status = is_grid ? layer.statuses[point] : layer.status;
+  if (status != AnswerStatus::kValue) return DescribeStatus(status);
+  if (is_grid) return DescribeCellValue(layer.kind, layer.values[point]);
+  std::vector<std::string> objects;
+  for (; *next_hit < layer.hits.size() && layer.hits[*next_hit].point == point; ++*next_hit) {
+    const client::LayerPoints::Hit& hit = layer.hits[*next_hit];
+    objects.push_back(absl::StrCat(hit.label, " (id ", hit.object_id, ")"));
+  }
+  return objects.empty() ? "nothing" : absl::StrJoin(objects, ", ");
+}
+
+std::string DescribeChange(const client::MapChange& change) {
+  if (change.object) {
+    return absl::StrCat(DescribeObject(*change.object), " at ",
+                        DescribePoint(Centroid(change.object->polygon)));
+  }
+  if (change.object_before) return DescribeObject(*change.object_before);
+  if (change.object_id != 0) return absl::StrCat("object ", change.object_id);
+  if (change.grid) return Counted(NumCells(change.cells), "cell");
+  if (change.layer_now) return DescribeKind(change.layer_now->spec);
+  if (change.transform) {
+    return absl::StrCat(change.transform->child_frame_id, " in ", change.transform->parent_frame_id,
+                        " at ", DescribePose(change.transform->parent_from_child));
+  }
+  return "";
+}
+
+}  // namespace hypermap::cli

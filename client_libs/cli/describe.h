@@ -1,0 +1,38 @@
+// Answers in the words of a line, for people.
+#ifndef HYPERMAP_CLIENT_LIBS_CLI_DESCRIBE_H_
+#define HYPERMAP_CLIENT_LIBS_CLI_DESCRIBE_H_
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+
+#include "absl/strings/string_view.h"
+#include "absl/time/time.h"
+#include "client_libs/cpp/answers.h"
+#include "client_libs/cpp/points_stream.h"
+#include "client_libs/cpp/watch.h"
+#include "map/frames/planar_transform.h"
+#include "map/geometry/point.h"
+#include "map/layers/layer_spec.h"
+#include "map/layers/semantic_object.h"
+
+namespace hypermap::cli {
+
+std::string DescribePoint(const Point& p);
+std::string DescribePose(const PlanarTransform& pose);
+// UTC, with milliseconds.
+std::string DescribeTime(absl::Time time);
+// "1 cell", "2 cells".
+std::string Counted(int64_t count, absl::string_view noun);
+// The kind of a layer, with the rule of an exploration layer.
+std::string DescribeKind(const LayerSpec& spec);
+// Empty for a value.
+std::string DescribeStatus(AnswerStatus status);
+std::string DescribeObject(const SemanticObject& object);
+// What the layer has at one of the points. `next_hit` runs through its hits, point after point.
+std::string DescribeContent(const client::LayerPoints& layer, size_t point, size_t* next_hit);
+std::string DescribeChange(const client::MapChange& change);
+
+}  // namespace hypermap::cli
+
+#endif  // HYPERMAP_CLIENT_LIBS_CLI_DESCRIBE_H_

@@ -1,0 +1,16 @@
+// Explorations as JSON.
+#ifndef HYPERMAP_CLIENT_LIBS_CLI_EXPLORATION_JSON_H_
+#define HYPERMAP_CLIENT_LIBS_CLI_EXPLORATION_JSON_H_
+
+#include "client_libs/cli/json_values.h"
+#include "client_libs/cli/output.h"
+
+namespace hypermap::cli {
+
+Json ReportJson(const ExplorationReport& report);
+Json ReportJson(const ExplorationsReport& report);
+Json ReportJson(const FrontiersReport& report);
+
+}  // namespace hypermap::cli
+
+#endif  // HYPERMAP_CLIENT_LIBS_CLI_EXPLORATION_JSON_H_

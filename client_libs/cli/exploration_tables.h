@@ -1,0 +1,27 @@
+// Explorations as tables for people.
+#ifndef HYPERMAP_CLIENT_LIBS_CLI_EXPLORATION_TABLES_H_
+#define HYPERMAP_CLIENT_LIBS_CLI_EXPLORATION_TABLES_H_
+
+#include <ostream>
+#include <string>
+#include <vector>
+
+#include "client_libs/cli/output.h"
+
+namespace hypermap::cli {
+
+// The exploration in a line: "exploration 3 of floor into seen: active, 87.1 % seen, 0.5 m²/s".
+std::string DescribeExploration(const ExplorationReport& report);
+
+// How much of the floor has been seen, the goals, the places given up; what there is none of is
+// left out.
+void PrintExploration(const ExplorationReport& report, std::ostream& out);
+// A row each.
+void PrintExplorations(const std::vector<client::ExplorationEntry>& explorations,
+                       std::ostream& out);
+// A row each, then the cells where they were asked for.
+void PrintFrontiers(const std::vector<client::FrontierEntry>& frontiers, std::ostream& out);
+
+}  // namespace hypermap::cli
+
+#endif  // HYPERMAP_CLIENT_LIBS_CLI_EXPLORATION_TABLES_H_

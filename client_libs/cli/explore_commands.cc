@@ -1,0 +1,166 @@
+// explore start, status, list, frontiers, stop.
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "client_libs/cli/commands.h"
+#include "client_libs/cli/coordinates.h"
+#include "client_libs/cli/validators.h"
+
+namespace hypermap::cli {
+namespace {
+
+struct ExploreOptions {
+  std::string map;
+  ObjectId id = 0;
+  std::string frame_id;
+  std::string occupancy_layer;
+  std::string exploration_layer = "explored";
+  std::vector<std::string> area;
+  client::StartOptions start;
+  std::string rule = "centre";
+  bool with_cells = false;
+};
+
+absl::Status Start(const ExploreOptions& options, Session& s) {
+  const absl::StatusOr<Polygon> area = ParsePolygon(options.area);
+  if (!area.ok()) return area.status();
+  client::StartOptions start = options.start;
+  start.frame_id = options.frame_id;
+  start.explored_rule = ParseCellRule(options.rule).value_or(CellRule::kCentre);
+  absl::StatusOr<client::StartAnswer> answer = s.client.StartExploration(
+      options.map, *area, options.occupancy_layer, options.exploration_layer, start);
+  if (!answer.ok()) return answer.status();
+  s.output.Show(ExplorationReport{options.map, answer->revision, std::move(answer->entry), {}});
+  return absl::OkStatus();
+}
+
+absl::Status ShowStatus(const ExploreOptions& options, Session& s) {
+  absl::StatusOr<client::ExplorationAnswer> answer =
+      s.client.GetExploration(options.map, options.id, options.frame_id);
+  if (!answer.ok()) return answer.status();
+  s.output.Show(
+      ExplorationReport{options.map, answer->revision, std::move(answer->entry), answer->progress});
+  return absl::OkStatus();
+}
+
+absl::Status List(const ExploreOptions& options, Session& s) {
+  absl::StatusOr<client::ExplorationList> list =
+      s.client.ListExplorations(options.map, options.frame_id);
+  if (!list.ok()) return list.status();
+  s.output.Show(ExplorationsReport{options.map, *std::move(list)});
+  return absl::OkStatus();
+}
+
+absl::Status ListFrontiers(const ExploreOptions& options, Session& s) {
+  absl::StatusOr<client::FrontierList> list =
+      s.client.ListFrontiers(options.map, options.id, options.frame_id, options.with_cells);
+  if (!list.ok()) return list.status();
+  s.output.Show(FrontiersReport{options.map, *std::move(list)});
+  return absl::OkStatus();
+}
+
+absl::Status Stop(const ExploreOptions& options, Session& s) {
+  absl::StatusOr<client::ExplorationEntry> entry =
+      s.client.StopExploration(options.map, options.id);
+  if (!entry.ok()) return entry.status();
+  s.output.Show(ExplorationReport{.map = options.map, .entry = *std::move(entry)});
+  return absl::OkStatus();
+}
+
+void AddFrame(CLI::App& command, ExploreOptions& options) {
+  command.add_option("--frame", options.frame_id,
+                     "Frame of the coordinates (default: the map's own)");
+}
+
+void AddId(CLI::App& command, ExploreOptions& options) {
+  command.add_option("id", options.id, "The exploration (default: the newest)")
+      ->type_name("ID")
+      ->check(CLI::PositiveNumber);
+}
+
+void AddStartOptions(CLI::App& start, ExploreOptions& options) {
+  start
+      .add_option("--occupancy", options.occupancy_layer,
+                  "The layer whose free cells are the floor")
+      ->required()
+      ->type_name("LAYER");
+  start
+      .add_option("--layer", options.exploration_layer,
+                  "The layer of what has been seen; made when there is none")
+      ->type_name("LAYER")
+      ->capture_default_str();
+  start.add_option("--area", options.area, "Vertices of the area, in order")
+      ->required()
+      ->type_name("X,Y")
+      ->check(IsPoint());
+  start
+      .add_option("--robot_radius,--robot-radius", options.start.robot_radius_m,
+                  "Metres that robots keep from what is not free")
+      ->type_name("METRES")
+      ->check(IsNumber())
+      ->capture_default_str();
+  start.add_option("--range", options.start.range_m, "How far robots see, in metres")
+      ->type_name("METRES")
+      ->check(IsNumber())
+      ->capture_default_str();
+  start
+      .add_option("--min_gain,--min-gain", options.start.min_gain_cells,
+                  "What shows fewer new cells is not worth a way")
+      ->type_name("CELLS")
+      ->capture_default_str();
+  start
+      .add_option("--rule", options.rule,
+                  "Which cells of a layer that is made count as seen: centre, covered or touched")
+      ->check(IsCellRule())
+      ->capture_default_str();
+}
+
+// A subcommand for a map, with what it does.
+CLI::App* AddSubcommand(CLI::App& explore, const std::string& name, const std::string& description,
+                        const std::shared_ptr<ExploreOptions>& options, Command& selected,
+                        absl::Status (*run)(const ExploreOptions&, Session&)) {
+  CLI::App* command = explore.add_subcommand(name, description);
+  command->add_option("map", options->map, "Name of the map")->required()->type_name("MAP");
+  command->callback([&selected, options, run] {
+    selected = [options, run](Session& s) { return run(*options, s); };
+  });
+  return command;
+}
+
+}  // namespace
+
+void AddExploreCommands(CLI::App& app, Command& selected) {
+  auto options = std::make_shared<ExploreOptions>();
+  CLI::App* explore =
+      app.add_subcommand("explore", "Explore an area of a map by robots")->require_subcommand(1);
+
+  CLI::App* start =
+      AddSubcommand(*explore, "start", "Begin to explore an area", options, selected, Start);
+  AddFrame(*start, *options);
+  AddStartOptions(*start, *options);
+
+  CLI::App* status =
+      AddSubcommand(*explore, "status", "How far has it come?", options, selected, ShowStatus);
+  AddId(*status, *options);
+  AddFrame(*status, *options);
+
+  CLI::App* list = AddSubcommand(*explore, "list", "List the explorations, the newest first",
+                                 options, selected, List);
+  AddFrame(*list, *options);
+
+  CLI::App* frontiers =
+      AddSubcommand(*explore, "frontiers", "Where does seen floor end and unseen begin?", options,
+                    selected, ListFrontiers);
+  AddId(*frontiers, *options);
+  AddFrame(*frontiers, *options);
+  frontiers->add_flag("--cells", options->with_cells, "With the centre of each cell");
+
+  CLI::App* stop = AddSubcommand(*explore, "stop", "End an exploration", options, selected, Stop);
+  AddId(*stop, *options);
+}
+
+}  // namespace hypermap::cli

@@ -1,0 +1,142 @@
+#include "client_libs/cli/map_legend.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "client_libs/cli/text_table.h"
+#include "map/values/value_query.h"
+
+namespace hypermap::cli {
+
+MapLegend::MapLegend(const MapScene& scene, const RobotColours& robots, const Plan& plan) {
+  AddText(scene.title);
+  AddGap();
+  for (const GridScene& grid : scene.grids) AddGrid(grid);
+  AddExplorations(scene);
+  AddRobots(scene.paths, robots);
+  AddClasses(scene.objects);
+  constexpr double kFewestRows = 30;
+  rows_per_column_ =
+      static_cast<size_t>(std::max(kFewestRows, std::floor(plan.height() / kLineHeight)));
+  CutShort();
+  Canvas measure(1, 1);
+  double widest = 0.0;
+  for (const Row& row : rows_) widest = std::max(widest, measure.TextWidth(row.text));
+  constexpr double kWidestText = 300.0;
+  column_width_ = kMargin + Legend::kIndent + std::min(widest, kWidestText);
+}
+
+double MapLegend::height() const {
+  return static_cast<double>(std::min(rows_.size(), rows_per_column_)) * kLineHeight;
+}
+
+void MapLegend::Draw(Canvas& canvas, const Point& top_left) const {
+  for (size_t column = 0; column < num_columns(); ++column) {
+    Legend legend(canvas, {top_left.x + static_cast<double>(column) * column_width_, top_left.y});
+    const size_t begin = column * rows_per_column_;
+    const size_t end = std::min(rows_.size(), begin + rows_per_column_);
+    for (size_t i = begin; i < end; ++i) {
+      if (rows_[i].sample) {
+        legend.Sample(rows_[i].sample, rows_[i].text);
+      } else {
+        legend.Text(rows_[i].text);
+      }
+    }
+  }
+}
+
+void MapLegend::AddGrid(const GridScene& grid) {
+  AddText(grid.layer);
+  switch (grid.kind) {
+    case LayerKind::kOccupancy:
+      AddSquare(kFree, "free");
+      AddSquare(kOccupied, "occupied");
+      AddSquare(kUnknown, "unknown");
+      break;
+    case LayerKind::kExploration:
+      AddSquare(kExplored, "explored");
+      AddSquare(kUnexplored, "unexplored");
+      break;
+    case LayerKind::kScalar:
+      AddSquare(kLowest, FormatNumber(grid.low));
+      AddSquare(kHighest, FormatNumber(grid.high));
+      break;
+    case LayerKind::kSemantic:
+      break;
+  }
+  AddGap();
+}
+
+void MapLegend::AddExplorations(const MapScene& scene) {
+  if (scene.explorations.empty() && scene.goals.empty() && scene.unreachable_places.empty()) return;
+  AddText(absl::StrCat("explorations  ", scene.explorations.size()));
+  if (!scene.explorations.empty()) {
+    rows_.push_back({"border", DrawBorderSample});
+    AddSquare(kNotToExplore, "not to be explored");
+  }
+  if (!scene.goals.empty()) {
+    rows_.push_back({"goal of a robot", [](Canvas& canvas, const Point& at) {
+                       DrawGoal(canvas, {at.x + kSampleWidth / 2, at.y - 6}, kBlack);
+                     }});
+  }
+  if (!scene.unreachable_places.empty()) {
+    rows_.push_back({"unreachable place", [](Canvas& canvas, const Point& at) {
+                       DrawUnreachablePlace(canvas, {at.x + kSampleWidth / 2, at.y - 6});
+                     }});
+  }
+  AddGap();
+}
+
+void MapLegend::AddRobots(const std::vector<RobotPath>& paths, const RobotColours& robots) {
+  std::set<std::string> names;
+  for (const RobotPath& path : paths) names.insert(path.robot);
+  if (names.empty()) return;
+  AddText("paths");
+  for (const std::string& name : names) {
+    rows_.push_back({OneLine(name), [c = robots.Of(name)](Canvas& canvas, const Point& at) {
+                       DrawPathSample(canvas, at, c);
+                     }});
+  }
+  AddGap();
+}
+
+// The classes with how many there are of each, the most first.
+void MapLegend::AddClasses(const std::vector<Footprint>& objects) {
+  if (objects.empty()) return;
+  AddText(absl::StrCat("objects  ", objects.size()));
+  std::map<std::string, int> counts;
+  for (const Footprint& object : objects) ++counts[FoldLabel(object.label)];
+  std::vector<std::pair<std::string, int>> classes(counts.begin(), counts.end());
+  std::stable_sort(classes.begin(), classes.end(),
+                   [](const auto& a, const auto& b) { return a.second > b.second; });
+  for (const auto& [label, count] : classes) {
+    AddSquare(ColourOfLabel(label), absl::StrCat(OneLine(label), "  ", count));
+  }
+}
+
+void MapLegend::AddText(std::string text) { rows_.push_back({std::move(text), nullptr}); }
+
+void MapLegend::AddSquare(const Colour& c, std::string text) {
+  rows_.push_back({std::move(text), [c](Canvas& canvas, const Point& at) {
+                     constexpr double kSize = 14.0;
+                     canvas.Square({at.x - 1, at.y + 1}, kSize + 2, Mix(c, kBlack, 0.5));
+                     canvas.Square(at, kSize, c);
+                   }});
+}
+
+void MapLegend::AddGap() { AddText(""); }
+
+void MapLegend::CutShort() {
+  constexpr size_t kMostColumns = 3;
+  const size_t most = kMostColumns * rows_per_column_;
+  if (rows_.size() <= most) return;
+  const size_t left_out = rows_.size() - most + 1;
+  rows_.resize(most - 1);
+  AddText(absl::StrCat("and ", left_out, " more"));
+}
+
+}  // namespace hypermap::cli

@@ -1,0 +1,80 @@
+#include "client_libs/cli/map_style.h"
+
+#include <array>
+
+namespace hypermap::cli {
+namespace {
+
+// Okabe and Ito's, which most of those who see few colours tell apart as well, without the palest.
+constexpr std::array<Colour, 6> kRobots{{{0.0, 0.45, 0.7},
+                                         {0.9, 0.6, 0.0},
+                                         {0.0, 0.62, 0.45},
+                                         {0.8, 0.4, 0.7},
+                                         {0.34, 0.71, 0.91},
+                                         {0.6, 0.3, 0.1}}};
+
+// Widths and radii in pixels.
+constexpr double kBorderWidth = 4.0;
+constexpr double kPathWidth = 3.5;
+constexpr double kEndRadius = 8.0;
+constexpr double kGoalRadius = 10.0;
+constexpr double kCrossSize = 8.0;
+// Of the light ground around a mark, on each side.
+constexpr double kHalo = 2.0;
+constexpr Colour kHaloColour = Grey(1.0);
+
+}  // namespace
+
+RobotColours::RobotColours(const MapScene& scene) {
+  for (const RobotPath& path : scene.paths) colours_[path.robot] = kBlack;
+  for (const GoalMarker& goal : scene.goals) colours_[goal.robot] = kBlack;
+  colours_.erase("");  // not known
+  size_t next = 0;
+  for (auto& [robot, colour] : colours_) colour = kRobots[next++ % kRobots.size()];
+}
+
+Colour RobotColours::Of(const std::string& robot) const {
+  const auto it = colours_.find(robot);
+  return it == colours_.end() ? kBlack : it->second;
+}
+
+void DrawExplorationBorder(Canvas& canvas, const Polygon& area, const Plan& plan) {
+  canvas.Outline(area, plan, kHaloColour, kBorderWidth + 2 * kHalo, false);
+  canvas.Outline(area, plan, kExplorationBorder, kBorderWidth, true);
+}
+
+void DrawPath(Canvas& canvas, const RobotPath& path, const Plan& plan, const Colour& c) {
+  canvas.Path(path.points, plan, kHaloColour, kPathWidth + 2 * kHalo);
+  canvas.Path(path.points, plan, c, kPathWidth);
+}
+
+void DrawPathEnd(Canvas& canvas, const Point& at, const Colour& c) {
+  canvas.Disc(at, kEndRadius + kHalo, kHaloColour);
+  canvas.Disc(at, kEndRadius, Mix(c, kBlack, 0.5));
+  canvas.Disc(at, kEndRadius - kHalo, c);
+}
+
+void DrawGoal(Canvas& canvas, const Point& at, const Colour& c) {
+  canvas.Disc(at, kGoalRadius + kHalo, kHaloColour);
+  canvas.Disc(at, kGoalRadius, c);
+  canvas.Disc(at, kGoalRadius - 2 * kHalo, kHaloColour);
+  canvas.Disc(at, kGoalRadius - 4 * kHalo, c);
+}
+
+void DrawUnreachablePlace(Canvas& canvas, const Point& at) {
+  canvas.Cross(at, kCrossSize + kHalo, kHaloColour, kPathWidth + 2 * kHalo);
+  canvas.Cross(at, kCrossSize, kUnreachable, kPathWidth);
+}
+
+void DrawBorderSample(Canvas& canvas, const Point& at) {
+  canvas.Line({at.x, at.y - 5}, {at.x + kSampleWidth, at.y - 5}, kExplorationBorder,
+              kBorderWidth - 1.0, true);
+}
+
+void DrawPathSample(Canvas& canvas, const Point& at, const Colour& c) {
+  const Point end{at.x + kSampleWidth - kEndRadius, at.y - 6};
+  canvas.Line({at.x, end.y}, end, c, kPathWidth, false);
+  DrawPathEnd(canvas, end, c);
+}
+
+}  // namespace hypermap::cli
