@@ -42,6 +42,8 @@ ABSL_FLAG(int, max_message_bytes, 16 << 20, "Largest message, either way");
 ABSL_FLAG(int, max_vertices, 100'000, "Most vertices of a polygon");
 ABSL_FLAG(int, max_edits, 10'000, "Most edits of a batch");
 ABSL_FLAG(int64_t, max_cells, int64_t{1} << 26, "Most cells that one edit or imported image sets");
+ABSL_FLAG(int64_t, max_exploration_cells, 25'000'000,
+          "Most cells of the box around an area that is explored");
 ABSL_FLAG(int, max_nearest, 1'000, "Largest k of a nearest query");
 ABSL_FLAG(int, max_points, 65'536, "Points of a batch");
 ABSL_FLAG(int64_t, max_import_bytes, int64_t{256} << 20, "Largest sum of the files of an import");
@@ -69,6 +71,8 @@ namespace {
 // Free memory that is kept at the end of a heap.
 constexpr int kKeptBytes = 16 << 20;
 constexpr int kFileThreads = 2;
+// Calls of one map's explorations wait for each other.
+constexpr int kExplorerThreads = 4;
 
 absl::Status CheckFlags(const std::vector<char*>& positional) {
   if (positional.size() > 1) {
@@ -82,6 +86,7 @@ absl::Status CheckFlags(const std::vector<char*>& positional) {
       {"max_vertices", absl::GetFlag(FLAGS_max_vertices)},
       {"max_edits", absl::GetFlag(FLAGS_max_edits)},
       {"max_cells", absl::GetFlag(FLAGS_max_cells)},
+      {"max_exploration_cells", absl::GetFlag(FLAGS_max_exploration_cells)},
       {"max_nearest", absl::GetFlag(FLAGS_max_nearest)},
       {"max_points", absl::GetFlag(FLAGS_max_points)},
       {"max_import_bytes", absl::GetFlag(FLAGS_max_import_bytes)},
@@ -136,6 +141,7 @@ SessionOptions SessionOptionsOfFlags() {
   SessionOptions options;
   options.max_queue = absl::GetFlag(FLAGS_max_queue);
   options.edit_limits.max_cells_per_fill = absl::GetFlag(FLAGS_max_cells);
+  options.max_exploration_cells = absl::GetFlag(FLAGS_max_exploration_cells);
   options.retention.history_revisions = absl::GetFlag(FLAGS_history_revisions);
   options.retention.history_age = absl::GetFlag(FLAGS_history_age);
   options.retention.receipt_age = absl::GetFlag(FLAGS_receipt_age);
@@ -216,7 +222,9 @@ absl::Status Serve(ShutdownSignals& signals) {
   // Ends in the reverse order: the requests, their workers, the maps.
   WorkerPool workers(NumThreads());
   WorkerPool file_workers(kFileThreads);
-  const Facilities facilities{site->get(), LimitsOfFlags(), &workers, &file_workers, data_dir};
+  WorkerPool explorers(kExplorerThreads);
+  const Facilities facilities{site->get(),   LimitsOfFlags(), &workers,
+                              &file_workers, &explorers,      data_dir};
   absl::StatusOr<std::unique_ptr<GrpcServer>> server = GrpcServer::Start(
       {absl::GetFlag(FLAGS_listen), absl::GetFlag(FLAGS_max_message_bytes)}, facilities);
   if (!server.ok()) return server.status();

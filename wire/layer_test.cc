@@ -19,6 +19,7 @@ LayerSpec SpecOf(LayerKind kind) {
   spec.frame_id = "floor/1";
   if (IsGridKind(kind)) spec.grid = GridGeometry{PlanarTransform(-3.0, 2.5, 0.3), 0.05};
   if (kind == LayerKind::kOccupancy) spec.thresholds = {0.1, 0.9};
+  if (kind == LayerKind::kExploration) spec.explored_rule = CellRule::kTouched;
   if (kind == LayerKind::kScalar) spec.unit = "dBm";
   if (kind == LayerKind::kSemantic) {
     spec.aliases = {{"furniture", {"chair", "couch"}}, {"tv", {"tvmonitor"}}};
@@ -55,6 +56,11 @@ TEST(LayerOnTheWire, BadOnesNameTheField) {
   message.set_kind(static_cast<v1::LayerKind>(77));
   EXPECT_EQ(DecodeLayerSpec("layer", message).status(),
             absl::InvalidArgumentError("layer.kind is not a known kind: 77"));
+  message.set_kind(v1::LAYER_KIND_EXPLORATION);
+  message.set_explored_rule(static_cast<v1::CellRule>(9));
+  EXPECT_EQ(DecodeLayerSpec("layer", message).status(),
+            absl::InvalidArgumentError("layer.explored_rule is not a known rule: 9"));
+  message.clear_explored_rule();
   message.set_kind(v1::LAYER_KIND_SEMANTIC);
   for (const char* alias : {"tv", "sofa", "tv"}) message.add_aliases()->set_alias(alias);
   EXPECT_EQ(DecodeLayerSpec("layer", message).status(),

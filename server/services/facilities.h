@@ -39,6 +39,8 @@ struct Facilities {
   WorkerPool* workers;
   // For files, which take long to read and to write.
   WorkerPool* file_workers;
+  // For explorations, whose calls wait for commits and for each other.
+  WorkerPool* explorers;
   // Of this server alone; for files that live as long as a request.
   std::string scratch_dir;
 };

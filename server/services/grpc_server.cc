@@ -39,6 +39,7 @@ GrpcServer::GrpcServer(const Facilities& facilities)
       query_(facilities),
       edit_(facilities),
       ingest_(facilities),
+      exploration_(facilities),
       watch_(facilities),
       site_(facilities.site) {}
 
@@ -65,6 +66,7 @@ absl::StatusOr<std::unique_ptr<GrpcServer>> GrpcServer::Start(const GrpcServerOp
   builder.RegisterService(&made->query_);
   builder.RegisterService(&made->edit_);
   builder.RegisterService(&made->ingest_);
+  builder.RegisterService(&made->exploration_);
   builder.RegisterService(&made->watch_);
   made->server_ = builder.BuildAndStart();
   if (!made->server_ || port == 0) {
@@ -75,7 +77,7 @@ absl::StatusOr<std::unique_ptr<GrpcServer>> GrpcServer::Start(const GrpcServerOp
   for (const char* service :
        {v1::CatalogService::service_full_name(), v1::QueryService::service_full_name(),
         v1::EditService::service_full_name(), v1::IngestService::service_full_name(),
-        v1::WatchService::service_full_name()}) {
+        v1::ExplorationService::service_full_name(), v1::WatchService::service_full_name()}) {
     health->SetServingStatus(service, true);
   }
   made->address_ = absl::StrCat(*host, port);

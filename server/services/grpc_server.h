@@ -11,6 +11,7 @@
 #include "absl/time/time.h"
 #include "server/services/catalog_service.h"
 #include "server/services/edit_service.h"
+#include "server/services/exploration_service.h"
 #include "server/services/facilities.h"
 #include "server/services/ingest_service.h"
 #include "server/services/query_service.h"
@@ -52,6 +53,7 @@ class GrpcServer {
   QueryService query_;
   EditService edit_;
   IngestService ingest_;
+  ExplorationService exploration_;
   WatchService watch_;
   Site* const site_;
   std::string address_;

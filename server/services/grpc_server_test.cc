@@ -14,8 +14,8 @@ using ::testing::HasSubstr;
 
 TEST(GrpcServer, HealthOfTheServerAndOfEachServiceIsServing) {
   TestServer server;
-  for (const char* service :
-       {"", "hypermap.v1.CatalogService", "hypermap.v1.QueryService", "hypermap.v1.EditService"}) {
+  for (const char* service : {"", "hypermap.v1.CatalogService", "hypermap.v1.QueryService",
+                              "hypermap.v1.EditService", "hypermap.v1.ExplorationService"}) {
     SCOPED_TRACE(service);
     grpc::health::v1::HealthCheckRequest request;
     request.set_service(service);

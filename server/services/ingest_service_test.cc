@@ -94,6 +94,38 @@ TEST_F(IngestServiceTest, AcceptedObservationIsVisibleAtTheRevisionThatIsTold) {
   EXPECT_TRUE(Close(*stream).ok());
 }
 
+// What is free spans 1.6 cells from the middle of one.
+TEST_F(IngestServiceTest, ExploredAreTheCellsThatTheLayersRuleSelects) {
+  const std::pair<CellRule, int64_t> kCells[] = {
+      {CellRule::kCentre, 4}, {CellRule::kCovered, 1}, {CellRule::kTouched, 9}};
+  int64_t sequence = 0;
+  for (const auto& [rule, cells] : kCells) {
+    LayerSpec spec;
+    spec.name = std::string(CellRuleName(rule));
+    spec.kind = LayerKind::kExploration;
+    spec.grid = GridGeometry{PlanarTransform(), 1.0};
+    spec.explored_rule = rule;
+    ASSERT_TRUE(client_.CreateLayer("site", spec).ok());
+    EXPECT_EQ(client_.GetLayer("site", spec.name)->spec.explored_rule, rule);
+    const std::string things = spec.name + "_things";
+    ASSERT_TRUE(client_.CreateLayer("site", {.name = things}).ok());
+    auto stream = client_.Observe("site", things, {.exploration_layer = spec.name});
+    ASSERT_TRUE(stream.ok()) << stream.status();
+    Observation observation = See("cart", ++sequence, "chair");
+    observation.free_space = Polygon::FromBox({{0.45, 0.45}, {2.05, 2.05}});
+    const client::Acknowledgement a = Send(**stream, observation);
+    ASSERT_EQ(a.outcome, Outcome::kAccepted) << a.message;
+    int64_t explored = 0;
+    auto answer = client_.QueryValue("site", "explored", std::nullopt, {.layers = {spec.name}});
+    while (auto part = answer.Next()) {
+      for (const CellRun& run : part->runs) explored += run.col_end - run.col_begin;
+    }
+    EXPECT_TRUE(answer.status().ok()) << answer.status();
+    EXPECT_EQ(explored, cells) << spec.name;
+    EXPECT_TRUE(Close(**stream).ok());
+  }
+}
+
 TEST_F(IngestServiceTest, OneThatIsNotTakenDoesNotEndTheStream) {
   auto stream = Open();
   Send(*stream, See("a", 1, "chair"));

@@ -48,7 +48,8 @@ MapSession::MapSession(std::unique_ptr<storage::StoredMap> stored, SnapshotPtr s
       history_(stored_.get()),
       compaction_(header_.name, stored_.get(), &history_, options_.retention),
       snapshot_(snapshot),
-      feed_(snapshot->revision, StructureOf(*snapshot), options_.feed) {}
+      feed_(snapshot->revision, StructureOf(*snapshot), options_.feed),
+      explorations_(this, options_.max_exploration_cells) {}
 
 absl::Status MapSession::LoadLastCommitTime() {
   absl::StatusOr<HistoryPool::Lease> reader = history_.Take();
@@ -139,6 +140,17 @@ absl::Status MapSession::RunOnWriter(absl::FunctionRef<absl::Status()> task) {
 
 absl::Status MapSession::BackupTo(const std::string& path) {
   return RunOnWriter([&] { return stored_->BackupTo(path); });
+}
+
+absl::StatusOr<std::optional<storage::Receipt>> MapSession::FindReceipt(
+    const std::string& request_id) {
+  absl::StatusOr<std::optional<storage::Receipt>> receipt;
+  absl::Status status = RunOnWriter([&] {
+    receipt = stored_->FindReceipt(request_id);
+    return receipt.status();
+  });
+  if (!status.ok()) return status;
+  return receipt;
 }
 
 absl::Status MapSession::InspectFusion(const std::string& layer, FusionTask task) {

@@ -29,6 +29,7 @@
 #include "server/session/change_feed.h"
 #include "server/session/compaction.h"
 #include "server/session/expiry.h"
+#include "server/session/exploration_desk.h"
 #include "server/session/group_commit.h"
 #include "server/session/history_pool.h"
 #include "server/session/map_fusion.h"
@@ -44,6 +45,8 @@ struct SessionOptions {
   FusionOptions fusion;
   ChangeFeed::Limits feed;
   Retention retention;
+  // Of the box around an area that is explored.
+  int64_t max_exploration_cells = 25'000'000;
   // What commits are stamped by, and by when objects leave the map.
   std::function<absl::Time()> clock = [] { return absl::Now(); };
 };
@@ -81,6 +84,12 @@ class MapSession {
   // Submit that waits for the answer.
   absl::StatusOr<storage::Receipt> SubmitAndWait(Submission submission);
   absl::StatusOr<storage::Receipt> RunAndWait(FusionSubmission submission);
+
+  // What an earlier request of that id was answered; waits for the writer. Errors as Submit.
+  absl::StatusOr<std::optional<storage::Receipt>> FindReceipt(const std::string& request_id);
+
+  // Who explores the map.
+  ExplorationDesk& explorations() { return explorations_; }
 
   // Runs `task` with the map's fusion, between two groups, and waits for it. NOT_FOUND,
   // FAILED_PRECONDITION when the layer is not there or not fused; errors as Submit.
@@ -171,6 +180,8 @@ class MapSession {
   Work queue_ ABSL_GUARDED_BY(queue_mutex_);
   bool closing_ ABSL_GUARDED_BY(queue_mutex_) = false;
   bool looks_at_clock_ ABSL_GUARDED_BY(queue_mutex_) = false;
+
+  ExplorationDesk explorations_;
 
   std::thread writer_;
 };

@@ -13,6 +13,7 @@
 
 #include "hypermap/v1/catalog_service.grpc.pb.h"
 #include "hypermap/v1/edit_service.grpc.pb.h"
+#include "hypermap/v1/exploration_service.grpc.pb.h"
 #include "hypermap/v1/query_service.grpc.pb.h"
 #include "hypermap/v1/watch_service.grpc.pb.h"
 #include "map/edits/edit.h"
@@ -35,9 +36,9 @@ class TestServer {
     auto site = Site::Open(std::make_unique<MemoryMapStore>(&disk_), options);
     EXPECT_TRUE(site.ok()) << site.status();
     site_ = *std::move(site);
-    auto server =
-        GrpcServer::Start({"127.0.0.1:0", max_message_bytes},
-                          {site_.get(), limits, &workers_, &file_workers_, ::testing::TempDir()});
+    auto server = GrpcServer::Start(
+        {"127.0.0.1:0", max_message_bytes},
+        {site_.get(), limits, &workers_, &file_workers_, &explorers_, ::testing::TempDir()});
     EXPECT_TRUE(server.ok()) << server.status();
     server_ = *std::move(server);
     channel_ = grpc::CreateChannel(server_->address(), grpc::InsecureChannelCredentials());
@@ -45,6 +46,7 @@ class TestServer {
     query = v1::QueryService::NewStub(channel_);
     edit = v1::EditService::NewStub(channel_);
     watch = v1::WatchService::NewStub(channel_);
+    exploration = v1::ExplorationService::NewStub(channel_);
   }
   ~TestServer() {
     disk_.Release();
@@ -74,6 +76,7 @@ class TestServer {
   std::unique_ptr<Site> site_;
   WorkerPool workers_{2};
   WorkerPool file_workers_{2};
+  WorkerPool explorers_{2};
   std::unique_ptr<GrpcServer> server_;
   std::shared_ptr<grpc::Channel> channel_;
   bool shut_down_ = false;
@@ -83,6 +86,7 @@ class TestServer {
   std::unique_ptr<v1::QueryService::Stub> query;
   std::unique_ptr<v1::EditService::Stub> edit;
   std::unique_ptr<v1::WatchService::Stub> watch;
+  std::unique_ptr<v1::ExplorationService::Stub> exploration;
 };
 
 // A semantic layer `name` with unit squares labelled "cup" at x = 0, 2, 4, ...
