@@ -1,7 +1,7 @@
 # The doors of the project. Everything they make lies under build/.
 #
 #   make demo    build, load a small office, ask it the three questions, map two rooms from a
-#                robot's drive, leave the server running
+#                robot's drive, let three robots explore, leave the server running
 #                (ARGS=--exit: stop after the tour)
 #   make test    build and run all tests; with CI=true also under ASan and UBSan
 #   make bench   the benchmarks, each beside its brute force or its floor (docs/performance.md)

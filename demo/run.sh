@@ -1,6 +1,6 @@
 #!/bin/bash
 # A short tour of Hypermap: starts a server, draws a small office into it, asks it questions, and
-# lets a robot drive through two rooms that it maps as it goes.
+# lets a robot drive through two rooms that it maps as it goes, and three explore the office.
 #
 #   demo/run.sh           leaves the server running and says how to ask it more
 #   demo/run.sh --exit    ends the server after the tour
@@ -142,6 +142,29 @@ drive() {
     eval rooms --layer objects --truth "$rooms/gt.geojson" --png "$demo/rooms.png"
 }
 
+# Three robots find out for themselves what is in the office: nobody tells them where to go.
+explore() {
+  local area=(0.2,0.2 14.6,0.2 14.6,11.8 0.2,11.8)
+  local simulate=(hypermap-ingest simulate --server "$address" --map office --occupancy floor
+    --objects objects,dock --area "${area[@]}" --robots 3 --seed 1)
+  [[ -x $build/bin/hypermap-ingest ]] || return 0
+  echo
+  echo "Three robots explore the office up to the loading dock. They know its floor plan, ask the server"
+  echo "where to look next, and send what their cameras show. (The world is made of the map's layers.)"
+  echo
+  show "${simulate[@]}" --layer found --explored explored --paths "$demo/ways.geojson"
+  ask "How far did they come?" explore status office
+  ask "Did they find everything? What stands there against what they found:" \
+    eval office --layer found --truth demo/office/objects.geojson
+  printf '\n# The same with a detector that errs, and poses as a laser gives them:\n'
+  show "${simulate[@]}" --layer found_noisy --explored explored_noisy --detector noisy --pose amcl
+  ask "What they found then:" \
+    eval office --layer found_noisy --truth demo/office/objects.geojson
+  ask "A picture of what they saw, with the ways they took:" \
+    render office -o "$demo/explored.png" --layers floor,explored,found,explorations \
+    --path "$demo/ways.geojson"
+}
+
 # The same question without any program of ours.
 tour_with_grpcurl() {
   local grpcurl
@@ -167,6 +190,7 @@ The server is running on $address (process $(<"$pid_file")). Ask it more:
   $hypermap$option export office --format hmap -o office.hmap
   grpcurl -plaintext -d '{"map":"office","value":"cup"}' $address hypermap.v1.QueryService/QueryValue
 What the robot saw over the truth: $demo/rooms.png
+What the three explored: $demo/explored.png
 The map itself is $demo/maps/office.gpkg, a GeoPackage: QGIS opens it.
 Stop it:
   ${BUILD_DIR:+BUILD_DIR=$BUILD_DIR }demo/run.sh --stop
@@ -191,6 +215,7 @@ load_office
 tour
 tour_with_grpcurl
 drive
+explore
 if [[ ${1:-} == --exit ]]; then
   stop_server
   printf '\nThe server has ended.\n'

@@ -214,6 +214,9 @@ INSTANTIATE_TEST_SUITE_P(
         Damage{"UPDATE hypermap_layers SET parameters = '[]' WHERE name = 'g'", "parameters"},
         Damage{"UPDATE hypermap_layers SET parameters = '{\"unit\":3}' WHERE name = 'f'",
                "parameters"},
+        Damage{"UPDATE hypermap_layers SET parameters = '{\"explored_rule\":\"seen\"}' "
+               "WHERE name = 'g'",
+               "explored_rule seen"},
         Damage{"UPDATE hypermap_frames SET parent_frame_id = 'robot'", "frame robot"},
         Damage{"UPDATE hypermap_frames SET yaw = 9e999", "frame robot"},
         Damage{"UPDATE hypermap_metadata SET revision = -1", "hypermap_metadata"},

@@ -103,6 +103,7 @@ EditBatch RandomSite(Rng& rng, int num_objects) {
   const auto layer = [&](const char* name, LayerKind kind, const char* frame_id) {
     LayerSpec spec{.name = name, .kind = kind, .frame_id = frame_id};
     if (kind != LayerKind::kSemantic) spec.grid = {{RandomTransform(rng, 3)}, 0.25};
+    if (kind == LayerKind::kExploration) spec.explored_rule = CellRule::kTouched;
     batch.edits.push_back(CreateLayer{spec});
     return spec;
   };
