@@ -7,7 +7,8 @@
 #   demo/run.sh --stop    ends the server of an earlier tour
 #
 # Everything it makes lies in build/demo, and is made anew each time. Needs the programs in
-# build/bin (make build); BUILD_DIR names another build folder.
+# build/bin (make build); BUILD_DIR names another build folder, DEMO_AREA another part of the
+# office for the three to explore.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -144,7 +145,8 @@ drive() {
 
 # Three robots find out for themselves what is in the office: nobody tells them where to go.
 explore() {
-  local area=(0.2,0.2 14.6,0.2 14.6,11.8 0.2,11.8)
+  local area
+  read -ra area <<<"${DEMO_AREA:-0.2,0.2 14.6,0.2 14.6,11.8 0.2,11.8}"
   local simulate=(hypermap-ingest simulate --server "$address" --map office --occupancy floor
     --objects objects,dock --area "${area[@]}" --robots 3 --seed 1)
   [[ -x $build/bin/hypermap-ingest ]] || return 0

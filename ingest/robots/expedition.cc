@@ -22,8 +22,11 @@ constexpr int64_t kProgressSteps = 25;
 class Expedition {
  public:
   Expedition(client::Client& client, const ExpeditionOptions& options,
-             const std::function<bool()>& is_interrupted, const ExpeditionProgress& progress)
-      : client_(client), options_(options), is_interrupted_(is_interrupted), progress_(progress) {}
+             const std::function<bool()>& is_interrupted, const TellProgress& tell_progress)
+      : client_(client),
+        options_(options),
+        is_interrupted_(is_interrupted),
+        tell_progress_(tell_progress) {}
 
   absl::StatusOr<ExpeditionReport> Run();
 
@@ -37,6 +40,7 @@ class Expedition {
   absl::Status LetRobotsExplore();
   // One step of every robot.
   absl::Status Step();
+  absl::Status ReportProgress();
   bool IsConflict(const Robot& robot) const;
   bool HaveEnded() const;
   bool AreAllWaiting() const;
@@ -46,7 +50,7 @@ class Expedition {
   client::Client& client_;
   const ExpeditionOptions& options_;
   const std::function<bool()>& is_interrupted_;
-  const ExpeditionProgress& progress_;
+  const TellProgress& tell_progress_;
 
   std::string frame_id_;
   std::shared_ptr<const GridLayer> occupancy_;
@@ -208,11 +212,17 @@ absl::Status Expedition::Step() {
     if (goal && (!before || before->id != goal->id)) report_.conflicts += IsConflict(*robot);
   }
   ++report_.steps;
-  if (progress_ && report_.steps % kProgressSteps == 0) {
-    int64_t goals = 0;
-    for (const auto& robot : robots_) goals += robot->log().goals;
-    progress_(report_.steps, goals);
-  }
+  return tell_progress_ && report_.steps % kProgressSteps == 0 ? ReportProgress()
+                                                               : absl::OkStatus();
+}
+
+absl::Status Expedition::ReportProgress() {
+  const absl::StatusOr<client::ExplorationAnswer> answer =
+      client_.GetExploration(options_.map, report_.exploration_id);
+  if (!answer.ok()) return answer.status();
+  ExpeditionProgress progress{report_.steps, 0, answer->progress.fraction};
+  for (const auto& robot : robots_) progress.goals += robot->log().goals;
+  tell_progress_(progress);
   return absl::OkStatus();
 }
 
@@ -259,8 +269,8 @@ void Expedition::ReportTruth() {
 
 absl::StatusOr<ExpeditionReport> Explore(client::Client& client, const ExpeditionOptions& options,
                                          const std::function<bool()>& is_interrupted,
-                                         const ExpeditionProgress& progress) {
-  return Expedition(client, options, is_interrupted, progress).Run();
+                                         const TellProgress& tell_progress) {
+  return Expedition(client, options, is_interrupted, tell_progress).Run();
 }
 
 }  // namespace hypermap::robots

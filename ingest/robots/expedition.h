@@ -66,15 +66,20 @@ struct ExpeditionReport {
   absl::Duration time;
 };
 
-// Called now and then: steps, and goals reached.
-using ExpeditionProgress = std::function<void(int64_t, int64_t)>;
+struct ExpeditionProgress {
+  int64_t steps = 0;
+  int64_t goals = 0;      // reached
+  double fraction = 0.0;  // explored, as the server says
+};
+// Called now and then.
+using TellProgress = std::function<void(const ExpeditionProgress&)>;
 
 // Explores by way of the client alone, robots in turn, one thread: the same seed against the same
 // map makes the same steps. INVALID_ARGUMENT for an area without a place to stand in, CANCELLED
 // when `is_interrupted` said so; goals are given back then.
 absl::StatusOr<ExpeditionReport> Explore(client::Client& client, const ExpeditionOptions& options,
                                          const std::function<bool()>& is_interrupted,
-                                         const ExpeditionProgress& progress);
+                                         const TellProgress& tell_progress);
 
 }  // namespace hypermap::robots
 

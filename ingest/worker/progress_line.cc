@@ -7,16 +7,20 @@
 
 namespace hypermap::ingest {
 
-std::string ProgressText(const ReplaySummary& summary) {
+std::string ProgressBar(double share) {
   constexpr int kBar = 24;
+  const int filled = std::clamp(static_cast<int>(share * kBar), 0, kBar);
+  return absl::StrFormat("[%s%s] %3.0f %%", std::string(filled, '#'),
+                         std::string(kBar - filled, '-'), 100 * share);
+}
+
+std::string ProgressText(const ReplaySummary& summary) {
   const int64_t finished = summary.finished();
   const double share = summary.frames > 0
                            ? static_cast<double>(finished) / static_cast<double>(summary.frames)
                            : 1.0;
-  const int filled = std::clamp(static_cast<int>(share * kBar), 0, kBar);
   std::string text =
-      absl::StrFormat("[%s%s] %3.0f %%  %d/%d frames", std::string(filled, '#'),
-                      std::string(kBar - filled, '-'), 100 * share, finished, summary.frames);
+      absl::StrFormat("%s  %d/%d frames", ProgressBar(share), finished, summary.frames);
   const double seconds = absl::ToDoubleSeconds(summary.time);
   const double done = static_cast<double>(finished - summary.known);
   if (seconds > 0.5 && done > 0.0) {
@@ -32,8 +36,7 @@ ProgressLine::~ProgressLine() {
   if (shown_width_ > 0) terminal_ << std::endl;
 }
 
-void ProgressLine::Show(const ReplaySummary& summary) {
-  std::string text = ProgressText(summary);
+void ProgressLine::Show(std::string text) {
   const size_t width = text.size();
   if (width < shown_width_) text.append(shown_width_ - width, ' ');
   shown_width_ = width;

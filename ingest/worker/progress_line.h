@@ -1,4 +1,4 @@
-// How far a replay is, on one line of a terminal.
+// How far something is, on one line of a terminal.
 #ifndef HYPERMAP_INGEST_WORKER_PROGRESS_LINE_H_
 #define HYPERMAP_INGEST_WORKER_PROGRESS_LINE_H_
 
@@ -9,6 +9,8 @@
 
 namespace hypermap::ingest {
 
+// "[#####-----]  50 %" of 0.5.
+std::string ProgressBar(double share);
 // "[#####-----]  50 %  335/670 frames  41.2/s  0:08 left  3 skipped".
 std::string ProgressText(const ReplaySummary& summary);
 
@@ -19,7 +21,7 @@ class ProgressLine {
   // Ends the line.
   ~ProgressLine();
 
-  void Show(const ReplaySummary& summary);
+  void Show(std::string text);
 
  private:
   std::ostream& terminal_;

@@ -91,7 +91,7 @@ absl::Status Run(Arguments arguments, const Interruption& interruption) {
     ReplayProgress progress;
     if (isatty(STDERR_FILENO) != 0) {
       line = std::make_unique<ProgressLine>(std::cerr);
-      progress = [&line](const ReplaySummary& so_far) { line->Show(so_far); };
+      progress = [&line](const ReplaySummary& so_far) { line->Show(ProgressText(so_far)); };
     }
     summary = Replay(options, interruption, progress);
   }

@@ -15,6 +15,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
 #include "ingest/worker/expedition_output.h"
+#include "ingest/worker/progress_line.h"
 
 namespace hypermap::ingest {
 namespace {
@@ -70,21 +71,6 @@ std::vector<Point> PointsOf(const std::vector<std::string>& texts) {
   return points;
 }
 
-// A number of steps and goals over the one before.
-class StepLine {
- public:
-  ~StepLine() {
-    if (shown_) std::cerr << std::endl;
-  }
-  void Show(int64_t steps, int64_t goals) {
-    shown_ = true;
-    std::cerr << '\r' << steps << " steps, " << goals << " goals reached" << std::flush;
-  }
-
- private:
-  bool shown_ = false;
-};
-
 absl::Status Prepare(Arguments& arguments) {
   robots::ExpeditionOptions& options = arguments.expedition;
   absl::StatusOr<Polygon> area = Polygon::Make(PointsOf(arguments.area));
@@ -111,10 +97,14 @@ absl::Status Run(Arguments arguments, const Interruption& interruption) {
   client::Client client(arguments.server, {.retry_for = options.patience});
   absl::StatusOr<robots::ExpeditionReport> report = absl::UnknownError("");
   {
-    StepLine line;
-    robots::ExpeditionProgress progress;
+    std::unique_ptr<ProgressLine> line;
+    robots::TellProgress progress;
     if (isatty(STDERR_FILENO) != 0) {
-      progress = [&line](int64_t steps, int64_t goals) { line.Show(steps, goals); };
+      line = std::make_unique<ProgressLine>(std::cerr);
+      progress = [&line](const robots::ExpeditionProgress& so_far) {
+        line->Show(absl::StrCat(ProgressBar(so_far.fraction), "  ", so_far.steps, " steps, ",
+                                so_far.goals, " goals reached"));
+      };
     }
     report = robots::Explore(
         client, options, [&interruption] { return interruption.requested(); }, progress);

@@ -56,6 +56,12 @@ TEST(SummaryOutputTest, TextTellsWhatIsNotZero) {
   EXPECT_THAT(text, Not(HasSubstr("conflict")));
 }
 
+TEST(ProgressBarTest, IsAsFullAsTheShareSays) {
+  EXPECT_EQ(ProgressBar(0.0), "[------------------------]   0 %");
+  EXPECT_EQ(ProgressBar(0.5), "[############------------]  50 %");
+  EXPECT_EQ(ProgressBar(1.0), "[########################] 100 %");
+}
+
 TEST(ProgressTextTest, TellsShareRateAndTimeLeft) {
   // 4 of 5 finished frames took 2 s; 5 are left.
   EXPECT_EQ(ProgressText(Half()),

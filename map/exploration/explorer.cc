@@ -325,7 +325,8 @@ std::optional<Explorer::Goal> Explorer::BestGoal(const CellIndex& robot,
   for (const Frontier& frontier : frontiers_.All()) {
     const size_t step = std::max<size_t>(1, frontier.size() / kLooksBack);
     for (size_t i = 0; i < frontier.size(); i += step) {
-      if (!IsWanted(frontier[i])) continue;
+      // What the others will see there is not worth looking back from.
+      if (!IsWanted(frontier[i]) || promised_.at(frontier[i]) == question_) continue;
       sight_.Look(plan_, frontier[i], [&](const CellIndex& cell) {
         if (IsPassable(cell)) places.insert(cell);
       });

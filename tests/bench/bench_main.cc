@@ -24,8 +24,8 @@ class RatioReporter : public benchmark::ConsoleReporter {
   }
 
   void PrintRatios() const {
-    std::printf("\n%-50s %14s %14s %10s\n", "against brute force", "it takes", "brute force",
-                "faster");
+    std::printf("\n%-50s %14s %14s %10s %10s\n", "against brute force", "it takes", "brute force",
+                "faster", "ratio");
     for (const auto& [slow_name, slow_s] : seconds_) {
       std::string name = slow_name;
       const size_t mark = name.find(kBruteForce);
@@ -33,8 +33,8 @@ class RatioReporter : public benchmark::ConsoleReporter {
       name.erase(mark, sizeof(kBruteForce) - 1);
       const auto fast = seconds_.find(name);
       if (fast == seconds_.end()) continue;
-      std::printf("%-50s %11.2f us %11.2f us %9.1fx\n", name.c_str(), fast->second * 1e6,
-                  slow_s * 1e6, slow_s / fast->second);
+      std::printf("%-50s %11.2f us %11.2f us %9.1fx %10.4f\n", name.c_str(), fast->second * 1e6,
+                  slow_s * 1e6, slow_s / fast->second, fast->second / slow_s);
     }
   }
 
