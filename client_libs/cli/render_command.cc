@@ -43,7 +43,22 @@ struct Survey {
   std::vector<client::LayerRefusal> refusals;
   MapScene scene;  // without its box
   Box box;         // of the objects and of the cells that are known
+  Box borders;     // of the explorations
 };
+
+// Areas may be drawn far around what there is: the picture shows what lies near it.
+constexpr double kBorderMargin = 0.05;  // of the longer side
+
+Box WithBordersNearby(const Box& box, const Box& borders) {
+  if (box.empty() || borders.empty()) return box.empty() ? borders : box;
+  const double margin = kBorderMargin * std::max(box.max.x - box.min.x, box.max.y - box.min.y);
+  Box framed = box;
+  for (const Point& corner : {borders.min, borders.max}) {
+    framed.Extend(Point{std::clamp(corner.x, box.min.x - margin, box.max.x + margin),
+                        std::clamp(corner.y, box.min.y - margin, box.max.y + margin)});
+  }
+  return framed;
+}
 
 // Runs through a grid's cells to know their box and their range.
 class GridSurvey {
@@ -90,8 +105,9 @@ bool IsOfExploration(const std::string& layer, const SemanticObject& object) {
 }
 
 void AddObject(const std::string& layer, SemanticObject object, Survey* survey) {
-  survey->box.Extend(object.polygon.bounds());
-  if (IsOfExploration(layer, object)) {
+  const bool is_of_exploration = IsOfExploration(layer, object);
+  (is_of_exploration ? survey->borders : survey->box).Extend(object.polygon.bounds());
+  if (is_of_exploration) {
     AddExplorationObject(std::move(object), &survey->scene);
   } else {
     survey->scene.objects.push_back(
@@ -124,6 +140,7 @@ absl::StatusOr<Survey> SurveyMap(client::Client& client, const std::string& map,
     survey.box.Extend(grid.Bounds());
     survey.scene.grids.push_back(grid.scene());
   }
+  survey.box = WithBordersNearby(survey.box, survey.borders);
   survey.revision = reader.revision();
   return survey;
 }

@@ -136,6 +136,26 @@ TEST_F(RenderTest, DrawsExplorationsAndPaths) {
   EXPECT_EQ(at(0.5, 2.0), 0x0073B3u) << "the path";
 }
 
+TEST_F(RenderTest, AnAreaDrawnFarAroundTheMapDoesNotMakeItSmall) {
+  Script script = Site();
+  script.parts.insert(
+      script.parts.begin(),
+      Part("layer: 'explorations' kind: LAYER_KIND_SEMANTIC status: ANSWER_STATUS_VALUE "
+           "objects { id: 2 label: 'exploration' polygon { outer { points { x: -99 y: -99 } "
+           "points { x: 99 y: -99 } points { x: 99 y: 99 } points { x: -99 y: 99 } } } }"));
+  ScriptedServer server(script);
+  const Outcome outcome = Render(server, {});
+  ASSERT_EQ(outcome.exit_code, kExitOk) << outcome.err;
+  // (0, 0) to (2, 4) with 5 % of 4 m around, 1600 pixels high.
+  const Pixels pixels(Get(path_));
+  const auto at = [&pixels](double x, double y) {
+    return pixels.At(static_cast<int>(kMargin + 1600 / 4.4 * (x + 0.2)),
+                     static_cast<int>(kMargin + 1600 / 4.4 * (4.2 - y)));
+  };
+  for (const double y : {2.2, 3.0, 3.8}) EXPECT_EQ(at(1.5, y), at(1.2, 3.0)) << "the chair";
+  EXPECT_NE(at(1.5, 3.0), at(0.5, 3.0));
+}
+
 TEST_F(RenderTest, PathsThatAreNoneAreErrorsThatAskNothing) {
   ScriptedServer server(Site());
   Put(folder_ / "paths.json", "[]");
