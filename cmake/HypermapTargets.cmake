@@ -7,8 +7,11 @@ function(hypermap_library name)
   cmake_parse_arguments(ARG "" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
   add_library(hypermap_${name} STATIC ${ARG_SOURCES})
   add_library(hypermap::${name} ALIAS hypermap_${name})
-  target_include_directories(hypermap_${name} PUBLIC ${PROJECT_SOURCE_DIR})
-  target_link_libraries(hypermap_${name} PUBLIC ${ARG_PUBLIC} PRIVATE ${ARG_PRIVATE} hypermap_warnings)
+  target_include_directories(hypermap_${name} PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>
+    $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/hypermap>)
+  target_link_libraries(hypermap_${name} PUBLIC ${ARG_PUBLIC}
+    PRIVATE ${ARG_PRIVATE} $<BUILD_INTERFACE:hypermap_warnings>)
+  set_target_properties(hypermap_${name} PROPERTIES EXPORT_NAME ${name})
 endfunction()
 
 # hypermap_test(NAME SOURCES ... DEPS ...)
