@@ -1,4 +1,4 @@
-// whats_here HOST:PORT MAP X Y: what each layer knows of a place, and the nearest things.
+// whats_here HOST:PORT MAP X Y: what each layer knows of a place.
 #include <cstdio>
 #include <cstdlib>
 
