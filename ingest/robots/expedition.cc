@@ -85,7 +85,11 @@ absl::StatusOr<std::vector<std::string>> Expedition::ObjectLayers() {
   for (const client::LayerEntry& entry : list->layers) {
     const std::string& name = entry.spec.name;
     if (entry.spec.kind != LayerKind::kSemantic) continue;
-    if (name != options_.semantic_layer && name != kExplorationsLayer) layers.push_back(name);
+    if (name == options_.semantic_layer || name == kExplorationsLayer) continue;
+    // What robots found is no part of the world.
+    const absl::StatusOr<bool> is_fused = IsFused(client_, options_.map, name);
+    if (!is_fused.ok()) return is_fused.status();
+    if (!*is_fused) layers.push_back(name);
   }
   return layers;
 }

@@ -22,7 +22,7 @@ struct ExpeditionOptions {
   // Where what robots detect goes; made where there is none.
   std::string semantic_layer = "semantic_explored";
   // The objects of the world, which the robots do not know. Empty: all semantic layers but
-  // `semantic_layer` and those of explorations.
+  // `semantic_layer`, those that robots wrote, and explorations.
   std::vector<std::string> object_layers;
   // In the map's own frame.
   Polygon area;

@@ -89,4 +89,13 @@ absl::StatusOr<std::vector<SemanticObject>> ReadObjects(client::Client& client,
   return objects;
 }
 
+absl::StatusOr<bool> IsFused(client::Client& client, const std::string& map,
+                             const std::string& layer) {
+  // No object has this id: a fused layer says so, another one that there is nothing to explain.
+  const absl::Status status = client.ExplainObject(map, layer, 0).status();
+  if (absl::IsFailedPrecondition(status)) return false;
+  if (status.ok() || absl::IsNotFound(status)) return true;
+  return status;
+}
+
 }  // namespace hypermap::robots

@@ -25,6 +25,10 @@ absl::StatusOr<std::vector<SemanticObject>> ReadObjects(client::Client& client,
                                                         const std::string& map,
                                                         const std::vector<std::string>& layers);
 
+// Whether a semantic layer is made of robots' observations.
+absl::StatusOr<bool> IsFused(client::Client& client, const std::string& map,
+                             const std::string& layer);
+
 }  // namespace hypermap::robots
 
 #endif  // HYPERMAP_INGEST_ROBOTS_MAP_READER_H_

@@ -33,16 +33,23 @@ HeightRange HeightOf(const SemanticObject& object, const std::vector<SemanticObj
   return {low_m, low_m + height.height_m};
 }
 
-void ClearWalls(const Polygon& footprint, const GridGeometry& geometry, FloorPlan* plan) {
-  const CellCover cover(footprint, geometry, plan->box(), CellRule::kTouched);
+// Frees the cells that the rule selects and that are as `what` in the plan.
+void Free(const Polygon& footprint, CellRule rule, Floor what, const GridGeometry& geometry,
+          FloorPlan* plan) {
+  const CellCover cover(footprint, geometry, plan->box(), rule);
   for (int32_t row = cover.bounds().row_begin; row < cover.bounds().row_end; ++row) {
     for (const ColumnSpan& span : cover.SpansOfRow(row)) {
       for (int32_t col = span.col_begin; col < span.col_end; ++col) {
-        // What nobody knows is not furniture.
-        if (plan->at({row, col}) == Floor::kOccupied) plan->set({row, col}, Floor::kFree);
+        if (plan->at({row, col}) == what) plan->set({row, col}, Floor::kFree);
       }
     }
   }
+}
+
+// A laser draws furniture a little larger than it is; what nobody knows ends where the thing does.
+void ClearWalls(const Polygon& footprint, const GridGeometry& geometry, FloorPlan* plan) {
+  Free(footprint, CellRule::kTouched, Floor::kOccupied, geometry, plan);
+  Free(footprint, CellRule::kCentre, Floor::kUnknown, geometry, plan);
 }
 
 }  // namespace

@@ -56,6 +56,14 @@ TEST(WorldFromMapTest, ObjectsStandWhereTheirWallsWere) {
   EXPECT_EQ(scene.walls->plan().at({1, 4}), Floor::kUnknown) << "unknown is no furniture";
 }
 
+TEST(WorldFromMapTest, ObjectsStandWhereNobodyKnewOfFloor) {
+  const Scene scene =
+      WorldFromMap(DrawnFloor({"..??", "..??"}), kMetres, {Thing("couch", {{2, 0}, {3.2, 1}})});
+  EXPECT_EQ(scene.walls->plan().at({0, 2}), Floor::kFree);
+  EXPECT_EQ(scene.walls->plan().at({0, 3}), Floor::kUnknown) << "it ends before the cell's centre";
+  EXPECT_EQ(scene.walls->plan().at({1, 2}), Floor::kUnknown);
+}
+
 TEST(WorldFromMapTest, HeightsOfTheThingGoBeforeThoseOfItsClass) {
   SemanticObject low = Thing("chair", {{0, 0}, {1, 1}});
   low.height = HeightRange{0.1, 0.3};

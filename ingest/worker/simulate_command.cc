@@ -130,7 +130,7 @@ void AddMapOptions(CLI::App& command, Arguments& a) {
   command
       .add_option("--objects", options.object_layers,
                   "Layers of the objects that stand in the world (default: all semantic layers "
-                  "but --layer)")
+                  "that no robot wrote)")
       ->type_name("LAYER")
       ->delimiter(',');
   command

@@ -3,8 +3,16 @@
 #include <utility>
 
 #include "absl/status/statusor.h"
+#include "absl/strings/str_cat.h"
 
 namespace hypermap::server {
+
+absl::Status CheckKind(const LayerSpec& spec, LayerKind kind) {
+  if (spec.kind == kind) return absl::OkStatus();
+  return absl::FailedPreconditionError(absl::StrCat("layer \"", spec.name, "\" is of the kind ",
+                                                    LayerKindName(spec.kind), ", not ",
+                                                    LayerKindName(kind)));
+}
 
 absl::Status SetFrame(const Snapshot& snapshot, const std::string& layer_frame,
                       const std::string& frame_id, ExplorationAnswer* answer) {

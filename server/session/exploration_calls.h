@@ -15,6 +15,7 @@
 #include "map/geometry/polygon.h"
 #include "map/layers/grid/cell_rule.h"
 #include "map/layers/grid/grid_geometry.h"
+#include "map/layers/layer_spec.h"
 #include "map/snapshot.h"
 
 namespace hypermap::server {
@@ -113,6 +114,9 @@ struct GoalAnswer : ExplorationAnswer {
 inline bool IsActive(const Exploration& exploration) {
   return exploration.state == ExplorationState::kActive;
 }
+
+// FAILED_PRECONDITION naming the layer unless it is of the kind.
+absl::Status CheckKind(const LayerSpec& spec, LayerKind kind);
 
 // Makes `answer` one of `snapshot`, in the frame asked for; the objects lie in `layer_frame`.
 // NOT_FOUND when the frame is not known or not connected.

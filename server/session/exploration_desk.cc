@@ -18,11 +18,9 @@ constexpr size_t kMaxEnded = 256;
 absl::StatusOr<std::shared_ptr<const SemanticLayer>> FindLayer(const Snapshot& snapshot) {
   const auto it = snapshot.layers.find(kExplorationsLayer);
   if (it == snapshot.layers.end()) return nullptr;
-  auto layer = std::dynamic_pointer_cast<const SemanticLayer>(it->second);
-  if (layer) return layer;
-  return absl::FailedPreconditionError(
-      absl::StrCat("layer \"", kExplorationsLayer, "\" is of the kind ",
-                   LayerKindName(it->second->spec().kind), ", not semantic"));
+  if (auto status = CheckKind(it->second->spec(), LayerKind::kSemantic); !status.ok())
+    return status;
+  return std::dynamic_pointer_cast<const SemanticLayer>(it->second);
 }
 
 // Of the objects; where there is no layer yet, as it is made.

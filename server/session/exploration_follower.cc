@@ -8,6 +8,7 @@
 #include "absl/strings/str_cat.h"
 #include "map/layers/grid/cell_cover.h"
 #include "map/layers/grid/changed_parts.h"
+#include "server/session/exploration_calls.h"
 
 namespace hypermap::server {
 namespace {
@@ -22,11 +23,7 @@ absl::StatusOr<std::shared_ptr<const GridLayer>> FindGrid(const Snapshot& snapsh
     return absl::FailedPreconditionError(
         absl::StrCat("the exploration's layer \"", name, "\" is gone"));
   }
-  if ((*layer)->spec().kind != kind) {
-    return absl::FailedPreconditionError(absl::StrCat("layer \"", name, "\" is of the kind ",
-                                                      LayerKindName((*layer)->spec().kind),
-                                                      ", not ", LayerKindName(kind)));
-  }
+  if (auto status = CheckKind((*layer)->spec(), kind); !status.ok()) return status;
   return std::dynamic_pointer_cast<const GridLayer>(*layer);
 }
 

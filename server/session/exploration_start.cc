@@ -36,13 +36,6 @@ absl::Status CheckOrder(const StartOrder& order) {
   return absl::OkStatus();
 }
 
-absl::Status CheckKind(const LayerSpec& spec, LayerKind kind) {
-  if (spec.kind == kind) return absl::OkStatus();
-  return absl::FailedPreconditionError(absl::StrCat("layer \"", spec.name, "\" is of the kind ",
-                                                    LayerKindName(spec.kind), ", not ",
-                                                    LayerKindName(kind)));
-}
-
 // Adds an edit that makes the layer, unless there is one of the kind.
 absl::Status EnsureLayer(const Snapshot& snapshot, const LayerSpec& spec,
                          std::vector<Edit>* edits) {

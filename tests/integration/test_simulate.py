@@ -104,6 +104,15 @@ class Simulate(SiteTest):
         result = server.json("eval", "site", "--layer", "semantic_explored", "--truth", truth)
         self.assertEqual((result["recall"], result["precision"]), (1.0, 1.0), result)
 
+    def test_what_was_found_before_is_no_part_of_the_world(self):
+        server = self.server()
+        self.site(server)
+        first = self.report(self.start(server, "--robots", 2, "--seed", 3))
+        again = self.report(self.start(server, "--robots", 2, "--seed", 3, "--layer", "again",
+                                       "--explored", "explored_again"))
+        self.assertEqual((first["objects"], again["objects"]), (2, 2))
+        self.assertEqual((first["steps"], first["goals"]), (again["steps"], again["goals"]))
+
     def test_the_same_seed_takes_the_same_steps(self):
         reports = []
         for name in ("a", "b"):
