@@ -13,6 +13,7 @@
 
 #include "client_libs/cli/run.h"
 #include "client_libs/testing/scripted_server.h"
+#include "tests/support/temporary_folder.h"
 
 namespace hypermap::cli {
 namespace {
@@ -56,8 +57,6 @@ struct Outcome {
 class EvalTest : public ::testing::Test {
  protected:
   EvalTest() {
-    std::string name = ::testing::TempDir() + "/eval_test_XXXXXX";
-    folder_ = mkdtemp(name.data());
     // A chair half a metre off, a second one on it, a TV by another name, and a plant that is none.
     v1::LayerPart part;
     part.set_layer("things");
@@ -76,7 +75,6 @@ class EvalTest : public ::testing::Test {
     alias->set_alias("tv");
     alias->add_labels("tvmonitor");
   }
-  ~EvalTest() override { std::filesystem::remove_all(folder_); }
 
   std::string Path(const std::string& name) const { return folder_ / name; }
 
@@ -104,7 +102,7 @@ class EvalTest : public ::testing::Test {
     return {exit_code, out.str(), err.str()};
   }
 
-  std::filesystem::path folder_;
+  testing::TemporaryFolder folder_;
   Script script_;
   std::unique_ptr<ScriptedServer> server_;
 };

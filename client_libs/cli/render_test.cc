@@ -52,7 +52,7 @@ class RenderTest : public ::testing::Test {
     return RunOn(server, args);
   }
 
-  TemporaryDirectory folder_;
+  testing::TemporaryFolder folder_;
   const std::string path_ = folder_ / "map.png";
 };
 

@@ -244,7 +244,7 @@ TEST(RunTest, AnAnswerThatCannotBeWrittenIsAnError) {
 }
 
 TEST(ImportCommandTest, TheExtensionTellsTheFormat) {
-  TemporaryDirectory directory;
+  testing::TemporaryFolder directory;
   const std::pair<std::string, std::string> formats[] = {{"a.hmap", "FILE_FORMAT_HMAP"},
                                                          {"a.geojson", "FILE_FORMAT_GEOJSON"},
                                                          {"a.JSON", "FILE_FORMAT_GEOJSON"}};
@@ -261,7 +261,7 @@ TEST(ImportCommandTest, TheExtensionTellsTheFormat) {
 }
 
 TEST(ImportCommandTest, Nav2BringsTheImageThatTheYamlNames) {
-  TemporaryDirectory directory;
+  testing::TemporaryFolder directory;
   std::filesystem::create_directory(directory / "images");
   Put(directory / "images/floor.pgm", "P5 1 1 255 x");
   Put(directory / "site.yaml", "image: images/floor.pgm\nresolution: 0.05\n");
@@ -276,7 +276,7 @@ TEST(ImportCommandTest, Nav2BringsTheImageThatTheYamlNames) {
 }
 
 TEST(ImportCommandTest, FilesThatAreMissingOrMakeNoSenseAreErrors) {
-  TemporaryDirectory directory;
+  testing::TemporaryFolder directory;
   Put(directory / "no_image.yaml", "resolution: 0.05\n");
   Put(directory / "lost_image.yaml", "image: lost.pgm\n");
   Put(directory / "bad.yaml", "image: [\n");
@@ -291,7 +291,7 @@ TEST(ImportCommandTest, FilesThatAreMissingOrMakeNoSenseAreErrors) {
 }
 
 TEST(EditCommandTest, IsAnImportIntoAMapThatExists) {
-  TemporaryDirectory directory;
+  testing::TemporaryFolder directory;
   Put(directory / "changes.txt", "{}");
   Script script;
   script.import.set_map("office");
@@ -321,7 +321,7 @@ Script ExportOf(const std::vector<std::pair<std::string, std::string>>& files) {
 }
 
 TEST(ExportCommandTest, WritesTheFileUnderTheNameAskedFor) {
-  TemporaryDirectory directory;
+  testing::TemporaryFolder directory;
   ScriptedServer server(ExportOf({{"office.hmap", "zip"}}));
   Put(directory / "out.hmap", "what was there before");
   const Outcome outcome =
@@ -334,7 +334,7 @@ TEST(ExportCommandTest, WritesTheFileUnderTheNameAskedFor) {
 }
 
 TEST(ExportCommandTest, ANav2YamlNamesTheImageBesideIt) {
-  TemporaryDirectory directory;
+  testing::TemporaryFolder directory;
   ScriptedServer server(
       ExportOf({{"floor.yaml", "image: floor.png\norigin: [-1.5, 2, 0.25]\nmode: scale\n"},
                 {"floor.png", "pixels"}}));
@@ -347,7 +347,7 @@ TEST(ExportCommandTest, ANav2YamlNamesTheImageBesideIt) {
 }
 
 TEST(ExportCommandTest, AnErrorLeavesNoFile) {
-  TemporaryDirectory directory;
+  testing::TemporaryFolder directory;
   Script script = ExportOf({{"office.hmap", "zip"}});
   script.backup_pieces = {"SQLite"};
   script.status = grpc::Status(grpc::StatusCode::DATA_LOSS, "damaged");
@@ -359,7 +359,7 @@ TEST(ExportCommandTest, AnErrorLeavesNoFile) {
 }
 
 TEST(ExportCommandTest, AFolderThatIsNotThereIsAnError) {
-  TemporaryDirectory directory;
+  testing::TemporaryFolder directory;
   ScriptedServer server(ExportOf({{"office.hmap", "zip"}}));
   const Outcome outcome = RunOn(server, {"export", "office", "-o", directory / "none/a.hmap"});
   EXPECT_EQ(outcome.exit_code, kExitError);
@@ -367,7 +367,7 @@ TEST(ExportCommandTest, AFolderThatIsNotThereIsAnError) {
 }
 
 TEST(EditCommandTest, ConditionsMakeItABatchOfEdits) {
-  TemporaryDirectory directory;
+  testing::TemporaryFolder directory;
   Put(directory / "cup.geojson",
       R"({"type": "Feature", "id": 7, "properties": {"label": "cup"}, "geometry":
           {"type": "Polygon", "coordinates": [[[0, 0], [1, 0], [1, 1], [0, 0]]]}})");
@@ -388,7 +388,7 @@ TEST(EditCommandTest, ConditionsMakeItABatchOfEdits) {
 }
 
 TEST(BackupCommandTest, WritesAllPieces) {
-  TemporaryDirectory directory;
+  testing::TemporaryFolder directory;
   Script script;
   script.backup_pieces = {"SQLite", " format 3"};
   ScriptedServer server(script);

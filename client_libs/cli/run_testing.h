@@ -14,6 +14,7 @@
 
 #include "client_libs/cli/run.h"
 #include "client_libs/testing/scripted_server.h"
+#include "tests/support/temporary_folder.h"
 
 namespace hypermap::cli {
 
@@ -37,27 +38,6 @@ inline Outcome RunOn(const client::ScriptedServer& server, Args args,
   args.insert(args.begin(), {"--server", server.address()});
   return RunCommand(args, input);
 }
-
-// A directory that is removed in the end.
-class TemporaryDirectory {
- public:
-  TemporaryDirectory() {
-    std::string name = ::testing::TempDir() + "/cli_test_XXXXXX";
-    path_ = mkdtemp(name.data());
-  }
-  ~TemporaryDirectory() { std::filesystem::remove_all(path_); }
-  std::string operator/(const std::string& name) const { return path_ / name; }
-  std::vector<std::string> Names() const {
-    std::vector<std::string> names;
-    for (const auto& entry : std::filesystem::directory_iterator(path_))
-      names.push_back(entry.path().filename());
-    std::sort(names.begin(), names.end());
-    return names;
-  }
-
- private:
-  std::filesystem::path path_;
-};
 
 inline void Put(const std::string& path, const std::string& data) {
   std::ofstream(path, std::ios::binary) << data;

@@ -4,18 +4,19 @@
 #include <gtest/gtest.h>
 
 #include "ingest/sources/recording_testing.h"
+#include "tests/support/temporary_folder.h"
 
 namespace hypermap::ingest {
 namespace {
 
-using testing::HasSubstr;
+using ::testing::HasSubstr;
 
 constexpr char kYaml[] =
     "image: map.pgm\nresolution: 0.5\norigin: [1, 2, 0]\nnegate: 0\noccupied_thresh: 0.65\n"
     "free_thresh: 0.196\n";
 
 TEST(OccupancyFileTest, TheImageThatTheYamlNamesBecomesAGrid) {
-  TemporaryFolder folder;
+  testing::TemporaryFolder folder;
   folder.Write("map.yaml", kYaml);
   // The top row is the far one: free, unknown; below it occupied, free.
   folder.Write("map.pgm",
@@ -30,9 +31,9 @@ TEST(OccupancyFileTest, TheImageThatTheYamlNamesBecomesAGrid) {
 }
 
 TEST(OccupancyFileTest, AnErrorNamesTheFile) {
-  TemporaryFolder folder;
+  testing::TemporaryFolder folder;
   const auto error = [&] { return ReadOccupancy(folder.path() + "/map.yaml").status().ToString(); };
-  EXPECT_THAT(error(), testing::AllOf(HasSubstr("NOT_FOUND"), HasSubstr("map.yaml")));
+  EXPECT_THAT(error(), ::testing::AllOf(HasSubstr("NOT_FOUND"), HasSubstr("map.yaml")));
   folder.Write("map.yaml", "resolution: 1\n");
   EXPECT_THAT(error(), HasSubstr("names no image"));
   folder.Write("map.yaml", "[");

@@ -38,20 +38,4 @@ std::string GreyPng(int width, int height, const std::vector<uint16_t>& samples,
   return data;
 }
 
-TemporaryFolder::TemporaryFolder() {
-  std::string name = (fs::temp_directory_path() / "hypermap_XXXXXX").string();
-  path_ = mkdtemp(name.data()) != nullptr ? name : "";
-}
-
-TemporaryFolder::~TemporaryFolder() {
-  std::error_code error;
-  if (!path_.empty()) fs::remove_all(path_, error);
-}
-
-void TemporaryFolder::Write(const std::string& name, const std::string& data) const {
-  const fs::path path = fs::path(path_) / name;
-  fs::create_directories(path.parent_path());
-  std::ofstream(path, std::ios::binary) << data;
-}
-
 }  // namespace hypermap::ingest

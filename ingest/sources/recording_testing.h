@@ -11,22 +11,6 @@ namespace hypermap::ingest {
 // A grey PNG of 16 or 8 bits.
 std::string GreyPng(int width, int height, const std::vector<uint16_t>& samples, int bits = 16);
 
-// A folder of its own that goes away with the object.
-class TemporaryFolder {
- public:
-  TemporaryFolder();
-  ~TemporaryFolder();
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-
-  const std::string& path() const { return path_; }
-  // Folders on the way are made.
-  void Write(const std::string& name, const std::string& data) const;
-
- private:
-  std::string path_;
-};
-
 }  // namespace hypermap::ingest
 
 #endif  // HYPERMAP_INGEST_SOURCES_RECORDING_TESTING_H_

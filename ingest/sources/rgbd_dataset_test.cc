@@ -8,15 +8,16 @@
 
 #include "absl/strings/str_cat.h"
 #include "ingest/sources/recording_testing.h"
+#include "tests/support/temporary_folder.h"
 
 namespace hypermap::ingest {
 namespace {
 
-using testing::ElementsAre;
-using testing::HasSubstr;
-using testing::IsEmpty;
-using testing::Pair;
-using testing::UnorderedElementsAre;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Pair;
+using ::testing::UnorderedElementsAre;
 
 constexpr char kCamera[] =
     "image_width: 2\nimage_height: 2\ncamera_matrix: {data: [2, 0, 0.5, 0, 2, 0.5, 0, 0, 1]}\n";
@@ -33,7 +34,7 @@ std::string Coco(const std::string& images) {
 
 // Three depth images at 10 Hz of a camera that moves along x by 1 m each 0.2 s, each by its name in
 // the detections; the first has one.
-class RgbdDatasetTest : public testing::Test {
+class RgbdDatasetTest : public ::testing::Test {
  protected:
   RgbdDatasetTest() {
     folder_.Write("camera.yaml", kCamera);
@@ -58,7 +59,7 @@ class RgbdDatasetTest : public testing::Test {
     return frame.ok() ? "" : std::string(frame.status().message());
   }
 
-  TemporaryFolder folder_;
+  testing::TemporaryFolder folder_;
   RgbdOptions options_;
   SkipCounts skipped_;
 };
@@ -163,7 +164,7 @@ TEST_F(RgbdDatasetTest, AFrameWithoutAPoseIsNone) {
 }
 
 TEST_F(RgbdDatasetTest, FilesMayLieElsewhere) {
-  TemporaryFolder other;
+  testing::TemporaryFolder other;
   other.Write("poses.txt", "10.0 5 0 1 0 0 0 1\n");
   options_.poses = other.path() + "/poses.txt";
   const auto dataset = Open();
@@ -178,7 +179,7 @@ TEST_F(RgbdDatasetTest, WithoutOneOfItsFilesThereIsNoDataset) {
   };
   RgbdOptions options = options_;
   options.poses = "none.txt";
-  EXPECT_THAT(error(options), testing::AllOf(HasSubstr("NOT_FOUND"), HasSubstr("none.txt")));
+  EXPECT_THAT(error(options), ::testing::AllOf(HasSubstr("NOT_FOUND"), HasSubstr("none.txt")));
   options = options_;
   options.detections = "none.json";
   EXPECT_THAT(error(options), HasSubstr("none.json"));

@@ -6,18 +6,15 @@
 #include <fstream>
 #include <string>
 
+#include "tests/support/temporary_folder.h"
+
 namespace hypermap::server {
 namespace {
 
 class ScratchFileTest : public ::testing::Test {
  protected:
-  void SetUp() override {
-    std::filesystem::remove_all(folder_);
-    std::filesystem::create_directory(folder_);
-  }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
-
-  const std::string folder_ = ::testing::TempDir() + "/scratch_file_test";
+  const testing::TemporaryFolder directory_;
+  const std::string& folder_ = directory_.path();
 };
 
 TEST_F(ScratchFileTest, IsRemovedAtTheEnd) {

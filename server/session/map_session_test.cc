@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "server/session/testing/memory_map_store.h"
+#include "tests/support/temporary_folder.h"
 
 namespace hypermap::server {
 namespace {
@@ -217,12 +218,12 @@ TEST_F(MapSessionTest, CloseFinishesWhatWasAcceptedAndTakesNothingMore) {
 
 TEST_F(MapSessionTest, BackupIsOfAStoredRevision) {
   ASSERT_TRUE(session_->SubmitAndWait({PutCup(), "test", ""}).ok());
-  const std::string path = ::testing::TempDir() + "/map_session_test_backup";
+  const testing::TemporaryFolder folder;
+  const std::string path = folder / "backup";
   ASSERT_TRUE(session_->BackupTo(path).ok());
   std::ifstream file(path);
   const std::string content((std::istreambuf_iterator<char>(file)), {});
   EXPECT_EQ(content, "copy of site at revision 2");
-  std::remove(path.c_str());
 }
 
 TEST_F(MapSessionTest, ManyWritersAndReadersSeeRevisionsInOrder) {

@@ -12,6 +12,7 @@
 #include "map/layers/semantic_layer.h"
 #include "server/session/map_session.h"
 #include "server/session/testing/memory_map_store.h"
+#include "tests/support/temporary_folder.h"
 
 namespace hypermap::server {
 namespace {
@@ -92,7 +93,7 @@ class SessionHistoryTest : public ::testing::Test {
   void AwaitWriter() {
     // Work is done in one turn of the writer, what comes with it before the next.
     for (int turn = 0; turn < 2; ++turn) {
-      ASSERT_TRUE(session_->BackupTo(::testing::TempDir() + "/session_history_test").ok());
+      ASSERT_TRUE(session_->BackupTo(folder_ / "backup").ok());
     }
   }
 
@@ -118,6 +119,7 @@ class SessionHistoryTest : public ::testing::Test {
     return (*history)->Kept()->oldest;
   }
 
+  const testing::TemporaryFolder folder_;
   TestClock clock_;
   SessionOptions options_;
   MemoryDisk disk_;

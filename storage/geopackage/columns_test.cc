@@ -78,7 +78,7 @@ TEST(ObjectIdListTest, OtherBytesAreDamage) {
 }
 
 TEST(TableNamesTest, AreTheLayersNamesWhereTheyCanBe) {
-  const TempFolder folder;
+  const testing::TemporaryFolder folder;
   const auto database = Connect(folder / "x");
   const struct {
     const char* layer;
@@ -95,7 +95,7 @@ TEST(TableNamesTest, AreTheLayersNamesWhereTheyCanBe) {
 }
 
 TEST(TableNamesTest, AreNotTakenTwice) {
-  const TempFolder folder;
+  const testing::TemporaryFolder folder;
   const auto database = Connect(folder / "x");
   ASSERT_TRUE(database->Execute("CREATE TABLE A_b (x); CREATE TABLE a_B_2 (x)").ok());
   EXPECT_EQ(*ChooseTableName(database.get(), "a-b"), "a_b_3");

@@ -42,7 +42,7 @@ void PrintTo(const Damage& damage, std::ostream* out) { *out << damage.sql; }
 class DamagedHistoryTest : public ::testing::TestWithParam<Damage> {};
 
 TEST_P(DamagedHistoryTest, IsToldAndTheMapGoesOn) {
-  const TempFolder folder;
+  const testing::TemporaryFolder folder;
   const auto store = OpenStore(folder.path());
   EditedMap map = CreateMap(*store, "site");
   map.Edit({{CreateLayer{SemanticSpec("s")}, PutObject{"s", UnitSquare("chair"), ""},

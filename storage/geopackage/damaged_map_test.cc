@@ -16,7 +16,7 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
 absl::Status OpenOf(const std::string& content) {
-  const TempFolder folder;
+  const testing::TemporaryFolder folder;
   WriteFile(folder / "site.gpkg", content);
   const auto store = OpenStore(folder.path());
   CreateMap(*store, "other");
@@ -30,7 +30,7 @@ absl::Status OpenOf(const std::string& content) {
 }
 
 std::string MapBytes() {
-  const TempFolder folder;
+  const testing::TemporaryFolder folder;
   {
     const auto store = OpenStore(folder.path());
     ::hypermap::testing::Rng rng(3);
@@ -49,7 +49,7 @@ TEST(ForeignFileTest, IsRefusedWithItsReason) {
 }
 
 TEST(ForeignFileTest, DatabaseThatIsNoGeoPackageIsRefused) {
-  const TempFolder folder;
+  const testing::TemporaryFolder folder;
   ASSERT_TRUE(Connect(folder / "x")->Execute("CREATE TABLE t (a)").ok());
   const absl::Status status = OpenOf(ReadFile(folder / "x"));
   EXPECT_EQ(status.code(), absl::StatusCode::kFailedPrecondition);
@@ -57,7 +57,7 @@ TEST(ForeignFileTest, DatabaseThatIsNoGeoPackageIsRefused) {
 }
 
 TEST(ForeignFileTest, GeoPackageThatIsNoMapIsRefused) {
-  const TempFolder folder;
+  const testing::TemporaryFolder folder;
   ASSERT_TRUE(Connect(folder / "x")
                   ->Execute("PRAGMA application_id = 0x47504B47; CREATE TABLE gpkg_contents (a)")
                   .ok());
@@ -67,7 +67,7 @@ TEST(ForeignFileTest, GeoPackageThatIsNoMapIsRefused) {
 }
 
 TEST(ForeignFileTest, FolderIsRefused) {
-  const TempFolder folder;
+  const testing::TemporaryFolder folder;
   std::filesystem::create_directory(folder / "site.gpkg");
   const auto store = OpenStore(folder.path());
   EXPECT_THAT(*store->List(), ElementsAre("site"));
@@ -98,7 +98,7 @@ TEST(DamagedFileTest, PageThatIsOverwrittenIsRefused) {
     std::string damaged = bytes;
     const int page = ::hypermap::testing::UniformInt(rng, 1, bytes.size() / 4096 - 1);
     for (int b = 0; b < 4096; ++b) damaged[page * 4096 + b] = static_cast<char>(rng());
-    const TempFolder folder;
+    const testing::TemporaryFolder folder;
     WriteFile(folder / "site.gpkg", damaged);
     const auto store = OpenStore(folder.path());
     auto map = store->Open("site");
@@ -124,7 +124,7 @@ TEST(DamagedFileTest, FlippedBytesNeverCrash) {
       damaged[::hypermap::testing::UniformInt(rng, 100, bytes.size() - 1)] =
           static_cast<char>(rng());
     }
-    const TempFolder folder;
+    const testing::TemporaryFolder folder;
     WriteFile(folder / "site.gpkg", damaged);
     const auto store = OpenStore(folder.path(), trusting);
     auto map = store->Open("site");
@@ -147,7 +147,7 @@ void PrintTo(const Damage& damage, std::ostream* out) { *out << damage.sql; }
 class DamagedMapTest : public ::testing::TestWithParam<Damage> {};
 
 TEST_P(DamagedMapTest, IsToldWithTableAndRow) {
-  const TempFolder folder;
+  const testing::TemporaryFolder folder;
   {
     const auto store = OpenStore(folder.path());
     EditedMap map = CreateMap(*store, "site");

@@ -70,7 +70,7 @@ TEST(DurabilityTest, AcknowledgedCommitsOutliveAKill) {
   const uint64_t seed = testing::TestSeed();
   SCOPED_TRACE(::testing::Message() << "HYPERMAP_TEST_SEED=" << seed);
   testing::Rng rng(seed);
-  const TempFolder folder;
+  const testing::TemporaryFolder folder;
   CreateMap(*OpenStore(folder.path()), "site");
   Revision acknowledged = 0;
   for (int round = 0; round < 5; ++round) {
@@ -138,7 +138,7 @@ TEST(DurabilityTest, FirstLoadThatIsKilledIsThereWholeOrNotAtAll) {
   SCOPED_TRACE(::testing::Message() << "HYPERMAP_TEST_SEED=" << seed);
   testing::Rng rng(seed);
   for (int round = 0; round < 6; ++round) {
-    const TempFolder folder;
+    const testing::TemporaryFolder folder;
     SnapshotPtr before;
     {
       const auto store = OpenStore(folder.path());

@@ -48,7 +48,7 @@ class FusionTablesTest : public ::testing::Test {
     return bodies;
   }
 
-  TempFolder folder_;
+  testing::TemporaryFolder folder_;
   std::unique_ptr<MapStore> store_;
   EditedMap map_;
 };

@@ -69,7 +69,7 @@ class GdalTest : public ::testing::Test {
 
   std::string PathOf(const std::string& name) { return folder_ / name + ".gpkg"; }
 
-  TempFolder folder_;
+  testing::TemporaryFolder folder_;
   std::unique_ptr<MapStore> store_;
 };
 

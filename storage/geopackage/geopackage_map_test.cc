@@ -21,7 +21,7 @@ using ::hypermap::testing::UniformInt;
 using ::testing::HasSubstr;
 
 // What is on disk, read by a store of its own.
-SnapshotPtr Reopen(const TempFolder& folder, const std::string& name) {
+SnapshotPtr Reopen(const testing::TemporaryFolder& folder, const std::string& name) {
   const std::unique_ptr<MapStore> store = OpenStore(folder.path());
   auto map = store->Open(name);
   EXPECT_TRUE(map.ok()) << map.status();
@@ -49,7 +49,7 @@ class GeoPackageMapTest : public ::testing::Test {
     ExpectSame(*read, *written);
   }
 
-  TempFolder folder_;
+  testing::TemporaryFolder folder_;
   std::unique_ptr<MapStore> store_;
   EditedMap map_;
 };
@@ -317,7 +317,7 @@ TEST_F(GeoPackageMapTest, AcknowledgedCommitsAreInTheFilesBeforeClosing) {
   Rng rng(TestSeed());
   map_.Edit(RandomSite(rng, 10));
   // What a crash would leave: the files as they are now, without the process.
-  const TempFolder crashed;
+  const testing::TemporaryFolder crashed;
   for (const char* suffix : {".gpkg", ".gpkg-wal"}) {
     WriteFile(crashed / "site" + suffix, ReadFile(folder_ / "site" + suffix));
   }

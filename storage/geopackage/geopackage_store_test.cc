@@ -26,21 +26,21 @@ std::vector<std::string> Names(MapStore& store) {
 }
 
 TEST(GeoPackageStoreTest, MakesItsFolderWithAllAboveIt) {
-  const TempFolder folder;
+  const testing::TemporaryFolder folder;
   const auto store = OpenStore(folder / "a/b/c");
   ASSERT_NE(store, nullptr);
   EXPECT_THAT(Names(*store), IsEmpty());
 }
 
 TEST(GeoPackageStoreTest, FolderThatIsAFileIsRefused) {
-  const TempFolder folder;
+  const testing::TemporaryFolder folder;
   WriteFile(folder / "file", "text");
   EXPECT_EQ(OpenGeoPackageStore(folder / "file").status().code(),
             absl::StatusCode::kFailedPrecondition);
 }
 
 TEST(GeoPackageStoreTest, SecondStoreOnTheFolderIsRefusedUntilTheFirstIsGone) {
-  const TempFolder folder;
+  const testing::TemporaryFolder folder;
   auto first = OpenStore(folder.path());
   const absl::Status refused = OpenGeoPackageStore(folder.path()).status();
   EXPECT_EQ(refused.code(), absl::StatusCode::kFailedPrecondition);
@@ -50,7 +50,7 @@ TEST(GeoPackageStoreTest, SecondStoreOnTheFolderIsRefusedUntilTheFirstIsGone) {
 }
 
 TEST(GeoPackageStoreTest, AnotherProcessIsRefused) {
-  const TempFolder folder;
+  const testing::TemporaryFolder folder;
   const auto store = OpenStore(folder.path());
   const pid_t child = fork();
   ASSERT_GE(child, 0);
@@ -64,7 +64,7 @@ TEST(GeoPackageStoreTest, AnotherProcessIsRefused) {
 }
 
 TEST(GeoPackageStoreTest, LockEndsWithAKilledProcess) {
-  const TempFolder folder;
+  const testing::TemporaryFolder folder;
   int ready[2];
   ASSERT_EQ(pipe(ready), 0);
   const pid_t child = fork();
@@ -88,7 +88,7 @@ TEST(GeoPackageStoreTest, LockEndsWithAKilledProcess) {
 }
 
 TEST(GeoPackageStoreTest, ListsMapsSortedAndNothingElse) {
-  const TempFolder folder;
+  const testing::TemporaryFolder folder;
   const auto store = OpenStore(folder.path());
   for (const char* name : {"b", "a", "C.1-x_y"}) CreateMap(*store, name);
   WriteFile(folder / "notes.txt", "x");
@@ -100,7 +100,7 @@ TEST(GeoPackageStoreTest, ListsMapsSortedAndNothingElse) {
 }
 
 TEST(GeoPackageStoreTest, NamesThatAreNoNamesAreRefused) {
-  const TempFolder folder;
+  const testing::TemporaryFolder folder;
   const auto store = OpenStore(folder.path());
   for (const char* name : {"", ".", "..", "../x", "a/b", ".x", "a b", "ä", "a\n"}) {
     EXPECT_EQ(store->Create(HeaderOf(name)).status().code(), absl::StatusCode::kInvalidArgument);
@@ -113,14 +113,14 @@ TEST(GeoPackageStoreTest, NamesThatAreNoNamesAreRefused) {
 }
 
 TEST(GeoPackageStoreTest, MapIsCreatedOnce) {
-  const TempFolder folder;
+  const testing::TemporaryFolder folder;
   const auto store = OpenStore(folder.path());
   const EditedMap map = CreateMap(*store, "site");
   EXPECT_EQ(store->Create(HeaderOf("site")).status().code(), absl::StatusCode::kAlreadyExists);
 }
 
 TEST(GeoPackageStoreTest, MapIsOpenOnce) {
-  const TempFolder folder;
+  const testing::TemporaryFolder folder;
   const auto store = OpenStore(folder.path());
   EXPECT_EQ(store->Open("site").status().code(), absl::StatusCode::kNotFound);
   EditedMap map = CreateMap(*store, "site");
@@ -132,7 +132,7 @@ TEST(GeoPackageStoreTest, MapIsOpenOnce) {
 }
 
 TEST(GeoPackageStoreTest, UnfinishedCreationsAreCleanedUp) {
-  const TempFolder folder;
+  const testing::TemporaryFolder folder;
   WriteFile(folder / ".site.gpkg.new", "half a map");
   WriteFile(folder / ".site.gpkg.new-journal", "its journal");
   const auto store = OpenStore(folder.path());
@@ -142,7 +142,7 @@ TEST(GeoPackageStoreTest, UnfinishedCreationsAreCleanedUp) {
 }
 
 TEST(GeoPackageStoreTest, NewMapDoesNotInheritTheLogOfAnEarlierOne) {
-  const TempFolder folder;
+  const testing::TemporaryFolder folder;
   const auto store = OpenStore(folder.path());
   EditedMap old = CreateMap(*store, "site");
   old.Edit({{CreateLayer{SemanticSpec("old")}}});
@@ -158,7 +158,7 @@ TEST(GeoPackageStoreTest, NewMapDoesNotInheritTheLogOfAnEarlierOne) {
 }
 
 TEST(GeoPackageStoreTest, DeletedMapIsGoneWithAllItsFiles) {
-  const TempFolder folder;
+  const testing::TemporaryFolder folder;
   const auto store = OpenStore(folder.path());
   CreateMap(*store, "other");
   EditedMap map = CreateMap(*store, "site");
@@ -176,7 +176,7 @@ TEST(GeoPackageStoreTest, DeletedMapIsGoneWithAllItsFiles) {
 }
 
 TEST(GeoPackageStoreTest, DeletionIsAnsweredAgainAlsoAfterARestart) {
-  const TempFolder folder;
+  const testing::TemporaryFolder folder;
   auto store = OpenStore(folder.path());
   CreateMap(*store, "site");
   CreateMap(*store, "other");
@@ -197,7 +197,7 @@ TEST(GeoPackageStoreTest, DeletionIsAnsweredAgainAlsoAfterARestart) {
 }
 
 TEST(GeoPackageStoreTest, DeletionThatWasBegunIsEndedAtTheNextStart) {
-  const TempFolder folder;
+  const testing::TemporaryFolder folder;
   auto store = OpenStore(folder.path());
   CreateMap(*store, "site");
   store.reset();
@@ -214,7 +214,7 @@ TEST(GeoPackageStoreTest, DeletionThatWasBegunIsEndedAtTheNextStart) {
 }
 
 TEST(GeoPackageStoreTest, BrokenCatalogIsNamed) {
-  const TempFolder folder;
+  const testing::TemporaryFolder folder;
   WriteFile(folder / "catalog.sqlite", std::string(4096, 'x'));
   const absl::Status status = OpenGeoPackageStore(folder.path()).status();
   EXPECT_FALSE(status.ok());
@@ -222,7 +222,7 @@ TEST(GeoPackageStoreTest, BrokenCatalogIsNamed) {
 }
 
 TEST(GeoPackageStoreTest, MapsAreMadeAndDeletedFromManyThreads) {
-  const TempFolder folder;
+  const testing::TemporaryFolder folder;
   const auto store = OpenStore(folder.path());
   std::vector<std::thread> threads;
   for (int t = 0; t < 4; ++t) {

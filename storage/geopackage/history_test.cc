@@ -149,7 +149,7 @@ class HistoryTest : public ::testing::Test {
   void SetUp() override { store_ = OpenStore(folder_.path()); }
   RecordedMap NewMap() { return RecordedMap(CreateMap(*store_, "site")); }
 
-  TempFolder folder_;
+  testing::TemporaryFolder folder_;
   std::unique_ptr<MapStore> store_;
 };
 
@@ -321,7 +321,7 @@ TEST_F(HistoryTest, BackupKeepsTheHistory) {
   RecordedMap map = NewMap();
   map.Write({RandomSite(rng, 10)});
   for (int i = 0; i < 5; ++i) map.Write({RandomBatch(rng, map.now())});
-  const TempFolder elsewhere;
+  const testing::TemporaryFolder elsewhere;
   ASSERT_TRUE(map.stored().BackupTo(elsewhere / "site.gpkg").ok());
   const auto store = OpenStore(elsewhere.path());
   auto copy = store->Open("site");

@@ -13,16 +13,6 @@
 
 namespace hypermap::storage {
 
-TempFolder::TempFolder() {
-  path_ = ::testing::TempDir() + "/hypermap_XXXXXX";
-  EXPECT_NE(mkdtemp(path_.data()), nullptr);
-}
-
-TempFolder::~TempFolder() {
-  std::error_code error;
-  std::filesystem::remove_all(path_, error);
-}
-
 std::unique_ptr<MapStore> OpenStore(const std::string& folder, const GeoPackageOptions& options) {
   absl::StatusOr<std::unique_ptr<MapStore>> store = OpenGeoPackageStore(folder, options);
   EXPECT_TRUE(store.ok()) << store.status();

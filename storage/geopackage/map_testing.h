@@ -9,20 +9,9 @@
 #include "storage/geopackage/geopackage_store.h"
 #include "storage/geopackage/sqlite.h"
 #include "storage/map_store.h"
+#include "tests/support/temporary_folder.h"
 
 namespace hypermap::storage {
-
-// A folder of its own that goes with the object.
-class TempFolder {
- public:
-  TempFolder();
-  ~TempFolder();
-  const std::string& path() const { return path_; }
-  std::string operator/(const std::string& name) const { return path_ + "/" + name; }
-
- private:
-  std::string path_;
-};
 
 // A store, or a failed test.
 std::unique_ptr<MapStore> OpenStore(const std::string& folder,

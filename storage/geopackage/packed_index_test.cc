@@ -85,7 +85,7 @@ class PackedIndexTest : public ::testing::Test {
     }
   }
 
-  TempFolder folder_;
+  testing::TemporaryFolder folder_;
   std::unique_ptr<Database> database_;
 };
 
@@ -179,7 +179,7 @@ class FirstLoadTest : public ::testing::Test {
   uint64_t seed_ = TestSeed();
   ::testing::ScopedTrace trace_{__FILE__, __LINE__, absl::StrCat("HYPERMAP_TEST_SEED=", seed_)};
   Rng rng_{seed_};
-  TempFolder folder_;
+  testing::TemporaryFolder folder_;
   std::unique_ptr<MapStore> store_;
   EditedMap map_;
   std::unique_ptr<Database> other_;

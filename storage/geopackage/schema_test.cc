@@ -130,7 +130,7 @@ class GoldenMapTest : public ::testing::TestWithParam<int> {};
 INSTANTIATE_TEST_SUITE_P(Versions, GoldenMapTest, ::testing::Values(1, 2, 3));
 
 TEST_P(GoldenMapTest, IsRead) {
-  const TempFolder folder;
+  const testing::TemporaryFolder folder;
   MakeGolden(folder / "golden.gpkg", GetParam());
   const auto store = OpenStore(folder.path());
   auto map = store->Open("golden");
@@ -154,7 +154,7 @@ TEST_P(GoldenMapTest, IsRead) {
 
 // A change of what is made needs a new version, a migration to it and a golden file of its own.
 TEST(GoldenMap, NewMapsHaveTheSchemaOfTheirVersion) {
-  const TempFolder folder;
+  const testing::TemporaryFolder folder;
   EXPECT_EQ(kSchemaVersion, 3);
   MakeGolden(folder / "golden.gpkg", kSchemaVersion);
   {
@@ -169,7 +169,7 @@ class OldMapTest : public ::testing::TestWithParam<int> {};
 INSTANTIATE_TEST_SUITE_P(Versions, OldMapTest, ::testing::Values(1, 2));
 
 TEST_P(OldMapTest, BecomesAsTheNewest) {
-  const TempFolder folder;
+  const testing::TemporaryFolder folder;
   MakeGolden(folder / "old.gpkg", GetParam());
   MakeGolden(folder / "new.gpkg", kSchemaVersion);
   ASSERT_TRUE(OpenStore(folder.path())->Open("old").ok());
@@ -182,7 +182,7 @@ TEST_P(OldMapTest, BecomesAsTheNewest) {
 }
 
 TEST_P(OldMapTest, HistoryBeginsWithWhatItHas) {
-  const TempFolder folder;
+  const testing::TemporaryFolder folder;
   MakeGolden(folder / "golden.gpkg", GetParam());
   const auto store = OpenStore(folder.path());
   auto map = store->Open("golden");
@@ -213,7 +213,7 @@ TEST_P(OldMapTest, HistoryBeginsWithWhatItHas) {
 }
 
 TEST(GoldenMap, HistoryOfVersion3IsRead) {
-  const TempFolder folder;
+  const testing::TemporaryFolder folder;
   MakeGolden(folder / "golden.gpkg", 3);
   const auto store = OpenStore(folder.path());
   auto map = store->Open("golden");
@@ -241,7 +241,7 @@ class EvidenceTest : public ::testing::TestWithParam<int> {};
 INSTANTIATE_TEST_SUITE_P(Versions, EvidenceTest, ::testing::Values(2, 3));
 
 TEST_P(EvidenceTest, IsRead) {
-  const TempFolder folder;
+  const testing::TemporaryFolder folder;
   MakeGolden(folder / "golden.gpkg", GetParam());
   const auto store = OpenStore(folder.path());
   auto map = store->Open("golden");
@@ -289,7 +289,7 @@ class MigrationTest : public ::testing::Test {
     database_ = Connect(folder_ / "golden.gpkg");
   }
 
-  TempFolder folder_;
+  testing::TemporaryFolder folder_;
   std::unique_ptr<Database> database_;
 };
 

@@ -17,7 +17,7 @@ class SqliteTest : public ::testing::Test {
   }
   int64_t Count() { return **database_->QueryInt64("SELECT count(*) FROM t"); }
 
-  TempFolder folder_;
+  testing::TemporaryFolder folder_;
   std::unique_ptr<Database> database_;
 };
 

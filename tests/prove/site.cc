@@ -44,19 +44,13 @@ bool Coalesces(int i) { return (i + i / 4) % 2 == 0; }
 }  // namespace
 
 Site::Site(const std::string& server_binary, const std::vector<std::string>& flags) {
-  std::string name = std::filesystem::temp_directory_path() / "hypermap_prove_XXXXXX";
-  folder_ = mkdtemp(name.data());
-  std::vector<std::string> command = {server_binary, absl::StrCat("--data_dir=", folder_, "/data"),
+  std::vector<std::string> command = {server_binary, "--data_dir=" + folder_ / "data",
                                       "--log_level=warn", "--watch_progress=200ms"};
   command.insert(command.end(), flags.begin(), flags.end());
-  server_ = std::make_unique<testing::ServerProcess>(std::move(command), folder_ + "/data.log");
+  server_ = std::make_unique<testing::ServerProcess>(std::move(command), folder_ / "data.log");
 }
 
-Site::~Site() {
-  server_.reset();
-  std::error_code ignored;
-  std::filesystem::remove_all(folder_, ignored);
-}
+Site::~Site() { server_.reset(); }
 
 absl::Status Site::Start() {
   if (absl::Status status = server_->Start(); !status.ok()) return status;
@@ -69,7 +63,7 @@ client::Client Site::NewClient() const {
                         {.timeout = absl::Seconds(120), .retry_for = absl::Seconds(120)});
 }
 
-std::string Site::map_file() const { return absl::StrCat(folder_, "/data/", kMap, ".gpkg"); }
+std::string Site::map_file() const { return folder_ / absl::StrCat("data/", kMap, ".gpkg"); }
 
 Crew::Crew(Site& site, int writers, const WriterLoad& load, uint64_t seed) {
   for (int i = 0; i < writers; ++i) {

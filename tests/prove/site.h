@@ -14,6 +14,7 @@
 #include "tests/prove/model.h"
 #include "tests/prove/writer.h"
 #include "tests/support/server_process.h"
+#include "tests/support/temporary_folder.h"
 
 namespace hypermap::prove {
 
@@ -31,10 +32,10 @@ class Site {
   client::Client NewClient() const;
   Model& model() { return model_; }
   std::string map_file() const;
-  const std::string& folder() const { return folder_; }
+  const std::string& folder() const { return folder_.path(); }
 
  private:
-  std::string folder_;
+  testing::TemporaryFolder folder_;
   std::unique_ptr<testing::ServerProcess> server_;
   Model model_;
 };

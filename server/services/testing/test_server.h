@@ -23,6 +23,7 @@
 #include "server/session/site.h"
 #include "server/session/testing/memory_map_store.h"
 #include "server/session/testing/tally_strategy.h"
+#include "tests/support/temporary_folder.h"
 
 namespace hypermap::server {
 
@@ -38,7 +39,7 @@ class TestServer {
     site_ = *std::move(site);
     auto server = GrpcServer::Start(
         {"127.0.0.1:0", max_message_bytes},
-        {site_.get(), limits, &workers_, &file_workers_, &explorers_, ::testing::TempDir()});
+        {site_.get(), limits, &workers_, &file_workers_, &explorers_, scratch_.path()});
     EXPECT_TRUE(server.ok()) << server.status();
     server_ = *std::move(server);
     channel_ = grpc::CreateChannel(server_->address(), grpc::InsecureChannelCredentials());
@@ -53,6 +54,8 @@ class TestServer {
     Shutdown(absl::Seconds(10));
   }
 
+  // What calls left in the folder for files on their way.
+  std::vector<std::string> ScratchFiles() const { return scratch_.Names(); }
   MemoryDisk& disk() { return disk_; }
   Site& site() { return *site_; }
   const std::string& address() const { return server_->address(); }
@@ -72,6 +75,7 @@ class TestServer {
   }
 
  private:
+  hypermap::testing::TemporaryFolder scratch_;
   MemoryDisk disk_;
   std::unique_ptr<Site> site_;
   WorkerPool workers_{2};
