@@ -1,0 +1,320 @@
+# %% [markdown]
+# # A tour of Hypermap from Python
+#
+# A *hypermap* is a set of layers of one place: grids of cells, labelled polygons, each in its own
+# frame and with its own kind of value. All of them answer the same three questions: what is **at
+# this point**, what is **in this area**, **where is this value**?
+#
+# This tour draws a small flat, asks about it, changes it, looks back, and leaves a picture. It
+# needs a running server (`hypermapd --data_dir=maps`) and `pip install hypermap-client`:
+#
+#     python tutorial.py --server 127.0.0.1:50051 --plot flat.png
+#
+# The `# %%` lines make cells of it in Jupyter (jupytext), VS Code, Spyder and PyCharm.
+
+# %%
+import argparse
+import asyncio
+
+import matplotlib
+import numpy as np
+import shapely
+
+from hypermap_client import (
+    AsyncClient,
+    ChangeKind,
+    Client,
+    FillPolygon,
+    GridGeometry,
+    LayerKind,
+    LayerSpec,
+    MapObject,
+    NotFound,
+    Pose,
+    PutObject,
+    SetAliases,
+    WriteCells,
+)
+from hypermap_client.plotting import draw_grid, draw_objects, draw_polygon
+
+parser = argparse.ArgumentParser(description="Draws a small flat and asks about it.")
+parser.add_argument("--server", default="127.0.0.1:50051", metavar="HOST:PORT")
+parser.add_argument("--map", default="tutorial", help="made anew each time")
+parser.add_argument("--plot", default="tutorial.png", metavar="FILE")
+arguments, _ = parser.parse_known_args()
+
+# %% [markdown]
+# ## A map and its layers
+#
+# The client connects at its first call, and again by itself when the connection broke. In a script
+# it would stand in a `with` block, which ends the connection; here it lives as long as the tour.
+
+# %%
+client = Client(arguments.server)
+flat = arguments.map
+try:
+    client.delete_map(flat)  # of an earlier tour
+except NotFound:
+    pass
+client.create_map(flat)
+
+# %% [markdown]
+# Lengths are metres, angles radians. A grid has square cells and no fixed extent: only where its
+# cell (0, 0) lies, and how large a cell is. The balcony has a frame of its own, whose place in the
+# map is the pose of the child in the parent.
+
+# %%
+client.create_layer(
+    flat, LayerSpec(name="floor", kind=LayerKind.OCCUPANCY, grid=GridGeometry(0.05))
+)
+client.create_layer(
+    flat, LayerSpec(name="wifi", kind=LayerKind.SCALAR, unit="dBm", grid=GridGeometry(0.25))
+)
+client.create_layer(flat, LayerSpec(name="objects", kind=LayerKind.SEMANTIC))
+client.set_transform(flat, "map", "balcony", Pose(8.0, 1.0, np.pi / 2))
+client.create_layer(flat, LayerSpec(name="outside", kind=LayerKind.SEMANTIC, frame_id="balcony"))
+for layer in client.list_layers(flat).layers:
+    print(f"{layer.name:8} {layer.kind.name.lower():10} in frame {layer.frame_id}")
+
+# %% [markdown]
+# ## Edits
+#
+# What goes into a layer goes as a batch of edits, which becomes one revision of the map, or none
+# when something is wrong with it. When the call comes back, it is on the server's disk.
+#
+# The floor plan is painted with polygons: what is inside of the walls is free (0.02), walls are
+# occupied (1.0), the door is free again.
+
+# %%
+outline = shapely.box(0.0, 0.0, 8.0, 6.0)
+walls = shapely.union_all(
+    [
+        outline.difference(outline.buffer(-0.15, join_style="mitre")),
+        shapely.box(4.9, 0.0, 5.0, 6.0),  # between living room and bedroom
+        shapely.box(5.0, 2.9, 8.0, 3.0),  # between bedroom and bath
+    ]
+)
+doors = [
+    shapely.box(4.9, 3.6, 5.0, 4.5),  # bedroom
+    shapely.box(4.9, 1.2, 5.0, 2.0),  # bath
+    shapely.box(0.0, 2.5, 0.15, 3.5),  # entrance
+    shapely.box(7.85, 1.2, 8.0, 2.2),  # balcony
+]
+painted = client.apply_edits(
+    flat,
+    [
+        FillPolygon("floor", outline, 0.02),
+        FillPolygon("floor", walls, 1.0),
+        *(FillPolygon("floor", door, 0.02) for door in doors),
+    ],
+)
+print(f"the floor plan is revision {painted.revision}")
+
+# %% [markdown]
+# Cells can also be written as an array, the lowest row first. This is what the radio would be like
+# if walls were made of paper: it falls with the distance from the access point.
+
+# %%
+access_point = np.array([1.0, 5.2])
+rows, cols = np.mgrid[0:24, 0:32]
+centres = GridGeometry(0.25).centres(rows, cols)  # 24×32×2, metres
+distance_m = np.linalg.norm(centres - access_point, axis=-1)
+client.apply_edits(flat, WriteCells("wifi", -38.0 - 26.0 * np.log10(np.maximum(distance_m, 0.3))))
+
+# %% [markdown]
+# Objects are labelled polygons of Shapely. They may carry other classes that they could be, tags,
+# heights, and attributes of your own. An alias is another word for labels of a layer.
+
+
+# %%
+def thing(label: str, x: float, y: float, width: float, depth: float, **more: object) -> PutObject:
+    """A box on the layer "objects"; (x, y) is its lower left corner."""
+    return PutObject("objects", MapObject(label, shapely.box(x, y, x + width, y + depth), **more))
+
+
+furniture = client.apply_edits(
+    flat,
+    [
+        thing("sofa", 0.4, 0.4, 2.0, 0.9, classes={"sofa": 0.8, "bed": 0.2}),
+        thing("table", 2.0, 3.6, 1.6, 0.9, tags=("wood",), attributes={"seats": 4}),
+        thing("chair", 2.2, 4.6, 0.45, 0.45),
+        thing("chair", 3.0, 4.6, 0.45, 0.45),
+        thing("chair", 2.2, 3.05, 0.45, 0.45),
+        thing("chair", 3.0, 3.05, 0.45, 0.45, existence=0.6),
+        thing("cup", 3.34, 4.2, 0.12, 0.12),
+        thing("plant", 4.1, 0.35, 0.5, 0.5),
+        thing("bed", 5.5, 4.0, 2.1, 1.7),
+        thing("bath", 5.3, 0.35, 0.8, 1.8),
+        PutObject("outside", MapObject("chair", shapely.box(0.2, -1.0, 0.7, -0.5))),
+        SetAliases("objects", {"furniture": ["sofa", "table", "chair", "bed"]}),
+    ],
+)
+sofa_id = furniture.object_ids[0]
+print(f"{sum(i > 0 for i in furniture.object_ids)} objects are revision {furniture.revision}")
+
+# %% [markdown]
+# ## What is at this point?
+#
+# One question, all layers. Each answers for itself: a grid with its value, a semantic layer with
+# its objects; outside of a grid's extent is not the same as unknown.
+
+# %%
+answer = client.query_point(flat, (3.4, 4.26))
+for content in answer.layers:
+    things = ", ".join(o.label for o in content.objects)
+    print(f"{content.layer:8} {content.status.name:8} {content.value or things}")
+
+# %% [markdown]
+# ## What is in this area?
+#
+# Objects that intersect it, and the cells whose centre it covers. The chair on the balcony is
+# stored in the balcony's frame; the answer is in the frame of the question, the map's here.
+
+# %%
+dining_corner = shapely.Polygon([(1.6, 2.7), (4.2, 2.7), (4.2, 5.4), (1.6, 5.4)])
+answer = client.query_area(flat, dining_corner)
+print("in the dining corner:", sorted(o.label for o in answer.objects))
+print("cells of the floor there:", answer["floor"].cells.num_cells)
+
+# %% [markdown]
+# ## Where is this value?
+#
+# A value is a string that each layer takes as it can: a label or an alias, `free` and `occupied`, a
+# comparison. A layer that can't take it says so, and spoils no other answer.
+
+# %%
+for value in ("chair", "furniture", "tag:wood", "occupied", "<-55"):
+    answer = client.query_value(flat, value)
+    found = []
+    for part in answer.layers:
+        if part.objects:
+            found.append(f"{len(part.objects)} in {part.layer}")
+        if part.cells is not None and part.cells.num_cells:
+            area_m2 = part.cells.num_cells * part.cells.grid.resolution_m**2
+            found.append(f"{area_m2:.2f} m² of {part.layer}")
+    print(f"{value:10}", "; ".join(found))
+
+# %% [markdown]
+# Nearest is the same question, sorted by distance, over all layers together.
+
+# %%
+entrance = shapely.Point(0.3, 3.0)
+for match in client.query_nearest(flat, entrance, "furniture", k=3).matches:
+    print(f"{match.object.label} {match.object.id}: {match.distance_m:.2f} m")
+
+# %% [markdown]
+# ## What changes, and what was
+#
+# A watch tells each revision once, whole and in order: first a snapshot, or the changes after a
+# revision that you know. It goes on by itself through breaks of the connection. Here somebody
+# moves the sofa while we watch.
+
+# %%
+before = client.get_map(flat).revision
+moved = MapObject("sofa", shapely.box(2.2, 0.4, 4.0, 1.3), id=sofa_id)
+with client.watch(flat, layers="objects", start_revision=before, timeout=60) as watch:
+    client.apply_edits(flat, PutObject("objects", moved))
+    event = next(event for event in watch if event.changes)
+(change,) = event.changes
+assert change.kind == ChangeKind.PUT
+print(f"revision {event.revision}: the {change.object.label} is at {change.object.centroid}")
+
+# %% [markdown]
+# Every question can be asked of an earlier revision or time, and is answered as it would have been
+# then. The difference of two revisions tells each thing that is not as it was.
+
+# %%
+(sofa_then,) = client.query_value(flat, "sofa", as_of=before).objects
+(sofa_now,) = client.query_value(flat, "sofa").objects
+way_m = sofa_then.centroid.distance(sofa_now.centroid)
+print(f"the sofa has moved by {way_m:.2f} m since revision {before}")
+for change in client.list_changes(flat, before).changes:
+    print("changed:", change.kind.name, change.layer, change.object_id)
+
+# %% [markdown]
+# ## Arrays
+#
+# A grid as NumPy has it, with where it lies: `values` (NaN: unknown) with the lowest row first,
+# `origin`, the corners of the cells for plots. Many points at once are columns of one answer.
+
+# %%
+floor = client.read_grid(flat, "floor")
+free_m2 = np.count_nonzero(floor.values < 0.2) * floor.grid.resolution_m**2
+print(f"floor: {floor.values.shape[0]}×{floor.values.shape[1]} cells, {free_m2:.1f} m² are free")
+
+way = shapely.LineString([(0.3, 3.0), (1.8, 2.6), (4.3, 2.7), (4.6, 4.0), (6.0, 4.2)])
+path = shapely.get_coordinates(way.segmentize(0.02))  # N×2
+batch = client.query_points(flat, path)
+dbm = batch["wifi"].values
+print(f"radio on the way from the entrance to bed: {dbm.min():.0f} to {dbm.max():.0f} dBm")
+print("objects that the way ends at:", set(batch["objects"].labels))
+
+# %% [markdown]
+# ## asyncio
+#
+# `AsyncClient` has the same methods. Questions that wait for the network together:
+
+
+# %%
+async def count(values: list[str]) -> dict[str, int]:
+    """How many objects there are of each value."""
+    async with AsyncClient(arguments.server) as client:
+        answers = await asyncio.gather(*(client.query_value(flat, value) for value in values))
+        return {v: len(answer.objects) for v, answer in zip(values, answers, strict=True)}
+
+
+print(asyncio.run(count(["chair", "cup", "furniture"])))
+
+# %% [markdown]
+# ## Tables
+#
+# Every answer is a GeoDataFrame when GeoPandas is there
+# (`pip install 'hypermap-client[geopandas]'`), in planar metres.
+
+# %%
+try:
+    table = client.query_value(flat, "furniture").to_geodataframe()
+    print(table.assign(area_m2=table.area)[["label", "existence", "area_m2"]].to_string())
+except ImportError as error:
+    print(error)
+
+# %% [markdown]
+# ## A picture
+
+# %%
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+
+figure, (left, right) = plt.subplots(1, 2, figsize=(13, 4.9), layout="constrained")
+for axes in (left, right):
+    axes.set(xlim=(-0.4, 9.6), ylim=(-0.4, 6.4), xlabel="x [m]", ylabel="y [m]")
+    axes.spines[["top", "right"]].set_visible(False)
+
+everything = client.query_area(flat, shapely.box(-5, -5, 15, 15))
+draw_grid(left, floor, cmap="gray_r", vmin=0, vmax=1.3, zorder=0)
+draw_polygon(left, sofa_then.polygon, fill=False, linestyle=":", edgecolor="0.3", zorder=2)
+at = sofa_then.centroid
+left.annotate(f"sofa at revision {before}", (at.x, at.y), ha="center", color="0.3", fontsize=8)
+draw_polygon(left, dining_corner, fill=False, linestyle="--", edgecolor="#0072B2", zorder=2)
+left.annotate("dining corner", (1.65, 5.45), color="#0072B2", fontsize=8)
+draw_objects(left, everything.objects, alpha=0.75, edgecolor="0.2", zorder=3)
+left.set_title("What is there, and what was")
+
+wifi = client.read_grid(flat, "wifi")
+mesh = draw_grid(right, wifi, cmap="viridis", zorder=0)
+figure.colorbar(mesh, ax=right, label="wifi [dBm]", shrink=0.85)
+draw_polygon(right, walls.difference(shapely.union_all(doors)), color="0.15", zorder=2)
+orange = dict.fromkeys(("chair", "table", "sofa", "bed"), "#E69F00")
+right.plot(*path.T, color="white", linewidth=2, zorder=3, label="way from the entrance to bed")
+for match in client.query_nearest(flat, entrance, "furniture", k=4).matches:
+    line = shapely.shortest_line(entrance, match.object.polygon)
+    draw_objects(right, [match.object], colours=orange, edgecolor="0.2", zorder=3)
+    right.plot(*line.xy, color="#D55E00", zorder=4, marker="o", markersize=3)
+right.plot([], [], color="#D55E00", label="nearest furniture to the entrance")
+right.plot(*access_point, marker="^", color="#D55E00", markersize=9, linestyle="", zorder=4)
+right.legend(loc="lower right", facecolor="0.85", framealpha=0.9, fontsize=8)
+right.set_title("How the radio is, and what is near")
+
+figure.savefig(arguments.plot, dpi=130)
+print(f"the picture is {arguments.plot}")
+client.close()

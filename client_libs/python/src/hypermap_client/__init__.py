@@ -1,0 +1,193 @@
+"""Hypermap from Python: all layers of a site, asked the same way.
+
+    from hypermap_client import Client
+
+    with Client("127.0.0.1:50051") as client:
+        print(client.query_point("office", (12.2, 2.9)))            # what is at this point?
+        print(client.query_area("office", shapely.box(10, 0, 14, 5)))  # what is in this area?
+        print(client.query_value("office", "chair"))                # where is this value?
+
+`AsyncClient` is the same for asyncio. Lengths are metres and angles radians, in the frame that a
+call names; geometry is Shapely's, cells are NumPy arrays, times are aware and in UTC.
+"""
+
+from ._async.client import AsyncClient
+from ._async.observe import AsyncObserveStream
+from ._async.watch import AsyncWatch
+from ._requests import new_request_id
+from ._sync.client import Client
+from ._sync.observe import ObserveStream
+from ._sync.watch import Watch
+from .answers import (
+    Answer,
+    AnswerStatus,
+    Cell,
+    LayerAnswer,
+    LayerContent,
+    LayerRefusal,
+    NearestAnswer,
+    NearestMatch,
+    PointAnswer,
+    PointsAnswer,
+    PointsContent,
+)
+from .changes import Change, ChangeKind, Difference, Revision, RevisionList, WatchEvent
+from .credentials import Tls
+from .edits import DeleteObject, EditAnswer, FillPolygon, PutObject, SetAliases, WriteCells
+from .errors import (
+    Aborted,
+    AlreadyExists,
+    Cancelled,
+    DataLoss,
+    DeadlineExceeded,
+    FailedPrecondition,
+    HypermapError,
+    Internal,
+    InvalidArgument,
+    NotFound,
+    OutOfRange,
+    PermissionDenied,
+    ResourceExhausted,
+    Unauthenticated,
+    Unavailable,
+    Unimplemented,
+)
+from .explorations import (
+    Claim,
+    EndReason,
+    Exploration,
+    ExplorationAnswer,
+    ExplorationList,
+    ExplorationProgress,
+    ExplorationState,
+    Frontier,
+    FrontierList,
+    Goal,
+    GoalOutcome,
+    UnreachablePlace,
+)
+from .geometry import Pose, Transform
+from .grids import CellBox, CellRuns, Grid, GridGeometry
+from .layers import (
+    CellRule,
+    ExportAnswer,
+    FileFormat,
+    ImportAnswer,
+    Layer,
+    LayerKind,
+    LayerList,
+    LayerSpec,
+    MapEntry,
+    NamedFile,
+    OccupancyThresholds,
+    TransformList,
+)
+from .objects import HeightRange, MapObject
+from .observations import (
+    Acknowledgement,
+    CellPatch,
+    DepthView,
+    Detection,
+    ObjectEvent,
+    ObjectEventKind,
+    ObjectHistory,
+    Observation,
+    ObservationOutcome,
+    OpenedLayer,
+    SensorPose,
+)
+
+__version__ = "0.1.0"
+
+__all__ = [
+    "Aborted",
+    "Acknowledgement",
+    "AlreadyExists",
+    "Answer",
+    "AnswerStatus",
+    "AsyncClient",
+    "AsyncObserveStream",
+    "AsyncWatch",
+    "Cancelled",
+    "Cell",
+    "CellBox",
+    "CellPatch",
+    "CellRule",
+    "CellRuns",
+    "Change",
+    "ChangeKind",
+    "Claim",
+    "Client",
+    "DataLoss",
+    "DeadlineExceeded",
+    "DeleteObject",
+    "DepthView",
+    "Detection",
+    "Difference",
+    "EditAnswer",
+    "EndReason",
+    "Exploration",
+    "ExplorationAnswer",
+    "ExplorationList",
+    "ExplorationProgress",
+    "ExplorationState",
+    "ExportAnswer",
+    "FailedPrecondition",
+    "FileFormat",
+    "FillPolygon",
+    "Frontier",
+    "FrontierList",
+    "Goal",
+    "GoalOutcome",
+    "Grid",
+    "GridGeometry",
+    "HeightRange",
+    "HypermapError",
+    "ImportAnswer",
+    "Internal",
+    "InvalidArgument",
+    "Layer",
+    "LayerAnswer",
+    "LayerContent",
+    "LayerKind",
+    "LayerList",
+    "LayerRefusal",
+    "LayerSpec",
+    "MapEntry",
+    "MapObject",
+    "NamedFile",
+    "NearestAnswer",
+    "NearestMatch",
+    "NotFound",
+    "ObjectEvent",
+    "ObjectEventKind",
+    "ObjectHistory",
+    "Observation",
+    "ObservationOutcome",
+    "ObserveStream",
+    "OccupancyThresholds",
+    "OpenedLayer",
+    "OutOfRange",
+    "PermissionDenied",
+    "PointAnswer",
+    "PointsAnswer",
+    "PointsContent",
+    "Pose",
+    "PutObject",
+    "ResourceExhausted",
+    "Revision",
+    "RevisionList",
+    "SensorPose",
+    "SetAliases",
+    "Tls",
+    "Transform",
+    "TransformList",
+    "Unauthenticated",
+    "Unavailable",
+    "Unimplemented",
+    "UnreachablePlace",
+    "Watch",
+    "WatchEvent",
+    "WriteCells",
+    "new_request_id",
+]

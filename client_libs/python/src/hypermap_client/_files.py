@@ -1,0 +1,106 @@
+"""Files that go to a server and come from it."""
+
+from __future__ import annotations
+
+import os
+import pathlib
+import tempfile
+from collections.abc import Iterable, Iterator
+from types import TracebackType
+from typing import TypeAlias
+
+from ._proto import catalog_service_pb2 as pb
+from .layers import ExportAnswer, FileFormat, NamedFile
+
+Path: TypeAlias = str | os.PathLike[str]
+# A file on disk, or one in memory.
+FileLike: TypeAlias = Path | NamedFile
+
+PIECE_BYTES = 1 << 20
+_FORMATS = {
+    ".hmap": FileFormat.HMAP,
+    ".yaml": FileFormat.NAV2,
+    ".yml": FileFormat.NAV2,
+    ".geojson": FileFormat.GEOJSON,
+    ".json": FileFormat.GEOJSON,
+}
+
+
+def read_files(files: FileLike | Iterable[FileLike]) -> list[NamedFile]:
+    """OSError when a file can't be read."""
+    if isinstance(files, (str, os.PathLike, NamedFile)):
+        files = [files]
+    return [_read(file) for file in files]
+
+
+def _read(file: FileLike) -> NamedFile:
+    if isinstance(file, NamedFile):
+        return file
+    path = pathlib.Path(file)
+    return NamedFile(path.name, path.read_bytes())
+
+
+def format_of(files: Iterable[NamedFile]) -> FileFormat:
+    """By the names. ValueError when none tells."""
+    names = [file.name for file in files]
+    for name in names:
+        if found := _FORMATS.get(pathlib.PurePath(name).suffix.lower()):
+            return found
+    raise ValueError(f"no format is known by the names {names}: format=FileFormat...")
+
+
+def import_requests(
+    header: pb.ImportHeader, files: Iterable[NamedFile]
+) -> Iterator[pb.ImportMapRequest]:
+    """The header, then the files in pieces."""
+    yield pb.ImportMapRequest(header=header)
+    for file in files:
+        for begin in range(0, max(len(file.data), 1), PIECE_BYTES):
+            piece = file.data[begin : begin + PIECE_BYTES]
+            yield pb.ImportMapRequest(chunk=pb.FileChunk(file_name=file.name, data=piece))
+
+
+def collect_export(messages: Iterable[pb.ExportMapResponse]) -> ExportAnswer:
+    """The files of an answer, of their pieces."""
+    header = pb.ExportHeader()
+    pieces: dict[str, list[bytes]] = {}
+    for message in messages:
+        if message.HasField("header"):
+            header = message.header
+        else:
+            pieces.setdefault(message.chunk.file_name, []).append(message.chunk.data)
+    files = tuple(NamedFile(name, b"".join(parts)) for name, parts in pieces.items())
+    return ExportAnswer(header.map, header.revision, files, tuple(header.omissions))
+
+
+class NewFile:
+    """A file that is there when it is whole: written beside its place, then moved there."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = pathlib.Path(path)
+        self._size = 0
+
+    def __enter__(self) -> NewFile:
+        folder = self._path.parent
+        self._file = tempfile.NamedTemporaryFile(dir=folder, prefix=".", delete=False)
+        return self
+
+    def write(self, data: bytes) -> None:
+        self._size += self._file.write(data)
+
+    @property
+    def size(self) -> int:
+        """Bytes written."""
+        return self._size
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self._file.close()
+        if error is None:
+            os.replace(self._file.name, self._path)
+        else:
+            os.unlink(self._file.name)

@@ -1,0 +1,83 @@
+"""Maps, layers and the geometry of grids."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from .._proto import catalog_service_pb2 as catalog
+from .._proto import layer_pb2 as pb
+from ..grids import CellBox, GridGeometry
+from ..layers import CellRule, Layer, LayerKind, LayerSpec, MapEntry, OccupancyThresholds
+from . import decode_enum, encode_enum
+from .geometry import decode_pose, encode_pose
+from .time import decode_time
+
+
+def decode_map(message: catalog.Map) -> MapEntry:
+    return MapEntry(
+        name=message.name,
+        frame_id=message.frame_id,
+        revision=message.revision,
+        create_time=decode_time(message.create_time) if message.HasField("create_time") else None,
+        layer_count=message.layer_count,
+        problem=message.problem,
+    )
+
+
+def encode_grid(grid: GridGeometry) -> pb.GridGeometry:
+    return pb.GridGeometry(origin=encode_pose(grid.origin), resolution_m=grid.resolution_m)
+
+
+def decode_grid(message: pb.GridGeometry) -> GridGeometry:
+    return GridGeometry(message.resolution_m, decode_pose(message.origin))
+
+
+def encode_aliases(aliases: Mapping[str, Sequence[str]]) -> list[pb.ValueAlias]:
+    """TypeError where labels are one string, whose letters would be taken for labels."""
+    for alias, labels in aliases.items():
+        if isinstance(labels, str):
+            raise TypeError(f"alias {alias!r} stands for a list of labels, not for a string")
+    return [pb.ValueAlias(alias=alias, labels=labels) for alias, labels in aliases.items()]
+
+
+def encode_layer(spec: LayerSpec) -> pb.Layer:
+    message = pb.Layer(
+        name=spec.name,
+        kind=encode_enum(spec.kind),
+        frame_id=spec.frame_id,
+        unit=spec.unit,
+        aliases=encode_aliases(spec.aliases),
+    )
+    if spec.grid is not None:
+        message.grid.CopyFrom(encode_grid(spec.grid))
+    if spec.thresholds.free_below is not None:
+        message.thresholds.free_below = spec.thresholds.free_below
+    if spec.thresholds.occupied_above is not None:
+        message.thresholds.occupied_above = spec.thresholds.occupied_above
+    if spec.explored_rule is not None:
+        message.explored_rule = encode_enum(spec.explored_rule)
+    return message
+
+
+def decode_layer(message: pb.Layer) -> Layer:
+    thresholds, extent = message.thresholds, message.extent
+    return Layer(
+        name=message.name,
+        kind=decode_enum(LayerKind, message.kind),
+        frame_id=message.frame_id,
+        grid=decode_grid(message.grid) if message.HasField("grid") else None,
+        thresholds=OccupancyThresholds(
+            thresholds.free_below if thresholds.HasField("free_below") else None,
+            thresholds.occupied_above if thresholds.HasField("occupied_above") else None,
+        ),
+        unit=message.unit,
+        aliases={alias.alias: tuple(alias.labels) for alias in message.aliases},
+        explored_rule=decode_enum(CellRule, message.explored_rule)
+        if message.explored_rule
+        else None,
+        size=message.size,
+        extent=CellBox(extent.row_begin, extent.row_end, extent.col_begin, extent.col_end)
+        if message.HasField("extent")
+        else None,
+        version=message.version,
+    )

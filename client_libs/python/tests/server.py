@@ -1,0 +1,73 @@
+"""The real hypermapd as a process on a free port."""
+
+from __future__ import annotations
+
+import os
+import pathlib
+import re
+import selectors
+import subprocess
+import tempfile
+import time
+
+ROOT = pathlib.Path(__file__).resolve().parents[3]
+BIN = pathlib.Path(os.environ.get("HYPERMAP_BIN", ROOT / "build" / "bin"))
+OFFICE = ROOT / "demo" / "office"
+# How long anything may take. Generous: a busy machine is slow, hangs are forever.
+DEADLINE_S = 60.0
+
+READY = re.compile(rb"^hypermapd ready on (127\.0\.0\.1:\d+)\n", re.MULTILINE)
+
+
+class Server:
+    """A hypermapd on `data_dir`. Killed at the end of the `with` block if it still runs."""
+
+    def __init__(
+        self, data_dir: os.PathLike[str], *flags: str, listen: str = "127.0.0.1:0"
+    ) -> None:
+        self._log = tempfile.TemporaryFile()
+        self._process = subprocess.Popen(
+            [BIN / "hypermapd", f"--data_dir={data_dir}", f"--listen={listen}", *flags],
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=self._log,
+        )
+        try:
+            self.address = self._read_address()
+        except BaseException:
+            self.__exit__()
+            raise
+
+    def _read_address(self) -> str:
+        deadline, output = time.monotonic() + DEADLINE_S, b""
+        with selectors.DefaultSelector() as selector:
+            selector.register(self._process.stdout, selectors.EVENT_READ)
+            while not (ready := READY.search(output)):
+                assert selector.select(deadline - time.monotonic()), f"not ready: {self.log()}"
+                piece = os.read(self._process.stdout.fileno(), 65536)
+                assert piece, f"did not start: {self.log()}"
+                output += piece
+        return ready[1].decode()
+
+    def log(self) -> str:
+        self._log.seek(0)
+        return self._log.read().decode(errors="replace")
+
+    def stop(self) -> int:
+        """Ends it as systemd would. The exit code."""
+        self._process.terminate()
+        return self._process.wait(DEADLINE_S)
+
+    def kill(self) -> None:
+        """Ends it as a power cut would."""
+        self._process.kill()
+        self._process.wait(DEADLINE_S)
+
+    def __enter__(self) -> Server:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._process.poll() is None:
+            self.kill()
+        self._process.stdout.close()
+        self._log.close()

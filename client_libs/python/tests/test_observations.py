@@ -1,0 +1,164 @@
+"""Observations, and what fusion makes of them."""
+
+from __future__ import annotations
+
+import pathlib
+from datetime import datetime, timedelta, timezone
+
+import numpy as np
+import pytest
+import shapely
+from server import Server
+
+from hypermap_client import (
+    CellPatch,
+    Client,
+    DepthView,
+    Detection,
+    FailedPrecondition,
+    GridGeometry,
+    HeightRange,
+    LayerKind,
+    LayerSpec,
+    NotFound,
+    ObjectEventKind,
+    Observation,
+    ObservationOutcome,
+    SensorPose,
+)
+
+START = datetime.now(timezone.utc) - timedelta(minutes=1)
+# The camera looks along the map's x axis: its x axis is right, its y axis down.
+LOOKS_AHEAD = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
+
+
+def observation(sequence: int, robot: str = "rob", x: float = 2.0) -> Observation:
+    """A chair of half a metre that stands at (x, 0), seen from the origin."""
+    side = np.linspace(-0.24, 0.24, 25)
+    points = np.stack(np.meshgrid(x + side, side), axis=-1).reshape(-1, 2)
+    chair = Detection(
+        scores={"chair": 0.9},
+        hull=shapely.MultiPoint(points).convex_hull,
+        cells=CellPatch.from_points(points, 0.05),
+        height=HeightRange(0.0, 0.8),
+        num_points=len(points),
+        range_m=x,
+    )
+    cone = shapely.Polygon([(0, 0), (4, -2), (4, 2)])
+    return Observation(
+        robot=robot,
+        sequence=sequence,
+        stamp=START + timedelta(seconds=sequence),
+        pose=SensorPose(LOOKS_AHEAD, np.array([0.0, 0.0, 1.2]), np.diag([1e-4, 1e-4, 1e-5])),
+        detections=(chair,),
+        view_hull=cone,
+        free_space=cone,
+    )
+
+
+@pytest.fixture
+def fused(client: Client, site: str) -> str:
+    make_layers(client, site)
+    return site
+
+
+def make_layers(client: Client, name: str) -> None:
+    client.create_layer(name, LayerSpec(name="found", kind=LayerKind.SEMANTIC))
+    client.create_layer(
+        name, LayerSpec(name="seen", kind=LayerKind.EXPLORATION, grid=GridGeometry(0.5))
+    )
+
+
+def test_what_is_seen_again_and_again_is_on_the_map(client: Client, fused: str) -> None:
+    with client.observe(fused, "found", robot="rob", exploration_layer="seen") as stream:
+        assert stream.opened.strategy == "evidence"
+        assert stream.opened.known == ()
+        answers = stream.submit(observation(i) for i in range(40))
+    assert [(a.robot, a.sequence) for a in answers] == [("rob", i) for i in range(40)]
+    assert {a.outcome for a in answers} == {ObservationOutcome.ACCEPTED}
+    assert all(a.revision > 0 and not a.message for a in answers)
+    (chair,) = client.query_value(fused, "chair", layers="found").objects
+    assert chair.existence > 0.5
+    truth = shapely.box(1.75, -0.25, 2.25, 0.25)
+    overlap = chair.polygon.intersection(truth).area / chair.polygon.union(truth).area
+    assert overlap > 0.7
+    explored = client.query_value(fused, "explored").layers
+    assert sum(answer.cells.num_cells for answer in explored if answer.cells) > 10
+
+    history = client.explain_object(fused, "found", chair.id)
+    assert history.events[0].kind == ObjectEventKind.FOUNDED
+    assert (history.events[0].robot, history.events[0].stamp) == ("rob", START)
+    assert len(history.events) == 40 and history.events[-1].existence > 0.5
+
+
+def test_each_counts_once(client: Client, fused: str) -> None:
+    with client.observe(fused, "found", robot="rob") as stream:
+        stream.submit([observation(1), observation(2), observation(5)])
+        (again, other, invalid) = stream.submit(
+            [observation(1), observation(2, x=3.0), observation(7, robot="")]
+        )
+    assert again.outcome == ObservationOutcome.DUPLICATE
+    assert other.outcome == ObservationOutcome.CONFLICT and other.message
+    assert invalid.outcome == ObservationOutcome.INVALID and "robot" in invalid.message
+    with client.observe(fused, "found", robot="rob") as stream:
+        assert stream.opened.known == (range(1, 3), range(5, 6))
+        assert stream.opened.knows(2) and not stream.opened.knows(3)
+        (single,) = stream.submit(observation(3))
+        assert single.outcome == ObservationOutcome.ACCEPTED
+        with pytest.raises(ValueError, match="one robot and sequence"):
+            stream.submit([observation(8), observation(9), observation(8)])
+
+
+def test_a_stream_survives_its_server(data_dir: pathlib.Path) -> None:
+    with Server(data_dir) as server, Client(server.address) as client:
+        client.create_map("site")
+        make_layers(client, "site")
+        with client.observe("site", "found", robot="rob", timeout=60) as stream:
+            stream.submit(observation(1))
+            server.kill()
+            with Server(data_dir, listen=server.address):
+                answers = stream.submit([observation(1), observation(2)])
+                assert [a.outcome for a in answers] == [
+                    ObservationOutcome.DUPLICATE,
+                    ObservationOutcome.ACCEPTED,
+                ]
+                assert stream.opened.known == (range(1, 2),)
+
+
+def test_depth_goes_along(client: Client, fused: str) -> None:
+    depth = DepthView(
+        np.full((3, 4), 2000, np.uint16), np.ones((3, 4), np.uint8), fx=4, fy=4, cx=1.5, cy=1
+    )
+    seen = observation(1)
+    with client.observe(fused, "found") as stream:
+        (answer,) = stream.submit(
+            Observation(seen.robot, 1, seen.stamp, seen.pose, seen.detections, depth=depth)
+        )
+    assert answer.outcome == ObservationOutcome.ACCEPTED, answer.message
+
+
+def test_a_robot_s_word_is_taken_back(client: Client, fused: str) -> None:
+    with client.observe(fused, "found", exploration_layer="seen") as stream:
+        stream.submit([observation(i) for i in range(10)])
+        stream.submit([observation(i, robot="liar", x=3.0) for i in range(10)])
+    assert len(client.query_value(fused, "chair").objects) == 2
+    with pytest.raises(NotFound):
+        client.retract_source(fused, "found", "liar", to_time=START)
+    revision = client.retract_source(fused, "found", "liar", from_time=START)
+    (chair,) = client.query_value(fused, "chair", min_revision=revision).objects
+    assert chair.centroid.distance(shapely.Point(2, 0)) < 0.1
+
+
+def test_a_layer_is_fused_again(client: Client, fused: str) -> None:
+    with client.observe(fused, "found") as stream:
+        stream.submit([observation(i) for i in range(10)])
+    before = client.get_map(fused).revision
+    assert client.rebuild_layer(fused, "found", strategy="paper") > before
+    with client.observe(fused, "found") as stream:
+        assert stream.opened.strategy == "paper"
+    with pytest.raises(FailedPrecondition), client.observe(fused, "found", strategy="evidence"):
+        pass
+    with pytest.raises(FailedPrecondition), client.observe(fused, "seen"):
+        pass
+    with pytest.raises(NotFound), client.observe(fused, "nothing"):
+        pass

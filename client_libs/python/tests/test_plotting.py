@@ -1,0 +1,59 @@
+"""Pictures."""
+
+from __future__ import annotations
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+import shapely
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from hypermap_client import CellRuns, GridGeometry, MapObject, Pose
+from hypermap_client.plotting import draw_grid, draw_objects, draw_polygon
+
+
+@pytest.fixture
+def axes() -> Axes:
+    return Figure().add_subplot()
+
+
+def test_a_polygon_with_holes_and_parts(axes: Axes) -> None:
+    ring = shapely.box(0, 0, 4, 4).difference(shapely.box(1, 1, 3, 3))
+    draw_polygon(axes, shapely.union(ring, shapely.box(6, 0, 7, 1)), facecolor="red")
+    (patch,) = axes.patches
+    path = patch.get_path()
+    assert len([code for code in path.codes if code == path.MOVETO]) == 3
+    assert path.get_extents().extents.tolist() == [0, 0, 7, 4]
+    # Rings that turn the other way are holes.
+    areas = [shapely.Polygon(p) for p in path.to_polygons()]
+    assert sorted(a.exterior.is_ccw for a in areas) in ([False, False, True], [False, True, True])
+    holes = {a.exterior.is_ccw for a in areas if a.area == 4}
+    others = {a.exterior.is_ccw for a in areas if a.area != 4}
+    assert holes.isdisjoint(others)
+
+
+def test_objects_have_a_colour_for_each_label(axes: Axes) -> None:
+    objects = [
+        MapObject(label, shapely.box(i, 0, i + 1, 1))
+        for i, label in enumerate(["chair", "cup", "chair"])
+    ]
+    colours = draw_objects(axes, objects, colours={"cup": "black"})
+    assert colours.keys() == {"chair", "cup"} and colours["cup"] == "black"
+    assert [text.get_text() for text in axes.texts] == ["chair", "cup", "chair"]
+    first, cup, second = (patch.get_facecolor() for patch in axes.patches)
+    assert first == second != cup == mpl.colors.to_rgba("black")
+
+
+def test_a_grid_lies_as_it_is_turned(axes: Axes) -> None:
+    runs = CellRuns(
+        GridGeometry(1.0, Pose(10, 0, np.pi / 2)),
+        np.array([0, 1], np.int32),
+        np.array([0, 0], np.int32),
+        np.array([3, 1], np.int32),
+        np.array([1.0, np.nan]),
+    )
+    mesh = draw_grid(axes, runs.to_grid())
+    # Two rows against the x axis, three columns along the y axis; three cells are known.
+    np.testing.assert_allclose(mesh.get_datalim(axes.transData).extents, [8, 0, 10, 3], atol=1e-9)
+    assert mesh.get_array().count() == 3

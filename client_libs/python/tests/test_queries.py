@@ -1,0 +1,225 @@
+"""The three questions, against a brute force over what was put."""
+
+from __future__ import annotations
+
+import math
+import random
+from datetime import datetime, timedelta
+
+import numpy as np
+import pytest
+import shapely
+
+from hypermap_client import (
+    Answer,
+    AnswerStatus,
+    Client,
+    GridGeometry,
+    InvalidArgument,
+    LayerKind,
+    LayerSpec,
+    MapObject,
+    NotFound,
+    OutOfRange,
+    Pose,
+    PutObject,
+    ResourceExhausted,
+    WriteCells,
+)
+
+LABELS = ("chair", "cup", "sofa")
+
+
+class Model:
+    """What was put on a map: 300 random boxes, and a random grid turned by 0.3 rad."""
+
+    grid = GridGeometry(0.5, Pose(2.0, -1.0, 0.3))
+
+    def __init__(self, client: Client, name: str) -> None:
+        self.seed = random.randrange(1 << 32)
+        generator = np.random.default_rng(self.seed)
+        self.name = name
+        corners = generator.uniform(0, 20, (300, 2))
+        sizes = generator.uniform(0.2, 3, (300, 2))
+        self.objects = [
+            MapObject(str(generator.choice(LABELS)), shapely.box(x, y, x + w, y + h))
+            for (x, y), (w, h) in zip(corners, sizes, strict=True)
+        ]
+        client.create_layer(name, LayerSpec(name="things", kind=LayerKind.SEMANTIC))
+        client.create_layer(name, LayerSpec(name="heat", kind=LayerKind.SCALAR, grid=self.grid))
+        puts = [PutObject("things", o) for o in self.objects]
+        self.ids = client.apply_edits(name, puts).object_ids
+        self.values = generator.integers(0, 5, (30, 40)).astype(float)
+        self.values[generator.random((30, 40)) < 0.1] = np.nan
+        edits = WriteCells("heat", self.values, row_begin=-10, col_begin=-10)
+        self.revision = client.apply_edits(name, edits).revision
+
+    def ids_where(self, test: object) -> list[int]:
+        return [i for i, o in zip(self.ids, self.objects, strict=True) if test(o)]
+
+    def value_at(self, x: float, y: float) -> tuple[AnswerStatus, float | None]:
+        row, col = (i + 10 for i in self.grid.cell_at((x, y)))
+        if not (0 <= row < 30 and 0 <= col < 40):
+            return AnswerStatus.OUTSIDE, None
+        value = self.values[row, col]
+        known = not math.isnan(value)
+        return (AnswerStatus.VALUE, value) if known else (AnswerStatus.UNKNOWN, None)
+
+
+@pytest.fixture(scope="module")
+def model(server: object) -> Model:
+    with Client(server.address) as client:
+        client.create_map("model")
+        return Model(client, "model")
+
+
+def ids_of(answer: Answer) -> list[int]:
+    return [o.id for o in answer.objects]
+
+
+def random_points(n: int) -> np.ndarray:
+    return np.random.default_rng().uniform(-5, 25, (n, 2))
+
+
+def test_points_one_by_one_and_in_batches(client: Client, model: Model) -> None:
+    points = random_points(100)
+    batch = client.query_points(model.name, points)
+    assert batch.revision == model.revision
+    heat, things = batch["heat"], batch["things"]
+    for i, (x, y) in enumerate(points):
+        one = client.query_point(model.name, (x, y))
+        assert one.revision == model.revision and one.frame_id == "map"
+        ids = model.ids_where(lambda o, x=x, y=y: o.polygon.covers(shapely.Point(x, y)))
+        assert [o.id for o in one["things"].objects] == ids
+        assert (one["heat"].status, one["heat"].value) == model.value_at(x, y)
+
+        at = things.points == i
+        assert things.object_ids[at].tolist() == ids
+        assert things.labels[at].tolist() == [o.label for o in one["things"].objects]
+        status, value = model.value_at(x, y)
+        assert heat.statuses[i] == status
+        np.testing.assert_equal(heat.values[i], np.nan if value is None else value)
+
+
+def test_a_stream_of_batches(client: Client, model: Model) -> None:
+    batches = [random_points(n) for n in (1, 50, 7)]
+    answers = list(client.stream_points(model.name, iter(batches), layers="things"))
+    assert len(answers) == 3
+    for points, answer in zip(batches, answers, strict=True):
+        alone = client.query_points(model.name, points, layers=["things"])
+        for column in ("points", "object_ids", "labels", "existences"):
+            np.testing.assert_array_equal(
+                getattr(answer["things"], column), getattr(alone["things"], column)
+            )
+
+
+def test_batches_that_cannot_be_asked(client: Client, model: Model) -> None:
+    with pytest.raises(ValueError, match="N×2"):
+        client.query_points(model.name, [1.0, 2.0, 3.0])
+    of_points = client.query_points(model.name, [shapely.Point(1, 2), shapely.Point(3, 4)])
+    of_array = client.query_points(model.name, [(1, 2), (3, 4)])
+    np.testing.assert_array_equal(of_points["heat"].values, of_array["heat"].values)
+    with pytest.raises(ValueError, match="at least one"):
+        client.query_points(model.name, np.empty((0, 2)))
+    with pytest.raises(ResourceExhausted, match="max_points"):
+        client.query_points(model.name, np.zeros((65_537, 2)))
+    with pytest.raises(NotFound, match="nowhere"):
+        next(client.stream_points("nowhere", [[(0, 0)]]))
+
+
+def test_an_area(client: Client, model: Model) -> None:
+    area = shapely.Polygon([(3, 2), (15, 4), (9, 14)], [[(8, 6), (10, 6), (9, 8)]])
+    answer = client.query_area(model.name, area)
+    assert ids_of(answer) == model.ids_where(lambda o: o.polygon.intersects(area))
+    rows, cols, values = answer["heat"].cells.cells()
+    centres = shapely.points(model.grid.centres(*np.mgrid[-10:20, -10:30]))
+    inside = shapely.covers(area, centres)
+    assert {(r + 10, c + 10) for r, c in zip(rows, cols, strict=True)} == set(
+        zip(*np.nonzero(inside), strict=True)
+    )
+    np.testing.assert_array_equal(values, model.values[rows + 10, cols + 10])
+    grid = answer["heat"].to_grid()
+    assert grid.selected.sum() == inside.sum()
+
+
+def test_a_value_everywhere_and_in_an_area(client: Client, model: Model) -> None:
+    answer = client.query_value(model.name, "CUP")
+    assert ids_of(answer) == model.ids_where(lambda o: o.label == "cup")
+    assert answer["heat"].status == AnswerStatus.UNSUPPORTED_VALUE
+    area = shapely.box(5, 5, 9, 9)
+    answer = client.query_value(model.name, "cup", area=area, layers="things")
+    assert ids_of(answer) == model.ids_where(
+        lambda o: o.label == "cup" and o.polygon.intersects(area)
+    )
+    answer = client.query_value(model.name, ">=3")
+    assert answer["heat"].cells.num_cells == np.sum(model.values >= 3)
+    assert answer["things"].status == AnswerStatus.UNSUPPORTED_VALUE
+
+
+def test_nearest(client: Client, model: Model) -> None:
+    at = shapely.Point(10, 10)
+    answer = client.query_nearest(model.name, at, "sofa", k=5)
+    sofas = sorted(o.polygon.distance(at) for o in model.objects if o.label == "sofa")
+    np.testing.assert_allclose([m.distance_m for m in answer.matches], sofas[:5], atol=1e-9)
+    assert [r.layer for r in answer.refusals] == ["heat"]
+    (match,) = client.query_nearest(model.name, at, "=4").matches
+    rows, cols = np.nonzero(model.values == 4)
+    distances = np.hypot(*(model.grid.centres(rows - 10, cols - 10) - (10, 10)).T)
+    assert match.distance_m == pytest.approx(distances.min())
+    assert match.cell.value == 4
+    assert match.cell.centre.distance(at) == pytest.approx(match.distance_m)
+    assert match.cell.polygon.area == pytest.approx(0.25)
+
+
+def test_a_whole_grid(client: Client, model: Model) -> None:
+    grid = client.read_grid(model.name, "heat")
+    np.testing.assert_array_equal(grid.values, model.values)
+    assert (grid.row_begin, grid.col_begin, grid.grid) == (-10, -10, model.grid)
+    with pytest.raises(ValueError, match="no cells"):
+        client.read_grid(model.name, "things")
+
+
+def test_the_past(client: Client, site: str) -> None:
+    client.create_layer(site, LayerSpec(name="things", kind=LayerKind.SEMANTIC))
+    chair = MapObject("chair", shapely.box(0, 0, 1, 1))
+    revisions = [client.apply_edits(site, PutObject("things", chair)).revision for _ in range(5)]
+    for n, revision in enumerate(revisions, 1):
+        answer = client.query_value(site, "chair", as_of=revision)
+        assert (answer.revision, len(answer.objects)) == (revision, n)
+    # As of the time of a commit there is the commit, to the microsecond.
+    for entry in client.list_revisions(site).revisions:
+        assert client.query_point(site, (0, 0), as_of=entry.time).revision >= entry.revision
+        earlier = client.query_point(
+            site, (0, 0), as_of=entry.time - timedelta(microseconds=1), layers=()
+        )
+        assert earlier.revision <= entry.revision
+    with pytest.raises(OutOfRange, match=str(revisions[-1])):
+        client.query_point(site, (0, 0), as_of=revisions[-1] + 1)
+    with pytest.raises(ValueError, match="time zone"):
+        client.query_point(site, (0, 0), as_of=datetime.now())
+
+
+def test_frames_that_hang_together_and_not(client: Client, site: str) -> None:
+    client.set_transform(site, "map", "dock", Pose(10, 0, math.pi / 2))
+    client.set_transform(site, "island", "tree", Pose(1, 1, 0))
+    client.create_layer(site, LayerSpec(name="things", kind=LayerKind.SEMANTIC))
+    client.apply_edits(site, PutObject("things", MapObject("chair", shapely.box(0, 0, 1, 1))))
+    (found,) = client.query_point(site, (0.5, 9.5), frame_id="dock")["things"].objects
+    assert found.label == "chair"
+    lost = client.query_point(site, (0, 0), frame_id="tree")["things"]
+    assert lost.status == AnswerStatus.NO_TRANSFORM
+    with pytest.raises(NotFound, match="moon"):
+        client.query_point(site, (0, 0), frame_id="moon")
+
+
+def test_questions_that_make_no_sense(client: Client, model: Model) -> None:
+    with pytest.raises(InvalidArgument):
+        client.query_point(model.name, (math.nan, 0))
+    with pytest.raises(ValueError, match="x and y"):
+        client.query_point(model.name, (1, 2, 3))
+    with pytest.raises(InvalidArgument, match="area"):
+        client.query_area(model.name, [(0, 0), (1, 1), (1, 0), (0, 1)])
+    with pytest.raises(TypeError, match="Polygon"):
+        client.query_area(model.name, shapely.Point(0, 0))
+    with pytest.raises(KeyError):
+        client.query_point(model.name, (0, 0), layers="things")["heat"]
