@@ -1,0 +1,35 @@
+#!/bin/bash
+# Builds the web parts: the client, BUILD/dashboard and BUILD/bin/hypermap-gateway.
+#
+#   client_libs/web/build.sh [BUILD]    the build folder, default build
+#
+# Packages are installed anew when the lock file has changed. Exit code 77: no Node or Go here that
+# could build them.
+set -euo pipefail
+build=$(realpath -m "${1:-$(dirname "$0")/../../build}")
+cd "$(dirname "$0")"
+source ./tools.sh
+
+build_packages() {
+  if [[ ! node_modules/.package-lock.json -nt package-lock.json ]]; then
+    PLAYWRIGHT_SKIP_BROWSER_DOWNLOAD=1 npm ci --silent --no-audit --no-fund
+    touch node_modules/.package-lock.json
+  fi
+  npm run --silent build --workspace client
+  npm run --silent build --workspace dashboard -- --logLevel warn \
+    --emptyOutDir --outDir "$build/dashboard"
+}
+
+# The gateway knows the messages by their descriptors.
+build_gateway() {
+  (
+    cd ../../proto
+    find . -name '*.proto' -printf '%P\0' | sort -z | xargs -0 protoc --include_imports \
+      --descriptor_set_out=../client_libs/web/gateway/schema/hypermap.binpb
+  )
+  (cd gateway && go build -trimpath -o "$build/bin/hypermap-gateway" .)
+}
+
+require_tools
+build_packages
+build_gateway

@@ -1,0 +1,52 @@
+import type { MessageInitShape } from '@bufbuild/protobuf';
+import type { CallOptions } from '@connectrpc/connect';
+import type { HypermapClient } from './client.js';
+import type { ExportMapRequestSchema } from './gen/hypermap/v1/catalog_service_pb.js';
+
+export interface MapFile {
+  name: string;
+  data: Blob;
+}
+
+export interface ExportedMap {
+  revision: bigint;
+  /** One line for each thing of the map that the format can't carry. */
+  omissions: string[];
+  files: MapFile[];
+}
+
+/** Writes a map or some of its layers as interchange files. */
+export async function exportMap(
+  client: HypermapClient,
+  request: MessageInitShape<typeof ExportMapRequestSchema>,
+  options?: CallOptions,
+): Promise<ExportedMap> {
+  let revision = 0n;
+  let omissions: string[] = [];
+  const pieces = new Map<string, BlobPart[]>();
+  for await (const { part } of client.catalog.exportMap(request, options)) {
+    if (part.case === 'header') {
+      ({ revision, omissions } = part.value);
+    } else if (part.case === 'chunk') {
+      const { fileName, data } = part.value;
+      const file = pieces.get(fileName) ?? [];
+      file.push(data as BlobPart);
+      pieces.set(fileName, file);
+    }
+  }
+  const files = Array.from(pieces, ([name, parts]) => ({ name, data: new Blob(parts) }));
+  return { revision, omissions, files };
+}
+
+/** A copy of the map as the server keeps it: a GeoPackage. */
+export async function backupMap(
+  client: HypermapClient,
+  map: string,
+  options?: CallOptions,
+): Promise<MapFile> {
+  const parts: BlobPart[] = [];
+  for await (const { data } of client.catalog.backupMap({ map }, options)) {
+    parts.push(data as BlobPart);
+  }
+  return { name: `${map}.gpkg`, data: new Blob(parts, { type: 'application/geopackage+sqlite3' }) };
+}

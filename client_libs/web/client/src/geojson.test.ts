@@ -1,0 +1,97 @@
+import { create } from '@bufbuild/protobuf';
+import { describe, expect, test } from 'vitest';
+import { runsOf, runToGeoJson } from './cells.js';
+import { GridGeometrySchema } from './gen/hypermap/v1/layer_pb.js';
+import { ObjectSchema } from './gen/hypermap/v1/object_pb.js';
+import { CellRunsSchema } from './gen/hypermap/v1/query_service_pb.js';
+import { objectToFeature, polygonFromGeoJson, polygonToGeoJson } from './geojson.js';
+
+const outer = [
+  [0, 0],
+  [4, 0],
+  [4, 4],
+  [0, 4],
+];
+const hole = [
+  [1, 1],
+  [1, 2],
+  [2, 2],
+];
+const closed = (ring: number[][]) => [...ring, ring[0] ?? []];
+
+describe('polygons', () => {
+  test('keep their rings both ways', () => {
+    const geojson = { type: 'Polygon' as const, coordinates: [closed(outer), closed(hole)] };
+    const polygon = polygonFromGeoJson(geojson);
+    expect(polygon.outer?.points).toHaveLength(4);
+    expect(polygon.holes[0]?.points).toHaveLength(3);
+    expect(polygonToGeoJson(polygon)).toEqual(geojson);
+  });
+
+  test('may come open, and with heights', () => {
+    const flat = polygonFromGeoJson({ type: 'Polygon', coordinates: [closed(outer)] });
+    const tall = outer.map(([x = 0, y = 0]) => [x, y, 1.5]);
+    expect(polygonFromGeoJson({ type: 'Polygon', coordinates: [tall] })).toEqual(flat);
+  });
+
+  test('have a ring', () => {
+    expect(() => polygonFromGeoJson({ type: 'Polygon', coordinates: [] })).toThrow(RangeError);
+  });
+});
+
+test('an object becomes a feature', () => {
+  const object = create(ObjectSchema, {
+    id: 9007199254740993n,
+    label: 'chair',
+    classes: { chair: 0.9, couch: 0.1 },
+    existence: 0.75,
+    polygon: polygonFromGeoJson({ type: 'Polygon', coordinates: [outer] }),
+    tags: ['red'],
+    attributes: {
+      seats: { value: { case: 'intValue', value: 1n } },
+      broken: { value: { case: 'boolValue', value: false } },
+    },
+    height: { lowM: 0, highM: 0.9 },
+    version: 3n,
+  });
+  expect(objectToFeature(object, 'things')).toEqual({
+    type: 'Feature',
+    id: '9007199254740993',
+    geometry: { type: 'Polygon', coordinates: [closed(outer)] },
+    properties: {
+      label: 'chair',
+      classes: { chair: 0.9, couch: 0.1 },
+      existence: 0.75,
+      tags: ['red'],
+      attributes: { seats: 1n, broken: false },
+      height: { low: 0, high: 0.9 },
+      version: 3n,
+      layer: 'things',
+    },
+  });
+});
+
+test('a run of cells covers its rectangle, turned and moved as its grid', () => {
+  const grid = create(GridGeometrySchema, {
+    origin: { x: 10, y: 20, yaw: Math.PI / 2 },
+    resolutionM: 0.5,
+  });
+  const cells = create(CellRunsSchema, {
+    grid,
+    rows: [-2],
+    colBegins: [4],
+    colEnds: [8],
+    values: [0.25],
+  });
+  const runs = [...runsOf(cells)];
+  expect(runs).toEqual([{ row: -2, colBegin: 4, colEnd: 8, value: 0.25 }]);
+  const [ring] = runs.flatMap((run) => runToGeoJson(run, grid).coordinates);
+  const expected = closed([
+    [11, 22],
+    [11, 24],
+    [10.5, 24],
+    [10.5, 22],
+  ]);
+  expect(ring).toHaveLength(expected.length);
+  ring?.flat().forEach((value, i) => expect(value).toBeCloseTo(expected.flat()[i] ?? NaN, 12));
+});

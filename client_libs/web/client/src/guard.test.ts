@@ -1,0 +1,100 @@
+import { Code, ConnectError, createRouterTransport } from '@connectrpc/connect';
+import { expect, test } from 'vitest';
+import { createHypermapClient } from './client.js';
+import { CatalogService } from './gen/hypermap/v1/catalog_service_pb.js';
+import { EditService } from './gen/hypermap/v1/edit_service_pb.js';
+import { ExplorationService } from './gen/hypermap/v1/exploration_service_pb.js';
+
+/** A server that fails so often, and the request ids and tokens that it was sent. */
+function failing(times: number, code: Code) {
+  const ids: string[] = [];
+  const tokens: (string | null)[] = [];
+  const fail = () => {
+    if (times-- > 0) throw new ConnectError('not now', code);
+  };
+  const transport = createRouterTransport(({ service }) => {
+    service(EditService, {
+      applyEdits(request, { requestHeader }) {
+        ids.push(request.requestId);
+        tokens.push(requestHeader.get('Authorization'));
+        fail();
+        return { revision: 1n };
+      },
+    });
+    service(CatalogService, {
+      listMaps() {
+        ids.push('');
+        fail();
+        return {};
+      },
+    });
+    service(ExplorationService, {
+      renewGoal() {
+        ids.push('');
+        fail();
+        return {};
+      },
+    });
+  });
+  return { transport, ids, tokens };
+}
+
+test('a mutation is sent again with its id while the server cannot be reached', async () => {
+  const { transport, ids } = failing(2, Code.Unavailable);
+  const { revision } = await createHypermapClient(transport).edit.applyEdits({ map: 'm' });
+  expect(revision).toBe(1n);
+  expect(ids).toHaveLength(3);
+  expect(new Set(ids).size).toBe(1);
+  expect(ids[0]).toMatch(/^[0-9a-f]{32}$/);
+});
+
+test('two mutations have two ids, and an id that is given is kept', async () => {
+  const { transport, ids } = failing(0, Code.Unavailable);
+  const { edit } = createHypermapClient(transport);
+  await edit.applyEdits({ map: 'm' });
+  await edit.applyEdits({ map: 'm' });
+  await edit.applyEdits({ map: 'm', requestId: 'mine' });
+  expect(new Set(ids).size).toBe(3);
+  expect(ids[2]).toBe('mine');
+});
+
+test('a question is asked again, what says no and what may count twice is not', async () => {
+  const question = failing(1, Code.Unavailable);
+  await createHypermapClient(question.transport).catalog.listMaps({});
+  expect(question.ids).toHaveLength(2);
+
+  const refused = failing(1, Code.Aborted);
+  await expect(createHypermapClient(refused.transport).edit.applyEdits({})).rejects.toMatchObject({
+    code: Code.Aborted,
+  });
+  expect(refused.ids).toHaveLength(1);
+
+  const unguarded = failing(1, Code.Unavailable);
+  await expect(
+    createHypermapClient(unguarded.transport).exploration.renewGoal({}),
+  ).rejects.toMatchObject({ code: Code.Unavailable });
+  expect(unguarded.ids).toHaveLength(1);
+});
+
+test('gives up after so many tries, and at once when it is no longer wanted', async () => {
+  const { transport, ids } = failing(9, Code.Unavailable);
+  await expect(
+    createHypermapClient(transport, { retries: 1 }).edit.applyEdits({}),
+  ).rejects.toMatchObject({ code: Code.Unavailable });
+  expect(ids).toHaveLength(2);
+  await expect(
+    createHypermapClient(transport).edit.applyEdits({}, { signal: AbortSignal.abort() }),
+  ).rejects.toMatchObject({ code: Code.Canceled });
+  expect(ids.length).toBeLessThanOrEqual(3);
+});
+
+test('the token goes with each call, as it is at that time', async () => {
+  const { transport, tokens } = failing(0, Code.Unavailable);
+  let token: string | undefined = 'first';
+  const { edit } = createHypermapClient(transport, { token: () => token });
+  await edit.applyEdits({});
+  token = undefined;
+  await edit.applyEdits({});
+  await createHypermapClient(transport, { token: 'fixed' }).edit.applyEdits({});
+  expect(tokens).toEqual(['Bearer first', null, 'Bearer fixed']);
+});

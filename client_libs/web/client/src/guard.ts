@@ -1,0 +1,46 @@
+import type { DescMessage, DescMethodUnary, MessageInitShape } from '@bufbuild/protobuf';
+import type { Transport } from '@connectrpc/connect';
+import { newRequestId } from './request_id.js';
+import { retrying } from './retry.js';
+
+export interface GuardOptions {
+  /** Sent as a bearer token; a function is asked before each call. */
+  token?: string | (() => string | undefined);
+  /** How often a call is sent again while the server can't be reached. Default 3. */
+  retries?: number;
+}
+
+/** The transport with tokens, request ids and retries. */
+export function guard(transport: Transport, { token, retries = 3 }: GuardOptions): Transport {
+  const withToken = (given: HeadersInit | undefined): Headers => {
+    const header = new Headers(given);
+    const now = typeof token === 'function' ? token() : token;
+    if (now) header.set('Authorization', `Bearer ${now}`);
+    return header;
+  };
+  return {
+    unary(method, signal, timeoutMs, header, input, contextValues) {
+      const message = withRequestId(method.input, input);
+      const send = () =>
+        transport.unary(method, signal, timeoutMs, withToken(header), message, contextValues);
+      return canBeRepeated(method) ? retrying(send, { retries, signal }) : send();
+    },
+    stream(method, signal, timeoutMs, header, input, contextValues) {
+      return transport.stream(method, signal, timeoutMs, withToken(header), input, contextValues);
+    },
+  };
+}
+
+function withRequestId<I extends DescMessage>(
+  schema: I,
+  input: MessageInitShape<I>,
+): MessageInitShape<I> {
+  const given = input as { requestId?: string };
+  if (!schema.field['requestId'] || given.requestId) return input;
+  return { ...input, requestId: newRequestId() };
+}
+
+// The server answers a request id that it knows as it did before; questions change nothing.
+function canBeRepeated(method: DescMethodUnary): boolean {
+  return Boolean(method.input.field['requestId']) || /^(Get|List|Query|Explain)/.test(method.name);
+}

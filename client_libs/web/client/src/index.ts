@@ -1,0 +1,29 @@
+export { createHypermapClient, type HypermapClient, type HypermapClientOptions } from './client.js';
+export { watch, type WatchEvent, type WatchOptions, type WatchState } from './watch.js';
+export { backupMap, exportMap, type ExportedMap, type MapFile } from './files.js';
+export {
+  objectToFeature,
+  polygonFromGeoJson,
+  polygonToGeoJson,
+  type ObjectProperties,
+} from './geojson.js';
+export { runsOf, runToGeoJson, type CellRun } from './cells.js';
+export { isTransient } from './retry.js';
+export { newRequestId } from './request_id.js';
+
+export * from './gen/hypermap/v1/catalog_service_pb.js';
+export * from './gen/hypermap/v1/edit_pb.js';
+export * from './gen/hypermap/v1/edit_service_pb.js';
+export * from './gen/hypermap/v1/exploration_service_pb.js';
+export * from './gen/hypermap/v1/geometry_pb.js';
+export * from './gen/hypermap/v1/ingest_service_pb.js';
+export * from './gen/hypermap/v1/layer_pb.js';
+export * from './gen/hypermap/v1/object_pb.js';
+export * from './gen/hypermap/v1/observation_pb.js';
+export * from './gen/hypermap/v1/query_service_pb.js';
+export * from './gen/hypermap/v1/watch_service_pb.js';
+
+// What callers need of the libraries beneath, so that they need not name their versions.
+export { create, toJson, type MessageInitShape } from '@bufbuild/protobuf';
+export { timestampDate, timestampFromDate } from '@bufbuild/protobuf/wkt';
+export { Code, ConnectError } from '@connectrpc/connect';

@@ -1,0 +1,216 @@
+import { createConnectTransport, createGrpcWebTransport } from '@connectrpc/connect-web';
+import { createGrpcTransport } from '@connectrpc/connect-node';
+import { Code, type Transport } from '@connectrpc/connect';
+import { mkdtemp, rm } from 'node:fs/promises';
+import { tmpdir } from 'node:os';
+import { join } from 'node:path';
+import { afterAll, beforeAll, describe, expect, test } from 'vitest';
+import { Server } from '../../e2e/support/programs.js';
+import {
+  AnswerStatus,
+  backupMap,
+  ChangeKind,
+  createHypermapClient,
+  exportMap,
+  FileFormat,
+  LayerKind,
+  newRequestId,
+  polygonFromGeoJson,
+  watch,
+  type HypermapClient,
+  type WatchState,
+} from './index.js';
+
+let folder: string;
+let server: Server;
+let gateway: Server;
+
+const serve = (listen: string) =>
+  Server.start('hypermapd', [`--data_dir=${folder}`, `--listen=${listen}`]);
+
+beforeAll(async () => {
+  folder = await mkdtemp(join(tmpdir(), 'hypermap_client_'));
+  server = await serve('127.0.0.1:0');
+  gateway = await Server.start('hypermap-gateway', [
+    `--server=${server.address}`,
+    '--listen=127.0.0.1:0',
+    `--dashboard=${folder}`,
+  ]);
+});
+
+afterAll(async () => {
+  await Promise.all([gateway?.stop(), server?.stop()]);
+  await rm(folder, { recursive: true, force: true });
+});
+
+const square = (x: number, y: number, side = 1) =>
+  polygonFromGeoJson({
+    type: 'Polygon',
+    coordinates: [
+      [
+        [x, y],
+        [x + side, y],
+        [x + side, y + side],
+        [x, y + side],
+      ],
+    ],
+  });
+
+/** A map with a layer of things, and one thing in it. */
+async function drawMap(client: HypermapClient): Promise<string> {
+  const map = `map-${newRequestId()}`;
+  await client.catalog.createMap({ map });
+  await client.catalog.createLayer({ map, layer: { name: 'things', kind: LayerKind.SEMANTIC } });
+  await put(client, map, 'chair', 0);
+  return map;
+}
+
+async function put(client: HypermapClient, map: string, label: string, x: number): Promise<bigint> {
+  const { revision } = await client.edit.applyEdits({
+    map,
+    edits: [
+      {
+        edit: {
+          case: 'putObject',
+          value: { layer: 'things', object: { label, polygon: square(x, 0) } },
+        },
+      },
+    ],
+  });
+  return revision;
+}
+
+const transports: Record<string, () => Transport | string> = {
+  'gRPC to the server': () => createGrpcTransport({ baseUrl: `http://${server.address}` }),
+  'Connect through the gateway': () =>
+    createConnectTransport({ baseUrl: gateway.address, useBinaryFormat: true }),
+  'Connect with JSON through the gateway': () =>
+    createConnectTransport({ baseUrl: gateway.address }),
+  'gRPC-Web through the gateway': () => createGrpcWebTransport({ baseUrl: gateway.address }),
+  'the URL of the gateway': () => `${gateway.address}/`,
+};
+
+describe.each(Object.entries(transports))('by %s', (_, transport) => {
+  test('asks the three questions', async () => {
+    const client = createHypermapClient(transport());
+    const map = await drawMap(client);
+
+    const at = await client.query.queryPoint({ map, point: { x: 0.5, y: 0.5 } });
+    expect(at.layers[0]?.status).toBe(AnswerStatus.VALUE);
+    expect(at.layers[0]?.objects.map(({ label }) => label)).toEqual(['chair']);
+
+    const inside = [];
+    for await (const { part } of client.query.queryArea({ map, area: square(0.5, 0.5) })) {
+      inside.push(...(part?.objects ?? []));
+    }
+    expect(inside.map(({ label }) => label)).toEqual(['chair']);
+
+    const found = [];
+    for await (const { part } of client.query.queryValue({ map, value: 'chair' })) {
+      found.push(...(part?.objects ?? []));
+    }
+    expect(found).toEqual(inside);
+    expect(found[0]?.centroid).toMatchObject({ x: 0.5, y: 0.5 });
+  });
+
+  test('errors come with their code and the words of the server', async () => {
+    const client = createHypermapClient(transport());
+    await expect(client.catalog.getMap({ map: 'nowhere' })).rejects.toMatchObject({
+      code: Code.NotFound,
+      rawMessage: expect.stringContaining('nowhere'),
+    });
+    const answers = client.query.queryValue({ map: 'nowhere', value: 'chair' });
+    await expect(answers[Symbol.asyncIterator]().next()).rejects.toMatchObject({
+      code: Code.NotFound,
+    });
+  });
+
+  test('the same request id changes the map once', async () => {
+    const client = createHypermapClient(transport());
+    const map = await drawMap(client);
+    const edit = {
+      map,
+      requestId: newRequestId(),
+      edits: [
+        {
+          edit: {
+            case: 'putObject' as const,
+            value: { layer: 'things', object: { label: 'table', polygon: square(5, 5) } },
+          },
+        },
+      ],
+    };
+    const first = await client.edit.applyEdits(edit);
+    expect(await client.edit.applyEdits(edit)).toEqual(first);
+    expect((await client.catalog.getLayer({ map, layer: 'things' })).layer?.size).toBe(2n);
+  });
+
+  test('what is watched is told at once, and what was missed later', async () => {
+    const client = createHypermapClient(transport());
+    const map = await drawMap(client);
+    const labels: string[] = [];
+    let last = 0n;
+    for await (const event of watch(client, { map })) {
+      last = event.revision;
+      for (const { kind, object } of event.changes) {
+        if (kind === ChangeKind.PUT) labels.push(object?.label ?? '');
+      }
+      if (labels.length === 1) await put(client, map, 'couch', 2);
+      if (labels.length === 2) break;
+    }
+    expect(labels).toEqual(['chair', 'couch']);
+
+    await put(client, map, 'plant', 4);
+    for await (const event of watch(client, { map, startRevision: last })) {
+      labels.push(...event.changes.map(({ object }) => object?.label ?? ''));
+      if (event.changes.length > 0) break;
+    }
+    expect(labels).toEqual(['chair', 'couch', 'plant']);
+  });
+
+  test('files come out whole', async () => {
+    const client = createHypermapClient(transport());
+    const map = await drawMap(client);
+    const { files, revision } = await exportMap(client, { map, format: FileFormat.GEOJSON });
+    expect(revision).toBeGreaterThan(0n);
+    expect(await Promise.all(files.map(({ data }) => data.text()))).toEqual([
+      expect.stringContaining('chair'),
+    ]);
+    const copy = await backupMap(client, map);
+    expect(copy.name).toBe(`${map}.gpkg`);
+    expect(await copy.data.slice(0, 15).text()).toBe('SQLite format 3');
+  });
+});
+
+test('a watch outlives the server, misses nothing and repeats nothing', async () => {
+  const client = createHypermapClient(gateway.address);
+  const map = await drawMap(client);
+  const states: WatchState[] = [];
+  const revisions: bigint[] = [];
+  let disconnected: () => void;
+  const broken = new Promise<void>((resolve) => (disconnected = resolve));
+  const onState = (state: WatchState) => {
+    states.push(state);
+    if (state === 'disconnected') disconnected();
+  };
+  const following = (async () => {
+    const backoff = { firstMs: 20, longestMs: 50 };
+    for await (const event of watch(client, { map, startRevision: 0n }, { onState, backoff })) {
+      if (event.changes.length > 0) revisions.push(event.revision);
+      if (event.revision === 6n) return;
+    }
+  })();
+  for (let revision = 2n; revision < 4n;) revision = await put(client, map, 'before', 2);
+
+  await server.stop('SIGKILL');
+  await broken;
+  const edited = put(createHypermapClient(gateway.address, { retries: 20 }), map, 'after', 3);
+  server = await serve(server.address);
+  expect(await edited).toBe(5n);
+  await put(client, map, 'after', 4);
+
+  await following;
+  expect(revisions).toEqual([1n, 2n, 3n, 4n, 5n, 6n]);
+  expect(states.at(-1)).toBe('live');
+  expect(states.filter((state) => state === 'live')).toHaveLength(2);
+});

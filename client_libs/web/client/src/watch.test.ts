@@ -1,0 +1,180 @@
+import type { MessageInitShape } from '@bufbuild/protobuf';
+import { Code, ConnectError, createRouterTransport } from '@connectrpc/connect';
+import { expect, test } from 'vitest';
+import { createHypermapClient } from './client.js';
+import {
+  WatchService,
+  type WatchRequest,
+  type WatchResponseSchema,
+} from './gen/hypermap/v1/watch_service_pb.js';
+import { watch, type WatchEvent, type WatchOptions, type WatchState } from './watch.js';
+
+type Told = MessageInitShape<typeof WatchResponseSchema>;
+type Connection = (request: WatchRequest, signal: AbortSignal) => AsyncIterable<Told>;
+
+const soon = { firstMs: 1, longestMs: 1 };
+const change = (id: bigint) => ({ objectId: id });
+
+async function* tell(...messages: (Told | ConnectError)[]): AsyncIterable<Told> {
+  for (const message of messages) {
+    if (message instanceof ConnectError) throw message;
+    yield message;
+  }
+}
+
+/** Watches a server with such connections, one after the other, until the last has ended. */
+async function follow(connections: Connection[], options: WatchOptions = {}, start?: bigint) {
+  const requests: WatchRequest[] = [];
+  const stop = new AbortController();
+  const transport = createRouterTransport(({ service }) => {
+    service(WatchService, {
+      watch(request, { signal }) {
+        requests.push(request);
+        const connection = connections[requests.length - 1];
+        if (!connection) {
+          stop.abort();
+          return tell();
+        }
+        return connection(request, signal);
+      },
+    });
+  });
+  const events: WatchEvent[] = [];
+  const request = start === undefined ? { map: 'm' } : { map: 'm', startRevision: start };
+  const all = watch(createHypermapClient(transport), request, {
+    backoff: soon,
+    signal: stop.signal,
+    ...options,
+  });
+  for await (const event of all) events.push(event);
+  const ids = (event: WatchEvent) => event.changes.map(({ objectId }) => objectId);
+  return {
+    requests,
+    events,
+    told: events.map((event) => [event.revision, ids(event)] as const),
+    starts: requests.map(({ startRevision }) => startRevision),
+  };
+}
+
+const lost = new ConnectError('lost', Code.Unavailable);
+
+test('goes on after the last whole revision, and tells no half of one', async () => {
+  const { told, starts } = await follow([
+    () =>
+      tell(
+        { revision: 4n, snapshot: true, changes: [change(1n)] },
+        { revision: 5n, changes: [change(2n)] },
+        { revision: 6n, changes: [change(3n)], more: true },
+        lost,
+      ),
+    () =>
+      tell(
+        { revision: 6n, changes: [change(3n)], more: true },
+        { revision: 6n, changes: [change(4n)] },
+        lost,
+      ),
+  ]);
+  expect(told).toEqual([
+    [4n, [1n]],
+    [5n, [2n]],
+    [6n, [3n, 4n]],
+  ]);
+  expect(starts).toEqual([undefined, 5n, 6n]);
+});
+
+test('tells the parts of a snapshot as they come, and begins it anew when it broke', async () => {
+  const { events, starts } = await follow([
+    () =>
+      tell(
+        { revision: 4n, snapshot: true, more: true, changes: [change(1n)] },
+        { revision: 4n, snapshot: true, more: true, changes: [change(2n)] },
+        lost,
+      ),
+    () =>
+      tell(
+        { revision: 7n, snapshot: true, more: true, changes: [change(1n)] },
+        { revision: 7n, snapshot: true, changes: [change(2n)] },
+      ),
+  ]);
+  expect(events.map(({ reset, complete }) => [reset, complete])).toEqual([
+    [true, false],
+    [false, false],
+    [true, false],
+    [false, true],
+  ]);
+  expect(starts).toEqual([undefined, undefined, 7n]);
+});
+
+test('messages that come together are told one by one', async () => {
+  const { told, requests } = await follow([
+    () =>
+      tell({
+        coalesced: [
+          { revision: 2n, changes: [change(1n)], more: true },
+          { revision: 2n, changes: [change(2n)] },
+          { revision: 3n },
+        ],
+      }),
+  ]);
+  expect(told).toEqual([
+    [2n, [1n, 2n]],
+    [3n, []],
+  ]);
+  expect(requests[0]?.coalesce).toBe(true);
+});
+
+test('asks for a new snapshot when the changes since are not kept any more', async () => {
+  const { starts } = await follow(
+    [
+      () => tell(new ConnectError('the oldest is 90', Code.OutOfRange)),
+      () => tell({ revision: 99n, snapshot: true }),
+    ],
+    {},
+    5n,
+  );
+  expect(starts).toEqual([5n, undefined, 99n]);
+});
+
+test('throws what trying again cannot mend', async () => {
+  for (const code of [Code.NotFound, Code.Unauthenticated, Code.InvalidArgument]) {
+    const failure = follow([() => tell(new ConnectError('no', code))]);
+    await expect(failure).rejects.toMatchObject({ code });
+  }
+});
+
+test('gives a silent connection up', async () => {
+  const silent: Connection = async function* (_, signal) {
+    yield { revision: 1n, snapshot: true };
+    await new Promise((resolve) => signal.addEventListener('abort', resolve));
+  };
+  const states: [WatchState, string | undefined][] = [];
+  const { starts } = await follow([silent], {
+    silenceMs: 20,
+    onState: (state, reason) => states.push([state, reason?.rawMessage]),
+  });
+  expect(starts).toEqual([undefined, 1n]);
+  expect(states.slice(0, 3)).toEqual([
+    ['connecting', undefined],
+    ['live', undefined],
+    ['disconnected', 'the server was silent for 20 ms'],
+  ]);
+});
+
+test('leaving the loop ends the call', async () => {
+  let ended: (() => void) | undefined;
+  const end = new Promise<void>((resolve) => (ended = resolve));
+  const transport = createRouterTransport(({ service }) => {
+    service(WatchService, {
+      async *watch(_, { signal }) {
+        signal.addEventListener('abort', () => ended?.());
+        yield { revision: 1n };
+        await end;
+      },
+    });
+  });
+  for await (const { revision } of watch(createHypermapClient(transport), { map: 'm' })) {
+    expect(revision).toBe(1n);
+    break;
+  }
+  await end;
+});

@@ -1,0 +1,26 @@
+import { useEffect } from 'preact/hooks';
+import { MapView } from '../map/map_view';
+import { addEditKeys } from '../panels/edit_keys';
+import { listenForShortcuts } from '../panels/kit/shortcuts';
+import { mapName } from '../state/site';
+import './base.css';
+import { Help } from './help';
+import { addPageKeys } from './keys';
+import { Layout } from './layout';
+import './theme.css';
+
+export function App() {
+  useEffect(listenForShortcuts, []);
+  useEffect(addPageKeys, []);
+  useEffect(addEditKeys, []);
+  useEffect(() => {
+    document.title = mapName.value === undefined ? 'Hypermap' : `${mapName.value} · Hypermap`;
+  }, [mapName.value]);
+  return (
+    <>
+      <MapView />
+      <Layout />
+      <Help />
+    </>
+  );
+}

@@ -1,0 +1,51 @@
+import { signal } from '@preact/signals';
+import { useEffect, useRef } from 'preact/hooks';
+import { CloseIcon } from '../panels/kit/icons';
+import { allShortcuts } from '../panels/kit/shortcuts';
+import './help.css';
+
+export const helpOpen = signal(false);
+
+/** Of the map itself, while it has the focus. */
+const MAP_KEYS: readonly [key: string, what: string][] = [
+  ['Arrows', 'Move the map'],
+  ['+  −', 'Zoom'],
+  ['Enter', 'What is in the middle?'],
+];
+
+function words(key: string): string {
+  return key
+    .replace(/^mod\+/, 'Ctrl+')
+    .replace(/\+(\w)$/, (_, last: string) => `+${last.toUpperCase()}`);
+}
+
+/** All keys of the page. */
+export function Help() {
+  const dialog = useRef<HTMLDialogElement>(null);
+  useEffect(() => {
+    if (helpOpen.value) dialog.current?.showModal();
+  }, [helpOpen.value]);
+  if (!helpOpen.value) return null;
+  const close = () => (helpOpen.value = false);
+  const keys = [...allShortcuts().map(({ key, what }) => [key, what] as const), ...MAP_KEYS];
+  return (
+    <dialog ref={dialog} class="card help" aria-label="Keys" onClose={close}>
+      <header class="row">
+        <h2 class="grow">Keys</h2>
+        <button class="bare" aria-label="Close" onClick={close}>
+          <CloseIcon />
+        </button>
+      </header>
+      <dl>
+        {keys.map(([key, what]) => (
+          <div key={key} class="row">
+            <dt>
+              <kbd>{words(key)}</kbd>
+            </dt>
+            <dd>{what}</dd>
+          </div>
+        ))}
+      </dl>
+    </dialog>
+  );
+}

@@ -1,0 +1,141 @@
+import { useEffect } from 'preact/hooks';
+import { mapPadding } from '../map/padding';
+import { scale } from '../map/scale';
+import { panels } from '../panels';
+import { activePanel, openPanel, togglePanel } from '../panels/active';
+import { CloseIcon } from '../panels/kit/icons';
+import { addShortcut } from '../panels/kit/shortcuts';
+import type { Panel } from '../panels/panel';
+import { asOf } from '../state/time';
+import { covered } from './covered';
+import { Header } from './header';
+import './layout.css';
+import { MapControls } from './map_controls';
+import { MapNotices } from './map_notices';
+import { ScaleLine } from './scale_line';
+import { wide } from './wide';
+
+function Tabs({ of }: { of: readonly Panel[] }) {
+  return (
+    <nav class="tabs" aria-label="Panels">
+      {of.map(({ id, title, icon: TabIcon, shortcut }) => (
+        <button
+          key={id}
+          aria-pressed={activePanel.value === id}
+          title={`${title} (${shortcut})`}
+          onClick={() => togglePanel(id)}
+        >
+          <TabIcon />
+          <span>{title}</span>
+        </button>
+      ))}
+    </nav>
+  );
+}
+
+function PanelCard({ panel }: { panel: Panel }) {
+  const { id, title, component: Content } = panel;
+  return (
+    <section class="card panel" aria-labelledby={`panel-${id}`}>
+      <header class="row">
+        <h2 id={`panel-${id}`} class="grow">
+          {title}
+        </h2>
+        <button class="bare" aria-label={`Close ${title}`} onClick={() => togglePanel(id)}>
+          <CloseIcon />
+        </button>
+      </header>
+      <div class="panel-content">
+        <Content />
+      </div>
+    </section>
+  );
+}
+
+/** Panels that are always there get the focus, others are opened. */
+function goTo(id: string, place: Panel['place']): void {
+  const section = document.getElementById(`section-${id}`);
+  if (wide.value && place !== 'right' && section) {
+    section.querySelector<HTMLElement>('input, button, select')?.focus();
+  } else {
+    openPanel(id);
+  }
+}
+
+function Wide() {
+  const open = panels.find(({ id, place }) => place === 'right' && id === activePanel.value);
+  return (
+    <div class="wide" style={{ zoom: scale.value }}>
+      <div class="left">
+        <Header />
+        {panels
+          .filter(({ place }) => place === 'left')
+          .map(({ id, title, component: Content }) => (
+            <section key={id} id={`section-${id}`} class="card panel" aria-label={title}>
+              <h2 class="unseen">{title}</h2>
+              <div class="panel-content">
+                <Content />
+              </div>
+            </section>
+          ))}
+      </div>
+      <div class="middle">
+        <MapNotices />
+        {panels
+          .filter(({ place }) => place === 'bottom')
+          .map(({ id, title, component: Content }) => (
+            <section key={id} id={`section-${id}`} class="card bar" aria-label={title}>
+              <Content />
+            </section>
+          ))}
+      </div>
+      <div class="right">
+        {open && <PanelCard key={open.id} panel={open} />}
+        <div class="rail">
+          <Tabs of={panels.filter(({ place }) => place === 'right')} />
+          <MapControls />
+        </div>
+        <ScaleLine />
+      </div>
+    </div>
+  );
+}
+
+function Narrow() {
+  const open = panels.find(({ id }) => id === activePanel.value);
+  return (
+    <div class="narrow">
+      <Header />
+      <div class="middle">
+        <MapNotices />
+        <MapControls />
+        <ScaleLine />
+      </div>
+      <div class="sheet">
+        {open && <PanelCard key={open.id} panel={open} />}
+        <Tabs of={panels} />
+      </div>
+    </div>
+  );
+}
+
+/** All that lies over the map. */
+export function Layout() {
+  useEffect(() => {
+    const stops = panels.map(({ id, title, shortcut, place }) =>
+      addShortcut({ key: shortcut, what: title, act: () => goTo(id, place) }),
+    );
+    return () => {
+      for (const stop of stops) stop();
+    };
+  }, []);
+  useEffect(() => {
+    mapPadding.value = covered.value;
+  }, [covered.value]);
+  return (
+    <>
+      {asOf.value !== undefined && <div class="as-of-frame" />}
+      {wide.value ? <Wide /> : <Narrow />}
+    </>
+  );
+}

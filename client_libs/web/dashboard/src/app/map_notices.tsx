@@ -1,0 +1,108 @@
+import type { ComponentChildren } from 'preact';
+import { cancelTool, toolHint } from '../map/tools';
+import { giveToken, problem, status, tokenWanted, tryAgain } from '../state/connection';
+import { editProblem } from '../state/edits';
+import { live, loading } from '../state/live';
+import { formatTime } from '../panels/kit/format';
+import { layers, mapName, maps } from '../state/site';
+import { asOf, asOfCommit, asOfProblem, backToLive } from '../state/time';
+import './map_notices.css';
+
+function Notice({ kind, children }: { kind?: 'warn' | 'bad'; children: ComponentChildren }) {
+  return (
+    <div class={`card notice ${kind ?? ''}`} role={kind === 'bad' ? 'alert' : 'status'}>
+      {children}
+    </div>
+  );
+}
+
+function TokenForm() {
+  return (
+    <Notice kind="warn">
+      <form
+        class="row"
+        onSubmit={(event) => {
+          event.preventDefault();
+          giveToken(String(new FormData(event.currentTarget).get('token')));
+        }}
+      >
+        <span>{problem.value}</span>
+        <input type="password" name="token" aria-label="Token" placeholder="Token" required />
+        <button class="primary">Sign in</button>
+      </form>
+    </Notice>
+  );
+}
+
+function ConnectionNotice() {
+  if (tokenWanted.value) return <TokenForm />;
+  if (status.value === 'error') {
+    return (
+      <Notice kind="bad">
+        <span class="grow">{problem.value}</span>
+        <button onClick={tryAgain}>Try again</button>
+      </Notice>
+    );
+  }
+  if (status.value === 'disconnected') {
+    return <Notice kind="warn">The server can't be reached. Trying again…</Notice>;
+  }
+  return null;
+}
+
+function AsOfNotice() {
+  if (asOf.value === undefined) return null;
+  const { revision, time } = asOfCommit.value ?? {};
+  const when = time ? formatTime(time) : `revision ${asOf.value}`;
+  return (
+    <Notice kind="warn">
+      <span>{revision === asOf.value ? `As of ${when}` : `Going to revision ${asOf.value}…`}</span>
+      <button onClick={backToLive}>Back to live</button>
+    </Notice>
+  );
+}
+
+function ContentNotice() {
+  if (maps.value?.length === 0) return <Notice>There is no map on this server yet.</Notice>;
+  if (mapName.value === undefined || status.value === 'error') return null;
+  if (loading.value) return <Notice>Loading {mapName.value}…</Notice>;
+  if (layers.value?.length === 0) return <Notice>This map has no layers yet.</Notice>;
+  if (asOf.value === undefined && live.value.stores.value.size === 0) {
+    return <Notice>The layers of this map are empty.</Notice>;
+  }
+  return null;
+}
+
+function EditNotice() {
+  if (editProblem.value === undefined) return null;
+  return (
+    <Notice kind="bad">
+      <span>{editProblem.value}</span>
+      <button onClick={() => (editProblem.value = undefined)}>Dismiss</button>
+    </Notice>
+  );
+}
+
+function ToolNotice() {
+  if (toolHint.value === undefined) return null;
+  return (
+    <Notice>
+      <span>{toolHint.value}</span>
+      <button onClick={cancelTool}>Cancel</button>
+    </Notice>
+  );
+}
+
+/** What must be known of the map as it is shown now. */
+export function MapNotices() {
+  return (
+    <div class="notices">
+      <ConnectionNotice />
+      <AsOfNotice />
+      {asOfProblem.value && <Notice kind="bad">{asOfProblem.value}</Notice>}
+      <ContentNotice />
+      <EditNotice />
+      <ToolNotice />
+    </div>
+  );
+}

@@ -1,0 +1,128 @@
+import { buffer, getHeight, getWidth, type Extent } from 'ol/extent';
+import type { FrameState } from 'ol/Map';
+import type { ObjectDelta, ObjectStore } from '../state/object_store';
+import { AreaPainter } from './area_paint';
+import { CanvasLayer } from './canvas_layer';
+import type { Look } from './look';
+import { ShapeIndex } from './shape_index';
+import { TileSet, type Tile } from './tile_set';
+
+/**
+ * When so many objects are painted in a frame, the rest is left to the next ones. Their number tells
+ * the work better than the clock: browsers put painting off to the end of the frame.
+ */
+const OBJECTS_A_FRAME = 800;
+/** Outlines reach so far beyond their objects, pixels. */
+const MARGIN = 4;
+
+/** Takes a box in metres to pixels of the canvas: its upper left corner, and its side. */
+function placeOf(frame: FrameState, box: Extent): [x: number, y: number, side: number] {
+  const { center, resolution } = frame.viewState;
+  const [width = 0, height = 0] = frame.size;
+  const [minX = 0, , maxX = 0, maxY = 0] = box;
+  const scale = frame.pixelRatio / resolution;
+  const x = (minX - (center[0] ?? 0)) * scale + (width / 2) * frame.pixelRatio;
+  const y = ((center[1] ?? 0) - maxY) * scale + (height / 2) * frame.pixelRatio;
+  return [x, y, (maxX - minX) * scale];
+}
+
+/**
+ * Shows the areas of many objects. They are painted into tiles, a few a frame, so that the map moves
+ * freely; a change paints only the tiles that it touches. While the map is zoomed, the tiles are
+ * stretched, and painted at the new resolution when it comes to rest.
+ */
+export class AreaLayer extends CanvasLayer {
+  readonly #shapes: ShapeIndex;
+  #painter: AreaPainter;
+  #tiles = new TileSet(1);
+  /** What stands in for tiles that are not painted yet. */
+  #before: TileSet | undefined;
+
+  constructor(store: ObjectStore, look: Look) {
+    super();
+    this.#shapes = new ShapeIndex(store.objects.values());
+    this.#painter = new AreaPainter(look);
+  }
+
+  setLook(look: Look): void {
+    this.#painter = new AreaPainter(look);
+    this.#tiles = new TileSet(this.#tiles.resolution);
+    this.#before = undefined;
+    this.changed();
+  }
+
+  update({ put, removed }: ObjectDelta): void {
+    const boxes: Extent[] = [];
+    for (const id of removed) boxes.push(...this.#shapes.remove(id));
+    for (const object of put.values()) boxes.push(...this.#shapes.put(object));
+    for (const box of boxes) {
+      this.#tiles.invalidate(box, MARGIN);
+      this.#before?.invalidate(box, MARGIN);
+    }
+    this.changed();
+  }
+
+  protected override paint(context: CanvasRenderingContext2D, frame: FrameState): void {
+    const box = frame.extent;
+    if (!box) return;
+    const { resolution } = frame.viewState;
+    const isMoving = frame.viewHints.some((count) => count > 0);
+    if (resolution !== this.#tiles.resolution && !isMoving) this.#begin(resolution);
+    if (resolution === this.#tiles.resolution) {
+      const isWhole = this.#paintTiles(this.#tiles.within(box), frame);
+      if (!isWhole)
+        this.changed(); // the others in the frames that follow
+      else if (!isMoving) this.#rest(box);
+    }
+    if (this.#before) drawTiles(context, frame, this.#before, box);
+    drawTiles(context, frame, this.#tiles, box);
+  }
+
+  #begin(resolution: number): void {
+    this.#before = this.#tiles;
+    this.#tiles = new TileSet(resolution);
+  }
+
+  // What lies a view away is kept for those who come back.
+  #rest(box: Extent): void {
+    this.#before = undefined;
+    this.#tiles.trim(buffer(box, Math.max(getWidth(box), getHeight(box))));
+  }
+
+  /** Returns whether all are painted. */
+  #paintTiles(tiles: readonly Tile[], frame: FrameState): boolean {
+    let painted = 0;
+    for (const tile of tiles) {
+      if (!tile.isDirty) continue;
+      if (painted >= OBJECTS_A_FRAME) return false;
+      painted += this.#paintTile(tile, frame.pixelRatio);
+    }
+    return true;
+  }
+
+  /** Returns the number of objects that it shows. */
+  #paintTile(tile: Tile, pixelRatio: number): number {
+    const context = this.#tiles.begin(tile, pixelRatio);
+    if (!context) return 0;
+    const { resolution } = this.#tiles;
+    const shapes = this.#shapes.within(buffer(this.#tiles.box(tile), MARGIN * resolution));
+    for (const shape of shapes) this.#painter.paint(context, shape, resolution);
+    return shapes.length;
+  }
+}
+
+function drawTiles(
+  context: CanvasRenderingContext2D,
+  frame: FrameState,
+  set: TileSet,
+  box: Extent,
+): void {
+  for (const tile of set.paintedWithin(box)) {
+    // Whole pixels: tiles would show seams, and outlines would be blurred.
+    const [left, top, side] = placeOf(frame, set.box(tile));
+    const [x, y] = [Math.round(left), Math.round(top)];
+    const [width, height] = [Math.round(left + side) - x, Math.round(top + side) - y];
+    context.clearRect(x, y, width, height);
+    context.drawImage(tile.canvas, x, y, width, height);
+  }
+}

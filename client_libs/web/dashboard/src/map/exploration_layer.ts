@@ -1,0 +1,61 @@
+import type { Frontier, Goal, UnreachablePlace } from '@hypermap/client';
+import { effect } from '@preact/signals';
+import Feature from 'ol/Feature';
+import type Geometry from 'ol/geom/Geometry';
+import MultiPolygon from 'ol/geom/MultiPolygon';
+import Point from 'ol/geom/Point';
+import VectorLayer from 'ol/layer/Vector';
+import type OlMap from 'ol/Map';
+import VectorSource from 'ol/source/Vector';
+import { explorationReport, type ExplorationReport } from '../state/exploration';
+import { squareAround } from '../state/objects';
+import { dark } from '../state/theme';
+import { asOf } from '../state/time';
+import { explorationStyle, type ExplorationMark } from './exploration_style';
+import { scale } from './scale';
+
+/** Above content, below what people picked out. */
+const ABOVE_CONTENT = 900;
+
+function feature(mark: ExplorationMark, geometry: Geometry, robot = ''): Feature {
+  return new Feature({ geometry, mark, robot });
+}
+
+function frontierFeature(frontiers: readonly Frontier[], sideM: number): Feature {
+  const squares = frontiers.flatMap(({ cells }) =>
+    cells.map(({ x, y }) => [squareAround([x, y], sideM)]),
+  );
+  return feature('frontier', new MultiPolygon(squares));
+}
+
+function placeFeature(mark: ExplorationMark, place: Goal | UnreachablePlace): Feature[] {
+  const { position, robot } = place;
+  return position ? [feature(mark, new Point([position.x, position.y]), robot)] : [];
+}
+
+function featuresOf({ exploration, progress, frontiers }: ExplorationReport): Feature[] {
+  return [
+    frontierFeature(frontiers, Math.sqrt(progress.cellAreaM2)),
+    ...exploration.unreachablePlaces.flatMap((place) => placeFeature('unreachable', place)),
+    ...exploration.goals.flatMap((goal) => placeFeature('goal', goal)),
+  ];
+}
+
+/** Shows frontiers, goals and places given up of the exploration that somebody looks at. */
+export function showExploration(map: OlMap): () => void {
+  const source = new VectorSource();
+  const layer = new VectorLayer({ source, zIndex: ABOVE_CONTENT });
+  map.addLayer(layer);
+  const stops = [
+    effect(() => layer.setStyle(explorationStyle({ dark: dark.value, scale: scale.value }))),
+    effect(() => {
+      const report = asOf.value === undefined ? explorationReport.value : undefined;
+      source.clear(true);
+      if (report) source.addFeatures(featuresOf(report));
+    }),
+  ];
+  return () => {
+    for (const stop of stops) stop();
+    map.removeLayer(layer);
+  };
+}

@@ -1,0 +1,60 @@
+import { effect } from '@preact/signals';
+import { createEmpty, extend, isEmpty, type Extent } from 'ol/extent';
+import type OlMap from 'ol/Map';
+import type { GridStore } from '../state/grid_store';
+import type { MapContent } from '../state/map_content';
+import type { ObjectStore } from '../state/object_store';
+import { loading, live } from '../state/live';
+import { layers } from '../state/site';
+import { view } from '../state/url';
+import { mapPadding } from './padding';
+
+function extendByGrid(box: Extent, store: GridStore): void {
+  const known = store.knownBox();
+  if (!store.geometry || !known) return;
+  const { resolutionM, origin } = store.geometry;
+  const { x = 0, y = 0, yaw = 0 } = origin ?? {};
+  for (const col of [known.u0, known.u1]) {
+    for (const row of [known.v0, known.v1]) {
+      const [u, v] = [col * resolutionM, row * resolutionM];
+      const px = x + Math.cos(yaw) * u - Math.sin(yaw) * v;
+      const py = y + Math.sin(yaw) * u + Math.cos(yaw) * v;
+      extend(box, [px, py, px, py]);
+    }
+  }
+}
+
+function extendByObjects(box: Extent, store: ObjectStore): void {
+  for (const { polygon } of store.objects.values()) {
+    for (const { x, y } of polygon?.outer?.points ?? []) extend(box, [x, y, x, y]);
+  }
+}
+
+/** The box around all content, metres. Undefined when there is none. */
+export function contentBox(content: MapContent): Extent | undefined {
+  const box = createEmpty();
+  for (const store of content.stores.value.values()) {
+    if (store.type === 'grid') extendByGrid(box, store);
+    else extendByObjects(box, store);
+  }
+  return isEmpty(box) ? undefined : box;
+}
+
+/** Keeps in mind where the map is looked at. */
+export function noteView(map: OlMap): void {
+  const [x, y] = map.getView().getCenter() ?? [];
+  const resolution = map.getView().getResolution();
+  if (x === undefined || y === undefined || resolution === undefined) return;
+  view.value = { center: [x, y], resolution };
+}
+
+/** Shows all of a map when its first content has come, unless the address said where to look. */
+export function fitWhenThere(map: OlMap): () => void {
+  return effect(() => {
+    if (view.value || loading.value || !layers.value) return;
+    const box = contentBox(live.value);
+    if (!box) return;
+    map.getView().fit(box, { padding: [...mapPadding.value] });
+    noteView(map);
+  });
+}

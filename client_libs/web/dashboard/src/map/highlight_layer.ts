@@ -1,0 +1,98 @@
+import { computed, effect, untracked } from '@preact/signals';
+import Feature from 'ol/Feature';
+import type Geometry from 'ol/geom/Geometry';
+import Point from 'ol/geom/Point';
+import Polygon from 'ol/geom/Polygon';
+import VectorImageLayer from 'ol/layer/VectorImage';
+import type OlMap from 'ol/Map';
+import VectorSource from 'ol/source/Vector';
+import CircleStyle from 'ol/style/Circle';
+import Fill from 'ol/style/Fill';
+import Stroke from 'ol/style/Stroke';
+import Style from 'ol/style/Style';
+import { ringsOf, type Object$ } from '../state/model';
+import { highlight, selected } from '../state/selection';
+import { dark } from '../state/theme';
+import { shown } from '../state/time';
+import { showCells } from './highlight_cells';
+
+/** Above all content. */
+const ABOVE_CONTENT = 1000;
+
+type Mark = 'found' | 'area' | 'point' | 'selected';
+
+function mark(geometry: Geometry, kind: Mark): Feature {
+  return new Feature({ geometry, kind });
+}
+
+function outline(object: Object$, kind: Mark): Feature | undefined {
+  return object.polygon && mark(new Polygon(ringsOf(object.polygon)), kind);
+}
+
+function styles(isDark: boolean): Record<Mark, Style[]> {
+  const accent = isDark ? '#ffd24a' : '#d9480f';
+  const soft = isDark ? 'rgba(255,210,74,.22)' : 'rgba(217,72,15,.16)';
+  const ground = isDark ? 'rgba(0,0,0,.7)' : 'rgba(255,255,255,.9)';
+  const line = (color: string, width: number, lineDash?: number[]) =>
+    new Style({ stroke: new Stroke(lineDash ? { color, width, lineDash } : { color, width }) });
+  const disc = new CircleStyle({
+    radius: 6,
+    fill: new Fill({ color: accent }),
+    stroke: new Stroke({ color: ground, width: 2 }),
+  });
+  return {
+    found: [line(ground, 5), new Style({ fill: new Fill({ color: soft }) }), line(accent, 2.5)],
+    area: [line(ground, 4), line(accent, 2, [6, 5])],
+    point: [new Style({ image: disc })],
+    selected: [line(ground, 7), line(accent, 3.5)],
+  };
+}
+
+/** What is found, asked about and selected, as it is now. */
+function marks(): Feature[] {
+  const { objectIds, area, point } = highlight.value;
+  const content = shown.value;
+  const found = objectIds.map((id) => content.find(id)?.object);
+  const all = [
+    area && mark(new Polygon([area]), 'area'),
+    ...found.map((object) => object && outline(object, 'found')),
+    point && mark(new Point(point), 'point'),
+    selected.value && outline(selected.value.object, 'selected'),
+  ];
+  return all.filter((feature) => feature !== undefined);
+}
+
+/** All that the marks are made of: the same things make the same marks. */
+const marked = computed(() => {
+  const content = shown.value;
+  content.revision.value; // objects may have moved
+  const found = highlight.value.objectIds.map((id) => content.find(id)?.object);
+  return [highlight.value, selected.value?.object, ...found];
+});
+
+/** Marks what was found, what was asked about, and what is selected. */
+export function showHighlight(map: OlMap): () => void {
+  const source = new VectorSource();
+  const layer = new VectorImageLayer({ source, zIndex: ABOVE_CONTENT + 1, imageRatio: 1.5 });
+  map.addLayer(layer);
+  const stopCells = showCells(map, ABOVE_CONTENT);
+  const stopStyle = effect(() => {
+    const byMark = styles(dark.value);
+    layer.setStyle((feature) => byMark[feature.get('kind') as Mark]);
+  });
+  let last: readonly unknown[] = [];
+  const stopMarks = effect(() => {
+    const now = marked.value;
+    // Most commits move nothing that is marked.
+    if (now.length === last.length && now.every((thing, i) => thing === last[i])) return;
+    last = now;
+    source.clear(true);
+    source.addFeatures(untracked(marks));
+  });
+  return () => {
+    stopCells();
+    stopStyle();
+    stopMarks();
+    map.removeLayer(layer);
+  };
+}

@@ -1,0 +1,63 @@
+import Feature from 'ol/Feature';
+import Polygon from 'ol/geom/Polygon';
+import VectorLayer from 'ol/layer/Vector';
+import VectorSource from 'ol/source/Vector';
+import { ringsOf, type Object$ } from '../state/model';
+import type { ObjectDelta, ObjectStore } from '../state/object_store';
+import { labelStyle } from './label_style';
+import type { Look } from './look';
+
+/** All labels are placed anew after a change, so changes are taken together, milliseconds. */
+const TOGETHER_MS = 200;
+/** From farther away, objects are too small for labels: metres a pixel. */
+const FARTHEST = 0.05;
+
+function featureOf({ id, label, polygon }: Object$): Feature<Polygon> {
+  const feature = new Feature({ geometry: new Polygon(polygon ? ringsOf(polygon) : []), label });
+  feature.setId(String(id));
+  return feature;
+}
+
+/** Names objects where there is room. */
+export class LabelLayer extends VectorLayer {
+  readonly #source: VectorSource<Feature<Polygon>>;
+  /** Undefined: gone. */
+  #waiting = new Map<bigint, Object$ | undefined>();
+  #timer: ReturnType<typeof setTimeout> | undefined;
+
+  constructor(store: ObjectStore, look: Look) {
+    const features = [...store.objects.values()].map(featureOf);
+    const source = new VectorSource<Feature<Polygon>>({ features });
+    super({ source, declutter: true, maxResolution: FARTHEST });
+    this.#source = source;
+    this.setLook(look);
+  }
+
+  setLook(look: Look): void {
+    this.setStyle(labelStyle(look));
+  }
+
+  update({ put, removed }: ObjectDelta): void {
+    for (const id of removed) this.#waiting.set(id, undefined);
+    for (const [id, object] of put) this.#waiting.set(id, object);
+    this.#timer ??= setTimeout(() => this.#flush(), TOGETHER_MS);
+  }
+
+  override disposeInternal(): void {
+    clearTimeout(this.#timer);
+    super.disposeInternal();
+  }
+
+  #flush(): void {
+    this.#timer = undefined;
+    const waiting = this.#waiting;
+    this.#waiting = new Map();
+    const come: Feature<Polygon>[] = [];
+    for (const [id, object] of waiting) {
+      const old = this.#source.getFeatureById(String(id));
+      if (old) this.#source.removeFeature(old);
+      if (object) come.push(featureOf(object));
+    }
+    this.#source.addFeatures(come);
+  }
+}

@@ -1,0 +1,103 @@
+import { effect } from '@preact/signals';
+import { useEffect, useRef } from 'preact/hooks';
+import { defaults as defaultInteractions } from 'ol/interaction/defaults';
+import OlMap from 'ol/Map';
+import View from 'ol/View';
+import 'ol/ol.css';
+import { wantedView } from '../state/selection';
+import { view as shownView } from '../state/url';
+import { askOnClick } from './click_question';
+import { showContent } from './content_layers';
+import { showExploration } from './exploration_layer';
+import { fitWhenThere, noteView } from './fit';
+import { showHighlight } from './highlight_layer';
+import { keepInSight } from './keep_in_sight';
+import './map.css';
+import { mapPadding } from './padding';
+import { planar } from './projection';
+import { resolution } from './resolution';
+import { olMap } from './tools';
+
+/** Metres a pixel: from a coin on the screen to a whole district. */
+const FINEST = 0.0005;
+const COARSEST = 10;
+const MOVE_MS = 250;
+/** Around what the map moves to, pixels. */
+const MARGIN = 60;
+
+function makeMap(target: HTMLElement): OlMap {
+  const start = shownView.value;
+  return new OlMap({
+    target,
+    controls: [],
+    interactions: defaultInteractions({ altShiftDragRotate: false, pinchRotate: false }),
+    view: new View({
+      projection: planar,
+      center: start?.center ?? [0, 0],
+      resolution: start?.resolution ?? 0.05,
+      minResolution: FINEST,
+      maxResolution: COARSEST,
+      enableRotation: false,
+      showFullExtent: true,
+    }),
+  });
+}
+
+function keepView(map: OlMap): () => void {
+  const note = (): void => {
+    // Before the first content came, where the map looks means nothing.
+    if (shownView.value) noteView(map);
+  };
+  map.on('moveend', note);
+  return () => map.un('moveend', note);
+}
+
+function tellResolution(map: OlMap): () => void {
+  const view = map.getView();
+  const tell = (): void => {
+    resolution.value = view.getResolution() ?? resolution.value;
+  };
+  tell();
+  view.on('change:resolution', tell);
+  return () => view.un('change:resolution', tell);
+}
+
+function followWantedView(map: OlMap): () => void {
+  return effect(() => {
+    const wanted = wantedView.value;
+    if (!wanted) return;
+    map.getView().fit(wanted.box, {
+      padding: mapPadding.peek().map((side) => side + MARGIN),
+      minResolution: 0.005,
+      duration: MOVE_MS,
+    });
+  });
+}
+
+/** The map itself, as large as its place. */
+export function MapView() {
+  const target = useRef<HTMLDivElement>(null);
+  useEffect(() => {
+    if (!target.current) return undefined;
+    const map = makeMap(target.current);
+    olMap.value = map;
+    const stops = [
+      showContent(map),
+      showExploration(map),
+      showHighlight(map),
+      fitWhenThere(map),
+      keepView(map),
+      tellResolution(map),
+      followWantedView(map),
+      askOnClick(),
+      keepInSight(map),
+    ];
+    return () => {
+      for (const stop of stops) stop();
+      olMap.value = undefined;
+      map.setTarget(undefined);
+      map.dispose();
+    };
+  }, []);
+  return <div ref={target} class="map" role="application" aria-label="Map" tabIndex={0} />;
+}

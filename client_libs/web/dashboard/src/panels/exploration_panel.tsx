@@ -1,0 +1,226 @@
+import {
+  EndReason,
+  ExplorationState,
+  timestampDate,
+  type Exploration,
+  type Frontier,
+  type Goal,
+  type Point,
+} from '@hypermap/client';
+import { useEffect } from 'preact/hooks';
+import {
+  explorationProblem,
+  explorationReport,
+  explorations,
+  followExploration,
+  wantedExploration,
+  type ExplorationReport,
+} from '../state/exploration';
+import { lookAt } from '../state/selection';
+import { asOf } from '../state/time';
+import { percent, squareMetres } from '../state/words';
+import './exploration_panel.css';
+import { ExploreIcon } from './kit/icons';
+import type { Panel } from './panel';
+
+/** Around a place that is looked at, metres. */
+const AROUND_M = 3;
+const MOST_FRONTIERS = 8;
+
+function lookAround({ x, y }: Point): void {
+  lookAt([x - AROUND_M, y - AROUND_M, x + AROUND_M, y + AROUND_M]);
+}
+
+function stateOf({ state, endReason }: Exploration): string {
+  if (state === ExplorationState.ACTIVE) return 'Under way';
+  if (endReason === EndReason.DONE) return 'Done: all floor has been seen';
+  if (endReason === EndReason.STOPPED) return 'Stopped';
+  return 'Ended: what is left can’t be reached';
+}
+
+function areaOfCells(cells: bigint, cellAreaM2: number): string {
+  return squareMetres(Number(cells) * cellAreaM2);
+}
+
+function Progress({ report: { exploration, progress } }: { report: ExplorationReport }) {
+  const { exploredCells, reachableCells, unreachableCells, cellAreaM2, fraction } = progress;
+  const rate = progress.rateM2PerS;
+  return (
+    <section class="stack" aria-label="Progress">
+      <p class="row">
+        <strong class="exploration-percent number">{percent(fraction)}</strong>
+        <span class="soft">{stateOf(exploration)}</span>
+      </p>
+      <progress aria-label="Explored" max={1} value={fraction} />
+      <dl class="facts">
+        <dt>Explored</dt>
+        <dd>{areaOfCells(exploredCells, cellAreaM2)}</dd>
+        <dt>Still to be seen</dt>
+        <dd>{areaOfCells(reachableCells, cellAreaM2)}</dd>
+        <dt>Out of reach</dt>
+        <dd>{areaOfCells(unreachableCells, cellAreaM2)}</dd>
+        {rate > 0 && (
+          <>
+            <dt>In the last minute</dt>
+            <dd>{rate.toFixed(2)} m²/s</dd>
+          </>
+        )}
+      </dl>
+    </section>
+  );
+}
+
+interface RobotProps {
+  goal: Goal;
+  cellAreaM2: number;
+}
+
+function Robot({ goal, cellAreaM2 }: RobotProps) {
+  const { robot, position, gainCells, pathLengthM, expireTime } = goal;
+  const until = expireTime && timestampDate(expireTime).toLocaleTimeString();
+  return (
+    <li>
+      <button
+        class="exploration-place"
+        title={`Its goal is kept for it until ${until}`}
+        onClick={() => position && lookAround(position)}
+      >
+        <span class="mark goal" />
+        <span class="grow cut">{robot}</span>
+        <small class="number">
+          {areaOfCells(gainCells, cellAreaM2)} in sight, {pathLengthM.toFixed(1)} m
+        </small>
+      </button>
+    </li>
+  );
+}
+
+function Robots({ report }: { report: ExplorationReport }) {
+  const { exploration, progress } = report;
+  if (exploration.state === ExplorationState.ENDED) return null;
+  return (
+    <section aria-label="Robots">
+      <h3>Robots on their way</h3>
+      {exploration.goals.length === 0 && <p class="note">No robot has a goal now.</p>}
+      <ul class="choices">
+        {exploration.goals.map((goal) => (
+          <Robot key={`${goal.id}`} goal={goal} cellAreaM2={progress.cellAreaM2} />
+        ))}
+      </ul>
+    </section>
+  );
+}
+
+function FrontierRow({ frontier, cellAreaM2 }: { frontier: Frontier; cellAreaM2: number }) {
+  const { centroid, viewpoint, gainCells } = frontier;
+  return (
+    <li>
+      <button class="exploration-place" onClick={() => centroid && lookAround(centroid)}>
+        <span class="mark frontier" />
+        <span class="grow number">
+          {centroid?.x.toFixed(1)}, {centroid?.y.toFixed(1)}
+        </span>
+        <small class="number">
+          {viewpoint ? `${areaOfCells(gainCells, cellAreaM2)} in sight` : 'out of reach'}
+        </small>
+      </button>
+    </li>
+  );
+}
+
+function Frontiers({ report }: { report: ExplorationReport }) {
+  const { frontiers, progress } = report;
+  if (frontiers.length === 0) return null;
+  const more = frontiers.length - MOST_FRONTIERS;
+  return (
+    <section aria-label="Frontiers">
+      <h3>Frontiers: {frontiers.length}</h3>
+      <ul class="choices">
+        {frontiers.slice(0, MOST_FRONTIERS).map((frontier, i) => (
+          <FrontierRow key={i} frontier={frontier} cellAreaM2={progress.cellAreaM2} />
+        ))}
+      </ul>
+      {more > 0 && <small>and {more} smaller ones</small>}
+    </section>
+  );
+}
+
+function Unreachable({ report }: { report: ExplorationReport }) {
+  const places = report.exploration.unreachablePlaces;
+  if (places.length === 0) return null;
+  return (
+    <section aria-label="Unreachable places">
+      <h3>Given up as unreachable</h3>
+      <ul class="choices">
+        {places.map(({ id, robot, position }) => (
+          <li key={`${id}`}>
+            <button class="exploration-place" onClick={() => position && lookAround(position)}>
+              <span class="mark unreachable" />
+              <span class="grow number">
+                {position?.x.toFixed(1)}, {position?.y.toFixed(1)}
+              </span>
+              <small class="cut">{robot}</small>
+            </button>
+          </li>
+        ))}
+      </ul>
+    </section>
+  );
+}
+
+function Chooser() {
+  if (explorations.value.length < 2) return null;
+  return (
+    <label class="field">
+      Exploration
+      <select
+        value={`${wantedExploration.value ?? explorations.value[0]?.id}`}
+        onChange={(event) => (wantedExploration.value = BigInt(event.currentTarget.value))}
+      >
+        {explorations.value.map(({ id }) => (
+          <option key={`${id}`} value={`${id}`}>
+            {`Number ${id}`}
+          </option>
+        ))}
+      </select>
+    </label>
+  );
+}
+
+function ExplorationPanel() {
+  useEffect(followExploration, []);
+  const report = explorationReport.value;
+  if (explorations.value.length === 0) {
+    return <p class="note">Nothing of this map is being explored.</p>;
+  }
+  return (
+    <div class="stack">
+      {asOf.value !== undefined && <p class="note">This is how it stands now, not as of then.</p>}
+      {explorationProblem.value && (
+        <p class="note bad" role="alert">
+          {explorationProblem.value}
+        </p>
+      )}
+      <Chooser />
+      {report ? (
+        <>
+          <Progress report={report} />
+          <Robots report={report} />
+          <Frontiers report={report} />
+          <Unreachable report={report} />
+        </>
+      ) : (
+        !explorationProblem.value && <p class="note">Loading …</p>
+      )}
+    </div>
+  );
+}
+
+export const explorationPanel: Panel = {
+  id: 'exploration',
+  title: 'Explore',
+  icon: ExploreIcon,
+  component: ExplorationPanel,
+  place: 'right',
+  shortcut: 'x',
+};

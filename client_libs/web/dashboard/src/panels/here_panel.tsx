@@ -1,0 +1,109 @@
+import type { LayerContent } from '@hypermap/client';
+import { useEffect } from 'preact/hooks';
+import { css, classColour } from '../map/colours';
+import { followEvidence } from '../state/evidence';
+import { AnswerStatus, LayerKind, type Object$ } from '../state/model';
+import { point } from '../state/point';
+import { selected, selectedId } from '../state/selection';
+import { layerNamed } from '../state/site';
+import { dark } from '../state/theme';
+import { asOf } from '../state/time';
+import { cellWords, percent, statusWords } from '../state/words';
+import './here_panel.css';
+import { InfoIcon } from './kit/icons';
+import { ObjectCard } from './object_card';
+import type { Panel } from './panel';
+
+function ObjectChip({ object }: { object: Object$ }) {
+  const { id, label, existence } = object;
+  return (
+    <button
+      class="chip"
+      aria-pressed={selectedId.value === id}
+      title={`Object ${id}`}
+      onClick={() => (selectedId.value = id)}
+    >
+      <span class="swatch" style={{ background: css(classColour(label, dark.value)) }} />
+      <span class="cut">{label}</span>
+      <small class="number">{percent(existence ?? 1)}</small>
+    </button>
+  );
+}
+
+function Content({ content }: { content: LayerContent }) {
+  const { status, value, objects, kind } = content;
+  if (status !== AnswerStatus.VALUE) return <span class="soft">{statusWords(status)}</span>;
+  if (kind !== LayerKind.SEMANTIC) {
+    const layer = layerNamed(content.layer);
+    return <span>{layer && value !== undefined ? cellWords(layer, value) : value}</span>;
+  }
+  if (objects.length === 0) return <span class="soft">nothing</span>;
+  return (
+    <span class="chips">
+      {objects.map((object) => (
+        <ObjectChip key={`${object.id}`} object={object} />
+      ))}
+    </span>
+  );
+}
+
+function AtPoint() {
+  const answer = point.answer.value;
+  if (point.problem.value) {
+    return (
+      <p class="note bad" role="alert">
+        {point.problem.value}
+      </p>
+    );
+  }
+  if (!answer) return null;
+  const [x, y] = answer.at.map((coordinate) => coordinate.toFixed(2));
+  return (
+    <section aria-label="At this point" aria-busy={point.busy.value}>
+      <h3>
+        At {x}, {y}
+        {asOf.value !== undefined && ` as of revision ${answer.revision}`}
+      </h3>
+      <dl class="contents">
+        {answer.layers.map((content) => (
+          <div key={content.layer}>
+            <dt class="cut">{content.layer}</dt>
+            <dd>
+              <Content content={content} />
+            </dd>
+          </div>
+        ))}
+      </dl>
+    </section>
+  );
+}
+
+function Here() {
+  useEffect(followEvidence, []);
+  const nothing = !point.answer.value && !point.problem.value && selectedId.value === undefined;
+  return (
+    <div class="stack">
+      {selected.value && <ObjectCard {...selected.value} />}
+      {selectedId.value !== undefined && !selected.value && (
+        <p class="note">
+          This object is not on the map{asOf.value !== undefined ? ' then' : ' any more'}.
+        </p>
+      )}
+      <AtPoint />
+      {nothing && (
+        <p class="note">
+          Click the map to ask every layer what is there. Enter asks about its middle.
+        </p>
+      )}
+    </div>
+  );
+}
+
+export const herePanel: Panel = {
+  id: 'here',
+  title: 'Here',
+  icon: InfoIcon,
+  component: Here,
+  place: 'right',
+  shortcut: 'h',
+};

@@ -1,0 +1,21 @@
+import { changesPanel } from './changes_panel';
+import { editPanel } from './edit_panel';
+import { explorationPanel } from './exploration_panel';
+import { exportPanel } from './export_panel';
+import { herePanel } from './here_panel';
+import { layersPanel } from './layers_panel';
+import type { Panel } from './panel';
+import { searchPanel } from './search_panel';
+import { timePanel } from './time_panel';
+
+/** In the order of their tabs. */
+export const panels: readonly Panel[] = [
+  layersPanel,
+  searchPanel,
+  herePanel,
+  editPanel,
+  changesPanel,
+  explorationPanel,
+  exportPanel,
+  timePanel,
+];

@@ -1,0 +1,126 @@
+import { signal } from '@preact/signals';
+import { LayerKind, type Layer } from '../state/model';
+import { layers, setView, viewOf } from '../state/site';
+import { asOf, shown } from '../state/time';
+import { ChevronIcon, LayersIcon } from './kit/icons';
+import './layers_panel.css';
+import { Legend } from './legend';
+import type { Panel } from './panel';
+
+const GROUPS: readonly { kind: LayerKind; title: string }[] = [
+  { kind: LayerKind.SEMANTIC, title: 'Objects' },
+  { kind: LayerKind.SCALAR, title: 'Measurements' },
+  { kind: LayerKind.EXPLORATION, title: 'Explored area' },
+  { kind: LayerKind.OCCUPANCY, title: 'Occupancy' },
+];
+
+/** Layers whose details are open. */
+const open = signal<ReadonlySet<string>>(new Set());
+
+function toggle(name: string): void {
+  const next = new Set(open.value);
+  if (!next.delete(name)) next.add(name);
+  open.value = next;
+}
+
+/** What there is of a layer, in a word. */
+function extentOf(layer: Layer): string {
+  const store = shown.value.stores.value.get(layer.name);
+  if (!store) return asOf.value === undefined ? 'empty' : 'not there';
+  store.version.value; // it changes
+  if (store.type === 'objects') return store.objects.size.toLocaleString();
+  if (!store.geometry) return 'empty';
+  const centimetres = store.geometry.resolutionM * 100;
+  return `${centimetres.toLocaleString(undefined, { maximumFractionDigits: 1 })} cm`;
+}
+
+function Opacity({ layer }: { layer: Layer }) {
+  const { opacity } = viewOf(layer);
+  return (
+    <label class="row opacity">
+      <span class="soft">Opacity</span>
+      <input
+        class="grow"
+        type="range"
+        min="0"
+        max="1"
+        step="0.05"
+        value={opacity}
+        aria-label={`Opacity of ${layer.name}`}
+        onInput={(event) => setView(layer, { opacity: Number(event.currentTarget.value) })}
+      />
+      <span class="soft number">{Math.round(opacity * 100)} %</span>
+    </label>
+  );
+}
+
+function LayerRow({ layer }: { layer: Layer }) {
+  const isOpen = open.value.has(layer.name);
+  const details = `layer-${layer.name}`;
+  return (
+    <li class="layer">
+      <div class="row">
+        <label class="row grow">
+          <input
+            type="checkbox"
+            checked={viewOf(layer).visible}
+            onChange={(event) => setView(layer, { visible: event.currentTarget.checked })}
+          />
+          <span class="grow cut" title={layer.name}>
+            {layer.name}
+          </span>
+        </label>
+        <span class="soft number">{extentOf(layer)}</span>
+        <button
+          class="bare"
+          aria-label={`Details of ${layer.name}`}
+          aria-expanded={isOpen}
+          aria-controls={details}
+          onClick={() => toggle(layer.name)}
+        >
+          <ChevronIcon />
+        </button>
+      </div>
+      {isOpen && (
+        <div id={details} class="layer-details">
+          <Opacity layer={layer} />
+          <Legend layer={layer} />
+        </div>
+      )}
+    </li>
+  );
+}
+
+function Layers() {
+  const all = layers.value;
+  if (!all) return <p class="soft">No map is open.</p>;
+  if (all.length === 0) return <p class="soft">This map has no layers.</p>;
+  return (
+    <div class="stack">
+      {GROUPS.map(({ kind, title }) => {
+        const ofKind = all.filter((layer) => layer.kind === kind);
+        return (
+          ofKind.length > 0 && (
+            <section key={kind}>
+              <h3>{title}</h3>
+              <ul>
+                {ofKind.map((layer) => (
+                  <LayerRow key={layer.name} layer={layer} />
+                ))}
+              </ul>
+            </section>
+          )
+        );
+      })}
+    </div>
+  );
+}
+
+export const layersPanel: Panel = {
+  id: 'layers',
+  title: 'Layers',
+  icon: LayersIcon,
+  component: Layers,
+  place: 'left',
+  shortcut: 'l',
+};

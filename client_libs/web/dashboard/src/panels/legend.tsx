@@ -1,0 +1,100 @@
+import { classColour, colourAt, css } from '../map/colours';
+import { rampOf } from '../map/grid_palette';
+import { classCounts } from '../state/class_counts';
+import type { GridStore } from '../state/grid_store';
+import { LayerKind, type Layer } from '../state/model';
+import type { ObjectStore } from '../state/object_store';
+import { signal } from '@preact/signals';
+import { dark } from '../state/theme';
+import { shown } from '../state/time';
+
+/** Classes that are listed before somebody asks for all. */
+const FIRST_CLASSES = 8;
+
+/** Layers of which all classes are listed. */
+const unfolded = signal<ReadonlySet<string>>(new Set());
+
+function Ramp({ layer, from, to }: { layer: Layer; from: string; to: string }) {
+  const ramp = rampOf(layer.kind, dark.value);
+  const stops = [0, 0.25, 0.5, 0.75, 1].map((place) => {
+    const [r, g, b, alpha] = colourAt(ramp, place);
+    return css([r, g, b], alpha / 255);
+  });
+  return (
+    <div class="ramp">
+      <div class="ramp-bar" style={{ background: `linear-gradient(to right, ${stops.join()})` }} />
+      <span>{from}</span>
+      <span>{to}</span>
+    </div>
+  );
+}
+
+function formatted(value: number, unit: string): string {
+  const text = value.toLocaleString(undefined, { maximumSignificantDigits: 4 });
+  return unit ? `${text} ${unit}` : text;
+}
+
+function ScalarLegend({ layer, store }: { layer: Layer; store: GridStore }) {
+  store.version.value; // the range grows
+  const { min, max } = store.range;
+  return <Ramp layer={layer} from={formatted(min, layer.unit)} to={formatted(max, layer.unit)} />;
+}
+
+function ExplorationLegend({ layer }: { layer: Layer }) {
+  const ramp = rampOf(layer.kind, dark.value);
+  return (
+    <ul class="classes">
+      {['unexplored', 'explored'].map((name, value) => {
+        const [r, g, b, alpha] = colourAt(ramp, value);
+        return (
+          <li key={name} class="row">
+            <span class="swatch" style={{ background: css([r, g, b], alpha / 255) }} />
+            {name}
+          </li>
+        );
+      })}
+    </ul>
+  );
+}
+
+function ClassLegend({ layer, store }: { layer: Layer; store: ObjectStore }) {
+  store.version.value; // objects come and go
+  const all = classCounts(store.objects.values());
+  const listed = unfolded.value.has(layer.name) ? all : all.slice(0, FIRST_CLASSES);
+  return (
+    <>
+      <ul class="classes">
+        {listed.map(({ label, count }) => (
+          <li key={label} class="row">
+            <span class="swatch" style={{ background: css(classColour(label, dark.value)) }} />
+            <span class="grow cut">{label}</span>
+            <span class="soft number">{count.toLocaleString()}</span>
+          </li>
+        ))}
+      </ul>
+      {listed.length < all.length && (
+        <button
+          class="link"
+          onClick={() => (unfolded.value = new Set(unfolded.value).add(layer.name))}
+        >
+          {all.length - listed.length} more classes
+        </button>
+      )}
+    </>
+  );
+}
+
+/** What the colours of a layer mean. */
+export function Legend({ layer }: { layer: Layer }) {
+  const store = shown.value.stores.value.get(layer.name);
+  if (!store) return <p class="soft">Nothing here yet.</p>;
+  if (store.type === 'objects') return <ClassLegend layer={layer} store={store} />;
+  switch (layer.kind) {
+    case LayerKind.SCALAR:
+      return <ScalarLegend layer={layer} store={store} />;
+    case LayerKind.EXPLORATION:
+      return <ExplorationLegend layer={layer} />;
+    default:
+      return <Ramp layer={layer} from="free" to="occupied" />;
+  }
+}

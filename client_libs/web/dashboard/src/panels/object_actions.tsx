@@ -1,0 +1,46 @@
+import { keepShape, reshaping, startReshaping } from '../map/reshape';
+import { cancelTool } from '../map/tools';
+import { editing, pinObject, PINNED, removeObject } from '../state/edits';
+import type { Object$ } from '../state/model';
+import { asOf } from '../state/time';
+
+interface Props {
+  layer: string;
+  object: Object$;
+}
+
+/** What can be done to an object of the map as it is now. */
+export function ObjectActions({ layer, object }: Props) {
+  if (asOf.value !== undefined) return <p class="note">The past can't be changed.</p>;
+  if (reshaping.value?.before.id === object.id) return <ReshapingActions />;
+  const busy = editing.value;
+  const pinned = object.tags.includes(PINNED);
+  return (
+    <div class="row actions" role="group" aria-label={`Change ${object.label}`}>
+      <button disabled={busy} onClick={() => startReshaping(layer, object)}>
+        Edit shape
+      </button>
+      <button
+        disabled={busy || pinned}
+        title="You have seen it: robots leave it as it is"
+        onClick={() => void pinObject(layer, object)}
+      >
+        {pinned ? 'Pinned' : 'Pin'}
+      </button>
+      <button class="danger" disabled={busy} onClick={() => void removeObject(layer, object)}>
+        Delete
+      </button>
+    </div>
+  );
+}
+
+function ReshapingActions() {
+  return (
+    <div class="row actions" role="group" aria-label="Shape">
+      <button class="primary" onClick={() => void keepShape()}>
+        Keep shape
+      </button>
+      <button onClick={cancelTool}>Cancel</button>
+    </div>
+  );
+}

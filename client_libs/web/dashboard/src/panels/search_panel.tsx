@@ -1,0 +1,134 @@
+import { signal } from '@preact/signals';
+import { useEffect, useRef } from 'preact/hooks';
+import { drawPolygon } from '../map/tools';
+import { ask, find, forgetAnswer } from '../state/find';
+import { LayerKind } from '../state/model';
+import { knownLabels } from '../state/objects';
+import { layers } from '../state/site';
+import { view } from '../state/url';
+import { AnswerList } from './answer_list';
+import './search_panel.css';
+import { SearchIcon } from './kit/icons';
+import type { Panel } from './panel';
+
+type Where = 'everywhere' | 'area' | 'nearest';
+
+const PLACES: readonly { where: Where; name: string; title: string }[] = [
+  { where: 'everywhere', name: 'Everywhere', title: 'All places of the map' },
+  { where: 'area', name: 'In an area', title: 'In a polygon that you draw' },
+  { where: 'nearest', name: 'Nearest', title: "Nearest to the map's middle" },
+];
+
+const value = signal('');
+const where = signal<Where>('everywhere');
+
+const WORDS_OF_KIND: Partial<Record<LayerKind, readonly string[]>> = {
+  [LayerKind.OCCUPANCY]: ['free', 'occupied', 'unknown', '>0.65'],
+  [LayerKind.EXPLORATION]: ['explored', 'unexplored'],
+};
+
+/** What can be asked for on this map: labels, other words for them, and words for cells. */
+function suggestions(): string[] {
+  const aliases = layers.value?.flatMap((layer) => layer.aliases.map(({ alias }) => alias)) ?? [];
+  const words = layers.value?.flatMap(({ kind }) => WORDS_OF_KIND[kind] ?? []) ?? [];
+  return [...new Set([...knownLabels.value, ...aliases, ...words])];
+}
+
+async function submit(): Promise<void> {
+  const wanted = value.value.trim();
+  if (where.value === 'area') {
+    const what = wanted || 'everything';
+    const ring = await drawPolygon(
+      `Draw where to look for ${what}: click corners, the last one twice`,
+    );
+    if (!ring) return;
+    await ask(wanted ? { kind: 'value', value: wanted, ring } : { kind: 'area', ring });
+  } else if (where.value === 'nearest' && view.value) {
+    await ask({ kind: 'nearest', value: wanted, from: view.value.center });
+  } else {
+    await ask({ kind: 'value', value: wanted });
+  }
+}
+
+function PlaceChoice() {
+  return (
+    <div class="segments" role="group" aria-label="Where to look">
+      {PLACES.map((place) => (
+        <button
+          key={place.where}
+          type="button"
+          aria-pressed={where.value === place.where}
+          title={place.title}
+          onClick={() => (where.value = place.where)}
+        >
+          {place.name}
+        </button>
+      ))}
+    </div>
+  );
+}
+
+function Form() {
+  const input = useRef<HTMLInputElement>(null);
+  useEffect(() => {
+    // Where one types on the screen, that would bring up the keyboard.
+    if (matchMedia('(pointer: fine)').matches) input.current?.focus();
+  }, []);
+  const inArea = where.value === 'area';
+  return (
+    <form
+      class="stack search-form"
+      role="search"
+      onSubmit={(event) => {
+        event.preventDefault();
+        void submit();
+      }}
+    >
+      <div class="row">
+        <input
+          ref={input}
+          type="search"
+          aria-label="What to find"
+          placeholder={inArea ? 'everything' : 'chair, unexplored, >0.65, tag:red'}
+          list="known-values"
+          autocomplete="off"
+          required={!inArea}
+          value={value.value}
+          onInput={(event) => (value.value = event.currentTarget.value)}
+        />
+        <button class="primary">{inArea ? 'Draw' : 'Find'}</button>
+      </div>
+      <PlaceChoice />
+      <datalist id="known-values">
+        {suggestions().map((word) => (
+          <option key={word} value={word} />
+        ))}
+      </datalist>
+    </form>
+  );
+}
+
+function Search() {
+  const { answer, busy, problem } = find;
+  return (
+    <div class="stack">
+      <Form />
+      {problem.value && (
+        <p class="note bad" role="alert">
+          {problem.value}
+        </p>
+      )}
+      {busy.value && !answer.value && <p class="note">Looking …</p>}
+      {answer.value && <AnswerList answer={answer.value} onClear={forgetAnswer} />}
+    </div>
+  );
+}
+
+export const searchPanel: Panel = {
+  id: 'search',
+  title: 'Search',
+  icon: SearchIcon,
+  component: Search,
+  place: 'right',
+  shortcut: '/',
+};

@@ -1,0 +1,105 @@
+// What people change on the shown map. One edit at a time, and undo of all that this page did.
+import { Code, ConnectError, timestampDate } from '@hypermap/client';
+import { effect, signal } from '@preact/signals';
+import { client, messageOf } from './connection';
+import { EditHistory, StaleEdit, type ObjectEdit, type WantedEdit } from './edit_history';
+import type { Object$ } from './model';
+import { selectedId } from './selection';
+import { mapFrame, mapName } from './site';
+
+/** Whether an edit is on its way. */
+export const editing = signal(false);
+/** Why the last edit was not carried out. */
+export const editProblem = signal<string>();
+/** What would be undone and done again. Undefined: nothing. */
+export const undoTitle = signal<string>();
+export const redoTitle = signal<string>();
+
+/** The tag of objects that a person vouches for. */
+export const PINNED = 'pinned';
+
+const history = new EditHistory(apply);
+
+async function apply({ layer, id, version: ifVersion, object }: WantedEdit) {
+  const map = mapName.value;
+  const frameId = mapFrame.value;
+  if (map === undefined || frameId === undefined) throw new Error('The map is not there yet.');
+  const edit = object
+    ? ({ case: 'putObject', value: putOf(layer, { ...object, id }, frameId, ifVersion) } as const)
+    : ({ case: 'deleteObject', value: { layer, id, ifVersion } } as const);
+  try {
+    const answer = await client.value.edit.applyEdits({ map, edits: [{ edit }] });
+    return { id: answer.objectIds[0] ?? 0n, revision: answer.revision };
+  } catch (error) {
+    const { code } = ConnectError.from(error);
+    if (code !== Code.Aborted && code !== Code.NotFound) throw error;
+    throw new StaleEdit('Somebody else has changed it meanwhile.');
+  }
+}
+
+function putOf(layer: string, object: Object$, frameId: string, ifVersion: bigint | undefined) {
+  return { layer, object, frameId, ifVersion, timeToLive: timeToLive(object) };
+}
+
+/** What is left of an object's time, at least a second: an edit does not make it stay. */
+function timeToLive({ expireTime }: Object$): { seconds: bigint } | undefined {
+  if (!expireTime) return undefined;
+  const leftMs = timestampDate(expireTime).getTime() - Date.now();
+  return { seconds: BigInt(Math.max(1, Math.round(leftMs / 1000))) };
+}
+
+/** Runs an edit unless another one is on its way. Returns whether it was carried out. */
+async function once(run: () => Promise<unknown>): Promise<boolean> {
+  if (editing.value) return false;
+  editing.value = true;
+  editProblem.value = undefined;
+  try {
+    await run();
+    return true;
+  } catch (error) {
+    editProblem.value = error instanceof StaleEdit ? error.message : messageOf(error);
+    return false;
+  } finally {
+    undoTitle.value = history.undoTitle;
+    redoTitle.value = history.redoTitle;
+    editing.value = false;
+  }
+}
+
+/** Changes one object, and selects it. */
+export function editObject(edit: ObjectEdit): Promise<boolean> {
+  return once(async () => {
+    const id = await history.do(edit);
+    selectedId.value = edit.after ? id : undefined;
+  });
+}
+
+/** An operator's word: the object is there, as it is. Fusion leaves it alone from then on. */
+export function pinObject(layer: string, before: Object$): Promise<boolean> {
+  const tags = [...before.tags.filter((tag) => tag !== PINNED), PINNED];
+  const after = { ...before, tags, existence: 1 };
+  return editObject({ title: `pin ${before.label}`, layer, before, after });
+}
+
+export function removeObject(layer: string, before: Object$): Promise<boolean> {
+  return editObject({ title: `delete ${before.label}`, layer, before, after: undefined });
+}
+
+export async function undo(): Promise<void> {
+  await once(async () => (selectedId.value = (await history.undo()) || undefined));
+}
+
+export async function redo(): Promise<void> {
+  await once(async () => (selectedId.value = (await history.redo()) || undefined));
+}
+
+/** Begins to watch for another map: what was done belongs to the one before. */
+export function startEdits(): void {
+  effect(() => {
+    mapName.value;
+    history.forget();
+    undoTitle.value = undefined;
+    redoTitle.value = undefined;
+    editProblem.value = undefined;
+  });
+}

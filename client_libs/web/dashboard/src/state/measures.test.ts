@@ -1,0 +1,49 @@
+import { create, CellRunsSchema, ObjectSchema } from '@hypermap/client';
+import { expect, test } from 'vitest';
+import { areaOf, boxAround, measureCells, ringArea } from './measures';
+import { polygonOf } from './objects';
+import type { Position } from './model';
+
+const square = (x: number, y: number, side: number): Position[] => [
+  [x, y],
+  [x + side, y],
+  [x + side, y + side],
+  [x, y + side],
+];
+
+test('the area of a ring does not depend on winding and closing', () => {
+  const ring = square(10, -5, 3);
+  const [first] = ring;
+  expect(ringArea(ring)).toBe(9);
+  expect(ringArea(ring.toReversed())).toBe(9);
+  expect(ringArea(first ? [...ring, first] : [])).toBe(9);
+  expect(ringArea([])).toBe(0);
+});
+
+test('holes are no part of an area', () => {
+  const polygon = polygonOf([square(0, 0, 4), square(1, 1, 1), square(2, 2, 1)]);
+  expect(areaOf(create(ObjectSchema, { polygon }))).toBe(14);
+  expect(areaOf(create(ObjectSchema, {}))).toBe(0);
+});
+
+test('cells are counted and measured over all parts', () => {
+  const grid = { origin: { x: 1, y: 2, yaw: 0 }, resolutionM: 0.5 };
+  const part = (row: number, begin: number, end: number) =>
+    create(CellRunsSchema, { grid, rows: [row], colBegins: [begin], colEnds: [end], values: [1] });
+  expect(measureCells([part(0, -2, 4), part(3, 0, 1)])).toEqual({
+    count: 7,
+    areaM2: 1.75,
+    box: [0, 2, 3, 4],
+  });
+  expect(measureCells([])).toEqual({ count: 0, areaM2: 0, box: undefined });
+});
+
+test('a box holds its positions', () => {
+  expect(
+    boxAround([
+      [1, 5],
+      [-2, 7],
+    ]),
+  ).toEqual([-2, 5, 1, 7]);
+  expect(boxAround([])).toBeUndefined();
+});

@@ -1,0 +1,62 @@
+// Sizes of things, in metres.
+import { runsOf, runToGeoJson } from '@hypermap/client';
+import type { CellRuns, Object$, Position } from './model';
+
+/** Min x, min y, max x, max y. */
+export type Box = [number, number, number, number];
+
+/** Of a ring, which may be closed; its winding does not matter. */
+export function ringArea(ring: readonly Position[]): number {
+  let twice = 0;
+  ring.forEach(([x, y], i) => {
+    const [nextX, nextY] = ring[(i + 1) % ring.length] ?? [x, y];
+    twice += x * nextY - nextX * y;
+  });
+  return Math.abs(twice) / 2;
+}
+
+/** Of the object's footprint, without its holes. */
+export function areaOf({ polygon }: Object$): number {
+  const areas = [polygon?.outer, ...(polygon?.holes ?? [])].map((ring) =>
+    ringArea(ring?.points.map(({ x, y }) => [x, y]) ?? []),
+  );
+  return areas.reduce((outer, hole) => outer - hole, 2 * (areas[0] ?? 0));
+}
+
+export interface CellsMeasure {
+  count: number;
+  areaM2: number;
+  box: Box | undefined;
+}
+
+export function measureCells(cells: readonly CellRuns[]): CellsMeasure {
+  let count = 0;
+  let areaM2 = 0;
+  const corners: Position[] = [];
+  for (const runs of cells) {
+    if (!runs.grid) continue;
+    let here = 0;
+    for (const run of runsOf(runs)) {
+      here += run.colEnd - run.colBegin;
+      corners.push(...(runToGeoJson(run, runs.grid).coordinates[0] as Position[]));
+    }
+    count += here;
+    areaM2 += here * runs.grid.resolutionM ** 2;
+  }
+  return { count, areaM2, box: boxAround(corners) };
+}
+
+/** Undefined for no position. */
+export function boxAround(positions: readonly Position[]): Box | undefined {
+  if (positions.length === 0) return undefined;
+  // No spread into Math.min: there may be more positions than a call takes arguments.
+  return positions.reduce<Box>(
+    ([x0, y0, x1, y1], [x, y]) => [
+      Math.min(x0, x),
+      Math.min(y0, y),
+      Math.max(x1, x),
+      Math.max(y1, y),
+    ],
+    [Infinity, Infinity, -Infinity, -Infinity],
+  );
+}

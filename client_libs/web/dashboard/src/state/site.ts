@@ -1,0 +1,78 @@
+// The maps of the server, the one that is shown, and how its layers are shown.
+import { computed, signal } from '@preact/signals';
+import { client, noteAlive, noteFailure } from './connection';
+import { LayerKind, type Layer } from './model';
+
+export interface MapEntry {
+  name: string;
+  /** The map's own frame. */
+  frameId: string;
+  /** Why it can't be opened. Empty when it can. */
+  problem: string;
+}
+
+/** Undefined until the server told them. */
+export const maps = signal<readonly MapEntry[]>();
+export const mapName = signal<string>();
+/** The shown map's own frame, in which all is shown. Undefined until the server told it. */
+export const mapFrame = computed(
+  () => maps.value?.find(({ name }) => name === mapName.value)?.frameId,
+);
+/** Of the shown map, bottom up. Undefined until the server told them. */
+export const layers = signal<readonly Layer[]>();
+
+export interface LayerView {
+  visible: boolean;
+  /** In [0, 1]. */
+  opacity: number;
+}
+
+const ORDER = [LayerKind.OCCUPANCY, LayerKind.EXPLORATION, LayerKind.SCALAR, LayerKind.SEMANTIC];
+
+/** What people chose, by layer; the others are shown as `defaultView` has it. */
+export const layerViews = signal<ReadonlyMap<string, LayerView>>(new Map());
+
+export function defaultView(layer: Layer): LayerView {
+  // A measured field hides what is below it.
+  if (layer.kind === LayerKind.SCALAR) return { visible: false, opacity: 0.6 };
+  return { visible: true, opacity: layer.kind === LayerKind.EXPLORATION ? 0.6 : 1 };
+}
+
+export function viewOf(layer: Layer): LayerView {
+  return layerViews.value.get(layer.name) ?? defaultView(layer);
+}
+
+export function setView(layer: Layer, change: Partial<LayerView>): void {
+  const view = { ...viewOf(layer), ...change };
+  layerViews.value = new Map(layerViews.value).set(layer.name, view);
+}
+
+export const visibleLayers = computed(() => (layers.value ?? []).filter((l) => viewOf(l).visible));
+
+export function layerNamed(name: string): Layer | undefined {
+  return layers.value?.find((layer) => layer.name === name);
+}
+
+/** Asks for the list of maps, and shows the first that can be opened when none is shown yet. */
+export async function loadMaps(): Promise<void> {
+  try {
+    const answer = await client.value.catalog.listMaps({});
+    maps.value = answer.maps.map(({ name, frameId, problem }) => ({ name, frameId, problem }));
+    if (mapName.value !== undefined) return;
+    const first = maps.value.find((map) => !map.problem);
+    if (first) mapName.value = first.name;
+    else noteAlive();
+  } catch (error) {
+    // While a map is shown, its watch tells how we stand.
+    if (mapName.value === undefined) noteFailure(error);
+  }
+}
+
+/** Asks for the layers of a map. */
+export async function loadLayers(map: string): Promise<void> {
+  const answer = await client.value.catalog.listLayers({ map });
+  if (map !== mapName.value) return;
+  layers.value = answer.layers.toSorted(
+    (a, b) => ORDER.indexOf(a.kind) - ORDER.indexOf(b.kind) || a.name.localeCompare(b.name),
+  );
+}

@@ -1,0 +1,45 @@
+import { create, LayerSchema } from '@hypermap/client';
+import { expect, test } from 'vitest';
+import { LayerKind } from './model';
+import { ago, authorWords, cellWords, percent, squareMetres } from './words';
+
+test('cells are told in the words of their layer', () => {
+  const floor = create(LayerSchema, { kind: LayerKind.OCCUPANCY });
+  expect(cellWords(floor, 0.02)).toBe('free (2 %)');
+  expect(cellWords(floor, 0.5)).toBe('undecided (50 %)');
+  expect(cellWords(floor, 0.97)).toBe('occupied (97 %)');
+  const careful = create(LayerSchema, {
+    kind: LayerKind.OCCUPANCY,
+    thresholds: { freeBelow: 0.01, occupiedAbove: 0.4 },
+  });
+  expect(cellWords(careful, 0.5)).toBe('occupied (50 %)');
+  expect(cellWords(create(LayerSchema, { kind: LayerKind.EXPLORATION }), 0)).toBe('unexplored');
+  const wifi = create(LayerSchema, { kind: LayerKind.SCALAR, unit: 'dBm' });
+  expect(cellWords(wifi, -61.23456)).toBe('-61.23 dBm');
+});
+
+test('only what is certain is none or all', () => {
+  expect([0, 0.001, 0.5, 0.999, 1].map(percent)).toEqual([
+    '0 %',
+    '< 1 %',
+    '50 %',
+    '> 99 %',
+    '100 %',
+  ]);
+});
+
+test('times are told from now', () => {
+  const now = new Date('2026-01-02T12:00:00Z');
+  const before = (seconds: number) => ago(new Date(now.getTime() - seconds * 1000), now);
+  expect([-5, 30, 90, 7300].map(before)).toEqual(['just now', 'just now', '1 min ago', '2 h ago']);
+  expect(before(200_000)).toMatch(/^on /);
+});
+
+test('authors are told by their address or name', () => {
+  const authors = ['ipv4:10.0.0.7:58258', 'ipv6:[::1]:4711', 'expiry', 'alice'];
+  expect(authors.map(authorWords)).toEqual(['10.0.0.7', '[::1]', 'expiry', 'alice']);
+});
+
+test('the larger an area, the fewer digits', () => {
+  expect([0.357, 19.74, 3300].map(squareMetres)).toEqual(['0.36 m²', '19.7 m²', '3,300 m²']);
+});

@@ -1,0 +1,73 @@
+// What cells and answers are called.
+import { AnswerStatus, LayerKind, type Layer } from './model';
+
+const FREE_BELOW = 0.196;
+const OCCUPIED_ABOVE = 0.65;
+
+/** What an occupancy layer calls a probability. */
+export function occupancyWord({ thresholds }: Layer, p: number): string {
+  if (p < (thresholds?.freeBelow ?? FREE_BELOW)) return 'free';
+  return p > (thresholds?.occupiedAbove ?? OCCUPIED_ABOVE) ? 'occupied' : 'undecided';
+}
+
+/** A cell's value as people say it. */
+export function cellWords(layer: Layer, value: number): string {
+  switch (layer.kind) {
+    case LayerKind.OCCUPANCY:
+      return `${occupancyWord(layer, value)} (${percent(value)})`;
+    case LayerKind.EXPLORATION:
+      return value >= 0.5 ? 'explored' : 'unexplored';
+    default:
+      return `${Number(value.toPrecision(4))} ${layer.unit}`.trim();
+  }
+}
+
+const STATUS_WORDS: Record<AnswerStatus, string> = {
+  [AnswerStatus.UNSPECIFIED]: '',
+  [AnswerStatus.VALUE]: '',
+  [AnswerStatus.UNKNOWN]: 'unknown',
+  [AnswerStatus.OUTSIDE]: 'outside of the layer',
+  [AnswerStatus.NO_TRANSFORM]: 'its frame is not connected',
+  [AnswerStatus.UNSUPPORTED_VALUE]: 'has no such values',
+};
+
+export function statusWords(status: AnswerStatus): string {
+  return STATUS_WORDS[status];
+}
+
+/** Of a probability. Only what is certain is 0 % or 100 %. */
+export function percent(p: number): string {
+  const rounded = Math.round(p * 100);
+  if (rounded === 0 && p > 0) return '< 1 %';
+  if (rounded === 100 && p < 1) return '> 99 %';
+  return `${rounded} %`;
+}
+
+export function squareMetres(area: number): string {
+  const digits = area < 10 ? 2 : area < 100 ? 1 : 0;
+  const options = { minimumFractionDigits: digits, maximumFractionDigits: digits };
+  return `${area.toLocaleString('en', options)} m²`;
+}
+
+export function metres(length: number): string {
+  return `${length.toFixed(2)} m`;
+}
+
+/** A number of things. */
+export function count(n: number, one: string, many: string): string {
+  return `${n.toLocaleString('en')} ${n === 1 ? one : many}`;
+}
+
+/** How long ago, from a time to another one. */
+export function ago(time: Date, now: Date): string {
+  const seconds = Math.max(0, (now.getTime() - time.getTime()) / 1000);
+  if (seconds < 60) return 'just now';
+  if (seconds < 3600) return `${Math.floor(seconds / 60)} min ago`;
+  if (seconds < 86400) return `${Math.floor(seconds / 3600)} h ago`;
+  return `on ${time.toLocaleDateString()}`;
+}
+
+/** Who made a commit: an address without what only machines want of it, or a name. */
+export function authorWords(author: string): string {
+  return author.replace(/^ipv[46]:(.*):\d+$/, '$1');
+}

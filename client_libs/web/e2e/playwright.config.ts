@@ -1,0 +1,34 @@
+import { defineConfig } from '@playwright/test';
+
+import { buildFolder, chromium } from './support/places.js';
+
+// Spec files may run as processes of their own, at once: each keeps its results apart.
+const run = process.env.E2E_RUN ?? 'all';
+
+export default defineConfig({
+  testDir: 'specs',
+  outputDir: `${buildFolder}/e2e/results/${run}`,
+  reporter: 'list',
+  workers: Number(process.env.E2E_WORKERS ?? 2),
+  forbidOnly: true,
+  timeout: 60_000,
+  expect: { timeout: 15_000 },
+  use: {
+    viewport: { width: 1440, height: 900 },
+    colorScheme: 'light',
+    actionTimeout: 15_000,
+    trace: 'retain-on-failure',
+    launchOptions: {
+      executablePath: chromium,
+      args: [
+        '--no-sandbox',
+        '--disable-gpu',
+        '--disable-quic',
+        '--no-first-run',
+        '--disable-background-networking',
+        '--disable-component-update',
+        '--disable-sync',
+      ],
+    },
+  },
+});

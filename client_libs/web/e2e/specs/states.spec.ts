@@ -1,0 +1,60 @@
+import { expect, shot, test } from '../support/test.js';
+
+test('a server without maps says so, and shows the first that comes', async ({
+  emptySite,
+  page,
+}) => {
+  await page.goto(emptySite.url);
+  await expect(page.getByText('There is no map on this server yet.')).toBeVisible();
+  await shot(page, 'empty');
+  await emptySite.hypermap('map', 'create', 'yard');
+  await expect(page.getByText('This map has no layers yet.')).toBeVisible();
+  await emptySite.hypermap('layer', 'create', 'yard', 'things', '--kind', 'semantic');
+  await expect(page.getByText('The layers of this map are empty.')).toBeVisible();
+});
+
+test('a map that is not there is an error, and another can be chosen', async ({ site, page }) => {
+  await page.goto(`${site.url}/?map=attic`);
+  await expect(page.getByRole('alert')).toContainText('attic');
+  await expect(page.getByRole('status', { name: 'Connection' })).toHaveText('Error');
+  await shot(page, 'error');
+  await site.hypermap('map', 'create', 'attic');
+  await page.getByRole('button', { name: 'Try again' }).click();
+  await expect(page.getByText('This map has no layers yet.')).toBeVisible();
+  await page.getByRole('combobox', { name: 'Map', exact: true }).selectOption('office');
+  await expect(page.getByRole('status', { name: 'Connection' })).toHaveText('Live');
+  await expect(page.getByRole('alert')).toBeHidden();
+});
+
+test('a map that is deleted under an open page is told as such', async ({
+  site,
+  dashboard,
+  page,
+}) => {
+  await dashboard.open(site);
+  await site.hypermap('map', 'delete', 'office');
+  await expect(page.getByRole('alert')).toContainText('office');
+});
+
+test('a server that wants a token is given one', async ({ site, page }) => {
+  // Stands for a server that checks tokens, as one behind a gateway does.
+  await page.route('**/hypermap.v1.*/**', async (route) => {
+    if (route.request().headers()['authorization'] === 'Bearer open sesame') {
+      await route.continue();
+      return;
+    }
+    const headers = {
+      'content-type': 'application/grpc-web+proto',
+      'grpc-status': '16',
+      'grpc-message': 'a token is needed',
+    };
+    await route.fulfill({ status: 200, headers, body: '' });
+  });
+  await page.goto(site.url);
+  await expect(page.getByText('a token is needed')).toBeVisible();
+  await shot(page, 'token');
+  await page.getByLabel('Token').fill('open sesame');
+  await page.getByRole('button', { name: 'Sign in' }).click();
+  await expect(page.getByRole('status', { name: 'Connection' })).toHaveText('Live');
+  await expect(page.getByText('a token is needed')).toBeHidden();
+});

@@ -1,0 +1,65 @@
+import { type ChildProcess, execFile, spawn } from 'node:child_process';
+import { once } from 'node:events';
+import { createInterface } from 'node:readline';
+import { promisify } from 'node:util';
+
+import { program } from './places.js';
+
+const startDeadlineMs = 20_000;
+
+/** A server of the build, from its ready line until it is stopped or this process ends. */
+export class Server {
+  private constructor(
+    readonly address: string,
+    private readonly child: ChildProcess,
+    private readonly endWithUs: () => void,
+  ) {}
+
+  /** Starts a program that says `NAME ready on ADDRESS`. Fails with its words when it does not. */
+  static async start(name: string, args: string[]): Promise<Server> {
+    const child = spawn(program(name), args, { stdio: ['ignore', 'pipe', 'pipe'] });
+    const endWithUs = () => child.kill('SIGKILL');
+    process.once('exit', endWithUs);
+    try {
+      return new Server(await readyAddress(name, child), child, endWithUs);
+    } catch (error) {
+      child.kill('SIGKILL');
+      throw error;
+    }
+  }
+
+  /** Returns when the process is gone, however it was asked. */
+  async stop(signal: 'SIGTERM' | 'SIGKILL' = 'SIGTERM'): Promise<void> {
+    process.off('exit', this.endWithUs);
+    if (this.child.exitCode !== null || this.child.signalCode !== null) return;
+    const gone = once(this.child, 'exit');
+    this.child.kill(signal);
+    await gone;
+  }
+}
+
+function readyAddress(name: string, child: ChildProcess): Promise<string> {
+  return new Promise((resolve, reject) => {
+    const said: string[] = [];
+    const giveUp = (why: string) => reject(new Error(`${name} ${why}\n${said.join('\n')}`));
+    const timer = setTimeout(() => giveUp('is not ready in time'), startDeadlineMs);
+    child.once('error', (error) => giveUp(error.message));
+    child.once('exit', (code) => giveUp(`ended with code ${code}`));
+    for (const stream of [child.stdout, child.stderr]) {
+      if (!stream) continue;
+      createInterface({ input: stream }).on('line', (line) => {
+        said.push(line);
+        const ready = /ready on (\S+)/.exec(line)?.[1];
+        if (!ready) return;
+        clearTimeout(timer);
+        resolve(ready);
+      });
+    }
+  });
+}
+
+/** Runs a program to its end and returns what it wrote. Fails with its error output. */
+export async function run(name: string, args: string[]): Promise<string> {
+  const limits = { maxBuffer: 64 << 20 };
+  return (await promisify(execFile)(program(name), args, limits)).stdout;
+}

@@ -1,0 +1,170 @@
+package main
+
+import (
+	"context"
+	"errors"
+	"fmt"
+	"io"
+	"net/http"
+
+	"connectrpc.com/connect"
+	"google.golang.org/protobuf/reflect/protoreflect"
+)
+
+// Above the server's own limit, which then answers with its name.
+const maxMessageBytes = 64 << 20
+
+// Shorter answers are not worth compressing.
+const compressMinBytes = 1024
+
+// method passes the calls of one rpc on to the server. Deadlines and cancellation go with the context,
+// and errors come back as the server made them.
+type method struct {
+	client *connect.Client[message, message]
+	output protoreflect.MessageDescriptor
+}
+
+// bridge adds a handler for each method of the service.
+func bridge(mux *http.ServeMux, service protoreflect.ServiceDescriptor, server *upstream) {
+	for i := range service.Methods().Len() {
+		descriptor := service.Methods().Get(i)
+		path := "/" + string(service.FullName()) + "/" + string(descriptor.Name())
+		m := &method{
+			client: connect.NewClient[message, message](server.client, server.url+path,
+				connect.WithGRPC(),
+				connect.WithCodec(binaryCodec{}),
+				// The server is near: compressing would cost more than it saves.
+				connect.WithAcceptCompression("gzip", nil, nil),
+				connect.WithReadMaxBytes(maxMessageBytes)),
+			output: descriptor.Output(),
+		}
+		mux.Handle("POST "+path, m.handler(path, descriptor))
+	}
+}
+
+func (m *method) handler(path string, descriptor protoreflect.MethodDescriptor) http.Handler {
+	options := []connect.HandlerOption{
+		connect.WithCodec(binaryCodec{}),
+		connect.WithCodec(jsonCodec{}),
+		connect.WithRequestInitializer(func(_ connect.Spec, request any) error {
+			request.(*message).schema = descriptor.Input()
+			return nil
+		}),
+		connect.WithReadMaxBytes(maxMessageBytes),
+		connect.WithCompressMinBytes(compressMinBytes),
+	}
+	switch {
+	case descriptor.IsStreamingClient() && descriptor.IsStreamingServer():
+		return connect.NewBidiStreamHandler(path, m.bidiStream, options...)
+	case descriptor.IsStreamingClient():
+		return connect.NewClientStreamHandler(path, m.clientStream, options...)
+	case descriptor.IsStreamingServer():
+		return connect.NewServerStreamHandler(path, m.serverStream, options...)
+	}
+	return connect.NewUnaryHandler(path, m.unary, options...)
+}
+
+func (m *method) unary(ctx context.Context, request *connect.Request[message]) (*connect.Response[message], error) {
+	answer, err := m.client.CallUnary(ctx, onward(request))
+	if err != nil {
+		return nil, failure(ctx, err)
+	}
+	return connect.NewResponse(m.readable(answer.Msg)), nil
+}
+
+func (m *method) serverStream(ctx context.Context, request *connect.Request[message], out *connect.ServerStream[message]) error {
+	answers, err := m.client.CallServerStream(ctx, onward(request))
+	if err != nil {
+		return failure(ctx, err)
+	}
+	defer answers.Close()
+	for answers.Receive() {
+		if err := out.Send(m.readable(answers.Msg())); err != nil {
+			return err
+		}
+	}
+	return failure(ctx, answers.Err())
+}
+
+func (m *method) clientStream(ctx context.Context, in *connect.ClientStream[message]) (*connect.Response[message], error) {
+	requests := m.client.CallClientStream(ctx)
+	passAuthorization(in.RequestHeader(), requests.RequestHeader())
+	for in.Receive() {
+		if err := requests.Send(in.Msg()); err != nil {
+			break // The answer says why the server wants no more.
+		}
+	}
+	if err := in.Err(); err != nil {
+		return nil, err
+	}
+	answer, err := requests.CloseAndReceive()
+	if err != nil {
+		return nil, failure(ctx, err)
+	}
+	return connect.NewResponse(m.readable(answer.Msg)), nil
+}
+
+func (m *method) bidiStream(ctx context.Context, caller *connect.BidiStream[message, message]) error {
+	ctx, cancel := context.WithCancel(ctx)
+	defer cancel()
+	server := m.client.CallBidiStream(ctx)
+	passAuthorization(caller.RequestHeader(), server.RequestHeader())
+	defer server.CloseResponse()
+	go func() {
+		for {
+			request, err := caller.Receive()
+			if errors.Is(err, io.EOF) {
+				_ = server.CloseRequest() // An error comes with the next answer, too.
+				return
+			}
+			if err != nil {
+				cancel()
+				return
+			}
+			if server.Send(request) != nil {
+				return // The next answer says why.
+			}
+		}
+	}()
+	for {
+		answer, err := server.Receive()
+		if errors.Is(err, io.EOF) {
+			return nil
+		}
+		if err != nil {
+			return failure(ctx, err)
+		}
+		if err := caller.Send(m.readable(answer)); err != nil {
+			return err
+		}
+	}
+}
+
+// failure is what the caller is told: the server's own word, or that its connection broke. The library
+// calls it an invalid argument when that happens in the midst of a stream.
+func failure(ctx context.Context, err error) error {
+	if err == nil || ctx.Err() != nil || connect.IsWireError(err) {
+		return err
+	}
+	if connect.CodeOf(err) == connect.CodeResourceExhausted {
+		return err // A message beyond maxMessageBytes.
+	}
+	return connect.NewError(connect.CodeUnavailable, fmt.Errorf("the connection to the server: %w", err))
+}
+
+func (m *method) readable(answer *message) *message {
+	answer.schema = m.output
+	return answer
+}
+
+func onward(request *connect.Request[message]) *connect.Request[message] {
+	out := connect.NewRequest(request.Msg)
+	passAuthorization(request.Header(), out.Header())
+	return out
+}
+
+func passAuthorization(from, to http.Header) {
+	for _, value := range from.Values("Authorization") {
+		to.Add("Authorization", value)
+	}
+}

@@ -1,0 +1,55 @@
+package main
+
+import (
+	"fmt"
+	"io/fs"
+	"net/http"
+	"os"
+	"path"
+	"strings"
+
+	"github.com/klauspost/compress/gzhttp"
+)
+
+// The page loads nothing from elsewhere. OpenLayers sets styles and makes workers and images of its own.
+const contentSecurityPolicy = "default-src 'self'; style-src 'self' 'unsafe-inline'; " +
+	"img-src 'self' blob: data:; worker-src 'self' blob:; frame-ancestors 'none'; base-uri 'none'"
+
+// newFiles serves the files in the folder, compressed. It never leaves the folder, also not by links.
+func newFiles(folder string) (http.Handler, error) {
+	root, err := os.OpenRoot(folder)
+	if err != nil {
+		return nil, fmt.Errorf("--dashboard: %w", err)
+	}
+	files := root.FS()
+	server := http.FileServerFS(files)
+	return gzhttp.GzipHandler(http.HandlerFunc(func(w http.ResponseWriter, r *http.Request) {
+		if isFolder(files, r.URL.Path) {
+			http.NotFound(w, r) // No listings.
+			return
+		}
+		header := w.Header()
+		header.Set("Cache-Control", cacheControl(r.URL.Path))
+		header.Set("Content-Security-Policy", contentSecurityPolicy)
+		header.Set("Referrer-Policy", "same-origin")
+		header.Set("X-Content-Type-Options", "nosniff")
+		server.ServeHTTP(w, r)
+	})), nil
+}
+
+func isFolder(files fs.FS, urlPath string) bool {
+	name := strings.TrimPrefix(path.Clean(urlPath), "/")
+	if name == "" {
+		return false
+	}
+	info, err := fs.Stat(files, name)
+	return err == nil && info.IsDir()
+}
+
+// The names of built assets change with their content.
+func cacheControl(urlPath string) string {
+	if strings.HasPrefix(urlPath, "/assets/") {
+		return "public, max-age=31536000, immutable"
+	}
+	return "no-cache"
+}

@@ -1,0 +1,186 @@
+package main
+
+import (
+	"bytes"
+	"context"
+	"net"
+	"net/http"
+	"os"
+	"path/filepath"
+	"strings"
+	"testing"
+	"time"
+
+	"connectrpc.com/connect"
+	"google.golang.org/grpc"
+	"google.golang.org/grpc/credentials"
+	"google.golang.org/protobuf/reflect/protoreflect"
+)
+
+// Only for what hangs: nothing here takes so long.
+const deadline = 30 * time.Second
+
+const (
+	queryPoint = "/hypermap.v1.QueryService/QueryPoint"
+	watch      = "/hypermap.v1.WatchService/Watch"
+	importMap  = "/hypermap.v1.CatalogService/ImportMap"
+	observe    = "/hypermap.v1.IngestService/Observe"
+)
+
+// answer plays the server in one call, whatever it is.
+type answer func(path string, stream grpc.ServerStream) error
+
+// startBackend serves gRPC of another make than the gateway's, and returns its address.
+func startBackend(t *testing.T, address string, play answer, options ...grpc.ServerOption) (string, *grpc.Server) {
+	t.Helper()
+	listener, err := net.Listen("tcp", address)
+	if err != nil {
+		t.Fatal(err)
+	}
+	options = append(options, grpc.ForceServerCodec(binaryCodec{}),
+		grpc.UnknownServiceHandler(func(_ any, stream grpc.ServerStream) error {
+			path, _ := grpc.MethodFromServerStream(stream)
+			return play(path, stream)
+		}))
+	server := grpc.NewServer(options...)
+	go func() { _ = server.Serve(listener) }()
+	t.Cleanup(server.Stop)
+	return listener.Addr().String(), server
+}
+
+func withTLS(pair keyPair) grpc.ServerOption {
+	credentials, err := credentials.NewServerTLSFromFile(pair.certFile, pair.keyFile)
+	if err != nil {
+		panic(err)
+	}
+	return grpc.Creds(credentials)
+}
+
+// startGateway runs the gateway as main does, and returns its URL.
+func startGateway(t *testing.T, cfg config) string {
+	t.Helper()
+	if cfg.dashboard == "" {
+		cfg.dashboard = t.TempDir()
+	}
+	cfg.listen = "127.0.0.1:0"
+	ctx, stop := context.WithCancel(context.Background())
+	ready := make(chan string, 1)
+	ended := make(chan error, 1)
+	go func() { ended <- run(ctx, cfg, func(url string) { ready <- url }) }()
+	t.Cleanup(func() {
+		stop()
+		if err := <-ended; err != nil {
+			t.Errorf("the gateway ended with: %v", err)
+		}
+	})
+	select {
+	case url := <-ready:
+		return url
+	case err := <-ended:
+		ended <- nil
+		t.Fatalf("the gateway did not start: %v", err)
+	case <-time.After(deadline):
+		t.Fatal("the gateway is not ready")
+	}
+	return ""
+}
+
+func before(server string) config {
+	return config{upstream: upstreamConfig{address: server}}
+}
+
+// caller is somebody outside who speaks one of the protocols.
+type caller struct {
+	name    string
+	options []connect.ClientOption
+}
+
+var callers = []caller{
+	{"Connect", nil},
+	{"GRPCWeb", []connect.ClientOption{connect.WithGRPCWeb()}},
+	{"GRPC", []connect.ClientOption{connect.WithGRPC()}},
+}
+
+// forEachProtocol runs the test once for each protocol that the gateway speaks.
+func forEachProtocol(t *testing.T, test func(t *testing.T, as caller)) {
+	for _, as := range callers {
+		t.Run(as.name, func(t *testing.T) {
+			t.Parallel()
+			test(t, as)
+		})
+	}
+}
+
+// to calls a method by the gateway's URL. Without TLS by HTTP/1.1, as browsers do; gRPC needs HTTP/2.
+func (c caller) to(gateway, path string) *connect.Client[message, message] {
+	client := http.DefaultClient
+	if c.name == "GRPC" {
+		client = unencrypted(strings.TrimPrefix(gateway, "http://")).client
+	}
+	options := append([]connect.ClientOption{connect.WithCodec(binaryCodec{})}, c.options...)
+	return connect.NewClient[message, message](client, gateway+path, options...)
+}
+
+func unencrypted(address string) *upstream {
+	server, err := newUpstream(upstreamConfig{address: address})
+	if err != nil {
+		panic(err)
+	}
+	return server
+}
+
+func raw(text string) *connect.Request[message] {
+	return connect.NewRequest(&message{binary: []byte(text)})
+}
+
+// fromJSON makes a message of the wire contract.
+func fromJSON(t *testing.T, name, text string) *connect.Request[message] {
+	t.Helper()
+	request := &message{schema: find(t, name)}
+	if err := (jsonCodec{}).Unmarshal([]byte(text), request); err != nil {
+		t.Fatal(err)
+	}
+	return connect.NewRequest(request)
+}
+
+func toJSON(t *testing.T, name string, answer *message) string {
+	t.Helper()
+	text, err := jsonCodec{}.Marshal(&message{binary: answer.binary, schema: find(t, name)})
+	if err != nil {
+		t.Fatal(err)
+	}
+	return string(bytes.ReplaceAll(text, []byte(" "), nil))
+}
+
+func find(t *testing.T, name string) protoreflect.MessageDescriptor {
+	t.Helper()
+	services, err := loadServices()
+	if err != nil {
+		t.Fatal(err)
+	}
+	for _, service := range services {
+		if found := service.ParentFile().Messages().ByName(protoreflect.Name(name)); found != nil {
+			return found
+		}
+	}
+	t.Fatalf("no message %s", name)
+	return nil
+}
+
+func testContext(t *testing.T) context.Context {
+	ctx, cancel := context.WithTimeout(context.Background(), deadline)
+	t.Cleanup(cancel)
+	return ctx
+}
+
+func writeFile(t *testing.T, folder, name, content string) string {
+	t.Helper()
+	path := filepath.Join(folder, name)
+	if err := os.MkdirAll(filepath.Dir(path), 0o755); err != nil {
+		t.Fatal(err)
+	}
+	if err := os.WriteFile(path, []byte(content), 0o644); err != nil {
+		t.Fatal(err)
+	}
+	return path
+}

@@ -1,0 +1,86 @@
+package main
+
+import (
+	"crypto/tls"
+	"crypto/x509"
+	"fmt"
+	"net"
+	"net/http"
+	"os"
+	"time"
+)
+
+type upstreamConfig struct {
+	address string
+	tls     bool
+	// PEM; not empty means TLS, too.
+	caFile string
+	// PEM, what the gateway shows to a server that wants its callers to have a certificate.
+	certFile string
+	keyFile  string
+}
+
+// upstream is the server, reached by HTTP/2 alone: all calls share a connection.
+type upstream struct {
+	client *http.Client
+	url    string
+}
+
+func newUpstream(cfg upstreamConfig) (*upstream, error) {
+	if _, _, err := net.SplitHostPort(cfg.address); err != nil {
+		return nil, fmt.Errorf("--server: %w", err)
+	}
+	dialer := &net.Dialer{
+		Timeout: 5 * time.Second,
+		// A server whose machine is gone is noticed within half a minute.
+		KeepAliveConfig: net.KeepAliveConfig{Enable: true, Idle: 15 * time.Second, Interval: 5 * time.Second, Count: 3},
+	}
+	transport := &http.Transport{
+		DialContext:         dialer.DialContext,
+		TLSHandshakeTimeout: 5 * time.Second,
+		Protocols:           new(http.Protocols),
+		// Compressing is the protocols' own business.
+		DisableCompression: true,
+	}
+	if !cfg.tls && cfg.caFile == "" && cfg.certFile == "" {
+		transport.Protocols.SetUnencryptedHTTP2(true)
+		return &upstream{client: &http.Client{Transport: transport}, url: "http://" + cfg.address}, nil
+	}
+	transport.Protocols.SetHTTP2(true)
+	var err error
+	if transport.TLSClientConfig, err = cfg.clientTLS(); err != nil {
+		return nil, err
+	}
+	return &upstream{client: &http.Client{Transport: transport}, url: "https://" + cfg.address}, nil
+}
+
+func (cfg upstreamConfig) clientTLS() (*tls.Config, error) {
+	result := &tls.Config{MinVersion: tls.VersionTLS12}
+	if cfg.caFile != "" {
+		roots, err := readCertificates(cfg.caFile)
+		if err != nil {
+			return nil, fmt.Errorf("--server_ca: %w", err)
+		}
+		result.RootCAs = roots
+	}
+	if cfg.certFile != "" {
+		pair, err := tls.LoadX509KeyPair(cfg.certFile, cfg.keyFile)
+		if err != nil {
+			return nil, fmt.Errorf("--server_cert: %w", err)
+		}
+		result.Certificates = []tls.Certificate{pair}
+	}
+	return result, nil
+}
+
+func readCertificates(path string) (*x509.CertPool, error) {
+	pem, err := os.ReadFile(path)
+	if err != nil {
+		return nil, err
+	}
+	pool := x509.NewCertPool()
+	if !pool.AppendCertsFromPEM(pem) {
+		return nil, fmt.Errorf("no certificate in %s", path)
+	}
+	return pool, nil
+}
