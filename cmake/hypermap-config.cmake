@@ -1,8 +1,19 @@
-# find_package(hypermap) gives hypermap::client, the C++ client (client_libs/cpp/client.h).
+# find_package(hypermap) gives hypermap::client, the C++ client (client_libs/cpp/client.h); with
+# COMPONENTS replica also hypermap::replica (client_libs/cpp/replica), which keeps files.
 include(CMakeFindDependencyMacro)
 find_dependency(absl)
 find_dependency(Eigen3)
 find_dependency(GEOS)
 find_dependency(Protobuf)
 find_dependency(gRPC CONFIG)
+find_dependency(OpenSSL COMPONENTS Crypto)
+if("replica" IN_LIST hypermap_FIND_COMPONENTS)
+  find_dependency(nlohmann_json)
+  find_dependency(PNG)
+  find_dependency(SQLite3)
+  find_dependency(Threads)
+  find_dependency(TIFF)
+  find_dependency(ZLIB)
+  set(hypermap_replica_FOUND TRUE)
+endif()
 include(${CMAKE_CURRENT_LIST_DIR}/hypermap-targets.cmake)

@@ -27,12 +27,18 @@
 #include "server/services/grpc_server.h"
 #include "server/services/request_log.h"
 #include "server/services/scratch_file.h"
+#include "server/services/tls.h"
 #include "server/services/worker_pool.h"
 #include "server/session/site.h"
 #include "storage/geopackage/geopackage_store.h"
 
 ABSL_FLAG(std::string, data_dir, "", "Folder of the maps, one GeoPackage each; made when missing");
 ABSL_FLAG(std::string, listen, "127.0.0.1:50051", "HOST:PORT to serve on; port 0 takes a free one");
+ABSL_FLAG(std::string, tls_cert, "",
+          "Certificate of the server, with those that lead to its root, in PEM; without: no TLS");
+ABSL_FLAG(std::string, tls_key, "", "Key of --tls_cert, in PEM, not encrypted");
+ABSL_FLAG(std::string, tls_client_ca, "",
+          "Certificates in PEM that those of clients must come from; without: clients need none");
 ABSL_FLAG(std::string, log_level, "info", "trace, debug, info, warn, error or off");
 ABSL_FLAG(absl::Duration, grace, absl::Seconds(10),
           "How long requests in flight may go on after SIGTERM or SIGINT");
@@ -166,6 +172,11 @@ ServiceLimits LimitsOfFlags() {
   return limits;
 }
 
+TlsFiles TlsFilesOfFlags() {
+  return {absl::GetFlag(FLAGS_tls_cert), absl::GetFlag(FLAGS_tls_key),
+          absl::GetFlag(FLAGS_tls_client_ca)};
+}
+
 int NumThreads() {
   const int threads = absl::GetFlag(FLAGS_threads);
   if (threads > 0) return threads;
@@ -226,7 +237,8 @@ absl::Status Serve(ShutdownSignals& signals) {
   const Facilities facilities{site->get(),   LimitsOfFlags(), &workers,
                               &file_workers, &explorers,      data_dir};
   absl::StatusOr<std::unique_ptr<GrpcServer>> server = GrpcServer::Start(
-      {absl::GetFlag(FLAGS_listen), absl::GetFlag(FLAGS_max_message_bytes)}, facilities);
+      {absl::GetFlag(FLAGS_listen), absl::GetFlag(FLAGS_max_message_bytes), TlsFilesOfFlags()},
+      facilities);
   if (!server.ok()) return server.status();
   LogProblems(**site);
   std::printf("hypermapd ready on %s\n", (*server)->address().c_str());

@@ -202,4 +202,30 @@ absl::StatusOr<std::vector<LayerVersion>> DecodeLayerVersions(
   return versions;
 }
 
+absl::StatusOr<std::string> EditsToBytes(const EditBatch& batch) {
+  v1::ApplyEditsRequest message;
+  EncodeLayerVersions(batch.if_layers, message.mutable_if_layers());
+  for (const Edit& edit : batch.edits) {
+    if (absl::Status status = EncodeEdit(edit, message.add_edits()); !status.ok()) return status;
+  }
+  return message.SerializeAsString();
+}
+
+absl::StatusOr<EditBatch> EditsFromBytes(absl::string_view bytes) {
+  v1::ApplyEditsRequest message;
+  if (!message.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) {
+    return absl::DataLossError("the bytes are no batch of edits");
+  }
+  // What is too large is for the server to say.
+  constexpr DecodeLimits kNone{std::numeric_limits<int>::max(), std::numeric_limits<int>::max(),
+                               std::numeric_limits<int64_t>::max()};
+  absl::StatusOr<EditBatch> batch = DecodeEdits(message.edits(), kNone);
+  if (!batch.ok()) return batch;
+  absl::StatusOr<std::vector<LayerVersion>> versions =
+      DecodeLayerVersions("if_layers", message.if_layers());
+  if (!versions.ok()) return versions.status();
+  batch->if_layers = *std::move(versions);
+  return batch;
+}
+
 }  // namespace hypermap::wire

@@ -2,6 +2,7 @@
 #ifndef HYPERMAP_WIRE_EDIT_H_
 #define HYPERMAP_WIRE_EDIT_H_
 
+#include <string>
 #include <vector>
 
 #include "absl/status/status.h"
@@ -32,6 +33,11 @@ absl::StatusOr<EditBatch> DecodeEdits(const google::protobuf::RepeatedPtrField<v
 // Of EditBatch::if_layers. INVALID_ARGUMENT for one without a layer.
 absl::StatusOr<std::vector<LayerVersion>> DecodeLayerVersions(
     absl::string_view field, const google::protobuf::RepeatedPtrField<v1::LayerVersion>& messages);
+
+// A batch as bytes, to be kept until it can be sent. Errors as EncodeEdit.
+absl::StatusOr<std::string> EditsToBytes(const EditBatch& batch);
+// DATA_LOSS for bytes that are none; INVALID_ARGUMENT for what a server would not take either.
+absl::StatusOr<EditBatch> EditsFromBytes(absl::string_view bytes);
 
 }  // namespace hypermap::wire
 

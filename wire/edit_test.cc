@@ -197,5 +197,29 @@ TEST(EditBatchOnTheWire, MustHoldOneEditAndAtMostTheLimit) {
   EXPECT_THAT(std::string(refused.status().message()), HasSubstr("--max_edits"));
 }
 
+TEST(EditBatchOnTheWire, ComesBackFromItsBytes) {
+  EditBatch batch;
+  PutObject put{"things", {}, "dock"};
+  put.object.label = "cup";
+  put.object.polygon = Square();
+  batch.edits = {put, DeleteObject{"things", 12, 9}};
+  batch.if_layers = {{"things", 41}};
+  const absl::StatusOr<std::string> bytes = EditsToBytes(batch);
+  ASSERT_TRUE(bytes.ok()) << bytes.status();
+  const absl::StatusOr<EditBatch> back = EditsFromBytes(*bytes);
+  ASSERT_TRUE(back.ok()) << back.status();
+  ASSERT_EQ(back->edits.size(), 2u);
+  EXPECT_EQ(std::get<PutObject>(back->edits[0]).object, put.object);
+  EXPECT_EQ(std::get<DeleteObject>(back->edits[1]).if_version, 9);
+  ASSERT_EQ(back->if_layers.size(), 1u);
+  EXPECT_EQ(back->if_layers[0].version, 41);
+}
+
+TEST(EditBatchOnTheWire, WhatIsNoBatchIsTold) {
+  EXPECT_TRUE(absl::IsDataLoss(EditsFromBytes("\xff\xff").status()));
+  EXPECT_TRUE(absl::IsInvalidArgument(EditsFromBytes("").status()));
+  EXPECT_TRUE(absl::IsInvalidArgument(EditsToBytes({{hypermap::DeleteLayer{"things"}}}).status()));
+}
+
 }  // namespace
 }  // namespace hypermap::wire

@@ -15,6 +15,7 @@
 #include "client_libs/cli/text_table.h"
 #include "client_libs/cli/validators.h"
 #include "client_libs/cpp/client.h"
+#include "client_libs/flags/connection_flags.h"
 
 namespace hypermap::cli {
 namespace {
@@ -24,17 +25,14 @@ constexpr char kDescription[] =
     "Coordinates are metres in the map's own frame unless --frame names another.";
 
 struct GlobalOptions {
-  std::string server = "127.0.0.1:50051";
+  client::ConnectionFlags connection;
   bool json = false;
   std::string timeout = "0";
   std::string retry = "0";
 };
 
 void AddGlobalOptions(CLI::App& app, GlobalOptions& options) {
-  app.add_option("--server", options.server, "Address of the server")
-      ->envname("HYPERMAP_SERVER")
-      ->type_name("HOST:PORT")
-      ->capture_default_str();
+  client::AddConnectionFlags(app, options.connection);
   app.add_flag("--json", options.json, "Answer in JSON, for programs");
   app.add_option("--timeout", options.timeout, "Give up after this time (30s, 2m); 0: never")
       ->type_name("DURATION")
@@ -71,12 +69,15 @@ absl::Status Execute(const GlobalOptions& options, const Command& command, std::
   }
   absl::Duration retry_for;
   if (!absl::ParseDuration(options.retry, &retry_for)) retry_for = absl::ZeroDuration();
-  client::Client client(options.server, {.timeout = timeout, .retry_for = retry_for});
+  absl::StatusOr<client::Client> client =
+      client::MakeClient(options.connection, {.timeout = timeout, .retry_for = retry_for});
+  if (!client.ok()) return client.status();
   std::unique_ptr<Output> output = options.json ? MakeJsonOutput(out) : MakeTableOutput(out);
-  Session session{client, in, *output, timeout};
+  Session session{*client, in, *output, timeout};
   const absl::Status status = command(session);
   if (absl::IsUnavailable(status)) {
-    return absl::UnavailableError(absl::StrCat("server ", options.server, ": ", status.message()));
+    return absl::UnavailableError(
+        absl::StrCat("server ", options.connection.server, ": ", status.message()));
   }
   if (!status.ok()) return status;
   return out.flush() ? absl::OkStatus() : absl::DataLossError("the answer could not be written");

@@ -27,6 +27,7 @@
 #include "client_libs/cpp/observe_stream.h"
 #include "client_libs/cpp/points_stream.h"
 #include "client_libs/cpp/readers.h"
+#include "client_libs/cpp/security.h"
 #include "client_libs/cpp/watch.h"
 #include "map/edits/edit.h"
 #include "map/query/as_of.h"
@@ -41,11 +42,19 @@ struct ClientOptions {
   // mutation is carried out once all the same, by its request_id; an answer that has begun to
   // arrive, and streams of observations and of points, are not tried again. Zero: not at all.
   absl::Duration retry_for = absl::Seconds(30);
+  // Absent: the connection is not encrypted.
+  std::optional<TlsOptions> tls = std::nullopt;
+  // Sent with each call as "authorization: Bearer TOKEN"; empty: none. Calls to another machine
+  // fail with UNAUTHENTICATED where that would be without TLS.
+  TokenSource token = nullptr;
+  // Send it all the same.
+  bool token_in_clear = false;
 };
 
 struct CallOptions {
   // In place of the client's.
   std::optional<absl::Duration> timeout = std::nullopt;
+  std::optional<absl::Duration> retry_for = std::nullopt;
   // Of a mutation: the server carries out each id once and repeats its answer. Empty: a new id.
   // Keep one of your own (NewRequestId) to send a call again whose answer was lost.
   std::string request_id = {};
@@ -87,7 +96,7 @@ class Connection;
 // safe.
 class Client {
  public:
-  // `target` is HOST:PORT. The connection is not encrypted and not made through a proxy.
+  // `target` is HOST:PORT. The connection is not made through a proxy.
   explicit Client(const std::string& target, const ClientOptions& options = {});
 
   // Maps.

@@ -4,10 +4,13 @@
 #include <gtest/gtest.h>
 
 #include <limits>
+#include <ranges>
 #include <set>
 #include <string>
 #include <utility>
+#include <vector>
 
+#include "absl/strings/str_cat.h"
 #include "client_libs/testing/scripted_server.h"
 #include "google/protobuf/text_format.h"
 
@@ -54,6 +57,25 @@ TEST(ClientTest, PointAnswerHasWhatEachLayerSays) {
   ASSERT_THAT(answer->layers[2].objects, SizeIs(1));
   EXPECT_EQ(answer->layers[2].objects[0].label, "chair");
   EXPECT_EQ(answer->layers[2].objects[0].polygon.num_vertices(), 3);
+}
+
+TEST(ClientTest, PartsOfAnAnswerAreARange) {
+  static_assert(std::ranges::input_range<AnswerReader>);
+  static_assert(std::ranges::input_range<ByteReader>);
+  static_assert(std::ranges::input_range<ChangeReader>);
+  static_assert(std::ranges::input_range<Watcher>);
+  Script script;
+  for (const char* layer : {"floor", "walls"}) {
+    script.parts.push_back(Parse<v1::LayerPart>(absl::StrCat(
+        "layer: '", layer, "' kind: LAYER_KIND_SEMANTIC status: ANSWER_STATUS_VALUE")));
+  }
+  ScriptedServer server(script);
+  AnswerReader reader = Client(server.address()).QueryValue("office", "chair");
+  std::vector<std::string> layers;
+  for (const LayerPart& part : reader) layers.push_back(part.layer);
+  EXPECT_THAT(layers, ElementsAre("floor", "walls"));
+  EXPECT_TRUE(reader.status().ok()) << reader.status();
+  for (const LayerPart& part : reader) ADD_FAILURE() << part.layer;
 }
 
 TEST(ClientTest, ErrorsAreTheServersOwn) {

@@ -2,38 +2,34 @@
 
 #include <chrono>
 
+#include "client_libs/cpp/channel.h"
+
 namespace hypermap::client {
 
 Connection::Connection(const std::string& target, const ClientOptions& options)
-    : options_(options) {
-  grpc::ChannelArguments arguments;
-  // How large an answer may be is the server's to limit.
-  arguments.SetMaxReceiveMessageSize(-1);
-  arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);
-  // A server that is back is found soon; how often a call is tried again is up to Backoff.
-  arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, 50);
-  arguments.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, 1000);
-  arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, 1000);
-  const std::shared_ptr<grpc::Channel> channel =
-      grpc::CreateCustomChannel(target, grpc::InsecureChannelCredentials(), arguments);
-  catalog_ = v1::CatalogService::NewStub(channel);
-  query_ = v1::QueryService::NewStub(channel);
-  edit_ = v1::EditService::NewStub(channel);
-  exploration_ = v1::ExplorationService::NewStub(channel);
-  ingest_ = v1::IngestService::NewStub(channel);
-  watch_ = v1::WatchService::NewStub(channel);
+    : options_(options), channel_(MakeChannel(target, options)) {
+  catalog_ = v1::CatalogService::NewStub(channel_);
+  query_ = v1::QueryService::NewStub(channel_);
+  edit_ = v1::EditService::NewStub(channel_);
+  exploration_ = v1::ExplorationService::NewStub(channel_);
+  ingest_ = v1::IngestService::NewStub(channel_);
+  watch_ = v1::WatchService::NewStub(channel_);
 }
 
 bool Retries::ShallTryAgain(const grpc::Status& status) {
   if (status.error_code() != grpc::StatusCode::UNAVAILABLE) return false;
   const absl::Duration pause = backoff_.Next();
   if (absl::Now() + pause >= until_) return false;
-  absl::SleepFor(pause);
+  Pause(*channel_, pause);
   return true;
 }
 
 absl::Time Connection::DeadlineOf(const CallOptions& options) const {
   return absl::Now() + options.timeout.value_or(options_.timeout);
+}
+
+Retries Connection::RetriesOf(const CallOptions& options, absl::Time deadline) const {
+  return {channel_, options.retry_for.value_or(options_.retry_for), deadline};
 }
 
 std::unique_ptr<grpc::ClientContext> Connection::NewContext(absl::Time deadline) {

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <memory>
 #include <string>
+#include <utility>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
@@ -28,13 +29,14 @@ namespace hypermap::client {
 class Retries {
  public:
   // Until `retry_for` has passed from now, or `deadline`.
-  Retries(absl::Duration retry_for, absl::Time deadline)
-      : until_(std::min(absl::Now() + retry_for, deadline)) {}
+  Retries(std::shared_ptr<grpc::Channel> channel, absl::Duration retry_for, absl::Time deadline)
+      : channel_(std::move(channel)), until_(std::min(absl::Now() + retry_for, deadline)) {}
 
   // After a try that ended with `status`: whether to try again; waits the pause before that.
   bool ShallTryAgain(const grpc::Status& status);
 
  private:
+  std::shared_ptr<grpc::Channel> channel_;
   absl::Time until_;
   Backoff backoff_;
 };
@@ -55,6 +57,7 @@ class Connection {
 
   // When a call that begins now is over. A call keeps it over all its tries.
   absl::Time DeadlineOf(const CallOptions& options) const;
+  Retries RetriesOf(const CallOptions& options, absl::Time deadline) const;
   // For one try.
   static std::unique_ptr<grpc::ClientContext> NewContext(absl::Time deadline);
 
@@ -65,7 +68,7 @@ class Connection {
                                                              Response*),
                                 const Request& request, const CallOptions& options) const {
     const absl::Time deadline = DeadlineOf(options);
-    Retries retries(options_.retry_for, deadline);
+    Retries retries = RetriesOf(options, deadline);
     while (true) {
       const std::unique_ptr<grpc::ClientContext> context = NewContext(deadline);
       Response response;
@@ -77,6 +80,7 @@ class Connection {
 
  private:
   ClientOptions options_;
+  std::shared_ptr<grpc::Channel> channel_;
   std::unique_ptr<v1::CatalogService::Stub> catalog_;
   std::unique_ptr<v1::QueryService::Stub> query_;
   std::unique_ptr<v1::EditService::Stub> edit_;

@@ -99,7 +99,7 @@ absl::StatusOr<ImportAnswer> Client::ImportMap(const std::string& map, FileForma
   header.set_request_id(RequestIdOf(options));
 
   const absl::Time deadline = connection_->DeadlineOf(options);
-  Retries retries(connection_->options().retry_for, deadline);
+  Retries retries = connection_->RetriesOf(options, deadline);
   v1::ImportMapResponse response;
   grpc::Status status = SendFiles(connection_->catalog(), deadline, first, files, &response);
   while (retries.ShallTryAgain(status)) {
@@ -121,7 +121,7 @@ absl::StatusOr<ExportAnswer> Client::ExportMap(const std::string& map, FileForma
   request.mutable_layers()->Assign(export_options.layers.begin(), export_options.layers.end());
   request.set_image_format(export_options.image == ImageFormat::kPng ? "png" : "pgm");
   const absl::Time deadline = connection_->DeadlineOf(options);
-  Retries retries(connection_->options().retry_for, deadline);
+  Retries retries = connection_->RetriesOf(options, deadline);
   ExportAnswer answer;
   grpc::Status status = ReceiveFiles(connection_->catalog(), deadline, request, answer);
   while (retries.ShallTryAgain(status)) {

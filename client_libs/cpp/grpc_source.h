@@ -36,7 +36,7 @@ class GrpcSource : public PartSource<Part> {
       : connection_(std::move(connection)),
         open_(std::move(open)),
         deadline_(connection_->DeadlineOf(options)),
-        retries_(connection_->options().retry_for, deadline_),
+        retries_(connection_->RetriesOf(options, deadline_)),
         decode_(decode) {
     OpenCall();
   }

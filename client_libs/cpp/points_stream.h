@@ -36,7 +36,7 @@ struct LayerPoints {
   struct Hit {
     uint32_t point = 0;
     ObjectId object_id = 0;
-    absl::string_view label;  // lives as long as the stream
+    absl::string_view label;  // lives as long as the stream, or as PointsAnswer::labels_in
     float existence = 0.0F;
   };
   std::string layer;
@@ -51,6 +51,8 @@ struct PointsAnswer {
   Revision revision = 0;
   size_t num_points = 0;            // of the batch
   std::vector<LayerPoints> layers;  // in the order asked; all layers by name
+  // Of an answer without a stream.
+  std::shared_ptr<const void> labels_in = nullptr;
 };
 
 // One thread may write while another reads; Cancel may be called from any.

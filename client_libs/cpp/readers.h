@@ -1,10 +1,17 @@
-// Answers that arrive in parts.
+// Answers that arrive in parts, each once.
+//
+//   AnswerReader chairs = client.QueryValue("office", "chair");
+//   for (const LayerPart& part : chairs) Show(part);
+//   if (!chairs.status().ok()) return chairs.status();
 #ifndef HYPERMAP_CLIENT_LIBS_CPP_READERS_H_
 #define HYPERMAP_CLIENT_LIBS_CPP_READERS_H_
 
+#include <cstddef>
+#include <iterator>
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "absl/status/status.h"
 #include "client_libs/cpp/answers.h"
@@ -22,6 +29,30 @@ class PartSource {
   virtual const absl::Status& status() const = 0;
 };
 
+// Walks through what a reader gives, which is read on by each step. One at a time.
+template <typename Reader>
+class ReaderIterator {
+ public:
+  using value_type = typename decltype(std::declval<Reader&>().Next())::value_type;
+  using difference_type = std::ptrdiff_t;
+
+  explicit ReaderIterator(Reader* reader) : reader_(reader), item_(reader->Next()) {}
+
+  value_type& operator*() const { return *item_; }
+  ReaderIterator& operator++() {
+    item_ = reader_->Next();
+    return *this;
+  }
+  void operator++(int) { ++*this; }
+  friend bool operator==(const ReaderIterator& it, std::default_sentinel_t /*end*/) {
+    return !it.item_.has_value();
+  }
+
+ private:
+  Reader* reader_;
+  mutable std::optional<value_type> item_;
+};
+
 // An answer to an area or value question, layer after layer. Destroying it before the end tells the
 // server to stop. Movable; one thread at a time.
 class AnswerReader {
@@ -35,6 +66,8 @@ class AnswerReader {
 
   // The next part; nullopt at the end and on an error. Blocks until there is one.
   std::optional<LayerPart> Next();
+  auto begin() { return ReaderIterator<AnswerReader>(this); }
+  std::default_sentinel_t end() const { return {}; }
   // After the end: OK, or why the answer is not complete.
   const absl::Status& status() const { return source_->status(); }
   // The revision that the whole answer is read at; 0 before the first Next.
@@ -53,6 +86,8 @@ class ByteReader {
 
   // The next piece; nullopt at the end and on an error. Blocks until there is one.
   std::optional<std::string> Next() { return source_->Next(); }
+  auto begin() { return ReaderIterator<ByteReader>(this); }
+  std::default_sentinel_t end() const { return {}; }
   // After the end: OK, or why the file is not complete.
   const absl::Status& status() const { return source_->status(); }
 

@@ -88,6 +88,14 @@ TEST(RetryTest, CanBeSwitchedOff) {
   EXPECT_THAT(server.Requests(), SizeIs(1));
 }
 
+TEST(RetryTest, CanBeSwitchedOffForACall) {
+  ScriptedServer server(Outage(1));
+  Client client(server.address());
+  EXPECT_EQ(client.ListMaps({.retry_for = absl::ZeroDuration()}).status(),
+            absl::UnavailableError("outage"));
+  EXPECT_THAT(server.Requests(), SizeIs(1));
+}
+
 TEST(RetryTest, OtherErrorsAreNotTriedAgain) {
   Script script;
   script.status = grpc::Status(grpc::StatusCode::ABORTED, "stale");

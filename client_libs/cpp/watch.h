@@ -40,6 +40,14 @@ struct WatchOptions {
   // A connection on which nothing came for so long, not even progress, is taken for broken. Longer
   // than the server's --watch_progress (10 s).
   absl::Duration idle_timeout = absl::Seconds(60);
+  // For replicas: all in the frame of its layer, also of layers that are not connected to the
+  // scope's frame (of which an area selects nothing); the area selects the cells that touch it; a
+  // snapshot begins with kTransform of all frames, and has kLayerCreated of each layer before its
+  // content; each event has its time, and the first has the map.
+  bool as_stored = false;
+  // When start_revision was made, for 0 the map: the watch ends with ABORTED when the server's was
+  // not, as that is another map or was taken back to an older state.
+  std::optional<absl::Time> start_time = std::nullopt;
   // What is done when the changes to go on with are not kept any more: a new snapshot (true), or
   // the end with OUT_OF_RANGE.
   bool snapshot_when_compacted = false;
@@ -48,7 +56,8 @@ struct WatchOptions {
 // A revision, whole.
 struct WatchEvent {
   Revision revision = 0;
-  // When it was made and by whom; not of a snapshot and of progress.
+  // When it was made and by whom; not of a snapshot and of progress, of which, as stored, the time
+  // is told.
   absl::Time time;
   std::string author;
   // Empty when nothing of what came up to this revision was selected.
@@ -57,6 +66,8 @@ struct WatchEvent {
   bool snapshot = false;
   // Of a snapshot: what was told before does not hold any more.
   bool reset = false;
+  // As stored, of the first event of each call: the map with its newest revision.
+  std::optional<MapEntry> map;
 };
 
 // Tells each change once, in order, those of a revision together. Destroying it ends the watch.
@@ -74,6 +85,8 @@ class Watcher {
   // The next revision of which something is selected, or progress; nullopt at the end. Blocks until
   // there is one.
   std::optional<WatchEvent> Next();
+  auto begin() { return ReaderIterator<Watcher>(this); }
+  std::default_sentinel_t end() const { return {}; }
   // After the end: why. CANCELLED after Cancel.
   const absl::Status& status() const;
   // The last revision that was told whole, to resume from; absent before there is one.
@@ -100,6 +113,8 @@ class ChangeReader {
 
   // The next change; nullopt at the end and on an error. Blocks until there is one.
   std::optional<MapChange> Next();
+  auto begin() { return ReaderIterator<ChangeReader>(this); }
+  std::default_sentinel_t end() const { return {}; }
   // After the end: OK, or why the answer is not complete.
   const absl::Status& status() const { return source_->status(); }
   // The revisions compared; 0 before the first Next.

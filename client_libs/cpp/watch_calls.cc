@@ -47,7 +47,9 @@ v1::WatchRequest EncodeWatch(const std::string& map, const WatchOptions& options
   if (options.area) wire::EncodePolygon(*options.area, request.mutable_area());
   request.mutable_classes()->Assign(options.classes.begin(), options.classes.end());
   if (options.start_revision) request.set_start_revision(*options.start_revision);
+  if (options.start_time) wire::EncodeTime(*options.start_time, request.mutable_start_time());
   request.set_coalesce(options.coalesce);
+  request.set_as_stored(options.as_stored);
   return request;
 }
 
@@ -174,6 +176,7 @@ class Watcher::Call {
     pending_->revision = message.revision();
     if (message.has_time()) pending_->time = wire::DecodeTime(message.time());
     if (!message.author().empty()) pending_->author = message.author();
+    if (message.has_map()) pending_->map = DecodeMapEntry(message.map());
     pending_->snapshot |= message.snapshot();
     pending_->reset |= message.reset();
     return AppendChanges(message.changes(), pending_->changes);
@@ -192,6 +195,8 @@ class Watcher::Call {
   WatchEvent Deliver() {
     told_ = pending_->revision;
     request_.set_start_revision(*told_);
+    request_.clear_start_time();
+    if (options_.as_stored) wire::EncodeTime(pending_->time, request_.mutable_start_time());
     if (pending_->snapshot) pending_->reset |= std::exchange(starts_anew_, false);
     WatchEvent event = *std::move(pending_);
     pending_.reset();
@@ -204,6 +209,7 @@ class Watcher::Call {
     if (absl::IsOutOfRange(why) && options_.snapshot_when_compacted &&
         request_.has_start_revision()) {
       request_.clear_start_revision();
+      request_.clear_start_time();
       starts_anew_ = true;
     } else if (!MayGoOn(why)) {
       return Finish(std::move(why));

@@ -227,6 +227,30 @@ TEST(WatcherTest, ASilentConnectionIsTakenForBroken) {
   EXPECT_EQ(server.Requests()[1], "Watch map: \"office\" start_revision: 5 coalesce: true");
 }
 
+TEST(WatcherTest, AsStoredItGoesOnFromARevisionAndItsTime) {
+  Script script;
+  script.watches = {Broken({Told("revision: 7 time { seconds: 60 } map { name: 'office' "
+                                 "frame_id: 'hall' revision: 9 create_time { seconds: 5 } }")}),
+                    Open({Told("revision: 9 time { seconds: 62 }")})};
+  ScriptedServer server(script);
+  Watcher watcher =
+      Client(server.address())
+          .Watch("office",
+                 {.start_revision = 6, .as_stored = true, .start_time = absl::FromUnixSeconds(50)});
+  const std::optional<WatchEvent> first = watcher.Next();
+  ASSERT_TRUE(first.has_value() && first->map.has_value()) << watcher.status();
+  EXPECT_EQ(first->map->frame_id, "hall");
+  EXPECT_EQ(first->map->revision, 9);
+  EXPECT_EQ(first->map->create_time, absl::FromUnixSeconds(5));
+  EXPECT_EQ(first->time, absl::FromUnixSeconds(60));
+  EXPECT_EQ(watcher.Next()->revision, 9);
+  EXPECT_THAT(server.Requests(),
+              ElementsAre("Watch map: \"office\" start_revision: 6 coalesce: true as_stored: true "
+                          "start_time { seconds: 50 }",
+                          "Watch map: \"office\" start_revision: 7 coalesce: true as_stored: true "
+                          "start_time { seconds: 60 }"));
+}
+
 TEST(WatcherTest, EndsWhereItMayNotGoOn) {
   Script script;
   script.watches = {Broken({Removes(5, {1})}), Broken({Removes(5, {1})})};

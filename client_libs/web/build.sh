@@ -22,6 +22,7 @@ build_packages() {
 
 # The gateway knows the messages by their descriptors.
 build_gateway() {
+  mkdir -p gateway/schema
   (
     cd ../../proto
     find . -name '*.proto' -printf '%P\0' | sort -z | xargs -0 protoc --include_imports \

@@ -35,6 +35,8 @@ int Main(int argc, char** argv) {
     return kExitUsage;
   }
   std::signal(SIGPIPE, SIG_IGN);
+  // What gRPC has to say of a failed call stands in its status.
+  setenv("GRPC_VERBOSITY", "NONE", /*overwrite=*/0);
   Interruption interruption;
   const SignalWatch watch(interruption);
   const absl::Status status = command(interruption);

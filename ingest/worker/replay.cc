@@ -40,14 +40,14 @@ struct Worked {
 
 class Replayer {
  public:
-  Replayer(const ReplayOptions& options, const RgbdDataset& dataset,
+  Replayer(const ReplayOptions& options, const client::Client& client, const RgbdDataset& dataset,
            const Interruption& interruption, const ReplayProgress& progress)
       : options_(options),
         dataset_(dataset),
         interruption_(interruption),
         progress_(progress),
         observer_(options.make_segmenter(), options.occupancy, ObserverOptions()),
-        client_(options.target.server, {.retry_for = absl::ZeroDuration()}) {
+        client_(client) {
     for (size_t i = options.first; i < std::min(options.end, dataset.size()); i += options.stride) {
       pending_.push_back(i);
     }
@@ -261,7 +261,10 @@ absl::StatusOr<ReplaySummary> Replay(const ReplayOptions& options, const Interru
   const absl::StatusOr<std::unique_ptr<RgbdDataset>> dataset =
       RgbdDataset::Open(options.folder, options.dataset);
   if (!dataset.ok()) return dataset.status();
-  return Replayer(options, **dataset, interruption, progress).Run();
+  const absl::StatusOr<client::Client> client =
+      client::MakeClient(options.target.connection, {.retry_for = absl::ZeroDuration()});
+  if (!client.ok()) return client.status();
+  return Replayer(options, *client, **dataset, interruption, progress).Run();
 }
 
 }  // namespace hypermap::ingest

@@ -32,8 +32,10 @@ absl::Status Run(Arguments arguments, const Interruption& interruption) {
     occupancy = *std::move(layer);
   }
   const TargetLayer& target = arguments.target;
-  client::Client client(target.server, {.retry_for = absl::ZeroDuration()});
-  if (auto status = EnsureTarget(client, target); !status.ok()) return status;
+  absl::StatusOr<client::Client> client =
+      client::MakeClient(target.connection, {.retry_for = absl::ZeroDuration()});
+  if (!client.ok()) return client.status();
+  if (auto status = EnsureTarget(*client, target); !status.ok()) return status;
   FrameServerOptions& options = arguments.server;
   options.map = target.map;
   options.layer = target.layer;
@@ -41,7 +43,7 @@ absl::Status Run(Arguments arguments, const Interruption& interruption) {
   auto observer = std::make_shared<const Observer>(MakeSegmenter(arguments.segmenter),
                                                    std::move(occupancy), ObserverOptions());
   absl::StatusOr<std::unique_ptr<FrameServer>> server =
-      FrameServer::Start(options, client, std::move(observer));
+      FrameServer::Start(options, *client, std::move(observer));
   if (!server.ok()) return server.status();
   std::cout << "hypermap-ingest ready on " << (*server)->address() << std::endl;
   interruption.WaitUntil(absl::InfiniteFuture());

@@ -23,7 +23,7 @@ namespace {
 // As they stand on the command line.
 struct Arguments {
   robots::ExpeditionOptions expedition;
-  std::string server = "127.0.0.1:50051";
+  client::ConnectionFlags connection;
   std::vector<std::string> area;
   std::vector<std::string> starts;
   std::string detector = "ideal";
@@ -94,7 +94,9 @@ absl::Status Prepare(Arguments& arguments) {
 absl::Status Run(Arguments arguments, const Interruption& interruption) {
   if (absl::Status status = Prepare(arguments); !status.ok()) return status;
   const robots::ExpeditionOptions& options = arguments.expedition;
-  client::Client client(arguments.server, {.retry_for = options.patience});
+  absl::StatusOr<client::Client> client =
+      client::MakeClient(arguments.connection, {.retry_for = options.patience});
+  if (!client.ok()) return client.status();
   absl::StatusOr<robots::ExpeditionReport> report = absl::UnknownError("");
   {
     std::unique_ptr<ProgressLine> line;
@@ -107,7 +109,7 @@ absl::Status Run(Arguments arguments, const Interruption& interruption) {
       };
     }
     report = robots::Explore(
-        client, options, [&interruption] { return interruption.requested(); }, progress);
+        *client, options, [&interruption] { return interruption.requested(); }, progress);
   }
   if (!report.ok()) return report.status();
   std::cout << (arguments.json ? ReportJson(*report, options) + "\n" : ReportText(*report, options))
@@ -119,10 +121,7 @@ absl::Status Run(Arguments arguments, const Interruption& interruption) {
 
 void AddMapOptions(CLI::App& command, Arguments& a) {
   robots::ExpeditionOptions& options = a.expedition;
-  command.add_option("--server", a.server, "Address of the server")
-      ->envname("HYPERMAP_SERVER")
-      ->type_name("HOST:PORT")
-      ->capture_default_str();
+  client::AddConnectionFlags(command, a.connection);
   command.add_option("--map", options.map, "Map")->required();
   command.add_option("--occupancy", options.occupancy_layer, "Layer of the walls")
       ->type_name("LAYER")

@@ -6,11 +6,12 @@
 
 #include "absl/status/status.h"
 #include "client_libs/cpp/client.h"
+#include "client_libs/flags/connection_flags.h"
 
 namespace hypermap::ingest {
 
 struct TargetLayer {
-  std::string server = "127.0.0.1:50051";
+  client::ConnectionFlags connection;
   std::string map;
   std::string layer = "semantic";
   std::string exploration_layer;  // may be empty

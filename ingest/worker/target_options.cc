@@ -3,10 +3,7 @@
 namespace hypermap::ingest {
 
 void AddTargetOptions(CLI::App& command, TargetLayer& target) {
-  command.add_option("--server", target.server, "Address of the server")
-      ->envname("HYPERMAP_SERVER")
-      ->type_name("HOST:PORT")
-      ->capture_default_str();
+  client::AddConnectionFlags(command, target.connection);
   command.add_option("--map", target.map, "Map; made where there is none")->required();
   command.add_option("--layer", target.layer, "Semantic layer; made where there is none")
       ->capture_default_str();

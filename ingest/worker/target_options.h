@@ -11,8 +11,8 @@
 
 namespace hypermap::ingest {
 
-// --server, --map, --layer, --exploration, --fusion, --parameters. `target` must outlive the
-// parser.
+// Those of the connection, --map, --layer, --exploration, --fusion, --parameters. `target` must
+// outlive the parser.
 void AddTargetOptions(CLI::App& command, TargetLayer& target);
 
 // --segmenter, a name for MakeSegmenter.

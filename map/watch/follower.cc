@@ -5,6 +5,7 @@
 
 #include "map/geometry/predicates.h"
 #include "map/layers/grid/grid_layer.h"
+#include "map/layers/semantic_layer.h"
 #include "map/query/query.h"
 #include "map/values/value_aliases.h"
 #include "map/values/value_query.h"
@@ -87,15 +88,17 @@ class Follower::FollowedLayer {
       : layer_(std::move(layer)), all_classes_(follower.classes_.empty()) {
     const LayerSpec& spec = layer_->spec();
     labels_ = LabelsOf(spec.aliases, follower.classes_);
+    const WatchFilter& filter = follower.filter_;
     const auto transform = structure.frames.Lookup(follower.frame_id_, spec.frame_id);
-    connected_ = transform.ok();
+    connected_ = transform.ok() || (filter.as_stored && !filter.area);
     if (!connected_) return;
-    caller_from_layer_ = *transform;
-    if (!follower.filter_.area) return;
-    const Polygon area = caller_from_layer_.Inverse() * *follower.filter_.area;
+    if (!filter.as_stored) caller_from_layer_ = *transform;
+    if (!filter.area) return;
+    const Polygon area = transform->Inverse() * *filter.area;
     bounds_ = area.bounds();
     area_.emplace(area);
-    if (spec.grid) cover_.emplace(area, *spec.grid, kAllCells);
+    const CellRule rule = filter.as_stored ? CellRule::kTouched : CellRule::kCentre;
+    if (spec.grid) cover_.emplace(area, *spec.grid, kAllCells, rule);
   }
 
   const LayerPtr& layer() const { return layer_; }
@@ -216,6 +219,102 @@ class Follower::Teller {
   std::vector<ToldChange> told_;
 };
 
+// Transforms, then the layers by name, each before its content.
+class Follower::StoredReader : public SelectionReader {
+ public:
+  StoredReader(SnapshotPtr snapshot, std::vector<std::shared_ptr<const FollowedLayer>> layers)
+      : snapshot_(std::move(snapshot)), layers_(std::move(layers)) {}
+
+  std::vector<ToldChange> Next(int max_items) override {
+    std::vector<ToldChange> told;
+    if (!std::exchange(begun_, true)) TellTransforms(&told);
+    if (done()) return told;
+    const FollowedLayer& followed = *layers_[current_];
+    const Layer& layer = *snapshot_->FindLayer(followed.layer()->spec().name);
+    if (!std::exchange(in_layer_, true)) BeginLayer(layer, &told);
+    const auto* grid = dynamic_cast<const GridLayer*>(&layer);
+    if (!grid) {
+      TellObjects(followed, max_items, &told);
+    } else if (followed.connected()) {
+      TellTiles(*grid, followed.cover(), max_items, &told);
+    } else {
+      next_tile_.reset();
+    }
+    if (next_object_ < objects_.size() || next_tile_) return told;
+    in_layer_ = false;
+    ++current_;
+    return told;
+  }
+
+  bool done() const override { return begun_ && current_ == layers_.size(); }
+
+ private:
+  static ToldChange& Add(ChangeKind kind, std::vector<ToldChange>* told) {
+    told->emplace_back().kind = kind;
+    return told->back();
+  }
+
+  void TellTransforms(std::vector<ToldChange>* told) const {
+    for (FrameTransform& transform : snapshot_->frames.transforms()) {
+      Add(ChangeKind::kTransform, told).transform = std::move(transform);
+    }
+  }
+
+  void BeginLayer(const Layer& layer, std::vector<ToldChange>* told) {
+    ToldChange& created = Add(ChangeKind::kLayerCreated, told);
+    created.layer = layer.spec().name;
+    created.layer_now = layer.shared_from_this();
+    created.layer_version = snapshot_->LayerVersionOf(created.layer);
+    objects_.clear();
+    next_object_ = 0;
+    next_tile_.reset();
+    if (const auto* semantic = dynamic_cast<const SemanticLayer*>(&layer)) {
+      objects_ = semantic->Objects();
+    } else if (const auto* grid = dynamic_cast<const GridLayer*>(&layer); !grid->tiles().empty()) {
+      next_tile_ = grid->tiles().begin();
+    }
+  }
+
+  void TellObjects(const FollowedLayer& followed, int max_items, std::vector<ToldChange>* told) {
+    const size_t end = std::min(objects_.size(), next_object_ + std::max(max_items, 1));
+    for (; next_object_ < end; ++next_object_) {
+      ObjectPtr& object = objects_[next_object_];
+      if (!followed.Selects(object)) continue;
+      ToldChange& put = Add(ChangeKind::kPut, told);
+      put.layer = followed.layer()->spec().name;
+      put.object_id = object->id;
+      put.object = std::move(object);
+    }
+  }
+
+  // A tile is told whole.
+  void TellTiles(const GridLayer& grid, const CellCover* cover, int max_items,
+                 std::vector<ToldChange>* told) {
+    int64_t runs = 0;
+    for (; next_tile_ && runs < max_items;) {
+      const auto& [index, tile] = **next_tile_;
+      CellChanges cells = ChangedCells(index, nullptr, tile.get(), grid.domain(), cover);
+      if (++*next_tile_ == grid.tiles().end()) next_tile_.reset();
+      runs += 1 + static_cast<int64_t>(cells.after.size());
+      if (cells.after.empty()) continue;
+      ToldChange& written = Add(ChangeKind::kCells, told);
+      written.layer = grid.spec().name;
+      written.grid = grid.geometry();
+      written.cells = std::move(cells.after);
+    }
+  }
+
+  const SnapshotPtr snapshot_;
+  const std::vector<std::shared_ptr<const FollowedLayer>> layers_;
+  bool begun_ = false;
+  size_t current_ = 0;
+  // Of the current layer.
+  bool in_layer_ = false;
+  std::vector<ObjectPtr> objects_;
+  size_t next_object_ = 0;
+  std::optional<TileMap::const_iterator> next_tile_;  // nullopt: none is left
+};
+
 absl::StatusOr<Follower> Follower::Make(WatchFilter filter, SnapshotPtr structure) {
   absl::StatusOr<std::string> frame = structure->ResolveFrame(filter.frame_id);
   if (!frame.ok()) return frame.status();
@@ -246,7 +345,7 @@ void Follower::MoveTo(const SnapshotPtr& structure) {
   layers_.clear();
   for (const auto& [name, layer] : structure->layers) {
     if (Follows(name)) {
-      layers_.emplace(name, std::make_unique<FollowedLayer>(*this, *structure, layer));
+      layers_.emplace(name, std::make_shared<FollowedLayer>(*this, *structure, layer));
     }
   }
   structure_ = structure;
@@ -259,6 +358,7 @@ bool Follower::NeedsReset(const Snapshot& before, const Snapshot& after) const {
     if (!classes_.empty() && layer->spec().aliases != followed->layer()->spec().aliases) {
       return true;
     }
+    if (filter_.as_stored && !filter_.area) continue;
     const auto was = before.frames.Lookup(frame_id_, layer->spec().frame_id);
     const auto is = after.frames.Lookup(frame_id_, layer->spec().frame_id);
     if (was.ok() != is.ok() || (was.ok() && !(*was == *is))) return true;
@@ -277,6 +377,11 @@ Follower::Told Follower::Tell(const std::vector<Change>& changes, const Snapshot
 
 std::unique_ptr<SelectionReader> Follower::Read(SnapshotPtr snapshot) {
   MoveTo(StructureOf(*snapshot));
+  if (filter_.as_stored) {
+    std::vector<std::shared_ptr<const FollowedLayer>> layers;
+    for (const auto& [name, layer] : layers_) layers.push_back(layer);
+    return std::make_unique<StoredReader>(std::move(snapshot), std::move(layers));
+  }
   Scope scope;
   scope.frame_id = frame_id_;
   for (const auto& [name, layer] : layers_) scope.layers.push_back(name);

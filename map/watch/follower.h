@@ -22,6 +22,10 @@ struct WatchFilter {
   std::string frame_id;
   std::optional<Polygon> area;       // in that frame
   std::vector<std::string> classes;  // labels, or aliases of them
+  // For replicas: all is told in the frame of its layer, also of layers that are not connected to
+  // `frame_id` (of which an area selects nothing); the area selects the cells that touch it; and a
+  // selection tells transforms and layers as well.
+  bool as_stored = false;
 };
 
 // All that a filter selects in a snapshot, in parts. Keeps the snapshot alive. Not thread safe; may
@@ -29,7 +33,8 @@ struct WatchFilter {
 class SelectionReader {
  public:
   virtual ~SelectionReader() = default;
-  // kPut and kCells changes with at most about `max_items` objects and runs; may be none.
+  // kPut and kCells changes with at most about `max_items` objects and runs; may be none. As
+  // stored: first kTransform of all frames, and kLayerCreated of each layer before its content.
   virtual std::vector<ToldChange> Next(int max_items) = 0;
   virtual bool done() const = 0;
 };
@@ -61,6 +66,7 @@ class Follower {
  private:
   class FollowedLayer;
   class Teller;
+  class StoredReader;
 
   Follower(WatchFilter filter, std::string frame_id, std::set<std::string> classes);
 
@@ -73,7 +79,7 @@ class Follower {
   std::string frame_id_;
   std::set<std::string> classes_;  // folded
   SnapshotPtr structure_;
-  std::map<std::string, std::unique_ptr<FollowedLayer>> layers_;  // of structure_
+  std::map<std::string, std::shared_ptr<const FollowedLayer>> layers_;  // of structure_
 };
 
 }  // namespace hypermap

@@ -2,6 +2,7 @@
 #include <optional>
 #include <tuple>
 
+#include "absl/strings/str_cat.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "map/edits/apply.h"
@@ -182,6 +183,52 @@ TEST_F(FollowerTest, APlacedFrameResetsThoseItMoves) {
   const Known known = ReadAll(*in_map.Read(map_));
   ASSERT_EQ(known.objects.size(), 1u);
   EXPECT_EQ(known.objects.begin()->second.polygon.bounds().min, (Point{6, 0}));
+}
+
+TEST_F(FollowerTest, AsStoredAllIsToldInTheFrameOfItsLayer) {
+  LayerSpec floor{.name = "floor", .kind = LayerKind::kOccupancy, .frame_id = "raft"};
+  floor.grid = GridGeometry{PlanarTransform(), 1.0};
+  Carry({{Things("dock", "dock"), PutObject{"dock", Thing("pallet", 1, 0)}, CreateLayer{floor},
+          WriteCells{"floor", {0, 1, 0, 2}, {0.5, std::nullopt}},
+          SetTransform{{"map", "dock", PlanarTransform(5, 0, 0)}}}});
+  Follower follower = Follow({.as_stored = true});
+  std::vector<ToldChange> told;
+  const auto reader = follower.Read(map_);
+  while (!reader->done()) {
+    for (ToldChange& change : reader->Next(1)) told.push_back(std::move(change));
+  }
+  std::vector<std::string> words;
+  for (const ToldChange& change : told) {
+    EXPECT_TRUE(change.caller_from_layer.IsIdentity());
+    words.push_back(absl::StrCat(ChangeKindName(change.kind), " ", change.layer));
+  }
+  EXPECT_THAT(words, ElementsAre("transform ", "layer_created dock", "put dock",
+                                 "layer_created floor", "cells floor", "layer_created things"));
+  EXPECT_EQ(told[1].layer_version, map_->revision);
+  EXPECT_EQ(told[2].object->polygon.bounds().min, (Point{1, 0}));
+  // Nothing of it lies elsewhere in its own frame when that is moved.
+  EXPECT_THAT(TellKinds(follower, {{SetTransform{{"map", "dock", PlanarTransform(9, 0, 0)}}}}),
+              ElementsAre("transform"));
+}
+
+TEST_F(FollowerTest, AsStoredAnAreaSelectsTheCellsItTouches) {
+  LayerSpec floor{.name = "floor", .kind = LayerKind::kOccupancy};
+  floor.grid = GridGeometry{PlanarTransform(), 1.0};
+  const WriteCells write{"floor", {0, 1, 0, 4}, {0.5, 0.5, 0.5, 0.5}};
+  Carry({{CreateLayer{floor}}});
+  const Polygon area = Polygon::FromBox({{0.8, 0.8}, {1.2, 2.0}});
+  Follower stored = Follow({.area = area, .as_stored = true});
+  Follower centres = Follow({.area = area});
+  Carry({{write}});
+  const auto told = stored.Tell(changes_, structure_).changes;
+  EXPECT_THAT(told.back().cells, ElementsAre(CellRun{0, 0, 2, 0.5}));
+  EXPECT_EQ(centres.Tell(changes_, structure_).changes.size(), 1u);  // the extent
+  EXPECT_THAT(ReadAll(*stored.Read(map_)).cells, ::testing::SizeIs(2));
+  // The area lies elsewhere in a layer whose frame is moved.
+  Carry({{Things("dock", "dock"), SetTransform{{"map", "dock", PlanarTransform(5, 0, 0)}}}});
+  stored.Tell(changes_, structure_);
+  Carry({{SetTransform{{"map", "dock", PlanarTransform(6, 0, 0)}}}});
+  EXPECT_TRUE(stored.Tell(changes_, structure_).reset);
 }
 
 TEST_F(FollowerTest, UnknownFramesAndEmptyClassesAreRefused) {

@@ -9,6 +9,7 @@
 #include "server/services/backup_source.h"
 #include "server/services/export_source.h"
 #include "server/services/import_call.h"
+#include "server/services/map_message.h"
 #include "server/services/request_log.h"
 #include "server/services/streamed_answer.h"
 #include "wire/geometry.h"
@@ -19,15 +20,6 @@ namespace hypermap::server {
 namespace {
 
 constexpr char kDefaultFrame[] = "map";
-
-void EncodeMap(const MapSession& session, v1::Map* message) {
-  const SnapshotPtr snapshot = session.snapshot();
-  message->set_name(session.header().name);
-  message->set_frame_id(snapshot->frame_id);
-  message->set_revision(snapshot->revision);
-  wire::EncodeTime(session.header().created_at, message->mutable_create_time());
-  message->set_layer_count(static_cast<int32_t>(snapshot->layers.size()));
-}
 
 void EncodeEntry(const Site::Entry& entry, v1::Map* message) {
   if (entry.session) return EncodeMap(*entry.session, message);

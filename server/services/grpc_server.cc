@@ -2,7 +2,6 @@
 
 #include <grpcpp/ext/proto_server_reflection_plugin.h>
 #include <grpcpp/health_check_service_interface.h>
-#include <grpcpp/security/server_credentials.h>
 #include <grpcpp/server_builder.h>
 
 #include <utility>
@@ -49,6 +48,7 @@ absl::StatusOr<std::unique_ptr<GrpcServer>> GrpcServer::Start(const GrpcServerOp
                                                               const Facilities& facilities) {
   const absl::StatusOr<std::string> host = HostOf(options.listen);
   if (!host.ok()) return host.status();
+  if (absl::Status status = CheckTlsFiles(options.tls); !status.ok()) return status;
   grpc::EnableDefaultHealthCheckService(true);
   // Linked in for reflection, which tells of the services whose descriptors it finds.
   grpc::health::v1::HealthCheckRequest::descriptor();
@@ -57,7 +57,7 @@ absl::StatusOr<std::unique_ptr<GrpcServer>> GrpcServer::Start(const GrpcServerOp
 
   grpc::ServerBuilder builder;
   int port = 0;
-  builder.AddListeningPort(options.listen, grpc::InsecureServerCredentials(), &port);
+  builder.AddListeningPort(options.listen, MakeServerCredentials(options.tls), &port);
   // Two servers on one port would answer in turns.
   builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
   builder.SetMaxReceiveMessageSize(options.max_message_bytes);

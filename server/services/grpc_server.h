@@ -15,6 +15,7 @@
 #include "server/services/facilities.h"
 #include "server/services/ingest_service.h"
 #include "server/services/query_service.h"
+#include "server/services/tls.h"
 #include "server/services/watch_service.h"
 
 namespace hypermap::server {
@@ -24,14 +25,15 @@ struct GrpcServerOptions {
   std::string listen;
   // Of a message, either way.
   int max_message_bytes = 16 << 20;
+  TlsFiles tls = {};
 };
 
 // Serves from Start to Shutdown: Hypermap's services, the standard health service (all of them
 // SERVING until the shutdown begins) and reflection.
 class GrpcServer {
  public:
-  // What the facilities point to outlives the server. INVALID_ARGUMENT for an address that is none,
-  // UNAVAILABLE when it can't be listened on.
+  // What the facilities point to outlives the server. INVALID_ARGUMENT for an address that is none
+  // or unfit TLS files, UNAVAILABLE when it can't be listened on.
   static absl::StatusOr<std::unique_ptr<GrpcServer>> Start(const GrpcServerOptions& options,
                                                            const Facilities& facilities);
   ~GrpcServer();

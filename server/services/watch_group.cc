@@ -146,6 +146,7 @@ void WatchGroup::BeginAfter(Revision after) {
 
 std::shared_ptr<WatchGroup> WatchGroups::Join(const ChangeFeed* feed, v1::WatchRequest request) {
   request.clear_start_revision();
+  request.clear_start_time();
   request.clear_coalesce();
   MutexLock lock(&mutex_);
   std::erase_if(groups_, [](const auto& group) { return group.second.expired(); });

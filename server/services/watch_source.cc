@@ -6,10 +6,12 @@
 
 #include "absl/strings/str_cat.h"
 #include "map/watch/structure.h"
+#include "server/services/map_message.h"
 #include "server/services/raw_messages.h"
 #include "server/services/told_changes.h"
 #include "server/services/watch_messages.h"
 #include "wire/geometry.h"
+#include "wire/time.h"
 
 namespace hypermap::server {
 namespace {
@@ -28,6 +30,7 @@ absl::StatusOr<WatchFilter> DecodeFilter(const v1::WatchRequest& request,
   filter.layers.assign(request.layers().begin(), request.layers().end());
   filter.frame_id = request.frame_id();
   filter.classes.assign(request.classes().begin(), request.classes().end());
+  filter.as_stored = request.as_stored();
   if (request.has_area()) {
     absl::StatusOr<Polygon> area = wire::DecodePolygon("area", request.area(), limits);
     if (!area.ok()) return area.status();
@@ -55,6 +58,29 @@ absl::StatusOr<SnapshotPtr> WatchSource::StructureAt(MapSession& session, Revisi
   return (*past)->structure();
 }
 
+absl::StatusOr<absl::Time> WatchSource::TimeOf(MapSession& session, Revision revision) {
+  if (revision == 0) return session.header().created_at;
+  absl::StatusOr<HistoryPool::Lease> history = session.OpenHistory();
+  if (!history.ok()) return history.status();
+  const absl::StatusOr<std::vector<storage::RevisionRecord>> records =
+      (*history)->Revisions(revision - 1, revision + 1, /*newest_first=*/false, 1);
+  if (!records.ok()) return records.status();
+  if (!records->empty()) return records->front().time;
+  return absl::OutOfRangeError(absl::StrCat("revision ", revision, " is not kept any more"));
+}
+
+absl::Status WatchSource::CheckStart(MapSession& session, const v1::WatchRequest& request) {
+  if (!request.has_start_time()) return absl::OkStatus();
+  const absl::StatusOr<absl::Time> wanted = wire::DecodeTime("start_time", request.start_time());
+  if (!wanted.ok()) return wanted.status();
+  const absl::StatusOr<absl::Time> made = TimeOf(session, request.start_revision());
+  if (!made.ok()) return made.status();
+  if (*made == *wanted) return absl::OkStatus();
+  return absl::AbortedError(absl::StrCat("revision ", request.start_revision(), " was made at ",
+                                         absl::FormatTime(*made, absl::UTCTimeZone()),
+                                         ", not at start_time: the map is not the one it was"));
+}
+
 absl::StatusOr<std::unique_ptr<WatchSource>> WatchSource::Open(const Facilities& facilities,
                                                                WatchGroups* groups,
                                                                const v1::WatchRequest& request) {
@@ -68,6 +94,10 @@ absl::StatusOr<std::unique_ptr<WatchSource>> WatchSource::Open(const Facilities&
   if (request.has_start_revision()) {
     structure = StructureAt(**session, start);
     if (!structure.ok()) return structure.status();
+    absl::Status status = CheckStart(**session, request);
+    if (!status.ok()) return status;
+  } else if (request.has_start_time()) {
+    return absl::InvalidArgumentError("start_time without start_revision");
   } else {
     snapshot = (*session)->snapshot();
     structure = StructureOf(*snapshot);
@@ -79,18 +109,21 @@ absl::StatusOr<std::unique_ptr<WatchSource>> WatchSource::Open(const Facilities&
   std::unique_ptr<WatchSource> source(
       new WatchSource(facilities.limits, *std::move(session), std::move(group),
                       request.coalesce() ? WatchGroup::Form::kCoalesced : WatchGroup::Form::kSingle,
-                      *std::move(follower), *std::move(structure), start));
-  if (snapshot) source->BeginSelection(std::move(snapshot), /*reset=*/false);
+                      *std::move(follower), *std::move(structure), start, request.as_stored()));
+  if (!snapshot) return source;
+  absl::Status status = source->BeginSelection(std::move(snapshot), /*reset=*/false);
+  if (!status.ok()) return status;
   return source;
 }
 
 WatchSource::WatchSource(const ServiceLimits& limits, std::shared_ptr<MapSession> session,
                          std::shared_ptr<WatchGroup> group, WatchGroup::Form form,
-                         Follower follower, SnapshotPtr structure, Revision start)
+                         Follower follower, SnapshotPtr structure, Revision start, bool as_stored)
     : limits_(limits),
       session_(std::move(session)),
       group_(std::move(group)),
       form_(form),
+      as_stored_(as_stored),
       follower_(std::move(follower)),
       structure_(std::move(structure)),
       taken_(start),
@@ -111,6 +144,7 @@ absl::StatusOr<WatchSource::Step> WatchSource::Next(absl::Time now, grpc::Slice*
   if (next_ < telling_.size()) return TellNext(now, message);
   if (feed().closed()) return WithResume(absl::UnavailableError("the map is closing"));
   if (selection_) return ReadSelection(now, message);
+  if (as_stored_ && !map_told_) return TellProgress(now, message);
   return TakeCommits(now, message);
 }
 
@@ -123,13 +157,19 @@ bool WatchSource::TakeShared(absl::Time now, grpc::Slice* message) {
   return run && TellRun(now, *run, message) == Step::kMessage;
 }
 
-void WatchSource::BeginSelection(SnapshotPtr snapshot, bool reset) {
+absl::Status WatchSource::BeginSelection(SnapshotPtr snapshot, bool reset) {
   commits_.clear();
   taken_ = snapshot->revision;
   commit_ = {};
+  if (as_stored_) {
+    const absl::StatusOr<absl::Time> time = TimeOf(*session_, taken_);
+    if (!time.ok()) return time.status();
+    commit_.time = *time;
+  }
   structure_ = StructureOf(*snapshot);
   selection_ = follower_.Read(std::move(snapshot));
   selection_resets_ = reset;
+  return absl::OkStatus();
 }
 
 WatchSource::Step WatchSource::ReadSelection(absl::Time now, grpc::Slice* message) {
@@ -144,6 +184,10 @@ WatchSource::Step WatchSource::TellNext(absl::Time now, grpc::Slice* message) {
   part.set_revision(taken_);
   part.set_snapshot(selection_ != nullptr);
   part.set_reset(selection_ && std::exchange(selection_resets_, false));
+  if (as_stored_ && selection_) {
+    wire::EncodeTime(commit_.time, part.mutable_time());
+    if (!std::exchange(map_told_, true)) EncodeMap(*session_, part.mutable_map());
+  }
   const size_t end = EncodeChanges(telling_, next_, limits_, part.mutable_changes());
   items_ += static_cast<int64_t>(end - next_);
   next_ = end;
@@ -185,12 +229,18 @@ absl::Duration WatchSource::idle_for(absl::Time now) const {
   return std::max(ProgressDue() - now, absl::ZeroDuration());
 }
 
-WatchSource::Step WatchSource::TellProgress(absl::Time now, grpc::Slice* message) {
+absl::StatusOr<WatchSource::Step> WatchSource::TellProgress(absl::Time now, grpc::Slice* message) {
   told_ = taken_;
   last_message_ = now;
   last_progress_ = now;
   v1::WatchResponse progress;
   progress.set_revision(told_);
+  if (as_stored_) {
+    const absl::StatusOr<absl::Time> time = TimeOf(*session_, told_);
+    if (!time.ok()) return WithResume(time.status());
+    wire::EncodeTime(*time, progress.mutable_time());
+    if (!std::exchange(map_told_, true)) EncodeMap(*session_, progress.mutable_map());
+  }
   *message = Serialize(progress);
   return Step::kMessage;
 }
@@ -226,7 +276,8 @@ absl::StatusOr<WatchSource::Step> WatchSource::TakeCommits(absl::Time now, grpc:
                        " revisions behind, which is more than --max_watch_lag")));
     }
     if (newest == taken_) {
-      return ProgressDue() <= now ? TellProgress(now, message) : Step::kNothingNew;
+      if (ProgressDue() <= now) return TellProgress(now, message);
+      return Step::kNothingNew;
     }
     if (const auto run = group_->Take(taken_, structure_, follower_, form_)) {
       return TellRun(now, *run, message);
@@ -247,7 +298,8 @@ absl::StatusOr<WatchSource::Step> WatchSource::TakeCommit(absl::Time now, grpc::
   structure_ = structure ? structure : StructureAfter(structure_, taken_, *changes);
   Follower::Told told = follower_.Tell(*changes, structure_);
   if (told.reset) {
-    BeginSelection(session_->snapshot(), /*reset=*/true);
+    absl::Status status = BeginSelection(session_->snapshot(), /*reset=*/true);
+    if (!status.ok()) return WithResume(status);
     return Step::kNothingYet;
   }
   if (told.changes.empty()) return Step::kNothingYet;

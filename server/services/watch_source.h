@@ -60,12 +60,17 @@ class WatchSource {
 
   WatchSource(const ServiceLimits& limits, std::shared_ptr<MapSession> session,
               std::shared_ptr<WatchGroup> group, WatchGroup::Form form, Follower follower,
-              SnapshotPtr structure, Revision start);
+              SnapshotPtr structure, Revision start, bool as_stored);
 
   // The structure of the map at a revision to start from.
   static absl::StatusOr<SnapshotPtr> StructureAt(MapSession& session, Revision revision);
+  // When a kept revision was made, 0: the map. OUT_OF_RANGE.
+  static absl::StatusOr<absl::Time> TimeOf(MapSession& session, Revision revision);
+  // ABORTED unless the revision to start from is the one that the caller knows.
+  static absl::Status CheckStart(MapSession& session, const v1::WatchRequest& request);
 
-  void BeginSelection(SnapshotPtr snapshot, bool reset);
+  // Tells the selection at `snapshot` next.
+  absl::Status BeginSelection(SnapshotPtr snapshot, bool reset);
   Step ReadSelection(absl::Time now, grpc::Slice* message);
   absl::StatusOr<Step> TakeCommits(absl::Time now, grpc::Slice* message);
   // By itself.
@@ -74,7 +79,7 @@ class WatchSource {
   absl::Status ReadCommits(Revision newest);
   Step TellNext(absl::Time now, grpc::Slice* message);
   Step TellRun(absl::Time now, const WatchGroup::Run& run, grpc::Slice* message);
-  Step TellProgress(absl::Time now, grpc::Slice* message);
+  absl::StatusOr<Step> TellProgress(absl::Time now, grpc::Slice* message);
   // When a message without changes is due.
   absl::Time ProgressDue() const;
   absl::Status WithResume(const absl::Status& status) const;
@@ -83,6 +88,7 @@ class WatchSource {
   const std::shared_ptr<MapSession> session_;
   const std::shared_ptr<WatchGroup> group_;  // of session_'s feed
   const WatchGroup::Form form_;
+  const bool as_stored_;
   Follower follower_;
   SnapshotPtr structure_;  // at taken_, and the follower's
 
@@ -94,9 +100,11 @@ class WatchSource {
   // What is being told, of the revision taken_: a part of the selection, or a commit's changes.
   std::vector<ToldChange> telling_;
   size_t next_ = 0;
-  FeedCommit commit_;                           // of telling_; without its changes
+  FeedCommit commit_;                           // of telling_, without its changes; of a selection
+                                                // that is told as stored, the time
   std::unique_ptr<SelectionReader> selection_;  // null: a commit
   bool selection_resets_ = false;
+  bool map_told_ = false;  // of as_stored_
   bool gathers_ = false;
   double changes_per_s_ = 0;  // of runs; a mean in which what is old fades
 

@@ -12,8 +12,8 @@
 #include "absl/types/span.h"
 #include "map/edits/change.h"
 #include "storage/geopackage/layer_history.h"
-#include "storage/geopackage/sqlite.h"
 #include "storage/geopackage/tile_matrix.h"
+#include "storage/sqlite/sqlite.h"
 
 namespace hypermap::storage {
 

@@ -62,13 +62,24 @@ absl::Status ChangeWriter::Write(const Commit& commit) {
     i += std::max<size_t>(num_new, 1);
   }
   for (const int64_t lineage : changed_lineages_) {
-    absl::Status status = RecordLayerRevision(database_, lineage, revision_);
+    const Revision version = VersionOf(lineage, *commit.applied.snapshot);
+    absl::Status status = RecordLayerRevision(database_, lineage, version);
     if (!status.ok()) return status;
   }
   for (const FusionChange& change : commit.fusion) {
     if (absl::Status status = WriteFusionChange(database_, change); !status.ok()) return status;
   }
   return InsertRevision(database_, commit);
+}
+
+Revision ChangeWriter::VersionOf(int64_t lineage, const Snapshot& snapshot) const {
+  for (const auto& [name, layer] : layers_) {
+    if (layer.stored.lineage != lineage) continue;
+    const Revision version = snapshot.LayerVersionOf(name);
+    // A copy of a map takes several revisions' changes at once.
+    if (version > 0) return version;
+  }
+  return revision_;
 }
 
 absl::Status ChangeWriter::Carry(const Change& change, int64_t number) {

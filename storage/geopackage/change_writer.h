@@ -17,8 +17,8 @@
 #include "storage/geopackage/feature_table.h"
 #include "storage/geopackage/grid_table.h"
 #include "storage/geopackage/layer_table.h"
-#include "storage/geopackage/sqlite.h"
 #include "storage/map_store.h"
+#include "storage/sqlite/sqlite.h"
 
 namespace hypermap::storage {
 
@@ -50,6 +50,8 @@ class ChangeWriter {
   OpenLayers TakeLayers() && { return std::move(layers_); }
 
  private:
+  // The revision of `snapshot` that changed a layer last.
+  Revision VersionOf(int64_t lineage, const Snapshot& snapshot) const;
   // One change, in the place `number` of its commit.
   absl::Status Carry(const Change& change, int64_t number);
   // Objects that are put one after another, all new and of one layer.

@@ -226,10 +226,12 @@ absl::Status FeatureTable::Put(const SemanticObject& object, const SemanticObjec
                                Revision revision) {
   absl::StatusOr<ObjectRow> row = EncodeObjectRow(object);
   if (!row.ok()) return row.status();
+  // A copy of a map takes several revisions' changes at once.
+  const Revision version = object.version > 0 ? object.version : revision;
   const auto write = [&](const std::string& sql) {
     return database_->Run(sql, BlobView{row->geometry}, object.label, object.existence,
                           row->classes, row->tags, row->attributes, LowEnd(object.height),
-                          HighEnd(object.height), Nanoseconds(object.expires_at), revision,
+                          HighEnd(object.height), Nanoseconds(object.expires_at), version,
                           object.id);
   };
   absl::Status inserted;
@@ -244,7 +246,7 @@ absl::Status FeatureTable::Put(const SemanticObject& object, const SemanticObjec
   if (before == nullptr || before->polygon != object.polygon) return write(update_sql_);
   return database_->Run(update_without_geometry_sql_, object.label, object.existence, row->classes,
                         row->tags, row->attributes, LowEnd(object.height), HighEnd(object.height),
-                        Nanoseconds(object.expires_at), revision, object.id);
+                        Nanoseconds(object.expires_at), version, object.id);
 }
 
 absl::Status FeatureTable::PutNew(absl::Span<const SemanticObject* const> objects,

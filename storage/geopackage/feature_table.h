@@ -20,7 +20,7 @@
 #include "map/layers/semantic_object.h"
 #include "map/snapshot.h"
 #include "storage/geopackage/packed_index.h"
-#include "storage/geopackage/sqlite.h"
+#include "storage/sqlite/sqlite.h"
 
 namespace hypermap::storage {
 

@@ -10,7 +10,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "storage/fusion_log.h"
-#include "storage/geopackage/sqlite.h"
+#include "storage/sqlite/sqlite.h"
 
 namespace hypermap::storage {
 

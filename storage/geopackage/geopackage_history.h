@@ -13,9 +13,9 @@
 #include "storage/geopackage/map_metadata.h"
 #include "storage/geopackage/object_versions.h"
 #include "storage/geopackage/past_map.h"
-#include "storage/geopackage/sqlite.h"
 #include "storage/geopackage/tile_versions.h"
 #include "storage/history.h"
+#include "storage/sqlite/sqlite.h"
 
 namespace hypermap::storage {
 

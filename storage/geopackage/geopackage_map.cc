@@ -8,12 +8,12 @@
 #include "map/layers/layer_registry.h"
 #include "map/layers/semantic_layer.h"
 #include "storage/geopackage/compaction.h"
-#include "storage/geopackage/durable_file.h"
 #include "storage/geopackage/frame_table.h"
 #include "storage/geopackage/geopackage_history.h"
 #include "storage/geopackage/layer_history.h"
 #include "storage/geopackage/map_file.h"
 #include "storage/geopackage/revision_table.h"
+#include "storage/sqlite/durable_file.h"
 
 namespace hypermap::storage {
 namespace {

@@ -7,12 +7,12 @@
 #include <string>
 
 #include "storage/geopackage/change_writer.h"
-#include "storage/geopackage/file_lock.h"
 #include "storage/geopackage/fusion_tables.h"
 #include "storage/geopackage/geopackage_options.h"
 #include "storage/geopackage/map_metadata.h"
-#include "storage/geopackage/sqlite.h"
 #include "storage/map_store.h"
+#include "storage/sqlite/file_lock.h"
+#include "storage/sqlite/sqlite.h"
 
 namespace hypermap::storage {
 

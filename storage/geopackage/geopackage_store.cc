@@ -10,10 +10,10 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/strip.h"
 #include "storage/geopackage/deletion_log.h"
-#include "storage/geopackage/durable_file.h"
-#include "storage/geopackage/file_lock.h"
 #include "storage/geopackage/geopackage_map.h"
 #include "storage/geopackage/map_file.h"
+#include "storage/sqlite/durable_file.h"
+#include "storage/sqlite/file_lock.h"
 
 namespace hypermap::storage {
 namespace {

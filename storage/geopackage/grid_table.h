@@ -11,8 +11,8 @@
 #include "absl/status/statusor.h"
 #include "map/layers/grid/grid_layer.h"
 #include "map/snapshot.h"
-#include "storage/geopackage/sqlite.h"
 #include "storage/geopackage/tile_codec.h"
+#include "storage/sqlite/sqlite.h"
 
 namespace hypermap::storage {
 

@@ -13,7 +13,7 @@
 #include "map/frames/frame_tree.h"
 #include "map/snapshot.h"
 #include "storage/geopackage/layer_table.h"
-#include "storage/geopackage/sqlite.h"
+#include "storage/sqlite/sqlite.h"
 
 namespace hypermap::storage {
 

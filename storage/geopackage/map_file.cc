@@ -8,9 +8,9 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "storage/geopackage/durable_file.h"
 #include "storage/geopackage/schema.h"
 #include "storage/geopackage/spatial_functions.h"
+#include "storage/sqlite/durable_file.h"
 
 namespace hypermap::storage {
 namespace {

@@ -8,8 +8,8 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "storage/geopackage/geopackage_options.h"
-#include "storage/geopackage/sqlite.h"
 #include "storage/map_store.h"
+#include "storage/sqlite/sqlite.h"
 
 namespace hypermap::storage {
 

@@ -7,8 +7,8 @@
 
 #include "map/edits/edit.h"
 #include "storage/geopackage/geopackage_store.h"
-#include "storage/geopackage/sqlite.h"
 #include "storage/map_store.h"
+#include "storage/sqlite/sqlite.h"
 #include "tests/support/temporary_folder.h"
 
 namespace hypermap::storage {

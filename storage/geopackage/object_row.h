@@ -7,7 +7,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "map/layers/semantic_object.h"
-#include "storage/geopackage/sqlite.h"
+#include "storage/sqlite/sqlite.h"
 
 namespace hypermap::storage {
 

@@ -13,7 +13,7 @@
 #include "map/snapshot.h"
 #include "storage/geopackage/generation_cache.h"
 #include "storage/geopackage/layer_history.h"
-#include "storage/geopackage/sqlite.h"
+#include "storage/sqlite/sqlite.h"
 
 namespace hypermap::storage {
 

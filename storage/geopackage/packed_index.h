@@ -19,7 +19,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "map/geometry/point.h"
-#include "storage/geopackage/sqlite.h"
+#include "storage/sqlite/sqlite.h"
 
 namespace hypermap::storage {
 

@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "storage/geopackage/object_versions.h"
-#include "storage/geopackage/sqlite.h"
 #include "storage/geopackage/tile_versions.h"
 #include "storage/history.h"
+#include "storage/sqlite/sqlite.h"
 
 namespace hypermap::storage {
 

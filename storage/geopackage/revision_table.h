@@ -8,8 +8,8 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
-#include "storage/geopackage/sqlite.h"
 #include "storage/map_store.h"
+#include "storage/sqlite/sqlite.h"
 
 namespace hypermap::storage {
 

@@ -3,7 +3,7 @@
 #define HYPERMAP_STORAGE_GEOPACKAGE_STANDARD_TABLES_H_
 
 #include "absl/status/status.h"
-#include "storage/geopackage/sqlite.h"
+#include "storage/sqlite/sqlite.h"
 
 namespace hypermap::storage {
 

@@ -17,9 +17,9 @@
 #include "map/snapshot.h"
 #include "storage/geopackage/generation_cache.h"
 #include "storage/geopackage/layer_history.h"
-#include "storage/geopackage/sqlite.h"
 #include "storage/geopackage/tile_codec.h"
 #include "storage/geopackage/tile_matrix.h"
+#include "storage/sqlite/sqlite.h"
 
 namespace hypermap::storage {
 

@@ -11,6 +11,19 @@ from processes import BIN, ROOT, SiteTest
 
 EXAMPLE = ROOT / "client_libs" / "cpp" / "example"
 
+# mirror HOST:PORT FOLDER: how much of the map "site" a replica has.
+MIRROR = r"""
+#include <cstdio>
+#include "client_libs/cpp/replica/replica.h"
+int main(int, char** argv) {
+  using namespace hypermap::client;
+  const auto replica = Replica::Open(Client(argv[1]), {.map = "site", .folder = argv[2]});
+  if (!replica.ok()) return std::fprintf(stderr, "%s\n", replica.status().ToString().c_str()), 1;
+  const LayerList list = (*replica)->ListLayers();
+  std::printf("%d layers at revision %d\n", int(list.layers.size()), int(list.revision));
+}
+"""
+
 
 @unittest.skipIf("HYPERMAP_TEST_ROUNDS" in os.environ, "sanitized libraries ask for more")
 class Package(SiteTest):
@@ -45,12 +58,35 @@ class Package(SiteTest):
         self.assertEqual(wrong.returncode, 1)
         self.assertIn("NOT_FOUND", wrong.stderr)
 
+    def test_a_program_of_its_own_mirrors_a_map(self):
+        prefix, source = self.folder / "prefix", self.folder / "mirror"
+        self.run_tool("cmake", "--install", BIN.parent, "--prefix", prefix)
+        source.mkdir()
+        (source / "CMakeLists.txt").write_text(
+            "cmake_minimum_required(VERSION 3.25)\nproject(mirror CXX)\n"
+            "set(CMAKE_CXX_STANDARD 20)\n"
+            "find_package(hypermap REQUIRED COMPONENTS replica)\n"
+            "add_executable(mirror main.cc)\n"
+            "target_link_libraries(mirror PRIVATE hypermap::replica)\n")
+        (source / "main.cc").write_text(MIRROR)
+        self.run_tool("cmake", "-S", source, "-B", source / "build",
+                      f"-DCMAKE_PREFIX_PATH={prefix}")
+        self.run_tool("cmake", "--build", source / "build")
+
+        server = self.server()
+        server.cli("map", "create", "site")
+        server.cli("layer", "create", "site", "things", "--kind", "semantic")
+        mirror = [source / "build" / "mirror", server.address, self.folder / "kept"]
+        self.assertEqual(self.run_tool(*mirror), "1 layers at revision 1\n")
+        server.kill()
+        self.assertEqual(self.run_tool(*mirror), "1 layers at revision 1\n")
+
     def test_installed_headers_name_neither_grpc_nor_protobuf(self):
         prefix = self.folder / "prefix"
         self.run_tool("cmake", "--install", BIN.parent, "--prefix", prefix)
         client = prefix / "include" / "hypermap" / "client_libs" / "cpp"
-        public, todo = set(), [client / "client.h"]
-        while todo:  # what client.h brings in
+        public, todo = set(), [client / "client.h", client / "replica" / "replica.h"]
+        while todo:  # what they bring in
             header = todo.pop()
             if header in public:
                 continue
@@ -61,7 +97,7 @@ class Package(SiteTest):
                     todo.append(file)
                 else:
                     self.assertRegex(name, r"^absl/", pathlib.Path(header).name)
-            self.assertNotRegex(header.read_text(), r"#include <(grpc|google)", header.name)
+            self.assertNotRegex(header.read_text(), r"#include <(grpc|google|sqlite)", header.name)
         self.assertGreater(len(public), 20)
 
 

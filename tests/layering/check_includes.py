@@ -33,6 +33,7 @@ LIBRARIES = {
     "grpc/": "grpc",
     "grpcpp/": "grpc",
     "google/protobuf/": "protobuf",
+    "openssl/": "openssl",
 }
 
 # Standard headers that bring in files, threads or clocks. `map/` has none of these.
@@ -77,11 +78,16 @@ ROOMS = {
     "map/watch": pure("map", "map/geometry", "map/frames", "map/values", "map/layers",
                       "map/edits", "map/query"),
     # grpc: the one mapping between absl::Status and grpc::Status.
-    "wire": Room(["proto", "map/exploration", *MAP], {"absl", "protobuf", "grpc"}),
-    "storage": Room(MAP, {"absl"}),
-    "storage/geopackage": Room(
-        ["storage", *MAP], {"absl"}, hidden={"sqlite", "tiff", "png", "zlib", "json"}
+    "wire": Room(
+        ["proto", "map/exploration", *MAP], {"absl", "protobuf", "grpc"}, hidden={"openssl"}
     ),
+    "storage": Room(MAP, {"absl"}),
+    "storage/sqlite": Room([], {"absl", "sqlite"}),
+    "storage/geopackage": Room(
+        ["storage", "storage/sqlite", *MAP], {"absl"},
+        hidden={"sqlite", "tiff", "png", "zlib", "json"}
+    ),
+    "storage/outbox": Room(["storage/sqlite"], {"absl"}),
     "storage/interchange": Room(
         MAP, {"absl"}, hidden={"zip", "zlib", "yaml", "png", "tiff", "json"}
     ),
@@ -122,16 +128,24 @@ ROOMS = {
     ),
     "ingest/worker": Room(
         ["ingest/sources", "ingest/perception", "ingest/frame_service", "ingest/robots",
-         "client_libs/cpp", *MAP],
+         "client_libs/cpp", "client_libs/flags", *MAP],
         DOMAIN | {"cli11"},
         hidden={"json"},
     ),
     "client_libs/cpp": Room(
         ["wire", "proto", "map/exploration", *MAP], {"absl"}, hidden={"grpc", "protobuf"}
     ),
+    # The robot's own copy of a map, and what it has not sent yet (wire: as bytes); the client itself
+    # knows no database.
+    "client_libs/cpp/replica": Room(
+        ["client_libs/cpp", "storage", "storage/geopackage", "storage/outbox", "wire", *MAP],
+        {"absl"},
+    ),
+    "client_libs/flags": Room(["client_libs/cpp"], {"absl", "cli11"}),
     # yaml: a nav2 map names its image, which is sent along. storage/interchange: truth in files.
     "client_libs/cli": Room(
-        ["client_libs/cpp", "storage/interchange", "map/evaluation", "map/exploration", *MAP],
+        ["client_libs/cpp", "client_libs/flags", "storage/interchange", "map/evaluation",
+         "map/exploration", *MAP],
         {"absl", "cli11", "json"},
         hidden={"cairo", "yaml"},
     ),

@@ -22,6 +22,8 @@ struct Sizes {
   int history = 0;  // revisions that the server keeps; 0: as many as it does by itself
   int pairs = 11;
   double seconds = 2.0;     // of one run of a pair
+  double outage = 60.0;     // seconds without a server
+  int queued = 600;         // edits and observations that are put meanwhile
   bool judge_speed = true;  // else it is told, and "holds" does not depend on it
 };
 
@@ -36,6 +38,9 @@ absl::StatusOr<Verdict> ProveAsOf(Site& site, const Sizes& sizes);
 absl::StatusOr<Verdict> ProveKill(Site& site, const Sizes& sizes);
 // A watcher that does not read costs the writers nothing, and the server little memory.
 absl::StatusOr<Verdict> ProveSlowReader(Site& site, const Sizes& sizes);
+// A replica answers without a server what the server answered, and is like it afterwards; what was
+// queued meanwhile arrives once, in order.
+absl::StatusOr<Verdict> ProveReplica(Site& site, const Sizes& sizes);
 // A request that is sent again changes the map once.
 absl::StatusOr<Verdict> ProveOnce(Site& site, const Sizes& sizes);
 

@@ -7,20 +7,23 @@
 #include <string>
 #include <vector>
 
+#include "tests/prove/outbox_holder.h"
 #include "tests/prove/proofs.h"
 
 int main(int argc, char** argv) {
   using namespace hypermap::prove;
+  if (const std::optional<int> code = HoldOutbox(argc, argv)) return *code;
   const std::map<std::string, std::function<absl::StatusOr<Verdict>(Site&, const Sizes&)>> proofs =
       {{"feed", ProveFeed},
        {"asof", ProveAsOf},
        {"kill", ProveKill},
+       {"replica", ProveReplica},
        {"slow-reader", ProveSlowReader},
        {"once", ProveOnce}};
   std::string proof, server;
   Sizes sizes;
   CLI::App app("Proves what a Hypermap server promises of its revisions.", "hypermap_prove");
-  app.add_option("proof", proof, "feed, asof, kill, slow-reader or once")
+  app.add_option("proof", proof, "feed, asof, kill, replica, slow-reader or once")
       ->required()
       ->check(CLI::IsMember(proofs));
   app.add_option("--server", server, "The program hypermapd")->required()->check(CLI::ExistingFile);
@@ -37,6 +40,11 @@ int main(int argc, char** argv) {
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
   app.add_option("--seconds", sizes.seconds, "Of one run of a pair")->capture_default_str();
+  app.add_option("--outage", sizes.outage, "Seconds for which the server is away")
+      ->capture_default_str();
+  app.add_option("--queued", sizes.queued, "Edits and observations that are put meanwhile")
+      ->check(CLI::Range(12, 100'000))
+      ->capture_default_str();
   app.add_flag("!--tell_speed", sizes.judge_speed,
                "Speed is told and not judged: other programs run beside this");
   CLI11_PARSE(app, argc, argv);

@@ -7,6 +7,7 @@
 
 #include "gtest/gtest.h"
 #include "map/edits/apply.h"
+#include "map/layers/semantic_layer.h"
 
 namespace hypermap::testing {
 namespace {
@@ -128,6 +129,74 @@ EditBatch RandomSite(Rng& rng, int num_objects) {
     batch.edits.push_back(PutObject{i % 3 ? "semantic" : "dock.objects",
                                     RandomObject(rng, centre, radius_m), i % 5 ? "" : "bench"});
   }
+  return batch;
+}
+
+namespace {
+
+void AddObjectEdits(Rng& rng, const SemanticLayer& layer, EditBatch* batch) {
+  const std::string& name = layer.spec().name;
+  const std::vector<ObjectPtr> objects = layer.Objects();
+  if (!objects.empty()) {
+    const ObjectId id = objects[UniformInt(rng, 0, static_cast<int>(objects.size()) - 1)]->id;
+    if (UniformInt(rng, 0, 2) == 0) {
+      batch->edits.push_back(DeleteObject{name, id});
+    } else {
+      SemanticObject moved = RandomObject(rng, {Uniform(rng, -15, 15), Uniform(rng, -15, 15)}, 2);
+      moved.id = id;
+      batch->edits.push_back(PutObject{name, moved});
+    }
+  }
+  const Point centre{Uniform(rng, -15, 15), Uniform(rng, -15, 15)};
+  batch->edits.push_back(PutObject{name, RandomObject(rng, centre, Uniform(rng, 0.1, 3))});
+  if (UniformInt(rng, 0, 7) == 0) {
+    batch->edits.push_back(
+        SetAliases{name, {{"seat", {"chair", UniformInt(rng, 0, 1) ? "couch" : "tv"}}}});
+  }
+}
+
+void AddStructureEdits(Rng& rng, const Snapshot& site, EditBatch* batch) {
+  switch (UniformInt(rng, 0, 9)) {
+    case 0:
+      batch->edits.push_back(SetTransform{{"map", "dock", RandomTransform(rng, 5)}});
+      return;
+    case 1:
+      if (const Layer* layer = site.FindLayer("wifi")) {
+        LayerSpec spec = layer->spec();
+        batch->edits.push_back(DeleteLayer{"wifi"});
+        spec.unit += "!";
+        batch->edits.push_back(CreateLayer{spec});
+      }
+      return;
+    case 2:
+      if (site.FindLayer("extra")) {
+        batch->edits.push_back(DeleteLayer{"extra"});
+      } else {
+        batch->edits.push_back(CreateLayer{{.name = "extra", .frame_id = "bench"}});
+      }
+      return;
+    default:
+      return;
+  }
+}
+
+}  // namespace
+
+EditBatch RandomEdits(Rng& rng, const Snapshot& site) {
+  EditBatch batch;
+  for (const auto& [name, layer] : site.layers) {
+    if (UniformInt(rng, 0, 2) == 0) continue;
+    if (const auto* semantic = dynamic_cast<const SemanticLayer*>(layer.get())) {
+      AddObjectEdits(rng, *semantic, &batch);
+      continue;
+    }
+    const int32_t row = UniformInt(rng, -160, 160);
+    const int32_t col = UniformInt(rng, -160, 160);
+    const CellBox box{row, row + UniformInt(rng, 1, 12), col, col + UniformInt(rng, 1, 12)};
+    batch.edits.push_back(WriteCells{name, box, RandomCells(rng, layer->spec().kind, box)});
+  }
+  AddStructureEdits(rng, site, &batch);
+  if (batch.edits.empty()) batch.edits.push_back(SetAliases{"semantic", {{"thing", {"Cup"}}}});
   return batch;
 }
 

@@ -39,6 +39,10 @@ std::vector<std::optional<double>> RandomCells(Rng& rng, LayerKind kind, const C
 // one of them connected to nothing.
 EditBatch RandomSite(Rng& rng, int num_objects);
 
+// A few edits of the content of `site`, which is one that came of RandomSite: objects put, moved
+// and removed, cells, aliases; now and then a frame moved, or a layer that goes or comes.
+EditBatch RandomEdits(Rng& rng, const Snapshot& site);
+
 // The snapshot of a new map called `name` after `batch`; fails the test when it can't be applied.
 Snapshot MakeSnapshot(const std::string& name, const EditBatch& batch);
 

@@ -1,4 +1,4 @@
-#include "storage/geopackage/sqlite.h"
+#include "storage/sqlite/sqlite.h"
 
 #include <iterator>
 #include <utility>

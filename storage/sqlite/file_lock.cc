@@ -1,4 +1,4 @@
-#include "storage/geopackage/file_lock.h"
+#include "storage/sqlite/file_lock.h"
 
 #include <fcntl.h>
 #include <sys/file.h>
@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "storage/geopackage/durable_file.h"
+#include "storage/sqlite/durable_file.h"
 
 namespace hypermap::storage {
 namespace {

@@ -1,13 +1,19 @@
-#include "storage/geopackage/sqlite.h"
+#include "storage/sqlite/sqlite.h"
 
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
-#include "storage/geopackage/map_testing.h"
+#include "tests/support/temporary_folder.h"
 
 namespace hypermap::storage {
 namespace {
 
 using ::testing::HasSubstr;
+
+std::unique_ptr<Database> Connect(const std::string& path) {
+  auto database = Database::Open(path, Database::OpenMode::kCreate, absl::ZeroDuration());
+  EXPECT_TRUE(database.ok()) << database.status();
+  return database.ok() ? *std::move(database) : nullptr;
+}
 
 class SqliteTest : public ::testing::Test {
  protected:
@@ -99,7 +105,7 @@ TEST_F(SqliteTest, ErrorsBecomeTheStatusThatCallersActOn) {
     EXPECT_EQ(Transaction::Begin(database_.get()).status().code(), absl::StatusCode::kUnavailable);
   }
 
-  WriteFile(folder_ / "text", std::string(1000, 'x'));
+  folder_.Write("text", std::string(1000, 'x'));
   EXPECT_EQ(Connect(folder_ / "text")->QueryInt64("SELECT 1 FROM t").status().code(),
             absl::StatusCode::kFailedPrecondition);
 

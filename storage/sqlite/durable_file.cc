@@ -1,4 +1,4 @@
-#include "storage/geopackage/durable_file.h"
+#include "storage/sqlite/durable_file.h"
 
 #include <fcntl.h>
 #include <sys/stat.h>

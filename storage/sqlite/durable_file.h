@@ -1,6 +1,6 @@
 // Files that must be wholly there or not at all after a crash.
-#ifndef HYPERMAP_STORAGE_GEOPACKAGE_DURABLE_FILE_H_
-#define HYPERMAP_STORAGE_GEOPACKAGE_DURABLE_FILE_H_
+#ifndef HYPERMAP_STORAGE_SQLITE_DURABLE_FILE_H_
+#define HYPERMAP_STORAGE_SQLITE_DURABLE_FILE_H_
 
 #include <string>
 
@@ -32,4 +32,4 @@ absl::Status RemoveFile(const std::string& path);
 
 }  // namespace hypermap::storage
 
-#endif  // HYPERMAP_STORAGE_GEOPACKAGE_DURABLE_FILE_H_
+#endif  // HYPERMAP_STORAGE_SQLITE_DURABLE_FILE_H_

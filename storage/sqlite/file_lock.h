@@ -1,6 +1,6 @@
 // Locks that keep two processes from owning the same thing.
-#ifndef HYPERMAP_STORAGE_GEOPACKAGE_FILE_LOCK_H_
-#define HYPERMAP_STORAGE_GEOPACKAGE_FILE_LOCK_H_
+#ifndef HYPERMAP_STORAGE_SQLITE_FILE_LOCK_H_
+#define HYPERMAP_STORAGE_SQLITE_FILE_LOCK_H_
 
 #include <string>
 
@@ -32,4 +32,4 @@ class FileLock {
 
 }  // namespace hypermap::storage
 
-#endif  // HYPERMAP_STORAGE_GEOPACKAGE_FILE_LOCK_H_
+#endif  // HYPERMAP_STORAGE_SQLITE_FILE_LOCK_H_

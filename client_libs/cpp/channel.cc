@@ -1,0 +1,189 @@
+#include "client_libs/cpp/channel.h"
+
+#include <arpa/inet.h>
+#include <grpcpp/create_channel.h>
+#include <grpcpp/security/credentials.h>
+#include <grpcpp/support/client_interceptor.h>
+#include <netinet/in.h>
+
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+#include "absl/strings/match.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/strip.h"
+#include "absl/time/clock.h"
+#include "wire/pem.h"
+#include "wire/status.h"
+
+namespace hypermap::client {
+namespace {
+
+using grpc::experimental::InterceptionHookPoints;
+
+// What RFC 6750 allows in a token, and a header can carry.
+bool IsTokenCharacter(char c) { return c > ' ' && c < '\x7f'; }
+
+absl::StatusOr<std::string> AskToken(const TokenSource& source) {
+  absl::StatusOr<std::string> token = source();
+  if (!token.ok()) return token;
+  if (token->empty()) return absl::InvalidArgumentError("the token is empty");
+  if (!std::all_of(token->begin(), token->end(), IsTokenCharacter)) {
+    return absl::InvalidArgumentError("the token has characters that can't be sent");
+  }
+  return token;
+}
+
+// Sends a token with one call. Where there is none the call ends with the reason, and nothing of it
+// is sent.
+class BearerToken : public grpc::experimental::Interceptor {
+ public:
+  explicit BearerToken(const TokenSource& source) : source_(source) {}
+
+  void Intercept(grpc::experimental::InterceptorBatchMethods* methods) override {
+    bool hijack = false;
+    if (methods->QueryInterceptionHookPoint(InterceptionHookPoints::PRE_SEND_INITIAL_METADATA)) {
+      const absl::StatusOr<std::string> token = AskToken(source_);
+      if (token.ok()) {
+        methods->GetSendInitialMetadata()->emplace("authorization",
+                                                   absl::StrCat("Bearer ", *token));
+      } else {
+        // One code, so that it is not taken for an answer of the server.
+        problem_ = absl::UnauthenticatedError(token.status().message());
+        hijack = true;
+      }
+    }
+    if (!problem_.ok()) Fail(methods);
+    if (hijack) {
+      methods->Hijack();
+    } else {
+      methods->Proceed();
+    }
+  }
+
+ private:
+  // Answers what of a call that is not made comes by here.
+  void Fail(grpc::experimental::InterceptorBatchMethods* methods) {
+    if (methods->QueryInterceptionHookPoint(InterceptionHookPoints::PRE_SEND_MESSAGE)) {
+      methods->FailHijackedSendMessage();
+    }
+    if (methods->QueryInterceptionHookPoint(InterceptionHookPoints::PRE_RECV_MESSAGE)) {
+      methods->FailHijackedRecvMessage();
+    }
+    if (methods->QueryInterceptionHookPoint(InterceptionHookPoints::PRE_RECV_STATUS)) {
+      *methods->GetRecvStatus() = wire::EncodeStatus(problem_);
+    }
+  }
+
+  const TokenSource& source_;
+  absl::Status problem_;
+};
+
+// Lives as long as the channel.
+class BearerTokens : public grpc::experimental::ClientInterceptorFactoryInterface {
+ public:
+  explicit BearerTokens(TokenSource source) : source_(std::move(source)) {}
+
+  grpc::experimental::Interceptor* CreateClientInterceptor(
+      grpc::experimental::ClientRpcInfo* /*info*/) override {
+    return new BearerToken(source_);  // the call owns it
+  }
+
+ private:
+  const TokenSource source_;
+};
+
+// Whether what is sent to the target does not leave this machine.
+bool IsLoopback(const std::string& target) {
+  if (absl::StartsWith(target, "unix:")) return true;
+  absl::string_view host = target;
+  if (!absl::ConsumePrefix(&host, "dns:///") && !absl::ConsumePrefix(&host, "ipv4:")) {
+    absl::ConsumePrefix(&host, "ipv6:");
+  }
+  host = host.substr(0, host.rfind(':'));
+  if (host == "localhost") return true;
+  if (absl::ConsumePrefix(&host, "[")) absl::ConsumeSuffix(&host, "]");
+  const std::string address(host);
+  in_addr v4;
+  if (inet_pton(AF_INET, address.c_str(), &v4) == 1) return ntohl(v4.s_addr) >> 24 == 127;
+  in6_addr v6;
+  return inet_pton(AF_INET6, address.c_str(), &v6) == 1 && IN6_IS_ADDR_LOOPBACK(&v6);
+}
+
+absl::Status Named(const char* what, const absl::Status& status) {
+  if (status.ok()) return status;
+  return absl::InvalidArgumentError(absl::StrCat(what, ": ", status.message()));
+}
+
+absl::Status CheckTls(const TlsOptions& tls) {
+  if (!tls.root_certificates.empty()) {
+    absl::Status status =
+        Named("the roots to trust", wire::CheckCertificates(tls.root_certificates));
+    if (!status.ok()) return status;
+  }
+  if (tls.certificate_chain.empty() != tls.private_key.empty()) {
+    return absl::InvalidArgumentError(
+        "the client's certificate and its key go together: one of them is missing");
+  }
+  if (tls.certificate_chain.empty()) return absl::OkStatus();
+  absl::Status status =
+      Named("the client's certificate", wire::CheckCertificates(tls.certificate_chain));
+  if (!status.ok()) return status;
+  return Named("the client's key", wire::CheckKey(tls.private_key, tls.certificate_chain));
+}
+
+// Why no call can be made with these options.
+absl::Status Check(const std::string& target, const ClientOptions& options) {
+  if (options.tls) return CheckTls(*options.tls);
+  if (options.token && !options.token_in_clear && !IsLoopback(target)) {
+    return absl::FailedPreconditionError(absl::StrCat("a token is not sent to ", target,
+                                                      " without TLS, where others could read it"));
+  }
+  return absl::OkStatus();
+}
+
+std::shared_ptr<grpc::ChannelCredentials> CredentialsOf(const ClientOptions& options) {
+  if (!options.tls) return grpc::InsecureChannelCredentials();
+  return grpc::SslCredentials(
+      {options.tls->root_certificates, options.tls->private_key, options.tls->certificate_chain});
+}
+
+grpc::ChannelArguments ArgumentsOf(const ClientOptions& options) {
+  grpc::ChannelArguments arguments;
+  // How large an answer may be is the server's to limit.
+  arguments.SetMaxReceiveMessageSize(-1);
+  arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);
+  // A server that is back is found soon; how often a call is tried again is up to Backoff.
+  arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, 50);
+  arguments.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, 1000);
+  arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, 1000);
+  if (options.tls && !options.tls->server_name.empty()) {
+    arguments.SetSslTargetNameOverride(options.tls->server_name);
+  }
+  return arguments;
+}
+
+}  // namespace
+
+void Pause(grpc::Channel& channel, absl::Duration duration) {
+  if (channel.GetState(/*try_to_connect=*/true) == GRPC_CHANNEL_READY) {
+    absl::SleepFor(duration);  // it is the server that does not answer
+  } else {
+    channel.WaitForConnected(absl::ToChronoTime(absl::Now() + duration));
+  }
+}
+
+std::shared_ptr<grpc::Channel> MakeChannel(const std::string& target,
+                                           const ClientOptions& options) {
+  TokenSource token = options.token;
+  if (absl::Status problem = Check(target, options); !problem.ok()) {
+    token = [problem] { return problem; };
+  }
+  std::vector<std::unique_ptr<grpc::experimental::ClientInterceptorFactoryInterface>> interceptors;
+  if (token) interceptors.push_back(std::make_unique<BearerTokens>(std::move(token)));
+  return grpc::experimental::CreateCustomChannelWithInterceptors(
+      target, CredentialsOf(options), ArgumentsOf(options), std::move(interceptors));
+}
+
+}  // namespace hypermap::client

@@ -1,0 +1,225 @@
+#include "client_libs/cpp/replica/durable_copy.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+#include "absl/strings/match.h"
+#include "absl/strings/str_cat.h"
+#include "map/edits/difference.h"
+#include "storage/geopackage/geopackage_store.h"
+
+namespace hypermap::client {
+namespace {
+
+// Begins what a replica's file has for the request that made its map; the selection follows.
+constexpr absl::string_view kReplica = "replica of ";
+// Rows of what the map was that are removed at a time.
+constexpr int kCompactRows = 4096;
+
+// Whether changes can make `after` of `before`: a later state of a map whose frames are all there
+// still.
+bool LeadsTo(const KnownRevision& before, const KnownRevision& after) {
+  if (before.created_at != after.created_at) return false;
+  if (before.snapshot->frame_id != after.snapshot->frame_id) return false;
+  if (before.snapshot->revision >= after.snapshot->revision) return false;
+  const std::vector<FrameTransform> now = after.snapshot->frames.transforms();
+  const std::vector<FrameTransform> then = before.snapshot->frames.transforms();
+  return std::all_of(then.begin(), then.end(), [&now](const FrameTransform& transform) {
+    return std::any_of(now.begin(), now.end(), [&transform](const FrameTransform& other) {
+      return other.child_frame_id == transform.child_frame_id;
+    });
+  });
+}
+
+storage::Commit CommitOf(const KnownRevision& revision, std::vector<Change> changes) {
+  storage::Commit commit;
+  commit.applied.snapshot = revision.snapshot;
+  commit.applied.changes = std::move(changes);
+  commit.author = "server";
+  commit.time = revision.time;
+  return commit;
+}
+
+// Nobody asks a replica what the map was.
+absl::Status ForgetThePast(storage::StoredMap& file, Revision newest) {
+  absl::StatusOr<bool> more = true;
+  while (more.ok() && *more) more = file.Compact(newest, absl::InfinitePast(), kCompactRows);
+  return more.status();
+}
+
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<DurableCopy>> DurableCopy::Open(const std::string& folder,
+                                                               const std::string& map,
+                                                               const std::string& selection,
+                                                               absl::Duration write_delay) {
+  absl::StatusOr<std::unique_ptr<storage::MapStore>> store = storage::OpenGeoPackageStore(folder);
+  if (!store.ok()) return store.status();
+  std::unique_ptr<DurableCopy> copy(
+      new DurableCopy(*std::move(store), map, absl::StrCat(kReplica, selection), write_delay));
+  if (absl::Status status = copy->Load(folder); !status.ok()) return status;
+  copy->writer_ = std::thread([copy = copy.get()] { copy->Run(); });
+  return copy;
+}
+
+DurableCopy::DurableCopy(std::unique_ptr<storage::MapStore> store, std::string map,
+                         std::string selection, absl::Duration write_delay)
+    : store_(std::move(store)),
+      map_(std::move(map)),
+      selection_(std::move(selection)),
+      write_delay_(write_delay) {}
+
+DurableCopy::~DurableCopy() {
+  if (!writer_.joinable()) return;
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    closing_ = true;
+  }
+  changed_.notify_all();
+  writer_.join();
+  Flush().IgnoreError();
+}
+
+absl::Status DurableCopy::Load(const std::string& folder) {
+  absl::StatusOr<std::unique_ptr<storage::StoredMap>> file = store_->Open(map_);
+  if (absl::IsNotFound(file.status())) return absl::OkStatus();
+  absl::Status status = file.status();
+  if (status.ok()) {
+    file_ = *std::move(file);
+    const std::string& request_id = file_->header().request_id;
+    if (!absl::StartsWith(request_id, kReplica)) {
+      return absl::FailedPreconditionError(
+          absl::StrCat(folder, "/", map_, ".gpkg is not the file of a replica"));
+    }
+    if (request_id != selection_) {
+      file_.reset();
+      return store_->Delete(map_, "");
+    }
+    status = ReadStored();
+  }
+  if (!absl::IsDataLoss(status)) return status;
+  file_.reset();
+  const std::string path = absl::StrCat(folder, "/", map_, ".gpkg");
+  std::error_code error;
+  std::filesystem::rename(path, path + ".damaged", error);
+  if (!error) return absl::OkStatus();
+  return absl::UnavailableError(absl::StrCat(path, ": ", error.message()));
+}
+
+absl::Status DurableCopy::ReadStored() {
+  absl::StatusOr<SnapshotPtr> snapshot = file_->Load();
+  if (!snapshot.ok()) return snapshot.status();
+  const Revision revision = (*snapshot)->revision;
+  // A map that was made, and not filled any more.
+  if (revision == 0) return absl::OkStatus();
+  absl::StatusOr<std::unique_ptr<storage::HistoryReader>> history = file_->OpenHistory();
+  if (!history.ok()) return history.status();
+  const absl::StatusOr<std::vector<storage::RevisionRecord>> made =
+      (*history)->Revisions(revision - 1, revision + 1, /*newest_first=*/false, 1);
+  if (!made.ok()) return made.status();
+  if (made->empty()) return absl::DataLossError("the time of the revision is missing");
+  stored_ = {*std::move(snapshot), made->front().time, file_->header().created_at};
+  return absl::OkStatus();
+}
+
+std::optional<KnownRevision> DurableCopy::stored() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return stored_;
+}
+
+absl::Status DurableCopy::problem() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return problem_;
+}
+
+void DurableCopy::Write(KnownRevision newest) {
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    newest_ = std::move(newest);
+    is_due_ = true;
+  }
+  changed_.notify_all();
+}
+
+absl::Status DurableCopy::Flush() { return WriteNow(/*all=*/true); }
+
+void DurableCopy::Run() {
+  std::unique_lock<std::mutex> lock(mutex_);
+  while (!closing_) {
+    if (!is_due_) {
+      changed_.wait(lock);
+      continue;
+    }
+    changed_.wait_for(lock, absl::ToChronoNanoseconds(write_delay_), [this] { return closing_; });
+    if (closing_) return;
+    lock.unlock();
+    const bool failed = !WriteNow(/*all=*/false).ok();
+    lock.lock();
+    if (!failed) continue;
+    changed_.wait_for(lock, absl::ToChronoNanoseconds(write_delay_), [this] { return closing_; });
+  }
+}
+
+absl::Status DurableCopy::WriteNow(bool all) {
+  const std::lock_guard<std::mutex> file_lock(file_mutex_);
+  std::optional<KnownRevision> before;
+  std::optional<KnownRevision> after;
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    before = stored_;
+    after = newest_;
+    is_due_ = false;
+  }
+  if (!after) return absl::OkStatus();
+  const absl::StatusOr<bool> written = Store(before, *after, all);
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (written.ok() && *written) stored_ = std::move(after);
+  if (!written.ok()) {
+    is_due_ = true;
+    if (!file_) stored_.reset();
+  }
+  problem_ = written.status();
+  return problem_;
+}
+
+absl::StatusOr<bool> DurableCopy::Store(const std::optional<KnownRevision>& before,
+                                        const KnownRevision& after, bool all) {
+  const Revision revision = after.snapshot->revision;
+  if (before && before->snapshot->revision == revision && before->time == after.time &&
+      before->created_at == after.created_at) {
+    return false;
+  }
+  absl::Status status = absl::DataLossError("there is no file");
+  if (before && LeadsTo(*before, after)) {
+    std::vector<Change> changes = Difference(*before->snapshot, *after.snapshot);
+    if (changes.empty() && !all) return false;
+    const storage::Commit commit = CommitOf(after, std::move(changes));
+    status = file_->Write({&commit, 1});
+  }
+  if (absl::IsDataLoss(status)) status = Replace(after);
+  if (status.ok()) status = ForgetThePast(*file_, revision);
+  if (!status.ok()) return status;
+  return true;
+}
+
+absl::Status DurableCopy::Replace(const KnownRevision& newest) {
+  file_.reset();
+  absl::Status status = store_->Delete(map_, "");
+  if (!status.ok() && !absl::IsNotFound(status)) return status;
+  absl::StatusOr<std::unique_ptr<storage::StoredMap>> file =
+      store_->Create({map_, newest.snapshot->frame_id, newest.created_at, selection_});
+  if (!file.ok()) return file.status();
+  file_ = *std::move(file);
+  if (newest.snapshot->revision == 0) return absl::OkStatus();
+  const Snapshot empty;
+  const storage::Commit commit = CommitOf(newest, Difference(empty, *newest.snapshot));
+  status = file_->Write({&commit, 1});
+  // What is there is not a state of the map.
+  if (!status.ok()) file_.reset();
+  return status;
+}
+
+}  // namespace hypermap::client

@@ -1,0 +1,143 @@
+#include "client_libs/cpp/replica/feed.h"
+
+#include <utility>
+
+#include "absl/time/clock.h"
+#include "client_libs/cpp/backoff.h"
+#include "client_libs/cpp/replica/mirrored_map.h"
+
+namespace hypermap::client {
+
+Feed::Feed(Client client, const ReplicaOptions& options, std::optional<KnownRevision> known,
+           std::function<void(const KnownRevision&)> take)
+    : client_(std::move(client)),
+      options_(options),
+      take_(std::move(take)),
+      known_(std::move(known)) {
+  standing_.problem = absl::UnavailableError("no server was reached yet");
+  // By the server's clock: the revision was the newest when it was made.
+  if (known_) standing_.newest_at = known_->time;
+}
+
+Feed::~Feed() {
+  if (!thread_.joinable()) return;
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    closing_ = true;
+    if (watcher_) watcher_->Cancel();
+  }
+  changed_.notify_all();
+  thread_.join();
+}
+
+void Feed::Start() {
+  thread_ = std::thread([this] { Run(); });
+}
+
+Feed::Standing Feed::standing() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return standing_;
+}
+
+void Feed::AwaitFirst() const {
+  std::unique_lock<std::mutex> lock(mutex_);
+  changed_.wait(lock, [this] { return tried_; });
+}
+
+void Feed::Run() {
+  Backoff backoff;
+  do {
+    const absl::Status why = Follow();
+    if (standing().connected) backoff.Reset();
+    NoteEnd(why);
+    // The revision is not kept any more or still to come; it is another one; what came does not
+    // fit.
+    starts_anew_ = absl::IsOutOfRange(why) || absl::IsAborted(why) || absl::IsInternal(why);
+  } while (Sleep(backoff.Next()));
+}
+
+WatchOptions Feed::OptionsToGoOn() const {
+  WatchOptions options;
+  options.scope = {options_.layers, options_.frame_id};
+  options.area = options_.area;
+  options.as_stored = true;
+  options.resume = false;
+  if (known_ && !starts_anew_) {
+    options.start_revision = known_->snapshot->revision;
+    options.start_time = known_->time;
+  }
+  return options;
+}
+
+absl::Status Feed::Follow() {
+  opened_at_ = absl::Now();
+  Watcher watcher = client_.Watch(options_.map, OptionsToGoOn());
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    watcher_ = &watcher;
+    if (closing_) watcher.Cancel();
+  }
+  absl::Status status;
+  bool is_first = true;
+  while (status.ok()) {
+    const std::optional<WatchEvent> event = watcher.Next();
+    if (!event) {
+      status = watcher.status();
+      if (status.ok()) status = absl::UnavailableError("the server ended the watch");
+      break;
+    }
+    status = Take(*event, std::exchange(is_first, false));
+  }
+  const std::lock_guard<std::mutex> lock(mutex_);
+  watcher_ = nullptr;
+  return status;
+}
+
+absl::Status Feed::Take(const WatchEvent& event, bool is_first) {
+  if (is_first) {
+    if (!event.map) {
+      return absl::FailedPreconditionError("the server does not tell maps as they are stored");
+    }
+    newest_at_open_ = event.map->revision;
+  }
+  Snapshot before;
+  before.map_name = options_.map;
+  absl::StatusOr<SnapshotPtr> after = After(known_ ? *known_->snapshot : before, event);
+  if (!after.ok()) return after.status();
+  const absl::Time created_at = event.map ? event.map->create_time : known_->created_at;
+  const bool had_another = known_.has_value();
+  known_ = {*std::move(after), event.time, created_at};
+  NoteEvent(event, is_first, had_another);
+  take_(*known_);
+  const std::lock_guard<std::mutex> lock(mutex_);
+  tried_ = true;
+  changed_.notify_all();
+  return absl::OkStatus();
+}
+
+// Before others see the revision: who waited for it sees this as well.
+void Feed::NoteEvent(const WatchEvent& event, bool is_first, bool had_another) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  standing_.connected = true;
+  standing_.problem = absl::OkStatus();
+  if (event.snapshot && had_another) ++standing_.num_taken_anew;
+  if (!event.snapshot && is_first) ++standing_.num_resumed;
+  // Until what was there at the beginning has come, later events tell of the past.
+  const bool caught_up = event.revision >= newest_at_open_;
+  if (caught_up) standing_.newest_at = is_first ? opened_at_ : absl::Now();
+}
+
+void Feed::NoteEnd(const absl::Status& why) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  tried_ = true;
+  standing_.connected = false;
+  standing_.problem = why;
+  changed_.notify_all();
+}
+
+bool Feed::Sleep(absl::Duration pause) {
+  std::unique_lock<std::mutex> lock(mutex_);
+  return !changed_.wait_for(lock, absl::ToChronoNanoseconds(pause), [this] { return closing_; });
+}
+
+}  // namespace hypermap::client

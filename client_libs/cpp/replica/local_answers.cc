@@ -1,0 +1,142 @@
+#include "client_libs/cpp/replica/local_answers.h"
+
+#include <optional>
+#include <utility>
+
+namespace hypermap::client {
+namespace {
+
+// Objects or runs in a part.
+constexpr int kPartItems = 2048;
+
+void Move(const PlanarTransform& caller_from_layer, SemanticObject& object) {
+  if (!caller_from_layer.IsIdentity()) object.polygon = caller_from_layer * object.polygon;
+}
+
+std::vector<SemanticObject> InFrame(const std::vector<ObjectPtr>& objects,
+                                    const PlanarTransform& caller_from_layer) {
+  std::vector<SemanticObject> moved;
+  moved.reserve(objects.size());
+  for (const ObjectPtr& object : objects) Move(caller_from_layer, moved.emplace_back(*object));
+  return moved;
+}
+
+LayerPart ToPart(hypermap::LayerPart part) {
+  const LayerSpec& spec = part.layer->spec();
+  LayerPart answer{.layer = spec.name, .kind = spec.kind, .status = part.status};
+  if (part.status != AnswerStatus::kValue) return answer;
+  answer.objects = InFrame(part.part.objects, part.caller_from_layer);
+  if (spec.grid) answer.grid = GeometryInFrame(*spec.grid, part.caller_from_layer);
+  answer.runs = std::move(part.part.runs);
+  return answer;
+}
+
+NearestMatch ToMatch(const hypermap::NearestAnswer::Entry& entry) {
+  const LayerSpec& spec = entry.layer->spec();
+  NearestMatch match{
+      .layer = spec.name, .kind = spec.kind, .distance_m = entry.neighbour.distance_m};
+  if (entry.neighbour.object) {
+    Move(entry.caller_from_layer, match.object.emplace(*entry.neighbour.object));
+  } else if (spec.grid) {
+    match.grid = GeometryInFrame(*spec.grid, entry.caller_from_layer);
+    match.cell = entry.neighbour.cell;
+  }
+  return match;
+}
+
+// A layer without matches gives one empty part; other empty parts are left out.
+class LocalParts : public PartSource<AnswerReader::RevisedPart> {
+ public:
+  LocalParts(std::unique_ptr<PartReader> parts, Revision revision)
+      : parts_(std::move(parts)), revision_(revision) {}
+
+  std::optional<AnswerReader::RevisedPart> Next() override {
+    while (!parts_->done()) {
+      hypermap::LayerPart part = parts_->Next(kPartItems);
+      const bool is_told = !part.part.empty() || (part.last && !layer_told_);
+      layer_told_ = !part.last && (layer_told_ || is_told);
+      if (is_told) return AnswerReader::RevisedPart{revision_, ToPart(std::move(part))};
+    }
+    if (std::exchange(ended_, true)) return std::nullopt;
+    // Tells the revision also where there was no layer to ask.
+    return AnswerReader::RevisedPart{revision_, std::nullopt};
+  }
+
+  const absl::Status& status() const override { return status_; }
+
+ private:
+  const std::unique_ptr<PartReader> parts_;
+  const Revision revision_;
+  bool layer_told_ = false;  // a part of the current layer
+  bool ended_ = false;
+  const absl::Status status_;
+};
+
+class NoParts : public PartSource<AnswerReader::RevisedPart> {
+ public:
+  explicit NoParts(absl::Status why) : why_(std::move(why)) {}
+
+  std::optional<AnswerReader::RevisedPart> Next() override { return std::nullopt; }
+  const absl::Status& status() const override { return why_; }
+
+ private:
+  const absl::Status why_;
+};
+
+}  // namespace
+
+std::vector<LayerContent> ToContents(const std::vector<hypermap::LayerContent>& contents) {
+  std::vector<LayerContent> answers;
+  answers.reserve(contents.size());
+  for (const hypermap::LayerContent& content : contents) {
+    const LayerSpec& spec = content.layer->spec();
+    LayerContent& answer = answers.emplace_back();
+    answer.layer = spec.name;
+    answer.kind = spec.kind;
+    answer.status = content.content.status;
+    answer.value = content.content.value;
+    answer.objects = InFrame(content.content.objects, content.caller_from_layer);
+  }
+  return answers;
+}
+
+PointsAnswer ToPointsAnswer(SnapshotPtr snapshot, size_t num_points,
+                            absl::Span<const LayerPointsContent> contents) {
+  PointsAnswer answer{.revision = snapshot->revision, .num_points = num_points};
+  for (const LayerPointsContent& content : contents) {
+    const LayerSpec& spec = content.layer->spec();
+    LayerPoints& layer = answer.layers.emplace_back();
+    layer.layer = spec.name;
+    layer.kind = spec.kind;
+    layer.status = content.status;
+    layer.statuses = content.content.statuses;
+    layer.values = content.content.values;
+    layer.hits.reserve(content.content.hits.size());
+    for (const PointsContent::Hit& hit : content.content.hits) {
+      layer.hits.push_back({hit.point, hit.object->id, hit.object->label,
+                            static_cast<float>(hit.object->existence)});
+    }
+  }
+  answer.labels_in = std::move(snapshot);
+  return answer;
+}
+
+NearestAnswer ToNearestAnswer(const hypermap::NearestAnswer& answer) {
+  NearestAnswer converted;
+  converted.matches.reserve(answer.entries.size());
+  for (const auto& entry : answer.entries) converted.matches.push_back(ToMatch(entry));
+  for (const auto& refusal : answer.refusals) {
+    converted.refusals.push_back({refusal.layer->spec().name, refusal.status});
+  }
+  return converted;
+}
+
+AnswerReader ReadLocally(std::unique_ptr<PartReader> parts, Revision revision) {
+  return AnswerReader(std::make_unique<LocalParts>(std::move(parts), revision));
+}
+
+AnswerReader FailLocally(absl::Status why) {
+  return AnswerReader(std::make_unique<NoParts>(std::move(why)));
+}
+
+}  // namespace hypermap::client

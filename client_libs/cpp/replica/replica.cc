@@ -1,0 +1,269 @@
+#include "client_libs/cpp/replica/replica.h"
+
+#include <algorithm>
+#include <condition_variable>
+#include <mutex>
+#include <set>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "absl/strings/str_join.h"
+#include "client_libs/cpp/replica/durable_copy.h"
+#include "client_libs/cpp/replica/feed.h"
+#include "client_libs/cpp/replica/local_answers.h"
+#include "client_libs/cpp/replica/mirrored_area.h"
+#include "map/layers/grid/grid_layer.h"
+#include "map/values/value_query.h"
+
+namespace hypermap::client {
+namespace {
+
+// The same for options that mirror the same, whatever the frames and layers of the map are.
+std::string SelectionOf(const ReplicaOptions& options) {
+  const std::set<std::string> layers(options.layers.begin(), options.layers.end());
+  std::string selection = layers.empty() ? "all layers" : absl::StrJoin(layers, ", ");
+  if (!options.area) return selection;
+  absl::StrAppend(&selection, " in frame \"", options.frame_id, "\" within");
+  for (const Ring& ring : options.area->rings()) {
+    absl::StrAppend(&selection, " (",
+                    absl::StrJoin(ring, ", ",
+                                  [](std::string* out, const Point& p) {
+                                    absl::StrAppendFormat(out, "%.17g %.17g", p.x, p.y);
+                                  }),
+                    ")");
+  }
+  return selection;
+}
+
+}  // namespace
+
+class Replica::Impl {
+ public:
+  // A revision and what can be asked of it; immutable.
+  struct View {
+    SnapshotPtr snapshot;
+    std::shared_ptr<const MirroredArea> area;  // null: everywhere
+  };
+  using ViewPtr = std::shared_ptr<const View>;
+
+  Impl(Client client, const ReplicaOptions& options, std::unique_ptr<DurableCopy> disk)
+      : options_(options), disk_(std::move(disk)) {
+    std::optional<KnownRevision> known;
+    if (disk_) known = disk_->stored();
+    if (known) Publish(known->snapshot);
+    feed_ = std::make_unique<Feed>(std::move(client), options, std::move(known),
+                                   [this](const KnownRevision& newest) { Take(newest); });
+    feed_->Start();
+  }
+
+  // OK when there is something to answer from.
+  absl::Status AwaitContent() {
+    if (view()) return absl::OkStatus();
+    feed_->AwaitFirst();
+    return view() ? absl::OkStatus() : feed_->standing().problem;
+  }
+
+  ViewPtr view() const {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return view_;
+  }
+
+  const std::string& map() const { return options_.map; }
+  const Feed& feed() const { return *feed_; }
+  DurableCopy* disk() const { return disk_.get(); }
+
+  absl::Status AwaitRevision(Revision revision, absl::Duration timeout) const {
+    // What std::chrono can add to a time.
+    const absl::Duration patience = std::min(timeout, absl::Hours(24 * 365));
+    std::unique_lock<std::mutex> lock(mutex_);
+    const bool reached =
+        published_.wait_for(lock, absl::ToChronoNanoseconds(patience),
+                            [this, revision] { return view_->snapshot->revision >= revision; });
+    if (reached) return absl::OkStatus();
+    return absl::DeadlineExceededError(absl::StrCat(
+        "the replica is at revision ", view_->snapshot->revision, ", not at ", revision));
+  }
+
+ private:
+  void Take(const KnownRevision& newest) {
+    Publish(newest.snapshot);
+    if (disk_) disk_->Write(newest);
+  }
+
+  void Publish(SnapshotPtr snapshot) {
+    auto next = std::make_shared<View>();
+    if (options_.area) {
+      const ViewPtr last = view();
+      next->area =
+          last && last->area->Fits(*snapshot)
+              ? last->area
+              : std::make_shared<MirroredArea>(*options_.area, options_.frame_id, *snapshot);
+    }
+    next->snapshot = std::move(snapshot);
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      view_ = std::move(next);
+    }
+    published_.notify_all();
+  }
+
+  const ReplicaOptions options_;
+  const std::unique_ptr<DurableCopy> disk_;  // null: nothing is kept
+
+  // Not absl::Mutex: see DurableCopy. Held for the copy of a pointer.
+  mutable std::mutex mutex_;
+  mutable std::condition_variable published_;
+  ViewPtr view_;  // null: there is nothing yet
+
+  std::unique_ptr<Feed> feed_;  // ends first
+};
+
+absl::StatusOr<std::unique_ptr<Replica>> Replica::Open(Client client,
+                                                       const ReplicaOptions& options) {
+  std::unique_ptr<DurableCopy> disk;
+  if (!options.folder.empty()) {
+    absl::StatusOr<std::unique_ptr<DurableCopy>> opened =
+        DurableCopy::Open(options.folder, options.map, SelectionOf(options), options.write_delay);
+    if (!opened.ok()) return opened.status();
+    disk = *std::move(opened);
+  }
+  auto impl = std::make_unique<Impl>(std::move(client), options, std::move(disk));
+  if (absl::Status status = impl->AwaitContent(); !status.ok()) return status;
+  return std::unique_ptr<Replica>(new Replica(std::move(impl)));
+}
+
+Replica::Replica(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+Replica::~Replica() = default;
+
+absl::StatusOr<PointAnswer> Replica::QueryPoint(const Point& p, const Scope& scope) const {
+  const Impl::ViewPtr view = impl_->view();
+  const Snapshot& snapshot = *view->snapshot;
+  const absl::StatusOr<std::vector<hypermap::LayerContent>> contents =
+      ContentAt(snapshot, scope, p);
+  if (!contents.ok()) return contents.status();
+  if (view->area) {
+    absl::Status status = view->area->CheckPoint(snapshot, scope, p);
+    if (!status.ok()) return status;
+  }
+  absl::StatusOr<PointAnswer> answer(absl::in_place);
+  answer->map = impl_->map();
+  answer->revision = snapshot.revision;
+  answer->frame_id = *snapshot.ResolveFrame(scope.frame_id);
+  answer->point = p;
+  answer->layers = ToContents(*contents);
+  return answer;
+}
+
+absl::StatusOr<PointsAnswer> Replica::QueryPoints(absl::Span<const Point> points,
+                                                  const Scope& scope) const {
+  const Impl::ViewPtr view = impl_->view();
+  absl::StatusOr<PointsAsker> asker = PointsAsker::Make(view->snapshot, scope);
+  if (!asker.ok()) return asker.status();
+  const auto contents = asker->ContentAtEach(points);
+  if (!contents.ok()) return contents.status();
+  for (size_t i = 0; view->area && i < points.size(); ++i) {
+    const absl::Status status = view->area->CheckPoint(*view->snapshot, scope, points[i]);
+    if (status.ok()) continue;
+    return absl::Status(status.code(), absl::StrCat("points[", i, "]: ", status.message()));
+  }
+  return ToPointsAnswer(view->snapshot, points.size(), *contents);
+}
+
+AnswerReader Replica::QueryArea(const Polygon& area, const Scope& scope) const {
+  const Impl::ViewPtr view = impl_->view();
+  absl::StatusOr<std::unique_ptr<PartReader>> parts = ContentIn(view->snapshot, scope, area);
+  if (!parts.ok()) return FailLocally(parts.status());
+  if (view->area) {
+    absl::Status status = view->area->CheckArea(*view->snapshot, scope, area);
+    if (!status.ok()) return FailLocally(std::move(status));
+  }
+  return ReadLocally(*std::move(parts), view->snapshot->revision);
+}
+
+AnswerReader Replica::QueryValue(const std::string& value, const std::optional<Polygon>& area,
+                                 const Scope& scope) const {
+  const Impl::ViewPtr view = impl_->view();
+  absl::StatusOr<ValueQuery> query = ParseValueQuery(value);
+  if (!query.ok()) return FailLocally(query.status());
+  std::optional<Polygon> searched = area;
+  if (view->area && !area) {
+    absl::StatusOr<Polygon> mirrored = view->area->InFrame(*view->snapshot, scope);
+    if (!mirrored.ok()) return FailLocally(mirrored.status());
+    searched = *std::move(mirrored);
+  }
+  absl::StatusOr<std::unique_ptr<PartReader>> parts =
+      Search(view->snapshot, scope, *std::move(query), searched);
+  if (!parts.ok()) return FailLocally(parts.status());
+  if (view->area && area) {
+    absl::Status status = view->area->CheckArea(*view->snapshot, scope, *area);
+    if (!status.ok()) return FailLocally(std::move(status));
+  }
+  return ReadLocally(*std::move(parts), view->snapshot->revision);
+}
+
+absl::StatusOr<NearestAnswer> Replica::QueryNearest(const Point& p, const std::string& value, int k,
+                                                    const Scope& scope) const {
+  const Impl::ViewPtr view = impl_->view();
+  const Snapshot& snapshot = *view->snapshot;
+  const absl::StatusOr<ValueQuery> query = ParseValueQuery(value);
+  if (!query.ok()) return query.status();
+  const absl::StatusOr<hypermap::NearestAnswer> found = Nearest(snapshot, scope, p, *query, k);
+  if (!found.ok()) return found.status();
+  if (view->area) {
+    absl::Status status = view->area->CheckNearest(snapshot, scope, p, k, *found);
+    if (!status.ok()) return status;
+  }
+  NearestAnswer answer = ToNearestAnswer(*found);
+  answer.map = impl_->map();
+  answer.revision = snapshot.revision;
+  answer.frame_id = *snapshot.ResolveFrame(scope.frame_id);
+  return answer;
+}
+
+LayerList Replica::ListLayers() const {
+  const SnapshotPtr snapshot = this->snapshot();
+  LayerList list{impl_->map(), snapshot->revision, {}};
+  for (const auto& [name, layer] : snapshot->layers) {
+    LayerEntry entry{layer->spec(), layer->Size(), std::nullopt, snapshot->LayerVersionOf(name)};
+    const auto* grid = dynamic_cast<const GridLayer*>(layer.get());
+    if (grid && !grid->extent().empty()) entry.extent = grid->extent();
+    list.layers.push_back(std::move(entry));
+  }
+  return list;
+}
+
+TransformList Replica::ListTransforms() const {
+  const SnapshotPtr snapshot = this->snapshot();
+  return {impl_->map(), snapshot->revision, snapshot->frame_id, snapshot->frames.transforms()};
+}
+
+SnapshotPtr Replica::snapshot() const {
+  Impl::ViewPtr view = impl_->view();
+  // Counted with the view, which holds it.
+  const Snapshot* const snapshot = view->snapshot.get();
+  return {std::move(view), snapshot};
+}
+
+ReplicaState Replica::state() const {
+  const Feed::Standing standing = impl_->feed().standing();
+  ReplicaState state{.revision = snapshot()->revision,
+                     .connected = standing.connected,
+                     .newest_at = standing.newest_at,
+                     .problem = standing.problem,
+                     .num_resumed = standing.num_resumed,
+                     .num_taken_anew = standing.num_taken_anew};
+  if (const DurableCopy* disk = impl_->disk()) {
+    if (const auto stored = disk->stored()) state.durable_revision = stored->snapshot->revision;
+    if (state.problem.ok()) state.problem = disk->problem();
+  }
+  return state;
+}
+
+absl::Status Replica::AwaitRevision(Revision revision, absl::Duration timeout) const {
+  return impl_->AwaitRevision(revision, timeout);
+}
+
+absl::Status Replica::Flush() { return impl_->disk() ? impl_->disk()->Flush() : absl::OkStatus(); }
+
+}  // namespace hypermap::client

@@ -1,0 +1,78 @@
+// A server with maps on disk that can be stopped and started again on the same port; for tests.
+#ifndef HYPERMAP_CLIENT_LIBS_CPP_REPLICA_TESTING_SITE_SERVER_H_
+#define HYPERMAP_CLIENT_LIBS_CPP_REPLICA_TESTING_SITE_SERVER_H_
+
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <string>
+#include <utility>
+
+#include "server/services/evidence_codec.h"
+#include "server/services/grpc_server.h"
+#include "server/session/site.h"
+#include "storage/geopackage/geopackage_store.h"
+
+namespace hypermap::client {
+
+class SiteServer {
+ public:
+  explicit SiteServer(std::string folder) : folder_(std::move(folder)) { Start(); }
+  ~SiteServer() { Stop(); }
+
+  void Start(server::SessionOptions options = {}) {
+    options.fusion.codec = server::WireEvidenceCodec();
+    auto store = storage::OpenGeoPackageStore(folder_);
+    ASSERT_TRUE(store.ok()) << store.status();
+    auto site = server::Site::Open(*std::move(store), options);
+    ASSERT_TRUE(site.ok()) << site.status();
+    site_ = *std::move(site);
+    auto server = server::GrpcServer::Start(
+        {.listen = address_.empty() ? "127.0.0.1:0" : address_},
+        {site_.get(), limits, &workers_, &file_workers_, &explorers_, folder_});
+    ASSERT_TRUE(server.ok()) << server.status();
+    server_ = *std::move(server);
+    address_ = server_->address();
+  }
+
+  void Stop() {
+    if (!server_) return;
+    server_->Shutdown(absl::Seconds(10));
+    server_.reset();
+    site_.reset();
+  }
+
+  // HOST:PORT.
+  const std::string& address() const { return address_; }
+  server::Site& site() { return *site_; }
+
+  void MakeMap(const std::string& name, const EditBatch& batch) {
+    const auto made = site_->Create({name, "map", ""}, [&](server::MapSession& session) {
+      return session.SubmitAndWait({batch, "test", ""}).status();
+    });
+    EXPECT_TRUE(made.ok()) << made.status();
+  }
+  // The revision that it made.
+  Revision Edit(const std::string& map, EditBatch batch) {
+    const auto receipt = (*site_->Find(map))->SubmitAndWait({std::move(batch), "test", ""});
+    EXPECT_TRUE(receipt.ok()) << receipt.status();
+    return receipt.ok() ? receipt->revision : 0;
+  }
+  SnapshotPtr SnapshotOf(const std::string& map) { return (*site_->Find(map))->snapshot(); }
+
+  // Of the next start.
+  server::ServiceLimits limits;
+
+ private:
+  const std::string folder_;
+  std::string address_;
+  server::WorkerPool workers_{2};
+  server::WorkerPool file_workers_{1};
+  server::WorkerPool explorers_{1};
+  std::unique_ptr<server::Site> site_;
+  std::unique_ptr<server::GrpcServer> server_;
+};
+
+}  // namespace hypermap::client
+
+#endif  // HYPERMAP_CLIENT_LIBS_CPP_REPLICA_TESTING_SITE_SERVER_H_

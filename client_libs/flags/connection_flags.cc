@@ -1,0 +1,51 @@
+#include "client_libs/flags/connection_flags.h"
+
+#include <cstdlib>
+#include <utility>
+
+namespace hypermap::client {
+
+void AddConnectionFlags(CLI::App& app, ConnectionFlags& flags) {
+  app.add_option("--server", flags.server, "Address of the server")
+      ->envname("HYPERMAP_SERVER")
+      ->type_name("HOST:PORT")
+      ->capture_default_str();
+  app.add_flag("--tls", flags.tls, "Encrypt, and trust whom the system trusts");
+  app.add_option("--tls_ca", flags.tls_files.root_certificates,
+                 "Encrypt, and trust these certificates instead (PEM)")
+      ->type_name("FILE");
+  app.add_option("--tls_cert", flags.tls_files.certificate_chain,
+                 "Certificate of this client, for a server that asks for one (PEM)")
+      ->type_name("FILE");
+  app.add_option("--tls_key", flags.tls_files.private_key, "Key of --tls_cert (PEM)")
+      ->type_name("FILE");
+  app.add_option("--tls_server_name", flags.tls_server_name,
+                 "Name in the server's certificate, if not the host of --server")
+      ->type_name("NAME");
+  app.add_option("--token_file", flags.token_file,
+                 "Token to send with each call; without: $HYPERMAP_TOKEN")
+      ->type_name("FILE");
+  app.add_flag("--token_in_clear", flags.token_in_clear,
+               "Send the token also where the connection is not encrypted");
+}
+
+absl::StatusOr<Client> MakeClient(const ConnectionFlags& flags, ClientOptions options) {
+  const TlsFiles& files = flags.tls_files;
+  if (flags.tls || !files.root_certificates.empty() || !files.certificate_chain.empty() ||
+      !files.private_key.empty() || !flags.tls_server_name.empty()) {
+    absl::StatusOr<TlsOptions> tls = ReadTlsFiles(files);
+    if (!tls.ok()) return tls.status();
+    tls->server_name = flags.tls_server_name;
+    options.tls = *std::move(tls);
+  }
+  const char* token = std::getenv("HYPERMAP_TOKEN");
+  if (!flags.token_file.empty()) {
+    options.token = TokenFromFile(flags.token_file);
+  } else if (token != nullptr && *token != '\0') {
+    options.token = [token = std::string(token)] { return token; };
+  }
+  options.token_in_clear = flags.token_in_clear;
+  return Client(flags.server, options);
+}
+
+}  // namespace hypermap::client

@@ -1,0 +1,33 @@
+// The flags by which a program is told of its server.
+#ifndef HYPERMAP_CLIENT_LIBS_FLAGS_CONNECTION_FLAGS_H_
+#define HYPERMAP_CLIENT_LIBS_FLAGS_CONNECTION_FLAGS_H_
+
+#include <CLI/CLI.hpp>
+#include <string>
+
+#include "absl/status/statusor.h"
+#include "client_libs/cpp/client.h"
+
+namespace hypermap::client {
+
+// As they stand on the command line.
+struct ConnectionFlags {
+  std::string server = "127.0.0.1:50051";  // HOST:PORT
+  bool tls = false;
+  TlsFiles tls_files;  // any of them means TLS as well
+  std::string tls_server_name;
+  std::string token_file;
+  bool token_in_clear = false;
+};
+
+// --server (or $HYPERMAP_SERVER), --tls, --tls_ca, --tls_cert, --tls_key, --tls_server_name,
+// --token_file, --token_in_clear. `flags` must outlive the parser.
+void AddConnectionFlags(CLI::App& app, ConnectionFlags& flags);
+
+// A client of flags.server with `options` and the security that the flags ask for; without a token
+// file the token is $HYPERMAP_TOKEN, if any. Errors name the file that can't be read.
+absl::StatusOr<Client> MakeClient(const ConnectionFlags& flags, ClientOptions options);
+
+}  // namespace hypermap::client
+
+#endif  // HYPERMAP_CLIENT_LIBS_FLAGS_CONNECTION_FLAGS_H_

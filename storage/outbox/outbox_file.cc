@@ -1,0 +1,316 @@
+#include "storage/outbox/outbox_file.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "storage/sqlite/sqlite.h"
+
+namespace hypermap::storage {
+namespace {
+
+constexpr int64_t kApplicationId = 0x486d4f62;  // "HmOb"
+constexpr int64_t kVersion = 1;
+// Only another program that looks into the file can hold it up.
+constexpr absl::Duration kBusyTimeout = absl::Seconds(5);
+
+constexpr char kSettings[] = R"sql(
+PRAGMA journal_mode = WAL;
+PRAGMA synchronous = FULL;
+PRAGMA temp_store = MEMORY;
+)sql";
+
+// A letter is refused when it has a code, that of absl::Status.
+constexpr char kSchema[] = R"sql(
+CREATE TABLE streams (
+  id INTEGER PRIMARY KEY,
+  map TEXT NOT NULL,
+  layer TEXT NOT NULL,
+  robot TEXT NOT NULL,
+  next_sequence INTEGER NOT NULL DEFAULT 0,
+  UNIQUE (map, layer, robot)
+);
+CREATE TABLE letters (
+  id INTEGER PRIMARY KEY AUTOINCREMENT,
+  stream INTEGER NOT NULL REFERENCES streams (id),
+  request_id TEXT NOT NULL,
+  sequence INTEGER,
+  options TEXT NOT NULL,
+  body BLOB NOT NULL,
+  put_at_ns INTEGER NOT NULL,
+  first_sent_at_ns INTEGER,
+  code INTEGER,
+  message TEXT
+);
+CREATE INDEX letters_to_send ON letters (stream, id) WHERE code IS NULL;
+CREATE TABLE counts (
+  id INTEGER PRIMARY KEY CHECK (id = 1),
+  delivered INTEGER NOT NULL
+);
+INSERT INTO counts VALUES (1, 0);
+)sql";
+
+constexpr char kLetterColumns[] =
+    "letters.id, stream, request_id, sequence, options, body, put_at_ns, first_sent_at_ns";
+constexpr int kNumLetterColumns = 8;
+
+absl::Time TimeAt(int64_t ns) { return absl::FromUnixNanos(ns); }
+
+// Of a row that begins with kLetterColumns.
+Letter ReadLetter(Statement& row) {
+  Letter letter;
+  letter.id = row.Int64(0);
+  letter.stream = row.Int64(1);
+  letter.request_id = std::string(row.Text(2));
+  letter.sequence = row.OptionalInt64(3);
+  letter.options = std::string(row.Text(4));
+  letter.body = std::string(row.Blob(5));
+  letter.put_at = TimeAt(row.Int64(6));
+  if (const std::optional<int64_t> ns = row.OptionalInt64(7)) letter.first_sent_at = TimeAt(*ns);
+  return letter;
+}
+
+// All rows of a statement, each made a value by `read`.
+template <typename Read>
+auto ReadAll(absl::StatusOr<Statement> statement, Read read)
+    -> absl::StatusOr<std::vector<decltype(read(*statement))>> {
+  if (!statement.ok()) return statement.status();
+  std::vector<decltype(read(*statement))> all;
+  while (true) {
+    const absl::StatusOr<bool> row = statement->Step();
+    if (!row.ok()) return row.status();
+    if (!*row) return all;
+    all.push_back(read(*statement));
+    if (!statement->row_status().ok()) return statement->row_status();
+  }
+}
+
+absl::StatusOr<int64_t> Pragma(Database& database, const char* name) {
+  const absl::StatusOr<std::optional<int64_t>> value =
+      database.QueryInt64(absl::StrCat("PRAGMA ", name));
+  if (!value.ok()) return value.status();
+  return value->value_or(0);
+}
+
+absl::Status MakeSchema(Database& database) {
+  absl::StatusOr<Transaction> transaction = Transaction::Begin(&database);
+  if (!transaction.ok()) return transaction.status();
+  absl::Status status =
+      database.Execute(absl::StrCat(kSchema, "PRAGMA application_id = ", kApplicationId, ";",
+                                    "PRAGMA user_version = ", kVersion, ";"));
+  if (!status.ok()) return status;
+  return transaction->Commit();
+}
+
+// Makes sure that the file is an outbox of this version; an empty one becomes one.
+absl::Status Prepare(Database& database) {
+  const absl::StatusOr<int64_t> application = Pragma(database, "application_id");
+  if (!application.ok()) return application.status();
+  const absl::StatusOr<int64_t> version = Pragma(database, "user_version");
+  if (!version.ok()) return version.status();
+  const absl::StatusOr<int64_t> tables = Pragma(database, "schema_version");
+  if (!tables.ok()) return tables.status();
+  const bool is_new = *tables == 0;
+  if (!is_new && *application != kApplicationId) {
+    return absl::FailedPreconditionError("the file is not an outbox");
+  }
+  if (!is_new && *version != kVersion) {
+    return absl::FailedPreconditionError(
+        absl::StrCat("the outbox is of version ", *version, ", and this program knows ", kVersion));
+  }
+  absl::Status status = database.Execute(kSettings);
+  if (status.ok() && is_new) status = MakeSchema(database);
+  return status;
+}
+
+// What the content takes of the file; what was removed is used again.
+absl::StatusOr<int64_t> UsedBytes(Database& database) {
+  int64_t values[3];
+  const char* const names[] = {"page_count", "freelist_count", "page_size"};
+  for (int i = 0; i < 3; ++i) {
+    const absl::StatusOr<int64_t> value = Pragma(database, names[i]);
+    if (!value.ok()) return value.status();
+    values[i] = *value;
+  }
+  return (values[0] - values[1]) * values[2];
+}
+
+absl::Status Named(const std::string& path, const absl::Status& status) {
+  return {status.code(), absl::StrCat("outbox ", path, ": ", status.message())};
+}
+
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<OutboxFile>> OutboxFile::Open(const std::string& path,
+                                                             int64_t max_bytes) {
+  absl::StatusOr<FileLock> lock = FileLock::Acquire(path + ".lock");
+  if (!lock.ok()) return lock.status();
+  absl::StatusOr<std::unique_ptr<Database>> database =
+      Database::Open(path, Database::OpenMode::kCreate, kBusyTimeout);
+  if (!database.ok()) return Named(path, database.status());
+  if (absl::Status status = Prepare(**database); !status.ok()) {
+    return Named(path, status);
+  }
+  return std::unique_ptr<OutboxFile>(
+      new OutboxFile(*std::move(lock), *std::move(database), max_bytes));
+}
+
+OutboxFile::OutboxFile(FileLock lock, std::unique_ptr<Database> database, int64_t max_bytes)
+    : lock_(std::move(lock)), database_(std::move(database)), max_bytes_(max_bytes) {}
+
+OutboxFile::~OutboxFile() = default;
+
+absl::StatusOr<OutboxStream> OutboxFile::FindStream(const std::string& map,
+                                                    const std::string& layer,
+                                                    const std::string& robot) {
+  absl::Status status = database_->Run(
+      "INSERT INTO streams (map, layer, robot) VALUES (?, ?, ?) ON CONFLICT DO NOTHING", map, layer,
+      robot);
+  if (!status.ok()) return status;
+  const absl::StatusOr<std::optional<int64_t>> id = database_->QueryInt64(
+      "SELECT id FROM streams WHERE map = ? AND layer = ? AND robot = ?", map, layer, robot);
+  if (!id.ok()) return id.status();
+  return OutboxStream{**id, map, layer, robot};
+}
+
+absl::StatusOr<std::vector<OutboxStream>> OutboxFile::Streams() {
+  return ReadAll(
+      database_->Prepare("SELECT id, map, layer, robot FROM streams WHERE EXISTS (SELECT "
+                         "1 FROM letters WHERE stream = streams.id AND code IS NULL)"),
+      [](Statement& row) {
+        return OutboxStream{row.Int64(0), std::string(row.Text(1)), std::string(row.Text(2)),
+                            std::string(row.Text(3))};
+      });
+}
+
+absl::StatusOr<int64_t> OutboxFile::Put(const Letter& letter) {
+  const absl::StatusOr<int64_t> used = UsedBytes(*database_);
+  if (!used.ok()) return used.status();
+  if (*used + static_cast<int64_t>(letter.body.size()) > max_bytes_) {
+    return absl::ResourceExhaustedError(
+        absl::StrCat("the outbox is full: it may have ", max_bytes_, " bytes and uses ", *used));
+  }
+  absl::Status status = database_->Run(
+      "INSERT INTO letters (stream, request_id, options, body, put_at_ns) VALUES (?, ?, ?, ?, ?)",
+      letter.stream, letter.request_id, letter.options, BlobView{letter.body},
+      absl::ToUnixNanos(letter.put_at));
+  if (!status.ok()) return status;
+  return sqlite3_last_insert_rowid(database_->handle());
+}
+
+absl::StatusOr<std::vector<Letter>> OutboxFile::First(int64_t stream, int limit) {
+  absl::StatusOr<Statement> select = database_->Prepare(
+      absl::StrCat("SELECT ", kLetterColumns,
+                   " FROM letters WHERE stream = ? AND code IS NULL ORDER BY letters.id LIMIT ?"));
+  if (select.ok()) select->Bind(stream, limit);
+  return ReadAll(std::move(select), ReadLetter);
+}
+
+absl::Status OutboxFile::MarkSent(absl::Span<Letter> letters, absl::Time now) {
+  absl::StatusOr<Transaction> transaction = Transaction::Begin(database_.get());
+  if (!transaction.ok()) return transaction.status();
+  if (absl::Status status = WriteSent(letters, now); !status.ok()) return status;
+  return transaction->Commit();
+}
+
+absl::Status OutboxFile::MarkSentInSequence(absl::Span<Letter> letters, int64_t unused,
+                                            absl::Time now) {
+  if (letters.empty()) return absl::OkStatus();
+  absl::StatusOr<Transaction> transaction = Transaction::Begin(database_.get());
+  if (!transaction.ok()) return transaction.status();
+  const int64_t stream = letters.front().stream;
+  const absl::StatusOr<std::optional<int64_t>> next =
+      database_->QueryInt64("SELECT next_sequence FROM streams WHERE id = ?", stream);
+  if (!next.ok()) return next.status();
+  int64_t sequence = std::max(next->value_or(0), unused);
+  for (Letter& letter : letters) {
+    if (!letter.sequence) letter.sequence = sequence++;
+  }
+  absl::Status status =
+      database_->Run("UPDATE streams SET next_sequence = ? WHERE id = ?", sequence, stream);
+  if (status.ok()) status = WriteSent(letters, now);
+  if (!status.ok()) return status;
+  return transaction->Commit();
+}
+
+absl::Status OutboxFile::WriteSent(absl::Span<Letter> letters, absl::Time now) {
+  for (Letter& letter : letters) {
+    if (letter.first_sent_at) continue;
+    letter.first_sent_at = now;
+    absl::Status status =
+        database_->Run("UPDATE letters SET sequence = ?, first_sent_at_ns = ? WHERE id = ?",
+                       letter.sequence, absl::ToUnixNanos(now), letter.id);
+    if (!status.ok()) return status;
+  }
+  return absl::OkStatus();
+}
+
+absl::Status OutboxFile::Settle(absl::Span<const int64_t> delivered,
+                                absl::Span<const Refusal> refused) {
+  absl::StatusOr<Transaction> transaction = Transaction::Begin(database_.get());
+  if (!transaction.ok()) return transaction.status();
+  for (const int64_t letter : delivered) {
+    absl::Status status = database_->Run("DELETE FROM letters WHERE id = ?", letter);
+    if (!status.ok()) return status;
+  }
+  for (const Refusal& refusal : refused) {
+    absl::Status status = database_->Run("UPDATE letters SET code = ?, message = ? WHERE id = ?",
+                                         refusal.why.raw_code(),
+                                         absl::string_view(refusal.why.message()), refusal.letter);
+    if (!status.ok()) return status;
+  }
+  absl::Status status = database_->Run("UPDATE counts SET delivered = delivered + ?",
+                                       static_cast<int64_t>(delivered.size()));
+  if (!status.ok()) return status;
+  return transaction->Commit();
+}
+
+absl::StatusOr<std::vector<RefusedLetter>> OutboxFile::Refused() {
+  constexpr int kFirst = kNumLetterColumns;
+  return ReadAll(database_->Prepare(
+                     absl::StrCat("SELECT ", kLetterColumns,
+                                  ", map, layer, robot, code, message FROM letters JOIN streams "
+                                  "ON streams.id = stream WHERE code IS NOT NULL ORDER BY 1")),
+                 [](Statement& row) {
+                   RefusedLetter refused;
+                   refused.letter = ReadLetter(row);
+                   refused.stream = {refused.letter.stream, std::string(row.Text(kFirst)),
+                                     std::string(row.Text(kFirst + 1)),
+                                     std::string(row.Text(kFirst + 2))};
+                   refused.why = absl::Status(static_cast<absl::StatusCode>(row.Int64(kFirst + 3)),
+                                              row.Text(kFirst + 4));
+                   return refused;
+                 });
+}
+
+absl::Status OutboxFile::PutBack(int64_t letter) {
+  // Sent anew, it is counted from now on.
+  return ChangeRefused(
+      "UPDATE letters SET code = NULL, message = NULL, first_sent_at_ns = NULL "
+      "WHERE id = ? AND code IS NOT NULL",
+      letter);
+}
+
+absl::Status OutboxFile::Discard(int64_t letter) {
+  return ChangeRefused("DELETE FROM letters WHERE id = ? AND code IS NOT NULL", letter);
+}
+
+absl::Status OutboxFile::ChangeRefused(const std::string& sql, int64_t letter) {
+  absl::Status status = database_->Run(sql, letter);
+  if (!status.ok() || database_->changed_rows() == 1) return status;
+  return absl::NotFoundError(absl::StrCat("nothing that was refused has the number ", letter));
+}
+
+absl::StatusOr<OutboxCounts> OutboxFile::Counts() {
+  absl::StatusOr<std::vector<OutboxCounts>> counts = ReadAll(
+      database_->Prepare("SELECT (SELECT count(*) FROM letters WHERE code IS NULL), delivered, "
+                         "(SELECT count(*) FROM letters WHERE code IS NOT NULL) FROM counts"),
+      [](Statement& row) {
+        return OutboxCounts{row.Int64(0), row.Int64(1), row.Int64(2)};
+      });
+  if (!counts.ok()) return counts.status();
+  if (counts->size() != 1) return absl::DataLossError("the outbox has lost its counts");
+  return counts->front();
+}
+
+}  // namespace hypermap::storage

@@ -1,0 +1,225 @@
+#include "storage/outbox/outbox_file.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "storage/sqlite/sqlite.h"
+#include "tests/support/temporary_folder.h"
+
+namespace hypermap::storage {
+namespace {
+
+using ::hypermap::testing::TemporaryFolder;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+constexpr absl::Time kNoon = absl::FromUnixSeconds(1'700'000'000);
+constexpr int64_t kMaxBytes = 1 << 20;
+
+class OutboxFileTest : public ::testing::Test {
+ protected:
+  OutboxFileTest() { Open(); }
+
+  void Open() {
+    file_.reset();
+    auto file = OutboxFile::Open(path_, kMaxBytes);
+    ASSERT_TRUE(file.ok()) << file.status();
+    file_ = *std::move(file);
+  }
+
+  int64_t StreamOf(const std::string& map, const std::string& layer = "",
+                   const std::string& robot = "") {
+    const absl::StatusOr<OutboxStream> stream = file_->FindStream(map, layer, robot);
+    EXPECT_TRUE(stream.ok()) << stream.status();
+    return stream->id;
+  }
+
+  int64_t Put(int64_t stream, const std::string& body) {
+    Letter letter;
+    letter.stream = stream;
+    letter.body = body;
+    letter.put_at = kNoon;
+    const absl::StatusOr<int64_t> id = file_->Put(letter);
+    EXPECT_TRUE(id.ok()) << id.status();
+    return id.value_or(0);
+  }
+
+  std::vector<Letter> First(int64_t stream, int limit = 100) {
+    absl::StatusOr<std::vector<Letter>> letters = file_->First(stream, limit);
+    EXPECT_TRUE(letters.ok()) << letters.status();
+    return *std::move(letters);
+  }
+
+  std::vector<std::string> Bodies(int64_t stream, int limit = 100) {
+    std::vector<std::string> bodies;
+    for (const Letter& letter : First(stream, limit)) bodies.push_back(letter.body);
+    return bodies;
+  }
+
+  // Of letters that are sent now.
+  std::vector<int64_t> Sequences(int64_t stream, int64_t unused) {
+    std::vector<Letter> letters = First(stream);
+    EXPECT_EQ(file_->MarkSentInSequence(absl::MakeSpan(letters), unused, kNoon), absl::OkStatus());
+    std::vector<int64_t> sequences;
+    for (const Letter& letter : letters) sequences.push_back(*letter.sequence);
+    return sequences;
+  }
+
+  void ExpectCounts(int64_t queued, int64_t delivered, int64_t refused) {
+    const absl::StatusOr<OutboxCounts> counts = file_->Counts();
+    ASSERT_TRUE(counts.ok()) << counts.status();
+    EXPECT_EQ(counts->queued, queued);
+    EXPECT_EQ(counts->delivered, delivered);
+    EXPECT_EQ(counts->refused, refused);
+  }
+
+  TemporaryFolder folder_;
+  const std::string path_ = folder_ / "outbox.db";
+  std::unique_ptr<OutboxFile> file_;
+};
+
+TEST_F(OutboxFileTest, LettersOfAStreamComeInOrderAlsoAfterOpeningAgain) {
+  const int64_t office = StreamOf("office"), yard = StreamOf("yard");
+  Put(office, "first");
+  Put(yard, "elsewhere");
+  Put(office, std::string("\0second", 7));
+  EXPECT_THAT(Bodies(office), ElementsAre("first", std::string("\0second", 7)));
+  Open();
+  EXPECT_EQ(StreamOf("office"), office);
+  EXPECT_THAT(Bodies(office), ElementsAre("first", std::string("\0second", 7)));
+  EXPECT_THAT(Bodies(office, 1), ElementsAre("first"));
+  EXPECT_EQ(First(office)[0].put_at, kNoon);
+}
+
+TEST_F(OutboxFileTest, WhatIsDeliveredIsGoneAndCounted) {
+  const int64_t office = StreamOf("office");
+  const int64_t first = Put(office, "first");
+  Put(office, "second");
+  ASSERT_EQ(file_->Settle({first}, {}), absl::OkStatus());
+  EXPECT_THAT(Bodies(office), ElementsAre("second"));
+  Open();
+  ExpectCounts(1, 1, 0);
+}
+
+TEST_F(OutboxFileTest, NumbersAreNotUsedAgain) {
+  const int64_t office = StreamOf("office");
+  const int64_t first = Put(office, "first");
+  ASSERT_EQ(file_->Settle({first}, {}), absl::OkStatus());
+  Open();
+  EXPECT_GT(Put(office, "second"), first);
+}
+
+TEST_F(OutboxFileTest, WhatIsRefusedIsSetAside) {
+  const int64_t office = StreamOf("office", "chairs", "cart");
+  const int64_t bad = Put(office, "bad");
+  Put(office, "good");
+  ASSERT_EQ(file_->Settle({}, {{{bad, absl::AbortedError("stale")}}}), absl::OkStatus());
+  Open();
+  EXPECT_THAT(Bodies(office), ElementsAre("good"));
+  ExpectCounts(1, 0, 1);
+  const absl::StatusOr<std::vector<RefusedLetter>> refused = file_->Refused();
+  ASSERT_TRUE(refused.ok()) << refused.status();
+  ASSERT_EQ(refused->size(), 1u);
+  EXPECT_EQ(refused->front().letter.body, "bad");
+  EXPECT_EQ(refused->front().stream.robot, "cart");
+  EXPECT_EQ(refused->front().why, absl::AbortedError("stale"));
+
+  ASSERT_EQ(file_->PutBack(bad), absl::OkStatus());
+  EXPECT_THAT(Bodies(office), ElementsAre("bad", "good"));
+  EXPECT_TRUE(absl::IsNotFound(file_->PutBack(bad)));
+  EXPECT_TRUE(absl::IsNotFound(file_->Discard(bad))) << "it is to be sent again";
+  ASSERT_EQ(file_->Settle({}, {{{bad, absl::AbortedError("stale")}}}), absl::OkStatus());
+  ASSERT_EQ(file_->Discard(bad), absl::OkStatus());
+  ExpectCounts(1, 0, 0);
+}
+
+TEST_F(OutboxFileTest, SequencesAreGivenOnceAndNeverAgain) {
+  const int64_t cart = StreamOf("office", "chairs", "cart");
+  Put(cart, "a");
+  Put(cart, "b");
+  EXPECT_THAT(Sequences(cart, 5), ElementsAre(5, 6));
+  Open();
+  EXPECT_THAT(Sequences(cart, 100), ElementsAre(5, 6)) << "they may have arrived";
+  const int64_t last = First(cart)[1].id;
+  ASSERT_EQ(file_->Settle({First(cart)[0].id, last}, {}), absl::OkStatus());
+  Put(cart, "c");
+  EXPECT_THAT(Sequences(cart, 0), ElementsAre(100));
+}
+
+TEST_F(OutboxFileTest, TheTimeOfTheFirstSendingStays) {
+  const int64_t office = StreamOf("office");
+  Put(office, "a");
+  std::vector<Letter> letters = First(office);
+  EXPECT_EQ(letters[0].first_sent_at, std::nullopt);
+  ASSERT_EQ(file_->MarkSent(absl::MakeSpan(letters), kNoon), absl::OkStatus());
+  Open();
+  letters = First(office);
+  ASSERT_EQ(file_->MarkSent(absl::MakeSpan(letters), kNoon + absl::Hours(1)), absl::OkStatus());
+  EXPECT_EQ(First(office)[0].first_sent_at, kNoon);
+}
+
+TEST_F(OutboxFileTest, StreamsAreThoseWithLettersToSend) {
+  StreamOf("empty");
+  const int64_t bad = Put(StreamOf("refused"), "bad");
+  ASSERT_EQ(file_->Settle({}, {{{bad, absl::AbortedError("stale")}}}), absl::OkStatus());
+  Put(StreamOf("office", "chairs", "cart"), "a");
+  const absl::StatusOr<std::vector<OutboxStream>> streams = file_->Streams();
+  ASSERT_TRUE(streams.ok()) << streams.status();
+  ASSERT_EQ(streams->size(), 1u);
+  EXPECT_EQ(streams->front().map, "office");
+  EXPECT_EQ(streams->front().layer, "chairs");
+  EXPECT_EQ(streams->front().robot, "cart");
+}
+
+TEST_F(OutboxFileTest, FullFileTakesNoMoreAndKeepsWhatItHas) {
+  const int64_t office = StreamOf("office");
+  Letter letter;
+  letter.stream = office;
+  letter.body = std::string(100'000, 'x');
+  int64_t taken = 0;
+  absl::StatusOr<int64_t> put = file_->Put(letter);
+  for (; put.ok() && taken < 100; ++taken) put = file_->Put(letter);
+  EXPECT_TRUE(absl::IsResourceExhausted(put.status())) << put.status();
+  ExpectCounts(taken, 0, 0);
+  std::vector<Letter> letters = First(office);
+  EXPECT_EQ(file_->MarkSentInSequence(absl::MakeSpan(letters), 7, kNoon), absl::OkStatus());
+  ASSERT_EQ(file_->Settle({First(office, 1)[0].id}, {}), absl::OkStatus());
+  EXPECT_TRUE(file_->Put(letter).ok());
+}
+
+TEST_F(OutboxFileTest, OneAtATimeHasTheFile) {
+  const absl::Status second = OutboxFile::Open(path_, kMaxBytes).status();
+  EXPECT_TRUE(absl::IsFailedPrecondition(second)) << second;
+}
+
+TEST_F(OutboxFileTest, OtherFilesAreRefused) {
+  folder_.Write("text", std::string(5000, 'x'));
+  EXPECT_TRUE(absl::IsFailedPrecondition(OutboxFile::Open(folder_ / "text", kMaxBytes).status()));
+  const std::string other = folder_ / "other.db";
+  {
+    auto database = Database::Open(other, Database::OpenMode::kCreate, absl::Seconds(1));
+    ASSERT_EQ((*database)->Execute("CREATE TABLE t (a)"), absl::OkStatus());
+  }
+  const absl::Status status = OutboxFile::Open(other, kMaxBytes).status();
+  EXPECT_TRUE(absl::IsFailedPrecondition(status)) << status;
+  EXPECT_THAT(std::string(status.message()), HasSubstr("not an outbox"));
+}
+
+TEST_F(OutboxFileTest, FileFromTheFutureIsRefused) {
+  file_.reset();
+  {
+    auto database = Database::Open(path_, Database::OpenMode::kExisting, absl::Seconds(1));
+    ASSERT_EQ((*database)->Execute("PRAGMA user_version = 2"), absl::OkStatus());
+  }
+  const absl::Status status = OutboxFile::Open(path_, kMaxBytes).status();
+  EXPECT_TRUE(absl::IsFailedPrecondition(status)) << status;
+  EXPECT_THAT(std::string(status.message()), HasSubstr("version 2"));
+}
+
+}  // namespace
+}  // namespace hypermap::storage

@@ -1,0 +1,150 @@
+"""TLS from end to end: hypermapd with certificates made for the test, the programs as clients."""
+
+import os
+import subprocess
+import time
+import unittest
+
+import grpc
+
+from processes import BIN, DEADLINE_S, SiteTest, cli, start_and_fail
+
+
+class Certificates:
+    """A root and what it signs, as NAME.pem and NAME.key in `folder`."""
+
+    def __init__(self, folder, root="root"):
+        self.folder = folder
+        self.root = root
+        self._make(root)
+
+    def _make(self, name, *more):
+        subprocess.run(
+            ["openssl", "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:prime256v1",
+             "-noenc", "-days", "1", "-subj", f"/CN={name}", "-keyout", f"{name}.key",
+             "-out", f"{name}.pem", *more],
+            cwd=self.folder, check=True, capture_output=True, timeout=DEADLINE_S)
+
+    def sign(self, name):
+        self._make(name, "-CA", f"{self.root}.pem", "-CAkey", f"{self.root}.key",
+                   "-addext", "subjectAltName=DNS:localhost,IP:127.0.0.1",
+                   "-addext", "basicConstraints=critical,CA:FALSE")
+
+
+class Tls(SiteTest):
+
+    def setUp(self):
+        super().setUp()
+        self.root = Certificates(self.folder)
+        self.root.sign("server")
+        self.server_flags = [f"--tls_cert={self.pem('server')}", f"--tls_key={self.key('server')}"]
+
+    def pem(self, name):
+        return self.folder / f"{name}.pem"
+
+    def key(self, name):
+        return self.folder / f"{name}.key"
+
+    def test_only_who_knows_the_root_is_served(self):
+        site = self.server(*self.server_flags)
+        trusting = site.cli("maps", "--tls_ca", self.pem("root"))
+        self.assertEqual(trusting.returncode, 0, trusting.stderr)
+        Certificates(self.folder, "other")
+        self.assert_fails(site.cli("maps", "--tls_ca", self.pem("other")), "verify failed")
+        self.assert_fails(site.cli("maps", "--tls"), site.address)
+        self.assert_fails(site.cli("maps"), site.address)
+        self.assertTrue(site.running())
+
+    def test_a_name_that_the_certificate_lacks_is_refused(self):
+        site = self.server(*self.server_flags)
+        by_name = ["maps", "--tls_ca", self.pem("root"), "--tls_server_name"]
+        self.assertEqual(site.cli(*by_name, "localhost").returncode, 0)
+        self.assert_fails(site.cli(*by_name, "elsewhere.example"), "UNAVAILABLE")
+
+    def test_clients_show_a_certificate_where_the_server_wants_one(self):
+        site = self.server(*self.server_flags, f"--tls_client_ca={self.pem('root')}")
+        self.root.sign("robot")
+        Certificates(self.folder, "other").sign("stranger")
+
+        def maps(name):
+            return site.cli("maps", "--tls_ca", self.pem("root"),
+                            "--tls_cert", self.pem(name), "--tls_key", self.key(name))
+
+        self.assertEqual(maps("robot").returncode, 0, maps("robot").stderr)
+        self.assert_fails(maps("stranger"), "UNAVAILABLE")
+        self.assert_fails(site.cli("maps", "--tls_ca", self.pem("root")), "UNAVAILABLE")
+
+    def test_a_renewed_certificate_is_shown_without_a_restart(self):
+        site = self.server(*self.server_flags)
+        self.assertEqual(self.shown(site), self.pem("server").read_bytes())
+        self.root.sign("renewed")
+        os.replace(self.key("renewed"), self.key("server"))
+        os.replace(self.pem("renewed"), self.pem("server"))
+        wanted, deadline = self.pem("server").read_bytes(), time.monotonic() + DEADLINE_S
+        while self.shown(site) != wanted:
+            self.assertLess(time.monotonic(), deadline)
+        self.assertEqual(site.cli("maps", "--tls_ca", self.pem("root")).returncode, 0)
+
+    def shown(self, site):
+        """The certificate that the server shows to one who connects, in PEM."""
+        output = subprocess.run(
+            ["openssl", "s_client", "-connect", site.address, "-alpn", "h2"],
+            stdin=subprocess.DEVNULL, capture_output=True, timeout=DEADLINE_S, check=False).stdout
+        end = b"-----END CERTIFICATE-----\n"
+        return output[output.index(b"-----BEGIN"):output.index(end)] + end
+
+    def test_other_grpc_clients_are_served(self):
+        site = self.server(*self.server_flags)
+        credentials = grpc.ssl_channel_credentials(self.pem("root").read_bytes())
+        with grpc.secure_channel(site.address, credentials) as channel:
+            grpc.channel_ready_future(channel).result(timeout=DEADLINE_S)
+
+    def test_files_that_do_not_fit_keep_it_from_starting(self):
+        self.root.sign("other")
+        text = self.folder / "text.pem"
+        text.write_text("no certificate")
+        wrong = {
+            "No such file": ["--tls_cert=/nowhere.pem", f"--tls_key={self.key('server')}"],
+            "one is missing": [f"--tls_cert={self.pem('server')}"],
+            "no certificate": [f"--tls_cert={text}", f"--tls_key={self.key('server')}"],
+            "no private key": [f"--tls_cert={self.pem('server')}", f"--tls_key={text}"],
+            "not the key of the certificate":
+                [f"--tls_cert={self.pem('server')}", f"--tls_key={self.key('other')}"],
+            "--tls_client_ca": [*self.server_flags, f"--tls_client_ca={text}"],
+        }
+        for words, flags in wrong.items():
+            code, log = start_and_fail(self.data_dir, *flags)
+            self.assertEqual(code, 1, log)
+            self.assertEqual(len(log.splitlines()), 1, log)
+            self.assertIn(words, log)
+
+    def test_the_cli_names_the_file_that_it_cant_read(self):
+        result = cli("maps", "--tls_ca", self.folder / "gone.pem")
+        self.assert_fails(result, "gone.pem", "No such file")
+        self.assert_fails(cli("maps", "--token_file", self.folder / "gone"), "gone")
+
+    def test_a_token_leaves_the_machine_by_tls_only(self):
+        environment = {**os.environ, "HYPERMAP_TOKEN": "abc"}
+        result = cli("--server", "192.0.2.1:1", "maps", env=environment)
+        self.assert_fails(result, "UNAUTHENTICATED", "without TLS")
+        site = self.server(*self.server_flags)
+        served = site.cli("maps", "--tls_ca", self.pem("root"), env=environment)
+        self.assertEqual(served.returncode, 0, served.stderr)
+
+    @unittest.skipUnless((BIN / "hypermap-ingest").exists(), "built without the ingest worker")
+    def test_the_ingest_worker_speaks_it_as_well(self):
+        site = self.server(*self.server_flags)
+        with subprocess.Popen(
+                [BIN / "hypermap-ingest", "serve", "--server", site.address, "--map", "site",
+                 "--listen", "127.0.0.1:0", "--tls_ca", self.pem("root")],
+                stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, text=True) as worker:
+            try:
+                self.assertIn("ready", worker.stdout.readline())
+            finally:
+                worker.terminate()
+        maps = site.cli("--json", "maps", "--tls_ca", self.pem("root"))
+        self.assertIn('"site"', maps.stdout)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,75 @@
+// A process of its own that has an outbox, to be killed.
+#ifndef HYPERMAP_TESTS_PROVE_OUTBOX_HOLDER_H_
+#define HYPERMAP_TESTS_PROVE_OUTBOX_HOLDER_H_
+
+#include <sys/types.h>
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/time/time.h"
+#include "client_libs/cpp/replica/outbox.h"
+
+namespace hypermap::prove {
+
+inline constexpr char kRobot[] = "cart";
+inline constexpr char kQueued[] = "queued";  // the layer of the edits
+inline constexpr char kSeen[] = "seen";      // the layer of the observations
+
+// Of those that are put, each sixth is an edit, the others are observations.
+inline bool IsEdit(int i) { return i % 6 == 5; }
+inline int NumEdits(int n) { return n / 6; }
+std::string LabelOfEdit(int i);
+
+// Puts number `i`. Observations are a millisecond apart, from `begin` on, and see the same chair.
+absl::StatusOr<client::Ticket> PutNth(client::Outbox& outbox, int i, absl::Time begin);
+
+// What was told of a delivery.
+struct Told {
+  bool is_edit = false;
+  int64_t number = 0;  // the id of the object, or the sequence of the observation
+  Revision revision = 0;
+
+  friend bool operator==(const Told&, const Told&) = default;
+};
+Told ToldOf(const client::Delivery& delivery);
+
+// The process. One thread.
+class OutboxHolder {
+ public:
+  // Opens the outbox `file` of a client of `server`, puts the numbers from `first` to before `end`,
+  // and delivers.
+  static absl::StatusOr<OutboxHolder> Start(const std::string& file, const std::string& server,
+                                            int first, int end, absl::Time begin);
+  OutboxHolder(OutboxHolder&& other) noexcept;
+  OutboxHolder& operator=(OutboxHolder&&) = delete;
+  ~OutboxHolder();
+
+  // The next that it says of what it has done; false when it has ended.
+  bool Read();
+  // SIGKILL; then reads the rest.
+  void Kill();
+
+  int num_put() const { return num_put_; }
+  const std::map<client::Ticket, Told>& told() const { return told_; }
+
+ private:
+  OutboxHolder(pid_t pid, int output) : pid_(pid), output_(output) {}
+
+  pid_t pid_;
+  int output_;
+  std::string line_;
+  int num_put_ = 0;
+  std::map<client::Ticket, Told> told_;
+};
+
+// What that process does, when this program is started for it; nullopt when it was not.
+std::optional<int> HoldOutbox(int argc, char** argv);
+
+}  // namespace hypermap::prove
+
+#endif  // HYPERMAP_TESTS_PROVE_OUTBOX_HOLDER_H_

@@ -1,0 +1,358 @@
+#include <algorithm>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "absl/synchronization/mutex.h"
+#include "absl/time/clock.h"
+#include "client_libs/cpp/replica/outbox.h"
+#include "client_libs/cpp/replica/replica.h"
+#include "tests/prove/outbox_holder.h"
+#include "tests/prove/proofs.h"
+#include "tests/prove/questions.h"
+
+namespace hypermap::prove {
+namespace {
+
+constexpr absl::Duration kPatience = absl::Minutes(5);
+
+absl::Status MakeLayers(client::Client client) {
+  for (const char* name : {kQueued, kSeen}) {
+    LayerSpec spec;
+    spec.name = name;
+    if (auto made = client.CreateLayer(kMap, spec); !made.ok()) return made.status();
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<std::unique_ptr<client::Replica>> OpenReplica(Site& site) {
+  return client::Replica::Open(site.NewClient(), {.map = kMap, .folder = site.folder() + "/robot"});
+}
+
+// Questions with what the server answered before it was stopped.
+struct Examination {
+  std::vector<Question> questions;
+  std::vector<Answer> answers;
+  State state;  // of the model, at the revision of the answers
+};
+
+absl::StatusOr<Examination> Prepare(Site& site, const Sizes& sizes) {
+  Examination examination;
+  Rng rng(sizes.seed);
+  client::Client client = site.NewClient();
+  for (int i = 0; i < sizes.queries; ++i) {
+    examination.questions.push_back(RandomQuestion(i, rng));
+    absl::StatusOr<Answer> answer = Ask(client, examination.questions.back());
+    if (!answer.ok()) return answer.status();
+    examination.answers.push_back(*std::move(answer));
+  }
+  site.model().Sort();
+  examination.state = site.model().At(site.model().newest(), {});
+  return examination;
+}
+
+// What a replica's answers are worth.
+struct Marks {
+  int64_t asked = 0;
+  int64_t unlike_server = 0;
+  int64_t unlike_model = 0;
+
+  bool all_right(int64_t wanted) const {
+    return asked == wanted && unlike_server == 0 && unlike_model == 0;
+  }
+};
+
+absl::Status Examine(const client::Replica& replica, const Question& question,
+                     const Answer& expected, const State& state, Marks& marks) {
+  const absl::StatusOr<Answer> answer = Ask(replica, question);
+  if (!answer.ok()) return answer.status();
+  ++marks.asked;
+  marks.unlike_server += answer->revision != expected.revision || answer->text != expected.text;
+  marks.unlike_model += !IsRight(*answer, question, state);
+  return absl::OkStatus();
+}
+
+// Asks the replica all questions, spread over the time for which the server is away; closes it half
+// way and opens it again from its file.
+absl::StatusOr<Marks> AnswerOffline(Site& site, const Examination& examination, const Sizes& sizes,
+                                    std::unique_ptr<client::Replica>& replica) {
+  Marks marks;
+  const absl::Time begin = absl::Now();
+  const absl::Duration outage = absl::Seconds(sizes.outage);
+  const size_t n = examination.questions.size();
+  for (size_t i = 0; i < n; ++i) {
+    if (i == n / 2) {
+      replica.reset();
+      absl::StatusOr<std::unique_ptr<client::Replica>> reopened = OpenReplica(site);
+      if (!reopened.ok()) return reopened.status();
+      replica = *std::move(reopened);
+    }
+    absl::SleepFor(begin + outage * static_cast<double>(i) / static_cast<double>(n) - absl::Now());
+    absl::Status status = Examine(*replica, examination.questions[i], examination.answers[i],
+                                  examination.state, marks);
+    if (!status.ok()) return status;
+  }
+  absl::SleepFor(begin + outage - absl::Now());
+  return marks;
+}
+
+// What became of the edits and observations that were queued.
+struct Delivered {
+  int64_t put_lost = 0;  // by the kill of the process that put them
+  int kills = 0;
+  std::map<client::Ticket, Told> told;
+  int64_t told_otherwise = 0;  // the second time
+};
+
+// Fills the outbox while there is no server; the process that does so is killed half way.
+absl::Status FillOutbox(Site& site, const Sizes& sizes, const std::string& file, absl::Time begin,
+                        Delivered& delivered) {
+  int put = 0;
+  {
+    absl::StatusOr<OutboxHolder> holder =
+        OutboxHolder::Start(file, site.server().address(), 0, sizes.queued, begin);
+    if (!holder.ok()) return holder.status();
+    while (holder->num_put() < sizes.queued / 2 && holder->Read()) {
+    }
+    holder->Kill();
+    ++delivered.kills;
+    put = holder->num_put();
+  }
+  const auto outbox = client::Outbox::Open(site.NewClient(), file);
+  if (!outbox.ok()) return outbox.status();
+  const absl::StatusOr<client::OutboxState> state = (*outbox)->state();
+  if (!state.ok()) return state.status();
+  // The last may be in the file without having been told.
+  delivered.put_lost = std::max<int64_t>(0, put - state->queued);
+  for (int i = static_cast<int>(state->queued); i < sizes.queued; ++i) {
+    if (auto ticket = PutNth(**outbox, i, begin); !ticket.ok()) return ticket.status();
+  }
+  return absl::OkStatus();
+}
+
+// Delivers what is in the outbox; the process that does so is killed when a third is delivered.
+absl::Status EmptyOutbox(Site& site, const Sizes& sizes, const std::string& file,
+                         Delivered& delivered) {
+  {
+    absl::StatusOr<OutboxHolder> holder =
+        OutboxHolder::Start(file, site.server().address(), 0, 0, absl::Now());
+    if (!holder.ok()) return holder.status();
+    while (holder->told().size() < static_cast<size_t>(sizes.queued / 3) && holder->Read()) {
+    }
+    holder->Kill();
+    ++delivered.kills;
+    delivered.told = holder->told();
+  }
+  absl::Mutex mutex;
+  client::OutboxOptions options;
+  options.delivered = [&](const client::Delivery& delivery) {
+    const absl::MutexLock lock(&mutex);
+    const Told told = ToldOf(delivery);
+    const auto [it, is_new] = delivered.told.emplace(delivery.ticket, told);
+    delivered.told_otherwise += !is_new && it->second.number != told.number;
+  };
+  const auto outbox = client::Outbox::Open(site.NewClient(), file, options);
+  if (!outbox.ok()) return outbox.status();
+  if (absl::Status status = (*outbox)->AwaitEmpty(kPatience); !status.ok()) return status;
+  const absl::StatusOr<std::vector<client::Refusal>> refused = (*outbox)->Refused();
+  if (!refused.ok()) return refused.status();
+  return refused->empty() ? absl::OkStatus() : refused->front().why;
+}
+
+// Revisions go up from ticket to ticket of a stream; those of observations may stay.
+int64_t CountReorders(const std::map<client::Ticket, Told>& told) {
+  int64_t reorders = 0;
+  Revision last_edit = 0, last_observation = 0;
+  for (const auto& [ticket, one] : told) {
+    Revision& last = one.is_edit ? last_edit : last_observation;
+    reorders += one.is_edit ? one.revision <= last : one.revision < last;
+    last = one.revision;
+  }
+  return reorders;
+}
+
+// The labels of the queued edits, by the ids that their objects got.
+absl::StatusOr<std::vector<std::string>> QueuedLabels(client::Client& client) {
+  client::AnswerReader reader =
+      client.QueryArea(kMap, Polygon::FromBox({{0.0, 0.0}, {3.0, 3.0}}), Scope{{kQueued}, ""});
+  std::vector<std::string> labels;
+  while (const std::optional<client::LayerPart> part = reader.Next()) {
+    for (const SemanticObject& object : part->objects) labels.push_back(object.label);
+  }
+  if (!reader.status().ok()) return reader.status();
+  return labels;
+}
+
+// How many of the observations are not what the server has of the robot: by its log, and by what
+// became of the one chair that all of them saw.
+absl::StatusOr<int64_t> CountWrongObservations(client::Client& client, const Sizes& sizes,
+                                               absl::Time begin) {
+  const int64_t wanted = sizes.queued - NumEdits(sizes.queued);
+  int64_t known = 0;
+  {
+    const auto stream = client.Observe(kMap, kSeen, {.robot = kRobot});
+    if (!stream.ok()) return stream.status();
+    for (const client::SequenceRange& range : (*stream)->opened().known) {
+      known += range.last - range.first + 1;
+    }
+  }
+  client::AnswerReader reader = client.QueryValue(kMap, "chair", std::nullopt, Scope{{kSeen}, ""});
+  const std::optional<client::LayerPart> part = reader.Next();
+  if (!part || part->objects.size() != 1) return absl::InternalError("there is not one chair");
+  const auto history = client.ExplainObject(kMap, kSeen, part->objects.front().id);
+  if (!history.ok()) return history.status();
+  int64_t wrong =
+      std::abs(known - wanted) + std::abs(static_cast<int64_t>(history->events.size()) - wanted);
+  int i = 0;
+  for (int64_t sequence = 0; sequence < static_cast<int64_t>(history->events.size()); ++sequence) {
+    while (IsEdit(i)) ++i;
+    const client::ObjectEvent& event = history->events[sequence];
+    wrong += event.sequence != sequence || event.stamp != begin + absl::Milliseconds(i);
+    ++i;
+  }
+  return wrong;
+}
+
+// What arrived of what was queued.
+struct Arrived {
+  bool edits_in_order = false;  // each once
+  int64_t wrong_observations = 0;
+  int64_t untold = 0;
+  int64_t reorders = 0;
+
+  bool all_right() const {
+    return edits_in_order && wrong_observations == 0 && untold == 0 && reorders == 0;
+  }
+};
+
+absl::StatusOr<Arrived> CheckArrived(client::Client& client, const Sizes& sizes, absl::Time begin,
+                                     const Delivered& delivered) {
+  const absl::StatusOr<std::vector<std::string>> labels = QueuedLabels(client);
+  if (!labels.ok()) return labels.status();
+  std::vector<std::string> expected_labels;
+  for (int i = 0; i < sizes.queued; ++i) {
+    if (IsEdit(i)) expected_labels.push_back(LabelOfEdit(i));
+  }
+  const absl::StatusOr<int64_t> wrong = CountWrongObservations(client, sizes, begin);
+  if (!wrong.ok()) return wrong.status();
+  return Arrived{*labels == expected_labels, *wrong,
+                 sizes.queued - static_cast<int64_t>(delivered.told.size()),
+                 CountReorders(delivered.told)};
+}
+
+// The replica against its server, both with all that there is.
+struct Comparison {
+  Revision revision = 0;
+  Marks marks;
+  bool same = false;  // all layers with all that they hold
+};
+
+absl::StatusOr<Comparison> Compare(Site& site, const Examination& examination,
+                                   const client::Replica& replica) {
+  client::Client client = site.NewClient();
+  const absl::StatusOr<client::MapEntry> map = client.GetMap(kMap);
+  if (!map.ok()) return map.status();
+  absl::Status status = replica.AwaitRevision(map->revision, kPatience);
+  if (!status.ok()) return status;
+  Comparison comparison;
+  comparison.revision = map->revision;
+  site.model().Sort();
+  const State state = site.model().At(site.model().newest(), {});
+  for (const Question& question : examination.questions) {
+    const absl::StatusOr<Answer> answer = Ask(client, question);
+    if (!answer.ok()) return answer.status();
+    status = Examine(replica, question, *answer, state, comparison.marks);
+    if (!status.ok()) return status;
+  }
+  const absl::StatusOr<std::string> there = TellAll(client);
+  if (!there.ok()) return there.status();
+  const absl::StatusOr<std::string> here = TellAll(replica);
+  if (!here.ok()) return here.status();
+  comparison.same = *here == *there;
+  return comparison;
+}
+
+// Fills the map, mirrored meanwhile.
+absl::StatusOr<std::unique_ptr<client::Replica>> Mirror(Site& site, const Sizes& sizes) {
+  absl::Status status = site.Start();
+  if (status.ok()) status = MakeLayers(site.NewClient());
+  if (!status.ok()) return status;
+  absl::StatusOr<std::unique_ptr<client::Replica>> replica = OpenReplica(site);
+  if (!replica.ok()) return replica;
+  Crew crew(site, sizes.writers, {.edits = sizes.edits}, sizes.seed);
+  status = crew.Wait();
+  if (status.ok()) status = (*replica)->AwaitRevision(site.model().newest(), kPatience);
+  if (!status.ok()) return status;
+  return replica;
+}
+
+// The queued work arrives while others edit the map too.
+absl::Status ComeBack(Site& site, const Sizes& sizes, const std::string& file,
+                      Delivered& delivered) {
+  if (absl::Status status = site.server().Start(); !status.ok()) return status;
+  Crew others(site, sizes.writers, {.edits = sizes.edits / 10}, sizes.seed + 1);
+  absl::Status status = EmptyOutbox(site, sizes, file, delivered);
+  status.Update(others.Wait());
+  return status;
+}
+
+}  // namespace
+
+absl::StatusOr<Verdict> ProveReplica(Site& site, const Sizes& sizes) {
+  absl::StatusOr<std::unique_ptr<client::Replica>> replica = Mirror(site, sizes);
+  if (!replica.ok()) return replica.status();
+  const absl::StatusOr<Examination> examination = Prepare(site, sizes);
+  if (!examination.ok()) return examination.status();
+
+  site.server().Kill();
+  const std::string file = site.folder() + "/outbox.db";
+  // As the process is told it.
+  const absl::Time begin = absl::FromUnixMillis(absl::ToUnixMillis(absl::Now()));
+  Delivered delivered;
+  absl::Status status = FillOutbox(site, sizes, file, begin, delivered);
+  if (!status.ok()) return status;
+  const absl::StatusOr<Marks> offline = AnswerOffline(site, *examination, sizes, *replica);
+  if (!offline.ok()) return offline.status();
+  const client::ReplicaState stale = (*replica)->state();
+
+  status = ComeBack(site, sizes, file, delivered);
+  if (!status.ok()) return status;
+  const absl::StatusOr<Comparison> after = Compare(site, *examination, **replica);
+  if (!after.ok()) return after.status();
+  client::Client client = site.NewClient();
+  const absl::StatusOr<Arrived> arrived = CheckArrived(client, sizes, begin, delivered);
+  if (!arrived.ok()) return arrived.status();
+
+  const bool holds = offline->all_right(sizes.queries) && !stale.connected &&
+                     after->marks.all_right(sizes.queries) && after->same && arrived->all_right() &&
+                     delivered.put_lost == 0 && delivered.told_otherwise == 0;
+  return Verdict{{"proof", "replica"},
+                 {"seed", sizes.seed},
+                 {"edits", site.model().num_edits()},
+                 {"server_away_s", sizes.outage},
+                 {"revision_offline", stale.revision},
+                 {"answered_offline", offline->asked},
+                 {"unlike_server", offline->unlike_server},
+                 {"unlike_model", offline->unlike_model},
+                 {"reopened_offline", 1},
+                 {"revision_after", after->revision},
+                 {"answered_after", after->marks.asked},
+                 {"unlike_server_after", after->marks.unlike_server},
+                 {"unlike_model_after", after->marks.unlike_model},
+                 {"replica_equals_server", after->same},
+                 {"resumed", (*replica)->state().num_resumed},
+                 {"taken_anew", (*replica)->state().num_taken_anew},
+                 {"queued_edits", NumEdits(sizes.queued)},
+                 {"queued_observations", sizes.queued - NumEdits(sizes.queued)},
+                 {"outbox_kills", delivered.kills},
+                 {"lost_from_queue", delivered.put_lost},
+                 {"edits_arrived_once_in_order", arrived->edits_in_order},
+                 {"wrong_observations", arrived->wrong_observations},
+                 {"untold_deliveries", arrived->untold},
+                 {"deliveries_told_otherwise", delivered.told_otherwise},
+                 {"reorders", arrived->reorders},
+                 {"holds", holds}};
+}
+
+}  // namespace hypermap::prove

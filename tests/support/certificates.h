@@ -1,0 +1,31 @@
+// Certificates made for one test by the command openssl.
+#ifndef HYPERMAP_TESTS_SUPPORT_CERTIFICATES_H_
+#define HYPERMAP_TESTS_SUPPORT_CERTIFICATES_H_
+
+#include <string>
+
+#include "tests/support/temporary_folder.h"
+
+namespace hypermap::testing {
+
+// A root, and what it signs: NAME.pem and NAME.key in a folder. Throws std::runtime_error when
+// openssl fails.
+class CertificateAuthority {
+ public:
+  // Makes `name`.pem and `name`.key of the root.
+  CertificateAuthority(const TemporaryFolder& folder, const std::string& name);
+
+  // Makes a certificate for localhost and 127.0.0.1.
+  void Sign(const std::string& name) const;
+
+ private:
+  const TemporaryFolder& folder_;
+  const std::string name_;
+};
+
+// The content of a file.
+std::string Contents(const std::string& path);
+
+}  // namespace hypermap::testing
+
+#endif  // HYPERMAP_TESTS_SUPPORT_CERTIFICATES_H_
