@@ -14,9 +14,8 @@ cd "$(dirname "$0")/.."
 
 build=${BUILD_DIR:-build}
 demo=$build/demo
-pid_file=$demo/hypermapd.pid
-log=$demo/hypermapd.log
-address=127.0.0.1:50051
+address=  # of the server
+dashboard=  # its URL, when there is one
 hypermap=$build/bin/hypermap
 
 fail() {
@@ -24,40 +23,69 @@ fail() {
   exit 1
 }
 
-# The server of an earlier tour, if its process still is one.
-earlier_server() {
-  local pid
-  [[ -f $pid_file ]] && pid=$(<"$pid_file") && [[ $pid =~ ^[0-9]+$ ]] &&
-    [[ $(cat "/proc/$pid/comm" 2>/dev/null) == hypermapd ]] && echo "$pid"
+# The process of an earlier tour that runs a program, if there still is one.
+earlier() {
+  local program=$1 pid
+  [[ -f $demo/$program.pid ]] && pid=$(<"$demo/$program.pid") && [[ $pid =~ ^[0-9]+$ ]] &&
+    # The kernel keeps 15 characters of the name.
+    [[ $(cat "/proc/$pid/comm" 2>/dev/null) == "${program:0:15}" ]] && echo "$pid"
 }
 
-# Ends it as an operator would, and waits until it has closed its maps.
-stop_server() {
-  local pid tries=0
-  pid=$(earlier_server) || return 0
+# Ends it as an operator would, and waits until it is done: a server closes its maps.
+stop() {
+  local program=$1 pid tries=0
+  pid=$(earlier "$program") || return 0
   kill -TERM "$pid"
   while kill -0 "$pid" 2>/dev/null; do
-    ((++tries <= 200)) || fail "the server (process $pid) does not end"
+    ((++tries <= 200)) || fail "$program (process $pid) does not end"
     sleep 0.1
   done
-  rm -f "$pid_file"
+  rm -f "$demo/$program.pid"
+}
+
+stop_all() {
+  stop hypermap-gateway
+  stop hypermapd
+}
+
+# start PROGRAM HOST:PORT ARGUMENT...  Sets ready_on to where it says that it serves.
+start() {
+  local program=$1 listen=$2 log=$demo/$1.log tries=0 pid line
+  shift 2
+  # Another program may have the usual port: then the system picks a free one.
+  if (exec 3<>"/dev/tcp/${listen%:*}/${listen#*:}") 2>/dev/null; then listen=127.0.0.1:0; fi
+  : >"$log"
+  nohup "$build/bin/$program" --listen="$listen" "$@" </dev/null >"$log" 2>&1 &
+  pid=$!
+  echo "$pid" >"$demo/$program.pid"
+  until line=$(grep -m1 "^$program ready on " "$log"); do
+    kill -0 "$pid" 2>/dev/null || fail "$program did not start: $(tail -n 1 "$log")"
+    ((++tries <= 300)) || fail "$program is not ready after 30 s, see $log"
+    sleep 0.1
+  done
+  ready_on=${line#"$program ready on "}
 }
 
 start_server() {
-  # Another program may have the usual port: then the system picks a free one.
-  if (exec 3<>"/dev/tcp/${address%:*}/${address#*:}") 2>/dev/null; then address=127.0.0.1:0; fi
-  : >"$log"
-  nohup "$build/bin/hypermapd" --data_dir="$demo/maps" --listen="$address" \
-    </dev/null >"$log" 2>&1 &
-  local pid=$! tries=0 ready
-  echo "$pid" >"$pid_file"
-  until ready=$(grep -m1 '^hypermapd ready on ' "$log"); do
-    kill -0 "$pid" 2>/dev/null || fail "the server did not start: $(tail -n 1 "$log")"
-    ((++tries <= 300)) || fail "the server is not ready after 30 s, see $log"
-    sleep 0.1
-  done
-  address=${ready#hypermapd ready on }
+  start hypermapd 127.0.0.1:50051 --data_dir="$demo/maps"
+  address=$ready_on
   export HYPERMAP_SERVER=$address
+}
+
+# The page for people, and the API for browsers.
+start_dashboard() {
+  if [[ ! -x $build/bin/hypermap-gateway ]]; then
+    printf '\n(No dashboard: it is built where there are Node and Go.)\n'
+    return
+  fi
+  start hypermap-gateway 127.0.0.1:8080 --server "$address"
+  dashboard=$ready_on
+  printf '\n# The dashboard is served on %s.\n' "$dashboard"
+  command -v curl >/dev/null || return 0
+  local call=(curl --silent --json '{"map":"office","point":{"x":12.2,"y":2.9},"layers":["wifi"]}'
+    "$dashboard/hypermap.v1.QueryService/QueryPoint")
+  printf '# What serves it also answers without gRPC:\n$ %s\n' "$(typed "${call[@]}")"
+  "${call[@]}" --fail && echo
 }
 
 # Draws the office: layers of every kind, one of them in a frame of its own.
@@ -186,12 +214,13 @@ say_how_to_go_on() {
   [[ $address == 127.0.0.1:50051 ]] || option=" --server $address"
   cat <<END
 
-The server is running on $address (process $(<"$pid_file")). Ask it more:
+The server is running on $address (process $(<"$demo/hypermapd.pid")). Ask it more:
   $hypermap$option query value office chair
   $hypermap$option query area office 14.6,0.2 19,0.2 18,6 14.6,6 --layer dock
   $hypermap$option export office --format hmap -o office.hmap
   grpcurl -plaintext -d '{"map":"office","value":"cup"}' $address hypermap.v1.QueryService/QueryValue
-What the robot saw over the truth: $demo/rooms.png
+${dashboard:+See it: $dashboard/?map=office
+}What the robot saw over the truth: $demo/rooms.png
 What the three explored: $demo/explored.png
 The map itself is $demo/maps/office.gpkg, a GeoPackage: QGIS opens it.
 Stop it:
@@ -201,26 +230,27 @@ END
 
 case ${1:-} in
   --stop)
-    if earlier_server >/dev/null; then stop_server && echo "stopped"; else echo "not running"; fi
+    if earlier hypermapd >/dev/null; then stop_all && echo "stopped"; else echo "not running"; fi
     exit ;;
   --exit | '') ;;
   *) fail "unknown argument $1 (--exit or --stop)" ;;
 esac
 
 [[ -x $hypermap && -x $build/bin/hypermapd ]] || fail "no programs in $build/bin: make build"
-stop_server
+stop_all
 rm -rf "$demo"
 mkdir -p "$demo"
-trap stop_server EXIT  # until all has gone well
+trap stop_all EXIT  # until all has gone well
 start_server
 load_office
 tour
 tour_with_grpcurl
 drive
 explore
+start_dashboard
 if [[ ${1:-} == --exit ]]; then
-  stop_server
-  printf '\nThe server has ended.\n'
+  stop_all
+  printf '\nThe programs have ended.\n'
 else
   say_how_to_go_on
 fi

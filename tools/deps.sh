@@ -2,7 +2,10 @@
 # Installs what a group of targets needs, and only what is missing.
 #
 #   tools/deps.sh build    compiler, libraries: what the programs are built of
-#   tools/deps.sh test     outside judges for the tests: GDAL, Shapely, gRPC for Python, grpcurl
+#   tools/deps.sh test     outside judges for the tests: a browser, GDAL, Shapely, gRPC for Python,
+#                          grpcurl
+#   tools/deps.sh web      what the dashboard is built with; Node and Go are only looked for
+#   tools/deps.sh python   what the Python client's environments are made with
 #   tools/deps.sh lint     clang-format, clang-tidy, buf
 #   tools/deps.sh fuzz     clang with libFuzzer
 #   tools/deps.sh bench    the databases that make bench PEERS=1 measures beside the server
@@ -20,11 +23,13 @@ packages_of() {
   case $1 in
     build) echo build-essential cmake ninja-build ccache pkg-config libgrpc++-dev libprotobuf-dev \
              protobuf-compiler protobuf-compiler-grpc libabsl-dev libeigen3-dev libgeos-dev \
-             libsqlite3-dev libspdlog-dev libyaml-cpp-dev libzip-dev libpng-dev libtiff-dev \
+             libsqlite3-dev libspdlog-dev libssl-dev libyaml-cpp-dev libzip-dev libpng-dev libtiff-dev \
              nlohmann-json3-dev libcli11-dev libgtest-dev libgmock-dev librapidcheck-dev \
              libbenchmark-dev libcairo2-dev libpcl-dev ;;
-    test)  echo gdal-bin python3-gdal python3-grpcio python3-numpy python3-protobuf \
-             python3-shapely python3-yaml sqlite3 valgrind ;;
+    test)  echo chromium fonts-dejavu-core gdal-bin openssl python3-gdal python3-grpcio \
+             python3-numpy python3-protobuf python3-shapely python3-yaml sqlite3 valgrind ;;
+    web)   echo protobuf-compiler ;;
+    python) echo openssl python3-venv ;;
     lint)  echo clang-format-14 clang-tidy-14 ;;
     fuzz)  echo clang-14 libclang-rt-14-dev ;;
     bench) echo libboost-dev libpq-dev libspatialite-dev postgresql-15 postgresql-15-postgis-3 ;;
@@ -69,6 +74,15 @@ install_buf() {
     echo "buf not installed: see above"
 }
 
+# Debian's are too old, and how to have newer ones is everybody's own choice.
+look_for_web_tools() {
+  local tool
+  for tool in node npm go; do
+    command -v "$tool" >/dev/null ||
+      echo "no $tool here: the web parts (dashboard, gateway, TypeScript client) won't be built"
+  done
+}
+
 for group in "$@"; do
   packages=$(packages_of "$group")
   if command -v dpkg-query >/dev/null; then
@@ -79,4 +93,5 @@ for group in "$@"; do
   fi
   if [[ $group == test ]]; then install_grpcurl; fi
   if [[ $group == lint ]]; then install_buf; fi
+  if [[ $group == web ]]; then look_for_web_tools; fi
 done
