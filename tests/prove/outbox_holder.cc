@@ -88,7 +88,8 @@ Told ToldOf(const client::Delivery& delivery) {
     return {true, edit->object_ids.front(), edit->revision};
   }
   const auto& acknowledgement = std::get<client::Acknowledgement>(delivery.answer);
-  return {false, acknowledgement.sequence, acknowledgement.revision};
+  const bool is_new = acknowledgement.outcome == client::ObservationOutcome::kAccepted;
+  return {false, acknowledgement.sequence, is_new ? acknowledgement.revision : 0};
 }
 
 absl::StatusOr<OutboxHolder> OutboxHolder::Start(const std::string& file, const std::string& server,

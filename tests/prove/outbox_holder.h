@@ -32,7 +32,7 @@ absl::StatusOr<client::Ticket> PutNth(client::Outbox& outbox, int i, absl::Time 
 struct Told {
   bool is_edit = false;
   int64_t number = 0;  // the id of the object, or the sequence of the observation
-  Revision revision = 0;
+  Revision revision = 0;  // that it made; 0 for an observation that the server had already
 
   friend bool operator==(const Told&, const Told&) = default;
 };

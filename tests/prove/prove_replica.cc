@@ -160,14 +160,14 @@ absl::Status EmptyOutbox(Site& site, const Sizes& sizes, const std::string& file
   return refused->empty() ? absl::OkStatus() : refused->front().why;
 }
 
-// Revisions of edits go up from ticket to ticket. The order of observations is told by their
-// sequences: one that is sent again is acknowledged with the newest revision, not with its own.
+// Revisions go up from ticket to ticket of a stream; those of observations may stay.
 int64_t CountReorders(const std::map<client::Ticket, Told>& told) {
   int64_t reorders = 0;
-  Revision last = 0;
+  Revision last_edit = 0, last_observation = 0;
   for (const auto& [ticket, one] : told) {
-    if (!one.is_edit) continue;
-    reorders += one.revision <= last;
+    if (!one.is_edit && one.revision == 0) continue;
+    Revision& last = one.is_edit ? last_edit : last_observation;
+    reorders += one.is_edit ? one.revision <= last : one.revision < last;
     last = one.revision;
   }
   return reorders;

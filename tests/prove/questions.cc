@@ -118,7 +118,7 @@ absl::StatusOr<std::string> TellAny(Asked& asked, const client::LayerList& layer
                                     const Map&... map) {
   std::string all;
   for (const client::LayerEntry& layer : layers.layers) {
-    absl::StrAppend(&all, layer.spec.name, " ", layer.size, "\n");
+    absl::StrAppend(&all, layer.spec.name, " ", layer.size, " v", layer.version, "\n");
     constexpr double kFar = 1e4;
     absl::StatusOr<Answer> content = Read(asked.QueryArea(
         map..., Polygon::FromBox({{-kFar, -kFar}, {kFar, kFar}}), Scope{{layer.spec.name}, ""}));

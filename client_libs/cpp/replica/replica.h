@@ -108,9 +108,8 @@ class Replica {
   absl::StatusOr<NearestAnswer> QueryNearest(const Point& p, const std::string& value, int k,
                                              const Scope& scope = {}) const;
 
-  // The mirrored layers. With an area, sizes are of what is mirrored. A version is the newest
-  // revision that is known to have changed what is mirrored; the server's is a later one when cells
-  // were written as they were, or, with an area, when something else changed.
+  // The mirrored layers. With an area, sizes are of what is mirrored, and a version is the newest
+  // revision that is known to have changed the layer.
   LayerList ListLayers() const;
   TransformList ListTransforms() const;
 

@@ -91,11 +91,7 @@ class Questioner {
       EXPECT_EQ(layer.extent, there->extent);
       if (options_.area) continue;
       EXPECT_EQ(layer.size, there->size);
-      // Cells that are written as they were are not told.
-      EXPECT_LE(layer.version, there->version) << layer.spec.name;
-      if (layer.spec.kind == LayerKind::kSemantic) {
-        EXPECT_EQ(layer.version, there->version) << layer.spec.name;
-      }
+      EXPECT_EQ(layer.version, there->version) << layer.spec.name;
     }
     const auto frames = client_.ListTransforms("site");
     ASSERT_TRUE(frames.ok()) << frames.status();

@@ -267,6 +267,15 @@ TEST(GridWriterTest, TilesWithTheSameContentAreNotWrittenAgain) {
   EXPECT_EQ(before.layer->ValueAt({0, 299}), 1.0);
 }
 
+TEST(GridWriterTest, UnknownCellsWhereThereIsNoTileAreNotWritten) {
+  GridWriter writer(EmptyGrid(LayerKind::kExploration, {PlanarTransform(), 0.5}));
+  ASSERT_TRUE(writer.Write({0, 1, 0, 2}, {std::nullopt, std::nullopt}).ok());
+  const auto result = std::move(writer).Finish();
+  EXPECT_TRUE(result.written.empty());
+  EXPECT_TRUE(result.layer->tiles().empty());
+  EXPECT_EQ(result.layer->extent(), (CellBox{0, 1, 0, 2}));
+}
+
 TEST(GridWriterTest, FillSetsTheCellsOfItsRule) {
   const auto area = Polygon::Make({{0.4, 0.4}, {2.6, 0.4}, {2.6, 1.6}, {0.4, 1.6}});
   ASSERT_TRUE(area.ok());

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -107,10 +108,13 @@ GridWriter::Result GridWriter::Finish() && {
   TileMap tiles = layer_->tiles();
   WrittenTiles written;
   for (const auto& [index, codes] : dirty_) {
-    TilePtr& slot = tiles[index];
-    if (slot && slot->Holds(*codes)) continue;
-    const TilePtr before = std::exchange(slot, Tile::Make(*codes));
-    written[index] = {before, slot};
+    const auto slot = tiles.find(index);
+    const TilePtr before = slot == tiles.end() ? nullptr : slot->second;
+    // Where there is no tile all is unknown.
+    const bool is_same =
+        before ? before->Holds(*codes) : std::all_of(codes->begin(), codes->end(), IsUnknown);
+    if (is_same) continue;
+    written[index] = {before, tiles[index] = Tile::Make(*codes)};
   }
   auto layer = std::make_shared<const GridLayer>(layer_->spec(), layer_->shared_domain(),
                                                  std::move(tiles), extent_);
