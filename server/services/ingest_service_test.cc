@@ -172,6 +172,21 @@ TEST_F(IngestServiceTest, ManyMoreThanAreInFlightAreAllAcknowledgedBeforeTheStre
   EXPECT_THAT(acknowledged, SizeIs(kObservations));
 }
 
+// Each is so much newer than the last that the last would come too late after it.
+TEST_F(IngestServiceTest, ObservationsAreJudgedInTheOrderOfTheStream) {
+  auto stream = Open();
+  constexpr int kObservations = 500;
+  std::thread writer([&] {
+    for (int i = 0; i < kObservations; ++i) EXPECT_TRUE(stream->Write(See("a", 700 * i, "chair")));
+    stream->WritesDone();
+  });
+  int accepted = 0;
+  while (const auto a = stream->Read()) accepted += a->outcome == Outcome::kAccepted ? 1 : 0;
+  writer.join();
+  EXPECT_TRUE(stream->status().ok()) << stream->status();
+  EXPECT_EQ(accepted, kObservations);
+}
+
 TEST_F(IngestServiceTest, OpeningTellsWhatTheLayerHasOfTheRobot) {
   {
     auto stream = Open();

@@ -76,10 +76,17 @@ void ObserveCall::OnReadDone(bool ok) {
       return;
     }
     ++in_flight_;
+    taking_ = true;
     // Opening waits for the disk.
     WorkerPool* const workers = opened_ ? facilities_->workers : facilities_->file_workers;
-    workers->Run(
-        [this, request = std::exchange(read_, {})]() mutable { TakeRequest(std::move(request)); });
+    workers->Run([this, request = std::exchange(read_, {})] {
+      TakeRequest(request);
+      // The next may follow; until here the call does not end.
+      Change([this] {
+        mutex_.AssertHeld();
+        taking_ = false;
+      });
+    });
   });
 }
 
@@ -118,8 +125,7 @@ void ObserveCall::Change(absl::FunctionRef<void()> change) {
 
 bool ObserveCall::GoOn() {
   if (finished_) return false;
-  if (status_.ok() && !reading_ && !no_more_reads_ && in_flight_ < kMaxInFlight &&
-      (opened_ || in_flight_ == 0)) {
+  if (status_.ok() && !reading_ && !taking_ && !no_more_reads_ && in_flight_ < kMaxInFlight) {
     reading_ = true;
     StartRead(&read_);
   }
@@ -131,7 +137,7 @@ bool ObserveCall::GoOn() {
     StartWrite(&written_);
     return false;
   }
-  finished_ = (!status_.ok() || no_more_reads_) && in_flight_ == 0;
+  finished_ = (!status_.ok() || no_more_reads_) && !taking_ && in_flight_ == 0;
   return finished_;
 }
 
@@ -143,7 +149,7 @@ void ObserveCall::EndRequest(absl::Status status) {
   });
 }
 
-void ObserveCall::TakeRequest(v1::ObserveRequest request) {
+void ObserveCall::TakeRequest(const v1::ObserveRequest& request) {
   if (absl::Status status = CheckWanted(*context_); !status.ok()) return EndRequest(status);
   if (session_ != nullptr && request.has_opening()) {
     return EndRequest(absl::InvalidArgumentError("opening may come once, in the first request"));

@@ -22,10 +22,11 @@
 
 namespace hypermap::server {
 
-// Reads requests while fewer than kMaxInFlight are unanswered, decodes each on a worker and hands
-// it to the map's writer; what has been answered meanwhile goes into one response. So a caller that
-// sends faster than the disk writes, or does not read its acknowledgements, is held up, and nobody
-// else. Owns itself until OnDone, which comes when Finish was called and nothing is under way.
+// Reads requests while fewer than kMaxInFlight are unanswered, decodes one after the other on a
+// worker and hands it to the map's writer, in the order of the stream; what has been answered
+// meanwhile goes into one response. So a caller that sends faster than the disk writes, or does not
+// read its acknowledgements, is held up, and nobody else. Owns itself until OnDone, which comes when
+// Finish was called and nothing is under way.
 class ObserveCall final : public grpc::ServerBidiReactor<v1::ObserveRequest, v1::ObserveResponse> {
  public:
   // Both outlive this; the context lives until OnDone.
@@ -39,8 +40,8 @@ class ObserveCall final : public grpc::ServerBidiReactor<v1::ObserveRequest, v1:
  private:
   static constexpr int kMaxInFlight = 32;
 
-  // On a worker.
-  void TakeRequest(v1::ObserveRequest request);
+  // On a worker, one request at a time.
+  void TakeRequest(const v1::ObserveRequest& request);
   absl::Status Open(const v1::ObserveOpening& opening);
   absl::StatusOr<storage::Receipt> Start(const v1::ObserveOpening& opening);
   void Submit(const v1::ObserveRequest& request);
@@ -73,6 +74,7 @@ class ObserveCall final : public grpc::ServerBidiReactor<v1::ObserveRequest, v1:
   int in_flight_ ABSL_GUARDED_BY(mutex_) = 0;  // requests that are not answered
   bool opened_ ABSL_GUARDED_BY(mutex_) = false;
   bool reading_ ABSL_GUARDED_BY(mutex_) = true;
+  bool taking_ ABSL_GUARDED_BY(mutex_) = false;  // a request is on its way to the writer
   bool writing_ ABSL_GUARDED_BY(mutex_) = false;
   bool no_more_reads_ ABSL_GUARDED_BY(mutex_) = false;
   bool finished_ ABSL_GUARDED_BY(mutex_) = false;
