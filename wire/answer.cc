@@ -97,14 +97,14 @@ absl::StatusOr<CellRuns> DecodeCellRuns(absl::string_view field, const v1::CellR
   return decoded;
 }
 
-void EncodeLayerContent(const LayerContent& content, v1::LayerContent* message) {
-  const LayerSpec& spec = content.layer->spec();
-  message->set_layer(spec.name);
-  message->set_kind(EncodeLayerKind(spec.kind));
-  message->set_status(EncodeAnswerStatus(content.content.status));
-  if (content.content.value) message->set_value(*content.content.value);
-  for (const ObjectPtr& object : content.content.objects) {
-    AppendObject(*object, content.caller_from_layer,
+void EncodeLayerContent(const Layer& layer, const PlanarTransform& caller_from_layer,
+                        const PointContent& content, v1::LayerContent* message) {
+  message->set_layer(layer.spec().name);
+  message->set_kind(EncodeLayerKind(layer.spec().kind));
+  message->set_status(EncodeAnswerStatus(content.status));
+  if (content.value) message->set_value(*content.value);
+  for (const ObjectPtr& object : content.objects) {
+    AppendObject(*object, caller_from_layer,
                  AddField(v1::LayerContent::kObjectsFieldNumber, message));
   }
 }

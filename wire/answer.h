@@ -26,7 +26,8 @@ struct CellRuns {
 };
 absl::StatusOr<CellRuns> DecodeCellRuns(absl::string_view field, const v1::CellRuns& message);
 
-void EncodeLayerContent(const LayerContent& content, v1::LayerContent* message);
+void EncodeLayerContent(const Layer& layer, const PlanarTransform& caller_from_layer,
+                        const PointContent& content, v1::LayerContent* message);
 
 // Encodes the part's runs and its objects from `first_object` on, until the message has grown to
 // `max_bytes` (it holds at least one object). Returns the index of the first object left over, or

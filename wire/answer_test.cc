@@ -60,6 +60,10 @@ LayerPart PartWithObjects(const Snapshot& snapshot, int num_objects) {
   return part;
 }
 
+void Encode(const LayerContent& content, v1::LayerContent* message) {
+  EncodeLayerContent(*content.layer, content.caller_from_layer, content.content, message);
+}
+
 TEST(AnswerStatusOnTheWire, EveryOneComesBack) {
   for (const AnswerStatus status :
        {AnswerStatus::kValue, AnswerStatus::kUnknown, AnswerStatus::kOutside,
@@ -95,13 +99,13 @@ TEST(LayerContentOnTheWire, SaysWhatTheLayersSay) {
   ASSERT_TRUE(contents.ok()) << contents.status();
   ASSERT_EQ(contents->size(), 2u);
   v1::LayerContent grid;
-  EncodeLayerContent((*contents)[0], &grid);
+  Encode((*contents)[0], &grid);
   EXPECT_EQ(grid.layer(), "grid");
   EXPECT_EQ(grid.kind(), v1::LAYER_KIND_SCALAR);
   EXPECT_EQ(grid.status(), v1::ANSWER_STATUS_VALUE);
   EXPECT_EQ(grid.value(), 1.0);
   v1::LayerContent things;
-  EncodeLayerContent((*contents)[1], &things);
+  Encode((*contents)[1], &things);
   EXPECT_EQ(things.kind(), v1::LAYER_KIND_SEMANTIC);
   EXPECT_EQ(things.status(), v1::ANSWER_STATUS_VALUE);
   EXPECT_FALSE(things.has_value());
@@ -113,7 +117,7 @@ TEST(LayerContentOnTheWire, HoldsTheObjectsAtThePoint) {
   const auto contents = ContentAt(snapshot, {{"things"}, ""}, {2.05, 0.05});
   ASSERT_TRUE(contents.ok()) << contents.status();
   v1::LayerContent things;
-  EncodeLayerContent((*contents)[0], &things);
+  Encode((*contents)[0], &things);
   things = Received(things);
   ASSERT_EQ(things.objects_size(), 1);
   EXPECT_EQ(things.objects(0).label(), "cup");

@@ -7,27 +7,39 @@ namespace hypermap {
 
 absl::StatusOr<std::vector<LayerContent>> ContentAt(const Snapshot& snapshot, const Scope& scope,
                                                     const Point& p) {
-  if (!IsFinite(p)) return absl::InvalidArgumentError("point is not finite");
-  absl::StatusOr<std::string> caller = snapshot.ResolveFrame(scope.frame_id);
-  if (!caller.ok()) return caller.status();
-  absl::StatusOr<std::vector<LayerPtr>> layers = snapshot.SelectLayers(scope.layers);
-  if (!layers.ok()) return layers.status();
-
   std::vector<LayerContent> contents;
-  contents.reserve(layers->size());
-  for (LayerPtr& layer : *layers) {
-    LayerContent answer;
+  contents.reserve(scope.layers.empty() ? snapshot.layers.size() : scope.layers.size());
+  absl::Status status =
+      VisitContentAt(snapshot, scope, p,
+                     [&contents](const LayerPtr& layer, const PlanarTransform& caller_from_layer,
+                                 PointContent content) {
+                       contents.push_back({layer, caller_from_layer, std::move(content)});
+                     });
+  if (!status.ok()) return status;
+  return contents;
+}
+
+absl::Status VisitContentAt(const Snapshot& snapshot, const Scope& scope, const Point& p,
+                            PointContentCallback tell) {
+  if (!IsFinite(p)) return absl::InvalidArgumentError("point is not finite");
+  const absl::StatusOr<std::string> caller = snapshot.ResolveFrame(scope.frame_id);
+  if (!caller.ok()) return caller.status();
+  const auto ask = [&](const LayerPtr& layer) {
     const auto caller_from_layer = snapshot.frames.Lookup(*caller, layer->spec().frame_id);
     if (caller_from_layer.ok()) {
-      answer.caller_from_layer = *caller_from_layer;
-      answer.content = layer->ContentAt(caller_from_layer->Inverse() * p);
+      tell(layer, *caller_from_layer, layer->ContentAt(caller_from_layer->Inverse() * p));
     } else {
-      answer.content.status = AnswerStatus::kNoTransform;
+      tell(layer, PlanarTransform(), {.status = AnswerStatus::kNoTransform});
     }
-    answer.layer = std::move(layer);
-    contents.push_back(std::move(answer));
+  };
+  if (scope.layers.empty()) {
+    for (const auto& [name, layer] : snapshot.layers) ask(layer);
+    return absl::OkStatus();
   }
-  return contents;
+  const absl::StatusOr<std::vector<LayerPtr>> layers = snapshot.SelectLayers(scope.layers);
+  if (!layers.ok()) return layers.status();
+  for (const LayerPtr& layer : *layers) ask(layer);
+  return absl::OkStatus();
 }
 
 absl::StatusOr<PointsAsker> PointsAsker::Make(SnapshotPtr snapshot, const Scope& scope) {

@@ -15,6 +15,8 @@
 #include <string>
 #include <vector>
 
+#include "absl/functional/function_ref.h"
+#include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/types/span.h"
 #include "map/snapshot.h"
@@ -40,6 +42,12 @@ struct LayerContent {
 // finite.
 absl::StatusOr<std::vector<LayerContent>> ContentAt(const Snapshot& snapshot, const Scope& scope,
                                                     const Point& p);
+// The same, told layer by layer as it is found, with the transform that takes objects to the
+// caller's frame. An error comes before anything is told.
+using PointContentCallback = absl::FunctionRef<void(
+    const LayerPtr& layer, const PlanarTransform& caller_from_layer, PointContent content)>;
+absl::Status VisitContentAt(const Snapshot& snapshot, const Scope& scope, const Point& p,
+                            PointContentCallback tell);
 
 // What one layer says of many points.
 struct LayerPointsContent {

@@ -25,8 +25,8 @@ namespace hypermap::server {
 // Reads requests while fewer than kMaxInFlight are unanswered, decodes one after the other on a
 // worker and hands it to the map's writer, in the order of the stream; what has been answered
 // meanwhile goes into one response. So a caller that sends faster than the disk writes, or does not
-// read its acknowledgements, is held up, and nobody else. Owns itself until OnDone, which comes when
-// Finish was called and nothing is under way.
+// read its acknowledgements, is held up, and nobody else. Owns itself until OnDone, which comes
+// when Finish was called and nothing is under way.
 class ObserveCall final : public grpc::ServerBidiReactor<v1::ObserveRequest, v1::ObserveResponse> {
  public:
   // Both outlive this; the context lives until OnDone.

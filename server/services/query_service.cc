@@ -112,18 +112,20 @@ absl::StatusOr<int64_t> QueryService::AnswerPoint(const v1::QueryPointRequest& r
   const Scope scope = wire::DecodeScope(request);
   const absl::StatusOr<SnapshotPtr> snapshot = asked->ForPoint(scope, *point);
   if (!snapshot.ok()) return snapshot.status();
-  const absl::StatusOr<std::vector<LayerContent>> contents = ContentAt(**snapshot, scope, *point);
-  if (!contents.ok()) return contents.status();
   const absl::StatusOr<std::string> frame = asked->ResolveFrame(request.frame_id());
   if (!frame.ok()) return frame.status();
+  const absl::Status status = VisitContentAt(
+      **snapshot, scope, *point,
+      [response](const LayerPtr& layer, const PlanarTransform& caller_from_layer,
+                 const PointContent& content) {
+        wire::EncodeLayerContent(*layer, caller_from_layer, content, response->add_layers());
+      });
+  if (!status.ok()) return status;
 
   response->set_map(request.map());
   response->set_revision(asked->revision());
   response->set_frame_id(*frame);
   wire::EncodePoint(*point, response->mutable_point());
-  for (const LayerContent& content : *contents) {
-    wire::EncodeLayerContent(content, response->add_layers());
-  }
   return response->layers_size();
 }
 

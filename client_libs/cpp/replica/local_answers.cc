@@ -85,19 +85,13 @@ class NoParts : public PartSource<AnswerReader::RevisedPart> {
 
 }  // namespace
 
-std::vector<LayerContent> ToContents(const std::vector<hypermap::LayerContent>& contents) {
-  std::vector<LayerContent> answers;
-  answers.reserve(contents.size());
-  for (const hypermap::LayerContent& content : contents) {
-    const LayerSpec& spec = content.layer->spec();
-    LayerContent& answer = answers.emplace_back();
-    answer.layer = spec.name;
-    answer.kind = spec.kind;
-    answer.status = content.content.status;
-    answer.value = content.content.value;
-    answer.objects = InFrame(content.content.objects, content.caller_from_layer);
-  }
-  return answers;
+LayerContent ToContent(const Layer& layer, const PlanarTransform& caller_from_layer,
+                       const PointContent& content) {
+  return {.layer = layer.spec().name,
+          .kind = layer.spec().kind,
+          .status = content.status,
+          .value = content.value,
+          .objects = InFrame(content.objects, caller_from_layer)};
 }
 
 PointsAnswer ToPointsAnswer(SnapshotPtr snapshot, size_t num_points,

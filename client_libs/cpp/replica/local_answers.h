@@ -14,7 +14,8 @@
 
 namespace hypermap::client {
 
-std::vector<LayerContent> ToContents(const std::vector<hypermap::LayerContent>& contents);
+LayerContent ToContent(const Layer& layer, const PlanarTransform& caller_from_layer,
+                       const PointContent& content);
 
 // `points` are those asked, at `snapshot`, in which the labels live.
 PointsAnswer ToPointsAnswer(SnapshotPtr snapshot, size_t num_points,

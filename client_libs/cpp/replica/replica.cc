@@ -13,6 +13,7 @@
 #include "client_libs/cpp/replica/feed.h"
 #include "client_libs/cpp/replica/local_answers.h"
 #include "client_libs/cpp/replica/mirrored_area.h"
+#include "client_libs/cpp/replica/published.h"
 #include "map/layers/grid/grid_layer.h"
 #include "map/values/value_query.h"
 
@@ -45,7 +46,6 @@ class Replica::Impl {
     SnapshotPtr snapshot;
     std::shared_ptr<const MirroredArea> area;  // null: everywhere
   };
-  using ViewPtr = std::shared_ptr<const View>;
 
   Impl(Client client, const ReplicaOptions& options, std::unique_ptr<DurableCopy> disk)
       : options_(options), disk_(std::move(disk)) {
@@ -59,15 +59,15 @@ class Replica::Impl {
 
   // OK when there is something to answer from.
   absl::Status AwaitContent() {
-    if (view()) return absl::OkStatus();
+    if (has_content()) return absl::OkStatus();
     feed_->AwaitFirst();
-    return view() ? absl::OkStatus() : feed_->standing().problem;
+    return has_content() ? absl::OkStatus() : feed_->standing().problem;
   }
 
-  ViewPtr view() const {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    return view_;
-  }
+  // For a short look. There is a view once AwaitContent said so.
+  Published<View>::Reading look() const { return view_.Read(); }
+  // To keep.
+  View view() const { return *view_.Read(); }
 
   const std::string& map() const { return options_.map; }
   const Feed& feed() const { return *feed_; }
@@ -79,10 +79,10 @@ class Replica::Impl {
     std::unique_lock<std::mutex> lock(mutex_);
     const bool reached =
         published_.wait_for(lock, absl::ToChronoNanoseconds(patience),
-                            [this, revision] { return view_->snapshot->revision >= revision; });
+                            [this, revision] { return look()->snapshot->revision >= revision; });
     if (reached) return absl::OkStatus();
     return absl::DeadlineExceededError(absl::StrCat(
-        "the replica is at revision ", view_->snapshot->revision, ", not at ", revision));
+        "the replica is at revision ", look()->snapshot->revision, ", not at ", revision));
   }
 
  private:
@@ -91,30 +91,32 @@ class Replica::Impl {
     if (disk_) disk_->Write(newest);
   }
 
+  bool has_content() const { return look().get() != nullptr; }
+
+  // By one thread at a time.
   void Publish(SnapshotPtr snapshot) {
-    auto next = std::make_shared<View>();
+    auto next = std::make_unique<View>();
     if (options_.area) {
-      const ViewPtr last = view();
+      const auto last = look();
       next->area =
-          last && last->area->Fits(*snapshot)
+          last.get() != nullptr && last->area->Fits(*snapshot)
               ? last->area
               : std::make_shared<MirroredArea>(*options_.area, options_.frame_id, *snapshot);
     }
     next->snapshot = std::move(snapshot);
-    {
-      const std::lock_guard<std::mutex> lock(mutex_);
-      view_ = std::move(next);
-    }
+    view_.Set(std::move(next));
+    // Who awaits a revision has either seen it or waits by now.
+    { const std::lock_guard<std::mutex> lock(mutex_); }
     published_.notify_all();
   }
 
   const ReplicaOptions options_;
   const std::unique_ptr<DurableCopy> disk_;  // null: nothing is kept
 
-  // Not absl::Mutex: see DurableCopy. Held for the copy of a pointer.
+  Published<View> view_;
+  // Not absl::Mutex: see DurableCopy. Guards nothing but the wait for published_.
   mutable std::mutex mutex_;
   mutable std::condition_variable published_;
-  ViewPtr view_;  // null: there is nothing yet
 
   std::unique_ptr<Feed> feed_;  // ends first
 };
@@ -137,81 +139,81 @@ Replica::Replica(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 Replica::~Replica() = default;
 
 absl::StatusOr<PointAnswer> Replica::QueryPoint(const Point& p, const Scope& scope) const {
-  const Impl::ViewPtr view = impl_->view();
+  const auto view = impl_->look();
   const Snapshot& snapshot = *view->snapshot;
-  const absl::StatusOr<std::vector<hypermap::LayerContent>> contents =
-      ContentAt(snapshot, scope, p);
-  if (!contents.ok()) return contents.status();
-  if (view->area) {
-    absl::Status status = view->area->CheckPoint(snapshot, scope, p);
-    if (!status.ok()) return status;
-  }
   absl::StatusOr<PointAnswer> answer(absl::in_place);
+  absl::Status status =
+      VisitContentAt(snapshot, scope, p,
+                     [&answer](const LayerPtr& layer, const PlanarTransform& caller_from_layer,
+                               const PointContent& content) {
+                       answer->layers.push_back(ToContent(*layer, caller_from_layer, content));
+                     });
+  if (status.ok() && view->area) status = view->area->CheckPoint(snapshot, scope, p);
+  if (!status.ok()) return status;
   answer->map = impl_->map();
   answer->revision = snapshot.revision;
-  answer->frame_id = *snapshot.ResolveFrame(scope.frame_id);
+  answer->frame_id = scope.frame_id.empty() ? snapshot.frame_id : scope.frame_id;
   answer->point = p;
-  answer->layers = ToContents(*contents);
   return answer;
 }
 
 absl::StatusOr<PointsAnswer> Replica::QueryPoints(absl::Span<const Point> points,
                                                   const Scope& scope) const {
-  const Impl::ViewPtr view = impl_->view();
-  absl::StatusOr<PointsAsker> asker = PointsAsker::Make(view->snapshot, scope);
+  const Impl::View view = impl_->view();
+  absl::StatusOr<PointsAsker> asker = PointsAsker::Make(view.snapshot, scope);
   if (!asker.ok()) return asker.status();
   const auto contents = asker->ContentAtEach(points);
   if (!contents.ok()) return contents.status();
-  for (size_t i = 0; view->area && i < points.size(); ++i) {
-    const absl::Status status = view->area->CheckPoint(*view->snapshot, scope, points[i]);
+  for (size_t i = 0; view.area && i < points.size(); ++i) {
+    const absl::Status status = view.area->CheckPoint(*view.snapshot, scope, points[i]);
     if (status.ok()) continue;
     return absl::Status(status.code(), absl::StrCat("points[", i, "]: ", status.message()));
   }
-  return ToPointsAnswer(view->snapshot, points.size(), *contents);
+  return ToPointsAnswer(view.snapshot, points.size(), *contents);
 }
 
 AnswerReader Replica::QueryArea(const Polygon& area, const Scope& scope) const {
-  const Impl::ViewPtr view = impl_->view();
-  absl::StatusOr<std::unique_ptr<PartReader>> parts = ContentIn(view->snapshot, scope, area);
+  const Impl::View view = impl_->view();
+  absl::StatusOr<std::unique_ptr<PartReader>> parts = ContentIn(view.snapshot, scope, area);
   if (!parts.ok()) return FailLocally(parts.status());
-  if (view->area) {
-    absl::Status status = view->area->CheckArea(*view->snapshot, scope, area);
+  if (view.area) {
+    absl::Status status = view.area->CheckArea(*view.snapshot, scope, area);
     if (!status.ok()) return FailLocally(std::move(status));
   }
-  return ReadLocally(*std::move(parts), view->snapshot->revision);
+  return ReadLocally(*std::move(parts), view.snapshot->revision);
 }
 
 AnswerReader Replica::QueryValue(const std::string& value, const std::optional<Polygon>& area,
                                  const Scope& scope) const {
-  const Impl::ViewPtr view = impl_->view();
+  const Impl::View view = impl_->view();
   absl::StatusOr<ValueQuery> query = ParseValueQuery(value);
   if (!query.ok()) return FailLocally(query.status());
   std::optional<Polygon> searched = area;
-  if (view->area && !area) {
-    absl::StatusOr<Polygon> mirrored = view->area->InFrame(*view->snapshot, scope);
+  if (view.area && !area) {
+    absl::StatusOr<Polygon> mirrored = view.area->InFrame(*view.snapshot, scope);
     if (!mirrored.ok()) return FailLocally(mirrored.status());
     searched = *std::move(mirrored);
   }
   absl::StatusOr<std::unique_ptr<PartReader>> parts =
-      Search(view->snapshot, scope, *std::move(query), searched);
+      Search(view.snapshot, scope, *std::move(query), searched);
   if (!parts.ok()) return FailLocally(parts.status());
-  if (view->area && area) {
-    absl::Status status = view->area->CheckArea(*view->snapshot, scope, *area);
+  if (view.area && area) {
+    absl::Status status = view.area->CheckArea(*view.snapshot, scope, *area);
     if (!status.ok()) return FailLocally(std::move(status));
   }
-  return ReadLocally(*std::move(parts), view->snapshot->revision);
+  return ReadLocally(*std::move(parts), view.snapshot->revision);
 }
 
 absl::StatusOr<NearestAnswer> Replica::QueryNearest(const Point& p, const std::string& value, int k,
                                                     const Scope& scope) const {
-  const Impl::ViewPtr view = impl_->view();
-  const Snapshot& snapshot = *view->snapshot;
+  const Impl::View view = impl_->view();
+  const Snapshot& snapshot = *view.snapshot;
   const absl::StatusOr<ValueQuery> query = ParseValueQuery(value);
   if (!query.ok()) return query.status();
   const absl::StatusOr<hypermap::NearestAnswer> found = Nearest(snapshot, scope, p, *query, k);
   if (!found.ok()) return found.status();
-  if (view->area) {
-    absl::Status status = view->area->CheckNearest(snapshot, scope, p, k, *found);
+  if (view.area) {
+    absl::Status status = view.area->CheckNearest(snapshot, scope, p, k, *found);
     if (!status.ok()) return status;
   }
   NearestAnswer answer = ToNearestAnswer(*found);
@@ -238,12 +240,7 @@ TransformList Replica::ListTransforms() const {
   return {impl_->map(), snapshot->revision, snapshot->frame_id, snapshot->frames.transforms()};
 }
 
-SnapshotPtr Replica::snapshot() const {
-  Impl::ViewPtr view = impl_->view();
-  // Counted with the view, which holds it.
-  const Snapshot* const snapshot = view->snapshot.get();
-  return {std::move(view), snapshot};
-}
+SnapshotPtr Replica::snapshot() const { return impl_->look()->snapshot; }
 
 ReplicaState Replica::state() const {
   const Feed::Standing standing = impl_->feed().standing();
