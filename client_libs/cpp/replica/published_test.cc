@@ -71,7 +71,7 @@ TEST(PublishedTest, WhatIsReadStaysWhileOthersSeeTheNext) {
 }
 
 TEST(PublishedTest, ReadersOnSeveralThreadsSeeWholeValuesInOrder) {
-  constexpr int64_t kValues = 5000;
+  constexpr int64_t kValues = 2000;
   std::atomic<int> alive = 0;
   Published<Counted> published;
   published.Set(std::make_unique<Counted>(0, &alive));
