@@ -166,11 +166,18 @@ grpc::ChannelArguments ArgumentsOf(const ClientOptions& options) {
 
 }  // namespace
 
-void Pause(grpc::Channel& channel, absl::Duration duration) {
-  if (channel.GetState(/*try_to_connect=*/true) == GRPC_CHANNEL_READY) {
-    absl::SleepFor(duration);  // it is the server that does not answer
-  } else {
-    channel.WaitForConnected(absl::ToChronoTime(absl::Now() + duration));
+void Pause(grpc::Channel& channel, absl::Duration duration, absl::FunctionRef<bool()> given_up) {
+  constexpr absl::Duration kLook = absl::Milliseconds(50);
+  const absl::Time end = absl::Now() + duration;
+  // A server that is there and does not answer gets the whole pause.
+  const bool was_ready = channel.GetState(/*try_to_connect=*/true) == GRPC_CHANNEL_READY;
+  while (absl::Now() < end && !given_up()) {
+    const absl::Time look = std::min(end, absl::Now() + kLook);
+    if (was_ready) {
+      absl::SleepFor(look - absl::Now());
+    } else if (channel.WaitForConnected(absl::ToChronoTime(look))) {
+      return;
+    }
   }
 }
 

@@ -7,6 +7,8 @@
 #include <memory>
 #include <string>
 
+#include "absl/functional/function_ref.h"
+#include "absl/time/time.h"
 #include "client_libs/cpp/client.h"
 
 namespace hypermap::client {
@@ -15,9 +17,12 @@ namespace hypermap::client {
 // UNAUTHENTICATED and says why.
 std::shared_ptr<grpc::Channel> MakeChannel(const std::string& target, const ClientOptions& options);
 
-// Waits before a call is tried again; for less when the channel gets connected meanwhile. gRPC
-// notices that a server is back while somebody waits for it, otherwise seconds later.
-void Pause(grpc::Channel& channel, absl::Duration duration);
+// Waits before a call is tried again; for less when the channel gets connected meanwhile, or when
+// `given_up`, which is asked every now and then, says so. gRPC notices that a server is back while
+// somebody waits for it, otherwise seconds later.
+void Pause(
+    grpc::Channel& channel, absl::Duration duration,
+    absl::FunctionRef<bool()> given_up = [] { return false; });
 
 }  // namespace hypermap::client
 

@@ -54,6 +54,7 @@ class Connection {
   v1::WatchService::Stub& watch() { return *watch_; }
 
   const ClientOptions& options() const { return options_; }
+  grpc::Channel& channel() { return *channel_; }
 
   // When a call that begins now is over. A call keeps it over all its tries.
   absl::Time DeadlineOf(const CallOptions& options) const;

@@ -9,6 +9,7 @@
 #include "absl/base/thread_annotations.h"
 #include "absl/strings/str_cat.h"
 #include "absl/synchronization/mutex.h"
+#include "client_libs/cpp/channel.h"
 #include "client_libs/cpp/client.h"
 #include "client_libs/cpp/connection.h"
 #include "client_libs/cpp/decode.h"
@@ -220,15 +221,13 @@ class Watcher::Call {
     if (absl::Now() + pause >= std::min(broken_since_ + retry_for, deadline_)) {
       return Finish(std::move(why));
     }
-    if (!Sleep(pause)) return Finish(absl::CancelledError("the watch was cancelled"));
+    Pause(connection_->channel(), pause, [this] { return cancelled(); });
+    if (cancelled()) return Finish(absl::CancelledError("the watch was cancelled"));
     Open();
   }
 
   bool MayGoOn(const absl::Status& why) const {
-    {
-      const absl::MutexLock lock(&mutex_);
-      if (cancelled_) return false;
-    }
+    if (cancelled()) return false;
     if (!begun_) return absl::IsUnavailable(why);
     if (!options_.resume) return false;
     // A server that stops ends or cancels its watches; one that finds this reader too slow says
@@ -237,10 +236,9 @@ class Watcher::Call {
            absl::IsResourceExhausted(why);
   }
 
-  // False when it was cut short by Cancel.
-  bool Sleep(absl::Duration pause) {
+  bool cancelled() const {
     const absl::MutexLock lock(&mutex_);
-    return !mutex_.AwaitWithTimeout(absl::Condition(&cancelled_), pause);
+    return cancelled_;
   }
 
   const std::shared_ptr<Connection> connection_;
