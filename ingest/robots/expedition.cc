@@ -37,6 +37,8 @@ class Expedition {
   absl::Status EnsureSemanticLayer();
   absl::Status Begin();
   absl::Status AddRobot(int number, const CellIndex& start);
+  // Until all that robots saw is on the map.
+  absl::Status AwaitRobots();
   absl::Status LetRobotsExplore();
   // One step of every robot.
   absl::Status Step();
@@ -68,8 +70,11 @@ absl::StatusOr<ExpeditionReport> Expedition::Run() {
   if (absl::Status status = ChooseStarts(); !status.ok()) return status;
   if (absl::Status status = Begin(); !status.ok()) return status;
   if (absl::Status status = LetRobotsExplore(); !status.ok()) {
-    // As far as they still can; the first error is the one to tell.
-    for (const auto& robot : robots_) robot->Abandon().IgnoreError();
+    // As far as they still can; the first error is the one to tell. A server that is gone is waited
+    // for once, not by each.
+    for (const auto& robot : robots_) {
+      if (absl::IsUnavailable(robot->Abandon())) break;
+    }
     return status;
   }
   if (absl::Status status = Conclude(); !status.ok()) return status;
@@ -156,9 +161,13 @@ absl::Status Expedition::Begin() {
   if (!started.ok()) return started.status();
   report_.exploration_id = started->entry.exploration.id;
   for (size_t i = 0; i < starts_.size(); ++i) {
-    if (absl::Status status = AddRobot(static_cast<int>(i), starts_[i]); !status.ok()) {
-      return status;
+    absl::Status status = AddRobot(static_cast<int>(i), starts_[i]);
+    if (status.ok()) continue;
+    // Nobody explores it.
+    if (!absl::IsUnavailable(status)) {
+      client_.StopExploration(options_.map, report_.exploration_id).IgnoreError();
     }
+    return status;
   }
   return absl::OkStatus();
 }
@@ -177,10 +186,17 @@ absl::Status Expedition::AddRobot(int number, const CellIndex& start) {
       client_, *terrain_, *senses_.back(),
       ObservationSender(client_, target, options_.patience, is_interrupted_),
       Robot::Task{options_.map, report_.exploration_id, name, frame_id_, options_.lease,
-                  options_.frame_every, look_every},
+                  options_.frame_every, look_every, [this] { return AwaitRobots(); }},
       start));
   report_.robot_names.push_back(name);
   return robots_.back()->Open();
+}
+
+absl::Status Expedition::AwaitRobots() {
+  for (const auto& robot : robots_) {
+    if (absl::Status status = robot->Flush(); !status.ok()) return status;
+  }
+  return absl::OkStatus();
 }
 
 bool Expedition::HaveEnded() const {
@@ -190,7 +206,7 @@ bool Expedition::HaveEnded() const {
 
 bool Expedition::AreAllWaiting() const {
   return std::all_of(robots_.begin(), robots_.end(),
-                     [](const auto& robot) { return robot->has_ended() || robot->is_waiting(); });
+                     [](const auto& robot) { return robot->is_waiting(); });
 }
 
 absl::Status Expedition::LetRobotsExplore() {

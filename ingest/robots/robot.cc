@@ -62,7 +62,7 @@ absl::Status Robot::Step() {
     turned_rad_ = 0.0;
     until_frame_ = 0;
   } else if (state_ == State::kLooking && LookRound()) {
-    if (status = sender_.Flush(); !status.ok()) return status;
+    if (status = AwaitAll(); !status.ok()) return status;
     ++log_.goals;
     return Release(client::GoalOutcome::kReached);
   }
@@ -72,8 +72,13 @@ absl::Status Robot::Step() {
   return SendFrame();
 }
 
+absl::Status Robot::AwaitAll() {
+  const absl::Status status = Flush();
+  return status.ok() && task_.await_others ? task_.await_others() : status;
+}
+
 absl::Status Robot::Claim() {
-  if (absl::Status status = sender_.Flush(); !status.ok()) return status;
+  if (absl::Status status = AwaitAll(); !status.ok()) return status;
   const absl::Time asked = absl::Now();
   const absl::StatusOr<client::ClaimAnswer> answer =
       client_.ClaimGoal(task_.map, task_.name, {believed_.x(), believed_.y()},

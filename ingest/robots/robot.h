@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <optional>
 #include <string>
 
@@ -41,6 +42,9 @@ class Robot {
     // A frame every so many steps, on the way and while it looks round.
     int frame_every = 3;
     int look_every = 1;
+    // Waits until what others saw is on the map, before this robot asks for a goal or says that it
+    // has looked round: what it is told must not depend on how fast they are heard. May be empty.
+    std::function<absl::Status()> await_others = nullptr;
   };
   // `client`, `terrain` and `senses` must outlive it. `start` is passable.
   Robot(client::Client& client, const Terrain& terrain, Senses& senses, ObservationSender sender,
@@ -49,6 +53,8 @@ class Robot {
   absl::Status Open() { return sender_.Open(); }
   // Lives through one step.
   absl::Status Step();
+  // Waits until all that it saw is on the map.
+  absl::Status Flush() { return sender_.Flush(); }
   // Gives its goal back.
   absl::Status Abandon();
 
@@ -64,6 +70,8 @@ class Robot {
  private:
   enum class State { kIdle, kDriving, kLooking };
 
+  // Waits until all that was seen is on the map.
+  absl::Status AwaitAll();
   absl::Status Claim();
   // Gives the goal back; that it was lost meanwhile is no error.
   absl::Status Release(client::GoalOutcome outcome);

@@ -7,30 +7,42 @@
 #include <string>
 #include <vector>
 
+#include "map/edits/edit.h"
 #include "map/layers/grid/grid_layer.h"
 #include "map/layers/layer_registry.h"
 
 namespace hypermap::robots {
 
-// '#' is occupied, '?' unknown, all else free. The first line is the top row; the lower left corner
-// is the origin.
-inline std::shared_ptr<const GridLayer> DrawnSite(const std::vector<std::string>& lines,
-                                                  double resolution_m = 1.0) {
+inline LayerSpec DrawnSpec(double resolution_m) {
   LayerSpec spec;
   spec.name = "occupancy";
   spec.kind = LayerKind::kOccupancy;
   spec.frame_id = "map";
   spec.grid = GridGeometry{{}, resolution_m};
-  GridWriter writer(std::make_shared<GridLayer>(spec, MakeCellDomain(spec)));
-  std::vector<std::optional<double>> values;
+  return spec;
+}
+
+// '#' is occupied, '?' unknown, all else free. The first line is the top row; the lower left corner
+// is the origin.
+inline WriteCells DrawnCells(const std::vector<std::string>& lines) {
+  WriteCells write{
+      "occupancy",
+      {0, static_cast<int32_t>(lines.size()), 0, static_cast<int32_t>(lines.front().size())},
+      {}};
   for (auto line = lines.rbegin(); line != lines.rend(); ++line) {
     for (const char c : *line) {
-      values.push_back(c == '?' ? std::nullopt : std::optional<double>(c == '#' ? 1.0 : 0.0));
+      write.values.push_back(c == '?' ? std::nullopt : std::optional<double>(c == '#' ? 1.0 : 0.0));
     }
   }
-  const CellBox box{0, static_cast<int32_t>(lines.size()), 0,
-                    static_cast<int32_t>(lines.front().size())};
-  if (!writer.Write(box, values).ok()) return nullptr;
+  return write;
+}
+
+inline std::shared_ptr<const GridLayer> DrawnSite(const std::vector<std::string>& lines,
+                                                  double resolution_m = 1.0) {
+  const LayerSpec spec = DrawnSpec(resolution_m);
+  GridWriter writer(std::make_shared<GridLayer>(spec, MakeCellDomain(spec)));
+  const WriteCells cells = DrawnCells(lines);
+  if (!writer.Write(cells.box, cells.values).ok()) return nullptr;
   return std::move(writer).Finish().layer;
 }
 

@@ -1,9 +1,10 @@
-// A server with maps on disk that can be stopped and started again on the same port; for tests.
+// A server in this process that can be stopped and started again on the same port; for tests.
 #ifndef HYPERMAP_CLIENT_LIBS_CPP_REPLICA_TESTING_SITE_SERVER_H_
 #define HYPERMAP_CLIENT_LIBS_CPP_REPLICA_TESTING_SITE_SERVER_H_
 
 #include <gtest/gtest.h>
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <utility>
@@ -17,27 +18,37 @@ namespace hypermap::client {
 
 class SiteServer {
  public:
-  explicit SiteServer(std::string folder) : folder_(std::move(folder)) { Start(); }
+  using OpenStore = std::function<absl::StatusOr<std::unique_ptr<storage::MapStore>>()>;
+
+  // With the maps of a folder.
+  explicit SiteServer(const std::string& folder)
+      : SiteServer(folder, [folder] { return storage::OpenGeoPackageStore(folder); }) {}
+  // With those of another store, opened at each start; `scratch` is a folder for passing files.
+  SiteServer(std::string scratch, OpenStore open_store, const server::SessionOptions& options = {})
+      : scratch_(std::move(scratch)), open_store_(std::move(open_store)) {
+    Start(options);
+  }
   ~SiteServer() { Stop(); }
 
   void Start(server::SessionOptions options = {}) {
     options.fusion.codec = server::WireEvidenceCodec();
-    auto store = storage::OpenGeoPackageStore(folder_);
+    auto store = open_store_();
     ASSERT_TRUE(store.ok()) << store.status();
     auto site = server::Site::Open(*std::move(store), options);
     ASSERT_TRUE(site.ok()) << site.status();
     site_ = *std::move(site);
     auto server = server::GrpcServer::Start(
         {.listen = address_.empty() ? "127.0.0.1:0" : address_},
-        {site_.get(), limits, &workers_, &file_workers_, &explorers_, folder_});
+        {site_.get(), limits, &workers_, &file_workers_, &explorers_, scratch_});
     ASSERT_TRUE(server.ok()) << server.status();
     server_ = *std::move(server);
     address_ = server_->address();
   }
 
-  void Stop() {
+  // What is in flight has `grace` to end.
+  void Stop(absl::Duration grace = absl::Seconds(10)) {
     if (!server_) return;
-    server_->Shutdown(absl::Seconds(10));
+    server_->Shutdown(grace);
     server_.reset();
     site_.reset();
   }
@@ -64,7 +75,8 @@ class SiteServer {
   server::ServiceLimits limits;
 
  private:
-  const std::string folder_;
+  const std::string scratch_;
+  const OpenStore open_store_;
   std::string address_;
   server::WorkerPool workers_{2};
   server::WorkerPool file_workers_{1};
