@@ -1,3 +1,5 @@
+// First: what is drawn by hand is as large as the page's letters.
+import './app/theme.css';
 import { render } from 'preact';
 import { App } from './app/app';
 import { startEdits } from './state/edits';

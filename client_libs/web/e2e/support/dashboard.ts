@@ -36,6 +36,8 @@ export class Dashboard {
     await expect.poll(() => this.page.url()).toContain('view=');
     // Before it was drawn once, the map takes no clicks.
     await expect(this.page.locator('.map canvas').first()).toBeAttached();
+    // Browsers drop them until the first picture of the page is there.
+    await this.page.waitForFunction(() => performance.getEntriesByType('paint').length > 0);
   }
 
   async isLive(): Promise<void> {

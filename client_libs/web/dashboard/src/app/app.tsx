@@ -7,7 +7,6 @@ import './base.css';
 import { Help } from './help';
 import { addPageKeys } from './keys';
 import { Layout } from './layout';
-import './theme.css';
 
 export function App() {
   useEffect(listenForShortcuts, []);

@@ -1,22 +1,35 @@
-import { computed } from '@preact/signals';
-import { scale } from '../map/scale';
-import { panels } from '../panels';
-import { activePanel } from '../panels/active';
-import { wide } from './wide';
+import type { RefObject } from 'preact';
+import { useEffect, useRef } from 'preact/hooks';
+import { mapPadding, type Sides } from '../map/padding';
 
-type Sides = readonly [top: number, right: number, bottom: number, left: number];
+type Side = 'top' | 'right' | 'bottom' | 'left';
 
-// As layout.css has them.
-const WIDE: Sides = [32, 100, 110, 340];
-const NARROW: Sides = [80, 24, 100, 24];
-const PANEL_WIDTH = 352;
-const SHEET_SHARE = 0.45;
+/** How far an element reaches from a side into the map, pixels. */
+function reach(element: Element, side: Side): number {
+  const { top, right, bottom, left } = element.getBoundingClientRect();
+  return { top: bottom, right: innerWidth - left, bottom: innerHeight - top, left: right }[side];
+}
 
-/** How much of the map the layout covers with the panel that is open, pixels. */
-export const covered = computed((): Sides => {
-  const open = panels.find(({ id }) => id === activePanel.value);
-  const [top, right, bottom, left] = wide.value ? WIDE : NARROW;
-  const s = scale.value;
-  if (!wide.value) return [top, right, bottom + (open ? SHEET_SHARE * innerHeight : 0), left];
-  return [top * s, (right + (open?.place === 'right' ? PANEL_WIDTH : 0)) * s, bottom * s, left * s];
-});
+function measure(cover: Element): void {
+  const at = (side: Side): number => {
+    const element = cover.querySelector(`[data-covers="${side}"]`);
+    return element ? reach(element, side) : 0;
+  };
+  const sides: Sides = [at('top'), at('right'), at('bottom'), at('left')];
+  // Not all that changes its size covers more or less.
+  if (sides.some((size, i) => size !== mapPadding.peek()[i])) mapPadding.value = sides;
+}
+
+/** Tells the map how much of it the elements cover that say so by data-covers. */
+export function useCover(): RefObject<HTMLDivElement | null> {
+  const cover = useRef<HTMLDivElement>(null);
+  useEffect(() => {
+    const { current } = cover;
+    if (!current) return undefined;
+    const observer = new ResizeObserver(() => measure(current));
+    observer.observe(current);
+    for (const element of current.querySelectorAll('[data-covers]')) observer.observe(element);
+    return () => observer.disconnect();
+  }, []);
+  return cover;
+}

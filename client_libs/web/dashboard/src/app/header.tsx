@@ -39,9 +39,9 @@ function MapPicker() {
 }
 
 /** Which map is shown, and how the page stands with the server. */
-export function Header() {
+export function Header({ covers }: { covers?: 'top' }) {
   return (
-    <header class="card header">
+    <header class="card header" data-covers={covers}>
       <h1 class="unseen">Hypermap</h1>
       <MapPicker />
       <ConnectionState />

@@ -1,5 +1,4 @@
 import { useEffect } from 'preact/hooks';
-import { mapPadding } from '../map/padding';
 import { scale } from '../map/scale';
 import { panels } from '../panels';
 import { activePanel, openPanel, togglePanel } from '../panels/active';
@@ -7,7 +6,7 @@ import { CloseIcon } from '../panels/kit/icons';
 import { addShortcut } from '../panels/kit/shortcuts';
 import type { Panel } from '../panels/panel';
 import { asOf } from '../state/time';
-import { covered } from './covered';
+import { useCover } from './covered';
 import { Header } from './header';
 import './layout.css';
 import { MapControls } from './map_controls';
@@ -63,10 +62,11 @@ function goTo(id: string, place: Panel['place']): void {
 }
 
 function Wide() {
+  const cover = useCover();
   const open = panels.find(({ id, place }) => place === 'right' && id === activePanel.value);
   return (
-    <div class="wide" style={{ zoom: scale.value }}>
-      <div class="left">
+    <div ref={cover} class="wide" style={{ '--scale': scale.value }}>
+      <div class="left" data-covers="left">
         <Header />
         {panels
           .filter(({ place }) => place === 'left')
@@ -84,12 +84,18 @@ function Wide() {
         {panels
           .filter(({ place }) => place === 'bottom')
           .map(({ id, title, component: Content }) => (
-            <section key={id} id={`section-${id}`} class="card bar" aria-label={title}>
+            <section
+              key={id}
+              id={`section-${id}`}
+              class="card bar"
+              data-covers="bottom"
+              aria-label={title}
+            >
               <Content />
             </section>
           ))}
       </div>
-      <div class="right">
+      <div class="right" data-covers="right">
         {open && <PanelCard key={open.id} panel={open} />}
         <div class="rail">
           <Tabs of={panels.filter(({ place }) => place === 'right')} />
@@ -102,16 +108,17 @@ function Wide() {
 }
 
 function Narrow() {
+  const cover = useCover();
   const open = panels.find(({ id }) => id === activePanel.value);
   return (
-    <div class="narrow">
-      <Header />
+    <div ref={cover} class="narrow" style={{ '--scale': scale.value }}>
+      <Header covers="top" />
       <div class="middle">
         <MapNotices />
         <MapControls />
         <ScaleLine />
       </div>
-      <div class="sheet">
+      <div class="sheet" data-covers="bottom">
         {open && <PanelCard key={open.id} panel={open} />}
         <Tabs of={panels} />
       </div>
@@ -129,9 +136,6 @@ export function Layout() {
       for (const stop of stops) stop();
     };
   }, []);
-  useEffect(() => {
-    mapPadding.value = covered.value;
-  }, [covered.value]);
   return (
     <>
       {asOf.value !== undefined && <div class="as-of-frame" />}

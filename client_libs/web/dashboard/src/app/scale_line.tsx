@@ -3,15 +3,14 @@ import { scale } from '../map/scale';
 import { formatLength, roundLength } from './lengths';
 import './scale_line.css';
 
-/** The line is at most so long, pixels: as wide as the tabs above it. */
+/** The line is at most so long, pixels that grow with the screen: as wide as the tabs above it. */
 const LONGEST = 70;
 
 /** How long things on the map are, for those who see it. */
 export function ScaleLine() {
-  const metresPerPixel = resolution.value * scale.value;
-  const length = roundLength(LONGEST * metresPerPixel);
+  const length = roundLength(LONGEST * scale.value * resolution.value);
   return (
-    <div class="scale-line" style={{ width: `${length / metresPerPixel}px` }} aria-hidden="true">
+    <div class="scale-line" style={{ width: `${length / resolution.value}px` }} aria-hidden="true">
       {formatLength(length)}
     </div>
   );

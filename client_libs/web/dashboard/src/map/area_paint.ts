@@ -5,7 +5,7 @@ import type { Shape } from './shape_index';
 
 /** Existence is shown in so many steps. */
 const EXISTENCE_STEPS = 5;
-/** Objects that look smaller have no outline, pixels. */
+/** Objects that look smaller have no outline, pixels; more on larger screens. */
 const SMALLEST_OUTLINED = 8;
 
 interface Paint {
@@ -23,7 +23,8 @@ export class AreaPainter {
   /** The context takes metres; `resolution` is in metres a pixel. */
   paint(context: CanvasRenderingContext2D, shape: Shape, resolution: number): void {
     const [minX = 0, minY = 0, maxX = 0, maxY = 0] = shape.box;
-    const isSmall = Math.max(maxX - minX, maxY - minY) < SMALLEST_OUTLINED * resolution;
+    const isSmall =
+      Math.max(maxX - minX, maxY - minY) < SMALLEST_OUTLINED * this.look.scale * resolution;
     const { fill, outline } = this.#paintOf(shape.object, isSmall);
     context.beginPath();
     for (const ring of shape.rings) {

@@ -1,17 +1,21 @@
-import { mapPadding } from './padding';
-import { contentBox } from './fit';
-import { olMap } from './tools';
+import type { Position } from '../state/model';
 import { shown } from '../state/time';
-
-const MOVE_MS = 200;
+import { fitContent } from './fit';
+import { moveMs } from './motion';
+import { olMap } from './tools';
 
 export function zoomBy(steps: number): void {
   const view = olMap.value?.getView();
-  if (view) view.animate({ zoom: (view.getZoom() ?? 0) + steps, duration: MOVE_MS });
+  if (view) view.animate({ zoom: (view.getZoom() ?? 0) + steps, duration: moveMs() });
 }
 
 /** Shows all of the content. */
 export function fitAll(): void {
-  const box = contentBox(shown.value);
-  if (box) olMap.value?.getView().fit(box, { padding: [...mapPadding.value], duration: MOVE_MS });
+  if (olMap.value) fitContent(olMap.value, shown.value, moveMs());
+}
+
+/** The middle of what nothing covers. */
+export function middle(): Position | undefined {
+  const [x, y] = olMap.value?.getView().getCenter() ?? [];
+  return x === undefined || y === undefined ? undefined : [x, y];
 }

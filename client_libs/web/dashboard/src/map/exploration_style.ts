@@ -5,6 +5,7 @@ import RegularShape from 'ol/style/RegularShape';
 import Stroke from 'ol/style/Stroke';
 import Style from 'ol/style/Style';
 import Text from 'ol/style/Text';
+import type { Look } from './look';
 
 export type ExplorationMark = 'frontier' | 'goal' | 'unreachable';
 
@@ -22,11 +23,6 @@ const DARK = {
   text: '#e7ecf2',
   bad: '#ff8a84',
 };
-
-interface Look {
-  dark: boolean;
-  scale: number;
-}
 
 /** Frontiers as cells, goals as discs with the robot's name, places given up as crosses. */
 export function explorationStyle({ dark, scale }: Look): (feature: FeatureLike) => Style {

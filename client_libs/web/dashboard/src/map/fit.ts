@@ -1,4 +1,4 @@
-import { effect } from '@preact/signals';
+import { effect, signal } from '@preact/signals';
 import { createEmpty, extend, isEmpty, type Extent } from 'ol/extent';
 import type OlMap from 'ol/Map';
 import type { GridStore } from '../state/grid_store';
@@ -7,7 +7,35 @@ import type { ObjectStore } from '../state/object_store';
 import { loading, live } from '../state/live';
 import { layers } from '../state/site';
 import { view } from '../state/url';
-import { mapPadding } from './padding';
+import { scale } from './scale';
+
+/** Around all of the content, pixels. */
+const MARGIN = 16;
+
+interface Fit {
+  box: Extent;
+  /** Left free around the box, pixels; larger on larger screens. */
+  margin: number;
+  /** No nearer than this, metres a pixel. */
+  finest?: number;
+  durationMs?: number;
+}
+
+/** What the map was fitted to last. */
+export const fitted = signal<Fit>();
+
+/** Shows a box in the part of the map that nothing covers. */
+export function fitTo(map: OlMap, fit: Fit): void {
+  const { box, margin, finest = 0, durationMs } = fit;
+  const view = map.getView();
+  fitted.value = fit;
+  view.cancelAnimations();
+  view.fit(box, {
+    padding: Array<number>(4).fill(margin * scale.peek()),
+    minResolution: finest,
+    ...(durationMs !== undefined && { duration: durationMs }),
+  });
+}
 
 function extendByGrid(box: Extent, store: GridStore): void {
   const known = store.knownBox();
@@ -40,11 +68,18 @@ export function contentBox(content: MapContent): Extent | undefined {
   return isEmpty(box) ? undefined : box;
 }
 
-/** Keeps in mind where the map is looked at. */
+/** Shows all of the content. */
+export function fitContent(map: OlMap, content: MapContent, durationMs?: number): boolean {
+  const box = contentBox(content);
+  if (box) fitTo(map, { box, margin: MARGIN, ...(durationMs !== undefined && { durationMs }) });
+  return box !== undefined;
+}
+
+/** Keeps in mind where the map is looked at: its middle, whatever covers it. */
 export function noteView(map: OlMap): void {
-  const [x, y] = map.getView().getCenter() ?? [];
-  const resolution = map.getView().getResolution();
-  if (x === undefined || y === undefined || resolution === undefined) return;
+  const { center, resolution } = map.getView().getState();
+  const [x, y] = center;
+  if (x === undefined || y === undefined) return;
   view.value = { center: [x, y], resolution };
 }
 
@@ -52,9 +87,6 @@ export function noteView(map: OlMap): void {
 export function fitWhenThere(map: OlMap): () => void {
   return effect(() => {
     if (view.value || loading.value || !layers.value) return;
-    const box = contentBox(live.value);
-    if (!box) return;
-    map.getView().fit(box, { padding: [...mapPadding.value] });
-    noteView(map);
+    if (fitContent(map, live.value)) noteView(map);
   });
 }

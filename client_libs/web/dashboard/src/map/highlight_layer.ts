@@ -15,6 +15,8 @@ import { highlight, selected } from '../state/selection';
 import { dark } from '../state/theme';
 import { shown } from '../state/time';
 import { showCells } from './highlight_cells';
+import type { Look } from './look';
+import { scale } from './scale';
 
 /** Above all content. */
 const ABOVE_CONTENT = 1000;
@@ -29,16 +31,18 @@ function outline(object: Object$, kind: Mark): Feature | undefined {
   return object.polygon && mark(new Polygon(ringsOf(object.polygon)), kind);
 }
 
-function styles(isDark: boolean): Record<Mark, Style[]> {
+function styles({ dark: isDark, scale: s }: Look): Record<Mark, Style[]> {
   const accent = isDark ? '#ffd24a' : '#d9480f';
   const soft = isDark ? 'rgba(255,210,74,.22)' : 'rgba(217,72,15,.16)';
   const ground = isDark ? 'rgba(0,0,0,.7)' : 'rgba(255,255,255,.9)';
-  const line = (color: string, width: number, lineDash?: number[]) =>
-    new Style({ stroke: new Stroke(lineDash ? { color, width, lineDash } : { color, width }) });
+  const line = (color: string, width: number, lineDash: number[] = []) =>
+    new Style({
+      stroke: new Stroke({ color, width: width * s, lineDash: lineDash.map((part) => part * s) }),
+    });
   const disc = new CircleStyle({
-    radius: 6,
+    radius: 6 * s,
     fill: new Fill({ color: accent }),
-    stroke: new Stroke({ color: ground, width: 2 }),
+    stroke: new Stroke({ color: ground, width: 2 * s }),
   });
   return {
     found: [line(ground, 5), new Style({ fill: new Fill({ color: soft }) }), line(accent, 2.5)],
@@ -77,7 +81,7 @@ export function showHighlight(map: OlMap): () => void {
   map.addLayer(layer);
   const stopCells = showCells(map, ABOVE_CONTENT);
   const stopStyle = effect(() => {
-    const byMark = styles(dark.value);
+    const byMark = styles({ dark: dark.value, scale: scale.value });
     layer.setStyle((feature) => byMark[feature.get('kind') as Mark]);
   });
   let last: readonly unknown[] = [];

@@ -9,11 +9,11 @@ import { view as shownView } from '../state/url';
 import { askOnClick } from './click_question';
 import { showContent } from './content_layers';
 import { showExploration } from './exploration_layer';
-import { fitWhenThere, noteView } from './fit';
+import { fitTo, fitWhenThere, noteView } from './fit';
 import { showHighlight } from './highlight_layer';
 import { keepInSight } from './keep_in_sight';
 import './map.css';
-import { mapPadding } from './padding';
+import { moveMs } from './motion';
 import { planar } from './projection';
 import { resolution } from './resolution';
 import { olMap } from './tools';
@@ -21,7 +21,8 @@ import { olMap } from './tools';
 /** Metres a pixel: from a coin on the screen to a whole district. */
 const FINEST = 0.0005;
 const COARSEST = 10;
-const MOVE_MS = 250;
+/** How near the map comes by itself, metres a pixel. */
+const NEAREST = 0.005;
 /** Around what the map moves to, pixels. */
 const MARGIN = 60;
 
@@ -66,11 +67,7 @@ function followWantedView(map: OlMap): () => void {
   return effect(() => {
     const wanted = wantedView.value;
     if (!wanted) return;
-    map.getView().fit(wanted.box, {
-      padding: mapPadding.peek().map((side) => side + MARGIN),
-      minResolution: 0.005,
-      duration: MOVE_MS,
-    });
+    fitTo(map, { box: wanted.box, margin: MARGIN, finest: NEAREST, durationMs: moveMs() });
   });
 }
 
@@ -82,6 +79,7 @@ export function MapView() {
     const map = makeMap(target.current);
     olMap.value = map;
     const stops = [
+      keepInSight(map),
       showContent(map),
       showExploration(map),
       showHighlight(map),
@@ -90,7 +88,6 @@ export function MapView() {
       tellResolution(map),
       followWantedView(map),
       askOnClick(),
-      keepInSight(map),
     ];
     return () => {
       for (const stop of stops) stop();

@@ -1,14 +1,13 @@
-import { computed, signal } from '@preact/signals';
+import { signal } from '@preact/signals';
 
-function matches(query: string) {
-  const list = matchMedia(query);
-  const matching = signal(list.matches);
-  list.addEventListener('change', (event) => (matching.value = event.matches));
-  return matching;
+/** The size of the root's letters where all is drawn as large as it is, pixels. */
+const PLAIN = 16;
+
+function read(): number {
+  return parseFloat(getComputedStyle(document.documentElement).fontSize) / PLAIN;
 }
 
-const large = matches('(min-width: 2200px)');
-const huge = matches('(min-width: 3400px)');
+/** How much larger all is drawn on screens that are read from afar: theme.css decides. */
+export const scale = signal(read());
 
-/** How much larger all is drawn on screens that are read from afar. */
-export const scale = computed(() => (huge.value ? 2 : large.value ? 1.35 : 1));
+addEventListener('resize', () => (scale.value = read()));

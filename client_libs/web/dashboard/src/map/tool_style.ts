@@ -1,3 +1,4 @@
+import type { FeatureLike } from 'ol/Feature';
 import CircleStyle from 'ol/style/Circle';
 import Fill from 'ol/style/Fill';
 import Stroke from 'ol/style/Stroke';
@@ -7,26 +8,21 @@ import Polygon from 'ol/geom/Polygon';
 
 const accent = '#2f6fde';
 
-const vertex = new CircleStyle({
-  radius: 5,
-  fill: new Fill({ color: '#fff' }),
-  stroke: new Stroke({ color: accent, width: 2 }),
-});
-
 /** Of what is being drawn: a line, a light area, and handles at the vertices. */
-export const toolStyle = [
-  new Style({
-    fill: new Fill({ color: 'rgba(47,111,222,.14)' }),
-    stroke: new Stroke({ color: accent, width: 2 }),
-    image: vertex,
-  }),
-  new Style({
-    image: vertex,
-    geometry: (feature) => {
-      const geometry = feature.getGeometry();
-      return geometry instanceof Polygon
-        ? new MultiPoint(geometry.getCoordinates().flat())
-        : undefined;
-    },
-  }),
-];
+export function toolStyle(scale: number): Style[] {
+  const line = new Stroke({ color: accent, width: 2 * scale });
+  const vertex = new CircleStyle({
+    radius: 5 * scale,
+    fill: new Fill({ color: '#fff' }),
+    stroke: line,
+  });
+  return [
+    new Style({ fill: new Fill({ color: 'rgba(47,111,222,.14)' }), stroke: line, image: vertex }),
+    new Style({ image: vertex, geometry: verticesOf }),
+  ];
+}
+
+function verticesOf(feature: FeatureLike): MultiPoint | undefined {
+  const geometry = feature.getGeometry();
+  return geometry instanceof Polygon ? new MultiPoint(geometry.getCoordinates().flat()) : undefined;
+}

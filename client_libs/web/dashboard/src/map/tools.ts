@@ -12,6 +12,7 @@ import VectorLayer from 'ol/layer/Vector';
 import { unByKey } from 'ol/Observable';
 import VectorSource from 'ol/source/Vector';
 import type { Position } from '../state/model';
+import { scale } from './scale';
 import { toolStyle } from './tool_style';
 
 /** The map of the page, once it is there. */
@@ -24,8 +25,17 @@ let dropTool: (() => void) | undefined;
 /** When the last tool was put down, by the clock of events. */
 let putDownAt = 0;
 
+/** How near a pointer must come to a corner, pixels; more on larger screens. */
+const REACH = 10;
+/** The same of the corner that ends a drawing. */
+const REACH_OF_END = 12;
+
 /** Above content and highlights. */
 const ABOVE_ALL = 2000;
+
+function reach(): number {
+  return REACH * scale.peek();
+}
 
 /** Ends the tool in hand, if any, without a result. */
 export function cancelTool(): void {
@@ -70,7 +80,7 @@ function take({ hint, source, interactions, onEnd }: Tool): () => void {
   cancelTool();
   const map = olMap.value;
   if (!map) throw new Error('there is no map yet');
-  const layer = new VectorLayer({ source, style: toolStyle, zIndex: ABOVE_ALL });
+  const layer = new VectorLayer({ source, style: toolStyle(scale.peek()), zIndex: ABOVE_ALL });
   map.addLayer(layer);
   for (const interaction of interactions) map.addInteraction(interaction);
   toolHint.value = hint;
@@ -91,12 +101,17 @@ function take({ hint, source, interactions, onEnd }: Tool): () => void {
 export function drawPolygon(hint: string): Promise<Position[] | undefined> {
   return new Promise((resolve) => {
     const source = new VectorSource();
-    const draw = new Draw({ source, type: 'Polygon', style: toolStyle });
+    const draw = new Draw({
+      source,
+      type: 'Polygon',
+      style: toolStyle(scale.peek()),
+      snapTolerance: REACH_OF_END * scale.peek(),
+    });
     let drawn: Position[] | undefined;
     const putDown = take({
       hint,
       source,
-      interactions: [draw, new Snap({ source })],
+      interactions: [draw, new Snap({ source, pixelTolerance: reach() })],
       onEnd: () => resolve(drawn),
     });
     draw.on('drawend', ({ feature }) => {
@@ -118,7 +133,12 @@ export interface Modification {
 export function modifyPolygon(rings: Position[][], hint: string, onEnd: () => void): Modification {
   const feature = new Feature(new Polygon(rings));
   const source = new VectorSource({ features: [feature] });
-  const modify = new Modify({ source, style: toolStyle });
-  const end = take({ hint, source, interactions: [modify, new Snap({ source })], onEnd });
+  const modify = new Modify({ source, style: toolStyle(scale.peek()), pixelTolerance: reach() });
+  const end = take({
+    hint,
+    source,
+    interactions: [modify, new Snap({ source, pixelTolerance: reach() })],
+    onEnd,
+  });
   return { rings: () => feature.getGeometry()?.getCoordinates() as Position[][], end };
 }

@@ -1,11 +1,11 @@
 import { signal, useSignal } from '@preact/signals';
+import { middle } from '../map/controls';
 import { drawPolygon } from '../map/tools';
 import { editing, editObject, redo, redoTitle, undo, undoTitle } from '../state/edits';
 import type { Object$, Position } from '../state/model';
 import { drawableLayers, drawnObject, knownLabels, squareAround } from '../state/objects';
 import { selected } from '../state/selection';
 import { asOf, backToLive } from '../state/time';
-import { view } from '../state/url';
 import { EditIcon } from './kit/icons';
 import { ObjectActions } from './object_actions';
 import './edit_panel.css';
@@ -32,7 +32,8 @@ async function draw(): Promise<void> {
 
 /** For those who don't draw by hand: something to be moved into place. */
 async function placeSquare(): Promise<void> {
-  if (view.value) await put(squareAround(view.value.center, 0.5));
+  const at = middle();
+  if (at) await put(squareAround(at, 0.5));
 }
 
 function LabelField({ value, onInput }: { value: string; onInput: (text: string) => void }) {
