@@ -12,16 +12,17 @@
 namespace hypermap::server {
 namespace {
 
+// Promises outlive the threads that keep them: who waits may go on before set_value has returned.
 TEST(TickLineTest, RunsEachTaskOnceInTheirOrder) {
+  std::promise<void> done[3];
   WorkerPool workers(1);
   TimerQueue timers;
   const auto line = TickLine::Make(absl::Milliseconds(2), &timers, &workers);
   std::vector<int> ran;
-  for (int round = 0; round < 3; ++round) {
-    std::promise<void> done;
+  for (std::promise<void>& round : done) {
     for (int i = 0; i < 5; ++i) line->Add([&ran, i] { ran.push_back(i); });
-    line->Add([&] { done.set_value(); });
-    done.get_future().wait();
+    line->Add([&round] { round.set_value(); });
+    round.get_future().wait();
   }
   EXPECT_THAT(ran, ::testing::ElementsAre(0, 1, 2, 3, 4, 0, 1, 2, 3, 4, 0, 1, 2, 3, 4));
   EXPECT_FALSE(line->RunNext());
@@ -36,10 +37,10 @@ TEST(TickLineTest, NothingIsDoneBeforeTheTick) {
 }
 
 TEST(TickLineTest, OthersHelpWhileTheWorkerIsHeldUp) {
+  std::promise<void> held, release;
   WorkerPool workers(1);
   TimerQueue timers;
   const auto line = TickLine::Make(absl::Milliseconds(2), &timers, &workers);
-  std::promise<void> held, release;
   line->Add([&] {
     held.set_value();
     release.get_future().wait();

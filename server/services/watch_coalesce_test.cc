@@ -177,11 +177,12 @@ TEST_F(WatchCoalesceTest, BytesThatAreNoRequestAreRefused) {
   const grpc::ByteBuffer request(&slice, 1);
   grpc::ByteBuffer response;
   grpc::ClientContext context;
-  std::promise<grpc::Status> answered;
+  // Shared: who waits may go on before set_value has returned.
+  const auto answered = std::make_shared<std::promise<grpc::Status>>();
   grpc::GenericStub(server_.channel())
       .UnaryCall(&context, "/hypermap.v1.WatchService/Watch", {}, &request, &response,
-                 [&](grpc::Status status) { answered.set_value(std::move(status)); });
-  const grpc::Status status = answered.get_future().get();
+                 [answered](grpc::Status status) { answered->set_value(std::move(status)); });
+  const grpc::Status status = answered->get_future().get();
   EXPECT_EQ(status.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
   EXPECT_THAT(status.error_message(), HasSubstr("WatchRequest"));
 }
