@@ -103,10 +103,12 @@ test.describe('on a phone', () => {
     const { y } = dashboard.at(MIDDLE);
     await dashboard.drag([6, 5.75], [6, 3]);
     await expect.poll(() => dashboard.at(MIDDLE).y).toBeGreaterThan(y + 200);
-    const address = page.url();
+    // It glides on a little.
+    await picture(page);
+    const left = dashboard.at(MIDDLE).y;
     await dashboard.panel('Search');
     await picture(page);
-    expect(page.url()).toBe(address);
+    expect(Math.abs(dashboard.at(MIDDLE).y - left)).toBeLessThan(4);
   });
 
   test('all of the map is fitted above the sheet', async ({ site, dashboard, page }) => {

@@ -83,10 +83,28 @@ export function noteView(map: OlMap): void {
   view.value = { center: [x, y], resolution };
 }
 
+/** Runs something when all that is to be drawn now has been. */
+function afterDrawing(run: () => void): void {
+  // What covers the map is measured between the two.
+  requestAnimationFrame(() => requestAnimationFrame(run));
+}
+
 /** Shows all of a map when its first content has come, unless the address said where to look. */
 export function fitWhenThere(map: OlMap): () => void {
-  return effect(() => {
-    if (view.value || loading.value || !layers.value) return;
-    if (fitContent(map, live.value)) noteView(map);
+  let isDue = false;
+  let hasEnded = false;
+  const fit = (): void => {
+    isDue = false;
+    if (hasEnded || view.peek() || loading.peek()) return;
+    if (fitContent(map, live.peek())) noteView(map);
+  };
+  const stop = effect(() => {
+    if (view.value || loading.value || !layers.value || !contentBox(live.value)) return;
+    if (!isDue) afterDrawing(fit);
+    isDue = true;
   });
+  return () => {
+    hasEnded = true;
+    stop();
+  };
 }
