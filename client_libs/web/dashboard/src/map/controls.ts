@@ -1,12 +1,12 @@
 import type { Position } from '../state/model';
 import { shown } from '../state/time';
 import { fitContent } from './fit';
-import { moveMs } from './motion';
+import { moveMs, setOut } from './motion';
 import { olMap } from './tools';
 
 export function zoomBy(steps: number): void {
   const view = olMap.value?.getView();
-  if (view) view.animate({ zoom: (view.getZoom() ?? 0) + steps, duration: moveMs() });
+  if (view) view.animate({ zoom: (view.getZoom() ?? 0) + steps, duration: moveMs() }, setOut());
 }
 
 /** Shows all of the content. */

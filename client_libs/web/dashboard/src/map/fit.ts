@@ -7,6 +7,7 @@ import type { ObjectStore } from '../state/object_store';
 import { loading, live } from '../state/live';
 import { layers } from '../state/site';
 import { view } from '../state/url';
+import { setOut } from './motion';
 import { scale } from './scale';
 
 /** Around all of the content, pixels. */
@@ -33,7 +34,7 @@ export function fitTo(map: OlMap, fit: Fit): void {
   view.fit(box, {
     padding: Array<number>(4).fill(margin * scale.peek()),
     minResolution: finest,
-    ...(durationMs !== undefined && { duration: durationMs }),
+    ...(durationMs !== undefined && { duration: durationMs, callback: setOut() }),
   });
 }
 

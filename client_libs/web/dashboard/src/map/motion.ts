@@ -4,3 +4,18 @@ const reduced = matchMedia('(prefers-reduced-motion: reduce)');
 export function moveMs(): number {
   return reduced.matches ? 0 : 200;
 }
+
+let moves = 0;
+
+/** Whether the map is on its way to what it is to show. Not when people move it. */
+export function isOnItsWay(): boolean {
+  return moves > 0;
+}
+
+/** A move begins. It has ended, or was cut short, when the answer is called. */
+export function setOut(): () => void {
+  moves += 1;
+  return () => {
+    moves -= 1;
+  };
+}
