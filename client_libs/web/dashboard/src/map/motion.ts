@@ -12,7 +12,7 @@ export function isOnItsWay(): boolean {
   return moves > 0;
 }
 
-/** A move begins. It has ended, or was cut short, when the answer is called. */
+/** A move begins. Returns what is to be called when it has ended, or was cut short. */
 export function setOut(): () => void {
   moves += 1;
   return () => {
