@@ -1,5 +1,6 @@
 import { useEffect } from 'preact/hooks';
 import { MapView } from '../map/map_view';
+import { askOnClick } from '../panels/click_question';
 import { addEditKeys } from '../panels/edit_keys';
 import { listenForShortcuts } from '../panels/kit/shortcuts';
 import { mapName } from '../state/site';
@@ -12,6 +13,7 @@ export function App() {
   useEffect(listenForShortcuts, []);
   useEffect(addPageKeys, []);
   useEffect(addEditKeys, []);
+  useEffect(askOnClick, []);
   useEffect(() => {
     document.title = mapName.value === undefined ? 'Hypermap' : `${mapName.value} · Hypermap`;
   }, [mapName.value]);

@@ -6,7 +6,6 @@ import View from 'ol/View';
 import 'ol/ol.css';
 import { wantedView } from '../state/selection';
 import { view as shownView } from '../state/url';
-import { askOnClick } from './click_question';
 import { showContent } from './content_layers';
 import { showExploration } from './exploration_layer';
 import { fitTo, fitWhenThere, noteView } from './fit';
@@ -87,7 +86,6 @@ export function MapView() {
       keepView(map),
       tellResolution(map),
       followWantedView(map),
-      askOnClick(),
     ];
     return () => {
       for (const stop of stops) stop();

@@ -1,9 +1,12 @@
 import { effect, untracked } from '@preact/signals';
+import { olMap, onMapClick } from '../map/tools';
 import { askPoint } from '../state/point';
-import { activePanel, openPanel } from '../panels/active';
-import { olMap, onMapClick } from './tools';
+import { activePanel, openPanel } from './active';
 
-/** A click that no tool takes asks what is there. Who edits goes on editing what was clicked. */
+/**
+ * Asks what is at the clicked point, for every click that no tool takes, until the returned function
+ * is called. The answer is shown in the panel "here", or in the edit panel if that one is open.
+ */
 export function askOnClick(): () => void {
   return effect(() => {
     if (!olMap.value) return undefined;
