@@ -21,7 +21,6 @@ from ._sync.watch import Watch
 from .answers import (
     Answer,
     AnswerStatus,
-    Cell,
     LayerAnswer,
     LayerContent,
     LayerRefusal,
@@ -31,6 +30,7 @@ from .answers import (
     PointsAnswer,
     PointsContent,
 )
+from .catalog import LayerList, MapEntry, TransformList
 from .changes import Change, ChangeKind, Difference, Revision, RevisionList, WatchEvent
 from .credentials import Tls
 from .edits import DeleteObject, EditAnswer, FillPolygon, PutObject, SetAliases, WriteCells
@@ -67,21 +67,9 @@ from .explorations import (
     UnreachablePlace,
 )
 from .geometry import Pose, Transform
-from .grids import CellBox, CellRuns, Grid, GridGeometry
-from .layers import (
-    CellRule,
-    ExportAnswer,
-    FileFormat,
-    ImportAnswer,
-    Layer,
-    LayerKind,
-    LayerList,
-    LayerSpec,
-    MapEntry,
-    NamedFile,
-    OccupancyThresholds,
-    TransformList,
-)
+from .grids import Cell, CellBox, CellRule, CellRuns, Grid, GridGeometry
+from .interchange import ExportAnswer, FileFormat, ImportAnswer, NamedFile
+from .layers import Layer, LayerKind, LayerSpec, OccupancyThresholds
 from .objects import HeightRange, MapObject
 from .observations import (
     Acknowledgement,

@@ -5,18 +5,16 @@ from __future__ import annotations
 import os
 import pathlib
 import tempfile
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from types import TracebackType
 from typing import TypeAlias
 
-from ._proto import catalog_service_pb2 as pb
-from .layers import ExportAnswer, FileFormat, NamedFile
+from .interchange import FileFormat, NamedFile
 
 Path: TypeAlias = str | os.PathLike[str]
 # A file on disk, or one in memory.
 FileLike: TypeAlias = Path | NamedFile
 
-PIECE_BYTES = 1 << 20
 _FORMATS = {
     ".hmap": FileFormat.HMAP,
     ".yaml": FileFormat.NAV2,
@@ -47,30 +45,6 @@ def format_of(files: Iterable[NamedFile]) -> FileFormat:
         if found := _FORMATS.get(pathlib.PurePath(name).suffix.lower()):
             return found
     raise ValueError(f"no format is known by the names {names}: format=FileFormat...")
-
-
-def import_requests(
-    header: pb.ImportHeader, files: Iterable[NamedFile]
-) -> Iterator[pb.ImportMapRequest]:
-    """The header, then the files in pieces."""
-    yield pb.ImportMapRequest(header=header)
-    for file in files:
-        for begin in range(0, max(len(file.data), 1), PIECE_BYTES):
-            piece = file.data[begin : begin + PIECE_BYTES]
-            yield pb.ImportMapRequest(chunk=pb.FileChunk(file_name=file.name, data=piece))
-
-
-def collect_export(messages: Iterable[pb.ExportMapResponse]) -> ExportAnswer:
-    """The files of an answer, of their pieces."""
-    header = pb.ExportHeader()
-    pieces: dict[str, list[bytes]] = {}
-    for message in messages:
-        if message.HasField("header"):
-            header = message.header
-        else:
-            pieces.setdefault(message.chunk.file_name, []).append(message.chunk.data)
-    files = tuple(NamedFile(name, b"".join(parts)) for name, parts in pieces.items())
-    return ExportAnswer(header.map, header.revision, files, tuple(header.omissions))
 
 
 class NewFile:

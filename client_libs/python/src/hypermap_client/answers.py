@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import IntEnum
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from .grids import CellRuns, Grid, GridGeometry
+from ._geodataframe import make_geodataframe
+from ._object_table import OBJECT_COLUMNS, columns_of_rows, object_row, object_table
+from .grids import Cell, CellRuns, Grid
 from .layers import LayerKind
 from .objects import MapObject
 
@@ -65,9 +67,7 @@ class PointAnswer:
 
     def to_geodataframe(self) -> geopandas.GeoDataFrame:
         """A row for each object of the semantic layers. Needs GeoPandas."""
-        from .tables import objects_table  # noqa: PLC0415  (GeoPandas is an extra)
-
-        return objects_table([(c.layer, o) for c in self.layers for o in c.objects])
+        return object_table([(c.layer, o) for c in self.layers for o in c.objects])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -123,11 +123,9 @@ class LayerAnswer:
 
     def to_geodataframe(self) -> geopandas.GeoDataFrame:
         """A row for each object, or for each run of cells. Needs GeoPandas."""
-        from .tables import objects_table  # noqa: PLC0415  (GeoPandas is an extra)
-
         if self.cells is not None:
             return self.cells.to_geodataframe()
-        return objects_table([(self.layer, o) for o in self.objects])
+        return object_table([(self.layer, o) for o in self.objects])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -155,34 +153,7 @@ class Answer:
 
         Cells: `answer["floor"].to_geodataframe()`.
         """
-        from .tables import objects_table  # noqa: PLC0415  (GeoPandas is an extra)
-
-        return objects_table([(a.layer, o) for a in self.layers for o in a.objects])
-
-
-@dataclass(frozen=True, slots=True)
-class Cell:
-    """A cell of a grid with its value (NaN: unknown)."""
-
-    row: int
-    col: int
-    value: float
-    grid: GridGeometry = field(repr=False)
-
-    @property
-    def polygon(self) -> shapely.Polygon:
-        """Its square, in the frame of the answer."""
-        corners = ((0, 0), (0, 1), (1, 1), (1, 0))
-        return shapely.Polygon(
-            self.grid.corners(
-                [self.row + r for r, _ in corners], [self.col + c for _, c in corners]
-            )
-        )
-
-    @property
-    def centre(self) -> shapely.Point:
-        """Its centre, in the frame of the answer."""
-        return shapely.Point(self.grid.centres(self.row, self.col))
+        return object_table([(a.layer, o) for a in self.layers for o in a.objects])
 
 
 @dataclass(frozen=True, slots=True)
@@ -219,9 +190,20 @@ class NearestAnswer:
 
     def to_geodataframe(self) -> geopandas.GeoDataFrame:
         """A row for each match, nearest first. Needs GeoPandas."""
-        from .tables import matches_table  # noqa: PLC0415  (GeoPandas is an extra)
-
-        return matches_table(self.matches)
+        rows: list[dict[str, Any]] = []
+        geometry: list[shapely.Polygon] = []
+        for match in self.matches:
+            row: dict[str, Any] = {"layer": match.layer}
+            if match.object is not None:
+                row = object_row(match.layer, match.object)
+                geometry.append(match.object.polygon)
+            elif match.cell is not None:
+                row.update(row=match.cell.row, col=match.cell.col, value=match.cell.value)
+                geometry.append(match.cell.polygon)
+            row["distance_m"] = match.distance_m
+            rows.append(row)
+        names = ("distance_m", *OBJECT_COLUMNS, "row", "col", "value")
+        return make_geodataframe(columns_of_rows(rows, names), geometry)
 
 
 def _by_layer(layers: tuple[_Named, ...], name: str) -> _Named:

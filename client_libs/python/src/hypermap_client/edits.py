@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .geometry import AreaLike
-from .layers import CellRule
+from .grids import CellRule
 from .objects import MapObject
 
 

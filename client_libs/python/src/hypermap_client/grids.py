@@ -7,11 +7,14 @@ along the x axis, both may be negative. Arrays have the lowest row first (imshow
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from enum import IntEnum
 from typing import TYPE_CHECKING
 
 import numpy as np
+import shapely
 from numpy.typing import ArrayLike, NDArray
 
+from ._geodataframe import make_geodataframe
 from .geometry import PointLike, Pose, xy_of
 
 if TYPE_CHECKING:
@@ -46,6 +49,31 @@ class GridGeometry:
 
 
 @dataclass(frozen=True, slots=True)
+class Cell:
+    """A cell of a grid with its value (NaN: unknown)."""
+
+    row: int
+    col: int
+    value: float
+    grid: GridGeometry = field(repr=False)
+
+    @property
+    def polygon(self) -> shapely.Polygon:
+        """Its square, in the frame of the answer."""
+        corners = ((0, 0), (0, 1), (1, 1), (1, 0))
+        return shapely.Polygon(
+            self.grid.corners(
+                [self.row + r for r, _ in corners], [self.col + c for _, c in corners]
+            )
+        )
+
+    @property
+    def centre(self) -> shapely.Point:
+        """Its centre, in the frame of the answer."""
+        return shapely.Point(self.grid.centres(self.row, self.col))
+
+
+@dataclass(frozen=True, slots=True)
 class CellBox:
     """Cells with row_begin <= row < row_end and col_begin <= column < col_end."""
 
@@ -58,6 +86,17 @@ class CellBox:
     def shape(self) -> tuple[int, int]:
         """Rows and columns."""
         return self.row_end - self.row_begin, self.col_end - self.col_begin
+
+
+class CellRule(IntEnum):
+    """Which cells a polygon selects."""
+
+    CENTRE = 1
+    """Those whose centre it covers."""
+    COVERED = 2
+    """Those whose whole square it covers."""
+    TOUCHED = 3
+    """Those whose square shares a point with it."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -129,9 +168,23 @@ class CellRuns:
 
     def to_geodataframe(self) -> geopandas.GeoDataFrame:
         """A rectangle for each run, with row, col_begin, col_end and value. Needs GeoPandas."""
-        from .tables import runs_table  # noqa: PLC0415  (GeoPandas is an extra)
-
-        return runs_table(self)
+        next_rows = self.rows.astype(np.int64) + 1
+        corners = np.stack(
+            [
+                self.grid.corners(self.rows, self.col_begins),
+                self.grid.corners(self.rows, self.col_ends),
+                self.grid.corners(next_rows, self.col_ends),
+                self.grid.corners(next_rows, self.col_begins),
+            ],
+            axis=1,
+        )
+        columns = {
+            "row": self.rows,
+            "col_begin": self.col_begins,
+            "col_end": self.col_ends,
+            "value": self.values,
+        }
+        return make_geodataframe(columns, shapely.polygons(corners))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

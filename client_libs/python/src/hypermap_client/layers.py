@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-import os
-import pathlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from datetime import datetime
 from enum import IntEnum
 
-from .geometry import Transform
-from .grids import CellBox, GridGeometry
+from .grids import CellBox, CellRule, GridGeometry
 
 
 class LayerKind(IntEnum):
@@ -24,17 +20,6 @@ class LayerKind(IntEnum):
     """Labelled polygons."""
     SCALAR = 4
     """Cells with a measured number."""
-
-
-class CellRule(IntEnum):
-    """Which cells a polygon selects."""
-
-    CENTRE = 1
-    """Those whose centre it covers."""
-    COVERED = 2
-    """Those whose whole square it covers."""
-    TOUCHED = 3
-    """Those whose square shares a point with it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,95 +69,3 @@ class Layer(LayerSpec):
     size: int = 0
     extent: CellBox | None = None
     version: int = 0
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class MapEntry:
-    """A map apart from its content.
-
-    frame_id: the map's own frame, what an empty frame id means.
-    problem: not empty when the server can't open the map: why. Only the name is set then.
-    """
-
-    name: str
-    frame_id: str = ""
-    revision: int = 0
-    create_time: datetime | None = None
-    layer_count: int = 0
-    problem: str = ""
-
-
-@dataclass(frozen=True, slots=True)
-class LayerList:
-    """The layers of a map by name, at a revision."""
-
-    map: str
-    revision: int
-    layers: tuple[Layer, ...]
-
-    def __getitem__(self, name: str) -> Layer:
-        for layer in self.layers:
-            if layer.name == name:
-                return layer
-        raise KeyError(name)
-
-
-@dataclass(frozen=True, slots=True)
-class TransformList:
-    """The frames of a map by child, at a revision; `frame_id` is the map's own."""
-
-    map: str
-    revision: int
-    frame_id: str
-    transforms: tuple[Transform, ...]
-
-
-class FileFormat(IntEnum):
-    """What maps are exchanged as."""
-
-    HMAP = 1
-    """The original Hypermap's zip file."""
-    NAV2 = 2
-    """ROS map_server YAML with a PGM or PNG image: two files."""
-    GEOJSON = 3
-    """GeoJSON in local planar metres."""
-
-
-@dataclass(frozen=True, slots=True)
-class NamedFile:
-    """A file by its base name, with all of its bytes."""
-
-    name: str
-    data: bytes = field(repr=False)
-
-
-@dataclass(frozen=True, slots=True)
-class ImportAnswer:
-    """What an import made.
-
-    layers: those that were made or written.
-    repairs: how the server understood what was not as the format has it, a line each.
-    """
-
-    map: str
-    revision: int
-    layers: tuple[str, ...]
-    repairs: tuple[str, ...]
-
-
-@dataclass(frozen=True, slots=True)
-class ExportAnswer:
-    """Files of a map at a revision. `omissions`: a line for each thing that they can't carry."""
-
-    map: str
-    revision: int
-    files: tuple[NamedFile, ...]
-    omissions: tuple[str, ...]
-
-    def save(self, folder: str | os.PathLike[str]) -> tuple[pathlib.Path, ...]:
-        """Writes the files into a folder, and answers their paths."""
-        # A name with folders in it would lead elsewhere.
-        paths = tuple(pathlib.Path(folder, pathlib.Path(file.name).name) for file in self.files)
-        for path, file in zip(paths, self.files, strict=True):
-            path.write_bytes(file.data)
-        return paths

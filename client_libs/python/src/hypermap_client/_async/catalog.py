@@ -6,31 +6,18 @@ from collections.abc import AsyncIterator, Iterable
 from typing import Literal
 
 from .. import _rpc as rpc
-from .._files import (
-    FileLike,
-    NewFile,
-    Path,
-    collect_export,
-    format_of,
-    import_requests,
-    read_files,
-)
+from .._files import FileLike, NewFile, Path, format_of, read_files
 from .._proto import catalog_service_pb2 as pb
 from .._requests import Layers, names_of, new_request_id
-from .._wire import encode_enum
+from .._wire.catalog import decode_map
+from .._wire.enums import encode_enum
 from .._wire.geometry import decode_transform, encode_transform
-from .._wire.layers import decode_layer, decode_map, encode_layer
+from .._wire.interchange import collect_export, import_requests
+from .._wire.layers import decode_layer, encode_layer
+from ..catalog import LayerList, MapEntry, TransformList
 from ..geometry import Pose, Transform
-from ..layers import (
-    ExportAnswer,
-    FileFormat,
-    ImportAnswer,
-    Layer,
-    LayerList,
-    LayerSpec,
-    MapEntry,
-    TransformList,
-)
+from ..interchange import ExportAnswer, FileFormat, ImportAnswer
+from ..layers import Layer, LayerSpec
 from .connection import Connection
 
 

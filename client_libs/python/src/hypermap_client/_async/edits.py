@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from .. import _rpc as rpc
 from .._proto import edit_service_pb2 as pb
 from .._requests import new_request_id
-from .._wire.objects import encode_edit
+from .._wire.edits import encode_edit
 from ..edits import Edit, EditAnswer
 from .connection import Connection
 

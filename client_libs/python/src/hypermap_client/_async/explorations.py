@@ -7,7 +7,7 @@ from datetime import timedelta
 from .. import _rpc as rpc
 from .._proto import exploration_service_pb2 as pb
 from .._requests import new_request_id
-from .._wire import encode_enum
+from .._wire.enums import encode_enum
 from .._wire.explorations import (
     decode_claim,
     decode_exploration,
@@ -26,7 +26,7 @@ from ..explorations import (
     GoalOutcome,
 )
 from ..geometry import AreaLike, Pose
-from ..layers import CellRule
+from ..grids import CellRule
 from .connection import Connection
 
 MINUTE = timedelta(minutes=1)

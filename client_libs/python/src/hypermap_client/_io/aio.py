@@ -13,7 +13,7 @@ import grpc.aio
 from .._rpc import A, Q, Rpc
 from ..credentials import Tls, Token
 from ..errors import Cancelled, Internal, Unavailable, error_of
-from . import call_metadata, channel_credentials, channel_options
+from .options import call_metadata, channel_credentials, channel_options
 
 sleep = asyncio.sleep
 

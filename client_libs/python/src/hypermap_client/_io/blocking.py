@@ -15,7 +15,7 @@ import grpc
 from .._rpc import A, Q, Rpc
 from ..credentials import Tls, Token
 from ..errors import Cancelled, Unavailable, error_of
-from . import call_metadata, channel_credentials, channel_options
+from .options import call_metadata, channel_credentials, channel_options
 
 sleep = time.sleep
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 
 import numpy as np
 
@@ -10,7 +10,6 @@ from .._proto import query_service_pb2 as pb
 from ..answers import (
     Answer,
     AnswerStatus,
-    Cell,
     LayerAnswer,
     LayerContent,
     LayerRefusal,
@@ -20,24 +19,12 @@ from ..answers import (
     PointsAnswer,
     PointsContent,
 )
-from ..grids import CellRuns
 from ..layers import LayerKind
 from ..objects import MapObject
-from . import decode_enum
+from .enums import decode_enum
 from .geometry import decode_point
-from .layers import decode_grid
+from .grids import decode_cell, decode_runs
 from .objects import decode_object
-
-
-def decode_runs(messages: Sequence[pb.CellRuns]) -> CellRuns:
-    """The runs of all messages, which are of one grid and not none."""
-    return CellRuns(
-        decode_grid(messages[0].grid),
-        np.concatenate([np.array(m.rows, np.int32) for m in messages]),
-        np.concatenate([np.array(m.col_begins, np.int32) for m in messages]),
-        np.concatenate([np.array(m.col_ends, np.int32) for m in messages]),
-        np.concatenate([np.array(m.values, np.float64) for m in messages]),
-    )
 
 
 def decode_point_answer(message: pb.QueryPointResponse) -> PointAnswer:
@@ -100,12 +87,6 @@ def decode_answer(
             layers.append(PartsOfLayer(message.part))
         layers[-1].take(message.part)
     return Answer(map_name, revision, frame_id, tuple(parts.answer() for parts in layers))
-
-
-def decode_cell(message: pb.CellRuns) -> Cell:
-    return Cell(
-        message.rows[0], message.col_begins[0], message.values[0], decode_grid(message.grid)
-    )
 
 
 def decode_nearest_answer(message: pb.QueryNearestResponse) -> NearestAnswer:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from .._proto import watch_service_pb2 as pb
 from ..changes import Change, ChangeKind, Revision, RevisionList, WatchEvent
-from . import decode_enum
-from .answers import decode_runs
+from .enums import decode_enum
 from .geometry import decode_transform
+from .grids import decode_runs
 from .layers import decode_layer
 from .objects import decode_object
 from .time import decode_commit_time

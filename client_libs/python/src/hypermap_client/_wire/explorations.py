@@ -16,7 +16,7 @@ from ..explorations import (
     Goal,
     UnreachablePlace,
 )
-from . import decode_enum
+from .enums import decode_enum
 from .geometry import decode_point, decode_polygon
 from .time import decode_time
 

@@ -1,35 +1,14 @@
-"""Maps, layers and the geometry of grids."""
+"""Layers."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from .._proto import catalog_service_pb2 as catalog
 from .._proto import layer_pb2 as pb
-from ..grids import CellBox, GridGeometry
-from ..layers import CellRule, Layer, LayerKind, LayerSpec, MapEntry, OccupancyThresholds
-from . import decode_enum, encode_enum
-from .geometry import decode_pose, encode_pose
-from .time import decode_time
-
-
-def decode_map(message: catalog.Map) -> MapEntry:
-    return MapEntry(
-        name=message.name,
-        frame_id=message.frame_id,
-        revision=message.revision,
-        create_time=decode_time(message.create_time) if message.HasField("create_time") else None,
-        layer_count=message.layer_count,
-        problem=message.problem,
-    )
-
-
-def encode_grid(grid: GridGeometry) -> pb.GridGeometry:
-    return pb.GridGeometry(origin=encode_pose(grid.origin), resolution_m=grid.resolution_m)
-
-
-def decode_grid(message: pb.GridGeometry) -> GridGeometry:
-    return GridGeometry(message.resolution_m, decode_pose(message.origin))
+from ..grids import CellBox, CellRule
+from ..layers import Layer, LayerKind, LayerSpec, OccupancyThresholds
+from .enums import decode_enum, encode_enum
+from .grids import decode_grid, encode_grid
 
 
 def encode_aliases(aliases: Mapping[str, Sequence[str]]) -> list[pb.ValueAlias]:

@@ -20,7 +20,7 @@ from ..observations import (
     OpenedLayer,
     SensorPose,
 )
-from . import decode_enum
+from .enums import decode_enum
 from .geometry import encode_polygon, encode_pose
 from .objects import encode_height
 from .time import decode_time, encode_time

@@ -1,0 +1,39 @@
+"""Options, credentials and metadata of gRPC channels."""
+
+from __future__ import annotations
+
+import grpc
+
+from ..credentials import Tls, Token
+
+CHANNEL_OPTIONS: tuple[tuple[str, str | int], ...] = (
+    # How large an answer may be is the server's to limit.
+    ("grpc.max_receive_message_length", -1),
+    ("grpc.max_send_message_length", -1),
+    # A server that is back is found soon; how often a call is tried again is up to Backoff.
+    ("grpc.initial_reconnect_backoff_ms", 50),
+    ("grpc.min_reconnect_backoff_ms", 1000),
+    ("grpc.max_reconnect_backoff_ms", 1000),
+    ("grpc.enable_http_proxy", 0),
+)
+
+
+def channel_options(tls: Tls | None) -> tuple[tuple[str, str | int], ...]:
+    """What a channel is made with."""
+    if tls is None or not tls.server_name:
+        return CHANNEL_OPTIONS
+    return (*CHANNEL_OPTIONS, ("grpc.ssl_target_name_override", tls.server_name))
+
+
+def channel_credentials(tls: Tls) -> grpc.ChannelCredentials:
+    """What a channel is encrypted with."""
+    return grpc.ssl_channel_credentials(
+        tls.root_certificates, tls.private_key, tls.certificate_chain
+    )
+
+
+def call_metadata(token: Token | None) -> tuple[tuple[str, str], ...]:
+    """What is sent along with a call."""
+    if token is None:
+        return ()
+    return (("authorization", f"Bearer {token() if callable(token) else token}"),)

@@ -1,0 +1,18 @@
+"""Maps."""
+
+from __future__ import annotations
+
+from .._proto import catalog_service_pb2 as pb
+from ..catalog import MapEntry
+from .time import decode_time
+
+
+def decode_map(message: pb.Map) -> MapEntry:
+    return MapEntry(
+        name=message.name,
+        frame_id=message.frame_id,
+        revision=message.revision,
+        create_time=decode_time(message.create_time) if message.HasField("create_time") else None,
+        layer_count=message.layer_count,
+        problem=message.problem,
+    )
