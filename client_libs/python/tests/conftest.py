@@ -1,4 +1,7 @@
-"""Servers and clients of the tests. Each test has a map of its own on a server that all share."""
+"""Fixtures: a server that all tests share, clients, maps and certificates.
+
+Each test uses a map of its own on the shared server.
+"""
 
 from __future__ import annotations
 
@@ -23,7 +26,7 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
 
 @pytest.fixture
 def data_dir(tmp_path: pathlib.Path) -> pathlib.Path:
-    """For a server of the test's own."""
+    """An empty data folder for a server that only one test uses."""
     folder = tmp_path / "data"
     folder.mkdir()
     return folder
@@ -49,7 +52,7 @@ def site(client: Client) -> str:
 
 @pytest.fixture(scope="session")
 def certificates(tmp_path_factory: pytest.TempPathFactory) -> pathlib.Path:
-    """A folder with ca.pem, and server.pem, client.pem with their keys, signed by it."""
+    """A folder with ca.pem, and with server.pem, client.pem and their keys, signed by that CA."""
     folder = tmp_path_factory.mktemp("certificates")
 
     def openssl(*arguments: str) -> None:

@@ -1,4 +1,4 @@
-"""A gRPC server of the test's own, for what the real one does not do on demand."""
+"""A gRPC server with scripted responses, for faults that the real server cannot be made to show."""
 
 from __future__ import annotations
 
@@ -12,12 +12,13 @@ import grpc
 from hypermap_client import _rpc
 from hypermap_client._rpc import Rpc
 
-# A request and the call's metadata to an answer, or to a status that the call ends with.
+# A function from a request and the metadata of the call to a response, or to a status code with
+# which the call fails.
 Answer = Callable[[Any, dict[str, str]], Any]
 
 
 class ScriptedServer(grpc.GenericRpcHandler):
-    """Answers calls with one request and one answer by `answers`."""
+    """Answers calls of unary RPCs with the functions in `answers`."""
 
     def __init__(self, answers: dict[Rpc[Any, Any], Answer]) -> None:
         self._answers = {rpc.path: (rpc, answer) for rpc, answer in answers.items()}
@@ -35,7 +36,7 @@ class ScriptedServer(grpc.GenericRpcHandler):
             return result
 
         return grpc.unary_unary_rpc_method_handler(
-            handle, rpc.request.FromString, rpc.answer.SerializeToString
+            handle, rpc.request.FromString, rpc.response.SerializeToString
         )
 
 
@@ -43,7 +44,7 @@ class ScriptedServer(grpc.GenericRpcHandler):
 def scripted_server(
     answers: dict[Rpc[Any, Any], Answer], credentials: grpc.ServerCredentials | None = None
 ) -> Iterator[str]:
-    """Its address while it serves."""
+    """Runs a scripted server for the duration of the block, and yields its address."""
     server = grpc.server(ThreadPoolExecutor(4), handlers=[ScriptedServer(answers)])
     if credentials is None:
         port = server.add_insecure_port("127.0.0.1:0")
@@ -57,5 +58,5 @@ def scripted_server(
 
 
 def list_maps(answer: Answer) -> dict[Rpc[Any, Any], Answer]:
-    """A script for ListMaps alone."""
+    """A script that answers ListMaps only."""
     return {_rpc.LIST_MAPS: answer}

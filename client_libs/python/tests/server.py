@@ -1,4 +1,4 @@
-"""The real hypermapd as a process on a free port."""
+"""Runs hypermapd as a process on a free port."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ import time
 ROOT = pathlib.Path(__file__).resolve().parents[3]
 BIN = pathlib.Path(os.environ.get("HYPERMAP_BIN", ROOT / "build" / "bin"))
 OFFICE = ROOT / "demo" / "office"
-# How long anything may take. Generous: a busy machine is slow, hangs are forever.
+# Seconds after which a test gives up waiting. Only a hang takes this long, also on a busy machine.
 DEADLINE_S = 60.0
 
 READY = re.compile(rb"^hypermapd ready on (127\.0\.0\.1:\d+)\n", re.MULTILINE)
 
 
 class Server:
-    """A hypermapd on `data_dir`. Killed at the end of the `with` block if it still runs."""
+    """A hypermapd process on `data_dir`. The end of the `with` block kills it if it still runs."""
 
     def __init__(
         self, data_dir: os.PathLike[str], *flags: str, listen: str = "127.0.0.1:0"
@@ -44,9 +44,9 @@ class Server:
             selector.register(self._process.stdout, selectors.EVENT_READ)
             while not (ready := READY.search(output)):
                 assert selector.select(deadline - time.monotonic()), f"not ready: {self.log()}"
-                piece = os.read(self._process.stdout.fileno(), 65536)
-                assert piece, f"did not start: {self.log()}"
-                output += piece
+                data = os.read(self._process.stdout.fileno(), 65536)
+                assert data, f"did not start: {self.log()}"
+                output += data
         return ready[1].decode()
 
     def log(self) -> str:
@@ -54,12 +54,12 @@ class Server:
         return self._log.read().decode(errors="replace")
 
     def stop(self) -> int:
-        """Ends it as systemd would. The exit code."""
+        """Stops the server with SIGTERM and returns its exit code."""
         self._process.terminate()
         return self._process.wait(DEADLINE_S)
 
     def kill(self) -> None:
-        """Ends it as a power cut would."""
+        """Kills the server with SIGKILL, so that it cannot shut down cleanly."""
         self._process.kill()
         self._process.wait(DEADLINE_S)
 

@@ -1,4 +1,4 @@
-"""The client for asyncio, where it is not the same code as the blocking one."""
+"""Tests of the asyncio client, for code that the blocking client does not share."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def test_both_clients_have_the_same_methods() -> None:
     assert len(methods(Client)) > 35
 
 
-async def test_questions(async_client: AsyncClient, things: str) -> None:
+async def test_queries(async_client: AsyncClient, things: str) -> None:
     answer = await async_client.apply_edits(things, CHAIR)
     at = await async_client.query_point(things, (0.5, 0.5), min_revision=answer.revision)
     assert [o.id for o in at["things"].objects] == list(answer.object_ids)
@@ -62,8 +62,8 @@ async def test_questions(async_client: AsyncClient, things: str) -> None:
         await async_client.query_area("nowhere", shapely.box(0, 0, 1, 1))
 
 
-async def test_questions_at_the_same_time(async_client: AsyncClient, things: str) -> None:
-    """One that waits for a revision holds no other up."""
+async def test_concurrent_queries(async_client: AsyncClient, things: str) -> None:
+    """A query that waits for a revision does not block other calls of the client."""
     waiting = asyncio.create_task(async_client.query_value(things, "chair", min_revision=2))
     while (await async_client.get_map(things)).revision < 2:
         await async_client.apply_edits(things, CHAIR)
@@ -104,7 +104,7 @@ async def test_a_watch(async_client: AsyncClient, things: str) -> None:
         assert event.revision == answer.revision
 
 
-async def test_a_watch_goes_on_when_the_server_comes_back(data_dir: pathlib.Path) -> None:
+async def test_a_watch_resumes_after_a_server_restart(data_dir: pathlib.Path) -> None:
     with Server(data_dir) as server:
         async with AsyncClient(server.address) as client:
             await client.create_map("site")
@@ -119,13 +119,16 @@ async def test_a_watch_goes_on_when_the_server_comes_back(data_dir: pathlib.Path
 
 
 async def watch_until(watch, revision):
+    """Yields the events of a watch up to a revision."""
     async for event in watch:
         yield event
         if event.revision >= revision:
             return
 
 
-async def test_a_watch_that_is_closed_or_cancelled(async_client: AsyncClient, things: str) -> None:
+async def test_closing_or_cancelling_a_watch_ends_its_reads(
+    async_client: AsyncClient, things: str
+) -> None:
     watch = async_client.watch(things)
     await anext(watch)
     reading = asyncio.create_task(anext(watch, None))
@@ -142,7 +145,7 @@ async def test_a_watch_that_is_closed_or_cancelled(async_client: AsyncClient, th
             await reading
 
 
-async def test_a_watch_whose_client_ends(server: Server, things: str) -> None:
+async def test_closing_the_client_ends_its_watches(server: Server, things: str) -> None:
     client = AsyncClient(server.address)
     watch = client.watch(things)
     await anext(watch)
@@ -152,7 +155,7 @@ async def test_a_watch_whose_client_ends(server: Server, things: str) -> None:
     assert await asyncio.wait_for(reading, 60) is None
 
 
-async def test_a_silent_connection_is_given_up_and_made_again(
+async def test_a_watch_reconnects_after_the_idle_timeout(
     async_client: AsyncClient, things: str
 ) -> None:
     async with async_client.watch(things, idle_timeout=0.05, timeout=60) as watch:
@@ -168,7 +171,9 @@ async def test_a_silent_connection_is_given_up_and_made_again(
         assert not event.snapshot and event.changes[0].object.label == "chair"
 
 
-async def test_a_stream_of_observations_survives_its_server(data_dir: pathlib.Path) -> None:
+async def test_a_stream_of_observations_resumes_after_a_server_restart(
+    data_dir: pathlib.Path,
+) -> None:
     with Server(data_dir) as server:
         with Client(server.address) as blocking:
             blocking.create_map("site")

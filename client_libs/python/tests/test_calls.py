@@ -1,4 +1,4 @@
-"""What calls have in common: tries, deadlines, errors, credentials."""
+"""Tests of the behaviour that all calls share: retries, deadlines, errors, credentials."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ CHAIR = PutObject("things", MapObject("chair", shapely.box(0, 0, 1, 1)))
 MAPS = catalog.ListMapsResponse(maps=[catalog.Map(name="office")])
 
 
-def test_every_code_has_its_error_with_the_message_of_the_server() -> None:
+def test_each_status_code_raises_its_error_with_the_servers_message() -> None:
     codes = [code for code in grpc.StatusCode if code != grpc.StatusCode.OK]
     for code in codes:
         with (
@@ -53,7 +53,7 @@ def test_every_code_has_its_error_with_the_message_of_the_server() -> None:
             assert type(error).__name__.upper() == code.name.replace("_", "")
 
 
-def test_a_call_is_tried_until_the_server_is_there() -> None:
+def test_a_call_is_retried_until_the_server_is_available() -> None:
     tries = []
 
     def answer(_request: Any, _metadata: dict[str, str]) -> Any:
@@ -65,7 +65,7 @@ def test_a_call_is_tried_until_the_server_is_there() -> None:
     assert len(tries) == 4
 
 
-def test_a_mutation_is_sent_again_with_its_id() -> None:
+def test_retries_of_a_mutation_share_its_request_id() -> None:
     ids = []
 
     def answer(request: Any, _metadata: dict[str, str]) -> Any:
@@ -83,7 +83,7 @@ def test_a_mutation_is_sent_again_with_its_id() -> None:
     assert first[0] != second[0]
 
 
-def test_other_errors_are_not_tried_again() -> None:
+def test_errors_other_than_unavailable_are_not_retried() -> None:
     tries = []
 
     def answer(_request: Any, _metadata: dict[str, str]) -> Any:
@@ -99,9 +99,9 @@ def test_other_errors_are_not_tried_again() -> None:
     assert len(tries) == 1
 
 
-def test_no_server() -> None:
+def test_retries_end_if_there_is_no_server() -> None:
     with scripted_server({}) as address:
-        pass  # a port that nobody listens on any more
+        pass  # The server has stopped, so no process listens on its port.
     with Client(address, retry_for=0.2) as client, pytest.raises(Unavailable):
         client.list_maps()
     with Client(address, timeout=0.2) as client, pytest.raises(HypermapError) as caught:
@@ -109,7 +109,7 @@ def test_no_server() -> None:
     assert isinstance(caught.value, (Unavailable, DeadlineExceeded))
 
 
-def test_a_server_that_comes_late(data_dir: pathlib.Path) -> None:
+def test_a_call_waits_for_a_server_that_starts_late(data_dir: pathlib.Path) -> None:
     with Server(data_dir) as server:
         address = server.address
     with Client(address) as client:
@@ -121,17 +121,17 @@ def test_a_server_that_comes_late(data_dir: pathlib.Path) -> None:
         assert [answer.name for answer in answers] == ["late"]
 
 
-def test_a_deadline(client: Client, site: str) -> None:
+def test_a_call_fails_after_its_timeout(client: Client, site: str) -> None:
     with pytest.raises(DeadlineExceeded):
         client.query_point(site, (0, 0), min_revision=10**6, timeout=0.05)
 
 
-def test_an_answer_of_another_world() -> None:
+def test_an_unknown_enumerator_in_a_response_is_an_internal_error() -> None:
     strange = catalog.GetLayerResponse(layer=layer_pb2.Layer(name="x", kind=99))
     with (
         scripted_server({_rpc.GET_LAYER: lambda *_: strange}) as address,
         Client(address) as client,
-        pytest.raises(Internal, match="99 is no LayerKind"),
+        pytest.raises(Internal, match="unknown LayerKind: 99"),
     ):
         client.get_layer("m", "x")
 
@@ -149,7 +149,7 @@ def test_threads_share_a_client(client: Client, site: str) -> None:
     assert client.get_layer(site, "things").size == 40
 
 
-def test_a_token_goes_with_every_call() -> None:
+def test_a_token_is_sent_with_every_call() -> None:
     seen = []
 
     def answer(_request: Any, metadata: dict[str, str]) -> Any:
@@ -165,7 +165,7 @@ def test_a_token_goes_with_every_call() -> None:
     assert seen == [None, None, "Bearer secret", "Bearer secret", "Bearer one", "Bearer two"]
 
 
-def test_a_token_does_not_go_over_a_network_in_the_clear() -> None:
+def test_a_token_is_not_sent_unencrypted_over_a_network() -> None:
     with pytest.raises(ValueError, match="tls"):
         Client("robots.example:50051", token="secret")
     Client("robots.example:50051", token="secret", allow_insecure_token=True).close()
@@ -176,7 +176,7 @@ def test_a_token_does_not_go_over_a_network_in_the_clear() -> None:
         assert not is_loopback(there), there
 
 
-def test_tls_both_ways(certificates: pathlib.Path) -> None:
+def test_mutual_tls(certificates: pathlib.Path) -> None:
     def read(name: str) -> bytes:
         return (certificates / name).read_bytes()
 

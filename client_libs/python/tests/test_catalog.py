@@ -1,4 +1,4 @@
-"""Maps, layers, frames and files."""
+"""Tests of maps, layers, transforms, interchange files and backups."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from hypermap_client import (
 )
 
 
-def test_a_map_from_its_making_to_its_end(client: Client) -> None:
+def test_the_life_cycle_of_a_map(client: Client) -> None:
     made = client.create_map("life", frame_id="hall")
     assert (made.name, made.frame_id, made.layer_count, made.problem) == ("life", "hall", 0, "")
     assert abs(datetime.now(timezone.utc) - made.create_time) < timedelta(minutes=5)
@@ -45,7 +45,7 @@ def test_a_map_from_its_making_to_its_end(client: Client) -> None:
         client.get_map("life")
 
 
-def test_layers_of_all_kinds_come_back_as_they_were_made(client: Client, site: str) -> None:
+def test_layers_of_all_kinds_round_trip(client: Client, site: str) -> None:
     specs = [
         LayerSpec(
             name="floor",
@@ -86,7 +86,7 @@ def test_layers_of_all_kinds_come_back_as_they_were_made(client: Client, site: s
         client.get_layer(site, "wifi")
 
 
-def test_frames(client: Client, site: str) -> None:
+def test_transforms(client: Client, site: str) -> None:
     client.set_transform(site, "map", "dock", Pose(20, 0, math.pi / 2))
     client.set_transform(site, "dock", "shelf", Pose(1, 2, 0))
     frames = client.list_transforms(site)
@@ -99,7 +99,7 @@ def test_frames(client: Client, site: str) -> None:
         client.set_transform(site, "shelf", "dock", Pose())
 
 
-def test_geojson_in_and_out(client: Client, site: str) -> None:
+def test_geojson_import_and_export(client: Client, site: str) -> None:
     path = OFFICE / "objects.geojson"
     answer = client.import_map(site, path, layer="objects")
     assert answer.layers == ("objects",)
@@ -108,12 +108,12 @@ def test_geojson_in_and_out(client: Client, site: str) -> None:
     (file,) = out.files
     again = client.import_map(site, file, format=FileFormat.GEOJSON, layer="again")
     assert again.revision == answer.revision + 1
-    assert again.repairs  # ids that are taken
+    assert again.repairs  # The ids of the objects are in use, so the import gives new ones.
     before, after = (client.get_layer(site, name).size for name in ("objects", "again"))
     assert before == after > 10
 
 
-def test_nav2_and_hmap_carry_the_cells(client: Client, site: str, tmp_path: pathlib.Path) -> None:
+def test_nav2_and_hmap_preserve_cells(client: Client, site: str, tmp_path: pathlib.Path) -> None:
     client.create_layer(
         site, LayerSpec(name="floor", kind=LayerKind.OCCUPANCY, grid=GridGeometry(0.5))
     )
@@ -130,7 +130,7 @@ def test_nav2_and_hmap_carry_the_cells(client: Client, site: str, tmp_path: path
     np.testing.assert_array_equal(np.round(read.values), values)
 
 
-def test_an_import_that_fails_says_why(client: Client, site: str) -> None:
+def test_a_failed_import_reports_the_reason(client: Client, site: str) -> None:
     with pytest.raises(InvalidArgument):
         client.import_map(site, NamedFile("x.geojson", b"{"), layer="x")
     with pytest.raises(ValueError, match="format"):
@@ -153,9 +153,7 @@ def test_a_backup_is_a_geopackage(client: Client, site: str, tmp_path: pathlib.P
     assert "things" in tables
 
 
-def test_a_backup_that_fails_leaves_the_earlier_file(
-    client: Client, tmp_path: pathlib.Path
-) -> None:
+def test_a_failed_backup_keeps_the_earlier_file(client: Client, tmp_path: pathlib.Path) -> None:
     path = tmp_path / "copy.gpkg"
     path.write_bytes(b"earlier")
     with pytest.raises(NotFound):

@@ -1,4 +1,4 @@
-"""Changes of the content of layers."""
+"""Tests of edits."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def things(client: Client, site: str) -> str:
     return site
 
 
-def test_all_of_an_object_comes_back(client: Client, things: str) -> None:
+def test_all_fields_of_an_object_round_trip(client: Client, things: str) -> None:
     ring = shapely.Polygon([(0, 0), (4, 0), (4, 4), (0, 4)], [[(1, 1), (1, 3), (3, 3), (3, 1)]])
     put = MapObject(
         "table",
@@ -61,11 +61,11 @@ def test_all_of_an_object_comes_back(client: Client, things: str) -> None:
     assert isinstance(found.attributes["fixed"], bool)
     assert isinstance(found.attributes["mass_kg"], float)
     assert found.centroid.equals(shapely.Point(2, 2)) and found.expire_time is None
-    # In the hole there is nothing.
+    # A point in the hole is not covered.
     assert client.query_point(things, (2, 2))["things"].objects == ()
 
 
-def test_a_batch_is_one_revision_or_nothing(client: Client, things: str) -> None:
+def test_a_batch_is_atomic(client: Client, things: str) -> None:
     before = client.get_map(things).revision
     with pytest.raises(InvalidArgument, match=r"edits\[1\]"):
         bow = MapObject("bow", shapely.Polygon([(0, 0), (1, 1), (1, 0), (0, 1)]))
@@ -98,7 +98,7 @@ def test_a_stale_version_aborts(client: Client, things: str) -> None:
         client.apply_edits(things, DeleteObject("things", object_id))
 
 
-def test_a_request_id_counts_once(client: Client, things: str) -> None:
+def test_a_request_id_is_carried_out_once(client: Client, things: str) -> None:
     request_id = new_request_id()
     first = client.apply_edits(things, PutObject("things", CHAIR), request_id=request_id)
     assert client.apply_edits(things, PutObject("things", CHAIR), request_id=request_id) == first
@@ -147,7 +147,7 @@ def test_aliases(client: Client, things: str) -> None:
         client.apply_edits(things, SetAliases("things", {"seat": "chair"}))
 
 
-def test_an_object_that_leaves_by_itself(client: Client, things: str) -> None:
+def test_an_object_expires_after_its_time_to_live(client: Client, things: str) -> None:
     client.apply_edits(things, PutObject("things", CHAIR, time_to_live=timedelta(milliseconds=1)))
     with client.watch(things, layers="things", timeout=60) as watch:
         for event in watch:
@@ -162,13 +162,13 @@ def test_an_object_that_leaves_by_itself(client: Client, things: str) -> None:
     assert timedelta(minutes=50) < ahead <= timedelta(hours=1, seconds=1)
 
 
-def test_what_is_no_edit(client: Client, things: str) -> None:
-    with pytest.raises(TypeError, match="no edit"):
+def test_invalid_edits_are_refused(client: Client, things: str) -> None:
+    with pytest.raises(TypeError, match="not an edit"):
         client.apply_edits(things, ["chair"])
     with pytest.raises(TypeError, match="attribute"):
         bad = MapObject("chair", CHAIR.polygon, attributes={"at": [1]})
         client.apply_edits(things, PutObject("things", bad))
-    with pytest.raises(ValueError, match="rows×columns"):
+    with pytest.raises(ValueError, match="2-D"):
         WriteCells("heat", [1.0, 2.0])
     with pytest.raises(InvalidArgument):
         client.apply_edits(things, [])

@@ -1,4 +1,4 @@
-"""A robot that explores a room."""
+"""Tests of explorations, with a robot in one room."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def start(client: Client, room: str) -> int:
     return answer.exploration.id
 
 
-def test_from_the_start_to_the_end(client: Client, room: str) -> None:
+def test_the_life_cycle_of_an_exploration(client: Client, room: str) -> None:
     exploration_id = start(client, room)
     client.apply_edits(room, FillPolygon("seen", shapely.box(0, 0, 1, 4), 1.0))
     frontiers = client.list_frontiers(room, with_cells=True)
@@ -75,7 +75,7 @@ def test_from_the_start_to_the_end(client: Client, room: str) -> None:
     assert answer.exploration.end_time >= answer.exploration.start_time
 
 
-def test_a_place_that_cannot_be_reached(client: Client, room: str) -> None:
+def test_a_goal_reported_as_unreachable_is_listed(client: Client, room: str) -> None:
     start(client, room)
     claim = client.claim_goal(room, "rob", Pose(3.0, 2.0, 0.0))
     client.release_goal(room, "rob", claim.goal.id, GoalOutcome.UNREACHABLE)
@@ -83,7 +83,7 @@ def test_a_place_that_cannot_be_reached(client: Client, room: str) -> None:
     assert place.robot == "rob" and place.position.equals(claim.goal.position)
 
 
-def test_stopped(client: Client, room: str) -> None:
+def test_stopping_an_exploration_twice_changes_nothing(client: Client, room: str) -> None:
     first, second = start(client, room), start(client, room)
     stopped = client.stop_exploration(room, first).exploration
     assert (stopped.state, stopped.end_reason) == (ExplorationState.ENDED, EndReason.STOPPED)
@@ -93,7 +93,7 @@ def test_stopped(client: Client, room: str) -> None:
     assert [e.end_reason for e in listed] == [EndReason.NONE, EndReason.STOPPED]
 
 
-def test_no_floor(client: Client, room: str) -> None:
+def test_an_area_without_floor_is_refused(client: Client, room: str) -> None:
     with pytest.raises(FailedPrecondition):
         client.start_exploration(
             room,

@@ -1,4 +1,4 @@
-"""Cells as runs and as arrays, apart from any server."""
+"""Tests of cells as runs and arrays, and of poses. They need no server."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from hypermap_client._wire.observations import encode_spans
 
 
 def runs_of(cells: dict[tuple[int, int], float], grid: GridGeometry) -> CellRuns:
-    """A run for each cell."""
+    """Runs of one cell each, from values by row and column."""
     rows, cols = np.array(sorted(cells), np.int32).reshape(-1, 2).T
     values = np.array([cells[cell] for cell in sorted(cells)])
     return CellRuns(grid, rows, cols, cols + np.int32(1), values)
@@ -38,7 +38,7 @@ def test_runs_become_an_array() -> None:
     np.testing.assert_array_equal(runs.to_grid(CellBox(0, 1, 2, 4)).values, [[2, nan]])
 
 
-def test_cells_of_random_runs_are_those_of_a_loop() -> None:
+def test_cells_of_random_runs_equal_those_of_a_loop() -> None:
     seed = random.randrange(1 << 32)
     generator = np.random.default_rng(seed)
     begins = generator.integers(-50, 50, 200, dtype=np.int32)
@@ -59,13 +59,13 @@ def test_cells_of_random_runs_are_those_of_a_loop() -> None:
     assert list(zip(*runs.cells(), strict=True)) == expected, f"seed {seed}"
 
 
-def test_no_runs() -> None:
+def test_empty_runs_have_no_cells() -> None:
     empty = runs_of({}, GridGeometry(1.0))
     assert (len(empty), empty.num_cells, empty.box.shape) == (0, 0, (0, 0))
     assert empty.to_grid().values.shape == (0, 0)
 
 
-def test_cells_far_apart_are_no_array() -> None:
+def test_an_array_over_distant_cells_is_refused() -> None:
     far = runs_of({(0, 0): 1.0, (10**6, 10**6): 1.0}, GridGeometry(1.0))
     with pytest.raises(ValueError, match="max_cells"):
         far.to_grid()
@@ -78,9 +78,9 @@ def test_a_cell_is_half_open() -> None:
     assert grid.cell_at((0.9, 1.9)) == (-1, -1)
 
 
-def test_a_turned_grid() -> None:
+def test_a_rotated_grid() -> None:
     grid = GridGeometry(1.0, Pose(10.0, 0.0, math.pi / 2))
-    # Columns run along the map's y axis, rows against its x axis.
+    # Columns count along the y axis of the map, rows against its x axis.
     np.testing.assert_allclose(grid.centres(2, 3), [7.5, 3.5])
     assert grid.cell_at((7.5, 3.5)) == (2, 3)
     x, y = runs_of({(2, 3): 1.0}, grid).to_grid().mesh()
@@ -96,7 +96,7 @@ def test_a_pose_and_its_inverse() -> None:
 
 
 def decode_spans(spans: np.ndarray) -> list[tuple[int, int]]:
-    """As observation.proto has it."""
+    """Decodes spans as the comment of CellPatch.spans in observation.proto defines them."""
     cells, row, first = [], 0, 0
     for d_row, d_col, length in spans.reshape(-1, 3):
         row, first = row + d_row, first + d_col
@@ -104,7 +104,7 @@ def decode_spans(spans: np.ndarray) -> list[tuple[int, int]]:
     return cells
 
 
-def test_spans_have_the_cells_of_a_patch() -> None:
+def test_spans_encode_the_cells_of_a_patch() -> None:
     assert encode_spans(np.array([[2, 5], [2, 4], [-1, 7], [2, 9]])).tolist() == [
         -1, 7, 1, 3, -3, 2, 0, 5, 1,
     ]  # fmt: skip

@@ -1,4 +1,4 @@
-"""Observations, and what fusion makes of them."""
+"""Tests of streams of observations and of fused layers."""
 
 from __future__ import annotations
 
@@ -28,12 +28,13 @@ from hypermap_client import (
 )
 
 START = datetime.now(timezone.utc) - timedelta(minutes=1)
-# The camera looks along the map's x axis: its x axis is right, its y axis down.
-LOOKS_AHEAD = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
+# Rotation from the optical frame of the camera (x right, y down, z forward) to the map. The camera
+# looks along the x axis of the map.
+MAP_FROM_CAMERA = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
 
 
 def observation(sequence: int, robot: str = "rob", x: float = 2.0) -> Observation:
-    """A chair of half a metre that stands at (x, 0), seen from the origin."""
+    """An observation from the origin of a chair with sides of half a metre at (x, 0)."""
     side = np.linspace(-0.24, 0.24, 25)
     points = np.stack(np.meshgrid(x + side, side), axis=-1).reshape(-1, 2)
     chair = Detection(
@@ -49,7 +50,7 @@ def observation(sequence: int, robot: str = "rob", x: float = 2.0) -> Observatio
         robot=robot,
         sequence=sequence,
         stamp=START + timedelta(seconds=sequence),
-        pose=SensorPose(LOOKS_AHEAD, np.array([0.0, 0.0, 1.2]), np.diag([1e-4, 1e-4, 1e-5])),
+        pose=SensorPose(MAP_FROM_CAMERA, np.array([0.0, 0.0, 1.2]), np.diag([1e-4, 1e-4, 1e-5])),
         detections=(chair,),
         view_hull=cone,
         free_space=cone,
@@ -69,7 +70,7 @@ def make_layers(client: Client, name: str) -> None:
     )
 
 
-def test_what_is_seen_again_and_again_is_on_the_map(client: Client, fused: str) -> None:
+def test_repeated_observations_make_an_object(client: Client, fused: str) -> None:
     with client.observe(fused, "found", robot="rob", exploration_layer="seen") as stream:
         assert stream.opened.strategy == "evidence"
         assert stream.opened.known == ()
@@ -91,7 +92,7 @@ def test_what_is_seen_again_and_again_is_on_the_map(client: Client, fused: str) 
     assert len(history.events) == 40 and history.events[-1].existence > 0.5
 
 
-def test_each_counts_once(client: Client, fused: str) -> None:
+def test_each_observation_counts_once(client: Client, fused: str) -> None:
     with client.observe(fused, "found", robot="rob") as stream:
         stream.submit([observation(1), observation(2), observation(5)])
         (again, other, invalid) = stream.submit(
@@ -105,11 +106,11 @@ def test_each_counts_once(client: Client, fused: str) -> None:
         assert stream.opened.knows(2) and not stream.opened.knows(3)
         (single,) = stream.submit(observation(3))
         assert single.outcome == ObservationOutcome.ACCEPTED
-        with pytest.raises(ValueError, match="one robot and sequence"):
+        with pytest.raises(ValueError, match="the same robot and sequence"):
             stream.submit([observation(8), observation(9), observation(8)])
 
 
-def test_a_stream_survives_its_server(data_dir: pathlib.Path) -> None:
+def test_a_stream_resumes_after_a_server_restart(data_dir: pathlib.Path) -> None:
     with Server(data_dir) as server, Client(server.address) as client:
         client.create_map("site")
         make_layers(client, "site")
@@ -125,7 +126,7 @@ def test_a_stream_survives_its_server(data_dir: pathlib.Path) -> None:
                 assert stream.opened.known == (range(1, 2),)
 
 
-def test_depth_goes_along(client: Client, fused: str) -> None:
+def test_an_observation_with_depth_is_accepted(client: Client, fused: str) -> None:
     depth = DepthView(
         np.full((3, 4), 2000, np.uint16), np.ones((3, 4), np.uint8), fx=4, fy=4, cx=1.5, cy=1
     )
@@ -137,7 +138,7 @@ def test_depth_goes_along(client: Client, fused: str) -> None:
     assert answer.outcome == ObservationOutcome.ACCEPTED, answer.message
 
 
-def test_a_robot_s_word_is_taken_back(client: Client, fused: str) -> None:
+def test_retracting_a_source_removes_its_observations(client: Client, fused: str) -> None:
     with client.observe(fused, "found", exploration_layer="seen") as stream:
         stream.submit([observation(i) for i in range(10)])
         stream.submit([observation(i, robot="liar", x=3.0) for i in range(10)])
@@ -149,7 +150,7 @@ def test_a_robot_s_word_is_taken_back(client: Client, fused: str) -> None:
     assert chair.centroid.distance(shapely.Point(2, 0)) < 0.1
 
 
-def test_a_layer_is_fused_again(client: Client, fused: str) -> None:
+def test_rebuilding_a_layer_changes_its_strategy(client: Client, fused: str) -> None:
     with client.observe(fused, "found") as stream:
         stream.submit([observation(i) for i in range(10)])
     before = client.get_map(fused).revision

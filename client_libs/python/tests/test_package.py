@@ -1,4 +1,4 @@
-"""The installed package as its users find it."""
+"""Tests of the installed package: imports, optional dependencies, tables."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from hypermap_client import Client, GridGeometry, LayerKind, LayerSpec, MapObjec
 
 
 def run_python(code: str) -> str:
-    """What a new interpreter prints."""
+    """Runs code in a new interpreter and returns its output."""
     done = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, check=False, timeout=120
     )
@@ -23,19 +23,19 @@ def run_python(code: str) -> str:
     return done.stdout
 
 
-def test_it_is_installed_not_found_beside_the_tests() -> None:
+def test_the_installed_package_is_tested() -> None:
     assert "site-packages" in hypermap_client.__file__
     assert importlib.metadata.version("hypermap-client") == hypermap_client.__version__
     assert importlib.resources.files(hypermap_client).joinpath("py.typed").is_file()
 
 
-def test_importing_it_brings_in_neither_pictures_nor_tables() -> None:
+def test_importing_the_package_does_not_import_optional_libraries() -> None:
     code = "import sys, hypermap_client; print([m for m in {} if m in sys.modules])"
     assert run_python(code.format(["matplotlib", "pandas", "geopandas"])).strip() == "[]"
 
 
-def test_it_gets_along_with_other_versions_of_its_protos() -> None:
-    """Somebody else's geometry.proto of the same name, in the pool that all share."""
+def test_other_versions_of_the_protos_do_not_conflict() -> None:
+    """Another geometry.proto of the same name is in the default descriptor pool."""
     run_python("""
 from google.protobuf import descriptor_pb2, descriptor_pool
 other = descriptor_pb2.FileDescriptorProto(
@@ -50,7 +50,7 @@ assert [f.name for f in pool.FindMessageTypeByName("hypermap.v1.Point").fields] 
 """)
 
 
-def test_all_names_are_there() -> None:
+def test_all_exported_names_exist() -> None:
     for name in hypermap_client.__all__:
         assert hasattr(hypermap_client, name), name
 
@@ -89,7 +89,7 @@ def test_geodataframes(client: Client, room: str) -> None:
     assert len(client.query_value(room, "lamp").to_geodataframe()) == 0
 
 
-def test_without_geopandas_it_says_what_is_missing(
+def test_tables_without_geopandas_name_the_extra_to_install(
     client: Client, room: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     answer = client.query_value(room, "chair")

@@ -1,4 +1,4 @@
-"""Pictures."""
+"""Tests of drawing on Matplotlib axes."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def test_a_polygon_with_holes_and_parts(axes: Axes) -> None:
     path = patch.get_path()
     assert len([code for code in path.codes if code == path.MOVETO]) == 3
     assert path.get_extents().extents.tolist() == [0, 0, 7, 4]
-    # Rings that turn the other way are holes.
+    # Holes run against the outer rings.
     areas = [shapely.Polygon(p) for p in path.to_polygons()]
     assert sorted(a.exterior.is_ccw for a in areas) in ([False, False, True], [False, True, True])
     holes = {a.exterior.is_ccw for a in areas if a.area == 4}
@@ -33,7 +33,7 @@ def test_a_polygon_with_holes_and_parts(axes: Axes) -> None:
     assert holes.isdisjoint(others)
 
 
-def test_objects_have_a_colour_for_each_label(axes: Axes) -> None:
+def test_objects_with_the_same_label_have_the_same_colour(axes: Axes) -> None:
     objects = [
         MapObject(label, shapely.box(i, 0, i + 1, 1))
         for i, label in enumerate(["chair", "cup", "chair"])
@@ -45,7 +45,7 @@ def test_objects_have_a_colour_for_each_label(axes: Axes) -> None:
     assert first == second != cup == mpl.colors.to_rgba("black")
 
 
-def test_a_grid_lies_as_it_is_turned(axes: Axes) -> None:
+def test_a_rotated_grid_is_drawn_in_its_frame(axes: Axes) -> None:
     runs = CellRuns(
         GridGeometry(1.0, Pose(10, 0, np.pi / 2)),
         np.array([0, 1], np.int32),
@@ -54,6 +54,7 @@ def test_a_grid_lies_as_it_is_turned(axes: Axes) -> None:
         np.array([1.0, np.nan]),
     )
     mesh = draw_grid(axes, runs.to_grid())
-    # Two rows against the x axis, three columns along the y axis; three cells are known.
+    # The grid has two rows against the x axis and three columns along the y axis; three cells have
+    # values.
     np.testing.assert_allclose(mesh.get_datalim(axes.transData).extents, [8, 0, 10, 3], atol=1e-9)
     assert mesh.get_array().count() == 3

@@ -1,4 +1,4 @@
-"""The three questions, against a brute force over what was put."""
+"""Tests of queries, compared with a brute-force search over the same objects and cells."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ LABELS = ("chair", "cup", "sofa")
 
 
 class Model:
-    """What was put on a map: 300 random boxes, and a random grid turned by 0.3 rad."""
+    """The content of a map, 300 random boxes and a random rotated grid, as a test oracle."""
 
     grid = GridGeometry(0.5, Pose(2.0, -1.0, 0.3))
 
@@ -81,7 +81,7 @@ def random_points(n: int) -> np.ndarray:
     return np.random.default_rng().uniform(-5, 25, (n, 2))
 
 
-def test_points_one_by_one_and_in_batches(client: Client, model: Model) -> None:
+def test_points_in_single_queries_and_in_batches(client: Client, model: Model) -> None:
     points = random_points(100)
     batch = client.query_points(model.name, points)
     assert batch.revision == model.revision
@@ -113,12 +113,12 @@ def test_a_stream_of_batches(client: Client, model: Model) -> None:
             )
 
 
-def test_batches_that_cannot_be_asked(client: Client, model: Model) -> None:
-    with pytest.raises(ValueError, match="N×2"):
+def test_invalid_batches_are_refused(client: Client, model: Model) -> None:
+    with pytest.raises(ValueError, match="shape"):
         client.query_points(model.name, [1.0, 2.0, 3.0])
-    of_points = client.query_points(model.name, [shapely.Point(1, 2), shapely.Point(3, 4)])
-    of_array = client.query_points(model.name, [(1, 2), (3, 4)])
-    np.testing.assert_array_equal(of_points["heat"].values, of_array["heat"].values)
+    by_geometry = client.query_points(model.name, [shapely.Point(1, 2), shapely.Point(3, 4)])
+    by_array = client.query_points(model.name, [(1, 2), (3, 4)])
+    np.testing.assert_array_equal(by_geometry["heat"].values, by_array["heat"].values)
     with pytest.raises(ValueError, match="at least one"):
         client.query_points(model.name, np.empty((0, 2)))
     with pytest.raises(ResourceExhausted, match="max_points"):
@@ -179,14 +179,14 @@ def test_a_whole_grid(client: Client, model: Model) -> None:
         client.read_grid(model.name, "things")
 
 
-def test_the_past(client: Client, site: str) -> None:
+def test_queries_as_of_earlier_revisions(client: Client, site: str) -> None:
     client.create_layer(site, LayerSpec(name="things", kind=LayerKind.SEMANTIC))
     chair = MapObject("chair", shapely.box(0, 0, 1, 1))
     revisions = [client.apply_edits(site, PutObject("things", chair)).revision for _ in range(5)]
     for n, revision in enumerate(revisions, 1):
         answer = client.query_value(site, "chair", as_of=revision)
         assert (answer.revision, len(answer.objects)) == (revision, n)
-    # As of the time of a commit there is the commit, to the microsecond.
+    # A query as of the time of a commit sees it; one as of a microsecond earlier need not.
     for entry in client.list_revisions(site).revisions:
         assert client.query_point(site, (0, 0), as_of=entry.time).revision >= entry.revision
         earlier = client.query_point(
@@ -199,7 +199,7 @@ def test_the_past(client: Client, site: str) -> None:
         client.query_point(site, (0, 0), as_of=datetime.now())
 
 
-def test_frames_that_hang_together_and_not(client: Client, site: str) -> None:
+def test_connected_and_unconnected_frames(client: Client, site: str) -> None:
     client.set_transform(site, "map", "dock", Pose(10, 0, math.pi / 2))
     client.set_transform(site, "island", "tree", Pose(1, 1, 0))
     client.create_layer(site, LayerSpec(name="things", kind=LayerKind.SEMANTIC))
@@ -212,7 +212,7 @@ def test_frames_that_hang_together_and_not(client: Client, site: str) -> None:
         client.query_point(site, (0, 0), frame_id="moon")
 
 
-def test_questions_that_make_no_sense(client: Client, model: Model) -> None:
+def test_invalid_queries_are_refused(client: Client, model: Model) -> None:
     with pytest.raises(InvalidArgument):
         client.query_point(model.name, (math.nan, 0))
     with pytest.raises(ValueError, match="x and y"):

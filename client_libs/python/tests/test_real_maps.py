@@ -1,4 +1,4 @@
-"""Recorded maps, where the data is there: what comes in is found again."""
+"""Tests with recorded maps: imported content is found by queries. Skipped without the data."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def test_a_recorded_map(client: Client, site: str, path: pathlib.Path) -> None:
 
 
 def check_objects(client: Client, site: str, layer: str, size: int) -> None:
-    """All are found by area, by label, and at a point of theirs."""
+    """All objects of a layer are found by area, by label, and at a point inside each."""
     found = client.query_area(site, shapely.box(-1e4, -1e4, 1e4, 1e4), layers=layer).objects
     assert len(found) == size
     labels = {o.label for o in found}
@@ -48,7 +48,7 @@ def check_objects(client: Client, site: str, layer: str, size: int) -> None:
 
 
 def check_cells(client: Client, site: str, layer: str) -> None:
-    """Cells of the array are what the points at their centres say."""
+    """The values of read_grid equal those of query_points at the centres of the cells."""
     grid = client.read_grid(site, layer)
     assert np.isfinite(grid.values).any()
     generator = np.random.default_rng(1)

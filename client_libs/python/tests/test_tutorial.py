@@ -1,4 +1,4 @@
-"""The tutorial, as a reader runs it."""
+"""Tests that run the tutorial as a script."""
 
 from __future__ import annotations
 
@@ -22,7 +22,9 @@ def run(server: Server, plot: pathlib.Path) -> str:
     return done.stdout
 
 
-def test_it_runs_twice_and_leaves_a_picture(server: Server, tmp_path: pathlib.Path) -> None:
+def test_the_tutorial_runs_twice_and_writes_a_picture(
+    server: Server, tmp_path: pathlib.Path
+) -> None:
     first, again = (run(server, tmp_path / name) for name in ("first.png", "again.png"))
     assert "in the dining corner: ['chair', 'chair', 'chair', 'chair', 'cup', 'table']" in first
     assert "chair      4 in objects; 1 in outside" in first
@@ -30,11 +32,11 @@ def test_it_runs_twice_and_leaves_a_picture(server: Server, tmp_path: pathlib.Pa
     assert first.replace("first.png", "again.png") == again
     picture = matplotlib.image.imread(tmp_path / "again.png")
     assert picture.shape[0] > 400 and picture.shape[1] > 1000
-    # White paper, dark walls, and colours.
+    # The picture has dark walls on white paper, and colours.
     assert picture[..., :3].min() < 0.2 and picture[..., :3].std() > 0.1
 
 
-def test_without_geopandas(server: Server, tmp_path: pathlib.Path) -> None:
+def test_the_tutorial_runs_without_geopandas(server: Server, tmp_path: pathlib.Path) -> None:
     code = (
         "import runpy, sys; sys.modules['geopandas'] = None; "
         f"sys.argv = ['tutorial.py', '--server', {server.address!r}, '--map', 'plain', "

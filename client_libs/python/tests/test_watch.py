@@ -1,4 +1,4 @@
-"""Following changes, through breaks."""
+"""Tests of watches, differences between revisions and lists of revisions."""
 
 from __future__ import annotations
 
@@ -39,11 +39,11 @@ def make_layers(client: Client, name: str) -> None:
 
 
 def next_change(watch: Watch) -> WatchEvent:
-    """The next event that is not only progress."""
+    """The next event that is not a progress event."""
     return next(event for event in watch if event.changes or event.snapshot)
 
 
-def test_a_snapshot_and_then_each_revision(client: Client, site: str) -> None:
+def test_a_watch_reports_a_snapshot_and_then_each_revision(client: Client, site: str) -> None:
     make_layers(client, site)
     client.apply_edits(site, [chair(), WriteCells("heat", [[1.0, 2.0]])])
     with client.watch(site, timeout=60) as watch:
@@ -63,7 +63,7 @@ def test_a_snapshot_and_then_each_revision(client: Client, site: str) -> None:
             np.testing.assert_array_equal(by_kind[ChangeKind.CELLS].cells.values, [3.0 + i])
 
 
-def test_what_comes_into_an_area_and_leaves_it(client: Client, site: str) -> None:
+def test_objects_that_enter_and_leave_an_area(client: Client, site: str) -> None:
     make_layers(client, site)
     first = client.apply_edits(site, chair(x=10))
     (object_id,) = first.object_ids
@@ -81,7 +81,7 @@ def test_what_comes_into_an_area_and_leaves_it(client: Client, site: str) -> Non
     assert kinds == [K.ENTER, K.PUT, K.LEAVE, K.ENTER, K.REMOVE]
 
 
-def test_changes_of_the_structure(client: Client, site: str) -> None:
+def test_changes_of_layers_and_transforms(client: Client, site: str) -> None:
     with client.watch(site, timeout=60) as watch:
         next(watch)
         make_layers(client, site)
@@ -98,27 +98,27 @@ def test_changes_of_the_structure(client: Client, site: str) -> None:
     assert changes[2].transform.child_frame_id == "dock"
 
 
-def test_it_goes_on_when_the_server_comes_back(data_dir: pathlib.Path) -> None:
+def test_a_watch_resumes_after_server_restarts(data_dir: pathlib.Path) -> None:
     with Server(data_dir) as server, Client(server.address) as client:
         client.create_map("site")
         make_layers(client, "site")
         start = client.get_map("site").revision
         with client.watch("site", start_revision=start, timeout=60) as watch:
             client.apply_edits("site", chair())
-            told = [next_change(watch).revision]
+            revisions = [next_change(watch).revision]
             server.kill()
             with Server(data_dir, listen=server.address) as again:
                 for i in range(3):
                     client.apply_edits("site", chair(i))
-                told += [next_change(watch).revision for _ in range(3)]
+                revisions += [next_change(watch).revision for _ in range(3)]
                 assert again.stop() == 0
             with Server(data_dir, listen=server.address):
                 client.apply_edits("site", chair())
-                told.append(next_change(watch).revision)
-    assert told == [start + i for i in range(1, 6)]
+                revisions.append(next_change(watch).revision)
+    assert revisions == [start + i for i in range(1, 6)]
 
 
-def test_a_snapshot_takes_the_place_of_changes_that_are_not_kept(data_dir: pathlib.Path) -> None:
+def test_a_snapshot_replaces_compacted_changes(data_dir: pathlib.Path) -> None:
     flag = "--history_revisions=2"
     with Server(data_dir, flag) as server, Client(server.address) as client:
         client.create_map("site")
@@ -127,7 +127,7 @@ def test_a_snapshot_takes_the_place_of_changes_that_are_not_kept(data_dir: pathl
             assert not next(watch).reset
         for i in range(20):
             client.apply_edits("site", chair(i))
-    # The next server has not in memory what this one had.
+    # A restarted server no longer has the changes of this one in memory.
     with Server(data_dir, flag) as server, Client(server.address) as client:
         oldest = client.list_revisions("site").oldest
         assert oldest > watch.revision
@@ -145,7 +145,7 @@ def test_a_snapshot_takes_the_place_of_changes_that_are_not_kept(data_dir: pathl
             next(strict)
 
 
-def test_closed_by_another_thread(client: Client, site: str) -> None:
+def test_another_thread_closes_a_watch(client: Client, site: str) -> None:
     watch = client.watch(site)
     next(watch)
     reader_ended = threading.Event()
@@ -161,19 +161,19 @@ def test_closed_by_another_thread(client: Client, site: str) -> None:
     assert list(watch) == []
 
 
-def test_its_client_ends(server: Server, site: str) -> None:
+def test_closing_the_client_ends_a_watch(server: Server, site: str) -> None:
     client = Client(server.address)
     watch = client.watch(site)
     next(watch)
-    told: list[WatchEvent] = []
-    reader = threading.Thread(target=lambda: told.extend(watch))
+    events: list[WatchEvent] = []
+    reader = threading.Thread(target=lambda: events.extend(watch))
     reader.start()
     client.close()
     reader.join(60)
-    assert not reader.is_alive() and not any(event.changes for event in told)
+    assert not reader.is_alive() and not any(event.changes for event in events)
 
 
-def test_a_watch_that_nobody_has_any_more_ends(client: Client, site: str) -> None:
+def test_a_garbage_collected_watch_cancels_its_call(client: Client, site: str) -> None:
     watch = client.watch(site)
     next(watch)
     call, ended = watch._stream._call, watch._stream._ended
@@ -181,8 +181,8 @@ def test_a_watch_that_nobody_has_any_more_ends(client: Client, site: str) -> Non
     assert ended.wait(60) and call.cancelled()
 
 
-def test_a_silent_connection_is_given_up_and_made_again(client: Client, site: str) -> None:
-    """Nothing happens on this map: the watch breaks off by itself, and goes on unnoticed."""
+def test_a_watch_reconnects_after_the_idle_timeout(client: Client, site: str) -> None:
+    """While the map does not change, the watch reconnects without a snapshot or an error."""
     make_layers(client, site)
     with client.watch(site, idle_timeout=0.05, timeout=60) as watch:
         next(watch)
@@ -196,7 +196,7 @@ def test_a_silent_connection_is_given_up_and_made_again(client: Client, site: st
     assert len(streams) == 2
 
 
-def test_a_watch_of_nothing(client: Client) -> None:
+def test_a_watch_of_an_unknown_map_raises_not_found(client: Client) -> None:
     with client.watch("nowhere") as watch, pytest.raises(NotFound, match="nowhere"):
         next(watch)
     assert list(watch) == []

@@ -1,4 +1,4 @@
-"""Hypermap from Python: all layers of a site, asked the same way.
+"""Client of Hypermap, a map server that answers the same questions for every layer of a site.
 
     from hypermap_client import Client
 
@@ -7,8 +7,10 @@
         print(client.query_area("office", shapely.box(10, 0, 14, 5)))  # what is in this area?
         print(client.query_value("office", "chair"))                # where is this value?
 
-`AsyncClient` is the same for asyncio. Lengths are metres and angles radians, in the frame that a
-call names; geometry is Shapely's, cells are NumPy arrays, times are aware and in UTC.
+`AsyncClient` has the same methods for asyncio. Lengths are in metres and angles in radians.
+Coordinates are in the frame that the call names, or in the map's own frame if it names none.
+Points and polygons are Shapely geometries, cells are NumPy arrays, and times are `datetime`s with
+time zone UTC.
 """
 
 from ._async.client import AsyncClient

@@ -1,4 +1,4 @@
-"""Files that go to a server and come from it."""
+"""Reads files for upload and writes downloaded files."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from typing import TypeAlias
 from .interchange import FileFormat, NamedFile
 
 Path: TypeAlias = str | os.PathLike[str]
-# A file on disk, or one in memory.
+# A file on disk or in memory.
 FileLike: TypeAlias = Path | NamedFile
 
 _FORMATS = {
@@ -25,7 +25,7 @@ _FORMATS = {
 
 
 def read_files(files: FileLike | Iterable[FileLike]) -> list[NamedFile]:
-    """OSError when a file can't be read."""
+    """Reads one or several files into memory. Raises OSError if one cannot be read."""
     if isinstance(files, (str, os.PathLike, NamedFile)):
         files = [files]
     return [_read(file) for file in files]
@@ -39,22 +39,29 @@ def _read(file: FileLike) -> NamedFile:
 
 
 def format_of(files: Iterable[NamedFile]) -> FileFormat:
-    """By the names. ValueError when none tells."""
+    """The format of files by the suffix of their names. Raises ValueError if none is known."""
     names = [file.name for file in files]
     for name in names:
         if found := _FORMATS.get(pathlib.PurePath(name).suffix.lower()):
             return found
-    raise ValueError(f"no format is known by the names {names}: format=FileFormat...")
+    raise ValueError(
+        f"cannot tell the format of {names} by their suffix; pass format=FileFormat..."
+    )
 
 
-class NewFile:
-    """A file that is there when it is whole: written beside its place, then moved there."""
+class AtomicFile:
+    """A file that appears at its path when it is complete, replacing an earlier file.
+
+    A context manager: it writes to a temporary file in the same folder, and at the end of the
+    `with` block renames it to the path. An exception in the block removes the temporary file and
+    leaves the earlier file in place.
+    """
 
     def __init__(self, path: Path) -> None:
         self._path = pathlib.Path(path)
         self._size = 0
 
-    def __enter__(self) -> NewFile:
+    def __enter__(self) -> AtomicFile:
         folder = self._path.parent
         self._file = tempfile.NamedTemporaryFile(dir=folder, prefix=".", delete=False)
         return self
@@ -64,7 +71,7 @@ class NewFile:
 
     @property
     def size(self) -> int:
-        """Bytes written."""
+        """The number of bytes written so far."""
         return self._size
 
     def __exit__(

@@ -1,4 +1,4 @@
-"""What requests have in common."""
+"""Arguments that many requests share: layers, revisions in the past, request ids."""
 
 from __future__ import annotations
 
@@ -10,12 +10,13 @@ from typing import TypeAlias
 from ._proto import query_service_pb2 as query
 from ._wire.time import encode_time
 
-# Layers by name, one or several; none: all layers.
+# The name of one layer, or names of several. No names select all layers.
 Layers: TypeAlias = str | Iterable[str]
-# The map as it was: a revision, or the newest one that was made at a time or before. None: now.
+# The revision to read: its number, or a time, which selects the newest revision committed by then.
+# None selects the newest revision.
 AsOf: TypeAlias = int | datetime | None
 
-_Question: TypeAlias = (
+_Query: TypeAlias = (
     query.QueryPointRequest
     | query.QueryAreaRequest
     | query.QueryValueRequest
@@ -25,17 +26,20 @@ _Question: TypeAlias = (
 
 
 def new_request_id() -> str:
-    """128 random bits as 32 hex digits: an id for a mutation that may have to be sent again."""
+    """A random id for a mutation: 128 bits as 32 hexadecimal digits.
+
+    The server carries out a mutation once, however often it is sent with the same id.
+    """
     return secrets.token_hex(16)
 
 
 def names_of(layers: Layers) -> list[str]:
-    """The names as a list."""
+    """One or several names as a list."""
     return [layers] if isinstance(layers, str) else list(layers)
 
 
-def set_as_of(request: _Question, as_of: AsOf) -> None:
-    """ValueError for a time without a zone."""
+def set_as_of(request: _Query, as_of: AsOf) -> None:
+    """Sets the revision or time of a query. Raises ValueError for a time without a time zone."""
     if isinstance(as_of, datetime):
         encode_time(as_of, request.at_time)
     elif as_of is not None:

@@ -1,4 +1,4 @@
-"""How long to wait before something that failed is tried again."""
+"""Retries with exponential backoff."""
 
 from __future__ import annotations
 
@@ -8,35 +8,38 @@ import time
 
 from .errors import HypermapError, Unavailable
 
-SHORTEST_S = 0.05
-LONGEST_S = 2.0
+# Seconds to wait before the first retry, and at most before later ones. Half of the wait is random.
+INITIAL_BACKOFF_S = 0.05
+MAX_BACKOFF_S = 2.0
 
 
 class Backoff:
-    """Waits that double, each taken at random from its upper half: clients do not come in step."""
+    """Exponential backoff with jitter, so that many clients do not retry at the same time."""
 
     def __init__(self) -> None:
-        self._wait_s = SHORTEST_S
+        self._wait_s = INITIAL_BACKOFF_S
 
     def next(self) -> float:
-        """The next wait, in seconds."""
-        longest_s = self._wait_s
-        self._wait_s = min(2 * longest_s, LONGEST_S)
-        return longest_s * random.uniform(0.5, 1.0)
+        """The time to wait before the next try, in seconds."""
+        wait_s = self._wait_s
+        self._wait_s = min(2 * wait_s, MAX_BACKOFF_S)
+        return wait_s * random.uniform(0.5, 1.0)
 
     def reset(self) -> None:
-        """After a success: begin anew."""
-        self._wait_s = SHORTEST_S
+        """Starts again with the shortest wait, after a success."""
+        self._wait_s = INITIAL_BACKOFF_S
 
 
 def time_left(deadline: float) -> float | None:
-    """Seconds until a time of the monotonic clock, at least 0; None: it is never (math.inf)."""
+    """Seconds until a deadline of the monotonic clock, at least 0; None for math.inf."""
     return None if math.isinf(deadline) else max(deadline - time.monotonic(), 0.0)
 
 
 class Retries:
-    """The tries of one call: while the server is Unavailable, for `retry_for` and no longer than
-    `timeout` seconds from now (math.inf: without end).
+    """Decides whether and when a call is retried.
+
+    A call is retried while the server is Unavailable, for `retry_for` seconds from now. `timeout`
+    is the time in seconds that all tries may take together, math.inf for no limit.
     """
 
     def __init__(self, retry_for: float, timeout: float) -> None:
@@ -46,12 +49,13 @@ class Retries:
         self._backoff = Backoff()
 
     def timeout(self) -> float | None:
-        """What is left for the next try, in seconds; None: no limit."""
+        """The time left for the next try, in seconds; None for no limit."""
         return time_left(self._deadline)
 
     def pause(self, error: HypermapError) -> float:
-        """After a try that ended with `error`: seconds to wait before the next; raises it instead
-        when it is no use or too late to try again.
+        """The time to wait, in seconds, before the call that failed with `error` is retried.
+
+        Raises `error` if it is not Unavailable, or if the time for retries would be over.
         """
         if not isinstance(error, Unavailable):
             raise error

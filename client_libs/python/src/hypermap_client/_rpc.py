@@ -1,4 +1,4 @@
-"""The calls of a server."""
+"""The RPCs of hypermap.v1 that the client calls."""
 
 from __future__ import annotations
 
@@ -14,23 +14,25 @@ from ._proto import ingest_service_pb2 as ingest
 from ._proto import query_service_pb2 as query
 from ._proto import watch_service_pb2 as watch
 
-Q = TypeVar("Q", bound=Message)
-A = TypeVar("A", bound=Message)
+RequestT = TypeVar("RequestT", bound=Message)
+ResponseT = TypeVar("ResponseT", bound=Message)
 
 
 @dataclass(frozen=True)
-class Rpc(Generic[Q, A]):
-    """A call by its path, with the messages of its request and its answer."""
+class Rpc(Generic[RequestT, ResponseT]):
+    """An RPC: its path, and the types of its request and response messages."""
 
     path: str
-    request: type[Q]
-    answer: type[A]
+    request: type[RequestT]
+    response: type[ResponseT]
 
 
-def _rpc(service: str, request: type[Q], answer: type[A]) -> Rpc[Q, A]:
-    # Requests are named after their calls.
+def _rpc(
+    service: str, request: type[RequestT], response: type[ResponseT]
+) -> Rpc[RequestT, ResponseT]:
+    # The request of an RPC is named after the RPC.
     name = request.__name__.removesuffix("Request")
-    return Rpc(f"/hypermap.v1.{service}/{name}", request, answer)
+    return Rpc(f"/hypermap.v1.{service}/{name}", request, response)
 
 
 CREATE_MAP = _rpc("CatalogService", catalog.CreateMapRequest, catalog.CreateMapResponse)

@@ -1,4 +1,4 @@
-"""Answers to the questions of a hypermap. Geometry is in the frame of the question."""
+"""Answers to queries. Their geometry is in the frame that the query names, in metres."""
 
 from __future__ import annotations
 
@@ -23,26 +23,26 @@ _Named = TypeVar("_Named", "LayerContent", "PointsContent", "LayerAnswer")
 
 
 class AnswerStatus(IntEnum):
-    """How a layer answers. One layer's status never spoils another's answer."""
+    """Tells whether a layer can answer a query. It does not affect the answers of other layers."""
 
     VALUE = 1
-    """An answer: the value of a cell, or the list of objects, which may be empty."""
+    """The layer answers with the value of a cell, or with a list of objects, possibly empty."""
     UNKNOWN = 2
-    """A grid: inside of the extent, nothing is known."""
+    """The point is inside the extent of the grid, but its cell has no value."""
     OUTSIDE = 3
-    """A grid: outside of the extent."""
+    """The point is outside the extent of the grid."""
     NO_TRANSFORM = 4
-    """The layer's frame is not connected to the caller's."""
+    """No transform connects the layer's frame to the frame of the query."""
     UNSUPPORTED_VALUE = 5
-    """The layer can't take the value that was asked for."""
+    """The layer does not support the value of the query, such as a class label on a grid."""
 
 
 @dataclass(frozen=True, slots=True)
 class LayerContent:
-    """What one layer has at a point.
+    """The content of one layer at a point.
 
-    value: a grid's, when status is VALUE.
-    objects: a semantic layer's, by id.
+    value: value of the cell of a grid layer; None unless status is VALUE.
+    objects: objects of a semantic layer that cover the point, sorted by id.
     """
 
     layer: str
@@ -54,7 +54,13 @@ class LayerContent:
 
 @dataclass(frozen=True, slots=True)
 class PointAnswer:
-    """What is at a point. `layers` in the order asked; all layers by name."""
+    """The content of several layers at a point, read at one revision.
+
+    frame_id: frame of `point` and of all geometry in the answer.
+    layers: in the order of the query, or sorted by name if it asked for all layers.
+
+    Indexing with the name of a layer returns its content and raises KeyError if there is none.
+    """
 
     map: str
     revision: int
@@ -66,17 +72,31 @@ class PointAnswer:
         return _by_layer(self.layers, layer)
 
     def to_geodataframe(self) -> geopandas.GeoDataFrame:
-        """A row for each object of the semantic layers. Needs GeoPandas."""
+        """Makes a table with a row for each object of the semantic layers.
+
+        Raises ImportError if GeoPandas is not installed.
+        """
         return object_table([(c.layer, o) for c in self.layers for o in c.objects])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PointsContent:
-    """What one layer has at the N points of a batch, in columns.
+    """The content of one layer at the N points of a batch, as columns.
 
-    Of a grid: statuses (N, of AnswerStatus) and values (N, NaN where there is none). Of a semantic
-    layer, by point and then id: entry j is of an object that covers point points[j] of the batch;
-    points, object_ids, labels (of str) and existences are of one length.
+    status: VALUE, or the reason why the layer cannot answer; all columns are empty then.
+
+    A grid layer fills two columns of length N, with one entry per point:
+
+    statuses: numbers of AnswerStatus.
+    values: values of the cells, NaN where there is none.
+
+    A semantic layer fills four columns of equal length, with one entry for each pair of a point
+    and an object that covers it, sorted by point and then by object id:
+
+    points: indices of the points in the batch.
+    object_ids: ids of the objects.
+    labels: labels of the objects, as str.
+    existences: probabilities in [0, 1] that the objects exist.
     """
 
     layer: str
@@ -92,7 +112,10 @@ class PointsContent:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PointsAnswer:
-    """What is at the points of a batch, read at one revision."""
+    """The content of several layers at the points of a batch, read at one revision.
+
+    Indexing with the name of a layer returns its content and raises KeyError if there is none.
+    """
 
     revision: int
     layers: tuple[PointsContent, ...]
@@ -103,10 +126,10 @@ class PointsAnswer:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LayerAnswer:
-    """One layer's answer to a question about an area or a value.
+    """The answer of one layer to a query for an area or a value.
 
-    objects: a semantic layer's, by id.
-    cells: a grid's, by row and column; None when it has none to tell.
+    objects: objects of a semantic layer, sorted by id.
+    cells: cells of a grid layer, sorted by row and column; None if the answer has no cells.
     """
 
     layer: str
@@ -116,13 +139,19 @@ class LayerAnswer:
     cells: CellRuns | None = None
 
     def to_grid(self) -> Grid:
-        """The cells as an array. ValueError when there are none."""
+        """The cells as an array over their bounding box.
+
+        Raises ValueError if there are no cells, or if the box is too large (see CellRuns.to_grid).
+        """
         if self.cells is None:
             raise ValueError(f"layer {self.layer!r} has no cells in this answer")
         return self.cells.to_grid()
 
     def to_geodataframe(self) -> geopandas.GeoDataFrame:
-        """A row for each object, or for each run of cells. Needs GeoPandas."""
+        """Makes a table with a row for each object, or for each run of cells.
+
+        Raises ImportError if GeoPandas is not installed.
+        """
         if self.cells is not None:
             return self.cells.to_geodataframe()
         return object_table([(self.layer, o) for o in self.objects])
@@ -130,9 +159,11 @@ class LayerAnswer:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Answer:
-    """What is in an area, or where a value is: all layers at one revision.
+    """The answers of several layers to a query for an area or a value, read at one revision.
 
-    frame_id: as asked; empty: the map's own.
+    frame_id: frame of all geometry in the answer, as the query gave it; empty for the map's own.
+
+    Indexing with the name of a layer returns its answer and raises KeyError if there is none.
     """
 
     map: str
@@ -145,22 +176,26 @@ class Answer:
 
     @property
     def objects(self) -> tuple[MapObject, ...]:
-        """The objects of all semantic layers."""
+        """The objects of all semantic layers, layer after layer."""
         return tuple(o for answer in self.layers for o in answer.objects)
 
     def to_geodataframe(self) -> geopandas.GeoDataFrame:
-        """A row for each object of the semantic layers. Needs GeoPandas.
+        """Makes a table with a row for each object of the semantic layers.
 
-        Cells: `answer["floor"].to_geodataframe()`.
+        It has no cells; `answer["floor"].to_geodataframe()` makes a table of those of layer
+        "floor". Raises ImportError if GeoPandas is not installed.
         """
         return object_table([(a.layer, o) for a in self.layers for o in a.objects])
 
 
 @dataclass(frozen=True, slots=True)
 class NearestMatch:
-    """A place that has the value asked for: an object, or a cell.
+    """An object or a cell with the value of a nearest query.
 
-    distance_m: to the nearest point of the object's polygon (0 inside), or to the cell's centre.
+    distance_m: distance in metres to the nearest point of the object's polygon (0 inside it), or
+        to the centre of the cell.
+    object: the match on a semantic layer, else None.
+    cell: the match on a grid layer, else None.
     """
 
     layer: str
@@ -172,7 +207,7 @@ class NearestMatch:
 
 @dataclass(frozen=True, slots=True)
 class LayerRefusal:
-    """A layer that can't answer, and why."""
+    """A layer that could not answer a nearest query, with the reason."""
 
     layer: str
     status: AnswerStatus
@@ -180,7 +215,12 @@ class LayerRefusal:
 
 @dataclass(frozen=True, slots=True)
 class NearestAnswer:
-    """The nearest places that have a value, nearest first, over all layers together."""
+    """The objects and cells nearest to a point that have a value, over all queried layers.
+
+    frame_id: frame of all geometry in the answer.
+    matches: sorted by distance, nearest first.
+    refusals: layers that could not answer.
+    """
 
     map: str
     revision: int
@@ -189,7 +229,11 @@ class NearestAnswer:
     refusals: tuple[LayerRefusal, ...]
 
     def to_geodataframe(self) -> geopandas.GeoDataFrame:
-        """A row for each match, nearest first. Needs GeoPandas."""
+        """Makes a table with a row for each match, nearest first.
+
+        Columns of objects are empty for cells, and the other way round. Raises ImportError if
+        GeoPandas is not installed.
+        """
         rows: list[dict[str, Any]] = []
         geometry: list[shapely.Polygon] = []
         for match in self.matches:

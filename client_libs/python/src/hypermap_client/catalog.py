@@ -11,10 +11,13 @@ from .layers import Layer
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MapEntry:
-    """A map apart from its content.
+    """Metadata of a map.
 
-    frame_id: the map's own frame, what an empty frame id means.
-    problem: not empty when the server can't open the map: why. Only the name is set then.
+    frame_id: the map's own frame, which calls use when their frame id is empty.
+    revision: the newest revision.
+    create_time: time of creation in UTC.
+    problem: the reason why the server cannot open the map. All fields but the name are unset then.
+        Empty for a map that can be opened.
     """
 
     name: str
@@ -27,7 +30,10 @@ class MapEntry:
 
 @dataclass(frozen=True, slots=True)
 class LayerList:
-    """The layers of a map by name, at a revision."""
+    """The layers of a map at a revision, sorted by name.
+
+    Indexing with the name of a layer returns it and raises KeyError if there is none.
+    """
 
     map: str
     revision: int
@@ -42,7 +48,10 @@ class LayerList:
 
 @dataclass(frozen=True, slots=True)
 class TransformList:
-    """The frames of a map by child, at a revision; `frame_id` is the map's own."""
+    """The transforms between the frames of a map at a revision, sorted by child frame.
+
+    frame_id: the map's own frame.
+    """
 
     map: str
     revision: int

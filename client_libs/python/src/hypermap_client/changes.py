@@ -1,4 +1,4 @@
-"""What changed in a map: revisions, differences, and the events of a watch."""
+"""Changes of a map: events of a watch, differences between revisions, lists of revisions."""
 
 from __future__ import annotations
 
@@ -13,37 +13,42 @@ from .objects import MapObject
 
 
 class ChangeKind(IntEnum):
-    """What happened."""
+    """The kind of a change. ENTER and LEAVE occur in watches only."""
 
     PUT = 1
-    """An object is new, or is not as it was."""
+    """An object was added or replaced."""
     REMOVE = 2
     """An object was removed."""
     ENTER = 3
-    """Of a watch: an object that was there before is selected now."""
+    """An existing object now matches the filter of the watch and did not before."""
     LEAVE = 4
-    """Of a watch: an object that is still there is not selected any more."""
+    """An object no longer matches the filter of the watch, but still exists."""
     CELLS = 5
     """Cells were written."""
     LAYER_CREATED = 6
-    """A layer was created, empty."""
+    """An empty layer was created."""
     LAYER_DELETED = 7
-    """A layer was deleted with all that it held."""
+    """A layer was deleted with its content."""
     LAYER_CHANGED = 8
-    """A layer's aliases or the extent of its grid are not as they were."""
+    """The aliases of a layer or the extent of its grid changed."""
     TRANSFORM = 9
-    """A frame was placed."""
+    """The transform of a frame was set."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Change:
-    """One thing that is not as it was. What does not belong to its kind is None or 0.
+    """A change of one object, of cells of one layer, of a layer or of a transform.
 
-    object: PUT, ENTER: as it is now.
-    object_before: of a difference, PUT and REMOVE: as it was; None when new.
-    cells: CELLS: those that are not as they were, with their value now.
-    cells_before: of a difference: the same cells with their value before.
-    layer_now: LAYER_CREATED, LAYER_CHANGED.
+    Fields that do not apply to the kind of the change are None, 0 or empty.
+
+    object_id: id of the object, for PUT, REMOVE, ENTER and LEAVE.
+    object: the object after the change, for PUT and ENTER.
+    object_before: the object before the change, for PUT and REMOVE; None for a new object.
+        Differences only.
+    cells: the changed cells with their new values, for CELLS.
+    cells_before: the same cells with their values before the change, for CELLS. Differences only.
+    layer_now: the layer after the change, for LAYER_CREATED and LAYER_CHANGED.
+    transform: the new transform, for TRANSFORM.
     """
 
     kind: ChangeKind
@@ -59,12 +64,14 @@ class Change:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class WatchEvent:
-    """A revision, whole.
+    """All changes of one revision that match the filter of a watch.
 
-    time, author: when it was made and by whom; not of a snapshot and of progress.
-    changes: empty when nothing of what came up to this revision was selected (progress).
-    snapshot: the changes are all that the filter selects at the revision (PUT and CELLS).
-    reset: of a snapshot: what was told before does not hold any more.
+    revision: the watch can be resumed after this revision.
+    time: time of the commit, in UTC; None for snapshots and progress events.
+    author: author of the commit; empty for snapshots and progress events.
+    changes: empty for a progress event, which reports that no change up to this revision matched.
+    snapshot: whether the changes are the whole selected content at this revision, as PUT and CELLS.
+    reset: whether this snapshot replaces everything that earlier events reported.
     """
 
     revision: int
@@ -77,7 +84,10 @@ class WatchEvent:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Difference:
-    """What is not at to_revision as it was at from_revision, each thing once."""
+    """The changes between two revisions.
+
+    Each object, cell, layer and transform that differs is reported once, however often it changed.
+    """
 
     from_revision: int
     to_revision: int
@@ -86,7 +96,11 @@ class Difference:
 
 @dataclass(frozen=True, slots=True)
 class Revision:
-    """A commit. `time` is rounded up to a microsecond, so that the map as of it has the commit."""
+    """A commit to a map.
+
+    time: time of the commit in UTC, rounded up to a microsecond. A query as of this time sees the
+        commit.
+    """
 
     revision: int
     time: datetime
@@ -96,7 +110,11 @@ class Revision:
 
 @dataclass(frozen=True, slots=True)
 class RevisionList:
-    """Kept revisions of a map. `oldest` is the oldest that can be asked for."""
+    """A page of the revisions that the server keeps of a map.
+
+    newest: the newest revision of the map.
+    oldest: the oldest revision that can be queried; older ones are compacted.
+    """
 
     map: str
     newest: int

@@ -1,4 +1,4 @@
-"""How a client shows the server who it is, and makes sure of the server."""
+"""Credentials of a client (token, certificate) and the certificates that it trusts."""
 
 from __future__ import annotations
 
@@ -9,17 +9,20 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
-# A bearer token, or what gives the one of the moment; called for every call, from any thread.
+# A bearer token, or a function that returns the current one. The client calls the function for
+# every RPC, from any thread.
 Token: TypeAlias = str | Callable[[], str]
 
 
 @dataclass(frozen=True, slots=True)
 class Tls:
-    """An encrypted connection. All bytes are PEM.
+    """Parameters of a TLS connection. Certificates and keys are PEM bytes.
 
-    root_certificates: who may sign the server's certificate; None: those of gRPC.
-    certificate_chain, private_key: the client's own, when the server asks for one.
-    server_name: what the server's certificate is for, when that is not its address.
+    root_certificates: certificate authorities that may sign the server's certificate; None for
+        the default roots of gRPC.
+    certificate_chain, private_key: the client's certificate and its key, for servers that require
+        client certificates. Both or none are given; ValueError otherwise.
+    server_name: the name in the server's certificate, if it differs from the host of the target.
     """
 
     root_certificates: bytes | None = None
@@ -29,7 +32,7 @@ class Tls:
 
     def __post_init__(self) -> None:
         if (self.certificate_chain is None) != (self.private_key is None):
-            raise ValueError("a client's certificate and its key go together")
+            raise ValueError("certificate_chain and private_key must be given together")
 
     @classmethod
     def from_files(
@@ -39,7 +42,12 @@ class Tls:
         key: str | os.PathLike[str] | None = None,
         server_name: str = "",
     ) -> Tls:
-        """Of PEM files. OSError when one can't be read."""
+        """Reads certificates and key from PEM files.
+
+        ca: file of the root certificates. certificate, key: files of the client's certificate and
+        private key. Raises OSError if a file cannot be read, and ValueError if only one of
+        certificate and key is given.
+        """
 
         def read(path: str | os.PathLike[str] | None) -> bytes | None:
             return None if path is None else pathlib.Path(path).read_bytes()
@@ -48,16 +56,16 @@ class Tls:
 
 
 def check_token_is_safe(target: str, tls: Tls | None, allow_insecure: bool) -> None:
-    """ValueError when a token would go over a network in the clear."""
+    """Raises ValueError if a token would be sent unencrypted over a network."""
     if tls is None and not allow_insecure and not is_loopback(target):
         raise ValueError(
-            f"a token for {target} needs tls=Tls(...), or allow_insecure_token=True where the "
-            "network is trusted"
+            f"the token for {target} would be sent unencrypted; pass tls=Tls(...), or "
+            "allow_insecure_token=True in a trusted network"
         )
 
 
 def is_loopback(target: str) -> bool:
-    """Whether the gRPC target never leaves this machine."""
+    """Whether a gRPC target is on this machine: a loopback address or a Unix socket."""
     if target.startswith(("unix:", "unix-abstract:")):
         return True
     address = target.rpartition("/")[2].removeprefix("dns:").removeprefix("ipv4:")

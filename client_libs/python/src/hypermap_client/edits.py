@@ -1,4 +1,4 @@
-"""Changes of the content of layers."""
+"""Edits: the changes of the content of layers that a client can request."""
 
 from __future__ import annotations
 
@@ -17,12 +17,13 @@ from .objects import MapObject
 
 @dataclass(frozen=True, slots=True)
 class PutObject:
-    """Adds an object (id 0) or replaces the one with its id.
+    """Adds an object, or replaces the object with the same id.
 
-    frame_id: the frame of the polygon; empty: the layer's own.
-    if_version: the version that the object must have, or the whole batch is Aborted.
-    time_to_live: the object leaves the map when so much time has passed since the edit was carried
-        out, unless it is put again before. None: it stays.
+    object: id 0 adds a new object, to which the server gives an id.
+    frame_id: frame of the polygon; empty for the layer's own frame.
+    if_version: the version that the object must have, else the whole batch fails with Aborted.
+    time_to_live: time after the commit at which the server removes the object, unless it is put
+        again before; must be positive. None keeps the object.
     """
 
     layer: str
@@ -34,7 +35,10 @@ class PutObject:
 
 @dataclass(frozen=True, slots=True)
 class DeleteObject:
-    """Removes an object; `if_version` as of PutObject."""
+    """Removes an object.
+
+    if_version: the version that the object must have, else the whole batch fails with Aborted.
+    """
 
     layer: str
     id: int
@@ -43,10 +47,13 @@ class DeleteObject:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class WriteCells:
-    """Sets all cells of a box.
+    """Sets all cells of a box of a grid layer.
 
-    values: rows×columns, the lowest row first; NaN is unknown.
-    row_begin, col_begin: the row and column of values[0, 0].
+    values: array of shape (rows, columns) with the lowest row first; NaN makes a cell unknown. Its
+        range depends on the kind of the layer: [0, 1] for occupancy, 0 or 1 for exploration.
+    row_begin, col_begin: row and column of the cell of values[0, 0]; may be negative.
+
+    Raises ValueError if `values` is empty or not two-dimensional.
     """
 
     layer: str
@@ -57,10 +64,9 @@ class WriteCells:
     def __init__(
         self, layer: str, values: ArrayLike, row_begin: int = 0, col_begin: int = 0
     ) -> None:
-        """ValueError when the values are no two-dimensional array."""
         array = np.array(values, dtype=np.float64)
         if array.ndim != 2 or array.size == 0:
-            raise ValueError(f"cells are rows×columns, not of shape {array.shape}")
+            raise ValueError(f"values must be a non-empty 2-D array, not of shape {array.shape}")
         object.__setattr__(self, "layer", layer)
         object.__setattr__(self, "values", array)
         object.__setattr__(self, "row_begin", row_begin)
@@ -69,9 +75,11 @@ class WriteCells:
 
 @dataclass(frozen=True, slots=True)
 class FillPolygon:
-    """Sets the cells that a polygon selects to a value; None: unknown.
+    """Sets the cells of a grid layer that a polygon selects.
 
-    frame_id: the frame of the area; empty: the layer's own.
+    value: the new value; None makes the cells unknown.
+    frame_id: frame of the area; empty for the layer's own frame.
+    rule: which cells the polygon selects.
     """
 
     layer: str
@@ -83,10 +91,12 @@ class FillPolygon:
 
 @dataclass(frozen=True, slots=True)
 class SetAliases:
-    """Gives a semantic layer other words for its labels.
+    """Sets or removes aliases of a semantic layer.
 
-    Each alias gets these labels in place of those it had, or is taken out when it has none here.
-    Other aliases of the layer stay.
+    An alias is a word that queries can use in place of several labels.
+
+    aliases: labels by alias. They replace the earlier labels of that alias; an alias without labels
+        is removed. Aliases that are not mentioned are kept.
     """
 
     layer: str
@@ -98,7 +108,11 @@ Edit: TypeAlias = PutObject | DeleteObject | WriteCells | FillPolygon | SetAlias
 
 @dataclass(frozen=True, slots=True)
 class EditAnswer:
-    """What a batch made. `object_ids`: one for each edit, of the object that was put, else 0."""
+    """The result of a batch of edits.
+
+    revision: the revision that the batch made.
+    object_ids: one entry per edit: the id of the object for PutObject, 0 for other edits.
+    """
 
     map: str
     revision: int

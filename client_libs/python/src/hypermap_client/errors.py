@@ -1,7 +1,7 @@
-"""What can go wrong: one class for each status code of gRPC, with the server's own message.
+"""Errors of calls: one class per gRPC status code, with the message of the server.
 
-Wrong arguments that never reach the server (an array of the wrong shape, a time without a zone) are
-ValueError or TypeError.
+Arguments that cannot be sent (an array of the wrong shape, a time without a time zone) raise
+ValueError or TypeError before the call.
 """
 
 from __future__ import annotations
@@ -12,102 +12,112 @@ import grpc
 
 
 class HypermapError(Exception):
-    """A call that failed. `str()` of it is the server's message."""
+    """A failed call. `str()` returns the message of the server, `code` the gRPC status code."""
 
     code: ClassVar[grpc.StatusCode] = grpc.StatusCode.UNKNOWN
 
     @property
     def message(self) -> str:
-        """What the server said."""
+        """The message of the server."""
         return str(self)
 
 
 class Cancelled(HypermapError):
-    """The call was cancelled, by the caller or by a server that stops."""
+    """The call was cancelled by the caller, or by a server that shuts down."""
 
     code = grpc.StatusCode.CANCELLED
 
 
 class InvalidArgument(HypermapError):
-    """A field of the request is wrong; the message names it."""
+    """A field of the request is invalid; the message names the field."""
 
     code = grpc.StatusCode.INVALID_ARGUMENT
 
 
 class DeadlineExceeded(HypermapError):
-    """The timeout passed. A mutation may have been carried out: send it again with its id."""
+    """The timeout expired.
+
+    The server may have carried out a mutation nevertheless. It is safe to send it again with the
+    same request id.
+    """
 
     code = grpc.StatusCode.DEADLINE_EXCEEDED
 
 
 class NotFound(HypermapError):
-    """No such map, layer, frame, object, exploration or goal; the message names it."""
+    """A map, layer, frame, object, exploration or goal does not exist; the message names it."""
 
     code = grpc.StatusCode.NOT_FOUND
 
 
 class AlreadyExists(HypermapError):
-    """A map or layer of that name is there."""
+    """A map or layer of that name exists already."""
 
     code = grpc.StatusCode.ALREADY_EXISTS
 
 
 class PermissionDenied(HypermapError):
-    """The caller may not do that."""
+    """The caller is not allowed to make this call."""
 
     code = grpc.StatusCode.PERMISSION_DENIED
 
 
 class ResourceExhausted(HypermapError):
-    """Past a limit of the server (the message names its flag), or the disk is full."""
+    """A limit of the server was exceeded (the message names its flag), or its disk is full."""
 
     code = grpc.StatusCode.RESOURCE_EXHAUSTED
 
 
 class FailedPrecondition(HypermapError):
-    """The map can't be opened, the layer is of another kind, the exploration has ended."""
+    """The call is not possible in the present state of the map.
+
+    Examples: the map cannot be opened, the layer is of another kind, the exploration has ended.
+    """
 
     code = grpc.StatusCode.FAILED_PRECONDITION
 
 
 class Aborted(HypermapError):
-    """An object or layer has another version than the edits want. Nothing was changed."""
+    """An object or layer does not have the version that the edits require. Nothing was changed."""
 
     code = grpc.StatusCode.ABORTED
 
 
 class OutOfRange(HypermapError):
-    """A revision that is not kept any more (the message names the oldest), or is yet to come."""
+    """A revision has been compacted (the message names the oldest), or does not exist yet."""
 
     code = grpc.StatusCode.OUT_OF_RANGE
 
 
 class Unimplemented(HypermapError):
-    """The server does not know the call: it is of another version."""
+    """The server does not implement the call; its version differs from the client's."""
 
     code = grpc.StatusCode.UNIMPLEMENTED
 
 
 class Internal(HypermapError):
-    """An answer that can't be understood, or a fault of the server."""
+    """The server failed internally, or sent a response that the client cannot interpret."""
 
     code = grpc.StatusCode.INTERNAL
 
 
 class Unavailable(HypermapError):
-    """The server is not reached, or stops; tried again for `retry_for` before it is raised."""
+    """The server cannot be reached or shuts down.
+
+    The client raises it after it has retried the call for `retry_for` seconds.
+    """
 
     code = grpc.StatusCode.UNAVAILABLE
 
 
 class DataLoss(HypermapError):
-    """A file of the server is damaged."""
+    """A file of the server is corrupt."""
 
     code = grpc.StatusCode.DATA_LOSS
 
 
 class Unauthenticated(HypermapError):
-    """The token or the certificate is missing or wrong."""
+    """The token or the client certificate is missing or invalid."""
 
     code = grpc.StatusCode.UNAUTHENTICATED
 
@@ -118,6 +128,6 @@ _BY_CODE: dict[grpc.StatusCode, type[HypermapError]] = {
 
 
 def error_of(failure: grpc.RpcError) -> HypermapError:
-    """The error for a call that gRPC says has failed."""
+    """The HypermapError with the status code and the details of a gRPC error."""
     code = failure.code()
     return _BY_CODE.get(code, HypermapError)(failure.details() or code.name)

@@ -1,4 +1,4 @@
-"""Robots exploring an area together. Positions are in the frame that the call names."""
+"""Explorations of an area by several robots. Positions are in metres in the frame of the call."""
 
 from __future__ import annotations
 
@@ -10,43 +10,47 @@ import shapely
 
 
 class ExplorationState(IntEnum):
-    """Whether robots are still at it."""
+    """Whether an exploration is running."""
 
     ACTIVE = 1
+    """Robots can claim goals."""
     ENDED = 2
+    """The exploration has ended; no goals are given any more."""
 
 
 class EndReason(IntEnum):
-    """Why an exploration has ended."""
+    """The reason why an exploration has ended."""
 
     NONE = 0
-    """It has not."""
+    """The exploration has not ended."""
     DONE = 1
-    """All floor that there is has been seen, but for crumbs."""
+    """All floor is explored, except for remainders smaller than min_gain_cells."""
     ONLY_UNREACHABLE_LEFT = 2
-    """What has not been seen cannot be seen from anywhere that robots can go."""
+    """No place that robots can reach has a view of the remaining floor."""
     STOPPED = 3
-    """Somebody stopped it."""
+    """A client stopped the exploration."""
 
 
 class GoalOutcome(IntEnum):
-    """What became of a goal."""
+    """The result of a robot's attempt to reach its goal."""
 
     REACHED = 1
-    """The robot has looked round, and its observations are acknowledged."""
+    """The robot has observed the surroundings, and its observations are acknowledged."""
     UNREACHABLE = 2
-    """The robot cannot get there: nobody is sent there until the floor changes nearby."""
+    """The robot cannot reach the goal. No robot is sent there until the floor nearby changes."""
     ABANDONED = 3
-    """The robot will not go: the place is free for others."""
+    """The robot gave the goal up. It can be assigned to other robots."""
 
 
 @dataclass(frozen=True, slots=True)
 class Goal:
-    """A place that a robot is on the way to.
+    """A viewpoint that is leased to a robot.
 
-    gain_cells: unseen floor in sight from there when it was claimed.
-    path_length_m: of the way there from where it was claimed.
-    expire_time: when the lease ends.
+    id: id of its object on the layer "explorations".
+    gain_cells: number of unexplored floor cells that were visible from the position when the goal
+        was claimed.
+    path_length_m: length in metres of the path from the pose of the robot in its claim.
+    expire_time: end of the lease, in UTC.
     """
 
     id: int
@@ -59,7 +63,10 @@ class Goal:
 
 @dataclass(frozen=True, slots=True)
 class UnreachablePlace:
-    """A place that a robot could not get to."""
+    """A goal that a robot reported as unreachable.
+
+    id: id of its object on the layer "explorations".
+    """
 
     id: int
     robot: str
@@ -68,7 +75,17 @@ class UnreachablePlace:
 
 @dataclass(frozen=True, slots=True)
 class Exploration:
-    """An area that robots explore; `id` is of an object of the layer "explorations"."""
+    """An area that robots explore, with the state of the exploration.
+
+    id: id of its object on the layer "explorations".
+    occupancy_layer: layer that tells which cells are floor.
+    exploration_layer: layer that tells which cells are explored.
+    robot_radius_m: clearance in metres that paths keep to cells that are not free.
+    range_m: range of the robots' sensors in metres.
+    min_gain_cells: viewpoints that would reveal fewer cells are not assigned.
+    start_time, end_time: in UTC; end_time is None while the exploration is active.
+    goals: the goals that are leased to robots at present.
+    """
 
     id: int
     state: ExplorationState
@@ -87,12 +104,14 @@ class Exploration:
 
 @dataclass(frozen=True, slots=True)
 class ExplorationProgress:
-    """Of the floor of an area, in cells of the occupancy layer.
+    """The explored and the remaining part of the floor of an area, in cells of the occupancy layer.
 
-    reachable_cells: not seen yet, and in sight of where robots can go.
-    unreachable_cells: not seen, and not so; or looked at twice, and not seen.
-    fraction: explored / (explored + reachable); 1 when there are neither.
-    rate_m2_per_s: explored in the last minute.
+    reachable_cells: unexplored cells that are visible from a place that robots can reach.
+    unreachable_cells: all other unexplored cells, and those that stayed unexplored although robots
+        looked at them twice.
+    fraction: explored / (explored + reachable), in [0, 1]; 1 if both are zero.
+    rate_m2_per_s: area explored in the last minute, in square metres per second.
+    cell_area_m2: area of a cell in square metres.
     """
 
     explored_cells: int
@@ -105,7 +124,11 @@ class ExplorationProgress:
 
 @dataclass(frozen=True, slots=True)
 class ExplorationAnswer:
-    """An exploration at a revision. `progress` is None where the call does not tell it."""
+    """An exploration at a revision.
+
+    frame_id: frame of all positions; empty for the map's own.
+    progress: set by get_exploration only.
+    """
 
     revision: int
     frame_id: str
@@ -115,7 +138,7 @@ class ExplorationAnswer:
 
 @dataclass(frozen=True, slots=True)
 class ExplorationList:
-    """All explorations of a map, the newest first."""
+    """All explorations of a map at a revision, the newest first."""
 
     revision: int
     frame_id: str
@@ -124,11 +147,13 @@ class ExplorationList:
 
 @dataclass(frozen=True, slots=True)
 class Frontier:
-    """Unseen floor beside seen floor, as one piece.
+    """A connected set of unexplored floor cells that border explored floor.
 
-    viewpoint: from where it can be seen and a robot can go; None: from nowhere.
-    gain_cells: unseen floor in sight from the viewpoint.
-    cells: if asked for: the centres of its cells.
+    num_cells: number of its cells.
+    viewpoint: a place that a robot can reach and that has a view of the frontier; None if there is
+        no such place.
+    gain_cells: number of unexplored floor cells visible from the viewpoint.
+    cells: centres of its cells, if the call asked for them, else empty.
     """
 
     num_cells: int
@@ -140,7 +165,7 @@ class Frontier:
 
 @dataclass(frozen=True, slots=True)
 class FrontierList:
-    """Where seen floor ends and unseen begins, the largest first."""
+    """The frontiers of an exploration at a revision, the largest first."""
 
     revision: int
     frame_id: str
@@ -150,7 +175,11 @@ class FrontierList:
 
 @dataclass(frozen=True, slots=True)
 class Claim:
-    """The goal that a robot was given. None: ask again later, unless the exploration has ended."""
+    """The answer to a robot that claims a goal.
+
+    goal: None if the exploration has ended, or if other robots have leased all goals; the robot can
+        claim again later in the second case.
+    """
 
     revision: int
     frame_id: str

@@ -1,6 +1,6 @@
-"""Places in the plane: metres and radians, x right, y up, angles counter-clockwise.
+"""Points, areas, poses and transforms in the plane.
 
-Points and polygons are Shapely's. Coordinates are in the frame that the call names.
+Lengths are in metres. Angles are in radians, counter-clockwise from the x axis to the y axis.
 """
 
 from __future__ import annotations
@@ -13,19 +13,23 @@ import numpy as np
 import shapely
 from numpy.typing import ArrayLike, NDArray
 
-# x and y, in metres.
+# A point: x and y in metres.
 PointLike: TypeAlias = shapely.Point | Sequence[float] | NDArray[np.float64]
-# N×2, or geometries whose vertices they are.
+# Several points: an array of shape (N, 2) in metres, or geometries, whose vertices are the points.
 PointsLike: TypeAlias = ArrayLike | Sequence[shapely.Geometry]
-# A polygon, or the vertices of its outer ring: N×2, closed or open, either way round.
+# A polygon, or the vertices of its outer ring as an array of shape (N, 2) in metres. The ring may
+# repeat its first vertex at the end, and may be clockwise or counter-clockwise.
 AreaLike: TypeAlias = shapely.Polygon | Sequence[Sequence[float]] | NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
 class Pose:
-    """A rigid pose: a rotation by `yaw` radians, then a translation by (x, y) metres.
+    """A rigid transform of the plane: a rotation by `yaw` radians, then a translation by (x, y).
 
-    As a transform parent_from_child it takes coordinates in the child to those in the parent.
+    x, y: metres. yaw: radians.
+
+    The pose of a child frame in its parent frame is the transform `parent_from_child`, which maps
+    coordinates in the child to coordinates in the parent.
     """
 
     x: float = 0.0
@@ -33,26 +37,26 @@ class Pose:
     yaw: float = 0.0
 
     def matrix(self) -> NDArray[np.float64]:
-        """As a homogeneous 3×3 matrix."""
+        """The transform as a homogeneous matrix of shape (3, 3)."""
         cos, sin = np.cos(self.yaw), np.sin(self.yaw)
         return np.array([[cos, -sin, self.x], [sin, cos, self.y], [0.0, 0.0, 1.0]])
 
     def apply(self, points: ArrayLike) -> NDArray[np.float64]:
-        """Points of the child (…×2) in the parent."""
+        """Transforms points (array of shape (…, 2)) from the child frame to the parent frame."""
         matrix = self.matrix()
         points = np.asarray(points, dtype=np.float64)
         moved: NDArray[np.float64] = points @ matrix[:2, :2].T + matrix[:2, 2]
         return moved
 
     def inverse(self) -> Pose:
-        """The pose of the parent in the child."""
+        """The inverse transform: the pose of the parent frame in the child frame."""
         cos, sin = float(np.cos(self.yaw)), float(np.sin(self.yaw))
         return Pose(-cos * self.x - sin * self.y, sin * self.x - cos * self.y, -self.yaw)
 
 
 @dataclass(frozen=True, slots=True)
 class Transform:
-    """A frame's place in the tree of frames: the pose of the child in the parent."""
+    """An edge of the tree of frames: the pose of a child frame in its parent frame."""
 
     parent_frame_id: str
     child_frame_id: str
@@ -60,18 +64,18 @@ class Transform:
 
 
 def xy_of(point: PointLike) -> tuple[float, float]:
-    """The coordinates of a point. ValueError when it has not two of them."""
+    """The coordinates of a point. Raises ValueError unless there are exactly two."""
     if isinstance(point, shapely.Point):
         if point.is_empty:
-            raise ValueError("an empty point has no place")
+            raise ValueError("the point is empty")
         return point.x, point.y
     if len(point) != 2:
-        raise ValueError(f"a point has x and y, not {len(point)} numbers")
+        raise ValueError(f"a point needs x and y, not {len(point)} numbers")
     return float(point[0]), float(point[1])
 
 
 def points_of(points: PointsLike) -> NDArray[np.float64]:
-    """Points as an array N×2. ValueError for another shape."""
+    """Points as an array of shape (N, 2). Raises ValueError for an array of another shape."""
     array = np.asarray(points)
     if array.dtype == object:
         array = shapely.get_coordinates(array)
@@ -79,18 +83,17 @@ def points_of(points: PointsLike) -> NDArray[np.float64]:
     if array.size == 0:
         return array.reshape(0, 2)
     if array.ndim != 2 or array.shape[1] != 2:
-        raise ValueError(f"points are N×2, not {'×'.join(map(str, array.shape))}")
+        raise ValueError(f"points need shape (N, 2), not {array.shape}")
     return array
 
 
 def polygon_of(area: AreaLike) -> shapely.Polygon:
-    """An area as a polygon.
+    """An area as a polygon. The server checks that it does not intersect itself.
 
-    TypeError for another geometry, ValueError for fewer than three vertices; whether it crosses
-    itself is for the server to say.
+    Raises TypeError for other geometries and ValueError for fewer than three vertices.
     """
     if isinstance(area, shapely.Polygon):
         return area
     if isinstance(area, shapely.Geometry):
-        raise TypeError(f"an area is a Polygon, not a {type(area).__name__}")
+        raise TypeError(f"an area must be a Polygon, not a {type(area).__name__}")
     return shapely.Polygon(points_of(area))

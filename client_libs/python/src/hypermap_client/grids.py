@@ -1,7 +1,8 @@
 """Cells of grids, as runs and as arrays.
 
-A grid has square cells and no fixed extent: rows count along the y axis of its origin, columns
-along the x axis, both may be negative. Arrays have the lowest row first (imshow: origin="lower").
+A grid has square cells and no fixed extent. Rows count along the y axis of its origin and columns
+along the x axis; both may be negative. Arrays have the lowest row first, as
+`imshow(..., origin="lower")` expects.
 """
 
 from __future__ import annotations
@@ -23,34 +24,41 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class GridGeometry:
-    """Where the cells of a grid lie.
+    """Size and position of the cells of a grid.
 
-    resolution_m: the side of a cell, > 0.
-    origin: pose of the lower left corner of cell (row 0, column 0), in the frame of the answer or
-        of the layer.
+    resolution_m: length of the side of a cell in metres, > 0.
+    origin: pose of the lower left corner of cell (row 0, column 0). It is in the frame of the query
+        for answers, and in the frame of the layer for layers.
     """
 
     resolution_m: float
     origin: Pose = field(default_factory=Pose)
 
     def cell_at(self, point: PointLike) -> tuple[int, int]:
-        """(row, column) of the cell at a point; its lower and left borders belong to it."""
+        """Row and column of the cell that contains a point (metres).
+
+        Cells are half-open: their lower and left borders belong to them.
+        """
         x, y = self.origin.inverse().apply(xy_of(point)) / self.resolution_m
         return int(np.floor(y)), int(np.floor(x))
 
     def corners(self, rows: ArrayLike, cols: ArrayLike) -> NDArray[np.float64]:
-        """The lower left corners of cells, …×2 metres. Half rows and columns: their centres."""
+        """The lower left corners of cells, in metres.
+
+        `rows` and `cols` are broadcast against each other, and may be fractions. The array has
+        their shape with a last axis of length 2 (x, y).
+        """
         cols, rows = np.broadcast_arrays(np.asarray(cols, float), np.asarray(rows, float))
         return self.origin.apply(np.stack([cols, rows], axis=-1) * self.resolution_m)
 
     def centres(self, rows: ArrayLike, cols: ArrayLike) -> NDArray[np.float64]:
-        """The centres of cells, …×2 metres."""
+        """The centres of cells, in metres, with the shapes of `corners`."""
         return self.corners(np.asarray(rows, float) + 0.5, np.asarray(cols, float) + 0.5)
 
 
 @dataclass(frozen=True, slots=True)
 class Cell:
-    """A cell of a grid with its value (NaN: unknown)."""
+    """A cell of a grid and its value, which is NaN for an unknown cell."""
 
     row: int
     col: int
@@ -59,7 +67,7 @@ class Cell:
 
     @property
     def polygon(self) -> shapely.Polygon:
-        """Its square, in the frame of the answer."""
+        """The square of the cell, in the frame of the answer, in metres."""
         corners = ((0, 0), (0, 1), (1, 1), (1, 0))
         return shapely.Polygon(
             self.grid.corners(
@@ -69,13 +77,13 @@ class Cell:
 
     @property
     def centre(self) -> shapely.Point:
-        """Its centre, in the frame of the answer."""
+        """The centre of the cell, in the frame of the answer, in metres."""
         return shapely.Point(self.grid.centres(self.row, self.col))
 
 
 @dataclass(frozen=True, slots=True)
 class CellBox:
-    """Cells with row_begin <= row < row_end and col_begin <= column < col_end."""
+    """The cells with row_begin <= row < row_end and col_begin <= column < col_end."""
 
     row_begin: int
     row_end: int
@@ -84,27 +92,28 @@ class CellBox:
 
     @property
     def shape(self) -> tuple[int, int]:
-        """Rows and columns."""
+        """The number of rows and of columns."""
         return self.row_end - self.row_begin, self.col_end - self.col_begin
 
 
 class CellRule(IntEnum):
-    """Which cells a polygon selects."""
+    """The rule by which a polygon selects cells."""
 
     CENTRE = 1
-    """Those whose centre it covers."""
+    """The polygon selects cells whose centre it covers."""
     COVERED = 2
-    """Those whose whole square it covers."""
+    """The polygon selects cells whose closed square it covers completely."""
     TOUCHED = 3
-    """Those whose square shares a point with it."""
+    """The polygon selects cells whose closed square shares a point with it."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CellRuns:
-    """Cells as runs of one row that share a value, by row and column.
+    """Run-length encoded cells, sorted by row and column.
 
-    Run i is the cells col_begins[i] <= column < col_ends[i] of row rows[i], each with values[i];
-    NaN is unknown. All four are arrays of length N.
+    Run i has the cells of row rows[i] with col_begins[i] <= column < col_ends[i]; all of them have
+    the value values[i], which is NaN for unknown cells. The four arrays have equal length, which is
+    `len()` of the runs.
     """
 
     grid: GridGeometry
@@ -118,12 +127,12 @@ class CellRuns:
 
     @property
     def num_cells(self) -> int:
-        """How many cells the runs have together."""
+        """The number of cells of all runs."""
         return int(np.sum(self.col_ends.astype(np.int64) - self.col_begins))
 
     @property
     def box(self) -> CellBox:
-        """The smallest box with all the cells; an empty one when there are none."""
+        """The bounding box of the cells; CellBox(0, 0, 0, 0) if there are none."""
         if len(self) == 0:
             return CellBox(0, 0, 0, 0)
         return CellBox(
@@ -134,7 +143,7 @@ class CellRuns:
         )
 
     def cells(self) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64]]:
-        """Cell after cell: rows, columns and values, three arrays of length num_cells."""
+        """Rows, columns and values of the single cells, three arrays of length num_cells."""
         lengths = self.col_ends.astype(np.int64) - self.col_begins
         ends = np.cumsum(lengths)
         in_run = np.arange(self.num_cells) - np.repeat(ends - lengths, lengths)
@@ -142,32 +151,36 @@ class CellRuns:
         return rows, np.repeat(self.col_begins, lengths) + in_run, np.repeat(self.values, lengths)
 
     def to_grid(self, box: CellBox | None = None, max_cells: int = 100_000_000) -> Grid:
-        """As an array over `box`, absent: the smallest one that has all the cells.
+        """The cells as an array over `box`, or over their bounding box if it is None.
 
-        ValueError for a box of more than `max_cells`: cells may lie far apart.
+        Cells outside of the box are dropped. Raises ValueError if the box has more than `max_cells`
+        cells, which a few cells that lie far apart are enough for.
         """
         box = box or self.box
         if box.shape[0] * box.shape[1] > max_cells:
             raise ValueError(
-                f"an array of {box.shape[0]}×{box.shape[1]} cells is more than "
-                f"max_cells={max_cells}; take the runs, or a smaller box"
+                f"an array of {box.shape[0]}×{box.shape[1]} cells exceeds max_cells={max_cells}; "
+                "use the runs or a smaller box"
             )
         values = np.full(box.shape, np.nan)
         selected = np.zeros(box.shape, dtype=bool)
-        rows, cols, of_cells = self.cells()
+        rows, cols, cell_values = self.cells()
         inside = (
             (rows >= box.row_begin)
             & (rows < box.row_end)
             & (cols >= box.col_begin)
             & (cols < box.col_end)
         )
-        where = rows[inside] - box.row_begin, cols[inside] - box.col_begin
-        values[where] = of_cells[inside]
-        selected[where] = True
+        index = rows[inside] - box.row_begin, cols[inside] - box.col_begin
+        values[index] = cell_values[inside]
+        selected[index] = True
         return Grid(self.grid, box.row_begin, box.col_begin, values, selected)
 
     def to_geodataframe(self) -> geopandas.GeoDataFrame:
-        """A rectangle for each run, with row, col_begin, col_end and value. Needs GeoPandas."""
+        """Makes a table with a row for each run: row, col_begin, col_end, value, a rectangle.
+
+        Raises ImportError if GeoPandas is not installed.
+        """
         next_rows = self.rows.astype(np.int64) + 1
         corners = np.stack(
             [
@@ -189,12 +202,12 @@ class CellRuns:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Grid:
-    """A box of cells as arrays, rows×columns, the lowest row first.
+    """A box of cells as arrays of shape (rows, columns) with the lowest row first.
 
-    grid: where the cells lie, in the frame of the answer.
-    row_begin, col_begin: the row and column of values[0, 0].
-    values: NaN where nothing is known, and where the answer does not speak of the cell.
-    selected: True where the answer speaks of the cell.
+    grid: size and position of the cells, in the frame of the answer.
+    row_begin, col_begin: row and column of the cell of values[0, 0].
+    values: values of the cells; NaN for unknown cells and for cells that the query did not select.
+    selected: True for cells that the query selected.
     """
 
     grid: GridGeometry
@@ -205,25 +218,28 @@ class Grid:
 
     @property
     def box(self) -> CellBox:
-        """The cells that the arrays have."""
+        """The box of the cells of the arrays."""
         rows, cols = self.values.shape
         return CellBox(self.row_begin, self.row_begin + rows, self.col_begin, self.col_begin + cols)
 
     @property
     def origin(self) -> Pose:
-        """Pose of the lower left corner of values[0, 0], in the frame of the answer."""
+        """Pose of the lower left corner of the cell of values[0, 0], in the frame of the answer."""
         x, y = self.grid.corners(self.row_begin, self.col_begin)
         return Pose(float(x), float(y), self.grid.origin.yaw)
 
     def value_at(self, point: PointLike) -> float:
-        """The value at a point; NaN when it is not known or outside of the array."""
+        """The value at a point (metres); NaN for unknown cells and outside of the array."""
         row, col = self.grid.cell_at(point)
         row, col = row - self.row_begin, col - self.col_begin
         rows, cols = self.values.shape
         return float(self.values[row, col]) if 0 <= row < rows and 0 <= col < cols else np.nan
 
     def mesh(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """x and y of the cells' corners, (rows + 1)×(columns + 1) each, as for pcolormesh."""
+        """x and y of the corners of all cells in metres, as Matplotlib's pcolormesh expects them.
+
+        Both arrays have shape (rows + 1, columns + 1).
+        """
         box = self.box
         rows = np.arange(box.row_begin, box.row_end + 1)
         cols = np.arange(box.col_begin, box.col_end + 1)

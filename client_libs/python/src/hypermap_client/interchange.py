@@ -9,19 +9,22 @@ from enum import IntEnum
 
 
 class FileFormat(IntEnum):
-    """What maps are exchanged as."""
+    """File formats for the import and export of maps."""
 
     HMAP = 1
-    """The original Hypermap's zip file."""
+    """The zip file of the original Hypermap."""
     NAV2 = 2
-    """ROS map_server YAML with a PGM or PNG image: two files."""
+    """A YAML file of the ROS map_server and its PGM or PNG image, two files."""
     GEOJSON = 3
-    """GeoJSON in local planar metres."""
+    """GeoJSON with coordinates in metres in a local planar frame."""
 
 
 @dataclass(frozen=True, slots=True)
 class NamedFile:
-    """A file by its base name, with all of its bytes."""
+    """A file in memory.
+
+    name: file name without a folder; its suffix tells the format.
+    """
 
     name: str
     data: bytes = field(repr=False)
@@ -29,10 +32,11 @@ class NamedFile:
 
 @dataclass(frozen=True, slots=True)
 class ImportAnswer:
-    """What an import made.
+    """The result of an import.
 
-    layers: those that were made or written.
-    repairs: how the server understood what was not as the format has it, a line each.
+    revision: the revision that the import made.
+    layers: names of the layers that were created or written.
+    repairs: one line for each deviation from the file format, with the server's interpretation.
     """
 
     map: str
@@ -43,7 +47,10 @@ class ImportAnswer:
 
 @dataclass(frozen=True, slots=True)
 class ExportAnswer:
-    """Files of a map at a revision. `omissions`: a line for each thing that they can't carry."""
+    """Files with the content of a map at a revision.
+
+    omissions: one line for each part of the map that the file format cannot represent.
+    """
 
     map: str
     revision: int
@@ -51,8 +58,11 @@ class ExportAnswer:
     omissions: tuple[str, ...]
 
     def save(self, folder: str | os.PathLike[str]) -> tuple[pathlib.Path, ...]:
-        """Writes the files into a folder, and answers their paths."""
-        # A name with folders in it would lead elsewhere.
+        """Writes the files into an existing folder and returns their paths.
+
+        Raises OSError if a file cannot be written.
+        """
+        # Only the base name is used: the server must not choose another folder.
         paths = tuple(pathlib.Path(folder, pathlib.Path(file.name).name) for file in self.files)
         for path, file in zip(paths, self.files, strict=True):
             path.write_bytes(file.data)

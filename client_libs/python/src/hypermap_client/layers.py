@@ -1,4 +1,4 @@
-"""Maps and their layers, apart from their content."""
+"""Layers: their kinds, the parameters to create one, and the metadata of an existing one."""
 
 from __future__ import annotations
 
@@ -10,23 +10,24 @@ from .grids import CellBox, CellRule, GridGeometry
 
 
 class LayerKind(IntEnum):
-    """What a layer has at a place."""
+    """The kind of content of a layer."""
 
     OCCUPANCY = 1
-    """Cells with a probability of occupation in [0, 1]."""
+    """A grid of probabilities of occupation in [0, 1]."""
     EXPLORATION = 2
-    """Cells with 0 (unexplored) or 1 (explored)."""
+    """A grid of 0 (unexplored) and 1 (explored)."""
     SEMANTIC = 3
-    """Labelled polygons."""
+    """A set of labelled polygons."""
     SCALAR = 4
-    """Cells with a measured number."""
+    """A grid of measured numbers."""
 
 
 @dataclass(frozen=True, slots=True)
 class OccupancyThresholds:
-    """What an occupancy layer calls free (p < free_below) and occupied (p > occupied_above).
+    """Thresholds of an occupancy layer.
 
-    None: the server's default, 0.196 and 0.65.
+    A cell of probability p is free if p < free_below, and occupied if p > occupied_above. None
+    selects the server's default, 0.196 and 0.65.
     """
 
     free_below: float | None = None
@@ -35,16 +36,16 @@ class OccupancyThresholds:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LayerSpec:
-    """A layer to create.
+    """The parameters of a layer to create.
 
-    name: unique in its map; letters, digits, '_', '-', '.'; at most 63 characters.
-    frame_id: the frame of the layer's coordinates; empty: the map's own.
-    grid: of a grid kind, required: where its cells lie in `frame_id`.
-    thresholds: of an occupancy layer.
-    unit: of a scalar layer, free text.
-    aliases: of a semantic layer: other words that its labels may be asked for by, each with the
-        labels that it stands for.
-    explored_rule: of an exploration layer: which cells an observation's free space marks.
+    name: unique in its map; at most 63 letters, digits, '_', '-' and '.'.
+    frame_id: frame of the layer's coordinates; empty for the map's own.
+    grid: size and position of the cells in `frame_id`; required for grid layers.
+    thresholds: for occupancy layers.
+    unit: unit of the values of a scalar layer, free text.
+    aliases: for semantic layers: labels by alias. A query for the alias finds all these labels.
+    explored_rule: for exploration layers: which cells the free space of an observation marks as
+        explored; None for the server's default, CellRule.CENTRE.
     """
 
     name: str
@@ -59,10 +60,11 @@ class LayerSpec:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Layer(LayerSpec):
-    """A layer that is there.
+    """An existing layer: its parameters and the size of its content.
 
-    size: objects of a semantic layer, or cells in the extent of a grid.
-    extent: the box of all cells ever written; None while there are none, and for semantic layers.
+    size: number of objects of a semantic layer, or of cells in the extent of a grid layer.
+    extent: bounding box of all cells that were ever written; None for a grid layer without cells
+        and for semantic layers.
     version: the newest revision that changed the layer or its content.
     """
 

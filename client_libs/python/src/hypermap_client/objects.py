@@ -1,4 +1,4 @@
-"""Labelled things on semantic layers."""
+"""Objects of semantic layers."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ AttributeValue: TypeAlias = bool | int | float | str
 
 @dataclass(frozen=True, slots=True)
 class HeightRange:
-    """Heights above the plane in metres, low_m <= high_m."""
+    """A range of heights above the ground plane in metres, low_m <= high_m."""
 
     low_m: float
     high_m: float
@@ -22,16 +22,19 @@ class HeightRange:
 
 @dataclass(frozen=True, slots=True)
 class MapObject:
-    """A labelled thing.
+    """An object of a semantic layer: a labelled polygon with attributes.
 
-    label: the class it is taken for.
-    polygon: its footprint, in the frame of the call; in answers the outer ring runs
+    label: class of the object; not empty.
+    polygon: footprint in metres, in the frame of the call. In answers the outer ring is
         counter-clockwise.
-    id: unique in its map, never used again; 0 in a request: the map gives one.
-    classes: class alternatives with confidences in [0, 1], which need not sum to 1.
-    existence: the probability in [0, 1] that it is there.
-    version, expire_time: answers only: the revision that put it as it is, and when it leaves the
-        map by itself (None: never).
+    id: unique in the map and never reused. 0 in a PutObject adds a new object.
+    classes: confidences in [0, 1] of alternative classes; they need not sum to 1.
+    existence: probability in [0, 1] that the object exists.
+    height: None if unknown.
+    tags: free words; the query value "tag:WORD" finds objects by them.
+    version: the revision that put the object in its present form; set in answers only.
+    expire_time: time in UTC at which the server removes the object, None for never; set in answers
+        only.
     """
 
     label: str
@@ -47,5 +50,5 @@ class MapObject:
 
     @property
     def centroid(self) -> shapely.Point:
-        """The polygon's centre of area."""
+        """The centroid of the polygon."""
         return self.polygon.centroid

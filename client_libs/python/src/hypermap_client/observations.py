@@ -1,4 +1,4 @@
-"""What robots see, and what a server makes of it."""
+"""Observations of robots, their acknowledgements, and the history of fused objects."""
 
 from __future__ import annotations
 
@@ -17,10 +17,11 @@ from .objects import HeightRange
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CellPatch:
-    """A set of square cells on the plane.
+    """A set of square cells on the ground plane.
 
-    cells: N×2, row and column of each; rows count along the origin's y axis.
-    resolution_m: the side of a cell, > 0.
+    cells: array of shape (N, 2) with row and column of each cell. Rows count along the y axis of
+        the origin and columns along its x axis.
+    resolution_m: length of the side of a cell in metres, > 0.
     origin: pose of the lower left corner of cell (0, 0), in the observation's frame.
     """
 
@@ -30,22 +31,27 @@ class CellPatch:
 
     @classmethod
     def from_points(cls, points: ArrayLike, resolution_m: float) -> CellPatch:
-        """The cells that points (N×2, metres, in the observation's frame) fall on."""
+        """The cells that contain points (shape (N, 2), metres, in the observation's frame).
+
+        Raises ValueError for points of another shape.
+        """
         cols_and_rows = np.floor(points_of(points) / resolution_m).astype(np.int64)
         return cls(np.unique(cols_and_rows[:, ::-1], axis=0), resolution_m)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Detection:
-    """One instance that the detector found, as points on the map.
+    """One instance found by the detector, with its depth points projected to the ground plane.
 
-    scores: how sure the detector is, in (0, 1], by label; at least one.
-    hull: convex hull of the points, on the plane.
-    cells: the cells of the plane that points fell on.
-    height: of the points, above the plane.
-    range_m: mean distance of the points from the camera.
-    truncation: share in [0, 1] of the mask's border where the thing may go on unseen.
-    weight: what the detection is worth as evidence of position and shape, in (0, 1].
+    scores: confidences of the detector in (0, 1], by label; at least one.
+    hull: convex hull of the points on the plane.
+    cells: cells of the plane that contain points.
+    height: range of heights of the points above the plane.
+    num_points: number of points.
+    range_m: mean distance of the points from the camera in metres.
+    truncation: fraction in [0, 1] of the mask's border beyond which the object may continue
+        unseen, at the border of the image or behind something nearer.
+    weight: weight of the detection as evidence of position and shape, in (0, 1].
     """
 
     scores: Mapping[str, float]
@@ -60,15 +66,16 @@ class Detection:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class DepthView:
-    """A frame's depth, thinned to every n-th pixel.
+    """A depth image, subsampled to every n-th pixel.
 
-    Pixel (u, v) looks along ((u - cx) / fx, (v - cy) / fy, 1) in the camera's optical frame (x
-    right, y down, z forward).
+    The ray of pixel (u, v) has the direction ((u - cx) / fx, (v - cy) / fy, 1) in the camera's
+    optical frame (x right, y down, z forward).
 
-    depth_mm: rows×columns, the top row first: distance along the optical axis in millimetres, 0 =
-        no return.
-    owner: rows×columns: whose mask the pixel lies in: 0 = none, i + 1 = detections[i], 255 =
-        several.
+    depth_mm: array of shape (rows, columns) with the top row first: distance along the optical axis
+        in millimetres, 0 for no return.
+    owner: array of the same shape: the detection whose mask contains the pixel, as 0 for none,
+        i + 1 for detections[i], 255 for several.
+    fx, fy, cx, cy: focal lengths and principal point of the subsampled image, in its pixels.
     """
 
     depth_mm: NDArray[np.uint16]
@@ -81,11 +88,13 @@ class DepthView:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SensorPose:
-    """Where the camera was; the third axis of the observation's frame points up from the plane.
+    """Pose of the camera in the observation's frame, whose z axis points up from the plane.
 
-    rotation: 3×3, from the camera's optical frame to the observation's.
-    translation: 3, metres.
-    covariance: of (x, y, yaw), 3×3, metres and radians; None: exact.
+    rotation: matrix of shape (3, 3) from the camera's optical frame to the observation's frame,
+        orthonormal to 1e-6.
+    translation: position of the camera, shape (3,), in metres.
+    covariance: covariance of (x, y, yaw), shape (3, 3), in metres and radians; None for an exact
+        pose.
     """
 
     rotation: NDArray[np.float64]
@@ -95,14 +104,16 @@ class SensorPose:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Observation:
-    """What a robot saw in one frame.
+    """The detections and the free space of one camera frame of a robot.
 
-    robot, sequence: who saw it, and a number that this robot gives to no other frame of the layer;
-        together they name the observation, which counts once, however often it is sent.
-    stamp: when it was seen, by the robot's clock.
-    frame_id: the frame of all coordinates; empty: the map's own.
-    view_hull: convex hull of all that was seen, on the plane; None: empty.
-    free_space: what was seen to be free of obstacles, on the plane; None: empty.
+    robot, sequence: the robot, and a number that it uses for no other frame of the layer. Together
+        they identify the observation; the server counts it once, however often it is sent.
+    stamp: time of the camera frame by the robot's clock; needs a time zone.
+    pose: pose of the camera.
+    frame_id: frame of all coordinates; empty for the map's own.
+    view_hull: convex hull of the visible area on the plane; None for an empty area.
+    free_space: area of the plane that was seen to be free of obstacles; None for an empty area.
+    depth: None if depth is not sent.
     """
 
     robot: str
@@ -118,10 +129,13 @@ class Observation:
 
 @dataclass(frozen=True, slots=True)
 class OpenedLayer:
-    """How a layer is fused.
+    """The configuration of a fused layer, as the server reports it when a stream opens.
 
-    known: the sequences of the stream's robot that the layer has and that need not be sent again,
-        ascending, as ranges without their ends.
+    strategy: name of the fusion strategy.
+    parameters: parameters of the strategy as a JSON object.
+    exploration_layer: layer on which free space is marked as explored; empty for none.
+    known: sequences of the stream's robot that the layer has, as ascending half-open ranges. They
+        need not be sent again.
     """
 
     strategy: str
@@ -130,28 +144,32 @@ class OpenedLayer:
     known: tuple[range, ...]
 
     def knows(self, sequence: int) -> bool:
-        """Whether the layer has this sequence of the stream's robot."""
+        """Whether the layer has the observation of the stream's robot with this sequence."""
         return any(sequence in sequences for sequences in self.known)
 
 
 class ObservationOutcome(IntEnum):
-    """What became of an observation. Only ACCEPTED changes anything."""
+    """The server's decision about an observation. Only ACCEPTED changes the map."""
 
     ACCEPTED = 1
-    """On disk, fused and visible from the revision that is told."""
+    """The observation is on disk, fused, and visible from the acknowledged revision on."""
     DUPLICATE = 2
-    """The layer has it already, with this content."""
+    """The layer has the same observation already."""
     REFUSED_LATE = 3
-    """Too far behind the layer's newest."""
+    """The stamp is older than the newest of the layer by more than the server's --max_lateness."""
     INVALID = 4
-    """No valid observation; the message names the field."""
+    """A field of the observation is invalid; the message names it."""
     CONFLICT = 5
-    """The layer has another one with this robot and sequence."""
+    """The layer has a different observation with the same robot and sequence."""
 
 
 @dataclass(frozen=True, slots=True)
 class Acknowledgement:
-    """What became of an observation, and why it was not accepted."""
+    """The server's acknowledgement of an observation.
+
+    revision: the revision that contains the observation, or the newest one if it was not accepted.
+    message: the reason why it was not accepted, else empty.
+    """
 
     robot: str
     sequence: int
@@ -161,31 +179,33 @@ class Acknowledgement:
 
 
 class ObjectEventKind(IntEnum):
-    """How an object came to be as it is."""
+    """The kind of an event in the history of a fused object."""
 
     FOUNDED = 1
-    """A detection founded it."""
+    """A detection created the object."""
     SEEN = 2
-    """A detection was taken for it."""
+    """A detection was associated with the object."""
     MISSED = 3
-    """It should have been seen, and was not."""
+    """The object was in view, but was not detected."""
     MERGED = 4
-    """Another thing became part of it."""
+    """Another object was merged into it."""
     PINNED = 5
-    """An operator put it."""
+    """An operator added or replaced the object."""
     REMOVED = 6
-    """An operator removed it."""
+    """An operator removed the object."""
 
 
 @dataclass(frozen=True, slots=True)
 class ObjectEvent:
-    """One thing that happened to an object of a fused layer.
+    """An event in the history of an object of a fused layer.
 
-    robot, sequence, stamp: the observation; for what an operator did, the newest one at that time
-        (no robot: none).
-    detection, score: of FOUNDED and SEEN: its index, and its agreement with the object in [0, 1].
-    existence: the probability that it exists, afterwards; None when the strategy does not tell.
-    track: of MERGED: what became part of it.
+    robot, sequence, stamp: the observation that caused the event. For PINNED and REMOVED it is the
+        newest observation at the time of the edit; the robot is empty if there was none.
+    detection: index of the detection in its observation, for FOUNDED and SEEN.
+    score: agreement of the detection with the object in [0, 1], for FOUNDED and SEEN.
+    existence: probability in [0, 1] that the object exists after the event; None if the strategy
+        does not estimate it.
+    track: the track that was merged into the object, for MERGED.
     """
 
     kind: ObjectEventKind
@@ -200,7 +220,12 @@ class ObjectEvent:
 
 @dataclass(frozen=True, slots=True)
 class ObjectHistory:
-    """Which observations made an object, in their order."""
+    """The events that made an object of a fused layer, in the order of the observations.
+
+    revision: the newest revision when the server started to compute the history.
+    strategy, parameters: fusion strategy of the layer, and its parameters as a JSON object.
+    track: identifier of the object within fusion.
+    """
 
     map: str
     revision: int

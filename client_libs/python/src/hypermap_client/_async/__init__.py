@@ -1,1 +1,1 @@
-"""The client for asyncio. The build makes `_sync`, the blocking one, of these files."""
+"""The client for asyncio. The build generates the blocking client `_sync` from these files."""

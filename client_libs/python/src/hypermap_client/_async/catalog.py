@@ -1,4 +1,4 @@
-"""Maps, layers, frames and files."""
+"""Calls for maps, layers, transforms, interchange files and backups."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import AsyncIterator, Iterable
 from typing import Literal
 
 from .. import _rpc as rpc
-from .._files import FileLike, NewFile, Path, format_of, read_files
+from .._files import AtomicFile, FileLike, Path, format_of, read_files
 from .._proto import catalog_service_pb2 as pb
 from .._requests import Layers, names_of, new_request_id
 from .._wire.catalog import decode_map
@@ -22,7 +22,7 @@ from .connection import Connection
 
 
 class Catalog(Connection):
-    """The maps of a site."""
+    """Calls for maps, layers, transforms, interchange files and backups."""
 
     async def create_map(
         self,
@@ -32,9 +32,12 @@ class Catalog(Connection):
         request_id: str = "",
         timeout: float | None = None,
     ) -> MapEntry:
-        """Makes an empty map; `frame_id` is its own frame, "map" where empty.
+        """Creates an empty map.
 
-        AlreadyExists when there is a map of that name.
+        map_name: at most 63 letters, digits, '_', '-' and '.'.
+        frame_id: the map's own frame; empty for "map".
+
+        Raises AlreadyExists if there is a map of that name.
         """
         request = pb.CreateMapRequest(
             map=map_name, frame_id=frame_id, request_id=request_id or new_request_id()
@@ -42,22 +45,29 @@ class Catalog(Connection):
         return decode_map((await self._call(rpc.CREATE_MAP, request, timeout)).map)
 
     async def get_map(self, map_name: str, *, timeout: float | None = None) -> MapEntry:
-        """A map apart from its content.
+        """Returns the metadata of a map.
 
-        NotFound; DataLoss or FailedPrecondition when it is there but can't be opened.
+        Raises NotFound if there is no such map, and DataLoss or FailedPrecondition if the server
+        cannot open it.
         """
         request = pb.GetMapRequest(map=map_name)
         return decode_map((await self._call(rpc.GET_MAP, request, timeout)).map)
 
     async def list_maps(self, *, timeout: float | None = None) -> tuple[MapEntry, ...]:
-        """All maps by name, those that can't be opened with their problem."""
+        """Lists the maps of the server, sorted by name.
+
+        A map that the server cannot open is listed with the reason in `problem`.
+        """
         answer = await self._call(rpc.LIST_MAPS, pb.ListMapsRequest(), timeout)
         return tuple(map(decode_map, answer.maps))
 
     async def delete_map(
         self, map_name: str, *, request_id: str = "", timeout: float | None = None
     ) -> None:
-        """Removes a map and all its layers for good."""
+        """Deletes a map with its layers and its history. This cannot be undone.
+
+        Raises NotFound if there is no such map.
+        """
         request = pb.DeleteMapRequest(map=map_name, request_id=request_id or new_request_id())
         await self._call(rpc.DELETE_MAP, request, timeout)
 
@@ -69,19 +79,23 @@ class Catalog(Connection):
         request_id: str = "",
         timeout: float | None = None,
     ) -> Layer:
-        """Adds an empty layer. AlreadyExists when the map has one of that name."""
+        """Creates an empty layer.
+
+        Raises AlreadyExists if the map has a layer of that name, and InvalidArgument if a parameter
+        of the layer is invalid.
+        """
         request = pb.CreateLayerRequest(
             map=map_name, layer=encode_layer(layer), request_id=request_id or new_request_id()
         )
         return decode_layer((await self._call(rpc.CREATE_LAYER, request, timeout)).layer)
 
     async def get_layer(self, map_name: str, layer: str, *, timeout: float | None = None) -> Layer:
-        """A layer apart from its content."""
+        """Returns the metadata of a layer. Raises NotFound if there is no such map or layer."""
         request = pb.GetLayerRequest(map=map_name, layer=layer)
         return decode_layer((await self._call(rpc.GET_LAYER, request, timeout)).layer)
 
     async def list_layers(self, map_name: str, *, timeout: float | None = None) -> LayerList:
-        """The layers of a map, by name."""
+        """Lists the layers of a map, sorted by name."""
         request = pb.ListLayersRequest(map=map_name)
         answer = await self._call(rpc.LIST_LAYERS, request, timeout)
         return LayerList(answer.map, answer.revision, tuple(map(decode_layer, answer.layers)))
@@ -89,7 +103,7 @@ class Catalog(Connection):
     async def delete_layer(
         self, map_name: str, layer: str, *, request_id: str = "", timeout: float | None = None
     ) -> int:
-        """Removes a layer with its content; the revision that did."""
+        """Deletes a layer with its content, and returns the revision of the deletion."""
         request = pb.DeleteLayerRequest(
             map=map_name, layer=layer, request_id=request_id or new_request_id()
         )
@@ -105,9 +119,12 @@ class Catalog(Connection):
         request_id: str = "",
         timeout: float | None = None,
     ) -> int:
-        """Places a frame in the tree by its pose in the parent; the revision that did.
+        """Sets the pose of a frame in its parent frame, and returns the revision of the change.
 
-        InvalidArgument when that would close a circle.
+        parent_from_child: maps coordinates in the child to coordinates in the parent. It replaces
+            an earlier transform of the child.
+
+        Raises InvalidArgument if the transforms would form a cycle.
         """
         transform = Transform(parent_frame_id, child_frame_id, parent_from_child)
         request = pb.SetTransformRequest(
@@ -120,7 +137,7 @@ class Catalog(Connection):
     async def list_transforms(
         self, map_name: str, *, timeout: float | None = None
     ) -> TransformList:
-        """The frames of a map, by child."""
+        """Lists the transforms between the frames of a map, sorted by child frame."""
         request = pb.ListTransformsRequest(map=map_name)
         answer = await self._call(rpc.LIST_TRANSFORMS, request, timeout)
         return TransformList(
@@ -142,14 +159,18 @@ class Catalog(Connection):
         request_id: str = "",
         timeout: float | None = None,
     ) -> ImportAnswer:
-        """Reads an interchange file into a map, as one revision or not at all.
+        """Imports interchange files into a map as one revision, or nothing of them.
 
-        files: paths, or NamedFile for bytes; nav2 wants two, the YAML and its image.
-        format: None: by the names of the files.
-        layer: the layer to write: wanted for GeoJSON (made where it is missing), "occupancy" where
-            empty for nav2 (must not exist), not used for .hmap.
-        frame_id: for nav2: the frame of the layer; empty: the map's own.
-        create_map: whether to make the map where there is none.
+        files: paths, or NamedFile for content in memory. NAV2 needs two, the YAML and its image.
+        format: None to tell it by the suffix of the file names.
+        layer: the layer to write. Required for GEOJSON, which creates a semantic layer if there is
+            none. NAV2 creates it, "occupancy" if empty. HMAP ignores it and creates the layers of
+            the file.
+        frame_id: frame of the layer that NAV2 creates; empty for the map's own.
+        create_map: whether to create the map if it does not exist; NotFound otherwise.
+
+        Raises OSError if a file cannot be read, ValueError if the format is unknown, and
+        InvalidArgument if the content of a file is invalid.
         """
         named = read_files(files)
         header = pb.ImportHeader(
@@ -175,11 +196,11 @@ class Catalog(Connection):
         image_format: Literal["pgm", "png"] = "pgm",
         timeout: float | None = None,
     ) -> ExportAnswer:
-        """A map, or some of its layers, as interchange files.
+        """Exports a map, or some of its layers, as interchange files.
 
-        layers: none: all that the format can carry; nav2 wants one unless the map has just one
-            occupancy layer.
-        image_format: for nav2.
+        layers: none for all layers that the format can represent. NAV2 needs exactly one, unless
+            the map has just one occupancy layer.
+        image_format: format of the image of NAV2.
         """
         request = pb.ExportMapRequest(
             map=map_name,
@@ -190,20 +211,20 @@ class Catalog(Connection):
         return collect_export(await self._collect(rpc.EXPORT_MAP, request, timeout))
 
     async def backup_map(self, map_name: str, path: Path, *, timeout: float | None = None) -> int:
-        """Writes the map as it is stored, a GeoPackage, to a file, and answers its size in bytes.
+        """Writes a consistent copy of the stored map, a GeoPackage, and returns its size in bytes.
 
-        The copy is consistent while the map stays in use. What was at `path` is replaced when the
-        copy is whole. OSError when it can't be written.
+        The map stays in use. A file at `path` is replaced when the copy is complete, and kept if
+        the call fails. Raises OSError if the file cannot be written.
         """
-        with NewFile(path) as file:
-            async for piece in self.iter_backup(map_name, timeout=timeout):
-                file.write(piece)
+        with AtomicFile(path) as file:
+            async for data in self.iter_backup(map_name, timeout=timeout):
+                file.write(data)
         return file.size
 
     async def iter_backup(
         self, map_name: str, *, timeout: float | None = None
     ) -> AsyncIterator[bytes]:
-        """The bytes of `backup_map`, piece after piece."""
+        """Yields the bytes of a backup of the map in chunks, see `backup_map`."""
         request = pb.BackupMapRequest(map=map_name)
-        async for part in self._parts(rpc.BACKUP_MAP, request, timeout):
-            yield part.data
+        async for message in self._stream(rpc.BACKUP_MAP, request, timeout):
+            yield message.data

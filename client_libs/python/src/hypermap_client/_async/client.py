@@ -1,4 +1,4 @@
-"""The client."""
+"""The client: all calls of one server."""
 
 from __future__ import annotations
 
@@ -14,29 +14,36 @@ from .watches import Watches
 class AsyncClient(Queries, Edits, Watches, Ingest, Explorations):
     """A client of one server.
 
-    target: HOST:PORT.
-    tls: None: not encrypted.
-    token: sent as `authorization: Bearer …` with every call; a function is asked for it each time.
-        ValueError without TLS to another machine, unless allow_insecure_token.
-    timeout: seconds that a call may take with all its tries, where it has no timeout of its own;
-        math.inf: no limit.
-    retry_for: seconds for which a call is tried again, after growing pauses, while the server is
-        Unavailable. A mutation is carried out once all the same, by its request id.
+    Client blocks the calling thread and may be shared by threads. AsyncClient has the same methods
+    for asyncio, and must be created and used in one event loop. A `with` block closes the
+    connection.
+
+    Constructor arguments:
+
+    target: address of the server, HOST:PORT.
+    tls: None for an unencrypted connection.
+    token: bearer token, sent in the metadata `authorization` of every call. A function is called
+        for each call. ValueError is raised for a token without TLS, unless the target is on this
+        machine or allow_insecure_token is set.
+    timeout: time in seconds that a call may take with all its retries, for calls without a timeout
+        of their own; math.inf for no limit.
+    retry_for: time in seconds for which calls are retried, with exponential backoff, while the
+        server is Unavailable. A mutation has a request id, so it is carried out once nevertheless.
 
     Options that many methods share:
 
-    layers: which to ask, one name or several; none: all. Each layer answers for itself, see
-        AnswerStatus.
-    frame_id: the frame of all coordinates of the question and of the answer; empty: the map's own.
-    as_of: a revision, or a time (aware): the answer is what it would have been then.
-    min_revision: the answer waits until the map has that revision (0: it does not wait).
-    request_id: the server carries out each id once and repeats its answer; empty: a new one, which
-        the tries of the call share.
-    timeout: seconds; None: the client's.
+    layers: name of one layer, or names of several; none for all layers. Each layer answers
+        independently, see AnswerStatus.
+    frame_id: frame of all coordinates of the query and of its answer; empty for the map's own.
+    as_of: revision, or time with a time zone, at which the map is queried; None for the newest
+        revision.
+    min_revision: the server waits until the map has this revision before it answers; 0 for no wait.
+    request_id: the server carries out a mutation once per id, and repeats its answer. Empty for a
+        new id, which all retries of the call share.
+    timeout: time in seconds for the call; None for the timeout of the client.
 
-    Errors are HypermapError, by the server's status code and with its message. Client blocks and
-    may be used by any threads; AsyncClient is for asyncio, made and used in one event loop. Both
-    have the same methods. A `with` block ends the connection.
+    Every failed call raises the subclass of HypermapError for its gRPC status code, with the
+    message of the server. Methods document the most important ones.
     """
 
     async def __aenter__(self) -> AsyncClient:

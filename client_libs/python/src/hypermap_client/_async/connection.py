@@ -1,4 +1,4 @@
-"""What all calls of a client share."""
+"""The connection of a client: its channel, and calls with timeouts and retries."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ from typing import Any
 
 from .._io import aio
 from .._retries import Retries
-from .._rpc import A, Q, Rpc
+from .._rpc import RequestT, ResponseT, Rpc
 from ..credentials import Tls, Token, check_token_is_safe
 from ..errors import HypermapError
 
 
 class Connection:
-    """A connection to a server, made at the first call and again when it broke."""
+    """A connection to a server. It connects at the first call, and reconnects after failures."""
 
     def __init__(
         self,
@@ -32,47 +32,63 @@ class Connection:
         self._channel = aio.Channel(target, tls, token)
 
     async def close(self) -> None:
-        """Ends the connection and all calls over it. Again is a no-op."""
+        """Closes the connection and cancels its calls. Does nothing if it is closed already."""
         await self._channel.close()
 
-    async def _call(self, rpc: Rpc[Q, A], request: Q, timeout: float | None) -> A:
-        """One request, one answer."""
-        answer: A = await self._retry(self._channel.unary, rpc, request, timeout)
-        return answer
+    async def _call(
+        self, rpc: Rpc[RequestT, ResponseT], request: RequestT, timeout: float | None
+    ) -> ResponseT:
+        """Makes a call with one request and one response."""
+        response: ResponseT = await self._retry(self._channel.unary, rpc, request, timeout)
+        return response
 
-    async def _upload(self, rpc: Rpc[Q, A], requests: list[Q], timeout: float | None) -> A:
-        """Several requests, one answer."""
-        answer: A = await self._retry(self._channel.upload, rpc, requests, timeout)
-        return answer
+    async def _upload(
+        self, rpc: Rpc[RequestT, ResponseT], requests: list[RequestT], timeout: float | None
+    ) -> ResponseT:
+        """Makes a call with several requests and one response."""
+        response: ResponseT = await self._retry(self._channel.upload, rpc, requests, timeout)
+        return response
 
-    async def _collect(self, rpc: Rpc[Q, A], request: Q, timeout: float | None) -> list[A]:
-        """One request, all parts of its answer; of a later try when the first breaks off."""
-        answers: list[A] = await self._retry(self._read_all, rpc, request, timeout)
-        return answers
+    async def _collect(
+        self, rpc: Rpc[RequestT, ResponseT], request: RequestT, timeout: float | None
+    ) -> list[ResponseT]:
+        """Makes a call with one request, and collects its stream of responses.
 
-    async def _read_all(self, rpc: Rpc[Q, A], request: Q, timeout: float | None) -> list[A]:
+        A stream that breaks is read again from the beginning.
+        """
+        responses: list[ResponseT] = await self._retry(self._read_all, rpc, request, timeout)
+        return responses
+
+    async def _read_all(
+        self, rpc: Rpc[RequestT, ResponseT], request: RequestT, timeout: float | None
+    ) -> list[ResponseT]:
         stream = self._channel.download(rpc, request, timeout)
-        answers = []
+        responses = []
         try:
-            while (answer := await stream.read()) is not None:
-                answers.append(answer)
+            while (response := await stream.read()) is not None:
+                responses.append(response)
         finally:
             stream.cancel()
-        return answers
+        return responses
 
-    async def _parts(self, rpc: Rpc[Q, A], request: Q, timeout: float | None) -> AsyncIterator[A]:
-        """One request, part after part of its answer; tried again before the first has come."""
+    async def _stream(
+        self, rpc: Rpc[RequestT, ResponseT], request: RequestT, timeout: float | None
+    ) -> AsyncIterator[ResponseT]:
+        """Makes a call with one request, and yields its responses as they arrive.
+
+        The call is retried until the first response has arrived, but not afterwards.
+        """
         retries = self._retries(timeout)
-        begun = False
+        started = False
         while True:
             stream = self._channel.download(rpc, request, retries.timeout())
             try:
-                while (answer := await stream.read()) is not None:
-                    begun = True
-                    yield answer
+                while (response := await stream.read()) is not None:
+                    started = True
+                    yield response
                 return
             except HypermapError as error:
-                if begun:
+                if started:
                     raise
                 pause = retries.pause(error)
             finally:
@@ -80,9 +96,13 @@ class Connection:
             await aio.sleep(pause)
 
     async def _retry(
-        self, call: Callable[..., Any], rpc: Rpc[Q, A], payload: Any, timeout: float | None
+        self,
+        call: Callable[..., Any],
+        rpc: Rpc[RequestT, ResponseT],
+        payload: Any,
+        timeout: float | None,
     ) -> Any:
-        """Tries `call` again while the server is Unavailable."""
+        """Makes a call, and retries it while the server is Unavailable."""
         retries = self._retries(timeout)
         while True:
             try:

@@ -1,4 +1,4 @@
-"""Changes of the content of layers."""
+"""Calls that change the content of layers."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .connection import Connection
 
 
 class Edits(Connection):
-    """Changes of the content of layers."""
+    """Calls that change the content of layers."""
 
     async def apply_edits(
         self,
@@ -24,15 +24,19 @@ class Edits(Connection):
         request_id: str = "",
         timeout: float | None = None,
     ) -> EditAnswer:
-        """Carries out all edits as one revision, or none; on disk when answered.
+        """Applies a batch of edits as one revision, or none of them.
 
-        if_layers: versions that layers must have, or all of the batch is Aborted.
-        request_id: the server carries out each id once and repeats its answer. Empty: a new one,
-            which the tries of this call share. Keep one of your own (new_request_id) to send a
-            batch again whose answer was lost.
+        The change is on the server's disk when the call returns.
 
-        InvalidArgument names the edit and the field; NotFound the map, layer, frame or object;
-        Aborted what has another version than the edits want.
+        if_layers: versions that layers must have, by layer name, else the batch fails with Aborted.
+        request_id: the server carries out a batch once per id, and repeats its answer. Empty for a
+            new id, which all retries of this call share. Pass an id of your own (new_request_id)
+            to be able to send the batch again after an error such as DeadlineExceeded.
+
+        Raises InvalidArgument (names the edit and the field), NotFound (names the map, layer, frame
+        or object), Aborted (a version differs from the required one; nothing was changed) and
+        ResourceExhausted (names the limit). Raises TypeError or ValueError for edits that cannot be
+        encoded.
         """
         batch = [edits] if not isinstance(edits, Iterable) else edits
         request = pb.ApplyEditsRequest(

@@ -1,4 +1,4 @@
-"""Robots exploring an area together."""
+"""Calls for explorations."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ MINUTE = timedelta(minutes=1)
 
 
 class Explorations(Connection):
-    """Explorations. Exploration 0 is the newest of the map."""
+    """Calls for explorations. The exploration id 0 stands for the newest exploration of the map."""
 
     async def start_exploration(
         self,
@@ -50,14 +50,18 @@ class Explorations(Connection):
         request_id: str = "",
         timeout: float | None = None,
     ) -> ExplorationAnswer:
-        """Begins to explore an area.
+        """Starts the exploration of an area.
 
-        exploration_layer: created when there is none, with `explored_rule`.
-        robot_radius_m: robots keep so far from what is not free, in [0, 5].
-        range_m: how far robots see, in (0, 50].
-        min_gain_cells: what shows fewer new cells is not worth a way.
+        area: polygon in metres, in `frame_id`. Its border limits the paths of the robots.
+        occupancy_layer: layer whose free cells are the floor.
+        exploration_layer: layer on which floor is marked as explored; created with `explored_rule`
+            if it does not exist.
+        robot_radius_m: clearance in metres that paths keep to cells that are not free, in [0, 5].
+        range_m: range of the robots' sensors in metres, in (0, 50].
+        min_gain_cells: viewpoints that would reveal fewer cells than this are not assigned.
 
-        FailedPrecondition when there is no floor in the area.
+        Raises FailedPrecondition if the area has no floor, NotFound if there is no such map, layer
+        or frame, and ResourceExhausted if the area has too many cells.
         """
         request = pb.StartExplorationRequest(
             map=map_name,
@@ -82,7 +86,7 @@ class Explorations(Connection):
         frame_id: str = "",
         timeout: float | None = None,
     ) -> ExplorationAnswer:
-        """How far an exploration has come (0: the newest of the map)."""
+        """Returns an exploration with its progress. Raises NotFound if there is none."""
         request = pb.GetExplorationRequest(
             map=map_name, exploration_id=exploration_id, frame_id=frame_id
         )
@@ -97,7 +101,7 @@ class Explorations(Connection):
     async def list_explorations(
         self, map_name: str, *, frame_id: str = "", timeout: float | None = None
     ) -> ExplorationList:
-        """All explorations of a map, the newest first."""
+        """Lists the explorations of a map, the newest first."""
         request = pb.ListExplorationsRequest(map=map_name, frame_id=frame_id)
         answer = await self._call(rpc.LIST_EXPLORATIONS, request, timeout)
         return ExplorationList(
@@ -113,7 +117,10 @@ class Explorations(Connection):
         with_cells: bool = False,
         timeout: float | None = None,
     ) -> FrontierList:
-        """Where seen floor ends and unseen begins, the largest first."""
+        """Lists the frontiers between explored and unexplored floor, the largest first.
+
+        with_cells: whether each frontier has the centres of its cells.
+        """
         request = pb.ListFrontiersRequest(
             map=map_name, exploration_id=exploration_id, frame_id=frame_id, with_cells=with_cells
         )
@@ -130,14 +137,18 @@ class Explorations(Connection):
         lease: timedelta = MINUTE,
         timeout: float | None = None,
     ) -> Claim:
-        """Where a robot should look from next. What it had is given back.
+        """Assigns the best viewpoint to a robot as its goal, and leases it to the robot.
 
-        pose: where it is. FailedPrecondition where it can't stand.
-        lease: how long nobody else is sent there, at most 10 minutes.
+        A robot has one goal; an earlier goal is released.
 
-        This call, `renew_goal` and `release_goal` have no request id, and may be sent twice all
-        the same: a second claim gives back what the first has got, and a second release finds no
-        goal.
+        robot: name of the robot, 1 to 128 characters.
+        pose: present pose of the robot, in `frame_id`.
+        lease: time for which no other robot is sent to the goal, at most 10 minutes.
+
+        Raises FailedPrecondition if the pose is not near a place where the robot fits.
+
+        This call, `renew_goal` and `release_goal` have no request id. They are safe to retry: a
+        second claim releases the goal of the first, and a second release raises NotFound.
         """
         request = pb.ClaimGoalRequest(
             map=map_name,
@@ -158,7 +169,10 @@ class Explorations(Connection):
         lease: timedelta = MINUTE,
         timeout: float | None = None,
     ) -> Goal:
-        """Makes a lease last from now on. NotFound when it has ended."""
+        """Extends the lease of a goal: it lasts for `lease` from now on, at most 10 minutes.
+
+        Raises NotFound if the lease has ended.
+        """
         request = pb.RenewGoalRequest(map=map_name, robot=robot, goal_id=goal_id)
         encode_duration(lease, request.lease)
         return decode_goal((await self._call(rpc.RENEW_GOAL, request, timeout)).goal)
@@ -172,7 +186,11 @@ class Explorations(Connection):
         *,
         timeout: float | None = None,
     ) -> int:
-        """Tells what became of a goal; the revision that did. NotFound when the lease has ended."""
+        """Reports the outcome of a goal and ends its lease; returns the revision of the change.
+
+        For REACHED, all observations that the robot made there must be acknowledged before. Raises
+        NotFound if the lease has ended.
+        """
         request = pb.ReleaseGoalRequest(
             map=map_name, robot=robot, goal_id=goal_id, outcome=encode_enum(outcome)
         )
@@ -181,7 +199,7 @@ class Explorations(Connection):
     async def stop_exploration(
         self, map_name: str, exploration_id: int = 0, *, timeout: float | None = None
     ) -> ExplorationAnswer:
-        """Ends an exploration; the exploration as it ended. Again is a no-op."""
+        """Ends an exploration and returns it. Does nothing if it has ended already."""
         request = pb.StopExplorationRequest(map=map_name, exploration_id=exploration_id)
         answer = await self._call(rpc.STOP_EXPLORATION, request, timeout)
         return ExplorationAnswer(answer.revision, "", decode_exploration(answer.exploration))

@@ -1,4 +1,4 @@
-"""Observations of robots, fused to the objects of a layer."""
+"""Calls for observations and the layers that are fused from them."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from .observe import AsyncObserveStream
 
 
 class Ingest(Connection):
-    """Observations, and what fusion made of them."""
+    """Calls for observations and the layers that are fused from them."""
 
     def observe(
         self,
@@ -32,18 +32,23 @@ class Ingest(Connection):
         idle_timeout: float | None = 60.0,
         timeout: float = math.inf,
     ) -> AsyncObserveStream:
-        """A stream of observations to a semantic layer, which becomes a fused one.
+        """Opens a stream of observations to a semantic layer, and makes it a fused layer.
 
-        robot: whose known sequences the opened stream tells.
-        exploration_layer: where free space is marked as explored; empty: the one that the layer
-            has, if any.
-        strategy: "evidence" or "paper"; empty: what the layer has, "evidence" for a new one.
-        parameters: of the strategy; None: what the layer has, the defaults for a new one.
-        idle_timeout: a connection on which nothing came for so many seconds while an
-            acknowledgement is awaited is taken for broken. None: never.
-        timeout: of the whole stream, in seconds.
+        Use it in a `with` block; the call is made when the block is entered.
 
-        FailedPrecondition for a layer of another kind, or one that is fused in another way.
+        robot: the robot whose known sequences are reported in `opened.known`; empty for none.
+        exploration_layer: layer on which free space is marked as explored; empty for the present
+            one of the fused layer, if any.
+        strategy: "evidence" or "paper"; empty for the present strategy of the layer, "evidence" for
+            a layer that is not fused yet.
+        parameters: parameters of the strategy; None for the present ones of the layer, or the
+            defaults for a layer that is not fused yet.
+        idle_timeout: time in seconds to wait for an acknowledgement before the connection counts as
+            broken and is opened again; None for no limit.
+        timeout: time in seconds for the whole stream.
+
+        Entering the block raises NotFound if there is no such map or layer, and FailedPrecondition
+        for a layer of another kind or with another strategy or other parameters.
         """
         opening = pb.ObserveOpening(
             map=map_name,
@@ -71,9 +76,10 @@ class Ingest(Connection):
         request_id: str = "",
         timeout: float | None = None,
     ) -> int:
-        """Fuses all observations of a layer again; the revision that shows the result.
+        """Fuses all observations of a layer again, and returns the revision with the result.
 
-        strategy: empty: the one that the layer has. parameters: None: the strategy's defaults.
+        strategy: "evidence" or "paper"; empty for the present strategy of the layer.
+        parameters: parameters of the strategy; None for its defaults.
         """
         request = pb.RebuildLayerRequest(
             map=map_name,
@@ -95,10 +101,14 @@ class Ingest(Connection):
         request_id: str = "",
         timeout: float | None = None,
     ) -> int:
-        """Takes a robot's observations back, as if never made; the revision that did.
+        """Removes observations of a robot from a fused layer; returns the revision of the change.
 
-        Those with from_time <= stamp < to_time; None: from the beginning, to the end. NotFound
-        when there are none.
+        The layer and its exploration layer are then as if these observations had not been made.
+
+        from_time, to_time: observations with from_time <= stamp < to_time are removed; None for no
+            limit. Times need a time zone.
+
+        Raises NotFound if there are no such observations.
         """
         request = pb.RetractSourceRequest(
             map=map_name, layer=layer, robot=robot, request_id=request_id or new_request_id()
@@ -112,9 +122,9 @@ class Ingest(Connection):
     async def explain_object(
         self, map_name: str, layer: str, object_id: int, *, timeout: float | None = None
     ) -> ObjectHistory:
-        """Which observations made an object of a fused layer.
+        """Returns the observations and edits that an object of a fused layer results from.
 
-        NotFound when fusion did not make it.
+        Raises NotFound if the object was not made by fusion.
         """
         request = pb.ExplainObjectRequest(map=map_name, layer=layer, object_id=object_id)
         return decode_history(await self._call(rpc.EXPLAIN_OBJECT, request, timeout))

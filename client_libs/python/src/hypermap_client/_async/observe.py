@@ -1,4 +1,4 @@
-"""Streams of observations."""
+"""Streams of observations to a fused layer."""
 
 from __future__ import annotations
 
@@ -16,18 +16,22 @@ from .._wire.observations import decode_acknowledgement, decode_opened, encode_o
 from ..errors import HypermapError, Internal, Unavailable
 from ..observations import Acknowledgement, Observation, OpenedLayer
 
-# In a request. The server's limit is of bytes (--max_message_bytes); a depth view has some 100 kB.
-OBSERVATIONS_AT_ONCE = 16
+# Number of observations in a request. The server limits the bytes of a request
+# (--max_message_bytes); an observation with a depth image has about 100 kB.
+OBSERVATIONS_PER_REQUEST = 16
 
 
 class AsyncObserveStream:
-    """A stream of observations to a layer, from Client.observe. For one task or thread at a time.
+    """A stream of observations to a layer, made by Client.observe.
 
-    Use it in a `with` block, which opens and ends it.
+    Use it in a `with` block, which opens and closes it. One task or thread may use it at a time.
     """
 
     opened: OpenedLayer
-    """How the layer is fused, and which sequences of the stream's robot it has."""
+    """The configuration of the layer, and the sequences of the stream's robot that it has.
+
+    Set when the `with` block is entered, and again when the stream is reopened.
+    """
 
     def __init__(
         self,
@@ -48,24 +52,29 @@ class AsyncObserveStream:
     async def submit(
         self, observations: Observation | Iterable[Observation]
     ) -> tuple[Acknowledgement, ...]:
-        """Sends observations and waits until each is acknowledged; in the order given.
+        """Sends observations, and waits until the server has acknowledged all of them.
 
-        Accepted means on disk, fused and visible. What is wrong with one observation is told in
-        its acknowledgement. When the stream breaks it is opened again, and what was not
-        acknowledged is sent again: the server counts each (robot, sequence) once.
+        Returns one acknowledgement per observation, in the same order. An accepted observation is
+        on disk, fused and visible. An observation that is not accepted does not raise an error; its
+        acknowledgement has the reason.
+
+        If the stream breaks, it is opened again and observations without acknowledgement are sent
+        again; the server counts each pair of robot and sequence once.
+
+        Raises ValueError if two observations have the same robot and sequence.
         """
         if isinstance(observations, Observation):
             observations = [observations]
-        todo = list(map(encode_observation, observations))
-        if len({(o.robot, o.sequence) for o in todo}) < len(todo):
-            raise ValueError("two observations of a submission have one robot and sequence")
-        done: dict[tuple[str, int], Acknowledgement] = {}
-        for begin in range(0, len(todo), OBSERVATIONS_AT_ONCE):
-            await self._deliver(todo[begin : begin + OBSERVATIONS_AT_ONCE], done)
-        return tuple(done[o.robot, o.sequence] for o in todo)
+        messages = list(map(encode_observation, observations))
+        if len({(o.robot, o.sequence) for o in messages}) < len(messages):
+            raise ValueError("two observations have the same robot and sequence")
+        acknowledged: dict[tuple[str, int], Acknowledgement] = {}
+        for begin in range(0, len(messages), OBSERVATIONS_PER_REQUEST):
+            await self._deliver(messages[begin : begin + OBSERVATIONS_PER_REQUEST], acknowledged)
+        return tuple(acknowledged[o.robot, o.sequence] for o in messages)
 
     async def close(self) -> None:
-        """Ends the stream. Again is a no-op."""
+        """Closes the stream. Does nothing if it is closed already."""
         if self._stream is not None:
             self._stream.cancel()
             self._stream = None
@@ -85,16 +94,18 @@ class AsyncObserveStream:
     async def _deliver(
         self,
         observations: list[observation.Observation],
-        done: dict[tuple[str, int], Acknowledgement],
+        acknowledged: dict[tuple[str, int], Acknowledgement],
     ) -> None:
+        """Sends the observations until all are in `acknowledged`. Opens the stream if necessary."""
         retries = Retries(self._retry_for, math.inf)
         while True:
             try:
                 stream = self._stream or await self._open()
-                left = [o for o in observations if (o.robot, o.sequence) not in done]
-                if left:
-                    await stream.write(pb.ObserveRequest(observations=left))
-                await self._await(stream, {(o.robot, o.sequence) for o in left}, done)
+                pending = [o for o in observations if (o.robot, o.sequence) not in acknowledged]
+                if pending:
+                    await stream.write(pb.ObserveRequest(observations=pending))
+                keys = {(o.robot, o.sequence) for o in pending}
+                await self._read_acknowledgements(stream, keys, acknowledged)
                 return
             except HypermapError as error:
                 await self.close()
@@ -107,23 +118,24 @@ class AsyncObserveStream:
         )
         self._stream = stream
         await stream.write(pb.ObserveRequest(opening=self._opening))
-        answer = await stream.read()
-        if answer is None or not answer.HasField("opened"):
-            raise Internal("the server's answer: the first message does not open the stream")
-        self.opened = decode_opened(answer.opened)
+        response = await stream.read()
+        if response is None or not response.HasField("opened"):
+            raise Internal("the first response of the stream does not open it")
+        self.opened = decode_opened(response.opened)
         return stream
 
-    async def _await(
+    async def _read_acknowledgements(
         self,
         stream: aio.Stream[pb.ObserveRequest, pb.ObserveResponse],
-        waiting: set[tuple[str, int]],
-        done: dict[tuple[str, int], Acknowledgement],
+        pending: set[tuple[str, int]],
+        acknowledged: dict[tuple[str, int], Acknowledgement],
     ) -> None:
-        while waiting:
-            answer = await stream.read()
-            if answer is None:
+        """Moves the keys (robot, sequence) from `pending` to `acknowledged` as responses arrive."""
+        while pending:
+            response = await stream.read()
+            if response is None:
                 raise Unavailable("the server ended the stream")
-            for acknowledgement in map(decode_acknowledgement, answer.acknowledgements):
+            for acknowledgement in map(decode_acknowledgement, response.acknowledgements):
                 key = acknowledgement.robot, acknowledgement.sequence
-                done[key] = acknowledgement
-                waiting.discard(key)
+                acknowledged[key] = acknowledgement
+                pending.discard(key)

@@ -1,4 +1,4 @@
-"""The three questions of a hypermap, the same for every layer."""
+"""Queries for a point, an area, a value and the nearest places with a value."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from .catalog import Catalog
 
 
 class Queries(Catalog):
-    """Questions. The options that they share are documented with the client."""
+    """Queries. The options that they share are documented with the client."""
 
     async def query_point(
         self,
@@ -39,10 +39,13 @@ class Queries(Catalog):
         min_revision: int = 0,
         timeout: float | None = None,
     ) -> PointAnswer:
-        """What is at this point (metres, in `frame_id`)? Each layer's value or objects.
+        """Returns what each layer has at a point: the value of a cell, or objects.
 
-        NotFound: no such map, layer or frame; InvalidArgument: coordinates that are not finite;
-        OutOfRange: `as_of` is not kept any more, or is yet to come.
+        point: x and y in metres, in `frame_id`. Points on the boundary of an object belong to it.
+
+        Raises NotFound for an unknown map, layer or frame, InvalidArgument for coordinates that are
+        not finite, OutOfRange if the revision of `as_of` is compacted or does not exist yet, and
+        DeadlineExceeded if the map does not reach `min_revision` in time.
         """
         request = pb.QueryPointRequest(
             map=map_name,
@@ -65,9 +68,13 @@ class Queries(Catalog):
         min_revision: int = 0,
         timeout: float | None = None,
     ) -> PointsAnswer:
-        """What is at these points (N×2, N >= 1)? One batch, read at one revision.
+        """Returns what each layer has at many points, read at one revision.
 
-        ResourceExhausted for more than the server's --max_points (65,536): see stream_points.
+        points: array of shape (N, 2) in metres, in `frame_id`, with N >= 1.
+
+        Raises ValueError for points of another shape, and ResourceExhausted for more points than
+        the server's --max_points (default 65,536); stream_points takes several batches. Other
+        errors are those of query_point.
         """
         opening = _opening(map_name, layers, frame_id, as_of, min_revision)
         batch = _batch(points)
@@ -94,10 +101,14 @@ class Queries(Catalog):
         min_revision: int = 0,
         timeout: float = math.inf,
     ) -> AsyncIterator[PointsAnswer]:
-        """What is at the points of each batch (N×2)? An answer for each, in order.
+        """Yields what each layer has at the points of each batch, in the order of the batches.
 
-        Each batch is read at the newest revision of its time, unless `as_of` says which. `timeout`
-        is of the whole stream, which is not tried again when it breaks.
+        batches: arrays of shape (N, 2) in metres, in `frame_id`, with N >= 1. The next batch is
+            taken when the answer to the one before has been yielded.
+        as_of: None to read each batch at the newest revision at its time.
+        timeout: time in seconds for the whole stream.
+
+        The stream is not retried. Errors are those of query_points.
         """
         opening = _opening(map_name, layers, frame_id, as_of, min_revision)
         stream = self._channel.duplex(rpc.QUERY_POINTS, None if math.isinf(timeout) else timeout)
@@ -120,10 +131,12 @@ class Queries(Catalog):
         min_revision: int = 0,
         timeout: float | None = None,
     ) -> Answer:
-        """What is in this area? Objects that intersect it, cells whose centre it covers.
+        """Returns the objects that intersect an area, and the cells whose centre it covers.
 
-        area: a polygon, or its outer ring as N×2, in metres in `frame_id`; InvalidArgument when it
-            crosses itself. The answer is of one revision. Further errors as of query_point.
+        area: a polygon, or its outer ring as an array of shape (N, 2), in metres in `frame_id`.
+
+        The answer is read at one revision. Raises InvalidArgument if the area intersects itself;
+        other errors are those of query_point.
         """
         request = pb.QueryAreaRequest(
             map=map_name,
@@ -148,12 +161,17 @@ class Queries(Catalog):
         min_revision: int = 0,
         timeout: float | None = None,
     ) -> Answer:
-        """Where is this value, everywhere or in an area?
+        """Returns the objects and cells that have a value, in the whole map or in an area.
 
-        value: free, occupied, unknown, explored, unexplored; >0.65, <=0.2, =1, 0.2..0.5; a class
-            label or an alias of some; tag:WORD. Case does not matter. A layer that can't take it
-            answers UNSUPPORTED_VALUE; InvalidArgument for a comparison with no number.
-        Objects are whole, also where only a part of them is in the area. Errors as of query_area.
+        value: `free`, `occupied`, `unknown`, `explored` or `unexplored`; a comparison such as
+            `>0.65`, `<=0.2`, `=1` or `0.2..0.5`; a class label or an alias of labels; `tag:WORD`.
+            Upper and lower case are the same. A layer that does not support the value answers
+            UNSUPPORTED_VALUE.
+        area: as in query_area; None for the whole map. Objects that are partly in the area are
+            returned completely.
+
+        Raises InvalidArgument for a comparison without a number; other errors are those of
+        query_area.
         """
         request = pb.QueryValueRequest(
             map=map_name,
@@ -180,10 +198,15 @@ class Queries(Catalog):
         min_revision: int = 0,
         timeout: float | None = None,
     ) -> NearestAnswer:
-        """The k places nearest to a point that have a value, over all the layers together.
+        """Returns the k objects and cells nearest to a point that have a value, over all layers.
 
-        Nearest first; distances in metres, to the object's polygon (0 inside) or to the cell's
-        centre. ResourceExhausted: k is more than the server's --max_nearest (1,000).
+        point: x and y in metres, in `frame_id`.
+        value: as in query_value.
+        k: maximal number of matches, >= 1.
+
+        Matches are sorted by distance. It is measured in metres to the polygon of an object (0
+        inside it), or to the centre of a cell. Raises ResourceExhausted if k exceeds the server's
+        --max_nearest (default 1,000); other errors are those of query_point.
         """
         request = pb.QueryNearestRequest(
             map=map_name,
@@ -206,10 +229,12 @@ class Queries(Catalog):
         min_revision: int = 0,
         timeout: float | None = None,
     ) -> Grid:
-        """All of a grid layer as an array, in the layer's own frame.
+        """Returns a whole grid layer as an array, in the layer's own frame.
 
-        An earlier revision fills the extent that the layer has now. ValueError for a layer that is
-        no grid, or has no cells yet.
+        as_of: cells of an earlier revision are returned in an array over the present extent.
+
+        Raises ValueError if the layer is not a grid, or has no cells. Other errors are those of
+        query_area.
         """
         found = await self.get_layer(map_name, layer, timeout=timeout)
         if found.grid is None or found.extent is None:
@@ -228,7 +253,7 @@ class Queries(Catalog):
         )
         cells = answer[layer].cells
         if cells is None:
-            raise ValueError(f"layer {layer!r} had no cells then")
+            raise ValueError(f"layer {layer!r} has no cells at this revision")
         return cells.to_grid(box)
 
 
@@ -245,7 +270,7 @@ def _opening(
 def _batch(points: PointsLike) -> pb.QueryPointsRequest:
     array = points_of(points)
     if len(array) == 0:
-        raise ValueError("a batch has at least one point")
+        raise ValueError("a batch needs at least one point")
     return pb.QueryPointsRequest(xs=array[:, 0].tolist(), ys=array[:, 1].tolist())
 
 
@@ -257,5 +282,5 @@ async def _answer(
     await stream.write(batch)
     message = await stream.read()
     if message is None:
-        raise Internal("the server's answer: the stream ended before the batch was answered")
+        raise Internal("the stream ended before the batch was answered")
     return decode_points_answer(message, labels)

@@ -1,4 +1,4 @@
-"""Following the changes of a map."""
+"""Watches: iterators over the changes of a map that survive broken connections."""
 
 from __future__ import annotations
 
@@ -10,16 +10,17 @@ from .. import _rpc as rpc
 from .._io import aio
 from .._proto import watch_service_pb2 as pb
 from .._retries import Backoff, time_left
-from .._wire.changes import PartsOfEvent
+from .._wire.changes import WatchEventBuilder
 from ..changes import WatchEvent
 from ..errors import Cancelled, HypermapError, Internal, OutOfRange, ResourceExhausted, Unavailable
 
 
 class AsyncWatch:
-    """The events of a watch, from Client.watch. Each revision once, in order and whole.
+    """The events of a watch, made by Client.watch.
 
-    A watch that breaks goes on by itself after the last revision that was told whole. Leaving its
-    `with` block ends it, as do `close` and the end of the client.
+    Each event has all changes of one revision. Every revision is reported once, in order. A watch
+    that breaks is resumed after the last complete revision. Iteration stops when the watch or its
+    client is closed; a `with` block closes the watch.
     """
 
     def __init__(
@@ -41,32 +42,32 @@ class AsyncWatch:
         self._idle_timeout = idle_timeout
         self._deadline = time.monotonic() + timeout
         self._messages: deque[pb.WatchResponse] = deque()
-        self._parts = PartsOfEvent()
+        self._builder = WatchEventBuilder()
         self._backoff = Backoff()
         self._broken_since: float | None = None
-        self._told: int | None = None
-        self._begun = False
-        self._starts_anew = False
+        self._last_revision: int | None = None
+        self._started = False  # whether a message has ever arrived
+        self._reset_next_snapshot = False
         self._closed = False
         self._open()
 
     @property
     def revision(self) -> int | None:
-        """The last revision that was told whole, to resume from; None before there is one."""
-        return self._told
+        """The revision of the last event, to resume from; None before the first event."""
+        return self._last_revision
 
     def close(self) -> None:
-        """Ends the watch; any thread may do so. Again is a no-op."""
+        """Ends the watch; any thread may call it. Does nothing if the watch has ended."""
         self._closed = True
         self._stream.cancel()
 
     async def __anext__(self) -> WatchEvent:
-        """The next revision of which something is selected, or progress; waits for it."""
+        """Waits for the next event: changes that match the filter, or progress."""
         while not self._ended:
             try:
                 message = await self._read()
-                if self._parts.take(message):
-                    return self._event()
+                if self._builder.add(message):
+                    return self._finish_event()
             except HypermapError as error:
                 if not self._ended:
                     await self._recover(error)
@@ -94,7 +95,7 @@ class AsyncWatch:
         self._stream = self._channel.download(
             rpc.WATCH, self._request, time_left(self._deadline), self._idle_timeout
         )
-        if self._closed:  # meanwhile
+        if self._closed:  # Another thread has called close() in the meantime.
             self._stream.cancel()
 
     async def _read(self) -> pb.WatchResponse:
@@ -103,33 +104,31 @@ class AsyncWatch:
             if message is None:
                 raise Unavailable("the server ended the watch")
             self._messages.extend(message.coalesced or [message])
-            self._begun = True
+            self._started = True
             self._broken_since = None
             self._backoff.reset()
         return self._messages.popleft()
 
-    def _event(self) -> WatchEvent:
-        event = self._parts.event(reset=self._starts_anew)
-        self._parts = PartsOfEvent()
+    def _finish_event(self) -> WatchEvent:
+        event = self._builder.build(reset=self._reset_next_snapshot)
+        self._builder = WatchEventBuilder()
         self._check_order(event)
-        self._told = self._request.start_revision = event.revision
+        self._last_revision = self._request.start_revision = event.revision
         if event.snapshot:
-            self._starts_anew = False
+            self._reset_next_snapshot = False
         return event
 
     def _check_order(self, event: WatchEvent) -> None:
-        """Internal for an event that tells again what was told."""
-        if self._told is None or event.snapshot:
+        """Raises Internal for changes of a revision that was reported before."""
+        if self._last_revision is None or event.snapshot:
             return
-        behind = event.revision - self._told
-        if behind < 0 or (behind == 0 and event.changes):
-            raise Internal(
-                f"the server's answer: revision {event.revision} was told after {self._told}"
-            )
+        step = event.revision - self._last_revision
+        if step < 0 or (step == 0 and event.changes):
+            raise Internal(f"the server sent revision {event.revision} after {self._last_revision}")
 
     async def _recover(self, error: HypermapError) -> None:
-        """After a break: opens the next call, or ends the watch and raises `error`."""
-        self._parts = PartsOfEvent()
+        """Resumes the watch after an error, or ends it and raises the error."""
+        self._builder = WatchEventBuilder()
         self._messages.clear()
         self._stream.cancel()
         if (
@@ -138,13 +137,13 @@ class AsyncWatch:
             and self._request.HasField("start_revision")
         ):
             self._request.ClearField("start_revision")
-            self._starts_anew = True
-        elif not self._may_go_on(error):
+            self._reset_next_snapshot = True
+        elif not self._is_resumable(error):
             self.close()
             raise error
         now = time.monotonic()
         self._broken_since = now if self._broken_since is None else self._broken_since
-        retry_for = self._retry_for if self._begun else self._retry_first_for
+        retry_for = self._retry_for if self._started else self._retry_first_for
         pause = self._backoff.next()
         if now + pause >= min(self._broken_since + retry_for, self._deadline):
             self.close()
@@ -153,9 +152,9 @@ class AsyncWatch:
         if not self._ended:
             self._open()
 
-    def _may_go_on(self, error: HypermapError) -> bool:
-        if not self._begun:
+    def _is_resumable(self, error: HypermapError) -> bool:
+        if not self._started:
             return isinstance(error, Unavailable)
-        # A server that stops cancels its watches; one that finds this reader too slow says
-        # ResourceExhausted.
+        # A server that shuts down cancels its watches, and it ends a watch that is read too slowly
+        # with ResourceExhausted.
         return isinstance(error, (Unavailable, Cancelled, ResourceExhausted))

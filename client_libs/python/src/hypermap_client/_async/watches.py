@@ -1,4 +1,4 @@
-"""Changes of a map: watches, differences, revisions."""
+"""Calls for watches, differences between revisions, and lists of revisions."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from .watch import AsyncWatch
 
 
 class Watches(Connection):
-    """What changed, and what changes."""
+    """Calls for watches, differences between revisions, and lists of revisions."""
 
     def watch(
         self,
@@ -34,21 +34,26 @@ class Watches(Connection):
         idle_timeout: float | None = 60.0,
         timeout: float = math.inf,
     ) -> AsyncWatch:
-        """Follows a map: an iterator of events, each a whole revision.
+        """Watches a map. Returns an iterator of events, each with all changes of one revision.
 
-        layers: none: all, also those that are still to come.
-        area: objects that intersect it, cells whose centre it covers; None: everywhere.
-        classes: objects with one of these labels or aliases of them; none: all. Cells are not
-            filtered by it.
-        start_revision: tell the changes after it; None: a snapshot first.
-        snapshot_when_compacted: when the changes to go on with are not kept any more, a snapshot
-            takes their place, with `reset` set; False: the watch ends with OutOfRange.
-        coalesce: changes of a busy map may come some milliseconds later, several in a message; the
-            server can then tell many more. Events are the same.
-        retry_for: how long a watch that had begun is tried again while no server answers.
-        idle_timeout: a connection on which nothing came for so many seconds is taken for broken.
-            Longer than the server's --watch_progress (10 s). None: never.
-        timeout: of the whole watch, in seconds.
+        layers: none for all layers, including those created later.
+        area: polygon in `frame_id`, in metres, that selects the objects that intersect it and the
+            cells whose centre it covers; None for everywhere.
+        classes: labels or aliases that select objects; none for all. Cells are not filtered by it.
+        start_revision: report the changes after this revision; None to start with a snapshot of the
+            newest revision.
+        snapshot_when_compacted: whether a snapshot with `reset` set replaces changes that the
+            server has compacted. If False, the watch raises OutOfRange instead.
+        coalesce: allow the server to send several events of a busy map in one message, some
+            milliseconds later. It can then serve more watches. The events are the same.
+        retry_for: time in seconds for which a watch is resumed after it has broken while the server
+            is Unavailable. The first connection is retried for the client's retry_for.
+        idle_timeout: time in seconds without a message after which the connection counts as broken.
+            It must exceed the server's --watch_progress (default 10 s). None for no limit.
+        timeout: time in seconds for the whole watch.
+
+        The iterator raises NotFound for an unknown map or frame, OutOfRange for a start_revision
+        that does not exist yet, and ResourceExhausted if the server has too many watches.
         """
         request = pb.WatchRequest(
             map=map_name,
@@ -79,9 +84,12 @@ class Watches(Connection):
         frame_id: str = "",
         timeout: float | None = None,
     ) -> Difference:
-        """What is not at `to_revision` (None: the newest) as it was at `from_revision`.
+        """Returns the changes between two revisions, for each object and cell at most one.
 
-        OutOfRange for a revision that is not kept.
+        from_revision: the earlier state.
+        to_revision: the later state; None for the newest revision.
+
+        Raises OutOfRange if a revision is compacted or does not exist yet.
         """
         request = pb.ListChangesRequest(
             map=map_name,
@@ -105,9 +113,12 @@ class Watches(Connection):
         newest_first: bool = False,
         timeout: float | None = None,
     ) -> RevisionList:
-        """The kept revisions between two (exclusive; 0: no limit), a page of them.
+        """Lists a page of the revisions that the server keeps.
 
-        page_size: at most so many; 0: 1000.
+        after_revision, before_revision: exclusive limits; 0 for no limit.
+        page_size: maximal number of revisions; 0 for 1000.
+        newest_first: whether the page has the newest revisions within the limits, in descending
+            order, instead of the oldest in ascending order.
         """
         request = pb.ListRevisionsRequest(
             map=map_name,

@@ -1,4 +1,4 @@
-"""Calls for asyncio."""
+"""gRPC channels and streams for asyncio."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any, Generic
 import grpc
 import grpc.aio
 
-from .._rpc import A, Q, Rpc
+from .._rpc import RequestT, ResponseT, Rpc
 from ..credentials import Tls, Token
 from ..errors import Cancelled, Internal, Unavailable, error_of
 from .options import call_metadata, channel_credentials, channel_options
@@ -19,7 +19,10 @@ sleep = asyncio.sleep
 
 
 class Channel:
-    """A connection, made at the first call and again when it broke. For one event loop."""
+    """A gRPC channel. It connects at the first call, and reconnects after failures.
+
+    It must be used in one event loop.
+    """
 
     def __init__(self, target: str, tls: Tls | None, token: Token | None) -> None:
         self.closed = False
@@ -35,63 +38,77 @@ class Channel:
 
     async def close(self) -> None:
         self.closed = True
-        # gRPC would end them as if their tasks had been cancelled.
+        # Streams are cancelled first. If the channel ended them, their reads would raise
+        # CancelledError as if the reading task had been cancelled.
         for stream in list(self._streams):
             stream.cancel()
         await self._channel.close()
 
-    async def unary(self, rpc: Rpc[Q, A], request: Q, timeout: float | None) -> A:
-        """A call with one request and one answer."""
+    async def unary(
+        self, rpc: Rpc[RequestT, ResponseT], request: RequestT, timeout: float | None
+    ) -> ResponseT:
+        """Makes a call with one request and one response."""
         call = self._channel.unary_unary(
-            rpc.path, rpc.request.SerializeToString, rpc.answer.FromString
+            rpc.path, rpc.request.SerializeToString, rpc.response.FromString
         )
         try:
-            answer: A = await call(request, timeout=timeout, metadata=call_metadata(self._token))
+            response: ResponseT = await call(
+                request, timeout=timeout, metadata=call_metadata(self._token)
+            )
         except grpc.RpcError as failure:
             raise error_of(failure) from None
-        return answer
+        return response
 
-    async def upload(self, rpc: Rpc[Q, A], requests: Iterable[Q], timeout: float | None) -> A:
-        """A call with a stream of requests and one answer."""
+    async def upload(
+        self, rpc: Rpc[RequestT, ResponseT], requests: Iterable[RequestT], timeout: float | None
+    ) -> ResponseT:
+        """Makes a call with a stream of requests and one response."""
         call = self._channel.stream_unary(
-            rpc.path, rpc.request.SerializeToString, rpc.answer.FromString
+            rpc.path, rpc.request.SerializeToString, rpc.response.FromString
         )
         try:
-            answer: A = await call(
+            response: ResponseT = await call(
                 iter(requests), timeout=timeout, metadata=call_metadata(self._token)
             )
         except grpc.RpcError as failure:
             raise error_of(failure) from None
-        return answer
+        return response
 
     def download(
-        self, rpc: Rpc[Q, A], request: Q, timeout: float | None, idle_timeout: float | None = None
-    ) -> Stream[Q, A]:
-        """A call with one request and a stream of answers."""
+        self,
+        rpc: Rpc[RequestT, ResponseT],
+        request: RequestT,
+        timeout: float | None,
+        idle_timeout: float | None = None,
+    ) -> Stream[RequestT, ResponseT]:
+        """Starts a call with one request and a stream of responses."""
         call = self._channel.unary_stream(
-            rpc.path, rpc.request.SerializeToString, rpc.answer.FromString
+            rpc.path, rpc.request.SerializeToString, rpc.response.FromString
         )
         metadata = call_metadata(self._token)
         return self._stream(call(request, timeout=timeout, metadata=metadata), idle_timeout)
 
     def duplex(
-        self, rpc: Rpc[Q, A], timeout: float | None, idle_timeout: float | None = None
-    ) -> Stream[Q, A]:
-        """A call with streams both ways."""
+        self,
+        rpc: Rpc[RequestT, ResponseT],
+        timeout: float | None,
+        idle_timeout: float | None = None,
+    ) -> Stream[RequestT, ResponseT]:
+        """Starts a call with a stream of requests and a stream of responses."""
         call = self._channel.stream_stream(
-            rpc.path, rpc.request.SerializeToString, rpc.answer.FromString
+            rpc.path, rpc.request.SerializeToString, rpc.response.FromString
         )
         metadata = call_metadata(self._token)
         return self._stream(call(timeout=timeout, metadata=metadata), idle_timeout)
 
-    def _stream(self, call: Any, idle_timeout: float | None) -> Stream[Q, A]:
-        stream: Stream[Q, A] = Stream(call, idle_timeout)
+    def _stream(self, call: Any, idle_timeout: float | None) -> Stream[RequestT, ResponseT]:
+        stream: Stream[RequestT, ResponseT] = Stream(call, idle_timeout)
         self._streams.add(stream)
         return stream
 
 
-class Stream(Generic[Q, A]):
-    """A call with a stream of answers. One task reads; any task of the loop may cancel."""
+class Stream(Generic[RequestT, ResponseT]):
+    """A call with a stream of responses. One task reads; any task of the event loop may cancel."""
 
     def __init__(self, call: Any, idle_timeout: float | None) -> None:
         self._call = call
@@ -99,37 +116,37 @@ class Stream(Generic[Q, A]):
         self._cancelled = False
         self._write_failed = False
 
-    async def read(self) -> A | None:
-        """The next answer, None after the last.
+    async def read(self) -> ResponseT | None:
+        """Reads the next response; returns None after the last one.
 
-        Unavailable when nothing came for `idle_timeout` seconds: the connection may be dead
-        without a sign.
+        Raises Unavailable if no response arrives for `idle_timeout` seconds, because a broken
+        connection is not always reported.
         """
         try:
-            answer = await asyncio.wait_for(self._call.read(), self._idle_timeout)
+            response = await asyncio.wait_for(self._call.read(), self._idle_timeout)
         except grpc.RpcError as failure:
             error = error_of(failure)
             if self._write_failed and isinstance(error, Internal):
-                # grpc.aio puts this in place of the status; the next try will tell more.
+                # After a failed write, grpc.aio reports INTERNAL instead of the status of the call.
                 raise Unavailable("the connection broke") from None
             raise error from None
         except asyncio.TimeoutError:
             self.cancel()
-            raise Unavailable(f"nothing came for {self._idle_timeout} s") from None
+            raise Unavailable(f"no message arrived for {self._idle_timeout} s") from None
         except asyncio.CancelledError:
-            if self._cancelled:  # the call, not the task
+            if self._cancelled:  # The call was cancelled, not the task.
                 raise Cancelled("the call was cancelled") from None
             raise
-        return None if answer is grpc.aio.EOF else answer
+        return None if response is grpc.aio.EOF else response
 
-    async def write(self, request: Q) -> None:
-        """Sends a request. What goes wrong is told by `read`."""
+    async def write(self, request: RequestT) -> None:
+        """Sends a request. Errors are raised by `read`."""
         try:
             await self._call.write(request)
         except (grpc.RpcError, asyncio.InvalidStateError):
             self._write_failed = True
 
     def cancel(self) -> None:
-        """Ends the call; `read` raises Cancelled. Again is a no-op."""
+        """Cancels the call; `read` then raises Cancelled. Does nothing if the call has ended."""
         self._cancelled = True
         self._call.cancel()

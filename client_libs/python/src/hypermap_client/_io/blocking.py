@@ -1,4 +1,4 @@
-"""Calls that block their thread."""
+"""gRPC channels and streams that block the calling thread."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from typing import Any, Generic
 
 import grpc
 
-from .._rpc import A, Q, Rpc
+from .._rpc import RequestT, ResponseT, Rpc
 from ..credentials import Tls, Token
 from ..errors import Cancelled, Unavailable, error_of
 from .options import call_metadata, channel_credentials, channel_options
@@ -21,7 +21,10 @@ sleep = time.sleep
 
 
 class Channel:
-    """A connection, made at the first call and again when it broke. For any threads."""
+    """A gRPC channel. It connects at the first call, and reconnects after failures.
+
+    It may be used by several threads.
+    """
 
     def __init__(self, target: str, tls: Tls | None, token: Token | None) -> None:
         self.closed = False
@@ -36,140 +39,155 @@ class Channel:
         self.closed = True
         self._channel.close()
 
-    def unary(self, rpc: Rpc[Q, A], request: Q, timeout: float | None) -> A:
-        """A call with one request and one answer."""
+    def unary(
+        self, rpc: Rpc[RequestT, ResponseT], request: RequestT, timeout: float | None
+    ) -> ResponseT:
+        """Makes a call with one request and one response."""
         call = self._channel.unary_unary(
-            rpc.path, rpc.request.SerializeToString, rpc.answer.FromString
+            rpc.path, rpc.request.SerializeToString, rpc.response.FromString
         )
         try:
-            answer: A = call(request, timeout=timeout, metadata=call_metadata(self._token))
+            response: ResponseT = call(
+                request, timeout=timeout, metadata=call_metadata(self._token)
+            )
         except grpc.RpcError as failure:
             raise error_of(failure) from None
-        return answer
+        return response
 
-    def upload(self, rpc: Rpc[Q, A], requests: Iterable[Q], timeout: float | None) -> A:
-        """A call with a stream of requests and one answer."""
+    def upload(
+        self, rpc: Rpc[RequestT, ResponseT], requests: Iterable[RequestT], timeout: float | None
+    ) -> ResponseT:
+        """Makes a call with a stream of requests and one response."""
         call = self._channel.stream_unary(
-            rpc.path, rpc.request.SerializeToString, rpc.answer.FromString
+            rpc.path, rpc.request.SerializeToString, rpc.response.FromString
         )
         try:
-            answer: A = call(iter(requests), timeout=timeout, metadata=call_metadata(self._token))
+            response: ResponseT = call(
+                iter(requests), timeout=timeout, metadata=call_metadata(self._token)
+            )
         except grpc.RpcError as failure:
             raise error_of(failure) from None
-        return answer
+        return response
 
     def download(
-        self, rpc: Rpc[Q, A], request: Q, timeout: float | None, idle_timeout: float | None = None
-    ) -> Stream[Q, A]:
-        """A call with one request and a stream of answers."""
+        self,
+        rpc: Rpc[RequestT, ResponseT],
+        request: RequestT,
+        timeout: float | None,
+        idle_timeout: float | None = None,
+    ) -> Stream[RequestT, ResponseT]:
+        """Starts a call with one request and a stream of responses."""
         call = self._channel.unary_stream(
-            rpc.path, rpc.request.SerializeToString, rpc.answer.FromString
+            rpc.path, rpc.request.SerializeToString, rpc.response.FromString
         )
         metadata = call_metadata(self._token)
         return Stream(call(request, timeout=timeout, metadata=metadata), None, idle_timeout)
 
     def duplex(
-        self, rpc: Rpc[Q, A], timeout: float | None, idle_timeout: float | None = None
-    ) -> Stream[Q, A]:
-        """A call with streams both ways."""
+        self,
+        rpc: Rpc[RequestT, ResponseT],
+        timeout: float | None,
+        idle_timeout: float | None = None,
+    ) -> Stream[RequestT, ResponseT]:
+        """Starts a call with a stream of requests and a stream of responses."""
         call = self._channel.stream_stream(
-            rpc.path, rpc.request.SerializeToString, rpc.answer.FromString
+            rpc.path, rpc.request.SerializeToString, rpc.response.FromString
         )
-        requests: _Requests[Q] = _Requests()
+        requests: _RequestQueue[RequestT] = _RequestQueue()
         metadata = call_metadata(self._token)
         return Stream(call(requests, timeout=timeout, metadata=metadata), requests, idle_timeout)
 
 
-class _Requests(Generic[Q]):
-    """What is written, for the thread of gRPC that sends it."""
+class _RequestQueue(Generic[RequestT]):
+    """A queue of written requests, from which a thread of gRPC sends. None ends it."""
 
     def __init__(self) -> None:
-        self._queue: queue.SimpleQueue[Q | None] = queue.SimpleQueue()
+        self._queue: queue.SimpleQueue[RequestT | None] = queue.SimpleQueue()
 
-    def put(self, request: Q | None) -> None:
+    def put(self, request: RequestT | None) -> None:
         self._queue.put(request)
 
-    def __iter__(self) -> Iterator[Q]:
+    def __iter__(self) -> Iterator[RequestT]:
         return self
 
-    def __next__(self) -> Q:
+    def __next__(self) -> RequestT:
         request = self._queue.get()
         if request is None:
             raise StopIteration
         return request
 
 
-class Stream(Generic[Q, A]):
-    """A call with a stream of answers. One thread reads; any thread may cancel."""
+class Stream(Generic[RequestT, ResponseT]):
+    """A call with a stream of responses. One thread reads; any thread may cancel."""
 
     def __init__(
-        self, call: Any, requests: _Requests[Q] | None, idle_timeout: float | None
+        self, call: Any, requests: _RequestQueue[RequestT] | None, idle_timeout: float | None
     ) -> None:
         self._call = call
         self._requests = requests
         self._idle_timeout = idle_timeout
-        self._listen_until = math.inf  # when a reader, if there is one, gives the call up
-        self._silent = False
+        self._idle_deadline = math.inf  # monotonic time; math.inf while no thread reads
+        self._timed_out_idle = False
         self._ended = threading.Event()
         if idle_timeout is not None:
             threading.Thread(
-                target=_break_silence,
+                target=_monitor_idle_time,
                 args=[weakref.ref(self), self._ended, idle_timeout],
                 daemon=True,
             ).start()
 
-    def read(self) -> A | None:
-        """The next answer, None after the last.
+    def read(self) -> ResponseT | None:
+        """Reads the next response; returns None after the last one.
 
-        Unavailable when nothing came for `idle_timeout` seconds: the connection may be dead
-        without a sign.
+        Raises Unavailable if no response arrives for `idle_timeout` seconds, because a broken
+        connection is not always reported.
         """
         if self._idle_timeout is not None:
-            self._listen_until = time.monotonic() + self._idle_timeout
+            self._idle_deadline = time.monotonic() + self._idle_timeout
         try:
-            answer: A = next(self._call)
+            response: ResponseT = next(self._call)
         except StopIteration:
             self._end()
             return None
         except grpc.RpcError as failure:
             self._end()
             error = error_of(failure)
-            if self._silent and isinstance(error, Cancelled):
-                raise Unavailable(f"nothing came for {self._idle_timeout} s") from None
+            if self._timed_out_idle and isinstance(error, Cancelled):
+                raise Unavailable(f"no message arrived for {self._idle_timeout} s") from None
             raise error from None
         finally:
-            self._listen_until = math.inf
-        return answer
+            self._idle_deadline = math.inf
+        return response
 
-    def write(self, request: Q) -> None:
-        """Sends a request. What goes wrong is told by `read`."""
+    def write(self, request: RequestT) -> None:
+        """Sends a request. Errors are raised by `read`."""
         assert self._requests is not None
         self._requests.put(request)
 
     def cancel(self) -> None:
-        """Ends the call; `read` raises Cancelled. Again is a no-op."""
+        """Cancels the call; `read` then raises Cancelled. Does nothing if the call has ended."""
         self._call.cancel()
         self._end()
 
     def _end(self) -> None:
         self._ended.set()
         if self._requests is not None:
-            self._requests.put(None)  # or gRPC's thread would wait for ever
+            self._requests.put(None)  # Otherwise gRPC's thread would wait for requests forever.
 
-    def break_off_when_silent(self) -> None:
-        """Cancels the call when its reader has waited for too long."""
-        if time.monotonic() > self._listen_until:
-            self._silent = True
+    def cancel_if_idle(self) -> None:
+        """Cancels the call if a read has waited for longer than the idle timeout."""
+        if time.monotonic() > self._idle_deadline:
+            self._timed_out_idle = True
             self._call.cancel()
 
     def __del__(self) -> None:
         self.cancel()
 
 
-def _break_silence(
-    stream_of: weakref.ref[Stream[Any, Any]], ended: threading.Event, idle_timeout: float
+def _monitor_idle_time(
+    stream_ref: weakref.ref[Stream[Any, Any]], ended: threading.Event, idle_timeout: float
 ) -> None:
-    """Looks after a stream until it has ended or nobody has it any more."""
-    while not ended.wait(idle_timeout / 4) and (stream := stream_of()) is not None:
-        stream.break_off_when_silent()
+    """Cancels a stream whose reads take too long, until it has ended or is garbage-collected."""
+    while not ended.wait(idle_timeout / 4) and (stream := stream_ref()) is not None:
+        stream.cancel_if_idle()
         del stream

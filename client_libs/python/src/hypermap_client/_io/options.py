@@ -7,10 +7,11 @@ import grpc
 from ..credentials import Tls, Token
 
 CHANNEL_OPTIONS: tuple[tuple[str, str | int], ...] = (
-    # How large an answer may be is the server's to limit.
+    # The server limits the size of messages.
     ("grpc.max_receive_message_length", -1),
     ("grpc.max_send_message_length", -1),
-    # A server that is back is found soon; how often a call is tried again is up to Backoff.
+    # gRPC tries to reconnect every second, so that a restarted server is found soon. The backoff of
+    # retried calls is separate.
     ("grpc.initial_reconnect_backoff_ms", 50),
     ("grpc.min_reconnect_backoff_ms", 1000),
     ("grpc.max_reconnect_backoff_ms", 1000),
@@ -19,21 +20,21 @@ CHANNEL_OPTIONS: tuple[tuple[str, str | int], ...] = (
 
 
 def channel_options(tls: Tls | None) -> tuple[tuple[str, str | int], ...]:
-    """What a channel is made with."""
+    """The options of a channel."""
     if tls is None or not tls.server_name:
         return CHANNEL_OPTIONS
     return (*CHANNEL_OPTIONS, ("grpc.ssl_target_name_override", tls.server_name))
 
 
 def channel_credentials(tls: Tls) -> grpc.ChannelCredentials:
-    """What a channel is encrypted with."""
+    """The TLS credentials of a channel."""
     return grpc.ssl_channel_credentials(
         tls.root_certificates, tls.private_key, tls.certificate_chain
     )
 
 
 def call_metadata(token: Token | None) -> tuple[tuple[str, str], ...]:
-    """What is sent along with a call."""
+    """The metadata of a call: the token, if there is one, as `authorization: Bearer …`."""
     if token is None:
         return ()
     return (("authorization", f"Bearer {token() if callable(token) else token}"),)

@@ -1,4 +1,4 @@
-"""Answers to questions."""
+"""Conversion of the answers to queries."""
 
 from __future__ import annotations
 
@@ -46,8 +46,8 @@ def decode_point_answer(message: pb.QueryPointResponse) -> PointAnswer:
     )
 
 
-class PartsOfLayer:
-    """What has come of one layer's answer."""
+class LayerAnswerBuilder:
+    """Assembles the answer of one layer from the parts of a response stream."""
 
     def __init__(self, first: pb.LayerPart) -> None:
         self.layer = first.layer
@@ -56,12 +56,12 @@ class PartsOfLayer:
         self._objects: list[MapObject] = []
         self._runs: list[pb.CellRuns] = []
 
-    def take(self, part: pb.LayerPart) -> None:
+    def add(self, part: pb.LayerPart) -> None:
         self._objects.extend(map(decode_object, part.objects))
         if part.HasField("cells"):
             self._runs.append(part.cells)
 
-    def answer(self) -> LayerAnswer:
+    def build(self) -> LayerAnswer:
         return LayerAnswer(
             self.layer,
             self._kind,
@@ -76,17 +76,17 @@ def decode_answer(
     frame_id: str,
     messages: Iterable[pb.QueryAreaResponse] | Iterable[pb.QueryValueResponse],
 ) -> Answer:
-    """All parts of an answer. They come layer after layer."""
+    """Assembles an answer from a response stream, which sends its parts layer after layer."""
     revision = 0
-    layers: list[PartsOfLayer] = []
+    builders: list[LayerAnswerBuilder] = []
     for message in messages:
         revision = message.revision
         if not message.HasField("part"):
             continue
-        if not layers or layers[-1].layer != message.part.layer:
-            layers.append(PartsOfLayer(message.part))
-        layers[-1].take(message.part)
-    return Answer(map_name, revision, frame_id, tuple(parts.answer() for parts in layers))
+        if not builders or builders[-1].layer != message.part.layer:
+            builders.append(LayerAnswerBuilder(message.part))
+        builders[-1].add(message.part)
+    return Answer(map_name, revision, frame_id, tuple(builder.build() for builder in builders))
 
 
 def decode_nearest_answer(message: pb.QueryNearestResponse) -> NearestAnswer:
@@ -112,9 +112,12 @@ def decode_nearest_answer(message: pb.QueryNearestResponse) -> NearestAnswer:
 
 
 def decode_points_answer(message: pb.QueryPointsResponse, labels: list[str]) -> PointsAnswer:
-    """`labels`: the labels told in the stream so far; gets the new ones."""
+    """Decodes the answer to one batch of points.
+
+    labels: the labels that the stream has defined so far, by number; new ones are appended.
+    """
     labels.extend(message.new_labels)
-    of_number = np.array(labels, dtype=object)
+    label_array = np.array(labels, dtype=object)
     return PointsAnswer(
         message.revision,
         tuple(
@@ -126,7 +129,7 @@ def decode_points_answer(message: pb.QueryPointsResponse, labels: list[str]) -> 
                 np.array(content.values, np.float64),
                 np.array(content.points, np.int64),
                 np.array(content.object_ids, np.int64),
-                of_number[np.array(content.labels, np.intp)],
+                label_array[np.array(content.labels, np.intp)],
                 np.array(content.existences, np.float32),
             )
             for content in message.layers

@@ -1,4 +1,4 @@
-"""Maps."""
+"""Conversion of the metadata of maps."""
 
 from __future__ import annotations
 

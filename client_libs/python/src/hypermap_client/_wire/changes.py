@@ -1,4 +1,4 @@
-"""Changes, watches and revisions."""
+"""Conversion of changes, watch events and revisions."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ def decode_change(message: pb.Change) -> Change:
     )
 
 
-class PartsOfEvent:
-    """What has come of a revision."""
+class WatchEventBuilder:
+    """Assembles the event of one revision from the messages of a watch."""
 
     def __init__(self) -> None:
         self._last = pb.WatchResponse()
@@ -37,8 +37,8 @@ class PartsOfEvent:
         self._snapshot = False
         self._reset = False
 
-    def take(self, message: pb.WatchResponse) -> bool:
-        """Whether the revision is whole."""
+    def add(self, message: pb.WatchResponse) -> bool:
+        """Adds a message and returns whether the revision is complete."""
         self._changes.extend(map(decode_change, message.changes))
         self._author = message.author or self._author
         self._snapshot |= message.snapshot
@@ -46,8 +46,8 @@ class PartsOfEvent:
         self._last = message
         return not message.more
 
-    def event(self, reset: bool) -> WatchEvent:
-        """The revision; `reset`: if it is a snapshot, it takes the place of what was told."""
+    def build(self, reset: bool) -> WatchEvent:
+        """The event. `reset` marks a snapshot as one that replaces the state of earlier events."""
         last = self._last
         return WatchEvent(
             last.revision,

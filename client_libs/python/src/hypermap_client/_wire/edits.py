@@ -1,4 +1,4 @@
-"""Edits."""
+"""Conversion of edits."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .time import encode_duration
 
 
 def encode_edit(edit: Edit) -> pb.Edit:
-    """TypeError for what is no edit."""
+    """Encodes an edit. Raises TypeError for other types."""
     if isinstance(edit, PutObject):
         return pb.Edit(put_object=_encode_put(edit))
     if isinstance(edit, DeleteObject):
@@ -36,7 +36,7 @@ def encode_edit(edit: Edit) -> pb.Edit:
         return pb.Edit(
             set_aliases=pb.SetAliases(layer=edit.layer, aliases=encode_aliases(edit.aliases))
         )
-    raise TypeError(f"{type(edit).__name__} is no edit")
+    raise TypeError(f"not an edit: {type(edit).__name__}")
 
 
 def _encode_put(edit: PutObject) -> pb.PutObject:

@@ -1,4 +1,4 @@
-"""Enumerations of messages to and from those of the client."""
+"""Conversion of enumerations."""
 
 from __future__ import annotations
 
@@ -11,13 +11,16 @@ E = TypeVar("E", bound=IntEnum)
 
 
 def encode_enum(value: IntEnum) -> Any:
-    """A value of a request. The stubs of messages know their own enumerations only."""
+    """The number of an enumerator, as Any: message stubs accept their own enumerations only."""
     return int(value)
 
 
 def decode_enum(kind: type[E], value: int) -> E:
-    """A value of an answer. Internal for one that this version of the client does not know."""
+    """The enumerator of a number in a response.
+
+    Raises Internal for a number that this version of the client does not know.
+    """
     try:
         return kind(value)
     except ValueError:
-        raise Internal(f"the server's answer: {value} is no {kind.__name__}") from None
+        raise Internal(f"the response has an unknown {kind.__name__}: {value}") from None

@@ -1,4 +1,4 @@
-"""Explorations."""
+"""Conversion of explorations, goals and frontiers."""
 
 from __future__ import annotations
 

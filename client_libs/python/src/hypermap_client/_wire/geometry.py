@@ -1,4 +1,4 @@
-"""Points, polygons, poses and frames."""
+"""Conversion of points, polygons, poses and transforms."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def decode_point(message: pb.Point) -> shapely.Point:
 
 
 def encode_ring(ring: shapely.LinearRing) -> pb.Ring:
-    # Shapely repeats the first vertex at the end.
+    # Shapely repeats the first vertex at the end; messages do not.
     vertices = shapely.get_coordinates(ring)[:-1].tolist()
     return pb.Ring(points=[pb.Point(x=x, y=y) for x, y in vertices])
 
@@ -33,7 +33,7 @@ def encode_polygon(area: AreaLike) -> pb.Polygon:
 
 
 def decode_ring(message: pb.Ring) -> NDArray[np.float64]:
-    """N×2, open."""
+    """The vertices of a ring as an array of shape (N, 2), without the first one repeated."""
     coordinates = np.empty((len(message.points), 2))
     for i, point in enumerate(message.points):
         coordinates[i] = point.x, point.y
@@ -41,7 +41,7 @@ def decode_ring(message: pb.Ring) -> NDArray[np.float64]:
 
 
 def decode_polygon(message: pb.Polygon) -> shapely.Polygon:
-    """An empty one of a message without vertices."""
+    """The polygon of a message; an empty polygon if the message has no vertices."""
     if not message.outer.points:
         return shapely.Polygon()
     return shapely.Polygon(decode_ring(message.outer), [decode_ring(h) for h in message.holes])

@@ -1,4 +1,4 @@
-"""Geometry and cells of grids."""
+"""Conversion of the geometry and the cells of grids."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def decode_grid(message: layer.GridGeometry) -> GridGeometry:
 
 
 def decode_runs(messages: Sequence[query.CellRuns]) -> CellRuns:
-    """The runs of all messages, which are of one grid and not none."""
+    """Concatenates the runs of at least one message, all of the same grid."""
     return CellRuns(
         decode_grid(messages[0].grid),
         np.concatenate([np.array(m.rows, np.int32) for m in messages]),

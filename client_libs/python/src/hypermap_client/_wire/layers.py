@@ -1,4 +1,4 @@
-"""Layers."""
+"""Conversion of the parameters and the metadata of layers."""
 
 from __future__ import annotations
 
@@ -12,10 +12,14 @@ from .grids import decode_grid, encode_grid
 
 
 def encode_aliases(aliases: Mapping[str, Sequence[str]]) -> list[pb.ValueAlias]:
-    """TypeError where labels are one string, whose letters would be taken for labels."""
+    """Encodes labels by alias.
+
+    Raises TypeError for a string in place of a list of labels, because its letters would become
+    labels.
+    """
     for alias, labels in aliases.items():
         if isinstance(labels, str):
-            raise TypeError(f"alias {alias!r} stands for a list of labels, not for a string")
+            raise TypeError(f"the labels of alias {alias!r} must be a list, not a string")
     return [pb.ValueAlias(alias=alias, labels=labels) for alias, labels in aliases.items()]
 
 

@@ -1,4 +1,4 @@
-"""Objects."""
+"""Conversion of objects and their attributes."""
 
 from __future__ import annotations
 
@@ -11,7 +11,8 @@ from .time import decode_time
 
 
 def encode_attribute(value: AttributeValue) -> pb.AttributeValue:
-    """TypeError for another type. A bool is an int to Python, not to the map."""
+    """Encodes a bool, int, float or str, also of NumPy. Raises TypeError for other types."""
+    # bool is a subclass of int in Python, so it is tested first.
     if isinstance(value, (bool, np.bool_)):
         return pb.AttributeValue(bool_value=bool(value))
     if isinstance(value, (int, np.integer)):
@@ -20,7 +21,7 @@ def encode_attribute(value: AttributeValue) -> pb.AttributeValue:
         return pb.AttributeValue(double_value=float(value))
     if isinstance(value, str):
         return pb.AttributeValue(string_value=value)
-    raise TypeError(f"an attribute is a bool, int, float or str, not a {type(value).__name__}")
+    raise TypeError(f"an attribute must be bool, int, float or str, not {type(value).__name__}")
 
 
 def decode_attribute(message: pb.AttributeValue) -> AttributeValue:

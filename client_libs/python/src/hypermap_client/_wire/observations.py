@@ -1,4 +1,4 @@
-"""Observations and what became of them."""
+"""Conversion of observations, acknowledgements and object histories."""
 
 from __future__ import annotations
 
@@ -27,7 +27,11 @@ from .time import decode_time, encode_time
 
 
 def encode_spans(cells: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Cells (N×2, row and column) as spans: three numbers each, see CellPatch.spans."""
+    """Encodes cells (shape (N, 2), row and column) as spans of adjacent cells of one row.
+
+    The result has three numbers per span: the differences of its row and of its first column to
+    those of the span before, and its length. See CellPatch.spans in observation.proto.
+    """
     cells = np.unique(np.asarray(cells, np.int64).reshape(-1, 2), axis=0)
     if len(cells) == 0:
         return np.empty(0, np.int64)
@@ -61,9 +65,9 @@ def encode_detection(detection: Detection) -> pb.Detection:
 
 
 def encode_depth(depth: DepthView) -> pb.DepthView:
-    """ValueError when depth and owners are not of one shape."""
+    """Encodes a depth image. Raises ValueError unless depth and owner are 2-D of equal shape."""
     if depth.depth_mm.ndim != 2 or depth.depth_mm.shape != depth.owner.shape:
-        raise ValueError("depth_mm and owner are rows×columns, of one shape")
+        raise ValueError("depth_mm and owner must be two-dimensional arrays of the same shape")
     rows, columns = depth.depth_mm.shape
     return pb.DepthView(
         columns=columns,
