@@ -1,9 +1,8 @@
-"""Makes what the wheel has and the sources have not.
+"""Generates the parts of the wheel that are not in the sources.
 
-- `_proto/`: the messages of ../../proto (in a source distribution: of proto/). They are kept in a
-  descriptor pool of their own, so that they get along with other versions of the same files in a
-  program.
-- `_sync/`: the blocking client, which is the asynchronous one of `_async/` without its awaits.
+- `_proto/`: the messages of ../../proto, or of proto/ in a source distribution. They are in a
+  descriptor pool of their own, so that a program can load other versions of the same files.
+- `_sync/`: the blocking client, generated from `_async/` by removing `async` and `await`.
 """
 
 import pathlib
@@ -17,7 +16,7 @@ import unasync
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
 PACKAGE = "hypermap_client"
-POOL = '''"""The descriptors of the messages, apart from those of other packages."""
+POOL = '''"""A descriptor pool for the messages of this package only."""
 
 from google.protobuf import descriptor_pool, duration_pb2, timestamp_pb2
 
@@ -25,7 +24,7 @@ POOL = descriptor_pool.DescriptorPool()
 for _file in (duration_pb2, timestamp_pb2):
     POOL.AddSerializedFile(_file.DESCRIPTOR.serialized_pb)
 '''
-# Of protoc's output.
+# Replacements in the output of protoc that make its imports relative and use the private pool.
 PRIVATE = [
     (re.compile(r"^from hypermap\.v1 import ", re.M), "from . import "),
     (
@@ -47,7 +46,7 @@ BLOCKING = unasync.Rule(
 
 
 def compile_protos(protos: pathlib.Path, package: pathlib.Path) -> None:
-    """Writes `_proto` into `package`."""
+    """Compiles the proto files in folder `protos` to `_proto` in folder `package`."""
     folder = package / "_proto"
     with tempfile.TemporaryDirectory() as plain:
         subprocess.run(
@@ -73,7 +72,7 @@ def compile_protos(protos: pathlib.Path, package: pathlib.Path) -> None:
 
 
 def make_blocking(sources: pathlib.Path, package: pathlib.Path) -> None:
-    """Writes `_sync` into `package`, of the `_async` of `sources`."""
+    """Generates `_sync` in folder `package` from `_async` in folder `sources`."""
     copy = package / "_async"
     shutil.copytree(sources / "_async", copy, ignore=shutil.ignore_patterns("__pycache__"))
     unasync.unasync_files(sorted(map(str, copy.glob("*.py"))), [BLOCKING])
@@ -81,10 +80,10 @@ def make_blocking(sources: pathlib.Path, package: pathlib.Path) -> None:
 
 
 class GeneratedCode(BuildHookInterface):
-    """The build hook of the wheel."""
+    """The hatchling build hook that adds the generated packages to the wheel."""
 
     def initialize(self, _version, build_data):
-        """Generates into a temporary folder, which the wheel includes."""
+        """Generates the packages in a temporary folder and includes it in the wheel."""
         root = pathlib.Path(self.root)
         protos = next(
             path for path in (root / "proto", root / ".." / ".." / "proto") if path.is_dir()

@@ -1,12 +1,12 @@
 #!/bin/bash
-# Builds and tests the Python client. All that it makes lies in build/python.
+# Builds and tests the Python client. All output is in build/python.
 #
-#   run.sh wheel   dist/*.whl and dist/*.tar.gz, by the pinned tools of requirements/build.txt
-#   run.sh test    types, form and tests of the wheel, installed beside requirements/test.txt;
-#                  arguments are pytest's, $HYPERMAP_BIN is where hypermapd lies
+#   run.sh wheel   builds dist/*.whl and dist/*.tar.gz with the tools of requirements/build.txt
+#   run.sh test    builds and installs the wheel with the tools of requirements/test.txt, and runs
+#                  mypy, ruff and pytest; further arguments are passed to pytest
 #
-# $PYTHON is the interpreter. Exit code 77 where environments can't be made: without venv, or
-# without a package index.
+# $HYPERMAP_BIN is the folder of hypermapd (default build/bin), $PYTHON the interpreter. The exit
+# code is 77 if virtual environments cannot be created, because venv or a package index is missing.
 set -euo pipefail
 here=$(cd "$(dirname "$0")" && pwd)
 root=$(cd "$here/../.." && pwd)
@@ -19,7 +19,8 @@ skip() {
   exit 77
 }
 
-# The environment of requirements/NAME.txt, made again when that or the interpreter changes.
+# Creates the virtual environment of requirements/NAME.txt, or recreates it if that file or the
+# interpreter has changed.
 make_environment() {
   local venv=$out/$1 requirements=$here/requirements/$1.txt stamp
   stamp=$("$python" --version; sha256sum <"$requirements")
@@ -40,8 +41,9 @@ make_wheel() {
     { cat "$out/build.log" >&2; return 1; }
 }
 
-# Of what is shipped, the generated half with it: mypy does not look into installed packages.
-check_types_and_form() {
+# Checks types and style. mypy reads the unpacked wheel, which includes the generated code, because it
+# does not check installed packages.
+check_types_and_style() {
   rm -rf "$out/unpacked"
   "$python" -m zipfile -e "$out"/dist/*.whl "$out/unpacked"
   cp "$here/pyproject.toml" "$out/unpacked"
@@ -52,7 +54,7 @@ check_types_and_form() {
 
 mkdir -p "$out"
 exec 9>"$out/lock"
-flock 9  # several build folders may be tested at once
+flock 9  # Tests of several build folders can run at the same time and share build/python.
 case ${1:-} in
   wheel)
     make_wheel
@@ -61,7 +63,7 @@ case ${1:-} in
     make_wheel
     make_environment test
     "$out/test/bin/pip" install --quiet --no-deps --force-reinstall "$out"/dist/*.whl
-    check_types_and_form
+    check_types_and_style
     cd "$here"
     "$out/test/bin/python" -m pytest --quiet "${@:2}" ;;
   *)

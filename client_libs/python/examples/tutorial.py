@@ -1,16 +1,18 @@
 # %% [markdown]
 # # A tour of Hypermap from Python
 #
-# A *hypermap* is a set of layers of one place: grids of cells, labelled polygons, each in its own
-# frame and with its own kind of value. All of them answer the same three questions: what is **at
-# this point**, what is **in this area**, **where is this value**?
+# A *hypermap* is a set of layers of one site, such as grids of cells or sets of labelled polygons.
+# Each layer has its own frame and its own kind of value. All layers answer the same three
+# questions: what is **at this point**, what is **in this area**, **where is this value**?
 #
-# This tour draws a small flat, asks about it, changes it, looks back, and leaves a picture. It
-# needs a running server (`hypermapd --data_dir=maps`) and `pip install hypermap-client`:
+# This tour creates the map of a small flat, queries and edits it, queries earlier revisions, and
+# draws a picture. It needs a running server (`hypermapd --data_dir=maps`) and
+# `pip install hypermap-client`:
 #
 #     python tutorial.py --server 127.0.0.1:50051 --plot flat.png
 #
-# The `# %%` lines make cells of it in Jupyter (jupytext), VS Code, Spyder and PyCharm.
+# The `# %%` lines divide the script into notebook cells for Jupyter (jupytext), VS Code, Spyder and
+# PyCharm.
 
 # %%
 import argparse
@@ -37,31 +39,31 @@ from hypermap_client import (
 )
 from hypermap_client.plotting import draw_grid, draw_objects, draw_polygon
 
-parser = argparse.ArgumentParser(description="Draws a small flat and asks about it.")
+parser = argparse.ArgumentParser(description="Creates and queries the map of a small flat.")
 parser.add_argument("--server", default="127.0.0.1:50051", metavar="HOST:PORT")
-parser.add_argument("--map", default="tutorial", help="made anew each time")
+parser.add_argument("--map", default="tutorial", help="the map to create; replaced if it exists")
 parser.add_argument("--plot", default="tutorial.png", metavar="FILE")
 arguments, _ = parser.parse_known_args()
 
 # %% [markdown]
 # ## A map and its layers
 #
-# The client connects at its first call, and again by itself when the connection broke. In a script
-# it would stand in a `with` block, which ends the connection; here it lives as long as the tour.
+# The client connects at its first call, and reconnects after failures. A script would use it in a
+# `with` block, which closes the connection; this tour closes it at the end.
 
 # %%
 client = Client(arguments.server)
 flat = arguments.map
 try:
-    client.delete_map(flat)  # of an earlier tour
+    client.delete_map(flat)  # An earlier run of the tour may have left a map.
 except NotFound:
     pass
 client.create_map(flat)
 
 # %% [markdown]
-# Lengths are metres, angles radians. A grid has square cells and no fixed extent: only where its
-# cell (0, 0) lies, and how large a cell is. The balcony has a frame of its own, whose place in the
-# map is the pose of the child in the parent.
+# Lengths are in metres and angles in radians. A grid has square cells and no fixed extent; its
+# geometry is the size of a cell and the pose of cell (0, 0). The balcony has its own frame. A
+# transform places it in the map by the pose of the child frame in the parent frame.
 
 # %%
 client.create_layer(
@@ -79,11 +81,12 @@ for layer in client.list_layers(flat).layers:
 # %% [markdown]
 # ## Edits
 #
-# What goes into a layer goes as a batch of edits, which becomes one revision of the map, or none
-# when something is wrong with it. When the call comes back, it is on the server's disk.
+# Content is written to layers in batches of edits. A batch becomes one revision of the map, or
+# changes nothing if one of its edits is invalid. When the call returns, the revision is on the
+# server's disk.
 #
-# The floor plan is painted with polygons: what is inside of the walls is free (0.02), walls are
-# occupied (1.0), the door is free again.
+# Polygons fill the cells of the floor plan: the rooms are free (0.02), the walls are occupied
+# (1.0), and the doors are free again.
 
 # %%
 outline = shapely.box(0.0, 0.0, 8.0, 6.0)
@@ -111,24 +114,25 @@ painted = client.apply_edits(
 print(f"the floor plan is revision {painted.revision}")
 
 # %% [markdown]
-# Cells can also be written as an array, the lowest row first. This is what the radio would be like
-# if walls were made of paper: it falls with the distance from the access point.
+# Cells can also be written as an array with the lowest row first. These are signal strengths of a
+# radio that depend on the distance from the access point only, as if walls did not matter.
 
 # %%
 access_point = np.array([1.0, 5.2])
 rows, cols = np.mgrid[0:24, 0:32]
-centres = GridGeometry(0.25).centres(rows, cols)  # 24×32×2, metres
+centres = GridGeometry(0.25).centres(rows, cols)  # shape (24, 32, 2), metres
 distance_m = np.linalg.norm(centres - access_point, axis=-1)
 client.apply_edits(flat, WriteCells("wifi", -38.0 - 26.0 * np.log10(np.maximum(distance_m, 0.3))))
 
 # %% [markdown]
-# Objects are labelled polygons of Shapely. They may carry other classes that they could be, tags,
-# heights, and attributes of your own. An alias is another word for labels of a layer.
+# Objects are labelled Shapely polygons. They may have confidences of alternative classes, tags, a
+# range of heights, and free attributes. An alias is a word that stands for several labels of a
+# layer in queries.
 
 
 # %%
 def thing(label: str, x: float, y: float, width: float, depth: float, **more: object) -> PutObject:
-    """A box on the layer "objects"; (x, y) is its lower left corner."""
+    """Puts a box on the layer "objects". (x, y) is its lower left corner, in metres."""
     return PutObject("objects", MapObject(label, shapely.box(x, y, x + width, y + depth), **more))
 
 
@@ -155,8 +159,9 @@ print(f"{sum(i > 0 for i in furniture.object_ids)} objects are revision {furnitu
 # %% [markdown]
 # ## What is at this point?
 #
-# One question, all layers. Each answers for itself: a grid with its value, a semantic layer with
-# its objects; outside of a grid's extent is not the same as unknown.
+# One query asks all layers. Each answers independently: a grid with the value of a cell, a semantic
+# layer with objects. The status tells a cell without a value (UNKNOWN) from a point outside the
+# extent of the grid (OUTSIDE).
 
 # %%
 answer = client.query_point(flat, (3.4, 4.26))
@@ -167,8 +172,9 @@ for content in answer.layers:
 # %% [markdown]
 # ## What is in this area?
 #
-# Objects that intersect it, and the cells whose centre it covers. The chair on the balcony is
-# stored in the balcony's frame; the answer is in the frame of the question, the map's here.
+# The answer has the objects that intersect the area, and the cells whose centre it covers. All
+# geometry is in the frame of the query, here the map's own, also if the layer has another frame
+# like the layer of the balcony.
 
 # %%
 dining_corner = shapely.Polygon([(1.6, 2.7), (4.2, 2.7), (4.2, 5.4), (1.6, 5.4)])
@@ -179,8 +185,9 @@ print("cells of the floor there:", answer["floor"].cells.num_cells)
 # %% [markdown]
 # ## Where is this value?
 #
-# A value is a string that each layer takes as it can: a label or an alias, `free` and `occupied`, a
-# comparison. A layer that can't take it says so, and spoils no other answer.
+# A value is a string: a label or an alias, a word such as `free` or `occupied`, or a comparison. A
+# layer that does not support the value answers with the status UNSUPPORTED_VALUE; the other layers
+# answer nevertheless.
 
 # %%
 for value in ("chair", "furniture", "tag:wood", "occupied", "<-55"):
@@ -195,7 +202,7 @@ for value in ("chair", "furniture", "tag:wood", "occupied", "<-55"):
     print(f"{value:10}", "; ".join(found))
 
 # %% [markdown]
-# Nearest is the same question, sorted by distance, over all layers together.
+# A nearest query returns the places with a value that are nearest to a point, over all layers.
 
 # %%
 entrance = shapely.Point(0.3, 3.0)
@@ -203,11 +210,11 @@ for match in client.query_nearest(flat, entrance, "furniture", k=3).matches:
     print(f"{match.object.label} {match.object.id}: {match.distance_m:.2f} m")
 
 # %% [markdown]
-# ## What changes, and what was
+# ## Changes and earlier revisions
 #
-# A watch tells each revision once, whole and in order: first a snapshot, or the changes after a
-# revision that you know. It goes on by itself through breaks of the connection. Here somebody
-# moves the sofa while we watch.
+# A watch reports each revision once, completely and in order. It starts with a snapshot, or with
+# the changes after a given revision, and resumes by itself when the connection breaks. Here the
+# sofa is moved while the watch is open.
 
 # %%
 before = client.get_map(flat).revision
@@ -220,44 +227,45 @@ assert change.kind == ChangeKind.PUT
 print(f"revision {event.revision}: the {change.object.label} is at {change.object.centroid}")
 
 # %% [markdown]
-# Every question can be asked of an earlier revision or time, and is answered as it would have been
-# then. The difference of two revisions tells each thing that is not as it was.
+# Every query takes an earlier revision or time, and returns the answer of that revision.
+# `list_changes` returns the differences between two revisions.
 
 # %%
 (sofa_then,) = client.query_value(flat, "sofa", as_of=before).objects
 (sofa_now,) = client.query_value(flat, "sofa").objects
-way_m = sofa_then.centroid.distance(sofa_now.centroid)
-print(f"the sofa has moved by {way_m:.2f} m since revision {before}")
+shift_m = sofa_then.centroid.distance(sofa_now.centroid)
+print(f"the sofa has moved by {shift_m:.2f} m since revision {before}")
 for change in client.list_changes(flat, before).changes:
     print("changed:", change.kind.name, change.layer, change.object_id)
 
 # %% [markdown]
 # ## Arrays
 #
-# A grid as NumPy has it, with where it lies: `values` (NaN: unknown) with the lowest row first,
-# `origin`, the corners of the cells for plots. Many points at once are columns of one answer.
+# `read_grid` returns a grid layer as a NumPy array: `values` has the lowest row first and NaN for
+# unknown cells, `origin` is the pose of its corner, and `mesh()` has the corners of the cells for
+# plots. `query_points` answers many points with one array per column.
 
 # %%
 floor = client.read_grid(flat, "floor")
 free_m2 = np.count_nonzero(floor.values < 0.2) * floor.grid.resolution_m**2
 print(f"floor: {floor.values.shape[0]}×{floor.values.shape[1]} cells, {free_m2:.1f} m² are free")
 
-way = shapely.LineString([(0.3, 3.0), (1.8, 2.6), (4.3, 2.7), (4.6, 4.0), (6.0, 4.2)])
-path = shapely.get_coordinates(way.segmentize(0.02))  # N×2
+route = shapely.LineString([(0.3, 3.0), (1.8, 2.6), (4.3, 2.7), (4.6, 4.0), (6.0, 4.2)])
+path = shapely.get_coordinates(route.segmentize(0.02))  # shape (N, 2), metres
 batch = client.query_points(flat, path)
 dbm = batch["wifi"].values
-print(f"radio on the way from the entrance to bed: {dbm.min():.0f} to {dbm.max():.0f} dBm")
-print("objects that the way ends at:", set(batch["objects"].labels))
+print(f"radio on the path from the entrance to bed: {dbm.min():.0f} to {dbm.max():.0f} dBm")
+print("objects on the path:", set(batch["objects"].labels))
 
 # %% [markdown]
 # ## asyncio
 #
-# `AsyncClient` has the same methods. Questions that wait for the network together:
+# `AsyncClient` has the same methods for asyncio. Here several queries run concurrently.
 
 
 # %%
 async def count(values: list[str]) -> dict[str, int]:
-    """How many objects there are of each value."""
+    """Counts the objects that have each value."""
     async with AsyncClient(arguments.server) as client:
         answers = await asyncio.gather(*(client.query_value(flat, value) for value in values))
         return {v: len(answer.objects) for v, answer in zip(values, answers, strict=True)}
@@ -268,8 +276,8 @@ print(asyncio.run(count(["chair", "cup", "furniture"])))
 # %% [markdown]
 # ## Tables
 #
-# Every answer is a GeoDataFrame when GeoPandas is there
-# (`pip install 'hypermap-client[geopandas]'`), in planar metres.
+# With GeoPandas (`pip install 'hypermap-client[geopandas]'`), answers can be converted to
+# GeoDataFrames with coordinates in metres.
 
 # %%
 try:
@@ -298,14 +306,14 @@ left.annotate(f"sofa at revision {before}", (at.x, at.y), ha="center", color="0.
 draw_polygon(left, dining_corner, fill=False, linestyle="--", edgecolor="#0072B2", zorder=2)
 left.annotate("dining corner", (1.65, 5.45), color="#0072B2", fontsize=8)
 draw_objects(left, everything.objects, alpha=0.75, edgecolor="0.2", zorder=3)
-left.set_title("What is there, and what was")
+left.set_title("Objects, and the sofa's earlier place")
 
 wifi = client.read_grid(flat, "wifi")
 mesh = draw_grid(right, wifi, cmap="viridis", zorder=0)
 figure.colorbar(mesh, ax=right, label="wifi [dBm]", shrink=0.85)
 draw_polygon(right, walls.difference(shapely.union_all(doors)), color="0.15", zorder=2)
 orange = dict.fromkeys(("chair", "table", "sofa", "bed"), "#E69F00")
-right.plot(*path.T, color="white", linewidth=2, zorder=3, label="way from the entrance to bed")
+right.plot(*path.T, color="white", linewidth=2, zorder=3, label="path from the entrance to bed")
 for match in client.query_nearest(flat, entrance, "furniture", k=4).matches:
     line = shapely.shortest_line(entrance, match.object.polygon)
     draw_objects(right, [match.object], colours=orange, edgecolor="0.2", zorder=3)
@@ -313,7 +321,7 @@ for match in client.query_nearest(flat, entrance, "furniture", k=4).matches:
 right.plot([], [], color="#D55E00", label="nearest furniture to the entrance")
 right.plot(*access_point, marker="^", color="#D55E00", markersize=9, linestyle="", zorder=4)
 right.legend(loc="lower right", facecolor="0.85", framealpha=0.9, fontsize=8)
-right.set_title("How the radio is, and what is near")
+right.set_title("Signal strength, and the nearest furniture")
 
 figure.savefig(arguments.plot, dpi=130)
 print(f"the picture is {arguments.plot}")
