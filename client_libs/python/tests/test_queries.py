@@ -35,9 +35,9 @@ class Model:
 
     grid = GridGeometry(0.5, Pose(2.0, -1.0, 0.3))
 
-    def __init__(self, client: Client, name: str) -> None:
-        self.seed = random.randrange(1 << 32)
-        generator = np.random.default_rng(self.seed)
+    def __init__(self, client: Client, name: str, seed: int) -> None:
+        generator = np.random.default_rng(seed)
+        self.seed = seed
         self.name = name
         corners = generator.uniform(0, 20, (300, 2))
         sizes = generator.uniform(0.2, 3, (300, 2))
@@ -67,10 +67,17 @@ class Model:
 
 
 @pytest.fixture(scope="module")
-def model(server: object) -> Model:
+def shared_model(server: object) -> Model:
     with Client(server.address) as client:
         client.create_map("model")
-        return Model(client, "model")
+        return Model(client, "model", seed=random.randrange(1 << 32))
+
+
+@pytest.fixture
+def model(shared_model: Model) -> Model:
+    """The model. pytest shows the printed seed of a test that fails."""
+    print(f"seed of the model: {shared_model.seed}")
+    return shared_model
 
 
 def ids_of(answer: Answer) -> list[int]:
@@ -78,7 +85,9 @@ def ids_of(answer: Answer) -> list[int]:
 
 
 def random_points(n: int) -> np.ndarray:
-    return np.random.default_rng().uniform(-5, 25, (n, 2))
+    seed = random.randrange(1 << 32)
+    print(f"seed of {n} points: {seed}")
+    return np.random.default_rng(seed).uniform(-5, 25, (n, 2))
 
 
 def test_points_in_single_queries_and_in_batches(client: Client, model: Model) -> None:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import pathlib
 import threading
+import time
 from itertools import takewhile
 
 import numpy as np
 import pytest
 import shapely
-from server import Server
+from server import DEADLINE_S, Server
 
 from hypermap_client import (
     ChangeKind,
@@ -186,14 +187,20 @@ def test_a_watch_reconnects_after_the_idle_timeout(client: Client, site: str) ->
     make_layers(client, site)
     with client.watch(site, idle_timeout=0.05, timeout=60) as watch:
         next(watch)
-        streams = {id(watch._stream)}
-        timer = threading.Timer(0.5, client.apply_edits, [site, chair()])
-        timer.start()
+        first = watch._stream
+        deadline = time.monotonic() + DEADLINE_S
+
+        def edit_after_reconnection() -> None:
+            while watch._stream is first and time.monotonic() < deadline:
+                time.sleep(0.01)
+            client.apply_edits(site, chair())
+
+        editor = threading.Thread(target=edit_after_reconnection)
+        editor.start()
         event = next_change(watch)
-        streams.add(id(watch._stream))
-        timer.join()
+        editor.join()
+        assert watch._stream is not first
     assert not event.snapshot and event.changes[0].object.label == "chair"
-    assert len(streams) == 2
 
 
 def test_a_watch_of_an_unknown_map_raises_not_found(client: Client) -> None:
