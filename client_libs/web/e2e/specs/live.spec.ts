@@ -78,6 +78,23 @@ test('a layer that somebody deletes is gone', async ({ site, dashboard, page }) 
   await expect.poll(() => dashboard.colourAt(truck)).not.toBe(before);
 });
 
+test('zoom steps that follow each other at once add up', async ({ site, dashboard, page }) => {
+  await dashboard.open(site, { view: [10, 6, 0.06] });
+  // All clicks come in one turn of the page, before the first step has painted anything.
+  const click = (names: string[]) =>
+    page.evaluate((all) => {
+      for (const name of all) {
+        document.querySelector<HTMLElement>(`button[aria-label="${name}"]`)?.click();
+      }
+    }, names);
+  await click(['Zoom in', 'Zoom out', 'Zoom out']);
+  await expect.poll(() => page.url()).toMatch(/,0\.12$/);
+  await click(['Zoom in', 'Zoom in']);
+  await expect.poll(() => page.url()).toMatch(/,0\.03$/);
+  await click(['Zoom out']);
+  await expect.poll(() => page.url()).toMatch(/view=10,6,0\.06$/);
+});
+
 /** How many pixels of two pictures differ by more than the eye could see. */
 function differences(a: Buffer, b: Buffer): number {
   const [one, other] = [PNG.sync.read(a).data, PNG.sync.read(b).data];
@@ -107,7 +124,7 @@ test('what changed piece by piece looks like what is loaded at once', async ({
     else if (i % 4 === 2) await fillSquare(site, 'floor', corner, (i % 3) / 2);
     else if (i % 8 === 5) await putSquare(site, 'objects', `class ${i}`, corner, ids[0]);
     else ids.push(await putSquare(site, 'objects', `class ${i}`, corner, 0n, (i % 5) / 4));
-    // Some of it comes while the map is zoomed.
+    // Some changes arrive while the map is being zoomed, and the second step during the first.
     if (i === 12) await page.getByRole('button', { name: 'Zoom in' }).click();
     if (i === 14) await page.getByRole('button', { name: 'Zoom out' }).click();
   }
@@ -116,6 +133,7 @@ test('what changed piece by piece looks like what is loaded at once', async ({
   const id = await putSquare(site, 'objects', 'class 5', CORNERS[0]);
   await expect.poll(() => dashboard.colourAt(HERE)).not.toBe(empty);
   await putSquare(site, 'objects', 'class 5', [18, 5.65], id);
+  await expect.poll(() => page.url()).toBe(url);
 
   const fresh = new Dashboard(await context.newPage());
   await fresh.page.goto(url);

@@ -7,25 +7,25 @@ import type { ObjectStore } from '../state/object_store';
 import { loading, live } from '../state/live';
 import { layers } from '../state/site';
 import { view } from '../state/url';
-import { setOut } from './motion';
+import { beginMove } from './motion';
 import { scale } from './scale';
 
-/** Around all of the content, pixels. */
+/** The margin around all of the content, pixels. */
 const MARGIN = 16;
 
 interface Fit {
   box: Extent;
-  /** Left free around the box, pixels; larger on larger screens. */
+  /** The margin around the box, pixels before scaling for large screens. */
   margin: number;
-  /** No nearer than this, metres a pixel. */
+  /** The finest resolution to zoom to, metres per pixel. */
   finest?: number;
   durationMs?: number;
 }
 
-/** What the map was fitted to last. */
+/** The last fit of the map. */
 export const fitted = signal<Fit>();
 
-/** Shows a box in the part of the map that nothing covers. */
+/** Fits a box into the part of the map that no panel covers. */
 export function fitTo(map: OlMap, fit: Fit): void {
   const { box, margin, finest = 0, durationMs } = fit;
   const view = map.getView();
@@ -34,7 +34,7 @@ export function fitTo(map: OlMap, fit: Fit): void {
   view.fit(box, {
     padding: Array<number>(4).fill(margin * scale.peek()),
     minResolution: finest,
-    ...(durationMs !== undefined && { duration: durationMs, callback: setOut() }),
+    ...(durationMs !== undefined && { duration: durationMs, callback: beginMove() }),
   });
 }
 
@@ -59,7 +59,7 @@ function extendByObjects(box: Extent, store: ObjectStore): void {
   }
 }
 
-/** The box around all content, metres. Undefined when there is none. */
+/** The bounding box of all content, metres. Undefined if there is none. */
 export function contentBox(content: MapContent): Extent | undefined {
   const box = createEmpty();
   for (const store of content.stores.value.values()) {
@@ -69,14 +69,14 @@ export function contentBox(content: MapContent): Extent | undefined {
   return isEmpty(box) ? undefined : box;
 }
 
-/** Shows all of the content. */
+/** Fits all of the content into the view. Returns false if there is none. */
 export function fitContent(map: OlMap, content: MapContent, durationMs?: number): boolean {
   const box = contentBox(content);
   if (box) fitTo(map, { box, margin: MARGIN, ...(durationMs !== undefined && { durationMs }) });
   return box !== undefined;
 }
 
-/** Keeps in mind where the map is looked at: its middle, whatever covers it. */
+/** Stores the view for the page address: the centre of the whole map element and the resolution. */
 export function noteView(map: OlMap): void {
   const { center, resolution } = map.getView().getState();
   const [x, y] = center;
@@ -84,13 +84,13 @@ export function noteView(map: OlMap): void {
   view.value = { center: [x, y], resolution };
 }
 
-/** Runs something when all that is to be drawn now has been. */
+/** Runs a function after the next frame has been drawn. */
 function afterDrawing(run: () => void): void {
-  // What covers the map is measured between the two.
+  // A ResizeObserver measures the panels between the two frames.
   requestAnimationFrame(() => requestAnimationFrame(run));
 }
 
-/** Shows all of a map when its first content has come, unless the address said where to look. */
+/** Fits a map into the view when its first content has loaded, unless the address has a view. */
 export function fitWhenThere(map: OlMap): () => void {
   let isDue = false;
   let hasEnded = false;

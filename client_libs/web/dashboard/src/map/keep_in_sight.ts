@@ -4,7 +4,7 @@ import type OlMap from 'ol/Map';
 import { ringsOf, type Position } from '../state/model';
 import { highlight, selected, selectedId } from '../state/selection';
 import { fitTo, fitted } from './fit';
-import { isOnItsWay, moveMs, setOut } from './motion';
+import { beginMove, isPageMoving, moveMs } from './motion';
 import { mapPadding, pad, type Sides } from './padding';
 import { scale } from './scale';
 import { fitsInto, hiddenShare, shiftToSee } from './sight';
@@ -31,7 +31,7 @@ function reveal(map: OlMap, box: Extent): void {
   if (dx === 0 && dy === 0) return;
   const [x = 0, y = 0] = getCenter(sight);
   view.cancelAnimations();
-  view.animate({ center: [x + dx, y + dy], duration: moveMs() }, setOut());
+  view.animate({ center: [x + dx, y + dy], duration: moveMs() }, beginMove());
 }
 
 /**
@@ -67,14 +67,14 @@ export function keepInSight(map: OlMap): () => void {
   const stopPadding = effect(() => {
     const sides = mapPadding.value;
     // What glides on after people let go of it stops here.
-    if (view.getAnimating() && !isOnItsWay()) view.cancelAnimations();
+    if (view.getAnimating() && !isPageMoving()) view.cancelAnimations();
     const sight = view.calculateExtent();
     pad(view, sides, map.getSize() ?? [innerWidth, innerHeight]);
     const isMoreCovered = sides.some((size, i) => size > (last[i] ?? 0));
     last = sides;
     if (!isMoreCovered) return;
     const isSeen = (box: Extent | undefined): box is Extent =>
-      box !== undefined && (isOnItsWay() || containsExtent(sight, box));
+      box !== undefined && (isPageMoving() || containsExtent(sight, box));
     const left = view.calculateExtent();
     const seen = [object, clicked, fitted.peek()?.box].filter(isSeen);
     const fitting = seen.find((box) => fitsInto(box, left));

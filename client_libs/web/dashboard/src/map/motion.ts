@@ -1,19 +1,19 @@
 const reduced = matchMedia('(prefers-reduced-motion: reduce)');
 
-/** How long the map is on its way, milliseconds; people may not want to see it move. */
+/** The duration of animated moves, milliseconds; 0 if the user prefers reduced motion. */
 export function moveMs(): number {
   return reduced.matches ? 0 : 200;
 }
 
 let moves = 0;
 
-/** Whether the map is on its way to what it is to show. Not when people move it. */
-export function isOnItsWay(): boolean {
+/** Whether the page is moving the map to a target. False while the user moves it. */
+export function isPageMoving(): boolean {
   return moves > 0;
 }
 
-/** A move begins. Returns what is to be called when it has ended, or was cut short. */
-export function setOut(): () => void {
+/** Counts a move of the page. The returned function must be called when it has ended or was cancelled. */
+export function beginMove(): () => void {
   moves += 1;
   return () => {
     moves -= 1;
