@@ -1,18 +1,18 @@
-// Questions to the server, of the revision that is shown. A new question takes the place of the one
-// before it.
+// Questions to the server about the shown revision. A new question cancels the previous one.
 import { signal, type ReadonlySignal } from '@preact/signals';
 import { messageOf } from './connection';
 import { asOf } from './time';
 
 export interface Asking<Answer> {
-  /** Of the last question; that of the one before stays until it is there. */
+  /** The answer to the last question; while it is pending, the answer to the previous one. */
   readonly answer: ReadonlySignal<Answer | undefined>;
+  /** Whether an answer is pending. */
   readonly busy: ReadonlySignal<boolean>;
-  /** Why the last question has no answer. */
+  /** The error message of the last question. Undefined if it did not fail. */
   readonly problem: ReadonlySignal<string | undefined>;
-  /** Returns the answer, unless there is none or another question was asked meanwhile. */
+  /** Returns the answer; undefined if the question failed or another one has replaced it. */
   ask(question: (signal: AbortSignal) => Promise<Answer>): Promise<Answer | undefined>;
-  /** Forgets question and answer. */
+  /** Cancels the pending question and clears the answer. */
   forget(): void;
 }
 
@@ -57,7 +57,7 @@ export function asking<Answer>(): Asking<Answer> {
   };
 }
 
-/** The revision that is shown, as questions name it. */
+/** The shown revision as the field `asOf` of a request. */
 export function shownRevision() {
   const revision = asOf.peek();
   return revision === undefined

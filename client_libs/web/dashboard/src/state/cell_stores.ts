@@ -11,7 +11,7 @@ function isSame(a: GridGeometry, b: GridGeometry): boolean {
   );
 }
 
-/** A store for each grid that the cells are of; each cell has the value 1, also unknown ones. */
+/** Returns a store for each distinct grid. Every given cell has the value 1, unknown cells too. */
 export function cellStores(cells: readonly CellRuns[]): GridStore[] {
   const stores: GridStore[] = [];
   for (const runs of cells) {

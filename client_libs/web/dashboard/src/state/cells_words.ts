@@ -1,9 +1,9 @@
-// What many cells hold, in a line.
+// Summarizes the values of many cells in one line.
 import { runsOf } from '@hypermap/client';
 import { LayerKind, type CellRuns, type Layer } from './model';
 import { cellWords, occupancyWord, percent } from './words';
 
-/** Calls for each run of cells that share a value: NaN is unknown. */
+/** Calls `act` for each run of cells that share a value; NaN means unknown. */
 function eachRun(cells: readonly CellRuns[], act: (value: number, count: number) => void): void {
   for (const runs of cells) {
     for (const { value, colBegin, colEnd } of runsOf(runs)) act(value, colEnd - colBegin);
@@ -15,7 +15,7 @@ function wordOf(layer: Layer, value: number): string {
   return layer.kind === LayerKind.OCCUPANCY ? occupancyWord(layer, value) : cellWords(layer, value);
 }
 
-/** "71 % free, 29 % occupied". */
+/** Formats the share of each value: "71 % free, 29 % occupied". */
 function shares(layer: Layer, cells: readonly CellRuns[]): string {
   const counts = new Map<string, number>();
   let all = 0;
@@ -30,7 +30,7 @@ function shares(layer: Layer, cells: readonly CellRuns[]): string {
     .join(', ');
 }
 
-/** "-71 to -60 dBm, mean -64.2 dBm", of the cells that are known. */
+/** Formats the range and mean of the known cells: "-71 to -60 dBm, mean -64.2 dBm". */
 function range(layer: Layer, cells: readonly CellRuns[]): string {
   let [low, high, sum, known] = [Infinity, -Infinity, 0, 0];
   eachRun(cells, (value, count) => {

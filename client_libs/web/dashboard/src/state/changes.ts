@@ -1,7 +1,8 @@
-// The last changes of the shown map, as they come.
+// The most recent changes of the shown map.
 import { signal } from '@preact/signals';
 import { ChangeKind, type Change } from './model';
 
+/** The number of changes that are kept for the list. */
 const KEPT = 200;
 
 export interface ChangeEntry {
@@ -12,16 +13,16 @@ export interface ChangeEntry {
   author: string;
   layer: string;
   kind: ChangeKind;
-  /** Of the object, if it is one. */
+  /** Undefined when the change is not about an object. */
   objectId: bigint | undefined;
   label: string | undefined;
-  /** Whether it was not there before. */
+  /** Whether the change created the object. */
   isNew: boolean;
-  /** How many were written. */
+  /** The number of cells that were written. */
   cells: number;
 }
 
-/** The newest first. */
+/** Changes since the page was opened, newest first. */
 export const changes = signal<readonly ChangeEntry[]>([]);
 
 let nextKey = 0;
@@ -38,7 +39,7 @@ export interface Commit {
   author: string;
 }
 
-/** Takes the changes of a commit. `labelOf` tells what an object was called before it. */
+/** Adds the changes of a commit. `labelOf` returns an object's label before the commit. */
 export function noteChanges(
   commit: Commit,
   told: readonly Change[],

@@ -5,7 +5,7 @@ export interface ClassCount {
   count: number;
 }
 
-/** How many objects there are of each class, the most frequent first. */
+/** Counts the objects of each class; the most frequent class comes first. */
 export function classCounts(objects: Iterable<Object$>): ClassCount[] {
   const counts = new Map<string, number>();
   for (const { label } of objects) counts.set(label, (counts.get(label) ?? 0) + 1);

@@ -1,4 +1,4 @@
-// The server, and how we stand with it.
+// The connection to the server and its status.
 import {
   Code,
   ConnectError,
@@ -10,11 +10,11 @@ import { computed, signal } from '@preact/signals';
 
 export type Status = 'connecting' | 'live' | 'disconnected' | 'error';
 
-/** Of the watch, which is open all the time. */
+/** The status of the watch, which stands for the connection because it is always open. */
 export const status = signal<Status>('connecting');
-/** What is wrong, for people. Undefined while nothing is. */
+/** A message for the user about the last failure. Undefined while there is none. */
 export const problem = signal<string>();
-/** Whether the server wants another token than it got. */
+/** Whether the server rejected the token, or there was none. */
 export const tokenWanted = signal(false);
 
 const TOKEN_KEY = 'hypermap.token';
@@ -26,19 +26,19 @@ function connect(): HypermapClient {
 
 const attempts = signal(0);
 
-/** The client for all calls. Another one after `tryAgain`. */
+/** The client for all calls. `tryAgain` replaces it. */
 export const client = computed(() => {
   attempts.value;
   return connect();
 });
 
-/** The token lives as long as the browser's tab. */
+/** Stores the token until the browser tab is closed, and reconnects with it. */
 export function giveToken(token: string): void {
   sessionStorage.setItem(TOKEN_KEY, token);
   tryAgain();
 }
 
-/** Begins anew after an error. */
+/** Clears the error and reconnects with a new client. */
 export function tryAgain(): void {
   tokenWanted.value = false;
   problem.value = undefined;
@@ -46,7 +46,7 @@ export function tryAgain(): void {
   attempts.value++;
 }
 
-/** What an error says, without its code in brackets. */
+/** The message of an error, without its code in brackets. */
 export function messageOf(error: unknown): string {
   return ConnectError.from(error).rawMessage;
 }
@@ -56,7 +56,7 @@ export function noteAlive(): void {
   problem.value = undefined;
 }
 
-/** Takes note of a failed call, which may be mended by itself or not. */
+/** Records a failed call: "disconnected" if a retry may succeed, otherwise "error". */
 export function noteFailure(error: unknown): void {
   tokenWanted.value = ConnectError.from(error).code === Code.Unauthenticated;
   problem.value = messageOf(error);

@@ -1,31 +1,32 @@
-// What was done to objects, and the way back and forth.
+// The undo history of object edits.
 import type { Object$ } from './model';
 
-/** What becomes of one object. */
+/** A change of one object: it is created, replaced or deleted. */
 export interface ObjectEdit {
-  /** For people: "draw chair". */
+  /** Text for the undo button: "draw chair". */
   title: string;
   layer: string;
-  /** Undefined: it was not there. */
+  /** The object before the edit. Undefined when the edit creates it. */
   before: Object$ | undefined;
-  /** Undefined: it is taken away. */
+  /** The object after the edit. Undefined when the edit deletes it. */
   after: Object$ | undefined;
 }
 
-/** One edit as the server takes it: put an object (id 0: a new one), or delete one. */
+/** One edit as the server accepts it: puts an object (id 0 creates one) or deletes one. */
 export interface WantedEdit {
   layer: string;
   id: bigint;
-  /** What the object must not have changed since. Undefined for a new one. */
+  /** The edit fails if the object's version differs from this one. Undefined for a new object. */
   version: bigint | undefined;
-  /** Undefined: delete. */
+  /** The new state of the object. Undefined to delete it. */
   object: Object$ | undefined;
 }
 
-/** Carries an edit out; tells the object's id and the revision. When it rejects, nothing was changed. */
+/** Applies an edit; returns the object's id and the revision. If it rejects, nothing was changed. */
 export type Apply = (edit: WantedEdit) => Promise<{ id: bigint; revision: bigint }>;
 
-// An object that is deleted and put back is another one to the server: steps hold what stays.
+// The server gives a new id to an object that is deleted and put back. All steps on one object share a
+// Subject, which has its current id.
 interface Subject {
   id: bigint;
   version: bigint;
@@ -35,14 +36,16 @@ interface Step extends ObjectEdit {
   subject: Subject;
 }
 
-/** The object is not any more as an edit or its undoing takes it to be. */
+/** Somebody else changed or deleted the object that an edit, undo or redo is about. */
 export class StaleEdit extends Error {}
 
+/** The number of edits that can be undone. */
 const LONGEST = 100;
 
 /**
- * Edits of objects in the order they were made. One at a time: wait for the answer before the next.
- * A step that is stale is forgotten: what it would go back from is not there any more.
+ * The edits of objects in the order in which they were made. Callers await each call before the next
+ * one. A step that fails with StaleEdit is dropped, because the state that it would restore from is
+ * gone.
  */
 export class EditHistory {
   #done: Step[] = [];
@@ -50,16 +53,17 @@ export class EditHistory {
 
   constructor(private readonly apply: Apply) {}
 
-  /** What would be undone next. */
+  /** The title of the edit that `undo` would revert. */
   get undoTitle(): string | undefined {
     return this.#done.at(-1)?.title;
   }
 
+  /** The title of the edit that `redo` would repeat. */
   get redoTitle(): string | undefined {
     return this.#undone.at(-1)?.title;
   }
 
-  /** Carries an edit out. Returns the id of the object. */
+  /** Applies an edit. Returns the id of the object. */
   async do(edit: ObjectEdit): Promise<bigint> {
     const step = { ...edit, subject: this.#subjectOf(edit.before) };
     await this.#carryOut(step, edit.after);
@@ -69,11 +73,12 @@ export class EditHistory {
     return step.subject.id;
   }
 
-  /** Takes the last edit back. Returns the id of the object, undefined when there was nothing to undo. */
+  /** Reverts the last edit. Returns the id of the object; undefined if there was nothing to undo. */
   async undo(): Promise<bigint | undefined> {
     return this.#move(this.#done, this.#undone, 'before');
   }
 
+  /** Repeats the edit that was undone last. Returns the same as `undo`. */
   async redo(): Promise<bigint | undefined> {
     return this.#move(this.#undone, this.#done, 'after');
   }
@@ -97,8 +102,8 @@ export class EditHistory {
     return step.subject.id;
   }
 
-  // The newest step on an object knows its id now; its version is that of the map's, which somebody
-  // else may have changed since.
+  // Steps on the same object share its current id. The version comes from the map, because somebody
+  // else may have changed the object since the last step.
   #subjectOf(before: Object$ | undefined): Subject {
     if (!before) return { id: 0n, version: 0n };
     const steps = [...this.#done, ...this.#undone];

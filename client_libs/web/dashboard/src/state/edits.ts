@@ -1,4 +1,4 @@
-// What people change on the shown map. One edit at a time, and undo of all that this page did.
+// Edits of the shown map, one at a time, with undo of all edits of this page.
 import { Code, ConnectError, timestampDate } from '@hypermap/client';
 import { effect, signal } from '@preact/signals';
 import { client, messageOf } from './connection';
@@ -7,15 +7,15 @@ import type { Object$ } from './model';
 import { selectedId } from './selection';
 import { mapFrame, mapName } from './site';
 
-/** Whether an edit is on its way. */
+/** Whether an edit waits for the server's answer. */
 export const editing = signal(false);
-/** Why the last edit was not carried out. */
+/** The error message of the last edit. Undefined if it succeeded. */
 export const editProblem = signal<string>();
-/** What would be undone and done again. Undefined: nothing. */
+/** The titles of the edits that undo and redo would apply. Undefined if there is none. */
 export const undoTitle = signal<string>();
 export const redoTitle = signal<string>();
 
-/** The tag of objects that a person vouches for. */
+/** The tag of objects that an operator has confirmed. */
 export const PINNED = 'pinned';
 
 const history = new EditHistory(apply);
@@ -41,14 +41,14 @@ function putOf(layer: string, object: Object$, frameId: string, ifVersion: bigin
   return { layer, object, frameId, ifVersion, timeToLive: timeToLive(object) };
 }
 
-/** What is left of an object's time, at least a second: an edit does not make it stay. */
+/** The remaining lifetime of an object, at least a second, so that an edit does not extend it. */
 function timeToLive({ expireTime }: Object$): { seconds: bigint } | undefined {
   if (!expireTime) return undefined;
   const leftMs = timestampDate(expireTime).getTime() - Date.now();
   return { seconds: BigInt(Math.max(1, Math.round(leftMs / 1000))) };
 }
 
-/** Runs an edit unless another one is on its way. Returns whether it was carried out. */
+/** Runs an edit unless another one is pending. Returns whether it succeeded. */
 async function once(run: () => Promise<unknown>): Promise<boolean> {
   if (editing.value) return false;
   editing.value = true;
@@ -66,7 +66,7 @@ async function once(run: () => Promise<unknown>): Promise<boolean> {
   }
 }
 
-/** Changes one object, and selects it. */
+/** Applies an edit and selects the object. */
 export function editObject(edit: ObjectEdit): Promise<boolean> {
   return once(async () => {
     const id = await history.do(edit);
@@ -74,7 +74,7 @@ export function editObject(edit: ObjectEdit): Promise<boolean> {
   });
 }
 
-/** An operator's word: the object is there, as it is. Fusion leaves it alone from then on. */
+/** Confirms that the object exists as it is. Fusion does not change pinned objects. */
 export function pinObject(layer: string, before: Object$): Promise<boolean> {
   const tags = [...before.tags.filter((tag) => tag !== PINNED), PINNED];
   const after = { ...before, tags, existence: 1 };
@@ -93,7 +93,7 @@ export async function redo(): Promise<void> {
   await once(async () => (selectedId.value = (await history.redo()) || undefined));
 }
 
-/** Begins to watch for another map: what was done belongs to the one before. */
+/** Clears the undo history whenever another map is shown. */
 export function startEdits(): void {
   effect(() => {
     mapName.value;

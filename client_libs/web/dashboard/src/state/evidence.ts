@@ -1,4 +1,4 @@
-// What is known of the selected object: who changed it last, and which observations made it.
+// The origin of the selected object: its last commit and the observations that it was fused from.
 import {
   Code,
   ConnectError,
@@ -14,15 +14,15 @@ import { Throttle } from './throttle';
 
 export interface Evidence {
   objectId: bigint;
-  /** The commit that put the object as it is. Undefined when it is not kept any more. */
+  /** The commit that made the object's current version. Undefined when it has been compacted. */
   commit: RevisionInfo | undefined;
-  /** Undefined for an object that no observation made. */
+  /** Undefined for an object that was not fused from observations. */
   explanation: ExplainObjectResponse | undefined;
 }
 
 export const evidence = asking<Evidence>();
 
-/** Robots look more often than people read. */
+/** Robots may observe an object many times per second; the panel is updated no more often than this. */
 const EVERY_MS = 1000;
 
 async function explain(
@@ -68,11 +68,11 @@ async function refresh(): Promise<void> {
   });
 }
 
-/** Keeps the evidence of the selected object up to date, until what is returned is called. */
+/** Keeps the evidence of the selected object up to date until the returned function is called. */
 export function followEvidence(): () => void {
   const throttle = new Throttle(EVERY_MS, refresh);
   const stop = effect(() => {
-    selected.value?.object.version; // again when it was put again
+    selected.value?.object.version; // Runs again for each new version of the object.
     untracked(() => throttle.ask());
   });
   return () => {

@@ -1,9 +1,9 @@
-// What observations tell of an object's existence.
+// The existence probability of an object over time, derived from its observation events.
 import { ObjectEventKind, timestampDate, type ObjectEvent } from '@hypermap/client';
 
 const SIGHTINGS = [ObjectEventKind.FOUNDED, ObjectEventKind.SEEN];
 
-/** The newest event in which a robot saw the object. */
+/** Returns the newest event in which a robot saw the object. */
 export function lastSeen(events: readonly ObjectEvent[]): ObjectEvent | undefined {
   return events.findLast(({ kind }) => SIGHTINGS.includes(kind));
 }
@@ -18,12 +18,12 @@ const KIND_WORDS: Record<ObjectEventKind, string> = {
   [ObjectEventKind.REMOVED]: 'removed',
 };
 
-/** What happened, as a word. */
+/** The kind of an event as a word. */
 export function eventWord({ kind }: ObjectEvent): string {
   return KIND_WORDS[kind];
 }
 
-/** A probability of existence, and what made it so. */
+/** A probability of existence and the event that led to it. */
 export interface ExistencePoint {
   event: ObjectEvent;
   /** Milliseconds since 1970. */
@@ -32,9 +32,10 @@ export interface ExistencePoint {
 }
 
 /**
- * How the existence went. What became part of the object later has its own events in the list, which
- * do not say whose they are: neither its founding nor its end is one of the object, and of the events
- * of one frame the one counts that is more sure.
+ * Returns the existence of an object after each frame. The list also has the events of duplicates that
+ * were merged into the object later, and those events do not name their track. Therefore the founding
+ * of a duplicate and its end at the merge are left out, and of several events of one frame the one with
+ * the highest existence counts.
  */
 export function existenceOver(events: readonly ObjectEvent[]): ExistencePoint[] {
   const merged = events.filter(({ kind }) => kind === ObjectEventKind.MERGED);
@@ -57,7 +58,7 @@ function frameOf({ robot, sequence }: ObjectEvent): string {
   return `${robot}/${sequence}`;
 }
 
-// A track is called after the detection that founded it. Empty: none was.
+// A track is named after the detection that founded it. Returns "" for events of other kinds.
 function trackFoundedBy(event: ObjectEvent): string {
   return event.kind === ObjectEventKind.FOUNDED ? `${frameOf(event)}/${event.detection}` : '';
 }

@@ -1,4 +1,4 @@
-// The exploration that is looked at: how far it has come, where robots go, what is left to see.
+// The chosen exploration: its progress, the goals of robots and the frontiers that are left.
 import {
   Code,
   ConnectError,
@@ -14,25 +14,25 @@ import type { Object$ } from './model';
 import { mapName } from './site';
 import { Throttle } from './throttle';
 
-// Of the server: explorations are objects of an ordinary layer.
+// The server keeps explorations as objects with this label on this layer.
 const LAYER = 'explorations';
 const LABEL = 'exploration';
 
-/** What is asked of the server about an exploration, of one moment. */
+/** The state of an exploration at one moment, as the server reports it. */
 export interface ExplorationReport {
   exploration: Exploration;
   progress: ExplorationProgress;
   frontiers: readonly Frontier[];
 }
 
-/** The explorations of the map, the newest first. */
+/** The explorations of the map, newest first. */
 export const explorations = computed<readonly Object$[]>(() => {
-  live.value.revision.value; // again after each step
+  live.value.revision.value; // Recomputed after each commit.
   const objects = [...live.value.objects(LAYER).values()];
   return objects.filter(({ label }) => label === LABEL).sort((a, b) => Number(b.id - a.id));
 });
 
-/** Undefined: the newest. */
+/** The id of the exploration that the user chose. Undefined for the newest one. */
 export const wantedExploration = signal<bigint>();
 
 const lookedAt = computed(() => {
@@ -40,9 +40,9 @@ const lookedAt = computed(() => {
   return (found ?? explorations.value[0])?.id;
 });
 
-/** Undefined until the server told it, and while nobody looks. */
+/** Undefined until the server has answered and while no panel shows it. */
 export const explorationReport = signal<ExplorationReport>();
-/** Why there is none. */
+/** The error message of the last report. */
 export const explorationProblem = signal<string>();
 
 async function ask(map: string, explorationId: bigint): Promise<ExplorationReport | undefined> {
@@ -64,17 +64,18 @@ async function load(): Promise<void> {
     explorationReport.value = report;
     explorationProblem.value = undefined;
   } catch (error) {
-    // Stopped or deleted between the two questions: the change is told, and it is asked again.
+    // The exploration was stopped or deleted between the two calls. The watch reports that change,
+    // and the report is loaded again.
     const { code } = ConnectError.from(error);
     if (code === Code.NotFound || code === Code.FailedPrecondition) return;
     explorationProblem.value = messageOf(error);
   }
 }
 
-/** Both answers cost the server a look at the whole floor. */
+/** The minimum interval between reports: for each one the server scans the whole floor twice. */
 const EVERY_MS = 1000;
 
-/** Keeps the report up to date while somebody looks, until what is returned is called. */
+/** Keeps the report up to date until the returned function is called. */
 export function followExploration(): () => void {
   const throttle = new Throttle(EVERY_MS, load);
   const stop = effect(() => {

@@ -1,4 +1,4 @@
-// The shown map as files, to be kept.
+// Exports the shown map as a file.
 import { backupMap, exportMap, FileFormat, type MapFile } from '@hypermap/client';
 import { zip } from 'fflate';
 import { client } from './connection';
@@ -8,14 +8,14 @@ export type ExportFormat = 'gpkg' | 'hmap' | 'geojson' | 'nav2';
 
 export interface Export {
   file: MapFile;
-  /** What the format can't carry, a line each. */
+  /** One line for each part of the map that the format can't represent. */
   omissions: readonly string[];
 }
 
 export interface Wanted {
   map: string;
   format: ExportFormat;
-  /** Empty: all that the format can carry. */
+  /** Empty for all layers that the format can represent. */
   layers: readonly string[];
 }
 
@@ -25,13 +25,13 @@ const FORMATS: Record<Exclude<ExportFormat, 'gpkg'>, FileFormat> = {
   nav2: FileFormat.NAV2,
 };
 
-/** Whether a layer can be written in a format. */
+/** Whether the format can represent a layer of this kind. */
 export function canCarry(format: ExportFormat, { kind }: Layer): boolean {
   if (format === 'nav2') return kind === LayerKind.OCCUPANCY;
   return format !== 'geojson' || kind === LayerKind.SEMANTIC;
 }
 
-/** Asks the server for one file: where a format has several, a zip of them. */
+/** Exports a map as one file. If the format consists of several files, they are zipped. */
 export async function exportFile(
   { map, format, layers }: Wanted,
   signal: AbortSignal,

@@ -1,4 +1,4 @@
-// Where is a value, and what is in an area: questions whose answers are listed and marked on the map.
+// Searches by value, area and distance. Answers are listed in a panel and marked on the map.
 import type {
   CellRuns,
   LayerPart,
@@ -18,21 +18,21 @@ export type Question =
   | { kind: 'value'; value: string; ring?: Position[] | undefined }
   | { kind: 'nearest'; value: string; from: Position };
 
-/** Cells of one grid. */
+/** The cells of one grid that a search found. */
 export interface FoundCells extends CellsMeasure {
   runs: readonly CellRuns[];
 }
 
-/** An object, or cells of a grid. */
+/** One search result: an object or the cells of one grid. */
 export interface Finding {
   layer: string;
   object?: Object$ | undefined;
   cells?: FoundCells | undefined;
-  /** Only where the nearest were asked for. */
+  /** Set only in answers to a search for the nearest. */
   distanceM?: number | undefined;
 }
 
-/** A layer that can't answer, and why. */
+/** A layer that can't answer the question, and the reason. */
 export interface Refusal {
   layer: string;
   status: AnswerStatus;
@@ -41,16 +41,17 @@ export interface Refusal {
 export interface Answer {
   question: Question;
   revision: bigint;
-  /** Objects layer after layer, then the cells of each grid; the nearest in order of their distance. */
+  /** Objects by layer, then the cells of each grid; in a search for the nearest ordered by distance. */
   findings: readonly Finding[];
   refusals: readonly Refusal[];
 }
 
+/** The number of results of a search for the nearest. */
 const NEAREST = 10;
 
 export const find = asking<Answer>();
 
-/** Asks, and marks on the map what was found. */
+/** Asks a question and marks the results on the map. */
 export async function ask(question: Question): Promise<void> {
   highlight.value = { ...NO_HIGHLIGHT, ...placeOf(question) };
   await findAndMark(question);
@@ -148,7 +149,7 @@ function placeOf(question: Question): Partial<Highlight> {
 function highlightOf({ question, findings }: Answer): Highlight {
   return {
     objectIds: findings.flatMap(({ object }) => (object ? [object.id] : [])),
-    // All cells of an area are what the area is.
+    // The cells of an area cover all of it: its outline is enough.
     cells: question.kind === 'area' ? [] : findings.flatMap(({ cells }) => cells?.runs ?? []),
     ...placeOf(question),
   };

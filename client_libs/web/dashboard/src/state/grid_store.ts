@@ -1,10 +1,10 @@
 import { signal } from '@preact/signals';
 import type { CellRuns, GridGeometry } from './model';
 
-/** Cells along a side of a tile. */
+/** The number of cells along a side of a tile. */
 export const TILE_SIDE = 256;
 
-/** Tile rows and columns are below 2^23 in magnitude: cells are numbered by 32 bits. */
+/** Tile rows and columns are below 2^23 in magnitude, because cell indices have 32 bits. */
 const TILE_OFFSET = 2 ** 23;
 const TILE_SPAN = 2 ** 24;
 
@@ -18,7 +18,7 @@ export function tileOf(key: TileKey): { row: number; col: number } {
   return { row: Math.floor(key / TILE_SPAN) - TILE_OFFSET, col: (key % TILE_SPAN) - TILE_OFFSET };
 }
 
-/** Cells with u0 <= column < u1 and v0 <= row < v1. */
+/** The cells with u0 <= column < u1 and v0 <= row < v1. */
 export interface CellRange {
   u0: number;
   u1: number;
@@ -26,16 +26,16 @@ export interface CellRange {
   v1: number;
 }
 
-/** The cells of one grid layer, in tiles that are made when something is written to them. */
+/** The cells of one grid layer in sparse tiles, which are allocated on the first write. */
 export class GridStore {
   readonly type = 'grid';
-  /** In the map's own frame. Undefined until cells were told. */
+  /** The geometry in the map's own frame. Undefined until cells are written. */
   geometry: GridGeometry | undefined;
-  /** Row-major, lowest row first; NaN is unknown. */
+  /** The values of each tile, row-major with the lowest row first; NaN means unknown. */
   readonly tiles = new Map<TileKey, Float32Array>();
-  /** Of all values that were ever written; empty when min > max. */
+  /** The range of all values that were ever written; empty when min > max. */
   readonly range = { min: Infinity, max: -Infinity };
-  /** Counts the steps; read it to be told of each. */
+  /** Counts the steps. Effects that read it run after each step. */
   readonly version = signal(0);
 
   #dirty = new Set<TileKey>();
@@ -58,7 +58,7 @@ export class GridStore {
     return tile?.[(row - tileRow * TILE_SIDE) * TILE_SIDE + (col - tileCol * TILE_SIDE)] ?? NaN;
   }
 
-  /** The box of all cells of which something is known. Looks at every cell. */
+  /** Returns the bounding box of all known cells. Linear in the number of cells. */
   knownBox(): CellRange | undefined {
     const box = { u0: Infinity, u1: -Infinity, v0: Infinity, v1: -Infinity };
     for (const [key, values] of this.tiles) {
@@ -76,7 +76,7 @@ export class GridStore {
     return box.u0 < box.u1 ? box : undefined;
   }
 
-  /** Tells listeners which tiles were written since the last step. */
+  /** Notifies listeners of the tiles that were written since the last step. */
   step(): void {
     if (this.#dirty.size === 0) return;
     const dirty = this.#dirty;

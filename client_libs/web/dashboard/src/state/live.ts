@@ -1,4 +1,5 @@
-// The live content of the shown map: one watch for the whole page, as browsers allow few connections.
+// The live content of the shown map. One watch serves the whole page, because browsers allow few
+// connections to a server.
 import { isTransient, watch, type WatchEvent } from '@hypermap/client';
 import { batch, computed, effect, signal, untracked } from '@preact/signals';
 import { forgetChanges, noteChanges } from './changes';
@@ -7,9 +8,9 @@ import { MapContent } from './map_content';
 import { ChangeKind } from './model';
 import { loadLayers, loadMaps, mapName } from './site';
 
-/** Another one after the map or all of its content became another. */
+/** The newest content. Replaced when another map is shown and after a new snapshot. */
 export const live = signal(new MapContent());
-/** Whether the first content of the map is still on its way. */
+/** Whether the first snapshot of the map has not arrived yet. */
 export const loading = signal(true);
 
 const LAYER_CHANGES = [
@@ -18,15 +19,15 @@ const LAYER_CHANGES = [
   ChangeKind.LAYER_CHANGED,
 ];
 
-/** Where a map's content is put together, event by event. */
+/** Builds the content of a map from the events of its watch. */
 class Follower {
-  // A snapshot is put together aside while there is something to be seen already.
+  // A new snapshot is collected here while the page still shows the previous content.
   #content = live.value;
   #inSnapshot = false;
 
   constructor(private readonly map: string) {}
 
-  /** What was told of a snapshot by halves is told again from its beginning. */
+  /** Drops a partial snapshot: the new connection sends it again from the beginning. */
   connecting(): void {
     this.#inSnapshot = false;
   }
@@ -46,7 +47,7 @@ class Follower {
     }
   }
 
-  // When the server can't be reached just now, the next connection asks again.
+  // Transient errors are ignored, because the layers are loaded again on the next connection.
   #loadLayers(): void {
     loadLayers(this.map).catch((error: unknown) => {
       if (!isTransient(error)) noteFailure(error);
@@ -110,19 +111,19 @@ function startWatch(map: string): () => void {
   return () => ended.abort();
 }
 
-/** The newest revision that was told. */
+/** The newest revision that the watch has reported. */
 export const liveRevision = computed(() => live.value.revision.value);
 
 const MAPS_EVERY_MS = 5000;
 
-/** Begins to follow the server: its list of maps, and the shown map. */
+/** Starts to poll the list of maps and to watch the shown map. */
 export function start(): void {
   setInterval(() => {
     if (!document.hidden) void loadMaps();
   }, MAPS_EVERY_MS);
   effect(() => {
     const map = mapName.value;
-    client.value; // again with another token
+    client.value; // Restarts the watch with a new client.
     return untracked(() => {
       void loadMaps();
       return map === undefined ? undefined : startWatch(map);

@@ -5,9 +5,9 @@ import { ObjectStore } from './object_store';
 
 export type LayerStore = ObjectStore | GridStore;
 
-/** What the layers of a map hold, at one revision: kept up by changes, or read once. */
+/** The content of a map's layers at one revision, updated by changes or read once. */
 export class MapContent {
-  /** Layers with content, by name. A layer where nothing was ever written has no store. */
+  /** The store of each layer by name. A layer that was never written to has none. */
   readonly stores = signal<ReadonlyMap<string, LayerStore>>(new Map());
   readonly revision = signal(0n);
 
@@ -30,7 +30,7 @@ export class MapContent {
     }
   }
 
-  /** A part of an answer of QueryArea. */
+  /** Adds one part of a QueryArea answer. */
   add({ layer, kind, objects, cells }: LayerPart): void {
     if (kind === LayerKind.SEMANTIC) {
       const store = this.#objects(layer);
@@ -41,7 +41,7 @@ export class MapContent {
     }
   }
 
-  /** Tells all who listen to the stores what came since the last step. */
+  /** Notifies the listeners of all stores of the changes since the last step. */
   step(revision: bigint): void {
     for (const store of this.stores.value.values()) store.step();
     this.revision.value = revision;
@@ -52,7 +52,7 @@ export class MapContent {
     return store?.type === 'objects' ? store.objects : new Map();
   }
 
-  /** The object with this id, on whatever layer. */
+  /** Finds an object by its id on any layer. */
   find(id: bigint): { layer: string; object: Object$ } | undefined {
     for (const [layer, store] of this.stores.value) {
       const object = store.type === 'objects' ? store.objects.get(id) : undefined;

@@ -1,11 +1,11 @@
-// Sizes of things, in metres.
+// Areas and bounding boxes of objects and cells, in metres.
 import { runsOf, runToGeoJson } from '@hypermap/client';
 import type { CellRuns, Object$, Position } from './model';
 
 /** Min x, min y, max x, max y. */
 export type Box = [number, number, number, number];
 
-/** Of a ring, which may be closed; its winding does not matter. */
+/** The area of a ring, which may be closed or open and of either winding. */
 export function ringArea(ring: readonly Position[]): number {
   let twice = 0;
   ring.forEach(([x, y], i) => {
@@ -15,7 +15,7 @@ export function ringArea(ring: readonly Position[]): number {
   return Math.abs(twice) / 2;
 }
 
-/** Of the object's footprint, without its holes. */
+/** The area of the object's footprint without its holes. */
 export function areaOf({ polygon }: Object$): number {
   const areas = [polygon?.outer, ...(polygon?.holes ?? [])].map((ring) =>
     ringArea(ring?.points.map(({ x, y }) => [x, y]) ?? []),
@@ -46,10 +46,10 @@ export function measureCells(cells: readonly CellRuns[]): CellsMeasure {
   return { count, areaM2, box: boxAround(corners) };
 }
 
-/** Undefined for no position. */
+/** The bounding box of some positions. Undefined if there are none. */
 export function boxAround(positions: readonly Position[]): Box | undefined {
   if (positions.length === 0) return undefined;
-  // No spread into Math.min: there may be more positions than a call takes arguments.
+  // There may be more positions than a call can take arguments, so they are not spread into Math.min.
   return positions.reduce<Box>(
     ([x0, y0, x1, y1], [x, y]) => [
       Math.min(x0, x),

@@ -1,4 +1,4 @@
-// The words of the wire that the dashboard uses, in one place.
+// The protocol types that the dashboard uses.
 export {
   AnswerStatus,
   CellRule,
@@ -17,10 +17,10 @@ export {
 
 import type { Polygon } from '@hypermap/client';
 
-/** Metres in the map's own frame. */
+/** A position in metres, in the map's own frame. */
 export type Position = [x: number, y: number];
 
-/** Rings of a polygon, the outer one first. Closed: the first position comes again at the end. */
+/** The rings of a polygon, outer ring first. Each ring repeats its first position at the end. */
 export function ringsOf(polygon: Polygon): Position[][] {
   const rings = polygon.outer ? [polygon.outer, ...polygon.holes] : [];
   return rings.map(({ points }) => {

@@ -1,7 +1,7 @@
 import { signal } from '@preact/signals';
 import type { Object$ } from './model';
 
-/** What one step changed. An object that was put again is in `put` only. */
+/** The changes of one step. An object that was removed and put again is in `put` only. */
 export interface ObjectDelta {
   put: ReadonlyMap<bigint, Object$>;
   removed: ReadonlySet<bigint>;
@@ -11,7 +11,7 @@ export interface ObjectDelta {
 export class ObjectStore {
   readonly type = 'objects';
   readonly objects = new Map<bigint, Object$>();
-  /** Counts the steps; read it to be told of each. */
+  /** Counts the steps. Effects that read it run after each step. */
   readonly version = signal(0);
 
   #put = new Map<bigint, Object$>();
@@ -30,7 +30,7 @@ export class ObjectStore {
     this.#removed.add(id);
   }
 
-  /** Tells listeners what was put and removed since the last step. */
+  /** Notifies listeners of the objects that were put and removed since the last step. */
   step(): void {
     if (this.#put.size + this.#removed.size === 0) return;
     const delta = { put: this.#put, removed: this.#removed };

@@ -1,14 +1,14 @@
-// Objects as people make and name them.
+// Objects that users draw, their layers and their labels.
 import { create, ObjectSchema, polygonFromGeoJson } from '@hypermap/client';
 import { computed } from '@preact/signals';
 import { live } from './live';
 import { LayerKind, type Object$, type Position } from './model';
 import { layers } from './site';
 
-/** Made by the server; what people draw there would be taken for its own. */
+/** The server reads this layer as its list of explorations, so users do not draw on it. */
 const OF_THE_SERVER = 'explorations';
 
-/** Layers that people may draw on, the one with the most objects first. */
+/** The layers that users may draw on; the layer with the most objects comes first. */
 export const drawableLayers = computed(() =>
   (layers.value ?? [])
     .filter(({ kind, name }) => kind === LayerKind.SEMANTIC && name !== OF_THE_SERVER)
@@ -16,9 +16,9 @@ export const drawableLayers = computed(() =>
     .map(({ name }) => name),
 );
 
-/** All labels on these layers, sorted. */
+/** All labels on the drawable layers, sorted. */
 export const knownLabels = computed(() => {
-  live.value.revision.value; // again after each step
+  live.value.revision.value; // Recomputed after each commit.
   const labels = new Set<string>();
   for (const layer of drawableLayers.value) {
     for (const { label } of live.value.objects(layer).values()) labels.add(label);
@@ -34,7 +34,7 @@ export function polygonOf(rings: Position[][]) {
   return polygonFromGeoJson({ type: 'Polygon', coordinates: rings });
 }
 
-/** A square around a point, closed. */
+/** The closed ring of a square around a point. */
 export function squareAround([x, y]: Position, sideM: number): Position[] {
   const h = sideM / 2;
   return [
@@ -46,7 +46,7 @@ export function squareAround([x, y]: Position, sideM: number): Position[] {
   ];
 }
 
-/** The box around an object: min x, min y, max x, max y. Undefined for one without a shape. */
+/** The bounding box of an object: min x, min y, max x, max y. Undefined if it has no shape. */
 export function boxOf({ polygon }: Object$): [number, number, number, number] | undefined {
   const points = polygon?.outer?.points ?? [];
   if (points.length === 0) return undefined;

@@ -1,4 +1,4 @@
-// What is at a point: the content of every layer there.
+// Point queries: the content of every layer at the clicked point.
 import type { LayerContent } from '@hypermap/client';
 import { asking, shownRevision } from './asking';
 import { client } from './connection';
@@ -11,20 +11,20 @@ import { mapName, visibleLayers } from './site';
 export interface PointAnswer {
   at: Position;
   revision: bigint;
-  /** Every layer of the map, by name. */
+  /** The content of every layer of the map, sorted by name. */
   layers: readonly LayerContent[];
 }
 
 export const point = asking<PointAnswer>();
 
-/** Asks every layer what it has at a point, and selects the object that lies there, if any. */
+/** Queries all layers at a point and selects the object there, if any. */
 export async function askPoint(at: Position): Promise<void> {
   highlight.value = { ...NO_HIGHLIGHT, point: at };
   const answer = await contentAt(at);
   if (answer) selectedId.value = objectMeant(answer)?.id;
 }
 
-/** Asks again about the same point. */
+/** Repeats the query at the same point. */
 export async function refreshPoint(): Promise<void> {
   const at = point.answer.peek()?.at;
   if (at) await contentAt(at);
@@ -40,7 +40,8 @@ async function contentAt(at: Position): Promise<PointAnswer | undefined> {
   });
 }
 
-// Of things on each other the smallest: there are other places where to click for the larger.
+// Of several objects at the point the smallest one is selected, because the larger ones can be clicked
+// elsewhere.
 function objectMeant({ layers }: PointAnswer): Object$ | undefined {
   const shown = new Set(visibleLayers.value.map(({ name }) => name));
   return layers

@@ -5,15 +5,15 @@ import { mapName } from './site';
 import { Throttle } from './throttle';
 import { asOf, shown } from './time';
 
-/** People read slower than robots work. */
+/** The minimum interval between updates of an answer; robots may change the map more often. */
 const EVERY_MS = 1000;
 
-/** Keeps answers to the map and the time that are shown. */
+/** Keeps the answers in step with the shown map and revision. */
 export function startQuestions(): void {
   const pointAgain = new Throttle(EVERY_MS, refreshPoint);
   const answerAgain = new Throttle(EVERY_MS, refreshAnswer);
   effect(() => {
-    mapName.value; // answers belong to the map before
+    mapName.value; // Answers about the previous map are dropped.
     untracked(() => {
       find.forget();
       point.forget();
@@ -23,7 +23,8 @@ export function startQuestions(): void {
     asOf.value;
     untracked(() => answerAgain.ask());
   });
-  // What is at a point is little, and always as it is now; long answers wait to be asked for.
+  // A point query is cheap and is repeated after each commit. A search may have a long answer, so its
+  // panel offers a button to repeat it.
   effect(() => {
     shown.value.revision.value;
     untracked(() => pointAgain.ask());

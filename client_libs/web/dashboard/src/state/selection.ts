@@ -1,4 +1,4 @@
-// What people picked out: one object, and the answers of a question.
+// The selected object, the marked results of a question and the requested view.
 import { computed, signal } from '@preact/signals';
 import type { CellRuns, Position } from './model';
 import { shown } from './time';
@@ -6,30 +6,30 @@ import { shown } from './time';
 /** The id of the object whose card is shown. */
 export const selectedId = signal<bigint>();
 
-/** The object as it is on the map now (or as of the shown time), if it is there. */
+/** The selected object at the shown revision. Undefined if the map does not have it there. */
 export const selected = computed(() => {
   const content = shown.value;
-  content.revision.value; // again after each step
+  content.revision.value; // Recomputed after each commit.
   return selectedId.value === undefined ? undefined : content.find(selectedId.value);
 });
 
-/** Places that the map marks: answers of a question. */
+/** The results of a question that the map marks. */
 export interface Highlight {
   objectIds: readonly bigint[];
   cells: readonly CellRuns[];
-  /** The area that was asked about, closed. */
+  /** The closed ring of the area that the question is about. */
   area?: Position[] | undefined;
-  /** The point that was asked about. */
+  /** The point that the question is about. */
   point?: Position | undefined;
 }
 
 export const NO_HIGHLIGHT: Highlight = { objectIds: [], cells: [] };
 export const highlight = signal<Highlight>(NO_HIGHLIGHT);
 
-/** A place that the map should move to: a point, or a box. */
+/** The box that the map should move to, metres: min x, min y, max x, max y. */
 export const wantedView = signal<{ box: [number, number, number, number] }>();
 
-/** Moves the map to a box, metres: min x, min y, max x, max y. */
+/** Moves the map to a box. */
 export function lookAt(box: [number, number, number, number]): void {
   wantedView.value = { box };
 }

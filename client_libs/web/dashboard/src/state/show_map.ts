@@ -4,7 +4,7 @@ import { layerViews, layers, mapName } from './site';
 import { asOf } from './time';
 import { view } from './url';
 
-/** Shows another map: live, whole, with its layers as they are by default. */
+/** Shows all of another map, live and with the default visibility of its layers. */
 export function showMap(name: string): void {
   if (mapName.value === name) return;
   batch(() => {

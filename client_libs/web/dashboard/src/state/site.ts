@@ -1,4 +1,4 @@
-// The maps of the server, the one that is shown, and how its layers are shown.
+// The maps of the server, the shown map, and the visibility of its layers.
 import { computed, signal } from '@preact/signals';
 import { client, noteAlive, noteFailure } from './connection';
 import { LayerKind, type Layer } from './model';
@@ -7,18 +7,18 @@ export interface MapEntry {
   name: string;
   /** The map's own frame. */
   frameId: string;
-  /** Why it can't be opened. Empty when it can. */
+  /** The reason why the map can't be opened. Empty if it can. */
   problem: string;
 }
 
-/** Undefined until the server told them. */
+/** Undefined until the server has answered. */
 export const maps = signal<readonly MapEntry[]>();
 export const mapName = signal<string>();
-/** The shown map's own frame, in which all is shown. Undefined until the server told it. */
+/** The shown map's own frame, which all coordinates are in. Undefined until the server answers. */
 export const mapFrame = computed(
   () => maps.value?.find(({ name }) => name === mapName.value)?.frameId,
 );
-/** Of the shown map, bottom up. Undefined until the server told them. */
+/** The layers of the shown map from bottom to top. Undefined until the server has answered. */
 export const layers = signal<readonly Layer[]>();
 
 export interface LayerView {
@@ -29,11 +29,11 @@ export interface LayerView {
 
 const ORDER = [LayerKind.OCCUPANCY, LayerKind.EXPLORATION, LayerKind.SCALAR, LayerKind.SEMANTIC];
 
-/** What people chose, by layer; the others are shown as `defaultView` has it. */
+/** The views that the user changed, by layer; all other layers have their `defaultView`. */
 export const layerViews = signal<ReadonlyMap<string, LayerView>>(new Map());
 
 export function defaultView(layer: Layer): LayerView {
-  // A measured field hides what is below it.
+  // A scalar layer covers the layers below it, so it is hidden at first.
   if (layer.kind === LayerKind.SCALAR) return { visible: false, opacity: 0.6 };
   return { visible: true, opacity: layer.kind === LayerKind.EXPLORATION ? 0.6 : 1 };
 }
@@ -53,7 +53,7 @@ export function layerNamed(name: string): Layer | undefined {
   return layers.value?.find((layer) => layer.name === name);
 }
 
-/** Asks for the list of maps, and shows the first that can be opened when none is shown yet. */
+/** Loads the list of maps. If no map is shown yet, shows the first one that can be opened. */
 export async function loadMaps(): Promise<void> {
   try {
     const answer = await client.value.catalog.listMaps({});
@@ -63,12 +63,12 @@ export async function loadMaps(): Promise<void> {
     if (first) mapName.value = first.name;
     else noteAlive();
   } catch (error) {
-    // While a map is shown, its watch tells how we stand.
+    // While a map is shown, its watch reports the connection's status.
     if (mapName.value === undefined) noteFailure(error);
   }
 }
 
-/** Asks for the layers of a map. */
+/** Loads the layers of a map. */
 export async function loadLayers(map: string): Promise<void> {
   const answer = await client.value.catalog.listLayers({ map });
   if (map !== mapName.value) return;

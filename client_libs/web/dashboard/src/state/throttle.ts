@@ -1,6 +1,6 @@
 /**
- * Runs something each time it is asked to, but never twice at once, and begins at most once in so
- * many milliseconds. What is asked for meanwhile is one more run, later.
+ * Runs a function on request, never twice at once, and starts it at most once per interval. Requests
+ * during a run or a pause are served by one more run afterwards.
  */
 export class Throttle {
   #busy = false;
@@ -17,7 +17,7 @@ export class Throttle {
     if (!this.#busy && !this.#ended) void this.#work();
   }
 
-  /** A run that is under way ends by itself. */
+  /** Prevents further runs. A run that has begun is not interrupted. */
   end(): void {
     this.#ended = true;
   }

@@ -1,4 +1,4 @@
-// Now, or as of an earlier revision: what is shown.
+// The shown revision: the newest one or an earlier one.
 import { Code, ConnectError, timestampDate, timestampFromDate } from '@hypermap/client';
 import { batch, computed, effect, signal, untracked } from '@preact/signals';
 import { client, messageOf } from './connection';
@@ -6,16 +6,16 @@ import { live, liveRevision } from './live';
 import { MapContent } from './map_content';
 import { mapName } from './site';
 
-/** The revision that is looked at. Undefined: always the newest. */
+/** The earlier revision that is shown. Undefined to follow the newest. */
 export const asOf = signal<bigint>();
-/** Its content; the one before it stays until it is there. */
+/** The content of that revision; while it loads, the content of the previous one. */
 const past = signal<MapContent>();
-/** Whether content of the past is on its way. */
+/** Whether the content of an earlier revision is loading. */
 export const asOfLoading = signal(false);
-/** Why the past can't be shown. */
+/** The reason why the earlier revision can't be shown. */
 export const asOfProblem = signal<string>();
 
-/** The content to be drawn and listed. */
+/** The content that is drawn and listed. */
 export const shown = computed(() =>
   asOf.value === undefined ? live.value : (past.value ?? live.value),
 );
@@ -27,12 +27,12 @@ export interface Commit {
   numChanges: bigint;
 }
 
-/** The oldest revision that can be looked at. */
+/** The oldest revision that the server keeps. */
 export const oldest = signal(0n);
-/** Of the revision that is looked at. */
+/** The commit of the earlier revision that is shown. */
 export const asOfCommit = signal<Commit>();
 
-/** Asks which revisions are kept: with time, old ones are let go. */
+/** Loads the oldest kept revision, which changes because the server compacts its history. */
 export async function loadOldest(): Promise<void> {
   const map = mapName.value;
   if (map === undefined) return;
@@ -40,12 +40,12 @@ export async function loadOldest(): Promise<void> {
     const answer = await client.value.changes.listRevisions({ map, pageSize: 1 });
     if (map === mapName.value) oldest.value = answer.oldestRevision;
   } catch {
-    // Whoever looks at a revision that is not kept is told then.
+    // Without this value the slider reaches too far back; showing such a revision reports its own error.
   }
 }
 
 async function commitOf(map: string, revision: bigint, signal: AbortSignal): Promise<Commit> {
-  // Revision 0 is how the map was made: no commit.
+  // Revision 0 is the empty map, which has no commit.
   const afterRevision = revision > 0n ? revision - 1n : 0n;
   const request = { map, afterRevision, pageSize: 1 };
   const { revisions } = await client.value.changes.listRevisions(request, { signal });
@@ -54,7 +54,7 @@ async function commitOf(map: string, revision: bigint, signal: AbortSignal): Pro
   return { revision, time, author: info?.author ?? '', numChanges: info?.numChanges ?? 0n };
 }
 
-// Wider than any site, metres.
+// Half the side of a box that is larger than any site, metres.
 const FAR = 1e6;
 const EVERYWHERE = {
   outer: {
@@ -67,11 +67,11 @@ const EVERYWHERE = {
   },
 };
 
-/** Looks at the map as it was at a time. */
+/** Shows the map as of a time. */
 export async function showTime(time: Date): Promise<void> {
   const map = mapName.value;
   if (map === undefined) return;
-  // Any question tells which revision was the newest then; of no layer, it is the cheapest.
+  // The answer to any query names the revision at that time. The first part is enough.
   const asked = { case: 'atTime', value: timestampFromDate(time) } as const;
   try {
     const request = { map, area: EVERYWHERE, asOf: asked };
@@ -84,7 +84,7 @@ export async function showTime(time: Date): Promise<void> {
   }
 }
 
-/** Looks at a revision; at the newest one that is live. */
+/** Shows a revision. The newest one is shown live. */
 export function showRevision(revision: bigint): void {
   asOfProblem.value = undefined;
   asOf.value = revision < liveRevision.value ? revision : undefined;
@@ -99,7 +99,7 @@ async function loadPast(map: string, revision: bigint, ended: AbortSignal): Prom
   const asked = { case: 'atRevision', value: revision } as const;
   const request = { map, area: EVERYWHERE, asOf: asked };
   const commit = commitOf(map, revision, ended);
-  // Its failure is told where it is awaited.
+  // The rejection is handled where the promise is awaited below.
   commit.catch(() => undefined);
   for await (const { part } of client.value.query.queryArea(request, { signal: ended })) {
     if (part) content.add(part);
@@ -112,7 +112,7 @@ async function loadPast(map: string, revision: bigint, ended: AbortSignal): Prom
   });
 }
 
-// One revision after the other; those that were passed over meanwhile are left out.
+// Loads one revision at a time. Revisions that the user has already left are skipped.
 async function followPast(map: string, ended: AbortSignal): Promise<void> {
   asOfLoading.value = true;
   try {
@@ -123,9 +123,9 @@ async function followPast(map: string, ended: AbortSignal): Promise<void> {
   } catch (error) {
     if (ended.aborted) return;
     const { code } = ConnectError.from(error);
-    // What is live must not be taken for the past.
+    // The live content must not be mistaken for the earlier revision.
     past.value = new MapContent();
-    const why = code === Code.OutOfRange ? 'it is not kept any more' : messageOf(error);
+    const why = code === Code.OutOfRange ? 'it is no longer kept' : messageOf(error);
     asOfProblem.value = `Revision ${asOf.value} can't be shown: ${why}.`;
   } finally {
     if (!ended.aborted) asOfLoading.value = false;
@@ -139,7 +139,7 @@ function forget(): void {
   asOfLoading.value = false;
 }
 
-/** Begins to follow the wanted revision. */
+/** Starts to load the chosen revision whenever it changes. */
 export function startTime(): void {
   let ended = new AbortController();
   effect(() => {

@@ -1,20 +1,20 @@
-// What is seen is kept in the page's address, so that it can be opened again:
+// The page address keeps the shown map, layers, view and revision, so that it can be bookmarked:
 // ?map=office&layers=floor,objects~0.5&view=10.2,6,0.05&at=42
 import { batch, computed, effect, signal } from '@preact/signals';
 import { layerViews, layers, mapName, viewOf, type LayerView } from './site';
 import { asOf } from './time';
 
 export interface View {
-  /** Metres. */
+  /** The centre of the whole map element, metres. */
   center: [number, number];
-  /** Metres a pixel. */
+  /** Metres per pixel. */
   resolution: number;
 }
 
-/** Where the map is looked at. Undefined: all of it. */
+/** The view of the map. Undefined until all content is fitted into it. */
 export const view = signal<View>();
 
-/** Visible layers of the address, until the server told which there are. */
+/** The visible layers that the address names, until the server has listed the layers. */
 let wantedLayers: ReadonlyMap<string, number> | undefined;
 
 function parseLayers(text: string): Map<string, number> {
@@ -82,13 +82,13 @@ const query = computed(() => {
   return params.length > 0 ? `?${params.join('&')}` : '';
 });
 
-/** Takes over what the address says, then keeps it up to date. */
+/** Reads the state from the address, then keeps the address up to date. */
 export function startUrl(): void {
   read();
   effect(applyWantedLayers);
   effect(() => {
     const next = query.value;
-    // Before the layers came, the address knows better.
+    // Until the layers are loaded, the address has the visible layers and is not overwritten.
     if (!layers.value && location.search) return;
     window.history.replaceState(null, '', `${location.pathname}${next}`);
   });

@@ -1,16 +1,16 @@
-// What cells and answers are called.
+// Texts for cell values, answers, measures and times.
 import { AnswerStatus, LayerKind, type Layer } from './model';
 
 const FREE_BELOW = 0.196;
 const OCCUPIED_ABOVE = 0.65;
 
-/** What an occupancy layer calls a probability. */
+/** The word of an occupancy layer for a probability. */
 export function occupancyWord({ thresholds }: Layer, p: number): string {
   if (p < (thresholds?.freeBelow ?? FREE_BELOW)) return 'free';
   return p > (thresholds?.occupiedAbove ?? OCCUPIED_ABOVE) ? 'occupied' : 'undecided';
 }
 
-/** A cell's value as people say it. */
+/** The value of a cell as text. */
 export function cellWords(layer: Layer, value: number): string {
   switch (layer.kind) {
     case LayerKind.OCCUPANCY:
@@ -35,7 +35,7 @@ export function statusWords(status: AnswerStatus): string {
   return STATUS_WORDS[status];
 }
 
-/** Of a probability. Only what is certain is 0 % or 100 %. */
+/** Formats a probability. Only exact 0 and 1 become "0 %" and "100 %". */
 export function percent(p: number): string {
   const rounded = Math.round(p * 100);
   if (rounded === 0 && p > 0) return '< 1 %';
@@ -53,12 +53,12 @@ export function metres(length: number): string {
   return `${length.toFixed(2)} m`;
 }
 
-/** A number of things. */
+/** Formats a count with its noun: "1 cell", "3 cells". */
 export function count(n: number, one: string, many: string): string {
   return `${n.toLocaleString('en')} ${n === 1 ? one : many}`;
 }
 
-/** How long ago, from a time to another one. */
+/** Formats how long before `now` a time is. */
 export function ago(time: Date, now: Date): string {
   const seconds = Math.max(0, (now.getTime() - time.getTime()) / 1000);
   if (seconds < 60) return 'just now';
@@ -67,7 +67,7 @@ export function ago(time: Date, now: Date): string {
   return `on ${time.toLocaleDateString()}`;
 }
 
-/** Who made a commit: an address without what only machines want of it, or a name. */
+/** The author of a commit: a name, or a peer address without its scheme and port. */
 export function authorWords(author: string): string {
   return author.replace(/^ipv[46]:(.*):\d+$/, '$1');
 }
