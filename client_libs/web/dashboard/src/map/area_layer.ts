@@ -8,14 +8,14 @@ import { ShapeIndex } from './shape_index';
 import { TileSet, type Tile } from './tile_set';
 
 /**
- * When so many objects are painted in a frame, the rest is left to the next ones. Their number tells
- * the work better than the clock: browsers put painting off to the end of the frame.
+ * The number of objects after which the rest is painted in the following frames. It measures the work
+ * better than the clock does, because browsers defer painting to the end of the frame.
  */
 const OBJECTS_A_FRAME = 800;
-/** Outlines reach so far beyond their objects, pixels. */
+/** How far outlines reach beyond their objects, pixels. */
 const MARGIN = 4;
 
-/** Takes a box in metres to pixels of the canvas: its upper left corner, and its side. */
+/** Converts a square box in metres to canvas pixels: its upper left corner and its side. */
 function placeOf(frame: FrameState, box: Extent): [x: number, y: number, side: number] {
   const { center, resolution } = frame.viewState;
   const [width = 0, height = 0] = frame.size;
@@ -27,15 +27,15 @@ function placeOf(frame: FrameState, box: Extent): [x: number, y: number, side: n
 }
 
 /**
- * Shows the areas of many objects. They are painted into tiles, a few a frame, so that the map moves
- * freely; a change paints only the tiles that it touches. While the map is zoomed, the tiles are
- * stretched, and painted at the new resolution when it comes to rest.
+ * Shows the areas of many objects. They are painted into tiles, a limited number per frame so that the
+ * map moves smoothly, and a change repaints only the tiles that it touches. While the map is being
+ * zoomed, the tiles are stretched; they are painted at the new resolution when the map is at rest.
  */
 export class AreaLayer extends CanvasLayer {
   readonly #shapes: ShapeIndex;
   #painter: AreaPainter;
   #tiles = new TileSet(1);
-  /** What stands in for tiles that are not painted yet. */
+  /** The tiles of the previous resolution, shown where a new tile is not painted yet. */
   #before: TileSet | undefined;
 
   constructor(store: ObjectStore, look: Look) {
@@ -71,7 +71,7 @@ export class AreaLayer extends CanvasLayer {
     if (resolution === this.#tiles.resolution) {
       const isWhole = this.#paintTiles(this.#tiles.within(box), frame);
       if (!isWhole)
-        this.changed(); // the others in the frames that follow
+        this.changed(); // Requests another frame for the rest.
       else if (!isMoving) this.#rest(box);
     }
     if (this.#before) drawTiles(context, frame, this.#before, box);
@@ -83,13 +83,13 @@ export class AreaLayer extends CanvasLayer {
     this.#tiles = new TileSet(resolution);
   }
 
-  // What lies a view away is kept for those who come back.
+  // Keeps the tiles around the view, so that moving back by one view repaints nothing.
   #rest(box: Extent): void {
     this.#before = undefined;
     this.#tiles.trim(buffer(box, Math.max(getWidth(box), getHeight(box))));
   }
 
-  /** Returns whether all are painted. */
+  /** Paints dirty tiles up to the limit per frame. Returns whether none is left. */
   #paintTiles(tiles: readonly Tile[], frame: FrameState): boolean {
     let painted = 0;
     for (const tile of tiles) {
@@ -100,7 +100,7 @@ export class AreaLayer extends CanvasLayer {
     return true;
   }
 
-  /** Returns the number of objects that it shows. */
+  /** Returns the number of objects that were painted. */
   #paintTile(tile: Tile, pixelRatio: number): number {
     const context = this.#tiles.begin(tile, pixelRatio);
     if (!context) return 0;
@@ -118,7 +118,7 @@ function drawTiles(
   box: Extent,
 ): void {
   for (const tile of set.paintedWithin(box)) {
-    // Whole pixels: tiles would show seams, and outlines would be blurred.
+    // Tiles are placed on whole pixels. Otherwise there would be seams and blurred outlines.
     const [left, top, side] = placeOf(frame, set.box(tile));
     const [x, y] = [Math.round(left), Math.round(top)];
     const [width, height] = [Math.round(left + side) - x, Math.round(top + side) - y];

@@ -3,24 +3,24 @@ import { classColour, css } from './colours';
 import type { Look } from './look';
 import type { Shape } from './shape_index';
 
-/** Existence is shown in so many steps. */
+/** The number of steps in which existence is shown, which limits the number of styles. */
 const EXISTENCE_STEPS = 5;
-/** Objects that look smaller have no outline, pixels; more on larger screens. */
+/** Objects below this size have no outline, pixels before scaling for large screens. */
 const SMALLEST_OUTLINED = 8;
 
 interface Paint {
   fill: string;
-  /** Empty: none. */
+  /** Empty for no outline. */
   outline: string;
 }
 
-/** Paints areas by class; the less sure it is that an object is there, the fainter it is. */
+/** Paints areas in the colours of their classes. The lower the existence, the fainter the area. */
 export class AreaPainter {
   readonly #paints = new Map<string, Paint>();
 
   constructor(private readonly look: Look) {}
 
-  /** The context takes metres; `resolution` is in metres a pixel. */
+  /** Paints a shape. The context's unit is the metre; `resolution` is in metres per pixel. */
   paint(context: CanvasRenderingContext2D, shape: Shape, resolution: number): void {
     const [minX = 0, minY = 0, maxX = 0, maxY = 0] = shape.box;
     const isSmall =
@@ -32,7 +32,7 @@ export class AreaPainter {
       context.closePath();
     }
     context.fillStyle = fill;
-    // Holes wind the other way, which the even-odd rule need not know.
+    // The even-odd rule leaves holes empty whatever their winding is.
     context.fill('evenodd');
     if (!outline) return;
     context.strokeStyle = outline;
@@ -54,9 +54,9 @@ export class AreaPainter {
 
 function paintOf(label: string, existence: number, isSmall: boolean, dark: boolean): Paint {
   const colour = classColour(label, dark);
-  // An area that is explored frames the map, it does not hide it.
+  // The area of an exploration covers most of the map, so it is not filled.
   if (label === 'exploration') return { fill: 'transparent', outline: css(colour, 0.8) };
-  // Outlines cost most of the time. Without one, the area is as strong as both together.
+  // Outlines take most of the painting time. A small area has none and a stronger fill instead.
   if (isSmall) return { fill: css(colour, 0.2 + 0.6 * existence), outline: '' };
   return {
     fill: css(colour, 0.15 + 0.5 * existence),

@@ -1,9 +1,9 @@
 import type { FrameState } from 'ol/Map';
 import Layer from 'ol/layer/Layer';
 
-/** A layer that paints by itself, on a canvas as large as the map. */
+/** A layer that paints its own content on a canvas as large as the map. */
 export abstract class CanvasLayer extends Layer {
-  // Other layers would draw into a canvas that is not in an element of its own.
+  // OpenLayers lets other layers draw into a canvas unless it has an element of its own.
   readonly #element = document.createElement('div');
   readonly #canvas = document.createElement('canvas');
 
@@ -34,6 +34,6 @@ export abstract class CanvasLayer extends Layer {
     return this.#element;
   }
 
-  /** Paints all that is seen on a canvas that is clear. */
+  /** Paints the visible content on a cleared canvas. */
   protected abstract paint(context: CanvasRenderingContext2D, frame: FrameState): void;
 }

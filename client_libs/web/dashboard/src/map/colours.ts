@@ -1,4 +1,4 @@
-// Colours of classes and cells, the same on every page and every day.
+// Colours of classes and cells. They depend on names and values alone, so every page shows the same.
 
 /** Red, green and blue in 0..255. */
 export type Rgb = readonly [number, number, number];
@@ -7,7 +7,7 @@ export function css([r, g, b]: Rgb, alpha = 1): string {
   return `rgba(${r}, ${g}, ${b}, ${alpha})`;
 }
 
-/** From OKLCH, where equal steps look equal: https://bottosson.github.io/posts/oklab/ */
+/** Converts from OKLCH, where equal steps look equal: https://bottosson.github.io/posts/oklab/ */
 export function oklch(lightness: number, chroma: number, hueDegrees: number): Rgb {
   const hue = (hueDegrees * Math.PI) / 180;
   const a = chroma * Math.cos(hue);
@@ -27,7 +27,7 @@ function srgb(linear: number): number {
   return Math.round(255 * (x <= 0.0031308 ? 12.92 * x : 1.055 * x ** (1 / 2.4) - 0.055));
 }
 
-// FNV-1a, which spreads short words well.
+// FNV-1a, which distributes short words well.
 function hash(text: string): number {
   let h = 0x811c9dc5;
   for (let i = 0; i < text.length; i++) h = Math.imul(h ^ text.charCodeAt(i), 0x01000193);
@@ -41,13 +41,13 @@ function classHue(label: string): { hue: number; shade: number } {
   return { hue: (h % HUES) * (360 / HUES), shade: ((h >>> 8) % 3) * 0.06 };
 }
 
-/** The colour of a class, by its name alone; light on a dark page, dark on a light one. */
+/** The colour of a class, derived from its name; light on a dark page, dark on a light one. */
 export function classColour(label: string, dark: boolean): Rgb {
   const { hue, shade } = classHue(label);
   return dark ? oklch(0.72 + shade, 0.14, hue) : oklch(0.5 + shade, 0.15, hue);
 }
 
-/** Of text about a class, legible on the class's own colour. */
+/** The text colour of a class, legible on the class's own colour. */
 export function classTextColour(label: string, dark: boolean): Rgb {
   const { hue } = classHue(label);
   return dark ? oklch(0.95, 0.03, hue) : oklch(0.36, 0.1, hue);
@@ -56,11 +56,11 @@ export function classTextColour(label: string, dark: boolean): Rgb {
 export interface Ramp {
   /** Colours for equal steps from the lowest value to the highest. */
   stops: readonly Rgb[];
-  /** Of each stop, in [0, 1]. */
+  /** The opacity of each stop, in [0, 1]. */
   alphas: readonly number[];
 }
 
-/** From certainly free to certainly occupied: what is likely occupied stays lighter than walls. */
+/** From certainly free to certainly occupied. Probably occupied cells are lighter than walls. */
 export function occupancyRamp(dark: boolean): Ramp {
   const stops: Rgb[] = dark
     ? [
@@ -88,7 +88,7 @@ export function explorationRamp(dark: boolean): Ramp {
   return { stops, alphas: [0.6, 0.35] };
 }
 
-/** For measured values: dark to bright through hues that most people tell apart (viridis). */
+/** For measured values: viridis, which is legible with colour vision deficiencies. */
 export const SCALAR_RAMP: Ramp = {
   stops: [
     [68, 1, 84],
@@ -100,7 +100,7 @@ export const SCALAR_RAMP: Ramp = {
   alphas: [1, 1, 1, 1, 1],
 };
 
-/** The colour at a place in [0, 1] of a ramp: red, green, blue and alpha in 0..255. */
+/** The colour at a position in [0, 1] of a ramp: red, green, blue and alpha in 0..255. */
 export function colourAt({ stops, alphas }: Ramp, place: number): [number, number, number, number] {
   const at = Math.min(1, Math.max(0, place)) * (stops.length - 1);
   const below = Math.min(Math.floor(at), stops.length - 2);

@@ -24,7 +24,7 @@ function draw(layer: Layer, store: LayerStore): Drawn {
   return { store, drawing };
 }
 
-/** Keeps a layer of the picture for each layer of the shown content, in order. */
+/** Keeps one OpenLayers layer for each layer of the shown content, in the same order. */
 export function showContent(map: OlMap): () => void {
   const drawn = new Map<string, Drawn>();
 
@@ -53,7 +53,7 @@ export function showContent(map: OlMap): () => void {
   });
 
   const stopViews = effect(() => {
-    shown.value.stores.value; // also for those that come
+    shown.value.stores.value; // Runs again for layers that are added later.
     for (const layer of layers.value ?? []) {
       const { visible, opacity } = viewOf(layer);
       const drawing = drawn.get(layer.name)?.drawing;

@@ -14,7 +14,7 @@ import { asOf } from '../state/time';
 import { explorationStyle, type ExplorationMark } from './exploration_style';
 import { scale } from './scale';
 
-/** Above content, below what people picked out. */
+/** The z-index above content and below highlights. */
 const ABOVE_CONTENT = 900;
 
 function feature(mark: ExplorationMark, geometry: Geometry, robot = ''): Feature {
@@ -41,7 +41,7 @@ function featuresOf({ exploration, progress, frontiers }: ExplorationReport): Fe
   ];
 }
 
-/** Shows frontiers, goals and places given up of the exploration that somebody looks at. */
+/** Shows the frontiers, goals and unreachable places of the exploration in the open panel. */
 export function showExploration(map: OlMap): () => void {
   const source = new VectorSource();
   const layer = new VectorLayer({ source, zIndex: ABOVE_CONTENT });

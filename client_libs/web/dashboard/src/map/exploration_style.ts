@@ -24,7 +24,7 @@ const DARK = {
   bad: '#ff8a84',
 };
 
-/** Frontiers as cells, goals as discs with the robot's name, places given up as crosses. */
+/** Draws frontiers as cells, goals as discs with the robot's name, unreachable places as crosses. */
 export function explorationStyle({ dark, scale }: Look): (feature: FeatureLike) => Style {
   const { accent, ground, frontier, text, bad } = dark ? DARK : LIGHT;
   const disc = new CircleStyle({

@@ -6,7 +6,7 @@ import { CanvasLayer } from './canvas_layer';
 import { GridPalette, type Colouring } from './grid_palette';
 import { GridRaster, levelFor } from './grid_raster';
 
-/** Takes (column, row) of a grid to pixels of the canvas, and back. */
+/** The transform from (column, row) of a grid to canvas pixels. */
 function pixelsFromCells(frame: FrameState, grid: GridGeometry): DOMMatrix {
   const { center, resolution } = frame.viewState;
   const [width = 0, height = 0] = frame.size;
@@ -39,7 +39,7 @@ function covers(outer: CellRange, inner: CellRange): boolean {
   );
 }
 
-/** Of a range and a limit, rounded outwards to whole pixels of a level. */
+/** The intersection of two ranges, rounded outwards to whole pixels of a level. */
 function clip(range: CellRange, limit: CellRange, level: number): CellRange {
   const step = 2 ** level;
   return {
@@ -56,16 +56,15 @@ function widen(range: CellRange, part: number): CellRange {
   return { u0: range.u0 - du, u1: range.u1 + du, v0: range.v0 - dv, v1: range.v1 + dv };
 }
 
-/** What a picture shows, and how large its pixels are. */
+/** The cells that a picture shows and the level of its pixels. */
 interface Picture {
   range: CellRange;
   level: number;
 }
 
 /**
- * Shows a grid store wherever and however turned it lies. What is seen is put together in one
- * picture, somewhat larger than the view, so that moving the map draws one image and tiles show no
- * seams.
+ * Shows a grid store at any position and rotation. The visible tiles are assembled into one picture
+ * somewhat larger than the view. Moving the map then draws a single image, and tiles show no seams.
  */
 export class GridLayer extends CanvasLayer {
   readonly #picture = document.createElement('canvas');
@@ -118,7 +117,7 @@ export class GridLayer extends CanvasLayer {
     context.drawImage(this.#picture, 0, 0);
   }
 
-  // While the map is zoomed, a picture of another level does.
+  // While the map is moving, a picture of another level is good enough.
   #pictureOf(visible: CellRange, extent: CellRange, level: number, isMoving: boolean): Picture {
     const last = this.#pictured;
     if (last && (isMoving || last.level === level) && covers(last.range, visible)) return last;
@@ -135,7 +134,7 @@ export class GridLayer extends CanvasLayer {
     return new GridPalette(this.colouring.ramp(this.look.dark), range.min, range.max);
   }
 
-  // The range of measured values grows.
+  // New measurements may extend the range that the colours are spread over.
   #recolour(): void {
     const { min, max } = this.store.range;
     if (this.colouring.range || (min === this.#range.min && max === this.#range.max)) return;

@@ -11,7 +11,7 @@ export function rampOf(kind: LayerKind, dark: boolean): Ramp {
 /** How the values of a grid are coloured. */
 export interface Colouring {
   ramp: (dark: boolean) => Ramp;
-  /** What the ramp is spread over. Absent: all values that there are. */
+  /** The values at the ends of the ramp. Absent: the range of the values in the grid. */
   range?: { min: number; max: number };
 }
 
@@ -20,9 +20,9 @@ export function colouringOf(kind: LayerKind): Colouring {
   return kind === LayerKind.SCALAR ? { ramp } : { ramp, range: { min: 0, max: 1 } };
 }
 
-/** Colours for the values of a grid. */
+/** A lookup table from the values of a grid to colours. */
 export class GridPalette {
-  /** Pixels of ImageData, for equal steps of the range; the last one is of what is unknown. */
+  /** Pixels as in ImageData, for equal steps of the range; the last one is for unknown cells. */
   readonly #pixels = new Uint32Array(STEPS + 1);
 
   constructor(
@@ -34,7 +34,7 @@ export class GridPalette {
     for (let i = 0; i < STEPS; i++) bytes.set(colourAt(ramp, i / (STEPS - 1)), 4 * i);
   }
 
-  /** Paints cells, values[i] to pixels[i]. */
+  /** Writes the colour of values[i] to pixels[i]. */
   paint(values: Float32Array, pixels: Uint32Array): void {
     const scale = this.max > this.min ? (STEPS - 1) / (this.max - this.min) : 0;
     for (let i = 0; i < values.length; i++) {

@@ -7,10 +7,10 @@ import {
 } from '../state/grid_store';
 import type { GridPalette } from './grid_palette';
 
-/** A tile is kept in halves down to so few pixels a side. */
+/** The coarsest level, at which a tile has 4 x 4 pixels. */
 const MAX_LEVEL = 6;
 
-/** The level whose pixels are just not larger than those of the screen. */
+/** The coarsest level whose pixels are not larger than those of the screen. */
 export function levelFor(pixelsPerCell: number): number {
   return Math.min(MAX_LEVEL, Math.max(0, Math.floor(Math.log2(1 / pixelsPerCell))));
 }
@@ -29,11 +29,11 @@ function contextOf(canvas: HTMLCanvasElement): CanvasRenderingContext2D {
 }
 
 /**
- * The cells of a grid as pixels. Tiles are painted when they are first drawn after they changed, and
- * halved for views from afar. Row 0 is on top: who draws turns the picture over.
+ * The cells of a grid as pixels. Changed tiles are painted when they are next drawn, and halved for
+ * coarser levels. Row 0 is on top, so callers draw the picture upside down.
  */
 export class GridRaster {
-  /** By tile: level 0 with a pixel a cell, level 1 with half of that, ... */
+  /** The levels of each tile: level 0 has a pixel per cell, level 1 half as many per side, ... */
   readonly #levels = new Map<TileKey, HTMLCanvasElement[]>();
 
   constructor(
@@ -46,11 +46,12 @@ export class GridRaster {
     this.#levels.clear();
   }
 
+  /** Drops the pixels of tiles whose cells have changed. */
   forget(tiles: Iterable<TileKey>): void {
     for (const key of tiles) this.#levels.delete(key);
   }
 
-  /** All cells of all tiles. */
+  /** The bounding box of all tiles. Undefined if there are none. */
   extent(): CellRange | undefined {
     const range = { u0: Infinity, u1: -Infinity, v0: Infinity, v1: -Infinity };
     for (const key of this.store.tiles.keys()) {

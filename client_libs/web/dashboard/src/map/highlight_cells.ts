@@ -8,7 +8,7 @@ import { GridLayer } from './grid_layer';
 import type { Colouring } from './grid_palette';
 import { scale } from './scale';
 
-/** All cells alike, whatever their value is. */
+/** Colours all cells alike, whatever their values are. */
 const COLOURING: Colouring = {
   ramp: (isDark) => {
     const colour: Rgb = isDark ? [255, 210, 74] : [217, 72, 15];
@@ -18,7 +18,7 @@ const COLOURING: Colouring = {
   range: { min: 0, max: 1 },
 };
 
-/** Marks the cells that were found; there may be millions. */
+/** Marks the cells that a search found, possibly millions. */
 export function showCells(map: OlMap, zIndex: number): () => void {
   const shown: GridLayer[] = [];
   const clear = (): void => {

@@ -18,7 +18,7 @@ import { showCells } from './highlight_cells';
 import type { Look } from './look';
 import { scale } from './scale';
 
-/** Above all content. */
+/** The z-index above all content. */
 const ABOVE_CONTENT = 1000;
 
 type Mark = 'found' | 'area' | 'point' | 'selected';
@@ -52,7 +52,7 @@ function styles({ dark: isDark, scale: s }: Look): Record<Mark, Style[]> {
   };
 }
 
-/** What is found, asked about and selected, as it is now. */
+/** The marks for the found objects, the point or area of the question, and the selected object. */
 function marks(): Feature[] {
   const { objectIds, area, point } = highlight.value;
   const content = shown.value;
@@ -66,15 +66,15 @@ function marks(): Feature[] {
   return all.filter((feature) => feature !== undefined);
 }
 
-/** All that the marks are made of: the same things make the same marks. */
+/** The inputs of `marks`. The marks need an update only if one of these values has changed. */
 const marked = computed(() => {
   const content = shown.value;
-  content.revision.value; // objects may have moved
+  content.revision.value; // Recomputed after each commit, which may have moved objects.
   const found = highlight.value.objectIds.map((id) => content.find(id)?.object);
   return [highlight.value, selected.value?.object, ...found];
 });
 
-/** Marks what was found, what was asked about, and what is selected. */
+/** Marks the found objects and cells, the point or area of the question, and the selected object. */
 export function showHighlight(map: OlMap): () => void {
   const source = new VectorSource();
   const layer = new VectorImageLayer({ source, zIndex: ABOVE_CONTENT + 1, imageRatio: 1.5 });
@@ -87,7 +87,7 @@ export function showHighlight(map: OlMap): () => void {
   let last: readonly unknown[] = [];
   const stopMarks = effect(() => {
     const now = marked.value;
-    // Most commits move nothing that is marked.
+    // Most commits do not change a marked object.
     if (now.length === last.length && now.every((thing, i) => thing === last[i])) return;
     last = now;
     source.clear(true);

@@ -9,19 +9,19 @@ import { mapPadding, pad, type Sides } from './padding';
 import { scale } from './scale';
 import { fitsInto, hiddenShare, shiftToSee } from './sight';
 
-/** Between what people look at and what covers the map, pixels. */
+/** The margin between a revealed box and the panels, pixels before scaling for large screens. */
 const MARGIN = 40;
-/** When so much of what the map was fitted to is covered, it is fitted again. */
+/** If more than this share of the fitted box is hidden, the map is fitted again. */
 const TOO_MUCH = 0.4;
 
-/** The box of the selected object, if it lies at a point. */
+/** The bounding box of the selected object, if it contains a point. */
 function objectAt([x, y]: Position): Extent | undefined {
   const polygon = selected.peek()?.object.polygon;
   const box = polygon && boundingExtent(ringsOf(polygon)[0] ?? []);
   return box && containsXY(box, x, y) ? box : undefined;
 }
 
-/** Moves the map so that a box is in sight. One that is larger than the sight is left as it is. */
+/** Moves the map so that a box becomes visible. Does nothing if the box is larger than the view. */
 function reveal(map: OlMap, box: Extent): void {
   const view = map.getView();
   const resolution = view.getResolution() ?? 0;
@@ -35,13 +35,13 @@ function reveal(map: OlMap, box: Extent): void {
 }
 
 /**
- * Keeps what people look at where panels leave it in sight: what they clicked, else what the map was
- * fitted to. Who moves the map away from it is not called back.
+ * Keeps the focus of the user visible beside the panels: the clicked point or object, otherwise the box
+ * that the map was last fitted to. A focus that the user has moved out of the view is not brought back.
  */
 export function keepInSight(map: OlMap): () => void {
   const view = map.getView();
   let clicked: Extent | undefined;
-  /** The object there. */
+  /** The bounding box of the selected object at the clicked point. */
   let object: Extent | undefined;
 
   const stopPoint = effect(() => {
@@ -55,7 +55,7 @@ export function keepInSight(map: OlMap): () => void {
     if (fitted.value) clicked = object = undefined;
   });
 
-  // The object is told after the point.
+  // The answer with the object arrives after the point was set.
   const stopObject = effect(() => {
     if (selectedId.value === undefined) return;
     const { point } = highlight.peek();
@@ -66,7 +66,7 @@ export function keepInSight(map: OlMap): () => void {
   let last: Sides = [0, 0, 0, 0];
   const stopPadding = effect(() => {
     const sides = mapPadding.value;
-    // What glides on after people let go of it stops here.
+    // Ends the kinetic panning after a drag: the animation has a target for the previous padding.
     if (view.getAnimating() && !isPageMoving()) view.cancelAnimations();
     const sight = view.calculateExtent();
     pad(view, sides, map.getSize() ?? [innerWidth, innerHeight]);
@@ -90,7 +90,7 @@ export function keepInSight(map: OlMap): () => void {
   };
 }
 
-/** Fits the map again if much of what it was fitted to is covered now. */
+/** Fits the map again if panels now hide much of the fitted box. */
 function refit(map: OlMap): void {
   const fit = fitted.peek();
   if (!fit || hiddenShare(fit.box, map.getView().calculateExtent()) <= TOO_MUCH) return;

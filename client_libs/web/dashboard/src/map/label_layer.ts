@@ -7,9 +7,9 @@ import type { ObjectDelta, ObjectStore } from '../state/object_store';
 import { labelStyle } from './label_style';
 import type { Look } from './look';
 
-/** All labels are placed anew after a change, so changes are taken together, milliseconds. */
+/** Every change lays out all labels again, so changes are collected for this long, milliseconds. */
 const TOGETHER_MS = 200;
-/** From farther away, objects are too small for labels: metres a pixel. */
+/** Labels are hidden at coarser resolutions, where objects are too small for them: metres per pixel. */
 const FARTHEST = 0.05;
 
 function featureOf({ id, label, polygon }: Object$): Feature<Polygon> {
@@ -18,10 +18,10 @@ function featureOf({ id, label, polygon }: Object$): Feature<Polygon> {
   return feature;
 }
 
-/** Names objects where there is room. */
+/** Shows the labels of objects where there is room. */
 export class LabelLayer extends VectorLayer {
   readonly #source: VectorSource<Feature<Polygon>>;
-  /** Undefined: gone. */
+  /** Collected changes by object id. Undefined for removed objects. */
   #waiting = new Map<bigint, Object$ | undefined>();
   #timer: ReturnType<typeof setTimeout> | undefined;
 

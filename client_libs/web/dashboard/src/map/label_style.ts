@@ -6,13 +6,13 @@ import Text from 'ol/style/Text';
 import { classTextColour, css } from './colours';
 import type { Look } from './look';
 
-/** Objects that look smaller have no label, pixels. */
+/** Objects below this size have no label, pixels before scaling for large screens. */
 const SMALLEST = 28;
 const SIZE = 11;
 
 type LabelStyle = (feature: FeatureLike, resolution: number) => Style | undefined;
 
-/** Names objects that are large enough on the screen. */
+/** Labels objects that are large enough on the screen. */
 export function labelStyle({ dark, scale }: Look): LabelStyle {
   const ground = dark ? 'rgba(15,18,23,.85)' : 'rgba(255,255,255,.9)';
   const halo = new Stroke({ color: ground, width: 3 * scale });
@@ -22,7 +22,7 @@ export function labelStyle({ dark, scale }: Look): LabelStyle {
     const [minX = 0, minY = 0, maxX = 0, maxY = 0] = feature.getGeometry()?.getExtent() ?? [];
     if (Math.max(maxX - minX, maxY - minY) < SMALLEST * scale * resolution) return undefined;
     const label = feature.get('label') as string;
-    // Its border says it, and its middle is where robots go.
+    // The area of an exploration is known by its outline, and its centre is needed for goals.
     if (label === 'exploration') return undefined;
     let style = styles.get(label);
     if (!style) {

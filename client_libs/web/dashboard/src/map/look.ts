@@ -1,6 +1,6 @@
-/** How all of the map is painted. */
+/** Properties of the screen that all layers are painted for. */
 export interface Look {
   dark: boolean;
-  /** Of lines and letters. */
+  /** The scale of lines and text, see scale.ts. */
   scale: number;
 }

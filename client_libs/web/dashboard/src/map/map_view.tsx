@@ -17,12 +17,12 @@ import { planar } from './projection';
 import { resolution } from './resolution';
 import { olMap } from './tools';
 
-/** Metres a pixel: from a coin on the screen to a whole district. */
+/** The range of resolutions, metres per pixel: a coin fills the screen, or a whole district fits. */
 const FINEST = 0.0005;
 const COARSEST = 10;
-/** How near the map comes by itself, metres a pixel. */
+/** The finest resolution that the map moves to by itself, metres per pixel. */
 const NEAREST = 0.005;
-/** Around what the map moves to, pixels. */
+/** The margin around a box that the map moves to, pixels. */
 const MARGIN = 60;
 
 function makeMap(target: HTMLElement): OlMap {
@@ -45,7 +45,7 @@ function makeMap(target: HTMLElement): OlMap {
 
 function keepView(map: OlMap): () => void {
   const note = (): void => {
-    // Before the first content came, where the map looks means nothing.
+    // Until the first content is fitted, the view is meaningless.
     if (shownView.value) noteView(map);
   };
   map.on('moveend', note);
@@ -70,7 +70,7 @@ function followWantedView(map: OlMap): () => void {
   });
 }
 
-/** The map itself, as large as its place. */
+/** The map, which fills its parent element. */
 export function MapView() {
   const target = useRef<HTMLDivElement>(null);
   useEffect(() => {

@@ -4,7 +4,7 @@ import { AreaLayer } from './area_layer';
 import { LabelLayer } from './label_layer';
 import type { Look } from './look';
 
-/** Shows an object store: areas, and labels above them where there is room. */
+/** Shows an object store: areas with labels above them. */
 export class ObjectLayer extends LayerGroup {
   readonly #areas: AreaLayer;
   readonly #labels: LabelLayer;

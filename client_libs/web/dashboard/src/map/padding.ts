@@ -3,19 +3,19 @@ import type View from 'ol/View';
 
 export type Sides = readonly [top: number, right: number, bottom: number, left: number];
 
-/** How much of the map other things cover, pixels. */
+/** How far panels cover the map from each side, pixels. */
 export const mapPadding = signal<Sides>([0, 0, 0, 0]);
 
-/** So much of the map counts as uncovered at least, whatever lies over it. */
+/** The share of the map that always counts as uncovered, even if panels cover more. */
 const LEAST_SHARE = 0.2;
 
-/** Both sides of an axis together leave that share of it. */
+/** Shrinks the paddings of two opposite sides so that they leave LEAST_SHARE of the size. */
 function limit(low: number, high: number, size: number): [number, number] {
   const part = Math.min(1, ((1 - LEAST_SHARE) * size) / Math.max(1, low + high));
   return [low * part, high * part];
 }
 
-/** Makes the middle of what is uncovered the view's centre. Nothing moves on the screen. */
+/** Makes the centre of the uncovered part the centre of the view. Nothing moves on the screen. */
 export function pad(view: View, [top, right, bottom, left]: Sides, size: readonly number[]): void {
   const [width = 0, height = 0] = size;
   const [up, down] = limit(top, bottom, height);

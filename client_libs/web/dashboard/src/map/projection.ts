@@ -1,4 +1,4 @@
 import Projection from 'ol/proj/Projection';
 
-/** Local planar metres, as all coordinates of a map are. */
+/** The projection of all coordinates of a map: local planar metres. */
 export const planar = new Projection({ code: 'hypermap:planar', units: 'm', metersPerUnit: 1 });

@@ -1,4 +1,4 @@
-// An object's shape in people's hands.
+// Editing the shape of an object with the pointer.
 import { signal } from '@preact/signals';
 import { editObject } from '../state/edits';
 import { ringsOf, type Object$ } from '../state/model';
@@ -11,19 +11,19 @@ interface Reshaping {
   modification: Modification;
 }
 
-/** Undefined while no shape is changed. */
+/** The shape that is being edited. Undefined if there is none. */
 export const reshaping = signal<Reshaping>();
 
-/** Lets people change the shape of an object, until they keep it or put it down. */
+/** Lets the user edit the shape of an object until they keep it or cancel. */
 export function startReshaping(layer: string, before: Object$): void {
   if (!before.polygon) return;
-  const hint = `Drag corners or edges of the ${before.label}; Alt and a click remove a corner`;
+  const hint = `Drag corners or edges of the ${before.label}; Alt+click removes a corner`;
   const onEnd = () => (reshaping.value = undefined);
   const modification = modifyPolygon(ringsOf(before.polygon), hint, onEnd);
   reshaping.value = { layer, before, modification };
 }
 
-/** Sends the shape as it is now to the server. */
+/** Ends the editing and sends the new shape to the server. */
 export async function keepShape(): Promise<void> {
   if (!reshaping.value) return;
   const { layer, before, modification } = reshaping.value;

@@ -1,4 +1,4 @@
 import { signal } from '@preact/signals';
 
-/** Of the map as it is painted now, metres a pixel. */
+/** The current resolution of the map, metres per pixel. */
 export const resolution = signal(0.05);

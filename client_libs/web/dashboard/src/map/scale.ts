@@ -1,13 +1,13 @@
 import { signal } from '@preact/signals';
 
-/** The size of the root's letters where all is drawn as large as it is, pixels. */
+/** The root font size at which drawings are not scaled, pixels. */
 const PLAIN = 16;
 
 function read(): number {
   return parseFloat(getComputedStyle(document.documentElement).fontSize) / PLAIN;
 }
 
-/** How much larger all is drawn on screens that are read from afar: theme.css decides. */
+/** The scale of drawings, greater than 1 on large screens, as theme.css sets the root font size. */
 export const scale = signal(read());
 
 addEventListener('resize', () => (scale.value = read()));

@@ -20,7 +20,7 @@ function extentOf(object: Object$): Extent {
   return [Math.min(...xs), Math.min(...ys), Math.max(...xs), Math.max(...ys)];
 }
 
-// mulberry32, so that a failure can be seen again.
+// mulberry32, a seeded generator that makes failures reproducible.
 function random(seed: number): () => number {
   return () => {
     seed = (seed + 0x6d2b79f5) | 0;

@@ -2,7 +2,7 @@ import { boundingExtent, type Extent } from 'ol/extent';
 import RBush from 'ol/structs/RBush';
 import { ringsOf, type Object$, type Position } from '../state/model';
 
-/** An object as it lies on the map. */
+/** An object with its rings and bounding box. */
 export interface Shape {
   object: Object$;
   rings: Position[][];
@@ -19,7 +19,7 @@ function shapeOf(object: Object$): Shape {
   return { object, rings, box: boundingExtent(rings[0] ?? []) };
 }
 
-/** The shapes of a layer by id and by place. */
+/** The shapes of a layer, indexed by id and by bounding box. */
 export class ShapeIndex {
   readonly #byId = new Map<bigint, Shape>();
   readonly #byPlace = new RBush<Shape>();
@@ -33,7 +33,7 @@ export class ShapeIndex {
     );
   }
 
-  /** Returns the boxes that are not as they were. */
+  /** Returns the bounding boxes in which the picture has changed. */
   put(object: Object$): Extent[] {
     const old = this.remove(object.id);
     const shape = shapeOf(object);
@@ -42,7 +42,7 @@ export class ShapeIndex {
     return [...old, shape.box];
   }
 
-  /** Returns the boxes that are not as they were. */
+  /** Returns the bounding boxes in which the picture has changed. */
   remove(id: bigint): Extent[] {
     const shape = this.#byId.get(id);
     if (!shape) return [];
@@ -51,7 +51,7 @@ export class ShapeIndex {
     return [shape.box];
   }
 
-  /** What touches a box, the largest first: what stands on a table comes after the table. */
+  /** Returns the shapes that touch a box, largest first, so that small ones are painted on top. */
   within(box: Extent): Shape[] {
     return this.#byPlace.getInExtent(box).sort((a, b) => boxArea(b.box) - boxArea(a.box));
   }

@@ -1,21 +1,21 @@
 import { intersects, type Extent } from 'ol/extent';
 
-/** Pixels along a side of a tile. */
+/** The number of pixels along a side of a tile. */
 const SIDE = 256;
 
 export interface Tile {
   col: number;
   row: number;
   canvas: HTMLCanvasElement;
-  /** Whether it is to be painted again. */
+  /** Whether the tile must be painted again. */
   isDirty: boolean;
 }
 
-/** Tiles of a picture of the plane at one resolution. Row 0 begins at y = 0, rows count upwards. */
+/** The tiles of a picture of the plane at one resolution. Row 0 begins at y = 0, rows count upwards. */
 export class TileSet {
   readonly #tiles = new Map<string, Tile>();
 
-  /** Metres a pixel of the screen. */
+  /** `resolution` is in metres per CSS pixel. */
   constructor(readonly resolution: number) {}
 
   get #side(): number {
@@ -27,7 +27,7 @@ export class TileSet {
     return [col * side, row * side, (col + 1) * side, (row + 1) * side];
   }
 
-  /** Marks what touches a box, and `margin` pixels around it, to be painted again. */
+  /** Marks the tiles that touch a box or the `margin` pixels around it as dirty. */
   invalidate(box: Extent, margin: number): void {
     for (const { col, row } of this.#cellsIn(box, margin)) {
       const tile = this.#tiles.get(`${col},${row}`);
@@ -35,7 +35,7 @@ export class TileSet {
     }
   }
 
-  /** All tiles that touch a box, those that were never painted too. */
+  /** Returns all tiles that touch a box, and creates those that do not exist yet. */
   within(box: Extent): Tile[] {
     return [...this.#cellsIn(box, 0)].map(({ col, row }) => {
       const key = `${col},${row}`;
@@ -50,20 +50,21 @@ export class TileSet {
     });
   }
 
+  /** Returns the tiles that touch a box and have been painted at least once. */
   paintedWithin(box: Extent): Tile[] {
     return [...this.#tiles.values()].filter(
       (tile) => tile.canvas.width > 0 && intersects(this.box(tile), box),
     );
   }
 
-  /** Lets tiles go that do not touch a box. */
+  /** Drops the tiles that do not touch a box. */
   trim(box: Extent): void {
     for (const [key, tile] of this.#tiles) {
       if (!intersects(this.box(tile), box)) this.#tiles.delete(key);
     }
   }
 
-  /** Clears a tile and returns its context, which takes metres. */
+  /** Clears a tile, marks it as painted, and returns its context, whose unit is the metre. */
   begin(tile: Tile, pixelRatio: number): CanvasRenderingContext2D | null {
     const size = SIDE * pixelRatio;
     Object.assign(tile.canvas, { width: size, height: size });

@@ -1,4 +1,4 @@
-// What a pointer does on the map. One tool at a time; without one, clicks ask what is there.
+// Pointer tools for the map. At most one tool is active; without one, clicks go to `onMapClick`.
 import { signal } from '@preact/signals';
 import type { Coordinate } from 'ol/coordinate';
 import type OlMap from 'ol/Map';
@@ -15,36 +15,36 @@ import type { Position } from '../state/model';
 import { scale } from './scale';
 import { toolStyle } from './tool_style';
 
-/** The map of the page, once it is there. */
+/** The map of the page. Undefined until it is mounted. */
 export const olMap = signal<OlMap>();
 
-/** What the tool in hand wants to be done, for people. Undefined: no tool. */
+/** The instructions of the active tool for the user. Undefined if no tool is active. */
 export const toolHint = signal<string>();
 
-let dropTool: (() => void) | undefined;
-/** When the last tool was put down, by the clock of events. */
-let putDownAt = 0;
+let endTool: (() => void) | undefined;
+/** The time at which the last tool ended, on the clock of Event.timeStamp. */
+let toolEndedAt = 0;
 
-/** How near a pointer must come to a corner, pixels; more on larger screens. */
+/** The distance within which a pointer grabs a corner, pixels before scaling for large screens. */
 const REACH = 10;
-/** The same of the corner that ends a drawing. */
+/** The same for the corner that ends a drawing. */
 const REACH_OF_END = 12;
 
-/** Above content and highlights. */
+/** The z-index above content and highlights. */
 const ABOVE_ALL = 2000;
 
 function reach(): number {
   return REACH * scale.peek();
 }
 
-/** Ends the tool in hand, if any, without a result. */
+/** Ends the active tool, if any, without a result. */
 export function cancelTool(): void {
-  dropTool?.();
+  endTool?.();
 }
 
 /**
- * Calls for each click that no tool takes. Enter on the map is a click in its middle, for those who
- * use no pointer.
+ * Calls `handler` for each click that no tool takes. For keyboard users, Enter on the focused map counts
+ * as a click at its centre.
  */
 export function onMapClick(handler: (at: Position) => void): () => void {
   const map = olMap.value;
@@ -52,9 +52,10 @@ export function onMapClick(handler: (at: Position) => void): () => void {
   const tell = (at: Coordinate | undefined): void => {
     if (at && toolHint.value === undefined) handler([at[0] ?? 0, at[1] ?? 0]);
   };
-  // A single click is told late, when no second one came: the one that ended a tool is the tool's.
+  // OpenLayers reports a single click late, when no second one has followed. By then the click may have
+  // ended a tool, and it must not also count as a click on the map.
   const key = map.on('singleclick', ({ originalEvent, coordinate }) => {
-    if (originalEvent.timeStamp > putDownAt) tell(coordinate);
+    if (originalEvent.timeStamp > toolEndedAt) tell(coordinate);
   });
   const target = map.getTargetElement();
   const onKey = (event: KeyboardEvent): void => {
@@ -71,12 +72,12 @@ interface Tool {
   hint: string;
   source: VectorSource;
   interactions: Interaction[];
-  /** After the end, whatever it was. */
+  /** Called when the tool has ended for any reason. */
   onEnd: () => void;
 }
 
-/** Takes a tool in hand; what is returned puts it down. */
-function take({ hint, source, interactions, onEnd }: Tool): () => void {
+/** Activates a tool. The returned function ends it. */
+function activate({ hint, source, interactions, onEnd }: Tool): () => void {
   cancelTool();
   const map = olMap.value;
   if (!map) throw new Error('there is no map yet');
@@ -84,20 +85,20 @@ function take({ hint, source, interactions, onEnd }: Tool): () => void {
   map.addLayer(layer);
   for (const interaction of interactions) map.addInteraction(interaction);
   toolHint.value = hint;
-  const putDown = (): void => {
-    if (dropTool !== putDown) return;
-    dropTool = undefined;
-    putDownAt = performance.now();
+  const end = (): void => {
+    if (endTool !== end) return;
+    endTool = undefined;
+    toolEndedAt = performance.now();
     for (const interaction of interactions) map.removeInteraction(interaction);
     map.removeLayer(layer);
     toolHint.value = undefined;
     onEnd();
   };
-  dropTool = putDown;
-  return putDown;
+  endTool = end;
+  return end;
 }
 
-/** Lets people draw a polygon. Its outer ring, closed; undefined when they don't. */
+/** Lets the user draw a polygon. Resolves to its closed outer ring; undefined if they cancel. */
 export function drawPolygon(hint: string): Promise<Position[] | undefined> {
   return new Promise((resolve) => {
     const source = new VectorSource();
@@ -108,7 +109,7 @@ export function drawPolygon(hint: string): Promise<Position[] | undefined> {
       snapTolerance: REACH_OF_END * scale.peek(),
     });
     let drawn: Position[] | undefined;
-    const putDown = take({
+    const end = activate({
       hint,
       source,
       interactions: [draw, new Snap({ source, pixelTolerance: reach() })],
@@ -116,25 +117,25 @@ export function drawPolygon(hint: string): Promise<Position[] | undefined> {
     });
     draw.on('drawend', ({ feature }) => {
       drawn = (feature.getGeometry() as Polygon).getCoordinates()[0] as Position[];
-      // The click that ends the drawing is none of the map.
-      setTimeout(putDown);
+      // The tool is still active while the map handles the click that ends the drawing.
+      setTimeout(end);
     });
   });
 }
 
 export interface Modification {
-  /** The rings as they are now, closed. */
+  /** Returns the current rings, closed. */
   rings: () => Position[][];
-  /** Puts the tool down. */
+  /** Ends the tool. */
   end: () => void;
 }
 
-/** Lets people move, add and remove the vertices of a polygon. `onEnd` is called when it is over. */
+/** Lets the user move, add and remove vertices of a polygon. `onEnd` is called when the tool ends. */
 export function modifyPolygon(rings: Position[][], hint: string, onEnd: () => void): Modification {
   const feature = new Feature(new Polygon(rings));
   const source = new VectorSource({ features: [feature] });
   const modify = new Modify({ source, style: toolStyle(scale.peek()), pixelTolerance: reach() });
-  const end = take({
+  const end = activate({
     hint,
     source,
     interactions: [modify, new Snap({ source, pixelTolerance: reach() })],
