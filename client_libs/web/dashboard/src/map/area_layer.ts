@@ -8,8 +8,8 @@ import { ShapeIndex } from './shape_index';
 import { TileSet, type Tile } from './tile_set';
 
 /**
- * The number of objects after which the rest is painted in the following frames. It measures the work
- * better than the clock does, because browsers defer painting to the end of the frame.
+ * The number of objects after which the rest is painted in the following frames. It measures the
+ * work better than the clock does, because browsers defer painting to the end of the frame.
  */
 const OBJECTS_A_FRAME = 800;
 /** How far outlines reach beyond their objects, pixels. */
@@ -27,9 +27,10 @@ function placeOf(frame: FrameState, box: Extent): [x: number, y: number, side: n
 }
 
 /**
- * Shows the areas of many objects. They are painted into tiles, a limited number per frame so that the
- * map moves smoothly, and a change repaints only the tiles that it touches. While the map is being
- * zoomed, the tiles are stretched; they are painted at the new resolution when the map is at rest.
+ * Shows the areas of many objects. They are painted into tiles, a limited number per frame so that
+ * the map moves smoothly, and a change repaints only the tiles that it touches. While the map is
+ * being zoomed, the tiles are stretched; they are painted at the new resolution when the map is at
+ * rest.
  */
 export class AreaLayer extends CanvasLayer {
   readonly #shapes: ShapeIndex;

@@ -1,4 +1,5 @@
-// Colours of classes and cells. They depend on names and values alone, so every page shows the same.
+// Colours of classes and cells. They depend on names and values alone, so every page shows the
+// same.
 
 /** Red, green and blue in 0..255. */
 export type Rgb = readonly [number, number, number];

@@ -24,7 +24,9 @@ const DARK = {
   bad: '#ff8a84',
 };
 
-/** Draws frontiers as cells, goals as discs with the robot's name, unreachable places as crosses. */
+/**
+ * Draws frontiers as cells, goals as discs with the robot's name, unreachable places as crosses.
+ */
 export function explorationStyle({ dark, scale }: Look): (feature: FeatureLike) => Style {
   const { accent, ground, frontier, text, bad } = dark ? DARK : LIGHT;
   const disc = new CircleStyle({

@@ -74,7 +74,9 @@ const marked = computed(() => {
   return [highlight.value, selected.value?.object, ...found];
 });
 
-/** Marks the found objects and cells, the point or area of the question, and the selected object. */
+/**
+ * Marks the found objects and cells, the point or area of the question, and the selected object.
+ */
 export function showHighlight(map: OlMap): () => void {
   const source = new VectorSource();
   const layer = new VectorImageLayer({ source, zIndex: ABOVE_CONTENT + 1, imageRatio: 1.5 });

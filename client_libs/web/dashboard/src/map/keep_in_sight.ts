@@ -35,8 +35,9 @@ function reveal(map: OlMap, box: Extent): void {
 }
 
 /**
- * Keeps the focus of the user visible beside the panels: the clicked point or object, otherwise the box
- * that the map was last fitted to. A focus that the user has moved out of the view is not brought back.
+ * Keeps the focus of the user visible beside the panels: the clicked point or object, otherwise the
+ * box that the map was last fitted to. A focus that the user has moved out of the view is not
+ * brought back.
  */
 export function keepInSight(map: OlMap): () => void {
   const view = map.getView();

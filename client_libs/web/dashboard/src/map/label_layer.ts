@@ -9,7 +9,9 @@ import type { Look } from './look';
 
 /** Every change lays out all labels again, so changes are collected for this long, milliseconds. */
 const TOGETHER_MS = 200;
-/** Labels are hidden at coarser resolutions, where objects are too small for them: metres per pixel. */
+/**
+ * Labels are hidden at coarser resolutions, where objects are too small for them: metres per pixel.
+ */
 const FARTHEST = 0.05;
 
 function featureOf({ id, label, polygon }: Object$): Feature<Polygon> {

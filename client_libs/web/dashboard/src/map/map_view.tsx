@@ -17,7 +17,9 @@ import { planar } from './projection';
 import { resolution } from './resolution';
 import { olMap } from './tools';
 
-/** The range of resolutions, metres per pixel: a coin fills the screen, or a whole district fits. */
+/**
+ * The range of resolutions, metres per pixel: a coin fills the screen, or a whole district fits.
+ */
 const FINEST = 0.0005;
 const COARSEST = 10;
 /** The finest resolution that the map moves to by itself, metres per pixel. */

@@ -12,7 +12,10 @@ export function isPageMoving(): boolean {
   return moves > 0;
 }
 
-/** Counts a move of the page. The returned function must be called when it has ended or was cancelled. */
+/**
+ * Counts a move of the page. The returned function must be called when it has ended or was
+ * cancelled.
+ */
 export function beginMove(): () => void {
   moves += 1;
   return () => {

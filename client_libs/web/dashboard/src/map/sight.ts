@@ -12,7 +12,9 @@ export function fitsInto(box: Extent, sight: Extent): boolean {
   return getWidth(box) <= getWidth(sight) && getHeight(box) <= getHeight(sight);
 }
 
-/** Returns how far the visible extent must move to contain a box, with a margin if there is room. */
+/**
+ * Returns how far the visible extent must move to contain a box, with a margin if there is room.
+ */
 export function shiftToSee(box: Extent, sight: Extent, margin: number): [number, number] {
   const [minX = 0, minY = 0, maxX = 0, maxY = 0] = box;
   const [left = 0, bottom = 0, right = 0, top = 0] = sight;

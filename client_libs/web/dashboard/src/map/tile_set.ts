@@ -11,7 +11,9 @@ export interface Tile {
   isDirty: boolean;
 }
 
-/** The tiles of a picture of the plane at one resolution. Row 0 begins at y = 0, rows count upwards. */
+/**
+ * The tiles of a picture of the plane at one resolution. Row 0 begins at y = 0, rows count upwards.
+ */
 export class TileSet {
   readonly #tiles = new Map<string, Tile>();
 

@@ -8,7 +8,9 @@ import Polygon from 'ol/geom/Polygon';
 
 const accent = '#2f6fde';
 
-/** The style of a shape that is being drawn: an outline, a light fill, and handles at the vertices. */
+/**
+ * The style of a shape that is being drawn: an outline, a light fill, and handles at the vertices.
+ */
 export function toolStyle(scale: number): Style[] {
   const line = new Stroke({ color: accent, width: 2 * scale });
   const vertex = new CircleStyle({

@@ -43,8 +43,8 @@ export function cancelTool(): void {
 }
 
 /**
- * Calls `handler` for each click that no tool takes. For keyboard users, Enter on the focused map counts
- * as a click at its centre.
+ * Calls `handler` for each click that no tool takes. For keyboard users, Enter on the focused map
+ * counts as a click at its centre.
  */
 export function onMapClick(handler: (at: Position) => void): () => void {
   const map = olMap.value;
@@ -52,8 +52,8 @@ export function onMapClick(handler: (at: Position) => void): () => void {
   const tell = (at: Coordinate | undefined): void => {
     if (at && toolHint.value === undefined) handler([at[0] ?? 0, at[1] ?? 0]);
   };
-  // OpenLayers reports a single click late, when no second one has followed. By then the click may have
-  // ended a tool, and it must not also count as a click on the map.
+  // OpenLayers reports a single click late, when no second one has followed. By then the click may
+  // have ended a tool, and it must not also count as a click on the map.
   const key = map.on('singleclick', ({ originalEvent, coordinate }) => {
     if (originalEvent.timeStamp > toolEndedAt) tell(coordinate);
   });
@@ -130,7 +130,9 @@ export interface Modification {
   end: () => void;
 }
 
-/** Lets the user move, add and remove vertices of a polygon. `onEnd` is called when the tool ends. */
+/**
+ * Lets the user move, add and remove vertices of a polygon. `onEnd` is called when the tool ends.
+ */
 export function modifyPolygon(rings: Position[][], hint: string, onEnd: () => void): Modification {
   const feature = new Feature(new Polygon(rings));
   const source = new VectorSource({ features: [feature] });

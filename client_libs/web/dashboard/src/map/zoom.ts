@@ -5,9 +5,9 @@ import { beginMove, moveMs } from './motion';
 const targets = new WeakMap<View, { zoom: number }>();
 
 /**
- * Zooms in by a number of levels, or out by a negative number. A step during an unfinished step starts
- * from the level where that one would end, not from the level that is painted at the moment. Therefore a
- * step in and a step out always cancel out, however quickly they follow each other.
+ * Zooms in by a number of levels, or out by a negative number. A step during an unfinished step
+ * starts from the level where that one would end, not from the level that is painted at the moment.
+ * Therefore a step in and a step out always cancel out, however quickly they follow each other.
  */
 export function zoomBy(view: View, steps: number): void {
   const zoom = view.getConstrainedZoom((targets.get(view)?.zoom ?? view.getZoom() ?? 0) + steps);

@@ -22,11 +22,13 @@ export interface WantedEdit {
   object: Object$ | undefined;
 }
 
-/** Applies an edit; returns the object's id and the revision. If it rejects, nothing was changed. */
+/**
+ * Applies an edit; returns the object's id and the revision. If it rejects, nothing was changed.
+ */
 export type Apply = (edit: WantedEdit) => Promise<{ id: bigint; revision: bigint }>;
 
-// The server gives a new id to an object that is deleted and put back. All steps on one object share a
-// Subject, which has its current id.
+// The server gives a new id to an object that is deleted and put back. All steps on one object
+// share a Subject, which has its current id.
 interface Subject {
   id: bigint;
   version: bigint;
@@ -43,9 +45,9 @@ export class StaleEdit extends Error {}
 const LONGEST = 100;
 
 /**
- * The edits of objects in the order in which they were made. Callers await each call before the next
- * one. A step that fails with StaleEdit is dropped, because the state that it would restore from is
- * gone.
+ * The edits of objects in the order in which they were made. Callers await each call before the
+ * next one. A step that fails with StaleEdit is dropped, because the state that it would restore
+ * from is gone.
  */
 export class EditHistory {
   #done: Step[] = [];
@@ -73,7 +75,9 @@ export class EditHistory {
     return step.subject.id;
   }
 
-  /** Reverts the last edit. Returns the id of the object; undefined if there was nothing to undo. */
+  /**
+   * Reverts the last edit. Returns the id of the object; undefined if there was nothing to undo.
+   */
   async undo(): Promise<bigint | undefined> {
     return this.#move(this.#done, this.#undone, 'before');
   }

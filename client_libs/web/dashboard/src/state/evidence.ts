@@ -22,7 +22,9 @@ export interface Evidence {
 
 export const evidence = asking<Evidence>();
 
-/** Robots may observe an object many times per second; the panel is updated no more often than this. */
+/**
+ * Robots may observe an object many times per second; the panel is updated no more often than this.
+ */
 const EVERY_MS = 1000;
 
 async function explain(

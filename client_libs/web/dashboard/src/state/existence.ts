@@ -32,10 +32,10 @@ export interface ExistencePoint {
 }
 
 /**
- * Returns the existence of an object after each frame. The list also has the events of duplicates that
- * were merged into the object later, and those events do not name their track. Therefore the founding
- * of a duplicate and its end at the merge are left out, and of several events of one frame the one with
- * the highest existence counts.
+ * Returns the existence of an object after each frame. The list also has the events of duplicates
+ * that were merged into the object later, and those events do not name their track. Therefore the
+ * founding of a duplicate and its end at the merge are left out, and of several events of one frame
+ * the one with the highest existence counts.
  */
 export function existenceOver(events: readonly ObjectEvent[]): ExistencePoint[] {
   const merged = events.filter(({ kind }) => kind === ObjectEventKind.MERGED);

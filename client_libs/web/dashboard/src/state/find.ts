@@ -41,7 +41,9 @@ export interface Refusal {
 export interface Answer {
   question: Question;
   revision: bigint;
-  /** Objects by layer, then the cells of each grid; in a search for the nearest ordered by distance. */
+  /**
+   * Objects by layer, then the cells of each grid; in a search for the nearest ordered by distance.
+   */
   findings: readonly Finding[];
   refusals: readonly Refusal[];
 }

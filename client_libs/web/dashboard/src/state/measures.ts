@@ -49,7 +49,8 @@ export function measureCells(cells: readonly CellRuns[]): CellsMeasure {
 /** The bounding box of some positions. Undefined if there are none. */
 export function boxAround(positions: readonly Position[]): Box | undefined {
   if (positions.length === 0) return undefined;
-  // There may be more positions than a call can take arguments, so they are not spread into Math.min.
+  // There may be more positions than a call can take arguments, so they are not spread into
+  // Math.min.
   return positions.reduce<Box>(
     ([x0, y0, x1, y1], [x, y]) => [
       Math.min(x0, x),

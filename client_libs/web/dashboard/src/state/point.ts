@@ -40,8 +40,8 @@ async function contentAt(at: Position): Promise<PointAnswer | undefined> {
   });
 }
 
-// Of several objects at the point the smallest one is selected, because the larger ones can be clicked
-// elsewhere.
+// Of several objects at the point the smallest one is selected, because the larger ones can be
+// clicked elsewhere.
 function objectMeant({ layers }: PointAnswer): Object$ | undefined {
   const shown = new Set(visibleLayers.value.map(({ name }) => name));
   return layers

@@ -23,8 +23,8 @@ export function startQuestions(): void {
     asOf.value;
     untracked(() => answerAgain.ask());
   });
-  // A point query is cheap and is repeated after each commit. A search may have a long answer, so its
-  // panel offers a button to repeat it.
+  // A point query is cheap and is repeated after each commit. A search may have a long answer, so
+  // its panel offers a button to repeat it.
   effect(() => {
     shown.value.revision.value;
     untracked(() => pointAgain.ask());

@@ -1,6 +1,6 @@
 /**
- * Runs a function on request, never twice at once, and starts it at most once per interval. Requests
- * during a run or a pause are served by one more run afterwards.
+ * Runs a function on request, never twice at once, and starts it at most once per interval.
+ * Requests during a run or a pause are served by one more run afterwards.
  */
 export class Throttle {
   #busy = false;

@@ -40,7 +40,8 @@ export async function loadOldest(): Promise<void> {
     const answer = await client.value.changes.listRevisions({ map, pageSize: 1 });
     if (map === mapName.value) oldest.value = answer.oldestRevision;
   } catch {
-    // Without this value the slider reaches too far back; showing such a revision reports its own error.
+    // Without this value the slider reaches too far back; showing such a revision reports its own
+    // error.
   }
 }
 
