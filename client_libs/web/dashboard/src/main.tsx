@@ -1,4 +1,4 @@
-// First: what is drawn by hand is as large as the page's letters.
+// The theme comes first, because map/scale.ts reads its root font size when it is loaded.
 import './app/theme.css';
 import { render } from 'preact';
 import { App } from './app/app';

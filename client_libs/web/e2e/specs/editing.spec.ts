@@ -173,10 +173,10 @@ test('what somebody else has changed meanwhile is not overwritten', async ({
 
   await dashboard.drag([7, 6.3], [7.6, 6.6]);
   await selected.getByRole('button', { name: 'Keep shape' }).click();
-  await expect(page.getByRole('alert')).toContainText('Somebody else has changed it');
+  await expect(page.getByRole('alert')).toContainText('Somebody else has changed the object');
   expect((await entities(site, 'hammock'))[0]?.polygon[0]).toHaveLength(4);
   await page.getByRole('button', { name: 'Undo draw trolley' }).click();
-  await expect(page.getByRole('alert')).toContainText('Somebody else has changed it');
+  await expect(page.getByRole('alert')).toContainText('Somebody else has changed the object');
   expect(await entities(site, 'hammock')).toHaveLength(1);
 });
 

@@ -55,5 +55,5 @@ test('goals and frontiers are on the map while the panel is open', async ({
 test('a map where nothing is explored says so', async ({ site, dashboard, page }) => {
   await dashboard.open(site);
   await dashboard.panel('Explore');
-  await expect(page.getByText('Nothing of this map is being explored.')).toBeVisible();
+  await expect(page.getByText('This map has no exploration.')).toBeVisible();
 });

@@ -78,7 +78,7 @@ test.describe('on a phone', () => {
         .toBeLessThan(-20);
       expect(dashboard.at(MIDDLE).y).toBeGreaterThan(60);
       expect(await dashboard.colourAt(NEAR_CORNER)).toBe(colour);
-      await expect(page.getByRole('article')).toContainText('put by hand');
+      await expect(page.getByRole('article')).toContainText('added by hand');
       await shot(page, `phone_in_sight_${colorScheme}`);
     });
   }

@@ -30,7 +30,7 @@ test('a thing that was put by hand has no evidence', async ({ site, dashboard, p
   await dashboard.open(site, { view: [12.2, 2.9, 0.02] });
   await dashboard.click([12.2, 0.5]);
   const card = page.getByRole('article', { name: 'Object oven' });
-  await expect(card).toContainText('put by hand');
+  await expect(card).toContainText('added by hand');
   await expect(card).toContainText('Last change');
   await expect(card).toContainText('0.36 m²');
 });

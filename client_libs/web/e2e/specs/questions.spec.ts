@@ -41,7 +41,7 @@ test('a click asks every layer what is there', async ({ site, dashboard, page })
   await shot(page, 'point_query');
 
   await dashboard.click([6.9, -6]);
-  await expect(here).toContainText('outside of the layer');
+  await expect(here).toContainText('outside the layer');
   await expect(page.getByRole('article')).toHaveCount(0);
 });
 
@@ -83,7 +83,9 @@ test('cells are found by their value', async ({ site, dashboard, page }) => {
   await expect(found(page, 'seen')).toHaveText(/[\d,]+ cells\s*[\d.]+ m²/);
   await shot(page, 'search_cells');
   await panel(page, 'Answer').getByText('layers without an answer').click();
-  await expect(panel(page, 'Answer').getByText('has no such values').first()).toBeVisible();
+  await expect(
+    panel(page, 'Answer').getByText('does not support this value').first(),
+  ).toBeVisible();
 });
 
 test('the nearest come in order of their distance', async ({ site, dashboard, page }) => {

@@ -42,7 +42,7 @@ test('what was not there yet is not shown, and what comes does not disturb', asy
   await page.keyboard.press('Home');
   const panel = page.getByRole('region', { name: 'Layers' });
   await expect(panel.getByRole('listitem').filter({ hasText: 'objects' })).toContainText(
-    'not there',
+    'no content',
   );
 
   await page.getByRole('button', { name: 'Live', exact: true }).click();

@@ -39,5 +39,5 @@ test('two browsers see each other’s edits', async ({ site, dashboard, otherDas
 
   // What the one would undo is not there any more, and it is told so.
   await page.getByRole('button', { name: 'Undo draw trolley' }).click();
-  await expect(page.getByRole('alert')).toContainText('Somebody else has changed it');
+  await expect(page.getByRole('alert')).toContainText('Somebody else has changed the object');
 });

@@ -4,7 +4,7 @@ import { mapPadding, type Sides } from '../map/padding';
 
 type Side = 'top' | 'right' | 'bottom' | 'left';
 
-/** How far an element reaches from a side into the map, pixels. */
+/** The distance from a side of the window to the far edge of an element, pixels. */
 function reach(element: Element, side: Side): number {
   const { top, right, bottom, left } = element.getBoundingClientRect();
   return { top: bottom, right: innerWidth - left, bottom: innerHeight - top, left: right }[side];
@@ -16,11 +16,11 @@ function measure(cover: Element): void {
     return element ? reach(element, side) : 0;
   };
   const sides: Sides = [at('top'), at('right'), at('bottom'), at('left')];
-  // Not all that changes its size covers more or less.
+  // An element may change its size without covering more or less of the map.
   if (sides.some((size, i) => size !== mapPadding.peek()[i])) mapPadding.value = sides;
 }
 
-/** Tells the map how much of it the elements cover that say so by data-covers. */
+/** Keeps `mapPadding` up to date with the elements in the returned one that have `data-covers`. */
 export function useCover(): RefObject<HTMLDivElement | null> {
   const cover = useRef<HTMLDivElement>(null);
   useEffect(() => {

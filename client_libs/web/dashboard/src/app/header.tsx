@@ -38,7 +38,7 @@ function MapPicker() {
   );
 }
 
-/** Which map is shown, and how the page stands with the server. */
+/** The choice of the map, and the status of the connection. */
 export function Header({ covers }: { covers?: 'top' }) {
   return (
     <header class="card header" data-covers={covers}>

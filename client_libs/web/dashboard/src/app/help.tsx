@@ -6,11 +6,11 @@ import './help.css';
 
 export const helpOpen = signal(false);
 
-/** Of the map itself, while it has the focus. */
+/** Keys that OpenLayers and the map handle while the map has the focus. */
 const MAP_KEYS: readonly [key: string, what: string][] = [
   ['Arrows', 'Move the map'],
   ['+  −', 'Zoom'],
-  ['Enter', 'What is in the middle?'],
+  ['Enter', 'Query the centre of the map'],
 ];
 
 function words(key: string): string {
@@ -19,7 +19,7 @@ function words(key: string): string {
     .replace(/\+(\w)$/, (_, last: string) => `+${last.toUpperCase()}`);
 }
 
-/** All keys of the page. */
+/** The list of all keyboard shortcuts. */
 export function Help() {
   const dialog = useRef<HTMLDialogElement>(null);
   useEffect(() => {

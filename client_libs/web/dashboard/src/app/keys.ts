@@ -5,7 +5,7 @@ import { activePanel } from '../panels/active';
 import { NO_HIGHLIGHT, highlight, selectedId } from '../state/selection';
 import { helpOpen } from './help';
 
-/** Puts down what is nearest at hand: the tool, the marks on the map, the open panel. */
+/** Ends the active tool; otherwise clears the marks on the map; otherwise closes the open panel. */
 function escape(): void {
   if (toolHint.value !== undefined) cancelTool();
   else if (selectedId.value !== undefined || highlight.value !== NO_HIGHLIGHT) {
@@ -14,12 +14,12 @@ function escape(): void {
   } else activePanel.value = undefined;
 }
 
-/** The keys of the page itself; panels and tools bring their own. */
+/** Adds the shortcuts of the page itself. Panels and tools add their own. */
 export function addPageKeys(): () => void {
   const stops = [
     addShortcut({ key: 'Escape', what: 'Cancel, deselect, close', act: escape }),
-    addShortcut({ key: '0', what: 'Show all of the map', act: fitAll }),
-    addShortcut({ key: '?', what: 'These keys', act: () => (helpOpen.value = true) }),
+    addShortcut({ key: '0', what: 'Show the whole map', act: fitAll }),
+    addShortcut({ key: '?', what: 'Show this help', act: () => (helpOpen.value = true) }),
   ];
   return () => {
     for (const stop of stops) stop();

@@ -51,7 +51,7 @@ function PanelCard({ panel }: { panel: Panel }) {
   );
 }
 
-/** Panels that are always there get the focus, others are opened. */
+/** Focuses a panel that is always visible; opens any other panel. */
 function goTo(id: string, place: Panel['place']): void {
   const section = document.getElementById(`section-${id}`);
   if (wide.value && place !== 'right' && section) {
@@ -126,7 +126,7 @@ function Narrow() {
   );
 }
 
-/** All that lies over the map. */
+/** Everything that is drawn over the map, in the wide or the narrow layout. */
 export function Layout() {
   useEffect(() => {
     const stops = panels.map(({ id, title, shortcut, place }) =>

@@ -1,7 +1,7 @@
 import { fitAll, zoomBy } from '../map/controls';
 import { FitIcon, MinusIcon, PlusIcon } from '../panels/kit/icons';
 
-/** Nearer, farther, all. */
+/** The buttons that zoom in, zoom out and show the whole map. */
 export function MapControls() {
   return (
     <section class="card map-controls" aria-label="Zoom">

@@ -56,7 +56,7 @@ function AsOfNotice() {
   const when = time ? formatTime(time) : `revision ${asOf.value}`;
   return (
     <Notice kind="warn">
-      <span>{revision === asOf.value ? `As of ${when}` : `Going to revision ${asOf.value}…`}</span>
+      <span>{revision === asOf.value ? `As of ${when}` : `Loading revision ${asOf.value}…`}</span>
       <button onClick={backToLive}>Back to live</button>
     </Notice>
   );
@@ -93,7 +93,9 @@ function ToolNotice() {
   );
 }
 
-/** What must be known of the map as it is shown now. */
+/**
+ * Notices about the connection, the shown revision, the content, failed edits and the active tool.
+ */
 export function MapNotices() {
   return (
     <div class="notices">

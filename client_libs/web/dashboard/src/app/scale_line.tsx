@@ -3,10 +3,12 @@ import { scale } from '../map/scale';
 import { formatLength, roundLength } from './lengths';
 import './scale_line.css';
 
-/** The line is at most so long, pixels that grow with the screen: as wide as the tabs above it. */
+/**
+ * The maximum length of the line, pixels before scaling for large screens: the width of the tabs.
+ */
 const LONGEST = 70;
 
-/** How long things on the map are, for those who see it. */
+/** The scale bar of the map. Hidden from screen readers, which can't use it. */
 export function ScaleLine() {
   const length = roundLength(LONGEST * scale.value * resolution.value);
   return (

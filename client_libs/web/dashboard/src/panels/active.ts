@@ -1,6 +1,6 @@
 import { signal } from '@preact/signals';
 
-/** The id of the open panel beside the map. Undefined: none. */
+/** The id of the open panel. Undefined if none is open. */
 export const activePanel = signal<string>();
 
 export function openPanel(id: string): void {

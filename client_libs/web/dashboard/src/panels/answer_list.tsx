@@ -63,7 +63,7 @@ function ObjectRow({ object, distanceM }: { object: Object$; distanceM: number |
   );
 }
 
-/** What the cells hold, unless it is what was asked for. */
+/** Summarizes the values of cells. Undefined if the question was about one value of them anyway. */
 function wordsOf(name: string, { runs }: FoundCells): string | undefined {
   const layer = layerNamed(name);
   const isArea = find.answer.value?.question.kind === 'area';
@@ -94,7 +94,7 @@ function Row({ finding: { layer, object, cells, distanceM } }: { finding: Findin
   return cells ? <CellsRow layer={layer} cells={cells} distanceM={distanceM} /> : null;
 }
 
-/** Findings of one layer, or the nearest of all of them. */
+/** The results of one layer, or of all layers by distance. */
 interface Group {
   title: string;
   findings: Finding[];
@@ -113,7 +113,7 @@ function groupsOf({ question, findings }: Answer, most: number): Group[] {
   return Array.from(groups, ([title, found]) => ({ title, findings: found }));
 }
 
-/** Layers that can't answer are no errors: most values are of some layers only. */
+/** Lists the layers that can't answer. This is normal, because most values exist on few layers. */
 function Refusals({ refusals }: Answer) {
   if (refusals.length === 0) return null;
   return (
@@ -153,7 +153,7 @@ function lookAtAll({ findings }: Answer): void {
   if (all) lookAt(all);
 }
 
-/** What was found, layer by layer. */
+/** The results of a question, grouped by layer. */
 export function AnswerList({ answer, onClear }: { answer: Answer; onClear: () => void }) {
   const most = useSignal(LISTED_AT_ONCE);
   const { question, findings, revision } = answer;

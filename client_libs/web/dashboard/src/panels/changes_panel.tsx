@@ -48,7 +48,7 @@ function ChangeRow({ change }: { change: FoldedChange }) {
       <button
         class="link when number"
         aria-label={`${when}, revision ${revision}`}
-        title={`Revision ${revision} by ${author || 'the server'}: look at the map as it was then`}
+        title={`Show the map at revision ${revision}, by ${author || 'the server'}`}
         onClick={() => showRevision(revision)}
       >
         {when}
@@ -58,7 +58,7 @@ function ChangeRow({ change }: { change: FoldedChange }) {
 }
 
 function Changes() {
-  live.value.revision.value; // what is there may be gone
+  live.value.revision.value; // Rendered again after each commit, which may remove listed objects.
   const names = [...new Set(changes.value.map(({ layer }) => layer))].filter(Boolean).sort();
   const wanted = changes.value.filter(({ layer }) => !onlyLayer.value || layer === onlyLayer.value);
   if (changes.value.length === 0) {

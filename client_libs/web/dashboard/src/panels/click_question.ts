@@ -4,8 +4,9 @@ import { askPoint } from '../state/point';
 import { activePanel, openPanel } from './active';
 
 /**
- * Asks what is at the clicked point, for every click that no tool takes, until the returned function
- * is called. The answer is shown in the panel "here", or in the edit panel if that one is open.
+ * Asks what is at the clicked point, for every click that no tool takes, until the returned
+ * function is called. The answer is shown in the panel "here", or in the edit panel if that one is
+ * open.
  */
 export function askOnClick(): () => void {
   return effect(() => {

@@ -9,7 +9,7 @@ function removeSelected(): void {
   void removeObject(layer, object);
 }
 
-/** Keys that edit wherever one is. */
+/** Adds the shortcuts for edits, which work whichever panel is open. */
 export function addEditKeys(): () => void {
   const stops = [
     addShortcut({ key: 'mod+z', what: 'Undo', act: () => void undo() }),

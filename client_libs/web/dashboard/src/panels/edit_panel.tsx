@@ -27,10 +27,10 @@ async function put(ring: Position[] | undefined): Promise<void> {
 }
 
 async function draw(): Promise<void> {
-  await put(await drawPolygon(`Click the corners of the ${label.value}, the last one twice`));
+  await put(await drawPolygon(`Click the corners of the ${label.value}; click the last one twice`));
 }
 
-/** For those who don't draw by hand: something to be moved into place. */
+/** Puts a square at the centre of the map, for users who can't draw with a pointer. */
 async function placeSquare(): Promise<void> {
   const at = middle();
   if (at) await put(squareAround(at, 0.5));
@@ -83,7 +83,7 @@ function NewObject() {
         <button
           name="square"
           disabled={editing.value}
-          title="Half a metre wide, where the map's middle is"
+          title="Half a metre wide, at the centre of the map"
         >
           Place a square
         </button>
@@ -103,7 +103,12 @@ function SelectedObject({ layer, object }: SelectedProps) {
     event.preventDefault();
     const after = { ...object, label: name.value.trim(), classes: {} };
     if (after.label === object.label) return;
-    void editObject({ title: `call ${object.label} ${after.label}`, layer, before: object, after });
+    void editObject({
+      title: `rename ${object.label} to ${after.label}`,
+      layer,
+      before: object,
+      after,
+    });
   };
   return (
     <section class="stack" aria-label="Selected object">
@@ -144,7 +149,7 @@ function Edit() {
   if (asOf.value !== undefined) {
     return (
       <div class="stack">
-        <p class="note">You are looking at the past, which can't be changed.</p>
+        <p class="note">You are viewing an earlier revision, which can't be changed.</p>
         <button onClick={backToLive}>Back to live</button>
       </div>
     );

@@ -40,13 +40,13 @@ function countOf(events: readonly ObjectEvent[], ...kinds: ObjectEventKind[]): n
   return events.filter(({ kind }) => kinds.includes(kind)).length;
 }
 
-/** Which observations made the object, and how its existence went with them. */
+/** The observations that an object was fused from, and its existence over time. */
 export function EvidenceSection({ objectId }: { objectId: bigint }) {
   const known = evidence.answer.value;
   if (evidence.problem.value) return <p class="note bad">{evidence.problem.value}</p>;
-  if (known?.objectId !== objectId) return <p class="note">Looking for evidence …</p>;
+  if (known?.objectId !== objectId) return <p class="note">Loading evidence …</p>;
   if (!known.explanation) {
-    return <p class="note">No robot's observations made this object: it was put by hand.</p>;
+    return <p class="note">This object was not fused from observations: it was added by hand.</p>;
   }
   const { events, strategy } = known.explanation;
   const seen = countOf(events, ObjectEventKind.FOUNDED, ObjectEventKind.SEEN);

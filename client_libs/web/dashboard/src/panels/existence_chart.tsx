@@ -23,7 +23,7 @@ function scales(points: readonly ExistencePoint[]) {
 
 type Scales = ReturnType<typeof scales>;
 
-/** Existence stays as it is until the next observation: steps, no slopes. */
+/** The path of the line, in steps because existence is constant between observations. */
 function steps(points: readonly ExistencePoint[], { x, y }: Scales): string {
   return points
     .map(({ time, existence }, i) =>
@@ -68,7 +68,7 @@ function Ends({ points }: { points: readonly ExistencePoint[] }) {
   );
 }
 
-/** The probability that an object is there, in per cent, and what changed it. */
+/** A chart of an object's existence probability in per cent, with a dot for each observation. */
 export function ExistenceChart({ points }: Props) {
   if (points.length === 0) return null;
   const scale = scales(points);
@@ -78,7 +78,7 @@ export function ExistenceChart({ points }: Props) {
       class="existence-chart"
       viewBox={`0 0 ${WIDTH} ${HEIGHT}`}
       role="img"
-      aria-label={`Existence over time, ${percent(last)} at last`}
+      aria-label={`Existence over time, now ${percent(last)}`}
     >
       <Grid {...scale} />
       <path class="line" d={steps(points, scale)} />

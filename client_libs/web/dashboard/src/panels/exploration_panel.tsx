@@ -23,7 +23,7 @@ import './exploration_panel.css';
 import { ExploreIcon } from './kit/icons';
 import type { Panel } from './panel';
 
-/** Around a place that is looked at, metres. */
+/** The distance from a chosen place to the edges of the view, metres. */
 const AROUND_M = 3;
 const MOST_FRONTIERS = 8;
 
@@ -33,9 +33,9 @@ function lookAround({ x, y }: Point): void {
 
 function stateOf({ state, endReason }: Exploration): string {
   if (state === ExplorationState.ACTIVE) return 'Under way';
-  if (endReason === EndReason.DONE) return 'Done: all floor has been seen';
+  if (endReason === EndReason.DONE) return 'Done: the whole floor is explored';
   if (endReason === EndReason.STOPPED) return 'Stopped';
-  return 'Ended: what is left can’t be reached';
+  return 'Ended: the rest is unreachable';
 }
 
 function areaOfCells(cells: bigint, cellAreaM2: number): string {
@@ -55,13 +55,13 @@ function Progress({ report: { exploration, progress } }: { report: ExplorationRe
       <dl class="facts">
         <dt>Explored</dt>
         <dd>{areaOfCells(exploredCells, cellAreaM2)}</dd>
-        <dt>Still to be seen</dt>
+        <dt>Unexplored</dt>
         <dd>{areaOfCells(reachableCells, cellAreaM2)}</dd>
-        <dt>Out of reach</dt>
+        <dt>Unreachable</dt>
         <dd>{areaOfCells(unreachableCells, cellAreaM2)}</dd>
         {rate > 0 && (
           <>
-            <dt>In the last minute</dt>
+            <dt>Rate in the last minute</dt>
             <dd>{rate.toFixed(2)} m²/s</dd>
           </>
         )}
@@ -82,13 +82,13 @@ function Robot({ goal, cellAreaM2 }: RobotProps) {
     <li>
       <button
         class="exploration-place"
-        title={`Its goal is kept for it until ${until}`}
+        title={`The goal is reserved for this robot until ${until}`}
         onClick={() => position && lookAround(position)}
       >
         <span class="mark goal" />
         <span class="grow cut">{robot}</span>
         <small class="number">
-          {areaOfCells(gainCells, cellAreaM2)} in sight, {pathLengthM.toFixed(1)} m
+          reveals {areaOfCells(gainCells, cellAreaM2)}, {pathLengthM.toFixed(1)} m away
         </small>
       </button>
     </li>
@@ -100,7 +100,7 @@ function Robots({ report }: { report: ExplorationReport }) {
   if (exploration.state === ExplorationState.ENDED) return null;
   return (
     <section aria-label="Robots">
-      <h3>Robots on their way</h3>
+      <h3>Robots with a goal</h3>
       {exploration.goals.length === 0 && <p class="note">No robot has a goal now.</p>}
       <ul class="choices">
         {exploration.goals.map((goal) => (
@@ -121,7 +121,7 @@ function FrontierRow({ frontier, cellAreaM2 }: { frontier: Frontier; cellAreaM2:
           {centroid?.x.toFixed(1)}, {centroid?.y.toFixed(1)}
         </span>
         <small class="number">
-          {viewpoint ? `${areaOfCells(gainCells, cellAreaM2)} in sight` : 'out of reach'}
+          {viewpoint ? `reveals ${areaOfCells(gainCells, cellAreaM2)}` : 'unreachable'}
         </small>
       </button>
     </li>
@@ -150,7 +150,7 @@ function Unreachable({ report }: { report: ExplorationReport }) {
   if (places.length === 0) return null;
   return (
     <section aria-label="Unreachable places">
-      <h3>Given up as unreachable</h3>
+      <h3>Unreachable places</h3>
       <ul class="choices">
         {places.map(({ id, robot, position }) => (
           <li key={`${id}`}>
@@ -191,11 +191,13 @@ function ExplorationPanel() {
   useEffect(followExploration, []);
   const report = explorationReport.value;
   if (explorations.value.length === 0) {
-    return <p class="note">Nothing of this map is being explored.</p>;
+    return <p class="note">This map has no exploration.</p>;
   }
   return (
     <div class="stack">
-      {asOf.value !== undefined && <p class="note">This is how it stands now, not as of then.</p>}
+      {asOf.value !== undefined && (
+        <p class="note">This is the current state, not the state at the shown revision.</p>
+      )}
       {explorationProblem.value && (
         <p class="note bad" role="alert">
           {explorationProblem.value}

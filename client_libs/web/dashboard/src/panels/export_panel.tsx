@@ -11,15 +11,19 @@ const FORMATS: readonly { format: ExportFormat; name: string; what: string }[] =
   {
     format: 'gpkg',
     name: 'GeoPackage',
-    what: 'Everything as the server keeps it, for QGIS and GDAL',
+    what: 'The whole map as the server stores it, for QGIS and GDAL',
   },
-  { format: 'hmap', name: 'Hypermap (.hmap)', what: 'Layers as the original Hypermap has them' },
+  {
+    format: 'hmap',
+    name: 'Hypermap (.hmap)',
+    what: 'Layers in the format of the original Hypermap',
+  },
   { format: 'geojson', name: 'GeoJSON', what: 'Objects, in metres' },
   { format: 'nav2', name: 'Nav2 (YAML + PGM)', what: 'One occupancy grid, for ROS' },
 ];
 
 const format = signal<ExportFormat>('gpkg');
-/** Those that people took out. */
+/** The layers that the user has deselected. */
 const without = signal<ReadonlySet<string>>(new Set());
 const exported = asking<Export>();
 
@@ -27,7 +31,11 @@ const carried = computed(() =>
   (layers.value ?? []).filter((layer) => canCarry(format.value, layer)),
 );
 
-/** Formats that have one layer a file let people choose one; the backup is whole. */
+/**
+ * How many layers the user chooses: one for a format with one layer per file, many for the others.
+ * There is no choice for a backup, which always has the whole map, or when only one layer is
+ * possible.
+ */
 const choice = computed(() => {
   if (format.value === 'gpkg' || carried.value.length < 2) return undefined;
   return format.value === 'nav2' ? 'one' : 'many';
@@ -48,7 +56,7 @@ function save({ file }: Export): void {
   link.href = url;
   link.download = file.name;
   link.click();
-  // The browser has begun to read it by then.
+  // The URL must stay valid until the browser has begun to read it, which no event reports.
   setTimeout(() => URL.revokeObjectURL(url), 60_000);
 }
 
@@ -131,7 +139,7 @@ function Outcome() {
       </p>
       {omissions.length > 0 && (
         <>
-          <p class="plain">The format can't carry:</p>
+          <p class="plain">The format can't represent everything. Not in the file:</p>
           <ul class="omissions">
             {omissions.map((line) => (
               <li key={line}>{line}</li>
@@ -161,11 +169,11 @@ function ExportPanel() {
       }}
     >
       {asOf.value !== undefined && (
-        <p class="note">The map is saved as it is now, not as of then.</p>
+        <p class="note">The current map is saved, not the shown revision.</p>
       )}
       <Formats />
       <Layers />
-      {nothing && <p class="note">There is no layer to be written in this format.</p>}
+      {nothing && <p class="note">No layer can be written in this format.</p>}
       <button class="primary" disabled={busy || nothing}>
         {busy ? 'Saving …' : 'Save'}
       </button>

@@ -1,15 +1,17 @@
 import type { ChangeEntry } from '../state/changes';
 import { ChangeKind } from '../state/model';
 
-/** Changes of the same kind to the same thing, one soon after the other. */
+/** Consecutive changes of the same kind to the same object or layer within a short time. */
 export interface FoldedChange {
-  /** The last one. */
+  /** The most recent of these changes. */
   newest: ChangeEntry;
+  /** The number of changes. */
   times: number;
-  /** Written in all of them. */
+  /** The number of cells written by all of them. */
   cells: number;
 }
 
+/** The longest time between two changes that are listed as one. */
 const SOON_MS = 10_000;
 
 function sameThing(a: ChangeEntry, b: ChangeEntry): boolean {
@@ -21,7 +23,10 @@ function soonAfter(later: ChangeEntry, earlier: ChangeEntry): boolean {
   return later.time.getTime() - earlier.time.getTime() < SOON_MS;
 }
 
-/** What robots do many times a second becomes one line. The newest first, as it came. */
+/**
+ * Joins repeated changes, which robots may make many times per second, into one line each. Expects
+ * the newest change first, and returns the same order.
+ */
 export function foldChanges(entries: readonly ChangeEntry[]): FoldedChange[] {
   const folded: FoldedChange[] = [];
   for (const entry of entries) {
@@ -36,7 +41,7 @@ export function foldChanges(entries: readonly ChangeEntry[]): FoldedChange[] {
   return folded;
 }
 
-/** What happened, in a word. */
+/** The kind of a change as a word. */
 export function verbOf({ kind, isNew }: ChangeEntry): string {
   switch (kind) {
     case ChangeKind.PUT:

@@ -86,13 +86,15 @@ function Here() {
       {selected.value && <ObjectCard {...selected.value} />}
       {selectedId.value !== undefined && !selected.value && (
         <p class="note">
-          This object is not on the map{asOf.value !== undefined ? ' then' : ' any more'}.
+          {asOf.value !== undefined
+            ? 'This object is not on the map at this revision.'
+            : 'This object is no longer on the map.'}
         </p>
       )}
       <AtPoint />
       {nothing && (
         <p class="note">
-          Click the map to ask every layer what is there. Enter asks about its middle.
+          Click the map to query all layers at a point. Enter queries the centre of the map.
         </p>
       )}
     </div>

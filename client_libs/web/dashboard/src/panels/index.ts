@@ -8,7 +8,7 @@ import type { Panel } from './panel';
 import { searchPanel } from './search_panel';
 import { timePanel } from './time_panel';
 
-/** In the order of their tabs. */
+/** All panels in the order of their tabs. */
 export const panels: readonly Panel[] = [
   layersPanel,
   searchPanel,

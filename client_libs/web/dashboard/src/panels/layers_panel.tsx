@@ -14,7 +14,7 @@ const GROUPS: readonly { kind: LayerKind; title: string }[] = [
   { kind: LayerKind.OCCUPANCY, title: 'Occupancy' },
 ];
 
-/** Layers whose details are open. */
+/** The layers whose details are expanded. */
 const open = signal<ReadonlySet<string>>(new Set());
 
 function toggle(name: string): void {
@@ -23,11 +23,11 @@ function toggle(name: string): void {
   open.value = next;
 }
 
-/** What there is of a layer, in a word. */
+/** The extent of a layer's content: the number of objects, or the size of a cell. */
 function extentOf(layer: Layer): string {
   const store = shown.value.stores.value.get(layer.name);
-  if (!store) return asOf.value === undefined ? 'empty' : 'not there';
-  store.version.value; // it changes
+  if (!store) return asOf.value === undefined ? 'empty' : 'no content';
+  store.version.value; // Rendered again after each change.
   if (store.type === 'objects') return store.objects.size.toLocaleString();
   if (!store.geometry) return 'empty';
   const centimetres = store.geometry.resolutionM * 100;

@@ -8,10 +8,10 @@ import { signal } from '@preact/signals';
 import { dark } from '../state/theme';
 import { shown } from '../state/time';
 
-/** Classes that are listed before somebody asks for all. */
+/** The number of classes that are listed until the user expands the list. */
 const FIRST_CLASSES = 8;
 
-/** Layers of which all classes are listed. */
+/** The layers whose list of classes is expanded. */
 const unfolded = signal<ReadonlySet<string>>(new Set());
 
 function Ramp({ layer, from, to }: { layer: Layer; from: string; to: string }) {
@@ -35,7 +35,7 @@ function formatted(value: number, unit: string): string {
 }
 
 function ScalarLegend({ layer, store }: { layer: Layer; store: GridStore }) {
-  store.version.value; // the range grows
+  store.version.value; // Rendered again after each change, which may extend the range.
   const { min, max } = store.range;
   return <Ramp layer={layer} from={formatted(min, layer.unit)} to={formatted(max, layer.unit)} />;
 }
@@ -58,7 +58,7 @@ function ExplorationLegend({ layer }: { layer: Layer }) {
 }
 
 function ClassLegend({ layer, store }: { layer: Layer; store: ObjectStore }) {
-  store.version.value; // objects come and go
+  store.version.value; // Rendered again after each change.
   const all = classCounts(store.objects.values());
   const listed = unfolded.value.has(layer.name) ? all : all.slice(0, FIRST_CLASSES);
   return (
@@ -84,10 +84,10 @@ function ClassLegend({ layer, store }: { layer: Layer; store: ObjectStore }) {
   );
 }
 
-/** What the colours of a layer mean. */
+/** The legend of a layer's colours. */
 export function Legend({ layer }: { layer: Layer }) {
   const store = shown.value.stores.value.get(layer.name);
-  if (!store) return <p class="soft">Nothing here yet.</p>;
+  if (!store) return <p class="soft">This layer is empty.</p>;
   if (store.type === 'objects') return <ClassLegend layer={layer} store={store} />;
   switch (layer.kind) {
     case LayerKind.SCALAR:

@@ -9,9 +9,9 @@ interface Props {
   object: Object$;
 }
 
-/** What can be done to an object of the map as it is now. */
+/** Buttons that change an object of the live map. */
 export function ObjectActions({ layer, object }: Props) {
-  if (asOf.value !== undefined) return <p class="note">The past can't be changed.</p>;
+  if (asOf.value !== undefined) return <p class="note">Earlier revisions can't be changed.</p>;
   if (reshaping.value?.before.id === object.id) return <ReshapingActions />;
   const busy = editing.value;
   const pinned = object.tags.includes(PINNED);
@@ -22,7 +22,7 @@ export function ObjectActions({ layer, object }: Props) {
       </button>
       <button
         disabled={busy || pinned}
-        title="You have seen it: robots leave it as it is"
+        title="Confirms the object, so that fusion no longer changes it"
         onClick={() => void pinObject(layer, object)}
       >
         {pinned ? 'Pinned' : 'Pin'}

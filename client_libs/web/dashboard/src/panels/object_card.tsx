@@ -26,7 +26,7 @@ function Bar({ name, value, colour }: { name: string; value: number; colour: str
   );
 }
 
-/** How sure it is that the object is there, and what it may be. */
+/** The existence probability and the class probabilities of an object. */
 function Beliefs({ object }: { object: Object$ }) {
   const classes = Object.entries(object.classes).sort(([, a], [, b]) => b - a);
   return (
@@ -93,9 +93,7 @@ function Facts({ object }: { object: Object$ }) {
           {metres(height.lowM)} to {metres(height.highM)}
         </Fact>
       )}
-      {expireTime && (
-        <Fact name="Leaves the map">{timestampDate(expireTime).toLocaleString()}</Fact>
-      )}
+      {expireTime && <Fact name="Expires">{timestampDate(expireTime).toLocaleString()}</Fact>}
       {Object.entries(attributes).map(([name, value]) => (
         <Fact key={name} name={name}>
           {attributeText(value)}
@@ -106,7 +104,7 @@ function Facts({ object }: { object: Object$ }) {
   );
 }
 
-/** All that is known of an object. */
+/** All properties of an object, its evidence, and buttons to change it. */
 export function ObjectCard({ layer, object }: Props) {
   const { id, label, tags } = object;
   return (

@@ -1,14 +1,16 @@
 import type { ComponentType } from 'preact';
 
-/** A part of the page beside the map. */
+/** A panel beside the map. */
 export interface Panel {
-  /** Unique, in lower case. */
+  /** A unique name in lower case. */
   id: string;
   title: string;
   icon: ComponentType;
   component: ComponentType;
-  /** On wide screens: `left` and `bottom` are always there, of those at `right` one is open. */
+  /**
+   * On wide screens, panels at `left` and `bottom` are always visible, and one at `right` is open.
+   */
   place: 'left' | 'right' | 'bottom';
-  /** Opens it. */
+  /** The key that opens the panel. */
   shortcut: string;
 }

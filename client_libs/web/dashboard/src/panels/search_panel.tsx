@@ -14,9 +14,9 @@ import type { Panel } from './panel';
 type Where = 'everywhere' | 'area' | 'nearest';
 
 const PLACES: readonly { where: Where; name: string; title: string }[] = [
-  { where: 'everywhere', name: 'Everywhere', title: 'All places of the map' },
+  { where: 'everywhere', name: 'Everywhere', title: 'On the whole map' },
   { where: 'area', name: 'In an area', title: 'In a polygon that you draw' },
-  { where: 'nearest', name: 'Nearest', title: "Nearest to the map's middle" },
+  { where: 'nearest', name: 'Nearest', title: 'Nearest to the centre of the map' },
 ];
 
 const value = signal('');
@@ -27,7 +27,9 @@ const WORDS_OF_KIND: Partial<Record<LayerKind, readonly string[]>> = {
   [LayerKind.EXPLORATION]: ['explored', 'unexplored'],
 };
 
-/** What can be asked for on this map: labels, other words for them, and words for cells. */
+/**
+ * The values that can be searched on this map: labels, their aliases, and words for cell values.
+ */
 function suggestions(): string[] {
   const aliases = layers.value?.flatMap((layer) => layer.aliases.map(({ alias }) => alias)) ?? [];
   const words = layers.value?.flatMap(({ kind }) => WORDS_OF_KIND[kind] ?? []) ?? [];
@@ -39,7 +41,7 @@ async function submit(): Promise<void> {
   if (where.value === 'area') {
     const what = wanted || 'everything';
     const ring = await drawPolygon(
-      `Draw where to look for ${what}: click corners, the last one twice`,
+      `Draw the area to search for ${what}: click its corners; click the last one twice`,
     );
     if (!ring) return;
     await ask(wanted ? { kind: 'value', value: wanted, ring } : { kind: 'area', ring });
@@ -71,7 +73,7 @@ function PlaceChoice() {
 function Form() {
   const input = useRef<HTMLInputElement>(null);
   useEffect(() => {
-    // Where one types on the screen, that would bring up the keyboard.
+    // On touch screens the focus would open the on-screen keyboard.
     if (matchMedia('(pointer: fine)').matches) input.current?.focus();
   }, []);
   const inArea = where.value === 'area';
@@ -118,7 +120,7 @@ function Search() {
           {problem.value}
         </p>
       )}
-      {busy.value && !answer.value && <p class="note">Looking …</p>}
+      {busy.value && !answer.value && <p class="note">Searching …</p>}
       {answer.value && <AnswerList answer={answer.value} onClear={forgetAnswer} />}
     </div>
   );

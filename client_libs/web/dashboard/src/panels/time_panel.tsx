@@ -59,7 +59,7 @@ function TimeField() {
   );
 }
 
-function What() {
+function RevisionText() {
   if (asOf.value === undefined) {
     return <span class="soft number">revision {String(liveRevision.value)}</span>;
   }
@@ -117,7 +117,7 @@ function Time() {
       </div>
       <div class="row time-words">
         <span class="grow cut">
-          <What />
+          <RevisionText />
         </span>
         {timeFieldOpen.value && <TimeField />}
       </div>

@@ -23,7 +23,7 @@ const history = new EditHistory(apply);
 async function apply({ layer, id, version: ifVersion, object }: WantedEdit) {
   const map = mapName.value;
   const frameId = mapFrame.value;
-  if (map === undefined || frameId === undefined) throw new Error('The map is not there yet.');
+  if (map === undefined || frameId === undefined) throw new Error('The map is not loaded yet.');
   const edit = object
     ? ({ case: 'putObject', value: putOf(layer, { ...object, id }, frameId, ifVersion) } as const)
     : ({ case: 'deleteObject', value: { layer, id, ifVersion } } as const);
@@ -33,7 +33,7 @@ async function apply({ layer, id, version: ifVersion, object }: WantedEdit) {
   } catch (error) {
     const { code } = ConnectError.from(error);
     if (code !== Code.Aborted && code !== Code.NotFound) throw error;
-    throw new StaleEdit('Somebody else has changed it meanwhile.');
+    throw new StaleEdit('Somebody else has changed the object in the meantime.');
   }
 }
 

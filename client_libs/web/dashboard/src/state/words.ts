@@ -26,9 +26,9 @@ const STATUS_WORDS: Record<AnswerStatus, string> = {
   [AnswerStatus.UNSPECIFIED]: '',
   [AnswerStatus.VALUE]: '',
   [AnswerStatus.UNKNOWN]: 'unknown',
-  [AnswerStatus.OUTSIDE]: 'outside of the layer',
-  [AnswerStatus.NO_TRANSFORM]: 'its frame is not connected',
-  [AnswerStatus.UNSUPPORTED_VALUE]: 'has no such values',
+  [AnswerStatus.OUTSIDE]: 'outside the layer',
+  [AnswerStatus.NO_TRANSFORM]: 'no transform to its frame',
+  [AnswerStatus.UNSUPPORTED_VALUE]: 'does not support this value',
 };
 
 export function statusWords(status: AnswerStatus): string {

@@ -1,4 +1,4 @@
-/** The date and time of day, as people here write them. */
+/** Formats date and time in the user's locale. */
 export function formatTime(time: Date): string {
   return time.toLocaleString(undefined, { dateStyle: 'medium', timeStyle: 'medium' });
 }

@@ -1,4 +1,4 @@
-// Line icons on a grid of 20 x 20, drawn in the colour of the text.
+// Line icons in a box of 20 x 20 units, drawn in the colour of the text.
 import type { ComponentChildren } from 'preact';
 
 function Icon({ children }: { children: ComponentChildren }) {

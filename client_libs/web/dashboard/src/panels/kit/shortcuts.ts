@@ -1,14 +1,15 @@
-/** Keys that work wherever one is, but for text fields. */
+/** A key that works anywhere on the page except in text fields. */
 interface Shortcut {
-  /** As KeyboardEvent.key has it; with Control or Command: "mod+z". */
+  /** The value of KeyboardEvent.key, with the prefix "mod+" for Control or Command: "mod+z". */
   key: string;
-  /** What it does, for the help. */
+  /** The description in the help. */
   what: string;
   act: () => void;
 }
 
 const shortcuts = new Map<string, Shortcut>();
 
+/** Adds a shortcut, replacing one with the same key. The returned function removes it. */
 export function addShortcut(shortcut: Shortcut): () => void {
   shortcuts.set(shortcut.key, shortcut);
   return () => {
@@ -27,9 +28,10 @@ function isTextField(target: EventTarget | null): boolean {
   return target.isContentEditable || ['TEXTAREA', 'SELECT'].includes(target.tagName);
 }
 
+/** Starts to handle keys. The returned function stops it. */
 export function listenForShortcuts(): () => void {
   const onKey = (event: KeyboardEvent): void => {
-    // A dialog has the keyboard for itself.
+    // While a dialog is open, shortcuts are off.
     if (document.querySelector('dialog[open]')) return;
     if (event.altKey || (isTextField(event.target) && event.key !== 'Escape')) return;
     const mod = event.ctrlKey || event.metaKey;
