@@ -3,8 +3,8 @@
 #
 #   client_libs/web/build.sh [BUILD]    the build folder, default build
 #
-# Packages are installed anew when the lock file has changed. Exit code 77: no Node or Go here that
-# could build them.
+# Packages are installed again when the lock file has changed. The exit code is 77 if this machine
+# has no suitable Node or Go.
 set -euo pipefail
 build=$(realpath -m "${1:-$(dirname "$0")/../../build}")
 cd "$(dirname "$0")"
@@ -20,7 +20,7 @@ build_packages() {
     --emptyOutDir --outDir "$build/dashboard"
 }
 
-# The gateway knows the messages by their descriptors.
+# The gateway embeds the descriptors of all messages.
 build_gateway() {
   mkdir -p gateway/schema
   (

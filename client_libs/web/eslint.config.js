@@ -7,7 +7,8 @@ export default ts.config(
   ts.configs.strict,
   {
     rules: {
-      // The type checker knows undefined names better, and reading a signal has an effect.
+      // The type checker finds undefined names. Reading a signal subscribes an effect to it, so such
+      // an expression is not unused.
       'no-undef': 'off',
       '@typescript-eslint/no-unused-expressions': 'off',
       '@typescript-eslint/no-unused-vars': ['error', { argsIgnorePattern: '^_' }],

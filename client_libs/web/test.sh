@@ -1,6 +1,6 @@
 #!/bin/bash
-# Runs the tests of one web part (client, dashboard, gateway) against the programs of a build folder.
-# Exit code 77: no Node or Go here that could do so.
+# Runs the tests of one web part (client, dashboard, gateway) against the programs of a build
+# folder. The exit code is 77 if this machine has no suitable Node or Go.
 set -euo pipefail
 part=$1
 HYPERMAP_BUILD=$(realpath "$2")
@@ -12,7 +12,7 @@ require_tools
 if [[ $part == gateway ]]; then
   cd gateway
   go vet ./...
-  # The programs may have changed: never from the cache.
+  # Go would cache a result although the tested programs have changed.
   exec go test -count=1 ./...
 fi
 exec npm test --silent --workspace "$part"

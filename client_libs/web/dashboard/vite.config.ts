@@ -1,6 +1,6 @@
 import { defineConfig } from 'vitest/config';
 
-// The gateway that `npm run dev` sends calls to.
+// The gateway to which `npm run dev` forwards calls.
 const gateway = 'http://127.0.0.1:8080';
 
 export default defineConfig({
@@ -9,7 +9,7 @@ export default defineConfig({
     outDir: '../../../build/dashboard',
     emptyOutDir: true,
     target: 'es2022',
-    // kB. It is one page, and most of it is the map library.
+    // In kB. The page is a single chunk, most of which is the map library.
     chunkSizeWarningLimit: 800,
   },
   server: { proxy: { '/hypermap.v1.': gateway } },

@@ -2,7 +2,7 @@ import { defineConfig } from '@playwright/test';
 
 import { buildFolder, chromium } from './support/places.js';
 
-// Spec files may run as processes of their own, at once: each keeps its results apart.
+// ctest runs the spec files as separate processes in parallel, so each has its own results folder.
 const run = process.env.E2E_RUN ?? 'all';
 
 export default defineConfig({

@@ -2,15 +2,16 @@ import type { Polygon as GeoJsonPolygon, Position } from 'geojson';
 import type { GridGeometry } from './gen/hypermap/v1/layer_pb.js';
 import type { CellRuns } from './gen/hypermap/v1/query_service_pb.js';
 
-/** Cells colBegin <= column < colEnd of a row, which share a value. */
+/** The cells colBegin <= column < colEnd of a row, which share a value. */
 export interface CellRun {
   row: number;
   colBegin: number;
   colEnd: number;
-  /** NaN: unknown. */
+  /** NaN for unknown cells. */
   value: number;
 }
 
+/** Iterates over the runs of cells, which the message has in columns. */
 export function* runsOf(cells: CellRuns): Generator<CellRun> {
   for (const [i, row] of cells.rows.entries()) {
     yield {
@@ -22,7 +23,7 @@ export function* runsOf(cells: CellRuns): Generator<CellRun> {
   }
 }
 
-/** The rectangle that a run covers, in the frame of the grid's origin. */
+/** Returns the rectangle that a run covers, in the frame of the grid's origin. */
 export function runToGeoJson(run: CellRun, grid: GridGeometry): GeoJsonPolygon {
   const { x = 0, y = 0, yaw = 0 } = grid.origin ?? {};
   const [cos, sin] = [Math.cos(yaw), Math.sin(yaw)];

@@ -8,12 +8,12 @@ import { QueryService } from './gen/hypermap/v1/query_service_pb.js';
 import { WatchService } from './gen/hypermap/v1/watch_service_pb.js';
 import { guard, type GuardOptions } from './guard.js';
 
-/** The services of a Hypermap server. Methods of each are those of its .proto file. */
+/** The services of a Hypermap server. Each has the methods of its .proto file. */
 export interface HypermapClient {
   readonly catalog: Client<typeof CatalogService>;
   readonly query: Client<typeof QueryService>;
   readonly edit: Client<typeof EditService>;
-  /** For watching without a gap there is `watch`. */
+  /** The function `watch` wraps this service and reconnects without missing a change. */
   readonly changes: Client<typeof WatchService>;
   readonly ingest: Client<typeof IngestService>;
   readonly exploration: Client<typeof ExplorationService>;
@@ -22,11 +22,12 @@ export interface HypermapClient {
 export type HypermapClientOptions = GuardOptions;
 
 /**
- * Makes a client of a gateway's URL (by gRPC-Web, in browsers and Node), or of any transport: with
- * `createGrpcTransport` of @connectrpc/connect-node straight to a server. Nothing is sent yet.
+ * Creates a client for the URL of a gateway (gRPC-Web, in browsers and Node) or for any transport;
+ * use `createGrpcTransport` of @connectrpc/connect-node to connect to a server directly. Sends
+ * nothing.
  *
- * Every mutation gets a request id unless it has one, and calls that can do no harm twice are sent
- * again while the server can't be reached, see `retries`. Errors are `ConnectError`s.
+ * Every mutation gets a request id unless it has one. Idempotent calls are retried while the server
+ * is unreachable, see `retries`. Errors are `ConnectError`s.
  */
 export function createHypermapClient(
   to: Transport | string | URL,
@@ -47,7 +48,8 @@ function isTransport(to: Transport | string | URL): to is Transport {
   return typeof to !== 'string' && !(to instanceof URL);
 }
 
-// Not Connect, which tells errors by the HTTP status: browsers log each of those as a failure.
+// Uses gRPC-Web, because the Connect protocol reports errors by HTTP status, and browsers log every
+// such response as a failure.
 function webTransport(url: string | URL): Transport {
   return createGrpcWebTransport({ baseUrl: String(url).replace(/\/+$/, '') });
 }

@@ -10,12 +10,12 @@ export interface MapFile {
 
 export interface ExportedMap {
   revision: bigint;
-  /** One line for each thing of the map that the format can't carry. */
+  /** One line for each part of the map that the format can't represent. */
   omissions: string[];
   files: MapFile[];
 }
 
-/** Writes a map or some of its layers as interchange files. */
+/** Exports a map, or some of its layers, as interchange files. */
 export async function exportMap(
   client: HypermapClient,
   request: MessageInitShape<typeof ExportMapRequestSchema>,
@@ -38,7 +38,7 @@ export async function exportMap(
   return { revision, omissions, files };
 }
 
-/** A copy of the map as the server keeps it: a GeoPackage. */
+/** Returns a copy of the map as the server stores it: a GeoPackage. */
 export async function backupMap(
   client: HypermapClient,
   map: string,

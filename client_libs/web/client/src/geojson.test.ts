@@ -34,7 +34,7 @@ describe('polygons', () => {
     expect(polygonFromGeoJson({ type: 'Polygon', coordinates: [tall] })).toEqual(flat);
   });
 
-  test('have a ring', () => {
+  test('must have a ring', () => {
     expect(() => polygonFromGeoJson({ type: 'Polygon', coordinates: [] })).toThrow(RangeError);
   });
 });

@@ -8,13 +8,16 @@ import {
 } from './gen/hypermap/v1/geometry_pb.js';
 import type { Object$ } from './gen/hypermap/v1/object_pb.js';
 
-/** Coordinates stay metres in the frame of the answer: they are no longitudes and latitudes. */
+/**
+ * Converts a polygon. Coordinates stay metres in the frame of the answer, not degrees as in RFC
+ * 7946.
+ */
 export function polygonToGeoJson(polygon: Polygon): GeoJsonPolygon {
   const rings = polygon.outer ? [polygon.outer, ...polygon.holes] : [];
   return { type: 'Polygon', coordinates: rings.map(closedPositions) };
 }
 
-/** Rings may be closed or open, of either winding; a third coordinate is not used. */
+/** Converts a polygon. Rings may be closed or open, of either winding; heights are ignored. */
 export function polygonFromGeoJson(polygon: GeoJsonPolygon): Polygon {
   const [outer, ...holes] = polygon.coordinates.map(openRing);
   if (!outer) throw new RangeError('a polygon without a ring');
@@ -24,17 +27,17 @@ export function polygonFromGeoJson(polygon: GeoJsonPolygon): Polygon {
 export interface ObjectProperties {
   label: string;
   classes: Record<string, number>;
-  /** In [0, 1]. */
+  /** The probability that the object exists, in [0, 1]. */
   existence: number;
   tags: string[];
   attributes: Record<string, boolean | bigint | number | string>;
-  /** Metres above the plane. */
+  /** The vertical extent in metres above the plane. */
   height: { low: number; high: number } | undefined;
   version: bigint;
   layer: string;
 }
 
-/** The object as a feature with its id as text: ids have 64 bits. */
+/** Converts an object to a feature. The id becomes a string, because ids have 64 bits. */
 export function objectToFeature(
   object: Object$,
   layer: string,

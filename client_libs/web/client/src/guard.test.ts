@@ -5,7 +5,7 @@ import { CatalogService } from './gen/hypermap/v1/catalog_service_pb.js';
 import { EditService } from './gen/hypermap/v1/edit_service_pb.js';
 import { ExplorationService } from './gen/hypermap/v1/exploration_service_pb.js';
 
-/** A server that fails so often, and the request ids and tokens that it was sent. */
+/** A server that fails the first `times` calls, and the request ids and tokens that it received. */
 function failing(times: number, code: Code) {
   const ids: string[] = [];
   const tokens: (string | null)[] = [];
@@ -39,7 +39,7 @@ function failing(times: number, code: Code) {
   return { transport, ids, tokens };
 }
 
-test('a mutation is sent again with its id while the server cannot be reached', async () => {
+test('a mutation is retried with the same request id while the server is unreachable', async () => {
   const { transport, ids } = failing(2, Code.Unavailable);
   const { revision } = await createHypermapClient(transport).edit.applyEdits({ map: 'm' });
   expect(revision).toBe(1n);
@@ -48,7 +48,7 @@ test('a mutation is sent again with its id while the server cannot be reached', 
   expect(ids[0]).toMatch(/^[0-9a-f]{32}$/);
 });
 
-test('two mutations have two ids, and an id that is given is kept', async () => {
+test('two mutations get different request ids, and a given id is kept', async () => {
   const { transport, ids } = failing(0, Code.Unavailable);
   const { edit } = createHypermapClient(transport);
   await edit.applyEdits({ map: 'm' });
@@ -58,7 +58,7 @@ test('two mutations have two ids, and an id that is given is kept', async () => 
   expect(ids[2]).toBe('mine');
 });
 
-test('a question is asked again, what says no and what may count twice is not', async () => {
+test('queries are retried; refused calls and calls that are not idempotent are not', async () => {
   const question = failing(1, Code.Unavailable);
   await createHypermapClient(question.transport).catalog.listMaps({});
   expect(question.ids).toHaveLength(2);
@@ -76,7 +76,7 @@ test('a question is asked again, what says no and what may count twice is not', 
   expect(unguarded.ids).toHaveLength(1);
 });
 
-test('gives up after so many tries, and at once when it is no longer wanted', async () => {
+test('gives up after the given number of retries, or when the call is aborted', async () => {
   const { transport, ids } = failing(9, Code.Unavailable);
   await expect(
     createHypermapClient(transport, { retries: 1 }).edit.applyEdits({}),
@@ -88,7 +88,7 @@ test('gives up after so many tries, and at once when it is no longer wanted', as
   expect(ids.length).toBeLessThanOrEqual(3);
 });
 
-test('the token goes with each call, as it is at that time', async () => {
+test('each call is sent with the current token', async () => {
   const { transport, tokens } = failing(0, Code.Unavailable);
   let token: string | undefined = 'first';
   const { edit } = createHypermapClient(transport, { token: () => token });

@@ -4,13 +4,13 @@ import { newRequestId } from './request_id.js';
 import { retrying } from './retry.js';
 
 export interface GuardOptions {
-  /** Sent as a bearer token; a function is asked before each call. */
+  /** The bearer token of each call. A function is called before each call. */
   token?: string | (() => string | undefined);
-  /** How often a call is sent again while the server can't be reached. Default 3. */
+  /** The maximum number of retries of a call while the server is unreachable. Default 3. */
   retries?: number;
 }
 
-/** The transport with tokens, request ids and retries. */
+/** Wraps a transport so that calls get tokens, request ids and retries. */
 export function guard(transport: Transport, { token, retries = 3 }: GuardOptions): Transport {
   const withToken = (given: HeadersInit | undefined): Headers => {
     const header = new Headers(given);
@@ -23,7 +23,7 @@ export function guard(transport: Transport, { token, retries = 3 }: GuardOptions
       const message = withRequestId(method.input, input);
       const send = () =>
         transport.unary(method, signal, timeoutMs, withToken(header), message, contextValues);
-      return canBeRepeated(method) ? retrying(send, { retries, signal }) : send();
+      return isIdempotent(method) ? retrying(send, { retries, signal }) : send();
     },
     stream(method, signal, timeoutMs, header, input, contextValues) {
       return transport.stream(method, signal, timeoutMs, withToken(header), input, contextValues);
@@ -40,7 +40,8 @@ function withRequestId<I extends DescMessage>(
   return { ...input, requestId: newRequestId() };
 }
 
-// The server answers a request id that it knows as it did before; questions change nothing.
-function canBeRepeated(method: DescMethodUnary): boolean {
+// A call with a request id is idempotent, because the server repeats its first answer. Queries
+// change nothing.
+function isIdempotent(method: DescMethodUnary): boolean {
   return Boolean(method.input.field['requestId']) || /^(Get|List|Query|Explain)/.test(method.name);
 }

@@ -23,7 +23,7 @@ export * from './gen/hypermap/v1/observation_pb.js';
 export * from './gen/hypermap/v1/query_service_pb.js';
 export * from './gen/hypermap/v1/watch_service_pb.js';
 
-// What callers need of the libraries beneath, so that they need not name their versions.
+// Re-exports of the underlying libraries, so that callers need not depend on matching versions.
 export { create, toJson, type MessageInitShape } from '@bufbuild/protobuf';
 export { timestampDate, timestampFromDate } from '@bufbuild/protobuf/wkt';
 export { Code, ConnectError } from '@connectrpc/connect';

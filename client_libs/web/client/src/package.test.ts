@@ -12,7 +12,7 @@ const modules = fileURLToPath(new URL('../../node_modules', import.meta.url));
 
 let project: string;
 
-// Somebody else's project with the package as it would be published, and what it depends on.
+// Creates a project outside of the checkout that depends on the package as it would be published.
 beforeAll(async () => {
   project = await mkdtemp(join(tmpdir(), 'hypermap_package_'));
   const installed = join(project, 'node_modules', '@hypermap', 'client');

@@ -1,6 +1,6 @@
 import { Code, ConnectError } from '@connectrpc/connect';
 
-// What the server will answer in the same way again.
+// Codes that a retry would get again.
 const final = new Set<Code>([
   Code.InvalidArgument,
   Code.NotFound,
@@ -13,26 +13,29 @@ const final = new Set<Code>([
   Code.DataLoss,
 ]);
 
-/** Whether a stream that ended so is worth opening again. */
+/** Whether a stream that ended with this error may succeed when it is opened again. */
 export function isTransient(error: unknown): boolean {
   return !final.has(ConnectError.from(error).code);
 }
 
-// The server was not reached, or what it said was not understood whole. Browsers tell of a lost
-// connection by a plain error, which the library wraps.
+// Whether the server could not be reached or its answer was cut off. Browsers report a lost
+// connection as a plain error, which Connect wraps as the cause.
 function isUnreachable(error: unknown): boolean {
   const { code, cause } = ConnectError.from(error);
   return code === Code.Unavailable || (cause !== undefined && code !== Code.Canceled);
 }
 
 export interface BackoffOptions {
-  /** Milliseconds before the first new try. Default 200. */
+  /** The delay before the first retry, milliseconds. Default 200. */
   firstMs?: number;
-  /** The longest wait. Default 5000. */
+  /** The maximum delay, milliseconds. Default 5000. */
   longestMs?: number;
 }
 
-/** Waits that grow twofold, each cut by up to a half at random so that clients don't come at once. */
+/**
+ * Exponential backoff. Each delay is reduced at random by up to a half, so that clients do not
+ * retry all at once.
+ */
 export class Backoff {
   private readonly firstMs: number;
   private readonly longestMs: number;
@@ -43,18 +46,19 @@ export class Backoff {
     this.longestMs = longestMs;
   }
 
+  /** Starts again with the first delay. */
   reset(): void {
     this.tries = 0;
   }
 
-  /** The next wait, in milliseconds. */
+  /** Returns the next delay, milliseconds. */
   next(): number {
     const whole = Math.min(this.longestMs, this.firstMs * 2 ** Math.min(this.tries++, 30));
     return whole * (1 - Math.random() / 2);
   }
 }
 
-/** Ends early, without an error, when the signal is aborted. */
+/** Waits for a time. Resolves early, without an error, when the signal is aborted. */
 export function wait(ms: number, signal?: AbortSignal): Promise<void> {
   if (signal?.aborted) return Promise.resolve();
   return new Promise((resolve) => {
@@ -68,6 +72,7 @@ export function wait(ms: number, signal?: AbortSignal): Promise<void> {
   });
 }
 
+/** Calls a function, and again with a backoff while the server is unreachable. */
 export async function retrying<T>(
   call: () => Promise<T>,
   { retries, signal }: { retries: number; signal?: AbortSignal | undefined },

@@ -56,7 +56,7 @@ const square = (x: number, y: number, side = 1) =>
     ],
   });
 
-/** A map with a layer of things, and one thing in it. */
+/** Creates a map with a layer "things" and a chair on it. Returns its name. */
 async function drawMap(client: HypermapClient): Promise<string> {
   const map = `map-${newRequestId()}`;
   await client.catalog.createMap({ map });
@@ -91,7 +91,7 @@ const transports: Record<string, () => Transport | string> = {
 };
 
 describe.each(Object.entries(transports))('by %s', (_, transport) => {
-  test('asks the three questions', async () => {
+  test('answers queries by point, area and value', async () => {
     const client = createHypermapClient(transport());
     const map = await drawMap(client);
 
@@ -113,7 +113,7 @@ describe.each(Object.entries(transports))('by %s', (_, transport) => {
     expect(found[0]?.centroid).toMatchObject({ x: 0.5, y: 0.5 });
   });
 
-  test('errors come with their code and the words of the server', async () => {
+  test('errors have the code and message of the server', async () => {
     const client = createHypermapClient(transport());
     await expect(client.catalog.getMap({ map: 'nowhere' })).rejects.toMatchObject({
       code: Code.NotFound,
@@ -145,7 +145,7 @@ describe.each(Object.entries(transports))('by %s', (_, transport) => {
     expect((await client.catalog.getLayer({ map, layer: 'things' })).layer?.size).toBe(2n);
   });
 
-  test('what is watched is told at once, and what was missed later', async () => {
+  test('a watch reports changes at once, and resumes with those that were missed', async () => {
     const client = createHypermapClient(transport());
     const map = await drawMap(client);
     const labels: string[] = [];
@@ -168,7 +168,7 @@ describe.each(Object.entries(transports))('by %s', (_, transport) => {
     expect(labels).toEqual(['chair', 'couch', 'plant']);
   });
 
-  test('files come out whole', async () => {
+  test('exports and backups are complete', async () => {
     const client = createHypermapClient(transport());
     const map = await drawMap(client);
     const { files, revision } = await exportMap(client, { map, format: FileFormat.GEOJSON });
@@ -182,7 +182,7 @@ describe.each(Object.entries(transports))('by %s', (_, transport) => {
   });
 });
 
-test('a watch outlives the server, misses nothing and repeats nothing', async () => {
+test('a watch resumes after a server restart without gaps or repetitions', async () => {
   const client = createHypermapClient(gateway.address);
   const map = await drawMap(client);
   const states: WatchState[] = [];

@@ -22,7 +22,9 @@ async function* tell(...messages: (Told | ConnectError)[]): AsyncIterable<Told> 
   }
 }
 
-/** Watches a server with such connections, one after the other, until the last has ended. */
+/**
+ * Watches a server that serves the given connections one after the other, until the last has ended.
+ */
 async function follow(connections: Connection[], options: WatchOptions = {}, start?: bigint) {
   const requests: WatchRequest[] = [];
   const stop = new AbortController();
@@ -58,7 +60,7 @@ async function follow(connections: Connection[], options: WatchOptions = {}, sta
 
 const lost = new ConnectError('lost', Code.Unavailable);
 
-test('goes on after the last whole revision, and tells no half of one', async () => {
+test('resumes after the last complete revision and never yields a part of one', async () => {
   const { told, starts } = await follow([
     () =>
       tell(
@@ -82,7 +84,7 @@ test('goes on after the last whole revision, and tells no half of one', async ()
   expect(starts).toEqual([undefined, 5n, 6n]);
 });
 
-test('tells the parts of a snapshot as they come, and begins it anew when it broke', async () => {
+test('yields the parts of a snapshot as they arrive, and restarts a broken one', async () => {
   const { events, starts } = await follow([
     () =>
       tell(
@@ -105,7 +107,7 @@ test('tells the parts of a snapshot as they come, and begins it anew when it bro
   expect(starts).toEqual([undefined, undefined, 7n]);
 });
 
-test('messages that come together are told one by one', async () => {
+test('coalesced messages are yielded one by one', async () => {
   const { told, requests } = await follow([
     () =>
       tell({
@@ -123,7 +125,7 @@ test('messages that come together are told one by one', async () => {
   expect(requests[0]?.coalesce).toBe(true);
 });
 
-test('asks for a new snapshot when the changes since are not kept any more', async () => {
+test('requests a new snapshot when the missed changes have been compacted', async () => {
   const { starts } = await follow(
     [
       () => tell(new ConnectError('the oldest is 90', Code.OutOfRange)),
@@ -135,14 +137,14 @@ test('asks for a new snapshot when the changes since are not kept any more', asy
   expect(starts).toEqual([5n, undefined, 99n]);
 });
 
-test('throws what trying again cannot mend', async () => {
+test('throws errors that a retry can not resolve', async () => {
   for (const code of [Code.NotFound, Code.Unauthenticated, Code.InvalidArgument]) {
     const failure = follow([() => tell(new ConnectError('no', code))]);
     await expect(failure).rejects.toMatchObject({ code });
   }
 });
 
-test('gives a silent connection up', async () => {
+test('closes a silent connection and reconnects', async () => {
   const silent: Connection = async function* (_, signal) {
     yield { revision: 1n, snapshot: true };
     await new Promise((resolve) => signal.addEventListener('abort', resolve));

@@ -9,41 +9,43 @@ import {
 } from './gen/hypermap/v1/watch_service_pb.js';
 import { Backoff, isTransient, wait, type BackoffOptions } from './retry.js';
 
-/** A revision, or a part of the first picture of the map. */
+/** A commit, or a part of a snapshot of the map. */
 export interface WatchEvent {
   readonly revision: bigint;
-  /** When it was made, and by whom; not told of a snapshot. */
+  /** The time of the commit. Undefined for a snapshot. */
   readonly time: Date | undefined;
+  /** The author of the commit. Empty for a snapshot. */
   readonly author: string;
-  /** None: the map has come to this revision, and nothing of what is watched changed. */
+  /** Empty if nothing that the request selects has changed up to this revision. */
   readonly changes: Change[];
-  /** The changes are a part of all there is: the last one is `complete`. */
+  /** Whether the changes are a part of a snapshot; its last part is `complete`. */
   readonly snapshot: boolean;
-  /** Begins a snapshot: what was told before does not hold any more. */
+  /** Whether a snapshot begins, which replaces everything that was received before. */
   readonly reset: boolean;
+  /** Whether the event ends its commit or snapshot. */
   readonly complete: boolean;
 }
 
 export type WatchState = 'connecting' | 'live' | 'disconnected';
 
 export interface WatchOptions {
-  /** Ends the watch, without an error. */
+  /** Ends the watch without an error when it is aborted. */
   signal?: AbortSignal;
-  /** Told of each change of the connection; with `disconnected` why. */
+  /** Called for each change of the connection's state; `disconnected` comes with a reason. */
   onState?: (state: WatchState, reason?: ConnectError) => void;
   /**
-   * A connection that is silent for so long is given up. Must be longer than the server's
-   * --watch_progress. Milliseconds, default 30000.
+   * A connection without a message for this long is closed and opened again. Must be longer than
+   * the server's --watch_progress. Milliseconds, default 30000.
    */
   silenceMs?: number;
   backoff?: BackoffOptions;
 }
 
 /**
- * Tells what the request selects, then each change of it once and in order, for as long as it is
- * iterated. A connection that breaks is opened again, and goes on after the last revision that was
- * told whole; when the server does not keep the changes since then any more, a new snapshot comes.
- * Throws what trying again can't mend, such as a map that is not there.
+ * Yields a snapshot of everything that the request selects, then each change of it once and in
+ * order, as long as the caller iterates. After a lost connection it reconnects and resumes after
+ * the last complete revision. If the server has compacted the changes since then, a new snapshot
+ * follows. Throws errors that a retry can't resolve, for example if the map does not exist.
  */
 export async function* watch(
   client: HypermapClient,
@@ -91,8 +93,8 @@ export async function* watch(
   }
 }
 
-// Parts of a snapshot one by one; of a later revision all at once, so that a connection that breaks
-// between its parts leaves no half of it behind.
+// Yields the parts of a snapshot one by one. The parts of a later revision are joined, so that a
+// connection that is lost between them leaves no incomplete revision behind.
 async function* events(messages: AsyncIterable<WatchResponse>): AsyncGenerator<WatchEvent> {
   let parts: Change[] = [];
   let inSnapshot = false;
@@ -115,7 +117,8 @@ async function* events(messages: AsyncIterable<WatchResponse>): AsyncGenerator<W
   }
 }
 
-// The clock stands still while the caller works on a message.
+// Passes messages on, and throws if the next one does not arrive in time. The time that the caller
+// takes for a message does not count.
 async function* untilSilent<T>(stream: AsyncIterable<T>, silenceMs: number): AsyncGenerator<T> {
   const iterator = stream[Symbol.asyncIterator]();
   for (;;) {
@@ -133,7 +136,7 @@ async function withDeadline<T>(promise: Promise<T>, ms: number): Promise<T> {
       reject(new ConnectError(`the server was silent for ${ms} ms`, Code.Unavailable));
     }, ms);
   });
-  // What becomes of the connection after it was given up is nobody's concern.
+  // After the deadline nobody awaits this promise, and its rejection must not count as unhandled.
   promise.catch(() => undefined);
   try {
     return await Promise.race([promise, silence]);

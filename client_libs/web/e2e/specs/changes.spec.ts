@@ -7,7 +7,7 @@ import { expect, shot, test } from '../support/test.js';
 const rows = (page: Page): Locator =>
   page.getByRole('list', { name: 'Changes' }).getByRole('listitem');
 
-test('changes are listed as they come, the newest first', async ({ site, dashboard, page }) => {
+test('changes are listed when they arrive, newest first', async ({ site, dashboard, page }) => {
   await dashboard.open(site);
   await dashboard.panel('Changes');
   await expect(page.getByText('Nothing has changed')).toBeVisible();
@@ -21,7 +21,7 @@ test('changes are listed as they come, the newest first', async ({ site, dashboa
   await expect(rows(page).first()).toContainText('trolley');
   await expect(rows(page)).toHaveCount(2);
 
-  // One robot moves a barrel, another one explores: each is one line, however often.
+  // One robot moves a barrel, another one explores: repeated changes are joined to one line each.
   const barrel = await putSquare(site, 'objects', 'barrel', [5, 5.7]);
   for (const x of [5.5, 6, 6.5]) await putSquare(site, 'objects', 'barrel', [x, 5.7], barrel);
   for (const x of [7.5, 8, 8.5]) await fillSquare(site, 'seen', [x, 4.2], 1);

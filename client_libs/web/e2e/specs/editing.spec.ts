@@ -5,7 +5,7 @@ import type { Place } from '../support/dashboard.js';
 import type { Site } from '../support/site.js';
 import { expect, shot, test } from '../support/test.js';
 
-// Free floor in the corridor, and the view around it.
+// A rectangle on free floor in the corridor, and a view around it.
 const view = [7, 6, 0.01] as const;
 const corners: Place[] = [
   [6, 5.7],
@@ -24,7 +24,7 @@ interface Entity {
   existence: number;
 }
 
-/** What the server has under a label. */
+/** Queries the server for the objects with a label. */
 async function entities(site: Site, label: string, layer = 'objects'): Promise<Entity[]> {
   const question = ['query', 'value', 'office', label, '--layer', layer];
   const lines = await site.hypermap('--json', ...question);
@@ -35,7 +35,7 @@ async function entities(site: Site, label: string, layer = 'objects'): Promise<E
   return answers.flatMap(({ entity }) => entity ?? []);
 }
 
-/** Says what is to be drawn next. */
+/** Fills in the form for a new object and starts to draw it. */
 async function name(page: Page, label: string, layer = 'objects'): Promise<void> {
   const form = page.getByRole('form', { name: 'New object' });
   await form.getByLabel('Class').fill(label);
@@ -43,11 +43,7 @@ async function name(page: Page, label: string, layer = 'objects'): Promise<void>
   await form.getByRole('button', { name: 'Draw' }).click();
 }
 
-test('an object is drawn, shown at once, undone and done again', async ({
-  site,
-  dashboard,
-  page,
-}) => {
+test('an object is drawn, shown at once, undone and redone', async ({ site, dashboard, page }) => {
   await dashboard.open(site, { layers: ['floor', 'objects'], view });
   const floor = await dashboard.colourAt(middle);
   await dashboard.panel('Edit');
@@ -73,7 +69,7 @@ test('an object is drawn, shown at once, undone and done again', async ({
   expect(await entities(site, 'trolley')).toHaveLength(1);
 });
 
-test('what is drawn on a layer with a frame of its own lies where it was drawn', async ({
+test('an object drawn on a layer with its own frame lies where it was drawn', async ({
   site,
   dashboard,
   page,
@@ -87,7 +83,7 @@ test('what is drawn on a layer with a frame of its own lies where it was drawn',
   await expect.poll(() => dashboard.colourAt(middle)).not.toBe(floor);
 });
 
-test('a drawing that is given up leaves nothing', async ({ site, dashboard, page }) => {
+test('a cancelled drawing leaves no object', async ({ site, dashboard, page }) => {
   await dashboard.open(site, { layers: ['floor', 'objects'], view });
   await dashboard.panel('Edit');
   await name(page, 'trolley');
@@ -97,7 +93,7 @@ test('a drawing that is given up leaves nothing', async ({ site, dashboard, page
   expect(await entities(site, 'trolley')).toEqual([]);
 });
 
-test('class, shape and pin of an object are changed, and all is undone by keys', async ({
+test('class, shape and pin of an object are changed, and undone with the keyboard', async ({
   site,
   dashboard,
   page,
@@ -148,7 +144,7 @@ test('class, shape and pin of an object are changed, and all is undone by keys',
   await expect.poll(() => entities(site, 'trolley')).toHaveLength(1);
 });
 
-test('what somebody else has changed meanwhile is not overwritten', async ({
+test('an object that somebody else has changed in the meantime is not overwritten', async ({
   site,
   dashboard,
   page,
@@ -160,7 +156,7 @@ test('what somebody else has changed meanwhile is not overwritten', async ({
   const selected = page.getByRole('region', { name: 'Selected object' });
   await selected.getByRole('button', { name: 'Edit shape' }).click();
 
-  // Another one calls it a hammock, and it is at another place.
+  // Another client renames the object to hammock and moves it.
   const [trolley] = await entities(site, 'trolley');
   const points = [
     [5, 5.7],
@@ -180,11 +176,7 @@ test('what somebody else has changed meanwhile is not overwritten', async ({
   expect(await entities(site, 'hammock')).toHaveLength(1);
 });
 
-test('an object that leaves by itself still does after an edit', async ({
-  site,
-  dashboard,
-  page,
-}) => {
+test('an edit does not extend the lifetime of an object', async ({ site, dashboard, page }) => {
   const points = [
     { x: 6, y: 5.7 },
     { x: 7, y: 5.7 },
@@ -222,7 +214,7 @@ test('a shape that crosses itself is refused, and the page says so', async ({
   await expect(page.getByRole('button', { name: 'Undo', exact: true })).toBeDisabled();
 });
 
-test('what robots found is pinned and deleted for good, by its card', async ({
+test('an object that robots found is pinned and deleted for good on its card', async ({
   exploredSite: site,
   dashboard,
   page,
@@ -240,12 +232,12 @@ test('what robots found is pinned and deleted for good, by its card', async ({
   const { events } = await site.client().ingest.explainObject(question);
   expect(events.at(-1)?.kind).toBe(ObjectEventKind.PINNED);
 
-  // Beside the mark of what was asked about.
+  // A place inside the chair that the mark of the clicked point does not cover.
   const beside: Place = [x + 0.12, y + 0.12];
   const full = await dashboard.colourAt(beside);
   await actions.getByRole('button', { name: 'Delete' }).click();
   await expect.poll(() => dashboard.colourAt(beside)).not.toBe(full);
-  // Fusion, begun again from all that was seen, does not bring it back.
+  // Rebuilding the layer from all observations does not bring the object back.
   await site.client().ingest.rebuildLayer({ map: 'office', layer: 'found' });
   const left = await entities(site, 'chair', 'found');
   expect(left.map(({ id }) => id)).not.toContain(chair.id);

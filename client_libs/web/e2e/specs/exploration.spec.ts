@@ -1,7 +1,7 @@
 import { claimGoals } from '../support/robots.js';
 import { expect, shot, test } from '../support/test.js';
 
-test('progress, frontiers and robots are shown and follow what happens', async ({
+test('progress, frontiers and robots are shown and kept up to date', async ({
   exploredSite: site,
   dashboard,
   page,
@@ -52,7 +52,7 @@ test('goals and frontiers are on the map while the panel is open', async ({
   await expect.poll(() => dashboard.colourAt([goal.x, goal.y])).toBe(floor);
 });
 
-test('a map where nothing is explored says so', async ({ site, dashboard, page }) => {
+test('the panel says that a map has no exploration', async ({ site, dashboard, page }) => {
   await dashboard.open(site);
   await dashboard.panel('Explore');
   await expect(page.getByText('This map has no exploration.')).toBeVisible();

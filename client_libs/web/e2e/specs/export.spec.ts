@@ -3,7 +3,7 @@ import { readFile } from 'node:fs/promises';
 
 import { expect, shot, test } from '../support/test.js';
 
-/** What the browser saves. */
+/** Clicks Save and returns the downloaded file. */
 async function save(page: Page): Promise<{ name: string; data: Buffer }> {
   const download = page.waitForEvent('download');
   await page.getByRole('button', { name: 'Save' }).click();

@@ -5,19 +5,22 @@ import { putSquare } from '../support/edits.js';
 import type { Site } from '../support/site.js';
 import { expect, shot, test } from '../support/test.js';
 
-/** The lower left corner of a trolley of half a metre, and places of it. */
+/**
+ * The lower left corner of a square trolley of half a metre, its centre, and a place near the
+ * corner.
+ */
 const CORNER: Place = [6, 5.5];
 const MIDDLE: Place = [6.25, 5.75];
 const NEAR_CORNER: Place = [6.06, 5.56];
 
 const panel = (page: Page, title: string) => page.getByRole('region', { name: title, exact: true });
 
-/** Where a panel begins, pixels from the top. */
+/** The upper edge of a panel, pixels from the top. */
 async function topOf(page: Page, title: string): Promise<number> {
   return (await panel(page, title).boundingBox())?.y ?? NaN;
 }
 
-/** Shows the trolley so many pixels below the middle of the screen, and right of it. */
+/** Shows the trolley at an offset in pixels from the centre of the screen. */
 async function openTrolley(
   dashboard: Dashboard,
   site: Site,
@@ -28,7 +31,7 @@ async function openTrolley(
   await dashboard.open(site, { layers: ['floor', 'objects'], view });
 }
 
-/** A part of the map that no panel covers, as it is painted when nothing moves. */
+/** Takes a picture of a part of the map that no panel covers, once nothing moves. */
 async function picture(page: Page): Promise<Buffer> {
   const clip = { x: 20, y: 90, width: 280, height: 200 };
   let before: Buffer | undefined;
@@ -37,7 +40,7 @@ async function picture(page: Page): Promise<Buffer> {
   return now;
 }
 
-/** Counts the pictures that the map shows in a column of it while something is done. */
+/** Counts the different pictures of one pixel column of the map during an action. */
 async function countPictures(page: Page, act: () => Promise<void>): Promise<number> {
   await page.evaluate(() => {
     const seen = new Set<string>();
@@ -60,7 +63,7 @@ test.describe('on a phone', () => {
   test.use({ viewport: { width: 390, height: 844 }, hasTouch: true, isMobile: true });
 
   for (const colorScheme of ['light', 'dark'] as const) {
-    test(`what is clicked comes above the sheet, ${colorScheme}`, async ({
+    test(`the clicked object is moved above the sheet, ${colorScheme}`, async ({
       site,
       dashboard,
       page,
@@ -72,7 +75,7 @@ test.describe('on a phone', () => {
       expect(y).toBeGreaterThan(600);
       await page.touchscreen.tap(x, y);
       await expect(page.getByRole('article', { name: 'Object trolley' })).toBeVisible();
-      // All of it, and not just so.
+      // The whole object is above the sheet, with a margin.
       await expect
         .poll(async () => dashboard.at(CORNER).y - (await topOf(page, 'Here')))
         .toBeLessThan(-20);
@@ -95,7 +98,11 @@ test.describe('on a phone', () => {
     expect((await picture(page)).equals(before)).toBe(true);
   });
 
-  test('who moves the map away is not called back', async ({ site, dashboard, page }) => {
+  test('an object that the user has moved out of the view is not brought back', async ({
+    site,
+    dashboard,
+    page,
+  }) => {
     await openTrolley(dashboard, site, [0, -100]);
     await dashboard.click(MIDDLE);
     await expect(page.getByRole('article', { name: 'Object trolley' })).toBeVisible();
@@ -106,7 +113,7 @@ test.describe('on a phone', () => {
       await page.mouse.move(170, 720, { steps: 5 });
       await page.mouse.up();
     }
-    // Past the lower edge, and gliding.
+    // The object has passed the lower edge of the screen, and the map is still in kinetic motion.
     await expect.poll(() => dashboard.at(MIDDLE).y).toBeGreaterThan(1000);
     await dashboard.panel('Search');
     await expect(panel(page, 'Search')).toBeVisible();
@@ -126,7 +133,7 @@ test.describe('on a phone', () => {
     expect(dashboard.at(highest).y).toBeGreaterThan(50);
   });
 
-  test('what is zoomed to stays in the middle of what is seen', async ({
+  test('zooming keeps the centre of the uncovered part in place', async ({
     site,
     dashboard,
     page,
@@ -137,7 +144,7 @@ test.describe('on a phone', () => {
     const header = await page.getByRole('banner').boundingBox();
     const middle = ((header?.height ?? NaN) + top) / 2;
     const [, y] = [195, middle];
-    // The place in the middle of the uncovered part, found by the address.
+    // The place at the centre of the uncovered part.
     const place: Place = [MIDDLE[0], MIDDLE[1] + 0.01 * (422 - y)];
     const address = page.url();
     await page.getByRole('button', { name: 'Zoom in' }).tap();
@@ -145,7 +152,7 @@ test.describe('on a phone', () => {
     expect(Math.abs(dashboard.at(place).y - y)).toBeLessThan(2);
   });
 
-  test('a map that was all in sight is so when the sheet opens', async ({
+  test('a map that was visible as a whole still is when the sheet opens', async ({
     site,
     dashboard,
     page,
@@ -158,7 +165,11 @@ test.describe('on a phone', () => {
       .toBeLessThan(0);
   });
 
-  test('it moves at once for those who want no motion', async ({ site, dashboard, page }) => {
+  test('the map moves without animation if the user prefers reduced motion', async ({
+    site,
+    dashboard,
+    page,
+  }) => {
     await page.emulateMedia({ reducedMotion: 'reduce' });
     await openTrolley(dashboard, site, [0, 230]);
     const { x, y } = dashboard.at(MIDDLE);
@@ -168,13 +179,17 @@ test.describe('on a phone', () => {
       await expect.poll(() => dashboard.at(MIDDLE).y).toBeLessThan(420);
       await picture(page);
     });
-    // Before; after the sheet came; after its card filled it.
+    // One picture before, one after the sheet has opened, and one after its content has loaded.
     expect(count).toBeGreaterThan(1);
     expect(count).toBeLessThanOrEqual(4);
   });
 });
 
-test('on a wide screen it comes beside the panel', async ({ site, dashboard, page }) => {
+test('on a wide screen the clicked object is moved beside the panel', async ({
+  site,
+  dashboard,
+  page,
+}) => {
   await openTrolley(dashboard, site, [500, 0]);
   const colour = await dashboard.colourAt(NEAR_CORNER);
   await dashboard.click(MIDDLE);

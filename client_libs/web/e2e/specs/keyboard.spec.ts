@@ -3,7 +3,7 @@ import type { Page } from '@playwright/test';
 
 import { expect, test } from '../support/test.js';
 
-/** What has the focus, by its name for people. */
+/** The accessible name of the focused element. */
 async function focused(page: Page): Promise<string> {
   return page.evaluate(() => {
     const element = document.activeElement;
@@ -12,7 +12,7 @@ async function focused(page: Page): Promise<string> {
   });
 }
 
-/** What axe finds in a part of the page. */
+/** The violations that axe finds in a part of the page. */
 async function breaches(
   page: Page,
   part: string,
@@ -30,7 +30,7 @@ const panels = [
   { key: 'x', title: 'Explore' },
 ];
 
-test('everything can be reached by Tab, and it is seen where one is', async ({
+test('all controls can be reached with Tab, and the focus is visible', async ({
   site,
   dashboard,
   page,
@@ -45,7 +45,7 @@ test('everything can be reached by Tab, and it is seen where one is', async ({
   await page.locator('body').focus();
   for (let i = 0; i <= all; i++) {
     await page.keyboard.press('Tab');
-    // After the last one comes the browser itself.
+    // After the last element the focus moves to the browser.
     if (await page.evaluate(() => document.activeElement === document.body)) continue;
     reached.add(await focused(page));
     const outline = await page.evaluate(
@@ -76,7 +76,7 @@ test('keys open panels, move the map, and Escape closes', async ({ site, dashboa
   }
 });
 
-test('an object is made, deleted and brought back without a pointer', async ({
+test('an object is created, deleted and restored without a pointer', async ({
   site,
   dashboard,
   page,
@@ -105,7 +105,11 @@ const schemes = [
 ] as const;
 
 for (const { colorScheme, rules } of schemes) {
-  test(`no barrier that axe finds, ${colorScheme}`, async ({ exploredSite, dashboard, page }) => {
+  test(`axe finds no accessibility violation, ${colorScheme}`, async ({
+    exploredSite,
+    dashboard,
+    page,
+  }) => {
     await page.emulateMedia({ colorScheme });
     await dashboard.open(exploredSite);
     expect(await breaches(page, 'body', rules)).toEqual([]);

@@ -5,7 +5,7 @@ import { frameTimes, framesText, panAround, zoomInAndOut } from '../support/fram
 import type { Site } from '../support/site.js';
 import { expect, shot, test } from '../support/test.js';
 
-// A trace takes pictures all the time, which costs frames.
+// Recording a trace takes screenshots all the time, which slows down the measured frames.
 test.use({ trace: 'off' });
 
 async function printFrames(page: Page, what: string): Promise<void> {
@@ -15,8 +15,8 @@ async function printFrames(page: Page, what: string): Promise<void> {
   console.log(`${what}, zoomed: ${framesText(zoomed)}`);
 }
 
-/** Waits until the map is still: its address has not changed and its middle is painted the same. */
-async function isStill(dashboard: Dashboard, page: Page): Promise<void> {
+/** Waits until two consecutive screenshots are equal and the page is connected. */
+async function waitUntilStill(dashboard: Dashboard, page: Page): Promise<void> {
   let last = '';
   await expect
     .poll(async () => {
@@ -69,7 +69,7 @@ async function moveObjects(site: Site): Promise<void> {
   }
 }
 
-test('10,000 objects are seen at once, and move smoothly', async ({
+test('10,000 objects are shown at once, and the map moves smoothly', async ({
   emptySite,
   dashboard,
   page,
@@ -77,7 +77,7 @@ test('10,000 objects are seen at once, and move smoothly', async ({
   await putManyObjects(emptySite);
   await dashboard.open(emptySite, { map: 'store' });
   await expect(page.getByRole('region', { name: 'Layers' })).toContainText('10,000');
-  await isStill(dashboard, page);
+  await waitUntilStill(dashboard, page);
   await shot(page, 'many_objects');
   const ground = await dashboard.colourAt([50.5, 50.5]);
   expect(await dashboard.colourAt([50, 50])).not.toBe(ground);
@@ -94,7 +94,7 @@ const CELLS = 4000;
 const RESOLUTION = 0.05;
 const ROOM = 5;
 
-/** Draws a hall of 200 x 200 m with walls every 5 m, in a frame that is turned. */
+/** Draws a hall of 200 x 200 m with walls every 5 m, in a rotated frame. */
 async function drawHall(site: Site): Promise<void> {
   const size = CELLS * RESOLUTION;
   await site.hypermap('map', 'create', 'hall');
@@ -122,17 +122,17 @@ async function drawHall(site: Site): Promise<void> {
   });
 }
 
-test('a grid of 4,000 x 4,000 cells loads, also turned', async ({ emptySite, dashboard, page }) => {
+test('a rotated grid of 4,000 x 4,000 cells loads', async ({ emptySite, dashboard, page }) => {
   await drawHall(emptySite);
   const began = Date.now();
   await dashboard.open(emptySite, { map: 'hall' });
   console.log(`4,000 x 4,000 cells: shown after ${Date.now() - began} ms`);
-  await isStill(dashboard, page);
+  await waitUntilStill(dashboard, page);
   await shot(page, 'large_grid');
   await printFrames(page, '4,000 x 4,000 cells');
-  await isStill(dashboard, page);
+  await waitUntilStill(dashboard, page);
 
-  // The middle of a wall and of a room near the far corner of the hall, in the frame of the map.
+  // The centre of a wall and of a room near the far corner of the hall, in the frame of the map.
   const inMap = (x: number, y: number) =>
     [
       10 + Math.cos(0.3) * x - Math.sin(0.3) * y,
@@ -141,12 +141,13 @@ test('a grid of 4,000 x 4,000 cells loads, also turned', async ({ emptySite, das
   const [wallX, wallY] = inMap(195.1, 192.5);
   await page.goto(`${emptySite.url}/?map=hall&view=${wallX},${wallY},0.02`);
   await dashboard.isLive();
-  await isStill(dashboard, page);
+  await waitUntilStill(dashboard, page);
   const wall = await dashboard.colourAt([wallX, wallY]);
   const room = await dashboard.colourAt(inMap(193, 192.5));
   const beyond = await dashboard.colourAt(inMap(202, 192.5));
   expect(new Set([wall, room, beyond]).size).toBe(3);
-  // A cell is a square of 2.5 pixels: 8 cm beside the middle, the wall of 20 cm still is.
+  // A cell is a square of 2.5 pixels, and the wall is 20 cm wide: 8 cm beside its centre is still
+  // wall.
   expect(await dashboard.colourAt(inMap(195.18, 192.5))).toBe(wall);
   expect(await dashboard.colourAt(inMap(195.3, 192.5))).toBe(room);
 });

@@ -1,10 +1,14 @@
 import { expect, shot, test } from '../support/test.js';
 
-// On free floor that is explored, inside the couch of the lounge, and far from all.
+// A place on free floor that is explored, and a place inside the couch of the lounge.
 const FLOOR = [2, 6.4] as const;
 const COUCH = [6.6, 9.6] as const;
 
-test('lists the layers of the map with what is in them', async ({ site, dashboard, page }) => {
+test('lists the layers of the map with the extent of their content', async ({
+  site,
+  dashboard,
+  page,
+}) => {
   await dashboard.open(site);
   const panel = page.getByRole('region', { name: 'Layers' });
   for (const title of ['Objects', 'Measurements', 'Explored area', 'Occupancy']) {
@@ -37,7 +41,7 @@ test('opacity makes a layer fainter, down to nothing', async ({ site, dashboard,
   expect(await dashboard.colourAt(FLOOR)).toBe(faint);
 });
 
-test('the legend tells classes, ranges and units', async ({ site, dashboard, page }) => {
+test('the legend shows classes, ranges and units', async ({ site, dashboard, page }) => {
   await dashboard.open(site);
   await page.getByRole('checkbox', { name: 'wifi' }).check();
   for (const layer of ['objects', 'wifi', 'seen', 'floor']) {
@@ -65,7 +69,7 @@ test('another map is chosen from the list', async ({ site, dashboard, page }) =>
   await expect(page.getByRole('checkbox', { name: 'floor' })).toBeVisible();
 });
 
-test('the address keeps what is seen', async ({ site, dashboard, page }) => {
+test('the address keeps the view and the visible layers', async ({ site, dashboard, page }) => {
   await dashboard.open(site, { view: [12, 3, 0.01] });
   await page.getByRole('checkbox', { name: 'objects' }).uncheck();
   await page.getByRole('checkbox', { name: 'wifi' }).check();

@@ -4,7 +4,8 @@ import { Dashboard, type Place } from '../support/dashboard.js';
 import { deleteObject, fillSquare, putSquare } from '../support/edits.js';
 import { expect, shot, test } from '../support/test.js';
 
-// Lower left corners of squares of half a metre on free floor of the corridor, and their middles.
+// The lower left corners of two squares of half a metre on free floor of the corridor, and their
+// centres.
 const CORNERS: readonly [Place, Place] = [
   [2.75, 5.65],
   [4.75, 5.65],
@@ -20,7 +21,10 @@ test('shows the office live', async ({ site, dashboard, page }) => {
   await expect(page).toHaveTitle(/office/);
 });
 
-test('an object that somebody puts is there, moves and goes', async ({ site, dashboard }) => {
+test('an object that another client puts, moves and deletes is shown accordingly', async ({
+  site,
+  dashboard,
+}) => {
   await dashboard.open(site);
   const empty = await dashboard.colourAt(HERE);
 
@@ -36,11 +40,11 @@ test('an object that somebody puts is there, moves and goes', async ({ site, das
   await expect.poll(() => dashboard.colourAt(THERE)).toBe(empty);
 });
 
-test('what is less sure to be there is fainter', async ({ site, dashboard }) => {
+test('objects with a lower existence are fainter', async ({ site, dashboard }) => {
   await dashboard.open(site);
   const channels = async (place: Place) => (await dashboard.colourAt(place)).split(',').map(Number);
   const empty = await channels(HERE);
-  // How far a place is from being empty.
+  // The distance of a place's colour from that of empty floor.
   const strength = async (place: Place) =>
     Math.hypot(...(await channels(place)).map((value, i) => value - (empty[i] ?? NaN)));
 
@@ -50,7 +54,7 @@ test('what is less sure to be there is fainter', async ({ site, dashboard }) => 
   expect(await strength(THERE)).toBeLessThan(0.7 * (await strength(HERE)));
 });
 
-test('cells that somebody writes are repainted', async ({ site, dashboard }) => {
+test('cells that another client writes are repainted', async ({ site, dashboard }) => {
   await dashboard.open(site, { layers: ['floor'] });
   const free = await dashboard.colourAt(HERE);
   await fillSquare(site, 'floor', CORNERS[0], 1);
@@ -59,7 +63,7 @@ test('cells that somebody writes are repainted', async ({ site, dashboard }) => 
   await expect.poll(() => dashboard.colourAt(HERE)).toBe(free);
 });
 
-test('a frame that is moved takes its layers along', async ({ site, dashboard }) => {
+test('moving a frame moves its layers', async ({ site, dashboard }) => {
   await dashboard.open(site, { layers: ['dock'], view: [20, 6, 0.03] });
   const truck = [21.5, 7.2] as const;
   const before = await dashboard.colourAt(truck);
@@ -69,7 +73,7 @@ test('a frame that is moved takes its layers along', async ({ site, dashboard })
   await expect.poll(() => dashboard.colourAt(truck)).toBe(before);
 });
 
-test('a layer that somebody deletes is gone', async ({ site, dashboard, page }) => {
+test('a layer that another client deletes disappears', async ({ site, dashboard, page }) => {
   await dashboard.open(site, { view: [20, 6, 0.03] });
   const truck = [21.5, 7.2] as const;
   const before = await dashboard.colourAt(truck);
@@ -95,7 +99,7 @@ test('zoom steps that follow each other at once add up', async ({ site, dashboar
   await expect.poll(() => page.url()).toMatch(/view=10,6,0\.06$/);
 });
 
-/** How many pixels of two pictures differ by more than the eye could see. */
+/** Counts the pixels of two pictures that differ visibly. */
 function differences(a: Buffer, b: Buffer): number {
   const [one, other] = [PNG.sync.read(a).data, PNG.sync.read(b).data];
   let count = 0;
@@ -106,16 +110,17 @@ function differences(a: Buffer, b: Buffer): number {
   return count;
 }
 
-test('what changed piece by piece looks like what is loaded at once', async ({
+test('a map updated change by change looks like the same map loaded at once', async ({
   site,
   dashboard,
   page,
   context,
 }) => {
-  // From so far away that there are no labels, which are placed in the order in which they came.
+  // The view is too coarse for labels, whose placement depends on the order in which they were
+  // added.
   await dashboard.open(site, { layers: ['floor', 'objects'], view: [10, 6, 0.06] });
   const url = page.url();
-  // Between the panels.
+  // The part of the screen between the panels.
   const clip = { x: 320, y: 70, width: 980, height: 730 };
   const ids: bigint[] = [];
   for (let i = 0; i < 24; i++) {
@@ -128,7 +133,8 @@ test('what changed piece by piece looks like what is loaded at once', async ({
     if (i === 12) await page.getByRole('button', { name: 'Zoom in' }).click();
     if (i === 14) await page.getByRole('button', { name: 'Zoom out' }).click();
   }
-  // The last change leaves a place far from where it goes.
+  // The last change moves an object far away, so that both its old and its new place must be
+  // repainted.
   const empty = await dashboard.colourAt(HERE);
   const id = await putSquare(site, 'objects', 'class 5', CORNERS[0]);
   await expect.poll(() => dashboard.colourAt(HERE)).not.toBe(empty);

@@ -1,6 +1,6 @@
 import { expect, shot, test } from '../support/test.js';
 
-test('a card tells all that robots know of an object', async ({
+test('a card shows the evidence that robots have for an object', async ({
   exploredSite,
   dashboard,
   page,
@@ -26,7 +26,7 @@ test('a card tells all that robots know of an object', async ({
   await expect(events.last()).toContainText(/founded|seen/);
 });
 
-test('a thing that was put by hand has no evidence', async ({ site, dashboard, page }) => {
+test('an object that was added by hand has no evidence', async ({ site, dashboard, page }) => {
   await dashboard.open(site, { view: [12.2, 2.9, 0.02] });
   await dashboard.click([12.2, 0.5]);
   const card = page.getByRole('article', { name: 'Object oven' });

@@ -3,7 +3,7 @@ import type { Locator, Page } from '@playwright/test';
 import { putSquare } from '../support/edits.js';
 import { expect, shot, test } from '../support/test.js';
 
-// Of the demo's office.
+// Places in the office of the demo.
 const KITCHEN_CUP = [11.7, 2.62] as const;
 const EMPTY_FLOOR = [6, 6] as const;
 const KITCHEN = [
@@ -23,7 +23,7 @@ async function find(page: Page, value: string): Promise<void> {
 const found = (page: Page, group = 'objects'): Locator =>
   panel(page, 'Answer').getByRole('region', { name: group }).getByRole('listitem');
 
-test('a click asks every layer what is there', async ({ site, dashboard, page }) => {
+test('a click queries all layers at a point', async ({ site, dashboard, page }) => {
   await dashboard.open(site, { view: [12.2, 2.9, 0.02] });
   await dashboard.click(KITCHEN_CUP);
   const here = panel(page, 'At this point');
@@ -45,7 +45,7 @@ test('a click asks every layer what is there', async ({ site, dashboard, page })
   await expect(page.getByRole('article')).toHaveCount(0);
 });
 
-test('a point is asked for as the map was then', async ({ site, dashboard, page }) => {
+test('a point is queried at the shown revision', async ({ site, dashboard, page }) => {
   const { revision } = await site.client().catalog.listLayers({ map: 'office' });
   await site.client().catalog.deleteLayer({ map: 'office', layer: 'objects' });
   await dashboard.open(site, { view: [12.2, 2.9, 0.02], at: revision });
@@ -55,7 +55,7 @@ test('a point is asked for as the map was then', async ({ site, dashboard, page 
   await expect(here.getByRole('button', { name: 'cup' })).toBeVisible();
 });
 
-test('a search lists what was found and marks it on the map', async ({ site, dashboard, page }) => {
+test('a search lists its results and marks them on the map', async ({ site, dashboard, page }) => {
   await dashboard.open(site, { view: [10, 6, 0.02] });
   const chair = [12.3, 2.05] as const;
   const before = await dashboard.colourAt(chair);
@@ -88,7 +88,7 @@ test('cells are found by their value', async ({ site, dashboard, page }) => {
   ).toBeVisible();
 });
 
-test('the nearest come in order of their distance', async ({ site, dashboard, page }) => {
+test('the nearest objects are ordered by distance', async ({ site, dashboard, page }) => {
   await dashboard.open(site, { view: [12.2, 2.9, 0.02] });
   await dashboard.panel('Search');
   await page.getByRole('button', { name: 'Nearest' }).click();
@@ -102,7 +102,7 @@ test('the nearest come in order of their distance', async ({ site, dashboard, pa
   expect(distances).toEqual(distances.toSorted((a, b) => a - b));
 });
 
-test('an area that is drawn is asked for all it holds, or for a value', async ({
+test('a drawn area is searched for all of its content, or for a value', async ({
   site,
   dashboard,
   page,
@@ -127,7 +127,11 @@ test('an area that is drawn is asked for all it holds, or for a value', async ({
   await expect(answer).toHaveCount(0);
 });
 
-test('wrong values and empty answers are told apart', async ({ site, dashboard, page }) => {
+test('invalid values and empty answers are reported differently', async ({
+  site,
+  dashboard,
+  page,
+}) => {
   await dashboard.open(site);
   await dashboard.panel('Search');
   await find(page, 'unicorn');
@@ -146,7 +150,7 @@ test('an answer says that the map has changed since', async ({ site, dashboard, 
   await expect(panel(page, 'Answer').getByRole('status')).toHaveText('1 object found');
 });
 
-test('what is at a point is told as the map changes', async ({ site, dashboard, page }) => {
+test('the answer for a point follows the changes of the map', async ({ site, dashboard, page }) => {
   await dashboard.open(site, { view: [...EMPTY_FLOOR, 0.02] });
   const [x, y] = EMPTY_FLOOR;
   await dashboard.click([x + 0.2, y + 0.2]);
@@ -157,7 +161,7 @@ test('what is at a point is told as the map changes', async ({ site, dashboard, 
   await expect(here.getByRole('button', { name: 'trolley' })).toBeVisible();
 });
 
-test('an answer goes with the time that is looked at', async ({ site, dashboard, page }) => {
+test('an answer follows the shown revision', async ({ site, dashboard, page }) => {
   await putSquare(site, 'objects', 'trolley', EMPTY_FLOOR);
   await dashboard.open(site);
   await dashboard.panel('Search');

@@ -3,13 +3,17 @@ import { putSquare } from '../support/edits.js';
 import { expect, shot, test } from '../support/test.js';
 
 const view = [7, 6, 0.01] as const;
-// Where a trolley and a barrel are put, and where they are painted without their names.
+// The corners of a trolley and a barrel, and places in them that their labels do not cover.
 const trolleyCorner: Place = [6.25, 5.75];
 const barrelCorner: Place = [7.25, 5.75];
 const atTrolley: Place = [6.3, 5.8];
 const atBarrel: Place = [7.3, 5.8];
 
-test('a page outlives its server, and goes on where it was', async ({ site, dashboard, page }) => {
+test('a page survives a server restart and resumes where it was', async ({
+  site,
+  dashboard,
+  page,
+}) => {
   await dashboard.open(site, { layers: ['floor', 'objects'], view });
   await dashboard.panel('Changes');
   const floor = await dashboard.colourAt(atTrolley);
@@ -18,9 +22,9 @@ test('a page outlives its server, and goes on where it was', async ({ site, dash
   const trolley = await dashboard.colourAt(atTrolley);
 
   await site.killServer();
-  await dashboard.stands('Disconnected');
+  await dashboard.hasStatus('Disconnected');
   await expect(page.getByText("can't be reached")).toBeVisible();
-  // What was known stays to be seen.
+  // The last known content stays visible.
   expect(await dashboard.colourAt(atTrolley)).toBe(trolley);
   await shot(page, 'disconnected');
 
@@ -29,7 +33,7 @@ test('a page outlives its server, and goes on where it was', async ({ site, dash
   await dashboard.isLive();
   const rows = page.getByRole('list', { name: 'Changes' }).getByRole('listitem');
   await expect(rows.first()).toContainText('barrel');
-  // Nothing is told twice, nothing is lost.
+  // No change is listed twice or lost.
   await expect(rows).toHaveCount(2);
   expect(await dashboard.colourAt(atTrolley)).toBe(trolley);
   await expect.poll(() => dashboard.colourAt(atBarrel)).not.toBe(floor);
@@ -43,7 +47,7 @@ test('an edit made while the server is away is refused, and can be made later', 
   await dashboard.open(site, { layers: ['floor', 'objects'], view });
   await dashboard.panel('Edit');
   await site.killServer();
-  await dashboard.stands('Disconnected');
+  await dashboard.hasStatus('Disconnected');
   const form = page.getByRole('form', { name: 'New object' });
   await form.getByLabel('Class').fill('trolley');
   await form.getByRole('button', { name: 'Place a square' }).click();

@@ -11,7 +11,9 @@ const screens = [
 
 const titles = ['Search', 'Here', 'Edit', 'Changes', 'Explore', 'Export'];
 
-/** What does not fit: parts that reach out of the screen, lie over each other, or cut their content. */
+/**
+ * Describes the parts of the page that leave the screen, overlap each other, or cut off content.
+ */
 async function misfits(page: Page): Promise<string[]> {
   return page.evaluate(() => {
     const nameOf = (e: Element) =>
@@ -94,7 +96,11 @@ for (const { name, width, height } of screens) {
   });
 }
 
-test('dark, as the system wants it', async ({ exploredSite, dashboard, page }) => {
+test('the page follows the dark colour scheme of the system', async ({
+  exploredSite,
+  dashboard,
+  page,
+}) => {
   await claimGoals(exploredSite);
   await dashboard.open(exploredSite);
   const light = await dashboard.colourAt([-1, -1]);

@@ -9,7 +9,7 @@ const EDITS = 50;
 
 interface Seen {
   colour: string;
-  /** When the frame after the one that painted it began: milliseconds since the epoch. */
+  /** The start of the frame after the one that painted it, milliseconds since the epoch. */
   at: number;
 }
 
@@ -19,7 +19,7 @@ declare global {
   }
 }
 
-/** Notes in the page when the map's pixel at a place changes. */
+/** Records in the page when the map's pixel at a place changes. */
 async function watchPixel(page: Page, { x, y }: { x: number; y: number }): Promise<void> {
   await page.evaluate(
     ([left, top]) => {
@@ -53,7 +53,7 @@ async function watchPixel(page: Page, { x, y }: { x: number; y: number }): Promi
   );
 }
 
-/** The pixel's colour, once it has been the same for a while. */
+/** Returns the pixel's colour once it has not changed for a while. */
 async function settledColour(page: Page): Promise<string> {
   const settled = await page.waitForFunction(() => {
     const last = window.seen.at(-1);
@@ -63,7 +63,7 @@ async function settledColour(page: Page): Promise<string> {
   return String(await settled.jsonValue());
 }
 
-/** Waits until the pixel has a colour; tells since when. */
+/** Waits until the pixel has a colour. Returns the time at which it was painted. */
 async function timeOf(page: Page, colour: string, after: number): Promise<number> {
   const since = await page.waitForFunction(
     ([wanted, begin]) => window.seen.slice(begin).find((seen) => seen.colour === wanted)?.at,
@@ -72,7 +72,7 @@ async function timeOf(page: Page, colour: string, after: number): Promise<number
   return Number(await since.jsonValue());
 }
 
-test('from an edit to its pixels', async ({ site, dashboard, page }) => {
+test('latency from an edit to its pixels', async ({ site, dashboard, page }) => {
   const corner: Place = [6.25, 5.75];
   await dashboard.open(site, { view: [7, 6, 0.02] });
   await watchPixel(page, dashboard.at([6.3, 5.8]));

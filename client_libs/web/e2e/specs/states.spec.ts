@@ -1,6 +1,6 @@
 import { expect, shot, test } from '../support/test.js';
 
-test('a server without maps says so, and shows the first that comes', async ({
+test('the page says that the server has no map, and shows the first one that is created', async ({
   emptySite,
   page,
 }) => {
@@ -13,7 +13,7 @@ test('a server without maps says so, and shows the first that comes', async ({
   await expect(page.getByText('The layers of this map are empty.')).toBeVisible();
 });
 
-test('a map that is not there is an error, and another can be chosen', async ({ site, page }) => {
+test('a missing map is an error, and another one can be chosen', async ({ site, page }) => {
   await page.goto(`${site.url}/?map=attic`);
   await expect(page.getByRole('alert')).toContainText('attic');
   await expect(page.getByRole('status', { name: 'Connection' })).toHaveText('Error');
@@ -26,18 +26,14 @@ test('a map that is not there is an error, and another can be chosen', async ({ 
   await expect(page.getByRole('alert')).toBeHidden();
 });
 
-test('a map that is deleted under an open page is told as such', async ({
-  site,
-  dashboard,
-  page,
-}) => {
+test('an open page reports that its map was deleted', async ({ site, dashboard, page }) => {
   await dashboard.open(site);
   await site.hypermap('map', 'delete', 'office');
   await expect(page.getByRole('alert')).toContainText('office');
 });
 
-test('a server that wants a token is given one', async ({ site, page }) => {
-  // Stands for a server that checks tokens, as one behind a gateway does.
+test('the page asks for a token if the server requires one', async ({ site, page }) => {
+  // Replaces the gateway by one that checks tokens.
   await page.route('**/hypermap.v1.*/**', async (route) => {
     if (route.request().headers()['authorization'] === 'Bearer open sesame') {
       await route.continue();

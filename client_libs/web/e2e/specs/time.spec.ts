@@ -3,13 +3,13 @@ import type { Page } from '@playwright/test';
 import { fillSquare, putSquare } from '../support/edits.js';
 import { expect, shot, test } from '../support/test.js';
 
-// A square of half a metre on free floor of the corridor, and its middle.
+// The lower left corner of a square of half a metre on free floor of the corridor, and its centre.
 const CORNER = [2.75, 5.65] as const;
 const HERE = [3, 5.9] as const;
 
 const slider = (page: Page) => page.getByRole('slider', { name: 'Revision' });
 
-test('the slider shows the map as it was, and leads back to live', async ({
+test('the slider shows earlier revisions, and a button returns to live', async ({
   site,
   dashboard,
   page,
@@ -31,7 +31,7 @@ test('the slider shows the map as it was, and leads back to live', async ({
   await expect.poll(() => dashboard.colourAt(HERE)).toBe(written);
 });
 
-test('what was not there yet is not shown, and what comes does not disturb', async ({
+test('an earlier revision shows neither later content nor live changes', async ({
   site,
   dashboard,
   page,
@@ -56,10 +56,10 @@ test('what was not there yet is not shown, and what comes does not disturb', asy
   await expect.poll(() => dashboard.colourAt(HERE)).not.toBe(empty);
 });
 
-test('a time of day leads to what was newest then', async ({ site, dashboard, page }) => {
+test('a time leads to the newest revision at that time', async ({ site, dashboard, page }) => {
   await dashboard.open(site);
   const id = await putSquare(site, 'objects', 'trolley', CORNER);
-  // Times are given to the second: the next edit must be in a later one.
+  // The input has a resolution of one second, so the next edit must fall into a later second.
   const second = Math.floor(Date.now() / 1000);
   await expect.poll(() => Math.floor(Date.now() / 1000)).toBeGreaterThan(second + 1);
   await putSquare(site, 'objects', 'trolley', [4.75, 5.65], id);
@@ -77,7 +77,7 @@ test('a time of day leads to what was newest then', async ({ site, dashboard, pa
   await expect(page.getByText(/^revision 12\b/)).toBeVisible();
 });
 
-test('the address opens the past again', async ({ site, dashboard, page }) => {
+test('the address keeps the shown revision', async ({ site, dashboard, page }) => {
   await dashboard.open(site);
   await page.keyboard.press('[');
   await page.keyboard.press('[');
@@ -91,7 +91,7 @@ test('the address opens the past again', async ({ site, dashboard, page }) => {
   await expect(slider(page)).toHaveValue('10');
 });
 
-test('a revision that is not there is told as such', async ({ site, page }) => {
+test('a revision that does not exist is reported', async ({ site, page }) => {
   await page.goto(`${site.url}/?map=office&at=4000`);
   await expect(page.getByRole('alert')).toContainText('Revision 4000');
   await page.getByRole('button', { name: 'Back to live' }).click();

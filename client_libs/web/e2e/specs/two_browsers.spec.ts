@@ -17,7 +17,7 @@ test('two browsers see each other’s edits', async ({ site, dashboard, otherDas
   expect(await dashboard.colourAt(middle)).toBe(floor);
   await otherDashboard.panel('Changes');
 
-  // One draws, the other sees it.
+  // The first browser draws an object, which the second one shows.
   const { page } = dashboard;
   const { page: otherPage } = otherDashboard;
   await dashboard.panel('Edit');
@@ -30,14 +30,14 @@ test('two browsers see each other’s edits', async ({ site, dashboard, otherDas
   await expect.poll(() => otherDashboard.colourAt(middle)).not.toBe(floor);
   await shot(otherPage, 'two_browsers');
 
-  // The other removes it, the one sees it.
+  // The second browser deletes the object, and it disappears in the first one.
   await change.getByRole('button', { name: 'trolley' }).click();
   await otherDashboard.panel('Edit');
   await otherPage.getByRole('button', { name: 'Delete' }).click();
   await expect.poll(() => otherDashboard.colourAt(middle)).toBe(floor);
   await expect.poll(() => dashboard.colourAt(middle)).toBe(floor);
 
-  // What the one would undo is not there any more, and it is told so.
+  // The first browser can't undo its drawing, because the object is gone, and says so.
   await page.getByRole('button', { name: 'Undo draw trolley' }).click();
   await expect(page.getByRole('alert')).toContainText('Somebody else has changed the object');
 });

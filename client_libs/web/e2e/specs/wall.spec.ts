@@ -6,7 +6,7 @@ import { putSquare } from '../support/edits.js';
 import { claimGoals } from '../support/robots.js';
 import { expect, shot, test } from '../support/test.js';
 
-/** Text as it is on a desk, and what it must be at least on larger screens, pixels. */
+/** The screens and their bounds: the font size (text to most) and the height of buttons, pixels. */
 const screens = [
   { name: 'desk', width: 1440, height: 900, text: 14, most: 14, button: 32 },
   { name: 'desk_full_hd', width: 1920, height: 1080, text: 14, most: 14, button: 32 },
@@ -16,14 +16,15 @@ const screens = [
 ];
 
 interface Sizes {
-  /** Of the letters of what is computed for the body and for texts in panels, pixels. */
+  /** The font sizes of the body, of the smallest panel, and of the smallest text, pixels. */
   body: number;
   panel: number;
   smallest: number;
-  /** Height of the lowest button in the rail and the panels. */
+  /** The height of the lowest button in the rail and the panels, pixels. */
   button: number;
-  /** Share of the screen's width that the layer list and the open panel take. */
+  /** The share of the screen's width that the layer list and the open panel take. */
   covered: number;
+  /** By how many pixels the page is wider than the screen. */
   overflow: number;
 }
 
@@ -53,7 +54,7 @@ for (const { name, width, height, text, most, button } of screens) {
   test.describe(name, () => {
     test.use({ viewport: { width, height } });
 
-    test('letters and buttons are as large as the screen is far', async ({
+    test('text and buttons have the size for the viewing distance of the screen', async ({
       exploredSite,
       dashboard,
       page,
@@ -70,14 +71,14 @@ for (const { name, width, height, text, most, button } of screens) {
       expect(found.smallest).toBeGreaterThanOrEqual(text * 0.75);
       expect(found.button).toBeGreaterThanOrEqual(button);
       expect(found.overflow).toBe(0);
-      // As at 1920: 300 and 340 pixels of it.
+      // The same share as at a width of 1920 pixels, where the two take 300 and 340 pixels.
       if (width >= 1920) expect(found.covered).toBeLessThanOrEqual(640 / 1920 + 0.001);
       if (name !== 'desk') await shot(page, `screen_${name}`);
     });
   });
 }
 
-/** How high the capitals in the middle of a square are painted, pixels. */
+/** Measures the height of the capitals at the centre of a square, pixels. */
 async function letterHeight(dashboard: Dashboard, middle: Place, side: number): Promise<number> {
   const { x, y } = dashboard.at(middle);
   const clip = {
@@ -99,7 +100,7 @@ async function letterHeight(dashboard: Dashboard, middle: Place, side: number): 
   return (dark.at(-1) ?? 0) - (dark.at(0) ?? 0) + 1;
 }
 
-test('names on the map grow with the screen', async ({ site, dashboard, page }) => {
+test('labels on the map scale with the screen', async ({ site, dashboard, page }) => {
   await putSquare(site, 'objects', 'HHHH', [6, 5.6]);
   const middle: Place = [6.25, 5.85];
   const heights: number[] = [];
@@ -122,7 +123,11 @@ test('names on the map grow with the screen', async ({ site, dashboard, page }) 
 test.describe('on the wall in the dark', () => {
   test.use({ viewport: { width: 3840, height: 2160 }, colorScheme: 'dark' });
 
-  test('a card, its chart and what is marked', async ({ exploredSite, dashboard, page }) => {
+  test('shows an object card with its chart and the marked object', async ({
+    exploredSite,
+    dashboard,
+    page,
+  }) => {
     await dashboard.open(exploredSite, { view: [7, 6, 0.006] });
     await dashboard.click([6.75, 9.9]);
     const card = page.getByRole('article', { name: 'Object couch' });
@@ -130,7 +135,7 @@ test.describe('on the wall in the dark', () => {
     await shot(page, 'wall_dark');
   });
 
-  test('the keys are as large as all else', async ({ site, dashboard, page }) => {
+  test('the help scales like the rest of the page', async ({ site, dashboard, page }) => {
     await dashboard.open(site);
     await page.keyboard.press('?');
     const keys = page.getByRole('dialog', { name: 'Keys' });

@@ -3,7 +3,7 @@ import { PNG } from 'pngjs';
 
 import type { Site } from './site.js';
 
-/** Metres in the map's own frame. */
+/** A position in metres, in the map's own frame. */
 export type Place = readonly [x: number, y: number];
 
 interface Pixel {
@@ -13,15 +13,15 @@ interface Pixel {
 
 export interface OpenOptions {
   map?: string;
-  /** Layers that are shown, all others are not. Default: as the page has it. */
+  /** The visible layers. Default: the page's own choice. */
   layers?: string[];
-  /** The middle of the map, and metres a pixel. Default: all of the map. */
+  /** The centre of the map and the resolution in metres per pixel. Default: the whole map. */
   view?: readonly [x: number, y: number, resolution: number];
-  /** As of this revision. Default: live. */
+  /** The shown revision. Default: live. */
   at?: bigint;
 }
 
-/** The dashboard as one page shows it. */
+/** Operates the dashboard in one browser page. */
 export class Dashboard {
   constructor(readonly page: Page) {}
 
@@ -34,28 +34,28 @@ export class Dashboard {
     await this.page.goto(`${site.url}/?${params.join('&')}`);
     await this.isLive();
     await expect.poll(() => this.page.url()).toContain('view=');
-    // Before it was drawn once, the map takes no clicks.
+    // The map ignores clicks until it has been drawn once.
     await expect(this.page.locator('.map canvas').first()).toBeAttached();
-    // Browsers drop them until the first picture of the page is there.
+    // The browser drops input until the first paint of the page.
     await this.page.waitForFunction(() => performance.getEntriesByType('paint').length > 0);
   }
 
   async isLive(): Promise<void> {
-    await this.stands('Live');
+    await this.hasStatus('Live');
   }
 
-  /** Waits until the page says so of its connection. */
-  async stands(words: string): Promise<void> {
-    await expect(this.page.getByRole('status', { name: 'Connection' })).toHaveText(words);
+  /** Waits until the page shows this status of its connection. */
+  async hasStatus(status: string): Promise<void> {
+    await expect(this.page.getByRole('status', { name: 'Connection' })).toHaveText(status);
   }
 
-  /** Opens a panel by its tab. */
+  /** Opens a panel with its tab. */
   async panel(title: string): Promise<void> {
     const tab = this.page.getByRole('button', { name: title, exact: true });
     if ((await tab.getAttribute('aria-pressed')) !== 'true') await tab.click();
   }
 
-  /** Where a place is on the screen: the page's address tells what the map shows. */
+  /** The position of a place on the screen, computed from the view in the page's address. */
   at([x, y]: Place): Pixel {
     const text = new URL(this.page.url()).searchParams.get('view') ?? '';
     const [centreX = NaN, centreY = NaN, resolution = NaN] = text.split(',').map(Number);
@@ -79,14 +79,14 @@ export class Dashboard {
     await this.page.mouse.up();
   }
 
-  /** Clicks the corners of a polygon, and the last one once more, which ends it. */
+  /** Clicks the corners of a polygon, and the last one again to end it. */
   async draw(corners: readonly Place[]): Promise<void> {
     for (const corner of corners) await this.click(corner);
     const last = corners.at(-1);
     if (last) await this.click(last);
   }
 
-  /** What is painted at a place: "red,green,blue". */
+  /** The painted colour at a place as "red,green,blue". */
   async colourAt(place: Place): Promise<string> {
     const { x, y } = this.at(place);
     const clip = { x: Math.round(x), y: Math.round(y), width: 1, height: 1 };

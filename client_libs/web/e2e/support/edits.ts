@@ -11,7 +11,9 @@ function square([x, y]: Place) {
   return { outer: { points } };
 }
 
-/** Puts a square of half a metre by its lower left corner, past the dashboard. Returns its id. */
+/**
+ * Puts a square object of half a metre at its lower left corner, as another client. Returns its id.
+ */
 export async function putSquare(
   site: Site,
   layer: string,
@@ -31,7 +33,7 @@ export async function deleteObject(site: Site, layer: string, id: bigint): Promi
   await site.client().edit.applyEdits({ map: 'office', edits: [{ edit }] });
 }
 
-/** Writes the cells of a square of half a metre by its lower left corner. */
+/** Writes the cells of a square of half a metre at its lower left corner, as another client. */
 export async function fillSquare(
   site: Site,
   layer: string,

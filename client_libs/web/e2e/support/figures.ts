@@ -2,7 +2,7 @@ import { mkdirSync, writeFileSync } from 'node:fs';
 
 import { buildFolder } from './places.js';
 
-/** Prints what was measured, and keeps it as build/e2e/figures/NAME.txt. */
+/** Prints measured figures and saves them as build/e2e/figures/NAME.txt. */
 export function printFigures(name: string, text: string): void {
   const folder = `${buildFolder}/e2e/figures`;
   mkdirSync(folder, { recursive: true });
@@ -10,7 +10,7 @@ export function printFigures(name: string, text: string): void {
   console.log(text);
 }
 
-/** The value that the given share of all is not above. */
+/** The smallest value that at least the given share of all values does not exceed. */
 export function quantile(values: readonly number[], share: number): number {
   const sorted = [...values].sort((a, b) => a - b);
   return sorted[Math.max(0, Math.ceil(share * sorted.length) - 1)] ?? NaN;

@@ -1,6 +1,6 @@
 import type { Page } from '@playwright/test';
 
-/** Times between the frames that a page painted, milliseconds. */
+/** Statistics of the intervals between the frames of a page, milliseconds. */
 export interface Frames {
   count: number;
   median: number;
@@ -12,7 +12,7 @@ interface Watched extends Window {
   frameTimes: number[];
 }
 
-/** Measures the frames while something is done. */
+/** Measures the frames during an action. */
 export async function frameTimes(page: Page, act: () => Promise<void>): Promise<Frames> {
   await page.evaluate(() => {
     const watched = window as unknown as Watched;
@@ -45,7 +45,7 @@ export function framesText({ count, median, p95, longest }: Frames): string {
   return `${count} frames, median ${ms(median)}, p95 ${ms(p95)}, longest ${ms(longest)}`;
 }
 
-/** Drags the map to and fro, and leaves it where it was. */
+/** Drags the map along a figure of eight, back to where it was. */
 export async function panAround(page: Page): Promise<void> {
   const { width, height } = page.viewportSize() ?? { width: 0, height: 0 };
   const [x, y] = [width / 2, height / 2];
@@ -59,7 +59,7 @@ export async function panAround(page: Page): Promise<void> {
   await page.mouse.up();
 }
 
-/** Zooms in by the wheel and out again. */
+/** Zooms in with the wheel and out again. */
 export async function zoomInAndOut(page: Page): Promise<void> {
   const { width, height } = page.viewportSize() ?? { width: 0, height: 0 };
   await page.mouse.move(width / 2, height / 2);

@@ -1,15 +1,16 @@
 import { fileURLToPath } from 'node:url';
 
-/** The checkout. */
+/** The folder of the checkout, with a slash at its end. */
 export const root = fileURLToPath(new URL('../../../../', import.meta.url));
 
-/** Where the programs, the dashboard and what the tests leave behind lie. */
+/** The folder of the programs, the dashboard and the results of the tests. */
 export const buildFolder = process.env.HYPERMAP_BUILD ?? `${root}build`;
 
-/** The dashboard, built. */
+/** The folder of the built dashboard. */
 export const dashboardFolder = process.env.HYPERMAP_DASHBOARD ?? `${buildFolder}/dashboard`;
 
-/** Debian's browser: Playwright's own can't be had from a package registry. */
+/** The system's browser. Playwright's own browsers are not available from a package registry. */
 export const chromium = process.env.HYPERMAP_CHROMIUM ?? '/usr/bin/chromium';
 
+/** The path of a program of the build. */
 export const program = (name: string): string => `${buildFolder}/bin/${name}`;

@@ -7,7 +7,7 @@ import { program } from './places.js';
 
 const startDeadlineMs = 20_000;
 
-/** A server of the build, from its ready line until it is stopped or this process ends. */
+/** A running server of the build. It is killed when this process exits. */
 export class Server {
   private constructor(
     readonly address: string,
@@ -15,7 +15,7 @@ export class Server {
     private readonly endWithUs: () => void,
   ) {}
 
-  /** Starts a program that says `NAME ready on ADDRESS`. Fails with its words when it does not. */
+  /** Starts a program and waits for its line `NAME ready on ADDRESS`. Fails with its output. */
   static async start(name: string, args: string[]): Promise<Server> {
     const child = spawn(program(name), args, { stdio: ['ignore', 'pipe', 'pipe'] });
     const endWithUs = () => child.kill('SIGKILL');
@@ -28,7 +28,7 @@ export class Server {
     }
   }
 
-  /** Returns when the process is gone, however it was asked. */
+  /** Sends a signal and waits until the process has exited. */
   async stop(signal: 'SIGTERM' | 'SIGKILL' = 'SIGTERM'): Promise<void> {
     process.off('exit', this.endWithUs);
     if (this.child.exitCode !== null || this.child.signalCode !== null) return;
@@ -42,9 +42,9 @@ function readyAddress(name: string, child: ChildProcess): Promise<string> {
   return new Promise((resolve, reject) => {
     const said: string[] = [];
     const giveUp = (why: string) => reject(new Error(`${name} ${why}\n${said.join('\n')}`));
-    const timer = setTimeout(() => giveUp('is not ready in time'), startDeadlineMs);
+    const timer = setTimeout(() => giveUp('was not ready in time'), startDeadlineMs);
     child.once('error', (error) => giveUp(error.message));
-    child.once('exit', (code) => giveUp(`ended with code ${code}`));
+    child.once('exit', (code) => giveUp(`exited with code ${code}`));
     for (const stream of [child.stdout, child.stderr]) {
       if (!stream) continue;
       createInterface({ input: stream }).on('line', (line) => {
@@ -58,7 +58,7 @@ function readyAddress(name: string, child: ChildProcess): Promise<string> {
   });
 }
 
-/** Runs a program to its end and returns what it wrote. Fails with its error output. */
+/** Runs a program to its end and returns its output. Fails with its error output. */
 export async function run(name: string, args: string[]): Promise<string> {
   const limits = { maxBuffer: 64 << 20 };
   return (await promisify(execFile)(program(name), args, limits)).stdout;

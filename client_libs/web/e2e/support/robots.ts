@@ -6,7 +6,7 @@ const places = [
   { robot: 'robot-3', pose: { x: 10.6, y: 6.2 } },
 ];
 
-/** Three robots ask where to look next, and keep their goals while the test runs. */
+/** Claims goals for three robots, with leases that outlast the test. */
 export async function claimGoals(site: Site): Promise<void> {
   for (const { robot, pose } of places) {
     const lease = { seconds: 600n };

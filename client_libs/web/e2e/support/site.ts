@@ -7,7 +7,9 @@ import { join } from 'node:path';
 import { dashboardFolder, root } from './places.js';
 import { run, Server } from './programs.js';
 
-/** A server with maps of its own, and the gateway that serves the dashboard before it. */
+/**
+ * A server with its own copy of some maps, and a gateway in front of it that serves the dashboard.
+ */
 export class Site {
   private opened: HypermapClient | undefined;
 
@@ -17,7 +19,7 @@ export class Site {
     private readonly gateway: Server,
   ) {}
 
-  /** Serves a copy of the maps of a folder. */
+  /** Serves a copy of the maps in a folder. */
   static async open(maps: string): Promise<Site> {
     const folder = await mkdtemp(join(tmpdir(), 'hypermap_e2e_'));
     await cp(maps, folder, { recursive: true });
@@ -35,22 +37,22 @@ export class Site {
     }
   }
 
-  /** Of the dashboard, without a slash at its end. */
+  /** The URL of the dashboard, without a slash at its end. */
   get url(): string {
     return this.gateway.address;
   }
 
-  /** Of the server itself: HOST:PORT. */
+  /** The address of the server itself: HOST:PORT. */
   get address(): string {
     return this.server.address;
   }
 
-  /** Asks or changes the maps by the command line, as somebody else would. */
+  /** Runs the command-line client against the server. Returns its output. */
   async hypermap(...args: string[]): Promise<string> {
     return run('hypermap', ['--server', this.address, ...args]);
   }
 
-  /** A client of the server itself, without the gateway: what other programs do. */
+  /** A client that is connected to the server directly, without the gateway. */
   client(): HypermapClient {
     this.opened ??= createHypermapClient(
       createGrpcTransport({ baseUrl: `http://${this.address}` }),
@@ -58,16 +60,17 @@ export class Site {
     return this.opened;
   }
 
-  /** The server is gone at once, and nobody says good-bye. */
+  /** Kills the server without a shutdown. */
   async killServer(): Promise<void> {
     await this.server.stop('SIGKILL');
   }
 
-  /** The server comes back where it was. */
+  /** Starts the server again at the same address with the same maps. */
   async restartServer(): Promise<void> {
     this.server = await serve(this.folder, this.server.address);
   }
 
+  /** Stops the programs and deletes the copy of the maps. */
   async close(): Promise<void> {
     await Promise.all([this.gateway.stop(), this.server.stop()]);
     await rm(this.folder, { recursive: true, force: true });
@@ -78,7 +81,7 @@ function serve(folder: string, listen: string): Promise<Server> {
   return Server.start('hypermapd', [`--data_dir=${folder}`, `--listen=${listen}`]);
 }
 
-/** Draws maps into a new folder, for sites to begin with. */
+/** Creates a folder of maps that sites can start from. */
 export async function drawMaps(draw: (hypermap: Hypermap) => Promise<void>): Promise<string> {
   const folder = await mkdtemp(join(tmpdir(), 'hypermap_e2e_maps_'));
   const server = await serve(folder, '127.0.0.1:0');
@@ -96,7 +99,7 @@ export type Hypermap = (
   ...args: string[]
 ) => Promise<string>;
 
-/** The office of the demo, with layers of every kind, one of them in a frame of its own. */
+/** Creates the office of the demo with layers of every kind, one of them in its own frame. */
 export async function drawOffice(run: Hypermap): Promise<void> {
   const layers = [
     ['floor', '--kind', 'occupancy', '--resolution', '0.05'],
@@ -114,10 +117,10 @@ export async function drawOffice(run: Hypermap): Promise<void> {
   }
 }
 
-/** The office, and in it three robots that explore it and have come about half-way. */
+/** Creates the office after three robots have explored about half of it. */
 export async function drawExploredOffice(run: Hypermap): Promise<void> {
   await drawOffice(run);
-  // What is seen now is what they see.
+  // The robots' own layer of explored floor replaces the one of the demo.
   await run('hypermap', 'layer', 'delete', 'office', 'seen');
   const area = ['0.2,0.2', '14.6,0.2', '14.6,11.8', '0.2,11.8'];
   const robots = run(
@@ -128,7 +131,7 @@ export async function drawExploredOffice(run: Hypermap): Promise<void> {
     ...['--layer', 'found', '--explored', 'explored', '--detector', 'noisy', '--pose', 'amcl'],
     ...['--max_steps', '120'],
   );
-  // They are stopped on their way, which they call an error.
+  // The program reports an error when the robots are stopped before the end.
   await robots.catch((error: Error) => {
     if (!error.message.includes('not at its end after 120 steps')) throw error;
   });

@@ -8,17 +8,17 @@ import { drawExploredOffice, drawMaps, drawOffice, Site } from './site.js';
 export { expect } from '@playwright/test';
 
 interface TestFixtures {
-  /** The office, served for this test alone. */
+  /** The office on a server of this test's own. */
   site: Site;
-  /** The office with three robots that have explored half of it: layers found, explored, explorations. */
+  /** The office half explored by three robots, with the layers found, explored and explorations. */
   exploredSite: Site;
-  /** A server that has no map. */
+  /** A server without maps. */
   emptySite: Site;
-  /** The test's page, not opened yet. */
+  /** The dashboard in the test's page, not opened yet. */
   dashboard: Dashboard;
-  /** A page of another browser, which shares nothing with the first. */
+  /** The dashboard in another browser, which shares nothing with the first. */
   otherDashboard: Dashboard;
-  /** Console errors that a test brings about on purpose. */
+  /** Console errors that the test causes on purpose. */
   expectedErrors: RegExp[];
 }
 
@@ -45,7 +45,7 @@ async function useSite(maps: string, use: Use<Site>): Promise<void> {
   }
 }
 
-/** A page's complaints, told by their source. */
+/** Collects the console errors and exceptions of a page, each with its source. */
 function collectErrors(page: Page, errors: string[]): void {
   page.on('console', (message) => {
     if (message.type() === 'error') errors.push(`${message.text()} (${message.location().url})`);
@@ -55,7 +55,8 @@ function collectErrors(page: Page, errors: string[]): void {
 
 const drawNothing = async (): Promise<void> => undefined;
 
-// Drawing takes its time on a busy machine, and is none of the test's.
+// Creating the maps may take long on a busy machine and does not count towards a test's own
+// timeout.
 const worker = { scope: 'worker', timeout: 180_000 } as const;
 
 /* eslint no-empty-pattern: off -- Playwright reads from its pattern what a fixture needs */
@@ -72,7 +73,7 @@ async function checkConsole(
   if (unexpected.length > 0) throw new Error(`errors on the console:\n${unexpected.join('\n')}`);
 }
 
-/** Every test runs against its own server; any page of it that logs an error fails it. */
+/** A test with its own server, which fails if one of its pages logs an unexpected error. */
 export const test = base.extend<TestFixtures, WorkerFixtures>({
   officeMaps: [({}, use) => useMaps(drawMaps(drawOffice), use), worker],
   exploredMaps: [({}, use) => useMaps(drawMaps(drawExploredOffice), use), worker],
@@ -99,7 +100,7 @@ export const test = base.extend<TestFixtures, WorkerFixtures>({
   },
 });
 
-/** Keeps what the page shows, once nothing moves any more, as build/e2e/screenshots/NAME.png. */
+/** Takes a screenshot once nothing moves, and saves it as build/e2e/screenshots/NAME.png. */
 export async function shot(page: Page, name: string): Promise<void> {
   let before: Buffer | undefined;
   let now = await page.screenshot();
