@@ -1,0 +1,286 @@
+"""A map that version 0.1 wrote opens, and answers as it did under 0.1, before and after edits.
+
+testdata/v0_1/make.py wrote the map and recorded the answers of 0.1. This version must give the same
+answers, with floats that are exactly equal. It may add members to JSON objects.
+"""
+
+import datetime
+import itertools
+import json
+import lzma
+import pathlib
+import sqlite3
+import subprocess
+import sys
+import unittest
+
+import rpc
+from processes import BIN, DEADLINE_S, QUESTIONS, SiteTest
+
+TESTDATA = pathlib.Path(__file__).resolve().parent / "testdata" / "v0_1"
+sys.path.insert(0, str(TESTDATA))
+
+from questions import EVERYWHERE, MAP, Asker, query  # noqa: E402
+
+# The server keeps all history and receipts, whatever the date of the test is.
+KEEP_ALL = ["--history_age=876000h", "--history_revisions=1000000000", "--receipt_age=876000h"]
+WORKER, RENDERER = BIN / "hypermap-ingest", BIN / "render_sequence"
+# Members whose values grow with each commit.
+COUNTERS = {"revision", "newest_revision", "version"}
+# With a low HYPERMAP_TEST_QUESTIONS each round asks every n-th question, and the next round others.
+STEP = max(1, 50 // QUESTIONS)
+
+
+def read(name):
+    return lzma.decompress((TESTDATA / name).read_bytes())
+
+
+def difference(expected, got, place="", ignored=frozenset()):
+    """The first place where `got` lacks or changes something of `expected`, or an empty string."""
+    if type(expected) is not type(got):
+        return f"{place}: {got!r}, expected {expected!r}"
+    if isinstance(expected, dict):
+        for key in expected.keys() - ignored:
+            if key not in got:
+                return f"{place}.{key} is missing"
+            if found := difference(expected[key], got[key], f"{place}.{key}", ignored):
+                return found
+    elif isinstance(expected, list):
+        for i, (a, b) in enumerate(zip(expected, got)):
+            if found := difference(a, b, f"{place}[{i}]", ignored):
+                return found
+        if len(expected) != len(got):
+            return f"{place}: {len(got)} entries, expected {len(expected)}"
+    elif expected != got:
+        return f"{place}: {got!r}, expected {expected!r}"
+    return ""
+
+
+def comparable(question, outcome):
+    """The lines of an answer that do not depend on timing, or the code of an error."""
+    lines = outcome.get("answer", outcome.get("error"))
+    if question["ask"][0] != "watch" or "error" in outcome:
+        return lines
+    # After a reset, which moved frames cause, a watch tells the newest revision. A watch that ends
+    # at a revision without a selected change can still receive it.
+    if not question["newest"]:
+        lines = list(itertools.takewhile(lambda line: "reset" not in line, lines))
+    # Lines with only a revision report progress. When they come depends on timing.
+    return [line for line in lines if line.keys() != {"revision"}]
+
+
+def asks_for_the_future(question):
+    """Whether it asks for a time that this machine's clock has not reached. Servers refuse that."""
+    words = question["ask"]
+    at = words[words.index("--at") + 1] if "--at" in words else ""
+    return "T" in at and (datetime.datetime.fromisoformat(at[:19] + "+00:00") >=
+                          datetime.datetime.now(datetime.timezone.utc))
+
+
+def feature(entity, **members):
+    """A GeoJSON feature that puts the object that the command line printed."""
+    properties = {key: entity[key] for key in ("label", "classes", "existence", "tags")}
+    if entity["height"]:
+        properties["height_min"], properties["height_max"] = entity["height"]
+    return {"type": "Feature", "properties": {**properties, **entity["attributes"]},
+            "geometry": {"type": "Polygon", "coordinates": entity["polygon"]}, **members}
+
+
+def shifted(entity, x):
+    return {**entity, "polygon": [[[px + x, py] for px, py in ring] for ring in entity["polygon"]]}
+
+
+class GoldenMap(SiteTest):
+
+    def setUp(self):
+        super().setUp()
+        self.file = self.data_dir / f"{MAP}.gpkg"
+        self.file.write_bytes(read(f"{MAP}.gpkg.xz"))
+        self.recorded = json.loads(read("answers.json.xz"))
+        self.recorded["questions"] = [q for q in self.recorded["questions"]
+                                      if not asks_for_the_future(q)]
+        self.newest = self.recorded["newest"]
+        self.rounds = 0
+
+    def open(self):
+        self.site = self.server(*KEEP_ALL)
+        self.asker = Asker(BIN / "hypermap", self.site.address, DEADLINE_S)
+
+    def assert_as_before(self, questions, ignored=frozenset()):
+        """Asks the questions, and fails when an answer differs from the recorded one."""
+        questions = questions[self.rounds % STEP::STEP]
+        self.rounds += 1
+        self.assertTrue(questions)
+        wrong = []
+        for expected, got in zip(questions, self.asker.ask_each(questions), strict=True):
+            if found := difference(comparable(expected, expected), comparable(expected, got),
+                                   ignored=ignored):
+                wrong.append(f"hypermap {' '.join(expected['ask'])}\n    {found[:500]}")
+        if wrong:
+            self.fail(f"{len(wrong)} of {len(questions)} answers differ:\n" + "\n".join(wrong[:20]))
+
+    def about_the_newest(self):
+        return [q for q in self.recorded["questions"] if q["newest"]]
+
+    def about_the_past(self):
+        """Questions whose answers later commits do not change. Those about the newest revision of
+        0.1 name its number."""
+        return [q for q in self.recorded["questions"] if not q["newest"]] + [
+            {**q, "ask": [*q["ask"][:3], "--at", str(self.newest), *q["ask"][3:]]}
+            for q in self.about_the_newest() if q["ask"][0] == "query"]
+
+    def assert_newest_as_before(self):
+        """The newest revision has the content that 0.1 left, and the log ends with that of 0.1."""
+        self.assert_as_before([q for q in self.about_the_newest() if q["ask"][0] != "log"],
+                              ignored=COUNTERS)
+        (log,) = self.asker.answer("log", MAP, "--limit", 100000)
+        (expected,) = next(q for q in self.recorded["questions"] if q["ask"][0] == "log")["answer"]
+        later = len(log["revisions"]) - len(expected["revisions"])
+        self.assertEqual(difference(expected["revisions"], log["revisions"][later:]), "")
+
+    def edit(self, layer, *features):
+        """Returns the revision of the edit. Coordinates are in the layer's frame."""
+        path = self.folder / "edit.geojson"
+        (layers,) = self.asker.answer("layers", MAP)
+        (frame,) = (known["frame_id"] for known in layers["layers"] if known["name"] == layer)
+        path.write_text(json.dumps({"type": "FeatureCollection", "frame": frame,
+                                    "features": features}))
+        return self.asker.answer("edit", MAP, path, "--layer", layer)[0]["revision"]
+
+    def entities(self, layer, frame=None, at=None):
+        return {line["entity"]["id"]: line["entity"] for line in self.asker.answer(
+            *query("area", *EVERYWHERE, layers=[layer], frame=frame, at=at)) if "entity" in line}
+
+    def test_it_is_of_version_0_1(self):
+        self.assertEqual(self.recorded["commit"], "743c4b9")
+        with sqlite3.connect(self.file) as file:
+            versions = file.execute("SELECT schema_version FROM hypermap_metadata").fetchall()
+        self.assertEqual(versions, [(3,)])
+
+    def put_remove_and_move(self, layer, frame):
+        """Puts an object and removes it; moves an old object and moves it back. Returns the states
+        in between: {(revision, id): the object, or None after its removal}."""
+        objects = self.entities(layer, frame)
+        # Prefers an object with attributes and a hole.
+        old = max((e for e in objects.values() if "expires_at" not in e),
+                  key=lambda e: (bool(e["attributes"]), len(e["polygon"])))
+        put = self.edit(layer, feature(shifted(old, 0.5)))
+        (new,) = self.entities(layer, frame).keys() - objects.keys()
+        self.assertGreater(new, max(i for receipt in self.recorded["receipts"]
+                                    for i in receipt["object_ids"]), "an id was given twice")
+        removed = self.edit(layer, {"type": "Feature", "id": new, "geometry": None})
+        moved = self.edit(layer, feature(shifted(old, 1.25), id=old["id"]))
+        back = self.edit(layer, feature(old, id=old["id"]))
+        return {(put, new): shifted(old, 0.5), (put, old["id"]): old, (removed, new): None,
+                (moved, old["id"]): shifted(old, 1.25), (back, old["id"]): old}
+
+    def write_cells_and_restore_them(self):
+        """Writes a square of the layer "scratch", whose cells are 7.5 there."""
+        ring = [[1, 1], [2, 1], [2, 2], [1, 2], [1, 1]]
+        for value in (-3, 7.5):
+            self.edit("scratch", {"type": "Feature", "properties": {"value": value},
+                                  "geometry": {"type": "Polygon", "coordinates": [ring]}})
+
+    def test_it_answers_as_before_after_edits_and_restarts(self):
+        self.open()
+        self.assert_as_before(self.recorded["questions"])
+        self.assertEqual(self.site.stop(), 0)
+
+        self.open()
+        edited = {"things": "map", "dock_things": "dock"}
+        states = {layer: self.put_remove_and_move(layer, frame) for layer, frame in edited.items()}
+        self.write_cells_and_restore_them()
+        self.assert_as_before(self.about_the_past())
+        self.assertEqual(self.site.stop(), 0)
+
+        self.open()
+        self.assert_as_before(self.about_the_past())
+        self.assert_newest_as_before()
+        for layer, frame in edited.items():
+            for (revision, i), expected in states[layer].items():
+                got = self.entities(layer, frame, at=revision).get(i)
+                for key in ("label", "classes", "existence", "polygon", "tags", "attributes",
+                            "height"):
+                    self.assertEqual(got and got[key], expected and expected[key],
+                                     (layer, revision, i, key))
+        self.assertEqual(self.site.stop(), 0)
+        with sqlite3.connect(self.file) as file:
+            self.assertEqual(file.execute("PRAGMA integrity_check").fetchall(), [("ok",)])
+
+    def test_a_request_that_0_1_carried_out_gets_its_receipt(self):
+        self.open()
+        with rpc.Client(self.site.address) as client:
+            for receipt in self.recorded["receipts"]:
+                answer = client.ApplyEdits(map=MAP, request_id=receipt["request_id"], edits=[
+                    {"delete_object": {"layer": "things", "id": 1}}])
+                self.assertEqual((answer.revision, list(answer.object_ids)),
+                                 (receipt["revision"], receipt["object_ids"]))
+        self.assert_newest_as_before()
+
+    def assert_fused_as_before(self):
+        """The fused objects, their explanations and the explored floor are those of 0.1."""
+        layers = {"found", "found_paper", "corner", "found_floor", "corner_floor"}
+        questions = [q for q in self.about_the_newest()
+                     if q["ask"][0] == "explain" or
+                     (q["ask"][:2] == ["query", "area"] and layers & set(q["ask"]))]
+        self.assertGreater(len(questions), len(layers))
+        self.rounds = 0
+        self.assert_as_before(questions, ignored=COUNTERS)
+
+    def test_its_fused_layers_can_be_rebuilt(self):
+        self.open()
+        for layer in ("found", "found_paper", "corner"):
+            self.asker.answer("rebuild", MAP, "--layer", layer)
+        self.assert_fused_as_before()
+        other = {"found": "paper", "found_paper": "evidence", "corner": "paper"}
+        fused = {layer: self.entities(layer) for layer in other}
+        for layer, strategy in other.items():
+            self.asker.answer("rebuild", MAP, "--layer", layer, "--fusion", strategy)
+            self.assertNotEqual(self.entities(layer), fused[layer])
+        self.assertEqual(self.site.stop(), 0)
+        self.open()
+        for layer, strategy in other.items():
+            first = {"evidence": "paper", "paper": "evidence"}[strategy]
+            self.asker.answer("rebuild", MAP, "--layer", layer, "--fusion", first)
+        self.assert_fused_as_before()
+
+    def replay(self, rooms, *flags):
+        result = subprocess.run(
+            [WORKER, "replay", rooms, "--server", self.site.address, "--map", MAP, "--layer",
+             "found", "--frame_id", "annex", "--detections", "detections_noisy.json", "--poses",
+             "estimated.txt", "--json", *flags],
+            capture_output=True, text=True, timeout=DEADLINE_S, check=False)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        return json.loads(result.stdout)
+
+    @unittest.skipUnless(WORKER.exists() and RENDERER.exists(), "built without the worker")
+    def test_robots_resume_and_add_observations(self):
+        self.open()
+        rooms = self.folder / "rooms"
+        subprocess.run([RENDERER, rooms, "--every", "12"], check=True, stdout=subprocess.DEVNULL,
+                       timeout=DEADLINE_S)
+        again = self.replay(rooms)
+        self.assertEqual((again["known"], again["accepted"]), (again["frames"], 0), again)
+        more = self.replay(rooms, "--robot", "rooms-2", "--stride", "5")
+        self.assertGreater(more["accepted"], 0)
+        self.assertEqual(more["accepted"], more["frames"], more)
+        self.asker.answer("retract", MAP, "--layer", "found", "--robot", "rooms-2")
+        self.assert_fused_as_before()
+
+    def test_its_exploration_continues_and_stops(self):
+        self.open()
+        (listed,) = self.asker.answer("explore", "list", MAP)
+        (active,) = (e for e in listed["explorations"] if e["state"] == "active")
+        self.assertEqual(len(active["goals"]), 1)
+        self.edit("corridor", {"type": "Feature", "properties": {"value": "explored"}, "geometry": {
+            "type": "Polygon", "coordinates": [[[0, 5], [9, 5], [9, 7], [0, 7], [0, 5]]]}})
+        (status,) = self.asker.answer("explore", "status", MAP, active["id"])
+        self.assertEqual(status["progress"]["reachable_cells"], 0)
+        self.asker.answer("explore", "stop", MAP, active["id"])
+        (status,) = self.asker.answer("explore", "status", MAP, active["id"])
+        self.assertEqual((status["exploration"]["state"], status["exploration"]["goals"]),
+                         ("ended", []))
+
+
+if __name__ == "__main__":
+    unittest.main()
