@@ -76,6 +76,17 @@ test('keys open panels, move the map, and Escape closes', async ({ site, dashboa
   }
 });
 
+test('zoom keys in quick succession add up', async ({ site, dashboard, page }) => {
+  await dashboard.open(site, { view: [10, 6, 0.06] });
+  // All keys are pressed in one turn of the page, before the first step has painted anything.
+  await page.getByRole('application', { name: 'Map' }).evaluate((map) => {
+    for (const key of ['+', '-', '-', '-']) {
+      map.dispatchEvent(new KeyboardEvent('keydown', { key, bubbles: true, cancelable: true }));
+    }
+  });
+  await expect.poll(() => page.url()).toMatch(/,0\.24$/);
+});
+
 test('an object is created, deleted and restored without a pointer', async ({
   site,
   dashboard,

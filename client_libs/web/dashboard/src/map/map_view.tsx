@@ -1,6 +1,7 @@
 import { effect } from '@preact/signals';
 import { useEffect, useRef } from 'preact/hooks';
 import { defaults as defaultInteractions } from 'ol/interaction/defaults';
+import KeyboardPan from 'ol/interaction/KeyboardPan';
 import OlMap from 'ol/Map';
 import View from 'ol/View';
 import 'ol/ol.css';
@@ -16,6 +17,7 @@ import { moveMs } from './motion';
 import { planar } from './projection';
 import { resolution } from './resolution';
 import { olMap } from './tools';
+import { zoomKeys } from './zoom_keys';
 
 /**
  * The range of resolutions, metres per pixel: a coin fills the screen, or a whole district fits.
@@ -32,7 +34,11 @@ function makeMap(target: HTMLElement): OlMap {
   return new OlMap({
     target,
     controls: [],
-    interactions: defaultInteractions({ altShiftDragRotate: false, pinchRotate: false }),
+    interactions: defaultInteractions({
+      altShiftDragRotate: false,
+      pinchRotate: false,
+      keyboard: false,
+    }).extend([new KeyboardPan(), zoomKeys()]),
     view: new View({
       projection: planar,
       center: start?.center ?? [0, 0],
