@@ -11,14 +11,15 @@ import (
 	"google.golang.org/protobuf/reflect/protoreflect"
 )
 
-// Above the server's own limit, which then answers with its name.
+// maxMessageBytes is above the server's own limit, so that the server rejects large messages itself and
+// names its limit.
 const maxMessageBytes = 64 << 20
 
-// Shorter answers are not worth compressing.
+// compressMinBytes is the size below which compressing an answer does not pay.
 const compressMinBytes = 1024
 
-// method passes the calls of one rpc on to the server. Deadlines and cancellation go with the context,
-// and errors come back as the server made them.
+// method forwards the calls of one rpc to the server. Deadlines and cancellation are forwarded with the
+// context, and errors are returned unchanged.
 type method struct {
 	client *connect.Client[message, message]
 	output protoreflect.MessageDescriptor
@@ -33,7 +34,7 @@ func bridge(mux *http.ServeMux, service protoreflect.ServiceDescriptor, server *
 			client: connect.NewClient[message, message](server.client, server.url+path,
 				connect.WithGRPC(),
 				connect.WithCodec(binaryCodec{}),
-				// The server is near: compressing would cost more than it saves.
+				// The server is assumed to be near, where compression costs more than it saves.
 				connect.WithAcceptCompression("gzip", nil, nil),
 				connect.WithReadMaxBytes(maxMessageBytes)),
 			output: descriptor.Output(),
@@ -91,7 +92,7 @@ func (m *method) clientStream(ctx context.Context, in *connect.ClientStream[mess
 	passAuthorization(in.RequestHeader(), requests.RequestHeader())
 	for in.Receive() {
 		if err := requests.Send(in.Msg()); err != nil {
-			break // The answer says why the server wants no more.
+			break // CloseAndReceive returns the error of the server.
 		}
 	}
 	if err := in.Err(); err != nil {
@@ -114,7 +115,7 @@ func (m *method) bidiStream(ctx context.Context, caller *connect.BidiStream[mess
 		for {
 			request, err := caller.Receive()
 			if errors.Is(err, io.EOF) {
-				_ = server.CloseRequest() // An error comes with the next answer, too.
+				_ = server.CloseRequest() // Receive returns the same error.
 				return
 			}
 			if err != nil {
@@ -122,7 +123,7 @@ func (m *method) bidiStream(ctx context.Context, caller *connect.BidiStream[mess
 				return
 			}
 			if server.Send(request) != nil {
-				return // The next answer says why.
+				return // Receive returns the error of the server.
 			}
 		}
 	}()
@@ -140,23 +141,25 @@ func (m *method) bidiStream(ctx context.Context, caller *connect.BidiStream[mess
 	}
 }
 
-// failure is what the caller is told: the server's own word, or that its connection broke. The library
-// calls it an invalid argument when that happens in the midst of a stream.
+// failure converts an error for the caller. Errors of the server are kept. A lost connection becomes
+// Unavailable, because the library reports it as an invalid argument in the middle of a stream.
 func failure(ctx context.Context, err error) error {
 	if err == nil || ctx.Err() != nil || connect.IsWireError(err) {
 		return err
 	}
 	if connect.CodeOf(err) == connect.CodeResourceExhausted {
-		return err // A message beyond maxMessageBytes.
+		return err // The message is larger than maxMessageBytes.
 	}
 	return connect.NewError(connect.CodeUnavailable, fmt.Errorf("the connection to the server: %w", err))
 }
 
+// readable adds the schema to an answer, so that jsonCodec can marshal it.
 func (m *method) readable(answer *message) *message {
 	answer.schema = m.output
 	return answer
 }
 
+// onward returns the request to the server for a request of a caller.
 func onward(request *connect.Request[message]) *connect.Request[message] {
 	out := connect.NewRequest(request.Msg)
 	passAuthorization(request.Header(), out.Header())

@@ -17,7 +17,7 @@ import (
 	"google.golang.org/grpc/status"
 )
 
-// echo answers each request with its own words, preceded by the method.
+// echo answers each request with the method and the content of the request.
 func echo(path string, stream grpc.ServerStream) error {
 	for {
 		var request message
@@ -33,7 +33,7 @@ func echo(path string, stream grpc.ServerStream) error {
 	}
 }
 
-func TestUnaryAnswersComeThrough(t *testing.T) {
+func TestUnaryAnswersAreForwarded(t *testing.T) {
 	server, _ := startBackend(t, "127.0.0.1:0", echo)
 	gateway := startGateway(t, before(server))
 	forEachProtocol(t, func(t *testing.T, as caller) {
@@ -50,7 +50,7 @@ func TestUnaryAnswersComeThrough(t *testing.T) {
 	})
 }
 
-func TestStreamedAnswersComeThroughInOrder(t *testing.T) {
+func TestStreamedAnswersAreForwardedInOrder(t *testing.T) {
 	server, _ := startBackend(t, "127.0.0.1:0", func(_ string, stream grpc.ServerStream) error {
 		for i := range 1000 {
 			if err := stream.SendMsg(&message{binary: []byte{byte(i), byte(i >> 8)}}); err != nil {
@@ -78,7 +78,7 @@ func TestStreamedAnswersComeThroughInOrder(t *testing.T) {
 	})
 }
 
-func TestErrorsComeThroughWithCodeMessageAndDetails(t *testing.T) {
+func TestErrorsAreForwardedWithCodeMessageAndDetails(t *testing.T) {
 	server, _ := startBackend(t, "127.0.0.1:0", func(path string, stream grpc.ServerStream) error {
 		if path == watch {
 			if err := stream.SendMsg(&message{binary: []byte("first")}); err != nil {
@@ -97,7 +97,7 @@ func TestErrorsComeThroughWithCodeMessageAndDetails(t *testing.T) {
 		t.Helper()
 		var failure *connect.Error
 		if !errors.As(err, &failure) {
-			t.Fatalf("no error of the protocol: %v", err)
+			t.Fatalf("not an error of the protocol: %v", err)
 		}
 		if failure.Code() != connect.CodeNotFound || failure.Message() != "no map \"größe\"" {
 			t.Errorf("got %v", failure)
@@ -128,7 +128,7 @@ func TestErrorsComeThroughWithCodeMessageAndDetails(t *testing.T) {
 	})
 }
 
-func TestAuthorizationIsPassedOn(t *testing.T) {
+func TestAuthorizationIsForwarded(t *testing.T) {
 	server, _ := startBackend(t, "127.0.0.1:0", func(_ string, stream grpc.ServerStream) error {
 		sent, _ := metadata.FromIncomingContext(stream.Context())
 		return stream.SendMsg(&message{binary: []byte(strings.Join(sent["authorization"], "|"))})
@@ -154,7 +154,7 @@ func TestAuthorizationIsPassedOn(t *testing.T) {
 	})
 }
 
-func TestDeadlinesArePassedOn(t *testing.T) {
+func TestDeadlinesAreForwarded(t *testing.T) {
 	server, _ := startBackend(t, "127.0.0.1:0", func(_ string, stream grpc.ServerStream) error {
 		if at, ok := stream.Context().Deadline(); !ok || time.Until(at) > deadline {
 			return status.Error(codes.Internal, "no deadline")
@@ -169,7 +169,7 @@ func TestDeadlinesArePassedOn(t *testing.T) {
 	})
 }
 
-func TestAMessageIsToldBeforeTheNextIsMade(t *testing.T) {
+func TestEachMessageOfAStreamIsForwardedAtOnce(t *testing.T) {
 	forEachProtocol(t, func(t *testing.T, as caller) {
 		goOn := make(chan struct{})
 		server, _ := startBackend(t, "127.0.0.1:0", func(_ string, stream grpc.ServerStream) error {
@@ -200,7 +200,7 @@ func TestAMessageIsToldBeforeTheNextIsMade(t *testing.T) {
 	})
 }
 
-func TestTheServerIsToldThatTheCallerIsGone(t *testing.T) {
+func TestCancellationIsForwarded(t *testing.T) {
 	forEachProtocol(t, func(t *testing.T, as caller) {
 		gone := make(chan error, 1)
 		server, _ := startBackend(t, "127.0.0.1:0", func(_ string, stream grpc.ServerStream) error {
@@ -224,10 +224,10 @@ func TestTheServerIsToldThatTheCallerIsGone(t *testing.T) {
 		select {
 		case err := <-gone:
 			if !errors.Is(err, context.Canceled) {
-				t.Errorf("the server was told: %v", err)
+				t.Errorf("the server's context ended with: %v", err)
 			}
 		case <-time.After(deadline):
-			t.Error("the server was never told")
+			t.Error("the server's context was not cancelled")
 		}
 	})
 }
@@ -277,7 +277,7 @@ func TestAStreamIsUnavailableWhenTheServerDies(t *testing.T) {
 	})
 }
 
-func TestStreamsOfRequestsPassThrough(t *testing.T) {
+func TestStreamsOfRequestsAreForwarded(t *testing.T) {
 	collect := func(path string, stream grpc.ServerStream) error {
 		if path == observe {
 			return echo(path, stream)

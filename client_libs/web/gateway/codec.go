@@ -10,16 +10,16 @@ import (
 	"google.golang.org/protobuf/types/dynamicpb"
 )
 
-// message is a request or an answer in Protobuf's binary form. Between two sides that both use that
-// form it passes unread.
+// message is a request or an answer in Protobuf's binary format. It is forwarded without being parsed
+// if the caller uses that format too.
 type message struct {
 	binary []byte
-	// Wanted for JSON only.
+	// The type of the message, which only jsonCodec needs.
 	schema protoreflect.MessageDescriptor
 }
 
-// binaryCodec reads and writes messages as they are. Connect also gives it the details of errors, which
-// are ordinary Protobuf messages.
+// binaryCodec copies messages without parsing them. Connect also uses it for the details of errors,
+// which are ordinary Protobuf messages.
 type binaryCodec struct{}
 
 func (binaryCodec) Name() string { return "proto" }
@@ -31,21 +31,21 @@ func (binaryCodec) Marshal(value any) ([]byte, error) {
 	case proto.Message:
 		return proto.Marshal(value)
 	}
-	return nil, fmt.Errorf("no message: %T", value)
+	return nil, fmt.Errorf("not a message: %T", value)
 }
 
 func (binaryCodec) Unmarshal(data []byte, value any) error {
 	switch value := value.(type) {
 	case *message:
-		value.binary = bytes.Clone(data) // Connect uses its buffer again.
+		value.binary = bytes.Clone(data) // Connect reuses its buffer.
 		return nil
 	case proto.Message:
 		return proto.Unmarshal(data, value)
 	}
-	return fmt.Errorf("no message: %T", value)
+	return fmt.Errorf("not a message: %T", value)
 }
 
-// jsonCodec is for callers without Protobuf, such as curl.
+// jsonCodec converts messages from and to JSON, for callers without Protobuf such as curl.
 type jsonCodec struct{}
 
 func (jsonCodec) Name() string { return "json" }
@@ -53,7 +53,7 @@ func (jsonCodec) Name() string { return "json" }
 func (jsonCodec) Marshal(value any) ([]byte, error) {
 	answer, ok := value.(*message)
 	if !ok {
-		return nil, fmt.Errorf("no message: %T", value)
+		return nil, fmt.Errorf("not a message: %T", value)
 	}
 	parsed := dynamicpb.NewMessage(answer.schema)
 	if err := proto.Unmarshal(answer.binary, parsed); err != nil {
@@ -65,7 +65,7 @@ func (jsonCodec) Marshal(value any) ([]byte, error) {
 func (jsonCodec) Unmarshal(data []byte, value any) error {
 	request, ok := value.(*message)
 	if !ok {
-		return fmt.Errorf("no message: %T", value)
+		return fmt.Errorf("not a message: %T", value)
 	}
 	parsed := dynamicpb.NewMessage(request.schema)
 	if err := protojson.Unmarshal(data, parsed); err != nil {

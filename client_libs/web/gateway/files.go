@@ -11,11 +11,13 @@ import (
 	"github.com/klauspost/compress/gzhttp"
 )
 
-// The page loads nothing from elsewhere. OpenLayers sets styles and makes workers and images of its own.
+// contentSecurityPolicy forbids the page to load anything from other hosts. OpenLayers needs inline
+// styles, and workers and images from blobs.
 const contentSecurityPolicy = "default-src 'self'; style-src 'self' 'unsafe-inline'; " +
 	"img-src 'self' blob: data:; worker-src 'self' blob:; frame-ancestors 'none'; base-uri 'none'"
 
-// newFiles serves the files in the folder, compressed. It never leaves the folder, also not by links.
+// newFiles serves the files in the folder, compressed. It serves nothing outside of the folder, even if
+// a symbolic link points there.
 func newFiles(folder string) (http.Handler, error) {
 	root, err := os.OpenRoot(folder)
 	if err != nil {
@@ -25,7 +27,7 @@ func newFiles(folder string) (http.Handler, error) {
 	server := http.FileServerFS(files)
 	return gzhttp.GzipHandler(http.HandlerFunc(func(w http.ResponseWriter, r *http.Request) {
 		if isFolder(files, r.URL.Path) {
-			http.NotFound(w, r) // No listings.
+			http.NotFound(w, r) // Folders are not listed.
 			return
 		}
 		header := w.Header()
@@ -46,7 +48,7 @@ func isFolder(files fs.FS, urlPath string) bool {
 	return err == nil && info.IsDir()
 }
 
-// The names of built assets change with their content.
+// cacheControl lets browsers keep built assets, whose names change with their content.
 func cacheControl(urlPath string) string {
 	if strings.HasPrefix(urlPath, "/assets/") {
 		return "public, max-age=31536000, immutable"

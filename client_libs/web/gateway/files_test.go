@@ -44,18 +44,18 @@ func TestServesThePageAndItsAssets(t *testing.T) {
 		t.Errorf("%s %q", page.Status, text)
 	}
 	if got := page.Header.Get("Cache-Control"); got != "no-cache" {
-		t.Errorf("the page is kept: %q", got)
+		t.Errorf("the page may be cached: %q", got)
 	}
 	if !strings.Contains(page.Header.Get("Content-Security-Policy"), "default-src 'self'") {
-		t.Error("the page may load what it likes")
+		t.Error("the page may load from other hosts")
 	}
 	asset := get(t, handler, "/assets/main-1a2b.js", nil)
 	if got := asset.Header.Get("Cache-Control"); !strings.Contains(got, "immutable") {
-		t.Errorf("an asset is not kept: %q", got)
+		t.Errorf("an asset is not cached: %q", got)
 	}
 }
 
-func TestCompressesForThoseWhoCanReadIt(t *testing.T) {
+func TestCompressesForClientsThatAcceptGzip(t *testing.T) {
 	asset := get(t, dashboard(t), "/assets/main-1a2b.js", http.Header{"Accept-Encoding": {"gzip"}})
 	text, _ := io.ReadAll(asset.Body)
 	if asset.Header.Get("Content-Encoding") != "gzip" || len(text) > 1000 {
@@ -63,7 +63,7 @@ func TestCompressesForThoseWhoCanReadIt(t *testing.T) {
 	}
 }
 
-func TestServesNothingElse(t *testing.T) {
+func TestServesNothingOutsideOfTheFolder(t *testing.T) {
 	handler := dashboard(t)
 	for _, path := range []string{"/assets", "/assets/", "/nothing", "/../secret.txt", "/link.txt", "/assets/../../secret.txt"} {
 		response := get(t, handler, path, nil)

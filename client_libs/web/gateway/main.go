@@ -1,5 +1,5 @@
-// hypermap-gateway stands between browsers and a Hypermap server: it speaks gRPC-Web, Connect and gRPC
-// to the outside, gRPC to the server, and serves the dashboard's files.
+// hypermap-gateway connects browsers to a Hypermap server. It accepts gRPC-Web, Connect and gRPC, calls
+// the server by gRPC, and serves the files of the dashboard.
 package main
 
 import (
@@ -16,7 +16,7 @@ import (
 	"time"
 )
 
-// How long calls may take to end when the gateway stops.
+// shutdownGrace is the time that calls have to end when the gateway stops.
 const shutdownGrace = 5 * time.Second
 
 type config struct {
@@ -35,7 +35,7 @@ func main() {
 		return
 	}
 	if err != nil {
-		os.Exit(2) // It is said already.
+		os.Exit(2) // parseFlags has printed the error.
 	}
 	if err := run(ctx, cfg, func(url string) { fmt.Println("hypermap-gateway ready on " + url) }); err != nil {
 		fmt.Fprintln(os.Stderr, "hypermap-gateway:", err)
@@ -46,15 +46,15 @@ func main() {
 func parseFlags(args []string) (config, error) {
 	var cfg config
 	flags := flag.NewFlagSet("hypermap-gateway", flag.ContinueOnError)
-	flags.StringVar(&cfg.upstream.address, "server", "127.0.0.1:50051", "the server, `HOST:PORT`")
-	flags.BoolVar(&cfg.upstream.tls, "server_tls", false, "the server speaks TLS, with a certificate that this system trusts")
-	flags.StringVar(&cfg.upstream.caFile, "server_ca", "", "the server speaks TLS, with a certificate signed by one in this `FILE` (PEM)")
-	flags.StringVar(&cfg.upstream.certFile, "server_cert", "", "a certificate to show to the server, a `FILE` (PEM)")
-	flags.StringVar(&cfg.upstream.keyFile, "server_key", "", "its private key, a `FILE` (PEM)")
-	flags.StringVar(&cfg.listen, "listen", "127.0.0.1:8080", "where to serve, `HOST:PORT`; port 0 is a free one")
-	flags.StringVar(&cfg.dashboard, "dashboard", besideExecutable("../dashboard"), "the dashboard's `DIR`")
-	flags.StringVar(&cfg.tlsCert, "tls_cert", "", "serve HTTPS with the certificates in this `FILE` (PEM)")
-	flags.StringVar(&cfg.tlsKey, "tls_key", "", "their private key, a `FILE` (PEM)")
+	flags.StringVar(&cfg.upstream.address, "server", "127.0.0.1:50051", "address of the server, `HOST:PORT`")
+	flags.BoolVar(&cfg.upstream.tls, "server_tls", false, "connect to the server by TLS; its certificate must be trusted by this system")
+	flags.StringVar(&cfg.upstream.caFile, "server_ca", "", "connect to the server by TLS; its certificate must be signed by one in this `FILE` (PEM)")
+	flags.StringVar(&cfg.upstream.certFile, "server_cert", "", "client certificate for the server, a `FILE` (PEM)")
+	flags.StringVar(&cfg.upstream.keyFile, "server_key", "", "private key of --server_cert, a `FILE` (PEM)")
+	flags.StringVar(&cfg.listen, "listen", "127.0.0.1:8080", "address to serve on, `HOST:PORT`; port 0 chooses a free port")
+	flags.StringVar(&cfg.dashboard, "dashboard", besideExecutable("../dashboard"), "folder of the dashboard's files, a `DIR`")
+	flags.StringVar(&cfg.tlsCert, "tls_cert", "", "serve HTTPS with the certificate chain in this `FILE` (PEM)")
+	flags.StringVar(&cfg.tlsKey, "tls_key", "", "private key of --tls_cert, a `FILE` (PEM)")
 	if err := flags.Parse(args); err != nil {
 		return config{}, err
 	}
@@ -70,14 +70,15 @@ func (cfg config) check(rest []string) error {
 		return fmt.Errorf("unknown argument %q", rest[0])
 	}
 	if (cfg.tlsCert == "") != (cfg.tlsKey == "") {
-		return errors.New("--tls_cert and --tls_key go together")
+		return errors.New("--tls_cert and --tls_key must be given together")
 	}
 	if (cfg.upstream.certFile == "") != (cfg.upstream.keyFile == "") {
-		return errors.New("--server_cert and --server_key go together")
+		return errors.New("--server_cert and --server_key must be given together")
 	}
 	return nil
 }
 
+// besideExecutable returns a path relative to the folder of this program.
 func besideExecutable(path string) string {
 	executable, err := os.Executable()
 	if err != nil {
@@ -86,7 +87,7 @@ func besideExecutable(path string) string {
 	return filepath.Join(filepath.Dir(executable), path)
 }
 
-// run serves until ctx ends; ready is told the address once calls are taken.
+// run serves until ctx is done. It calls ready with the URL as soon as it accepts calls.
 func run(ctx context.Context, cfg config, ready func(url string)) error {
 	handler, err := newHandler(cfg)
 	if err != nil {
@@ -96,7 +97,7 @@ func run(ctx context.Context, cfg config, ready func(url string)) error {
 	if err != nil {
 		return err
 	}
-	// Watches have no end of their own: they end with this context.
+	// Watches never end by themselves, so this context is cancelled to end them.
 	calls, endCalls := context.WithCancel(context.WithoutCancel(ctx))
 	defer endCalls()
 	server := &http.Server{
@@ -131,7 +132,7 @@ func run(ctx context.Context, cfg config, ready func(url string)) error {
 	return nil
 }
 
-// protocols are those of browsers, and HTTP/2 without TLS, which gRPC clients speak.
+// protocols returns HTTP/1 and HTTP/2 for browsers, and HTTP/2 without TLS for gRPC clients.
 func protocols() *http.Protocols {
 	var p http.Protocols
 	p.SetHTTP1(true)

@@ -10,12 +10,12 @@ import (
 	"google.golang.org/protobuf/types/descriptorpb"
 )
 
-// All files of the project's proto folder, as build.sh has protoc describe them.
+// descriptorSet describes all files of the project's proto folder. build.sh generates it with protoc.
 //
 //go:embed schema/hypermap.binpb
 var descriptorSet []byte
 
-// loadServices returns every service of the wire contract.
+// loadServices returns all services of the protocol.
 func loadServices() ([]protoreflect.ServiceDescriptor, error) {
 	var set descriptorpb.FileDescriptorSet
 	if err := proto.Unmarshal(descriptorSet, &set); err != nil {

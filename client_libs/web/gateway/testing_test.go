@@ -17,7 +17,7 @@ import (
 	"google.golang.org/protobuf/reflect/protoreflect"
 )
 
-// Only for what hangs: nothing here takes so long.
+// deadline ends tests that hang. No call takes this long otherwise.
 const deadline = 30 * time.Second
 
 const (
@@ -27,10 +27,11 @@ const (
 	observe    = "/hypermap.v1.IngestService/Observe"
 )
 
-// answer plays the server in one call, whatever it is.
+// answer implements all methods of a fake server.
 type answer func(path string, stream grpc.ServerStream) error
 
-// startBackend serves gRPC of another make than the gateway's, and returns its address.
+// startBackend starts a fake server with another implementation of gRPC than the gateway's, and returns
+// its address.
 func startBackend(t *testing.T, address string, play answer, options ...grpc.ServerOption) (string, *grpc.Server) {
 	t.Helper()
 	listener, err := net.Listen("tcp", address)
@@ -56,7 +57,7 @@ func withTLS(pair keyPair) grpc.ServerOption {
 	return grpc.Creds(credentials)
 }
 
-// startGateway runs the gateway as main does, and returns its URL.
+// startGateway starts the gateway like main does, and returns its URL.
 func startGateway(t *testing.T, cfg config) string {
 	t.Helper()
 	if cfg.dashboard == "" {
@@ -85,11 +86,12 @@ func startGateway(t *testing.T, cfg config) string {
 	return ""
 }
 
+// before returns the configuration of a gateway in front of a server.
 func before(server string) config {
 	return config{upstream: upstreamConfig{address: server}}
 }
 
-// caller is somebody outside who speaks one of the protocols.
+// caller is a client that uses one of the protocols.
 type caller struct {
 	name    string
 	options []connect.ClientOption
@@ -101,7 +103,7 @@ var callers = []caller{
 	{"GRPC", []connect.ClientOption{connect.WithGRPC()}},
 }
 
-// forEachProtocol runs the test once for each protocol that the gateway speaks.
+// forEachProtocol runs the test for each protocol of the gateway.
 func forEachProtocol(t *testing.T, test func(t *testing.T, as caller)) {
 	for _, as := range callers {
 		t.Run(as.name, func(t *testing.T) {
@@ -111,7 +113,8 @@ func forEachProtocol(t *testing.T, test func(t *testing.T, as caller)) {
 	}
 }
 
-// to calls a method by the gateway's URL. Without TLS by HTTP/1.1, as browsers do; gRPC needs HTTP/2.
+// to returns a client for a method of the gateway. Without TLS it uses HTTP/1.1 like browsers, except
+// for gRPC, which needs HTTP/2.
 func (c caller) to(gateway, path string) *connect.Client[message, message] {
 	client := http.DefaultClient
 	if c.name == "GRPC" {
@@ -133,7 +136,7 @@ func raw(text string) *connect.Request[message] {
 	return connect.NewRequest(&message{binary: []byte(text)})
 }
 
-// fromJSON makes a message of the wire contract.
+// fromJSON makes a request with a message of the protocol.
 func fromJSON(t *testing.T, name, text string) *connect.Request[message] {
 	t.Helper()
 	request := &message{schema: find(t, name)}

@@ -23,7 +23,7 @@ type keyPair struct {
 	keyFile  string
 }
 
-// makeCertificate makes one that signs itself, for this machine's loopback address.
+// makeCertificate makes a self-signed certificate for the loopback address.
 func makeCertificate(t *testing.T) keyPair {
 	t.Helper()
 	key, err := ecdsa.GenerateKey(elliptic.P256(), rand.Reader)

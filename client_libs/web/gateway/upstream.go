@@ -13,14 +13,14 @@ import (
 type upstreamConfig struct {
 	address string
 	tls     bool
-	// PEM; not empty means TLS, too.
+	// PEM file with the certificates that the server's one must be signed by. Implies tls.
 	caFile string
-	// PEM, what the gateway shows to a server that wants its callers to have a certificate.
+	// PEM files with the client certificate and its key, for a server that requires one. Implies tls.
 	certFile string
 	keyFile  string
 }
 
-// upstream is the server, reached by HTTP/2 alone: all calls share a connection.
+// upstream is the connection to the server. It uses HTTP/2 only, so that all calls share one connection.
 type upstream struct {
 	client *http.Client
 	url    string
@@ -32,14 +32,14 @@ func newUpstream(cfg upstreamConfig) (*upstream, error) {
 	}
 	dialer := &net.Dialer{
 		Timeout: 5 * time.Second,
-		// A server whose machine is gone is noticed within half a minute.
+		// Keep-alives detect within half a minute that the server's machine is unreachable.
 		KeepAliveConfig: net.KeepAliveConfig{Enable: true, Idle: 15 * time.Second, Interval: 5 * time.Second, Count: 3},
 	}
 	transport := &http.Transport{
 		DialContext:         dialer.DialContext,
 		TLSHandshakeTimeout: 5 * time.Second,
 		Protocols:           new(http.Protocols),
-		// Compressing is the protocols' own business.
+		// The rpc protocols compress messages themselves.
 		DisableCompression: true,
 	}
 	if !cfg.tls && cfg.caFile == "" && cfg.certFile == "" {

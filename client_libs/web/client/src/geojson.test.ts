@@ -20,7 +20,7 @@ const hole = [
 const closed = (ring: number[][]) => [...ring, ring[0] ?? []];
 
 describe('polygons', () => {
-  test('keep their rings both ways', () => {
+  test('are converted in both directions', () => {
     const geojson = { type: 'Polygon' as const, coordinates: [closed(outer), closed(hole)] };
     const polygon = polygonFromGeoJson(geojson);
     expect(polygon.outer?.points).toHaveLength(4);
@@ -28,7 +28,7 @@ describe('polygons', () => {
     expect(polygonToGeoJson(polygon)).toEqual(geojson);
   });
 
-  test('may come open, and with heights', () => {
+  test('may have open rings, and heights', () => {
     const flat = polygonFromGeoJson({ type: 'Polygon', coordinates: [closed(outer)] });
     const tall = outer.map(([x = 0, y = 0]) => [x, y, 1.5]);
     expect(polygonFromGeoJson({ type: 'Polygon', coordinates: [tall] })).toEqual(flat);

@@ -125,7 +125,7 @@ describe.each(Object.entries(transports))('by %s', (_, transport) => {
     });
   });
 
-  test('the same request id changes the map once', async () => {
+  test('a mutation that is repeated with its request id changes the map once', async () => {
     const client = createHypermapClient(transport());
     const map = await drawMap(client);
     const edit = {

@@ -137,7 +137,7 @@ test('requests a new snapshot when the missed changes have been compacted', asyn
   expect(starts).toEqual([5n, undefined, 99n]);
 });
 
-test('throws errors that a retry can not resolve', async () => {
+test('throws errors that a retry cannot resolve', async () => {
   for (const code of [Code.NotFound, Code.Unauthenticated, Code.InvalidArgument]) {
     const failure = follow([() => tell(new ConnectError('no', code))]);
     await expect(failure).rejects.toMatchObject({ code });

@@ -126,7 +126,7 @@ const client = relativeTo(
 );
 
 describe('the dashboard', () => {
-  test('is read whole', () => {
+  test('is read completely', () => {
     expect(Object.keys(dashboard)).toContain('main.tsx');
     expect(new Set(Object.keys(dashboard).map(folderOf))).toEqual(new Set(FOLDERS));
     expect(importGraph(dashboard).get('main.tsx')).toContain('app/app.tsx');

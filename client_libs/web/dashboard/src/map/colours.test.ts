@@ -29,9 +29,9 @@ function contrast(a: Rgb, b: Rgb): number {
 }
 
 describe('class colours', () => {
-  test('depend on the name alone, whatever its case', () => {
+  test('depend on the name only, ignoring case', () => {
     expect(classColour('Potted Plant ', false)).toEqual(classColour('potted plant', false));
-    // These are in people's heads and pictures: a change is a change for them.
+    // Users know these colours and have screenshots of them, so they must not change by accident.
     expect(classColour('chair', false)).toEqual([67, 90, 184]);
   });
 
@@ -53,7 +53,7 @@ test('white, black and grey have no hue', () => {
   expect([g, b]).toEqual([r, r]);
 });
 
-test('a ramp begins and ends with its colours, and stays there beyond', () => {
+test('a ramp has its end colours at and beyond its ends', () => {
   const ramp = occupancyRamp(false);
   expect(colourAt(ramp, 0)).toEqual([255, 255, 255, 255]);
   expect(colourAt(ramp, 1)).toEqual([52, 60, 72, 255]);

@@ -30,7 +30,7 @@ function random(seed: number): () => number {
   };
 }
 
-test.each([1, 2, 3])('finds what looking at all objects finds (seed %i)', (seed) => {
+test.each([1, 2, 3])('finds the same shapes as a scan of all objects (seed %i)', (seed) => {
   const next = random(seed);
   const some = (id: bigint) => box(id, next() * 100, next() * 100, 0.1 + next() * 8);
   const all = new Map<bigint, Object$>();

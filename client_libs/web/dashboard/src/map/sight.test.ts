@@ -4,12 +4,12 @@ import { fitsInto, hiddenShare, shiftToSee } from './sight';
 const sight = [0, 0, 10, 6];
 
 test.each([
-  ['what is well in sight stays', [4, 2, 6, 4], [0, 0]],
-  ['to the right', [9, 2, 12, 4], [3, 0]],
-  ['to the left and below', [-2, -3, 0, -1], [-3, -4]],
-  ['a point above', [5, 8, 5, 8], [0, 3]],
-  ['as wide as the sight: no room for a margin', [1, 2, 11, 4], [1, 0]],
-  ['with some of the margin', [1, 2, 10, 4], [0.5, 0]],
+  ['a box well inside the view needs no move', [4, 2, 6, 4], [0, 0]],
+  ['a box beyond the right edge', [9, 2, 12, 4], [3, 0]],
+  ['a box beyond the left and lower edges', [-2, -3, 0, -1], [-3, -4]],
+  ['a point above the view', [5, 8, 5, 8], [0, 3]],
+  ['a box as wide as the view, which leaves no room for a margin', [1, 2, 11, 4], [1, 0]],
+  ['a box that leaves room for a part of the margin', [1, 2, 10, 4], [0.5, 0]],
 ])('%s', (_, box, moved) => {
   expect(shiftToSee(box, sight, 1)).toEqual(moved);
 });

@@ -12,7 +12,7 @@ function entry(seconds: number, of: Partial<ChangeEntry>): ChangeEntry {
   return { key, revision, time, author: '', isNew: false, cells: 0, ...thing, ...of };
 }
 
-it('makes one line of what is done to a thing within seconds', () => {
+it('joins changes of the same object within seconds to one line', () => {
   const cells = { layer: 'explored', kind: ChangeKind.CELLS, objectId: undefined };
   const folded = foldChanges([
     entry(9, { ...cells, cells: 5 }),
@@ -26,7 +26,7 @@ it('makes one line of what is done to a thing within seconds', () => {
   ]);
 });
 
-it('tells apart what was done, to what, and when', () => {
+it('keeps changes of different kinds, objects and times apart', () => {
   const entries = [
     entry(60, {}),
     entry(59, { kind: ChangeKind.REMOVE }),
@@ -37,7 +37,7 @@ it('tells apart what was done, to what, and when', () => {
   expect(foldChanges(entries)).toHaveLength(entries.length);
 });
 
-it('tells that a thing was added, then changed', () => {
+it('keeps the creation of an object apart from its later changes', () => {
   const folded = foldChanges([entry(3, {}), entry(2, {}), entry(1, { isNew: true })]);
   expect(folded.map(({ newest, times }) => [newest.isNew, times])).toEqual([
     [false, 2],

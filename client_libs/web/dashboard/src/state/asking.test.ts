@@ -1,7 +1,7 @@
 import { expect, test } from 'vitest';
 import { asking } from './asking';
 
-/** A question whose answer comes when the test says so. */
+/** A question that the test answers. */
 function later<T>() {
   let tell: (answer: T) => void = () => undefined;
   let fail: (error: unknown) => void = () => undefined;
@@ -14,7 +14,7 @@ function later<T>() {
   return { question, tell, fail, isAborted: () => signal?.aborted };
 }
 
-test('an answer stays until the next one is there', async () => {
+test('an answer is kept until the next one arrives', async () => {
   const asked = asking<string>();
   const [first, second] = [later<string>(), later<string>()];
   const done = asked.ask(first.question);
@@ -30,7 +30,7 @@ test('an answer stays until the next one is there', async () => {
   expect(asked.answer.value).toBe('two');
 });
 
-test('a late answer to an earlier question does not count', async () => {
+test('a late answer to an earlier question is ignored', async () => {
   const asked = asking<string>();
   const [first, second] = [later<string>(), later<string>()];
   const [one, two] = [asked.ask(first.question), asked.ask(second.question)];
@@ -42,7 +42,7 @@ test('a late answer to an earlier question does not count', async () => {
   expect(asked.answer.value).toBe('two');
 });
 
-test('an error is told until the next question', async () => {
+test('an error is kept until the next question', async () => {
   const asked = asking<string>();
   const [first, second] = [later<string>(), later<string>()];
   const done = asked.ask(first.question);

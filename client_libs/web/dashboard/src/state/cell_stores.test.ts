@@ -11,7 +11,7 @@ const runs = (resolutionM: number, row: number, value: number) =>
     values: [value],
   });
 
-test('cells of one grid come together, whatever their value was', () => {
+test('cells of the same grid share a store, whatever their values are', () => {
   const stores = cellStores([runs(0.05, 0, 0.9), runs(0.1, 0, 1), runs(0.05, 1, NaN)]);
   expect(stores.map(({ geometry }) => geometry?.resolutionM)).toEqual([0.05, 0.1]);
   const [fine, coarse] = stores;

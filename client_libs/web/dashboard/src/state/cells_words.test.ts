@@ -3,7 +3,7 @@ import { expect, test } from 'vitest';
 import { cellsWords } from './cells_words';
 import { LayerKind } from './model';
 
-/** Runs of so many cells with a value. */
+/** Makes runs with the given numbers of cells and values. */
 const cells = (...runs: [value: number, count: number][]) =>
   create(CellRunsSchema, {
     rows: runs.map((_, row) => row),
@@ -12,7 +12,7 @@ const cells = (...runs: [value: number, count: number][]) =>
     values: runs.map(([value]) => value),
   });
 
-test('occupancy and exploration are told by shares, the largest first', () => {
+test('occupancy and exploration are summarized by shares, largest first', () => {
   const floor = create(LayerSchema, { kind: LayerKind.OCCUPANCY });
   const parts = [cells([0.9, 2], [0.1, 5]), cells([NaN, 1], [0.05, 2])];
   expect(cellsWords(floor, parts)).toBe('70 % free, 20 % occupied, 10 % unknown');
@@ -20,7 +20,7 @@ test('occupancy and exploration are told by shares, the largest first', () => {
   expect(cellsWords(seen, [cells([1, 4])])).toBe('100 % explored');
 });
 
-test('measurements are told by their range and mean', () => {
+test('measurements are summarized by range and mean', () => {
   const wifi = create(LayerSchema, { kind: LayerKind.SCALAR, unit: 'dBm' });
   expect(cellsWords(wifi, [cells([-70, 1], [-60, 3], [NaN, 9])])).toBe(
     '-70 to -60 dBm, mean -62.5 dBm',

@@ -2,7 +2,7 @@ import { describe, expect, it } from 'vitest';
 import { EditHistory, StaleEdit, type WantedEdit } from './edit_history';
 import type { Object$ } from './model';
 
-/** A layer that gives ids and versions as the server does. */
+/** A layer that assigns ids and versions like the server. */
 class Layer {
   readonly objects = new Map<bigint, { label: string; version: bigint }>();
   reachable = true;
@@ -23,7 +23,7 @@ class Layer {
     return { id: putId, revision };
   };
 
-  /** As a watch would tell it. */
+  /** The object as a watch would deliver it. */
   get(id: bigint): Object$ {
     return { id, ...this.objects.get(id) } as Object$;
   }
@@ -44,7 +44,7 @@ async function drawn(label: string) {
 }
 
 describe('EditHistory', () => {
-  it('takes a drawn object away again, and draws it again', async () => {
+  it('undoes and redoes a drawn object', async () => {
     const { layer, history } = await drawn('chair');
     await history.undo();
     expect(layer.labels()).toEqual([]);
@@ -53,7 +53,7 @@ describe('EditHistory', () => {
     expect(layer.labels()).toEqual(['chair']);
   });
 
-  it('goes back through edits of an object that got another id meanwhile', async () => {
+  it('undoes edits of an object whose id has changed in the meantime', async () => {
     const { layer, history, id } = await drawn('chair');
     const chair = layer.get(id);
     await history.do({ title: 'relabel', layer: 'objects', before: chair, after: named('sofa') });
@@ -77,7 +77,7 @@ describe('EditHistory', () => {
     expect(layer.labels()).toEqual(['sofa']);
   });
 
-  it('does not undo what somebody else has changed since, and forgets the step', async () => {
+  it('does not undo an edit if somebody else has changed the object since, and drops the step', async () => {
     const { layer, history, id } = await drawn('chair');
     const others = { layer: 'objects', id, version: layer.get(id).version, object: named('bench') };
     await layer.apply(others);
@@ -86,7 +86,7 @@ describe('EditHistory', () => {
     expect(history.undoTitle).toBeUndefined();
   });
 
-  it('can undo later what it could not while the server was away', async () => {
+  it('can undo an edit after the server was unreachable', async () => {
     const { layer, history } = await drawn('chair');
     layer.reachable = false;
     await expect(history.undo()).rejects.toThrow('not reached');
@@ -95,7 +95,7 @@ describe('EditHistory', () => {
     expect(layer.labels()).toEqual([]);
   });
 
-  it('goes on with an object that somebody else has changed', async () => {
+  it('edits and undoes an object that somebody else has changed before', async () => {
     const { layer, history, id } = await drawn('chair');
     const others = { layer: 'objects', id, version: layer.get(id).version, object: named('bench') };
     await layer.apply(others);
@@ -113,7 +113,7 @@ describe('EditHistory', () => {
     expect(await history.redo()).toBeUndefined();
   });
 
-  it('keeps an edit that was refused out of the history', async () => {
+  it('does not record a rejected edit', async () => {
     const history = new EditHistory(() => Promise.reject(new Error('no such layer')));
     const edit = { title: 'draw', layer: 'nowhere', before: undefined, after: named('cup') };
     await expect(history.do(edit)).rejects.toThrow('no such layer');

@@ -14,7 +14,7 @@ const event = (sequence: number, told: Told) =>
 
 const { FOUNDED, SEEN, MISSED, MERGED, PINNED } = ObjectEventKind;
 
-test('existence goes from observation to observation', () => {
+test('existence has a point for each observation that changes it', () => {
   const points = existenceOver([
     event(1, { kind: FOUNDED, existence: 0.6, score: 1 }),
     event(2, { kind: SEEN, existence: 0.9, score: 0.5 }),
@@ -28,7 +28,7 @@ test('existence goes from observation to observation', () => {
   ]);
 });
 
-test('a duplicate that became part of it does not make it less sure', () => {
+test('the events of a merged duplicate do not lower the existence', () => {
   const points = existenceOver([
     event(1, { kind: FOUNDED, existence: 0.9, score: 1 }),
     event(2, { kind: FOUNDED, existence: 0.4, score: 1, detection: 5 }),
@@ -41,7 +41,7 @@ test('a duplicate that became part of it does not make it less sure', () => {
   expect(points.map(({ existence }) => existence)).toEqual([0.9, 0.95, 0.99]);
 });
 
-test('who saw it last is neither who missed it nor who pinned it', () => {
+test('the last sighting is neither a miss nor a pin', () => {
   const seen = event(2, { kind: SEEN, existence: 0.9, score: 0.5, robot: 'r2' });
   const events = [
     event(1, { kind: FOUNDED, score: 1 }),

@@ -20,13 +20,13 @@ describe('tiles', () => {
     [-1, 5],
     [8388607, -8388608],
     [-8388608, 8388607],
-  ])('of row %i and column %i are named both ways', (row, col) => {
+  ])('of row %i and column %i have a key that converts back', (row, col) => {
     expect(tileOf(tileKey(row, col))).toEqual({ row, col });
   });
 });
 
 describe('a grid store', () => {
-  test('knows what was written last, and nothing else', () => {
+  test('returns the value that was written last, and NaN for all other cells', () => {
     const store = new GridStore();
     store.write(runs([3, 10, 20, 0.5], [3, 12, 14, 0.9]));
     const row = [9, 10, 11, 12, 13, 14, 19, 20].map((col) => store.valueAt(3, col));
@@ -64,7 +64,7 @@ describe('a grid store', () => {
     for (const col of [-TILE_SIDE - 2, TILE_SIDE + 1]) expect(store.valueAt(-1, col)).toBeNaN();
   });
 
-  test('tells listeners only the tiles that were written since the last step', () => {
+  test('notifies listeners only of the tiles that were written since the last step', () => {
     const store = new GridStore();
     store.write(runs([0, 0, 1, 1]));
     store.step();
@@ -82,7 +82,7 @@ describe('a grid store', () => {
     expect(store.range).toEqual({ min: -70, max: -30 });
   });
 
-  test('knows the box around what is known', () => {
+  test('knows the bounding box of the known cells', () => {
     const store = new GridStore();
     expect(store.knownBox()).toBeUndefined();
     store.write(runs([-3, -300, -290, 1], [500, 7, 8, 0], [900, 0, 9, NaN]));

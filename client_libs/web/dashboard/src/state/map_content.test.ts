@@ -13,7 +13,7 @@ function labels(content: MapContent, layer = 'objects'): string[] {
 }
 
 describe('content', () => {
-  test('is what the changes left', () => {
+  test('is the result of all changes', () => {
     const content = new MapContent();
     for (const change of [
       put(1n, 'chair'),
@@ -31,7 +31,7 @@ describe('content', () => {
     expect(content.revision.value).toBe(7n);
   });
 
-  test('finds an object on whatever layer it is', () => {
+  test('finds an object on any layer', () => {
     const content = new MapContent();
     content.apply(put(1n, 'chair', 'a'));
     content.apply(put(2n, 'cup', 'b'));
@@ -39,7 +39,7 @@ describe('content', () => {
     expect(content.find(3n)).toBeUndefined();
   });
 
-  test('loses a layer that is deleted, and begins anew when there is another of its name', () => {
+  test('drops a deleted layer, and starts a new store for another layer of the same name', () => {
     const content = new MapContent();
     content.apply(put(1n, 'chair'));
     const before = content.stores.value.get('objects');
@@ -50,7 +50,7 @@ describe('content', () => {
     expect(content.stores.value.get('objects')).not.toBe(before);
   });
 
-  test('knows a layer that has nothing in it', () => {
+  test('has a store for an empty layer', () => {
     const content = new MapContent();
     content.add(create(LayerPartSchema, { layer: 'objects', kind: LayerKind.SEMANTIC }));
     content.add(create(LayerPartSchema, { layer: 'floor', kind: LayerKind.OCCUPANCY }));
@@ -61,7 +61,7 @@ describe('content', () => {
     ]);
   });
 
-  test('tells what a step put and removed, each thing once', () => {
+  test('notifies listeners once of each object that a step put or removed', () => {
     const content = new MapContent();
     content.apply(put(1n, 'chair'));
     content.apply(put(2n, 'cup'));

@@ -20,7 +20,7 @@ test('the area of a ring does not depend on winding and closing', () => {
   expect(ringArea([])).toBe(0);
 });
 
-test('holes are no part of an area', () => {
+test('the area of an object excludes its holes', () => {
   const polygon = polygonOf([square(0, 0, 4), square(1, 1, 1), square(2, 2, 1)]);
   expect(areaOf(create(ObjectSchema, { polygon }))).toBe(14);
   expect(areaOf(create(ObjectSchema, {}))).toBe(0);
@@ -38,7 +38,7 @@ test('cells are counted and measured over all parts', () => {
   expect(measureCells([])).toEqual({ count: 0, areaM2: 0, box: undefined });
 });
 
-test('a box holds its positions', () => {
+test('a box contains its positions', () => {
   expect(
     boxAround([
       [1, 5],

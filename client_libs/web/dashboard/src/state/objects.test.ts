@@ -13,7 +13,7 @@ it('keeps the corners that were drawn, once each', () => {
   expect(chair).toMatchObject({ id: 0n, label: 'chair', existence: 1 });
 });
 
-it('takes a polygon with a hole there and back', () => {
+it('converts a polygon with a hole in both directions', () => {
   const rings = [squareAround([0, 0], 4), squareAround([0, 0], 2)];
   expect(ringsOf(polygonOf(rings))).toEqual(rings);
 });

@@ -4,7 +4,7 @@ import { Throttle } from './throttle';
 beforeEach(() => vi.useFakeTimers());
 afterEach(() => vi.useRealTimers());
 
-it('runs at once, and once more for all that was asked meanwhile', async () => {
+it('runs at once, and once more for all requests in the meantime', async () => {
   let runs = 0;
   const throttle = new Throttle(1000, async () => void runs++);
   throttle.ask();

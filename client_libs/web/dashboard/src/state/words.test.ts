@@ -3,7 +3,7 @@ import { expect, test } from 'vitest';
 import { LayerKind } from './model';
 import { ago, authorWords, cellWords, percent, squareMetres } from './words';
 
-test('cells are told in the words of their layer', () => {
+test('cell values are formatted with the words of their layer', () => {
   const floor = create(LayerSchema, { kind: LayerKind.OCCUPANCY });
   expect(cellWords(floor, 0.02)).toBe('free (2 %)');
   expect(cellWords(floor, 0.5)).toBe('undecided (50 %)');
@@ -18,7 +18,7 @@ test('cells are told in the words of their layer', () => {
   expect(cellWords(wifi, -61.23456)).toBe('-61.23 dBm');
 });
 
-test('only what is certain is none or all', () => {
+test('only exact 0 and 1 are formatted as 0 % and 100 %', () => {
   expect([0, 0.001, 0.5, 0.999, 1].map(percent)).toEqual([
     '0 %',
     '< 1 %',
@@ -28,14 +28,14 @@ test('only what is certain is none or all', () => {
   ]);
 });
 
-test('times are told from now', () => {
+test('times are formatted relative to now', () => {
   const now = new Date('2026-01-02T12:00:00Z');
   const before = (seconds: number) => ago(new Date(now.getTime() - seconds * 1000), now);
   expect([-5, 30, 90, 7300].map(before)).toEqual(['just now', 'just now', '1 min ago', '2 h ago']);
   expect(before(200_000)).toMatch(/^on /);
 });
 
-test('authors are told by their address or name', () => {
+test('authors are formatted as their address or name', () => {
   const authors = ['ipv4:10.0.0.7:58258', 'ipv6:[::1]:4711', 'expiry', 'alice'];
   expect(authors.map(authorWords)).toEqual(['10.0.0.7', '[::1]', 'expiry', 'alice']);
 });
