@@ -10,15 +10,16 @@ from typing import Any
 import grpc
 
 from hypermap_client import _rpc
+from hypermap_client._proto._pool import POOL
 from hypermap_client._rpc import Rpc
 
-# A function from a request and the metadata of the call to a response, or to a status code with
-# which the call fails.
+# A function from a request and the metadata of the call to a response, to a list of responses for
+# an RPC that streams them, or to a status code with which the call fails.
 Answer = Callable[[Any, dict[str, str]], Any]
 
 
 class ScriptedServer(grpc.GenericRpcHandler):
-    """Answers calls of unary RPCs with the functions in `answers`."""
+    """Answers calls of RPCs with one request with the functions in `answers`."""
 
     def __init__(self, answers: dict[Rpc[Any, Any], Answer]) -> None:
         self._answers = {rpc.path: (rpc, answer) for rpc, answer in answers.items()}
@@ -33,11 +34,15 @@ class ScriptedServer(grpc.GenericRpcHandler):
             result = answer(request, dict(context.invocation_metadata()))
             if isinstance(result, grpc.StatusCode):
                 context.abort(result, f"scripted {result.name}")
-            return result
+            return iter(result) if method.server_streaming else result
 
-        return grpc.unary_unary_rpc_method_handler(
-            handle, rpc.request.FromString, rpc.response.SerializeToString
+        method = POOL.FindMethodByName(rpc.path.removeprefix("/").replace("/", "."))
+        make_handler = (
+            grpc.unary_stream_rpc_method_handler
+            if method.server_streaming
+            else grpc.unary_unary_rpc_method_handler
         )
+        return make_handler(handle, rpc.request.FromString, rpc.response.SerializeToString)
 
 
 @contextmanager

@@ -17,6 +17,7 @@ from test_observations import make_layers, observation
 from hypermap_client import (
     AsyncClient,
     Client,
+    CreateLayer,
     DeadlineExceeded,
     LayerKind,
     LayerSpec,
@@ -24,8 +25,10 @@ from hypermap_client import (
     NamedFile,
     NotFound,
     ObservationOutcome,
+    Pose,
     PutObject,
     ResourceExhausted,
+    SetTransform,
     Tls,
     Unavailable,
 )
@@ -74,6 +77,10 @@ async def test_points(async_client: AsyncClient, things: str) -> None:
     await async_client.apply_edits(things, CHAIR)
     batch = await async_client.query_points(things, [(0.5, 0.5), (5, 5)])
     assert batch["things"].points.tolist() == [0]
+    near = await async_client.query_points(things, [(0.5, 0.5), (1.2, 0.5)], tolerance_m=0.25)
+    assert near["things"].points.tolist() == [0, 1]
+    at = await async_client.query_point(things, (1.2, 0.5), tolerance_m=0.25)
+    assert [o.label for o in at["things"].objects] == ["chair"]
     batches = [np.full((n, 2), 0.5) for n in (1, 3)]
     answers = [a async for a in async_client.stream_points(things, batches)]
     assert [len(a["things"].points) for a in answers] == [1, 3]
@@ -102,6 +109,21 @@ async def test_a_watch(async_client: AsyncClient, things: str) -> None:
             if event.changes:
                 break
         assert event.revision == answer.revision
+
+
+async def test_edits_of_layers_and_shapes(async_client: AsyncClient, site: str) -> None:
+    lane = MapObject("lane", shapely.LineString([(0, 0), (2, 0)]))
+    answer = await async_client.apply_edits(
+        site,
+        [
+            SetTransform("map", "hall", Pose(0, 1, 0)),
+            CreateLayer(LayerSpec(name="lanes", kind=LayerKind.SEMANTIC, frame_id="hall")),
+            PutObject("lanes", lane),
+        ],
+    )
+    (found,) = (await async_client.query_value(site, "lane")).objects
+    assert found.id == answer.object_ids[2]
+    assert found.shape.equals(shapely.LineString([(0, 1), (2, 1)]))
 
 
 async def test_a_watch_resumes_after_a_server_restart(data_dir: pathlib.Path) -> None:

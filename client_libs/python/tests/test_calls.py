@@ -29,7 +29,7 @@ from hypermap_client import (
 )
 from hypermap_client._proto import catalog_service_pb2 as catalog
 from hypermap_client._proto import edit_service_pb2 as edit_service
-from hypermap_client._proto import layer_pb2
+from hypermap_client._proto import query_service_pb2 as query_service
 from hypermap_client.credentials import is_loopback
 
 CHAIR = PutObject("things", MapObject("chair", shapely.box(0, 0, 1, 1)))
@@ -127,13 +127,14 @@ def test_a_call_fails_after_its_timeout(client: Client, site: str) -> None:
 
 
 def test_an_unknown_enumerator_in_a_response_is_an_internal_error() -> None:
-    strange = catalog.GetLayerResponse(layer=layer_pb2.Layer(name="x", kind=99))
+    content = query_service.LayerContent(layer="x", kind=1, status=99)
+    strange = query_service.QueryPointResponse(layers=[content])
     with (
-        scripted_server({_rpc.GET_LAYER: lambda *_: strange}) as address,
+        scripted_server({_rpc.QUERY_POINT: lambda *_: strange}) as address,
         Client(address) as client,
-        pytest.raises(Internal, match="unknown LayerKind: 99"),
+        pytest.raises(Internal, match="unknown AnswerStatus: 99"),
     ):
-        client.get_layer("m", "x")
+        client.query_point("m", (0, 0))
 
 
 def test_threads_share_a_client(client: Client, site: str) -> None:

@@ -27,6 +27,7 @@ from hypermap_client import (
     OccupancyThresholds,
     Pose,
     PutObject,
+    ShapeKind,
     Transform,
     WriteCells,
 )
@@ -64,6 +65,7 @@ def test_layers_of_all_kinds_round_trip(client: Client, site: str) -> None:
             kind=LayerKind.SEMANTIC,
             frame_id="dock",
             aliases={"furniture": ("chair", "table")},
+            shape_kinds=(ShapeKind.POLYGON, ShapeKind.POINT),
         ),
         LayerSpec(name="wifi", kind=LayerKind.SCALAR, grid=GridGeometry(0.25), unit="dBm"),
     ]
@@ -79,6 +81,14 @@ def test_layers_of_all_kinds_round_trip(client: Client, site: str) -> None:
     assert layers["things"].aliases == {"furniture": ("chair", "table")}
     assert layers["things"].frame_id == "dock"
     assert (layers["wifi"].unit, layers["wifi"].kind) == ("dBm", LayerKind.SCALAR)
+    assert layers["things"].shape_kinds == (ShapeKind.POLYGON, ShapeKind.POINT)
+    properties = {layer.name: layer.properties for layer in layers.layers}
+    assert [name for name, p in properties.items() if p.has_cells] == ["floor", "seen", "wifi"]
+    assert [name for name, p in properties.items() if p.has_shapes] == ["things"]
+    assert properties["floor"].value_range == properties["seen"].value_range == (0.0, 1.0)
+    assert [properties[name].is_binary for name in ("floor", "seen")] == [False, True]
+    assert (properties["wifi"].unit, properties["wifi"].value_range) == ("dBm", None)
+    assert {"free", "occupied"} <= set(properties["floor"].words)
     with pytest.raises(KeyError):
         layers["cellar"]
     assert client.delete_layer(site, "wifi") == layers.revision + 1

@@ -10,8 +10,11 @@ import shapely
 
 from hypermap_client import (
     Aborted,
+    AlreadyExists,
     CellRule,
     Client,
+    CreateLayer,
+    DeleteLayer,
     DeleteObject,
     FillPolygon,
     GridGeometry,
@@ -24,6 +27,9 @@ from hypermap_client import (
     Pose,
     PutObject,
     SetAliases,
+    SetTransform,
+    ShapeKind,
+    Transform,
     WriteCells,
     new_request_id,
 )
@@ -63,6 +69,95 @@ def test_all_fields_of_an_object_round_trip(client: Client, things: str) -> None
     assert found.centroid.equals(shapely.Point(2, 2)) and found.expire_time is None
     # A point in the hole is not covered.
     assert client.query_point(things, (2, 2))["things"].objects == ()
+
+
+def test_each_kind_of_shape_round_trips(client: Client, things: str) -> None:
+    shapes = {
+        "room": shapely.box(0, 0, 4, 3),
+        "lane": shapely.LineString([(0, 1), (2, 1), (2, 0), (0, 2)]),
+        "loop": shapely.LinearRing([(0, 0), (1, 0), (1, 1)]),
+        "dock": shapely.Point(3.25, -1),
+    }
+    answer = client.apply_edits(
+        things, [PutObject("things", MapObject(label, shape)) for label, shape in shapes.items()]
+    )
+    found = client.query_area(things, shapely.box(-9, -9, 9, 9), layers="things").objects
+    assert [o.id for o in found] == list(answer.object_ids)
+    for o in found:
+        assert o.shape.equals(shapes[o.label])
+        assert o.shape.geom_type == shapes[o.label].geom_type.replace("LinearRing", "LineString")
+        assert o.centroid.equals(shapes[o.label].centroid)
+
+
+def test_a_map_is_made_in_one_revision(client: Client, site: str) -> None:
+    before = client.get_map(site).revision
+    hall = Pose(10, 0, np.pi / 2)
+    edits = [
+        SetTransform("map", "hall", hall),
+        CreateLayer(LayerSpec(name="floor", kind=LayerKind.OCCUPANCY, grid=GridGeometry(0.5))),
+        CreateLayer(
+            LayerSpec(
+                name="docks",
+                kind=LayerKind.SEMANTIC,
+                frame_id="hall",
+                shape_kinds=(ShapeKind.POINT,),
+            )
+        ),
+        WriteCells("floor", np.zeros((4, 4))),
+        PutObject("docks", MapObject("dock", shapely.Point(1, 2))),
+        SetAliases("docks", {"charger": ["dock"]}),
+    ]
+    answer = client.apply_edits(site, edits)
+    assert answer.revision == client.get_map(site).revision == before + 1
+    assert [i > 0 for i in answer.object_ids] == [False] * 4 + [True, False]
+    assert client.list_transforms(site).transforms == (Transform("map", "hall", hall),)
+    assert client.read_grid(site, "floor").values.shape == (4, 4)
+    docks = client.get_layer(site, "docks")
+    assert (docks.frame_id, docks.shape_kinds) == ("hall", (ShapeKind.POINT,))
+    (dock,) = client.query_value(site, "charger").objects
+    assert dock.shape.distance(shapely.Point(hall.apply((1, 2)))) < 1e-9
+    with pytest.raises(NotFound):
+        client.query_value(site, "charger", as_of=before, layers="docks")
+
+    # A layer is replaced by one of the same name, and moved, in one revision too.
+    answer = client.apply_edits(
+        site, [DeleteLayer("docks"), CreateLayer(docks), SetTransform("map", "hall", Pose())]
+    )
+    assert answer.revision == before + 2
+    assert client.get_layer(site, "docks").size == 0
+    assert client.list_transforms(site).transforms == (Transform("map", "hall", Pose()),)
+
+
+def test_a_batch_with_an_invalid_edit_of_a_layer_changes_nothing(
+    client: Client, things: str
+) -> None:
+    before = client.list_layers(things)
+    new = CreateLayer(LayerSpec(name="new", kind=LayerKind.SEMANTIC))
+    for error, last in (
+        (AlreadyExists, CreateLayer(LayerSpec(name="things", kind=LayerKind.SEMANTIC))),
+        (NotFound, DeleteLayer("nothing")),
+        (InvalidArgument, SetTransform("map", "map", Pose())),
+        (InvalidArgument, CreateLayer(LayerSpec(name="grid", kind=LayerKind.SCALAR))),
+    ):
+        with pytest.raises(error, match=r"edits\[1\]"):
+            client.apply_edits(things, [new, last])
+    assert client.list_layers(things) == before
+
+
+def test_a_layer_takes_the_kinds_of_shape_that_it_names(client: Client, site: str) -> None:
+    spec = LayerSpec(
+        name="lanes",
+        kind=LayerKind.SEMANTIC,
+        shape_kinds=(ShapeKind.LINE_STRING, ShapeKind.POINT),
+    )
+    assert client.create_layer(site, spec).shape_kinds == spec.shape_kinds
+    lane = MapObject("lane", shapely.LineString([(0, 0), (5, 0)]))
+    client.apply_edits(
+        site, [PutObject("lanes", lane), PutObject("lanes", MapObject("stop", shapely.Point(5, 0)))]
+    )
+    with pytest.raises(InvalidArgument, match=r"edits\[0\]"):
+        client.apply_edits(site, PutObject("lanes", CHAIR))
+    assert client.get_layer(site, "lanes").size == 2
 
 
 def test_a_batch_is_atomic(client: Client, things: str) -> None:

@@ -11,7 +11,19 @@ import pytest
 import shapely
 
 import hypermap_client
-from hypermap_client import Client, GridGeometry, LayerKind, LayerSpec, MapObject, PutObject
+from hypermap_client import (
+    Answer,
+    AnswerStatus,
+    Client,
+    GridGeometry,
+    LayerAnswer,
+    LayerKind,
+    LayerSpec,
+    MapObject,
+    NearestAnswer,
+    NearestMatch,
+    PutObject,
+)
 
 
 def run_python(code: str) -> str:
@@ -87,6 +99,22 @@ def test_geodataframes(client: Client, room: str) -> None:
     cell = client.query_nearest(room, (9, 0), "=3").to_geodataframe()
     assert cell["value"].tolist() == [3.0] and cell.geometry.iloc[0].area == 0.25
     assert len(client.query_value(room, "lamp").to_geodataframe()) == 0
+
+
+def test_a_table_has_objects_of_each_kind_of_shape() -> None:
+    shapes = (shapely.box(0, 0, 2, 1), shapely.LineString([(0, 0), (3, 4)]), shapely.Point(5, 6))
+    objects = tuple(MapObject("thing", shape, id=i) for i, shape in enumerate(shapes, 1))
+    layer = LayerAnswer("things", LayerKind.SEMANTIC, AnswerStatus.VALUE, objects)
+    table = Answer("site", 1, "", (layer,)).to_geodataframe()
+    assert table.geom_type.tolist() == ["Polygon", "LineString", "Point"]
+    assert table.geometry.tolist() == list(shapes)
+    assert (table.area.tolist(), table.length.tolist()) == ([2, 0, 0], [6, 5, 0])
+    matches = tuple(NearestMatch("things", LayerKind.SEMANTIC, 0.5, o) for o in objects)
+    nearest = NearestAnswer("site", 1, "map", matches, ()).to_geodataframe()
+    assert nearest.geometry.tolist() == list(shapes)
+    # Objects that are made of the rows of a table have its geometries.
+    again = [MapObject(row.label, row.geometry) for row in table.itertuples()]
+    assert [o.shape for o in again] == list(shapes)
 
 
 def test_tables_without_geopandas_name_the_extra_to_install(

@@ -30,8 +30,17 @@ from hypermap_client import (
 LABELS = ("chair", "cup", "sofa")
 
 
+def random_shape(generator: np.random.Generator) -> shapely.Geometry:
+    """A box, a line string of two to five vertices or a point."""
+    x, y = generator.uniform(0, 20, 2)
+    w, h = generator.uniform(0.2, 3, 2)
+    vertices = np.add((x, y), generator.uniform(0, 3, (generator.integers(2, 6), 2)))
+    shapes = (shapely.box(x, y, x + w, y + h), shapely.LineString(vertices), shapely.Point(x, y))
+    return shapes[generator.integers(3)]
+
+
 class Model:
-    """The content of a map, 300 random boxes and a random rotated grid, as a test oracle."""
+    """The content of a map, 300 random shapes and a random rotated grid, as a test oracle."""
 
     grid = GridGeometry(0.5, Pose(2.0, -1.0, 0.3))
 
@@ -39,11 +48,8 @@ class Model:
         generator = np.random.default_rng(seed)
         self.seed = seed
         self.name = name
-        corners = generator.uniform(0, 20, (300, 2))
-        sizes = generator.uniform(0.2, 3, (300, 2))
         self.objects = [
-            MapObject(str(generator.choice(LABELS)), shapely.box(x, y, x + w, y + h))
-            for (x, y), (w, h) in zip(corners, sizes, strict=True)
+            MapObject(str(generator.choice(LABELS)), random_shape(generator)) for _ in range(300)
         ]
         client.create_layer(name, LayerSpec(name="things", kind=LayerKind.SEMANTIC))
         client.create_layer(name, LayerSpec(name="heat", kind=LayerKind.SCALAR, grid=self.grid))
@@ -90,15 +96,19 @@ def random_points(n: int) -> np.ndarray:
     return np.random.default_rng(seed).uniform(-5, 25, (n, 2))
 
 
-def test_points_in_single_queries_and_in_batches(client: Client, model: Model) -> None:
+@pytest.mark.parametrize("tolerance_m", [0.0, 0.4])
+def test_points_in_single_queries_and_in_batches(
+    client: Client, model: Model, tolerance_m: float
+) -> None:
     points = random_points(100)
-    batch = client.query_points(model.name, points)
+    batch = client.query_points(model.name, points, tolerance_m=tolerance_m)
     assert batch.revision == model.revision
     heat, things = batch["heat"], batch["things"]
     for i, (x, y) in enumerate(points):
-        one = client.query_point(model.name, (x, y))
+        one = client.query_point(model.name, (x, y), tolerance_m=tolerance_m)
         assert one.revision == model.revision and one.frame_id == "map"
-        ids = model.ids_where(lambda o, x=x, y=y: o.polygon.covers(shapely.Point(x, y)))
+        at_point = shapely.Point(x, y)
+        ids = model.ids_where(lambda o, p=at_point: o.shape.distance(p) <= tolerance_m)
         assert [o.id for o in one["things"].objects] == ids
         assert (one["heat"].status, one["heat"].value) == model.value_at(x, y)
 
@@ -110,12 +120,25 @@ def test_points_in_single_queries_and_in_batches(client: Client, model: Model) -
         np.testing.assert_equal(heat.values[i], np.nan if value is None else value)
 
 
+def test_lines_and_points_are_met_exactly_at_their_vertices(client: Client, model: Model) -> None:
+    for i, o in zip(model.ids, model.objects, strict=True):
+        if not isinstance(o.shape, shapely.Polygon):
+            x, y = shapely.get_coordinates(o.shape)[0]
+            content = client.query_point(model.name, (x, y), layers="things")["things"]
+            (met,) = [found for found in content.objects if found.id == i]
+            assert met.shape.equals_exact(o.shape)
+            near = client.query_point(model.name, (x + 1e-6, y - 1e-6), layers="things")["things"]
+            assert i not in [found.id for found in near.objects]
+
+
 def test_a_stream_of_batches(client: Client, model: Model) -> None:
     batches = [random_points(n) for n in (1, 50, 7)]
-    answers = list(client.stream_points(model.name, iter(batches), layers="things"))
+    answers = list(
+        client.stream_points(model.name, iter(batches), layers="things", tolerance_m=0.3)
+    )
     assert len(answers) == 3
     for points, answer in zip(batches, answers, strict=True):
-        alone = client.query_points(model.name, points, layers=["things"])
+        alone = client.query_points(model.name, points, layers=["things"], tolerance_m=0.3)
         for column in ("points", "object_ids", "labels", "existences"):
             np.testing.assert_array_equal(
                 getattr(answer["things"], column), getattr(alone["things"], column)
@@ -139,7 +162,7 @@ def test_invalid_batches_are_refused(client: Client, model: Model) -> None:
 def test_an_area(client: Client, model: Model) -> None:
     area = shapely.Polygon([(3, 2), (15, 4), (9, 14)], [[(8, 6), (10, 6), (9, 8)]])
     answer = client.query_area(model.name, area)
-    assert ids_of(answer) == model.ids_where(lambda o: o.polygon.intersects(area))
+    assert ids_of(answer) == model.ids_where(lambda o: o.shape.intersects(area))
     rows, cols, values = answer["heat"].cells.cells()
     centres = shapely.points(model.grid.centres(*np.mgrid[-10:20, -10:30]))
     inside = shapely.covers(area, centres)
@@ -158,7 +181,7 @@ def test_a_value_everywhere_and_in_an_area(client: Client, model: Model) -> None
     area = shapely.box(5, 5, 9, 9)
     answer = client.query_value(model.name, "cup", area=area, layers="things")
     assert ids_of(answer) == model.ids_where(
-        lambda o: o.label == "cup" and o.polygon.intersects(area)
+        lambda o: o.label == "cup" and o.shape.intersects(area)
     )
     answer = client.query_value(model.name, ">=3")
     assert answer["heat"].cells.num_cells == np.sum(model.values >= 3)
@@ -168,7 +191,7 @@ def test_a_value_everywhere_and_in_an_area(client: Client, model: Model) -> None
 def test_nearest(client: Client, model: Model) -> None:
     at = shapely.Point(10, 10)
     answer = client.query_nearest(model.name, at, "sofa", k=5)
-    sofas = sorted(o.polygon.distance(at) for o in model.objects if o.label == "sofa")
+    sofas = sorted(o.shape.distance(at) for o in model.objects if o.label == "sofa")
     np.testing.assert_allclose([m.distance_m for m in answer.matches], sofas[:5], atol=1e-9)
     assert [r.layer for r in answer.refusals] == ["heat"]
     (match,) = client.query_nearest(model.name, at, "=4").matches
@@ -184,7 +207,7 @@ def test_a_whole_grid(client: Client, model: Model) -> None:
     grid = client.read_grid(model.name, "heat")
     np.testing.assert_array_equal(grid.values, model.values)
     assert (grid.row_begin, grid.col_begin, grid.grid) == (-10, -10, model.grid)
-    with pytest.raises(ValueError, match="no cells"):
+    with pytest.raises(ValueError, match="not a grid"):
         client.read_grid(model.name, "things")
 
 
@@ -224,6 +247,11 @@ def test_connected_and_unconnected_frames(client: Client, site: str) -> None:
 def test_invalid_queries_are_refused(client: Client, model: Model) -> None:
     with pytest.raises(InvalidArgument):
         client.query_point(model.name, (math.nan, 0))
+    for tolerance_m in (-0.1, math.nan, math.inf):
+        with pytest.raises(InvalidArgument, match="tolerance_m"):
+            client.query_point(model.name, (0, 0), tolerance_m=tolerance_m)
+        with pytest.raises(InvalidArgument, match="tolerance_m"):
+            client.query_points(model.name, [(0, 0)], tolerance_m=tolerance_m)
     with pytest.raises(ValueError, match="x and y"):
         client.query_point(model.name, (1, 2, 3))
     with pytest.raises(InvalidArgument, match="area"):

@@ -10,7 +10,7 @@ import pytest
 import shapely
 from server import ROOT
 
-from hypermap_client import AnswerStatus, Client, FileFormat, LayerKind
+from hypermap_client import AnswerStatus, Client, FileFormat
 
 DATA = pathlib.Path(os.environ.get("HYPERMAP_DATA") or ROOT.parent / "shared" / "data")
 MAPS = sorted(DATA.glob("maps/*.hmap"))
@@ -23,7 +23,8 @@ def test_a_recorded_map(client: Client, site: str, path: pathlib.Path) -> None:
     layers = [client.get_layer(site, name) for name in answer.layers]
     assert layers
     for layer in layers:
-        if layer.kind == LayerKind.SEMANTIC:
+        assert layer.properties.has_shapes != layer.properties.has_cells
+        if layer.properties.has_shapes:
             check_objects(client, site, layer.name, layer.size)
         else:
             check_cells(client, site, layer.name)
@@ -39,7 +40,7 @@ def check_objects(client: Client, site: str, layer: str, size: int) -> None:
     labels = {o.label for o in found}
     by_label = [client.query_value(site, label, layers=layer).objects for label in labels]
     assert {o.id for objects in by_label for o in objects} == {o.id for o in found}
-    inside = [o.polygon.representative_point() for o in found]
+    inside = [o.shape.representative_point() for o in found]
     batch = client.query_points(site, inside, layers=layer)[layer]
     at_points = set(zip(batch.points.tolist(), batch.object_ids.tolist(), strict=True))
     assert {(i, o.id) for i, o in enumerate(found)} <= at_points

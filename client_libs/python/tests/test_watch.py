@@ -64,6 +64,23 @@ def test_a_watch_reports_a_snapshot_and_then_each_revision(client: Client, site:
             np.testing.assert_array_equal(by_kind[ChangeKind.CELLS].cells.values, [3.0 + i])
 
 
+def test_watches_and_differences_have_each_kind_of_shape(client: Client, site: str) -> None:
+    make_layers(client, site)
+    start = client.get_map(site).revision
+    shapes = [shapely.box(0, 0, 1, 1), shapely.LineString([(0, 0), (4, 0)]), shapely.Point(3, 0)]
+    with client.watch(site, area=shapely.box(2, -1, 9, 1), timeout=60) as watch:
+        assert next(watch).snapshot
+        client.apply_edits(site, [PutObject("things", MapObject("thing", s)) for s in shapes])
+        event = next_change(watch)
+    # The box is outside of the watched area.
+    assert [c.object.shape for c in event.changes] == shapes[1:]
+    difference = client.list_changes(site, start)
+    assert [c.object.shape for c in difference.changes] == shapes
+    with client.watch(site, timeout=60) as watch:
+        put = [c for c in next(watch).changes if c.kind == ChangeKind.PUT]
+    assert [c.object.shape for c in put] == shapes
+
+
 def test_objects_that_enter_and_leave_an_area(client: Client, site: str) -> None:
     make_layers(client, site)
     first = client.apply_edits(site, chair(x=10))

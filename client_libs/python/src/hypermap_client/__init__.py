@@ -9,8 +9,8 @@
 
 `AsyncClient` has the same methods for asyncio. Lengths are in metres and angles in radians.
 Coordinates are in the frame that the call names, or in the map's own frame if it names none.
-Points and polygons are Shapely geometries, cells are NumPy arrays, and times are `datetime`s with
-time zone UTC.
+Points, areas and the shapes of objects are Shapely geometries, cells are NumPy arrays, and times
+are `datetime`s with time zone UTC.
 """
 
 from ._async.client import AsyncClient
@@ -35,7 +35,17 @@ from .answers import (
 from .catalog import LayerList, MapEntry, TransformList
 from .changes import Change, ChangeKind, Difference, Revision, RevisionList, WatchEvent
 from .credentials import Tls
-from .edits import DeleteObject, EditAnswer, FillPolygon, PutObject, SetAliases, WriteCells
+from .edits import (
+    CreateLayer,
+    DeleteLayer,
+    DeleteObject,
+    EditAnswer,
+    FillPolygon,
+    PutObject,
+    SetAliases,
+    SetTransform,
+    WriteCells,
+)
 from .errors import (
     Aborted,
     AlreadyExists,
@@ -68,10 +78,10 @@ from .explorations import (
     GoalOutcome,
     UnreachablePlace,
 )
-from .geometry import Pose, Transform
+from .geometry import Pose, ShapeKind, Transform
 from .grids import Cell, CellBox, CellRule, CellRuns, Grid, GridGeometry
 from .interchange import ExportAnswer, FileFormat, ImportAnswer, NamedFile
-from .layers import Layer, LayerKind, LayerSpec, OccupancyThresholds
+from .layers import Layer, LayerKind, LayerProperties, LayerSpec, OccupancyThresholds
 from .objects import HeightRange, MapObject
 from .observations import (
     Acknowledgement,
@@ -87,7 +97,7 @@ from .observations import (
     SensorPose,
 )
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 
 __all__ = [
     "Aborted",
@@ -108,8 +118,10 @@ __all__ = [
     "ChangeKind",
     "Claim",
     "Client",
+    "CreateLayer",
     "DataLoss",
     "DeadlineExceeded",
+    "DeleteLayer",
     "DeleteObject",
     "DepthView",
     "Detection",
@@ -141,6 +153,7 @@ __all__ = [
     "LayerContent",
     "LayerKind",
     "LayerList",
+    "LayerProperties",
     "LayerRefusal",
     "LayerSpec",
     "MapEntry",
@@ -169,6 +182,8 @@ __all__ = [
     "RevisionList",
     "SensorPose",
     "SetAliases",
+    "SetTransform",
+    "ShapeKind",
     "Tls",
     "Transform",
     "TransformList",

@@ -49,9 +49,9 @@ def columns_of_rows(rows: Sequence[dict[str, Any]], names: Sequence[str]) -> dic
 
 
 def object_table(objects: Sequence[tuple[str, MapObject]]) -> geopandas.GeoDataFrame:
-    """A table with OBJECT_COLUMNS and the polygon of each (layer name, object).
+    """A table with OBJECT_COLUMNS and the shape of each (layer name, object).
 
     Raises ImportError when GeoPandas is missing.
     """
     rows = [object_row(layer, o) for layer, o in objects]
-    return make_geodataframe(columns_of_rows(rows, OBJECT_COLUMNS), [o.polygon for _, o in objects])
+    return make_geodataframe(columns_of_rows(rows, OBJECT_COLUMNS), [o.shape for _, o in objects])

@@ -1,4 +1,4 @@
-"""Arguments that many requests share: layers, revisions in the past, request ids."""
+"""Arguments that many requests share: map, layers and frame, revisions, request ids."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from datetime import datetime
 from typing import TypeAlias
 
-from ._proto import query_service_pb2 as query
+from ._proto import scope_pb2 as pb
 from ._wire.time import encode_time
 
 # The name of one layer, or names of several. No names select all layers.
@@ -15,14 +15,6 @@ Layers: TypeAlias = str | Iterable[str]
 # The revision to read: its number, or a time, which selects the newest revision committed by then.
 # None selects the newest revision.
 AsOf: TypeAlias = int | datetime | None
-
-_Query: TypeAlias = (
-    query.QueryPointRequest
-    | query.QueryAreaRequest
-    | query.QueryValueRequest
-    | query.QueryNearestRequest
-    | query.QueryPointsOpening
-)
 
 
 def new_request_id() -> str:
@@ -38,9 +30,21 @@ def names_of(layers: Layers) -> list[str]:
     return [layers] if isinstance(layers, str) else list(layers)
 
 
-def set_as_of(request: _Query, as_of: AsOf) -> None:
-    """Sets the revision or time of a query. Raises ValueError for a time without a time zone."""
+def make_scope(map_name: str, layers: Layers, frame_id: str) -> pb.Scope:
+    """The message for the map, the layers and the frame that a query is about."""
+    return pb.Scope(map=map_name, layers=names_of(layers), frame_id=frame_id)
+
+
+def make_as_of(as_of: AsOf, min_revision: int) -> pb.AsOf:
+    """The message for the revision or time at which a query reads.
+
+    min_revision: the revision for which the answer waits; 0 for no wait.
+
+    Raises ValueError for a time without a time zone.
+    """
+    message = pb.AsOf(min_revision=min_revision)
     if isinstance(as_of, datetime):
-        encode_time(as_of, request.at_time)
+        encode_time(as_of, message.at_time)
     elif as_of is not None:
-        request.at_revision = as_of
+        message.at_revision = as_of
+    return message

@@ -42,7 +42,8 @@ class LayerContent:
     """The content of one layer at a point.
 
     value: value of the cell of a grid layer; None unless status is VALUE.
-    objects: objects of a semantic layer that cover the point, sorted by id.
+    objects: objects of a semantic layer that contain the point, or are at most `tolerance_m` of the
+        query from it, sorted by id.
     """
 
     layer: str
@@ -91,7 +92,7 @@ class PointsContent:
     values: values of the cells, NaN where there is none.
 
     A semantic layer fills four columns of equal length, with one entry for each pair of a point
-    and an object that covers it, sorted by point and then by object id:
+    and an object that it meets, sorted by point and then by object id:
 
     points: indices of the points in the batch.
     object_ids: ids of the objects.
@@ -192,8 +193,8 @@ class Answer:
 class NearestMatch:
     """An object or a cell with the value of a nearest query.
 
-    distance_m: distance in metres to the nearest point of the object's polygon (0 inside it), or
-        to the centre of the cell.
+    distance_m: distance in metres to the nearest point of the object's shape (0 inside it), or to
+        the centre of the cell.
     object: the match on a semantic layer, else None.
     cell: the match on a grid layer, else None.
     """
@@ -235,12 +236,12 @@ class NearestAnswer:
         GeoPandas is not installed.
         """
         rows: list[dict[str, Any]] = []
-        geometry: list[shapely.Polygon] = []
+        geometry: list[shapely.Geometry] = []
         for match in self.matches:
             row: dict[str, Any] = {"layer": match.layer}
             if match.object is not None:
                 row = object_row(match.layer, match.object)
-                geometry.append(match.object.polygon)
+                geometry.append(match.object.shape)
             elif match.cell is not None:
                 row.update(row=match.cell.row, col=match.cell.col, value=match.cell.value)
                 geometry.append(match.cell.polygon)

@@ -1,4 +1,4 @@
-"""Edits: the changes of the content of layers that a client can request."""
+"""Edits: the changes of layers, of their content and of frames that a client can request."""
 
 from __future__ import annotations
 
@@ -10,8 +10,9 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .geometry import AreaLike
+from .geometry import AreaLike, Pose
 from .grids import CellRule
+from .layers import LayerSpec
 from .objects import MapObject
 
 
@@ -20,7 +21,7 @@ class PutObject:
     """Adds an object, or replaces the object with the same id.
 
     object: id 0 adds a new object, to which the server gives an id.
-    frame_id: frame of the polygon; empty for the layer's own frame.
+    frame_id: frame of the shape; empty for the layer's own frame.
     if_version: the version that the object must have, else the whole batch fails with Aborted.
     time_to_live: time after the commit at which the server removes the object, unless it is put
         again before; must be positive. None keeps the object.
@@ -49,8 +50,8 @@ class DeleteObject:
 class WriteCells:
     """Sets all cells of a box of a grid layer.
 
-    values: array of shape (rows, columns) with the lowest row first; NaN makes a cell unknown. Its
-        range depends on the kind of the layer: [0, 1] for occupancy, 0 or 1 for exploration.
+    values: array of shape (rows, columns) with the lowest row first; NaN makes a cell unknown.
+        The layer's properties tell the range of its values.
     row_begin, col_begin: row and column of the cell of values[0, 0]; may be negative.
 
     Raises ValueError if `values` is empty or not two-dimensional.
@@ -103,7 +104,46 @@ class SetAliases:
     aliases: Mapping[str, Sequence[str]]
 
 
-Edit: TypeAlias = PutObject | DeleteObject | WriteCells | FillPolygon | SetAliases
+@dataclass(frozen=True, slots=True)
+class CreateLayer:
+    """Creates an empty layer. Later edits of the same batch can write to it.
+
+    layer: its parameters. The Layer of an existing layer makes one with the same parameters.
+    """
+
+    layer: LayerSpec
+
+
+@dataclass(frozen=True, slots=True)
+class DeleteLayer:
+    """Deletes a layer with its content."""
+
+    layer: str
+
+
+@dataclass(frozen=True, slots=True)
+class SetTransform:
+    """Sets the pose of a frame in its parent frame.
+
+    parent_from_child: maps coordinates in the child to coordinates in the parent. It replaces an
+        earlier transform of the child.
+    """
+
+    parent_frame_id: str
+    child_frame_id: str
+    parent_from_child: Pose
+
+
+Edit: TypeAlias = (
+    PutObject
+    | DeleteObject
+    | WriteCells
+    | FillPolygon
+    | SetAliases
+    | CreateLayer
+    | DeleteLayer
+    | SetTransform
+)
 
 
 @dataclass(frozen=True, slots=True)

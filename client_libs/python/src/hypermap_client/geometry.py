@@ -1,4 +1,4 @@
-"""Points, areas, poses and transforms in the plane.
+"""Points, areas, shapes, poses and transforms in the plane.
 
 Lengths are in metres. Angles are in radians, counter-clockwise from the x axis to the y axis.
 """
@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from enum import IntEnum
 from typing import TypeAlias
 
 import numpy as np
@@ -20,6 +21,20 @@ PointsLike: TypeAlias = ArrayLike | Sequence[shapely.Geometry]
 # A polygon, or the vertices of its outer ring as an array of shape (N, 2) in metres. The ring may
 # repeat its first vertex at the end, and may be clockwise or counter-clockwise.
 AreaLike: TypeAlias = shapely.Polygon | Sequence[Sequence[float]] | NDArray[np.float64]
+# The shape of an object. It is a closed set: boundaries and end points belong to it. A LinearRing
+# counts as a LineString, without the area that it encloses.
+Shape: TypeAlias = shapely.Polygon | shapely.LineString | shapely.Point
+
+
+class ShapeKind(IntEnum):
+    """The kind of a shape."""
+
+    POLYGON = 1
+    """A shapely.Polygon, which may have holes."""
+    LINE_STRING = 2
+    """A shapely.LineString."""
+    POINT = 3
+    """A shapely.Point."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,3 +112,21 @@ def polygon_of(area: AreaLike) -> shapely.Polygon:
     if isinstance(area, shapely.Geometry):
         raise TypeError(f"an area must be a Polygon, not a {type(area).__name__}")
     return shapely.Polygon(points_of(area))
+
+
+def check_shape(shape: object) -> None:
+    """Checks that a value is a Shape and not empty.
+
+    Raises ValueError for an empty geometry and for one of several parts, TypeError for other types.
+    """
+    if isinstance(shape, shapely.geometry.base.BaseMultipartGeometry):
+        raise ValueError(
+            f"a {shape.geom_type} is not one shape: make an object for each of its parts, which "
+            "shapely.get_parts(shape) or GeoDataFrame.explode() return"
+        )
+    if not isinstance(shape, (shapely.Polygon, shapely.LineString, shapely.Point)):
+        raise TypeError(
+            f"a shape must be a Polygon, LineString or Point, not a {type(shape).__name__}"
+        )
+    if shape.is_empty:
+        raise ValueError(f"the shape is an empty {shape.geom_type}")

@@ -6,20 +6,38 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import IntEnum
 
+from .geometry import ShapeKind
 from .grids import CellBox, CellRule, GridGeometry
 
 
 class LayerKind(IntEnum):
-    """The kind of content of a layer."""
+    """The kind of content of a layer.
+
+    A kind of a newer server that this client does not know becomes an enumerator named KIND_ and
+    its number. The properties of a layer tell what its content is like, so that most programs do
+    not need its kind.
+    """
 
     OCCUPANCY = 1
     """A grid of probabilities of occupation in [0, 1]."""
     EXPLORATION = 2
     """A grid of 0 (unexplored) and 1 (explored)."""
     SEMANTIC = 3
-    """A set of labelled polygons."""
+    """A set of labelled shapes: polygons, line strings and points."""
     SCALAR = 4
     """A grid of measured numbers."""
+
+    @classmethod
+    def _missing_(cls, value: object) -> LayerKind | None:
+        if not isinstance(value, int) or value <= 0:
+            return None
+        kind = int.__new__(cls, value)
+        kind._name_, kind._value_ = f"KIND_{value}", value
+        return kind
+
+    def __reduce_ex__(self, protocol: object) -> tuple[type[LayerKind], tuple[int]]:
+        # Python 3.11 would look for the name of a pickled enumerator, which an unknown kind lacks.
+        return LayerKind, (self.value,)
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,6 +64,7 @@ class LayerSpec:
     aliases: for semantic layers: labels by alias. A query for the alias finds all these labels.
     explored_rule: for exploration layers: which cells the free space of an observation marks as
         explored; None for the server's default, CellRule.CENTRE.
+    shape_kinds: for semantic layers: the kinds of shape that objects may have; none for all kinds.
     """
 
     name: str
@@ -56,6 +75,27 @@ class LayerSpec:
     unit: str = ""
     aliases: Mapping[str, Sequence[str]] = field(default_factory=dict)
     explored_rule: CellRule | None = None
+    shape_kinds: Sequence[ShapeKind] = ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LayerProperties:
+    """What the content of a layer is like, whatever its kind.
+
+    has_cells: whether the layer is a grid, which answers with values and cells.
+    has_shapes: whether the layer has objects.
+    unit: unit of the values of the cells; empty for none.
+    value_range: the lowest and the highest value that a cell can have; None for any number.
+    words: values by which cells can be queried, such as "free" and "occupied".
+    is_binary: whether the cells have one of two values, and none between them.
+    """
+
+    has_cells: bool = False
+    has_shapes: bool = False
+    unit: str = ""
+    value_range: tuple[float, float] | None = None
+    words: tuple[str, ...] = ()
+    is_binary: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -66,8 +106,10 @@ class Layer(LayerSpec):
     extent: bounding box of all cells that were ever written; None for a grid layer without cells
         and for semantic layers.
     version: the newest revision that changed the layer or its content.
+    properties: what its content is like.
     """
 
     size: int = 0
     extent: CellBox | None = None
     version: int = 0
+    properties: LayerProperties = field(default_factory=LayerProperties)

@@ -79,7 +79,7 @@ class Catalog(Connection):
         request_id: str = "",
         timeout: float | None = None,
     ) -> Layer:
-        """Creates an empty layer.
+        """Creates an empty layer. CreateLayer does so in a batch of edits.
 
         Raises AlreadyExists if the map has a layer of that name, and InvalidArgument if a parameter
         of the layer is invalid.
@@ -103,7 +103,10 @@ class Catalog(Connection):
     async def delete_layer(
         self, map_name: str, layer: str, *, request_id: str = "", timeout: float | None = None
     ) -> int:
-        """Deletes a layer with its content, and returns the revision of the deletion."""
+        """Deletes a layer with its content, and returns the revision of the deletion.
+
+        DeleteLayer does so in a batch of edits.
+        """
         request = pb.DeleteLayerRequest(
             map=map_name, layer=layer, request_id=request_id or new_request_id()
         )
@@ -120,6 +123,8 @@ class Catalog(Connection):
         timeout: float | None = None,
     ) -> int:
         """Sets the pose of a frame in its parent frame, and returns the revision of the change.
+
+        SetTransform does so in a batch of edits.
 
         parent_from_child: maps coordinates in the child to coordinates in the parent. It replaces
             an earlier transform of the child.

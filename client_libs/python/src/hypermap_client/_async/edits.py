@@ -1,4 +1,4 @@
-"""Calls that change the content of layers."""
+"""Calls that change a map: its layers, their content and its frames."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .connection import Connection
 
 
 class Edits(Connection):
-    """Calls that change the content of layers."""
+    """Calls that change a map: its layers, their content and its frames."""
 
     async def apply_edits(
         self,
@@ -26,7 +26,8 @@ class Edits(Connection):
     ) -> EditAnswer:
         """Applies a batch of edits as one revision, or none of them.
 
-        The change is on the server's disk when the call returns.
+        The change is on the server's disk when the call returns. Edits are applied in their order:
+        one can create a layer, and the next ones write to it.
 
         if_layers: versions that layers must have, by layer name, else the batch fails with Aborted.
         request_id: the server carries out a batch once per id, and repeats its answer. Empty for a
@@ -34,9 +35,9 @@ class Edits(Connection):
             to be able to send the batch again after an error such as DeadlineExceeded.
 
         Raises InvalidArgument (names the edit and the field), NotFound (names the map, layer, frame
-        or object), Aborted (a version differs from the required one; nothing was changed) and
-        ResourceExhausted (names the limit). Raises TypeError or ValueError for edits that cannot be
-        encoded.
+        or object), AlreadyExists (names the layer to create), Aborted (a version differs from the
+        required one; nothing was changed) and ResourceExhausted (names the limit). Raises TypeError
+        or ValueError for edits that cannot be encoded.
         """
         batch = [edits] if not isinstance(edits, Iterable) else edits
         request = pb.ApplyEditsRequest(

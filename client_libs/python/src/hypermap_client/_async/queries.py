@@ -10,7 +10,7 @@ import shapely
 from .. import _rpc as rpc
 from .._io import aio
 from .._proto import query_service_pb2 as pb
-from .._requests import AsOf, Layers, names_of, set_as_of
+from .._requests import AsOf, Layers, make_as_of, make_scope
 from .._wire.answers import (
     decode_answer,
     decode_nearest_answer,
@@ -33,6 +33,7 @@ class Queries(Catalog):
         map_name: str,
         point: PointLike,
         *,
+        tolerance_m: float = 0.0,
         layers: Layers = (),
         frame_id: str = "",
         as_of: AsOf = None,
@@ -42,19 +43,20 @@ class Queries(Catalog):
         """Returns what each layer has at a point: the value of a cell, or objects.
 
         point: x and y in metres, in `frame_id`. Points on the boundary of an object belong to it.
+        tolerance_m: objects up to this distance from the point are returned too, in metres, >= 0.
+            With 0, a line string or a point is found only where the query meets it exactly. Grids
+            answer with the cell that contains the point, whatever the tolerance.
 
         Raises NotFound for an unknown map, layer or frame, InvalidArgument for coordinates that are
-        not finite, OutOfRange if the revision of `as_of` is compacted or does not exist yet, and
-        DeadlineExceeded if the map does not reach `min_revision` in time.
+        not finite or a negative tolerance, OutOfRange if the revision of `as_of` is compacted or
+        does not exist yet, and DeadlineExceeded if the map does not reach `min_revision` in time.
         """
         request = pb.QueryPointRequest(
-            map=map_name,
-            layers=names_of(layers),
-            frame_id=frame_id,
+            scope=make_scope(map_name, layers, frame_id),
+            as_of=make_as_of(as_of, min_revision),
             point=encode_point(point),
-            min_revision=min_revision,
+            tolerance_m=tolerance_m,
         )
-        set_as_of(request, as_of)
         return decode_point_answer(await self._call(rpc.QUERY_POINT, request, timeout))
 
     async def query_points(
@@ -62,6 +64,7 @@ class Queries(Catalog):
         map_name: str,
         points: PointsLike,
         *,
+        tolerance_m: float = 0.0,
         layers: Layers = (),
         frame_id: str = "",
         as_of: AsOf = None,
@@ -71,12 +74,17 @@ class Queries(Catalog):
         """Returns what each layer has at many points, read at one revision.
 
         points: array of shape (N, 2) in metres, in `frame_id`, with N >= 1.
+        tolerance_m: as in query_point.
 
         Raises ValueError for points of another shape, and ResourceExhausted for more points than
         the server's --max_points (default 65,536); stream_points takes several batches. Other
         errors are those of query_point.
         """
-        opening = _opening(map_name, layers, frame_id, as_of, min_revision)
+        opening = pb.QueryPointsOpening(
+            scope=make_scope(map_name, layers, frame_id),
+            as_of=make_as_of(as_of, min_revision),
+            tolerance_m=tolerance_m,
+        )
         batch = _batch(points)
         retries = self._retries(timeout)
         while True:
@@ -95,6 +103,7 @@ class Queries(Catalog):
         map_name: str,
         batches: Iterable[PointsLike],
         *,
+        tolerance_m: float = 0.0,
         layers: Layers = (),
         frame_id: str = "",
         as_of: AsOf = None,
@@ -105,12 +114,17 @@ class Queries(Catalog):
 
         batches: arrays of shape (N, 2) in metres, in `frame_id`, with N >= 1. The next batch is
             taken when the answer to the one before has been yielded.
+        tolerance_m: as in query_point.
         as_of: None to read each batch at the newest revision at its time.
         timeout: time in seconds for the whole stream.
 
         The stream is not retried. Errors are those of query_points.
         """
-        opening = _opening(map_name, layers, frame_id, as_of, min_revision)
+        opening = pb.QueryPointsOpening(
+            scope=make_scope(map_name, layers, frame_id),
+            as_of=make_as_of(as_of, min_revision),
+            tolerance_m=tolerance_m,
+        )
         stream = self._channel.duplex(rpc.QUERY_POINTS, None if math.isinf(timeout) else timeout)
         labels: list[str] = []
         try:
@@ -139,13 +153,10 @@ class Queries(Catalog):
         other errors are those of query_point.
         """
         request = pb.QueryAreaRequest(
-            map=map_name,
-            layers=names_of(layers),
-            frame_id=frame_id,
+            scope=make_scope(map_name, layers, frame_id),
+            as_of=make_as_of(as_of, min_revision),
             area=encode_polygon(area),
-            min_revision=min_revision,
         )
-        set_as_of(request, as_of)
         parts = await self._collect(rpc.QUERY_AREA, request, timeout)
         return decode_answer(map_name, frame_id, parts)
 
@@ -174,14 +185,11 @@ class Queries(Catalog):
         query_area.
         """
         request = pb.QueryValueRequest(
-            map=map_name,
-            layers=names_of(layers),
-            frame_id=frame_id,
+            scope=make_scope(map_name, layers, frame_id),
+            as_of=make_as_of(as_of, min_revision),
             value=value,
             area=None if area is None else encode_polygon(area),
-            min_revision=min_revision,
         )
-        set_as_of(request, as_of)
         parts = await self._collect(rpc.QUERY_VALUE, request, timeout)
         return decode_answer(map_name, frame_id, parts)
 
@@ -204,20 +212,17 @@ class Queries(Catalog):
         value: as in query_value.
         k: maximal number of matches, >= 1.
 
-        Matches are sorted by distance. It is measured in metres to the polygon of an object (0
+        Matches are sorted by distance. It is measured in metres to the shape of an object (0
         inside it), or to the centre of a cell. Raises ResourceExhausted if k exceeds the server's
         --max_nearest (default 1,000); other errors are those of query_point.
         """
         request = pb.QueryNearestRequest(
-            map=map_name,
-            layers=names_of(layers),
-            frame_id=frame_id,
+            scope=make_scope(map_name, layers, frame_id),
+            as_of=make_as_of(as_of, min_revision),
             point=encode_point(point),
             value=value,
             k=k,
-            min_revision=min_revision,
         )
-        set_as_of(request, as_of)
         return decode_nearest_answer(await self._call(rpc.QUERY_NEAREST, request, timeout))
 
     async def read_grid(
@@ -233,12 +238,14 @@ class Queries(Catalog):
 
         as_of: cells of an earlier revision are returned in an array over the present extent.
 
-        Raises ValueError if the layer is not a grid, or has no cells. Other errors are those of
-        query_area.
+        Raises ValueError if the layer has no cells: it is not a grid, or nothing was written to it.
+        Other errors are those of query_area.
         """
         found = await self.get_layer(map_name, layer, timeout=timeout)
-        if found.grid is None or found.extent is None:
-            raise ValueError(f"layer {layer!r} has no cells")
+        if not found.properties.has_cells or found.grid is None:
+            raise ValueError(f"layer {layer!r} is not a grid and has no cells")
+        if found.extent is None:
+            raise ValueError(f"layer {layer!r} has no cells yet")
         box = found.extent
         rows = [box.row_begin, box.row_begin, box.row_end, box.row_end]
         cols = [box.col_begin, box.col_end, box.col_end, box.col_begin]
@@ -255,16 +262,6 @@ class Queries(Catalog):
         if cells is None:
             raise ValueError(f"layer {layer!r} has no cells at this revision")
         return cells.to_grid(box)
-
-
-def _opening(
-    map_name: str, layers: Layers, frame_id: str, as_of: AsOf, min_revision: int
-) -> pb.QueryPointsOpening:
-    opening = pb.QueryPointsOpening(
-        map=map_name, layers=names_of(layers), frame_id=frame_id, min_revision=min_revision
-    )
-    set_as_of(opening, as_of)
-    return opening
 
 
 def _batch(points: PointsLike) -> pb.QueryPointsRequest:

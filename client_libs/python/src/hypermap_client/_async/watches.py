@@ -7,7 +7,7 @@ from collections.abc import Iterable
 
 from .. import _rpc as rpc
 from .._proto import watch_service_pb2 as pb
-from .._requests import Layers, names_of
+from .._requests import Layers, make_scope, names_of
 from .._wire.changes import decode_change, decode_revisions
 from .._wire.geometry import encode_polygon
 from ..changes import Difference, RevisionList
@@ -56,9 +56,7 @@ class Watches(Connection):
         that does not exist yet, and ResourceExhausted if the server has too many watches.
         """
         request = pb.WatchRequest(
-            map=map_name,
-            layers=names_of(layers),
-            frame_id=frame_id,
+            scope=make_scope(map_name, layers, frame_id),
             area=None if area is None else encode_polygon(area),
             classes=names_of(classes),
             start_revision=start_revision,
@@ -92,9 +90,7 @@ class Watches(Connection):
         Raises OutOfRange if a revision is compacted or does not exist yet.
         """
         request = pb.ListChangesRequest(
-            map=map_name,
-            layers=names_of(layers),
-            frame_id=frame_id,
+            scope=make_scope(map_name, layers, frame_id),
             from_revision=from_revision,
             to_revision=to_revision,
         )

@@ -1,4 +1,4 @@
-"""Conversion of points, polygons, poses and transforms."""
+"""Conversion of points, polygons, shapes, poses and transforms."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ import shapely
 from numpy.typing import NDArray
 
 from .._proto import geometry_pb2 as pb
-from ..geometry import AreaLike, PointLike, Pose, Transform, polygon_of, xy_of
+from ..errors import Internal
+from ..geometry import AreaLike, PointLike, Pose, Shape, Transform, polygon_of, xy_of
 
 
 def encode_point(point: PointLike) -> pb.Point:
@@ -21,8 +22,8 @@ def decode_point(message: pb.Point) -> shapely.Point:
 
 def encode_ring(ring: shapely.LinearRing) -> pb.Ring:
     # Shapely repeats the first vertex at the end; messages do not.
-    vertices = shapely.get_coordinates(ring)[:-1].tolist()
-    return pb.Ring(points=[pb.Point(x=x, y=y) for x, y in vertices])
+    xs, ys = shapely.get_coordinates(ring)[:-1].T.tolist()
+    return pb.Ring(xs=xs, ys=ys)
 
 
 def encode_polygon(area: AreaLike) -> pb.Polygon:
@@ -32,19 +33,39 @@ def encode_polygon(area: AreaLike) -> pb.Polygon:
     )
 
 
-def decode_ring(message: pb.Ring) -> NDArray[np.float64]:
-    """The vertices of a ring as an array of shape (N, 2), without the first one repeated."""
-    coordinates = np.empty((len(message.points), 2))
-    for i, point in enumerate(message.points):
-        coordinates[i] = point.x, point.y
-    return coordinates
+def encode_shape(shape: Shape) -> pb.Shape:
+    if isinstance(shape, shapely.Polygon):
+        return pb.Shape(polygon=encode_polygon(shape))
+    if isinstance(shape, shapely.LineString):
+        xs, ys = shapely.get_coordinates(shape).T.tolist()
+        return pb.Shape(line_string=pb.LineString(xs=xs, ys=ys))
+    return pb.Shape(point=encode_point(shape))
+
+
+def decode_vertices(message: pb.Ring | pb.LineString) -> NDArray[np.float64]:
+    """The vertices of a message as an array of shape (N, 2)."""
+    return np.array((message.xs, message.ys), np.float64).T
 
 
 def decode_polygon(message: pb.Polygon) -> shapely.Polygon:
     """The polygon of a message; an empty polygon if the message has no vertices."""
-    if not message.outer.points:
+    if not message.outer.xs:
         return shapely.Polygon()
-    return shapely.Polygon(decode_ring(message.outer), [decode_ring(h) for h in message.holes])
+    return shapely.Polygon(
+        decode_vertices(message.outer), [decode_vertices(hole) for hole in message.holes]
+    )
+
+
+def decode_shape(message: pb.Shape) -> Shape:
+    """The shape of a message. Raises Internal for a kind of shape that the client does not know."""
+    kind = message.WhichOneof("shape")
+    if kind == "polygon":
+        return decode_polygon(message.polygon)
+    if kind == "line_string":
+        return shapely.LineString(decode_vertices(message.line_string))
+    if kind == "point":
+        return decode_point(message.point)
+    raise Internal("the response has a shape of an unknown kind")
 
 
 def encode_pose(pose: Pose) -> pb.Pose:

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from .._proto import layer_pb2 as pb
+from ..geometry import ShapeKind
 from ..grids import CellBox, CellRule
-from ..layers import Layer, LayerKind, LayerSpec, OccupancyThresholds
+from ..layers import Layer, LayerKind, LayerProperties, LayerSpec, OccupancyThresholds
 from .enums import decode_enum, encode_enum
 from .grids import decode_grid, encode_grid
 
@@ -30,6 +31,7 @@ def encode_layer(spec: LayerSpec) -> pb.Layer:
         frame_id=spec.frame_id,
         unit=spec.unit,
         aliases=encode_aliases(spec.aliases),
+        shape_kinds=map(encode_enum, spec.shape_kinds),
     )
     if spec.grid is not None:
         message.grid.CopyFrom(encode_grid(spec.grid))
@@ -40,6 +42,18 @@ def encode_layer(spec: LayerSpec) -> pb.Layer:
     if spec.explored_rule is not None:
         message.explored_rule = encode_enum(spec.explored_rule)
     return message
+
+
+def decode_properties(message: pb.LayerProperties) -> LayerProperties:
+    values = message.value_range
+    return LayerProperties(
+        has_cells=message.has_cells,
+        has_shapes=message.has_shapes,
+        unit=message.unit,
+        value_range=(values.min, values.max) if message.HasField("value_range") else None,
+        words=tuple(message.words),
+        is_binary=message.is_binary,
+    )
 
 
 def decode_layer(message: pb.Layer) -> Layer:
@@ -58,9 +72,11 @@ def decode_layer(message: pb.Layer) -> Layer:
         explored_rule=decode_enum(CellRule, message.explored_rule)
         if message.explored_rule
         else None,
+        shape_kinds=tuple(decode_enum(ShapeKind, kind) for kind in message.shape_kinds),
         size=message.size,
         extent=CellBox(extent.row_begin, extent.row_end, extent.col_begin, extent.col_end)
         if message.HasField("extent")
         else None,
         version=message.version,
+        properties=decode_properties(message.properties),
     )

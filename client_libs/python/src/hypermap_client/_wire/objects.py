@@ -6,7 +6,7 @@ import numpy as np
 
 from .._proto import object_pb2 as pb
 from ..objects import AttributeValue, HeightRange, MapObject
-from .geometry import decode_polygon, encode_polygon
+from .geometry import decode_shape, encode_shape
 from .time import decode_time
 
 
@@ -40,7 +40,7 @@ def encode_object(o: MapObject) -> pb.Object:
         label=o.label,
         classes=dict(o.classes),
         existence=o.existence,
-        polygon=encode_polygon(o.polygon),
+        shape=encode_shape(o.shape),
         height=encode_height(o.height) if o.height else None,
         tags=o.tags,
         attributes={name: encode_attribute(value) for name, value in o.attributes.items()},
@@ -50,7 +50,7 @@ def encode_object(o: MapObject) -> pb.Object:
 def decode_object(message: pb.Object) -> MapObject:
     return MapObject(
         message.label,
-        decode_polygon(message.polygon),
+        decode_shape(message.shape),
         id=message.id,
         classes=dict(message.classes),
         existence=message.existence,
