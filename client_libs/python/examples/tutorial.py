@@ -1,7 +1,7 @@
 # %% [markdown]
 # # A tour of Hypermap from Python
 #
-# A *hypermap* is a set of layers of one site, such as grids of cells or sets of labelled polygons.
+# A *hypermap* is a set of layers of one site, such as grids of cells or sets of labelled shapes.
 # Each layer has its own frame and its own kind of value. All layers answer the same three
 # questions: what is **at this point**, what is **in this area**, **where is this value**?
 #
@@ -26,6 +26,7 @@ from hypermap_client import (
     AsyncClient,
     ChangeKind,
     Client,
+    CreateLayer,
     FillPolygon,
     GridGeometry,
     LayerKind,
@@ -35,9 +36,11 @@ from hypermap_client import (
     Pose,
     PutObject,
     SetAliases,
+    SetTransform,
+    ShapeKind,
     WriteCells,
 )
-from hypermap_client.plotting import draw_grid, draw_objects, draw_polygon
+from hypermap_client.plotting import draw_grid, draw_objects, draw_shape
 
 parser = argparse.ArgumentParser(description="Creates and queries the map of a small flat.")
 parser.add_argument("--server", default="127.0.0.1:50051", metavar="HOST:PORT")
@@ -61,29 +64,48 @@ except NotFound:
 client.create_map(flat)
 
 # %% [markdown]
+# A map is changed by batches of edits. A batch becomes one revision of the map, or changes nothing
+# if one of its edits is invalid. When the call returns, the revision is on the server's disk. This
+# batch creates the layers and places a frame; the methods `create_layer` and `set_transform` do so
+# one by one.
+#
 # Lengths are in metres and angles in radians. A grid has square cells and no fixed extent; its
 # geometry is the size of a cell and the pose of cell (0, 0). The balcony has its own frame. A
-# transform places it in the map by the pose of the child frame in the parent frame.
+# transform places it in the map by the pose of the child frame in the parent frame. The layer
+# "lanes" takes line strings and points only.
 
 # %%
-client.create_layer(
-    flat, LayerSpec(name="floor", kind=LayerKind.OCCUPANCY, grid=GridGeometry(0.05))
+client.apply_edits(
+    flat,
+    [
+        SetTransform("map", "balcony", Pose(8.0, 1.0, np.pi / 2)),
+        CreateLayer(LayerSpec(name="floor", kind=LayerKind.OCCUPANCY, grid=GridGeometry(0.05))),
+        CreateLayer(
+            LayerSpec(name="wifi", kind=LayerKind.SCALAR, unit="dBm", grid=GridGeometry(0.25))
+        ),
+        CreateLayer(LayerSpec(name="objects", kind=LayerKind.SEMANTIC)),
+        CreateLayer(LayerSpec(name="outside", kind=LayerKind.SEMANTIC, frame_id="balcony")),
+        CreateLayer(
+            LayerSpec(
+                name="lanes",
+                kind=LayerKind.SEMANTIC,
+                shape_kinds=(ShapeKind.LINE_STRING, ShapeKind.POINT),
+            )
+        ),
+    ],
 )
-client.create_layer(
-    flat, LayerSpec(name="wifi", kind=LayerKind.SCALAR, unit="dBm", grid=GridGeometry(0.25))
-)
-client.create_layer(flat, LayerSpec(name="objects", kind=LayerKind.SEMANTIC))
-client.set_transform(flat, "map", "balcony", Pose(8.0, 1.0, np.pi / 2))
-client.create_layer(flat, LayerSpec(name="outside", kind=LayerKind.SEMANTIC, frame_id="balcony"))
-for layer in client.list_layers(flat).layers:
-    print(f"{layer.name:8} {layer.kind.name.lower():10} in frame {layer.frame_id}")
 
 # %% [markdown]
-# ## Edits
-#
-# Content is written to layers in batches of edits. A batch becomes one revision of the map, or
-# changes nothing if one of its edits is invalid. When the call returns, the revision is on the
-# server's disk.
+# The properties of a layer tell what its content is like, also for kinds of layers that a program
+# does not know.
+
+# %%
+for layer in client.list_layers(flat).layers:
+    content = "cells" if layer.properties.has_cells else "shapes"
+    print(f"{layer.name:8} {content:6} {layer.properties.unit or '-':5} in frame {layer.frame_id}")
+
+# %% [markdown]
+# ## Content
 #
 # Polygons fill the cells of the floor plan: the rooms are free (0.02), the walls are occupied
 # (1.0), and the doors are free again.
@@ -125,9 +147,9 @@ distance_m = np.linalg.norm(centres - access_point, axis=-1)
 client.apply_edits(flat, WriteCells("wifi", -38.0 - 26.0 * np.log10(np.maximum(distance_m, 0.3))))
 
 # %% [markdown]
-# Objects are labelled Shapely polygons. They may have confidences of alternative classes, tags, a
-# range of heights, and free attributes. An alias is a word that stands for several labels of a
-# layer in queries.
+# Objects are labelled shapes: polygons, line strings or points of Shapely. They may have
+# confidences of alternative classes, tags, a range of heights, and free attributes. An alias is a
+# word that stands for several labels of a layer in queries.
 
 
 # %%
@@ -136,6 +158,7 @@ def thing(label: str, x: float, y: float, width: float, depth: float, **more: ob
     return PutObject("objects", MapObject(label, shapely.box(x, y, x + width, y + depth), **more))
 
 
+lane = shapely.LineString([(0.45, 2.2), (0.9, 2.8), (4.3, 2.7), (4.6, 4.0), (5.25, 4.1)])
 furniture = client.apply_edits(
     flat,
     [
@@ -150,6 +173,8 @@ furniture = client.apply_edits(
         thing("bed", 5.5, 4.0, 2.1, 1.7),
         thing("bath", 5.3, 0.35, 0.8, 1.8),
         PutObject("outside", MapObject("chair", shapely.box(0.2, -1.0, 0.7, -0.5))),
+        PutObject("lanes", MapObject("lane", lane, attributes={"max_speed_m_s": 0.6})),
+        PutObject("lanes", MapObject("charger", shapely.Point(0.45, 2.2))),
         SetAliases("objects", {"furniture": ["sofa", "table", "chair", "bed"]}),
     ],
 )
@@ -168,6 +193,13 @@ answer = client.query_point(flat, (3.4, 4.26))
 for content in answer.layers:
     things = ", ".join(o.label for o in content.objects)
     print(f"{content.layer:8} {content.status.name:8} {content.value or things}")
+
+# %% [markdown]
+# A line or a point is found near a point with a tolerance in metres.
+
+# %%
+near = client.query_point(flat, (3.0, 2.8), layers="lanes", tolerance_m=0.1)
+print("lanes at (3.0, 2.8):", [o.label for o in near["lanes"].objects])
 
 # %% [markdown]
 # ## What is in this area?
@@ -250,12 +282,11 @@ floor = client.read_grid(flat, "floor")
 free_m2 = np.count_nonzero(floor.values < 0.2) * floor.grid.resolution_m**2
 print(f"floor: {floor.values.shape[0]}×{floor.values.shape[1]} cells, {free_m2:.1f} m² are free")
 
-route = shapely.LineString([(0.3, 3.0), (1.8, 2.6), (4.3, 2.7), (4.6, 4.0), (6.0, 4.2)])
-path = shapely.get_coordinates(route.segmentize(0.02))  # shape (N, 2), metres
-batch = client.query_points(flat, path)
+path = shapely.get_coordinates(lane.segmentize(0.02))  # shape (N, 2), metres
+batch = client.query_points(flat, path, tolerance_m=0.5)
 dbm = batch["wifi"].values
-print(f"radio on the path from the entrance to bed: {dbm.min():.0f} to {dbm.max():.0f} dBm")
-print("objects on the path:", set(batch["objects"].labels))
+print(f"radio on the lane from the charger to the bed: {dbm.min():.0f} to {dbm.max():.0f} dBm")
+print("objects up to 0.5 m from the lane:", sorted(set(batch["objects"].labels)))
 
 # %% [markdown]
 # ## asyncio
@@ -300,10 +331,10 @@ for axes in (left, right):
 
 everything = client.query_area(flat, shapely.box(-5, -5, 15, 15))
 draw_grid(left, floor, cmap="gray_r", vmin=0, vmax=1.3, zorder=0)
-draw_polygon(left, sofa_then.polygon, fill=False, linestyle=":", edgecolor="0.3", zorder=2)
+draw_shape(left, sofa_then.shape, fill=False, linestyle=":", edgecolor="0.3", zorder=2)
 at = sofa_then.centroid
 left.annotate(f"sofa at revision {before}", (at.x, at.y), ha="center", color="0.3", fontsize=8)
-draw_polygon(left, dining_corner, fill=False, linestyle="--", edgecolor="#0072B2", zorder=2)
+draw_shape(left, dining_corner, fill=False, linestyle="--", edgecolor="#0072B2", zorder=2)
 left.annotate("dining corner", (1.65, 5.45), color="#0072B2", fontsize=8)
 draw_objects(left, everything.objects, alpha=0.75, edgecolor="0.2", zorder=3)
 left.set_title("Objects, and the sofa's earlier place")
@@ -311,11 +342,11 @@ left.set_title("Objects, and the sofa's earlier place")
 wifi = client.read_grid(flat, "wifi")
 mesh = draw_grid(right, wifi, cmap="viridis", zorder=0)
 figure.colorbar(mesh, ax=right, label="wifi [dBm]", shrink=0.85)
-draw_polygon(right, walls.difference(shapely.union_all(doors)), color="0.15", zorder=2)
+draw_shape(right, walls.difference(shapely.union_all(doors)), color="0.15", zorder=2)
 orange = dict.fromkeys(("chair", "table", "sofa", "bed"), "#E69F00")
-right.plot(*path.T, color="white", linewidth=2, zorder=3, label="path from the entrance to bed")
+right.plot(*path.T, color="white", linewidth=2, zorder=3, label="lane from the charger to the bed")
 for match in client.query_nearest(flat, entrance, "furniture", k=4).matches:
-    line = shapely.shortest_line(entrance, match.object.polygon)
+    line = shapely.shortest_line(entrance, match.object.shape)
     draw_objects(right, [match.object], colours=orange, edgecolor="0.2", zorder=3)
     right.plot(*line.xy, color="#D55E00", zorder=4, marker="o", markersize=3)
 right.plot([], [], color="#D55E00", label="nearest furniture to the entrance")
