@@ -1,10 +1,17 @@
 import { create } from '@bufbuild/protobuf';
 import { describe, expect, test } from 'vitest';
 import { runsOf, runToGeoJson } from './cells.js';
+import { ShapeSchema } from './gen/hypermap/v1/geometry_pb.js';
 import { GridGeometrySchema } from './gen/hypermap/v1/layer_pb.js';
 import { ObjectSchema } from './gen/hypermap/v1/object_pb.js';
 import { CellRunsSchema } from './gen/hypermap/v1/query_service_pb.js';
-import { objectToFeature, polygonFromGeoJson, polygonToGeoJson } from './geojson.js';
+import {
+  objectToFeature,
+  polygonFromGeoJson,
+  shapeFromGeoJson,
+  shapeToGeoJson,
+  type ShapeGeometry,
+} from './geojson.js';
 
 const outer = [
   [0, 0],
@@ -19,13 +26,48 @@ const hole = [
 ];
 const closed = (ring: number[][]) => [...ring, ring[0] ?? []];
 
+describe('shapes', () => {
+  test.each<[ShapeGeometry, string]>([
+    [{ type: 'Polygon', coordinates: [closed(outer), closed(hole)] }, 'polygon'],
+    [
+      {
+        type: 'LineString',
+        coordinates: [
+          [0, 0],
+          [4, 1],
+          [0, 0],
+        ],
+      },
+      'lineString',
+    ],
+    [{ type: 'Point', coordinates: [3, -2.5] }, 'point'],
+  ])('are converted in both directions: %j', (geometry, kind) => {
+    const shape = shapeFromGeoJson(geometry);
+    expect(shape.shape.case).toBe(kind);
+    expect(shapeToGeoJson(shape)).toEqual(geometry);
+  });
+
+  test('ignore heights', () => {
+    const at = (...coordinates: number[]) => shapeFromGeoJson({ type: 'Point', coordinates });
+    expect(at(1, 2, 3)).toEqual(at(1, 2));
+  });
+
+  test('of an unknown kind have no geometry', () => {
+    expect(shapeToGeoJson(create(ShapeSchema))).toBeNull();
+  });
+
+  test('are not made of other geometries', () => {
+    const geometry = { type: 'MultiPoint', coordinates: [[1, 2]] } as unknown as ShapeGeometry;
+    expect(() => shapeFromGeoJson(geometry)).toThrow(RangeError);
+  });
+});
+
 describe('polygons', () => {
-  test('are converted in both directions', () => {
-    const geojson = { type: 'Polygon' as const, coordinates: [closed(outer), closed(hole)] };
-    const polygon = polygonFromGeoJson(geojson);
-    expect(polygon.outer?.points).toHaveLength(4);
-    expect(polygon.holes[0]?.points).toHaveLength(3);
-    expect(polygonToGeoJson(polygon)).toEqual(geojson);
+  test('have their vertices in columns, and the first one once', () => {
+    const coordinates = [closed(outer), closed(hole)];
+    const polygon = polygonFromGeoJson({ type: 'Polygon', coordinates });
+    expect(polygon.outer).toMatchObject({ xs: [0, 4, 4, 0], ys: [0, 0, 4, 4] });
+    expect(polygon.holes).toMatchObject([{ xs: [1, 1, 2], ys: [1, 2, 2] }]);
   });
 
   test('may have open rings, and heights', () => {
@@ -45,7 +87,7 @@ test('an object becomes a feature', () => {
     label: 'chair',
     classes: { chair: 0.9, couch: 0.1 },
     existence: 0.75,
-    polygon: polygonFromGeoJson({ type: 'Polygon', coordinates: [outer] }),
+    shape: shapeFromGeoJson({ type: 'Polygon', coordinates: [outer] }),
     tags: ['red'],
     attributes: {
       seats: { value: { case: 'intValue', value: 1n } },
@@ -69,6 +111,10 @@ test('an object becomes a feature', () => {
       layer: 'things',
     },
   });
+});
+
+test('an object without a shape becomes a feature without a geometry', () => {
+  expect(objectToFeature(create(ObjectSchema, { label: 'chair' }), 'things').geometry).toBeNull();
 });
 
 test('a run of cells covers its rectangle, turned and moved as its grid', () => {

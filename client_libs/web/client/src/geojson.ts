@@ -1,27 +1,90 @@
 import { create } from '@bufbuild/protobuf';
-import type { Feature, Polygon as GeoJsonPolygon, Position } from 'geojson';
+import type {
+  Feature,
+  LineString as GeoJsonLineString,
+  Point as GeoJsonPoint,
+  Polygon as GeoJsonPolygon,
+  Position,
+} from 'geojson';
 import {
+  LineStringSchema,
+  PointSchema,
   PolygonSchema,
   RingSchema,
+  ShapeSchema,
+  type LineString,
+  type Point,
   type Polygon,
   type Ring,
+  type Shape,
 } from './gen/hypermap/v1/geometry_pb.js';
 import type { Object$ } from './gen/hypermap/v1/object_pb.js';
 
-/**
- * Converts a polygon. Coordinates stay metres in the frame of the answer, not degrees as in RFC
- * 7946.
- */
+// Coordinates stay metres in the frame of the answer, not degrees as in RFC 7946. Heights of
+// positions are ignored.
+
+/** The geometries that the shapes of objects convert to and from. */
+export type ShapeGeometry = GeoJsonPolygon | GeoJsonLineString | GeoJsonPoint;
+
+/** Converts a shape. Returns null for a kind of shape that this version does not know. */
+export function shapeToGeoJson({ shape }: Shape): ShapeGeometry | null {
+  switch (shape.case) {
+    case 'polygon':
+      return polygonToGeoJson(shape.value);
+    case 'lineString':
+      return lineStringToGeoJson(shape.value);
+    case 'point':
+      return pointToGeoJson(shape.value);
+    default:
+      return null;
+  }
+}
+
+/** Converts a geometry to a shape. Throws a RangeError for any other type of geometry. */
+export function shapeFromGeoJson(geometry: ShapeGeometry): Shape {
+  return create(ShapeSchema, { shape: shapeOf(geometry) });
+}
+
+function shapeOf(geometry: ShapeGeometry): Shape['shape'] {
+  switch (geometry.type) {
+    case 'Polygon':
+      return { case: 'polygon', value: polygonFromGeoJson(geometry) };
+    case 'LineString':
+      return { case: 'lineString', value: lineStringFromGeoJson(geometry) };
+    case 'Point':
+      return { case: 'point', value: pointFromGeoJson(geometry) };
+    default:
+      // The geometry may come from a file that no type checker has seen.
+      throw new RangeError(`no shape is a ${(geometry as { type: string }).type}`);
+  }
+}
+
 export function polygonToGeoJson(polygon: Polygon): GeoJsonPolygon {
   const rings = polygon.outer ? [polygon.outer, ...polygon.holes] : [];
   return { type: 'Polygon', coordinates: rings.map(closedPositions) };
 }
 
-/** Converts a polygon. Rings may be closed or open, of either winding; heights are ignored. */
+/** Converts a polygon. Rings may be closed or open, of either winding. */
 export function polygonFromGeoJson(polygon: GeoJsonPolygon): Polygon {
   const [outer, ...holes] = polygon.coordinates.map(openRing);
   if (!outer) throw new RangeError('a polygon without a ring');
   return create(PolygonSchema, { outer, holes });
+}
+
+export function lineStringToGeoJson(line: LineString): GeoJsonLineString {
+  return { type: 'LineString', coordinates: positionsOf(line) };
+}
+
+export function lineStringFromGeoJson(line: GeoJsonLineString): LineString {
+  return create(LineStringSchema, columnsOf(line.coordinates));
+}
+
+export function pointToGeoJson({ x, y }: Point): GeoJsonPoint {
+  return { type: 'Point', coordinates: [x, y] };
+}
+
+export function pointFromGeoJson({ coordinates: [x = NaN, y = NaN] }: GeoJsonPoint): Point {
+  return create(PointSchema, { x, y });
 }
 
 export interface ObjectProperties {
@@ -37,17 +100,18 @@ export interface ObjectProperties {
   layer: string;
 }
 
-/** Converts an object to a feature. The id becomes a string, because ids have 64 bits. */
+/**
+ * Converts an object to a feature. The id becomes a string, because ids have 64 bits. The geometry is
+ * null if this version does not know the kind of the shape.
+ */
 export function objectToFeature(
   object: Object$,
   layer: string,
-): Feature<GeoJsonPolygon, ObjectProperties> {
+): Feature<ShapeGeometry | null, ObjectProperties> {
   return {
     type: 'Feature',
     id: object.id.toString(),
-    geometry: object.polygon
-      ? polygonToGeoJson(object.polygon)
-      : { type: 'Polygon', coordinates: [] },
+    geometry: object.shape ? shapeToGeoJson(object.shape) : null,
     properties: {
       label: object.label,
       classes: { ...object.classes },
@@ -69,15 +133,30 @@ function attributesOf(object: Object$): ObjectProperties['attributes'] {
   return attributes;
 }
 
+/** The coordinates of vertices in order, in columns. */
+interface Columns {
+  xs: number[];
+  ys: number[];
+}
+
+function positionsOf({ xs, ys }: Columns): Position[] {
+  return xs.map((x, i) => [x, ys[i] ?? NaN]);
+}
+
+function columnsOf(positions: readonly Position[]): Columns {
+  return {
+    xs: positions.map(([x = NaN]) => x),
+    ys: positions.map(([, y = NaN]) => y),
+  };
+}
+
 function closedPositions(ring: Ring): Position[] {
-  const positions = ring.points.map(({ x, y }): Position => [x, y]);
+  const positions = positionsOf(ring);
   return positions[0] ? [...positions, [...positions[0]]] : positions;
 }
 
 function openRing(positions: Position[]): Ring {
-  const points = positions.map(([x = NaN, y = NaN]) => ({ x, y }));
-  const first = points[0];
-  const last = points.at(-1);
-  const closed = points.length > 1 && first?.x === last?.x && first?.y === last?.y;
-  return create(RingSchema, { points: closed ? points.slice(0, -1) : points });
+  const [first, last] = [positions[0], positions.at(-1)];
+  const isClosed = positions.length > 1 && first?.[0] === last?.[0] && first?.[1] === last?.[1];
+  return create(RingSchema, columnsOf(isClosed ? positions.slice(0, -1) : positions));
 }

@@ -2,10 +2,17 @@ export { createHypermapClient, type HypermapClient, type HypermapClientOptions }
 export { watch, type WatchEvent, type WatchOptions, type WatchState } from './watch.js';
 export { backupMap, exportMap, type ExportedMap, type MapFile } from './files.js';
 export {
+  lineStringFromGeoJson,
+  lineStringToGeoJson,
   objectToFeature,
+  pointFromGeoJson,
+  pointToGeoJson,
   polygonFromGeoJson,
   polygonToGeoJson,
+  shapeFromGeoJson,
+  shapeToGeoJson,
   type ObjectProperties,
+  type ShapeGeometry,
 } from './geojson.js';
 export { runsOf, runToGeoJson, type CellRun } from './cells.js';
 export { isTransient } from './retry.js';
@@ -21,6 +28,7 @@ export * from './gen/hypermap/v1/layer_pb.js';
 export * from './gen/hypermap/v1/object_pb.js';
 export * from './gen/hypermap/v1/observation_pb.js';
 export * from './gen/hypermap/v1/query_service_pb.js';
+export * from './gen/hypermap/v1/scope_pb.js';
 export * from './gen/hypermap/v1/watch_service_pb.js';
 
 // Re-exports of the underlying libraries, so that callers need not depend on matching versions.

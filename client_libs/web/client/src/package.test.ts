@@ -29,7 +29,7 @@ beforeAll(async () => {
     `import { createHypermapClient, watch, LayerKind, type WatchEvent } from '@hypermap/client';
 const client = createHypermapClient('http://127.0.0.1:1', { retries: 0 });
 const kinds: LayerKind[] = [LayerKind.SEMANTIC];
-const events: AsyncGenerator<WatchEvent> = watch(client, { map: 'office' });
+const events: AsyncGenerator<WatchEvent> = watch(client, { scope: { map: 'office' } });
 const answer: Promise<bigint> = client.catalog.getMap({ map: 'office' }).then(({ map }) => map?.revision ?? 0n);
 await answer.catch((error: Error) => console.log(typeof events.next, kinds.length, error.name));
 `,

@@ -16,8 +16,13 @@ import {
   LayerKind,
   newRequestId,
   polygonFromGeoJson,
+  shapeFromGeoJson,
+  ShapeKind,
+  shapeToGeoJson,
   watch,
   type HypermapClient,
+  type Polygon,
+  type ShapeGeometry,
   type WatchState,
 } from './index.js';
 
@@ -56,6 +61,8 @@ const square = (x: number, y: number, side = 1) =>
     ],
   });
 
+const polygon = (value: Polygon) => ({ shape: { case: 'polygon' as const, value } });
+
 /** Creates a map with a layer "things" and a chair on it. Returns its name. */
 async function drawMap(client: HypermapClient): Promise<string> {
   const map = `map-${newRequestId()}`;
@@ -72,7 +79,7 @@ async function put(client: HypermapClient, map: string, label: string, x: number
       {
         edit: {
           case: 'putObject',
-          value: { layer: 'things', object: { label, polygon: square(x, 0) } },
+          value: { layer: 'things', object: { label, shape: polygon(square(x, 0)) } },
         },
       },
     ],
@@ -93,24 +100,66 @@ const transports: Record<string, () => Transport | string> = {
 describe.each(Object.entries(transports))('by %s', (_, transport) => {
   test('answers queries by point, area and value', async () => {
     const client = createHypermapClient(transport());
-    const map = await drawMap(client);
+    const scope = { map: await drawMap(client) };
 
-    const at = await client.query.queryPoint({ map, point: { x: 0.5, y: 0.5 } });
+    const at = await client.query.queryPoint({ scope, point: { x: 0.5, y: 0.5 } });
     expect(at.layers[0]?.status).toBe(AnswerStatus.VALUE);
     expect(at.layers[0]?.objects.map(({ label }) => label)).toEqual(['chair']);
 
     const inside = [];
-    for await (const { part } of client.query.queryArea({ map, area: square(0.5, 0.5) })) {
+    for await (const { part } of client.query.queryArea({ scope, area: square(0.5, 0.5) })) {
       inside.push(...(part?.objects ?? []));
     }
     expect(inside.map(({ label }) => label)).toEqual(['chair']);
 
     const found = [];
-    for await (const { part } of client.query.queryValue({ map, value: 'chair' })) {
+    for await (const { part } of client.query.queryValue({ scope, value: 'chair' })) {
       found.push(...(part?.objects ?? []));
     }
     expect(found).toEqual(inside);
     expect(found[0]?.centroid).toMatchObject({ x: 0.5, y: 0.5 });
+  });
+
+  test('a line string and a point are found within a tolerance', async () => {
+    const client = createHypermapClient(transport());
+    const map = `map-${newRequestId()}`;
+    await client.catalog.createMap({ map });
+    const lane: ShapeGeometry = {
+      type: 'LineString',
+      coordinates: [
+        [0, 0],
+        [4, 0],
+        [4, 3],
+      ],
+    };
+    const dock: ShapeGeometry = { type: 'Point', coordinates: [2, 0.5] };
+    const layer = {
+      name: 'ways',
+      kind: LayerKind.SEMANTIC,
+      shapeKinds: [ShapeKind.LINE_STRING, ShapeKind.POINT],
+    };
+    const put = (label: string, geometry: ShapeGeometry) => {
+      const object = { label, shape: shapeFromGeoJson(geometry) };
+      return { edit: { case: 'putObject' as const, value: { layer: layer.name, object } } };
+    };
+    const edits = [put('lane', lane), put('dock', dock)];
+    await client.edit.applyEdits({
+      map,
+      edits: [{ edit: { case: 'createLayer', value: { layer } } }, ...edits],
+    });
+
+    const found = async (toleranceM: number) => {
+      const point = { x: 2, y: 0.25 };
+      const { layers } = await client.query.queryPoint({ scope: { map }, point, toleranceM });
+      return layers.flatMap(({ objects }) => objects);
+    };
+    expect(await found(0)).toEqual([]);
+    const objects = await found(0.3);
+    expect(objects.map(({ label }) => label)).toEqual(['lane', 'dock']);
+    expect(objects.map(({ shape }) => shape && shapeToGeoJson(shape))).toEqual([lane, dock]);
+    const told = await client.catalog.getLayer({ map, layer: layer.name });
+    expect(told.layer?.shapeKinds).toEqual(layer.shapeKinds);
+    expect(told.layer?.properties).toMatchObject({ hasShapes: true, hasCells: false });
   });
 
   test('errors have the code and message of the server', async () => {
@@ -119,7 +168,7 @@ describe.each(Object.entries(transports))('by %s', (_, transport) => {
       code: Code.NotFound,
       rawMessage: expect.stringContaining('nowhere'),
     });
-    const answers = client.query.queryValue({ map: 'nowhere', value: 'chair' });
+    const answers = client.query.queryValue({ scope: { map: 'nowhere' }, value: 'chair' });
     await expect(answers[Symbol.asyncIterator]().next()).rejects.toMatchObject({
       code: Code.NotFound,
     });
@@ -135,7 +184,7 @@ describe.each(Object.entries(transports))('by %s', (_, transport) => {
         {
           edit: {
             case: 'putObject' as const,
-            value: { layer: 'things', object: { label: 'table', polygon: square(5, 5) } },
+            value: { layer: 'things', object: { label: 'table', shape: polygon(square(5, 5)) } },
           },
         },
       ],
@@ -150,7 +199,7 @@ describe.each(Object.entries(transports))('by %s', (_, transport) => {
     const map = await drawMap(client);
     const labels: string[] = [];
     let last = 0n;
-    for await (const event of watch(client, { map })) {
+    for await (const event of watch(client, { scope: { map } })) {
       last = event.revision;
       for (const { kind, object } of event.changes) {
         if (kind === ChangeKind.PUT) labels.push(object?.label ?? '');
@@ -161,7 +210,7 @@ describe.each(Object.entries(transports))('by %s', (_, transport) => {
     expect(labels).toEqual(['chair', 'couch']);
 
     await put(client, map, 'plant', 4);
-    for await (const event of watch(client, { map, startRevision: last })) {
+    for await (const event of watch(client, { scope: { map }, startRevision: last })) {
       labels.push(...event.changes.map(({ object }) => object?.label ?? ''));
       if (event.changes.length > 0) break;
     }
@@ -195,7 +244,11 @@ test('a watch resumes after a server restart without gaps or repetitions', async
   };
   const following = (async () => {
     const backoff = { firstMs: 20, longestMs: 50 };
-    for await (const event of watch(client, { map, startRevision: 0n }, { onState, backoff })) {
+    for await (const event of watch(
+      client,
+      { scope: { map }, startRevision: 0n },
+      { onState, backoff },
+    )) {
       if (event.changes.length > 0) revisions.push(event.revision);
       if (event.revision === 6n) return;
     }

@@ -42,7 +42,8 @@ async function follow(connections: Connection[], options: WatchOptions = {}, sta
     });
   });
   const events: WatchEvent[] = [];
-  const request = start === undefined ? { map: 'm' } : { map: 'm', startRevision: start };
+  const scope = { map: 'm' };
+  const request = start === undefined ? { scope } : { scope, startRevision: start };
   const all = watch(createHypermapClient(transport), request, {
     backoff: soon,
     signal: stop.signal,
@@ -174,7 +175,9 @@ test('leaving the loop ends the call', async () => {
       },
     });
   });
-  for await (const { revision } of watch(createHypermapClient(transport), { map: 'm' })) {
+  for await (const { revision } of watch(createHypermapClient(transport), {
+    scope: { map: 'm' },
+  })) {
     expect(revision).toBe(1n);
     break;
   }
