@@ -11,6 +11,14 @@ const Layer* Snapshot::FindLayer(absl::string_view name) const {
   return it == layers.end() ? nullptr : it->second.get();
 }
 
+const GridLayer* Snapshot::FindGrid(absl::string_view name) const {
+  return AsGrid(FindLayer(name));
+}
+
+const SemanticLayer* Snapshot::FindSemantic(absl::string_view name) const {
+  return AsSemantic(FindLayer(name));
+}
+
 Revision Snapshot::LayerVersionOf(absl::string_view layer) const {
   const auto it = layer_versions.find(std::string_view(layer.data(), layer.size()));
   return it == layer_versions.end() ? 0 : it->second;

@@ -11,7 +11,9 @@
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
 #include "map/frames/frame_tree.h"
+#include "map/layers/grid_layer.h"
 #include "map/layers/layer.h"
+#include "map/layers/semantic_layer.h"
 
 namespace hypermap {
 
@@ -35,6 +37,10 @@ struct Snapshot {
 
   // Null when there is none.
   const Layer* FindLayer(absl::string_view name) const;
+  // The layer as one of cells or of objects. Null when there is none of that name, or it is not
+  // one.
+  const GridLayer* FindGrid(absl::string_view name) const;
+  const SemanticLayer* FindSemantic(absl::string_view name) const;
   // Of `layer_versions`; 0 when there is no such layer.
   Revision LayerVersionOf(absl::string_view layer) const;
   // NOT_FOUND naming the layer and the map.

@@ -22,13 +22,13 @@
 #include "absl/strings/str_cat.h"
 #include "absl/synchronization/mutex.h"
 #include "absl/time/time.h"
+#include "base/tls/server_credentials.h"
+#include "server/rpc/facilities.h"
+#include "server/rpc/request_log.h"
+#include "server/rpc/scratch_file.h"
+#include "server/rpc/worker_pool.h"
 #include "server/services/evidence_codec.h"
-#include "server/services/facilities.h"
 #include "server/services/grpc_server.h"
-#include "server/services/request_log.h"
-#include "server/services/scratch_file.h"
-#include "server/services/tls.h"
-#include "server/services/worker_pool.h"
 #include "server/session/site.h"
 #include "storage/geopackage/geopackage_store.h"
 
@@ -147,7 +147,6 @@ SessionOptions SessionOptionsOfFlags() {
   SessionOptions options;
   options.max_queue = absl::GetFlag(FLAGS_max_queue);
   options.edit_limits.max_cells_per_fill = absl::GetFlag(FLAGS_max_cells);
-  options.max_exploration_cells = absl::GetFlag(FLAGS_max_exploration_cells);
   options.retention.history_revisions = absl::GetFlag(FLAGS_history_revisions);
   options.retention.history_age = absl::GetFlag(FLAGS_history_age);
   options.retention.receipt_age = absl::GetFlag(FLAGS_receipt_age);
@@ -164,6 +163,7 @@ ServiceLimits LimitsOfFlags() {
   limits.max_nearest = absl::GetFlag(FLAGS_max_nearest);
   limits.max_points = absl::GetFlag(FLAGS_max_points);
   limits.max_import_bytes = absl::GetFlag(FLAGS_max_import_bytes);
+  limits.max_exploration_cells = absl::GetFlag(FLAGS_max_exploration_cells);
   limits.chunk_items = absl::GetFlag(FLAGS_chunk_items);
   limits.max_chunk_bytes = absl::GetFlag(FLAGS_max_chunk_bytes);
   limits.max_watchers = absl::GetFlag(FLAGS_max_watchers);

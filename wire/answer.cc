@@ -11,7 +11,7 @@
 #include "absl/strings/str_cat.h"
 #include "wire/field.h"
 #include "wire/layer.h"
-#include "wire/object_bytes.h"
+#include "wire/object.h"
 
 namespace hypermap::wire {
 namespace {
@@ -33,17 +33,17 @@ T* AddColumn(int size, google::protobuf::RepeatedField<T>* column) {
   return column->AddNAlreadyReserved(size);
 }
 
-void AppendCellMatch(const NearestAnswer::Entry& entry, std::string* bytes) {
+void EncodeMatch(const NearestAnswer::Entry& entry, v1::NearestMatch* match) {
   const LayerSpec& spec = entry.layer->spec();
-  v1::NearestMatch match;
-  match.set_layer(spec.name);
-  match.set_kind(EncodeLayerKind(spec.kind));
-  match.set_distance_m(entry.neighbour.distance_m);
-  if (spec.grid) {
+  match->set_layer(spec.name);
+  match->set_kind(EncodeLayerKind(spec.kind));
+  match->set_distance_m(entry.neighbour.distance_m);
+  if (entry.neighbour.object) {
+    EncodeObject(*entry.neighbour.object, entry.caller_from_layer, match->mutable_object());
+  } else if (spec.grid) {
     EncodeCellRuns(GeometryInFrame(*spec.grid, entry.caller_from_layer), {&entry.neighbour.cell, 1},
-                   match.mutable_cells());
+                   match->mutable_cells());
   }
-  match.AppendToString(bytes);
 }
 
 }  // namespace
@@ -104,8 +104,7 @@ void EncodeLayerContent(const Layer& layer, const PlanarTransform& caller_from_l
   message->set_status(EncodeAnswerStatus(content.status));
   if (content.value) message->set_value(*content.value);
   for (const ObjectPtr& object : content.objects) {
-    AppendObject(*object, caller_from_layer,
-                 AddField(v1::LayerContent::kObjectsFieldNumber, message));
+    EncodeObject(*object, caller_from_layer, message->add_objects());
   }
 }
 
@@ -122,23 +121,16 @@ size_t EncodeLayerPart(const LayerPart& part, size_t first_object, int64_t max_b
   size_t next = first_object;
   int64_t bytes = 0;
   while (next < part.part.objects.size() && bytes < max_bytes) {
-    std::string* const object = AddField(v1::LayerPart::kObjectsFieldNumber, message);
-    AppendObject(*part.part.objects[next++], part.caller_from_layer, object);
-    bytes += static_cast<int64_t>(object->size());
+    v1::Object* const object = message->add_objects();
+    EncodeObject(*part.part.objects[next++], part.caller_from_layer, object);
+    bytes += static_cast<int64_t>(object->ByteSizeLong());
   }
   return next;
 }
 
 void EncodeNearestAnswer(const NearestAnswer& answer, v1::QueryNearestResponse* message) {
   for (const NearestAnswer::Entry& entry : answer.entries) {
-    // All of them, as they are told in this order.
-    std::string* const bytes = AddField(v1::QueryNearestResponse::kMatchesFieldNumber, message);
-    if (entry.neighbour.object) {
-      AppendMatch(entry.layer->spec().name, entry.neighbour.distance_m, *entry.neighbour.object,
-                  entry.caller_from_layer, bytes);
-    } else {
-      AppendCellMatch(entry, bytes);
-    }
+    EncodeMatch(entry, message->add_matches());
   }
   for (const NearestAnswer::Refusal& refusal : answer.refusals) {
     v1::LayerRefusal* out = message->add_refusals();

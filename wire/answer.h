@@ -1,4 +1,4 @@
-// Answers to questions, on the wire. Their objects stand in the messages as bytes (object_bytes.h).
+// Answers to questions, on the wire.
 #ifndef HYPERMAP_WIRE_ANSWER_H_
 #define HYPERMAP_WIRE_ANSWER_H_
 
@@ -37,17 +37,6 @@ size_t EncodeLayerPart(const LayerPart& part, size_t first_object, int64_t max_b
 
 // Fills matches and refusals.
 void EncodeNearestAnswer(const NearestAnswer& answer, v1::QueryNearestResponse* message);
-
-// The layers and the frame of any of the queries' requests.
-template <typename Request>
-Scope DecodeScope(const Request& request) {
-  return {{request.layers().begin(), request.layers().end()}, request.frame_id()};
-}
-template <typename Request>
-void EncodeScope(const Scope& scope, Request* request) {
-  request->mutable_layers()->Assign(scope.layers.begin(), scope.layers.end());
-  request->set_frame_id(scope.frame_id);
-}
 
 }  // namespace hypermap::wire
 

@@ -23,7 +23,7 @@ LayerSpec GridSpec() {
 PutObject CupAt(double x) {
   PutObject put{"things", {}, ""};
   put.object.label = "cup";
-  put.object.polygon = Polygon::FromBox({{x, 0}, {x + 0.1, 0.1}});
+  put.object.shape = Polygon::FromBox({{x, 0}, {x + 0.1, 0.1}});
   return put;
 }
 
@@ -121,7 +121,7 @@ TEST(LayerContentOnTheWire, HoldsTheObjectsAtThePoint) {
   things = Received(things);
   ASSERT_EQ(things.objects_size(), 1);
   EXPECT_EQ(things.objects(0).label(), "cup");
-  EXPECT_EQ(things.objects(0).polygon().outer().points(0).x(), 2);
+  EXPECT_EQ(things.objects(0).shape().polygon().outer().xs(0), 2);
 }
 
 TEST(LayerPartOnTheWire, LargeObjectsSpreadOverMessages) {
@@ -205,17 +205,6 @@ TEST(NearestAnswerOnTheWire, CellIsARunOfOne) {
   const auto cells = DecodeCellRuns("cells", message.matches(0).cells());
   ASSERT_TRUE(cells.ok()) << cells.status();
   EXPECT_EQ(cells->runs, (std::vector<CellRun>{{0, 2, 3, 2.0}}));
-}
-
-TEST(ScopeOnTheWire, ComesBackEqualInEveryQuery) {
-  const Scope scope{{"b", "a"}, "dock"};
-  v1::QueryAreaRequest area;
-  EncodeScope(scope, &area);
-  EXPECT_EQ(DecodeScope(area).layers, scope.layers);
-  EXPECT_EQ(DecodeScope(area).frame_id, scope.frame_id);
-  v1::QueryNearestRequest nearest;
-  EncodeScope(scope, &nearest);
-  EXPECT_EQ(DecodeScope(nearest).layers, scope.layers);
 }
 
 }  // namespace

@@ -19,7 +19,7 @@ ObjectPtr Chair(Revision version) {
   auto object = std::make_shared<SemanticObject>();
   object->id = 4;
   object->label = "chair";
-  object->polygon = Polygon::FromBox({{0, 0}, {1, 2}});
+  object->shape = Polygon::FromBox({{0, 0}, {1, 2}});
   object->version = version;
   return object;
 }
@@ -53,7 +53,7 @@ TEST(ChangeOnTheWire, ObjectsAreInTheCallersFrame) {
   EXPECT_EQ(message.object_id(), 4);
   const auto now = DecodeObject("object", message.object());
   ASSERT_TRUE(now.ok()) << now.status();
-  EXPECT_EQ(now->polygon, kCallerFromLayer * Chair(9)->polygon);
+  EXPECT_EQ(now->shape, kCallerFromLayer * Chair(9)->shape);
   EXPECT_EQ(now->version, 9);
   EXPECT_EQ(message.object_before().version(), 7);
   EXPECT_FALSE(message.has_cells());

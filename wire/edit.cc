@@ -10,11 +10,13 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "base/status/status_macros.h"
 #include "wire/field.h"
 #include "wire/geometry.h"
 #include "wire/layer.h"
 #include "wire/object.h"
 #include "wire/time.h"
+#include "wire/version_01.h"
 
 namespace hypermap::wire {
 namespace {
@@ -24,22 +26,20 @@ constexpr double kUnknownValue = std::numeric_limits<double>::quiet_NaN();
 struct Encoder {
   v1::Edit* message;
 
-  absl::Status operator()(const PutObject& edit) const {
+  void operator()(const PutObject& edit) const {
     v1::PutObject* put = message->mutable_put_object();
     put->set_layer(edit.layer);
     put->set_frame_id(edit.frame_id);
     EncodeObject(edit.object, PlanarTransform(), put->mutable_object());
     if (edit.if_version) put->set_if_version(*edit.if_version);
     if (edit.time_to_live) EncodeDuration(*edit.time_to_live, put->mutable_time_to_live());
-    return absl::OkStatus();
   }
-  absl::Status operator()(const DeleteObject& edit) const {
+  void operator()(const DeleteObject& edit) const {
     message->mutable_delete_object()->set_layer(edit.layer);
     message->mutable_delete_object()->set_id(edit.id);
     if (edit.if_version) message->mutable_delete_object()->set_if_version(*edit.if_version);
-    return absl::OkStatus();
   }
-  absl::Status operator()(const WriteCells& edit) const {
+  void operator()(const WriteCells& edit) const {
     v1::WriteCells* write = message->mutable_write_cells();
     write->set_layer(edit.layer);
     EncodeCellBox(edit.box, write->mutable_box());
@@ -47,28 +47,27 @@ struct Encoder {
     for (const std::optional<double>& value : edit.values) {
       write->add_values(value.value_or(kUnknownValue));
     }
-    return absl::OkStatus();
   }
-  absl::Status operator()(const FillPolygon& edit) const {
+  void operator()(const FillPolygon& edit) const {
     v1::FillPolygon* fill = message->mutable_fill_polygon();
     fill->set_layer(edit.layer);
     EncodePolygon(edit.area, fill->mutable_area());
     fill->set_frame_id(edit.frame_id);
     fill->set_rule(EncodeCellRule(edit.rule));
     if (edit.value) fill->set_value(*edit.value);
-    return absl::OkStatus();
   }
-  absl::Status operator()(const SetAliases& edit) const {
+  void operator()(const SetAliases& edit) const {
     message->mutable_set_aliases()->set_layer(edit.layer);
     EncodeAliases(edit.aliases, message->mutable_set_aliases()->mutable_aliases());
-    return absl::OkStatus();
   }
-  absl::Status operator()(const CreateLayer&) const { return HasOwnRpc("CreateLayer"); }
-  absl::Status operator()(const DeleteLayer&) const { return HasOwnRpc("DeleteLayer"); }
-  absl::Status operator()(const SetTransform&) const { return HasOwnRpc("SetTransform"); }
-
-  static absl::Status HasOwnRpc(absl::string_view rpc) {
-    return absl::InvalidArgumentError(absl::StrCat(rpc, " is no edit of content, it has an rpc"));
+  void operator()(const CreateLayer& edit) const {
+    EncodeLayerSpec(edit.spec, message->mutable_create_layer()->mutable_layer());
+  }
+  void operator()(const DeleteLayer& edit) const {
+    message->mutable_delete_layer()->set_layer(edit.layer);
+  }
+  void operator()(const SetTransform& edit) const {
+    EncodeTransform(edit.transform, message->mutable_set_transform()->mutable_transform());
   }
 };
 
@@ -136,11 +135,22 @@ absl::StatusOr<Edit> DecodeSetAliases(const std::string& field, const v1::SetAli
   return SetAliases{message.layer(), *std::move(aliases)};
 }
 
+absl::StatusOr<Edit> DecodeCreateLayer(const std::string& field, const v1::CreateLayer& message) {
+  if (!message.has_layer()) return InvalidField(field + ".layer", "is missing");
+  HYPERMAP_ASSIGN_OR_RETURN(LayerSpec spec, DecodeLayerSpec(field + ".layer", message.layer()));
+  return CreateLayer{std::move(spec)};
+}
+
+absl::StatusOr<Edit> DecodeSetTransform(const std::string& field, const v1::SetTransform& message) {
+  if (!message.has_transform()) return InvalidField(field + ".transform", "is missing");
+  HYPERMAP_ASSIGN_OR_RETURN(FrameTransform transform,
+                            DecodeTransform(field + ".transform", message.transform()));
+  return SetTransform{std::move(transform)};
+}
+
 }  // namespace
 
-absl::Status EncodeEdit(const Edit& edit, v1::Edit* message) {
-  return std::visit(Encoder{message}, edit);
-}
+void EncodeEdit(const Edit& edit, v1::Edit* message) { std::visit(Encoder{message}, edit); }
 
 void EncodeLayerVersions(const std::vector<LayerVersion>& versions,
                          google::protobuf::RepeatedPtrField<v1::LayerVersion>* messages) {
@@ -165,6 +175,12 @@ absl::StatusOr<Edit> DecodeEdit(absl::string_view field, const v1::Edit& message
                                limits);
     case v1::Edit::kSetAliases:
       return DecodeSetAliases(absl::StrCat(field, ".set_aliases"), message.set_aliases());
+    case v1::Edit::kCreateLayer:
+      return DecodeCreateLayer(absl::StrCat(field, ".create_layer"), message.create_layer());
+    case v1::Edit::kDeleteLayer:
+      return DeleteLayer{message.delete_layer().layer()};
+    case v1::Edit::kSetTransform:
+      return DecodeSetTransform(absl::StrCat(field, ".set_transform"), message.set_transform());
     case v1::Edit::EDIT_NOT_SET:
       break;
   }
@@ -202,12 +218,10 @@ absl::StatusOr<std::vector<LayerVersion>> DecodeLayerVersions(
   return versions;
 }
 
-absl::StatusOr<std::string> EditsToBytes(const EditBatch& batch) {
+std::string EditsToBytes(const EditBatch& batch) {
   v1::ApplyEditsRequest message;
   EncodeLayerVersions(batch.if_layers, message.mutable_if_layers());
-  for (const Edit& edit : batch.edits) {
-    if (absl::Status status = EncodeEdit(edit, message.add_edits()); !status.ok()) return status;
-  }
+  for (const Edit& edit : batch.edits) EncodeEdit(edit, message.add_edits());
   return message.SerializeAsString();
 }
 
@@ -216,6 +230,7 @@ absl::StatusOr<EditBatch> EditsFromBytes(absl::string_view bytes) {
   if (!message.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) {
     return absl::DataLossError("the bytes are no batch of edits");
   }
+  UpgradeFrom01(&message);
   // What is too large is for the server to say.
   constexpr DecodeLimits kNone{std::numeric_limits<int>::max(), std::numeric_limits<int>::max(),
                                std::numeric_limits<int64_t>::max()};

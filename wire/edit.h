@@ -16,9 +16,7 @@
 
 namespace hypermap::wire {
 
-// INVALID_ARGUMENT for edits that have an rpc of their own (CreateLayer, DeleteLayer,
-// SetTransform).
-absl::Status EncodeEdit(const Edit& edit, v1::Edit* message);
+void EncodeEdit(const Edit& edit, v1::Edit* message);
 
 void EncodeLayerVersions(const std::vector<LayerVersion>& versions,
                          google::protobuf::RepeatedPtrField<v1::LayerVersion>* messages);
@@ -34,8 +32,8 @@ absl::StatusOr<EditBatch> DecodeEdits(const google::protobuf::RepeatedPtrField<v
 absl::StatusOr<std::vector<LayerVersion>> DecodeLayerVersions(
     absl::string_view field, const google::protobuf::RepeatedPtrField<v1::LayerVersion>& messages);
 
-// A batch as bytes, to be kept until it can be sent. Errors as EncodeEdit.
-absl::StatusOr<std::string> EditsToBytes(const EditBatch& batch);
+// A batch as bytes, to be kept until it can be sent.
+std::string EditsToBytes(const EditBatch& batch);
 // DATA_LOSS for bytes that are none; INVALID_ARGUMENT for what a server would not take either.
 absl::StatusOr<EditBatch> EditsFromBytes(absl::string_view bytes);
 

@@ -12,7 +12,7 @@
 #include "map/exploration/exploration_objects.h"
 #include "map/exploration/explorer.h"
 #include "map/frames/planar_transform.h"
-#include "map/layers/grid/grid_geometry.h"
+#include "map/grid/grid_geometry.h"
 
 namespace hypermap::wire {
 

@@ -1,5 +1,6 @@
 #include "wire/geometry.h"
 
+#include <array>
 #include <cmath>
 #include <iterator>
 #include <string>
@@ -8,29 +9,47 @@
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
+#include "base/status/status_macros.h"
 #include "wire/field.h"
 
 namespace hypermap::wire {
 namespace {
 
-void EncodeRing(const Ring& ring, v1::Ring* message) {
-  message->mutable_points()->Reserve(static_cast<int>(ring.size()));
-  for (const Point& p : ring) EncodePoint(p, message->add_points());
+constexpr std::array<std::pair<ShapeKind, v1::ShapeKind>, 3> kShapeKinds{{
+    {ShapeKind::kPolygon, v1::SHAPE_KIND_POLYGON},
+    {ShapeKind::kLineString, v1::SHAPE_KIND_LINE_STRING},
+    {ShapeKind::kPoint, v1::SHAPE_KIND_POINT},
+}};
+
+// Fills the columns of a v1::Ring or v1::LineString.
+template <typename Columns>
+void EncodeVertices(const std::vector<Point>& vertices, Columns* message) {
+  const int size = static_cast<int>(vertices.size());
+  message->mutable_xs()->Reserve(size);
+  message->mutable_ys()->Reserve(size);
+  double* x = message->mutable_xs()->AddNAlreadyReserved(size);
+  double* y = message->mutable_ys()->AddNAlreadyReserved(size);
+  for (const Point& p : vertices) {
+    *x++ = p.x;
+    *y++ = p.y;
+  }
 }
 
-absl::StatusOr<Ring> DecodeRing(absl::string_view polygon_field, absl::string_view ring_name,
-                                const v1::Ring& message) {
-  Ring ring;
-  ring.reserve(message.points_size());
-  for (const v1::Point& vertex : message.points()) {
-    const Point p{vertex.x(), vertex.y()};
-    if (!IsFinite(p)) {
-      return InvalidField(absl::StrCat(polygon_field, ".", ring_name, ".points[", ring.size(), "]"),
-                          "is not finite");
-    }
-    ring.push_back(p);
+template <typename Columns>
+absl::StatusOr<std::vector<Point>> DecodeVertices(const std::string& field,
+                                                  const Columns& message) {
+  if (message.xs_size() != message.ys_size()) {
+    return InvalidField(
+        field, absl::StrCat("has ", message.xs_size(), " xs and ", message.ys_size(), " ys"));
   }
-  return ring;
+  std::vector<Point> vertices(message.xs_size());
+  for (int i = 0; i < message.xs_size(); ++i) {
+    vertices[i] = {message.xs(i), message.ys(i)};
+    if (!IsFinite(vertices[i])) {
+      return InvalidField(absl::StrCat(field, "[", i, "]"), "is not finite");
+    }
+  }
+  return vertices;
 }
 
 // The outer ring first.
@@ -38,25 +57,29 @@ absl::StatusOr<Rings> DecodeRings(absl::string_view field, const v1::Polygon& me
   if (!message.has_outer()) return InvalidField(absl::StrCat(field, ".outer"), "is missing");
   Rings rings;
   rings.reserve(1 + message.holes_size());
-  absl::StatusOr<Ring> outer = DecodeRing(field, "outer", message.outer());
-  if (!outer.ok()) return outer.status();
-  rings.push_back(*std::move(outer));
+  HYPERMAP_ASSIGN_OR_RETURN(Ring outer,
+                            DecodeVertices(absl::StrCat(field, ".outer"), message.outer()));
+  rings.push_back(std::move(outer));
   for (const v1::Ring& hole : message.holes()) {
-    absl::StatusOr<Ring> ring =
-        DecodeRing(field, absl::StrCat("holes[", rings.size() - 1, "]"), hole);
-    if (!ring.ok()) return ring.status();
-    rings.push_back(*std::move(ring));
+    HYPERMAP_ASSIGN_OR_RETURN(
+        Ring ring, DecodeVertices(absl::StrCat(field, ".holes[", rings.size() - 1, "]"), hole));
+    rings.push_back(std::move(ring));
   }
   return rings;
 }
 
-absl::Status CheckVertices(absl::string_view field, const v1::Polygon& message,
-                           const DecodeLimits& limits) {
-  int64_t vertices = message.outer().points_size();
-  for (const v1::Ring& hole : message.holes()) vertices += hole.points_size();
+absl::Status CheckNumVertices(absl::string_view field, int64_t vertices,
+                              const DecodeLimits& limits) {
   if (vertices <= limits.max_vertices) return absl::OkStatus();
   return absl::ResourceExhaustedError(
       absl::StrCat(field, " has ", vertices, " vertices, --max_vertices is ", limits.max_vertices));
+}
+
+absl::Status CheckVertices(absl::string_view field, const v1::Polygon& message,
+                           const DecodeLimits& limits) {
+  int64_t vertices = message.outer().xs_size();
+  for (const v1::Ring& hole : message.holes()) vertices += hole.xs_size();
+  return CheckNumVertices(field, vertices, limits);
 }
 
 }  // namespace
@@ -69,7 +92,18 @@ void EncodePoint(const Point& p, v1::Point* message) {
 void EncodePolygon(const Polygon& polygon, v1::Polygon* message) {
   const Rings& rings = polygon.rings();
   for (size_t i = 0; i < rings.size(); ++i) {
-    EncodeRing(rings[i], i == 0 ? message->mutable_outer() : message->add_holes());
+    EncodeVertices(rings[i], i == 0 ? message->mutable_outer() : message->add_holes());
+  }
+}
+
+void EncodeShape(const Shape& shape, v1::Shape* message) {
+  switch (shape.kind()) {
+    case ShapeKind::kPolygon:
+      return EncodePolygon(shape.polygon(), message->mutable_polygon());
+    case ShapeKind::kLineString:
+      return EncodeVertices(shape.line_string().vertices(), message->mutable_line_string());
+    case ShapeKind::kPoint:
+      return EncodePoint(shape.point(), message->mutable_point());
   }
 }
 
@@ -126,6 +160,69 @@ absl::StatusOr<Polygon> DecodePolygon(absl::string_view field, const v1::Polygon
     if (ring.size() < 3) return InvalidField(field, "has a ring of fewer than 3 vertices");
   }
   return Polygon::MakeUnchecked(*std::move(rings));
+}
+
+absl::StatusOr<Shape> DecodeShape(absl::string_view field, const v1::Shape& message,
+                                  const DecodeLimits& limits) {
+  switch (message.shape_case()) {
+    case v1::Shape::kPolygon:
+      return DecodePolygon(absl::StrCat(field, ".polygon"), message.polygon(), limits);
+    case v1::Shape::kLineString: {
+      const std::string line_field = absl::StrCat(field, ".line_string");
+      HYPERMAP_RETURN_IF_ERROR(
+          CheckNumVertices(line_field, message.line_string().xs_size(), limits));
+      HYPERMAP_ASSIGN_OR_RETURN(std::vector<Point> vertices,
+                                DecodeVertices(line_field, message.line_string()));
+      absl::StatusOr<LineString> line = LineString::Make(std::move(vertices));
+      if (!line.ok()) return InField(line_field, line.status());
+      return *std::move(line);
+    }
+    case v1::Shape::kPoint: {
+      absl::StatusOr<Shape> point = Shape::MakePoint({message.point().x(), message.point().y()});
+      if (!point.ok()) return InField(field, point.status());
+      return point;
+    }
+    case v1::Shape::SHAPE_NOT_SET:
+      break;
+  }
+  return InvalidField(field, "is missing");
+}
+
+absl::StatusOr<Shape> DecodeShape(absl::string_view field, const v1::Shape& message) {
+  switch (message.shape_case()) {
+    case v1::Shape::kPolygon:
+      return DecodePolygon(absl::StrCat(field, ".polygon"), message.polygon());
+    case v1::Shape::kLineString: {
+      const std::string line_field = absl::StrCat(field, ".line_string");
+      HYPERMAP_ASSIGN_OR_RETURN(std::vector<Point> vertices,
+                                DecodeVertices(line_field, message.line_string()));
+      if (vertices.size() < 2) return InvalidField(line_field, "has fewer than 2 vertices");
+      return LineString::MakeUnchecked(std::move(vertices));
+    }
+    case v1::Shape::kPoint: {
+      HYPERMAP_ASSIGN_OR_RETURN(const Point point,
+                                DecodePoint(absl::StrCat(field, ".point"), message.point()));
+      return Shape::MakePointUnchecked(point);
+    }
+    case v1::Shape::SHAPE_NOT_SET:
+      break;
+  }
+  return InvalidField(field, "is missing");
+}
+
+v1::ShapeKind EncodeShapeKind(ShapeKind kind) {
+  for (const auto& [domain, message] : kShapeKinds) {
+    if (domain == kind) return message;
+  }
+  return v1::SHAPE_KIND_UNSPECIFIED;
+}
+
+absl::StatusOr<ShapeKind> DecodeShapeKind(absl::string_view field, v1::ShapeKind kind) {
+  for (const auto& [domain, message] : kShapeKinds) {
+    if (message == kind) return domain;
+  }
+  if (kind == v1::SHAPE_KIND_UNSPECIFIED) return InvalidField(field, "is missing");
+  return InvalidField(field, absl::StrCat("is not a known kind: ", static_cast<int>(kind)));
 }
 
 }  // namespace hypermap::wire

@@ -5,8 +5,8 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "map/layers/grid/grid_layer.h"
-#include "map/layers/layer_registry.h"
+#include "base/status/status_macros.h"
+#include "map/layers/grid_layer.h"
 #include "wire/field.h"
 #include "wire/geometry.h"
 
@@ -118,15 +118,44 @@ void EncodeLayerSpec(const LayerSpec& spec, v1::Layer* message) {
   }
   message->set_unit(spec.unit);
   EncodeAliases(spec.aliases, message->mutable_aliases());
+  if (spec.shape_kinds.ContainsAll()) return;
+  for (const ShapeKind kind : kAllShapeKinds) {
+    if (spec.shape_kinds.Contains(kind)) message->add_shape_kinds(EncodeShapeKind(kind));
+  }
+}
+
+void EncodeLayerProperties(const LayerProperties& properties, v1::LayerProperties* message) {
+  message->set_has_cells(properties.has_cells);
+  message->set_has_shapes(properties.has_shapes);
+  message->set_unit(properties.unit);
+  if (properties.value_range) {
+    message->mutable_value_range()->set_min(properties.value_range->min);
+    message->mutable_value_range()->set_max(properties.value_range->max);
+  }
+  for (const std::string& word : properties.words) message->add_words(word);
+  message->set_is_binary(properties.is_binary);
+}
+
+LayerProperties DecodeLayerProperties(const v1::LayerProperties& message) {
+  LayerProperties properties;
+  properties.has_cells = message.has_cells();
+  properties.has_shapes = message.has_shapes();
+  properties.unit = message.unit();
+  if (message.has_value_range()) {
+    properties.value_range = {message.value_range().min(), message.value_range().max()};
+  }
+  properties.words = {message.words().begin(), message.words().end()};
+  properties.is_binary = message.is_binary();
+  return properties;
 }
 
 void EncodeLayer(const Layer& layer, v1::Layer* message, Revision version) {
   EncodeLayerSpec(layer.spec(), message);
   message->set_version(version);
   message->set_size(layer.Size());
-  if (!IsGridKind(layer.spec().kind)) return;
-  const CellBox& extent = static_cast<const GridLayer&>(layer).extent();
-  if (!extent.empty()) EncodeCellBox(extent, message->mutable_extent());
+  EncodeLayerProperties(PropertiesOf(layer.spec()), message->mutable_properties());
+  const GridLayer* grid = AsGrid(&layer);
+  if (grid && !grid->extent().empty()) EncodeCellBox(grid->extent(), message->mutable_extent());
 }
 
 absl::StatusOr<LayerSpec> DecodeLayerSpec(absl::string_view field, const v1::Layer& message) {
@@ -157,6 +186,14 @@ absl::StatusOr<LayerSpec> DecodeLayerSpec(absl::string_view field, const v1::Lay
       DecodeAliases(absl::StrCat(field, ".aliases"), message.aliases());
   if (!aliases.ok()) return aliases.status();
   spec.aliases = *std::move(aliases);
+  if (message.shape_kinds().empty()) return spec;
+  spec.shape_kinds = ShapeKinds({});
+  for (int i = 0; i < message.shape_kinds_size(); ++i) {
+    HYPERMAP_ASSIGN_OR_RETURN(
+        const ShapeKind shape_kind,
+        DecodeShapeKind(absl::StrCat(field, ".shape_kinds[", i, "]"), message.shape_kinds(i)));
+    spec.shape_kinds.Add(shape_kind);
+  }
   return spec;
 }
 

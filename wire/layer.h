@@ -5,8 +5,9 @@
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
 #include "hypermap/v1/layer.pb.h"
-#include "map/layers/grid/grid_geometry.h"
+#include "map/grid/grid_geometry.h"
 #include "map/layers/layer.h"
+#include "map/layers/layer_properties.h"
 #include "map/layers/layer_spec.h"
 #include "map/snapshot.h"
 
@@ -18,8 +19,10 @@ void EncodeGridGeometry(const GridGeometry& geometry, v1::GridGeometry* message)
 void EncodeCellBox(const CellBox& box, v1::CellBox* message);
 void EncodeAliases(const ValueAliases& aliases,
                    google::protobuf::RepeatedPtrField<v1::ValueAlias>* message);
+void EncodeLayerProperties(const LayerProperties& properties, v1::LayerProperties* message);
+LayerProperties DecodeLayerProperties(const v1::LayerProperties& message);
 void EncodeLayerSpec(const LayerSpec& spec, v1::Layer* message);
-// The spec with the layer's size, extent and version.
+// The spec with the layer's size, extent, version and properties.
 void EncodeLayer(const Layer& layer, v1::Layer* message, Revision version = 0);
 
 // INVALID_ARGUMENT for a kind that is missing or not known.
@@ -33,7 +36,7 @@ CellBox DecodeCellBox(const v1::CellBox& message);
 absl::StatusOr<ValueAliases> DecodeAliases(
     absl::string_view field, const google::protobuf::RepeatedPtrField<v1::ValueAlias>& message);
 // Leaves what Validate(LayerSpec) checks to it: an empty frame_id of a request is still to be
-// replaced by the map's own. Size, extent and version are not looked at.
+// replaced by the map's own. Size, extent, version and properties are not looked at.
 absl::StatusOr<LayerSpec> DecodeLayerSpec(absl::string_view field, const v1::Layer& message);
 
 }  // namespace hypermap::wire

@@ -1,5 +1,6 @@
 #include "wire/layer.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <limits>
@@ -11,6 +12,8 @@
 
 namespace hypermap::wire {
 namespace {
+
+using ::testing::Contains;
 
 LayerSpec SpecOf(LayerKind kind) {
   LayerSpec spec;
@@ -37,6 +40,59 @@ TEST(LayerOnTheWire, SpecsOfEveryKindComeBackEqual) {
     ASSERT_TRUE(decoded.ok()) << decoded.status();
     EXPECT_EQ(*decoded, SpecOf(kind));
   }
+}
+
+TEST(LayerOnTheWire, ShapeKindsComeBackEqual) {
+  for (const ShapeKinds& kinds : {ShapeKinds(), ShapeKinds{ShapeKind::kPoint},
+                                  ShapeKinds{ShapeKind::kLineString, ShapeKind::kPolygon}}) {
+    LayerSpec spec = SpecOf(LayerKind::kSemantic);
+    spec.shape_kinds = kinds;
+    v1::Layer message;
+    EncodeLayerSpec(spec, &message);
+    const auto decoded = DecodeLayerSpec("layer", message);
+    ASSERT_TRUE(decoded.ok()) << decoded.status();
+    EXPECT_EQ(decoded->shape_kinds, kinds);
+  }
+}
+
+TEST(LayerOnTheWire, LayerOfAllShapesListsNone) {
+  v1::Layer message;
+  EncodeLayerSpec(SpecOf(LayerKind::kSemantic), &message);
+  EXPECT_TRUE(message.shape_kinds().empty());
+}
+
+TEST(LayerOnTheWire, PropertiesOfEveryKindComeBackEqual) {
+  for (const LayerKind kind :
+       {LayerKind::kOccupancy, LayerKind::kExploration, LayerKind::kSemantic, LayerKind::kScalar}) {
+    SCOPED_TRACE(LayerKindName(kind).data());
+    const LayerProperties properties = PropertiesOf(SpecOf(kind));
+    v1::Layer message;
+    EncodeLayer(*MakeEmptyLayer(SpecOf(kind)), &message);
+    EXPECT_EQ(DecodeLayerProperties(message.properties()), properties);
+  }
+}
+
+TEST(LayerOnTheWire, PropertiesSayWhatTheLayerHolds) {
+  v1::Layer semantic;
+  EncodeLayer(*MakeEmptyLayer(SpecOf(LayerKind::kSemantic)), &semantic);
+  EXPECT_TRUE(semantic.properties().has_shapes());
+  EXPECT_FALSE(semantic.properties().has_cells());
+  v1::Layer scalar;
+  EncodeLayer(*MakeEmptyLayer(SpecOf(LayerKind::kScalar)), &scalar);
+  EXPECT_TRUE(scalar.properties().has_cells());
+  EXPECT_FALSE(scalar.properties().has_shapes());
+  EXPECT_EQ(scalar.properties().unit(), "dBm");
+  EXPECT_FALSE(scalar.properties().has_value_range());
+  v1::Layer occupancy;
+  EncodeLayer(*MakeEmptyLayer(SpecOf(LayerKind::kOccupancy)), &occupancy);
+  EXPECT_EQ(occupancy.properties().value_range().min(), 0.0);
+  EXPECT_EQ(occupancy.properties().value_range().max(), 1.0);
+  EXPECT_FALSE(occupancy.properties().is_binary());
+  EXPECT_THAT(occupancy.properties().words(), Contains("free"));
+  v1::Layer exploration;
+  EncodeLayer(*MakeEmptyLayer(SpecOf(LayerKind::kExploration)), &exploration);
+  EXPECT_TRUE(exploration.properties().is_binary());
+  EXPECT_THAT(exploration.properties().words(), Contains("unexplored"));
 }
 
 TEST(LayerOnTheWire, ThresholdsLeftOutAreTheDefaults) {
@@ -66,6 +122,11 @@ TEST(LayerOnTheWire, BadOnesNameTheField) {
   EXPECT_EQ(DecodeLayerSpec("layer", message).status(),
             absl::InvalidArgumentError("layer.aliases[2].alias stands there twice"));
   message.clear_aliases();
+  message.add_shape_kinds(v1::SHAPE_KIND_POINT);
+  message.add_shape_kinds(static_cast<v1::ShapeKind>(8));
+  EXPECT_EQ(DecodeLayerSpec("layer", message).status(),
+            absl::InvalidArgumentError("layer.shape_kinds[1] is not a known kind: 8"));
+  message.clear_shape_kinds();
   message.set_kind(v1::LAYER_KIND_SCALAR);
   message.mutable_grid()->mutable_origin()->set_x(std::numeric_limits<double>::quiet_NaN());
   EXPECT_EQ(DecodeLayerSpec("layer", message).status(),

@@ -6,6 +6,7 @@
 #include <variant>
 
 #include "absl/strings/str_cat.h"
+#include "base/status/status_macros.h"
 #include "wire/field.h"
 #include "wire/geometry.h"
 #include "wire/time.h"
@@ -24,9 +25,25 @@ void EncodeAttribute(const AttributeValue& value, v1::AttributeValue* message) {
   std::visit(Visitor{message}, value);
 }
 
-void EncodeFootprint(const Polygon& polygon, v1::Object* message) {
-  EncodePolygon(polygon, message->mutable_polygon());
-  EncodePoint(Centroid(polygon), message->mutable_centroid());
+void EncodeShapeFields(const Shape& shape, v1::Object* message) {
+  EncodeShape(shape, message->mutable_shape());
+  EncodePoint(Centroid(shape), message->mutable_centroid());
+}
+
+// Classes, height, tags, attributes and the time of its end, which few objects have.
+void EncodeRareFields(const SemanticObject& object, v1::Object* message) {
+  if (!object.classes.empty()) {
+    message->mutable_classes()->insert(object.classes.begin(), object.classes.end());
+  }
+  if (object.height) {
+    message->mutable_height()->set_low_m(object.height->low_m);
+    message->mutable_height()->set_high_m(object.height->high_m);
+  }
+  for (const std::string& tag : object.tags) message->add_tags(tag);
+  for (const auto& [name, value] : object.attributes) {
+    EncodeAttribute(value, &(*message->mutable_attributes())[name]);
+  }
+  if (object.expires_at) EncodeTime(*object.expires_at, message->mutable_expire_time());
 }
 
 absl::StatusOr<AttributeValue> DecodeAttribute(absl::string_view field,
@@ -46,7 +63,7 @@ absl::StatusOr<AttributeValue> DecodeAttribute(absl::string_view field,
   return InvalidField(field, "has no value");
 }
 
-// All of the object but its polygon.
+// All of the object but its shape.
 absl::StatusOr<SemanticObject> DecodeProperties(absl::string_view field,
                                                 const v1::Object& message) {
   SemanticObject object;
@@ -67,36 +84,18 @@ absl::StatusOr<SemanticObject> DecodeProperties(absl::string_view field,
   return object;
 }
 
-// `decode_polygon` takes the polygon's field and message.
-template <typename DecodePolygonMessage>
+// `decode_shape` takes the shape's field and message.
+template <typename DecodeShapeMessage>
 absl::StatusOr<SemanticObject> DecodeWith(absl::string_view field, const v1::Object& message,
-                                          DecodePolygonMessage decode_polygon) {
-  const std::string polygon_field = absl::StrCat(field, ".polygon");
-  if (!message.has_polygon()) return InvalidField(polygon_field, "is missing");
-  absl::StatusOr<SemanticObject> object = DecodeProperties(field, message);
-  if (!object.ok()) return object.status();
-  absl::StatusOr<Polygon> polygon = decode_polygon(polygon_field, message.polygon());
-  if (!polygon.ok()) return polygon.status();
-  object->polygon = *std::move(polygon);
+                                          DecodeShapeMessage decode_shape) {
+  const std::string shape_field = absl::StrCat(field, ".shape");
+  if (!message.has_shape()) return InvalidField(shape_field, "is missing");
+  HYPERMAP_ASSIGN_OR_RETURN(SemanticObject object, DecodeProperties(field, message));
+  HYPERMAP_ASSIGN_OR_RETURN(object.shape, decode_shape(shape_field, message.shape()));
   return object;
 }
 
 }  // namespace
-
-void EncodeRareFields(const SemanticObject& object, v1::Object* message) {
-  if (!object.classes.empty()) {
-    message->mutable_classes()->insert(object.classes.begin(), object.classes.end());
-  }
-  if (object.height) {
-    message->mutable_height()->set_low_m(object.height->low_m);
-    message->mutable_height()->set_high_m(object.height->high_m);
-  }
-  for (const std::string& tag : object.tags) message->add_tags(tag);
-  for (const auto& [name, value] : object.attributes) {
-    EncodeAttribute(value, &(*message->mutable_attributes())[name]);
-  }
-  if (object.expires_at) EncodeTime(*object.expires_at, message->mutable_expire_time());
-}
 
 void EncodeObject(const SemanticObject& object, const PlanarTransform& caller_from_object,
                   v1::Object* message) {
@@ -104,9 +103,9 @@ void EncodeObject(const SemanticObject& object, const PlanarTransform& caller_fr
   message->set_label(object.label);
   message->set_existence(object.existence);
   if (caller_from_object.IsIdentity()) {
-    EncodeFootprint(object.polygon, message);
+    EncodeShapeFields(object.shape, message);
   } else {
-    EncodeFootprint(caller_from_object * object.polygon, message);
+    EncodeShapeFields(caller_from_object * object.shape, message);
   }
   message->set_version(object.version);
   EncodeRareFields(object, message);
@@ -114,19 +113,19 @@ void EncodeObject(const SemanticObject& object, const PlanarTransform& caller_fr
 
 absl::StatusOr<SemanticObject> DecodeObject(absl::string_view field, const v1::Object& message,
                                             const DecodeLimits& limits) {
-  return DecodeWith(field, message, [&](absl::string_view polygon_field, const v1::Polygon& p) {
-    return DecodePolygon(polygon_field, p, limits);
+  return DecodeWith(field, message, [&](absl::string_view shape_field, const v1::Shape& shape) {
+    return DecodeShape(shape_field, shape, limits);
   });
 }
 
 absl::StatusOr<SemanticObject> DecodeObject(absl::string_view field, const v1::Object& message) {
-  absl::StatusOr<SemanticObject> object =
-      DecodeWith(field, message, [](absl::string_view polygon_field, const v1::Polygon& p) {
-        return DecodePolygon(polygon_field, p);
-      });
-  if (!object.ok()) return object.status();
-  object->version = message.version();
-  if (message.has_expire_time()) object->expires_at = DecodeTime(message.expire_time());
+  HYPERMAP_ASSIGN_OR_RETURN(
+      SemanticObject object,
+      DecodeWith(field, message, [](absl::string_view shape_field, const v1::Shape& shape) {
+        return DecodeShape(shape_field, shape);
+      }));
+  object.version = message.version();
+  if (message.has_expire_time()) object.expires_at = DecodeTime(message.expire_time());
   return object;
 }
 

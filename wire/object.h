@@ -6,21 +6,17 @@
 #include "absl/strings/string_view.h"
 #include "hypermap/v1/object.pb.h"
 #include "map/frames/planar_transform.h"
-#include "map/layers/semantic_object.h"
+#include "map/objects/semantic_object.h"
 #include "wire/limits.h"
 
 namespace hypermap::wire {
 
-// The object with its polygon and centroid in the caller's frame.
+// The object with its shape and centroid in the caller's frame.
 void EncodeObject(const SemanticObject& object, const PlanarTransform& caller_from_object,
                   v1::Object* message);
 
-// The part of it that few objects have: classes, height, tags, attributes and end.
-void EncodeRareFields(const SemanticObject& object, v1::Object* message);
-
-// An object of a request; its polygon must be there. Its version and its end are the map's to
-// tell and are not looked at. Leaves what Validate(SemanticObject) checks to
-// it.
+// An object of a request; its shape must be there. Version and expire_time are ignored, as the map
+// sets them. Leaves what Validate(SemanticObject) checks to it.
 absl::StatusOr<SemanticObject> DecodeObject(absl::string_view field, const v1::Object& message,
                                             const DecodeLimits& limits);
 

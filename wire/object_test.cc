@@ -15,7 +15,7 @@ SemanticObject Desk() {
   object.label = "Schreibtisch für zwei";
   object.classes = {{"table", 0.7}, {"desk", 1.0}};
   object.existence = 0.25;
-  object.polygon =
+  object.shape =
       *Polygon::Make({{0, 0}, {2, 0}, {2, 1}, {0, 1}}, {{{0.5, 0.2}, {1, 0.2}, {1, 0.4}}});
   object.height = HeightRange{0.0, 0.75};
   object.tags = {"furniture", "b", "a"};
@@ -69,16 +69,31 @@ TEST(ObjectOnTheWire, RandomOnesComeBackEqualThroughBytes) {
   }
 }
 
-TEST(ObjectOnTheWire, PolygonAndCentroidAreInTheCallersFrame) {
+TEST(ObjectOnTheWire, ShapeAndCentroidAreInTheCallersFrame) {
   const PlanarTransform map_from_dock(10.0, 20.0, 1.25);
   v1::Object message;
   EncodeObject(Desk(), map_from_dock, &message);
   const auto decoded = DecodeObject("object", message);
   ASSERT_TRUE(decoded.ok()) << decoded.status();
-  EXPECT_EQ(decoded->polygon, map_from_dock * Desk().polygon);
-  const Point centroid = map_from_dock * Centroid(Desk().polygon);
+  EXPECT_EQ(decoded->shape, map_from_dock * Desk().shape);
+  const Point centroid = map_from_dock * Centroid(Desk().shape);
   EXPECT_NEAR(message.centroid().x(), centroid.x, 1e-9);
   EXPECT_NEAR(message.centroid().y(), centroid.y, 1e-9);
+}
+
+TEST(ObjectOnTheWire, CentroidOfALineIsThatOfItsLength) {
+  SemanticObject lane;
+  lane.label = "lane";
+  lane.shape = *LineString::Make({{0, 0}, {4, 0}, {4, 2}});
+  v1::Object message;
+  EncodeObject(lane, PlanarTransform(), &message);
+  EXPECT_DOUBLE_EQ(message.centroid().x(), (4 * 2 + 2 * 4) / 6.0);
+  EXPECT_DOUBLE_EQ(message.centroid().y(), (4 * 0 + 2 * 1) / 6.0);
+  lane.shape = *Shape::MakePoint({0.1, -7.5});
+  message.Clear();
+  EncodeObject(lane, PlanarTransform(), &message);
+  EXPECT_EQ(message.centroid().x(), 0.1);
+  EXPECT_EQ(message.centroid().y(), -7.5);
 }
 
 TEST(ObjectOnTheWire, ExistenceLeftOutIsCertain) {
@@ -93,15 +108,20 @@ TEST(ObjectOnTheWire, ExistenceLeftOutIsCertain) {
 TEST(ObjectOnTheWire, BadOnesNameTheField) {
   v1::Object message;
   EXPECT_EQ(DecodeObject("object", message, DecodeLimits()).status(),
-            absl::InvalidArgumentError("object.polygon is missing"));
+            absl::InvalidArgumentError("object.shape is missing"));
   EncodeObject(Desk(), PlanarTransform(), &message);
   (*message.mutable_attributes())["color"];
   EXPECT_EQ(DecodeObject("object", message, DecodeLimits()).status(),
             absl::InvalidArgumentError("object.attributes[color] has no value"));
   message.clear_attributes();
-  message.mutable_polygon()->mutable_outer()->mutable_points()->DeleteSubrange(2, 2);
+  v1::Ring* outer = message.mutable_shape()->mutable_polygon()->mutable_outer();
+  outer->mutable_xs()->Truncate(2);
   EXPECT_EQ(DecodeObject("object", message, DecodeLimits()).status(),
-            absl::InvalidArgumentError("object.polygon: outer has fewer than 3 distinct vertices"));
+            absl::InvalidArgumentError("object.shape.polygon.outer has 2 xs and 4 ys"));
+  outer->mutable_ys()->Truncate(2);
+  EXPECT_EQ(
+      DecodeObject("object", message, DecodeLimits()).status(),
+      absl::InvalidArgumentError("object.shape.polygon: outer has fewer than 3 distinct vertices"));
 }
 
 }  // namespace

@@ -12,6 +12,7 @@
 #include "wire/geometry.h"
 #include "wire/object.h"
 #include "wire/time.h"
+#include "wire/version_01.h"
 
 namespace hypermap::wire {
 namespace {
@@ -236,6 +237,7 @@ absl::StatusOr<Message> FromBytes(absl::string_view bytes) {
   Message message;
   if (bytes.size() <= std::numeric_limits<int>::max() &&
       message.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) {
+    UpgradeFrom01(&message);
     return message;
   }
   return absl::DataLossError("not a message of its kind");
@@ -279,6 +281,13 @@ absl::StatusOr<Observation> DecodeObservation(absl::string_view field,
 std::string ObservationToBytes(const Observation& observation) {
   v1::Observation message;
   EncodeObservation(observation, &message);
+  return ToBytes(message);
+}
+
+std::string ObservationToBytes01(const Observation& observation) {
+  v1::Observation message;
+  EncodeObservation(observation, &message);
+  DowngradeTo01(&message);
   return ToBytes(message);
 }
 

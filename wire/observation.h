@@ -21,6 +21,8 @@ absl::StatusOr<Observation> DecodeObservation(absl::string_view field,
 
 // As bytes: exact, and the same for equal observations.
 std::string ObservationToBytes(const Observation& observation);
+// The bytes that ObservationToBytes of version 0.1 made.
+std::string ObservationToBytes01(const Observation& observation);
 // DATA_LOSS for bytes that are none. Polygons are taken to be valid.
 absl::StatusOr<Observation> ObservationFromBytes(absl::string_view bytes);
 

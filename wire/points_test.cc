@@ -41,7 +41,7 @@ SnapshotPtr Site(std::initializer_list<const char*> labels) {
     PutObject put{"things", {}, ""};
     put.object.label = label;
     put.object.existence = 0.75;
-    put.object.polygon = Polygon::FromBox({{x, 0}, {x + 0.5, 1}});
+    put.object.shape = Polygon::FromBox({{x, 0}, {x + 0.5, 1}});
     x += 1.0;
     batch.edits.push_back(std::move(put));
   }

@@ -59,14 +59,14 @@ class Plan {
   double height_;
 };
 
-// How a canvas is laid over another.
+// How a canvas is laid over another one.
 enum class Blend {
-  kOver,      // hides what lies below
-  kMultiply,  // darkens what lies below
-  kMask,      // leaves of what lies below only what is under it
+  kOver,      // hides the lower canvas
+  kMultiply,  // darkens the lower canvas
+  kMask,      // keeps the lower canvas only where the upper one is opaque
 };
 
-// Draws on a surface that it owns, at places in pixels. What goes wrong is told by Png. One thread.
+// Draws on a surface that it owns, at places in pixels. Errors are returned by Png. One thread.
 class Canvas {
  public:
   // White.
@@ -114,13 +114,14 @@ class Canvas {
   const std::unique_ptr<Drawing> drawing_;
 };
 
-// In the order in which they are drawn: large ones first, so that what stands on a table is seen.
-template <typename Object>
-std::vector<const Object*> LargestFirst(const std::vector<Object>& objects) {
+// The objects in the order in which they are drawn: the largest first, so that a thing on a table
+// is seen. `size_of(object)` is what they are compared by.
+template <typename Object, typename SizeOf>
+std::vector<const Object*> LargestFirst(const std::vector<Object>& objects, SizeOf size_of) {
   std::vector<const Object*> sorted;
   for (const Object& object : objects) sorted.push_back(&object);
-  std::stable_sort(sorted.begin(), sorted.end(), [](const Object* a, const Object* b) {
-    return Area(a->polygon) > Area(b->polygon);
+  std::stable_sort(sorted.begin(), sorted.end(), [&size_of](const Object* a, const Object* b) {
+    return size_of(*a) > size_of(*b);
   });
   return sorted;
 }

@@ -1,4 +1,5 @@
 // maps, map, layers, layer, alias, transforms, transform.
+#include <initializer_list>
 #include <memory>
 #include <optional>
 #include <string>
@@ -11,6 +12,8 @@
 #include "client_libs/cli/commands.h"
 #include "client_libs/cli/coordinates.h"
 #include "client_libs/cli/validators.h"
+#include "map/geometry/shape.h"
+#include "map/layers/layer_properties.h"
 
 namespace hypermap::cli {
 namespace {
@@ -39,6 +42,7 @@ struct LayerOptions {
   std::string frame_id;
   std::string unit;
   std::string explored_rule;
+  std::vector<std::string> shapes;
 };
 
 struct AliasOptions {
@@ -96,9 +100,18 @@ absl::StatusOr<LayerSpec> MakeSpec(const LayerOptions& options) {
   if (options.occupied_above) spec.thresholds.occupied_above = *options.occupied_above;
   if (!options.explored_rule.empty()) {
     if (spec.kind != LayerKind::kExploration) {
-      return absl::InvalidArgumentError("--explored_rule is of exploration layers only");
+      return absl::InvalidArgumentError("--explored_rule is for exploration layers only");
     }
     spec.explored_rule = ParseCellRule(options.explored_rule).value_or(CellRule::kCentre);
+  }
+  if (!options.shapes.empty()) {
+    if (!PropertiesOf(spec).has_shapes) {
+      return absl::InvalidArgumentError("--shapes is for layers of objects only");
+    }
+    spec.shape_kinds = ShapeKinds(std::initializer_list<ShapeKind>());  // none yet
+    for (const std::string& shape : options.shapes) {
+      if (const std::optional<ShapeKind> kind = ParseShapeKind(shape)) spec.shape_kinds.Add(*kind);
+    }
   }
   if (options.resolution_m) {
     const absl::StatusOr<PlanarTransform> origin = ParsePose(options.origin);
@@ -134,9 +147,18 @@ void AddLayerOptions(CLI::App& create, LayerOptions& options) {
   create.add_option("--occupied-above", options.occupied_above,
                     "Probability above which cells are occupied");
   create
-      .add_option("--explored_rule,--explored-rule", options.explored_rule,
-                  "Of an exploration layer: which cells what robots saw to be free makes explored, "
-                  "by centre, covered or touched (default: centre)")
+      .add_option("--shapes,--shape", options.shapes,
+                  "The kinds of shape that the objects of a semantic layer may have: polygon, "
+                  "line_string, point (default: all)")
+      ->type_name("KIND,...")
+      ->delimiter(',')
+      ->check(IsShapeKind());
+  create
+      .add_option(
+          "--explored_rule,--explored-rule", options.explored_rule,
+          "For an exploration layer: a cell becomes explored when the free space that a robot "
+          "saw covers its centre (centre, the default), covers all of it (covered) or "
+          "touches it (touched)")
       ->type_name("RULE")
       ->check(IsCellRule());
 }

@@ -4,9 +4,8 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
-#include "client_libs/cli/grid_summary.h"
 #include "client_libs/cli/text_table.h"
-#include "map/geometry/polygon.h"
+#include "map/geometry/shape.h"
 
 namespace hypermap::cli {
 namespace {
@@ -42,6 +41,27 @@ std::string DescribeKind(const LayerSpec& spec) {
   return absl::StrCat(kind, ", ", CellRuleName(spec.explored_rule));
 }
 
+std::string DescribeShapeKinds(const ShapeKinds& kinds) {
+  if (kinds.ContainsAll()) return "all";
+  std::vector<absl::string_view> names;
+  for (const ShapeKind kind : kAllShapeKinds) {
+    if (kinds.Contains(kind)) names.push_back(ShapeKindName(kind));
+  }
+  return absl::StrJoin(names, ", ");
+}
+
+std::string DescribeExtent(const Shape& shape) {
+  switch (shape.kind()) {
+    case ShapeKind::kPolygon:
+      return absl::StrCat(FormatNumber(Area(shape)), " m²");
+    case ShapeKind::kLineString:
+      return absl::StrCat(FormatNumber(Length(shape)), " m");
+    case ShapeKind::kPoint:
+      break;
+  }
+  return "";
+}
+
 std::string DescribeStatus(AnswerStatus status) {
   switch (status) {
     case AnswerStatus::kValue:
@@ -59,8 +79,13 @@ std::string DescribeStatus(AnswerStatus status) {
 }
 
 std::string DescribeObject(const SemanticObject& object) {
-  std::string text = absl::StrCat(object.label, " (id ", object.id, "), existence ",
-                                  FormatNumber(object.existence, 2));
+  std::string text = absl::StrCat(object.label, " (id ", object.id, ")");
+  if (object.shape.kind() == ShapeKind::kLineString) {
+    absl::StrAppend(&text, ", line string of ", DescribeExtent(object.shape));
+  } else if (object.shape.kind() == ShapeKind::kPoint) {
+    absl::StrAppend(&text, ", point");
+  }
+  absl::StrAppend(&text, ", existence ", FormatNumber(object.existence, 2));
   if (object.height) {
     absl::StrAppend(&text, ", ", FormatNumber(object.height->low_m, 2), " to ",
                     FormatNumber(object.height->high_m, 2), " m high");
@@ -68,11 +93,12 @@ std::string DescribeObject(const SemanticObject& object) {
   return text;
 }
 
-std::string DescribeContent(const client::LayerPoints& layer, size_t point, size_t* next_hit) {
+std::string DescribeContent(const client::LayerPoints& layer, const CellValues& values,
+                            size_t point, size_t* next_hit) {
   const bool is_grid = !layer.values.empty();
   const AnswerStatus status = is_grid ? layer.statuses[point] : layer.status;
   if (status != AnswerStatus::kValue) return DescribeStatus(status);
-  if (is_grid) return DescribeCellValue(layer.kind, layer.values[point]);
+  if (is_grid) return values.Describe(layer.values[point]);
   std::vector<std::string> objects;
   for (; *next_hit < layer.hits.size() && layer.hits[*next_hit].point == point; ++*next_hit) {
     const client::LayerPoints::Hit& hit = layer.hits[*next_hit];
@@ -84,12 +110,16 @@ std::string DescribeContent(const client::LayerPoints& layer, size_t point, size
 std::string DescribeChange(const client::MapChange& change) {
   if (change.object) {
     return absl::StrCat(DescribeObject(*change.object), " at ",
-                        DescribePoint(Centroid(change.object->polygon)));
+                        DescribePoint(Centroid(change.object->shape)));
   }
   if (change.object_before) return DescribeObject(*change.object_before);
   if (change.object_id != 0) return absl::StrCat("object ", change.object_id);
   if (change.grid) return Counted(NumCells(change.cells), "cell");
-  if (change.layer_now) return DescribeKind(change.layer_now->spec);
+  if (change.layer_now) {
+    const LayerSpec& spec = change.layer_now->spec;
+    if (spec.shape_kinds.ContainsAll()) return DescribeKind(spec);
+    return absl::StrCat(DescribeKind(spec), " of ", DescribeShapeKinds(spec.shape_kinds));
+  }
   if (change.transform) {
     return absl::StrCat(change.transform->child_frame_id, " in ", change.transform->parent_frame_id,
                         " at ", DescribePose(change.transform->parent_from_child));

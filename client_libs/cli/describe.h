@@ -8,13 +8,15 @@
 
 #include "absl/strings/string_view.h"
 #include "absl/time/time.h"
+#include "client_libs/cli/cell_values.h"
 #include "client_libs/cpp/answers.h"
 #include "client_libs/cpp/points_stream.h"
 #include "client_libs/cpp/watch.h"
 #include "map/frames/planar_transform.h"
 #include "map/geometry/point.h"
+#include "map/geometry/shape.h"
 #include "map/layers/layer_spec.h"
-#include "map/layers/semantic_object.h"
+#include "map/objects/semantic_object.h"
 
 namespace hypermap::cli {
 
@@ -28,9 +30,15 @@ std::string Counted(int64_t count, absl::string_view noun);
 std::string DescribeKind(const LayerSpec& spec);
 // Empty for a value.
 std::string DescribeStatus(AnswerStatus status);
+// "all", or the names of the kinds: "line_string, point".
+std::string DescribeShapeKinds(const ShapeKinds& kinds);
+// The area of a polygon ("0.5 m²"), the length of a line string ("8 m"), nothing of a point.
+std::string DescribeExtent(const Shape& shape);
 std::string DescribeObject(const SemanticObject& object);
-// What the layer has at one of the points. `next_hit` runs through its hits, point after point.
-std::string DescribeContent(const client::LayerPoints& layer, size_t point, size_t* next_hit);
+// The layer's content at one of the points. `values` are those of the layer's kind; `next_hit` runs
+// through its hits, point after point.
+std::string DescribeContent(const client::LayerPoints& layer, const CellValues& values,
+                            size_t point, size_t* next_hit);
 std::string DescribeChange(const client::MapChange& change);
 
 }  // namespace hypermap::cli

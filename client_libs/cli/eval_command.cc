@@ -6,6 +6,7 @@
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
+#include "client_libs/cli/cell_values.h"
 #include "client_libs/cli/commands.h"
 #include "client_libs/cli/coordinates.h"
 #include "client_libs/cli/eval_image.h"
@@ -36,7 +37,7 @@ absl::StatusOr<LiveObjects> ReadLayer(client::Client& client, const std::string&
   client::AnswerReader reader = client.QueryArea(map, Everywhere(), {{layer}, frame_id});
   LiveObjects live;
   while (std::optional<client::LayerPart> part = reader.Next()) {
-    if (part->kind != LayerKind::kSemantic) {
+    if (!PropertiesOfKind(part->kind).has_shapes) {
       return absl::FailedPreconditionError(absl::StrCat("layer \"", layer, "\" is of the kind ",
                                                         LayerKindName(part->kind),
                                                         ", which holds no objects"));
@@ -77,13 +78,21 @@ absl::Status Eval(const EvalOptions& options, Session& s) {
   const ValueAliases& aliases = layer->spec.aliases;
   std::vector<evaluation::Object> truth, map;
   for (const SemanticObject& object : all_truth->objects) {
-    if (Counts(object, options.min_visible_frames)) {
-      truth.push_back(ToEvaluate(object, aliases));
-    } else {
+    if (!object.shape.is_polygon()) {
+      ++report.truth_not_polygons;
+    } else if (!Counts(object, options.min_visible_frames)) {
       ++report.truth_ignored;
+    } else {
+      truth.push_back(ToEvaluate(object, aliases));
     }
   }
-  for (const SemanticObject& object : live->objects) map.push_back(ToEvaluate(object, aliases));
+  for (const SemanticObject& object : live->objects) {
+    if (object.shape.is_polygon()) {
+      map.push_back(ToEvaluate(object, aliases));
+    } else {
+      ++report.map_not_polygons;
+    }
+  }
   report.evaluation = evaluation::Evaluate(truth, map);
   if (!options.image_path.empty()) {
     const absl::StatusOr<std::string> png = DrawEvaluation(truth, map, report.evaluation);
@@ -98,7 +107,9 @@ absl::Status Eval(const EvalOptions& options, Session& s) {
 
 void AddEvalCommand(CLI::App& app, Command& selected) {
   auto options = std::make_shared<EvalOptions>();
-  CLI::App* eval = app.add_subcommand("eval", "Compare the objects of a layer with the truth");
+  CLI::App* eval = app.add_subcommand(
+      "eval",
+      "Compare the objects of a layer with the truth; line strings and points are left out");
   eval->add_option("map", options->map, "Name of the map")->required()->type_name("MAP");
   eval->add_option("--layer", options->layer, "The semantic layer")->required();
   CLI::Option_group* truth = eval->add_option_group("truth", "What is compared with");
@@ -111,7 +122,7 @@ void AddEvalCommand(CLI::App& app, Command& selected) {
                    "as --layer)")
       ->type_name("LAYER");
   eval->add_option("--min-visible-frames,--min_visible_frames", options->min_visible_frames,
-                   "True objects whose property visible_frames is less do not count")
+                   "True objects with a lower value of the property visible_frames do not count")
       ->capture_default_str();
   eval->add_option("--png", options->image_path, "Also draw the layer over the truth")
       ->type_name("FILE");

@@ -34,7 +34,8 @@ void DrawObjects(Canvas& canvas, const Plan& plan, const std::vector<evaluation:
     detected[pair.truth] = true;
     paired[pair.map] = true;
   }
-  for (const evaluation::Object* object : LargestFirst(map)) {
+  const auto area_of = [](const evaluation::Object& object) { return Area(object.polygon); };
+  for (const evaluation::Object* object : LargestFirst(map, area_of)) {
     canvas.Fill(object->polygon, plan, ColourOfLabel(object->label), 0.7);
   }
   for (size_t i = 0; i < truth.size(); ++i) {

@@ -4,7 +4,7 @@
 
 #include <set>
 
-#include "client_libs/cli/image_testing.h"
+#include "client_libs/cli/testing/image.h"
 
 namespace hypermap::cli {
 namespace {

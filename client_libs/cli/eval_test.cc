@@ -42,9 +42,9 @@ void AddObject(v1::LayerPart& part, const std::string& label, double x, double y
   object->set_label(label);
   object->set_existence(existence);
   for (const auto& [dx, dy] : {std::pair{0, 0}, {1, 0}, {1, 1}, {0, 1}}) {
-    v1::Point* p = object->mutable_polygon()->mutable_outer()->add_points();
-    p->set_x(x + dx);
-    p->set_y(y + dy);
+    v1::Ring* ring = object->mutable_shape()->mutable_polygon()->mutable_outer();
+    ring->add_xs(x + dx);
+    ring->add_ys(y + dy);
   }
 }
 
@@ -141,8 +141,34 @@ TEST_F(EvalTest, AsksForTheLayerInTheFrameOfTheTruth) {
   ASSERT_EQ(outcome.exit_code, kExitOk) << outcome.err;
   EXPECT_THAT(server_->Requests(),
               ElementsAre(StartsWith("GetLayer map: \"office\" layer: \"things\""),
-                          StartsWith("QueryArea map: \"office\" layers: \"things\" frame_id: "
-                                     "\"site\" area")));
+                          StartsWith("QueryArea scope { map: \"office\" layers: \"things\" "
+                                     "frame_id: \"site\" } area")));
+}
+
+TEST_F(EvalTest, LineStringsAndPointsAreLeftOutAndCounted) {
+  v1::Object* dock = script_.parts[0].add_objects();
+  dock->set_id(9);
+  dock->set_label("chair");
+  dock->mutable_shape()->mutable_point()->set_x(0.5);
+  const json line = {{"type", "LineString"}, {"coordinates", {{0, 0}, {1, 0}}}};
+  const json point = {{"type", "Point"}, {"coordinates", {0.5, 0.5}}};
+  const std::string truth =
+      PutTruth({Feature({{"label", "chair"}}, 0, 0),
+                Feature({{"label", "tv"}}, 5, 5),
+                {{"type", "Feature"}, {"properties", {{"label", "chair"}}}, {"geometry", line}},
+                {{"type", "Feature"}, {"properties", {{"label", "chair"}}}, {"geometry", point}}});
+  const Outcome outcome = RunEval({"--truth", truth, "--json"});
+  ASSERT_EQ(outcome.exit_code, kExitOk) << outcome.err;
+  const json answer = json::parse(outcome.out);
+  EXPECT_EQ(answer["n_truth"], 2);
+  EXPECT_EQ(answer["n_map"], 4);
+  EXPECT_EQ(answer["tp"], 2);
+  EXPECT_EQ(answer["truth_not_polygons"], 2);
+  EXPECT_EQ(answer["map_not_polygons"], 1);
+  EXPECT_EQ(answer["truth_ignored"], 0);
+  EXPECT_THAT(RunEval({"--truth", truth}).out,
+              HasSubstr("left out, because they are line strings or points: 2 true objects, "
+                        "1 map object\n"));
 }
 
 TEST_F(EvalTest, LeastFramesCanBeSet) {
@@ -173,9 +199,10 @@ TEST_F(EvalTest, ALiveLayerMayBeTheTruth) {
   const Outcome outcome =
       RunEval({"--truth-map", "surveyed", "--truth-layer", "by_hand", "--json"});
   ASSERT_EQ(outcome.exit_code, kExitOk) << outcome.err;
-  EXPECT_THAT(server_->Requests(),
-              ElementsAre(StartsWith("QueryArea map: \"surveyed\" layers: \"by_hand\" area"),
-                          StartsWith("GetLayer"), StartsWith("QueryArea map: \"office\"")));
+  EXPECT_THAT(
+      server_->Requests(),
+      ElementsAre(StartsWith("QueryArea scope { map: \"surveyed\" layers: \"by_hand\" } area"),
+                  StartsWith("GetLayer"), StartsWith("QueryArea scope { map: \"office\"")));
   EXPECT_EQ(json::parse(outcome.out)["f1"], 1.0);
 }
 

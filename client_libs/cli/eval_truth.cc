@@ -89,7 +89,7 @@ evaluation::Object ToEvaluate(const SemanticObject& object, const ValueAliases& 
   if (const auto it = aliases.find(label); it != aliases.end() && it->second.size() == 1) {
     label = *it->second.begin();
   }
-  return {std::move(label), object.polygon, object.existence};
+  return {std::move(label), object.shape.polygon(), object.existence};
 }
 
 }  // namespace hypermap::cli

@@ -7,12 +7,12 @@
 
 #include "absl/status/statusor.h"
 #include "map/evaluation/evaluate.h"
-#include "map/layers/semantic_object.h"
+#include "map/objects/semantic_object.h"
 #include "map/values/value_aliases.h"
 
 namespace hypermap::cli {
 
-// Objects with the frame of their polygons; empty: the map's own.
+// Objects with the frame of their shapes; empty: the map's own.
 struct PlacedObjects {
   std::string frame_id;
   std::vector<SemanticObject> objects;
@@ -23,10 +23,11 @@ struct PlacedObjects {
 absl::StatusOr<PlacedObjects> ReadTruth(const std::string& path, const std::string& layer);
 
 // Whether a true object counts: not when its attribute "detectable" is false, or its attribute
-// "visible_frames" is below the number. What has no such attribute counts.
+// "visible_frames" is below the number. An object without these attributes counts.
 bool Counts(const SemanticObject& object, int min_visible_frames);
 
 // The object as it is evaluated. Its label, when it is an alias of one label only, is that label.
+// REQUIRES: the shape is a polygon, because objects are compared by the areas that they cover.
 evaluation::Object ToEvaluate(const SemanticObject& object, const ValueAliases& aliases);
 
 }  // namespace hypermap::cli

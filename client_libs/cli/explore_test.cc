@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "client_libs/cli/run_testing.h"
+#include "client_libs/cli/testing/run.h"
 #include "client_libs/testing/scripted_server.h"
 #include "google/protobuf/text_format.h"
 
@@ -28,7 +28,7 @@ Message Parse(const std::string& text) {
 
 constexpr char kActive[] =
     "exploration { id: 7 state: EXPLORATION_STATE_ACTIVE "
-    "area { outer { points { } points { x: 3 } points { x: 3 y: 2 } } } occupancy_layer: 'floor' "
+    "area { outer { xs: [0, 3, 3] ys: [0, 0, 2] } } occupancy_layer: 'floor' "
     "exploration_layer: 'seen' robot_radius_m: 0.25 range_m: 4 min_gain_cells: 4 "
     "start_time { seconds: 10 } "
     "goals { id: 9 robot: 'r1' position { x: 1.025 y: 0.5 } gain_cells: 40 path_length_m: 2.516 "
@@ -37,7 +37,7 @@ constexpr char kActive[] =
 constexpr char kEnded[] =
     "exploration { id: 4 state: EXPLORATION_STATE_ENDED "
     "end_reason: END_REASON_ONLY_UNREACHABLE_LEFT "
-    "area { outer { points { } points { x: 3 } points { x: 3 y: 2 } } } occupancy_layer: 'floor' "
+    "area { outer { xs: [0, 3, 3] ys: [0, 0, 2] } } occupancy_layer: 'floor' "
     "exploration_layer: 'seen' start_time { } end_time { seconds: 5 } }";
 
 // One that is under way and one that has ended.
@@ -61,8 +61,7 @@ Script Explorations() {
 }
 
 TEST(ExploreTest, CommandLinesBecomeRequests) {
-  const std::string triangle =
-      "area { outer { points { x: -1 y: -1 } points { x: 2 y: -1 } points { x: 2 y: 3 } } } ";
+  const std::string triangle = "area { outer { xs: -1 xs: 2 xs: 2 ys: -1 ys: -1 ys: 3 } } ";
   const struct {
     Args args;
     std::string request;

@@ -6,6 +6,7 @@
 #include <utility>
 #include <variant>
 
+#include "map/layers/layer_properties.h"
 #include "map/layers/layer_registry.h"
 #include "map/layers/semantic_layer.h"
 #include "map/snapshot.h"
@@ -32,13 +33,13 @@ std::set<ObjectId> IdsOf(absl::string_view geojson) {
   return ids;
 }
 
-// A map whose layer has an object for each of the ids, so that each is understood as one to replace
-// or delete.
+// A map whose layer has an object for each of the ids, so that the decoder takes each id for that
+// of an object to replace or delete.
 Snapshot Pretend(const LayerSpec& layer, const std::string& frame_id,
                  const std::set<ObjectId>& ids) {
   Snapshot snapshot;
   snapshot.frame_id = frame_id;
-  if (layer.kind != LayerKind::kSemantic) {
+  if (!PropertiesOf(layer).has_shapes) {
     snapshot.layers.emplace(layer.name, MakeEmptyLayer(layer));
     return snapshot;
   }
@@ -47,7 +48,7 @@ Snapshot Pretend(const LayerSpec& layer, const std::string& frame_id,
     auto object = std::make_shared<SemanticObject>();
     object->id = id;
     object->label = "object";
-    object->polygon = Polygon::FromBox({{0, 0}, {1, 1}});
+    object->shape = Shape::MakePointUnchecked({0, 0});
     objects.push_back(std::move(object));
   }
   snapshot.layers.emplace(layer.name, std::make_shared<SemanticLayer>(layer, std::move(objects)));
@@ -72,7 +73,7 @@ struct Conditioner {
 absl::StatusOr<FeatureEdits> ReadFeatureEdits(absl::string_view geojson, const LayerSpec& layer,
                                               const std::string& frame_id,
                                               const EditConditions& conditions) {
-  if (layer.kind != LayerKind::kSemantic && (conditions.time_to_live || conditions.if_version)) {
+  if (!PropertiesOf(layer).has_shapes && (conditions.time_to_live || conditions.if_version)) {
     return absl::InvalidArgumentError("only objects have a time to live and a version");
   }
   const Snapshot pretended = Pretend(layer, frame_id, IdsOf(geojson));

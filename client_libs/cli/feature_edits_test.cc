@@ -46,6 +46,27 @@ TEST(FeatureEditsTest, ConditionsAreOfTheEditsThatTheyCanBeOf) {
   EXPECT_EQ(edits->batch.if_layers[0].version, 6);
 }
 
+TEST(FeatureEditsTest, EachKindOfGeometryIsAnObject) {
+  constexpr char kShapes[] = R"({"type": "FeatureCollection", "features": [
+    {"type": "Feature", "id": 7, "properties": {"label": "lane"},
+     "geometry": {"type": "LineString", "coordinates": [[0, 0], [4, 0], [4, 3]]}},
+    {"type": "Feature", "properties": {"label": "dock"},
+     "geometry": {"type": "Point", "coordinates": [2.5, 1]}},
+    {"type": "Feature", "properties": {"label": "pad"},
+     "geometry": {"type": "Polygon", "coordinates": [[[0, 0], [1, 0], [1, 1], [0, 0]]]}}]})";
+  const auto edits = ReadFeatureEdits(kShapes, Layer(LayerKind::kSemantic), "site",
+                                      {.time_to_live = absl::Seconds(30), .if_version = 4});
+  ASSERT_TRUE(edits.ok()) << edits.status();
+  ASSERT_EQ(edits->batch.edits.size(), 3u);
+  const auto& lane = std::get<PutObject>(edits->batch.edits[0]);
+  EXPECT_EQ(lane.object.shape, Shape(*LineString::Make({{0, 0}, {4, 0}, {4, 3}})));
+  EXPECT_EQ(lane.if_version, 4);
+  const auto& dock = std::get<PutObject>(edits->batch.edits[1]);
+  EXPECT_EQ(dock.object.shape, *Shape::MakePoint({2.5, 1}));
+  EXPECT_EQ(dock.time_to_live, absl::Seconds(30));
+  EXPECT_TRUE(std::get<PutObject>(edits->batch.edits[2]).object.shape.is_polygon());
+}
+
 TEST(FeatureEditsTest, CellsHaveNoTimeToLive) {
   const auto edits = ReadFeatureEdits(kFeatures, Layer(LayerKind::kScalar), "site",
                                       {.time_to_live = absl::Seconds(30)});

@@ -8,7 +8,7 @@
 namespace hypermap::cli {
 
 GridSummary::GridSummary(const client::LayerPart& first)
-    : layer_(first.layer), kind_(first.kind), geometry_(*first.grid) {}
+    : layer_(first.layer), values_(first.kind), geometry_(*first.grid) {}
 
 void GridSummary::Add(const CellRun& run) {
   const int64_t count = int64_t{run.col_end} - run.col_begin;
@@ -28,9 +28,10 @@ std::string GridSummary::DescribeValues() const {
   if (known_ > 0) {
     const double mean = sum_ / static_cast<double>(known_);
     if (min_ == max_) {
-      text = DescribeCellValue(kind_, min_);
-    } else if (kind_ == LayerKind::kExploration) {
-      text = absl::StrCat(FormatNumber(100.0 * mean, 1), " % explored");
+      text = values_.Describe(min_);
+    } else if (values_.properties().is_binary) {
+      const double share = (mean - min_) / (max_ - min_);
+      text = absl::StrCat(FormatNumber(100.0 * share, 1), " % ", values_.Describe(max_));
     } else {
       text = absl::StrCat(FormatNumber(min_), " to ", FormatNumber(max_), ", mean ",
                           FormatNumber(mean));
@@ -53,11 +54,6 @@ std::string GridSummary::DescribeExtent() const {
 
 double GridSummary::AreaOf(int64_t cells) const {
   return static_cast<double>(cells) * geometry_.resolution_m * geometry_.resolution_m;
-}
-
-std::string DescribeCellValue(LayerKind kind, double value) {
-  if (kind == LayerKind::kExploration) return value != 0.0 ? "explored" : "unexplored";
-  return FormatNumber(value, 4);
 }
 
 }  // namespace hypermap::cli

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <string>
 
+#include "client_libs/cli/cell_values.h"
 #include "client_libs/cpp/answers.h"
 #include "map/geometry/point.h"
 
@@ -22,7 +23,8 @@ class GridSummary {
   int64_t cells() const { return known_ + unknown_; }
   // Square metres.
   double Area() const { return AreaOf(cells()); }
-  // What the cells hold: "0.02 to 1, mean 0.31; 2.5 m² unknown".
+  // The cells' values: "0.02 to 1, mean 0.31; 2.5 m² unknown", or "75 % explored" where cells hold
+  // one of two values.
   std::string DescribeValues() const;
   // The box of the cells in the frame of the answer: "(0, 0) to (20, 12)"; empty without cells.
   std::string DescribeExtent() const;
@@ -31,7 +33,7 @@ class GridSummary {
   double AreaOf(int64_t cells) const;
 
   std::string layer_;
-  LayerKind kind_;
+  CellValues values_;
   GridGeometry geometry_;
   int64_t known_ = 0;
   int64_t unknown_ = 0;
@@ -40,9 +42,6 @@ class GridSummary {
   double max_ = 0.0;
   CellBox box_;
 };
-
-// The value of a cell as its kind calls it.
-std::string DescribeCellValue(LayerKind kind, double value);
 
 }  // namespace hypermap::cli
 

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "client_libs/cli/cell_values.h"
 #include "client_libs/cli/exploration_json.h"
 #include "client_libs/cli/json_values.h"
 #include "map/layers/layer.h"
@@ -33,7 +34,7 @@ Json ContentJson(const client::LayerContent& content) {
       {"layer", content.layer},
       {"kind", Text(LayerKindName(content.kind))},
       {"status", Text(AnswerStatusName(content.status))},
-      {"value", CellValueJson(content.kind, content.value)},
+      {"value", CellValueJson(PropertiesOfKind(content.kind).is_binary, content.value)},
       {"entities", std::move(entities)},
   };
 }
@@ -46,7 +47,7 @@ double Short(float value) {
 }
 
 // What the layer has at one of the points. `next_hit` runs through its hits, point after point.
-Json ContentJson(const client::LayerPoints& layer, size_t point, size_t* next_hit) {
+Json ContentJson(const client::LayerPoints& layer, bool is_binary, size_t point, size_t* next_hit) {
   const bool is_grid = !layer.values.empty();
   const AnswerStatus status = is_grid ? layer.statuses[point] : layer.status;
   std::optional<double> value;
@@ -60,7 +61,7 @@ Json ContentJson(const client::LayerPoints& layer, size_t point, size_t* next_hi
   return {
       {"layer", layer.layer},
       {"status", Text(AnswerStatusName(status))},
-      {"value", CellValueJson(layer.kind, value)},
+      {"value", CellValueJson(is_binary, value)},
       {"entities", std::move(entities)},
   };
 }
@@ -99,6 +100,8 @@ Json EvaluationJson(const EvaluationReport& report) {
                {"revision", report.revision},
                {"truth", report.truth},
                {"truth_ignored", report.truth_ignored},
+               {"truth_not_polygons", report.truth_not_polygons},
+               {"map_not_polygons", report.map_not_polygons},
                {"n_truth", e.n_truth},
                {"n_map", e.n_map},
                {"tp", e.tp},
@@ -218,7 +221,9 @@ class JsonOutput : public Output {
       Json json = {{"layer", match.layer}, {"distance_m", match.distance_m}};
       if (match.object) json["entity"] = EntityJson(*match.object);
       if (match.grid) json["grid"] = GridJson(*match.grid);
-      if (match.cell) json["runs"] = Json::array({RunJson(match.kind, *match.cell)});
+      if (match.cell) {
+        json["runs"] = Json::array({RunJson(PropertiesOfKind(match.kind).is_binary, *match.cell)});
+      }
       Print(json);
     }
     for (const client::LayerRefusal& refusal : answer.refusals) {
@@ -229,10 +234,14 @@ class JsonOutput : public Output {
 
   void Show(const std::vector<Point>& points, const client::PointsAnswer& answer) override {
     std::vector<size_t> next_hits(answer.layers.size());
+    std::vector<bool> is_binary;
+    for (const client::LayerPoints& layer : answer.layers) {
+      is_binary.push_back(PropertiesOfKind(layer.kind).is_binary);
+    }
     for (size_t i = 0; i < points.size(); ++i) {
       Json layers = Json::array();
       for (size_t j = 0; j < answer.layers.size(); ++j) {
-        layers.push_back(ContentJson(answer.layers[j], i, &next_hits[j]));
+        layers.push_back(ContentJson(answer.layers[j], is_binary[j], i, &next_hits[j]));
       }
       Print({{"point", PointJson(points[i])}, {"layers", std::move(layers)}});
     }
@@ -332,8 +341,9 @@ class JsonOutput : public Output {
     out_ << "{\"layer\":" << Dump(grid_->layer) << ",\"grid\":" << Dump(GridJson(*grid_->grid))
          << ",\"runs\":[";
     const char* separator = "";
+    const bool is_binary = PropertiesOfKind(grid_->kind).is_binary;
     for (const CellRun& run : grid_->runs) {
-      out_ << separator << Dump(RunJson(grid_->kind, run));
+      out_ << separator << Dump(RunJson(is_binary, run));
       separator = ",";
     }
     out_ << "]}\n";

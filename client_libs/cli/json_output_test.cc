@@ -14,20 +14,20 @@ namespace {
 using ::testing::HasSubstr;
 
 SemanticObject Cup() {
-  return {.id = 12,
-          .label = "cup",
-          .classes = {{"bowl", 0.1}, {"cup", 0.81}},
-          .existence = 0.97,
-          .polygon =
-              *Polygon::Make({{0, 0}, {4, 0}, {4, 4}, {0, 4}}, {{{1, 1}, {1, 3}, {3, 3}, {3, 1}}}),
-          .height = HeightRange{0.7, 0.8},
-          .tags = {"blue", "mine"},
-          .attributes = {{"clean", false},
-                         {"owner", std::string("Ada")},
-                         {"uses", int64_t{3}},
-                         {"weight_kg", 0.25}},
-          .expires_at = absl::FromUnixSeconds(60),
-          .version = 7};
+  return {
+      .id = 12,
+      .label = "cup",
+      .classes = {{"bowl", 0.1}, {"cup", 0.81}},
+      .existence = 0.97,
+      .shape = *Polygon::Make({{0, 0}, {4, 0}, {4, 4}, {0, 4}}, {{{1, 1}, {1, 3}, {3, 3}, {3, 1}}}),
+      .height = HeightRange{0.7, 0.8},
+      .tags = {"blue", "mine"},
+      .attributes = {{"clean", false},
+                     {"owner", std::string("Ada")},
+                     {"uses", int64_t{3}},
+                     {"weight_kg", 0.25}},
+      .expires_at = absl::FromUnixSeconds(60),
+      .version = 7};
 }
 
 SemanticObject Plain(ObjectId id, const std::string& label) {
@@ -35,7 +35,7 @@ SemanticObject Plain(ObjectId id, const std::string& label) {
           .label = label,
           .classes = {},
           .existence = 1.0,
-          .polygon = Polygon::FromBox({{0, 0}, {1, 1}}),
+          .shape = Polygon::FromBox({{0, 0}, {1, 1}}),
           .height = std::nullopt,
           .tags = {},
           .attributes = {},
@@ -80,6 +80,28 @@ TEST(JsonOutputTest, EntityHasAllOfAnObjectWithClosedRings) {
             R"("centroid":[2.0,2.0],"tags":["blue","mine"],)"
             R"("attributes":{"clean":false,"owner":"Ada","uses":3,"weight_kg":0.25},)"
             R"("height":[0.7,0.8],"expires_at":"1970-01-01T00:01:00+00:00"}})"
+            "\n"
+            R"({"revision":3})"
+            "\n");
+}
+
+TEST(JsonOutputTest, AnEntityHasTheCoordinatesOfItsKindOfShape) {
+  SemanticObject lane = Plain(3, "lane");
+  lane.shape = *LineString::Make({{0, 0}, {4, 0}, {4, 4}});
+  SemanticObject dock = Plain(4, "dock");
+  dock.shape = *Shape::MakePoint({2.5, -1});
+  EXPECT_EQ(ShownParts({ObjectsPart("lanes", {Plain(2, "pad"), lane, dock})}, 3),
+            R"({"layer":"lanes","entity":{"id":2,"label":"pad","classes":{},"existence":1.0,)"
+            R"("polygon":[[[0.0,0.0],[1.0,0.0],[1.0,1.0],[0.0,1.0],[0.0,0.0]]],)"
+            R"("centroid":[0.5,0.5],"tags":[],"attributes":{},"height":null}})"
+            "\n"
+            R"({"layer":"lanes","entity":{"id":3,"label":"lane","classes":{},"existence":1.0,)"
+            R"("line_string":[[0.0,0.0],[4.0,0.0],[4.0,4.0]],)"
+            R"("centroid":[3.0,1.0],"tags":[],"attributes":{},"height":null}})"
+            "\n"
+            R"({"layer":"lanes","entity":{"id":4,"label":"dock","classes":{},"existence":1.0,)"
+            R"("point":[2.5,-1.0],"centroid":[2.5,-1.0],"tags":[],"attributes":{},)"
+            R"("height":null}})"
             "\n"
             R"({"revision":3})"
             "\n");
@@ -214,12 +236,15 @@ TEST(JsonOutputTest, CatalogAnswers) {
   floor.size = 6;
   floor.extent = CellBox{-1, 2, 0, 2};
   floor.version = 3;
+  floor.properties = PropertiesOf(floor.spec);
   EXPECT_EQ(
       Shown(client::LayerList{"office", 4, {floor}}),
       R"({"map":"office","revision":4,"layers":[{"name":"floor","kind":"occupancy",)"
       R"("frame_id":"map","size":6,"version":3,"grid":{"origin":[0.0,0.0,0.0],"resolution_m":0.05},)"
       R"("extent":{"rows":[-1,2],"cols":[0,2]},)"
-      R"("thresholds":{"free_below":0.196,"occupied_above":0.65}}]})"
+      R"("thresholds":{"free_below":0.196,"occupied_above":0.65},"unit":"",)"
+      R"("properties":{"has_cells":true,"has_shapes":false,"unit":"","value_range":[0.0,1.0],)"
+      R"("words":["free","occupied","unknown"],"is_binary":false}}]})"
       "\n");
   client::LayerEntry seen;
   seen.spec.kind = LayerKind::kExploration;
@@ -233,6 +258,20 @@ TEST(JsonOutputTest, CatalogAnswers) {
             R"({"parent_frame_id":"map","child_frame_id":"dock",)"
             R"("parent_from_child":[20.0,0.0,1.75]}]})"
             "\n");
+}
+
+TEST(JsonOutputTest, ALayerOfObjectsListsItsKindsOfShape) {
+  client::LayerEntry lanes;
+  lanes.spec = {.name = "lanes", .kind = LayerKind::kSemantic, .frame_id = "map"};
+  lanes.spec.shape_kinds = {ShapeKind::kPoint, ShapeKind::kLineString};
+  lanes.properties = PropertiesOf(lanes.spec);
+  EXPECT_EQ(
+      Shown(client::LayerList{"office", 4, {lanes}}),
+      R"({"map":"office","revision":4,"layers":[{"name":"lanes","kind":"semantic",)"
+      R"("frame_id":"map","size":0,"version":0,"aliases":{},"shape_kinds":["line_string","point"],)"
+      R"("properties":{"has_cells":false,"has_shapes":true,"unit":"","value_range":null,)"
+      R"("words":[],"is_binary":false}}]})"
+      "\n");
 }
 
 TEST(JsonOutputTest, MutationsAndFiles) {

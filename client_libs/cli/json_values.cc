@@ -1,15 +1,22 @@
 #include "client_libs/cli/json_values.h"
 
+#include <cmath>
+#include <cstdint>
 #include <utility>
 #include <variant>
 
 namespace hypermap::cli {
 namespace {
 
+Json PointsJson(const std::vector<Point>& points) {
+  Json json = Json::array();
+  for (const Point& p : points) json.push_back(PointJson(p));
+  return json;
+}
+
 // Closed, as in GeoJSON.
 Json RingJson(const Ring& ring) {
-  Json json = Json::array();
-  for (const Point& p : ring) json.push_back(PointJson(p));
+  Json json = PointsJson(ring);
   if (!ring.empty()) json.push_back(PointJson(ring.front()));
   return json;
 }
@@ -24,6 +31,36 @@ Json PolygonJson(const Polygon& polygon) {
   Json json = Json::array();
   for (const Ring& ring : polygon.rings()) json.push_back(RingJson(ring));
   return json;
+}
+
+Json CoordinatesJson(const Shape& shape) {
+  switch (shape.kind()) {
+    case ShapeKind::kPolygon:
+      return PolygonJson(shape.polygon());
+    case ShapeKind::kLineString:
+      return PointsJson(shape.line_string().vertices());
+    case ShapeKind::kPoint:
+      return PointJson(shape.point());
+  }
+  return nullptr;
+}
+
+Json ShapeKindsJson(const ShapeKinds& kinds) {
+  Json json = Json::array();
+  for (const ShapeKind kind : kAllShapeKinds) {
+    if (kinds.Contains(kind)) json.push_back(Text(ShapeKindName(kind)));
+  }
+  return json;
+}
+
+Json PropertiesJson(const LayerProperties& properties) {
+  Json range;
+  if (properties.value_range) {
+    range = Json::array({properties.value_range->min, properties.value_range->max});
+  }
+  return {{"has_cells", properties.has_cells}, {"has_shapes", properties.has_shapes},
+          {"unit", properties.unit},           {"value_range", std::move(range)},
+          {"words", properties.words},         {"is_binary", properties.is_binary}};
 }
 
 Json TimeJson(absl::Time time) {
@@ -42,8 +79,8 @@ Json EntityJson(const SemanticObject& object) {
       {"label", object.label},
       {"classes", std::move(classes)},
       {"existence", object.existence},
-      {"polygon", PolygonJson(object.polygon)},
-      {"centroid", PointJson(Centroid(object.polygon))},
+      {Text(ShapeKindName(object.shape.kind())), CoordinatesJson(object.shape)},
+      {"centroid", PointJson(Centroid(object.shape))},
       {"tags", object.tags},
       {"attributes", std::move(attributes)},
       {"height",
@@ -59,14 +96,14 @@ Json GridJson(const GridGeometry& grid) {
   return {{"origin", PoseJson(grid.layer_from_grid)}, {"resolution_m", grid.resolution_m}};
 }
 
-Json CellValueJson(LayerKind kind, const std::optional<double>& value) {
+Json CellValueJson(bool is_binary, const std::optional<double>& value) {
   if (!value.has_value()) return nullptr;
-  if (kind == LayerKind::kExploration) return static_cast<int>(*value);
+  if (is_binary && std::trunc(*value) == *value) return static_cast<int64_t>(*value);
   return *value;
 }
 
-Json RunJson(LayerKind kind, const CellRun& run) {
-  return Json::array({run.row, run.col_begin, run.col_end, CellValueJson(kind, run.value)});
+Json RunJson(bool is_binary, const CellRun& run) {
+  return Json::array({run.row, run.col_begin, run.col_end, CellValueJson(is_binary, run.value)});
 }
 
 namespace {
@@ -74,7 +111,7 @@ namespace {
 Json RunsJson(const std::vector<CellRun>& runs) {
   Json json = Json::array();
   // A change does not tell the kind of its layer: bits are numbers like the others.
-  for (const CellRun& run : runs) json.push_back(RunJson(LayerKind::kScalar, run));
+  for (const CellRun& run : runs) json.push_back(RunJson(/*is_binary=*/false, run));
   return json;
 }
 
@@ -99,11 +136,13 @@ Json LayerJson(const client::LayerEntry& layer) {
   if (spec.kind == LayerKind::kExploration) {
     json["explored_rule"] = Text(CellRuleName(spec.explored_rule));
   }
-  if (spec.kind == LayerKind::kScalar) json["unit"] = spec.unit;
-  if (spec.kind == LayerKind::kSemantic) {
+  if (layer.properties.has_cells) json["unit"] = spec.unit;
+  if (layer.properties.has_shapes) {
     json["aliases"] = Json::object();
     for (const auto& [alias, labels] : spec.aliases) json["aliases"][alias] = labels;
+    json["shape_kinds"] = ShapeKindsJson(spec.shape_kinds);
   }
+  json["properties"] = PropertiesJson(layer.properties);
   return json;
 }
 

@@ -12,9 +12,10 @@
 #include "map/frames/planar_transform.h"
 #include "map/geometry/point.h"
 #include "map/geometry/polygon.h"
-#include "map/layers/grid/grid_geometry.h"
+#include "map/geometry/shape.h"
+#include "map/grid/grid_geometry.h"
 #include "map/layers/layer_spec.h"
-#include "map/layers/semantic_object.h"
+#include "map/objects/semantic_object.h"
 
 namespace hypermap::cli {
 
@@ -27,14 +28,15 @@ Json PointJson(const Point& p);
 Json PolygonJson(const Polygon& polygon);
 // RFC 3339, UTC.
 Json TimeJson(absl::Time time);
-// What the thing is. Not its version, by which equal things of two maps differ.
+// The object without its version, by which equal objects of two maps differ. Its coordinates are
+// the member "polygon" (rings), "line_string" (points) or "point".
 Json EntityJson(const SemanticObject& object);
 Json PoseJson(const PlanarTransform& pose);
 Json GridJson(const GridGeometry& grid);
-// A bit as 0 or 1, a number as it is, unknown as null.
-Json CellValueJson(LayerKind kind, const std::optional<double>& value);
+// A bit as 0 or 1, a number as it is, unknown as null. `is_binary` as in LayerProperties.
+Json CellValueJson(bool is_binary, const std::optional<double>& value);
 // [row, col_begin, col_end, value].
-Json RunJson(LayerKind kind, const CellRun& run);
+Json RunJson(bool is_binary, const CellRun& run);
 Json TransformJson(const FrameTransform& transform);
 Json LayerJson(const client::LayerEntry& layer);
 // What changed, apart from when: "layer", "op", and what the op has.

@@ -12,22 +12,20 @@
 namespace hypermap::cli {
 namespace {
 
-constexpr double kMostOpaque = 0.85;  // an object that is there for sure
+constexpr double kMostOpaque = 0.85;  // a polygon whose existence is certain
 
-// The colour of a cell; nullopt: none.
+// The colour of a cell; nullopt where nothing is drawn.
 std::optional<Colour> ColourOfCell(const GridScene& grid, const std::optional<double>& value) {
-  switch (grid.kind) {
-    case LayerKind::kOccupancy:
-      return value.has_value() ? Mix(kOccupied, kFree, *value) : kUnknown;
-    case LayerKind::kExploration:
-      if (!value.has_value()) return std::nullopt;
-      return *value != 0.0 ? kExplored : kUnexplored;
-    case LayerKind::kScalar:
-      if (!value.has_value()) return std::nullopt;
-      return Mix(kHighest, kLowest,
-                 grid.high > grid.low ? (*value - grid.low) / (grid.high - grid.low) : 0.0);
-    case LayerKind::kSemantic:
-      break;
+  const bool is_floor = grid.style == GridStyle::kFloor;
+  if (!value.has_value()) return is_floor ? std::optional(kUnknown) : std::nullopt;
+  const double share = grid.ShareOf(*value);
+  switch (grid.style) {
+    case GridStyle::kFloor:
+      return Mix(kOccupied, kFree, share);
+    case GridStyle::kShade:
+      return share > 0.0 ? kBright : kDarkened;
+    case GridStyle::kTint:
+      return Mix(kHighest, kLowest, share);
   }
   return std::nullopt;
 }
@@ -55,11 +53,11 @@ class GridPainter {
     floor_.ClipTo(plan);
   }
 
-  // Occupancy lies below all that darkens it.
+  // Floors lie below the grids that darken or tint them.
   absl::Status Paint() {
     for (const bool below : {true, false}) {
       for (const GridScene& grid : scene_.grids) {
-        if ((grid.kind == LayerKind::kOccupancy) != below) continue;
+        if ((grid.style == GridStyle::kFloor) != below) continue;
         if (absl::Status status = Paint(grid); !status.ok()) return status;
       }
     }
@@ -70,20 +68,20 @@ class GridPainter {
   absl::Status Paint(const GridScene& grid) {
     Canvas cells = Canvas::Layer(canvas_);
     cells.ClipTo(plan_);
-    const bool is_occupancy = grid.kind == LayerKind::kOccupancy;
+    const bool is_floor = grid.style == GridStyle::kFloor;
     absl::Status status =
         read_cells_(grid.layer, [&](const GridGeometry& geometry, const CellRun& run) {
           const std::optional<Colour> colour = ColourOfCell(grid, run.value);
           if (!colour.has_value()) return;
           const Ring corners = CornersOf(run, geometry);
           cells.Add(corners, plan_, *colour);
-          if (needs_floor_ && is_occupancy && run.value.has_value()) {
-            floor_.Add(corners, plan_, kBlack, 1.0 - *run.value);
+          if (needs_floor_ && is_floor && run.value.has_value()) {
+            floor_.Add(corners, plan_, kBlack, 1.0 - grid.ShareOf(*run.value));
           }
         });
     const std::vector<const Polygon*> areas = AreasExploredOn(grid.layer);
     if (areas.empty()) {
-      canvas_.Lay(cells, is_occupancy ? Blend::kOver : Blend::kMultiply);
+      canvas_.Lay(cells, is_floor ? Blend::kOver : Blend::kMultiply);
     } else {
       Canvas shade = Canvas::Layer(canvas_);
       DrawUnexplored(areas, shade);
@@ -104,7 +102,7 @@ class GridPainter {
   // The floor as if nothing of it had been seen.
   void DrawUnexplored(const std::vector<const Polygon*>& areas, Canvas& shade) const {
     shade.Fill(Polygon::FromBox(scene_.box), plan_, kNotToExplore, 1.0);
-    for (const Polygon* area : areas) shade.Fill(*area, plan_, kUnexplored, 1.0);
+    for (const Polygon* area : areas) shade.Fill(*area, plan_, kDarkened, 1.0);
     shade.Lay(floor_, Blend::kMask);
   }
 
@@ -113,14 +111,32 @@ class GridPainter {
   const Plan& plan_;
   Canvas& canvas_;
   const bool needs_floor_;
-  Canvas floor_;  // opaque where the occupancy layers are free
+  Canvas floor_;  // opaque where the floors are free
 };
 
-void DrawObjects(Canvas& canvas, const Plan& plan, const std::vector<Footprint>& objects) {
-  for (const Footprint* object : LargestFirst(objects)) {
-    const Colour colour = ColourOfLabel(object->label);
-    canvas.Fill(object->polygon, plan, colour, kMostOpaque * object->existence);
-    canvas.Outline(object->polygon, plan, Mix(colour, kBlack, 0.4), 1.0, false);
+void DrawObject(Canvas& canvas, const Plan& plan, const DrawnObject& object) {
+  const Colour colour = ColourOfLabel(object.label);
+  switch (object.shape.kind()) {
+    case ShapeKind::kPolygon:
+      canvas.Fill(object.shape.polygon(), plan, colour, kMostOpaque * object.existence);
+      canvas.Outline(object.shape.polygon(), plan, Mix(colour, kBlack, 0.4), 1.0, false);
+      break;
+    case ShapeKind::kLineString:
+      DrawLineObject(canvas, object.shape.line_string(), plan, colour, object.existence);
+      break;
+    case ShapeKind::kPoint:
+      DrawPointObject(canvas, plan.At(object.shape.point()), colour, object.existence);
+      break;
+  }
+}
+
+// Lines and points have no area and come last, points on lines.
+void DrawObjects(Canvas& canvas, const Plan& plan, const std::vector<DrawnObject>& objects) {
+  const auto size_of = [](const DrawnObject& object) {
+    return std::pair(Area(object.shape), Length(object.shape));
+  };
+  for (const DrawnObject* object : LargestFirst(objects, size_of)) {
+    DrawObject(canvas, plan, *object);
   }
 }
 

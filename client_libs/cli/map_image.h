@@ -1,4 +1,4 @@
-// A picture of a map: its layers on top of each other, as the Hypermap paper shows them.
+// A picture of a map: its layers on top of each other, as in the figures of the Hypermap paper.
 #ifndef HYPERMAP_CLIENT_LIBS_CLI_MAP_IMAGE_H_
 #define HYPERMAP_CLIENT_LIBS_CLI_MAP_IMAGE_H_
 
@@ -8,7 +8,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "client_libs/cli/map_scene.h"
-#include "map/layers/grid/grid_geometry.h"
+#include "map/grid/grid_geometry.h"
 
 namespace hypermap::cli {
 
@@ -22,10 +22,11 @@ using DrawRun = std::function<void(const GridGeometry& geometry, const CellRun& 
 // Gives all runs of a grid layer to `draw`, in the frame of the scene.
 using ReadCells = std::function<absl::Status(const std::string& layer, const DrawRun& draw)>;
 
-// Occupancy in grey, free light and occupied dark; over it scalar layers, tinted by value;
-// unexplored area darkened; objects in the colour of their class, faint where their existence is in
-// doubt; the borders of explorations, the goals and paths of robots; a legend and a scale. North
-// (y) is up. Cells are drawn as they come, none is kept. Errors are those of `read_cells`.
+// Draws the grids of the scene, each in its style: floors in grey, free light and occupied dark;
+// over them tints by value; unexplored area darkened. Then the objects in the colour of their
+// class, faint where their existence is in doubt: polygons filled, line strings stroked, points as
+// discs. Then the borders of explorations, the goals and paths of robots, a legend and a scale.
+// North (y) is up. Cells are drawn as they come, none is kept. Errors are those of `read_cells`.
 absl::StatusOr<MapImage> DrawMap(const MapScene& scene, const ReadCells& read_cells);
 
 }  // namespace hypermap::cli

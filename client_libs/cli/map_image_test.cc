@@ -10,8 +10,8 @@
 
 #include "absl/strings/str_format.h"
 #include "client_libs/cli/canvas.h"
-#include "client_libs/cli/image_testing.h"
 #include "client_libs/cli/map_style.h"
+#include "client_libs/cli/testing/image.h"
 
 namespace hypermap::cli {
 namespace {
@@ -39,6 +39,11 @@ Pixels Draw(MapScene scene, const std::map<std::string, Grid>& grids) {
   return pixels;
 }
 
+const GridScene kFloorScene{"floor", GridStyle::kFloor, 0, 1, "free", "occupied"};
+GridScene SeenScene(const std::string& layer) {
+  return {layer, GridStyle::kShade, 0, 1, "unexplored", "explored"};
+}
+
 // The colour of the pixel that holds a point of the map.
 uint32_t ColourAt(const Pixels& pixels, double x, double y) {
   return pixels.At(static_cast<int>(kMargin + x * kScale),
@@ -53,7 +58,7 @@ const std::vector<CellRun> kFreeOccupiedUnknown{{0, 0, 1, 0.0}, {0, 1, 2, 1.0}, 
 
 TEST(MapImageTest, OccupancyIsGreyAndNorthIsUp) {
   MapScene scene;
-  scene.grids = {{"floor", LayerKind::kOccupancy}};
+  scene.grids = {kFloorScene};
   const Pixels pixels = Draw(scene, {{"floor", {.runs = kFreeOccupiedUnknown}}});
   EXPECT_EQ(ColourAt(pixels, 0.5, 0.5), 0xF8F8F8u);
   EXPECT_EQ(ColourAt(pixels, 1.5, 0.5), 0x141414u);
@@ -64,7 +69,7 @@ TEST(MapImageTest, OccupancyIsGreyAndNorthIsUp) {
 
 TEST(MapImageTest, UnexploredIsDarkWhicheverLayerIsNamedFirst) {
   MapScene scene;
-  scene.grids = {{"a_seen", LayerKind::kExploration}, {"floor", LayerKind::kOccupancy}};
+  scene.grids = {SeenScene("a_seen"), kFloorScene};
   const Pixels pixels = Draw(scene, {{"floor", {.runs = {{0, 0, 3, 0.0}}}},
                                      {"a_seen", {.runs = {{0, 0, 1, 1.0}, {0, 1, 2, 0.0}}}}});
   EXPECT_EQ(ColourAt(pixels, 0.5, 0.5), 0xF8F8F8u) << "explored";
@@ -74,16 +79,29 @@ TEST(MapImageTest, UnexploredIsDarkWhicheverLayerIsNamedFirst) {
 
 TEST(MapImageTest, NumbersAreTintsFromLightToStrong) {
   MapScene scene;
-  scene.grids = {{"wifi", LayerKind::kScalar, -90, -40}};
+  scene.grids = {{"wifi", GridStyle::kTint, -90, -40, "-90 dBm", "-40 dBm"}};
   const Pixels pixels =
       Draw(scene, {{"wifi", {.runs = {{0, 0, 1, -90.0}, {0, 1, 2, -65.0}, {0, 2, 3, -40.0}}}}});
   EXPECT_GT(Brightness(ColourAt(pixels, 0.5, 0.5)), Brightness(ColourAt(pixels, 1.5, 0.5)) + 20);
   EXPECT_GT(Brightness(ColourAt(pixels, 1.5, 0.5)), Brightness(ColourAt(pixels, 2.5, 0.5)) + 20);
 }
 
+TEST(MapImageTest, ValuesAreComparedWithTheRangeOfTheScene) {
+  MapScene scene;
+  scene.grids = {{"gas", GridStyle::kFloor, 100, 300, "free", "occupied"},
+                 {"wet", GridStyle::kShade, 5, 8, "dry", "wet"}};
+  const Pixels pixels =
+      Draw(scene, {{"gas", {.runs = {{0, 0, 1, 100.0}, {0, 1, 2, 300.0}, {0, 2, 4, 100.0}}}},
+                   {"wet", {.runs = {{0, 2, 3, 5.0}, {0, 3, 4, 8.0}}}}});
+  EXPECT_EQ(ColourAt(pixels, 0.5, 0.5), 0xF8F8F8u);
+  EXPECT_EQ(ColourAt(pixels, 1.5, 0.5), 0x141414u);
+  EXPECT_LT(Brightness(ColourAt(pixels, 2.5, 0.5)), 160) << "the low value darkens";
+  EXPECT_EQ(ColourAt(pixels, 3.5, 0.5), 0xF8F8F8u) << "the high value does not";
+}
+
 TEST(MapImageTest, ATurnedGridIsDrawnTurned) {
   MapScene scene;
-  scene.grids = {{"floor", LayerKind::kOccupancy}};
+  scene.grids = {kFloorScene};
   // The square of the cell stands on its corner at (2, 1) and reaches up to (2, 1 + sqrt(2)).
   const Grid grid{{PlanarTransform(2, 1, std::acos(-1) / 4), 1.0}, {{0, 0, 1, 1.0}}};
   const Pixels pixels = Draw(scene, {{"floor", grid}});
@@ -96,7 +114,7 @@ TEST(MapImageTest, ATurnedGridIsDrawnTurned) {
 
 TEST(MapImageTest, CellsSmallerThanAPixelSumUpWithoutSeams) {
   MapScene scene;
-  scene.grids = {{"floor", LayerKind::kOccupancy}};
+  scene.grids = {kFloorScene};
   Grid fine{{PlanarTransform(0, 0, 0), 0.03}, {}};
   for (int row = 0; row < 100; ++row) {
     for (int col = 0; col < 100; ++col) fine.runs.push_back({row, col, col + 1, 1.0});
@@ -134,6 +152,70 @@ TEST(MapImageTest, SmallObjectsLieOnLargeOnes) {
   EXPECT_NE(ColourAt(both, 1.5, 1.5), ColourAt(both, 3.5, 3.5));
 }
 
+TEST(MapImageTest, LinesAreStrokedAndPointsAreDiscsInTheColourOfTheirClass) {
+  MapScene scene;
+  scene.objects = {{"lane", 1.0, *LineString::Make({{0.5, 0.5}, {3.5, 0.5}, {3.5, 2.5}})},
+                   {"dock", 1.0, *Shape::MakePoint({1.5, 2.5})}};
+  const Pixels pixels = Draw(scene, {});
+  EXPECT_EQ(ColourAt(pixels, 2.0, 0.5), RgbOf(ColourOfLabel("lane")));
+  EXPECT_EQ(ColourAt(pixels, 3.5, 1.5), RgbOf(ColourOfLabel("lane")));
+  EXPECT_EQ(ColourAt(pixels, 2.0, 1.5), 0xFFFFFFu) << "a line is not filled";
+  EXPECT_EQ(ColourAt(pixels, 0.5, 2.5), 0xFFFFFFu);
+  EXPECT_EQ(ColourAt(pixels, 1.5, 2.5), RgbOf(ColourOfLabel("dock")));
+  EXPECT_EQ(ColourAt(pixels, 1.6, 2.6), RgbOf(ColourOfLabel("dock"))) << "some pixels wide";
+  EXPECT_EQ(ColourAt(pixels, 2.0, 2.5), 0xFFFFFFu);
+}
+
+TEST(MapImageTest, LinesAndPointsArePaleInDoubt) {
+  MapScene scene;
+  scene.objects = {{"lane", 0.2, *LineString::Make({{0, 1}, {4, 1}})},
+                   {"lane", 0.2, *Shape::MakePoint({2, 3})}};
+  const Pixels pixels = Draw(scene, {});
+  const uint32_t pale = RgbOf(Mix(ColourOfLabel("lane"), Grey(1.0), 0.2));
+  EXPECT_EQ(ColourAt(pixels, 2, 1), pale);
+  EXPECT_EQ(ColourAt(pixels, 2, 3), pale);
+}
+
+TEST(MapImageTest, PointsLieOnLinesAndLinesOnPolygons) {
+  MapScene scene;
+  scene.objects = {{"dock", 1.0, *Shape::MakePoint({2, 2})},
+                   {"lane", 1.0, *LineString::Make({{1, 2}, {3, 2}})},
+                   {"pad", 1.0, Polygon::FromBox({{0, 0}, {4, 4}})}};
+  const Pixels pixels = Draw(scene, {});
+  EXPECT_EQ(ColourAt(pixels, 2, 2), RgbOf(ColourOfLabel("dock")));
+  EXPECT_EQ(ColourAt(pixels, 1.3, 2), RgbOf(ColourOfLabel("lane")));
+}
+
+// The pixels beside the plan, where the legend is, that have the colour.
+int PixelsOfTheLegend(const Pixels& pixels, const Colour& c) {
+  int count = 0;
+  for (int y = 0; y < pixels.height(); ++y) {
+    for (int x = static_cast<int>(2 * kMargin + 4 * kScale); x < pixels.width(); ++x) {
+      count += pixels.At(x, y) == RgbOf(c);
+    }
+  }
+  return count;
+}
+
+TEST(MapImageTest, TheLegendShowsTheShapesOfAClass) {
+  const Colour colour = ColourOfLabel("gate");
+  const auto shown = [&colour](std::vector<Shape> shapes) {
+    MapScene scene;
+    for (Shape& shape : shapes) scene.objects.push_back({"gate", 1.0, std::move(shape)});
+    return PixelsOfTheLegend(Draw(scene, {}), colour);
+  };
+  const Shape polygon = Polygon::FromBox({{1, 1}, {2, 2}});
+  const Shape line = *LineString::Make({{1, 1}, {2, 2}});
+  const Shape point = *Shape::MakePoint({1, 1});
+  const int square = shown({polygon}), stroke = shown({line}), disc = shown({point});
+  EXPECT_EQ(square, 14 * 14);
+  EXPECT_GT(stroke, 14 * 2);
+  EXPECT_LT(stroke, 14 * 4);
+  EXPECT_GT(disc, 50);
+  EXPECT_LT(disc, 100);
+  EXPECT_EQ(shown({line, line, point}), stroke + disc) << "a row for each kind of shape";
+}
+
 TEST(MapImageTest, TheBorderOfTheAreaIsDrawnAndNothingBeyondThePlan) {
   MapScene scene;
   scene.objects = {{"table", 1.0, Polygon::FromBox({{-3, 1}, {2, 2}})}};
@@ -149,7 +231,7 @@ TEST(MapImageTest, TheBorderOfTheAreaIsDrawnAndNothingBeyondThePlan) {
 // be explored.
 MapScene ExplorationScenes() {
   MapScene scene;
-  scene.grids = {{"floor", LayerKind::kOccupancy}, {"seen", LayerKind::kExploration}};
+  scene.grids = {kFloorScene, SeenScene("seen")};
   scene.explorations = {{Polygon::FromBox({{0, 0}, {3, 4}}), "seen"}};
   return scene;
 }
@@ -187,8 +269,7 @@ TEST(MapImageTest, AnExplorationOfAnotherLayerDarkensNothing) {
 
 // Whether a pixel between two points of the map has this colour.
 bool HasColour(const Pixels& pixels, const Colour& c, const Point& from, const Point& to) {
-  const auto channel = [](double level) { return static_cast<uint32_t>(std::lround(255 * level)); };
-  const uint32_t wanted = channel(c.red) << 16 | channel(c.green) << 8 | channel(c.blue);
+  const uint32_t wanted = RgbOf(c);
   constexpr int kSteps = 200;
   for (int i = 0; i <= kSteps; ++i) {
     const double share = static_cast<double>(i) / kSteps;
@@ -248,7 +329,7 @@ TEST(MapImageTest, ALongLegendIsCutShort) {
 TEST(MapImageTest, ErrorsOfTheCellsAreAnswered) {
   MapScene scene;
   scene.box = {{0, 0}, {4, 4}};
-  scene.grids = {{"floor", LayerKind::kOccupancy}};
+  scene.grids = {kFloorScene};
   const auto image = DrawMap(
       scene, [](const std::string&, const DrawRun&) { return absl::UnavailableError("gone"); });
   EXPECT_EQ(image.status(), absl::UnavailableError("gone"));

@@ -8,6 +8,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "client_libs/cli/text_table.h"
+#include "map/geometry/shape.h"
 #include "map/values/value_query.h"
 
 namespace hypermap::cli {
@@ -51,21 +52,19 @@ void MapLegend::Draw(Canvas& canvas, const Point& top_left) const {
 
 void MapLegend::AddGrid(const GridScene& grid) {
   AddText(grid.layer);
-  switch (grid.kind) {
-    case LayerKind::kOccupancy:
-      AddSquare(kFree, "free");
-      AddSquare(kOccupied, "occupied");
+  switch (grid.style) {
+    case GridStyle::kFloor:
+      AddSquare(kFree, grid.low_name);
+      AddSquare(kOccupied, grid.high_name);
       AddSquare(kUnknown, "unknown");
       break;
-    case LayerKind::kExploration:
-      AddSquare(kExplored, "explored");
-      AddSquare(kUnexplored, "unexplored");
+    case GridStyle::kShade:
+      AddSquare(kBright, grid.high_name);
+      AddSquare(kDarkened, grid.low_name);
       break;
-    case LayerKind::kScalar:
-      AddSquare(kLowest, FormatNumber(grid.low));
-      AddSquare(kHighest, FormatNumber(grid.high));
-      break;
-    case LayerKind::kSemantic:
+    case GridStyle::kTint:
+      AddSquare(kLowest, grid.low_name);
+      AddSquare(kHighest, grid.high_name);
       break;
   }
   AddGap();
@@ -104,17 +103,25 @@ void MapLegend::AddRobots(const std::vector<RobotPath>& paths, const RobotColour
   AddGap();
 }
 
-// The classes with how many there are of each, the most first.
-void MapLegend::AddClasses(const std::vector<Footprint>& objects) {
+// The classes with the number of their objects, the most frequent first. A class that has several
+// kinds of shape gets a row for each.
+void MapLegend::AddClasses(const std::vector<DrawnObject>& objects) {
   if (objects.empty()) return;
   AddText(absl::StrCat("objects  ", objects.size()));
-  std::map<std::string, int> counts;
-  for (const Footprint& object : objects) ++counts[FoldLabel(object.label)];
-  std::vector<std::pair<std::string, int>> classes(counts.begin(), counts.end());
+  using Class = std::pair<std::string, ShapeKind>;
+  std::map<Class, int> counts;
+  for (const DrawnObject& object : objects) {
+    ++counts[{FoldLabel(object.label), object.shape.kind()}];
+  }
+  std::vector<std::pair<Class, int>> classes(counts.begin(), counts.end());
   std::stable_sort(classes.begin(), classes.end(),
                    [](const auto& a, const auto& b) { return a.second > b.second; });
-  for (const auto& [label, count] : classes) {
-    AddSquare(ColourOfLabel(label), absl::StrCat(OneLine(label), "  ", count));
+  for (const auto& [type, count] : classes) {
+    rows_.push_back(
+        {absl::StrCat(OneLine(type.first), "  ", count),
+         [kind = type.second, c = ColourOfLabel(type.first)](Canvas& canvas, const Point& at) {
+           DrawObjectSample(canvas, at, kind, c);
+         }});
   }
 }
 
@@ -122,9 +129,7 @@ void MapLegend::AddText(std::string text) { rows_.push_back({std::move(text), nu
 
 void MapLegend::AddSquare(const Colour& c, std::string text) {
   rows_.push_back({std::move(text), [c](Canvas& canvas, const Point& at) {
-                     constexpr double kSize = 14.0;
-                     canvas.Square({at.x - 1, at.y + 1}, kSize + 2, Mix(c, kBlack, 0.5));
-                     canvas.Square(at, kSize, c);
+                     DrawObjectSample(canvas, at, ShapeKind::kPolygon, c);
                    }});
 }
 

@@ -14,7 +14,7 @@
 
 namespace hypermap::cli {
 
-// In as many columns as it needs and may have.
+// Takes as many columns as it needs, up to a limit; rows beyond that are counted in its last line.
 class MapLegend {
  public:
   MapLegend(const MapScene& scene, const RobotColours& robots, const Plan& plan);
@@ -33,14 +33,14 @@ class MapLegend {
   };
 
   void AddGrid(const GridScene& grid);
-  void AddClasses(const std::vector<Footprint>& objects);
+  void AddClasses(const std::vector<DrawnObject>& objects);
   void AddExplorations(const MapScene& scene);
   void AddRobots(const std::vector<RobotPath>& paths, const RobotColours& robots);
 
   void AddText(std::string text);
   void AddSquare(const Colour& c, std::string text);
   void AddGap();
-  // Lets no more rows stand than fit.
+  // Replaces the rows that do not fit by a line with their number.
   void CutShort();
 
   size_t num_columns() const { return (rows_.size() + rows_per_column_ - 1) / rows_per_column_; }

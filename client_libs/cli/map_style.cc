@@ -19,9 +19,15 @@ constexpr double kPathWidth = 3.5;
 constexpr double kEndRadius = 8.0;
 constexpr double kGoalRadius = 10.0;
 constexpr double kCrossSize = 8.0;
-// Of the light ground around a mark, on each side.
+constexpr double kObjectLineWidth = 3.0;
+constexpr double kObjectRadius = 5.0;
+constexpr double kObjectRim = 1.0;  // dark, on each side
+// The light ground around a mark, on each side.
 constexpr double kHalo = 2.0;
 constexpr Colour kHaloColour = Grey(1.0);
+
+Colour RimOf(const Colour& c) { return Mix(c, kBlack, 0.4); }
+Colour Faded(const Colour& c, double existence) { return Mix(c, Grey(1.0), existence); }
 
 }  // namespace
 
@@ -46,6 +52,17 @@ void DrawExplorationBorder(Canvas& canvas, const Polygon& area, const Plan& plan
 void DrawPath(Canvas& canvas, const RobotPath& path, const Plan& plan, const Colour& c) {
   canvas.Path(path.points, plan, kHaloColour, kPathWidth + 2 * kHalo);
   canvas.Path(path.points, plan, c, kPathWidth);
+}
+
+void DrawLineObject(Canvas& canvas, const LineString& line, const Plan& plan, const Colour& c,
+                    double existence) {
+  canvas.Path(line.vertices(), plan, RimOf(c), kObjectLineWidth + 2 * kObjectRim);
+  canvas.Path(line.vertices(), plan, Faded(c, existence), kObjectLineWidth);
+}
+
+void DrawPointObject(Canvas& canvas, const Point& at, const Colour& c, double existence) {
+  canvas.Disc(at, kObjectRadius + kObjectRim, RimOf(c));
+  canvas.Disc(at, kObjectRadius, Faded(c, existence));
 }
 
 void DrawPathEnd(Canvas& canvas, const Point& at, const Colour& c) {
@@ -75,6 +92,25 @@ void DrawPathSample(Canvas& canvas, const Point& at, const Colour& c) {
   const Point end{at.x + kSampleWidth - kEndRadius, at.y - 6};
   canvas.Line({at.x, end.y}, end, c, kPathWidth, false);
   DrawPathEnd(canvas, end, c);
+}
+
+void DrawObjectSample(Canvas& canvas, const Point& at, ShapeKind kind, const Colour& c) {
+  constexpr double kSize = 14.0;
+  const Point middle{at.x + kSize / 2, at.y - 6};
+  switch (kind) {
+    case ShapeKind::kPolygon:
+      canvas.Square({at.x - 1, at.y + 1}, kSize + 2, Mix(c, kBlack, 0.5));
+      canvas.Square(at, kSize, c);
+      break;
+    case ShapeKind::kLineString:
+      canvas.Line({at.x - kObjectRim, middle.y}, {at.x + kSize + kObjectRim, middle.y}, RimOf(c),
+                  kObjectLineWidth + 2 * kObjectRim, false);
+      canvas.Line({at.x, middle.y}, {at.x + kSize, middle.y}, c, kObjectLineWidth, false);
+      break;
+    case ShapeKind::kPoint:
+      DrawPointObject(canvas, middle, c, 1.0);
+      break;
+  }
 }
 
 }  // namespace hypermap::cli

@@ -38,7 +38,10 @@ struct EvaluationReport {
   Revision revision = 0;
   std::string truth;      // where it came from
   int truth_ignored = 0;  // not detectable, or seen too seldom
-  std::string image;      // the path of the picture, or empty
+  // Line strings and points, which have no area to compare; left out.
+  int truth_not_polygons = 0;
+  int map_not_polygons = 0;
+  std::string image;  // the path of the picture, or empty
   evaluation::Evaluation evaluation;
 };
 

@@ -27,12 +27,14 @@ struct QueryOptions {
   bool reads_stdin = false;
   std::string at;
   Revision min_revision = 0;
+  double tolerance_m = 0.0;
 };
 
 client::CallOptions CallOptionsOf(const QueryOptions& options) {
   client::CallOptions call;
   if (const absl::StatusOr<AsOf> at = ParseAsOf(options.at); at.ok()) call.as_of = *at;
   call.as_of.min_revision = options.min_revision;
+  call.tolerance_m = options.tolerance_m;
   return call;
 }
 
@@ -125,10 +127,9 @@ absl::Status QueryNearest(const QueryOptions& options, Session& s) {
 
 constexpr char kValueHelp[] =
     "free, occupied, unknown, explored, unexplored, a comparison (\">0.65\", 0.2..0.5, =1), a "
-    "class "
-    "label, or tag:WORD";
+    "class label, or tag:WORD";
 
-// What each question takes: the map, its revision, the layers and the frame.
+// Adds the arguments of every question: the map, its revision, the layers and the frame.
 void AddScope(CLI::App& query, QueryOptions& options) {
   query.add_option("map", options.map, "Name of the map")->required()->type_name("MAP");
   query
@@ -147,6 +148,18 @@ void AddScope(CLI::App& query, QueryOptions& options) {
                   "Wait until the map has this revision")
       ->type_name("REVISION")
       ->check(CLI::NonNegativeNumber);
+}
+
+void AddTolerance(CLI::App& query, QueryOptions& options) {
+  query
+      .add_option(
+          "--tolerance", options.tolerance_m,
+          "Also find objects whose shape is at most this far away, in metres; with 0 a line "
+          "string or point is found only where it is met exactly")
+      ->type_name("METRES")
+      ->check(IsNumber())
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
 }
 
 void AddPosition(CLI::App& query, QueryOptions& options) {
@@ -170,11 +183,13 @@ void AddQueryCommands(CLI::App& app, Command& selected) {
   CLI::App* point = query->add_subcommand("point", "What is at this point?");
   AddScope(*point, *options);
   AddPosition(*point, *options);
+  AddTolerance(*point, *options);
   AddQuery(*point, options, selected, QueryPoint);
 
   CLI::App* points =
       query->add_subcommand("points", "What is at each of many points? A line for each");
   AddScope(*points, *options);
+  AddTolerance(*points, *options);
   points
       ->add_flag("--stdin", options->reads_stdin,
                  "Read the points from the standard input: a line each, \"X Y\" or \"X,Y\"")

@@ -7,7 +7,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
-#include "client_libs/cli/run_testing.h"
+#include "client_libs/cli/testing/run.h"
 #include "client_libs/testing/scripted_server.h"
 #include "google/protobuf/text_format.h"
 
@@ -39,7 +39,7 @@ TEST(QueryPointsCommandTest, JsonHasALineAPointThenTheRevision) {
   ScriptedServer server(TwoPoints());
   const Outcome outcome = RunOn(server,
                                 {"query", "points", "office", "--stdin", "--layer", "a", "--frame",
-                                 "dock", "--at", "5", "--json"},
+                                 "dock", "--at", "5", "--tolerance", "0.5", "--json"},
                                 "1 2\n-0.5,4\n");
   EXPECT_EQ(outcome.exit_code, kExitOk) << outcome.err;
   EXPECT_THAT(
@@ -56,8 +56,9 @@ TEST(QueryPointsCommandTest, JsonHasALineAPointThenTheRevision) {
           R"({"id":7,"label":"cup","existence":0.97},{"id":9,"label":"table","existence":1.0}]}]})",
           R"({"revision":5})", ""));
   EXPECT_THAT(server.Requests(),
-              ElementsAre("QueryPoints opening { map: \"office\" layers: \"a\" frame_id: \"dock\" "
-                          "at_revision: 5 } xs: 1 xs: -0.5 ys: 2 ys: 4"));
+              ElementsAre("QueryPoints opening { scope { map: \"office\" layers: \"a\" frame_id: "
+                          "\"dock\" } as_of { at_revision: 5 } tolerance_m: 0.5 } xs: 1 xs: -0.5 "
+                          "ys: 2 ys: 4"));
 }
 
 TEST(QueryPointsCommandTest, PeopleGetALineAPoint) {

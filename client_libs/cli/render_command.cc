@@ -1,5 +1,6 @@
 // render.
 #include <algorithm>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -11,11 +12,13 @@
 #include "absl/strings/str_format.h"
 #include "client_libs/cli/as_of.h"
 #include "client_libs/cli/canvas.h"
+#include "client_libs/cli/cell_values.h"
 #include "client_libs/cli/commands.h"
 #include "client_libs/cli/coordinates.h"
 #include "client_libs/cli/file_io.h"
 #include "client_libs/cli/map_image.h"
 #include "client_libs/cli/robot_paths.h"
+#include "client_libs/cli/text_table.h"
 #include "client_libs/cli/validators.h"
 #include "map/exploration/exploration_objects.h"
 
@@ -36,18 +39,29 @@ struct RenderOptions {
   std::vector<std::string> paths;
 };
 
-// What a map has to be drawn, apart from its cells.
+// The content of a map that is drawn, except for its cells.
 struct Survey {
   Revision revision = 0;
   std::vector<std::string> layers;  // that can be drawn
   std::vector<client::LayerRefusal> refusals;
   MapScene scene;  // without its box
-  Box box;         // of the objects and of the cells that are known
+  Box box;         // of the objects and of the known cells
   Box borders;     // of the explorations
 };
 
-// Areas may be drawn far around what there is: the picture shows what lies near it.
-constexpr double kBorderMargin = 0.05;  // of the longer side
+// Room around line strings and points, which may have no extent, metres.
+constexpr double kRoomAround = 0.5;
+
+Box WithRoomAround(const Box& box) {
+  return {{box.min.x - kRoomAround, box.min.y - kRoomAround},
+          {box.max.x + kRoomAround, box.max.y + kRoomAround}};
+}
+
+bool HasArea(const Box& box) { return box.max.x > box.min.x && box.max.y > box.min.y; }
+
+// People draw the areas of explorations far around a map. The picture shows their borders only up
+// to this distance from the other content, as a share of its longer side.
+constexpr double kBorderMargin = 0.05;
 
 Box WithBordersNearby(const Box& box, const Box& borders) {
   if (box.empty() || borders.empty()) return box.empty() ? borders : box;
@@ -60,64 +74,103 @@ Box WithBordersNearby(const Box& box, const Box& borders) {
   return framed;
 }
 
-// Runs through a grid's cells to know their box and their range.
+// The layers of a map as the server lists them, by name.
+using LayerEntries = std::map<std::string, client::LayerEntry>;
+
+// What the cells of an answer hold. A layer that is not listed (it has been deleted since the
+// revision that is drawn) has the properties of its kind.
+CellValues ValuesOf(const client::LayerPart& part, const LayerEntries& layers) {
+  const auto it = layers.find(part.layer);
+  if (it == layers.end() || it->second.spec.kind != part.kind) return CellValues(part.kind);
+  return CellValues(it->second.spec, it->second.properties);
+}
+
+GridStyle StyleOf(const LayerProperties& properties) {
+  const std::vector<std::string>& words = properties.words;
+  const auto has = [&words](const char* word) {
+    return std::find(words.begin(), words.end(), word) != words.end();
+  };
+  if (has("free") && has("occupied")) return GridStyle::kFloor;
+  return properties.is_binary ? GridStyle::kShade : GridStyle::kTint;
+}
+
+// The name of a value in the legend: its word, or the number with its unit.
+std::string NameOf(double value, const CellValues& values) {
+  if (std::string word = values.Word(value); !word.empty()) return word;
+  const std::string& unit = values.properties().unit;
+  return absl::StrCat(FormatNumber(value), unit.empty() ? "" : " ", OneLine(unit));
+}
+
+// Determines the box and the range of values of a grid's cells.
 class GridSurvey {
  public:
-  explicit GridSurvey(const client::LayerPart& first)
-      : scene_{first.layer, first.kind}, geometry_(*first.grid) {}
+  GridSurvey(const client::LayerPart& first, CellValues values)
+      : layer_(first.layer), values_(std::move(values)), geometry_(*first.grid) {}
 
-  const GridScene& scene() const { return scene_; }
-  // Of the known cells; empty without any.
+  GridScene Scene() const {
+    const auto range = values_.properties().value_range.value_or(CellValueRange{low_, high_});
+    return {layer_,    StyleOf(values_.properties()), range.min,
+            range.max, NameOf(range.min, values_),    NameOf(range.max, values_)};
+  }
+  // The box of the known cells; empty without any.
   Box Bounds() const { return known_.empty() ? Box{} : geometry_.BoundsOf(known_); }
 
   void Add(const CellRun& run) {
     if (!run.value.has_value()) return;
-    scene_.low = known_.empty() ? *run.value : std::min(scene_.low, *run.value);
-    scene_.high = known_.empty() ? *run.value : std::max(scene_.high, *run.value);
+    low_ = known_.empty() ? *run.value : std::min(low_, *run.value);
+    high_ = known_.empty() ? *run.value : std::max(high_, *run.value);
     known_ = known_.Union({run.row, run.row + 1, run.col_begin, run.col_end});
   }
 
  private:
-  GridScene scene_;
+  std::string layer_;
+  CellValues values_;
   GridGeometry geometry_;
+  double low_ = 0.0;
+  double high_ = 0.0;
   CellBox known_;
 };
 
-// An object of an exploration is drawn as what it stands for, whatever people made of its
-// attributes.
+// Draws an object of an exploration by its label, even if people changed its attributes.
 void AddExplorationObject(SemanticObject object, MapScene* scene) {
   if (object.label == kExplorationLabel) {
     const absl::StatusOr<Exploration> exploration = ToExploration(object);
     scene->explorations.push_back(
-        {std::move(object.polygon), exploration.ok() ? exploration->exploration_layer : ""});
+        {object.shape.polygon(), exploration.ok() ? exploration->exploration_layer : ""});
   } else if (object.label == kGoalLabel) {
     const absl::StatusOr<ExplorationGoal> goal = ToGoal(object);
-    scene->goals.push_back({goal.ok() ? goal->robot : "", Centroid(object.polygon)});
+    scene->goals.push_back({goal.ok() ? goal->robot : "", Centroid(object.shape)});
   } else {
-    scene->unreachable_places.push_back(Centroid(object.polygon));
+    scene->unreachable_places.push_back(Centroid(object.shape));
   }
 }
 
 bool IsOfExploration(const std::string& layer, const SemanticObject& object) {
-  return layer == kExplorationsLayer &&
-         (object.label == kExplorationLabel || object.label == kGoalLabel ||
-          object.label == kUnreachableLabel);
+  if (layer != kExplorationsLayer) return false;
+  if (object.label == kExplorationLabel) return object.shape.is_polygon();
+  return object.label == kGoalLabel || object.label == kUnreachableLabel;
 }
 
 void AddObject(const std::string& layer, SemanticObject object, Survey* survey) {
   const bool is_of_exploration = IsOfExploration(layer, object);
-  (is_of_exploration ? survey->borders : survey->box).Extend(object.polygon.bounds());
+  const Box bounds = object.shape.bounds();
+  (is_of_exploration ? survey->borders : survey->box)
+      .Extend(object.shape.is_polygon() ? bounds : WithRoomAround(bounds));
   if (is_of_exploration) {
     AddExplorationObject(std::move(object), &survey->scene);
   } else {
     survey->scene.objects.push_back(
-        {std::move(object.label), object.existence, std::move(object.polygon)});
+        {std::move(object.label), object.existence, std::move(object.shape)});
   }
 }
 
 absl::StatusOr<Survey> SurveyMap(client::Client& client, const std::string& map,
                                  const Polygon& area, const Scope& scope,
                                  const client::CallOptions& call) {
+  const absl::StatusOr<client::LayerList> list = client.ListLayers(map);
+  if (!list.ok()) return list.status();
+  LayerEntries entries;
+  for (const client::LayerEntry& entry : list->layers) entries.emplace(entry.spec.name, entry);
   Survey survey;
   std::vector<GridSurvey> grids;
   client::AnswerReader reader = client.QueryArea(map, area, scope, call);
@@ -128,7 +181,7 @@ absl::StatusOr<Survey> SurveyMap(client::Client& client, const std::string& map,
     }
     if (survey.layers.empty() || survey.layers.back() != part->layer) {
       survey.layers.push_back(part->layer);
-      if (part->grid.has_value()) grids.emplace_back(*part);
+      if (part->grid.has_value()) grids.emplace_back(*part, ValuesOf(*part, entries));
     }
     for (const CellRun& run : part->runs) grids.back().Add(run);
     for (SemanticObject& object : part->objects) {
@@ -138,9 +191,10 @@ absl::StatusOr<Survey> SurveyMap(client::Client& client, const std::string& map,
   if (!reader.status().ok()) return reader.status();
   for (const GridSurvey& grid : grids) {
     survey.box.Extend(grid.Bounds());
-    survey.scene.grids.push_back(grid.scene());
+    survey.scene.grids.push_back(grid.Scene());
   }
   survey.box = WithBordersNearby(survey.box, survey.borders);
+  if (!survey.box.empty() && !HasArea(survey.box)) survey.box = WithRoomAround(survey.box);
   survey.revision = reader.revision();
   return survey;
 }
@@ -198,7 +252,7 @@ absl::Status Render(const RenderOptions& options, Session& s) {
   scene.area = area;
   scene.paths = *std::move(paths);
 
-  // The cells are asked for again, of the same revision: so none has to be kept.
+  // Asks for the cells a second time, at the same revision, so that none has to be kept.
   call.as_of = {.revision = survey->revision};
   const auto read_cells = [&](const std::string& layer, const DrawRun& draw) {
     client::AnswerReader reader = s.client.QueryArea(options.map, asked, {.layers = {layer}}, call);

@@ -7,8 +7,8 @@
 #include <string>
 
 #include "client_libs/cli/canvas.h"
-#include "client_libs/cli/image_testing.h"
-#include "client_libs/cli/run_testing.h"
+#include "client_libs/cli/testing/image.h"
+#include "client_libs/cli/testing/run.h"
 #include "client_libs/testing/scripted_server.h"
 #include "google/protobuf/text_format.h"
 
@@ -39,9 +39,8 @@ Script Site() {
            "cells { grid { origin { } resolution_m: 1 } rows: [0, 0] col_begins: [0, 2] "
            "col_ends: [2, 9] values: [0, nan] }"),
       Part("layer: 'things' kind: LAYER_KIND_SEMANTIC status: ANSWER_STATUS_VALUE "
-           "objects { id: 1 label: 'chair' existence: 0.9 polygon { outer { "
-           "points { x: 1 y: 2 } points { x: 2 y: 2 } points { x: 2 y: 4 } points { x: 1 y: 4 } "
-           "} } }")};
+           "objects { id: 1 label: 'chair' existence: 0.9 shape { polygon { outer { "
+           "xs: [1, 2, 2, 1] ys: [2, 2, 4, 4] } } } }")};
   return script;
 }
 
@@ -78,9 +77,10 @@ TEST_F(RenderTest, DrawsAllThatIsKnown) {
   EXPECT_EQ(at(0.5, 3.0), 0xFFFFFFu);
   EXPECT_NE(at(1.5, 3.0), 0xFFFFFFu);
   EXPECT_THAT(server.Requests(),
-              ElementsAre(StartsWith("QueryArea map: \"office\" area"),
-                          AllOf(StartsWith("QueryArea map: \"office\" layers: \"floor\" area"),
-                                HasSubstr("at_revision: 7"))));
+              ElementsAre("ListLayers map: \"office\"",
+                          StartsWith("QueryArea scope { map: \"office\" } area"),
+                          StartsWith("QueryArea scope { map: \"office\" layers: \"floor\" } "
+                                     "as_of { at_revision: 7 } area")));
 }
 
 TEST_F(RenderTest, AsksForTheLayersTheAreaAndTheRevisionThatAreWanted) {
@@ -88,9 +88,10 @@ TEST_F(RenderTest, AsksForTheLayersTheAreaAndTheRevisionThatAreWanted) {
   const Outcome outcome = Render(server, {"--layers", "floor,things", "--area", "0,0", "3,0", "3,1",
                                           "--pixels_per_m", "100", "--at", "5"});
   ASSERT_EQ(outcome.exit_code, kExitOk) << outcome.err;
-  EXPECT_THAT(server.Requests().front(),
-              AllOf(StartsWith("QueryArea map: \"office\" layers: \"floor\" layers: \"things\""),
-                    HasSubstr("points { x: 3 y: 1 }"), HasSubstr("at_revision: 5")));
+  EXPECT_THAT(
+      server.Requests()[1],
+      StartsWith("QueryArea scope { map: \"office\" layers: \"floor\" layers: \"things\" } "
+                 "as_of { at_revision: 5 } area { outer { xs: 0 xs: 3 xs: 3 ys: 0 ys: 0 ys: 1 "));
   EXPECT_EQ(Pixels(Get(path_)).At(static_cast<int>(kMargin) + 150, static_cast<int>(kMargin) + 100),
             0x0040E6u)
       << "the lower border of the area";
@@ -109,14 +110,13 @@ TEST_F(RenderTest, DrawsExplorationsAndPaths) {
   script.parts.insert(
       script.parts.begin(),
       Part("layer: 'explorations' kind: LAYER_KIND_SEMANTIC status: ANSWER_STATUS_VALUE "
-           "objects { id: 2 label: 'exploration' polygon { outer { points { } points { x: 2 } "
-           "points { x: 2 y: 4 } points { y: 4 } } } } "
-           "objects { id: 3 label: 'exploration goal' polygon { outer { points { x: 1 y: 1 } "
-           "points { x: 1.1 y: 1 } points { x: 1.1 y: 1.1 } points { x: 1 y: 1.1 } } } } "
-           "objects { id: 4 label: 'unreachable place' polygon { outer { points { x: 1.4 y: 0.9 } "
-           "points { x: 1.6 y: 0.9 } points { x: 1.6 y: 1.1 } points { x: 1.4 y: 1.1 } } } } "
-           "objects { id: 5 label: 'note' polygon { outer { points { x: 1.8 y: 0.2 } "
-           "points { x: 2 y: 0.2 } points { x: 2 y: 0.4 } } } }"));
+           "objects { id: 2 label: 'exploration' shape { polygon { outer { xs: [0, 2, 2, 0] "
+           "ys: [0, 0, 4, 4] } } } } "
+           "objects { id: 3 label: 'exploration goal' shape { polygon { outer { "
+           "xs: [1, 1.1, 1.1, 1] ys: [1, 1, 1.1, 1.1] } } } } "
+           "objects { id: 4 label: 'unreachable place' shape { point { x: 1.5 y: 1 } } } "
+           "objects { id: 5 label: 'note' shape { polygon { outer { xs: [1.8, 2, 2] "
+           "ys: [0.2, 0.2, 0.4] } } } }"));
   ScriptedServer server(script);
   Put(folder_ / "paths.geojson",
       R"({"type": "FeatureCollection", "features": [{"type": "Feature",
@@ -141,8 +141,8 @@ TEST_F(RenderTest, AnAreaDrawnFarAroundTheMapDoesNotMakeItSmall) {
   script.parts.insert(
       script.parts.begin(),
       Part("layer: 'explorations' kind: LAYER_KIND_SEMANTIC status: ANSWER_STATUS_VALUE "
-           "objects { id: 2 label: 'exploration' polygon { outer { points { x: -99 y: -99 } "
-           "points { x: 99 y: -99 } points { x: 99 y: 99 } points { x: -99 y: 99 } } } }"));
+           "objects { id: 2 label: 'exploration' shape { polygon { outer { xs: [-99, 99, 99, -99] "
+           "ys: [-99, -99, 99, 99] } } } }"));
   ScriptedServer server(script);
   const Outcome outcome = Render(server, {});
   ASSERT_EQ(outcome.exit_code, kExitOk) << outcome.err;
@@ -154,6 +154,40 @@ TEST_F(RenderTest, AnAreaDrawnFarAroundTheMapDoesNotMakeItSmall) {
   };
   for (const double y : {2.2, 3.0, 3.8}) EXPECT_EQ(at(1.5, y), at(1.2, 3.0)) << "the chair";
   EXPECT_NE(at(1.5, 3.0), at(0.5, 3.0));
+}
+
+TEST_F(RenderTest, AMapOfLinesAndPointsHasRoomAroundThem) {
+  Script script;
+  script.parts = {
+      Part("layer: 'lanes' kind: LAYER_KIND_SEMANTIC status: ANSWER_STATUS_VALUE "
+           "objects { id: 1 label: 'lane' existence: 1 shape { line_string { xs: [0, 3] "
+           "ys: [0, 0] } } } "
+           "objects { id: 2 label: 'dock' existence: 1 shape { point { x: 1 y: 0 } } }")};
+  ScriptedServer server(script);
+  const Outcome outcome = Render(server, {"--json"});
+  ASSERT_EQ(outcome.exit_code, kExitOk) << outcome.err;
+  EXPECT_EQ(json::parse(outcome.out)["objects"], 2);
+  // (-0.5, -0.5) to (3.5, 0.5), 1600 pixels wide.
+  const Pixels pixels(Get(path_));
+  const auto at = [&pixels](double x, double y) {
+    return pixels.At(static_cast<int>(kMargin + 400 * (x + 0.5)),
+                     static_cast<int>(kMargin + 400 * (0.5 - y)));
+  };
+  EXPECT_EQ(at(2.0, 0.0), RgbOf(ColourOfLabel("lane")));
+  EXPECT_EQ(at(1.0, 0.0), RgbOf(ColourOfLabel("dock"))) << "points lie on lines";
+  EXPECT_EQ(at(2.0, 0.2), 0xFFFFFFu);
+}
+
+TEST_F(RenderTest, AnExplorationThatIsNoAreaIsDrawnAsAnObject) {
+  Script script = Site();
+  script.parts.insert(
+      script.parts.begin(),
+      Part("layer: 'explorations' kind: LAYER_KIND_SEMANTIC status: ANSWER_STATUS_VALUE "
+           "objects { id: 2 label: 'exploration' existence: 1 shape { point { x: 0.5 y: 3 } } }"));
+  ScriptedServer server(script);
+  const Outcome outcome = Render(server, {"--json"});
+  ASSERT_EQ(outcome.exit_code, kExitOk) << outcome.err;
+  EXPECT_EQ(json::parse(outcome.out)["objects"], 2);
 }
 
 TEST_F(RenderTest, PathsThatAreNoneAreErrorsThatAskNothing) {

@@ -9,7 +9,7 @@
 #include <string>
 #include <utility>
 
-#include "client_libs/cli/run_testing.h"
+#include "client_libs/cli/testing/run.h"
 #include "client_libs/testing/scripted_server.h"
 #include "google/protobuf/text_format.h"
 
@@ -29,8 +29,7 @@ struct CommandLine {
 };
 
 TEST(RunTest, CommandLinesBecomeRequests) {
-  const std::string triangle =
-      "area { outer { points { x: -1 y: -1 } points { x: 2 y: -1 } points { x: 2 y: 3 } } }";
+  const std::string triangle = "area { outer { xs: -1 xs: 2 xs: 2 ys: -1 ys: -1 ys: 3 } }";
   const CommandLine lines[] = {
       {{"maps"}, "ListMaps"},
       {{"map", "create", "office", "--frame", "site"},
@@ -52,46 +51,52 @@ TEST(RunTest, CommandLinesBecomeRequests) {
        R"(grid { origin { } resolution_m: 1 } unit: "dBm" })"},
       {{"layer", "create", "office", "things", "--kind", "semantic"},
        R"(CreateLayer map: "office" layer { name: "things" kind: LAYER_KIND_SEMANTIC })"},
+      {{"layer", "create", "office", "lanes", "--kind", "semantic", "--shapes",
+        "point,line_string"},
+       R"(CreateLayer map: "office" layer { name: "lanes" kind: LAYER_KIND_SEMANTIC )"
+       R"(shape_kinds: SHAPE_KIND_LINE_STRING shape_kinds: SHAPE_KIND_POINT })"},
       {{"alias", "office", "things", "tv=tvmonitor", "Furniture=chair, couch", "sofa="},
        R"(ApplyEdits map: "office" edits { set_aliases { layer: "things" )"
        R"(aliases { alias: "Furniture" labels: " couch" labels: "chair" } aliases { alias: "sofa" } )"
        R"(aliases { alias: "tv" labels: "tvmonitor" } } })"},
       {{"layer", "delete", "office", "floor"}, R"(DeleteLayer map: "office" layer: "floor")"},
       {{"query", "point", "office", "-2.75", "-0.4"},
-       R"(QueryPoint map: "office" point { x: -2.75 y: -0.4 })"},
+       R"(QueryPoint scope { map: "office" } point { x: -2.75 y: -0.4 })"},
       {{"query", "point", "office", "-.5", "-1e-3"},
-       R"(QueryPoint map: "office" point { x: -0.5 y: -0.001 })"},
+       R"(QueryPoint scope { map: "office" } point { x: -0.5 y: -0.001 })"},
       {{"query", "point", "--layer", "b", "--layer", "a", "office", "1", "2", "--frame", "dock"},
-       R"(QueryPoint map: "office" layers: "b" layers: "a" frame_id: "dock" point { x: 1 y: 2 })"},
+       R"(QueryPoint scope { map: "office" layers: "b" layers: "a" frame_id: "dock" } point { x: 1 y: 2 })"},
+      {{"query", "point", "office", "1", "2", "--tolerance", "0.25"},
+       R"(QueryPoint scope { map: "office" } point { x: 1 y: 2 } tolerance_m: 0.25)"},
       {{"query", "point", "point", "0.1", "2.7500000000000004"},
-       R"(QueryPoint map: "point" point { x: 0.1 y: 2.7500000000000004 })"},
+       R"(QueryPoint scope { map: "point" } point { x: 0.1 y: 2.7500000000000004 })"},
       {{"query", "area", "office", "-1,-1", "2,-1", "2,3"},
-       R"(QueryArea map: "office" )" + triangle},
+       R"(QueryArea scope { map: "office" } )" + triangle},
       {{"query", "area", "office", "-1,-1", "2,-1", "2,3", "--layer", "floor", "--json"},
-       R"(QueryArea map: "office" layers: "floor" )" + triangle},
+       R"(QueryArea scope { map: "office" layers: "floor" } )" + triangle},
       {{"query", "value", "office", "dining table"},
-       R"(QueryValue map: "office" value: "dining table")"},
+       R"(QueryValue scope { map: "office" } value: "dining table")"},
       {{"query", "value", "office", "-70..-50", "--area", "-1,-1", "2,-1", "2,3"},
-       R"(QueryValue map: "office" value: "-70..-50" )" + triangle},
+       R"(QueryValue scope { map: "office" } value: "-70..-50" )" + triangle},
       {{"query", "value", "maps", ">0.65", "--area", "-1,-1", "2,-1", "2,3", "--layer", "floor"},
-       R"(QueryValue map: "maps" layers: "floor" value: ">0.65" )" + triangle},
+       R"(QueryValue scope { map: "maps" layers: "floor" } value: ">0.65" )" + triangle},
       {{"query", "nearest", "office", "-1", "-2", "--value", "chair", "-k", "3"},
-       R"(QueryNearest map: "office" point { x: -1 y: -2 } value: "chair" k: 3)"},
+       R"(QueryNearest scope { map: "office" } point { x: -1 y: -2 } value: "chair" k: 3)"},
       {{"query", "area", "office", "-1,-1", "2,-1", "2,3", "--at", "12"},
-       R"(QueryArea map: "office" )" + triangle + " at_revision: 12"},
+       R"(QueryArea scope { map: "office" } as_of { at_revision: 12 } )" + triangle},
       {{"query", "point", "office", "1", "2", "--at", "1970-01-01T01:00:01+01:00"},
-       R"(QueryPoint map: "office" point { x: 1 y: 2 } at_time { seconds: 1 })"},
+       R"(QueryPoint scope { map: "office" } as_of { at_time { seconds: 1 } } point { x: 1 y: 2 })"},
       {{"query", "value", "office", "chair", "--min_revision", "9"},
-       R"(QueryValue map: "office" value: "chair" min_revision: 9)"},
-      {{"watch", "office"}, R"(Watch map: "office" coalesce: true)"},
+       R"(QueryValue scope { map: "office" } as_of { min_revision: 9 } value: "chair")"},
+      {{"watch", "office"}, R"(Watch scope { map: "office" } coalesce: true)"},
       {{"watch", "office", "--layer", "a", "--layer", "b", "--frame", "dock", "--class", "cup",
         "--from", "0", "--area", "-1,-1", "2,-1", "2,3"},
-       R"(Watch map: "office" layers: "a" layers: "b" frame_id: "dock" )" + triangle +
+       R"(Watch scope { map: "office" layers: "a" layers: "b" frame_id: "dock" } )" + triangle +
            R"( classes: "cup" start_revision: 0 coalesce: true)"},
       {{"log", "office", "--limit", "7"},
        R"(ListRevisions map: "office" page_size: 7 newest_first: true)"},
       {{"query", "nearest", "office", "1", "2", "--value=<-70"},
-       R"(QueryNearest map: "office" point { x: 1 y: 2 } value: "<-70" k: 1)"},
+       R"(QueryNearest scope { map: "office" } point { x: 1 y: 2 } value: "<-70" k: 1)"},
   };
   for (const CommandLine& line : lines) {
     // A watch is ended by an error.
@@ -113,6 +118,8 @@ TEST(RunTest, WrongUsageIsOneLineAndExitCode2) {
       {"query", "point", "office", "1", "x"},
       {"query", "point", "office", "nan", "1"},
       {"query", "point", "office", "1", "2", "3"},
+      {"query", "point", "office", "1", "2", "--tolerance", "-1"},
+      {"query", "points", "office", "--stdin", "--tolerance", "inf"},
       {"query", "area", "office"},
       {"query", "area", "office", "1,2", "3,4", "5"},
       {"query", "value", "office"},
@@ -120,6 +127,7 @@ TEST(RunTest, WrongUsageIsOneLineAndExitCode2) {
       {"query", "nearest", "office", "1", "2", "--value", "chair", "-k", "many"},
       {"layer", "create", "office", "floor"},
       {"layer", "create", "office", "floor", "--kind", "raster"},
+      {"layer", "create", "office", "lanes", "--kind", "semantic", "--shapes", "line"},
       {"layer", "create", "office", "floor", "--kind", "scalar", "--origin", "0,0,0"},
       {"layer", "create", "office", "f", "--kind", "scalar", "--resolution", "1", "--origin", "0"},
       {"alias", "office", "things"},
@@ -185,6 +193,15 @@ TEST(RunTest, AServersErrorIsOneLineAndExitCode1) {
     EXPECT_EQ(outcome.out, "");
     EXPECT_EQ(outcome.err, "hypermap: NOT_FOUND: map \"x\" does not exist\n");
   }
+}
+
+TEST(RunTest, KindsOfShapeAreForLayersOfObjects) {
+  ScriptedServer server({});
+  const Outcome outcome = RunOn(server, {"layer", "create", "office", "floor", "--kind",
+                                         "occupancy", "--resolution", "1", "--shapes", "point"});
+  EXPECT_EQ(outcome.exit_code, kExitError);
+  EXPECT_EQ(outcome.err, "hypermap: INVALID_ARGUMENT: --shapes is for layers of objects only\n");
+  EXPECT_THAT(server.Requests(), IsEmpty());
 }
 
 TEST(RunTest, APolygonThatIsNoneIsAnErrorOfTheCommand) {
@@ -385,6 +402,28 @@ TEST(EditCommandTest, ConditionsMakeItABatchOfEdits) {
   EXPECT_THAT(server.Requests().back(),
               StartsWith("ApplyEdits map: \"office\" edits { put_object {"));
   EXPECT_THAT(server.Requests().back(), HasSubstr("if_version: 4 time_to_live { seconds: 30 }"));
+}
+
+TEST(EditCommandTest, LineStringsAndPointsAreEditsToo) {
+  testing::TemporaryFolder directory;
+  Put(directory / "lanes.geojson",
+      R"({"type": "FeatureCollection", "features": [
+          {"type": "Feature", "properties": {"label": "lane"}, "geometry":
+           {"type": "LineString", "coordinates": [[0, 0], [4, 0], [4, 3]]}},
+          {"type": "Feature", "properties": {"label": "dock"}, "geometry":
+           {"type": "Point", "coordinates": [2.5, 1]}}]})");
+  Script script;
+  v1::Layer* layer = script.layers.add_layers();
+  layer->set_name("lanes");
+  layer->set_kind(v1::LAYER_KIND_SEMANTIC);
+  script.edits.set_revision(5);
+  ScriptedServer server(script);
+  const Outcome outcome = RunOn(server, {"edit", "office", directory / "lanes.geojson", "--layer",
+                                         "lanes", "--ttl", "30s", "--json"});
+  EXPECT_EQ(outcome.exit_code, kExitOk) << outcome.err;
+  EXPECT_THAT(server.Requests().back(),
+              HasSubstr("shape { line_string { xs: 0 xs: 4 xs: 4 ys: 0 ys: 0 ys: 3 } }"));
+  EXPECT_THAT(server.Requests().back(), HasSubstr("shape { point { x: 2.5 y: 1 } }"));
 }
 
 TEST(BackupCommandTest, WritesAllPieces) {

@@ -7,11 +7,12 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "absl/time/time.h"
+#include "client_libs/cli/cell_values.h"
 #include "client_libs/cli/describe.h"
 #include "client_libs/cli/exploration_tables.h"
 #include "client_libs/cli/grid_summary.h"
 #include "client_libs/cli/text_table.h"
-#include "map/geometry/polygon.h"
+#include "map/geometry/shape.h"
 
 namespace hypermap::cli {
 namespace {
@@ -40,13 +41,16 @@ class TableOutput : public Output {
   }
 
   void Show(const client::LayerList& layers) override {
-    TextTable table({"LAYER", "KIND", "FRAME", "SIZE", "CELL [m]", "GRID ORIGIN", "UNIT"});
+    TextTable table(
+        {"LAYER", "KIND", "FRAME", "SIZE", "SHAPES", "CELL [m]", "GRID ORIGIN", "UNIT"});
     for (const client::LayerEntry& layer : layers.layers) {
       const LayerSpec& spec = layer.spec;
       table.AddRow({spec.name, DescribeKind(spec), spec.frame_id,
-                    Counted(layer.size, spec.grid ? "cell" : "object"),
+                    Counted(layer.size, layer.properties.has_cells ? "cell" : "object"),
+                    layer.properties.has_shapes ? DescribeShapeKinds(spec.shape_kinds) : "",
                     spec.grid ? FormatNumber(spec.grid->resolution_m, 4) : "",
-                    spec.grid ? DescribePose(spec.grid->layer_from_grid) : "", spec.unit});
+                    spec.grid ? DescribePose(spec.grid->layer_from_grid) : "",
+                    layer.properties.unit});
     }
     if (!table.empty()) table.Print(out_);
     for (const client::LayerEntry& layer : layers.layers) PrintAliases(layer.spec);
@@ -117,7 +121,7 @@ class TableOutput : public Output {
       if (content.status != AnswerStatus::kValue) {
         table.AddRow({content.layer, kind, DescribeStatus(content.status)});
       } else if (content.value.has_value()) {
-        table.AddRow({content.layer, kind, DescribeCellValue(content.kind, *content.value)});
+        table.AddRow({content.layer, kind, CellValues(content.kind).Describe(*content.value)});
       } else if (content.objects.empty()) {
         table.AddRow({content.layer, kind, "nothing"});
       }
@@ -132,11 +136,13 @@ class TableOutput : public Output {
 
   void Show(const std::vector<Point>& points, const client::PointsAnswer& answer) override {
     std::vector<size_t> next_hits(answer.layers.size());
+    std::vector<CellValues> values;
+    for (const client::LayerPoints& layer : answer.layers) values.emplace_back(layer.kind);
     for (size_t i = 0; i < points.size(); ++i) {
       out_ << FormatNumber(points[i].x) << ' ' << FormatNumber(points[i].y);
       for (size_t j = 0; j < answer.layers.size(); ++j) {
         out_ << "  " << answer.layers[j].layer << ": "
-             << DescribeContent(answer.layers[j], i, &next_hits[j]);
+             << DescribeContent(answer.layers[j], values[j], i, &next_hits[j]);
       }
       out_ << '\n';
     }
@@ -150,13 +156,13 @@ class TableOutput : public Output {
     for (const client::NearestMatch& match : answer.matches) {
       const std::string distance = FormatNumber(match.distance_m);
       if (match.object) {
-        const Point centroid = Centroid(match.object->polygon);
+        const Point centroid = Centroid(match.object->shape);
         table.AddRow({distance, match.layer, DescribeObject(*match.object),
                       FormatNumber(centroid.x), FormatNumber(centroid.y)});
       } else if (match.grid && match.cell) {
         const Point centre = match.grid->CentreOf({match.cell->row, match.cell->col_begin});
         const std::string value =
-            match.cell->value ? DescribeCellValue(match.kind, *match.cell->value) : "unknown";
+            match.cell->value ? CellValues(match.kind).Describe(*match.cell->value) : "unknown";
         table.AddRow({distance, match.layer, absl::StrCat("cell: ", value), FormatNumber(centre.x),
                       FormatNumber(centre.y)});
       }
@@ -181,6 +187,7 @@ class TableOutput : public Output {
     }
     PrintScores(e);
     PrintCalibration(e.calibration);
+    PrintNotPolygons(report);
     if (!report.image.empty()) out_ << "wrote " << report.image << '\n';
     Footer(absl::StrCat(report.map, "/", report.layer, " against ", report.truth, " (",
                         report.truth_ignored, " of its objects not counted)"),
@@ -281,11 +288,11 @@ class TableOutput : public Output {
 
  private:
   void AddObject(const std::string& layer, const SemanticObject& object) {
-    const Point centroid = Centroid(object.polygon);
+    const Point centroid = Centroid(object.shape);
     objects_.AddRow({layer, absl::StrCat(object.id), object.label,
                      FormatNumber(object.existence, 2), FormatNumber(centroid.x),
-                     FormatNumber(centroid.y), FormatNumber(Area(object.polygon)),
-                     absl::StrJoin(object.tags, ", ")});
+                     FormatNumber(centroid.y), std::string(ShapeKindName(object.shape.kind())),
+                     DescribeExtent(object.shape), absl::StrJoin(object.tags, ", ")});
     ++num_objects_;
   }
 
@@ -321,6 +328,14 @@ class TableOutput : public Output {
     out_ << '\n';
   }
 
+  // A line for the objects that an evaluation leaves out because they have no area.
+  void PrintNotPolygons(const EvaluationReport& report) {
+    if (report.truth_not_polygons + report.map_not_polygons == 0) return;
+    out_ << "left out, because they are line strings or points: "
+         << Counted(report.truth_not_polygons, "true object") << ", "
+         << Counted(report.map_not_polygons, "map object") << '\n';
+  }
+
   // A line for each alias.
   void PrintAliases(const LayerSpec& spec) {
     for (const auto& [alias, labels] : spec.aliases) {
@@ -346,7 +361,8 @@ class TableOutput : public Output {
 
   std::ostream& out_;
   // Of an area or value answer, until its end.
-  TextTable objects_{{"LAYER", "ID", "LABEL", "EXISTENCE", "X [m]", "Y [m]", "AREA [m²]", "TAGS"}};
+  TextTable objects_{
+      {"LAYER", "ID", "LABEL", "EXISTENCE", "X [m]", "Y [m]", "SHAPE", "EXTENT", "TAGS"}};
   int64_t num_objects_ = 0;
   std::vector<GridSummary> grids_;
   int64_t num_points_ = 0;  // shown

@@ -16,10 +16,22 @@ SemanticObject Object(ObjectId id, const std::string& label, const Point& corner
           .label = label,
           .classes = {},
           .existence = 0.875,
-          .polygon = Polygon::FromBox({corner, {corner.x + 1, corner.y + 0.5}}),
+          .shape = Polygon::FromBox({corner, {corner.x + 1, corner.y + 0.5}}),
           .height = std::nullopt,
           .tags = {"furniture"},
           .attributes = {}};
+}
+
+SemanticObject Lane() {
+  SemanticObject lane = Object(11, "lane", {0, 0});
+  lane.shape = *LineString::Make({{0, 0}, {4, 0}, {4, 4}});
+  return lane;
+}
+
+SemanticObject Dock() {
+  SemanticObject dock = Object(12, "dock", {0, 0});
+  dock.shape = *Shape::MakePoint({2.5, -1});
+  return dock;
 }
 
 template <typename Answer>
@@ -40,14 +52,15 @@ TEST(TableOutputTest, PointAnswerHasARowALayerOrObject) {
                   LayerKind::kSemantic,
                   AnswerStatus::kValue,
                   std::nullopt,
-                  {Object(4, "dining table", {2, 0}), Object(20, "cup", {2, 0})}},
+                  {Object(4, "dining table", {2, 0}), Lane(), Dock()}},
                  {"parts", LayerKind::kSemantic, AnswerStatus::kValue, std::nullopt, {}},
                  {"seen", LayerKind::kExploration, AnswerStatus::kValue, 0.0, {}},
                  {"wifi", LayerKind::kScalar, AnswerStatus::kOutside, std::nullopt, {}}}}),
             "LAYER    KIND         ANSWER\n"
             "floor    occupancy    0.02\n"
             "objects  semantic     dining table (id 4), existence 0.88\n"
-            "objects  semantic     cup (id 20), existence 0.88\n"
+            "objects  semantic     lane (id 11), line string of 8 m, existence 0.88\n"
+            "objects  semantic     dock (id 12), point, existence 0.88\n"
             "parts    semantic     nothing\n"
             "seen     exploration  unexplored\n"
             "wifi     scalar       outside of the layer\n"
@@ -70,26 +83,29 @@ TEST(TableOutputTest, PartsAreObjectsThenSummariesOfGridsThenRefusals) {
                                  {},
                                  geometry,
                                  {{2, 0, 4, std::nullopt}}});
-  output->Show(client::LayerPart{"objects",
-                                 LayerKind::kSemantic,
-                                 AnswerStatus::kValue,
-                                 {Object(9, "bed", {1, 1}), Object(10, "toilet", {-3, 1})},
-                                 std::nullopt,
-                                 {}});
+  output->Show(
+      client::LayerPart{"objects",
+                        LayerKind::kSemantic,
+                        AnswerStatus::kValue,
+                        {Object(9, "bed", {1, 1}), Object(10, "toilet", {-3, 1}), Lane(), Dock()},
+                        std::nullopt,
+                        {}});
   output->Show(client::LayerPart{
       "wifi", LayerKind::kScalar, AnswerStatus::kUnsupportedValue, {}, std::nullopt, {}});
   output->Show(client::LayerPart{
       "dock", LayerKind::kSemantic, AnswerStatus::kUnsupportedValue, {}, std::nullopt, {}});
   output->EndParts(5);
   EXPECT_EQ(out.str(),
-            "LAYER    ID  LABEL   EXISTENCE  X [m]  Y [m]  AREA [m²]  TAGS\n"
-            "objects   9  bed          0.88    1.5   1.25        0.5  furniture\n"
-            "objects  10  toilet       0.88   -2.5   1.25        0.5  furniture\n"
+            "LAYER    ID  LABEL   EXISTENCE  X [m]  Y [m]  SHAPE        EXTENT  TAGS\n"
+            "objects   9  bed          0.88    1.5   1.25  polygon      0.5 m²  furniture\n"
+            "objects  10  toilet       0.88   -2.5   1.25  polygon      0.5 m²  furniture\n"
+            "objects  11  lane         0.88      3      1  line_string  8 m     furniture\n"
+            "objects  12  dock         0.88    2.5     -1  point                furniture\n"
             "\n"
             "LAYER  CELLS  AREA [m²]  VALUES                               WITHIN [m]\n"
             "floor      8          2  0.25 to 1, mean 0.438; 1 m² unknown  (10, 0) to (12, 1.5)\n"
             "takes no such value: wifi, dock\n"
-            "2 objects, 8 cells, revision 5\n");
+            "4 objects, 8 cells, revision 5\n");
 }
 
 TEST(TableOutputTest, NoMatchesIsALine) {
@@ -98,19 +114,56 @@ TEST(TableOutputTest, NoMatchesIsALine) {
   EXPECT_EQ(out.str(), "nothing, revision 5\n");
 }
 
-TEST(TableOutputTest, LayersTellTheRuleOfAnExplorationLayer) {
-  client::LayerEntry floor;
-  floor.spec = {.name = "floor", .kind = LayerKind::kOccupancy, .frame_id = "map"};
-  client::LayerEntry seen;
-  seen.spec = {.name = "seen",
-               .kind = LayerKind::kExploration,
-               .frame_id = "map",
-               .explored_rule = CellRule::kTouched};
-  EXPECT_EQ(Shown(client::LayerList{"office", 4, {floor, seen}}),
-            "LAYER  KIND                  FRAME  SIZE       CELL [m]  GRID ORIGIN  UNIT\n"
-            "floor  occupancy             map    0 objects\n"
-            "seen   exploration, touched  map    0 objects\n"
-            "2 layers, revision 4\n");
+client::LayerEntry Entry(LayerSpec spec) {
+  client::LayerEntry entry;
+  entry.spec = std::move(spec);
+  entry.properties = PropertiesOf(entry.spec);
+  return entry;
+}
+
+TEST(TableOutputTest, LayersTellTheirRuleTheirShapesAndTheirUnit) {
+  const client::LayerList layers{
+      "office",
+      4,
+      {Entry({.name = "floor", .kind = LayerKind::kOccupancy, .frame_id = "map"}),
+       Entry({.name = "lanes",
+              .kind = LayerKind::kSemantic,
+              .frame_id = "map",
+              .shape_kinds = {ShapeKind::kPoint, ShapeKind::kLineString}}),
+       Entry({.name = "seen",
+              .kind = LayerKind::kExploration,
+              .frame_id = "map",
+              .explored_rule = CellRule::kTouched}),
+       Entry({.name = "things", .kind = LayerKind::kSemantic, .frame_id = "map"}),
+       Entry({.name = "wifi", .kind = LayerKind::kScalar, .frame_id = "map", .unit = "dBm"})}};
+  EXPECT_EQ(
+      Shown(layers),
+      "LAYER   KIND                  FRAME  SIZE       SHAPES              CELL [m]  GRID ORIGIN  "
+      "UNIT\n"
+      "floor   occupancy             map    0 cells\n"
+      "lanes   semantic              map    0 objects  line_string, point\n"
+      "seen    exploration, touched  map    0 cells\n"
+      "things  semantic              map    0 objects  all\n"
+      "wifi    scalar                map    0 cells                                               "
+      "dBm\n"
+      "5 layers, revision 4\n");
+}
+
+TEST(TableOutputTest, AChangeOfALayerTellsTheShapesThatItIsLimitedTo) {
+  client::WatchEvent event;
+  event.revision = 9;
+  event.time = absl::UnixEpoch();
+  event.changes.resize(2);
+  event.changes[0] = {
+      .kind = ChangeKind::kLayerCreated,
+      .layer = "lanes",
+      .layer_now =
+          Entry({.name = "lanes", .shape_kinds = {ShapeKind::kPoint, ShapeKind::kLineString}})};
+  event.changes[1] = {
+      .kind = ChangeKind::kLayerCreated, .layer = "things", .layer_now = Entry({.name = "things"})};
+  EXPECT_EQ(Shown(event),
+            "9  1970-01-01 00:00:00.000Z  lanes  layer_created  semantic of line_string, point\n"
+            "9  1970-01-01 00:00:00.000Z  things  layer_created  semantic\n");
 }
 
 TEST(TableOutputTest, NearestHasDistances) {

@@ -158,7 +158,9 @@ void AddImport(CLI::App& app, Command& selected) {
 void AddEdit(CLI::App& app, Command& selected) {
   auto command = std::make_shared<EditCommand>();
   CLI::App* edit = app.add_subcommand(
-      "edit", "Change a layer by the features of a GeoJSON file: all of them or none");
+      "edit",
+      "Change a layer by the features of a GeoJSON file, polygons, line strings and points: all of "
+      "them or none");
   edit->add_option("map", command->map, "Name of the map")->required()->type_name("MAP");
   edit->add_option("file", command->path, "The GeoJSON file")->required()->type_name("FILE");
   edit->add_option("--layer", command->layer, "The layer to change")->required();

@@ -7,6 +7,7 @@
 #include "absl/time/time.h"
 #include "client_libs/cli/as_of.h"
 #include "client_libs/cli/coordinates.h"
+#include "map/geometry/shape.h"
 #include "map/layers/layer_spec.h"
 
 namespace hypermap::cli {
@@ -48,6 +49,16 @@ CLI::Validator IsCellRule() {
         return ParseCellRule(text).has_value()
                    ? ""
                    : absl::StrCat("\"", text, "\" is not centre, covered or touched");
+      },
+      "");
+}
+
+CLI::Validator IsShapeKind() {
+  return CLI::Validator(
+      [](std::string& text) {
+        return ParseShapeKind(text).has_value()
+                   ? ""
+                   : absl::StrCat("\"", text, "\" is not polygon, line_string or point");
       },
       "");
 }

@@ -11,6 +11,7 @@ CLI::Validator IsPoint();      // X,Y
 CLI::Validator IsPose();       // X,Y,YAW
 CLI::Validator IsLayerKind();  // the names of map/layers
 CLI::Validator IsCellRule();   // the names of map/layers
+CLI::Validator IsShapeKind();  // the names of map/geometry/shape.h
 CLI::Validator IsAlias();      // ALIAS=LABELS
 CLI::Validator IsTimeout();    // "1.5s", "2m", or "0" for none
 CLI::Validator IsAsOf();       // a revision, or an RFC 3339 time

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "client_libs/cli/run.h"
-#include "client_libs/cli/run_testing.h"
+#include "client_libs/cli/testing/run.h"
 #include "client_libs/testing/scripted_server.h"
 #include "map/snapshot.h"
 
@@ -77,9 +77,10 @@ TEST(ChangesCommandTest, ComparesWithTheNewestAndTellsItsTime) {
             "\n"
             R"({"from_revision":2,"revision":9})"
             "\n");
-  EXPECT_THAT(server.Requests(),
-              ElementsAre(R"(ListRevisions map: "office" page_size: 1 newest_first: true)",
-                          R"(ListChanges map: "office" from_revision: 2 to_revision: 9)"));
+  EXPECT_THAT(
+      server.Requests(),
+      ElementsAre(R"(ListRevisions map: "office" page_size: 1 newest_first: true)",
+                  R"(ListChanges scope { map: "office" } from_revision: 2 to_revision: 9)"));
 }
 
 }  // namespace

@@ -9,10 +9,11 @@
 
 #include "absl/time/time.h"
 #include "map/frames/frame_tree.h"
-#include "map/layers/grid/grid_geometry.h"
+#include "map/grid/grid_geometry.h"
 #include "map/layers/layer.h"
+#include "map/layers/layer_properties.h"
 #include "map/layers/layer_spec.h"
-#include "map/layers/semantic_object.h"
+#include "map/objects/semantic_object.h"
 #include "map/snapshot.h"
 #include "map/watch/told_change.h"
 
@@ -38,6 +39,8 @@ struct LayerEntry {
   std::optional<CellBox> extent;
   // The newest revision that changed it or its content.
   Revision version = 0;
+  // What its content is like: enough to draw and print a layer of any kind.
+  LayerProperties properties;
 };
 
 struct LayerList {

@@ -14,7 +14,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/strip.h"
 #include "absl/time/clock.h"
-#include "wire/pem.h"
+#include "base/tls/pem.h"
 #include "wire/status.h"
 
 namespace hypermap::client {
@@ -119,7 +119,7 @@ absl::Status Named(const char* what, const absl::Status& status) {
 absl::Status CheckTls(const TlsOptions& tls) {
   if (!tls.root_certificates.empty()) {
     absl::Status status =
-        Named("the roots to trust", wire::CheckCertificates(tls.root_certificates));
+        Named("the roots to trust", tls::CheckCertificates(tls.root_certificates));
     if (!status.ok()) return status;
   }
   if (tls.certificate_chain.empty() != tls.private_key.empty()) {
@@ -128,9 +128,9 @@ absl::Status CheckTls(const TlsOptions& tls) {
   }
   if (tls.certificate_chain.empty()) return absl::OkStatus();
   absl::Status status =
-      Named("the client's certificate", wire::CheckCertificates(tls.certificate_chain));
+      Named("the client's certificate", tls::CheckCertificates(tls.certificate_chain));
   if (!status.ok()) return status;
-  return Named("the client's key", wire::CheckKey(tls.private_key, tls.certificate_chain));
+  return Named("the client's key", tls::CheckKey(tls.private_key, tls.certificate_chain));
 }
 
 // Why no call can be made with these options.

@@ -144,10 +144,7 @@ absl::StatusOr<EditAnswer> Client::ApplyEdits(const std::string& map, const Edit
   request.set_map(map);
   request.set_request_id(RequestIdOf(options));
   wire::EncodeLayerVersions(batch.if_layers, request.mutable_if_layers());
-  for (const Edit& edit : batch.edits) {
-    const absl::Status status = wire::EncodeEdit(edit, request.add_edits());
-    if (!status.ok()) return status;
-  }
+  for (const Edit& edit : batch.edits) wire::EncodeEdit(edit, request.add_edits());
   const auto response =
       connection_->Call(connection_->edit(), &v1::EditService::Stub::ApplyEdits, request, options);
   if (!response.ok()) return response.status();

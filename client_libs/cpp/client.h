@@ -60,6 +60,9 @@ struct CallOptions {
   std::string request_id = {};
   // Of a query: the revision it is asked of.
   AsOf as_of = {};
+  // Of QueryPoint and QueryPoints: objects whose shape is at most this far from the point count as
+  // being there, metres. With 0 a line string or point is found only where it is met exactly.
+  double tolerance_m = 0.0;
 };
 
 // Which revisions to list.
@@ -150,9 +153,7 @@ class Client {
                                              const Scope& scope = {},
                                              const CallOptions& options = {});
 
-  // Carries out all edits as one revision, or none; on disk when answered. Edits of the map's
-  // structure (CreateLayer, DeleteLayer, SetTransform) have calls of their own and are refused here
-  // with INVALID_ARGUMENT.
+  // Carries out all edits as one revision, or none; on disk when answered.
   absl::StatusOr<EditAnswer> ApplyEdits(const std::string& map, const EditBatch& batch,
                                         const CallOptions& options = {});
 

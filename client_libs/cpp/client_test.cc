@@ -29,8 +29,8 @@ Message Parse(const std::string& text) {
 }
 
 constexpr char kChair[] =
-    "id: 7 label: 'chair' existence: 0.9 polygon { outer { points { x: 1 y: 1 } points { x: 2 y: 1 "
-    "} points { x: 2 y: 2 } } }";
+    "id: 7 label: 'chair' existence: 0.9 shape { polygon { outer { xs: [1, 2, 2] ys: [1, 1, 2] } } "
+    "}";
 
 Polygon UnitSquare() { return Polygon::FromBox({{0, 0}, {1, 1}}); }
 
@@ -56,7 +56,7 @@ TEST(ClientTest, PointAnswerHasWhatEachLayerSays) {
   EXPECT_EQ(answer->layers[1].value, std::nullopt);
   ASSERT_THAT(answer->layers[2].objects, SizeIs(1));
   EXPECT_EQ(answer->layers[2].objects[0].label, "chair");
-  EXPECT_EQ(answer->layers[2].objects[0].polygon.num_vertices(), 3);
+  EXPECT_EQ(answer->layers[2].objects[0].shape.num_vertices(), 3);
 }
 
 TEST(ClientTest, PartsOfAnAnswerAreARange) {
@@ -238,7 +238,7 @@ TEST(ApplyEditsTest, WantedVersionsAreSent) {
   ScriptedServer server({});
   PutObject put{"objects", {}, ""};
   put.object.label = "chair";
-  put.object.polygon = UnitSquare();
+  put.object.shape = UnitSquare();
   put.if_version = 4;
   put.time_to_live = absl::Milliseconds(1500);
   const EditBatch batch{{put, DeleteObject{"objects", 3, 7}}, {{"objects", 9}}, {}};

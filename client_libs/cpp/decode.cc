@@ -109,7 +109,8 @@ absl::StatusOr<LayerEntry> DecodeLayerEntry(const v1::Layer& message) {
   absl::StatusOr<LayerSpec> spec =
       wire::DecodeLayerSpec(absl::StrCat("layer ", message.name()), message);
   if (!spec.ok()) return spec.status();
-  LayerEntry entry{*std::move(spec), message.size(), std::nullopt, message.version()};
+  LayerEntry entry{*std::move(spec), message.size(), std::nullopt, message.version(),
+                   wire::DecodeLayerProperties(message.properties())};
   if (message.has_extent()) entry.extent = wire::DecodeCellBox(message.extent());
   return entry;
 }

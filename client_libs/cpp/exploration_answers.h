@@ -10,7 +10,7 @@
 #include "absl/time/time.h"
 #include "map/exploration/exploration_objects.h"
 #include "map/geometry/point.h"
-#include "map/layers/grid/cell_rule.h"
+#include "map/grid/cell_rule.h"
 #include "map/snapshot.h"
 
 namespace hypermap::client {

@@ -27,7 +27,7 @@ Message Parse(const std::string& text) {
 
 constexpr char kEnded[] =
     "exploration { id: 4 state: EXPLORATION_STATE_ENDED end_reason: END_REASON_STOPPED "
-    "area { outer { points { } points { x: 3 } points { x: 3 y: 2 } } } occupancy_layer: 'floor' "
+    "area { outer { xs: [0, 3, 3] ys: [0, 0, 2] } } occupancy_layer: 'floor' "
     "exploration_layer: 'seen' robot_radius_m: 0.3 range_m: 5 min_gain_cells: 6 "
     "start_time { seconds: 10 } end_time { seconds: 70 } "
     "goals { id: 5 robot: 'r1' position { x: 1 y: 0.5 } gain_cells: 40 path_length_m: 2.5 "
@@ -80,8 +80,8 @@ TEST(ExplorationCallsTest, StartAsksForAllThatIsWanted) {
   EXPECT_THAT(server.RequestIds(), ElementsAre("once"));
   EXPECT_THAT(
       server.Requests(),
-      ElementsAre(R"(StartExploration map: "office" area { outer { points { } points { x: 1 } )"
-                  R"(points { x: 1 y: 2 } points { y: 2 } } } frame_id: "dock" )"
+      ElementsAre(R"(StartExploration map: "office" area { outer { xs: 0 xs: 1 xs: 1 xs: 0 )"
+                  R"(ys: 0 ys: 0 ys: 2 ys: 2 } } frame_id: "dock" )"
                   R"(occupancy_layer: "floor" exploration_layer: "seen" )"
                   R"(explored_rule: CELL_RULE_TOUCHED robot_radius_m: 0.3 range_m: 5 )"
                   R"(min_gain_cells: 6)"));
@@ -113,10 +113,10 @@ TEST(ExplorationCallsTest, ListHasThemInTheServersOrder) {
   Script script;
   script.explorations = Parse<v1::ListExplorationsResponse>(
       "revision: 9 frame_id: 'map' "
-      "explorations { id: 7 state: EXPLORATION_STATE_ACTIVE area { outer { points { } "
-      "points { x: 3 } points { x: 3 y: 2 } } } } explorations { id: 4 "
-      "state: EXPLORATION_STATE_ENDED end_reason: END_REASON_DONE area { outer { points { } "
-      "points { x: 3 } points { x: 3 y: 2 } } } }");
+      "explorations { id: 7 state: EXPLORATION_STATE_ACTIVE area { outer { xs: [0, 3, 3] ys: [0, "
+      "0, 2] } } } explorations { id: 4 "
+      "state: EXPLORATION_STATE_ENDED end_reason: END_REASON_DONE area { outer { xs: [0, 3, 3] ys: "
+      "[0, 0, 2] } } }");
   ScriptedServer server(script);
   const auto list = Client(server.address()).ListExplorations("office");
   ASSERT_TRUE(list.ok()) << list.status();
@@ -239,7 +239,7 @@ TEST(ExplorationCallsTest, ErrorsAreTheServersOwn) {
 TEST(ExplorationCallsTest, AnAnswerThatMakesNoSenseIsAnInternalError) {
   Script script;
   script.exploration = Parse<v1::GetExplorationResponse>(
-      "exploration { state: EXPLORATION_STATE_ACTIVE area { outer { points { x: nan } } } }");
+      "exploration { state: EXPLORATION_STATE_ACTIVE area { outer { xs: [nan] ys: [0] } } }");
   ScriptedServer server(script);
   Client client(server.address());
   const absl::Status no_area = client.GetExploration("office").status();

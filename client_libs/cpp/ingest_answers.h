@@ -9,7 +9,7 @@
 
 #include "absl/strings/string_view.h"
 #include "absl/time/time.h"
-#include "map/layers/semantic_object.h"
+#include "map/objects/semantic_object.h"
 #include "map/snapshot.h"
 
 namespace hypermap::client {

@@ -9,8 +9,8 @@
 #include "client_libs/cpp/connection.h"
 #include "client_libs/cpp/points_stream.h"
 #include "wire/answer.h"
-#include "wire/as_of.h"
 #include "wire/points.h"
+#include "wire/scope.h"
 
 namespace hypermap::client {
 namespace {
@@ -153,9 +153,11 @@ void PointsStream::Cancel() { call_->Cancel(); }
 std::unique_ptr<PointsStream> Client::QueryPoints(const std::string& map, const Scope& scope,
                                                   const CallOptions& options) {
   v1::QueryPointsOpening opening;
-  opening.set_map(map);
-  wire::EncodeScope(scope, &opening);
-  wire::EncodeAsOf(options.as_of, &opening);
+  wire::EncodeScope(map, scope, opening.mutable_scope());
+  if (options.as_of.is_past() || options.as_of.min_revision > 0) {
+    wire::EncodeAsOf(options.as_of, opening.mutable_as_of());
+  }
+  opening.set_tolerance_m(options.tolerance_m);
   CallOptions of_stream = options;
   of_stream.timeout = options.timeout.value_or(absl::InfiniteDuration());
   return std::make_unique<PointsStream>(std::make_unique<PointsStream::Call>(

@@ -72,8 +72,8 @@ TEST(PointsStreamTest, AnswersHaveWhatEachLayerSaysOfEachPoint) {
   EXPECT_EQ(stream->Read(), std::nullopt);
   EXPECT_TRUE(stream->status().ok()) << stream->status();
   EXPECT_THAT(server.Requests(),
-              ElementsAre("QueryPoints opening { map: \"office\" layers: \"floor\" "
-                          "layers: \"things\" frame_id: \"dock\" min_revision: 5 } "
+              ElementsAre("QueryPoints opening { scope { map: \"office\" layers: \"floor\" "
+                          "layers: \"things\" frame_id: \"dock\" } as_of { min_revision: 5 } } "
                           "xs: 1 xs: 3 ys: 2 ys: 4",
                           "QueryPoints xs: 5 ys: 6"));
 }

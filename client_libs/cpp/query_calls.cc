@@ -7,11 +7,21 @@
 #include "client_libs/cpp/decode.h"
 #include "client_libs/cpp/grpc_source.h"
 #include "wire/answer.h"
-#include "wire/as_of.h"
 #include "wire/geometry.h"
+#include "wire/scope.h"
 
 namespace hypermap::client {
 namespace {
+
+template <typename Request>
+void EncodeQuestion(const std::string& map, const Scope& scope, const CallOptions& options,
+                    Request* request) {
+  wire::EncodeScope(map, scope, request->mutable_scope());
+  const AsOf& as_of = options.as_of;
+  if (as_of.is_past() || as_of.min_revision > 0) {
+    wire::EncodeAsOf(as_of, request->mutable_as_of());
+  }
+}
 
 template <typename Message>
 absl::StatusOr<AnswerReader::RevisedPart> DecodeRevisedPart(Message message) {
@@ -35,10 +45,9 @@ AnswerReader MakeAnswerReader(std::shared_ptr<Connection> connection,
 absl::StatusOr<PointAnswer> Client::QueryPoint(const std::string& map, const Point& p,
                                                const Scope& scope, const CallOptions& options) {
   v1::QueryPointRequest request;
-  request.set_map(map);
-  wire::EncodeScope(scope, &request);
-  wire::EncodeAsOf(options.as_of, &request);
+  EncodeQuestion(map, scope, options, &request);
   wire::EncodePoint(p, request.mutable_point());
+  request.set_tolerance_m(options.tolerance_m);
   const auto response = connection_->Call(connection_->query(), &v1::QueryService::Stub::QueryPoint,
                                           request, options);
   if (!response.ok()) return response.status();
@@ -50,9 +59,7 @@ absl::StatusOr<PointAnswer> Client::QueryPoint(const std::string& map, const Poi
 AnswerReader Client::QueryArea(const std::string& map, const Polygon& area, const Scope& scope,
                                const CallOptions& options) {
   v1::QueryAreaRequest request;
-  request.set_map(map);
-  wire::EncodeScope(scope, &request);
-  wire::EncodeAsOf(options.as_of, &request);
+  EncodeQuestion(map, scope, options, &request);
   wire::EncodePolygon(area, request.mutable_area());
   return MakeAnswerReader(connection_, &v1::QueryService::Stub::QueryArea, std::move(request),
                           options);
@@ -62,9 +69,7 @@ AnswerReader Client::QueryValue(const std::string& map, const std::string& value
                                 const std::optional<Polygon>& area, const Scope& scope,
                                 const CallOptions& options) {
   v1::QueryValueRequest request;
-  request.set_map(map);
-  wire::EncodeScope(scope, &request);
-  wire::EncodeAsOf(options.as_of, &request);
+  EncodeQuestion(map, scope, options, &request);
   request.set_value(value);
   if (area.has_value()) wire::EncodePolygon(*area, request.mutable_area());
   return MakeAnswerReader(connection_, &v1::QueryService::Stub::QueryValue, std::move(request),
@@ -75,9 +80,7 @@ absl::StatusOr<NearestAnswer> Client::QueryNearest(const std::string& map, const
                                                    const std::string& value, int k,
                                                    const Scope& scope, const CallOptions& options) {
   v1::QueryNearestRequest request;
-  request.set_map(map);
-  wire::EncodeScope(scope, &request);
-  wire::EncodeAsOf(options.as_of, &request);
+  EncodeQuestion(map, scope, options, &request);
   wire::EncodePoint(p, request.mutable_point());
   request.set_value(value);
   request.set_k(k);

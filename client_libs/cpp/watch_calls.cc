@@ -17,6 +17,7 @@
 #include "client_libs/cpp/watch.h"
 #include "wire/answer.h"
 #include "wire/geometry.h"
+#include "wire/scope.h"
 #include "wire/time.h"
 
 namespace hypermap::client {
@@ -43,8 +44,7 @@ absl::StatusOr<ChangeReader::Part> DecodeDifference(v1::ListChangesResponse mess
 
 v1::WatchRequest EncodeWatch(const std::string& map, const WatchOptions& options) {
   v1::WatchRequest request;
-  request.set_map(map);
-  wire::EncodeScope(options.scope, &request);
+  wire::EncodeScope(map, options.scope, request.mutable_scope());
   if (options.area) wire::EncodePolygon(*options.area, request.mutable_area());
   request.mutable_classes()->Assign(options.classes.begin(), options.classes.end());
   if (options.start_revision) request.set_start_revision(*options.start_revision);
@@ -297,8 +297,7 @@ Watcher Client::Watch(const std::string& map, const WatchOptions& watch_options,
 ChangeReader Client::ListChanges(const std::string& map, Revision from, std::optional<Revision> to,
                                  const Scope& scope, const CallOptions& options) {
   v1::ListChangesRequest request;
-  request.set_map(map);
-  wire::EncodeScope(scope, &request);
+  wire::EncodeScope(map, scope, request.mutable_scope());
   request.set_from_revision(from);
   if (to) request.set_to_revision(*to);
   return ChangeReader(MakeGrpcSource(connection_, connection_->watch(),

@@ -63,7 +63,7 @@ TEST(WatcherTest, TellsWhatEachChangeIs) {
   script.watches = {Open({Told(R"(
       revision: 7 time { seconds: 60 } author: "cart"
       changes { kind: CHANGE_KIND_PUT layer: "objects" object_id: 4 object { id: 4 label: "chair"
-                version: 7 polygon { outer { points {} points { x: 1 } points { y: 1 } } } } }
+                version: 7 shape { polygon { outer { xs: [0, 1, 0] ys: [0, 0, 1] } } } } }
       changes { kind: CHANGE_KIND_CELLS layer: "floor" cells { grid { resolution_m: 0.5 }
                 rows: 1 col_begins: 2 col_ends: 5 values: nan } }
       changes { kind: CHANGE_KIND_LAYER_CREATED layer: "wifi"
@@ -100,11 +100,12 @@ TEST(WatcherTest, AsksWithItsFilter) {
   options.start_revision = 0;
   Watcher watcher = Client(server.address()).Watch("office", options);
   ASSERT_TRUE(watcher.Next().has_value());
-  EXPECT_THAT(server.Requests(),
-              ElementsAre("Watch map: \"office\" layers: \"objects\" frame_id: \"dock\" area { "
-                          "outer { points { } points { x: 1 } points { x: 1 y: 1 } "
-                          "points { y: 1 } } } classes: \"chair\" classes: \"sofa\" "
-                          "start_revision: 0 coalesce: true"));
+  EXPECT_THAT(
+      server.Requests(),
+      ElementsAre("Watch scope { map: \"office\" layers: \"objects\" frame_id: \"dock\" } area { "
+                  "outer { xs: 0 xs: 1 xs: 1 xs: 0 ys: 0 ys: 0 ys: 1 ys: 1 } } "
+                  "classes: \"chair\" classes: \"sofa\" "
+                  "start_revision: 0 coalesce: true"));
 }
 
 TEST(WatcherTest, ARevisionInPartsIsToldWhole) {
@@ -148,7 +149,8 @@ TEST(WatcherTest, MessagesThatComeTogetherAreToldOneByOne) {
   EXPECT_THAT(told,
               ElementsAre(Pair(5, Ids{1}), Pair(6, Ids{2}), Pair(7, Ids{}), Pair(8, Ids{3, 4}),
                           Pair(9, Ids{5}), Pair(10, Ids{6, 7}), Pair(12, Ids{8})));
-  EXPECT_EQ(server.Requests()[1], "Watch map: \"office\" start_revision: 9 coalesce: true");
+  EXPECT_EQ(server.Requests()[1],
+            "Watch scope { map: \"office\" } start_revision: 9 coalesce: true");
 }
 
 TEST(WatcherTest, AsksForSingleMessagesWhenTold) {
@@ -159,7 +161,7 @@ TEST(WatcherTest, AsksForSingleMessagesWhenTold) {
   options.coalesce = false;
   Watcher watcher = Client(server.address()).Watch("office", options);
   ASSERT_TRUE(watcher.Next().has_value());
-  EXPECT_THAT(server.Requests(), ElementsAre("Watch map: \"office\""));
+  EXPECT_THAT(server.Requests(), ElementsAre("Watch scope { map: \"office\" }"));
 }
 
 TEST(WatcherTest, GoesOnAfterTheLastWholeRevision) {
@@ -179,11 +181,11 @@ TEST(WatcherTest, GoesOnAfterTheLastWholeRevision) {
   using Ids = std::vector<ObjectId>;
   EXPECT_THAT(told, ElementsAre(Ids{1}, Ids{2, 3}, Ids{}, Ids{4}));
   EXPECT_THAT(server.Requests(),
-              ElementsAre("Watch map: \"office\" coalesce: true",
-                          "Watch map: \"office\" start_revision: 5 coalesce: true",
-                          "Watch map: \"office\" start_revision: 5 coalesce: true",
-                          "Watch map: \"office\" start_revision: 9 coalesce: true",
-                          "Watch map: \"office\" start_revision: 9 coalesce: true"));
+              ElementsAre("Watch scope { map: \"office\" } coalesce: true",
+                          "Watch scope { map: \"office\" } start_revision: 5 coalesce: true",
+                          "Watch scope { map: \"office\" } start_revision: 5 coalesce: true",
+                          "Watch scope { map: \"office\" } start_revision: 9 coalesce: true",
+                          "Watch scope { map: \"office\" } start_revision: 9 coalesce: true"));
   EXPECT_EQ(watcher.num_resumed(), 2);
 }
 
@@ -224,7 +226,8 @@ TEST(WatcherTest, ASilentConnectionIsTakenForBroken) {
   const std::optional<WatchEvent> event = watcher.Next();
   ASSERT_TRUE(event.has_value()) << watcher.status();
   EXPECT_EQ(event->revision, 6);
-  EXPECT_EQ(server.Requests()[1], "Watch map: \"office\" start_revision: 5 coalesce: true");
+  EXPECT_EQ(server.Requests()[1],
+            "Watch scope { map: \"office\" } start_revision: 5 coalesce: true");
 }
 
 TEST(WatcherTest, AsStoredItGoesOnFromARevisionAndItsTime) {
@@ -244,11 +247,13 @@ TEST(WatcherTest, AsStoredItGoesOnFromARevisionAndItsTime) {
   EXPECT_EQ(first->map->create_time, absl::FromUnixSeconds(5));
   EXPECT_EQ(first->time, absl::FromUnixSeconds(60));
   EXPECT_EQ(watcher.Next()->revision, 9);
-  EXPECT_THAT(server.Requests(),
-              ElementsAre("Watch map: \"office\" start_revision: 6 coalesce: true as_stored: true "
-                          "start_time { seconds: 50 }",
-                          "Watch map: \"office\" start_revision: 7 coalesce: true as_stored: true "
-                          "start_time { seconds: 60 }"));
+  EXPECT_THAT(
+      server.Requests(),
+      ElementsAre(
+          "Watch scope { map: \"office\" } start_revision: 6 coalesce: true as_stored: true "
+          "start_time { seconds: 50 }",
+          "Watch scope { map: \"office\" } start_revision: 7 coalesce: true as_stored: true "
+          "start_time { seconds: 60 }"));
 }
 
 TEST(WatcherTest, EndsWhereItMayNotGoOn) {
@@ -297,7 +302,7 @@ TEST(WatcherTest, CompactionEndsItOrBringsASnapshot) {
     EXPECT_TRUE(event->reset);
     EXPECT_EQ(event->revision, 90);
     EXPECT_EQ(watcher.Next()->revision, 91);
-    EXPECT_EQ(server.Requests().back(), "Watch map: \"office\" coalesce: true");
+    EXPECT_EQ(server.Requests().back(), "Watch scope { map: \"office\" } coalesce: true");
   }
 }
 
@@ -340,7 +345,7 @@ TEST(ChangeReaderTest, GivesTheDifferenceChangeAfterChange) {
   Script script;
   script.changes = {Parse<v1::ListChangesResponse>(R"(from_revision: 2 to_revision: 9
           changes { kind: CHANGE_KIND_REMOVE layer: "objects" object_id: 4 object_before { id: 4
-                    label: "cup" polygon { outer { points {} points { x: 1 } points { y: 1 } } } } }
+                    label: "cup" shape { polygon { outer { xs: [0, 1, 0] ys: [0, 0, 1] } } } } }
           changes { kind: CHANGE_KIND_REMOVE layer: "objects" object_id: 5 })"),
                     Parse<v1::ListChangesResponse>(R"(from_revision: 2 to_revision: 9
           changes { kind: CHANGE_KIND_CELLS layer: "floor"
@@ -358,7 +363,8 @@ TEST(ChangeReaderTest, GivesTheDifferenceChangeAfterChange) {
   EXPECT_EQ(changes[1].object_id, 5);
   EXPECT_THAT(changes[2].cells_before, ElementsAre(CellRun{1, 2, 5, 0.0}));
   EXPECT_THAT(server.Requests(),
-              ElementsAre("ListChanges map: \"office\" layers: \"objects\" frame_id: \"dock\" "
+              ElementsAre("ListChanges scope { map: \"office\" layers: \"objects\" "
+                          "frame_id: \"dock\" } "
                           "from_revision: 2 to_revision: 9"));
 }
 

@@ -8,8 +8,8 @@
 
 #include "ingest/perception/organised_cloud.h"
 #include "map/geometry/polygon.h"
-#include "map/layers/grid/grid_geometry.h"
-#include "map/layers/semantic_object.h"
+#include "map/grid/grid_geometry.h"
+#include "map/objects/semantic_object.h"
 #include "map/observations/observation.h"
 
 namespace hypermap::ingest {

@@ -7,7 +7,7 @@
 #include "absl/status/statusor.h"
 #include "ingest/perception/frame.h"
 #include "ingest/perception/segmenter.h"
-#include "map/layers/grid/grid_layer.h"
+#include "map/layers/grid_layer.h"
 #include "map/observations/observation.h"
 
 namespace hypermap::ingest {

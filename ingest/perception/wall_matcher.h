@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "ingest/perception/organised_cloud.h"
-#include "map/layers/grid/grid_layer.h"
+#include "map/layers/grid_layer.h"
 
 namespace hypermap::ingest {
 

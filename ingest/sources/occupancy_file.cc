@@ -43,7 +43,7 @@ absl::StatusOr<std::shared_ptr<const GridLayer>> Decode(const std::string& yaml_
   if (!imported.ok()) return imported.status();
   const absl::StatusOr<AppliedBatch> applied = Apply(Snapshot(), imported->batch);
   if (!applied.ok()) return applied.status();
-  auto layer = std::dynamic_pointer_cast<const GridLayer>(applied->snapshot->layers.at(kLayer));
+  auto layer = AsGrid(applied->snapshot->layers.at(kLayer));
   if (layer == nullptr) return absl::InternalError("the imported layer is no grid");
   return layer;
 }

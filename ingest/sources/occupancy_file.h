@@ -6,7 +6,7 @@
 #include <string>
 
 #include "absl/status/statusor.h"
-#include "map/layers/grid/grid_layer.h"
+#include "map/layers/grid_layer.h"
 
 namespace hypermap::ingest {
 

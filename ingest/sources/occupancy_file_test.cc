@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "ingest/sources/recording_testing.h"
+#include "ingest/sources/testing/recording.h"
 #include "tests/support/temporary_folder.h"
 
 namespace hypermap::ingest {

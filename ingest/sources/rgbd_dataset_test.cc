@@ -7,7 +7,7 @@
 #include <string>
 
 #include "absl/strings/str_cat.h"
-#include "ingest/sources/recording_testing.h"
+#include "ingest/sources/testing/recording.h"
 #include "tests/support/temporary_folder.h"
 
 namespace hypermap::ingest {

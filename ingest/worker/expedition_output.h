@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "ingest/robots/expedition.h"
+#include "simulation/robots/expedition.h"
 
 namespace hypermap::ingest {
 

@@ -12,7 +12,7 @@
 #include "ingest/sources/rgbd_dataset.h"
 #include "ingest/worker/interruption.h"
 #include "ingest/worker/target_layer.h"
-#include "map/layers/grid/grid_layer.h"
+#include "map/layers/grid_layer.h"
 
 namespace hypermap::ingest {
 

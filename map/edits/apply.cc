@@ -6,7 +6,7 @@
 
 #include "absl/container/btree_map.h"
 #include "absl/strings/str_cat.h"
-#include "map/layers/grid/grid_layer.h"
+#include "map/layers/grid_layer.h"
 #include "map/layers/layer_registry.h"
 #include "map/layers/semantic_layer.h"
 
@@ -58,9 +58,10 @@ class BatchEditor {
   absl::StatusOr<GridWriter*> Grid(const std::string& name);
   // The object as the batch so far left it; null when there is none.
   ObjectPtr FindObject(const SemanticLayer& layer, ObjectId id) const;
-  // The polygon in the layer's frame.
-  absl::StatusOr<Polygon> InLayerFrame(const Layer& layer, const std::string& frame_id,
-                                       const Polygon& polygon) const;
+  // A polygon or shape in the layer's frame.
+  template <typename Geometry>
+  absl::StatusOr<Geometry> InLayerFrame(const Layer& layer, const std::string& frame_id,
+                                        const Geometry& geometry) const;
   void SetLayerVersion(const TransformSet& /*change*/) {}
   void SetLayerVersion(const LayerDeleted& change) {
     next_->layer_versions.erase(change.spec.name);
@@ -86,7 +87,7 @@ absl::StatusOr<std::shared_ptr<const SemanticLayer>> BatchEditor::Semantic(
     const std::string& name) const {
   absl::StatusOr<LayerPtr> layer = next_->GetLayer(name);
   if (!layer.ok()) return layer.status();
-  auto semantic = std::dynamic_pointer_cast<const SemanticLayer>(*layer);
+  auto semantic = AsSemantic(*layer);
   if (semantic) return semantic;
   return absl::FailedPreconditionError(absl::StrCat("layer \"", name, "\" is of the kind ",
                                                     LayerKindName((*layer)->spec().kind),
@@ -97,7 +98,7 @@ absl::StatusOr<GridWriter*> BatchEditor::Grid(const std::string& name) {
   if (const auto open = grids_.find(name); open != grids_.end()) return &open->second;
   absl::StatusOr<LayerPtr> layer = next_->GetLayer(name);
   if (!layer.ok()) return layer.status();
-  auto grid = std::dynamic_pointer_cast<const GridLayer>(*layer);
+  auto grid = AsGrid(*layer);
   if (grid) return &grids_.emplace(name, GridWriter(std::move(grid))).first->second;
   return absl::FailedPreconditionError(absl::StrCat("layer \"", name, "\" is of the kind ",
                                                     LayerKindName((*layer)->spec().kind),
@@ -111,15 +112,16 @@ ObjectPtr BatchEditor::FindObject(const SemanticLayer& layer, ObjectId id) const
   return layer.Find(id);
 }
 
-absl::StatusOr<Polygon> BatchEditor::InLayerFrame(const Layer& layer, const std::string& frame_id,
-                                                  const Polygon& polygon) const {
-  if (frame_id.empty() || frame_id == layer.spec().frame_id) return polygon;
+template <typename Geometry>
+absl::StatusOr<Geometry> BatchEditor::InLayerFrame(const Layer& layer, const std::string& frame_id,
+                                                   const Geometry& geometry) const {
+  if (frame_id.empty() || frame_id == layer.spec().frame_id) return geometry;
   absl::StatusOr<std::string> frame = next_->ResolveFrame(frame_id);
   if (!frame.ok()) return frame.status();
   absl::StatusOr<PlanarTransform> layer_from_frame =
       next_->frames.Lookup(layer.spec().frame_id, *frame);
   if (!layer_from_frame.ok()) return layer_from_frame.status();
-  return *layer_from_frame * polygon;
+  return *layer_from_frame * geometry;
 }
 
 absl::StatusOr<ObjectId> BatchEditor::operator()(const CreateLayer& edit) {
@@ -161,8 +163,13 @@ absl::StatusOr<ObjectId> BatchEditor::operator()(const PutObject& edit) {
   absl::StatusOr<std::shared_ptr<const SemanticLayer>> layer = Semantic(edit.layer);
   if (!layer.ok()) return layer.status();
   if (auto status = Validate(edit.object); !status.ok()) return status;
-  absl::StatusOr<Polygon> polygon = InLayerFrame(**layer, edit.frame_id, edit.object.polygon);
-  if (!polygon.ok()) return polygon.status();
+  if (!(*layer)->spec().shape_kinds.Contains(edit.object.shape.kind())) {
+    return absl::InvalidArgumentError(absl::StrCat("object.shape: layer \"", edit.layer,
+                                                   "\" takes no shapes of the kind ",
+                                                   ShapeKindName(edit.object.shape.kind())));
+  }
+  absl::StatusOr<Shape> shape = InLayerFrame(**layer, edit.frame_id, edit.object.shape);
+  if (!shape.ok()) return shape.status();
   if (auto status = CheckVersion(edit.layer, edit.object.id, edit.if_version,
                                  FindObject(**layer, edit.object.id));
       !status.ok()) {
@@ -174,7 +181,7 @@ absl::StatusOr<ObjectId> BatchEditor::operator()(const PutObject& edit) {
         absl::StrCat("layer \"", edit.layer, "\" has no object ", edit.object.id));
   }
   auto object = std::make_shared<SemanticObject>(edit.object);
-  object->polygon = *std::move(polygon);
+  object->shape = *std::move(shape);
   if (object->id == 0) object->id = next_->next_object_id++;
   const ObjectId id = object->id;
   object->version = next_->revision;

@@ -1,10 +1,14 @@
 #include "map/edits/apply.h"
 
+#include <algorithm>
 #include <map>
+#include <utility>
+#include <vector>
 
+#include "absl/strings/str_cat.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
-#include "map/layers/grid/grid_layer.h"
+#include "map/layers/grid_layer.h"
 #include "map/layers/semantic_layer.h"
 #include "tests/support/random_map.h"
 
@@ -18,7 +22,7 @@ using testing::RandomSite;
 using testing::Rng;
 using testing::TestSeed;
 
-SemanticObject Cup() { return {.label = "cup", .polygon = Polygon::FromBox({{0, 0}, {1, 1}})}; }
+SemanticObject Cup() { return {.label = "cup", .shape = Polygon::FromBox({{0, 0}, {1, 1}})}; }
 
 LayerSpec Semantic(const std::string& name, const std::string& frame_id = "") {
   return {.name = name, .frame_id = frame_id};
@@ -30,7 +34,7 @@ LayerSpec Grid(const std::string& name) {
 }
 
 const SemanticLayer& SemanticOf(const Snapshot& snapshot, const std::string& name) {
-  return dynamic_cast<const SemanticLayer&>(*snapshot.FindLayer(name));
+  return *snapshot.FindSemantic(name);
 }
 
 TEST(ApplyTest, ABatchIsOneRevisionAndLeavesTheEarlierSnapshotAlone) {
@@ -121,12 +125,81 @@ TEST(ApplyTest, EveryWayToBeWrongHasItsCode) {
   EXPECT_EQ(Apply(before, {}).status().code(), absl::StatusCode::kInvalidArgument);
 }
 
+SemanticObject ObjectOf(const std::string& label, Shape shape) {
+  return {.label = label, .shape = std::move(shape)};
+}
+
+TEST(ApplyTest, LayerTakesOnlyTheKindsOfShapeThatItNames) {
+  LayerSpec lanes = Semantic("lanes");
+  lanes.shape_kinds = {ShapeKind::kLineString};
+  LayerSpec places = Semantic("places");
+  places.shape_kinds = {ShapeKind::kPoint, ShapeKind::kPolygon};
+  const Snapshot before =
+      MakeSnapshot("m", {{CreateLayer{lanes}, CreateLayer{places}, CreateLayer{Semantic("all")}}});
+  const Shape line = *LineString::Make({{0, 0}, {1, 0}});
+  const Shape point = *Shape::MakePoint({1, 2});
+  const Shape area = Cup().shape;
+  const std::map<std::string, std::vector<Shape>> taken = {
+      {"lanes", {line}}, {"places", {point, area}}, {"all", {line, point, area}}};
+  for (const auto& [layer, shapes] : taken) {
+    for (const Shape& shape : {line, point, area}) {
+      const auto applied = Apply(before, {{PutObject{layer, ObjectOf("thing", shape), ""}}});
+      if (std::count(shapes.begin(), shapes.end(), shape)) {
+        ASSERT_TRUE(applied.ok()) << applied.status();
+        EXPECT_EQ(SemanticOf(*applied->snapshot, layer).Find(1)->shape, shape);
+        continue;
+      }
+      EXPECT_EQ(applied.status(),
+                absl::InvalidArgumentError(absl::StrCat("edits[0]: object.shape: layer \"", layer,
+                                                        "\" takes no shapes of the kind ",
+                                                        ShapeKindName(shape.kind()))));
+    }
+  }
+}
+
+TEST(ApplyTest, ObjectCannotChangeIntoAShapeThatItsLayerDoesNotTake) {
+  LayerSpec lanes = Semantic("lanes");
+  lanes.shape_kinds = {ShapeKind::kLineString};
+  const Shape line = *LineString::Make({{0, 0}, {1, 0}});
+  const Snapshot before =
+      MakeSnapshot("m", {{CreateLayer{lanes}, PutObject{"lanes", ObjectOf("lane", line), ""}}});
+  SemanticObject reshaped = Cup();
+  reshaped.id = 1;
+  EXPECT_TRUE(
+      absl::IsInvalidArgument(Apply(before, {{PutObject{"lanes", reshaped, ""}}}).status()));
+  EXPECT_EQ(SemanticOf(before, "lanes").Find(1)->shape, line);
+}
+
+TEST(ApplyTest, LayerMustTakeAKindOfShapeAndOnlyLayersOfObjectsMayNameThem) {
+  LayerSpec none = Semantic("none");
+  none.shape_kinds = ShapeKinds({});
+  LayerSpec grid = Grid("grid");
+  grid.shape_kinds = {ShapeKind::kPoint};
+  for (const LayerSpec& spec : {none, grid}) {
+    const auto applied = Apply(Snapshot(), {{CreateLayer{spec}}});
+    EXPECT_TRUE(absl::IsInvalidArgument(applied.status())) << applied.status();
+    EXPECT_THAT(std::string(applied.status().message()), HasSubstr("shape_kinds"));
+  }
+}
+
+TEST(ApplyTest, LinesAndPointsAreStoredInTheLayersFrame) {
+  const Snapshot before = MakeSnapshot(
+      "m", {{SetTransform{{"map", "dock", {10, 0, 0}}}, CreateLayer{Semantic("s", "dock")}}});
+  const auto applied =
+      Apply(before, {{PutObject{"s", ObjectOf("lane", *LineString::Make({{0, 0}, {1, 2}})), "map"},
+                      PutObject{"s", ObjectOf("dock", *Shape::MakePoint({3, 4})), "map"}}});
+  ASSERT_TRUE(applied.ok()) << applied.status();
+  const SemanticLayer& layer = SemanticOf(*applied->snapshot, "s");
+  EXPECT_EQ(layer.Find(1)->shape, Shape(*LineString::Make({{-10, 0}, {-9, 2}})));
+  EXPECT_EQ(layer.Find(2)->shape, *Shape::MakePoint({-7, 4}));
+}
+
 TEST(ApplyTest, ObjectsAreStoredInTheLayersFrame) {
   const Snapshot before = MakeSnapshot(
       "m", {{SetTransform{{"map", "dock", {10, 0, 0}}}, CreateLayer{Semantic("s", "dock")}}});
   const auto applied = Apply(before, {{PutObject{"s", Cup(), "map"}}});
   ASSERT_TRUE(applied.ok()) << applied.status();
-  EXPECT_EQ(SemanticOf(*applied->snapshot, "s").Find(1)->polygon,
+  EXPECT_EQ(SemanticOf(*applied->snapshot, "s").Find(1)->shape,
             Polygon::FromBox({{-10, 0}, {-9, 1}}));
 }
 
@@ -205,12 +278,12 @@ TEST(ApplyTest, ChangesCarriedOutGiveTheSnapshot) {
     }
   }
   for (const auto& [name, layer] : applied->snapshot->layers) {
-    if (const auto* semantic = dynamic_cast<const SemanticLayer*>(layer.get())) {
+    if (const auto* semantic = AsSemantic(layer.get())) {
       std::map<ObjectId, ObjectPtr> held;
       for (const ObjectPtr& object : semantic->Objects()) held[object->id] = object;
       EXPECT_EQ(objects[name], held);
     } else {
-      const auto& grid = dynamic_cast<const GridLayer&>(*layer);
+      const GridLayer& grid = *AsGrid(layer.get());
       EXPECT_EQ(tiles[name], grid.tiles());
       EXPECT_EQ(extents[name], grid.extent());
     }
@@ -229,7 +302,7 @@ TEST(ApplyTest, ObjectsAndLayersHaveTheVersionOfTheirLastChange) {
   EXPECT_EQ(after.LayerVersionOf("s"), before.revision + 1);
   EXPECT_EQ(after.LayerVersionOf("t"), before.revision);
   EXPECT_EQ(after.LayerVersionOf("nope"), 0);
-  const auto& layer = static_cast<const SemanticLayer&>(*after.FindLayer("s"));
+  const SemanticLayer& layer = SemanticOf(after, "s");
   EXPECT_EQ(layer.Find(1)->version, before.revision + 1);
 }
 
@@ -261,7 +334,7 @@ TEST(ApplyTest, TimeToLiveCountsFromTheBatch) {
   const absl::Time now = absl::FromUnixSeconds(100);
   const auto applied = Apply(before, {{put}, {}, now});
   ASSERT_TRUE(applied.ok()) << applied.status();
-  const auto& layer = static_cast<const SemanticLayer&>(*applied->snapshot->FindLayer("s"));
+  const SemanticLayer& layer = SemanticOf(*applied->snapshot, "s");
   EXPECT_EQ(layer.Find(1)->expires_at, now + absl::Seconds(5));
   put.time_to_live = absl::ZeroDuration();
   EXPECT_TRUE(absl::IsInvalidArgument(Apply(before, {{put}, {}, now}).status()));

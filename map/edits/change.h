@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "map/frames/frame_tree.h"
-#include "map/layers/grid/tile.h"
+#include "map/grid/tile.h"
 #include "map/layers/layer_spec.h"
-#include "map/layers/semantic_object.h"
+#include "map/objects/semantic_object.h"
 #include "map/snapshot.h"
 
 namespace hypermap {
@@ -32,7 +32,7 @@ struct AliasesSet {
 struct ObjectPut {
   std::string layer;
   ObjectPtr before;  // null when new
-  ObjectPtr after;   // polygon in the layer's frame
+  ObjectPtr after;   // shape in the layer's frame
 };
 struct ObjectRemoved {
   std::string layer;

@@ -5,7 +5,7 @@
 #include <string>
 #include <utility>
 
-#include "map/layers/grid/grid_layer.h"
+#include "map/layers/grid_layer.h"
 #include "map/layers/layer_registry.h"
 #include "map/layers/semantic_layer.h"
 
@@ -38,7 +38,7 @@ class LayerDifference {
     if (before.spec().aliases != after.spec().aliases) {
       changes_.push_back(AliasesSet{name_, before.spec().aliases, after.spec().aliases});
     }
-    if (const auto* grid = dynamic_cast<const GridLayer*>(&after)) {
+    if (const auto* grid = AsGrid(&after)) {
       AddCells(static_cast<const GridLayer&>(before), *grid);
     } else {
       AddObjects(static_cast<const SemanticLayer&>(before).Objects(),
@@ -48,7 +48,7 @@ class LayerDifference {
 
   // A change that leaves the layer as it is, but for its version.
   void Touch(const Layer& layer) {
-    if (const auto* grid = dynamic_cast<const GridLayer*>(&layer)) {
+    if (const auto* grid = AsGrid(&layer)) {
       changes_.push_back(ExtentGrown{name_, grid->extent()});
     } else {
       changes_.push_back(AliasesSet{name_, layer.spec().aliases, layer.spec().aliases});

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "map/edits/apply.h"
-#include "map/layers/grid/grid_layer.h"
+#include "map/layers/grid_layer.h"
 #include "map/layers/layer_registry.h"
 #include "map/layers/semantic_layer.h"
 #include "tests/support/random_map.h"
@@ -100,11 +100,11 @@ TEST(DifferenceTest, ObjectsThatAreEqualDifferByTheirVersion) {
   EditBatch batch;
   batch.edits = {
       CreateLayer{{.name = "objects"}},
-      PutObject{"objects", {.label = "chair", .polygon = Polygon::FromBox({{0, 0}, {1, 1}})}}};
+      PutObject{"objects", {.label = "chair", .shape = Polygon::FromBox({{0, 0}, {1, 1}})}}};
   const Snapshot before = testing::MakeSnapshot("site", batch);
   EditBatch same;
   same.edits = {PutObject{
-      "objects", {.id = 1, .label = "chair", .polygon = Polygon::FromBox({{0, 0}, {1, 1}})}}};
+      "objects", {.id = 1, .label = "chair", .shape = Polygon::FromBox({{0, 0}, {1, 1}})}}};
   const auto after = Apply(before, same);
   ASSERT_TRUE(after.ok()) << after.status();
   EXPECT_THAT(Difference(before, *after->snapshot),

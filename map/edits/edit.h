@@ -9,9 +9,9 @@
 
 #include "absl/time/time.h"
 #include "map/frames/frame_tree.h"
-#include "map/layers/grid/cell_cover.h"
+#include "map/grid/cell_cover.h"
 #include "map/layers/layer_spec.h"
-#include "map/layers/semantic_object.h"
+#include "map/objects/semantic_object.h"
 #include "map/snapshot.h"
 
 namespace hypermap {
@@ -32,7 +32,7 @@ struct SetTransform {
 };
 
 // Adds the object (id 0: it gets the next id) or replaces the one with its id (in the same layer;
-// another id that the map has not given yet is refused). The polygon is given in `frame_id` (empty:
+// another id that the map has not given yet is refused). The shape is given in `frame_id` (empty:
 // the layer's own).
 struct PutObject {
   std::string layer;

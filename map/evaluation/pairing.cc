@@ -5,7 +5,7 @@
 #include <map>
 #include <numeric>
 
-#include "map/evaluation/assignment.h"
+#include "map/matching/assignment.h"
 
 namespace hypermap::evaluation {
 namespace {

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "absl/hash/hash.h"
-#include "map/layers/grid/grid_geometry.h"
+#include "map/grid/grid_geometry.h"
 
 namespace hypermap {
 

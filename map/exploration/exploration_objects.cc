@@ -99,6 +99,14 @@ class AttributeReader {
     if (!holds) Fail(name);
   }
 
+  // The object's shape; empty when it is no polygon.
+  Polygon GetPolygon() {
+    if (object_.shape.is_polygon()) return object_.shape.polygon();
+    status_.Update(absl::DataLossError(
+        absl::StrCat(object_.label, " ", object_.id, ": its shape is no polygon")));
+    return {};
+  }
+
  private:
   void Fail(const char* name) {
     status_.Update(absl::DataLossError(absl::StrCat(object_.label, " ", object_.id, ": attribute ",
@@ -113,7 +121,7 @@ SemanticObject MakeObject(ObjectId id, const char* label, const Polygon& polygon
   SemanticObject object;
   object.id = id;
   object.label = label;
-  object.polygon = polygon;
+  object.shape = polygon;
   return object;
 }
 
@@ -159,7 +167,7 @@ absl::StatusOr<Exploration> ToExploration(const SemanticObject& object) {
   AttributeReader reader(object, kExplorationLabel);
   Exploration exploration;
   exploration.id = object.id;
-  exploration.area = object.polygon;
+  exploration.area = reader.GetPolygon();
   exploration.state = reader.GetEnum(kState, kStates);
   exploration.end_reason = reader.GetEnum(kEndReason, kReasons);
   exploration.occupancy_layer = reader.Get<std::string>(kOccupancyLayer);
@@ -181,7 +189,7 @@ absl::StatusOr<ExplorationGoal> ToGoal(const SemanticObject& object) {
   AttributeReader reader(object, kGoalLabel);
   ExplorationGoal goal;
   goal.id = object.id;
-  goal.cell = object.polygon;
+  goal.cell = reader.GetPolygon();
   goal.expires_at = object.expires_at;
   goal.exploration_id = reader.Get<int64_t>(kExploration);
   goal.robot = reader.Get<std::string>(kRobot);
@@ -195,7 +203,7 @@ absl::StatusOr<UnreachablePlace> ToUnreachablePlace(const SemanticObject& object
   AttributeReader reader(object, kUnreachableLabel);
   UnreachablePlace place;
   place.id = object.id;
-  place.cell = object.polygon;
+  place.cell = reader.GetPolygon();
   place.exploration_id = reader.Get<int64_t>(kExploration);
   place.robot = reader.Get<std::string>(kRobot);
   place.occupancy_version = reader.Get<int64_t>(kOccupancyVersion);

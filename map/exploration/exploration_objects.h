@@ -16,7 +16,7 @@
 #include "absl/time/time.h"
 #include "map/geometry/polygon.h"
 #include "map/layers/semantic_layer.h"
-#include "map/layers/semantic_object.h"
+#include "map/objects/semantic_object.h"
 
 namespace hypermap {
 

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "absl/container/flat_hash_set.h"
-#include "map/layers/grid/cell_cover.h"
+#include "map/grid/cell_cover.h"
 
 namespace hypermap {
 namespace {

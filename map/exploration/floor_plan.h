@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "map/exploration/cell_raster.h"
-#include "map/layers/grid/grid_layer.h"
+#include "map/layers/grid_layer.h"
 
 namespace hypermap {
 

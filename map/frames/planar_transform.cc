@@ -53,6 +53,21 @@ Polygon PlanarTransform::operator*(const Polygon& polygon) const {
   return Polygon::MakeUnchecked(std::move(rings));
 }
 
+Shape PlanarTransform::operator*(const Shape& shape) const {
+  switch (shape.kind()) {
+    case ShapeKind::kPolygon:
+      return *this * shape.polygon();
+    case ShapeKind::kLineString: {
+      std::vector<Point> vertices = shape.line_string().vertices();
+      for (Point& p : vertices) p = *this * p;
+      return LineString::MakeUnchecked(std::move(vertices));
+    }
+    case ShapeKind::kPoint:
+      break;
+  }
+  return Shape::MakePointUnchecked(*this * shape.point());
+}
+
 PlanarTransform PlanarTransform::operator*(const PlanarTransform& other) const {
   const Point origin = *this * Point{other.x(), other.y()};
   return PlanarTransform(origin.x, origin.y, yaw_ + other.yaw_);

@@ -6,6 +6,7 @@
 
 #include "map/geometry/point.h"
 #include "map/geometry/polygon.h"
+#include "map/geometry/shape.h"
 
 namespace hypermap {
 
@@ -32,6 +33,7 @@ class PlanarTransform {
 
   Point operator*(const Point& p) const;
   Polygon operator*(const Polygon& polygon) const;
+  Shape operator*(const Shape& shape) const;
   PlanarTransform operator*(const PlanarTransform& other) const;
 
   friend bool operator==(const PlanarTransform& a, const PlanarTransform& b) {

@@ -75,6 +75,22 @@ Polygon ConvexHull(std::vector<Point> points) {
   return Polygon::MakeUnchecked({std::move(ring)});
 }
 
+Polygon FootprintOf(const Shape& shape, double half_width_m) {
+  if (shape.is_polygon()) return shape.polygon();
+  std::vector<Point> corners;
+  const auto add_corners = [&](const Point& p) {
+    for (const double dx : {-half_width_m, half_width_m}) {
+      for (const double dy : {-half_width_m, half_width_m}) corners.push_back({p.x + dx, p.y + dy});
+    }
+  };
+  if (shape.kind() == ShapeKind::kPoint) {
+    add_corners(shape.point());
+  } else {
+    for (const Point& p : shape.line_string().vertices()) add_corners(p);
+  }
+  return ConvexHull(std::move(corners));
+}
+
 bool IsConvex(const Polygon& polygon) {
   if (polygon.rings().size() != 1) return false;
   const Ring& ring = polygon.outer();

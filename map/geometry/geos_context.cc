@@ -26,16 +26,18 @@ absl::Status GeosContext::Error(absl::string_view what) const {
   return absl::InternalError(absl::StrCat(what, ": ", last_message_));
 }
 
-GEOSCoordSequence* GeosContext::MakeClosedSequence(const Ring& ring) const {
+GEOSCoordSequence* GeosContext::MakeSequence(const std::vector<Point>& vertices, bool close) const {
   std::vector<double> xy;
-  xy.reserve(2 * ring.size() + 2);
-  for (const Point& p : ring) {
+  xy.reserve(2 * vertices.size() + 2);
+  for (const Point& p : vertices) {
     xy.push_back(p.x);
     xy.push_back(p.y);
   }
-  xy.push_back(ring.front().x);
-  xy.push_back(ring.front().y);
-  return GEOSCoordSeq_copyFromBuffer_r(handle_, xy.data(), ring.size() + 1, /*hasZ=*/0,
+  if (close) {
+    xy.push_back(vertices.front().x);
+    xy.push_back(vertices.front().y);
+  }
+  return GEOSCoordSeq_copyFromBuffer_r(handle_, xy.data(), xy.size() / 2, /*hasZ=*/0,
                                        /*hasM=*/0);
 }
 
@@ -43,7 +45,7 @@ GEOSCoordSequence* GeosContext::MakeClosedSequence(const Ring& ring) const {
 GeosGeometry GeosContext::MakePolygon(const Rings& rings) const {
   std::vector<GeosGeometry> made;
   for (const Ring& ring : rings) {
-    GEOSCoordSequence* sequence = MakeClosedSequence(ring);
+    GEOSCoordSequence* sequence = MakeSequence(ring, /*close=*/true);
     if (sequence == nullptr) return Own(nullptr);
     made.push_back(Own(GEOSGeom_createLinearRing_r(handle_, sequence)));
     if (made.back() == nullptr) return Own(nullptr);
@@ -55,9 +57,24 @@ GeosGeometry GeosContext::MakePolygon(const Rings& rings) const {
 }
 
 GeosGeometry GeosContext::MakeClosedLine(const Ring& ring) const {
-  GEOSCoordSequence* sequence = MakeClosedSequence(ring);
+  GEOSCoordSequence* sequence = MakeSequence(ring, /*close=*/true);
   if (sequence == nullptr) return Own(nullptr);
   return Own(GEOSGeom_createLineString_r(handle_, sequence));
+}
+
+GeosGeometry GeosContext::MakeGeometry(const Shape& shape) const {
+  switch (shape.kind()) {
+    case ShapeKind::kPolygon:
+      return MakePolygon(shape.polygon().rings());
+    case ShapeKind::kLineString: {
+      GEOSCoordSequence* sequence = MakeSequence(shape.line_string().vertices(), /*close=*/false);
+      if (sequence == nullptr) return Own(nullptr);
+      return Own(GEOSGeom_createLineString_r(handle_, sequence));
+    }
+    case ShapeKind::kPoint:
+      return Own(GEOSGeom_createPointFromXY_r(handle_, shape.point().x, shape.point().y));
+  }
+  return Own(nullptr);
 }
 
 Ring GeosContext::RingOf(const GEOSGeometry* line) const {

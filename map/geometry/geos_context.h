@@ -12,6 +12,7 @@
 #include "absl/status/status.h"
 #include "absl/strings/string_view.h"
 #include "map/geometry/polygon.h"
+#include "map/geometry/shape.h"
 
 namespace hypermap {
 
@@ -42,12 +43,14 @@ class GeosContext {
   // Null on failure, as are all geometries below. Rings are open, as in Polygon.
   GeosGeometry MakePolygon(const Rings& rings) const;
   GeosGeometry MakeClosedLine(const Ring& ring) const;
+  GeosGeometry MakeGeometry(const Shape& shape) const;
 
   // The rings of a GEOS polygon, opened; empty on failure.
   Rings RingsOf(const GEOSGeometry& polygon) const;
 
  private:
-  GEOSCoordSequence* MakeClosedSequence(const Ring& ring) const;
+  // With `close`, the first vertex again at the end.
+  GEOSCoordSequence* MakeSequence(const std::vector<Point>& vertices, bool close) const;
   Ring RingOf(const GEOSGeometry* line) const;
 
   GEOSContextHandle_t handle_;

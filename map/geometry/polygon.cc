@@ -9,6 +9,8 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/strings/string_view.h"
+#include "base/status/status_macros.h"
+#include "map/geometry/coordinates.h"
 #include "map/geometry/geos_context.h"
 #include "map/geometry/predicates.h"
 
@@ -17,25 +19,6 @@ namespace {
 
 std::string RingName(size_t ring) {
   return ring == 0 ? "outer" : absl::StrCat("holes[", ring - 1, "]");
-}
-
-// Farther out no site lies, and products of coordinates might leave the range of doubles.
-constexpr double kMaxCoordinate_m = 1e9;
-
-absl::Status CheckVertices(const Rings& rings) {
-  for (size_t i = 0; i < rings.size(); ++i) {
-    for (size_t j = 0; j < rings[i].size(); ++j) {
-      const Point& p = rings[i][j];
-      if (!IsFinite(p)) {
-        return absl::InvalidArgumentError(absl::StrCat(RingName(i), "[", j, "] is not finite"));
-      }
-      if (std::max(std::abs(p.x), std::abs(p.y)) > kMaxCoordinate_m) {
-        return absl::InvalidArgumentError(absl::StrCat(RingName(i), "[", j, "] is more than ",
-                                                       kMaxCoordinate_m, " m from the origin"));
-      }
-    }
-  }
-  return absl::OkStatus();
 }
 
 // Drops directly repeated vertices and the closing one.
@@ -173,7 +156,9 @@ absl::StatusOr<Polygon> Polygon::Make(Ring outer, std::vector<Ring> holes) {
   rings.push_back(std::move(outer));
   for (Ring& hole : holes) rings.push_back(std::move(hole));
 
-  if (absl::Status status = CheckVertices(rings); !status.ok()) return status;
+  for (size_t i = 0; i < rings.size(); ++i) {
+    HYPERMAP_RETURN_IF_ERROR(CheckVertices(RingName(i), rings[i]));
+  }
   for (size_t i = 0; i < rings.size(); ++i) {
     DropRepeats(rings[i]);
     if (!HasThreeDistinct(rings[i])) {

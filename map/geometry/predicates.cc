@@ -130,6 +130,51 @@ bool MayMeet(const Segment& s, const Box& box) {
   return Orientation(s.a, s.b, first) * Orientation(s.a, s.b, second) <= 0;
 }
 
+// The nearest of some segments to a point. Roots are taken of those segments only that may be the
+// nearest by their rounded squares.
+class NearestSegment {
+ public:
+  explicit NearestSegment(const Point& p) : p_(p) {}
+
+  void Add(const Segment& segment) {
+    const double square = SquaredDistanceToSegment(p_, segment.a, segment.b);
+    if (square > least_square_ * kRounding) return;
+    least_square_ = std::min(least_square_, square);
+    candidates_.push_back({square, segment});
+  }
+
+  // Infinite when there was none.
+  double Distance() const {
+    double nearest = std::numeric_limits<double>::infinity();
+    for (const auto& [square, segment] : candidates_) {
+      if (square > least_square_ * kRounding) continue;
+      nearest = std::min(nearest, DistanceToSegment(p_, segment.a, segment.b));
+    }
+    return nearest;
+  }
+
+ private:
+  static constexpr double kRounding = 1.0 + 1e-9;
+  struct Candidate {
+    double square;
+    Segment segment;
+  };
+
+  const Point p_;
+  double least_square_ = std::numeric_limits<double>::infinity();
+  absl::InlinedVector<Candidate, 8> candidates_;
+};
+
+bool IsOnSegment(const Segment& segment, const Point& p) {
+  return segment.bounds().Covers(p) && Orientation(segment.a, segment.b, p) == 0;
+}
+
+template <typename Visit>
+void ForEachEdge(const LineString& line, Visit visit) {
+  const std::vector<Point>& vertices = line.vertices();
+  for (size_t i = 1; i < vertices.size(); ++i) visit(Segment{vertices[i - 1], vertices[i]});
+}
+
 template <typename Visit>
 void ForEachEdge(const Polygon& polygon, Visit visit) {
   for (const Ring& ring : polygon.rings()) {
@@ -141,8 +186,9 @@ void ForEachEdge(const Polygon& polygon, Visit visit) {
   }
 }
 
-// Whether the boundaries of the two share a point.
-bool BoundariesIntersect(const Polygon& p, const Polygon& q) {
+// Whether the boundary of `p` shares a point with the boundary of a polygon or with a line string.
+template <typename Other>
+bool BoundariesIntersect(const Polygon& p, const Other& q) {
   const Box shared{
       {std::max(p.bounds().min.x, q.bounds().min.x), std::max(p.bounds().min.y, q.bounds().min.y)},
       {std::min(p.bounds().max.x, q.bounds().max.x), std::min(p.bounds().max.y, q.bounds().max.y)}};
@@ -192,26 +238,47 @@ bool Covers(const Polygon& polygon, const Point& p) {
 
 double Distance(const Polygon& polygon, const Point& p) {
   if (Covers(polygon, p)) return 0.0;
-  // Roots are taken of those edges only that may be the nearest by their rounded squares.
-  constexpr double kRounding = 1.0 + 1e-9;
-  struct Candidate {
-    double square;
-    Segment edge;
-  };
-  absl::InlinedVector<Candidate, 8> candidates;
-  double least_square = std::numeric_limits<double>::infinity();
-  ForEachEdge(polygon, [&](const Segment& edge) {
-    const double square = SquaredDistanceToSegment(p, edge.a, edge.b);
-    if (square > least_square * kRounding) return;
-    least_square = std::min(least_square, square);
-    candidates.push_back({square, edge});
-  });
-  double nearest = std::numeric_limits<double>::infinity();
-  for (const auto& [square, edge] : candidates) {
-    if (square > least_square * kRounding) continue;
-    nearest = std::min(nearest, DistanceToSegment(p, edge.a, edge.b));
+  NearestSegment nearest(p);
+  ForEachEdge(polygon, [&](const Segment& edge) { nearest.Add(edge); });
+  return nearest.Distance();
+}
+
+bool Covers(const LineString& line, const Point& p) {
+  if (!line.bounds().Covers(p)) return false;
+  bool covers = false;
+  ForEachEdge(line, [&](const Segment& edge) { covers = covers || IsOnSegment(edge, p); });
+  return covers;
+}
+
+double Distance(const LineString& line, const Point& p) {
+  if (Covers(line, p)) return 0.0;
+  NearestSegment nearest(p);
+  ForEachEdge(line, [&](const Segment& edge) { nearest.Add(edge); });
+  return nearest.Distance();
+}
+
+bool Covers(const Shape& shape, const Point& p) {
+  switch (shape.kind()) {
+    case ShapeKind::kPolygon:
+      return Covers(shape.polygon(), p);
+    case ShapeKind::kLineString:
+      return Covers(shape.line_string(), p);
+    case ShapeKind::kPoint:
+      break;
   }
-  return nearest;
+  return shape.point() == p;
+}
+
+double Distance(const Shape& shape, const Point& p) {
+  switch (shape.kind()) {
+    case ShapeKind::kPolygon:
+      return Distance(shape.polygon(), p);
+    case ShapeKind::kLineString:
+      return Distance(shape.line_string(), p);
+    case ShapeKind::kPoint:
+      break;
+  }
+  return std::hypot(shape.point().x - p.x, shape.point().y - p.y);
 }
 
 // GEOS takes tens of microseconds to prepare a polygon, and copies each one that it tests. That
@@ -263,31 +330,37 @@ PreparedPolygon::PreparedPolygon(PreparedPolygon&&) noexcept = default;
 PreparedPolygon& PreparedPolygon::operator=(PreparedPolygon&&) noexcept = default;
 PreparedPolygon::~PreparedPolygon() = default;
 
-bool PreparedPolygon::Intersects(const Polygon& other) const {
+bool PreparedPolygon::Intersects(const Shape& other) const {
   const Polygon& polygon = impl_->polygon;
   if (polygon.empty() || other.empty() || !polygon.bounds().Intersects(other.bounds())) {
     return false;
   }
+  if (other.kind() == ShapeKind::kPoint) return hypermap::Covers(polygon, other.point());
   if (impl_->IsCheap(other.num_vertices())) {
     // Where no boundaries meet, one lies in the other as a whole or not at all.
-    return hypermap::Covers(polygon, other.outer().front()) ||
-           hypermap::Covers(other, polygon.outer().front()) || BoundariesIntersect(polygon, other);
+    if (hypermap::Covers(polygon, other.any_vertex())) return true;
+    if (other.kind() == ShapeKind::kLineString) {
+      return BoundariesIntersect(polygon, other.line_string());
+    }
+    return hypermap::Covers(other.polygon(), polygon.outer().front()) ||
+           BoundariesIntersect(polygon, other.polygon());
   }
   const Impl::InGeos& geos = impl_->Geos();
   if (geos.prepared == nullptr) return false;
-  const GeosGeometry geometry = geos.context.MakePolygon(other.rings());
+  const GeosGeometry geometry = geos.context.MakeGeometry(other);
   return geometry != nullptr &&
          GEOSPreparedIntersects_r(geos.context.handle(), geos.prepared, geometry.get()) == 1;
 }
 
-bool PreparedPolygon::Covers(const Polygon& other) const {
+bool PreparedPolygon::Covers(const Shape& other) const {
   const Polygon& polygon = impl_->polygon;
   if (polygon.empty() || other.empty() || !polygon.bounds().Intersects(other.bounds())) {
     return false;
   }
+  if (other.kind() == ShapeKind::kPoint) return hypermap::Covers(polygon, other.point());
   const Impl::InGeos& geos = impl_->Geos();
   if (geos.prepared == nullptr) return false;
-  const GeosGeometry geometry = geos.context.MakePolygon(other.rings());
+  const GeosGeometry geometry = geos.context.MakeGeometry(other);
   return geometry != nullptr &&
          GEOSPreparedCovers_r(geos.context.handle(), geos.prepared, geometry.get()) == 1;
 }

@@ -2,7 +2,7 @@
 #ifndef HYPERMAP_MAP_LAYERS_EXPLORATION_LAYER_H_
 #define HYPERMAP_MAP_LAYERS_EXPLORATION_LAYER_H_
 
-#include "map/layers/grid/cell_domain.h"
+#include "map/grid/cell_domain.h"
 
 namespace hypermap {
 
@@ -13,6 +13,9 @@ class ExplorationDomain : public CellDomain {
   absl::StatusOr<CellCode> Encode(double value) const override;
   double Decode(CellCode code) const override { return code; }
   std::optional<CodePredicate> Match(const ValueQuery& query) const override;
+  std::optional<CellValueRange> Range() const override { return CellValueRange{0.0, 1.0}; }
+  std::vector<std::string> Words() const override { return {"explored", "unexplored", "unknown"}; }
+  bool IsBinary() const override { return true; }
 };
 
 }  // namespace hypermap

@@ -15,7 +15,7 @@
 #include "absl/types/span.h"
 #include "map/geometry/polygon.h"
 #include "map/layers/layer_spec.h"
-#include "map/layers/semantic_object.h"
+#include "map/objects/semantic_object.h"
 #include "map/values/value_query.h"
 
 namespace hypermap {
@@ -42,7 +42,7 @@ struct PointContent {
 // c(p) of many points. Lists run parallel to the points, or are empty: a grid has no hits, a
 // semantic layer neither statuses nor values.
 struct PointsContent {
-  // `object` covers point number `point`.
+  // `object` is met by point number `point`.
   struct Hit {
     uint32_t point;
     const SemanticObject* object;  // lives as long as the layer
@@ -94,11 +94,18 @@ class Layer : public std::enable_shared_from_this<Layer> {
   // Number of objects, or of cells in the extent.
   virtual int64_t Size() const = 0;
 
-  // c(p).
-  virtual PointContent ContentAt(const Point& p) const = 0;
+  // c(p): the cell at `p`, or the objects whose shape is at most `tolerance_m` (>= 0) away. With
+  // tolerance 0 a polygon is found by its area, a line string or point only where it is met
+  // exactly.
+  virtual PointContent ContentAt(const Point& p, double tolerance_m) const = 0;
+  PointContent ContentAt(const Point& p) const { return ContentAt(p, 0.0); }
 
   // c(p) of each of `points`, all finite, in place of what `content` held. At most 2^32 of them.
-  virtual void ContentAtEach(absl::Span<const Point> points, PointsContent* content) const = 0;
+  virtual void ContentAtEach(absl::Span<const Point> points, double tolerance_m,
+                             PointsContent* content) const = 0;
+  void ContentAtEach(absl::Span<const Point> points, PointsContent* content) const {
+    ContentAtEach(points, 0.0, content);
+  }
 
   // c(area): the objects that intersect `area`; the cells of the extent whose centre it covers.
   virtual std::unique_ptr<AnswerCursor> ContentIn(const Polygon& area) const = 0;

@@ -3,7 +3,7 @@
 #include <utility>
 
 #include "map/layers/exploration_layer.h"
-#include "map/layers/grid/grid_layer.h"
+#include "map/layers/grid_layer.h"
 #include "map/layers/occupancy_layer.h"
 #include "map/layers/scalar_layer.h"
 #include "map/layers/semantic_layer.h"

@@ -4,7 +4,7 @@
 
 #include <memory>
 
-#include "map/layers/grid/cell_domain.h"
+#include "map/grid/cell_domain.h"
 #include "map/layers/layer.h"
 
 namespace hypermap {

@@ -134,6 +134,13 @@ absl::Status Validate(const LayerSpec& spec) {
     return absl::InvalidArgumentError(
         absl::StrCat("layer.unit is longer than ", kMaxUnitLength, " bytes"));
   }
+  if (spec.shape_kinds.empty()) {
+    return absl::InvalidArgumentError("layer.shape_kinds: a layer of objects takes at least one");
+  }
+  if (spec.kind != LayerKind::kSemantic && !spec.shape_kinds.ContainsAll()) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("layer.shape_kinds: the kind ", LayerKindName(spec.kind), " has no shapes"));
+  }
   return ValidateAliases(spec);
 }
 

@@ -7,8 +7,9 @@
 
 #include "absl/status/status.h"
 #include "absl/strings/string_view.h"
-#include "map/layers/grid/cell_rule.h"
-#include "map/layers/grid/grid_geometry.h"
+#include "map/geometry/shape.h"
+#include "map/grid/cell_rule.h"
+#include "map/grid/grid_geometry.h"
 #include "map/values/value_aliases.h"
 
 namespace hypermap {
@@ -51,6 +52,8 @@ struct LayerSpec {
   std::string unit;
   // For kSemantic: other words for its labels, folded.
   ValueAliases aliases;
+  // For kSemantic: which kinds of shape its objects may have; at least one.
+  ShapeKinds shape_kinds;
 
   friend bool operator==(const LayerSpec&, const LayerSpec&) = default;
 };

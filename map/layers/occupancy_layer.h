@@ -2,7 +2,7 @@
 #ifndef HYPERMAP_MAP_LAYERS_OCCUPANCY_LAYER_H_
 #define HYPERMAP_MAP_LAYERS_OCCUPANCY_LAYER_H_
 
-#include "map/layers/grid/cell_domain.h"
+#include "map/grid/cell_domain.h"
 #include "map/layers/layer_spec.h"
 
 namespace hypermap {
@@ -19,6 +19,8 @@ class OccupancyDomain : public CellDomain {
   absl::StatusOr<CellCode> Encode(double value) const override;
   double Decode(CellCode code) const override { return code / kStepsPerUnit; }
   std::optional<CodePredicate> Match(const ValueQuery& query) const override;
+  std::optional<CellValueRange> Range() const override { return CellValueRange{0.0, 1.0}; }
+  std::vector<std::string> Words() const override { return {"free", "occupied", "unknown"}; }
 
  private:
   OccupancyThresholds thresholds_;

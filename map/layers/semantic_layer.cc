@@ -1,13 +1,14 @@
 #include "map/layers/semantic_layer.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <queue>
 #include <utility>
 
 #include "absl/container/inlined_vector.h"
 #include "map/geometry/predicates.h"
-#include "map/layers/objects/prefetch.h"
+#include "map/objects/prefetch.h"
 
 namespace hypermap {
 namespace {
@@ -36,7 +37,7 @@ class ObjectCursor : public AnswerCursor {
     part.objects.reserve(std::min(stop - next_, static_cast<size_t>(max_items)));
     while (next_ < stop && part.objects.size() < static_cast<size_t>(max_items)) {
       const ObjectPtr& object = *candidates_[next_++].place;
-      if (!area_ || area_->Intersects(object->polygon)) part.objects.push_back(object);
+      if (!area_ || area_->Intersects(object->shape)) part.objects.push_back(object);
     }
     return part;
   }
@@ -102,9 +103,9 @@ class NearestObjects {
   void Measure() {
     // All of it, as most will be told.
     for (const ObjectPtr* place : offered_) PrefetchObject(**place);
-    for (const ObjectPtr* place : offered_) PrefetchOuterRing((*place)->polygon);
+    for (const ObjectPtr* place : offered_) PrefetchVertices((*place)->shape);
     for (const ObjectPtr* place : offered_) {
-      const Found found{Distance((*place)->polygon, p_), (*place)->id, place};
+      const Found found{Distance((*place)->shape, p_), (*place)->id, place};
       if (best_.size() == k_) {
         if (!(found < best_.top())) continue;
         best_.pop();
@@ -159,16 +160,46 @@ std::optional<SemanticLayer::Wanted> SemanticLayer::Translate(const ValueQuery& 
   return std::nullopt;
 }
 
-PointContent SemanticLayer::ContentAt(const Point& p) const {
+void SemanticLayer::VisitWithin(const Point& p, double tolerance_m, ObjectVisitor visit) const {
+  // Rounding of the box's sides must leave nothing out.
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  const auto below = [](double v) { return std::nextafter(v, -kInfinity); };
+  const auto above = [](double v) { return std::nextafter(v, kInfinity); };
+  const Box box{{below(p.x - tolerance_m), below(p.y - tolerance_m)},
+                {above(p.x + tolerance_m), above(p.y + tolerance_m)}};
+  std::vector<const ObjectPtr*> found;
+  index_->VisitBox(box, [&](const ObjectPtr& object) {
+    if (Distance(object->shape, p) <= tolerance_m) found.push_back(&object);
+  });
+  std::sort(found.begin(), found.end(),
+            [](const ObjectPtr* a, const ObjectPtr* b) { return (*a)->id < (*b)->id; });
+  for (const ObjectPtr* object : found) visit(*object);
+}
+
+PointContent SemanticLayer::ContentAt(const Point& p, double tolerance_m) const {
   PointContent content;
+  if (tolerance_m > 0.0) {
+    VisitWithin(p, tolerance_m,
+                [&content](const ObjectPtr& object) { content.objects.push_back(object); });
+    return content;
+  }
   index_->CoverEach({&p, 1}, [&content](uint32_t /*point*/, const ObjectPtr& object) {
     content.objects.push_back(object);
   });
   return content;
 }
 
-void SemanticLayer::ContentAtEach(absl::Span<const Point> points, PointsContent* content) const {
+void SemanticLayer::ContentAtEach(absl::Span<const Point> points, double tolerance_m,
+                                  PointsContent* content) const {
   content->Clear();
+  if (tolerance_m > 0.0) {
+    for (size_t i = 0; i < points.size(); ++i) {
+      VisitWithin(points[i], tolerance_m, [&](const ObjectPtr& object) {
+        content->hits.push_back({static_cast<uint32_t>(i), object.get()});
+      });
+    }
+    return;
+  }
   index_->CoverEach(points, [content](uint32_t point, const ObjectPtr& object) {
     content->hits.push_back({point, object.get()});
   });
@@ -205,6 +236,14 @@ std::optional<std::vector<Neighbour>> SemanticLayer::Nearest(const Point& p,
         [&](const ObjectPtr& object, double /*at_least_m*/) { return nearest.Offer(object); });
   }
   return std::move(nearest).Take();
+}
+
+const SemanticLayer* AsSemantic(const Layer* layer) {
+  return dynamic_cast<const SemanticLayer*>(layer);
+}
+
+std::shared_ptr<const SemanticLayer> AsSemantic(const LayerPtr& layer) {
+  return std::dynamic_pointer_cast<const SemanticLayer>(layer);
 }
 
 }  // namespace hypermap

@@ -1,4 +1,4 @@
-// Layers made of labelled polygons.
+// Layers made of labelled shapes: polygons, line strings and points.
 #ifndef HYPERMAP_MAP_LAYERS_SEMANTIC_LAYER_H_
 #define HYPERMAP_MAP_LAYERS_SEMANTIC_LAYER_H_
 
@@ -10,7 +10,7 @@
 
 #include "absl/container/btree_map.h"
 #include "map/layers/layer.h"
-#include "map/layers/objects/object_index.h"
+#include "map/objects/object_index.h"
 
 namespace hypermap {
 
@@ -36,8 +36,11 @@ class SemanticLayer : public Layer {
 
   Box Bounds() const override { return index_->bounds(); }
   int64_t Size() const override { return index_->size(); }
-  PointContent ContentAt(const Point& p) const override;
-  void ContentAtEach(absl::Span<const Point> points, PointsContent* content) const override;
+  using Layer::ContentAt;
+  using Layer::ContentAtEach;
+  PointContent ContentAt(const Point& p, double tolerance_m) const override;
+  void ContentAtEach(absl::Span<const Point> points, double tolerance_m,
+                     PointsContent* content) const override;
   std::unique_ptr<AnswerCursor> ContentIn(const Polygon& area) const override;
   std::unique_ptr<AnswerCursor> Find(const ValueQuery& value, const Polygon* area) const override;
   std::optional<std::vector<Neighbour>> Nearest(const Point& p, const ValueQuery& value,
@@ -51,11 +54,17 @@ class SemanticLayer : public Layer {
     ObjectIndex::WordKind kind;
     std::set<std::string> words;
   };
+  // Visits the objects whose distance from `p` is at most `tolerance_m`, by id.
+  void VisitWithin(const Point& p, double tolerance_m, ObjectVisitor visit) const;
   // nullopt when `value` is neither a label nor a tag.
   std::optional<Wanted> Translate(const ValueQuery& value) const;
 
   const std::shared_ptr<const ObjectIndex> index_;
 };
+
+// The layer as one of objects; null when it is null or of another kind.
+const SemanticLayer* AsSemantic(const Layer* layer);
+std::shared_ptr<const SemanticLayer> AsSemantic(const LayerPtr& layer);
 
 }  // namespace hypermap
 

@@ -1,6 +1,8 @@
 #include "map/layers/semantic_layer.h"
 
 #include <algorithm>
+#include <cmath>
+#include <iterator>
 #include <map>
 
 #include "gmock/gmock.h"
@@ -14,6 +16,7 @@ namespace {
 using ::testing::ElementsAre;
 using testing::RandomObject;
 using testing::RandomPolygon;
+using testing::RandomVertex;
 using testing::Rng;
 using testing::TestSeed;
 using testing::Uniform;
@@ -27,7 +30,7 @@ ObjectPtr WithId(ObjectId id, SemanticObject object) {
 }
 
 ObjectPtr Square(ObjectId id, const std::string& label, double x, double y) {
-  return WithId(id, {.label = label, .polygon = Polygon::FromBox({{x, y}, {x + 1, y + 1}})});
+  return WithId(id, {.label = label, .shape = Polygon::FromBox({{x, y}, {x + 1, y + 1}})});
 }
 
 std::vector<ObjectId> Ids(const std::vector<ObjectPtr>& objects) {
@@ -46,19 +49,27 @@ std::vector<ObjectId> ReadIds(AnswerCursor& cursor, int max_items) {
   return ids;
 }
 
+ObjectPtr Lane(ObjectId id, std::vector<Point> vertices) {
+  return WithId(id, {.label = "lane", .shape = *LineString::Make(std::move(vertices))});
+}
+
+ObjectPtr Dock(ObjectId id, const Point& p) {
+  return WithId(id, {.label = "dock", .shape = *Shape::MakePoint(p)});
+}
+
 // Many points at once against the same one by one.
-void ExpectEachAsAlone(const SemanticLayer& layer, Rng& rng) {
+void ExpectEachAsAlone(const SemanticLayer& layer, double tolerance_m, Rng& rng) {
   std::vector<Point> points;
   for (int i = UniformInt(rng, 0, 300); i > 0; --i) {
     points.push_back({Uniform(rng, -20, 20), Uniform(rng, -20, 20)});
   }
   PointsContent content;
   content.hits.push_back({7, nullptr});
-  layer.ContentAtEach(points, &content);
+  layer.ContentAtEach(points, tolerance_m, &content);
   std::vector<std::pair<uint32_t, const SemanticObject*>> hits, expected;
   for (const auto& [point, object] : content.hits) hits.emplace_back(point, object);
   for (size_t i = 0; i < points.size(); ++i) {
-    for (const ObjectPtr& object : layer.ContentAt(points[i]).objects) {
+    for (const ObjectPtr& object : layer.ContentAt(points[i], tolerance_m).objects) {
       expected.emplace_back(i, object.get());
     }
   }
@@ -73,33 +84,42 @@ void ExpectEqualToModel(const SemanticLayer& layer, const Model& model, Rng& rng
   Box bounds;
   std::vector<ObjectId> all;
   for (const auto& [id, object] : model) {
-    bounds.Extend(object->polygon.bounds());
+    bounds.Extend(object->shape.bounds());
     all.push_back(id);
     ASSERT_EQ(layer.Find(id), object);
   }
   ASSERT_EQ(Ids(layer.Objects()), all);
   ASSERT_EQ(layer.Bounds(), bounds);
 
-  const Point p{Uniform(rng, -20, 20), Uniform(rng, -20, 20)};
+  Point p{Uniform(rng, -20, 20), Uniform(rng, -20, 20)};
+  // A line or point is met at a vertex of its own, hardly ever at random.
+  if (!model.empty() && UniformInt(rng, 0, 1)) {
+    const int chosen = UniformInt(rng, 0, static_cast<int>(model.size()) - 1);
+    p = RandomVertex(rng, std::next(model.begin(), chosen)->second->shape);
+  }
+  const double tolerance_m = std::pow(10, Uniform(rng, -3, 1));
   const Polygon area = RandomPolygon(rng, p, Uniform(rng, 0.1, 15));
   const PreparedPolygon prepared(area);
-  std::vector<ObjectId> at_point, in_area, chairs, chairs_in_area, seats, tagged;
+  std::vector<ObjectId> at_point, about_point, in_area, chairs, chairs_in_area, seats, tagged;
   std::vector<std::pair<double, ObjectId>> near;
   for (const auto& [id, object] : model) {
-    const bool intersects = prepared.Intersects(object->polygon);
+    const bool intersects = prepared.Intersects(object->shape);
     const bool is_chair = object->label == "chair";
-    if (Covers(object->polygon, p)) at_point.push_back(id);
+    if (Covers(object->shape, p)) at_point.push_back(id);
+    if (Distance(object->shape, p) <= tolerance_m) about_point.push_back(id);
     if (intersects) in_area.push_back(id);
     if (is_chair) chairs.push_back(id);
     if (is_chair && intersects) chairs_in_area.push_back(id);
     if (std::count(object->tags.begin(), object->tags.end(), "Movable")) tagged.push_back(id);
     if (is_chair || FoldLabel(object->label) == "cup") seats.push_back(id);
-    if (is_chair) near.emplace_back(Distance(object->polygon, p), id);
+    if (is_chair) near.emplace_back(Distance(object->shape, p), id);
   }
   const int max_items = UniformInt(rng, 1, 50);
   const ValueQuery chair = ValueLabel{"chair"};
   EXPECT_EQ(Ids(layer.ContentAt(p).objects), at_point);
-  ExpectEachAsAlone(layer, rng);
+  EXPECT_EQ(Ids(layer.ContentAt(p, tolerance_m).objects), about_point);
+  ExpectEachAsAlone(layer, 0.0, rng);
+  ExpectEachAsAlone(layer, tolerance_m, rng);
   EXPECT_EQ(ReadIds(*layer.ContentIn(area), max_items), in_area);
   EXPECT_EQ(ReadIds(*layer.Find(chair, nullptr), max_items), chairs);
   EXPECT_EQ(ReadIds(*layer.Find(chair, &area), max_items), chairs_in_area);
@@ -174,6 +194,53 @@ TEST(SemanticLayerTest, BoundariesBelongToTheObject) {
   }
   EXPECT_TRUE(layer.ContentAt({1.0000001, 0.5}).objects.empty());
   EXPECT_THAT(ReadIds(*layer.ContentIn(Polygon::FromBox({{1, 1}, {2, 2}})), 9), ElementsAre(1));
+}
+
+TEST(SemanticLayerTest, LinesAndPointsAreMetOnlyExactlyWithoutTolerance) {
+  const SemanticLayer layer({.name = "s", .frame_id = "map"},
+                            {Lane(1, {{0, 0}, {4, 0}, {4, 3}}), Dock(2, {4, 0})});
+  EXPECT_THAT(Ids(layer.ContentAt({0, 0}).objects), ElementsAre(1));
+  EXPECT_THAT(Ids(layer.ContentAt({2.5, 0}).objects), ElementsAre(1));
+  EXPECT_THAT(Ids(layer.ContentAt({4, 0}).objects), ElementsAre(1, 2));
+  EXPECT_THAT(Ids(layer.ContentAt({4, 1}).objects), ElementsAre(1));
+  // Between the ends, but off the line.
+  EXPECT_THAT(Ids(layer.ContentAt({2.5, 1e-9}).objects), ElementsAre());
+  EXPECT_THAT(Ids(layer.ContentAt({-1e-9, 0}).objects), ElementsAre());
+}
+
+TEST(SemanticLayerTest, ToleranceIsAClosedDistance) {
+  const SemanticLayer layer({.name = "s", .frame_id = "map"},
+                            {Lane(1, {{0, 0}, {10, 0}}), Dock(2, {5, 5}), Square(3, "cup", 8, 1)});
+  // The line is 2 away, the dock and the square 3.
+  EXPECT_THAT(Ids(layer.ContentAt({5, 2}, 1.999).objects), ElementsAre());
+  EXPECT_THAT(Ids(layer.ContentAt({5, 2}, 2).objects), ElementsAre(1));
+  EXPECT_THAT(Ids(layer.ContentAt({5, 2}, 3).objects), ElementsAre(1, 2, 3));
+  // The dock is the hypotenuse of 3 and 4 away: the corner of its box is not enough.
+  EXPECT_THAT(Ids(layer.ContentAt({2, 1}, 4.999).objects), ElementsAre(1));
+  EXPECT_THAT(Ids(layer.ContentAt({2, 1}, 5).objects), ElementsAre(1, 2));
+  EXPECT_THAT(Ids(layer.ContentAt({8.5, 1.5}, 0.001).objects), ElementsAre(3));
+}
+
+TEST(SemanticLayerTest, LinesAndPointsAreFoundByAreaAndNearest) {
+  const SemanticLayer layer(
+      {.name = "s", .frame_id = "map"},
+      {Lane(1, {{0, 0}, {10, 0}}), Lane(2, {{0, 4}, {10, 4}}), Dock(3, {3, 1}), Dock(4, {9, 9})});
+  // The first lane goes through, the first dock lies on the border.
+  EXPECT_THAT(ReadIds(*layer.ContentIn(Polygon::FromBox({{2, -1}, {3, 2}})), 9), ElementsAre(1, 3));
+  const Polygon hole = *Polygon::Make({{-1, -1}, {11, -1}, {11, 5}, {-1, 5}},
+                                      {{{2, 0.5}, {4, 0.5}, {4, 1.5}, {2, 1.5}}});
+  EXPECT_THAT(ReadIds(*layer.ContentIn(hole), 9), ElementsAre(1, 2));
+  const auto lanes = layer.Nearest({5, 3}, ValueLabel{"lane"}, 5);
+  ASSERT_EQ(lanes->size(), 2u);
+  EXPECT_EQ((*lanes)[0].object->id, 2);
+  EXPECT_EQ((*lanes)[0].distance_m, 1.0);
+  EXPECT_EQ((*lanes)[1].object->id, 1);
+  EXPECT_EQ((*lanes)[1].distance_m, 3.0);
+  // Both docks are as far: the one with the lower id is told.
+  const auto docks = layer.Nearest({6, 5}, ValueLabel{"dock"}, 1);
+  ASSERT_EQ(docks->size(), 1u);
+  EXPECT_EQ((*docks)[0].object->id, 3);
+  EXPECT_EQ((*docks)[0].distance_m, 5.0);
 }
 
 TEST(SemanticLayerTest, LabelsMatchWhateverTheirCaseAndBlanks) {

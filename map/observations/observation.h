@@ -14,7 +14,7 @@
 #include "absl/time/time.h"
 #include "map/frames/planar_transform.h"
 #include "map/geometry/polygon.h"
-#include "map/layers/semantic_object.h"
+#include "map/objects/semantic_object.h"
 
 namespace hypermap {
 

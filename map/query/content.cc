@@ -1,16 +1,26 @@
+#include <cmath>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/status/status_macros.h"
 #include "map/query/query.h"
 
 namespace hypermap {
+namespace {
+
+absl::Status CheckTolerance(double tolerance_m) {
+  if (std::isfinite(tolerance_m) && tolerance_m >= 0.0) return absl::OkStatus();
+  return absl::InvalidArgumentError("tolerance_m must be finite and not negative");
+}
+
+}  // namespace
 
 absl::StatusOr<std::vector<LayerContent>> ContentAt(const Snapshot& snapshot, const Scope& scope,
-                                                    const Point& p) {
+                                                    const Point& p, double tolerance_m) {
   std::vector<LayerContent> contents;
   contents.reserve(scope.layers.empty() ? snapshot.layers.size() : scope.layers.size());
   absl::Status status =
-      VisitContentAt(snapshot, scope, p,
+      VisitContentAt(snapshot, scope, p, tolerance_m,
                      [&contents](const LayerPtr& layer, const PlanarTransform& caller_from_layer,
                                  PointContent content) {
                        contents.push_back({layer, caller_from_layer, std::move(content)});
@@ -20,14 +30,16 @@ absl::StatusOr<std::vector<LayerContent>> ContentAt(const Snapshot& snapshot, co
 }
 
 absl::Status VisitContentAt(const Snapshot& snapshot, const Scope& scope, const Point& p,
-                            PointContentCallback tell) {
+                            double tolerance_m, PointContentCallback tell) {
   if (!IsFinite(p)) return absl::InvalidArgumentError("point is not finite");
+  HYPERMAP_RETURN_IF_ERROR(CheckTolerance(tolerance_m));
   const absl::StatusOr<std::string> caller = snapshot.ResolveFrame(scope.frame_id);
   if (!caller.ok()) return caller.status();
   const auto ask = [&](const LayerPtr& layer) {
     const auto caller_from_layer = snapshot.frames.Lookup(*caller, layer->spec().frame_id);
     if (caller_from_layer.ok()) {
-      tell(layer, *caller_from_layer, layer->ContentAt(caller_from_layer->Inverse() * p));
+      tell(layer, *caller_from_layer,
+           layer->ContentAt(caller_from_layer->Inverse() * p, tolerance_m));
     } else {
       tell(layer, PlanarTransform(), {.status = AnswerStatus::kNoTransform});
     }
@@ -42,8 +54,11 @@ absl::Status VisitContentAt(const Snapshot& snapshot, const Scope& scope, const 
   return absl::OkStatus();
 }
 
-absl::StatusOr<PointsAsker> PointsAsker::Make(SnapshotPtr snapshot, const Scope& scope) {
+absl::StatusOr<PointsAsker> PointsAsker::Make(SnapshotPtr snapshot, const Scope& scope,
+                                              double tolerance_m) {
+  HYPERMAP_RETURN_IF_ERROR(CheckTolerance(tolerance_m));
   PointsAsker asker;
+  asker.tolerance_m_ = tolerance_m;
   absl::StatusOr<std::string> caller = snapshot->ResolveFrame(scope.frame_id);
   if (!caller.ok()) return caller.status();
   absl::StatusOr<std::vector<LayerPtr>> layers = snapshot->SelectLayers(scope.layers);
@@ -77,12 +92,12 @@ absl::StatusOr<absl::Span<const LayerPointsContent>> PointsAsker::ContentAtEach(
     LayerPointsContent& answer = answers_[i];
     if (answer.status != AnswerStatus::kValue) continue;
     if (asked_[i].is_same_frame) {
-      answer.layer->ContentAtEach(points, &answer.content);
+      answer.layer->ContentAtEach(points, tolerance_m_, &answer.content);
       continue;
     }
     in_layer_.clear();
     for (const Point& p : points) in_layer_.push_back(asked_[i].layer_from_caller * p);
-    answer.layer->ContentAtEach(in_layer_, &answer.content);
+    answer.layer->ContentAtEach(in_layer_, tolerance_m_, &answer.content);
   }
   return answers_;
 }

@@ -30,7 +30,7 @@ struct Scope {
   std::string frame_id;
 };
 
-// What one layer says of a point. Objects carry polygons of the layer's frame; `caller_from_layer`
+// What one layer says of a point. Objects carry shapes of the layer's frame; `caller_from_layer`
 // takes them to the caller's.
 struct LayerContent {
   LayerPtr layer;
@@ -38,16 +38,17 @@ struct LayerContent {
   PointContent content;
 };
 
-// c^(p, I). NOT_FOUND for an unknown layer or frame, INVALID_ARGUMENT for a point that is not
-// finite.
+// c^(p, I). Objects whose shape is at most `tolerance_m` away count as met. NOT_FOUND for an
+// unknown layer or frame, INVALID_ARGUMENT for a point that is not finite, or a tolerance that is
+// negative or not finite.
 absl::StatusOr<std::vector<LayerContent>> ContentAt(const Snapshot& snapshot, const Scope& scope,
-                                                    const Point& p);
+                                                    const Point& p, double tolerance_m = 0.0);
 // The same, told layer by layer as it is found, with the transform that takes objects to the
 // caller's frame. An error comes before anything is told.
 using PointContentCallback = absl::FunctionRef<void(
     const LayerPtr& layer, const PlanarTransform& caller_from_layer, PointContent content)>;
 absl::Status VisitContentAt(const Snapshot& snapshot, const Scope& scope, const Point& p,
-                            PointContentCallback tell);
+                            double tolerance_m, PointContentCallback tell);
 
 // What one layer says of many points.
 struct LayerPointsContent {
@@ -60,8 +61,9 @@ struct LayerPointsContent {
 // One thread at a time; may be handed from thread to thread.
 class PointsAsker {
  public:
-  // NOT_FOUND for an unknown layer or frame.
-  static absl::StatusOr<PointsAsker> Make(SnapshotPtr snapshot, const Scope& scope);
+  // NOT_FOUND for an unknown layer or frame, INVALID_ARGUMENT for the tolerance (see ContentAt).
+  static absl::StatusOr<PointsAsker> Make(SnapshotPtr snapshot, const Scope& scope,
+                                          double tolerance_m = 0.0);
 
   const Snapshot& snapshot() const { return *snapshot_; }
   // The scope's frame.
@@ -81,6 +83,7 @@ class PointsAsker {
 
   SnapshotPtr snapshot_;
   std::string frame_id_;
+  double tolerance_m_ = 0.0;
   std::vector<AskedLayer> asked_;  // parallel to answers_
   std::vector<LayerPointsContent> answers_;
   std::vector<Point> in_layer_;

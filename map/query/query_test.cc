@@ -1,14 +1,18 @@
 #include "map/query/query.h"
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
 #include <map>
 #include <numbers>
 #include <set>
+#include <utility>
 
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "map/edits/apply.h"
 #include "map/geometry/predicates.h"
-#include "map/layers/grid/grid_layer.h"
+#include "map/layers/grid_layer.h"
 #include "map/layers/semantic_layer.h"
 #include "tests/support/random_map.h"
 
@@ -16,6 +20,7 @@ namespace hypermap {
 namespace {
 
 using ::testing::ElementsAre;
+using ::testing::HasSubstr;
 using testing::MakeSnapshot;
 using ::testing::Pair;
 using testing::RandomPolygon;
@@ -39,7 +44,7 @@ SnapshotPtr SmallSite() {
   LayerSpec adrift = grid;
   adrift.name = "adrift";
   adrift.frame_id = "raft";
-  SemanticObject chair{.label = "chair", .polygon = Polygon::FromBox({{9, 1}, {10, 2}})};
+  SemanticObject chair{.label = "chair", .shape = Polygon::FromBox({{9, 1}, {10, 2}})};
   return std::make_shared<Snapshot>(MakeSnapshot(
       "site",
       {{SetTransform{{"map", "dock", PlanarTransform(10, 0, kHalfTurn / 2)}}, CreateLayer{semantic},
@@ -95,6 +100,88 @@ TEST(ContentAtTest, UnknownNamesAndPlacesAreErrors) {
             absl::StatusCode::kInvalidArgument);
 }
 
+// A lane, a dock and a room in a layer of a frame that is turned by 90 degrees, 10 m to the east.
+SnapshotPtr SiteOfShapes() {
+  const auto put = [](const char* label, Shape shape) {
+    return PutObject{"places", {.label = label, .shape = std::move(shape)}, ""};
+  };
+  return std::make_shared<Snapshot>(MakeSnapshot(
+      "site",
+      {{SetTransform{{"map", "dock", PlanarTransform(10, 0, kHalfTurn / 2)}},
+        CreateLayer{{.name = "places", .frame_id = "dock"}},
+        put("lane", *LineString::Make({{0, 0}, {5, 0}})), put("dock", *Shape::MakePoint({1, 2})),
+        put("room", Polygon::FromBox({{0, 3}, {5, 5}}))}}));
+}
+
+std::vector<ObjectId> IdsAt(const Snapshot& site, const Scope& scope, const Point& p,
+                            double tolerance_m) {
+  const auto contents = ContentAt(site, scope, p, tolerance_m);
+  EXPECT_TRUE(contents.ok()) << contents.status();
+  std::vector<ObjectId> ids;
+  for (const ObjectPtr& object : contents->front().content.objects) ids.push_back(object->id);
+  return ids;
+}
+
+TEST(ContentAtTest, ToleranceIsADistanceInEveryFrame) {
+  const SnapshotPtr site = SiteOfShapes();
+  // (1, 1) in dock, (9, 1) in map: 1 m from the lane and from the dock, 2 m from the room.
+  for (const auto& [frame, p] : {std::pair{"dock", Point{1, 1}}, std::pair{"map", Point{9, 1}}}) {
+    SCOPED_TRACE(frame);
+    const Scope scope{{"places"}, frame};
+    EXPECT_THAT(IdsAt(*site, scope, p, 0.0), ElementsAre());
+    EXPECT_THAT(IdsAt(*site, scope, p, 0.999), ElementsAre());
+    EXPECT_THAT(IdsAt(*site, scope, p, 1.001), ElementsAre(1, 2));
+    EXPECT_THAT(IdsAt(*site, scope, p, 2.001), ElementsAre(1, 2, 3));
+  }
+}
+
+TEST(ContentAtTest, ToleranceDoesNotReachCells) {
+  const SnapshotPtr site = SmallSite();
+  const Scope grid{{"grid"}, "dock"};
+  const auto outside = ContentAt(*site, grid, {-0.1, 0.5}, 5.0);
+  ASSERT_TRUE(outside.ok()) << outside.status();
+  EXPECT_EQ(outside->front().content.status, AnswerStatus::kOutside);
+}
+
+TEST(ContentAtTest, ToleranceMustBeANumberNotBelowZero) {
+  const SnapshotPtr site = SiteOfShapes();
+  for (const double bad : {-0.1, std::nan(""), std::numeric_limits<double>::infinity()}) {
+    const absl::Status alone = ContentAt(*site, {}, {0, 0}, bad).status();
+    EXPECT_EQ(alone.code(), absl::StatusCode::kInvalidArgument);
+    EXPECT_THAT(std::string(alone.message()), HasSubstr("tolerance_m"));
+    EXPECT_EQ(PointsAsker::Make(site, {}, bad).status(), alone);
+  }
+}
+
+TEST(PointsAskerTest, AnswersAsContentAtWithTheSameTolerance) {
+  const uint64_t seed = TestSeed();
+  SCOPED_TRACE("HYPERMAP_TEST_SEED=" + std::to_string(seed));
+  Rng rng(seed);
+  const auto site = std::make_shared<Snapshot>(MakeSnapshot("site", RandomSite(rng, 200)));
+  std::vector<Point> points(200);
+  for (Point& p : points) p = {Uniform(rng, -15, 15), Uniform(rng, -15, 15)};
+  for (const double tolerance_m : {0.0, 0.05, 2.0}) {
+    const Scope scope{{"semantic", "dock.objects"}, "bench"};
+    auto asker = PointsAsker::Make(site, scope, tolerance_m);
+    ASSERT_TRUE(asker.ok()) << asker.status();
+    const auto answers = asker->ContentAtEach(points);
+    ASSERT_TRUE(answers.ok()) << answers.status();
+    for (size_t l = 0; l < scope.layers.size(); ++l) {
+      std::vector<std::pair<size_t, ObjectId>> hits, expected;
+      for (const auto& [point, object] : (*answers)[l].content.hits) {
+        hits.emplace_back(point, object->id);
+      }
+      for (size_t i = 0; i < points.size(); ++i) {
+        const Scope one{{scope.layers[l]}, scope.frame_id};
+        for (const ObjectId id : IdsAt(*site, one, points[i], tolerance_m)) {
+          expected.emplace_back(i, id);
+        }
+      }
+      EXPECT_EQ(hits, expected) << scope.layers[l] << " with tolerance " << tolerance_m;
+    }
+  }
+}
+
 struct Collected {
   std::map<std::string, AnswerStatus> statuses;
   std::map<std::string, std::set<ObjectId>> objects;
@@ -138,6 +225,47 @@ TEST(NearestTest, MergesLayersAndTellsRefusals) {
             absl::StatusCode::kInvalidArgument);
 }
 
+TEST(NearestTest, MeasuresToLinesAndPoints) {
+  const SnapshotPtr site = SiteOfShapes();
+  const auto distance_to = [&](const char* label) {
+    // (7, -2) in dock: 2 m past the end of the lane and 2 m beside it.
+    const auto answer = Nearest(*site, {{}, "dock"}, {7, -2}, ValueLabel{label}, 1);
+    EXPECT_TRUE(answer.ok()) << answer.status();
+    return answer->entries.front().neighbour.distance_m;
+  };
+  EXPECT_DOUBLE_EQ(distance_to("lane"), std::sqrt(8.0));
+  EXPECT_DOUBLE_EQ(distance_to("dock"), std::hypot(6, 4));
+  EXPECT_DOUBLE_EQ(distance_to("room"), std::hypot(2, 5));
+}
+
+TEST(NearestTest, EqualsBruteForceOverShapesOfEveryKind) {
+  const uint64_t seed = TestSeed();
+  SCOPED_TRACE("HYPERMAP_TEST_SEED=" + std::to_string(seed));
+  Rng rng(seed);
+  const auto site = std::make_shared<Snapshot>(MakeSnapshot("site", RandomSite(rng, 300)));
+  constexpr int kCount = 10;
+  for (int i = 0; i < 50; ++i) {
+    const Point p{Uniform(rng, -15, 15), Uniform(rng, -15, 15)};
+    for (const std::string layer : {"semantic", "dock.objects"}) {
+      const SemanticLayer& semantic = *site->FindSemantic(layer);
+      const Point in_layer = *site->frames.Lookup(semantic.spec().frame_id, "map") * p;
+      std::vector<std::pair<double, ObjectId>> expected, found;
+      for (const ObjectPtr& object : semantic.Objects()) {
+        if (object->label != "chair") continue;
+        expected.emplace_back(Distance(object->shape, in_layer), object->id);
+      }
+      std::sort(expected.begin(), expected.end());
+      if (expected.size() > kCount) expected.resize(kCount);
+      const auto answer = Nearest(*site, {{layer}, "map"}, p, ValueLabel{"chair"}, kCount);
+      ASSERT_TRUE(answer.ok()) << answer.status();
+      for (const NearestAnswer::Entry& entry : answer->entries) {
+        found.emplace_back(entry.neighbour.distance_m, entry.neighbour.object->id);
+      }
+      EXPECT_EQ(found, expected) << layer;
+    }
+  }
+}
+
 // Every question against a walk through all objects and cells, done in the layer's own frame.
 TEST(QueryTest, EqualsBruteForceOnRandomSitesInEveryFrame) {
   const uint64_t seed = TestSeed();
@@ -163,13 +291,13 @@ TEST(QueryTest, EqualsBruteForceOnRandomSitesInEveryFrame) {
         const Polygon in_layer = *layer_from_caller * area;
         std::set<ObjectId> objects;
         std::map<CellIndex, std::optional<double>> cells;
-        if (const auto* semantic = dynamic_cast<const SemanticLayer*>(layer.get())) {
+        if (const auto* semantic = AsSemantic(layer.get())) {
           const PreparedPolygon prepared(in_layer);
           for (const ObjectPtr& object : semantic->Objects()) {
-            if (prepared.Intersects(object->polygon)) objects.insert(object->id);
+            if (prepared.Intersects(object->shape)) objects.insert(object->id);
           }
         } else {
-          const auto& grid = dynamic_cast<const GridLayer&>(*layer);
+          const GridLayer& grid = *AsGrid(layer.get());
           const CellBox& e = grid.extent();
           for (int32_t r = e.row_begin; r < e.row_end; ++r) {
             for (int32_t c = e.col_begin; c < e.col_end; ++c) {

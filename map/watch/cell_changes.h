@@ -4,9 +4,9 @@
 
 #include <vector>
 
-#include "map/layers/grid/cell_cover.h"
-#include "map/layers/grid/cell_domain.h"
-#include "map/layers/grid/tile.h"
+#include "map/grid/cell_cover.h"
+#include "map/grid/cell_domain.h"
+#include "map/grid/tile.h"
 
 namespace hypermap {
 

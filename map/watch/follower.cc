@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "map/geometry/predicates.h"
-#include "map/layers/grid/grid_layer.h"
+#include "map/layers/grid_layer.h"
 #include "map/layers/semantic_layer.h"
 #include "map/query/query.h"
 #include "map/values/value_aliases.h"
@@ -110,7 +110,7 @@ class Follower::FollowedLayer {
     if (!object || !connected_) return false;
     if (!all_classes_ && !labels_.contains(FoldLabel(object->label))) return false;
     return !area_ ||
-           (object->polygon.bounds().Intersects(bounds_) && area_->Intersects(object->polygon));
+           (object->shape.bounds().Intersects(bounds_) && area_->Intersects(object->shape));
   }
 
  private:
@@ -169,7 +169,7 @@ class Follower::Teller {
   void operator()(const TileWritten& change) {
     const FollowedLayer* layer = Find(change.layer);
     if (!layer || !layer->connected()) return;
-    const auto* grid = dynamic_cast<const GridLayer*>(layer->layer().get());
+    const auto* grid = AsGrid(layer->layer().get());
     if (!grid) return;
     if (layer->cover() && layer->cover()->bounds().Intersection(CellsOf(change.index)).empty()) {
       return;
@@ -232,7 +232,7 @@ class Follower::StoredReader : public SelectionReader {
     const FollowedLayer& followed = *layers_[current_];
     const Layer& layer = *snapshot_->FindLayer(followed.layer()->spec().name);
     if (!std::exchange(in_layer_, true)) BeginLayer(layer, &told);
-    const auto* grid = dynamic_cast<const GridLayer*>(&layer);
+    const auto* grid = AsGrid(&layer);
     if (!grid) {
       TellObjects(followed, max_items, &told);
     } else if (followed.connected()) {
@@ -268,9 +268,9 @@ class Follower::StoredReader : public SelectionReader {
     objects_.clear();
     next_object_ = 0;
     next_tile_.reset();
-    if (const auto* semantic = dynamic_cast<const SemanticLayer*>(&layer)) {
+    if (const auto* semantic = AsSemantic(&layer)) {
       objects_ = semantic->Objects();
-    } else if (const auto* grid = dynamic_cast<const GridLayer*>(&layer); !grid->tiles().empty()) {
+    } else if (const auto* grid = AsGrid(&layer); !grid->tiles().empty()) {
       next_tile_ = grid->tiles().begin();
     }
   }

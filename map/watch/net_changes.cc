@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "map/layers/grid/grid_layer.h"
+#include "map/layers/grid_layer.h"
 #include "map/watch/cell_changes.h"
 
 namespace hypermap {
@@ -69,7 +69,7 @@ class NetChanges::Teller {
     if (!transform.ok()) return;
     const size_t first = told_.size();
     for (const auto& [id, ends] : changes.objects) TellObject(name, id, ends);
-    if (const auto* grid = dynamic_cast<const GridLayer*>(layer->second.get())) {
+    if (const auto* grid = AsGrid(layer->second.get())) {
       for (const auto& [index, ends] : changes.tiles) TellTile(*grid, index, ends);
     }
     for (size_t i = first; i < told_.size(); ++i) told_[i].caller_from_layer = *transform;

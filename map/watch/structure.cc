@@ -4,7 +4,7 @@
 #include <memory>
 #include <utility>
 
-#include "map/layers/grid/grid_layer.h"
+#include "map/layers/grid_layer.h"
 #include "map/layers/layer_registry.h"
 #include "map/layers/semantic_layer.h"
 
@@ -17,7 +17,7 @@ LayerPtr EmptyGrid(const GridLayer& grid, const CellBox& extent) {
 
 // The layer without content.
 LayerPtr EmptyLike(const Layer& layer) {
-  if (const auto* grid = dynamic_cast<const GridLayer*>(&layer)) {
+  if (const auto* grid = AsGrid(&layer)) {
     return EmptyGrid(*grid, grid->extent());
   }
   return MakeEmptyLayer(layer.spec());
@@ -39,7 +39,7 @@ class StructureEditor {
     Next().frames.Set(change.transform).IgnoreError();
   }
   void operator()(const ExtentGrown& change) {
-    const auto* grid = dynamic_cast<const GridLayer*>(Next().FindLayer(change.layer));
+    const auto* grid = Next().FindGrid(change.layer);
     if (grid) next_->layers[change.layer] = EmptyGrid(*grid, change.extent);
   }
   void operator()(const AliasesSet& change) {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "map/frames/frame_tree.h"
-#include "map/layers/grid/grid_geometry.h"
+#include "map/grid/grid_geometry.h"
 #include "map/layers/layer.h"
 #include "map/snapshot.h"
 

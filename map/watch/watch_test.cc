@@ -6,7 +6,7 @@
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "map/edits/apply.h"
-#include "map/layers/grid/grid_layer.h"
+#include "map/layers/grid_layer.h"
 #include "map/layers/semantic_layer.h"
 #include "map/values/value_query.h"
 #include "map/watch/follower.h"
@@ -40,7 +40,7 @@ struct Known {
       case ChangeKind::kPut:
       case ChangeKind::kEnter: {
         SemanticObject object = *told.object;
-        object.polygon = told.caller_from_layer * object.polygon;
+        object.shape = told.caller_from_layer * object.shape;
         objects[{told.layer, told.object_id}] = std::move(object);
         break;
       }
@@ -83,7 +83,7 @@ SemanticObject Thing(const std::string& label, double x, double y, ObjectId id =
   SemanticObject thing;
   thing.id = id;
   thing.label = label;
-  thing.polygon = Polygon::FromBox({{x, y}, {x + 1, y + 1}});
+  thing.shape = Polygon::FromBox({{x, y}, {x + 1, y + 1}});
   return thing;
 }
 
@@ -143,6 +143,54 @@ TEST_F(FollowerTest, ObjectsEnterAndLeaveAtTheAreasBorder) {
   EXPECT_THAT(TellKinds(follower, {{DeleteObject{"things", 2}}}), ElementsAre("remove"));
 }
 
+TEST_F(FollowerTest, LinesEnterAndLeaveByWhatTheyCross) {
+  Follower follower = Follow({.area = Polygon::FromBox({{0, 0}, {10, 10}})});
+  const auto lane = [](std::vector<Point> vertices, ObjectId id = 0) {
+    SemanticObject object{.id = id, .label = "lane", .shape = *LineString::Make(vertices)};
+    return EditBatch{{PutObject{"things", object}}};
+  };
+  // Its box meets the area's, the line itself passes by a corner.
+  EXPECT_THAT(TellKinds(follower, lane({{-6, 5}, {5, -6}})), IsEmpty());
+  // No vertex is in the area.
+  EXPECT_THAT(TellKinds(follower, lane({{-5, 5}, {15, 5}}, 1)), ElementsAre("enter"));
+  // Ends on the border.
+  EXPECT_THAT(TellKinds(follower, lane({{-5, 5}, {0, 5}}, 1)), ElementsAre("put"));
+  EXPECT_THAT(TellKinds(follower, lane({{-5, 5}, {-0.001, 5}}, 1)), ElementsAre("leave"));
+  EXPECT_THAT(TellKinds(follower, {{DeleteObject{"things", 1}}}), IsEmpty());
+}
+
+TEST_F(FollowerTest, PointsEnterAndLeave) {
+  Follower follower = Follow({.area = Polygon::FromBox({{0, 0}, {10, 10}})});
+  const auto dock = [](const Point& p, ObjectId id = 0) {
+    SemanticObject object{.id = id, .label = "dock", .shape = *Shape::MakePoint(p)};
+    return EditBatch{{PutObject{"things", object}}};
+  };
+  EXPECT_THAT(TellKinds(follower, dock({5, 5})), ElementsAre("put"));
+  EXPECT_THAT(TellKinds(follower, dock({10, 10}, 1)), ElementsAre("put"));
+  EXPECT_THAT(TellKinds(follower, dock({10, 10.001}, 1)), ElementsAre("leave"));
+  EXPECT_THAT(TellKinds(follower, dock({0, 3}, 1)), ElementsAre("enter"));
+  EXPECT_THAT(TellKinds(follower, {{DeleteObject{"things", 1}}}), ElementsAre("remove"));
+}
+
+TEST_F(FollowerTest, ObjectMayBecomeAnotherKindOfShape) {
+  Follower follower = Follow({.area = Polygon::FromBox({{0, 0}, {10, 10}})});
+  SemanticObject door = Thing("door", 4, 4);
+  Carry({{PutObject{"things", door}}});
+  Known known = ReadAll(*follower.Read(map_));
+  door.id = 1;
+  for (const Shape& shape :
+       {Shape(*LineString::Make({{4, 4}, {5, 4}})), *Shape::MakePoint({4.5, 4}),
+        Shape(Polygon::FromBox({{4, 4}, {5, 5}}))}) {
+    door.shape = shape;
+    Carry({{PutObject{"things", door}}});
+    for (const ToldChange& change : follower.Tell(changes_, structure_).changes) {
+      EXPECT_EQ(change.kind, ChangeKind::kPut);
+      known.Learn(change);
+    }
+    EXPECT_EQ((known.objects[{"things", 1}].shape), shape);
+  }
+}
+
 TEST_F(FollowerTest, ObjectsEnterAndLeaveWithTheirClass) {
   Carry({{SetAliases{"things", {{"vessel", {"cup", "mug"}}}}}});
   Follower follower = Follow({.classes = {" Vessel"}});
@@ -182,7 +230,7 @@ TEST_F(FollowerTest, APlacedFrameResetsThoseItMoves) {
   EXPECT_FALSE(in_dock.Tell(changes_, structure_).reset);
   const Known known = ReadAll(*in_map.Read(map_));
   ASSERT_EQ(known.objects.size(), 1u);
-  EXPECT_EQ(known.objects.begin()->second.polygon.bounds().min, (Point{6, 0}));
+  EXPECT_EQ(known.objects.begin()->second.shape.bounds().min, (Point{6, 0}));
 }
 
 TEST_F(FollowerTest, AsStoredAllIsToldInTheFrameOfItsLayer) {
@@ -205,7 +253,7 @@ TEST_F(FollowerTest, AsStoredAllIsToldInTheFrameOfItsLayer) {
   EXPECT_THAT(words, ElementsAre("transform ", "layer_created dock", "put dock",
                                  "layer_created floor", "cells floor", "layer_created things"));
   EXPECT_EQ(told[1].layer_version, map_->revision);
-  EXPECT_EQ(told[2].object->polygon.bounds().min, (Point{1, 0}));
+  EXPECT_EQ(told[2].object->shape.bounds().min, (Point{1, 0}));
   // Nothing of it lies elsewhere in its own frame when that is moved.
   EXPECT_THAT(TellKinds(follower, {{SetTransform{{"map", "dock", PlanarTransform(9, 0, 0)}}}}),
               ElementsAre("transform"));

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "absl/strings/str_cat.h"
-#include "server/services/scratch_file.h"
+#include "server/rpc/scratch_file.h"
 
 namespace hypermap::server {
 namespace {

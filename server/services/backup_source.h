@@ -6,8 +6,8 @@
 
 #include "absl/status/statusor.h"
 #include "hypermap/v1/catalog_service.pb.h"
-#include "server/services/facilities.h"
-#include "server/services/streamed_answer.h"
+#include "server/rpc/facilities.h"
+#include "server/rpc/streamed_answer.h"
 
 namespace hypermap::server {
 

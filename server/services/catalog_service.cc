@@ -6,12 +6,12 @@
 #include <vector>
 
 #include "map/layers/layer_registry.h"
+#include "server/rpc/map_message.h"
+#include "server/rpc/request_log.h"
+#include "server/rpc/streamed_answer.h"
 #include "server/services/backup_source.h"
 #include "server/services/export_source.h"
 #include "server/services/import_call.h"
-#include "server/services/map_message.h"
-#include "server/services/request_log.h"
-#include "server/services/streamed_answer.h"
 #include "wire/geometry.h"
 #include "wire/layer.h"
 #include "wire/time.h"

@@ -4,8 +4,8 @@
 
 #include "absl/status/status.h"
 #include "hypermap/v1/edit_service.grpc.pb.h"
-#include "server/services/facilities.h"
-#include "server/services/unary_call.h"
+#include "server/rpc/facilities.h"
+#include "server/rpc/unary_call.h"
 
 namespace hypermap::server {
 

@@ -23,7 +23,7 @@ class EditServiceTest : public ::testing::Test {
     v1::ApplyEditsRequest request;
     request.set_map("site");
     request.set_request_id(request_id);
-    EXPECT_TRUE(wire::EncodeEdit(LayerOfCups("cups", 1).edits[1], request.add_edits()).ok());
+    wire::EncodeEdit(LayerOfCups("cups", 1).edits[1], request.add_edits());
     return request;
   }
 

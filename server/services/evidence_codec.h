@@ -2,14 +2,14 @@
 #ifndef HYPERMAP_SERVER_SERVICES_EVIDENCE_CODEC_H_
 #define HYPERMAP_SERVER_SERVICES_EVIDENCE_CODEC_H_
 
-#include "server/session/fusion_options.h"
+#include "server/fusion/fusion_options.h"
 #include "wire/observation.h"
 
 namespace hypermap::server {
 
 inline EvidenceCodec WireEvidenceCodec() {
   return {&wire::ObservationToBytes, &wire::ObservationFromBytes, &wire::ObjectToBytes,
-          &wire::ObjectFromBytes};
+          &wire::ObjectFromBytes, &wire::ObservationToBytes01};
 }
 
 }  // namespace hypermap::server

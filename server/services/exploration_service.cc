@@ -4,7 +4,7 @@
 #include <string>
 #include <utility>
 
-#include "server/session/exploration_calls.h"
+#include "server/exploration/exploration_calls.h"
 #include "wire/exploration.h"
 #include "wire/geometry.h"
 #include "wire/layer.h"
@@ -68,8 +68,7 @@ template <typename Request, typename Response, typename Answer>
 grpc::ServerUnaryReactor* ExplorationService::AnswerFromDesk(grpc::CallbackServerContext* context,
                                                              absl::string_view rpc,
                                                              const Request* request,
-                                                             Response* response,
-                                                             Answer answer) const {
+                                                             Response* response, Answer answer) {
   auto call = std::make_shared<UnaryCall>(context, rpc, request->map());
   return AnswerOn(facilities_.explorers, call,
                   [this, call, request, response, answer]() -> absl::StatusOr<int64_t> {
@@ -77,7 +76,7 @@ grpc::ServerUnaryReactor* ExplorationService::AnswerFromDesk(grpc::CallbackServe
                         FindMap(facilities_, request->map());
                     if (!session.ok()) return session.status();
                     response->set_map(request->map());
-                    return answer(*call, (*session)->explorations());
+                    return answer(*call, *explorations_.Of(*session));
                   });
 }
 

@@ -3,15 +3,17 @@
 #define HYPERMAP_SERVER_SERVICES_EXPLORATION_SERVICE_H_
 
 #include "hypermap/v1/exploration_service.grpc.pb.h"
-#include "server/services/facilities.h"
-#include "server/services/unary_call.h"
+#include "server/exploration/site_explorations.h"
+#include "server/rpc/facilities.h"
+#include "server/rpc/unary_call.h"
 
 namespace hypermap::server {
 
 // All calls run on the workers for explorers, as they wait for the disk and for each other.
 class ExplorationService : public v1::ExplorationService::CallbackService {
  public:
-  explicit ExplorationService(const Facilities& facilities) : facilities_(facilities) {}
+  explicit ExplorationService(const Facilities& facilities)
+      : facilities_(facilities), explorations_(facilities.limits.max_exploration_cells) {}
 
   grpc::ServerUnaryReactor* StartExploration(grpc::CallbackServerContext* context,
                                              const v1::StartExplorationRequest* request,
@@ -44,9 +46,10 @@ class ExplorationService : public v1::ExplorationService::CallbackService {
   template <typename Request, typename Response, typename Answer>
   grpc::ServerUnaryReactor* AnswerFromDesk(grpc::CallbackServerContext* context,
                                            absl::string_view rpc, const Request* request,
-                                           Response* response, Answer answer) const;
+                                           Response* response, Answer answer);
 
   const Facilities facilities_;
+  SiteExplorations explorations_;
 };
 
 }  // namespace hypermap::server

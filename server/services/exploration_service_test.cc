@@ -23,7 +23,10 @@ constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 v1::Polygon PolygonOf(const std::vector<Point>& points) {
   v1::Polygon message;
-  for (const Point& p : points) wire::EncodePoint(p, message.mutable_outer()->add_points());
+  for (const Point& p : points) {
+    message.mutable_outer()->add_xs(p.x);
+    message.mutable_outer()->add_ys(p.y);
+  }
   return message;
 }
 
@@ -149,8 +152,8 @@ TEST_F(ExplorationServiceTest, TheFeedTellsOfGoalsAndOfTheEnd) {
   ASSERT_TRUE(Start(StartRequest(), &started).ok());
   grpc::ClientContext context;
   v1::WatchRequest watch;
-  watch.set_map("site");
-  watch.add_layers("explorations");
+  watch.mutable_scope()->set_map("site");
+  watch.mutable_scope()->add_layers("explorations");
   watch.set_start_revision(started.revision());
   const auto reader = server_.watch->Watch(&context, watch);
   v1::ClaimGoalResponse claimed;
@@ -190,8 +193,8 @@ TEST_F(ExplorationServiceTest, AnswersComeInTheFrameAskedFor) {
   *start.mutable_area() = PolygonOf({{0, 0}, {5, 0}, {5, 3}, {0, 3}});
   v1::StartExplorationResponse started;
   ASSERT_TRUE(Start(start, &started).ok());
-  EXPECT_NEAR(started.exploration().area().outer().points(1).x(), 5.0, 1e-9);
-  EXPECT_NEAR(started.exploration().area().outer().points(1).y(), 0.0, 1e-9);
+  EXPECT_NEAR(started.exploration().area().outer().xs(1), 5.0, 1e-9);
+  EXPECT_NEAR(started.exploration().area().outer().ys(1), 0.0, 1e-9);
 
   v1::ClaimGoalRequest claim = ClaimRequest("r1", 0.25, 0.25);
   claim.set_frame_id("turned");

@@ -9,14 +9,14 @@
 
 #include "absl/status/statusor.h"
 #include "absl/time/time.h"
+#include "base/tls/server_credentials.h"
+#include "server/rpc/facilities.h"
 #include "server/services/catalog_service.h"
 #include "server/services/edit_service.h"
 #include "server/services/exploration_service.h"
-#include "server/services/facilities.h"
 #include "server/services/ingest_service.h"
 #include "server/services/query_service.h"
-#include "server/services/tls.h"
-#include "server/services/watch_service.h"
+#include "server/watch/watch_service.h"
 
 namespace hypermap::server {
 

@@ -5,8 +5,8 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "server/rpc/wanted.h"
 #include "server/services/map_files.h"
-#include "server/services/wanted.h"
 #include "wire/status.h"
 
 namespace hypermap::server {

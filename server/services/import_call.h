@@ -13,8 +13,8 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "hypermap/v1/catalog_service.pb.h"
-#include "server/services/facilities.h"
-#include "server/services/request_log.h"
+#include "server/rpc/facilities.h"
+#include "server/rpc/request_log.h"
 #include "server/session/map_session.h"
 #include "storage/interchange/imported_map.h"
 

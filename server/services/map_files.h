@@ -7,7 +7,7 @@
 #include "absl/status/statusor.h"
 #include "hypermap/v1/catalog_service.pb.h"
 #include "map/snapshot.h"
-#include "server/services/facilities.h"
+#include "server/rpc/facilities.h"
 #include "storage/interchange/imported_map.h"
 
 namespace hypermap::server {

@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "server/services/wanted.h"
+#include "server/rpc/wanted.h"
 #include "wire/observation.h"
 #include "wire/status.h"
 

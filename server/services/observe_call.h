@@ -14,11 +14,11 @@
 #include "absl/functional/function_ref.h"
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "base/sync/mutex.h"
 #include "hypermap/v1/ingest_service.pb.h"
-#include "server/services/facilities.h"
-#include "server/services/request_log.h"
+#include "server/rpc/facilities.h"
+#include "server/rpc/request_log.h"
 #include "server/session/map_session.h"
-#include "server/session/mutex.h"
 
 namespace hypermap::server {
 

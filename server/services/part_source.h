@@ -8,8 +8,8 @@
 #include <utility>
 
 #include "map/query/query.h"
-#include "server/services/facilities.h"
-#include "server/services/streamed_answer.h"
+#include "server/rpc/facilities.h"
+#include "server/rpc/streamed_answer.h"
 #include "wire/answer.h"
 
 namespace hypermap::server {

@@ -40,7 +40,7 @@ LayerPart PartOf(const LayerPtr& layer, int num_objects, bool last) {
   for (int i = 0; i < num_objects; ++i) {
     auto object = std::make_shared<SemanticObject>();
     object->label = "cup";
-    object->polygon = Polygon::FromBox({{0, 0}, {1, 1}});
+    object->shape = Polygon::FromBox({{0, 0}, {1, 1}});
     part.part.objects.push_back(std::move(object));
   }
   return part;

@@ -59,7 +59,7 @@ class PastQueryTest : public ::testing::Test {
     hypermap::PutObject put{kLayer, {}, ""};
     put.object.id = id;
     put.object.label = x > 0 ? "cup" : "chair";
-    put.object.polygon = Polygon::FromBox({{x, y}, {x + 1, y + 1}});
+    put.object.shape = Polygon::FromBox({{x, y}, {x + 1, y + 1}});
     return put;
   }
 
@@ -92,7 +92,7 @@ class PastQueryTest : public ::testing::Test {
   template <typename Request>
   static Request Ask() {
     Request request;
-    request.set_map("site");
+    request.mutable_scope()->set_map("site");
     return request;
   }
 
@@ -200,26 +200,26 @@ TEST_F(PastQueryTest, AnswersAreThoseThatWereGivenThen) {
 
 TEST_F(PastQueryTest, LayerThatWasNotThereYetIsUnknown) {
   const grpc::Status status = PointError([](v1::QueryPointRequest* request) {
-    request->add_layers(kLayer);
-    request->set_at_revision(0);
+    request->mutable_scope()->add_layers(kLayer);
+    request->mutable_as_of()->set_at_revision(0);
   });
   EXPECT_EQ(status.error_code(), grpc::StatusCode::NOT_FOUND);
 }
 
 TEST_F(PastQueryTest, RevisionsAndTimesThatAreToComeAreRefused) {
-  const grpc::Status revision =
-      PointError([](v1::QueryPointRequest* request) { request->set_at_revision(2); });
+  const grpc::Status revision = PointError(
+      [](v1::QueryPointRequest* request) { request->mutable_as_of()->set_at_revision(2); });
   EXPECT_EQ(revision.error_code(), grpc::StatusCode::OUT_OF_RANGE);
   EXPECT_THAT(revision.error_message(), HasSubstr("newest is 1"));
   const grpc::Status time = PointError([](v1::QueryPointRequest* request) {
-    wire::EncodeTime(kBegin + absl::Hours(1), request->mutable_at_time());
+    wire::EncodeTime(kBegin + absl::Hours(1), request->mutable_as_of()->mutable_at_time());
   });
   EXPECT_EQ(time.error_code(), grpc::StatusCode::OUT_OF_RANGE);
-  const grpc::Status negative =
-      PointError([](v1::QueryPointRequest* request) { request->set_at_revision(-1); });
+  const grpc::Status negative = PointError(
+      [](v1::QueryPointRequest* request) { request->mutable_as_of()->set_at_revision(-1); });
   EXPECT_EQ(negative.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
   const grpc::Status before_all = PointError([](v1::QueryPointRequest* request) {
-    wire::EncodeTime(kBegin - absl::Hours(1), request->mutable_at_time());
+    wire::EncodeTime(kBegin - absl::Hours(1), request->mutable_as_of()->mutable_at_time());
   });
   EXPECT_EQ(before_all.error_code(), grpc::StatusCode::OUT_OF_RANGE);
 }
@@ -234,7 +234,7 @@ TEST_F(PastQueryTest, QuestionWaitsForTheRevisionItNeedsAndHoldsNoThread) {
       if (i % 2 == 0) {
         auto request = Ask<v1::QueryPointRequest>();
         request.mutable_point();
-        request.set_min_revision(3);
+        request.mutable_as_of()->set_min_revision(3);
         v1::QueryPointResponse response;
         grpc::ClientContext context;
         EXPECT_TRUE(server_.query->QueryPoint(&context, request, &response).ok());
@@ -243,8 +243,8 @@ TEST_F(PastQueryTest, QuestionWaitsForTheRevisionItNeedsAndHoldsNoThread) {
       }
       auto request = Ask<v1::QueryAreaRequest>();
       wire::EncodePolygon(Polygon::FromBox({{0, 0}, {1, 1}}), request.mutable_area());
-      request.set_min_revision(3);
-      request.set_at_revision(3);
+      request.mutable_as_of()->set_min_revision(3);
+      request.mutable_as_of()->set_at_revision(3);
       grpc::ClientContext context;
       auto reader = server_.query->QueryArea(&context, request);
       const auto responses = ReadAll(*reader);
@@ -263,15 +263,16 @@ TEST_F(PastQueryTest, QuestionWaitsForTheRevisionItNeedsAndHoldsNoThread) {
 }
 
 TEST_F(PastQueryTest, RevisionThatIsThereIsNotWaitedFor) {
-  EXPECT_TRUE(
-      PointError([](v1::QueryPointRequest* request) { request->set_min_revision(1); }).ok());
+  EXPECT_TRUE(PointError([](v1::QueryPointRequest* request) {
+                request->mutable_as_of()->set_min_revision(1);
+              }).ok());
   EXPECT_EQ(PointError([](v1::QueryPointRequest* request) {
-              request->set_min_revision(-1);
+              request->mutable_as_of()->set_min_revision(-1);
             }).error_code(),
             grpc::StatusCode::INVALID_ARGUMENT);
   EXPECT_EQ(PointError([](v1::QueryPointRequest* request) {
-              request->set_map("attic");
-              request->set_min_revision(7);
+              request->mutable_scope()->set_map("attic");
+              request->mutable_as_of()->set_min_revision(7);
             }).error_code(),
             grpc::StatusCode::NOT_FOUND);
 }
@@ -279,7 +280,7 @@ TEST_F(PastQueryTest, RevisionThatIsThereIsNotWaitedFor) {
 TEST_F(PastQueryTest, WaitEndsAtTheDeadline) {
   auto request = Ask<v1::QueryPointRequest>();
   request.mutable_point();
-  request.set_min_revision(100);
+  request.mutable_as_of()->set_min_revision(100);
   v1::QueryPointResponse response;
   grpc::ClientContext context;
   context.set_deadline(std::chrono::system_clock::now() + std::chrono::milliseconds(50));
@@ -287,7 +288,7 @@ TEST_F(PastQueryTest, WaitEndsAtTheDeadline) {
             grpc::StatusCode::DEADLINE_EXCEEDED);
   auto area = Ask<v1::QueryValueRequest>();
   area.set_value("cup");
-  area.set_min_revision(100);
+  area.mutable_as_of()->set_min_revision(100);
   grpc::ClientContext stream_context;
   stream_context.set_deadline(std::chrono::system_clock::now() + std::chrono::milliseconds(50));
   auto reader = server_.query->QueryValue(&stream_context, area);
@@ -297,8 +298,8 @@ TEST_F(PastQueryTest, WaitEndsAtTheDeadline) {
 
 TEST_F(PastQueryTest, ShutdownEndsAWait) {
   std::thread waiting([this] {
-    const grpc::Status status =
-        PointError([](v1::QueryPointRequest* request) { request->set_min_revision(100); });
+    const grpc::Status status = PointError(
+        [](v1::QueryPointRequest* request) { request->mutable_as_of()->set_min_revision(100); });
     EXPECT_EQ(status.error_code(), grpc::StatusCode::UNAVAILABLE);
   });
   const absl::Time begin = absl::Now();

@@ -3,10 +3,10 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "server/services/asked_revision.h"
-#include "server/services/wanted.h"
+#include "server/rpc/asked_revision.h"
+#include "server/rpc/wanted.h"
 #include "wire/answer.h"
-#include "wire/as_of.h"
+#include "wire/scope.h"
 #include "wire/status.h"
 
 namespace hypermap::server {
@@ -164,11 +164,12 @@ absl::Status PointsCall::Open() {
     return absl::InvalidArgumentError("opening may come once, in the first message");
   }
   const v1::QueryPointsOpening& opening = batch_.opening();
-  absl::StatusOr<AsOf> as_of = wire::DecodeAsOf(opening);
+  absl::StatusOr<AsOf> as_of = wire::DecodeAsOf(opening.as_of());
   if (!as_of.ok()) return as_of.status();
-  map_ = opening.map();
+  map_ = opening.scope().map();
   log_.set_map(map_);
-  scope_ = wire::DecodeScope(opening);
+  scope_ = wire::DecodeScope(opening.scope());
+  tolerance_m_ = opening.tolerance_m();
   as_of_ = *as_of;
   opened_ = true;
   return absl::OkStatus();
@@ -198,10 +199,10 @@ absl::Status PointsCall::Pin() {
   // What was found once holds for the whole stream.
   if (as_of_.is_past()) as_of_ = {.revision = asked->revision()};
   as_of_.min_revision = 0;
-  absl::StatusOr<SnapshotPtr> snapshot = asked->ForPoints(scope_, points_);
+  absl::StatusOr<SnapshotPtr> snapshot = asked->ForPoints(scope_, points_, tolerance_m_);
   if (!snapshot.ok()) return snapshot.status();
   if (asker_ && &asker_->snapshot() == snapshot->get()) return absl::OkStatus();
-  absl::StatusOr<PointsAsker> asker = PointsAsker::Make(*std::move(snapshot), scope_);
+  absl::StatusOr<PointsAsker> asker = PointsAsker::Make(*std::move(snapshot), scope_, tolerance_m_);
   if (!asker.ok()) return asker.status();
   asker_ = *std::move(asker);
   return absl::OkStatus();

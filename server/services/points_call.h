@@ -14,13 +14,13 @@
 #include "absl/base/thread_annotations.h"
 #include "absl/functional/function_ref.h"
 #include "absl/status/status.h"
+#include "base/sync/mutex.h"
 #include "hypermap/v1/query_service.pb.h"
 #include "map/query/as_of.h"
 #include "map/query/query.h"
-#include "server/services/facilities.h"
-#include "server/services/request_log.h"
-#include "server/services/revision_wait.h"
-#include "server/session/mutex.h"
+#include "server/rpc/facilities.h"
+#include "server/rpc/request_log.h"
+#include "server/rpc/revision_wait.h"
 #include "wire/points.h"
 
 namespace hypermap::server {
@@ -97,6 +97,7 @@ class PointsCall final
   bool opened_ = false;
   std::string map_;
   Scope scope_;
+  double tolerance_m_ = 0.0;
   AsOf as_of_;
   std::vector<Point> points_;
   std::optional<PointsAsker> asker_;

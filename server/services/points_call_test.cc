@@ -20,8 +20,8 @@
 #include "server/services/testing/test_server.h"
 #include "tests/support/random_map.h"
 #include "wire/answer.h"
-#include "wire/as_of.h"
 #include "wire/geometry.h"
+#include "wire/scope.h"
 
 namespace hypermap::server {
 namespace {
@@ -32,9 +32,8 @@ using ::testing::HasSubstr;
 v1::QueryPointsRequest Opening(const std::string& map, const Scope& scope = {},
                                const AsOf& as_of = {}) {
   v1::QueryPointsRequest request;
-  request.mutable_opening()->set_map(map);
-  wire::EncodeScope(scope, request.mutable_opening());
-  wire::EncodeAsOf(as_of, request.mutable_opening());
+  wire::EncodeScope(map, scope, request.mutable_opening()->mutable_scope());
+  wire::EncodeAsOf(as_of, request.mutable_opening()->mutable_as_of());
   return request;
 }
 
@@ -108,7 +107,7 @@ class PointsCallTest : public ::testing::Test {
   static hypermap::PutObject Cup(double x, const std::string& label = "cup") {
     hypermap::PutObject put{"cups", {}, ""};
     put.object.label = label;
-    put.object.polygon = Polygon::FromBox({{x, 0}, {x + 1, 1}});
+    put.object.shape = Polygon::FromBox({{x, 0}, {x + 1, 1}});
     return put;
   }
 
@@ -198,7 +197,7 @@ TEST_F(PointsCallTest, WrongStreamsGetAnErrorThatNamesWhatIsWrong) {
   v1::QueryPointsRequest lengths = batch;
   lengths.add_xs(1);
   v1::QueryPointsRequest negative = Opening("site");
-  negative.mutable_opening()->set_min_revision(-1);
+  negative.mutable_opening()->mutable_as_of()->set_min_revision(-1);
   const struct {
     std::vector<v1::QueryPointsRequest> requests;
     grpc::StatusCode code;
@@ -234,7 +233,7 @@ TEST_F(PointsCallTest, AnAnswerThatIsTooLargeToSendEndsTheStreamSayingSo) {
   for (int i = 0; i < 10; ++i) {
     hypermap::PutObject put{"many", {}, ""};
     put.object.label = "rug";
-    put.object.polygon = Polygon::FromBox({{0, 0}, {1, 1}});
+    put.object.shape = Polygon::FromBox({{0, 0}, {1, 1}});
     batch.edits.push_back(std::move(put));
   }
   server_.MakeMap("heap", std::move(batch));
@@ -429,9 +428,8 @@ TEST_F(PointsCallTest, AnswersAreThoseOfQueryPointForRandomMaps) {
         labels.insert(labels.end(), got.new_labels().begin(), got.new_labels().end());
         for (uint32_t i = 0; i < points.size(); ++i) {
           v1::QueryPointRequest request;
-          request.set_map(map);
-          wire::EncodeScope(scope, &request);
-          wire::EncodeAsOf(as_of, &request);
+          wire::EncodeScope(map, scope, request.mutable_scope());
+          wire::EncodeAsOf(as_of, request.mutable_as_of());
           wire::EncodePoint(points[i], request.mutable_point());
           v1::QueryPointResponse expected;
           grpc::ClientContext context;

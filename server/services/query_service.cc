@@ -9,12 +9,12 @@
 #include "absl/strings/str_cat.h"
 #include "map/layers/layer_registry.h"
 #include "map/values/value_query.h"
+#include "server/rpc/revision_wait.h"
+#include "server/rpc/unary_call.h"
 #include "server/services/part_source.h"
-#include "server/services/revision_wait.h"
-#include "server/services/unary_call.h"
 #include "wire/answer.h"
-#include "wire/as_of.h"
 #include "wire/geometry.h"
+#include "wire/scope.h"
 
 namespace hypermap::server {
 namespace {
@@ -27,13 +27,16 @@ constexpr int kFewNeighbours = 64;
 // Whether the question is of the newest revision, whichever that is.
 template <typename Request>
 bool AsksNewest(const Request& request) {
-  return request.as_of_case() == Request::AS_OF_NOT_SET && request.min_revision() == 0;
+  const v1::AsOf& as_of = request.as_of();
+  return as_of.as_of_case() == v1::AsOf::AS_OF_NOT_SET && as_of.min_revision() == 0;
 }
 
 // False also for what is no area.
 bool IsSmall(const v1::Polygon& area) {
   Box box;
-  for (const v1::Point& p : area.outer().points()) box.Extend(Point{p.x(), p.y()});
+  const v1::Ring& outer = area.outer();
+  if (outer.xs_size() != outer.ys_size()) return false;
+  for (int i = 0; i < outer.xs_size(); ++i) box.Extend(Point{outer.xs(i), outer.ys(i)});
   return (box.max.x - box.min.x) * (box.max.y - box.min.y) <= kSmallArea_m2;
 }
 
@@ -46,9 +49,10 @@ QueryService::QueryService(const Facilities& facilities) : facilities_(facilitie
 
 template <typename Request>
 absl::StatusOr<AskedRevision> QueryService::Pin(const Request& request) const {
-  const absl::StatusOr<std::shared_ptr<MapSession>> session = FindMap(facilities_, request.map());
+  const absl::StatusOr<std::shared_ptr<MapSession>> session =
+      FindMap(facilities_, request.scope().map());
   if (!session.ok()) return session.status();
-  const absl::StatusOr<AsOf> as_of = wire::DecodeAsOf(request);
+  const absl::StatusOr<AsOf> as_of = wire::DecodeAsOf(request.as_of());
   if (!as_of.ok()) return as_of.status();
   return AskedRevision::Find(**session, *as_of);
 }
@@ -59,8 +63,8 @@ grpc::ServerUnaryReactor* QueryService::AnswerUnary(grpc::CallbackServerContext*
                                                     Response* response,
                                                     Answer<Request, Response> answer) const {
   auto* const reactor = new WaitingReactor();
-  auto call = std::make_shared<UnaryCall>(context, reactor, rpc, request->map());
-  reactor->wait().Start(facilities_, request->map(), request->min_revision(),
+  auto call = std::make_shared<UnaryCall>(context, reactor, rpc, request->scope().map());
+  reactor->wait().Start(facilities_, request->scope().map(), request->as_of().min_revision(),
                         [this, call = std::move(call), request, response, answer] {
                           AnswerOn(facilities_.workers, call, [this, request, response, answer] {
                             return (this->*answer)(*request, response);
@@ -74,7 +78,7 @@ grpc::ServerUnaryReactor* QueryService::AnswerAtOnce(grpc::CallbackServerContext
                                                      absl::string_view rpc, const Request* request,
                                                      Response* response,
                                                      Answer<Request, Response> answer) const {
-  UnaryCall call(context, rpc, request->map());
+  UnaryCall call(context, rpc, request->scope().map());
   const absl::StatusOr<int64_t> items = (this->*answer)(*request, response);
   call.Finish(items.status(), items.value_or(0));
   return call.reactor();
@@ -88,7 +92,8 @@ grpc::ServerWriteReactor<grpc::ByteBuffer>* QueryService::Begin(
     answer->BeginAtOnce();
   } else {
     answer->BeginAfter([this, &request](RevisionWait& wait, auto done) {
-      wait.Start(facilities_, request.map(), request.min_revision(), std::move(done));
+      wait.Start(facilities_, request.scope().map(), request.as_of().min_revision(),
+                 std::move(done));
     });
   }
   return answer;
@@ -109,20 +114,21 @@ absl::StatusOr<int64_t> QueryService::AnswerPoint(const v1::QueryPointRequest& r
   if (!request.has_point()) return absl::InvalidArgumentError("point is missing");
   const absl::StatusOr<Point> point = wire::DecodePoint("point", request.point());
   if (!point.ok()) return point.status();
-  const Scope scope = wire::DecodeScope(request);
-  const absl::StatusOr<SnapshotPtr> snapshot = asked->ForPoint(scope, *point);
+  const Scope scope = wire::DecodeScope(request.scope());
+  const absl::StatusOr<SnapshotPtr> snapshot =
+      asked->ForPoint(scope, *point, request.tolerance_m());
   if (!snapshot.ok()) return snapshot.status();
-  const absl::StatusOr<std::string> frame = asked->ResolveFrame(request.frame_id());
+  const absl::StatusOr<std::string> frame = asked->ResolveFrame(scope.frame_id);
   if (!frame.ok()) return frame.status();
   const absl::Status status = VisitContentAt(
-      **snapshot, scope, *point,
+      **snapshot, scope, *point, request.tolerance_m(),
       [response](const LayerPtr& layer, const PlanarTransform& caller_from_layer,
                  const PointContent& content) {
         wire::EncodeLayerContent(*layer, caller_from_layer, content, response->add_layers());
       });
   if (!status.ok()) return status;
 
-  response->set_map(request.map());
+  response->set_map(request.scope().map());
   response->set_revision(asked->revision());
   response->set_frame_id(*frame);
   wire::EncodePoint(*point, response->mutable_point());
@@ -145,7 +151,7 @@ absl::StatusOr<std::unique_ptr<MessageSource<v1::QueryAreaResponse>>> QueryServi
       wire::DecodePolygon("area", request.area(), facilities_.limits.decode);
   if (!decoded.ok()) return decoded.status();
   std::optional<Polygon> area(*std::move(decoded));
-  const Scope scope = wire::DecodeScope(request);
+  const Scope scope = wire::DecodeScope(request.scope());
   absl::StatusOr<SnapshotPtr> snapshot = asked->ForArea(scope, area);
   if (!snapshot.ok()) return snapshot.status();
   absl::StatusOr<std::unique_ptr<PartReader>> reader =
@@ -175,7 +181,7 @@ absl::StatusOr<std::unique_ptr<MessageSource<v1::QueryValueResponse>>> QueryServ
     if (!decoded.ok()) return decoded.status();
     area = *std::move(decoded);
   }
-  const Scope scope = wire::DecodeScope(request);
+  const Scope scope = wire::DecodeScope(request.scope());
   absl::StatusOr<SnapshotPtr> snapshot = asked->ForArea(scope, area);
   if (!snapshot.ok()) return snapshot.status();
   absl::StatusOr<std::unique_ptr<PartReader>> reader =
@@ -196,17 +202,18 @@ grpc::ServerUnaryReactor* QueryService::QueryNearest(grpc::CallbackServerContext
 }
 
 bool QueryService::AsksObjectsOnly(const v1::QueryNearestRequest& request) const {
-  const absl::StatusOr<std::shared_ptr<MapSession>> session = FindMap(facilities_, request.map());
+  const absl::StatusOr<std::shared_ptr<MapSession>> session =
+      FindMap(facilities_, request.scope().map());
   if (!session.ok()) return true;  // which is answered with an error
   const SnapshotPtr snapshot = (*session)->snapshot();
   const auto holds_objects = [](const Layer* layer) {
     return layer == nullptr || !IsGridKind(layer->spec().kind);
   };
-  if (request.layers().empty()) {
+  if (request.scope().layers().empty()) {
     return std::all_of(snapshot->layers.begin(), snapshot->layers.end(),
                        [&](const auto& entry) { return holds_objects(entry.second.get()); });
   }
-  return std::all_of(request.layers().begin(), request.layers().end(),
+  return std::all_of(request.scope().layers().begin(), request.scope().layers().end(),
                      [&](const auto& name) { return holds_objects(snapshot->FindLayer(name)); });
 }
 
@@ -223,13 +230,13 @@ absl::StatusOr<int64_t> QueryService::AnswerNearest(const v1::QueryNearestReques
     return absl::ResourceExhaustedError(
         absl::StrCat("k is ", request.k(), ", --max_nearest is ", facilities_.limits.max_nearest));
   }
-  const absl::StatusOr<NearestAnswer> answer =
-      asked->Nearest(wire::DecodeScope(request), *point, *value, request.k());
+  const Scope scope = wire::DecodeScope(request.scope());
+  const absl::StatusOr<NearestAnswer> answer = asked->Nearest(scope, *point, *value, request.k());
   if (!answer.ok()) return answer.status();
-  const absl::StatusOr<std::string> frame = asked->ResolveFrame(request.frame_id());
+  const absl::StatusOr<std::string> frame = asked->ResolveFrame(scope.frame_id);
   if (!frame.ok()) return frame.status();
 
-  response->set_map(request.map());
+  response->set_map(request.scope().map());
   response->set_revision(asked->revision());
   response->set_frame_id(*frame);
   wire::EncodeNearestAnswer(*answer, response);

@@ -9,11 +9,11 @@
 #include "absl/strings/string_view.h"
 #include "hypermap/v1/query_service.grpc.pb.h"
 #include "map/query/query.h"
-#include "server/services/arena_messages.h"
-#include "server/services/asked_revision.h"
-#include "server/services/facilities.h"
+#include "server/rpc/arena_messages.h"
+#include "server/rpc/asked_revision.h"
+#include "server/rpc/facilities.h"
+#include "server/rpc/streamed_answer.h"
 #include "server/services/points_call.h"
-#include "server/services/streamed_answer.h"
 
 namespace hypermap::server {
 

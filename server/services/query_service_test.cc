@@ -36,7 +36,7 @@ class QueryServiceTest : public ::testing::Test {
 
   static v1::QueryAreaRequest AreaRequest(const Box& box) {
     v1::QueryAreaRequest request;
-    request.set_map("site");
+    request.mutable_scope()->set_map("site");
     wire::EncodePolygon(Polygon::FromBox(box), request.mutable_area());
     return request;
   }
@@ -54,7 +54,7 @@ class QueryServiceTest : public ::testing::Test {
 
 TEST_F(QueryServiceTest, PointIsAnsweredByEveryLayer) {
   v1::QueryPointRequest request;
-  request.set_map("site");
+  request.mutable_scope()->set_map("site");
   wire::EncodePoint({0.5, 0.5}, request.mutable_point());
   v1::QueryPointResponse response;
   grpc::ClientContext context;
@@ -105,7 +105,7 @@ TEST_F(QueryServiceTest, LayerWithoutMatchesAnswersWithOneEmptyPart) {
 
 TEST_F(QueryServiceTest, LayerThatCannotTakeTheValueSaysSoAndTheOtherAnswers) {
   v1::QueryValueRequest request;
-  request.set_map("site");
+  request.mutable_scope()->set_map("site");
   request.set_value("Occupied");
   grpc::ClientContext context;
   auto reader = server_.query->QueryValue(&context, request);
@@ -122,8 +122,8 @@ TEST_F(QueryServiceTest, LayerThatCannotTakeTheValueSaysSoAndTheOtherAnswers) {
 
 TEST_F(QueryServiceTest, NearestMatchesComeNearestFirst) {
   v1::QueryNearestRequest request;
-  request.set_map("site");
-  request.add_layers("cups");
+  request.mutable_scope()->set_map("site");
+  request.mutable_scope()->add_layers("cups");
   request.set_value("cup");
   request.set_k(2);
   wire::EncodePoint({4.5, 3.0}, request.mutable_point());
@@ -138,17 +138,17 @@ TEST_F(QueryServiceTest, NearestMatchesComeNearestFirst) {
 
 TEST_F(QueryServiceTest, BadPointRequestsNameTheField) {
   v1::QueryPointRequest good;
-  good.set_map("site");
+  good.mutable_scope()->set_map("site");
   good.mutable_point()->set_x(1.0);
   v1::QueryPointRequest no_map = good, bad_map = good, no_point = good, nan = good;
   v1::QueryPointRequest unknown_map = good, unknown_layer = good, unknown_frame = good;
-  no_map.clear_map();
-  bad_map.set_map("../site");
-  unknown_map.set_map("attic");
+  no_map.mutable_scope()->clear_map();
+  bad_map.mutable_scope()->set_map("../site");
+  unknown_map.mutable_scope()->set_map("attic");
   no_point.clear_point();
   nan.mutable_point()->set_y(std::numeric_limits<double>::quiet_NaN());
-  unknown_layer.add_layers("floor");
-  unknown_frame.set_frame_id("moon");
+  unknown_layer.mutable_scope()->add_layers("floor");
+  unknown_frame.mutable_scope()->set_frame_id("moon");
   const struct {
     v1::QueryPointRequest request;
     grpc::StatusCode code;
@@ -174,13 +174,14 @@ TEST_F(QueryServiceTest, BadPointRequestsNameTheField) {
 
 TEST_F(QueryServiceTest, BadAreasNameTheField) {
   v1::QueryAreaRequest no_area;
-  no_area.set_map("site");
+  no_area.mutable_scope()->set_map("site");
   EXPECT_EQ(AreaError(no_area).error_message(), "area is missing");
   v1::QueryAreaRequest two_points = AreaRequest({{0, 0}, {1, 1}});
-  two_points.mutable_area()->mutable_outer()->mutable_points()->DeleteSubrange(2, 2);
+  two_points.mutable_area()->mutable_outer()->mutable_xs()->Truncate(2);
+  two_points.mutable_area()->mutable_outer()->mutable_ys()->Truncate(2);
   EXPECT_EQ(AreaError(two_points).error_code(), grpc::StatusCode::INVALID_ARGUMENT);
   v1::QueryAreaRequest many_points = AreaRequest({{0, 0}, {1, 1}});
-  for (int i = 0; i < 5; ++i) many_points.mutable_area()->mutable_outer()->add_points();
+  for (int i = 0; i < 5; ++i) many_points.mutable_area()->mutable_outer()->add_xs(0.0);
   EXPECT_EQ(AreaError(many_points).error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
   EXPECT_THAT(AreaError(many_points).error_message(), HasSubstr("--max_vertices"));
 }
@@ -197,7 +198,7 @@ TEST_F(QueryServiceTest, BytesThatAreNoRequestAreRefused) {
 
 TEST_F(QueryServiceTest, NearestBeyondTheLimitNamesIt) {
   v1::QueryNearestRequest request;
-  request.set_map("site");
+  request.mutable_scope()->set_map("site");
   request.set_value("cup");
   request.mutable_point();
   request.set_k(5);
@@ -214,7 +215,7 @@ TEST_F(QueryServiceTest, QuestionsAreAnsweredWhileAWriteWaits) {
   session->Submit({LayerOfCups("more", 1), "test", ""}, [](absl::StatusOr<storage::Receipt>) {});
   server_.disk().AwaitHeldWrite();
   v1::QueryPointRequest request;
-  request.set_map("site");
+  request.mutable_scope()->set_map("site");
   request.mutable_point();
   v1::QueryPointResponse response;
   grpc::ClientContext context;

@@ -13,9 +13,9 @@
 #include "absl/base/thread_annotations.h"
 #include "absl/functional/any_invocable.h"
 #include "absl/time/time.h"
+#include "base/sync/mutex.h"
 #include "map/edits/change.h"
 #include "map/snapshot.h"
-#include "server/session/mutex.h"
 
 namespace hypermap::server {
 

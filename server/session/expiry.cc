@@ -9,7 +9,7 @@ namespace hypermap::server {
 
 ExpirySchedule::ExpirySchedule(const Snapshot& snapshot) {
   for (const auto& [name, layer] : snapshot.layers) {
-    const auto* semantic = dynamic_cast<const SemanticLayer*>(layer.get());
+    const auto* semantic = AsSemantic(layer.get());
     if (semantic == nullptr) continue;
     for (const ObjectPtr& object : semantic->Objects()) {
       if (object->expires_at) Set(name, *object);

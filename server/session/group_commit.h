@@ -15,8 +15,8 @@
 #include "absl/status/statusor.h"
 #include "absl/time/time.h"
 #include "map/edits/apply.h"
+#include "server/fusion/map_fusion.h"
 #include "server/session/change_feed.h"
-#include "server/session/map_fusion.h"
 #include "storage/map_store.h"
 
 namespace hypermap::server {

@@ -8,7 +8,7 @@
 
 #include "absl/base/thread_annotations.h"
 #include "absl/status/statusor.h"
-#include "server/session/mutex.h"
+#include "base/sync/mutex.h"
 #include "storage/map_store.h"
 
 namespace hypermap::server {

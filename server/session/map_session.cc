@@ -48,8 +48,7 @@ MapSession::MapSession(std::unique_ptr<storage::StoredMap> stored, SnapshotPtr s
       history_(stored_.get()),
       compaction_(header_.name, stored_.get(), &history_, options_.retention),
       snapshot_(snapshot),
-      feed_(snapshot->revision, StructureOf(*snapshot), options_.feed),
-      explorations_(this, options_.max_exploration_cells) {}
+      feed_(snapshot->revision, StructureOf(*snapshot), options_.feed) {}
 
 absl::Status MapSession::LoadLastCommitTime() {
   absl::StatusOr<HistoryPool::Lease> reader = history_.Take();

@@ -24,16 +24,15 @@
 #include "absl/status/statusor.h"
 #include "absl/time/clock.h"
 #include "absl/time/time.h"
+#include "base/sync/mutex.h"
 #include "map/edits/apply.h"
 #include "map/snapshot.h"
+#include "server/fusion/map_fusion.h"
 #include "server/session/change_feed.h"
 #include "server/session/compaction.h"
 #include "server/session/expiry.h"
-#include "server/session/exploration_desk.h"
 #include "server/session/group_commit.h"
 #include "server/session/history_pool.h"
-#include "server/session/map_fusion.h"
-#include "server/session/mutex.h"
 #include "storage/map_store.h"
 
 namespace hypermap::server {
@@ -45,8 +44,6 @@ struct SessionOptions {
   FusionOptions fusion;
   ChangeFeed::Limits feed;
   Retention retention;
-  // Of the box around an area that is explored.
-  int64_t max_exploration_cells = 25'000'000;
   // What commits are stamped by, and by when objects leave the map.
   std::function<absl::Time()> clock = [] { return absl::Now(); };
 };
@@ -87,9 +84,6 @@ class MapSession {
 
   // What an earlier request of that id was answered; waits for the writer. Errors as Submit.
   absl::StatusOr<std::optional<storage::Receipt>> FindReceipt(const std::string& request_id);
-
-  // Who explores the map.
-  ExplorationDesk& explorations() { return explorations_; }
 
   // Runs `task` with the map's fusion, between two groups, and waits for it. NOT_FOUND,
   // FAILED_PRECONDITION when the layer is not there or not fused; errors as Submit.
@@ -180,8 +174,6 @@ class MapSession {
   Work queue_ ABSL_GUARDED_BY(queue_mutex_);
   bool closing_ ABSL_GUARDED_BY(queue_mutex_) = false;
   bool looks_at_clock_ ABSL_GUARDED_BY(queue_mutex_) = false;
-
-  ExplorationDesk explorations_;
 
   std::thread writer_;
 };

@@ -33,7 +33,7 @@ EditBatch CreateThings(const std::string& layer) {
 EditBatch PutCup() {
   PutObject put{"things", {}, ""};
   put.object.label = "cup";
-  put.object.polygon = Polygon::FromBox({{0, 0}, {1, 1}});
+  put.object.shape = Polygon::FromBox({{0, 0}, {1, 1}});
   return {{put}};
 }
 

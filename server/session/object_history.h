@@ -9,7 +9,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
-#include "ingest/fusion/strategy.h"
+#include "map/fusion/strategy.h"
 #include "map/observations/observation.h"
 #include "server/session/map_session.h"
 

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "map/layers/grid/grid_layer.h"
+#include "map/layers/grid_layer.h"
 #include "map/layers/semantic_layer.h"
 
 namespace hypermap::server {
@@ -56,7 +56,7 @@ CellBox CellsAround(const GridLayer& grid, const Box& box) {
 // The layer with its content in `box` (layer frame), or all of it.
 absl::StatusOr<LayerPtr> ReadLayer(storage::PastMap& past, const LayerPtr& layer, const Box* box) {
   const LayerSpec& spec = layer->spec();
-  if (const auto* grid = dynamic_cast<const GridLayer*>(layer.get())) {
+  if (const auto* grid = AsGrid(layer.get())) {
     const CellBox cells = box ? CellsAround(*grid, *box) : grid->extent();
     if (cells.empty()) return layer;
     absl::StatusOr<TileMap> tiles = past.Tiles(spec.name, cells);
@@ -99,15 +99,14 @@ absl::StatusOr<SnapshotPtr> ReadPast(storage::PastMap& past, const Scope& scope,
   return Read(past, scope, &box);
 }
 
-absl::StatusOr<SnapshotPtr> ReadPast(storage::PastMap& past, const Scope& scope, const Point& p) {
-  const Box box{p, p};
-  // What is not finite is refused by the question itself.
-  if (!IsFinite(p)) return past.structure();
-  return Read(past, scope, &box);
-}
-
-absl::StatusOr<SnapshotPtr> ReadPast(storage::PastMap& past, const Scope& scope, const Box& box) {
-  return Read(past, scope, &box);
+absl::StatusOr<SnapshotPtr> ReadPast(storage::PastMap& past, const Scope& scope, const Box& box,
+                                     double tolerance_m) {
+  // The question itself refuses what is not finite, and a tolerance below zero.
+  if (!IsFinite(box.min) || !IsFinite(box.max) || !std::isfinite(tolerance_m)) {
+    return past.structure();
+  }
+  const Box wide = Around(box, std::max(0.0, tolerance_m));
+  return Read(past, scope, &wide);
 }
 
 absl::StatusOr<NearestAnswer> NearestInPast(storage::PastMap& past, const Scope& scope,

@@ -20,11 +20,10 @@ namespace hypermap::server {
 absl::StatusOr<SnapshotPtr> ReadPast(storage::PastMap& past, const Scope& scope,
                                      const std::optional<Polygon>& area);
 
-// For ContentAt.
-absl::StatusOr<SnapshotPtr> ReadPast(storage::PastMap& past, const Scope& scope, const Point& p);
-
-// For a PointsAsker that is asked of points in `box`, which is not empty (the scope's frame).
-absl::StatusOr<SnapshotPtr> ReadPast(storage::PastMap& past, const Scope& scope, const Box& box);
+// For ContentAt and PointsAsker with this tolerance, asked of points in `box`, which is not empty
+// (the scope's frame).
+absl::StatusOr<SnapshotPtr> ReadPast(storage::PastMap& past, const Scope& scope, const Box& box,
+                                     double tolerance_m);
 
 // Nearest, asked of the past: reads a growing neighbourhood until the answer lies within it.
 absl::StatusOr<NearestAnswer> NearestInPast(storage::PastMap& past, const Scope& scope,

@@ -42,7 +42,7 @@ PutObject Cup(std::optional<absl::Duration> time_to_live, ObjectId id = 0) {
   PutObject put{"things", {}, ""};
   put.object.id = id;
   put.object.label = "cup";
-  put.object.polygon = Polygon::FromBox({{0, 0}, {1, 1}});
+  put.object.shape = Polygon::FromBox({{0, 0}, {1, 1}});
   put.time_to_live = time_to_live;
   return put;
 }
@@ -100,7 +100,7 @@ class SessionHistoryTest : public ::testing::Test {
   std::vector<ObjectId> Things() const {
     std::vector<ObjectId> ids;
     const SnapshotPtr snapshot = session_->snapshot();
-    const auto* things = dynamic_cast<const SemanticLayer*>(snapshot->FindLayer("things"));
+    const auto* things = snapshot->FindSemantic("things");
     for (const ObjectPtr& object : things->Objects()) ids.push_back(object->id);
     return ids;
   }

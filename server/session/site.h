@@ -12,8 +12,8 @@
 #include "absl/functional/function_ref.h"
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "base/sync/mutex.h"
 #include "server/session/map_session.h"
-#include "server/session/mutex.h"
 #include "storage/map_store.h"
 
 namespace hypermap::server {

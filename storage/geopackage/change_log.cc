@@ -5,6 +5,7 @@
 #include <variant>
 
 #include "absl/strings/str_cat.h"
+#include "base/status/status_macros.h"
 
 namespace hypermap::storage {
 namespace {
@@ -74,8 +75,7 @@ absl::StatusOr<Change> DecodeDetail(const LoggedChange& logged, const StoredLaye
   if (logged.kind == kLayerCreated || logged.kind == kLayerDeleted) {
     LayerSpec spec = layer.spec;
     spec.aliases.clear();
-    absl::Status status = DecodeLayerParameters(logged.detail, &spec);
-    if (!status.ok()) return status;
+    HYPERMAP_RETURN_IF_ERROR(DecodeLayerParameters(logged.detail, &spec));
     if (logged.kind == kLayerCreated) return Change(LayerCreated{std::move(spec)});
     return Change(LayerDeleted{std::move(spec)});
   }
@@ -101,28 +101,26 @@ absl::StatusOr<Change> DecodeDetail(const LoggedChange& logged, const StoredLaye
 
 absl::Status InsertChange(Database* database, Revision revision, int64_t number,
                           std::optional<int64_t> lineage, const Change& change) {
-  const absl::StatusOr<Columns> columns = Encode(change);
-  if (!columns.ok()) return columns.status();
+  HYPERMAP_ASSIGN_OR_RETURN(const Columns columns, Encode(change));
   std::optional<int64_t> tile_column;
   std::optional<int64_t> tile_row;
-  if (columns->tile) {
-    tile_column = columns->tile->column;
-    tile_row = columns->tile->row;
+  if (columns.tile) {
+    tile_column = columns.tile->column;
+    tile_row = columns.tile->row;
   }
   return database->Run(
       "INSERT INTO hypermap_changes (revision, number, kind, lineage, object_id, tile_column, "
       "tile_row, detail) VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
-      revision, number, columns->kind, lineage, columns->object_id, tile_column, tile_row,
-      columns->detail);
+      revision, number, columns.kind, lineage, columns.object_id, tile_column, tile_row,
+      columns.detail);
 }
 
 absl::Status InsertObjectPuts(Database* database, Revision revision, int64_t number,
                               int64_t lineage, absl::Span<const SemanticObject* const> objects) {
-  absl::StatusOr<Statement> insert = database->Prepare(kInsertObjectChange);
-  if (!insert.ok()) return insert.status();
+  HYPERMAP_ASSIGN_OR_RETURN(Statement insert, database->Prepare(kInsertObjectChange));
   for (const SemanticObject* object : objects) {
-    absl::Status status = insert->Bind(revision, number++, kObjectPut, lineage, object->id).Run();
-    if (!status.ok()) return status;
+    HYPERMAP_RETURN_IF_ERROR(
+        insert.Bind(revision, number++, kObjectPut, lineage, object->id).Run());
   }
   return absl::OkStatus();
 }

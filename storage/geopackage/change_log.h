@@ -1,5 +1,6 @@
-// hypermap_changes: what each commit did, in its order. Objects and tiles are named only; how they
-// were and are is in their history. The rest is told whole, in `detail`.
+// hypermap_changes: the changes of each commit in their order. Changes of objects and tiles name
+// them only; their content before and after is in their history. Changes of structure are stored
+// whole, in `detail`.
 #ifndef HYPERMAP_STORAGE_GEOPACKAGE_CHANGE_LOG_H_
 #define HYPERMAP_STORAGE_GEOPACKAGE_CHANGE_LOG_H_
 
@@ -31,21 +32,21 @@ inline constexpr char kObjectPut[] = "put";
 inline constexpr char kObjectRemoved[] = "remove";
 inline constexpr char kTileWritten[] = "tile";
 
-// `number` is its place in the commit.
+// Inserts one change; `number` is its place in the commit.
 absl::Status InsertChange(Database* database, Revision revision, int64_t number,
                           std::optional<int64_t> lineage, const Change& change);
 
-// The same of objects of one layer that were put, the first of them in the place `number`.
+// Inserts the puts of objects of one layer; the first has the place `number` in the commit.
 absl::Status InsertObjectPuts(Database* database, Revision revision, int64_t number,
                               int64_t lineage, absl::Span<const SemanticObject* const> objects);
 
-// Columns: kLoggedChangeColumns. DATA_LOSS.
 inline constexpr char kLoggedChangeColumns[] =
     "revision, kind, lineage, object_id, tile_column, tile_row, detail";
+// Reads a row of kLoggedChangeColumns. DATA_LOSS.
 absl::StatusOr<LoggedChange> ReadLoggedChange(Statement* row);
 
-// The change of a row that is neither of an object nor of a tile; `layer` is that of its lineage.
-// DATA_LOSS.
+// Decodes a change of structure, which is every change except those of objects and tiles. `layer`
+// is the layer of its lineage. DATA_LOSS.
 absl::StatusOr<Change> DecodeStructureChange(const LoggedChange& logged, const StoredLayer& layer);
 
 }  // namespace hypermap::storage

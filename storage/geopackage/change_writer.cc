@@ -5,6 +5,7 @@
 #include <variant>
 
 #include "absl/strings/str_cat.h"
+#include "base/status/status_macros.h"
 #include "map/layers/layer_registry.h"
 #include "storage/geopackage/change_log.h"
 #include "storage/geopackage/contents.h"
@@ -38,7 +39,8 @@ OpenLayer MakeOpenLayer(Database* database, StoredLayer stored) {
     layer.grid = std::make_shared<GridTable>(database, stored.table, stored.lineage,
                                              MakeTileCodec(stored.spec.kind));
   } else {
-    layer.features = std::make_shared<FeatureTable>(database, stored.table, stored.lineage);
+    layer.features = std::make_shared<FeatureTable>(database, stored.table, stored.lineage,
+                                                    stored.spec.shape_kinds);
   }
   layer.stored = std::move(stored);
   return layer;
@@ -55,19 +57,17 @@ absl::Status ChangeWriter::Write(const Commit& commit) {
   for (size_t i = 0; i < changes.size();) {
     lineage_.reset();
     const size_t num_new = CountNewObjects(changes.subspan(i));
-    absl::Status status =
-        num_new > 1 ? PutNewObjects(changes.subspan(i, num_new), i) : Carry(changes[i], i);
-    if (!status.ok()) return status;
+    HYPERMAP_RETURN_IF_ERROR(num_new > 1 ? PutNewObjects(changes.subspan(i, num_new), i)
+                                         : Carry(changes[i], i));
     if (lineage_) changed_lineages_.insert(*lineage_);
     i += std::max<size_t>(num_new, 1);
   }
   for (const int64_t lineage : changed_lineages_) {
     const Revision version = VersionOf(lineage, *commit.applied.snapshot);
-    absl::Status status = RecordLayerRevision(database_, lineage, version);
-    if (!status.ok()) return status;
+    HYPERMAP_RETURN_IF_ERROR(RecordLayerRevision(database_, lineage, version));
   }
   for (const FusionChange& change : commit.fusion) {
-    if (absl::Status status = WriteFusionChange(database_, change); !status.ok()) return status;
+    HYPERMAP_RETURN_IF_ERROR(WriteFusionChange(database_, change));
   }
   return InsertRevision(database_, commit);
 }
@@ -88,12 +88,12 @@ absl::Status ChangeWriter::Carry(const Change& change, int64_t number) {
 }
 
 absl::Status ChangeWriter::PutNewObjects(absl::Span<const Change> puts, int64_t number) {
-  absl::StatusOr<FeatureTable*> table = Features(std::get<ObjectPut>(puts.front()).layer);
-  if (!table.ok()) return table.status();
+  HYPERMAP_ASSIGN_OR_RETURN(FeatureTable* const table,
+                            Features(std::get<ObjectPut>(puts.front()).layer));
   std::vector<const SemanticObject*> objects;
   objects.reserve(puts.size());
   for (const Change& put : puts) objects.push_back(std::get<ObjectPut>(put).after.get());
-  if (absl::Status status = (*table)->PutNew(objects, revision_); !status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(table->PutNew(objects, revision_));
   return InsertObjectPuts(database_, revision_, number, *lineage_, objects);
 }
 
@@ -108,9 +108,7 @@ absl::Status ChangeWriter::Finish(const Snapshot& newest) {
     } else if (const Layer* layer = newest.FindLayer(name); layer != nullptr) {
       extent = layer->Bounds();
     }
-    if (absl::Status status = SetContents(database_, stored.table, extent, time); !status.ok()) {
-      return status;
-    }
+    HYPERMAP_RETURN_IF_ERROR(SetContents(database_, stored.table, extent, time));
   }
   if (!layers_changed_) return absl::OkStatus();
   return SetContents(database_, kLayersTable, Box(), *layers_changed_);
@@ -121,36 +119,33 @@ absl::Status ChangeWriter::Apply(const LayerCreated& change) {
   if (layers_.contains(spec.name)) {
     return absl::InternalError(absl::StrCat("layer ", spec.name, " created twice"));
   }
-  absl::StatusOr<std::string> table = ChooseTableName(database_, spec.name);
-  if (!table.ok()) return table.status();
-  StoredLayer stored{spec, *table, CellBox()};
-  if (absl::Status status = InsertLayer(database_, stored); !status.ok()) return status;
-  absl::StatusOr<int64_t> lineage = BeginLineage(database_, spec.name, revision_);
-  if (!lineage.ok()) return lineage.status();
-  stored.lineage = *lineage;
-  lineage_ = *lineage;
+  HYPERMAP_ASSIGN_OR_RETURN(std::string table, ChooseTableName(database_, spec.name));
+  StoredLayer stored{spec, table, CellBox()};
+  HYPERMAP_RETURN_IF_ERROR(InsertLayer(database_, stored));
+  HYPERMAP_ASSIGN_OR_RETURN(const int64_t lineage, BeginLineage(database_, spec.name, revision_));
+  stored.lineage = lineage;
+  lineage_ = lineage;
   touched_[spec.name] = time_;
   layers_changed_ = time_;
   const OpenLayer& layer =
       layers_.emplace(spec.name, MakeOpenLayer(database_, std::move(stored))).first->second;
   if (layer.grid != nullptr) {
-    if (absl::Status status = layer.grid->Create(); !status.ok()) return status;
-    return RegisterCoverage(database_, *table, spec, layer.grid->coding());
+    HYPERMAP_RETURN_IF_ERROR(layer.grid->Create());
+    return RegisterCoverage(database_, table, spec, layer.grid->coding());
   }
-  if (absl::Status status = layer.features->Create(); !status.ok()) return status;
-  return RegisterFeatures(database_, *table, spec);
+  HYPERMAP_RETURN_IF_ERROR(layer.features->Create());
+  return RegisterFeatures(database_, table, spec);
 }
 
 absl::Status ChangeWriter::Apply(const LayerDeleted& change) {
-  absl::StatusOr<OpenLayer*> layer = Touch(change.spec.name);
-  if (!layer.ok()) return layer.status();
-  absl::Status status = Unregister(database_, (*layer)->stored.table);
+  HYPERMAP_ASSIGN_OR_RETURN(OpenLayer* const layer, Touch(change.spec.name));
+  absl::Status status = Unregister(database_, layer->stored.table);
   if (status.ok()) status = RemoveLayer(database_, change.spec.name);
   if (status.ok()) status = DropFusion(database_, change.spec.name);
   if (status.ok()) status = EndLineage(database_, *lineage_, revision_);
   if (status.ok()) {
-    status = (*layer)->grid != nullptr ? (*layer)->grid->Drop(revision_)
-                                       : (*layer)->features->Drop(revision_);
+    status =
+        layer->grid != nullptr ? layer->grid->Drop(revision_) : layer->features->Drop(revision_);
   }
   layers_.erase(change.spec.name);
   layers_changed_ = time_;
@@ -178,20 +173,18 @@ absl::Status ChangeWriter::Apply(const TileWritten& change) {
 }
 
 absl::Status ChangeWriter::Apply(const ExtentGrown& change) {
-  absl::StatusOr<OpenLayer*> layer = Touch(change.layer);
-  if (!layer.ok()) return layer.status();
-  (*layer)->stored.extent = change.extent;
+  HYPERMAP_ASSIGN_OR_RETURN(OpenLayer* const layer, Touch(change.layer));
+  layer->stored.extent = change.extent;
   layers_changed_ = time_;
   absl::Status status = UpdateLayerExtent(database_, change.layer, change.extent);
   return status.ok() ? RecordLayer(database_, change.layer, revision_) : status;
 }
 
 absl::Status ChangeWriter::Apply(const AliasesSet& change) {
-  absl::StatusOr<OpenLayer*> layer = Touch(change.layer);
-  if (!layer.ok()) return layer.status();
-  (*layer)->stored.spec.aliases = change.after;
+  HYPERMAP_ASSIGN_OR_RETURN(OpenLayer* const layer, Touch(change.layer));
+  layer->stored.spec.aliases = change.after;
   layers_changed_ = time_;
-  absl::Status status = UpdateLayerParameters(database_, (*layer)->stored.spec);
+  absl::Status status = UpdateLayerParameters(database_, layer->stored.spec);
   return status.ok() ? RecordLayer(database_, change.layer, revision_) : status;
 }
 
@@ -206,16 +199,14 @@ absl::StatusOr<OpenLayer*> ChangeWriter::Touch(const std::string& name) {
 }
 
 absl::StatusOr<FeatureTable*> ChangeWriter::Features(const std::string& layer) {
-  absl::StatusOr<OpenLayer*> open = Touch(layer);
-  if (!open.ok()) return open.status();
-  if ((*open)->features != nullptr) return (*open)->features.get();
+  HYPERMAP_ASSIGN_OR_RETURN(OpenLayer* const open, Touch(layer));
+  if (open->features != nullptr) return open->features.get();
   return absl::InternalError(absl::StrCat("change of objects in the grid ", layer));
 }
 
 absl::StatusOr<GridTable*> ChangeWriter::Grid(const std::string& layer) {
-  absl::StatusOr<OpenLayer*> open = Touch(layer);
-  if (!open.ok()) return open.status();
-  if ((*open)->grid != nullptr) return (*open)->grid.get();
+  HYPERMAP_ASSIGN_OR_RETURN(OpenLayer* const open, Touch(layer));
+  if (open->grid != nullptr) return open->grid.get();
   return absl::InternalError(absl::StrCat("change of cells in the semantic layer ", layer));
 }
 

@@ -1,4 +1,4 @@
-// Carries commits out on the tables of a map, within a transaction of the caller.
+// Writes commits to the tables of a map, within a transaction of the caller.
 #ifndef HYPERMAP_STORAGE_GEOPACKAGE_CHANGE_WRITER_H_
 #define HYPERMAP_STORAGE_GEOPACKAGE_CHANGE_WRITER_H_
 
@@ -38,12 +38,12 @@ class ChangeWriter {
   // `layers` are those of the map before the first commit.
   ChangeWriter(Database* database, OpenLayers layers);
 
-  // Writes one commit's changes, what was before, and its revision. INTERNAL for changes that do
-  // not fit the map.
+  // Writes the changes of one commit, the history of what they replace, and the revision. INTERNAL
+  // when a change does not fit the map.
   absl::Status Write(const Commit& commit);
 
-  // Ends the writing: brings what the GeoPackage tells of the touched layers up to date with
-  // `newest`, the snapshot after the last commit.
+  // Updates the extents and times of the touched layers in the GeoPackage's register. Called once,
+  // after the last commit; `newest` is the snapshot after it.
   absl::Status Finish(const Snapshot& newest);
 
   // The layers after the commits.
@@ -52,9 +52,9 @@ class ChangeWriter {
  private:
   // The revision of `snapshot` that changed a layer last.
   Revision VersionOf(int64_t lineage, const Snapshot& snapshot) const;
-  // One change, in the place `number` of its commit.
+  // Writes one change, which has the place `number` in its commit.
   absl::Status Carry(const Change& change, int64_t number);
-  // Objects that are put one after another, all new and of one layer.
+  // Writes puts that follow each other, of new objects of one layer.
   absl::Status PutNewObjects(absl::Span<const Change> puts, int64_t number);
 
   absl::Status Apply(const LayerCreated& change);
@@ -66,7 +66,8 @@ class ChangeWriter {
   absl::Status Apply(const ExtentGrown& change);
   absl::Status Apply(const AliasesSet& change);
 
-  // The layer, noted as touched. INTERNAL when there is none, or it is of the other sort.
+  // Returns the layer and marks it as touched. INTERNAL when there is none, or when it has no table
+  // of that sort.
   absl::StatusOr<OpenLayer*> Touch(const std::string& name);
   absl::StatusOr<FeatureTable*> Features(const std::string& layer);
   absl::StatusOr<GridTable*> Grid(const std::string& layer);

@@ -3,10 +3,10 @@
 
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
-#include "storage/geopackage/map_testing.h"
 #include "storage/geopackage/object_id_list.h"
 #include "storage/geopackage/object_json.h"
 #include "storage/geopackage/table_names.h"
+#include "storage/geopackage/testing/map.h"
 
 namespace hypermap::storage {
 namespace {

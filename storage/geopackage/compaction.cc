@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "absl/status/status.h"
+#include "base/status/status_macros.h"
 
 namespace hypermap::storage {
 namespace {
@@ -72,35 +73,31 @@ class Remover {
 };
 
 absl::StatusOr<std::vector<int64_t>> Lineages(Database* database) {
-  absl::StatusOr<Statement> select = database->Prepare("SELECT id FROM hypermap_lineages");
-  if (!select.ok()) return select.status();
+  HYPERMAP_ASSIGN_OR_RETURN(Statement select,
+                            database->Prepare("SELECT id FROM hypermap_lineages"));
   std::vector<int64_t> lineages;
   while (true) {
-    absl::StatusOr<bool> row = select->Step();
-    if (!row.ok()) return row.status();
-    if (!*row) return lineages;
-    lineages.push_back(select->Int64(0));
+    HYPERMAP_ASSIGN_OR_RETURN(const bool has_row, select.Step());
+    if (!has_row) return lineages;
+    lineages.push_back(select.Int64(0));
   }
 }
 
 absl::StatusOr<std::vector<std::string>> Frames(Database* database) {
-  absl::StatusOr<Statement> select =
-      database->Prepare("SELECT child_frame_id FROM hypermap_frames");
-  if (!select.ok()) return select.status();
+  HYPERMAP_ASSIGN_OR_RETURN(Statement select,
+                            database->Prepare("SELECT child_frame_id FROM hypermap_frames"));
   std::vector<std::string> frames;
   while (true) {
-    absl::StatusOr<bool> row = select->Step();
-    if (!row.ok()) return row.status();
-    if (!*row) return frames;
-    frames.emplace_back(select->Text(0));
+    HYPERMAP_ASSIGN_OR_RETURN(const bool has_row, select.Step());
+    if (!has_row) return frames;
+    frames.emplace_back(select.Text(0));
   }
 }
 
 absl::Status RemoveLayers(Database* database, Revision oldest, Remover* remover) {
-  const absl::StatusOr<std::vector<int64_t>> lineages = Lineages(database);
-  if (!lineages.ok()) return lineages.status();
+  HYPERMAP_ASSIGN_OR_RETURN(const std::vector<int64_t> lineages, Lineages(database));
   absl::Status status;
-  for (const int64_t lineage : *lineages) {
+  for (const int64_t lineage : lineages) {
     status.Update(remover->Remove(kLayerVersions, oldest, lineage));
     status.Update(remover->Remove(kLayerRevisions, oldest, lineage));
   }
@@ -130,9 +127,8 @@ absl::StatusOr<bool> RemoveForgotten(Database* database, Revision oldest,
   status.Update(remover.Remove(kRevisions, oldest));
   status.Update(remover.Remove(kReceipts, absl::ToUnixNanos(receipts_before)));
   status.Update(RemoveLayers(database, oldest, &remover));
-  const absl::StatusOr<std::vector<std::string>> frames = Frames(database);
-  if (!frames.ok()) return frames.status();
-  for (const std::string& frame : *frames) {
+  HYPERMAP_ASSIGN_OR_RETURN(const std::vector<std::string> frames, Frames(database));
+  for (const std::string& frame : frames) {
     status.Update(remover.Remove(kFrameVersions, oldest, frame));
   }
   if (!status.ok()) return status;

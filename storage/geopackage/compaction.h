@@ -1,4 +1,4 @@
-// Forgets what was before the oldest kept revision, a few rows at a time.
+// Removes the history from before the oldest kept revision, a few rows at a time.
 #ifndef HYPERMAP_STORAGE_GEOPACKAGE_COMPACTION_H_
 #define HYPERMAP_STORAGE_GEOPACKAGE_COMPACTION_H_
 
@@ -11,9 +11,8 @@
 
 namespace hypermap::storage {
 
-// Removes at most `max_rows` rows, within a transaction of the caller: of what only revisions
-// before `oldest` need, and receipts that are older than `receipts_before`. True when there may be
-// more.
+// Removes at most `max_rows` rows that only revisions before `oldest` need, and receipts older than
+// `receipts_before`, within a transaction of the caller. True when there may be more such rows.
 absl::StatusOr<bool> RemoveForgotten(Database* database, Revision oldest,
                                      absl::Time receipts_before, int64_t max_rows);
 

@@ -4,6 +4,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/string_view.h"
+#include "base/status/status_macros.h"
 #include "storage/geopackage/geometry_blob.h"
 #include "storage/geopackage/tile_matrix.h"
 
@@ -28,14 +29,20 @@ absl::Status InsertExtension(Database* database, const std::string& table, const
 
 }  // namespace
 
+absl::string_view GeometryTypeName(const ShapeKinds& kinds) {
+  if (kinds == ShapeKinds{ShapeKind::kPolygon}) return "POLYGON";
+  if (kinds == ShapeKinds{ShapeKind::kLineString}) return "LINESTRING";
+  if (kinds == ShapeKinds{ShapeKind::kPoint}) return "POINT";
+  return "GEOMETRY";
+}
+
 absl::Status RegisterFeatures(Database* database, const std::string& table, const LayerSpec& spec) {
-  absl::Status status = InsertContents(database, table, "features", spec);
-  status.Update(database->Run("INSERT INTO gpkg_geometry_columns VALUES (?, ?, 'POLYGON', ?, 0, 0)",
-                              table, kGeometryColumn, kUndefinedCartesianSrsId));
-  status.Update(InsertExtension(database, table, kGeometryColumn, "gpkg_rtree_index",
-                                "http://www.geopackage.org/spec130/#extension_rtree",
-                                "write-only"));
-  return status;
+  HYPERMAP_RETURN_IF_ERROR(InsertContents(database, table, "features", spec));
+  HYPERMAP_RETURN_IF_ERROR(
+      database->Run("INSERT INTO gpkg_geometry_columns VALUES (?, ?, ?, ?, 0, 0)", table,
+                    kGeometryColumn, GeometryTypeName(spec.shape_kinds), kUndefinedCartesianSrsId));
+  return InsertExtension(database, table, kGeometryColumn, "gpkg_rtree_index",
+                         "http://www.geopackage.org/spec130/#extension_rtree", "write-only");
 }
 
 absl::Status RegisterCoverage(Database* database, const std::string& table, const LayerSpec& spec,

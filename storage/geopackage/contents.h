@@ -5,6 +5,7 @@
 #include <string>
 
 #include "absl/status/status.h"
+#include "absl/strings/string_view.h"
 #include "absl/time/time.h"
 #include "map/geometry/point.h"
 #include "map/layers/layer_spec.h"
@@ -16,19 +17,23 @@ namespace hypermap::storage {
 // The name of the geometry column of every feature table.
 inline constexpr char kGeometryColumn[] = "geom";
 
-// Announces `table` as the feature table, with an R*Tree index, of the layer.
+// The geometry type that GeoPackage declares for a column: POLYGON, LINESTRING or POINT when it
+// holds one kind only, else GEOMETRY.
+absl::string_view GeometryTypeName(const ShapeKinds& kinds);
+
+// Registers `table` as the feature table of the layer, with its geometry column and R*Tree index.
 absl::Status RegisterFeatures(Database* database, const std::string& table, const LayerSpec& spec);
 
-// Announces `table` as the tiled gridded coverage of the layer: one tile matrix, in the grid's own
+// Registers `table` as the tiled gridded coverage of the layer: one tile matrix, in the grid's own
 // axes (see kTileMatrixSide).
 absl::Status RegisterCoverage(Database* database, const std::string& table, const LayerSpec& spec,
                               const CoverageCoding& coding);
 
-// Sets the extent in use, NULL when empty, and when it was changed.
+// Sets the extent of a registered table (NULL when empty) and the time of its last change.
 absl::Status SetContents(Database* database, const std::string& table, const Box& extent,
                          absl::Time last_change);
 
-// Takes a table of either type out of the register.
+// Removes a table of either type from the register.
 absl::Status Unregister(Database* database, const std::string& table);
 
 }  // namespace hypermap::storage

@@ -6,7 +6,7 @@
 
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
-#include "storage/geopackage/map_testing.h"
+#include "storage/geopackage/testing/map.h"
 #include "tests/support/random_map.h"
 
 namespace hypermap::storage {
@@ -151,7 +151,9 @@ TEST_P(DamagedMapTest, IsToldWithTableAndRow) {
   {
     const auto store = OpenStore(folder.path());
     EditedMap map = CreateMap(*store, "site");
-    map.Edit({{CreateLayer{SemanticSpec("s")}, PutObject{"s", UnitSquare("chair"), ""},
+    LayerSpec polygons = SemanticSpec("s");
+    polygons.shape_kinds = {ShapeKind::kPolygon};
+    map.Edit({{CreateLayer{polygons}, PutObject{"s", UnitSquare("chair"), ""},
                CreateLayer{GridSpec("g", LayerKind::kOccupancy, {}, 0.05)},
                WriteCells{"g", {0, 1, 0, 1}, {0.5}},
                CreateLayer{GridSpec("f", LayerKind::kScalar, {}, 0.05)},
@@ -177,6 +179,8 @@ INSTANTIATE_TEST_SUITE_P(
         Damage{"UPDATE s SET geom = X'00'", "table s, id 1: geometry"},
         Damage{"UPDATE s SET geom = substr(geom, 1, length(geom) - 1)", "cut short"},
         Damage{"UPDATE s SET geom = 'text'", "column geom holds text"},
+        Damage{"UPDATE s SET geom = X'47500001ffffffff0101000000000000000000f03f000000000000f03f'",
+               "table s, id 1: the layer takes no shapes of the kind point"},
         Damage{"UPDATE s SET label = ''", "object.label"},
         Damage{"UPDATE s SET existence = 2", "object.existence"},
         Damage{"UPDATE s SET existence = 'likely'", "column existence holds text"},
@@ -217,6 +221,14 @@ INSTANTIATE_TEST_SUITE_P(
         Damage{"UPDATE hypermap_layers SET parameters = '{\"explored_rule\":\"seen\"}' "
                "WHERE name = 'g'",
                "explored_rule seen"},
+        Damage{"UPDATE hypermap_layers SET parameters = '{\"shape_kinds\":[\"cube\"]}' "
+               "WHERE name = 's'",
+               "shape_kinds: cube"},
+        Damage{"UPDATE hypermap_layers SET parameters = '{\"shape_kinds\":[]}' WHERE name = 's'",
+               "layer.shape_kinds"},
+        Damage{"UPDATE hypermap_layers SET parameters = '{\"shape_kinds\":\"point\"}' "
+               "WHERE name = 's'",
+               "parameters"},
         Damage{"UPDATE hypermap_frames SET parent_frame_id = 'robot'", "frame robot"},
         Damage{"UPDATE hypermap_frames SET yaw = 9e999", "frame robot"},
         Damage{"UPDATE hypermap_metadata SET revision = -1", "hypermap_metadata"},

@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include "base/status/status_macros.h"
+
 namespace hypermap::storage {
 namespace {
 
@@ -19,22 +21,22 @@ CREATE TABLE IF NOT EXISTS deletions (
 
 absl::StatusOr<std::unique_ptr<DeletionLog>> DeletionLog::Open(const std::string& path,
                                                                absl::Duration busy_timeout) {
-  absl::StatusOr<std::unique_ptr<Database>> database =
-      Database::Open(path, Database::OpenMode::kCreate, busy_timeout);
-  if (!database.ok()) return database.status();
-  if (absl::Status status = (*database)->Execute(kCreateTable); !status.ok()) return status;
-  return std::unique_ptr<DeletionLog>(new DeletionLog(*std::move(database)));
+  HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<Database> database,
+                            Database::Open(path, Database::OpenMode::kCreate, busy_timeout));
+  HYPERMAP_RETURN_IF_ERROR(database->Execute(kCreateTable));
+  return std::unique_ptr<DeletionLog>(new DeletionLog(std::move(database)));
 }
 
 absl::StatusOr<int64_t> DeletionLog::Begin(const std::string& request_id, const std::string& map) {
   const auto id = request_id.empty() ? std::nullopt : std::make_optional(request_id);
   // A deletion that could be neither carried out nor cancelled is begun anew.
-  absl::StatusOr<std::optional<int64_t>> deletion = database_->QueryInt64(
-      "INSERT INTO deletions (request_id, map_name) VALUES (?, ?) ON CONFLICT (request_id) "
-      "DO UPDATE SET map_name = excluded.map_name, finished = 0 RETURNING id",
-      id, map);
-  if (!deletion.ok()) return deletion.status();
-  return **deletion;
+  HYPERMAP_ASSIGN_OR_RETURN(
+      const std::optional<int64_t> deletion,
+      database_->QueryInt64(
+          "INSERT INTO deletions (request_id, map_name) VALUES (?, ?) ON CONFLICT (request_id) "
+          "DO UPDATE SET map_name = excluded.map_name, finished = 0 RETURNING id",
+          id, map));
+  return *deletion;
 }
 
 absl::Status DeletionLog::Finish(int64_t deletion) {
@@ -47,28 +49,26 @@ absl::Status DeletionLog::Cancel(int64_t deletion) {
 
 absl::StatusOr<std::optional<std::string>> DeletionLog::Find(const std::string& request_id) {
   if (request_id.empty()) return std::nullopt;
-  absl::StatusOr<Statement> select =
-      database_->Prepare("SELECT map_name FROM deletions WHERE request_id = ? AND finished = 1");
-  if (!select.ok()) return select.status();
-  absl::StatusOr<bool> row = select->Bind(request_id).Step();
-  if (!row.ok()) return row.status();
-  if (!*row) return std::nullopt;
-  std::string map(select->Text(0));
-  if (!select->row_status().ok()) return select->row_status();
+  HYPERMAP_ASSIGN_OR_RETURN(
+      Statement select,
+      database_->Prepare("SELECT map_name FROM deletions WHERE request_id = ? AND finished = 1"));
+  HYPERMAP_ASSIGN_OR_RETURN(const bool has_row, select.Bind(request_id).Step());
+  if (!has_row) return std::nullopt;
+  std::string map(select.Text(0));
+  if (!select.row_status().ok()) return select.row_status();
   return map;
 }
 
 absl::StatusOr<std::vector<DeletionLog::Pending>> DeletionLog::FindPending() {
-  absl::StatusOr<Statement> select =
-      database_->Prepare("SELECT id, map_name FROM deletions WHERE finished = 0 ORDER BY id");
-  if (!select.ok()) return select.status();
+  HYPERMAP_ASSIGN_OR_RETURN(
+      Statement select,
+      database_->Prepare("SELECT id, map_name FROM deletions WHERE finished = 0 ORDER BY id"));
   std::vector<Pending> pending;
   while (true) {
-    absl::StatusOr<bool> row = select->Step();
-    if (!row.ok()) return row.status();
-    if (!*row) return pending;
-    pending.push_back({select->Int64(0), std::string(select->Text(1))});
-    if (!select->row_status().ok()) return select->row_status();
+    HYPERMAP_ASSIGN_OR_RETURN(const bool has_row, select.Step());
+    if (!has_row) return pending;
+    pending.push_back({select.Int64(0), std::string(select.Text(1))});
+    if (!select.row_status().ok()) return select.row_status();
   }
 }
 

@@ -1,4 +1,5 @@
-// Which request deleted which map: DATA_DIR/catalog.sqlite. What a map's own file can't remember.
+// DATA_DIR/catalog.sqlite: which request deleted which map. A deleted map has no file of its own to
+// record it in.
 #ifndef HYPERMAP_STORAGE_GEOPACKAGE_DELETION_LOG_H_
 #define HYPERMAP_STORAGE_GEOPACKAGE_DELETION_LOG_H_
 
@@ -14,20 +15,21 @@
 
 namespace hypermap::storage {
 
-// A deletion is begun, the file removed, and the deletion finished; one that is found begun after a
-// crash is to be carried out. One thread at a time.
+// A deletion is begun here, then the map's file is removed, then the deletion is finished. A
+// deletion that a crash left unfinished has to be carried out when the store is opened. One thread
+// at a time.
 class DeletionLog {
  public:
   // Makes the file when it is missing. DATA_LOSS or FAILED_PRECONDITION when it can't be read.
   static absl::StatusOr<std::unique_ptr<DeletionLog>> Open(const std::string& path,
                                                            absl::Duration busy_timeout);
 
-  // Durable when it returns the deletion's number. An empty request id is not looked for.
+  // Begins a deletion and returns its number; it is durable then. Find ignores empty request ids.
   absl::StatusOr<int64_t> Begin(const std::string& request_id, const std::string& map);
   absl::Status Finish(int64_t deletion);
   absl::Status Cancel(int64_t deletion);
 
-  // The map that the request deleted.
+  // The map that the request deleted; nullopt when it deleted none.
   absl::StatusOr<std::optional<std::string>> Find(const std::string& request_id);
 
   struct Pending {

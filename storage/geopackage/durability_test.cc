@@ -8,9 +8,9 @@
 #include <system_error>
 
 #include "gtest/gtest.h"
-#include "map/layers/grid/grid_layer.h"
+#include "map/layers/grid_layer.h"
 #include "map/layers/semantic_layer.h"
-#include "storage/geopackage/map_testing.h"
+#include "storage/geopackage/testing/map.h"
 #include "tests/support/random_map.h"
 
 namespace hypermap::storage {
@@ -24,7 +24,7 @@ EditBatch EditOf(Revision revision) {
   }
   SemanticObject object;
   object.label = "chair";
-  object.polygon = Polygon::FromBox({{0, 0}, {1, 1}});
+  object.shape = Polygon::FromBox({{0, 0}, {1, 1}});
   const auto cell = static_cast<int32_t>(100 * revision);
   return {{PutObject{"s", object, ""}, WriteCells{"g", {0, 1, cell, cell + 1}, {0.5}}}};
 }
@@ -102,7 +102,7 @@ EditBatch FirstLoad() {
     SemanticObject object;
     object.label = "chair";
     const Point corner{i % 80 * 2.0, i / 80 * 2.0};
-    object.polygon = Polygon::FromBox({corner, {corner.x + 1, corner.y + 1}});
+    object.shape = Polygon::FromBox({corner, {corner.x + 1, corner.y + 1}});
     batch.edits.push_back(PutObject{"s", object, ""});
   }
   return batch;

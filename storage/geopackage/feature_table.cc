@@ -5,6 +5,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_replace.h"
+#include "base/status/status_macros.h"
 #include "storage/geopackage/contents.h"
 #include "storage/geopackage/geometry_blob.h"
 #include "storage/geopackage/history_tables.h"
@@ -14,11 +15,12 @@
 namespace hypermap::storage {
 namespace {
 
-// $t stands for the table's name, which is plain (IsLayerTableName).
+// $t stands for the table's name, which needs no escapes (IsLayerTableName), $g for the type of its
+// geometries.
 constexpr char kCreateTable[] = R"sql(
 CREATE TABLE "$t" (
   id INTEGER PRIMARY KEY AUTOINCREMENT NOT NULL,
-  geom POLYGON NOT NULL,
+  geom $g NOT NULL,
   label TEXT NOT NULL,
   existence DOUBLE NOT NULL DEFAULT 1.0,
   classes TEXT NOT NULL DEFAULT '{}',
@@ -96,7 +98,7 @@ constexpr char kUpdate[] = R"sql(
 UPDATE "$t" SET geom = ?, label = ?, existence = ?, classes = ?, tags = ?, attributes = ?,
   height_min = ?, height_max = ?, expires_at_ns = ?, version = ? WHERE id = ?
 )sql";
-// The index has nothing to do with this one.
+// Does not name the geometry, so that no trigger of the index runs.
 constexpr char kUpdateWithoutGeometry[] = R"sql(
 UPDATE "$t" SET label = ?, existence = ?, classes = ?, tags = ?, attributes = ?,
   height_min = ?, height_max = ?, expires_at_ns = ?, version = ? WHERE id = ?
@@ -118,11 +120,12 @@ INSERT OR REPLACE INTO "rtree_$t_geom" VALUES (?, ?, ?, ?, ?)
 constexpr char kArchiveBox[] =
     "INSERT INTO hypermap_object_boxes VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)";
 
-// For so many objects the triggers are not called, and the index is filled after the table.
+// From this number of new objects on, the triggers are disabled and the index is filled after the
+// table.
 constexpr size_t kManyObjects = 512;
 
-// Lets the statements of a connection write to the tables of an R*Tree, and call no triggers. All
-// of them are prepared anew before and after.
+// Disables the triggers of a connection while it lives, and lets its statements write to the tables
+// of an R*Tree. SQLite prepares all statements anew before and after.
 class WithoutTriggers {
  public:
   explicit WithoutTriggers(Database* database) : handle_(database->handle()) { Set(false); }
@@ -155,12 +158,13 @@ std::vector<IndexCell> CellsOf(absl::Span<const SemanticObject* const> objects) 
   std::vector<IndexCell> cells;
   cells.reserve(objects.size());
   for (const SemanticObject* object : objects) {
-    cells.push_back(IndexCell::Of(object->id, object->polygon.bounds()));
+    cells.push_back(IndexCell::Of(object->id, object->shape.bounds()));
   }
   return cells;
 }
 
-// A geometry that can't be read gets the box of all, so that whoever reads it is told.
+// The box of a geometry. One that can't be decoded gets a box round everything, so that every
+// search of the history finds it and reports the damage.
 Box BoxOrAll(absl::string_view geometry) {
   constexpr double kFar = 1e300;
   const absl::StatusOr<Box> box = BoxOfGeometryBlob(geometry);
@@ -169,10 +173,12 @@ Box BoxOrAll(absl::string_view geometry) {
 
 }  // namespace
 
-FeatureTable::FeatureTable(Database* database, std::string table, int64_t lineage)
+FeatureTable::FeatureTable(Database* database, std::string table, int64_t lineage,
+                           const ShapeKinds& shape_kinds)
     : database_(database),
       table_(std::move(table)),
       lineage_(lineage),
+      shape_kinds_(shape_kinds),
       insert_sql_(ForTable(kInsert, table_)),
       update_sql_(ForTable(kUpdate, table_)),
       update_without_geometry_sql_(ForTable(kUpdateWithoutGeometry, table_)),
@@ -181,11 +187,12 @@ FeatureTable::FeatureTable(Database* database, std::string table, int64_t lineag
 
 absl::Status FeatureTable::Create() {
   return database_->Execute(
-      absl::StrCat(ForTable(kCreateTable, table_), ForTable(kCreateIndex, table_)));
+      absl::StrReplaceAll(absl::StrCat(kCreateTable, kCreateIndex),
+                          {{"$t", table_}, {"$g", GeometryTypeName(shape_kinds_)}}));
 }
 
 absl::Status FeatureTable::Drop(Revision revision) {
-  if (absl::Status status = ArchiveAll(revision); !status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(ArchiveAll(revision));
   // Prepared statements would go on holding what belonged to the table.
   database_->ForgetStatements();
   return database_->Execute(
@@ -193,46 +200,40 @@ absl::Status FeatureTable::Drop(Revision revision) {
 }
 
 absl::StatusOr<bool> FeatureTable::Archive(ObjectId id, Revision end_revision) {
-  absl::StatusOr<Statement> archive = database_->Prepare(archive_sql_);
-  if (!archive.ok()) return archive.status();
-  absl::StatusOr<bool> row = archive->Bind(lineage_, end_revision, id).Step();
-  if (!row.ok() || !*row) return row;
-  const int64_t history_id = archive->Int64(0);
-  const Revision first_revision = archive->Int64(1);
-  const MillimetreBox box = ToMillimetres(BoxOrAll(archive->Blob(2)));
-  if (absl::Status status = archive->Run(); !status.ok()) return status;
-  absl::Status status =
-      database_->Run(kArchiveBox, history_id, box.min_x, box.max_x, box.min_y, box.max_y,
-                     ClampToInt32(first_revision), ClampToInt32(end_revision - 1),
-                     ClampToInt32(lineage_), ClampToInt32(lineage_ + 1));
-  if (!status.ok()) return status;
+  HYPERMAP_ASSIGN_OR_RETURN(Statement archive, database_->Prepare(archive_sql_));
+  HYPERMAP_ASSIGN_OR_RETURN(const bool has_row, archive.Bind(lineage_, end_revision, id).Step());
+  if (!has_row) return false;
+  const int64_t history_id = archive.Int64(0);
+  const Revision first_revision = archive.Int64(1);
+  const MillimetreBox box = ToMillimetres(BoxOrAll(archive.Blob(2)));
+  HYPERMAP_RETURN_IF_ERROR(archive.Run());
+  HYPERMAP_RETURN_IF_ERROR(database_->Run(kArchiveBox, history_id, box.min_x, box.max_x, box.min_y,
+                                          box.max_y, ClampToInt32(first_revision),
+                                          ClampToInt32(end_revision - 1), ClampToInt32(lineage_),
+                                          ClampToInt32(lineage_ + 1)));
   return true;
 }
 
 absl::Status FeatureTable::ArchiveAll(Revision end_revision) {
-  absl::StatusOr<Statement> select =
-      database_->Prepare(ForTable(R"sql(SELECT id FROM "$t" ORDER BY id)sql", table_));
-  if (!select.ok()) return select.status();
+  HYPERMAP_ASSIGN_OR_RETURN(
+      Statement select,
+      database_->Prepare(ForTable(R"sql(SELECT id FROM "$t" ORDER BY id)sql", table_)));
   while (true) {
-    absl::StatusOr<bool> row = select->Step();
-    if (!row.ok()) return row.status();
-    if (!*row) return absl::OkStatus();
-    absl::StatusOr<bool> archived = Archive(select->Int64(0), end_revision);
-    if (!archived.ok()) return archived.status();
+    HYPERMAP_ASSIGN_OR_RETURN(const bool has_row, select.Step());
+    if (!has_row) return absl::OkStatus();
+    HYPERMAP_RETURN_IF_ERROR(Archive(select.Int64(0), end_revision).status());
   }
 }
 
 absl::Status FeatureTable::Put(const SemanticObject& object, const SemanticObject* before,
                                Revision revision) {
-  absl::StatusOr<ObjectRow> row = EncodeObjectRow(object);
-  if (!row.ok()) return row.status();
+  HYPERMAP_ASSIGN_OR_RETURN(const ObjectRow row, EncodeObjectRow(object));
   // A copy of a map takes several revisions' changes at once.
   const Revision version = object.version > 0 ? object.version : revision;
   const auto write = [&](const std::string& sql) {
-    return database_->Run(sql, BlobView{row->geometry}, object.label, object.existence,
-                          row->classes, row->tags, row->attributes, LowEnd(object.height),
-                          HighEnd(object.height), Nanoseconds(object.expires_at), version,
-                          object.id);
+    return database_->Run(sql, BlobView{row.geometry}, object.label, object.existence, row.classes,
+                          row.tags, row.attributes, LowEnd(object.height), HighEnd(object.height),
+                          Nanoseconds(object.expires_at), version, object.id);
   };
   absl::Status inserted;
   if (before == nullptr) {
@@ -240,77 +241,80 @@ absl::Status FeatureTable::Put(const SemanticObject& object, const SemanticObjec
     if (inserted.code() != absl::StatusCode::kInternal) return inserted;
   }
   // No upsert: its conflict policy would override that of the standard triggers.
-  absl::StatusOr<bool> was_there = Archive(object.id, revision);
-  if (!was_there.ok()) return was_there.status();
-  if (!*was_there && before == nullptr) return inserted;
-  if (before == nullptr || before->polygon != object.polygon) return write(update_sql_);
-  return database_->Run(update_without_geometry_sql_, object.label, object.existence, row->classes,
-                        row->tags, row->attributes, LowEnd(object.height), HighEnd(object.height),
+  HYPERMAP_ASSIGN_OR_RETURN(const bool was_there, Archive(object.id, revision));
+  if (!was_there && before == nullptr) return inserted;
+  if (before == nullptr || before->shape != object.shape) return write(update_sql_);
+  return database_->Run(update_without_geometry_sql_, object.label, object.existence, row.classes,
+                        row.tags, row.attributes, LowEnd(object.height), HighEnd(object.height),
                         Nanoseconds(object.expires_at), version, object.id);
 }
 
 absl::Status FeatureTable::PutNew(absl::Span<const SemanticObject* const> objects,
                                   Revision revision) {
   if (objects.size() < kManyObjects) return PutSorted(objects, revision);
-  const absl::StatusOr<std::optional<int64_t>> has_other_triggers =
-      database_->QueryInt64(ForTable(kHasOtherTriggers, table_));
-  if (!has_other_triggers.ok()) return has_other_triggers.status();
-  if (has_other_triggers->value_or(1) != 0) return PutSorted(objects, revision);
+  HYPERMAP_ASSIGN_OR_RETURN(const std::optional<int64_t> has_other_triggers,
+                            database_->QueryInt64(ForTable(kHasOtherTriggers, table_)));
+  if (has_other_triggers.value_or(1) != 0) return PutSorted(objects, revision);
 
   const WithoutTriggers here(database_);
   for (const SemanticObject* object : objects) {
-    if (absl::Status status = Put(*object, nullptr, revision); !status.ok()) return status;
+    HYPERMAP_RETURN_IF_ERROR(Put(*object, nullptr, revision));
   }
   return FillIndex(CellsOf(objects));
 }
 
-// The index is by far the most of the work, and gets what is near each other one after another.
+// Updating the index is most of the work. It is faster when objects near each other come one after
+// another.
 absl::Status FeatureTable::PutSorted(absl::Span<const SemanticObject* const> objects,
                                      Revision revision) {
   std::vector<IndexCell> cells = CellsOf(objects);
   for (size_t i = 0; i < cells.size(); ++i) cells[i].id = static_cast<int64_t>(i);
   SortInSpace(&cells);
   for (const IndexCell& cell : cells) {
-    absl::Status status = Put(*objects[static_cast<size_t>(cell.id)], nullptr, revision);
-    if (!status.ok()) return status;
+    HYPERMAP_RETURN_IF_ERROR(Put(*objects[static_cast<size_t>(cell.id)], nullptr, revision));
   }
   return absl::OkStatus();
 }
 
 absl::Status FeatureTable::FillIndex(std::vector<IndexCell> cells) {
   const std::string tree = ForTable("rtree_$t_geom", table_);
-  const absl::StatusOr<bool> is_new = IsNewTree(database_, tree);
-  if (!is_new.ok()) return is_new.status();
-  if (*is_new) return PackTree(database_, tree, std::move(cells));
+  HYPERMAP_ASSIGN_OR_RETURN(const bool is_new, IsNewTree(database_, tree));
+  if (is_new) return PackTree(database_, tree, std::move(cells));
   SortInSpace(&cells);
-  absl::StatusOr<Statement> insert = database_->Prepare(ForTable(kInsertBox, table_));
-  if (!insert.ok()) return insert.status();
+  HYPERMAP_ASSIGN_OR_RETURN(Statement insert, database_->Prepare(ForTable(kInsertBox, table_)));
   for (const auto& [id, box] : cells) {
-    insert->Bind(id, double{box[0]}, double{box[1]}, double{box[2]}, double{box[3]});
-    if (absl::Status status = insert->Run(); !status.ok()) return status;
+    insert.Bind(id, double{box[0]}, double{box[1]}, double{box[2]}, double{box[3]});
+    HYPERMAP_RETURN_IF_ERROR(insert.Run());
   }
   return absl::OkStatus();
 }
 
 absl::Status FeatureTable::Remove(ObjectId id, Revision revision) {
-  absl::StatusOr<bool> was_there = Archive(id, revision);
-  return was_there.ok() ? database_->Run(delete_sql_, id) : was_there.status();
+  HYPERMAP_RETURN_IF_ERROR(Archive(id, revision).status());
+  return database_->Run(delete_sql_, id);
+}
+
+absl::Status FeatureTable::CheckKind(const Shape& shape) const {
+  if (shape_kinds_.Contains(shape.kind())) return absl::OkStatus();
+  return absl::DataLossError(
+      absl::StrCat("the layer takes no shapes of the kind ", ShapeKindName(shape.kind())));
 }
 
 absl::StatusOr<std::vector<ObjectPtr>> FeatureTable::ReadAll() {
-  absl::StatusOr<Statement> select = database_->Prepare(
-      absl::StrReplaceAll(R"sql(SELECT id, $columns, version FROM "$t" ORDER BY id)sql",
-                          {{"$t", table_}, {"$columns", kObjectColumns}}));
-  if (!select.ok()) return select.status();
+  HYPERMAP_ASSIGN_OR_RETURN(Statement select,
+                            database_->Prepare(absl::StrReplaceAll(
+                                R"sql(SELECT id, $columns, version FROM "$t" ORDER BY id)sql",
+                                {{"$t", table_}, {"$columns", kObjectColumns}})));
   std::vector<ObjectPtr> objects;
   while (true) {
-    absl::StatusOr<bool> row = select->Step();
-    if (!row.ok()) return row.status();
-    if (!*row) return objects;
-    absl::StatusOr<ObjectPtr> object = ReadObjectRow(&*select);
-    if (!object.ok()) {
-      return absl::DataLossError(absl::StrCat("table ", table_, ", id ", select->Int64(0), ": ",
-                                              object.status().message()));
+    HYPERMAP_ASSIGN_OR_RETURN(const bool has_row, select.Step());
+    if (!has_row) return objects;
+    absl::StatusOr<ObjectPtr> object = ReadObjectRow(&select);
+    absl::Status status = object.status();
+    if (status.ok()) status = CheckKind((*object)->shape);
+    if (!status.ok()) {
+      return absl::DataLossError(
+          absl::StrCat("table ", table_, ", id ", select.Int64(0), ": ", status.message()));
     }
     objects.push_back(*std::move(object));
   }

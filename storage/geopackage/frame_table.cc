@@ -4,6 +4,7 @@
 #include <string>
 
 #include "absl/strings/str_cat.h"
+#include "base/status/status_macros.h"
 
 namespace hypermap::storage {
 namespace {
@@ -34,19 +35,18 @@ absl::Status PutTransform(Database* database, const FrameTransform& transform) {
 }
 
 absl::StatusOr<FrameTree> ReadFrames(Database* database) {
-  absl::StatusOr<Statement> select = database->Prepare(
-      "SELECT child_frame_id, parent_frame_id, x, y, yaw FROM hypermap_frames "
-      "ORDER BY child_frame_id");
-  if (!select.ok()) return select.status();
-  return ReadFrameRows(&*select, "hypermap_frames");
+  HYPERMAP_ASSIGN_OR_RETURN(
+      Statement select,
+      database->Prepare("SELECT child_frame_id, parent_frame_id, x, y, yaw FROM hypermap_frames "
+                        "ORDER BY child_frame_id"));
+  return ReadFrameRows(&select, "hypermap_frames");
 }
 
 absl::StatusOr<FrameTree> ReadFrameRows(Statement* select, const char* table) {
   FrameTree frames;
   while (true) {
-    absl::StatusOr<bool> row = select->Step();
-    if (!row.ok()) return row.status();
-    if (!*row) return frames;
+    HYPERMAP_ASSIGN_OR_RETURN(const bool has_row, select->Step());
+    if (!has_row) return frames;
     if (absl::Status status = AddRow(select, &frames); !status.ok()) {
       return absl::DataLossError(
           absl::StrCat(table, ", frame ", select->Text(0), ": ", status.message()));

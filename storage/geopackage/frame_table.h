@@ -12,10 +12,10 @@ namespace hypermap::storage {
 // Adds the transform, or replaces the one of its child.
 absl::Status PutTransform(Database* database, const FrameTransform& transform);
 
-// DATA_LOSS for transforms that make no tree.
+// DATA_LOSS when the transforms do not form a tree.
 absl::StatusOr<FrameTree> ReadFrames(Database* database);
 
-// Frames from rows of child, parent, x, y, yaw. DATA_LOSS naming `table` and the frame.
+// Reads frames from rows of child, parent, x, y and yaw. DATA_LOSS naming `table` and the frame.
 absl::StatusOr<FrameTree> ReadFrameRows(Statement* select, const char* table);
 
 }  // namespace hypermap::storage

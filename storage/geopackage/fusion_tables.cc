@@ -1,6 +1,7 @@
 #include "storage/geopackage/fusion_tables.h"
 
 #include "absl/strings/str_cat.h"
+#include "base/status/status_macros.h"
 #include "storage/geopackage/packed_bytes.h"
 
 namespace hypermap::storage {
@@ -133,9 +134,8 @@ ObservationKey KeyAt(Statement* row, int first) {
 template <typename Take>
 absl::Status ForEachRow(Statement* select, const char* table, Take take) {
   while (true) {
-    absl::StatusOr<bool> row = select->Step();
-    if (!row.ok()) return row.status();
-    if (!*row) return absl::OkStatus();
+    HYPERMAP_ASSIGN_OR_RETURN(const bool has_row, select->Step());
+    if (!has_row) return absl::OkStatus();
     absl::Status status = take();
     if (status.ok()) status = select->row_status();
     if (!status.ok()) {
@@ -168,22 +168,21 @@ absl::Status WriteFusionChange(Database* database, const FusionChange& change) {
 absl::Status DropFusion(Database* database, const std::string& layer) {
   for (const char* table : {"hypermap_fusion", "hypermap_observations", "hypermap_operator_facts",
                             "hypermap_fusion_tracks", "hypermap_fusion_checkpoints"}) {
-    absl::Status status =
-        database->Run(absl::StrCat("DELETE FROM ", table, " WHERE layer = ?"), layer);
-    if (!status.ok()) return status;
+    HYPERMAP_RETURN_IF_ERROR(
+        database->Run(absl::StrCat("DELETE FROM ", table, " WHERE layer = ?"), layer));
   }
   return absl::OkStatus();
 }
 
 absl::StatusOr<std::vector<std::pair<std::string, FusionSettings>>> FusionTables::FusedLayers() {
-  absl::StatusOr<Statement> select = database_->Prepare(
-      "SELECT layer, strategy, parameters, exploration_layer FROM hypermap_fusion ORDER BY layer");
-  if (!select.ok()) return select.status();
+  HYPERMAP_ASSIGN_OR_RETURN(
+      Statement select, database_->Prepare("SELECT layer, strategy, parameters, exploration_layer "
+                                           "FROM hypermap_fusion ORDER BY layer"));
   std::vector<std::pair<std::string, FusionSettings>> layers;
-  absl::Status status = ForEachRow(&*select, "hypermap_fusion", [&] {
-    layers.push_back({std::string(select->Text(0)),
-                      {std::string(select->Text(1)), std::string(select->Text(2)),
-                       std::string(select->Text(3))}});
+  absl::Status status = ForEachRow(&select, "hypermap_fusion", [&] {
+    layers.push_back(
+        {std::string(select.Text(0)),
+         {std::string(select.Text(1)), std::string(select.Text(2)), std::string(select.Text(3))}});
     return absl::OkStatus();
   });
   if (!status.ok()) return status;
@@ -191,12 +190,13 @@ absl::StatusOr<std::vector<std::pair<std::string, FusionSettings>>> FusionTables
 }
 
 absl::StatusOr<std::vector<TrackId>> FusionTables::Tracks(const std::string& layer) {
-  absl::StatusOr<Statement> select = database_->Prepare(
-      "SELECT track, object_id FROM hypermap_fusion_tracks WHERE layer = ? ORDER BY track");
-  if (!select.ok()) return select.status();
+  HYPERMAP_ASSIGN_OR_RETURN(
+      Statement select,
+      database_->Prepare(
+          "SELECT track, object_id FROM hypermap_fusion_tracks WHERE layer = ? ORDER BY track"));
   std::vector<TrackId> tracks;
-  absl::Status status = ForEachRow(&select->Bind(layer), "hypermap_fusion_tracks", [&] {
-    tracks.emplace_back(std::string(select->Text(0)), select->Int64(1));
+  absl::Status status = ForEachRow(&select.Bind(layer), "hypermap_fusion_tracks", [&] {
+    tracks.emplace_back(std::string(select.Text(0)), select.Int64(1));
     return absl::OkStatus();
   });
   if (!status.ok()) return status;
@@ -205,15 +205,16 @@ absl::StatusOr<std::vector<TrackId>> FusionTables::Tracks(const std::string& lay
 
 absl::StatusOr<std::optional<FusionLog::Known>> FusionTables::FindObservation(
     const std::string& layer, const std::string& robot, int64_t sequence) {
-  absl::StatusOr<Statement> select = database_->Prepare(
-      "SELECT stamp_ns, robot, sequence, content_hash, retracted FROM hypermap_observations "
-      "WHERE layer = ? AND robot = ? AND sequence = ?");
-  if (!select.ok()) return select.status();
+  HYPERMAP_ASSIGN_OR_RETURN(
+      Statement select,
+      database_->Prepare(
+          "SELECT stamp_ns, robot, sequence, content_hash, retracted FROM hypermap_observations "
+          "WHERE layer = ? AND robot = ? AND sequence = ?"));
   std::optional<Known> known;
   absl::Status status =
-      ForEachRow(&select->Bind(layer, robot, sequence), "hypermap_observations", [&] {
-        known = Known{KeyAt(&*select, 0), static_cast<uint64_t>(select->Int64(3)),
-                      select->Int64(4) != 0};
+      ForEachRow(&select.Bind(layer, robot, sequence), "hypermap_observations", [&] {
+        known =
+            Known{KeyAt(&select, 0), static_cast<uint64_t>(select.Int64(3)), select.Int64(4) != 0};
         return absl::OkStatus();
       });
   if (!status.ok()) return status;
@@ -222,13 +223,13 @@ absl::StatusOr<std::optional<FusionLog::Known>> FusionTables::FindObservation(
 
 absl::StatusOr<std::vector<int64_t>> FusionTables::Sequences(const std::string& layer,
                                                              const std::string& robot) {
-  absl::StatusOr<Statement> select = database_->Prepare(
-      "SELECT sequence FROM hypermap_observations WHERE layer = ? AND robot = ? "
-      "ORDER BY sequence");
-  if (!select.ok()) return select.status();
+  HYPERMAP_ASSIGN_OR_RETURN(
+      Statement select,
+      database_->Prepare("SELECT sequence FROM hypermap_observations WHERE layer = ? AND robot = ? "
+                         "ORDER BY sequence"));
   std::vector<int64_t> sequences;
-  absl::Status status = ForEachRow(&select->Bind(layer, robot), "hypermap_observations", [&] {
-    sequences.push_back(select->Int64(0));
+  absl::Status status = ForEachRow(&select.Bind(layer, robot), "hypermap_observations", [&] {
+    sequences.push_back(select.Int64(0));
     return absl::OkStatus();
   });
   if (!status.ok()) return status;
@@ -239,15 +240,16 @@ absl::StatusOr<std::vector<ObservationKey>> FusionTables::KeysOf(const std::stri
                                                                  const std::string& robot,
                                                                  absl::Time from, absl::Time to) {
   // Times past what fits become its ends, where no observation lies.
-  absl::StatusOr<Statement> select = database_->Prepare(
-      "SELECT stamp_ns, robot, sequence FROM hypermap_observations "
-      "WHERE layer = ? AND robot = ? AND stamp_ns >= ? AND stamp_ns < ? AND retracted = 0 "
-      "ORDER BY stamp_ns, sequence");
-  if (!select.ok()) return select.status();
+  HYPERMAP_ASSIGN_OR_RETURN(
+      Statement select,
+      database_->Prepare(
+          "SELECT stamp_ns, robot, sequence FROM hypermap_observations "
+          "WHERE layer = ? AND robot = ? AND stamp_ns >= ? AND stamp_ns < ? AND retracted = 0 "
+          "ORDER BY stamp_ns, sequence"));
   std::vector<ObservationKey> keys;
   absl::Status status =
-      ForEachRow(&select->Bind(layer, robot, Nanos(from), Nanos(to)), "hypermap_observations", [&] {
-        keys.push_back(KeyAt(&*select, 0));
+      ForEachRow(&select.Bind(layer, robot, Nanos(from), Nanos(to)), "hypermap_observations", [&] {
+        keys.push_back(KeyAt(&select, 0));
         return absl::OkStatus();
       });
   if (!status.ok()) return status;
@@ -255,14 +257,14 @@ absl::StatusOr<std::vector<ObservationKey>> FusionTables::KeysOf(const std::stri
 }
 
 absl::StatusOr<std::optional<ObservationKey>> FusionTables::NewestKey(const std::string& layer) {
-  absl::StatusOr<Statement> select = database_->Prepare(
-      "SELECT stamp_ns, robot, sequence FROM hypermap_observations "
-      "WHERE layer = ? AND retracted = 0 "
-      "ORDER BY stamp_ns DESC, robot DESC, sequence DESC LIMIT 1");
-  if (!select.ok()) return select.status();
+  HYPERMAP_ASSIGN_OR_RETURN(
+      Statement select,
+      database_->Prepare("SELECT stamp_ns, robot, sequence FROM hypermap_observations "
+                         "WHERE layer = ? AND retracted = 0 "
+                         "ORDER BY stamp_ns DESC, robot DESC, sequence DESC LIMIT 1"));
   std::optional<ObservationKey> key;
-  absl::Status status = ForEachRow(&select->Bind(layer), "hypermap_observations", [&] {
-    key = KeyAt(&*select, 0);
+  absl::Status status = ForEachRow(&select.Bind(layer), "hypermap_observations", [&] {
+    key = KeyAt(&select, 0);
     return absl::OkStatus();
   });
   if (!status.ok()) return status;
@@ -270,14 +272,14 @@ absl::StatusOr<std::optional<ObservationKey>> FusionTables::NewestKey(const std:
 }
 
 absl::StatusOr<std::optional<LogKey>> FusionTables::NewestFact(const std::string& layer) {
-  absl::StatusOr<Statement> select = database_->Prepare(
-      absl::StrCat("SELECT stamp_ns, robot, sequence, number FROM hypermap_operator_facts "
-                   "WHERE layer = ?",
-                   kNewestFirst, "LIMIT 1"));
-  if (!select.ok()) return select.status();
+  HYPERMAP_ASSIGN_OR_RETURN(
+      Statement select, database_->Prepare(absl::StrCat(
+                            "SELECT stamp_ns, robot, sequence, number FROM hypermap_operator_facts "
+                            "WHERE layer = ?",
+                            kNewestFirst, "LIMIT 1")));
   std::optional<LogKey> key;
-  absl::Status status = ForEachRow(&select->Bind(layer), "hypermap_operator_facts", [&] {
-    key = LogKey{KeyAt(&*select, 0), select->Int64(3)};
+  absl::Status status = ForEachRow(&select.Bind(layer), "hypermap_operator_facts", [&] {
+    key = LogKey{KeyAt(&select, 0), select.Int64(3)};
     return absl::OkStatus();
   });
   if (!status.ok()) return status;
@@ -286,31 +288,31 @@ absl::StatusOr<std::optional<LogKey>> FusionTables::NewestFact(const std::string
 
 absl::StatusOr<std::vector<LogEntry>> FusionTables::Read(const std::string& layer,
                                                          const LogKey& after, int max_entries) {
-  absl::StatusOr<Statement> select = database_->Prepare(
-      "SELECT * FROM (SELECT stamp_ns, robot, sequence, 0 AS number, '' AS kind, '' AS track, "
-      "body, body_size FROM hypermap_observations WHERE layer = ?1 AND retracted = 0 "
-      "AND (stamp_ns, robot, sequence) > (?2, ?3, ?4) "
-      "ORDER BY stamp_ns, robot, sequence LIMIT ?6) "
-      "UNION ALL SELECT stamp_ns, robot, sequence, number, kind, track, body, NULL "
-      "FROM hypermap_operator_facts WHERE layer = ?1 "
-      "AND (stamp_ns, robot, sequence, number) > (?2, ?3, ?4, ?5) "
-      "ORDER BY stamp_ns, robot, sequence, number LIMIT ?6");
-  if (!select.ok()) return select.status();
-  select->Bind(layer, Nanos(after.after.stamp), after.after.robot, after.after.sequence,
-               after.number, max_entries);
+  HYPERMAP_ASSIGN_OR_RETURN(
+      Statement select,
+      database_->Prepare(
+          "SELECT * FROM (SELECT stamp_ns, robot, sequence, 0 AS number, '' AS kind, '' AS track, "
+          "body, body_size FROM hypermap_observations WHERE layer = ?1 AND retracted = 0 "
+          "AND (stamp_ns, robot, sequence) > (?2, ?3, ?4) "
+          "ORDER BY stamp_ns, robot, sequence LIMIT ?6) "
+          "UNION ALL SELECT stamp_ns, robot, sequence, number, kind, track, body, NULL "
+          "FROM hypermap_operator_facts WHERE layer = ?1 "
+          "AND (stamp_ns, robot, sequence, number) > (?2, ?3, ?4, ?5) "
+          "ORDER BY stamp_ns, robot, sequence, number LIMIT ?6"));
+  select.Bind(layer, Nanos(after.after.stamp), after.after.robot, after.after.sequence,
+              after.number, max_entries);
   std::vector<LogEntry> entries;
-  absl::Status status = ForEachRow(&*select, "hypermap_observations", [&] {
-    LogEntry entry{{KeyAt(&*select, 0), select->Int64(3)},
-                   std::string(select->Text(4)),
-                   std::string(select->Text(5)),
+  absl::Status status = ForEachRow(&select, "hypermap_observations", [&] {
+    LogEntry entry{{KeyAt(&select, 0), select.Int64(3)},
+                   std::string(select.Text(4)),
+                   std::string(select.Text(5)),
                    ""};
-    const absl::string_view body = select->Blob(6);
+    const absl::string_view body = select.Blob(6);
     if (entry.key.number > 0) {
       entry.body = std::string(body);
     } else {
-      absl::StatusOr<std::string> unpacked = UnpackBytes(body, select->Int64(7));
-      if (!unpacked.ok()) return unpacked.status();
-      entry.body = *std::move(unpacked);
+      HYPERMAP_ASSIGN_OR_RETURN(std::string unpacked, UnpackBytes(body, select.Int64(7)));
+      entry.body = std::move(unpacked);
     }
     entries.push_back(std::move(entry));
     return absl::OkStatus();
@@ -322,22 +324,21 @@ absl::StatusOr<std::vector<LogEntry>> FusionTables::Read(const std::string& laye
 absl::StatusOr<std::optional<FusionCheckpoint>> FusionTables::FindCheckpoint(
     const std::string& layer, const std::optional<LogKey>& before) {
   const std::string where = before ? "AND (stamp_ns, robot, sequence, number) < (?, ?, ?, ?)" : "";
-  absl::StatusOr<Statement> select =
+  HYPERMAP_ASSIGN_OR_RETURN(
+      Statement select,
       database_->Prepare(absl::StrCat("SELECT stamp_ns, robot, sequence, number, state_size, state "
                                       "FROM hypermap_fusion_checkpoints WHERE layer = ? ",
-                                      where, kNewestFirst, "LIMIT 1"));
-  if (!select.ok()) return select.status();
+                                      where, kNewestFirst, "LIMIT 1")));
   if (before) {
-    select->Bind(layer, Nanos(before->after.stamp), before->after.robot, before->after.sequence,
-                 before->number);
+    select.Bind(layer, Nanos(before->after.stamp), before->after.robot, before->after.sequence,
+                before->number);
   } else {
-    select->Bind(layer);
+    select.Bind(layer);
   }
   std::optional<FusionCheckpoint> checkpoint;
-  absl::Status status = ForEachRow(&*select, "hypermap_fusion_checkpoints", [&] {
-    absl::StatusOr<std::string> state = UnpackBytes(select->Blob(5), select->Int64(4));
-    if (!state.ok()) return state.status();
-    checkpoint = FusionCheckpoint{{KeyAt(&*select, 0), select->Int64(3)}, *std::move(state)};
+  absl::Status status = ForEachRow(&select, "hypermap_fusion_checkpoints", [&] {
+    HYPERMAP_ASSIGN_OR_RETURN(std::string state, UnpackBytes(select.Blob(5), select.Int64(4)));
+    checkpoint = FusionCheckpoint{{KeyAt(&select, 0), select.Int64(3)}, std::move(state)};
     return absl::OkStatus();
   });
   if (!status.ok()) return status;
@@ -346,8 +347,7 @@ absl::StatusOr<std::optional<FusionCheckpoint>> FusionTables::FindCheckpoint(
 
 absl::Status FusionTables::KeepCheckpoint(const std::string& layer,
                                           const FusionCheckpoint& checkpoint) {
-  absl::StatusOr<Transaction> transaction = Transaction::Begin(database_);
-  if (!transaction.ok()) return transaction.status();
+  HYPERMAP_ASSIGN_OR_RETURN(Transaction transaction, Transaction::Begin(database_));
   const std::string state = PackBytes(checkpoint.state);
   absl::Status status = database_->Run(
       "INSERT OR REPLACE INTO hypermap_fusion_checkpoints "
@@ -362,7 +362,7 @@ absl::Status FusionTables::KeepCheckpoint(const std::string& layer,
                      kNewestFirst, "LIMIT ?2)"),
         layer, kKeptCheckpoints);
   }
-  if (status.ok()) status = transaction->Commit();
+  if (status.ok()) status = transaction.Commit();
   return status;
 }
 

@@ -1,4 +1,5 @@
-// hypermap_fusion and its kin: how layers are fused, and the log of evidence.
+// hypermap_fusion and the tables that belong to it: the settings of fused layers, and their log of
+// evidence.
 #ifndef HYPERMAP_STORAGE_GEOPACKAGE_FUSION_TABLES_H_
 #define HYPERMAP_STORAGE_GEOPACKAGE_FUSION_TABLES_H_
 
@@ -14,10 +15,10 @@
 
 namespace hypermap::storage {
 
-// What creates the tables, also in a map of an older schema.
+// Creates the tables.
 extern const char kCreateFusionTables[];
 
-// Within a transaction of the caller.
+// Both run within a transaction of the caller.
 absl::Status WriteFusionChange(Database* database, const FusionChange& change);
 absl::Status DropFusion(Database* database, const std::string& layer);
 

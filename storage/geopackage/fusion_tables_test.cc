@@ -6,8 +6,8 @@
 #include <memory>
 #include <string>
 
-#include "storage/geopackage/map_testing.h"
 #include "storage/geopackage/packed_bytes.h"
+#include "storage/geopackage/testing/map.h"
 
 namespace hypermap::storage {
 namespace {

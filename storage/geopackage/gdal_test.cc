@@ -9,10 +9,10 @@
 #include "absl/strings/str_split.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
-#include "map/layers/grid/grid_layer.h"
+#include "map/layers/grid_layer.h"
 #include "map/layers/semantic_layer.h"
 #include "nlohmann/json.hpp"
-#include "storage/geopackage/map_testing.h"
+#include "storage/geopackage/testing/map.h"
 #include "tests/support/random_map.h"
 
 namespace hypermap::storage {
@@ -99,10 +99,94 @@ TEST_F(GdalTest, EmptyLayersOfEveryKindAreValid) {
   EXPECT_THAT(output.text, Not(HasSubstr("Warning")));
 }
 
+// Layers for every kind of shape and for one kind each, with an object of each kind that they take.
+EditBatch ShapesOfEveryKind() {
+  SemanticObject room{.label = "room"};
+  room.shape = *Polygon::Make({{0, 0}, {4, 0}, {4, 3}});
+  SemanticObject lane{.label = "lane"};
+  lane.shape = *LineString::Make({{0, 1}, {8, 1}, {8, -2.5}});
+  SemanticObject dock{.label = "dock"};
+  dock.shape = *Shape::MakePoint({2.5, 1});
+  EditBatch batch;
+  const auto add = [&](const std::string& name, const ShapeKinds& kinds,
+                       const std::vector<SemanticObject>& objects) {
+    LayerSpec spec = SemanticSpec(name);
+    spec.shape_kinds = kinds;
+    batch.edits.push_back(CreateLayer{spec});
+    for (const SemanticObject& object : objects) {
+      batch.edits.push_back(PutObject{name, object, ""});
+    }
+  };
+  add("things", ShapeKinds(), {room, lane, dock});
+  add("rooms", {ShapeKind::kPolygon}, {room});
+  add("lanes", {ShapeKind::kLineString}, {lane});
+  add("docks", {ShapeKind::kPoint}, {dock});
+  return batch;
+}
+
+TEST_F(GdalTest, OgrListsEveryKindOfShape) {
+  EditedMap map = CreateMap(*store_, "site");
+  map.Edit(ShapesOfEveryKind());
+  ExpectValid("site");
+  const struct {
+    const char* layer;
+    std::vector<const char*> texts;
+  } cases[] = {
+      {"things",
+       {"Geometry: Unknown (any)", "Feature Count: 3",
+        "Extent: (0.000000, -2.500000) - (8.000000, 3.000000)", "POLYGON ((0 0,4 0,4 3,0 0))",
+        "LINESTRING (0 1,8 1,8.0 -2.5)", "POINT (2.5 1.0)"}},
+      {"rooms", {"Geometry: Polygon", "Feature Count: 1", "POLYGON ((0 0,4 0,4 3,0 0))"}},
+      {"lanes", {"Geometry: Line String", "Feature Count: 1", "LINESTRING (0 1,8 1,8.0 -2.5)"}},
+      {"docks",
+       {"Geometry: Point", "Extent: (2.500000, 1.000000) - (2.500000, 1.000000)",
+        "POINT (2.5 1.0)"}}};
+  for (const auto& c : cases) {
+    const Output output =
+        RunCommand(absl::StrCat("ogrinfo -ro -al ", PathOf("site"), " ", c.layer));
+    EXPECT_EQ(output.exit_code, 0);
+    for (const char* text : c.texts) EXPECT_THAT(output.text, HasSubstr(text)) << c.layer;
+    EXPECT_THAT(output.text, Not(HasSubstr("Warning"))) << c.layer;
+  }
+  // The index finds them by place.
+  const Output found =
+      RunCommand(absl::StrCat("ogrinfo -ro -al -spat 2 0.5 3 1.5 ", PathOf("site"), " docks"));
+  EXPECT_THAT(found.text, HasSubstr("Feature Count: 1"));
+}
+
+TEST_F(GdalTest, MapsOfOlderSchemasAreValidAndTakeEveryKindOfShape) {
+  for (const char* version : {"1", "2", "3"}) {
+    SCOPED_TRACE(version);
+    const std::string name = absl::StrCat("old", version);
+    const absl::Status made =
+        Connect(PathOf(name))
+            ->Execute(ReadFile(absl::StrCat(GEOPACKAGE_TESTDATA, "/map_v", version, ".sql")));
+    ASSERT_TRUE(made.ok()) << made;
+    auto map = store_->Open(name);
+    ASSERT_TRUE(map.ok()) << map.status();
+    ExpectValid(name);
+    EditBatch batch = ShapesOfEveryKind();
+    for (Edit& edit : batch.edits) {
+      if (auto* put = std::get_if<PutObject>(&edit)) put->layer = "objects";
+    }
+    std::erase_if(batch.edits,
+                  [](const Edit& edit) { return !std::holds_alternative<PutObject>(edit); });
+    const Commit commit = MakeCommit(**(*map)->Load(), batch);
+    ASSERT_TRUE((*map)->Write({commit}).ok());
+    ExpectValid(name);
+    const Output output = RunCommand(absl::StrCat("ogrinfo -ro -al ", PathOf(name), " objects"));
+    for (const char* text : {"Geometry: Unknown (any)", "POLYGON ((0 0,4 0,4 3,0 0))",
+                             "LINESTRING (0 1,8 1,8.0 -2.5)", "POINT (2.5 1.0)"}) {
+      EXPECT_THAT(output.text, HasSubstr(text));
+    }
+    EXPECT_THAT(output.text, Not(HasSubstr("Warning")));
+  }
+}
+
 TEST_F(GdalTest, OgrListsTheObjectsAndWarnsOfNothing) {
   SemanticObject chair;
   chair.label = "Küchenstuhl";
-  chair.polygon = *Polygon::Make({{0, 0}, {4, 0}, {4, 4}, {0, 4}}, {{{1, 1}, {1, 2}, {2, 2}}});
+  chair.shape = *Polygon::Make({{0, 0}, {4, 0}, {4, 4}, {0, 4}}, {{{1, 1}, {1, 2}, {2, 2}}});
   chair.existence = 0.5;
   chair.classes = {{"chair", 0.75}};
   chair.tags = {"furniture"};
@@ -113,7 +197,7 @@ TEST_F(GdalTest, OgrListsTheObjectsAndWarnsOfNothing) {
   const Output output = RunCommand("ogrinfo -ro -al " + PathOf("site"));
   EXPECT_EQ(output.exit_code, 0);
   for (const char* text :
-       {"Layer name: semantic", "Geometry: Polygon", "Feature Count: 1",
+       {"Layer name: semantic", "Geometry: Unknown (any)", "Feature Count: 1",
         "Extent: (0.000000, 0.000000) - (4.000000, 4.000000)", "OGRFeature(semantic):1",
         "label (String) = Küchenstuhl", "existence (Real) = 0.5",
         "classes (String) = {\"chair\":0.75}", "tags (String) = [\"furniture\"]",
@@ -134,7 +218,7 @@ TEST_F(GdalTest, SpatialFilterUsesTheIndex) {
   const Box box{{-5, -5}, {6, 7}};
   int expected = 0;
   for (const ObjectPtr& object : layer.Objects()) {
-    if (object->polygon.bounds().Intersects(box)) ++expected;
+    if (object->shape.bounds().Intersects(box)) ++expected;
   }
   const Output output = RunCommand(absl::StrCat(
       "ogrinfo -ro -q -sql \"SELECT count(*) AS n FROM semantic JOIN rtree_semantic_geom r ON "
@@ -206,7 +290,7 @@ TEST_F(GdalTest, EveryGridIsASubdatasetWithOurValues) {
 TEST_F(GdalTest, ObjectsThatOgrAddsAreRead) {
   SemanticObject chair;
   chair.label = "chair";
-  chair.polygon = Polygon::FromBox({{0, 0}, {1, 1}});
+  chair.shape = Polygon::FromBox({{0, 0}, {1, 1}});
   EditedMap map = CreateMap(*store_, "site");
   map.Edit({{CreateLayer{SemanticSpec("semantic")}, PutObject{"semantic", chair, ""}}});
   map.stored.reset();
@@ -215,6 +299,10 @@ TEST_F(GdalTest, ObjectsThatOgrAddsAreRead) {
                    "', 1); l = d.GetLayerByName('semantic'); f = ogr.Feature(l.GetLayerDefn()); "
                    "f.SetField('label', 'lamp'); "
                    "f.SetGeometry(ogr.CreateGeometryFromWkt('POLYGON((5 5,5 6,6 6,5 5))')); "
+                   "l.CreateFeature(f); f.SetFID(-1); "
+                   "f.SetGeometry(ogr.CreateGeometryFromWkt('LINESTRING(7 5,7 6,9 9)')); "
+                   "l.CreateFeature(f); f.SetFID(-1); "
+                   "f.SetGeometry(ogr.CreateGeometryFromWkt('POINT(8.5 9)')); "
                    "l.CreateFeature(f); d = None\""));
   ASSERT_EQ(output.exit_code, 0) << output.text;
   auto opened = store_->Open("site");
@@ -224,9 +312,13 @@ TEST_F(GdalTest, ObjectsThatOgrAddsAreRead) {
   const auto& layer = dynamic_cast<const SemanticLayer&>(*(*snapshot)->FindLayer("semantic"));
   ASSERT_NE(layer.Find(2), nullptr);
   EXPECT_EQ(layer.Find(2)->label, "lamp");
-  // Drawn clockwise, read as every polygon is.
-  EXPECT_EQ(layer.Find(2)->polygon, *Polygon::Make({{5, 5}, {6, 6}, {5, 6}}));
-  EXPECT_EQ((*snapshot)->next_object_id, 3);
+  // It was drawn clockwise, and is turned.
+  EXPECT_EQ(layer.Find(2)->shape, *Polygon::Make({{5, 5}, {6, 6}, {5, 6}}));
+  ASSERT_NE(layer.Find(3), nullptr);
+  EXPECT_EQ(layer.Find(3)->shape, *LineString::Make({{7, 5}, {7, 6}, {9, 9}}));
+  ASSERT_NE(layer.Find(4), nullptr);
+  EXPECT_EQ(layer.Find(4)->shape, *Shape::MakePoint({8.5, 9}));
+  EXPECT_EQ((*snapshot)->next_object_id, 5);
   ExpectValid("site");
 }
 

@@ -1,4 +1,4 @@
-// A bounded cache that forgets what was not used for long.
+// A bounded cache that evicts the entries that were not used for longest, approximately.
 #ifndef HYPERMAP_STORAGE_GEOPACKAGE_GENERATION_CACHE_H_
 #define HYPERMAP_STORAGE_GEOPACKAGE_GENERATION_CACHE_H_
 
@@ -9,14 +9,15 @@
 
 namespace hypermap::storage {
 
-// Two generations: what is used is in the young one; when that has grown to half of what may be
-// kept, it becomes the old one, and what was still in the old one goes. `Value` is a pointer.
+// Keeps two generations of entries. An entry that is used belongs to the young one. When the young
+// generation has half of `max_entries`, it becomes the old one and the previous old one is evicted.
+// `Value` is a pointer type. Not thread safe.
 template <typename Key, typename Value>
 class GenerationCache {
  public:
   explicit GenerationCache(size_t max_entries) : max_young_(max_entries / 2) {}
 
-  // Null when it is not there.
+  // Null when the key is not cached.
   Value Find(const Key& key) {
     if (const auto it = young_.find(key); it != young_.end()) return it->second;
     const auto it = old_.find(key);

@@ -1,4 +1,6 @@
-// Polygons as GeoPackageBinary: the header 'GP' with the envelope, then well-known binary.
+// Shapes as GeoPackageBinary (OGC 12-128r17, clause 2.1.3): the header "GP" with flags, spatial
+// reference and envelope, followed by the well-known binary (WKB) of a polygon, a line string or a
+// point. Other kinds of geometry, and Z or M coordinates, are not understood.
 #ifndef HYPERMAP_STORAGE_GEOPACKAGE_GEOMETRY_BLOB_H_
 #define HYPERMAP_STORAGE_GEOPACKAGE_GEOMETRY_BLOB_H_
 
@@ -6,22 +8,25 @@
 
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
-#include "map/geometry/polygon.h"
+#include "map/geometry/shape.h"
 
 namespace hypermap::storage {
 
-// The spatial reference of all that Hypermap stores: "undefined Cartesian", metres of some frame.
+// The spatial reference of everything that Hypermap stores: "undefined Cartesian", metres in the
+// frame of the layer.
 inline constexpr int kUndefinedCartesianSrsId = -1;
 
-// Little-endian, with an XY envelope; the vertices keep their exact coordinates.
-std::string EncodeGeometryBlob(const Polygon& polygon);
+// Encodes little-endian with exact coordinates. Polygons and line strings get an XY envelope;
+// points get none, as GDAL writes them. REQUIRES: the shape is not empty.
+std::string EncodeGeometryBlob(const Shape& shape);
 
-// Takes either byte order and any envelope. What EncodeGeometryBlob wrote comes back with the same
-// rings; a polygon wound the other way, which is not ours, is validated and turned. DATA_LOSS.
-absl::StatusOr<Polygon> DecodeGeometryBlob(absl::string_view blob);
+// Decodes either byte order and any envelope. A blob of EncodeGeometryBlob gives an equal shape. A
+// polygon that runs the other way was written by another program: it is validated and turned.
+// DATA_LOSS when the blob is damaged, empty or of another kind of geometry.
+absl::StatusOr<Shape> DecodeGeometryBlob(absl::string_view blob);
 
-// The box of a polygon without checking that it is a valid one: from the envelope, or from the
-// vertices when there is none. An empty box for an empty geometry. DATA_LOSS.
+// Reads the bounds of a geometry without validating it: the envelope if there is one, else the box
+// of the vertices. The box is empty for an empty geometry. DATA_LOSS as for DecodeGeometryBlob.
 absl::StatusOr<Box> BoxOfGeometryBlob(absl::string_view blob);
 
 }  // namespace hypermap::storage

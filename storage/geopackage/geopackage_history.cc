@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "absl/strings/str_cat.h"
+#include "base/status/status_macros.h"
 #include "storage/geopackage/layer_history.h"
 
 namespace hypermap::storage {
@@ -42,7 +43,7 @@ absl::StatusOr<std::unique_ptr<HistoryReader>> GeoPackageHistory::Open(
   if (!database.ok()) return HistoryStatus(map_name, database.status());
   std::unique_ptr<GeoPackageHistory> history(new GeoPackageHistory(*std::move(database), map_name));
   // The file is opened by the first read, which must come while its writer has it.
-  if (absl::Status status = history->Kept().status(); !status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(history->Kept().status());
   return history;
 }
 
@@ -71,13 +72,13 @@ absl::StatusOr<MapMetadata> GeoPackageHistory::CheckKept(Revision revision) {
 absl::StatusOr<absl::Time> GeoPackageHistory::TimeOf(const MapMetadata& metadata,
                                                      Revision revision) {
   if (revision == 0) return metadata.header.created_at;
-  absl::StatusOr<std::optional<int64_t>> time =
-      database_->QueryInt64("SELECT time_ns FROM hypermap_revisions WHERE revision = ?", revision);
-  if (!time.ok()) return time.status();
-  if (!*time) {
+  HYPERMAP_ASSIGN_OR_RETURN(
+      const std::optional<int64_t> time,
+      database_->QueryInt64("SELECT time_ns FROM hypermap_revisions WHERE revision = ?", revision));
+  if (!time) {
     return absl::DataLossError(absl::StrCat("hypermap_revisions has no revision ", revision));
   }
-  return absl::FromUnixNanos(**time);
+  return absl::FromUnixNanos(*time);
 }
 
 absl::StatusOr<Revision> GeoPackageHistory::RevisionAt(absl::Time time) {
@@ -120,9 +121,8 @@ absl::StatusOr<PastStructurePtr> GeoPackageHistory::StructureAt(const MapMetadat
 absl::StatusOr<std::unique_ptr<PastMap>> GeoPackageHistory::At(Revision revision) {
   absl::StatusOr<ReadTransaction> transaction = ReadTransaction::Begin(database_.get());
   if (!transaction.ok()) return HistoryStatus(map_name_, transaction.status());
-  absl::StatusOr<MapMetadata> metadata = CheckKept(revision);
-  if (!metadata.ok()) return metadata.status();
-  absl::StatusOr<PastStructurePtr> structure = StructureAt(*metadata, revision);
+  HYPERMAP_ASSIGN_OR_RETURN(MapMetadata metadata, CheckKept(revision));
+  absl::StatusOr<PastStructurePtr> structure = StructureAt(metadata, revision);
   if (!structure.ok()) return HistoryStatus(map_name_, structure.status());
   return std::make_unique<GeoPackagePastMap>(*std::move(transaction), database_.get(), &objects_,
                                              &tiles_, *std::move(structure));
@@ -132,19 +132,18 @@ absl::StatusOr<std::vector<RevisionRecord>> GeoPackageHistory::ReadRevisions(Rev
                                                                              Revision before,
                                                                              bool newest_first,
                                                                              int64_t max_count) {
-  absl::StatusOr<Statement> select = database_->Prepare(
-      absl::StrCat("SELECT revision, time_ns, author, num_changes FROM hypermap_revisions "
-                   "WHERE revision > ? AND revision < ? ORDER BY revision ",
-                   newest_first ? "DESC" : "ASC", " LIMIT ?"));
-  if (!select.ok()) return select.status();
-  select->Bind(after, before, max_count);
+  HYPERMAP_ASSIGN_OR_RETURN(
+      Statement select, database_->Prepare(absl::StrCat(
+                            "SELECT revision, time_ns, author, num_changes FROM hypermap_revisions "
+                            "WHERE revision > ? AND revision < ? ORDER BY revision ",
+                            newest_first ? "DESC" : "ASC", " LIMIT ?")));
+  select.Bind(after, before, max_count);
   std::vector<RevisionRecord> records;
   while (true) {
-    absl::StatusOr<bool> row = select->Step();
-    if (!row.ok()) return row.status();
-    if (!*row) return records;
-    records.push_back(ReadRecord(&*select));
-    if (!select->row_status().ok()) return select->row_status();
+    HYPERMAP_ASSIGN_OR_RETURN(const bool has_row, select.Step());
+    if (!has_row) return records;
+    records.push_back(ReadRecord(&select));
+    if (!select.row_status().ok()) return select.row_status();
   }
 }
 
@@ -154,10 +153,9 @@ absl::StatusOr<std::vector<RevisionRecord>> GeoPackageHistory::Revisions(Revisio
                                                                          int max_count) {
   absl::StatusOr<ReadTransaction> transaction = ReadTransaction::Begin(database_.get());
   if (!transaction.ok()) return HistoryStatus(map_name_, transaction.status());
-  absl::StatusOr<KeptRevisions> kept = Kept();
-  if (!kept.ok()) return kept.status();
-  absl::StatusOr<std::vector<RevisionRecord>> records = ReadRevisions(
-      std::max(after, kept->oldest - 1), before, newest_first, std::max(max_count, 0));
+  HYPERMAP_ASSIGN_OR_RETURN(KeptRevisions kept, Kept());
+  absl::StatusOr<std::vector<RevisionRecord>> records =
+      ReadRevisions(std::max(after, kept.oldest - 1), before, newest_first, std::max(max_count, 0));
   if (!records.ok()) return HistoryStatus(map_name_, records.status());
   return records;
 }
@@ -166,7 +164,7 @@ absl::StatusOr<std::vector<PastCommit>> GeoPackageHistory::Commits(Revision afte
                                                                    int max_changes) {
   absl::StatusOr<ReadTransaction> transaction = ReadTransaction::Begin(database_.get());
   if (!transaction.ok()) return HistoryStatus(map_name_, transaction.status());
-  if (absl::Status status = CheckKept(after).status(); !status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(CheckKept(after).status());
   absl::StatusOr<std::vector<PastCommit>> commits = ReadCommits(after, max_changes);
   if (!commits.ok()) return HistoryStatus(map_name_, commits.status());
   return commits;
@@ -175,13 +173,12 @@ absl::StatusOr<std::vector<PastCommit>> GeoPackageHistory::Commits(Revision afte
 absl::StatusOr<std::vector<PastCommit>> GeoPackageHistory::ReadCommits(Revision after,
                                                                        int max_changes) {
   // Commits without changes are bounded as well.
-  absl::StatusOr<std::vector<RevisionRecord>> records =
-      ReadRevisions(after, std::numeric_limits<Revision>::max(), /*newest_first=*/false,
-                    std::max(max_changes, 1));
-  if (!records.ok()) return records.status();
+  HYPERMAP_ASSIGN_OR_RETURN(std::vector<RevisionRecord> records,
+                            ReadRevisions(after, std::numeric_limits<Revision>::max(),
+                                          /*newest_first=*/false, std::max(max_changes, 1)));
   std::vector<PastCommit> commits;
   int64_t room = max_changes;
-  for (RevisionRecord& record : *records) {
+  for (RevisionRecord& record : records) {
     room -= record.num_changes;
     if (!commits.empty() && room < 0) break;
     PastCommit& commit = commits.emplace_back();
@@ -189,7 +186,7 @@ absl::StatusOr<std::vector<PastCommit>> GeoPackageHistory::ReadCommits(Revision 
     commit.record = std::move(record);
   }
   if (commits.empty()) return commits;
-  if (absl::Status status = AddChanges(&commits); !status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(AddChanges(&commits));
   for (const PastCommit& commit : commits) {
     if (commit.record.num_changes == static_cast<int64_t>(commit.changes.size())) continue;
     return absl::DataLossError(absl::StrCat("hypermap_changes has ", commit.changes.size(),
@@ -200,26 +197,23 @@ absl::StatusOr<std::vector<PastCommit>> GeoPackageHistory::ReadCommits(Revision 
 }
 
 absl::Status GeoPackageHistory::AddChanges(std::vector<PastCommit>* commits) {
-  absl::StatusOr<Statement> select = database_->Prepare(kCommitChanges);
-  if (!select.ok()) return select.status();
-  select->Bind(commits->front().record.revision, commits->back().record.revision);
+  HYPERMAP_ASSIGN_OR_RETURN(Statement select, database_->Prepare(kCommitChanges));
+  select.Bind(commits->front().record.revision, commits->back().record.revision);
   Lineages lineages;
   auto commit = commits->begin();
   while (true) {
-    absl::StatusOr<bool> row = select->Step();
-    if (!row.ok()) return row.status();
-    if (!*row) return absl::OkStatus();
-    absl::StatusOr<LoggedChange> logged = ReadLoggedChange(&*select);
-    if (!logged.ok()) return logged.status();
-    while (commit != commits->end() && commit->record.revision < logged->revision) ++commit;
-    if (commit == commits->end() || commit->record.revision != logged->revision) {
+    HYPERMAP_ASSIGN_OR_RETURN(const bool has_row, select.Step());
+    if (!has_row) return absl::OkStatus();
+    HYPERMAP_ASSIGN_OR_RETURN(LoggedChange logged, ReadLoggedChange(&select));
+    while (commit != commits->end() && commit->record.revision < logged.revision) ++commit;
+    if (commit == commits->end() || commit->record.revision != logged.revision) {
       return absl::DataLossError(
-          absl::StrCat("hypermap_revisions has no revision ", logged->revision));
+          absl::StrCat("hypermap_revisions has no revision ", logged.revision));
     }
-    absl::StatusOr<Change> change = ToChange(*logged, &lineages);
+    absl::StatusOr<Change> change = ToChange(logged, &lineages);
     if (!change.ok()) {
       return absl::Status(change.status().code(),
-                          absl::StrCat("hypermap_changes, revision ", logged->revision, ": ",
+                          absl::StrCat("hypermap_changes, revision ", logged.revision, ": ",
                                        change.status().message()));
     }
     commit->changes.push_back(*std::move(change));
@@ -230,36 +224,30 @@ absl::StatusOr<Change> GeoPackageHistory::ToChange(const LoggedChange& logged, L
   if (logged.lineage == 0) return DecodeStructureChange(logged, StoredLayer());
   auto lineage = lineages->find(logged.lineage);
   if (lineage == lineages->end()) {
-    absl::StatusOr<Lineage> read = ReadLineage(database_.get(), logged.lineage);
-    if (!read.ok()) return read.status();
-    lineage = lineages->emplace(logged.lineage, *std::move(read)).first;
+    HYPERMAP_ASSIGN_OR_RETURN(Lineage read, ReadLineage(database_.get(), logged.lineage));
+    lineage = lineages->emplace(logged.lineage, std::move(read)).first;
   }
   const Lineage& layer = lineage->second;
   const std::string& name = layer.stored.spec.name;
   const Revision revision = logged.revision;
   if (logged.kind == kTileWritten) {
-    absl::StatusOr<TilePtr> before = tiles_.At(layer, logged.tile, revision - 1);
-    if (!before.ok()) return before.status();
-    absl::StatusOr<TilePtr> after = tiles_.At(layer, logged.tile, revision);
-    if (!after.ok()) return after.status();
-    if (*after == nullptr || !IsInMatrix(logged.tile)) {
+    HYPERMAP_ASSIGN_OR_RETURN(TilePtr before, tiles_.At(layer, logged.tile, revision - 1));
+    HYPERMAP_ASSIGN_OR_RETURN(TilePtr after, tiles_.At(layer, logged.tile, revision));
+    if (after == nullptr || !IsInMatrix(logged.tile)) {
       return absl::DataLossError("a tile that is not there");
     }
-    return Change(
-        TileWritten{name, FromMatrix(logged.tile), *std::move(before), *std::move(after)});
+    return Change(TileWritten{name, FromMatrix(logged.tile), std::move(before), std::move(after)});
   }
   const bool is_put = logged.kind == kObjectPut;
   if (!is_put && logged.kind != kObjectRemoved) return DecodeStructureChange(logged, layer.stored);
-  absl::StatusOr<ObjectPtr> before = objects_.At(layer, logged.object_id, revision - 1);
-  if (!before.ok()) return before.status();
+  HYPERMAP_ASSIGN_OR_RETURN(ObjectPtr before, objects_.At(layer, logged.object_id, revision - 1));
   if (!is_put) {
-    if (*before == nullptr) return absl::DataLossError("removes an object that was not there");
-    return Change(ObjectRemoved{name, *std::move(before)});
+    if (before == nullptr) return absl::DataLossError("removes an object that was not there");
+    return Change(ObjectRemoved{name, std::move(before)});
   }
-  absl::StatusOr<ObjectPtr> after = objects_.At(layer, logged.object_id, revision);
-  if (!after.ok()) return after.status();
-  if (*after == nullptr) return absl::DataLossError("puts an object that is not there");
-  return Change(ObjectPut{name, *std::move(before), *std::move(after)});
+  HYPERMAP_ASSIGN_OR_RETURN(ObjectPtr after, objects_.At(layer, logged.object_id, revision));
+  if (after == nullptr) return absl::DataLossError("puts an object that is not there");
+  return Change(ObjectPut{name, std::move(before), std::move(after)});
 }
 
 }  // namespace hypermap::storage

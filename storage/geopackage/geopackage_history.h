@@ -19,11 +19,11 @@
 
 namespace hypermap::storage {
 
-// What readers of the history answer for what went wrong with the file: says which map it is about,
-// and that a statement that only reads and fails is damage.
+// Converts an error of the file to that of a HistoryReader: adds the name of the map, and turns the
+// INTERNAL of a statement that only reads into DATA_LOSS.
 absl::Status HistoryStatus(const std::string& map, const absl::Status& status);
 
-// A connection of its own, which sees what was committed and never waits for the writer.
+// Has a connection of its own, which sees committed revisions and never waits for the writer.
 class GeoPackageHistory : public HistoryReader {
  public:
   static absl::StatusOr<std::unique_ptr<HistoryReader>> Open(const std::string& path,
@@ -43,7 +43,7 @@ class GeoPackageHistory : public HistoryReader {
 
   GeoPackageHistory(std::unique_ptr<Database> database, std::string map_name);
 
-  // In a transaction. OUT_OF_RANGE when the revision is not one of those kept.
+  // Reads the metadata, within a transaction. OUT_OF_RANGE when the revision is not kept.
   absl::StatusOr<MapMetadata> CheckKept(Revision revision);
   absl::StatusOr<PastStructurePtr> StructureAt(const MapMetadata& metadata, Revision revision);
   absl::StatusOr<absl::Time> TimeOf(const MapMetadata& metadata, Revision revision);

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "base/status/status_macros.h"
 #include "map/layers/layer_registry.h"
 #include "map/layers/semantic_layer.h"
 #include "storage/geopackage/compaction.h"
@@ -83,9 +84,8 @@ absl::StatusOr<SnapshotPtr> GeoPackageMap::Load() {
 absl::StatusOr<LayerPtr> GeoPackageMap::LoadLayer(const OpenLayer& open, ObjectId* next_id) const {
   const StoredLayer& stored = open.stored;
   if (open.grid != nullptr) {
-    absl::StatusOr<TileMap> tiles = open.grid->ReadAll(stored.extent);
-    if (!tiles.ok()) return tiles.status();
-    return std::make_shared<GridLayer>(stored.spec, MakeCellDomain(stored.spec), *std::move(tiles),
+    HYPERMAP_ASSIGN_OR_RETURN(TileMap tiles, open.grid->ReadAll(stored.extent));
+    return std::make_shared<GridLayer>(stored.spec, MakeCellDomain(stored.spec), std::move(tiles),
                                        stored.extent);
   }
   absl::StatusOr<std::vector<ObjectPtr>> objects = open.features->ReadAll();
@@ -97,22 +97,19 @@ absl::StatusOr<LayerPtr> GeoPackageMap::LoadLayer(const OpenLayer& open, ObjectI
 
 absl::StatusOr<SnapshotPtr> GeoPackageMap::LoadSnapshot() {
   auto snapshot = std::make_shared<Snapshot>();
-  absl::StatusOr<MapMetadata> metadata = ReadMetadata(database_.get());
-  if (!metadata.ok()) return metadata.status();
+  HYPERMAP_ASSIGN_OR_RETURN(MapMetadata metadata, ReadMetadata(database_.get()));
   snapshot->map_name = header_.name;
-  snapshot->frame_id = metadata->header.frame_id;
-  snapshot->revision = metadata->revision;
-  snapshot->next_object_id = metadata->next_object_id;
-  absl::StatusOr<FrameTree> frames = ReadFrames(database_.get());
-  if (!frames.ok()) return frames.status();
-  snapshot->frames = *std::move(frames);
+  snapshot->frame_id = metadata.header.frame_id;
+  snapshot->revision = metadata.revision;
+  snapshot->next_object_id = metadata.next_object_id;
+  HYPERMAP_ASSIGN_OR_RETURN(FrameTree frames, ReadFrames(database_.get()));
+  snapshot->frames = std::move(frames);
   for (const auto& [name, open] : layers_) {
-    absl::StatusOr<LayerPtr> layer = LoadLayer(open, &snapshot->next_object_id);
-    if (!layer.ok()) return layer.status();
-    snapshot->layers.emplace(name, *std::move(layer));
-    absl::StatusOr<Revision> version = NewestRevisionOf(database_.get(), open.stored.lineage);
-    if (!version.ok()) return version.status();
-    snapshot->layer_versions.emplace(name, *version);
+    HYPERMAP_ASSIGN_OR_RETURN(LayerPtr layer, LoadLayer(open, &snapshot->next_object_id));
+    snapshot->layers.emplace(name, std::move(layer));
+    HYPERMAP_ASSIGN_OR_RETURN(const Revision version,
+                              NewestRevisionOf(database_.get(), open.stored.lineage));
+    snapshot->layer_versions.emplace(name, version);
   }
   return snapshot;
 }
@@ -123,17 +120,16 @@ absl::Status GeoPackageMap::Write(absl::Span<const Commit> commits) {
 
 absl::Status GeoPackageMap::WriteAll(absl::Span<const Commit> commits) {
   const Snapshot& newest = *commits.back().applied.snapshot;
-  absl::StatusOr<Transaction> transaction = Transaction::Begin(database_.get());
-  if (!transaction.ok()) return transaction.status();
+  HYPERMAP_ASSIGN_OR_RETURN(Transaction transaction, Transaction::Begin(database_.get()));
   ChangeWriter writer(database_.get(), layers_);
   for (const Commit& commit : commits) {
-    if (absl::Status status = writer.Write(commit); !status.ok()) return status;
+    HYPERMAP_RETURN_IF_ERROR(writer.Write(commit));
   }
   absl::Status status = writer.Finish(newest);
   if (status.ok()) {
     status = AdvanceRevision(database_.get(), revision_, newest.revision, newest.next_object_id);
   }
-  if (status.ok()) status = transaction->Commit();
+  if (status.ok()) status = transaction.Commit();
   if (!status.ok()) return status;
   layers_ = std::move(writer).TakeLayers();
   revision_ = newest.revision;
@@ -160,16 +156,14 @@ absl::StatusOr<bool> GeoPackageMap::Compact(Revision oldest, absl::Time receipts
 
 absl::StatusOr<bool> GeoPackageMap::CompactSome(Revision oldest, absl::Time receipts_before,
                                                 int max_rows) {
-  absl::StatusOr<Transaction> transaction = Transaction::Begin(database_.get());
-  if (!transaction.ok()) return transaction.status();
+  HYPERMAP_ASSIGN_OR_RETURN(Transaction transaction, Transaction::Begin(database_.get()));
   if (oldest > oldest_revision_) {
-    absl::Status status = SetOldestRevision(database_.get(), oldest);
-    if (!status.ok()) return status;
+    HYPERMAP_RETURN_IF_ERROR(SetOldestRevision(database_.get(), oldest));
   }
   const Revision kept = std::max(oldest, oldest_revision_);
   absl::StatusOr<bool> more = RemoveForgotten(database_.get(), kept, receipts_before, max_rows);
   if (!more.ok()) return more;
-  if (absl::Status status = transaction->Commit(); !status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(transaction.Commit());
   oldest_revision_ = kept;
   return more;
 }

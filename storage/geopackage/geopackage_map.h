@@ -16,15 +16,16 @@
 
 namespace hypermap::storage {
 
-// Other programs may read the file while it is open here. What they write to it is not seen.
+// Other programs may read the file while it is open here. Their changes are seen at the next
+// opening.
 class GeoPackageMap : public StoredMap {
  public:
-  // Opens the file as the map `name`, whatever name it had when it was made, so that a map is
-  // copied and renamed by copying and renaming its file. Keeps `lock` as long as it lives.
+  // Opens the file as the map `name`, whatever its name was at its creation: a map is renamed by
+  // renaming its file. Holds `lock` until it is destroyed.
   static absl::StatusOr<std::unique_ptr<StoredMap>> Open(const std::string& path,
                                                          const std::string& name, FileLock lock,
                                                          const GeoPackageOptions& options);
-  // Leaves all of the map in the one file.
+  // Moves the write-ahead log into the file, so that the file is the whole map.
   ~GeoPackageMap() override;
 
   const MapHeader& header() const override { return header_; }
@@ -40,13 +41,13 @@ class GeoPackageMap : public StoredMap {
   GeoPackageMap(FileLock lock, std::unique_ptr<Database> database, absl::Duration busy_timeout,
                 MapMetadata metadata, OpenLayers layers);
 
-  // Raises `next_id` above the ids of its objects.
+  // Raises `next_id` above the ids of the layer's objects.
   absl::StatusOr<LayerPtr> LoadLayer(const OpenLayer& open, ObjectId* next_id) const;
   absl::StatusOr<SnapshotPtr> LoadSnapshot();
   absl::Status WriteAll(absl::Span<const Commit> commits);
   absl::StatusOr<bool> CompactSome(Revision oldest, absl::Time receipts_before, int max_rows);
   absl::Status WriteBackup(const std::string& path);
-  // Says which map a status is about.
+  // Adds the name of the map to an error.
   absl::Status InMap(const absl::Status& status) const;
 
   FileLock lock_;

@@ -3,10 +3,11 @@
 #include <limits>
 #include <numbers>
 
+#include "absl/strings/str_cat.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "map/layers/semantic_layer.h"
-#include "storage/geopackage/map_testing.h"
+#include "storage/geopackage/testing/map.h"
 #include "tests/support/random_map.h"
 
 namespace hypermap::storage {
@@ -104,6 +105,45 @@ TEST_F(GeoPackageMapTest, AliasesComeBackAsTheyWereLeft) {
   ExpectReopensTheSame();
 }
 
+TEST_F(GeoPackageMapTest, KindsOfShapeThatALayerTakesComeBack) {
+  const std::vector<ShapeKinds> sets = {{ShapeKind::kPolygon},
+                                        {ShapeKind::kLineString},
+                                        {ShapeKind::kPoint},
+                                        {ShapeKind::kPolygon, ShapeKind::kLineString},
+                                        {ShapeKind::kPolygon, ShapeKind::kPoint},
+                                        {ShapeKind::kLineString, ShapeKind::kPoint},
+                                        ShapeKinds()};
+  EditBatch batch;
+  for (size_t i = 0; i < sets.size(); ++i) {
+    LayerSpec spec = SemanticSpec(absl::StrCat("layer", i));
+    spec.shape_kinds = sets[i];
+    batch.edits.push_back(CreateLayer{spec});
+  }
+  map_.Edit(batch);
+  // A change of the layer's other parameters keeps them.
+  map_.Edit({{SetAliases{"layer1", {{"path", {"lane"}}}}, DeleteLayer{"layer2"}}});
+  ExpectReopensTheSame();
+  const auto history = map_.stored->OpenHistory();
+  ASSERT_TRUE(history.ok()) << history.status();
+  for (const Revision revision : {1, 2}) {
+    const SnapshotPtr past = (*(*history)->At(revision))->structure();
+    for (size_t i = 0; i < sets.size(); ++i) {
+      if (revision == 2 && i == 2) continue;
+      const Layer* layer = past->FindLayer(absl::StrCat("layer", i));
+      ASSERT_NE(layer, nullptr);
+      EXPECT_EQ(layer->spec().shape_kinds, sets[i]) << i;
+    }
+  }
+  const auto commits = (*history)->Commits(1, 100);
+  ASSERT_TRUE(commits.ok()) << commits.status();
+  bool deletes_points = false;
+  for (const Change& change : commits->front().changes) {
+    const auto* deleted = std::get_if<LayerDeleted>(&change);
+    if (deleted != nullptr) deletes_points = deleted->spec.shape_kinds == sets[2];
+  }
+  EXPECT_TRUE(deletes_points);
+}
+
 TEST_F(GeoPackageMapTest, GridValuesOfAllKindsComeBackBitForBit) {
   const PlanarTransform turned(-15.4, 12.25, 0.75 * std::numbers::pi);
   EditBatch batch;
@@ -135,8 +175,8 @@ TEST_F(GeoPackageMapTest, CellsAtTheEndsOfTheMatrixAreStored) {
 
 TEST_F(GeoPackageMapTest, ObjectsKeepEverything) {
   SemanticObject object = UnitSquare("Küchentisch – 食卓 'quoted' \"twice\"; DROP TABLE");
-  object.polygon = *Polygon::Make({{0.1, 0.2}, {10.3, 0.4}, {9, 9.7}, {1e-9, 8}},
-                                  {{{2, 2}, {2, 3}, {3, 3}}, {{5, 5}, {5, 6}, {6.5, 6}}});
+  object.shape = *Polygon::Make({{0.1, 0.2}, {10.3, 0.4}, {9, 9.7}, {1e-9, 8}},
+                                {{{2, 2}, {2, 3}, {3, 3}}, {{5, 5}, {5, 6}, {6.5, 6}}});
   object.existence = 0.1 + 0.2;
   object.classes = {{"chair", 1.0 / 3}, {"Stuhl", 0}, {"x", 1}};
   object.tags = {"b", "a", "b", "ÄÖ"};
@@ -365,7 +405,7 @@ TEST_F(GeoPackageMapTest, IndexCoversEveryObject) {
   map_.Edit(RandomSite(rng, 60));
   SemanticObject moved = UnitSquare("moved");
   moved.id = 1;
-  moved.polygon = Polygon::FromBox({{1e7 + 0.1, -1e7 - 0.3}, {1e7 + 0.2, -1e7}});
+  moved.shape = Polygon::FromBox({{1e7 + 0.1, -1e7 - 0.3}, {1e7 + 0.2, -1e7}});
   const bool in_semantic =
       dynamic_cast<const SemanticLayer&>(*map_.snapshot->FindLayer("semantic")).Find(1) != nullptr;
   map_.Edit({{PutObject{in_semantic ? "semantic" : "dock.objects", moved, ""},
@@ -381,7 +421,7 @@ TEST_F(GeoPackageMapTest, IndexCoversEveryObject) {
     const std::string index = absl::StrCat(
         "rtree_", name == std::string("semantic") ? "semantic" : "dock_objects", "_geom");
     for (const ObjectPtr& object : layer.Objects()) {
-      const Box& box = object->polygon.bounds();
+      const Box& box = object->shape.bounds();
       EXPECT_TRUE(other
                       ->QueryInt64(absl::StrCat("SELECT id FROM ", index,
                                                 " WHERE id = ? AND minx <= ? AND maxx >= ? AND "

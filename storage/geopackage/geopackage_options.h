@@ -1,4 +1,4 @@
-// What can be set of the GeoPackage store.
+// Settings of the GeoPackage store.
 #ifndef HYPERMAP_STORAGE_GEOPACKAGE_GEOPACKAGE_OPTIONS_H_
 #define HYPERMAP_STORAGE_GEOPACKAGE_GEOPACKAGE_OPTIONS_H_
 
@@ -9,11 +9,11 @@
 namespace hypermap::storage {
 
 struct GeoPackageOptions {
-  // How long to wait for another program that writes to a map's file.
+  // How long to wait while another program writes to a map's file.
   absl::Duration busy_timeout = absl::Seconds(5);
-  // Files up to this size are checked for damage as a whole when they are opened.
+  // Every page of a file up to this size is checked for damage when the file is opened.
   int64_t max_checked_bytes = int64_t{256} << 20;
-  // A map's file does not grow past this size; 0: as large as the disk.
+  // The largest size of a map's file; 0: no limit.
   int64_t max_map_bytes = 0;
 };
 

@@ -9,6 +9,7 @@
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/strip.h"
+#include "base/status/status_macros.h"
 #include "storage/geopackage/deletion_log.h"
 #include "storage/geopackage/geopackage_map.h"
 #include "storage/geopackage/map_file.h"
@@ -78,24 +79,22 @@ absl::Status GeoPackageStore::Recover() {
     if (!absl::StartsWith(name, ".")) continue;
     if (!absl::EndsWith(name, ".gpkg.new") && !absl::EndsWith(name, ".gpkg.new-journal")) continue;
     const std::string path = absl::StrCat(data_dir_, "/", name);
-    if (absl::Status status = RemoveFile(path); !status.ok()) return status;
+    HYPERMAP_RETURN_IF_ERROR(RemoveFile(path));
   }
-  absl::StatusOr<std::vector<DeletionLog::Pending>> pending = deletions_->FindPending();
-  if (!pending.ok()) return pending.status();
-  for (const auto& [deletion, map] : *pending) {
+  HYPERMAP_ASSIGN_OR_RETURN(std::vector<DeletionLog::Pending> pending, deletions_->FindPending());
+  for (const auto& [deletion, map] : pending) {
     if (!ValidateName("map", map).ok()) {
       return absl::DataLossError(absl::StrCat(data_dir_, "/catalog.sqlite names a map ", map));
     }
-    if (absl::Status status = CarryOut(deletion, map); !status.ok()) return status;
+    HYPERMAP_RETURN_IF_ERROR(CarryOut(deletion, map));
   }
   return absl::OkStatus();
 }
 
 absl::StatusOr<std::vector<std::string>> GeoPackageStore::List() {
-  absl::StatusOr<std::vector<std::string>> files = FileNames(data_dir_);
-  if (!files.ok()) return files.status();
+  HYPERMAP_ASSIGN_OR_RETURN(std::vector<std::string> files, FileNames(data_dir_));
   std::vector<std::string> maps;
-  for (absl::string_view file : *files) {
+  for (absl::string_view file : files) {
     if (!absl::ConsumeSuffix(&file, kExtension)) continue;
     if (ValidateName("map", file).ok()) maps.emplace_back(file);
   }
@@ -130,31 +129,27 @@ absl::StatusOr<FileLock> GeoPackageStore::LockMap(const std::string& name) const
 }
 
 absl::StatusOr<std::unique_ptr<StoredMap>> GeoPackageStore::Open(const std::string& name) {
-  if (absl::Status status = ValidateName("map", name); !status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(ValidateName("map", name));
   const std::string path = PathOf(name);
   if (!PathExists(path)) return absl::NotFoundError(absl::StrCat("no map ", name));
-  absl::StatusOr<FileLock> lock = LockMap(name);
-  if (!lock.ok()) return lock.status();
-  return GeoPackageMap::Open(path, name, *std::move(lock), options_);
+  HYPERMAP_ASSIGN_OR_RETURN(FileLock lock, LockMap(name));
+  return GeoPackageMap::Open(path, name, std::move(lock), options_);
 }
 
 absl::Status GeoPackageStore::Delete(const std::string& name, const std::string& request_id) {
-  if (absl::Status status = ValidateName("map", name); !status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(ValidateName("map", name));
   const std::lock_guard<std::mutex> lock(mutex_);
-  absl::StatusOr<std::optional<std::string>> deleted = deletions_->Find(request_id);
-  if (!deleted.ok()) return deleted.status();
-  if (deleted->has_value()) {
-    if (**deleted == name) return absl::OkStatus();
+  HYPERMAP_ASSIGN_OR_RETURN(std::optional<std::string> deleted, deletions_->Find(request_id));
+  if (deleted.has_value()) {
+    if (*deleted == name) return absl::OkStatus();
     return absl::InvalidArgumentError(
-        absl::StrCat("request_id ", request_id, " was used to delete map ", **deleted));
+        absl::StrCat("request_id ", request_id, " was used to delete map ", *deleted));
   }
   if (!PathExists(PathOf(name))) return absl::NotFoundError(absl::StrCat("no map ", name));
-  absl::StatusOr<FileLock> map_lock = LockMap(name);
-  if (!map_lock.ok()) return map_lock.status();
-  absl::StatusOr<int64_t> deletion = deletions_->Begin(request_id, name);
-  if (!deletion.ok()) return deletion.status();
-  if (absl::Status status = CarryOut(*deletion, name); !status.ok()) return status;
-  return map_lock->RemoveFile();
+  HYPERMAP_ASSIGN_OR_RETURN(FileLock map_lock, LockMap(name));
+  HYPERMAP_ASSIGN_OR_RETURN(const int64_t deletion, deletions_->Begin(request_id, name));
+  HYPERMAP_RETURN_IF_ERROR(CarryOut(deletion, name));
+  return map_lock.RemoveFile();
 }
 
 absl::Status GeoPackageStore::CarryOut(int64_t deletion, const std::string& name) {
@@ -176,7 +171,7 @@ absl::StatusOr<std::optional<std::string>> GeoPackageStore::FindDeletion(
 
 absl::StatusOr<std::unique_ptr<MapStore>> OpenGeoPackageStore(const std::string& data_dir,
                                                               const GeoPackageOptions& options) {
-  if (absl::Status status = MakeFolder(data_dir); !status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(MakeFolder(data_dir));
   absl::StatusOr<FileLock> lock = FileLock::Acquire(absl::StrCat(data_dir, "/LOCK"));
   if (!lock.ok()) {
     return absl::Status(lock.status().code(), absl::StrCat("cannot use the data folder ", data_dir,
@@ -191,7 +186,7 @@ absl::StatusOr<std::unique_ptr<MapStore>> OpenGeoPackageStore(const std::string&
   }
   auto store =
       std::make_unique<GeoPackageStore>(data_dir, options, *std::move(lock), *std::move(deletions));
-  if (absl::Status status = store->Recover(); !status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(store->Recover());
   return store;
 }
 

@@ -7,7 +7,7 @@
 //   DATA_DIR/.<map>.gpkg.new   a map that is being made; removed when found at opening
 //   DATA_DIR/catalog.sqlite    which request deleted which map
 //
-// Files that are no maps do no harm, and a map that can't be opened does none to the others.
+// Other files in the folder are ignored. A map that can't be opened does not affect the others.
 #ifndef HYPERMAP_STORAGE_GEOPACKAGE_GEOPACKAGE_STORE_H_
 #define HYPERMAP_STORAGE_GEOPACKAGE_GEOPACKAGE_STORE_H_
 
@@ -20,8 +20,8 @@
 
 namespace hypermap::storage {
 
-// Makes the folder when it is missing. FAILED_PRECONDITION naming the folder when another store is
-// open in it, in this process or another. The store must outlive its maps.
+// Opens the store and makes the folder when it is missing. FAILED_PRECONDITION naming the folder
+// when another store is open in it, in this process or another. The store must outlive its maps.
 absl::StatusOr<std::unique_ptr<MapStore>> OpenGeoPackageStore(
     const std::string& data_dir, const GeoPackageOptions& options = {});
 

@@ -10,7 +10,7 @@
 #include "absl/strings/str_cat.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
-#include "storage/geopackage/map_testing.h"
+#include "storage/geopackage/testing/map.h"
 
 namespace hypermap::storage {
 namespace {

@@ -4,6 +4,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_replace.h"
+#include "base/status/status_macros.h"
 #include "storage/geopackage/tile_matrix.h"
 
 namespace hypermap::storage {
@@ -100,8 +101,7 @@ GridTable::GridTable(Database* database, std::string table, int64_t lineage,
 absl::Status GridTable::Create() { return database_->Execute(ForTable(kCreateTable, table_)); }
 
 absl::Status GridTable::Drop(Revision revision) {
-  absl::Status status = database_->Run(ForTable(kArchiveAllTiles, table_), lineage_, revision);
-  if (!status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(database_->Run(ForTable(kArchiveAllTiles, table_), lineage_, revision));
   // Prepared statements would go on holding what belonged to the table.
   database_->ForgetStatements();
   return database_->Execute(ForTable(R"sql(DROP TABLE "$t")sql", table_));
@@ -110,29 +110,26 @@ absl::Status GridTable::Drop(Revision revision) {
 absl::Status GridTable::Write(const TileIndex& index, const Tile& tile, Revision revision) {
   const MatrixTile place = ToMatrix(index);
   if (!IsInMatrix(place)) return absl::InternalError("a tile outside of the tile matrix");
-  absl::StatusOr<std::string> image = codec_->Encode(tile);
-  if (!image.ok()) return image.status();
-  absl::Status status = database_->Run(archive_sql_, lineage_, place.column, place.row, revision);
-  if (!status.ok()) return status;
-  absl::StatusOr<std::optional<int64_t>> id =
-      database_->QueryInt64(write_sql_, kZoomLevel, place.column, place.row, BlobView{*image});
-  if (!id.ok()) return id.status();
+  HYPERMAP_ASSIGN_OR_RETURN(std::string image, codec_->Encode(tile));
+  HYPERMAP_RETURN_IF_ERROR(
+      database_->Run(archive_sql_, lineage_, place.column, place.row, revision));
+  HYPERMAP_ASSIGN_OR_RETURN(
+      const std::optional<int64_t> id,
+      database_->QueryInt64(write_sql_, kZoomLevel, place.column, place.row, BlobView{image}));
   return database_->Run(
       "INSERT OR IGNORE INTO gpkg_2d_gridded_tile_ancillary (tpudt_name, tpudt_id) VALUES (?, ?)",
-      table_, *id);
+      table_, id);
 }
 
 absl::StatusOr<TileMap> GridTable::ReadAll(const CellBox& extent) {
-  absl::StatusOr<Statement> select = database_->Prepare(ForTable(kReadTiles, table_));
-  if (!select.ok()) return select.status();
+  HYPERMAP_ASSIGN_OR_RETURN(Statement select, database_->Prepare(ForTable(kReadTiles, table_)));
   TileMap tiles;
   while (true) {
-    absl::StatusOr<bool> row = select->Step();
-    if (!row.ok()) return row.status();
-    if (!*row) return tiles;
-    if (absl::Status status = ReadRow(&*select, *codec_, extent, &tiles); !status.ok()) {
+    HYPERMAP_ASSIGN_OR_RETURN(const bool has_row, select.Step());
+    if (!has_row) return tiles;
+    if (absl::Status status = ReadRow(&select, *codec_, extent, &tiles); !status.ok()) {
       return absl::DataLossError(
-          absl::StrCat("table ", table_, ", id ", select->Int64(0), ": ", status.message()));
+          absl::StrCat("table ", table_, ", id ", select.Int64(0), ": ", status.message()));
     }
   }
 }

@@ -1,5 +1,5 @@
 // The table of one grid layer: a GeoPackage tile pyramid of one level, as a tiled gridded coverage.
-// What is replaced or removed by a revision goes to hypermap_tile_history.
+// Tiles that a revision replaces or removes are copied to hypermap_tile_history.
 #ifndef HYPERMAP_STORAGE_GEOPACKAGE_GRID_TABLE_H_
 #define HYPERMAP_STORAGE_GEOPACKAGE_GRID_TABLE_H_
 
@@ -9,7 +9,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
-#include "map/layers/grid/grid_layer.h"
+#include "map/layers/grid_layer.h"
 #include "map/snapshot.h"
 #include "storage/geopackage/tile_codec.h"
 #include "storage/sqlite/sqlite.h"
@@ -25,13 +25,14 @@ class GridTable {
   const CoverageCoding& coding() const { return codec_->coding(); }
 
   absl::Status Create();
+  // Copies all tiles to the history and drops the table.
   absl::Status Drop(Revision revision);
 
   // Adds or replaces a tile.
   absl::Status Write(const TileIndex& index, const Tile& tile, Revision revision);
 
-  // All tiles. DATA_LOSS naming the table and the row for a tile that can't be read, is coded in
-  // another way than ours, or has known cells out of `extent`.
+  // Reads all tiles. DATA_LOSS naming the table and the row of a tile that can't be decoded, has
+  // another scale or offset than ours, or has known cells outside of `extent`.
   absl::StatusOr<TileMap> ReadAll(const CellBox& extent);
 
  private:

@@ -3,11 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <string>
-#include <vector>
-
-#include "absl/strings/str_cat.h"
-#include "storage/geopackage/table_names.h"
 
 namespace hypermap::storage {
 
@@ -99,77 +94,6 @@ CREATE TABLE hypermap_changes (
   PRIMARY KEY (revision, number)
 ) WITHOUT ROWID;
 )sql";
-
-namespace {
-
-constexpr char kBeginHistory[] = R"sql(
-ALTER TABLE hypermap_metadata ADD COLUMN oldest_revision INTEGER NOT NULL DEFAULT 0;
-UPDATE hypermap_metadata SET oldest_revision = revision;
-ALTER TABLE hypermap_layers ADD COLUMN lineage INTEGER NOT NULL DEFAULT 0;
-INSERT INTO hypermap_lineages (name, kind, table_name, frame_id, origin_x, origin_y, origin_yaw,
-    resolution_m, first_revision)
-  SELECT name, kind, table_name, frame_id, origin_x, origin_y, origin_yaw, resolution_m, 0
-    FROM hypermap_layers ORDER BY id;
-UPDATE hypermap_layers SET lineage =
-  (SELECT l.id FROM hypermap_lineages AS l WHERE l.name = hypermap_layers.name);
-INSERT INTO hypermap_layer_history
-  SELECT lineage, 0, row_begin, row_end, col_begin, col_end, parameters FROM hypermap_layers;
-INSERT INTO hypermap_layer_revisions SELECT lineage, 0 FROM hypermap_layers;
-INSERT INTO hypermap_frame_history
-  SELECT child_frame_id, 0, parent_frame_id, x, y, yaw FROM hypermap_frames;
-)sql";
-
-// Old receipts had the time of their revision. (Renaming the table instead would read all
-// triggers.)
-constexpr char kSaveReceipts[] = R"sql(
-CREATE TEMP TABLE old_receipts AS
-  SELECT c.id, c.request_id, c.revision, r.time_ns, c.object_ids
-    FROM hypermap_receipts AS c JOIN hypermap_revisions AS r ON r.revision = c.revision;
-DROP TABLE hypermap_receipts;
-)sql";
-constexpr char kRestoreReceipts[] = R"sql(
-INSERT INTO hypermap_receipts SELECT * FROM old_receipts ORDER BY id;
-DROP TABLE temp.old_receipts;
-)sql";
-
-constexpr char kRegisterNewTables[] = R"sql(
-INSERT INTO gpkg_extensions
-  SELECT name, NULL, 'hypermap_core', 'docs/geopackage_format.md of Hypermap', 'write-only'
-    FROM sqlite_master WHERE type = 'table' AND name LIKE 'hypermap\_%' ESCAPE '\'
-      AND name NOT IN (SELECT table_name FROM gpkg_extensions WHERE table_name NOT NULL);
-)sql";
-
-absl::StatusOr<std::vector<std::string>> FeatureTables(Database* database) {
-  absl::StatusOr<Statement> select =
-      database->Prepare("SELECT table_name FROM hypermap_layers WHERE kind = 'semantic'");
-  if (!select.ok()) return select.status();
-  std::vector<std::string> tables;
-  while (true) {
-    absl::StatusOr<bool> row = select->Step();
-    if (!row.ok()) return row.status();
-    if (!*row) return tables;
-    tables.emplace_back(select->Text(0));
-    if (!IsLayerTableName(tables.back())) {
-      return absl::DataLossError(
-          absl::StrCat("hypermap_layers: table_name ", tables.back(), " is not for layers"));
-    }
-  }
-}
-
-}  // namespace
-
-absl::Status AddHistory(Database* database) {
-  absl::StatusOr<std::vector<std::string>> tables = FeatureTables(database);
-  if (!tables.ok()) return tables.status();
-  for (const std::string& table : *tables) {
-    absl::Status status = database->Execute(absl::StrCat(
-        "ALTER TABLE \"", table, "\" ADD COLUMN version INTEGER NOT NULL DEFAULT 0; ALTER TABLE \"",
-        table, "\" ADD COLUMN expires_at_ns INTEGER;"));
-    if (!status.ok()) return status;
-  }
-  return database->Execute(absl::StrCat(kSaveReceipts, kCreateReceipts, kRestoreReceipts,
-                                        kCreateHistoryTables, kBeginHistory, kRegisterNewTables));
-}
 
 namespace {
 

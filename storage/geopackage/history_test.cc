@@ -1,4 +1,6 @@
 // A map's past, read from its file, against all its snapshots and changes as they were recorded.
+#include "storage/geopackage/testing/history.h"
+
 #include <atomic>
 #include <limits>
 #include <string>
@@ -6,9 +8,8 @@
 
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
-#include "map/layers/grid/grid_layer.h"
+#include "map/layers/grid_layer.h"
 #include "map/layers/semantic_layer.h"
-#include "storage/geopackage/history_testing.h"
 
 namespace hypermap::storage {
 namespace {
@@ -31,7 +32,7 @@ void ExpectSameStructure(const Snapshot& actual, const Snapshot& expected) {
     const Layer* found = actual.FindLayer(name);
     ASSERT_NE(found, nullptr) << name;
     EXPECT_TRUE(found->spec() == layer->spec()) << name;
-    const auto* grid = dynamic_cast<const GridLayer*>(layer.get());
+    const auto* grid = AsGrid(layer.get());
     if (grid == nullptr) continue;
     const auto& empty = dynamic_cast<const GridLayer&>(*found);
     EXPECT_EQ(empty.extent(), grid->extent()) << name;
@@ -51,7 +52,7 @@ void ExpectSameObjectsIn(Rng& rng, PastMap& past, const SemanticLayer& expected)
   // A box that only touches another at its rim shares points with it.
   if (!objects.empty() && UniformInt(rng, 0, 2) == 0) {
     const Box& other =
-        objects[UniformInt(rng, 0, static_cast<int>(objects.size()) - 1)]->polygon.bounds();
+        objects[UniformInt(rng, 0, static_cast<int>(objects.size()) - 1)]->shape.bounds();
     box = {other.max, {other.max.x + 1, other.max.y + 1}};
   }
   auto found = past.Objects(name, box);
@@ -62,7 +63,7 @@ void ExpectSameObjectsIn(Rng& rng, PastMap& past, const SemanticLayer& expected)
     if (is_found) {
       EXPECT_TRUE(SameObject(*next++, object));
     } else {
-      EXPECT_FALSE(object->polygon.bounds().Intersects(box)) << "object " << object->id;
+      EXPECT_FALSE(object->shape.bounds().Intersects(box)) << "object " << object->id;
     }
   }
   EXPECT_EQ(next, found->end()) << "objects that were not there";
@@ -96,7 +97,7 @@ void ExpectPastIsAsRecorded(Rng& rng, HistoryReader& reader, const RecordedMap& 
   ExpectSameStructure(*(*past)->structure(), expected);
   for (const auto& [name, layer] : expected.layers) {
     SCOPED_TRACE(name);
-    if (const auto* grid = dynamic_cast<const GridLayer*>(layer.get())) {
+    if (const auto* grid = AsGrid(layer.get())) {
       ExpectSameTilesIn(rng, **past, *grid);
     } else {
       ExpectSameObjectsIn(rng, **past, dynamic_cast<const SemanticLayer&>(*layer));
@@ -206,7 +207,7 @@ TEST_F(HistoryTest, PastMapShowsNothingThatIsWrittenOrForgottenMeanwhile) {
   map.Compact(map.newest(), 1000);
   for (const auto& [name, layer] : map.at(3).layers) {
     SCOPED_TRACE(name);
-    if (const auto* grid = dynamic_cast<const GridLayer*>(layer.get())) {
+    if (const auto* grid = AsGrid(layer.get())) {
       ExpectSameTilesIn(rng, **past, *grid);
     } else {
       ExpectSameObjectsIn(rng, **past, dynamic_cast<const SemanticLayer&>(*layer));

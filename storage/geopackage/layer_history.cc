@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/status/status_macros.h"
 #include "storage/geopackage/frame_table.h"
 
 namespace hypermap::storage {
@@ -84,10 +85,11 @@ absl::Status RecordLayerRevision(Database* database, int64_t lineage, Revision r
 }
 
 absl::StatusOr<Revision> NewestRevisionOf(Database* database, int64_t lineage) {
-  absl::StatusOr<std::optional<int64_t>> newest = database->QueryInt64(
-      "SELECT max(revision) FROM hypermap_layer_revisions WHERE lineage = ?", lineage);
-  if (!newest.ok()) return newest.status();
-  return newest->value_or(0);
+  HYPERMAP_ASSIGN_OR_RETURN(
+      const std::optional<int64_t> newest,
+      database->QueryInt64("SELECT max(revision) FROM hypermap_layer_revisions WHERE lineage = ?",
+                           lineage));
+  return newest.value_or(0);
 }
 
 absl::Status RecordTransform(Database* database, const FrameTransform& transform,
@@ -100,46 +102,41 @@ absl::Status RecordTransform(Database* database, const FrameTransform& transform
 }
 
 absl::StatusOr<std::vector<PastLayer>> ReadLayersAt(Database* database, Revision revision) {
-  absl::StatusOr<Statement> select = database->Prepare(kLayersAt);
-  if (!select.ok()) return select.status();
-  select->Bind(revision);
+  HYPERMAP_ASSIGN_OR_RETURN(Statement select, database->Prepare(kLayersAt));
+  select.Bind(revision);
   std::vector<PastLayer> layers;
   while (true) {
-    absl::StatusOr<bool> row = select->Step();
-    if (!row.ok()) return row.status();
-    if (!*row) return layers;
-    absl::StatusOr<StoredLayer> stored = ReadLayerRow(&*select);
-    const Revision version = select->OptionalInt64(kColumnAfterLayer).value_or(0);
+    HYPERMAP_ASSIGN_OR_RETURN(const bool has_row, select.Step());
+    if (!has_row) return layers;
+    absl::StatusOr<StoredLayer> stored = ReadLayerRow(&select);
+    const Revision version = select.OptionalInt64(kColumnAfterLayer).value_or(0);
     absl::Status status = stored.status();
-    if (status.ok()) status = select->row_status();
+    if (status.ok()) status = select.row_status();
     if (!status.ok()) {
       return absl::DataLossError(
-          absl::StrCat("hypermap_lineages, layer ", select->Text(0), ": ", status.message()));
+          absl::StrCat("hypermap_lineages, layer ", select.Text(0), ": ", status.message()));
     }
     layers.push_back({*std::move(stored), version});
   }
 }
 
 absl::StatusOr<Lineage> ReadLineage(Database* database, int64_t lineage) {
-  absl::StatusOr<Statement> select = database->Prepare(kLineage);
-  if (!select.ok()) return select.status();
-  absl::StatusOr<bool> row = select->Bind(lineage).Step();
-  if (!row.ok()) return row.status();
-  if (!*row) {
+  HYPERMAP_ASSIGN_OR_RETURN(Statement select, database->Prepare(kLineage));
+  HYPERMAP_ASSIGN_OR_RETURN(const bool has_row, select.Bind(lineage).Step());
+  if (!has_row) {
     return absl::DataLossError(absl::StrCat("hypermap_lineages has no lineage ", lineage));
   }
-  absl::StatusOr<StoredLayer> stored = ReadLayerRow(&*select);
+  absl::StatusOr<StoredLayer> stored = ReadLayerRow(&select);
   if (!stored.ok()) {
     return absl::DataLossError(
         absl::StrCat("hypermap_lineages, id ", lineage, ": ", stored.status().message()));
   }
-  return Lineage{*std::move(stored), select->IsNull(kColumnAfterLayer)};
+  return Lineage{*std::move(stored), select.IsNull(kColumnAfterLayer)};
 }
 
 absl::StatusOr<FrameTree> ReadFramesAt(Database* database, Revision revision) {
-  absl::StatusOr<Statement> select = database->Prepare(kFramesAt);
-  if (!select.ok()) return select.status();
-  return ReadFrameRows(&select->Bind(revision), "hypermap_frame_history");
+  HYPERMAP_ASSIGN_OR_RETURN(Statement select, database->Prepare(kFramesAt));
+  return ReadFrameRows(&select.Bind(revision), "hypermap_frame_history");
 }
 
 }  // namespace hypermap::storage

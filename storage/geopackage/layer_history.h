@@ -1,5 +1,5 @@
-// The structure of a map through its revisions: which layers it had, of what extent and aliases,
-// and where its frames were.
+// The structure of a map at past revisions: its layers with their extents and aliases, and its
+// frames.
 #ifndef HYPERMAP_STORAGE_GEOPACKAGE_LAYER_HISTORY_H_
 #define HYPERMAP_STORAGE_GEOPACKAGE_LAYER_HISTORY_H_
 
@@ -17,17 +17,17 @@
 
 namespace hypermap::storage {
 
-// Begins the history of a layer that was just inserted; the number of its lineage.
+// Begins the history of a layer that was just inserted, and returns the number of its lineage.
 absl::StatusOr<int64_t> BeginLineage(Database* database, const std::string& layer,
                                      Revision revision);
 
-// Ends it.
+// Ends the history of a deleted layer.
 absl::Status EndLineage(Database* database, int64_t lineage, Revision revision);
 
-// Notes what hypermap_layers now says of the layer's extent and parameters.
+// Records the extent and parameters that the layer has in hypermap_layers now.
 absl::Status RecordLayer(Database* database, const std::string& layer, Revision revision);
 
-// Notes that the revision changed the layer or its content.
+// Records that the revision changed the layer or its content.
 absl::Status RecordLayerRevision(Database* database, int64_t lineage, Revision revision);
 
 // The newest revision that changed the layer or its content.
@@ -41,15 +41,15 @@ struct PastLayer {
   Revision version = 0;
 };
 
-// The layers at a revision, by name. DATA_LOSS.
+// Reads the layers at a revision, ordered by name. DATA_LOSS.
 absl::StatusOr<std::vector<PastLayer>> ReadLayersAt(Database* database, Revision revision);
 
-// A layer of any time, with the extent and parameters it began with; `is_current` when its table is
-// there. DATA_LOSS when there was none.
+// A layer that exists or existed.
 struct Lineage {
-  StoredLayer stored;
-  bool is_current = false;
+  StoredLayer stored;       // with the extent and parameters of its first revision
+  bool is_current = false;  // whether it exists, so that its table is there
 };
+// DATA_LOSS when there is no such lineage.
 absl::StatusOr<Lineage> ReadLineage(Database* database, int64_t lineage);
 
 absl::StatusOr<FrameTree> ReadFramesAt(Database* database, Revision revision);

@@ -1,12 +1,15 @@
 #include "storage/geopackage/layer_table.h"
 
 #include <algorithm>
+#include <initializer_list>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "base/status/status_macros.h"
 #include "map/layers/layer_registry.h"
 #include "storage/geopackage/table_names.h"
 
@@ -15,14 +18,14 @@ namespace {
 
 using Json = nlohmann::json;
 
-// Out of range stays out of range: the box is checked against kAllCells afterwards.
+// A bound that is out of range stays out of range: the box is checked against kAllCells afterwards.
 int32_t CellBound(std::optional<int64_t> value) {
   return static_cast<int32_t>(
       std::clamp<int64_t>(value.value_or(0), -kMaxCellIndex - 1, kMaxCellIndex + 1));
 }
 
 absl::Status CheckLayer(const StoredLayer& layer) {
-  if (absl::Status status = Validate(layer.spec); !status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(Validate(layer.spec));
   if (!IsLayerTableName(layer.table)) {
     return absl::DataLossError(absl::StrCat("table_name ", layer.table, " is not for layers"));
   }
@@ -36,6 +39,25 @@ std::optional<int64_t> BoundOrNull(const CellBox& extent, int32_t bound) {
   return extent.empty() ? std::nullopt : std::make_optional(int64_t{bound});
 }
 
+std::vector<std::string> EncodeShapeKinds(const ShapeKinds& kinds) {
+  std::vector<std::string> names;
+  for (const ShapeKind kind : kAllShapeKinds) {
+    if (kinds.Contains(kind)) names.emplace_back(ShapeKindName(kind));
+  }
+  return names;
+}
+
+absl::StatusOr<ShapeKinds> DecodeShapeKinds(const std::vector<std::string>& names) {
+  // Braces alone would make the set of all kinds.
+  ShapeKinds kinds(std::initializer_list<ShapeKind>{});
+  for (const std::string& name : names) {
+    const std::optional<ShapeKind> kind = ParseShapeKind(name);
+    if (!kind) return absl::DataLossError(absl::StrCat("shape_kinds: ", name));
+    kinds.Add(*kind);
+  }
+  return kinds;
+}
+
 }  // namespace
 
 absl::StatusOr<std::string> EncodeLayerParameters(const LayerSpec& spec) {
@@ -47,6 +69,7 @@ absl::StatusOr<std::string> EncodeLayerParameters(const LayerSpec& spec) {
     if (spec.explored_rule != CellRule::kCentre) {
       json["explored_rule"] = CellRuleName(spec.explored_rule);
     }
+    if (!spec.shape_kinds.ContainsAll()) json["shape_kinds"] = EncodeShapeKinds(spec.shape_kinds);
     return json.dump();
   } catch (const Json::exception&) {
     return absl::InvalidArgumentError("layer.unit or an alias is not UTF-8");
@@ -64,6 +87,9 @@ absl::Status DecodeLayerParameters(absl::string_view text, LayerSpec* spec) {
     const std::optional<CellRule> explored_rule = ParseCellRule(rule);
     if (!explored_rule) return absl::DataLossError(absl::StrCat("explored_rule ", rule));
     spec->explored_rule = *explored_rule;
+    if (!json.contains("shape_kinds")) return absl::OkStatus();
+    HYPERMAP_ASSIGN_OR_RETURN(
+        spec->shape_kinds, DecodeShapeKinds(json["shape_kinds"].get<std::vector<std::string>>()));
     return absl::OkStatus();
   } catch (const Json::exception& e) {
     return absl::DataLossError(absl::StrCat("column parameters: ", e.what()));
@@ -89,16 +115,14 @@ absl::StatusOr<StoredLayer> ReadLayerRow(Statement* row) {
   if (!row->row_status().ok()) return row->row_status();
   if (!kind) return absl::DataLossError(absl::StrCat("unknown kind ", row->Text(1)));
   layer.spec.kind = *kind;
-  if (absl::Status status = DecodeLayerParameters(parameters, &layer.spec); !status.ok())
-    return status;
-  if (absl::Status status = CheckLayer(layer); !status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(DecodeLayerParameters(parameters, &layer.spec));
+  HYPERMAP_RETURN_IF_ERROR(CheckLayer(layer));
   return layer;
 }
 
 absl::Status InsertLayer(Database* database, const StoredLayer& layer) {
   const LayerSpec& spec = layer.spec;
-  absl::StatusOr<std::string> parameters = EncodeLayerParameters(spec);
-  if (!parameters.ok()) return parameters.status();
+  HYPERMAP_ASSIGN_OR_RETURN(const std::string parameters, EncodeLayerParameters(spec));
   std::optional<double> x, y, yaw, resolution_m;
   if (spec.grid) {
     x = spec.grid->layer_from_grid.x();
@@ -106,12 +130,11 @@ absl::Status InsertLayer(Database* database, const StoredLayer& layer) {
     yaw = spec.grid->layer_from_grid.yaw();
     resolution_m = spec.grid->resolution_m;
   }
-  absl::Status status = database->Run(
+  HYPERMAP_RETURN_IF_ERROR(database->Run(
       "INSERT INTO hypermap_layers (name, kind, table_name, frame_id, origin_x, origin_y, "
       "origin_yaw, resolution_m, parameters) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)",
       spec.name, LayerKindName(spec.kind), layer.table, spec.frame_id, x, y, yaw, resolution_m,
-      *parameters);
-  if (!status.ok()) return status;
+      parameters));
   return UpdateLayerExtent(database, spec.name, layer.extent);
 }
 
@@ -125,9 +148,8 @@ absl::Status UpdateLayerExtent(Database* database, const std::string& layer,
 }
 
 absl::Status UpdateLayerParameters(Database* database, const LayerSpec& spec) {
-  absl::StatusOr<std::string> parameters = EncodeLayerParameters(spec);
-  if (!parameters.ok()) return parameters.status();
-  return database->Run("UPDATE hypermap_layers SET parameters = ? WHERE name = ?", *parameters,
+  HYPERMAP_ASSIGN_OR_RETURN(const std::string parameters, EncodeLayerParameters(spec));
+  return database->Run("UPDATE hypermap_layers SET parameters = ? WHERE name = ?", parameters,
                        spec.name);
 }
 
@@ -136,20 +158,20 @@ absl::Status RemoveLayer(Database* database, const std::string& layer) {
 }
 
 absl::StatusOr<std::vector<StoredLayer>> ReadLayers(Database* database) {
-  absl::StatusOr<Statement> select = database->Prepare(
-      "SELECT name, kind, table_name, frame_id, origin_x, origin_y, origin_yaw, resolution_m, "
-      "row_begin, row_end, col_begin, col_end, parameters, lineage "
-      "FROM hypermap_layers ORDER BY name");
-  if (!select.ok()) return select.status();
+  HYPERMAP_ASSIGN_OR_RETURN(
+      Statement select,
+      database->Prepare(
+          "SELECT name, kind, table_name, frame_id, origin_x, origin_y, origin_yaw, resolution_m, "
+          "row_begin, row_end, col_begin, col_end, parameters, lineage "
+          "FROM hypermap_layers ORDER BY name"));
   std::vector<StoredLayer> layers;
   while (true) {
-    absl::StatusOr<bool> row = select->Step();
-    if (!row.ok()) return row.status();
-    if (!*row) return layers;
-    absl::StatusOr<StoredLayer> layer = ReadLayerRow(&*select);
+    HYPERMAP_ASSIGN_OR_RETURN(const bool has_row, select.Step());
+    if (!has_row) return layers;
+    absl::StatusOr<StoredLayer> layer = ReadLayerRow(&select);
     if (!layer.ok()) {
       return absl::DataLossError(
-          absl::StrCat("hypermap_layers, layer ", select->Text(0), ": ", layer.status().message()));
+          absl::StrCat("hypermap_layers, layer ", select.Text(0), ": ", layer.status().message()));
     }
     layers.push_back(*std::move(layer));
   }

@@ -1,4 +1,4 @@
-// hypermap_layers: what each layer is, where its content is kept, and the extent of a grid.
+// hypermap_layers: the spec of each layer, the table of its content, and the extent of a grid.
 #ifndef HYPERMAP_STORAGE_GEOPACKAGE_LAYER_TABLE_H_
 #define HYPERMAP_STORAGE_GEOPACKAGE_LAYER_TABLE_H_
 
@@ -19,24 +19,26 @@ inline constexpr char kLayersTable[] = "hypermap_layers";
 struct StoredLayer {
   LayerSpec spec;
   std::string table;
-  CellBox extent;  // of a grid; empty when nothing was written yet
+  CellBox extent;  // of a grid; empty when it was never written to
   int64_t lineage = 0;
 };
 
 absl::Status InsertLayer(Database* database, const StoredLayer& layer);
 absl::Status UpdateLayerExtent(Database* database, const std::string& layer, const CellBox& extent);
-// What of the spec may change: the aliases.
+// Writes the part of the spec that may change: the aliases.
 absl::Status UpdateLayerParameters(Database* database, const LayerSpec& spec);
 absl::Status RemoveLayer(Database* database, const std::string& layer);
 
-// All layers by name. DATA_LOSS naming the one that is no valid layer or has no table.
+// Reads all layers, ordered by name. DATA_LOSS naming the layer whose row is not valid.
 absl::StatusOr<std::vector<StoredLayer>> ReadLayers(Database* database);
 
-// A layer from a row of name, kind, table_name, frame_id, origin_x, origin_y, origin_yaw,
-// resolution_m, row_begin, row_end, col_begin, col_end, parameters, lineage. DATA_LOSS.
+// Reads a layer from a row of the columns name, kind, table_name, frame_id, origin_x, origin_y,
+// origin_yaw, resolution_m, row_begin, row_end, col_begin, col_end, parameters, lineage. DATA_LOSS.
 absl::StatusOr<StoredLayer> ReadLayerRow(Statement* row);
 
-// What only some kinds have, as a JSON object, so that a new kind needs no new columns.
+// The fields of a spec that only some kinds of layer have, as a JSON object: a new kind needs no
+// new columns. Decoding gives an absent field its default. INVALID_ARGUMENT for text that is not
+// UTF-8; DATA_LOSS.
 absl::StatusOr<std::string> EncodeLayerParameters(const LayerSpec& spec);
 absl::Status DecodeLayerParameters(absl::string_view text, LayerSpec* spec);
 

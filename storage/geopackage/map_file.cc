@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/status/status_macros.h"
 #include "storage/geopackage/schema.h"
 #include "storage/geopackage/spatial_functions.h"
 #include "storage/sqlite/durable_file.h"
@@ -35,50 +36,45 @@ absl::StatusOr<int64_t> SizeOfFile(const std::string& path) {
 // SQLite reads what is missing of a last page as zeros. With a log beside it, a file may end so
 // after a crash, and the log has the page.
 absl::Status CheckLength(Database* database, int64_t size, bool has_log) {
-  absl::StatusOr<std::optional<int64_t>> page_size = database->QueryInt64("PRAGMA page_size");
-  if (!page_size.ok()) return page_size.status();
-  if (has_log || size % **page_size == 0) return absl::OkStatus();
+  HYPERMAP_ASSIGN_OR_RETURN(const std::optional<int64_t> page_size,
+                            database->QueryInt64("PRAGMA page_size"));
+  if (has_log || size % *page_size == 0) return absl::OkStatus();
   return absl::DataLossError("the file is cut short");
 }
 
 absl::Status CheckPages(Database* database) {
-  absl::StatusOr<Statement> check = database->Prepare("PRAGMA quick_check(1)");
-  if (!check.ok()) return check.status();
-  absl::StatusOr<bool> row = check->Step();
-  if (!row.ok()) return row.status();
-  const std::string result(*row ? check->Text(0) : "no answer");
+  HYPERMAP_ASSIGN_OR_RETURN(Statement check, database->Prepare("PRAGMA quick_check(1)"));
+  HYPERMAP_ASSIGN_OR_RETURN(const bool has_row, check.Step());
+  const std::string result(has_row ? check.Text(0) : "no answer");
   return result == "ok" ? absl::OkStatus() : absl::DataLossError(result);
 }
 
 absl::Status WriteAhead(Database* database) {
-  if (absl::Status status = database->Execute(kSettings); !status.ok()) return status;
-  absl::StatusOr<Statement> set = database->Prepare("PRAGMA journal_mode = WAL");
-  if (!set.ok()) return set.status();
-  absl::StatusOr<bool> row = set->Step();
-  if (!row.ok()) return row.status();
-  if (*row && set->Text(0) == "wal") return absl::OkStatus();
+  HYPERMAP_RETURN_IF_ERROR(database->Execute(kSettings));
+  HYPERMAP_ASSIGN_OR_RETURN(Statement set, database->Prepare("PRAGMA journal_mode = WAL"));
+  HYPERMAP_ASSIGN_OR_RETURN(const bool has_row, set.Step());
+  if (has_row && set.Text(0) == "wal") return absl::OkStatus();
   return absl::FailedPreconditionError("the file system does not allow write-ahead logging");
 }
 
 absl::Status LimitSize(Database* database, int64_t max_bytes) {
   if (max_bytes <= 0) return absl::OkStatus();
-  absl::StatusOr<std::optional<int64_t>> page_size = database->QueryInt64("PRAGMA page_size");
-  if (!page_size.ok()) return page_size.status();
+  HYPERMAP_ASSIGN_OR_RETURN(const std::optional<int64_t> page_size,
+                            database->QueryInt64("PRAGMA page_size"));
   return database->Execute(
-      absl::StrCat("PRAGMA max_page_count = ", std::max<int64_t>(1, max_bytes / **page_size)));
+      absl::StrCat("PRAGMA max_page_count = ", std::max<int64_t>(1, max_bytes / *page_size)));
 }
 
 // A doubt about the file as such comes before one about its content.
 absl::Status Prepare(Database* database, int64_t size, bool has_log,
                      const GeoPackageOptions& options) {
-  absl::StatusOr<int64_t> version = ReadSchemaVersion(database);
-  if (!version.ok()) return version.status();
+  HYPERMAP_ASSIGN_OR_RETURN(const int64_t version, ReadSchemaVersion(database));
   if (sqlite3_db_readonly(database->handle(), "main") != 0) {
     return absl::FailedPreconditionError("the file is read-only");
   }
-  if (absl::Status status = CheckLength(database, size, has_log); !status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(CheckLength(database, size, has_log));
   if (size <= options.max_checked_bytes) {
-    if (absl::Status status = CheckPages(database); !status.ok()) return status;
+    HYPERMAP_RETURN_IF_ERROR(CheckPages(database));
   }
   absl::Status status = RegisterSpatialFunctions(database);
   if (status.ok()) status = MigrateSchema(database, kSchemaVersion, ReleasedMigrations());
@@ -90,10 +86,10 @@ absl::Status Prepare(Database* database, int64_t size, bool has_log,
 
 absl::Status Build(const std::string& path, const MapHeader& header,
                    const GeoPackageOptions& options) {
-  absl::StatusOr<std::unique_ptr<Database>> database =
-      Database::Open(path, Database::OpenMode::kCreate, options.busy_timeout);
-  if (!database.ok()) return database.status();
-  return CreateSchema(database->get(), header);
+  HYPERMAP_ASSIGN_OR_RETURN(
+      std::unique_ptr<Database> database,
+      Database::Open(path, Database::OpenMode::kCreate, options.busy_timeout));
+  return CreateSchema(database.get(), header);
 }
 
 }  // namespace
@@ -111,20 +107,18 @@ absl::Status CreateMapFile(const std::string& path, const std::string& temporary
 
 absl::StatusOr<std::unique_ptr<Database>> OpenMapFile(const std::string& path,
                                                       const GeoPackageOptions& options) {
-  absl::StatusOr<int64_t> size = SizeOfFile(path);
-  if (!size.ok()) return size.status();
+  HYPERMAP_ASSIGN_OR_RETURN(const int64_t size, SizeOfFile(path));
   const bool has_log = PathExists(path + "-wal");
   absl::StatusOr<std::unique_ptr<Database>> database =
       Database::Open(path, Database::OpenMode::kExisting, options.busy_timeout);
   if (!database.ok()) return database.status();
-  absl::Status status = Prepare(database->get(), *size, has_log, options);
-  if (!status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(Prepare(database->get(), size, has_log, options));
   return database;
 }
 
 absl::Status RemoveSidecars(const std::string& path) {
   for (const char* suffix : {"-wal", "-shm", "-journal"}) {
-    if (absl::Status status = RemoveFile(path + suffix); !status.ok()) return status;
+    HYPERMAP_RETURN_IF_ERROR(RemoveFile(path + suffix));
   }
   return absl::OkStatus();
 }

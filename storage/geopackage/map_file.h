@@ -1,4 +1,5 @@
-// A map's file from the outside: making it, opening it with every doubt, removing it.
+// Creating, opening and removing the file of a map. Opening checks that the file is a map and
+// intact.
 #ifndef HYPERMAP_STORAGE_GEOPACKAGE_MAP_FILE_H_
 #define HYPERMAP_STORAGE_GEOPACKAGE_MAP_FILE_H_
 
@@ -13,20 +14,21 @@
 
 namespace hypermap::storage {
 
-// Makes an empty map's file, wholly and durably or not at all, building it as `temporary` first.
+// Creates the file of an empty map. It is built as `temporary` and then renamed, so that after a
+// crash it is there completely or not at all.
 absl::Status CreateMapFile(const std::string& path, const std::string& temporary,
                            const MapHeader& header, const GeoPackageOptions& options);
 
-// Opens a map's file for writing, of the newest schema version, checked and set to write ahead.
-// FAILED_PRECONDITION for a file that is no map, of a newer version, or read-only; DATA_LOSS for
-// one that is damaged.
+// Opens a map's file for writing, checks it, migrates it to the newest schema version and sets
+// write-ahead logging. FAILED_PRECONDITION when the file is not a map, has a newer version or is
+// read-only; DATA_LOSS when it is damaged.
 absl::StatusOr<std::unique_ptr<Database>> OpenMapFile(const std::string& path,
                                                       const GeoPackageOptions& options);
 
-// Removes what SQLite keeps beside a map's file. The file must not be there.
+// Removes the files that SQLite keeps beside a map's file. REQUIRES: the map's file does not exist.
 absl::Status RemoveSidecars(const std::string& path);
 
-// Removes a map's file and what is beside it, durably. When the file itself can't be removed,
+// Removes a map's file and the files beside it, durably. When the map's file can't be removed,
 // nothing is.
 absl::Status RemoveMapFile(const std::string& path);
 

@@ -3,6 +3,7 @@
 #include <string>
 
 #include "absl/strings/str_cat.h"
+#include "base/status/status_macros.h"
 #include "map/layers/layer_spec.h"
 
 namespace hypermap::storage {
@@ -18,23 +19,24 @@ absl::Status InsertMetadata(Database* database, int64_t schema_version,
 }
 
 absl::StatusOr<MapMetadata> ReadMetadata(Database* database) {
-  absl::StatusOr<Statement> select = database->Prepare(
-      "SELECT map_name, frame_id, created_at_ns, request_id, revision, next_object_id, "
-      "oldest_revision "
-      "FROM hypermap_metadata WHERE id = 1");
-  if (!select.ok()) return select.status();
-  absl::StatusOr<bool> row = select->Step();
+  HYPERMAP_ASSIGN_OR_RETURN(
+      Statement select,
+      database->Prepare(
+          "SELECT map_name, frame_id, created_at_ns, request_id, revision, next_object_id, "
+          "oldest_revision "
+          "FROM hypermap_metadata WHERE id = 1"));
+  absl::StatusOr<bool> row = select.Step();
   if (!row.ok()) return row.status();
   if (!*row) return absl::DataLossError("hypermap_metadata has no row");
   MapMetadata metadata;
-  metadata.header.name = std::string(select->Text(0));
-  metadata.header.frame_id = std::string(select->Text(1));
-  metadata.header.created_at = absl::FromUnixNanos(select->Int64(2));
-  metadata.header.request_id = std::string(select->Text(3));
-  metadata.revision = select->Int64(4);
-  metadata.next_object_id = select->Int64(5);
-  metadata.oldest_revision = select->Int64(6);
-  absl::Status status = select->row_status();
+  metadata.header.name = std::string(select.Text(0));
+  metadata.header.frame_id = std::string(select.Text(1));
+  metadata.header.created_at = absl::FromUnixNanos(select.Int64(2));
+  metadata.header.request_id = std::string(select.Text(3));
+  metadata.revision = select.Int64(4);
+  metadata.next_object_id = select.Int64(5);
+  metadata.oldest_revision = select.Int64(6);
+  absl::Status status = select.row_status();
   status.Update(ValidateFrameId("frame_id", metadata.header.frame_id));
   if (!status.ok()) {
     return absl::DataLossError(absl::StrCat("hypermap_metadata: ", status.message()));
@@ -50,10 +52,9 @@ absl::StatusOr<MapMetadata> ReadMetadata(Database* database) {
 
 absl::Status AdvanceRevision(Database* database, Revision from, Revision to,
                              ObjectId next_object_id) {
-  absl::Status status = database->Run(
+  HYPERMAP_RETURN_IF_ERROR(database->Run(
       "UPDATE hypermap_metadata SET revision = ?, next_object_id = ? WHERE id = 1 AND revision = ?",
-      to, next_object_id, from);
-  if (!status.ok()) return status;
+      to, next_object_id, from));
   if (database->changed_rows() == 1) return absl::OkStatus();
   return absl::FailedPreconditionError(
       absl::StrCat("the file is not at revision ", from, "; another program has changed it"));

@@ -1,4 +1,4 @@
-// hypermap_metadata: the one row that makes a GeoPackage a map.
+// hypermap_metadata: the one row by which a GeoPackage is a map.
 #ifndef HYPERMAP_STORAGE_GEOPACKAGE_MAP_METADATA_H_
 #define HYPERMAP_STORAGE_GEOPACKAGE_MAP_METADATA_H_
 
@@ -13,7 +13,7 @@ struct MapMetadata {
   MapHeader header;
   Revision revision = 0;
   ObjectId next_object_id = 1;
-  // The oldest that can be asked for.
+  // The oldest revision that can be read.
   Revision oldest_revision = 0;
 };
 
@@ -23,12 +23,12 @@ absl::Status InsertMetadata(Database* database, int64_t schema_version,
 // DATA_LOSS when the row is missing or wrong.
 absl::StatusOr<MapMetadata> ReadMetadata(Database* database);
 
-// Moves the map on from one revision to another. FAILED_PRECONDITION when the file is not at
-// `from`, which only another program can have done.
+// Advances the map from one revision to another. FAILED_PRECONDITION when the file is not at
+// `from`, which only another program can have caused.
 absl::Status AdvanceRevision(Database* database, Revision from, Revision to,
                              ObjectId next_object_id);
 
-// Moves the oldest revision forward.
+// Advances the oldest revision that can be read.
 absl::Status SetOldestRevision(Database* database, Revision oldest);
 
 }  // namespace hypermap::storage

@@ -4,20 +4,19 @@
 #include <optional>
 #include <utility>
 
+#include "base/status/status_macros.h"
 #include "storage/geopackage/geometry_blob.h"
 #include "storage/geopackage/object_json.h"
 
 namespace hypermap::storage {
 
 absl::StatusOr<ObjectRow> EncodeObjectRow(const SemanticObject& object) {
-  absl::StatusOr<std::string> classes = EncodeClasses(object.classes);
-  if (!classes.ok()) return classes.status();
-  absl::StatusOr<std::string> tags = EncodeTags(object.tags);
-  if (!tags.ok()) return tags.status();
-  absl::StatusOr<std::string> attributes = EncodeAttributes(object.attributes);
-  if (!attributes.ok()) return attributes.status();
-  return ObjectRow{EncodeGeometryBlob(object.polygon), *std::move(classes), *std::move(tags),
-                   *std::move(attributes)};
+  ObjectRow row;
+  row.geometry = EncodeGeometryBlob(object.shape);
+  HYPERMAP_ASSIGN_OR_RETURN(row.classes, EncodeClasses(object.classes));
+  HYPERMAP_ASSIGN_OR_RETURN(row.tags, EncodeTags(object.tags));
+  HYPERMAP_ASSIGN_OR_RETURN(row.attributes, EncodeAttributes(object.attributes));
+  return row;
 }
 
 absl::StatusOr<ObjectPtr> ReadObjectRow(Statement* row) {
@@ -33,20 +32,12 @@ absl::StatusOr<ObjectPtr> ReadObjectRow(Statement* row) {
   const std::optional<double> height_max = row->OptionalDouble(8);
   const std::optional<int64_t> expires_at_ns = row->OptionalInt64(9);
   object->version = row->Int64(kObjectVersionColumn);
-  if (!row->row_status().ok()) return row->row_status();
+  HYPERMAP_RETURN_IF_ERROR(row->row_status());
 
-  absl::StatusOr<Polygon> polygon = DecodeGeometryBlob(geometry);
-  if (!polygon.ok()) return polygon.status();
-  object->polygon = *std::move(polygon);
-  absl::StatusOr<Classes> classes = DecodeClasses(classes_json);
-  if (!classes.ok()) return classes.status();
-  object->classes = *std::move(classes);
-  absl::StatusOr<Tags> tags = DecodeTags(tags_json);
-  if (!tags.ok()) return tags.status();
-  object->tags = *std::move(tags);
-  absl::StatusOr<Attributes> attributes = DecodeAttributes(attributes_json);
-  if (!attributes.ok()) return attributes.status();
-  object->attributes = *std::move(attributes);
+  HYPERMAP_ASSIGN_OR_RETURN(object->shape, DecodeGeometryBlob(geometry));
+  HYPERMAP_ASSIGN_OR_RETURN(object->classes, DecodeClasses(classes_json));
+  HYPERMAP_ASSIGN_OR_RETURN(object->tags, DecodeTags(tags_json));
+  HYPERMAP_ASSIGN_OR_RETURN(object->attributes, DecodeAttributes(attributes_json));
   if (height_min.has_value() != height_max.has_value()) {
     return absl::DataLossError("only one of height_min and height_max");
   }
@@ -54,7 +45,7 @@ absl::StatusOr<ObjectPtr> ReadObjectRow(Statement* row) {
   if (expires_at_ns) object->expires_at = absl::FromUnixNanos(*expires_at_ns);
   if (object->id < 1) return absl::DataLossError("an id that is not positive");
   if (object->version < 0) return absl::DataLossError("a version that is negative");
-  if (absl::Status status = Validate(*object); !status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(Validate(*object));
   return object;
 }
 

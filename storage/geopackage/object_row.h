@@ -1,4 +1,4 @@
-// An object as the columns of a row: in the table of its layer, and in the history of all.
+// The columns of an object: in the table of its layer and in the history of all layers.
 #ifndef HYPERMAP_STORAGE_GEOPACKAGE_OBJECT_ROW_H_
 #define HYPERMAP_STORAGE_GEOPACKAGE_OBJECT_ROW_H_
 
@@ -6,18 +6,18 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
-#include "map/layers/semantic_object.h"
+#include "map/objects/semantic_object.h"
 #include "storage/sqlite/sqlite.h"
 
 namespace hypermap::storage {
 
-// The columns that ReadObjectRow reads first to last, after the id and before the version.
+// The columns that ReadObjectRow expects, in this order, after the id and before the version.
 inline constexpr char kObjectColumns[] =
     "geom, label, existence, classes, tags, attributes, height_min, height_max, expires_at_ns";
 inline constexpr int kObjectIdColumn = 0;
 inline constexpr int kObjectVersionColumn = 10;
 
-// The columns of an object that are not plain.
+// The columns of an object that are encoded.
 struct ObjectRow {
   std::string geometry;
   std::string classes;
@@ -25,10 +25,10 @@ struct ObjectRow {
   std::string attributes;
 };
 
-// INVALID_ARGUMENT for text that is not UTF-8 and numbers that are not finite.
+// INVALID_ARGUMENT for text that is not UTF-8 and for numbers that are not finite.
 absl::StatusOr<ObjectRow> EncodeObjectRow(const SemanticObject& object);
 
-// Columns: the id, kObjectColumns, the version. DATA_LOSS.
+// Reads an object from a row of the id, kObjectColumns and the version. DATA_LOSS.
 absl::StatusOr<ObjectPtr> ReadObjectRow(Statement* row);
 
 }  // namespace hypermap::storage

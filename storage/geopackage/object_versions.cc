@@ -5,6 +5,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_replace.h"
+#include "base/status/status_macros.h"
 #include "storage/geopackage/history_tables.h"
 #include "storage/geopackage/object_row.h"
 
@@ -84,32 +85,29 @@ absl::StatusOr<ObjectPtr> ObjectVersions::Read(Statement* row, const std::string
 absl::Status ObjectVersions::ReadAll(Statement* select, const std::string& table, int64_t lineage,
                                      std::vector<ObjectPtr>* objects) {
   while (true) {
-    absl::StatusOr<bool> row = select->Step();
-    if (!row.ok()) return row.status();
-    if (!*row) return absl::OkStatus();
-    absl::StatusOr<ObjectPtr> object = Read(select, table, lineage);
-    if (!object.ok()) return object.status();
-    objects->push_back(*std::move(object));
+    HYPERMAP_ASSIGN_OR_RETURN(const bool has_row, select->Step());
+    if (!has_row) return absl::OkStatus();
+    HYPERMAP_ASSIGN_OR_RETURN(ObjectPtr object, Read(select, table, lineage));
+    objects->push_back(std::move(object));
   }
 }
 
 absl::StatusOr<ObjectPtr> ObjectVersions::At(const Lineage& layer, ObjectId id, Revision revision) {
   const auto& [stored, is_current] = layer;
-  absl::StatusOr<Statement> replaced = database_->Prepare(replaced_at_);
-  if (!replaced.ok()) return replaced.status();
-  absl::StatusOr<bool> row = replaced->Bind(stored.lineage, id, revision).Step();
+  HYPERMAP_ASSIGN_OR_RETURN(Statement replaced, database_->Prepare(replaced_at_));
+  absl::StatusOr<bool> row = replaced.Bind(stored.lineage, id, revision).Step();
   if (!row.ok()) return row.status();
   if (*row) {
-    if (replaced->Int64(kObjectVersionColumn) > revision) return ObjectPtr();
-    return Read(&*replaced, kHistoryTable, stored.lineage);
+    if (replaced.Int64(kObjectVersionColumn) > revision) return ObjectPtr();
+    return Read(&replaced, kHistoryTable, stored.lineage);
   }
   if (!is_current) return ObjectPtr();
-  absl::StatusOr<Statement> current = database_->Prepare(Filled(kCurrentAt, stored.table));
-  if (!current.ok()) return current.status();
-  row = current->Bind(id, revision).Step();
+  HYPERMAP_ASSIGN_OR_RETURN(Statement current,
+                            database_->Prepare(Filled(kCurrentAt, stored.table)));
+  row = current.Bind(id, revision).Step();
   if (!row.ok()) return row.status();
   if (!*row) return ObjectPtr();
-  return Read(&*current, stored.table, stored.lineage);
+  return Read(&current, stored.table, stored.lineage);
 }
 
 absl::StatusOr<std::vector<ObjectPtr>> ObjectVersions::InBox(const Lineage& layer, const Box& box,
@@ -117,18 +115,17 @@ absl::StatusOr<std::vector<ObjectPtr>> ObjectVersions::InBox(const Lineage& laye
   const auto& [stored, is_current] = layer;
   std::vector<ObjectPtr> objects;
   if (box.empty()) return objects;
-  absl::StatusOr<Statement> replaced = database_->Prepare(replaced_in_box_);
-  if (!replaced.ok()) return replaced.status();
+  HYPERMAP_ASSIGN_OR_RETURN(Statement replaced, database_->Prepare(replaced_in_box_));
   const MillimetreBox mm = ToMillimetres(box);
-  replaced->Bind(stored.lineage, revision, ClampToInt32(revision), ClampToInt32(stored.lineage),
-                 mm.min_x, mm.max_x, mm.min_y, mm.max_y);
-  absl::Status status = ReadAll(&*replaced, kHistoryTable, stored.lineage, &objects);
+  replaced.Bind(stored.lineage, revision, ClampToInt32(revision), ClampToInt32(stored.lineage),
+                mm.min_x, mm.max_x, mm.min_y, mm.max_y);
+  absl::Status status = ReadAll(&replaced, kHistoryTable, stored.lineage, &objects);
   if (!status.ok()) return status;
   if (is_current) {
-    absl::StatusOr<Statement> current = database_->Prepare(Filled(kCurrentInBox, stored.table));
-    if (!current.ok()) return current.status();
-    current->Bind(revision, box.min.x, box.max.x, box.min.y, box.max.y);
-    status = ReadAll(&*current, stored.table, stored.lineage, &objects);
+    HYPERMAP_ASSIGN_OR_RETURN(Statement current,
+                              database_->Prepare(Filled(kCurrentInBox, stored.table)));
+    current.Bind(revision, box.min.x, box.max.x, box.min.y, box.max.y);
+    status = ReadAll(&current, stored.table, stored.lineage, &objects);
     if (!status.ok()) return status;
   }
   SortById(&objects);
@@ -139,15 +136,14 @@ absl::StatusOr<std::vector<ObjectPtr>> ObjectVersions::All(const Lineage& layer,
                                                            Revision revision) {
   const auto& [stored, is_current] = layer;
   std::vector<ObjectPtr> objects;
-  absl::StatusOr<Statement> replaced = database_->Prepare(all_replaced_);
-  if (!replaced.ok()) return replaced.status();
-  replaced->Bind(stored.lineage, revision, ClampToInt32(revision), ClampToInt32(stored.lineage));
-  absl::Status status = ReadAll(&*replaced, kHistoryTable, stored.lineage, &objects);
+  HYPERMAP_ASSIGN_OR_RETURN(Statement replaced, database_->Prepare(all_replaced_));
+  replaced.Bind(stored.lineage, revision, ClampToInt32(revision), ClampToInt32(stored.lineage));
+  absl::Status status = ReadAll(&replaced, kHistoryTable, stored.lineage, &objects);
   if (!status.ok()) return status;
   if (is_current) {
-    absl::StatusOr<Statement> current = database_->Prepare(Filled(kAllCurrent, stored.table));
-    if (!current.ok()) return current.status();
-    status = ReadAll(&current->Bind(revision), stored.table, stored.lineage, &objects);
+    HYPERMAP_ASSIGN_OR_RETURN(Statement current,
+                              database_->Prepare(Filled(kAllCurrent, stored.table)));
+    status = ReadAll(&current.Bind(revision), stored.table, stored.lineage, &objects);
     if (!status.ok()) return status;
   }
   SortById(&objects);

@@ -1,5 +1,5 @@
-// The objects of any kept revision: those that were replaced since, from the history, and those
-// that still are as they were, from their layer's table.
+// The objects of any kept revision. Objects that were replaced or removed since come from the
+// history, those that are unchanged from the table of their layer.
 #ifndef HYPERMAP_STORAGE_GEOPACKAGE_OBJECT_VERSIONS_H_
 #define HYPERMAP_STORAGE_GEOPACKAGE_OBJECT_VERSIONS_H_
 
@@ -17,20 +17,20 @@
 
 namespace hypermap::storage {
 
-// Borrows the database. What it reads belongs to one moment only within a ReadTransaction. All
-// errors are as of Statement, and DATA_LOSS naming the table and the row.
+// Borrows the database. Several reads are consistent only within one ReadTransaction. Errors: those
+// of Statement, and DATA_LOSS naming the table and the row.
 class ObjectVersions {
  public:
   explicit ObjectVersions(Database* database);
 
-  // As it was at the revision; null when it was not there.
+  // The object at the revision; null when it did not exist then.
   absl::StatusOr<ObjectPtr> At(const Lineage& layer, ObjectId id, Revision revision);
 
-  // Those whose box shares a point with `box`, and some near it; by id.
+  // The objects whose box shares a point with `box`, and perhaps some near it, ordered by id.
   absl::StatusOr<std::vector<ObjectPtr>> InBox(const Lineage& layer, const Box& box,
                                                Revision revision);
 
-  // By id.
+  // All objects of the layer, ordered by id.
   absl::StatusOr<std::vector<ObjectPtr>> All(const Lineage& layer, Revision revision);
 
  private:

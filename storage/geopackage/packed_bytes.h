@@ -1,4 +1,4 @@
-// Bytes as they are kept: deflated.
+// Compression of large columns.
 #ifndef HYPERMAP_STORAGE_GEOPACKAGE_PACKED_BYTES_H_
 #define HYPERMAP_STORAGE_GEOPACKAGE_PACKED_BYTES_H_
 
@@ -10,10 +10,11 @@
 
 namespace hypermap::storage {
 
-// A zlib stream (RFC 1950).
+// Compresses to a zlib stream (RFC 1950).
 std::string PackBytes(absl::string_view bytes);
 
-// `size` is of the bytes that were packed. DATA_LOSS when `packed` is not what they became.
+// Decompresses; `size` is the size of the original bytes. DATA_LOSS when `packed` is not a stream
+// of that many bytes.
 absl::StatusOr<std::string> UnpackBytes(absl::string_view packed, int64_t size);
 
 }  // namespace hypermap::storage

@@ -8,6 +8,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_replace.h"
+#include "base/status/status_macros.h"
 
 namespace hypermap::storage {
 namespace {
@@ -142,23 +143,24 @@ class TreeWriter {
 };
 
 absl::StatusOr<TreeWriter> TreeWriter::Open(Database* database, const std::string& tree) {
-  absl::StatusOr<std::optional<int64_t>> node_bytes = database->QueryInt64(
-      absl::StrCat("SELECT length(data) FROM \"", tree, "_node\" WHERE nodeno = 1"));
-  if (!node_bytes.ok()) return node_bytes.status();
-  absl::StatusOr<Statement> write_node =
-      database->Prepare(absl::StrCat("INSERT OR REPLACE INTO \"", tree, "_node\" VALUES (?, ?)"));
-  if (!write_node.ok()) return write_node.status();
-  return TreeWriter(database, tree, static_cast<size_t>(node_bytes->value_or(0)),
-                    *std::move(write_node));
+  HYPERMAP_ASSIGN_OR_RETURN(const std::optional<int64_t> node_bytes,
+                            database->QueryInt64(absl::StrCat("SELECT length(data) FROM \"", tree,
+                                                              "_node\" WHERE nodeno = 1")));
+  HYPERMAP_ASSIGN_OR_RETURN(
+      Statement write_node,
+      database->Prepare(absl::StrCat("INSERT OR REPLACE INTO \"", tree, "_node\" VALUES (?, ?)")));
+  return TreeWriter(database, tree, static_cast<size_t>(node_bytes.value_or(0)),
+                    std::move(write_node));
 }
 
 absl::Status TreeWriter::WritePlaces(std::vector<std::pair<int64_t, int64_t>> places) {
   std::sort(places.begin(), places.end());
-  absl::StatusOr<Statement> write = database_->Prepare(absl::StrCat(
-      "INSERT INTO \"", tree_, height_ == 0 ? "_rowid" : "_parent", "\" VALUES (?, ?)"));
-  if (!write.ok()) return write.status();
+  HYPERMAP_ASSIGN_OR_RETURN(
+      Statement write,
+      database_->Prepare(absl::StrCat("INSERT INTO \"", tree_, height_ == 0 ? "_rowid" : "_parent",
+                                      "\" VALUES (?, ?)")));
   for (const auto& [cell, node] : places) {
-    if (absl::Status status = write->Bind(cell, node).Run(); !status.ok()) return status;
+    HYPERMAP_RETURN_IF_ERROR(write.Bind(cell, node).Run());
   }
   return absl::OkStatus();
 }
@@ -173,20 +175,18 @@ absl::StatusOr<std::vector<IndexCell>> TreeWriter::WriteLevel(std::vector<IndexC
     const IndexCell* begin = &cells[begins[i]];
     const IndexCell* end = cells.data() + begins[i + 1];
     WriteNode(/*height=*/0, begin, end, &block_);
-    absl::Status status = write_node_.Bind(node, BlobView{block_}).Run();
-    if (!status.ok()) return status;
+    HYPERMAP_RETURN_IF_ERROR(write_node_.Bind(node, BlobView{block_}).Run());
     parents.push_back(Around(node, begin, end));
     for (const IndexCell* cell = begin; cell != end; ++cell) places.emplace_back(cell->id, node);
   }
-  if (absl::Status status = WritePlaces(std::move(places)); !status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(WritePlaces(std::move(places)));
   ++height_;
   return parents;
 }
 
 absl::Status TreeWriter::WriteRoot(const std::vector<IndexCell>& cells) {
   WriteNode(height_, cells.data(), cells.data() + cells.size(), &block_);
-  absl::Status status = write_node_.Bind(kRootNode, BlobView{block_}).Run();
-  if (!status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(write_node_.Bind(kRootNode, BlobView{block_}).Run());
   std::vector<std::pair<int64_t, int64_t>> places;
   for (const IndexCell& cell : cells) places.emplace_back(cell.id, kRootNode);
   return WritePlaces(std::move(places));
@@ -205,21 +205,18 @@ void SortInSpace(std::vector<IndexCell>* cells) {
 }
 
 absl::StatusOr<bool> IsNewTree(Database* database, const std::string& tree) {
-  absl::StatusOr<std::optional<int64_t>> is_new =
-      database->QueryInt64(absl::StrReplaceAll(kIsNewTree, {{"$t", tree}}));
-  if (!is_new.ok()) return is_new.status();
-  return is_new->value_or(0) == 1;
+  HYPERMAP_ASSIGN_OR_RETURN(const std::optional<int64_t> is_new,
+                            database->QueryInt64(absl::StrReplaceAll(kIsNewTree, {{"$t", tree}})));
+  return is_new.value_or(0) == 1;
 }
 
 absl::Status PackTree(Database* database, const std::string& tree, std::vector<IndexCell> cells) {
-  absl::StatusOr<TreeWriter> writer = TreeWriter::Open(database, tree);
-  if (!writer.ok()) return writer.status();
-  while (!writer->FitsInRoot(cells.size())) {
-    absl::StatusOr<std::vector<IndexCell>> parents = writer->WriteLevel(std::move(cells));
-    if (!parents.ok()) return parents.status();
-    cells = *std::move(parents);
+  HYPERMAP_ASSIGN_OR_RETURN(TreeWriter writer, TreeWriter::Open(database, tree));
+  while (!writer.FitsInRoot(cells.size())) {
+    HYPERMAP_ASSIGN_OR_RETURN(std::vector<IndexCell> parents, writer.WriteLevel(std::move(cells)));
+    cells = std::move(parents);
   }
-  return writer->WriteRoot(cells);
+  return writer.WriteRoot(cells);
 }
 
 }  // namespace hypermap::storage

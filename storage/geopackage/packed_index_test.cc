@@ -8,7 +8,7 @@
 #include "absl/strings/str_replace.h"
 #include "gtest/gtest.h"
 #include "map/layers/semantic_layer.h"
-#include "storage/geopackage/map_testing.h"
+#include "storage/geopackage/testing/map.h"
 #include "tests/support/random_map.h"
 
 namespace hypermap::storage {
@@ -198,7 +198,7 @@ TEST_F(FirstLoadTest, IndexIsPackedAndTheTriggersGoOn) {
   for (ObjectId id = 1; id < 600; ++id) {
     SemanticObject object =
         *static_cast<const SemanticLayer&>(*map_.snapshot->FindLayer("s")).Find(id);
-    if (id % 3 == 0) object.polygon = Polygon::FromBox({{-1.0 * id, 0}, {0, 1}});
+    if (id % 3 == 0) object.shape = Polygon::FromBox({{-1.0 * id, 0}, {0, 1}});
     object.label = "other";
     if (id % 3 == 1) {
       edits.edits.push_back(DeleteObject{"s", id});

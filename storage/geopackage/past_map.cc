@@ -3,7 +3,8 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "map/layers/grid/grid_layer.h"
+#include "base/status/status_macros.h"
+#include "map/layers/grid_layer.h"
 #include "map/layers/layer_registry.h"
 #include "storage/geopackage/geopackage_history.h"
 #include "storage/geopackage/layer_history.h"
@@ -16,13 +17,11 @@ absl::StatusOr<PastStructurePtr> ReadStructure(Database* database, const std::st
   snapshot->map_name = map_name;
   snapshot->frame_id = frame_id;
   snapshot->revision = revision;
-  absl::StatusOr<FrameTree> frames = ReadFramesAt(database, revision);
-  if (!frames.ok()) return frames.status();
-  snapshot->frames = *std::move(frames);
-  absl::StatusOr<std::vector<PastLayer>> layers = ReadLayersAt(database, revision);
-  if (!layers.ok()) return layers.status();
+  HYPERMAP_ASSIGN_OR_RETURN(FrameTree frames, ReadFramesAt(database, revision));
+  snapshot->frames = std::move(frames);
+  HYPERMAP_ASSIGN_OR_RETURN(std::vector<PastLayer> layers, ReadLayersAt(database, revision));
   auto structure = std::make_shared<PastStructure>();
-  for (const auto& [stored, version] : *layers) {
+  for (const auto& [stored, version] : layers) {
     const LayerSpec& spec = stored.spec;
     LayerPtr layer = IsGridKind(spec.kind) ? std::make_shared<GridLayer>(spec, MakeCellDomain(spec),
                                                                          TileMap(), stored.extent)
@@ -49,11 +48,10 @@ absl::Status GeoPackagePastMap::InMap(const absl::Status& status) const {
 }
 
 absl::StatusOr<const Lineage*> GeoPackagePastMap::Find(const std::string& layer, bool is_grid) {
-  absl::StatusOr<LayerPtr> past = structure_->snapshot->GetLayer(layer);
-  if (!past.ok()) return past.status();
-  if (IsGridKind((*past)->spec().kind) != is_grid) {
+  HYPERMAP_ASSIGN_OR_RETURN(LayerPtr past, structure_->snapshot->GetLayer(layer));
+  if (IsGridKind(past->spec().kind) != is_grid) {
     return absl::FailedPreconditionError(
-        absl::StrCat("layer \"", layer, "\" is of the kind ", LayerKindName((*past)->spec().kind)));
+        absl::StrCat("layer \"", layer, "\" is of the kind ", LayerKindName(past->spec().kind)));
   }
   if (const auto known = lineages_.find(layer); known != lineages_.end()) return &known->second;
   absl::StatusOr<Lineage> lineage = ReadLineage(database_, structure_->lineages.at(layer));
@@ -63,27 +61,24 @@ absl::StatusOr<const Lineage*> GeoPackagePastMap::Find(const std::string& layer,
 
 absl::StatusOr<std::vector<ObjectPtr>> GeoPackagePastMap::Objects(const std::string& layer,
                                                                   const Box& box) {
-  absl::StatusOr<const Lineage*> lineage = Find(layer, /*is_grid=*/false);
-  if (!lineage.ok()) return lineage.status();
+  HYPERMAP_ASSIGN_OR_RETURN(const Lineage* const lineage, Find(layer, /*is_grid=*/false));
   absl::StatusOr<std::vector<ObjectPtr>> objects =
-      objects_->InBox(**lineage, box, structure_->snapshot->revision);
+      objects_->InBox(*lineage, box, structure_->snapshot->revision);
   if (!objects.ok()) return InMap(objects.status());
   return objects;
 }
 
 absl::StatusOr<std::vector<ObjectPtr>> GeoPackagePastMap::Objects(const std::string& layer) {
-  absl::StatusOr<const Lineage*> lineage = Find(layer, /*is_grid=*/false);
-  if (!lineage.ok()) return lineage.status();
+  HYPERMAP_ASSIGN_OR_RETURN(const Lineage* const lineage, Find(layer, /*is_grid=*/false));
   absl::StatusOr<std::vector<ObjectPtr>> objects =
-      objects_->All(**lineage, structure_->snapshot->revision);
+      objects_->All(*lineage, structure_->snapshot->revision);
   if (!objects.ok()) return InMap(objects.status());
   return objects;
 }
 
 absl::StatusOr<TileMap> GeoPackagePastMap::Tiles(const std::string& layer, const CellBox& cells) {
-  absl::StatusOr<const Lineage*> lineage = Find(layer, /*is_grid=*/true);
-  if (!lineage.ok()) return lineage.status();
-  absl::StatusOr<TileMap> tiles = tiles_->InBox(**lineage, cells, structure_->snapshot->revision);
+  HYPERMAP_ASSIGN_OR_RETURN(const Lineage* const lineage, Find(layer, /*is_grid=*/true));
+  absl::StatusOr<TileMap> tiles = tiles_->InBox(*lineage, cells, structure_->snapshot->revision);
   if (!tiles.ok()) return InMap(tiles.status());
   return tiles;
 }

@@ -15,7 +15,7 @@
 
 namespace hypermap::storage {
 
-// The structure of a revision, which stays true as long as the revision is kept.
+// The structure of the map at one revision. It never changes, so it can be cached.
 struct PastStructure {
   SnapshotPtr snapshot;                                  // without content
   std::map<std::string, int64_t, std::less<>> lineages;  // of its layers
@@ -25,7 +25,7 @@ using PastStructurePtr = std::shared_ptr<const PastStructure>;
 absl::StatusOr<PastStructurePtr> ReadStructure(Database* database, const std::string& map_name,
                                                const std::string& frame_id, Revision revision);
 
-// Borrows the database and the readers. Reads in the one transaction that it is given.
+// Borrows the database and the readers. Everything is read within `transaction`.
 class GeoPackagePastMap : public PastMap {
  public:
   GeoPackagePastMap(ReadTransaction transaction, Database* database, ObjectVersions* objects,
@@ -37,7 +37,8 @@ class GeoPackagePastMap : public PastMap {
   absl::StatusOr<TileMap> Tiles(const std::string& layer, const CellBox& cells) override;
 
  private:
-  // NOT_FOUND; FAILED_PRECONDITION when the layer is of the other sort.
+  // NOT_FOUND; FAILED_PRECONDITION when the layer is not a grid or, without `is_grid`, not
+  // semantic.
   absl::StatusOr<const Lineage*> Find(const std::string& layer, bool is_grid);
   absl::Status InMap(const absl::Status& status) const;
 
@@ -46,7 +47,7 @@ class GeoPackagePastMap : public PastMap {
   ObjectVersions* objects_;
   TileVersions* tiles_;
   PastStructurePtr structure_;
-  std::map<std::string, Lineage> lineages_;  // those asked for, as of the transaction
+  std::map<std::string, Lineage> lineages_;  // read so far within the transaction
 };
 
 }  // namespace hypermap::storage

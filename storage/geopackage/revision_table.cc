@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "base/status/status_macros.h"
 #include "storage/geopackage/object_id_list.h"
 
 namespace hypermap::storage {
@@ -32,20 +33,18 @@ absl::Status InsertRevision(Database* database, const Commit& commit) {
 absl::StatusOr<std::optional<Receipt>> ReadReceipt(Database* database,
                                                    absl::string_view request_id) {
   if (request_id.empty()) return std::nullopt;
-  absl::StatusOr<Statement> select =
-      database->Prepare("SELECT revision, object_ids FROM hypermap_receipts WHERE request_id = ?");
-  if (!select.ok()) return select.status();
-  absl::StatusOr<bool> row = select->Bind(request_id).Step();
-  if (!row.ok()) return row.status();
-  if (!*row) return std::nullopt;
+  HYPERMAP_ASSIGN_OR_RETURN(
+      Statement select,
+      database->Prepare("SELECT revision, object_ids FROM hypermap_receipts WHERE request_id = ?"));
+  HYPERMAP_ASSIGN_OR_RETURN(const bool has_row, select.Bind(request_id).Step());
+  if (!has_row) return std::nullopt;
   Receipt receipt;
   receipt.request_id = std::string(request_id);
-  receipt.revision = select->Int64(0);
-  const absl::string_view bytes = select->Blob(1);
-  if (!select->row_status().ok()) return select->row_status();
-  absl::StatusOr<std::vector<ObjectId>> ids = DecodeObjectIds(bytes);
-  if (!ids.ok()) return ids.status();
-  receipt.object_ids = *std::move(ids);
+  receipt.revision = select.Int64(0);
+  const absl::string_view bytes = select.Blob(1);
+  if (!select.row_status().ok()) return select.row_status();
+  HYPERMAP_ASSIGN_OR_RETURN(std::vector<ObjectId> ids, DecodeObjectIds(bytes));
+  receipt.object_ids = std::move(ids);
   return receipt;
 }
 

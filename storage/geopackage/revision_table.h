@@ -1,5 +1,5 @@
-// hypermap_revisions and hypermap_receipts: which commits a map has had, and what their requests
-// were answered.
+// hypermap_revisions and hypermap_receipts: the commits of a map, and the answers to their
+// requests.
 #ifndef HYPERMAP_STORAGE_GEOPACKAGE_REVISION_TABLE_H_
 #define HYPERMAP_STORAGE_GEOPACKAGE_REVISION_TABLE_H_
 
@@ -13,9 +13,11 @@
 
 namespace hypermap::storage {
 
-// Notes the commit, and a receipt when it has a request id. ALREADY_EXISTS when that id has one.
+// Inserts the commit, and its receipt when it has a request id. ALREADY_EXISTS when there is a
+// receipt for that id.
 absl::Status InsertRevision(Database* database, const Commit& commit);
 
+// Nullopt when there is none.
 absl::StatusOr<std::optional<Receipt>> ReadReceipt(Database* database,
                                                    absl::string_view request_id);
 

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "absl/strings/str_cat.h"
+#include "base/status/status_macros.h"
 #include "storage/geopackage/contents.h"
 #include "storage/geopackage/fusion_tables.h"
 #include "storage/geopackage/history_tables.h"
@@ -59,8 +60,8 @@ CREATE TABLE hypermap_revisions (
 );
 )sql";
 
-// What the code reads and writes. A statement that names a missing one would fail anyway, but not
-// before something was done.
+// The tables and columns that the code reads and writes. A statement that names a missing one would
+// fail anyway, but perhaps only after others have changed something.
 struct TableColumns {
   const char* table;
   const char* columns;
@@ -113,22 +114,11 @@ constexpr TableColumns kTables[] = {
     {"gpkg_2d_gridded_tile_ancillary", "tpudt_name, tpudt_id, scale, offset"},
 };
 
-// Version 1 had no fused layers (and no aliases of values, for which it needs no columns).
-absl::Status AddFusion(Database* database) {
-  return database->Execute(absl::StrCat(kCreateFusionTables, R"sql(
-INSERT INTO gpkg_extensions
-  SELECT name, NULL, 'hypermap_core', 'docs/geopackage_format.md of Hypermap', 'write-only'
-    FROM sqlite_master WHERE type = 'table' AND name LIKE 'hypermap\_%' ESCAPE '\'
-      AND name NOT IN (SELECT table_name FROM gpkg_extensions WHERE table_name NOT NULL);
-)sql"));
-}
-
-constexpr Migration kMigrations[] = {{1, AddFusion}, {2, AddHistory}};
-
-// GeoPackage wants every table that is not its own registered. Who only reads layers need not know
-// ours. That one of them is a table of attributes to everybody gives people the layers' frames and
-// origins, and keeps programs that would else list every table (GDAL) from listing the others. Its
-// identifier is no layer's name, as identifiers are unique.
+// GeoPackage requires every table that is not its own to be registered as an extension; programs
+// that only read layers need not know ours. hypermap_layers is listed as a table of attributes as
+// well: that shows people the layers' frames and origins, and keeps GDAL from listing all tables,
+// as it does for a file without any. Its identifier can't be the name of a layer, because it has
+// blanks.
 constexpr char kRegisterTables[] = R"sql(
 INSERT INTO gpkg_extensions
   SELECT name, NULL, 'hypermap_core', 'docs/geopackage_format.md of Hypermap', 'write-only'
@@ -139,10 +129,10 @@ INSERT INTO gpkg_contents (table_name, data_type, identifier, description)
 )sql";
 
 absl::StatusOr<bool> HasTable(Database* database, const char* table) {
-  absl::StatusOr<std::optional<int64_t>> found =
-      database->QueryInt64("SELECT 1 FROM sqlite_master WHERE type = 'table' AND name = ?", table);
-  if (!found.ok()) return found.status();
-  return found->has_value();
+  HYPERMAP_ASSIGN_OR_RETURN(
+      const std::optional<int64_t> found,
+      database->QueryInt64("SELECT 1 FROM sqlite_master WHERE type = 'table' AND name = ?", table));
+  return found.has_value();
 }
 
 const Migration* FindStep(absl::Span<const Migration> migrations, int64_t from_version) {
@@ -154,35 +144,26 @@ const Migration* FindStep(absl::Span<const Migration> migrations, int64_t from_v
 
 }  // namespace
 
-absl::Span<const Migration> ReleasedMigrations() { return kMigrations; }
-
 absl::Status CreateSchema(Database* database, const MapHeader& header) {
-  absl::StatusOr<Transaction> transaction = Transaction::Begin(database);
-  if (!transaction.ok()) return transaction.status();
-  absl::Status status = CreateStandardTables(database);
-  if (status.ok())
-    status = database->Execute(absl::StrCat(kCreateTables, kCreateReceipts, kCreateFusionTables,
-                                            kCreateHistoryTables, kRegisterTables));
-  if (status.ok()) {
-    MapMetadata metadata;
-    metadata.header = header;
-    status = InsertMetadata(database, kSchemaVersion, metadata);
-  }
-  if (status.ok()) status = SetContents(database, kLayersTable, Box(), header.created_at);
-  if (!status.ok()) return status;
-  return transaction->Commit();
+  HYPERMAP_ASSIGN_OR_RETURN(Transaction transaction, Transaction::Begin(database));
+  HYPERMAP_RETURN_IF_ERROR(CreateStandardTables(database));
+  HYPERMAP_RETURN_IF_ERROR(database->Execute(absl::StrCat(
+      kCreateTables, kCreateReceipts, kCreateFusionTables, kCreateHistoryTables, kRegisterTables)));
+  MapMetadata metadata;
+  metadata.header = header;
+  HYPERMAP_RETURN_IF_ERROR(InsertMetadata(database, kSchemaVersion, metadata));
+  HYPERMAP_RETURN_IF_ERROR(SetContents(database, kLayersTable, Box(), header.created_at));
+  return transaction.Commit();
 }
 
 absl::StatusOr<int64_t> ReadSchemaVersion(Database* database) {
-  absl::StatusOr<std::optional<int64_t>> application_id =
-      database->QueryInt64("PRAGMA application_id");
-  if (!application_id.ok()) return application_id.status();
-  if (*application_id != kGeoPackageApplicationId) {
+  HYPERMAP_ASSIGN_OR_RETURN(const std::optional<int64_t> application_id,
+                            database->QueryInt64("PRAGMA application_id"));
+  if (application_id != kGeoPackageApplicationId) {
     return absl::FailedPreconditionError("not a GeoPackage");
   }
-  absl::StatusOr<bool> is_map = HasTable(database, "hypermap_metadata");
-  if (!is_map.ok()) return is_map.status();
-  if (!*is_map) return absl::FailedPreconditionError("a GeoPackage, but not a map of Hypermap");
+  HYPERMAP_ASSIGN_OR_RETURN(const bool is_map, HasTable(database, "hypermap_metadata"));
+  if (!is_map) return absl::FailedPreconditionError("a GeoPackage, but not a map of Hypermap");
   absl::StatusOr<std::optional<int64_t>> version =
       database->QueryInt64("SELECT schema_version FROM hypermap_metadata WHERE id = 1");
   if (version.status().code() == absl::StatusCode::kInternal || (version.ok() && !*version)) {
@@ -194,27 +175,24 @@ absl::StatusOr<int64_t> ReadSchemaVersion(Database* database) {
 
 absl::Status MigrateSchema(Database* database, int64_t newest,
                            absl::Span<const Migration> migrations) {
-  absl::StatusOr<int64_t> version = ReadSchemaVersion(database);
-  if (!version.ok()) return version.status();
-  if (*version == newest) return absl::OkStatus();
-  if (*version > newest) {
+  HYPERMAP_ASSIGN_OR_RETURN(const int64_t version, ReadSchemaVersion(database));
+  if (version == newest) return absl::OkStatus();
+  if (version > newest) {
     return absl::FailedPreconditionError(
-        absl::StrCat("schema version ", *version, " is newer than this program's ", newest));
+        absl::StrCat("schema version ", version, " is newer than this program's ", newest));
   }
-  absl::StatusOr<Transaction> transaction = Transaction::Begin(database);
-  if (!transaction.ok()) return transaction.status();
-  for (int64_t from = *version; from < newest; ++from) {
+  HYPERMAP_ASSIGN_OR_RETURN(Transaction transaction, Transaction::Begin(database));
+  for (int64_t from = version; from < newest; ++from) {
     const Migration* step = FindStep(migrations, from);
     if (step == nullptr) {
       return absl::FailedPreconditionError(
           absl::StrCat("no way to bring schema version ", from, " to ", newest));
     }
-    if (absl::Status status = step->apply(database); !status.ok()) return status;
+    HYPERMAP_RETURN_IF_ERROR(step->apply(database));
   }
-  absl::Status status =
-      database->Run("UPDATE hypermap_metadata SET schema_version = ? WHERE id = 1", newest);
-  if (!status.ok()) return status;
-  return transaction->Commit();
+  HYPERMAP_RETURN_IF_ERROR(
+      database->Run("UPDATE hypermap_metadata SET schema_version = ? WHERE id = 1", newest));
+  return transaction.Commit();
 }
 
 absl::Status VerifySchema(Database* database) {

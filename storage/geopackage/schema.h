@@ -1,7 +1,8 @@
-// Hypermap's own tables in a GeoPackage, and how an older file becomes a new one.
+// Hypermap's own tables in a GeoPackage: creating, checking and migrating them.
 //
-// docs/geopackage_format.md tells the tables and columns. Every version of the schema keeps
-// hypermap_metadata.schema_version, so that any program can tell whether it understands a file.
+// docs/geopackage_format.md describes the tables and columns. Every version of the schema has the
+// column hypermap_metadata.schema_version, so that any program can tell whether it understands a
+// file.
 #ifndef HYPERMAP_STORAGE_GEOPACKAGE_SCHEMA_H_
 #define HYPERMAP_STORAGE_GEOPACKAGE_SCHEMA_H_
 
@@ -10,36 +11,29 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/types/span.h"
+#include "storage/geopackage/schema_migrations.h"
 #include "storage/map_store.h"
 #include "storage/sqlite/sqlite.h"
 
 namespace hypermap::storage {
 
 // The version that this program writes.
-inline constexpr int64_t kSchemaVersion = 3;
-
-// One step forward, from `from_version` to the next.
-struct Migration {
-  int64_t from_version;
-  absl::Status (*apply)(Database* database);
-};
-
-// The steps of all released versions.
-absl::Span<const Migration> ReleasedMigrations();
+inline constexpr int64_t kSchemaVersion = 4;
 
 // Makes an empty database an empty map at revision 0, in one transaction.
 absl::Status CreateSchema(Database* database, const MapHeader& header);
 
-// FAILED_PRECONDITION when the database is no GeoPackage or no map; DATA_LOSS when it is too
-// damaged to tell. Reads only.
+// Reads the schema version of a map. FAILED_PRECONDITION when the database is not a GeoPackage or
+// not a map; DATA_LOSS when it is too damaged to tell.
 absl::StatusOr<int64_t> ReadSchemaVersion(Database* database);
 
-// Brings a map to the version `newest` by `migrations`, in one transaction. FAILED_PRECONDITION for
-// a map that is newer, or older than the first step.
+// Brings a map to the version `newest` by `migrations`, all in one transaction: when a step fails,
+// the file stays as it was. FAILED_PRECONDITION for a map that is newer, or older than the first
+// step.
 absl::Status MigrateSchema(Database* database, int64_t newest,
                            absl::Span<const Migration> migrations);
 
-// DATA_LOSS naming the table of ours or of the standard that is missing or lacks a column.
+// DATA_LOSS naming the first table, of ours or of the standard, that is missing or lacks a column.
 absl::Status VerifySchema(Database* database);
 
 }  // namespace hypermap::storage

@@ -9,20 +9,20 @@
 #include "absl/strings/str_split.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
-#include "map/layers/grid/grid_layer.h"
+#include "map/layers/grid_layer.h"
 #include "map/layers/semantic_layer.h"
-#include "storage/geopackage/map_testing.h"
+#include "storage/geopackage/testing/map.h"
 
 namespace hypermap::storage {
 namespace {
 
 using ::testing::HasSubstr;
 
-// What testdata/map_v1.sql holds.
+// The first batch of every golden file, and the whole of testdata/map_v1.sql and map_v2.sql.
 EditBatch GoldenEdits() {
   SemanticObject table;
   table.label = "Küchentisch";
-  table.polygon = *Polygon::Make({{0, 0}, {4, 0}, {4, 4}, {0, 4}}, {{{1, 1}, {1, 2}, {2, 2}}});
+  table.shape = *Polygon::Make({{0, 0}, {4, 0}, {4, 4}, {0, 4}}, {{{1, 1}, {1, 2}, {2, 2}}});
   table.existence = 0.75;
   table.classes = {{"diningtable", 0.97}, {"bench", 0.25}};
   table.tags = {"furniture", "kitchen"};
@@ -31,7 +31,7 @@ EditBatch GoldenEdits() {
       {"movable", true}, {"seen", int64_t{3}}, {"weight_kg", 21.0}, {"owner", std::string("Ada")}};
   SemanticObject cup;
   cup.label = "cup";
-  cup.polygon = *Polygon::Make({{-1.5, 2}, {-1, 2}, {-1, 2.25}});
+  cup.shape = *Polygon::Make({{-1.5, 2}, {-1, 2}, {-1, 2.25}});
   LayerSpec occupancy = GridSpec("occupancy", LayerKind::kOccupancy, {-15.4, -12.2, 0}, 0.05);
   occupancy.thresholds = {0.25, 0.75};
   LayerSpec seen = GridSpec("seen", LayerKind::kExploration, {1, 2, 1.5}, 0.25);
@@ -54,12 +54,12 @@ EditBatch GoldenEdits() {
   return batch;
 }
 
-// What testdata/map_v3.sql holds after them, so that it has a history.
+// The batches that follow it in testdata/map_v3.sql and later ones, so that they have a history.
 std::vector<EditBatch> LaterGoldenEdits() {
   SemanticObject cup;
   cup.id = 2;
   cup.label = "mug";
-  cup.polygon = *Polygon::Make({{-1.5, 2}, {-1, 2}, {-1, 2.25}});
+  cup.shape = *Polygon::Make({{-1.5, 2}, {-1, 2}, {-1, 2.25}});
   EditBatch second;
   second.time = absl::FromUnixSeconds(1'700'000'002);
   second.edits = {CreateLayer{SemanticSpec("gone")},
@@ -74,7 +74,45 @@ std::vector<EditBatch> LaterGoldenEdits() {
   return {second, third};
 }
 
-// All snapshots of a golden file of that version, from that before its first edit on.
+SemanticObject Labelled(const std::string& label, const Shape& shape) {
+  SemanticObject object;
+  object.label = label;
+  object.shape = shape;
+  return object;
+}
+
+// The batches that follow those in testdata/map_v4.sql: every kind of shape, also in the history,
+// and layers that take some kinds only.
+std::vector<EditBatch> ShapeGoldenEdits() {
+  LayerSpec lanes = SemanticSpec("lanes");
+  lanes.shape_kinds = {ShapeKind::kLineString};
+  LayerSpec docks = SemanticSpec("docks");
+  docks.shape_kinds = {ShapeKind::kPoint};
+  LayerSpec doors = SemanticSpec("doors");
+  doors.shape_kinds = {ShapeKind::kLineString, ShapeKind::kPoint};
+  const LineString lane = *LineString::Make({{0, 1}, {8, 1}, {8, -2.5}});
+  EditBatch fourth;
+  fourth.time = absl::FromUnixSeconds(1'700'000'004);
+  fourth.edits = {CreateLayer{lanes},
+                  PutObject{"lanes", Labelled("lane", lane), ""},
+                  CreateLayer{docks},
+                  PutObject{"docks", Labelled("dock", *Shape::MakePoint({2.5, 1})), ""},
+                  PutObject{"docks", Labelled("dock", *Shape::MakePoint({-0.0625, 1e6})), ""},
+                  CreateLayer{doors},
+                  PutObject{"objects", Labelled("sill", *LineString::Make({{1, 1}, {2, 1}})), ""},
+                  PutObject{"objects", Labelled("socket", *Shape::MakePoint({3, 3.5})), ""}};
+  SemanticObject moved = Labelled("dock", *Shape::MakePoint({2.5, 1.5}));
+  moved.id = 5;
+  SemanticObject cable = Labelled("cable", *LineString::Make({{3, 3.5}, {3, 4}, {3, 3.5}}));
+  cable.id = 8;
+  EditBatch fifth;
+  fifth.time = absl::FromUnixSeconds(1'700'000'005);
+  fifth.edits = {PutObject{"docks", moved, ""}, PutObject{"objects", cable, ""},
+                 DeleteObject{"objects", 7}};
+  return {fourth, fifth};
+}
+
+// The snapshots of a golden file, from before its first edit on.
 std::vector<SnapshotPtr> GoldenSnapshots(int version) {
   auto empty = std::make_shared<Snapshot>();
   empty->map_name = "golden";
@@ -82,6 +120,9 @@ std::vector<SnapshotPtr> GoldenSnapshots(int version) {
   std::vector<EditBatch> batches{GoldenEdits()};
   if (version >= 3) {
     for (EditBatch& batch : LaterGoldenEdits()) batches.push_back(std::move(batch));
+  }
+  if (version >= 4) {
+    for (EditBatch& batch : ShapeGoldenEdits()) batches.push_back(std::move(batch));
   }
   for (const EditBatch& batch : batches) {
     snapshots.push_back(MakeCommit(*snapshots.back(), batch).applied.snapshot);
@@ -95,7 +136,7 @@ void MakeGolden(const std::string& path, int version = 1) {
   ASSERT_TRUE(status.ok()) << status;
 }
 
-// Every table, index and trigger with its definition, blanks made one.
+// Every table, index and trigger with its definition; any blanks count as one.
 std::map<std::string, std::string> SchemaOf(Database& database) {
   std::map<std::string, std::string> schema;
   auto select = database.Prepare("SELECT name, sql FROM sqlite_master WHERE sql NOT NULL");
@@ -110,11 +151,11 @@ std::map<std::string, std::string> SchemaOf(Database& database) {
   return schema;
 }
 
-// A past map with all its content. What ids were given then is not kept.
+// A past map with all its content. The history does not keep which ids had been given.
 SnapshotPtr WholeOf(PastMap& past, ObjectId next_object_id) {
   auto whole = std::make_shared<Snapshot>(*past.structure());
   for (auto& [name, layer] : whole->layers) {
-    if (const auto* grid = dynamic_cast<const GridLayer*>(layer.get())) {
+    if (const auto* grid = AsGrid(layer.get())) {
       layer = std::make_shared<GridLayer>(grid->spec(), grid->shared_domain(),
                                           *past.Tiles(name, kAllCells), grid->extent());
     } else {
@@ -127,7 +168,7 @@ SnapshotPtr WholeOf(PastMap& past, ObjectId next_object_id) {
 
 class GoldenMapTest : public ::testing::TestWithParam<int> {};
 
-INSTANTIATE_TEST_SUITE_P(Versions, GoldenMapTest, ::testing::Values(1, 2, 3));
+INSTANTIATE_TEST_SUITE_P(Versions, GoldenMapTest, ::testing::Values(1, 2, 3, 4));
 
 TEST_P(GoldenMapTest, IsRead) {
   const testing::TemporaryFolder folder;
@@ -152,21 +193,30 @@ TEST_P(GoldenMapTest, IsRead) {
   EXPECT_TRUE((*map)->Write({commit}).ok());
 }
 
-// A change of what is made needs a new version, a migration to it and a golden file of its own.
+// A change of the schema needs a new version, a migration to it and a golden file of its own.
 TEST(GoldenMap, NewMapsHaveTheSchemaOfTheirVersion) {
   const testing::TemporaryFolder folder;
-  EXPECT_EQ(kSchemaVersion, 3);
+  EXPECT_EQ(kSchemaVersion, 4);
   MakeGolden(folder / "golden.gpkg", kSchemaVersion);
   {
     const auto store = OpenStore(folder.path());
-    CreateMap(*store, "new").Edit(GoldenEdits());
+    EditedMap map = CreateMap(*store, "new");
+    map.Edit(GoldenEdits());
+    for (const EditBatch& batch : LaterGoldenEdits()) map.Edit(batch);
+    for (const EditBatch& batch : ShapeGoldenEdits()) map.Edit(batch);
   }
   EXPECT_EQ(SchemaOf(*Connect(folder / "new.gpkg")), SchemaOf(*Connect(folder / "golden.gpkg")));
 }
 
 class OldMapTest : public ::testing::TestWithParam<int> {};
 
-INSTANTIATE_TEST_SUITE_P(Versions, OldMapTest, ::testing::Values(1, 2));
+INSTANTIATE_TEST_SUITE_P(Versions, OldMapTest, ::testing::Values(1, 2, 3));
+
+// The tables of the layers that only map_v4.sql has.
+bool IsOfLaterLayer(const std::string& name) {
+  return name.find("lanes") != std::string::npos || name.find("docks") != std::string::npos ||
+         name.find("doors") != std::string::npos;
+}
 
 TEST_P(OldMapTest, BecomesAsTheNewest) {
   const testing::TemporaryFolder folder;
@@ -174,14 +224,50 @@ TEST_P(OldMapTest, BecomesAsTheNewest) {
   MakeGolden(folder / "new.gpkg", kSchemaVersion);
   ASSERT_TRUE(OpenStore(folder.path())->Open("old").ok());
   const auto old = Connect(folder / "old.gpkg");
-  EXPECT_EQ(SchemaOf(*old), SchemaOf(*Connect(folder / "new.gpkg")));
+  std::map<std::string, std::string> expected = SchemaOf(*Connect(folder / "new.gpkg"));
+  std::erase_if(expected, [](const auto& entry) { return IsOfLaterLayer(entry.first); });
+  EXPECT_EQ(SchemaOf(*old), expected);
+  EXPECT_EQ(**old->QueryInt64("SELECT count(*) FROM gpkg_geometry_columns WHERE table_name = "
+                              "'objects' AND geometry_type_name = 'GEOMETRY'"),
+            1);
   EXPECT_EQ(**old->QueryInt64("SELECT count(*) FROM sqlite_master WHERE type = 'table' AND "
                               "name LIKE 'hypermap\\_%' ESCAPE '\\' AND "
                               "name NOT IN (SELECT table_name FROM gpkg_extensions)"),
             0);
 }
 
-TEST_P(OldMapTest, HistoryBeginsWithWhatItHas) {
+TEST_P(OldMapTest, TakesEveryKindOfShape) {
+  const testing::TemporaryFolder folder;
+  MakeGolden(folder / "golden.gpkg", GetParam());
+  SnapshotPtr after;
+  {
+    const auto store = OpenStore(folder.path());
+    auto map = store->Open("golden");
+    ASSERT_TRUE(map.ok()) << map.status();
+    const SnapshotPtr before = *(*map)->Load();
+    EXPECT_TRUE(before->FindLayer("objects")->spec().shape_kinds.ContainsAll());
+    SemanticObject cup = Labelled("cup", *LineString::Make({{0, 0}, {1, 2}}));
+    cup.id = 2;
+    const SemanticObject dock = Labelled("dock", *Shape::MakePoint({2.5, 1}));
+    const Commit commit =
+        MakeCommit(*before, {{PutObject{"objects", cup, ""}, PutObject{"objects", dock, ""}}});
+    ASSERT_TRUE((*map)->Write({commit}).ok());
+    after = commit.applied.snapshot;
+    const auto history = (*map)->OpenHistory();
+    ASSERT_TRUE(history.ok()) << history.status();
+    ExpectSame(*WholeOf(**(*history)->At(before->revision), before->next_object_id), *before);
+  }
+  const auto store = OpenStore(folder.path());
+  auto map = store->Open("golden");
+  ASSERT_TRUE(map.ok()) << map.status();
+  ExpectSame(**(*map)->Load(), *after);
+}
+
+class MapWithoutHistoryTest : public ::testing::TestWithParam<int> {};
+
+INSTANTIATE_TEST_SUITE_P(Versions, MapWithoutHistoryTest, ::testing::Values(1, 2));
+
+TEST_P(MapWithoutHistoryTest, HistoryBeginsWithWhatItHas) {
   const testing::TemporaryFolder folder;
   MakeGolden(folder / "golden.gpkg", GetParam());
   const auto store = OpenStore(folder.path());
@@ -212,16 +298,22 @@ TEST_P(OldMapTest, HistoryBeginsWithWhatItHas) {
   EXPECT_FALSE((*map)->FindReceipt("put")->has_value());
 }
 
-TEST(GoldenMap, HistoryOfVersion3IsRead) {
+class GoldenHistoryTest : public ::testing::TestWithParam<int> {};
+
+INSTANTIATE_TEST_SUITE_P(Versions, GoldenHistoryTest, ::testing::Values(3, 4));
+
+TEST_P(GoldenHistoryTest, IsRead) {
   const testing::TemporaryFolder folder;
-  MakeGolden(folder / "golden.gpkg", 3);
+  MakeGolden(folder / "golden.gpkg", GetParam());
   const auto store = OpenStore(folder.path());
   auto map = store->Open("golden");
   ASSERT_TRUE(map.ok()) << map.status();
   auto history = (*map)->OpenHistory();
   ASSERT_TRUE(history.ok()) << history.status();
-  const std::vector<SnapshotPtr> snapshots = GoldenSnapshots(3);
-  for (Revision revision = 0; revision <= 3; ++revision) {
+  const std::vector<SnapshotPtr> snapshots = GoldenSnapshots(GetParam());
+  const Revision newest = snapshots.back()->revision;
+  EXPECT_EQ(newest, GetParam() == 3 ? 3 : 5);
+  for (Revision revision = 0; revision <= newest; ++revision) {
     SCOPED_TRACE(revision);
     const auto past = (*history)->At(revision);
     ASSERT_TRUE(past.ok()) << past.status();
@@ -231,14 +323,35 @@ TEST(GoldenMap, HistoryOfVersion3IsRead) {
   }
   const auto commits = (*history)->Commits(0, 100);
   ASSERT_TRUE(commits.ok()) << commits.status();
-  ASSERT_EQ(commits->size(), 3u);
-  EXPECT_EQ(commits->back().record.time, absl::FromUnixSeconds(1'700'000'002));
-  EXPECT_EQ(std::get<LayerDeleted>(commits->back().changes.at(0)).spec.name, "gone");
+  ASSERT_EQ(commits->size(), static_cast<size_t>(newest));
+  EXPECT_EQ((*commits)[2].record.time, absl::FromUnixSeconds(1'700'000'002));
+  EXPECT_EQ(std::get<LayerDeleted>((*commits)[2].changes.at(0)).spec.name, "gone");
+}
+
+TEST(GoldenMap, SaysWhichGeometriesATableHolds) {
+  const testing::TemporaryFolder folder;
+  MakeGolden(folder / "golden.gpkg", 4);
+  const auto golden = Connect(folder / "golden.gpkg");
+  for (const auto& [table, type] : {std::pair{"objects", "GEOMETRY"},
+                                    {"lanes", "LINESTRING"},
+                                    {"docks", "POINT"},
+                                    {"doors", "GEOMETRY"}}) {
+    EXPECT_EQ(**golden->QueryInt64("SELECT count(*) FROM gpkg_geometry_columns "
+                                   "WHERE table_name = ? AND geometry_type_name = ?",
+                                   table, type),
+              1)
+        << table;
+    EXPECT_EQ(**golden->QueryInt64(
+                  "SELECT count(*) FROM pragma_table_info(?) WHERE name = 'geom' AND type = ?",
+                  table, type),
+              1)
+        << table;
+  }
 }
 
 class EvidenceTest : public ::testing::TestWithParam<int> {};
 
-INSTANTIATE_TEST_SUITE_P(Versions, EvidenceTest, ::testing::Values(2, 3));
+INSTANTIATE_TEST_SUITE_P(Versions, EvidenceTest, ::testing::Values(2, 3, 4));
 
 TEST_P(EvidenceTest, IsRead) {
   const testing::TemporaryFolder folder;
@@ -315,6 +428,56 @@ TEST_F(MigrationTest, FailedStepLeavesTheFileAsItWas) {
   EXPECT_EQ(MigrateSchema(database_.get(), 5, steps).code(), absl::StatusCode::kDataLoss);
   EXPECT_EQ(*ReadSchemaVersion(database_.get()), 3);
   EXPECT_EQ(SchemaOf(*database_), before);
+}
+
+TEST_F(MigrationTest, FailureAfterTheTypeOfAColumnWasChangedLeavesTheFileAsItWas) {
+  const auto before = SchemaOf(*database_);
+  ASSERT_THAT(before.at("objects"), HasSubstr("geom POLYGON"));
+  const Migration steps[] = {ReleasedMigrations().back(), {4, Fail}};
+  ASSERT_EQ(steps[0].from_version, 3);
+  EXPECT_EQ(MigrateSchema(database_.get(), 5, steps).code(), absl::StatusCode::kDataLoss);
+  EXPECT_EQ(SchemaOf(*database_), before);
+  EXPECT_EQ(**database_->QueryInt64("SELECT count(*) FROM gpkg_geometry_columns "
+                                    "WHERE geometry_type_name = 'POLYGON'"),
+            1);
+  // And the same connection can try again.
+  EXPECT_TRUE(MigrateSchema(database_.get(), 4, ReleasedMigrations()).ok());
+}
+
+TEST_F(MigrationTest, ChangesTheTypeOfAColumnAndNothingElse) {
+  // A table as GDAL rebuilds it, one that another program has added columns to, and one of a grid.
+  ASSERT_TRUE(database_
+                  ->Execute(R"sql(
+CREATE TABLE "rebuilt" ("id" INTEGER PRIMARY KEY AUTOINCREMENT NOT NULL, "geom" POLYGON NOT NULL);
+INSERT INTO gpkg_contents (table_name, data_type, identifier, srs_id)
+  VALUES ('rebuilt', 'features', 'rebuilt', -1);
+INSERT INTO gpkg_geometry_columns VALUES ('rebuilt', 'geom', 'POLYGON', -1, 0, 0);
+INSERT INTO hypermap_layers (name, kind, table_name, frame_id, parameters)
+  VALUES ('rebuilt', 'semantic', 'rebuilt', 'map', '{}');
+ALTER TABLE objects ADD COLUMN outline POLYGON;
+)sql")
+                  .ok());
+  std::map<std::string, std::string> expected = SchemaOf(*database_);
+  const std::vector<std::pair<absl::string_view, absl::string_view>> renamed = {
+      {"geom POLYGON NOT NULL", "geom GEOMETRY NOT NULL"},
+      {"\"geom\" POLYGON NOT NULL", "\"geom\" GEOMETRY NOT NULL"}};
+  for (const char* table : {"objects", "rebuilt"}) {
+    const std::string before = expected.at(table);
+    expected.at(table) = absl::StrReplaceAll(before, renamed);
+    EXPECT_NE(expected.at(table), before);
+  }
+  ASSERT_TRUE(MigrateSchema(database_.get(), 4, ReleasedMigrations()).ok());
+  EXPECT_EQ(SchemaOf(*database_), expected);
+  EXPECT_THAT(expected.at("objects"), HasSubstr("outline POLYGON"));
+  // This connection and new ones see the new type, and the schema can't be written to any more.
+  const std::string num_geometries =
+      "SELECT count(*) FROM pragma_table_info('objects') WHERE type = 'GEOMETRY'";
+  EXPECT_EQ(**database_->QueryInt64(num_geometries), 1);
+  EXPECT_EQ(**Connect(folder_ / "golden.gpkg")->QueryInt64(num_geometries), 1);
+  EXPECT_FALSE(database_->Execute("UPDATE sqlite_master SET sql = sql").ok());
+  auto check = database_->Prepare("PRAGMA integrity_check");
+  ASSERT_TRUE(check.ok() && *check->Step());
+  EXPECT_EQ(check->Text(0), "ok");
 }
 
 TEST_F(MigrationTest, MissingStepIsTold) {

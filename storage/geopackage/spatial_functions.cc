@@ -2,6 +2,7 @@
 
 #include "absl/status/statusor.h"
 #include "absl/strings/str_cat.h"
+#include "base/status/status_macros.h"
 #include "storage/geopackage/geometry_blob.h"
 
 namespace hypermap::storage {
@@ -46,7 +47,7 @@ absl::Status RegisterSpatialFunctions(Database* database) {
                    {"ST_MinY", Bound<&Box::min, &Point::y>},
                    {"ST_MaxY", Bound<&Box::max, &Point::y>}};
   for (const auto& [name, function] : functions) {
-    if (absl::Status status = Register(database, name, function); !status.ok()) return status;
+    HYPERMAP_RETURN_IF_ERROR(Register(database, name, function));
   }
   return absl::OkStatus();
 }

@@ -7,9 +7,9 @@
 
 namespace hypermap::storage {
 
-// Registers ST_IsEmpty, ST_MinX, ST_MaxX, ST_MinY and ST_MaxY on a connection, so that the standard
-// triggers keep the index for us as they do for GDAL and QGIS, whoever of us writes. They give NULL
-// for what is no geometry.
+// Registers ST_IsEmpty, ST_MinX, ST_MaxX, ST_MinY and ST_MaxY on a connection. The standard
+// triggers need them to keep the index, whether Hypermap, GDAL or QGIS writes. The functions return
+// NULL when the argument is not a geometry that geometry_blob.h understands.
 absl::Status RegisterSpatialFunctions(Database* database);
 
 }  // namespace hypermap::storage

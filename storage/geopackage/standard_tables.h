@@ -1,4 +1,4 @@
-// The tables that the GeoPackage standard defines, without content of ours.
+// The tables that the GeoPackage standard defines.
 #ifndef HYPERMAP_STORAGE_GEOPACKAGE_STANDARD_TABLES_H_
 #define HYPERMAP_STORAGE_GEOPACKAGE_STANDARD_TABLES_H_
 
@@ -7,12 +7,12 @@
 
 namespace hypermap::storage {
 
-// "GPKG", and the version 1.3 as the standard has it in user_version.
+// "GPKG", and version 1.3 as the standard writes it to user_version.
 inline constexpr int kGeoPackageApplicationId = 0x47504B47;
 inline constexpr int kGeoPackageVersion = 10300;
 
-// Makes an empty database an empty GeoPackage: its ids, the core tables, those of tiles, features,
-// extensions and the tiled gridded coverage, and the spatial references that are required.
+// Makes an empty database an empty GeoPackage: sets its ids, creates the tables of the core, tiles,
+// features, extensions and tiled gridded coverage, and inserts the required spatial references.
 absl::Status CreateStandardTables(Database* database);
 
 }  // namespace hypermap::storage

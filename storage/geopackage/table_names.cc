@@ -5,6 +5,7 @@
 #include "absl/strings/ascii.h"
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
+#include "base/status/status_macros.h"
 
 namespace hypermap::storage {
 namespace {
@@ -20,10 +21,10 @@ bool IsReserved(absl::string_view name) {
 }
 
 absl::StatusOr<bool> IsTaken(Database* database, const std::string& table) {
-  absl::StatusOr<std::optional<int64_t>> found =
-      database->QueryInt64("SELECT 1 FROM sqlite_master WHERE name = ? COLLATE NOCASE", table);
-  if (!found.ok()) return found.status();
-  return found->has_value();
+  HYPERMAP_ASSIGN_OR_RETURN(
+      const std::optional<int64_t> found,
+      database->QueryInt64("SELECT 1 FROM sqlite_master WHERE name = ? COLLATE NOCASE", table));
+  return found.has_value();
 }
 
 }  // namespace
@@ -40,9 +41,8 @@ absl::StatusOr<std::string> ChooseTableName(Database* database, absl::string_vie
   if (!IsLayerTableName(base)) base = absl::StrCat("layer_", base);
   std::string name = base;
   for (int n = 2;; ++n) {
-    absl::StatusOr<bool> taken = IsTaken(database, name);
-    if (!taken.ok()) return taken.status();
-    if (!*taken) return name;
+    HYPERMAP_ASSIGN_OR_RETURN(const bool taken, IsTaken(database, name));
+    if (!taken) return name;
     name = absl::StrCat(base, "_", n);
   }
 }

@@ -1,4 +1,4 @@
-// Which table holds which layer.
+// Names of the tables that hold the content of layers.
 #ifndef HYPERMAP_STORAGE_GEOPACKAGE_TABLE_NAMES_H_
 #define HYPERMAP_STORAGE_GEOPACKAGE_TABLE_NAMES_H_
 
@@ -10,13 +10,13 @@
 
 namespace hypermap::storage {
 
-// Whether a layer may be kept in a table of that name: letters, digits and '_', no keyword of SQL
-// (programs that do not quote must get by), and not of those that belong to SQLite, GeoPackage,
-// QGIS or Hypermap itself.
+// Whether a table of that name may hold a layer. It consists of letters, digits and '_', and is
+// neither a keyword of SQL (for programs that do not quote names) nor a name that belongs to
+// SQLite, GeoPackage, QGIS or Hypermap itself.
 bool IsLayerTableName(absl::string_view name);
 
-// A name for the table of a new layer: the layer's own as far as IsLayerTableName has it, and not
-// taken in the database, where "A" and "a" are the same.
+// Chooses the name for the table of a new layer: the layer's own name, changed as far as
+// IsLayerTableName requires and until it is free in the database. Names differ by more than case.
 absl::StatusOr<std::string> ChooseTableName(Database* database, absl::string_view layer_name);
 
 }  // namespace hypermap::storage

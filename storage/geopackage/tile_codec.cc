@@ -6,6 +6,7 @@
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
+#include "base/status/status_macros.h"
 #include "map/layers/occupancy_layer.h"
 #include "storage/geopackage/tile_image.h"
 
@@ -41,7 +42,7 @@ class IntegerTileCodec : public TileCodec {
 
   absl::StatusOr<TilePtr> Decode(absl::string_view data) const override {
     TileImage<uint16_t> image;
-    if (absl::Status status = DecodePng(data, &image); !status.ok()) return status;
+    HYPERMAP_RETURN_IF_ERROR(DecodePng(data, &image));
     TileCodes codes;
     codes.fill(kUnknownCode);
     for (int i = 0; i < kCellsPerTile; ++i) {
@@ -83,7 +84,7 @@ class FloatTileCodec : public TileCodec {
 
   absl::StatusOr<TilePtr> Decode(absl::string_view data) const override {
     TileImage<float> image;
-    if (absl::Status status = DecodeTiff(data, &image); !status.ok()) return status;
+    HYPERMAP_RETURN_IF_ERROR(DecodeTiff(data, &image));
     TileCodes codes;
     codes.fill(kUnknownCode);
     for (int i = 0; i < kCellsPerTile; ++i) {

@@ -1,11 +1,11 @@
-// How the cells of each grid kind become tile images, and back.
+// Codecs between the cells of a tile and a tile image, one for each kind of grid.
 //
 //   occupancy    16-bit grey PNG, pixel = code 0..10000, value = 0.0001 * pixel, unknown = 65535
 //   exploration  16-bit grey PNG, 0 or 1, unknown = 65535
 //   scalar       32-bit float TIFF (LZW), pixel = value, unknown = the lowest float
 //
-// The top image row is the highest row of cells. Codes come back bit for bit. A cell that is the
-// lowest float itself is written as -infinity, which no cell is.
+// The top row of the image is the highest row of cells. Decoding gives every code back bit for bit.
+// A cell whose value is the lowest float itself is written as -infinity, which no cell has.
 //
 // A codec is immutable and safe to use from many threads.
 #ifndef HYPERMAP_STORAGE_GEOPACKAGE_TILE_CODEC_H_
@@ -17,13 +17,13 @@
 
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
-#include "map/layers/grid/tile.h"
+#include "map/grid/tile.h"
 #include "map/layers/layer_spec.h"
 
 namespace hypermap::storage {
 
-// What gpkg_2d_gridded_coverage_ancillary says of a table: value = scale * pixel, but a pixel that
-// is data_null is unknown.
+// The row of gpkg_2d_gridded_coverage_ancillary for a table: value = scale * pixel, except that a
+// pixel equal to data_null is unknown.
 struct CoverageCoding {
   const char* datatype;
   double scale;
@@ -37,9 +37,9 @@ class TileCodec {
   virtual ~TileCodec() = default;
 
   virtual const CoverageCoding& coding() const = 0;
-  // INTERNAL for codes that the kind does not have.
+  // INTERNAL when the tile has a code that the kind does not have.
   virtual absl::StatusOr<std::string> Encode(const Tile& tile) const = 0;
-  // DATA_LOSS for anything that Encode would not have made.
+  // DATA_LOSS for any image that Encode would not have made.
   virtual absl::StatusOr<TilePtr> Decode(absl::string_view image) const = 0;
 };
 

@@ -1,6 +1,6 @@
-// Square images of kTileSide x kTileSide pixels in memory, row-major from the top. What is decoded
-// is untrusted: any size, type or damage that the encoders would not have made is DATA_LOSS, with
-// memory bounded by that of one tile.
+// Codecs of square images of kTileSide x kTileSide pixels, row-major from the top. Encoded images
+// are not trusted: any size, type or damage that the encoders would not have made is DATA_LOSS, and
+// decoding takes no more memory than one tile needs.
 #ifndef HYPERMAP_STORAGE_GEOPACKAGE_TILE_IMAGE_H_
 #define HYPERMAP_STORAGE_GEOPACKAGE_TILE_IMAGE_H_
 
@@ -10,7 +10,7 @@
 
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
-#include "map/layers/grid/tile.h"
+#include "map/grid/tile.h"
 
 namespace hypermap::storage {
 
@@ -21,7 +21,7 @@ using TileImage = std::array<Pixel, kTileSide * kTileSide>;
 absl::StatusOr<std::string> EncodePng(const TileImage<uint16_t>& image);
 absl::Status DecodePng(absl::string_view data, TileImage<uint16_t>* image);
 
-// 32-bit float TIFF, one image in strips, LZW (read: also uncompressed).
+// 32-bit float TIFF: one image in strips, LZW. Uncompressed images are decoded too.
 absl::StatusOr<std::string> EncodeTiff(const TileImage<float>& image);
 absl::Status DecodeTiff(absl::string_view data, TileImage<float>* image);
 

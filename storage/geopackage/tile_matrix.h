@@ -1,18 +1,18 @@
-// Where the tiles of a grid lie in the tile matrix of its table.
+// The places of a grid's tiles in the tile matrix of its table.
 //
-// GeoPackage counts tiles from the upper left corner of a matrix of fixed size. Ours is as large as
-// all cells that a grid may have, and its middle is the grid's origin, so a grid grows in every
-// direction without moving what is stored. Coordinates are the grid's own axes: x = origin.x + col
-// * resolution, y = origin.y + row * resolution, whatever the yaw of the origin, which a GeoPackage
-// can't tell.
+// GeoPackage counts tiles from the upper left corner of a matrix of fixed size. Ours has room for
+// all cells that a grid may have, and its middle is the grid's origin, so that a grid can grow in
+// every direction without moving stored tiles. Coordinates are those of the grid's own axes: x =
+// origin.x + col * resolution, y = origin.y + row * resolution. The yaw of the origin is left out,
+// because a GeoPackage has no turned grids.
 #ifndef HYPERMAP_STORAGE_GEOPACKAGE_TILE_MATRIX_H_
 #define HYPERMAP_STORAGE_GEOPACKAGE_TILE_MATRIX_H_
 
 #include <cstdint>
 
 #include "map/geometry/point.h"
-#include "map/layers/grid/grid_geometry.h"
-#include "map/layers/grid/tile.h"
+#include "map/grid/grid_geometry.h"
+#include "map/grid/tile.h"
 
 namespace hypermap::storage {
 
@@ -35,13 +35,13 @@ inline bool IsInMatrix(const MatrixTile& tile) {
          tile.row < kTileMatrixSide;
 }
 
-// `tile` must be in the matrix.
+// REQUIRES: IsInMatrix(tile).
 inline TileIndex FromMatrix(const MatrixTile& tile) {
   return {static_cast<int32_t>(kTileMatrixSide / 2 - 1 - tile.row),
           static_cast<int32_t>(tile.column - kTileMatrixSide / 2)};
 }
 
-// The box of some cells in the grid's own axes; empty for none.
+// The box of the cells in the grid's own axes; empty when there are no cells.
 inline Box BoundsInOwnAxes(const GridGeometry& geometry, const CellBox& cells) {
   if (cells.empty()) return Box();
   const PlanarTransform& origin = geometry.layer_from_grid;

@@ -4,6 +4,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_replace.h"
+#include "base/status/status_macros.h"
 
 namespace hypermap::storage {
 namespace {
@@ -52,38 +53,34 @@ absl::StatusOr<TilePtr> TileVersions::Decode(const Key& key, LayerKind kind,
 absl::StatusOr<TilePtr> TileVersions::At(const Lineage& layer, const MatrixTile& place,
                                          Revision revision) {
   const int64_t lineage = layer.stored.lineage;
-  absl::StatusOr<Statement> replaced = database_->Prepare(kReplacedAt);
-  if (!replaced.ok()) return replaced.status();
-  absl::StatusOr<bool> row = replaced->Bind(lineage, place.column, place.row, revision).Step();
-  if (!row.ok()) return row.status();
-  if (!*row) return layer.is_current ? Current(layer, place) : TilePtr();
-  if (replaced->IsNull(1)) return TilePtr();
-  const Key key{lineage, place.column, place.row, replaced->Int64(0), false};
-  const absl::string_view image = replaced->Blob(1);
-  if (!replaced->row_status().ok()) return replaced->row_status();
+  HYPERMAP_ASSIGN_OR_RETURN(Statement replaced, database_->Prepare(kReplacedAt));
+  HYPERMAP_ASSIGN_OR_RETURN(const bool has_row,
+                            replaced.Bind(lineage, place.column, place.row, revision).Step());
+  if (!has_row) return layer.is_current ? Current(layer, place) : TilePtr();
+  if (replaced.IsNull(1)) return TilePtr();
+  const Key key{lineage, place.column, place.row, replaced.Int64(0), false};
+  const absl::string_view image = replaced.Blob(1);
+  if (!replaced.row_status().ok()) return replaced.row_status();
   return Decode(key, layer.stored.spec.kind, image, kHistoryTable);
 }
 
 absl::StatusOr<TilePtr> TileVersions::Current(const Lineage& layer, const MatrixTile& place) {
   const StoredLayer& stored = layer.stored;
-  absl::StatusOr<Statement> select =
-      database_->Prepare(absl::StrReplaceAll(kCurrentTile, {{"$t", stored.table}}));
-  if (!select.ok()) return select.status();
-  absl::StatusOr<bool> row = select->Bind(place.column, place.row).Step();
-  if (!row.ok()) return row.status();
-  if (!*row) return TilePtr();
-  absl::StatusOr<std::optional<int64_t>> since =
-      database_->QueryInt64(kLastReplaced, stored.lineage, place.column, place.row);
-  if (!since.ok()) return since.status();
-  Revision version = since->value_or(0);
-  if (!*since) {
+  HYPERMAP_ASSIGN_OR_RETURN(Statement select, database_->Prepare(absl::StrReplaceAll(
+                                                  kCurrentTile, {{"$t", stored.table}})));
+  HYPERMAP_ASSIGN_OR_RETURN(const bool has_row, select.Bind(place.column, place.row).Step());
+  if (!has_row) return TilePtr();
+  HYPERMAP_ASSIGN_OR_RETURN(
+      const std::optional<int64_t> since,
+      database_->QueryInt64(kLastReplaced, stored.lineage, place.column, place.row));
+  Revision version = since.value_or(0);
+  if (!since) {
     // Written before the oldest kept revision. Any newer write would change the layer's version.
-    absl::StatusOr<Revision> newest = NewestRevisionOf(database_, stored.lineage);
-    if (!newest.ok()) return newest.status();
-    version = *newest;
+    HYPERMAP_ASSIGN_OR_RETURN(const Revision newest, NewestRevisionOf(database_, stored.lineage));
+    version = newest;
   }
-  const absl::string_view image = select->Blob(0);
-  if (!select->row_status().ok()) return select->row_status();
+  const absl::string_view image = select.Blob(0);
+  if (!select.row_status().ok()) return select.row_status();
   return Decode({stored.lineage, place.column, place.row, version, true}, stored.spec.kind, image,
                 stored.table.c_str());
 }
@@ -96,9 +93,9 @@ absl::Status TileVersions::AddReplaced(const Lineage& layer, const Range& range,
   // From one place to the next by the index, however many versions each has.
   MatrixTile from = first;
   while (from.column <= last.column) {
-    absl::StatusOr<bool> row = next->Bind(layer.stored.lineage, from.column, from.row).Step();
-    if (!row.ok()) return row.status();
-    if (!*row) break;
+    HYPERMAP_ASSIGN_OR_RETURN(const bool has_row,
+                              next->Bind(layer.stored.lineage, from.column, from.row).Step());
+    if (!has_row) break;
     const MatrixTile place{next->Int64(0), next->Int64(1)};
     if (!next->row_status().ok()) return next->row_status();
     next->Reset();
@@ -116,16 +113,14 @@ absl::Status TileVersions::AddReplaced(const Lineage& layer, const Range& range,
 
 absl::Status TileVersions::AddCurrent(const Lineage& layer, const Range& range,
                                       std::set<Place>* places) {
-  absl::StatusOr<Statement> select =
-      database_->Prepare(absl::StrReplaceAll(kCurrentPlaces, {{"$t", layer.stored.table}}));
-  if (!select.ok()) return select.status();
-  select->Bind(range.first.column, range.last.column, range.first.row, range.last.row);
+  HYPERMAP_ASSIGN_OR_RETURN(Statement select, database_->Prepare(absl::StrReplaceAll(
+                                                  kCurrentPlaces, {{"$t", layer.stored.table}})));
+  select.Bind(range.first.column, range.last.column, range.first.row, range.last.row);
   while (true) {
-    absl::StatusOr<bool> row = select->Step();
-    if (!row.ok()) return row.status();
-    if (!*row) return absl::OkStatus();
-    places->emplace(select->Int64(0), select->Int64(1));
-    if (!select->row_status().ok()) return select->row_status();
+    HYPERMAP_ASSIGN_OR_RETURN(const bool has_row, select.Step());
+    if (!has_row) return absl::OkStatus();
+    places->emplace(select.Int64(0), select.Int64(1));
+    if (!select.row_status().ok()) return select.row_status();
   }
 }
 
@@ -145,9 +140,8 @@ absl::StatusOr<TileMap> TileVersions::InBox(const Lineage& layer, const CellBox&
   for (const auto& [column, row] : places) {
     const MatrixTile place{column, row};
     if (!IsInMatrix(place)) return absl::DataLossError("a tile outside of the tile matrix");
-    absl::StatusOr<TilePtr> tile = At(layer, place, revision);
-    if (!tile.ok()) return tile.status();
-    if (*tile != nullptr) tiles.emplace(FromMatrix(place), *std::move(tile));
+    HYPERMAP_ASSIGN_OR_RETURN(TilePtr tile, At(layer, place, revision));
+    if (tile != nullptr) tiles.emplace(FromMatrix(place), std::move(tile));
   }
   return tiles;
 }

@@ -1,5 +1,5 @@
-// The tiles of any kept revision: those that were rewritten since, from the history, and those that
-// still are as they were, from their layer's table.
+// The tiles of any kept revision. Tiles that were rewritten since come from the history, those that
+// are unchanged from the table of their layer.
 #ifndef HYPERMAP_STORAGE_GEOPACKAGE_TILE_VERSIONS_H_
 #define HYPERMAP_STORAGE_GEOPACKAGE_TILE_VERSIONS_H_
 
@@ -13,7 +13,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
-#include "map/layers/grid/grid_layer.h"
+#include "map/layers/grid_layer.h"
 #include "map/snapshot.h"
 #include "storage/geopackage/generation_cache.h"
 #include "storage/geopackage/layer_history.h"
@@ -23,16 +23,16 @@
 
 namespace hypermap::storage {
 
-// Borrows the database. What it reads belongs to one moment only within a ReadTransaction. All
-// errors are as of Statement, and DATA_LOSS naming the table and the tile.
+// Borrows the database. Several reads are consistent only within one ReadTransaction. Errors: those
+// of Statement, and DATA_LOSS naming the table and the tile.
 class TileVersions {
  public:
   explicit TileVersions(Database* database) : database_(database), cache_(kCachedTiles) {}
 
-  // As it was at the revision; null when it was not there.
+  // The tile at the revision; null when it did not exist then.
   absl::StatusOr<TilePtr> At(const Lineage& layer, const MatrixTile& place, Revision revision);
 
-  // Those that share a cell with `cells`.
+  // The tiles that share a cell with `cells`.
   absl::StatusOr<TileMap> InBox(const Lineage& layer, const CellBox& cells, Revision revision);
 
  private:
@@ -48,7 +48,7 @@ class TileVersions {
   absl::StatusOr<TilePtr> Current(const Lineage& layer, const MatrixTile& place);
   absl::StatusOr<TilePtr> Decode(const Key& key, LayerKind kind, absl::string_view image,
                                  const char* table);
-  // Adds the places in the range that ever had a tile.
+  // Add the places in the range that have a tile in the history, or in the layer's table.
   absl::Status AddReplaced(const Lineage& layer, const Range& range, std::set<Place>* places);
   absl::Status AddCurrent(const Lineage& layer, const Range& range, std::set<Place>* places);
 

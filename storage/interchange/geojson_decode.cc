@@ -1,7 +1,10 @@
 #include <optional>
 #include <utility>
+#include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
+#include "base/status/status_macros.h"
 #include "map/layers/semantic_layer.h"
 #include "nlohmann/json.hpp"
 #include "storage/interchange/geojson.h"
@@ -33,7 +36,7 @@ absl::StatusOr<json> Parse(absl::string_view data) {
       absl::StrCat("JSON is nested deeper than ", kMaxDepth, " levels"));
 }
 
-// The member if it is there and not null.
+// The member, or null when it is missing or null.
 const json* Member(const json& object, const char* key) {
   if (!object.is_object()) return nullptr;
   const auto it = object.find(key);
@@ -45,7 +48,41 @@ std::string TextMember(const json& object, const char* key) {
   return member && member->is_string() ? member->get<std::string>() : "";
 }
 
-// The root as a list of features: a collection's, the one feature, or a bare geometry made one.
+// A type of geometry that can be decoded, and the kind of shape of each of its parts.
+struct GeometryType {
+  const char* name;
+  ShapeKind part;
+  bool is_multi;
+};
+constexpr GeometryType kGeometryTypes[] = {{"Polygon", ShapeKind::kPolygon, false},
+                                           {"MultiPolygon", ShapeKind::kPolygon, true},
+                                           {"LineString", ShapeKind::kLineString, false},
+                                           {"MultiLineString", ShapeKind::kLineString, true},
+                                           {"Point", ShapeKind::kPoint, false},
+                                           {"MultiPoint", ShapeKind::kPoint, true}};
+
+const GeometryType* FindGeometryType(absl::string_view name) {
+  for (const GeometryType& type : kGeometryTypes) {
+    if (name == type.name) return &type;
+  }
+  return nullptr;
+}
+
+absl::Status UnknownType(absl::string_view type, absl::string_view others) {
+  if (type == "GeometryCollection") {
+    return absl::InvalidArgumentError(
+        "type is \"GeometryCollection\": an object has one shape, so give each geometry a feature "
+        "of "
+        "its own");
+  }
+  std::vector<absl::string_view> known;
+  for (const GeometryType& geometry : kGeometryTypes) known.push_back(geometry.name);
+  return absl::InvalidArgumentError(absl::StrCat("type is \"", CleanWord(std::string(type)),
+                                                 "\", not one of ", others,
+                                                 absl::StrJoin(known, ", ")));
+}
+
+// The features of the root, which is a collection, one feature or a bare geometry.
 absl::StatusOr<std::vector<json>> FeaturesOf(json root) {
   const std::string type = TextMember(root, "type");
   if (type == "FeatureCollection") {
@@ -56,12 +93,10 @@ absl::StatusOr<std::vector<json>> FeaturesOf(json root) {
     return root["features"].get<std::vector<json>>();
   }
   if (type == "Feature") return std::vector<json>{std::move(root)};
-  if (type == "Polygon" || type == "MultiPolygon") {
+  if (FindGeometryType(type) != nullptr) {
     return std::vector<json>{{{"type", "Feature"}, {"geometry", std::move(root)}}};
   }
-  return absl::InvalidArgumentError(
-      absl::StrCat("type is \"", CleanWord(type),
-                   "\", not FeatureCollection, Feature, Polygon or MultiPolygon"));
+  return UnknownType(type, "FeatureCollection, Feature, ");
 }
 
 class Decoder {
@@ -79,13 +114,17 @@ class Decoder {
   absl::Status ReadFrame(const json& root);
   void OpenLayer();
   absl::Status ReadFeature(const json& feature, const std::string& place);
-  absl::Status ReadObjects(const json& feature, std::vector<Polygon> parts,
-                           const std::string& place);
-  absl::Status ReadFill(const json& feature, std::vector<Polygon> parts, const std::string& place);
-  absl::StatusOr<std::vector<Polygon>> ReadGeometry(const json& geometry);
+  absl::Status ReadDeletion(const json& feature);
+  absl::Status ReadObjects(const json& feature, const json& geometry, const std::string& place);
+  absl::Status ReadFill(const json& feature, const json& geometry, const std::string& place);
+  // One shape, or one for each part of a multi-part geometry.
+  absl::StatusOr<std::vector<Shape>> ReadGeometry(const json& geometry);
+  absl::StatusOr<Shape> ReadPart(ShapeKind kind, const json& coordinates);
   absl::StatusOr<Polygon> ReadPolygon(const json& rings);
-  absl::StatusOr<Ring> ReadRing(const json& positions);
-  // The id of the layer's object that the feature stands for; 0 for a new one.
+  absl::StatusOr<std::vector<Point>> ReadPositions(const json& positions);
+  // Nullopt when it is not a position.
+  std::optional<Point> ReadPosition(const json& position);
+  // The id of the object of the layer that the feature replaces; 0 for a new one.
   absl::StatusOr<ObjectId> ReadId(const json& feature);
 
   const std::string layer_;
@@ -96,28 +135,28 @@ class Decoder {
   ImportedMap imported_;
   RepairLog repairs_;
   bool told_of_heights_ = false;
-  int num_vertices_ = 0;  // of the polygon being read
+  int num_vertices_ = 0;  // of the shape being read
+  int64_t num_objects_ = 0;
   int64_t num_unknown_ids_ = 0;
 };
 
 absl::Status Decoder::Run(json root) {
-  if (auto status = ValidateName("layer", layer_); !status.ok()) return status;
-  if (auto status = ReadFrame(root); !status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(ValidateName("layer", layer_));
+  HYPERMAP_RETURN_IF_ERROR(ReadFrame(root));
   if (Member(root, "crs")) {
     repairs_.Add("crs is not looked at: coordinates are taken as metres in the frame");
   }
-  absl::StatusOr<std::vector<json>> features = FeaturesOf(std::move(root));
-  if (!features.ok()) return features.status();
-  if (static_cast<int64_t>(features->size()) > limits_.max_objects) {
+  HYPERMAP_ASSIGN_OR_RETURN(const std::vector<json> features, FeaturesOf(std::move(root)));
+  if (static_cast<int64_t>(features.size()) > limits_.max_objects) {
     return absl::ResourceExhaustedError(
-        absl::StrCat("features has ", features->size(),
+        absl::StrCat("features has ", features.size(),
                      " entries, more than max_objects = ", limits_.max_objects));
   }
   OpenLayer();
-  if (features->empty() && existing_) return absl::InvalidArgumentError("features is empty");
-  for (size_t i = 0; i < features->size(); ++i) {
+  if (features.empty() && existing_) return absl::InvalidArgumentError("features is empty");
+  for (size_t i = 0; i < features.size(); ++i) {
     const std::string place = absl::StrCat("features[", i, "]");
-    if (auto status = ReadFeature((*features)[i], place); !status.ok()) return At(place, status);
+    if (auto status = ReadFeature(features[i], place); !status.ok()) return At(place, status);
   }
   if (num_unknown_ids_ > 0) {
     repairs_.Add(absl::StrCat(num_unknown_ids_,
@@ -154,30 +193,30 @@ absl::Status Decoder::ReadFeature(const json& feature, const std::string& place)
     return absl::InvalidArgumentError("type is not Feature");
   }
   const bool fills_cells = existing_ && existing_->spec().kind != LayerKind::kSemantic;
-  const json* geometry = Member(feature, "geometry");
-  if (!geometry) {
-    absl::StatusOr<ObjectId> id = ReadId(feature);
-    if (!id.ok()) return id.status();
-    if (fills_cells || !Member(feature, "id")) {
-      return absl::InvalidArgumentError("geometry is missing");
-    }
-    if (*id == 0) {
-      return absl::NotFoundError(
-          absl::StrCat("layer \"", layer_, "\" has no object ", feature["id"].dump()));
-    }
-    imported_.batch.edits.push_back(DeleteObject{layer_, *id});
-    return absl::OkStatus();
+  if (const json* geometry = Member(feature, "geometry")) {
+    return fills_cells ? ReadFill(feature, *geometry, place)
+                       : ReadObjects(feature, *geometry, place);
   }
-  absl::StatusOr<std::vector<Polygon>> parts = ReadGeometry(*geometry);
-  if (!parts.ok()) return At("geometry", parts.status());
-  if (fills_cells) return ReadFill(feature, *std::move(parts), place);
-  return ReadObjects(feature, *std::move(parts), place);
+  if (fills_cells || !Member(feature, "id")) {
+    return absl::InvalidArgumentError("geometry is missing");
+  }
+  return ReadDeletion(feature);
+}
+
+absl::Status Decoder::ReadDeletion(const json& feature) {
+  HYPERMAP_ASSIGN_OR_RETURN(const ObjectId id, ReadId(feature));
+  if (id == 0) {
+    return absl::NotFoundError(
+        absl::StrCat("layer \"", layer_, "\" has no object ", feature["id"].dump()));
+  }
+  imported_.batch.edits.push_back(DeleteObject{layer_, id});
+  return absl::OkStatus();
 }
 
 absl::StatusOr<ObjectId> Decoder::ReadId(const json& feature) {
   const json* id = Member(feature, "id");
   if (!id) return 0;
-  const auto* semantic = dynamic_cast<const SemanticLayer*>(existing_);
+  const auto* semantic = AsSemantic(existing_);
   if (id->is_number_integer() && semantic && semantic->Find(id->get<int64_t>())) {
     return id->get<int64_t>();
   }
@@ -187,30 +226,44 @@ absl::StatusOr<ObjectId> Decoder::ReadId(const json& feature) {
   return 0;
 }
 
-absl::Status Decoder::ReadObjects(const json& feature, std::vector<Polygon> parts,
+absl::Status Decoder::ReadObjects(const json& feature, const json& geometry,
                                   const std::string& place) {
-  absl::StatusOr<ObjectId> id = ReadId(feature);
-  if (!id.ok()) return id.status();
-  if (Member(feature, "id") && *id == 0) ++num_unknown_ids_;
+  absl::StatusOr<std::vector<Shape>> parts = ReadGeometry(geometry);
+  if (!parts.ok()) return At("geometry", parts.status());
+  HYPERMAP_ASSIGN_OR_RETURN(const ObjectId id, ReadId(feature));
+  if (Member(feature, "id") && id == 0) ++num_unknown_ids_;
   const json* properties = Member(feature, "properties");
   if (!properties) return absl::InvalidArgumentError("properties.label is missing");
   absl::StatusOr<SemanticObject> object =
       DecodeProperties(*properties, absl::StrCat(place, ".properties"), repairs_);
   if (!object.ok()) return At("properties", object.status());
-  if (parts.size() > 1) {
-    repairs_.Add(absl::StrCat(place, ": MultiPolygon put as ", parts.size(), " objects"));
+  if (parts->size() > 1) {
+    repairs_.Add(absl::StrCat(place, ": ", TextMember(geometry, "type"), " put as ", parts->size(),
+                              " objects"));
   }
-  object->id = *id;
-  for (Polygon& part : parts) {
-    object->polygon = std::move(part);
+  num_objects_ += static_cast<int64_t>(parts->size());
+  if (num_objects_ > limits_.max_objects) {
+    return absl::ResourceExhaustedError(
+        absl::StrCat("more objects than max_objects = ", limits_.max_objects));
+  }
+  object->id = id;
+  for (Shape& part : *parts) {
+    object->shape = std::move(part);
     imported_.batch.edits.push_back(PutObject{layer_, *object, frame_id_});
     object->id = 0;
   }
   return absl::OkStatus();
 }
 
-absl::Status Decoder::ReadFill(const json& feature, std::vector<Polygon> parts,
+absl::Status Decoder::ReadFill(const json& feature, const json& geometry,
                                const std::string& place) {
+  const GeometryType* type = FindGeometryType(TextMember(geometry, "type"));
+  if (type != nullptr && type->part != ShapeKind::kPolygon) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("geometry: type is \"", type->name, "\", but only polygons fill cells"));
+  }
+  absl::StatusOr<std::vector<Shape>> parts = ReadGeometry(geometry);
+  if (!parts.ok()) return At("geometry", parts.status());
   const json* properties = Member(feature, "properties");
   if (!properties || !properties->is_object() || !properties->contains("value")) {
     return absl::InvalidArgumentError("properties.value is missing");
@@ -221,46 +274,60 @@ absl::Status Decoder::ReadFill(const json& feature, std::vector<Polygon> parts,
   if (Member(feature, "id")) {
     repairs_.Add(absl::StrCat(place, ".id is not looked at: cells have no ids"));
   }
-  for (Polygon& part : parts) {
+  for (const Shape& part : *parts) {
     imported_.batch.edits.push_back(
-        FillPolygon{layer_, std::move(part), frame_id_, CellRule::kCentre, *value});
+        FillPolygon{layer_, part.polygon(), frame_id_, CellRule::kCentre, *value});
   }
   return absl::OkStatus();
 }
 
-absl::StatusOr<std::vector<Polygon>> Decoder::ReadGeometry(const json& geometry) {
-  const std::string type = TextMember(geometry, "type");
+absl::StatusOr<std::vector<Shape>> Decoder::ReadGeometry(const json& geometry) {
+  const std::string name = TextMember(geometry, "type");
+  const GeometryType* type = FindGeometryType(name);
+  if (type == nullptr) return UnknownType(name, "");
   const json* coordinates = Member(geometry, "coordinates");
-  if (type != "Polygon" && type != "MultiPolygon") {
-    return absl::InvalidArgumentError(
-        absl::StrCat("type is \"", CleanWord(type), "\", not Polygon or MultiPolygon"));
-  }
   if (!coordinates || !coordinates->is_array() || coordinates->empty()) {
     return absl::InvalidArgumentError("coordinates is no list or empty");
   }
-  std::vector<Polygon> parts;
-  if (type == "Polygon") {
-    absl::StatusOr<Polygon> polygon = ReadPolygon(*coordinates);
-    if (!polygon.ok()) return At("coordinates", polygon.status());
-    parts.push_back(*std::move(polygon));
+  std::vector<Shape> parts;
+  if (!type->is_multi) {
+    absl::StatusOr<Shape> part = ReadPart(type->part, *coordinates);
+    if (!part.ok()) return At("coordinates", part.status());
+    parts.push_back(*std::move(part));
     return parts;
   }
   for (size_t i = 0; i < coordinates->size(); ++i) {
-    absl::StatusOr<Polygon> polygon = ReadPolygon((*coordinates)[i]);
-    if (!polygon.ok()) return At(absl::StrCat("coordinates[", i, "]"), polygon.status());
-    parts.push_back(*std::move(polygon));
+    absl::StatusOr<Shape> part = ReadPart(type->part, (*coordinates)[i]);
+    if (!part.ok()) return At(absl::StrCat("coordinates[", i, "]"), part.status());
+    parts.push_back(*std::move(part));
   }
   return parts;
+}
+
+absl::StatusOr<Shape> Decoder::ReadPart(ShapeKind kind, const json& coordinates) {
+  num_vertices_ = 0;
+  switch (kind) {
+    case ShapeKind::kPolygon:
+      return ReadPolygon(coordinates);
+    case ShapeKind::kLineString: {
+      HYPERMAP_ASSIGN_OR_RETURN(std::vector<Point> vertices, ReadPositions(coordinates));
+      return LineString::Make(std::move(vertices));
+    }
+    case ShapeKind::kPoint:
+      break;
+  }
+  const std::optional<Point> point = ReadPosition(coordinates);
+  if (!point) return absl::InvalidArgumentError("not a pair of numbers");
+  return Shape::MakePoint(*point);
 }
 
 absl::StatusOr<Polygon> Decoder::ReadPolygon(const json& rings) {
   if (!rings.is_array() || rings.empty()) {
     return absl::InvalidArgumentError("a polygon is no list of rings or empty");
   }
-  num_vertices_ = 0;
   std::vector<Ring> read;
   for (size_t i = 0; i < rings.size(); ++i) {
-    absl::StatusOr<Ring> ring = ReadRing(rings[i]);
+    absl::StatusOr<Ring> ring = ReadPositions(rings[i]);
     if (!ring.ok()) return At(absl::StrCat("ring ", i), ring.status());
     read.push_back(*std::move(ring));
   }
@@ -269,28 +336,34 @@ absl::StatusOr<Polygon> Decoder::ReadPolygon(const json& rings) {
   return Polygon::Make(std::move(outer), std::move(read));
 }
 
-absl::StatusOr<Ring> Decoder::ReadRing(const json& positions) {
+absl::StatusOr<std::vector<Point>> Decoder::ReadPositions(const json& positions) {
   if (!positions.is_array()) return absl::InvalidArgumentError("not a list of positions");
   num_vertices_ += static_cast<int>(positions.size());
   if (num_vertices_ > limits_.max_vertices_per_polygon) {
     return absl::ResourceExhaustedError(absl::StrCat(
         "more vertices than max_vertices_per_polygon = ", limits_.max_vertices_per_polygon));
   }
-  Ring ring;
-  ring.reserve(positions.size());
+  std::vector<Point> points;
+  points.reserve(positions.size());
   for (const json& position : positions) {
-    const bool is_position = position.is_array() && position.size() >= 2 &&
-                             position[0].is_number() && position[1].is_number();
-    if (!is_position) {
+    const std::optional<Point> point = ReadPosition(position);
+    if (!point) {
       return absl::InvalidArgumentError(
-          absl::StrCat("vertex ", ring.size(), " is no pair of numbers"));
+          absl::StrCat("vertex ", points.size(), " is no pair of numbers"));
     }
-    if (position.size() > 2 && !std::exchange(told_of_heights_, true)) {
-      repairs_.Add("positions have more than two numbers: only x and y are read");
-    }
-    ring.push_back({position[0].get<double>(), position[1].get<double>()});
+    points.push_back(*point);
   }
-  return ring;
+  return points;
+}
+
+std::optional<Point> Decoder::ReadPosition(const json& position) {
+  const bool is_position = position.is_array() && position.size() >= 2 && position[0].is_number() &&
+                           position[1].is_number();
+  if (!is_position) return std::nullopt;
+  if (position.size() > 2 && !std::exchange(told_of_heights_, true)) {
+    repairs_.Add("positions have more than two numbers: only x and y are read");
+  }
+  return Point{position[0].get<double>(), position[1].get<double>()};
 }
 
 }  // namespace
@@ -301,10 +374,9 @@ absl::StatusOr<ImportedMap> DecodeGeoJson(absl::string_view data, const std::str
     return absl::ResourceExhaustedError(
         absl::StrCat("file is larger than max_unpacked_bytes = ", limits.max_unpacked_bytes));
   }
-  absl::StatusOr<json> root = Parse(data);
-  if (!root.ok()) return root.status();
+  HYPERMAP_ASSIGN_OR_RETURN(json root, Parse(data));
   Decoder decoder(layer, snapshot, limits);
-  if (auto status = decoder.Run(*std::move(root)); !status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(decoder.Run(std::move(root)));
   return std::move(decoder).Take();
 }
 

@@ -3,6 +3,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
+#include "base/status/status_macros.h"
 #include "map/layers/semantic_layer.h"
 #include "nlohmann/json.hpp"
 #include "storage/interchange/geojson.h"
@@ -11,29 +12,43 @@
 namespace hypermap::storage {
 namespace {
 
-using nlohmann::json;
 using nlohmann::ordered_json;
 
 std::string ToText(const ordered_json& value) {
   return value.dump(-1, ' ', false, ordered_json::error_handler_t::replace);
 }
 
-json EncodeRings(const Polygon& polygon) {
-  json rings = json::array();
-  for (const Ring& ring : polygon.rings()) {
-    json positions = json::array();
-    for (const Point& p : ring) positions.push_back({p.x, p.y});
-    positions.push_back({ring.front().x, ring.front().y});
-    rings.push_back(std::move(positions));
-  }
-  return rings;
+ordered_json Position(const Point& p) { return ordered_json::array({p.x, p.y}); }
+
+ordered_json Positions(const std::vector<Point>& points) {
+  ordered_json positions = ordered_json::array();
+  for (const Point& p : points) positions.push_back(Position(p));
+  return positions;
 }
 
-// Adds the layer's objects to `features`, one text each, or says why not.
+ordered_json EncodeGeometry(const Polygon& polygon) {
+  ordered_json rings = ordered_json::array();
+  for (const Ring& ring : polygon.rings()) {
+    rings.push_back(Positions(ring));
+    rings.back().push_back(Position(ring.front()));
+  }
+  return {{"type", "Polygon"}, {"coordinates", std::move(rings)}};
+}
+
+ordered_json EncodeGeometry(const LineString& line) {
+  return {{"type", "LineString"}, {"coordinates", Positions(line.vertices())}};
+}
+
+ordered_json EncodeGeometry(const Point& point) {
+  return {{"type", "Point"}, {"coordinates", Position(point)}};
+}
+
+// Adds the layer's objects to `features`, one text each, and what the format can't carry to
+// `omissions`.
 void AddLayer(const Snapshot& snapshot, const Layer& layer, std::vector<std::string>& features,
               std::vector<std::string>& omissions) {
   const std::string& name = layer.spec().name;
-  const auto* semantic = dynamic_cast<const SemanticLayer*>(&layer);
+  const auto* semantic = AsSemantic(&layer);
   if (!semantic) {
     omissions.push_back(absl::StrCat("layer \"", name, "\": GeoJSON carries no cells"));
     return;
@@ -45,13 +60,13 @@ void AddLayer(const Snapshot& snapshot, const Layer& layer, std::vector<std::str
   }
   std::vector<std::string> lost;
   for (const ObjectPtr& object : semantic->Objects()) {
+    const Shape shape = *map_from_layer * object->shape;
     const ordered_json feature = {
         {"type", "Feature"},
         {"id", object->id},
         {"layer", name},
         {"properties", EncodeProperties(*object, lost)},
-        {"geometry",
-         {{"type", "Polygon"}, {"coordinates", EncodeRings(*map_from_layer * object->polygon)}}}};
+        {"geometry", shape.Visit([](const auto& geometry) { return EncodeGeometry(geometry); })}};
     features.push_back(ToText(feature));
   }
   if (!lost.empty()) {
@@ -62,21 +77,23 @@ void AddLayer(const Snapshot& snapshot, const Layer& layer, std::vector<std::str
   if (const size_t aliases = layer.spec().aliases.size(); aliases > 0) {
     omissions.push_back(absl::StrCat("layer \"", name, "\": ", aliases, " aliases"));
   }
+  if (!layer.spec().shape_kinds.ContainsAll()) {
+    omissions.push_back(absl::StrCat("layer \"", name, "\": which kinds of shape it takes"));
+  }
 }
 
 }  // namespace
 
 absl::StatusOr<ExportedFiles> EncodeGeoJson(const Snapshot& snapshot,
                                             const std::vector<std::string>& layers) {
-  absl::StatusOr<std::vector<LayerPtr>> selected = snapshot.SelectLayers(layers);
-  if (!selected.ok()) return selected.status();
+  HYPERMAP_ASSIGN_OR_RETURN(const std::vector<LayerPtr> selected, snapshot.SelectLayers(layers));
   ExportedFiles exported;
   std::vector<std::string> features;
-  for (const LayerPtr& layer : *selected) {
+  for (const LayerPtr& layer : selected) {
     AddLayer(snapshot, *layer, features, exported.omissions);
   }
-  // A null crs says that positions are in no reference system that a reader could know. A feature a
-  // line, so that files can be compared and searched by line.
+  // A null crs says that the positions are in no reference system that a reader could know. Each
+  // feature has a line of its own, so that files can be compared and searched by line.
   exported.files.push_back(
       {absl::StrCat(snapshot.map_name, ".geojson"),
        absl::StrCat("{\"type\":\"FeatureCollection\",\"frame\":", ToText(snapshot.frame_id),

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/status/status_macros.h"
 #include "map/values/value_query.h"
 #include "storage/interchange/names.h"
 
@@ -34,9 +35,9 @@ class PropertyReader {
     for (const auto read : {&PropertyReader::ReadLabel, &PropertyReader::ReadClasses,
                             &PropertyReader::ReadExistence, &PropertyReader::ReadTags,
                             &PropertyReader::ReadHeight, &PropertyReader::ReadAttributes}) {
-      if (auto status = (this->*read)(); !status.ok()) return status;
+      HYPERMAP_RETURN_IF_ERROR((this->*read)());
     }
-    if (auto status = Validate(object_); !status.ok()) return status;
+    HYPERMAP_RETURN_IF_ERROR(Validate(object_));
     return std::move(object_);
   }
 
@@ -145,8 +146,7 @@ class PropertyReader {
   const std::string& place_;
   RepairLog& repairs_;
   std::set<std::string> taken_;
-  // The caller gives it its polygon.
-  SemanticObject object_{.polygon = Polygon::FromBox({{0, 0}, {1, 1}})};
+  SemanticObject object_;  // without a shape
 };
 
 }  // namespace

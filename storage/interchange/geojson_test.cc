@@ -9,8 +9,9 @@
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "map/edits/apply.h"
-#include "map/layers/grid/grid_layer.h"
+#include "map/layers/grid_layer.h"
 #include "map/layers/semantic_layer.h"
+#include "nlohmann/json.hpp"
 #include "tests/support/random_map.h"
 
 namespace hypermap::storage {
@@ -58,7 +59,7 @@ TEST(DecodeGeoJsonTest, MakesTheLayerInTheCollectionsFrame) {
   ASSERT_EQ(Objects(map).size(), 1u);
   EXPECT_EQ(Objects(map)[0]->label, "chair");
   EXPECT_THAT(Objects(map)[0]->classes, ElementsAre(std::pair("chair", 1.0)));
-  EXPECT_EQ(Objects(map)[0]->polygon, Polygon::FromBox({{0, 0}, {1, 1}}));
+  EXPECT_EQ(Objects(map)[0]->shape, Polygon::FromBox({{0, 0}, {1, 1}}));
 }
 
 TEST(DecodeGeoJsonTest, ReadsAllProperties) {
@@ -104,6 +105,57 @@ TEST(DecodeGeoJsonTest, MultiPolygonsAreAnObjectAPart) {
   EXPECT_EQ(Objects(map).size(), 2u);
 }
 
+std::string FeatureOf(const std::string& type, const std::string& coordinates,
+                      const std::string& members = "") {
+  return R"({"type": "Feature", )" + members +
+         R"("properties": {"label": "x"}, "geometry": {"type": ")" + type +
+         R"(", "coordinates": )" + coordinates + "}}";
+}
+
+TEST(DecodeGeoJsonTest, ReadsEveryKindOfShape) {
+  const Snapshot map = Import(Collection(FeatureOf("Polygon", "[[[0,0],[1,0],[1,1],[0,0]]]") + "," +
+                                         FeatureOf("LineString", "[[0,0],[2,0],[2,3]]") + "," +
+                                         FeatureOf("Point", "[4,-5.5]")));
+  const std::vector<ObjectPtr> objects = Objects(map);
+  ASSERT_EQ(objects.size(), 3u);
+  EXPECT_EQ(objects[0]->shape, *Polygon::Make({{0, 0}, {1, 0}, {1, 1}}));
+  EXPECT_EQ(objects[1]->shape, *LineString::Make({{0, 0}, {2, 0}, {2, 3}}));
+  EXPECT_EQ(objects[2]->shape, *Shape::MakePoint({4, -5.5}));
+}
+
+TEST(DecodeGeoJsonTest, MultiLineStringsAndMultiPointsAreAnObjectAPart) {
+  const Snapshot before = Import(FeatureOf("Point", "[9,9]"));
+  const std::string lines = FeatureOf("MultiLineString", "[[[0,0],[2,0]],[[0,1],[2,1],[2,4]]]");
+  const std::string points = FeatureOf("MultiPoint", "[[1,2],[3,4],[5,6]]", R"("id": 1, )");
+  const auto imported = DecodeGeoJson(Collection(lines + "," + points), "semantic", &before, {});
+  ASSERT_TRUE(imported.ok()) << imported.status();
+  EXPECT_THAT(imported->repairs, ElementsAre("features[0]: MultiLineString put as 2 objects",
+                                             "features[1]: MultiPoint put as 3 objects"));
+  const std::vector<ObjectPtr> objects = Objects(*Apply(before, imported->batch)->snapshot);
+  ASSERT_EQ(objects.size(), 5u);
+  // The first point has replaced the object with its id.
+  EXPECT_EQ(objects[0]->shape, *Shape::MakePoint({1, 2}));
+  EXPECT_EQ(objects[1]->shape, *LineString::Make({{0, 0}, {2, 0}}));
+  EXPECT_EQ(objects[2]->shape, *LineString::Make({{0, 1}, {2, 1}, {2, 4}}));
+  EXPECT_EQ(objects[4]->shape, *Shape::MakePoint({5, 6}));
+}
+
+TEST(DecodeGeoJsonTest, RepeatedVerticesOfLinesAreDropped) {
+  const Snapshot map = Import(FeatureOf("LineString", "[[0,0],[0,0],[2,0],[2,0],[0,0]]"));
+  EXPECT_EQ(Objects(map).at(0)->shape, *LineString::Make({{0, 0}, {2, 0}, {0, 0}}));
+}
+
+TEST(DecodeGeoJsonTest, LayersTakeTheirKindsOnly) {
+  LayerSpec docks{.name = "semantic"};
+  docks.shape_kinds = {ShapeKind::kPoint};
+  const Snapshot before = MakeSnapshot("m", {{CreateLayer{docks}}});
+  EXPECT_EQ(Objects(Import(FeatureOf("Point", "[1,2]"), &before)).size(), 1u);
+  const auto imported =
+      DecodeGeoJson(FeatureOf("LineString", "[[0,0],[1,2]]"), "semantic", &before, {});
+  ASSERT_TRUE(imported.ok()) << imported.status();
+  EXPECT_THAT(Apply(before, imported->batch).status().ToString(), HasSubstr("line_string"));
+}
+
 TEST(DecodeGeoJsonTest, FillsTheCellsOfAGrid) {
   const LayerSpec grid{.name = "semantic",
                        .kind = LayerKind::kOccupancy,
@@ -122,6 +174,8 @@ TEST(DecodeGeoJsonTest, FillsTheCellsOfAGrid) {
     EXPECT_EQ(DecodeGeoJson(FeatureWith(properties), "semantic", &before, {}).status().code(),
               absl::StatusCode::kInvalidArgument);
   }
+  EXPECT_EQ(DecodeGeoJson(FeatureOf("Point", "[1,1]"), "semantic", &before, {}).status().message(),
+            "features[0]: geometry: type is \"Point\", but only polygons fill cells");
 }
 
 TEST(DecodeGeoJsonTest, BadInputIsRefusedWithItsPlace) {
@@ -146,9 +200,24 @@ TEST(DecodeGeoJsonTest, BadInputIsRefusedWithItsPlace) {
       {FeatureWith(R"({"label": "a", "classes": {"b": "c"}})"), "classes.b is no number"},
       {FeatureWith(R"({"label": "a", "tags": "b"})"), "tags is no list"},
       {FeatureWith(R"({"label": "a", "height": [2, 1]})"), "height.low_m is above"},
-      {R"({"type": "Point", "coordinates": [0, 0]})", "type is"},
-      {R"({"type": "Feature", "geometry": {"type": "Point", "coordinates": [0, 0]}})",
-       "features[0]: geometry: type is \"Point\""},
+      {R"({"type": "Point", "coordinates": [0, 0]})", "properties.label is missing"},
+      {FeatureOf("Circle", "[0, 0]"),
+       "features[0]: geometry: type is \"Circle\", not one of Polygon, MultiPolygon, LineString, "
+       "MultiLineString, Point, MultiPoint"},
+      {R"({"type": "Circle"})",
+       "type is \"Circle\", not one of FeatureCollection, Feature, Polygon"},
+      {R"({"type": "Feature", "geometry": {"type": "GeometryCollection", "geometries": []}})",
+       "features[0]: geometry: type is \"GeometryCollection\": an object has one shape"},
+      {FeatureOf("Point", "[]"), "geometry: coordinates is no list or empty"},
+      {FeatureOf("Point", "[1]"), "geometry: coordinates: not a pair of numbers"},
+      {FeatureOf("Point", "[[1, 2]]"), "not a pair of numbers"},
+      {FeatureOf("Point", "[1, 2e9]"), "point is more than 1e+09 m from the origin"},
+      {FeatureOf("MultiPoint", "[[1, 2], 3]"), "coordinates[1]: not a pair of numbers"},
+      {FeatureOf("LineString", "[[1, 2]]"), "fewer than 2 distinct vertices"},
+      {FeatureOf("LineString", "[[1, 2], [1, 2]]"), "fewer than 2 distinct vertices"},
+      {FeatureOf("LineString", "[1, 2]"), "coordinates: vertex 0 is no pair of numbers"},
+      {FeatureOf("MultiLineString", "[[[1, 2], [3, 4]], 5]"),
+       "coordinates[1]: not a list of positions"},
       {R"({"type": "Feature", "geometry": null, "properties": {}})", "geometry is missing"},
       {R"({"type": "Feature", "id": 5, "geometry": null})", "has no object 5"},
       {R"({"type": "Polygon", "coordinates": [[[0, 0], [1, 1]]]})", "distinct"},
@@ -176,8 +245,15 @@ TEST(DecodeGeoJsonTest, LimitsAreNamed) {
   limits.max_vertices_per_polygon = 4;
   EXPECT_THAT(DecodeGeoJson(kChair, "s", nullptr, limits).status().ToString(),
               HasSubstr("max_vertices_per_polygon"));
+  const std::string line = FeatureOf("LineString", "[[0,0],[1,0],[2,0],[3,0],[4,0]]");
+  EXPECT_THAT(DecodeGeoJson(line, "s", nullptr, limits).status().ToString(),
+              HasSubstr("max_vertices_per_polygon"));
   limits = {};
   limits.max_objects = 1;
+  EXPECT_THAT(DecodeGeoJson(FeatureOf("MultiPoint", "[[0,0],[1,1]]"), "s", nullptr, limits)
+                  .status()
+                  .ToString(),
+              HasSubstr("max_objects"));
   EXPECT_THAT(DecodeGeoJson(Collection(std::string(kChair) + "," + kChair), "s", nullptr, limits)
                   .status()
                   .ToString(),
@@ -198,6 +274,35 @@ TEST(EncodeGeoJsonTest, TellsOfAliases) {
   const Snapshot site = MakeSnapshot(
       "site", {{CreateLayer{{.name = "s"}}, SetAliases{"s", {{"tv", {"tvmonitor"}}}}}});
   EXPECT_THAT(EncodeGeoJson(site, {})->omissions, ElementsAre("layer \"s\": 1 aliases"));
+}
+
+TEST(EncodeGeoJsonTest, TellsOfKindsOfShape) {
+  LayerSpec docks{.name = "docks"};
+  docks.shape_kinds = {ShapeKind::kPoint};
+  EXPECT_THAT(EncodeGeoJson(MakeSnapshot("site", {{CreateLayer{docks}}}), {})->omissions,
+              ElementsAre("layer \"docks\": which kinds of shape it takes"));
+}
+
+TEST(EncodeGeoJsonTest, WritesTheGeometryOfEachKind) {
+  SemanticObject room{.label = "x", .shape = *Polygon::Make({{0, 0}, {1, 0}, {1, 1}})};
+  SemanticObject lane{.label = "x", .shape = *LineString::Make({{0, 0}, {2.5, 0}})};
+  SemanticObject dock{.label = "x", .shape = *Shape::MakePoint({4, 5})};
+  const Snapshot site =
+      MakeSnapshot("site", {{CreateLayer{{.name = "s"}}, PutObject{"s", room, ""},
+                             PutObject{"s", lane, ""}, PutObject{"s", dock, ""}}});
+  const auto exported = EncodeGeoJson(site, {});
+  ASSERT_TRUE(exported.ok()) << exported.status();
+  EXPECT_THAT(exported->omissions, IsEmpty());
+  const auto root = nlohmann::json::parse(exported->files.at(0).data);
+  const auto& features = root["features"];
+  ASSERT_EQ(features.size(), 3u);
+  EXPECT_EQ(features[0]["geometry"],
+            nlohmann::json::parse(
+                R"({"type":"Polygon","coordinates":[[[0.0,0.0],[1.0,0.0],[1.0,1.0],[0.0,0.0]]]})"));
+  EXPECT_EQ(features[1]["geometry"],
+            nlohmann::json::parse(R"({"type":"LineString","coordinates":[[0.0,0.0],[2.5,0.0]]})"));
+  EXPECT_EQ(features[2]["geometry"],
+            nlohmann::json::parse(R"({"type":"Point","coordinates":[4.0,5.0]})"));
 }
 
 TEST(EncodeGeoJsonTest, WhatIsReadBackIsWrittenTheSame) {

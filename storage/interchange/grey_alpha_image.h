@@ -1,4 +1,4 @@
-// Pictures of maps in memory.
+// Images with grey and alpha in memory.
 #ifndef HYPERMAP_STORAGE_INTERCHANGE_GREY_ALPHA_IMAGE_H_
 #define HYPERMAP_STORAGE_INTERCHANGE_GREY_ALPHA_IMAGE_H_
 
@@ -27,11 +27,11 @@ struct GreyAlphaImage {
   GreyAlpha* row(int32_t y) { return pixels.data() + int64_t{y} * width; }
 };
 
-// RESOURCE_EXHAUSTED when an image would have more than `max_pixels`, or more rows or columns than
-// a grid; INVALID_ARGUMENT when it has none.
+// RESOURCE_EXHAUSTED when an image would have more than `max_pixels` pixels, or more rows or
+// columns than a grid can have; INVALID_ARGUMENT when it would have none.
 absl::Status CheckImageSize(int64_t width, int64_t height, int64_t max_pixels);
 
-// Reads a PNG or a PGM, told apart by their first bytes. INVALID_ARGUMENT, RESOURCE_EXHAUSTED.
+// Decodes a PNG or a PGM, distinguished by the first bytes. INVALID_ARGUMENT, RESOURCE_EXHAUSTED.
 absl::StatusOr<GreyAlphaImage> DecodeImage(absl::string_view data, int64_t max_pixels);
 
 }  // namespace hypermap::storage

@@ -1,5 +1,5 @@
-// The original Hypermap's file: a zip of hmap_config.yaml, occupancy YAML + PNG, and semantic YAML
-// (format: docs/hmap_format.md).
+// The file format of the original Hypermap: a zip archive of hmap_config.yaml, occupancy YAML with
+// PNG, and semantic YAML (docs/hmap_format.md).
 #ifndef HYPERMAP_STORAGE_INTERCHANGE_HMAP_H_
 #define HYPERMAP_STORAGE_INTERCHANGE_HMAP_H_
 
@@ -10,10 +10,12 @@
 
 namespace hypermap::storage {
 
-// INVALID_ARGUMENT naming the member and the place for what can't be understood.
+// INVALID_ARGUMENT naming the member and the place when something can't be understood;
+// RESOURCE_EXHAUSTED naming the limit.
 absl::StatusOr<ImportedMap> DecodeHmap(absl::string_view data, const ImportLimits& limits);
 
-// One file `<map_name>.hmap`. Occupancy and semantic layers are written; other kinds are omissions.
+// Encodes the occupancy and semantic layers as one file, `<map_name>.hmap`. Layers of other kinds,
+// and objects with line strings and points, which the original can't read, are omissions.
 absl::StatusOr<ExportedFiles> EncodeHmap(const Snapshot& snapshot);
 
 }  // namespace hypermap::storage

@@ -5,6 +5,7 @@
 #include "absl/container/flat_hash_set.h"
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
+#include "base/status/status_macros.h"
 #include "storage/interchange/names.h"
 #include "storage/interchange/number_text.h"
 #include "storage/interchange/status_context.h"
@@ -25,28 +26,25 @@ std::string Renamed(absl::string_view what, absl::string_view from, absl::string
 
 // A frame that must be there.
 absl::StatusOr<std::string> ReadFrame(const YAML::Node& map, const char* key, RepairLog& repairs) {
-  const absl::StatusOr<std::string> text = ReadText(map, key);
-  if (!text.ok()) return text.status();
-  std::string frame_id = SanitizeFrameId(*text);
-  if (auto status = ValidateFrameId(key, frame_id); !status.ok()) return status;
-  if (frame_id != *text) repairs.Add(Renamed("frame", *text, frame_id));
+  HYPERMAP_ASSIGN_OR_RETURN(const std::string text, ReadText(map, key));
+  std::string frame_id = SanitizeFrameId(text);
+  HYPERMAP_RETURN_IF_ERROR(ValidateFrameId(key, frame_id));
+  if (frame_id != text) repairs.Add(Renamed("frame", text, frame_id));
   return frame_id;
 }
 
 absl::StatusOr<LayerKind> ReadKind(const YAML::Node& map) {
-  const absl::StatusOr<std::string> text = ReadText(map, "class");
-  if (!text.ok()) return text.status();
-  if (*text == kOccupancyClass) return LayerKind::kOccupancy;
-  if (*text == kSemanticClass) return LayerKind::kSemantic;
+  HYPERMAP_ASSIGN_OR_RETURN(const std::string text, ReadText(map, "class"));
+  if (text == kOccupancyClass) return LayerKind::kOccupancy;
+  if (text == kSemanticClass) return LayerKind::kSemantic;
   return absl::InvalidArgumentError(
-      absl::StrCat("class \"", *text, "\" is neither ", kOccupancyClass, " nor ", kSemanticClass));
+      absl::StrCat("class \"", text, "\" is neither ", kOccupancyClass, " nor ", kSemanticClass));
 }
 
 absl::StatusOr<std::string> ReadFile(const YAML::Node& map) {
   if (Value(map, "load_file").IsDefined()) {
-    const absl::StatusOr<bool> load_file = ReadFlag(map, "load_file");
-    if (!load_file.ok()) return load_file.status();
-    if (!*load_file) return std::string();
+    HYPERMAP_ASSIGN_OR_RETURN(const bool load_file, ReadFlag(map, "load_file"));
+    if (!load_file) return std::string();
   } else if (!Value(map, "file").IsDefined()) {
     return std::string();
   }
@@ -58,40 +56,33 @@ absl::StatusOr<std::string> ReadFile(const YAML::Node& map) {
 absl::StatusOr<HmapLayer> ReadLayer(const YAML::Node& map, RepairLog& repairs) {
   if (!map.IsMap()) return absl::InvalidArgumentError("it is not a map of keys");
   HmapLayer layer;
-  const absl::StatusOr<std::string> name = ReadText(map, "name");
-  if (!name.ok()) return name.status();
-  layer.name = SanitizeName(*name);
-  if (layer.name != *name) repairs.Add(Renamed("layer", *name, layer.name));
+  HYPERMAP_ASSIGN_OR_RETURN(const std::string name, ReadText(map, "name"));
+  layer.name = SanitizeName(name);
+  if (layer.name != name) repairs.Add(Renamed("layer", name, layer.name));
 
-  const absl::StatusOr<LayerKind> kind = ReadKind(map);
-  if (!kind.ok()) return kind.status();
-  layer.kind = *kind;
+  HYPERMAP_ASSIGN_OR_RETURN(const LayerKind kind, ReadKind(map));
+  layer.kind = kind;
 
   const YAML::Node frame = Value(map, "frame_id");
   const bool names_frame = frame.IsDefined() && !(frame.IsScalar() && frame.Scalar().empty());
   if (names_frame) {
-    absl::StatusOr<std::string> frame_id = ReadFrame(map, "frame_id", repairs);
-    if (!frame_id.ok()) return frame_id.status();
-    layer.frame_id = *std::move(frame_id);
+    HYPERMAP_ASSIGN_OR_RETURN(std::string frame_id, ReadFrame(map, "frame_id", repairs));
+    layer.frame_id = std::move(frame_id);
   } else {
     repairs.Add(absl::StrCat("layer \"", layer.name, "\": no frame_id, taken as the map's own"));
   }
-  absl::StatusOr<std::string> file = ReadFile(map);
-  if (!file.ok()) return file.status();
-  layer.file = *std::move(file);
+  HYPERMAP_ASSIGN_OR_RETURN(std::string file, ReadFile(map));
+  layer.file = std::move(file);
   return layer;
 }
 
 absl::StatusOr<FrameTransform> ReadTransform(const YAML::Node& map, RepairLog& repairs) {
   if (!map.IsMap()) return absl::InvalidArgumentError("it is not a map of keys");
-  absl::StatusOr<std::string> parent = ReadFrame(map, "frame_id", repairs);
-  if (!parent.ok()) return parent.status();
-  absl::StatusOr<std::string> child = ReadFrame(map, "child_frame_id", repairs);
-  if (!child.ok()) return child.status();
-  const absl::StatusOr<YamlPose> pose = ReadPose(map, "transform_pose");
-  if (!pose.ok()) return pose.status();
-  return FrameTransform{*std::move(parent), *std::move(child),
-                        PlanarTransform(pose->x, pose->y, pose->yaw)};
+  HYPERMAP_ASSIGN_OR_RETURN(std::string parent, ReadFrame(map, "frame_id", repairs));
+  HYPERMAP_ASSIGN_OR_RETURN(std::string child, ReadFrame(map, "child_frame_id", repairs));
+  HYPERMAP_ASSIGN_OR_RETURN(const YamlPose pose, ReadPose(map, "transform_pose"));
+  return FrameTransform{std::move(parent), std::move(child),
+                        PlanarTransform(pose.x, pose.y, pose.yaw)};
 }
 
 // The list behind a key; an absent one is empty.
@@ -103,11 +94,10 @@ absl::StatusOr<YAML::Node> ReadList(const YAML::Node& root, const char* key) {
 }
 
 absl::Status ReadLayers(const YAML::Node& root, HmapConfig& config, RepairLog& repairs) {
-  const absl::StatusOr<YAML::Node> list = ReadList(root, "layers");
-  if (!list.ok()) return list.status();
+  HYPERMAP_ASSIGN_OR_RETURN(const YAML::Node list, ReadList(root, "layers"));
   absl::flat_hash_set<std::string> names;
-  for (size_t i = 0; i < list->size(); ++i) {
-    absl::StatusOr<HmapLayer> layer = ReadLayer((*list)[i], repairs);
+  for (size_t i = 0; i < list.size(); ++i) {
+    absl::StatusOr<HmapLayer> layer = ReadLayer(list[i], repairs);
     if (!layer.ok()) return At(absl::StrCat("layers[", i, "]"), layer.status());
     if (!names.insert(layer->name).second) {
       return absl::InvalidArgumentError(
@@ -119,16 +109,15 @@ absl::Status ReadLayers(const YAML::Node& root, HmapConfig& config, RepairLog& r
 }
 
 absl::Status ReadTransforms(const YAML::Node& root, HmapConfig& config, RepairLog& repairs) {
-  const absl::StatusOr<YAML::Node> list = ReadList(root, "transforms");
-  if (!list.ok()) return list.status();
-  if (list->size() > kMaxTransforms) {
+  HYPERMAP_ASSIGN_OR_RETURN(const YAML::Node list, ReadList(root, "transforms"));
+  if (list.size() > kMaxTransforms) {
     return absl::ResourceExhaustedError(
-        absl::StrCat("transforms has ", list->size(), " entries, more than ", kMaxTransforms));
+        absl::StrCat("transforms has ", list.size(), " entries, more than ", kMaxTransforms));
   }
   FrameTree tree;  // finds circles where they close
-  for (size_t i = 0; i < list->size(); ++i) {
+  for (size_t i = 0; i < list.size(); ++i) {
     const std::string place = absl::StrCat("transforms[", i, "]");
-    absl::StatusOr<FrameTransform> transform = ReadTransform((*list)[i], repairs);
+    absl::StatusOr<FrameTransform> transform = ReadTransform(list[i], repairs);
     if (!transform.ok()) return At(place, transform.status());
     if (auto status = tree.Set(*transform); !status.ok()) return At(place, status);
     config.transforms.push_back(*std::move(transform));
@@ -143,15 +132,14 @@ absl::Status ReadTransforms(const YAML::Node& root, HmapConfig& config, RepairLo
 }  // namespace
 
 absl::StatusOr<HmapConfig> ParseHmapConfig(absl::string_view text, RepairLog& repairs) {
-  const absl::StatusOr<YAML::Node> root = ParseYaml(text);
-  if (!root.ok()) return root.status();
-  if (!root->IsMap()) return absl::InvalidArgumentError("the YAML is not a map of keys");
-  if (!Value(*root, "layers").IsDefined()) {
+  HYPERMAP_ASSIGN_OR_RETURN(const YAML::Node root, ParseYaml(text));
+  if (!root.IsMap()) return absl::InvalidArgumentError("the YAML is not a map of keys");
+  if (!Value(root, "layers").IsDefined()) {
     return absl::InvalidArgumentError("layers is missing");
   }
   HmapConfig config;
-  if (auto status = ReadLayers(*root, config, repairs); !status.ok()) return status;
-  if (auto status = ReadTransforms(*root, config, repairs); !status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(ReadLayers(root, config, repairs));
+  HYPERMAP_RETURN_IF_ERROR(ReadTransforms(root, config, repairs));
   return config;
 }
 

@@ -19,8 +19,8 @@ struct HmapLayer {
   std::string name;
   LayerKind kind = LayerKind::kSemantic;  // or kOccupancy
   std::string frame_id;                   // empty: the file names none
-  // What of the archive holds the content: for kOccupancy a base name (of `<file>.yaml`), for
-  // kSemantic a member. Empty: the layer has none (load_file: false).
+  // Where in the archive the content is: for kOccupancy the base name of `<file>.yaml`, for
+  // kSemantic the name of a member. Empty: the layer has no content (load_file: false).
   std::string file;
 };
 
@@ -29,8 +29,8 @@ struct HmapConfig {
   std::vector<FrameTransform> transforms;
 };
 
-// Names and frames that the domain refuses are made fit, with a line in `repairs`; unknown keys are
-// ignored. INVALID_ARGUMENT naming the layer or transform and the key.
+// Names of layers and frames that the domain refuses are changed, with a line in `repairs`; unknown
+// keys are ignored. INVALID_ARGUMENT naming the layer or transform and the key.
 absl::StatusOr<HmapConfig> ParseHmapConfig(absl::string_view text, RepairLog& repairs);
 
 std::string FormatHmapConfig(const HmapConfig& config);

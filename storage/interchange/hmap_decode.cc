@@ -2,6 +2,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/status/status_macros.h"
 #include "storage/interchange/hmap.h"
 #include "storage/interchange/hmap_config.h"
 #include "storage/interchange/occupancy_member.h"
@@ -39,9 +40,8 @@ class HmapDecoder {
       : archive_(std::move(archive)), limits_(limits), pixels_left_(limits.max_image_pixels) {}
 
   absl::StatusOr<ImportedMap> Decode() && {
-    const absl::StatusOr<std::string> text = archive_.Read(kHmapConfigMember);
-    if (!text.ok()) return text.status();
-    const absl::StatusOr<HmapConfig> config = ParseHmapConfig(*text, repairs_);
+    HYPERMAP_ASSIGN_OR_RETURN(const std::string text, archive_.Read(kHmapConfigMember));
+    const absl::StatusOr<HmapConfig> config = ParseHmapConfig(text, repairs_);
     if (!config.ok()) return At(kHmapConfigMember, config.status());
     imported_.frame_id = OwnFrame(*config);
     for (const FrameTransform& t : config->transforms) edits().push_back(SetTransform{t});
@@ -66,14 +66,12 @@ class HmapDecoder {
       return absl::OkStatus();
     }
     const std::string member = absl::StrCat(layer.file, ".yaml");
-    const absl::StatusOr<std::string> text = archive_.Read(member);
-    if (!text.ok()) return text.status();
-    const absl::StatusOr<MapServerYaml> yaml = ParseMapServerYaml(*text);
+    HYPERMAP_ASSIGN_OR_RETURN(const std::string text, archive_.Read(member));
+    const absl::StatusOr<MapServerYaml> yaml = ParseMapServerYaml(text);
     if (!yaml.ok()) return At(MemberPlace(member), yaml.status());
-    const absl::StatusOr<std::string> image = archive_.Read(yaml->image);
-    if (!image.ok()) return image.status();
+    HYPERMAP_ASSIGN_OR_RETURN(const std::string image, archive_.Read(yaml->image));
     const absl::Status status =
-        AppendOccupancyLayer(layer.name, layer.frame_id, *yaml, *image, pixels_left_, edits());
+        AppendOccupancyLayer(layer.name, layer.frame_id, *yaml, image, pixels_left_, edits());
     return status.ok() ? status : At(MemberPlace(member), status);
   }
 
@@ -81,11 +79,10 @@ class HmapDecoder {
     edits().push_back(
         CreateLayer{LayerSpec{.name = layer.name, .kind = layer.kind, .frame_id = layer.frame_id}});
     if (layer.file.empty()) return absl::OkStatus();
-    const absl::StatusOr<std::string> text = archive_.Read(layer.file);
-    if (!text.ok()) return text.status();
+    HYPERMAP_ASSIGN_OR_RETURN(const std::string text, archive_.Read(layer.file));
     SemanticObjectReader reader(layer.name, limits_.max_vertices_per_polygon, crossings_left_,
                                 repairs_);
-    const absl::Status status = ReadSemanticYaml(*text, [&](const SemanticEntry& entry) {
+    const absl::Status status = ReadSemanticYaml(text, [&](const SemanticEntry& entry) {
       if (++num_objects_ > limits_.max_objects) return TooManyObjects();
       return reader.Take(entry);
     });
@@ -117,9 +114,8 @@ class HmapDecoder {
 }  // namespace
 
 absl::StatusOr<ImportedMap> DecodeHmap(absl::string_view data, const ImportLimits& limits) {
-  absl::StatusOr<ZipArchive> archive = ZipArchive::Open(data, limits);
-  if (!archive.ok()) return archive.status();
-  return HmapDecoder(*std::move(archive), limits).Decode();
+  HYPERMAP_ASSIGN_OR_RETURN(ZipArchive archive, ZipArchive::Open(data, limits));
+  return HmapDecoder(std::move(archive), limits).Decode();
 }
 
 }  // namespace hypermap::storage

@@ -3,7 +3,8 @@
 
 #include "absl/container/flat_hash_set.h"
 #include "absl/strings/str_cat.h"
-#include "map/layers/grid/grid_layer.h"
+#include "base/status/status_macros.h"
+#include "map/layers/grid_layer.h"
 #include "map/layers/semantic_layer.h"
 #include "storage/interchange/hmap.h"
 #include "storage/interchange/hmap_config.h"
@@ -26,14 +27,13 @@ class HmapEncoder {
 
   absl::StatusOr<ExportedFiles> Encode() && {
     for (const LayerPtr& layer : OwnFrameFirst()) {
-      if (auto status = AddLayer(*layer); !status.ok()) return status;
+      HYPERMAP_RETURN_IF_ERROR(AddLayer(*layer));
     }
     config_.transforms = snapshot_.frames.transforms();
     ReportOwnFrame();
     members_.insert(members_.begin(), {kHmapConfigMember, FormatHmapConfig(config_)});
-    absl::StatusOr<std::string> archive = MakeZip(members_);
-    if (!archive.ok()) return archive.status();
-    exported_.files.push_back({snapshot_.map_name + ".hmap", *std::move(archive)});
+    HYPERMAP_ASSIGN_OR_RETURN(std::string archive, MakeZip(members_));
+    exported_.files.push_back({snapshot_.map_name + ".hmap", std::move(archive)});
     return std::move(exported_);
   }
 
@@ -70,49 +70,77 @@ class HmapEncoder {
       if (layer.geometry() != GridGeometry()) Omit(layer, "its resolution and origin, being empty");
       return absl::OkStatus();
     }
-    const absl::StatusOr<GridPicture> picture = TakePicture(layer, ImportLimits().max_image_pixels);
-    if (!picture.ok()) return picture.status();
-    if (picture->num_rounded > 0) {
-      Omit(layer, absl::StrCat(picture->num_rounded, " values rounded to 1/100"));
+    HYPERMAP_ASSIGN_OR_RETURN(const GridPicture picture,
+                              TakePicture(layer, ImportLimits().max_image_pixels));
+    if (picture.num_rounded > 0) {
+      Omit(layer, absl::StrCat(picture.num_rounded, " values rounded to 1/100"));
     }
-    absl::StatusOr<std::string> png = EncodePng(ScaleImage(*picture), PngChannels::kGreyAlpha);
-    if (!png.ok()) return png.status();
+    HYPERMAP_ASSIGN_OR_RETURN(std::string png,
+                              EncodePng(ScaleImage(picture), PngChannels::kGreyAlpha));
 
     const std::string file = FreeBaseName(spec.name);
     const MapServerYaml yaml{.image = file + ".png",
-                             .geometry = picture->geometry,
+                             .geometry = picture.geometry,
                              .negate = false,
                              .occupied_thresh = 1.0,
                              .free_thresh = 0.0,
                              .mode = OccupancyMode::kScale};
     AddMember(file + ".yaml", FormatMapServerYaml(yaml));
-    AddMember(file + ".png", *std::move(png));
+    AddMember(file + ".png", std::move(png));
     config_.layers.push_back({spec.name, spec.kind, spec.frame_id, file});
     return absl::OkStatus();
   }
 
   void AddSemantic(const SemanticLayer& layer) {
     const LayerSpec& spec = layer.spec();
+    const std::vector<ObjectPtr> polygons = Polygons(layer);
     std::string text;
-    for (const ObjectPtr& object : layer.Objects()) {
-      AppendSemanticEntry(ToSemanticEntry(*object), text);
-    }
+    for (const ObjectPtr& object : polygons) AppendSemanticEntry(ToSemanticEntry(*object), text);
     // A reader needs a list, also when it is empty.
     if (text.empty()) text = "[]\n";
     std::string member = spec.name;
     while (names_.contains(member)) member += "_";
     AddMember(member, std::move(text));
     config_.layers.push_back({spec.name, spec.kind, spec.frame_id, member});
-    ReportLostObjects(layer);
+    ReportLostProperties(layer, polygons);
     if (!spec.aliases.empty()) Omit(layer, absl::StrCat(spec.aliases.size(), " aliases"));
+    if (!spec.shape_kinds.ContainsAll()) Omit(layer, "which kinds of shape it takes");
   }
 
-  void ReportLostObjects(const SemanticLayer& layer) {
+  // The objects that the original can read, which are those with polygons. The others are
+  // omissions.
+  std::vector<ObjectPtr> Polygons(const SemanticLayer& layer) {
+    std::vector<ObjectPtr> polygons;
+    int64_t num_line_strings = 0;
+    int64_t num_points = 0;
+    for (ObjectPtr& object : layer.Objects()) {
+      switch (object->shape.kind()) {
+        case ShapeKind::kPolygon:
+          polygons.push_back(std::move(object));
+          break;
+        case ShapeKind::kLineString:
+          ++num_line_strings;
+          break;
+        case ShapeKind::kPoint:
+          ++num_points;
+          break;
+      }
+    }
+    const auto omit = [&](int64_t count, const char* what) {
+      if (count > 0)
+        Omit(layer, absl::StrCat(count, what, " left out, the format has polygons only"));
+    };
+    omit(num_line_strings, " objects with line strings");
+    omit(num_points, " objects with points");
+    return polygons;
+  }
+
+  void ReportLostProperties(const SemanticLayer& layer, const std::vector<ObjectPtr>& objects) {
     int64_t classes = 0;
     int64_t existence = 0;
     int64_t height = 0;
     int64_t attributes = 0;
-    for (const ObjectPtr& object : layer.Objects()) {
+    for (const ObjectPtr& object : objects) {
       const LostInEntry lost = LostBy(*object);
       classes += lost.classes ? 1 : 0;
       existence += lost.existence ? 1 : 0;

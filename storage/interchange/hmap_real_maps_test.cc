@@ -71,7 +71,7 @@ TEST_F(RealMapsTest, OfficeHas35ObjectsAndOneMissingComma) {
   const std::vector<SemanticObject> objects = Objects(map, "semantic");
   ASSERT_EQ(objects.size(), 35u);
   EXPECT_EQ(CountLabel(objects, "chair"), 7);
-  EXPECT_EQ(objects[22].polygon.outer().size(), 4u);
+  EXPECT_EQ(objects[22].shape.polygon().outer().size(), 4u);
   const PointContent content = map.FindLayer("semantic")->ContentAt({2.75, 0.4});
   ASSERT_EQ(content.objects.size(), 2u);
   EXPECT_EQ(content.objects[0]->label, "diningtable");
@@ -118,7 +118,7 @@ TEST_F(RealMapsTest, FloorRepeatsAndWindsRound) {
   EXPECT_THAT(imported.repairs, Contains(HasSubstr("repeat")));
   const Snapshot map = MapOf(imported);
   for (const SemanticObject& object : Objects(map, "semantic")) {
-    EXPECT_TRUE(Polygon::Make(object.polygon.outer()).ok()) << object.label;
+    EXPECT_TRUE(Polygon::Make(object.shape.polygon().outer()).ok()) << object.label;
   }
 }
 

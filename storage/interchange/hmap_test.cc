@@ -36,7 +36,7 @@ SemanticObject Object(const std::string& label) {
   SemanticObject object;
   object.label = label;
   object.classes = {{label, 1.0}};
-  object.polygon = *Polygon::Make({{0, 0}, {2, 0}, {2, 2}});
+  object.shape = *Polygon::Make({{0, 0}, {2, 0}, {2, 2}});
   return object;
 }
 
@@ -222,6 +222,31 @@ TEST(EncodeHmapTest, TellsWhatTheFormatCanNotCarry) {
           "layer \"seen\": left out, the format has no layers of the kind exploration",
           "layer \"things\": classes of 1, existence of 2, height of 1, attributes of 1 objects",
           "layer \"wifi\": left out, the format has no layers of the kind scalar"));
+}
+
+TEST(EncodeHmapTest, LeavesOutLinesAndPointsWithALineEach) {
+  SemanticObject lane = Object("lane");
+  lane.shape = *LineString::Make({{0, 0}, {8, 0}});
+  SemanticObject dock = Object("dock");
+  dock.shape = *Shape::MakePoint({2, 1});
+  dock.existence = 0.5;
+  LayerSpec docks = SemanticSpec("docks");
+  docks.shape_kinds = {ShapeKind::kPoint};
+  const Snapshot map =
+      Made({CreateLayer{docks}, PutObject{"docks", dock, ""}, CreateLayer{SemanticSpec("things")},
+            PutObject{"things", lane, ""}, PutObject{"things", dock, ""},
+            PutObject{"things", Object("cup"), ""}, PutObject{"things", lane, ""}});
+  const ExportedFiles exported = Encode(map);
+  EXPECT_THAT(
+      exported.omissions,
+      ElementsAre(
+          "layer \"docks\": 1 objects with points left out, the format has polygons only",
+          "layer \"docks\": which kinds of shape it takes",
+          "layer \"things\": 2 objects with line strings left out, the format has polygons only",
+          "layer \"things\": 1 objects with points left out, the format has polygons only"));
+  const Snapshot again = MapOf(Decode(exported.files[0].data));
+  EXPECT_THAT(Objects(again, "docks"), IsEmpty());
+  EXPECT_THAT(Objects(again, "things"), ElementsAre(Object("cup")));
 }
 
 TEST(EncodeHmapTest, LayersWhoseMembersWouldCollideAllComeBack) {

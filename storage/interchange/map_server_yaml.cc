@@ -6,6 +6,7 @@
 #include "absl/status/status.h"
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
+#include "base/status/status_macros.h"
 #include "storage/interchange/number_text.h"
 #include "storage/interchange/yaml_document.h"
 
@@ -35,23 +36,16 @@ absl::Status ReadThreshold(const YAML::Node& map, const char* key, double& thres
 }
 
 absl::Status ReadPixelRules(const YAML::Node& map, MapServerYaml& yaml) {
-  if (auto status = ReadThreshold(map, "occupied_thresh", yaml.occupied_thresh); !status.ok()) {
-    return status;
-  }
-  if (auto status = ReadThreshold(map, "free_thresh", yaml.free_thresh); !status.ok()) {
-    return status;
-  }
+  HYPERMAP_RETURN_IF_ERROR(ReadThreshold(map, "occupied_thresh", yaml.occupied_thresh));
+  HYPERMAP_RETURN_IF_ERROR(ReadThreshold(map, "free_thresh", yaml.free_thresh));
   if (Value(map, "negate").IsDefined()) {
-    const absl::StatusOr<bool> negate = ReadFlag(map, "negate");
-    if (!negate.ok()) return negate.status();
-    yaml.negate = *negate;
+    HYPERMAP_ASSIGN_OR_RETURN(const bool negate, ReadFlag(map, "negate"));
+    yaml.negate = negate;
   }
   if (Value(map, "mode").IsDefined()) {
-    const absl::StatusOr<std::string> text = ReadText(map, "mode");
-    if (!text.ok()) return text.status();
-    const absl::StatusOr<OccupancyMode> mode = ParseMode(*text);
-    if (!mode.ok()) return mode.status();
-    yaml.mode = *mode;
+    HYPERMAP_ASSIGN_OR_RETURN(const std::string text, ReadText(map, "mode"));
+    HYPERMAP_ASSIGN_OR_RETURN(const OccupancyMode mode, ParseMode(text));
+    yaml.mode = mode;
   }
   return absl::OkStatus();
 }
@@ -63,16 +57,14 @@ absl::StatusOr<MapServerYaml> ParseMapServerYaml(absl::string_view text) {
   if (!map.ok()) return map.status();
   if (!map->IsMap()) return absl::InvalidArgumentError("the YAML is not a map of keys");
   MapServerYaml yaml;
-  absl::StatusOr<std::string> image = ReadText(*map, "image");
-  if (!image.ok()) return image.status();
-  yaml.image = *std::move(image);
+  HYPERMAP_ASSIGN_OR_RETURN(std::string image, ReadText(*map, "image"));
+  yaml.image = std::move(image);
   const absl::StatusOr<double> resolution = ReadNumber(*map, "resolution");
   if (!resolution.ok()) return resolution.status();
   if (*resolution <= 0.0) return absl::InvalidArgumentError("resolution is not positive");
-  const absl::StatusOr<YamlPose> origin = ReadPose(*map, "origin");
-  if (!origin.ok()) return origin.status();
-  yaml.geometry = {PlanarTransform(origin->x, origin->y, origin->yaw), *resolution};
-  if (auto status = ReadPixelRules(*map, yaml); !status.ok()) return status;
+  HYPERMAP_ASSIGN_OR_RETURN(const YamlPose origin, ReadPose(*map, "origin"));
+  yaml.geometry = {PlanarTransform(origin.x, origin.y, origin.yaw), *resolution};
+  HYPERMAP_RETURN_IF_ERROR(ReadPixelRules(*map, yaml));
   return yaml;
 }
 

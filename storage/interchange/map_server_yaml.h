@@ -1,4 +1,4 @@
-// The YAML that stands beside an occupancy image: map_server's, nav2's and the original Hypermap's.
+// The YAML that describes an occupancy image: that of map_server, nav2 and the original Hypermap.
 #ifndef HYPERMAP_STORAGE_INTERCHANGE_MAP_SERVER_YAML_H_
 #define HYPERMAP_STORAGE_INTERCHANGE_MAP_SERVER_YAML_H_
 
@@ -6,7 +6,7 @@
 
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
-#include "map/layers/grid/grid_geometry.h"
+#include "map/grid/grid_geometry.h"
 
 namespace hypermap::storage {
 

@@ -1,6 +1,6 @@
-// Words and names found in files, made fit for the domain's rules (map/layers/layer_spec.h,
-// map/layers/semantic_object.h). Each function gives back what it is given when that is fit
-// already.
+// Changes words and names found in files so that they follow the domain's rules
+// (map/layers/layer_spec.h, map/objects/semantic_object.h). Text that follows them already is
+// returned unchanged.
 #ifndef HYPERMAP_STORAGE_INTERCHANGE_NAMES_H_
 #define HYPERMAP_STORAGE_INTERCHANGE_NAMES_H_
 
@@ -10,14 +10,14 @@
 
 namespace hypermap::storage {
 
-// For labels and tags: control characters become blanks, blanks at the ends go and runs of them
-// become one, bytes that are no UTF-8 become U+FFFD. May be empty.
+// For labels and tags: control characters become blanks, blanks at the ends are removed and runs of
+// blanks become one; bytes that are not UTF-8 become U+FFFD. The result may be empty.
 std::string CleanWord(absl::string_view text);
 
-// For layers. Never empty.
+// For layers. The result is never empty.
 std::string SanitizeName(absl::string_view text);
 
-// For frames: without the leading '/' that ROS 1 writes. May be empty.
+// For frames: also removes the leading '/' that ROS 1 writes. The result may be empty.
 std::string SanitizeFrameId(absl::string_view text);
 
 }  // namespace hypermap::storage

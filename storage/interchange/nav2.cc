@@ -6,7 +6,8 @@
 #include "absl/strings/ascii.h"
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
-#include "map/layers/grid/grid_layer.h"
+#include "base/status/status_macros.h"
+#include "map/layers/grid_layer.h"
 #include "storage/interchange/map_server_yaml.h"
 #include "storage/interchange/occupancy_member.h"
 #include "storage/interchange/occupancy_pixels.h"
@@ -59,18 +60,17 @@ absl::Status CheckSizes(const std::vector<NamedFile>& files, const ImportLimits&
 absl::StatusOr<ImportedMap> DecodeNav2(const std::vector<NamedFile>& files,
                                        const std::string& layer, const std::string& frame_id,
                                        const ImportLimits& limits) {
-  if (auto status = CheckSizes(files, limits); !status.ok()) return status;
-  const absl::StatusOr<const NamedFile*> yaml_file = FindYaml(files);
-  if (!yaml_file.ok()) return yaml_file.status();
-  const absl::StatusOr<MapServerYaml> yaml = ParseMapServerYaml((*yaml_file)->data);
-  if (!yaml.ok()) return At((*yaml_file)->name, yaml.status());
+  HYPERMAP_RETURN_IF_ERROR(CheckSizes(files, limits));
+  HYPERMAP_ASSIGN_OR_RETURN(const const NamedFile* const yaml_file, FindYaml(files));
+  const absl::StatusOr<MapServerYaml> yaml = ParseMapServerYaml(yaml_file->data);
+  if (!yaml.ok()) return At(yaml_file->name, yaml.status());
   const std::string image_name = BaseName(yaml->image);
   const auto image = std::find_if(files.begin(), files.end(), [&](const NamedFile& file) {
     return BaseName(file.name) == image_name;
   });
   if (image == files.end()) {
-    return absl::InvalidArgumentError(absl::StrCat((*yaml_file)->name, ": its image \"", image_name,
-                                                   "\" is not among the files"));
+    return absl::InvalidArgumentError(
+        absl::StrCat(yaml_file->name, ": its image \"", image_name, "\" is not among the files"));
   }
 
   ImportedMap imported;
@@ -78,14 +78,14 @@ absl::StatusOr<ImportedMap> DecodeNav2(const std::vector<NamedFile>& files,
   if (!frame_id.empty()) imported.frame_id = frame_id;
   RepairLog repairs;
   for (const NamedFile& file : files) {
-    const bool used = &file == *yaml_file || &file == &*image;
+    const bool used = &file == yaml_file || &file == &*image;
     if (!used) repairs.Add(absl::StrCat("file \"", file.name, "\" is not named by the YAML"));
   }
   imported.repairs = std::move(repairs).Take();
   int64_t pixels_left = limits.max_image_pixels;
   const absl::Status status =
       AppendOccupancyLayer(layer, frame_id, *yaml, image->data, pixels_left, imported.batch.edits);
-  if (!status.ok()) return At((*yaml_file)->name, status);
+  if (!status.ok()) return At(yaml_file->name, status);
   return imported;
 }
 
@@ -128,34 +128,33 @@ absl::StatusOr<std::string> EncodeImage(const GridPicture& picture, const GridLa
 
 absl::StatusOr<ExportedFiles> EncodeNav2(const Snapshot& snapshot, const std::string& layer,
                                          Nav2Image image) {
-  const absl::StatusOr<std::shared_ptr<const GridLayer>> grid = GetOccupancy(snapshot, layer);
-  if (!grid.ok()) return grid.status();
-  const absl::StatusOr<GridPicture> picture = TakePicture(**grid, ImportLimits().max_image_pixels);
-  if (!picture.ok()) return picture.status();
+  HYPERMAP_ASSIGN_OR_RETURN(const std::shared_ptr<const GridLayer> grid,
+                            GetOccupancy(snapshot, layer));
+  HYPERMAP_ASSIGN_OR_RETURN(const GridPicture picture,
+                            TakePicture(*grid, ImportLimits().max_image_pixels));
 
   ExportedFiles exported;
   const std::string place = absl::StrCat("layer \"", layer, "\": ");
-  ReportLostByImage(**grid, exported.omissions);
-  if (picture->num_rounded > 0) {
+  ReportLostByImage(*grid, exported.omissions);
+  if (picture.num_rounded > 0) {
     exported.omissions.push_back(
-        absl::StrCat(place, picture->num_rounded, " values rounded to 1/100"));
+        absl::StrCat(place, picture.num_rounded, " values rounded to 1/100"));
   }
-  const int64_t between = CountBetween(*picture);
+  const int64_t between = CountBetween(picture);
   const bool scale = image == Nav2Image::kPng && between > 0;
   if (!scale && between > 0) {
     exported.omissions.push_back(absl::StrCat(
         place, between, " values between 0 and 1 made free, occupied or unknown (PNG keeps them)"));
   }
-  absl::StatusOr<std::string> data = EncodeImage(*picture, **grid, scale, image);
-  if (!data.ok()) return data.status();
+  HYPERMAP_ASSIGN_OR_RETURN(std::string data, EncodeImage(picture, *grid, scale, image));
   const MapServerYaml yaml{.image = layer + (image == Nav2Image::kPgm ? ".pgm" : ".png"),
-                           .geometry = picture->geometry,
+                           .geometry = picture.geometry,
                            .negate = false,
                            .occupied_thresh = scale ? 1.0 : kTrinaryOccupied,
                            .free_thresh = scale ? 0.0 : kTrinaryFree,
                            .mode = scale ? OccupancyMode::kScale : OccupancyMode::kTrinary};
   exported.files.push_back({layer + ".yaml", FormatMapServerYaml(yaml)});
-  exported.files.push_back({yaml.image, *std::move(data)});
+  exported.files.push_back({yaml.image, std::move(data)});
   return exported;
 }
 

@@ -1,4 +1,4 @@
-// Numbers as text files hold them.
+// Converts numbers to text and back.
 #ifndef HYPERMAP_STORAGE_INTERCHANGE_NUMBER_TEXT_H_
 #define HYPERMAP_STORAGE_INTERCHANGE_NUMBER_TEXT_H_
 
@@ -9,11 +9,11 @@
 
 namespace hypermap::storage {
 
-// The shortest decimal that reads back as exactly this double.
+// The shortest decimal that reads back as exactly this number.
 std::string FormatNumber(double value);
 
-// The finite double that all of `text` spells, blanks around it allowed; nullopt for anything else,
-// "nan" and "inf" among it.
+// Parses a finite decimal number with optional blanks around it; nullopt for any other text, also
+// "nan", "inf" and hexadecimal numbers.
 std::optional<double> ParseNumber(absl::string_view text);
 
 }  // namespace hypermap::storage

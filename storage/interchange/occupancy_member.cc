@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/status/status_macros.h"
 #include "storage/interchange/grey_alpha_image.h"
 #include "storage/interchange/number_text.h"
 #include "storage/interchange/occupancy_pixels.h"
@@ -19,7 +20,7 @@ absl::Status AppendOccupancyLayer(const std::string& name, const std::string& fr
   spec.grid = yaml.geometry;
   // The map gives a frame to a layer that names none; what else is wrong shows now.
   spec.frame_id = frame_id.empty() ? "map" : frame_id;
-  if (auto status = Validate(spec); !status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(Validate(spec));
   spec.frame_id = frame_id;
 
   const absl::StatusOr<GreyAlphaImage> pixels = DecodeImage(image, pixels_left);

@@ -5,6 +5,7 @@
 #include "absl/status/status.h"
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
+#include "base/status/status_macros.h"
 
 namespace hypermap::storage {
 namespace {
@@ -103,13 +104,11 @@ absl::StatusOr<GreyAlphaImage> DecodePgm(absl::string_view data, int64_t max_pix
   if (!width || !height || !maxval || *maxval == 0 || !scanner.EndHeader()) {
     return absl::InvalidArgumentError("PGM header is broken");
   }
-  if (auto status = CheckImageSize(*width, *height, max_pixels); !status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(CheckImageSize(*width, *height, max_pixels));
   GreyAlphaImage image{static_cast<int32_t>(*width), static_cast<int32_t>(*height), {}};
   const int64_t num_pixels = *width * *height;
-  const absl::Status status = data[1] == '5'
-                                  ? ReadBinary(scanner.rest(), *maxval, num_pixels, image)
-                                  : ReadPlain(scanner, *maxval, num_pixels, image);
-  if (!status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(data[1] == '5' ? ReadBinary(scanner.rest(), *maxval, num_pixels, image)
+                                          : ReadPlain(scanner, *maxval, num_pixels, image));
   return image;
 }
 

@@ -11,11 +11,11 @@
 
 namespace hypermap::storage {
 
-// The first image of a file in the binary (P5) or plain (P2) form. Samples are scaled from
-// 0..maxval to 0..255 and rounded; all are opaque.
+// Decodes the first image of a file in the binary (P5) or plain (P2) form. Samples are scaled from
+// 0..maxval to 0..255 and rounded; all pixels are opaque.
 absl::StatusOr<GreyAlphaImage> DecodePgm(absl::string_view data, int64_t max_pixels);
 
-// P5 with maxval 255; alpha is left out.
+// Encodes P5 with maxval 255; alpha is left out.
 std::string EncodePgm(const GreyAlphaImage& image);
 
 }  // namespace hypermap::storage

@@ -9,6 +9,7 @@
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
+#include "base/status/status_macros.h"
 
 namespace hypermap::storage {
 namespace {
@@ -133,9 +134,7 @@ bool ReadInterlaced(PngReader& reader, GreyAlphaImage& image) {
 absl::StatusOr<GreyAlphaImage> DecodePng(absl::string_view data, int64_t max_pixels) {
   PngReader reader(data);
   if (!reader.ReadHeader()) return reader.error();
-  if (auto status = CheckImageSize(reader.width(), reader.height(), max_pixels); !status.ok()) {
-    return status;
-  }
+  HYPERMAP_RETURN_IF_ERROR(CheckImageSize(reader.width(), reader.height(), max_pixels));
   // Rows as they are packed in the file, before they are widened to 8 bits a sample.
   if (reader.row_bytes() * reader.height() / kMaxDeflateRatio > static_cast<int64_t>(data.size())) {
     return absl::InvalidArgumentError("broken PNG: it is too short for its dimensions");

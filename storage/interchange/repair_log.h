@@ -1,4 +1,4 @@
-// The lines that tell what an import had to repair.
+// The lines of an import's report about its repairs.
 #ifndef HYPERMAP_STORAGE_INTERCHANGE_REPAIR_LOG_H_
 #define HYPERMAP_STORAGE_INTERCHANGE_REPAIR_LOG_H_
 
@@ -11,8 +11,8 @@
 
 namespace hypermap::storage {
 
-// Keeps the first kMaxLines lines and counts the others, so that a file of oddities can't make a
-// report larger than itself.
+// Keeps the first kMaxLines lines and counts the others, so that a faulty file can't make a report
+// larger than itself.
 class RepairLog {
  public:
   static constexpr size_t kMaxLines = 1000;

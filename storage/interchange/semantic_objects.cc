@@ -7,6 +7,7 @@
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
+#include "base/status/status_macros.h"
 #include "storage/interchange/names.h"
 #include "storage/interchange/number_text.h"
 #include "storage/interchange/shape_repair.h"
@@ -22,9 +23,10 @@ bool AllDistinct(const std::vector<std::string>& words) {
   return std::set<std::string>(words.begin(), words.end()).size() == words.size();
 }
 
+// REQUIRES: the shape is a polygon.
 size_t HashOf(const SemanticObject& object) {
   size_t hash = absl::HashOf(object.label, object.tags);
-  for (const Ring& ring : object.polygon.rings()) {
+  for (const Ring& ring : object.shape.polygon().rings()) {
     for (const Point& p : ring) hash = absl::HashOf(hash, p.x, p.y);
   }
   return hash;
@@ -51,10 +53,10 @@ absl::Status SemanticObjectReader::Take(const SemanticEntry& entry) {
   ++num_entries_;
   SemanticObject description = Describe(entry);
   if (auto status = Validate(description); !status.ok()) return Named(status);
-  absl::StatusOr<std::vector<Polygon>> polygons = ReadShape(entry);
+  absl::StatusOr<std::vector<Polygon>> polygons = ReadPolygons(entry);
   if (!polygons.ok()) return Named(polygons.status());
   for (Polygon& polygon : *polygons) {
-    description.polygon = std::move(polygon);
+    description.shape = std::move(polygon);
     Keep(description);
   }
   return absl::OkStatus();
@@ -115,21 +117,26 @@ void SemanticObjectReader::SetClasses(const SemanticEntry& entry, SemanticObject
   if (object.classes.empty()) object.classes[object.label] = 1.0;
 }
 
-absl::StatusOr<std::vector<Polygon>> SemanticObjectReader::ReadShape(const SemanticEntry& entry) {
+absl::StatusOr<std::vector<Polygon>> SemanticObjectReader::ReadPolygons(
+    const SemanticEntry& entry) {
   if (!entry.shape) return absl::InvalidArgumentError("no shape");
-  absl::StatusOr<WktShape> wkt = ParseWkt(*entry.shape, max_vertices_per_polygon_);
-  if (!wkt.ok()) return wkt.status();
-  for (const std::string& line : wkt->repairs) Report(line);
-  if (wkt->polygons.empty()) Report("empty polygon: left out");
-  std::vector<Polygon> polygons;
-  for (size_t i = 0; i < wkt->polygons.size(); ++i) {
-    absl::StatusOr<RepairedShape> shape = RepairShape(std::move(wkt->polygons[i]), crossings_left_);
-    if (!shape.ok()) return shape.status();
-    const std::string part = wkt->polygons.size() > 1 ? absl::StrCat("part ", i + 1, ": ") : "";
-    for (const std::string& line : shape->repairs) Report(absl::StrCat(part, line));
-    std::move(shape->polygons.begin(), shape->polygons.end(), std::back_inserter(polygons));
+  HYPERMAP_ASSIGN_OR_RETURN(WktShape wkt, ParseWkt(*entry.shape, max_vertices_per_polygon_));
+  if (wkt.kind != ShapeKind::kPolygon) {
+    return absl::InvalidArgumentError(
+        absl::StrCat(wkt.kind == ShapeKind::kPoint ? "POINT" : "LINESTRING",
+                     " where POLYGON or MULTIPOLYGON is needed"));
   }
-  if (wkt->polygons.size() > 1) {
+  for (const std::string& line : wkt.repairs) Report(line);
+  if (wkt.polygons.empty()) Report("empty polygon: left out");
+  std::vector<Polygon> polygons;
+  for (size_t i = 0; i < wkt.polygons.size(); ++i) {
+    HYPERMAP_ASSIGN_OR_RETURN(RepairedShape shape,
+                              RepairShape(std::move(wkt.polygons[i]), crossings_left_));
+    const std::string part = wkt.polygons.size() > 1 ? absl::StrCat("part ", i + 1, ": ") : "";
+    for (const std::string& line : shape.repairs) Report(absl::StrCat(part, line));
+    std::move(shape.polygons.begin(), shape.polygons.end(), std::back_inserter(polygons));
+  }
+  if (wkt.polygons.size() > 1) {
     Report(absl::StrCat("MULTIPOLYGON of ", polygons.size(), " polygons"));
   }
   return polygons;
@@ -139,8 +146,7 @@ void SemanticObjectReader::Keep(SemanticObject object) {
   std::vector<size_t>& alike = objects_by_hash_[HashOf(object)];
   for (const size_t index : alike) {
     const SemanticObject& first = objects_[index];
-    if (first.label == object.label && first.tags == object.tags &&
-        first.polygon == object.polygon) {
+    if (first.label == object.label && first.tags == object.tags && first.shape == object.shape) {
       origins_[index].repeated_by.push_back(num_entries_);
       return;
     }
@@ -165,7 +171,7 @@ std::vector<SemanticObject> SemanticObjectReader::Finish() && {
 SemanticEntry ToSemanticEntry(const SemanticObject& object) {
   SemanticEntry entry;
   entry.name = object.label;
-  entry.shape = FormatWkt(object.polygon);
+  entry.shape = FormatWkt(object.shape);
   if (object.tags.empty()) return entry;
   entry.tags = object.tags;
   std::vector<double> confidences;

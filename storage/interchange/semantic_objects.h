@@ -1,4 +1,4 @@
-// Objects of the domain from the original's semantic entries, and back.
+// Converts the semantic entries of the original's files to objects, and back.
 #ifndef HYPERMAP_STORAGE_INTERCHANGE_SEMANTIC_OBJECTS_H_
 #define HYPERMAP_STORAGE_INTERCHANGE_SEMANTIC_OBJECTS_H_
 
@@ -9,29 +9,32 @@
 
 #include "absl/container/flat_hash_map.h"
 #include "absl/status/statusor.h"
-#include "map/layers/semantic_object.h"
+#include "map/objects/semantic_object.h"
 #include "storage/interchange/repair_log.h"
 #include "storage/interchange/semantic_yaml.h"
 
 namespace hypermap::storage {
 
-// Takes the entries of one layer in order and tells of each oddity in `repairs`, naming the layer
-// and the object (counted from 1, which is its id in the original). One thread.
+// Reads the entries of one layer, in their order. Each repair is reported by a line that names the
+// layer and the object by its id in the original, which counts from 1. Not thread safe.
 class SemanticObjectReader {
  public:
-  // `crossings_left` (see RepairShape) and `repairs` are the import's and must outlive the reader.
+  // `crossings_left` (see RepairShape) and `repairs` are shared by the whole import and must
+  // outlive the reader.
   SemanticObjectReader(std::string layer, int max_vertices_per_polygon, int64_t& crossings_left,
                        RepairLog& repairs);
 
-  // INVALID_ARGUMENT naming the object when its shape can't be understood; RESOURCE_EXHAUSTED.
+  // INVALID_ARGUMENT naming the object when its shape is not a polygon or can't be repaired;
+  // RESOURCE_EXHAUSTED.
   absl::Status Take(const SemanticEntry& entry);
 
-  // The objects of all entries, without ids. An entry gives one object, or one for each part of its
-  // shape, or none when the shape has no area; what repeats an earlier entry gives none.
+  // Returns the objects of all entries, without ids. An entry gives one object, or one for each
+  // part of its shape. It gives none when the shape has no area or when it repeats an earlier
+  // entry.
   std::vector<SemanticObject> Finish() &&;
 
  private:
-  // Where an object came from, and which entries repeat it.
+  // The entry that an object comes from, and the entries that repeat it.
   struct Origin {
     int64_t number = 0;
     std::vector<int64_t> repeated_by;
@@ -42,8 +45,8 @@ class SemanticObjectReader {
   SemanticObject Describe(const SemanticEntry& entry);
   std::vector<std::string> CleanTags(const std::vector<std::string>& tags);
   void SetClasses(const SemanticEntry& entry, SemanticObject& object);
-  absl::StatusOr<std::vector<Polygon>> ReadShape(const SemanticEntry& entry);
-  // Keeps the object, or notes that an earlier one is the same in label, tags and shape.
+  absl::StatusOr<std::vector<Polygon>> ReadPolygons(const SemanticEntry& entry);
+  // Keeps the object unless an earlier one has the same label, tags and shape.
   void Keep(SemanticObject object);
 
   const std::string layer_;
@@ -57,10 +60,11 @@ class SemanticObjectReader {
   absl::flat_hash_map<size_t, std::vector<size_t>> objects_by_hash_;
 };
 
-// The entry that an object becomes: its tags, with confidences when each tag is one of its classes.
+// Converts an object to an entry with its label, shape and tags, and with confidences when each tag
+// is one of its classes. REQUIRES: the shape is a polygon.
 SemanticEntry ToSemanticEntry(const SemanticObject& object);
 
-// What of an object the entry does not say.
+// The parts of an object that its entry does not carry.
 struct LostInEntry {
   bool classes = false;
   bool existence = false;

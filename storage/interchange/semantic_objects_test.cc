@@ -49,7 +49,7 @@ TEST(SemanticObjectsTest, TagsWithConfidencesAreClasses) {
   EXPECT_EQ(object.tags, (Words{"seat", "chair"}));
   EXPECT_EQ(object.classes, (Classes{{"seat", 0.8}, {"chair", 0.25}}));
   EXPECT_EQ(object.existence, 1.0);
-  EXPECT_EQ(object.polygon, *Polygon::Make({{0, 0}, {2, 0}, {2, 2}, {0, 2}}));
+  EXPECT_EQ(object.shape, *Polygon::Make({{0, 0}, {2, 0}, {2, 2}, {0, 2}}));
   EXPECT_THAT(reading.repairs, IsEmpty());
 }
 
@@ -130,13 +130,13 @@ TEST(SemanticObjectsTest, EitherWindingNeedsNoLine) {
   const Reading reading = Read({{"a", "POLYGON((0 0,0 2,2 2,2 0,0 0))"}});
   ASSERT_THAT(reading.objects, SizeIs(1));
   EXPECT_THAT(reading.repairs, IsEmpty());
-  EXPECT_EQ(Area(reading.objects[0].polygon), 4.0);
+  EXPECT_EQ(Area(reading.objects[0].shape), 4.0);
 }
 
 TEST(SemanticObjectsTest, HullsThatGoRoundTwiceAreFilled) {
   const Reading reading = Read({{"a", "POLYGON((0 0,4 0,4 4,0 4,0 0,1 1,3 1,3 3,1 3,1 1,0 0))"}});
   ASSERT_THAT(reading.objects, SizeIs(1)) << reading.status;
-  EXPECT_EQ(Area(reading.objects[0].polygon), 16.0);
+  EXPECT_EQ(Area(reading.objects[0].shape), 16.0);
   ASSERT_THAT(reading.repairs, SizeIs(1));
   EXPECT_THAT(reading.repairs[0], HasSubstr("semantic object 1 (a): outer ring"));
   EXPECT_THAT(reading.repairs[0], HasSubstr("filled by winding"));
@@ -148,7 +148,7 @@ TEST(SemanticObjectsTest, ABowTieIsTwoObjects) {
   EXPECT_EQ(reading.objects[0].label, "tie");
   EXPECT_EQ(reading.objects[1].label, "tie");
   EXPECT_EQ(reading.objects[1].tags, Words{"t"});
-  EXPECT_EQ(Area(reading.objects[0].polygon) + Area(reading.objects[1].polygon), 2.0);
+  EXPECT_EQ(Area(reading.objects[0].shape) + Area(reading.objects[1].shape), 2.0);
   EXPECT_THAT(reading.repairs, ElementsAre(HasSubstr("into 2 polygons")));
 }
 
@@ -156,7 +156,7 @@ TEST(SemanticObjectsTest, MultiPolygonIsAnObjectAPart) {
   const Reading reading =
       Read({{"m", "MULTIPOLYGON(((0 0,1 0,0 1,0 0)),((5 5,9 5,5 9,5 5)))"}, {"n", kSquare}});
   ASSERT_THAT(reading.objects, SizeIs(3));
-  EXPECT_EQ(reading.objects[1].polygon, *Polygon::Make({{5, 5}, {9, 5}, {5, 9}}));
+  EXPECT_EQ(reading.objects[1].shape, *Polygon::Make({{5, 5}, {9, 5}, {5, 9}}));
   EXPECT_THAT(reading.repairs, ElementsAre("semantic object 1 (m): MULTIPOLYGON of 2 polygons"));
 }
 
@@ -179,14 +179,15 @@ TEST(SemanticObjectsTest, HolesAreKeptAndFlatOnesLeftOut) {
   const Reading reading =
       Read({{"h", "POLYGON((0 0,9 0,9 9,0 9,0 0),(1 1,2 1,2 2,1 2,1 1),(5 5,6 6,7 7,5 5))"}});
   ASSERT_THAT(reading.objects, SizeIs(1)) << reading.status;
-  EXPECT_EQ(Area(reading.objects[0].polygon), 80.0);
+  EXPECT_EQ(Area(reading.objects[0].shape), 80.0);
   EXPECT_THAT(reading.repairs,
               ElementsAre("semantic object 1 (h): hole 2 encloses no area: left out"));
 }
 
 TEST(SemanticObjectsTest, ShapesThatMeanNothingNameTheObject) {
   const std::pair<const char*, const char*> kCases[] = {
-      {"POINT(1 2)", "POINT"},
+      {"POINT(1 2)", "POINT where POLYGON or MULTIPOLYGON is needed"},
+      {"LINESTRING(1 2,3 4)", "LINESTRING where POLYGON or MULTIPOLYGON is needed"},
       {"POLYGON((0 0,nan 1,1 1))", "finite"},
       {"POLYGON((0 0,9 0,9 9,0 9,0 0),(20 20,22 20,22 22,20 20))", "outside"},
       {"rubbish", "RUBBISH"},
@@ -230,7 +231,7 @@ SemanticObject Object(const std::string& label, const Words& tags, const Classes
   object.label = label;
   object.tags = tags;
   object.classes = classes;
-  object.polygon = *Polygon::Make({{0, 0}, {2, 0}, {2, 2}, {0, 2}});
+  object.shape = *Polygon::Make({{0, 0}, {2, 0}, {2, 2}, {0, 2}});
   return object;
 }
 

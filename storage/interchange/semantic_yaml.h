@@ -20,13 +20,14 @@ struct SemanticEntry {
   std::optional<std::vector<double>> confidence;  // finite
 };
 
-// Calls `take` with one entry after another, without holding the document; unknown keys are
-// skipped. Ends with the first error of `take`. INVALID_ARGUMENT naming the object (counted from 1)
-// or the line; aliases are refused, as a small file could make a large map of them.
+// Calls `take` with one entry after another; the document is never in memory as a whole. Unknown
+// keys are skipped. Stops at the first error of `take` and returns it. INVALID_ARGUMENT naming the
+// object (counted from 1) or the line. YAML aliases are refused, because a small file with them
+// could become a huge map.
 absl::Status ReadSemanticYaml(absl::string_view text,
                               absl::FunctionRef<absl::Status(const SemanticEntry&)> take);
 
-// Appends one entry of the list.
+// Appends one entry of the list to `text`.
 void AppendSemanticEntry(const SemanticEntry& entry, std::string& text);
 
 }  // namespace hypermap::storage

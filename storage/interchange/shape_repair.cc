@@ -5,6 +5,7 @@
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
+#include "base/status/status_macros.h"
 #include "map/geometry/predicates.h"
 #include "map/geometry/repair.h"
 
@@ -109,10 +110,10 @@ absl::StatusOr<RepairedShape> RepairShape(std::vector<Ring> rings, int64_t& cros
     return shape;
   }
   if (!holes.empty()) return polygon.status();
-  absl::StatusOr<RepairedShape> filled = Fill(rings.front(), polygon.status(), crossings_left);
-  if (!filled.ok()) return filled.status();
-  std::move(filled->repairs.begin(), filled->repairs.end(), std::back_inserter(shape.repairs));
-  shape.polygons = std::move(filled->polygons);
+  HYPERMAP_ASSIGN_OR_RETURN(RepairedShape filled,
+                            Fill(rings.front(), polygon.status(), crossings_left));
+  std::move(filled.repairs.begin(), filled.repairs.end(), std::back_inserter(shape.repairs));
+  shape.polygons = std::move(filled.polygons);
   return shape;
 }
 

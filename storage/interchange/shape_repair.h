@@ -1,4 +1,4 @@
-// Rings from recorded files made into valid polygons, or a clear word why not.
+// Makes valid polygons of the rings in recorded files.
 #ifndef HYPERMAP_STORAGE_INTERCHANGE_SHAPE_REPAIR_H_
 #define HYPERMAP_STORAGE_INTERCHANGE_SHAPE_REPAIR_H_
 
@@ -12,18 +12,20 @@
 namespace hypermap::storage {
 
 struct RepairedShape {
-  // None when the rings enclose no area; several when a crossing ring encloses areas apart.
+  // None when the rings enclose no area; several when a ring that crosses itself encloses separate
+  // areas.
   std::vector<Polygon> polygons;
   std::vector<std::string> repairs;
 };
 
-// Filling takes time with the crossings. A whole import may spend so many.
+// Limit of crossings in a whole import: filling a ring takes time with the number of its crossings.
 inline constexpr int64_t kMaxCrossingsPerImport = 20'000;
 
-// `rings`: the outer one first, finite. A ring without holes that crosses itself is filled by the
-// non-zero winding rule; a hole without area is left out. A ring's crossings beyond the few that
-// recorded hulls have are taken off `crossings_left`; RESOURCE_EXHAUSTED when they run out.
-// INVALID_ARGUMENT for other faults of polygons with holes.
+// Repairs a polygon given by its rings, the outer one first. A ring without holes that crosses
+// itself is filled by the non-zero winding rule; a hole without area is left out. Each ring has a
+// few crossings free, as recorded hulls have; the others are subtracted from `crossings_left`.
+// RESOURCE_EXHAUSTED when none are left; INVALID_ARGUMENT for other faults of polygons with holes.
+// REQUIRES: vertices are finite.
 absl::StatusOr<RepairedShape> RepairShape(std::vector<Ring> rings, int64_t& crossings_left);
 
 }  // namespace hypermap::storage

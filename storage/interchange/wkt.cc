@@ -8,6 +8,7 @@
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/strip.h"
+#include "base/status/status_macros.h"
 #include "storage/interchange/number_text.h"
 
 namespace hypermap::storage {
@@ -18,16 +19,9 @@ class WktParser {
   WktParser(absl::string_view text, int max_vertices)
       : text_(text), rest_(text), max_vertices_(max_vertices) {}
 
-  absl::StatusOr<WktShape> Parse() {
-    const std::string keyword = Keyword();
-    const bool multi = keyword == "MULTIPOLYGON";
-    if (!multi && keyword != "POLYGON") {
-      return absl::InvalidArgumentError(absl::StrCat(keyword.empty() ? "no WKT" : keyword,
-                                                     " where POLYGON or MULTIPOLYGON is needed"));
-    }
-    const absl::Status status = multi ? ParsePolygons() : ParseOnePolygon();
-    if (!status.ok()) return status;
-    if (auto ended = CheckEnd(); !ended.ok()) return ended;
+  absl::StatusOr<WktShape> Parse() && {
+    HYPERMAP_RETURN_IF_ERROR(ParseGeometry(Keyword()));
+    HYPERMAP_RETURN_IF_ERROR(CheckEnd());
     return std::move(shape_);
   }
 
@@ -62,33 +56,60 @@ class WktParser {
         absl::StrCat("WKT: ", what, " expected at character ", text_.size() - rest_.size() + 1));
   }
 
+  absl::Status ParseGeometry(const std::string& keyword) {
+    if (keyword == "POLYGON") return ParsePolygon();
+    if (keyword == "MULTIPOLYGON") return ParsePolygons();
+    if (keyword == "LINESTRING") return ParseLineString();
+    if (keyword == "POINT") return ParsePoint();
+    return absl::InvalidArgumentError(
+        absl::StrCat(keyword.empty() ? "no WKT" : keyword,
+                     " where POLYGON, MULTIPOLYGON, LINESTRING or POINT is needed"));
+  }
+
   absl::Status ParsePolygons() {
     if (TakeEmpty()) return absl::OkStatus();
     if (!Take('(')) return Expected("'('");
     do {
-      if (auto status = ParseOnePolygon(); !status.ok()) return status;
+      HYPERMAP_RETURN_IF_ERROR(ParsePolygon());
     } while (Take(','));
     return Take(')') ? absl::OkStatus() : Expected("',' or ')'");
   }
 
-  absl::Status ParseOnePolygon() {
+  absl::Status ParsePolygon() {
     shape_.polygons.emplace_back();
     num_vertices_ = 0;
     if (TakeEmpty()) return absl::OkStatus();
     if (!Take('(')) return Expected("'('");
     do {
-      if (auto status = ParseRing(); !status.ok()) return status;
+      HYPERMAP_RETURN_IF_ERROR(ParseRing());
+    } while (Take(','));
+    return Take(')') ? absl::OkStatus() : Expected("',' or ')'");
+  }
+
+  absl::Status ParseLineString() {
+    shape_.kind = ShapeKind::kLineString;
+    return TakeEmpty() ? absl::OkStatus() : ParseVertexList(shape_.vertices);
+  }
+
+  absl::Status ParsePoint() {
+    shape_.kind = ShapeKind::kPoint;
+    if (TakeEmpty()) return absl::OkStatus();
+    if (!Take('(')) return Expected("'('");
+    HYPERMAP_RETURN_IF_ERROR(ParseVertex(shape_.vertices.emplace_back()));
+    return Take(')') ? absl::OkStatus() : Expected("')'");
+  }
+
+  absl::Status ParseVertexList(std::vector<Point>& vertices) {
+    if (!Take('(')) return Expected("'('");
+    do {
+      HYPERMAP_RETURN_IF_ERROR(ParseVertices(vertices));
     } while (Take(','));
     return Take(')') ? absl::OkStatus() : Expected("',' or ')'");
   }
 
   absl::Status ParseRing() {
-    if (!Take('(')) return Expected("'('");
     Ring ring;
-    do {
-      if (auto status = ParseVertices(ring); !status.ok()) return status;
-    } while (Take(','));
-    if (!Take(')')) return Expected("',' or ')'");
+    HYPERMAP_RETURN_IF_ERROR(ParseVertexList(ring));
     if (ring.size() > 1 && ring.front() == ring.back()) {
       ring.pop_back();
     } else {
@@ -98,30 +119,35 @@ class WktParser {
     return absl::OkStatus();
   }
 
-  // What stands between two commas: one vertex, or several where commas are missing.
-  absl::Status ParseVertices(Ring& ring) {
+  // Parses the text between two commas: one vertex, or several where commas are missing.
+  absl::Status ParseVertices(std::vector<Point>& vertices) {
     bool first = true;
     do {
       if (!first) {
         shape_.repairs.push_back(
-            absl::StrCat(InRing(), "missing comma after vertex ", ring.size()));
+            absl::StrCat(InRing(), "missing comma after vertex ", vertices.size()));
       }
       first = false;
-      const std::optional<double> x = Number();
-      if (!x) return Expected("a finite number");
-      const std::optional<double> y = Number();
-      if (!y) return Expected("a finite number");
-      ring.push_back({*x, *y});
+      HYPERMAP_RETURN_IF_ERROR(ParseVertex(vertices.emplace_back()));
       if (++num_vertices_ > max_vertices_) {
         return absl::ResourceExhaustedError(absl::StrCat(
-            "polygon has more than max_vertices_per_polygon (", max_vertices_, ") vertices"));
+            "shape has more than max_vertices_per_polygon (", max_vertices_, ") vertices"));
       }
       SkipBlanks();
     } while (!rest_.empty() && rest_.front() != ',' && rest_.front() != ')');
     return absl::OkStatus();
   }
 
-  // Takes it from the text only when it is one.
+  absl::Status ParseVertex(Point& vertex) {
+    const std::optional<double> x = Number();
+    if (!x) return Expected("a finite number");
+    const std::optional<double> y = Number();
+    if (!y) return Expected("a finite number");
+    vertex = {*x, *y};
+    return absl::OkStatus();
+  }
+
+  // The number that comes next; nullopt, and nothing is taken from the text, when there is none.
   std::optional<double> Number() {
     SkipBlanks();
     size_t n = 0;
@@ -134,8 +160,9 @@ class WktParser {
     return number;
   }
 
-  // "", "hole 1: ", "part 2: ", "part 2: hole 1: " for the ring being read.
+  // Names the ring being read: "", "hole 1: ", "part 2: " or "part 2: hole 1: ".
   std::string InRing() const {
+    if (shape_.polygons.empty()) return "";
     const size_t part = shape_.polygons.size();
     const size_t hole = shape_.polygons.back().size();
     return absl::StrCat(part > 1 ? absl::StrCat("part ", part, ": ") : "",
@@ -146,7 +173,7 @@ class WktParser {
     SkipBlanks();
     if (rest_.empty()) return absl::OkStatus();
     if (rest_.front() != '#') return Expected("the end");
-    shape_.repairs.emplace_back("comment after the polygon");
+    shape_.repairs.emplace_back("comment after the shape");
     return absl::OkStatus();
   }
 
@@ -161,13 +188,7 @@ void AppendVertex(const Point& p, std::string& text) {
   absl::StrAppend(&text, FormatNumber(p.x), " ", FormatNumber(p.y));
 }
 
-}  // namespace
-
-absl::StatusOr<WktShape> ParseWkt(absl::string_view text, int max_vertices) {
-  return WktParser(text, max_vertices).Parse();
-}
-
-std::string FormatWkt(const Polygon& polygon) {
+std::string Format(const Polygon& polygon) {
   std::string text = "POLYGON(";
   for (const Ring& ring : polygon.rings()) {
     text += text.back() == '(' ? "(" : ",(";
@@ -179,6 +200,31 @@ std::string FormatWkt(const Polygon& polygon) {
     text += ")";
   }
   return text + ")";
+}
+
+std::string Format(const LineString& line) {
+  std::string text = "LINESTRING";
+  for (const Point& p : line.vertices()) {
+    text += text.back() == 'G' ? "(" : ",";
+    AppendVertex(p, text);
+  }
+  return text + ")";
+}
+
+std::string Format(const Point& point) {
+  std::string text = "POINT(";
+  AppendVertex(point, text);
+  return text + ")";
+}
+
+}  // namespace
+
+absl::StatusOr<WktShape> ParseWkt(absl::string_view text, int max_vertices) {
+  return WktParser(text, max_vertices).Parse();
+}
+
+std::string FormatWkt(const Shape& shape) {
+  return shape.Visit([](const auto& geometry) { return Format(geometry); });
 }
 
 }  // namespace hypermap::storage

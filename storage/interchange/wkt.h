@@ -1,4 +1,5 @@
-// Polygons as well-known text, read as leniently as the original's files need it.
+// Polygons, line strings and points as well-known text (WKT), read as leniently as the files of the
+// original Hypermap need it.
 #ifndef HYPERMAP_STORAGE_INTERCHANGE_WKT_H_
 #define HYPERMAP_STORAGE_INTERCHANGE_WKT_H_
 
@@ -7,26 +8,31 @@
 
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
-#include "map/geometry/polygon.h"
+#include "map/geometry/shape.h"
 
 namespace hypermap::storage {
 
-// What a text says, before anything is asked of its geometry.
+// The content of a text, not yet validated: rings may cross and vertices may repeat.
 struct WktShape {
-  // The polygons' rings as they are written, the outer one first, without the closing vertex. A
-  // polygon without rings is EMPTY.
+  ShapeKind kind = ShapeKind::kPolygon;
+  // Of POLYGON and MULTIPOLYGON: the rings of each polygon as written, the outer one first, without
+  // the closing vertex. A polygon without rings is EMPTY.
   std::vector<std::vector<Ring>> polygons;
-  // What was not as the format has it; vertices count from 1.
+  // Of LINESTRING: its vertices as written. Of POINT: the point. None when it is EMPTY.
+  std::vector<Point> vertices;
+  // One line for each departure from the format; vertices count from 1.
   std::vector<std::string> repairs;
 };
 
-// POLYGON and MULTIPOLYGON, in any case, with any blanks; rings closed or open; `x y x y` where a
-// comma is missing; a comment after the last parenthesis. INVALID_ARGUMENT naming the place for
-// everything else; RESOURCE_EXHAUSTED for a polygon of more than `max_vertices`.
+// Parses POLYGON, MULTIPOLYGON, LINESTRING or POINT in any case and with any blanks. Takes rings
+// that are left open, `x y x y` where a comma is missing, and a comment after the last parenthesis.
+// INVALID_ARGUMENT naming the place for everything else; RESOURCE_EXHAUSTED for a polygon or line
+// string of more than `max_vertices`.
 absl::StatusOr<WktShape> ParseWkt(absl::string_view text, int max_vertices);
 
-// POLYGON with closed rings, every coordinate as the shortest decimal that reads back as itself.
-std::string FormatWkt(const Polygon& polygon);
+// Formats a shape as POLYGON with closed rings, LINESTRING or POINT. Coordinates are written as the
+// shortest decimals that read back exactly. REQUIRES: the shape is not empty.
+std::string FormatWkt(const Shape& shape);
 
 }  // namespace hypermap::storage
 

@@ -2,10 +2,13 @@
 
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
+#include "tests/support/random_map.h"
 
 namespace hypermap::storage {
 namespace {
 
+using hypermap::testing::Rng;
+using hypermap::testing::TestSeed;
 using ::testing::ElementsAre;
 using ::testing::ElementsAreArray;
 using ::testing::HasSubstr;
@@ -64,15 +67,49 @@ TEST(ParseWktTest, EmptyHasNoRings) {
   EXPECT_THAT(Parse("MULTIPOLYGON EMPTY").polygons, IsEmpty());
 }
 
-TEST(ParseWktTest, CommentAfterThePolygonIsReported) {
-  EXPECT_THAT(Parse("POLYGON((0 0,1 0,0 1,0 0))#centre 3 4").repairs,
-              ElementsAre("comment after the polygon"));
+TEST(ParseWktTest, ReadsLineStrings) {
+  const WktShape shape = Parse(" linestring ( 0 0, 1 0 ,0\t1 ) ");
+  EXPECT_EQ(shape.kind, ShapeKind::kLineString);
+  EXPECT_EQ(shape.vertices, kTriangle);
+  EXPECT_THAT(shape.polygons, IsEmpty());
+  EXPECT_THAT(shape.repairs, IsEmpty());
+  // One that closes keeps its last vertex; repeated vertices stay for the caller to see.
+  EXPECT_THAT(Parse("LINESTRING(0 0,1 0,0 0,0 0)").vertices, SizeIs(4));
+  EXPECT_THAT(Parse("LINESTRING EMPTY").vertices, IsEmpty());
+  EXPECT_THAT(Parse("LINESTRING(0 0 1 1)").repairs, ElementsAre("missing comma after vertex 1"));
 }
 
-TEST(ParseWktTest, RefusesWhatIsNoPolygon) {
+TEST(ParseWktTest, ReadsPoints) {
+  const WktShape shape = Parse("Point( -1.5 2e1 )");
+  EXPECT_EQ(shape.kind, ShapeKind::kPoint);
+  EXPECT_THAT(shape.vertices, ElementsAre(Point{-1.5, 20}));
+  EXPECT_THAT(shape.repairs, IsEmpty());
+  EXPECT_EQ(Parse("POINT EMPTY").kind, ShapeKind::kPoint);
+  EXPECT_THAT(Parse("POINT EMPTY").vertices, IsEmpty());
+}
+
+TEST(ParseWktTest, CommentAfterTheShapeIsReported) {
+  EXPECT_THAT(Parse("POLYGON((0 0,1 0,0 1,0 0))#centre 3 4").repairs,
+              ElementsAre("comment after the shape"));
+}
+
+TEST(ParseWktTest, RefusesOtherTexts) {
   const std::pair<const char*, const char*> kCases[] = {
       {"", "no WKT"},
-      {"POINT(1 2)", "POINT"},
+      {"MULTIPOINT(1 2)", "MULTIPOINT where POLYGON, MULTIPOLYGON, LINESTRING or POINT is needed"},
+      {"MULTILINESTRING((1 2,3 4))", "MULTILINESTRING where"},
+      {"POINT", "'(' expected at character 6"},
+      {"POINT()", "finite number"},
+      {"POINT(1)", "finite number"},
+      {"POINT(1 2", "')' expected at character 10"},
+      {"POINT(1 2 3)", "')' expected at character 11"},
+      {"POINT(1 2,3 4)", "')'"},
+      {"POINT(1 nan)", "finite number"},
+      {"LINESTRING", "'('"},
+      {"LINESTRING()", "finite number"},
+      {"LINESTRING((0 0,1 1))", "finite number"},
+      {"LINESTRING(0 0,1 1", "',' or ')'"},
+      {"LINESTRING(0 0,1 1))", "the end"},
       {"GEOMETRYCOLLECTION(POLYGON((0 0,1 0,0 1,0 0)))", "GEOMETRYCOLLECTION"},
       {"POLYGON", "'(' expected at character 8"},
       {"POLYGON(", "'('"},
@@ -99,9 +136,12 @@ TEST(ParseWktTest, RefusesWhatIsNoPolygon) {
 
 TEST(ParseWktTest, LimitsVertices) {
   EXPECT_TRUE(ParseWkt("POLYGON((0 0,1 0,0 1,0 0))", 4).ok());
-  const absl::Status status = ParseWkt("POLYGON((0 0,1 0,0 1,0 0))", 3).status();
-  EXPECT_EQ(status.code(), absl::StatusCode::kResourceExhausted);
-  EXPECT_THAT(std::string(status.message()), HasSubstr("max_vertices_per_polygon"));
+  EXPECT_TRUE(ParseWkt("LINESTRING(0 0,1 0,0 1,0 0)", 4).ok());
+  for (const char* text : {"POLYGON((0 0,1 0,0 1,0 0))", "LINESTRING(0 0,1 0,0 1,0 0)"}) {
+    const absl::Status status = ParseWkt(text, 3).status();
+    EXPECT_EQ(status.code(), absl::StatusCode::kResourceExhausted);
+    EXPECT_THAT(std::string(status.message()), HasSubstr("max_vertices_per_polygon"));
+  }
 }
 
 TEST(FormatWktTest, WritesClosedRingsThatReadBackExactly) {
@@ -113,6 +153,38 @@ TEST(FormatWktTest, WritesClosedRingsThatReadBackExactly) {
   EXPECT_THAT(shape.polygons[0], ElementsAreArray(polygon.rings()));
   const Polygon holed = *Polygon::Make({{0, 0}, {9, 0}, {9, 9}}, {{{3, 1}, {5, 1}, {5, 3}}});
   EXPECT_THAT(Parse(FormatWkt(holed)).polygons[0], ElementsAreArray(holed.rings()));
+}
+
+TEST(FormatWktTest, WritesLineStringsAndPoints) {
+  EXPECT_EQ(FormatWkt(*LineString::Make({{0, 0}, {1.5, 0}, {1.5, -2}})),
+            "LINESTRING(0 0,1.5 0,1.5 -2)");
+  EXPECT_EQ(FormatWkt(*Shape::MakePoint({0.1, -1e-7})), "POINT(0.1 -1e-07)");
+}
+
+// The shape of a text that needs no repair.
+Shape ShapeOf(const WktShape& wkt) {
+  switch (wkt.kind) {
+    case ShapeKind::kPolygon:
+      return Polygon::MakeUnchecked(Rings(wkt.polygons[0].begin(), wkt.polygons[0].end()));
+    case ShapeKind::kLineString:
+      return LineString::MakeUnchecked(wkt.vertices);
+    case ShapeKind::kPoint:
+      break;
+  }
+  return Shape::MakePointUnchecked(wkt.vertices[0]);
+}
+
+TEST(FormatWktTest, RandomShapesReadBackExactly) {
+  const uint64_t seed = TestSeed();
+  SCOPED_TRACE(::testing::Message() << "HYPERMAP_TEST_SEED=" << seed);
+  Rng rng(seed);
+  for (int i = 0; i < 500; ++i) {
+    const Point centre{testing::Uniform(rng, -1e6, 1e6), testing::Uniform(rng, -10, 10)};
+    const Shape shape = testing::RandomShape(rng, centre, testing::Uniform(rng, 1e-3, 1e3));
+    const WktShape wkt = Parse(FormatWkt(shape));
+    EXPECT_THAT(wkt.repairs, IsEmpty());
+    EXPECT_EQ(ShapeOf(wkt), shape) << FormatWkt(shape);
+  }
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include "absl/status/status.h"
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
+#include "base/status/status_macros.h"
 #include "storage/interchange/number_text.h"
 
 namespace hypermap::storage {
@@ -56,9 +57,8 @@ absl::StatusOr<double> ReadNumber(const YAML::Node& map, const char* key) {
 }
 
 absl::StatusOr<bool> ReadFlag(const YAML::Node& map, const char* key) {
-  const absl::StatusOr<std::string> text = ReadText(map, key);
-  if (!text.ok()) return text.status();
-  const std::string word = absl::AsciiStrToLower(*text);
+  HYPERMAP_ASSIGN_OR_RETURN(const std::string text, ReadText(map, key));
+  const std::string word = absl::AsciiStrToLower(text);
   for (const char* yes : {"true", "yes", "on", "y", "1"}) {
     if (word == yes) return true;
   }

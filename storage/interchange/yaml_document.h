@@ -1,4 +1,4 @@
-// Small YAML documents as trees of nodes. yaml-cpp's exceptions end here.
+// Small YAML documents as trees of nodes. The functions catch the exceptions of yaml-cpp.
 #ifndef HYPERMAP_STORAGE_INTERCHANGE_YAML_DOCUMENT_H_
 #define HYPERMAP_STORAGE_INTERCHANGE_YAML_DOCUMENT_H_
 
@@ -12,20 +12,20 @@
 
 namespace hypermap::storage {
 
-// The tree of a document takes many times the memory of its text.
+// Limit of a document's size: its tree takes many times the memory of its text.
 inline constexpr size_t kMaxYamlBytes = size_t{4} << 20;
 
-// The first document. INVALID_ARGUMENT with the line for what is no YAML; RESOURCE_EXHAUSTED past
-// kMaxYamlBytes.
+// Parses the first document. INVALID_ARGUMENT naming the line when it is not YAML;
+// RESOURCE_EXHAUSTED when it is larger than kMaxYamlBytes.
 absl::StatusOr<YAML::Node> ParseYaml(absl::string_view text);
 
 // The value of a key of a map; an undefined node when it is absent or null.
 YAML::Node Value(const YAML::Node& map, const char* key);
 
-// The value as what it should be. INVALID_ARGUMENT naming the key.
+// The value of a key, converted to a type. INVALID_ARGUMENT naming the key.
 absl::StatusOr<std::string> ReadText(const YAML::Node& map, const char* key);
 absl::StatusOr<double> ReadNumber(const YAML::Node& map, const char* key);
-// Takes true, yes, on, 1 and their opposites.
+// Accepts true, yes, on, 1 and their opposites.
 absl::StatusOr<bool> ReadFlag(const YAML::Node& map, const char* key);
 // A list [x, y, yaw] of finite numbers.
 struct YamlPose {
@@ -35,9 +35,9 @@ struct YamlPose {
 };
 absl::StatusOr<YamlPose> ReadPose(const YAML::Node& map, const char* key);
 
-// A scalar as it must be written to be read back as the same string.
+// Formats a string as a scalar, quoted where it would not be read back as the same string.
 std::string QuoteYaml(const std::string& text);
-// The same of a list, "[a, b]".
+// Formats strings as a list, "[a, b]".
 std::string QuoteYamlList(const std::vector<std::string>& texts);
 
 }  // namespace hypermap::storage

@@ -1,4 +1,4 @@
-// Zip archives in memory. The one place that knows libzip.
+// Zip archives in memory. Only this file and its source use libzip.
 #ifndef HYPERMAP_STORAGE_INTERCHANGE_ZIP_ARCHIVE_H_
 #define HYPERMAP_STORAGE_INTERCHANGE_ZIP_ARCHIVE_H_
 
@@ -15,18 +15,18 @@ struct zip;
 
 namespace hypermap::storage {
 
-// Reads members of an archive on demand. What all reads together inflate is bounded, whatever sizes
-// the archive claims. One thread.
+// Reads members of an archive on demand. The bytes that all reads together inflate are limited,
+// whatever sizes the archive claims. Not thread safe.
 class ZipArchive {
  public:
-  // `data` must outlive the archive. INVALID_ARGUMENT for what is no zip or has a member whose name
-  // leads out of a folder; RESOURCE_EXHAUSTED.
+  // `data` must outlive the archive. INVALID_ARGUMENT when it is not a zip archive or has a member
+  // whose name leads out of a folder; RESOURCE_EXHAUSTED when it has too many members.
   static absl::StatusOr<ZipArchive> Open(absl::string_view data, const ImportLimits& limits);
 
   bool Contains(const std::string& member) const;
 
   // INVALID_ARGUMENT naming the member when it is missing, encrypted or damaged;
-  // RESOURCE_EXHAUSTED past max_unpacked_bytes.
+  // RESOURCE_EXHAUSTED when more than max_unpacked_bytes have been inflated.
   absl::StatusOr<std::string> Read(const std::string& member);
 
  private:
@@ -41,7 +41,7 @@ class ZipArchive {
   int64_t unpacked_bytes_ = 0;
 };
 
-// A flat archive of `members`, deflated; the same members give the same bytes.
+// Makes a flat archive of deflated members. Equal members give equal bytes.
 absl::StatusOr<std::string> MakeZip(const std::vector<NamedFile>& members);
 
 }  // namespace hypermap::storage

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/status/status_macros.h"
 #include "storage/sqlite/sqlite.h"
 
 namespace hypermap::storage {
@@ -77,41 +78,35 @@ auto ReadAll(absl::StatusOr<Statement> statement, Read read)
   if (!statement.ok()) return statement.status();
   std::vector<decltype(read(*statement))> all;
   while (true) {
-    const absl::StatusOr<bool> row = statement->Step();
-    if (!row.ok()) return row.status();
-    if (!*row) return all;
+    HYPERMAP_ASSIGN_OR_RETURN(const bool has_row, statement->Step());
+    if (!has_row) return all;
     all.push_back(read(*statement));
     if (!statement->row_status().ok()) return statement->row_status();
   }
 }
 
 absl::StatusOr<int64_t> Pragma(Database& database, const char* name) {
-  const absl::StatusOr<std::optional<int64_t>> value =
-      database.QueryInt64(absl::StrCat("PRAGMA ", name));
-  if (!value.ok()) return value.status();
-  return value->value_or(0);
+  HYPERMAP_ASSIGN_OR_RETURN(const std::optional<int64_t> value,
+                            database.QueryInt64(absl::StrCat("PRAGMA ", name)));
+  return value.value_or(0);
 }
 
 absl::Status MakeSchema(Database& database) {
-  absl::StatusOr<Transaction> transaction = Transaction::Begin(&database);
-  if (!transaction.ok()) return transaction.status();
-  absl::Status status =
+  HYPERMAP_ASSIGN_OR_RETURN(Transaction transaction, Transaction::Begin(&database));
+  HYPERMAP_RETURN_IF_ERROR(
       database.Execute(absl::StrCat(kSchema, "PRAGMA application_id = ", kApplicationId, ";",
-                                    "PRAGMA user_version = ", kVersion, ";"));
-  if (!status.ok()) return status;
-  return transaction->Commit();
+                                    "PRAGMA user_version = ", kVersion, ";")));
+  return transaction.Commit();
 }
 
 // Makes sure that the file is an outbox of this version; an empty one becomes one.
 absl::Status Prepare(Database& database) {
-  const absl::StatusOr<int64_t> application = Pragma(database, "application_id");
-  if (!application.ok()) return application.status();
+  HYPERMAP_ASSIGN_OR_RETURN(const int64_t application, Pragma(database, "application_id"));
   const absl::StatusOr<int64_t> version = Pragma(database, "user_version");
   if (!version.ok()) return version.status();
-  const absl::StatusOr<int64_t> tables = Pragma(database, "schema_version");
-  if (!tables.ok()) return tables.status();
-  const bool is_new = *tables == 0;
-  if (!is_new && *application != kApplicationId) {
+  HYPERMAP_ASSIGN_OR_RETURN(const int64_t tables, Pragma(database, "schema_version"));
+  const bool is_new = tables == 0;
+  if (!is_new && application != kApplicationId) {
     return absl::FailedPreconditionError("the file is not an outbox");
   }
   if (!is_new && *version != kVersion) {
@@ -128,9 +123,8 @@ absl::StatusOr<int64_t> UsedBytes(Database& database) {
   int64_t values[3];
   const char* const names[] = {"page_count", "freelist_count", "page_size"};
   for (int i = 0; i < 3; ++i) {
-    const absl::StatusOr<int64_t> value = Pragma(database, names[i]);
-    if (!value.ok()) return value.status();
-    values[i] = *value;
+    HYPERMAP_ASSIGN_OR_RETURN(const int64_t value, Pragma(database, names[i]));
+    values[i] = value;
   }
   return (values[0] - values[1]) * values[2];
 }
@@ -143,8 +137,7 @@ absl::Status Named(const std::string& path, const absl::Status& status) {
 
 absl::StatusOr<std::unique_ptr<OutboxFile>> OutboxFile::Open(const std::string& path,
                                                              int64_t max_bytes) {
-  absl::StatusOr<FileLock> lock = FileLock::Acquire(path + ".lock");
-  if (!lock.ok()) return lock.status();
+  HYPERMAP_ASSIGN_OR_RETURN(FileLock lock, FileLock::Acquire(path + ".lock"));
   absl::StatusOr<std::unique_ptr<Database>> database =
       Database::Open(path, Database::OpenMode::kCreate, kBusyTimeout);
   if (!database.ok()) return Named(path, database.status());
@@ -152,7 +145,7 @@ absl::StatusOr<std::unique_ptr<OutboxFile>> OutboxFile::Open(const std::string& 
     return Named(path, status);
   }
   return std::unique_ptr<OutboxFile>(
-      new OutboxFile(*std::move(lock), *std::move(database), max_bytes));
+      new OutboxFile(std::move(lock), *std::move(database), max_bytes));
 }
 
 OutboxFile::OutboxFile(FileLock lock, std::unique_ptr<Database> database, int64_t max_bytes)
@@ -163,14 +156,14 @@ OutboxFile::~OutboxFile() = default;
 absl::StatusOr<OutboxStream> OutboxFile::FindStream(const std::string& map,
                                                     const std::string& layer,
                                                     const std::string& robot) {
-  absl::Status status = database_->Run(
+  HYPERMAP_RETURN_IF_ERROR(database_->Run(
       "INSERT INTO streams (map, layer, robot) VALUES (?, ?, ?) ON CONFLICT DO NOTHING", map, layer,
-      robot);
-  if (!status.ok()) return status;
-  const absl::StatusOr<std::optional<int64_t>> id = database_->QueryInt64(
-      "SELECT id FROM streams WHERE map = ? AND layer = ? AND robot = ?", map, layer, robot);
-  if (!id.ok()) return id.status();
-  return OutboxStream{**id, map, layer, robot};
+      robot));
+  HYPERMAP_ASSIGN_OR_RETURN(
+      const std::optional<int64_t> id,
+      database_->QueryInt64("SELECT id FROM streams WHERE map = ? AND layer = ? AND robot = ?", map,
+                            layer, robot));
+  return OutboxStream{*id, map, layer, robot};
 }
 
 absl::StatusOr<std::vector<OutboxStream>> OutboxFile::Streams() {
@@ -184,17 +177,15 @@ absl::StatusOr<std::vector<OutboxStream>> OutboxFile::Streams() {
 }
 
 absl::StatusOr<int64_t> OutboxFile::Put(const Letter& letter) {
-  const absl::StatusOr<int64_t> used = UsedBytes(*database_);
-  if (!used.ok()) return used.status();
-  if (*used + static_cast<int64_t>(letter.body.size()) > max_bytes_) {
+  HYPERMAP_ASSIGN_OR_RETURN(const int64_t used, UsedBytes(*database_));
+  if (used + static_cast<int64_t>(letter.body.size()) > max_bytes_) {
     return absl::ResourceExhaustedError(
-        absl::StrCat("the outbox is full: it may have ", max_bytes_, " bytes and uses ", *used));
+        absl::StrCat("the outbox is full: it may have ", max_bytes_, " bytes and uses ", used));
   }
-  absl::Status status = database_->Run(
+  HYPERMAP_RETURN_IF_ERROR(database_->Run(
       "INSERT INTO letters (stream, request_id, options, body, put_at_ns) VALUES (?, ?, ?, ?, ?)",
       letter.stream, letter.request_id, letter.options, BlobView{letter.body},
-      absl::ToUnixNanos(letter.put_at));
-  if (!status.ok()) return status;
+      absl::ToUnixNanos(letter.put_at)));
   return sqlite3_last_insert_rowid(database_->handle());
 }
 
@@ -207,22 +198,20 @@ absl::StatusOr<std::vector<Letter>> OutboxFile::First(int64_t stream, int limit)
 }
 
 absl::Status OutboxFile::MarkSent(absl::Span<Letter> letters, absl::Time now) {
-  absl::StatusOr<Transaction> transaction = Transaction::Begin(database_.get());
-  if (!transaction.ok()) return transaction.status();
-  if (absl::Status status = WriteSent(letters, now); !status.ok()) return status;
-  return transaction->Commit();
+  HYPERMAP_ASSIGN_OR_RETURN(Transaction transaction, Transaction::Begin(database_.get()));
+  HYPERMAP_RETURN_IF_ERROR(WriteSent(letters, now));
+  return transaction.Commit();
 }
 
 absl::Status OutboxFile::MarkSentInSequence(absl::Span<Letter> letters, int64_t unused,
                                             absl::Time now) {
   if (letters.empty()) return absl::OkStatus();
-  absl::StatusOr<Transaction> transaction = Transaction::Begin(database_.get());
-  if (!transaction.ok()) return transaction.status();
+  HYPERMAP_ASSIGN_OR_RETURN(Transaction transaction, Transaction::Begin(database_.get()));
   const int64_t stream = letters.front().stream;
-  const absl::StatusOr<std::optional<int64_t>> next =
-      database_->QueryInt64("SELECT next_sequence FROM streams WHERE id = ?", stream);
-  if (!next.ok()) return next.status();
-  int64_t sequence = std::max(next->value_or(0), unused);
+  HYPERMAP_ASSIGN_OR_RETURN(
+      const std::optional<int64_t> next,
+      database_->QueryInt64("SELECT next_sequence FROM streams WHERE id = ?", stream));
+  int64_t sequence = std::max(next.value_or(0), unused);
   for (Letter& letter : letters) {
     if (!letter.sequence) letter.sequence = sequence++;
   }
@@ -230,39 +219,34 @@ absl::Status OutboxFile::MarkSentInSequence(absl::Span<Letter> letters, int64_t 
       database_->Run("UPDATE streams SET next_sequence = ? WHERE id = ?", sequence, stream);
   if (status.ok()) status = WriteSent(letters, now);
   if (!status.ok()) return status;
-  return transaction->Commit();
+  return transaction.Commit();
 }
 
 absl::Status OutboxFile::WriteSent(absl::Span<Letter> letters, absl::Time now) {
   for (Letter& letter : letters) {
     if (letter.first_sent_at) continue;
     letter.first_sent_at = now;
-    absl::Status status =
+    HYPERMAP_RETURN_IF_ERROR(
         database_->Run("UPDATE letters SET sequence = ?, first_sent_at_ns = ? WHERE id = ?",
-                       letter.sequence, absl::ToUnixNanos(now), letter.id);
-    if (!status.ok()) return status;
+                       letter.sequence, absl::ToUnixNanos(now), letter.id));
   }
   return absl::OkStatus();
 }
 
 absl::Status OutboxFile::Settle(absl::Span<const int64_t> delivered,
                                 absl::Span<const Refusal> refused) {
-  absl::StatusOr<Transaction> transaction = Transaction::Begin(database_.get());
-  if (!transaction.ok()) return transaction.status();
+  HYPERMAP_ASSIGN_OR_RETURN(Transaction transaction, Transaction::Begin(database_.get()));
   for (const int64_t letter : delivered) {
-    absl::Status status = database_->Run("DELETE FROM letters WHERE id = ?", letter);
-    if (!status.ok()) return status;
+    HYPERMAP_RETURN_IF_ERROR(database_->Run("DELETE FROM letters WHERE id = ?", letter));
   }
   for (const Refusal& refusal : refused) {
-    absl::Status status = database_->Run("UPDATE letters SET code = ?, message = ? WHERE id = ?",
-                                         refusal.why.raw_code(),
-                                         absl::string_view(refusal.why.message()), refusal.letter);
-    if (!status.ok()) return status;
+    HYPERMAP_RETURN_IF_ERROR(database_->Run(
+        "UPDATE letters SET code = ?, message = ? WHERE id = ?", refusal.why.raw_code(),
+        absl::string_view(refusal.why.message()), refusal.letter));
   }
-  absl::Status status = database_->Run("UPDATE counts SET delivered = delivered + ?",
-                                       static_cast<int64_t>(delivered.size()));
-  if (!status.ok()) return status;
-  return transaction->Commit();
+  HYPERMAP_RETURN_IF_ERROR(database_->Run("UPDATE counts SET delivered = delivered + ?",
+                                          static_cast<int64_t>(delivered.size())));
+  return transaction.Commit();
 }
 
 absl::StatusOr<std::vector<RefusedLetter>> OutboxFile::Refused() {

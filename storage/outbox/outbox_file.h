@@ -1,8 +1,9 @@
-// What waits to be sent, in a SQLite file of its own.
+// A durable queue of requests that wait to be sent to a server, in a SQLite file of its own.
 //
-// Letters of a stream are sent in the order they were put in. A letter leaves the file when it is
-// told to be delivered, or is set aside with the reason why it was refused. What a function changed
-// is on disk when it returns, all of it or nothing.
+// A letter is one queued request: a batch of edits or an observation. Letters of a stream are sent
+// in the order they were put in. A letter is removed when it was delivered; one that the server
+// refused is set aside with the reason. Each function changes the file in one transaction, which is
+// on disk when the function returns.
 #ifndef HYPERMAP_STORAGE_OUTBOX_OUTBOX_FILE_H_
 #define HYPERMAP_STORAGE_OUTBOX_OUTBOX_FILE_H_
 
@@ -22,22 +23,21 @@ namespace hypermap::storage {
 
 class Database;
 
-// Where letters go to.
+// The destination of letters: the edits of a map, or the observations of a robot for a fused layer.
 struct OutboxStream {
   int64_t id = 0;  // in the file
   std::string map;
-  // Both empty for edits of the map.
-  std::string layer;
-  std::string robot;
+  std::string layer;  // empty for edits
+  std::string robot;  // empty for edits
 };
 
 struct Letter {
-  int64_t id = 0;  // grows with each that is put in; never used again
+  int64_t id = 0;  // grows with each letter that is put in; never used again
   int64_t stream;
-  // What a server knows it by.
+  // How a server recognises a retry:
   std::string request_id;           // of edits
   std::optional<int64_t> sequence;  // of an observation; absent until it is first sent
-  std::string options;              // as the sender wants them
+  std::string options;              // encoded by the sender
   std::string body;
   absl::Time put_at;
   std::optional<absl::Time> first_sent_at;
@@ -57,44 +57,44 @@ struct RefusedLetter {
 struct OutboxCounts {
   int64_t queued = 0;
   int64_t delivered = 0;  // since the file was made
-  int64_t refused = 0;    // those in the file
+  int64_t refused = 0;    // set aside in the file
 };
 
-// One thread at a time. One process at a time has a file.
+// Used by one thread at a time. Only one process at a time can have a file open.
 class OutboxFile {
  public:
-  // Makes the file when it is missing; its folder is there. `max_bytes` is the size beyond which no
-  // more is put in. FAILED_PRECONDITION when it is in use,
-  // not an outbox, or of a newer version; DATA_LOSS when it is damaged.
+  // Opens the file and creates it when it does not exist; its folder must exist. Put fails when the
+  // file is larger than `max_bytes`. FAILED_PRECONDITION when the file is in use, not an outbox, or
+  // of a newer version; DATA_LOSS when it is damaged.
   static absl::StatusOr<std::unique_ptr<OutboxFile>> Open(const std::string& path,
                                                           int64_t max_bytes);
   ~OutboxFile();
   OutboxFile(const OutboxFile&) = delete;
   OutboxFile& operator=(const OutboxFile&) = delete;
 
-  // The stream of these, made when there is none.
+  // Finds the stream and creates it when it does not exist.
   absl::StatusOr<OutboxStream> FindStream(const std::string& map, const std::string& layer,
                                           const std::string& robot);
-  // Those that have letters to be sent.
+  // The streams that have letters to send.
   absl::StatusOr<std::vector<OutboxStream>> Streams();
 
-  // Puts a letter in; its id. RESOURCE_EXHAUSTED when the file is full.
+  // Appends a letter and returns its id. RESOURCE_EXHAUSTED when the file is full.
   absl::StatusOr<int64_t> Put(const Letter& letter);
-  // The first letters of a stream, in order.
+  // The first `limit` letters of a stream, in order.
   absl::StatusOr<std::vector<Letter>> First(int64_t stream, int limit);
 
-  // Before letters are sent: notes the time where they were not sent before.
+  // Called before letters are sent: records the time for those that are sent for the first time.
   absl::Status MarkSent(absl::Span<Letter> letters, absl::Time now);
-  // The same, and gives sequences to those without: `unused`, or the number after the last one that
-  // the stream gave when that is larger, and so on.
+  // As MarkSent, and assigns consecutive sequence numbers to letters without one. They begin with
+  // `unused`, or after the last number that the stream assigned when that is larger.
   absl::Status MarkSentInSequence(absl::Span<Letter> letters, int64_t unused, absl::Time now);
 
-  // Removes what was delivered and sets aside what was refused.
+  // Removes the delivered letters and sets the refused ones aside.
   absl::Status Settle(absl::Span<const int64_t> delivered, absl::Span<const Refusal> refused);
 
   absl::StatusOr<std::vector<RefusedLetter>> Refused();
-  // Puts a refused letter back to its place among those to be sent, or removes it. NOT_FOUND when
-  // there is none.
+  // PutBack returns a refused letter to its place in the queue; Discard removes it. NOT_FOUND when
+  // there is no such letter.
   absl::Status PutBack(int64_t letter);
   absl::Status Discard(int64_t letter);
 

@@ -10,6 +10,7 @@
 #include <system_error>
 
 #include "absl/strings/str_cat.h"
+#include "base/status/status_macros.h"
 
 namespace hypermap::storage {
 namespace {
@@ -49,7 +50,7 @@ absl::Status SyncFolder(const std::string& path) { return Sync(path, O_DIRECTORY
 
 absl::Status PublishFile(const std::string& temporary, const std::string& path) {
   if (PathExists(path)) return absl::AlreadyExistsError(absl::StrCat(path, " exists"));
-  if (absl::Status status = Sync(temporary, 0); !status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(Sync(temporary, 0));
   if (rename(temporary.c_str(), path.c_str()) != 0) {
     return absl::ErrnoToStatus(errno, absl::StrCat("cannot rename ", temporary, " to ", path));
   }

@@ -1,4 +1,5 @@
-// Files that must be wholly there or not at all after a crash.
+// Operations on files and folders that are durable when they return, so that after a crash a file
+// is there completely or not at all.
 #ifndef HYPERMAP_STORAGE_SQLITE_DURABLE_FILE_H_
 #define HYPERMAP_STORAGE_SQLITE_DURABLE_FILE_H_
 
@@ -10,24 +11,24 @@
 
 namespace hypermap::storage {
 
-// The folder that holds `path`.
+// The folder that contains `path`.
 std::string FolderOf(const std::string& path);
 
-// Makes a folder and those above it; OK when it is there.
+// Creates a folder and its parents; OK when it exists.
 absl::Status MakeFolder(const std::string& path);
 
-// Whether anything has that name, also a broken link.
+// Whether anything has that name, even a broken link.
 bool PathExists(const std::string& path);
 
-// Makes the names in a folder durable.
+// Makes the creation, renaming and removal of files in a folder durable.
 absl::Status SyncFolder(const std::string& path);
 
-// Gives a closed file its final name: content and name are on disk when this returns. The final
-// name must be free, and no process may have the file open as a database: closing it here would
-// drop that process's POSIX locks.
+// Renames a closed file to its final name; content and name are on disk when this returns.
+// REQUIRES: nothing has the final name, and no connection has the file open, because closing it
+// here would drop that connection's POSIX locks.
 absl::Status PublishFile(const std::string& temporary, const std::string& path);
 
-// OK when it was not there.
+// OK when the file does not exist.
 absl::Status RemoveFile(const std::string& path);
 
 }  // namespace hypermap::storage

@@ -1,4 +1,4 @@
-// Locks that keep two processes from owning the same thing.
+// Locks between processes.
 #ifndef HYPERMAP_STORAGE_SQLITE_FILE_LOCK_H_
 #define HYPERMAP_STORAGE_SQLITE_FILE_LOCK_H_
 
@@ -9,18 +9,19 @@
 
 namespace hypermap::storage {
 
-// An exclusive flock(2) on a file made for that purpose; ends with the object or the process, also
-// when that is killed. Two of them on one path exclude each other within a process as well.
+// An exclusive flock(2) on a file made for that purpose. It is released when the object is
+// destroyed or the process ends, also when that is killed. Two locks on one path exclude each other
+// within a process as well.
 class FileLock {
  public:
-  // Does not wait. FAILED_PRECONDITION when it is held.
+  // Does not wait. FAILED_PRECONDITION when the lock is held already.
   static absl::StatusOr<FileLock> Acquire(const std::string& path);
 
   FileLock(FileLock&& other) noexcept;
   FileLock& operator=(FileLock&&) = delete;
   ~FileLock();
 
-  // Removes the file while the lock is still held.
+  // Removes the file; the lock is still held.
   absl::Status RemoveFile();
 
  private:

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/status/status_macros.h"
 
 namespace hypermap::storage {
 namespace {
@@ -47,14 +48,14 @@ const char* TypeName(int type) {
 
 }  // namespace
 
-Statement::Statement(Database* database, Shelf* shelf, sqlite3_stmt* stmt)
-    : database_(database), shelf_(shelf), stmt_(stmt) {
-  ++shelf_->num_lent;
+Statement::Statement(Database* database, CacheEntry* cache, sqlite3_stmt* stmt)
+    : database_(database), cache_(cache), stmt_(stmt) {
+  ++cache_->num_borrowed;
 }
 
 Statement::Statement(Statement&& other) noexcept
     : database_(other.database_),
-      shelf_(other.shelf_),
+      cache_(other.cache_),
       stmt_(std::exchange(other.stmt_, nullptr)),
       bind_error_(other.bind_error_),
       row_status_(std::move(other.row_status_)) {}
@@ -62,8 +63,8 @@ Statement::Statement(Statement&& other) noexcept
 Statement::~Statement() {
   if (stmt_ == nullptr) return;
   Reset();
-  --shelf_->num_lent;
-  shelf_->idle.push_back(stmt_);
+  --cache_->num_borrowed;
+  cache_->idle.push_back(stmt_);
 }
 
 absl::StatusOr<bool> Statement::Step() {
@@ -201,23 +202,22 @@ absl::Status Database::Execute(const std::string& sql) {
 }
 
 absl::StatusOr<Statement> Database::Prepare(const std::string& sql) {
-  Statement::Shelf& shelf = statements_[sql];
-  if (!shelf.idle.empty()) {
-    sqlite3_stmt* stmt = shelf.idle.back();
-    shelf.idle.pop_back();
-    return Statement(this, &shelf, stmt);
+  Statement::CacheEntry& entry = statements_[sql];
+  if (!entry.idle.empty()) {
+    sqlite3_stmt* stmt = entry.idle.back();
+    entry.idle.pop_back();
+    return Statement(this, &entry, stmt);
   }
   sqlite3_stmt* stmt = nullptr;
   const int code = sqlite3_prepare_v3(handle_, sql.c_str(), static_cast<int>(sql.size()),
                                       SQLITE_PREPARE_PERSISTENT, &stmt, nullptr);
   if (code != SQLITE_OK) return ErrorStatus(code);
-  return Statement(this, &shelf, stmt);
+  return Statement(this, &entry, stmt);
 }
 
 absl::StatusOr<std::optional<int64_t>> Database::FirstInt64(Statement* statement) {
-  absl::StatusOr<bool> row = statement->Step();
-  if (!row.ok()) return row.status();
-  if (!*row) return std::nullopt;
+  HYPERMAP_ASSIGN_OR_RETURN(const bool has_row, statement->Step());
+  if (!has_row) return std::nullopt;
   const std::optional<int64_t> value = statement->OptionalInt64(0);
   if (!statement->row_status().ok()) return statement->row_status();
   return value;
@@ -226,10 +226,10 @@ absl::StatusOr<std::optional<int64_t>> Database::FirstInt64(Statement* statement
 int64_t Database::changed_rows() const { return sqlite3_changes64(handle_); }
 
 void Database::ForgetStatements() {
-  for (auto shelf = statements_.begin(); shelf != statements_.end();) {
-    for (sqlite3_stmt* stmt : shelf->second.idle) sqlite3_finalize(stmt);
-    shelf->second.idle.clear();
-    shelf = shelf->second.num_lent == 0 ? statements_.erase(shelf) : std::next(shelf);
+  for (auto entry = statements_.begin(); entry != statements_.end();) {
+    for (sqlite3_stmt* stmt : entry->second.idle) sqlite3_finalize(stmt);
+    entry->second.idle.clear();
+    entry = entry->second.num_borrowed == 0 ? statements_.erase(entry) : std::next(entry);
   }
 }
 
@@ -242,7 +242,7 @@ absl::Status Database::ErrorStatus(int code) const {
 }
 
 absl::StatusOr<Transaction> Transaction::Begin(Database* database) {
-  if (absl::Status status = database->Run("BEGIN IMMEDIATE"); !status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(database->Run("BEGIN IMMEDIATE"));
   return Transaction(database);
 }
 
@@ -258,14 +258,14 @@ Transaction::~Transaction() {
 }
 
 absl::Status Transaction::Commit() {
-  if (absl::Status status = database_->Run("COMMIT"); !status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(database_->Run("COMMIT"));
   database_ = nullptr;
   return absl::OkStatus();
 }
 
 absl::StatusOr<ReadTransaction> ReadTransaction::Begin(Database* database) {
   if (sqlite3_get_autocommit(database->handle()) == 0) return ReadTransaction(nullptr);
-  if (absl::Status status = database->Run("BEGIN"); !status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(database->Run("BEGIN"));
   return ReadTransaction(database);
 }
 

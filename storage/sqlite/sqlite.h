@@ -1,12 +1,12 @@
-// SQLite with owners, typed columns and absl::Status.
+// A C++ interface to SQLite with ownership, typed columns and absl::Status.
 //
-// A Database is one connection and belongs to one thread at a time. Statements are borrowed from it
-// and must not outlive it. Everything read is taken to be untrusted: a column of another type than
-// asked for is an error, never a silent conversion.
+// A Database is one connection and is used by one thread at a time. Statements are borrowed from it
+// and must not outlive it. Content is not trusted: a column of another type than asked for is an
+// error, never a silent conversion.
 //
-// Codes become: BUSY, LOCKED, IOERR -> UNAVAILABLE; FULL, TOOBIG, NOMEM -> RESOURCE_EXHAUSTED;
-// CORRUPT -> DATA_LOSS; NOTADB, CANTOPEN, READONLY, PERM -> FAILED_PRECONDITION; the rest, which
-// are ours to prevent, -> INTERNAL.
+// Result codes are mapped as follows: BUSY, LOCKED, IOERR -> UNAVAILABLE; FULL, TOOBIG, NOMEM ->
+// RESOURCE_EXHAUSTED; CORRUPT -> DATA_LOSS; NOTADB, CANTOPEN, READONLY, PERM ->
+// FAILED_PRECONDITION; the rest, which are faults of the program, -> INTERNAL.
 #ifndef HYPERMAP_STORAGE_SQLITE_SQLITE_H_
 #define HYPERMAP_STORAGE_SQLITE_SQLITE_H_
 
@@ -28,25 +28,27 @@ namespace hypermap::storage {
 
 class Database;
 
-// Bytes to be bound as a BLOB rather than as text. Does not own them.
+// Bytes that are bound as a BLOB instead of as text. Does not own them.
 struct BlobView {
   absl::string_view bytes;
 };
 
-// A prepared statement on loan from its database's cache, to which it goes back reset. Movable.
+// A prepared statement, borrowed from the cache of its database; returns there, reset, when
+// destroyed. Movable.
 class Statement {
  public:
-  // The prepared statements of one text.
-  struct Shelf {
+  // The prepared statements of one text in the cache.
+  struct CacheEntry {
     std::vector<sqlite3_stmt*> idle;
-    int num_lent = 0;
+    int num_borrowed = 0;
   };
 
   Statement(Statement&& other) noexcept;
   Statement& operator=(Statement&&) = delete;
   ~Statement();
 
-  // Binds parameters 1, 2, ... in order. What is bound must live until the next Reset or the end.
+  // Binds parameters 1, 2, ... in order. Bound text and blobs must live until the next Reset or
+  // until the statement is destroyed.
   template <typename... Values>
   Statement& Bind(const Values&... values) {
     int index = 0;
@@ -54,15 +56,16 @@ class Statement {
     return *this;
   }
 
-  // True when there is a row to read, false at the end.
+  // Advances to the next row; false when there is none.
   absl::StatusOr<bool> Step();
-  // Runs a statement that gives no rows, and resets it to be bound and run again.
+  // Runs a statement to its end, ignoring its rows, and resets it, so that it can be bound and run
+  // again.
   absl::Status Run();
   void Reset();
 
-  // Columns of the current row, 0-based; views are valid until the next Step. A NULL or a column of
-  // another type gives a default and is told by row_status, so that a row is read first and checked
-  // once.
+  // Columns of the current row, counted from 0; views are valid until the next Step. A NULL or a
+  // column of another type gives a default value and sets row_status, so that a row can be read as
+  // a whole and checked once.
   bool IsNull(int column) const;
   int64_t Int64(int column);
   double Double(int column);
@@ -70,12 +73,12 @@ class Statement {
   absl::string_view Blob(int column);
   std::optional<int64_t> OptionalInt64(int column);
   std::optional<double> OptionalDouble(int column);
-  // DATA_LOSS naming the first column of this row that was read as what it is not.
+  // DATA_LOSS naming the first column of this row that was read as another type than it has.
   const absl::Status& row_status() const { return row_status_; }
 
  private:
   friend class Database;
-  Statement(Database* database, Shelf* shelf, sqlite3_stmt* stmt);
+  Statement(Database* database, CacheEntry* cache, sqlite3_stmt* stmt);
 
   void BindOne(int index, int value) { BindOne(index, int64_t{value}); }
   void BindOne(int index, int64_t value);
@@ -92,7 +95,7 @@ class Statement {
   bool Expect(int column, int type);
 
   Database* database_;
-  Shelf* shelf_;  // where it goes back to
+  CacheEntry* cache_;  // where it returns to
   sqlite3_stmt* stmt_;
   int bind_error_ = SQLITE_OK;
   absl::Status row_status_;
@@ -101,12 +104,11 @@ class Statement {
 class Database {
  public:
   enum class OpenMode {
-    kExisting,  // a file that is there
-    kCreate,    // a file that is made when missing
-    kReadOnly,  // a file that is there; neither it nor its log is ever changed
+    kExisting,  // the file must exist
+    kCreate,    // the file is created when it does not exist
+    kReadOnly,  // the file must exist; neither it nor its log is ever changed
   };
-  // Opens a file. Nothing is read yet, so a file that is no database is
-  // found by the first statement.
+  // Opens a file. Nothing is read yet: the first statement fails when the file is not a database.
   static absl::StatusOr<std::unique_ptr<Database>> Open(const std::string& path, OpenMode mode,
                                                         absl::Duration busy_timeout);
   ~Database();
@@ -121,7 +123,7 @@ class Database {
 
   absl::StatusOr<Statement> Prepare(const std::string& sql);
 
-  // Prepares, binds and runs a statement that gives no rows.
+  // Prepares, binds and runs a statement, ignoring its rows.
   template <typename... Values>
   absl::Status Run(const std::string& sql, const Values&... values) {
     absl::StatusOr<Statement> statement = Prepare(sql);
@@ -138,10 +140,11 @@ class Database {
     return FirstInt64(&statement->Bind(values...));
   }
 
-  // Rows that the last INSERT, UPDATE or DELETE changed itself.
+  // Number of rows that the last INSERT, UPDATE or DELETE changed, without those changed by
+  // triggers.
   int64_t changed_rows() const;
 
-  // Frees all prepared statements that are not on loan.
+  // Frees all prepared statements that are not in use.
   void ForgetStatements();
 
  private:
@@ -153,13 +156,13 @@ class Database {
 
   std::string path_;
   sqlite3* handle_;
-  std::unordered_map<std::string, Statement::Shelf> statements_;  // by their text
+  std::unordered_map<std::string, Statement::CacheEntry> statements_;  // by their text
 };
 
 // A write transaction; rolled back unless committed.
 class Transaction {
  public:
-  // Takes the write lock, waiting for it as long as the database's busy timeout.
+  // Takes the write lock; waits for it up to the database's busy timeout.
   static absl::StatusOr<Transaction> Begin(Database* database);
   Transaction(Transaction&& other) noexcept;
   Transaction& operator=(Transaction&&) = delete;
@@ -169,11 +172,11 @@ class Transaction {
 
  private:
   explicit Transaction(Database* database) : database_(database) {}
-  Database* database_;  // null when over
+  Database* database_;  // null when committed or moved from
 };
 
-// What is read while this lives is of one moment, beginning with the first read. Where the database
-// is in a transaction already, that one goes on.
+// All reads while this lives see the state at the time of the first of them. When the database is
+// in a transaction already, the reads are part of that one.
 class ReadTransaction {
  public:
   static absl::StatusOr<ReadTransaction> Begin(Database* database);
@@ -183,7 +186,7 @@ class ReadTransaction {
 
  private:
   explicit ReadTransaction(Database* database) : database_(database) {}
-  Database* database_;  // null when it is another's transaction
+  Database* database_;  // null when the transaction is another's
 };
 
 }  // namespace hypermap::storage

@@ -15,11 +15,11 @@
 #include <string>
 #include <vector>
 
-#include "ingest/fusion/strategy.h"
 #include "ingest/perception/observer.h"
 #include "ingest/sources/occupancy_file.h"
 #include "ingest/sources/rgbd_dataset.h"
 #include "map/evaluation/evaluate.h"
+#include "map/fusion/strategy.h"
 
 namespace hypermap {
 namespace {
@@ -106,7 +106,8 @@ int Run(const std::string& dir, std::map<std::string, std::string> options) {
   }
   std::vector<evaluation::Object> shown;
   for (const auto& object : (*strategy)->Objects(state)) {
-    shown.push_back({object.object->label, object.object->polygon, object.object->existence});
+    shown.push_back(
+        {object.object->label, object.object->shape.polygon(), object.object->existence});
   }
   const auto truth = ReadTruth(dir + "/" + get("truth", "gt.geojson"));
   const auto result = evaluation::Evaluate(truth, shown);

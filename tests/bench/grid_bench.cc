@@ -10,8 +10,8 @@
 
 #include "benchmark/benchmark.h"
 #include "map/geometry/predicates.h"
-#include "map/layers/grid/cell_cover.h"
-#include "map/layers/grid/grid_layer.h"
+#include "map/grid/cell_cover.h"
+#include "map/layers/grid_layer.h"
 #include "map/layers/layer_registry.h"
 #include "tests/bench/compare.h"
 #include "tests/support/random_map.h"

@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "absl/container/btree_map.h"
-#include "map/layers/grid/grid_layer.h"
+#include "map/layers/grid_layer.h"
 #include "map/layers/layer_registry.h"
 #include "map/layers/semantic_layer.h"
 #include "tests/bench/server/generated_site.h"

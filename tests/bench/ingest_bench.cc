@@ -14,15 +14,15 @@
 #include <utility>
 #include <vector>
 
-#include "ingest/fusion/strategy.h"
-#include "ingest/fusion/testing/scene.h"
 #include "ingest/perception/observer.h"
-#include "ingest/simulation/drive.h"
-#include "ingest/simulation/random.h"
-#include "ingest/simulation/renderer.h"
-#include "ingest/simulation/scene.h"
-#include "ingest/simulation/sequence_files.h"
 #include "ingest/sources/depth_png.h"
+#include "map/fusion/strategy.h"
+#include "map/fusion/testing/scene.h"
+#include "simulation/worlds/drive.h"
+#include "simulation/worlds/random.h"
+#include "simulation/worlds/renderer.h"
+#include "simulation/worlds/scene.h"
+#include "simulation/worlds/sequence_files.h"
 
 namespace hypermap {
 namespace {

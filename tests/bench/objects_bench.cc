@@ -67,7 +67,7 @@ void ObjectsAtPoint(benchmark::State& state, bool run_brute_force) {
       [&](const Point& p) {
         return static_cast<int64_t>(
             std::count_if(objects.begin(), objects.end(),
-                          [&](const ObjectPtr& o) { return Covers(o->polygon, p); }));
+                          [&](const ObjectPtr& o) { return Covers(o->shape, p); }));
       });
 }
 
@@ -81,7 +81,7 @@ void ObjectsInArea(benchmark::State& state, bool run_brute_force) {
         const PreparedPolygon prepared(area);
         return static_cast<int64_t>(
             std::count_if(objects.begin(), objects.end(),
-                          [&](const ObjectPtr& o) { return prepared.Intersects(o->polygon); }));
+                          [&](const ObjectPtr& o) { return prepared.Intersects(o->shape); }));
       });
 }
 
@@ -95,7 +95,7 @@ void NearestObject(benchmark::State& state, bool run_brute_force) {
       [&](const Point& p) {
         double nearest_m = std::numeric_limits<double>::infinity();
         for (const ObjectPtr& o : objects) {
-          if (o->label == "chair") nearest_m = std::min(nearest_m, Distance(o->polygon, p));
+          if (o->label == "chair") nearest_m = std::min(nearest_m, Distance(o->shape, p));
         }
         return nearest_m;
       });

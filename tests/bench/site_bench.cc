@@ -75,7 +75,7 @@ class Site {
   ObjectPtr MakeObject(Rng& rng, ObjectId id) const {
     const double diameter_m = id % kObjectsPerRoom ? Uniform(rng, 0.3, 2) : Uniform(rng, 5, 20);
     SemanticObject object{.id = id, .label = "class " + std::to_string(UniformInt(rng, 1, 80))};
-    object.polygon = MakePolygon(rng, RandomPoint(rng), diameter_m / 2);
+    object.shape = MakePolygon(rng, RandomPoint(rng), diameter_m / 2);
     return std::make_shared<const SemanticObject>(std::move(object));
   }
 
@@ -93,7 +93,7 @@ class Site {
     size_t raw_bytes = 0;
     for (size_t id = 1; id <= num_objects_; ++id) {
       objects.push_back(MakeObject(rng, static_cast<ObjectId>(id)));
-      raw_bytes += objects.back()->polygon.outer().size() * sizeof(Point);
+      raw_bytes += objects.back()->shape.polygon().outer().size() * sizeof(Point);
     }
     layer_ = std::make_shared<const SemanticLayer>(LayerSpec{.name = "site", .frame_id = "map"},
                                                    std::move(objects));

@@ -96,7 +96,7 @@ class Generator {
     SemanticObject object;
     object.label = "class_" + std::to_string(std::uniform_int_distribution<int>(10, 89)(rng_));
     object.existence = Uniform(0.3, 1);
-    object.polygon = Polygon::MakeUnchecked({std::move(ring)});
+    object.shape = Polygon::MakeUnchecked({std::move(ring)});
     return object;
   }
 
@@ -119,16 +119,16 @@ std::vector<SemanticObject> Take(Generator& generator, int count) {
 // Rows in strips of the site, there and back: near each other in the table what is near in space.
 std::vector<BareRow> SortedRows(std::vector<SemanticObject> objects, int64_t first_id) {
   const auto strip_of = [](const SemanticObject& object) {
-    return std::floor(object.polygon.bounds().min.x / 10);
+    return std::floor(object.shape.bounds().min.x / 10);
   };
   std::sort(objects.begin(), objects.end(), [&](const auto& a, const auto& b) {
     if (strip_of(a) != strip_of(b)) return strip_of(a) < strip_of(b);
-    return a.polygon.bounds().min.y < b.polygon.bounds().min.y;
+    return a.shape.bounds().min.y < b.shape.bounds().min.y;
   });
   std::vector<BareRow> rows;
   for (const SemanticObject& object : objects) {
     rows.push_back(
-        {first_id++, storage::EncodeGeometryBlob(object.polygon), object.label, object.existence});
+        {first_id++, storage::EncodeGeometryBlob(object.shape), object.label, object.existence});
   }
   return rows;
 }
@@ -164,7 +164,7 @@ class OurMap {
     std::vector<SemanticObject> objects;
     for (const ObjectId id : ids) {
       objects.push_back(*layer.Find(id));
-      objects.back().polygon = PlanarTransform(shift_m, 0, 0) * objects.back().polygon;
+      objects.back().shape = PlanarTransform(shift_m, 0, 0) * objects.back().shape;
     }
     return Put(std::move(objects));
   }

@@ -1,11 +1,13 @@
-// Any rings are a valid polygon or INVALID_ARGUMENT, and so is any ring to be repaired. A polygon
-// covers its own vertices, and making it again changes nothing.
+// Any rings are a valid polygon or INVALID_ARGUMENT, and so is any ring to be repaired; any
+// vertices are a line string or INVALID_ARGUMENT. A polygon or line string covers its own vertices,
+// and making it again changes nothing.
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
 #include <vector>
 
+#include "map/geometry/line_string.h"
 #include "map/geometry/polygon.h"
 #include "map/geometry/predicates.h"
 #include "map/geometry/repair.h"
@@ -34,6 +36,17 @@ void CheckPolygon(const hypermap::Polygon& polygon) {
   REQUIRE(again.ok() && *again == polygon);
 }
 
+void CheckLineString(const hypermap::LineString& line) {
+  REQUIRE(line.vertices().size() >= 2);
+  for (const hypermap::Point& p : line.vertices()) {
+    REQUIRE(hypermap::Covers(line, p));
+    REQUIRE(hypermap::Distance(line, p) == 0.0);
+    REQUIRE(line.bounds().Covers(p));
+  }
+  const auto again = hypermap::LineString::Make(line.vertices());
+  REQUIRE(again.ok() && *again == line);
+}
+
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
@@ -50,6 +63,10 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   const auto polygon = hypermap::Polygon::Make(outer, holes);
   REQUIRE(polygon.ok() || absl::IsInvalidArgument(polygon.status()));
   if (polygon.ok()) CheckPolygon(*polygon);
+
+  const auto line = hypermap::LineString::Make(outer);
+  REQUIRE(line.ok() || absl::IsInvalidArgument(line.status()));
+  if (line.ok()) CheckLineString(*line);
 
   const auto filled = hypermap::FillNonZero(outer);
   REQUIRE(filled.ok() || absl::IsInvalidArgument(filled.status()));

@@ -1,6 +1,7 @@
-"""A gRPC client made of the protos alone, for what the command line can't say or is too slow for."""
+"""A gRPC client made of the protos alone, where the command line can't say it or is too slow."""
 
 import grpc
+import shapely.geometry
 from google.protobuf import descriptor_pb2, json_format, message_factory
 from hypermap.v1 import (catalog_service_pb2, edit_service_pb2, exploration_service_pb2,
                          frame_service_pb2, ingest_service_pb2, query_service_pb2,
@@ -25,7 +26,7 @@ def _methods():
 
 
 class Client:
-    """Has a function for each rpc, by its name: `client.QueryPoint(map="office", ...)`.
+    """Has a function for each rpc, by its name: `client.GetMap(map="office")`.
 
     Arguments are the request's fields as in protobuf's JSON (or one iterable of such requests where
     the client streams); the answer is the message, or an iterator of messages. Errors are
@@ -63,15 +64,47 @@ class Client:
         self._channel.close()
 
 
+def scope(map_name, *layers, frame_id=""):
+    """What a question is about: a map, some of its layers (none named: all) and a frame."""
+    return {"map": map_name, "layers": list(layers), "frame_id": frame_id}
+
+
+def at(revision):
+    """An AsOf: the question is asked of this revision."""
+    return {"at_revision": revision}
+
+
 def point(x, y):
     return {"x": x, "y": y}
 
 
-def ring(points):
-    return {"points": [point(x, y) for x, y in points]}
+def columns(vertices):
+    """The vertices of a ring or line string."""
+    return {"xs": [x for x, _ in vertices], "ys": [y for _, y in vertices]}
 
 
 def polygon(shape):
     """The message of a Shapely polygon."""
-    return {"outer": ring(shape.exterior.coords[:-1]),
-            "holes": [ring(hole.coords[:-1]) for hole in shape.interiors]}
+    return {"outer": columns(shape.exterior.coords[:-1]),
+            "holes": [columns(hole.coords[:-1]) for hole in shape.interiors]}
+
+
+def shape_of(geometry):
+    """The message of a Shapely polygon, line string or point."""
+    if geometry.geom_type == "Polygon":
+        return {"polygon": polygon(geometry)}
+    if geometry.geom_type == "LineString":
+        return {"line_string": columns(geometry.coords)}
+    return {"point": point(geometry.x, geometry.y)}
+
+
+def geometry_of(message):
+    """A Shape message as a Shapely geometry, with its exact vertices."""
+    kind = message.WhichOneof("shape")
+    if kind == "point":
+        return shapely.geometry.Point(message.point.x, message.point.y)
+    if kind == "line_string":
+        return shapely.geometry.LineString(zip(message.line_string.xs, message.line_string.ys))
+    outer, *holes = (list(zip(ring.xs, ring.ys))
+                     for ring in (message.polygon.outer, *message.polygon.holes))
+    return shapely.geometry.Polygon(outer, holes)

@@ -6,13 +6,17 @@ SQUARE = [(0, 0), (4, 0), (4, 4), (0, 4)]
 
 
 def square(x, y, side=1.0):
-    return {"outer": rpc.ring([(x, y), (x + side, y), (x + side, y + side), (x, y + side)])}
+    return {"outer": rpc.columns([(x, y), (x + side, y), (x + side, y + side), (x, y + side)])}
 
 
 def put(label, x, y, layer="things", **fields):
     """An edit that adds an object one metre square with its lower left corner at (x, y)."""
-    return {"put_object": {"layer": layer,
-                           "object": {"label": label, "polygon": square(x, y), **fields}}}
+    return put_shape({"polygon": square(x, y)}, label, layer, **fields)
+
+
+def put_shape(shape, label="thing", layer="things", **fields):
+    """An edit that adds an object with a Shape message."""
+    return {"put_object": {"layer": layer, "object": {"label": label, "shape": shape, **fields}}}
 
 
 def write_cells(values, row=0, col=0, layer="grid"):
@@ -37,7 +41,8 @@ def make(client, name="site"):
 def labels(client, name="site", layer="things"):
     """{id: label} of all that an area of the size of a town shows."""
     area = square(-5000, -5000, 10000)
-    return {o.id: o.label for answer in client.QueryArea(map=name, layers=[layer], area=area)
+    return {o.id: o.label
+            for answer in client.QueryArea(scope=rpc.scope(name, layer), area=area)
             for o in answer.part.objects}
 
 

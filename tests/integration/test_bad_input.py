@@ -19,12 +19,12 @@ NOT_FOUND = grpc.StatusCode.NOT_FOUND
 EXHAUSTED = grpc.StatusCode.RESOURCE_EXHAUSTED
 EXISTS = grpc.StatusCode.ALREADY_EXISTS
 
-SQUARE = {"outer": rpc.ring(sites.SQUARE)}
-TRIANGLE_TWICE = {"outer": rpc.ring([(0, 0), (1, 0), (0, 0), (1, 0)])}
-TWO_POINTS = {"outer": rpc.ring([(0, 0), (1, 1)])}
-CROSSING = {"outer": rpc.ring([(0, 0), (2, 2), (2, 0), (0, 2)])}
-NOT_FINITE = {"outer": rpc.ring([(0, 0), (1, 0), ("NaN", 1)])}
-HOLE_OUTSIDE = SQUARE | {"holes": [rpc.ring([(9, 9), (10, 9), (9, 10)])]}
+SQUARE = {"outer": rpc.columns(sites.SQUARE)}
+TRIANGLE_TWICE = {"outer": rpc.columns([(0, 0), (1, 0), (0, 0), (1, 0)])}
+TWO_POINTS = {"outer": rpc.columns([(0, 0), (1, 1)])}
+CROSSING = {"outer": rpc.columns([(0, 0), (2, 2), (2, 0), (0, 2)])}
+NOT_FINITE = {"outer": rpc.columns([(0, 0), (1, 0), ("NaN", 1)])}
+HOLE_OUTSIDE = SQUARE | {"holes": [rpc.columns([(9, 9), (10, 9), (9, 10)])]}
 
 # (what, polygon, word of the message)
 POLYGONS = [
@@ -32,44 +32,87 @@ POLYGONS = [
     ("two vertices", TWO_POINTS, "vert"),
     ("two distinct vertices", TRIANGLE_TWICE, "vert"),
     ("a crossing", CROSSING, "cross"),
-    ("a vertex that is no number", NOT_FINITE, "points[2]"),
+    ("a vertex that is no number", NOT_FINITE, "outer[2]"),
     ("a hole outside", HOLE_OUTSIDE, "hole"),
+    ("more xs than ys", {"outer": {"xs": [0, 1, 1, 0], "ys": [0, 0, 1]}}, "4 xs and 3 ys"),
 ]
+# (what, shape, field and word of the message)
+SHAPES = [
+    ("no shape", {}, "shape"),
+    ("a line of one vertex", {"line_string": rpc.columns([(1, 1)])}, "shape.line_string"),
+    ("a line of one place", {"line_string": rpc.columns([(1, 1), (1, 1)])}, "shape.line_string"),
+    ("a line with a vertex that is no number",
+     {"line_string": rpc.columns([(0, 0), (1, "NaN")])}, "shape.line_string[1]"),
+    ("a line of more ys than xs", {"line_string": {"xs": [0, 1], "ys": [0, 1, 2]}},
+     "shape.line_string has 2 xs and 3 ys"),
+    ("a line out of the world", {"line_string": rpc.columns([(0, 0), (2e9, 0)])},
+     "shape.line_string"),
+    ("a point that is no number", {"point": rpc.point("Infinity", 0)}, "shape"),
+    ("a point out of the world", {"point": rpc.point(0, -2e9)}, "shape"),
+]
+KINDS = {"polygon": {"polygon": SQUARE},
+         "line_string": {"line_string": rpc.columns([(0, 0), (1, 1)])},
+         "point": {"point": rpc.point(1, 1)}}
 NAMES = ["", ".", "..", "../site", "a/b", "a\\b", "a b", "x" * 64, "-x", ".hidden", "näme",
          "a\nb", "a'; DROP TABLE gpkg_contents; --", "con\x00trol"]
 
 
+def edits(bad):
+    """A batch whose second edit is bad."""
+    return {"map": "site", "edits": [sites.put("good", 0, 0), bad]}
+
+
 def requests():
     """(what, rpc, request, status or statuses, word of the message)."""
-    point = {"x": 0, "y": 0}
-    yield "unknown map", "QueryPoint", {"map": "nowhere", "point": point}, NOT_FOUND, "nowhere"
-    yield "unknown layer", "QueryPoint", {"map": "site", "layers": ["no"], "point": point}, \
+    point, site = {"x": 0, "y": 0}, rpc.scope("site")
+    yield "unknown map", "QueryPoint", {"scope": rpc.scope("nowhere"), "point": point}, \
+        NOT_FOUND, "nowhere"
+    yield "unknown layer", "QueryPoint", {"scope": rpc.scope("site", "no"), "point": point}, \
         NOT_FOUND, "no"
-    yield "unknown frame", "QueryPoint", {"map": "site", "frame_id": "mars", "point": point}, \
-        NOT_FOUND, "mars"
-    yield "no point", "QueryPoint", {"map": "site"}, INVALID, "point"
+    yield "unknown frame", "QueryPoint", \
+        {"scope": rpc.scope("site", frame_id="mars"), "point": point}, NOT_FOUND, "mars"
+    yield "no point", "QueryPoint", {"scope": site}, INVALID, "point"
+    yield "no map", "QueryPoint", {"point": point}, (INVALID, NOT_FOUND), "map"
     for number in ("NaN", "Infinity", "-Infinity"):
         for axis in "xy":
             bad = point | {axis: number}
-            yield f"{axis} {number}", "QueryPoint", {"map": "site", "point": bad}, INVALID, "point"
+            yield f"{axis} {number}", "QueryPoint", {"scope": site, "point": bad}, INVALID, "point"
             yield f"nearest {axis} {number}", "QueryNearest", \
-                {"map": "site", "point": bad, "value": "chair", "k": 1}, INVALID, "point"
+                {"scope": site, "point": bad, "value": "chair", "k": 1}, INVALID, "point"
+    for tolerance in (-0.1, "NaN", "Infinity"):
+        yield f"tolerance {tolerance}", "QueryPoint", \
+            {"scope": site, "point": point, "tolerance_m": tolerance}, INVALID, "tolerance_m"
     for what, polygon, word in POLYGONS:
-        yield what, "QueryArea", {"map": "site", "area": polygon}, INVALID, word
+        yield what, "QueryArea", {"scope": site, "area": polygon}, INVALID, word
         if polygon:
             yield f"value in {what}", "QueryValue", \
-                {"map": "site", "value": "chair", "area": polygon}, INVALID, word
-        yield f"object of {what}", "ApplyEdits", {"map": "site", "edits": [
-            sites.put("good", 0, 0),
-            {"put_object": {"layer": "things", "object": {"label": "bad", "polygon": polygon}}},
-        ]}, INVALID, "edits[1]"
+                {"scope": site, "value": "chair", "area": polygon}, INVALID, word
+        yield f"object of {what}", "ApplyEdits", \
+            edits(sites.put_shape({"polygon": polygon})), INVALID, "edits[1]"
+    for what, shape, word in SHAPES:
+        yield f"object of {what}", "ApplyEdits", edits(sites.put_shape(shape)), INVALID, \
+            f"edits[1].put_object.object.{word}"
+    for kind, shape in KINDS.items():
+        layer = "docks" if kind != "point" else "lanes"
+        yield f"a {kind} on {layer}", "ApplyEdits", edits(sites.put_shape(shape, layer=layer)), \
+            INVALID, kind
+    yield "edit that creates nothing", "ApplyEdits", edits({"create_layer": {}}), INVALID, \
+        "edits[1].create_layer.layer"
+    yield "edit that creates a layer twice", "ApplyEdits", \
+        edits({"create_layer": {"layer": {"name": "grid", "kind": "LAYER_KIND_SEMANTIC"}}}), \
+        EXISTS, "grid"
+    yield "edit that deletes an unknown layer", "ApplyEdits", \
+        edits({"delete_layer": {"layer": "nowhere"}}), NOT_FOUND, "nowhere"
+    yield "edit that places a frame in itself", "ApplyEdits", edits({"set_transform": {"transform": {
+        "parent_frame_id": "a", "child_frame_id": "a",
+        "parent_from_child": {"x": 0, "y": 0, "yaw": 0}}}}), INVALID, "edits[1]"
     for value in ("", "  ", ">", ">x", "5..1", "tag:", ">nan"):
-        yield f"value {value!r}", "QueryValue", {"map": "site", "value": value}, INVALID, "value"
+        yield f"value {value!r}", "QueryValue", {"scope": site, "value": value}, INVALID, "value"
     for k in (0, -1):
         yield f"k {k}", "QueryNearest", \
-            {"map": "site", "point": point, "value": "chair", "k": k}, INVALID, "k"
+            {"scope": site, "point": point, "value": "chair", "k": k}, INVALID, "k"
     yield "k too large", "QueryNearest", \
-        {"map": "site", "point": point, "value": "chair", "k": 2**31 - 1}, EXHAUSTED, "max_nearest"
+        {"scope": site, "point": point, "value": "chair", "k": 2**31 - 1}, EXHAUSTED, "max_nearest"
     for name in NAMES:
         yield f"map name {name!r}", "CreateMap", {"map": name}, INVALID, "map"
         if name:
@@ -135,6 +178,9 @@ class BadRequests(SiteTest):
         self.site = self.server("--max_vertices=1000", "--max_edits=100")
         self.client = self.enterContext(rpc.Client(self.site.address))
         sites.make(self.client)
+        for name, kind in (("lanes", "LINE_STRING"), ("docks", "POINT")):
+            self.client.CreateLayer(map="site", layer={
+                "name": name, "kind": "LAYER_KIND_SEMANTIC", "shape_kinds": [f"SHAPE_KIND_{kind}"]})
 
     def refusal(self, method, request):
         """The error of a request that must fail."""
@@ -159,13 +205,17 @@ class BadRequests(SiteTest):
 
     def test_limits_are_named(self):
         ring = [(i, i * i) for i in range(1001)]
-        error = self.refusal("QueryArea", {"map": "site", "area": {"outer": rpc.ring(ring)}})
-        self.assertEqual((error.code(), "max_vertices" in error.details()), (EXHAUSTED, True))
+        for method, request in (
+                ("QueryArea", {"scope": rpc.scope("site"), "area": {"outer": rpc.columns(ring)}}),
+                ("ApplyEdits", {"map": "site", "edits": [
+                    sites.put_shape({"line_string": rpc.columns(ring)})]})):
+            error = self.refusal(method, request)
+            self.assertEqual((error.code(), "max_vertices" in error.details()), (EXHAUSTED, True))
         error = self.refusal("ApplyEdits", {"map": "site", "edits": [sites.put("x", 0, 0)] * 101})
         self.assertEqual((error.code(), "max_edits" in error.details()), (EXHAUSTED, True))
 
     def test_a_huge_message_is_refused(self):
-        error = self.refusal("QueryValue", {"map": "site", "value": "x" * (200 << 20)})
+        error = self.refusal("QueryValue", {"scope": rpc.scope("site"), "value": "x" * (200 << 20)})
         self.assertEqual(error.code(), EXHAUSTED)
         self.assertEqual(sites.labels(self.client), {})
 
@@ -246,17 +296,28 @@ def hostile_files():
         yield f"wkt{i}.hmap", objects(shape), ""
     yield "empty.geojson", b"", ""
     yield "deep.geojson", b"[" * 100_000, ""
-    yield "bow_tie.geojson", geojson([[0, 0], [2, 2], [2, 0], [0, 2], [0, 0]]), "cross"
-    yield "text.geojson", geojson([["a", "b"], [1, 0], [1, 1], ["a", "b"]]), ""
-    yield "infinite.geojson", geojson([[0, 0], [1, 0], [1, 1], [0, 0]]).replace(b"1]", b"1e999]"), ""
+    yield "bow_tie.geojson", geojson([[[0, 0], [2, 2], [2, 0], [0, 2], [0, 0]]]), "cross"
+    yield "text.geojson", geojson([[["a", "b"], [1, 0], [1, 1], ["a", "b"]]]), ""
+    yield "infinite.geojson", \
+        geojson([[[0, 0], [1, 0], [1, 1], [0, 0]]]).replace(b"1]", b"1e999]"), ""
     yield "other.geojson", b'{"type": "Topology"}', ""
-    yield "kind.geojson", b'{"type":"Feature","geometry":{"type":"Point","coordinates":[0,0]}}', ""
+    for name, kind, coordinates, word in (
+            ("short_line", "LineString", [[0, 0]], "vertices"),
+            ("one_place", "LineString", [[1, 1], [1, 1]], "vertices"),
+            ("text_line", "LineString", [[0, 0], ["a", 1]], ""),
+            ("text_point", "Point", ["a", "b"], ""),
+            ("half_point", "Point", [1], ""),
+            ("far_point", "Point", [1e12, 0], "")):
+        yield f"{name}.geojson", geojson(coordinates, kind), word
+    yield "collection.geojson", geojson([], "GeometryCollection"), "GeometryCollection"
+    yield "unlabelled.geojson", \
+        b'{"type":"Feature","geometry":{"type":"Point","coordinates":[0,0]}}', "label"
 
 
-def geojson(ring):
+def geojson(coordinates, kind="Polygon"):
     return json.dumps({"type": "FeatureCollection", "features": [{
         "type": "Feature", "properties": {"label": "x"},
-        "geometry": {"type": "Polygon", "coordinates": [ring]}}]}).encode()
+        "geometry": {"type": kind, "coordinates": coordinates}}]}).encode()
 
 
 class HostileFiles(SiteTest):
@@ -319,7 +380,7 @@ class ForeignFilesInTheDataFolder(SiteTest):
             self.assertTrue(all(problems.values()), problems)
             for name in problems:
                 with self.assertRaises(grpc.RpcError) as caught:
-                    client.QueryPoint(map=name, point=rpc.point(0, 0))
+                    client.QueryPoint(scope=rpc.scope(name), point=rpc.point(0, 0))
                 self.assertIn(caught.exception.code(), (grpc.StatusCode.FAILED_PRECONDITION,
                                                         grpc.StatusCode.DATA_LOSS))
                 self.assertIn(name, caught.exception.details())

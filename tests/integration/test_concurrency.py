@@ -29,7 +29,7 @@ class Concurrency(SiteTest):
     def test_a_slow_reader_gets_one_revision_and_holds_nobody_up(self):
         self.checkerboard(1000)
         before = sites.revision(self.client)
-        stream = self.client.QueryArea(map="site", layers=["grid"], area=EVERYWHERE)
+        stream = self.client.QueryArea(scope=rpc.scope("site", "grid"), area=EVERYWHERE)
         first = next(stream)
         for i in range(20):  # while the answer waits for its reader
             self.client.ApplyEdits(map="site", edits=[sites.write_cells([[0.5]], row=i, col=i)])
@@ -49,7 +49,7 @@ class Concurrency(SiteTest):
             with rpc.Client(self.site.address) as client:
                 while not done.is_set():
                     labels = {o.label for answer in client.QueryArea(
-                        map="site", layers=["things"], area=EVERYWHERE)
+                        scope=rpc.scope("site", "things"), area=EVERYWHERE)
                         for o in answer.part.objects}
                     (torn if len(labels) != 1 else seen).append(labels)
 
@@ -60,7 +60,7 @@ class Concurrency(SiteTest):
             for i in range(1, 100):
                 self.client.ApplyEdits(map="site", edits=[
                     {"put_object": {"layer": "things", "object": {
-                        "id": id_, "label": str(i), "polygon": sites.square(j, j)}}}
+                        "id": id_, "label": str(i), "shape": {"polygon": sites.square(j, j)}}}}
                     for j, id_ in enumerate(ids)])
         finally:
             done.set()
@@ -109,14 +109,14 @@ class Concurrency(SiteTest):
     def test_deadlines_and_cancelled_calls_end_and_leave_the_server_free(self):
         self.checkerboard(1000)
         with self.assertRaises(grpc.RpcError) as caught:
-            list(self.client.QueryValue(map="site", value="occupied", timeout=0.005))
+            list(self.client.QueryValue(scope=rpc.scope("site"), value="occupied", timeout=0.005))
         self.assertEqual(caught.exception.code(), grpc.StatusCode.DEADLINE_EXCEEDED)
         abandoned = []
         for _ in range(50):  # many more than the server has threads
-            stream = self.client.QueryArea(map="site", area=EVERYWHERE)
+            stream = self.client.QueryArea(scope=rpc.scope("site"), area=EVERYWHERE)
             next(stream)
             abandoned.append(stream)
-        self.client.QueryPoint(map="site", point=rpc.point(1, 1))
+        self.client.QueryPoint(scope=rpc.scope("site"), point=rpc.point(1, 1))
         self.client.ApplyEdits(map="site", edits=[sites.put("cup", 1, 1)])
         for stream in abandoned:
             stream.cancel()

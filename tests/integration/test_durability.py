@@ -103,7 +103,7 @@ class Durability(SiteTest):
             with rpc.Client(site.address) as client:
                 objects = len(sites.labels(client))
                 cells = sum(end - begin for answer in client.QueryArea(
-                    map="site", layers=["grid"], area=sites.square(-5000, -5000, 10000))
+                    scope=rpc.scope("site", "grid"), area=sites.square(-5000, -5000, 10000))
                     for begin, end, value in zip(answer.part.cells.col_begins,
                                                  answer.part.cells.col_ends,
                                                  answer.part.cells.values) if value == value)

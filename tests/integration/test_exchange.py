@@ -45,7 +45,7 @@ class ExchangeTest(SiteTest):
             return [(part.layer, strip_ids(part.objects), list(part.cells.rows),
                      list(part.cells.col_begins), list(part.cells.col_ends),
                      [None if math.isnan(v) else v for v in part.cells.values])
-                    for part in merge(client.QueryArea(map=name,
+                    for part in merge(client.QueryArea(scope=rpc.scope(name),
                                                        area=sites.square(-5000, -5000, 10000)))]
 
 
@@ -265,7 +265,8 @@ class OwnMaps(ExchangeTest):
         with rpc.Client(self.site.address) as client:
             for _ in range(50):
                 area = questions.area()
-                got = answers.from_messages(client.QueryArea(map="odd", area=rpc.polygon(area)), {})
+                answer = client.QueryArea(scope=rpc.scope("odd"), area=rpc.polygon(area))
+                got = answers.from_messages(answer, {})
                 self.assertEqual(answers.differences(got, oracle.content(area)), [], area.wkt)
 
 

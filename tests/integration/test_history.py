@@ -11,7 +11,7 @@ import rpc
 import sites
 from processes import SEED, SiteTest
 
-EVERYWHERE = sites.square(-5000, -5000, 10000)
+SITE = rpc.scope("site")
 CELL_M = 0.5
 
 
@@ -32,8 +32,8 @@ class State:
 
 
 def as_told(thing):
-    corner = thing.polygon.outer.points[0]
-    return thing.label, corner.x, corner.y
+    outer = thing.shape.polygon.outer
+    return thing.label, outer.xs[0], outer.ys[0]
 
 
 def told_cells(runs):
@@ -119,8 +119,8 @@ class History(SiteTest):
         x, y = self.writer.place()
         side = self.draw.choice([0.7, 3.0, 11.0, 200.0])
         objects, cells = {}, {}
-        for answer in client.QueryArea(map="site", layers=["things", "grid"],
-                                       area=sites.square(x, y, side), at_revision=revision):
+        for answer in client.QueryArea(scope=rpc.scope("site", "things", "grid"),
+                                       area=sites.square(x, y, side), as_of=rpc.at(revision)):
             self.assertEqual(answer.revision, revision)
             objects.update({o.id: as_told(o) for o in answer.part.objects})
             cells.update(told_cells(answer.part.cells))
@@ -129,15 +129,16 @@ class History(SiteTest):
 
     def check_value(self, client, revision):
         state = self.writer.states[revision]
-        cups = {o.id for answer in client.QueryValue(map="site", value="cup", at_revision=revision)
+        cups = {o.id for answer in client.QueryValue(scope=SITE, value="cup",
+                                                     as_of=rpc.at(revision))
                 for o in answer.part.objects}
         self.assertEqual(cups, {i for i, o in state.objects.items() if o[0] == "cup"})
 
     def check_point(self, client, revision):
         state = self.writer.states[revision]
         x, y = self.writer.place()
-        answer = client.QueryPoint(map="site", layers=["things", "grid"], point=rpc.point(x, y),
-                                   at_revision=revision)
+        answer = client.QueryPoint(scope=rpc.scope("site", "things", "grid"),
+                                   point=rpc.point(x, y), as_of=rpc.at(revision))
         things, cell = answer.layers
         self.assertEqual({o.id for o in things.objects}, set(state.objects_in(x, y, 0)))
         index = int(y // CELL_M), int(x // CELL_M)
@@ -146,7 +147,7 @@ class History(SiteTest):
     def check_difference(self, client, a, b):
         before, after = self.writer.states[a], self.writer.states[b]
         objects, cells = dict(before.objects), dict(before.cells)
-        for answer in client.ListChanges(map="site", from_revision=a, to_revision=b):
+        for answer in client.ListChanges(scope=SITE, from_revision=a, to_revision=b):
             for change in answer.changes:
                 if change.kind in (1, 2):  # PUT, REMOVE
                     was = (as_told(change.object_before) if change.HasField("object_before")
@@ -199,7 +200,7 @@ class History(SiteTest):
             self.writer.change(client)
         oldest = client.ListRevisions(map="site").oldest_revision
         with self.assertRaises(grpc.RpcError) as refused:
-            client.QueryPoint(map="site", point=rpc.point(0, 0), at_revision=oldest - 1)
+            client.QueryPoint(scope=SITE, point=rpc.point(0, 0), as_of=rpc.at(oldest - 1))
         self.assertEqual(refused.exception.code(), grpc.StatusCode.OUT_OF_RANGE)
         self.assertIn(str(oldest), refused.exception.details())
         self.check(client, oldest)
@@ -207,7 +208,7 @@ class History(SiteTest):
         client = self.connect(self.server("--history_revisions=40"))
         oldest = client.ListRevisions(map="site").oldest_revision
         with self.assertRaises(grpc.RpcError) as refused:
-            next(iter(client.Watch(map="site", start_revision=oldest - 1)))
+            next(iter(client.Watch(scope=SITE, start_revision=oldest - 1)))
         self.assertEqual(refused.exception.code(), grpc.StatusCode.OUT_OF_RANGE)
         self.check(client, oldest)
 
@@ -216,15 +217,16 @@ class History(SiteTest):
         self.writer.begin(client)
         newest = self.writer.newest
         with self.assertRaises(grpc.RpcError) as refused:
-            client.QueryPoint(map="site", point=rpc.point(0, 0), at_revision=newest + 1)
+            client.QueryPoint(scope=SITE, point=rpc.point(0, 0), as_of=rpc.at(newest + 1))
         self.assertEqual(refused.exception.code(), grpc.StatusCode.OUT_OF_RANGE)
         with self.assertRaises(grpc.RpcError) as late:
-            client.QueryPoint(map="site", point=rpc.point(0, 0), min_revision=newest + 1,
-                              timeout=0.5)
+            client.QueryPoint(scope=SITE, point=rpc.point(0, 0),
+                              as_of={"min_revision": newest + 1}, timeout=0.5)
         self.assertEqual(late.exception.code(), grpc.StatusCode.DEADLINE_EXCEEDED)
         answers = []
         waiter = threading.Thread(target=lambda: answers.append(
-            client.QueryPoint(map="site", point=rpc.point(0, 0), min_revision=newest + 2)))
+            client.QueryPoint(scope=SITE, point=rpc.point(0, 0),
+                              as_of={"min_revision": newest + 2})))
         waiter.start()
         self.writer.change(client)
         self.assertEqual(answers, [])
@@ -239,8 +241,8 @@ class History(SiteTest):
             self.writer.change(client)
         revisions = client.ListRevisions(map="site").revisions
         for made in revisions:
-            answer = client.QueryPoint(map="site", point=rpc.point(0, 0),
-                                       at_time=made.time.ToJsonString())
+            answer = client.QueryPoint(scope=SITE, point=rpc.point(0, 0),
+                                       as_of={"at_time": made.time.ToJsonString()})
             # Revisions of one group have one time; the newest of them answers.
             self.assertEqual(answer.revision, max(r.revision for r in revisions
                                                   if r.time.ToNanoseconds() <= made.time.ToNanoseconds()))
@@ -275,7 +277,7 @@ class History(SiteTest):
         renewed["put_object"]["time_to_live"] = "3600s"
         client.ApplyEdits(map="site", edits=[renewed])
         told = []
-        for answer in client.Watch(map="site", start_revision=start):
+        for answer in client.Watch(scope=SITE, start_revision=start):
             told.extend((c.kind, c.object_id, answer.author == "expiry") for c in answer.changes)
             if told and told[-1][0] == 2:
                 break

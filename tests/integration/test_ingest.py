@@ -58,7 +58,7 @@ def observe(client, observations, **fields):
 def shown(client):
     """The objects without ids, and the explored cells."""
     objects, cells = [], []
-    for answer in client.QueryArea(map="site", layers=["things", "seen"],
+    for answer in client.QueryArea(scope=rpc.scope("site", "things", "seen"),
                                    area=sites.square(-500, -500, 1000)):
         for o in answer.part.objects:
             o.id = o.version = 0  # those count commits, whose grouping is chance

@@ -55,28 +55,29 @@ class QueriesOnRealMaps(unittest.TestCase):
     def test_points(self):
         for name, oracle, questions in self.each_map():
             x, y = questions.point()
-            answer = self.client.QueryPoint(map=name, point=rpc.point(x, y))
+            answer = self.client.QueryPoint(scope=rpc.scope(name), point=rpc.point(x, y))
             got = {layer.layer: point_content(layer) for layer in answer.layers}
             self.compare(got, oracle.at_point(x, y), name, x, y)
 
     def test_areas(self):
         for name, oracle, questions in self.each_map():
             area = questions.area()
-            answer = self.client.QueryArea(map=name, area=rpc.polygon(area))
+            answer = self.client.QueryArea(scope=rpc.scope(name), area=rpc.polygon(area))
             self.compare(answers.from_messages(answer, oracle.shapes), oracle.content(area),
                          name, area.wkt)
 
     def test_values_in_areas(self):
         for name, oracle, questions in self.each_map():
             area, value = questions.area(), questions.choice(CELL_VALUES + oracle.labels())
-            answer = self.client.QueryValue(map=name, value=value, area=rpc.polygon(area))
+            answer = self.client.QueryValue(scope=rpc.scope(name), value=value,
+                                            area=rpc.polygon(area))
             self.compare(answers.from_messages(answer, oracle.shapes),
                          oracle.search(value, area), name, value, area.wkt)
 
     def test_values_everywhere(self):
         for name, oracle in self.oracles.items():
             for value in CELL_VALUES + oracle.labels() + [l.upper() for l in oracle.labels()]:
-                answer = self.client.QueryValue(map=name, value=value)
+                answer = self.client.QueryValue(scope=rpc.scope(name), value=value)
                 self.compare(answers.from_messages(answer, oracle.shapes),
                              oracle.search(value, None), name, value)
 

@@ -96,19 +96,24 @@ class QueryPoints(SiteTest):
         self.client.ApplyEdits(map="site", edits=[
             sites.put(self.random.choice(LABELS), place(), place(),
                       existence=self.random.uniform(0.1, 1)) for _ in range(200)])
+        self.client.ApplyEdits(map="site", edits=[
+            sites.put_shape({"line_string": rpc.columns([(place(), place()) for _ in range(3)])},
+                            "lane") for _ in range(30)])
+        self.client.ApplyEdits(map="site", edits=[
+            sites.put_shape({"point": rpc.point(place(), place())}, "dock") for _ in range(30)])
         values = [[self.random.choice([0, 0.25, 0.5, 1, "NaN"]) for _ in range(20)]
                   for _ in range(20)]
         self.client.ApplyEdits(map="site", edits=[sites.write_cells(values, row=-10, col=-10)])
 
-    def compare(self, map_name, points, scope, as_of=()):
-        stream = Stream(self.client, map=map_name, **scope, **dict(as_of))
+    def compare(self, points, **question):
+        """`question`: the members that both requests have, such as scope."""
+        stream = Stream(self.client, **question)
         for i in range(0, len(points), 64):
             batch = points[i:i + 64]
             revision, contents = stream.ask(batch)
             for (x, y), content in zip(batch, contents):
-                answer = self.client.QueryPoint(map=map_name, point=rpc.point(x, y), **scope,
-                                                **dict(as_of))
-                self.assertEqual(content, content_of_point(answer), (x, y, scope))
+                answer = self.client.QueryPoint(point=rpc.point(x, y), **question)
+                self.assertEqual(content, content_of_point(answer), (x, y, question))
                 self.assertEqual(revision, answer.revision)
         self.assertEqual(stream.end(), [])
 
@@ -118,23 +123,31 @@ class QueryPoints(SiteTest):
 
     def test_answers_are_those_of_query_point(self):
         self.make_site()
-        for scope in ({}, {"layers": ["things"]}, {"layers": ["grid", "adrift"]},
-                      {"frame_id": "dock"}, {"frame_id": "raft"}):
-            self.compare("site", self.points_within(12), scope)
+        for scope in (rpc.scope("site"), rpc.scope("site", "things"),
+                      rpc.scope("site", "grid", "adrift"), rpc.scope("site", frame_id="dock"),
+                      rpc.scope("site", frame_id="raft")):
+            self.compare(self.points_within(12), scope=scope)
+
+    def test_answers_with_a_tolerance_are_those_of_query_point(self):
+        self.make_site()
+        for tolerance in (0.01, 0.5, 3.0):
+            self.compare(self.points_within(12, QUESTIONS // 2), scope=rpc.scope("site"),
+                         tolerance_m=tolerance)
 
     def test_the_past_is_answered_as_it_was(self):
         self.make_site()
         revision = sites.revision(self.client)
         self.client.ApplyEdits(map="site", edits=[sites.put("cup", 0, 0) for _ in range(10)])
         for at in (revision - 1, revision):
-            self.compare("site", self.points_within(12, QUESTIONS // 4), {}, {"at_revision": at}.items())
+            self.compare(self.points_within(12, QUESTIONS // 4), scope=rpc.scope("site"),
+                         as_of=rpc.at(at))
 
     def test_answers_about_the_recorded_maps_are_those_of_query_point(self):
         if not real_maps():
             self.skipTest("no recorded maps here")
         for name, path in real_maps().items():
             self.site.json("import", path, "--map", name)
-            self.compare(name, self.points_within(8), {})
+            self.compare(self.points_within(8), scope=rpc.scope(name))
 
     def test_the_command_prints_what_query_point_says(self):
         self.make_site()
@@ -159,16 +172,18 @@ class QueryPoints(SiteTest):
 
     def test_errors_name_what_is_wrong(self):
         sites.make(self.client)
-        point = {"xs": [1], "ys": [2]}
+        point, opening = {"xs": [1], "ys": [2]}, {"scope": rpc.scope("site")}
         for requests, code, word in (
                 ([], grpc.StatusCode.INVALID_ARGUMENT, "opened"),
                 ([point], grpc.StatusCode.INVALID_ARGUMENT, "opening"),
-                ([{"opening": {"map": "attic"}}], grpc.StatusCode.NOT_FOUND, "attic"),
-                ([{"opening": {"map": "site"}, "xs": [1, 2], "ys": [1]}],
+                ([{"opening": {"scope": rpc.scope("attic")}}], grpc.StatusCode.NOT_FOUND, "attic"),
+                ([{"opening": opening | {"tolerance_m": -1}}],
+                 grpc.StatusCode.INVALID_ARGUMENT, "tolerance_m"),
+                ([{"opening": opening, "xs": [1, 2], "ys": [1]}],
                  grpc.StatusCode.INVALID_ARGUMENT, "ys"),
-                ([{"opening": {"map": "site"}, "xs": ["NaN"], "ys": [1]}],
+                ([{"opening": opening, "xs": ["NaN"], "ys": [1]}],
                  grpc.StatusCode.INVALID_ARGUMENT, "xs[0]"),
-                ([{"opening": {"map": "site"}, "xs": [1] * 65537, "ys": [1] * 65537}],
+                ([{"opening": opening, "xs": [1] * 65537, "ys": [1] * 65537}],
                  grpc.StatusCode.RESOURCE_EXHAUSTED, "--max_points")):
             with self.assertRaises(grpc.RpcError) as raised:
                 list(self.client.QueryPoints(iter(requests)))
@@ -177,7 +192,7 @@ class QueryPoints(SiteTest):
 
     def test_a_server_that_stops_ends_open_streams(self):
         sites.make(self.client)
-        stream = Stream(self.client, map="site")
+        stream = Stream(self.client, scope=rpc.scope("site"))
         stream.ask([(1, 2)])
         self.assertEqual(self.site.stop(), 0)
         with self.assertRaises(grpc.RpcError) as raised:

@@ -45,7 +45,7 @@ class Reflection(SiteTest):
             sites.make(client)
             client.ApplyEdits(map="site", edits=[sites.put("cup", 1, 1)])
         answer = self.grpcurl("hypermap.v1.QueryService/QueryPoint",
-                              request={"map": "site", "point": {"x": 1.5, "y": 1.5}})
+                              request={"scope": {"map": "site"}, "point": {"x": 1.5, "y": 1.5}})
         self.assertEqual(answer.returncode, 0, answer.stderr)
         layers = {layer["layer"]: layer for layer in json.loads(answer.stdout)["layers"]}
         self.assertEqual(layers["things"]["objects"][0]["label"], "cup")
@@ -56,7 +56,7 @@ class Reflection(SiteTest):
             sites.make(client)
         for number in ("NaN", "Infinity", "-Infinity"):
             answer = self.grpcurl("hypermap.v1.QueryService/QueryPoint",
-                                  request={"map": "site", "point": {"x": number, "y": 0}})
+                                  request={"scope": {"map": "site"}, "point": {"x": number, "y": 0}})
             self.assertIn("InvalidArgument", answer.stderr)
             self.assertIn("point", answer.stderr)
 

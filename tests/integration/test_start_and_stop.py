@@ -42,7 +42,7 @@ class StartAndStop(SiteTest):
             sites.make(client)
             client.ApplyEdits(map="site", edits=[
                 sites.write_cells([[(r + c) % 2 for c in range(1000)] for r in range(1000)])])
-            stream = client.QueryArea(map="site", area=sites.square(-1, -1, 1000))
+            stream = client.QueryArea(scope=rpc.scope("site"), area=sites.square(-1, -1, 1000))
             next(stream)
             self.assertEqual(site.stop(), 0, site.log())
 

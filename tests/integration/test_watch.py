@@ -89,7 +89,7 @@ class WatchAndPast(SiteTest):
     def read(self, start, until, **members):
         """The messages of the proto's own Watch up to a revision."""
         messages = []
-        call = self.client.Watch(map="site", start_revision=start, **members)
+        call = self.client.Watch(scope=rpc.scope("site"), start_revision=start, **members)
         for message in call:
             messages.append(message)
             if (message.coalesced or [message])[-1].revision >= until:

@@ -1,11 +1,8 @@
 """Fails when a room includes what it may not.
 
-The table ROOMS is the layer diagram of docs/architecture.md: for each room, the rooms and the
-libraries that its sources may include. A room includes only what stands below it, so the table must
-be free of circles, and so must the headers. A library that a room hides may stand in a header of
-that room, but then no other room may include that header, nor one that includes it. Tests and what
-only they use stand outside (*_test.cc, *_testing.cc, *_benchmark.cc, *_fuzzer.cc, folders called
-testing): they may look anywhere.
+The table is rooms.py. Neither it nor the headers may have a circle, nor may the folders below a room.
+Tests and their support stand outside (*_test.cc, *_benchmark.cc, *_fuzzer.cc, folders called testing):
+they may include anything.
 
     check_includes.py [ROOT]    prints a line for each violation; exit code 1 when there is one
 """
@@ -14,27 +11,7 @@ import pathlib
 import re
 import sys
 
-# What the libraries are called in ROOMS, by the beginning of the header's name.
-LIBRARIES = {
-    "absl/": "absl",
-    "Eigen/": "eigen",
-    "geos_c.h": "geos",
-    "sqlite3.h": "sqlite",
-    "tiff": "tiff",
-    "png.h": "png",
-    "zip.h": "zip",
-    "zlib.h": "zlib",
-    "yaml-cpp/": "yaml",
-    "nlohmann/": "json",
-    "CLI/": "cli11",
-    "pcl/": "pcl",
-    "cairo.h": "cairo",
-    "spdlog/": "spdlog",
-    "grpc/": "grpc",
-    "grpcpp/": "grpc",
-    "google/protobuf/": "protobuf",
-    "openssl/": "openssl",
-}
+from rooms import LIBRARIES, ROOMS, Room
 
 # Standard headers that bring in files, threads or clocks. `map/` has none of these.
 OUTSIDE_WORLD = re.compile(
@@ -44,115 +21,8 @@ OUTSIDE_WORLD = re.compile(
     r"|(sys/.*|arpa/.*|netinet/.*|[a-z_]+\.h))$"
 )
 
-DOMAIN = {"absl", "eigen"}
-
-
-class Room:
-    """What a folder (with those below it that have no line of their own) may include."""
-
-    def __init__(self, rooms=(), libraries=(), hidden=(), outside_world=True):
-        self.rooms = set(rooms)
-        self.libraries = set(libraries)
-        self.hidden = set(hidden)  # libraries that it uses and other rooms must not see
-        self.outside_world = outside_world
-
-
-def pure(*rooms, hidden=()):
-    return Room(rooms, DOMAIN, hidden, outside_world=False)
-
-
-MAP = ["map", "map/geometry", "map/frames", "map/values", "map/layers", "map/observations",
-       "map/query", "map/edits", "map/watch"]
-
-ROOMS = {
-    "map/geometry": pure(hidden={"geos"}),
-    "map/values": pure(),
-    "map/frames": pure("map/geometry"),
-    "map/layers": pure("map/geometry", "map/frames", "map/values"),
-    "map/observations": pure("map/geometry", "map/frames", "map/layers"),
-    "map/exploration": pure("map/geometry", "map/layers"),
-    "map/evaluation": pure("map/geometry", "map/values"),
-    "map": pure("map/geometry", "map/frames", "map/values", "map/layers"),
-    "map/query": pure("map", "map/geometry", "map/frames", "map/values", "map/layers"),
-    "map/edits": pure("map", "map/geometry", "map/frames", "map/values", "map/layers"),
-    "map/watch": pure("map", "map/geometry", "map/frames", "map/values", "map/layers",
-                      "map/edits", "map/query"),
-    # grpc: the one mapping between absl::Status and grpc::Status.
-    "wire": Room(
-        ["proto", "map/exploration", *MAP], {"absl", "protobuf", "grpc"}, hidden={"openssl"}
-    ),
-    "storage": Room(MAP, {"absl"}),
-    "storage/sqlite": Room([], {"absl", "sqlite"}),
-    "storage/geopackage": Room(
-        ["storage", "storage/sqlite", *MAP], {"absl"},
-        hidden={"sqlite", "tiff", "png", "zlib", "json"}
-    ),
-    "storage/outbox": Room(["storage/sqlite"], {"absl"}),
-    "storage/interchange": Room(
-        MAP, {"absl"}, hidden={"zip", "zlib", "yaml", "png", "tiff", "json"}
-    ),
-    "ingest/fusion": pure("map/evaluation", *MAP, hidden={"json"}),
-    "server/session": Room(
-        ["ingest/fusion", "storage", "map/exploration", *MAP], {"absl", "spdlog"}
-    ),
-    "server/services": Room(
-        ["server/session", "wire", "proto", "storage", "storage/interchange", "map/exploration",
-         *MAP],
-        {"absl", "grpc", "protobuf", "spdlog"},
-    ),
-    "server": Room(
-        ["server/services", "server/session", "storage", "storage/geopackage"],
-        {"absl", "cli11", "grpc", "spdlog"},
-    ),
-    "ingest/perception": Room(MAP, DOMAIN),
-    "ingest/perception/pcl": Room(["ingest/perception"], DOMAIN, hidden={"pcl"}),
-    # storage/interchange: the map that a robot localises itself in.
-    "ingest/sources": Room(
-        ["ingest/perception", "storage/interchange", *MAP],
-        DOMAIN,
-        hidden={"json", "png", "yaml"},
-    ),
-    "ingest/simulation": Room(
-        ["ingest/perception", "map/exploration", *MAP], {"absl", "eigen", "cli11"},
-        hidden={"png", "json"}
-    ),
-    "ingest/frame_service": Room(
-        ["ingest/sources", "ingest/perception", "client_libs/cpp", "wire", "proto", *MAP],
-        DOMAIN,
-        hidden={"grpc", "protobuf"},
-    ),
-    # Simulated robots, which know the server by the client alone.
-    "ingest/robots": Room(
-        ["ingest/simulation", "ingest/perception", "client_libs/cpp", "map/exploration", *MAP],
-        DOMAIN,
-    ),
-    "ingest/worker": Room(
-        ["ingest/sources", "ingest/perception", "ingest/frame_service", "ingest/robots",
-         "client_libs/cpp", "client_libs/flags", *MAP],
-        DOMAIN | {"cli11"},
-        hidden={"json"},
-    ),
-    "client_libs/cpp": Room(
-        ["wire", "proto", "map/exploration", *MAP], {"absl"}, hidden={"grpc", "protobuf"}
-    ),
-    # The robot's own copy of a map, and what it has not sent yet (wire: as bytes); the client itself
-    # knows no database.
-    "client_libs/cpp/replica": Room(
-        ["client_libs/cpp", "storage", "storage/geopackage", "storage/outbox", "wire", *MAP],
-        {"absl"},
-    ),
-    "client_libs/flags": Room(["client_libs/cpp"], {"absl", "cli11"}),
-    # yaml: a nav2 map names its image, which is sent along. storage/interchange: truth in files.
-    "client_libs/cli": Room(
-        ["client_libs/cpp", "client_libs/flags", "storage/interchange", "map/evaluation",
-         "map/exploration", *MAP],
-        {"absl", "cli11", "json"},
-        hidden={"cairo", "yaml"},
-    ),
-}
-
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]', re.MULTILINE)
-TEST_FILE = re.compile(r"_(test|testing|benchmark|fuzzer)\.(cc|h)$")
+TEST_FILE = re.compile(r"_(test|benchmark|fuzzer)\.(cc|h)$")
 
 
 def room_of(path, rooms):

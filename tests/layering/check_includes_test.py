@@ -28,7 +28,7 @@ class CheckIncludes(unittest.TestCase):
         self.assert_allowed("map/frames/frame_tree.h", '"map/geometry/point.h"')
         self.assert_allowed("wire/decode.cc", '"hypermap/v1/edit.pb.h"')
         self.assert_allowed("storage/geopackage/database.cc", "<sqlite3.h>")
-        self.assert_allowed("map/layers/grid/tile.h", '"map/layers/layer.h"')
+        self.assert_allowed("map/layers/layer.h", '"map/grid/tile.h"')
         self.assert_allowed("map/geometry/predicates.cc", "<geos_c.h>")
 
     def test_the_domain_knows_no_storage_server_or_wire(self):

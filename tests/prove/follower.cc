@@ -9,11 +9,7 @@
 namespace hypermap::prove {
 namespace {
 
-Thing ThingOf(const SemanticObject& object) {
-  Thing thing{object.label, {}};
-  for (const Point& p : object.polygon.outer()) thing.box.Extend(p);
-  return thing;
-}
+Thing ThingOf(const SemanticObject& object) { return {object.label, object.shape.bounds()}; }
 
 void SetCells(const std::vector<CellRun>& runs, State& state) {
   for (const CellRun& run : runs) {

@@ -16,8 +16,8 @@
 #include "absl/base/thread_annotations.h"
 #include "absl/synchronization/mutex.h"
 #include "map/geometry/polygon.h"
-#include "map/layers/grid/grid_geometry.h"
-#include "map/layers/semantic_object.h"
+#include "map/grid/grid_geometry.h"
+#include "map/objects/semantic_object.h"
 #include "map/snapshot.h"
 #include "map/watch/told_change.h"
 

@@ -79,7 +79,7 @@ absl::StatusOr<client::Ticket> PutNth(client::Outbox& outbox, int i, absl::Time 
   if (!IsEdit(i)) return outbox.Put(kMap, kSeen, SeenAt(begin + absl::Milliseconds(i)));
   SemanticObject object;
   object.label = LabelOfEdit(i);
-  object.polygon = Polygon::FromBox({{1.0, 1.0}, {2.0, 2.0}});
+  object.shape = Polygon::FromBox({{1.0, 1.0}, {2.0, 2.0}});
   return outbox.Put(kMap, {{PutObject{kQueued, object, ""}}});
 }
 

@@ -12,7 +12,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/time/time.h"
-#include "client_libs/cpp/replica/outbox.h"
+#include "client_libs/cpp/outbox/outbox.h"
 
 namespace hypermap::prove {
 
@@ -31,7 +31,7 @@ absl::StatusOr<client::Ticket> PutNth(client::Outbox& outbox, int i, absl::Time 
 // What was told of a delivery.
 struct Told {
   bool is_edit = false;
-  int64_t number = 0;  // the id of the object, or the sequence of the observation
+  int64_t number = 0;     // the id of the object, or the sequence of the observation
   Revision revision = 0;  // that it made; 0 for an observation that the server had already
 
   friend bool operator==(const Told&, const Told&) = default;

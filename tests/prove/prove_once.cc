@@ -14,7 +14,7 @@ absl::StatusOr<Verdict> ProveOnce(Site& site, const Sizes& /*sizes*/) {
 
   SemanticObject chair;
   chair.label = "chair";
-  chair.polygon = Polygon::FromBox({{1.0, 1.0}, {2.0, 2.0}});
+  chair.shape = Polygon::FromBox({{1.0, 1.0}, {2.0, 2.0}});
   client::CallOptions options;
   options.request_id = client::NewRequestId();
   std::set<Revision> revisions;

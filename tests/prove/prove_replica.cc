@@ -6,7 +6,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/synchronization/mutex.h"
 #include "absl/time/clock.h"
-#include "client_libs/cpp/replica/outbox.h"
+#include "client_libs/cpp/outbox/outbox.h"
 #include "client_libs/cpp/replica/replica.h"
 #include "tests/prove/outbox_holder.h"
 #include "tests/prove/proofs.h"

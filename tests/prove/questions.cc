@@ -16,12 +16,25 @@ const Scope kScope{{kThings, kFloor}, ""};
 // Whole answers are compared, so this is for the model's own sums only.
 constexpr double kTolerance_m = 1e-9;
 
-std::string TextOf(const SemanticObject& object) {
-  std::string text =
-      absl::StrFormat("%d v%d %s %.17g", object.id, object.version, object.label, object.existence);
-  for (const Ring& ring : object.polygon.rings()) {
-    for (const Point& p : ring) absl::StrAppendFormat(&text, " %.17g,%.17g", p.x, p.y);
+// Appends the vertices of a shape.
+struct VertexWriter {
+  std::string* text;
+
+  void operator()(const Point& p) const { absl::StrAppendFormat(text, " %.17g,%.17g", p.x, p.y); }
+  void operator()(const LineString& line) const {
+    for (const Point& p : line.vertices()) (*this)(p);
   }
+  void operator()(const Polygon& polygon) const {
+    for (const Ring& ring : polygon.rings()) {
+      for (const Point& p : ring) (*this)(p);
+    }
+  }
+};
+
+std::string TextOf(const SemanticObject& object) {
+  std::string text = absl::StrFormat("%d v%d %s %.17g %s", object.id, object.version, object.label,
+                                     object.existence, ShapeKindName(object.shape.kind()));
+  object.shape.Visit(VertexWriter{&text});
   return text + "\n";
 }
 
@@ -30,11 +43,7 @@ std::string TextOf(const CellRun& run) {
                          run.value ? absl::StrFormat("%.17g", *run.value) : "unknown");
 }
 
-Thing ThingOf(const SemanticObject& object) {
-  Thing thing{object.label, {}};
-  for (const Point& p : object.polygon.outer()) thing.box.Extend(p);
-  return thing;
-}
+Thing ThingOf(const SemanticObject& object) { return {object.label, object.shape.bounds()}; }
 
 void Take(const SemanticObject& object, Answer& answer) {
   answer.text += TextOf(object);

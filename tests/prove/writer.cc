@@ -12,7 +12,7 @@ SemanticObject ObjectOf(ObjectId id, const Thing& thing) {
   SemanticObject object;
   object.id = id;
   object.label = thing.label;
-  object.polygon = Polygon::FromBox(thing.box);
+  object.shape = Polygon::FromBox(thing.box);
   return object;
 }
 

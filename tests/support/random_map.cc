@@ -51,12 +51,47 @@ Polygon RandomPolygon(Rng& rng, const Point& centre, double radius_m, double sna
   }
 }
 
+Shape RandomShape(Rng& rng, const Point& centre, double radius_m) {
+  const auto near = [&] {
+    return Point{centre.x + Uniform(rng, -radius_m, radius_m),
+                 centre.y + Uniform(rng, -radius_m, radius_m)};
+  };
+  switch (UniformInt(rng, 0, 2)) {
+    case 0:
+      return RandomPolygon(rng, centre, radius_m);
+    case 1: {
+      std::vector<Point> vertices(UniformInt(rng, 2, 8));
+      for (Point& p : vertices) p = near();
+      return LineString::MakeUnchecked(std::move(vertices));
+    }
+    default:
+      return Shape::MakePointUnchecked(near());
+  }
+}
+
+Point RandomVertex(Rng& rng, const Shape& shape) {
+  const auto any_of = [&rng](const std::vector<Point>& vertices) {
+    return vertices[UniformInt(rng, 0, static_cast<int>(vertices.size()) - 1)];
+  };
+  switch (shape.kind()) {
+    case ShapeKind::kPolygon: {
+      const Rings& rings = shape.polygon().rings();
+      return any_of(rings[UniformInt(rng, 0, static_cast<int>(rings.size()) - 1)]);
+    }
+    case ShapeKind::kLineString:
+      return any_of(shape.line_string().vertices());
+    case ShapeKind::kPoint:
+      break;
+  }
+  return shape.point();
+}
+
 SemanticObject RandomObject(Rng& rng, const Point& centre, double radius_m) {
   static constexpr const char* kLabels[] = {"chair", "dining table", "Cup", "tv", "couch"};
   static constexpr const char* kTags[] = {"furniture", "Movable", "kitchen"};
   SemanticObject object{.label = kLabels[UniformInt(rng, 0, 4)],
                         .existence = Uniform(rng, 0, 1),
-                        .polygon = RandomPolygon(rng, centre, radius_m)};
+                        .shape = RandomShape(rng, centre, radius_m)};
   object.classes[object.label] = Uniform(rng, 0, 1);
   if (UniformInt(rng, 0, 1)) object.classes["bench"] = Uniform(rng, 0, 1);
   for (const char* tag : kTags) {
@@ -186,7 +221,7 @@ EditBatch RandomEdits(Rng& rng, const Snapshot& site) {
   EditBatch batch;
   for (const auto& [name, layer] : site.layers) {
     if (UniformInt(rng, 0, 2) == 0) continue;
-    if (const auto* semantic = dynamic_cast<const SemanticLayer*>(layer.get())) {
+    if (const auto* semantic = AsSemantic(layer.get())) {
       AddObjectEdits(rng, *semantic, &batch);
       continue;
     }

@@ -27,7 +27,13 @@ int UniformInt(Rng& rng, int low, int high);  // both ends included
 // and edges.
 Polygon RandomPolygon(Rng& rng, const Point& centre, double radius_m, double snap_m = 0.0);
 
-// A label out of a few, sometimes with classes, tags, attributes and heights.
+// A polygon, a line string of 2 to 8 vertices or a point, each about as often.
+Shape RandomShape(Rng& rng, const Point& centre, double radius_m);
+
+// Any of the shape's vertices.
+Point RandomVertex(Rng& rng, const Shape& shape);
+
+// A label out of a few, a random shape, sometimes with classes, tags, attributes and heights.
 SemanticObject RandomObject(Rng& rng, const Point& centre, double radius_m);
 
 PlanarTransform RandomTransform(Rng& rng, double range_m);

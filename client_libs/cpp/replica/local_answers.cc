@@ -10,7 +10,7 @@ namespace {
 constexpr int kPartItems = 2048;
 
 void Move(const PlanarTransform& caller_from_layer, SemanticObject& object) {
-  if (!caller_from_layer.IsIdentity()) object.polygon = caller_from_layer * object.polygon;
+  if (!caller_from_layer.IsIdentity()) object.shape = caller_from_layer * object.shape;
 }
 
 std::vector<SemanticObject> InFrame(const std::vector<ObjectPtr>& objects,

@@ -93,11 +93,15 @@ std::vector<MirroredArea::Asked> MirroredArea::AskedLayers(const Snapshot& snaps
   return asked;
 }
 
-absl::Status MirroredArea::CheckPoint(const Snapshot& snapshot, const Scope& scope,
-                                      const Point& p) const {
+absl::Status MirroredArea::CheckPoint(const Snapshot& snapshot, const Scope& scope, const Point& p,
+                                      double tolerance_m) const {
   for (const auto& [layer, layer_from_caller] : AskedLayers(snapshot, scope)) {
     const Point in_layer = layer_from_caller * p;
     if (!layer.area || !Covers(*layer.area, in_layer)) return Outside("the point", layer.spec);
+    if (tolerance_m > 0.0 && !layer.cover &&
+        DistanceToBoundary(*layer.area, in_layer) < tolerance_m + kMarginM) {
+      return Outside("the tolerance round the point", layer.spec);
+    }
     if (layer.cover && !CoversCellAt(*layer.cover, *layer.spec.grid, in_layer)) {
       return Outside("the cell at the point", layer.spec);
     }

@@ -10,7 +10,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
-#include "map/layers/grid/cell_cover.h"
+#include "map/grid/cell_cover.h"
 #include "map/query/query.h"
 #include "map/snapshot.h"
 
@@ -28,9 +28,10 @@ class MirroredArea {
   // Whether it is that of `snapshot` as well, whose frames or layers may be others.
   bool Fits(const Snapshot& snapshot) const;
 
-  // Whether all that the layers have at the point, or in the polygon, is mirrored. In the scope's
-  // frame.
-  absl::Status CheckPoint(const Snapshot& snapshot, const Scope& scope, const Point& p) const;
+  // Whether all that the layers have within the tolerance of the point, or in the polygon, is
+  // mirrored. In the scope's frame.
+  absl::Status CheckPoint(const Snapshot& snapshot, const Scope& scope, const Point& p,
+                          double tolerance_m) const;
   absl::Status CheckArea(const Snapshot& snapshot, const Scope& scope, const Polygon& area) const;
   // Whether nothing that is not mirrored can be among the `k` nearest, which were found here.
   absl::Status CheckNearest(const Snapshot& snapshot, const Scope& scope, const Point& p, int k,

@@ -5,12 +5,13 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
 #include "absl/container/btree_map.h"
 #include "absl/strings/str_cat.h"
-#include "map/layers/grid/grid_layer.h"
+#include "map/layers/grid_layer.h"
 #include "map/layers/layer_registry.h"
 #include "map/layers/semantic_layer.h"
 
@@ -47,7 +48,11 @@ class EventEditor {
   std::shared_ptr<const Kind> Find(const std::string& name) const {
     const auto layer = next_->layers.find(name);
     if (layer == next_->layers.end()) return nullptr;
-    return std::dynamic_pointer_cast<const Kind>(layer->second);
+    if constexpr (std::is_same_v<Kind, GridLayer>) {
+      return AsGrid(layer->second);
+    } else {
+      return AsSemantic(layer->second);
+    }
   }
 
   std::shared_ptr<Snapshot> next_;
@@ -82,7 +87,7 @@ absl::Status EventEditor::CreateLayer(const MapChange& change) {
   if (!change.layer_now) return Misfit("the creation", change.layer);
   const LayerSpec& spec = change.layer_now->spec;
   LayerPtr layer = MakeEmptyLayer(spec);
-  if (const auto* grid = dynamic_cast<const GridLayer*>(layer.get())) {
+  if (const auto* grid = AsGrid(layer.get())) {
     layer = std::make_shared<GridLayer>(spec, grid->shared_domain(), TileMap(),
                                         change.layer_now->extent.value_or(CellBox()));
   }

@@ -14,7 +14,7 @@
 #include "client_libs/cpp/replica/local_answers.h"
 #include "client_libs/cpp/replica/mirrored_area.h"
 #include "client_libs/cpp/replica/published.h"
-#include "map/layers/grid/grid_layer.h"
+#include "map/layers/grid_layer.h"
 #include "map/values/value_query.h"
 
 namespace hypermap::client {
@@ -138,17 +138,18 @@ absl::StatusOr<std::unique_ptr<Replica>> Replica::Open(Client client,
 Replica::Replica(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 Replica::~Replica() = default;
 
-absl::StatusOr<PointAnswer> Replica::QueryPoint(const Point& p, const Scope& scope) const {
+absl::StatusOr<PointAnswer> Replica::QueryPoint(const Point& p, const Scope& scope,
+                                                double tolerance_m) const {
   const auto view = impl_->look();
   const Snapshot& snapshot = *view->snapshot;
   absl::StatusOr<PointAnswer> answer(absl::in_place);
   absl::Status status =
-      VisitContentAt(snapshot, scope, p,
+      VisitContentAt(snapshot, scope, p, tolerance_m,
                      [&answer](const LayerPtr& layer, const PlanarTransform& caller_from_layer,
                                const PointContent& content) {
                        answer->layers.push_back(ToContent(*layer, caller_from_layer, content));
                      });
-  if (status.ok() && view->area) status = view->area->CheckPoint(snapshot, scope, p);
+  if (status.ok() && view->area) status = view->area->CheckPoint(snapshot, scope, p, tolerance_m);
   if (!status.ok()) return status;
   answer->map = impl_->map();
   answer->revision = snapshot.revision;
@@ -158,14 +159,15 @@ absl::StatusOr<PointAnswer> Replica::QueryPoint(const Point& p, const Scope& sco
 }
 
 absl::StatusOr<PointsAnswer> Replica::QueryPoints(absl::Span<const Point> points,
-                                                  const Scope& scope) const {
+                                                  const Scope& scope, double tolerance_m) const {
   const Impl::View view = impl_->view();
-  absl::StatusOr<PointsAsker> asker = PointsAsker::Make(view.snapshot, scope);
+  absl::StatusOr<PointsAsker> asker = PointsAsker::Make(view.snapshot, scope, tolerance_m);
   if (!asker.ok()) return asker.status();
   const auto contents = asker->ContentAtEach(points);
   if (!contents.ok()) return contents.status();
   for (size_t i = 0; view.area && i < points.size(); ++i) {
-    const absl::Status status = view.area->CheckPoint(*view.snapshot, scope, points[i]);
+    const absl::Status status =
+        view.area->CheckPoint(*view.snapshot, scope, points[i], tolerance_m);
     if (status.ok()) continue;
     return absl::Status(status.code(), absl::StrCat("points[", i, "]: ", status.message()));
   }
@@ -228,7 +230,7 @@ LayerList Replica::ListLayers() const {
   LayerList list{impl_->map(), snapshot->revision, {}};
   for (const auto& [name, layer] : snapshot->layers) {
     LayerEntry entry{layer->spec(), layer->Size(), std::nullopt, snapshot->LayerVersionOf(name)};
-    const auto* grid = dynamic_cast<const GridLayer*>(layer.get());
+    const auto* grid = AsGrid(layer.get());
     if (grid && !grid->extent().empty()) entry.extent = grid->extent();
     list.layers.push_back(std::move(entry));
   }

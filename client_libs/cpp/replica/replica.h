@@ -93,10 +93,11 @@ class Replica {
   Replica& operator=(const Replica&) = delete;
 
   // c^(p, I): what is at this point?
-  absl::StatusOr<PointAnswer> QueryPoint(const Point& p, const Scope& scope = {}) const;
+  absl::StatusOr<PointAnswer> QueryPoint(const Point& p, const Scope& scope = {},
+                                         double tolerance_m = 0.0) const;
   // The same of many points. Labels live as long as the answer.
-  absl::StatusOr<PointsAnswer> QueryPoints(absl::Span<const Point> points,
-                                           const Scope& scope = {}) const;
+  absl::StatusOr<PointsAnswer> QueryPoints(absl::Span<const Point> points, const Scope& scope = {},
+                                           double tolerance_m = 0.0) const;
   // c^(area, I): what is in this area? The reader keeps its revision.
   AnswerReader QueryArea(const Polygon& area, const Scope& scope = {}) const;
   // s^(value, I): where is this value, in the mirrored area or in `area`?

@@ -30,7 +30,7 @@ EditBatch Batch(std::vector<Edit> edits) {
 }
 
 SemanticObject Thing(const std::string& label, double x, double y, ObjectId id = 0) {
-  return {.id = id, .label = label, .polygon = Polygon::FromBox({{x, y}, {x + 1, y + 1}})};
+  return {.id = id, .label = label, .shape = Polygon::FromBox({{x, y}, {x + 1, y + 1}})};
 }
 
 LayerSpec Floor() {

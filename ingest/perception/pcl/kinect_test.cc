@@ -6,7 +6,7 @@
 #include <string>
 
 #include "absl/time/clock.h"
-#include "ingest/perception/pcl/kinect_frames_testing.h"
+#include "ingest/perception/pcl/testing/kinect_frames.h"
 
 namespace hypermap::ingest {
 namespace {

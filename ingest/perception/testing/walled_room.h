@@ -5,7 +5,7 @@
 #include <memory>
 
 #include "ingest/perception/testing/box_scene.h"
-#include "map/layers/grid/grid_layer.h"
+#include "map/layers/grid_layer.h"
 
 namespace hypermap::ingest::testing {
 

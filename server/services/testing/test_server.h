@@ -17,12 +17,12 @@
 #include "hypermap/v1/query_service.grpc.pb.h"
 #include "hypermap/v1/watch_service.grpc.pb.h"
 #include "map/edits/edit.h"
+#include "server/fusion/testing/tally_strategy.h"
+#include "server/rpc/facilities.h"
 #include "server/services/evidence_codec.h"
-#include "server/services/facilities.h"
 #include "server/services/grpc_server.h"
 #include "server/session/site.h"
 #include "server/session/testing/memory_map_store.h"
-#include "server/session/testing/tally_strategy.h"
 #include "tests/support/temporary_folder.h"
 
 namespace hypermap::server {
@@ -102,7 +102,7 @@ inline EditBatch LayerOfCups(const std::string& name, int num_cups) {
   for (int i = 0; i < num_cups; ++i) {
     hypermap::PutObject put{name, {}, ""};
     put.object.label = "cup";
-    put.object.polygon = Polygon::FromBox({{2.0 * i, 0}, {2.0 * i + 1, 1}});
+    put.object.shape = Polygon::FromBox({{2.0 * i, 0}, {2.0 * i + 1, 1}});
     batch.edits.push_back(std::move(put));
   }
   return batch;

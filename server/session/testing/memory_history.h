@@ -11,10 +11,10 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
-#include "map/layers/grid/grid_layer.h"
+#include "base/sync/mutex.h"
+#include "map/layers/grid_layer.h"
 #include "map/layers/semantic_layer.h"
 #include "map/watch/structure.h"
-#include "server/session/mutex.h"
 #include "storage/map_store.h"
 
 namespace hypermap::server {
@@ -86,20 +86,20 @@ class MemoryPastMap : public storage::PastMap {
     if (!objects.ok()) return objects;
     objects->erase(std::remove_if(objects->begin(), objects->end(),
                                   [&box](const ObjectPtr& object) {
-                                    return !object->polygon.bounds().Intersects(box);
+                                    return !object->shape.bounds().Intersects(box);
                                   }),
                    objects->end());
     return objects;
   }
 
   absl::StatusOr<std::vector<ObjectPtr>> Objects(const std::string& layer) override {
-    const auto* semantic = dynamic_cast<const SemanticLayer*>(snapshot_->FindLayer(layer));
+    const auto* semantic = snapshot_->FindSemantic(layer);
     if (semantic == nullptr) return absl::NotFoundError(absl::StrCat("no objects in ", layer));
     return semantic->Objects();
   }
 
   absl::StatusOr<TileMap> Tiles(const std::string& layer, const CellBox& cells) override {
-    const auto* grid = dynamic_cast<const GridLayer*>(snapshot_->FindLayer(layer));
+    const auto* grid = snapshot_->FindGrid(layer);
     if (grid == nullptr) return absl::NotFoundError(absl::StrCat("no tiles in ", layer));
     TileMap tiles;
     for (const auto& [index, tile] : grid->tiles()) {

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "server/session/mutex.h"
-#include "server/session/testing/memory_fusion_log.h"
+#include "base/sync/mutex.h"
+#include "server/fusion/testing/memory_fusion_log.h"
 #include "server/session/testing/memory_history.h"
 #include "storage/map_store.h"
 

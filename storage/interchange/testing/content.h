@@ -13,7 +13,7 @@
 #include "absl/status/statusor.h"
 #include "gtest/gtest.h"
 #include "map/edits/apply.h"
-#include "map/layers/grid/grid_layer.h"
+#include "map/layers/grid_layer.h"
 #include "map/layers/semantic_layer.h"
 #include "storage/interchange/imported_map.h"
 

@@ -37,8 +37,8 @@ BareIndex::BareIndex(const GeneratedSite& site)
   std::vector<std::pair<uint32_t, Entry>> placed;  // with the cell
   for (int64_t i = 0; i < site.num_objects(); ++i) {
     const SemanticObject object = site.Object(i);
-    const Box& box = object.polygon.bounds();
-    const Ring& ring = object.polygon.outer();
+    const Box& box = object.shape.bounds();
+    const Ring& ring = object.shape.polygon().outer();
     const Entry entry{Down(box.min.x),
                       Down(box.min.y),
                       Up(box.max.x),

@@ -3,7 +3,7 @@
 #include "absl/strings/str_cat.h"
 #include "hypermap/v1/edit_service.pb.h"
 #include "tests/bench/server/map_files.h"
-#include "tests/bench/server/questions.h"
+#include "wire/geometry.h"
 
 namespace hypermap::bench {
 
@@ -27,7 +27,7 @@ Calls EditCalls(const GeneratedSite& site, std::atomic<int64_t>* counter) {
     put->set_layer(kObjectsLayer);
     put->mutable_object()->set_label(object.label);
     put->mutable_object()->set_existence(object.existence);
-    *put->mutable_object()->mutable_polygon() = ToProto(object.polygon);
+    wire::EncodeShape(object.shape, put->mutable_object()->mutable_shape());
     return ToBytes(request);
   };
   return calls;

@@ -74,7 +74,7 @@ SemanticObject GeneratedSite::Object(int64_t index) const {
   object.id = index + 1;
   object.label = LabelName(draws.Integer(0, kNumLabels - 1));
   object.existence = draws.Uniform(0.5, 1.0);
-  object.polygon = DrawPolygon(draws, centre, radius_m);
+  object.shape = DrawPolygon(draws, centre, radius_m);
   return object;
 }
 

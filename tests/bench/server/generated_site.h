@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "map/layers/semantic_object.h"
+#include "map/objects/semantic_object.h"
 
 namespace hypermap::bench {
 

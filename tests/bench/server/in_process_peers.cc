@@ -72,7 +72,7 @@ class SqliteRTree final : public InProcessPeer {
         db.Execute("CREATE VIRTUAL TABLE boxes USING rtree(id, min_x, max_x, min_y, max_y); BEGIN");
     if (status.ok()) status = db.PrepareInsert("INSERT INTO boxes VALUES (?, ?, ?, ?, ?)");
     for (int64_t i = 0; status.ok() && i < site.num_objects(); ++i) {
-      peer->polygons_.push_back(site.Object(i).polygon);
+      peer->polygons_.push_back(site.Object(i).shape.polygon());
       const Box& box = peer->polygons_.back().bounds();
       sqlite3_bind_int64(db.insert(), 1, i);
       sqlite3_bind_double(db.insert(), 2, box.min.x);
@@ -115,7 +115,7 @@ class GeosTree final : public InProcessPeer {
     GEOSWKBReader* const reader = GEOSWKBReader_create_r(geos);
     peer->objects_.resize(site.num_objects());
     for (int64_t i = 0; i < site.num_objects(); ++i) {
-      const std::string wkb = ToWkb(site.Object(i).polygon);
+      const std::string wkb = ToWkb(site.Object(i).shape.polygon());
       Object& object = peer->objects_[i];
       object.geometry = GEOSWKBReader_read_r(
           geos, reader, reinterpret_cast<const unsigned char*>(wkb.data()), wkb.size());
@@ -174,7 +174,7 @@ class BoostTree final : public InProcessPeer {
     for (int64_t i = 0; i < site.num_objects(); ++i) {
       BoostPolygon polygon;
       const SemanticObject object = site.Object(i);
-      for (const Point& p : object.polygon.outer()) {
+      for (const Point& p : object.shape.polygon().outer()) {
         bg::append(polygon.outer(), BoostPoint(p.x, p.y));
       }
       values.emplace_back(bg::return_envelope<BoostBox>(polygon), peer->polygons_.size());
@@ -223,7 +223,7 @@ class Spatialite final : public InProcessPeer {
       status = db.PrepareInsert("INSERT INTO objects VALUES (?, PolyFromWKB(?, -1))");
     }
     for (int64_t i = 0; status.ok() && i < site.num_objects(); ++i) {
-      const std::string wkb = ToWkb(site.Object(i).polygon);
+      const std::string wkb = ToWkb(site.Object(i).shape.polygon());
       sqlite3_bind_int64(db.insert(), 1, i);
       sqlite3_bind_blob(db.insert(), 2, wkb.data(), static_cast<int>(wkb.size()), SQLITE_STATIC);
       status = db.Insert();

@@ -156,7 +156,7 @@ storage::Commit CommitOfObjects(const GeneratedSite& site, int64_t first, int64_
 }
 
 BareRow ToBareRow(const SemanticObject& object) {
-  return {object.id, storage::EncodeGeometryBlob(object.polygon), object.label, object.existence};
+  return {object.id, storage::EncodeGeometryBlob(object.shape), object.label, object.existence};
 }
 
 absl::StatusOr<std::string> SiteFolder(const std::string& cache, const GeneratedSite& site) {

@@ -14,7 +14,7 @@ constexpr int kMostStarts = 3;
 double RawRingBytes(const GeneratedSite& site) {
   int64_t bytes = 0;
   for (int64_t i = 0; i < site.num_objects(); ++i) {
-    bytes += site.Object(i).polygon.num_vertices() * static_cast<int64_t>(sizeof(Point));
+    bytes += site.Object(i).shape.num_vertices() * static_cast<int64_t>(sizeof(Point));
   }
   return static_cast<double>(bytes);
 }

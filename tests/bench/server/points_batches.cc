@@ -41,7 +41,7 @@ StreamCalls BatchCallsOf(const std::string& method, const std::vector<PointsBatc
 StreamCalls PointsCalls(const std::vector<PointsBatch>& batches) {
   StreamCalls calls = BatchCallsOf(absl::StrCat(kQueryService, "QueryPoints"), batches);
   v1::QueryPointsRequest request;
-  request.mutable_opening()->set_map(kSiteMap);
+  request.mutable_opening()->mutable_scope()->set_map(kSiteMap);
   calls.opening = ToBytes(request);
   return calls;
 }

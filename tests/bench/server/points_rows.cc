@@ -32,7 +32,7 @@ absl::Status CheckBatch(const Channels& channels, const GeneratedSite& site,
   for (int64_t i = 0; i < site.num_objects(); ++i) {
     const SemanticObject object = site.Object(i);
     for (int p = 0; p < kBatch; ++p) {
-      if (object.polygon.bounds().Covers(batch[p]) && Covers(object.polygon, batch[p])) {
+      if (object.shape.bounds().Covers(batch[p]) && Covers(object.shape, batch[p])) {
         right.emplace_back(p, object.id);
       }
     }

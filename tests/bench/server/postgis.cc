@@ -154,7 +154,7 @@ absl::Status PostgisCluster::Load(const GeneratedSite& site) {
     const SemanticObject object = site.Object(i);
     const std::string line =
         absl::StrCat(object.id, "\t", object.label, "\t", object.existence, "\t",
-                     absl::BytesToHexString(ToWkb(object.polygon)), "\n");
+                     absl::BytesToHexString(ToWkb(object.shape.polygon())), "\n");
     if (PQputCopyData(c, line.data(), static_cast<int>(line.size())) != 1) return Error(c);
   }
   if (PQputCopyEnd(c, nullptr) != 1) return Error(c);

@@ -8,6 +8,7 @@
 #include "tests/bench/server/map_files.h"
 #include "tests/bench/server/questions.h"
 #include "tests/bench/server/rows.h"
+#include "wire/geometry.h"
 
 namespace hypermap::bench {
 namespace {
@@ -67,8 +68,8 @@ Calls GridCalls(const Options& options) {
     const double x = extent * std::fmod(i * 0.6180339887498949, 1.0);
     const double y = extent * std::fmod(i * 0.7548776662466927, 1.0);
     v1::QueryAreaRequest request;
-    request.set_map(kGridMap);
-    *request.mutable_area() = ToProto(Polygon::FromBox({{x, y}, {x + kSide, y + kSide}}));
+    request.mutable_scope()->set_map(kGridMap);
+    wire::EncodePolygon(Polygon::FromBox({{x, y}, {x + kSide, y + kSide}}), request.mutable_area());
     requests.push_back(ToBytes(request));
   }
   return {absl::StrCat(kQueryService, "QueryArea"), true, InTurn(std::move(requests))};

@@ -9,6 +9,7 @@
 #include "absl/strings/str_cat.h"
 #include "map/geometry/predicates.h"
 #include "tests/bench/server/map_files.h"
+#include "wire/geometry.h"
 
 namespace hypermap::bench {
 namespace {
@@ -33,15 +34,10 @@ template <typename Request>
 Calls CallsOf(const char* method, bool streamed, std::vector<Request> requests) {
   std::vector<grpc::ByteBuffer> bytes;
   for (Request& request : requests) {
-    request.set_map(kSiteMap);
+    request.mutable_scope()->set_map(kSiteMap);
     bytes.push_back(ToBytes(request));
   }
   return {absl::StrCat(kQueryService, method), streamed, InTurn(std::move(bytes))};
-}
-
-void SetPoint(const Point& p, v1::Point* proto) {
-  proto->set_x(p.x);
-  proto->set_y(p.y);
 }
 
 // Objects of one answer against what they should be.
@@ -68,16 +64,8 @@ class Checker {
   bool IsObject(const v1::Object& answered, ObjectId id) const {
     if (answered.id() != id) return false;
     const SemanticObject object = site_.Object(id - 1);
-    const Ring& ring = object.polygon.outer();
-    const v1::Ring& outer = answered.polygon().outer();
-    if (answered.label() != object.label || outer.points_size() != static_cast<int>(ring.size())) {
-      return false;
-    }
-    for (size_t i = 0; i < ring.size(); ++i) {
-      const v1::Point& p = outer.points(static_cast<int>(i));
-      if (p.x() != ring[i].x || p.y() != ring[i].y) return false;
-    }
-    return true;
+    const absl::StatusOr<Shape> shape = wire::DecodeShape("shape", answered.shape());
+    return answered.label() == object.label && shape.ok() && *shape == object.shape;
   }
 
   const GeneratedSite& site_;
@@ -129,16 +117,10 @@ Questions DrawQuestions(const GeneratedSite& site, int count) {
   return questions;
 }
 
-v1::Polygon ToProto(const Polygon& polygon) {
-  v1::Polygon proto;
-  for (const Point& p : polygon.outer()) SetPoint(p, proto.mutable_outer()->add_points());
-  return proto;
-}
-
 Calls PointCalls(const Questions& questions) {
   std::vector<v1::QueryPointRequest> requests(questions.points.size());
   for (size_t i = 0; i < requests.size(); ++i) {
-    SetPoint(questions.points[i], requests[i].mutable_point());
+    wire::EncodePoint(questions.points[i], requests[i].mutable_point());
   }
   return CallsOf("QueryPoint", false, std::move(requests));
 }
@@ -146,7 +128,7 @@ Calls PointCalls(const Questions& questions) {
 Calls AreaCalls(const Questions& questions) {
   std::vector<v1::QueryAreaRequest> requests(questions.areas.size());
   for (size_t i = 0; i < requests.size(); ++i) {
-    *requests[i].mutable_area() = ToProto(questions.areas[i]);
+    wire::EncodePolygon(questions.areas[i], requests[i].mutable_area());
   }
   return CallsOf("QueryArea", true, std::move(requests));
 }
@@ -155,7 +137,7 @@ Calls ValueCalls(const Questions& questions) {
   std::vector<v1::QueryValueRequest> requests(questions.labels.size());
   for (size_t i = 0; i < requests.size(); ++i) {
     requests[i].set_value(LabelName(questions.labels[i]));
-    *requests[i].mutable_area() = ToProto(questions.value_areas[i]);
+    wire::EncodePolygon(questions.value_areas[i], requests[i].mutable_area());
   }
   return CallsOf("QueryValue", true, std::move(requests));
 }
@@ -165,7 +147,7 @@ Calls NearestCalls(const Questions& questions) {
   for (size_t i = 0; i < requests.size(); ++i) {
     requests[i].set_value(LabelName(questions.labels[i]));
     requests[i].set_k(kNearest);
-    SetPoint(questions.points[i], requests[i].mutable_point());
+    wire::EncodePoint(questions.points[i], requests[i].mutable_point());
   }
   return CallsOf("QueryNearest", false, std::move(requests));
 }
@@ -184,21 +166,21 @@ RightAnswers AnswerByBruteForce(const GeneratedSite& site, const Questions& ques
   }
   for (int64_t i = 0; i < site.num_objects(); ++i) {
     const SemanticObject object = site.Object(i);
-    const Box& box = object.polygon.bounds();
+    const Box& box = object.shape.bounds();
     for (int q = 0; q < count; ++q) {
       const Point& p = questions.points[q];
-      if (box.Covers(p) && Covers(object.polygon, p)) right.points[q].push_back(object.id);
-      if (box.Intersects(questions.areas[q].bounds()) && areas[q].Intersects(object.polygon)) {
+      if (box.Covers(p) && Covers(object.shape, p)) right.points[q].push_back(object.id);
+      if (box.Intersects(questions.areas[q].bounds()) && areas[q].Intersects(object.shape)) {
         right.areas[q].push_back(object.id);
       }
       if (object.label != labels[q]) continue;
       if (box.Intersects(questions.value_areas[q].bounds()) &&
-          PreparedPolygon(questions.value_areas[q]).Intersects(object.polygon)) {
+          PreparedPolygon(questions.value_areas[q]).Intersects(object.shape)) {
         right.values[q].push_back(object.id);
       }
       auto& best = nearest[q];
       if (best.size() == kNearest && Distance(box, p) > best.back().first) continue;
-      best.emplace_back(Distance(object.polygon, p), object.id);
+      best.emplace_back(Distance(object.shape, p), object.id);
       std::sort(best.begin(), best.end());
       if (best.size() > kNearest) best.pop_back();
     }

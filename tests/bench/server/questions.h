@@ -32,8 +32,6 @@ Calls AreaCalls(const Questions& questions);
 Calls ValueCalls(const Questions& questions);
 Calls NearestCalls(const Questions& questions);
 
-v1::Polygon ToProto(const Polygon& polygon);
-
 // What is right for the first questions of each kind: ids in ascending order, of the nearest in the
 // order of their distance. Looks at every object of the site.
 struct RightAnswers {
@@ -45,7 +43,7 @@ struct RightAnswers {
 RightAnswers AnswerByBruteForce(const GeneratedSite& site, const Questions& questions, int count);
 
 // Asks the first questions of each kind over the channels; INTERNAL naming the first question that
-// is not answered right: other objects, labels or polygons than those of the site.
+// is not answered right: other objects, labels or shapes than those of the site.
 absl::Status CheckAnswers(const Channels& channels, const GeneratedSite& site,
                           const Questions& questions, const RightAnswers& right);
 

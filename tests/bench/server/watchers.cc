@@ -19,7 +19,7 @@ class Watcher : public grpc::ClientBidiReactor<v1::WatchRequest, WatchedResponse
  public:
   Watcher(const std::shared_ptr<grpc::Channel>& channel, const std::string& map, int64_t after)
       : stub_(channel), told_(after) {
-    request_.set_map(map);
+    request_.mutable_scope()->set_map(map);
     request_.set_start_revision(after);
     request_.set_coalesce(true);
     stub_.PrepareBidiStreamingCall(&context_, "/hypermap.v1.WatchService/Watch", {}, this);

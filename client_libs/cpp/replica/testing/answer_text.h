@@ -34,7 +34,7 @@ inline std::string Text(const SemanticObject& object) {
     absl::StrAppend(&text, " h", Text(object.height->low_m), Text(object.height->high_m));
   }
   if (object.expires_at) absl::StrAppend(&text, " until ", absl::FormatTime(*object.expires_at));
-  for (const Ring& ring : object.polygon.rings()) {
+  for (const Ring& ring : object.shape.polygon().rings()) {
     absl::StrAppend(&text, " [");
     for (const Point& p : ring) absl::StrAppend(&text, Text(p));
     absl::StrAppend(&text, "]");

@@ -1,0 +1,58 @@
+// Locks that both clang's thread safety analysis and ThreadSanitizer understand: std::mutex has no
+// annotations, and absl::Mutex is invisible to ThreadSanitizer unless abseil is built with it,
+// which no distribution's is.
+#ifndef HYPERMAP_BASE_SYNC_MUTEX_H_
+#define HYPERMAP_BASE_SYNC_MUTEX_H_
+
+#include <condition_variable>
+#include <mutex>
+
+#include "absl/base/thread_annotations.h"
+#include "absl/time/time.h"
+
+namespace hypermap {
+
+class ABSL_LOCKABLE Mutex {
+ public:
+  void lock() ABSL_EXCLUSIVE_LOCK_FUNCTION() { mutex_.lock(); }
+  void unlock() ABSL_UNLOCK_FUNCTION() { mutex_.unlock(); }
+  // Tells the analysis, where it can't see it, that the caller holds this.
+  void AssertHeld() ABSL_ASSERT_EXCLUSIVE_LOCK() {}
+
+ private:
+  std::mutex mutex_;
+};
+
+// Holds a mutex for its own lifetime.
+class ABSL_SCOPED_LOCKABLE MutexLock {
+ public:
+  explicit MutexLock(Mutex* mutex) ABSL_EXCLUSIVE_LOCK_FUNCTION(mutex) : mutex_(mutex) {
+    mutex_->lock();
+  }
+  ~MutexLock() ABSL_UNLOCK_FUNCTION() { mutex_->unlock(); }
+  MutexLock(const MutexLock&) = delete;
+  MutexLock& operator=(const MutexLock&) = delete;
+
+ private:
+  Mutex* const mutex_;
+};
+
+// Waits for a condition that another thread makes true.
+class CondVar {
+ public:
+  // Gives the mutex up while waiting; may return for no reason.
+  void Wait(Mutex* mutex) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex) { condition_.wait(*mutex); }
+  // Waits no longer than `timeout`.
+  void WaitFor(Mutex* mutex, absl::Duration timeout) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex) {
+    condition_.wait_for(*mutex, absl::ToChronoNanoseconds(timeout));
+  }
+  void NotifyOne() { condition_.notify_one(); }
+  void NotifyAll() { condition_.notify_all(); }
+
+ private:
+  std::condition_variable_any condition_;
+};
+
+}  // namespace hypermap
+
+#endif  // HYPERMAP_BASE_SYNC_MUTEX_H_

@@ -1,0 +1,75 @@
+#include "base/tls/server_credentials.h"
+
+#include <grpcpp/security/tls_certificate_provider.h>
+#include <grpcpp/security/tls_credentials_options.h>
+
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <sstream>
+
+#include "absl/strings/str_cat.h"
+#include "base/tls/pem.h"
+
+namespace hypermap::server {
+namespace {
+
+constexpr unsigned int kReadAgainSeconds = 5;
+
+absl::Status Named(const char* flag, const std::string& path, const absl::Status& status) {
+  if (status.ok()) return status;
+  return absl::InvalidArgumentError(absl::StrCat(flag, "=", path, ": ", status.message()));
+}
+
+absl::StatusOr<std::string> ReadFile(const char* flag, const std::string& path) {
+  errno = 0;
+  std::ifstream file(path, std::ios::binary);
+  std::ostringstream data;
+  // A folder can be opened, but not read.
+  if (file.is_open()) data << file.rdbuf();
+  if (errno != 0) return Named(flag, path, absl::InvalidArgumentError(std::strerror(errno)));
+  return data.str();
+}
+
+// The content of a file that holds certificates.
+absl::StatusOr<std::string> ReadCertificates(const char* flag, const std::string& path) {
+  absl::StatusOr<std::string> pem = ReadFile(flag, path);
+  if (!pem.ok()) return pem;
+  absl::Status status = Named(flag, path, tls::CheckCertificates(*pem));
+  if (!status.ok()) return status;
+  return pem;
+}
+
+}  // namespace
+
+absl::Status CheckTlsFiles(const TlsFiles& files) {
+  if (files.certificate.empty() != files.key.empty()) {
+    return absl::InvalidArgumentError("--tls_cert and --tls_key go together: one is missing");
+  }
+  if (files.certificate.empty()) {
+    if (files.client_ca.empty()) return absl::OkStatus();
+    return absl::InvalidArgumentError("--tls_client_ca needs --tls_cert and --tls_key");
+  }
+  const absl::StatusOr<std::string> certificate = ReadCertificates("--tls_cert", files.certificate);
+  if (!certificate.ok()) return certificate.status();
+  const absl::StatusOr<std::string> key = ReadFile("--tls_key", files.key);
+  if (!key.ok()) return key.status();
+  absl::Status status = Named("--tls_key", files.key, tls::CheckKey(*key, *certificate));
+  if (!status.ok() || files.client_ca.empty()) return status;
+  return ReadCertificates("--tls_client_ca", files.client_ca).status();
+}
+
+std::shared_ptr<grpc::ServerCredentials> MakeServerCredentials(const TlsFiles& files) {
+  if (files.certificate.empty()) return grpc::InsecureServerCredentials();
+  grpc::experimental::TlsServerCredentialsOptions options(
+      std::make_shared<grpc::experimental::FileWatcherCertificateProvider>(
+          files.key, files.certificate, files.client_ca, kReadAgainSeconds));
+  options.watch_identity_key_cert_pairs();
+  if (!files.client_ca.empty()) {
+    options.watch_root_certs();
+    options.set_cert_request_type(GRPC_SSL_REQUEST_AND_REQUIRE_CLIENT_CERTIFICATE_AND_VERIFY);
+  }
+  return grpc::experimental::TlsServerCredentials(options);
+}
+
+}  // namespace hypermap::server

@@ -1,0 +1,20 @@
+// One step of the evidence strategy.
+#ifndef HYPERMAP_MAP_FUSION_EVIDENCE_FOLD_H_
+#define HYPERMAP_MAP_FUSION_EVIDENCE_FOLD_H_
+
+#include "map/fusion/evidence_parameters.h"
+#include "map/fusion/evidence_state.h"
+#include "map/fusion/strategy.h"
+#include "map/observations/observation.h"
+
+namespace hypermap::fusion {
+
+// The state after `observation`. `report` may be null.
+std::shared_ptr<const EvidenceState> FoldEvidence(const EvidenceState& before,
+                                                  const Observation& observation,
+                                                  const EvidenceParameters& parameters,
+                                                  FoldReport* report);
+
+}  // namespace hypermap::fusion
+
+#endif  // HYPERMAP_MAP_FUSION_EVIDENCE_FOLD_H_

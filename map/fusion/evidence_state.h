@@ -1,0 +1,22 @@
+// What the evidence strategy knows.
+#ifndef HYPERMAP_MAP_FUSION_EVIDENCE_STATE_H_
+#define HYPERMAP_MAP_FUSION_EVIDENCE_STATE_H_
+
+#include <vector>
+
+#include "map/fusion/score_ranks.h"
+#include "map/fusion/strategy.h"
+#include "map/fusion/track.h"
+
+namespace hypermap::fusion {
+
+class EvidenceState : public State {
+ public:
+  // In the order of their founding.
+  std::vector<TrackPtr> tracks;
+  ScoreRanks ranks;
+};
+
+}  // namespace hypermap::fusion
+
+#endif  // HYPERMAP_MAP_FUSION_EVIDENCE_STATE_H_

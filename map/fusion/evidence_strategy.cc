@@ -1,0 +1,59 @@
+#include "map/fusion/evidence_strategy.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "map/fusion/evidence_codec.h"
+#include "map/fusion/evidence_facts.h"
+#include "map/fusion/evidence_fold.h"
+#include "map/fusion/evidence_parameters.h"
+#include "map/fusion/evidence_state.h"
+
+namespace hypermap::fusion {
+namespace {
+
+class EvidenceStrategy : public Strategy {
+ public:
+  explicit EvidenceStrategy(const EvidenceParameters& parameters) : parameters_(parameters) {}
+
+  absl::string_view name() const override { return "evidence"; }
+  StatePtr Initial() const override { return std::make_shared<EvidenceState>(); }
+  StatePtr Fold(const StatePtr& state, const Observation& observation,
+                FoldReport* report) const override {
+    return FoldEvidence(static_cast<const EvidenceState&>(*state), observation, parameters_,
+                        report);
+  }
+  StatePtr Fold(const StatePtr& state, const OperatorFact& fact) const override {
+    return FoldFact(static_cast<const EvidenceState&>(*state), fact, parameters_);
+  }
+  std::vector<FusedObject> Objects(const StatePtr& state) const override {
+    std::vector<FusedObject> objects;
+    for (const TrackPtr& track : static_cast<const EvidenceState&>(*state).tracks) {
+      if (track->object) objects.push_back({track->key, track->object});
+    }
+    std::sort(objects.begin(), objects.end(),
+              [](const FusedObject& a, const FusedObject& b) { return a.track < b.track; });
+    return objects;
+  }
+  std::string Encode(const StatePtr& state) const override {
+    return EncodeEvidence(static_cast<const EvidenceState&>(*state));
+  }
+  absl::StatusOr<StatePtr> Decode(absl::string_view bytes) const override {
+    auto state = DecodeEvidence(bytes, parameters_);
+    if (!state.ok()) return state.status();
+    return StatePtr(*std::move(state));
+  }
+
+ private:
+  const EvidenceParameters parameters_;
+};
+
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<Strategy>> MakeEvidenceStrategy(absl::string_view parameters) {
+  auto parsed = ParseEvidenceParameters(parameters);
+  if (!parsed.ok()) return parsed.status();
+  return std::make_unique<EvidenceStrategy>(*parsed);
+}
+
+}  // namespace hypermap::fusion

@@ -1,0 +1,77 @@
+// What is known of a thing's footprint, cell by cell.
+#ifndef HYPERMAP_MAP_FUSION_SHAPE_GRID_H_
+#define HYPERMAP_MAP_FUSION_SHAPE_GRID_H_
+
+#include <cstdint>
+#include <vector>
+
+#include "absl/functional/function_ref.h"
+#include "map/geometry/polygon.h"
+#include "map/grid/grid_geometry.h"
+#include "map/observations/observation.h"
+
+namespace hypermap::fusion {
+
+// Evidence for and against each cell of a box that grows. Cell (row, col) covers [col, col + 1) x
+// [row, row + 1) times the resolution, in the layer's frame. A value.
+class ShapeGrid {
+ public:
+  ShapeGrid() = default;
+  explicit ShapeGrid(double resolution_m) : resolution_m_(resolution_m) {}
+
+  double resolution_m() const { return resolution_m_; }
+  const CellBox& box() const { return box_; }
+  Point CentreOf(const CellIndex& cell) const {
+    return {(cell.col + 0.5) * resolution_m_, (cell.row + 0.5) * resolution_m_};
+  }
+
+  void AddHit(const CellIndex& cell, float weight) { hit_[Grown(cell)] += weight; }
+  // Nothing for cells out of the box.
+  void AddMiss(const CellIndex& cell, float weight);
+
+  float hit(const CellIndex& cell) const { return box_.Contains(cell) ? hit_[At(cell)] : 0.0f; }
+  float miss(const CellIndex& cell) const { return box_.Contains(cell) ? miss_[At(cell)] : 0.0f; }
+  // hit / (hit + miss + doubt), in [0, 1); 0 out of the box.
+  double Occupancy(const CellIndex& cell, double doubt) const;
+
+  // Makes room, so that adding needn't.
+  void Reserve(const CellBox& box);
+
+  // Adds the evidence of another grid of any resolution.
+  void Absorb(const ShapeGrid& other);
+  // The same evidence in cells of another size.
+  ShapeGrid Resampled(double resolution_m) const;
+
+  // The convex hull of the largest connected set of cells (8 neighbours) with an occupancy above
+  // `threshold`, measured with `doubt`. Empty when there is none.
+  Polygon Hull(double threshold, double doubt) const;
+
+  friend bool operator==(const ShapeGrid&, const ShapeGrid&) = default;
+
+  // The raw evidence, row-major over box(), for codecs.
+  const std::vector<float>& hits() const { return hit_; }
+  const std::vector<float>& misses() const { return miss_; }
+  static ShapeGrid FromRaw(double resolution_m, const CellBox& box, std::vector<float> hits,
+                           std::vector<float> misses);
+
+ private:
+  size_t At(const CellIndex& c) const {
+    return static_cast<size_t>(c.row - box_.row_begin) * static_cast<size_t>(box_.cols()) +
+           static_cast<size_t>(c.col - box_.col_begin);
+  }
+  size_t Grown(const CellIndex& cell);
+
+  double resolution_m_ = 0.01;
+  CellBox box_;
+  std::vector<float> hit_;
+  std::vector<float> miss_;
+};
+
+// Calls `visit(row, col_begin, col_end)` for the cells of a grid as above whose centres a convex
+// polygon covers, row by row.
+void ForEachSpan(const Polygon& convex, double resolution_m,
+                 absl::FunctionRef<void(int32_t, int32_t, int32_t)> visit);
+
+}  // namespace hypermap::fusion
+
+#endif  // HYPERMAP_MAP_FUSION_SHAPE_GRID_H_

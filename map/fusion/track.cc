@@ -1,0 +1,114 @@
+#include "map/fusion/track.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "map/geometry/convex_hull.h"
+
+namespace hypermap::fusion {
+namespace {
+
+constexpr double kHeightScale_m = 0.15;
+
+}  // namespace
+
+Polygon Moved(const Polygon& polygon, double dx, double dy) {
+  return PlanarTransform(dx, dy, 0.0) * polygon;
+}
+
+std::string Track::label() const {
+  const auto best =
+      std::max_element(class_mass.begin(), class_mass.end(),
+                       [](const auto& a, const auto& b) { return a.second < b.second; });
+  return best == class_mass.end() ? std::string() : best->first;
+}
+
+double Track::ClassShare(const std::string& label) const {
+  double sum = 0.0;
+  double own = 0.0;
+  for (const auto& [name, mass] : class_mass) {
+    sum += mass;
+    if (name == label) own = mass;
+  }
+  return sum > 0.0 ? own / sum : 0.0;
+}
+
+HeightRange Track::height() const {
+  return {std::min(low.value(), high.value()), std::max(low.value(), high.value())};
+}
+
+void SoftExtreme::Add(double value, double w, double sign) {
+  const double share = w * std::exp(sign * std::clamp(value, -10.0, 10.0) / kHeightScale_m);
+  sum += share * value;
+  weight += share;
+}
+
+bool Track::IsApartFrom(const Track& other) const {
+  const auto found = apart.find(other.key);
+  if (found == apart.end()) return false;
+  return found->second >= 2 && found->second >= 0.2 * std::min(hits, other.hits);
+}
+
+double Track::existence() const { return 1.0 / (1.0 + std::exp(-log_odds)); }
+
+Point Track::shift() const {
+  if (moved_weight <= 0.0) return {};
+  return {-moved_sum.x / moved_weight, -moved_sum.y / moved_weight};
+}
+
+void Track::Refresh(const EvidenceParameters& parameters) {
+  hull = shape.Hull(parameters.shape_threshold, parameters.shape_doubt);
+  if (!hull.empty()) outline = hull;
+  RefreshObject(parameters);
+}
+
+void Track::RefreshObject(const EvidenceParameters& parameters) {
+  object = pinned;
+  if (pinned) {
+    const Polygon shown = FootprintOf(pinned->shape, kPinHalfWidth_m);
+    outline = IsConvex(shown) ? shown : ConvexHull(shown.outer());
+    return;
+  }
+  if (removed || log_odds < parameters.publish_log_odds || hits < parameters.publish_hits ||
+      hull.empty()) {
+    return;
+  }
+  auto shown = std::make_shared<SemanticObject>();
+  shown->label = label();
+  double sum = 0.0;
+  for (const auto& [name, mass] : class_mass) sum += mass;
+  for (const auto& [name, mass] : class_mass) shown->classes[name] = mass / sum;
+  shown->existence = existence();
+  const Point at = shift();
+  shown->shape = Moved(hull, at.x, at.y);
+  shown->height = height();
+  shown->attributes["observations"] = static_cast<int64_t>(hits);
+  object = std::move(shown);
+}
+
+void Track::Absorb(const Track& other, const EvidenceParameters& parameters) {
+  log_odds = std::min(parameters.max_log_odds, std::max(log_odds, other.log_odds));
+  hits += other.hits;
+  last_hit = std::max(last_hit, other.last_hit);
+  for (const auto& [name, mass] : other.class_mass) class_mass[name] += mass;
+  low.sum += other.low.sum;
+  low.weight += other.low.weight;
+  high.sum += other.high.sum;
+  high.weight += other.high.weight;
+  for (const auto& [name, frames] : other.apart) {
+    if (name != key) apart[name] = std::max(apart[name], frames);
+  }
+  apart.erase(other.key);
+  shape.Absorb(other.shape);
+  moved_sum.x += other.moved_sum.x;
+  moved_sum.y += other.moved_sum.y;
+  moved_weight += other.moved_weight;
+  looks = std::max(looks, other.looks);
+  found = std::max(found, other.found);
+  clarity += other.clarity;
+  if (!pinned) pinned = other.pinned;
+  removed = removed || other.removed;
+}
+
+}  // namespace hypermap::fusion

@@ -1,0 +1,51 @@
+// Connected straight segments: a lane, a wall line, a door's sill.
+//
+// Invariant of a LineString made by Make: at least two vertices within 1e9 m of the origin, no
+// vertex equal to the one before it. It may close, cross or touch itself. Vertices keep their order
+// and exact coordinates. A value: immutable, safe to read from many threads.
+#ifndef HYPERMAP_MAP_GEOMETRY_LINE_STRING_H_
+#define HYPERMAP_MAP_GEOMETRY_LINE_STRING_H_
+
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "map/geometry/point.h"
+
+namespace hypermap {
+
+class LineString {
+ public:
+  // The empty line string: no vertices, covers nothing.
+  LineString() = default;
+
+  // Validates, and drops directly repeated vertices. INVALID_ARGUMENT names the vertex (0-based, as
+  // given) that is wrong, or says that fewer than two are distinct.
+  static absl::StatusOr<LineString> Make(std::vector<Point> vertices);
+
+  // For vertices already known to satisfy the invariant (read back from a store, moved rigidly).
+  static LineString MakeUnchecked(std::vector<Point> vertices);
+
+  bool empty() const { return vertices_.empty(); }
+  const std::vector<Point>& vertices() const { return vertices_; }
+  const Box& bounds() const { return bounds_; }
+
+  friend bool operator==(const LineString& a, const LineString& b) {
+    return a.vertices_ == b.vertices_;
+  }
+
+ private:
+  explicit LineString(std::vector<Point> vertices);
+
+  std::vector<Point> vertices_;
+  Box bounds_;
+};
+
+// Metres; 0 for the empty line string.
+double Length(const LineString& line);
+
+// The mean of the segments' midpoints, weighted by length; the origin for the empty line string.
+Point Centroid(const LineString& line);
+
+}  // namespace hypermap
+
+#endif  // HYPERMAP_MAP_GEOMETRY_LINE_STRING_H_

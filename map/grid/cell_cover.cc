@@ -1,0 +1,136 @@
+#include "map/grid/cell_cover.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <tuple>
+#include <utility>
+
+#include "map/geometry/predicates.h"
+
+namespace hypermap {
+namespace {
+
+bool IsTurned(const GridGeometry& geometry) { return geometry.layer_from_grid.yaw() != 0.0; }
+
+// Cell (r, c) of the grid is the unit square at (c, r).
+Point InCells(const Point& p, const GridGeometry& geometry) {
+  const Point in_grid = geometry.layer_from_grid.ApplyInverse(p);
+  return {in_grid.x / geometry.resolution_m, in_grid.y / geometry.resolution_m};
+}
+
+Polygon InCells(const Polygon& polygon, const GridGeometry& geometry) {
+  Rings rings = polygon.rings();
+  for (Ring& ring : rings) {
+    for (Point& p : ring) p = InCells(p, geometry);
+  }
+  return Polygon::MakeUnchecked(std::move(rings));
+}
+
+// Bounds, in cells, how far rounding moves the polygon's vertices, or the centres and corners of
+// cells next to it, between the layer's frame and the grid's axes. Each is a handful of operations
+// on numbers no larger than the sum below.
+double RoundingInCells(const Polygon& polygon, const GridGeometry& geometry) {
+  if (polygon.empty()) return 0.0;
+  const Box& b = polygon.bounds();
+  const double reach = std::max(std::abs(b.min.x), std::abs(b.max.x)) +
+                       std::max(std::abs(b.min.y), std::abs(b.max.y)) +
+                       std::abs(geometry.layer_from_grid.x()) +
+                       std::abs(geometry.layer_from_grid.y()) + geometry.resolution_m;
+  return 64.0 * std::numeric_limits<double>::epsilon() * reach / geometry.resolution_m;
+}
+
+// The indices begin <= i < end nearest to low <= i < high.
+std::pair<int32_t, int32_t> ClampIndices(double low, double high, int32_t begin, int32_t end) {
+  return {static_cast<int32_t>(std::clamp<double>(low, begin, end)),
+          static_cast<int32_t>(std::clamp<double>(high, begin, end))};
+}
+
+// The cells of `within` that are near the polygon.
+CellBox CellsNear(const Polygon& polygon, const GridGeometry& geometry, double rounding,
+                  const CellBox& within) {
+  if (polygon.empty() || within.empty()) return CellBox();
+  Box b;
+  for (const Point& p : polygon.outer()) b.Extend(InCells(p, geometry));
+  // A cell may be touched from the far side of its edge.
+  const double margin = 1.0 + rounding;
+  CellBox near;
+  std::tie(near.row_begin, near.row_end) =
+      ClampIndices(std::floor(b.min.y - margin), std::floor(b.max.y + margin) + 1.0,
+                   within.row_begin, within.row_end);
+  std::tie(near.col_begin, near.col_end) =
+      ClampIndices(std::floor(b.min.x - margin), std::floor(b.max.x + margin) + 1.0,
+                   within.col_begin, within.col_end);
+  return near.empty() ? CellBox() : near;
+}
+
+}  // namespace
+
+CellCover::CellCover(const Polygon& polygon, const GridGeometry& geometry, const CellBox& within,
+                     CellRule rule)
+    : geometry_(geometry),
+      rule_(rule),
+      polygon_(IsTurned(geometry) ? polygon : Polygon()),
+      rounding_(RoundingInCells(polygon, geometry)),
+      bounds_(CellsNear(polygon, geometry, rounding_, within)),
+      scan_(IsTurned(geometry) ? InCells(polygon, geometry) : polygon, bounds_.col_begin,
+            bounds_.col_end) {}
+
+ColumnSpans CellCover::SpansOfRow(int32_t row) const {
+  if (row < bounds_.row_begin || row >= bounds_.row_end) return {};
+  if (IsTurned(geometry_)) return SpansOfTurnedRow(row);
+  const Lattice lattice = CentresOrSquares();
+  return rule_ == CellRule::kCovered ? scan_.Covered(lattice, row) : scan_.Touched(lattice, row);
+}
+
+int32_t CellCover::EndOfLikeRows(int32_t row) const {
+  if (row < bounds_.row_begin) return bounds_.row_begin;
+  if (row >= bounds_.row_end) return std::numeric_limits<int32_t>::max();
+  if (IsTurned(geometry_) || rule_ != CellRule::kCentre) return row + 1;
+  return std::min(scan_.EndOfLikeRows(CentresOrSquares(), row), bounds_.row_end);
+}
+
+Lattice CellCover::CentresOrSquares() const {
+  Lattice lattice{{geometry_.layer_from_grid.x(), geometry_.layer_from_grid.y()},
+                  geometry_.resolution_m};
+  if (rule_ == CellRule::kCentre) lattice.low = lattice.high = 0.5;
+  return lattice;
+}
+
+ColumnSpans CellCover::SpansOfTurnedRow(int32_t row) const {
+  // Grown and shrunk by the rounding, the cells answer for certain; what is left is asked exactly.
+  // Where rounding comes near the size of a cell, cells have no place to speak of.
+  const double r = std::min(rounding_, 0.25);
+  ColumnSpans possible, certain;
+  switch (rule_) {
+    case CellRule::kCentre: {
+      const Lattice centres{{}, 1.0, 0.5 - r, 0.5 + r};
+      possible = scan_.Touched(centres, row);
+      certain = scan_.Covered(centres, row);
+      break;
+    }
+    case CellRule::kTouched:
+      possible = scan_.Touched({{}, 1.0, -r, 1.0 + r}, row);
+      certain = scan_.Touched({{}, 1.0, r, 1.0 - r}, row);
+      break;
+    case CellRule::kCovered:
+      possible = scan_.Covered({{}, 1.0, r, 1.0 - r}, row);
+      certain = scan_.Covered({{}, 1.0, -r, 1.0 + r}, row);
+      break;
+  }
+  for (const ColumnSpan& span : Difference(possible, certain)) {
+    for (int32_t col = span.col_begin; col < span.col_end; ++col) {
+      if (Selected({row, col})) certain.push_back({col, col + 1});
+    }
+  }
+  return Union(std::move(certain));
+}
+
+bool CellCover::Selected(const CellIndex& cell) const {
+  if (rule_ == CellRule::kCentre) return Covers(polygon_, geometry_.CentreOf(cell));
+  const Polygon square = geometry_.SquareOf(cell);
+  if (rule_ == CellRule::kTouched) return PreparedPolygon(square).Intersects(polygon_);
+  return PreparedPolygon(polygon_).Covers(square);
+}
+
+}  // namespace hypermap

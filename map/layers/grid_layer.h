@@ -1,0 +1,106 @@
+// Layers made of cells: sparse, tiled, growing where written.
+#ifndef HYPERMAP_MAP_LAYERS_GRID_LAYER_H_
+#define HYPERMAP_MAP_LAYERS_GRID_LAYER_H_
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "absl/container/btree_map.h"
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "map/grid/cell_cover.h"
+#include "map/grid/cell_domain.h"
+#include "map/grid/tile.h"
+#include "map/layers/layer.h"
+
+namespace hypermap {
+
+// Ordered by row, then column.
+using TileMap = absl::btree_map<TileIndex, TilePtr>;
+
+// A grid of one of the grid kinds; `domain` says what its cells mean. Cells never written are
+// unknown. The extent is the smallest box of all cells that were ever written (also as unknown):
+// inside of it a cell is known or unknown, out of it the layer has nothing to say.
+class GridLayer : public Layer {
+ public:
+  // An empty grid. `spec.grid` must be set.
+  GridLayer(LayerSpec spec, std::shared_ptr<const CellDomain> domain);
+  // A grid with content, all of which lies in `extent`.
+  GridLayer(LayerSpec spec, std::shared_ptr<const CellDomain> domain, TileMap tiles,
+            CellBox extent);
+
+  const GridGeometry& geometry() const { return *spec().grid; }
+  const CellBox& extent() const { return extent_; }
+  const TileMap& tiles() const { return tiles_; }
+  const CellDomain& domain() const { return *domain_; }
+  const std::shared_ptr<const CellDomain>& shared_domain() const { return domain_; }
+
+  CellCode CodeAt(const CellIndex& cell) const;
+  // nullopt when unknown or outside.
+  std::optional<double> ValueAt(const CellIndex& cell) const;
+
+  Box Bounds() const override;
+  int64_t Size() const override { return extent_.num_cells(); }
+  using Layer::ContentAt;
+  using Layer::ContentAtEach;
+  // Of the one cell that `p` lies in, whatever the tolerance.
+  PointContent ContentAt(const Point& p, double tolerance_m) const override;
+  void ContentAtEach(absl::Span<const Point> points, double tolerance_m,
+                     PointsContent* content) const override;
+  std::unique_ptr<AnswerCursor> ContentIn(const Polygon& area) const override;
+  std::unique_ptr<AnswerCursor> Find(const ValueQuery& value, const Polygon* area) const override;
+  std::optional<std::vector<Neighbour>> Nearest(const Point& p, const ValueQuery& value,
+                                                int k) const override;
+
+ private:
+  std::shared_ptr<const CellDomain> domain_;
+  TileMap tiles_;
+  CellBox extent_;
+};
+
+// Writes cells into a copy of a grid, copying only the tiles it touches. One thread.
+class GridWriter {
+ public:
+  explicit GridWriter(std::shared_ptr<const GridLayer> layer);
+
+  // Sets the cells of `box`; `values` row-major, lowest row first, nullopt = unknown. The extent
+  // grows by the box. INVALID_ARGUMENT when the count does not fit, the box is empty or leaves
+  // kAllCells, or the kind does not have a value; then nothing is written.
+  absl::Status Write(const CellBox& box, const std::vector<std::optional<double>>& values);
+
+  // Sets the cells that `area` (layer frame) selects by `rule`. The extent grows by the selected
+  // cells' box. `max_cells` bounds the cells: RESOURCE_EXHAUSTED.
+  absl::Status Fill(const Polygon& area, CellRule rule, std::optional<double> value,
+                    int64_t max_cells);
+
+  // The tiles that were written, with their content before (null when new).
+  struct WrittenTile {
+    TilePtr before;
+    TilePtr after;
+  };
+  using WrittenTiles = absl::btree_map<TileIndex, WrittenTile>;
+
+  // Ends the writing. Tiles whose content did not change are left out.
+  struct Result {
+    std::shared_ptr<const GridLayer> layer;
+    WrittenTiles written;
+  };
+  Result Finish() &&;
+
+ private:
+  TileCodes& MutableCodes(const TileIndex& index);
+  void SetSpan(int32_t row, int32_t col_begin, int32_t col_end, CellCode code);
+
+  std::shared_ptr<const GridLayer> layer_;
+  absl::btree_map<TileIndex, std::unique_ptr<TileCodes>> dirty_;
+  CellBox extent_;
+};
+
+// The layer as one of cells; null when it is null or of another kind.
+const GridLayer* AsGrid(const Layer* layer);
+std::shared_ptr<const GridLayer> AsGrid(const LayerPtr& layer);
+
+}  // namespace hypermap
+
+#endif  // HYPERMAP_MAP_LAYERS_GRID_LAYER_H_

@@ -1,0 +1,98 @@
+// Many points at once. A point waits for memory some six times: for the directory of cells, the
+// entries of its cell, and for the pointer, the object and the ring of each candidate. Each stage
+// here asks for the memory of the next one for all points of a chunk, so that the waits overlap.
+#include <algorithm>
+#include <cstdint>
+
+#include "absl/container/inlined_vector.h"
+#include "map/geometry/predicates.h"
+#include "map/objects/object_index.h"
+#include "map/objects/prefetch.h"
+
+namespace hypermap {
+namespace {
+
+// Looks at cells under way together: so many that memory is busy, so few that what they fetch
+// stays in the first-level cache.
+constexpr size_t kMaxLooks = 128;
+struct CellLook {
+  const CellLevel* level;
+  uint32_t run;
+  uint32_t point;
+  CellLevel::Look look;
+};
+
+}  // namespace
+
+// That an object may cover a point.
+struct ObjectIndex::Cover {
+  uint32_t point;
+  uint32_t run;
+  const ObjectPtr* place;
+  const SemanticObject* object;
+};
+
+void ObjectIndex::CoverEach(absl::Span<const Point> points,
+                            absl::FunctionRef<void(uint32_t, const ObjectPtr&)> visit) const {
+  size_t num_levels = 0;
+  for (const Run& run : runs_) num_levels += run.run->by_place().levels().size();
+  const size_t chunk = std::max<size_t>(1, kMaxLooks / std::max<size_t>(1, num_levels));
+  std::vector<Cover> covers;
+  for (size_t begin = 0; begin < points.size(); begin += chunk) {
+    covers.clear();
+    CoverChunk(points, begin, std::min(points.size(), begin + chunk), &covers);
+    std::sort(covers.begin(), covers.end(), [](const Cover& a, const Cover& b) {
+      return a.point != b.point ? a.point < b.point : a.object->id < b.object->id;
+    });
+    for (const Cover& cover : covers) visit(cover.point, *cover.place);
+  }
+}
+
+void ObjectIndex::CoverChunk(absl::Span<const Point> points, size_t begin, size_t end,
+                             std::vector<Cover>* covers) const {
+  absl::InlinedVector<CellLook, kMaxLooks> looks;
+  for (size_t r = 0; r < runs_.size(); ++r) {
+    for (const CellLevel& level : runs_[r].run->by_place().levels()) {
+      for (size_t i = begin; i < end; ++i) {
+        CellLook look{&level, static_cast<uint32_t>(r), static_cast<uint32_t>(i), {}};
+        if (level.Aim(points[i], &look.look)) looks.push_back(look);
+      }
+    }
+  }
+  for (CellLook& look : looks) look.level->Open(&look.look);
+  for (const CellLook& look : looks) {
+    const ObjectRun& run = *runs_[look.run].run;
+    look.level->Read(look.look, [&](int32_t item) {
+      const ObjectPtr* const place = &run.object(item);
+      __builtin_prefetch(place);
+      covers->push_back({look.point, look.run, place, nullptr});
+    });
+  }
+  for (Cover& cover : *covers) {
+    cover.object = cover.place->get();
+    PrefetchShape(*cover.object);
+  }
+  const auto last_near = std::remove_if(covers->begin(), covers->end(), [&](const Cover& cover) {
+    const Shape& shape = cover.object->shape;
+    if (!shape.bounds().Covers(points[cover.point])) return true;
+    PrefetchVertices(shape);
+    return false;
+  });
+  const auto last = std::remove_if(covers->begin(), last_near, [&](const Cover& cover) {
+    return !Covers(cover.object->shape, points[cover.point]) ||
+           IsHidden(cover.run, cover.object->id);
+  });
+  covers->erase(last, covers->end());
+  for (const Change& change : recent_) {
+    const Box& box = change.box;
+    for (size_t i = begin; i < end; ++i) {
+      const Point& p = points[i];
+      // All four at once: branches would be guessed wrong more often than not.
+      if ((p.x < box.min.x) | (p.x > box.max.x) | (p.y < box.min.y) | (p.y > box.max.y)) continue;
+      if (!Covers(change.object->shape, p)) continue;
+      covers->push_back({static_cast<uint32_t>(i), 0, &change.object, change.object.get()});
+    }
+  }
+}
+
+}  // namespace hypermap

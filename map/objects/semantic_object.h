@@ -1,0 +1,69 @@
+// A labelled thing on the map.
+#ifndef HYPERMAP_MAP_OBJECTS_SEMANTIC_OBJECT_H_
+#define HYPERMAP_MAP_OBJECTS_SEMANTIC_OBJECT_H_
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "absl/container/btree_map.h"
+#include "absl/status/status.h"
+#include "absl/time/time.h"
+#include "map/geometry/shape.h"
+
+namespace hypermap {
+
+// Unique in its map and never used again; given by the map. 0 means "not given yet".
+using ObjectId = int64_t;
+
+// Closed range of heights above the plane, metres; low_m <= high_m.
+struct HeightRange {
+  double low_m = 0.0;
+  double high_m = 0.0;
+
+  friend bool operator==(const HeightRange&, const HeightRange&) = default;
+};
+
+using AttributeValue = std::variant<bool, int64_t, double, std::string>;
+
+// Small while they are empty: a layer may hold a million objects.
+using ClassScores = absl::btree_map<std::string, double>;
+using Attributes = absl::btree_map<std::string, AttributeValue>;
+
+struct SemanticObject {
+  ObjectId id = 0;
+  // The class it is taken for. Not empty, no control characters.
+  std::string label;
+  // Class alternatives with confidences in [0, 1]. They need not sum to 1.
+  ClassScores classes;
+  // Probability in [0, 1] that the thing is there.
+  double existence = 1.0;
+  // What it covers, in the layer's frame.
+  Shape shape;
+  std::optional<HeightRange> height;
+  // Free words, in order.
+  std::vector<std::string> tags;
+  Attributes attributes;
+  // When it leaves the map by itself; nullopt: never.
+  std::optional<absl::Time> expires_at;
+  // The revision that put it as it is; 0 before it is on a map. Equal objects may differ in it.
+  int64_t version = 0;
+
+  friend bool operator==(const SemanticObject& a, const SemanticObject& b) {
+    return a.id == b.id && a.label == b.label && a.classes == b.classes &&
+           a.existence == b.existence && a.shape == b.shape && a.height == b.height &&
+           a.tags == b.tags && a.attributes == b.attributes && a.expires_at == b.expires_at;
+  }
+};
+
+using ObjectPtr = std::shared_ptr<const SemanticObject>;
+
+// INVALID_ARGUMENT naming the field that is wrong. The shape is taken to be valid.
+absl::Status Validate(const SemanticObject& object);
+
+}  // namespace hypermap
+
+#endif  // HYPERMAP_MAP_OBJECTS_SEMANTIC_OBJECT_H_

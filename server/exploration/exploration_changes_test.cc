@@ -1,0 +1,408 @@
+// What explorations make of changes of the map, of their objects, and of restarts.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cmath>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "server/exploration/testing/exploration_site.h"
+#include "tests/support/random_map.h"
+
+namespace hypermap::server {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using testing::Rng;
+using ::testing::SizeIs;
+using testing::TestSeed;
+using testing::UniformInt;
+
+class ExplorationChangesTest : public ::testing::Test, public ExplorationSite {
+ protected:
+  // In a site of one room.
+  void StartInARoom() {
+    Draw(std::vector<std::string>(8, std::string(8, '.')));
+    ASSERT_TRUE(desk().Start(WholeArea()).ok());
+  }
+  ObjectId ExplorationId() { return Newest().exploration.id; }
+  void DeleteByHand(ObjectId id) { Submit({{DeleteObject{"explorations", id, {}}}}); }
+  // What is kept, with something about it changed.
+  template <typename Change>
+  void EditByHand(ObjectId id, Change change) {
+    const SnapshotPtr now = snapshot();
+    const auto* layer = now->FindSemantic("explorations");
+    SemanticObject object = *layer->Find(id);
+    change(object);
+    Submit({{PutObject{"explorations", std::move(object), ""}}});
+  }
+};
+
+void ExpectSame(const Explorer::Progress& a, const Explorer::Progress& b) {
+  EXPECT_EQ(a.explored, b.explored);
+  EXPECT_EQ(a.reachable, b.reachable);
+  EXPECT_EQ(a.unreachable, b.unreachable);
+}
+
+// Places that robots could not get to.
+
+TEST_F(ExplorationChangesTest, NobodyIsSentToAPlaceGivenUpNorBesideIt) {
+  StartInARoom();
+  const auto first = Claim("r1", {0.25, 0.25});
+  ASSERT_TRUE(first.goal.has_value());
+  Release("r1", GoalOutcome::kUnreachable);
+  ASSERT_THAT(Newest().unreachable_places, SizeIs(1));
+  EXPECT_EQ(Newest().unreachable_places.front().cell, first.goal->cell);
+  EXPECT_EQ(Newest().unreachable_places.front().robot, "r1");
+  EXPECT_THAT(Goals(), IsEmpty());
+  const auto second = Claim("r2", {0.25, 0.25});
+  ASSERT_TRUE(second.goal.has_value());
+  const Point a = Centroid(first.goal->cell);
+  const Point b = Centroid(second.goal->cell);
+  EXPECT_GT(std::hypot(a.x - b.x, a.y - b.y), 0.5);
+}
+
+TEST_F(ExplorationChangesTest, PlacesGivenUpEndItAsUnreachable) {
+  Draw({"..."});
+  ASSERT_TRUE(desk()
+                  .Start([this] {
+                    StartOrder order = WholeArea();
+                    order.min_gain_cells = 1;
+                    return order;
+                  }())
+                  .ok());
+  ClaimAnswer answer = Claim("r1", {0.25, 0.25});
+  for (int i = 0; i < 3 && answer.goal; ++i) {
+    Release("r1", GoalOutcome::kUnreachable);
+    answer = Claim("r1", {0.25, 0.25});
+  }
+  EXPECT_EQ(answer.end_reason, EndReason::kOnlyUnreachableLeft);
+}
+
+TEST_F(ExplorationChangesTest, APlaceComesBackWhenFloorNearbyChanges) {
+  Draw({std::string(66, '.')});
+  StartOrder order = WholeArea();
+  order.range_m = 2.0;
+  ASSERT_TRUE(desk().Start(order).ok());
+  const auto given_up = Claim("r1", {0.25, 0.25});
+  ASSERT_TRUE(given_up.goal.has_value());
+  Release("r1", GoalOutcome::kUnreachable);
+  Claim("r1", {0.25, 0.25});
+  EXPECT_THAT(Newest().unreachable_places, SizeIs(1));
+  // Beyond the robot's sight; and what is free stays free.
+  const auto col = static_cast<int32_t>(Centroid(given_up.goal->cell).x / kResolution_m);
+  Write({0, 1, col + 5, col + 7}, 1.0);
+  Write({0, 1, 0, 4}, 0.1);
+  Claim("r1", {0.25, 0.25});
+  EXPECT_THAT(Newest().unreachable_places, SizeIs(1));
+  Write({0, 1, col + 4, col + 5}, 1.0);
+  const Revision before = snapshot()->revision;
+  Claim("r1", {0.25, 0.25});
+  EXPECT_THAT(Newest().unreachable_places, IsEmpty());
+  EXPECT_EQ(snapshot()->revision, before + 1);
+}
+
+TEST_F(ExplorationChangesTest, AfterARestartAPlaceComesBackIfTheFloorChangedAnywhere) {
+  Draw({std::string(66, '.')});
+  ASSERT_TRUE(desk().Start(WholeArea()).ok());
+  ASSERT_TRUE(Claim("r1", {0.25, 0.25}).goal.has_value());
+  Release("r1", GoalOutcome::kUnreachable);
+  Reopen();
+  Claim("r1", {0.25, 0.25});
+  EXPECT_THAT(Newest().unreachable_places, SizeIs(1));
+  Write({0, 1, 60, 62}, 1.0);
+  Reopen();
+  Claim("r1", {0.25, 0.25});
+  EXPECT_THAT(Newest().unreachable_places, IsEmpty());
+}
+
+// Restarts.
+
+TEST_F(ExplorationChangesTest, ARestartLosesNeitherClaimsNorWhatWasExplored) {
+  StartInARoom();
+  MarkExplored({0, 2, 0, 8});
+  const auto claimed = Claim("r1", {0.25, 0.25});
+  ASSERT_TRUE(claimed.goal.has_value());
+  const ExplorationObjects before = Newest();
+  const Explorer::Progress progress = Progress();
+  Reopen();
+  EXPECT_EQ(Newest().exploration, before.exploration);
+  EXPECT_EQ(Newest().goals, before.goals);
+  ExpectSame(Progress(), progress);
+  // The robot goes on, and nobody else is sent where it goes.
+  const auto other = Claim("r2", {0.25, 0.25});
+  EXPECT_TRUE(!other.goal || other.goal->cell != claimed.goal->cell);
+  EXPECT_TRUE(desk().Renew({"r1", claimed.goal->id, absl::Minutes(1), "test"}).ok());
+  LookRound(Centroid(claimed.goal->cell), 4.0);
+  Release("r1", GoalOutcome::kReached);
+  Reopen();
+  Explore({{"r1", {0.25, 0.25}}, {"r2", {3.75, 3.75}}}, 4.0);
+  EXPECT_EQ(Newest().exploration.end_reason, EndReason::kDone);
+  Reopen();
+  EXPECT_EQ(Newest().exploration.end_reason, EndReason::kDone);
+  EXPECT_EQ(Progress().explored, 64);
+}
+
+TEST_F(ExplorationChangesTest, FollowsAsOneThatBeginsAnew) {
+  const uint64_t seed = TestSeed();
+  SCOPED_TRACE(seed);
+  Rng rng(seed);
+  Draw(std::vector<std::string>(140, std::string(140, '.')));
+  StartOrder order = WholeArea();
+  // What the map grows by counts too.
+  order.area = Rectangle(-30, -30, 100, 100);
+  order.range_m = 2.0;
+  ASSERT_TRUE(desk().Start(order).ok());
+  for (int i = 0; i < 30; ++i) {
+    const int row = UniformInt(rng, i == 20 ? -60 : 0, 130);
+    const int col = UniformInt(rng, 0, i == 25 ? 190 : 130);
+    const CellBox box{row, row + UniformInt(rng, 1, 20), col, col + UniformInt(rng, 1, 20)};
+    if (UniformInt(rng, 0, 1) == 0) {
+      Write(box, UniformInt(rng, 0, 2) / 2.0);
+    } else {
+      Write(box, UniformInt(rng, 0, 3) == 0 ? 0.0 : 1.0, "seen");
+    }
+    const Explorer::Progress followed = Progress();
+    ExplorationDesk fresh(&session(), max_exploration_cells());
+    ExpectSame(followed, fresh.Get(0, "")->progress.cells);
+  }
+}
+
+// Layers.
+
+TEST_F(ExplorationChangesTest, TheExplorationLayerMayHaveCellsAndAFrameOfItsOwn) {
+  Draw(std::vector<std::string>(8, std::string(8, '.')));
+  LayerSpec seen;
+  seen.name = "seen";
+  seen.kind = LayerKind::kExploration;
+  seen.frame_id = "turned";
+  seen.grid = GridGeometry{PlanarTransform(0.03, -0.02, 0.2), 0.3};
+  const PlanarTransform map_from_turned(1.0, -2.0, 0.7);
+  Submit({{SetTransform{{"map", "turned", map_from_turned}}, CreateLayer{seen}}});
+  ASSERT_TRUE(desk().Start(WholeArea()).ok());
+  EXPECT_EQ(Progress().explored, 0);
+  for (const Polygon& area : {Rectangle(0, 0, 1.7, 2.9), Rectangle(1, 1, 3.9, 1.4)}) {
+    Submit({{FillPolygon{"seen", area, "map", CellRule::kCentre, 1.0}}});
+    int64_t explored = 0;
+    const SnapshotPtr now = snapshot();
+    for (int i = 0; i < 64; ++i) {
+      const Point centre{(i % 8 + 0.5) * kResolution_m, (i / 8 + 0.5) * kResolution_m};
+      const PointContent content =
+          now->FindLayer("seen")->ContentAt(map_from_turned.ApplyInverse(centre));
+      explored += content.value == 1.0;
+    }
+    EXPECT_GT(explored, 0);
+    EXPECT_EQ(Progress().explored, explored);
+  }
+}
+
+TEST_F(ExplorationChangesTest, AMovedFrameCountsAtOnce) {
+  Draw({"........"});
+  LayerSpec seen;
+  seen.name = "seen";
+  seen.kind = LayerKind::kExploration;
+  seen.frame_id = "robot";
+  seen.grid = GridGeometry{PlanarTransform(), kResolution_m};
+  Submit({{SetTransform{{"map", "robot", PlanarTransform()}}, CreateLayer{seen}}});
+  ASSERT_TRUE(desk().Start(WholeArea()).ok());
+  MarkExplored({0, 1, 0, 4});
+  EXPECT_EQ(Progress().explored, 4);
+  Submit({{SetTransform{{"map", "robot", PlanarTransform(3.0, 0, 0)}}}});
+  EXPECT_EQ(Progress().explored, 2);
+}
+
+TEST_F(ExplorationChangesTest, ALayerThatIsGoneIsNamed) {
+  StartInARoom();
+  Submit({{DeleteLayer{"seen"}}});
+  for (const absl::Status& status :
+       {desk().Get(0, "").status(), desk().Claim({0, "r1", {0.25, 0.25}}).status(),
+        desk().ListFrontiers(0, "").status()}) {
+    EXPECT_TRUE(absl::IsFailedPrecondition(status)) << status;
+    EXPECT_THAT(std::string(status.message()), HasSubstr("\"seen\""));
+  }
+  EXPECT_TRUE(desk().List("").ok());
+  EXPECT_TRUE(desk().Stop(0, "test").ok());
+}
+
+TEST_F(ExplorationChangesTest, ALayerThatIsMadeAgainIsFollowedAnew) {
+  StartInARoom();
+  MarkExplored({0, 4, 0, 8});
+  EXPECT_EQ(Progress().explored, 32);
+  const LayerSpec spec = snapshot()->FindLayer("seen")->spec();
+  Submit({{DeleteLayer{"seen"}, CreateLayer{spec}}});
+  EXPECT_EQ(Progress().explored, 0);
+  EXPECT_EQ(Progress().reachable, 64);
+}
+
+TEST_F(ExplorationChangesTest, ALayerOfThatNameOfAnotherKindIsInTheWay) {
+  Draw({"...."});
+  LayerSpec taken = snapshot()->FindLayer("walls")->spec();
+  taken.name = "explorations";
+  Submit({{CreateLayer{taken}}});
+  for (const absl::Status& status :
+       {desk().Start(WholeArea()).status(), desk().List("").status(), desk().Get(0, "").status()}) {
+    EXPECT_TRUE(absl::IsFailedPrecondition(status)) << status;
+    EXPECT_THAT(std::string(status.message()), HasSubstr("\"explorations\""));
+  }
+}
+
+TEST_F(ExplorationChangesTest, TwoOfAMapGoOnSideBySide) {
+  Draw(std::vector<std::string>(4, std::string(20, '.')));
+  StartOrder left = WholeArea();
+  left.area = Rectangle(0, 0, 4, 2);
+  StartOrder right = WholeArea();
+  right.area = Rectangle(6, 0, 10, 2);
+  const ObjectId a = desk().Start(left)->objects.exploration.id;
+  const ObjectId b = desk().Start(right)->objects.exploration.id;
+  ASSERT_NE(a, b);
+  ASSERT_TRUE(Claim("r1", {0.25, 0.25}, absl::Minutes(1), a).goal.has_value());
+  // A robot has a goal in each.
+  ASSERT_TRUE(Claim("r1", {6.25, 0.25}, absl::Minutes(1), b).goal.has_value());
+  MarkExplored({0, 4, 0, 8});
+  EXPECT_EQ(Progress(a).explored, 32);
+  EXPECT_EQ(Progress(b).explored, 0);
+  EXPECT_EQ(Claim("r1", {0.25, 0.25}, absl::Minutes(1), a).end_reason, EndReason::kDone);
+  const auto list = desk().List("");
+  ASSERT_THAT(list->explorations, SizeIs(2));
+  EXPECT_EQ(list->explorations[0].exploration.id, b);
+  EXPECT_EQ(list->explorations[0].exploration.state, ExplorationState::kActive);
+  EXPECT_THAT(list->explorations[0].goals, SizeIs(1));
+  EXPECT_EQ(list->explorations[1].exploration.state, ExplorationState::kEnded);
+}
+
+// People.
+
+TEST_F(ExplorationChangesTest, WhatPeopleDeleteIsGone) {
+  StartInARoom();
+  const ObjectId goal = Claim("r1", {0.25, 0.25}).goal->id;
+  DeleteByHand(goal);
+  EXPECT_TRUE(
+      absl::IsNotFound(desk().Release({"r1", goal, GoalOutcome::kReached, "test"}).status()));
+  const ObjectId other = Claim("r1", {0.25, 0.25}).goal->id;
+  const ObjectId exploration = ExplorationId();
+  DeleteByHand(exploration);
+  EXPECT_TRUE(absl::IsNotFound(desk().Get(exploration, "").status()));
+  EXPECT_TRUE(absl::IsNotFound(desk().Claim({0, "r1", {0.25, 0.25}}).status()));
+  EXPECT_TRUE(
+      absl::IsNotFound(desk().Release({"r1", other, GoalOutcome::kReached, "test"}).status()));
+  EXPECT_THAT(desk().List("")->explorations, IsEmpty());
+}
+
+TEST_F(ExplorationChangesTest, PeopleMayMoveTheArea) {
+  StartInARoom();
+  EXPECT_EQ(Progress().reachable, 64);
+  EditByHand(ExplorationId(), [](SemanticObject& object) { object.shape = Rectangle(0, 0, 1, 1); });
+  EXPECT_EQ(Progress().reachable, 4);
+}
+
+TEST_F(ExplorationChangesTest, WhatPeopleAddToItStaysWhenItEnds) {
+  StartInARoom();
+  EditByHand(ExplorationId(), [](SemanticObject& object) {
+    object.tags = {"night shift"};
+    object.attributes["by"] = std::string("Ann");
+  });
+  ASSERT_TRUE(desk().Stop(0, "test").ok());
+  EditByHand(ExplorationId(), [](SemanticObject& object) {
+    EXPECT_THAT(object.tags, ElementsAre("night shift"));
+    EXPECT_EQ(std::get<std::string>(object.attributes["by"]), "Ann");
+    EXPECT_EQ(std::get<std::string>(object.attributes["end_reason"]), "stopped");
+  });
+}
+
+TEST_F(ExplorationChangesTest, WhatPeopleSpoilIsNamed) {
+  StartInARoom();
+  const ObjectId id = ExplorationId();
+  EditByHand(id,
+             [](SemanticObject& object) { object.attributes["state"] = std::string("paused"); });
+  const absl::Status status = desk().Claim({0, "r1", {0.25, 0.25}}).status();
+  EXPECT_TRUE(absl::IsDataLoss(status)) << status;
+  EXPECT_THAT(std::string(status.message()), HasSubstr("state"));
+  EditByHand(id,
+             [](SemanticObject& object) { object.attributes["state"] = std::string("active"); });
+  EXPECT_TRUE(Claim("r1", {0.25, 0.25}).goal.has_value());
+}
+
+// The end.
+
+TEST_F(ExplorationChangesTest, StopEndsItAndAgainIsANoOp) {
+  StartInARoom();
+  MarkExplored({0, 1, 0, 8});
+  const ObjectId goal = Claim("r1", {0.25, 0.25}).goal->id;
+  const Explorer::Progress progress = Progress();
+  Advance(absl::Seconds(7));
+  const auto stopped = desk().Stop(0, "test");
+  ASSERT_TRUE(stopped.ok()) << stopped.status();
+  EXPECT_EQ(stopped->objects.exploration.state, ExplorationState::kEnded);
+  EXPECT_EQ(stopped->objects.exploration.end_reason, EndReason::kStopped);
+  EXPECT_EQ(stopped->objects.exploration.ended, Now());
+  EXPECT_THAT(Goals(), IsEmpty());
+  ExpectSame(Progress(), progress);
+
+  const Revision after = snapshot()->revision;
+  Advance(absl::Seconds(7));
+  const auto again = desk().Stop(0, "test");
+  ASSERT_TRUE(again.ok()) << again.status();
+  EXPECT_EQ(again->objects.exploration, stopped->objects.exploration);
+  const auto claimed = Claim("r1", {0.25, 0.25});
+  EXPECT_EQ(claimed.state, ExplorationState::kEnded);
+  EXPECT_EQ(claimed.end_reason, EndReason::kStopped);
+  EXPECT_FALSE(claimed.goal.has_value());
+  EXPECT_TRUE(absl::IsNotFound(desk().Renew({"r1", goal, absl::Minutes(1), "test"}).status()));
+  EXPECT_TRUE(absl::IsFailedPrecondition(desk().ListFrontiers(0, "").status()));
+  EXPECT_EQ(snapshot()->revision, after);
+}
+
+TEST_F(ExplorationChangesTest, ACallIsMadeAgainWhenSomebodyElseChangesTheLayer) {
+  StartInARoom();
+  // Edits of people, all the while.
+  std::atomic<bool> done = false;
+  const ObjectId exploration = ExplorationId();
+  std::thread people([&] {
+    while (!done) {
+      EditByHand(exploration, [](SemanticObject& object) { object.existence = 0.5; });
+    }
+  });
+  int claimed = 0;
+  for (int i = 0; i < 50; ++i) {
+    claimed += desk().Claim({0, "r1", {0.25, 0.25}, "", absl::Minutes(1), "test"}).ok();
+  }
+  done = true;
+  people.join();
+  EXPECT_GT(claimed, 0);
+  EXPECT_THAT(Goals(), SizeIs(1));
+}
+
+TEST_F(ExplorationChangesTest, RateIsOfTheLastMinute) {
+  StartInARoom();
+  EXPECT_EQ(desk().Get(0, "")->progress.rate_m2_per_s, 0.0);
+  Advance(absl::Seconds(10));
+  MarkExplored({0, 2, 0, 8});
+  EXPECT_DOUBLE_EQ(desk().Get(0, "")->progress.rate_m2_per_s, 16 * 0.25 / 10);
+  Advance(absl::Seconds(60));
+  EXPECT_DOUBLE_EQ(desk().Get(0, "")->progress.rate_m2_per_s, 0.0);
+}
+
+TEST_F(ExplorationChangesTest, FrontiersAreTheLargestFirst) {
+  Draw({"...#......",  //
+        "...#######",  //
+        "...#......"});
+  ASSERT_TRUE(desk().Start(WholeArea()).ok());
+  EXPECT_THAT(desk().ListFrontiers(0, "")->frontiers, IsEmpty());
+  MarkExplored({0, 1, 4, 5});
+  MarkExplored({0, 3, 0, 1});
+  const auto list = desk().ListFrontiers(0, "");
+  ASSERT_TRUE(list.ok()) << list.status();
+  ASSERT_THAT(list->frontiers, SizeIs(2));
+  EXPECT_THAT(list->frontiers[0].cells,
+              ElementsAre(CellIndex{0, 1}, CellIndex{1, 1}, CellIndex{2, 1}));
+  EXPECT_THAT(list->frontiers[1].cells, ElementsAre(CellIndex{0, 5}));
+  EXPECT_TRUE(list->frontiers[0].viewpoint.has_value());
+}
+
+}  // namespace
+}  // namespace hypermap::server

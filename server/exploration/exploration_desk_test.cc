@@ -1,0 +1,383 @@
+#include "server/exploration/exploration_desk.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <numbers>
+#include <set>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "server/exploration/testing/exploration_site.h"
+
+namespace hypermap::server {
+namespace {
+
+using ::testing::Contains;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::SizeIs;
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+
+std::string MessageOf(const absl::Status& status) { return std::string(status.message()); }
+
+class ExplorationDeskTest : public ::testing::Test, public ExplorationSite {};
+
+// What starts them.
+
+TEST_F(ExplorationDeskTest, StartMakesLayersAndExplorationAsOneRevision) {
+  Draw({"....", "...."});
+  StartOrder order = WholeArea();
+  order.explored_rule = CellRule::kTouched;
+  order.min_gain_cells = 2;
+  const Revision before = snapshot()->revision;
+  const auto started = desk().Start(order);
+  ASSERT_TRUE(started.ok()) << started.status();
+  EXPECT_EQ(started->revision, before + 1);
+  EXPECT_EQ(snapshot()->revision, before + 1);
+
+  const Layer* seen = snapshot()->FindLayer("seen");
+  ASSERT_NE(seen, nullptr);
+  EXPECT_EQ(seen->spec().kind, LayerKind::kExploration);
+  EXPECT_EQ(seen->spec().grid, snapshot()->FindLayer("walls")->spec().grid);
+  EXPECT_EQ(seen->spec().explored_rule, CellRule::kTouched);
+
+  const auto list = desk().List("");
+  ASSERT_TRUE(list.ok()) << list.status();
+  ASSERT_THAT(list->explorations, SizeIs(1));
+  const Exploration& kept = list->explorations.front().exploration;
+  EXPECT_EQ(kept, started->objects.exploration);
+  EXPECT_EQ(kept.area, order.area);
+  EXPECT_EQ(kept.occupancy_layer, "walls");
+  EXPECT_EQ(kept.exploration_layer, "seen");
+  EXPECT_EQ(kept.min_gain_cells, 2);
+  EXPECT_EQ(kept.started, Now());
+  EXPECT_EQ(kept.state, ExplorationState::kActive);
+}
+
+TEST_F(ExplorationDeskTest, TheSameRequestStartsNothingAndGetsTheSameAnswer) {
+  Draw({"....", "...."});
+  StartOrder order = WholeArea();
+  order.request_id = "r1";
+  const auto first = desk().Start(order);
+  ASSERT_TRUE(first.ok()) << first.status();
+  const Revision after = snapshot()->revision;
+  Advance(absl::Seconds(5));
+  ASSERT_TRUE(desk().Stop(0, "test").ok());
+  Reopen();
+  const auto again = desk().Start(order);
+  ASSERT_TRUE(again.ok()) << again.status();
+  EXPECT_EQ(again->revision, first->revision);
+  EXPECT_EQ(again->objects.exploration, first->objects.exploration);
+  EXPECT_EQ(again->num_edits, 0);
+  EXPECT_EQ(snapshot()->revision, after + 1);  // Stop's
+}
+
+TEST_F(ExplorationDeskTest, ARequestIdOfSomethingElseIsRefused) {
+  Draw({"...."});
+  Submit({{SetTransform{{"map", "robot", PlanarTransform()}}}}, "r1");
+  StartOrder order = WholeArea();
+  order.request_id = "r1";
+  EXPECT_TRUE(absl::IsInvalidArgument(desk().Start(order).status()));
+}
+
+TEST_F(ExplorationDeskTest, BadOrdersAreRefusedByNameAndStartNothing) {
+  Draw({"....", "...."});
+  LayerSpec things;
+  things.name = "things";
+  Submit({{CreateLayer{things}}});
+  const Revision before = snapshot()->revision;
+  const auto refused = [this](auto change) {
+    StartOrder order = WholeArea();
+    change(order);
+    return desk().Start(order).status();
+  };
+  using Code = absl::StatusCode;
+  struct Case {
+    absl::Status status;
+    Code code;
+    std::string named;
+  };
+  const Case cases[] = {
+      {refused([](auto& o) { o.occupancy_layer = "nowhere"; }), Code::kNotFound, "nowhere"},
+      {refused([](auto& o) { o.occupancy_layer = "things"; }), Code::kFailedPrecondition, "things"},
+      {refused([](auto& o) { o.exploration_layer = "things"; }), Code::kFailedPrecondition,
+       "things"},
+      {refused([](auto& o) { o.exploration_layer = "walls"; }), Code::kFailedPrecondition, "walls"},
+      {refused([](auto& o) { o.exploration_layer = "a b"; }), Code::kInvalidArgument,
+       "exploration_layer"},
+      {refused([](auto& o) { o.exploration_layer = "explorations"; }), Code::kInvalidArgument,
+       "exploration_layer"},
+      {refused([](auto& o) { o.frame_id = "nowhere"; }), Code::kNotFound, "nowhere"},
+      {refused([](auto& o) { o.robot_radius_m = -0.1; }), Code::kInvalidArgument, "robot_radius_m"},
+      {refused([](auto& o) { o.robot_radius_m = 5.1; }), Code::kInvalidArgument, "robot_radius_m"},
+      {refused([](auto& o) { o.range_m = kNan; }), Code::kInvalidArgument, "range_m"},
+      {refused([](auto& o) { o.range_m = 50.1; }), Code::kInvalidArgument, "range_m"},
+      {refused([](auto& o) { o.min_gain_cells = -1; }), Code::kInvalidArgument, "min_gain_cells"},
+      {refused([](auto& o) { o.area = Rectangle(100, 100, 101, 101); }), Code::kFailedPrecondition,
+       "walls"},
+  };
+  for (const Case& c : cases) {
+    EXPECT_EQ(c.status.code(), c.code) << c.status;
+    EXPECT_THAT(MessageOf(c.status), HasSubstr(c.named));
+  }
+  EXPECT_EQ(snapshot()->revision, before);
+}
+
+TEST_F(ExplorationDeskTest, AnAreaWithoutFloorIsRefused) {
+  Draw({"??##", "??##"});
+  const auto started = desk().Start(WholeArea());
+  EXPECT_TRUE(absl::IsFailedPrecondition(started.status())) << started.status();
+  EXPECT_THAT(MessageOf(started.status()), HasSubstr("no floor"));
+  EXPECT_EQ(snapshot()->FindLayer("explorations"), nullptr);
+}
+
+TEST_F(ExplorationDeskTest, OfAnAreaBeyondTheMapWhatTheMapHasCounts) {
+  Draw({"....", "...."});
+  StartOrder half = WholeArea();
+  half.area = Rectangle(1.0, -50, 80, 50);
+  ASSERT_TRUE(desk().Start(half).ok());
+  EXPECT_EQ(Progress().reachable, 4);
+  StartOrder huge = WholeArea();
+  huge.area = Rectangle(-4e8, -4e8, 4e8, 4e8);
+  const auto started = desk().Start(huge);
+  ASSERT_TRUE(started.ok()) << started.status();
+  EXPECT_EQ(Progress().reachable, 8);
+  // What the map grows by later counts too.
+  Write({0, 2, 4, 300}, 0.0);
+  EXPECT_EQ(Progress().reachable, 600);
+}
+
+TEST_F(ExplorationDeskTest, AnAreaOfTooManyCellsIsRefusedNamingTheLimit) {
+  set_max_exploration_cells(40);
+  Reopen();
+  Draw({"........", "........", "........"});
+  // With a cell around on each side 10 x 5.
+  const auto refused = desk().Start(WholeArea());
+  EXPECT_TRUE(absl::IsResourceExhausted(refused.status())) << refused.status();
+  EXPECT_THAT(MessageOf(refused.status()), HasSubstr("--max_exploration_cells"));
+  StartOrder smaller = WholeArea();
+  smaller.area = Rectangle(0, 0, 1, 1);
+  EXPECT_TRUE(desk().Start(smaller).ok());
+}
+
+TEST_F(ExplorationDeskTest, SoManyGoOnAtATime) {
+  Draw({"...."});
+  for (size_t i = 0; i < ExplorationDesk::kMaxActive; ++i) {
+    ASSERT_TRUE(desk().Start(WholeArea()).ok());
+  }
+  EXPECT_TRUE(absl::IsResourceExhausted(desk().Start(WholeArea()).status()));
+  ASSERT_TRUE(desk().Stop(0, "test").ok());
+  EXPECT_TRUE(desk().Start(WholeArea()).ok());
+}
+
+TEST_F(ExplorationDeskTest, TheAreaMayBeGivenInAnyFrame) {
+  Draw({"....", "...."});
+  Submit({{SetTransform{{"map", "turned", PlanarTransform(2, 0, std::numbers::pi / 2)}}}});
+  StartOrder order = WholeArea();
+  order.frame_id = "turned";
+  // x of the map is 2 - y.
+  order.area = Rectangle(0, 0, 1, 1);
+  const auto started = desk().Start(order);
+  ASSERT_TRUE(started.ok()) << started.status();
+  const Polygon told = started->frame_from_layer * started->objects.exploration.area;
+  EXPECT_NEAR(told.bounds().max.x, 1.0, 1e-9);
+  EXPECT_NEAR(told.bounds().min.x, 0.0, 1e-9);
+  EXPECT_NEAR(Newest().exploration.area.bounds().min.x, 1.0, 1e-9);
+  EXPECT_NEAR(Newest().exploration.area.bounds().max.x, 2.0, 1e-9);
+  EXPECT_EQ(Progress().reachable, 4);
+}
+
+// Who is sent where.
+
+TEST_F(ExplorationDeskTest, TheEndOfARoundWithTwoRobotsIsDone) {
+  Draw({"...........",  //
+        "...........",  //
+        ".....#.....",  //
+        "...........",  //
+        "..........."});
+  StartOrder order = WholeArea();
+  order.range_m = 1.6;
+  order.min_gain_cells = 1;
+  ASSERT_TRUE(desk().Start(order).ok());
+  const Point starts[] = {{0.25, 0.25}, {5.25, 2.25}};
+  const int goals = Explore({{"r1", starts[0]}, {"r2", starts[1]}}, 1.6);
+  EXPECT_GT(goals, 2);
+  const auto report = desk().Get(0, "");
+  ASSERT_TRUE(report.ok()) << report.status();
+  EXPECT_EQ(report->objects.exploration.state, ExplorationState::kEnded);
+  EXPECT_EQ(report->objects.exploration.end_reason, EndReason::kDone);
+  EXPECT_EQ(report->objects.exploration.ended, Now());
+  EXPECT_THAT(report->objects.goals, IsEmpty());
+  EXPECT_EQ(report->progress.cells.explored, 54);
+  EXPECT_EQ(report->progress.cells.reachable, 0);
+  EXPECT_EQ(report->progress.cells.unreachable, 0);
+}
+
+TEST_F(ExplorationDeskTest, CrumbsAreWorthNobodysWay) {
+  Draw({"......"});
+  StartOrder order = WholeArea();
+  order.min_gain_cells = 3;
+  ASSERT_TRUE(desk().Start(order).ok());
+  MarkExplored({0, 1, 0, 4});
+  const auto answer = Claim("r1", {0.25, 0.25});
+  EXPECT_EQ(answer.state, ExplorationState::kEnded);
+  EXPECT_EQ(answer.end_reason, EndReason::kDone);
+  EXPECT_EQ(Progress().reachable, 2);
+}
+
+TEST_F(ExplorationDeskTest, ARoomThatNobodyCanEnterEndsItAsUnreachable) {
+  Draw({"....#....",  //
+        "....#....",  //
+        "....#...."});
+  ASSERT_TRUE(desk().Start(WholeArea()).ok());
+  Explore({{"r1", {0.25, 0.25}}}, 4.0);
+  const auto report = desk().Get(0, "");
+  ASSERT_TRUE(report.ok()) << report.status();
+  EXPECT_EQ(report->objects.exploration.end_reason, EndReason::kOnlyUnreachableLeft);
+  EXPECT_EQ(report->progress.cells.explored, 12);
+  EXPECT_EQ(report->progress.cells.reachable, 0);
+  EXPECT_EQ(report->progress.cells.unreachable, 12);
+  // Who could go where is not known after a restart; why it ended is.
+  Reopen();
+  EXPECT_EQ(Progress().unreachable, 12);
+}
+
+TEST_F(ExplorationDeskTest, RobotsInRoomsOfTheirOwnAreWaitedFor) {
+  Draw({"....#....",  //
+        "....#...."});
+  ASSERT_TRUE(desk().Start(WholeArea()).ok());
+  ASSERT_TRUE(Claim("r2", {4.25, 0.25}).goal.has_value());
+  Release("r2", GoalOutcome::kAbandoned);
+  MarkExplored({0, 2, 0, 4});
+  EXPECT_EQ(Claim("r1", {0.25, 0.25}).state, ExplorationState::kActive);
+  // Not for ever.
+  Advance(absl::Minutes(11));
+  EXPECT_EQ(Claim("r1", {0.25, 0.25}).end_reason, EndReason::kOnlyUnreachableLeft);
+}
+
+TEST_F(ExplorationDeskTest, WhatIsLookedAtTwiceAndNotSeenIsUnreachable) {
+  Draw({"......"});
+  ASSERT_TRUE(desk().Start(WholeArea()).ok());
+  for (int i = 0; i < 2; ++i) {
+    ASSERT_TRUE(Claim("r1", {0.25, 0.25}).goal.has_value());
+    Release("r1", GoalOutcome::kReached);
+  }
+  EXPECT_EQ(Progress().unreachable, 6);
+  EXPECT_EQ(Claim("r1", {0.25, 0.25}).end_reason, EndReason::kOnlyUnreachableLeft);
+}
+
+TEST_F(ExplorationDeskTest, RobotsThatAskAtOnceAreNeverSentToOnePlace) {
+  Draw(std::vector<std::string>(30, std::string(30, '.')));
+  StartOrder order = WholeArea();
+  order.range_m = 1.5;
+  ASSERT_TRUE(desk().Start(order).ok());
+  std::vector<std::thread> robots;
+  for (int i = 0; i < 8; ++i) {
+    robots.emplace_back([this, i] {
+      const auto answer =
+          desk().Claim({0, "r" + std::to_string(i), {7.0, 7.0}, "", absl::Minutes(1), "test"});
+      EXPECT_TRUE(answer.ok()) << answer.status();
+    });
+  }
+  for (std::thread& robot : robots) robot.join();
+  std::set<std::pair<double, double>> places;
+  const std::vector<ExplorationGoal> goals = Goals();
+  for (const ExplorationGoal& goal : goals) {
+    const Point centre = Centroid(goal.cell);
+    places.insert({centre.x, centre.y});
+  }
+  EXPECT_THAT(goals, SizeIs(8));
+  EXPECT_THAT(places, SizeIs(8));
+}
+
+TEST_F(ExplorationDeskTest, ARobotHasOneGoal) {
+  Draw(std::vector<std::string>(12, std::string(12, '.')));
+  StartOrder order = WholeArea();
+  order.range_m = 1.5;
+  ASSERT_TRUE(desk().Start(order).ok());
+  const auto first = Claim("r1", {0.25, 0.25});
+  const auto second = Claim("r1", {5.25, 5.25});
+  ASSERT_TRUE(first.goal && second.goal);
+  EXPECT_NE(first.goal->id, second.goal->id);
+  EXPECT_THAT(Goals(), ElementsAre(*second.goal));
+}
+
+TEST_F(ExplorationDeskTest, WithOthersOnTheWayToAllThatIsLeftARobotWaits) {
+  Draw({"......"});
+  ASSERT_TRUE(desk().Start(WholeArea()).ok());
+  ASSERT_TRUE(Claim("r1", {0.25, 0.25}).goal.has_value());
+  const Revision before = snapshot()->revision;
+  const auto waits = Claim("r2", {1.25, 0.25});
+  EXPECT_FALSE(waits.goal.has_value());
+  EXPECT_EQ(waits.state, ExplorationState::kActive);
+  EXPECT_EQ(waits.num_edits, 0);
+  EXPECT_EQ(snapshot()->revision, before);
+}
+
+TEST_F(ExplorationDeskTest, ALeaseThatEndsGivesThePlaceToAnother) {
+  Draw({"......"});
+  ASSERT_TRUE(desk().Start(WholeArea()).ok());
+  const auto first = Claim("r1", {0.25, 0.25}, absl::Minutes(1));
+  ASSERT_TRUE(first.goal.has_value());
+  EXPECT_EQ(first.goal->expires_at, Now() + absl::Minutes(1));
+  Advance(absl::Seconds(50));
+  const auto renewed = desk().Renew({"r1", first.goal->id, absl::Minutes(1), "test"});
+  ASSERT_TRUE(renewed.ok()) << renewed.status();
+  EXPECT_EQ(renewed->goal.expires_at, Now() + absl::Minutes(1));
+  Advance(absl::Seconds(50));
+  EXPECT_FALSE(Claim("r2", {0.25, 0.25}).goal.has_value());
+  // The writer does not know yet that the time has come.
+  Advance(absl::Seconds(10));
+  EXPECT_THAT(Goals(), IsEmpty());
+  EXPECT_TRUE(
+      absl::IsNotFound(desk().Renew({"r1", first.goal->id, absl::Minutes(1), "test"}).status()));
+  EXPECT_TRUE(absl::IsNotFound(
+      desk().Release({"r1", first.goal->id, GoalOutcome::kReached, "test"}).status()));
+  const auto second = Claim("r2", {0.25, 0.25});
+  ASSERT_TRUE(second.goal.has_value());
+  EXPECT_EQ(second.goal->cell, first.goal->cell);
+}
+
+TEST_F(ExplorationDeskTest, GoalsBelongToTheirRobots) {
+  Draw({"......"});
+  ASSERT_TRUE(desk().Start(WholeArea()).ok());
+  const ObjectId goal = Claim("r1", {0.25, 0.25}).goal->id;
+  const auto release = [&](const std::string& robot, ObjectId id) {
+    return desk().Release({robot, id, GoalOutcome::kReached, "test"}).status();
+  };
+  EXPECT_TRUE(absl::IsNotFound(release("r2", goal)));
+  EXPECT_TRUE(absl::IsNotFound(release("r1", goal + 1)));
+  EXPECT_TRUE(absl::IsNotFound(release("r1", goal - 1)));  // the exploration
+  EXPECT_TRUE(absl::IsNotFound(desk().Renew({"r2", goal, absl::Minutes(1), "test"}).status()));
+  EXPECT_TRUE(release("r1", goal).ok());
+  EXPECT_TRUE(absl::IsNotFound(release("r1", goal)));
+}
+
+TEST_F(ExplorationDeskTest, BadClaimsAreRefused) {
+  Draw({"..#..."});
+  EXPECT_TRUE(absl::IsNotFound(desk().Claim({0, "r1", {0, 0}}).status()));
+  ASSERT_TRUE(desk().Start(WholeArea()).ok());
+  const Revision before = snapshot()->revision;
+  const auto refused = [this](ClaimOrder order) { return desk().Claim(order).status(); };
+  const Point place{0.25, 0.25};
+  EXPECT_TRUE(absl::IsNotFound(refused({99, "r1", place})));
+  EXPECT_TRUE(absl::IsNotFound(refused({0, "r1", place, "nowhere"})));
+  EXPECT_TRUE(absl::IsInvalidArgument(refused({0, "", place})));
+  EXPECT_TRUE(absl::IsInvalidArgument(refused({0, std::string(129, 'r'), place})));
+  EXPECT_TRUE(absl::IsInvalidArgument(refused({0, "r1", place, "", absl::ZeroDuration()})));
+  EXPECT_TRUE(absl::IsInvalidArgument(refused({0, "r1", place, "", absl::Minutes(11)})));
+  const absl::Status outside = refused({0, "r1", {70.0, 0.25}});
+  EXPECT_TRUE(absl::IsFailedPrecondition(outside)) << outside;
+  EXPECT_THAT(MessageOf(outside), HasSubstr("robot \"r1\" stands where it cannot go: (70, 0.25)"));
+  EXPECT_TRUE(absl::IsFailedPrecondition(refused({0, "r1", {1e12, 0.0}})));
+  EXPECT_EQ(snapshot()->revision, before);
+}
+
+}  // namespace
+}  // namespace hypermap::server

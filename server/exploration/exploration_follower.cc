@@ -1,0 +1,211 @@
+#include "server/exploration/exploration_follower.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "map/grid/cell_cover.h"
+#include "map/layers/changed_parts.h"
+#include "server/exploration/exploration_calls.h"
+
+namespace hypermap::server {
+namespace {
+
+// A robot's sight takes memory and time by the square of its range.
+constexpr double kMaxRangeCells = 1000.0;
+
+absl::StatusOr<std::shared_ptr<const GridLayer>> FindGrid(const Snapshot& snapshot,
+                                                          const std::string& name, LayerKind kind) {
+  const absl::StatusOr<LayerPtr> layer = snapshot.GetLayer(name);
+  if (!layer.ok()) {
+    return absl::FailedPreconditionError(
+        absl::StrCat("the exploration's layer \"", name, "\" is gone"));
+  }
+  if (auto status = CheckKind((*layer)->spec(), kind); !status.ok()) return status;
+  return AsGrid(*layer);
+}
+
+absl::StatusOr<PlanarTransform> Lookup(const Snapshot& snapshot, const std::string& target,
+                                       const std::string& source) {
+  absl::StatusOr<PlanarTransform> transform = snapshot.frames.Lookup(target, source);
+  if (transform.ok()) return transform;
+  return absl::FailedPreconditionError(transform.status().message());
+}
+
+// All cells of the tiles that `cells` touch.
+CellBox TilesAround(const CellBox& cells) {
+  if (cells.empty()) return cells;
+  const CellBox first = CellsOf(TileOf({cells.row_begin, cells.col_begin}));
+  const CellBox last = CellsOf(TileOf({cells.row_end - 1, cells.col_end - 1}));
+  return first.Union(last);
+}
+
+int32_t ClampedIndex(double index) {
+  return static_cast<int32_t>(std::clamp<double>(index, -kMaxCellIndex, kMaxCellIndex));
+}
+
+// The cells whose centres may lie in `box`, and some around.
+CellBox CellsAround(const GridGeometry& geometry, const Box& box) {
+  const Box in_grid = BoundsOf(geometry.layer_from_grid.Inverse(), box);
+  const double r = geometry.resolution_m;
+  return {ClampedIndex(std::floor(in_grid.min.y / r) - 1),
+          ClampedIndex(std::ceil(in_grid.max.y / r) + 1),
+          ClampedIndex(std::floor(in_grid.min.x / r) - 1),
+          ClampedIndex(std::ceil(in_grid.max.x / r) + 1)};
+}
+
+int32_t CellsBetween(int32_t begin, int32_t end, int32_t at) {
+  return std::max({begin - at, 0, at - (end - 1)});
+}
+
+// From the cell to the nearest of the box, in cells.
+double DistanceTo(const CellBox& box, const CellIndex& cell) {
+  return std::hypot(CellsBetween(box.row_begin, box.row_end, cell.row),
+                    CellsBetween(box.col_begin, box.col_end, cell.col));
+}
+
+}  // namespace
+
+absl::StatusOr<ExplorationFollower::Ground> ExplorationFollower::FindGround(
+    const Snapshot& snapshot, const Exploration& exploration) {
+  Ground ground;
+  auto floor = FindGrid(snapshot, exploration.occupancy_layer, LayerKind::kOccupancy);
+  if (!floor.ok()) return floor.status();
+  auto seen = FindGrid(snapshot, exploration.exploration_layer, LayerKind::kExploration);
+  if (!seen.ok()) return seen.status();
+  const Layer* layer = snapshot.FindLayer(kExplorationsLayer);
+  const std::string& frame = layer == nullptr ? snapshot.frame_id : layer->spec().frame_id;
+  auto layer_from_floor = Lookup(snapshot, frame, (*floor)->spec().frame_id);
+  if (!layer_from_floor.ok()) return layer_from_floor.status();
+  auto seen_from_floor = Lookup(snapshot, (*seen)->spec().frame_id, (*floor)->spec().frame_id);
+  if (!seen_from_floor.ok()) return seen_from_floor.status();
+  ground.floor = *std::move(floor);
+  ground.seen = *std::move(seen);
+  ground.layer_from_floor = *layer_from_floor;
+  ground.seen_from_floor = *seen_from_floor;
+  ground.area = layer_from_floor->Inverse() * exploration.area;
+  ground.options = {exploration.robot_radius_m, exploration.range_m, exploration.min_gain_cells};
+  ground.within = TilesAround(ground.floor->extent());
+  return ground;
+}
+
+bool ExplorationFollower::AreAlike(const Ground& a, const Ground& b) {
+  if (a.floor->spec() != b.floor->spec() || a.seen->spec() != b.seen->spec() ||
+      !(a.layer_from_floor == b.layer_from_floor) || !(a.seen_from_floor == b.seen_from_floor) ||
+      !(a.area == b.area) || a.options.robot_radius_m != b.options.robot_radius_m ||
+      a.options.range_m != b.options.range_m ||
+      a.options.min_gain_cells != b.options.min_gain_cells) {
+    return false;
+  }
+  // A map that has grown matters where the area goes beyond what it was.
+  const auto box_of = [](const Ground& g) {
+    return Explorer::BoxOf(g.floor->geometry(), g.area, g.options, g.within);
+  };
+  return a.within == b.within || box_of(a) == box_of(b);
+}
+
+absl::Status ExplorationFollower::Follow(const Snapshot& snapshot,
+                                         const ExplorationObjects& objects) {
+  absl::StatusOr<Ground> ground = FindGround(snapshot, objects.exploration);
+  if (!ground.ok()) return ground.status();
+  if (!explorer_ || !AreAlike(ground_, *ground)) {
+    return Begin(*std::move(ground), snapshot.LayerVersionOf(objects.exploration.occupancy_layer));
+  }
+  const Ground before = std::exchange(ground_, *std::move(ground));
+  FollowFloor(*before.floor, objects);
+  FollowSeen(*before.seen);
+  return absl::OkStatus();
+}
+
+absl::Status ExplorationFollower::Begin(Ground ground, Revision floor_version) {
+  explorer_.reset();
+  const std::string& name = ground.floor->spec().name;
+  const GridGeometry& geometry = ground.floor->geometry();
+  if (ground.options.range_m / geometry.resolution_m > kMaxRangeCells) {
+    return absl::ResourceExhaustedError(absl::StrCat(
+        "range_m: robots see farther than ", kMaxRangeCells, " cells of layer \"", name, "\""));
+  }
+  const CellBox box = Explorer::BoxOf(geometry, ground.area, ground.options, ground.within);
+  if (box.empty()) {
+    return absl::FailedPreconditionError(
+        absl::StrCat("the area covers no cell of layer \"", name, "\""));
+  }
+  if (box.num_cells() > max_cells_) {
+    return absl::ResourceExhaustedError(
+        absl::StrCat("the area spans ", box.num_cells(), " cells of layer \"", name,
+                     "\", --max_exploration_cells is ", max_cells_));
+  }
+  ground_ = std::move(ground);
+  explorer_ =
+      std::make_unique<Explorer>(*ground_.floor, ground_.area, ground_.options, ground_.within);
+  ++generation_;
+  known_since_ = floor_version;
+  FollowSeen(GridLayer(ground_.seen->spec(), ground_.seen->shared_domain()));
+  return absl::OkStatus();
+}
+
+void ExplorationFollower::FollowFloor(const GridLayer& before, const ExplorationObjects& objects) {
+  std::set<ObjectId> places;
+  for (const UnreachablePlace& place : objects.unreachable_places) places.insert(place.id);
+  std::erase_if(reachable_again_, [&](ObjectId id) { return !places.contains(id); });
+  for (const CellBox& part : ChangedParts(before, *ground_.floor, explorer_->box())) {
+    const CellBox changed = explorer_->UpdateFloor(*ground_.floor, part);
+    if (!changed.empty()) NoteFloorChange(changed, objects.unreachable_places);
+  }
+}
+
+// What was in a robot's way lay within its reach and sight.
+void ExplorationFollower::NoteFloorChange(const CellBox& changed,
+                                          const std::vector<UnreachablePlace>& places) {
+  const double near =
+      (ground_.options.robot_radius_m + ground_.options.range_m) / geometry().resolution_m;
+  for (const UnreachablePlace& place : places) {
+    const std::optional<CellIndex> cell = CellAt(Centroid(place.cell));
+    if (cell && DistanceTo(changed, *cell) <= near) reachable_again_.insert(place.id);
+  }
+}
+
+void ExplorationFollower::FollowSeen(const GridLayer& before) {
+  const GridLayer& floor = *ground_.floor;
+  const GridLayer& seen = *ground_.seen;
+  const bool same_cells =
+      floor.spec().frame_id == seen.spec().frame_id && floor.geometry() == seen.geometry();
+  const CodePredicate is_explored = *seen.domain().Match(ValueKeyword::kExplored);
+  const auto is_seen = [&](const CellIndex& cell) {
+    if (same_cells) return is_explored(seen.CodeAt(cell));
+    const Point centre = ground_.seen_from_floor * floor.geometry().CentreOf(cell);
+    const std::optional<CellIndex> at = seen.geometry().CellAt(centre);
+    return at && is_explored(seen.CodeAt(*at));
+  };
+  const Box box = BoundsOf(ground_.seen_from_floor, floor.geometry().BoundsOf(explorer_->box()));
+  const CellBox within = same_cells ? explorer_->box() : CellsAround(seen.geometry(), box);
+  const PlanarTransform floor_from_seen = ground_.seen_from_floor.Inverse();
+  for (const CellBox& part : ChangedParts(before, seen, within)) {
+    explorer_->UpdateExplored(
+        same_cells ? part
+                   : CellsAround(floor.geometry(),
+                                 BoundsOf(floor_from_seen, seen.geometry().BoundsOf(part))),
+        is_seen);
+  }
+}
+
+std::optional<CellIndex> ExplorationFollower::CellAt(const Point& in_layer) const {
+  return geometry().CellAt(ground_.layer_from_floor.ApplyInverse(in_layer));
+}
+
+Polygon ExplorationFollower::SquareOf(const CellIndex& cell) const {
+  return ground_.layer_from_floor * geometry().SquareOf(cell);
+}
+
+bool ExplorationFollower::CanStand(const Point& in_layer) {
+  const std::optional<CellIndex> cell = CellAt(in_layer);
+  return cell && explorer_->NearestPassable(*cell);
+}
+
+bool ExplorationFollower::MayBeReachableAgain(const UnreachablePlace& place) const {
+  return place.occupancy_version < known_since_ || reachable_again_.contains(place.id);
+}
+
+}  // namespace hypermap::server

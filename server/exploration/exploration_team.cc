@@ -1,0 +1,99 @@
+#include "server/exploration/exploration_team.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace hypermap::server {
+namespace {
+
+// A robot that did not ask for so long is not waited for.
+constexpr absl::Duration kAbsence = absl::Minutes(10);
+// Who can't get to a place can't get next to it either.
+constexpr double kAvoided_m = 0.5;
+
+void AddDisc(const CellIndex& centre, double radius, std::vector<CellIndex>* cells) {
+  const auto reach = static_cast<int32_t>(radius);
+  for (int32_t row = -reach; row <= reach; ++row) {
+    for (int32_t col = -reach; col <= reach; ++col) {
+      if (std::hypot(row, col) > radius) continue;
+      cells->push_back({centre.row + row, centre.col + col});
+    }
+  }
+}
+
+// Where nobody is sent: places given up, and what lies next to them.
+std::vector<CellIndex> GivenUp(const ExplorationObjects& objects,
+                               const ExplorationFollower& follower) {
+  // A place takes as many cells as a few places of robots, however fine the grid is.
+  constexpr double kMaxRadius = 32.0;
+  const double radius = std::min(kAvoided_m / follower.geometry().resolution_m, kMaxRadius);
+  std::vector<CellIndex> cells;
+  for (const UnreachablePlace& place : objects.unreachable_places) {
+    if (follower.MayBeReachableAgain(place)) continue;
+    const std::optional<CellIndex> cell = follower.CellAt(Centroid(place.cell));
+    if (cell) AddDisc(*cell, radius, &cells);
+  }
+  return cells;
+}
+
+std::vector<CellIndex> GoalsOfOthers(const std::string& robot, const ExplorationObjects& objects,
+                                     const ExplorationFollower& follower) {
+  std::vector<CellIndex> cells;
+  for (const ExplorationGoal& goal : objects.goals) {
+    if (goal.robot == robot) continue;
+    const std::optional<CellIndex> cell = follower.CellAt(Centroid(goal.cell));
+    if (cell) cells.push_back(*cell);
+  }
+  return cells;
+}
+
+}  // namespace
+
+bool ExplorationTeam::Meet(const std::string& robot, const Point& place, absl::Time now,
+                           ExplorationFollower* follower) {
+  if (robots_.size() >= kMaxRobots && !robots_.contains(robot)) {
+    std::erase_if(robots_, [now](const auto& met) { return now - met.second.at > kAbsence; });
+    if (robots_.size() >= kMaxRobots) return false;
+  }
+  robots_[robot] = {place, now};
+  const bool knows_others = told_generation_ == follower->generation();
+  for (const auto& [name, met] : robots_) {
+    if (knows_others && name != robot) continue;
+    const std::optional<CellIndex> cell = follower->CellAt(met.place);
+    if (cell) follower->explorer().AddRobot(*cell);
+  }
+  told_generation_ = follower->generation();
+  return true;
+}
+
+std::optional<Explorer::Goal> ExplorationTeam::Choose(const std::string& robot,
+                                                      const ExplorationObjects& objects,
+                                                      ExplorationFollower* follower) const {
+  const std::optional<CellIndex> cell = follower->CellAt(robots_.at(robot).place);
+  if (!cell) return std::nullopt;
+  const std::vector<CellIndex> promised = GoalsOfOthers(robot, objects, *follower);
+  std::vector<CellIndex> avoided = GivenUp(objects, *follower);
+  avoided.insert(avoided.end(), promised.begin(), promised.end());
+  return follower->explorer().BestGoal(*cell, promised, avoided);
+}
+
+EndReason ExplorationTeam::ReasonToEnd(const std::string& robot, const ExplorationObjects& objects,
+                                       ExplorationFollower* follower) const {
+  if (!GoalsOfOthers(robot, objects, *follower).empty()) return EndReason::kNone;
+  Explorer& explorer = follower->explorer();
+  const absl::Time lately = robots_.at(robot).at - kAbsence;
+  const auto is_anything_left = [&](absl::Time met_since, const std::vector<CellIndex>& avoided) {
+    return std::any_of(robots_.begin(), robots_.end(), [&](const auto& entry) {
+      const Met& met = entry.second;
+      const std::optional<CellIndex> cell = follower->CellAt(met.place);
+      return met.at >= met_since && cell && explorer.BestGoal(*cell, {}, avoided);
+    });
+  };
+  if (is_anything_left(lately, GivenUp(objects, *follower))) return EndReason::kNone;
+  // What is left could be seen from places given up, or by robots that are gone.
+  const bool is_left =
+      explorer.progress().unreachable > 0 || is_anything_left(absl::InfinitePast(), {});
+  return is_left ? EndReason::kOnlyUnreachableLeft : EndReason::kDone;
+}
+
+}  // namespace hypermap::server

@@ -1,0 +1,186 @@
+// A map that robots explore, drawn for tests.
+#ifndef HYPERMAP_SERVER_EXPLORATION_TESTING_EXPLORATION_SITE_H_
+#define HYPERMAP_SERVER_EXPLORATION_TESTING_EXPLORATION_SITE_H_
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "map/exploration/floor_plan.h"
+#include "map/exploration/sight.h"
+#include "server/session/map_session.h"
+#include "server/session/testing/memory_map_store.h"
+
+namespace hypermap::server {
+
+inline Polygon Rectangle(double x_min, double y_min, double x_max, double y_max) {
+  return Polygon::FromBox({{x_min, y_min}, {x_max, y_max}});
+}
+
+// The session of a map, a clock that goes when it is told to, and robots that see.
+class ExplorationSite {
+ public:
+  static constexpr double kResolution_m = 0.5;
+
+  ExplorationSite() {
+    options_.clock = [this] { return Now(); };
+    MemoryMapStore store(&disk_);
+    EXPECT_TRUE(store.Create({"site", "map", Now(), ""}).ok());
+    Reopen();
+  }
+
+  // As after a restart of the server.
+  void Reopen() {
+    desk_.reset();
+    session_.reset();
+    MemoryMapStore store(&disk_);
+    auto stored = store.Open("site");
+    ASSERT_TRUE(stored.ok()) << stored.status();
+    auto session = MapSession::Start(*std::move(stored), options_);
+    ASSERT_TRUE(session.ok()) << session.status();
+    session_ = *std::move(session);
+    desk_ = std::make_unique<ExplorationDesk>(session_.get(), max_exploration_cells_);
+  }
+
+  // The limit of the desk that the next Reopen makes.
+  void set_max_exploration_cells(int64_t cells) { max_exploration_cells_ = cells; }
+  int64_t max_exploration_cells() const { return max_exploration_cells_; }
+  MapSession& session() { return *session_; }
+  ExplorationDesk& desk() { return *desk_; }
+  SnapshotPtr snapshot() const { return session_->snapshot(); }
+
+  absl::Time Now() const {
+    MutexLock lock(&clock_mutex_);
+    return now_;
+  }
+  // The writer does not notice.
+  void Advance(absl::Duration by) {
+    MutexLock lock(&clock_mutex_);
+    now_ += by;
+  }
+
+  storage::Receipt Submit(EditBatch batch, const std::string& request_id = "") {
+    const auto receipt = session_->SubmitAndWait({std::move(batch), "test", request_id});
+    EXPECT_TRUE(receipt.ok()) << receipt.status();
+    return receipt.ok() ? *receipt : storage::Receipt();
+  }
+
+  // The occupancy layer "walls": '#' is occupied, '?' unknown, all else free. The first line is the
+  // top row; the lower left cell is (0, 0), at the origin.
+  void Draw(const std::vector<std::string>& lines) {
+    LayerSpec spec;
+    spec.name = "walls";
+    spec.kind = LayerKind::kOccupancy;
+    spec.grid = GridGeometry{PlanarTransform(), kResolution_m};
+    rows_ = static_cast<int32_t>(lines.size());
+    cols_ = static_cast<int32_t>(lines.front().size());
+    WriteCells write{"walls", {0, rows_, 0, cols_}, {}};
+    for (auto line = lines.rbegin(); line != lines.rend(); ++line) {
+      for (const char c : *line) {
+        write.values.push_back(c == '?' ? std::nullopt : std::optional<double>(c == '#'));
+      }
+    }
+    Submit({{CreateLayer{spec}, std::move(write)}});
+  }
+  void Write(const CellBox& box, std::optional<double> value, const std::string& layer = "walls") {
+    Submit({{WriteCells{layer, box, std::vector(box.num_cells(), value)}}});
+  }
+  void MarkExplored(const CellBox& box) { Write(box, 1.0, "seen"); }
+
+  // All that was drawn, by robots that are points and see 4 m.
+  StartOrder WholeArea() const {
+    StartOrder order;
+    order.area = Rectangle(0, 0, cols_ * kResolution_m, rows_ * kResolution_m);
+    order.occupancy_layer = "walls";
+    order.exploration_layer = "seen";
+    order.robot_radius_m = 0.0;
+    order.author = "test";
+    return order;
+  }
+
+  ClaimAnswer Claim(const std::string& robot, const Point& place,
+                    absl::Duration lease = absl::Minutes(1), ObjectId exploration = 0) {
+    const auto answer = desk().Claim({exploration, robot, place, "", lease, "test"});
+    EXPECT_TRUE(answer.ok()) << answer.status();
+    return answer.ok() ? *answer : ClaimAnswer();
+  }
+  // Of the robot's goal in the newest exploration.
+  void Release(const std::string& robot, GoalOutcome outcome) {
+    for (const ExplorationGoal& goal : Goals()) {
+      if (goal.robot != robot) continue;
+      const auto answer = desk().Release({robot, goal.id, outcome, "test"});
+      EXPECT_TRUE(answer.ok()) << answer.status();
+    }
+  }
+
+  // The newest, in the frame of its layer.
+  ExplorationObjects Newest() {
+    const auto list = desk().List("");
+    EXPECT_TRUE(list.ok()) << list.status();
+    return list.ok() && !list->explorations.empty() ? list->explorations.front()
+                                                    : ExplorationObjects();
+  }
+  std::vector<ExplorationGoal> Goals() { return Newest().goals; }
+  Explorer::Progress Progress(ObjectId exploration = 0) {
+    const auto report = desk().Get(exploration, "");
+    EXPECT_TRUE(report.ok()) << report.status();
+    return report.ok() ? report->progress.cells : Explorer::Progress();
+  }
+
+  // Marks what can be seen from a place on floor.
+  void LookRound(const Point& place, double range_m) {
+    const SnapshotPtr now = snapshot();
+    const auto& walls = dynamic_cast<const GridLayer&>(*now->FindLayer("walls"));
+    const FloorPlan plan = ReadFloorPlan(walls, walls.extent());
+    Sight sight(static_cast<int32_t>(std::lround(range_m / kResolution_m)));
+    EditBatch batch;
+    sight.Look(plan, *walls.geometry().CellAt(place), [&](const CellIndex& cell) {
+      batch.edits.push_back(
+          WriteCells{"seen", {cell.row, cell.row + 1, cell.col, cell.col + 1}, {1.0}});
+    });
+    Submit(std::move(batch));
+  }
+
+  struct Robot {
+    std::string name;
+    Point place;
+  };
+  // Has robots go where they are sent, in turns, until the newest exploration ends. How many goals
+  // that took.
+  int Explore(std::vector<Robot> robots, double range_m) {
+    constexpr int kMostGoals = 200;
+    for (int goals = 0; goals < kMostGoals;) {
+      for (Robot& robot : robots) {
+        const ClaimAnswer answer = Claim(robot.name, robot.place);
+        if (answer.state == ExplorationState::kEnded) return goals;
+        if (!answer.goal) continue;
+        ++goals;
+        robot.place = Centroid(answer.goal->cell);
+        LookRound(robot.place, range_m);
+        Release(robot.name, GoalOutcome::kReached);
+      }
+    }
+    ADD_FAILURE() << "it does not end";
+    return kMostGoals;
+  }
+
+ private:
+  MemoryDisk disk_;
+  mutable Mutex clock_mutex_;
+  absl::Time now_ ABSL_GUARDED_BY(clock_mutex_) = absl::FromUnixSeconds(1'000'000);
+  SessionOptions options_;
+  std::unique_ptr<MapSession> session_;
+  int64_t max_exploration_cells_ = 25'000'000;
+  std::unique_ptr<ExplorationDesk> desk_;
+  int32_t rows_ = 0;
+  int32_t cols_ = 0;
+};
+
+}  // namespace hypermap::server
+
+#endif  // HYPERMAP_SERVER_EXPLORATION_TESTING_EXPLORATION_SITE_H_

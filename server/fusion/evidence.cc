@@ -1,0 +1,53 @@
+#include "server/fusion/evidence.h"
+
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+
+namespace hypermap::server {
+namespace {
+
+constexpr char kPin[] = "pin";
+constexpr char kRemove[] = "remove";
+
+absl::Status Damaged(const storage::LogKey& key, absl::string_view problem) {
+  return absl::DataLossError(absl::StrCat("evidence of robot \"", key.after.robot, "\", sequence ",
+                                          key.after.sequence, ": ", problem));
+}
+
+}  // namespace
+
+absl::StatusOr<Evidence> DecodeEvidence(const storage::LogEntry& entry,
+                                        const EvidenceCodec& codec) {
+  if (entry.key.number == 0) {
+    absl::StatusOr<Observation> observation = codec.decode_observation(entry.body);
+    if (!observation.ok()) return Damaged(entry.key, observation.status().message());
+    if (KeyOf(*observation) != entry.key.after) return Damaged(entry.key, "has another's body");
+    return Evidence{entry.key, std::make_shared<const Observation>(*std::move(observation)),
+                    nullptr};
+  }
+  if (entry.kind != kPin && entry.kind != kRemove) {
+    return Damaged(entry.key, absl::StrCat("is of no known kind, ", entry.kind));
+  }
+  absl::StatusOr<SemanticObject> object = codec.decode_object(entry.body);
+  if (!object.ok()) return Damaged(entry.key, object.status().message());
+  const auto kind =
+      entry.kind == kPin ? fusion::OperatorFact::Kind::kPin : fusion::OperatorFact::Kind::kRemove;
+  return Evidence{entry.key, nullptr,
+                  std::make_shared<const fusion::OperatorFact>(
+                      fusion::OperatorFact{kind, entry.track, *std::move(object)})};
+}
+
+storage::LoggedFact EncodeFact(const storage::LogKey& key, const fusion::OperatorFact& fact,
+                               const EvidenceCodec& codec) {
+  const bool pin = fact.kind == fusion::OperatorFact::Kind::kPin;
+  return {key, pin ? kPin : kRemove, fact.track, codec.encode_object(fact.object)};
+}
+
+fusion::StatePtr Fold(const fusion::Strategy& strategy, const fusion::StatePtr& state,
+                      const Evidence& evidence, fusion::FoldReport* report) {
+  if (evidence.fact) return strategy.Fold(state, *evidence.fact);
+  return strategy.Fold(state, *evidence.observation, report);
+}
+
+}  // namespace hypermap::server

@@ -1,0 +1,162 @@
+#include "server/fusion/evidence_log.h"
+
+#include <algorithm>
+#include <limits>
+
+namespace hypermap::server {
+namespace {
+
+constexpr int kReadEntries = 64;
+constexpr size_t kRecentEntries = 512;
+
+}  // namespace
+
+absl::StatusOr<EvidenceLog> EvidenceLog::Open(std::string layer, storage::FusionLog* stored,
+                                              const EvidenceCodec* codec) {
+  EvidenceLog log(std::move(layer), stored, codec);
+  absl::StatusOr<std::optional<ObservationKey>> newest = stored->NewestKey(log.layer_);
+  if (!newest.ok()) return newest.status();
+  log.newest_ = *std::move(newest);
+  const absl::StatusOr<std::optional<storage::LogKey>> fact = stored->NewestFact(log.layer_);
+  if (!fact.ok()) return fact.status();
+  if (*fact) {
+    log.last_ = **fact;
+    log.num_facts_ = (*fact)->number;
+  }
+  if (log.newest_) log.last_ = std::max(log.last_, {*log.newest_, 0});
+  log.complete_after_ = log.last_;
+  return log;
+}
+
+absl::StatusOr<std::optional<uint64_t>> EvidenceLog::FindContentHash(const std::string& robot,
+                                                                     int64_t sequence) const {
+  if (const auto added = added_.find({robot, sequence}); added != added_.end()) {
+    return added->second;
+  }
+  const absl::StatusOr<std::optional<storage::FusionLog::Known>> known =
+      stored_->FindObservation(layer_, robot, sequence);
+  if (!known.ok()) return known.status();
+  if (!*known) return std::nullopt;
+  return (*known)->content_hash;
+}
+
+absl::StatusOr<std::vector<int64_t>> EvidenceLog::Sequences(const std::string& robot) const {
+  return stored_->Sequences(layer_, robot);
+}
+
+void EvidenceLog::Add(std::shared_ptr<const Observation> observation,
+                      storage::LoggedObservation logged) {
+  added_.emplace(Name(logged.key.robot, logged.key.sequence), logged.content_hash);
+  if (!newest_ || *newest_ < logged.key) newest_ = logged.key;
+  const storage::LogKey key{logged.key, 0};
+  last_ = std::max(last_, key);
+  recent_.emplace(key, Evidence{key, std::move(observation), nullptr});
+  change_.observations.push_back(std::move(logged));
+}
+
+storage::LogKey EvidenceLog::Add(fusion::OperatorFact fact) {
+  const storage::LogKey key{last_.after, ++num_facts_};
+  last_ = key;
+  change_.facts.push_back(EncodeFact(key, fact, *codec_));
+  recent_.emplace(
+      key, Evidence{key, nullptr, std::make_shared<const fusion::OperatorFact>(std::move(fact))});
+  return key;
+}
+
+absl::StatusOr<std::vector<ObservationKey>> EvidenceLog::Retract(const std::string& robot,
+                                                                 absl::Time from, absl::Time to) {
+  absl::StatusOr<std::vector<ObservationKey>> stored = stored_->KeysOf(layer_, robot, from, to);
+  if (!stored.ok()) return stored.status();
+  std::set<ObservationKey> keys(stored->begin(), stored->end());
+  for (const auto& [key, evidence] : recent_) {
+    const ObservationKey& name = key.after;
+    if (evidence.observation && name.robot == robot && name.stamp >= from && name.stamp < to) {
+      keys.insert(name);
+    }
+  }
+  std::vector<ObservationKey> retracted;
+  for (const ObservationKey& key : keys) {
+    if (!retracted_.insert(key).second) continue;
+    retracted.push_back(key);
+    change_.retracted.push_back(key);
+  }
+  return retracted;
+}
+
+absl::StatusOr<std::shared_ptr<const Observation>> EvidenceLog::Get(
+    const ObservationKey& key) const {
+  const storage::LogKey log_key{key, 0};
+  if (const auto it = recent_.find(log_key); it != recent_.end()) return it->second.observation;
+  storage::LogKey before = log_key;
+  --before.after.sequence;
+  before.number = std::numeric_limits<int64_t>::max();
+  absl::StatusOr<std::vector<storage::LogEntry>> entries = stored_->Read(layer_, before, 1);
+  if (!entries.ok()) return entries.status();
+  if (entries->empty() || entries->front().key != log_key) {
+    return absl::DataLossError("an observation is not where the log has it");
+  }
+  absl::StatusOr<Evidence> evidence = DecodeEvidence(entries->front(), *codec_);
+  if (!evidence.ok()) return evidence.status();
+  return std::move(evidence->observation);
+}
+
+absl::StatusOr<std::optional<Evidence>> EvidenceLog::Decode(const storage::LogEntry& entry) const {
+  if (entry.key.number == 0 && retracted_.count(entry.key.after) > 0) return std::nullopt;
+  absl::StatusOr<Evidence> evidence = DecodeEvidence(entry, *codec_);
+  if (!evidence.ok()) return evidence.status();
+  return *std::move(evidence);
+}
+
+absl::Status EvidenceLog::Visit(const storage::LogKey& after,
+                                absl::FunctionRef<void(const Evidence&)> visit) const {
+  auto recent = recent_.upper_bound(after);
+  const auto visit_recent = [&] {
+    const bool retracted = recent->second.observation && retracted_.count(recent->first.after) > 0;
+    if (!retracted) visit(recent->second);
+    ++recent;
+  };
+  storage::LogKey at = after;
+  while (at < complete_after_) {
+    const absl::StatusOr<std::vector<storage::LogEntry>> entries =
+        stored_->Read(layer_, at, kReadEntries);
+    if (!entries.ok()) return entries.status();
+    for (const storage::LogEntry& entry : *entries) {
+      at = entry.key;
+      if (at > complete_after_) break;
+      while (recent != recent_.end() && recent->first < at) visit_recent();
+      if (recent != recent_.end() && recent->first == at) {
+        visit_recent();
+        continue;
+      }
+      const absl::StatusOr<std::optional<Evidence>> evidence = Decode(entry);
+      if (!evidence.ok()) return evidence.status();
+      if (*evidence) visit(**evidence);
+    }
+    if (entries->size() < kReadEntries) break;
+  }
+  while (recent != recent_.end()) visit_recent();
+  return absl::OkStatus();
+}
+
+void EvidenceLog::TakeChange(storage::FusionChange* change) {
+  change->observations = std::exchange(change_.observations, {});
+  change->retracted = std::exchange(change_.retracted, {});
+  change->facts = std::exchange(change_.facts, {});
+}
+
+absl::Status EvidenceLog::Written() {
+  added_.clear();
+  for (const ObservationKey& key : retracted_) recent_.erase({key, 0});
+  while (recent_.size() > kRecentEntries) {
+    complete_after_ = std::max(complete_after_, recent_.begin()->first);
+    recent_.erase(recent_.begin());
+  }
+  if (retracted_.empty()) return absl::OkStatus();
+  retracted_.clear();
+  absl::StatusOr<std::optional<ObservationKey>> newest = stored_->NewestKey(layer_);
+  if (!newest.ok()) return newest.status();
+  newest_ = *std::move(newest);
+  return absl::OkStatus();
+}
+
+}  // namespace hypermap::server

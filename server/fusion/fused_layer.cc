@@ -1,0 +1,453 @@
+#include "server/fusion/fused_layer.h"
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "map/layers/semantic_layer.h"
+#include "server/fusion/explored_area.h"
+
+namespace hypermap::server {
+namespace {
+
+// In memory. Past this number every second one of the older half is dropped.
+constexpr size_t kMaxCheckpoints = 128;
+
+// FNV-1a.
+uint64_t HashOf(absl::string_view bytes) {
+  uint64_t hash = 0xcbf29ce484222325;
+  for (const char c : bytes) hash = (hash ^ static_cast<uint8_t>(c)) * 0x100000001b3;
+  return hash;
+}
+
+ObjectPtr WithId(const SemanticObject& object, ObjectId id) {
+  auto copy = std::make_shared<SemanticObject>(object);
+  copy->id = id;
+  return copy;
+}
+
+const SemanticLayer* FindSemantic(const Snapshot& snapshot, const std::string& layer) {
+  return snapshot.FindSemantic(layer);
+}
+
+// Whether one stands in the other's place, with its label.
+bool IsSameThing(const SemanticObject& a, const SemanticObject& b) {
+  return a.shape.bounds() == b.shape.bounds() && a.label == b.label && a.shape == b.shape;
+}
+
+// The one that an operator's object became.
+const fusion::FusedObject* FindTakenOver(const std::vector<fusion::FusedObject>& fused,
+                                         const SemanticObject& pinned) {
+  for (const fusion::FusedObject& candidate : fused) {
+    if (IsSameThing(*candidate.object, pinned)) return &candidate;
+  }
+  return nullptr;
+}
+
+bool Holds(const std::vector<fusion::FusedObject>& fused, const fusion::TrackKey& track) {
+  const auto it =
+      std::lower_bound(fused.begin(), fused.end(), track,
+                       [](const auto& object, const auto& key) { return object.track < key; });
+  return it != fused.end() && it->track == track;
+}
+
+void Earlier(const storage::LogKey& key, std::optional<storage::LogKey>* first) {
+  if (!*first || key < **first) *first = key;
+}
+
+}  // namespace
+
+FusedLayer::FusedLayer(std::string layer, storage::FusionSettings settings,
+                       std::unique_ptr<fusion::Strategy> strategy, EvidenceLog log,
+                       storage::FusionLog* stored, const FusionOptions* options)
+    : layer_(std::move(layer)),
+      settings_(std::move(settings)),
+      strategy_(std::move(strategy)),
+      log_(std::move(log)),
+      stored_(stored),
+      options_(options),
+      tip_{storage::BeforeAll(), strategy_->Initial()} {}
+
+absl::StatusOr<std::unique_ptr<FusedLayer>> FusedLayer::Begin(
+    const std::string& layer, const storage::FusionSettings& settings, storage::FusionLog* stored,
+    const FusionOptions* options) {
+  absl::StatusOr<std::unique_ptr<fusion::Strategy>> strategy =
+      options->make_strategy(settings.strategy, settings.parameters);
+  if (!strategy.ok()) return strategy.status();
+  absl::StatusOr<EvidenceLog> log = EvidenceLog::Open(layer, stored, &options->codec);
+  if (!log.ok()) return log.status();
+  std::unique_ptr<FusedLayer> fused(
+      new FusedLayer(layer, settings, *std::move(strategy), *std::move(log), stored, options));
+  fused->settings_changed_ = true;
+  return fused;
+}
+
+absl::StatusOr<std::unique_ptr<FusedLayer>> FusedLayer::Open(
+    const std::string& layer, const storage::FusionSettings& settings, storage::FusionLog* stored,
+    const FusionOptions* options, const Snapshot& snapshot) {
+  absl::StatusOr<std::unique_ptr<FusedLayer>> fused = Begin(layer, settings, stored, options);
+  if (!fused.ok()) return fused;
+  (*fused)->settings_changed_ = false;
+  if (absl::Status status = (*fused)->LoadShown(snapshot); !status.ok()) return status;
+  absl::StatusOr<Checkpoint> checkpoint = (*fused)->CheckpointBefore(
+      {{absl::FromUnixNanos(std::numeric_limits<int64_t>::max()), "", 0}, 0});
+  if (!checkpoint.ok()) return checkpoint.status();
+  if (absl::Status status = (*fused)->FoldOn(*std::move(checkpoint)); !status.ok()) return status;
+  (*fused)->new_entries_ = (*fused)->entries_folded_;
+  return fused;
+}
+
+absl::Status FusedLayer::LoadShown(const Snapshot& snapshot) {
+  const SemanticLayer* layer = FindSemantic(snapshot, layer_);
+  absl::StatusOr<std::vector<storage::TrackId>> tracks = stored_->Tracks(layer_);
+  if (!tracks.ok()) return tracks.status();
+  for (const auto& [track, id] : *tracks) {
+    if (id == 0) continue;
+    ids_[track] = id;
+    const ObjectPtr object = layer == nullptr ? nullptr : layer->Find(id);
+    if (object) shown_[track] = {id, WithId(*object, 0)};
+  }
+  return absl::OkStatus();
+}
+
+std::vector<fusion::TrackKey> FusedLayer::TracksOf(ObjectId id) const {
+  std::vector<fusion::TrackKey> tracks;
+  for (const auto& [track, track_id] : ids_) {
+    if (track_id == id) tracks.push_back(track);
+  }
+  std::sort(tracks.begin(), tracks.end());
+  return tracks;
+}
+
+absl::StatusOr<Observation> FusedLayer::AsKept(const Observation& observation,
+                                               const Snapshot& snapshot, std::string* body) const {
+  const absl::StatusOr<LayerPtr> layer = snapshot.GetLayer(layer_);
+  if (!layer.ok()) return layer.status();
+  const std::string& layer_frame = (*layer)->spec().frame_id;
+  const absl::StatusOr<std::string> frame = snapshot.ResolveFrame(observation.frame_id);
+  if (!frame.ok()) return frame.status();
+  const absl::StatusOr<PlanarTransform> layer_from_frame =
+      snapshot.frames.Lookup(layer_frame, *frame);
+  if (!layer_from_frame.ok()) return layer_from_frame.status();
+  *body =
+      options_->codec.encode_observation(Transformed(observation, *layer_from_frame, layer_frame));
+  return options_->codec.decode_observation(*body);
+}
+
+absl::StatusOr<ObservationVerdict> FusedLayer::Admit(const Observation& observation, absl::Time now,
+                                                     const Snapshot& snapshot,
+                                                     const EditLimits& limits) {
+  const auto verdict = [&](ObservationOutcome outcome, absl::string_view message) {
+    return ObservationVerdict{observation.robot, observation.sequence, outcome, 0,
+                              std::string(message)};
+  };
+  const auto invalid = [&](const absl::Status& status) {
+    return verdict(ObservationOutcome::kInvalid,
+                   absl::string_view(status.message().data(), status.message().size()));
+  };
+  if (absl::Status status = Validate(observation); !status.ok()) return invalid(status);
+  const uint64_t hash = HashOf(options_->codec.encode_observation(observation));
+  const absl::StatusOr<std::optional<uint64_t>> known =
+      log_.FindContentHash(observation.robot, observation.sequence);
+  if (!known.ok()) return known.status();
+  if (*known) {
+    const bool is_same =
+        **known == hash || (options_->codec.encode_observation_01 &&
+                            **known == HashOf(options_->codec.encode_observation_01(observation)));
+    if (is_same) return verdict(ObservationOutcome::kDuplicate, "is there already");
+    return verdict(ObservationOutcome::kConflict,
+                   "another observation of this robot and sequence is there already");
+  }
+  if (observation.stamp > now + options_->max_lateness) {
+    return verdict(ObservationOutcome::kInvalid,
+                   absl::StrCat("stamp lies ", absl::FormatDuration(observation.stamp - now),
+                                " ahead of the server's clock"));
+  }
+  if (log_.newest() && observation.stamp < log_.newest()->stamp - options_->max_lateness) {
+    return verdict(
+        ObservationOutcome::kRefusedLate,
+        absl::StrCat("stamp lies ", absl::FormatDuration(log_.newest()->stamp - observation.stamp),
+                     " behind the newest, --max_lateness is ",
+                     absl::FormatDuration(options_->max_lateness)));
+  }
+  storage::LoggedObservation logged{KeyOf(observation), hash, now, ""};
+  absl::StatusOr<Observation> kept = AsKept(observation, snapshot, &logged.body);
+  if (!kept.ok()) return invalid(kept.status());
+  const ExploredArea area(snapshot, settings_.exploration_layer, kept->frame_id);
+  if (absl::Status status = area.Check(kept->free_space, limits); !status.ok()) {
+    return invalid(status);
+  }
+  ChangedAt({logged.key, 0});
+  ++new_entries_;
+  explored_.push_back(kept->free_space);
+  log_.Add(std::make_shared<const Observation>(*std::move(kept)), std::move(logged));
+  return verdict(ObservationOutcome::kAccepted, "");
+}
+
+void FusedLayer::Tell(fusion::OperatorFact::Kind kind, ObjectPtr object) {
+  const fusion::TrackKey track = TrackOf(object->id);
+  ObjectPtr told = WithId(*object, 0);
+  if (kind == fusion::OperatorFact::Kind::kPin) {
+    shown_[track] = {object->id, told};
+    pinned_[track] = told;
+  } else {
+    shown_.erase(track);
+    pinned_.erase(track);
+  }
+  ChangedAt(log_.Add({kind, track, *told}));
+  ++new_entries_;
+}
+
+absl::StatusOr<int64_t> FusedLayer::Retract(const std::string& robot, absl::Time from,
+                                            absl::Time to) {
+  absl::StatusOr<std::vector<ObservationKey>> keys = log_.Retract(robot, from, to);
+  if (!keys.ok()) return keys.status();
+  for (const ObservationKey& key : *keys) {
+    ChangedAt({key, 0});
+    if (settings_.exploration_layer.empty()) continue;
+    absl::StatusOr<std::shared_ptr<const Observation>> observation = log_.Get(key);
+    if (!observation.ok()) return observation.status();
+    not_explored_.push_back((*observation)->free_space);
+  }
+  return static_cast<int64_t>(keys->size());
+}
+
+absl::Status FusedLayer::Rebuild(const storage::FusionSettings& settings) {
+  absl::StatusOr<std::unique_ptr<fusion::Strategy>> strategy =
+      options_->make_strategy(settings.strategy, settings.parameters);
+  if (!strategy.ok()) return strategy.status();
+  strategy_ = *std::move(strategy);
+  ChangedAt(storage::BeforeAll());
+  new_entries_ += options_->entries_per_stored_checkpoint;
+  settings_ = settings;
+  settings_changed_ = true;
+  return absl::OkStatus();
+}
+
+void FusedLayer::SetExplorationLayer(const std::string& layer) {
+  settings_.exploration_layer = layer;
+  settings_changed_ = true;
+}
+
+void FusedLayer::ChangedAt(const storage::LogKey& key) {
+  Earlier(key, &changed_at_);
+  checkpoints_.erase(checkpoints_.lower_bound(key), checkpoints_.end());
+  if (tip_.key < key) return;
+  Earlier(key, &stale_from_);
+  Earlier(key, &unwritten_stale_from_);
+}
+
+absl::StatusOr<FusedLayer::Checkpoint> FusedLayer::CheckpointBefore(const storage::LogKey& key) {
+  const auto after = checkpoints_.lower_bound(key);
+  if (after != checkpoints_.begin()) {
+    return Checkpoint{std::prev(after)->first, std::prev(after)->second};
+  }
+  const storage::LogKey before = std::min(key, unwritten_stale_from_.value_or(key));
+  const absl::StatusOr<std::optional<storage::FusionCheckpoint>> stored =
+      stored_->FindCheckpoint(layer_, before);
+  if (!stored.ok()) return stored.status();
+  if (*stored) {
+    const absl::StatusOr<fusion::StatePtr> state = strategy_->Decode((*stored)->state);
+    // One that this program can't read is worth no more than none: the log has it all.
+    if (state.ok()) return Checkpoint{(*stored)->key, *state};
+  }
+  return Checkpoint{storage::BeforeAll(), strategy_->Initial()};
+}
+
+absl::Status FusedLayer::FoldOn(Checkpoint from) {
+  tip_ = std::move(from);
+  return log_.Visit(tip_.key, [this](const Evidence& evidence) {
+    tip_ = {evidence.key, server::Fold(*strategy_, tip_.state, evidence, nullptr)};
+    ++entries_folded_;
+    if (++entries_since_checkpoint_ >= options_->entries_per_checkpoint) AddCheckpoint();
+  });
+}
+
+void FusedLayer::AddCheckpoint() {
+  entries_since_checkpoint_ = 0;
+  checkpoints_.insert_or_assign(tip_.key, tip_.state);
+  if (checkpoints_.size() <= kMaxCheckpoints) return;
+  auto it = checkpoints_.begin();
+  for (size_t i = 0; i < kMaxCheckpoints / 4; ++i) it = std::next(checkpoints_.erase(it));
+}
+
+absl::StatusOr<std::vector<Edit>> FusedLayer::Fold(const Snapshot& snapshot) {
+  new_objects_.clear();
+  std::vector<Edit> edits;
+  if (changed_at_) {
+    Checkpoint from = tip_;
+    if (*changed_at_ <= tip_.key) {
+      absl::StatusOr<Checkpoint> before = CheckpointBefore(*changed_at_);
+      if (!before.ok()) return before.status();
+      from = *std::move(before);
+    }
+    if (absl::Status status = FoldOn(std::move(from)); !status.ok()) return status;
+    changed_at_.reset();
+    Diff(snapshot, &edits);
+  }
+  if (absl::Status status = MarkExplored(snapshot, &edits); !status.ok()) return status;
+  explored_.clear();
+  not_explored_.clear();
+  return edits;
+}
+
+absl::Status FusedLayer::MarkExplored(const Snapshot& snapshot, std::vector<Edit>* edits) const {
+  const Layer* layer = snapshot.FindLayer(layer_);
+  if (layer == nullptr) return absl::OkStatus();
+  const ExploredArea area(snapshot, settings_.exploration_layer, layer->spec().frame_id);
+  for (const Polygon& polygon : explored_) area.Mark(polygon, edits);
+  Box forgotten;
+  for (const Polygon& polygon : not_explored_) {
+    if (polygon.empty()) continue;
+    area.Forget(polygon, edits);
+    forgotten.Extend(polygon.bounds());
+  }
+  if (forgotten.empty()) return absl::OkStatus();
+  return log_.Visit(storage::BeforeAll(), [&](const Evidence& evidence) {
+    if (!evidence.observation || evidence.observation->free_space.empty()) return;
+    const Polygon& free_space = evidence.observation->free_space;
+    if (forgotten.Intersects(free_space.bounds())) area.Mark(free_space, edits);
+  });
+}
+
+fusion::TrackKey FusedLayer::TrackOf(ObjectId id) {
+  for (const auto& [track, shown] : shown_) {
+    if (shown.id == id) return track;
+  }
+  for (const auto& [track, track_id] : ids_) {
+    if (track_id == id) return track;
+  }
+  const fusion::TrackKey track = absl::StrCat("operator/", id);
+  SetId(track, id);
+  return track;
+}
+
+void FusedLayer::SetId(const fusion::TrackKey& track, ObjectId id) {
+  ids_[track] = id;
+  changed_tracks_.insert(track);
+}
+
+void FusedLayer::AdoptPinned(const std::vector<fusion::FusedObject>& fused) {
+  for (const auto& [track, object] : std::exchange(pinned_, {})) {
+    const auto own = shown_.find(track);
+    if (own == shown_.end() || Holds(fused, track)) continue;
+    const fusion::FusedObject* by = FindTakenOver(fused, *object);
+    if (by == nullptr) {
+      // Fusion does not show it; it stays all the same, as the operator's alone.
+      SetId(track, 0);
+      shown_.erase(own);
+      continue;
+    }
+    // The operator's object lives on under the other track, whose own object goes.
+    Shown& other = shown_[by->track];
+    std::swap(other, own->second);
+    SetId(by->track, other.id);
+    if (own->second.id == 0) shown_.erase(own);
+  }
+}
+
+void FusedLayer::Put(const fusion::FusedObject& fused, Shown* shown, std::vector<Edit>* edits) {
+  if (shown->id == 0) {
+    const auto known = ids_.find(fused.track);
+    if (known != ids_.end()) shown->id = known->second;
+  }
+  if (shown->id == 0) new_objects_[edits->size()] = fused.track;
+  shown->object = fused.object;
+  PutObject put{layer_, *fused.object, "", /*revive=*/true};
+  put.object.id = shown->id;
+  edits->push_back(std::move(put));
+}
+
+void FusedLayer::Diff(const Snapshot& snapshot, std::vector<Edit>* edits) {
+  const std::vector<fusion::FusedObject> fused = strategy_->Objects(tip_.state);
+  AdoptPinned(fused);
+  std::vector<Shown> gone;
+  std::vector<const fusion::FusedObject*> come;
+  auto shown = shown_.begin();
+  const auto drop_until = [&](const fusion::TrackKey* track) {
+    while (shown != shown_.end() && (track == nullptr || shown->first < *track)) {
+      gone.push_back(std::move(shown->second));
+      shown = shown_.erase(shown);
+    }
+  };
+  for (const fusion::FusedObject& object : fused) {
+    drop_until(&object.track);
+    if (shown == shown_.end() || shown->first != object.track) {
+      if (Validate(*object.object).ok()) come.push_back(&object);
+      continue;
+    }
+    Show(object, &shown->second, edits);
+    ++shown;
+  }
+  drop_until(nullptr);
+  for (const fusion::FusedObject* object : come) {
+    Shown& entry = shown_[object->track];
+    if (ids_.count(object->track) == 0) Inherit(*object, &gone, &entry);
+    Show(*object, &entry, edits);
+  }
+  Remove(gone, snapshot, edits);
+}
+
+void FusedLayer::Show(const fusion::FusedObject& fused, Shown* shown, std::vector<Edit>* edits) {
+  if (shown->object == fused.object) return;
+  if (shown->object && *shown->object == *fused.object) {
+    shown->object = fused.object;
+    return;
+  }
+  if (Validate(*fused.object).ok()) Put(fused, shown, edits);
+}
+
+void FusedLayer::Inherit(const fusion::FusedObject& fused, std::vector<Shown>* gone, Shown* shown) {
+  for (Shown& other : *gone) {
+    if (other.id == 0 || !IsSameThing(*other.object, *fused.object)) continue;
+    *shown = std::exchange(other, Shown());
+    SetId(fused.track, shown->id);
+    return;
+  }
+}
+
+void FusedLayer::Remove(const std::vector<Shown>& gone, const Snapshot& snapshot,
+                        std::vector<Edit>* edits) {
+  if (gone.empty()) return;
+  std::set<ObjectId> kept = {0};
+  for (const auto& [track, shown] : shown_) kept.insert(shown.id);
+  const SemanticLayer* layer = FindSemantic(snapshot, layer_);
+  for (const Shown& object : gone) {
+    if (kept.insert(object.id).second && layer != nullptr && layer->Find(object.id)) {
+      edits->push_back(DeleteObject{layer_, object.id});
+    }
+  }
+}
+
+storage::FusionChange FusedLayer::Finish(absl::Span<const ObjectId> object_ids) {
+  for (const auto& [edit, track] : new_objects_) {
+    shown_[track].id = object_ids[edit];
+    SetId(track, object_ids[edit]);
+  }
+  new_objects_.clear();
+  storage::FusionChange change;
+  change.layer = layer_;
+  if (std::exchange(settings_changed_, false)) change.settings = settings_;
+  log_.TakeChange(&change);
+  for (const fusion::TrackKey& track : std::exchange(changed_tracks_, {})) {
+    change.tracks.emplace_back(track, ids_[track]);
+  }
+  change.stale_from = std::exchange(stale_from_, std::nullopt);
+  return change;
+}
+
+absl::Status FusedLayer::Written() {
+  unwritten_stale_from_.reset();
+  if (absl::Status status = log_.Written(); !status.ok()) return status;
+  return KeepCheckpoint(options_->entries_per_stored_checkpoint);
+}
+
+absl::Status FusedLayer::KeepCheckpoint(int64_t min_entries) {
+  if (new_entries_ < min_entries) return absl::OkStatus();
+  absl::Status status = stored_->KeepCheckpoint(layer_, {tip_.key, strategy_->Encode(tip_.state)});
+  if (status.ok()) new_entries_ = 0;
+  return status;
+}
+
+}  // namespace hypermap::server

@@ -1,0 +1,300 @@
+#include "server/fusion/map_fusion.h"
+
+#include <algorithm>
+#include <optional>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "map/layers/semantic_layer.h"
+
+namespace hypermap::server {
+namespace {
+
+// The next revision, with nothing changed.
+AppliedBatch NextRevision(const Snapshot& snapshot) {
+  auto next = std::make_shared<Snapshot>(snapshot);
+  ++next->revision;
+  AppliedBatch applied;
+  applied.snapshot = std::move(next);
+  return applied;
+}
+
+absl::StatusOr<AppliedBatch> ApplyOrAdvance(const Snapshot& snapshot, const EditBatch& batch,
+                                            const EditLimits& limits) {
+  if (batch.edits.empty()) return NextRevision(snapshot);
+  return Apply(snapshot, batch, limits);
+}
+
+absl::Status CheckKind(const Snapshot& snapshot, const std::string& layer, LayerKind kind) {
+  const absl::StatusOr<LayerPtr> found = snapshot.GetLayer(layer);
+  if (!found.ok()) return found.status();
+  if ((*found)->spec().kind == kind) return absl::OkStatus();
+  return absl::FailedPreconditionError(absl::StrCat("layer \"", layer, "\" is of the kind ",
+                                                    LayerKindName((*found)->spec().kind), ", not ",
+                                                    LayerKindName(kind)));
+}
+
+// What an edit puts or removes of an object; empty for other edits.
+std::string LayerOfObjectEdit(const Edit& edit) {
+  if (const auto* put = std::get_if<PutObject>(&edit)) return put->layer;
+  if (const auto* remove = std::get_if<DeleteObject>(&edit)) return remove->layer;
+  return "";
+}
+
+ObjectPtr FindObject(const Snapshot& snapshot, const std::string& layer, ObjectId id) {
+  const auto* semantic = snapshot.FindSemantic(layer);
+  return semantic == nullptr ? nullptr : semantic->Find(id);
+}
+
+absl::Status Mismatch(const std::string& layer, absl::string_view what, const std::string& has,
+                      const std::string& wanted) {
+  return absl::FailedPreconditionError(absl::StrCat("layer \"", layer, "\" is fused with ", what,
+                                                    " \"", has, "\", not \"", wanted, "\""));
+}
+
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<MapFusion>> MapFusion::Open(storage::FusionLog* stored,
+                                                           const FusionOptions* options,
+                                                           const EditLimits& limits) {
+  std::unique_ptr<MapFusion> fusion(new MapFusion(stored, options, limits));
+  if (absl::Status status = fusion->Reset(); !status.ok()) return status;
+  return fusion;
+}
+
+absl::Status MapFusion::Reset() {
+  layers_.clear();
+  deleted_.clear();
+  auto settings = stored_->FusedLayers();
+  if (!settings.ok()) {
+    broken_ = settings.status();
+    return broken_;
+  }
+  settings_ = {settings->begin(), settings->end()};
+  broken_ = absl::OkStatus();
+  return broken_;
+}
+
+absl::Status MapFusion::Broken(const absl::Status& status) {
+  if (!status.ok() && broken_.ok()) broken_ = status;
+  return status;
+}
+
+absl::StatusOr<FusedLayer*> MapFusion::Find(const Snapshot& snapshot, const std::string& layer) {
+  if (auto status = CheckKind(snapshot, layer, LayerKind::kSemantic); !status.ok()) return status;
+  if (const auto open = layers_.find(layer); open != layers_.end()) return open->second.get();
+  const auto settings = settings_.find(layer);
+  if (settings == settings_.end()) {
+    return absl::FailedPreconditionError(absl::StrCat("layer \"", layer, "\" is not a fused one"));
+  }
+  absl::StatusOr<std::unique_ptr<FusedLayer>> fused =
+      FusedLayer::Open(layer, settings->second, stored_, options_, snapshot);
+  if (!fused.ok()) {
+    return absl::Status(fused.status().code(),
+                        absl::StrCat("layer \"", layer, "\": ", fused.status().message()));
+  }
+  return layers_.emplace(layer, *std::move(fused)).first->second.get();
+}
+
+absl::StatusOr<std::vector<FusedLayer*>> MapFusion::TouchedBy(const Snapshot& before,
+                                                              const EditBatch& batch) {
+  std::vector<FusedLayer*> touched;
+  for (const hypermap::Edit& edit : batch.edits) {
+    const std::string layer = LayerOfObjectEdit(edit);
+    if (layer.empty() || settings_.count(layer) == 0) continue;
+    absl::StatusOr<FusedLayer*> fused = Find(before, layer);
+    if (!fused.ok()) return fused.status();
+    if (std::find(touched.begin(), touched.end(), *fused) == touched.end()) {
+      touched.push_back(*fused);
+    }
+  }
+  return touched;
+}
+
+void MapFusion::Tell(const Snapshot& before, const EditBatch& batch, const AppliedBatch& applied) {
+  for (size_t i = 0; i < batch.edits.size(); ++i) {
+    const std::string layer = LayerOfObjectEdit(batch.edits[i]);
+    const auto fused = layers_.find(layer);
+    if (fused == layers_.end()) continue;
+    const auto* remove = std::get_if<DeleteObject>(&batch.edits[i]);
+    const ObjectId id = remove != nullptr ? remove->id : applied.object_ids[i];
+    // What became of the object in the end counts, however often the batch touched it.
+    const ObjectPtr after = FindObject(*applied.snapshot, layer, id);
+    const ObjectPtr was = FindObject(before, layer, id);
+    if (after) fused->second->Tell(fusion::OperatorFact::Kind::kPin, after);
+    if (!after && was) fused->second->Tell(fusion::OperatorFact::Kind::kRemove, was);
+  }
+}
+
+void MapFusion::Drop(const std::string& layer) {
+  layers_.erase(layer);
+  if (settings_.erase(layer) > 0) deleted_.insert(layer);
+}
+
+absl::StatusOr<FusionStep> MapFusion::Edit(const Snapshot& snapshot, const EditBatch& batch) {
+  absl::StatusOr<AppliedBatch> applied = Apply(snapshot, batch, limits_);
+  if (!applied.ok()) return applied.status();
+  if (settings_.empty()) return FusionStep{*std::move(applied), {}};
+  absl::StatusOr<std::vector<FusedLayer*>> touched = TouchedBy(snapshot, batch);
+  if (!touched.ok()) return touched.status();
+  for (const Change& change : applied->changes) {
+    const auto* deleted = std::get_if<LayerDeleted>(&change);
+    if (deleted == nullptr) continue;
+    if (const auto layer = layers_.find(deleted->spec.name); layer != layers_.end()) {
+      touched->erase(std::remove(touched->begin(), touched->end(), layer->second.get()),
+                     touched->end());
+    }
+    Drop(deleted->spec.name);
+  }
+  if (touched->empty()) return FusionStep{*std::move(applied), {}};
+  Tell(snapshot, batch, *applied);
+  absl::StatusOr<FusionStep> step = Finish(snapshot, batch, *touched, *applied->snapshot);
+  if (step.ok()) step->applied.object_ids.resize(batch.edits.size());
+  return step;
+}
+
+absl::StatusOr<FusionStep> MapFusion::Finish(const Snapshot& snapshot, const EditBatch& batch,
+                                             const std::vector<FusedLayer*>& layers,
+                                             const Snapshot& after_batch) {
+  EditBatch whole = batch;
+  std::vector<size_t> ends;
+  for (FusedLayer* layer : layers) {
+    absl::StatusOr<std::vector<hypermap::Edit>> edits = layer->Fold(after_batch);
+    if (!edits.ok()) return Broken(edits.status());
+    std::move(edits->begin(), edits->end(), std::back_inserter(whole.edits));
+    ends.push_back(whole.edits.size());
+  }
+  absl::StatusOr<AppliedBatch> applied = ApplyOrAdvance(snapshot, whole, limits_);
+  if (!applied.ok()) return Broken(applied.status());
+  FusionStep step{*std::move(applied), {}};
+  size_t begin = batch.edits.size();
+  for (size_t i = 0; i < layers.size(); ++i) {
+    const absl::Span<const ObjectId> ids = step.applied.object_ids;
+    step.changes.push_back(layers[i]->Finish(ids.subspan(begin, ends[i] - begin)));
+    begin = ends[i];
+  }
+  return step;
+}
+
+absl::StatusOr<std::vector<ObservationVerdict>> MapFusion::Admit(
+    const Snapshot& snapshot, const std::string& layer,
+    const std::vector<Observation>& observations, absl::Time now) {
+  absl::StatusOr<FusedLayer*> fused = Find(snapshot, layer);
+  if (!fused.ok()) return fused.status();
+  std::vector<ObservationVerdict> verdicts;
+  for (const Observation& observation : observations) {
+    absl::StatusOr<ObservationVerdict> verdict =
+        (*fused)->Admit(observation, now, snapshot, limits_);
+    if (!verdict.ok()) return Broken(verdict.status());
+    verdicts.push_back(*std::move(verdict));
+  }
+  return verdicts;
+}
+
+absl::StatusOr<FusionStep> MapFusion::FoldAdmitted(const Snapshot& snapshot,
+                                                   const std::string& layer) {
+  absl::StatusOr<FusedLayer*> fused = Find(snapshot, layer);
+  if (!fused.ok()) return Broken(fused.status());
+  return Finish(snapshot, {}, {*fused}, snapshot);
+}
+
+absl::StatusOr<FusionStep> MapFusion::Run(const Snapshot& snapshot, const FusionCommand& command) {
+  return std::visit([&](const auto& c) { return Do(snapshot, c); }, command);
+}
+
+absl::Status MapFusion::Begin(const Snapshot& snapshot, const StartFusion& command) {
+  if (!options_->codec.encode_observation) {
+    return absl::FailedPreconditionError("this server does not take observations");
+  }
+  if (deleted_.count(command.layer) > 0) {
+    return absl::AbortedError(
+        absl::StrCat("layer \"", command.layer, "\" is just being made anew"));
+  }
+  storage::FusionSettings settings = command.settings;
+  if (settings.strategy.empty()) settings.strategy = options_->default_strategy;
+  if (settings.strategy.empty() && !fusion::StrategyNames().empty()) {
+    settings.strategy = fusion::StrategyNames().front();
+  }
+  if (!settings.exploration_layer.empty()) {
+    auto status = CheckKind(snapshot, settings.exploration_layer, LayerKind::kExploration);
+    if (!status.ok()) return status;
+  }
+  absl::StatusOr<std::unique_ptr<FusedLayer>> fused =
+      FusedLayer::Begin(command.layer, settings, stored_, options_);
+  if (!fused.ok()) return fused.status();
+  settings_[command.layer] = settings;
+  layers_[command.layer] = *std::move(fused);
+  return absl::OkStatus();
+}
+
+absl::StatusOr<FusionStep> MapFusion::Do(const Snapshot& snapshot, const StartFusion& command) {
+  auto status = CheckKind(snapshot, command.layer, LayerKind::kSemantic);
+  if (!status.ok()) return status;
+  if (settings_.count(command.layer) == 0) {
+    if (absl::Status begun = Begin(snapshot, command); !begun.ok()) return begun;
+    return Finish(snapshot, {}, {layers_[command.layer].get()}, snapshot);
+  }
+  absl::StatusOr<FusedLayer*> fused = Find(snapshot, command.layer);
+  if (!fused.ok()) return fused.status();
+  storage::FusionSettings settings = (*fused)->settings();
+  const storage::FusionSettings& wanted = command.settings;
+  if (!wanted.strategy.empty() && wanted.strategy != settings.strategy) {
+    return Mismatch(command.layer, "strategy", settings.strategy, wanted.strategy);
+  }
+  if (!wanted.parameters.empty() && wanted.parameters != settings.parameters) {
+    return Mismatch(command.layer, "parameters", settings.parameters, wanted.parameters);
+  }
+  if (wanted.exploration_layer.empty() || wanted.exploration_layer == settings.exploration_layer) {
+    return FusionStep();
+  }
+  if (!settings.exploration_layer.empty()) {
+    return Mismatch(command.layer, "exploration_layer", settings.exploration_layer,
+                    wanted.exploration_layer);
+  }
+  status = CheckKind(snapshot, wanted.exploration_layer, LayerKind::kExploration);
+  if (!status.ok()) return status;
+  settings.exploration_layer = wanted.exploration_layer;
+  (*fused)->SetExplorationLayer(settings.exploration_layer);
+  settings_[command.layer] = settings;
+  return Finish(snapshot, {}, {*fused}, snapshot);
+}
+
+absl::StatusOr<FusionStep> MapFusion::Do(const Snapshot& snapshot, const RebuildFusion& command) {
+  absl::StatusOr<FusedLayer*> fused = Find(snapshot, command.layer);
+  if (!fused.ok()) return fused.status();
+  storage::FusionSettings settings = (*fused)->settings();
+  if (!command.strategy.empty()) settings.strategy = command.strategy;
+  settings.parameters = command.parameters;
+  if (auto status = (*fused)->Rebuild(settings); !status.ok()) return status;
+  settings_[command.layer] = settings;
+  return Finish(snapshot, {}, {*fused}, snapshot);
+}
+
+absl::StatusOr<FusionStep> MapFusion::Do(const Snapshot& snapshot,
+                                         const RetractObservations& command) {
+  absl::StatusOr<FusedLayer*> fused = Find(snapshot, command.layer);
+  if (!fused.ok()) return fused.status();
+  const absl::StatusOr<int64_t> retracted =
+      (*fused)->Retract(command.robot, command.from, command.to);
+  if (!retracted.ok()) return Broken(retracted.status());
+  if (*retracted == 0) {
+    return absl::NotFoundError(absl::StrCat("layer \"", command.layer,
+                                            "\" has no observations of robot \"", command.robot,
+                                            "\" in that time"));
+  }
+  return Finish(snapshot, {}, {*fused}, snapshot);
+}
+
+void MapFusion::Written() {
+  deleted_.clear();
+  for (auto it = layers_.begin(); it != layers_.end();) {
+    // What can't be gone on with is read again when it is next needed.
+    it = it->second->Written().ok() ? std::next(it) : layers_.erase(it);
+  }
+}
+
+void MapFusion::KeepCheckpoints() {
+  for (const auto& [name, layer] : layers_) layer->KeepCheckpoint(1).IgnoreError();
+}
+
+}  // namespace hypermap::server

@@ -1,0 +1,524 @@
+// Fused layers through the session: what a layer shows is the fold of its log.
+#include "server/fusion/map_fusion.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <future>
+#include <memory>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "absl/time/clock.h"
+#include "map/layers/grid_layer.h"
+#include "map/layers/semantic_layer.h"
+#include "server/fusion/testing/tally_strategy.h"
+#include "server/services/evidence_codec.h"
+#include "server/session/map_session.h"
+#include "server/session/object_history.h"
+#include "server/session/testing/memory_map_store.h"
+#include "tests/support/random_map.h"
+
+namespace hypermap::server {
+namespace {
+
+using ::testing::Each;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::SizeIs;
+
+using Verdicts = absl::StatusOr<std::vector<ObservationVerdict>>;
+
+const absl::Time kBegin = absl::FromUnixSeconds(1'700'000'000);
+
+// Robots are called by one letter.
+Observation See(const std::string& robot, int64_t sequence, double at_s,
+                const std::vector<std::string>& labels) {
+  Observation observation;
+  observation.robot = robot;
+  observation.sequence = sequence;
+  observation.stamp = kBegin + absl::Seconds(at_s);
+  for (const std::string& label : labels) {
+    Detection detection;
+    detection.scores = {{label, 0.9}};
+    const double x = 2.0 * label.size() + 0.001 * static_cast<double>(sequence);
+    detection.hull = Polygon::FromBox({{x, 0}, {x + 1, 1}});
+    detection.num_points = 5;
+    observation.detections.push_back(detection);
+  }
+  const double x = static_cast<double>(sequence % 50);
+  observation.free_space = Polygon::FromBox({{x, 0}, {x + 2, 2}});
+  return observation;
+}
+
+// What a layer shows, without ids.
+std::vector<SemanticObject> ObjectsOf(const Snapshot& snapshot) {
+  const auto* layer = snapshot.FindSemantic("things");
+  std::vector<SemanticObject> objects;
+  for (const ObjectPtr& object : layer->Objects()) {
+    objects.push_back(*object);
+    objects.back().id = 0;
+  }
+  std::sort(objects.begin(), objects.end(),
+            [](const auto& a, const auto& b) { return a.label < b.label; });
+  return objects;
+}
+
+std::vector<CellIndex> ExploredCells(const Snapshot& snapshot) {
+  const auto* grid = snapshot.FindGrid("seen");
+  std::vector<CellIndex> cells;
+  const CellBox& box = grid->extent();
+  for (int32_t row = box.row_begin; row < box.row_end; ++row) {
+    for (int32_t col = box.col_begin; col < box.col_end; ++col) {
+      if (grid->ValueAt({row, col}) == 1.0) cells.push_back({row, col});
+    }
+  }
+  return cells;
+}
+
+EditBatch Layers() {
+  LayerSpec things;
+  things.name = "things";
+  LayerSpec seen;
+  seen.name = "seen";
+  seen.kind = LayerKind::kExploration;
+  seen.grid = GridGeometry{PlanarTransform(), 0.5};
+  return {{CreateLayer{things}, CreateLayer{seen}}};
+}
+
+// A map with the empty layers "things" and "seen", on a disk of its own.
+class TestSite {
+ public:
+  TestSite() {
+    options_.fusion.codec = WireEvidenceCodec();
+    options_.fusion.make_strategy = MakeTallyStrategy;
+    options_.fusion.default_strategy = "tally";
+    options_.fusion.entries_per_checkpoint = 4;
+    options_.fusion.entries_per_stored_checkpoint = 10;
+    MemoryMapStore store(&disk_);
+    EXPECT_TRUE(store.Create({"site", "map", absl::UnixEpoch(), ""}).ok());
+    Restart();
+    EXPECT_TRUE(session_->SubmitAndWait(Submission{Layers(), "test", ""}).ok());
+  }
+
+  void Restart() {
+    session_.reset();
+    MemoryMapStore store(&disk_);
+    auto stored = store.Open("site");
+    ASSERT_TRUE(stored.ok()) << stored.status();
+    auto session = MapSession::Start(*std::move(stored), options_);
+    ASSERT_TRUE(session.ok()) << session.status();
+    session_ = *std::move(session);
+  }
+
+  absl::StatusOr<storage::Receipt> Run(FusionCommand command, const std::string& id = "") {
+    return session_->RunAndWait(FusionSubmission{std::move(command), "test", id});
+  }
+  void Start(const std::string& strategy = "") {
+    const auto receipt = Run(StartFusion{"things", {strategy, "", "seen"}});
+    EXPECT_TRUE(receipt.ok()) << receipt.status();
+  }
+
+  std::future<Verdicts> Submit(std::vector<Observation> observations) {
+    auto promise = std::make_shared<std::promise<Verdicts>>();
+    session_->Observe(ObservationSubmission{"things", std::move(observations), "test"},
+                      [promise](Verdicts verdicts) { promise->set_value(std::move(verdicts)); });
+    return promise->get_future();
+  }
+  // One observation; its verdict.
+  ObservationVerdict Observe(const Observation& observation) {
+    Verdicts verdicts = Submit({observation}).get();
+    EXPECT_TRUE(verdicts.ok()) << verdicts.status();
+    return verdicts.ok() ? verdicts->front() : ObservationVerdict();
+  }
+  absl::StatusOr<storage::Receipt> Edit(EditBatch batch) {
+    return session_->SubmitAndWait(Submission{std::move(batch), "test", ""});
+  }
+
+  SnapshotPtr snapshot() const { return session_->snapshot(); }
+  ObjectPtr Find(const std::string& label) const {
+    const auto* layer = snapshot()->FindSemantic("things");
+    for (const ObjectPtr& object : layer->Objects()) {
+      if (object->label == label) return object;
+    }
+    return nullptr;
+  }
+  MapSession& session() { return *session_; }
+  MemoryDisk& disk() { return disk_; }
+  SessionOptions& options() { return options_; }
+
+ private:
+  MemoryDisk disk_;
+  SessionOptions options_;
+  std::unique_ptr<MapSession> session_;
+};
+
+void ExpectShowsTheSame(const TestSite& a, const TestSite& b) {
+  EXPECT_EQ(ObjectsOf(*a.snapshot()), ObjectsOf(*b.snapshot()));
+  EXPECT_EQ(ExploredCells(*a.snapshot()), ExploredCells(*b.snapshot()));
+}
+
+// The log of two robots, in order.
+std::vector<Observation> TwoRobots(int n) {
+  const std::vector<std::string> labels = {"cup", "chair", "sofa", "bookcase"};
+  std::vector<Observation> observations;
+  for (int i = 0; i < n; ++i) {
+    std::vector<std::string> seen;
+    for (size_t k = 0; k < labels.size(); ++k) {
+      if ((i * 7 + k * 3) % 5 < 2) seen.push_back(labels[k]);
+    }
+    observations.push_back(See(i % 3 == 0 ? "b" : "a", i, 0.5 * i, seen));
+  }
+  return observations;
+}
+
+TEST(MapFusionTest, ObservationIsOneRevisionWithItsObjectsAndItsExploredArea) {
+  TestSite site;
+  site.Start();
+  const Revision before = site.snapshot()->revision;
+  const ObservationVerdict verdict = site.Observe(See("a", 0, 0, {"cup", "chair"}));
+  EXPECT_EQ(verdict.outcome, ObservationOutcome::kAccepted) << verdict.message;
+  EXPECT_EQ(verdict.revision, before + 1);
+  EXPECT_EQ(site.snapshot()->revision, before + 1);
+  EXPECT_THAT(ObjectsOf(*site.snapshot()), SizeIs(2));
+  EXPECT_THAT(ExploredCells(*site.snapshot()), SizeIs(16));
+}
+
+TEST(MapFusionTest, EachObservationCountsOnceWhateverIsSentAgain) {
+  TestSite site;
+  site.Start();
+  const Observation first = See("a", 0, 0, {"cup"});
+  site.Observe(first);
+  const SnapshotPtr before = site.snapshot();
+  const ObservationVerdict again = site.Observe(first);
+  EXPECT_EQ(again.outcome, ObservationOutcome::kDuplicate);
+  EXPECT_EQ(again.revision, before->revision);
+  const ObservationVerdict other = site.Observe(See("a", 0, 0, {"sofa"}));
+  EXPECT_EQ(other.outcome, ObservationOutcome::kConflict);
+  EXPECT_EQ(site.snapshot(), before);
+  // Also within one submission, and after a restart.
+  const Observation next = See("a", 1, 1, {"cup"});
+  const Verdicts twice = site.Submit({next, next}).get();
+  EXPECT_EQ((*twice)[0].outcome, ObservationOutcome::kAccepted);
+  EXPECT_EQ((*twice)[1].outcome, ObservationOutcome::kDuplicate);
+  site.Restart();
+  EXPECT_EQ(site.Observe(next).outcome, ObservationOutcome::kDuplicate);
+}
+
+TEST(MapFusionTest, LateOnesAreRefusedByTheRuleAndBadOnesNameTheField) {
+  TestSite site;
+  site.Start();
+  site.Observe(See("a", 0, 1000, {"cup"}));
+  EXPECT_EQ(site.Observe(See("b", 1, 399.9, {"cup"})).outcome, ObservationOutcome::kRefusedLate);
+  EXPECT_EQ(site.Observe(See("b", 2, 400, {"cup"})).outcome, ObservationOutcome::kAccepted);
+  Observation bad = See("b", 3, 1000, {"cup"});
+  bad.detections[0].weight = 2.0;
+  const ObservationVerdict verdict = site.Observe(bad);
+  EXPECT_EQ(verdict.outcome, ObservationOutcome::kInvalid);
+  EXPECT_THAT(verdict.message, HasSubstr("detections[0].weight"));
+  Observation lost = See("b", 4, 1000, {"cup"});
+  lost.frame_id = "nowhere";
+  EXPECT_THAT(site.Observe(lost).message, HasSubstr("nowhere"));
+  Observation future = See("b", 5, 0, {"cup"});
+  future.stamp = absl::Now() + absl::Hours(1);
+  EXPECT_THAT(site.Observe(future).message, HasSubstr("ahead of the server's clock"));
+  Observation vast = See("b", 6, 1000, {});
+  vast.free_space = Polygon::FromBox({{0, 0}, {1e8, 1}});
+  EXPECT_THAT(site.Observe(vast).message, HasSubstr("free_space"));
+  EXPECT_THAT(ObjectsOf(*site.snapshot()), SizeIs(1));
+}
+
+TEST(MapFusionTest, LayerThatIsNotFusedTakesNoObservations) {
+  TestSite site;
+  EXPECT_TRUE(absl::IsFailedPrecondition(site.Submit({See("a", 0, 0, {})}).get().status()));
+  EXPECT_TRUE(absl::IsNotFound(site.Run(StartFusion{"nowhere", {}}).status()));
+  EXPECT_TRUE(absl::IsFailedPrecondition(site.Run(StartFusion{"seen", {}}).status()));
+  EXPECT_TRUE(absl::IsInvalidArgument(site.Run(StartFusion{"things", {"none", "", ""}}).status()));
+  EXPECT_TRUE(absl::IsNotFound(site.Run(StartFusion{"things", {"", "", "nowhere"}}).status()));
+  site.Start();
+  const Revision revision = site.snapshot()->revision;
+  site.Start("tally");
+  EXPECT_EQ(site.snapshot()->revision, revision);
+  EXPECT_TRUE(
+      absl::IsFailedPrecondition(site.Run(StartFusion{"things", {"other", "", ""}}).status()));
+}
+
+TEST(MapFusionTest, AnyOrderOfArrivalWithRestartsShowsTheSame) {
+  const std::vector<Observation> log = TwoRobots(120);
+  TestSite in_order;
+  in_order.Start();
+  for (const Observation& observation : log) in_order.Observe(observation);
+
+  const uint64_t seed = hypermap::testing::TestSeed();
+  SCOPED_TRACE(::testing::Message() << "HYPERMAP_TEST_SEED=" << seed);
+  hypermap::testing::Rng rng(seed);
+  for (int round = 0; round < 10; ++round) {
+    std::vector<Observation> shuffled = log;
+    // Mostly a little late, sometimes very.
+    for (size_t i = 1; i < shuffled.size(); ++i) {
+      const int back = hypermap::testing::UniformInt(rng, 0, round % 2 == 0 ? 6 : 119);
+      std::swap(shuffled[i], shuffled[std::max<int>(0, static_cast<int>(i) - back)]);
+    }
+    TestSite site;
+    site.Start();
+    std::vector<std::future<Verdicts>> verdicts;
+    for (size_t i = 0; i < shuffled.size();) {
+      const size_t n =
+          std::min<size_t>(hypermap::testing::UniformInt(rng, 1, 5), shuffled.size() - i);
+      verdicts.push_back(site.Submit({shuffled.begin() + i, shuffled.begin() + i + n}));
+      i += n;
+      if (hypermap::testing::UniformInt(rng, 0, 9) == 0) {
+        verdicts.back().wait();
+        site.Restart();
+      }
+    }
+    for (auto& verdict : verdicts) {
+      const Verdicts answer = verdict.get();
+      ASSERT_TRUE(answer.ok()) << answer.status();
+      for (const ObservationVerdict& v : *answer) {
+        EXPECT_EQ(v.outcome, ObservationOutcome::kAccepted) << v.message;
+      }
+    }
+    ExpectShowsTheSame(site, in_order);
+  }
+}
+
+TEST(MapFusionTest, ObservationsThatQueueBecomeOneRevisionAndOneWrite) {
+  TestSite site;
+  site.Start();
+  site.disk().Hold();
+  auto held = site.Submit({See("a", 0, 0, {"cup"})});
+  site.disk().AwaitHeldWrite();
+  std::vector<std::future<Verdicts>> queued;
+  for (int i = 1; i < 20; ++i) queued.push_back(site.Submit({See("a", i, 20 - i, {"cup"})}));
+  site.disk().Release();
+  const Revision first = held.get()->front().revision;
+  for (auto& verdicts : queued) EXPECT_EQ(verdicts.get()->front().revision, first + 1);
+}
+
+TEST(MapFusionTest, RestartChangesNothingAndGoesOn) {
+  const std::vector<Observation> log = TwoRobots(60);
+  TestSite site;
+  TestSite oracle;
+  for (TestSite* s : {&site, &oracle}) s->Start();
+  for (size_t i = 0; i < log.size(); ++i) {
+    if (i % 7 == 0) {
+      const SnapshotPtr before = site.snapshot();
+      site.Restart();
+      EXPECT_EQ(site.snapshot(), before);
+    }
+    site.Observe(log[i]);
+    oracle.Observe(log[i]);
+  }
+  ExpectShowsTheSame(site, oracle);
+  EXPECT_EQ(site.snapshot()->revision, oracle.snapshot()->revision);
+  EXPECT_EQ(site.Find("cup")->id, oracle.Find("cup")->id);
+}
+
+TEST(MapFusionTest, RetractedSourceIsAsIfItHadNeverBeen) {
+  TestSite site;
+  TestSite without;
+  for (TestSite* s : {&site, &without}) s->Start();
+  for (const Observation& observation : TwoRobots(60)) {
+    site.Observe(observation);
+    if (observation.robot != "b") without.Observe(observation);
+  }
+  const auto retracted = site.Run(RetractObservations{"things", "b"}, "r1");
+  ASSERT_TRUE(retracted.ok()) << retracted.status();
+  ExpectShowsTheSame(site, without);
+  // The same request changes nothing more; a new one finds nothing.
+  EXPECT_EQ(site.Run(RetractObservations{"things", "b"}, "r1")->revision, retracted->revision);
+  EXPECT_TRUE(absl::IsNotFound(site.Run(RetractObservations{"things", "b"}, "r2").status()));
+  // What was taken back is not taken again.
+  EXPECT_EQ(site.Observe(TwoRobots(1)[0]).outcome, ObservationOutcome::kDuplicate);
+  site.Restart();
+  ExpectShowsTheSame(site, without);
+  site.Observe(See("a", 200, 40, {"cup"}));
+  without.Observe(See("a", 200, 40, {"cup"}));
+  ExpectShowsTheSame(site, without);
+}
+
+TEST(MapFusionTest, RetractingATimeTakesOnlyThatTime) {
+  TestSite site;
+  TestSite without;
+  for (TestSite* s : {&site, &without}) s->Start();
+  const auto from = kBegin + absl::Seconds(10);
+  const auto to = kBegin + absl::Seconds(20);
+  for (const Observation& observation : TwoRobots(60)) {
+    site.Observe(observation);
+    const bool taken =
+        observation.robot == "a" && observation.stamp >= from && observation.stamp < to;
+    if (!taken) without.Observe(observation);
+  }
+  ASSERT_TRUE(site.Run(RetractObservations{"things", "a", from, to}).ok());
+  ExpectShowsTheSame(site, without);
+}
+
+TEST(MapFusionTest, RebuiltLayerIsAsIfFusedSoFromTheStartAndKeepsItsIds) {
+  TestSite site;
+  TestSite other;
+  site.Start("tally");
+  other.Start("other");
+  for (const Observation& observation : TwoRobots(60)) {
+    site.Observe(observation);
+    other.Observe(observation);
+  }
+  const ObjectId cup = site.Find("cup")->id;
+  const Revision before = site.snapshot()->revision;
+  const auto rebuilt = site.Run(RebuildFusion{"things", "other", ""});
+  ASSERT_TRUE(rebuilt.ok()) << rebuilt.status();
+  EXPECT_EQ(rebuilt->revision, before + 1);
+  ExpectShowsTheSame(site, other);
+  EXPECT_EQ(site.Find("cup")->id, cup);
+  site.Restart();
+  site.Observe(See("a", 100, 30, {"cup"}));
+  other.Observe(See("a", 100, 30, {"cup"}));
+  ExpectShowsTheSame(site, other);
+  EXPECT_TRUE(absl::IsInvalidArgument(site.Run(RebuildFusion{"things", "none", ""}).status()));
+  EXPECT_TRUE(absl::IsInvalidArgument(site.Run(RebuildFusion{"things", "", "{\"a\":1}"}).status()));
+  ExpectShowsTheSame(site, other);
+}
+
+SemanticObject Box(ObjectId id, const std::string& label, double x) {
+  SemanticObject object;
+  object.id = id;
+  object.label = label;
+  object.shape = Polygon::FromBox({{x, 5}, {x + 1, 6}});
+  return object;
+}
+
+TEST(MapFusionTest, WhatAnOperatorPutsStaysWhateverIsSeen) {
+  TestSite site;
+  site.Start();
+  site.Observe(See("a", 0, 10, {"cup", "sofa"}));
+  const ObjectId cup = site.Find("cup")->id;
+  ASSERT_TRUE(site.Edit({{PutObject{"things", Box(cup, "mug", 3), ""}}}).ok());
+  const auto lamp = site.Edit({{PutObject{"things", Box(0, "lamp", 8), ""}}});
+  ASSERT_TRUE(lamp.ok()) << lamp.status();
+  ASSERT_THAT(lamp->object_ids, SizeIs(1));
+  site.Restart();
+  site.Observe(See("a", 1, 11, {"sofa", "lamp", "mug"}));
+  // Late: the log is folded again.
+  site.Observe(See("a", 2, 5, {"sofa"}));
+  EXPECT_EQ(*site.Find("mug"), Box(cup, "mug", 3));
+  EXPECT_EQ(*site.Find("lamp"), Box(lamp->object_ids[0], "lamp", 8));
+  EXPECT_EQ(site.Find("cup"), nullptr);
+  EXPECT_THAT(ObjectsOf(*site.snapshot()), SizeIs(3));
+}
+
+TEST(MapFusionTest, ObjectPutOnATrackTakesItOverUnderItsOwnId) {
+  TestSite site;
+  site.Start();
+  site.Observe(See("a", 0, 10, {"cup"}));
+  const auto put = site.Edit({{PutObject{"things", Box(0, "cup", 8), ""}}});
+  ASSERT_TRUE(put.ok()) << put.status();
+  EXPECT_THAT(ObjectsOf(*site.snapshot()), SizeIs(1));
+  EXPECT_EQ(*site.Find("cup"), Box(put->object_ids[0], "cup", 8));
+  site.Restart();
+  site.Observe(See("a", 1, 11, {"cup", "sofa"}));
+  site.Observe(See("a", 2, 9, {"cup"}));
+  EXPECT_THAT(ObjectsOf(*site.snapshot()), SizeIs(2));
+  EXPECT_EQ(*site.Find("cup"), Box(put->object_ids[0], "cup", 8));
+}
+
+TEST(MapFusionTest, WhatAnOperatorDeletesStaysAway) {
+  TestSite site;
+  site.Start();
+  site.Observe(See("a", 0, 10, {"cup", "sofa"}));
+  ASSERT_TRUE(site.Edit({{DeleteObject{"things", site.Find("cup")->id}}}).ok());
+  EXPECT_EQ(site.Find("cup"), nullptr);
+  site.Observe(See("a", 1, 11, {"cup"}));
+  site.Restart();
+  site.Observe(See("a", 2, 5, {"cup"}));
+  EXPECT_EQ(site.Find("cup"), nullptr);
+  EXPECT_THAT(ObjectsOf(*site.snapshot()), SizeIs(1));
+}
+
+TEST(MapFusionTest, ObjectsFromBeforeFusionAreLeftAlone) {
+  TestSite site;
+  ASSERT_TRUE(site.Edit({{PutObject{"things", Box(0, "wardrobe", 8), ""}}}).ok());
+  const ObjectPtr wardrobe = site.Find("wardrobe");
+  site.Start();
+  site.Observe(See("a", 0, 10, {"cup"}));
+  site.Observe(See("a", 1, 9, {"cup"}));
+  ASSERT_TRUE(site.Run(RebuildFusion{"things", "other", ""}).ok());
+  ASSERT_TRUE(site.Run(RetractObservations{"things", "a"}).ok());
+  EXPECT_EQ(*site.Find("wardrobe"), *wardrobe);
+  EXPECT_THAT(ObjectsOf(*site.snapshot()), SizeIs(1));
+}
+
+TEST(MapFusionTest, FailedWriteAcknowledgesNothingAndLeavesAllAsItWas) {
+  TestSite site;
+  TestSite oracle;
+  for (TestSite* s : {&site, &oracle}) s->Start();
+  const std::vector<Observation> log = TwoRobots(30);
+  for (size_t i = 0; i < log.size(); ++i) {
+    if (i % 5 == 3) {
+      const SnapshotPtr before = site.snapshot();
+      site.disk().FailWrites(absl::ResourceExhaustedError("disk full"));
+      EXPECT_TRUE(absl::IsResourceExhausted(site.Submit({log[i]}).get().status()));
+      site.disk().FailWrites(absl::OkStatus());
+      EXPECT_EQ(site.snapshot(), before);
+    }
+    EXPECT_EQ(site.Observe(log[i]).outcome, ObservationOutcome::kAccepted);
+    oracle.Observe(log[i]);
+  }
+  ExpectShowsTheSame(site, oracle);
+}
+
+TEST(MapFusionTest, DeletedLayerTakesItsLogWithIt) {
+  TestSite site;
+  site.Start();
+  site.Observe(See("a", 0, 10, {"cup"}));
+  LayerSpec things;
+  things.name = "things";
+  ASSERT_TRUE(site.Edit({{DeleteLayer{"things"}, CreateLayer{things}}}).ok());
+  EXPECT_TRUE(absl::IsFailedPrecondition(site.Submit({See("a", 1, 11, {})}).get().status()));
+  site.Start("other");
+  EXPECT_EQ(site.Observe(See("a", 0, 10, {"sofa"})).outcome, ObservationOutcome::kAccepted);
+  EXPECT_THAT(ObjectsOf(*site.snapshot()), SizeIs(1));
+}
+
+TEST(MapFusionTest, ObservationsInAnotherFrameAreFusedInTheLayersOwn) {
+  TestSite site;
+  ASSERT_TRUE(site.Edit({{SetTransform{{"map", "dock", PlanarTransform(10, 20, 0)}}}}).ok());
+  site.Start();
+  Observation observation = See("a", 0, 0, {"cup"});
+  observation.frame_id = "dock";
+  EXPECT_EQ(site.Observe(observation).outcome, ObservationOutcome::kAccepted);
+  EXPECT_EQ(site.Find("cup")->shape, Polygon::FromBox({{16, 20}, {17, 21}}));
+  // The frame moves: what was seen was seen where it was.
+  ASSERT_TRUE(site.Edit({{SetTransform{{"map", "dock", PlanarTransform(0, 0, 0)}}}}).ok());
+  EXPECT_EQ(site.Observe(observation).outcome, ObservationOutcome::kDuplicate);
+  ASSERT_TRUE(site.Run(RebuildFusion{"things", "", ""}).ok());
+  EXPECT_EQ(site.Find("cup")->shape, Polygon::FromBox({{16, 20}, {17, 21}}));
+}
+
+TEST(MapFusionTest, ExplanationTellsTheObservationsOfAnObject) {
+  TestSite site;
+  site.Start();
+  site.Observe(See("a", 0, 0, {"sofa"}));
+  site.Observe(See("a", 1, 1, {"sofa", "cup"}));
+  site.Observe(See("b", 7, 2, {"cup"}));
+  const auto go_on = [] { return absl::OkStatus(); };
+  const auto history = ExplainObject(site.session(), "things", site.Find("cup")->id, go_on);
+  ASSERT_TRUE(history.ok()) << history.status();
+  EXPECT_EQ(history->track, "a/1/1");
+  EXPECT_EQ(history->settings.strategy, "tally");
+  ASSERT_THAT(history->events, SizeIs(2));
+  EXPECT_EQ(history->events[0].kind, ObjectEvent::Kind::kFounded);
+  EXPECT_EQ(history->events[0].detection, 1);
+  EXPECT_EQ(history->events[0].at.sequence, 1);
+  EXPECT_EQ(history->events[1].kind, ObjectEvent::Kind::kSeen);
+  EXPECT_EQ(history->events[1].at.robot, "b");
+  EXPECT_EQ(history->events[1].existence, 1.0);
+  EXPECT_TRUE(absl::IsNotFound(ExplainObject(site.session(), "things", 99, go_on).status()));
+  EXPECT_TRUE(absl::IsCancelled(ExplainObject(site.session(), "things", site.Find("cup")->id, [] {
+                                  return absl::CancelledError("");
+                                }).status()));
+}
+
+}  // namespace
+}  // namespace hypermap::server

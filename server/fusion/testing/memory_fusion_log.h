@@ -1,0 +1,140 @@
+// A FusionLog in memory, for tests.
+#ifndef HYPERMAP_SERVER_FUSION_TESTING_MEMORY_FUSION_LOG_H_
+#define HYPERMAP_SERVER_FUSION_TESTING_MEMORY_FUSION_LOG_H_
+
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "storage/fusion_log.h"
+
+namespace hypermap::server {
+
+class MemoryFusionLog : public storage::FusionLog {
+ public:
+  void Apply(const storage::FusionChange& change) {
+    Layer& layer = layers_[change.layer];
+    if (change.settings) layer.settings = *change.settings;
+    if (change.stale_from) {
+      layer.checkpoints.erase(layer.checkpoints.lower_bound(*change.stale_from),
+                              layer.checkpoints.end());
+    }
+    for (const auto& o : change.observations) layer.observations[{o.key.robot, o.key.sequence}] = o;
+    for (const auto& key : change.retracted) layer.retracted.insert(key);
+    for (const auto& fact : change.facts) layer.facts[fact.key] = fact;
+    for (const auto& [track, id] : change.tracks) layer.tracks[track] = id;
+  }
+  void Drop(const std::string& layer) { layers_.erase(layer); }
+
+  absl::StatusOr<std::vector<std::pair<std::string, storage::FusionSettings>>> FusedLayers()
+      override {
+    std::vector<std::pair<std::string, storage::FusionSettings>> layers;
+    for (const auto& [name, layer] : layers_) layers.emplace_back(name, layer.settings);
+    return layers;
+  }
+  absl::StatusOr<std::vector<storage::TrackId>> Tracks(const std::string& layer) override {
+    const auto& tracks = layers_[layer].tracks;
+    return std::vector<storage::TrackId>(tracks.begin(), tracks.end());
+  }
+  absl::StatusOr<std::optional<Known>> FindObservation(const std::string& layer,
+                                                       const std::string& robot,
+                                                       int64_t sequence) override {
+    const auto& observations = layers_[layer].observations;
+    const auto it = observations.find({robot, sequence});
+    if (it == observations.end()) return std::nullopt;
+    return Known{it->second.key, it->second.content_hash,
+                 layers_[layer].retracted.count(it->second.key) > 0};
+  }
+  absl::StatusOr<std::vector<int64_t>> Sequences(const std::string& layer,
+                                                 const std::string& robot) override {
+    std::vector<int64_t> sequences;
+    for (const auto& [name, o] : layers_[layer].observations) {
+      if (name.first == robot) sequences.push_back(name.second);
+    }
+    return sequences;
+  }
+  absl::StatusOr<std::vector<ObservationKey>> KeysOf(const std::string& layer,
+                                                     const std::string& robot, absl::Time from,
+                                                     absl::Time to) override {
+    std::vector<ObservationKey> keys;
+    for (const auto& [key, entry] : Entries(layer)) {
+      const ObservationKey& name = key.after;
+      if (key.number == 0 && name.robot == robot && name.stamp >= from && name.stamp < to) {
+        keys.push_back(name);
+      }
+    }
+    return keys;
+  }
+  absl::StatusOr<std::optional<ObservationKey>> NewestKey(const std::string& layer) override {
+    std::optional<ObservationKey> newest;
+    for (const auto& [key, entry] : Entries(layer)) {
+      if (key.number == 0) newest = key.after;
+    }
+    return newest;
+  }
+  absl::StatusOr<std::optional<storage::LogKey>> NewestFact(const std::string& layer) override {
+    const auto& facts = layers_[layer].facts;
+    if (facts.empty()) return std::nullopt;
+    return facts.rbegin()->first;
+  }
+  absl::StatusOr<std::vector<storage::LogEntry>> Read(const std::string& layer,
+                                                      const storage::LogKey& after,
+                                                      int max_entries) override {
+    std::vector<storage::LogEntry> read;
+    const auto entries = Entries(layer);
+    for (auto it = entries.upper_bound(after);
+         it != entries.end() && static_cast<int>(read.size()) < max_entries; ++it) {
+      read.push_back(it->second);
+    }
+    return read;
+  }
+  absl::StatusOr<std::optional<storage::FusionCheckpoint>> FindCheckpoint(
+      const std::string& layer, const std::optional<storage::LogKey>& before) override {
+    const auto& checkpoints = layers_[layer].checkpoints;
+    auto it = before ? checkpoints.lower_bound(*before) : checkpoints.end();
+    if (it == checkpoints.begin()) return std::nullopt;
+    --it;
+    return storage::FusionCheckpoint{it->first, it->second};
+  }
+  absl::Status KeepCheckpoint(const std::string& layer,
+                              const storage::FusionCheckpoint& checkpoint) override {
+    layers_[layer].checkpoints[checkpoint.key] = checkpoint.state;
+    return absl::OkStatus();
+  }
+
+  int NumCheckpoints(const std::string& layer) {
+    return static_cast<int>(layers_[layer].checkpoints.size());
+  }
+
+ private:
+  struct Layer {
+    storage::FusionSettings settings;
+    std::map<std::pair<std::string, int64_t>, storage::LoggedObservation> observations;
+    std::set<ObservationKey> retracted;
+    std::map<storage::LogKey, storage::LoggedFact> facts;
+    std::map<std::string, ObjectId> tracks;
+    std::map<storage::LogKey, std::string> checkpoints;
+  };
+
+  std::map<storage::LogKey, storage::LogEntry> Entries(const std::string& name) {
+    const Layer& layer = layers_[name];
+    std::map<storage::LogKey, storage::LogEntry> entries;
+    for (const auto& [unused, o] : layer.observations) {
+      if (layer.retracted.count(o.key) > 0) continue;
+      entries[{o.key, 0}] = {{o.key, 0}, "", "", o.body};
+    }
+    for (const auto& [key, fact] : layer.facts) {
+      entries[key] = {key, fact.kind, fact.track, fact.body};
+    }
+    return entries;
+  }
+
+  std::map<std::string, Layer> layers_;
+};
+
+}  // namespace hypermap::server
+
+#endif  // HYPERMAP_SERVER_FUSION_TESTING_MEMORY_FUSION_LOG_H_

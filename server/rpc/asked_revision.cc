@@ -1,0 +1,81 @@
+#include "server/rpc/asked_revision.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "server/session/past_snapshot.h"
+
+namespace hypermap::server {
+namespace {
+
+// The revision that was the newest at `time`.
+absl::StatusOr<Revision> RevisionAt(MapSession& session, storage::HistoryReader& history,
+                                    absl::Time time, Revision newest) {
+  if (const absl::Time now = session.options().clock(); time > now) {
+    return absl::OutOfRangeError(absl::StrCat("at_time ", absl::FormatTime(time),
+                                              " is still to come, it is ", absl::FormatTime(now)));
+  }
+  const absl::StatusOr<Revision> revision = history.RevisionAt(time);
+  if (!revision.ok()) return revision;
+  // What is on disk may not be published yet.
+  return std::min(*revision, newest);
+}
+
+}  // namespace
+
+absl::StatusOr<AskedRevision> AskedRevision::Find(MapSession& session, const AsOf& as_of) {
+  AskedRevision asked;
+  asked.structure_ = session.snapshot();
+  const Revision newest = asked.revision();
+  if (newest < as_of.min_revision) {
+    return absl::UnavailableError(absl::StrCat("the map is closing at revision ", newest,
+                                               ", min_revision is ", as_of.min_revision));
+  }
+  if (!as_of.is_past() || as_of.revision == newest) return asked;
+  if (as_of.revision > newest) {
+    return absl::OutOfRangeError(
+        absl::StrCat("at_revision ", *as_of.revision, " is still to come, the newest is ", newest));
+  }
+  absl::StatusOr<HistoryPool::Lease> history = session.OpenHistory();
+  if (!history.ok()) return history.status();
+  const absl::StatusOr<Revision> revision =
+      as_of.time ? RevisionAt(session, **history, *as_of.time, newest) : *as_of.revision;
+  if (!revision.ok()) return revision.status();
+  if (*revision == newest) return asked;
+  absl::StatusOr<std::unique_ptr<storage::PastMap>> past = (*history)->At(*revision);
+  if (!past.ok()) return past.status();
+  asked.structure_ = (*past)->structure();
+  asked.history_.emplace(*std::move(history));
+  asked.past_ = *std::move(past);
+  return asked;
+}
+
+absl::StatusOr<SnapshotPtr> AskedRevision::ForPoint(const Scope& scope, const Point& p,
+                                                    double tolerance_m) const {
+  if (!past_) return structure_;
+  return ReadPast(*past_, scope, Box{p, p}, tolerance_m);
+}
+
+absl::StatusOr<SnapshotPtr> AskedRevision::ForArea(const Scope& scope,
+                                                   const std::optional<Polygon>& area) const {
+  if (!past_) return structure_;
+  return ReadPast(*past_, scope, area);
+}
+
+absl::StatusOr<SnapshotPtr> AskedRevision::ForPoints(const Scope& scope,
+                                                     absl::Span<const Point> points,
+                                                     double tolerance_m) const {
+  if (!past_ || points.empty()) return structure_;
+  Box box;
+  for (const Point& p : points) box.Extend(p);
+  return ReadPast(*past_, scope, box, tolerance_m);
+}
+
+absl::StatusOr<NearestAnswer> AskedRevision::Nearest(const Scope& scope, const Point& p,
+                                                     const ValueQuery& value, int k) const {
+  if (!past_) return hypermap::Nearest(*structure_, scope, p, value, k);
+  return NearestInPast(*past_, scope, p, value, k);
+}
+
+}  // namespace hypermap::server

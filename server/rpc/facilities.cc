@@ -1,0 +1,25 @@
+#include "server/rpc/facilities.h"
+
+#include "absl/strings/str_cat.h"
+#include "map/layers/layer_spec.h"
+
+namespace hypermap::server {
+namespace {
+
+constexpr size_t kMaxRequestIdLength = 128;
+
+}  // namespace
+
+absl::StatusOr<std::shared_ptr<MapSession>> FindMap(const Facilities& facilities,
+                                                    const std::string& map) {
+  if (auto status = ValidateName("map", map); !status.ok()) return status;
+  return facilities.site->Find(map);
+}
+
+absl::Status ValidateRequestId(const std::string& request_id) {
+  if (request_id.size() <= kMaxRequestIdLength) return absl::OkStatus();
+  return absl::InvalidArgumentError(
+      absl::StrCat("request_id is longer than ", kMaxRequestIdLength, " characters"));
+}
+
+}  // namespace hypermap::server

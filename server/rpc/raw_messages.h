@@ -1,0 +1,20 @@
+// Messages of raw methods, which gRPC hands over and takes as bytes.
+#ifndef HYPERMAP_SERVER_RPC_RAW_MESSAGES_H_
+#define HYPERMAP_SERVER_RPC_RAW_MESSAGES_H_
+
+#include <google/protobuf/message.h>
+#include <grpcpp/support/byte_buffer.h>
+#include <grpcpp/support/slice.h>
+
+#include "absl/status/status.h"
+
+namespace hypermap::server {
+
+// Fills the empty message. INVALID_ARGUMENT for bytes that are no such request; it is then empty.
+absl::Status ParseRequest(const grpc::ByteBuffer& bytes, google::protobuf::Message* request);
+
+grpc::Slice Serialize(const google::protobuf::Message& message);
+
+}  // namespace hypermap::server
+
+#endif  // HYPERMAP_SERVER_RPC_RAW_MESSAGES_H_

@@ -1,0 +1,181 @@
+// Answers of many messages.
+#ifndef HYPERMAP_SERVER_RPC_STREAMED_ANSWER_H_
+#define HYPERMAP_SERVER_RPC_STREAMED_ANSWER_H_
+
+#include <google/protobuf/arena.h>
+#include <grpcpp/server_context.h>
+#include <grpcpp/support/byte_buffer.h>
+#include <grpcpp/support/server_callback.h>
+#include <grpcpp/support/slice.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <utility>
+
+#include "absl/functional/any_invocable.h"
+#include "absl/functional/function_ref.h"
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
+#include "absl/time/clock.h"
+#include "absl/time/time.h"
+#include "server/rpc/raw_messages.h"
+#include "server/rpc/request_log.h"
+#include "server/rpc/revision_wait.h"
+#include "server/rpc/wanted.h"
+#include "server/rpc/worker_pool.h"
+#include "wire/status.h"
+
+namespace hypermap::server {
+
+// The map that a request names, in its scope or by itself.
+template <typename Request>
+const std::string& MapOf(const Request& request) {
+  if constexpr (requires { request.scope(); }) {
+    return request.scope().map();
+  } else {
+    return request.map();
+  }
+}
+
+// Makes an answer's messages one by one. One thread at a time.
+template <typename Response>
+class MessageSource {
+ public:
+  enum class Step { kMessage, kNothingYet, kEnd };
+
+  virtual ~MessageSource() = default;
+  // Fills the empty message, or does a bounded amount of work towards it.
+  virtual absl::StatusOr<Step> Next(Response* message) = 0;
+  // Whether it is known that the last message was made; kEnd comes in any case.
+  virtual bool done() const { return false; }
+  // Answers in the messages so far, for the log.
+  virtual int64_t items() const = 0;
+};
+
+// Answers the request of a raw method with what a source makes: one message is held at a time, and
+// the next is made only when gRPC has taken it, so that a slow reader costs no memory. Looks before
+// every step whether the answer is still wanted, and lets others have the worker after kTurn. Owns
+// itself: gRPC calls OnDone when Finish has been called and no operation is left, and Finish is
+// only called between operations.
+//
+// Messages are read and written here, not by gRPC, so that they lie on arenas, and so that most of
+// an answer is freed by the thread that made it: gRPC calls OnDone on another one.
+template <typename Request, typename Response>
+class StreamedAnswer final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
+ public:
+  using Source = MessageSource<Response>;
+  using OpenSource = absl::AnyInvocable<absl::StatusOr<std::unique_ptr<Source>>(const Request&) &&>;
+
+  using Done = absl::AnyInvocable<void() &&>;
+  using StartWait = absl::FunctionRef<void(RevisionWait&, Done)>;
+
+  // `open` is called where the answer begins, unless `bytes` are no Request: that is answered with
+  // INVALID_ARGUMENT. The request and the context live until OnDone.
+  StreamedAnswer(const grpc::CallbackServerContext* context, absl::string_view rpc,
+                 const grpc::ByteBuffer& bytes, WorkerPool* workers, OpenSource open)
+      : context_(context),
+        parsed_(ParseRequest(bytes, request_)),
+        log_(*context, rpc, MapOf(*request_)),
+        workers_(workers),
+        open_(std::move(open)) {}
+
+  // Empty if it is none.
+  const Request& request() const { return *request_; }
+
+  // One of these is called, once.
+
+  void BeginOnWorker() { RunOnWorker(); }
+  // On gRPC's thread, for what is likely to be short; if it is not, the workers get it after
+  // kShortTurn.
+  void BeginAtOnce() { TakeTurn(kShortTurn); }
+  // On a worker when the wait that `start_wait` starts is done.
+  void BeginAfter(StartWait start_wait) {
+    wait_.emplace();
+    start_wait(*wait_, [this] { RunOnWorker(); });
+  }
+
+  void OnCancel() override {
+    if (wait_) wait_->Stop();
+  }
+
+  void OnWriteDone(bool ok) override {
+    if (!ok) return End(absl::CancelledError("the caller went away"));
+    RunOnWorker();
+  }
+  void OnDone() override { delete this; }
+
+ private:
+  using Step = typename Source::Step;
+
+  static constexpr absl::Duration kTurn = absl::Milliseconds(10);
+  static constexpr absl::Duration kShortTurn = absl::Milliseconds(1);
+  // Hold an ordinary request and a short answer.
+  static constexpr size_t kRequestBytes = 896;
+  static constexpr size_t kMessageBytes = 4096;
+
+  void RunOnWorker() {
+    workers_->Run([this] { TakeTurn(kTurn); });
+  }
+
+  void TakeTurn(absl::Duration turn) {
+    const absl::Time end_of_turn = absl::Now() + turn;
+    do {
+      const absl::StatusOr<Step> step = TakeStep();
+      if (!step.ok()) return End(step.status());
+      if (*step == Step::kEnd) return End(absl::OkStatus());
+      if (*step == Step::kMessage) return Write();
+    } while (absl::Now() < end_of_turn);
+    RunOnWorker();
+  }
+
+  absl::StatusOr<Step> TakeStep() {
+    if (absl::Status status = CheckWanted(*context_); !status.ok()) return status;
+    if (!parsed_.ok()) return parsed_;
+    if (!source_) {
+      absl::StatusOr<std::unique_ptr<Source>> source = std::move(open_)(*request_);
+      if (!source.ok()) return source.status();
+      source_ = *std::move(source);
+    }
+    alignas(std::max_align_t) char block[kMessageBytes];
+    google::protobuf::Arena arena(block, sizeof block);
+    auto* const message = google::protobuf::Arena::CreateMessage<Response>(&arena);
+    absl::StatusOr<Step> step = source_->Next(message);
+    if (step.ok() && *step == Step::kMessage) {
+      const grpc::Slice slice = Serialize(*message);
+      grpc::ByteBuffer(&slice, 1).Swap(&message_);
+    }
+    return step;
+  }
+
+  void Write() {
+    if (!source_->done()) return StartWrite(&message_);
+    log_.Finished(absl::OkStatus(), source_->items());
+    source_.reset();
+    // One operation in place of two.
+    StartWriteAndFinish(&message_, grpc::WriteOptions(), grpc::Status::OK);
+  }
+
+  void End(const absl::Status& status) {
+    log_.Finished(status, source_ ? source_->items() : 0);
+    Finish(wire::EncodeStatus(status));
+  }
+
+  const grpc::CallbackServerContext* const context_;
+  alignas(std::max_align_t) char block_[kRequestBytes];
+  google::protobuf::Arena arena_{block_, sizeof block_};
+  Request* const request_ = google::protobuf::Arena::CreateMessage<Request>(&arena_);
+  const absl::Status parsed_;
+  const RequestLog log_;
+  WorkerPool* const workers_;
+  OpenSource open_;
+  std::optional<RevisionWait> wait_;  // set in BeginAfter
+  std::unique_ptr<Source> source_;
+  grpc::ByteBuffer message_;  // being written
+};
+
+}  // namespace hypermap::server
+
+#endif  // HYPERMAP_SERVER_RPC_STREAMED_ANSWER_H_

@@ -1,0 +1,43 @@
+// Threads for the work of requests, so that gRPC's own threads are never held up.
+#ifndef HYPERMAP_SERVER_RPC_WORKER_POOL_H_
+#define HYPERMAP_SERVER_RPC_WORKER_POOL_H_
+
+#include <deque>
+#include <thread>
+#include <vector>
+
+#include "absl/base/thread_annotations.h"
+#include "absl/functional/any_invocable.h"
+#include "base/sync/mutex.h"
+
+namespace hypermap::server {
+
+// Runs tasks in the order they come, as many at a time as there are threads. The queue is as long
+// as there are requests, whose number gRPC bounds. Thread safe.
+class WorkerPool {
+ public:
+  using Task = absl::AnyInvocable<void() &&>;
+
+  explicit WorkerPool(int num_threads);
+  // Runs what is queued, then ends.
+  ~WorkerPool();
+  WorkerPool(const WorkerPool&) = delete;
+  WorkerPool& operator=(const WorkerPool&) = delete;
+
+  void Run(Task task);
+
+ private:
+  void Work();
+  // Null when the pool ends.
+  Task Take();
+
+  Mutex mutex_;
+  CondVar changed_;
+  std::deque<Task> tasks_ ABSL_GUARDED_BY(mutex_);
+  bool ending_ ABSL_GUARDED_BY(mutex_) = false;
+  std::vector<std::thread> threads_;
+};
+
+}  // namespace hypermap::server
+
+#endif  // HYPERMAP_SERVER_RPC_WORKER_POOL_H_

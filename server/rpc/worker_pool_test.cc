@@ -1,0 +1,49 @@
+#include "server/rpc/worker_pool.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <future>
+#include <vector>
+
+namespace hypermap::server {
+namespace {
+
+TEST(WorkerPool, RunsTasksOfOneThreadInOrderAndAllBeforeItEnds) {
+  std::vector<int> ran;
+  {
+    WorkerPool pool(1);
+    for (int i = 0; i < 100; ++i) pool.Run([&ran, i] { ran.push_back(i); });
+  }
+  ASSERT_EQ(ran.size(), 100u);
+  for (int i = 0; i < 100; ++i) EXPECT_EQ(ran[i], i);
+}
+
+TEST(WorkerPool, RunsAsManyAtATimeAsThereAreThreads) {
+  std::promise<void> first_runs, second_runs;
+  WorkerPool pool(2);
+  pool.Run([&] {
+    first_runs.set_value();
+    second_runs.get_future().wait();
+  });
+  first_runs.get_future().wait();
+  pool.Run([&] { second_runs.set_value(); });
+}
+
+TEST(WorkerPool, TasksMayRunTasks) {
+  std::atomic<int> ran = 0;
+  std::promise<void> all_ran;
+  WorkerPool pool(1);
+  pool.Run([&] {
+    ++ran;
+    pool.Run([&] {
+      ++ran;
+      all_ran.set_value();
+    });
+  });
+  all_ran.get_future().wait();
+  EXPECT_EQ(ran, 2);
+}
+
+}  // namespace
+}  // namespace hypermap::server

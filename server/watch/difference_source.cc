@@ -1,0 +1,120 @@
+#include "server/watch/difference_source.h"
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "map/watch/net_changes.h"
+#include "server/watch/told_changes.h"
+
+namespace hypermap::server {
+namespace {
+
+constexpr int kChangesPerStep = 1024;
+
+absl::StatusOr<SnapshotPtr> StructureAt(storage::HistoryReader& history, Revision revision) {
+  const absl::StatusOr<std::unique_ptr<storage::PastMap>> past = history.At(revision);
+  if (!past.ok()) return past.status();
+  return (*past)->structure();
+}
+
+absl::Status CheckLayers(const Snapshot& from, const Snapshot& to,
+                         const std::vector<std::string>& layers) {
+  for (const std::string& layer : layers) {
+    if (from.FindLayer(layer) || to.FindLayer(layer)) continue;
+    return to.GetLayer(layer).status();
+  }
+  return absl::OkStatus();
+}
+
+class DifferenceSource : public MessageSource<v1::ListChangesResponse> {
+ public:
+  DifferenceSource(const ServiceLimits& limits, HistoryPool::Lease history, SnapshotPtr from,
+                   SnapshotPtr to, std::vector<std::string> layers, std::string frame_id)
+      : limits_(limits),
+        history_(std::move(history)),
+        from_(std::move(from)),
+        to_(std::move(to)),
+        layers_(std::move(layers)),
+        frame_id_(std::move(frame_id)),
+        taken_(from_->revision) {}
+
+  absl::StatusOr<Step> Next(v1::ListChangesResponse* message) override {
+    if (taken_ < to_->revision) return Take();
+    if (!finished_) {
+      changes_ = std::move(net_).Finish(*from_, *to_, layers_, frame_id_);
+      finished_ = true;
+    }
+    if (told_any_ && next_ == changes_.size()) return Step::kEnd;
+    told_any_ = true;
+    message->set_from_revision(from_->revision);
+    message->set_to_revision(to_->revision);
+    next_ = EncodeChanges(changes_, next_, limits_, message->mutable_changes());
+    return Step::kMessage;
+  }
+
+  int64_t items() const override { return static_cast<int64_t>(next_); }
+
+ private:
+  absl::StatusOr<Step> Take() {
+    const absl::StatusOr<std::vector<storage::PastCommit>> commits =
+        history_->Commits(taken_, kChangesPerStep);
+    if (!commits.ok()) return commits.status();
+    if (commits->empty()) return absl::InternalError("the history ends too early");
+    for (const storage::PastCommit& commit : *commits) {
+      if (commit.record.revision > to_->revision) break;
+      net_.Add(commit.changes);
+      taken_ = commit.record.revision;
+    }
+    return Step::kNothingYet;
+  }
+
+  const ServiceLimits limits_;
+  HistoryPool::Lease history_;
+  const SnapshotPtr from_;
+  const SnapshotPtr to_;
+  const std::vector<std::string> layers_;
+  const std::string frame_id_;
+  Revision taken_;
+  NetChanges net_;
+  std::vector<ToldChange> changes_;
+  bool finished_ = false;
+  bool told_any_ = false;
+  size_t next_ = 0;
+};
+
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<MessageSource<v1::ListChangesResponse>>> OpenDifference(
+    const Facilities& facilities, const v1::ListChangesRequest& request) {
+  const absl::StatusOr<std::shared_ptr<MapSession>> session =
+      FindMap(facilities, request.scope().map());
+  if (!session.ok()) return session.status();
+  const Revision newest = (*session)->snapshot()->revision;
+  const Revision to = request.has_to_revision() ? request.to_revision() : newest;
+  if (request.from_revision() < 0) return absl::InvalidArgumentError("from_revision is negative");
+  for (const Revision revision : {request.from_revision(), to}) {
+    if (revision <= newest) continue;
+    return absl::OutOfRangeError(
+        absl::StrCat("revision ", revision, " is still to come, the newest is ", newest));
+  }
+  if (to < request.from_revision()) {
+    return absl::InvalidArgumentError("to_revision is before from_revision");
+  }
+  absl::StatusOr<HistoryPool::Lease> history = (*session)->OpenHistory();
+  if (!history.ok()) return history.status();
+  absl::StatusOr<SnapshotPtr> before = StructureAt(**history, request.from_revision());
+  if (!before.ok()) return before.status();
+  absl::StatusOr<SnapshotPtr> after = StructureAt(**history, to);
+  if (!after.ok()) return after.status();
+  absl::StatusOr<std::string> frame = (*after)->ResolveFrame(request.scope().frame_id());
+  if (!frame.ok()) return frame.status();
+  std::vector<std::string> layers(request.scope().layers().begin(), request.scope().layers().end());
+  if (absl::Status status = CheckLayers(**before, **after, layers); !status.ok()) return status;
+  return std::make_unique<DifferenceSource>(facilities.limits, *std::move(history),
+                                            *std::move(before), *std::move(after),
+                                            std::move(layers), *std::move(frame));
+}
+
+}  // namespace hypermap::server

@@ -1,0 +1,55 @@
+#include "server/watch/tick_line.h"
+
+#include <utility>
+
+#include "absl/time/clock.h"
+
+namespace hypermap::server {
+namespace {
+
+// How long a worker stays with the line before others have it.
+constexpr absl::Duration kTurn = absl::Milliseconds(10);
+
+}  // namespace
+
+void TickLine::Add(Task task) {
+  {
+    MutexLock lock(&mutex_);
+    waiting_.push_back(std::move(task));
+    if (waiting_.size() > 1) return;
+  }
+  const absl::Duration since_tick = (absl::Now() - absl::UnixEpoch()) % tick_;
+  timers_->RunAfter(tick_ - since_tick, [self = shared_from_this()] { self->LineUp(); });
+}
+
+bool TickLine::RunNext() {
+  Task task;
+  {
+    MutexLock lock(&mutex_);
+    if (line_.empty()) return false;
+    task = std::move(line_.front());
+    line_.pop_front();
+  }
+  std::move(task)();
+  return true;
+}
+
+void TickLine::LineUp() {
+  {
+    MutexLock lock(&mutex_);
+    for (Task& task : waiting_) line_.push_back(std::move(task));
+    waiting_.clear();
+  }
+  RunOnWorker();
+}
+
+void TickLine::RunOnWorker() {
+  workers_->Run([self = shared_from_this()] {
+    const absl::Time end_of_turn = absl::Now() + kTurn;
+    while (self->RunNext()) {
+      if (absl::Now() > end_of_turn) return self->RunOnWorker();
+    }
+  });
+}
+
+}  // namespace hypermap::server

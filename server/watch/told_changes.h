@@ -1,0 +1,24 @@
+// Changes in messages of bounded size.
+#ifndef HYPERMAP_SERVER_WATCH_TOLD_CHANGES_H_
+#define HYPERMAP_SERVER_WATCH_TOLD_CHANGES_H_
+
+#include <cstddef>
+#include <vector>
+
+#include "google/protobuf/repeated_ptr_field.h"
+#include "hypermap/v1/watch_service.pb.h"
+#include "map/watch/told_change.h"
+#include "server/rpc/facilities.h"
+
+namespace hypermap::server {
+
+// Encodes the changes from `first` on until they reach limits.chunk_items objects and runs of
+// cells, or limits.max_chunk_bytes, but at least one. The index of the first that is left over, or
+// the number of changes.
+size_t EncodeChanges(const std::vector<ToldChange>& changes, size_t first,
+                     const ServiceLimits& limits,
+                     google::protobuf::RepeatedPtrField<v1::Change>* messages);
+
+}  // namespace hypermap::server
+
+#endif  // HYPERMAP_SERVER_WATCH_TOLD_CHANGES_H_

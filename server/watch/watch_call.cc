@@ -1,0 +1,178 @@
+#include "server/watch/watch_call.h"
+
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "absl/time/clock.h"
+#include "server/rpc/wanted.h"
+#include "wire/status.h"
+
+namespace hypermap::server {
+
+absl::Status OpenWatches::Add(WatchCall* call) {
+  MutexLock lock(&mutex_);
+  if (calls_.size() >= static_cast<size_t>(max_watchers_)) {
+    return absl::ResourceExhaustedError(
+        absl::StrCat("there are ", calls_.size(), " watches, --max_watchers is ", max_watchers_));
+  }
+  calls_.insert(call);
+  return absl::OkStatus();
+}
+
+void OpenWatches::Remove(WatchCall* call) {
+  MutexLock lock(&mutex_);
+  calls_.erase(call);
+}
+
+void OpenWatches::CancelWrites() {
+  MutexLock lock(&mutex_);
+  for (WatchCall* call : calls_) call->CancelWrite();
+}
+
+bool WatchCall::Gate::EndWait() {
+  MutexLock lock(&mutex_);
+  if (std::exchange(waiting_, false)) return true;
+  woken_ = true;
+  return false;
+}
+
+void WatchCall::Gate::Wake() {
+  if (EndWait()) call_->RunOnWorker();
+}
+
+void WatchCall::Gate::WakeHere() {
+  if (EndWait()) call_->TakeShortTurn();
+}
+
+void WatchCall::Gate::BeginTurn() {
+  MutexLock lock(&mutex_);
+  woken_ = false;
+}
+
+void WatchCall::Gate::BeginWait() {
+  MutexLock lock(&mutex_);
+  if (woken_) {
+    call_->RunOnWorker();
+  } else {
+    waiting_ = true;
+  }
+}
+
+WatchCall::WatchCall(const grpc::CallbackServerContext* context, v1::WatchRequest request,
+                     const Facilities* facilities, WatchGroups* groups, OpenWatches* watches,
+                     TimerQueue* timers, const TickLines* lines)
+    : context_(context),
+      request_(std::move(request)),
+      facilities_(facilities),
+      groups_(groups),
+      watches_(watches),
+      timers_(timers),
+      lines_(lines),
+      log_(*context, "Watch", request_.scope().map()),
+      admitted_(watches->Add(this)),
+      gate_(std::make_shared<Gate>(this)) {
+  RunOnWorker();
+}
+
+void WatchCall::OnWriteDone(bool ok) {
+  {
+    MutexLock lock(&write_mutex_);
+    writing_ = false;
+  }
+  // A write that failed is that of a call which was cancelled.
+  if (ok && source_->gathers()) {
+    WaitForTick();
+  } else {
+    RunOnWorker();
+  }
+  for (int i = 0; i < kBegunForOne && lines_->RunNext(); ++i) {
+  }
+}
+
+void WatchCall::OnDone() {
+  watches_->Remove(this);
+  delete this;
+}
+
+void WatchCall::CancelWrite() {
+  // While it is locked the write is not done, and the call not at its end.
+  MutexLock lock(&write_mutex_);
+  if (writing_) context_->TryCancel();
+}
+
+void WatchCall::RunOnWorker() {
+  facilities_->workers->Run([this] { TakeTurn(); });
+}
+
+void WatchCall::TakeTurn() {
+  gate_->BeginTurn();
+  ForgetWait();
+  absl::Time now = absl::Now();
+  const absl::Time end_of_turn = now + kTurn;
+  for (; now < end_of_turn; now = absl::Now()) {
+    grpc::Slice message;
+    const absl::StatusOr<WatchSource::Step> step = TakeStep(now, &message);
+    if (!step.ok()) return End(step.status());
+    if (*step == WatchSource::Step::kNothingNew) return WaitForCommits(now);
+    if (*step == WatchSource::Step::kMessage) return Write(message);
+  }
+  RunOnWorker();
+}
+
+void WatchCall::TakeShortTurn() {
+  gate_->BeginTurn();
+  grpc::Slice message;
+  if (CheckWanted(*context_).ok() && source_->TakeShared(absl::Now(), &message)) {
+    Write(message);
+  } else {
+    RunOnWorker();
+  }
+}
+
+void WatchCall::Write(const grpc::Slice& message) {
+  grpc::ByteBuffer(&message, 1).Swap(&message_);
+  {
+    MutexLock lock(&write_mutex_);
+    writing_ = true;
+  }
+  StartWrite(&message_);
+}
+
+absl::StatusOr<WatchSource::Step> WatchCall::TakeStep(absl::Time now, grpc::Slice* message) {
+  if (absl::Status status = CheckWanted(*context_); !status.ok()) return status;
+  if (!admitted_.ok()) return admitted_;
+  if (!source_) {
+    absl::StatusOr<std::unique_ptr<WatchSource>> source =
+        WatchSource::Open(*facilities_, groups_, request_);
+    if (!source.ok()) return source.status();
+    source_ = *std::move(source);
+  }
+  return source_->Next(now, message);
+}
+
+void WatchCall::WaitForCommits(absl::Time now) {
+  const std::shared_ptr<Gate> gate = gate_;
+  const auto wake = [gate] { gate->Wake(); };
+  feed_wait_ = source_->feed().Await(source_->taken(), wake);
+  timer_ = timers_->RunAfter(source_->idle_for(now), wake);
+  gate->BeginWait();
+}
+
+void WatchCall::WaitForTick() {
+  const std::shared_ptr<Gate> gate = gate_;
+  const std::shared_ptr<TickLine>& line = source_->is_busy() ? lines_->busy : lines_->calm;
+  line->Add([gate] { gate->WakeHere(); });
+  gate->BeginWait();
+}
+
+void WatchCall::ForgetWait() {
+  if (feed_wait_) source_->feed().Remove(*std::exchange(feed_wait_, std::nullopt));
+  if (timer_) timers_->Cancel(*std::exchange(timer_, std::nullopt));
+}
+
+void WatchCall::End(const absl::Status& status) {
+  log_.Finished(status, source_ ? source_->items() : 0);
+  Finish(wire::EncodeStatus(status));
+}
+
+}  // namespace hypermap::server

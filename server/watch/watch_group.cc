@@ -1,0 +1,162 @@
+#include "server/watch/watch_group.h"
+
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+#include "server/rpc/raw_messages.h"
+#include "server/watch/told_changes.h"
+#include "server/watch/watch_messages.h"
+
+namespace hypermap::server {
+namespace {
+
+// Of a coalesced message.
+constexpr size_t kMaxMessages = 256;
+constexpr size_t kMaxMessageBytes = 256 << 10;
+// Of commits that messages are made of while others wait.
+constexpr int64_t kMaxChangesAtOnce = 256;
+// How far a ring's end may be behind a watch that continues it.
+constexpr Revision kMaxGap = 256;
+// What an entry weighs besides its message.
+constexpr int64_t kEntryBytes = 128;
+
+int64_t BytesOf(const grpc::Slice& message) {
+  return kEntryBytes + static_cast<int64_t>(message.size());
+}
+
+}  // namespace
+
+WatchGroup::WatchGroup(const ChangeFeed* feed, const ServiceLimits& service_limits,
+                       const Limits& limits, std::atomic<int64_t>* bytes_of_all)
+    : feed_(feed), service_limits_(service_limits), limits_(limits), bytes_of_all_(bytes_of_all) {}
+
+WatchGroup::~WatchGroup() { *bytes_of_all_ -= bytes_; }
+
+std::optional<WatchGroup::Run> WatchGroup::Take(Revision after, const SnapshotPtr& structure,
+                                                Follower& follower, Form form) {
+  MutexLock lock(&mutex_);
+  if (form == Form::kCoalesced) return TakeCoalesced(after, structure, follower);
+  if (after >= last_) Extend(after, structure, follower);
+  return Collect(after, structure, last_, 1);
+}
+
+std::optional<WatchGroup::Run> WatchGroup::TakeCoalesced(Revision after,
+                                                         const SnapshotPtr& structure,
+                                                         Follower& follower) {
+  if (after == newest_.after && structure == newest_.structure) return newest_.run;
+  if (after < newest_.run.end) {
+    std::optional<Run> run = Collect(after, structure, newest_.run.end, kMaxMessages);
+    if (run) run->reaches_end = run->end == newest_.run.end && newest_.run.reaches_end;
+    return run;
+  }
+  const Revision end = feed_->newest();
+  Extend(after, structure, follower);
+  std::optional<Run> run = Collect(after, structure, last_, kMaxMessages);
+  if (!run) return run;
+  run->reaches_end = run->end >= end;
+  newest_ = {after, structure, *run};
+  return run;
+}
+
+std::optional<WatchGroup::Run> WatchGroup::Collect(Revision after, const SnapshotPtr& structure,
+                                                   Revision end, size_t max_messages) const {
+  if (after + 1 < first()) return std::nullopt;
+  Run run;
+  run.end = after;
+  std::vector<grpc::Slice> messages;
+  size_t bytes = 0;
+  for (; run.end < std::min(end, last_); ++run.end) {
+    const Entry& entry = entries_[run.end + 1 - first()];
+    if (entry.alone || entry.structure != structure) break;
+    if (entry.num_changes == 0) continue;
+    bytes += entry.message.size();
+    if (messages.size() == max_messages || (!messages.empty() && bytes > kMaxMessageBytes)) break;
+    messages.push_back(entry.message);
+    run.told = run.end + 1;
+    run.num_changes += entry.num_changes;
+  }
+  if (run.end == after) return std::nullopt;
+  run.message = Coalesce(messages);
+  return run;
+}
+
+void WatchGroup::Extend(Revision after, const SnapshotPtr& structure, Follower& follower) {
+  if (!entries_.empty() && after + 1 < first()) return;
+  for (const FeedCommit& commit : ReadOn(after)) {
+    const SnapshotPtr& before = entries_.empty() ? structure : entries_.back().structure;
+    if (commit.structure != before) {
+      // Without a ring it may be the watch that has another pointer.
+      if (entries_.empty()) return;
+      Push({commit.structure, {}, 0, /*alone=*/true});
+    } else if (commit.structure == structure) {
+      Push(Encode(commit, follower));
+    } else {
+      return;
+    }
+  }
+}
+
+std::vector<FeedCommit> WatchGroup::ReadOn(Revision after) {
+  if (entries_.empty() || after - last_ > kMaxGap) BeginAfter(after);
+  std::optional<std::vector<FeedCommit>> commits = feed_->Read(last_, kMaxChangesAtOnce);
+  if (!commits && last_ < after) {
+    BeginAfter(after);
+    commits = feed_->Read(last_, kMaxChangesAtOnce);
+  }
+  return commits ? *std::move(commits) : std::vector<FeedCommit>();
+}
+
+WatchGroup::Entry WatchGroup::Encode(const FeedCommit& commit, Follower& follower) const {
+  Entry entry{commit.structure, {}, 0, false};
+  // The structure is as it was: there is no reset.
+  const std::vector<ToldChange> changes = follower.Tell(*commit.changes, commit.structure).changes;
+  if (changes.empty()) return entry;
+  v1::WatchResponse message = MessageOf(commit);
+  entry.alone =
+      EncodeChanges(changes, 0, service_limits_, message.mutable_changes()) < changes.size();
+  if (entry.alone) return entry;
+  entry.message = Serialize(message);
+  entry.num_changes = static_cast<int64_t>(changes.size());
+  return entry;
+}
+
+void WatchGroup::Push(Entry entry) {
+  bytes_ += BytesOf(entry.message);
+  *bytes_of_all_ += BytesOf(entry.message);
+  entries_.push_back(std::move(entry));
+  ++last_;
+  while (entries_.size() > 1 &&
+         (static_cast<int64_t>(entries_.size()) > limits_.max_commits ||
+          bytes_ > limits_.max_bytes || *bytes_of_all_ > limits_.max_bytes_of_all)) {
+    PopFirst();
+  }
+}
+
+void WatchGroup::PopFirst() {
+  bytes_ -= BytesOf(entries_.front().message);
+  *bytes_of_all_ -= BytesOf(entries_.front().message);
+  entries_.pop_front();
+}
+
+void WatchGroup::BeginAfter(Revision after) {
+  while (!entries_.empty()) PopFirst();
+  last_ = after;
+}
+
+std::shared_ptr<WatchGroup> WatchGroups::Join(const ChangeFeed* feed, v1::WatchRequest request) {
+  request.clear_start_revision();
+  request.clear_start_time();
+  request.clear_coalesce();
+  MutexLock lock(&mutex_);
+  std::erase_if(groups_, [](const auto& group) { return group.second.expired(); });
+  std::weak_ptr<WatchGroup>& known = groups_[{feed, request.SerializeAsString()}];
+  std::shared_ptr<WatchGroup> group = known.lock();
+  if (!group) {
+    group = std::make_shared<WatchGroup>(feed, service_limits_, limits_, &bytes_);
+    known = group;
+  }
+  return group;
+}
+
+}  // namespace hypermap::server

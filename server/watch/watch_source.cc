@@ -1,0 +1,315 @@
+#include "server/watch/watch_source.h"
+
+#include <algorithm>
+#include <optional>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "map/watch/structure.h"
+#include "server/rpc/map_message.h"
+#include "server/rpc/raw_messages.h"
+#include "server/watch/told_changes.h"
+#include "server/watch/watch_messages.h"
+#include "wire/geometry.h"
+#include "wire/scope.h"
+#include "wire/time.h"
+
+namespace hypermap::server {
+namespace {
+
+// Changes that are read from the history at a time.
+constexpr int kMaxPastChanges = 128;
+// A place further on is told of at most so often.
+constexpr absl::Duration kBetweenProgress = absl::Seconds(1);
+// Of the last run in the mean rate of changes; runs are taken to be at least this far apart.
+constexpr double kShareOfLast = 0.25;
+constexpr absl::Duration kLeastBetween = absl::Milliseconds(1);
+
+absl::StatusOr<WatchFilter> DecodeFilter(const v1::WatchRequest& request,
+                                         const wire::DecodeLimits& limits) {
+  WatchFilter filter;
+  Scope scope = wire::DecodeScope(request.scope());
+  filter.layers = std::move(scope.layers);
+  filter.frame_id = std::move(scope.frame_id);
+  filter.classes.assign(request.classes().begin(), request.classes().end());
+  filter.as_stored = request.as_stored();
+  if (request.has_area()) {
+    absl::StatusOr<Polygon> area = wire::DecodePolygon("area", request.area(), limits);
+    if (!area.ok()) return area.status();
+    filter.area = *std::move(area);
+  }
+  return filter;
+}
+
+}  // namespace
+
+absl::StatusOr<SnapshotPtr> WatchSource::StructureAt(MapSession& session, Revision revision) {
+  if (revision < 0) return absl::InvalidArgumentError("start_revision is negative");
+  const Revision newest = session.feed().newest();
+  if (revision > newest) {
+    return absl::OutOfRangeError(
+        absl::StrCat("start_revision ", revision, " is still to come, the newest is ", newest));
+  }
+  if (std::optional<SnapshotPtr> structure = session.feed().StructureAt(revision)) {
+    return *std::move(structure);
+  }
+  absl::StatusOr<HistoryPool::Lease> history = session.OpenHistory();
+  if (!history.ok()) return history.status();
+  const absl::StatusOr<std::unique_ptr<storage::PastMap>> past = (*history)->At(revision);
+  if (!past.ok()) return past.status();
+  return (*past)->structure();
+}
+
+absl::StatusOr<absl::Time> WatchSource::TimeOf(MapSession& session, Revision revision) {
+  if (revision == 0) return session.header().created_at;
+  absl::StatusOr<HistoryPool::Lease> history = session.OpenHistory();
+  if (!history.ok()) return history.status();
+  const absl::StatusOr<std::vector<storage::RevisionRecord>> records =
+      (*history)->Revisions(revision - 1, revision + 1, /*newest_first=*/false, 1);
+  if (!records.ok()) return records.status();
+  if (!records->empty()) return records->front().time;
+  return absl::OutOfRangeError(absl::StrCat("revision ", revision, " is not kept any more"));
+}
+
+absl::Status WatchSource::CheckStart(MapSession& session, const v1::WatchRequest& request) {
+  if (!request.has_start_time()) return absl::OkStatus();
+  const absl::StatusOr<absl::Time> wanted = wire::DecodeTime("start_time", request.start_time());
+  if (!wanted.ok()) return wanted.status();
+  const absl::StatusOr<absl::Time> made = TimeOf(session, request.start_revision());
+  if (!made.ok()) return made.status();
+  if (*made == *wanted) return absl::OkStatus();
+  return absl::AbortedError(absl::StrCat("revision ", request.start_revision(), " was made at ",
+                                         absl::FormatTime(*made, absl::UTCTimeZone()),
+                                         ", not at start_time: the map is not the one it was"));
+}
+
+absl::StatusOr<std::unique_ptr<WatchSource>> WatchSource::Open(const Facilities& facilities,
+                                                               WatchGroups* groups,
+                                                               const v1::WatchRequest& request) {
+  absl::StatusOr<std::shared_ptr<MapSession>> session = FindMap(facilities, request.scope().map());
+  if (!session.ok()) return session.status();
+  absl::StatusOr<WatchFilter> filter = DecodeFilter(request, facilities.limits.decode);
+  if (!filter.ok()) return filter.status();
+  SnapshotPtr snapshot;  // null: none is told
+  absl::StatusOr<SnapshotPtr> structure;
+  Revision start = request.start_revision();
+  if (request.has_start_revision()) {
+    structure = StructureAt(**session, start);
+    if (!structure.ok()) return structure.status();
+    absl::Status status = CheckStart(**session, request);
+    if (!status.ok()) return status;
+  } else if (request.has_start_time()) {
+    return absl::InvalidArgumentError("start_time without start_revision");
+  } else {
+    snapshot = (*session)->snapshot();
+    structure = StructureOf(*snapshot);
+    start = snapshot->revision;
+  }
+  absl::StatusOr<Follower> follower = Follower::Make(*std::move(filter), *structure);
+  if (!follower.ok()) return follower.status();
+  std::shared_ptr<WatchGroup> group = groups->Join(&(*session)->feed(), request);
+  std::unique_ptr<WatchSource> source(
+      new WatchSource(facilities.limits, *std::move(session), std::move(group),
+                      request.coalesce() ? WatchGroup::Form::kCoalesced : WatchGroup::Form::kSingle,
+                      *std::move(follower), *std::move(structure), start, request.as_stored()));
+  if (!snapshot) return source;
+  absl::Status status = source->BeginSelection(std::move(snapshot), /*reset=*/false);
+  if (!status.ok()) return status;
+  return source;
+}
+
+WatchSource::WatchSource(const ServiceLimits& limits, std::shared_ptr<MapSession> session,
+                         std::shared_ptr<WatchGroup> group, WatchGroup::Form form,
+                         Follower follower, SnapshotPtr structure, Revision start, bool as_stored)
+    : limits_(limits),
+      session_(std::move(session)),
+      group_(std::move(group)),
+      form_(form),
+      as_stored_(as_stored),
+      follower_(std::move(follower)),
+      structure_(std::move(structure)),
+      taken_(start),
+      told_(start),
+      // One that resumes far behind is given the time to come up.
+      max_lag_(feed().newest() - start + limits.max_watch_lag) {}
+
+absl::Status WatchSource::WithResume(const absl::Status& status) const {
+  // What it was told to is not kept any more: the message names what is.
+  if (absl::IsOutOfRange(status)) return status;
+  return absl::Status(status.code(),
+                      absl::StrCat(status.message(), "; resume from revision ", told_));
+}
+
+absl::StatusOr<WatchSource::Step> WatchSource::Next(absl::Time now, grpc::Slice* message) {
+  gathers_ = false;
+  // Between commits only: a commit's changes are told together.
+  if (next_ < telling_.size()) return TellNext(now, message);
+  if (feed().closed()) return WithResume(absl::UnavailableError("the map is closing"));
+  if (selection_) return ReadSelection(now, message);
+  if (as_stored_ && !map_told_) return TellProgress(now, message);
+  return TakeCommits(now, message);
+}
+
+bool WatchSource::TakeShared(absl::Time now, grpc::Slice* message) {
+  gathers_ = false;
+  if (!telling_.empty() || selection_ || !commits_.empty() || feed().closed()) return false;
+  const Revision behind = feed().newest() - taken_;
+  if (behind == 0 || behind > max_lag_) return false;
+  const auto run = group_->Take(taken_, structure_, follower_, form_);
+  return run && TellRun(now, *run, message) == Step::kMessage;
+}
+
+absl::Status WatchSource::BeginSelection(SnapshotPtr snapshot, bool reset) {
+  commits_.clear();
+  taken_ = snapshot->revision;
+  commit_ = {};
+  if (as_stored_) {
+    const absl::StatusOr<absl::Time> time = TimeOf(*session_, taken_);
+    if (!time.ok()) return time.status();
+    commit_.time = *time;
+  }
+  structure_ = StructureOf(*snapshot);
+  selection_ = follower_.Read(std::move(snapshot));
+  selection_resets_ = reset;
+  return absl::OkStatus();
+}
+
+WatchSource::Step WatchSource::ReadSelection(absl::Time now, grpc::Slice* message) {
+  telling_ = selection_->Next(limits_.chunk_items);
+  next_ = 0;
+  if (telling_.empty() && !selection_->done()) return Step::kNothingYet;
+  return TellNext(now, message);
+}
+
+WatchSource::Step WatchSource::TellNext(absl::Time now, grpc::Slice* message) {
+  v1::WatchResponse part = selection_ ? v1::WatchResponse() : MessageOf(commit_);
+  part.set_revision(taken_);
+  part.set_snapshot(selection_ != nullptr);
+  part.set_reset(selection_ && std::exchange(selection_resets_, false));
+  if (as_stored_ && selection_) {
+    wire::EncodeTime(commit_.time, part.mutable_time());
+    if (!std::exchange(map_told_, true)) EncodeMap(*session_, part.mutable_map());
+  }
+  const size_t end = EncodeChanges(telling_, next_, limits_, part.mutable_changes());
+  items_ += static_cast<int64_t>(end - next_);
+  next_ = end;
+  last_message_ = now;
+  const bool more = next_ < telling_.size() || (selection_ && !selection_->done());
+  part.set_more(more);
+  if (!more) {
+    telling_.clear();
+    next_ = 0;
+    selection_.reset();
+    told_ = taken_;
+  }
+  *message = Serialize(part);
+  return Step::kMessage;
+}
+
+WatchSource::Step WatchSource::TellRun(absl::Time now, const WatchGroup::Run& run,
+                                       grpc::Slice* message) {
+  taken_ = run.end;
+  if (run.num_changes == 0) return Step::kNothingYet;
+  told_ = run.told;
+  items_ += run.num_changes;
+  const double since_last_s = absl::ToDoubleSeconds(std::max(now - last_message_, kLeastBetween));
+  const double per_s = static_cast<double>(run.num_changes) / since_last_s;
+  changes_per_s_ += kShareOfLast * (per_s - changes_per_s_);
+  last_message_ = now;
+  gathers_ = run.reaches_end;
+  *message = run.message;
+  return Step::kMessage;
+}
+
+absl::Time WatchSource::ProgressDue() const {
+  const absl::Time idle = last_message_ + limits_.watch_progress;
+  if (told_ == taken_) return idle;
+  return std::min(idle, last_progress_ + std::min(kBetweenProgress, limits_.watch_progress));
+}
+
+absl::Duration WatchSource::idle_for(absl::Time now) const {
+  return std::max(ProgressDue() - now, absl::ZeroDuration());
+}
+
+absl::StatusOr<WatchSource::Step> WatchSource::TellProgress(absl::Time now, grpc::Slice* message) {
+  told_ = taken_;
+  last_message_ = now;
+  last_progress_ = now;
+  v1::WatchResponse progress;
+  progress.set_revision(told_);
+  if (as_stored_) {
+    const absl::StatusOr<absl::Time> time = TimeOf(*session_, told_);
+    if (!time.ok()) return WithResume(time.status());
+    wire::EncodeTime(*time, progress.mutable_time());
+    if (!std::exchange(map_told_, true)) EncodeMap(*session_, progress.mutable_map());
+  }
+  *message = Serialize(progress);
+  return Step::kMessage;
+}
+
+absl::Status WatchSource::ReadCommits(Revision newest) {
+  // One at a time: they are kept there, not here.
+  if (auto commits = feed().Read(taken_, 1)) {
+    std::move(commits->begin(), commits->end(), std::back_inserter(commits_));
+    return absl::OkStatus();
+  }
+  absl::StatusOr<HistoryPool::Lease> history = session_->OpenHistory();
+  if (!history.ok()) return history.status();
+  absl::StatusOr<std::vector<storage::PastCommit>> past =
+      (*history)->Commits(taken_, kMaxPastChanges);
+  if (!past.ok()) return past.status();
+  for (storage::PastCommit& commit : *past) {
+    // What is on disk may not be published yet.
+    if (commit.record.revision > newest) break;
+    commits_.push_back({commit.record.revision, commit.record.time, std::move(commit.record.author),
+                        std::make_shared<const std::vector<Change>>(std::move(commit.changes)),
+                        nullptr});
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<WatchSource::Step> WatchSource::TakeCommits(absl::Time now, grpc::Slice* message) {
+  if (told_ < taken_ && ProgressDue() <= now) return TellProgress(now, message);
+  if (commits_.empty()) {
+    const Revision newest = feed().newest();
+    if (newest - taken_ > max_lag_) {
+      return WithResume(absl::ResourceExhaustedError(
+          absl::StrCat("the reader is ", newest - taken_,
+                       " revisions behind, which is more than --max_watch_lag")));
+    }
+    if (newest == taken_) {
+      if (ProgressDue() <= now) return TellProgress(now, message);
+      return Step::kNothingNew;
+    }
+    if (const auto run = group_->Take(taken_, structure_, follower_, form_)) {
+      return TellRun(now, *run, message);
+    }
+    if (absl::Status status = ReadCommits(newest); !status.ok()) return WithResume(status);
+    // Of the history it was the part that is not published.
+    if (commits_.empty()) return Step::kNothingYet;
+  }
+  return TakeCommit(now, message);
+}
+
+absl::StatusOr<WatchSource::Step> WatchSource::TakeCommit(absl::Time now, grpc::Slice* message) {
+  commit_ = std::move(commits_.front());
+  commits_.pop_front();
+  const auto changes = std::exchange(commit_.changes, nullptr);
+  const SnapshotPtr structure = std::exchange(commit_.structure, nullptr);
+  taken_ = commit_.revision;
+  structure_ = structure ? structure : StructureAfter(structure_, taken_, *changes);
+  Follower::Told told = follower_.Tell(*changes, structure_);
+  if (told.reset) {
+    absl::Status status = BeginSelection(session_->snapshot(), /*reset=*/true);
+    if (!status.ok()) return WithResume(status);
+    return Step::kNothingYet;
+  }
+  if (told.changes.empty()) return Step::kNothingYet;
+  telling_ = std::move(told.changes);
+  for (ToldChange& change : telling_) {
+    if (change.layer_now) change.layer_version = taken_;
+  }
+  return TellNext(now, message);
+}
+
+}  // namespace hypermap::server

@@ -1,0 +1,101 @@
+#include "simulation/robots/map_reader.h"
+
+#include <optional>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "map/layers/layer_registry.h"
+
+namespace hypermap::robots {
+namespace {
+
+// Nothing lies farther out.
+Polygon Everywhere() {
+  constexpr double kFar_m = 5e8;
+  return Polygon::FromBox({{-kFar_m, -kFar_m}, {kFar_m, kFar_m}});
+}
+
+// Writes runs of cells to a grid that begins with the first part of an answer.
+class GridBuilder {
+ public:
+  explicit GridBuilder(LayerSpec spec) : spec_(std::move(spec)) {}
+
+  absl::Status Add(const client::LayerPart& part) {
+    if (part.status != AnswerStatus::kValue || !part.grid) {
+      return absl::FailedPreconditionError(
+          absl::StrCat("layer \"", spec_.name, "\" has ", "no transform to the frame of the map"));
+    }
+    if (!writer_) {
+      spec_.grid = part.grid;
+      writer_.emplace(std::make_shared<GridLayer>(spec_, MakeCellDomain(spec_)));
+    }
+    for (const CellRun& run : part.runs) {
+      const std::vector<std::optional<double>> values(
+          static_cast<size_t>(run.col_end - run.col_begin), run.value);
+      const CellBox box{run.row, run.row + 1, run.col_begin, run.col_end};
+      if (absl::Status status = writer_->Write(box, values); !status.ok()) return status;
+    }
+    return absl::OkStatus();
+  }
+
+  absl::StatusOr<std::shared_ptr<const GridLayer>> Finish() {
+    if (!writer_) {
+      return absl::FailedPreconditionError(absl::StrCat("layer \"", spec_.name, "\" is empty"));
+    }
+    return std::move(*writer_).Finish().layer;
+  }
+
+ private:
+  LayerSpec spec_;
+  std::optional<GridWriter> writer_;
+};
+
+}  // namespace
+
+absl::StatusOr<std::shared_ptr<const GridLayer>> ReadGrid(client::Client& client,
+                                                          const std::string& map,
+                                                          const std::string& layer,
+                                                          LayerKind kind) {
+  const absl::StatusOr<client::LayerEntry> entry = client.GetLayer(map, layer);
+  if (!entry.ok()) return entry.status();
+  if (entry->spec.kind != kind) {
+    return absl::FailedPreconditionError(absl::StrCat("layer \"", layer, "\" is of the kind ",
+                                                      LayerKindName(entry->spec.kind), ", not ",
+                                                      LayerKindName(kind)));
+  }
+  GridBuilder builder(entry->spec);
+  client::AnswerReader reader = client.QueryArea(map, Everywhere(), {.layers = {layer}});
+  while (const std::optional<client::LayerPart> part = reader.Next()) {
+    if (absl::Status status = builder.Add(*part); !status.ok()) return status;
+  }
+  if (!reader.status().ok()) return reader.status();
+  return builder.Finish();
+}
+
+absl::StatusOr<std::vector<SemanticObject>> ReadObjects(client::Client& client,
+                                                        const std::string& map,
+                                                        const std::vector<std::string>& layers) {
+  std::vector<SemanticObject> objects;
+  if (layers.empty()) return objects;
+  client::AnswerReader reader = client.QueryArea(map, Everywhere(), {.layers = layers});
+  while (std::optional<client::LayerPart> part = reader.Next()) {
+    if (part->kind != LayerKind::kSemantic) {
+      return absl::FailedPreconditionError(
+          absl::StrCat("layer \"", part->layer, "\" holds no objects"));
+    }
+    for (SemanticObject& object : part->objects) objects.push_back(std::move(object));
+  }
+  if (!reader.status().ok()) return reader.status();
+  return objects;
+}
+
+absl::StatusOr<bool> IsFused(client::Client& client, const std::string& map,
+                             const std::string& layer) {
+  // No object has this id: a fused layer says so, another one that there is nothing to explain.
+  const absl::Status status = client.ExplainObject(map, layer, 0).status();
+  if (absl::IsFailedPrecondition(status)) return false;
+  if (status.ok() || absl::IsNotFound(status)) return true;
+  return status;
+}
+
+}  // namespace hypermap::robots

@@ -1,0 +1,99 @@
+// A server with a drawn map for robots; for tests.
+#ifndef HYPERMAP_SIMULATION_ROBOTS_TESTING_ROBOT_SITE_H_
+#define HYPERMAP_SIMULATION_ROBOTS_TESTING_ROBOT_SITE_H_
+
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "absl/time/clock.h"
+#include "base/sync/mutex.h"
+#include "client_libs/cpp/client.h"
+#include "client_libs/cpp/replica/testing/site_server.h"
+#include "server/session/testing/memory_map_store.h"
+#include "simulation/robots/testing/drawn_site.h"
+#include "tests/support/temporary_folder.h"
+
+namespace hypermap::robots {
+
+// Serves the map "site" with the layer "occupancy" as it is drawn, from memory. Its clock goes when
+// it is told to: no lease ends before. `delay`: how much longer each commit takes.
+class RobotSite {
+ public:
+  RobotSite(const std::vector<std::string>& lines, double resolution_m,
+            absl::Duration delay = absl::ZeroDuration())
+      : delay_(delay) {
+    server_.MakeMap("site", {{CreateLayer{DrawnSpec(resolution_m)}, DrawnCells(lines)}});
+  }
+  ~RobotSite() {
+    disk_.Release();
+    Stop();
+  }
+
+  // HOST:PORT.
+  const std::string& address() const { return server_.address(); }
+  client::Client NewClient() const {
+    return client::Client(address(), {.retry_for = absl::Seconds(10)});
+  }
+
+  // Ends all calls at once, and returns when what was taken is carried out.
+  void Stop() { server_.Stop(absl::ZeroDuration()); }
+  void Start() { server_.Start(Options()); }
+
+  absl::Time Now() {
+    MutexLock lock(&mutex_);
+    return now_;
+  }
+  void Advance(absl::Duration by) {
+    {
+      MutexLock lock(&mutex_);
+      now_ += by;
+    }
+    session()->LookAtClock();
+  }
+
+  server::MemoryDisk& disk() { return disk_; }
+  SnapshotPtr snapshot() { return server_.SnapshotOf("site"); }
+  void Edit(const hypermap::Edit& edit) { server_.Edit("site", {{edit}}); }
+
+  // Of a robot's observations that a layer has, in the order of their stamps.
+  std::vector<int64_t> SequencesIn(const std::string& layer, const std::string& robot) {
+    const auto log = session()->ReadEvidence(layer, {}, std::numeric_limits<int>::max());
+    EXPECT_TRUE(log.ok()) << log.status();
+    std::vector<int64_t> sequences;
+    if (!log.ok()) return sequences;
+    for (const server::Evidence& evidence : *log) {
+      if (!evidence.observation || evidence.observation->robot != robot) continue;
+      sequences.push_back(evidence.observation->sequence);
+    }
+    return sequences;
+  }
+
+ private:
+  std::shared_ptr<server::MapSession> session() { return *server_.site().Find("site"); }
+
+  server::SessionOptions Options() {
+    server::SessionOptions options;
+    options.clock = [this] {
+      absl::SleepFor(delay_);
+      return Now();
+    };
+    return options;
+  }
+
+  const absl::Duration delay_;
+  hypermap::testing::TemporaryFolder scratch_;
+  server::MemoryDisk disk_;
+  Mutex mutex_;
+  absl::Time now_ ABSL_GUARDED_BY(mutex_) = absl::Now();
+  client::SiteServer server_{scratch_.path(),
+                             [this] { return std::make_unique<server::MemoryMapStore>(&disk_); },
+                             Options()};
+};
+
+}  // namespace hypermap::robots
+
+#endif  // HYPERMAP_SIMULATION_ROBOTS_TESTING_ROBOT_SITE_H_

@@ -1,0 +1,34 @@
+// Pieces of furniture, made of prisms, standing at the origin with their front towards -y.
+#ifndef HYPERMAP_SIMULATION_WORLDS_FURNITURE_H_
+#define HYPERMAP_SIMULATION_WORLDS_FURNITURE_H_
+
+#include "map/frames/planar_transform.h"
+#include "simulation/worlds/scene.h"
+
+namespace hypermap::simulation {
+
+Body DiningTable();  // 1.6 x 0.9 m
+Body Desk();         // 1.3 x 0.7 m, also a "diningtable" to detectors
+Body Chair();
+Body Couch();
+Body Suitcase();
+Body PottedPlant();
+Body Cup();  // 8 cm
+Body Bottle();
+Body Book();
+Body Laptop();
+Body Screen();  // "tvmonitor" on its foot
+
+// The body moved on the plane and lifted.
+Body Placed(const Body& body, const PlanarTransform& world_from_body, double lift_m);
+
+// The top of a table: where things may stand, in its own frame, and how high.
+struct Top {
+  Box area;
+  double height_m = 0.0;
+};
+Top TopOf(const Body& table);
+
+}  // namespace hypermap::simulation
+
+#endif  // HYPERMAP_SIMULATION_WORLDS_FURNITURE_H_

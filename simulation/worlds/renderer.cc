@@ -1,0 +1,211 @@
+#include "simulation/worlds/renderer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+namespace hypermap::simulation {
+namespace {
+
+using ingest::CameraModel;
+using ingest::DepthImage;
+
+constexpr double kNearest = 0.4;
+constexpr double kFarthest = 8.0;
+
+struct PixelBox {
+  int u_begin = 0;
+  int u_end = 0;
+  int v_begin = 0;
+  int v_end = 0;
+};
+
+// The pixels that the prism can be seen at: the box of its corners; all of them when some corner is
+// not well in front of the camera, none when all are behind it.
+PixelBox PixelsOf(const Prism& prism, const CameraModel& camera,
+                  const Eigen::Isometry3d& camera_from_world) {
+  double u_low = camera.width, u_high = -1, v_low = camera.height, v_high = -1;
+  bool some_near = false, all_behind = true;
+  for (const Point& p : prism.footprint) {
+    for (const double z : {prism.low_m, prism.high_m}) {
+      const Eigen::Vector3d q = camera_from_world * Eigen::Vector3d(p.x, p.y, z);
+      all_behind = all_behind && q.z() <= 0.0;
+      some_near = some_near || q.z() < 0.05;
+      if (some_near) continue;
+      const double u = camera.fx * q.x() / q.z() + camera.cx;
+      const double v = camera.fy * q.y() / q.z() + camera.cy;
+      u_low = std::min(u_low, u);
+      u_high = std::max(u_high, u);
+      v_low = std::min(v_low, v);
+      v_high = std::max(v_high, v);
+    }
+  }
+  if (all_behind) return {};
+  if (some_near) return {0, camera.width, 0, camera.height};
+  const auto clamp = [](double v, int size) {
+    return static_cast<int>(std::clamp(v, 0.0, static_cast<double>(size)));
+  };
+  return {clamp(std::floor(u_low), camera.width), clamp(std::ceil(u_high) + 1, camera.width),
+          clamp(std::floor(v_low), camera.height), clamp(std::ceil(v_high) + 1, camera.height)};
+}
+
+// Plain numbers: the loop over rays is all that a drive costs.
+struct Direction {
+  double x = 0.0;
+  double y = 0.0;
+  double z = 0.0;
+};
+
+// The ray of each pixel, one metre forward, so that its parameter is the depth.
+std::vector<Direction> RaysOf(const CameraModel& camera,
+                              const Eigen::Isometry3d& world_from_camera) {
+  std::vector<Direction> rays;
+  rays.reserve(static_cast<size_t>(camera.width) * camera.height);
+  for (int v = 0; v < camera.height; ++v) {
+    for (int u = 0; u < camera.width; ++u) {
+      const Eigen::Vector3d d =
+          world_from_camera.linear() *
+          Eigen::Vector3d((u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy, 1.0);
+      rays.push_back({d.x(), d.y(), d.z()});
+    }
+  }
+  return rays;
+}
+
+// The outside of a face: `height` above it is where all rays begin, `normal` points away from it.
+struct Face {
+  double height = 0.0;
+  Direction normal;
+};
+
+std::vector<Face> FacesOf(const Prism& prism, const Eigen::Vector3d& origin) {
+  std::vector<Face> faces{{prism.low_m - origin.z(), {0.0, 0.0, -1.0}},
+                          {origin.z() - prism.high_m, {0.0, 0.0, 1.0}}};
+  Point a = prism.footprint.back();
+  for (const Point& b : prism.footprint) {
+    // Left of a -> b is inside.
+    const double nx = b.y - a.y, ny = a.x - b.x;
+    faces.push_back({nx * (origin.x() - a.x) + ny * (origin.y() - a.y), {nx, ny, 0.0}});
+    a = b;
+  }
+  return faces;
+}
+
+// The depth at which the ray comes in through the last of the faces; 0 when it passes by, or begins
+// inside.
+double Hit(const std::vector<Face>& faces, const Direction& ray) {
+  double enter = 0.0, leave = std::numeric_limits<double>::infinity();
+  for (const Face& face : faces) {
+    const double climb = face.normal.x * ray.x + face.normal.y * ray.y + face.normal.z * ray.z;
+    if (climb > 0.0) {
+      leave = std::min(leave, -face.height / climb);
+    } else if (climb < 0.0) {
+      enter = std::max(enter, -face.height / climb);
+    } else if (face.height > 0.0) {
+      return 0.0;
+    }
+    if (enter >= leave) return 0.0;
+  }
+  return enter;
+}
+
+// Draws prism after prism; the nearer one stays.
+class Painter {
+ public:
+  Painter(const CameraModel& camera, const Eigen::Isometry3d& world_from_camera, View& view)
+      : camera_(camera),
+        origin_(world_from_camera.translation()),
+        camera_from_world_(world_from_camera.inverse()),
+        rays_(RaysOf(camera, world_from_camera)),
+        view_(view) {}
+
+  void Draw(const Prism& prism, int16_t body) {
+    const PixelBox box = PixelsOf(prism, camera_, camera_from_world_);
+    const std::vector<Face> faces = FacesOf(prism, origin_);
+    for (int v = box.v_begin; v < box.v_end; ++v) {
+      for (int u = box.u_begin; u < box.u_end; ++u) {
+        const size_t at = static_cast<size_t>(v) * camera_.width + u;
+        const double hit = Hit(faces, rays_[at]);
+        float& depth = view_.depth.metres[at];
+        if (hit <= 0.0 || (depth > 0.0f && hit >= depth)) continue;
+        depth = static_cast<float>(hit);
+        view_.body[at] = body;
+      }
+    }
+  }
+
+  // Before anything else is drawn.
+  void Draw(const WallGrid& walls) {
+    for (size_t at = 0; at < rays_.size(); ++at) {
+      const Direction& ray = rays_[at];
+      const auto hit = walls.Hit(origin_, {ray.x, ray.y, ray.z}, kFarthest);
+      if (hit) view_.depth.metres[at] = static_cast<float>(*hit);
+    }
+  }
+
+ private:
+  const CameraModel camera_;
+  const Eigen::Vector3d origin_;
+  const Eigen::Isometry3d camera_from_world_;
+  const std::vector<Direction> rays_;
+  View& view_;
+};
+
+// The depth of the neighbour across an edge, if the pixel lies on one.
+std::optional<float> DepthAcrossEdge(const DepthImage& depth, int u, int v) {
+  const float here = depth.at(u, v);
+  const float limit = 0.05f + 0.02f * here;
+  for (const auto& [du, dv] : {std::pair{1, 0}, {-1, 0}, {0, 1}, {0, -1}}) {
+    const int nu = u + du, nv = v + dv;
+    if (nu < 0 || nv < 0 || nu >= depth.width || nv >= depth.height) continue;
+    if (std::abs(depth.at(nu, nv) - here) > limit) return depth.at(nu, nv);
+  }
+  return std::nullopt;
+}
+
+float Measure(double z, Random& random) {
+  const double step = 2.85e-3 * z * z;
+  const double measured = z + random.Normal(1.425e-3 * z * z);
+  const double rounded = std::round(measured / step) * step;
+  return rounded < kNearest || rounded > kFarthest ? 0.0f : static_cast<float>(rounded);
+}
+
+}  // namespace
+
+View Render(const Scene& scene, const CameraModel& camera,
+            const Eigen::Isometry3d& world_from_camera) {
+  const size_t pixels = static_cast<size_t>(camera.width) * camera.height;
+  View view{{camera.width, camera.height, std::vector<float>(pixels, 0.0f)},
+            std::vector<int16_t>(pixels, View::kStructure)};
+  Painter painter(camera, world_from_camera, view);
+  if (scene.walls) painter.Draw(*scene.walls);
+  for (const Prism& prism : scene.structure) painter.Draw(prism, View::kStructure);
+  for (size_t i = 0; i < scene.bodies.size(); ++i) {
+    for (const Prism& part : scene.bodies[i].parts) painter.Draw(part, static_cast<int16_t>(i));
+  }
+  return view;
+}
+
+DepthImage WithSensorNoise(const View& view, Random& random) {
+  constexpr double kFails = 0.3;
+  constexpr double kMixes = 0.25;
+  DepthImage noisy = view.depth;
+  for (int v = 0; v < noisy.height; ++v) {
+    for (int u = 0; u < noisy.width; ++u) {
+      float& z = noisy.metres[static_cast<size_t>(v) * noisy.width + u];
+      if (z == 0.0f) continue;
+      double seen = z;
+      if (const std::optional<float> across = DepthAcrossEdge(view.depth, u, v)) {
+        if (random.Chance(kFails)) seen = 0.0;
+        if (seen > 0.0 && random.Chance(kMixes)) {
+          seen += random.Uniform(0.0, 1.0) * (*across - seen);
+        }
+      }
+      z = seen > 0.0 ? Measure(seen, random) : 0.0f;
+    }
+  }
+  return noisy;
+}
+
+}  // namespace hypermap::simulation

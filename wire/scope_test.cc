@@ -1,0 +1,54 @@
+#include "wire/scope.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+namespace hypermap::wire {
+namespace {
+
+TEST(ScopeTest, ComesBackEqual) {
+  v1::Scope message;
+  EncodeScope("site", {{"walls", "things"}, "dock"}, &message);
+  EXPECT_EQ(message.map(), "site");
+  const Scope scope = DecodeScope(message);
+  EXPECT_EQ(scope.layers, (std::vector<std::string>{"walls", "things"}));
+  EXPECT_EQ(scope.frame_id, "dock");
+}
+
+TEST(AsOfTest, ComesBackEqual) {
+  const absl::Time time = absl::FromUnixSeconds(1'700'000'000) + absl::Nanoseconds(5);
+  for (const AsOf& sent : {AsOf{}, AsOf{.revision = 0}, AsOf{.revision = 12, .min_revision = 9},
+                           AsOf{.time = time}, AsOf{.min_revision = 3}}) {
+    v1::AsOf message;
+    EncodeAsOf(sent, &message);
+    const absl::StatusOr<AsOf> received = DecodeAsOf(message);
+    ASSERT_TRUE(received.ok()) << received.status();
+    EXPECT_EQ(received->revision, sent.revision);
+    EXPECT_EQ(received->time, sent.time);
+    EXPECT_EQ(received->min_revision, sent.min_revision);
+    EXPECT_EQ(received->is_past(), sent.is_past());
+  }
+}
+
+TEST(AsOfTest, BadOnesNameTheField) {
+  v1::AsOf message;
+  message.set_at_revision(-1);
+  EXPECT_EQ(DecodeAsOf(message).status(),
+            absl::InvalidArgumentError("as_of.at_revision is negative"));
+  message.mutable_at_time()->set_nanos(-1);
+  EXPECT_EQ(DecodeAsOf(message).status(),
+            absl::InvalidArgumentError("as_of.at_time is not a time"));
+  message.mutable_at_time()->set_nanos(0);
+  message.mutable_at_time()->set_seconds(int64_t{1} << 60);
+  EXPECT_EQ(DecodeAsOf(message).status(),
+            absl::InvalidArgumentError("as_of.at_time is not a time"));
+  message.clear_at_time();
+  message.set_min_revision(-1);
+  EXPECT_EQ(DecodeAsOf(message).status(),
+            absl::InvalidArgumentError("as_of.min_revision is negative"));
+}
+
+}  // namespace
+}  // namespace hypermap::wire
