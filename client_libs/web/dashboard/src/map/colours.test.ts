@@ -1,5 +1,5 @@
 import { describe, expect, test } from 'vitest';
-import { classColour, classTextColour, colourAt, occupancyRamp, oklch, type Rgb } from './colours';
+import { classColour, classTextColour, colourAt, floorRamp, oklch, type Rgb } from './colours';
 
 const COCO =
   'person bicycle car truck bench backpack suitcase bottle cup fork knife bowl chair couch'
@@ -54,7 +54,7 @@ test('white, black and grey have no hue', () => {
 });
 
 test('a ramp has its end colours at and beyond its ends', () => {
-  const ramp = occupancyRamp(false);
+  const ramp = floorRamp(false);
   expect(colourAt(ramp, 0)).toEqual([255, 255, 255, 255]);
   expect(colourAt(ramp, 1)).toEqual([52, 60, 72, 255]);
   expect(colourAt(ramp, -3)).toEqual(colourAt(ramp, 0));

@@ -62,7 +62,7 @@ export interface Ramp {
 }
 
 /** From certainly free to certainly occupied. Probably occupied cells are lighter than walls. */
-export function occupancyRamp(dark: boolean): Ramp {
+export function floorRamp(dark: boolean): Ramp {
   const stops: Rgb[] = dark
     ? [
         [34, 40, 49],
@@ -81,8 +81,8 @@ export function occupancyRamp(dark: boolean): Ramp {
   return { stops, alphas: [1, 1, 1, 1, 1] };
 }
 
-/** From unexplored to explored. */
-export function explorationRamp(dark: boolean): Ramp {
+/** From the lower of two values (unexplored) to the upper one (explored). */
+export function binaryRamp(dark: boolean): Ramp {
   const stops: Rgb[] = dark
     ? [oklch(0.55, 0.12, 300), oklch(0.75, 0.12, 165)]
     : [oklch(0.62, 0.12, 300), oklch(0.78, 0.1, 165)];
@@ -90,7 +90,7 @@ export function explorationRamp(dark: boolean): Ramp {
 }
 
 /** For measured values: viridis, which is legible with colour vision deficiencies. */
-export const SCALAR_RAMP: Ramp = {
+export const MEASUREMENTS_RAMP: Ramp = {
   stops: [
     [68, 1, 84],
     [59, 82, 139],

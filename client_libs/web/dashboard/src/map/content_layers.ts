@@ -19,8 +19,8 @@ function draw(layer: Layer, store: LayerStore): Drawn {
   const look = { dark: dark.value, scale: scale.value };
   const drawing =
     store.type === 'grid'
-      ? new GridLayer(store, colouringOf(layer.kind), look)
-      : new ObjectLayer(store, look);
+      ? new GridLayer(store, colouringOf(layer), look)
+      : new ObjectLayer(layer.name, store, look);
   return { store, drawing };
 }
 

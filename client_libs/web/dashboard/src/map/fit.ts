@@ -5,6 +5,7 @@ import type { GridStore } from '../state/grid_store';
 import type { MapContent } from '../state/map_content';
 import type { ObjectStore } from '../state/object_store';
 import { loading, live } from '../state/live';
+import { boxOf } from '../state/shapes';
 import { layers } from '../state/site';
 import { view } from '../state/url';
 import { beginMove } from './motion';
@@ -12,13 +13,13 @@ import { scale } from './scale';
 
 /** The margin around all of the content, pixels. */
 const MARGIN = 16;
+/** The finest resolution that the map moves to by itself, metres per pixel. */
+const NEAREST = 0.005;
 
 interface Fit {
   box: Extent;
   /** The margin around the box, pixels before scaling for large screens. */
   margin: number;
-  /** The finest resolution to zoom to, metres per pixel. */
-  finest?: number;
   durationMs?: number;
 }
 
@@ -27,13 +28,13 @@ export const fitted = signal<Fit>();
 
 /** Fits a box into the part of the map that no panel covers. */
 export function fitTo(map: OlMap, fit: Fit): void {
-  const { box, margin, finest = 0, durationMs } = fit;
+  const { box, margin, durationMs } = fit;
   const view = map.getView();
   fitted.value = fit;
   view.cancelAnimations();
   view.fit(box, {
     padding: Array<number>(4).fill(margin * scale.peek()),
-    minResolution: finest,
+    minResolution: NEAREST,
     ...(durationMs !== undefined && { duration: durationMs, callback: beginMove() }),
   });
 }
@@ -54,8 +55,9 @@ function extendByGrid(box: Extent, store: GridStore): void {
 }
 
 function extendByObjects(box: Extent, store: ObjectStore): void {
-  for (const { polygon } of store.objects.values()) {
-    for (const { x, y } of polygon?.outer?.points ?? []) extend(box, [x, y, x, y]);
+  for (const object of store.objects.values()) {
+    const around = boxOf(object);
+    if (around) extend(box, around);
   }
 }
 

@@ -1,23 +1,31 @@
-import { LayerKind } from '../state/model';
-import { SCALAR_RAMP, colourAt, explorationRamp, occupancyRamp, type Ramp } from './colours';
+import { binaryValues, contentOf, valueRange, type Range } from '../state/layer_content';
+import type { Layer } from '../state/model';
+import { MEASUREMENTS_RAMP, binaryRamp, colourAt, floorRamp, type Ramp } from './colours';
 
 const STEPS = 256;
 
-export function rampOf(kind: LayerKind, dark: boolean): Ramp {
-  if (kind === LayerKind.SCALAR) return SCALAR_RAMP;
-  return kind === LayerKind.EXPLORATION ? explorationRamp(dark) : occupancyRamp(dark);
+/** The colours of the cells of a layer, from its lowest value to its highest. */
+export function rampOf(layer: Layer, dark: boolean): Ramp {
+  switch (contentOf(layer)) {
+    case 'floor':
+      return floorRamp(dark);
+    case 'binary':
+      return binaryRamp(dark);
+    default:
+      return MEASUREMENTS_RAMP;
+  }
 }
 
 /** How the values of a grid are coloured. */
 export interface Colouring {
   ramp: (dark: boolean) => Ramp;
   /** The values at the ends of the ramp. Absent: the range of the values in the grid. */
-  range?: { min: number; max: number };
+  range?: Range | undefined;
 }
 
-export function colouringOf(kind: LayerKind): Colouring {
-  const ramp = (dark: boolean): Ramp => rampOf(kind, dark);
-  return kind === LayerKind.SCALAR ? { ramp } : { ramp, range: { min: 0, max: 1 } };
+export function colouringOf(layer: Layer): Colouring {
+  const range = contentOf(layer) === 'binary' ? binaryValues(layer) : valueRange(layer);
+  return { ramp: (dark) => rampOf(layer, dark), range };
 }
 
 /** A lookup table from the values of a grid to colours. */

@@ -1,6 +1,5 @@
 import { computed, effect, untracked } from '@preact/signals';
 import Feature from 'ol/Feature';
-import type Geometry from 'ol/geom/Geometry';
 import Point from 'ol/geom/Point';
 import Polygon from 'ol/geom/Polygon';
 import VectorImageLayer from 'ol/layer/VectorImage';
@@ -10,13 +9,15 @@ import CircleStyle from 'ol/style/Circle';
 import Fill from 'ol/style/Fill';
 import Stroke from 'ol/style/Stroke';
 import Style from 'ol/style/Style';
-import { ringsOf, type Object$ } from '../state/model';
+import type { Object$ } from '../state/model';
 import { highlight, selected } from '../state/selection';
 import { dark } from '../state/theme';
 import { shown } from '../state/time';
+import { geometryOf, type Geometry } from './geometry';
 import { showCells } from './highlight_cells';
 import type { Look } from './look';
 import { scale } from './scale';
+import { POINT_RADIUS } from './shape_paint';
 
 /** The z-index above all content. */
 const ABOVE_CONTENT = 1000;
@@ -27,8 +28,9 @@ function mark(geometry: Geometry, kind: Mark): Feature {
   return new Feature({ geometry, kind });
 }
 
-function outline(object: Object$, kind: Mark): Feature | undefined {
-  return object.polygon && mark(new Polygon(ringsOf(object.polygon)), kind);
+function outline({ shape }: Object$, kind: Mark): Feature | undefined {
+  const geometry = geometryOf(shape);
+  return geometry && mark(geometry, kind);
 }
 
 function styles({ dark: isDark, scale: s }: Look): Record<Mark, Style[]> {
@@ -39,16 +41,25 @@ function styles({ dark: isDark, scale: s }: Look): Record<Mark, Style[]> {
     new Style({
       stroke: new Stroke({ color, width: width * s, lineDash: lineDash.map((part) => part * s) }),
     });
+  // Around the disc of a point, so that its colour stays visible.
+  const ring = (color: string, width: number) =>
+    new Style({
+      image: new CircleStyle({
+        radius: (POINT_RADIUS + 4) * s,
+        stroke: new Stroke({ color, width: width * s }),
+      }),
+    });
   const disc = new CircleStyle({
     radius: 6 * s,
     fill: new Fill({ color: accent }),
     stroke: new Stroke({ color: ground, width: 2 * s }),
   });
+  const fill = new Style({ fill: new Fill({ color: soft }) });
   return {
-    found: [line(ground, 5), new Style({ fill: new Fill({ color: soft }) }), line(accent, 2.5)],
+    found: [line(ground, 5), fill, line(accent, 2.5), ring(ground, 4.5), ring(accent, 2)],
     area: [line(ground, 4), line(accent, 2, [6, 5])],
     point: [new Style({ image: disc })],
-    selected: [line(ground, 7), line(accent, 3.5)],
+    selected: [line(ground, 7), line(accent, 3.5), ring(ground, 5.5), ring(accent, 3)],
   };
 }
 

@@ -1,11 +1,13 @@
 import { effect, untracked } from '@preact/signals';
-import { boundingExtent, containsExtent, containsXY, getCenter, type Extent } from 'ol/extent';
+import { buffer, containsExtent, containsXY, getCenter, type Extent } from 'ol/extent';
 import type OlMap from 'ol/Map';
-import { ringsOf, type Position } from '../state/model';
+import type { Position } from '../state/model';
 import { highlight, selected, selectedId } from '../state/selection';
+import { boxOf } from '../state/shapes';
 import { fitTo, fitted } from './fit';
 import { beginMove, isPageMoving, moveMs } from './motion';
 import { mapPadding, pad, type Sides } from './padding';
+import { clickReach } from './reach';
 import { scale } from './scale';
 import { fitsInto, hiddenShare, shiftToSee } from './sight';
 
@@ -14,11 +16,11 @@ const MARGIN = 40;
 /** If more than this share of the fitted box is hidden, the map is fitted again. */
 const TOO_MUCH = 0.4;
 
-/** The bounding box of the selected object, if it contains a point. */
-function objectAt([x, y]: Position): Extent | undefined {
-  const polygon = selected.peek()?.object.polygon;
-  const box = polygon && boundingExtent(ringsOf(polygon)[0] ?? []);
-  return box && containsXY(box, x, y) ? box : undefined;
+/** The bounding box of the selected object, if a click at a point may have meant it. */
+function objectAt([x, y]: Position, reachM: number): Extent | undefined {
+  const object = selected.peek()?.object;
+  const box = object && boxOf(object);
+  return box && containsXY(buffer(box, reachM), x, y) ? box : undefined;
 }
 
 /** Moves the map so that a box becomes visible. Does nothing if the box is larger than the view. */
@@ -60,7 +62,7 @@ export function keepInSight(map: OlMap): () => void {
   const stopObject = effect(() => {
     if (selectedId.value === undefined) return;
     const { point } = highlight.peek();
-    object = point && untracked(() => objectAt(point));
+    object = point && untracked(() => objectAt(point, clickReach(map)));
     if (object) reveal(map, object);
   });
 

@@ -1,9 +1,9 @@
 import Feature from 'ol/Feature';
-import Polygon from 'ol/geom/Polygon';
 import VectorLayer from 'ol/layer/Vector';
 import VectorSource from 'ol/source/Vector';
-import { ringsOf, type Object$ } from '../state/model';
+import type { Object$ } from '../state/model';
 import type { ObjectDelta, ObjectStore } from '../state/object_store';
+import { geometryOf, type Geometry } from './geometry';
 import { labelStyle } from './label_style';
 import type { Look } from './look';
 
@@ -14,22 +14,23 @@ const TOGETHER_MS = 200;
  */
 const FARTHEST = 0.05;
 
-function featureOf({ id, label, polygon }: Object$): Feature<Polygon> {
-  const feature = new Feature({ geometry: new Polygon(polygon ? ringsOf(polygon) : []), label });
+function featureOf({ id, label, shape }: Object$): Feature<Geometry> {
+  const feature = new Feature<Geometry>(geometryOf(shape));
+  feature.set('label', label, true);
   feature.setId(String(id));
   return feature;
 }
 
 /** Shows the labels of objects where there is room. */
 export class LabelLayer extends VectorLayer {
-  readonly #source: VectorSource<Feature<Polygon>>;
+  readonly #source: VectorSource<Feature<Geometry>>;
   /** Collected changes by object id. Undefined for removed objects. */
   #waiting = new Map<bigint, Object$ | undefined>();
   #timer: ReturnType<typeof setTimeout> | undefined;
 
   constructor(store: ObjectStore, look: Look) {
     const features = [...store.objects.values()].map(featureOf);
-    const source = new VectorSource<Feature<Polygon>>({ features });
+    const source = new VectorSource<Feature<Geometry>>({ features });
     super({ source, declutter: true, maxResolution: FARTHEST });
     this.#source = source;
     this.setLook(look);
@@ -54,7 +55,7 @@ export class LabelLayer extends VectorLayer {
     this.#timer = undefined;
     const waiting = this.#waiting;
     this.#waiting = new Map();
-    const come: Feature<Polygon>[] = [];
+    const come: Feature<Geometry>[] = [];
     for (const [id, object] of waiting) {
       const old = this.#source.getFeatureById(String(id));
       if (old) this.#source.removeFeature(old);

@@ -11,6 +11,7 @@ import { showContent } from './content_layers';
 import { showExploration } from './exploration_layer';
 import { fitTo, fitWhenThere, noteView } from './fit';
 import { showHighlight } from './highlight_layer';
+import { showHover } from './hover';
 import { keepInSight } from './keep_in_sight';
 import './map.css';
 import { moveMs } from './motion';
@@ -24,8 +25,6 @@ import { zoomKeys } from './zoom_keys';
  */
 const FINEST = 0.0005;
 const COARSEST = 10;
-/** The finest resolution that the map moves to by itself, metres per pixel. */
-const NEAREST = 0.005;
 /** The margin around a box that the map moves to, pixels. */
 const MARGIN = 60;
 
@@ -74,7 +73,7 @@ function followWantedView(map: OlMap): () => void {
   return effect(() => {
     const wanted = wantedView.value;
     if (!wanted) return;
-    fitTo(map, { box: wanted.box, margin: MARGIN, finest: NEAREST, durationMs: moveMs() });
+    fitTo(map, { box: wanted.box, margin: MARGIN, durationMs: moveMs() });
   });
 }
 
@@ -90,6 +89,7 @@ export function MapView() {
       showContent(map),
       showExploration(map),
       showHighlight(map),
+      showHover(map),
       fitWhenThere(map),
       keepView(map),
       tellResolution(map),

@@ -1,35 +1,46 @@
 import LayerGroup from 'ol/layer/Group';
+import type { Object$, Position } from '../state/model';
 import type { ObjectStore } from '../state/object_store';
-import { AreaLayer } from './area_layer';
 import { LabelLayer } from './label_layer';
 import type { Look } from './look';
+import { ShapeLayer } from './shape_layer';
 
-/** Shows an object store: areas with labels above them. */
+/** Shows the objects of a layer with labels above them. */
 export class ObjectLayer extends LayerGroup {
-  readonly #areas: AreaLayer;
+  readonly #shapes: ShapeLayer;
   readonly #labels: LabelLayer;
   readonly #stop: () => void;
 
-  constructor(store: ObjectStore, look: Look) {
-    const areas = new AreaLayer(store, look);
+  constructor(
+    /** The name of the layer. */
+    readonly name: string,
+    store: ObjectStore,
+    look: Look,
+  ) {
+    const shapes = new ShapeLayer(store, look);
     const labels = new LabelLayer(store, look);
-    super({ layers: [areas, labels] });
-    this.#areas = areas;
+    super({ layers: [shapes, labels] });
+    this.#shapes = shapes;
     this.#labels = labels;
     this.#stop = store.onStep((delta) => {
-      areas.update(delta);
+      shapes.update(delta);
       labels.update(delta);
     });
   }
 
   setLook(look: Look): void {
-    this.#areas.setLook(look);
+    this.#shapes.setLook(look);
     this.#labels.setLook(look);
+  }
+
+  /** Returns the objects whose bounding boxes are at most a distance away from a position. */
+  near(at: Position, distanceM: number): Object$[] {
+    return this.#shapes.near(at, distanceM);
   }
 
   override disposeInternal(): void {
     this.#stop();
-    this.#areas.dispose();
+    this.#shapes.dispose();
     this.#labels.dispose();
     super.disposeInternal();
   }

@@ -1,9 +1,10 @@
 // Editing the shape of an object with the pointer.
 import { signal } from '@preact/signals';
 import { editObject } from '../state/edits';
-import { ringsOf, type Object$ } from '../state/model';
-import { polygonOf } from '../state/objects';
-import { modifyPolygon, type Modification } from './tools';
+import type { Object$ } from '../state/model';
+import { kindOf, type KindOfShape } from '../state/shapes';
+import { geometryOf } from './geometry';
+import { modifyShape, type Modification } from './tools';
 
 interface Reshaping {
   layer: string;
@@ -14,12 +15,23 @@ interface Reshaping {
 /** The shape that is being edited. Undefined if there is none. */
 export const reshaping = signal<Reshaping>();
 
+function hintFor(kind: KindOfShape, label: string): string {
+  switch (kind) {
+    case 'polygon':
+      return `Drag corners or edges of the ${label}; Alt+click removes a corner`;
+    case 'lineString':
+      return `Drag vertices or segments of the ${label}; Alt+click removes a vertex`;
+    case 'point':
+      return `Drag the ${label} to its new place`;
+  }
+}
+
 /** Lets the user edit the shape of an object until they keep it or cancel. */
 export function startReshaping(layer: string, before: Object$): void {
-  if (!before.polygon) return;
-  const hint = `Drag corners or edges of the ${before.label}; Alt+click removes a corner`;
+  const [kind, geometry] = [kindOf(before), geometryOf(before.shape)];
+  if (!kind || !geometry) return;
   const onEnd = () => (reshaping.value = undefined);
-  const modification = modifyPolygon(ringsOf(before.polygon), hint, onEnd);
+  const modification = modifyShape(geometry, hintFor(kind, before.label), onEnd);
   reshaping.value = { layer, before, modification };
 }
 
@@ -27,7 +39,7 @@ export function startReshaping(layer: string, before: Object$): void {
 export async function keepShape(): Promise<void> {
   if (!reshaping.value) return;
   const { layer, before, modification } = reshaping.value;
-  const after = { ...before, polygon: polygonOf(modification.rings()) };
+  const after = { ...before, shape: modification.shape() };
   modification.end();
   await editObject({ title: `reshape ${before.label}`, layer, before, after });
 }

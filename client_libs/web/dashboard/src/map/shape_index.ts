@@ -1,58 +1,74 @@
-import { boundingExtent, type Extent } from 'ol/extent';
+import { buffer, type Extent } from 'ol/extent';
 import RBush from 'ol/structs/RBush';
-import { ringsOf, type Object$, type Position } from '../state/model';
+import type { Object$, Position } from '../state/model';
+import { boxOf, kindOf, KINDS_OF_SHAPE } from '../state/shapes';
 
-/** An object with its rings and bounding box. */
-export interface Shape {
+/** An object with its bounding box. */
+export interface Placed {
   object: Object$;
-  rings: Position[][];
   box: Extent;
 }
 
 /** The area of a box, square metres. */
-export function boxArea([minX = 0, minY = 0, maxX = 0, maxY = 0]: Extent): number {
+function boxArea([minX = 0, minY = 0, maxX = 0, maxY = 0]: Extent): number {
   return (maxX - minX) * (maxY - minY);
 }
 
-function shapeOf(object: Object$): Shape {
-  const rings = object.polygon ? ringsOf(object.polygon) : [];
-  return { object, rings, box: boundingExtent(rings[0] ?? []) };
+function rankOf({ object }: Placed): number {
+  const kind = kindOf(object);
+  return kind ? KINDS_OF_SHAPE.indexOf(kind) : 0;
 }
 
-/** The shapes of a layer, indexed by id and by bounding box. */
+/** The objects of a layer, indexed by id and by bounding box. Those without a shape are left out. */
 export class ShapeIndex {
-  readonly #byId = new Map<bigint, Shape>();
-  readonly #byPlace = new RBush<Shape>();
+  readonly #byId = new Map<bigint, Placed>();
+  readonly #byPlace = new RBush<Placed>();
 
   constructor(objects: Iterable<Object$>) {
-    const shapes = [...objects].map(shapeOf);
-    for (const shape of shapes) this.#byId.set(shape.object.id, shape);
+    const all: Placed[] = [];
+    for (const object of objects) {
+      const box = boxOf(object);
+      if (box) all.push({ object, box });
+    }
+    for (const placed of all) this.#byId.set(placed.object.id, placed);
     this.#byPlace.load(
-      shapes.map(({ box }) => box),
-      shapes,
+      all.map(({ box }) => box),
+      all,
     );
   }
 
   /** Returns the bounding boxes in which the picture has changed. */
   put(object: Object$): Extent[] {
     const old = this.remove(object.id);
-    const shape = shapeOf(object);
-    this.#byId.set(object.id, shape);
-    this.#byPlace.insert(shape.box, shape);
-    return [...old, shape.box];
+    const box = boxOf(object);
+    if (!box) return old;
+    const placed = { object, box };
+    this.#byId.set(object.id, placed);
+    this.#byPlace.insert(box, placed);
+    return [...old, box];
   }
 
   /** Returns the bounding boxes in which the picture has changed. */
   remove(id: bigint): Extent[] {
-    const shape = this.#byId.get(id);
-    if (!shape) return [];
+    const placed = this.#byId.get(id);
+    if (!placed) return [];
     this.#byId.delete(id);
-    this.#byPlace.remove(shape);
-    return [shape.box];
+    this.#byPlace.remove(placed);
+    return [placed.box];
   }
 
-  /** Returns the shapes that touch a box, largest first, so that small ones are painted on top. */
-  within(box: Extent): Shape[] {
-    return this.#byPlace.getInExtent(box).sort((a, b) => boxArea(b.box) - boxArea(a.box));
+  /**
+   * Returns the objects whose boxes touch a box, in the order in which they are painted: polygons,
+   * lines, points, and of each kind the largest first, so that small ones are on top.
+   */
+  within(box: Extent): Placed[] {
+    return this.#byPlace
+      .getInExtent(box)
+      .sort((a, b) => rankOf(a) - rankOf(b) || boxArea(b.box) - boxArea(a.box));
+  }
+
+  /** Returns the objects whose boxes are at most a distance away from a position. */
+  near([x, y]: Position, distanceM: number): Object$[] {
+    return this.#byPlace.getInExtent(buffer([x, y, x, y], distanceM)).map(({ object }) => object);
   }
 }

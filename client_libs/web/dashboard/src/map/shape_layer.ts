@@ -1,10 +1,11 @@
 import { buffer, getHeight, getWidth, type Extent } from 'ol/extent';
 import type { FrameState } from 'ol/Map';
+import type { Object$, Position } from '../state/model';
 import type { ObjectDelta, ObjectStore } from '../state/object_store';
-import { AreaPainter } from './area_paint';
 import { CanvasLayer } from './canvas_layer';
 import type { Look } from './look';
 import { ShapeIndex } from './shape_index';
+import { reachOfPaint, ShapePainter } from './shape_paint';
 import { TileSet, type Tile } from './tile_set';
 
 /**
@@ -12,8 +13,6 @@ import { TileSet, type Tile } from './tile_set';
  * work better than the clock does, because browsers defer painting to the end of the frame.
  */
 const OBJECTS_A_FRAME = 800;
-/** How far outlines reach beyond their objects, pixels. */
-const MARGIN = 4;
 
 /** Converts a square box in metres to canvas pixels: its upper left corner and its side. */
 function placeOf(frame: FrameState, box: Extent): [x: number, y: number, side: number] {
@@ -27,14 +26,16 @@ function placeOf(frame: FrameState, box: Extent): [x: number, y: number, side: n
 }
 
 /**
- * Shows the areas of many objects. They are painted into tiles, a limited number per frame so that
+ * Shows the shapes of many objects. They are painted into tiles, a limited number per frame so that
  * the map moves smoothly, and a change repaints only the tiles that it touches. While the map is
  * being zoomed, the tiles are stretched; they are painted at the new resolution when the map is at
  * rest.
  */
-export class AreaLayer extends CanvasLayer {
+export class ShapeLayer extends CanvasLayer {
   readonly #shapes: ShapeIndex;
-  #painter: AreaPainter;
+  #painter: ShapePainter;
+  /** How far paint reaches beyond the boxes of objects, pixels. */
+  #margin: number;
   #tiles = new TileSet(1);
   /** The tiles of the previous resolution, shown where a new tile is not painted yet. */
   #before: TileSet | undefined;
@@ -42,11 +43,13 @@ export class AreaLayer extends CanvasLayer {
   constructor(store: ObjectStore, look: Look) {
     super();
     this.#shapes = new ShapeIndex(store.objects.values());
-    this.#painter = new AreaPainter(look);
+    this.#painter = new ShapePainter(look);
+    this.#margin = reachOfPaint(look);
   }
 
   setLook(look: Look): void {
-    this.#painter = new AreaPainter(look);
+    this.#painter = new ShapePainter(look);
+    this.#margin = reachOfPaint(look);
     this.#tiles = new TileSet(this.#tiles.resolution);
     this.#before = undefined;
     this.changed();
@@ -57,10 +60,15 @@ export class AreaLayer extends CanvasLayer {
     for (const id of removed) boxes.push(...this.#shapes.remove(id));
     for (const object of put.values()) boxes.push(...this.#shapes.put(object));
     for (const box of boxes) {
-      this.#tiles.invalidate(box, MARGIN);
-      this.#before?.invalidate(box, MARGIN);
+      this.#tiles.invalidate(box, this.#margin);
+      this.#before?.invalidate(box, this.#margin);
     }
     this.changed();
+  }
+
+  /** Returns the objects whose boxes are at most a distance away from a position. */
+  near(at: Position, distanceM: number): Object$[] {
+    return this.#shapes.near(at, distanceM);
   }
 
   protected override paint(context: CanvasRenderingContext2D, frame: FrameState): void {
@@ -106,7 +114,7 @@ export class AreaLayer extends CanvasLayer {
     const context = this.#tiles.begin(tile, pixelRatio);
     if (!context) return 0;
     const { resolution } = this.#tiles;
-    const shapes = this.#shapes.within(buffer(this.#tiles.box(tile), MARGIN * resolution));
+    const shapes = this.#shapes.within(buffer(this.#tiles.box(tile), this.#margin * resolution));
     for (const shape of shapes) this.#painter.paint(context, shape, resolution);
     return shapes.length;
   }

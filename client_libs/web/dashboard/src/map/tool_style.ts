@@ -3,6 +3,7 @@ import CircleStyle from 'ol/style/Circle';
 import Fill from 'ol/style/Fill';
 import Stroke from 'ol/style/Stroke';
 import Style from 'ol/style/Style';
+import LineString from 'ol/geom/LineString';
 import MultiPoint from 'ol/geom/MultiPoint';
 import Polygon from 'ol/geom/Polygon';
 
@@ -26,5 +27,6 @@ export function toolStyle(scale: number): Style[] {
 
 function verticesOf(feature: FeatureLike): MultiPoint | undefined {
   const geometry = feature.getGeometry();
-  return geometry instanceof Polygon ? new MultiPoint(geometry.getCoordinates().flat()) : undefined;
+  if (geometry instanceof Polygon) return new MultiPoint(geometry.getCoordinates().flat());
+  return geometry instanceof LineString ? new MultiPoint(geometry.getCoordinates()) : undefined;
 }

@@ -3,7 +3,7 @@ import { signal } from '@preact/signals';
 import type { Coordinate } from 'ol/coordinate';
 import type OlMap from 'ol/Map';
 import Feature from 'ol/Feature';
-import Polygon from 'ol/geom/Polygon';
+import type Polygon from 'ol/geom/Polygon';
 import Draw from 'ol/interaction/Draw';
 import Modify from 'ol/interaction/Modify';
 import Snap from 'ol/interaction/Snap';
@@ -11,7 +11,10 @@ import type Interaction from 'ol/interaction/Interaction';
 import VectorLayer from 'ol/layer/Vector';
 import { unByKey } from 'ol/Observable';
 import VectorSource from 'ol/source/Vector';
-import type { Position } from '../state/model';
+import type { Position, Shape } from '../state/model';
+import type { KindOfShape } from '../state/shapes';
+import { geometryOf, shapeOf, type Geometry } from './geometry';
+import { clickReach } from './reach';
 import { scale } from './scale';
 import { toolStyle } from './tool_style';
 
@@ -43,23 +46,25 @@ export function cancelTool(): void {
 }
 
 /**
- * Calls `handler` for each click that no tool takes. For keyboard users, Enter on the focused map
- * counts as a click at its centre.
+ * Calls `handler` for each click that no tool takes, also with the distance within which lines and
+ * points count as clicked, metres. For keyboard users, Enter on the focused map counts as a click at
+ * its centre.
  */
-export function onMapClick(handler: (at: Position) => void): () => void {
+export function onMapClick(handler: (at: Position, reachM: number) => void): () => void {
   const map = olMap.value;
   if (!map) return () => undefined;
-  const tell = (at: Coordinate | undefined): void => {
-    if (at && toolHint.value === undefined) handler([at[0] ?? 0, at[1] ?? 0]);
+  const tell = (at: Coordinate | undefined, event: UIEvent): void => {
+    if (!at || toolHint.value !== undefined) return;
+    handler([at[0] ?? 0, at[1] ?? 0], clickReach(map, event));
   };
   // OpenLayers reports a single click late, when no second one has followed. By then the click may
   // have ended a tool, and it must not also count as a click on the map.
   const key = map.on('singleclick', ({ originalEvent, coordinate }) => {
-    if (originalEvent.timeStamp > toolEndedAt) tell(coordinate);
+    if (originalEvent.timeStamp > toolEndedAt) tell(coordinate, originalEvent);
   });
   const target = map.getTargetElement();
   const onKey = (event: KeyboardEvent): void => {
-    if (event.key === 'Enter' && event.target === target) tell(map.getView().getCenter());
+    if (event.key === 'Enter' && event.target === target) tell(map.getView().getCenter(), event);
   };
   target?.addEventListener('keydown', onKey);
   return () => {
@@ -98,17 +103,19 @@ function activate({ hint, source, interactions, onEnd }: Tool): () => void {
   return end;
 }
 
-/** Lets the user draw a polygon. Resolves to its closed outer ring; undefined if they cancel. */
-export function drawPolygon(hint: string): Promise<Position[] | undefined> {
+const TYPE_OF = { polygon: 'Polygon', lineString: 'LineString', point: 'Point' } as const;
+
+/** Lets the user draw a shape. Resolves to undefined if they cancel. */
+export function drawShape(kind: KindOfShape, hint: string): Promise<Shape | undefined> {
   return new Promise((resolve) => {
     const source = new VectorSource();
     const draw = new Draw({
       source,
-      type: 'Polygon',
+      type: TYPE_OF[kind],
       style: toolStyle(scale.peek()),
       snapTolerance: REACH_OF_END * scale.peek(),
     });
-    let drawn: Position[] | undefined;
+    let drawn: Shape | undefined;
     const end = activate({
       hint,
       source,
@@ -116,26 +123,32 @@ export function drawPolygon(hint: string): Promise<Position[] | undefined> {
       onEnd: () => resolve(drawn),
     });
     draw.on('drawend', ({ feature }) => {
-      drawn = (feature.getGeometry() as Polygon).getCoordinates()[0] as Position[];
+      drawn = shapeOf(feature.getGeometry() as Geometry);
       // The tool is still active while the map handles the click that ends the drawing.
       setTimeout(end);
     });
   });
 }
 
+/** Lets the user draw a polygon. Resolves to its closed outer ring; undefined if they cancel. */
+export async function drawPolygon(hint: string): Promise<Position[] | undefined> {
+  const geometry = geometryOf(await drawShape('polygon', hint));
+  return geometry && ((geometry as Polygon).getCoordinates()[0] as Position[]);
+}
+
 export interface Modification {
-  /** Returns the current rings, closed. */
-  rings: () => Position[][];
+  /** Returns the current shape. */
+  shape: () => Shape;
   /** Ends the tool. */
   end: () => void;
 }
 
 /**
- * Lets the user move, add and remove vertices of a polygon. `onEnd` is called when the tool ends.
+ * Lets the user move, add and remove vertices of a polygon or a line, or move a point. `onEnd` is
+ * called when the tool ends.
  */
-export function modifyPolygon(rings: Position[][], hint: string, onEnd: () => void): Modification {
-  const feature = new Feature(new Polygon(rings));
-  const source = new VectorSource({ features: [feature] });
+export function modifyShape(geometry: Geometry, hint: string, onEnd: () => void): Modification {
+  const source = new VectorSource({ features: [new Feature(geometry)] });
   const modify = new Modify({ source, style: toolStyle(scale.peek()), pixelTolerance: reach() });
   const end = activate({
     hint,
@@ -143,5 +156,5 @@ export function modifyPolygon(rings: Position[][], hint: string, onEnd: () => vo
     interactions: [modify, new Snap({ source, pixelTolerance: reach() })],
     onEnd,
   });
-  return { rings: () => feature.getGeometry()?.getCoordinates() as Position[][], end };
+  return { shape: () => shapeOf(geometry), end };
 }

@@ -1,5 +1,4 @@
 import { useSignal } from '@preact/signals';
-import { css, classColour } from '../map/colours';
 import { cellsWords } from '../state/cells_words';
 import {
   ask,
@@ -9,16 +8,17 @@ import {
   type FoundCells,
   type Question,
 } from '../state/find';
+import { contentOf } from '../state/layer_content';
 import { boxAround, ringArea } from '../state/measures';
-import { LayerKind, type Object$ } from '../state/model';
-import { boxOf } from '../state/objects';
+import type { Object$ } from '../state/model';
 import { lookAt, selectedId } from '../state/selection';
+import { boxOf } from '../state/shapes';
 import { layerNamed } from '../state/site';
-import { dark } from '../state/theme';
 import { asOf, shown } from '../state/time';
-import { count, metres, percent, squareMetres, statusWords } from '../state/words';
+import { count, metres, percent, shapeWords, squareMetres, statusWords } from '../state/words';
 import { openPanel } from './active';
 import { CloseIcon } from './kit/icons';
+import { Swatch } from './kit/swatch';
 
 const LISTED_AT_ONCE = 100;
 
@@ -48,8 +48,10 @@ function ObjectRow({ object, distanceM }: { object: Object$; distanceM: number |
   return (
     <li class="row found">
       <button class="grow" aria-current={isSelected} onClick={() => select(object)}>
-        <span class="swatch" style={{ background: css(classColour(label, dark.value)) }} />
-        <span class="grow cut">{label}</span>
+        <Swatch object={object} />
+        <span class="grow cut">
+          {label} <small>{shapeWords(object)}</small>
+        </span>
         <small class="number">
           {distanceM === undefined ? percent(existence ?? 1) : metres(distanceM)}
         </small>
@@ -67,7 +69,7 @@ function ObjectRow({ object, distanceM }: { object: Object$; distanceM: number |
 function wordsOf(name: string, { runs }: FoundCells): string | undefined {
   const layer = layerNamed(name);
   const isArea = find.answer.value?.question.kind === 'area';
-  if (!layer || !(isArea || layer.kind === LayerKind.SCALAR)) return undefined;
+  if (!layer || !(isArea || contentOf(layer) === 'measurements')) return undefined;
   return cellsWords(layer, runs);
 }
 

@@ -1,8 +1,8 @@
 import { signal } from '@preact/signals';
 import { changes } from '../state/changes';
-import { boxOf } from '../state/objects';
 import { live } from '../state/live';
 import { lookAt, selectedId } from '../state/selection';
+import { boxOf } from '../state/shapes';
 import { showRevision } from '../state/time';
 import './changes_panel.css';
 import { foldChanges, verbOf, type FoldedChange } from './folded_changes';

@@ -12,9 +12,9 @@ export function askOnClick(): () => void {
   return effect(() => {
     if (!olMap.value) return undefined;
     return untracked(() =>
-      onMapClick((at) => {
+      onMapClick((at, reachM) => {
         if (activePanel.value !== 'edit') openPanel('here');
-        void askPoint(at);
+        void askPoint(at, reachM);
       }),
     );
   });

@@ -1,10 +1,17 @@
 import { signal, useSignal } from '@preact/signals';
 import { middle } from '../map/controls';
-import { drawPolygon } from '../map/tools';
+import { drawShape } from '../map/tools';
 import { editing, editObject, redo, redoTitle, undo, undoTitle } from '../state/edits';
-import type { Object$, Position } from '../state/model';
-import { drawableLayers, drawnObject, knownLabels, squareAround } from '../state/objects';
+import type { Object$, Shape } from '../state/model';
+import {
+  drawableLayers,
+  drawnObject,
+  kindsTakenBy,
+  knownLabels,
+  smallShapeAt,
+} from '../state/objects';
 import { selected } from '../state/selection';
+import type { KindOfShape } from '../state/shapes';
 import { asOf, backToLive } from '../state/time';
 import { EditIcon } from './kit/icons';
 import { ObjectActions } from './object_actions';
@@ -13,27 +20,84 @@ import type { Panel } from './panel';
 
 const label = signal('');
 const wantedLayer = signal<string>();
+const wantedKind = signal<KindOfShape>('polygon');
 
 function layerToDrawOn(): string | undefined {
   const names = drawableLayers.value;
   return names.find((name) => name === wantedLayer.value) ?? names[0];
 }
 
-async function put(ring: Position[] | undefined): Promise<void> {
-  const layer = layerToDrawOn();
-  if (!ring || !layer) return;
-  const after = drawnObject(label.value.trim(), ring);
+/** The kind of shape to draw: the wanted one if the layer takes it. */
+function kindToDraw(layer: string): KindOfShape | undefined {
+  const kinds = kindsTakenBy(layer);
+  return kinds.find((kind) => kind === wantedKind.value) ?? kinds[0];
+}
+
+interface KindWords {
+  /** The name of the tool. */
+  name: string;
+  /** The instruction for drawing. */
+  hint: (label: string) => string;
+  /** The button that places a small shape, and its explanation. */
+  place: string;
+  placed: string;
+}
+
+const KIND_WORDS: Record<KindOfShape, KindWords> = {
+  polygon: {
+    name: 'Polygon',
+    hint: (what) => `Click the corners of the ${what}; click the last one twice`,
+    place: 'Place a square',
+    placed: 'Half a metre wide, at the centre of the map',
+  },
+  lineString: {
+    name: 'Line',
+    hint: (what) => `Click the vertices of the ${what}; click the last one twice`,
+    place: 'Place a line',
+    placed: 'A metre long, at the centre of the map',
+  },
+  point: {
+    name: 'Point',
+    hint: (what) => `Click the place of the ${what}`,
+    place: 'Place a point',
+    placed: 'At the centre of the map',
+  },
+};
+
+async function put(layer: string, shape: Shape | undefined): Promise<void> {
+  if (!shape) return;
+  const after = drawnObject(label.value.trim(), shape);
   await editObject({ title: `draw ${after.label}`, layer, before: undefined, after });
 }
 
-async function draw(): Promise<void> {
-  await put(await drawPolygon(`Click the corners of the ${label.value}; click the last one twice`));
+async function draw(layer: string, kind: KindOfShape): Promise<void> {
+  await put(layer, await drawShape(kind, KIND_WORDS[kind].hint(label.value)));
 }
 
-/** Puts a square at the centre of the map, for users who can't draw with a pointer. */
-async function placeSquare(): Promise<void> {
+/** Puts a small shape at the centre of the map, for users who can't draw with a pointer. */
+async function place(layer: string, kind: KindOfShape): Promise<void> {
   const at = middle();
-  if (at) await put(squareAround(at, 0.5));
+  if (at) await put(layer, smallShapeAt(at, kind));
+}
+
+/** The choice of what to draw. A layer that takes one kind of shape leaves none. */
+function KindChoice({ layer, kind }: { layer: string; kind: KindOfShape }) {
+  const kinds = kindsTakenBy(layer);
+  if (kinds.length < 2) return null;
+  return (
+    <div class="segments" role="group" aria-label="Shape to draw">
+      {kinds.map((each) => (
+        <button
+          key={each}
+          type="button"
+          aria-pressed={each === kind}
+          onClick={() => (wantedKind.value = each)}
+        >
+          {KIND_WORDS[each].name}
+        </button>
+      ))}
+    </div>
+  );
 }
 
 function LabelField({ value, onInput }: { value: string; onInput: (text: string) => void }) {
@@ -57,10 +121,12 @@ function LabelField({ value, onInput }: { value: string; onInput: (text: string)
 function NewObject() {
   const layer = layerToDrawOn();
   if (!layer) return <p class="note">This map has no layer of objects to draw on.</p>;
+  const kind = kindToDraw(layer);
+  if (!kind) return <p class="note">This page can't draw the shapes of layer {layer}.</p>;
   const onSubmit = (event: SubmitEvent) => {
     event.preventDefault();
-    const square = event.submitter?.getAttribute('name') === 'square';
-    void (square ? placeSquare() : draw());
+    const isPlaced = event.submitter?.getAttribute('name') === 'place';
+    void (isPlaced ? place(layer, kind) : draw(layer, kind));
   };
   return (
     <form class="stack" aria-label="New object" onSubmit={onSubmit}>
@@ -76,16 +142,13 @@ function NewObject() {
           </select>
         </label>
       </div>
+      <KindChoice layer={layer} kind={kind} />
       <div class="row actions">
         <button class="primary" disabled={editing.value}>
           Draw
         </button>
-        <button
-          name="square"
-          disabled={editing.value}
-          title="Half a metre wide, at the centre of the map"
-        >
-          Place a square
+        <button name="place" disabled={editing.value} title={KIND_WORDS[kind].placed}>
+          {KIND_WORDS[kind].place}
         </button>
       </div>
     </form>

@@ -1,16 +1,15 @@
 import type { LayerContent } from '@hypermap/client';
 import { useEffect } from 'preact/hooks';
-import { css, classColour } from '../map/colours';
 import { followEvidence } from '../state/evidence';
-import { AnswerStatus, LayerKind, type Object$ } from '../state/model';
+import { AnswerStatus, type Object$ } from '../state/model';
 import { point } from '../state/point';
 import { selected, selectedId } from '../state/selection';
 import { layerNamed } from '../state/site';
-import { dark } from '../state/theme';
 import { asOf } from '../state/time';
-import { cellWords, percent, statusWords } from '../state/words';
+import { cellWords, percent, shapeWords, statusWords } from '../state/words';
 import './here_panel.css';
 import { InfoIcon } from './kit/icons';
+import { Swatch } from './kit/swatch';
 import { ObjectCard } from './object_card';
 import type { Panel } from './panel';
 
@@ -20,10 +19,10 @@ function ObjectChip({ object }: { object: Object$ }) {
     <button
       class="chip"
       aria-pressed={selectedId.value === id}
-      title={`Object ${id}`}
+      title={`Object ${id}: ${shapeWords(object)}`}
       onClick={() => (selectedId.value = id)}
     >
-      <span class="swatch" style={{ background: css(classColour(label, dark.value)) }} />
+      <Swatch object={object} />
       <span class="cut">{label}</span>
       <small class="number">{percent(existence ?? 1)}</small>
     </button>
@@ -31,11 +30,11 @@ function ObjectChip({ object }: { object: Object$ }) {
 }
 
 function Content({ content }: { content: LayerContent }) {
-  const { status, value, objects, kind } = content;
+  const { status, value, objects } = content;
   if (status !== AnswerStatus.VALUE) return <span class="soft">{statusWords(status)}</span>;
-  if (kind !== LayerKind.SEMANTIC) {
+  if (value !== undefined) {
     const layer = layerNamed(content.layer);
-    return <span>{layer && value !== undefined ? cellWords(layer, value) : value}</span>;
+    return <span>{layer ? cellWords(layer, value) : value}</span>;
   }
   if (objects.length === 0) return <span class="soft">nothing</span>;
   return (

@@ -1,5 +1,6 @@
 import { signal } from '@preact/signals';
-import { LayerKind, type Layer } from '../state/model';
+import { BOTTOM_TO_TOP, contentOf, groupTitle } from '../state/layer_content';
+import type { Layer } from '../state/model';
 import { layers, setView, viewOf } from '../state/site';
 import { asOf, shown } from '../state/time';
 import { ChevronIcon, LayersIcon } from './kit/icons';
@@ -7,12 +8,17 @@ import './layers_panel.css';
 import { Legend } from './legend';
 import type { Panel } from './panel';
 
-const GROUPS: readonly { kind: LayerKind; title: string }[] = [
-  { kind: LayerKind.SEMANTIC, title: 'Objects' },
-  { kind: LayerKind.SCALAR, title: 'Measurements' },
-  { kind: LayerKind.EXPLORATION, title: 'Explored area' },
-  { kind: LayerKind.OCCUPANCY, title: 'Occupancy' },
-];
+/** The layers by the titles of their groups, from top to bottom. */
+function groupsOf(all: readonly Layer[]): Map<string, Layer[]> {
+  const groups = new Map<string, Layer[]>();
+  for (const content of BOTTOM_TO_TOP.toReversed()) {
+    for (const layer of all.filter((other) => contentOf(other) === content)) {
+      const title = groupTitle(layer);
+      groups.set(title, [...(groups.get(title) ?? []), layer]);
+    }
+  }
+  return groups;
+}
 
 /** The layers whose details are expanded. */
 const open = signal<ReadonlySet<string>>(new Set());
@@ -97,21 +103,16 @@ function Layers() {
   if (all.length === 0) return <p class="soft">This map has no layers.</p>;
   return (
     <div class="stack">
-      {GROUPS.map(({ kind, title }) => {
-        const ofKind = all.filter((layer) => layer.kind === kind);
-        return (
-          ofKind.length > 0 && (
-            <section key={kind}>
-              <h3>{title}</h3>
-              <ul>
-                {ofKind.map((layer) => (
-                  <LayerRow key={layer.name} layer={layer} />
-                ))}
-              </ul>
-            </section>
-          )
-        );
-      })}
+      {Array.from(groupsOf(all), ([title, group]) => (
+        <section key={title}>
+          <h3>{title}</h3>
+          <ul>
+            {group.map((layer) => (
+              <LayerRow key={layer.name} layer={layer} />
+            ))}
+          </ul>
+        </section>
+      ))}
     </div>
   );
 }

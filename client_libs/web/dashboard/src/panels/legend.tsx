@@ -2,11 +2,13 @@ import { classColour, colourAt, css } from '../map/colours';
 import { rampOf } from '../map/grid_palette';
 import { classCounts } from '../state/class_counts';
 import type { GridStore } from '../state/grid_store';
-import { LayerKind, type Layer } from '../state/model';
+import { binaryValues, contentOf, valueRange } from '../state/layer_content';
+import type { Layer } from '../state/model';
 import type { ObjectStore } from '../state/object_store';
 import { signal } from '@preact/signals';
 import { dark } from '../state/theme';
 import { shown } from '../state/time';
+import { cellWords } from '../state/words';
 
 /** The number of classes that are listed until the user expands the list. */
 const FIRST_CLASSES = 8;
@@ -15,7 +17,7 @@ const FIRST_CLASSES = 8;
 const unfolded = signal<ReadonlySet<string>>(new Set());
 
 function Ramp({ layer, from, to }: { layer: Layer; from: string; to: string }) {
-  const ramp = rampOf(layer.kind, dark.value);
+  const ramp = rampOf(layer, dark.value);
   const stops = [0, 0.25, 0.5, 0.75, 1].map((place) => {
     const [r, g, b, alpha] = colourAt(ramp, place);
     return css([r, g, b], alpha / 255);
@@ -34,22 +36,24 @@ function formatted(value: number, unit: string): string {
   return unit ? `${text} ${unit}` : text;
 }
 
-function ScalarLegend({ layer, store }: { layer: Layer; store: GridStore }) {
+function MeasurementsLegend({ layer, store }: { layer: Layer; store: GridStore }) {
   store.version.value; // Rendered again after each change, which may extend the range.
-  const { min, max } = store.range;
-  return <Ramp layer={layer} from={formatted(min, layer.unit)} to={formatted(max, layer.unit)} />;
+  const { min, max } = valueRange(layer) ?? store.range;
+  const unit = layer.properties?.unit ?? '';
+  return <Ramp layer={layer} from={formatted(min, unit)} to={formatted(max, unit)} />;
 }
 
-function ExplorationLegend({ layer }: { layer: Layer }) {
-  const ramp = rampOf(layer.kind, dark.value);
+function BinaryLegend({ layer }: { layer: Layer }) {
+  const ramp = rampOf(layer, dark.value);
+  const { min, max } = binaryValues(layer);
   return (
     <ul class="classes">
-      {['unexplored', 'explored'].map((name, value) => {
-        const [r, g, b, alpha] = colourAt(ramp, value);
+      {[min, max].map((value, place) => {
+        const [r, g, b, alpha] = colourAt(ramp, place);
         return (
-          <li key={name} class="row">
+          <li key={value} class="row">
             <span class="swatch" style={{ background: css([r, g, b], alpha / 255) }} />
-            {name}
+            {cellWords(layer, value)}
           </li>
         );
       })}
@@ -89,12 +93,12 @@ export function Legend({ layer }: { layer: Layer }) {
   const store = shown.value.stores.value.get(layer.name);
   if (!store) return <p class="soft">This layer is empty.</p>;
   if (store.type === 'objects') return <ClassLegend layer={layer} store={store} />;
-  switch (layer.kind) {
-    case LayerKind.SCALAR:
-      return <ScalarLegend layer={layer} store={store} />;
-    case LayerKind.EXPLORATION:
-      return <ExplorationLegend layer={layer} />;
-    default:
+  switch (contentOf(layer)) {
+    case 'floor':
       return <Ramp layer={layer} from="free" to="occupied" />;
+    case 'binary':
+      return <BinaryLegend layer={layer} />;
+    default:
+      return <MeasurementsLegend layer={layer} store={store} />;
   }
 }

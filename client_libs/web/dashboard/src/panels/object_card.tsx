@@ -2,11 +2,12 @@ import { timestampDate, type AttributeValue } from '@hypermap/client';
 import type { ComponentChildren } from 'preact';
 import { classColour, css } from '../map/colours';
 import { evidence } from '../state/evidence';
-import { areaOf } from '../state/measures';
 import type { Object$ } from '../state/model';
+import { kindOf } from '../state/shapes';
 import { dark } from '../state/theme';
-import { ago, authorWords, metres, percent, squareMetres } from '../state/words';
+import { ago, authorWords, metres, percent, shapeWord, sizeWords } from '../state/words';
 import { EvidenceSection } from './evidence_section';
+import { Swatch } from './kit/swatch';
 import { ObjectActions } from './object_actions';
 
 interface Props {
@@ -80,11 +81,15 @@ function LastChange({ objectId }: { objectId: bigint }) {
 
 function Facts({ object }: { object: Object$ }) {
   const { centroid, height, expireTime, attributes } = object;
+  const kind = kindOf(object);
   return (
     <dl class="facts">
-      <Fact name="Area">{squareMetres(areaOf(object))}</Fact>
+      {kind && <Fact name="Shape">{shapeWord(kind)}</Fact>}
+      {kind && kind !== 'point' && (
+        <Fact name={kind === 'polygon' ? 'Area' : 'Length'}>{sizeWords(object)}</Fact>
+      )}
       {centroid && (
-        <Fact name="Centre">
+        <Fact name={kind === 'point' ? 'Position' : 'Centre'}>
           {centroid.x.toFixed(2)}, {centroid.y.toFixed(2)}
         </Fact>
       )}
@@ -110,7 +115,7 @@ export function ObjectCard({ layer, object }: Props) {
   return (
     <article class="object-card stack" aria-label={`Object ${label}`}>
       <header>
-        <span class="swatch" style={{ background: css(classColour(label, dark.value)) }} />
+        <Swatch object={object} />
         <h3 class="grow cut">{label}</h3>
         <small class="number">
           {layer} {String(id)}

@@ -2,7 +2,7 @@ import { signal } from '@preact/signals';
 import { useEffect, useRef } from 'preact/hooks';
 import { drawPolygon } from '../map/tools';
 import { ask, find, forgetAnswer } from '../state/find';
-import { LayerKind } from '../state/model';
+import { searchableValues } from '../state/layer_content';
 import { knownLabels } from '../state/objects';
 import { layers } from '../state/site';
 import { view } from '../state/url';
@@ -22,17 +22,12 @@ const PLACES: readonly { where: Where; name: string; title: string }[] = [
 const value = signal('');
 const where = signal<Where>('everywhere');
 
-const WORDS_OF_KIND: Partial<Record<LayerKind, readonly string[]>> = {
-  [LayerKind.OCCUPANCY]: ['free', 'occupied', 'unknown', '>0.65'],
-  [LayerKind.EXPLORATION]: ['explored', 'unexplored'],
-};
-
 /**
  * The values that can be searched on this map: labels, their aliases, and words for cell values.
  */
 function suggestions(): string[] {
   const aliases = layers.value?.flatMap((layer) => layer.aliases.map(({ alias }) => alias)) ?? [];
-  const words = layers.value?.flatMap(({ kind }) => WORDS_OF_KIND[kind] ?? []) ?? [];
+  const words = layers.value?.flatMap(searchableValues) ?? [];
   return [...new Set([...knownLabels.value, ...aliases, ...words])];
 }
 

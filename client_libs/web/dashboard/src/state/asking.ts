@@ -1,7 +1,7 @@
 // Questions to the server about the shown revision. A new question cancels the previous one.
 import { signal, type ReadonlySignal } from '@preact/signals';
 import { messageOf } from './connection';
-import { asOf } from './time';
+import { asOf, atRevision } from './time';
 
 export interface Asking<Answer> {
   /** The answer to the last question; while it is pending, the answer to the previous one. */
@@ -57,10 +57,8 @@ export function asking<Answer>(): Asking<Answer> {
   };
 }
 
-/** The shown revision as the field `asOf` of a request. */
+/** The shown revision as the field `asOf` of a question. Undefined for the newest one. */
 export function shownRevision() {
   const revision = asOf.peek();
-  return revision === undefined
-    ? { case: undefined }
-    : ({ case: 'atRevision', value: revision } as const);
+  return revision === undefined ? undefined : atRevision(revision);
 }

@@ -1,6 +1,7 @@
 // Summarizes the values of many cells in one line.
 import { runsOf } from '@hypermap/client';
-import { LayerKind, type CellRuns, type Layer } from './model';
+import { contentOf } from './layer_content';
+import type { CellRuns, Layer } from './model';
 import { cellWords, occupancyWord, percent } from './words';
 
 /** Calls `act` for each run of cells that share a value; NaN means unknown. */
@@ -12,7 +13,8 @@ function eachRun(cells: readonly CellRuns[], act: (value: number, count: number)
 
 function wordOf(layer: Layer, value: number): string {
   if (Number.isNaN(value)) return 'unknown';
-  return layer.kind === LayerKind.OCCUPANCY ? occupancyWord(layer, value) : cellWords(layer, value);
+  const isFloor = contentOf(layer) === 'floor';
+  return isFloor ? occupancyWord(layer, value) : cellWords(layer, value);
 }
 
 /** Formats the share of each value: "71 % free, 29 % occupied". */
@@ -47,5 +49,5 @@ function range(layer: Layer, cells: readonly CellRuns[]): string {
 }
 
 export function cellsWords(layer: Layer, cells: readonly CellRuns[]): string {
-  return layer.kind === LayerKind.SCALAR ? range(layer, cells) : shares(layer, cells);
+  return contentOf(layer) === 'measurements' ? range(layer, cells) : shares(layer, cells);
 }

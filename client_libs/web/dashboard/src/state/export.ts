@@ -25,10 +25,11 @@ const FORMATS: Record<Exclude<ExportFormat, 'gpkg'>, FileFormat> = {
   nav2: FileFormat.NAV2,
 };
 
-/** Whether the format can represent a layer of this kind. */
-export function canCarry(format: ExportFormat, { kind }: Layer): boolean {
+/** Whether the format can represent a layer. */
+export function canCarry(format: ExportFormat, { kind, properties }: Layer): boolean {
+  // The server exports layers of this kind only, whatever the cells of others are like.
   if (format === 'nav2') return kind === LayerKind.OCCUPANCY;
-  return format !== 'geojson' || kind === LayerKind.SEMANTIC;
+  return format !== 'geojson' || properties?.hasShapes === true;
 }
 
 /** Exports a map as one file. If the format consists of several files, they are zipped. */

@@ -82,7 +82,7 @@ async function follow(map: string, signal: AbortSignal): Promise<void> {
   const follower = new Follower(map);
   const events = watch(
     client.value,
-    { map },
+    { scope: { map } },
     {
       signal,
       onState: (state, reason) => {

@@ -1,4 +1,4 @@
-import { ChangeKind, ChangeSchema, LayerKind, LayerPartSchema, create } from '@hypermap/client';
+import { AnswerStatus, ChangeKind, ChangeSchema, LayerPartSchema, create } from '@hypermap/client';
 import { describe, expect, test } from 'vitest';
 import { MapContent } from './map_content';
 import type { ObjectDelta } from './object_store';
@@ -50,10 +50,12 @@ describe('content', () => {
     expect(content.stores.value.get('objects')).not.toBe(before);
   });
 
-  test('has a store for an empty layer', () => {
+  test('has a store for an empty layer, but none for a layer that cannot answer', () => {
     const content = new MapContent();
-    content.add(create(LayerPartSchema, { layer: 'objects', kind: LayerKind.SEMANTIC }));
-    content.add(create(LayerPartSchema, { layer: 'floor', kind: LayerKind.OCCUPANCY }));
+    const status = AnswerStatus.VALUE;
+    content.add(create(LayerPartSchema, { layer: 'objects', status }));
+    content.add(create(LayerPartSchema, { layer: 'floor', status, cells: {} }));
+    content.add(create(LayerPartSchema, { layer: 'elsewhere', status: AnswerStatus.NO_TRANSFORM }));
     const types = [...content.stores.value].map(([name, { type }]) => [name, type]);
     expect(types).toEqual([
       ['objects', 'objects'],

@@ -1,6 +1,6 @@
 import { signal } from '@preact/signals';
 import { GridStore } from './grid_store';
-import { ChangeKind, LayerKind, type Change, type LayerPart, type Object$ } from './model';
+import { AnswerStatus, ChangeKind, type Change, type LayerPart, type Object$ } from './model';
 import { ObjectStore } from './object_store';
 
 export type LayerStore = ObjectStore | GridStore;
@@ -30,15 +30,16 @@ export class MapContent {
     }
   }
 
-  /** Adds one part of a QueryArea answer. */
-  add({ layer, kind, objects, cells }: LayerPart): void {
-    if (kind === LayerKind.SEMANTIC) {
-      const store = this.#objects(layer);
-      for (const object of objects) store.put(object);
-    } else {
-      const store = this.#grid(layer);
-      if (cells) store.write(cells);
+  /** Adds one part of a QueryArea answer. A layer that can't answer has no content. */
+  add({ layer, status, objects, cells }: LayerPart): void {
+    if (status !== AnswerStatus.VALUE) return;
+    // A part of a grid has cells even if it is empty, because the geometry is in them.
+    if (cells) {
+      this.#grid(layer).write(cells);
+      return;
     }
+    const store = this.#objects(layer);
+    for (const object of objects) store.put(object);
   }
 
   /** Notifies the listeners of all stores of the changes since the last step. */

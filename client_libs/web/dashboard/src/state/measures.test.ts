@@ -1,7 +1,6 @@
-import { create, CellRunsSchema, ObjectSchema } from '@hypermap/client';
+import { create, CellRunsSchema } from '@hypermap/client';
 import { expect, test } from 'vitest';
-import { areaOf, boxAround, measureCells, ringArea } from './measures';
-import { polygonOf } from './objects';
+import { boxAround, measureCells, ringArea } from './measures';
 import type { Position } from './model';
 
 const square = (x: number, y: number, side: number): Position[] => [
@@ -18,12 +17,6 @@ test('the area of a ring does not depend on winding and closing', () => {
   expect(ringArea(ring.toReversed())).toBe(9);
   expect(ringArea(first ? [...ring, first] : [])).toBe(9);
   expect(ringArea([])).toBe(0);
-});
-
-test('the area of an object excludes its holes', () => {
-  const polygon = polygonOf([square(0, 0, 4), square(1, 1, 1), square(2, 2, 1)]);
-  expect(areaOf(create(ObjectSchema, { polygon }))).toBe(14);
-  expect(areaOf(create(ObjectSchema, {}))).toBe(0);
 });
 
 test('cells are counted and measured over all parts', () => {

@@ -1,6 +1,6 @@
-// Areas and bounding boxes of objects and cells, in metres.
+// Areas and bounding boxes of rings and cells, in metres.
 import { runsOf, runToGeoJson } from '@hypermap/client';
-import type { CellRuns, Object$, Position } from './model';
+import type { CellRuns, Position } from './model';
 
 /** Min x, min y, max x, max y. */
 export type Box = [number, number, number, number];
@@ -13,14 +13,6 @@ export function ringArea(ring: readonly Position[]): number {
     twice += x * nextY - nextX * y;
   });
   return Math.abs(twice) / 2;
-}
-
-/** The area of the object's footprint without its holes. */
-export function areaOf({ polygon }: Object$): number {
-  const areas = [polygon?.outer, ...(polygon?.holes ?? [])].map((ring) =>
-    ringArea(ring?.points.map(({ x, y }) => [x, y]) ?? []),
-  );
-  return areas.reduce((outer, hole) => outer - hole, 2 * (areas[0] ?? 0));
 }
 
 export interface CellsMeasure {

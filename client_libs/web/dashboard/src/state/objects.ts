@@ -1,9 +1,10 @@
 // Objects that users draw, their layers and their labels.
-import { create, ObjectSchema, polygonFromGeoJson } from '@hypermap/client';
+import { create, ObjectSchema, polygonFromGeoJson, shapeFromGeoJson } from '@hypermap/client';
 import { computed } from '@preact/signals';
 import { live } from './live';
-import { LayerKind, type Object$, type Position } from './model';
-import { layers } from './site';
+import { ShapeKind, type Object$, type Position, type Shape } from './model';
+import { KINDS_OF_SHAPE, type KindOfShape } from './shapes';
+import { layerNamed, layers } from './site';
 
 /** The server reads this layer as its list of explorations, so users do not draw on it. */
 const OF_THE_SERVER = 'explorations';
@@ -11,7 +12,7 @@ const OF_THE_SERVER = 'explorations';
 /** The layers that users may draw on; the layer with the most objects comes first. */
 export const drawableLayers = computed(() =>
   (layers.value ?? [])
-    .filter(({ kind, name }) => kind === LayerKind.SEMANTIC && name !== OF_THE_SERVER)
+    .filter(({ properties, name }) => properties?.hasShapes && name !== OF_THE_SERVER)
     .sort((a, b) => Number(b.size - a.size))
     .map(({ name }) => name),
 );
@@ -26,8 +27,38 @@ export const knownLabels = computed(() => {
   return [...labels].sort((a, b) => a.localeCompare(b));
 });
 
-export function drawnObject(label: string, outer: Position[]): Object$ {
-  return create(ObjectSchema, { label, polygon: polygonOf([outer]), existence: 1 });
+const KIND_OF: Record<KindOfShape, ShapeKind> = {
+  polygon: ShapeKind.POLYGON,
+  lineString: ShapeKind.LINE_STRING,
+  point: ShapeKind.POINT,
+};
+
+/** The kinds of shape that the objects of a layer may have. */
+export function kindsTakenBy(layer: string): readonly KindOfShape[] {
+  const kinds = layerNamed(layer)?.shapeKinds ?? [];
+  if (kinds.length === 0) return KINDS_OF_SHAPE;
+  return KINDS_OF_SHAPE.filter((kind) => kinds.includes(KIND_OF[kind]));
+}
+
+export function drawnObject(label: string, shape: Shape): Object$ {
+  return create(ObjectSchema, { label, shape, existence: 1 });
+}
+
+/** A small shape around a position: a square, a line or the point itself. */
+export function smallShapeAt([x, y]: Position, kind: KindOfShape): Shape {
+  switch (kind) {
+    case 'polygon':
+      return shapeFromGeoJson({ type: 'Polygon', coordinates: [squareAround([x, y], 0.5)] });
+    case 'lineString': {
+      const coordinates = [
+        [x - 0.5, y],
+        [x + 0.5, y],
+      ];
+      return shapeFromGeoJson({ type: 'LineString', coordinates });
+    }
+    case 'point':
+      return shapeFromGeoJson({ type: 'Point', coordinates: [x, y] });
+  }
 }
 
 export function polygonOf(rings: Position[][]) {
@@ -44,13 +75,4 @@ export function squareAround([x, y]: Position, sideM: number): Position[] {
     [x - h, y + h],
     [x - h, y - h],
   ];
-}
-
-/** The bounding box of an object: min x, min y, max x, max y. Undefined if it has no shape. */
-export function boxOf({ polygon }: Object$): [number, number, number, number] | undefined {
-  const points = polygon?.outer?.points ?? [];
-  if (points.length === 0) return undefined;
-  const xs = points.map(({ x }) => x);
-  const ys = points.map(({ y }) => y);
-  return [Math.min(...xs), Math.min(...ys), Math.max(...xs), Math.max(...ys)];
 }

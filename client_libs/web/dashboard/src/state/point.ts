@@ -3,13 +3,15 @@ import type { LayerContent } from '@hypermap/client';
 import { asking, shownRevision } from './asking';
 import { client } from './connection';
 import type { Object$, Position } from './model';
-import { areaOf } from './measures';
 import { drawableLayers } from './objects';
 import { highlight, NO_HIGHLIGHT, selectedId } from './selection';
+import { isHit, objectsAt } from './shapes';
 import { mapName, visibleLayers } from './site';
 
 export interface PointAnswer {
   at: Position;
+  /** The distance within which lines and points count as being there, metres. */
+  reachM: number;
   revision: bigint;
   /** The content of every layer of the map, sorted by name. */
   layers: readonly LayerContent[];
@@ -17,36 +19,46 @@ export interface PointAnswer {
 
 export const point = asking<PointAnswer>();
 
-/** Queries all layers at a point and selects the object there, if any. */
-export async function askPoint(at: Position): Promise<void> {
+/**
+ * Queries all layers at a point and selects the object there, if any. Lines and points count as being
+ * there up to a distance.
+ */
+export async function askPoint(at: Position, reachM: number): Promise<void> {
   highlight.value = { ...NO_HIGHLIGHT, point: at };
-  const answer = await contentAt(at);
+  const answer = await contentAt(at, reachM);
   if (answer) selectedId.value = objectMeant(answer)?.id;
 }
 
 /** Repeats the query at the same point. */
 export async function refreshPoint(): Promise<void> {
-  const at = point.answer.peek()?.at;
-  if (at) await contentAt(at);
+  const answer = point.answer.peek();
+  if (answer) await contentAt(answer.at, answer.reachM);
 }
 
-async function contentAt(at: Position): Promise<PointAnswer | undefined> {
+async function contentAt(at: Position, reachM: number): Promise<PointAnswer | undefined> {
   const map = mapName.peek();
   if (map === undefined) return undefined;
   return point.ask(async (signal) => {
-    const request = { map, point: { x: at[0], y: at[1] }, asOf: shownRevision() };
+    const request = {
+      scope: { map },
+      point: { x: at[0], y: at[1] },
+      toleranceM: reachM,
+      asOf: shownRevision(),
+    };
     const { revision, layers } = await client.value.query.queryPoint(request, { signal });
-    return { at, revision, layers };
+    // The tolerance also finds polygons beside the point, which are not meant.
+    const meant = layers.map((content) => ({
+      ...content,
+      objects: content.objects.filter((object) => isHit(object, at, reachM)),
+    }));
+    return { at, reachM, revision, layers: meant };
   });
 }
 
-// Of several objects at the point the smallest one is selected, because the larger ones can be
-// clicked elsewhere.
-function objectMeant({ layers }: PointAnswer): Object$ | undefined {
+function objectMeant({ layers, at, reachM }: PointAnswer): Object$ | undefined {
   const shown = new Set(visibleLayers.value.map(({ name }) => name));
-  return layers
+  const objects = layers
     .filter(({ layer }) => shown.has(layer) && drawableLayers.value.includes(layer))
-    .flatMap(({ objects }) => objects)
-    .sort((a, b) => areaOf(a) - areaOf(b))
-    .at(0);
+    .flatMap((content) => content.objects);
+  return objectsAt(objects, at, reachM)[0];
 }

@@ -1,7 +1,8 @@
 // The maps of the server, the shown map, and the visibility of its layers.
 import { computed, signal } from '@preact/signals';
 import { client, noteAlive, noteFailure } from './connection';
-import { LayerKind, type Layer } from './model';
+import { BOTTOM_TO_TOP, contentOf } from './layer_content';
+import type { Layer } from './model';
 
 export interface MapEntry {
   name: string;
@@ -27,15 +28,14 @@ export interface LayerView {
   opacity: number;
 }
 
-const ORDER = [LayerKind.OCCUPANCY, LayerKind.EXPLORATION, LayerKind.SCALAR, LayerKind.SEMANTIC];
-
 /** The views that the user changed, by layer; all other layers have their `defaultView`. */
 export const layerViews = signal<ReadonlyMap<string, LayerView>>(new Map());
 
 export function defaultView(layer: Layer): LayerView {
-  // A scalar layer covers the layers below it, so it is hidden at first.
-  if (layer.kind === LayerKind.SCALAR) return { visible: false, opacity: 0.6 };
-  return { visible: true, opacity: layer.kind === LayerKind.EXPLORATION ? 0.6 : 1 };
+  const content = contentOf(layer);
+  // Measurements cover the layers below them, so they are hidden at first.
+  if (content === 'measurements') return { visible: false, opacity: 0.6 };
+  return { visible: true, opacity: content === 'binary' ? 0.6 : 1 };
 }
 
 export function viewOf(layer: Layer): LayerView {
@@ -73,6 +73,10 @@ export async function loadLayers(map: string): Promise<void> {
   const answer = await client.value.catalog.listLayers({ map });
   if (map !== mapName.value) return;
   layers.value = answer.layers.toSorted(
-    (a, b) => ORDER.indexOf(a.kind) - ORDER.indexOf(b.kind) || a.name.localeCompare(b.name),
+    (a, b) => heightOf(a) - heightOf(b) || a.name.localeCompare(b.name),
   );
+}
+
+function heightOf(layer: Layer): number {
+  return BOTTOM_TO_TOP.indexOf(contentOf(layer));
 }

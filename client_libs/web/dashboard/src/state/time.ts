@@ -57,25 +57,21 @@ async function commitOf(map: string, revision: bigint, signal: AbortSignal): Pro
 
 // Half the side of a box that is larger than any site, metres.
 const FAR = 1e6;
-const EVERYWHERE = {
-  outer: {
-    points: [
-      { x: -FAR, y: -FAR },
-      { x: FAR, y: -FAR },
-      { x: FAR, y: FAR },
-      { x: -FAR, y: FAR },
-    ],
-  },
-};
+const EVERYWHERE = { outer: { xs: [-FAR, FAR, FAR, -FAR], ys: [-FAR, -FAR, FAR, FAR] } };
+
+/** A revision as the field `asOf` of a question. */
+export function atRevision(value: bigint) {
+  return { asOf: { case: 'atRevision', value } } as const;
+}
 
 /** Shows the map as of a time. */
 export async function showTime(time: Date): Promise<void> {
   const map = mapName.value;
   if (map === undefined) return;
   // The answer to any query names the revision at that time. The first part is enough.
-  const asked = { case: 'atTime', value: timestampFromDate(time) } as const;
+  const atTime = { asOf: { case: 'atTime', value: timestampFromDate(time) } } as const;
   try {
-    const request = { map, area: EVERYWHERE, asOf: asked };
+    const request = { scope: { map }, area: EVERYWHERE, asOf: atTime };
     for await (const { revision } of client.value.query.queryArea(request)) {
       showRevision(revision);
       return;
@@ -97,8 +93,7 @@ export function backToLive(): void {
 
 async function loadPast(map: string, revision: bigint, ended: AbortSignal): Promise<void> {
   const content = new MapContent();
-  const asked = { case: 'atRevision', value: revision } as const;
-  const request = { map, area: EVERYWHERE, asOf: asked };
+  const request = { scope: { map }, area: EVERYWHERE, asOf: atRevision(revision) };
   const commit = commitOf(map, revision, ended);
   // The rejection is handled where the promise is awaited below.
   commit.catch(() => undefined);

@@ -1,21 +1,41 @@
-import { create, LayerSchema } from '@hypermap/client';
+import {
+  create,
+  LayerSchema,
+  ObjectSchema,
+  shapeFromGeoJson,
+  type ShapeGeometry,
+} from '@hypermap/client';
 import { expect, test } from 'vitest';
-import { LayerKind } from './model';
-import { ago, authorWords, cellWords, percent, squareMetres } from './words';
+import { squareAround } from './objects';
+import { ago, authorWords, cellWords, percent, shapeWords, squareMetres } from './words';
 
 test('cell values are formatted with the words of their layer', () => {
-  const floor = create(LayerSchema, { kind: LayerKind.OCCUPANCY });
+  const properties = { hasCells: true, words: ['free', 'occupied', 'unknown'] };
+  const floor = create(LayerSchema, { properties });
   expect(cellWords(floor, 0.02)).toBe('free (2 %)');
   expect(cellWords(floor, 0.5)).toBe('undecided (50 %)');
   expect(cellWords(floor, 0.97)).toBe('occupied (97 %)');
   const careful = create(LayerSchema, {
-    kind: LayerKind.OCCUPANCY,
+    properties,
     thresholds: { freeBelow: 0.01, occupiedAbove: 0.4 },
   });
   expect(cellWords(careful, 0.5)).toBe('occupied (50 %)');
-  expect(cellWords(create(LayerSchema, { kind: LayerKind.EXPLORATION }), 0)).toBe('unexplored');
-  const wifi = create(LayerSchema, { kind: LayerKind.SCALAR, unit: 'dBm' });
+  const binary = { hasCells: true, isBinary: true, words: ['explored', 'unexplored'] };
+  expect(cellWords(create(LayerSchema, { properties: binary }), 0)).toBe('unexplored');
+  const signed = { ...binary, valueRange: { min: -1, max: 1 } };
+  expect(cellWords(create(LayerSchema, { properties: signed }), 1)).toBe('explored');
+  const wifi = create(LayerSchema, { properties: { hasCells: true, unit: 'dBm' } });
   expect(cellWords(wifi, -61.23456)).toBe('-61.23 dBm');
+});
+
+test('shapes are described by their kind and size', () => {
+  const words = (geometry: ShapeGeometry) =>
+    shapeWords(create(ObjectSchema, { shape: shapeFromGeoJson(geometry) }));
+  const square = squareAround([0, 0], 2);
+  expect(words({ type: 'Polygon', coordinates: [square] })).toBe('polygon, 4.00 m²');
+  expect(words({ type: 'LineString', coordinates: square })).toBe('line, 8.00 m');
+  expect(words({ type: 'Point', coordinates: [1, 2] })).toBe('point');
+  expect(shapeWords(create(ObjectSchema))).toBe('');
 });
 
 test('only exact 0 and 1 are formatted as 0 % and 100 %', () => {

@@ -1,10 +1,12 @@
 // Texts for cell values, answers, measures and times.
-import { AnswerStatus, LayerKind, type Layer } from './model';
+import { binaryValues, binaryWords, contentOf } from './layer_content';
+import { AnswerStatus, type Layer, type Object$ } from './model';
+import { areaOf, kindOf, lengthOf, type KindOfShape } from './shapes';
 
 const FREE_BELOW = 0.196;
 const OCCUPIED_ABOVE = 0.65;
 
-/** The word of an occupancy layer for a probability. */
+/** The word of a layer for a probability of occupation. */
 export function occupancyWord({ thresholds }: Layer, p: number): string {
   if (p < (thresholds?.freeBelow ?? FREE_BELOW)) return 'free';
   return p > (thresholds?.occupiedAbove ?? OCCUPIED_ABOVE) ? 'occupied' : 'undecided';
@@ -12,14 +14,24 @@ export function occupancyWord({ thresholds }: Layer, p: number): string {
 
 /** The value of a cell as text. */
 export function cellWords(layer: Layer, value: number): string {
-  switch (layer.kind) {
-    case LayerKind.OCCUPANCY:
+  switch (contentOf(layer)) {
+    case 'floor':
       return `${occupancyWord(layer, value)} (${percent(value)})`;
-    case LayerKind.EXPLORATION:
-      return value >= 0.5 ? 'explored' : 'unexplored';
+    case 'binary':
+      return binaryWord(layer, value) ?? numberWithUnit(layer, value);
     default:
-      return `${Number(value.toPrecision(4))} ${layer.unit}`.trim();
+      return numberWithUnit(layer, value);
   }
+}
+
+function binaryWord(layer: Layer, value: number): string | undefined {
+  const { min, max } = binaryValues(layer);
+  return binaryWords(layer)?.[value >= (min + max) / 2 ? 1 : 0];
+}
+
+/** Four digits of a number with the unit of the layer: "-61.23 dBm". */
+function numberWithUnit({ properties }: Layer, value: number): string {
+  return `${Number(value.toPrecision(4))} ${properties?.unit ?? ''}`.trim();
 }
 
 const STATUS_WORDS: Record<AnswerStatus, string> = {
@@ -51,6 +63,30 @@ export function squareMetres(area: number): string {
 
 export function metres(length: number): string {
   return `${length.toFixed(2)} m`;
+}
+
+const SHAPE_WORDS: Record<KindOfShape, string> = {
+  polygon: 'polygon',
+  lineString: 'line',
+  point: 'point',
+};
+
+/** The kind of a shape as a word. */
+export function shapeWord(kind: KindOfShape): string {
+  return SHAPE_WORDS[kind];
+}
+
+/** The area of a polygon or the length of a line. Empty for a point. */
+export function sizeWords(object: Object$): string {
+  const kind = kindOf(object);
+  if (kind === 'polygon') return squareMetres(areaOf(object));
+  return kind === 'lineString' ? metres(lengthOf(object)) : '';
+}
+
+/** The kind of an object's shape and its size: "line, 4.20 m". */
+export function shapeWords(object: Object$): string {
+  const kind = kindOf(object);
+  return [kind && shapeWord(kind), sizeWords(object)].filter(Boolean).join(', ');
 }
 
 /** Formats a count with its noun: "1 cell", "3 cells". */

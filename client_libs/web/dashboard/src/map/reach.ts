@@ -1,0 +1,13 @@
+import type OlMap from 'ol/Map';
+import { scale } from './scale';
+
+// How far away from a line or a point a click may be, pixels before scaling for large screens.
+const REACH_OF_POINTER = 8;
+const REACH_OF_FINGER = 16;
+
+/** How far away from a line or a point a click may be to count as a click on it, metres. */
+export function clickReach(map: OlMap, event?: UIEvent): number {
+  const isFinger = event instanceof PointerEvent && event.pointerType === 'touch';
+  const pixels = (isFinger ? REACH_OF_FINGER : REACH_OF_POINTER) * scale.peek();
+  return pixels * (map.getView().getResolution() ?? 0);
+}
