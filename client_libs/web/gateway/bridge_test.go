@@ -332,13 +332,13 @@ func TestMessagesInJSONAreTranslated(t *testing.T) {
 		if err := stream.RecvMsg(&request); err != nil {
 			return err
 		}
-		if got := toJSON(t, "QueryPointRequest", &request); got != `{"map":"office","point":{"x":1,"y":2}}` {
+		if got := toJSON(t, "QueryPointRequest", &request); got != `{"scope":{"map":"office"},"point":{"x":1,"y":2}}` {
 			return status.Error(codes.InvalidArgument, got)
 		}
 		return stream.SendMsg(fromJSON(t, "QueryPointResponse", `{"map":"office","revision":"7"}`).Msg)
 	})
 	gateway := startGateway(t, before(server))
-	body := strings.NewReader(`{"map": "office", "point": {"x": 1, "y": 2}}`)
+	body := strings.NewReader(`{"scope": {"map": "office"}, "point": {"x": 1, "y": 2}}`)
 	response, err := http.Post(gateway+queryPoint, "application/json", body)
 	if err != nil {
 		t.Fatal(err)

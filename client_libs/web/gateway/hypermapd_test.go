@@ -71,7 +71,7 @@ func TestTheRealServerAnswersThroughTheGateway(t *testing.T) {
 			`{"map":"`+site+`","layer":{"name":"things","kind":"LAYER_KIND_SEMANTIC"}}`)
 
 		changes, err := as.to(gateway, watch).CallServerStream(testContext(t),
-			fromJSON(t, "WatchRequest", `{"map":"`+site+`"}`))
+			fromJSON(t, "WatchRequest", `{"scope":{"map":"`+site+`"}}`))
 		if err != nil {
 			t.Fatal(err)
 		}
@@ -81,7 +81,7 @@ func TestTheRealServerAnswersThroughTheGateway(t *testing.T) {
 		}
 		must("/hypermap.v1.EditService/ApplyEdits", "ApplyEditsResponse",
 			`{"map":"`+site+`","edits":[{"putObject":{"layer":"things","object":{"label":"chair",
-			"polygon":{"outer":{"points":[{"x":0,"y":0},{"x":1,"y":0},{"x":1,"y":1}]}}}}}]}`)
+			"shape":{"polygon":{"outer":{"xs":[0,1,1],"ys":[0,0,1]}}}}}}]}`)
 		for told := ""; !strings.Contains(told, "chair"); told = toJSON(t, "WatchResponse", changes.Msg()) {
 			if !changes.Receive() {
 				t.Fatal(changes.Err())
@@ -89,7 +89,7 @@ func TestTheRealServerAnswersThroughTheGateway(t *testing.T) {
 		}
 
 		found, err := as.to(gateway, "/hypermap.v1.QueryService/QueryValue").CallServerStream(testContext(t),
-			fromJSON(t, "QueryValueRequest", `{"map":"`+site+`","value":"chair"}`))
+			fromJSON(t, "QueryValueRequest", `{"scope":{"map":"`+site+`"},"value":"chair"}`))
 		if err != nil {
 			t.Fatal(err)
 		}
@@ -98,7 +98,7 @@ func TestTheRealServerAnswersThroughTheGateway(t *testing.T) {
 			t.Errorf("no chair: %v", found.Err())
 		}
 
-		_, err = unary(queryPoint, "QueryPointResponse", `{"map":"nowhere","point":{}}`)
+		_, err = unary(queryPoint, "QueryPointResponse", `{"scope":{"map":"nowhere"},"point":{}}`)
 		if connect.CodeOf(err) != connect.CodeNotFound || !strings.Contains(err.Error(), "nowhere") {
 			t.Errorf("got %v", err)
 		}

@@ -2,6 +2,7 @@ import { ObjectEventKind } from '@hypermap/client';
 import type { Page } from '@playwright/test';
 
 import type { Place } from '../support/dashboard.js';
+import { polygonShape } from '../support/edits.js';
 import type { Site } from '../support/site.js';
 import { expect, shot, test } from '../support/test.js';
 
@@ -158,12 +159,12 @@ test('an object that somebody else has changed in the meantime is not overwritte
 
   // Another client renames the object to hammock and moves it.
   const [trolley] = await entities(site, 'trolley');
-  const points = [
+  const shape = polygonShape([
     [5, 5.7],
     [5.5, 5.7],
     [5.5, 6.2],
-  ].map(([x = 0, y = 0]) => ({ x, y }));
-  const object = { id: BigInt(trolley?.id ?? 0), label: 'hammock', polygon: { outer: { points } } };
+  ]);
+  const object = { id: BigInt(trolley?.id ?? 0), label: 'hammock', shape };
   const edit = { case: 'putObject' as const, value: { layer: 'objects', object } };
   await site.client().edit.applyEdits({ map: 'office', edits: [{ edit }] });
 
@@ -177,13 +178,16 @@ test('an object that somebody else has changed in the meantime is not overwritte
 });
 
 test('an edit does not extend the lifetime of an object', async ({ site, dashboard, page }) => {
-  const points = [
-    { x: 6, y: 5.7 },
-    { x: 7, y: 5.7 },
-    { x: 7, y: 6.3 },
-  ];
-  const object = { label: 'trolley', polygon: { outer: { points } } };
-  const put = { layer: 'objects', object, timeToLive: { seconds: 600n } };
+  const shape = polygonShape([
+    [6, 5.7],
+    [7, 5.7],
+    [7, 6.3],
+  ]);
+  const put = {
+    layer: 'objects',
+    object: { label: 'trolley', shape },
+    timeToLive: { seconds: 600n },
+  };
   const edit = { case: 'putObject' as const, value: put };
   await site.client().edit.applyEdits({ map: 'office', edits: [{ edit }] });
   await dashboard.open(site, { layers: ['floor', 'objects'], view });
@@ -192,7 +196,8 @@ test('an edit does not extend the lifetime of an object', async ({ site, dashboa
   await expect(page.getByRole('button', { name: 'Pinned' })).toBeVisible();
 
   const point = { x: 6.8, y: 5.8 };
-  const { layers } = await site.client().query.queryPoint({ map: 'office', point });
+  const scope = { map: 'office' };
+  const { layers } = await site.client().query.queryPoint({ scope, point });
   const [pinned] = layers.flatMap(({ objects }) => objects);
   const leftMs = Number(pinned?.expireTime?.seconds) * 1000 - Date.now();
   expect(leftMs).toBeGreaterThan(0);

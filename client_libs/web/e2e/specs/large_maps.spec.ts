@@ -1,6 +1,7 @@
 import type { Page } from '@playwright/test';
 
 import type { Dashboard } from '../support/dashboard.js';
+import { polygon, polygonShape } from '../support/edits.js';
 import { frameTimes, framesText, panAround, zoomInAndOut } from '../support/frames.js';
 import type { Site } from '../support/site.js';
 import { expect, shot, test } from '../support/test.js';
@@ -40,12 +41,12 @@ async function putManyObjects(site: Site): Promise<void> {
     const corners = 3 + (i % 7);
     const points = Array.from({ length: corners }, (_, k) => {
       const angle = (2 * Math.PI * k) / corners;
-      return { x: x + 0.4 * Math.cos(angle), y: y + 0.4 * Math.sin(angle) };
+      return [x + 0.4 * Math.cos(angle), y + 0.4 * Math.sin(angle)] as const;
     });
     const object = {
       label: `class ${i % 23}`,
       existence: 0.2 + 0.8 * ((i % 11) / 10),
-      polygon: { outer: { points } },
+      shape: polygonShape(points),
     };
     return { edit: { case: 'putObject' as const, value: { layer: 'things', object } } };
   });
@@ -57,12 +58,12 @@ async function moveObjects(site: Site): Promise<void> {
   for (let step = 0; step < 40; step++) {
     const edits = [1n, 2n, 3n].map((id) => {
       const [x, y] = [20 * Number(id) + step / 2, 50 + 10 * Math.sin(step / 8)];
-      const points = [
-        { x, y },
-        { x: x + 1, y },
-        { x: x + 1, y: y + 1 },
-      ];
-      const object = { id, label: 'robot', polygon: { outer: { points } } };
+      const shape = polygonShape([
+        [x, y],
+        [x + 1, y],
+        [x + 1, y + 1],
+      ]);
+      const object = { id, label: 'robot', shape };
       return { edit: { case: 'putObject' as const, value: { layer: 'things', object } } };
     });
     await site.client().edit.applyEdits({ map: 'store', edits });
@@ -102,13 +103,12 @@ async function drawHall(site: Site): Promise<void> {
   const options = ['--kind', 'occupancy', '--resolution', String(RESOLUTION), '--frame', 'plan'];
   await site.hypermap('layer', 'create', 'hall', 'floor', ...options);
   const fill = (x: number, y: number, width: number, height: number, value: number) => {
-    const points = [
-      { x, y },
-      { x: x + width, y },
-      { x: x + width, y: y + height },
-      { x, y: y + height },
-    ];
-    const area = { outer: { points } };
+    const area = polygon([
+      [x, y],
+      [x + width, y],
+      [x + width, y + height],
+      [x, y + height],
+    ]);
     return { edit: { case: 'fillPolygon' as const, value: { layer: 'floor', area, value } } };
   };
   const walls = Array.from({ length: size / ROOM }, (_, i) => i * ROOM);

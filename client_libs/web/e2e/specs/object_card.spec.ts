@@ -7,7 +7,7 @@ test('a card shows the evidence that robots have for an object', async ({
 }) => {
   const parts = exploredSite
     .client()
-    .query.queryValue({ map: 'office', layers: ['found'], value: 'chair' });
+    .query.queryValue({ scope: { map: 'office', layers: ['found'] }, value: 'chair' });
   const chairs = [];
   for await (const { part } of parts) chairs.push(...(part?.objects ?? []));
   const { x = NaN, y = NaN } = chairs[0]?.centroid ?? {};

@@ -1,14 +1,25 @@
+import { polygonFromGeoJson, type Polygon } from '@hypermap/client';
+
 import type { Place } from './dashboard.js';
 import type { Site } from './site.js';
 
-function square([x, y]: Place) {
-  const points = [
-    { x, y },
-    { x: x + 0.5, y },
-    { x: x + 0.5, y: y + 0.5 },
-    { x, y: y + 0.5 },
+/** A polygon without holes. */
+export function polygon(corners: readonly Place[]): Polygon {
+  return polygonFromGeoJson({ type: 'Polygon', coordinates: [corners.map(([x, y]) => [x, y])] });
+}
+
+/** The shape of an object that is a polygon without holes. */
+export function polygonShape(corners: readonly Place[]) {
+  return { shape: { case: 'polygon' as const, value: polygon(corners) } };
+}
+
+function square([x, y]: Place): Place[] {
+  return [
+    [x, y],
+    [x + 0.5, y],
+    [x + 0.5, y + 0.5],
+    [x, y + 0.5],
   ];
-  return { outer: { points } };
 }
 
 /**
@@ -22,7 +33,7 @@ export async function putSquare(
   id = 0n,
   existence = 1,
 ): Promise<bigint> {
-  const object = { id, label, existence, polygon: square([x, y]) };
+  const object = { id, label, existence, shape: polygonShape(square([x, y])) };
   const edit = { case: 'putObject' as const, value: { layer, object } };
   const answer = await site.client().edit.applyEdits({ map: 'office', edits: [{ edit }] });
   return answer.objectIds[0] ?? 0n;
@@ -40,6 +51,9 @@ export async function fillSquare(
   corner: Place,
   value: number,
 ): Promise<void> {
-  const edit = { case: 'fillPolygon' as const, value: { layer, area: square(corner), value } };
+  const edit = {
+    case: 'fillPolygon' as const,
+    value: { layer, area: polygon(square(corner)), value },
+  };
   await site.client().edit.applyEdits({ map: 'office', edits: [{ edit }] });
 }
