@@ -82,7 +82,8 @@ start_dashboard() {
   dashboard=$ready_on
   printf '\n# The dashboard is served on %s.\n' "$dashboard"
   command -v curl >/dev/null || return 0
-  local call=(curl --silent --json '{"map":"office","point":{"x":12.2,"y":2.9},"layers":["wifi"]}'
+  local call=(curl --silent
+    --json '{"scope":{"map":"office","layers":["wifi"]},"point":{"x":12.2,"y":2.9}}'
     "$dashboard/hypermap.v1.QueryService/QueryPoint")
   printf '# What serves it also answers without gRPC:\n$ %s\n' "$(typed "${call[@]}")"
   "${call[@]}" --fail && echo
