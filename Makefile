@@ -13,6 +13,8 @@ ARGS ?=
 # Compiled objects are shared between build folders and checkouts.
 export CCACHE_BASEDIR ?= $(CURDIR)
 export CCACHE_NOHASHDIR ?= 1
+# Precompiled headers are hashed by what they include.
+export CCACHE_SLOPPINESS ?= pch_defines,time_macros
 # No test output is lost, nothing is run twice at once.
 CTEST = ctest --output-on-failure --parallel $(JOBS)
 SANITIZED_TESTS ?= .

@@ -1,5 +1,6 @@
 # find_package(hypermap) gives hypermap::client, the C++ client (client_libs/cpp/client.h); with
-# COMPONENTS replica also hypermap::replica (client_libs/cpp/replica), which keeps files.
+# COMPONENTS replica also hypermap::replica and hypermap::outbox (client_libs/cpp/replica, .../outbox),
+# which keep files.
 include(CMakeFindDependencyMacro)
 find_dependency(absl)
 find_dependency(Eigen3)

@@ -201,7 +201,7 @@ tour_with_grpcurl() {
   local grpcurl
   grpcurl=$(command -v grpcurl || command -v "$build/tools/bin/grpcurl" ||
     command -v "${HOME:-}/go/bin/grpcurl") || return 0
-  local request='{"map":"office","layers":["floor"],"point":{"x":12.2,"y":2.9}}'
+  local request='{"scope":{"map":"office","layers":["floor"]},"point":{"x":12.2,"y":2.9}}'
   printf '\n# Any gRPC client does, with no .proto file:\n'
   printf '$ grpcurl -plaintext %s list\n' "$address"
   "$grpcurl" -plaintext "$address" list
@@ -219,7 +219,7 @@ The server is running on $address (process $(<"$demo/hypermapd.pid")). Ask it mo
   $hypermap$option query value office chair
   $hypermap$option query area office 14.6,0.2 19,0.2 18,6 14.6,6 --layer dock
   $hypermap$option export office --format hmap -o office.hmap
-  grpcurl -plaintext -d '{"map":"office","value":"cup"}' $address hypermap.v1.QueryService/QueryValue
+  grpcurl -plaintext -d '{"scope":{"map":"office"},"value":"cup"}' $address hypermap.v1.QueryService/QueryValue
 ${dashboard:+See it: $dashboard/?map=office
 }What the robot saw over the truth: $demo/rooms.png
 What the three explored: $demo/explored.png

@@ -9,7 +9,7 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
-rooms=(map wire storage server client_libs tests)
+rooms=(base map wire storage server ingest simulation client_libs tests)
 mapfile -t sources < <(find "${rooms[@]}" -name '*.h' -o -name '*.cc' | sort)
 
 if [[ ${1:-} == --fix ]]; then
