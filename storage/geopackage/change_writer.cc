@@ -83,8 +83,8 @@ Revision ChangeWriter::VersionOf(int64_t lineage, const Snapshot& snapshot) cons
 }
 
 absl::Status ChangeWriter::Carry(const Change& change, int64_t number) {
-  absl::Status status = std::visit([this](const auto& c) { return Apply(c); }, change);
-  return status.ok() ? InsertChange(database_, revision_, number, lineage_, change) : status;
+  HYPERMAP_RETURN_IF_ERROR(std::visit([this](const auto& c) { return Apply(c); }, change));
+  return InsertChange(database_, revision_, number, lineage_, change);
 }
 
 absl::Status ChangeWriter::PutNewObjects(absl::Span<const Change> puts, int64_t number) {
@@ -139,53 +139,51 @@ absl::Status ChangeWriter::Apply(const LayerCreated& change) {
 
 absl::Status ChangeWriter::Apply(const LayerDeleted& change) {
   HYPERMAP_ASSIGN_OR_RETURN(OpenLayer* const layer, Touch(change.spec.name));
-  absl::Status status = Unregister(database_, layer->stored.table);
-  if (status.ok()) status = RemoveLayer(database_, change.spec.name);
-  if (status.ok()) status = DropFusion(database_, change.spec.name);
-  if (status.ok()) status = EndLineage(database_, *lineage_, revision_);
-  if (status.ok()) {
-    status =
-        layer->grid != nullptr ? layer->grid->Drop(revision_) : layer->features->Drop(revision_);
-  }
+  HYPERMAP_RETURN_IF_ERROR(Unregister(database_, layer->stored.table));
+  HYPERMAP_RETURN_IF_ERROR(RemoveLayer(database_, change.spec.name));
+  HYPERMAP_RETURN_IF_ERROR(DropFusion(database_, change.spec.name));
+  HYPERMAP_RETURN_IF_ERROR(EndLineage(database_, *lineage_, revision_));
+  HYPERMAP_RETURN_IF_ERROR(layer->grid != nullptr ? layer->grid->Drop(revision_)
+                                                  : layer->features->Drop(revision_));
   layers_.erase(change.spec.name);
   layers_changed_ = time_;
-  return status;
+  return absl::OkStatus();
 }
 
 absl::Status ChangeWriter::Apply(const TransformSet& change) {
-  absl::Status status = PutTransform(database_, change.transform);
-  return status.ok() ? RecordTransform(database_, change.transform, revision_) : status;
+  HYPERMAP_RETURN_IF_ERROR(PutTransform(database_, change.transform));
+  return RecordTransform(database_, change.transform, revision_);
 }
 
 absl::Status ChangeWriter::Apply(const ObjectPut& change) {
-  absl::StatusOr<FeatureTable*> table = Features(change.layer);
-  return table.ok() ? (*table)->Put(*change.after, change.before.get(), revision_) : table.status();
+  HYPERMAP_ASSIGN_OR_RETURN(FeatureTable* const table, Features(change.layer));
+  return table->Put(*change.after, change.before.get(), revision_);
 }
 
 absl::Status ChangeWriter::Apply(const ObjectRemoved& change) {
-  absl::StatusOr<FeatureTable*> table = Features(change.layer);
-  return table.ok() ? (*table)->Remove(change.before->id, revision_) : table.status();
+  HYPERMAP_ASSIGN_OR_RETURN(FeatureTable* const table, Features(change.layer));
+  return table->Remove(change.before->id, revision_);
 }
 
 absl::Status ChangeWriter::Apply(const TileWritten& change) {
-  absl::StatusOr<GridTable*> table = Grid(change.layer);
-  return table.ok() ? (*table)->Write(change.index, *change.after, revision_) : table.status();
+  HYPERMAP_ASSIGN_OR_RETURN(GridTable* const table, Grid(change.layer));
+  return table->Write(change.index, *change.after, revision_);
 }
 
 absl::Status ChangeWriter::Apply(const ExtentGrown& change) {
   HYPERMAP_ASSIGN_OR_RETURN(OpenLayer* const layer, Touch(change.layer));
   layer->stored.extent = change.extent;
   layers_changed_ = time_;
-  absl::Status status = UpdateLayerExtent(database_, change.layer, change.extent);
-  return status.ok() ? RecordLayer(database_, change.layer, revision_) : status;
+  HYPERMAP_RETURN_IF_ERROR(UpdateLayerExtent(database_, change.layer, change.extent));
+  return RecordLayer(database_, change.layer, revision_);
 }
 
 absl::Status ChangeWriter::Apply(const AliasesSet& change) {
   HYPERMAP_ASSIGN_OR_RETURN(OpenLayer* const layer, Touch(change.layer));
   layer->stored.spec.aliases = change.after;
   layers_changed_ = time_;
-  absl::Status status = UpdateLayerParameters(database_, layer->stored.spec);
-  return status.ok() ? RecordLayer(database_, change.layer, revision_) : status;
+  HYPERMAP_RETURN_IF_ERROR(UpdateLayerParameters(database_, layer->stored.spec));
+  return RecordLayer(database_, change.layer, revision_);
 }
 
 absl::StatusOr<OpenLayer*> ChangeWriter::Touch(const std::string& name) {

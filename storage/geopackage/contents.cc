@@ -49,24 +49,22 @@ absl::Status RegisterCoverage(Database* database, const std::string& table, cons
                               const CoverageCoding& coding) {
   const Box matrix = TileMatrixBounds(*spec.grid);
   const double resolution_m = spec.grid->resolution_m;
-  absl::Status status = InsertContents(database, table, "2d-gridded-coverage", spec);
-  status.Update(database->Run("INSERT INTO gpkg_tile_matrix_set VALUES (?, ?, ?, ?, ?, ?)", table,
-                              kUndefinedCartesianSrsId, matrix.min.x, matrix.min.y, matrix.max.x,
-                              matrix.max.y));
-  status.Update(database->Run("INSERT INTO gpkg_tile_matrix VALUES (?, ?, ?, ?, ?, ?, ?, ?)", table,
-                              kZoomLevel, kTileMatrixSide, kTileMatrixSide, kTileSide, kTileSide,
-                              resolution_m, resolution_m));
-  status.Update(database->Run(
+  HYPERMAP_RETURN_IF_ERROR(InsertContents(database, table, "2d-gridded-coverage", spec));
+  HYPERMAP_RETURN_IF_ERROR(database->Run(
+      "INSERT INTO gpkg_tile_matrix_set VALUES (?, ?, ?, ?, ?, ?)", table, kUndefinedCartesianSrsId,
+      matrix.min.x, matrix.min.y, matrix.max.x, matrix.max.y));
+  HYPERMAP_RETURN_IF_ERROR(database->Run(
+      "INSERT INTO gpkg_tile_matrix VALUES (?, ?, ?, ?, ?, ?, ?, ?)", table, kZoomLevel,
+      kTileMatrixSide, kTileMatrixSide, kTileSide, kTileSide, resolution_m, resolution_m));
+  HYPERMAP_RETURN_IF_ERROR(database->Run(
       "INSERT INTO gpkg_2d_gridded_coverage_ancillary (tile_matrix_set_name, datatype, scale, "
       "offset, precision, data_null, grid_cell_encoding, uom, field_name, quantity_definition) "
       "VALUES (?, ?, ?, 0.0, ?, ?, 'grid-value-is-area', ?, ?, ?)",
       table, coding.datatype, coding.scale, coding.precision, coding.data_null,
       spec.unit.empty() ? std::nullopt : std::make_optional(spec.unit), LayerKindName(spec.kind),
       coding.quantity));
-  status.Update(InsertExtension(database, table, "tile_data", "gpkg_2d_gridded_coverage",
-                                "http://docs.opengeospatial.org/is/17-066r1/17-066r1.html",
-                                "read-write"));
-  return status;
+  return InsertExtension(database, table, "tile_data", "gpkg_2d_gridded_coverage",
+                         "http://docs.opengeospatial.org/is/17-066r1/17-066r1.html", "read-write");
 }
 
 absl::Status SetContents(Database* database, const std::string& table, const Box& extent,

@@ -59,15 +59,13 @@ constexpr int kColumnAfterLayer = 14;
 
 absl::StatusOr<int64_t> BeginLineage(Database* database, const std::string& layer,
                                      Revision revision) {
-  absl::StatusOr<std::optional<int64_t>> lineage =
-      database->QueryInt64(kInsertLineage, layer, revision);
-  if (!lineage.ok()) return lineage.status();
-  if (!*lineage) return absl::InternalError(absl::StrCat("no layer ", layer));
-  absl::Status status =
-      database->Run("UPDATE hypermap_layers SET lineage = ? WHERE name = ?", **lineage, layer);
-  if (status.ok()) status = RecordLayer(database, layer, revision);
-  if (!status.ok()) return status;
-  return **lineage;
+  HYPERMAP_ASSIGN_OR_RETURN(const std::optional<int64_t> lineage,
+                            database->QueryInt64(kInsertLineage, layer, revision));
+  if (!lineage) return absl::InternalError(absl::StrCat("no layer ", layer));
+  HYPERMAP_RETURN_IF_ERROR(
+      database->Run("UPDATE hypermap_layers SET lineage = ? WHERE name = ?", *lineage, layer));
+  HYPERMAP_RETURN_IF_ERROR(RecordLayer(database, layer, revision));
+  return *lineage;
 }
 
 absl::Status EndLineage(Database* database, int64_t lineage, Revision revision) {

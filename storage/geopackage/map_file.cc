@@ -65,10 +65,10 @@ absl::Status LimitSize(Database* database, int64_t max_bytes) {
       absl::StrCat("PRAGMA max_page_count = ", std::max<int64_t>(1, max_bytes / *page_size)));
 }
 
-// A doubt about the file as such comes before one about its content.
+// Checks the file as such before its content, so that the error names the first cause.
 absl::Status Prepare(Database* database, int64_t size, bool has_log,
                      const GeoPackageOptions& options) {
-  HYPERMAP_ASSIGN_OR_RETURN(const int64_t version, ReadSchemaVersion(database));
+  HYPERMAP_RETURN_IF_ERROR(ReadSchemaVersion(database).status());
   if (sqlite3_db_readonly(database->handle(), "main") != 0) {
     return absl::FailedPreconditionError("the file is read-only");
   }
@@ -76,12 +76,11 @@ absl::Status Prepare(Database* database, int64_t size, bool has_log,
   if (size <= options.max_checked_bytes) {
     HYPERMAP_RETURN_IF_ERROR(CheckPages(database));
   }
-  absl::Status status = RegisterSpatialFunctions(database);
-  if (status.ok()) status = MigrateSchema(database, kSchemaVersion, ReleasedMigrations());
-  if (status.ok()) status = VerifySchema(database);
-  if (status.ok()) status = WriteAhead(database);
-  if (status.ok()) status = LimitSize(database, options.max_map_bytes);
-  return status;
+  HYPERMAP_RETURN_IF_ERROR(RegisterSpatialFunctions(database));
+  HYPERMAP_RETURN_IF_ERROR(MigrateSchema(database, kSchemaVersion, ReleasedMigrations()));
+  HYPERMAP_RETURN_IF_ERROR(VerifySchema(database));
+  HYPERMAP_RETURN_IF_ERROR(WriteAhead(database));
+  return LimitSize(database, options.max_map_bytes);
 }
 
 absl::Status Build(const std::string& path, const MapHeader& header,
@@ -125,10 +124,9 @@ absl::Status RemoveSidecars(const std::string& path) {
 
 absl::Status RemoveMapFile(const std::string& path) {
   // The file first: while it is there, its log may hold commits.
-  absl::Status status = RemoveFile(path);
-  if (status.ok()) status = RemoveSidecars(path);
-  if (status.ok()) status = SyncFolder(FolderOf(path));
-  return status;
+  HYPERMAP_RETURN_IF_ERROR(RemoveFile(path));
+  HYPERMAP_RETURN_IF_ERROR(RemoveSidecars(path));
+  return SyncFolder(FolderOf(path));
 }
 
 }  // namespace hypermap::storage

@@ -119,14 +119,12 @@ absl::StatusOr<std::vector<ObjectPtr>> ObjectVersions::InBox(const Lineage& laye
   const MillimetreBox mm = ToMillimetres(box);
   replaced.Bind(stored.lineage, revision, ClampToInt32(revision), ClampToInt32(stored.lineage),
                 mm.min_x, mm.max_x, mm.min_y, mm.max_y);
-  absl::Status status = ReadAll(&replaced, kHistoryTable, stored.lineage, &objects);
-  if (!status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(ReadAll(&replaced, kHistoryTable, stored.lineage, &objects));
   if (is_current) {
     HYPERMAP_ASSIGN_OR_RETURN(Statement current,
                               database_->Prepare(Filled(kCurrentInBox, stored.table)));
     current.Bind(revision, box.min.x, box.max.x, box.min.y, box.max.y);
-    status = ReadAll(&current, stored.table, stored.lineage, &objects);
-    if (!status.ok()) return status;
+    HYPERMAP_RETURN_IF_ERROR(ReadAll(&current, stored.table, stored.lineage, &objects));
   }
   SortById(&objects);
   return objects;
@@ -138,13 +136,12 @@ absl::StatusOr<std::vector<ObjectPtr>> ObjectVersions::All(const Lineage& layer,
   std::vector<ObjectPtr> objects;
   HYPERMAP_ASSIGN_OR_RETURN(Statement replaced, database_->Prepare(all_replaced_));
   replaced.Bind(stored.lineage, revision, ClampToInt32(revision), ClampToInt32(stored.lineage));
-  absl::Status status = ReadAll(&replaced, kHistoryTable, stored.lineage, &objects);
-  if (!status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(ReadAll(&replaced, kHistoryTable, stored.lineage, &objects));
   if (is_current) {
     HYPERMAP_ASSIGN_OR_RETURN(Statement current,
                               database_->Prepare(Filled(kAllCurrent, stored.table)));
-    status = ReadAll(&current.Bind(revision), stored.table, stored.lineage, &objects);
-    if (!status.ok()) return status;
+    current.Bind(revision);
+    HYPERMAP_RETURN_IF_ERROR(ReadAll(&current, stored.table, stored.lineage, &objects));
   }
   SortById(&objects);
   return objects;

@@ -134,9 +134,10 @@ absl::StatusOr<TileMap> TileVersions::InBox(const Lineage& layer, const CellBox&
   const MatrixTile high = ToMatrix(TileOf({box.row_end - 1, box.col_end - 1}));
   const Range range{{low.column, high.row}, {high.column, low.row}};
   std::set<Place> places;
-  absl::Status status = AddReplaced(layer, range, &places);
-  if (status.ok() && layer.is_current) status = AddCurrent(layer, range, &places);
-  if (!status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(AddReplaced(layer, range, &places));
+  if (layer.is_current) {
+    HYPERMAP_RETURN_IF_ERROR(AddCurrent(layer, range, &places));
+  }
   for (const auto& [column, row] : places) {
     const MatrixTile place{column, row};
     if (!IsInMatrix(place)) return absl::DataLossError("a tile outside of the tile matrix");

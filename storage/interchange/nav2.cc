@@ -61,7 +61,7 @@ absl::StatusOr<ImportedMap> DecodeNav2(const std::vector<NamedFile>& files,
                                        const std::string& layer, const std::string& frame_id,
                                        const ImportLimits& limits) {
   HYPERMAP_RETURN_IF_ERROR(CheckSizes(files, limits));
-  HYPERMAP_ASSIGN_OR_RETURN(const const NamedFile* const yaml_file, FindYaml(files));
+  HYPERMAP_ASSIGN_OR_RETURN(const NamedFile* const yaml_file, FindYaml(files));
   const absl::StatusOr<MapServerYaml> yaml = ParseMapServerYaml(yaml_file->data);
   if (!yaml.ok()) return At(yaml_file->name, yaml.status());
   const std::string image_name = BaseName(yaml->image);

@@ -215,10 +215,9 @@ absl::Status OutboxFile::MarkSentInSequence(absl::Span<Letter> letters, int64_t 
   for (Letter& letter : letters) {
     if (!letter.sequence) letter.sequence = sequence++;
   }
-  absl::Status status =
-      database_->Run("UPDATE streams SET next_sequence = ? WHERE id = ?", sequence, stream);
-  if (status.ok()) status = WriteSent(letters, now);
-  if (!status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(
+      database_->Run("UPDATE streams SET next_sequence = ? WHERE id = ?", sequence, stream));
+  HYPERMAP_RETURN_IF_ERROR(WriteSent(letters, now));
   return transaction.Commit();
 }
 
