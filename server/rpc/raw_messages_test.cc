@@ -12,9 +12,9 @@ namespace {
 
 v1::QueryAreaRequest AnyRequest() {
   v1::QueryAreaRequest request;
-  request.set_map("lab");
-  request.add_layers("objects");
-  request.mutable_area()->mutable_outer()->add_points()->set_x(1.5);
+  request.mutable_scope()->set_map("lab");
+  request.mutable_scope()->add_layers("objects");
+  request.mutable_area()->mutable_outer()->add_xs(1.5);
   return request;
 }
 
@@ -40,7 +40,7 @@ TEST(RawMessages, BytesThatAreNoRequestAreRefused) {
   const absl::Status status = ParseRequest(grpc::ByteBuffer(&slice, 1), &parsed);
   EXPECT_EQ(status,
             absl::InvalidArgumentError("the request is not a hypermap.v1.QueryAreaRequest"));
-  EXPECT_EQ(parsed.map(), "");
+  EXPECT_EQ(parsed.scope().map(), "");
 }
 
 TEST(RawMessages, NoBytesAreARequestOfDefaults) {

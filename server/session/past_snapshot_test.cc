@@ -69,10 +69,11 @@ TEST_F(PastSnapshotTest, PointsAreAnsweredAsByAllOfTheMap) {
     if (round % 20 == 0) NewSite();
     const Scope scope = RandomScope();
     const Point p = RandomPoint();
-    const auto view = ReadPast(*past_, scope, p);
+    const double tolerance_m = round % 2 == 0 ? 0.0 : Uniform(rng_, 0, 3);
+    const auto view = ReadPast(*past_, scope, Box{p, p}, tolerance_m);
     ASSERT_TRUE(view.ok()) << view.status();
-    const auto expected = ContentAt(*map_, scope, p);
-    const auto found = ContentAt(**view, scope, p);
+    const auto expected = ContentAt(*map_, scope, p, tolerance_m);
+    const auto found = ContentAt(**view, scope, p, tolerance_m);
     ASSERT_EQ(found->size(), expected->size());
     for (size_t i = 0; i < found->size(); ++i) {
       EXPECT_EQ((*found)[i].content.status, (*expected)[i].content.status);
@@ -122,7 +123,8 @@ TEST_F(PastSnapshotTest, NearestIsAnsweredAsByAllOfTheMap) {
 
 TEST_F(PastSnapshotTest, ErrorsAreThoseOfTheQuestion) {
   NewSite();
-  EXPECT_TRUE(absl::IsNotFound(ReadPast(*past_, {{"nope"}, ""}, Point{0, 0}).status()));
+  EXPECT_TRUE(
+      absl::IsNotFound(ReadPast(*past_, {{"nope"}, ""}, Box{{0, 0}, {0, 0}}, 0.0).status()));
   EXPECT_TRUE(absl::IsNotFound(ReadPast(*past_, {{}, "moon"}, std::nullopt).status()));
   EXPECT_TRUE(absl::IsInvalidArgument(
       NearestInPast(*past_, {}, {0, 0}, *ParseValueQuery("cup"), 0).status()));

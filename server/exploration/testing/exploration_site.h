@@ -11,8 +11,11 @@
 #include <utility>
 #include <vector>
 
+#include "base/sync/mutex.h"
+#include "map/exploration/exploration_objects.h"
 #include "map/exploration/floor_plan.h"
 #include "map/exploration/sight.h"
+#include "server/exploration/exploration_desk.h"
 #include "server/session/map_session.h"
 #include "server/session/testing/memory_map_store.h"
 

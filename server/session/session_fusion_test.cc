@@ -1,6 +1,4 @@
 // Fused layers through the session: what a layer shows is the fold of its log.
-#include "server/fusion/map_fusion.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -14,6 +12,7 @@
 #include "absl/time/clock.h"
 #include "map/layers/grid_layer.h"
 #include "map/layers/semantic_layer.h"
+#include "server/fusion/map_fusion.h"
 #include "server/fusion/testing/tally_strategy.h"
 #include "server/services/evidence_codec.h"
 #include "server/session/map_session.h"
