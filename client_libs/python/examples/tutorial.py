@@ -158,7 +158,7 @@ def thing(label: str, x: float, y: float, width: float, depth: float, **more: ob
     return PutObject("objects", MapObject(label, shapely.box(x, y, x + width, y + depth), **more))
 
 
-lane = shapely.LineString([(0.45, 2.2), (0.9, 2.8), (4.3, 2.7), (4.6, 4.0), (5.25, 4.1)])
+lane = shapely.LineString([(0.45, 2.2), (0.9, 2.5), (4.3, 2.5), (4.6, 4.0), (5.25, 4.1)])
 furniture = client.apply_edits(
     flat,
     [
@@ -198,8 +198,8 @@ for content in answer.layers:
 # A line or a point is found near a point with a tolerance in metres.
 
 # %%
-near = client.query_point(flat, (3.0, 2.8), layers="lanes", tolerance_m=0.1)
-print("lanes at (3.0, 2.8):", [o.label for o in near["lanes"].objects])
+near = client.query_point(flat, (3.0, 2.55), layers="lanes", tolerance_m=0.1)
+print("up to 0.1 m from (3.0, 2.55):", [o.label for o in near["lanes"].objects])
 
 # %% [markdown]
 # ## What is in this area?
@@ -283,10 +283,10 @@ free_m2 = np.count_nonzero(floor.values < 0.2) * floor.grid.resolution_m**2
 print(f"floor: {floor.values.shape[0]}×{floor.values.shape[1]} cells, {free_m2:.1f} m² are free")
 
 path = shapely.get_coordinates(lane.segmentize(0.02))  # shape (N, 2), metres
-batch = client.query_points(flat, path, tolerance_m=0.5)
+batch = client.query_points(flat, path, tolerance_m=0.6)
 dbm = batch["wifi"].values
 print(f"radio on the lane from the charger to the bed: {dbm.min():.0f} to {dbm.max():.0f} dBm")
-print("objects up to 0.5 m from the lane:", sorted(set(batch["objects"].labels)))
+print("objects up to 0.6 m from the lane:", sorted(set(batch["objects"].labels)))
 
 # %% [markdown]
 # ## asyncio

@@ -28,7 +28,8 @@ def test_the_tutorial_runs_twice_and_writes_a_picture(
     first, again = (run(server, tmp_path / name) for name in ("first.png", "again.png"))
     assert "in the dining corner: ['chair', 'chair', 'chair', 'chair', 'cup', 'table']" in first
     assert "chair      4 in objects; 1 in outside" in first
-    assert "lanes at (3.0, 2.8): ['lane']" in first
+    assert "up to 0.1 m from (3.0, 2.55): ['lane']" in first
+    assert "objects up to 0.6 m from the lane: ['bed', 'chair']" in first
     assert "the sofa has moved by 1.70 m" in first
     assert first.replace("first.png", "again.png") == again
     picture = matplotlib.image.imread(tmp_path / "again.png")
