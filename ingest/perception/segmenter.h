@@ -25,10 +25,6 @@ class Segmenter {
 // The default: connected components on depth and normals over the image.
 std::unique_ptr<Segmenter> MakeOrganisedSegmenter();
 
-// The paper's: PCL's region growing on normals, the largest cluster (Zaenker et al. 2020,
-// section IV-B). Defined in a target of its own, hypermap::pcl_segmenter.
-std::unique_ptr<Segmenter> MakeRegionGrowingSegmenter();
-
 }  // namespace hypermap::ingest
 
 #endif  // HYPERMAP_INGEST_PERCEPTION_SEGMENTER_H_

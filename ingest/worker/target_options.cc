@@ -1,5 +1,7 @@
 #include "ingest/worker/target_options.h"
 
+#include "ingest/perception/pcl/region_growing_segmenter.h"
+
 namespace hypermap::ingest {
 
 void AddTargetOptions(CLI::App& command, TargetLayer& target) {

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "ingest/perception/observer.h"
+#include "ingest/perception/pcl/region_growing_segmenter.h"
 #include "ingest/sources/depth_png.h"
 #include "map/fusion/strategy.h"
 #include "map/fusion/testing/scene.h"

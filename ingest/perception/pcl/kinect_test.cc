@@ -6,6 +6,7 @@
 #include <string>
 
 #include "absl/time/clock.h"
+#include "ingest/perception/pcl/region_growing_segmenter.h"
 #include "ingest/perception/pcl/testing/kinect_frames.h"
 
 namespace hypermap::ingest {

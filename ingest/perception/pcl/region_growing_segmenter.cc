@@ -1,3 +1,5 @@
+#include "ingest/perception/pcl/region_growing_segmenter.h"
+
 // The paper's background removal. Normals come from 50 neighbours and regions grow over 30, as in
 // its own code; that one's thresholds (20 degrees, any curvature) hold a whole mask together and
 // keep 72 % of the background on labelled Kinect frames, so that the ones here are the best balance
@@ -10,8 +12,6 @@
 
 #include <algorithm>
 #include <exception>
-
-#include "ingest/perception/segmenter.h"
 
 namespace hypermap::ingest {
 namespace {

@@ -1,0 +1,16 @@
+// The published segmenter (Zaenker, Verdoja, Kyrki, IROS 2020, section IV-B).
+#ifndef HYPERMAP_INGEST_PERCEPTION_PCL_REGION_GROWING_SEGMENTER_H_
+#define HYPERMAP_INGEST_PERCEPTION_PCL_REGION_GROWING_SEGMENTER_H_
+
+#include <memory>
+
+#include "ingest/perception/segmenter.h"
+
+namespace hypermap::ingest {
+
+// PCL's region growing on normals; the largest cluster is the thing.
+std::unique_ptr<Segmenter> MakeRegionGrowingSegmenter();
+
+}  // namespace hypermap::ingest
+
+#endif  // HYPERMAP_INGEST_PERCEPTION_PCL_REGION_GROWING_SEGMENTER_H_
