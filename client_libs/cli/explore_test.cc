@@ -247,7 +247,7 @@ TEST(ExploreTest, ARuleIsOfExplorationLayersOnly) {
   const Outcome outcome = RunOn(server, {"layer", "create", "office", "floor", "--kind",
                                          "occupancy", "--explored_rule", "touched"});
   EXPECT_EQ(outcome.exit_code, kExitError);
-  EXPECT_THAT(outcome.err, HasSubstr("--explored_rule is of exploration layers only"));
+  EXPECT_THAT(outcome.err, HasSubstr("--explored_rule is for exploration layers only"));
   EXPECT_THAT(server.Requests(), IsEmpty());
 }
 

@@ -5,7 +5,7 @@
 #include <cairo.h>
 #include <gtest/gtest.h>
 
-#include <cmath>
+#include <algorithm>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -14,9 +14,11 @@
 
 namespace hypermap::cli {
 
-// 0xRRGGBB.
+// The 0xRRGGBB that cairo paints for an opaque colour: it cuts channels of 16 bits down to 8.
 inline uint32_t RgbOf(const Colour& c) {
-  const auto channel = [](double level) { return static_cast<uint32_t>(std::lround(255 * level)); };
+  const auto channel = [](double level) {
+    return static_cast<uint32_t>(std::min(level * 0x10000, 65535.0)) >> 8;
+  };
   return channel(c.red) << 16 | channel(c.green) << 8 | channel(c.blue);
 }
 
