@@ -98,7 +98,7 @@ test('an object is created, deleted and restored without a pointer', async ({
   await label.focus();
   await page.keyboard.type('trolley');
   const place = page.getByRole('button', { name: 'Place a square' });
-  for (let i = 0; i < 5 && !(await place.evaluate((e) => e === document.activeElement)); i++) {
+  for (let i = 0; i < 8 && !(await place.evaluate((e) => e === document.activeElement)); i++) {
     await page.keyboard.press('Tab');
   }
   await page.keyboard.press('Enter');

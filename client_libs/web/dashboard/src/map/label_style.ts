@@ -1,5 +1,5 @@
 import type { FeatureLike } from 'ol/Feature';
-import Point from 'ol/geom/Point';
+import type { Type } from 'ol/geom/Geometry';
 import Fill from 'ol/style/Fill';
 import Stroke from 'ol/style/Stroke';
 import Style from 'ol/style/Style';
@@ -10,8 +10,8 @@ import type { Look } from './look';
 /** Polygons and lines below this size have no label, pixels before scaling for large screens. */
 const SMALLEST = 28;
 const SIZE = 11;
-/** How far the label of a point is above it, pixels before scaling for large screens. */
-const ABOVE_POINT = 15;
+/** How far the label of a point or a line is above it, pixels before scaling for large screens. */
+const ABOVE: Partial<Record<Type, number>> = { Point: 15, LineString: 11 };
 
 type LabelStyle = (feature: FeatureLike, resolution: number) => Style | undefined;
 
@@ -23,18 +23,18 @@ export function labelStyle({ dark, scale }: Look): LabelStyle {
   const styles = new Map<string, Style>();
   return (feature, resolution) => {
     const geometry = feature.getGeometry();
-    const isPoint = geometry instanceof Point;
+    const type = geometry?.getType();
     const [minX = 0, minY = 0, maxX = 0, maxY = 0] = geometry?.getExtent() ?? [];
     const size = Math.max(maxX - minX, maxY - minY);
-    if (!isPoint && size < SMALLEST * scale * resolution) return undefined;
+    if (type !== 'Point' && size < SMALLEST * scale * resolution) return undefined;
     const label = feature.get('label') as string;
     // The area of an exploration is known by its outline, and its centre is needed for goals.
     if (label === 'exploration') return undefined;
-    const key = `${isPoint}${label}`;
+    const key = `${type}${label}`;
     let style = styles.get(key);
     if (!style) {
       const fill = new Fill({ color: css(classTextColour(label, dark)) });
-      const offsetY = isPoint ? -ABOVE_POINT * scale : 0;
+      const offsetY = -scale * ((type && ABOVE[type]) ?? 0);
       style = new Style({
         text: new Text({ text: label, font, fill, stroke: halo, overflow: true, offsetY }),
       });
