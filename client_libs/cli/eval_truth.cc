@@ -6,6 +6,7 @@
 #include "absl/strings/str_cat.h"
 #include "client_libs/cli/file_formats.h"
 #include "client_libs/cli/file_io.h"
+#include "map/layers/layer_properties.h"
 #include "map/values/value_query.h"
 #include "storage/interchange/geojson.h"
 #include "storage/interchange/hmap.h"
@@ -33,7 +34,7 @@ absl::StatusOr<LayerSpec> FindLayer(const EditBatch& batch, const std::string& n
   std::vector<LayerSpec> found;
   for (const Edit& edit : batch.edits) {
     const auto* create = std::get_if<CreateLayer>(&edit);
-    if (create == nullptr || create->spec.kind != LayerKind::kSemantic) continue;
+    if (create == nullptr || !PropertiesOf(create->spec).has_shapes) continue;
     if (name.empty() || create->spec.name == name) found.push_back(create->spec);
   }
   if (found.size() == 1) return found.front();
