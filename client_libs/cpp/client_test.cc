@@ -269,11 +269,11 @@ TEST(QueryTest, EveryQuestionCanBeOfThePast) {
   EXPECT_THAT(requests[4], HasSubstr("at_time { seconds: 60 }"));
 }
 
-TEST(ApplyEditsTest, StructuralEditsAreRefused) {
+TEST(ApplyEditsTest, EditsOfTheStructureAreSentLikeOthers) {
   ScriptedServer server({});
-  const auto answer = Client(server.address()).ApplyEdits("office", {{DeleteLayer{"objects"}}});
-  EXPECT_EQ(answer.status().code(), absl::StatusCode::kInvalidArgument);
-  EXPECT_TRUE(server.Requests().empty());
+  ASSERT_TRUE(Client(server.address()).ApplyEdits("office", {{DeleteLayer{"objects"}}}).ok());
+  EXPECT_THAT(server.Requests(),
+              ElementsAre(HasSubstr("edits { delete_layer { layer: \"objects\" } }")));
 }
 
 TEST(ImportTest, FilesArriveInOrderAndWhole) {

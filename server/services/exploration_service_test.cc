@@ -267,7 +267,7 @@ TEST_F(ExplorationServiceTest, WhatIsWrongIsRefusedByName) {
       {start([](auto& r) {
          *r.mutable_area() = PolygonOf({{0, 0}, {kNan, 2}, {2, 0}});
        }),
-       invalid, "area.outer.points[1]"},
+       invalid, "area.outer[1]"},
       {start([](auto& r) { r.set_occupancy_layer(""); }), invalid, "occupancy_layer"},
       {start([](auto& r) { r.set_exploration_layer(""); }), invalid, "exploration_layer"},
       {start([](auto& r) { r.set_explored_rule(static_cast<v1::CellRule>(9)); }), invalid,

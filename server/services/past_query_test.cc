@@ -97,15 +97,14 @@ class PastQueryTest : public ::testing::Test {
   }
 
   // All that the questions of this test are answered, but the revision.
-  std::string Answers(const std::function<void(google::protobuf::Message*)>& as_of,
-                      unsigned place_seed) {
+  std::string Answers(const std::function<void(v1::AsOf*)>& as_of, unsigned place_seed) {
     std::mt19937 random(place_seed);
     const auto place = [&] { return std::uniform_real_distribution<>(-10, 10)(random); };
     const Point p{place(), place()};
     std::string all;
     auto point = Ask<v1::QueryPointRequest>();
     wire::EncodePoint(p, point.mutable_point());
-    as_of(&point);
+    as_of(point.mutable_as_of());
     {
       grpc::ClientContext context;
       v1::QueryPointResponse response;
@@ -116,7 +115,7 @@ class PastQueryTest : public ::testing::Test {
     wire::EncodePoint(p, nearest.mutable_point());
     nearest.set_value("cup");
     nearest.set_k(3);
-    as_of(&nearest);
+    as_of(nearest.mutable_as_of());
     {
       grpc::ClientContext context;
       v1::QueryNearestResponse response;
@@ -125,7 +124,7 @@ class PastQueryTest : public ::testing::Test {
     }
     auto area = Ask<v1::QueryAreaRequest>();
     wire::EncodePolygon(Polygon::FromBox({p, {p.x + 6, p.y + 6}}), area.mutable_area());
-    as_of(&area);
+    as_of(area.mutable_as_of());
     {
       grpc::ClientContext context;
       auto reader = server_.query->QueryArea(&context, area);
@@ -135,7 +134,7 @@ class PastQueryTest : public ::testing::Test {
     for (const char* value : {"chair", ">0.5"}) {
       auto search = Ask<v1::QueryValueRequest>();
       search.set_value(value);
-      as_of(&search);
+      as_of(search.mutable_as_of());
       grpc::ClientContext context;
       auto reader = server_.query->QueryValue(&context, search);
       for (const auto& response : ReadAll(*reader)) all += response.DebugString();
@@ -145,15 +144,6 @@ class PastQueryTest : public ::testing::Test {
   }
 
   // Sets the field of any of the requests.
-  static void SetRevision(google::protobuf::Message* request, const char* field, Revision value) {
-    request->GetReflection()->SetInt64(request, request->GetDescriptor()->FindFieldByName(field),
-                                       value);
-  }
-  static void SetTime(google::protobuf::Message* request, absl::Time time) {
-    wire::EncodeTime(
-        time, static_cast<google::protobuf::Timestamp*>(request->GetReflection()->MutableMessage(
-                  request, request->GetDescriptor()->FindFieldByName("at_time"))));
-  }
 
   grpc::Status PointError(const std::function<void(v1::QueryPointRequest*)>& change) {
     auto request = Ask<v1::QueryPointRequest>();
@@ -186,15 +176,19 @@ TEST_F(PastQueryTest, AnswersAreThoseThatWereGivenThen) {
   for (Revision revision = 1; revision <= kEdits + 1; ++revision) {
     SCOPED_TRACE(absl::StrCat("revision ", revision));
     const auto place_seed = static_cast<unsigned>(seed + revision - 1);
-    EXPECT_EQ(
-        Answers([&](auto* request) { SetRevision(request, "at_revision", revision); }, place_seed),
-        given[revision]);
+    EXPECT_EQ(Answers([&](v1::AsOf* as_of) { as_of->set_at_revision(revision); }, place_seed),
+              given[revision]);
     const absl::Time made = kBegin + absl::Seconds(revision);
-    EXPECT_EQ(Answers([&](auto* request) { SetTime(request, made); }, place_seed), given[revision]);
+    EXPECT_EQ(Answers([&](v1::AsOf* as_of) { wire::EncodeTime(made, as_of->mutable_at_time()); },
+                      place_seed),
+              given[revision]);
     if (revision > kEdits) break;
     const absl::Time just_before_next = made + absl::Milliseconds(999);
-    EXPECT_EQ(Answers([&](auto* request) { SetTime(request, just_before_next); }, place_seed),
-              given[revision]);
+    EXPECT_EQ(
+        Answers(
+            [&](v1::AsOf* as_of) { wire::EncodeTime(just_before_next, as_of->mutable_at_time()); },
+            place_seed),
+        given[revision]);
   }
 }
 

@@ -240,11 +240,12 @@ TEST_F(OutboxTest, WhatIsRefusedIsSetAsideAndHoldsUpNothing) {
   EXPECT_EQ(NewClient().GetLayer("nowhere", "things")->size, 1);
 }
 
-TEST_F(OutboxTest, EditsThatHaveACallOfTheirOwnAreRefusedAtOnce) {
+TEST_F(OutboxTest, EditsOfTheStructureAreQueuedLikeOthers) {
   auto outbox = Open();
-  EXPECT_TRUE(
-      absl::IsInvalidArgument(outbox->Put("site", {{hypermap::DeleteLayer{"things"}}}).status()));
-  EXPECT_EQ(outbox->state()->queued, 0);
+  ASSERT_TRUE(outbox->Put("site", PutThing("a")).ok());
+  ASSERT_TRUE(outbox->Put("site", {{hypermap::DeleteLayer{"things"}}}).ok());
+  ASSERT_EQ(outbox->AwaitEmpty(kPatience), absl::OkStatus());
+  EXPECT_TRUE(absl::IsNotFound(NewClient().GetLayer("site", "things").status()));
 }
 
 TEST_F(OutboxTest, DeliveriesAreTold) {
