@@ -361,7 +361,7 @@ TEST_F(ReplicaTest, WhatDoesNotFitIsTakenAnew) {
   ASSERT_TRUE(replica.ok()) << replica.status();
   ASSERT_TRUE((*replica)->AwaitRevision(5, kPatience).ok());
   EXPECT_EQ((*replica)->state().num_taken_anew, 1);
-  EXPECT_EQ(server.Requests()[1], "Watch map: \"site\" coalesce: true as_stored: true");
+  EXPECT_EQ(server.Requests()[1], "Watch scope { map: \"site\" } coalesce: true as_stored: true");
 }
 
 TEST_F(ReplicaTest, KeepsVersionsThroughItsFile) {

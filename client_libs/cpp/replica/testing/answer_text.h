@@ -34,10 +34,22 @@ inline std::string Text(const SemanticObject& object) {
     absl::StrAppend(&text, " h", Text(object.height->low_m), Text(object.height->high_m));
   }
   if (object.expires_at) absl::StrAppend(&text, " until ", absl::FormatTime(*object.expires_at));
-  for (const Ring& ring : object.shape.polygon().rings()) {
+  absl::StrAppend(&text, " ", ShapeKindName(object.shape.kind()));
+  const auto append_vertices = [&text](const std::vector<Point>& vertices) {
     absl::StrAppend(&text, " [");
-    for (const Point& p : ring) absl::StrAppend(&text, Text(p));
+    for (const Point& p : vertices) absl::StrAppend(&text, Text(p));
     absl::StrAppend(&text, "]");
+  };
+  switch (object.shape.kind()) {
+    case ShapeKind::kPolygon:
+      for (const Ring& ring : object.shape.polygon().rings()) append_vertices(ring);
+      break;
+    case ShapeKind::kLineString:
+      append_vertices(object.shape.line_string().vertices());
+      break;
+    case ShapeKind::kPoint:
+      append_vertices({object.shape.point()});
+      break;
   }
   return text;
 }
