@@ -100,7 +100,7 @@ test('a polygon, a line and a point are seen, hovered and clicked', async ({
   page,
 }) => {
   await drawWays(site);
-  await dashboard.open(site, { layers: ['floor', 'ways'], view });
+  await dashboard.open(site, { layers: ['floor', 'objects', 'ways'], view });
   const row = page.getByRole('region', { name: 'Layers' }).getByRole('listitem');
   await expect(row.filter({ hasText: 'ways' })).toContainText('3');
   const floor = await dashboard.colourAt(EMPTY_FLOOR);
