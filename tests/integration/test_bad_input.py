@@ -103,9 +103,10 @@ def requests():
         EXISTS, "grid"
     yield "edit that deletes an unknown layer", "ApplyEdits", \
         edits({"delete_layer": {"layer": "nowhere"}}), NOT_FOUND, "nowhere"
-    yield "edit that places a frame in itself", "ApplyEdits", edits({"set_transform": {"transform": {
-        "parent_frame_id": "a", "child_frame_id": "a",
-        "parent_from_child": {"x": 0, "y": 0, "yaw": 0}}}}), INVALID, "edits[1]"
+    itself = {"parent_frame_id": "a", "child_frame_id": "a",
+              "parent_from_child": {"x": 0, "y": 0, "yaw": 0}}
+    yield "edit that places a frame in itself", "ApplyEdits", \
+        edits({"set_transform": {"transform": itself}}), INVALID, "edits[1]"
     for value in ("", "  ", ">", ">x", "5..1", "tag:", ">nan"):
         yield f"value {value!r}", "QueryValue", {"scope": site, "value": value}, INVALID, "value"
     for k in (0, -1):

@@ -122,6 +122,39 @@ class Durability(SiteTest):
             self.assertEqual(first, again)
             self.assertEqual(sites.labels(client), {first.object_ids[0]: "cup"})
 
+    def test_a_map_made_in_one_batch_is_one_revision_and_survives_a_kill(self):
+        site = self.server()
+        place = {"parent_frame_id": "map", "child_frame_id": "dock",
+                 "parent_from_child": {"x": 10, "y": 0, "yaw": 0}}
+        lanes = {"name": "lanes", "kind": "LAYER_KIND_SEMANTIC", "frame_id": "dock",
+                 "shape_kinds": ["SHAPE_KIND_LINE_STRING"]}
+        floor = {"name": "floor", "kind": "LAYER_KIND_OCCUPANCY",
+                 "grid": {"origin": {"x": 0, "y": 0, "yaw": 0}, "resolution_m": 0.5}}
+        lane = {"line_string": rpc.columns([(0, 0), (5, 0)])}
+        with rpc.Client(site.address) as client:
+            client.CreateMap(map="site")
+            before = sites.revision(client)
+            answer = client.ApplyEdits(map="site", edits=[
+                {"set_transform": {"transform": place}},
+                {"create_layer": {"layer": lanes}}, {"create_layer": {"layer": floor}},
+                {"create_layer": {"layer": {"name": "draft", "kind": "LAYER_KIND_SEMANTIC"}}},
+                sites.put_shape(lane, "lane", "lanes"),
+                sites.write_cells([[0.25]], layer="floor"),
+                {"delete_layer": {"layer": "draft"}}])
+            self.assertEqual(answer.revision, before + 1)
+        site.kill()
+        with rpc.Client(self.server().address) as client:
+            self.assertEqual(sites.revision(client), before + 1)
+            layers = {layer.name: layer for layer in client.ListLayers(map="site").layers}
+            self.assertEqual(set(layers), {"lanes", "floor"})
+            self.assertTrue(layers["lanes"].properties.has_shapes)
+            self.assertTrue(layers["floor"].properties.has_cells)
+            # (2, 0) in dock.
+            answer = client.QueryPoint(scope=rpc.scope("site", "lanes"), point=rpc.point(12, 0))
+            self.assertEqual([o.label for o in answer.layers[0].objects], ["lane"])
+            answer = client.QueryPoint(scope=rpc.scope("site", "floor"), point=rpc.point(0.1, 0.1))
+            self.assertEqual(answer.layers[0].value, 0.25)
+
     def test_an_imported_map_survives_a_kill_right_after_the_answer(self):
         site = self.server()
         (self.folder / "desk.geojson").write_text(

@@ -8,6 +8,7 @@ import threading
 import unittest
 
 import grpc
+from google.protobuf import json_format
 
 import rpc
 import sites
@@ -169,6 +170,43 @@ class Ingest(SiteTest):
             self.assertEqual(set(observe(client, shuffled[40:]).values()), {1})
             found = shown(client)
         self.assertEqual(found, self.reference(everything), f"seed {SEED}")
+
+    def test_lines_and_points_that_an_operator_put_outlast_evidence_rebuilds_and_restarts(self):
+        sill = {"line_string": rpc.columns([(2.1, 0.5), (2.6, 1.1), (2.3, 1.3)])}
+        dock = {"point": rpc.point(-3.5, 2.25)}
+        site = self.server()
+
+        def operators(client):
+            """{label: (id, shape)} of what robots have no word for."""
+            answers = client.QueryArea(scope=rpc.scope("site", "things"),
+                                       area=sites.square(-500, -500, 1000))
+            return {o.label: (o.id, json_format.MessageToDict(
+                        o.shape, preserving_proto_field_name=True))
+                    for answer in answers for o in answer.part.objects if o.label not in LABELS}
+
+        with rpc.Client(site.address) as client:
+            make(client)
+            observe(client, [observation("a", f, f) for f in range(20)])
+            line, point = client.ApplyEdits(map="site", edits=[
+                sites.put_shape(sill, "sill"), sites.put_shape(dock, "dock")]).object_ids
+            put = {"sill": (line, sill), "dock": (point, dock)}
+            self.assertEqual(operators(client), put)
+            # Frames that look at the sill's place and see other things there.
+            observe(client, [observation("a", f, f) for f in range(20, 40)])
+            self.assertEqual(operators(client), put)
+            site.json("rebuild", "site", "--layer", "things", "--fusion", "paper")
+            site.json("rebuild", "site", "--layer", "things", "--fusion", "evidence")
+            self.assertEqual({label: shape for label, (_, shape) in operators(client).items()},
+                             {"sill": sill, "dock": dock})
+            put = operators(client)
+        site.kill()
+        with rpc.Client(self.server().address) as client:
+            self.assertEqual(operators(client), put)
+            observe(client, [observation("a", f, f) for f in range(40, 60)])
+            self.assertEqual(operators(client), put)
+            client.ApplyEdits(map="site", edits=[
+                {"delete_object": {"layer": "things", "id": put["dock"][0]}}])
+            self.assertEqual(set(operators(client)), {"sill"})
 
     def test_commands_rebuild_retract_and_explain(self):
         site = self.server()

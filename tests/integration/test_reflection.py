@@ -56,7 +56,8 @@ class Reflection(SiteTest):
             sites.make(client)
         for number in ("NaN", "Infinity", "-Infinity"):
             answer = self.grpcurl("hypermap.v1.QueryService/QueryPoint",
-                                  request={"scope": {"map": "site"}, "point": {"x": number, "y": 0}})
+                                  request={"scope": {"map": "site"},
+                                           "point": {"x": number, "y": 0}})
             self.assertIn("InvalidArgument", answer.stderr)
             self.assertIn("point", answer.stderr)
 
