@@ -101,8 +101,8 @@ export interface ObjectProperties {
 }
 
 /**
- * Converts an object to a feature. The id becomes a string, because ids have 64 bits. The geometry is
- * null if this version does not know the kind of the shape.
+ * Converts an object to a feature. The id becomes a string, because ids have 64 bits. The geometry
+ * is null if this version does not know the kind of the shape.
  */
 export function objectToFeature(
   object: Object$,

@@ -19,7 +19,7 @@ function rankOf({ object }: Placed): number {
   return kind ? KINDS_OF_SHAPE.indexOf(kind) : 0;
 }
 
-/** The objects of a layer, indexed by id and by bounding box. Those without a shape are left out. */
+/** The objects of a layer that have a shape, indexed by id and by bounding box. */
 export class ShapeIndex {
   readonly #byId = new Map<bigint, Placed>();
   readonly #byPlace = new RBush<Placed>();

@@ -47,8 +47,8 @@ export function cancelTool(): void {
 
 /**
  * Calls `handler` for each click that no tool takes, also with the distance within which lines and
- * points count as clicked, metres. For keyboard users, Enter on the focused map counts as a click at
- * its centre.
+ * points count as clicked, metres. For keyboard users, Enter on the focused map counts as a click
+ * at its centre.
  */
 export function onMapClick(handler: (at: Position, reachM: number) => void): () => void {
   const map = olMap.value;

@@ -37,9 +37,9 @@ export function binaryValues(layer: Layer): Range {
 }
 
 /**
- * The words for the lower and the upper value of a binary layer, such as "unexplored" and "explored".
- * The properties do not say which word is whose; one that negates the other stands for the lower
- * value. Undefined if there is no such pair.
+ * The words for the lower and the upper value of a binary layer, such as "unexplored" and
+ * "explored". The properties do not say which word stands for which value. A word that negates
+ * another one is taken for the lower value. Undefined if there is no such pair.
  */
 export function binaryWords({ properties }: Layer): [lower: string, upper: string] | undefined {
   const words = properties?.words ?? [];

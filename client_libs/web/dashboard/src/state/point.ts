@@ -20,8 +20,8 @@ export interface PointAnswer {
 export const point = asking<PointAnswer>();
 
 /**
- * Queries all layers at a point and selects the object there, if any. Lines and points count as being
- * there up to a distance.
+ * Queries all layers at a point and selects the object there, if any. Lines and points that are at
+ * most `reachM` metres away count as being there.
  */
 export async function askPoint(at: Position, reachM: number): Promise<void> {
   highlight.value = { ...NO_HIGHLIGHT, point: at };

@@ -82,7 +82,7 @@ const ON_BOUNDARY_M = 1e-9;
 
 function isCovered(at: Position, polygon: Polygon): boolean {
   const [x, y] = at;
-  // A ray from the position crosses the boundary of a polygon that covers it an odd number of times.
+  // A ray from a position inside of the polygon crosses its boundary an odd number of times.
   let isInside = false;
   for (const columns of ringsOf(polygon)) {
     const ring = positionsOf(columns);
@@ -99,7 +99,7 @@ function isCovered(at: Position, polygon: Polygon): boolean {
   return isInside;
 }
 
-/** The distance of a position from an object, 0 if a polygon covers it; infinite beside a polygon. */
+/** The distance from a line or a point; 0 in a polygon, infinite beside it. */
 function distanceTo({ shape }: Object$, at: Position): number {
   const { shape: of } = shape ?? {};
   if (of?.case === 'polygon') return isCovered(at, of.value) ? 0 : Infinity;
@@ -108,8 +108,8 @@ function distanceTo({ shape }: Object$, at: Position): number {
 }
 
 /**
- * Whether a pointer at a position means an object: a polygon must cover it, a line or a point may be
- * as far away as the pointer reaches, because nobody could hit it otherwise.
+ * Whether a pointer at a position means an object. A polygon must cover the position. A line or a
+ * point may be as far away as the pointer reaches, because nobody could hit it otherwise.
  */
 export function isHit(object: Object$, at: Position, reachM: number): boolean {
   return distanceTo(object, at) <= reachM;
