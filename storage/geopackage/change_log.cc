@@ -29,7 +29,7 @@ struct Columns {
   std::optional<std::string> detail;
 };
 
-// What the columns of each change are. Text that is not UTF-8 makes nlohmann throw.
+// Encodes a change to its columns. nlohmann throws when a text is not UTF-8.
 struct ToColumns {
   Columns operator()(const LayerCreated& c) const { return OfSpec(kLayerCreated, c.spec); }
   Columns operator()(const LayerDeleted& c) const { return OfSpec(kLayerDeleted, c.spec); }

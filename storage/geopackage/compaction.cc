@@ -101,7 +101,7 @@ absl::Status RemoveLayers(Database* database, Revision oldest, Remover* remover)
     status.Update(remover->Remove(kLayerVersions, oldest, lineage));
     status.Update(remover->Remove(kLayerRevisions, oldest, lineage));
   }
-  // Of a layer that was deleted before, one row of each is left.
+  // A layer that was deleted before has one row of each kind left.
   if (!status.ok() || remover->done()) return status;
   for (const char* sql :
        {"DELETE FROM hypermap_layer_history WHERE lineage IN (SELECT id FROM hypermap_lineages "
@@ -119,7 +119,7 @@ absl::Status RemoveLayers(Database* database, Revision oldest, Remover* remover)
 absl::StatusOr<bool> RemoveForgotten(Database* database, Revision oldest,
                                      absl::Time receipts_before, int64_t max_rows) {
   Remover remover(database, max_rows);
-  // What was replaced by the oldest revision itself is not part of it.
+  // A version that the oldest revision itself replaced is not part of that revision.
   absl::Status status = database->Run(kObjectBoxes, oldest, max_rows);
   status.Update(remover.Remove(kObjects, oldest));
   status.Update(remover.Remove(kTiles, oldest));

@@ -57,7 +57,7 @@ TEST_P(DamagedHistoryTest, IsToldAndTheMapGoesOn) {
     const absl::Status status = Connect(folder / "site.gpkg")->Execute(GetParam().sql);
     ASSERT_TRUE(status.ok()) << status;
   }
-  // What was read before the damage may be remembered.
+  // Rows that were read before the damage may be cached.
   reader = map.stored->OpenHistory();
   ASSERT_TRUE(reader.ok()) << reader.status();
   const absl::Status status = ReadAll(**reader);

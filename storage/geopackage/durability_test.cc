@@ -1,4 +1,4 @@
-// What was acknowledged is there after the process was killed.
+// Commits that were acknowledged are there after the process was killed.
 #include <signal.h>
 #include <sys/wait.h>
 #include <unistd.h>

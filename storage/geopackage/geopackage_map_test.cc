@@ -21,7 +21,7 @@ using ::hypermap::testing::TestSeed;
 using ::hypermap::testing::UniformInt;
 using ::testing::HasSubstr;
 
-// What is on disk, read by a store of its own.
+// Reads the map from disk by a store of its own.
 SnapshotPtr Reopen(const testing::TemporaryFolder& folder, const std::string& name) {
   const std::unique_ptr<MapStore> store = OpenStore(folder.path());
   auto map = store->Open(name);
@@ -356,7 +356,7 @@ TEST_F(GeoPackageMapTest, TextThatIsNoUtf8IsRefused) {
 TEST_F(GeoPackageMapTest, AcknowledgedCommitsAreInTheFilesBeforeClosing) {
   Rng rng(TestSeed());
   map_.Edit(RandomSite(rng, 10));
-  // What a crash would leave: the files as they are now, without the process.
+  // A crash would leave the files as they are now.
   const testing::TemporaryFolder crashed;
   for (const char* suffix : {".gpkg", ".gpkg-wal"}) {
     WriteFile(crashed / "site" + suffix, ReadFile(folder_ / "site" + suffix));
@@ -387,7 +387,7 @@ TEST_F(GeoPackageMapTest, BackupOpensAsAMap) {
   ASSERT_TRUE(map_.stored->BackupTo(folder_ / "backup.gpkg").ok());
   Snapshot expected = *map_.snapshot;
   expected.map_name = "backup";
-  // What comes after is not in it.
+  // Later edits are not in the backup.
   map_.Edit({{DeleteLayer{"semantic"}}});
   auto backup = store_->Open("backup");
   ASSERT_TRUE(backup.ok()) << backup.status();

@@ -29,7 +29,7 @@ INSERT INTO "$t" (zoom_level, tile_column, tile_row, tile_data) VALUES (?, ?, ?,
   RETURNING id
 )sql";
 
-// With NULL for a tile that was not there.
+// The archived image is NULL when there was no tile.
 constexpr char kArchiveTile[] = R"sql(
 INSERT INTO hypermap_tile_history (lineage, tile_column, tile_row, end_revision, tile_data)
   VALUES (?1, ?2, ?3, ?4, (SELECT tile_data FROM "$t"

@@ -15,7 +15,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-// What most objects have; not worth a parser.
+// Most objects have none, and need no parser.
 constexpr absl::string_view kEmptyObject = "{}";
 constexpr absl::string_view kEmptyArray = "[]";
 

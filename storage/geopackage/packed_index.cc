@@ -50,7 +50,7 @@ float Middle(const IndexCell& cell) {
   return cell.box[2 * axis] + cell.box[2 * axis + 1];
 }
 
-// Where part `i` of `parts` parts of nearly the same size begins, out of `size`.
+// The beginning of part `i` when `size` cells are cut into `parts` parts of nearly the same size.
 size_t PartBegin(size_t size, size_t parts, size_t i) { return size * i / parts; }
 
 size_t DivideUp(size_t a, size_t b) { return (a + b - 1) / b; }

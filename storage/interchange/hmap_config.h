@@ -19,7 +19,7 @@ struct HmapLayer {
   std::string name;
   LayerKind kind = LayerKind::kSemantic;  // or kOccupancy
   std::string frame_id;                   // empty: the file names none
-  // Where in the archive the content is: for kOccupancy the base name of `<file>.yaml`, for
+  // The place of the content in the archive: for kOccupancy the base name of `<file>.yaml`, for
   // kSemantic the name of a member. Empty: the layer has no content (load_file: false).
   std::string file;
 };

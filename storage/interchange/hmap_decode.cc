@@ -16,7 +16,7 @@
 namespace hypermap::storage {
 namespace {
 
-// What a map is called home that uses no frame of that name.
+// The own frame of a map when its file uses this frame or names none.
 constexpr char kDefaultFrame[] = "map";
 
 std::string OwnFrame(const HmapConfig& config) {

@@ -1,4 +1,4 @@
-// What interchange files are decoded to and encoded from.
+// The results of decoding and encoding interchange files.
 #ifndef HYPERMAP_STORAGE_INTERCHANGE_IMPORTED_MAP_H_
 #define HYPERMAP_STORAGE_INTERCHANGE_IMPORTED_MAP_H_
 

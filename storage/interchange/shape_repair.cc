@@ -14,7 +14,7 @@ namespace {
 
 // Counting crossings takes time with the square of the vertices.
 constexpr size_t kMaxVerticesToFill = 4000;
-// What a recorded hull may have; these cost no more than reading its vertices.
+// The crossings that a recorded hull may have. They cost no more than reading its vertices.
 constexpr int64_t kFreeCrossings = 50;
 
 bool Cross(const Point& a, const Point& b, const Point& c, const Point& d) {

@@ -1,4 +1,4 @@
-// Where in a file an error lies.
+// Adds the place in a file to an error.
 #ifndef HYPERMAP_STORAGE_INTERCHANGE_STATUS_CONTEXT_H_
 #define HYPERMAP_STORAGE_INTERCHANGE_STATUS_CONTEXT_H_
 

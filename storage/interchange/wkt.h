@@ -15,10 +15,10 @@ namespace hypermap::storage {
 // The content of a text, not yet validated: rings may cross and vertices may repeat.
 struct WktShape {
   ShapeKind kind = ShapeKind::kPolygon;
-  // Of POLYGON and MULTIPOLYGON: the rings of each polygon as written, the outer one first, without
+  // The rings of each polygon of a POLYGON or MULTIPOLYGON as written, the outer one first, without
   // the closing vertex. A polygon without rings is EMPTY.
   std::vector<std::vector<Ring>> polygons;
-  // Of LINESTRING: its vertices as written. Of POINT: the point. None when it is EMPTY.
+  // The vertices of a LINESTRING as written, or the point of a POINT; none when it is EMPTY.
   std::vector<Point> vertices;
   // One line for each departure from the format; vertices count from 1.
   std::vector<std::string> repairs;

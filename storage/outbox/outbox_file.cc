@@ -57,7 +57,7 @@ constexpr int kNumLetterColumns = 8;
 
 absl::Time TimeAt(int64_t ns) { return absl::FromUnixNanos(ns); }
 
-// Of a row that begins with kLetterColumns.
+// Reads a letter from a row that begins with kLetterColumns.
 Letter ReadLetter(Statement& row) {
   Letter letter;
   letter.id = row.Int64(0);
@@ -118,7 +118,7 @@ absl::Status Prepare(Database& database) {
   return status;
 }
 
-// What the content takes of the file; what was removed is used again.
+// The size of the content: pages of removed rows do not count, as they are used again.
 absl::StatusOr<int64_t> UsedBytes(Database& database) {
   int64_t values[3];
   const char* const names[] = {"page_count", "freelist_count", "page_size"};

@@ -85,8 +85,8 @@ class OutboxFile {
 
   // Called before letters are sent: records the time for those that are sent for the first time.
   absl::Status MarkSent(absl::Span<Letter> letters, absl::Time now);
-  // As MarkSent, and assigns consecutive sequence numbers to letters without one. They begin with
-  // `unused`, or after the last number that the stream assigned when that is larger.
+  // Does what MarkSent does, and assigns consecutive sequence numbers to letters without one. They
+  // begin with `unused`, or after the last number that the stream assigned when that is larger.
   absl::Status MarkSentInSequence(absl::Span<Letter> letters, int64_t unused, absl::Time now);
 
   // Removes the delivered letters and sets the refused ones aside.

@@ -61,7 +61,7 @@ class OutboxFileTest : public ::testing::Test {
     return bodies;
   }
 
-  // Of letters that are sent now.
+  // Sends all letters of the stream, and returns their sequence numbers.
   std::vector<int64_t> Sequences(int64_t stream, int64_t unused) {
     std::vector<Letter> letters = First(stream);
     EXPECT_EQ(file_->MarkSentInSequence(absl::MakeSpan(letters), unused, kNoon), absl::OkStatus());

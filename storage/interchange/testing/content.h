@@ -1,4 +1,4 @@
-// What the tests of this folder share: real files, and maps compared by their content.
+// Helpers for the tests of this folder: real files, and the comparison of maps by their content.
 #ifndef HYPERMAP_STORAGE_INTERCHANGE_TESTING_CONTENT_H_
 #define HYPERMAP_STORAGE_INTERCHANGE_TESTING_CONTENT_H_
 
