@@ -74,10 +74,10 @@ ABSL_FLAG(absl::Duration, receipt_age, absl::Hours(24),
 namespace hypermap::server {
 namespace {
 
-// Free memory that is kept at the end of a heap.
+// Free memory that the allocator keeps at the end of a heap.
 constexpr int kKeptBytes = 16 << 20;
 constexpr int kFileThreads = 2;
-// Calls of one map's explorations wait for each other.
+// Calls of one map's explorations wait for each other, so that a few threads are enough.
 constexpr int kExplorerThreads = 4;
 
 absl::Status CheckFlags(const std::vector<char*>& positional) {
@@ -123,7 +123,7 @@ absl::Status CheckFlags(const std::vector<char*>& positional) {
   return absl::OkStatus();
 }
 
-// gRPC's own log lines go where ours go, as part of it.
+// Passes gRPC's log lines to the server's log.
 void LogOfGrpc(gpr_log_func_args* line) {
   spdlog::debug("grpc message={}", LogQuoted(line->message));
 }
@@ -191,7 +191,7 @@ void LogProblems(const Site& site) {
   }
 }
 
-// SIGINT and SIGTERM, kept from all threads, so that only WaitForSignal sees them.
+// Blocks SIGINT and SIGTERM in this thread and in all that it starts, so that only Wait gets them.
 class ShutdownSignals {
  public:
   ShutdownSignals() {
@@ -201,7 +201,7 @@ class ShutdownSignals {
     pthread_sigmask(SIG_BLOCK, &signals_, nullptr);
   }
 
-  // A second signal then ends the program at once.
+  // Waits for a signal, and unblocks them: a second one ends the program at once.
   int Wait() {
     int signal = 0;
     sigwait(&signals_, &signal);
@@ -213,7 +213,7 @@ class ShutdownSignals {
   sigset_t signals_;
 };
 
-// Serves until a signal comes.
+// Serves until a signal arrives.
 absl::Status Serve(ShutdownSignals& signals) {
   const std::string data_dir = absl::GetFlag(FLAGS_data_dir);
   absl::StatusOr<std::unique_ptr<storage::MapStore>> store = storage::OpenGeoPackageStore(data_dir);
@@ -222,15 +222,16 @@ absl::Status Serve(ShutdownSignals& signals) {
   absl::StatusOr<std::unique_ptr<Site>> site =
       Site::Open(*std::move(store), SessionOptionsOfFlags());
   if (!site.ok()) return site.status();
-  // What loading the maps used for a while, and an allocator keeps for itself.
+  // Returns the memory that loading the maps needed for a while to the system.
   malloc_trim(0);
-  // From here on memory that was freed stays with the threads: given back and asked for again it
-  // costs a page fault in every few requests. Set together, as either alone fixes the other at a
-  // low default.
+  // From here on the allocator keeps freed memory: returning it and requesting it again would cost
+  // a page fault in every few requests. Both thresholds are set, because setting only one disables
+  // the dynamic adjustment of the other and leaves it at its low default (mallopt(3)).
   mallopt(M_TRIM_THRESHOLD, kKeptBytes);
   mallopt(M_MMAP_THRESHOLD, kKeptBytes);
 
-  // Ends in the reverse order: the requests, their workers, the maps.
+  // Destroyed in the reverse order: first the server with its requests, then the workers, then the
+  // maps.
   WorkerPool workers(NumThreads());
   WorkerPool file_workers(kFileThreads);
   WorkerPool explorers(kExplorerThreads);
@@ -254,9 +255,9 @@ int Main(int argc, char** argv) {
   absl::SetProgramUsageMessage(
       "Serves the maps of a folder.\n\n  hypermapd --data_dir=DIR [--listen=HOST:PORT]");
   const std::vector<char*> positional = absl::ParseCommandLine(argc, argv);
-  // A reader of our output that goes away must not take the server with it.
+  // The server must not end when a reader of its output goes away.
   std::signal(SIGPIPE, SIG_IGN);
-  // Distributions build abseil to look for cycles at every lock, gRPC's among them.
+  // Abseil, as some distributions build it, searches for deadlocks at every lock, also at gRPC's.
   absl::SetMutexDeadlockDetectionMode(absl::OnDeadlockCycle::kIgnore);
   absl::Status status = CheckFlags(positional);
   if (status.ok()) status = SetUpLog();

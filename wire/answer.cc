@@ -26,7 +26,7 @@ constexpr std::array<std::pair<AnswerStatus, v1::AnswerStatus>, 5> kStatuses{{
     {AnswerStatus::kUnsupportedValue, v1::ANSWER_STATUS_UNSUPPORTED_VALUE},
 }};
 
-// Makes room for `size` numbers, which are to be set.
+// Adds `size` numbers to a column and returns the first one. The caller must set them.
 template <typename T>
 T* AddColumn(int size, google::protobuf::RepeatedField<T>* column) {
   column->Reserve(column->size() + size);

@@ -1,4 +1,4 @@
-// Answers to questions, on the wire.
+// Answers to queries on the wire.
 #ifndef HYPERMAP_WIRE_ANSWER_H_
 #define HYPERMAP_WIRE_ANSWER_H_
 
@@ -17,7 +17,7 @@ namespace hypermap::wire {
 v1::AnswerStatus EncodeAnswerStatus(AnswerStatus status);
 absl::StatusOr<AnswerStatus> DecodeAnswerStatus(absl::string_view field, v1::AnswerStatus status);
 
-// `geometry` in the caller's frame.
+// `geometry` is in the caller's frame.
 void EncodeCellRuns(const GridGeometry& geometry, absl::Span<const CellRun> runs,
                     v1::CellRuns* message);
 struct CellRuns {
@@ -29,13 +29,13 @@ absl::StatusOr<CellRuns> DecodeCellRuns(absl::string_view field, const v1::CellR
 void EncodeLayerContent(const Layer& layer, const PlanarTransform& caller_from_layer,
                         const PointContent& content, v1::LayerContent* message);
 
-// Encodes the part's runs and its objects from `first_object` on, until the message has grown to
-// `max_bytes` (it holds at least one object). Returns the index of the first object left over, or
-// the number of objects.
+// Encodes the part's runs, and its objects from `first_object` on, until the message has grown to
+// `max_bytes`; it contains at least one object. Returns the index of the first object that is left,
+// or the number of objects.
 size_t EncodeLayerPart(const LayerPart& part, size_t first_object, int64_t max_bytes,
                        v1::LayerPart* message);
 
-// Fills matches and refusals.
+// Sets the matches and the refusals.
 void EncodeNearestAnswer(const NearestAnswer& answer, v1::QueryNearestResponse* message);
 
 }  // namespace hypermap::wire

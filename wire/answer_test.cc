@@ -27,7 +27,7 @@ PutObject CupAt(double x) {
   return put;
 }
 
-// A grid of 2 x 3 cells, the middle column unknown, and five cups.
+// A grid of 2 x 3 cells, whose middle column is unknown, and five cups.
 Snapshot Site() {
   EditBatch batch;
   batch.edits.push_back(CreateLayer{GridSpec()});
@@ -41,7 +41,7 @@ Snapshot Site() {
   return hypermap::testing::MakeSnapshot("site", batch);
 }
 
-// What the receiver of a message sees.
+// Returns the message as its receiver parses it.
 template <typename Message>
 Message Received(const Message& sent) {
   Message received;

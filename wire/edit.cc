@@ -231,7 +231,7 @@ absl::StatusOr<EditBatch> EditsFromBytes(absl::string_view bytes) {
     return absl::DataLossError("the bytes are no batch of edits");
   }
   UpgradeFrom01(&message);
-  // What is too large is for the server to say.
+  // Limits of size are those of the server, which checks them when the batch is sent.
   constexpr DecodeLimits kNone{std::numeric_limits<int>::max(), std::numeric_limits<int>::max(),
                                std::numeric_limits<int64_t>::max()};
   absl::StatusOr<EditBatch> batch = DecodeEdits(message.edits(), kNone);

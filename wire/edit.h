@@ -24,17 +24,17 @@ void EncodeLayerVersions(const std::vector<LayerVersion>& versions,
 absl::StatusOr<Edit> DecodeEdit(absl::string_view field, const v1::Edit& message,
                                 const DecodeLimits& limits);
 
-// INVALID_ARGUMENT when there are none, RESOURCE_EXHAUSTED past limits.max_edits.
+// INVALID_ARGUMENT if there are none, RESOURCE_EXHAUSTED for more than limits.max_edits.
 absl::StatusOr<EditBatch> DecodeEdits(const google::protobuf::RepeatedPtrField<v1::Edit>& edits,
                                       const DecodeLimits& limits);
 
-// Of EditBatch::if_layers. INVALID_ARGUMENT for one without a layer.
+// Decodes EditBatch::if_layers. INVALID_ARGUMENT for an entry without a layer.
 absl::StatusOr<std::vector<LayerVersion>> DecodeLayerVersions(
     absl::string_view field, const google::protobuf::RepeatedPtrField<v1::LayerVersion>& messages);
 
-// A batch as bytes, to be kept until it can be sent.
+// Encodes a batch as bytes, to be stored until it can be sent.
 std::string EditsToBytes(const EditBatch& batch);
-// DATA_LOSS for bytes that are none; INVALID_ARGUMENT for what a server would not take either.
+// DATA_LOSS for bytes that are not a batch; INVALID_ARGUMENT for a batch that servers refuse.
 absl::StatusOr<EditBatch> EditsFromBytes(absl::string_view bytes);
 
 }  // namespace hypermap::wire

@@ -32,7 +32,7 @@ constexpr Names<GoalOutcome, v1::GoalOutcome, 3> kOutcomes{{
     {GoalOutcome::kAbandoned, v1::GOAL_OUTCOME_ABANDONED},
 }};
 
-// 0 is what each of these enumerations calls unspecified.
+// Returns 0 for other values, which is "unspecified" in each of these enumerations.
 template <typename Domain, typename Message, size_t kSize>
 Message EncodeEnum(const Names<Domain, Message, kSize>& names, Domain value) {
   for (const auto& [domain, message] : names) {

@@ -1,4 +1,4 @@
-// Names the place in a message that is wrong. Used by the other files of this folder.
+// Error messages that name the field of a message. Used by the other files of this folder.
 #ifndef HYPERMAP_WIRE_FIELD_H_
 #define HYPERMAP_WIRE_FIELD_H_
 
@@ -8,12 +8,12 @@
 
 namespace hypermap::wire {
 
-// INVALID_ARGUMENT "<field> <problem>", such as "point.x is not finite".
+// Returns INVALID_ARGUMENT "<field> <problem>", such as "point.x is not finite".
 inline absl::Status InvalidField(absl::string_view field, absl::string_view problem) {
   return absl::InvalidArgumentError(absl::StrCat(field, " ", problem));
 }
 
-// `status` with "<field>: " before its message.
+// Returns `status` with "<field>: " before its message.
 inline absl::Status InField(absl::string_view field, const absl::Status& status) {
   return absl::Status(status.code(), absl::StrCat(field, ": ", status.message()));
 }

@@ -52,7 +52,7 @@ absl::StatusOr<std::vector<Point>> DecodeVertices(const std::string& field,
   return vertices;
 }
 
-// The outer ring first.
+// Returns the outer ring, then the holes.
 absl::StatusOr<Rings> DecodeRings(absl::string_view field, const v1::Polygon& message) {
   if (!message.has_outer()) return InvalidField(absl::StrCat(field, ".outer"), "is missing");
   Rings rings;

@@ -1,10 +1,10 @@
 // Points, shapes, poses and transforms on the wire.
 //
-// In this folder Encode... fills a fresh message from a domain value, and Decode... makes a domain
-// value of a message or says which field is wrong: `field` is the message's place in its request
-// ("edits[3].put_object.object.shape"). What is decoded here without a limit is an answer: the
-// server has validated it, so only its shape is looked at. All functions may be called from any
-// thread.
+// In this folder, Encode... fills an empty message from a domain value. Decode... makes a domain
+// value from a message, or returns an error that names the field: `field` is the position of the
+// message in its request ("edits[3].put_object.object.shape"). Decode functions without limits are
+// for answers, which the server has validated: they check only the form of the message. All
+// functions are safe to call from any thread.
 #ifndef HYPERMAP_WIRE_GEOMETRY_H_
 #define HYPERMAP_WIRE_GEOMETRY_H_
 
@@ -31,22 +31,24 @@ absl::StatusOr<PlanarTransform> DecodePose(absl::string_view field, const v1::Po
 absl::StatusOr<FrameTransform> DecodeTransform(absl::string_view field,
                                                const v1::Transform& message);
 
-// Validates and normalises as Polygon::Make. RESOURCE_EXHAUSTED past limits.max_vertices.
+// Validates and normalises like Polygon::Make. RESOURCE_EXHAUSTED for more than
+// limits.max_vertices.
 absl::StatusOr<Polygon> DecodePolygon(absl::string_view field, const v1::Polygon& message,
                                       const DecodeLimits& limits);
 
-// A polygon of an answer, with its exact vertices.
+// Decodes a polygon of an answer, with its exact vertices.
 absl::StatusOr<Polygon> DecodePolygon(absl::string_view field, const v1::Polygon& message);
 
-// Validates and normalises as the Make of its kind. RESOURCE_EXHAUSTED past limits.max_vertices.
+// Validates and normalises like the Make function of its kind. RESOURCE_EXHAUSTED for more than
+// limits.max_vertices.
 absl::StatusOr<Shape> DecodeShape(absl::string_view field, const v1::Shape& message,
                                   const DecodeLimits& limits);
 
-// A shape of an answer, with its exact vertices.
+// Decodes a shape of an answer, with its exact vertices.
 absl::StatusOr<Shape> DecodeShape(absl::string_view field, const v1::Shape& message);
 
 v1::ShapeKind EncodeShapeKind(ShapeKind kind);
-// INVALID_ARGUMENT for a kind that is missing or not known.
+// INVALID_ARGUMENT for a kind that is missing or unknown.
 absl::StatusOr<ShapeKind> DecodeShapeKind(absl::string_view field, v1::ShapeKind kind);
 
 }  // namespace hypermap::wire

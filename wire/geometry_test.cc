@@ -127,7 +127,7 @@ TEST(PolygonOnTheWire, ColumnsOfDifferentLengthsAreRefused) {
   EXPECT_EQ(DecodePolygon("area", hole).status(), hole_error);
 }
 
-// What the receiver of a message sees.
+// Returns the message as its receiver parses it.
 v1::Shape Received(const Shape& shape) {
   v1::Shape sent;
   EncodeShape(shape, &sent);

@@ -30,7 +30,7 @@ void EncodeShapeFields(const Shape& shape, v1::Object* message) {
   EncodePoint(Centroid(shape), message->mutable_centroid());
 }
 
-// Classes, height, tags, attributes and the time of its end, which few objects have.
+// Encodes classes, height, tags, attributes and expiry time, which few objects have.
 void EncodeRareFields(const SemanticObject& object, v1::Object* message) {
   if (!object.classes.empty()) {
     message->mutable_classes()->insert(object.classes.begin(), object.classes.end());
@@ -63,7 +63,7 @@ absl::StatusOr<AttributeValue> DecodeAttribute(absl::string_view field,
   return InvalidField(field, "has no value");
 }
 
-// All of the object but its shape.
+// Decodes everything but the shape.
 absl::StatusOr<SemanticObject> DecodeProperties(absl::string_view field,
                                                 const v1::Object& message) {
   SemanticObject object;
@@ -84,7 +84,7 @@ absl::StatusOr<SemanticObject> DecodeProperties(absl::string_view field,
   return object;
 }
 
-// `decode_shape` takes the shape's field and message.
+// `decode_shape` is called with the shape's field and message.
 template <typename DecodeShapeMessage>
 absl::StatusOr<SemanticObject> DecodeWith(absl::string_view field, const v1::Object& message,
                                           DecodeShapeMessage decode_shape) {

@@ -11,16 +11,16 @@
 
 namespace hypermap::wire {
 
-// The object with its shape and centroid in the caller's frame.
+// Encodes the object with its shape and centroid in the caller's frame.
 void EncodeObject(const SemanticObject& object, const PlanarTransform& caller_from_object,
                   v1::Object* message);
 
-// An object of a request; its shape must be there. Version and expire_time are ignored, as the map
-// sets them. Leaves what Validate(SemanticObject) checks to it.
+// Decodes an object of a request, which must have a shape. Ignores version and expire_time, since
+// the map sets them. Does not check what Validate(SemanticObject) checks.
 absl::StatusOr<SemanticObject> DecodeObject(absl::string_view field, const v1::Object& message,
                                             const DecodeLimits& limits);
 
-// An object of an answer.
+// Decodes an object of an answer.
 absl::StatusOr<SemanticObject> DecodeObject(absl::string_view field, const v1::Object& message);
 
 }  // namespace hypermap::wire

@@ -76,7 +76,7 @@ void EncodeDetection(const Detection& detection, v1::Detection* message) {
   message->set_weight(detection.weight);
 }
 
-// `decode_polygon` takes a field and a message.
+// `decode_polygon` is called with a field and a message.
 template <typename DecodePolygonMessage>
 absl::StatusOr<Detection> DecodeDetection(const std::string& field, const v1::Detection& message,
                                           DecodePolygonMessage decode_polygon) {
@@ -220,7 +220,7 @@ absl::StatusOr<Observation> DecodeWith(const std::string& prefix, const v1::Obse
   return observation;
 }
 
-// The same bytes for equal messages.
+// Serializes deterministically, so that equal messages give equal bytes.
 template <typename Message>
 std::string ToBytes(const Message& message) {
   std::string bytes;

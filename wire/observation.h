@@ -1,4 +1,4 @@
-// Observations on the wire, and as the bytes that a log keeps.
+// Observations on the wire, and as the bytes that a log stores.
 #ifndef HYPERMAP_WIRE_OBSERVATION_H_
 #define HYPERMAP_WIRE_OBSERVATION_H_
 
@@ -14,19 +14,19 @@ namespace hypermap::wire {
 
 void EncodeObservation(const Observation& observation, v1::Observation* message);
 
-// An observation of a request. Leaves what Validate(Observation) checks to it.
+// Decodes an observation of a request. Does not check what Validate(Observation) checks.
 absl::StatusOr<Observation> DecodeObservation(absl::string_view field,
                                               const v1::Observation& message,
                                               const DecodeLimits& limits);
 
-// As bytes: exact, and the same for equal observations.
+// Encodes an observation as bytes: exact, and equal for equal observations.
 std::string ObservationToBytes(const Observation& observation);
-// The bytes that ObservationToBytes of version 0.1 made.
+// Returns the bytes that version 0.1 made of the observation.
 std::string ObservationToBytes01(const Observation& observation);
-// DATA_LOSS for bytes that are none. Polygons are taken to be valid.
+// DATA_LOSS for bytes that are not an observation. Assumes that polygons are valid.
 absl::StatusOr<Observation> ObservationFromBytes(absl::string_view bytes);
 
-// An object as bytes, exact.
+// Encodes an object as bytes, exactly.
 std::string ObjectToBytes(const SemanticObject& object);
 absl::StatusOr<SemanticObject> ObjectFromBytes(absl::string_view bytes);
 

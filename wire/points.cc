@@ -11,7 +11,7 @@
 namespace hypermap::wire {
 namespace {
 
-// How far ahead of the object that is encoded others are fetched: they lie all over the memory.
+// Number of objects to prefetch ahead of the one being encoded: they are scattered in memory.
 constexpr size_t kFetchAhead = 8;
 
 void Fetch(const SemanticObject* object) {

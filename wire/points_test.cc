@@ -29,8 +29,8 @@ v1::QueryPointsRequest Batch(std::initializer_list<double> xs, std::initializer_
   return message;
 }
 
-// Three things in a row with the labels, from x = 1 on, a metre each; and a grid that is somewhere
-// else.
+// Three objects with these labels in a row, a metre each, from x = 1 on; and a grid that is
+// elsewhere.
 SnapshotPtr Site(std::initializer_list<const char*> labels) {
   EditBatch batch;
   LayerSpec things;

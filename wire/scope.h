@@ -1,4 +1,4 @@
-// What a question is about, and which revision it is asked of, on the wire.
+// The scope of a query, and the revision that it reads, on the wire.
 #ifndef HYPERMAP_WIRE_SCOPE_H_
 #define HYPERMAP_WIRE_SCOPE_H_
 
@@ -11,11 +11,11 @@
 
 namespace hypermap::wire {
 
-// The layers and the frame; the map is the caller's to look up.
+// Decodes the layers and the frame. The caller looks up the map.
 Scope DecodeScope(const v1::Scope& message);
 void EncodeScope(const std::string& map, const Scope& scope, v1::Scope* message);
 
-// INVALID_ARGUMENT for a negative revision, or a time outside of the range of timestamps.
+// INVALID_ARGUMENT for a negative revision, or a time outside the range of timestamps.
 absl::StatusOr<AsOf> DecodeAsOf(const v1::AsOf& message);
 void EncodeAsOf(const AsOf& as_of, v1::AsOf* message);
 

@@ -4,7 +4,7 @@
 
 namespace hypermap::wire {
 
-// Both enumerations are the canonical codes 0 to 16 with the same numbers.
+// Both enumerations have the canonical codes 0 to 16 with the same numbers.
 grpc::Status EncodeStatus(const absl::Status& status) {
   if (status.ok()) return grpc::Status::OK;
   return {static_cast<grpc::StatusCode>(status.raw_code()), std::string(status.message())};

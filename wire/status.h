@@ -1,4 +1,4 @@
-// Errors on the wire: the one place where absl::Status and grpc::Status meet.
+// Errors on the wire: the only conversion between absl::Status and grpc::Status.
 #ifndef HYPERMAP_WIRE_STATUS_H_
 #define HYPERMAP_WIRE_STATUS_H_
 

@@ -6,7 +6,7 @@ namespace hypermap::wire {
 namespace {
 
 constexpr int32_t kNanosPerSecond = 1'000'000'000;
-// What a Timestamp may be.
+// The range of a Timestamp.
 constexpr int64_t kYear1 = -62'135'596'800;
 constexpr int64_t kYear10000 = 253'402'300'800;
 constexpr int64_t kHundredYears = 3'155'760'000;

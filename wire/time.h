@@ -10,16 +10,16 @@
 
 namespace hypermap::wire {
 
-// Nanoseconds, rounded down.
+// To nanoseconds, rounded down.
 void EncodeTime(absl::Time time, google::protobuf::Timestamp* message);
 absl::Time DecodeTime(const google::protobuf::Timestamp& message);
-// Of a request: INVALID_ARGUMENT for what is not within the years 1 to 9999.
+// Decodes a time of a request. INVALID_ARGUMENT for times outside the years 1 to 9999.
 absl::StatusOr<absl::Time> DecodeTime(absl::string_view field,
                                       const google::protobuf::Timestamp& message);
 
-// Nanoseconds, rounded towards zero.
+// To nanoseconds, rounded towards zero.
 void EncodeDuration(absl::Duration duration, google::protobuf::Duration* message);
-// INVALID_ARGUMENT for what is longer than 100 years either way.
+// INVALID_ARGUMENT for durations longer than 100 years, of either sign.
 absl::StatusOr<absl::Duration> DecodeDuration(absl::string_view field,
                                               const google::protobuf::Duration& message);
 

@@ -1,9 +1,10 @@
-// Stored messages of version 0.1, brought forward.
+// Upgrades messages that version 0.1 stored.
 //
-// A map's file keeps observations, and a robot's outbox its requests, as the bytes that were sent.
-// Version 0.1 had a message for each vertex of a ring (Ring.points, field 1) and polygons only
-// (Object.polygon, field 5). Parsed with today's contract these fields are unknown ones; each
-// function here moves them to where they belong and leaves a message of today as it is.
+// A map's file stores observations, and a robot's outbox stores requests, as the bytes that were
+// sent. Version 0.1 had a message for each vertex of a ring (Ring.points, field 1), and all shapes
+// were polygons (Object.polygon, field 5). The present contract does not know these fields: each
+// function here moves unknown fields of that kind to their present place, and leaves present
+// messages unchanged.
 #ifndef HYPERMAP_WIRE_VERSION_01_H_
 #define HYPERMAP_WIRE_VERSION_01_H_
 
@@ -17,7 +18,7 @@ void UpgradeFrom01(v1::ApplyEditsRequest* message);
 void UpgradeFrom01(v1::Object* message);
 void UpgradeFrom01(v1::Observation* message);
 
-// The opposite: serialized, the message has the bytes that version 0.1 made of the same
+// Does the opposite: serialized, the message has the bytes that version 0.1 made of the same
 // observation.
 void DowngradeTo01(v1::Observation* message);
 

@@ -21,7 +21,7 @@ namespace {
 
 using google::protobuf::util::MessageDifferencer;
 
-// Messages as protobuf wrote them with the contract of version 0.1.
+// Messages as serialized with the contract of version 0.1.
 
 // An object "desk" with id 7, a polygon with a hole, existence 0.5, version 3 and the tag "old".
 constexpr char kDesk[] =
@@ -30,7 +30,7 @@ constexpr char kDesk[] =
     "00e03f0a1209000000000000f03f11000000000000f03f0a1209000000000000004011000000000000f0"
     "3f321209000000000000f03f11000000000000f03f42036f6c645003";
 
-// Frame 5 of robot "r1": a view hull, free space with a hole, one detection.
+// Frame 5 of robot "r1": a view hull, free space with a hole, and one detection.
 constexpr char kObservation[] =
     "0a02723110051a060880e2cfaa0622036d61702a640a48000000000000f03f0000000000000000000000"
     "00000000000000000000000000000000000000f03f000000000000000000000000000000000000000000"
@@ -43,7 +43,7 @@ constexpr char kObservation[] =
     "00000000f83f1a100a00119a9999999999a93f1a03000004220911000000000000d03f28093100000000"
     "0000004041000000000000f03f";
 
-// The desk put on "things" in the frame "dock", a triangle of "floor" filled, object 4 deleted.
+// Puts the desk on "things" in the frame "dock", fills a triangle of "floor", and deletes object 4.
 constexpr char kEdits[] =
     "1aae010aab010a067468696e6773129a01080712046465736b21000000000000e03f2a6c0a2c0a000a09"
     "0900000000000010400a120900000000000010401100000000000000400a09110000000000000040123c"
@@ -52,7 +52,7 @@ constexpr char kEdits[] =
     "6450031a04646f636b1a2e222c0a05666c6f6f72121a0a180a000a0909000000000000f03f0a09110000"
     "00000000f03f29000000000000f03f1a0c120a0a067468696e67731004";
 
-// Without the normalisation of a new polygon: the vertices are those that were stored.
+// Returns a polygon without normalisation, with the vertices as stored.
 Polygon PolygonOf(Ring outer, std::initializer_list<Ring> holes = {}) {
   Rings rings = {std::move(outer)};
   rings.insert(rings.end(), holes);
@@ -150,7 +150,7 @@ TEST(Version01Test, ObjectOfTodayIsLeftAsItIs) {
   }
 }
 
-// A message from a later version: a field that neither version knows is kept.
+// Fields of a later version, which neither version knows, are kept.
 TEST(Version01Test, OtherUnknownFieldsAreKept) {
   v1::Object desk;
   ASSERT_TRUE(desk.ParseFromString(Bytes(kDesk)));

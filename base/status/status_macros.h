@@ -1,4 +1,4 @@
-// Early returns for absl::Status and absl::StatusOr.
+// Macros for early returns with absl::Status and absl::StatusOr.
 //
 //   HYPERMAP_RETURN_IF_ERROR(file.Write(bytes));
 //   HYPERMAP_ASSIGN_OR_RETURN(const Layer* layer, snapshot.GetLayer(name));

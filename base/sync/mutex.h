@@ -1,6 +1,6 @@
-// Locks that both clang's thread safety analysis and ThreadSanitizer understand: std::mutex has no
-// annotations, and absl::Mutex is invisible to ThreadSanitizer unless abseil is built with it,
-// which no distribution's is.
+// Locks that both clang's thread safety analysis and ThreadSanitizer understand. std::mutex has no
+// annotations, and absl::Mutex is invisible to ThreadSanitizer unless abseil itself is built with
+// it, which no distribution does.
 #ifndef HYPERMAP_BASE_SYNC_MUTEX_H_
 #define HYPERMAP_BASE_SYNC_MUTEX_H_
 
@@ -12,11 +12,12 @@
 
 namespace hypermap {
 
+// A std::mutex with annotations. Not recursive.
 class ABSL_LOCKABLE Mutex {
  public:
   void lock() ABSL_EXCLUSIVE_LOCK_FUNCTION() { mutex_.lock(); }
   void unlock() ABSL_UNLOCK_FUNCTION() { mutex_.unlock(); }
-  // Tells the analysis, where it can't see it, that the caller holds this.
+  // Tells the analysis that the caller holds this, where it can't know; for example in a lambda.
   void AssertHeld() ABSL_ASSERT_EXCLUSIVE_LOCK() {}
 
  private:
@@ -37,12 +38,12 @@ class ABSL_SCOPED_LOCKABLE MutexLock {
   Mutex* const mutex_;
 };
 
-// Waits for a condition that another thread makes true.
+// A condition variable for Mutex.
 class CondVar {
  public:
-  // Gives the mutex up while waiting; may return for no reason.
+  // Releases the mutex while waiting. May wake up spuriously: call it in a loop.
   void Wait(Mutex* mutex) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex) { condition_.wait(*mutex); }
-  // Waits no longer than `timeout`.
+  // As Wait, for at most `timeout`.
   void WaitFor(Mutex* mutex, absl::Duration timeout) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex) {
     condition_.wait_for(*mutex, absl::ToChronoNanoseconds(timeout));
   }

@@ -21,20 +21,20 @@ using Bio = std::unique_ptr<BIO, FreedBy<BIO_free>>;
 using Certificate = std::unique_ptr<X509, FreedBy<X509_free>>;
 using Key = std::unique_ptr<EVP_PKEY, FreedBy<EVP_PKEY_free>>;
 
-// Reads from the text, which must live as long.
+// Reads from `pem`, which must outlive the result.
 Bio Open(const std::string& pem) {
   return Bio(BIO_new_mem_buf(pem.data(), static_cast<int>(pem.size())));
 }
 
-// Null when there is none.
+// Null if the text contains no certificate.
 Certificate FirstCertificate(const std::string& pem) {
   return Certificate(PEM_read_bio_X509(Open(pem).get(), nullptr, nullptr, nullptr));
 }
 
-// In place of asking at the terminal.
+// Callback for encrypted keys. Without it OpenSSL asks for the password at the terminal.
 int NoPassword(char* /*buffer*/, int /*size*/, int /*writing*/, void* /*data*/) { return -1; }
 
-// OpenSSL would tell its next caller of this thread of the error otherwise.
+// Also clears OpenSSL's error queue: gRPC's next call on this thread would find the error there.
 absl::Status Wrong(const char* what) {
   ERR_clear_error();
   return absl::InvalidArgumentError(what);

@@ -25,13 +25,13 @@ absl::StatusOr<std::string> ReadFile(const char* flag, const std::string& path) 
   errno = 0;
   std::ifstream file(path, std::ios::binary);
   std::ostringstream data;
-  // A folder can be opened, but not read.
+  // Opening a folder succeeds; only reading it fails.
   if (file.is_open()) data << file.rdbuf();
   if (errno != 0) return Named(flag, path, absl::InvalidArgumentError(std::strerror(errno)));
   return data.str();
 }
 
-// The content of a file that holds certificates.
+// The content of a file of certificates. INVALID_ARGUMENT if it contains none.
 absl::StatusOr<std::string> ReadCertificates(const char* flag, const std::string& path) {
   absl::StatusOr<std::string> pem = ReadFile(flag, path);
   if (!pem.ok()) return pem;

@@ -1,4 +1,4 @@
-// What hypermapd shows of itself to clients, and which clients it lets in.
+// The server's TLS credentials: its certificate, and the check of client certificates.
 #ifndef HYPERMAP_BASE_TLS_SERVER_CREDENTIALS_H_
 #define HYPERMAP_BASE_TLS_SERVER_CREDENTIALS_H_
 
@@ -14,21 +14,21 @@ namespace hypermap::server {
 
 // Paths of PEM files. All empty: no TLS.
 struct TlsFiles {
-  // --tls_cert: the server's certificate, then those that lead to its root.
+  // --tls_cert: the server's certificate, followed by the chain that leads to its root.
   std::string certificate;
-  // --tls_key: of that certificate; not encrypted.
+  // --tls_key: the key of that certificate, not encrypted.
   std::string key;
-  // --tls_client_ca: who signs the certificates of clients, which each client then must have.
-  // Empty: clients are not asked for one.
+  // --tls_client_ca: the authorities that sign client certificates, which all clients must then
+  // have. Empty: clients need no certificate.
   std::string client_ca;
 };
 
-// INVALID_ARGUMENT naming the flag that is missing, or whose file can't be read, is not what it
-// should be, or does not fit the other.
+// INVALID_ARGUMENT naming the flag that is missing, or whose file can't be read, has no certificate
+// or key, or does not match the other file.
 absl::Status CheckTlsFiles(const TlsFiles& files);
 
-// After CheckTlsFiles. The files are read again every few seconds: a renewed certificate is shown
-// to the clients that connect from then on, an unfit one is not taken.
+// Reads the files again every few seconds. New connections use a renewed certificate; an invalid
+// one is ignored. REQUIRES: CheckTlsFiles(files) is OK.
 std::shared_ptr<grpc::ServerCredentials> MakeServerCredentials(const TlsFiles& files);
 
 }  // namespace hypermap::server

@@ -1,4 +1,4 @@
-// Files that hypermapd is to serve with.
+// Tests of the files that hypermapd gets for TLS.
 #include "base/tls/server_credentials.h"
 
 #include <gmock/gmock.h>
@@ -34,7 +34,7 @@ class TlsFilesTest : public ::testing::Test {
     return {path(certificate), path(key), path(client_ca)};
   }
 
-  // Expects a refusal with both words.
+  // Expects an error whose message contains both the flag and the word.
   void ExpectRefused(const TlsFiles& files, const std::string& flag, const std::string& word) {
     const absl::Status status = CheckTlsFiles(files);
     EXPECT_TRUE(absl::IsInvalidArgument(status)) << status;

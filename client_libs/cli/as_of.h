@@ -1,4 +1,4 @@
-// A revision or a time as it is written on a command line.
+// Revisions and times on a command line.
 #ifndef HYPERMAP_CLIENT_LIBS_CLI_AS_OF_H_
 #define HYPERMAP_CLIENT_LIBS_CLI_AS_OF_H_
 
@@ -8,8 +8,8 @@
 
 namespace hypermap::cli {
 
-// Digits are a revision; else an RFC 3339 time such as 2026-03-01T12:30:00Z. INVALID_ARGUMENT for
-// anything else.
+// Parses digits as a revision, and anything else as an RFC 3339 time such as 2026-03-01T12:30:00Z.
+// INVALID_ARGUMENT if it is neither.
 absl::StatusOr<AsOf> ParseAsOf(absl::string_view text);
 
 }  // namespace hypermap::cli

@@ -1,4 +1,4 @@
-// What pictures of maps are drawn with: colours, a plan of the plane, a surface, a legend.
+// Tools for drawing maps: colours, the transform from the plane to pixels, a surface, a legend.
 #ifndef HYPERMAP_CLIENT_LIBS_CLI_CANVAS_H_
 #define HYPERMAP_CLIENT_LIBS_CLI_CANVAS_H_
 
@@ -15,12 +15,13 @@
 
 namespace hypermap::cli {
 
-// Pixels around the plan, between the lines of a text, and under the plan for the scale bar.
+// Margin around the plan, distance between lines of text, and height of the footer below the plan
+// for the scale bar. Pixels.
 inline constexpr double kMargin = 20.0;
 inline constexpr double kLineHeight = 21.0;
 inline constexpr double kFooter = 30.0;
 
-// Channels in [0, 1].
+// Channels are in [0, 1].
 struct Colour {
   double red = 0.0;
   double green = 0.0;
@@ -29,19 +30,20 @@ struct Colour {
 inline constexpr Colour kBlack{0.1, 0.1, 0.1};
 
 constexpr Colour Grey(double level) { return {level, level, level}; }
-// `share` of `a` and the rest of `b`.
+// Returns the mixture of `share` of `a` and 1 - `share` of `b`.
 Colour Mix(const Colour& a, const Colour& b, double share);
 
-// The colour of a class: the same for a label in each picture, however it is spelt.
+// The colour of a class. It is the same for a label in all pictures, and does not depend on the
+// label's spelling (case and blanks).
 Colour ColourOfLabel(absl::string_view label);
 
-// A box of the plane in pixels, its upper left corner one margin off that of the picture; y points
-// upwards.
+// Maps a box of the plane to pixels. The upper left corner of the box is one margin away from that
+// of the picture; y points up on the plane and down in pixels.
 class Plan {
  public:
   // `box` must have an area.
   Plan(const Box& box, double pixels_per_m);
-  // The scale at which the longer side of `box` has so many pixels.
+  // The scale at which the longer side of `box` has `longer_side` pixels.
   static double ScaleToFit(const Box& box, double longer_side);
 
   double width() const { return width_; }
@@ -59,20 +61,20 @@ class Plan {
   double height_;
 };
 
-// How a canvas is laid over another one.
+// Rule by which a canvas is combined with the one below it.
 enum class Blend {
   kOver,      // hides the lower canvas
   kMultiply,  // darkens the lower canvas
   kMask,      // keeps the lower canvas only where the upper one is opaque
 };
 
-// Draws on a surface that it owns, at places in pixels. Errors are returned by Png. One thread.
+// A drawing surface; positions are in pixels. Png returns the first error. Used by one thread.
 class Canvas {
  public:
-  // White.
+  // Makes a white canvas.
   Canvas(double width, double height);
   ~Canvas();
-  // As large, with nothing on it.
+  // Makes a transparent canvas of the same size.
   static Canvas Layer(const Canvas& below);
 
   int width() const;
@@ -82,7 +84,7 @@ class Canvas {
   void Outline(const Polygon& polygon, const Plan& plan, const Colour& c, double width,
                bool broken);
   void Line(const Point& from, const Point& to, const Colour& c, double width, bool broken);
-  // Through places of the plan.
+  // Draws a line through points of the plane.
   void Path(const std::vector<Point>& points, const Plan& plan, const Colour& c, double width);
   void Cross(const Point& at, double size, const Colour& c, double width = 1.5);
   void Disc(const Point& at, double radius, const Colour& c);
@@ -91,16 +93,16 @@ class Canvas {
   // `at` is the left end of the base line.
   void Text(const Point& at, const std::string& text);
   double TextWidth(const std::string& text) const;
-  // Fills the polygon with these corners and adds it to what is there. So parts of a pixel sum up,
-  // and polygons side by side show no seam. For polygons that do not overlap.
+  // Fills the polygon with these corners and adds its coverage to that of earlier calls, so that
+  // adjacent polygons show no seam where they share a pixel. The polygons must not overlap.
   void Add(const Ring& corners, const Plan& plan, const Colour& c, double opacity = 1.0);
   void Lay(const Canvas& upper, Blend blend);
 
-  // Until Unclip, only the plan is drawn on.
+  // Limits drawing to the plan until Unclip.
   void ClipTo(const Plan& plan);
   void Unclip();
 
-  // The bytes of a PNG.
+  // Returns the picture encoded as PNG.
   absl::StatusOr<std::string> Png() const;
 
  private:
@@ -114,8 +116,8 @@ class Canvas {
   const std::unique_ptr<Drawing> drawing_;
 };
 
-// The objects in the order in which they are drawn: the largest first, so that a thing on a table
-// is seen. `size_of(object)` is what they are compared by.
+// Returns the objects in drawing order, largest first, so that a thing on a table is visible.
+// `size_of(object)` is the size of an object.
 template <typename Object, typename SizeOf>
 std::vector<const Object*> LargestFirst(const std::vector<Object>& objects, SizeOf size_of) {
   std::vector<const Object*> sorted;
@@ -126,13 +128,13 @@ std::vector<const Object*> LargestFirst(const std::vector<Object>& objects, Size
   return sorted;
 }
 
-// A line below the plan whose length is a round number of metres.
+// Draws a line below the plan whose length is a round number of metres.
 void DrawScaleBar(Canvas& canvas, const Plan& plan);
 
-// Writes the lines of a legend from the top down. The canvas must outlive it. One thread.
+// Writes the lines of a legend from top to bottom. The canvas must outlive it. Used by one thread.
 class Legend {
  public:
-  // Where the text behind a sample begins, from the left.
+  // Distance of the text from the left, beside a sample.
   static constexpr double kIndent = 28.0;
 
   Legend(Canvas& canvas, const Point& top_left)
@@ -142,13 +144,14 @@ class Legend {
   void Square(const Colour& c, const std::string& text);
   void Line(const Colour& c, bool broken, const std::string& text);
   void Cross(const Colour& c, const std::string& text);
-  // A sample that `draw` puts with its lower left corner at a place, narrower than kIndent.
+  // Adds a line with a sample, which `draw` draws with its lower left corner at a given place. It
+  // must be narrower than kIndent.
   void Sample(const std::function<void(Canvas& canvas, const Point& at)>& draw,
               const std::string& text);
   void Gap() { y_ += kLineHeight / 2; }
 
  private:
-  // Writes the text behind a sample and goes to the next line.
+  // Writes the text beside a sample and moves to the next line.
   void TextBehind(const std::string& text);
 
   Canvas& canvas_;

@@ -18,7 +18,7 @@
 namespace hypermap::cli {
 namespace {
 
-// Shows an answer, or passes its error on.
+// Shows an answer, or returns its error.
 template <typename Answer>
 absl::Status ShowAnswer(const absl::StatusOr<Answer>& answer, Output& output) {
   if (!answer.ok()) return answer.status();
@@ -195,7 +195,7 @@ void AddLayerCommands(CLI::App& app, Command& selected) {
   });
 }
 
-// "ALIAS=LABEL,LABEL..."; nothing behind the sign takes the alias out.
+// Parses "ALIAS=LABEL,LABEL...". An alias without labels is deleted.
 absl::StatusOr<ValueAliases> ParseAliases(const std::vector<std::string>& texts) {
   ValueAliases aliases;
   for (const std::string& text : texts) {

@@ -30,8 +30,7 @@ std::string CellValues::Word(double value) const {
   if (!domain_) return "";
   const absl::StatusOr<CellCode> code = domain_->Encode(value);
   if (!code.ok()) return "";
-  // The words have no order that tells which value is whose, so each is asked as a question would
-  // be.
+  // The order of the words does not tell which value each stands for, so each is tried as a query.
   for (const std::string& word : properties_.words) {
     const absl::StatusOr<ValueQuery> query = ParseValueQuery(word);
     if (!query.ok()) continue;

@@ -1,5 +1,5 @@
-// The groups of commands. Each adds its subcommands to the parser; the one that a command line
-// names puts what is to be done into `selected`.
+// The groups of commands. Each function adds subcommands to the parser; parsing a command line then
+// stores the command that it names in `selected`.
 #ifndef HYPERMAP_CLIENT_LIBS_CLI_COMMANDS_H_
 #define HYPERMAP_CLIENT_LIBS_CLI_COMMANDS_H_
 
@@ -14,39 +14,39 @@
 
 namespace hypermap::cli {
 
-// What a command works with.
+// Everything that a command uses.
 struct Session {
   client::Client& client;
   std::istream& in;
   Output& output;
-  // How long a command may take.
+  // Maximum duration of a command.
   absl::Duration timeout;
 };
 
 using Command = std::function<absl::Status(Session&)>;
 
-// maps, map, layers, layer, alias, transforms, transform. `selected` must outlive the parser.
+// Adds maps, map, layers, layer, alias, transforms, transform. `selected` must outlive the parser.
 void AddCatalogCommands(CLI::App& app, Command& selected);
 
-// import, edit, export, backup.
+// Adds import, edit, export, backup.
 void AddTransferCommands(CLI::App& app, Command& selected);
 
-// query point, points, area, value, nearest.
+// Adds query point, points, area, value, nearest.
 void AddQueryCommands(CLI::App& app, Command& selected);
 
-// watch, changes, log.
+// Adds watch, changes, log.
 void AddWatchCommands(CLI::App& app, Command& selected);
 
-// rebuild, retract, explain.
+// Adds rebuild, retract, explain.
 void AddIngestCommands(CLI::App& app, Command& selected);
 
-// explore start, status, list, frontiers, stop.
+// Adds explore start, status, list, frontiers, stop.
 void AddExploreCommands(CLI::App& app, Command& selected);
 
-// eval.
+// Adds eval.
 void AddEvalCommand(CLI::App& app, Command& selected);
 
-// render.
+// Adds render.
 void AddRenderCommand(CLI::App& app, Command& selected);
 
 }  // namespace hypermap::cli

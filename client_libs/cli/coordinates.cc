@@ -59,7 +59,8 @@ absl::StatusOr<Polygon> ParsePolygon(const std::vector<std::string>& vertices) {
 }
 
 Polygon Everywhere() {
-  // Farther out nothing lies, and a turned corner still is a coordinate.
+  // Contents of maps lie within this distance, and a rotated corner of the square is still a valid
+  // coordinate.
   constexpr double kFar = 5e8;
   return Polygon::FromBox({{-kFar, -kFar}, {kFar, kFar}});
 }

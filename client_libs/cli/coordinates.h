@@ -1,4 +1,4 @@
-// Coordinates as they are written on a command line.
+// Coordinates on a command line.
 #ifndef HYPERMAP_CLIENT_LIBS_CLI_COORDINATES_H_
 #define HYPERMAP_CLIENT_LIBS_CLI_COORDINATES_H_
 
@@ -12,19 +12,20 @@
 
 namespace hypermap::cli {
 
-// The double nearest to the decimal number. INVALID_ARGUMENT for anything else.
+// Returns the double nearest to the decimal number. INVALID_ARGUMENT if the text is not a finite
+// number.
 absl::StatusOr<double> ParseNumber(absl::string_view text);
 
-// "X,Y" in metres.
+// Parses "X,Y" in metres.
 absl::StatusOr<Point> ParsePoint(absl::string_view text);
 
-// "X,Y,YAW" in metres and radians.
+// Parses "X,Y,YAW" in metres and radians.
 absl::StatusOr<PlanarTransform> ParsePose(absl::string_view text);
 
-// The polygon with these vertices ("X,Y"). INVALID_ARGUMENT as Polygon::Make.
+// Returns the polygon with these vertices ("X,Y"). INVALID_ARGUMENT as for Polygon::Make.
 absl::StatusOr<Polygon> ParsePolygon(const std::vector<std::string>& vertices);
 
-// A square that holds all that a map has, in each of its frames.
+// Returns a square that contains everything on a map, in each of its frames.
 Polygon Everywhere();
 
 }  // namespace hypermap::cli

@@ -1,4 +1,4 @@
-// Answers in the words of a line, for people.
+// Describes parts of answers in one line, for people.
 #ifndef HYPERMAP_CLIENT_LIBS_CLI_DESCRIBE_H_
 #define HYPERMAP_CLIENT_LIBS_CLI_DESCRIBE_H_
 
@@ -22,21 +22,22 @@ namespace hypermap::cli {
 
 std::string DescribePoint(const Point& p);
 std::string DescribePose(const PlanarTransform& pose);
-// UTC, with milliseconds.
+// UTC with milliseconds.
 std::string DescribeTime(absl::Time time);
-// "1 cell", "2 cells".
+// Returns "1 cell", "2 cells".
 std::string Counted(int64_t count, absl::string_view noun);
-// The kind of a layer, with the rule of an exploration layer.
+// The kind of a layer; for an exploration layer also its rule.
 std::string DescribeKind(const LayerSpec& spec);
-// Empty for a value.
+// Empty for AnswerStatus::kValue.
 std::string DescribeStatus(AnswerStatus status);
-// "all", or the names of the kinds: "line_string, point".
+// Returns "all" or the names of the kinds, such as "line_string, point".
 std::string DescribeShapeKinds(const ShapeKinds& kinds);
-// The area of a polygon ("0.5 m²"), the length of a line string ("8 m"), nothing of a point.
+// The area of a polygon ("0.5 m²") or the length of a line string ("8 m"); empty for a point.
 std::string DescribeExtent(const Shape& shape);
 std::string DescribeObject(const SemanticObject& object);
-// The layer's content at one of the points. `values` are those of the layer's kind; `next_hit` runs
-// through its hits, point after point.
+// The layer's content at the point with index `point`. `values` must be made for the layer's kind.
+// `next_hit` is the index of the next hit; it must be 0 for the first point, and points must be
+// described in order.
 std::string DescribeContent(const client::LayerPoints& layer, const CellValues& values,
                             size_t point, size_t* next_hit);
 std::string DescribeChange(const client::MapChange& change);

@@ -26,7 +26,7 @@ struct EvalOptions {
   std::string image_path;
 };
 
-// A live layer's objects in a frame, and the revision they are of.
+// Objects of a layer on the server, in some frame, and the revision at which they were read.
 struct LiveObjects {
   Revision revision = 0;
   std::vector<SemanticObject> objects;
@@ -54,7 +54,7 @@ absl::StatusOr<LiveObjects> ReadLayer(client::Client& client, const std::string&
   return live;
 }
 
-// The truth, of a file or of a live layer.
+// Reads the ground truth from a file or from a layer on the server.
 absl::StatusOr<PlacedObjects> GetTruth(const EvalOptions& options, client::Client& client) {
   if (!options.truth_path.empty()) return ReadTruth(options.truth_path, options.truth_layer);
   const std::string& layer = options.truth_layer.empty() ? options.layer : options.truth_layer;

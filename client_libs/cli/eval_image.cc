@@ -14,7 +14,7 @@ constexpr double kLegendWidth = 260.0;
 constexpr Colour kMissed{0.0, 0.25, 0.9};
 constexpr Colour kUnpaired{0.85, 0.0, 0.0};
 
-// All polygons with half a metre around; a metre where there is nothing.
+// A box around all polygons with a margin of half a metre. One metre wide if there are none.
 Box BoxOf(const std::vector<evaluation::Object>& truth,
           const std::vector<evaluation::Object>& map) {
   Box box;

@@ -12,7 +12,7 @@ namespace {
 using evaluation::Evaluate;
 using evaluation::Object;
 
-// The colours of the plan, without the legend at its right.
+// The colours of the plan, without the legend on its right.
 std::set<uint32_t> ColoursOfThePlan(const std::vector<Object>& truth,
                                     const std::vector<Object>& map) {
   const auto png = DrawEvaluation(truth, map, Evaluate(truth, map));

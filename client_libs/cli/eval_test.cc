@@ -1,4 +1,4 @@
-// The command eval: which objects it compares, and what it says of them.
+// Tests of the command eval: the objects that it compares, and its output.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -25,7 +25,7 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
 
-// A square metre with its lower left corner at (x, y).
+// A square of 1 m with its lower left corner at (x, y).
 json Square(double x, double y) {
   return {{"type", "Polygon"},
           {"coordinates", {{{x, y}, {x + 1, y}, {x + 1, y + 1}, {x, y + 1}, {x, y}}}}};
@@ -57,7 +57,8 @@ struct Outcome {
 class EvalTest : public ::testing::Test {
  protected:
   EvalTest() {
-    // A chair half a metre off, a second one on it, a TV by another name, and a plant that is none.
+    // A chair half a metre off, a second chair that overlaps it, a TV with another name, and a
+    // plant that does not exist.
     v1::LayerPart part;
     part.set_layer("things");
     part.set_kind(v1::LAYER_KIND_SEMANTIC);

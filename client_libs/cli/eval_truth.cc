@@ -14,7 +14,7 @@
 namespace hypermap::cli {
 namespace {
 
-// The name that the objects of a GeoJSON file get as a layer.
+// Name of the layer to which the objects of a GeoJSON file are decoded.
 constexpr char kGeoJsonLayer[] = "truth";
 
 absl::StatusOr<storage::ImportedMap> Decode(client::FileFormat format, const std::string& data) {
@@ -29,7 +29,7 @@ absl::StatusOr<storage::ImportedMap> Decode(client::FileFormat format, const std
   return absl::InvalidArgumentError("holds no objects");
 }
 
-// The layer that is meant among those that the file makes.
+// Finds the named layer, or the only one, among the layers that the file creates.
 absl::StatusOr<LayerSpec> FindLayer(const EditBatch& batch, const std::string& name) {
   std::vector<LayerSpec> found;
   for (const Edit& edit : batch.edits) {

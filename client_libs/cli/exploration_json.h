@@ -1,4 +1,4 @@
-// Explorations as JSON.
+// Converts reports about explorations to JSON.
 #ifndef HYPERMAP_CLIENT_LIBS_CLI_EXPLORATION_JSON_H_
 #define HYPERMAP_CLIENT_LIBS_CLI_EXPLORATION_JSON_H_
 

@@ -13,7 +13,7 @@ namespace {
 
 std::string Percent(double fraction) { return FormatNumber(100.0 * fraction, 1); }
 
-// "active", "ended: only unreachable left".
+// Returns "active", or for example "ended: only unreachable left".
 std::string DescribeState(const Exploration& exploration) {
   const std::string state(ExplorationStateName(exploration.state));
   const std::string reason =
@@ -21,7 +21,7 @@ std::string DescribeState(const Exploration& exploration) {
   return reason.empty() ? state : absl::StrCat(state, ": ", reason);
 }
 
-// A blank line before each table but the first.
+// Prints tables, with a blank line before each but the first.
 class Tables {
  public:
   explicit Tables(std::ostream& out) : out_(out) {}

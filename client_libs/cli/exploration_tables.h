@@ -10,16 +10,15 @@
 
 namespace hypermap::cli {
 
-// The exploration in a line: "exploration 3 of floor into seen: active, 87.1 % seen, 0.5 m²/s".
+// The exploration in one line: "exploration 3 of floor into seen: active, 87.1 % seen, 0.5 m²/s".
 std::string DescribeExploration(const ExplorationReport& report);
 
-// How much of the floor has been seen, the goals, the places given up; what there is none of is
-// left out.
+// Prints progress, goals and unreachable places. Empty tables are left out.
 void PrintExploration(const ExplorationReport& report, std::ostream& out);
-// A row each.
+// Prints one row for each exploration.
 void PrintExplorations(const std::vector<client::ExplorationEntry>& explorations,
                        std::ostream& out);
-// A row each, then the cells where they were asked for.
+// Prints one row for each frontier, then the cells if they were requested.
 void PrintFrontiers(const std::vector<client::FrontierEntry>& frontiers, std::ostream& out);
 
 }  // namespace hypermap::cli

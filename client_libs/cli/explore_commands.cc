@@ -119,7 +119,7 @@ void AddStartOptions(CLI::App& start, ExploreOptions& options) {
       ->capture_default_str();
 }
 
-// A subcommand for a map, with what it does.
+// Adds a subcommand for a map, with its action.
 CLI::App* AddSubcommand(CLI::App& explore, const std::string& name, const std::string& description,
                         const std::shared_ptr<ExploreOptions>& options, Command& selected,
                         absl::Status (*run)(const ExploreOptions&, Session&)) {

@@ -1,4 +1,4 @@
-// The commands explore: what they ask, what they show, how they fail.
+// Tests of the explore commands: requests, output and errors.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -40,7 +40,7 @@ constexpr char kEnded[] =
     "area { outer { xs: [0, 3, 3] ys: [0, 0, 2] } } occupancy_layer: 'floor' "
     "exploration_layer: 'seen' start_time { } end_time { seconds: 5 } }";
 
-// One that is under way and one that has ended.
+// One active exploration and one that has ended.
 Script Explorations() {
   const std::string active = kActive, ended = kEnded;
   Script script;

@@ -15,7 +15,7 @@
 namespace hypermap::cli {
 namespace {
 
-// The integers that features have as ids.
+// The ids of features that are integers.
 std::set<ObjectId> IdsOf(absl::string_view geojson) {
   std::set<ObjectId> ids;
   const auto root = nlohmann::json::parse(geojson.begin(), geojson.end(), nullptr,
@@ -33,8 +33,8 @@ std::set<ObjectId> IdsOf(absl::string_view geojson) {
   return ids;
 }
 
-// A map whose layer has an object for each of the ids, so that the decoder takes each id for that
-// of an object to replace or delete.
+// A map whose layer has an object for each of the ids, so that the decoder takes each id for an
+// existing object that is to be replaced or deleted.
 Snapshot Pretend(const LayerSpec& layer, const std::string& frame_id,
                  const std::set<ObjectId>& ids) {
   Snapshot snapshot;
@@ -55,7 +55,7 @@ Snapshot Pretend(const LayerSpec& layer, const std::string& frame_id,
   return snapshot;
 }
 
-// Sets the conditions on one edit.
+// Sets the conditions of one edit.
 struct Conditioner {
   const EditConditions& conditions;
 

@@ -1,4 +1,4 @@
-// The features of a GeoJSON file as edits that can have conditions and a time to live.
+// Converts the features of a GeoJSON file to edits with conditions and expiry.
 #ifndef HYPERMAP_CLIENT_LIBS_CLI_FEATURE_EDITS_H_
 #define HYPERMAP_CLIENT_LIBS_CLI_FEATURE_EDITS_H_
 
@@ -15,11 +15,11 @@
 namespace hypermap::cli {
 
 struct EditConditions {
-  // Of the objects that are put.
+  // For the objects that are put.
   std::optional<absl::Duration> time_to_live = std::nullopt;
-  // Of each object that is replaced or deleted.
+  // For each object that is replaced or deleted.
   std::optional<Revision> if_version = std::nullopt;
-  // Of the layer.
+  // For the layer.
   std::optional<Revision> if_layer_version = std::nullopt;
 
   bool any() const { return time_to_live || if_version || if_layer_version; }
@@ -30,9 +30,9 @@ struct FeatureEdits {
   std::vector<std::string> repairs;
 };
 
-// Edits of a layer that is there. Unlike an import, a feature whose id is no object's is left for
-// the server to refuse. `frame_id` is the map's own. INVALID_ARGUMENT for a time to live or a
-// version of what is no object.
+// Returns edits of an existing layer. A feature whose id is no object's becomes an edit that the
+// server refuses, whereas an import would create an object. `frame_id` is the map's own frame.
+// INVALID_ARGUMENT if a condition is set for a feature that is not an object.
 absl::StatusOr<FeatureEdits> ReadFeatureEdits(absl::string_view geojson, const LayerSpec& layer,
                                               const std::string& frame_id,
                                               const EditConditions& conditions);

@@ -15,7 +15,7 @@ struct KnownFormat {
   ExportFormat format;
 };
 
-// The first of a name's extensions is the usual one.
+// If a format has several extensions, the first is the usual one.
 constexpr KnownFormat kFormats[] = {
     {"hmap", ".hmap", client::FileFormat::kHmap},
     {"nav2", ".yaml", client::FileFormat::kNav2},

@@ -1,4 +1,4 @@
-// Which format a file has, by its name or by the one that was asked for.
+// Determines file formats from their name or from the extension of a path.
 #ifndef HYPERMAP_CLIENT_LIBS_CLI_FILE_FORMATS_H_
 #define HYPERMAP_CLIENT_LIBS_CLI_FILE_FORMATS_H_
 
@@ -15,11 +15,11 @@ struct GeoPackage {};
 
 using ExportFormat = std::variant<client::FileFormat, GeoPackage>;
 
-// `name` is hmap, nav2, geojson or gpkg; empty: by the extension of `path`. INVALID_ARGUMENT when
-// neither tells.
+// `name` is hmap, nav2, geojson or gpkg; if empty, the extension of `path` decides.
+// INVALID_ARGUMENT if neither is known.
 absl::StatusOr<ExportFormat> ExportFormatOf(const std::string& name, const std::string& path);
 
-// As ExportFormatOf, without gpkg.
+// The same, without gpkg.
 absl::StatusOr<client::FileFormat> ImportFormatOf(const std::string& name, const std::string& path);
 
 }  // namespace hypermap::cli

@@ -1,4 +1,4 @@
-// Whole files in, complete files out.
+// Reads files, and writes files atomically.
 #ifndef HYPERMAP_CLIENT_LIBS_CLI_FILE_IO_H_
 #define HYPERMAP_CLIENT_LIBS_CLI_FILE_IO_H_
 
@@ -11,21 +11,22 @@
 
 namespace hypermap::cli {
 
-// NOT_FOUND, PERMISSION_DENIED and the like, naming the file.
+// Errors name the file: NOT_FOUND, PERMISSION_DENIED and the like.
 absl::StatusOr<std::string> ReadFile(const std::string& path);
 
-// A file that appears under its name complete or not at all: written beside it under another name,
-// and renamed. One thread.
+// Writes a file that appears under its name either complete or not at all: it is written in the
+// same folder under a temporary name and then renamed. Used by one thread.
 class OutputFile {
  public:
   static absl::StatusOr<std::unique_ptr<OutputFile>> Create(const std::string& path);
-  // Removes what was written when it was not committed.
+  // Deletes the temporary file unless it was committed.
   ~OutputFile();
   OutputFile(const OutputFile&) = delete;
   OutputFile& operator=(const OutputFile&) = delete;
 
   absl::Status Append(absl::string_view data);
-  // Puts the file on disk under its name, in place of one that may be there. Once, at the end.
+  // Syncs the file to disk and renames it, replacing an existing file. Must be called at most once,
+  // at the end.
   absl::Status Commit();
 
  private:

@@ -1,4 +1,4 @@
-// A grid's answer in a few numbers.
+// Summarises the answer of a grid in a few numbers.
 #ifndef HYPERMAP_CLIENT_LIBS_CLI_GRID_SUMMARY_H_
 #define HYPERMAP_CLIENT_LIBS_CLI_GRID_SUMMARY_H_
 
@@ -11,22 +11,22 @@
 
 namespace hypermap::cli {
 
-// Counts the cells of one layer's parts, without keeping them. One thread.
+// Counts the cells in the parts of one layer, without keeping them. Used by one thread.
 class GridSummary {
  public:
-  // `first` names the layer and its geometry; it must have a grid. Its runs are not added.
+  // `first` gives the layer and its geometry, and must have a grid. Its runs are not added.
   explicit GridSummary(const client::LayerPart& first);
 
   const std::string& layer() const { return layer_; }
   void Add(const CellRun& run);
 
   int64_t cells() const { return known_ + unknown_; }
-  // Square metres.
+  // In square metres.
   double Area() const { return AreaOf(cells()); }
-  // The cells' values: "0.02 to 1, mean 0.31; 2.5 m² unknown", or "75 % explored" where cells hold
-  // one of two values.
+  // The cells' values: "0.02 to 1, mean 0.31; 2.5 m² unknown", or "75 % explored" if cells hold one
+  // of two values.
   std::string DescribeValues() const;
-  // The box of the cells in the frame of the answer: "(0, 0) to (20, 12)"; empty without cells.
+  // The box of the cells in the frame of the answer: "(0, 0) to (20, 12)". Empty if there are none.
   std::string DescribeExtent() const;
 
  private:

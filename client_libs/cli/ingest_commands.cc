@@ -24,7 +24,7 @@ struct FusionOptions {
   ObjectId object_id = 0;
 };
 
-// Splits NAME=NUMBER. False when it is not of that form.
+// Splits NAME=NUMBER. Returns false if the text is not of that form.
 bool ParseParameter(const std::string& text, std::string* name, double* value) {
   const size_t equals = text.find('=');
   if (equals == std::string::npos || equals == 0) return false;
@@ -32,7 +32,7 @@ bool ParseParameter(const std::string& text, std::string* name, double* value) {
   return absl::SimpleAtod(text.substr(equals + 1), value);
 }
 
-// RFC 3339, or seconds since 1970.
+// Parses an RFC 3339 time or seconds since 1970.
 bool ParseStamp(const std::string& text, absl::Time* time) {
   if (absl::ParseTime(absl::RFC3339_full, text, time, nullptr)) return true;
   absl::Duration since_epoch;

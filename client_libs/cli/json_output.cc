@@ -39,14 +39,16 @@ Json ContentJson(const client::LayerContent& content) {
   };
 }
 
-// The nearest double with so many digits as make it the same float again.
+// Returns the double with the fewest digits that rounds to `value`, so that a float is printed
+// without the digits of its conversion to double.
 double Short(float value) {
   char text[32];
   *std::to_chars(text, text + sizeof(text) - 1, value).ptr = '\0';
   return std::strtod(text, nullptr);
 }
 
-// What the layer has at one of the points. `next_hit` runs through its hits, point after point.
+// The layer's content at the point with index `point`. `next_hit` is the index of the next hit;
+// points are printed in order.
 Json ContentJson(const client::LayerPoints& layer, bool is_binary, size_t point, size_t* next_hit) {
   const bool is_grid = !layer.values.empty();
   const AnswerStatus status = is_grid ? layer.statuses[point] : layer.status;
@@ -335,8 +337,8 @@ class JsonOutput : public Output {
     return json.dump(/*indent=*/-1, ' ', /*ensure_ascii=*/false, Json::error_handler_t::replace);
   }
 
-  // One line for all runs of a layer, whatever parts they came in. Written run by run: a document
-  // of millions of them would take many times the room.
+  // Prints one line for all runs of a layer, from however many parts they came. It is printed run
+  // by run, because a JSON document of millions of runs would take many times their memory.
   void FlushGrid() {
     out_ << "{\"layer\":" << Dump(grid_->layer) << ",\"grid\":" << Dump(GridJson(*grid_->grid))
          << ",\"runs\":[";

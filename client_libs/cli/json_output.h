@@ -1,5 +1,5 @@
-// Answers as JSON: one document, or for streams one a line. Numbers are written so that they read
-// back as the same double; what is not finite is null.
+// Prints answers as JSON: one document, or for streams one document per line. Numbers are printed
+// so that they read back as the same double; numbers that are not finite are null.
 #ifndef HYPERMAP_CLIENT_LIBS_CLI_JSON_OUTPUT_H_
 #define HYPERMAP_CLIENT_LIBS_CLI_JSON_OUTPUT_H_
 

@@ -1,4 +1,4 @@
-// The parts of answers as JSON.
+// Converts parts of answers to JSON.
 #ifndef HYPERMAP_CLIENT_LIBS_CLI_JSON_VALUES_H_
 #define HYPERMAP_CLIENT_LIBS_CLI_JSON_VALUES_H_
 
@@ -24,22 +24,22 @@ using Json = nlohmann::ordered_json;
 
 std::string Text(absl::string_view text);
 Json PointJson(const Point& p);
-// Its rings, each closed, as in GeoJSON.
+// The rings of the polygon, each closed, as in GeoJSON.
 Json PolygonJson(const Polygon& polygon);
 // RFC 3339, UTC.
 Json TimeJson(absl::Time time);
-// The object without its version, by which equal objects of two maps differ. Its coordinates are
-// the member "polygon" (rings), "line_string" (points) or "point".
+// The object without its version, which may differ between equal objects of two maps. The
+// coordinates are in the member "polygon" (rings), "line_string" (points) or "point".
 Json EntityJson(const SemanticObject& object);
 Json PoseJson(const PlanarTransform& pose);
 Json GridJson(const GridGeometry& grid);
-// A bit as 0 or 1, a number as it is, unknown as null. `is_binary` as in LayerProperties.
+// 0 or 1 if `is_binary` (see LayerProperties), otherwise the number; null if unknown.
 Json CellValueJson(bool is_binary, const std::optional<double>& value);
 // [row, col_begin, col_end, value].
 Json RunJson(bool is_binary, const CellRun& run);
 Json TransformJson(const FrameTransform& transform);
 Json LayerJson(const client::LayerEntry& layer);
-// What changed, apart from when: "layer", "op", and what the op has.
+// A change without its revision and time: "layer", "op", and the members of that op.
 Json ChangeJson(const client::MapChange& change);
 
 }  // namespace hypermap::cli

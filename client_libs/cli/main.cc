@@ -6,9 +6,10 @@
 #include "client_libs/cli/run.h"
 
 int main(int argc, char** argv) {
-  // What gRPC has to say of a failed call stands in its status; an error is one line.
+  // Silences gRPC's log, since the status of a failed call says everything and an error is printed
+  // as one line.
   setenv("GRPC_VERBOSITY", "NONE", /*overwrite=*/0);
-  std::ios::sync_with_stdio(false);  // nothing here writes with stdio
+  std::ios::sync_with_stdio(false);  // nothing here uses stdio
   return hypermap::cli::Run(std::vector<std::string>(argv + 1, argv + argc), std::cin, std::cout,
                             std::cerr);
 }

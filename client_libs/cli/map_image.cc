@@ -12,9 +12,9 @@
 namespace hypermap::cli {
 namespace {
 
-constexpr double kMostOpaque = 0.85;  // a polygon whose existence is certain
+constexpr double kMostOpaque = 0.85;  // opacity of a polygon whose existence is certain
 
-// The colour of a cell; nullopt where nothing is drawn.
+// The colour of a cell; nullopt if it is not drawn.
 std::optional<Colour> ColourOfCell(const GridScene& grid, const std::optional<double>& value) {
   const bool is_floor = grid.style == GridStyle::kFloor;
   if (!value.has_value()) return is_floor ? std::optional(kUnknown) : std::nullopt;
@@ -40,7 +40,7 @@ Ring CornersOf(const CellRun& run, const GridGeometry& geometry) {
           t * Point{left, high}};
 }
 
-// Puts the grids of a scene on a canvas, one over the other.
+// Draws the grids of a scene on a canvas, one over the other.
 class GridPainter {
  public:
   GridPainter(const MapScene& scene, const ReadCells& read_cells, const Plan& plan, Canvas& canvas)
@@ -53,7 +53,7 @@ class GridPainter {
     floor_.ClipTo(plan);
   }
 
-  // Floors lie below the grids that darken or tint them.
+  // Floors are drawn before the grids that darken or tint them.
   absl::Status Paint() {
     for (const bool below : {true, false}) {
       for (const GridScene& grid : scene_.grids) {
@@ -99,7 +99,7 @@ class GridPainter {
     return areas;
   }
 
-  // The floor as if nothing of it had been seen.
+  // Draws all floor as unexplored; explored cells are drawn over it.
   void DrawUnexplored(const std::vector<const Polygon*>& areas, Canvas& shade) const {
     shade.Fill(Polygon::FromBox(scene_.box), plan_, kNotToExplore, 1.0);
     for (const Polygon* area : areas) shade.Fill(*area, plan_, kDarkened, 1.0);
@@ -130,7 +130,7 @@ void DrawObject(Canvas& canvas, const Plan& plan, const DrawnObject& object) {
   }
 }
 
-// Lines and points have no area and come last, points on lines.
+// Line strings and points have no area, so they are drawn last, points over lines.
 void DrawObjects(Canvas& canvas, const Plan& plan, const std::vector<DrawnObject>& objects) {
   const auto size_of = [](const DrawnObject& object) {
     return std::pair(Area(object.shape), Length(object.shape));

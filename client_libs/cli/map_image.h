@@ -1,4 +1,4 @@
-// A picture of a map: its layers on top of each other, as in the figures of the Hypermap paper.
+// Draws a map: its layers on top of each other, as in the figures of the Hypermap paper.
 #ifndef HYPERMAP_CLIENT_LIBS_CLI_MAP_IMAGE_H_
 #define HYPERMAP_CLIENT_LIBS_CLI_MAP_IMAGE_H_
 
@@ -19,14 +19,14 @@ struct MapImage {
 };
 
 using DrawRun = std::function<void(const GridGeometry& geometry, const CellRun& run)>;
-// Gives all runs of a grid layer to `draw`, in the frame of the scene.
+// Passes all runs of a grid layer to `draw`, in the frame of the scene.
 using ReadCells = std::function<absl::Status(const std::string& layer, const DrawRun& draw)>;
 
-// Draws the grids of the scene, each in its style: floors in grey, free light and occupied dark;
-// over them tints by value; unexplored area darkened. Then the objects in the colour of their
-// class, faint where their existence is in doubt: polygons filled, line strings stroked, points as
-// discs. Then the borders of explorations, the goals and paths of robots, a legend and a scale.
-// North (y) is up. Cells are drawn as they come, none is kept. Errors are those of `read_cells`.
+// Draws, from bottom to top: floors in grey (free is light, occupied is dark); tints of other grids
+// by value; shade over unexplored area; objects in the colour of their class, paler if their
+// existence is uncertain (polygons filled, line strings stroked, points as discs); borders of
+// explorations; goals and paths of robots. Adds a legend and a scale. North (y) is up. Cells are
+// drawn as they arrive and are not kept. Errors are those of `read_cells`.
 absl::StatusOr<MapImage> DrawMap(const MapScene& scene, const ReadCells& read_cells);
 
 }  // namespace hypermap::cli

@@ -16,7 +16,7 @@
 namespace hypermap::cli {
 namespace {
 
-// A metre is so many pixels, and a cell is a metre.
+// Pixels per metre. A cell is one metre wide.
 constexpr double kScale = 20.0;
 
 struct Grid {
@@ -24,7 +24,7 @@ struct Grid {
   std::vector<CellRun> runs;
 };
 
-// The box (0, 0) to (4, 4) drawn with what the grids hold.
+// Draws the box (0, 0) to (4, 4) with the cells of the grids.
 Pixels Draw(MapScene scene, const std::map<std::string, Grid>& grids) {
   scene.box = {{0, 0}, {4, 4}};
   scene.pixels_per_m = kScale;
@@ -44,7 +44,7 @@ GridScene SeenScene(const std::string& layer) {
   return {layer, GridStyle::kShade, 0, 1, "unexplored", "explored"};
 }
 
-// The colour of the pixel that holds a point of the map.
+// The colour of the pixel at a point of the map.
 uint32_t ColourAt(const Pixels& pixels, double x, double y) {
   return pixels.At(static_cast<int>(kMargin + x * kScale),
                    static_cast<int>(kMargin + (4 - y) * kScale));
@@ -102,7 +102,7 @@ TEST(MapImageTest, ValuesAreComparedWithTheRangeOfTheScene) {
 TEST(MapImageTest, ATurnedGridIsDrawnTurned) {
   MapScene scene;
   scene.grids = {kFloorScene};
-  // The square of the cell stands on its corner at (2, 1) and reaches up to (2, 1 + sqrt(2)).
+  // The cell is a square that stands on its corner at (2, 1) and reaches up to (2, 1 + sqrt(2)).
   const Grid grid{{PlanarTransform(2, 1, std::acos(-1) / 4), 1.0}, {{0, 0, 1, 1.0}}};
   const Pixels pixels = Draw(scene, {{"floor", grid}});
   EXPECT_EQ(ColourAt(pixels, 2.0, 1.2), 0x141414u);
@@ -186,7 +186,7 @@ TEST(MapImageTest, PointsLieOnLinesAndLinesOnPolygons) {
   EXPECT_EQ(ColourAt(pixels, 1.3, 2), RgbOf(ColourOfLabel("lane")));
 }
 
-// The pixels beside the plan, where the legend is, that have the colour.
+// Counts the pixels of a colour right of the plan, where the legend is.
 int PixelsOfTheLegend(const Pixels& pixels, const Colour& c) {
   int count = 0;
   for (int y = 0; y < pixels.height(); ++y) {
@@ -227,8 +227,8 @@ TEST(MapImageTest, TheBorderOfTheAreaIsDrawnAndNothingBeyondThePlan) {
   EXPECT_EQ(ColourAt(Draw(scene, {}), 3.0, 3.5), 0x0040E6u);
 }
 
-// Floor in the lower half, of which (0, 0) to (1, 1) has been seen; the left three quarters are to
-// be explored.
+// The lower half is floor, of which (0, 0) to (1, 1) is explored. The area to explore is the left
+// three quarters.
 MapScene ExplorationScenes() {
   MapScene scene;
   scene.grids = {kFloorScene, SeenScene("seen")};
@@ -267,7 +267,7 @@ TEST(MapImageTest, AnExplorationOfAnotherLayerDarkensNothing) {
   EXPECT_EQ(ColourAt(Draw(scene, kHalfSeen), 1.5, 0.5), 0xF8F8F8u);
 }
 
-// Whether a pixel between two points of the map has this colour.
+// Whether a pixel on the line between two points of the map has this colour.
 bool HasColour(const Pixels& pixels, const Colour& c, const Point& from, const Point& to) {
   const uint32_t wanted = RgbOf(c);
   constexpr int kSteps = 200;
@@ -341,7 +341,7 @@ std::string HexOf(const Colour& c) {
                          std::lround(255 * c.blue));
 }
 
-// Golden: pictures of today and of last year are compared.
+// Golden values, because people compare new pictures with old ones.
 TEST(ColourOfLabelTest, IsThatOfTheLabelHoweverSpelt) {
   EXPECT_EQ(HexOf(ColourOfLabel("chair")), "#264ca6");
   EXPECT_EQ(HexOf(ColourOfLabel("couch")), "#99f2dd");

@@ -103,8 +103,8 @@ void MapLegend::AddRobots(const std::vector<RobotPath>& paths, const RobotColour
   AddGap();
 }
 
-// The classes with the number of their objects, the most frequent first. A class that has several
-// kinds of shape gets a row for each.
+// Adds the classes with their numbers of objects, most frequent first. A class with several kinds
+// of shape gets a row for each kind.
 void MapLegend::AddClasses(const std::vector<DrawnObject>& objects) {
   if (objects.empty()) return;
   AddText(absl::StrCat("objects  ", objects.size()));

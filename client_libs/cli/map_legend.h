@@ -1,4 +1,4 @@
-// The legend beside the picture of a map.
+// The legend of a map's picture.
 #ifndef HYPERMAP_CLIENT_LIBS_CLI_MAP_LEGEND_H_
 #define HYPERMAP_CLIENT_LIBS_CLI_MAP_LEGEND_H_
 
@@ -14,12 +14,12 @@
 
 namespace hypermap::cli {
 
-// Takes as many columns as it needs, up to a limit; rows beyond that are counted in its last line.
+// Uses as many columns as it needs, up to a limit. Its last line counts the rows that do not fit.
 class MapLegend {
  public:
   MapLegend(const MapScene& scene, const RobotColours& robots, const Plan& plan);
 
-  // Pixels.
+  // In pixels.
   double width() const { return static_cast<double>(num_columns()) * column_width_; }
   double height() const;
 
@@ -40,7 +40,7 @@ class MapLegend {
   void AddText(std::string text);
   void AddSquare(const Colour& c, std::string text);
   void AddGap();
-  // Replaces the rows that do not fit by a line with their number.
+  // Replaces the rows that do not fit by one line with their number.
   void CutShort();
 
   size_t num_columns() const { return (rows_.size() + rows_per_column_ - 1) / rows_per_column_; }

@@ -1,4 +1,4 @@
-// The parts of a map's picture, as values.
+// The content of a map's picture, as plain values.
 #ifndef HYPERMAP_CLIENT_LIBS_CLI_MAP_SCENE_H_
 #define HYPERMAP_CLIENT_LIBS_CLI_MAP_SCENE_H_
 
@@ -14,11 +14,11 @@
 
 namespace hypermap::cli {
 
-// How the cells of a grid are drawn.
+// Style in which the cells of a grid are drawn.
 enum class GridStyle {
-  // Grey, from light at `low` (free) to dark at `high` (occupied); below all other grids.
+  // Grey, from light at `low` (free) to dark at `high` (occupied). Drawn below all other grids.
   kFloor,
-  // Two values: cells at `low` darken the picture below, those at `high` leave it as it is.
+  // For two values: cells at `low` darken the picture below, cells at `high` leave it as it is.
   kShade,
   // A tint over the picture below, from faint at `low` to strong at `high`.
   kTint,
@@ -28,43 +28,43 @@ enum class GridStyle {
 struct GridScene {
   std::string layer;
   GridStyle style = GridStyle::kTint;
-  // The values that have the colours of the two ends, and their names in the legend.
+  // The values drawn in the colours of the two ends, and the names of these values in the legend.
   double low = 0.0;
   double high = 1.0;
   std::string low_name;
   std::string high_name;
 
-  // 0 at `low`, 1 at `high`.
+  // Returns 0 at `low` and 1 at `high`, linear in between.
   double ShareOf(double value) const {
     return high > low ? std::clamp((value - low) / (high - low), 0.0, 1.0) : 0.0;
   }
 };
 
-// The members of an object that are drawn.
+// The members of an object that matter for drawing it.
 struct DrawnObject {
   std::string label;
   double existence = 1.0;
   Shape shape;
 };
 
-// An area that robots explore. Its floor counts as unexplored where the layer says nothing.
+// An area that robots explore. Floor in it for which the layer has no value counts as unexplored.
 struct ExplorationScene {
   Polygon area;
-  std::string layer;  // empty: not drawn
+  std::string layer;  // empty: no layer is drawn
 };
 
-// The place that a robot drives to.
+// The place to which a robot drives.
 struct GoalMarker {
-  std::string robot;  // empty: not known
+  std::string robot;  // empty: unknown
   Point at;
 };
 
-// All that is drawn, in the coordinates of one frame.
+// Everything that is drawn, in the coordinates of one frame.
 struct MapScene {
   std::string title;
-  Box box;  // the part of the plane that is shown; must have an area
+  Box box;  // the visible part of the plane; must have an area
   double pixels_per_m = 1.0;
-  std::optional<Polygon> area;  // whose border is drawn
+  std::optional<Polygon> area;  // drawn as a border
   std::vector<GridScene> grids;
   std::vector<DrawnObject> objects;
   std::vector<ExplorationScene> explorations;

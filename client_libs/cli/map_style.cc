@@ -5,7 +5,8 @@
 namespace hypermap::cli {
 namespace {
 
-// Okabe and Ito's, which most of those who see few colours tell apart as well, without the palest.
+// The palette of Okabe and Ito, which most colour-blind people can distinguish as well, without its
+// palest colour.
 constexpr std::array<Colour, 6> kRobots{{{0.0, 0.45, 0.7},
                                          {0.9, 0.6, 0.0},
                                          {0.0, 0.62, 0.45},
@@ -22,7 +23,7 @@ constexpr double kCrossSize = 8.0;
 constexpr double kObjectLineWidth = 3.0;
 constexpr double kObjectRadius = 5.0;
 constexpr double kObjectRim = 1.0;  // dark, on each side
-// The light ground around a mark, on each side.
+// The light halo around a symbol, on each side.
 constexpr double kHalo = 2.0;
 constexpr Colour kHaloColour = Grey(1.0);
 
@@ -34,7 +35,7 @@ Colour Faded(const Colour& c, double existence) { return Mix(c, Grey(1.0), exist
 RobotColours::RobotColours(const MapScene& scene) {
   for (const RobotPath& path : scene.paths) colours_[path.robot] = kBlack;
   for (const GoalMarker& goal : scene.goals) colours_[goal.robot] = kBlack;
-  colours_.erase("");  // not known
+  colours_.erase("");  // unknown robots stay black
   size_t next = 0;
   for (auto& [robot, colour] : colours_) colour = kRobots[next++ % kRobots.size()];
 }

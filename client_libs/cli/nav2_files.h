@@ -1,4 +1,4 @@
-// The two files of a nav2 map: a YAML that names an image beside it.
+// The two files of a nav2 map: a YAML file and the image that it names.
 #ifndef HYPERMAP_CLIENT_LIBS_CLI_NAV2_FILES_H_
 #define HYPERMAP_CLIENT_LIBS_CLI_NAV2_FILES_H_
 
@@ -10,12 +10,13 @@
 
 namespace hypermap::cli {
 
-// The YAML at `yaml_path` and the image that it names, which is looked for relative to the YAML.
-// Both under their base names.
+// Reads the YAML file and the image that it names, whose path is relative to the YAML file. Returns
+// both with their base names.
 absl::StatusOr<std::vector<client::NamedFile>> ReadNav2Files(const std::string& yaml_path);
 
-// `exported` renamed so that the YAML is `yaml_path` and the image lies beside it under the same
-// stem, which the YAML names. The image comes first. INTERNAL when these are not the two files.
+// Renames exported files so that the YAML file is `yaml_path` and the image is beside it with the
+// same stem, and updates the image's name in the YAML. The image comes first. INTERNAL if
+// `exported` is not these two files.
 absl::StatusOr<std::vector<client::NamedFile>> RenameNav2Files(
     const std::vector<client::NamedFile>& exported, const std::string& yaml_path);
 

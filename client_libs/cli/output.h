@@ -1,4 +1,4 @@
-// How commands show their answers: as JSON for programs or as tables for people.
+// Prints the answers of commands: as JSON for programs or as tables for people.
 #ifndef HYPERMAP_CLIENT_LIBS_CLI_OUTPUT_H_
 #define HYPERMAP_CLIENT_LIBS_CLI_OUTPUT_H_
 
@@ -15,7 +15,7 @@
 
 namespace hypermap::cli {
 
-// What a mutation without an answer of its own did.
+// The effect of a mutation that has no answer of its own.
 struct Done {
   std::string map;
   std::string what;       // "created", "deleted", ...
@@ -31,14 +31,14 @@ struct WrittenFiles {
   std::vector<std::string> omissions;
 };
 
-// A layer against the truth.
+// The comparison of a layer with the ground truth.
 struct EvaluationReport {
   std::string map;
   std::string layer;
   Revision revision = 0;
-  std::string truth;      // where it came from
-  int truth_ignored = 0;  // not detectable, or seen too seldom
-  // Line strings and points, which have no area to compare; left out.
+  std::string truth;      // file or layer
+  int truth_ignored = 0;  // not detectable, or visible in too few frames
+  // Number of line strings and points, which are left out because they have no area to compare.
   int truth_not_polygons = 0;
   int map_not_polygons = 0;
   std::string image;  // the path of the picture, or empty
@@ -53,16 +53,16 @@ struct RenderReport {
   int width = 0;  // pixels
   int height = 0;
   std::vector<std::string> layers;             // drawn
-  std::vector<client::LayerRefusal> refusals;  // layers that could not be
+  std::vector<client::LayerRefusal> refusals;  // layers that can't be drawn
   int64_t objects = 0;
 };
 
-// An exploration that was started, asked about or stopped.
+// An exploration that was started, read or stopped.
 struct ExplorationReport {
   std::string map;
   Revision revision = 0;  // 0: not known
   client::ExplorationEntry entry;
-  std::optional<client::ExplorationProgress> progress;  // of one that was asked about
+  std::optional<client::ExplorationProgress> progress;  // only of one that was read
 };
 
 struct ExplorationsReport {
@@ -78,11 +78,11 @@ struct FrontiersReport {
 // A change between two revisions.
 struct DifferenceChange {
   Revision revision = 0;           // the later one
-  std::optional<absl::Time> time;  // when that was made
+  std::optional<absl::Time> time;  // when that revision was made
   client::MapChange change;
 };
 
-// Shows the answer of one command. One thread.
+// Prints the answer of one command. Used by one thread.
 class Output {
  public:
   virtual ~Output() = default;
@@ -96,8 +96,8 @@ class Output {
   virtual void Show(const client::PointAnswer& answer) = 0;
   virtual void Show(const client::NearestAnswer& answer) = 0;
 
-  // What is at the points of a batch, a line each, then the end of all batches. What is shown is
-  // out after Flush.
+  // Prints the answer to a batch of points, a line for each; EndPoints follows the last batch.
+  // Flush writes what was printed.
   virtual void Show(const std::vector<Point>& points, const client::PointsAnswer& answer) = 0;
   virtual void EndPoints(Revision revision) = 0;
   virtual void Flush() = 0;
@@ -110,15 +110,15 @@ class Output {
   virtual void Show(const FrontiersReport& report) = 0;
   virtual void Show(const client::RevisionList& revisions) = 0;
 
-  // A revision of a watch; what it shows is out when it returns.
+  // Prints a revision of a watch, and flushes it.
   virtual void Show(const client::WatchEvent& event) = 0;
 
-  // The changes of a difference as they arrive, then its end.
+  // Prints the changes of a difference as they arrive. EndDifference follows the last one.
   virtual void Show(const DifferenceChange& change) = 0;
   virtual void EndDifference(Revision from, Revision to) = 0;
 
-  // The parts of an area or value answer as they arrive, then its end. An answer that breaks off
-  // has no end: what was shown of it is whole lines.
+  // Prints the parts of an area or value answer as they arrive. EndParts follows the last one, but
+  // not if the answer breaks off; the output up to there consists of whole lines.
   virtual void Show(const client::LayerPart& part) = 0;
   virtual void EndParts(Revision revision) = 0;
 };

@@ -1,4 +1,4 @@
-// Points as lines of text.
+// Reads points from lines of text.
 #ifndef HYPERMAP_CLIENT_LIBS_CLI_POINT_LINES_H_
 #define HYPERMAP_CLIENT_LIBS_CLI_POINT_LINES_H_
 
@@ -12,16 +12,16 @@
 
 namespace hypermap::cli {
 
-// Reads a point a line, "X Y" or "X,Y"; empty lines and a first line "x,y" don't count.
+// Reads one point per line, "X Y" or "X,Y". Empty lines and a header line "x,y" are skipped.
 class PointLines {
  public:
-  // `in` outlives this.
+  // `in` must outlive this.
   explicit PointLines(std::istream& in) : in_(in) {}
 
-  // The next points: at most `max_points`, fewer where the input pauses. None at the end and before
-  // a line that is wrong. Blocks until there is one.
+  // Returns the next points, at most `max_points`, and fewer if the input pauses. Blocks until
+  // there is one. Empty at the end and before an invalid line.
   std::vector<Point> Next(size_t max_points);
-  // Why there are no more: OK at the end, INVALID_ARGUMENT naming the line that is wrong.
+  // After Next returned nothing: OK at the end, INVALID_ARGUMENT naming an invalid line.
   const absl::Status& status() const { return status_; }
   // Whether Next would wait for input.
   bool paused() const { return in_.rdbuf()->in_avail() == 0; }

@@ -59,7 +59,7 @@ absl::Status QueryPoint(const QueryOptions& options, Session& s) {
   return absl::OkStatus();
 }
 
-// Batches under way: one that the server works on, and one that it reads ahead.
+// Number of batches under way: the server works on one and reads one ahead.
 constexpr size_t kMaxBatches = 2;
 constexpr size_t kBatchSize = 1024;
 
@@ -82,7 +82,7 @@ absl::Status QueryPoints(const QueryOptions& options, Session& s) {
   while (answered) {
     std::vector<Point> points = lines.Next(kBatchSize);
     if (points.empty()) break;
-    stream->Write(points);  // what went wrong is told by the end
+    stream->Write(points);  // an error shows when reading
     asked.push_back(std::move(points));
     const size_t may_wait = lines.paused() ? 0 : kMaxBatches - 1;
     while (answered && asked.size() > may_wait) answered = answer_one();
@@ -129,7 +129,7 @@ constexpr char kValueHelp[] =
     "free, occupied, unknown, explored, unexplored, a comparison (\">0.65\", 0.2..0.5, =1), a "
     "class label, or tag:WORD";
 
-// Adds the arguments of every question: the map, its revision, the layers and the frame.
+// Adds the arguments that all queries have: the map, its revision, the layers and the frame.
 void AddScope(CLI::App& query, QueryOptions& options) {
   query.add_option("map", options.map, "Name of the map")->required()->type_name("MAP");
   query

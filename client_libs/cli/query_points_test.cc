@@ -1,4 +1,4 @@
-// query points: what is asked of the server and what is printed.
+// Tests of query points: requests and output.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

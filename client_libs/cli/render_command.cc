@@ -25,7 +25,7 @@
 namespace hypermap::cli {
 namespace {
 
-// Pixels of the plan's longer side.
+// Length of the plan's longer side in pixels: default and maximum.
 constexpr double kUsualSide = 1600.0;
 constexpr double kLongestSide = 8000.0;
 
@@ -39,17 +39,17 @@ struct RenderOptions {
   std::vector<std::string> paths;
 };
 
-// The content of a map that is drawn, except for its cells.
+// The content of a map that is drawn, without its cells.
 struct Survey {
   Revision revision = 0;
-  std::vector<std::string> layers;  // that can be drawn
+  std::vector<std::string> layers;  // layers that can be drawn
   std::vector<client::LayerRefusal> refusals;
   MapScene scene;  // without its box
-  Box box;         // of the objects and of the known cells
+  Box box;         // of the objects and the known cells
   Box borders;     // of the explorations
 };
 
-// Room around line strings and points, which may have no extent, metres.
+// Margin around line strings and points, which may have no extent. Metres.
 constexpr double kRoomAround = 0.5;
 
 Box WithRoomAround(const Box& box) {
@@ -59,7 +59,7 @@ Box WithRoomAround(const Box& box) {
 
 bool HasArea(const Box& box) { return box.max.x > box.min.x && box.max.y > box.min.y; }
 
-// People draw the areas of explorations far around a map. The picture shows their borders only up
+// Areas of explorations are often drawn far beyond a map. The picture shows their borders only up
 // to this distance from the other content, as a share of its longer side.
 constexpr double kBorderMargin = 0.05;
 
@@ -77,8 +77,8 @@ Box WithBordersNearby(const Box& box, const Box& borders) {
 // The layers of a map as the server lists them, by name.
 using LayerEntries = std::map<std::string, client::LayerEntry>;
 
-// What the cells of an answer hold. A layer that is not listed (it has been deleted since the
-// revision that is drawn) has the properties of its kind.
+// The meaning of the values in an answer. If the layer is not listed, because it was deleted since
+// the revision that is drawn, the properties of its kind are used.
 CellValues ValuesOf(const client::LayerPart& part, const LayerEntries& layers) {
   const auto it = layers.find(part.layer);
   if (it == layers.end() || it->second.spec.kind != part.kind) return CellValues(part.kind);
@@ -112,7 +112,7 @@ class GridSurvey {
     return {layer_,    StyleOf(values_.properties()), range.min,
             range.max, NameOf(range.min, values_),    NameOf(range.max, values_)};
   }
-  // The box of the known cells; empty without any.
+  // The box of the known cells; empty if there are none.
   Box Bounds() const { return known_.empty() ? Box{} : geometry_.BoundsOf(known_); }
 
   void Add(const CellRun& run) {
@@ -131,7 +131,7 @@ class GridSurvey {
   CellBox known_;
 };
 
-// Draws an object of an exploration by its label, even if people changed its attributes.
+// Draws an object of an exploration by its label, even if somebody changed its attributes.
 void AddExplorationObject(SemanticObject object, MapScene* scene) {
   if (object.label == kExplorationLabel) {
     const absl::StatusOr<Exploration> exploration = ToExploration(object);
@@ -252,7 +252,7 @@ absl::Status Render(const RenderOptions& options, Session& s) {
   scene.area = area;
   scene.paths = *std::move(paths);
 
-  // Asks for the cells a second time, at the same revision, so that none has to be kept.
+  // Queries the cells a second time, at the same revision, so that they need not be kept in memory.
   call.as_of = {.revision = survey->revision};
   const auto read_cells = [&](const std::string& layer, const DrawRun& draw) {
     client::AnswerReader reader = s.client.QueryArea(options.map, asked, {.layers = {layer}}, call);

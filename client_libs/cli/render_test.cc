@@ -1,4 +1,4 @@
-// The command render: what it asks, what it writes, how it fails.
+// Tests of the command render: requests, output and errors.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -29,7 +29,7 @@ v1::LayerPart Part(const std::string& text) {
   return part;
 }
 
-// Two free cells of a metre and an unknown one at their right, and a chair above the cells.
+// Two free cells of 1 m with an unknown cell on their right, and a chair above them.
 Script Site() {
   Script script;
   script.revision = 7;
@@ -68,7 +68,7 @@ TEST_F(RenderTest, DrawsAllThatIsKnown) {
                                             {"height", pixels.height()},
                                             {"layers", {"floor", "things"}},
                                             {"objects", 1}}));
-  // (0, 0) to (2, 4), 1600 pixels high.
+  // The picture shows (0, 0) to (2, 4) and is 1600 pixels high.
   const auto at = [&pixels](double x, double y) {
     return pixels.At(static_cast<int>(kMargin + 400 * x),
                      static_cast<int>(kMargin + 400 * (4 - y)));

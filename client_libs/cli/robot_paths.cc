@@ -12,7 +12,7 @@ namespace {
 
 using nlohmann::json;
 
-// The member of an object; null where there is none.
+// Returns a member of an object; null if there is none.
 const json& MemberOf(const json& object, const char* name) {
   static const json* const kNone = new json();
   if (!object.is_object()) return *kNone;
@@ -20,7 +20,7 @@ const json& MemberOf(const json& object, const char* name) {
   return member == object.end() ? *kNone : *member;
 }
 
-// nullopt for what is no position: two finite numbers, and perhaps a height.
+// Returns nullopt unless the value is two finite numbers, optionally followed by a height.
 std::optional<Point> ParsePosition(const json& position) {
   if (!position.is_array() || position.size() < 2 || !position[0].is_number() ||
       !position[1].is_number()) {
@@ -29,7 +29,7 @@ std::optional<Point> ParsePosition(const json& position) {
   return Point{position[0].get<double>(), position[1].get<double>()};
 }
 
-// nullopt for what is no line of a robot.
+// Returns nullopt unless the feature is a robot's line.
 std::optional<RobotPath> ParseFeature(const json& feature) {
   const json& robot = MemberOf(MemberOf(feature, "properties"), "robot");
   const json& geometry = MemberOf(feature, "geometry");

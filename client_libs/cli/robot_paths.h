@@ -1,4 +1,4 @@
-// Where robots went, from files.
+// Reads the paths of robots from files.
 #ifndef HYPERMAP_CLIENT_LIBS_CLI_ROBOT_PATHS_H_
 #define HYPERMAP_CLIENT_LIBS_CLI_ROBOT_PATHS_H_
 
@@ -18,8 +18,9 @@ struct RobotPath {
   friend bool operator==(const RobotPath&, const RobotPath&) = default;
 };
 
-// The LineStrings of a GeoJSON FeatureCollection, each with the property "robot". INVALID_ARGUMENT
-// naming the feature that is something else. Lines without a point are left out.
+// Reads the LineStrings of a GeoJSON FeatureCollection, each with the property "robot".
+// INVALID_ARGUMENT naming the first feature that is something else. Lines without points are left
+// out.
 absl::StatusOr<std::vector<RobotPath>> ReadRobotPaths(absl::string_view geojson);
 
 }  // namespace hypermap::cli

@@ -46,7 +46,7 @@ void AddGlobalOptions(CLI::App& app, GlobalOptions& options) {
   app.set_version_flag("--version", "hypermap " HYPERMAP_VERSION);
 }
 
-// CLI11 takes -2.5 for a number, but -.5 for the flag of that name.
+// Turns -.5 into -0.5, because CLI11 takes -2.5 for a number but -.5 for a flag.
 void SpellOutLeadingZeros(std::vector<std::string>& args) {
   for (std::string& arg : args) {
     if (arg.size() > 2 && arg[0] == '-' && arg[1] == '.' && absl::ascii_isdigit(arg[2])) {
@@ -55,7 +55,7 @@ void SpellOutLeadingZeros(std::vector<std::string>& args) {
   }
 }
 
-// Options of the program may also stand behind those of a command.
+// Allows options of the program after those of a command.
 void FallThroughEverywhere(CLI::App& app) {
   app.fallthrough();
   for (CLI::App* subcommand : app.get_subcommands({})) FallThroughEverywhere(*subcommand);
@@ -107,7 +107,7 @@ int Run(std::vector<std::string> args, std::istream& in, std::ostream& out, std:
   FallThroughEverywhere(app);
 
   SpellOutLeadingZeros(args);
-  std::reverse(args.begin(), args.end());  // as CLI11 takes them
+  std::reverse(args.begin(), args.end());  // CLI11 expects the reverse order
   try {
     app.parse(std::move(args));
   } catch (const CLI::CallForHelp&) {

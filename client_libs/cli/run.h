@@ -13,8 +13,8 @@ inline constexpr int kExitOk = 0;
 inline constexpr int kExitError = 1;  // the command failed
 inline constexpr int kExitUsage = 2;  // the command line was not understood
 
-// Runs one command line (without the program's name) and gives the exit code. What a command asks
-// for is read from `in`; answers go to `out`; an error is one line on `err`.
+// Runs one command line (without the program's name) and returns the exit code. Commands read their
+// input from `in` and print answers to `out`; an error is one line on `err`.
 int Run(std::vector<std::string> args, std::istream& in, std::ostream& out, std::ostream& err);
 
 }  // namespace hypermap::cli

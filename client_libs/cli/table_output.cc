@@ -17,7 +17,7 @@
 namespace hypermap::cli {
 namespace {
 
-// How many repairs of an import are listed.
+// Maximum number of repairs of an import that are listed.
 constexpr size_t kMaxRepairs = 10;
 
 class TableOutput : public Output {
@@ -232,7 +232,7 @@ class TableOutput : public Output {
     Footer(absl::StrCat(list.map, ": kept from revision ", list.oldest), list.newest);
   }
 
-  // Lines are out at once, so columns can't be as wide as what is still to come.
+  // Each line is flushed at once, so columns can't be adapted to later rows.
   void Show(const client::WatchEvent& event) override {
     if (event.reset) out_ << "what was shown before does not hold any more\n";
     for (const client::MapChange& change : event.changes) {
@@ -328,7 +328,7 @@ class TableOutput : public Output {
     out_ << '\n';
   }
 
-  // A line for the objects that an evaluation leaves out because they have no area.
+  // Prints the number of objects that an evaluation leaves out because they have no area.
   void PrintNotPolygons(const EvaluationReport& report) {
     if (report.truth_not_polygons + report.map_not_polygons == 0) return;
     out_ << "left out, because they are line strings or points: "
@@ -336,7 +336,7 @@ class TableOutput : public Output {
          << Counted(report.map_not_polygons, "map object") << '\n';
   }
 
-  // A line for each alias.
+  // Prints a line for each alias.
   void PrintAliases(const LayerSpec& spec) {
     for (const auto& [alias, labels] : spec.aliases) {
       out_ << spec.name << ": " << OneLine(alias) << " stands for "
@@ -344,7 +344,7 @@ class TableOutput : public Output {
     }
   }
 
-  // A line for each reason.
+  // Prints a line for each reason.
   void PrintRefusals(const std::vector<client::LayerRefusal>& refusals) {
     std::map<AnswerStatus, std::vector<std::string>> layers;
     for (const client::LayerRefusal& refusal : refusals) {
@@ -360,13 +360,13 @@ class TableOutput : public Output {
   }
 
   std::ostream& out_;
-  // Of an area or value answer, until its end.
+  // Rows of an area or value answer, printed at its end.
   TextTable objects_{
       {"LAYER", "ID", "LABEL", "EXISTENCE", "X [m]", "Y [m]", "SHAPE", "EXTENT", "TAGS"}};
   int64_t num_objects_ = 0;
   std::vector<GridSummary> grids_;
-  int64_t num_points_ = 0;  // shown
-  // Of a difference, until its end.
+  int64_t num_points_ = 0;  // printed so far
+  // Rows of a difference, printed at its end.
   TextTable differences_{{"LAYER", "CHANGE", "WHAT"}};
   int64_t num_differences_ = 0;
   std::vector<client::LayerRefusal> refusals_;

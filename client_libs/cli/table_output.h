@@ -1,4 +1,4 @@
-// Answers as tables for people.
+// Prints answers as tables for people.
 #ifndef HYPERMAP_CLIENT_LIBS_CLI_TABLE_OUTPUT_H_
 #define HYPERMAP_CLIENT_LIBS_CLI_TABLE_OUTPUT_H_
 

@@ -1,4 +1,4 @@
-// Rows of text in aligned columns.
+// Prints rows of text in aligned columns.
 #ifndef HYPERMAP_CLIENT_LIBS_CLI_TEXT_TABLE_H_
 #define HYPERMAP_CLIENT_LIBS_CLI_TEXT_TABLE_H_
 
@@ -10,31 +10,31 @@
 
 namespace hypermap::cli {
 
-// Columns are as wide as their widest cell, in characters of UTF-8. Columns that hold nothing but
-// numbers are aligned to the right. One thread.
+// A column is as wide as its widest cell, in UTF-8 characters. Columns that contain only numbers
+// are right-aligned. Used by one thread.
 class TextTable {
  public:
   explicit TextTable(std::vector<std::string> header);
 
-  // A cell for each column; missing ones are empty. Control characters become blanks, so that a row
-  // stays a line.
+  // Adds a cell for each column; missing cells are empty. Control characters are replaced by
+  // blanks, so that a row stays on one line.
   void AddRow(std::vector<std::string> cells);
   bool empty() const { return rows_.size() == 1; }
 
-  // The header and the rows, a line each, without blanks at the ends of lines.
+  // Prints the header and the rows, one line each, without trailing blanks.
   void Print(std::ostream& out) const;
 
  private:
   std::vector<std::vector<std::string>> rows_;  // the header first
 };
 
-// For people: at most `decimals` digits after the point, without trailing zeros ("2.5", "-0.04").
+// Returns the number with at most `decimals` decimals, without trailing zeros ("2.5", "-0.04").
 std::string FormatNumber(double value, int decimals = 3);
 
-// Characters of UTF-8 text.
+// Number of characters of a UTF-8 text.
 int DisplayWidth(absl::string_view text);
 
-// The text on one line: control characters become blanks.
+// Replaces control characters by blanks.
 std::string OneLine(absl::string_view text);
 
 }  // namespace hypermap::cli

@@ -42,7 +42,7 @@ struct ExportCommand {
   client::ExportOptions options;
 };
 
-// What fails here is wrong usage.
+// Returns the value. An error here is an error of usage.
 template <typename T>
 T ValueOrUsageError(absl::StatusOr<T> value) {
   if (!value.ok()) throw CLI::ValidationError(std::string(value.status().message()));
@@ -66,7 +66,7 @@ absl::Status Import(const ImportCommand& command, Session& s) {
   return absl::OkStatus();
 }
 
-// An edit that the server reads from the file as it is.
+// Sends the file for the server to read, as an import. Used for edits without conditions.
 absl::Status EditByFile(const EditCommand& command, Session& s) {
   ImportCommand import;
   import.path = command.path;
@@ -95,7 +95,7 @@ absl::Status EditOnConditions(const EditCommand& command, Session& s) {
 
 absl::Status Backup(const std::string& map, const std::string& path, Session& s) {
   client::ByteReader reader = s.client.BackupMap(map);
-  // The first piece tells whether there is such a map, before a file is made.
+  // The first piece shows that the map exists, before a file is created.
   std::optional<std::string> piece = reader.Next();
   if (!reader.status().ok()) return reader.status();
   absl::StatusOr<std::unique_ptr<OutputFile>> file = OutputFile::Create(path);
@@ -109,7 +109,7 @@ absl::Status Backup(const std::string& map, const std::string& path, Session& s)
   return absl::OkStatus();
 }
 
-// The files of an export under the names that they get here.
+// Renames the files of an export to the names that the command line asks for.
 absl::StatusOr<std::vector<client::NamedFile>> NameFiles(client::FileFormat format,
                                                          std::vector<client::NamedFile> files,
                                                          const std::string& path) {

@@ -13,7 +13,7 @@
 namespace hypermap::cli {
 namespace {
 
-// What CLI11 takes for a message: empty when all is well.
+// The message for CLI11, which is empty if the value is valid.
 template <typename T>
 std::string Problem(const absl::StatusOr<T>& parsed) {
   return parsed.ok() ? "" : std::string(parsed.status().message());

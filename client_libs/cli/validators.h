@@ -1,4 +1,4 @@
-// Checks of option values while a command line is parsed; what fails them is wrong usage.
+// Validators of option values for the parser. A value that fails is an error of usage.
 #ifndef HYPERMAP_CLIENT_LIBS_CLI_VALIDATORS_H_
 #define HYPERMAP_CLIENT_LIBS_CLI_VALIDATORS_H_
 

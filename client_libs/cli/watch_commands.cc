@@ -34,7 +34,7 @@ struct LogCommand {
   int limit = 50;
 };
 
-// Whether all has been shown that was asked for.
+// Decides whether a watch has shown the changes that --count or --until ask for.
 class WatchEnd {
  public:
   explicit WatchEnd(const WatchCommand& command) : count_(command.count), until_(command.until) {}

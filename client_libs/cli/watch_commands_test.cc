@@ -1,4 +1,4 @@
-// watch, changes: how they end and what they print.
+// Tests of watch and changes: end and output.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -35,7 +35,7 @@ TEST(WatchCommandTest, EndsAfterTheChangesThatWereWanted) {
       {{Removes(5, 1, true), Removes(6, 2), Removes(7, 3), Removes(8, 4)}, true, grpc::Status::OK}};
   const struct {
     Args options;
-    int lines;  // the snapshot's one and its end, and one for each revision
+    int lines;  // two lines for the snapshot and its end, and one for each revision
   } cases[] = {
       {{"--count", "1"}, 3}, {{"--count", "2"}, 4}, {{"--until", "7"}, 4}, {{"--until", "5"}, 2}};
   for (const auto& c : cases) {

@@ -1,4 +1,4 @@
-// How long to wait before something that failed is tried again.
+// Exponential backoff between retries.
 #ifndef HYPERMAP_CLIENT_LIBS_CPP_BACKOFF_H_
 #define HYPERMAP_CLIENT_LIBS_CPP_BACKOFF_H_
 
@@ -9,17 +9,17 @@
 
 namespace hypermap::client {
 
-// Waits that double from 50 ms up to 2 s, each taken at random from its upper half, so that many
-// clients do not come back at once. One thread.
+// Waits double from 50 ms up to 2 s. Each is drawn at random from the upper half of its range, so
+// that many clients do not come back at once. Used by one thread.
 class Backoff {
  public:
-  // The next wait.
+  // Returns the next wait.
   absl::Duration Next() {
     const absl::Duration longest = wait_;
     wait_ = std::min(2 * wait_, kLongest);
     return longest * absl::Uniform(random_, 0.5, 1.0);
   }
-  // After a success: begin anew.
+  // Call after a success: the next wait is the shortest again.
   void Reset() { wait_ = kShortest; }
 
  private:

@@ -22,7 +22,7 @@ namespace {
 
 using grpc::experimental::InterceptionHookPoints;
 
-// What RFC 6750 allows in a token, and a header can carry.
+// Characters that RFC 6750 allows in a token and that a header can carry.
 bool IsTokenCharacter(char c) { return c > ' ' && c < '\x7f'; }
 
 absl::StatusOr<std::string> AskToken(const TokenSource& source) {
@@ -35,8 +35,8 @@ absl::StatusOr<std::string> AskToken(const TokenSource& source) {
   return token;
 }
 
-// Sends a token with one call. Where there is none the call ends with the reason, and nothing of it
-// is sent.
+// Sends a token with one call. If there is no token, the call ends with the reason and nothing is
+// sent.
 class BearerToken : public grpc::experimental::Interceptor {
  public:
   explicit BearerToken(const TokenSource& source) : source_(source) {}
@@ -49,7 +49,7 @@ class BearerToken : public grpc::experimental::Interceptor {
         methods->GetSendInitialMetadata()->emplace("authorization",
                                                    absl::StrCat("Bearer ", *token));
       } else {
-        // One code, so that it is not taken for an answer of the server.
+        // Always the same code, so that callers do not take the error for an answer of the server.
         problem_ = absl::UnauthenticatedError(token.status().message());
         hijack = true;
       }
@@ -63,7 +63,8 @@ class BearerToken : public grpc::experimental::Interceptor {
   }
 
  private:
-  // Answers what of a call that is not made comes by here.
+  // Fails every operation of a hijacked call, since gRPC still passes all of them to this
+  // interceptor.
   void Fail(grpc::experimental::InterceptorBatchMethods* methods) {
     if (methods->QueryInterceptionHookPoint(InterceptionHookPoints::PRE_SEND_MESSAGE)) {
       methods->FailHijackedSendMessage();
@@ -80,7 +81,7 @@ class BearerToken : public grpc::experimental::Interceptor {
   absl::Status problem_;
 };
 
-// Lives as long as the channel.
+// Owned by the channel, and lives as long as it.
 class BearerTokens : public grpc::experimental::ClientInterceptorFactoryInterface {
  public:
   explicit BearerTokens(TokenSource source) : source_(std::move(source)) {}
@@ -94,7 +95,7 @@ class BearerTokens : public grpc::experimental::ClientInterceptorFactoryInterfac
   const TokenSource source_;
 };
 
-// Whether what is sent to the target does not leave this machine.
+// Whether data sent to the target stays on this machine.
 bool IsLoopback(const std::string& target) {
   if (absl::StartsWith(target, "unix:")) return true;
   absl::string_view host = target;
@@ -133,7 +134,7 @@ absl::Status CheckTls(const TlsOptions& tls) {
   return Named("the client's key", tls::CheckKey(tls.private_key, tls.certificate_chain));
 }
 
-// Why no call can be made with these options.
+// Returns an error if no call can be made with these options.
 absl::Status Check(const std::string& target, const ClientOptions& options) {
   if (options.tls) return CheckTls(*options.tls);
   if (options.token && !options.token_in_clear && !IsLoopback(target)) {
@@ -151,10 +152,11 @@ std::shared_ptr<grpc::ChannelCredentials> CredentialsOf(const ClientOptions& opt
 
 grpc::ChannelArguments ArgumentsOf(const ClientOptions& options) {
   grpc::ChannelArguments arguments;
-  // How large an answer may be is the server's to limit.
+  // The server limits the size of answers, so the client does not.
   arguments.SetMaxReceiveMessageSize(-1);
   arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);
-  // A server that is back is found soon; how often a call is tried again is up to Backoff.
+  // gRPC reconnects eagerly, so that a server that is back is found soon. Backoff limits the
+  // retries.
   arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, 50);
   arguments.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, 1000);
   arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, 1000);
@@ -169,7 +171,8 @@ grpc::ChannelArguments ArgumentsOf(const ClientOptions& options) {
 void Pause(grpc::Channel& channel, absl::Duration duration, absl::FunctionRef<bool()> given_up) {
   constexpr absl::Duration kLook = absl::Milliseconds(50);
   const absl::Time end = absl::Now() + duration;
-  // A server that is there and does not answer gets the whole pause.
+  // If the channel is connected and the call still failed, the whole pause is waited:
+  // WaitForConnected would return at once.
   const bool was_ready = channel.GetState(/*try_to_connect=*/true) == GRPC_CHANNEL_READY;
   while (absl::Now() < end && !given_up()) {
     const absl::Time look = std::min(end, absl::Now() + kLook);

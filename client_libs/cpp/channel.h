@@ -1,4 +1,4 @@
-// The channel that a client's calls go over. Only for the sources of this folder.
+// The gRPC channel of a client. Only for the sources of this folder.
 #ifndef HYPERMAP_CLIENT_LIBS_CPP_CHANNEL_H_
 #define HYPERMAP_CLIENT_LIBS_CPP_CHANNEL_H_
 
@@ -13,13 +13,13 @@
 
 namespace hypermap::client {
 
-// With the security that the options ask for. Where they can't be fulfilled each call fails with
-// UNAUTHENTICATED and says why.
+// Makes a channel with the security that the options ask for. If they are not valid, each call
+// fails with UNAUTHENTICATED and the reason.
 std::shared_ptr<grpc::Channel> MakeChannel(const std::string& target, const ClientOptions& options);
 
-// Waits before a call is tried again; for less when the channel gets connected meanwhile, or when
-// `given_up`, which is asked every now and then, says so. gRPC notices that a server is back while
-// somebody waits for it, otherwise seconds later.
+// Waits before a retry. Returns early if the channel becomes connected, or if `given_up`, which is
+// polled, returns true. gRPC reconnects at once while a caller waits on the channel, otherwise only
+// seconds after the server is back.
 void Pause(
     grpc::Channel& channel, absl::Duration duration,
     absl::FunctionRef<bool()> given_up = [] { return false; });

@@ -14,7 +14,7 @@
 namespace hypermap::client {
 namespace {
 
-// The revision that a mutation answers.
+// The revision in the answer to a mutation.
 template <typename Response>
 absl::StatusOr<Revision> RevisionOf(const absl::StatusOr<Response>& response) {
   if (!response.ok()) return response.status();

@@ -1,4 +1,4 @@
-// The channel to a server and what all calls over it share. Only for the sources of this folder.
+// The channel to a server, and what its calls share. Only for the sources of this folder.
 #ifndef HYPERMAP_CLIENT_LIBS_CPP_CONNECTION_H_
 #define HYPERMAP_CLIENT_LIBS_CPP_CONNECTION_H_
 
@@ -25,14 +25,15 @@
 
 namespace hypermap::client {
 
-// The tries of one call.
+// Decides about the retries of one call.
 class Retries {
  public:
-  // Until `retry_for` has passed from now, or `deadline`.
+  // Allows retries for `retry_for` from now, at most until `deadline`.
   Retries(std::shared_ptr<grpc::Channel> channel, absl::Duration retry_for, absl::Time deadline)
       : channel_(std::move(channel)), until_(std::min(absl::Now() + retry_for, deadline)) {}
 
-  // After a try that ended with `status`: whether to try again; waits the pause before that.
+  // After an attempt that ended with `status`: waits and returns true if the call should be
+  // retried.
   bool ShallTryAgain(const grpc::Status& status);
 
  private:
@@ -56,13 +57,13 @@ class Connection {
   const ClientOptions& options() const { return options_; }
   grpc::Channel& channel() { return *channel_; }
 
-  // When a call that begins now is over. A call keeps it over all its tries.
+  // The deadline of a call that begins now. It covers all attempts of the call.
   absl::Time DeadlineOf(const CallOptions& options) const;
   Retries RetriesOf(const CallOptions& options, absl::Time deadline) const;
-  // For one try.
+  // Makes the context of one attempt.
   static std::unique_ptr<grpc::ClientContext> NewContext(absl::Time deadline);
 
-  // A call with one request and one answer.
+  // Makes a unary call, with retries.
   template <typename Stub, typename Request, typename Response>
   absl::StatusOr<Response> Call(Stub& stub,
                                 grpc::Status (Stub::*method)(grpc::ClientContext*, const Request&,
@@ -90,7 +91,7 @@ class Connection {
   std::unique_ptr<v1::WatchService::Stub> watch_;
 };
 
-// The id that a mutation is sent with.
+// The request id of a mutation: the caller's, or a new one.
 inline std::string RequestIdOf(const CallOptions& options) {
   return options.request_id.empty() ? NewRequestId() : options.request_id;
 }

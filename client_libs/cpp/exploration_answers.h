@@ -1,4 +1,4 @@
-// What a server answers about explorations. Plain values; positions in the frame asked for.
+// Answers of a server about explorations, as plain values. Positions are in the requested frame.
 #ifndef HYPERMAP_CLIENT_LIBS_CPP_EXPLORATION_ANSWERS_H_
 #define HYPERMAP_CLIENT_LIBS_CPP_EXPLORATION_ANSWERS_H_
 
@@ -20,11 +20,11 @@ struct StartOptions {
   double robot_radius_m = 0.25;
   double range_m = 4.0;
   int64_t min_gain_cells = 4;
-  // Of an exploration layer that is created.
+  // For an exploration layer that the call creates.
   CellRule explored_rule = CellRule::kCentre;
 };
 
-// A place that a robot is on the way to.
+// A viewpoint that is leased to a robot.
 struct Goal {
   ObjectId id = 0;
   std::string robot;
@@ -34,7 +34,7 @@ struct Goal {
   absl::Time expires_at;
 };
 
-// A place that a robot could not get to.
+// A viewpoint that a robot could not reach.
 struct GivenUpPlace {
   ObjectId id = 0;
   std::string robot;
@@ -42,19 +42,19 @@ struct GivenUpPlace {
 };
 
 struct ExplorationEntry {
-  // The area is in the frame asked for.
+  // The area is in the requested frame.
   Exploration exploration;
   std::vector<Goal> goals;
   std::vector<GivenUpPlace> unreachable_places;
 };
 
-// Cells of floor, of the occupancy layer.
+// Numbers of floor cells, in cells of the occupancy layer.
 struct ExplorationProgress {
   int64_t explored_cells = 0;
-  int64_t reachable_cells = 0;    // not seen yet, and in sight of where robots can go
-  int64_t unreachable_cells = 0;  // not seen, and not so
+  int64_t reachable_cells = 0;    // unexplored, in sight of places that robots can reach
+  int64_t unreachable_cells = 0;  // unexplored, not in sight of such places
   double fraction = 1.0;          // explored / (explored + reachable)
-  double rate_m2_per_s = 0.0;     // in the last minute
+  double rate_m2_per_s = 0.0;     // mean over the last minute
   double cell_area_m2 = 0.0;
 };
 
@@ -73,22 +73,22 @@ struct ExplorationAnswer {
 struct ExplorationList {
   Revision revision = 0;
   std::string frame_id;
-  std::vector<ExplorationEntry> explorations;  // the newest first
+  std::vector<ExplorationEntry> explorations;  // newest first
 };
 
 struct FrontierEntry {
   int64_t num_cells = 0;
   Point centroid;
-  std::optional<Point> viewpoint;  // nullopt: seen from nowhere
+  std::optional<Point> viewpoint;  // nullopt: no viewpoint was found
   int64_t gain_cells = 0;
-  std::vector<Point> cells;  // if asked for
+  std::vector<Point> cells;  // only if requested
 };
 
 struct FrontierList {
   Revision revision = 0;
   std::string frame_id;
   ObjectId exploration_id = 0;
-  std::vector<FrontierEntry> frontiers;  // the largest first
+  std::vector<FrontierEntry> frontiers;  // largest first
 };
 
 struct ClaimOptions {
@@ -102,7 +102,7 @@ struct ClaimAnswer {
   ObjectId exploration_id = 0;
   ExplorationState state = ExplorationState::kActive;
   EndReason end_reason = EndReason::kNone;
-  // nullopt: nothing to do now; ask again later unless it has ended.
+  // nullopt: there is no goal now; ask again later unless the exploration has ended.
   std::optional<Goal> goal;
 };
 

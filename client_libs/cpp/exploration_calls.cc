@@ -153,8 +153,8 @@ absl::StatusOr<FrontierList> Client::ListFrontiers(const std::string& map, Objec
   return list;
 }
 
-// This and the two that follow have no request id, and may be sent twice all the same: a second
-// claim gives back what the first has got, and a second release finds no goal.
+// ClaimGoal, RenewGoal and ReleaseGoal have no request id, and still may be retried: a second claim
+// gives back what the first one got, and a second release finds no goal.
 absl::StatusOr<ClaimAnswer> Client::ClaimGoal(const std::string& map, const std::string& robot,
                                               const Point& position,
                                               const ClaimOptions& claim_options,

@@ -1,4 +1,4 @@
-// Explorations: what is asked of the server and what becomes of its answers.
+// Tests of the exploration calls: requests to the server and decoding of its answers.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// The files of Client: import, export, backup.
+// File calls of Client: import, export, backup.
 #include <algorithm>
 #include <memory>
 #include <string>
@@ -11,7 +11,7 @@
 namespace hypermap::client {
 namespace {
 
-// Well under the 4 MiB that gRPC takes by default.
+// Well below gRPC's default limit of 4 MiB for a message.
 constexpr size_t kChunkBytes = size_t{1} << 20;
 
 v1::FileFormat EncodeFileFormat(FileFormat format) {
@@ -26,8 +26,8 @@ v1::FileFormat EncodeFileFormat(FileFormat format) {
   return v1::FILE_FORMAT_UNSPECIFIED;
 }
 
-// Sends a file in chunks, at least one. False when the server takes no more; the status of the call
-// says why.
+// Sends a file in at least one chunk. Returns false if the server accepts no more; the status of
+// the call then says why.
 bool SendFile(const NamedFile& file, grpc::ClientWriter<v1::ImportMapRequest>& writer) {
   size_t sent = 0;
   do {
@@ -41,7 +41,7 @@ bool SendFile(const NamedFile& file, grpc::ClientWriter<v1::ImportMapRequest>& w
   return true;
 }
 
-// One try of an import.
+// One attempt of an import.
 grpc::Status SendFiles(v1::CatalogService::Stub& catalog, absl::Time deadline,
                        const v1::ImportMapRequest& first, const std::vector<NamedFile>& files,
                        v1::ImportMapResponse* response) {
@@ -55,7 +55,7 @@ grpc::Status SendFiles(v1::CatalogService::Stub& catalog, absl::Time deadline,
   return writer->Finish();
 }
 
-// One try of an export.
+// One attempt of an export.
 grpc::Status ReceiveFiles(v1::CatalogService::Stub& catalog, absl::Time deadline,
                           const v1::ExportMapRequest& request, ExportAnswer& answer) {
   const std::unique_ptr<grpc::ClientContext> context = Connection::NewContext(deadline);

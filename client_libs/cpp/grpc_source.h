@@ -1,4 +1,4 @@
-// The parts of a streaming rpc. Only for the sources of this folder.
+// Parts of a server-streaming rpc. Only for the sources of this folder.
 #ifndef HYPERMAP_CLIENT_LIBS_CPP_GRPC_SOURCE_H_
 #define HYPERMAP_CLIENT_LIBS_CPP_GRPC_SOURCE_H_
 
@@ -17,13 +17,13 @@
 
 namespace hypermap::client {
 
-// A server streaming rpc of a stub.
+// Type of a stub's method for a server-streaming rpc.
 template <typename Stub, typename Request, typename Message>
 using OpenStream = std::unique_ptr<grpc::ClientReader<Message>> (Stub::*)(grpc::ClientContext*,
                                                                           const Request&);
 
-// Decodes each Message of a call into a Part. A call that finds no server is opened again. Keeps
-// the connection alive.
+// Decodes each Message of a call into a Part. The call is retried while it has returned no message.
+// Keeps the connection alive.
 template <typename Message, typename Part>
 class GrpcSource : public PartSource<Part> {
  public:
@@ -80,7 +80,7 @@ class GrpcSource : public PartSource<Part> {
     finished_ = true;
   }
 
-  // Tells the server to stop; what it had sent is dropped.
+  // Tells the server to stop, and drops the messages that have arrived.
   void Cancel() {
     context_->TryCancel();
     Message ignored;

@@ -1,4 +1,4 @@
-// What a server answers about observations and the layers that are fused of them. Plain values.
+// Answers of a server about observations and fused layers, as plain values.
 #ifndef HYPERMAP_CLIENT_LIBS_CPP_INGEST_ANSWERS_H_
 #define HYPERMAP_CLIENT_LIBS_CPP_INGEST_ANSWERS_H_
 
@@ -14,18 +14,18 @@
 
 namespace hypermap::client {
 
-// Sequences first, first + 1, ... last.
+// The sequences first, first + 1, ... last.
 struct SequenceRange {
   int64_t first = 0;
   int64_t last = 0;
 };
 
-// How the layer is fused from the opening of a stream on.
+// The fusion settings of a layer from the opening of a stream on.
 struct OpenedLayer {
   std::string strategy;
   std::string parameters;
   std::string exploration_layer;  // empty: none
-  // The sequences of the robot asked about that the layer has, ascending.
+  // Sequences of the opening's robot that the layer has, ascending.
   std::vector<SequenceRange> known;
 
   bool Knows(int64_t sequence) const;
@@ -33,42 +33,43 @@ struct OpenedLayer {
 
 enum class ObservationOutcome {
   kAccepted,     // on disk, fused and visible
-  kDuplicate,    // the layer had it already
+  kDuplicate,    // the layer already had it
   kRefusedLate,  // older than the layer's newest by more than --max_lateness
-  kInvalid,      // no valid observation
-  kConflict,     // the layer has another one with this robot and sequence
+  kInvalid,      // not a valid observation
+  kConflict,     // the layer has a different one with this robot and sequence
 };
 
-// "accepted", "duplicate", "refused_late", "invalid", "conflict".
+// Returns "accepted", "duplicate", "refused_late", "invalid" or "conflict".
 absl::string_view ObservationOutcomeName(ObservationOutcome outcome);
 
-// Nothing was changed by an observation that was not accepted.
+// The server's verdict on an observation. Only an accepted observation changes anything.
 struct Acknowledgement {
   std::string robot;
   int64_t sequence = 0;
   ObservationOutcome outcome = ObservationOutcome::kAccepted;
   Revision revision = 0;
-  std::string message;  // why it was not accepted
+  std::string message;  // reason if it was not accepted
 };
 
 enum class ObjectEventKind { kFounded, kSeen, kMissed, kMerged, kPinned, kRemoved };
 
-// "founded", "seen", "missed", "merged", "pinned", "removed".
+// Returns "founded", "seen", "missed", "merged", "pinned" or "removed".
 absl::string_view ObjectEventKindName(ObjectEventKind kind);
 
 struct ObjectEvent {
   ObjectEventKind kind = ObjectEventKind::kSeen;
-  // The observation; for what an operator did, the newest one at that time (no robot: none).
+  // The observation. For an operator's edit, the newest at that time; robot is empty if there was
+  // none.
   std::string robot;
   int64_t sequence = 0;
   absl::Time stamp;
   int detection = 0;                // founded, seen
   double score = 0.0;               // founded, seen
-  std::optional<double> existence;  // afterwards; absent when the strategy does not tell
-  std::string track;                // merged: what became part of it
+  std::optional<double> existence;  // after the event; absent if the strategy has none
+  std::string track;                // merged: the other track
 };
 
-// Which observations made an object.
+// The observations that made an object.
 struct ObjectHistory {
   std::string map;
   Revision revision = 0;

@@ -1,4 +1,4 @@
-// Observations and fused layers of Client.
+// Calls of Client about observations and fused layers.
 #include <array>
 #include <deque>
 #include <memory>
@@ -77,7 +77,7 @@ absl::StatusOr<ObjectHistory> DecodeHistory(const v1::ExplainObjectResponse& mes
 
 }  // namespace
 
-// The rpc with what was read of it.
+// The rpc and the acknowledgements that were read but not yet returned.
 class ObserveStream::Call {
  public:
   Call(std::shared_ptr<Connection> connection, std::unique_ptr<grpc::ClientContext> context,
@@ -94,7 +94,7 @@ class ObserveStream::Call {
   absl::Status Open(const v1::ObserveOpening& opening) {
     v1::ObserveRequest request;
     *request.mutable_opening() = opening;
-    stream_->Write(request);  // what went wrong is told by the end
+    stream_->Write(request);  // an error shows in Read and Finish
     v1::ObserveResponse response;
     if (!stream_->Read(&response)) {
       Finish();

@@ -22,47 +22,49 @@
 namespace hypermap::client {
 
 struct ObserveOptions {
-  // Where explored floor is marked. Empty: the layer that it has, if any.
+  // Exploration layer in which observed free space is marked as explored. Empty: the one that the
+  // layer already has, if any.
   std::string exploration_layer;
-  // "evidence", "paper". Empty: the one that the layer has, "evidence" for a new one.
+  // "evidence" or "paper". Empty: the layer's strategy; "evidence" if it was not fused before.
   std::string strategy;
-  // A JSON object of numbers. Empty: those that the layer has, the defaults for a new one.
+  // A JSON object of numbers. Empty: the layer's parameters; the defaults if it was not fused
+  // before.
   std::string parameters;
-  // Whose known sequences the opening tells. May be empty.
+  // The robot whose known sequences opened() lists. May be empty.
   std::string robot;
 };
 
-// One thread may write while another reads; Cancel may be called from any. Who writes much must
-// read meanwhile: the server takes no more while many acknowledgements wait. Observations whose
-// acknowledgement was lost may be sent again.
+// A call of Observe. One thread may write while another reads; any thread may cancel. A caller that
+// writes many observations must read meanwhile, because the server stops reading while many
+// acknowledgements wait. Observations whose acknowledgement was lost may be sent again.
 class ObserveStream {
  public:
   // The call itself. Only for the sources of this folder.
   class Call;
 
   explicit ObserveStream(std::unique_ptr<Call> call);
-  // Cancels what is not finished.
+  // Cancels the call if it has not finished.
   ~ObserveStream();
   ObserveStream(const ObserveStream&) = delete;
   ObserveStream& operator=(const ObserveStream&) = delete;
 
-  // What the server said to the opening.
+  // The server's answer to the opening.
   const OpenedLayer& opened() const;
 
-  // Writer: sends observations; blocks while the server takes no more. False when the stream broke:
-  // Read then ends, and status() tells why.
+  // Writer: sends observations. Blocks while the server accepts no more. Returns false if the
+  // stream broke; Read then returns nullopt, and status() tells why.
   bool Write(const Observation& observation);
   bool Write(absl::Span<const Observation> observations);
-  // Writer: nothing more comes. The server acknowledges what it has, then ends the stream.
+  // Writer: ends the observations. The server acknowledges those it has, then ends the stream.
   void WritesDone();
 
-  // Reader: the next acknowledgement, in no particular order; nullopt at the end and on an error.
-  // Blocks until there is one.
+  // Reader: returns the next acknowledgement, in no particular order; nullopt at the end and on an
+  // error. Blocks until there is one.
   std::optional<Acknowledgement> Read();
-  // Reader: after the end, OK when all that was written is acknowledged, else why not.
+  // Reader: after the end, OK if every observation was acknowledged, otherwise the error.
   const absl::Status& status() const;
 
-  // Ends the stream as soon as can be. What was not acknowledged may have been taken or not.
+  // Ends the stream as soon as possible. Unacknowledged observations may have been accepted or not.
   void Cancel();
 
  private:

@@ -1,4 +1,4 @@
-// Batches of points of Client.
+// QueryPoints of Client.
 #include <deque>
 #include <memory>
 #include <utility>
@@ -33,7 +33,7 @@ LayerPoints WithLabels(wire::PointsAnswer decoded, const wire::HeardLabels& labe
 
 }  // namespace
 
-// The rpc with the labels that it told.
+// The rpc and the list of labels that it has sent.
 class PointsStream::Call {
  public:
   Call(std::shared_ptr<Connection> connection, std::unique_ptr<grpc::ClientContext> context,
@@ -60,7 +60,7 @@ class PointsStream::Call {
   }
 
   void WritesDone() {
-    // Without a batch the opening is still to be judged.
+    // If no batch was written, the opening is sent alone, so that the server can check it.
     if (request_.has_opening()) Send();
     stream_->WritesDone();
   }
@@ -121,16 +121,16 @@ class PointsStream::Call {
   const std::unique_ptr<grpc::ClientContext> context_;
   const std::unique_ptr<GrpcStream> stream_;
 
-  v1::QueryPointsRequest request_;  // the writer's
+  v1::QueryPointsRequest request_;  // used by the writer
 
-  // The reader's.
+  // Used by the reader.
   v1::QueryPointsResponse response_;
   wire::HeardLabels labels_;
   bool finished_ = false;
   absl::Status status_;
 
   absl::Mutex mutex_;
-  std::deque<size_t> sizes_ ABSL_GUARDED_BY(mutex_);  // of the batches that are not answered
+  std::deque<size_t> sizes_ ABSL_GUARDED_BY(mutex_);  // of the unanswered batches
 };
 
 PointsStream::PointsStream(std::unique_ptr<Call> call) : call_(std::move(call)) {}
@@ -138,7 +138,7 @@ PointsStream::~PointsStream() = default;
 
 absl::StatusOr<PointsAnswer> PointsStream::Ask(absl::Span<const Point> points) {
   if (points.empty()) return PointsAnswer();
-  call_->Write(points);  // what went wrong is told by the end
+  call_->Write(points);  // an error shows in Read
   std::optional<PointsAnswer> answer = call_->Read();
   if (answer) return *std::move(answer);
   if (!call_->status().ok()) return call_->status();

@@ -1,15 +1,15 @@
-// Asking what is at many points, batch after batch.
+// Queries of many points, batch by batch.
 //
-//   std::unique_ptr<PointsStream> stream = client.QueryPoints("office");
-//   absl::StatusOr<PointsAnswer> answer = stream->Ask(points);
+//    std::unique_ptr<PointsStream> stream = client.QueryPoints("office");
+//    absl::StatusOr<PointsAnswer> answer = stream->Ask(points);
 //
-// Faster, with some batches under way at a time:
+// It is faster to have several batches under way at a time:
 //
-//   stream->Write(first);
-//   stream->Write(second);
-//   stream->WritesDone();
-//   while (std::optional<PointsAnswer> answer = stream->Read()) Use(*answer);
-//   absl::Status status = stream->status();
+//    stream->Write(first);
+//    stream->Write(second);
+//    stream->WritesDone();
+//    while (std::optional<PointsAnswer> answer = stream->Read()) Use(*answer);
+//    absl::Status status = stream->status();
 #ifndef HYPERMAP_CLIENT_LIBS_CPP_POINTS_STREAM_H_
 #define HYPERMAP_CLIENT_LIBS_CPP_POINTS_STREAM_H_
 
@@ -30,61 +30,61 @@
 
 namespace hypermap::client {
 
-// What one layer has at the points of a batch.
+// The answer of one layer to a batch of points.
 struct LayerPoints {
-  // An object that covers point number `point` of the batch.
+  // An object at the point with index `point` in the batch.
   struct Hit {
     uint32_t point = 0;
     ObjectId object_id = 0;
-    absl::string_view label;  // lives as long as the stream, or as PointsAnswer::labels_in
+    absl::string_view label;  // valid as long as the stream, or as PointsAnswer::labels_in
     float existence = 0.0F;
   };
   std::string layer;
   LayerKind kind = LayerKind::kSemantic;
-  AnswerStatus status = AnswerStatus::kValue;  // kValue, or why the layer can't answer
-  std::vector<AnswerStatus> statuses;          // a grid's, for each point
-  std::vector<double> values;                  // a grid's, for each point; NaN where there is none
-  std::vector<Hit> hits;                       // a semantic layer's, by point, then id
+  AnswerStatus status = AnswerStatus::kValue;  // kValue, or the reason why the layer can't answer
+  std::vector<AnswerStatus> statuses;          // for grids, one for each point
+  std::vector<double> values;                  // for grids, for each point; NaN if there is none
+  std::vector<Hit> hits;                       // for semantic layers, sorted by point, then id
 };
 
 struct PointsAnswer {
   Revision revision = 0;
-  size_t num_points = 0;            // of the batch
-  std::vector<LayerPoints> layers;  // in the order asked; all layers by name
-  // Of an answer without a stream.
+  size_t num_points = 0;            // in the batch
+  std::vector<LayerPoints> layers;  // in the order of the scope; without one, by name
+  // Owner of the labels in an answer that no stream gave (see Replica::QueryPoints).
   std::shared_ptr<const void> labels_in = nullptr;
 };
 
-// One thread may write while another reads; Cancel may be called from any.
+// A call of QueryPoints. One thread may write while another reads; any thread may cancel.
 class PointsStream {
  public:
   // The call itself. Only for the sources of this folder.
   class Call;
 
   explicit PointsStream(std::unique_ptr<Call> call);
-  // Cancels what is not finished.
+  // Cancels the call if it has not finished.
   ~PointsStream();
   PointsStream(const PointsStream&) = delete;
   PointsStream& operator=(const PointsStream&) = delete;
 
-  // Writes a batch and reads its answer; all earlier ones must have been read. A batch without
+  // Writes a batch and reads its answer. All earlier answers must have been read. A batch without
   // points has an answer without layers.
   absl::StatusOr<PointsAnswer> Ask(absl::Span<const Point> points);
 
-  // Writer: sends a batch; blocks while the server takes no more, as it does with more than two
-  // batches whose answers are not read. False when the stream broke: Read then ends, and status()
-  // tells why. A batch without points is not sent.
+  // Writer: sends a batch. Blocks while the server accepts no more, which is the case when more
+  // than two answers are unread. Returns false if the stream broke; Read then returns nullopt, and
+  // status() tells why. A batch without points is not sent.
   bool Write(absl::Span<const Point> points);
-  // Writer: nothing more comes. The server answers what it has, then ends the stream.
+  // Writer: ends the batches. The server answers the batches it has, then ends the stream.
   void WritesDone();
 
-  // Reader: the answer to the next batch, in order; nullopt at the end and on an error. Blocks
-  // until there is one.
+  // Reader: returns the answer to the next batch, in order; nullopt at the end and on an error.
+  // Blocks until there is one.
   std::optional<PointsAnswer> Read();
-  // Reader: after the end, OK when all that was written is answered, else why not.
+  // Reader: after the end, OK if every batch was answered, otherwise the error.
   const absl::Status& status() const;
 
-  // Ends the stream as soon as can be.
+  // Ends the stream as soon as possible.
   void Cancel();
 
  private:

@@ -24,7 +24,7 @@ v1::QueryPointsResponse Response(const std::string& text) {
   return message;
 }
 
-// Answers to a batch of two points, and to one of one point.
+// Answers a batch of two points, then a batch of one point.
 Script TwoAnswers() {
   Script script;
   script.points = {
@@ -101,7 +101,7 @@ TEST(PointsStreamTest, ErrorsAreTheServersOwn) {
   const absl::Status expected = absl::NotFoundError("map \"x\" does not exist");
   Client client(server.address());
   EXPECT_EQ(client.QueryPoints("x")->Ask(std::vector<Point>{{1, 2}}).status(), expected);
-  // Also when nothing is asked.
+  // The same holds if no batch is written.
   const auto unasked = client.QueryPoints("x");
   unasked->WritesDone();
   EXPECT_EQ(unasked->Read(), std::nullopt);

@@ -1,4 +1,4 @@
-// The questions of Client.
+// Queries of Client.
 #include <memory>
 #include <utility>
 

@@ -1,8 +1,8 @@
-// Answers that arrive in parts, each once.
+// Answers that arrive in parts, each of which can be read once.
 //
-//   AnswerReader chairs = client.QueryValue("office", "chair");
-//   for (const LayerPart& part : chairs) Show(part);
-//   if (!chairs.status().ok()) return chairs.status();
+//    AnswerReader chairs = client.QueryValue("office", "chair");
+//    for (const LayerPart& part : chairs) Show(part);
+//    if (!chairs.status().ok()) return chairs.status();
 #ifndef HYPERMAP_CLIENT_LIBS_CPP_READERS_H_
 #define HYPERMAP_CLIENT_LIBS_CPP_READERS_H_
 
@@ -18,18 +18,19 @@
 
 namespace hypermap::client {
 
-// Where the parts come from. Destroying a source ends the call.
+// Source of the parts of an answer. Destroying a source ends the call.
 template <typename Part>
 class PartSource {
  public:
   virtual ~PartSource() = default;
-  // The next part; nullopt at the end and on an error. Blocks until there is one.
+  // Returns the next part; nullopt at the end and on an error. Blocks until there is one.
   virtual std::optional<Part> Next() = 0;
-  // Why Next gave nothing: OK at the end of a complete answer.
+  // After Next returned nullopt: OK if the answer is complete, otherwise the error.
   virtual const absl::Status& status() const = 0;
 };
 
-// Walks through what a reader gives, which is read on by each step. One at a time.
+// Input iterator over the items of a reader. Each step reads the next item, so a reader can have
+// only one iterator.
 template <typename Reader>
 class ReaderIterator {
  public:
@@ -53,24 +54,24 @@ class ReaderIterator {
   mutable std::optional<value_type> item_;
 };
 
-// An answer to an area or value question, layer after layer. Destroying it before the end tells the
-// server to stop. Movable; one thread at a time.
+// The answer to QueryArea or QueryValue, layer by layer. Destroying it before the end tells the
+// server to stop. Movable; used by one thread at a time.
 class AnswerReader {
  public:
   struct RevisedPart {
     Revision revision = 0;
-    std::optional<LayerPart> part;  // absent where there was no layer to ask
+    std::optional<LayerPart> part;  // absent if the query has no layers
   };
 
   explicit AnswerReader(std::unique_ptr<PartSource<RevisedPart>> source);
 
-  // The next part; nullopt at the end and on an error. Blocks until there is one.
+  // Returns the next part; nullopt at the end and on an error. Blocks until there is one.
   std::optional<LayerPart> Next();
   auto begin() { return ReaderIterator<AnswerReader>(this); }
   std::default_sentinel_t end() const { return {}; }
-  // After the end: OK, or why the answer is not complete.
+  // After the end: OK, or the reason why the answer is incomplete.
   const absl::Status& status() const { return source_->status(); }
-  // The revision that the whole answer is read at; 0 before the first Next.
+  // The revision at which the whole answer is read; 0 before the first Next.
   Revision revision() const { return revision_; }
 
  private:
@@ -78,17 +79,17 @@ class AnswerReader {
   Revision revision_ = 0;
 };
 
-// A file that arrives piece after piece. Destroying it before the end tells the server to stop.
-// Movable; one thread at a time.
+// A file that arrives in pieces. Destroying the reader before the end tells the server to stop.
+// Movable; used by one thread at a time.
 class ByteReader {
  public:
   explicit ByteReader(std::unique_ptr<PartSource<std::string>> source);
 
-  // The next piece; nullopt at the end and on an error. Blocks until there is one.
+  // Returns the next piece; nullopt at the end and on an error. Blocks until there is one.
   std::optional<std::string> Next() { return source_->Next(); }
   auto begin() { return ReaderIterator<ByteReader>(this); }
   std::default_sentinel_t end() const { return {}; }
-  // After the end: OK, or why the file is not complete.
+  // After the end: OK, or the reason why the file is incomplete.
   const absl::Status& status() const { return source_->status(); }
 
  private:

@@ -1,4 +1,4 @@
-// Calls that do not find the server at once.
+// Tests of calls that reach the server only after retries.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

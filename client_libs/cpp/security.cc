@@ -14,7 +14,7 @@ absl::StatusOr<std::string> ReadFile(const std::string& path) {
   errno = 0;
   std::ifstream file(path, std::ios::binary);
   std::ostringstream data;
-  // A folder can be opened, but not read.
+  // A directory can be opened, but reading it fails and sets errno.
   if (file.is_open()) data << file.rdbuf();
   if (errno != 0) return absl::ErrnoToStatus(errno, path);
   return data.str();

@@ -1,4 +1,4 @@
-// How a client knows the server, and the server the client.
+// Authentication of server and client: TLS certificates and tokens.
 #ifndef HYPERMAP_CLIENT_LIBS_CPP_SECURITY_H_
 #define HYPERMAP_CLIENT_LIBS_CPP_SECURITY_H_
 
@@ -11,31 +11,33 @@ namespace hypermap::client {
 
 // Certificates and keys are PEM texts.
 struct TlsOptions {
-  // Who may have signed the server's certificate. Empty: those whom the system trusts.
+  // Certificate authorities that the server's certificate may be signed by. Empty: those that the
+  // system trusts.
   std::string root_certificates;
-  // The client's own certificate, with those that lead to its root, and its key, for a server that
-  // asks for one (--tls_client_ca). Both or none.
+  // The client's own certificate with its intermediates, and its key, for a server that requires
+  // one (--tls_client_ca). Both or none.
   std::string certificate_chain;
   std::string private_key;
   // The name that the server's certificate must have. Empty: the host of the target.
   std::string server_name;
 };
 
-// Where TlsOptions lie; an empty path leaves its field empty.
+// Paths of files with the fields of TlsOptions. An empty path leaves its field empty.
 struct TlsFiles {
   std::string root_certificates;
   std::string certificate_chain;
   std::string private_key;
 };
 
-// NOT_FOUND, PERMISSION_DENIED and the like, naming the file.
+// Errors name the file: NOT_FOUND, PERMISSION_DENIED and the like.
 absl::StatusOr<TlsOptions> ReadTlsFiles(const TlsFiles& files);
 
-// The token to send with a call. Asked for each try of each call, from any thread, so that a token
-// can be renewed. Without one the call fails with UNAUTHENTICATED and the error's message.
+// Returns the token to send with a call. It is called for each attempt of each call, from any
+// thread, so that tokens can be renewed. If it fails, the call fails with UNAUTHENTICATED and the
+// error's message.
 using TokenSource = std::function<absl::StatusOr<std::string>()>;
 
-// The content of a file as it is at each call, without the blanks around it.
+// Reads the token from a file at each call, without leading and trailing whitespace.
 TokenSource TokenFromFile(std::string path);
 
 }  // namespace hypermap::client

@@ -1,4 +1,4 @@
-// Who a client talks to, and what it shows of itself.
+// Tests of TLS and tokens: which servers a client trusts, and which credentials it sends.
 #include "client_libs/cpp/security.h"
 
 #include <gmock/gmock.h>
@@ -28,7 +28,7 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
-// Notes the authorization of each call.
+// Records the authorization header of each call.
 class Doorkeeper : public v1::CatalogService::Service {
  public:
   explicit Doorkeeper(const std::shared_ptr<grpc::ServerCredentials>& credentials) {
@@ -69,7 +69,7 @@ class Doorkeeper : public v1::CatalogService::Service {
   std::vector<std::string> shown_ ABSL_GUARDED_BY(mutex_);
 };
 
-// A server with a certificate of "root", which clients may have to have as well.
+// Starts servers with a certificate signed by "root", optionally requiring client certificates.
 class TlsTest : public ::testing::Test {
  protected:
   TlsTest() {
@@ -90,7 +90,7 @@ class TlsTest : public ::testing::Test {
     return std::make_unique<Doorkeeper>(grpc::SslServerCredentials(options));
   }
 
-  // What comes of a call, without tries.
+  // The status of one call without retries.
   absl::Status Call(const Doorkeeper& server, const TlsFiles& files,
                     const std::string& server_name = "", TokenSource token = nullptr) const {
     absl::StatusOr<TlsOptions> tls = ReadTlsFiles(files);
@@ -178,7 +178,7 @@ TEST(TokenTest, IsAskedForAnewForEachCall) {
   EXPECT_THAT(server.shown(), ElementsAre("Bearer first", "Bearer second"));
 }
 
-// Of each kind of call: how it ends.
+// The statuses of one call of each kind.
 std::vector<absl::Status> CallEachWay(Client& client) {
   std::vector<absl::Status> statuses = {client.ListMaps().status()};
   statuses.push_back(client.ImportMap("office", FileFormat::kHmap, {{"a.hmap", "zip"}}).status());
@@ -211,7 +211,7 @@ TEST(TokenTest, WhatAHeaderCantCarryIsRefused) {
   EXPECT_THAT(server.shown(), IsEmpty());
 }
 
-// Nothing is sent to these places (RFC 5737, RFC 2606).
+// Addresses and names reserved for documentation (RFC 5737, RFC 2606), so nothing is sent anywhere.
 TEST(TokenTest, LeavesTheMachineByTlsOnly) {
   for (const char* target : {"192.0.2.1:1", "map.example:1", "127.0.0.1.map.example:1",
                              "localhost.map.example:1", "[2001:db8::1]:1"}) {

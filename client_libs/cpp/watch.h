@@ -1,8 +1,8 @@
-// Following the changes of a map.
+// Watches the changes of a map.
 //
-//   Watcher watcher = client.Watch("office", {.scope = {{"objects"}, ""}});
-//   while (std::optional<WatchEvent> event = watcher.Next()) replica.Take(*event);
-//   return watcher.status();
+//    Watcher watcher = client.Watch("office", {.scope = {{"objects"}, ""}});
+//    while (std::optional<WatchEvent> event = watcher.Next()) replica.Take(*event);
+//    return watcher.status();
 #ifndef HYPERMAP_CLIENT_LIBS_CPP_WATCH_H_
 #define HYPERMAP_CLIENT_LIBS_CPP_WATCH_H_
 
@@ -21,57 +21,61 @@
 namespace hypermap::client {
 
 struct WatchOptions {
-  // Layers (empty: all, also those that are still to come), and the frame of area and answers.
+  // Layers to watch, and the frame of the area and of the answers. Without layers, all are watched,
+  // also those created later.
   Scope scope = {};
-  // Objects that intersect it, cells whose centre it covers. Absent: everywhere.
+  // Selects the objects that intersect the area, and the cells whose centre it covers. Absent:
+  // everywhere.
   std::optional<Polygon> area = std::nullopt;
-  // Objects with one of these labels or aliases of them. Empty: all. Cells are not filtered by it.
+  // Selects the objects with one of these labels, or with a label that one of these aliases stands
+  // for. Empty: all objects. Cells are not filtered by it.
   std::vector<std::string> classes = {};
-  // The changes after this revision, and no snapshot. Absent: a snapshot first.
+  // Reports the changes after this revision, without a snapshot. Absent: a snapshot comes first.
   std::optional<Revision> start_revision = std::nullopt;
-  // Whether changes of a busy map may come some milliseconds later, several at a time; the server
-  // can then tell many more. What Next returns is the same.
+  // Allows the server to send several changes of a busy map together, some milliseconds later, so
+  // that it can serve many more watches. Next returns the same events either way.
   bool coalesce = true;
-  // Whether a watch that broke goes on by itself, after the last revision that was told whole.
+  // Whether a broken watch resumes by itself after the last revision that arrived completely.
   bool resume = true;
-  // How long a watch that had begun is tried again while no server answers. One that has not is
-  // tried for as long as the client's other calls.
+  // Maximum time for retries of a watch that had begun, while no server answers. Before its first
+  // message, it is retried for the client's retry_for.
   absl::Duration retry_for = absl::InfiniteDuration();
-  // A connection on which nothing came for so long, not even progress, is taken for broken. Longer
-  // than the server's --watch_progress (10 s).
+  // A connection on which nothing arrives for this long, not even progress, counts as broken.
+  // Should exceed the server's --watch_progress (10 s).
   absl::Duration idle_timeout = absl::Seconds(60);
-  // For replicas: all in the frame of its layer, also of layers that are not connected to the
-  // scope's frame (of which an area selects nothing); the area selects the cells that touch it; a
-  // snapshot begins with kTransform of all frames, and has kLayerCreated of each layer before its
-  // content; each event has its time, and the first has the map.
+  // For replicas. Objects and cells are in the frame of their layer, also those of layers that are
+  // not connected to the scope's frame (of which an area selects nothing). An area selects the
+  // cells that touch it. A snapshot begins with kTransform for all frames, and has kLayerCreated
+  // for each layer before its content. Each event has its time, and the first has the map.
   bool as_stored = false;
-  // When start_revision was made, for 0 the map: the watch ends with ABORTED when the server's was
-  // not, as that is another map or was taken back to an older state.
+  // Time at which start_revision was made; for revision 0, time at which the map was created. If
+  // the server's time differs, the watch ends with ABORTED: the map is another one, or was restored
+  // to an older state.
   std::optional<absl::Time> start_time = std::nullopt;
-  // What is done when the changes to go on with are not kept any more: a new snapshot (true), or
-  // the end with OUT_OF_RANGE.
+  // Whether the watch continues with a new snapshot if the changes to resume from are no longer
+  // kept. Otherwise it ends with OUT_OF_RANGE.
   bool snapshot_when_compacted = false;
 };
 
-// A revision, whole.
+// All selected changes of one revision, or progress.
 struct WatchEvent {
   Revision revision = 0;
-  // When it was made and by whom; not of a snapshot and of progress, of which, as stored, the time
-  // is told.
+  // Time and author of the commit. Not set in snapshots and progress; with as_stored these have the
+  // time.
   absl::Time time;
   std::string author;
-  // Empty when nothing of what came up to this revision was selected.
+  // Empty: progress; nothing in the selection has changed up to this revision.
   std::vector<MapChange> changes;
-  // The changes are all that the filter selects at the revision (kPut and kCells).
+  // Whether the changes are the whole selection at the revision (kPut and kCells).
   bool snapshot = false;
-  // Of a snapshot: what was told before does not hold any more.
+  // For snapshots: whether it replaces everything that was reported before.
   bool reset = false;
-  // As stored, of the first event of each call: the map with its newest revision.
+  // With as_stored, in the first event of each call: the map with its newest revision.
   std::optional<MapEntry> map;
 };
 
-// Tells each change once, in order, those of a revision together. Destroying it ends the watch.
-// Movable; one thread at a time, but any may cancel.
+// Reports each change once and in order, the changes of a revision together. Destroying it ends the
+// watch. Movable. Used by one thread at a time, except that any thread may cancel.
 class Watcher {
  public:
   // The call itself. Only for the sources of this folder.
@@ -82,25 +86,24 @@ class Watcher {
   Watcher& operator=(Watcher&&) noexcept;
   ~Watcher();
 
-  // The next revision of which something is selected, or progress; nullopt at the end. Blocks until
-  // there is one.
+  // Returns the next event; nullopt at the end. Blocks until there is one.
   std::optional<WatchEvent> Next();
   auto begin() { return ReaderIterator<Watcher>(this); }
   std::default_sentinel_t end() const { return {}; }
-  // After the end: why. CANCELLED after Cancel.
+  // After the end: the reason. CANCELLED after Cancel.
   const absl::Status& status() const;
-  // The last revision that was told whole, to resume from; absent before there is one.
+  // The last revision that arrived completely, to resume from. Absent before the first.
   std::optional<Revision> revision() const;
-  // How often it has gone on after a break.
+  // Number of times that the watch has resumed after a break.
   int num_resumed() const;
-  // Ends the watch as soon as can be.
+  // Ends the watch as soon as possible.
   void Cancel();
 
  private:
   std::unique_ptr<Call> call_;
 };
 
-// The difference of two revisions, change after change. Movable; one thread at a time.
+// Reads the difference of two revisions change by change. Movable; used by one thread at a time.
 class ChangeReader {
  public:
   struct Part {
@@ -111,13 +114,13 @@ class ChangeReader {
 
   explicit ChangeReader(std::unique_ptr<PartSource<Part>> source);
 
-  // The next change; nullopt at the end and on an error. Blocks until there is one.
+  // Returns the next change; nullopt at the end and on an error. Blocks until there is one.
   std::optional<MapChange> Next();
   auto begin() { return ReaderIterator<ChangeReader>(this); }
   std::default_sentinel_t end() const { return {}; }
-  // After the end: OK, or why the answer is not complete.
+  // After the end: OK, or the reason why the answer is incomplete.
   const absl::Status& status() const { return source_->status(); }
-  // The revisions compared; 0 before the first Next.
+  // The compared revisions; 0 before the first Next.
   Revision from_revision() const { return part_.from_revision; }
   Revision to_revision() const { return part_.to_revision; }
 

@@ -29,7 +29,7 @@ Message Parse(const std::string& text) {
 
 v1::WatchResponse Told(const std::string& text) { return Parse<v1::WatchResponse>(text); }
 
-// A revision that removes the objects, by id.
+// A revision that removes the objects with these ids.
 v1::WatchResponse Removes(Revision revision, const std::vector<int>& ids, bool more = false) {
   v1::WatchResponse response;
   response.set_revision(revision);
@@ -122,7 +122,7 @@ TEST(WatcherTest, ARevisionInPartsIsToldWhole) {
   EXPECT_THAT(IdsOf(*watcher.Next()), ElementsAre(5));
 }
 
-// The messages in one.
+// One message that contains the others.
 v1::WatchResponse Coalesced(const std::vector<v1::WatchResponse>& messages) {
   v1::WatchResponse response;
   for (const v1::WatchResponse& message : messages) *response.add_coalesced() = message;

@@ -1,4 +1,4 @@
-// The flags by which a program is told of its server.
+// Flags that name a server and the security of the connection to it.
 #ifndef HYPERMAP_CLIENT_LIBS_FLAGS_CONNECTION_FLAGS_H_
 #define HYPERMAP_CLIENT_LIBS_FLAGS_CONNECTION_FLAGS_H_
 
@@ -10,11 +10,11 @@
 
 namespace hypermap::client {
 
-// As they stand on the command line.
+// The values of the flags.
 struct ConnectionFlags {
   std::string server = "127.0.0.1:50051";  // HOST:PORT
   bool tls = false;
-  TlsFiles tls_files;  // any of them means TLS as well
+  TlsFiles tls_files;  // any of them implies tls
   std::string tls_server_name;
   std::string token_file;
   bool token_in_clear = false;
@@ -24,8 +24,9 @@ struct ConnectionFlags {
 // --token_file, --token_in_clear. `flags` must outlive the parser.
 void AddConnectionFlags(CLI::App& app, ConnectionFlags& flags);
 
-// A client of flags.server with `options` and the security that the flags ask for; without a token
-// file the token is $HYPERMAP_TOKEN, if any. Errors name the file that can't be read.
+// Makes a client of flags.server with `options` and the security that the flags ask for. Without a
+// token file, the token is $HYPERMAP_TOKEN, if that is set. Errors name the file that can't be
+// read.
 absl::StatusOr<Client> MakeClient(const ConnectionFlags& flags, ClientOptions options);
 
 }  // namespace hypermap::client

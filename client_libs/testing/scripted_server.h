@@ -1,4 +1,4 @@
-// A server for tests of clients: it notes each request and answers what the test has put in.
+// A server for tests of clients: records each request and gives the answers of a script.
 #ifndef HYPERMAP_CLIENT_LIBS_TESTING_SCRIPTED_SERVER_H_
 #define HYPERMAP_CLIENT_LIBS_TESTING_SCRIPTED_SERVER_H_
 
@@ -19,21 +19,21 @@
 
 namespace hypermap::client {
 
-// How one watch is answered.
+// The answer to one watch.
 struct ScriptedWatch {
   std::vector<v1::WatchResponse> responses;
-  // Whether it stays open after them until the caller gives up.
+  // Whether the watch stays open after the responses until the caller cancels.
   bool stays = false;
   grpc::Status status;
 };
 
-// What the server answers, set before the calls.
+// The answers of the server. Set before the first call.
 struct Script {
-  // Of every call, after what else it answers.
+  // The status of every call, after its other answers.
   grpc::Status status;
-  // Answer area and value questions without end, until the caller gives up.
+  // Whether area and value queries are answered without end, until the caller cancels.
   bool endless = false;
-  // So many calls are answered UNAVAILABLE before that.
+  // Number of calls that fail with UNAVAILABLE before the others are answered.
   int outage = 0;
 
   v1::ListMapsResponse maps;
@@ -46,10 +46,10 @@ struct Script {
   int64_t revision = 1;
   std::vector<v1::LayerPart> parts;
   v1::QueryNearestResponse nearest;
-  // Each to the next batch of points; `status` in place of one too many.
+  // Each answers one batch of points; a further batch gets `status`.
   std::vector<v1::QueryPointsResponse> points;
   v1::ApplyEditsResponse edits;
-  // The first watch, the one after it, ... A watch too many ends at once.
+  // Answers to the first watch, the second, and so on. Further watches end at once.
   std::vector<ScriptedWatch> watches;
   std::vector<v1::ListChangesResponse> changes;
   v1::ListRevisionsResponse revisions;
@@ -62,7 +62,7 @@ struct Script {
   v1::StopExplorationResponse stopped;
 };
 
-// Serves in this process on a free port until it is destroyed.
+// Serves in this process on a free port until destruction.
 class ScriptedServer {
  public:
   explicit ScriptedServer(Script script);
@@ -71,14 +71,14 @@ class ScriptedServer {
   // HOST:PORT.
   const std::string& address() const { return address_; }
 
-  // Name and content of each request in order, without its request_id:
-  // "GetMap map: \"office\"". The chunks of an import follow its header as "file NAME (N bytes)".
+  // Name and content of each request in order, without its request_id: "GetMap map: \"office\"".
+  // The chunks of an import follow its header as "file NAME (N bytes)".
   std::vector<std::string> Requests() const;
-  // The ids that mutations came with.
+  // The request ids of the mutations, in order.
   std::vector<std::string> RequestIds() const;
-  // The content of the file that was imported last.
+  // The content of the last imported file.
   std::string ImportedData() const;
-  // Waits until an endless answer was given up.
+  // Waits until the caller cancels an endless answer.
   void WaitForCancellation() const { cancelled_.WaitForNotification(); }
 
  private:
@@ -88,7 +88,7 @@ class ScriptedServer {
   class Watching;
   class Exploring;
 
-  // Whether the call is one of the outage.
+  // Records a request. Returns whether the call is part of the outage.
   template <typename Request>
   bool Note(const char* rpc, Request request);
   template <typename Message>

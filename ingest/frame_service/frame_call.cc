@@ -37,13 +37,13 @@ void FrameCall::OnReadDone(bool ok) {
       const std::lock_guard<std::mutex> lock(mutex_);
       input_ended_ = true;
       may_pop_.notify_one();
-      if (opened_) return;  // the thread sees it
+      if (opened_) return;  // The thread ends the call.
     }
     End(absl::InvalidArgumentError("the stream ended before its opening"));
     return;
   }
   std::unique_lock<std::mutex> lock(mutex_);
-  // What comes while the call is being ended is not answered any more.
+  // Requests that arrive while the call ends are not answered.
   if (end_) return;
   if (opened_) {
     if (request_.has_opening()) {
@@ -77,7 +77,7 @@ void FrameCall::OnReadDone(bool ok) {
 
 void FrameCall::Run(FrameCall* call, std::shared_ptr<FrameCalls> calls) {
   const absl::Status status = call->Serve();
-  call->End(status);  // the call may be gone after this
+  call->End(status);  // May delete the call.
   const std::lock_guard<std::mutex> lock(calls->mutex);
   --calls->running;
   calls->ended.notify_all();
@@ -203,7 +203,7 @@ void FrameCall::Flush() {
 void FrameCall::OnWriteDone(bool ok) {
   const std::lock_guard<std::mutex> lock(mutex_);
   writing_ = false;
-  if (!ok) waiting_.Clear();  // nobody is there
+  if (!ok) waiting_.Clear();  // The robot is gone.
   Flush();
 }
 
@@ -217,7 +217,7 @@ void FrameCall::OnCancel() {
 void FrameCall::OnDone() {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
-  }  // who called Finish may not have let go of it yet
+  }  // The thread that called Finish() may still hold the mutex.
   delete this;
 }
 

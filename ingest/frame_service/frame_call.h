@@ -1,4 +1,4 @@
-// One robot's stream of frames.
+// The call StreamFrames: one robot's stream of frames.
 #ifndef HYPERMAP_INGEST_FRAME_SERVICE_FRAME_CALL_H_
 #define HYPERMAP_INGEST_FRAME_SERVICE_FRAME_CALL_H_
 
@@ -20,21 +20,22 @@
 
 namespace hypermap::ingest {
 
-// What the calls of a server share, and how many there are.
+// State that all calls of a server share.
 struct FrameCalls {
   FrameServerOptions options;
   client::Client client;
   std::shared_ptr<const Observer> observer;
 
-  // Not absl's, which ThreadSanitizer can't see unless abseil is built with it.
+  // Not absl::Mutex, which ThreadSanitizer can't see unless abseil is built with it.
   std::mutex mutex;
   std::condition_variable ended;
-  int running = 0;  // guarded by the mutex
+  int running = 0;  // Number of calls with a thread. Guarded by the mutex.
 };
 
-// Requests come in on gRPC's threads and wait in a bounded queue; one thread of the call works them
-// and sends observations on, another hands acknowledgements back. gRPC owns the object from its
-// making to OnDone.
+// Requests arrive on gRPC's threads and wait in a bounded queue. One thread of the call turns them
+// into observations and sends these to the server; another returns the server's acknowledgements.
+// If the queue is full, reading pauses, so that gRPC's flow control slows the robot down, unless
+// the robot has asked to drop its oldest frame. The object deletes itself in OnDone().
 class FrameCall
     : public grpc::ServerBidiReactor<v1::StreamFramesRequest, v1::StreamFramesResponse> {
  public:
@@ -46,35 +47,36 @@ class FrameCall
   void OnDone() override;
 
  private:
-  // Works the call to its end, in a thread of its own.
+  // Serves the call to its end, on a thread of its own.
   static void Run(FrameCall* call, std::shared_ptr<FrameCalls> calls);
   absl::Status Serve();
   void Work(client::ObserveStream& upstream);
   void PassAcknowledgements(client::ObserveStream& upstream);
   void TellOpened(const client::OpenedLayer& opened);
-  // The next frame; nullopt when no more come or the call ends.
+  // Waits for the next frame; nullopt if no more come or the call ends.
   std::optional<v1::RobotFrame> Pop();
 
-  // The mutex is held for these.
+  // REQUIRES for the methods up to Flush(): mutex_ is held.
   bool MayPop() const;
   void Push(v1::RobotFrame frame);
   bool Full() const;
   void Acknowledge(int64_t sequence, v1::FrameOutcome outcome, Revision revision,
                    const std::string& message);
-  // Sends what waits to be sent; at the end, the status.
+  // Starts writing waiting_, unless a write is running; finishes the call once nothing waits and
+  // its status is known.
   void Flush();
 
   void End(const absl::Status& status);
 
   const std::shared_ptr<FrameCalls> calls_;
-  FrameSource source_;        // set before the thread begins
-  bool drop_oldest_ = false;  // as well
+  FrameSource source_;        // Set before the thread begins.
+  bool drop_oldest_ = false;  // Set before the thread begins.
 
-  // Guards what follows, but for the two messages.
+  // Guards the members below, except the two messages that gRPC uses.
   std::mutex mutex_;
   std::condition_variable may_pop_;
-  v1::StreamFramesRequest request_;   // gRPC writes to it while a read is out
-  v1::StreamFramesResponse sending_;  // gRPC reads it while a write is out
+  v1::StreamFramesRequest request_;   // Written by gRPC while a read is running.
+  v1::StreamFramesResponse sending_;  // Read by gRPC while a write is running.
   bool opened_ = false;
   std::deque<v1::RobotFrame> queue_;
   bool input_ended_ = false;
@@ -82,7 +84,7 @@ class FrameCall
   bool cancelled_ = false;
   bool read_paused_ = false;
   client::ObserveStream* upstream_ = nullptr;
-  std::map<int64_t, int> bad_instances_;  // by sequence
+  std::map<int64_t, int> bad_instances_;  // By sequence, of frames without acknowledgement.
   v1::StreamFramesResponse waiting_;
   bool writing_ = false;
   bool finished_ = false;

@@ -15,6 +15,7 @@ namespace hypermap::ingest {
 namespace {
 
 constexpr int kMaxSide = 16384;
+// Largest difference of a quaternion's length from 1.
 constexpr double kMaxLengthError = 0.01;
 constexpr double kMillimetres = 1000.0;
 

@@ -1,4 +1,4 @@
-// Frames of the wire as what perception works on.
+// Conversion of frames from protobuf to the input of perception.
 #ifndef HYPERMAP_INGEST_FRAME_SERVICE_FRAME_DECODE_H_
 #define HYPERMAP_INGEST_FRAME_SERVICE_FRAME_DECODE_H_
 
@@ -10,19 +10,19 @@
 
 namespace hypermap::ingest {
 
-// What all frames of a stream share.
+// The fields that all frames of a stream share.
 struct FrameSource {
   std::string robot;
   std::string frame_id;
   CameraModel camera;
 };
 
-// INVALID_ARGUMENT naming the field.
+// Decodes the first message of a stream. Errors: INVALID_ARGUMENT, naming the field.
 absl::StatusOr<FrameSource> DecodeOpening(const v1::FrameOpening& opening);
 
-// INVALID_ARGUMENT naming the field. Instances that can't be used are left out and counted; of more
-// than `max_instances` those of the highest scores are taken. Leaves what Validate(Frame) checks to
-// it.
+// Decodes a frame. Of more than `max_instances` instances those with the highest scores are taken.
+// Instances that are left out or can't be decoded are added to `bad_instances`. Errors:
+// INVALID_ARGUMENT, naming the field; the checks of Validate(Frame) are left to it.
 absl::StatusOr<Frame> DecodeFrame(const FrameSource& source, const v1::RobotFrame& message,
                                   int max_instances, int& bad_instances);
 

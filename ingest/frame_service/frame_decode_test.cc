@@ -27,8 +27,8 @@ v1::FrameOpening Opening() {
   return opening;
 }
 
-// Looks along x, one metre up; the top row is 1 m and 0.513 m off, of the bottom row the right one
-// is an instance.
+// A frame of 2 x 2 pixels from a camera 1 m up that looks along x. The depths of the top row are
+// 1 m and 0.513 m, and the right pixel of the bottom row is an instance.
 v1::RobotFrame Message() {
   v1::RobotFrame message;
   message.set_sequence(7);

@@ -61,7 +61,7 @@ absl::StatusOr<std::unique_ptr<FrameServer>> FrameServer::Start(
   grpc::ServerBuilder builder;
   int port = 0;
   builder.AddListeningPort(options.listen, grpc::InsecureServerCredentials(), &port);
-  // Two servers on one port would answer in turns.
+  // With SO_REUSEPORT two servers could share the port, and each would get some of the calls.
   builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
   builder.SetMaxReceiveMessageSize(options.max_message_bytes);
   builder.RegisterService(&made->impl_->service);

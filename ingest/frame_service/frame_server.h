@@ -1,4 +1,4 @@
-// Serves FrameService: frames of robots in, observations out to a Hypermap server.
+// Serves FrameService: receives frames of robots and sends observations to a Hypermap server.
 #ifndef HYPERMAP_INGEST_FRAME_SERVICE_FRAME_SERVER_H_
 #define HYPERMAP_INGEST_FRAME_SERVICE_FRAME_SERVER_H_
 
@@ -15,27 +15,29 @@ struct FrameServerOptions {
   std::string listen = "127.0.0.1:0";  // HOST:PORT
   std::string map;
   std::string layer;
-  client::ObserveOptions observe;  // but for the robot
-  int queue = 16;                  // frames of a stream that wait at most
+  client::ObserveOptions observe;  // All but the robot, which each stream names.
+  int queue = 16;                  // Most frames that wait in each stream.
   int max_instances = 254;
   int max_message_bytes = 64 << 20;
 };
 
-// Each stream has a thread of its own that works its frames in their order, and a stream to the
-// server. Thread safe.
+// Each stream has a thread of its own, which processes its frames in order, and a stream of its own
+// to the server. Thread safe.
 class FrameServer {
  public:
-  // UNAVAILABLE when it can't listen.
+  // Starts serving. Errors: INVALID_ARGUMENT if options.listen is not HOST:PORT; UNAVAILABLE if it
+  // can't listen there.
   static absl::StatusOr<std::unique_ptr<FrameServer>> Start(
       const FrameServerOptions& options, const client::Client& client,
       std::shared_ptr<const Observer> observer);
-  // As Shutdown.
+  // Calls Shutdown().
   ~FrameServer();
 
-  // HOST:PORT with the port that is listened on.
+  // Returns HOST:PORT with the actual port.
   const std::string& address() const { return address_; }
 
-  // Ends all streams and waits for them: what was not acknowledged is to be sent again.
+  // Cancels all streams and waits for their ends. Robots must resend frames that were not
+  // acknowledged.
   void Shutdown();
 
  private:

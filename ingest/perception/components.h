@@ -1,4 +1,4 @@
-// Connected pixels of an image.
+// Connected components of an image's pixels.
 #ifndef HYPERMAP_INGEST_PERCEPTION_COMPONENTS_H_
 #define HYPERMAP_INGEST_PERCEPTION_COMPONENTS_H_
 
@@ -7,16 +7,17 @@
 
 namespace hypermap::ingest {
 
-// For each pixel the number of its component, counted in the order of their first pixels; -1 for
-// those that are no members.
+// `of` gives the component of each pixel, or -1 for pixels that are no members. Components are
+// numbered from 0 in the order of their first pixels.
 struct Components {
   int count = 0;
   std::vector<int> of;
 };
 
-// Components of the pixels for which `member(i)`, joined with the pixel right of them where
-// `right(i)`, with the one below where `down(i)`; both are asked only between members. In two
-// passes with a union of labels (Rosenfeld and Pfaltz 1966).
+// Returns the components of the pixels for which `member(i)` is true. Pixel i is joined with the
+// pixel to its right if `right(i)`, and with the pixel below if `down(i)`; both are called only
+// between two members. Two passes over the image with a union of labels (Rosenfeld and Pfaltz
+// 1966), so that the cost is almost linear in the number of pixels.
 template <typename Member, typename Right, typename Down>
 Components ConnectedComponents(int width, int height, const Member& member, const Right& right,
                                const Down& down) {
@@ -24,7 +25,7 @@ Components ConnectedComponents(int width, int height, const Member& member, cons
   Components components;
   std::vector<int>& of = components.of;
   of.assign(static_cast<size_t>(width) * height, kNone);
-  std::vector<int> parent;  // never greater than the label itself
+  std::vector<int> parent;  // A label's parent is never greater than the label.
   const auto root = [&](int label) {
     while (parent[label] != label) label = parent[label] = parent[parent[label]];
     return label;

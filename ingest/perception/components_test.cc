@@ -27,7 +27,7 @@ TEST(ComponentsTest, PixelsThatTouchAreOne) {
   EXPECT_THAT(found.of, ElementsAre(0, 0, -1, 1, -1, 0, -1, 1, 2, -1, -1, 1));
 }
 
-// Two arms that meet in the last row have the first one's number.
+// Two arms that meet only in the last row are one component, numbered by the first arm.
 TEST(ComponentsTest, ArmsThatMeetBelowAreOne) {
   const std::vector<int> image = {1, 0, 1, 0, 1,  //
                                   1, 0, 1, 0, 1,  //
@@ -50,7 +50,7 @@ TEST(ComponentsTest, AnImageWithoutMembersHasNone) {
   EXPECT_EQ(ConnectedComponents(0, 0, Always, Always, Always).count, 0);
 }
 
-// The same as growing each component from its first pixel.
+// The oracle grows each component from its first pixel.
 TEST(ComponentsTest, RandomImagesEqualFloodFill) {
   Rng rng(TestSeed());
   for (int round = 0; round < 200; ++round) {

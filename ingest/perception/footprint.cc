@@ -14,15 +14,17 @@ namespace {
 constexpr double kFineCell_m = 0.01;
 constexpr double kCoarseCell_m = 0.025;
 constexpr double kFineExtent_m = 0.45;
-// Of more pixels only those of every second, third ... row and column become points.
+// Objects with more pixels are thinned to every second, third, ... row and column.
 constexpr size_t kMaxPoints = 6000;
-// Clumps with a smaller share of the points than this are strays.
+// Clumps with a smaller share of the points than this are strays: a convex hull would extend to
+// each of them.
 constexpr double kStrayShare = 0.05;
 
-// Positions along the frame's axes, from the cloud's foot.
+// Positions relative to the cloud's foot, along the axes of the pose's frame.
 using Points = std::vector<Eigen::Vector3f>;
 
-// Of every `stride`-th row and column of the pixels those above the floor and near enough.
+// Returns the smoothed points of every `stride`-th row and column of `pixels` that are above the
+// floor and within range.
 Points PointsOf(const OrganisedCloud& cloud, const std::vector<int32_t>& pixels, int stride,
                 const FootprintOptions& options) {
   Points points = SmoothedFromCamera(cloud, pixels, stride);
@@ -36,12 +38,15 @@ Points PointsOf(const OrganisedCloud& cloud, const std::vector<int32_t>& pixels,
   return points;
 }
 
+// Equals std::floor(x) for values in the range of int32_t, but needs no call of the library:
+// baseline x86-64 has no instruction for floor.
 int32_t Floor(double x) {
   const auto towards_zero = static_cast<int32_t>(x);
   return towards_zero - (towards_zero > x);
 }
 
-// The cells of a plane grid that points lie in, counted row by row from the first of their box.
+// The cells of a grid on the plane that points lie in, as row-major indices into the bounding box
+// of these cells.
 struct FlatGrid {
   FlatGrid(const Points& points, double resolution_m) {
     constexpr int32_t kMost = std::numeric_limits<int32_t>::max();
@@ -69,10 +74,11 @@ struct FlatGrid {
   CellIndex first;
   int rows = 0;
   int cols = 0;
-  std::vector<size_t> cell_of;  // for each of the points
+  std::vector<size_t> cell_of;  // The cell of each point.
 };
 
-// Leaves out the points of clumps (cells that touch) with few points.
+// Returns the points without those of small clumps. A clump is a set of cells that touch, also
+// diagonally.
 Points WithoutStrays(const Points& points, double cell_m) {
   const FlatGrid grid(points, cell_m);
   const int rows = grid.rows;
@@ -142,6 +148,8 @@ std::optional<Footprint> MakeFootprint(const OrganisedCloud& cloud,
   float mean_range = 0.0f;
   for (const auto& p : points) mean_range += p.norm();
   mean_range /= static_cast<float>(points.size());
+  // The distance between the rays of neighbouring pixels grows with range and stride, and cells
+  // grow with it, so that points of one surface stay in cells that touch.
   points = WithoutStrays(points, std::max(0.03, 0.012 * mean_range * stride));
   if (static_cast<int>(points.size()) < options.min_points) return std::nullopt;
 
@@ -161,6 +169,7 @@ std::optional<Footprint> MakeFootprint(const OrganisedCloud& cloud,
     positions.push_back({cloud.foot.x() + p.x(), cloud.foot.y() + p.y()});
   }
   footprint.hull = ConvexHull(std::move(positions));
+  // A hull below a square millimetre is a line with noise.
   if (footprint.hull.empty() || Area(footprint.hull) < 1e-6) return std::nullopt;
   const double extent = std::max(high.x() - low.x(), high.y() - low.y());
   footprint.cells =

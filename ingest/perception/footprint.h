@@ -1,4 +1,4 @@
-// The points of a thing on the plane.
+// The footprint of an object on the floor plane.
 #ifndef HYPERMAP_INGEST_PERCEPTION_FOOTPRINT_H_
 #define HYPERMAP_INGEST_PERCEPTION_FOOTPRINT_H_
 
@@ -15,24 +15,26 @@
 namespace hypermap::ingest {
 
 struct FootprintOptions {
-  // Points lower above the plane are floor, metres.
+  // Points below this height above the plane are floor, metres.
   float floor_m = 0.03f;
-  // Points farther from the camera are left out, metres.
+  // Points farther from the camera than this are left out, metres.
   float max_range_m = 8.0f;
+  // An object with fewer points has no footprint.
   int min_points = 8;
 };
 
 struct Footprint {
-  Polygon hull;  // in the frame of the pose
+  Polygon hull;  // Convex, in the frame of the pose.
   CellPatch cells;
   HeightRange height;
   int num_points = 0;
-  double range_m = 0.0;  // mean distance from the camera
+  double range_m = 0.0;  // Mean distance from the camera.
 };
 
-// Of the `pixels` (ascending) of the cloud. Depth is smoothed among neighbours of the same surface
-// first; lone points are left out. Cells are 1 cm wide for things narrower than 0.45 m, else
-// 2.5 cm. nullopt when too few points are left, or they lie on one line.
+// Returns the footprint of the cloud's `pixels` (ascending). Depth is first smoothed among
+// neighbours on the same surface, and isolated points are left out. Cells are 1 cm wide for objects
+// narrower than 0.45 m, otherwise 2.5 cm. Returns nullopt if too few points are left, or if they
+// lie on one line.
 std::optional<Footprint> MakeFootprint(const OrganisedCloud& cloud,
                                        const std::vector<int32_t>& pixels,
                                        const FootprintOptions& options);

@@ -19,7 +19,7 @@ using testing::TestCamera;
 
 constexpr int kThing = 0;
 
-// A chest on the floor, seen from before it and above.
+// A chest on the floor, and a camera in front of it that looks down on it.
 const Box kChest{{1.5, -0.2}, {1.9, 0.2}};
 BoxScene Chest() { return {true, {{{1.5, -0.2, 0.0}, {1.9, 0.2, 0.5}}}}; }
 Eigen::Isometry3d Before() { return LookFrom({0.2, 0, 1.3}, 0.0, 0.6); }
@@ -84,7 +84,7 @@ TEST(FootprintTest, FloorIsNoPartOfIt) {
   for (const Point& p : footprint->hull.outer()) EXPECT_TRUE(Covers(Widened(kChest, 0.01), p));
 }
 
-// A few pixels of a wall 2 m behind the chest.
+// The mask also covers a few pixels of a wall 2 m behind the chest.
 TEST(FootprintTest, StraysAreNoPartOfIt) {
   BoxScene scene = Chest();
   scene.boxes.push_back({{4.0, -3.0, 0.0}, {4.1, 3.0, 2.5}});
@@ -117,7 +117,7 @@ TEST(FootprintTest, PointsBeyondTheRangeAreNoPartOfIt) {
 TEST(FootprintTest, TooFewPointsGiveNone) {
   const Shot shot = Photograph(Chest(), TestCamera(160), Before());
   const OrganisedCloud cloud = shot.Cloud();
-  // Three by three pixels of the lid, less two, then all.
+  // Nine pixels of the lid are enough, and seven are not.
   const int32_t middle = 50 * 160 + 80;
   std::vector<int32_t> pixels;
   for (int v = -1; v <= 1; ++v) {
@@ -132,7 +132,7 @@ TEST(FootprintTest, TooFewPointsGiveNone) {
   EXPECT_FALSE(MakeFootprint(cloud, {}, {}));
 }
 
-// One column of pixels on the chest's upright front.
+// The pixels are one column on the chest's upright front.
 TEST(FootprintTest, PointsOnOneLineGiveNone) {
   const Shot shot = Photograph(Chest(), TestCamera(160), LookFrom({0.2, 0, 0.3}, 0.0, 0.0));
   std::vector<int32_t> column;

@@ -10,6 +10,7 @@
 namespace hypermap::ingest {
 namespace {
 
+// Bounds memory, and keeps pixel indices (v * width + u) within int32_t.
 constexpr int kMaxImageSide = 16384;
 
 absl::Status ValidateCamera(const CameraModel& camera) {

@@ -1,4 +1,4 @@
-// One RGB-D frame as a source gives it: depth, where the camera was, and what a detector saw.
+// An RGB-D frame, the input of perception: depth, the camera's pose, and detected instances.
 #ifndef HYPERMAP_INGEST_PERCEPTION_FRAME_H_
 #define HYPERMAP_INGEST_PERCEPTION_FRAME_H_
 
@@ -14,8 +14,9 @@
 
 namespace hypermap::ingest {
 
-// A pinhole camera. Pixel centres have whole coordinates, (0, 0) is the top left one. Distortion is
-// the plumb_bob model (Brown 1971, as in ROS camera_info): k1 k2 p1 p2 k3.
+// A pinhole camera. Pixel centres have whole coordinates; (0, 0) is the centre of the top left
+// pixel. `distortion` holds the coefficients k1, k2, p1, p2, k3 of the plumb_bob model (Brown 1971,
+// as in ROS camera_info).
 struct CameraModel {
   int width = 0;
   int height = 0;
@@ -29,7 +30,8 @@ struct CameraModel {
   friend bool operator==(const CameraModel&, const CameraModel&) = default;
 };
 
-// Metres along the optical axis, row-major, top row first; 0 = no return, never NaN or negative.
+// Depth in metres along the optical axis, row-major, top row first. A pixel without a return is 0;
+// no pixel is NaN or negative.
 struct DepthImage {
   int width = 0;
   int height = 0;
@@ -38,26 +40,29 @@ struct DepthImage {
   float at(int u, int v) const { return metres[static_cast<size_t>(v) * width + u]; }
 };
 
-// A detector's instance. The mask has the size of the image: row-major, 0 or 1.
+// One detected instance. The mask has the size of the image, row-major, with the values 0 and 1.
 struct Instance {
-  std::map<std::string, double> scores;  // class -> score in (0, 1]
+  std::map<std::string, double> scores;  // Score of each class, in (0, 1].
   std::vector<uint8_t> mask;
 };
 
+// `frame_id` names the frame in which the pose is given. `frame_from_camera` transforms from the
+// optical frame (x right, y down, z forward). `pose_covariance` is of x, y (m) and yaw (rad).
 struct Frame {
   std::string robot;
   int64_t sequence = 0;
   absl::Time stamp;
-  std::string frame_id;  // of the pose
+  std::string frame_id;
   CameraModel camera;
   DepthImage depth;
-  Eigen::Isometry3d frame_from_camera = Eigen::Isometry3d::Identity();  // optical frame
-  Eigen::Matrix3d pose_covariance = Eigen::Matrix3d::Zero();            // of x, y, yaw; m, rad
+  Eigen::Isometry3d frame_from_camera = Eigen::Isometry3d::Identity();
+  Eigen::Matrix3d pose_covariance = Eigen::Matrix3d::Zero();
   std::vector<Instance> instances;
 };
 
-// INVALID_ARGUMENT naming what is wrong: sizes that differ, a pose that is not finite or not rigid,
-// depth that is NaN or negative, scores out of range.
+// Returns INVALID_ARGUMENT, naming the field, if image sizes differ, the camera has no usable
+// calibration, the pose is not finite or not rigid, the covariance is not finite or has a negative
+// variance, depth is negative or not finite, or a score is out of range.
 absl::Status Validate(const Frame& frame);
 
 }  // namespace hypermap::ingest

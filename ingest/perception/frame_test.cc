@@ -16,7 +16,7 @@ using ::testing::HasSubstr;
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// 4 x 3 pixels, two instances.
+// A valid frame of 4 x 3 pixels with two instances.
 Frame GoodFrame() {
   Frame frame;
   frame.robot = "r1";
@@ -61,7 +61,7 @@ TEST(FrameTest, WhatIsWrongIsNamed) {
       {"pose", [](Frame* f) { f->frame_from_camera.matrix()(0, 0) = kNan; }},
       {"pose", [](Frame* f) { f->frame_from_camera.linear() *= 1.01; }},
       {"pose", [](Frame* f) { f->frame_from_camera.linear().setZero(); }},
-      // A mirror image.
+      // A reflection is no rotation.
       {"pose", [](Frame* f) { f->frame_from_camera.linear().col(0) *= -1; }},
       {"pose_covariance", [](Frame* f) { f->pose_covariance(1, 1) = -1e-9; }},
       {"pose_covariance", [](Frame* f) { f->pose_covariance(0, 2) = kNan; }},

@@ -6,9 +6,9 @@
 
 namespace hypermap::ingest {
 
-// Chessboard distance in two passes (Rosenfeld and Pfaltz 1966). A row takes first from the row
-// before, all pixels at once, then along itself. Rows are padded by a pixel of the border's own
-// kind.
+// Computes the chessboard distance in two passes (Rosenfeld and Pfaltz 1966). A row is updated
+// first from the row before it, which the compiler vectorizes, and then along itself. Rows are
+// padded with copies of their end pixels, so that the window's border is no border of the mask.
 void MeasureDepth(MaskWindow* window) {
   const int w = window->width;
   const int h = window->height;

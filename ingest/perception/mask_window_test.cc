@@ -49,7 +49,8 @@ TEST(MaskWindowTest, MaskWithoutPixelsHasNoWindow) {
   EXPECT_TRUE(CutOut(Mask(80, 0), 10, 8, 3, kAll).empty());
 }
 
-// 1600 pixels, 400 allowed: every second row and column, from column 6 on: 10, 12 ... 48 are in.
+// 400 of 1600 pixels are allowed, so that every second row and column from 6 on is taken; 10, 12,
+// ..., 48 lie in the mask.
 TEST(MaskWindowTest, LargeMasksAreThinned) {
   const MaskWindow window = CutOut(Rectangle(60, 60, 10, 10, 50, 50), 60, 60, 4, 400);
   EXPECT_EQ(window.stride, 2);

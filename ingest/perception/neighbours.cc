@@ -9,26 +9,29 @@
 namespace hypermap::ingest {
 namespace {
 
-// Between a pixel and those on both sides that it is compared with, in the image.
+// Distance in the image between a pixel and the two, on opposite sides, that it is compared with.
 constexpr int kReach_px = 7;
-// Of a crease below the chord, in sigmas of the depth.
+// A pixel is on a crease if it lies behind the chord by more than this many sigmas of its depth.
 constexpr float kCreaseSigmas = 3.0f;
-// Of a part outside of the mask: pixels of the image, and their share of those inside.
+// A part is beside the object only if it has at least kMinOutside pixels of the image outside the
+// mask, and more than kMinOutsideShare times as many outside as inside.
 constexpr int kMinOutside = 10;
 constexpr float kMinOutsideShare = 1.0f;
-// Mean depth in the mask, in pixels of the image: what a mask takes of things beside is a rim. A
-// part that reaches deeper is the thing's own, which goes on beyond a mask that is too small.
+// Largest mean depth in the mask, in pixels of the image, of a part that is beside the object. Of
+// adjacent things a mask covers only a rim; a part that reaches deeper belongs to the object, which
+// then extends beyond a mask that is too small.
 constexpr double kMaxRimDepth_px = 6.0;
 constexpr int kNoPart = -1;
 
 struct Part {
   int inside = 0;
   int outside = 0;
-  int64_t core = 0;  // sum of how deep its pixels lie in the mask
+  int64_t core = 0;  // Sum of its pixels' depths in the mask.
 };
 
-// Loops over whole arrays have no branches, so that the compiler makes them work on several pixels
-// at once. Arrays named `padded` have a row of nothing before the first and after the last.
+// One run of DropNeighbours(). Loops over whole arrays have no branches, so that the compiler
+// vectorizes them. Arrays named `padded` have an empty row before the first and after the last, so
+// that the rows above and below need no bounds check.
 class Parting {
  public:
   Parting(const MaskWindow& window, const std::vector<float>& depth, int margin,
@@ -38,7 +41,7 @@ class Parting {
 
  private:
   void Link();
-  // Calls `visit` with each of the four neighbours in the window that depth goes on to, in the
+  // Calls `visit` with each of the four neighbours of pixel i that are on the same surface, in the
   // order of the image.
   template <typename Visit>
   void ForEachNeighbour(int i, const Visit& visit) const;
@@ -53,13 +56,13 @@ class Parting {
   const int width_;
   const int height_;
   const int size_;
-  const int reach_;                    // in pixels of the window
-  std::vector<uint8_t> padded_right_;  // 1 where depth goes on to the next column
-  std::vector<uint8_t> padded_down_;   // 1 where it goes on to the next row
-  std::vector<float> inverse_;         // of depth, smoothed; 0 = none
-  std::vector<float> below_chord_;     // in the direction in which that is most
-  std::vector<float> least_;           // of that on a crease
-  std::vector<uint8_t> open_;          // may be of a part, and is on no crease
+  const int reach_;                    // kReach_px in pixels of the window.
+  std::vector<uint8_t> padded_right_;  // 1 where the surface continues to the next column.
+  std::vector<uint8_t> padded_down_;   // 1 where the surface continues to the next row.
+  std::vector<float> inverse_;         // Smoothed inverse depth, 1/m; 0 = no return.
+  std::vector<float> below_chord_;     // Largest distance behind a chord, 1/m; 0 = none.
+  std::vector<float> least_;           // Threshold of below_chord_ for creases, 1/m.
+  std::vector<uint8_t> open_;          // 1 for candidates for parts that are on no crease.
   std::vector<int> part_of_;
   std::vector<Part> parts_;
 };
@@ -112,8 +115,9 @@ void Parting::ForEachNeighbour(int i, const Visit& visit) const {
   if (padded_down_[width_ + i]) visit(i + width_);
 }
 
-// A mean over the neighbours of the same surface. The inverse, because over a plane it is linear in
-// the pixel's coordinates.
+// Averages inverse depth over the neighbours on the same surface. Inverse depth of a plane is
+// linear in the pixel's coordinates, so that planes lie exactly on their chords, and neither the
+// mean nor the test for creases is biased by a plane's slant.
 void Parting::SmoothInverseDepth() {
   std::vector<float> padded(depth_.size() + 2 * width_, 0.0f);
   float* raw = padded.data() + width_;
@@ -125,6 +129,7 @@ void Parting::SmoothInverseDepth() {
     const float z = depth[i] + (1.0f - there);
     const float inverse = there / z;
     raw[i] = inverse;
+    // The sigma of inverse depth is sigma / z^2, to first order.
     least[i] = kCreaseSigmas * DepthSigma(z) * inverse * inverse;
   }
   const uint8_t* right = padded_right_.data() + width_;
@@ -138,14 +143,16 @@ void Parting::SmoothInverseDepth() {
 }
 
 void Parting::FindCreases() {
-  const int diagonal = (reach_ * 5 + 3) / 7;  // sqrt(2), about
+  // About reach_ / sqrt(2), so that chords have the same length in all directions.
+  const int diagonal = (reach_ * 5 + 3) / 7;
   FindCreases(reach_, 0);
   FindCreases(0, reach_);
   FindCreases(diagonal, diagonal);
   FindCreases(diagonal, -diagonal);
 }
 
-// How far a pixel lies below the chord between those on both sides in one direction.
+// Raises below_chord_ to the amount by which each pixel lies behind the chord between the pixels
+// (du, dv) before and after it. A positive amount means that the surface is concave there.
 void Parting::FindCreases(int du, int dv) {
   const int rows = std::abs(dv);
   const int step = dv * width_ + du;
@@ -182,7 +189,8 @@ void Parting::Label() {
   }
 }
 
-// Pixels on a crease belong to the part that reaches them first.
+// Assigns kept pixels on creases to the part that reaches them in the fewest steps. A crease is at
+// most reach_ pixels wide on either side, which bounds the steps.
 void Parting::GiveAwayCreases(const std::vector<uint8_t>& kept) {
   std::vector<int> waiting;
   for (int i = 0; i < size_; ++i) {
@@ -206,6 +214,7 @@ void Parting::GiveAwayCreases(const std::vector<uint8_t>& kept) {
 
 void Parting::Drop(std::vector<uint8_t>* kept) {
   Label();
+  // A single part is the object itself.
   if (parts_.size() < 2) return;
   GiveAwayCreases(*kept);
   const auto thing = std::max_element(parts_.begin(), parts_.end(),

@@ -1,4 +1,4 @@
-// Things that touch the thing: told apart by the creases between them.
+// Separation of an object from things that touch it, at the creases between them.
 #ifndef HYPERMAP_INGEST_PERCEPTION_NEIGHBOURS_H_
 #define HYPERMAP_INGEST_PERCEPTION_NEIGHBOURS_H_
 
@@ -11,19 +11,21 @@
 
 namespace hypermap::ingest {
 
-// Whether a surface may go on from one pixel to another that is `stride` away, by their depths.
+// Returns whether two pixels that are `stride` apart may show one surface, given their depths in
+// metres. The tolerance grows with depth noise, and with the distance between the pixels' rays,
+// because the depth of a slanted surface changes from ray to ray.
 inline bool DepthGoesOn(float z, float other, int stride) {
   const float nearer = z < other ? z : other;
   return std::abs(z - other) <
          0.02f + 3.0f * DepthSigma(nearer) + 0.006f * nearer * static_cast<float>(stride);
 }
 
-// Takes pixels out of `kept` that belong to something beside the thing. Pixels of the window, and
-// of the ring around the mask as far as `margin` pixels of the image, are parted where depth has a
-// step and at concave creases: what touches meets in one (Stein et al. 2014, on locally convex
-// connected patches). The part that lies deepest in the mask is the thing; others go where they
-// continue beyond the mask. `depth`: of the window's pixels, 0 = no return. `kept`: 0 also for
-// pixels that are background already.
+// Clears the pixels of `kept` that belong to things beside the object. The mask's kept pixels and a
+// ring of `margin` pixels of the image around it are split into parts at depth steps and at concave
+// creases, in which touching things meet (Stein et al. 2014, on locally convex connected patches).
+// The part that lies deepest in the mask is the object. Another part is dropped if most of it lies
+// outside the mask and it reaches only into the mask's rim. `depth` holds the depth of the window's
+// pixels in metres, 0 = no return; `kept` is 0 on entry for pixels already found to be background.
 void DropNeighbours(const MaskWindow& window, const std::vector<float>& depth, int margin,
                     std::vector<uint8_t>* kept);
 

@@ -14,10 +14,10 @@
 namespace hypermap::ingest {
 namespace {
 
+// Width of the thinned depth image, in pixels (docs/decisions/008).
 constexpr int kViewColumns = 80;
 
-// The instances to work on: those that are no duplicates, the ones with the best scores when there
-// are too many.
+// Returns the instances without duplicates; of more than `limit`, those with the best scores.
 Suppressed Chosen(const Frame& frame, int limit) {
   Suppressed all = SuppressDuplicates(frame);
   if (static_cast<int>(all.kept.size()) <= limit) return all;
@@ -36,7 +36,8 @@ Suppressed Chosen(const Frame& frame, int limit) {
   return some;
 }
 
-// Turned and moved on the plane, about the point below the camera.
+// Returns the pose turned by motion.z() about the point below the camera, and then moved by
+// (motion.x(), motion.y()).
 Eigen::Isometry3d Moved(const Eigen::Isometry3d& frame_from_camera, const Eigen::Vector3d& motion) {
   const Eigen::AngleAxisd turn(motion.z(), Eigen::Vector3d::UnitZ());
   Eigen::Isometry3d moved = frame_from_camera;
@@ -48,7 +49,8 @@ Eigen::Isometry3d Moved(const Eigen::Isometry3d& frame_from_camera, const Eigen:
 }  // namespace
 
 struct Observer::Impl {
-  // Of the camera; those of the last camera are kept.
+  // Returns the rays of the camera's pixels. The rays of the last camera are cached, since frames
+  // in sequence come from one camera and undistortion is iterative.
   std::shared_ptr<const std::vector<Eigen::Vector2f>> Rays(const CameraModel& camera) const {
     const std::lock_guard lock(mutex);
     if (!rays || !(camera == rays_of)) {

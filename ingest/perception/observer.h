@@ -1,4 +1,4 @@
-// From a frame to the observation that is sent to the server.
+// Turns frames into the observations that are sent to the server.
 #ifndef HYPERMAP_INGEST_PERCEPTION_OBSERVER_H_
 #define HYPERMAP_INGEST_PERCEPTION_OBSERVER_H_
 
@@ -13,31 +13,33 @@
 namespace hypermap::ingest {
 
 struct ObserverOptions {
-  // Instances beyond this many in a frame are left out, the lowest scores first.
+  // If a frame has more instances, those with the lowest scores are left out.
   int max_instances = 254;
-  // Returns beyond this range take no part in footprints, metres.
+  // Returns beyond this range are ignored in footprints, view hull and free space, metres.
   double max_range_m = 8.0;
 };
 
-// What was left out of an observation and why.
+// Counts of a frame's instances, of those that became detections, and of the others by the reason:
+// instances = detections + without_points + suppressed.
 struct FrameReport {
   int instances = 0;
   int detections = 0;
-  int without_points = 0;  // no or too few points with depth in the mask
-  int suppressed = 0;      // of things that another instance stood for, or beyond the limit
+  int without_points = 0;  // Instances whose mask has too few points with depth.
+  int suppressed = 0;      // Duplicates of other instances, and instances beyond the limit.
 };
 
 // Immutable; safe to use from many threads.
 class Observer {
  public:
-  // `occupancy` may be null; when given (in the frame of the poses), the pose of each frame is
-  // refined by matching its walls to the occupied cells, within the pose's covariance.
+  // `occupancy` may be null. Otherwise it is in the frame of the poses, and the pose of each frame
+  // is refined, within its covariance, by matching its walls to the occupied cells.
   Observer(std::unique_ptr<Segmenter> segmenter, std::shared_ptr<const GridLayer> occupancy,
            const ObserverOptions& options);
   ~Observer();
 
-  // INVALID_ARGUMENT as Validate(frame), or as Validate(observation) of what would be returned.
-  // `report` may be null.
+  // Returns the observation of `frame`. Returns INVALID_ARGUMENT from Validate(frame) if the frame
+  // is invalid, or from Validate(observation) if the server would refuse the observation. `report`
+  // may be null.
   absl::StatusOr<Observation> Observe(const Frame& frame, FrameReport* report) const;
 
  private:

@@ -30,7 +30,7 @@ Observer MakeObserver(const ObserverOptions& options = {},
   return Observer(MakeOrganisedSegmenter(), std::move(occupancy), options);
 }
 
-// Three crates in a row across the view, 2 m ahead.
+// Three crates side by side, 2 m ahead.
 Shot ThreeCrates() {
   BoxScene scene;
   for (const double y : {-0.6, 0.0, 0.6}) {
@@ -71,7 +71,7 @@ TEST(ObserverTest, ThingsSeenBecomeDetectionsWhereTheyStand) {
     EXPECT_GT(Iou(detection.hull, Polygon::FromBox({{2.0, y - 0.15}, {2.3, y + 0.15}})), 0.8);
     EXPECT_NEAR(detection.height.high_m, 0.4, 0.03);
     EXPECT_EQ(detection.truncation, 0.0);
-    // About 2.3 m away: 1 / (1 + (2.3 / 1.8)^4).
+    // The crates are about 2.3 m away, which gives 1 / (1 + (2.3 / 1.8)^4).
     EXPECT_NEAR(detection.weight, 0.27, 0.05);
   }
   EXPECT_FALSE(observation->view_hull.empty());
@@ -80,7 +80,7 @@ TEST(ObserverTest, ThingsSeenBecomeDetectionsWhereTheyStand) {
   EXPECT_EQ(observation->depth->columns, 80);
 }
 
-// The owner in the depth view is the detection, not the instance: the first had no points.
+// Owners in the depth view count detections, not instances: the first instance has no points.
 TEST(ObserverTest, InstancesWithoutPointsAreCountedAndSkipped) {
   Frame frame = FrameOfCrates({{{"crate", 0.9}}, {{"crate", 0.8}}});
   frame.instances[0].mask.assign(frame.instances[0].mask.size(), 0);
@@ -127,7 +127,7 @@ TEST(ObserverTest, GarbageFramesAreRefused) {
   EXPECT_THAT(std::string(observation.status().message()), HasSubstr("pose"));
 }
 
-// What the server would refuse ends no stream.
+// An observation that the server would refuse is an error of its frame, and does not end a stream.
 TEST(ObserverTest, FramesThatGiveNoGoodObservationAreRefused) {
   Frame frame = FrameOfCrates({{{"", 0.9}}});
   EXPECT_THAT(std::string(MakeObserver().Observe(frame, nullptr).status().message()),
@@ -142,7 +142,7 @@ TEST(ObserverTest, FramesThatGiveNoGoodObservationAreRefused) {
               HasSubstr("sequence"));
 }
 
-// The polynomial has no inverse in the image.
+// The polynomials of these lenses have no inverse in the image.
 TEST(ObserverTest, LensesBeyondSenseDoNoHarm) {
   for (const double k1 : {-1e6, -3.0, 3.0, 1e6}) {
     Frame frame = FrameOfCrates({{{"crate", 0.9}}});
@@ -202,7 +202,7 @@ TEST(ObserverTest, TenThousandInstancesAreCutToTheLimit) {
   EXPECT_EQ(report.detections + report.without_points + report.suppressed, 10000);
 }
 
-// In the walled room, claimed 8.5 cm and 1 degree beside the truth.
+// In the walled room, the claimed pose is wrong by 8.5 cm and 1 degree.
 TEST(ObserverTest, OccupancyCorrectsThePose) {
   const Eigen::Isometry3d truth = LookFrom({-0.8, -0.7, 0.9}, 0.55, 0.25);
   Frame frame = Photograph(WalledRoom(), TestCamera(160), truth, 52).AsFrame();

@@ -3,8 +3,8 @@
 namespace hypermap::ingest {
 namespace {
 
-// The plumb_bob model (Brown 1971; Heikkila and Silven 1997, eq. 4): distorted = p * radial +
-// tangential.
+// Factors of the plumb_bob model (Brown 1971; Heikkila and Silven 1997, eq. 4) at a point p:
+// distorted = p * radial + tangential.
 struct Distortion {
   double radial = 1.0;
   Eigen::Vector2d tangential = Eigen::Vector2d::Zero();
@@ -18,8 +18,9 @@ Distortion DistortionAt(const CameraModel& camera, const Eigen::Vector2d& p) {
            p1 * (r2 + 2.0 * p.y() * p.y()) + 2.0 * p2 * p.x() * p.y()}};
 }
 
-// Inverse of the model by fixed point iteration, as OpenCV's undistortPoints does. Twenty rounds
-// reach single precision for lenses whose distortion stays below a third.
+// Inverts the model, which has no closed inverse, by fixed point iteration, as OpenCV's
+// undistortPoints does. Twenty rounds reach single precision for lenses whose distortion stays
+// below a third.
 Eigen::Vector2d Undistorted(const CameraModel& camera, const Eigen::Vector2d& distorted) {
   Eigen::Vector2d p = distorted;
   for (int round = 0; round < 20; ++round) {

@@ -1,4 +1,4 @@
-// The points of a depth image, in the image's order.
+// The points of a depth image, one per pixel.
 #ifndef HYPERMAP_INGEST_PERCEPTION_ORGANISED_CLOUD_H_
 #define HYPERMAP_INGEST_PERCEPTION_ORGANISED_CLOUD_H_
 
@@ -10,21 +10,21 @@
 
 namespace hypermap::ingest {
 
-// Row-major, top row first; `camera` points are in the optical frame (x right, y down, z forward),
-// metres; z = 0 where there was no return.
+// Points of an image of `width` x `height` pixels, row-major, top row first.
 struct OrganisedCloud {
   int width = 0;
   int height = 0;
+  // Positions in the optical frame (x right, y down, z forward), metres; z = 0 without a return.
   std::vector<Eigen::Vector3f> camera;
-  // To the axes of the frame of the pose.
+  // Rotation from the optical frame to the axes of the pose's frame.
   Eigen::Matrix3f upright_from_camera = Eigen::Matrix3f::Identity();
-  // The point of the plane below the camera.
+  // The point of the plane z = 0 below the camera, in the pose's frame.
   Eigen::Vector2d foot = Eigen::Vector2d::Zero();
-  // Of the camera above the plane, metres.
+  // Height of the camera above the plane, metres.
   float height_of_camera = 0.0f;
 
-  // A point along the axes of the frame of the pose, z up from the plane, x and y counted from
-  // `foot`: so that single precision holds however far from the frame's origin.
+  // Returns the point of `pixel` along the axes of the pose's frame: z above the plane, x and y
+  // relative to `foot`, so that single precision suffices at any distance from the frame's origin.
   Eigen::Vector3f upright(int32_t pixel) const {
     Eigen::Vector3f p = upright_from_camera * camera[pixel];
     p.z() += height_of_camera;
@@ -34,17 +34,18 @@ struct OrganisedCloud {
   bool valid(int32_t pixel) const { return camera[pixel].z() > 0.0f; }
 };
 
-// Where the camera sees what lies along (x, y, 1), in pixels.
+// Returns the image position, in pixels, of points along the ray (x, y, 1) of the optical frame.
 Eigen::Vector2d Project(const CameraModel& camera, const Eigen::Vector2d& ray);
 
-// Rays through the pixels (z = 1), distortion undone. Made once a camera.
+// Returns the undistorted ray (x, y, 1) of each pixel as (x, y), row-major. Expensive for distorted
+// cameras: compute the rays once per camera.
 std::vector<Eigen::Vector2f> PixelRays(const CameraModel& camera);
 
-// `rays` are those of the camera that took `depth`.
+// Returns the cloud of `depth`. `rays` are the PixelRays() of the camera that took it.
 OrganisedCloud MakeCloud(const DepthImage& depth, const Eigen::Isometry3d& frame_from_camera,
                          const std::vector<Eigen::Vector2f>& rays);
 
-// Makes it the cloud of the same image taken from another pose.
+// Replaces the cloud's pose; the points in the optical frame stay.
 void MoveCloud(const Eigen::Isometry3d& frame_from_camera, OrganisedCloud* cloud);
 
 }  // namespace hypermap::ingest

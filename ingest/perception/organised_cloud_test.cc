@@ -13,7 +13,7 @@ using testing::LookFrom;
 using testing::Photograph;
 using testing::TestCamera;
 
-// plumb_bob as ROS camera_info documents it: from a ray to where the lens puts it.
+// Distorts the ray (x, y, 1) by the plumb_bob model as ROS camera_info documents it.
 Eigen::Vector2d Distort(const std::array<double, 5>& distortion, double x, double y) {
   const auto& [k1, k2, p1, p2, k3] = distortion;
   const double r2 = x * x + y * y;
@@ -33,22 +33,22 @@ TEST(PixelRaysTest, ArePinholesRowByRow) {
   const CameraModel camera{4, 3, 2.0, 4.0, 1.5, 1.0};
   const auto rays = PixelRays(camera);
   ASSERT_EQ(rays.size(), 12u);
-  EXPECT_EQ(rays[0], Eigen::Vector2f(-0.75f, -0.25f));  // (0, 0)
-  EXPECT_EQ(rays[3], Eigen::Vector2f(0.75f, -0.25f));   // (3, 0)
-  EXPECT_EQ(rays[5], Eigen::Vector2f(-0.25f, 0.0f));    // (1, 1)
-  EXPECT_EQ(rays[11], Eigen::Vector2f(0.75f, 0.25f));   // (3, 2)
+  EXPECT_EQ(rays[0], Eigen::Vector2f(-0.75f, -0.25f));  // Pixel (0, 0).
+  EXPECT_EQ(rays[3], Eigen::Vector2f(0.75f, -0.25f));   // Pixel (3, 0).
+  EXPECT_EQ(rays[5], Eigen::Vector2f(-0.25f, 0.0f));    // Pixel (1, 1).
+  EXPECT_EQ(rays[11], Eigen::Vector2f(0.75f, 0.25f));   // Pixel (3, 2).
 }
 
 TEST(PixelRaysTest, UndoTheLens) {
   const std::array<double, 5> lenses[] = {
-      {0.2624, -0.9531, -0.0054, 0.0026, 1.1633},  // a Kinect's colour camera
-      {-0.25, 0.08, 0.001, -0.002, 0.0},           // barrel
-      {0.1, 0.0, 0.0, 0.0, 0.0},                   // cushion
+      {0.2624, -0.9531, -0.0054, 0.0026, 1.1633},  // A Kinect's colour camera.
+      {-0.25, 0.08, 0.001, -0.002, 0.0},           // Barrel distortion.
+      {0.1, 0.0, 0.0, 0.0, 0.0},                   // Pincushion distortion.
   };
   for (const auto& lens : lenses) {
     for (const double x : {-0.55, -0.2, 0.0, 0.3, 0.55}) {
       for (const double y : {-0.42, 0.0, 0.1, 0.42}) {
-        // Shifted so that the ray lands on the middle of pixel (7, 5).
+        // The principal point is shifted so that the ray meets the centre of pixel (7, 5).
         const Eigen::Vector2d seen = Distort(lens, x, y);
         const CameraModel camera{9, 8, 100, 100, 7 - 100 * seen.x(), 5 - 100 * seen.y(), lens};
         const Eigen::Vector2f ray = PixelRays(camera)[5 * 9 + 7];
@@ -91,7 +91,8 @@ TEST(OrganisedCloudTest, CameraLookingDownMeetsTheFloorAhead) {
   EXPECT_LT((cloud.upright(4) - Eigen::Vector3f(1, 0, 0)).norm(), 1e-6f);
 }
 
-// Level, 1 m up, facing the y axis. Half a metre down and a quarter to the left for each metre.
+// The camera is level, 1 m up, and faces the y axis. The pixel's ray falls 0.5 m and goes 0.25 m to
+// the left for each metre ahead.
 TEST(OrganisedCloudTest, PixelsRightOfTheAxisLieToTheRight) {
   const CameraModel camera{5, 5, 4.0, 2.0, 2.0, 2.0};
   const auto cloud = MakeCloud(OnePixel(camera, 1, 3, 2.0f), LookFrom({-7, 2, 1}, M_PI / 2, 0.0),

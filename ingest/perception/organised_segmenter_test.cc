@@ -19,7 +19,8 @@ using testing::TestCamera;
 
 constexpr int kThing = 0;
 
-// Of the pixels that show the thing, how many were lost; of the others in the mask, how many kept.
+// Quality of a segmentation: the share of the object's pixels that was lost, and the share of the
+// mask's other pixels that was kept.
 struct Shares {
   double lost = 0.0;
   double background = 0.0;
@@ -51,7 +52,7 @@ Shares SharesOf(const Shot& shot, const Mask& mask) {
   return {lost / thing, others == 0 ? 0.0 : others_kept / others};
 }
 
-// What lies on a table, 1.4 m before the camera.
+// An object on a table, about 1.4 m ahead of the camera.
 BoxScene OnTable(const testing::Cuboid& thing) {
   return {true, {thing, {{1.0, -0.8, 0.70}, {2.0, 0.8, 0.74}}}};
 }
@@ -92,7 +93,7 @@ TEST(OrganisedSegmenterTest, WallFarBehindIsDropped) {
   }
 }
 
-// Its other half stands behind a post: in one mask two components, equally far.
+// A post hides the middle of the object: its mask has two components at the same distance.
 TEST(OrganisedSegmenterTest, PartsOnBothSidesOfAnOccluderAreKept) {
   const BoxScene scene{true,
                        {{{2.0, -0.5, 0}, {2.3, 0.5, 0.8}}, {{1.2, -0.04, 0}, {1.25, 0.04, 1.5}}}};
@@ -100,7 +101,7 @@ TEST(OrganisedSegmenterTest, PartsOnBothSidesOfAnOccluderAreKept) {
   EXPECT_LE(SharesOf(shot, shot.MaskOf(kThing)).lost, 0.05);
 }
 
-// More than 60,000 pixels.
+// The mask has more than 60,000 pixels, so that it is thinned.
 TEST(OrganisedSegmenterTest, ThingThatFillsMostOfTheImageIsKept) {
   const BoxScene scene{true,
                        {{{1.0, -0.55, 0.55}, {1.3, 0.55, 1.45}}, {{4.0, -9, 0}, {4.1, 9, 3}}}};
@@ -120,7 +121,7 @@ TEST(OrganisedSegmenterTest, NothingIsKeptOfMasksWithoutReturns) {
   EXPECT_THAT(segmenter->Segment(shot.Cloud(), Mask(1200, 1)), IsEmpty());
 }
 
-// No ring around it that could tell of a background.
+// There is no ring around the mask in which background planes could be found.
 TEST(OrganisedSegmenterTest, MaskOfTheWholeImageIsKept) {
   const Shot shot = Photograph({}, TestCamera(320), LookFrom({0, 0, 1.0}, 0.0, 0.7));
   const Mask all(shot.seen.size(), 1);

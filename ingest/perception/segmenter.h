@@ -1,4 +1,4 @@
-// Which pixels of an instance's mask are the thing itself, and which are background.
+// Segmentation: separates the pixels of a mask that show the object from background.
 #ifndef HYPERMAP_INGEST_PERCEPTION_SEGMENTER_H_
 #define HYPERMAP_INGEST_PERCEPTION_SEGMENTER_H_
 
@@ -16,13 +16,14 @@ class Segmenter {
  public:
   virtual ~Segmenter() = default;
 
-  // Indices of pixels (v * width + u), ascending, that belong to the thing; a subset of the mask's
-  // pixels with depth. Empty when there is none. `mask` has the size of the cloud.
+  // Returns the indices (v * width + u), ascending, of the pixels that belong to the object: a
+  // subset of the mask's pixels with depth, possibly empty. `mask` has the size of the cloud.
   virtual std::vector<int32_t> Segment(const OrganisedCloud& cloud,
                                        const std::vector<uint8_t>& mask) const = 0;
 };
 
-// The default: connected components on depth and normals over the image.
+// Makes the default segmenter: background planes, creases and connected components, found on the
+// organised image (see organised_segmenter.cc).
 std::unique_ptr<Segmenter> MakeOrganisedSegmenter();
 
 }  // namespace hypermap::ingest

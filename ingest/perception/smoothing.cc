@@ -12,10 +12,10 @@ namespace {
 
 constexpr int kReach_px = 2;
 constexpr int kNeighbours = (2 * kReach_px + 1) * (2 * kReach_px + 1);
-// Four pixels at once; every machine we build for has registers of this size.
+// Four pixels are processed at once: all supported machines have registers of four floats.
 constexpr int kLanes = 4;
 using Lanes = float __attribute__((vector_size(kLanes * sizeof(float))));
-// Far behind the camera, where nothing is beside it.
+// Depth of pixels that take no part: too far behind the camera to be on any pixel's surface.
 constexpr float kNone_m = -1e6f;
 
 Lanes Load(const float* from) {
@@ -24,7 +24,7 @@ Lanes Load(const float* from) {
   return lanes;
 }
 
-// Calls `visit(v, begin, end)` with the pixels of each row that has some.
+// Calls `visit(v, begin, end)` for each row that has pixels.
 template <typename Visit>
 void ForEachRow(const std::vector<int32_t>& pixels, int width, const Visit& visit) {
   for (const int32_t* begin = pixels.data(); begin != pixels.data() + pixels.size();) {
@@ -36,8 +36,9 @@ void ForEachRow(const std::vector<int32_t>& pixels, int width, const Visit& visi
   }
 }
 
-// Depth of some pixels, of no others. Columns are kept by their remainder to `stride`, so that a
-// certain neighbour of every stride-th pixel of a row is a piece of memory.
+// Depth of the given pixels; all others have kNone_m. Columns are grouped by their remainder modulo
+// `stride`, so that one neighbour (du, dv) of every stride-th pixel of a row is contiguous in
+// memory and can be loaded as a vector.
 class StridedDepth {
  public:
   StridedDepth(const OrganisedCloud& cloud, const std::vector<int32_t>& pixels, int stride)
@@ -48,7 +49,8 @@ class StridedDepth {
       u_min = std::min(u_min, begin[0] - v * cloud.width);
       u_max = std::max(u_max, end[-1] - v * cloud.width);
     });
-    // From a multiple of the stride, with room for the neighbours.
+    // The buffer begins at a multiple of the stride and has a margin, so that neighbours need no
+    // bounds check.
     const int margin = (kReach_px + stride - 1) / stride * stride;
     u0_ = u_min / stride * stride - margin;
     v0_ = pixels.front() / cloud.width - kReach_px;
@@ -76,15 +78,17 @@ class StridedDepth {
     }
   }
 
-  // Mean difference in depth to neighbours on the same surface, of the row's pixels from column
-  // `u_begin` to `u_last`, both multiples of the stride: one value for each that is a multiple.
-  // What it says of other pixels means nothing.
+  // Returns the mean difference in depth between each stride-th pixel of row `v`, from column
+  // `u_begin` to `u_last` (both multiples of the stride), and its neighbours on the same surface.
+  // Values at columns that are not among the given pixels are meaningless.
   const std::vector<float>& MeanStep(int v, int u_begin, int u_last) {
     const int samples = (u_last - u_begin) / stride_ + 1;
     mean_.resize((samples + kLanes - 1) / kLanes * kLanes);
     const float* row = Row(v) + (u_begin - u0_) / stride_;
     for (int block = 0; block < samples; block += kLanes) {
       const Lanes z = Load(row + block);
+      // A difference of more than three sigmas and 5 mm is an edge between two surfaces of the
+      // object; averaging across it would move its points into empty space.
       const Lanes same = 3.0f * DepthSigma(z) + 0.005f;
       Lanes sum{};
       Lanes count{};
@@ -106,7 +110,7 @@ class StridedDepth {
   int stride_;
   int u0_ = 0;
   int v0_ = 0;
-  int samples_ = 0;  // of a remainder, in a row
+  int samples_ = 0;  // Columns of each remainder in a row.
   std::vector<float> depth_;
   std::array<ptrdiff_t, kNeighbours> to_neighbour_;
   std::vector<float> mean_;

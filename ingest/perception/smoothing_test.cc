@@ -28,7 +28,7 @@ OrganisedCloud Noisy(Rng& rng, int width, int height) {
   return cloud;
 }
 
-// The definition, pixel by pixel.
+// Smooths pixel by pixel, as the header defines it.
 std::vector<Eigen::Vector3f> Expected(const OrganisedCloud& cloud,
                                       const std::vector<int32_t>& pixels, int stride) {
   std::vector<Eigen::Vector3f> points;

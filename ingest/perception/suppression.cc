@@ -8,9 +8,14 @@
 namespace hypermap::ingest {
 namespace {
 
+// A half, since the masks of two neighbours, even of one class, may overlap by a third.
 constexpr double kSameIou = 0.5;
+// A mask within a larger one of its own class is a part of that object, such as a chair's back,
+// although their intersection over union is small. A mask of another class there is left alone: it
+// may be a cup in front of the chair.
 constexpr double kInside = 0.8;
 
+// Returns the number of pixels that two masks have in common, within the overlap of their boxes.
 int64_t Common(const std::vector<uint8_t>& a, const MaskExtent& ea, const std::vector<uint8_t>& b,
                const MaskExtent& eb, int width) {
   int64_t common = 0;
@@ -44,6 +49,8 @@ Suppressed SuppressDuplicates(const Frame& frame) {
   for (const Instance& instance : instances) {
     extents.push_back(ExtentOf(instance.mask, width, frame.camera.height));
   }
+  // In descending order of scores, so that an instance is merged only into one that scores at least
+  // as high.
   std::vector<int> order(instances.size());
   std::iota(order.begin(), order.end(), 0);
   std::stable_sort(order.begin(), order.end(),

@@ -1,4 +1,4 @@
-// Several masks of one thing in one frame.
+// Non-maximum suppression: removes duplicate masks of one object in a frame.
 #ifndef HYPERMAP_INGEST_PERCEPTION_SUPPRESSION_H_
 #define HYPERMAP_INGEST_PERCEPTION_SUPPRESSION_H_
 
@@ -8,17 +8,20 @@
 
 namespace hypermap::ingest {
 
-// The highest of the instance's scores.
+// Returns the highest of the instance's scores; 0 without scores.
 double BestScore(const Instance& instance);
 
-// Non-maximum suppression: of two masks with an intersection over union above 0.5, or of one of the
-// same class that lies in the other by more than 0.8, the one with the lower best score is dropped,
-// and its classes become alternatives of the other's. Indices of those that stay, ascending; their
-// scores (those of others are left as they are) in `scores`.
 struct Suppressed {
+  // Indices of the remaining instances, ascending.
   std::vector<int> kept;
-  std::vector<std::map<std::string, double>> scores;  // parallel to `kept`
+  // Their scores, parallel to `kept`, with the classes of their duplicates as alternatives.
+  std::vector<std::map<std::string, double>> scores;
 };
+
+// Two masks are duplicates if their intersection over union is above 0.5, or if they have the same
+// best class and more than 0.8 of the smaller lies in the other. The one with the lower best score
+// is dropped, and each of its classes is added to the other's scores with the higher of both
+// scores. Compares all pairs in the worst case.
 Suppressed SuppressDuplicates(const Frame& frame);
 
 }  // namespace hypermap::ingest

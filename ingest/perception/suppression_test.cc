@@ -12,7 +12,7 @@ using ::testing::IsEmpty;
 using testing::Rectangle;
 using Scores = std::map<std::string, double>;
 
-// Of 40 x 30 pixels.
+// A frame of 40 x 30 pixels.
 Frame With(std::vector<Instance> instances) {
   Frame frame;
   frame.camera = testing::TestCamera(40);
@@ -20,14 +20,14 @@ Frame With(std::vector<Instance> instances) {
   return frame;
 }
 
-// Columns u_begin <= u < u_end of ten rows.
+// A mask of the columns u_begin <= u < u_end in ten rows.
 testing::Mask Columns(int u_begin, int u_end) { return Rectangle(40, 30, u_begin, 5, u_end, 15); }
 
 TEST(SuppressionTest, BestScoreIsThatOfTheLikeliestClass) {
   EXPECT_EQ(BestScore({{{"chair", 0.3}, {"couch", 0.6}, {"bed", 0.1}}, {}}), 0.6);
 }
 
-// 18 of 22 columns in common.
+// The masks have 18 of 22 columns in common.
 TEST(SuppressionTest, DuplicateGivesItsClassesToTheBetterOne) {
   const Suppressed result =
       SuppressDuplicates(With({{{{"chair", 0.5}, {"bench", 0.4}}, Columns(0, 20)},
@@ -43,14 +43,14 @@ TEST(SuppressionTest, MasksApartStay) {
   EXPECT_THAT(result.scores, ElementsAre(Scores{{"chair", 0.5}}, Scores{{"chair", 0.7}}));
 }
 
-// 10 of 30 columns in common: neighbours of one class whose masks overlap.
+// The masks, of two neighbours of one class, have 10 of 30 columns in common.
 TEST(SuppressionTest, MasksThatOverlapByAThirdStay) {
   const Suppressed result = SuppressDuplicates(
       With({{{{"chair", 0.5}}, Columns(0, 20)}, {{{"chair", 0.7}}, Columns(10, 30)}}));
   EXPECT_THAT(result.kept, ElementsAre(0, 1));
 }
 
-// A part of a chair is no chair; a cup before a chair is a cup.
+// A part of a chair is no other chair, but a cup in front of a chair is a cup.
 TEST(SuppressionTest, WhatLiesInAnotherGoesWhenOfTheSameClass) {
   const Instance whole{{{"chair", 0.8}, {"cup", 0.1}}, Columns(0, 30)};
   const Suppressed same = SuppressDuplicates(With({{{{"chair", 0.6}}, Columns(5, 10)}, whole}));

@@ -10,10 +10,13 @@
 namespace hypermap::ingest {
 namespace {
 
+// Returns within this height of the plane show the floor. Returns between this and obstacle_low_m
+// are too uncertain to be either floor or obstacle, and are ignored.
 constexpr float kFloor_m = 0.06f;
+// A bearing with less free floor than this counts as not free, metres.
 constexpr double kMinDepth_m = 0.05;
 
-// Ranges on the plane along one bearing.
+// Ranges on the plane along one bearing, metres.
 struct Bearing {
   float nearest_floor = std::numeric_limits<float>::infinity();
   float farthest_floor = 0.0f;
@@ -24,8 +27,8 @@ struct Bearing {
   bool free() const { return end() > begin() + kMinDepth_m; }
 };
 
-// Bearings of the image's left and right edge on the plane, radians, left first; the bearing of the
-// middle is that of the optical axis.
+// The bearings on the plane that returns cover, radians: `half_width` to each side of `axis`.
+// at(0) is the left edge, at(1) the right edge.
 struct Fan {
   double axis = 0.0;
   double half_width = 0.0;
@@ -33,8 +36,8 @@ struct Fan {
   double at(double share) const { return axis + half_width * (1.0 - 2.0 * share); }
 };
 
-// The pixel that shows what lies along the ray of pixel (u, v) of an undistorted camera; -1 when it
-// lies outside of the image.
+// Returns the pixel of the image that shows the ray of pixel (u, v) of the camera without its
+// distortion, or -1 if it is outside the image.
 int64_t PixelAlongRay(const CameraModel& camera, int u, int v) {
   if (!camera.distorted()) return int64_t{v} * camera.width + u;
   const Eigen::Vector2d seen =
@@ -45,12 +48,15 @@ int64_t PixelAlongRay(const CameraModel& camera, int u, int v) {
   return static_cast<int64_t>(row) * camera.width + static_cast<int64_t>(column);
 }
 
+// Returns the angle in [-pi, pi].
 double Wrapped(double angle) { return std::remainder(angle, 2.0 * M_PI); }
 
 }  // namespace
 
 Polygon ViewHull(const OrganisedCloud& cloud, const VisibilityOptions& options) {
   std::vector<Point> points;
+  // About 4000 points suffice for a hull. The step is odd, because an even one would share factors
+  // with the width of most images and sample the same few columns of each row.
   const size_t step = std::max<size_t>(7, cloud.camera.size() / 4001 | 1);
   for (size_t i = 0; i < cloud.camera.size(); i += step) {
     if (!cloud.valid(static_cast<int32_t>(i))) continue;
@@ -63,7 +69,8 @@ Polygon ViewHull(const OrganisedCloud& cloud, const VisibilityOptions& options) 
 
 Polygon FreeSpace(const OrganisedCloud& cloud, const VisibilityOptions& options) {
   Fan fan;
-  // The bearings in the image: of all returns, about their mean direction.
+  // The fan is centred on the mean direction of the returns, not on the optical axis, which has no
+  // bearing if the camera looks straight down.
   Eigen::Vector2f mean = Eigen::Vector2f::Zero();
   const size_t thin = std::max<size_t>(5, cloud.camera.size() / 5003 | 1);
   for (size_t i = 0; i < cloud.camera.size(); i += thin) {
@@ -78,8 +85,10 @@ Polygon FreeSpace(const OrganisedCloud& cloud, const VisibilityOptions& options)
     fan.half_width =
         std::max(fan.half_width, std::abs(Wrapped(std::atan2(p.y(), p.x()) - fan.axis)));
   }
+  // Returns all around the camera leave no gap at which the fan could begin and end.
   if (fan.half_width <= 0.0 || fan.half_width > 0.45 * M_PI * 2.0) return {};
 
+  // About 160 columns of the image give every bearing several returns.
   std::vector<Bearing> bearings(options.bearings);
   const int step = std::max(1, cloud.width / 160);
   const auto ahead_x = static_cast<float>(std::cos(fan.axis));

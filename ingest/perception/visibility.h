@@ -1,4 +1,4 @@
-// What a frame has seen of the plane.
+// The parts of the floor plane, and of space, that a frame has seen.
 #ifndef HYPERMAP_INGEST_PERCEPTION_VISIBILITY_H_
 #define HYPERMAP_INGEST_PERCEPTION_VISIBILITY_H_
 
@@ -11,24 +11,26 @@
 namespace hypermap::ingest {
 
 struct VisibilityOptions {
-  // Returns between these heights above the plane stand in the way, metres.
+  // Returns between these heights above the plane are obstacles, metres.
   float obstacle_low_m = 0.1f;
   float obstacle_high_m = 1.8f;
+  // Returns beyond this range are ignored, metres.
   float max_range_m = 8.0f;
+  // Number of bearings into which the field of view is divided.
   int bearings = 96;
 };
 
-// The convex hull of all points seen, on the plane: the paper's visible area (Zaenker et al. 2020,
-// section IV-B). Holds places that are hidden. Empty without returns.
+// Returns the convex hull of all points seen, projected to the plane: the visible area of Zaenker
+// et al. 2020, section IV-B. It contains hidden places, too. Empty without returns.
 Polygon ViewHull(const OrganisedCloud& cloud, const VisibilityOptions& options);
 
-// The part of the plane that was seen to be free: for each bearing from the nearest floor in the
-// image to the first thing that stands in the way, or to the farthest floor seen. The largest
-// connected run of bearings; empty when there is none.
+// Returns the part of the plane that was seen to be free: on each bearing, from the nearest floor
+// in the image to the first obstacle, or to the farthest floor seen. Of several connected runs of
+// bearings the widest is returned. Empty if there is none.
 Polygon FreeSpace(const OrganisedCloud& cloud, const VisibilityOptions& options);
 
-// Depth along every `stride`-th pixel's ray, were the camera not distorted; masks[i] is that of the
-// i-th detection.
+// Returns the depth image as a camera without distortion would see it, thinned to every `stride`-th
+// pixel. masks[i] is the mask of the i-th detection.
 DepthView ThinnedDepth(const OrganisedCloud& cloud, const CameraModel& camera, int stride,
                        const std::vector<const std::vector<uint8_t>*>& masks);
 

@@ -17,26 +17,27 @@ using testing::Rectangle;
 using testing::Shot;
 using testing::TestCamera;
 
-// 1 m up, 30 degrees down, 49 degrees high: rows see the floor from 1 / tan(54.5) = 0.71 m on.
+// The camera is 1 m up, looks 30 degrees down and has a vertical field of view of 49 degrees, so
+// that it sees the floor from 1 / tan(54.5 degrees) = 0.71 m on.
 Shot Look(const BoxScene& scene) {
   return Photograph(scene, TestCamera(160), LookFrom({10, 20, 1.0}, 0.0, M_PI / 6));
 }
 
-// Half a metre high, 2 m ahead.
+// A crate half a metre high, 2 m ahead.
 BoxScene Crate() { return {true, {{{12.0, 19.7, 0.0}, {12.3, 20.3, 0.5}}}}; }
 
 TEST(FreeSpaceTest, GoesFromTheNearestFloorSeenToWhatStandsThere) {
   const Polygon space = FreeSpace(Look(Crate()).Cloud(), {});
-  EXPECT_FALSE(Covers(space, {10.5, 20.0}));  // below the image
+  EXPECT_FALSE(Covers(space, {10.5, 20.0}));  // Below the image.
   EXPECT_TRUE(Covers(space, {10.8, 20.0}));
   EXPECT_TRUE(Covers(space, {11.9, 20.0}));
   EXPECT_FALSE(Covers(space, {12.1, 20.0}));
-  EXPECT_FALSE(Covers(space, {13.0, 20.0}));  // behind the crate
-  EXPECT_FALSE(Covers(space, {16.0, 20.0}));  // behind it, seen above it
-  EXPECT_TRUE(Covers(space, {13.0, 21.2}));   // beside it
+  EXPECT_FALSE(Covers(space, {13.0, 20.0}));  // Behind the crate.
+  EXPECT_FALSE(Covers(space, {16.0, 20.0}));  // Behind the crate, but visible above it.
+  EXPECT_TRUE(Covers(space, {13.0, 21.2}));   // Beside the crate.
   EXPECT_TRUE(Covers(space, {13.0, 18.8}));
-  EXPECT_FALSE(Covers(space, {12.0, 22.0}));  // left of the image
-  EXPECT_FALSE(Covers(space, {9.0, 20.0}));   // behind the camera
+  EXPECT_FALSE(Covers(space, {12.0, 22.0}));  // Left of the image.
+  EXPECT_FALSE(Covers(space, {9.0, 20.0}));   // Behind the camera.
 }
 
 TEST(FreeSpaceTest, EndsAtTheWall) {
@@ -69,7 +70,7 @@ TEST(FreeSpaceTest, WithoutFloorOrReturnsThereIsNone) {
   EXPECT_TRUE(FreeSpace(shot.Cloud(), {}).empty());
 }
 
-// What the free space is better at.
+// Unlike the free space, the hull contains places that are hidden.
 TEST(ViewHullTest, HoldsTheHiddenPlace) {
   const Polygon hull = ViewHull(Look(Crate()).Cloud(), {});
   EXPECT_TRUE(Covers(hull, {11.0, 20.0}));
@@ -91,8 +92,8 @@ TEST(ThinnedDepthTest, PixelsLookAlongTheRaysOfTheImagesPixels) {
   const auto rays = PixelRays(camera);
   const OrganisedCloud cloud = MakeCloud(depth, Eigen::Isometry3d::Identity(), rays);
   const DepthView view = ThinnedDepth(cloud, camera, 4, {});
-  ASSERT_EQ(view.columns, 8);  // pixels 2, 6 ... 30
-  ASSERT_EQ(view.rows, 5);     // pixels 2, 6 ... 18
+  ASSERT_EQ(view.columns, 8);  // Pixels 2, 6, ..., 30.
+  ASSERT_EQ(view.rows, 5);     // Pixels 2, 6, ..., 18.
   ASSERT_EQ(view.depth_mm.size(), 40u);
   for (int r = 0; r < view.rows; ++r) {
     for (int c = 0; c < view.columns; ++c) {
@@ -104,7 +105,7 @@ TEST(ThinnedDepthTest, PixelsLookAlongTheRaysOfTheImagesPixels) {
   }
 }
 
-// A wall that recedes: depth follows from the ray. Its left half is in the mask.
+// On a slanted wall depth follows from the ray. The left half of the wall is in the mask.
 TEST(ThinnedDepthTest, LensIsUndone) {
   const CameraModel camera{320, 240, 262.5, 262.5, 159.5, 119.5, {-0.3, 0.1, 0.0, 0.0, 0.0}};
   const auto metres = [](double x, double y) { return 1.0 / (0.5 + 0.2 * x - 0.1 * y); };
@@ -155,7 +156,7 @@ TEST(ThinnedDepthTest, PixelsKnowWhoseMaskTheyLieIn) {
   const Mask left = Rectangle(16, 12, 0, 0, 8, 6);
   const Mask middle = Rectangle(16, 12, 4, 0, 12, 6);
   const DepthView view = ThinnedDepth(cloud, camera, 4, {&left, &middle});
-  // Columns 2, 6, 10, 14; rows 2, 6, 10.
+  // The view has the columns 2, 6, 10, 14 and the rows 2, 6, 10 of the image.
   constexpr uint8_t kSeveral = DepthView::kSeveral;
   EXPECT_EQ(view.owner, (std::vector<uint8_t>{1, kSeveral, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0}));
 }

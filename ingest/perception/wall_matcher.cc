@@ -6,25 +6,34 @@
 namespace hypermap::ingest {
 namespace {
 
+// Distances are capped here: a point farther from every occupied cell is no wall of the grid, and
+// the constant distance gives it no gradient.
 constexpr double kReach_m = 0.5;
-// Heights that a planar laser maps, and how much of them must be seen above one bin of the plane
-// for it to be upright.
+// Range of heights that a planar laser maps, and so the only one in which the grid has walls.
 constexpr float kBandLow_m = 0.15f;
 constexpr float kBandHigh_m = 0.65f;
+// The points in a bin are upright structure if they extend over at least this height and are at
+// least this many. Level surfaces, such as table tops, are not in the grid.
 constexpr float kMinHeight_m = 0.08f;
 constexpr int kMinPoints = 3;
+// Beyond this range depth noise (6 cm there) exceeds the size of a bin.
 constexpr float kFarthest_m = 6.0f;
 constexpr double kBin_m = 0.05;
-// How far the grid's walls are from the true ones, and how far apart two of its errors are of
-// their own: a wall's bins share their error.
+// Standard deviation between the grid's walls and the true ones.
 constexpr double kWallSigma_m = 0.04;
+// Distance along a wall at which errors of the grid are independent. The bins in between share
+// their error, so that together they count as one measurement.
 constexpr double kIndependent_m = 0.5;
+// Most rounds of Gauss-Newton; the kernel has its final width from the fifth on.
 constexpr int kRounds = 12;
+// With fewer bins of walls a frame is not matched.
 constexpr int kMinBins = 8;
 
-constexpr int kBinsAside = 160;  // of the foot: 8 m
+// Number of bins on each side of the foot: 8 m.
+constexpr int kBinsAside = 160;
 constexpr float kNearest_m = 0.3f;
 
+// The points above one bin of the plane.
 struct Column {
   float x_sum = 0.0f;
   float y_sum = 0.0f;
@@ -33,7 +42,8 @@ struct Column {
   float high = -1e9f;
 };
 
-// Mean positions of the bins with upright structure, from the cloud's foot.
+// Returns the mean positions, relative to the cloud's foot, of the points in bins with upright
+// structure. Each bin counts once, so that near walls, which have more pixels, do not dominate.
 std::vector<Eigen::Vector2d> Walls(const OrganisedCloud& cloud) {
   constexpr int kSide = 2 * kBinsAside;
   std::vector<Column> columns(static_cast<size_t>(kSide) * kSide);
@@ -64,7 +74,8 @@ std::vector<Eigen::Vector2d> Walls(const OrganisedCloud& cloud) {
   return walls;
 }
 
-// Exact squared distance transform of one line (Felzenszwalb and Huttenlocher 2012).
+// Computes the exact squared distance transform of one line in linear time, as the lower envelope
+// of parabolas (Felzenszwalb and Huttenlocher 2012). Columns and then rows give that of the plane.
 void TransformLine(const float* in, float* out, int n, int stride) {
   std::vector<int> v(n);
   std::vector<double> z(n + 1);
@@ -96,7 +107,8 @@ void TransformLine(const float* in, float* out, int n, int stride) {
 WallMatcher::WallMatcher(const GridLayer& occupancy)
     : geometry_(occupancy.geometry()), box_(occupancy.extent()) {
   if (box_.empty()) return;
-  // A frame's walls may seem to lie beyond those at the edge of the grid.
+  // Because of the pose's error, walls may appear outside the extent of the grid, and must be
+  // drawn back.
   const int reach = static_cast<int>(std::ceil(kReach_m / geometry_.resolution_m)) + 1;
   box_ = {box_.row_begin - reach, box_.row_end + reach, box_.col_begin - reach,
           box_.col_end + reach};
@@ -151,11 +163,15 @@ PoseCorrection WallMatcher::Match(const OrganisedCloud& cloud, const Eigen::Matr
   if (distance_m_.empty() || prior.llt().info() != Eigen::Success) return correction;
   const std::vector<Eigen::Vector2d> walls = Walls(cloud);
   if (static_cast<int>(walls.size()) < kMinBins) return correction;
+  // The prior damps the steps: where no wall tells the pose, such as along a corridor, the motion
+  // stays near 0.
   const Eigen::Matrix3d prior_information = prior.inverse();
+  // Without this factor the covariance would shrink as if each bin were an independent measurement.
   const double share = kBin_m / kIndependent_m;
   Eigen::Matrix3d information = prior_information;
   for (int round = 0; round < kRounds; ++round) {
-    // The kernel narrows: first the right wall, then its place.
+    // A wide kernel finds the right wall from a wrong pose, and a narrow one then finds its exact
+    // place without the pull of other structure.
     const double kernel = std::max(0.10, 0.25 * std::pow(0.75, round));
     information = prior_information;
     Eigen::Vector3d gradient = prior_information * correction.motion;

@@ -20,18 +20,18 @@ using testing::WalledRoomGrid;
 constexpr double kHeight_m = 0.9;
 constexpr double kDown_rad = 0.25;
 
-// Diagonal; sigmas.
+// A diagonal covariance, from standard deviations.
 Eigen::Matrix3d Prior(double xy_m, double yaw_rad) {
   return Eigen::Vector3d(xy_m * xy_m, xy_m * xy_m, yaw_rad * yaw_rad).asDiagonal();
 }
 
-// Taken in the walled room from `truth` (x, y, yaw), with noise.
+// An image with noise of the walled room, taken from `truth` (x, y, yaw).
 Shot From(const Eigen::Vector3d& truth) {
   return Photograph(WalledRoom(), TestCamera(160),
                     LookFrom({truth.x(), truth.y(), kHeight_m}, truth.z(), kDown_rad), 41);
 }
 
-// As a robot would have it that is wrong by `error`.
+// The cloud of a robot that is at `truth` and believes to be at `truth + error`.
 OrganisedCloud Claimed(const Eigen::Vector3d& truth, const Eigen::Vector3d& error) {
   const Eigen::Vector3d at = truth + error;
   return From(truth).CloudAt(LookFrom({at.x(), at.y(), kHeight_m}, at.z(), kDown_rad));
@@ -61,7 +61,7 @@ TEST(WallMatcherTest, RightPoseStaysWhereItIs) {
   EXPECT_LT(std::abs(correction.motion.z()), 0.005);
 }
 
-// One wall ahead says nothing of where along it the robot stands.
+// A single wall does not tell where along it the robot stands.
 TEST(WallMatcherTest, CorrectsOnlyWhatTheWallsTell) {
   const Eigen::Matrix3d prior = Prior(0.08, 0.04);
   const PoseCorrection correction =
@@ -115,7 +115,7 @@ TEST(WallMatcherTest, SameFrameGivesTheSameCorrection) {
   EXPECT_EQ(first.covariance, second.covariance);
 }
 
-// Fully correlated, or no covariance at all.
+// The first prior is fully correlated, and the second is no covariance.
 TEST(WallMatcherTest, PriorThatIsNoProperCovarianceMovesNothing) {
   const WallMatcher matcher(*WalledRoomGrid());
   const OrganisedCloud cloud = Claimed(kBeforeACorner, {0.05, -0.04, 0.02});

@@ -10,6 +10,7 @@
 namespace hypermap::ingest {
 namespace {
 
+// Larger masks are thinned, which leaves the share of their border about the same.
 constexpr int kMaxPixels = 6000;
 
 }  // namespace
@@ -21,7 +22,8 @@ double Truncation(const OrganisedCloud& cloud, const std::vector<uint8_t>& mask)
   const auto in_image = [&](int u, int v) {
     return u >= 0 && v >= 0 && u < cloud.width && v < cloud.height;
   };
-  // Looks beyond the window too: that of a thinned mask may end within the mask.
+  // Neighbours are looked up in the image, not in the window: the window of a thinned mask may end
+  // within the mask.
   for (int v = 0; v < window.height; ++v) {
     for (int u = 0; u < window.width; ++u) {
       if (!window.inside[window.index(u, v)]) continue;

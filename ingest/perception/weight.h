@@ -1,4 +1,4 @@
-// What a detection is worth as evidence.
+// The weight of a detection as evidence.
 #ifndef HYPERMAP_INGEST_PERCEPTION_WEIGHT_H_
 #define HYPERMAP_INGEST_PERCEPTION_WEIGHT_H_
 
@@ -9,12 +9,14 @@
 
 namespace hypermap::ingest {
 
-// Share of the mask's border, in [0, 1], beyond which the thing may go on: at the border of the
-// image, or where the pixel outside is nearer by more than depth noise and 5 cm.
+// Returns the share of the mask's border, in [0, 1], beyond which the object may continue unseen:
+// at the edge of the image, or where the pixel outside the mask is nearer (an occluder) by more
+// than 5 cm and three sigmas of depth noise.
 double Truncation(const OrganisedCloud& cloud, const std::vector<uint8_t>& mask);
 
-// In (0, 1]: 1 / (1 + (range / 1.8 m)^4), since depth noise grows with the square of the range,
-// less up to 0.4 of it for truncation (all of that from a fifth of the border on).
+// Returns a weight in (0, 1]: 1 / (1 + (range / 1.8 m)^4), which falls like an inverse variance at
+// long range, because depth noise grows with the square of the range. Truncation reduces it by up
+// to 40 %, reached when a fifth of the border is open: the footprint then lacks a part.
 double Weight(double range_m, double truncation);
 
 }  // namespace hypermap::ingest

@@ -10,7 +10,7 @@ using testing::Mask;
 using testing::Rectangle;
 using testing::TestCamera;
 
-// Everything `metres` away.
+// A depth image with everything `metres` away.
 DepthImage Flat(const CameraModel& camera, float metres) {
   return {camera.width, camera.height,
           std::vector<float>(static_cast<size_t>(camera.width) * camera.height, metres)};
@@ -20,7 +20,7 @@ double TruncationOf(const CameraModel& camera, const DepthImage& depth, const Ma
   return Truncation(MakeCloud(depth, Eigen::Isometry3d::Identity(), PixelRays(camera)), mask);
 }
 
-// 40 x 30 pixels at 2 m; the columns of `strip` at `metres`.
+// An image of 40 x 30 pixels with everything at 2 m, except columns u_begin <= u < u_end.
 DepthImage WithStrip(int u_begin, int u_end, float metres) {
   DepthImage depth = Flat(TestCamera(40), 2.0f);
   for (int v = 0; v < 30; ++v) {
@@ -43,12 +43,12 @@ TEST(TruncationTest, NoneInTheMiddleOfTheImage) {
   const CameraModel camera = TestCamera(40);
   const Mask mask = Rectangle(40, 30, 10, 10, 20, 20);
   EXPECT_EQ(TruncationOf(camera, Flat(camera, 2.0f), mask), 0.0);
-  EXPECT_EQ(TruncationOf(camera, WithStrip(20, 40, 5.0f), mask), 0.0);   // before something far
-  EXPECT_EQ(TruncationOf(camera, WithStrip(20, 40, 0.0f), mask), 0.0);   // beside no return
-  EXPECT_EQ(TruncationOf(camera, WithStrip(20, 40, 1.96f), mask), 0.0);  // depth noise
+  EXPECT_EQ(TruncationOf(camera, WithStrip(20, 40, 5.0f), mask), 0.0);   // Before a far surface.
+  EXPECT_EQ(TruncationOf(camera, WithStrip(20, 40, 0.0f), mask), 0.0);   // Beside no return.
+  EXPECT_EQ(TruncationOf(camera, WithStrip(20, 40, 1.96f), mask), 0.0);  // Within depth noise.
 }
 
-// A square: one side of four, then two.
+// One side of a square mask lies at the edge of the image, then two.
 TEST(TruncationTest, IsTheShareOfTheBorderAtTheImagesEdge) {
   const CameraModel camera = TestCamera(40);
   const DepthImage depth = Flat(camera, 2.0f);
@@ -63,7 +63,7 @@ TEST(TruncationTest, IsTheShareOfTheBorderBehindSomethingNearer) {
       0.25);
 }
 
-// Masks that are thinned: wherever they begin and end, only the image's edge is one.
+// Wherever a thinned mask begins and ends, only its border at the edge of the image counts.
 TEST(TruncationTest, OfLargeMasksIsThatOfSmallOnes) {
   const CameraModel camera = TestCamera(320);
   const OrganisedCloud cloud =

@@ -13,9 +13,10 @@
 namespace hypermap::ingest {
 namespace {
 
+// The limit of Validate(Frame).
 constexpr int kMaxSide = 1 << 14;
 
-// Throws YAML::Exception.
+// Reads the calibration, and the name of its distortion model into `model`. Throws YAML::Exception.
 CameraModel Read(const YAML::Node& file, std::string& model) {
   CameraModel camera;
   camera.width = file["image_width"].as<int>();
@@ -27,7 +28,7 @@ CameraModel Read(const YAML::Node& file, std::string& model) {
     camera.fy = matrix[4];
     camera.cy = matrix[5];
   }
-  // A calibration without these keys is one without distortion.
+  // A calibration without these keys has no distortion.
   const YAML::Node name = file["distortion_model"];
   model = name ? name.as<std::string>("") : "";
   const YAML::Node coefficients = file["distortion_coefficients"];

@@ -1,4 +1,4 @@
-// Calibrations as ROS writes them.
+// Camera calibrations in the format of ROS.
 #ifndef HYPERMAP_INGEST_SOURCES_CAMERA_FILE_H_
 #define HYPERMAP_INGEST_SOURCES_CAMERA_FILE_H_
 
@@ -8,9 +8,9 @@
 
 namespace hypermap::ingest {
 
-// The YAML of camera_info: image_width, image_height, camera_matrix, distortion_model (plumb_bob or
-// none) and distortion_coefficients. INVALID_ARGUMENT naming the key; UNIMPLEMENTED for another
-// distortion model.
+// Parses the YAML of camera_info: image_width, image_height, camera_matrix, distortion_model
+// (plumb_bob or none) and distortion_coefficients. Errors: INVALID_ARGUMENT, naming the key;
+// UNIMPLEMENTED for another distortion model.
 absl::StatusOr<CameraModel> ParseCameraInfo(absl::string_view text);
 
 }  // namespace hypermap::ingest

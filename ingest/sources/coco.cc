@@ -16,7 +16,8 @@ namespace {
 
 using Json = nlohmann::json;
 
-// The member, or null. `object` may be anything.
+// Returns the member `key`, or null if there is none or `object` is no JSON object. Never throws,
+// whatever a file contains.
 const Json& Member(const Json& object, const char* key) {
   static const Json* const kNull = new Json();
   if (!object.is_object()) return *kNull;
@@ -39,7 +40,8 @@ std::optional<absl::Time> StampOf(const Json& image, const std::string& file_nam
   if (timestamp.is_number()) {
     const double seconds = timestamp.get<double>();
     if (!(seconds >= 0.0 && seconds <= kMaxSeconds)) return std::nullopt;
-    // A double holds the seconds of today to a quarter of a microsecond.
+    // A double holds present times to a quarter of a microsecond only, so that further digits would
+    // be noise.
     return absl::FromUnixMicros(std::llround(seconds * 1e6));
   }
   const std::string text = timestamp.is_string() ? timestamp.get<std::string>()
@@ -95,7 +97,8 @@ std::optional<MaskEncoding> ReadMask(const Json& segmentation) {
   return std::nullopt;
 }
 
-// What the server takes as a class.
+// Returns whether the server accepts the label as a class: not blank, and without control
+// characters.
 bool IsLabel(const std::string& label) {
   return !absl::StripAsciiWhitespace(label).empty() &&
          std::none_of(label.begin(), label.end(),
@@ -143,7 +146,7 @@ class CocoParser {
   CocoDetections Take() { return std::move(out_); }
 
  private:
-  // Why the annotation can't be used; null when it can.
+  // Adds an annotation. Returns the reason if it can't be used, and null otherwise.
   const char* Add(const Json& entry) {
     const std::optional<int64_t> image = Integer(Member(entry, "image_id"));
     if (!image || (out_.images_ && known_.count(*image) == 0)) return "annotation of no image";
@@ -227,7 +230,8 @@ std::vector<Instance> CocoDetections::Decode(int64_t image_id, int width, int he
       return a->best_score > b->best_score;
     });
     kept.resize(max_instances);
-    std::sort(kept.begin(), kept.end());  // they lie in one vector: the file's order
+    // The annotations lie in one vector, so that the order of pointers is the file's order.
+    std::sort(kept.begin(), kept.end());
   }
   std::vector<Instance> instances;
   for (const Annotation* annotation : kept) {

@@ -1,4 +1,4 @@
-// What an instance detector found in the images of a sequence, in COCO's JSON.
+// Detected instances in the images of a sequence, in COCO's JSON formats.
 #ifndef HYPERMAP_INGEST_SOURCES_COCO_H_
 #define HYPERMAP_INGEST_SOURCES_COCO_H_
 
@@ -18,34 +18,36 @@
 
 namespace hypermap::ingest {
 
-// `stamp`: of the key timestamp (seconds), else of a file name that is one
-// ("rgb/1500000000.2.png").
+// An image that the detector has processed. `stamp` comes from the key "timestamp" (seconds), or
+// without that key from a file name that is a time ("rgb/1500000000.2.png").
 struct CocoImage {
   int64_t id = 0;
   std::string file_name;
   std::optional<absl::Time> stamp;
 };
 
-// Immutable; safe to use from many threads.
+// The detections of a whole sequence. Masks stay encoded, because the decoded masks of a drive
+// would not fit in memory. Immutable; safe to use from many threads.
 class CocoDetections {
  public:
-  // `detections` is either of COCO's forms: {images, categories, annotations}, or a list of results
-  // [{image_id, category_id, segmentation, score}], to which `images` (may be empty) is a file with
-  // the images and categories. An annotation's classes are its `scores` {label: p}, else the name
-  // of its category with its `score` (1 when absent). Annotations that can't be used are counted by
-  // reason. INVALID_ARGUMENT when the file as a whole is none of this.
+  // Parses either of COCO's formats: {images, categories, annotations}, or a list of results
+  // [{image_id, category_id, segmentation, score}]. For a list, `images` is a file with its images
+  // and categories; it may be empty. The classes of an annotation are its `scores` {label: p}, or
+  // without these the name of its category with its `score` (1 if absent). Annotations that can't
+  // be used are counted by reason. Returns INVALID_ARGUMENT if `detections` or `images` is no JSON,
+  // or `detections` has neither format.
   static absl::StatusOr<CocoDetections> Parse(absl::string_view detections,
                                               absl::string_view images);
 
-  // Images that the detector looked at, also those in which it found nothing; nullopt for a list of
-  // results without images.
+  // Images that the detector has processed, including those in which it found nothing. nullopt for
+  // a list of results without images.
   const std::optional<std::vector<CocoImage>>& images() const { return images_; }
   size_t num_annotations() const { return num_annotations_; }
   const SkipCounts& skipped() const { return skipped_; }
 
-  // The instances of an image of width x height pixels in the file's order; at most
-  // `max_instances`, those of the highest scores. Masks are decoded here; what is left out is added
-  // to `skipped`.
+  // Decodes the instances of an image of width x height pixels, in the file's order. Of more than
+  // `max_instances` only those with the highest scores are returned. Instances that are left out
+  // are added to `skipped` by reason.
   std::vector<Instance> Decode(int64_t image_id, int width, int height, int max_instances,
                                SkipCounts& skipped) const;
 
@@ -58,7 +60,7 @@ class CocoDetections {
   };
 
   std::optional<std::vector<CocoImage>> images_;
-  std::unordered_map<int64_t, std::vector<Annotation>> annotations_;  // by image
+  std::unordered_map<int64_t, std::vector<Annotation>> annotations_;  // By image id.
   size_t num_annotations_ = 0;
   SkipCounts skipped_;
 };

@@ -13,7 +13,7 @@ using testing::IsEmpty;
 using testing::Pair;
 using testing::UnorderedElementsAre;
 
-// An image of 2 x 2 pixels; `annotations` without the brackets.
+// A file with one image of 2 x 2 pixels. `annotations` is a JSON array without its brackets.
 std::string File(const std::string& annotations) {
   return R"({"images": [{"id": 7, "file_name": "depth/1.5.png", "timestamp": 1.5}],
              "categories": [{"id": 62, "name": "chair"}, {"id": 63, "name": "couch"}],

@@ -44,7 +44,7 @@ bool ParseStamp(absl::string_view text, absl::Time& stamp) {
   const std::pair<absl::string_view, absl::string_view> parts =
       absl::StrSplit(text, absl::MaxSplits('.', 1));
   int64_t seconds = 0;
-  // A year that absl::Time and every database can write down.
+  // The year is below 10,000, so that absl::Time and every database can format it.
   constexpr int64_t kMaxSeconds = 250'000'000'000;
   if (!absl::SimpleAtoi(parts.first, &seconds) || seconds < 0 || seconds > kMaxSeconds) {
     return false;

@@ -1,4 +1,4 @@
-// Whole files, and lines of numbers as TUM's RGB-D tools write them.
+// Reading of whole files, and of the lines of numbers that TUM's RGB-D tools write.
 #ifndef HYPERMAP_INGEST_SOURCES_INPUT_FILE_H_
 #define HYPERMAP_INGEST_SOURCES_INPUT_FILE_H_
 
@@ -11,17 +11,19 @@
 
 namespace hypermap::ingest {
 
-// NOT_FOUND and the like, naming the file.
+// Returns the content of a file. Errors (NOT_FOUND and others, by errno) name the file.
 absl::StatusOr<std::string> ReadFile(const std::string& path);
 
-// A line's words; comments (from # to the end) and empty lines are left out.
+// The words of a line that is not empty. Blanks, tabs and commas separate words, and # begins a
+// comment.
 struct InputLine {
-  int number = 0;  // from 1
+  int number = 0;  // Counted from 1.
   std::vector<std::string> words;
 };
 std::vector<InputLine> SplitLines(absl::string_view text);
 
-// Decimal seconds since 1970, exact to the nanosecond; false for anything else.
+// Parses decimal seconds since 1970, exactly to the nanosecond (a double would round present times
+// to a quarter of a microsecond). Returns false for any other text.
 bool ParseStamp(absl::string_view text, absl::Time& stamp);
 
 }  // namespace hypermap::ingest

@@ -18,7 +18,7 @@ absl::StatusOr<Mask> Fill(const MaskRuns& runs, int width, int height) {
   }
   const uint64_t pixels = static_cast<uint64_t>(width) * height;
   Mask mask(pixels, 0);
-  uint64_t next = 0;  // column by column
+  uint64_t next = 0;  // Number of pixels that are set, column by column.
   uint8_t value = 0;
   for (const uint32_t count : runs.counts) {
     if (count > pixels - next) {
@@ -35,7 +35,8 @@ absl::StatusOr<Mask> Fill(const MaskRuns& runs, int width, int height) {
   return mask;
 }
 
-// Where the line x = `x` crosses the ring, ascending.
+// Returns the ordinates, ascending, at which the line x = `x` crosses the ring. Edges are half-open
+// in x, so that a vertex on the line counts once and the number of crossings is even.
 std::vector<double> Crossings(const std::vector<double>& ring, double x) {
   std::vector<double> crossings;
   const size_t n = ring.size() / 2;
@@ -50,7 +51,7 @@ std::vector<double> Crossings(const std::vector<double>& ring, double x) {
   return crossings;
 }
 
-// The first row whose centre is not above `y`.
+// Returns the first row whose centre is at `y` or below it in the image, clamped to [0, height].
 int RowAtOrBelow(double y, int height) {
   return static_cast<int>(std::clamp(std::ceil(y - 0.5), 0.0, static_cast<double>(height)));
 }
@@ -85,7 +86,7 @@ absl::StatusOr<Mask> Fill(const PackedMaskRuns& packed, int width, int height) {
 }  // namespace
 
 absl::StatusOr<std::vector<uint32_t>> UnpackCounts(absl::string_view packed) {
-  constexpr int kMaxGroups = 7;  // 35 bits hold every length and difference
+  constexpr int kMaxGroups = 7;  // 35 bits hold every 32-bit length and every difference.
   std::vector<uint32_t> counts;
   for (size_t i = 0; i < packed.size();) {
     int64_t value = 0;

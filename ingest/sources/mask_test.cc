@@ -11,7 +11,7 @@ namespace {
 using testing::ElementsAre;
 using Mask = std::vector<uint8_t>;
 
-// The other direction, as pycocotools has it.
+// Packs run lengths in the way of pycocotools.
 std::string Pack(const std::vector<uint32_t>& counts) {
   std::string packed;
   for (size_t i = 0; i < counts.size(); ++i) {
@@ -44,9 +44,9 @@ std::vector<uint32_t> Runs(const Mask& mask, int width, int height) {
   return counts;
 }
 
-// 4 wide, 3 high:  . # # .
-//                  . # . .
-//                  # . . .
+// A mask of 4 x 3 pixels:  . # # .
+//                          . # . .
+//                          # . . .
 const Mask kDrawn = {0, 1, 1, 0,  //
                      0, 1, 0, 0,  //
                      1, 0, 0, 0};
@@ -58,7 +58,8 @@ TEST(MaskTest, RunsAreReadColumnByColumn) {
 }
 
 TEST(MaskTest, APackedMaskThatWasEncodedByHand) {
-  // 2, 3, 1 as they are; 1 - 3 = -2 is 11110 with the sign bit set: '0' + 30 = 'N'; 5 - 1 = 4.
+  // The lengths 2, 3 and 1 are written as they are. 1 - 3 = -2 is 11110 with the sign bit set, so
+  // '0' + 30 = 'N'; 5 - 1 = 4.
   EXPECT_THAT(*UnpackCounts("231N4"), ElementsAre(2, 3, 1, 1, 5));
   const auto mask = DecodeMask(PackedMaskRuns{4, 3, "231N4"}, 4, 3);
   ASSERT_TRUE(mask.ok()) << mask.status();
@@ -66,7 +67,8 @@ TEST(MaskTest, APackedMaskThatWasEncodedByHand) {
 }
 
 TEST(MaskTest, LengthsOfSeveralGroups) {
-  // 52 = 1 x 32 + 20: groups 20 (with more) and 1; 16 needs a second group for its sign.
+  // 52 = 1 x 32 + 20 has the groups 20 (another follows) and 1. 16 needs a second group, because
+  // its bit 4 would be the sign.
   EXPECT_THAT(*UnpackCounts("d1"), ElementsAre(52));
   EXPECT_THAT(*UnpackCounts("`0"), ElementsAre(16));
 }
@@ -117,7 +119,8 @@ TEST(MaskTest, RandomBytesDoNoHarm) {
 }
 
 TEST(MaskTest, APolygonHasThePixelsWhoseCentreItHolds) {
-  // A rectangle from (1, 0.6) to (3, 2.4): centres at 1.5 and 2.5; of rows only 1.5.
+  // A rectangle from (1, 0.6) to (3, 2.4) holds the centres of columns at 1.5 and 2.5, and of the
+  // row at 1.5.
   const auto mask = DecodeMask(MaskPolygons{{1, 0.6, 3, 0.6, 3, 2.4, 1, 2.4}}, 4, 3);
   ASSERT_TRUE(mask.ok()) << mask.status();
   EXPECT_EQ(*mask, (Mask{0, 0, 0, 0,  //

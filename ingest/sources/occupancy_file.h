@@ -1,4 +1,4 @@
-// The map that a robot localises itself in, from nav2's files.
+// Reads the occupancy map in which a robot localises itself, from nav2's files.
 #ifndef HYPERMAP_INGEST_SOURCES_OCCUPANCY_FILE_H_
 #define HYPERMAP_INGEST_SOURCES_OCCUPANCY_FILE_H_
 
@@ -10,7 +10,7 @@
 
 namespace hypermap::ingest {
 
-// The YAML of map_server or nav2 with the image that it names. Errors name the file.
+// Reads the YAML file of map_server or nav2, and the image that it names. Errors name the file.
 absl::StatusOr<std::shared_ptr<const GridLayer>> ReadOccupancy(const std::string& yaml_path);
 
 }  // namespace hypermap::ingest

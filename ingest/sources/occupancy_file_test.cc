@@ -18,7 +18,8 @@ constexpr char kYaml[] =
 TEST(OccupancyFileTest, TheImageThatTheYamlNamesBecomesAGrid) {
   testing::TemporaryFolder folder;
   folder.Write("map.yaml", kYaml);
-  // The top row is the far one: free, unknown; below it occupied, free.
+  // The top row of the image has the larger y and is free, unknown; the row below is occupied,
+  // free.
   folder.Write("map.pgm",
                std::string("P5\n2 2\n255\n") + "\xfe\xcd" + std::string(1, '\0') + "\xfe");
   const auto grid = ReadOccupancy(folder.path() + "/map.yaml");

@@ -20,7 +20,7 @@ absl::Status InFile(const std::string& file, const absl::Status& status) {
   return absl::Status(status.code(), absl::StrCat(file, ": ", status.message()));
 }
 
-// `file` in the folder, else as it is.
+// Returns the path of `file` in the folder; `file` itself if it exists and the former does not.
 std::string PathOf(const std::string& folder, const std::string& file) {
   const fs::path inside = fs::path(folder) / file;
   std::error_code error;
@@ -126,6 +126,7 @@ void RgbdDataset::Associate() {
       i = Nearest(*image.stamp);
       if (i < entries_.size()) apart = absl::AbsDuration(entries_[i].stamp - *image.stamp);
     }
+    // The nearest image wins a depth image; one that names it has distance 0.
     if (i == entries_.size() || apart >= distance[i]) continue;
     if (!entries_[i].image) ++used;
     entries_[i].image = image.id;
@@ -141,7 +142,7 @@ size_t RgbdDataset::Nearest(absl::Time stamp) const {
   size_t best = entries_.size();
   absl::Duration distance = options_.max_association;
   const size_t at = after - entries_.begin();
-  for (const size_t i : {at - 1, at}) {  // at - 1 wraps round to what is no index
+  for (const size_t i : {at - 1, at}) {  // For at = 0, at - 1 wraps to an index out of range.
     if (i >= entries_.size()) continue;
     const absl::Duration apart = absl::AbsDuration(entries_[i].stamp - stamp);
     if (apart > distance || (best < entries_.size() && apart == distance)) continue;

@@ -1,14 +1,15 @@
 // A recorded drive: depth images and poses in TUM's RGB-D layout, with a detector's results.
 //
-//   depth.txt     lines `t file`; 16-bit grey PNG, metres x 5000, 0 = no return
+//   depth.txt     lines `t file`; a file is a 16-bit grey PNG, metres x 5000, 0 = no return
 //   <poses>       lines `t tx ty tz qx qy qz qw`: the optical frame in the frame of the map
 //   camera.yaml   ROS camera_info of the depth images
-//   <detections>  COCO, see coco.h
+//   <detections>  COCO (see coco.h)
 //
-// An image of the detections belongs to the depth image that it names, else to the nearest in time,
-// and to one only. A depth image without one was not looked at by the detector and is no frame: it
-// says nothing about what is not there. (Results without a list of images count the images as
-// depth.txt does, from 0, and all of them were looked at.)
+// An image of the detections is matched to the depth image that it names, or otherwise to the
+// nearest in time; each depth image is matched at most once. A depth image without a match was not
+// processed by the detector. It gives no frame, because an observation without detections is
+// evidence that nothing is there. If the detections have no list of images, their image ids count
+// the depth images in the order of their stamps, from 0, and all of these were processed.
 #ifndef HYPERMAP_INGEST_SOURCES_RGBD_DATASET_H_
 #define HYPERMAP_INGEST_SOURCES_RGBD_DATASET_H_
 
@@ -29,41 +30,47 @@
 namespace hypermap::ingest {
 
 struct RgbdOptions {
-  // Files, relative to the dataset's folder or, where there is none, to the working one.
+  // Files, relative to the dataset's folder, or to the working directory if they are not there.
   std::string poses = "groundtruth.txt";
   std::string detections = "detections.json";
-  std::string images;  // of a list of results, see CocoDetections; may be empty
-  // What the frames say of themselves.
+  // Images of a list of results (see CocoDetections); may be empty.
+  std::string images;
+  // The fields of the same names of all frames.
   std::string robot = "robot";
   std::string frame_id;
   Eigen::Matrix3d pose_covariance = Eigen::Matrix3d::Zero();
-  // Between a depth image and the image of the detections, and beyond the ends of the trajectory.
+  // Largest difference in time between a depth image and its image of the detections, and between a
+  // depth image and the end of the trajectory.
   absl::Duration max_association = absl::Milliseconds(20);
+  // Poses are interpolated between samples that are at most this far apart.
   absl::Duration max_pose_gap = absl::Milliseconds(500);
   double depth_units_per_metre = 5000.0;
+  // If a frame has more instances, only those with the highest scores are read.
   int max_instances = 254;
 };
 
 // Immutable; safe to use from many threads.
 class RgbdDataset {
  public:
-  // NOT_FOUND or INVALID_ARGUMENT naming the file when one of the files above is missing or broken
-  // as a whole; of depth images that is found when they are loaded.
+  // Opens the dataset and reads everything but the depth images, which Load() reads. Returns
+  // NOT_FOUND or INVALID_ARGUMENT, naming the file, if one of the files above is missing or
+  // unusable as a whole.
   static absl::StatusOr<std::unique_ptr<RgbdDataset>> Open(const std::string& folder,
                                                            const RgbdOptions& options);
 
-  // Depth images, by their stamps, ascending.
+  // Number of depth images. They are ordered by their stamps.
   size_t size() const { return entries_.size(); }
   absl::Time stamp(size_t i) const { return entries_[i].stamp; }
-  // Stays the same as long as depth.txt does.
+  // Sequence number of depth image `i`. It depends on depth.txt only, so that a repeated replay
+  // sends the same observations, which the server counts once.
   int64_t sequence(size_t i) const { return static_cast<int64_t>(i); }
 
-  // The frame of depth image `i`, with the instances whose masks could be decoded; others are added
-  // to `skipped`. An error concerns this frame alone; its message begins with the reason, up to a
-  // colon, in words that other frames have too.
+  // Returns the frame of depth image `i`, with the instances whose masks could be decoded; the
+  // others are added to `skipped`. An error concerns this frame only. Its message up to the first
+  // colon is a reason that is the same for all frames, so that errors can be counted by reason.
   absl::StatusOr<Frame> Load(size_t i, SkipCounts& skipped) const;
 
-  // What could not be used of the files as a whole.
+  // Counts of lines, images and annotations that could not be used, found by Open().
   const SkipCounts& skipped() const { return skipped_; }
   const CameraModel& camera() const { return camera_; }
 
@@ -78,7 +85,7 @@ class RgbdDataset {
               CocoDetections detections, const CameraModel& camera);
   absl::Status ReadIndex();
   void Associate();
-  // The depth image nearest in time to the stamp within the limit, or size().
+  // Returns the depth image nearest to `stamp`, or size() if none is within max_association.
   size_t Nearest(absl::Time stamp) const;
 
   std::string folder_;

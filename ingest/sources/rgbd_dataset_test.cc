@@ -32,8 +32,8 @@ std::string Coco(const std::string& images) {
                       "{\"size\": [2, 2], \"counts\": [1, 3]}}]}");
 }
 
-// Three depth images at 10 Hz of a camera that moves along x by 1 m each 0.2 s, each by its name in
-// the detections; the first has one.
+// Three depth images at 10 Hz from a camera that moves along x by 1 m in 0.2 s. The detections name
+// each of them, and have one instance in the first.
 class RgbdDatasetTest : public ::testing::Test {
  protected:
   RgbdDatasetTest() {
@@ -104,9 +104,9 @@ TEST_F(RgbdDatasetTest, SequencesFollowTheStampsWhateverTheOrderOfLines) {
 
 TEST_F(RgbdDatasetTest, ImagesOfOtherNamesBelongToTheNearestDepthImage) {
   folder_.Write("detections.json",
-                Coco(Image(1, "rgb/10.115.png") + "," +                   // to 10.1
-                     Image(2, "a.png", ", \"timestamp\": 10.09") + "," +  // nearer
-                     Image(3, "b.png", ", \"timestamp\": 10.03") + "," +  // too far
+                Coco(Image(1, "rgb/10.115.png") + "," +                   // Matched to 10.1 first.
+                     Image(2, "a.png", ", \"timestamp\": 10.09") + "," +  // Nearer to 10.1.
+                     Image(3, "b.png", ", \"timestamp\": 10.03") + "," +  // Too far from any.
                      Image(4, "c.png")));
   const auto dataset = Open();
   EXPECT_THAT(dataset->skipped(),

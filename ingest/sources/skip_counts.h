@@ -1,4 +1,4 @@
-// Why things were left out.
+// Counts of input that was left out, by reason.
 #ifndef HYPERMAP_INGEST_SOURCES_SKIP_COUNTS_H_
 #define HYPERMAP_INGEST_SOURCES_SKIP_COUNTS_H_
 
@@ -8,7 +8,7 @@
 
 namespace hypermap::ingest {
 
-// Reason -> how many.
+// Number of skipped items for each reason.
 using SkipCounts = std::map<std::string, int64_t>;
 
 }  // namespace hypermap::ingest

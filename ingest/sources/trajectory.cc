@@ -12,6 +12,7 @@
 namespace hypermap::ingest {
 namespace {
 
+// Tolerates quaternions that were rounded to a few digits.
 constexpr double kMaxLengthError = 0.01;
 
 Eigen::Isometry3d ToIsometry(const Eigen::Vector3d& position, const Eigen::Quaterniond& rotation) {
@@ -46,7 +47,7 @@ absl::StatusOr<Trajectory> Trajectory::Parse(absl::string_view text) {
   std::vector<Sample>& samples = trajectory.samples_;
   std::stable_sort(samples.begin(), samples.end(),
                    [](const Sample& a, const Sample& b) { return a.stamp < b.stamp; });
-  // The last of equal stamps.
+  // std::unique keeps the first of equal elements; backwards that is the last line of a stamp.
   const auto begin =
       std::unique(samples.rbegin(), samples.rend(), [](const Sample& a, const Sample& b) {
         return a.stamp == b.stamp;

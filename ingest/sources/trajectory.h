@@ -1,4 +1,4 @@
-// Where a camera was over time.
+// The poses of a camera over time.
 #ifndef HYPERMAP_INGEST_SOURCES_TRAJECTORY_H_
 #define HYPERMAP_INGEST_SOURCES_TRAJECTORY_H_
 
@@ -13,22 +13,25 @@
 namespace hypermap::ingest {
 
 struct TrajectoryLimits {
-  // A pose is interpolated between samples not farther apart than this.
+  // Poses are interpolated between samples that are at most this far apart.
   absl::Duration max_gap = absl::Seconds(0.5);
-  // Before the first and after the last sample, theirs is taken for this long.
+  // For this long before the first sample and after the last one, that sample's pose is returned.
   absl::Duration max_beyond = absl::Seconds(0.02);
 };
 
 // Immutable; safe to use from many threads.
 class Trajectory {
  public:
-  // TUM's format: lines `t tx ty tz qx qy qz qw`, in any order. A line that can't be understood, or
-  // whose numbers are no pose (not finite; a quaternion whose length is not 1 to within 1 %), is
-  // counted, and where its stamp can be read nothing is interpolated across it. Of several lines
-  // with one stamp the last counts. INVALID_ARGUMENT when no line is a pose.
+  // Parses TUM's format: lines `t tx ty tz qx qy qz qw`, in any order. Lines that can't be parsed,
+  // or whose numbers are no pose (not finite, or a quaternion whose length differs from 1 by 1 % or
+  // more), are counted as bad. No pose is interpolated across the stamp of a bad line, if the stamp
+  // can be read. The last of several lines with one stamp counts. Returns INVALID_ARGUMENT if no
+  // line is a pose.
   static absl::StatusOr<Trajectory> Parse(absl::string_view text);
 
-  // Linear in position, slerp in rotation. NOT_FOUND with the reason when there is none.
+  // Returns the pose at `stamp`, interpolated linearly in position and by slerp in rotation.
+  // Returns NOT_FOUND, with the reason, if the stamp is outside the trajectory, in a gap, or at or
+  // next to a bad line.
   absl::StatusOr<Eigen::Isometry3d> At(absl::Time stamp, const TrajectoryLimits& limits) const;
 
   int bad_lines() const { return bad_lines_; }
@@ -41,7 +44,9 @@ class Trajectory {
     Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();
   };
 
-  std::vector<Sample> samples_;  // ascending
+  // Ascending by stamp. Bad lines stay as samples that are not valid, so that the time around them
+  // is not mistaken for a gap that may be bridged.
+  std::vector<Sample> samples_;
   int bad_lines_ = 0;
 };
 

@@ -13,7 +13,8 @@ absl::Time At(double seconds) {
   return absl::UnixEpoch() + absl::Seconds(1500000000) + absl::Seconds(seconds);
 }
 
-// From (0, 0, 1) looking along x to (2, 0, 1) turned by 90 degrees about z, a quarter second later.
+// A camera at (0, 0, 1) without rotation, and 0.25 s later at (2, 0, 1), turned by 90 degrees about
+// z.
 constexpr char kTurn[] =
     "# t tx ty tz qx qy qz qw\n"
     "1500000000.00 0 0 1 0 0 0 1\n"

@@ -1,4 +1,4 @@
-// What a command line says is to be done.
+// The action that a command line has selected.
 #ifndef HYPERMAP_INGEST_WORKER_COMMAND_H_
 #define HYPERMAP_INGEST_WORKER_COMMAND_H_
 
@@ -9,6 +9,7 @@
 
 namespace hypermap::ingest {
 
+// Runs until the action is complete or interrupted. Its error is the program's.
 using Command = std::function<absl::Status(const Interruption&)>;
 
 }  // namespace hypermap::ingest

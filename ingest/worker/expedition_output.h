@@ -1,4 +1,4 @@
-// What robots that explored have done, for people or as JSON.
+// Formats the report of an exploration by simulated robots, as text or JSON.
 #ifndef HYPERMAP_INGEST_WORKER_EXPEDITION_OUTPUT_H_
 #define HYPERMAP_INGEST_WORKER_EXPEDITION_OUTPUT_H_
 
@@ -8,16 +8,16 @@
 
 namespace hypermap::ingest {
 
-// One document on one line.
+// Returns one JSON document on one line.
 std::string ReportJson(const robots::ExpeditionReport& report,
                        const robots::ExpeditionOptions& options);
 
-// A few lines.
+// Returns a few lines of text.
 std::string ReportText(const robots::ExpeditionReport& report,
                        const robots::ExpeditionOptions& options);
 
-// GeoJSON: a LineString for each robot, in the map's own frame. Of a robot that stayed where it
-// was, its place twice.
+// Returns GeoJSON with the path of each robot as a LineString, in the map's own frame. The path of
+// a robot that never moved is its position twice, because a LineString has at least two points.
 std::string WaysGeoJson(const robots::ExpeditionReport& report);
 
 }  // namespace hypermap::ingest

@@ -29,7 +29,8 @@ SignalWatch::SignalWatch(Interruption& interruption) {
   sigaddset(&signals, SIGINT);
   sigaddset(&signals, SIGTERM);
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
-  // Waits as long as the program runs.
+  // The thread lives as long as the program. It unblocks the signals for itself after the first, so
+  // that the second has its default action.
   std::thread([&interruption, signals] {
     int signal = 0;
     sigwait(&signals, &signal);

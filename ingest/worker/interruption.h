@@ -1,4 +1,4 @@
-// The wish that a run should end.
+// Requests to end a run early.
 #ifndef HYPERMAP_INGEST_WORKER_INTERRUPTION_H_
 #define HYPERMAP_INGEST_WORKER_INTERRUPTION_H_
 
@@ -9,23 +9,24 @@
 
 namespace hypermap::ingest {
 
-// Thread safe.
+// A flag that is set once and never cleared. Thread safe.
 class Interruption {
  public:
   void Request();
   bool requested() const;
-  // Waits until `time`, or until it is requested. Whether it is.
+  // Waits until `time` or until an interruption is requested. Returns requested().
   bool WaitUntil(absl::Time time) const;
 
  private:
-  // Not absl's, which ThreadSanitizer can't see unless abseil is built with it.
+  // Not absl::Mutex, which ThreadSanitizer can't see unless abseil is built with it.
   mutable std::mutex mutex_;
   mutable std::condition_variable changed_;
-  bool requested_ = false;  // guarded by the mutex
+  bool requested_ = false;  // Guarded by mutex_.
 };
 
-// Turns the first SIGINT or SIGTERM into a request; the second ends the program. Make it before any
-// other thread: signals are kept from those that are made later. At most one at a time.
+// Turns the first SIGINT or SIGTERM into a request; the second ends the program. REQUIRES: no other
+// thread exists yet, because threads inherit the blocked signals from this one. At most one object
+// of this class in a program.
 class SignalWatch {
  public:
   explicit SignalWatch(Interruption& interruption);

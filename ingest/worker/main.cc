@@ -1,5 +1,5 @@
-// hypermap-ingest: turns RGB-D frames with detections, recorded, sent or simulated, into
-// observations for a Hypermap server.
+// hypermap-ingest turns RGB-D frames with detections, which are recorded, sent by robots or
+// simulated, into observations for a Hypermap server.
 #include <CLI/CLI.hpp>
 #include <csignal>
 #include <cstdlib>
@@ -14,8 +14,8 @@
 namespace hypermap::ingest {
 namespace {
 
-constexpr int kExitError = 1;  // the command failed
-constexpr int kExitUsage = 2;  // the command line was not understood
+constexpr int kExitError = 1;  // The command failed.
+constexpr int kExitUsage = 2;  // The command line is invalid.
 
 int Main(int argc, char** argv) {
   CLI::App app("Turns RGB-D frames with detections into observations for a Hypermap server.",
@@ -29,13 +29,13 @@ int Main(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    // Help and version are thrown as well; their code is 0.
+    // --help and --version are reported as errors with code 0.
     if (error.get_exit_code() == 0) return app.exit(error);
     std::cerr << "hypermap-ingest: " << error.what() << " (see hypermap-ingest --help)\n";
     return kExitUsage;
   }
   std::signal(SIGPIPE, SIG_IGN);
-  // What gRPC has to say of a failed call stands in its status.
+  // The status of a failed call says everything; gRPC's own log would repeat it.
   setenv("GRPC_VERBOSITY", "NONE", /*overwrite=*/0);
   Interruption interruption;
   const SignalWatch watch(interruption);

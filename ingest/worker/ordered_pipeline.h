@@ -1,4 +1,4 @@
-// Works items in several threads and hands the results out in the order of the items.
+// A pipeline that processes items on several threads and returns the results in the items' order.
 #ifndef HYPERMAP_INGEST_WORKER_ORDERED_PIPELINE_H_
 #define HYPERMAP_INGEST_WORKER_ORDERED_PIPELINE_H_
 
@@ -13,17 +13,17 @@
 
 namespace hypermap::ingest {
 
-// At most `window` results are in work or waiting, so that a slow taker bounds the memory. Next is
-// for one thread.
+// At most `window` items are being processed or have results that were not taken, so that memory is
+// bounded if the caller of Next() is slow. Next() may be called from one thread only.
 template <typename Result>
 class OrderedPipeline {
  public:
-  // `work(i)` is called once for each i < count, from any of `threads` threads.
+  // Calls `work(i)` once for each i < count, in ascending order, on `threads` threads.
   OrderedPipeline(size_t count, int threads, size_t window, std::function<Result(size_t)> work)
       : count_(count), window_(window), work_(std::move(work)) {
     for (int i = 0; i < threads; ++i) threads_.emplace_back([this] { Run(); });
   }
-  // Waits for the calls of `work` that have begun; no more are made.
+  // Begins no further calls of `work` and waits for those that are running.
   ~OrderedPipeline() {
     {
       const std::lock_guard<std::mutex> lock(mutex_);
@@ -35,7 +35,7 @@ class OrderedPipeline {
   OrderedPipeline(const OrderedPipeline&) = delete;
   OrderedPipeline& operator=(const OrderedPipeline&) = delete;
 
-  // The result of the next item; nullopt after the last.
+  // Waits for the result of the next item and returns it; nullopt after the last.
   std::optional<Result> Next() {
     std::unique_lock<std::mutex> lock(mutex_);
     if (taken_ == count_) return std::nullopt;
@@ -70,8 +70,8 @@ class OrderedPipeline {
   const size_t count_;
   const size_t window_;
   const std::function<Result(size_t)> work_;
-  // Guards what follows, but for the threads. Not absl's, which ThreadSanitizer can't see unless
-  // abseil is built with it.
+  // Guards the members below, except threads_. Not absl::Mutex, which ThreadSanitizer can't see
+  // unless abseil is built with it.
   std::mutex mutex_;
   std::condition_variable may_begin_;
   std::condition_variable is_done_;

@@ -12,7 +12,7 @@ namespace {
 
 TEST(OrderedPipelineTest, ResultsComeInOrderWhateverTheOrderOfWork) {
   constexpr size_t kItems = 500;
-  // Even items wait for the odd one behind them, so that they are done the wrong way round.
+  // Even items wait for the odd item after them, so that pairs finish in reverse order.
   std::vector<std::unique_ptr<absl::Notification>> done(kItems + 1);
   for (auto& notification : done) notification = std::make_unique<absl::Notification>();
   done[kItems]->Notify();
@@ -35,7 +35,7 @@ TEST(OrderedPipelineTest, ASlowTakerBoundsTheWork) {
     return i;
   });
   for (size_t taken = 0; pipeline.Next(); ++taken) {
-    // Item `taken` was taken, so that the window ends behind taken + 1 + kWindow.
+    // Item `taken` has been taken, so that items below taken + 1 + kWindow may have begun.
     most_ahead = std::max<size_t>(most_ahead, begun - taken);
   }
   EXPECT_LE(most_ahead, kWindow + 1);

@@ -1,4 +1,4 @@
-// How far something is, on one line of a terminal.
+// A progress bar on one line of a terminal.
 #ifndef HYPERMAP_INGEST_WORKER_PROGRESS_LINE_H_
 #define HYPERMAP_INGEST_WORKER_PROGRESS_LINE_H_
 
@@ -9,16 +9,17 @@
 
 namespace hypermap::ingest {
 
-// "[#####-----]  50 %" of 0.5.
+// Returns "[#####-----]  50 %" for a share of 0.5.
 std::string ProgressBar(double share);
-// "[#####-----]  50 %  335/670 frames  41.2/s  0:08 left  3 skipped".
+// Returns "[#####-----]  50 %  335/670 frames  41.2/s  0:08 left  3 skipped" or the like. Frames
+// that the server already had do not count towards the rate.
 std::string ProgressText(const ReplaySummary& summary);
 
-// Writes the line over the one before. One thread.
+// A line of a terminal that is overwritten by each Show(). For use by one thread.
 class ProgressLine {
  public:
   explicit ProgressLine(std::ostream& terminal) : terminal_(terminal) {}
-  // Ends the line.
+  // Ends the line if anything was shown.
   ~ProgressLine();
 
   void Show(std::string text);

@@ -20,7 +20,8 @@ namespace {
 constexpr absl::Duration kProgressInterval = absl::Milliseconds(100);
 constexpr absl::Duration kReconnectInterval = absl::Milliseconds(500);
 
-// What other frames share of a message.
+// Returns the part of an error message before the first colon, which is the same for all frames
+// with this error (see RgbdDataset::Load).
 std::string ReasonOf(const absl::Status& status) {
   const std::vector<std::string> parts =
       absl::StrSplit(absl::string_view(status.message()), absl::MaxSplits(':', 1));
@@ -31,7 +32,7 @@ void Add(const SkipCounts& counts, SkipCounts& sum) {
   for (const auto& [reason, count] : counts) sum[reason] += count;
 }
 
-// A frame that was worked.
+// The result of perception for one frame.
 struct Worked {
   absl::StatusOr<Observation> observation = absl::UnknownError("");
   FrameReport report;
@@ -58,13 +59,13 @@ class Replayer {
   absl::StatusOr<ReplaySummary> Run();
 
  private:
-  // Sends what is pending over one stream.
+  // Sends the pending frames over one stream, until all are sent or the stream breaks.
   absl::Status RunStream();
   void LeaveOutKnown(const client::OpenedLayer& opened);
   void Send(client::ObserveStream& stream);
   void ReadAcknowledgements(client::ObserveStream& stream);
   Worked Work(size_t i) const;
-  // Whether frame `i` came to something that can be sent.
+  // Adds frame `i` to the summary, once. Returns whether it has an observation to send.
   bool Count(size_t i, const Worked& worked);
   void Note(const client::Acknowledgement& acknowledgement);
   bool WaitForTurn(size_t i);
@@ -76,7 +77,8 @@ class Replayer {
   const ReplayProgress& progress_;
   const Observer observer_;
   client::Client client_;
-  // Frames that are not finished, ascending. Of the sending thread, as what follows.
+  // Frames that are not finished, ascending. This and the members up to the mutex are used by the
+  // sending thread only.
   std::vector<size_t> pending_;
   std::vector<bool> counted_ = std::vector<bool>(dataset_.size(), false);
   std::vector<bool> skipped_ = std::vector<bool>(dataset_.size(), false);
@@ -85,7 +87,7 @@ class Replayer {
   absl::Time first_stamp_;
   absl::Time shown_at_ = absl::InfinitePast();
 
-  // Guards what follows, which both threads use.
+  // Guards the members below, which the sending and the reading thread share.
   std::mutex mutex_;
   ReplaySummary summary_;
   std::vector<bool> acknowledged_ = std::vector<bool>(dataset_.size(), false);
@@ -102,7 +104,8 @@ absl::StatusOr<ReplaySummary> Replayer::Run() {
       pending_.erase(std::remove_if(pending_.begin(), pending_.end(),
                                     [this](size_t i) { return skipped_[i] || acknowledged_[i]; }),
                      pending_.end());
-      // A server that is started again goes on where it was; other errors stay.
+      // A server that is down may come back, and then continues where it was; other errors would
+      // occur again.
       if (!absl::IsUnavailable(status)) break;
       if (absl::Now() - last_news_ > options_.patience) break;
     }
@@ -172,7 +175,7 @@ Worked Replayer::Work(size_t i) const {
 
 bool Replayer::Count(size_t i, const Worked& worked) {
   const std::lock_guard<std::mutex> lock(mutex_);
-  // What is sent again after a stream broke is worked again.
+  // Frames that were not acknowledged before a stream broke are processed again, but count once.
   if (counted_[i]) return worked.observation.ok();
   counted_[i] = true;
   if (!worked.observation.ok()) {

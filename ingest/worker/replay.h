@@ -1,4 +1,4 @@
-// Sends a recorded drive to a server.
+// Replays a recorded drive: sends its frames to a server as observations.
 #ifndef HYPERMAP_INGEST_WORKER_REPLAY_H_
 #define HYPERMAP_INGEST_WORKER_REPLAY_H_
 
@@ -20,53 +20,55 @@ struct ReplayOptions {
   std::string folder;
   RgbdOptions dataset;
   TargetLayer target;
-  // Frames by their index: first, first + stride, ... below `end`.
+  // The depth images first, first + stride, ... below `end` are replayed.
   size_t first = 0;
   size_t end = SIZE_MAX;
   size_t stride = 1;
-  // Seconds of the recording for a second of ours; 0: as fast as possible.
+  // Speed relative to the recording: 1 = as fast as recorded, 0 = as fast as possible.
   double rate = 0.0;
   int threads = 1;
-  // For how long a server that went away is waited for, counted from the last acknowledgement.
+  // Longest time to retry while the server is unavailable, counted from its last answer.
   absl::Duration patience = absl::Seconds(30);
   std::function<std::unique_ptr<Segmenter>()> make_segmenter = MakeOrganisedSegmenter;
-  // May be null; see Observer.
+  // Passed to Observer; may be null.
   std::shared_ptr<const GridLayer> occupancy;
 };
 
-// Frames and what became of them. All but those that were not reached (after an interruption) are
-// known, skipped, or one of the outcomes of an acknowledgement.
+// Counts of frames by outcome. Each frame is known, skipped, or counted under the outcome of its
+// acknowledgement, unless an interruption came first.
 struct ReplaySummary {
   int64_t frames = 0;
-  int64_t known = 0;  // the server had them before: not sent
+  int64_t known = 0;  // Not sent, because the server already had them.
   int64_t accepted = 0;
   int64_t duplicates = 0;
   int64_t refused_late = 0;
   int64_t invalid = 0;
   int64_t conflicts = 0;
   SkipCounts skipped_frames;
-  // In the frames that were worked.
+  // Instances in the frames that gave observations, and the detections that they became.
   int64_t instances = 0;
   int64_t detections = 0;
   SkipCounts skipped_instances;
-  // Of the files as a whole.
+  // Parts of the input files that could not be used (RgbdDataset::skipped).
   SkipCounts skipped_input;
-  int64_t revision = 0;       // of the last acknowledgement; 0: none
-  std::string first_refusal;  // what the server said to the first frame it did not take
+  int64_t revision = 0;       // Largest revision of an acknowledgement; 0 without one.
+  std::string first_refusal;  // The server's message for the first frame that it refused.
   bool interrupted = false;
   absl::Duration time;
 
   int64_t num_skipped() const;
-  // Frames of which nothing more is to be expected.
+  // Number of frames that are known, skipped or acknowledged.
   int64_t finished() const;
 };
 
-// Called from one thread now and then.
+// Called with the counts so far, on the thread that called Replay(), at most about ten times a
+// second.
 using ReplayProgress = std::function<void(const ReplaySummary&)>;
 
-// Frames that the layer has of this robot are not sent again, so that a replay that broke off is
-// resumed by the same call. An error is of the run as a whole; what is wrong with a frame is
-// counted in the summary. On an interruption what was sent is waited for.
+// Sends the frames of a recorded drive as observations, in the order of their stamps. Frames of
+// this robot that the layer already has are not sent, so that repeating the call resumes an
+// interrupted replay. An error concerns the run as a whole; errors of single frames are counted in
+// the summary. After an interruption it sends no more and waits for outstanding acknowledgements.
 absl::StatusOr<ReplaySummary> Replay(const ReplayOptions& options, const Interruption& interruption,
                                      const ReplayProgress& progress);
 

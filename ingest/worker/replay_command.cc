@@ -24,7 +24,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// As they stand on the command line.
+// The arguments of the command line.
 struct Arguments {
   ReplayOptions replay;
   std::string pose_sigma;
@@ -36,7 +36,7 @@ struct Arguments {
   bool json = false;
 };
 
-// "office_small" of "data/office_small/".
+// Returns the last component of a path: "office_small" for "data/office_small/".
 std::string NameOfFolder(const std::string& folder) {
   std::error_code error;
   const fs::path path = fs::weakly_canonical(folder, error);
@@ -57,7 +57,8 @@ absl::Status SetOccupancy(const std::string& argument, ReplayOptions& options) {
   return absl::OkStatus();
 }
 
-// A run that sends nothing, and not because all is sent, did not do what was asked for.
+// Returns an error for an interrupted run, and for one of whose frames the server has none:
+// probably the poses, the detections or the server's layer are the wrong ones.
 absl::Status Judge(const ReplaySummary& summary) {
   if (summary.interrupted) {
     return absl::CancelledError("interrupted; the same command goes on where it ended");

@@ -16,7 +16,7 @@
 namespace hypermap::ingest {
 namespace {
 
-// As they stand on the command line.
+// The arguments of the command line.
 struct Arguments {
   FrameServerOptions server;
   TargetLayer target;

@@ -1,4 +1,4 @@
-// hypermap-ingest serve.
+// The command `hypermap-ingest serve`.
 #ifndef HYPERMAP_INGEST_WORKER_SERVE_COMMAND_H_
 #define HYPERMAP_INGEST_WORKER_SERVE_COMMAND_H_
 
@@ -8,7 +8,7 @@
 
 namespace hypermap::ingest {
 
-// `selected` must outlive the parser.
+// Adds the command. Parsing sets `selected`, which must outlive the parser, if it is named.
 void AddServeCommand(CLI::App& app, Command& selected);
 
 }  // namespace hypermap::ingest

@@ -20,7 +20,7 @@
 namespace hypermap::ingest {
 namespace {
 
-// As they stand on the command line.
+// The arguments of the command line.
 struct Arguments {
   robots::ExpeditionOptions expedition;
   client::ConnectionFlags connection;
@@ -57,7 +57,8 @@ absl::Status WriteFile(const std::string& path, const std::string& data) {
   return absl::UnavailableError(absl::StrCat(path, ": can't be written"));
 }
 
-// Before anything is begun that would not be kept.
+// Checks that a file can be written, before a long run whose result would be lost. Creates the file
+// if there is none.
 absl::Status CheckWritable(const std::string& path) {
   if (path.empty() || std::ofstream(path, std::ios::binary | std::ios::app)) {
     return absl::OkStatus();

@@ -1,4 +1,4 @@
-// `hypermap-ingest simulate`.
+// The command `hypermap-ingest simulate`.
 #ifndef HYPERMAP_INGEST_WORKER_SIMULATE_COMMAND_H_
 #define HYPERMAP_INGEST_WORKER_SIMULATE_COMMAND_H_
 
@@ -8,7 +8,7 @@
 
 namespace hypermap::ingest {
 
-// `selected` is set when the command line names this command; it must outlive the parser.
+// Adds the command. Parsing sets `selected`, which must outlive the parser, if it is named.
 void AddSimulateCommand(CLI::App& app, Command& selected);
 
 }  // namespace hypermap::ingest

@@ -1,4 +1,4 @@
-// What a replay did, for people or as JSON.
+// Formats the summary of a replay, as text or JSON.
 #ifndef HYPERMAP_INGEST_WORKER_SUMMARY_OUTPUT_H_
 #define HYPERMAP_INGEST_WORKER_SUMMARY_OUTPUT_H_
 
@@ -8,10 +8,11 @@
 
 namespace hypermap::ingest {
 
-// One document: map, layer, revision, counts of frames by outcome, and what was skipped by reason.
+// Returns one JSON document: map, layer, revision, counts of frames by outcome, and counts of
+// skipped items by reason.
 std::string SummaryJson(const ReplaySummary& summary, const TargetLayer& target);
 
-// A few lines.
+// Returns a few lines of text.
 std::string SummaryText(const ReplaySummary& summary, const TargetLayer& target);
 
 }  // namespace hypermap::ingest

@@ -63,7 +63,7 @@ TEST(ProgressBarTest, IsAsFullAsTheShareSays) {
 }
 
 TEST(ProgressTextTest, TellsShareRateAndTimeLeft) {
-  // 4 of 5 finished frames took 2 s; 5 are left.
+  // The server already had one of the five finished frames; the other four took 2 s. Five are left.
   EXPECT_EQ(ProgressText(Half()),
             "[############------------]  50 %  5/10 frames  2.0/s  0:02 left  1 skipped");
   EXPECT_THAT(ProgressText(ReplaySummary()), HasSubstr("100 %  0/0 frames"));

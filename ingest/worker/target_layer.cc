@@ -8,11 +8,12 @@ namespace {
 
 constexpr double kExplorationCell_m = 0.05;
 
-// Two workers may make the same map at once: the server then tells one of them ABORTED.
+// If two workers create the same map at once, the server answers ABORTED to one of them, which then
+// tries again.
 constexpr int kAttempts = 50;
 constexpr absl::Duration kBetweenAttempts = absl::Milliseconds(100);
 
-// Or ALREADY_EXISTS, of a map or a layer.
+// Returns OK if the map or layer was created meanwhile (ALREADY_EXISTS), and otherwise `status`.
 absl::Status UnlessThere(const absl::Status& status) {
   return absl::IsAlreadyExists(status) ? absl::OkStatus() : status;
 }

@@ -1,4 +1,4 @@
-// The layer that observations go to.
+// The layer to which observations are sent.
 #ifndef HYPERMAP_INGEST_WORKER_TARGET_LAYER_H_
 #define HYPERMAP_INGEST_WORKER_TARGET_LAYER_H_
 
@@ -14,16 +14,17 @@ struct TargetLayer {
   client::ConnectionFlags connection;
   std::string map;
   std::string layer = "semantic";
-  std::string exploration_layer;  // may be empty
-  std::string strategy;           // empty: the layer's
-  std::string parameters;
-  // The own frame of a map that is made; empty: the server's default.
+  std::string exploration_layer;  // Layer for the floor that was seen; may be empty.
+  std::string strategy;           // Fusion strategy; empty = the layer's.
+  std::string parameters;         // Parameters of the strategy, a JSON object.
+  // Own frame of a map that is created; empty = the server's default.
   std::string frame_id;
 };
 
 client::ObserveOptions ObserveOptionsOf(const TargetLayer& target);
 
-// Makes the map, the semantic layer and the exploration layer where there is none.
+// Creates the map, the semantic layer and the exploration layer, unless they exist. Several workers
+// may do so at once.
 absl::Status EnsureTarget(client::Client& client, const TargetLayer& target);
 
 }  // namespace hypermap::ingest

@@ -1,4 +1,4 @@
-// The options that commands have in common.
+// Options that several commands share.
 #ifndef HYPERMAP_INGEST_WORKER_TARGET_OPTIONS_H_
 #define HYPERMAP_INGEST_WORKER_TARGET_OPTIONS_H_
 
@@ -11,12 +11,14 @@
 
 namespace hypermap::ingest {
 
-// Those of the connection, --map, --layer, --exploration, --fusion, --parameters. `target` must
-// outlive the parser.
+// Adds the options of the connection, and --map, --layer, --exploration, --fusion and --parameters.
+// `target` must outlive the parser.
 void AddTargetOptions(CLI::App& command, TargetLayer& target);
 
-// --segmenter, a name for MakeSegmenter.
+// Adds --segmenter, whose value is an argument of MakeSegmenter(). `segmenter` must outlive the
+// parser.
 void AddSegmenterOption(CLI::App& command, std::string& segmenter);
+// Makes the segmenter "region_growing"; the default one, "organised", for any other name.
 std::unique_ptr<Segmenter> MakeSegmenter(const std::string& name);
 
 }  // namespace hypermap::ingest

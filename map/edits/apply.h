@@ -1,4 +1,4 @@
-// Carries out edit batches on snapshots.
+// Applies edit batches to snapshots.
 #ifndef HYPERMAP_MAP_EDITS_APPLY_H_
 #define HYPERMAP_MAP_EDITS_APPLY_H_
 
@@ -14,8 +14,8 @@ struct EditLimits {
   int64_t max_cells_per_fill = int64_t{1} << 28;
 };
 
-// The snapshot after `batch`, one revision on; `before` is left as it is. Errors are those of the
-// first edit that fails, with its index ("edits[3].object.label: ...").
+// Returns the snapshot after `batch`, with the next revision; `before` does not change. The error
+// is that of the first edit that fails, with its index ("edits[3].object.label: ...").
 absl::StatusOr<AppliedBatch> Apply(const Snapshot& before, const EditBatch& batch,
                                    const EditLimits& limits = {});
 

@@ -238,7 +238,7 @@ TEST(ApplyTest, RemovedObjectComesBackUnderItsIdOnlyWhenThatIsAskedFor) {
   const auto back = Apply(*removed->snapshot, {{PutObject{"s", cup, "", /*revive=*/true}}});
   ASSERT_TRUE(back.ok()) << back.status();
   EXPECT_EQ(*SemanticOf(*back->snapshot, "s").Find(1), cup);
-  // One that was never given can't come back.
+  // An id that was never assigned cannot be revived.
   cup.id = 2;
   EXPECT_TRUE(absl::IsNotFound(
       Apply(*removed->snapshot, {{PutObject{"s", cup, "", /*revive=*/true}}}).status()));
@@ -257,7 +257,7 @@ TEST(ApplyTest, ALayerCanBeMadeAnewInOneBatch) {
   EXPECT_EQ(std::get<ObjectPut>(applied->changes[2]).after->id, 3);
 }
 
-// The changes tell all: carried out on a plain model they give what the snapshot holds.
+// Changes are complete: applied to a plain model, they give the content of the snapshot.
 TEST(ApplyTest, ChangesCarriedOutGiveTheSnapshot) {
   const uint64_t seed = TestSeed();
   SCOPED_TRACE("HYPERMAP_TEST_SEED=" + std::to_string(seed));

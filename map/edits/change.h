@@ -1,4 +1,5 @@
-// What an edit batch did to a map: the facts that are stored, and that a feed would tell.
+// The changes that an edit batch makes to a map as stored. They are written to the store, and
+// watches are derived from them.
 #ifndef HYPERMAP_MAP_EDITS_CHANGE_H_
 #define HYPERMAP_MAP_EDITS_CHANGE_H_
 
@@ -23,7 +24,7 @@ struct LayerDeleted {
 struct TransformSet {
   FrameTransform transform;
 };
-// All aliases of a layer, as they are now.
+// All aliases of a layer, before and after.
 struct AliasesSet {
   std::string layer;
   ValueAliases before;
@@ -31,8 +32,8 @@ struct AliasesSet {
 };
 struct ObjectPut {
   std::string layer;
-  ObjectPtr before;  // null when new
-  ObjectPtr after;   // shape in the layer's frame
+  ObjectPtr before;  // Null if new.
+  ObjectPtr after;   // Its shape is in the layer's frame.
 };
 struct ObjectRemoved {
   std::string layer;
@@ -41,10 +42,10 @@ struct ObjectRemoved {
 struct TileWritten {
   std::string layer;
   TileIndex index;
-  TilePtr before;  // null when new
+  TilePtr before;  // Null if new.
   TilePtr after;
 };
-// The extent of a grid after the batch, where it grew.
+// The extent of a grid that has grown.
 struct ExtentGrown {
   std::string layer;
   CellBox extent;
@@ -53,12 +54,12 @@ struct ExtentGrown {
 using Change = std::variant<LayerCreated, LayerDeleted, TransformSet, ObjectPut, ObjectRemoved,
                             TileWritten, ExtentGrown, AliasesSet>;
 
-// The result of a batch: the next snapshot, and how it differs from the one before. Changes are in
-// an order in which they can be carried out; an object or tile touched twice appears once.
+// The result of a batch: the next snapshot, and its difference from the one before. Changes are in
+// an order in which they can be applied. An object or tile that was changed twice appears once.
 struct AppliedBatch {
   SnapshotPtr snapshot;
   std::vector<Change> changes;
-  // One for each edit of the batch, in order: the id of the object put, else 0.
+  // For each edit of the batch, in order: the id of the object that it put, or 0.
   std::vector<ObjectId> object_ids;
 };
 

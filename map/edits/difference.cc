@@ -12,8 +12,8 @@
 namespace hypermap {
 namespace {
 
-// Whether the layer in `after` can be made of that in `before` by changes of its content and
-// aliases.
+// Returns whether changes of content and aliases can turn the layer of `before` into that of
+// `after`.
 bool IsSameLayer(const Snapshot& before, const Snapshot& after, const std::string& name) {
   const Layer* was = before.FindLayer(name);
   const Layer* is = after.FindLayer(name);
@@ -27,7 +27,7 @@ bool IsSameObject(const ObjectPtr& a, const ObjectPtr& b) {
   return a == b || (a->version == b->version && *a == *b);
 }
 
-// Adds the changes of a layer that is in both.
+// Adds the changes of a layer that is in both snapshots.
 class LayerDifference {
  public:
   LayerDifference(const std::string& name, std::vector<Change>* changes)
@@ -46,7 +46,7 @@ class LayerDifference {
     }
   }
 
-  // A change that leaves the layer as it is, but for its version.
+  // Adds a change without an effect other than setting the layer's version.
   void Touch(const Layer& layer) {
     if (const auto* grid = AsGrid(&layer)) {
       changes_.push_back(ExtentGrown{name_, grid->extent()});
@@ -56,7 +56,7 @@ class LayerDifference {
   }
 
  private:
-  // Both by id.
+  // Both are sorted by id.
   void AddObjects(const std::vector<ObjectPtr>& before, const std::vector<ObjectPtr>& after) {
     auto was = before.begin();
     for (const ObjectPtr& object : after) {

@@ -1,4 +1,4 @@
-// From one snapshot of a map to another, whatever lies between them.
+// The difference of two snapshots of a map, whatever happened between them.
 #ifndef HYPERMAP_MAP_EDITS_DIFFERENCE_H_
 #define HYPERMAP_MAP_EDITS_DIFFERENCE_H_
 
@@ -9,11 +9,11 @@
 
 namespace hypermap {
 
-// What is not in `after` as it is in `before`, in an order in which it can be carried out. Objects
-// and layers differ by their version as well. A layer whose kind, place or parameters other than
-// aliases differ, or whose version went back, is another layer: deleted and created. Costs little
-// where the two share content. Frames that only `before` places stay: there is no change that takes
-// a frame back.
+// Returns the changes that turn `before` into `after`, in an order in which they can be applied.
+// The versions of objects and layers are compared, too. A layer whose kind, frame, grid or
+// parameters (except aliases) differ, or whose version decreased, is a different layer: it is
+// deleted and created. Cheap for content that the snapshots share. Frames that only `before` knows
+// remain, because no change removes a frame.
 std::vector<Change> Difference(const Snapshot& before, const Snapshot& after);
 
 }  // namespace hypermap

@@ -21,8 +21,7 @@ using ::testing::IsEmpty;
 using ::testing::SizeIs;
 using ::testing::VariantWith;
 
-// Carries changes out one by one, as whoever stores them does. Layers that they name get the
-// version that they have in `after`.
+// Applies changes one by one, as a store does. Layers that they name get their version in `after`.
 class Carrier {
  public:
   Carrier(Snapshot start, const Snapshot& after) : now_(std::move(start)), after_(after) {}
@@ -83,7 +82,7 @@ class Carrier {
   const Snapshot& after_;
 };
 
-// `before` with all that leads to `after` carried out.
+// Returns `before` with the difference to `after` applied.
 Snapshot Carry(const Snapshot& before, const Snapshot& after) {
   Carrier carrier(before, after);
   for (const Change& change : Difference(before, after)) std::visit(carrier, change);
@@ -132,7 +131,7 @@ TEST(DifferencePropertyTest, LeadsFromOneSnapshotToTheOther) {
     EXPECT_EQ(carried.layer_versions, after.layer_versions);
     EXPECT_THAT(Difference(carried, after), IsEmpty());
     EXPECT_THAT(carried.layers, SizeIs(after.layers.size()));
-    // And back.
+    // And in the other direction.
     EXPECT_THAT(Difference(Carry(after, before), before), IsEmpty());
   }
 }

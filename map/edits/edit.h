@@ -1,4 +1,4 @@
-// What can be done to a map.
+// Edits of a map.
 #ifndef HYPERMAP_MAP_EDITS_EDIT_H_
 #define HYPERMAP_MAP_EDITS_EDIT_H_
 
@@ -16,33 +16,34 @@
 
 namespace hypermap {
 
-// ALREADY_EXISTS when the map has a layer of that name. An empty frame_id is the map's own.
+// ALREADY_EXISTS if the map has a layer with this name. An empty frame_id stands for the map's own
+// frame.
 struct CreateLayer {
   LayerSpec spec;
 };
 
-// NOT_FOUND when there is none.
+// NOT_FOUND if there is no such layer.
 struct DeleteLayer {
   std::string layer;
 };
 
-// Sets or replaces a frame's place in the tree.
+// Sets or replaces the parent of a frame.
 struct SetTransform {
   FrameTransform transform;
 };
 
-// Adds the object (id 0: it gets the next id) or replaces the one with its id (in the same layer;
-// another id that the map has not given yet is refused). The shape is given in `frame_id` (empty:
-// the layer's own).
+// Adds an object (id 0: it gets the next id) or replaces the one with its id, which must be in the
+// same layer. Ids that the map has not assigned yet are refused. The shape is in `frame_id` (empty:
+// the layer's own frame).
 struct PutObject {
   std::string layer;
   SemanticObject object;
   std::string frame_id;
-  // Whether an object that was removed may come back with the id it had.
+  // Whether an object that was removed may be put again with its old id.
   bool revive = false;
   // ABORTED unless the object has this version.
   std::optional<Revision> if_version;
-  // From the batch's time on; sets SemanticObject::expires_at. Must be positive.
+  // Counts from the time of the batch; sets SemanticObject::expires_at. Must be positive.
   std::optional<absl::Duration> time_to_live;
 };
 
@@ -53,14 +54,14 @@ struct DeleteObject {
   std::optional<Revision> if_version;
 };
 
-// Sets a box of cells; `values` row-major, lowest row first, nullopt = unknown.
+// Sets a box of cells. `values` is row-major, lowest row first; nullopt means unknown.
 struct WriteCells {
   std::string layer;
   CellBox box;
   std::vector<std::optional<double>> values;
 };
 
-// Sets the cells that a polygon selects. `area` in `frame_id` (empty: the layer's own).
+// Sets the cells that a polygon selects. `area` is in `frame_id` (empty: the layer's own frame).
 struct FillPolygon {
   std::string layer;
   Polygon area;
@@ -69,8 +70,9 @@ struct FillPolygon {
   std::optional<double> value;
 };
 
-// Gives a semantic layer other words for its labels. Each alias named here gets its labels in place
-// of those it had, or is taken out when it has none here; all others stay. Words are folded.
+// Sets additional words for the labels of a semantic layer. Each alias given here gets these labels
+// instead of its former ones, and is removed if it has none here; other aliases stay. Words are
+// folded.
 struct SetAliases {
   std::string layer;
   ValueAliases aliases;
@@ -84,12 +86,12 @@ struct LayerVersion {
   Revision version = 0;
 };
 
-// All of it happens, as one revision, or none.
+// A batch is applied as a whole, as one revision, or not at all.
 struct EditBatch {
   std::vector<Edit> edits;
-  // ABORTED unless each of these layers has the version.
+  // ABORTED unless each of these layers has this version.
   std::vector<LayerVersion> if_layers;
-  // When it is carried out.
+  // The time at which it is applied.
   absl::Time time;
 };
 

@@ -15,7 +15,7 @@ double Ratio(double part, double whole) { return whole > 0.0 ? part / whole : 0.
 
 double DistanceBetween(const Point& a, const Point& b) { return std::hypot(a.x - b.x, a.y - b.y); }
 
-// A mean that is being taken.
+// A running mean.
 struct Mean {
   double sum = 0.0;
   int count = 0;
@@ -27,7 +27,7 @@ struct Mean {
   double value() const { return Ratio(sum, count); }
 };
 
-// An object with what is asked of it again and again.
+// An object with the values that are computed only once.
 struct Prepared {
   explicit Prepared(const Object& object)
       : label(FoldLabel(object.label)), polygon(&object.polygon), centroid(Centroid(*polygon)) {}
@@ -41,7 +41,7 @@ std::vector<Prepared> Prepare(const std::vector<Object>& objects) {
   return std::vector<Prepared>(objects.begin(), objects.end());
 }
 
-// Every pair of the same class within the distance, with IoU as the gain and distance as the cost.
+// Returns every pair of the same class within the distance, with IoU as gain and distance as cost.
 std::vector<Candidate> CandidatesOf(const std::vector<Prepared>& truth,
                                     const std::vector<Prepared>& map, double max_distance_m) {
   std::map<std::string, std::vector<size_t>> map_by_label;
@@ -61,11 +61,11 @@ std::vector<Candidate> CandidatesOf(const std::vector<Prepared>& truth,
 double PanopticQuality(const std::vector<Candidate>& pairs, size_t n_truth, size_t n_map) {
   double sum = 0.0;
   for (const Candidate& pair : pairs) sum += pair.gain;
-  // TP + FP / 2 + FN / 2, as each pair takes one of either side.
+  // TP + FP / 2 + FN / 2, as each pair takes one object of either side.
   return Ratio(sum, 0.5 * static_cast<double>(n_truth + n_map));
 }
 
-// PQ over the pairs whose IoU is above the least one.
+// Returns PQ over pairs whose IoU exceeds `min_iou`.
 double StrictPanopticQuality(std::vector<Candidate> candidates, double min_iou, size_t n_truth,
                              size_t n_map) {
   std::erase_if(candidates, [min_iou](const Candidate& c) { return !(c.gain > min_iou); });
@@ -100,7 +100,8 @@ std::vector<bool> PairedInMap(const std::vector<Pair>& pairs, size_t n_map) {
   return paired;
 }
 
-// How many map objects in no pair stand for a truth object that another one stands for already.
+// Returns the number of map objects without a partner that repeat a truth object that is already
+// detected.
 int CountDuplicates(const std::vector<Prepared>& truth, const std::vector<Prepared>& map,
                     const std::vector<Pair>& pairs, double max_distance_m) {
   const std::vector<bool> paired = PairedInMap(pairs, map.size());

@@ -1,22 +1,21 @@
-// A map's objects against the truth.
+// Scores a map's objects against ground truth.
 //
-// Objects are paired by class: only those whose labels are the same once folded (FoldLabel), and
-// whose centroids lie within `max_distance_m` of each other, both ends counted. Each object is in
-// one pair at most. Of all such pairings the one with the most pairs is taken; of these the one
-// with the greatest sum of IoU; of these the one with the least sum of centroid distances. So a
-// pair with no overlap at all counts when there is no other way to count it, and costs its IoU of
-// 0.
+// Objects are paired one to one, by class: labels must be equal once folded (FoldLabel), and
+// centroids at most `max_distance_m` apart. Of all such pairings, the one with the most pairs is
+// used; of these, the one with the greatest sum of IoU; of these, the one with the least sum of
+// centroid distances. Therefore two objects that do not overlap may form a pair, which counts with
+// its IoU of 0.
 //
-// A truth object in a pair is detected (TP), one in none is missed (FN); a map object in none, of
-// whatever class, is a false positive (FP). With m pairs:
+// A truth object in a pair is detected (TP), and one without a partner is missed (FN). A map object
+// without a partner, of whatever class, is a false positive (FP). With m pairs:
 //
 //   recall = m / truth, precision = m / map, F1 their harmonic mean,
 //   PQ = sum of IoU over the pairs / (TP + FP / 2 + FN / 2)
 //        (panoptic quality: Kirillov et al., "Panoptic Segmentation", CVPR 2019, equation 1),
-//   means of IoU and of the centroids' distance over the pairs (0 where there is none).
+//   means of IoU and of centroid distance over the pairs (0 if there are none).
 //
-// PQ at IoU > 0.25 pairs anew, with a second condition on a pair. The means by size tell large and
-// small footprints apart by the truth's area.
+// PQ at IoU > 0.25 is computed from a new pairing with this additional condition. The means by size
+// separate large and small footprints by the area of the truth object.
 #ifndef HYPERMAP_MAP_EVALUATION_EVALUATE_H_
 #define HYPERMAP_MAP_EVALUATION_EVALUATE_H_
 
@@ -30,22 +29,22 @@ namespace hypermap::evaluation {
 struct Object {
   std::string label;
   Polygon polygon;
-  // Probability that it is there, in [0, 1]; of truth not looked at.
+  // Probability in [0, 1] that the object is there; not used for truth objects.
   double existence = 1.0;
 };
 
 struct Options {
   double max_distance_m = 1.0;
-  // What a pair's IoU must exceed for `pq_iou25`.
+  // IoU that a pair must exceed for `pq_iou25`.
   double min_iou = 0.25;
-  // Truth footprints above this area are large.
+  // Truth footprints above this area count as large.
   double large_area_m2 = 0.1;
-  // Of equal width, for the calibration.
+  // Number of bins of equal width for the calibration.
   int reliability_bins = 10;
 };
 
 struct ClassScore {
-  std::string label;  // folded
+  std::string label;  // Folded.
   int truth = 0;
   int map = 0;
   int detected = 0;
@@ -53,29 +52,32 @@ struct ClassScore {
   double centroid_error_m = 0.0;
 };
 
-// A truth object and the map object that stands for it, by index.
+// A truth object and the map object that it is paired with, by index.
 struct Pair {
   int truth = 0;
   int map = 0;
   double iou = 0.0;
-  double distance_m = 0.0;  // between the centroids
+  double distance_m = 0.0;  // Between the centroids.
 };
 
-// Map objects whose stated existence lies in [low, high), the last bin closed.
+// Map objects whose stated existence is in [low, high); the last bin is closed.
 struct ReliabilityBin {
   double low = 0.0;
   double high = 0.0;
   int count = 0;
   double mean_existence = 0.0;
-  double matched = 0.0;  // the share of them that is in a pair
+  double matched = 0.0;  // Share of these objects that are in a pair.
 };
 
-// Whether an existence of 0.8 is right in 8 cases of 10. All 0 for a map without objects.
+// Calibration of the stated existence: 0.8 should be right in 8 cases of 10. All 0 for a map
+// without objects.
 struct Calibration {
-  std::vector<ReliabilityBin> bins;  // those that are not empty
-  // Mean of |mean_existence - matched| over the objects, bin by bin (Naeini et al., AAAI 2015).
+  std::vector<ReliabilityBin> bins;  // Bins that are not empty.
+  // Mean of |mean_existence - matched| over the objects, with the values of their bins (Naeini et
+  // al., AAAI 2015).
   double expected_error = 0.0;
-  // Mean of (existence - 1 or 0)^2 over the objects (Brier 1950).
+  // Mean of (existence - outcome)^2 over the objects, where outcome is 1 for objects in a pair and
+  // otherwise 0 (Brier 1950).
   double brier = 0.0;
 };
 
@@ -92,16 +94,16 @@ struct Evaluation {
   double mean_iou_large = 0.0;
   double mean_iou_small = 0.0;
   double centroid_error_m = 0.0;
-  // Map objects in no pair that overlap a detected truth object of their class, or have their
-  // centroid within max_distance_m of its; and the other ones in no pair.
+  // Map objects without a partner. Duplicates overlap a detected truth object of their class, or
+  // have a centroid within max_distance_m of its centroid; the others are spurious.
   int duplicates = 0;
   int spurious = 0;
-  std::vector<ClassScore> per_class;  // of every class in truth or map, by label
+  std::vector<ClassScore> per_class;  // Every class in truth or map, by label.
   Calibration calibration;
-  std::vector<Pair> pairs;  // by truth
+  std::vector<Pair> pairs;  // Sorted by truth.
 };
 
-// Cubic in the objects of one class.
+// Cubic in the number of objects of one class.
 Evaluation Evaluate(const std::vector<Object>& truth, const std::vector<Object>& map,
                     const Options& options = {});
 

@@ -9,7 +9,7 @@ namespace {
 using ::testing::IsEmpty;
 using ::testing::SizeIs;
 
-// A square of `side_m` round (x, y).
+// Returns a square of side `side_m` around (x, y).
 Object Square(const std::string& label, double x, double y, double side_m = 1.0,
               double existence = 1.0) {
   const double h = side_m / 2;
@@ -38,8 +38,8 @@ TEST(EvaluateTest, OfTheTruthItselfIsPerfect) {
   EXPECT_EQ(e.calibration.brier, 0.0);
 }
 
-// Worked out by hand: chair A is seen half a metre off (IoU 1/3), chair B is missed, the small cup
-// is found exactly; a second chair lies on A, and a plant is where there is none.
+// Computed by hand: chair A is detected half a metre off (IoU 1/3), chair B is missed, and the
+// small cup is exact; a second chair is on A, and a plant is where there is none.
 TEST(EvaluateTest, CountsAndMeansOfASmallScene) {
   const std::vector<Object> truth{Square("chair", 0, 0), Square("chair", 10, 0),
                                   Square("cup", 5, 5, 0.1)};
@@ -94,7 +94,7 @@ TEST(EvaluateTest, CountsAPairWithoutOverlapAtNoGain) {
   EXPECT_EQ(e.pq_iou25, 0.0);
 }
 
-// All three pair up in one way only at 1 m. Above an IoU of 0.25 the middle pair is better.
+// At 1 m, only one pairing has three pairs. Above an IoU of 0.25, the middle pair is better.
 TEST(EvaluateTest, PairsAnewForTheStricterQuality) {
   const std::vector<Object> truth{Square("cup", 0, 0), Square("cup", 1.2, 0)};
   const std::vector<Object> map{Square("cup", -0.9, 0), Square("cup", 0.3, 0)};
@@ -105,7 +105,8 @@ TEST(EvaluateTest, PairsAnewForTheStricterQuality) {
   EXPECT_NEAR(e.pq_iou25, near / 2, 1e-12);
 }
 
-// The centroid of the piece lies more than a metre from the table's, but it lies on the table.
+// The centroid of the piece is more than a metre from the table's, but the piece overlaps the
+// table.
 TEST(EvaluateTest, APieceOfALargeObjectIsADuplicate) {
   const Object table{"table", Polygon::FromBox({{0, 0}, {4, 1}}), 1.0};
   const Evaluation e = Evaluate({table}, {table, Square("table", 3.6, 0.5, 0.4)});
@@ -114,7 +115,7 @@ TEST(EvaluateTest, APieceOfALargeObjectIsADuplicate) {
   EXPECT_EQ(e.spurious, 0);
 }
 
-// Two stated at 0.75 of which one is there, two at 1.0 that are.
+// Two objects stated at 0.75, one of which exists, and two at 1.0 that both exist.
 TEST(EvaluateTest, ComparesStatedExistenceWithWhatIsThere) {
   const std::vector<Object> truth{Square("cup", 0, 0), Square("cup", 5, 0), Square("cup", 9, 0)};
   const std::vector<Object> map{Square("cup", 0, 0, 1, 0.75), Square("cup", 5, 0, 1, 1.0),

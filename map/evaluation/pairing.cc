@@ -12,7 +12,7 @@ namespace {
 
 int64_t InBillionths(double v) { return std::llround(v * 1e9); }
 
-// The indexes of `which` side in order, each once, with their place in that order.
+// Returns the indexes of one side in increasing order, mapped to their position in that order.
 std::map<int, size_t> PlacesOf(const std::vector<Candidate>& candidates, int Candidate::*which) {
   std::map<int, size_t> places;
   for (const Candidate& c : candidates) places[c.*which];
@@ -21,7 +21,7 @@ std::map<int, size_t> PlacesOf(const std::vector<Candidate>& candidates, int Can
   return places;
 }
 
-// Every left row has a column of its own that stands for "in no pair", which costs nothing.
+// Each left row also has a column of its own, which stands for "no partner" and costs nothing.
 std::vector<Candidate> PairOneGroup(const std::vector<Candidate>& candidates) {
   if (candidates.size() == 1) return candidates;
   const auto rows = PlacesOf(candidates, &Candidate::left);
@@ -49,7 +49,7 @@ std::vector<Candidate> PairOneGroup(const std::vector<Candidate>& candidates) {
   return pairs;
 }
 
-// Disjoint sets of numbers, with the least number of each as its name.
+// Disjoint sets of numbers (union-find). The least number of a set identifies it.
 class DisjointSets {
  public:
   explicit DisjointSets(size_t size) : parent_(size) {
@@ -71,8 +71,8 @@ class DisjointSets {
 
 }  // namespace
 
-// Candidates that share no index with others are a problem of their own: the groups are small where
-// the whole is large.
+// Solves each group of candidates that share indexes separately. The method is cubic, and in a
+// large map groups are small.
 std::vector<Candidate> BestPairing(const std::vector<Candidate>& candidates) {
   DisjointSets sets(candidates.size());
   std::map<int, size_t> first_with_left, first_with_right;

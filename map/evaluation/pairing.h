@@ -1,4 +1,4 @@
-// The best one-to-one pairing of two sets.
+// Optimal one-to-one pairing of two sets.
 #ifndef HYPERMAP_MAP_EVALUATION_PAIRING_H_
 #define HYPERMAP_MAP_EVALUATION_PAIRING_H_
 
@@ -6,17 +6,17 @@
 
 namespace hypermap::evaluation {
 
-// Two that may go together: `left` and `right` are indexes into the two sets.
+// Two elements that may be paired, by their indexes in the two sets.
 struct Candidate {
   int left = 0;
   int right = 0;
-  double gain = 0.0;  // in [0, 1]
-  double cost = 0.0;  // in [0, 1000]
+  double gain = 0.0;  // In [0, 1].
+  double cost = 0.0;  // In [0, 1000].
 };
 
-// Of the pairings in which each index stands once at most, one with the most pairs; of these the
-// greatest sum of gains; of these the least sum of costs (gains and costs rounded to 1e-9). Sorted
-// by left. `candidates` holds no pair twice.
+// Returns the best pairing in which each index occurs at most once: the one with the most pairs; of
+// these, the one with the greatest sum of gains; of these, the one with the least sum of costs.
+// Gains and costs are rounded to 1e-9. Sorted by left. `candidates` must not contain a pair twice.
 std::vector<Candidate> BestPairing(const std::vector<Candidate>& candidates);
 
 }  // namespace hypermap::evaluation

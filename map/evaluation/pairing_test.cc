@@ -26,7 +26,7 @@ std::vector<Indexes> IndexesOf(const std::vector<Candidate>& pairs) {
   return indexes;
 }
 
-// Pairs, gain and lack of cost; the greater the better.
+// Number of pairs, sum of gains, and negated sum of costs; greater is better.
 using Worth = std::tuple<int, double, double>;
 
 Worth WorthOf(const std::vector<Candidate>& pairs) {
@@ -73,7 +73,7 @@ TEST(BestPairingTest, TakesLessCostWhereTheGainIsTheSame) {
   EXPECT_THAT(IndexesOf(pairs), ElementsAre(Indexes(0, 1), Indexes(1, 0)));
 }
 
-// A greedy choice of the best single pair would miss it.
+// A greedy choice of the best single pair would miss the best pairing.
 TEST(BestPairingTest, GivesUpTheBestPairForABetterWhole) {
   const std::vector<Candidate> pairs =
       BestPairing({{0, 0, 0.9}, {0, 1, 0.8}, {1, 0, 0.8}, {1, 1, 0.1}});

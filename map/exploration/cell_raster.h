@@ -19,7 +19,7 @@ struct CellHash {
   }
 };
 
-// Row-major, lowest row first. Cells out of the box have the value it was made with.
+// Row-major, lowest row first. Cells outside the box have the value `outside`.
 template <typename T>
 class CellRaster {
  public:
@@ -30,10 +30,10 @@ class CellRaster {
   const CellBox& box() const { return box_; }
   bool Contains(const CellIndex& cell) const { return box_.Contains(cell); }
   T at(const CellIndex& cell) const { return Contains(cell) ? values_[IndexOf(cell)] : outside_; }
-  // `cell` is in the box.
+  // REQUIRES: `cell` is in the box.
   void set(const CellIndex& cell, T value) { values_[IndexOf(cell)] = value; }
 
-  // Where a cell of the box stands in values(), and back.
+  // IndexOf returns the position of a cell of the box in values(); CellOf is its inverse.
   size_t IndexOf(const CellIndex& cell) const {
     return static_cast<size_t>(cell.row - box_.row_begin) * box_.cols() +
            static_cast<size_t>(cell.col - box_.col_begin);

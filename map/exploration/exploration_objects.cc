@@ -46,11 +46,12 @@ constexpr char kGain[] = "gain_cells";
 constexpr char kPathLength[] = "path_length_m";
 constexpr char kOccupancyVersion[] = "occupancy_version";
 
+// Attributes have no type for times, so that they are stored as text.
 std::string TimeText(absl::Time time) {
   return absl::FormatTime(absl::RFC3339_full, time, absl::UTCTimeZone());
 }
 
-// Reads an object's attributes; keeps the first error.
+// Reads an object's attributes. Keeps the first error, so that callers check once, at the end.
 class AttributeReader {
  public:
   AttributeReader(const SemanticObject& object, absl::string_view label) : object_(object) {
@@ -70,7 +71,7 @@ class AttributeReader {
     return T();
   }
   double GetNumber(const char* name) {
-    // What is edited as text may have lost its point.
+    // Editors that store numbers as text may have turned 4.0 into an integer.
     const auto it = object_.attributes.find(name);
     if (it != object_.attributes.end() && std::holds_alternative<int64_t>(it->second)) {
       return static_cast<double>(std::get<int64_t>(it->second));
@@ -94,12 +95,12 @@ class AttributeReader {
     return names.front().first;
   }
   bool Has(const char* name) const { return object_.attributes.contains(name); }
-  // Unless it holds.
+  // Records an error for the attribute if `holds` is false.
   void Expect(bool holds, const char* name) {
     if (!holds) Fail(name);
   }
 
-  // The object's shape; empty when it is no polygon.
+  // Returns the object's shape; empty, with an error, if it is not a polygon.
   Polygon GetPolygon() {
     if (object_.shape.is_polygon()) return object_.shape.polygon();
     status_.Update(absl::DataLossError(
@@ -220,6 +221,7 @@ absl::StatusOr<std::vector<ExplorationObjects>> ReadExplorations(const SemanticL
     if (!exploration.ok()) return exploration.status();
     found[object->id].exploration = *std::move(exploration);
   }
+  // A second pass, so that the order of the ids does not matter.
   for (const ObjectPtr& object : objects) {
     if (object->label == kGoalLabel) {
       absl::StatusOr<ExplorationGoal> goal = ToGoal(*object);

@@ -1,8 +1,8 @@
-// What is kept of explorations, as objects of a semantic layer.
+// Explorations as objects of a semantic layer.
 //
-// The area, the goals and the places given up are objects like all others: stored, told to
-// watchers, found by place and label, kept in the history; a goal's lease is the object's time to
-// live.
+// The area, the goals and the unreachable places of an exploration are ordinary objects: they are
+// stored, watched, queried and kept in the history like all others. A goal's lease is the expiry
+// time of its object.
 #ifndef HYPERMAP_MAP_EXPLORATION_EXPLORATION_OBJECTS_H_
 #define HYPERMAP_MAP_EXPLORATION_EXPLORATION_OBJECTS_H_
 
@@ -22,7 +22,7 @@ namespace hypermap {
 
 inline constexpr char kExplorationsLayer[] = "explorations";
 
-// The labels of the three.
+// Labels of the three kinds of objects.
 inline constexpr char kExplorationLabel[] = "exploration";
 inline constexpr char kGoalLabel[] = "exploration goal";
 inline constexpr char kUnreachableLabel[] = "unreachable place";
@@ -32,16 +32,16 @@ inline constexpr double kMaxRange_m = 50.0;
 
 enum class ExplorationState { kActive, kEnded };
 enum class EndReason { kNone, kDone, kOnlyUnreachableLeft, kStopped };
-// What became of a robot's way to its goal.
+// The ways in which a robot's trip to its goal ends.
 enum class GoalOutcome { kReached, kUnreachable, kAbandoned };
 
-// "active", "ended"; "", "done", "only_unreachable_left", "stopped".
+// Return "active" or "ended"; and "", "done", "only_unreachable_left" or "stopped".
 absl::string_view ExplorationStateName(ExplorationState state);
 absl::string_view EndReasonName(EndReason reason);
 
 struct Exploration {
   ObjectId id = 0;
-  // In the frame of the layer that keeps it.
+  // In the frame of the layer that contains the object.
   Polygon area;
   std::string occupancy_layer;
   std::string exploration_layer;
@@ -60,11 +60,11 @@ struct ExplorationGoal {
   ObjectId id = 0;
   ObjectId exploration_id = 0;
   std::string robot;
-  // The cell to stand in; the goal is its centre.
+  // The cell to go to; the goal is its centre.
   Polygon cell;
   int64_t gain_cells = 0;
   double path_length_m = 0.0;
-  // Of the object; nullopt before it is on the map.
+  // The end of the lease; nullopt before the object is on the map.
   std::optional<absl::Time> expires_at;
 
   friend bool operator==(const ExplorationGoal&, const ExplorationGoal&) = default;
@@ -75,7 +75,8 @@ struct UnreachablePlace {
   ObjectId exploration_id = 0;
   std::string robot;
   Polygon cell;
-  // The version of the occupancy layer when it was given up.
+  // The version of the occupancy layer when the place was given up. Newer versions may have made it
+  // reachable.
   int64_t occupancy_version = 0;
 
   friend bool operator==(const UnreachablePlace&, const UnreachablePlace&) = default;
@@ -85,23 +86,23 @@ SemanticObject ToObject(const Exploration& exploration);
 SemanticObject ToObject(const ExplorationGoal& goal);
 SemanticObject ToObject(const UnreachablePlace& place);
 
-// DATA_LOSS naming the object and the attribute when somebody changed it to something else: people
-// may edit these objects.
+// Convert objects back. DATA_LOSS names the object and the attribute that is missing or invalid:
+// people may edit these objects.
 absl::StatusOr<Exploration> ToExploration(const SemanticObject& object);
 absl::StatusOr<ExplorationGoal> ToGoal(const SemanticObject& object);
 absl::StatusOr<UnreachablePlace> ToUnreachablePlace(const SemanticObject& object);
 
 struct ExplorationObjects {
   Exploration exploration;
-  // By id.
+  // Sorted by id.
   std::vector<ExplorationGoal> goals;
   std::vector<UnreachablePlace> unreachable_places;
 };
 
-// All that a layer keeps, the newest exploration first. Goals and places whose exploration is gone,
-// and objects of other labels, are left out. DATA_LOSS as above.
+// Returns all explorations of a layer, the newest first. Leaves out goals and places whose
+// exploration was deleted, and objects with other labels. DATA_LOSS as above.
 absl::StatusOr<std::vector<ExplorationObjects>> ReadExplorations(const SemanticLayer& layer);
-// `id` 0: the newest. NOT_FOUND naming the id.
+// Returns an exploration; the newest if `id` is 0. NOT_FOUND naming the id; DATA_LOSS as above.
 absl::StatusOr<ExplorationObjects> FindExploration(const SemanticLayer& layer, ObjectId id);
 
 }  // namespace hypermap

@@ -12,19 +12,21 @@
 namespace hypermap {
 namespace {
 
-// Places this far apart are tried as viewpoints, as well as those next to frontiers.
+// Viewpoints are tried on a lattice with this spacing. Trying every cell would cost many times as
+// much for views that hardly differ.
 constexpr double kLattice_m = 0.4;
-// What is added to a way, so that near places do not win by their nearness alone.
+// Added to the length of each path. Without it, gain per distance would always prefer the nearest
+// place, however little it reveals.
 constexpr double kSetOut_m = 1.0;
-// Of those that see the middle of a frontier, so many are tried as its viewpoint.
+// Number of places, of those that see the middle of a frontier, that are tried as its viewpoint.
 constexpr size_t kViewpointsTried = 8;
 
-// From so many cells of a frontier places are sought that see it.
+// Number of cells of a frontier from which BestGoal looks for places that see it.
 constexpr size_t kLooksBack = 16;
 
 constexpr std::array<CellIndex, 4> kSides{{{-1, 0}, {0, -1}, {0, 1}, {1, 0}}};
 
-// The cells of `box` that `cover` selects.
+// Returns the cells of `box` that `cover` selects.
 CellRaster<uint8_t> CoveredBy(const CellCover& cover, const CellBox& box) {
   CellRaster<uint8_t> covered(box, 0);
   for (int32_t row = box.row_begin; row < box.row_end; ++row) {
@@ -45,6 +47,7 @@ CellBox Explorer::BoxOf(const GridGeometry& geometry, const Polygon& area, const
                         const CellBox& within) {
   const CellBox box = CellCover(area, geometry, within).bounds();
   if (box.empty()) return box;
+  // Obstacles next to the area can be in the way of a robot inside it.
   const int32_t margin = InCells(options.robot_radius_m, geometry.resolution_m);
   return CellBox{box.row_begin - margin, box.row_end + margin, box.col_begin - margin,
                  box.col_end + margin}
@@ -108,7 +111,8 @@ CellBox Explorer::UpdateFloor(const GridLayer& occupancy, const CellBox& part) {
   frontiers_.Update(coverage_, changed);
   ForgetGains(box);
   reachable_is_known_ = false;
-  // What could not be seen before may be now.
+  // The change may have removed what blocked the view, so the failed attempts nearby do not count
+  // any more.
   const CellBox near = CellBox{box.row_begin - range_, box.row_end + range_, box.col_begin - range_,
                                box.col_end + range_}
                            .Intersection(plan_.box());
@@ -146,6 +150,7 @@ Explorer::Progress Explorer::progress() {
 void Explorer::AddRobot(const CellIndex& cell) {
   const std::optional<CellIndex> passable = NearestPassable(cell);
   if (!passable) return;
+  // The floor connected to it is known to be reachable.
   if (!robots_.empty() && reachable_is_known_ && reachable_.at(*passable) != 0) return;
   robots_.push_back(*passable);
   reachable_is_known_ = false;
@@ -171,8 +176,10 @@ std::vector<CellIndex> Explorer::WhereRobotsCanBe() {
   return cells;
 }
 
-// Spreads over the floor from where robots can be, side by side; each cell that they cannot be in
-// is taken to be in sight when it is from the cell that the spreading began at.
+// A breadth-first search over the floor from all places where robots can be. Each floor cell is
+// tested for line of sight only to the place that the search reached it from. Testing it against
+// all places would be exact, but far slower; the estimate affects only what is reported, not the
+// choice of goals.
 void Explorer::LearnReachable() {
   if (reachable_is_known_) return;
   std::fill(reachable_.mutable_values().begin(), reachable_.mutable_values().end(), 0);
@@ -234,6 +241,8 @@ int64_t Explorer::GainAt(const CellIndex& cell) {
 }
 
 int64_t Explorer::GainBesidesPromised(const CellIndex& cell) {
+  // Two views can share a cell only if their places are within twice the range of each other.
+  // Otherwise the cached gain holds.
   const bool may_share =
       std::any_of(promised_places_.begin(), promised_places_.end(), [&](const CellIndex& place) {
         return std::hypot(place.row - cell.row, place.col - cell.col) <= 2.0 * (range_ + 1);
@@ -292,6 +301,8 @@ std::optional<Explorer::Goal> Explorer::BestGoal(const CellIndex& robot,
              return std::hypot(cell.row - other.row, cell.col - other.col) < least_apart;
            });
   };
+  // Upper bound of any gain. Once even that gain does not make a farther place better than the best
+  // so far, the search can stop.
   const double most = std::min(static_cast<double>(num_unexplored_),
                                std::numbers::pi * (range_ + 1.0) * (range_ + 1.0));
   std::optional<Goal> best;
@@ -307,7 +318,8 @@ std::optional<Explorer::Goal> Explorer::BestGoal(const CellIndex& robot,
             return gain >= options_.min_gain_cells &&
                    static_cast<double>(gain) / (path_m + kSetOut_m) > best_utility;
           };
-          // What is known from an earlier question rules most places out.
+          // The gain without promises is an upper bound, and usually cached; it rules out most
+          // places.
           if (!is_worth_it(GainAt(cell))) return true;
           const int64_t gain = GainBesidesPromised(cell);
           if (!is_worth_it(gain)) return true;
@@ -320,12 +332,13 @@ std::optional<Explorer::Goal> Explorer::BestGoal(const CellIndex& robot,
     return cell == *start || (cell.row % lattice_ == 0 && cell.col % lattice_ == 0);
   });
   if (best) return best;
-  // What is left can only be seen from between the places of the lattice: look back from it.
+  // The remaining floor can be seen only from places between those of the lattice. Find them by
+  // looking back from the frontiers: sight is roughly symmetric.
   absl::flat_hash_set<CellIndex, CellHash> places;
   for (const Frontier& frontier : frontiers_.All()) {
     const size_t step = std::max<size_t>(1, frontier.size() / kLooksBack);
     for (size_t i = 0; i < frontier.size(); i += step) {
-      // What the others will see there is not worth looking back from.
+      // Another robot will see this cell.
       if (!IsWanted(frontier[i]) || promised_.at(frontier[i]) == question_) continue;
       sight_.Look(plan_, frontier[i], [&](const CellIndex& cell) {
         if (IsPassable(cell)) places.insert(cell);

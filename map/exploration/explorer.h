@@ -1,4 +1,4 @@
-// What robots that explore an area together have left to do.
+// Chooses viewpoints for robots that explore an area together.
 #ifndef HYPERMAP_MAP_EXPLORATION_EXPLORER_H_
 #define HYPERMAP_MAP_EXPLORATION_EXPLORER_H_
 
@@ -16,84 +16,94 @@
 
 namespace hypermap {
 
-// Follows an area of an occupancy grid and what of it has been seen, change by change, and chooses
-// where to look from next. All cells are those of the occupancy grid; "floor" are its free cells
-// whose centre the area covers. Robots keep to the area: its border is a wall to them, and to
-// nobody else. Takes some 20 bytes for each cell of the box round the area: who makes it bounds the
-// area and the range. Not thread safe.
+// Keeps track of the floor of an area and of the part of it that was seen, and chooses where a
+// robot should look next:
+//
+//   Explorer explorer(occupancy, area, {.range_m = 4.0});
+//   explorer.UpdateExplored(explorer.box(), is_explored);
+//   explorer.AddRobot(robot);
+//   if (auto goal = explorer.BestGoal(robot, promised, avoided)) Drive(goal->viewpoint.cell);
+//
+// All cells are those of the occupancy grid; the "floor" consists of its free cells whose centres
+// the area covers. Robots stay in the area: its border is a wall for them, but does not block the
+// view. Uses about 20 bytes for each cell of the box around the area; callers must bound the area
+// and the range. Not thread-safe.
 class Explorer {
  public:
   struct Options {
     double robot_radius_m = 0.25;
-    // How far a robot sees; it is taken to look all round where it stands.
+    // Distance up to which a robot sees. It is assumed to look in all directions at a viewpoint.
     double range_m = 4.0;
-    // What shows fewer new cells is not worth a way.
+    // Skip viewpoints that would reveal fewer new cells than this.
     int64_t min_gain_cells = 4;
   };
 
-  // The cells that an Explorer of such an area follows: the box around those of `within` that the
-  // area covers, and what is in a robot's way around it. Empty when the two lie apart.
+  // Returns the box of cells that an Explorer of this area follows: those of `within` that the area
+  // covers, with a margin for obstacles that could be in a robot's way. Empty if `within` and the
+  // area are disjoint.
   static CellBox BoxOf(const GridGeometry& geometry, const Polygon& area, const Options& options,
                        const CellBox& within);
 
-  // `area` in the frame of the grid's layer; only cells of `within` count. All floor is unexplored
-  // until UpdateExplored says otherwise. The area covers at least one cell.
+  // `area` is in the frame of the grid's layer and must cover at least one cell. Only cells in
+  // `within` count. All floor is unexplored until UpdateExplored is called.
   Explorer(const GridLayer& occupancy, const Polygon& area, const Options& options,
            const CellBox& within = kAllCells);
 
-  // The cells that are followed; robots can be in no others.
+  // The cells that are followed. Robots can be in no others.
   const CellBox& box() const { return plan_.box(); }
 
-  // Reads the cells of `part` anew. The floor that is gone or new is what it costs. A box around
-  // the cells that are not what they were: free, occupied, unknown.
+  // Reads the cells of `part` again. Costs as much as the floor that changed. Returns a box around
+  // the cells whose state (free, occupied, unknown) changed.
   CellBox UpdateFloor(const GridLayer& occupancy, const CellBox& part);
-  // Asks anew which floor cells of `part` have been seen.
+  // Reads again which floor cells of `part` were seen.
   void UpdateExplored(const CellBox& part, absl::FunctionRef<bool(const CellIndex&)> is_explored);
 
   struct Progress {
     int64_t explored = 0;
-    // Not seen yet, but floor that hangs together with where robots can be.
+    // Unexplored floor that is connected to a place where robots can be.
     int64_t reachable = 0;
-    // Not seen, and floor that does not; or looked at from near, more than once, and not shown.
+    // Unexplored floor that is not; also floor that was not seen although robots looked at it more
+    // than once.
     int64_t unreachable = 0;
   };
   Progress progress();
 
   struct Viewpoint {
     CellIndex cell;
-    // Unexplored floor that can be seen from there.
+    // Number of unexplored floor cells that can be seen from `cell`.
     int64_t gain_cells = 0;
 
     friend bool operator==(const Viewpoint&, const Viewpoint&) = default;
   };
   struct FrontierView {
     Frontier cells;
-    // nullopt: none of those tried can be reached and shows anything.
+    // No value if no viewpoint that was tried is reachable and reveals enough.
     std::optional<Viewpoint> viewpoint;
   };
-  // By their first cells.
+  // Sorted by their first cells.
   std::vector<FrontierView> ListFrontiers();
 
   struct Goal {
     Viewpoint viewpoint;
     double path_m = 0.0;
   };
-  // The place with the most to see for its way from `robot`, of those that are not `avoided`: gain
-  // over path (González-Baños and Latombe, "Navigation strategies for exploring indoor
-  // environments", IJRR 2002, with the utility g / (d + 1 m)). What can be seen from `promised`
-  // places counts as seen, and two robots do not fit in one place: none is given that is nearer to
-  // a promised one than two robots' radii. nullopt when there is nothing to be seen from where it
-  // can go.
+  // Returns the best place to look from next, of those that are not `avoided`: the one that
+  // maximises gain / (path + 1 m), a utility after González-Baños and Latombe, "Navigation
+  // strategies for exploring indoor environments", IJRR 2002. Cells that can be seen from
+  // `promised` places count as seen. Goals are at least two robot radii from promised places, so
+  // that two robots fit. nullopt if nothing new can be seen from places that the robot can reach.
   std::optional<Goal> BestGoal(const CellIndex& robot, const std::vector<CellIndex>& promised,
                                const std::vector<CellIndex>& avoided);
 
-  // The passable cell next to `cell`, over free ones; nullopt when there is none as near as a robot
-  // is large.
+  // Returns the nearest passable cell along free cells; nullopt if there is none within a robot's
+  // diameter.
   std::optional<CellIndex> NearestPassable(const CellIndex& cell);
-  // Robots have been here: what hangs together with it is reachable. Until the first, all is.
+  // Records a position of a robot. Floor that is connected to such a position is reachable. Before
+  // the first one, every passable cell counts as such a position.
   void AddRobot(const CellIndex& cell);
-  // A robot has looked round at a viewpoint and everything that it saw is known here. Floor that
-  // should have been seen from there and was not, the second time, is taken for unreachable.
+  // Records that a robot looked around at a viewpoint, and that everything it saw has been added.
+  // Floor that should have been visible from there, but was not seen, counts as unreachable after
+  // the second time.
   void LookedRound(const CellIndex& cell);
 
  private:
@@ -109,31 +119,32 @@ class Explorer {
     return coverage_.at(cell) == Coverage::kUnexplored &&
            (tries_.at(cell) >= kTries || reachable_.at(cell) == 0);
   }
-  // Makes the coverage of a cell what its area, floor and sight say. Appends it to `changed` if it
-  // was not so.
+  // Updates the coverage of a cell from area_, plan_ and seen_. Appends the cell to `changed` if
+  // its coverage changed.
   void Cover(const CellIndex& cell, std::vector<CellIndex>* changed);
-  // Forgets what was known of the gains of places that see some of `changed`.
+  // Drops the cached gains of places from which a cell of `changed` may be visible.
   void ForgetGains(const CellBox& changed);
-  // The wanted cells that can be seen from `cell`; remembered.
+  // Returns the number of wanted cells that can be seen from `cell`. Cached.
   int64_t GainAt(const CellIndex& cell);
-  // The same without those that were promised.
+  // Returns the same, without the cells that can be seen from promised places. Not cached.
   int64_t GainBesidesPromised(const CellIndex& cell);
   void Promise(const std::vector<CellIndex>& places);
   std::optional<Viewpoint> ViewpointFor(const Frontier& frontier);
   void LearnReachable();
-  // All passable cells, or those that hang together with the robots'.
+  // Returns all passable cells, or those that are connected to the robots' positions, if any are
+  // known.
   std::vector<CellIndex> WhereRobotsCanBe();
 
   const double resolution_m_;
   const Options options_;
   // In cells.
   const int32_t range_;
-  const int32_t lattice_;  // between the places that are tried
+  const int32_t lattice_;  // Spacing of the places that are tried.
   CellRaster<uint8_t> area_;
   FloorPlan plan_;
   Clearance clearance_;
-  CellRaster<uint8_t> seen_;  // whatever stands there
-  CoverageRaster coverage_;   // of area_, plan_ and seen_
+  CellRaster<uint8_t> seen_;  // Seen, whether it is floor or not.
+  CoverageRaster coverage_;   // Derived from area_, plan_ and seen_.
   int64_t num_explored_ = 0;
   int64_t num_unexplored_ = 0;
   Frontiers frontiers_;
@@ -142,13 +153,15 @@ class Explorer {
   Sight sight_;
   PathSearch paths_;
   absl::flat_hash_map<CellIndex, int64_t, CellHash> gains_;
-  CellRaster<uint32_t> promised_;  // the question in which it was
+  // Compared with question_, so that it need not be cleared for each query.
+  CellRaster<uint32_t> promised_;  // Number of the query in which the cell was promised.
   uint32_t question_ = 0;
   std::vector<CellIndex> promised_places_;
 
   std::vector<CellIndex> robots_;
-  // Passable cells that hang together with the robots', and floor in sight of the nearest of them.
+  // Passable cells that are connected to the robots, and floor in sight of the nearest of them.
   CellRaster<uint8_t> reachable_;
+  // Computed on demand, as it takes a pass over all cells.
   bool reachable_is_known_ = false;
   int64_t num_unreachable_ = 0;
 };

@@ -48,7 +48,7 @@ Polygon AreaOf(const CellBox& box) {
                            {box.col_end * kResolution_m, box.row_end * kResolution_m}});
 }
 
-// A site, what robots have seen of it, and who follows that.
+// A site, the part of it that robots have seen, and an Explorer that follows both.
 class Site {
  public:
   Site(const FloorPlan& plan, Explorer::Options options)
@@ -87,7 +87,7 @@ class Site {
     explorer_.UpdateFloor(*occupancy_, box);
   }
 
-  // One that has not followed, but begins with what is there now.
+  // Returns an Explorer that starts from the present state, without having followed the changes.
   Explorer Afresh() const {
     Explorer fresh(*occupancy_, AreaOf(plan_.box()), options_);
     fresh.UpdateExplored(fresh.box(), [this](const CellIndex& c) { return seen_.contains(c); });
@@ -172,7 +172,7 @@ TEST(ExplorerTest, SeesAllThatCanBeSeenAndEnds) {
       EXPECT_EQ(site.seen().size() - before, goal->viewpoint.gain_cells);
       site.explorer().LookedRound(robot);
     }
-    // By brute force: what can be seen from all places that a robot can be in.
+    // Brute force: collect the cells that can be seen from all places where a robot can be.
     PathSearch paths(site.plan().box());
     const Clearance clearance(site.plan(), 0.12, kResolution_m);
     std::set<CellIndex> visible;
@@ -186,7 +186,7 @@ TEST(ExplorerTest, SeesAllThatCanBeSeenAndEnds) {
     std::set_difference(visible.begin(), visible.end(), site.seen().begin(), site.seen().end(),
                         std::back_inserter(missed));
     EXPECT_LE(missed.size(), visible.size() / 100);
-    // The closed chamber is left.
+    // The closed chamber remains.
     EXPECT_EQ(site.explorer().progress().unreachable, 3 * 4);
     EXPECT_FALSE(site.seen().contains({6, 18}));
   }
@@ -299,7 +299,7 @@ TEST(ExplorerTest, FrontiersHaveAPlaceToSeeThemFrom) {
                           [](const auto& frontier) { return frontier.viewpoint.has_value(); }));
 }
 
-// Even where what is seen round a corner would be worth it.
+// Holds even where the view round a corner would be worth it.
 TEST(ExplorerTest, GoalsOfTwoRobotsAreNotInOnePlace) {
   const uint64_t seed = TestSeed();
   SCOPED_TRACE(seed);

@@ -9,7 +9,7 @@
 namespace hypermap {
 namespace {
 
-// Calls visit(cell, floor) for each cell of `box`, tile by tile.
+// Calls visit(cell, floor) for each cell of `box` that is in a tile, tile by tile.
 void VisitFloor(const GridLayer& grid, const CellBox& box,
                 absl::FunctionRef<void(const CellIndex&, Floor)> visit) {
   const CodePredicate is_free = *grid.domain().Match(ValueKeyword::kFree);
@@ -58,18 +58,19 @@ Clearance::Clearance(const FloorPlan& plan, double radius_m, double resolution_m
   const double radius = std::max(radius_m, 0.0) / resolution_m;
   for (int32_t row = 0; row == 0 || row < radius; ++row) {
     const double half = std::sqrt(std::max(radius * radius - double{1.0} * row * row, 0.0));
-    // Strictly nearer than the radius.
+    // Strictly less than the radius.
     half_widths_.push_back(std::max(0, static_cast<int32_t>(std::ceil(half)) - 1));
   }
   CountAll(plan);
 }
 
-// By sums along the rows: the work is that of the disc's rows, not of its cells.
+// Uses prefix sums along rows, so that a cell costs one step for each row of the disc, rather than
+// for each cell of it.
 void Clearance::CountAll(const FloorPlan& plan) {
   const CellBox& box = plan.box();
   const auto reach = static_cast<int32_t>(half_widths_.size()) - 1;
   const auto cols = static_cast<int32_t>(box.cols());
-  std::vector<int32_t> before(cols + 1, 0);  // in the way in the row, left of a column
+  std::vector<int32_t> before(cols + 1, 0);  // Number of obstacles in the row, left of each column.
   for (int32_t row = box.row_begin; row < box.row_end; ++row) {
     for (int32_t col = 0; col < cols; ++col) {
       before[col + 1] = before[col] + (plan.at({row, box.col_begin + col}) != Floor::kFree);

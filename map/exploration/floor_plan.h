@@ -1,4 +1,4 @@
-// What of a site can be seen through and driven on.
+// The floor plan of a site: where robots can drive, and what blocks their view.
 #ifndef HYPERMAP_MAP_EXPLORATION_FLOOR_PLAN_H_
 #define HYPERMAP_MAP_EXPLORATION_FLOOR_PLAN_H_
 
@@ -10,45 +10,46 @@
 
 namespace hypermap {
 
-// Of a cell of an occupancy grid, by the thresholds of its layer. What is neither free nor occupied
-// there is unknown.
+// The state of a cell of an occupancy grid, by the thresholds of its layer. Cells between the
+// thresholds count as unknown.
 enum class Floor : uint8_t { kUnknown, kFree, kOccupied };
 
-// Out of its box all is unknown.
+// Cells outside its box are unknown.
 using FloorPlan = CellRaster<Floor>;
 
-// The cells of `box` as `grid`, of an occupancy layer, has them.
+// Returns the cells of `box` in `grid`, an occupancy layer.
 FloorPlan ReadFloorPlan(const GridLayer& grid, const CellBox& box);
 
-// A cell that is not as it was.
+// A cell whose state changed.
 struct FloorChange {
   CellIndex cell;
   Floor before = Floor::kUnknown;
 };
 
-// Reads the cells of `part` anew.
+// Reads the cells of `part` again, and returns those that changed.
 std::vector<FloorChange> UpdateFloorPlan(const GridLayer& grid, const CellBox& part,
                                          FloorPlan* plan);
 
-// Where a round robot can stand: its centre in a cell that no cell which is not free has its centre
-// nearer to than the robot's radius. Follows a floor plan cell by cell: for each cell it counts
-// what stands in the way, so that a change costs the cells of a disc. What lies out of the plan's
-// box is in nobody's way.
+// The places where a round robot can stand: cells that are free, with no other cell that is not
+// free nearer than the robot's radius (from centre to centre). Counts, for each cell, the obstacles
+// within the radius, so that a change costs a disc of cells. Cells outside the plan's box are not
+// obstacles.
 class Clearance {
  public:
-  // `radius_m` >= 0. The cell itself always has to be free.
+  // `radius_m` >= 0. With radius 0, only the cell itself must be free.
   Clearance(const FloorPlan& plan, double radius_m, double resolution_m);
 
   bool IsClear(const CellIndex& cell) const {
     return in_the_way_.Contains(cell) && in_the_way_.at(cell) == 0;
   }
-  // `cell` of the plan became free, or stopped being so.
+  // Records that `cell` of the plan became free, or is no longer free.
   void SetFree(const CellIndex& cell, bool free);
 
  private:
   void CountAll(const FloorPlan& plan);
 
-  // Half the width of the disc in cells, by row from its centre: row r spans -half[|r|]..half[|r|].
+  // Half the width of the disc in cells, by distance from its middle row: row r spans
+  // -half[|r|]..half[|r|].
   std::vector<int32_t> half_widths_;
   CellRaster<int32_t> in_the_way_;
 };

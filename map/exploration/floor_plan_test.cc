@@ -94,7 +94,7 @@ TEST(ClearanceTest, EqualsBruteForceThroughChanges) {
     for (int round = 0; round < 6; ++round) {
       for (size_t i = 0; i < plan.values().size(); ++i) {
         const CellIndex cell = plan.CellOf(i);
-        // A radius that is a whole number of cells may be off by a rounding.
+        // Rounding may matter if the radius is a whole number of cells.
         ASSERT_EQ(clearance.IsClear(cell), IsClearByHand(plan, cell, radius - 1e-9))
             << cell.row << " " << cell.col << " radius " << radius;
       }

@@ -58,18 +58,22 @@ void Frontiers::Update(const CoverageRaster& coverage, const std::vector<CellInd
       gone.push_back(cell);
       return;
     }
+    // The new cell may connect the frontiers around it.
     for (const CellIndex& step : kNeighbours) touch(Beside(cell, step));
     frontier_of_.emplace(cell, 0);
     to_join.push_back(cell);
   };
   for (const CellIndex& cell : changed) {
     look_at(cell);
+    // Whether a cell is a frontier cell depends on itself and its four sides.
     for (const CellIndex& step : kSides) look_at(Beside(cell, step));
   }
   last_work_ += static_cast<int64_t>(looked_at.size());
   std::sort(touched.begin(), touched.end());
   touched.erase(std::unique(touched.begin(), touched.end()), touched.end());
+  // A touched frontier may have been split or joined with another, so it is built anew.
   for (const Number number : touched) TakeApart(number, &to_join);
+  // Not before, since TakeApart enters all cells of a frontier again.
   for (const CellIndex& cell : gone) frontier_of_.erase(cell);
   to_join.erase(std::remove_if(to_join.begin(), to_join.end(),
                                [&](const CellIndex& cell) { return !frontier_of_.contains(cell); }),

@@ -16,7 +16,7 @@ using testing::Rng;
 using testing::TestSeed;
 using testing::UniformInt;
 
-// '.' is unexplored, 'o' explored, all else nothing. The first line is the top row.
+// '.' is unexplored, 'o' is explored, everything else is kNone. The first line is the top row.
 CoverageRaster DrawnCoverage(const std::vector<std::string>& lines) {
   const auto rows = static_cast<int32_t>(lines.size());
   CoverageRaster coverage(CellBox{0, rows, 0, static_cast<int32_t>(lines.front().size())},
@@ -30,7 +30,7 @@ CoverageRaster DrawnCoverage(const std::vector<std::string>& lines) {
   return coverage;
 }
 
-// By the definition, cell by cell and pair by pair.
+// Applies the definition, cell by cell and pair by pair.
 std::vector<Frontier> FrontiersByHand(const CoverageRaster& coverage) {
   std::vector<CellIndex> cells;
   for (size_t i = 0; i < coverage.values().size(); ++i) {
@@ -90,7 +90,7 @@ TEST(FrontiersTest, EqualBruteForceThroughChanges) {
     Frontiers frontiers(coverage);
     ASSERT_EQ(frontiers.All(), FrontiersByHand(coverage));
     for (int step = 0; step < 12; ++step) {
-      // A block of cells becomes something, as when a camera sees it.
+      // Sets a block of cells, as a view of a camera does.
       const CellIndex at = coverage.CellOf(UniformInt(rng, 0, coverage.values().size() - 1));
       const auto now = static_cast<Coverage>(UniformInt(rng, 0, 2));
       std::vector<CellIndex> changed;

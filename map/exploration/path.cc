@@ -21,7 +21,7 @@ constexpr std::array<Move, 8> kMoves{{{0, 1, kStraight},
                                       {1, -1, kAslant},
                                       {-1, -1, kAslant},
                                       {-1, 1, kAslant}}};
-// Lengths that wait are less than this apart.
+// All queued lengths differ by at most kAslant, so a ring of this many buckets holds them.
 constexpr int32_t kBuckets = kAslant + 1;
 
 }  // namespace
@@ -47,7 +47,7 @@ void PathSearch::Run(const CellIndex& start, absl::FunctionRef<bool(const CellIn
     cells.swap(buckets[length % kBuckets]);
     waiting -= static_cast<int64_t>(cells.size());
     for (const CellIndex& cell : cells) {
-      // Reached by a shorter way since.
+      // A shorter path was found since.
       if (lengths_.at(cell) != length) continue;
       if (!visit(cell, length)) return;
       for (size_t i = 0; i < kMoves.size(); ++i) {

@@ -1,4 +1,4 @@
-// Ways over a grid.
+// Shortest paths over a grid.
 #ifndef HYPERMAP_MAP_EXPLORATION_PATH_H_
 #define HYPERMAP_MAP_EXPLORATION_PATH_H_
 
@@ -10,10 +10,10 @@
 
 namespace hypermap {
 
-// The cells that can be reached from one, nearest first (Dijkstra's algorithm, with Dial's
-// buckets). Steps go to the eight neighbours, and past a corner only where both cells beside it can
-// be crossed. Lengths are in tenths of a cell: 10 along an axis, 14 aslant. Reused from search to
-// search; a search costs what it visits. Not thread safe.
+// Finds the cells that can be reached from a cell, nearest first: Dijkstra's algorithm with Dial's
+// buckets, which suits small integer lengths. Steps lead to the eight neighbours; a diagonal step
+// requires that both cells beside it are passable. Lengths are in tenths of a cell: 10 straight, 14
+// diagonal. Reusable; a search costs as much as the cells it visits. Not thread-safe.
 class PathSearch {
  public:
   static constexpr int32_t kStraight = 10;
@@ -21,13 +21,14 @@ class PathSearch {
 
   explicit PathSearch(const CellBox& box);
 
-  // Calls visit(cell, length) with `start` and all that can be reached from it over passable cells
-  // of the box, by their lengths, until it returns false. `start`, of the box, need not be
-  // passable.
+  // Calls visit(cell, length) for `start` and the passable cells of the box that can be reached
+  // from it, in the order of their lengths, until it returns false. `start` must be in the box, but
+  // need not be passable.
   void Run(const CellIndex& start, absl::FunctionRef<bool(const CellIndex&)> passable,
            absl::FunctionRef<bool(const CellIndex&, int32_t)> visit);
 
-  // A shortest way of the last search from its start to a cell that it visited, both included.
+  // Returns a shortest path of the last search, from its start to a cell that it visited, including
+  // both.
   std::vector<CellIndex> PathTo(const CellIndex& cell) const;
 
  private:
@@ -35,9 +36,9 @@ class PathSearch {
 
   void Forget();
 
-  CellRaster<int32_t> lengths_;     // kFar: not seen
-  CellRaster<uint8_t> came_by_;     // the step that led there
-  std::vector<CellIndex> touched_;  // of lengths_
+  CellRaster<int32_t> lengths_;     // kFar: not reached.
+  CellRaster<uint8_t> came_by_;     // The step that led to the cell.
+  std::vector<CellIndex> touched_;  // Cells whose lengths must be reset.
   CellIndex start_;
 };
 

@@ -31,7 +31,7 @@ std::map<CellIndex, int32_t> Lengths(PathSearch& search, const FloorPlan& plan,
   return lengths;
 }
 
-// Bellman and Ford: relaxes all moves until nothing changes.
+// Bellman-Ford: relaxes all moves until nothing changes.
 std::map<CellIndex, int32_t> LengthsByHand(const FloorPlan& plan, const CellIndex& start) {
   const auto is_free = [&](int32_t row, int32_t col) {
     return plan.at({row, col}) == Floor::kFree;

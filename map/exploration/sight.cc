@@ -7,8 +7,8 @@
 namespace hypermap {
 namespace {
 
-// Calls visit(cell) for the cells between the centres of two, in order from `a`, both included,
-// until it returns false. Through a corner it goes by both cells beside it.
+// Calls visit(cell) for the cells on the line between the centres of `a` and `b`, in order from
+// `a`, including both, until it returns false. At a corner, it visits both cells beside the corner.
 template <typename Visit>
 bool WalkLine(const CellIndex& a, const CellIndex& b, Visit visit) {
   const int64_t rows = std::abs(int64_t{b.row} - a.row);
@@ -18,7 +18,7 @@ bool WalkLine(const CellIndex& a, const CellIndex& b, Visit visit) {
   CellIndex cell = a;
   if (!visit(cell)) return false;
   // The line leaves the cell through its next row border at (2 i + 1) / (2 rows) of its length, and
-  // through its next column border at (2 j + 1) / (2 cols).
+  // through its next column border at (2 j + 1) / (2 cols). Integers decide exactly which is first.
   for (int64_t i = 0, j = 0; i < rows || j < cols;) {
     const int64_t by_row = (2 * i + 1) * cols;
     const int64_t by_col = (2 * j + 1) * rows;
@@ -33,10 +33,11 @@ bool WalkLine(const CellIndex& a, const CellIndex& b, Visit visit) {
   return true;
 }
 
-// The rays while they are put together: a node for each step that two rays do not share.
+// Builds the prefix tree of the rays.
 class RayTree {
  public:
-  // From (0, 0) to `end`, as far as the centres of its cells are nearer than `range`.
+  // Adds the ray from (0, 0) to `end`, up to the first cell whose centre is not nearer than
+  // `range`.
   void Add(const CellIndex& end, int32_t range) {
     size_t node = 0;
     WalkLine({0, 0}, end, [&](const CellIndex& cell) {
@@ -48,8 +49,8 @@ class RayTree {
     });
   }
 
-  // Calls enter(cell) at each node, depth first, and leave(what enter returned) behind all below
-  // it.
+  // Walks the tree in depth-first order. Calls enter(cell) at each node, and leave(result of enter)
+  // after the node's subtree.
   template <typename Enter, typename Leave>
   void Walk(Enter enter, Leave leave, size_t node = 0) const {
     const auto entered = enter(nodes_[node].cell);
@@ -99,6 +100,7 @@ Sight::Sight(int32_t range) : range_(range), seen_(size_t{2} * range * 2 * range
 
 void Sight::Look(const FloorPlan& plan, const CellIndex& from,
                  absl::FunctionRef<void(const CellIndex&)> visit) {
+  // The counter wrapped around: old marks could look like new ones.
   if (++look_ == 0) {
     std::fill(seen_.begin(), seen_.end(), 0);
     look_ = 1;

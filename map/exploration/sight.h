@@ -1,4 +1,4 @@
-// What can be seen from a place.
+// Lines of sight over a floor plan.
 #ifndef HYPERMAP_MAP_EXPLORATION_SIGHT_H_
 #define HYPERMAP_MAP_EXPLORATION_SIGHT_H_
 
@@ -10,33 +10,36 @@
 
 namespace hypermap {
 
-// Whether the straight line between the centres of two cells goes through free cells only, the two
-// included. Where it goes through a corner, both cells beside the corner must be free. Symmetric.
+// Returns whether the straight line between the centres of two cells passes only through free
+// cells, including the two. Where it passes through a corner, both cells beside the corner must be
+// free. Symmetric.
 bool InSight(const FloorPlan& plan, const CellIndex& a, const CellIndex& b);
 
-// Casts rays to look round from a cell, over and over. Keeps what it needs for one range, which
-// grows with the range's square.
+// Casts rays to look around from a cell, many times. Memory is proportional to the square of the
+// range.
 class Sight {
  public:
-  // `range` in cells, >= 1.
+  // `range` is in cells, >= 1.
   explicit Sight(int32_t range);
 
-  // Calls `visit` once with each free cell, nearer than the range by their centres, that a ray from
-  // `from` meets before it meets a cell that is not free; `from` first. Rays go from its centre to
-  // the centres of all cells at the rim of the range. Nothing when `from` is not free.
+  // Calls `visit` once for each free cell within the range (exclusive, from centre to centre) that
+  // a ray from `from` reaches before it hits a cell that is not free; `from` comes first. Rays lead
+  // from the centre of `from` to the centres of all cells on the border of the range. Visits
+  // nothing if `from` is not free.
   void Look(const FloorPlan& plan, const CellIndex& from,
             absl::FunctionRef<void(const CellIndex&)> visit);
 
  private:
   struct Step {
-    int32_t row, col;  // of a cell, from where the rays begin
-    int32_t skip;      // to the first step that does not go through this cell
+    int32_t row, col;  // Offset of a cell from the start of the rays.
+    int32_t skip;      // Index of the first step that does not pass through this cell.
   };
 
   int32_t range_;
-  // The rays as a tree, depth first: what two rays have in common is walked once.
+  // The rays as a prefix tree in depth-first order: the part that rays have in common is walked
+  // once, and an obstacle skips its whole subtree.
   std::vector<Step> steps_;
-  std::vector<uint32_t> seen_;  // by offset: the look that met the cell
+  std::vector<uint32_t> seen_;  // By offset: number of the last Look that reached the cell.
   uint32_t look_ = 0;
 };
 

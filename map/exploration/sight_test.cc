@@ -62,13 +62,14 @@ TEST(SightTest, ReachesAllOfAFreeDisc) {
   }
 }
 
-// Whether the segment between the centres meets the closed square of no cell that is not free.
+// Returns whether the segment between the centres avoids the closed squares of all cells that are
+// not free.
 bool InSightByHand(const FloorPlan& plan, const CellIndex& a, const CellIndex& b) {
   const double dr = b.row - a.row, dc = b.col - a.col;
   for (size_t i = 0; i < plan.values().size(); ++i) {
     if (plan.values()[i] == Floor::kFree) continue;
     const CellIndex cell = plan.CellOf(i);
-    // Clip the segment to the closed square [-1/2, 1/2] about the cell (Liang and Barsky).
+    // Clip the segment to the closed square [-1/2, 1/2] around the cell (Liang and Barsky).
     double low = 0, high = 1;
     bool outside = false;
     const auto clip = [&](double at, double step, double centre) {
@@ -85,7 +86,7 @@ bool InSightByHand(const FloorPlan& plan, const CellIndex& a, const CellIndex& b
     };
     clip(a.row, dr, cell.row);
     clip(a.col, dc, cell.col);
-    // Along a side of the square no line between centres can run.
+    // No line between centres runs along a side of a square.
     if (!outside && low <= high + 1e-12) return false;
   }
   return true;
@@ -116,7 +117,8 @@ TEST(SightTest, SeesWhatSomeRayMeets) {
     const CellIndex from = plan.CellOf(UniformInt(rng, 0, plan.values().size() - 1));
     std::set<CellIndex> seen;
     sight.Look(plan, from, [&seen](const CellIndex& cell) { seen.insert(cell); });
-    // All that lies on a line of sight of full length is seen; what is seen is free and in range.
+    // Every cell on a free line of full length is seen, and cells that are seen are free and in
+    // range.
     for (const CellIndex& cell : seen) {
       EXPECT_EQ(plan.at(cell), Floor::kFree);
       EXPECT_LT(std::hypot(cell.row - from.row, cell.col - from.col), kRange);

@@ -19,7 +19,7 @@ absl::Status CheckName(absl::string_view field, absl::string_view frame_id) {
   return absl::OkStatus();
 }
 
-// Climbs from a frame towards the root of its tree.
+// Walks from a frame to the root of its tree, and accumulates the transform.
 class Climber {
  public:
   using Edges = std::map<std::string, FrameTransform, std::less<>>;
@@ -29,7 +29,7 @@ class Climber {
   absl::string_view frame_id() const { return frame_id_; }
   const PlanarTransform& frame_from_start() const { return frame_from_start_; }
 
-  // False at the root.
+  // Returns false at the root.
   bool Climb() {
     const auto edge = edges_.find(frame_id_);
     if (edge == edges_.end()) return false;

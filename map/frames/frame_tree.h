@@ -13,7 +13,7 @@
 
 namespace hypermap {
 
-// Longest name of a frame, bytes.
+// Maximal length of a frame's name in bytes.
 inline constexpr int kMaxFrameIdBytes = 63;
 
 // One edge of the tree.
@@ -25,23 +25,23 @@ struct FrameTransform {
   friend bool operator==(const FrameTransform&, const FrameTransform&) = default;
 };
 
-// A forest of frames: each frame has at most one parent. Frames of one tree can be converted into
-// each other. A value: copy to change, safe to read from many threads.
+// A forest of frames: each frame has at most one parent. Coordinates can be converted between the
+// frames of one tree. A value; safe to read from many threads.
 class FrameTree {
  public:
-  // Sets or replaces the parent of `child_frame_id`. INVALID_ARGUMENT for an empty or too long
-  // name, a frame that would be its own ancestor, or a transform that is not finite.
+  // Sets or replaces the parent of `child_frame_id`. INVALID_ARGUMENT for a name that is empty or
+  // too long, a frame that would become its own ancestor, or a transform that is not finite.
   absl::Status Set(const FrameTransform& transform);
 
-  // Whether any transform names the frame.
+  // Returns whether a transform names the frame.
   bool Contains(absl::string_view frame_id) const;
 
-  // target_from_source. NOT_FOUND when the two are not connected; a frame is always connected to
-  // itself, known or not. Linear in the depth of the tree.
+  // Returns target_from_source. NOT_FOUND if the frames are not connected; a frame is always
+  // connected to itself, even if it is not known. Linear in the depth of the tree.
   absl::StatusOr<PlanarTransform> Lookup(absl::string_view target_frame_id,
                                          absl::string_view source_frame_id) const;
 
-  // All edges, sorted by child.
+  // Returns all edges, sorted by child.
   std::vector<FrameTransform> transforms() const;
 
  private:

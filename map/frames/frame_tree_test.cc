@@ -103,7 +103,7 @@ TEST(FrameTreeTest, LookupsComposeInRandomForests) {
   for (int i = 0; i < 50; ++i) {
     FrameTree tree;
     constexpr int kFrames = 20;
-    // Frames without a parent are roots; the first edge to a frame makes it known.
+    // Frames without a parent are roots. The first edge that names a frame makes it known.
     std::vector<int> root(kFrames);
     for (int child = 0; child < kFrames; ++child) {
       root[child] = child;

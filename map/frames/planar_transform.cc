@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kPi = 3.14159265358979323846;
 
-// To (-pi, pi]; leaves what lies there as it is.
+// Normalises to (-pi, pi]; values in that range are returned unchanged, to the last bit.
 double NormalizedYaw(double yaw) {
   const double turned = std::remainder(yaw, 2.0 * kPi);
   return turned <= -kPi ? kPi : turned;
@@ -25,7 +25,7 @@ PlanarTransform::PlanarTransform(double x, double y, double yaw)
 }
 
 PlanarTransform PlanarTransform::Inverse() const {
-  // Subtracting from 0 keeps zeros positive.
+  // Subtracting from 0 avoids negative zeros.
   if (yaw_ == 0.0) return PlanarTransform(0.0 - x(), 0.0 - y(), 0.0);
   const Point origin = ApplyInverse({0.0, 0.0});
   return PlanarTransform(origin.x, origin.y, -yaw_);

@@ -10,14 +10,14 @@
 
 namespace hypermap {
 
-// A rotation by `yaw` (radians, counter-clockwise) followed by a translation (metres). Named
-// target_from_source: `map_from_robot * p` takes coordinates in `robot` to coordinates in `map`,
-// and map_from_robot * robot_from_camera == map_from_camera. A transform with yaw 0 moves
-// coordinates without any rounding beyond the addition itself.
+// A rotation by `yaw` (radians, counter-clockwise) followed by a translation (metres). Variables
+// are named target_from_source: `map_from_robot * p` converts coordinates from `robot` to `map`,
+// and map_from_robot * robot_from_camera == map_from_camera. With yaw 0, the only rounding is that
+// of the addition.
 class PlanarTransform {
  public:
   PlanarTransform() : PlanarTransform(0.0, 0.0, 0.0) {}
-  // All finite.
+  // All three must be finite.
   PlanarTransform(double x, double y, double yaw);
 
   double x() const { return isometry_.translation().x(); }
@@ -28,7 +28,8 @@ class PlanarTransform {
 
   PlanarTransform Inverse() const;
 
-  // The point that `*this` takes to `p`. Rounds less than Inverse() * p far from the origin.
+  // Returns the point that this transform maps to `p`. Rounds less than Inverse() * p far from the
+  // origin.
   Point ApplyInverse(const Point& p) const;
 
   Point operator*(const Point& p) const;
@@ -45,8 +46,8 @@ class PlanarTransform {
   double yaw_;
 };
 
-// A closed box around `box` moved by `t`; when `t` turns, wide enough to hold every point of `box`
-// whichever way `t * p` rounds.
+// Returns a closed box around `box` transformed by `t`. If `t` rotates, the box is wide enough to
+// contain `t * p` for every point p of `box`, however that rounds.
 Box BoundsOf(const PlanarTransform& t, const Box& box);
 
 }  // namespace hypermap

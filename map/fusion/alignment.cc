@@ -6,13 +6,14 @@
 namespace hypermap::fusion {
 namespace {
 
-// The occupancy of a shape's cells, worked out once for many lookups.
+// The occupancy of a shape's cells, computed once for many lookups.
 class OccupancyField {
  public:
   OccupancyField(const ShapeGrid& shape, double doubt)
       : resolution_m_(shape.resolution_m()), box_(shape.box()) {
     const std::vector<float>& hits = shape.hits();
     const std::vector<float>& misses = shape.misses();
+    // The floor avoids 0 / 0 in cells without evidence.
     const auto least = static_cast<float>(std::max(doubt, 1e-6));
     cells_.reserve(hits.size());
     for (size_t i = 0; i < hits.size(); ++i) {
@@ -20,7 +21,8 @@ class OccupancyField {
     }
   }
 
-  // Bilinear between the cells' centres, so that the search feels parts of a cell.
+  // Interpolates between the cells' centres, so that a motion of less than a cell changes the
+  // value.
   double At(const Point& p) const {
     const double x = p.x / resolution_m_ - 0.5;
     const double y = p.y / resolution_m_ - 0.5;
@@ -88,6 +90,7 @@ Eigen::Vector3d Align(const std::vector<AlignmentPair>& pairs, const Point& pivo
       for (int axis = 0; axis < 3; ++axis) {
         for (const double sign : {1.0, -1.0}) {
           Eigen::Vector3d next = best;
+          // A rotation by a quarter of the step, in radians, moves points 4 m away by one step.
           next[axis] += sign * (axis == 2 ? 0.25 * step : step);
           const double next_value = value(next);
           if (next_value <= best_value) continue;

@@ -54,6 +54,8 @@ json EncodeTrack(const Track& track) {
                   {"clarity", track.clarity},
                   {"apart", track.apart},
                   {"removed", track.removed},
+                  // Its hull may be gone, so that it can't be recomputed as the other derived
+                  // members are.
                   {"outline", EncodePolygon(track.outline)}};
   if (track.pinned) encoded["pinned"] = EncodeObject(*track.pinned);
   return encoded;

@@ -1,4 +1,4 @@
-// The evidence strategy's state as bytes.
+// The state of the evidence strategy as bytes.
 #ifndef HYPERMAP_MAP_FUSION_EVIDENCE_CODEC_H_
 #define HYPERMAP_MAP_FUSION_EVIDENCE_CODEC_H_
 
@@ -14,7 +14,8 @@ namespace hypermap::fusion {
 
 std::string EncodeEvidence(const EvidenceState& state);
 
-// What follows from the evidence is computed anew. DATA_LOSS.
+// Recomputes hulls and shown objects from the decoded evidence, with `parameters`. DATA_LOSS for
+// bytes that are not such a state.
 absl::StatusOr<std::shared_ptr<const EvidenceState>> DecodeEvidence(
     absl::string_view bytes, const EvidenceParameters& parameters);
 

@@ -9,7 +9,7 @@ namespace hypermap::fusion {
 namespace {
 
 constexpr double kSameIou = 0.3;
-// Of a thing whose height the operator didn't say.
+// The height of an object for which the operator gave none.
 constexpr HeightRange kAnyHeight{0.0, 2.0};
 
 size_t Find(const EvidenceState& state, const OperatorFact& fact) {
@@ -23,6 +23,7 @@ size_t Find(const EvidenceState& state, const OperatorFact& fact) {
         track.object ? FootprintOf(track.object->shape, kPinHalfWidth_m) : track.outline;
     if (!shown.bounds().Intersects(footprint.bounds())) continue;
     double score = Iou(shown, footprint);
+    // A track with the fact's label is preferred to all others.
     if (score >= kSameIou && track.label() == fact.object.label) score += 1.0;
     if (score >= best_score) {
       best_score = score;
@@ -43,6 +44,7 @@ std::shared_ptr<const EvidenceState> FoldFact(const EvidenceState& before, const
     *track = *before.tracks[found];
   } else {
     track->key = fact.track;
+    // Not InfinitePast, which nanoseconds in an encoded state could not represent.
     track->last_hit = absl::UnixEpoch();
     track->shape = ShapeGrid(parameters.fine_cell_m);
     track->class_mass[fact.object.label] = 1.0;
@@ -51,6 +53,7 @@ std::shared_ptr<const EvidenceState> FoldFact(const EvidenceState& before, const
     track->high.Add(height.high_m, 1.0, 1.0);
     track->outline = FootprintOf(fact.object.shape, kPinHalfWidth_m);
   }
+  // An operator's word counts as much as any number of detections.
   track->log_odds = parameters.max_log_odds;
   if (fact.kind == OperatorFact::Kind::kPin) {
     auto pinned = std::make_shared<SemanticObject>(fact.object);

@@ -1,4 +1,4 @@
-// What operators say, in the evidence strategy's state.
+// Adds operators' facts to the state of the evidence strategy.
 #ifndef HYPERMAP_MAP_FUSION_EVIDENCE_FACTS_H_
 #define HYPERMAP_MAP_FUSION_EVIDENCE_FACTS_H_
 
@@ -10,9 +10,11 @@
 
 namespace hypermap::fusion {
 
-// The track that the fact names, else the one it lies on (IoU of at least 0.3, the same label
-// before others), else a new one with the fact's key: pinned, or removed. A removed track goes on
-// taking in what is detected in its place, unseen, until the place is seen to be empty.
+// Returns the state after `fact`. The fact applies to the track that it names; failing that, to the
+// track that it overlaps with an IoU of at least 0.3 (a track with the fact's label is preferred);
+// failing that, to a new track with the fact's key. The track becomes pinned or removed. A removed
+// track is not shown but still absorbs detections in its place, until the place is seen to be
+// empty.
 std::shared_ptr<const EvidenceState> FoldFact(const EvidenceState& before, const OperatorFact& fact,
                                               const EvidenceParameters& parameters);
 

@@ -15,14 +15,18 @@
 namespace hypermap::fusion {
 namespace {
 
+// Alignment compares at most about this many cells of each detection, which bounds the cost of
+// large ones.
 constexpr size_t kMaxAlignmentCells = 64;
-// Shapes have no more cells than this aside; larger things get larger cells.
+// Most cells along a side of a new shape; larger things get larger cells. A shape that grows may
+// have twice as many.
 constexpr double kMaxCellsAside = 400.0;
-// Farther from the frame's origin cells can't be counted; detections there are left out.
+// Detections farther than this from the frame's origin are left out: the rows and columns of their
+// cells would exceed the range of ShapeGrid.
 constexpr double kFarthest_m = 5e6;
 
-// Where a walk round a convex ring that runs counter-clockwise and begins at its lowest (then
-// leftmost) vertex begins.
+// Returns the index of the lowest (then leftmost) vertex. From there, the edges of a
+// counter-clockwise convex ring come in the order of their directions, as Widened needs them.
 size_t LowestVertex(const Ring& ring) {
   const auto lower = [](const Point& a, const Point& b) {
     return std::pair(a.y, a.x) < std::pair(b.y, b.x);
@@ -30,8 +34,9 @@ size_t LowestVertex(const Ring& ring) {
   return static_cast<size_t>(std::min_element(ring.begin(), ring.end(), lower) - ring.begin());
 }
 
-// A convex polygon widened by `margin_m` on all sides: its Minkowski sum with an octagon, whose
-// edges are the edges of both in the order of their directions.
+// Widens a convex polygon by `margin_m` on all sides: its Minkowski sum with an octagon. The edges
+// of the sum are those of both polygons, merged by direction; the octagon begins at its lowest
+// vertex, too.
 Polygon Widened(const Polygon& convex, double margin_m) {
   const double diagonal = margin_m * std::sqrt(0.5);
   const Ring octagon = {{0.0, -margin_m},     {diagonal, -diagonal}, {margin_m, 0.0},
@@ -72,8 +77,8 @@ std::string BestLabel(const Detection& detection, double* score) {
 
 double Extent(const Box& box) { return std::max(box.max.x - box.min.x, box.max.y - box.min.y); }
 
-// Share of the shorter range of heights that the two have in common; thin things are taken to be
-// 10 cm high.
+// Returns the share of the shorter range of heights that both have in common. Ranges of less than
+// 10 cm are widened to 10 cm, as depth noise would otherwise separate views of a thin thing.
 double HeightOverlap(HeightRange a, HeightRange b) {
   const auto thicken = [](HeightRange* h) {
     const double lack = 0.10 - (h->high_m - h->low_m);
@@ -87,7 +92,7 @@ double HeightOverlap(HeightRange a, HeightRange b) {
   return std::max(0.0, common) / std::min(a.high_m - a.low_m, b.high_m - b.low_m);
 }
 
-// A detection as the fold works on it: moved by the frame's alignment.
+// A detection, moved by the frame's alignment.
 struct Sighting {
   const Detection* detection = nullptr;
   int index = 0;
@@ -97,21 +102,24 @@ struct Sighting {
   Polygon widened;
 };
 
-// A track that the frame might say something of.
+// A track near enough to the frame's view to be affected by it.
 struct Candidate {
-  size_t index = 0;  // in the state
+  size_t index = 0;  // In the state; SIZE_MAX for a new track.
   std::shared_ptr<Track> track;
   Polygon widened;
   bool hit = false;
-  int sighting = -1;  // that hit it: its place in the frame's sightings
+  int sighting = -1;  // Index of the sighting that hit it; -1 if none.
 };
 
+// Folds one observation. Changes copies of the tracks near the view; the state shares all others.
 class Folding {
  public:
   Folding(const EvidenceState& before, const Observation& observation,
           const EvidenceParameters& parameters, FoldReport* report)
       : before_(before), observation_(observation), p_(parameters), report_(report) {}
 
+  // The steps are those of docs/fusion.md. CountApart precedes Merge, which must not join tracks
+  // that this frame detected side by side.
   std::shared_ptr<const EvidenceState> Run() {
     Look();
     AlignFrame();
@@ -123,21 +131,29 @@ class Folding {
   }
 
  private:
+  // Collects the frame's detections, and copies of the tracks near its view.
   void Look();
+  // Finds the motion that aligns the frame with the tracks, and moves the detections by it.
   void AlignFrame();
+  // Assigns detections to tracks one to one, founds tracks for the others, and adds the evidence.
   void Associate();
+  // Takes existence from tracks that the frame should have detected.
   void Miss();
+  // Whether this frame detected the two tracks separately, with the same class.
   bool BesideEachOther(const Candidate& a, const Candidate& b) const;
   void CountApart();
+  // Merges tracks that overlap too much to be two things.
   void Merge();
   std::shared_ptr<const EvidenceState> Result();
 
+  // Returns how well the two agree, in [0, 1]; 0 if they can't be the same thing.
   double Score(const Sighting& sighting, const Candidate& candidate) const;
   void Hit(const Sighting& sighting, Candidate* candidate, double agreement);
   void AddShape(const Sighting& sighting, Track* track);
+  // Returns a new track without evidence, whose key names the detection.
   std::shared_ptr<Track> Found(const Sighting& sighting) const;
-  // In [0, 1]: how much of the track would have to be seen, were it there, and how much of that
-  // was seen to be empty.
+  // Shares in [0, 1]: how much of the track would be visible if it were there, and how much was
+  // seen to be empty.
   struct Visibility {
     double visible = 0.0;
     double empty = 0.0;
@@ -150,7 +166,7 @@ class Folding {
   FoldReport* const report_;
 
   double buffer_m_ = 0.0;
-  Observation aligned_;  // without its detections
+  Observation aligned_;  // Only pose and depth are set.
   Eigen::Vector3d motion_ = Eigen::Vector3d::Zero();
   Point pivot_;
   std::vector<Sighting> sightings_;
@@ -163,6 +179,7 @@ void Folding::Look() {
   Box box = observation_.view_hull.bounds();
   for (const Detection& detection : observation_.detections) box.Extend(detection.hull.bounds());
   if (box.empty()) return;
+  // Alignment may move detections onto tracks just outside of the view.
   box.Extend(Point{box.min.x - 0.5, box.min.y - 0.5});
   box.Extend(Point{box.max.x + 0.5, box.max.y + 0.5});
   for (size_t i = 0; i < before_.tracks.size(); ++i) {
@@ -190,10 +207,12 @@ void Folding::AlignFrame() {
   pivot_ = {camera.x(), camera.y()};
   std::vector<AlignmentPair> pairs;
   for (const Sighting& sighting : sightings_) {
+    // Small things that the pose error moved off their track overlap it only when widened.
     const Polygon wide = Widened(sighting.hull, 0.08);
     const Candidate* best = nullptr;
     double best_iou = 0.25;
     for (const Candidate& candidate : candidates_) {
+      // Only tracks that probably exist are a reference: others may be errors of earlier frames.
       if (candidate.track->log_odds < 0.5 || candidate.track->label() != sighting.label) continue;
       if (!wide.bounds().Intersects(candidate.track->outline.bounds())) continue;
       const double iou = Iou(wide, Widened(candidate.track->outline, 0.08));
@@ -227,12 +246,13 @@ void Folding::AlignFrame() {
   }
   if (!pairs.empty() && p_.align_gain > 0.0) {
     Eigen::Matrix3d prior = observation_.pose.covariance;
+    // A pose that claims to be exact has a zero covariance, which has no inverse.
     prior(0, 0) += 1e-6;
     prior(1, 1) += 1e-6;
     prior(2, 2) += 1e-8;
     motion_ = Align(pairs, pivot_, prior, p_);
   }
-  // What alignment leaves of the pose's error.
+  // Alignment removes most of the pose's error; outlines are widened by the rest.
   const double sigma =
       std::sqrt(0.5 * (observation_.pose.covariance(0, 0) + observation_.pose.covariance(1, 1)));
   buffer_m_ = std::min(0.05, p_.buffer_m + p_.buffer_share * sigma);
@@ -283,7 +303,8 @@ void Folding::Associate() {
   const size_t rows = sightings_.size();
   const size_t columns = candidates_.size();
   if (rows == 0) return;
-  // A column for each candidate and one "new" for each sighting.
+  // A column for each candidate, and a column "new track" for each sighting. A pair that fails the
+  // gates costs 1, more than the 0 of a new track, so that it is never chosen.
   std::vector<double> scores(rows * columns, 0.0);
   std::vector<evaluation::Cost> costs(rows * (columns + rows));
   for (size_t r = 0; r < rows; ++r) {
@@ -320,6 +341,7 @@ std::shared_ptr<Track> Folding::Found(const Sighting& sighting) const {
   track->shape =
       ShapeGrid(extent < p_.fine_extent_m ? p_.fine_cell_m
                                           : std::max(p_.coarse_cell_m, extent / kMaxCellsAside));
+  // Below even odds: a single detection may be clutter.
   track->log_odds = -1.0;
   return track;
 }
@@ -334,13 +356,14 @@ void Folding::Hit(const Sighting& sighting, Candidate* candidate, double agreeme
   track.looks += 1.0;
   track.found += 1.0;
   track.clarity += sighting.detection->weight;
+  // `weight` is about position and shape: even a detection of low weight is evidence for its class.
   for (const auto& [label, score] : sighting.detection->scores) {
     track.class_mass[label] += score * (0.2 + sighting.detection->weight);
   }
   const double weight = sighting.detection->weight;
   track.low.Add(sighting.detection->height.low_m, weight, -1.0);
   track.high.Add(sighting.detection->height.high_m, weight, 1.0);
-  // What is seen a moment later has the same localisation error and says little anew.
+  // A view from a moment later has the same localisation error and adds little.
   const double since = absl::ToDoubleSeconds(observation_.stamp - track.last_hit);
   const double novelty = weight * (0.05 + std::min(1.0, std::max(0.0, since) / p_.correlation_s));
   const Point middle = Centroid(sighting.detection->hull);
@@ -362,6 +385,8 @@ void Folding::AddShape(const Sighting& sighting, Track* track) {
   Box extent = sighting.hull.bounds();
   extent.Extend(track->outline.bounds());
   if (shape.resolution_m() < p_.coarse_cell_m && Extent(extent) > 1.3 * p_.fine_extent_m) {
+    // A track founded on a glimpse may turn out to be of a large thing. Coarser cells bound its
+    // cost; the factor keeps shapes near the limit from being resampled for a little noise.
     shape = shape.Resampled(p_.coarse_cell_m);
   }
   while (Extent(extent) > 2.0 * kMaxCellsAside * shape.resolution_m()) {
@@ -380,6 +405,8 @@ void Folding::AddShape(const Sighting& sighting, Track* track) {
   const CellBox whole = shape.box();
   size_t next = 0;
   const HeightRange band = track->height();
+  // A place is part of the footprint if the thing is there at any height of its range, so several
+  // heights are looked up.
   const double heights[] = {band.low_m + 0.25 * (band.high_m - band.low_m),
                             band.low_m + 0.5 * (band.high_m - band.low_m),
                             band.low_m + 0.85 * (band.high_m - band.low_m)};
@@ -397,6 +424,7 @@ void Folding::AddShape(const Sighting& sighting, Track* track) {
         shape.AddHit(cell, weight);
         continue;
       }
+      // Cells without a hit have an occupancy of 0 anyway.
       if (!lookout_ || shape.hit(cell) <= 0.0f) continue;
       const Point at = shape.CentreOf(cell);
       int seen = 0;
@@ -405,6 +433,7 @@ void Folding::AddShape(const Sighting& sighting, Track* track) {
         uint8_t owner = 0;
         const Sight sight = lookout_->At(at.x, at.y, height, &owner);
         if (sight == Sight::kEmpty) ++against;
+        // A surface outside of the detection's mask belongs to something else.
         if (sight == Sight::kSurface && owner != sighting.index + 1) ++against;
         if (sight == Sight::kEmpty || sight == Sight::kSurface) ++seen;
       }
@@ -417,6 +446,7 @@ void Folding::AddShape(const Sighting& sighting, Track* track) {
 
 Folding::Visibility Folding::VisibilityOf(const Track& track) const {
   Visibility visibility;
+  // About 12 x 12 places at three heights suffice, and bound the cost of large things.
   const double step = std::max(0.02, Extent(track.outline.bounds()) / 12.0);
   const HeightRange band = track.height();
   int total = 0;
@@ -446,8 +476,11 @@ void Folding::Miss() {
     Track& track = *candidate.track;
     if (candidate.hit || track.pinned) continue;
     const Visibility visibility = VisibilityOf(track);
+    // Mostly hidden: the frame says nothing about it.
     if (visibility.visible < 0.3) continue;
-    // As clear a view as those that found it?
+    // Weigh the view by how clear it is (perception's weight for this range, times the visible
+    // part) compared with the usual view that detected the thing: a cup missed from 6 m means
+    // little.
     const Point middle = Centroid(track.outline);
     const Eigen::Vector3d eye = aligned_.pose.frame_from_camera.translation();
     const HeightRange band = track.height();
@@ -457,7 +490,8 @@ void Folding::Miss() {
     const double usual = track.clarity / std::max(1, track.hits);
     const double clear =
         std::min(1.0, visibility.visible / (1.0 + r * r * r * r) / std::max(0.01, usual));
-    // Where it was looked for and not found (Thrun et al. 2005, section 9.2: log-odds of a miss).
+    // Log-odds of a missed detection (Thrun et al. 2005, section 9.2), with the track's own
+    // detection rate so far (Laplace's rule of succession).
     const double found = std::clamp((track.found + 1.0) / (track.looks + 2.0), 0.1, 0.9);
     const double missed = std::min(p_.max_miss_loss, std::log((1.0 - p_.clutter) / (1.0 - found)));
     const bool empty = visibility.empty > 0.75 * visibility.visible;
@@ -510,7 +544,7 @@ void Folding::Merge() {
       const double iou = common / (area_a + area_b - common);
       const double contained = common / std::min(area_a, area_b);
       const bool same = a.track->label() == b.track->label();
-      // Never seen beside each other, though there was the chance: parts of one thing.
+      // Never side by side in at least six detections: parts of one thing.
       const bool parts = same && !a.track->apart.count(b.track->key) &&
                          a.track->hits + b.track->hits >= 6 &&
                          (iou > p_.merge_parts_iou || contained > p_.merge_parts_containment);
@@ -518,7 +552,7 @@ void Folding::Merge() {
           !(iou > p_.merge_any_class_iou)) {
         continue;
       }
-      // Into the one with more evidence.
+      // Keep the track with more detections.
       Candidate& from = a.track->hits > b.track->hits ? b : a;
       Candidate& into = a.track->hits > b.track->hits ? a : b;
       if (report_) report_->merged.emplace_back(from.track->key, into.track->key);
@@ -537,6 +571,7 @@ std::shared_ptr<const EvidenceState> Folding::Result() {
   auto after = std::make_shared<EvidenceState>();
   after->tracks = before_.tracks;
   after->ranks = before_.ranks;
+  // Only now, so that all detections of the frame are ranked against the same scores.
   for (const Sighting& sighting : sightings_) after->ranks.Add(sighting.score);
   for (const Candidate& candidate : candidates_) {
     const bool gone = !candidate.track || candidate.track->log_odds < p_.delete_log_odds;

@@ -1,4 +1,4 @@
-// One step of the evidence strategy.
+// Adds one observation to the state of the evidence strategy.
 #ifndef HYPERMAP_MAP_FUSION_EVIDENCE_FOLD_H_
 #define HYPERMAP_MAP_FUSION_EVIDENCE_FOLD_H_
 
@@ -9,7 +9,7 @@
 
 namespace hypermap::fusion {
 
-// The state after `observation`. `report` may be null.
+// Returns the state after `observation`. `report` may be null.
 std::shared_ptr<const EvidenceState> FoldEvidence(const EvidenceState& before,
                                                   const Observation& observation,
                                                   const EvidenceParameters& parameters,

@@ -1,4 +1,4 @@
-// What the evidence strategy can be tuned by.
+// The parameters of the evidence strategy.
 #ifndef HYPERMAP_MAP_FUSION_EVIDENCE_PARAMETERS_H_
 #define HYPERMAP_MAP_FUSION_EVIDENCE_PARAMETERS_H_
 
@@ -8,41 +8,50 @@
 namespace hypermap::fusion {
 
 struct EvidenceParameters {
-  // Cells of things narrower than `fine_extent_m`, and of others.
+  // Cell size of things narrower than `fine_extent_m`, and of larger ones.
   double fine_cell_m = 0.01;
   double coarse_cell_m = 0.025;
   double fine_extent_m = 0.45;
 
-  // Shape: a cell belongs to it when hit / (hit + miss + doubt) exceeds the threshold.
+  // Shape. A cell belongs to it if hit / (hit + miss + doubt) exceeds the threshold; `miss_weight`
+  // scales evidence against a cell, and `margin_m` is the tolerance when depths are compared.
   double shape_threshold = 0.45;
   double shape_doubt = 0.05;
   double miss_weight = 0.7;
   double margin_m = 0.06;
 
-  // Association.
+  // Association. Least score (overlap) of a detection and a track of its class, or of another
+  // class.
   double gate = 0.12;
   double other_class_gate = 0.25;
-  // Outlines are widened by this and a share of the pose's sigma.
+  // Outlines are widened by buffer_m + buffer_share * (sigma of the pose), at most 5 cm.
   double buffer_m = 0.01;
   double buffer_share = 0.4;
+  // `containment`: share of the smaller outline inside the other above which they match even with a
+  // small IoU. `height_overlap`: least share of the shorter range of heights in common.
   double containment = 0.7;
   double height_overlap = 0.35;
 
-  // Existence, log-odds.
-  // A detection adds hit_gain + score_gain * (its score's rank - 0.5).
+  // Existence, in log-odds. A detection adds hit_gain + score_gain * (rank of its score - 0.5).
   double hit_gain = 1.05;
   double score_gain = 2.4;
-  // A plain look at a place that is empty takes this, one that finds nothing up to max_miss_loss.
+  // Log-odds that a clear view of the empty place takes, and the most that one without a detection
+  // takes otherwise.
   double empty_loss = 1.2;
   double max_miss_loss = 1.0;
-  // How often a thing that isn't there is detected all the same.
+  // Probability that a thing that is not there is detected.
   double clutter = 0.2;
+  // Bounds the log-odds, so that a thing that disappears is forgotten soon, however often it was
+  // seen (clamping, as in OctoMap: Hornung et al. 2013).
   double max_log_odds = 6.0;
+  // An object is shown from these log-odds and this number of detections on, and forgotten below
+  // delete_log_odds.
   double publish_log_odds = 1.0;
   double publish_hits = 4.0;
   double delete_log_odds = -4.0;
 
-  // Merging of tracks.
+  // Merging of tracks: overlaps that must be exceeded, see Folding::Merge. Outlines are widened by
+  // merge_buffer_share of the widening for association.
   double merge_iou = 0.3;
   double merge_containment = 0.65;
   double merge_any_class_iou = 0.5;
@@ -50,15 +59,18 @@ struct EvidenceParameters {
   double merge_parts_containment = 0.3;
   double merge_buffer_share = 0.5;
 
-  // Alignment of a frame to the objects in it.
+  // Alignment of a frame to the tracks. align_position_m and align_yaw_rad have no effect at
+  // present: the covariance of the pose limits the motion.
   double align_gain = 4.0;
   double align_position_m = 0.05;
   double align_yaw_rad = 0.016;
-  // Localisation errors last about this long.
+  // Time for which localisation errors persist, that is, for which frames repeat each other's
+  // error.
   double correlation_s = 8.0;
 };
 
-// The defaults with those set that `json` names; errors as SetParameters.
+// Returns the defaults, except for the parameters that `json` names. Errors are those of
+// SetParameters.
 absl::StatusOr<EvidenceParameters> ParseEvidenceParameters(absl::string_view json);
 
 }  // namespace hypermap::fusion

@@ -1,4 +1,4 @@
-// What the evidence strategy knows.
+// The state of the evidence strategy.
 #ifndef HYPERMAP_MAP_FUSION_EVIDENCE_STATE_H_
 #define HYPERMAP_MAP_FUSION_EVIDENCE_STATE_H_
 
@@ -12,7 +12,7 @@ namespace hypermap::fusion {
 
 class EvidenceState : public State {
  public:
-  // In the order of their founding.
+  // In the order in which they were founded.
   std::vector<TrackPtr> tracks;
   ScoreRanks ranks;
 };

@@ -1,4 +1,5 @@
-// The default strategy: a Bayesian tracker of objects with shape grids. See docs/fusion.md.
+// The default strategy: a Bayesian tracker of objects with a grid of evidence for each shape. See
+// docs/fusion.md.
 #ifndef HYPERMAP_MAP_FUSION_EVIDENCE_STRATEGY_H_
 #define HYPERMAP_MAP_FUSION_EVIDENCE_STRATEGY_H_
 

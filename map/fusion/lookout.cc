@@ -11,6 +11,7 @@ Lookout::Lookout(const Observation& observation, double margin_m)
 
 Sight Lookout::At(double x, double y, double height_m, uint8_t* owner) const {
   const Eigen::Vector3d p = camera_from_frame_ * Eigen::Vector3d(x, y, height_m);
+  // Too close to the image plane, or behind the camera, where the projection is meaningless.
   if (p.z() < 0.1) return Sight::kUnseen;
   const double u = view_.fx * p.x() / p.z() + view_.cx + 0.5;
   const double v = view_.fy * p.y() / p.z() + view_.cy + 0.5;

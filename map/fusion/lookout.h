@@ -1,4 +1,4 @@
-// What a frame's depth says of a place: seen through, something there, hidden, or not looked at.
+// Classifies places by a frame's depth image: empty, occupied, hidden or out of view.
 #ifndef HYPERMAP_MAP_FUSION_LOOKOUT_H_
 #define HYPERMAP_MAP_FUSION_LOOKOUT_H_
 
@@ -10,20 +10,21 @@
 namespace hypermap::fusion {
 
 enum class Sight : uint8_t {
-  kUnseen,   // out of the image, or no return there
-  kHidden,   // something nearer stands in the way
-  kSurface,  // a return from there, give or take the margin
-  kEmpty,    // the ray went on beyond
+  kUnseen,   // Outside the image, or no depth was measured there.
+  kHidden,   // Something nearer is in front of it.
+  kSurface,  // The measured depth is that of the place, within the margin.
+  kEmpty,    // The ray went past it: the place is free.
 };
 
-// Reads a DepthView. Holds references to the observation. Safe to read from many threads.
+// Looks places up in a DepthView. Keeps references to the observation, which must outlive it. Safe
+// to use from many threads.
 class Lookout {
  public:
-  // `observation` must have depth. `margin_m`: what a return may be off and still be from there.
+  // `observation` must have depth. `margin_m` is the tolerance at range 0 when depths are compared.
   Lookout(const Observation& observation, double margin_m);
 
-  // Of the point (x, y) at `height_m` above the plane, in the observation's frame. `owner` is set
-  // for kSurface and may be null.
+  // Classifies the point (x, y) at `height_m` above the plane, in the observation's frame. For
+  // kSurface, sets `owner` (may be null) to the pixel's DepthView::owner.
   Sight At(double x, double y, double height_m, uint8_t* owner) const;
 
  private:

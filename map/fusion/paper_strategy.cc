@@ -16,6 +16,7 @@ namespace {
 
 constexpr int kStateVersion = 1;
 
+// The defaults are those of the paper: it shows every object, and its counters have no bound.
 struct PaperParameters {
   double jaccard = 0.2;
   double publish_count = 1.0;
@@ -30,9 +31,9 @@ struct PaperObject {
   std::vector<Point> centroids;
   double score_sum = 0.0;
   HeightRange height;
-  ObjectPtr pinned;      // an operator's
-  bool removed = false;  // by an operator: takes in what is detected there, unseen
-  // Follow from the above.
+  ObjectPtr pinned;      // Set if an operator put it.
+  bool removed = false;  // By an operator: absorbs detections, not shown.
+  // Derived from the members above.
   Polygon shape;
   ObjectPtr object;
 
@@ -61,6 +62,7 @@ void PaperObject::Refresh(const PaperParameters& parameters) {
   auto shown = std::make_shared<SemanticObject>();
   shown->label = label;
   shown->classes[label] = score_sum / static_cast<double>(seen.size());
+  // The rule has a counter and no probability; this maps the counter to [0, 1).
   shown->existence = 1.0 - std::exp2(-count);
   shown->shape = shape;
   shown->height = height;
@@ -94,6 +96,7 @@ StatePtr PaperStrategy::Fold(const StatePtr& state, const Observation& observati
                              FoldReport* report) const {
   auto after = std::make_shared<PaperState>(static_cast<const PaperState&>(*state));
   std::vector<uint8_t> hit(after->objects.size(), 0);
+  // One after another: the rule does not forbid two detections of a frame to belong to one object.
   for (size_t i = 0; i < observation.detections.size(); ++i) {
     const Detection& detection = observation.detections[i];
     const auto label =
@@ -144,6 +147,8 @@ StatePtr PaperStrategy::Fold(const StatePtr& state, const Observation& observati
   if (!observation.view_hull.empty()) {
     const PreparedPolygon view(observation.view_hull);
     for (size_t k = 0; k < after->objects.size(); ++k) {
+      // An object must be in the view as a whole. One that the border cuts off may have been
+      // missed.
       if (hit[k] || after->objects[k]->pinned ||
           !after->objects[k]->shape.bounds().Intersects(observation.view_hull.bounds()) ||
           !view.Covers(after->objects[k]->shape)) {
@@ -164,8 +169,8 @@ StatePtr PaperStrategy::Fold(const StatePtr& state, const Observation& observati
   return after;
 }
 
-// The object the fact names, else the one that it overlaps most with the rule's Jaccard index, else
-// a new one.
+// The fact applies to the object that it names; failing that, to the object of its label with the
+// greatest Jaccard index, if that is high enough for the rule; failing that, to a new object.
 StatePtr PaperStrategy::Fold(const StatePtr& state, const OperatorFact& fact) const {
   auto after = std::make_shared<PaperState>(static_cast<const PaperState&>(*state));
   size_t best = after->objects.size();

@@ -1,13 +1,12 @@
 // The published rule, as the baseline (Zaenker, Verdoja, Kyrki: "Hypermap Mapping Framework and its
 // Application to Autonomous Semantic Exploration", IROS 2020, section IV-B):
-//   - a detection belongs to the object of the same class that it overlaps by a Jaccard index of at
-//     least 0.2, the greatest first; else it is a new object;
-//   - every detection raises the object's existence counter by one;
-//   - an object's shape is the one of its observed polygons whose centroid is nearest to the mean
-//   of
-//     their centroids;
-//   - an object inside of the convex hull of what was seen, with no detection in the frame, loses
-//     one; at zero it is removed.
+// - A detection belongs to the object of its class with the greatest Jaccard index, if that is at
+//   least 0.2; otherwise it is a new object.
+// - Every detection raises the object's existence counter by one.
+// - An object's shape is the one of its observed polygons whose centroid is nearest to the mean of
+//   their centroids.
+// - An object inside the convex hull of what was seen, without a detection in the frame, loses
+//   one; at zero it is removed.
 #ifndef HYPERMAP_MAP_FUSION_PAPER_STRATEGY_H_
 #define HYPERMAP_MAP_FUSION_PAPER_STRATEGY_H_
 

@@ -1,4 +1,4 @@
-// Parameters of strategies, given by name as JSON numbers.
+// Sets parameters of strategies by name from JSON numbers.
 #ifndef HYPERMAP_MAP_FUSION_PARAMETERS_H_
 #define HYPERMAP_MAP_FUSION_PARAMETERS_H_
 
@@ -9,7 +9,7 @@
 
 namespace hypermap::fusion {
 
-// A number that can be set, and the range it must lie in (both ends counted).
+// A parameter by name, and the closed range of its values.
 struct Parameter {
   absl::string_view name;
   double* value;
@@ -17,8 +17,9 @@ struct Parameter {
   double high;
 };
 
-// Sets those that `json`, an object of numbers, names; empty text sets none. INVALID_ARGUMENT
-// naming the parameter that is unknown, no number or out of range.
+// Sets the parameters that `json`, an object of numbers, names; empty text sets none.
+// INVALID_ARGUMENT names the parameter that is unknown, not a number or out of range; parameters
+// before it may have been set.
 absl::Status SetParameters(absl::string_view json, const std::vector<Parameter>& parameters);
 
 }  // namespace hypermap::fusion

@@ -5,7 +5,8 @@
 namespace hypermap::fusion {
 namespace {
 
-// Detections it takes to outweigh the assumption of evenly spread scores.
+// Number of imaginary scores, evenly spread, that the histogram starts with. Without them the rank
+// of the first detections would be arbitrary.
 constexpr double kAssumed = 16.0;
 
 size_t Bin(double score) {

@@ -10,11 +10,12 @@
 namespace hypermap::fusion {
 namespace {
 
-// A box grows by this much beyond what it must, so that it seldom does.
+// A box grows by this many cells more than it must, because growing copies the grid.
 constexpr int32_t kSlack = 8;
-// Taking in a larger thing, a grid gets that one's cells rather than more of its own than this.
+// A grid that absorbs a larger one adopts its cell size if it would otherwise get more cells than
+// this.
 constexpr double kMaxCells = 1e6;
-// Beyond, rows and columns can't be counted.
+// Polygons that reach beyond this row or column are left out: cells are numbered by int32.
 constexpr double kMaxIndex = 1e9;
 
 }  // namespace
@@ -85,6 +86,7 @@ ShapeGrid ShapeGrid::Resampled(double resolution_m) const {
       const CellIndex source{static_cast<int32_t>(std::floor((row + 0.5) / ratio)),
                              static_cast<int32_t>(std::floor((col + 0.5) / ratio))};
       if (!box_.Contains(source)) continue;
+      // Evidence is weighted per view and not per area, so that cells keep their values.
       resampled.hit_[resampled.At({row, col})] = hit_[At(source)];
       resampled.miss_[resampled.At({row, col})] = miss_[At(source)];
     }
@@ -93,7 +95,7 @@ ShapeGrid ShapeGrid::Resampled(double resolution_m) const {
 }
 
 Polygon ShapeGrid::Hull(double threshold, double doubt) const {
-  std::vector<uint8_t> state(hit_.size(), 0);  // 1: above the threshold, 2: visited
+  std::vector<uint8_t> state(hit_.size(), 0);  // 1: above the threshold; 2: visited.
   for (size_t i = 0; i < hit_.size(); ++i) {
     state[i] = hit_[i] > threshold * (hit_[i] + miss_[i] + doubt);
   }
@@ -120,7 +122,7 @@ Polygon ShapeGrid::Hull(double threshold, double doubt) const {
     }
     if (part.size() > largest.size()) std::swap(largest, part);
   }
-  // Of each row only the ends can be corners of the hull.
+  // Only the first and last cell of each row can be corners of the hull.
   struct Ends {
     size_t first = SIZE_MAX;
     size_t last = 0;
@@ -182,7 +184,7 @@ void ForEachSpan(const Polygon& convex, double resolution_m,
       low = std::min(low, x);
       high = std::max(high, x);
     }
-    if (low > high) continue;  // beside the polygon by a rounding error
+    if (low > high) continue;  // Rounding put the row just outside the polygon.
     const auto begin = static_cast<int32_t>(std::ceil(low / resolution_m - 0.5));
     const auto end = static_cast<int32_t>(std::floor(high / resolution_m - 0.5)) + 1;
     if (begin < end) visit(row, begin, end);

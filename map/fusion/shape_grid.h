@@ -1,4 +1,4 @@
-// What is known of a thing's footprint, cell by cell.
+// The evidence about a thing's footprint, cell by cell.
 #ifndef HYPERMAP_MAP_FUSION_SHAPE_GRID_H_
 #define HYPERMAP_MAP_FUSION_SHAPE_GRID_H_
 
@@ -12,8 +12,8 @@
 
 namespace hypermap::fusion {
 
-// Evidence for and against each cell of a box that grows. Cell (row, col) covers [col, col + 1) x
-// [row, row + 1) times the resolution, in the layer's frame. A value.
+// Evidence for and against each cell of a box that grows on demand. Cell (row, col) covers [col,
+// col + 1) x [row, row + 1) times the resolution, in the layer's frame. A value.
 class ShapeGrid {
  public:
   ShapeGrid() = default;
@@ -26,24 +26,25 @@ class ShapeGrid {
   }
 
   void AddHit(const CellIndex& cell, float weight) { hit_[Grown(cell)] += weight; }
-  // Nothing for cells out of the box.
+  // Ignores cells outside the box.
   void AddMiss(const CellIndex& cell, float weight);
 
   float hit(const CellIndex& cell) const { return box_.Contains(cell) ? hit_[At(cell)] : 0.0f; }
   float miss(const CellIndex& cell) const { return box_.Contains(cell) ? miss_[At(cell)] : 0.0f; }
-  // hit / (hit + miss + doubt), in [0, 1); 0 out of the box.
+  // Returns hit / (hit + miss + doubt), in [0, 1]; 0 outside the box.
   double Occupancy(const CellIndex& cell, double doubt) const;
 
-  // Makes room, so that adding needn't.
+  // Grows the box to include `box`, so that adding many cells copies the grid only once.
   void Reserve(const CellBox& box);
 
-  // Adds the evidence of another grid of any resolution.
+  // Adds the evidence of another grid, which may have another resolution.
   void Absorb(const ShapeGrid& other);
-  // The same evidence in cells of another size.
+  // Returns the same evidence in cells of another size (nearest neighbour).
   ShapeGrid Resampled(double resolution_m) const;
 
-  // The convex hull of the largest connected set of cells (8 neighbours) with an occupancy above
-  // `threshold`, measured with `doubt`. Empty when there is none.
+  // Returns the convex hull of the largest connected set of cells (8 neighbours) with an occupancy
+  // above `threshold`, given `doubt`. Smaller sets are usually errors of masks. Empty if there is
+  // no such cell.
   Polygon Hull(double threshold, double doubt) const;
 
   friend bool operator==(const ShapeGrid&, const ShapeGrid&) = default;
@@ -67,8 +68,8 @@ class ShapeGrid {
   std::vector<float> miss_;
 };
 
-// Calls `visit(row, col_begin, col_end)` for the cells of a grid as above whose centres a convex
-// polygon covers, row by row.
+// Calls `visit(row, col_begin, col_end)`, row by row, for the cells whose centres the convex
+// polygon covers. Cells are numbered as in ShapeGrid.
 void ForEachSpan(const Polygon& convex, double resolution_m,
                  absl::FunctionRef<void(int32_t, int32_t, int32_t)> visit);
 

@@ -1,5 +1,5 @@
-// States as bytes: CBOR (RFC 8949), numbers exact. Arrays of cells are byte strings of
-// little-endian IEEE 754 singles.
+// States of strategies as bytes: CBOR (RFC 8949) with exact numbers. Arrays of cells are byte
+// strings of little-endian IEEE 754 singles.
 #ifndef HYPERMAP_MAP_FUSION_STATE_CODEC_H_
 #define HYPERMAP_MAP_FUSION_STATE_CODEC_H_
 
@@ -20,13 +20,14 @@ nlohmann::json EncodePolygon(const Polygon& polygon);
 nlohmann::json EncodeObject(const SemanticObject& object);
 nlohmann::json EncodeFloats(const std::vector<float>& values);
 
-// These throw nlohmann::json::exception for what they can't read; see Decoded.
+// These throw nlohmann::json::exception for malformed input, which DecodeState catches.
 Polygon DecodePolygon(const nlohmann::json& json);
 SemanticObject DecodeObject(const nlohmann::json& json);
 std::vector<float> DecodeFloats(const nlohmann::json& json);
 
-// A state of `strategy` at `version` around its content, and back: DATA_LOSS for bytes that are no
-// such state.
+// Wraps `content` with the name of the strategy and the version of its format. DecodeState passes
+// the content to `read` and returns DATA_LOSS if the bytes are not a state of this strategy and
+// version, or if `read` throws.
 std::string EncodeState(absl::string_view strategy, int version, nlohmann::json content);
 absl::Status DecodeState(absl::string_view strategy, int version, absl::string_view bytes,
                          const std::function<void(const nlohmann::json&)>& read);

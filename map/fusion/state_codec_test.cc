@@ -11,7 +11,7 @@ namespace {
 
 using nlohmann::json;
 
-// An object as version 0.1 wrote it, which knew polygons only.
+// An object as version 0.1 encoded it: its shape is always a polygon.
 json StoredByVersion01() {
   return {{"label", "desk"},
           {"classes", {{"desk", 0.75}, {"table", 0.5}}},

@@ -1,10 +1,9 @@
-// How evidence becomes objects: the one interface of all fusion strategies.
+// The interface of fusion strategies, which turn evidence into objects.
 //
-// A strategy is a pure fold. Its state is an immutable value; folding an entry gives the next state
-// and leaves the old one as it was, so that a state can be kept as a checkpoint at the price of a
-// pointer. The same entries in the same order give the same state, bit for bit, on every run. What
-// a layer shows is always the fold of its log in the order of its keys, whatever order the entries
-// arrived in.
+// A strategy is a pure fold. Its state is an immutable value: folding an entry returns the next
+// state and leaves the old one unchanged, so that a checkpoint costs a pointer. The same entries in
+// the same order give the same state on every run, bit for bit. A layer always shows the fold of
+// its log in the order of the entries' keys, whatever order the entries arrived in.
 #ifndef HYPERMAP_MAP_FUSION_STRATEGY_H_
 #define HYPERMAP_MAP_FUSION_STRATEGY_H_
 
@@ -21,48 +20,49 @@
 
 namespace hypermap::fusion {
 
-// A line or point that an operator put stands for what a detector would see this far around it.
+// Detectors see areas. A line or point that an operator put is compared with them as the area
+// within this distance of it.
 inline constexpr double kPinHalfWidth_m = 0.1;
 
-// Names a thing that fusion follows: the detection that founded it, "robot/sequence/detection", or
-// what an operator's fact calls it. Stable when the log is folded again.
+// Identifies a thing that fusion tracks: "robot/sequence/detection" of the detection that founded
+// it, or the key of the operator's fact that did. Folding the log again gives the same keys.
 using TrackKey = std::string;
 
-// What an operator said: a fact that fusion keeps.
+// A statement by an operator, which fusion takes as a fact.
 struct OperatorFact {
   enum class Kind {
-    // The object is there, with this label and footprint. Takes over the track it names, else the
-    // one that it lies on; later evidence of it makes no other object, and never removes it.
+    // The object is there, with this label and shape. It takes over the track that it names, or
+    // else the track that it overlaps; later detections of it found no other object and never
+    // remove it.
     kPin,
-    // The object is not there: the track is removed, and what is detected in its place with its
-    // label is taken for the same mistake.
+    // The object is not there. Its track is no longer shown, and detections of its label in its
+    // place count as the same mistake.
     kRemove,
   };
   Kind kind = Kind::kPin;
   TrackKey track;
-  SemanticObject object;  // id is ignored; polygon in the layer's frame
+  SemanticObject object;  // The id is ignored; the shape is in the layer's frame.
 };
 
-// An object that the layer shows; `object` has id 0 and is shared between states while it stays the
-// same.
+// An object that the layer shows. `object` has id 0; states share it until it changes.
 struct FusedObject {
   TrackKey track;
   ObjectPtr object;
 };
 
-// What a fold did with an observation, for explaining.
+// A record of what a fold did with an observation; used to explain objects.
 struct FoldReport {
   struct Association {
     int detection = 0;
-    TrackKey track;    // empty: taken for clutter
-    double score = 0;  // agreement in [0, 1]; 1 for a founding detection
+    TrackKey track;    // Empty if taken for clutter.
+    double score = 0;  // Agreement in [0, 1]; 1 for a founding detection.
   };
   std::vector<Association> associations;
-  // Tracks that should have been seen and were not.
+  // Tracks that should have been detected and were not.
   std::vector<TrackKey> missed;
-  // Of each track that was touched, afterwards; 0 for those removed.
+  // Existence in [0, 1] of each track that the observation affected, afterwards; 0 if removed.
   std::map<TrackKey, double> existence;
-  // Tracks that became part of others: from, into.
+  // Tracks that were merged into others, as (from, into).
   std::vector<std::pair<TrackKey, TrackKey>> merged;
 };
 
@@ -72,36 +72,36 @@ class State {
 };
 using StatePtr = std::shared_ptr<const State>;
 
-// Immutable; safe to use from many threads.
+// Immutable and safe to use from many threads.
 class Strategy {
  public:
   virtual ~Strategy() = default;
 
   virtual absl::string_view name() const = 0;
 
-  // Before any evidence.
+  // Returns the state without any evidence.
   virtual StatePtr Initial() const = 0;
 
-  // `state` must be this strategy's. The observation is valid and in the layer's frame. `report`
-  // may be null.
+  // Returns the state after an entry. `state` must be this strategy's. The observation is valid and
+  // in the layer's frame. `report` may be null.
   virtual StatePtr Fold(const StatePtr& state, const Observation& observation,
                         FoldReport* report) const = 0;
   virtual StatePtr Fold(const StatePtr& state, const OperatorFact& fact) const = 0;
 
-  // What the layer shows, sorted by track.
+  // Returns the objects that the layer shows, sorted by track.
   virtual std::vector<FusedObject> Objects(const StatePtr& state) const = 0;
 
-  // A state as bytes, exact: decoding gives a state that goes on as this one would. DATA_LOSS for
-  // bytes that are no state of this strategy.
+  // Encodes a state exactly: the decoded state folds further entries as the original would. Decode
+  // returns DATA_LOSS for bytes that are not a state of this strategy.
   virtual std::string Encode(const StatePtr& state) const = 0;
   virtual absl::StatusOr<StatePtr> Decode(absl::string_view bytes) const = 0;
 };
 
-// Names of all strategies, the default one first.
+// The names of all strategies, the default first.
 std::vector<std::string> StrategyNames();
 
-// A strategy with parameters as a JSON object of numbers ("{}" or empty: its defaults).
-// INVALID_ARGUMENT for a name, a parameter or a value that there is none of.
+// Makes a strategy with parameters given as a JSON object of numbers ("{}" or empty: the defaults).
+// INVALID_ARGUMENT for an unknown name or parameter, or a value out of range.
 absl::StatusOr<std::unique_ptr<Strategy>> MakeStrategy(absl::string_view name,
                                                        absl::string_view parameters);
 

@@ -1,5 +1,5 @@
-// Both strategies on made-up worlds whose outcome is known: what the published rule gets wrong, and
-// what the evidence strategy makes of it.
+// Both strategies in made-up worlds with a known outcome: where the published rule fails, and how
+// the evidence strategy does there.
 #include "map/fusion/strategy.h"
 
 #include <gmock/gmock.h>
@@ -45,7 +45,8 @@ std::vector<std::string> Labels(const Strategy& strategy, const StatePtr& state)
   return labels;
 }
 
-// The existence that the report of the last fold tells of the only track that it touched.
+// Folds an observation that affects at most one track, and returns the existence that the report
+// states for it; -1 if no track was affected.
 double ExistenceAfter(const Strategy& strategy, StatePtr* state, const Observation& observation) {
   FoldReport report;
   *state = strategy.Fold(*state, observation, &report);
@@ -133,7 +134,7 @@ TEST_P(BothTest, WhatAnOperatorPinnedStaysAsItIs) {
   pinned.label = "armchair";
   pinned.shape = Polygon::FromBox(Box{{2.0, -0.3}, {2.6, 0.3}});
   state = strategy->Fold(state, {OperatorFact::Kind::kPin, seen.track, pinned});
-  // More of the chair, then twenty looks at the empty place.
+  // Eight more views of the chair, then twenty of the empty place.
   for (int i = 8; i < 36; ++i) {
     const std::vector<SceneBox> scene = i < 16 ? std::vector{Chair()} : std::vector<SceneBox>{};
     state = strategy->Fold(state, Observe(scene, {}, i, {.called = {{0, "armchair"}}}), nullptr);
@@ -145,7 +146,7 @@ TEST_P(BothTest, WhatAnOperatorPinnedStaysAsItIs) {
   EXPECT_EQ(objects.front().object->shape, pinned.shape);
 }
 
-// What an operator may pin besides polygons.
+// The kinds of shapes that an operator may pin, besides polygons.
 std::vector<Shape> LineAndPoint() {
   return {*LineString::Make({{2.0, -0.3}, {2.3, 0.0}, {2.6, 0.3}}), *Shape::MakePoint({2.3, 0.0})};
 }
@@ -159,7 +160,7 @@ TEST_P(BothTest, PinnedLineOrPointStaysAsItIs) {
     SemanticObject pinned = *seen.object;
     pinned.shape = shape;
     state = strategy->Fold(state, {OperatorFact::Kind::kPin, seen.track, pinned});
-    // Twenty looks at the empty place.
+    // Twenty views of the empty place.
     for (int i = 8; i < 28; ++i) state = strategy->Fold(state, Observe({}, {}, i), nullptr);
     const auto objects = strategy->Objects(state);
     ASSERT_THAT(objects, SizeIs(1));
@@ -233,10 +234,10 @@ TEST_P(BothTest, WhatAnOperatorRemovedDoesNotComeBack) {
 INSTANTIATE_TEST_SUITE_P(Strategies, BothTest, ::testing::Values("evidence", "paper"),
                          [](const auto& info) { return info.param; });
 
-// The weaknesses of the published rule, and of its code.
+// Known weaknesses of the published rule and of its implementation.
 
 TEST(WeaknessTest, AHalfSeenThingThatIsGoneIsForgotten) {
-  // The view ends in the middle of the place, so that its hull never covers the whole of it.
+  // The view ends in the middle of the place, so that its hull never covers all of it.
   const SceneCamera aside{.y = -1.35};
   for (const char* name : {"paper", "evidence"}) {
     const auto strategy = Make(name);
@@ -290,7 +291,7 @@ TEST(WeaknessTest, AnArmchairIsNotAtOnceChairAndCouch) {
 }
 
 TEST(WeaknessTest, PoseErrorMakesNoDuplicates) {
-  // Two visits that disagree by 9 cm about where a small thing is.
+  // Two visits that disagree by 9 cm about the position of a small thing.
   const SceneBox mug{"cup", Box{{1.5, 0.5}, {1.58, 0.58}}, {0.0, 0.25}};
   for (const char* name : {"paper", "evidence"}) {
     const auto strategy = Make(name);
@@ -309,7 +310,7 @@ TEST(WeaknessTest, PoseErrorMakesNoDuplicates) {
 }
 
 TEST(WeaknessTest, AShapeSeenInPartsIsCompleted) {
-  // A long table of which each view shows one end.
+  // A long bench; each view shows one end of it.
   const SceneBox bench{"bench", Box{{1.8, -2.0}, {2.3, 2.0}}, {0.3, 0.45}};
   const Polygon truth = Polygon::FromBox(bench.footprint);
   std::map<std::string, double> iou;
@@ -328,7 +329,7 @@ TEST(WeaknessTest, AShapeSeenInPartsIsCompleted) {
   EXPECT_GT(iou["evidence"], 0.85);
 }
 
-// What only the evidence strategy promises.
+// Promises that only the evidence strategy makes.
 
 TEST(EvidenceTest, WhatStandsOnAnotherThingStaysApart) {
   const auto strategy = Make("evidence");
@@ -350,7 +351,7 @@ TEST(EvidenceTest, AThingTakenAwayIsGoneWithinTenClearViews) {
   for (const SceneBox& thing :
        {Chair(), SceneBox{"cup", Box{{1.4, -0.05}, {1.5, 0.05}}, {0.0, 0.15}}}) {
     const auto strategy = Make("evidence");
-    // Long enough for the existence to be as high as it gets.
+    // Enough frames for the existence to reach its upper bound.
     StatePtr state = FoldAll(*strategy, Looks({thing}, 40));
     ASSERT_THAT(Labels(*strategy, state), SizeIs(1)) << thing.label;
     double existence = 1.0;
@@ -382,7 +383,7 @@ TEST(EvidenceTest, TheMeanOfVisitsWithOppositePoseErrorIsWhereTheThingIs) {
   StatePtr state = strategy->Initial();
   for (int i = 0; i < 20; ++i) {
     const double error = i % 2 == 0 ? 0.05 : -0.05;
-    // A visit each minute.
+    // One visit a minute.
     state =
         strategy->Fold(state, Observe({Chair()}, {}, 300 * i, {.pose_error_x = error}), nullptr);
   }
@@ -418,7 +419,8 @@ TEST_P(BothTest, DetectionsOfAnySizeAndPlaceDoNoHarm) {
   for (int i = 0; i < 8; ++i) {
     Observation look = Observe({Chair()}, {}, i);
     const Detection chair = look.detections.front();
-    // Before the chair, so that places in the list shift: far off, a kilometre wide, with a bay.
+    // Listed before the chair, so that later indexes shift: one far away, one a kilometre wide, and
+    // one with a bay.
     Detection odd = chair;
     odd.hull = Polygon::FromBox(Box{{8e8, 8e8}, {8e8 + 1, 8e8 + 1}});
     Detection wide = chair;

@@ -9,6 +9,7 @@
 namespace hypermap::fusion {
 namespace {
 
+// Distance over which a height's influence on a soft extreme changes by a factor of e.
 constexpr double kHeightScale_m = 0.15;
 
 }  // namespace
@@ -39,6 +40,7 @@ HeightRange Track::height() const {
 }
 
 void SoftExtreme::Add(double value, double w, double sign) {
+  // The clamp keeps exp() within the range of a double.
   const double share = w * std::exp(sign * std::clamp(value, -10.0, 10.0) / kHeightScale_m);
   sum += share * value;
   weight += share;
@@ -47,6 +49,7 @@ void SoftExtreme::Add(double value, double w, double sign) {
 bool Track::IsApartFrom(const Track& other) const {
   const auto found = apart.find(other.key);
   if (found == apart.end()) return false;
+  // A detector sometimes splits one thing in two: a few such frames among many prove nothing.
   return found->second >= 2 && found->second >= 0.2 * std::min(hits, other.hits);
 }
 
@@ -104,6 +107,7 @@ void Track::Absorb(const Track& other, const EvidenceParameters& parameters) {
   moved_sum.x += other.moved_sum.x;
   moved_sum.y += other.moved_sum.y;
   moved_weight += other.moved_weight;
+  // The larger, not the sum: both tracks have counted much of the same frames.
   looks = std::max(looks, other.looks);
   found = std::max(found, other.found);
   clarity += other.clarity;

@@ -1,4 +1,4 @@
-// One thing that the evidence strategy follows.
+// A thing that the evidence strategy tracks.
 #ifndef HYPERMAP_MAP_FUSION_TRACK_H_
 #define HYPERMAP_MAP_FUSION_TRACK_H_
 
@@ -14,7 +14,9 @@
 
 namespace hypermap::fusion {
 
-// sum(w x exp(s x / scale)) / sum(w exp(s x / scale)), s = 1 for the high end, -1 for the low one.
+// A soft maximum (s = 1) or minimum (s = -1) of weighted values, the Boltzmann operator:
+//   sum(w x exp(s x / scale)) / sum(w exp(s x / scale))
+// A plain maximum would keep a single outlier for ever; a mean would miss the ends.
 struct SoftExtreme {
   double sum = 0.0;
   double weight = 0.0;
@@ -23,61 +25,65 @@ struct SoftExtreme {
   double value() const { return weight > 0.0 ? sum / weight : 0.0; }
 };
 
-// A value; the state shares those that an observation left alone.
+// A value. States share the tracks that an observation did not affect.
 struct Track {
   TrackKey key;
   double log_odds = 0.0;
   int hits = 0;
   absl::Time last_hit = absl::InfinitePast();
-  // How much speaks for each class.
+  // Accumulated scores of each class.
   std::map<std::string, double> class_mass;
-  // The ends of its range of heights, as weighted means in which the extreme ones count most: parts
-  // of it are seen more often than all of it.
+  // The lower and upper end of its range of heights. Soft extremes, because most views show only a
+  // part of that range.
   SoftExtreme low;
   SoftExtreme high;
-  // Where the cells are, in the frame in which detections are aligned to each other ...
+  // Evidence for the cells of its footprint, in the frame of alignment: frames are aligned to each
+  // other before their cells are added, so that the shape stays sharp.
   ShapeGrid shape;
-  // ... which lies off the layer's by the mean of what the detections were moved by.
+  // Weighted sum of the displacements by which alignment moved its detections. Their mean, negated,
+  // is shift().
   Point moved_sum;
   double moved_weight = 0.0;
-  // How often it was looked at plainly, and how often of these it was detected.
+  // Number of clear views of its place (a view less clear counts less), and in how many of them it
+  // was detected.
   double looks = 0.0;
   double found = 0.0;
-  // Sum of the weights of the detections: how clear the views are that find it.
+  // Sum of the weights of its detections; divided by `hits`, the clarity of a usual view of it.
   double clarity = 0.0;
-  // In how many frames it was detected beside another thing, with hardly an overlap: two detections
-  // of one frame are two things.
+  // Number of frames that detected it and, within 0.5 m, separately another track of the same
+  // class, by the other's key. Two detections of one frame are two things.
   std::map<TrackKey, int> apart;
-  // The operator's, when pinned.
+  // The operator's object, if pinned.
   ObjectPtr pinned;
-  // An operator said that it isn't there.
+  // An operator said that it is not there.
   bool removed = false;
 
-  // Follow from the above, see Refresh.
-  Polygon hull;     // of the shape, in the frame of alignment; may be empty
-  Polygon outline;  // the last hull that was not empty, or the operator's
+  // Derived from the members above by Refresh.
+  Polygon hull;     // Of the shape, in the frame of alignment; may be empty.
+  Polygon outline;  // The last hull that was not empty, or the operator's footprint.
   ObjectPtr object;
 
   std::string label() const;
-  // Share of the class in all that speaks for any, in [0, 1].
+  // Returns the class's share in the evidence for all classes, in [0, 1].
   double ClassShare(const std::string& label) const;
   HeightRange height() const;
   double existence() const;
-  // From the frame of alignment to the layer's.
+  // Translation from the frame of alignment to the layer's.
   Point shift() const;
 
-  // Recomputes what follows from the evidence; the second for when the shape stayed the same.
+  // Refresh recomputes the derived members. RefreshObject is cheaper and suffices if the shape did
+  // not change.
   void Refresh(const EvidenceParameters& parameters);
   void RefreshObject(const EvidenceParameters& parameters);
-  // Whether the two were seen beside each other so often that they are two things.
+  // Whether the two were detected side by side so often that they must be two things.
   bool IsApartFrom(const Track& other) const;
-  // Takes in the evidence of another track of the same thing.
+  // Adds the evidence of another track, which turned out to be of the same thing.
   void Absorb(const Track& other, const EvidenceParameters& parameters);
 };
 
 using TrackPtr = std::shared_ptr<const Track>;
 
-// `polygon` moved by (dx, dy).
+// Returns `polygon` translated by (dx, dy).
 Polygon Moved(const Polygon& polygon, double dx, double dy);
 
 }  // namespace hypermap::fusion

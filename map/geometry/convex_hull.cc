@@ -13,8 +13,8 @@ namespace {
 
 constexpr size_t kFew = 32;
 
-// Takes out points that lie inside the octagon of the extreme ones, so that there is less to sort
-// (Akl and Toussaint 1978). Those so near to its edges that rounding might err stay.
+// Drops points that are clearly inside the octagon of the extreme points, so that fewer points need
+// sorting (Akl and Toussaint 1978). Keeps those so near to its edges that rounding might matter.
 void DropInner(std::vector<Point>* points) {
   // Counter-clockwise.
   constexpr std::array<Point, 8> kDirections = {
@@ -47,7 +47,7 @@ void DropInner(std::vector<Point>* points) {
   });
 }
 
-// Adds `p` to a chain that turns left everywhere; the first `fixed` points stay.
+// Appends `p` to a chain that turns left everywhere. The first `fixed` points are never removed.
 void Extend(Ring& chain, size_t fixed, const Point& p) {
   while (chain.size() > fixed &&
          Orientation(chain[chain.size() - 2], chain[chain.size() - 1], p) <= 0) {
@@ -58,7 +58,7 @@ void Extend(Ring& chain, size_t fixed, const Point& p) {
 
 }  // namespace
 
-// Andrew's monotone chain: the lower border from left to right, then the upper one back.
+// Andrew's monotone chain: the lower hull from left to right, then the upper hull back.
 Polygon ConvexHull(std::vector<Point> points) {
   std::erase_if(points, [](const Point& p) { return !IsFinite(p); });
   if (points.size() > kFew) DropInner(&points);
@@ -70,7 +70,7 @@ Polygon ConvexHull(std::vector<Point> points) {
   for (const Point& p : points) Extend(ring, 1, p);
   const size_t lower = ring.size();
   for (size_t i = points.size() - 1; i-- > 0;) Extend(ring, lower, points[i]);
-  ring.pop_back();  // the first point again
+  ring.pop_back();  // Drop the first point, which comes again.
   if (ring.size() < 3) return Polygon();
   return Polygon::MakeUnchecked({std::move(ring)});
 }

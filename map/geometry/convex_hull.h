@@ -1,4 +1,4 @@
-// Convex hulls on the plane.
+// Convex hulls in the plane.
 #ifndef HYPERMAP_MAP_GEOMETRY_CONVEX_HULL_H_
 #define HYPERMAP_MAP_GEOMETRY_CONVEX_HULL_H_
 
@@ -9,16 +9,17 @@
 
 namespace hypermap {
 
-// The smallest convex polygon that covers all `points`, with the fewest vertices: exact, those on
-// an edge are no vertices. The vertex with the least x (then y) comes first. Empty when the finite
-// points are fewer than three or lie on one line; points that are not finite are left out.
+// Returns the smallest convex polygon that covers all `points`. Exact, with the fewest vertices:
+// points on an edge are not vertices. The first vertex is the one with the least x (then y).
+// Ignores points that are not finite. Empty if fewer than three points are left or all of them are
+// on one line.
 Polygon ConvexHull(std::vector<Point> points);
 
-// An area that stands for `shape` where only areas can be compared: a polygon itself; of other
-// shapes the convex hull of what lies within `half_width_m` of a vertex along either axis.
+// Returns the area that represents `shape` in comparisons of areas: the polygon itself; for other
+// shapes, the convex hull of the squares with sides 2 * half_width_m around the vertices.
 Polygon FootprintOf(const Shape& shape, double half_width_m);
 
-// Whether `polygon` has no hole and every vertex turns left or goes straight on.
+// Returns whether `polygon` has no hole and turns left, or goes straight on, at every vertex.
 bool IsConvex(const Polygon& polygon);
 
 }  // namespace hypermap

@@ -39,7 +39,7 @@ TEST(ConvexHullTest, CoversItsPointsAndIsAValidConvexPolygon) {
   Rng rng(seed);
   for (int i = 0; i < 500; ++i) {
     std::vector<Point> points(UniformInt(rng, 3, 60));
-    const bool snapped = UniformInt(rng, 0, 1) == 1;  // many on one line
+    const bool snapped = UniformInt(rng, 0, 1) == 1;  // Many points on one line.
     for (Point& p : points) {
       p = snapped ? Point{double(UniformInt(rng, 0, 4)), double(UniformInt(rng, 0, 4))}
                   : Point{Uniform(rng, -1, 1), Uniform(rng, -1, 1)};

@@ -1,4 +1,4 @@
-// The check that vertices of every kind of shape pass.
+// Checks the vertices of all kinds of shapes.
 #ifndef HYPERMAP_MAP_GEOMETRY_COORDINATES_H_
 #define HYPERMAP_MAP_GEOMETRY_COORDINATES_H_
 
@@ -9,11 +9,11 @@
 
 namespace hypermap {
 
-// No site reaches farther, and products of larger coordinates might leave the range of doubles.
+// Larger than any site; products of much larger coordinates might exceed the range of doubles.
 inline constexpr double kMaxCoordinate_m = 1e9;
 
-// INVALID_ARGUMENT naming the first vertex ("outer[3]" for the name "outer") that is not finite or
-// is more than kMaxCoordinate_m from the origin along an axis.
+// Returns INVALID_ARGUMENT naming the first vertex that is not finite, or that is more than
+// kMaxCoordinate_m from the origin along an axis: "outer[3]" for the name "outer".
 absl::Status CheckVertices(absl::string_view name, absl::Span<const Point> vertices);
 
 }  // namespace hypermap

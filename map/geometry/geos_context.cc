@@ -41,7 +41,7 @@ GEOSCoordSequence* GeosContext::MakeSequence(const std::vector<Point>& vertices,
                                        /*hasM=*/0);
 }
 
-// The constructors of GEOS take over what they are given, also when they fail.
+// Constructors of GEOS take ownership of their arguments, even if they fail.
 GeosGeometry GeosContext::MakePolygon(const Rings& rings) const {
   std::vector<GeosGeometry> made;
   for (const Ring& ring : rings) {

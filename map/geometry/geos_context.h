@@ -1,5 +1,5 @@
-// Owners for the reentrant GEOS C API. Private to this folder: no other file of the project sees a
-// GEOS type. A context belongs to one thread at a time; geometries must not outlive theirs.
+// RAII owners for the reentrant C API of GEOS. Private to this folder: no other file of the project
+// uses GEOS types. A context belongs to one thread at a time, and must outlive its geometries.
 #ifndef HYPERMAP_MAP_GEOMETRY_GEOS_CONTEXT_H_
 #define HYPERMAP_MAP_GEOMETRY_GEOS_CONTEXT_H_
 
@@ -29,7 +29,8 @@ class GeosContext {
   GeosContext(const GeosContext&) = delete;
   GeosContext& operator=(const GeosContext&) = delete;
 
-  // The calling thread's own context, for work that is over when the call returns.
+  // Returns the calling thread's own context. Geometries made with it must not be passed to other
+  // threads.
   static GeosContext& OfThisThread();
 
   GEOSContextHandle_t handle() const { return handle_; }
@@ -37,19 +38,19 @@ class GeosContext {
     return GeosGeometry(geometry, GeosGeometryDeleter{handle_});
   }
 
-  // INTERNAL with what GEOS said last, for a call that failed while doing `what`.
+  // Returns INTERNAL with the last message of GEOS, after a call that failed while doing `what`.
   absl::Status Error(absl::string_view what) const;
 
-  // Null on failure, as are all geometries below. Rings are open, as in Polygon.
+  // All functions that make geometries return null on failure. Rings are open, as in Polygon.
   GeosGeometry MakePolygon(const Rings& rings) const;
   GeosGeometry MakeClosedLine(const Ring& ring) const;
   GeosGeometry MakeGeometry(const Shape& shape) const;
 
-  // The rings of a GEOS polygon, opened; empty on failure.
+  // Returns the rings of a GEOS polygon, opened; empty on failure.
   Rings RingsOf(const GEOSGeometry& polygon) const;
 
  private:
-  // With `close`, the first vertex again at the end.
+  // If `close`, repeats the first vertex at the end.
   GEOSCoordSequence* MakeSequence(const std::vector<Point>& vertices, bool close) const;
   Ring RingOf(const GEOSGeometry* line) const;
 

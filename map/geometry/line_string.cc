@@ -39,7 +39,7 @@ double Length(const LineString& line) {
 Point Centroid(const LineString& line) {
   if (line.empty()) return {};
   const std::vector<Point>& vertices = line.vertices();
-  // Taken about the first vertex, so that short lines far from the origin keep their digits.
+  // Relative to the first vertex, so that short lines far from the origin do not lose their digits.
   const Point& reference = vertices.front();
   double length = 0.0, x = 0.0, y = 0.0;
   for (size_t i = 1; i < vertices.size(); ++i) {
@@ -50,7 +50,7 @@ Point Centroid(const LineString& line) {
     x += piece * (a.x + b.x) / 2;
     y += piece * (a.y + b.y) / 2;
   }
-  // Vertices may be so near each other that no length is left of them in doubles.
+  // Rotation may round close vertices to the same point, which leaves no length.
   if (length == 0.0) return reference;
   return {reference.x + x / length, reference.y + y / length};
 }

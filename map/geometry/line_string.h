@@ -1,8 +1,9 @@
-// Connected straight segments: a lane, a wall line, a door's sill.
+// Connected straight segments, such as a lane or the line of a wall.
 //
-// Invariant of a LineString made by Make: at least two vertices within 1e9 m of the origin, no
-// vertex equal to the one before it. It may close, cross or touch itself. Vertices keep their order
-// and exact coordinates. A value: immutable, safe to read from many threads.
+// Invariant of a LineString made by Make: at least two vertices, all within 1e9 m of the origin
+// along each axis, and none equal to the one before it. It may be closed, and may cross or touch
+// itself. Vertices keep their order and exact coordinates. An immutable value; safe to read from
+// many threads.
 #ifndef HYPERMAP_MAP_GEOMETRY_LINE_STRING_H_
 #define HYPERMAP_MAP_GEOMETRY_LINE_STRING_H_
 
@@ -15,14 +16,14 @@ namespace hypermap {
 
 class LineString {
  public:
-  // The empty line string: no vertices, covers nothing.
+  // The empty line string has no vertices and covers nothing.
   LineString() = default;
 
-  // Validates, and drops directly repeated vertices. INVALID_ARGUMENT names the vertex (0-based, as
-  // given) that is wrong, or says that fewer than two are distinct.
+  // Validates the vertices, and drops vertices that repeat the one before. INVALID_ARGUMENT names
+  // the vertex (0-based, as given) that is wrong, or says that fewer than two are distinct.
   static absl::StatusOr<LineString> Make(std::vector<Point> vertices);
 
-  // For vertices already known to satisfy the invariant (read back from a store, moved rigidly).
+  // For vertices known to satisfy the invariant, such as those read from a store or moved rigidly.
   static LineString MakeUnchecked(std::vector<Point> vertices);
 
   bool empty() const { return vertices_.empty(); }
@@ -40,7 +41,7 @@ class LineString {
   Box bounds_;
 };
 
-// Metres; 0 for the empty line string.
+// Length in metres; 0 for the empty line string.
 double Length(const LineString& line);
 
 // The mean of the segments' midpoints, weighted by length; the origin for the empty line string.

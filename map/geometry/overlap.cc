@@ -13,8 +13,8 @@ double Cross(const Point& a, const Point& b, const Point& c) {
   return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
 }
 
-// What of the convex `ring` lies left of the line a -> b (Sutherland and Hodgman, "Reentrant
-// polygon clipping", 1974), into `kept`.
+// Clips the convex `ring` to the left of the line a -> b (Sutherland and Hodgman, "Reentrant
+// polygon clipping", 1974). The result is in `kept`.
 void ClipToLeft(const Ring& ring, const Point& a, const Point& b, Ring& kept) {
   kept.clear();
   if (ring.empty()) return;
@@ -32,7 +32,7 @@ void ClipToLeft(const Ring& ring, const Point& a, const Point& b, Ring& kept) {
   }
 }
 
-// Taken about the first vertex, so that nothing cancels far from the origin.
+// Relative to the first vertex, which avoids cancellation far from the origin.
 double RingArea(const Ring& ring) {
   double twice = 0.0;
   for (size_t i = 2; i < ring.size(); ++i) twice += Cross(ring[0], ring[i - 1], ring[i]);

@@ -18,7 +18,7 @@ Polygon Rectangle(double x0, double y0, double x1, double y1) {
   return Polygon::FromBox({{x0, y0}, {x1, y1}});
 }
 
-// The share of sample points, one a cell of a fine grid, that both cover, as an area.
+// Estimates the area that both cover, by sampling the centre of each cell of a fine grid.
 double SampledIntersection(const Polygon& a, const Polygon& b, double step_m) {
   int covered = 0;
   const Box& box = a.bounds();
@@ -63,7 +63,7 @@ TEST(OverlapTest, KeepsItsDigitsFarFromTheOrigin) {
               0.0032, 1e-9);
 }
 
-// Convex pairs go another way than all others: a vertex moved in takes the way of GEOS.
+// Convex pairs are clipped and all others go to GEOS; a vertex moved inwards makes a pair use GEOS.
 TEST(OverlapTest, BothWaysAgree) {
   const uint64_t seed = TestSeed();
   SCOPED_TRACE("HYPERMAP_TEST_SEED=" + std::to_string(seed));
@@ -77,7 +77,7 @@ TEST(OverlapTest, BothWaysAgree) {
     }
     return ConvexHull(points);
   };
-  // All around a polygon, with the polygon as its hole.
+  // A square around a polygon, with the polygon as its hole.
   const auto with_hole = [](const Polygon& p) {
     return *Polygon::Make({{-9, -9}, {50, -9}, {50, 50}, {-9, 50}}, {p.outer()});
   };

@@ -1,4 +1,4 @@
-// Points and boxes of the plane. Plain values; all lengths are metres.
+// Points and boxes in the plane. Plain values; all lengths are in metres.
 #ifndef HYPERMAP_MAP_GEOMETRY_POINT_H_
 #define HYPERMAP_MAP_GEOMETRY_POINT_H_
 
@@ -18,8 +18,8 @@ struct Point {
 
 inline bool IsFinite(const Point& p) { return std::isfinite(p.x) && std::isfinite(p.y); }
 
-// A closed axis-aligned box. A default box is empty: it holds nothing and extending it by a point
-// makes it that point.
+// A closed axis-aligned box. A default-constructed box is empty: it contains nothing, and extending
+// it by a point makes it that point.
 struct Box {
   Point min{std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
   Point max{-std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};

@@ -21,7 +21,7 @@ std::string RingName(size_t ring) {
   return ring == 0 ? "outer" : absl::StrCat("holes[", ring - 1, "]");
 }
 
-// Drops directly repeated vertices and the closing one.
+// Drops vertices that repeat the one before, and closing vertices.
 void DropRepeats(Ring& ring) {
   ring.erase(std::unique(ring.begin(), ring.end()), ring.end());
   while (ring.size() > 1 && ring.front() == ring.back()) ring.pop_back();
@@ -29,16 +29,16 @@ void DropRepeats(Ring& ring) {
 
 bool HasThreeDistinct(const Ring& ring) {
   if (ring.size() < 3) return false;
-  // Neighbours differ, so a third point is one that is neither of the first two.
+  // Neighbours differ, so that a third distinct point differs from the first two.
   return std::any_of(ring.begin() + 2, ring.end(),
                      [&](const Point& p) { return p != ring[0] && p != ring[1]; });
 }
 
-// What GEOS has against a polygon.
+// The reason for which GEOS rejects a polygon.
 struct Fault {
   bool found = false;
   std::string reason;
-  std::string place;  // " at (x, y)"
+  std::string place;  // " at (x, y)".
 };
 
 Fault FindFault(const Rings& rings) {
@@ -71,8 +71,8 @@ bool AllOnOneLine(const Ring& ring) {
 
 bool IsBefore(const Point& a, const Point& b) { return a.x < b.x || (a.x == b.x && a.y < b.y); }
 
-// Whether the ring turns the same way at every vertex and goes round once, which makes it valid. A
-// ring that goes round once passes its leftmost and its rightmost vertex once.
+// Returns whether the ring turns the same way at every vertex and winds once, which makes it valid.
+// A ring that winds once changes between leftward and rightward only at its extreme vertices.
 bool IsConvex(const Ring& ring) {
   const size_t n = ring.size();
   const int turn = Orientation(ring[n - 2], ring[n - 1], ring[0]);
@@ -88,7 +88,7 @@ bool IsConvex(const Ring& ring) {
   return reversals == 2;
 }
 
-// Looks for the rings that are to blame for `fault`, which GEOS does not tell.
+// Finds the rings that cause `fault`; GEOS reports only the place.
 absl::Status DescribeFault(const Rings& rings, const Fault& fault) {
   for (size_t i = 0; i < rings.size(); ++i) {
     const std::string name = i == 0 ? "outer ring" : RingName(i);
@@ -113,7 +113,7 @@ absl::Status DescribeFault(const Rings& rings, const Fault& fault) {
       absl::StrCat("holes overlap or cut the polygon apart", fault.place));
 }
 
-// Whether a simple ring runs counter-clockwise: the turn at a vertex of its hull.
+// Returns whether a simple ring is counter-clockwise. The turn at a vertex of the hull decides.
 bool IsCounterClockwise(const Ring& ring) {
   const size_t lowest = std::min_element(ring.begin(), ring.end(), IsBefore) - ring.begin();
   const size_t n = ring.size();
@@ -121,12 +121,12 @@ bool IsCounterClockwise(const Ring& ring) {
 }
 
 struct Moments {
-  double area = 0.0;  // signed
-  double x = 0.0;     // area times centre, relative to the reference point
+  double area = 0.0;  // Signed.
+  double x = 0.0;     // Area times centre, relative to the reference point.
   double y = 0.0;
 };
 
-// Taken about `reference`, as sums of products of large coordinates would lose small polygons.
+// Relative to `reference`, because sums of products of large coordinates would lose small polygons.
 Moments MomentsOf(const Polygon& polygon, const Point& reference) {
   Moments m;
   for (const Ring& ring : polygon.rings()) {
@@ -170,7 +170,7 @@ absl::StatusOr<Polygon> Polygon::Make(Ring outer, std::vector<Ring> holes) {
     if (Fault fault = FindFault(rings); fault.found) return DescribeFault(rings, fault);
   }
   for (size_t i = 0; i < rings.size(); ++i) {
-    // The first vertex stays the first.
+    // Keep the first vertex in its place.
     if (IsCounterClockwise(rings[i]) != (i == 0)) {
       std::reverse(rings[i].begin() + 1, rings[i].end());
     }
@@ -199,7 +199,7 @@ Point Centroid(const Polygon& polygon) {
   if (polygon.empty()) return {};
   const Point reference = polygon.outer().front();
   const Moments m = MomentsOf(polygon, reference);
-  // A sliver may be too thin for its area to show in doubles.
+  // A sliver may be so thin that its area is 0 in doubles.
   if (m.area == 0.0) {
     const Box& b = polygon.bounds();
     return {(b.min.x + b.max.x) / 2, (b.min.y + b.max.y) / 2};

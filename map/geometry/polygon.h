@@ -1,11 +1,11 @@
 // Simple polygons with holes.
 //
 // Invariant of a Polygon made by Make, which is OGC validity: every ring has at least three
-// distinct vertices within 1e9 m of the origin, no ring crosses or touches itself, two rings touch
-// in single points at most, holes lie inside the outer ring and leave the interior in one piece.
-// The outer ring runs counter-clockwise and holes clockwise, and no ring repeats its first vertex
-// at the end. Vertices keep their order (up to reversal), the first one its place, and all their
-// exact coordinates. A Polygon is a value: immutable, safe to read from many threads.
+// distinct vertices within 1e9 m of the origin along each axis, no ring crosses or touches itself,
+// two rings touch only in single points, and holes are inside the outer ring and leave the interior
+// connected. The outer ring is counter-clockwise and holes are clockwise; no ring repeats its first
+// vertex at the end. Vertices keep their exact coordinates and their order (up to reversal), and
+// the first one stays the first. An immutable value; safe to read from many threads.
 #ifndef HYPERMAP_MAP_GEOMETRY_POLYGON_H_
 #define HYPERMAP_MAP_GEOMETRY_POLYGON_H_
 
@@ -17,31 +17,31 @@
 
 namespace hypermap {
 
-// Vertices of a closed ring in order; the closing vertex is not repeated.
+// The vertices of a closed ring in order, without the closing vertex.
 using Ring = std::vector<Point>;
-// The outer ring first, then the holes, of which there are seldom any.
+// The outer ring, then the holes. Most polygons have none.
 using Rings = absl::InlinedVector<Ring, 1>;
 
 class Polygon {
  public:
-  // The empty polygon: no rings, covers nothing.
+  // The empty polygon has no rings and covers nothing.
   Polygon() = default;
 
-  // Validates and normalises. Accepts closed or open rings of either winding and drops directly
-  // repeated vertices. INVALID_ARGUMENT names the ring and the vertex (0-based, as given) or the
-  // place of the crossing.
+  // Validates and normalises. Accepts closed and open rings of either winding, and drops vertices
+  // that repeat the one before. INVALID_ARGUMENT names the ring and the vertex (0-based, as given)
+  // or the place of the crossing.
   static absl::StatusOr<Polygon> Make(Ring outer, std::vector<Ring> holes = {});
 
-  // For rings already known to satisfy the invariant (read back from a store, moved rigidly).
+  // For rings known to satisfy the invariant, such as those read from a store or moved rigidly.
   static Polygon MakeUnchecked(Rings rings);
 
-  // The closed rectangle of `box`, which must have an area.
+  // Returns the closed rectangle of `box`, which must have an area.
   static Polygon FromBox(const Box& box);
 
   bool empty() const { return rings_.empty(); }
-  // The outer ring first, then the holes.
+  // The outer ring, then the holes.
   const Rings& rings() const { return rings_; }
-  // Not of the empty polygon.
+  // REQUIRES: not empty.
   const Ring& outer() const { return rings_.front(); }
   const Box& bounds() const { return bounds_; }
   int num_vertices() const;
@@ -55,7 +55,7 @@ class Polygon {
   Box bounds_;
 };
 
-// Area in square metres (holes taken out) and centre of area; 0 and the origin for the empty
+// Area in square metres, without the holes, and centre of area; 0 and the origin for the empty
 // polygon.
 double Area(const Polygon& polygon);
 Point Centroid(const Polygon& polygon);

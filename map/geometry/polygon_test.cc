@@ -47,7 +47,7 @@ TEST(PolygonTest, TurnsRingsAndKeepsTheirFirstVertex) {
 }
 
 TEST(PolygonTest, FindsTheWindingOfAThinRingFarFromTheOrigin) {
-  // Too thin for its area to show in doubles.
+  // So thin that its area is 0 in doubles.
   const Ring clockwise = {{1e8, 1e8}, {1e8 + 1, 1e8 + 1.5e-8}, {1e8 + 2, 1e8}};
   const auto polygon = Polygon::Make(clockwise);
   ASSERT_TRUE(polygon.ok()) << polygon.status();
@@ -59,8 +59,8 @@ TEST(PolygonTest, AllowsRingsThatTouchInAPoint) {
   EXPECT_TRUE(Polygon::Make(kSquare, {{{1, 1}, {2, 1}, {2, 2}}, {{2, 2}, {3, 2}, {3, 3}}}).ok());
 }
 
-// A ring through points of a circle, every `step`-th of them: convex for 1, else a star that turns
-// the same way everywhere and crosses itself.
+// Returns a ring through every `step`-th of points on a circle: convex for 1; for larger steps a
+// star, which turns the same way everywhere and crosses itself.
 Ring Circular(int vertices, int step, double phase) {
   Ring ring;
   for (int i = 0; i < vertices; ++i) {
@@ -110,7 +110,7 @@ INSTANTIATE_TEST_SUITE_P(
                 {},
                 "outer has fewer than 3 distinct vertices"},
         Refused{"Nan", {{0, 0}, {1, 0}, {1, 1}, {0, kNan}}, {}, "outer[3] is not finite"},
-        // The vertex is counted as given, repeats and all.
+        // Vertices are counted as given, including repeated ones.
         Refused{"Inf", {{0, 0}, {0, 0}, {0, 0}, {kInf, 1}}, {}, "outer[3] is not finite"},
         Refused{"InfInHole",
                 kSquare,
@@ -168,7 +168,7 @@ TEST(PolygonTest, AreaAndCentroidDoNotSufferFarFromTheOrigin) {
   SCOPED_TRACE("HYPERMAP_TEST_SEED=" + std::to_string(seed));
   Rng rng(seed);
   for (int i = 0; i < 100; ++i) {
-    // Coordinates of few bits, so that moving them far rounds nothing.
+    // Coordinates have few bits, so that moving them far away is exact.
     const Polygon near = RandomPolygon(rng, {0, 0}, 2.0, 1.0 / 1024);
     const Point offset{1048576.0 * Uniform(rng, 1, 2), -1048576.0};
     const double dx = std::floor(offset.x);

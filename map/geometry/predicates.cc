@@ -16,9 +16,9 @@ namespace {
 
 int Sign(double v) { return (v > 0.0) - (v < 0.0); }
 
-// The sum of `terms` as a nonoverlapping expansion; its sign is that of the last non-zero component
-// (Shewchuk, "Adaptive precision floating-point arithmetic and fast robust geometric predicates",
-// 1997, figure 6).
+// Returns the sign of the sum of `terms`, computed exactly as a nonoverlapping expansion, whose
+// last non-zero component has that sign (Shewchuk, "Adaptive precision floating-point arithmetic
+// and fast robust geometric predicates", 1997, figure 6).
 template <size_t kTerms>
 int SignOfSum(const std::array<double, kTerms>& terms) {
   std::array<double, kTerms> expansion{};
@@ -38,9 +38,10 @@ int SignOfSum(const std::array<double, kTerms>& terms) {
   return 0;
 }
 
-// The determinant multiplied out into six products of coordinates, each exact as a pair of doubles.
+// Evaluates the determinant as six products of coordinates, each exact as a pair of doubles.
 int ExactOrientation(Point a, Point b, Point c) {
-  // A common power of two takes products far from overflow and underflow and changes no sign.
+  // Scaling by a common power of two keeps products from overflow and underflow, and changes no
+  // sign.
   double largest = 0.0;
   for (const Point& p : {a, b, c}) largest = std::max({largest, std::abs(p.x), std::abs(p.y)});
   if (largest == 0.0 || !std::isfinite(largest)) return 0;
@@ -66,8 +67,8 @@ int ExactOrientation(Point a, Point b, Point c) {
 
 enum class Location { kInside, kBoundary, kOutside };
 
-// Counts the edges that a ray from `p` to the right crosses. An edge owns its lower end only, so
-// that the ray through a vertex counts as many edges as it changes sides.
+// Counts the edges that a ray from `p` to the right crosses. An edge includes its lower end but not
+// its upper one, so that a ray through a vertex counts correctly.
 Location Locate(const Ring& ring, const Point& p) {
   bool inside = false;
   Point a = ring.back();
@@ -93,7 +94,7 @@ double DistanceToSegment(const Point& p, const Point& a, const Point& b) {
   return std::abs(dx * (p.y - a.y) - dy * (p.x - a.x)) / std::sqrt(squared);
 }
 
-// The square of the above, up to rounding, without a root.
+// Returns the square of the distance, up to rounding, without taking a root.
 double SquaredDistanceToSegment(const Point& p, const Point& a, const Point& b) {
   const double dx = b.x - a.x, dy = b.y - a.y;
   const double px = p.x - a.x, py = p.y - a.y;
@@ -114,24 +115,25 @@ struct Segment {
   }
 };
 
-// Whether two closed segments share a point.
+// Returns whether two closed segments share a point.
 bool Intersects(const Segment& s, const Segment& t) {
   if (!s.bounds().Intersects(t.bounds())) return false;
   if (Orientation(s.a, s.b, t.a) * Orientation(s.a, s.b, t.b) > 0) return false;
-  // On one line, the boxes decide.
+  // If all four points are on one line, the boxes have decided.
   return Orientation(t.a, t.b, s.a) * Orientation(t.a, t.b, s.b) <= 0;
 }
 
-// Whether a segment, whose own box meets `box`, may meet it: its line does not pass by.
+// Returns whether a segment may intersect `box`, which its own bounding box does: the line through
+// the segment must separate corners of the box.
 bool MayMeet(const Segment& s, const Box& box) {
-  // The two corners between which a line of this slope must pass.
+  // The two corners of `box` that a line of this slope must separate, or touch, to meet the box.
   Point first = box.min, second = box.max;
   if ((s.b.x > s.a.x) == (s.b.y > s.a.y)) std::swap(first.y, second.y);
   return Orientation(s.a, s.b, first) * Orientation(s.a, s.b, second) <= 0;
 }
 
-// The nearest of some segments to a point. Roots are taken of those segments only that may be the
-// nearest by their rounded squares.
+// Finds the segment that is nearest to a point. Takes roots only for segments whose rounded squared
+// distances may be the least.
 class NearestSegment {
  public:
   explicit NearestSegment(const Point& p) : p_(p) {}
@@ -143,7 +145,7 @@ class NearestSegment {
     candidates_.push_back({square, segment});
   }
 
-  // Infinite when there was none.
+  // Returns infinity if no segment was added.
   double Distance() const {
     double nearest = std::numeric_limits<double>::infinity();
     for (const auto& [square, segment] : candidates_) {
@@ -186,7 +188,7 @@ void ForEachEdge(const Polygon& polygon, Visit visit) {
   }
 }
 
-// Whether the boundary of `p` shares a point with the boundary of a polygon or with a line string.
+// Returns whether the boundary of `p` intersects a line string or the boundary of another polygon.
 template <typename Other>
 bool BoundariesIntersect(const Polygon& p, const Other& q) {
   const Box shared{
@@ -213,7 +215,7 @@ int Orientation(const Point& a, const Point& b, const Point& c) {
   if ((acx == 0.0 || bcy == 0.0) && (acy == 0.0 || bcx == 0.0)) return 0;
   const double left = acx * bcy, right = acy * bcx;
   const double determinant = left - right;
-  // Shewchuk's bound A, and room for products that underflow.
+  // Shewchuk's error bound A, plus a margin for products that underflow.
   constexpr double kHalfUlp = std::numeric_limits<double>::epsilon() / 2;
   constexpr double kBound = (3.0 + 16.0 * kHalfUlp) * kHalfUlp;
   constexpr double kUnderflow = 1e-290;
@@ -281,14 +283,14 @@ double Distance(const Shape& shape, const Point& p) {
   return std::hypot(shape.point().x - p.x, shape.point().y - p.y);
 }
 
-// GEOS takes tens of microseconds to prepare a polygon, and copies each one that it tests. That
-// pays for large polygons or many tests; until then the edges are gone through here, with the same
+// GEOS takes tens of microseconds to prepare a polygon, and copies each shape that it tests. That
+// pays for large polygons or many tests. Until then, the edges are scanned here, with the same
 // exact predicates.
 struct PreparedPolygon::Impl {
   explicit Impl(const Polygon& p) : polygon(p), num_vertices(p.num_vertices()) {}
 
-  // What GEOS has made of the polygon. Its own context, as the object may be handed from thread to
-  // thread.
+  // The polygon as prepared by GEOS. It has its own context, since the object may move between
+  // threads.
   struct InGeos {
     explicit InGeos(const Polygon& p)
         : geometry(context.MakePolygon(p.rings())),
@@ -309,7 +311,8 @@ struct PreparedPolygon::Impl {
     return *in_geos;
   }
 
-  // Whether the next test, of a polygon with so many vertices, shall be made here. Counts it.
+  // Returns whether to scan the edges for the next test, of a shape with `num_others` vertices, and
+  // counts the test.
   bool IsCheap(int num_others) {
     constexpr int64_t kAlways = 4096;
     constexpr int64_t kInAll = 1 << 16;
@@ -337,7 +340,7 @@ bool PreparedPolygon::Intersects(const Shape& other) const {
   }
   if (other.kind() == ShapeKind::kPoint) return hypermap::Covers(polygon, other.point());
   if (impl_->IsCheap(other.num_vertices())) {
-    // Where no boundaries meet, one lies in the other as a whole or not at all.
+    // If the boundaries do not intersect, one shape contains all of the other or none of it.
     if (hypermap::Covers(polygon, other.any_vertex())) return true;
     if (other.kind() == ShapeKind::kLineString) {
       return BoundariesIntersect(polygon, other.line_string());

@@ -1,6 +1,6 @@
-// Exact predicates between points and shapes. Boundaries belong to the shape: a point on an edge is
-// covered, shapes that touch intersect. Coordinates are compared as they are given (no
-// tolerance); orientation signs are exact, so the answers equal those of GEOS and of every tool
+// Exact predicates on points and shapes. Boundaries belong to shapes: a point on an edge is
+// covered, and shapes that touch intersect. Coordinates are compared as given, without a tolerance,
+// and signs of orientations are exact, so that the answers equal those of GEOS and of every tool
 // built on it.
 #ifndef HYPERMAP_MAP_GEOMETRY_PREDICATES_H_
 #define HYPERMAP_MAP_GEOMETRY_PREDICATES_H_
@@ -12,24 +12,25 @@
 
 namespace hypermap {
 
-// Sign of the turn a -> b -> c: 1 left (counter-clockwise), -1 right, 0 on one line. Exact.
+// Returns the sign of the turn a -> b -> c: 1 left (counter-clockwise), -1 right, 0 on one line.
+// Exact.
 int Orientation(const Point& a, const Point& b, const Point& c);
 
-// Whether `p` lies inside or on the boundary of `polygon`. Linear in the vertices.
+// Returns whether `p` is inside `polygon` or on its boundary. Linear in the number of vertices.
 bool Covers(const Polygon& polygon, const Point& p);
 
-// Whether `p` lies on `line`. Linear in the vertices.
+// Returns whether `p` is on `line`. Linear in the number of vertices.
 bool Covers(const LineString& line, const Point& p);
-// Whether `p` belongs to `shape`; a point covers only itself.
+// Returns whether `p` belongs to `shape`. A point covers only itself.
 bool Covers(const Shape& shape, const Point& p);
 
-// Distance in metres from `p` to the nearest point of the shape; 0 when covered, infinite when it
-// is empty.
+// Returns the distance in metres from `p` to the nearest point of the shape; 0 if covered, infinity
+// if the shape is empty.
 double Distance(const Polygon& polygon, const Point& p);
 double Distance(const LineString& line, const Point& p);
 double Distance(const Shape& shape, const Point& p);
 
-// One polygon, indexed to be tested against many others. Movable; one thread at a time.
+// A polygon, indexed for tests against many other shapes. Movable; used by one thread at a time.
 class PreparedPolygon {
  public:
   explicit PreparedPolygon(const Polygon& polygon);
@@ -37,9 +38,9 @@ class PreparedPolygon {
   PreparedPolygon& operator=(PreparedPolygon&&) noexcept;
   ~PreparedPolygon();
 
-  // Whether the two share at least one point.
+  // Returns whether the two share at least one point.
   bool Intersects(const Shape& other) const;
-  // Whether every point of `other` is covered by the prepared polygon.
+  // Returns whether the prepared polygon covers every point of `other`.
   bool Covers(const Shape& other) const;
 
  private:

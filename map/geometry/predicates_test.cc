@@ -16,7 +16,7 @@ using testing::TestSeed;
 using testing::Uniform;
 using testing::UniformInt;
 
-// Of points with integer coordinates below 2^52 in size.
+// The exact orientation of points with integer coordinates below 2^52 in magnitude.
 int IntegerOrientation(const Point& a, const Point& b, const Point& c) {
   __extension__ using Wide = __int128;
   const auto difference = [](double u, double v) {
@@ -45,7 +45,7 @@ TEST(OrientationTest, IsExactForNearlyCollinearPoints) {
     if (std::abs(c.x) > limit || std::abs(c.y) > limit) continue;
     const int expected = IntegerOrientation(a, b, c);
     zeros += expected == 0;
-    // Powers of two change nothing, even where products of the coordinates over- or underflow.
+    // Powers of two do not change signs, even where products of the coordinates over- or underflow.
     for (const double factor : {1.0, 0x1p-30, 0x1p-800, 0x1p900}) {
       const Point fa = Scaled(a, factor), fb = Scaled(b, factor), fc = Scaled(c, factor);
       ASSERT_EQ(Orientation(fa, fb, fc), expected) << factor;
@@ -64,7 +64,7 @@ TEST(OrientationTest, SeesOneUlp) {
   EXPECT_EQ(Orientation(a, b, {up, 0.5}), -1);
 }
 
-// A point anywhere about the polygon, likely on or next to its boundary.
+// Returns a random point around the polygon, often on its boundary or next to it.
 Point InterestingPoint(Rng& rng, const Polygon& polygon, double snap_m) {
   const Ring& ring = polygon.rings()[UniformInt(rng, 0, polygon.rings().size() - 1)];
   const int i = UniformInt(rng, 0, ring.size() - 1);
@@ -142,11 +142,11 @@ TEST(PreparedPolygonTest, PolygonsThatTouchIntersect) {
   const auto box = [](double x0, double y0, double x1, double y1) {
     return Polygon::FromBox({{x0, y0}, {x1, y1}});
   };
-  EXPECT_TRUE(prepared.Intersects(box(4, 4, 5, 5)));        // corner to corner
-  EXPECT_TRUE(prepared.Intersects(box(4, 1, 5, 2)));        // edge along edge
-  EXPECT_TRUE(prepared.Intersects(box(1, 1, 3, 3)));        // fills the hole
-  EXPECT_TRUE(prepared.Intersects(box(-1, -1, 5, 5)));      // around it
-  EXPECT_TRUE(prepared.Intersects(box(0.2, 0.2, 0.3, 3)));  // within
+  EXPECT_TRUE(prepared.Intersects(box(4, 4, 5, 5)));        // Corner to corner.
+  EXPECT_TRUE(prepared.Intersects(box(4, 1, 5, 2)));        // Edge along edge.
+  EXPECT_TRUE(prepared.Intersects(box(1, 1, 3, 3)));        // Fills the hole.
+  EXPECT_TRUE(prepared.Intersects(box(-1, -1, 5, 5)));      // Around it.
+  EXPECT_TRUE(prepared.Intersects(box(0.2, 0.2, 0.3, 3)));  // Within it.
   EXPECT_FALSE(prepared.Intersects(box(1.1, 1.1, 2.9, 2.9)));
   EXPECT_FALSE(prepared.Intersects(box(std::nextafter(4.0, 5.0), 0, 5, 4)));
   EXPECT_FALSE(prepared.Intersects(Polygon()));
@@ -157,7 +157,7 @@ TEST(PreparedPolygonTest, PolygonsThatTouchIntersect) {
   EXPECT_FALSE(prepared.Covers(box(0, 0, std::nextafter(1.0, 2.0), 4)));
 }
 
-// Small polygons and few tests take another way than large ones and many.
+// Small polygons in few tests are scanned; large polygons and many tests use GEOS.
 TEST(PreparedPolygonTest, AgreesWithGeosWhicheverWayItTakes) {
   const uint64_t seed = TestSeed();
   SCOPED_TRACE("HYPERMAP_TEST_SEED=" + std::to_string(seed));
@@ -165,7 +165,7 @@ TEST(PreparedPolygonTest, AgreesWithGeosWhicheverWayItTakes) {
   const GeosContext geos;
   int intersections = 0, tests = 0;
   for (int i = 0; i < 300; ++i) {
-    // On a lattice polygons often touch in a vertex, along an edge, or fill a hole.
+    // On a lattice, polygons often touch at a vertex or along an edge, or fill a hole.
     const double snap_m = i % 3 ? 0.25 : 0;
     const Polygon area = RandomPolygon(rng, {0, 0}, Uniform(rng, 0.5, 8), snap_m);
     const PreparedPolygon prepared(area);

@@ -12,7 +12,7 @@
 namespace hypermap {
 namespace {
 
-// Whether all vertices are finite and at least three are distinct.
+// Returns whether all vertices are finite and at least three are distinct.
 bool CanEnclose(Ring ring) {
   if (!std::all_of(ring.begin(), ring.end(), IsFinite)) return false;
   std::sort(ring.begin(), ring.end(),
@@ -20,8 +20,8 @@ bool CanEnclose(Ring ring) {
   return std::unique(ring.begin(), ring.end()) - ring.begin() >= 3;
 }
 
-// How often `ring` goes round `p`, counter-clockwise counted positive; `p` not on the ring. Signed
-// crossings of the ray to the right.
+// Returns how many times `ring` winds around `p`, counter-clockwise counted positive. `p` must not
+// be on the ring. Sums the signed crossings of a ray to the right.
 int WindingNumber(const Ring& ring, const Point& p) {
   int winding = 0;
   Point a = ring.back();
@@ -40,12 +40,12 @@ void VisitParts(const GeosContext& geos, const GEOSGeometry* geometry, Visitor v
   for (int i = 0; i < n; ++i) visit(GEOSGetGeometryN_r(geos.handle(), geometry, i));
 }
 
-// The faces of the plane that the ring cuts out, as a collection of polygons that meet only along
-// the ring; null on failure.
+// Returns the faces into which the ring divides the plane, as a collection of polygons that share
+// only boundaries; null on failure.
 GeosGeometry Faces(const GeosContext& geos, const Ring& ring) {
   const GeosGeometry line = geos.MakeClosedLine(ring);
   if (line == nullptr) return geos.Own(nullptr);
-  // The union of a line with itself splits it where it crosses and keeps what repeats once.
+  // The union of a line with itself splits it at its crossings and merges overlapping parts.
   const GeosGeometry noded = geos.Own(GEOSUnaryUnion_r(geos.handle(), line.get()));
   if (noded == nullptr) return geos.Own(nullptr);
   const GEOSGeometry* lines[] = {noded.get()};
@@ -59,7 +59,7 @@ bool WindsRound(const GeosContext& geos, const Ring& ring, const GEOSGeometry* f
          GEOSGeomGetY_r(geos.handle(), inner.get(), &p.y) == 1 && WindingNumber(ring, p) != 0;
 }
 
-// The union of those faces of `ring` that it winds round; null on failure.
+// Returns the union of the faces around which `ring` winds; null on failure.
 GeosGeometry FilledRegion(const GeosContext& geos, const Ring& ring) {
   const GeosGeometry faces = Faces(geos, ring);
   if (faces == nullptr) return geos.Own(nullptr);

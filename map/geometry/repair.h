@@ -1,4 +1,4 @@
-// Makes valid polygons of rings as they are found in recorded files.
+// Makes valid polygons from rings in recorded files.
 #ifndef HYPERMAP_MAP_GEOMETRY_REPAIR_H_
 #define HYPERMAP_MAP_GEOMETRY_REPAIR_H_
 
@@ -9,11 +9,11 @@
 
 namespace hypermap {
 
-// The region that `ring` winds round at least once in either direction (non-zero winding rule, as
-// hulls that go round several times are meant), as polygons whose interiors are apart, largest area
-// first. A ring that already is a valid polygon comes back as that polygon with its own vertices.
-// INVALID_ARGUMENT when a vertex is not finite, fewer than three are distinct, or nothing with an
-// area is enclosed.
+// Returns the region around which `ring` winds at least once in either direction, as polygons with
+// disjoint interiors, the largest first. (This is the non-zero winding rule: recorded hulls may
+// wind several times.) A ring that is a valid polygon is returned as that polygon, with its own
+// vertices. INVALID_ARGUMENT if a vertex is not finite, fewer than three are distinct, or no area
+// is enclosed.
 absl::StatusOr<std::vector<Polygon>> FillNonZero(const Ring& ring);
 
 }  // namespace hypermap

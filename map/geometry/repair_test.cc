@@ -75,7 +75,8 @@ TEST(FillNonZeroTest, SpikesAreDropped) {
 }
 
 TEST(FillNonZeroTest, ARingInsideTurnedTheOtherWayIsAHole) {
-  // Goes round the outside, in along a slit, and round the hole the other way.
+  // The ring goes round the outside, inwards along a slit, and round the hole in the other
+  // direction.
   const auto polygons =
       FillNonZero({{0, 0}, {4, 0}, {4, 4}, {0, 4}, {0, 0}, {1, 1}, {1, 3}, {3, 3}, {3, 1}, {1, 1}});
   ASSERT_TRUE(polygons.ok()) << polygons.status();
@@ -101,7 +102,7 @@ TEST(FillNonZeroTest, RefusesWhatHasNoArea) {
   }
 }
 
-// By the angle that the ring sweeps around the point.
+// Computes the winding number from the angle that the ring sweeps around the point.
 int SweptWinding(const Ring& ring, const Point& p) {
   double angle = 0;
   for (size_t i = 0; i < ring.size(); ++i) {
@@ -129,7 +130,7 @@ TEST(FillNonZeroTest, CoversWhatRandomRingsWindRound) {
   Rng rng(seed);
   int inside = 0;
   for (int i = 0; i < 1000; ++i) {
-    // On a coarse grid edges overlap and rings touch themselves.
+    // On a coarse grid, edges overlap and rings touch themselves.
     const bool snapped = i % 2;
     Ring ring(UniformInt(rng, 4, 14));
     for (Point& p : ring) {

@@ -1,12 +1,12 @@
-// What an object covers: a polygon, a line string or a point.
+// The shape of an object: a polygon, a line string or a point.
 //
 //   Shape room = *Polygon::Make({{0, 0}, {4, 0}, {4, 3}, {0, 3}});
 //   Shape lane = *LineString::Make({{0, 1}, {8, 1}});
 //   Shape dock = *Shape::MakePoint({2.5, 1});
 //   if (lane.kind() == ShapeKind::kLineString) Draw(lane.line_string().vertices());
 //
-// A shape is a closed set: the boundary of a polygon and both ends of a line string belong to it. A
-// value: immutable, safe to read from many threads. Predicates stand in map/geometry/predicates.h.
+// A shape is a closed set: the boundary of a polygon and both ends of a line string belong to it.
+// An immutable value; safe to read from many threads. Predicates are in map/geometry/predicates.h.
 #ifndef HYPERMAP_MAP_GEOMETRY_SHAPE_H_
 #define HYPERMAP_MAP_GEOMETRY_SHAPE_H_
 
@@ -30,7 +30,7 @@ enum class ShapeKind : uint8_t { kPolygon, kLineString, kPoint };
 inline constexpr ShapeKind kAllShapeKinds[] = {ShapeKind::kPolygon, ShapeKind::kLineString,
                                                ShapeKind::kPoint};
 
-// "polygon", "line_string", "point".
+// Returns "polygon", "line_string" or "point".
 absl::string_view ShapeKindName(ShapeKind kind);
 std::optional<ShapeKind> ParseShapeKind(absl::string_view name);
 
@@ -57,15 +57,15 @@ class ShapeKinds {
 
 class Shape {
  public:
-  // The empty polygon: covers nothing.
+  // The empty polygon, which covers nothing.
   Shape() = default;
-  // Implicit, so that a polygon or line string is given where a shape is wanted.
+  // Implicit, so that polygons and line strings can be passed as shapes.
   Shape(Polygon polygon) : shape_(std::move(polygon)) {}  // NOLINT(google-explicit-constructor)
   Shape(LineString line) : shape_(std::move(line)) {}     // NOLINT(google-explicit-constructor)
 
-  // INVALID_ARGUMENT when a coordinate is not finite or farther than 1e9 m from the origin.
+  // INVALID_ARGUMENT if a coordinate is not finite or farther than 1e9 m from the origin.
   static absl::StatusOr<Shape> MakePoint(const Point& point);
-  // For a point already known to be one.
+  // For a point known to be valid.
   static Shape MakePointUnchecked(const Point& point) { return Shape(point); }
 
   ShapeKind kind() const { return static_cast<ShapeKind>(shape_.index()); }
@@ -75,7 +75,7 @@ class Shape {
   const LineString& line_string() const { return *std::get_if<LineString>(&shape_); }
   const Point& point() const { return *std::get_if<Point>(&shape_); }
 
-  // Calls `visitor` with the Polygon, LineString or Point, and returns what it returns.
+  // Calls `visitor` with the Polygon, LineString or Point, and returns the result.
   template <typename Visitor>
   decltype(auto) Visit(Visitor&& visitor) const {
     return std::visit(std::forward<Visitor>(visitor), shape_);
@@ -93,7 +93,7 @@ class Shape {
     }
     return false;
   }
-  // The least box round it; of a point, with no extent.
+  // The smallest box around it; for a point, a box without extent.
   Box bounds() const {
     switch (kind()) {
       case ShapeKind::kPolygon:
@@ -106,7 +106,7 @@ class Shape {
     return {point(), point()};
   }
   int num_vertices() const;
-  // Any one vertex. REQUIRES: not empty.
+  // Returns one of the vertices. REQUIRES: not empty.
   const Point& any_vertex() const;
 
   friend bool operator==(const Shape&, const Shape&) = default;
@@ -117,11 +117,12 @@ class Shape {
   std::variant<Polygon, LineString, Point> shape_;
 };
 
-// Square metres; 0 for lines and points.
+// Area in square metres; 0 for lines and points.
 double Area(const Shape& shape);
-// Metres: of a line string from end to end, of a polygon all round its rings, of a point 0.
+// Length in metres: of a line string from end to end, of a polygon along all its rings; 0 for a
+// point.
 double Length(const Shape& shape);
-// Centre of area of a polygon, of length of a line string; a point itself.
+// The centre of a polygon's area or of a line string's length; for a point, the point itself.
 Point Centroid(const Shape& shape);
 
 }  // namespace hypermap

@@ -27,7 +27,8 @@ LineString Line(std::vector<Point> vertices) { return *LineString::Make(std::mov
 
 Shape PointAt(double x, double y) { return *Shape::MakePoint({x, y}); }
 
-// On a coarse lattice, so that shapes touch, share vertices and lie on each other's edges.
+// Points are on a coarse lattice, so that shapes touch, share vertices and lie on each other's
+// edges.
 Point LatticePoint(Rng& rng) {
   return {UniformInt(rng, -4, 4) / 2.0, UniformInt(rng, -4, 4) / 2.0};
 }
@@ -168,7 +169,7 @@ TEST(ShapeTest, AreasMeetShapesAsGeosSays) {
   }
 }
 
-// Past a number of pairs of edges the prepared geometry of GEOS answers.
+// Above a certain number of pairs of edges, the prepared geometry of GEOS is used.
 TEST(ShapeTest, LongLinesMeetAreasAsShortOnesDo) {
   std::vector<Point> zigzag;
   for (int i = 0; i < 5000; ++i) zigzag.push_back({i * 0.01, i % 2 == 0 ? 0.0 : 1.0});

@@ -13,7 +13,7 @@ namespace {
 
 bool IsTurned(const GridGeometry& geometry) { return geometry.layer_from_grid.yaw() != 0.0; }
 
-// Cell (r, c) of the grid is the unit square at (c, r).
+// Returns `p` in units in which cell (r, c) is the unit square at (c, r).
 Point InCells(const Point& p, const GridGeometry& geometry) {
   const Point in_grid = geometry.layer_from_grid.ApplyInverse(p);
   return {in_grid.x / geometry.resolution_m, in_grid.y / geometry.resolution_m};
@@ -27,9 +27,9 @@ Polygon InCells(const Polygon& polygon, const GridGeometry& geometry) {
   return Polygon::MakeUnchecked(std::move(rings));
 }
 
-// Bounds, in cells, how far rounding moves the polygon's vertices, or the centres and corners of
-// cells next to it, between the layer's frame and the grid's axes. Each is a handful of operations
-// on numbers no larger than the sum below.
+// Bounds, in cells, the rounding of the polygon's vertices and of nearby centres and corners of
+// cells when they are transformed between the layer's frame and the grid's axes. Each takes a
+// handful of operations on numbers no larger than `reach`.
 double RoundingInCells(const Polygon& polygon, const GridGeometry& geometry) {
   if (polygon.empty()) return 0.0;
   const Box& b = polygon.bounds();
@@ -40,19 +40,19 @@ double RoundingInCells(const Polygon& polygon, const GridGeometry& geometry) {
   return 64.0 * std::numeric_limits<double>::epsilon() * reach / geometry.resolution_m;
 }
 
-// The indices begin <= i < end nearest to low <= i < high.
+// Clamps `low` and `high` to indices from `begin` to `end`.
 std::pair<int32_t, int32_t> ClampIndices(double low, double high, int32_t begin, int32_t end) {
   return {static_cast<int32_t>(std::clamp<double>(low, begin, end)),
           static_cast<int32_t>(std::clamp<double>(high, begin, end))};
 }
 
-// The cells of `within` that are near the polygon.
+// Returns the cells of `within` that are near the polygon.
 CellBox CellsNear(const Polygon& polygon, const GridGeometry& geometry, double rounding,
                   const CellBox& within) {
   if (polygon.empty() || within.empty()) return CellBox();
   Box b;
   for (const Point& p : polygon.outer()) b.Extend(InCells(p, geometry));
-  // A cell may be touched from the far side of its edge.
+  // A polygon may touch a cell from the outside, along the cell's edge.
   const double margin = 1.0 + rounding;
   CellBox near;
   std::tie(near.row_begin, near.row_end) =
@@ -98,8 +98,9 @@ Lattice CellCover::CentresOrSquares() const {
 }
 
 ColumnSpans CellCover::SpansOfTurnedRow(int32_t row) const {
-  // Grown and shrunk by the rounding, the cells answer for certain; what is left is asked exactly.
-  // Where rounding comes near the size of a cell, cells have no place to speak of.
+  // Each cell is tested once grown and once shrunk by the rounding. Where both tests agree, the
+  // answer is certain; the other cells are tested exactly. The rounding is capped, because beyond a
+  // quarter of a cell the position of a cell means little.
   const double r = std::min(rounding_, 0.25);
   ColumnSpans possible, certain;
   switch (rule_) {

@@ -24,7 +24,7 @@ using testing::UniformInt;
 
 constexpr CellRule kRules[] = {CellRule::kCentre, CellRule::kCovered, CellRule::kTouched};
 
-// The oracle: the rule's predicate, cell by cell, in the layer's frame.
+// The oracle: the predicate of the rule, cell by cell, in the layer's frame.
 ColumnSpans BruteForce(const Polygon& polygon, const GridGeometry& geometry, const CellBox& within,
                        CellRule rule, int32_t row) {
   const PreparedPolygon prepared(polygon);
@@ -76,7 +76,7 @@ int64_t ExpectAsBruteForce(const Polygon& polygon, const GridGeometry& geometry,
   return selected;
 }
 
-// The cells about a polygon, sometimes less.
+// Returns the cells around a polygon, sometimes only a part of them.
 CellBox Surroundings(Rng& rng, const Polygon& polygon, const GridGeometry& geometry) {
   const Box& b = polygon.bounds();
   CellBox cells;
@@ -114,7 +114,7 @@ TEST(CellCoverTest, AgreesWithBruteForceOnPlainGrids) {
   }
 }
 
-// Resolution and coordinates of few bits, so that vertices and edges meet centres and corners.
+// Resolution and coordinates have few bits, so that vertices and edges fall on centres and corners.
 TEST(CellCoverTest, AgreesWithBruteForceWhereBoundariesMeetCells) {
   const uint64_t seed = TestSeed();
   SCOPED_TRACE("HYPERMAP_TEST_SEED=" + std::to_string(seed));
@@ -138,7 +138,7 @@ TEST(CellCoverTest, AgreesWithBruteForceOnTurnedGrids) {
   }
 }
 
-// Vertices are corners and centres of the turned cells themselves.
+// The vertices are corners and centres of the rotated cells themselves.
 TEST(CellCoverTest, AgreesWithBruteForceOnPolygonsMadeOfTurnedCells) {
   const uint64_t seed = TestSeed();
   SCOPED_TRACE("HYPERMAP_TEST_SEED=" + std::to_string(seed));
@@ -150,7 +150,7 @@ TEST(CellCoverTest, AgreesWithBruteForceOnPolygonsMadeOfTurnedCells) {
   }
 }
 
-// Upright and level edges, on centres as well as between them, with a bay and a hole.
+// Returns a polygon with a bay and a hole, with edges on centres of cells and between them.
 Polygon RandomRectilinear(Rng& rng) {
   const auto place = [&rng](double low, double high) {
     const double at = Uniform(rng, low, high);
@@ -248,7 +248,7 @@ TEST(CellCoverTest, OnlyCellsWithinTheBoxAreSelected) {
   EXPECT_TRUE(CellCover(Polygon(), geometry, kAllCells).bounds().empty());
 }
 
-// Rows of millions of cells; looking at each of them would take minutes.
+// Rows have millions of cells; visiting each would take minutes.
 TEST(CellCoverTest, RowsCostEdgesNotCells) {
   const GridGeometry plain{PlanarTransform(), 1.0};
   const GridGeometry turned{PlanarTransform(0, 0, std::numbers::pi / 4), 1.0};

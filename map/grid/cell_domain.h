@@ -1,4 +1,4 @@
-// What the cells of a grid kind may hold: the value definition of a grid layer.
+// Defines the values of a grid kind's cells.
 #ifndef HYPERMAP_MAP_GRID_CELL_DOMAIN_H_
 #define HYPERMAP_MAP_GRID_CELL_DOMAIN_H_
 
@@ -13,10 +13,10 @@
 
 namespace hypermap {
 
-// Tells whether a stored code matches a value that was asked for.
+// Returns whether a stored code matches a query.
 using CodePredicate = std::function<bool(CellCode)>;
 
-// Both ends included.
+// A closed range.
 struct CellValueRange {
   double min = 0.0;
   double max = 0.0;
@@ -28,21 +28,22 @@ class CellDomain {
  public:
   virtual ~CellDomain() = default;
 
-  // The code that stands for a value, rounded to what the kind can hold. INVALID_ARGUMENT for
-  // values that the kind does not have.
+  // Returns the code of a value, rounded to the precision of the kind. INVALID_ARGUMENT for values
+  // that the kind does not have.
   virtual absl::StatusOr<CellCode> Encode(double value) const = 0;
 
-  // The value of a known code.
+  // Returns the value of a known code.
   virtual double Decode(CellCode code) const = 0;
 
-  // u of the paper: the common value as a predicate on codes; nullopt when the kind can't take it.
+  // u of the paper: converts a query to a predicate on codes; nullopt if the kind does not support
+  // it.
   virtual std::optional<CodePredicate> Match(const ValueQuery& query) const = 0;
 
-  // The least and the largest value; nullopt: any number.
+  // The least and the greatest value; nullopt: any number.
   virtual std::optional<CellValueRange> Range() const = 0;
-  // The words that Match takes, in the order in which they are told.
+  // The words that Match supports, in the order in which clients should list them.
   virtual std::vector<std::string> Words() const = 0;
-  // Whether a known cell holds one of two values.
+  // Whether known cells have one of two values only.
   virtual bool IsBinary() const { return false; }
 };
 

@@ -1,13 +1,13 @@
-// When a cell counts as selected by a polygon.
+// The rules by which a polygon selects cells.
 #ifndef HYPERMAP_MAP_GRID_CELL_RULE_H_
 #define HYPERMAP_MAP_GRID_CELL_RULE_H_
 
 namespace hypermap {
 
 enum class CellRule {
-  kCentre,   // its centre is covered
-  kCovered,  // all of the closed cell square is covered
-  kTouched,  // the closed cell square and the polygon share a point
+  kCentre,   // The polygon covers the cell's centre.
+  kCovered,  // The polygon covers the whole closed square of the cell.
+  kTouched,  // The polygon and the closed square of the cell share a point.
 };
 
 }  // namespace hypermap

@@ -8,7 +8,7 @@ namespace hypermap {
 ColumnSpans Union(ColumnSpans spans) {
   std::sort(spans.begin(), spans.end(),
             [](const ColumnSpan& a, const ColumnSpan& b) { return a.col_begin < b.col_begin; });
-  // In place: what is united never takes more room than what it was made of.
+  // In place: a union never has more spans than its parts.
   size_t num_united = 0;
   for (const ColumnSpan& span : spans) {
     if (span.col_begin >= span.col_end) continue;

@@ -1,4 +1,4 @@
-// Runs of columns.
+// Spans of columns.
 #ifndef HYPERMAP_MAP_GRID_COLUMN_SPAN_H_
 #define HYPERMAP_MAP_GRID_COLUMN_SPAN_H_
 
@@ -8,7 +8,7 @@
 
 namespace hypermap {
 
-// Columns col_begin <= col < col_end of one row.
+// The columns col_begin <= col < col_end of a row.
 struct ColumnSpan {
   int32_t col_begin = 0;
   int32_t col_end = 0;
@@ -16,13 +16,13 @@ struct ColumnSpan {
   friend bool operator==(const ColumnSpan&, const ColumnSpan&) = default;
 };
 
-// Of one row; seldom more than a few.
+// The spans of a row; seldom more than a few.
 using ColumnSpans = absl::InlinedVector<ColumnSpan, 4>;
 
-// Sorts, and unites what overlaps or adjoins.
+// Sorts the spans, and joins those that overlap or adjoin.
 ColumnSpans Union(ColumnSpans spans);
 
-// What is in `spans` but not in `without`; both sorted and apart.
+// Returns the columns of `spans` that are not in `without`. Both must be sorted and disjoint.
 ColumnSpans Difference(const ColumnSpans& spans, const ColumnSpans& without);
 
 }  // namespace hypermap

@@ -21,7 +21,7 @@ std::optional<CellIndex> GridGeometry::CellAt(const Point& p) const {
   const Point in_grid = layer_from_grid.ApplyInverse(p);
   const double row = std::floor(in_grid.y / resolution_m);
   const double col = std::floor(in_grid.x / resolution_m);
-  // Written so that NaN fails.
+  // The comparisons are false for NaN.
   const auto valid = [](double index) { return index >= -kMaxCellIndex && index < kMaxCellIndex; };
   if (!valid(row) || !valid(col)) return std::nullopt;
   return CellIndex{static_cast<int32_t>(row), static_cast<int32_t>(col)};

@@ -1,4 +1,4 @@
-// Cells, boxes of cells, and where they lie in the plane.
+// Cells, boxes of cells, and their position in the plane.
 #ifndef HYPERMAP_MAP_GRID_GRID_GEOMETRY_H_
 #define HYPERMAP_MAP_GRID_GRID_GEOMETRY_H_
 
@@ -12,8 +12,8 @@
 
 namespace hypermap {
 
-// Rows count along the grid's y axis, columns along its x axis, both from the grid's origin;
-// negative below and left of it.
+// Rows count along the grid's y axis and columns along its x axis, from the grid's origin; they are
+// negative below it and left of it.
 struct CellIndex {
   int32_t row = 0;
   int32_t col = 0;
@@ -21,7 +21,7 @@ struct CellIndex {
   friend auto operator<=>(const CellIndex&, const CellIndex&) = default;
 };
 
-// Cells with row_begin <= row < row_end and col_begin <= col < col_end.
+// The cells with row_begin <= row < row_end and col_begin <= col < col_end.
 struct CellBox {
   int32_t row_begin = 0;
   int32_t row_end = 0;
@@ -39,15 +39,14 @@ struct CellBox {
     return b.empty() || (b.row_begin >= row_begin && b.row_end <= row_end &&
                          b.col_begin >= col_begin && b.col_end <= col_end);
   }
-  // The smallest box that holds both; an empty box adds nothing.
+  // Returns the smallest box that contains both; an empty box adds nothing.
   CellBox Union(const CellBox& b) const;
   CellBox Intersection(const CellBox& b) const;
 
   friend bool operator==(const CellBox&, const CellBox&) = default;
 };
 
-// Cells row_, col_begin <= col < col_end that share a value.
-// A value of nullopt is "unknown".
+// The cells col_begin <= col < col_end of a row, which have the same value; nullopt means unknown.
 struct CellRun {
   int32_t row = 0;
   int32_t col_begin = 0;
@@ -57,24 +56,27 @@ struct CellRun {
   friend bool operator==(const CellRun&, const CellRun&) = default;
 };
 
-// Cells may have indices in [-kMaxCellIndex, kMaxCellIndex).
+// Valid indices of cells are in [-kMaxCellIndex, kMaxCellIndex).
 inline constexpr int32_t kMaxCellIndex = 1 << 22;
 inline constexpr CellBox kAllCells{-kMaxCellIndex, kMaxCellIndex, -kMaxCellIndex, kMaxCellIndex};
 
-// Square cells of `resolution_m` metres in a frame that may be turned against the layer's.
+// Square cells with sides of `resolution_m` metres, in a frame that may be rotated against the
+// layer's.
 struct GridGeometry {
-  // Pose of the lower left corner of cell (0, 0) in the layer's frame.
+  // The pose of the lower left corner of cell (0, 0) in the layer's frame.
   PlanarTransform layer_from_grid;
   double resolution_m = 0.05;
 
-  // The cell that holds `p` (layer frame): floor((p - origin) / resolution) along each axis of the
-  // grid. nullopt when that is no valid index.
+  // Returns the cell that contains `p` (layer frame): floor((p - origin) / resolution) along each
+  // axis of the grid. nullopt if the index is not valid.
   std::optional<CellIndex> CellAt(const Point& p) const;
-  // The centre of a cell, layer frame: origin + (index + 0.5) * resolution along each axis.
+  // Returns the centre of a cell in the layer's frame: origin + (index + 0.5) * resolution along
+  // each axis.
   Point CentreOf(const CellIndex& cell) const;
-  // The closed square of a cell, layer frame: corners at origin + (index + 0 or 1) * resolution.
+  // Returns the closed square of a cell in the layer's frame: corners at origin + (index + 0 or 1)
+  // * resolution along each axis.
   Polygon SquareOf(const CellIndex& cell) const;
-  // The four corners' closed box in the layer's frame.
+  // Returns the closed bounding box, in the layer's frame, of the four corners of `box`.
   Box BoundsOf(const CellBox& box) const;
 
   friend bool operator==(const GridGeometry&, const GridGeometry&) = default;

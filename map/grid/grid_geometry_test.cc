@@ -28,7 +28,7 @@ TEST(GridGeometryTest, CellsAreHalfOpen) {
 
 TEST(GridGeometryTest, TurnedCellsCountAlongTheirOwnAxes) {
   const GridGeometry geometry{PlanarTransform(10, 0, std::numbers::pi / 2), 1.0};
-  // The grid's x axis is the layer's y axis; its y axis the layer's negative x axis.
+  // The grid's x axis is the layer's y axis; its y axis is the layer's negative x axis.
   EXPECT_EQ(geometry.CellAt({9.5, 3.5}), (CellIndex{0, 3}));
   EXPECT_EQ(geometry.CellAt({7.5, -0.5}), (CellIndex{2, -1}));
   EXPECT_NEAR(geometry.CentreOf({2, -1}).x, 7.5, 1e-12);
@@ -41,7 +41,7 @@ TEST(GridGeometryTest, ComputesInTheDocumentedOrderOfOperations) {
   Rng rng(seed);
   for (int i = 0; i < 10000; ++i) {
     const CellIndex cell{UniformInt(rng, -5000, 5000), UniformInt(rng, -5000, 5000)};
-    // volatile keeps each step a rounded double whatever the compiler would rather do.
+    // volatile forces each step to be rounded to a double, whatever the compiler would prefer.
     const volatile double along_x = (cell.col + 0.5) * 0.05, along_y = (cell.row + 0.5) * 0.05;
     const volatile double x = -15.4 + along_x, y = -12.2 + along_y;
     EXPECT_EQ(kOffice.CentreOf(cell), (Point{x, y}));

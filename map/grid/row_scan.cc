@@ -12,15 +12,15 @@
 namespace hypermap {
 namespace {
 
-// The arithmetic that Lattice promises, which is that of GridGeometry without a turn.
+// The arithmetic that Lattice promises; equals that of GridGeometry without rotation.
 double Position(double origin, int32_t index, double offset, double step) {
   return origin + (index + offset) * step;
 }
 
-// Where a row passes from out of the polygon into it or back.
+// The columns at which a row enters or leaves the polygon.
 using Crossings = absl::InlinedVector<int32_t, 8>;
 
-// Spans of the columns that have an odd number of crossings at or left of them.
+// Appends the spans of the columns that have an odd number of crossings at or left of them.
 void AppendInside(Crossings crossings, ColumnSpans& spans) {
   std::sort(crossings.begin(), crossings.end());
   for (size_t i = 0; i + 1 < crossings.size(); i += 2) {
@@ -33,16 +33,16 @@ void AppendInside(Crossings crossings, ColumnSpans& spans) {
 class RowScan::Place {
  public:
   static Place AtHeight(const Edge& edge, double y) {
-    // An upright edge is at its x all along.
+    // A vertical edge has the same x at all heights.
     if (y <= edge.low.y || edge.low.x == edge.high.x) return Place(edge.low);
     if (y >= edge.high.y) return Place(edge.high);
     return Place(edge.low, edge.high, y);
   }
 
-  // Where the part of the edge between two heights is furthest left and right.
+  // Returns the leftmost and the rightmost point of the edge between two heights.
   static std::pair<Place, Place> Ends(const Edge& edge, double y_min, double y_max) {
     Place lower = AtHeight(edge, y_min), upper = AtHeight(edge, y_max);
-    // A level edge has no lower end.
+    // A horizontal edge has no lower end.
     if (edge.low.y == edge.high.y) lower = Place(edge.low), upper = Place(edge.high);
     if (edge.low.x > edge.high.x) std::swap(lower, upper);
     return {lower, upper};
@@ -54,13 +54,14 @@ class RowScan::Place {
   bool IsRightOf(double x) const {
     return is_vertex_ ? low_.x > x : Orientation(low_, high_, {x, y_}) > 0;
   }
-  // Where columns lie between whole numbers: near the place, only where to begin looking.
+  // Returns the place in units of columns, rounded: a start for the exact search.
   double ApproximateColumn(const Lattice& lattice, double offset) const {
     const double x =
         is_vertex_ ? low_.x : low_.x + (high_.x - low_.x) * ((y_ - low_.y) / (high_.y - low_.y));
     return (x - lattice.origin.x) / lattice.step - offset;
   }
-  // How far that may be off, generously: a few roundings of numbers no larger than these.
+  // Returns a generous bound of the error of ApproximateColumn: a few roundings of numbers of this
+  // size.
   double ApproximationError(const Lattice& lattice, double column) const {
     constexpr double kRoundings = 16 * std::numeric_limits<double>::epsilon();
     const double x = std::abs(low_.x) + (is_vertex_ ? 0.0 : std::abs(high_.x));
@@ -109,7 +110,7 @@ void RowScan::VisitEdges(double y_min, double y_max, const Visit& visit) const {
 template <typename Visit>
 void RowScan::VisitSubtree(int begin, int end, double y_min, double y_max,
                            const Visit& visit) const {
-  // Looking at a few edges is quicker than descending to them.
+  // A scan of a few edges is faster than descending to them.
   constexpr int kFew = 8;
   if (end - begin <= kFew) {
     for (int i = begin; i < end && edges_[i].low.y <= y_max; ++i) {
@@ -157,7 +158,7 @@ int32_t RowScan::FindColumn(const Lattice& lattice, double offset, const Place& 
     const double x = Position(lattice.origin.x, static_cast<int32_t>(col), offset, lattice.step);
     return side == Side::kRight ? place.IsLeftOf(x) : !place.IsRightOf(x);
   };
-  // Columns are sorted by x: widen from the guess until the answer lies in (low, high], then halve.
+  // Columns are sorted by x. Widen from the guess until the answer is in (low, high], then bisect.
   int64_t low = col_begin_ - 1, high = col_end_;
   if (guess > low && guess < high) {
     const int64_t middle = std::max<int64_t>(static_cast<int64_t>(guess), col_begin_);
@@ -194,13 +195,13 @@ ColumnSpans RowScan::Touched(const Lattice& lattice, int32_t row) const {
           FirstColumn(lattice, lattice.low, Place::AtHeight(edge, y_min), Side::kAtOrRight));
     }
   });
-  // A cell that no edge touches is inside if its lower left corner is; a cell whose corner is
-  // inside is touched anyhow.
+  // A cell that no edge touches is inside if its lower left corner is. A cell whose corner is
+  // inside is touched in any case.
   AppendInside(std::move(crossings), spans);
   return Union(std::move(spans));
 }
 
-// What Touched does, where both sides of a cell are the same place: one look at each edge.
+// Equals Touched, but needs only one lookup per edge, as both sides of a cell are the same point.
 ColumnSpans RowScan::TouchedPoints(const Lattice& lattice, int32_t row) const {
   const double y = Position(lattice.origin.y, row, lattice.low, lattice.step);
   ColumnSpans spans;
@@ -213,7 +214,7 @@ ColumnSpans RowScan::TouchedPoints(const Lattice& lattice, int32_t row) const {
       return;
     }
     const FirstColumns columns = ColumnsFrom(lattice, lattice.low, Place::AtHeight(edge, y));
-    // What lies on the edge is touched, whichever side is inside.
+    // A point on an edge is touched, whichever side of it is inside.
     if (columns.at_or_right < columns.right) spans.push_back({columns.at_or_right, columns.right});
     if (edge.high.y > y) crossings.push_back(columns.at_or_right);
   });
@@ -223,14 +224,14 @@ ColumnSpans RowScan::TouchedPoints(const Lattice& lattice, int32_t row) const {
 
 int32_t RowScan::EndOfLikeRows(const Lattice& lattice, int32_t row) const {
   if (!is_rectilinear_) return row + 1;
-  // The next height at which an edge ends or begins.
+  // Find the next height at which an edge begins or ends.
   const double y = Position(lattice.origin.y, row, lattice.low, lattice.step);
   double end = std::numeric_limits<double>::infinity();
   VisitEdges(y, y, [&end](const Edge& edge) { end = std::min(end, edge.high.y); });
   const auto next = std::upper_bound(edges_.begin(), edges_.end(), y,
                                      [](double y, const Edge& edge) { return y < edge.low.y; });
   if (next != edges_.end()) end = std::min(end, next->low.y);
-  // The row just below that height may be on it by rounding, so it is left out.
+  // Rounding may put the row just below that height on it, so that row is left out.
   const double end_row = std::floor((end - lattice.origin.y) / lattice.step - lattice.low);
   return static_cast<int32_t>(
       std::clamp<double>(end_row, row + 1.0, std::numeric_limits<int32_t>::max()));
@@ -244,7 +245,7 @@ ColumnSpans RowScan::Covered(const Lattice& lattice, int32_t row) const {
   ColumnSpans inside, cut;
   Crossings crossings;
   VisitEdges(y_min, y_max, [&](const Edge& edge) {
-    // One side of every edge is outside: what it passes through is not covered.
+    // One side of every edge is outside, so that cells that an edge passes through are not covered.
     if (edge.high.y > y_min && edge.low.y < y_max) {
       const auto [left, right] = Place::Ends(edge, y_min, y_max);
       cut.push_back({FirstColumn(lattice, lattice.high, left, Side::kRight),

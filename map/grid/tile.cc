@@ -10,13 +10,13 @@
 namespace hypermap {
 namespace {
 
-constexpr int kLine = 64;  // bytes that memory brings at once
+constexpr int kLine = 64;  // Bytes of a cache line.
 
-// Numbers the codes of a tile in the order in which they first come.
+// Numbers the codes of a tile in the order of their first appearance.
 class Palette {
  public:
-  // nullopt when there are more codes than a byte tells apart, or a negative zero, which is no
-  // code of its own and yet not the same value to who reads it.
+  // Returns nullopt if the tile has more codes than a byte can number, or a negative zero: it
+  // equals zero as a code, but readers must get the sign that was written.
   std::optional<uint8_t> NumberOf(CellCode code) {
     const uint32_t bits = std::bit_cast<uint32_t>(IsUnknown(code) ? kUnknownCode : code);
     if (size_ > 0 && bits == last_bits_) return last_;
@@ -42,7 +42,7 @@ class Palette {
 
   std::array<CellCode, 256> codes_{};
   size_t size_ = 0;
-  std::array<uint16_t, 1 << kSlotBits> slots_{};  // a number + 1; 0: free
+  std::array<uint16_t, 1 << kSlotBits> slots_{};  // Number + 1 of a code; 0: free slot.
   uint32_t last_bits_ = 0;
   uint8_t last_ = 0;
 };
@@ -72,7 +72,8 @@ class WideTile final : public Tile {
   alignas(kLine) CellCode own_codes_[kCellsPerTile];
 };
 
-// The first byte from `begin` on that is not `byte`, eight at a time; or `end`.
+// Returns the first byte from `begin` on that differs from `byte`, or `end`. Compares eight at a
+// time.
 const uint8_t* FirstOther(const uint8_t* begin, const uint8_t* end, uint8_t byte) {
   const uint64_t pattern = byte * 0x0101010101010101U;
   for (; end - begin >= 8; begin += 8) {

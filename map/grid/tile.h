@@ -1,4 +1,4 @@
-// A square block of cells, the unit in which grids are shared, copied and stored.
+// A square block of cells: the unit in which grids are shared, copied and stored.
 #ifndef HYPERMAP_MAP_GRID_TILE_H_
 #define HYPERMAP_MAP_GRID_TILE_H_
 
@@ -11,14 +11,15 @@
 
 namespace hypermap {
 
-// The stored form of a cell's value. Its meaning is the layer kind's (see CellDomain); kUnknownCode
-// (NaN) always means unknown. Codes are compared by value; every NaN is the same unknown.
+// The stored form of a cell's value. The layer kind defines its meaning (see CellDomain), except
+// that kUnknownCode (NaN) always means unknown. Codes are compared by value; all NaNs are equal.
 using CellCode = float;
 inline constexpr CellCode kUnknownCode = std::numeric_limits<float>::quiet_NaN();
 inline bool IsUnknown(CellCode code) { return code != code; }
 inline bool SameCode(CellCode a, CellCode b) { return a == b || (IsUnknown(a) && IsUnknown(b)); }
 
-// Which tile: holds the cells with row / kTileSide == row and col / kTileSide == col (floored).
+// Index of a tile, which contains the cells with row / kTileSide == row and col / kTileSide == col
+// (division rounds down).
 struct TileIndex {
   int32_t row = 0;
   int32_t col = 0;
@@ -35,7 +36,7 @@ inline constexpr int32_t kCellsPerTile = kTileSide * kTileSide;
 
 // The codes of a tile's cells, row-major, lowest row first.
 using TileCodes = std::array<CellCode, kCellsPerTile>;
-// Where in them a cell stands.
+// Returns the position of a cell in TileCodes.
 inline int32_t CellInTile(int32_t row_in_tile, int32_t col_in_tile) {
   return row_in_tile * kTileSide + col_in_tile;
 }
@@ -43,10 +44,10 @@ inline int32_t CellInTile(int32_t row_in_tile, int32_t col_in_tile) {
 class Tile;
 using TilePtr = std::shared_ptr<const Tile>;
 
-// kTileSide x kTileSide cells. Immutable, safe to read from many threads.
+// kTileSide x kTileSide cells. Immutable; safe to read from many threads.
 //
-// A tile of few different codes, as most are, holds a byte for each cell that stands for its code:
-// a quarter of the memory, and of what a question has to wait for.
+// A tile with at most 256 different codes, as most have, stores one byte per cell, an index of its
+// codes. This takes a quarter of the memory, and a quarter of the cache misses of a query.
 class Tile {
  public:
   static TilePtr Make(const TileCodes& codes);
@@ -57,31 +58,32 @@ class Tile {
   CellCode at(int32_t row_in_tile, int32_t col_in_tile) const {
     return CodeOf(CellInTile(row_in_tile, col_in_tile));
   }
-  // A copy of all codes; unknown ones may be another NaN than was given.
+  // Returns a copy of all codes. Unknown cells may have another NaN than was written.
   TileCodes codes() const;
-  // Whether every cell has the same code.
+  // Returns whether every cell has the same code as in `codes`.
   bool Holds(const TileCodes& codes) const;
 
-  // The first column after `col` and before `end` whose code is not that of `col`, else `end`.
+  // Returns the first column in (col, end) whose code differs from that of `col`, or `end`.
   int32_t EndOfRun(int32_t row_in_tile, int32_t col, int32_t end) const;
 
-  // Whether the columns begin <= col < end of two rows have the same codes; false may also mean
-  // that their zeros or NaNs differ.
+  // Returns whether the columns begin <= col < end of two rows have the same codes. May return
+  // false if they differ only in the sign of a zero or in the bits of a NaN.
   bool HasSameCells(int32_t row_in_tile, int32_t other_row, int32_t begin, int32_t end) const;
 
-  // Asks the memory for the columns begin <= col < end of a row, which are read soon.
+  // Prefetches the columns begin <= col < end of a row.
   void Prefetch(int32_t row_in_tile, int32_t begin, int32_t end) const;
 
  protected:
-  // Cell i has code codes[i], or codes[bytes[i]] when there are bytes. They live in the tile.
+  // Cell i has code codes[i], or codes[bytes[i]] if `bytes` is not null. Both arrays belong to the
+  // subclass.
   Tile(const CellCode* codes, const uint8_t* bytes) : codes_(codes), bytes_(bytes) {}
   ~Tile() = default;
 
  private:
-  // The stored form of cells, for those who don't care for its meaning.
+  // The stored form of the cells, for functions that need not know the codes.
   struct Raw {
     const char* cells;
-    int64_t size;  // of a cell
+    int64_t size;  // Of a cell.
     const char* at(int32_t row_in_tile, int32_t col_in_tile) const {
       return cells + CellInTile(row_in_tile, col_in_tile) * size;
     }

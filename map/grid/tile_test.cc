@@ -17,7 +17,7 @@ using testing::UniformInt;
 
 uint32_t Bits(CellCode code) { return std::bit_cast<uint32_t>(code); }
 
-// Cells in runs of up to `longest`, each of one of `codes`.
+// Returns runs of up to `longest` cells, each with one of `codes`.
 TileCodes RandomCodes(Rng& rng, const std::vector<CellCode>& codes, int longest) {
   TileCodes cells;
   for (int32_t cell = 0; cell < kCellsPerTile;) {
@@ -62,7 +62,7 @@ TEST(TileTest, HoldsTheCodesItWasMadeOf) {
   const uint64_t seed = TestSeed();
   SCOPED_TRACE("HYPERMAP_TEST_SEED=" + std::to_string(seed));
   Rng rng(seed);
-  // About as many codes as a byte tells apart, and far fewer and more.
+  // About as many codes as a byte can number, and far fewer and more.
   for (const int num_codes : {1, 2, 5, 255, 256, 257, 10000}) {
     std::vector<CellCode> codes{kUnknownCode};
     while (static_cast<int>(codes.size()) < num_codes) {
@@ -81,7 +81,7 @@ TEST(TileTest, AllNaNsAreTheSameUnknown) {
   ExpectTileOf(RandomCodes(rng, {kUnknownCode, other_nan, -other_nan, 0.5F}, 20), rng);
 }
 
-// Zeros are equal, so a run holds both; who reads one gets the sign that was written.
+// Zeros of both signs are equal, so that a run may hold both; each cell keeps the sign written.
 TEST(TileTest, ZerosKeepTheirSign) {
   Rng rng(1);
   ExpectTileOf(RandomCodes(rng, {0.0F, -0.0F, 1.0F}, 20), rng);

@@ -5,17 +5,17 @@
 namespace hypermap {
 namespace {
 
-// The tiles of a row, of the columns that are looked at.
+// Iterates over the tiles of one row, within a range of columns.
 class TilesOfRow {
  public:
   TilesOfRow(const TileMap& tiles, int32_t row, int32_t col_begin, int32_t col_end)
       : end_(tiles.end()), next_(tiles.lower_bound({row, col_begin})), last_{row, col_end} {}
 
-  // The column of the next tile; that where the row ends when there is none.
+  // The column of the next tile, or the end of the range if there is none.
   int32_t col() const {
     return next_ == end_ || next_->first >= last_ ? last_.col : next_->first.col;
   }
-  // The next tile if it is in that column, else null. Goes on past it.
+  // Returns the next tile and advances, if that tile is in column `col`; otherwise returns null.
   const Tile* Take(int32_t col) {
     if (this->col() != col) return nullptr;
     return (next_++)->second.get();

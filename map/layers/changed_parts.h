@@ -1,4 +1,4 @@
-// Where two versions of a grid differ.
+// Finds the cells in which two versions of a grid differ.
 #ifndef HYPERMAP_MAP_LAYERS_CHANGED_PARTS_H_
 #define HYPERMAP_MAP_LAYERS_CHANGED_PARTS_H_
 
@@ -8,9 +8,9 @@
 
 namespace hypermap {
 
-// For each tile that has cells of `within` whose code is not as it was: the box around these cells.
-// The two are of one geometry and domain. Versions share the tiles that were not written, so that
-// it costs the tiles of `within` and the cells of those that were.
+// Returns, for each tile with cells of `within` whose codes differ, the box around these cells.
+// Both grids must have the same geometry and domain. Versions share tiles that were not written, so
+// that the cost is one step for each tile of `within`, plus the cells of tiles that were written.
 std::vector<CellBox> ChangedParts(const GridLayer& before, const GridLayer& after,
                                   const CellBox& within);
 

@@ -61,7 +61,7 @@ TEST(ChangedParts, ATileThatComesOrGoesChangesWhatIsKnownOfIt) {
   EXPECT_THAT(ChangedParts(*some, *EmptyGrid(), kAllCells), ElementsAre(CellBox{7, 9, -3, -1}));
 }
 
-// The tiles in which some cell of `within` differs, cell by cell.
+// Returns the tiles in which a cell of `within` differs, by comparing every cell.
 std::set<TileIndex> TilesThatDiffer(const GridLayer& a, const GridLayer& b, const CellBox& within) {
   std::set<TileIndex> tiles;
   for (int32_t row = within.row_begin; row < within.row_end; ++row) {

@@ -1,4 +1,4 @@
-// What has been seen: one bit per cell.
+// Exploration: one bit per cell, whether it was seen.
 #ifndef HYPERMAP_MAP_LAYERS_EXPLORATION_LAYER_H_
 #define HYPERMAP_MAP_LAYERS_EXPLORATION_LAYER_H_
 
@@ -6,8 +6,8 @@
 
 namespace hypermap {
 
-// 0 unexplored, 1 explored; cells that are not to be explored are unknown. Takes explored,
-// unexplored and unknown.
+// Values are 0 (unexplored) and 1 (explored); cells outside the area to explore are unknown.
+// Queries may ask for explored, unexplored and unknown.
 class ExplorationDomain : public CellDomain {
  public:
   absl::StatusOr<CellCode> Encode(double value) const override;

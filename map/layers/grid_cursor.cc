@@ -6,11 +6,12 @@
 namespace hypermap {
 namespace {
 
-// How many cells or rows a cursor looks at before it lets its caller breathe.
+// Approximate number of cells that a part reads at most, so that the caller can check for
+// cancellation.
 constexpr int64_t kCellsPerPart = int64_t{1} << 20;
 
-// Rows lie too far apart for the processor to foresee which come next. So many are asked for
-// ahead, of rows that are not longer than this.
+// The hardware prefetcher does not follow rows, which lie far apart in memory. So many rows are
+// prefetched ahead, unless rows are longer than kPrefetchedColumns.
 constexpr int32_t kRowsAhead = 24;
 constexpr int32_t kPrefetchedColumns = 256;
 
@@ -33,7 +34,7 @@ AnswerPart GridCursor::Next(int max_items) {
   const auto max_runs = static_cast<size_t>(max_items);
   AnswerPart part;
   std::vector<CellRun>& runs = part.runs;
-  // Most areas have a few runs in a row.
+  // Most areas have a few runs per row.
   constexpr int64_t kLikely = 256;
   runs.reserve(std::min({int64_t{max_items}, 4 * (int64_t{box_.row_end} - row_), kLikely}));
   TakePending(max_runs, &runs);
@@ -100,7 +101,7 @@ void GridCursor::Append(int32_t begin, int32_t end, CellCode code, std::vector<C
     }
   }
   last_code_ = code;
-  // In place: an optional that is copied right after it was set makes the processor wait.
+  // Set in place: copying an optional right after setting it stalls the processor.
   CellRun& run = runs->emplace_back();
   run.row = row_;
   run.col_begin = begin;

@@ -1,4 +1,4 @@
-// The answers of a grid in parts. Private to this folder.
+// Reads answers of a grid in parts. Private to this folder.
 #ifndef HYPERMAP_MAP_LAYERS_GRID_CURSOR_H_
 #define HYPERMAP_MAP_LAYERS_GRID_CURSOR_H_
 
@@ -16,8 +16,8 @@
 
 namespace hypermap {
 
-// Answers with the runs of the cells of a grid, or of those that a polygon covers; of all, or of
-// those whose code matches.
+// Returns the runs of a grid's cells, or of those that a polygon covers; all of them, or those
+// whose codes match a predicate.
 class GridCursor : public AnswerCursor {
  public:
   GridCursor(std::shared_ptr<const GridLayer> layer, std::optional<CellCover> cover,
@@ -28,13 +28,15 @@ class GridCursor : public AnswerCursor {
 
  private:
   void TakePending(size_t max_items, std::vector<CellRun>* runs);
-  // Adds the runs of the next row. `before`: where in `runs` those of the row before begin.
+  // Adds the runs of the next row. `before` is the index in `runs` at which those of the row before
+  // begin.
   void ReadRow(std::optional<size_t> before, std::vector<CellRun>* runs);
   void RepeatRow(size_t before, std::vector<CellRun>* runs);
-  // Whether the next row has the cells of the row before, which saves looking at each.
+  // Whether the next row equals the row before, so that its runs can be copied without reading
+  // cells.
   bool IsLikeTheRowBefore();
   void Append(int32_t begin, int32_t end, CellCode code, std::vector<CellRun>* runs);
-  // Asks the memory for the rows up to this one.
+  // Prefetches the cells of the rows before `row_end`.
   void PrefetchTo(int32_t row_end);
 
   std::shared_ptr<const GridLayer> layer_;
@@ -42,12 +44,14 @@ class GridCursor : public AnswerCursor {
   std::optional<CodePredicate> predicate_;
   CellBox box_;
   int32_t row_;
-  int32_t prefetched_;  // the rows before this one
+  int32_t prefetched_;  // Rows before this one are prefetched.
   RowReader reader_;
-  // Of the rows that were read last and come next, up to spans_end_.
+  // Columns of the rows from the one read last up to spans_end_; all of these rows have the same
+  // ones.
   ColumnSpans spans_;
   int32_t spans_end_;
-  // What a row had more than the part had room for, from the taken_-th on.
+  // Runs of the last row that did not fit into the part; those from `taken_` on are still to be
+  // returned.
   std::vector<CellRun> pending_;
   size_t taken_ = 0;
   CellCode last_code_ = kUnknownCode;

@@ -11,7 +11,7 @@
 namespace hypermap {
 namespace {
 
-// The k nearest matching cells, by best-first search over boxes of cells.
+// Finds the k nearest matching cells by best-first search over boxes of cells.
 class NearestCells {
  public:
   NearestCells(const GridLayer& layer, const Point& p, CodePredicate matches, int k)
@@ -23,7 +23,7 @@ class NearestCells {
         reader_(layer.tiles()) {}
 
   std::vector<Neighbour> Run() && {
-    // Unknown cells may lie in tiles that don't exist; everything else lies in one that does.
+    // Unknown cells may be where there is no tile; known cells are always in one.
     if (matches_(kUnknownCode)) {
       Push(layer_.extent());
     } else {
@@ -117,8 +117,8 @@ class NearestCells {
   const CodePredicate matches_;
   const int k_;
   RowReader reader_;
-  std::priority_queue<Entry> open_;  // nearest first
-  std::priority_queue<Found> best_;  // farthest first
+  std::priority_queue<Entry> open_;  // Nearest first.
+  std::priority_queue<Found> best_;  // Farthest first.
 };
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Layers made of cells: sparse, tiled, growing where written.
+// Grid layers: sparse, tiled, growing where they are written.
 #ifndef HYPERMAP_MAP_LAYERS_GRID_LAYER_H_
 #define HYPERMAP_MAP_LAYERS_GRID_LAYER_H_
 
@@ -19,14 +19,14 @@ namespace hypermap {
 // Ordered by row, then column.
 using TileMap = absl::btree_map<TileIndex, TilePtr>;
 
-// A grid of one of the grid kinds; `domain` says what its cells mean. Cells never written are
-// unknown. The extent is the smallest box of all cells that were ever written (also as unknown):
-// inside of it a cell is known or unknown, out of it the layer has nothing to say.
+// A grid of one of the grid kinds; `domain` defines the meaning of its cells. The extent is the
+// smallest box of all cells that were ever written (also as unknown). Cells in it that were never
+// written are unknown; outside it the layer has no answer.
 class GridLayer : public Layer {
  public:
   // An empty grid. `spec.grid` must be set.
   GridLayer(LayerSpec spec, std::shared_ptr<const CellDomain> domain);
-  // A grid with content, all of which lies in `extent`.
+  // A grid with content, which must lie in `extent`.
   GridLayer(LayerSpec spec, std::shared_ptr<const CellDomain> domain, TileMap tiles,
             CellBox extent);
 
@@ -37,14 +37,14 @@ class GridLayer : public Layer {
   const std::shared_ptr<const CellDomain>& shared_domain() const { return domain_; }
 
   CellCode CodeAt(const CellIndex& cell) const;
-  // nullopt when unknown or outside.
+  // Returns nullopt if the cell is unknown or outside the extent.
   std::optional<double> ValueAt(const CellIndex& cell) const;
 
   Box Bounds() const override;
   int64_t Size() const override { return extent_.num_cells(); }
   using Layer::ContentAt;
   using Layer::ContentAtEach;
-  // Of the one cell that `p` lies in, whatever the tolerance.
+  // Returns the content of the cell that contains `p`; ignores the tolerance.
   PointContent ContentAt(const Point& p, double tolerance_m) const override;
   void ContentAtEach(absl::Span<const Point> points, double tolerance_m,
                      PointsContent* content) const override;
@@ -59,29 +59,31 @@ class GridLayer : public Layer {
   CellBox extent_;
 };
 
-// Writes cells into a copy of a grid, copying only the tiles it touches. One thread.
+// Writes cells into a copy of a grid. Copies only the tiles that it writes. Used by one thread.
 class GridWriter {
  public:
   explicit GridWriter(std::shared_ptr<const GridLayer> layer);
 
-  // Sets the cells of `box`; `values` row-major, lowest row first, nullopt = unknown. The extent
-  // grows by the box. INVALID_ARGUMENT when the count does not fit, the box is empty or leaves
-  // kAllCells, or the kind does not have a value; then nothing is written.
+  // Sets the cells of `box`. `values` is row-major, lowest row first; nullopt means unknown. The
+  // extent grows to include the box. INVALID_ARGUMENT if the number of values does not fit, the box
+  // is empty or exceeds kAllCells, or the kind does not have one of the values; then nothing is
+  // written.
   absl::Status Write(const CellBox& box, const std::vector<std::optional<double>>& values);
 
-  // Sets the cells that `area` (layer frame) selects by `rule`. The extent grows by the selected
-  // cells' box. `max_cells` bounds the cells: RESOURCE_EXHAUSTED.
+  // Sets the cells that `area` (layer frame) selects by `rule`. The extent grows to include them.
+  // INVALID_ARGUMENT if the area exceeds kAllCells or the kind does not have the value;
+  // RESOURCE_EXHAUSTED if the bounding box of the selection has more than `max_cells` cells.
   absl::Status Fill(const Polygon& area, CellRule rule, std::optional<double> value,
                     int64_t max_cells);
 
-  // The tiles that were written, with their content before (null when new).
+  // A written tile, before (null if new) and after.
   struct WrittenTile {
     TilePtr before;
     TilePtr after;
   };
   using WrittenTiles = absl::btree_map<TileIndex, WrittenTile>;
 
-  // Ends the writing. Tiles whose content did not change are left out.
+  // Finishes the copy. `written` leaves out tiles whose content did not change.
   struct Result {
     std::shared_ptr<const GridLayer> layer;
     WrittenTiles written;
@@ -97,7 +99,7 @@ class GridWriter {
   CellBox extent_;
 };
 
-// The layer as one of cells; null when it is null or of another kind.
+// Returns the layer as a grid; null if it is null or has another kind.
 const GridLayer* AsGrid(const Layer* layer);
 std::shared_ptr<const GridLayer> AsGrid(const LayerPtr& layer);
 

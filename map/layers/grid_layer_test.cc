@@ -48,10 +48,10 @@ Cells Expand(const std::vector<CellRun>& runs) {
   return cells;
 }
 
-// A grid beside the plain map of cells that it should equal.
+// A grid and its oracle, a map of its cells.
 struct Modelled {
   std::shared_ptr<const GridLayer> grid;
-  Cells cells;  // every cell of the extent
+  Cells cells;  // Every cell of the extent.
 };
 
 Modelled RandomGrid(Rng& rng, LayerKind kind) {
@@ -102,7 +102,7 @@ TEST_P(GridLayerRandomTest, ContentInAreaIsEveryCellWhoseCentreIsCovered) {
   }
 }
 
-// Where rows are often like the row before.
+// The grid has patches, so that many rows equal the row before.
 TEST_P(GridLayerRandomTest, ContentInBoxesOfPatchesIsEveryCellWhoseCentreIsCovered) {
   const GridGeometry geometry{PlanarTransform(-15.4, -12.2, 0), 0.05};
   const CellBox box{-60, 200, -70, 190};
@@ -130,7 +130,7 @@ TEST_P(GridLayerRandomTest, ContentInBoxesOfPatchesIsEveryCellWhoseCentreIsCover
     }
     const auto runs = ReadAll(*grid->ContentIn(area), UniformInt(rng_, 1, 100));
     EXPECT_EQ(Expand(runs), expected);
-    // Runs are as long as they can be.
+    // Runs must be as long as possible.
     for (size_t r = 1; r < runs.size(); ++r) {
       EXPECT_FALSE(runs[r - 1].row == runs[r].row && runs[r - 1].col_end == runs[r].col_begin &&
                    runs[r - 1].value == runs[r].value);

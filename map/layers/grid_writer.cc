@@ -110,7 +110,7 @@ GridWriter::Result GridWriter::Finish() && {
   for (const auto& [index, codes] : dirty_) {
     const auto slot = tiles.find(index);
     const TilePtr before = slot == tiles.end() ? nullptr : slot->second;
-    // Where there is no tile all is unknown.
+    // No tile means that all cells are unknown.
     const bool is_same =
         before ? before->Holds(*codes) : std::all_of(codes->begin(), codes->end(), IsUnknown);
     if (is_same) continue;

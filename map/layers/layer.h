@@ -1,8 +1,8 @@
-// The interface of all layers: one entity map M = (P, O, E, c, s) of the Hypermap definition
-// (Zaenker, Verdoja, Kyrki, IROS 2020), in its own frame and with its own kind of value.
+// The interface of all layers. A layer is an entity map M = (P, O, E, c, s) of the Hypermap
+// definition (Zaenker, Verdoja, Kyrki, IROS 2020) with its own frame and its own kind of value.
 //
-// A Layer is an immutable value, shared between snapshots; readers need no lock. Everything here
-// speaks in the layer's own frame; map/query brings questions in and answers out of it.
+// A Layer is an immutable value that snapshots share, so that readers need no lock. All coordinates
+// are in the layer's own frame; map/query converts queries and answers.
 #ifndef HYPERMAP_MAP_LAYERS_LAYER_H_
 #define HYPERMAP_MAP_LAYERS_LAYER_H_
 
@@ -20,41 +20,41 @@
 
 namespace hypermap {
 
-// How a layer answers a question.
+// The kinds of answers that a layer gives to a query.
 enum class AnswerStatus {
-  kValue,             // it has an answer: a cell's value, or the (possibly empty) list of objects
-  kUnknown,           // a grid: the place lies in the layer's extent, but nothing is known of it
-  kOutside,           // a grid: the place lies outside of the layer's extent
-  kNoTransform,       // the layer's frame is not connected to the caller's
-  kUnsupportedValue,  // the layer can't take the value that was asked for
+  kValue,             // A cell's value, or a list of objects, which may be empty.
+  kUnknown,           // Grid: the place is in the layer's extent but unknown.
+  kOutside,           // Grid: the place is outside the layer's extent.
+  kNoTransform,       // The layer's frame is not connected to the caller's.
+  kUnsupportedValue,  // The layer does not support the value of the query.
 };
 
-// "value", "unknown", "outside", "no_transform", "unsupported_value".
+// Returns "value", "unknown", "outside", "no_transform" or "unsupported_value".
 absl::string_view AnswerStatusName(AnswerStatus status);
 
-// c(p): what a layer says of a point.
+// c(p): the content of a layer at a point.
 struct PointContent {
   AnswerStatus status = AnswerStatus::kValue;
-  std::optional<double> value;     // a grid's, when status is kValue
-  std::vector<ObjectPtr> objects;  // a semantic layer's, by id
+  std::optional<double> value;     // Of a grid, if status is kValue.
+  std::vector<ObjectPtr> objects;  // Of a semantic layer, sorted by id.
 };
 
-// c(p) of many points. Lists run parallel to the points, or are empty: a grid has no hits, a
-// semantic layer neither statuses nor values.
+// c(p) of many points. Each list is either parallel to the points or empty: a grid has no hits, and
+// a semantic layer has neither statuses nor values.
 struct PointsContent {
-  // `object` is met by point number `point`.
+  // `object` is at point number `point`.
   struct Hit {
     uint32_t point;
-    const SemanticObject* object;  // lives as long as the layer
+    const SemanticObject* object;  // Valid for as long as the layer.
   };
   std::vector<AnswerStatus> statuses;
-  std::vector<double> values;  // NaN where the status is not kValue
-  std::vector<Hit> hits;       // by point, then id
+  std::vector<double> values;  // NaN where the status is not kValue.
+  std::vector<Hit> hits;       // Sorted by point, then by id.
 
   void Clear();
 };
 
-// A part of an answer: objects by id, or runs of cells by row and column.
+// A part of an answer: objects sorted by id, or runs of cells by row and column.
 struct AnswerPart {
   std::vector<ObjectPtr> objects;
   std::vector<CellRun> runs;
@@ -62,24 +62,28 @@ struct AnswerPart {
   bool empty() const { return objects.empty() && runs.empty(); }
 };
 
-// Gives a layer's answer in parts, so that its size is bounded by what the receiver takes, not by
-// what the layer holds. Keeps the layer alive. Not thread safe.
+// Returns a layer's answer in parts, so that memory is bounded by the size of a part and not by
+// that of the layer:
+//
+//   while (!cursor->done()) Send(cursor->Next(/*max_items=*/1000));
+//
+// Keeps the layer alive. Not thread-safe.
 class AnswerCursor {
  public:
   virtual ~AnswerCursor() = default;
 
-  // The next part. Stops when it holds `max_items` objects or runs, or after a bounded amount of
-  // work even if nothing was found (so that the caller may look whether it is still wanted). An
-  // empty part with done() false means "go on".
+  // Returns the next part. A part ends at `max_items` objects or runs, or after a bounded amount of
+  // work, so that the caller can check for cancellation. Therefore a part may be empty before
+  // done().
   virtual AnswerPart Next(int max_items) = 0;
   virtual bool done() const = 0;
 };
 
-// One answer of a nearest search.
+// A match of a nearest search.
 struct Neighbour {
-  double distance_m = 0.0;  // to the object's nearest point, or to the cell's centre
-  ObjectPtr object;         // a semantic layer's
-  CellRun cell;             // a grid's: one cell, when object is null
+  double distance_m = 0.0;  // To the nearest point of the object, or to the centre of the cell.
+  ObjectPtr object;         // Of a semantic layer.
+  CellRun cell;             // Of a grid: one cell, if object is null.
 };
 
 class Layer : public std::enable_shared_from_this<Layer> {
@@ -88,35 +92,36 @@ class Layer : public std::enable_shared_from_this<Layer> {
 
   const LayerSpec& spec() const { return spec_; }
 
-  // A closed box of all content, layer frame; empty for an empty layer.
+  // A closed box around all content, in the layer's frame; empty for an empty layer.
   virtual Box Bounds() const = 0;
 
   // Number of objects, or of cells in the extent.
   virtual int64_t Size() const = 0;
 
   // c(p): the cell at `p`, or the objects whose shape is at most `tolerance_m` (>= 0) away. With
-  // tolerance 0 a polygon is found by its area, a line string or point only where it is met
-  // exactly.
+  // tolerance 0, polygons are found by their area, and line strings and points only if `p` is
+  // exactly on them.
   virtual PointContent ContentAt(const Point& p, double tolerance_m) const = 0;
   PointContent ContentAt(const Point& p) const { return ContentAt(p, 0.0); }
 
-  // c(p) of each of `points`, all finite, in place of what `content` held. At most 2^32 of them.
+  // c(p) of each of `points`, which must be finite and at most 2^32. Replaces the content of
+  // `content`.
   virtual void ContentAtEach(absl::Span<const Point> points, double tolerance_m,
                              PointsContent* content) const = 0;
   void ContentAtEach(absl::Span<const Point> points, PointsContent* content) const {
     ContentAtEach(points, 0.0, content);
   }
 
-  // c(area): the objects that intersect `area`; the cells of the extent whose centre it covers.
+  // c(area): the objects that intersect `area`, or the cells of the extent whose centres it covers.
   virtual std::unique_ptr<AnswerCursor> ContentIn(const Polygon& area) const = 0;
 
-  // s(u(value)): what matches, in all the layer or in `area` (may be null; selects as ContentIn
-  // does). Null when the layer can't take the value.
+  // s(u(value)): the matches in the layer, or in `area` if it is not null (selected as by
+  // ContentIn). Returns null if the layer does not support the value.
   virtual std::unique_ptr<AnswerCursor> Find(const ValueQuery& value,
                                              const Polygon* area) const = 0;
 
-  // The `k` nearest matches, nearest first, ties by id or by row and column. nullopt when the layer
-  // can't take the value.
+  // Returns the `k` nearest matches, nearest first; ties are sorted by id, or by row and column.
+  // nullopt if the layer does not support the value.
   virtual std::optional<std::vector<Neighbour>> Nearest(const Point& p, const ValueQuery& value,
                                                         int k) const = 0;
 

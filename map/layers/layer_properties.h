@@ -1,4 +1,4 @@
-// What a layer's content is like, for programs that show layers of kinds they do not know.
+// Describes the content of a layer to programs that show layers of kinds that they do not know.
 #ifndef HYPERMAP_MAP_LAYERS_LAYER_PROPERTIES_H_
 #define HYPERMAP_MAP_LAYERS_LAYER_PROPERTIES_H_
 
@@ -12,17 +12,17 @@
 namespace hypermap {
 
 struct LayerProperties {
-  // Whether it has a grid and answers with values.
+  // Whether it is a grid, which answers with values.
   bool has_cells = false;
-  // Whether it holds objects.
+  // Whether it contains objects.
   bool has_shapes = false;
   // The unit of the cells' values; may be empty.
   std::string unit;
-  // The cells' values; absent: any number.
+  // Range of the cells' values; nullopt: any number.
   std::optional<CellValueRange> value_range;
-  // Words that cells can be asked for, such as "free".
+  // Words that queries for cells may use, such as "free".
   std::vector<std::string> words;
-  // Whether cells hold one of two values.
+  // Whether cells have one of two values only.
   bool is_binary = false;
 
   friend bool operator==(const LayerProperties&, const LayerProperties&) = default;

@@ -66,7 +66,7 @@ TEST(LayerPropertiesTest, ValueRangeIsThatOfTheCells) {
     const CellValueRange range = properties.value_range.value_or(CellValueRange{-1e6, 1e6});
     EXPECT_TRUE(domain->Encode(range.min).ok());
     EXPECT_TRUE(domain->Encode(range.max).ok());
-    // Between two values of a binary layer there is none.
+    // A binary layer has no value between its two.
     EXPECT_EQ(domain->Encode((range.min + range.max) / 2).ok(), !properties.is_binary);
     EXPECT_EQ(domain->Encode(range.min - 1).ok(), !properties.value_range.has_value());
     EXPECT_EQ(domain->Encode(range.max + 1).ok(), !properties.value_range.has_value());

@@ -1,4 +1,4 @@
-// The one place that knows all layer kinds.
+// The registry of layer kinds, the only place that lists them all.
 #ifndef HYPERMAP_MAP_LAYERS_LAYER_REGISTRY_H_
 #define HYPERMAP_MAP_LAYERS_LAYER_REGISTRY_H_
 
@@ -12,10 +12,10 @@ namespace hypermap {
 // Whether layers of this kind are made of cells (GridLayer) rather than objects (SemanticLayer).
 bool IsGridKind(LayerKind kind);
 
-// The value domain of a grid kind; null for others.
+// Returns the value domain of a grid kind; null for other kinds.
 std::shared_ptr<const CellDomain> MakeCellDomain(const LayerSpec& spec);
 
-// A layer without content. `spec` must be valid.
+// Makes a layer without content. `spec` must be valid.
 LayerPtr MakeEmptyLayer(LayerSpec spec);
 
 }  // namespace hypermap

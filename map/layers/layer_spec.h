@@ -1,4 +1,4 @@
-// What a layer is, apart from its content.
+// The specification of a layer, without its content.
 #ifndef HYPERMAP_MAP_LAYERS_LAYER_SPEC_H_
 #define HYPERMAP_MAP_LAYERS_LAYER_SPEC_H_
 
@@ -14,20 +14,21 @@
 
 namespace hypermap {
 
-// The kinds a layer can be of. A new kind: a line here, one in layer_registry.cc, its file pair in
-// this folder, its storage codec and its wire name.
+// The kinds of layers. A new kind needs a value here, a line in layer_registry.cc, its pair of
+// files in this folder, its storage codec and its wire name.
 enum class LayerKind { kOccupancy, kExploration, kSemantic, kScalar };
 
-// "occupancy", "exploration", "semantic", "scalar".
+// Returns "occupancy", "exploration", "semantic" or "scalar".
 absl::string_view LayerKindName(LayerKind kind);
 std::optional<LayerKind> ParseLayerKind(absl::string_view name);
 
-// "centre", "covered", "touched".
+// Returns "centre", "covered" or "touched".
 absl::string_view CellRuleName(CellRule rule);
 std::optional<CellRule> ParseCellRule(absl::string_view name);
 
-// Which probabilities of an occupancy layer are called free (p < free_below) and occupied
-// (p > occupied_above). Both strict; what lies between is neither. Defaults are ROS map_server's.
+// The probabilities of an occupancy layer that count as free (p < free_below) and as occupied (p >
+// occupied_above). Both bounds are exclusive; values between them are neither. The defaults are
+// those of ROS map_server.
 struct OccupancyThresholds {
   double free_below = 0.196;
   double occupied_above = 0.65;
@@ -36,32 +37,33 @@ struct OccupancyThresholds {
 };
 
 struct LayerSpec {
-  // Unique in its map: letters, digits, '_', '-', '.'; 1 to 63 characters, beginning with a letter
-  // or digit.
+  // Unique in its map: 1 to 63 characters out of letters, digits, '_', '-' and '.', beginning with
+  // a letter or digit.
   std::string name;
   LayerKind kind = LayerKind::kSemantic;
   // The frame of the layer's coordinates.
   std::string frame_id;
-  // For the grid kinds: where the cells lie in the layer's frame. Absent for kSemantic.
+  // For the grid kinds: the position of the cells in the layer's frame. nullopt for kSemantic.
   std::optional<GridGeometry> grid;
   // For kOccupancy.
   OccupancyThresholds thresholds;
-  // For kExploration: which cells what observations saw to be free makes explored.
+  // For kExploration: the rule by which free space in an observation selects the cells that become
+  // explored.
   CellRule explored_rule = CellRule::kCentre;
   // For kScalar: the unit of the values, free text ("dBm", "degC"); may be empty.
   std::string unit;
-  // For kSemantic: other words for its labels, folded.
+  // For kSemantic: additional words for its labels, folded.
   ValueAliases aliases;
-  // For kSemantic: which kinds of shape its objects may have; at least one.
+  // For kSemantic: the kinds of shapes that its objects may have; at least one.
   ShapeKinds shape_kinds;
 
   friend bool operator==(const LayerSpec&, const LayerSpec&) = default;
 };
 
-// INVALID_ARGUMENT naming the field that is wrong.
+// Returns INVALID_ARGUMENT naming the field that is wrong.
 absl::Status Validate(const LayerSpec& spec);
 
-// Names of maps, layers and frames: see LayerSpec::name; frames may also hold '/'.
+// Validates names of maps, layers and frames: see LayerSpec::name. Frames may also contain '/'.
 absl::Status ValidateName(absl::string_view field, absl::string_view name);
 absl::Status ValidateFrameId(absl::string_view field, absl::string_view frame_id);
 

@@ -1,4 +1,4 @@
-// Probability of occupation per cell.
+// Occupancy: the probability per cell that it is occupied.
 #ifndef HYPERMAP_MAP_LAYERS_OCCUPANCY_LAYER_H_
 #define HYPERMAP_MAP_LAYERS_OCCUPANCY_LAYER_H_
 
@@ -7,9 +7,9 @@
 
 namespace hypermap {
 
-// Values in [0, 1], held in steps of 1/10,000, so that a probability of up to four decimals comes
-// back as exactly the double that was written. Takes free, occupied (by the thresholds), unknown,
-// and comparisons.
+// Values are in [0, 1], stored in steps of 1/10,000, so that probabilities with up to four decimals
+// are returned as exactly the double that was written. Queries may ask for free, occupied (by the
+// thresholds), unknown, and comparisons.
 class OccupancyDomain : public CellDomain {
  public:
   static constexpr double kStepsPerUnit = 10000.0;

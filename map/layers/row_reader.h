@@ -1,4 +1,4 @@
-// The rows of a grid across its tiles. Private to this folder.
+// Reads the rows of a grid across its tiles. Private to this folder.
 #ifndef HYPERMAP_MAP_LAYERS_ROW_READER_H_
 #define HYPERMAP_MAP_LAYERS_ROW_READER_H_
 
@@ -11,14 +11,15 @@
 
 namespace hypermap {
 
-// Reads a row at a time. Rows that begin in the same tile as the one before find it at once, also
-// those asked for ahead in the next row of tiles. The tiles outlive the reader. One thread.
+// Reads one row at a time. Finds the first tile of a row at once if a row that was read lately
+// begins in it, also when rows of the next row of tiles are prefetched in between. The tiles must
+// outlive the reader. Used by one thread.
 class RowReader {
  public:
   explicit RowReader(const TileMap& tiles) : tiles_(tiles), end_(tiles.end()), found_{end_, end_} {}
 
-  // Calls `visit(col_begin, col_end, code)` for maximal pieces of one tile's equal codes, left to
-  // right; where there is no tile, for the gap.
+  // Calls `visit(col_begin, col_end, code)`, left to right, for the maximal runs of equal codes
+  // within each tile, and for the gaps between tiles as unknown.
   template <typename VisitRun>
   void Visit(int32_t row, const ColumnSpan& span, VisitRun visit) {
     int32_t col = span.col_begin;
@@ -34,10 +35,10 @@ class RowReader {
     if (col < span.col_end) visit(col, span.col_end, kUnknownCode);
   }
 
-  // Whether Visit finds in this row what it finds in the one before; false may also mean that it is
-  // too much to tell.
+  // Whether Visit would find the same in this row and in the row before. False may also mean that
+  // finding out is too expensive.
   bool IsLikeTheRowBefore(int32_t row, const ColumnSpan& span) {
-    if (row % kTileSide == 0) return false;  // in other tiles
+    if (row % kTileSide == 0) return false;  // Its row before is in other tiles.
     bool is_like = true;
     VisitTiles(row, span,
                [&](const Tile& tile, int32_t row_in_tile, int32_t first, const ColumnSpan& part) {
@@ -48,7 +49,7 @@ class RowReader {
     return is_like;
   }
 
-  // Asks the memory for what Visit reads.
+  // Prefetches the cells that Visit would read.
   void Prefetch(int32_t row, const ColumnSpan& span) {
     VisitTiles(row, span,
                [](const Tile& tile, int32_t row_in_tile, int32_t first, const ColumnSpan& part) {
@@ -57,7 +58,8 @@ class RowReader {
   }
 
  private:
-  // Calls `visit(tile, row in it, its first column, the part of the span in it)`, left to right.
+  // Calls `visit(tile, row in the tile, first column of the tile, part of the span in the tile)`,
+  // left to right.
   template <typename VisitTile>
   void VisitTiles(int32_t row, const ColumnSpan& span, VisitTile visit) {
     const int32_t tile_row = FloorDiv(row, kTileSide);
@@ -75,7 +77,8 @@ class RowReader {
 
   const TileMap& tiles_;
   const TileMap::const_iterator end_;
-  TileMap::const_iterator found_[2];  // where a row began lately, of even and odd rows of tiles
+  // The first tile of the row read last, for even and for odd rows of tiles.
+  TileMap::const_iterator found_[2];
 };
 
 }  // namespace hypermap

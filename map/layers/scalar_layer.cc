@@ -8,7 +8,7 @@
 namespace hypermap {
 namespace {
 
-// The nearest 32-bit float; beyond the largest, infinity (which no cell holds).
+// Returns the nearest 32-bit float; infinity, which no cell holds, for values beyond the largest.
 float Narrow(double value) {
   constexpr double kLargest = std::numeric_limits<float>::max();
   if (std::abs(value) <= kLargest) return static_cast<float>(value);

@@ -1,4 +1,4 @@
-// A measured number per cell: radio strength, temperature.
+// Scalars: a measured number per cell, such as radio signal strength or temperature.
 #ifndef HYPERMAP_MAP_LAYERS_SCALAR_LAYER_H_
 #define HYPERMAP_MAP_LAYERS_SCALAR_LAYER_H_
 
@@ -6,8 +6,9 @@
 
 namespace hypermap {
 
-// Finite 32-bit floats. Takes unknown and comparisons; `=x` and the ends of a range compare with x
-// rounded to 32 bits, so that a value is found by the number that was written.
+// Values are finite 32-bit floats. Queries may ask for unknown and comparisons. `=x` and the ends
+// of a range compare with x rounded to 32 bits, so that a value is found by the number that was
+// written.
 class ScalarDomain : public CellDomain {
  public:
   absl::StatusOr<CellCode> Encode(double value) const override;

@@ -13,10 +13,10 @@
 namespace hypermap {
 namespace {
 
-// How many objects a cursor tests before it lets its caller breathe.
+// Number of objects that a part tests at most, so that the caller can check for cancellation.
 constexpr size_t kTestsPerPart = 4096;
 
-// Gives candidates that pass the exact test against an area, or all of them, by id.
+// Returns the candidates by id: those that intersect an area exactly, or all of them.
 class ObjectCursor : public AnswerCursor {
  public:
   ObjectCursor(std::shared_ptr<const ObjectIndex> index, const Polygon* area)
@@ -25,7 +25,7 @@ class ObjectCursor : public AnswerCursor {
   }
 
   void Offer(const ObjectPtr& object) { candidates_.push_back({object->id, &object}); }
-  // After the last offer.
+  // Must be called after the last Offer and before Next.
   void Sort() {
     std::sort(candidates_.begin(), candidates_.end(),
               [](const Candidate& a, const Candidate& b) { return a.id < b.id; });
@@ -47,7 +47,7 @@ class ObjectCursor : public AnswerCursor {
  private:
   struct Candidate {
     ObjectId id;
-    const ObjectPtr* place;  // in the index
+    const ObjectPtr* place;  // In the index.
   };
 
   std::shared_ptr<const ObjectIndex> index_;
@@ -56,8 +56,8 @@ class ObjectCursor : public AnswerCursor {
   size_t next_ = 0;
 };
 
-// Keeps the k nearest of the objects it is offered. Measures them in groups, as each object has to
-// be fetched from three places in memory, one after the other.
+// Keeps the k nearest of the offered objects. Measures them in groups, so that their waits for
+// memory overlap: each object takes three dependent reads.
 class NearestObjects {
  public:
   NearestObjects(const Point& p, int k)
@@ -65,7 +65,8 @@ class NearestObjects {
         k_(static_cast<size_t>(k)),
         group_(std::min<size_t>(std::max(k_, kMinGroup), kMaxGroup)) {}
 
-  // Returns the distance past which nothing can get in. What was offered must stay where it is.
+  // Returns the distance beyond which an object cannot be among the k nearest. Keeps a pointer to
+  // `object` until Take.
   double Offer(const ObjectPtr& object) {
     __builtin_prefetch(&object);
     offered_.push_back(&object);
@@ -101,7 +102,7 @@ class NearestObjects {
   }
 
   void Measure() {
-    // All of it, as most will be told.
+    // The whole object, since most of those measured are returned and read by the caller.
     for (const ObjectPtr* place : offered_) PrefetchObject(**place);
     for (const ObjectPtr* place : offered_) PrefetchVertices((*place)->shape);
     for (const ObjectPtr* place : offered_) {
@@ -119,7 +120,7 @@ class NearestObjects {
   size_t k_;
   size_t group_;
   absl::InlinedVector<const ObjectPtr*, kMaxGroup> offered_;
-  std::priority_queue<Found, absl::InlinedVector<Found, kMaxGroup>> best_;  // farthest first
+  std::priority_queue<Found, absl::InlinedVector<Found, kMaxGroup>> best_;  // Farthest first.
 };
 
 }  // namespace
@@ -161,7 +162,7 @@ std::optional<SemanticLayer::Wanted> SemanticLayer::Translate(const ValueQuery& 
 }
 
 void SemanticLayer::VisitWithin(const Point& p, double tolerance_m, ObjectVisitor visit) const {
-  // Rounding of the box's sides must leave nothing out.
+  // Widens the box so that rounding of its sides leaves out no object.
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   const auto below = [](double v) { return std::nextafter(v, -kInfinity); };
   const auto above = [](double v) { return std::nextafter(v, kInfinity); };

@@ -1,4 +1,4 @@
-// Layers made of labelled shapes: polygons, line strings and points.
+// Semantic layers: labelled polygons, line strings and points.
 #ifndef HYPERMAP_MAP_LAYERS_SEMANTIC_LAYER_H_
 #define HYPERMAP_MAP_LAYERS_SEMANTIC_LAYER_H_
 
@@ -14,24 +14,24 @@
 
 namespace hypermap {
 
-// Objects and their aliases, asked and changed through an ObjectIndex that versions of the layer
-// share for the greater part.
+// A layer of objects, with aliases of their labels. The objects are in an ObjectIndex, most of
+// which versions of the layer share.
 class SemanticLayer : public Layer {
  public:
   explicit SemanticLayer(LayerSpec spec);
-  // `objects` with distinct ids.
+  // The ids of `objects` must be distinct.
   SemanticLayer(LayerSpec spec, std::vector<ObjectPtr> objects);
 
-  // The layer after `changes`: id -> object put, or null for removed.
+  // Returns the layer after `changes`, a map from id to the new object, or to null for a removal.
   std::shared_ptr<const SemanticLayer> With(
       const absl::btree_map<ObjectId, ObjectPtr>& changes) const;
 
-  // The layer with the same objects and other aliases.
+  // Returns the layer with the same objects and other aliases.
   std::shared_ptr<const SemanticLayer> WithAliases(ValueAliases aliases) const;
 
-  // Null when there is none.
+  // Returns null if there is no such object.
   ObjectPtr Find(ObjectId id) const;
-  // All objects by id.
+  // Returns all objects, sorted by id.
   std::vector<ObjectPtr> Objects() const { return index_->Objects(); }
 
   Box Bounds() const override { return index_->bounds(); }
@@ -49,20 +49,20 @@ class SemanticLayer : public Layer {
  private:
   SemanticLayer(LayerSpec spec, std::shared_ptr<const ObjectIndex> index);
 
-  // The folded words, one of which an object must have: u(value).
+  // u(value): the folded words, one of which an object must have.
   struct Wanted {
     ObjectIndex::WordKind kind;
     std::set<std::string> words;
   };
   // Visits the objects whose distance from `p` is at most `tolerance_m`, by id.
   void VisitWithin(const Point& p, double tolerance_m, ObjectVisitor visit) const;
-  // nullopt when `value` is neither a label nor a tag.
+  // Returns nullopt if `value` is neither a label nor a tag.
   std::optional<Wanted> Translate(const ValueQuery& value) const;
 
   const std::shared_ptr<const ObjectIndex> index_;
 };
 
-// The layer as one of objects; null when it is null or of another kind.
+// Returns the layer as a semantic layer; null if it is null or has another kind.
 const SemanticLayer* AsSemantic(const Layer* layer);
 std::shared_ptr<const SemanticLayer> AsSemantic(const LayerPtr& layer);
 

@@ -57,7 +57,7 @@ ObjectPtr Dock(ObjectId id, const Point& p) {
   return WithId(id, {.label = "dock", .shape = *Shape::MakePoint(p)});
 }
 
-// Many points at once against the same one by one.
+// Compares answers for many points at once with answers for each of them.
 void ExpectEachAsAlone(const SemanticLayer& layer, double tolerance_m, Rng& rng) {
   std::vector<Point> points;
   for (int i = UniformInt(rng, 0, 300); i > 0; --i) {
@@ -78,7 +78,7 @@ void ExpectEachAsAlone(const SemanticLayer& layer, double tolerance_m, Rng& rng)
   EXPECT_TRUE(content.values.empty());
 }
 
-// Every question of the layer against a walk through all objects.
+// Compares every query of the layer with a scan of all objects.
 void ExpectEqualToModel(const SemanticLayer& layer, const Model& model, Rng& rng) {
   ASSERT_EQ(layer.Size(), static_cast<int64_t>(model.size()));
   Box bounds;
@@ -92,7 +92,7 @@ void ExpectEqualToModel(const SemanticLayer& layer, const Model& model, Rng& rng
   ASSERT_EQ(layer.Bounds(), bounds);
 
   Point p{Uniform(rng, -20, 20), Uniform(rng, -20, 20)};
-  // A line or point is met at a vertex of its own, hardly ever at random.
+  // Lines and points are hardly ever met at random, so use one of their vertices.
   if (!model.empty() && UniformInt(rng, 0, 1)) {
     const int chosen = UniformInt(rng, 0, static_cast<int>(model.size()) - 1);
     p = RandomVertex(rng, std::next(model.begin(), chosen)->second->shape);
@@ -211,11 +211,11 @@ TEST(SemanticLayerTest, LinesAndPointsAreMetOnlyExactlyWithoutTolerance) {
 TEST(SemanticLayerTest, ToleranceIsAClosedDistance) {
   const SemanticLayer layer({.name = "s", .frame_id = "map"},
                             {Lane(1, {{0, 0}, {10, 0}}), Dock(2, {5, 5}), Square(3, "cup", 8, 1)});
-  // The line is 2 away, the dock and the square 3.
+  // The line is 2 m away; the dock and the square are 3 m away.
   EXPECT_THAT(Ids(layer.ContentAt({5, 2}, 1.999).objects), ElementsAre());
   EXPECT_THAT(Ids(layer.ContentAt({5, 2}, 2).objects), ElementsAre(1));
   EXPECT_THAT(Ids(layer.ContentAt({5, 2}, 3).objects), ElementsAre(1, 2, 3));
-  // The dock is the hypotenuse of 3 and 4 away: the corner of its box is not enough.
+  // The dock is 5 m away, the hypotenuse of 3 and 4; its box is nearer.
   EXPECT_THAT(Ids(layer.ContentAt({2, 1}, 4.999).objects), ElementsAre(1));
   EXPECT_THAT(Ids(layer.ContentAt({2, 1}, 5).objects), ElementsAre(1, 2));
   EXPECT_THAT(Ids(layer.ContentAt({8.5, 1.5}, 0.001).objects), ElementsAre(3));
@@ -225,7 +225,7 @@ TEST(SemanticLayerTest, LinesAndPointsAreFoundByAreaAndNearest) {
   const SemanticLayer layer(
       {.name = "s", .frame_id = "map"},
       {Lane(1, {{0, 0}, {10, 0}}), Lane(2, {{0, 4}, {10, 4}}), Dock(3, {3, 1}), Dock(4, {9, 9})});
-  // The first lane goes through, the first dock lies on the border.
+  // The first lane crosses the area; the first dock is on its border.
   EXPECT_THAT(ReadIds(*layer.ContentIn(Polygon::FromBox({{2, -1}, {3, 2}})), 9), ElementsAre(1, 3));
   const Polygon hole = *Polygon::Make({{-1, -1}, {11, -1}, {11, 5}, {-1, 5}},
                                       {{{2, 0.5}, {4, 0.5}, {4, 1.5}, {2, 1.5}}});
@@ -236,7 +236,7 @@ TEST(SemanticLayerTest, LinesAndPointsAreFoundByAreaAndNearest) {
   EXPECT_EQ((*lanes)[0].distance_m, 1.0);
   EXPECT_EQ((*lanes)[1].object->id, 1);
   EXPECT_EQ((*lanes)[1].distance_m, 3.0);
-  // Both docks are as far: the one with the lower id is told.
+  // Both docks are at the same distance: the one with the lower id wins.
   const auto docks = layer.Nearest({6, 5}, ValueLabel{"dock"}, 1);
   ASSERT_EQ(docks->size(), 1u);
   EXPECT_EQ((*docks)[0].object->id, 3);
@@ -256,7 +256,7 @@ TEST(SemanticLayerTest, AnAliasFindsItsLabelsAndItself) {
                 .aliases = {{"furniture", {"chair", "dining table"}}, {"chair", {"couch"}}}},
       std::vector<ObjectPtr>{Square(1, "Chair", 0, 0), Square(2, "Dining  Table", 5, 0),
                              Square(3, "cup", 9, 0), Square(4, "furniture", 20, 0)});
-  // One more in the overlay. Aliases stand for labels only: furniture finds no couch.
+  // One more object, in the overlay. Aliases apply to labels only: "furniture" finds no couch.
   const auto grown = layer->With({{5, Square(5, "couch", 30, 0)}});
   const ValueQuery furniture = *ParseValueQuery(" FURNITURE ");
   EXPECT_THAT(ReadIds(*grown->Find(furniture, nullptr), 9), ElementsAre(1, 2, 4));

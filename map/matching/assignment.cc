@@ -7,9 +7,9 @@ namespace {
 
 constexpr Cost kInfinite{std::numeric_limits<int64_t>::max() / 4, 0, 0};
 
-// Grows an assignment row by row, each time along the cheapest augmenting path. Potentials keep all
-// reduced costs at or above zero, and at zero where assigned. Rows and columns count from 1; column
-// 0 stands for the row that is being added.
+// Extends an assignment row by row, each time along the cheapest augmenting path. Potentials keep
+// all reduced costs at or above zero, and those of assigned pairs at zero. Rows and columns count
+// from 1; column 0 stands for the row that is being added.
 class HungarianMethod {
  public:
   HungarianMethod(size_t rows, size_t columns, const std::vector<Cost>& costs)
@@ -35,8 +35,8 @@ class HungarianMethod {
   size_t RowOf(size_t column) const { return row_of_[column]; }
 
  private:
-  // Looks out from the row of `from`, moves the potentials until one more column has no slack, and
-  // gives that column.
+  // Relaxes the edges from the row of `from`, changes the potentials until one more column has no
+  // slack, and returns that column.
   size_t Reach(size_t from, std::vector<Cost>& slack, const std::vector<bool>& reached) {
     const size_t row = row_of_[from];
     size_t nearest = 0;
@@ -70,8 +70,8 @@ class HungarianMethod {
   const std::vector<Cost>& costs_;
   std::vector<Cost> row_potential_;
   std::vector<Cost> column_potential_;
-  std::vector<size_t> row_of_;  // 0: none
-  std::vector<size_t> before_;  // the column before on the path
+  std::vector<size_t> row_of_;  // 0: none.
+  std::vector<size_t> before_;  // The previous column on the path.
 };
 
 }  // namespace

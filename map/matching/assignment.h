@@ -1,4 +1,4 @@
-// The assignment problem: who goes with whom.
+// The assignment problem: an optimal one-to-one matching of rows with columns.
 #ifndef HYPERMAP_MAP_MATCHING_ASSIGNMENT_H_
 #define HYPERMAP_MAP_MATCHING_ASSIGNMENT_H_
 
@@ -9,8 +9,8 @@
 
 namespace hypermap::evaluation {
 
-// What an assignment costs, part before part: the least difference in the first part outweighs any
-// in the second. Integers, so that sums are exact and ties are ties.
+// The cost of an assignment, compared lexicographically: the least difference in the first part
+// outweighs any in the second. Integers, so that sums are exact and ties are recognised.
 struct Cost {
   int64_t first = 0;
   int64_t second = 0;
@@ -32,9 +32,9 @@ struct Cost {
   friend auto operator<=>(const Cost&, const Cost&) = default;
 };
 
-// The column of each row in the cheapest assignment of all rows to different columns, by the
-// Hungarian method (Kuhn 1955) in O(rows^2 columns). `costs` is row-major with parts below 2^40 in
-// size; there are no more rows than columns.
+// Returns the column of each row in the cheapest assignment of all rows to different columns.
+// Hungarian method (Kuhn 1955), O(rows^2 columns). `costs` is row-major, with parts below 2^40 in
+// magnitude. There must be at least as many columns as rows.
 std::vector<size_t> CheapestAssignment(size_t rows, size_t columns, const std::vector<Cost>& costs);
 
 }  // namespace hypermap::evaluation

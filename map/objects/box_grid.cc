@@ -9,17 +9,18 @@
 namespace hypermap {
 namespace {
 
-// Sides of cells are powers of two of a metre, from a millimetre to the whole plane.
+// Cell sides are 2^k metres, from a millimetre (k = -10) to the whole plane (k = 32).
 constexpr int kMinExponent = -10;
 constexpr int kMaxExponent = 32;
-// No level has more cells along a side than this power of two.
+// A level has at most this power of two cells along a side, so that cells can be numbered.
 constexpr int kMaxCellsExponent = 30;
 
-// Sizes share cells up to this many boxes in the cell of an average box, and in any cell.
+// Sizes share a level while an average box has at most kMaxMeanInCell boxes in its cell, and no
+// cell has more than kMaxInCell.
 constexpr double kMaxMeanInCell = 7.0;
 constexpr uint32_t kMaxInCell = 64;
 
-// The least power of two that is not below `size_m`.
+// Returns the exponent of the least power of two that is not below `size_m`.
 int ExponentFor(double size_m) {
   if (!(size_m > 0.0)) return kMinExponent;
   int exponent = 0;
@@ -29,8 +30,8 @@ int ExponentFor(double size_m) {
 
 double SizeOf(const Box& box) { return std::max(box.max.x - box.min.x, box.max.y - box.min.y); }
 
-// Counts the lower corners of boxes in the cells of a grid, in a table where cells may share a
-// counter: at worst it finds cells fuller than they are.
+// Counts the lower corners of boxes in the cells of a grid, in a hash table without keys. Cells
+// that collide share a counter, so that cells at worst seem fuller than they are.
 class CellCounts {
  public:
   CellCounts(double cell_m, const Point& origin, size_t num_boxes)
@@ -45,7 +46,7 @@ class CellCounts {
     const auto x = static_cast<uint64_t>((OnPlane(box.min.x) - origin_.x) * per_metre_);
     const auto y = static_cast<uint64_t>((OnPlane(box.min.y) - origin_.y) * per_metre_);
     uint32_t& count = counts_[((y << 32 | x) * 0x9E3779B97F4A7C15u) >> shift_];
-    // The sum of the squares grows by 2 c + 1.
+    // (c + 1)^2 - c^2 = 2 c + 1.
     sum_of_squares_ += 2.0 * count + 1.0;
     most_ = std::max(most_, ++count);
     ++num_boxes_;
@@ -71,7 +72,7 @@ BoxGrid::BoxGrid(absl::Span<const Box> boxes) {
   Box all;
   for (const Box& box : boxes) all.Extend(box);
   if (all.empty()) return;
-  // So few can all share the cells of the largest.
+  // With so few boxes, all of them can share the cells of the largest.
   if (boxes.size() <= kMaxInCell) {
     AddLevelOfAll(boxes);
     return;
@@ -87,7 +88,7 @@ BoxGrid::BoxGrid(absl::Span<const Box> boxes) {
     of_size(std::max(ExponentFor(SizeOf(boxes[i])), finest)).push_back(static_cast<int32_t>(i));
   }
 
-  // From the smallest on: those so far join the next larger ones, or become a level.
+  // From the smallest size on, the boxes so far either join the next larger size or become a level.
   std::vector<int32_t> joined;
   int coarser_than = finest;
   for (int exponent = finest; exponent <= whole; ++exponent) {

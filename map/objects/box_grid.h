@@ -11,18 +11,18 @@
 
 namespace hypermap {
 
-// A hierarchy of grids: a box stands on a level whose cells are at least as large as it is. Sizes
-// share a level as long as its cells stay short, so there are few levels, and a point looks at one
-// cell of each. Immutable and safe to read from many threads.
+// A hierarchy of grids. Each box is on a level whose cells are at least as large as the box. Sizes
+// share a level as long as its cells hold few boxes, so that there are few levels, and a point
+// reads one cell of each. Immutable; safe to read from many threads.
 class BoxGrid {
  public:
   BoxGrid() = default;
-  // Boxes 0..n-1. Empty ones are left out.
+  // Indexes boxes 0..n-1. Empty ones are left out.
   explicit BoxGrid(absl::Span<const Box> boxes);
 
   absl::Span<const CellLevel> levels() const { return levels_; }
 
-  // Calls `visit` once with each box that may intersect `query`: a superset that the caller
+  // Calls `visit` once with each box that may intersect `query`: a superset, which the caller
   // refines.
   void Visit(const Box& query, absl::FunctionRef<void(int)> visit) const {
     for (const CellLevel& level : levels_) level.Visit(query, visit);

@@ -15,7 +15,7 @@ using testing::TestSeed;
 using testing::Uniform;
 using testing::UniformInt;
 
-// Boxes of sizes over several powers of ten, some of them in heaps, some equal, some empty.
+// Boxes whose sizes span several powers of ten: some clustered, some equal, some empty.
 std::vector<Box> RandomBoxes(Rng& rng, int count, const Point& centre, double range_m) {
   std::vector<Box> boxes;
   Point heap = centre;
@@ -46,7 +46,7 @@ std::vector<int> AtPoint(const BoxGrid& grid, const Point& p) {
   return items;
 }
 
-// What is found must hold all that is expected, each once.
+// Expects that `found` contains all of `expected`, and nothing twice.
 void ExpectSuperset(std::vector<int> found, const std::vector<int>& expected) {
   std::sort(found.begin(), found.end());
   EXPECT_EQ(std::adjacent_find(found.begin(), found.end()), found.end());
@@ -56,7 +56,7 @@ void ExpectSuperset(std::vector<int> found, const std::vector<int>& expected) {
 void ExpectFindsAll(Rng& rng, const std::vector<Box>& boxes, const Point& centre, double range_m) {
   const BoxGrid grid(boxes);
   for (int i = 0; i < 30; ++i) {
-    // Corners of boxes are where rounding would show.
+    // Test corners of boxes, too, where rounding errors would show.
     const Box& some = boxes[UniformInt(rng, 0, static_cast<int>(boxes.size()) - 1)];
     Point p{centre.x + Uniform(rng, -range_m, range_m), centre.y + Uniform(rng, -range_m, range_m)};
     if (i % 2 && !some.empty()) p = i % 4 == 1 ? some.min : Point{some.max.x, some.min.y};

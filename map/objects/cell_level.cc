@@ -10,7 +10,7 @@ constexpr int kStepBits = 7;
 constexpr int64_t kSteps = int64_t{1} << kStepBits;
 constexpr uint8_t kGoesOn = 255;
 
-// An array may have this many cells for each item, whether used or not.
+// A level is dense if it has at most about this many cells, used or not, for each item.
 constexpr int64_t kCellsPerItem = 4;
 
 int64_t CellOf(int64_t step) { return step >> kStepBits; }
@@ -45,7 +45,7 @@ CellLevel::Entry CellLevel::EntryIn(int64_t cell_x, int64_t cell_y, const Steps&
           CellOf(box.max_y) > cell_y ? kGoesOn : InCell(box.max_y), item};
 }
 
-// Counts, then fills from the end of each cell's range down to its beginning.
+// Counts the entries of each cell, then fills each cell's range from its end to its beginning.
 void CellLevel::FillDense(absl::Span<const Box> boxes, absl::Span<const int32_t> items) {
   starts_.assign(width_ * height_ + 1, 0);
   const auto for_each_cell = [&](int32_t item, auto visit) {
@@ -133,7 +133,8 @@ void CellLevel::Open(Look* look) const {
   __builtin_prefetch(&entries_[look->end - 1]);
 }
 
-// A box stands in several of the cells that are read; it counts in the first of them only.
+// A box may have entries in several of the cells that a query reads. It is visited only in the
+// first of them, which is where it begins, or the query does.
 void CellLevel::ReadCell(int64_t cell_x, int64_t cell_y, const Steps& query, uint32_t begin,
                          uint32_t end, absl::FunctionRef<void(int)> visit) const {
   const bool is_first_x = cell_x == CellOf(query.min_x), is_last_x = cell_x == CellOf(query.max_x);
@@ -174,7 +175,7 @@ void CellLevel::VisitDense(const Steps& query, absl::FunctionRef<void(int)> visi
   }
 }
 
-// Looks the cells up, or goes through all that are in use when these are fewer.
+// Looks up each cell of the query, or scans all slots if there are fewer of those.
 void CellLevel::VisitHashed(const Steps& query, absl::FunctionRef<void(int)> visit) const {
   const int64_t first_x = CellOf(query.min_x), last_x = CellOf(query.max_x);
   const int64_t first_y = CellOf(query.min_y), last_y = CellOf(query.max_y);

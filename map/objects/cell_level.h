@@ -1,4 +1,4 @@
-// Boxes of like size in a grid of square cells.
+// An index of boxes of similar size: a grid of square cells.
 #ifndef HYPERMAP_MAP_OBJECTS_CELL_LEVEL_H_
 #define HYPERMAP_MAP_OBJECTS_CELL_LEVEL_H_
 
@@ -12,34 +12,36 @@
 
 namespace hypermap {
 
-// The plane of sites is this far to each side of the origin: larger than what polygons may reach,
-// so that a chain of frames can't take them off it, small enough for its cells to be numbered.
+// Coordinates are clamped to this distance from the origin. It is larger than polygons may reach,
+// so that a chain of frames does not take them past it, and small enough for cells to be numbered.
 inline constexpr double kPlane_m = 0x1p31;
 inline double OnPlane(double value) { return std::clamp(value, -kPlane_m, kPlane_m); }
 
-// Each box stands in all cells that it overlaps, so that a point looks at one cell only. An entry
-// is eight bytes: the box in steps of the cell, and the item. All coordinates go to steps by the
-// same monotone function, so a box that meets a question is never missed, however the arithmetic
-// rounds; what is found is a superset that the caller refines. The cells of one level lie in an
-// array when most are in use and in a hash table when few are. Immutable and safe to read from many
+// Each box has an entry in every cell that it overlaps, so that a point reads one cell only. An
+// entry has eight bytes: the box, in steps of the cell, and the item. The same monotone function
+// converts all coordinates to steps. Therefore no box that intersects a query is missed, however
+// the arithmetic rounds; the result is a superset, which the caller refines. Cells are in an array
+// if most of them are in use, and otherwise in a hash table. Immutable; safe to read from many
 // threads.
 class CellLevel {
  public:
-  // Over boxes[item] for each of `items`, none of them empty, no side much longer than a cell.
+  // Indexes boxes[item] for each of `items`. None of them may be empty or have a side much longer
+  // than a cell.
   CellLevel(absl::Span<const Box> boxes, absl::Span<const int32_t> items, double cell_m);
 
-  // A look at the cell of one point. It is taken in three stages that can be interleaved with those
-  // of other looks, as each waits for memory that the stage before has asked for.
+  // The state of a lookup of one point's cell. A lookup has three stages (Aim, Open, Read), each of
+  // which prefetches memory for the next. Interleaving the stages of many lookups makes their waits
+  // overlap.
   struct Look {
-    uint32_t begin;  // the place in the directory, then the first entry
-    uint32_t end;    // the entry after the last
+    uint32_t begin;  // The place in the directory; after Open, the first entry.
+    uint32_t end;    // One past the last entry.
     uint64_t key;
-    uint8_t x, y;  // steps in the cell
+    uint8_t x, y;  // Steps in the cell.
   };
-  // False when nothing here is at `p`.
+  // Returns false if no box of this level is at `p`.
   bool Aim(const Point& p, Look* look) const;
   void Open(Look* look) const;
-  // Calls visit(item) for what may be at the point.
+  // Calls visit(item) for the boxes that may cover the point.
   template <typename Visit>
   void Read(const Look& look, Visit visit) const {
     for (uint32_t i = look.begin; i < look.end; ++i) {
@@ -54,12 +56,13 @@ class CellLevel {
   void Visit(const Box& query, absl::FunctionRef<void(int)> visit) const;
 
  private:
-  // The steps of a cell are 1 to kSteps; 0 and 255 say that the box goes on before or after it.
+  // A cell has steps 1 to kSteps; 0 and 255 mean that the box extends beyond the cell's lower or
+  // upper edge.
   struct Entry {
     uint8_t min_x, max_x, min_y, max_y;
     int32_t item;
   };
-  // A cell in use. Empty slots have begin == end.
+  // A cell in use. An empty slot has begin == end.
   struct Slot {
     uint64_t key;
     uint32_t begin, end;
@@ -71,7 +74,8 @@ class CellLevel {
   static uint64_t KeyOf(int64_t cell_x, int64_t cell_y) {
     return static_cast<uint64_t>(cell_y) << 32 | static_cast<uint64_t>(cell_x);
   }
-  // Of a coordinate within bounds_. What lies past the plane of sites counts as on its edge.
+  // Converts a coordinate within bounds_ to steps. Coordinates beyond kPlane_m count as on its
+  // edge.
   int64_t StepsTo(double value, double origin) const {
     return static_cast<int64_t>((OnPlane(value) - OnPlane(origin)) * steps_per_metre_);
   }
@@ -89,10 +93,10 @@ class CellLevel {
 
   Box bounds_;
   double steps_per_metre_ = 0.0;
-  int64_t width_ = 0;  // in cells
+  int64_t width_ = 0;  // In cells.
   int64_t height_ = 0;
-  std::vector<uint32_t> starts_;  // dense: of each cell, row by row, and the end
-  std::vector<Slot> slots_;       // hashed: a power of two of them
+  std::vector<uint32_t> starts_;  // Dense: the first entry of each cell, row by row, and the end.
+  std::vector<Slot> slots_;       // Hashed: open addressing, a power of two slots.
   int hash_shift_ = 0;
   std::vector<Entry> entries_;
 };

@@ -1,6 +1,7 @@
-// Many points at once. A point waits for memory some six times: for the directory of cells, the
-// entries of its cell, and for the pointer, the object and the ring of each candidate. Each stage
-// here asks for the memory of the next one for all points of a chunk, so that the waits overlap.
+// Coverage of many points at once. A point waits for memory about six times: for the directory of
+// cells, for the entries of its cell, and for the pointer, the object and the ring of each
+// candidate. Each stage here prefetches for the next one, for all points of a chunk, so that the
+// waits overlap.
 #include <algorithm>
 #include <cstdint>
 
@@ -12,8 +13,8 @@
 namespace hypermap {
 namespace {
 
-// Looks at cells under way together: so many that memory is busy, so few that what they fetch
-// stays in the first-level cache.
+// Number of cell lookups in flight: enough to keep the memory busy, and few enough that what they
+// fetch stays in the first-level cache.
 constexpr size_t kMaxLooks = 128;
 struct CellLook {
   const CellLevel* level;
@@ -24,7 +25,7 @@ struct CellLook {
 
 }  // namespace
 
-// That an object may cover a point.
+// An object that may cover a point.
 struct ObjectIndex::Cover {
   uint32_t point;
   uint32_t run;
@@ -87,7 +88,7 @@ void ObjectIndex::CoverChunk(absl::Span<const Point> points, size_t begin, size_
     const Box& box = change.box;
     for (size_t i = begin; i < end; ++i) {
       const Point& p = points[i];
-      // All four at once: branches would be guessed wrong more often than not.
+      // Compares all four sides without branches, which would be mispredicted more often than not.
       if ((p.x < box.min.x) | (p.x > box.max.x) | (p.y < box.min.y) | (p.y > box.max.y)) continue;
       if (!Covers(change.object->shape, p)) continue;
       covers->push_back({static_cast<uint32_t>(i), 0, &change.object, change.object.get()});

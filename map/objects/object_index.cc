@@ -12,15 +12,17 @@
 namespace hypermap {
 namespace {
 
-// Copied at each change and looked through at each question.
+// Maximal number of recent changes that are not in a run. Each change copies them, and each query
+// scans them.
 constexpr size_t kMaxRecent = 32;
 
-// A run is merged with what is newer when it is not larger than so many times that. Runs are few
-// when this is large, merges when it is small: with 250,000 changes a question goes through four
-// runs, and a change is packed thirteen times.
+// A run is merged with newer entries if it is at most this many times as large as they are. A
+// larger ratio makes fewer runs and more merges: after 250,000 changes, a query reads four runs,
+// and each change has been packed thirteen times.
 constexpr size_t kMergeRatio = 4;
 
-// All is packed anew when what changed is this share of the first run.
+// If the changes exceed this fraction (1 / kShareToPack) of the first run, everything is packed
+// anew, so that hidden entries never take more than a share of memory and of a query's time.
 constexpr size_t kShareToPack = 4;
 
 bool ReachesBorder(const Box& box, const Box& outer) {
@@ -66,6 +68,7 @@ ObjectIndex ObjectIndex::With(const absl::btree_map<ObjectId, ObjectPtr>& change
   for (const auto& [id, object] : changes) {
     const ObjectPtr* const before = Find(id);
     next.size_ += (object ? 1 : 0) - (before ? 1 : 0);
+    // Only an object at the border can make the bounds smaller by moving or leaving.
     may_shrink = may_shrink || (before && ReachesBorder((*before)->shape.bounds(), bounds_));
     if (object) next.bounds_.Extend(object->shape.bounds());
   }
@@ -112,6 +115,7 @@ void ObjectIndex::FoldRecent() {
   while (first > 0 && runs_[first - 1].run->size() <= kMergeRatio * num_merged) {
     num_merged += runs_[--first].run->size();
   }
+  // Count the entries that would be outside of the first run.
   size_t num_changes = num_merged;
   for (size_t i = 1; i < first; ++i) num_changes += runs_[i].run->size();
   if (first > 0 && num_changes > runs_.front().run->size() / kShareToPack) first = 0;
@@ -126,6 +130,7 @@ void ObjectIndex::MergeFrom(size_t first) {
     merged = Merge(std::move(merged), runs_.back().run->Entries());
     runs_.pop_back();
   }
+  // Nothing older is left that a removal could hide.
   if (first == 0) {
     merged.erase(std::remove_if(merged.begin(), merged.end(),
                                 [](const ObjectEntry& entry) { return !entry.object; }),
@@ -153,7 +158,7 @@ bool ObjectIndex::ShrinkBounds() {
       const ObjectRun& run = *runs_[i].run;
       const absl::Span<const int32_t> farthest = run.Farthest(side);
       size_t& hidden = runs_[i].hidden_farthest[side];
-      // What is hidden stays so as long as the run lives.
+      // Entries are never removed from a run or made visible again, so the count only grows.
       while (hidden < farthest.size() && IsHidden(i, run.id(farthest[hidden]))) ++hidden;
       if (hidden < farthest.size()) {
         const Box box = run.object(farthest[hidden])->shape.bounds();
@@ -215,11 +220,11 @@ std::vector<ObjectPtr> ObjectIndex::Objects() const {
   return objects;
 }
 
-// Takes what an index of a run has found, refines it in groups, so that the waits for memory of a
-// group overlap, and passes it on.
+// Collects the candidates that a run's index finds, refines them in groups, so that the waits for
+// memory of a group overlap, and passes the matches on.
 class ObjectIndex::Refiner {
  public:
-  // `box` may be null: then all that is not hidden is passed on.
+  // If `box` is null, every object that is not hidden is passed on.
   Refiner(const ObjectIndex& index, const Box* box, ObjectVisitor visit)
       : index_(index), box_(box), visit_(visit) {}
 
@@ -235,6 +240,7 @@ class ObjectIndex::Refiner {
     for (const auto& [run, item, place] : found_) {
       const Shape& shape = (*place)->shape;
       if (box_ && !shape.bounds().Intersects(*box_)) continue;
+      // Last, because it searches all newer runs.
       if (index_.IsHidden(run, index_.runs_[run].run->id(item))) continue;
       PrefetchVertices(shape);
       visit_(*place);
@@ -290,6 +296,7 @@ void ObjectIndex::VisitWord(WordKind kind, const std::string& folded, const Box*
 
 void ObjectIndex::VisitNearest(WordKind kind, const std::string& folded, const Point& p,
                                absl::FunctionRef<double(const ObjectPtr&, double)> visit) const {
+  // The recent objects come first, so that their distances already limit the search of the runs.
   for (const Change& change : recent_) {
     if (change.HasWord(kind, folded)) visit(change.object, 0.0);
   }

@@ -1,4 +1,4 @@
-// The objects of a layer, to be asked and to be changed a little at a time.
+// An index of the objects of a layer, by id, place, label and tag, that is cheap to change.
 #ifndef HYPERMAP_MAP_OBJECTS_OBJECT_INDEX_H_
 #define HYPERMAP_MAP_OBJECTS_OBJECT_INDEX_H_
 
@@ -15,58 +15,63 @@
 
 namespace hypermap {
 
-// Where an object is kept, for as long as the index is.
+// Gets a reference to the index's own pointer, valid for as long as the index.
 using ObjectVisitor = absl::FunctionRef<void(const ObjectPtr&)>;
 
-// A log-structured merge index (O'Neil et al., "The log-structured merge-tree", Acta Informatica
-// 1996) that lives in memory: runs from the oldest and largest to the newest and smallest, each
-// packed, and a short list of the changes since. An entry hides those of its id in what is older.
-// The next version shares all runs but those that the change makes it merge: n changes one by one
-// cost O(n log n) in all. An immutable value, safe to read from many threads.
+// A log-structured merge index in memory (O'Neil et al., "The log-structured merge-tree", Acta
+// Informatica 1996). It consists of packed runs, from the oldest and largest to the newest and
+// smallest, and a short list of recent changes. An entry hides older entries with the same id.
+//
+// The next version shares all runs except those that the change makes it merge: n single changes
+// cost O(n log n) in total, and old versions stay readable. An immutable value; safe to read from
+// many threads.
 class ObjectIndex {
  public:
   using WordKind = hypermap::WordKind;
 
   ObjectIndex() = default;
-  // Distinct ids, in any order.
+  // Ids must be distinct; any order.
   explicit ObjectIndex(std::vector<ObjectPtr> objects);
 
-  // The index after `changes`: id -> object put, or null for removed.
+  // Returns the index after `changes`, a map from id to the new object, or to null for a removal.
   ObjectIndex With(const absl::btree_map<ObjectId, ObjectPtr>& changes) const;
 
   int64_t size() const { return size_; }
-  // The least box round all objects.
+  // The smallest box around all objects. Exact, also after removals.
   const Box& bounds() const { return bounds_; }
 
-  // Null when there is none.
+  // Returns null if there is no such object.
   const ObjectPtr* Find(ObjectId id) const;
-  // All objects by id.
+  // Returns all objects, sorted by id.
   std::vector<ObjectPtr> Objects() const;
 
-  // Each object whose bounding box intersects `box`.
+  // Visits each object whose bounding box intersects `box`, in no particular order.
   void VisitBox(const Box& box, ObjectVisitor visit) const;
-  // Each object with the folded word as its label, or among its tags; when `box` is given, those
-  // whose bounding box intersects it.
+  // Visits each object that has the folded word as its label or among its tags; if `box` is given,
+  // only those whose bounding box intersects it.
   void VisitWord(WordKind kind, const std::string& folded, const Box* box,
                  ObjectVisitor visit) const;
-  // The same objects in an order for a search of the nearest: `visit` gets a distance that the
-  // object is not nearer to `p` than, and says up to which it wants more.
+  // Visits objects that have the word, for a search of the nearest. `visit` gets an object and a
+  // lower bound of its distance to `p` in metres, and returns the distance up to which it wants
+  // more.
   void VisitNearest(WordKind kind, const std::string& folded, const Point& p,
                     absl::FunctionRef<double(const ObjectPtr&, double)> visit) const;
 
-  // Calls visit(point, object) for each object that covers points[point], by point, then id.
+  // Calls visit(point, object) for each object that covers points[point], sorted by point, then by
+  // id.
   void CoverEach(absl::Span<const Point> points,
                  absl::FunctionRef<void(uint32_t, const ObjectPtr&)> visit) const;
 
  private:
   struct Run {
     std::shared_ptr<const ObjectRun> run;
-    // How many of the run's farthest objects to each side are known to be hidden.
+    // For each side, how many of the run's farthest objects, from the farthest on, are known to be
+    // hidden.
     std::array<size_t, kNumSides> hidden_farthest{};
   };
   struct Change {
     ObjectId id;
-    ObjectPtr object;  // null: removed
+    ObjectPtr object;  // Null: removed.
     Box box;
     std::string folded_label;
 
@@ -78,24 +83,26 @@ class ObjectIndex {
   static Change MakeChange(ObjectId id, const ObjectPtr& object);
   std::vector<ObjectEntry> RecentEntries() const;
   bool IsRecent(ObjectId id) const;
-  // Whether something newer than runs_[run] has an entry of `id`.
+  // Whether an entry of `id` in something newer hides the one in runs_[run].
   bool IsHidden(size_t run, ObjectId id) const;
-  // The objects that cover points[begin] to points[end - 1].
+  // Appends the objects that cover points[begin] to points[end - 1], unsorted.
   void CoverChunk(absl::Span<const Point> points, size_t begin, size_t end,
                   std::vector<Cover>* covers) const;
 
   void AddRecent(const absl::btree_map<ObjectId, ObjectPtr>& changes);
   // Packs the recent changes as a run, together with the runs that are not much larger.
   void FoldRecent();
-  // Makes one run of runs_[first] and all that is newer.
+  // Merges runs_[first] and everything newer into one run.
   void MergeFrom(size_t first);
-  // Makes bounds_ the least again; false when a run knows too few of its farthest objects.
+  // Recomputes bounds_ from the farthest visible objects of each run. Returns false if all those
+  // that a run knows are hidden.
   bool ShrinkBounds();
-  // The same, by packing anew the runs that know too few, so that they know more.
+  // Does the same, but merges runs, the newest first, until it succeeds: packing a run finds its
+  // farthest objects anew.
   void MergeUntilBoundsAreKnown();
 
-  std::vector<Run> runs_;       // oldest first; no removals in the first
-  std::vector<Change> recent_;  // by id
+  std::vector<Run> runs_;       // Oldest first; the oldest has no removals.
+  std::vector<Change> recent_;  // Sorted by id.
   Box recent_bounds_;
   int64_t size_ = 0;
   Box bounds_;

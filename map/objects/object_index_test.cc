@@ -23,7 +23,7 @@ using testing::UniformInt;
 using Changes = absl::btree_map<ObjectId, ObjectPtr>;
 using Ids = std::vector<ObjectId>;
 
-// A layer of objects from a cup to a building, about a place of its own, and its oracle.
+// A layer of objects from a cup to a building around a centre, and a std::map as its oracle.
 class RandomSite {
  public:
   RandomSite(Rng& rng, const Point& centre, double range_m)
@@ -41,7 +41,7 @@ class RandomSite {
     return std::make_shared<const SemanticObject>(std::move(object));
   }
 
-  // `count` puts, removals and puts of ids that had been removed.
+  // Applies `count` random changes: puts, removals, and puts of ids that had been removed.
   void Change(int count, int num_ids) {
     Changes changes;
     for (int i = 0; i < count; ++i) {
@@ -108,7 +108,7 @@ class RandomSite {
     return ids;
   }
 
-  // Often a vertex, or between two vertices of one object.
+  // Returns a random point, often a vertex of an object or a point between two vertices of one.
   Point InterestingPoint() {
     if (model_.empty() || UniformInt(rng_, 0, 2) == 0) return RandomPoint();
     const auto it = std::next(model_.begin(), UniformInt(rng_, 0, model_.size() - 1));
@@ -204,7 +204,8 @@ TEST_F(ObjectIndexTest, EqualsItAfterManyChangesOneByOne) {
   }
 }
 
-// What lies at the border goes again and again, more often than the runs know farthest objects.
+// Removes the object at the border again and again, until the lists of farthest objects are used
+// up.
 TEST_F(ObjectIndexTest, BoundsAreExactWhenTheBorderIsEatenAway) {
   RandomSite site(rng_, {0, 0}, 200);
   site.Change(4000, 3000);

@@ -13,12 +13,14 @@
 namespace hypermap {
 namespace {
 
-// Of n objects, about n / kShareFarthest are kept in the order of their reach to a side, at least
-// kMinFarthest: so many can go before the rest must be looked at.
+// About n / kShareFarthest of n objects, but at least kMinFarthest, are listed by their reach to a
+// side. Removals at the border use the list up; only then must runs be packed again to know the
+// bounds.
 constexpr size_t kShareFarthest = 64;
 constexpr size_t kMinFarthest = 16;
 
-// Numbers words in the order in which they come, by what they are once folded.
+// Numbers words by their folded form, in the order of their first appearance. Folds each spelling
+// once.
 class FoldedWords {
  public:
   uint32_t NumberOf(const std::string& word) {
@@ -36,7 +38,7 @@ class FoldedWords {
   absl::flat_hash_map<std::string, uint32_t> by_folded_;
 };
 
-// That an object, which lies at a place along the Hilbert curve, has a word.
+// An object with a certain word.
 struct Use {
   uint32_t word;
   uint32_t place;
@@ -46,7 +48,7 @@ struct Use {
 absl::flat_hash_map<std::string, PackedRTree> PackByWord(absl::Span<const Box> boxes,
                                                          const FoldedWords& words,
                                                          const std::vector<Use>& uses) {
-  // (place, item) of each use, one word after the other.
+  // Counting sort by word: (place, item) of each use, one word after the other.
   std::vector<size_t> ends(words.by_folded().size(), 0);
   for (const Use& use : uses) ++ends[use.word];
   std::partial_sum(ends.begin(), ends.end(), ends.begin());
@@ -75,7 +77,7 @@ absl::flat_hash_map<std::string, PackedRTree> PackByWord(absl::Span<const Box> b
 std::vector<ObjectEntry> Merge(std::vector<ObjectEntry> newer, std::vector<ObjectEntry> older) {
   std::vector<ObjectEntry> merged;
   merged.reserve(newer.size() + older.size());
-  // Of equals the first range's comes first.
+  // std::merge is stable, so that std::unique keeps the newer of two entries with the same id.
   std::merge(std::make_move_iterator(newer.begin()), std::make_move_iterator(newer.end()),
              std::make_move_iterator(older.begin()), std::make_move_iterator(older.end()),
              std::back_inserter(merged),
@@ -114,6 +116,7 @@ ObjectRun::ObjectRun(std::vector<ObjectEntry> entries) {
     num_placed_ += !boxes.back().empty();
     objects_.push_back(std::move(entry.object));
   }
+  // Free this memory before the indexes take theirs.
   entries = {};
   by_place_ = BoxGrid(boxes);
   IndexWords(boxes);
@@ -127,8 +130,8 @@ std::vector<ObjectEntry> ObjectRun::Entries() const {
   return entries;
 }
 
-// Ids are given in order, so where one stands is guessed from its value; where that does not
-// narrow the range fast, it is halved.
+// Interpolation search: ids are assigned in sequence, so an id's value says roughly where it is.
+// After four guesses it changes to binary search, which bounds the cost if ids are uneven.
 int ObjectRun::IndexOf(ObjectId wanted) const {
   if (objects_.empty()) return -1;
   size_t low = 0, high = size() - 1;
@@ -177,7 +180,8 @@ void ObjectRun::IndexWords(absl::Span<const Box> boxes) {
 }
 
 void ObjectRun::FindFarthest(absl::Span<const Box> boxes, int side) {
-  // A sample tells what reaches farther than the share to be kept.
+  // A sample estimates the reach that a kShareFarthest-th of the boxes exceeds, so that only few
+  // boxes need sorting.
   constexpr size_t kSamples = 1024;
   double threshold = -std::numeric_limits<double>::infinity();
   if (boxes.size() > 4 * kSamples) {

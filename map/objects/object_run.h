@@ -1,4 +1,4 @@
-// Objects packed for questions.
+// Packed objects with their indexes.
 #ifndef HYPERMAP_MAP_OBJECTS_OBJECT_RUN_H_
 #define HYPERMAP_MAP_OBJECTS_OBJECT_RUN_H_
 
@@ -15,29 +15,31 @@
 
 namespace hypermap {
 
-// An object under its id, or that there is none any more (null).
+// An object by its id; null if the entry says that the object was removed.
 struct ObjectEntry {
   ObjectId id = 0;
   ObjectPtr object;
 };
 
-// The entries of `newer` and those of `older` with other ids. All sorted by id, ids distinct.
+// Returns the entries of `newer`, and those of `older` whose ids are not in `newer`. All are sorted
+// by id, with distinct ids.
 std::vector<ObjectEntry> Merge(std::vector<ObjectEntry> newer, std::vector<ObjectEntry> older);
 
-// What words of an object are sought: its label, or its tags.
+// The kind of word to search for.
 enum class WordKind { kLabel, kTag };
 
-// The four directions in which a box can reach.
+// The number of sides of a box: min x, min y, max x, max y, in this order.
 constexpr int kNumSides = 4;
-// How far `box` reaches towards `side`; more is farther.
+// Returns how far `box` reaches towards `side`; greater is farther.
 double Reach(const Box& box, int side);
 
-// Entries and indexes of their objects: by id, by place, by label or tag and place, and those that
-// reach farthest. Entries are numbered by id. Immutable and safe to read from many threads.
+// Entries and the indexes of their objects: by id, by place, by word and place, and the objects
+// that reach farthest to each side. Entries are numbered in the order of ids. Immutable; safe to
+// read from many threads.
 class ObjectRun {
  public:
   ObjectRun() = default;
-  // Sorted by id, ids distinct.
+  // Entries must be sorted by id, with distinct ids.
   explicit ObjectRun(std::vector<ObjectEntry> entries);
 
   size_t size() const { return objects_.size(); }
@@ -46,18 +48,18 @@ class ObjectRun {
   }
   const ObjectPtr& object(size_t i) const { return objects_[i]; }
   std::vector<ObjectEntry> Entries() const;
-  // -1 when it has no such entry.
+  // Returns the number of the entry with this id, or -1.
   int IndexOf(ObjectId id) const;
 
   const BoxGrid& by_place() const { return by_place_; }
-  // Of the objects that have a folded word; null when there are none.
+  // Returns the index of the objects that have the folded word, or null if there are none.
   const PackedRTree* WithWord(WordKind kind, const std::string& folded) const;
 
-  // Of all objects.
+  // The smallest box around all objects.
   const Box& bounds() const { return bounds_; }
-  // The objects that reach farthest to a side, farthest first.
+  // Numbers of the objects that reach farthest to a side, the farthest first.
   absl::Span<const int32_t> Farthest(int side) const { return farthest_[side]; }
-  // Whether these are all that there are.
+  // Whether Farthest(side) contains every object that has a bounding box.
   bool HasAllFarthest(int side) const { return farthest_[side].size() == num_placed_; }
 
  private:
@@ -66,13 +68,13 @@ class ObjectRun {
   void FindFarthest(absl::Span<const Box> boxes, int side);
 
   ObjectId first_id_ = 0;
-  std::vector<ObjectId> ids_;  // none when they are first_id_, first_id_ + 1, ...
+  std::vector<ObjectId> ids_;  // Empty if ids are first_id_, first_id_ + 1, ...
   std::vector<ObjectPtr> objects_;
   BoxGrid by_place_;
   WordIndex by_label_;
   WordIndex by_tag_;
   Box bounds_;
-  size_t num_placed_ = 0;  // objects that have a bounding box
+  size_t num_placed_ = 0;  // Number of objects that have a bounding box.
   std::array<std::vector<int32_t>, kNumSides> farthest_;
 };
 

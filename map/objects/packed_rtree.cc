@@ -13,8 +13,8 @@ namespace {
 constexpr int32_t kFanOut = 16;
 constexpr int kHilbertBits = 16;
 
-// Position of cell (x, y), both below 2^kHilbertBits, along the Hilbert curve (Hacker's Delight,
-// 16-2). What the curve has been turned by so far is kept as two bits, without a branch.
+// Returns the position of cell (x, y), both below 2^kHilbertBits, along the Hilbert curve (Hacker's
+// Delight, 16-2). Two bits keep the rotation of the curve so far, which avoids branches.
 uint32_t HilbertIndex(uint32_t x, uint32_t y) {
   uint32_t index = 0, flipped = 0, swapped = 0;
   for (int bit = kHilbertBits - 1; bit >= 0; --bit) {
@@ -33,13 +33,13 @@ Point Centre(const Box& box) {
   return {box.min.x / 2 + box.max.x / 2, box.min.y / 2 + box.max.y / 2};
 }
 
-// Past this a float ends, and squares of doubles still don't.
+// Bound of all coordinates: representable as a float, and its square as a double.
 constexpr double kFar_m = 1e30;
 
 float RoundDown(double value) {
   const double near = std::clamp(value, -kFar_m, kFar_m);
   const auto rounded = static_cast<float>(near);
-  // Less by at least one step, and by no more than four.
+  // Subtracts at least one step of a float, and at most four.
   constexpr float kStep = std::numeric_limits<float>::epsilon();
   return rounded > near ? rounded - std::abs(rounded) * kStep - std::numeric_limits<float>::min()
                         : rounded;
@@ -99,7 +99,7 @@ PackedRTree::PackedRTree(absl::Span<const Box> boxes, std::vector<int32_t> items
   }
 }
 
-// Subtraction and rounding are monotone, so boxes that meet still meet after it.
+// Subtraction and rounding are monotone, so that boxes that intersect still intersect afterwards.
 PackedRTree::FloatBox PackedRTree::RoundOut(const Box& box) const {
   return {RoundDown(box.min.x - origin_.x), RoundDown(box.min.y - origin_.y),
           RoundUp(box.max.x - origin_.x), RoundUp(box.max.y - origin_.y)};
@@ -134,9 +134,9 @@ void PackedRTree::VisitAll(absl::FunctionRef<void(int)> visit) const {
   for (const int32_t item : items_) visit(item);
 }
 
-// What lies below the nodes that a search has opened, nearest first. A heap holds the nearest of
-// each node only: to find the least of sixteen numbers takes no guess of the processor's, and a
-// heap of all of them took a wrong one for most.
+// The frontier of a best-first search: the children of all opened nodes, nearest first. The heap
+// holds only the nearest child of each node. Finding the least of sixteen numbers needs no
+// branches, while a heap of all children would mispredict one for most of them.
 class PackedRTree::NearestFirst {
  public:
   struct Found {
@@ -144,7 +144,7 @@ class PackedRTree::NearestFirst {
     Ref ref;
   };
 
-  // Begins with the root. (x, y) is the point, about the tree's origin.
+  // Begins with the root. (x, y) is the query point relative to the tree's origin.
   NearestFirst(const PackedRTree& tree, double x, double y) : tree_(tree), x_(x), y_(y) {
     Add(tree.Root(), 1);
   }
@@ -159,12 +159,12 @@ class PackedRTree::NearestFirst {
     const Found found{squared_m, RefOf(n, place)};
     nodes_[n].squared_m[place] = kTaken;
     PushNearest(n);
-    // What is likely to be taken next is fetched meanwhile.
+    // Prefetch for the node that is likely to be taken next.
     if (!empty()) tree_.PrefetchBelow(RefOf(nearest_.front().node, nearest_.front().place));
     return found;
   }
 
-  // Adds what lies below the node.
+  // Adds the children of a node.
   void Open(Ref ref) {
     const Ref first{ref.level - 1, ref.index * kFanOut};
     if (first.level == 0) __builtin_prefetch(&tree_.items_[first.index]);
@@ -176,12 +176,12 @@ class PackedRTree::NearestFirst {
 
   struct Node {
     Ref first;
-    std::array<double, kFanOut> squared_m;  // kTaken for what was taken
+    std::array<double, kFanOut> squared_m;  // kTaken for children already taken.
   };
   struct Nearest {
     double squared_m;
     int32_t node;
-    int32_t place;  // in the node
+    int32_t place;  // In the node.
     bool operator>(const Nearest& other) const { return squared_m > other.squared_m; }
   };
 
@@ -220,18 +220,18 @@ class PackedRTree::NearestFirst {
   const PackedRTree& tree_;
   const double x_, y_;
   absl::InlinedVector<Node, 16> nodes_;
-  absl::InlinedVector<Nearest, 16> nearest_;  // of each node that has something left; a heap
+  absl::InlinedVector<Nearest, 16> nearest_;  // A heap; one entry for each node with children left.
 };
 
 void PackedRTree::VisitNearest(const Point& p, absl::FunctionRef<double(int, double)> visit) const {
   if (items_.empty()) return;
-  // A point that is clamped towards the boxes is only nearer.
+  // Clamping moves a point only towards the boxes, so that lower bounds stay lower bounds.
   const double x = std::clamp(p.x - origin_.x, -kFar_m, kFar_m);
   const double y = std::clamp(p.y - origin_.y, -kFar_m, kFar_m);
-  // What the subtractions here and those of the exact distance may have rounded away.
+  // More than the rounding errors of the subtractions here and of the caller's exact distance.
   const double slack_m =
       64 * std::numeric_limits<double>::epsilon() * (std::abs(x) + std::abs(y) + 2 * extent_m_);
-  double limit = std::numeric_limits<double>::infinity();  // squared
+  double limit = std::numeric_limits<double>::infinity();  // Squared.
   NearestFirst search(*this, x, y);
   while (!search.empty() && search.least_squared_m() <= limit) {
     const auto [squared_m, ref] = search.Take();

@@ -1,5 +1,5 @@
-// Asking for the memory of objects before it is needed, so that the waits of many overlap. Only a
-// matter of speed.
+// Prefetching of objects, so that the waits for the memory of many overlap. These functions affect
+// speed only.
 #ifndef HYPERMAP_MAP_OBJECTS_PREFETCH_H_
 #define HYPERMAP_MAP_OBJECTS_PREFETCH_H_
 
@@ -19,10 +19,10 @@ inline void Prefetch(const void* begin, size_t bytes) {
 
 inline void PrefetchObject(const SemanticObject& object) { Prefetch(&object, sizeof object); }
 
-// The shape's own members: its kind, its bounding box and the pointers to its vertices.
+// Prefetches the shape's own members: its kind, its bounding box and the pointers to its vertices.
 inline void PrefetchShape(const SemanticObject& object) { Prefetch(&object.shape, sizeof(Shape)); }
 
-// The first vertices of the outer ring or of the line.
+// Prefetches the first vertices of the outer ring or of the line.
 inline void PrefetchVertices(const Shape& shape) {
   constexpr size_t kMostVertices = 16;
   if (shape.empty() || shape.kind() == ShapeKind::kPoint) return;

@@ -13,7 +13,7 @@ constexpr size_t kMaxWordLength = 1024;
 constexpr size_t kMaxTextLength = 1 << 20;
 constexpr size_t kMaxEntries = 10000;
 
-// Words are compared, listed and printed: no control characters, nothing that is all blanks.
+// Words are compared, listed and printed, so that control characters and blank words are refused.
 absl::Status ValidateWord(absl::string_view field, absl::string_view word) {
   if (absl::StripAsciiWhitespace(word).empty()) {
     return absl::InvalidArgumentError(absl::StrCat(field, " is empty"));

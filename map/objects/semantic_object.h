@@ -1,4 +1,4 @@
-// A labelled thing on the map.
+// A labelled object of a map.
 #ifndef HYPERMAP_MAP_OBJECTS_SEMANTIC_OBJECT_H_
 #define HYPERMAP_MAP_OBJECTS_SEMANTIC_OBJECT_H_
 
@@ -16,10 +16,10 @@
 
 namespace hypermap {
 
-// Unique in its map and never used again; given by the map. 0 means "not given yet".
+// Unique in its map and never reused; assigned by the map. 0: not assigned yet.
 using ObjectId = int64_t;
 
-// Closed range of heights above the plane, metres; low_m <= high_m.
+// A closed range of heights above the plane, in metres; low_m <= high_m.
 struct HeightRange {
   double low_m = 0.0;
   double high_m = 0.0;
@@ -29,27 +29,27 @@ struct HeightRange {
 
 using AttributeValue = std::variant<bool, int64_t, double, std::string>;
 
-// Small while they are empty: a layer may hold a million objects.
+// B-trees, because they are small while empty: a layer may hold a million objects.
 using ClassScores = absl::btree_map<std::string, double>;
 using Attributes = absl::btree_map<std::string, AttributeValue>;
 
 struct SemanticObject {
   ObjectId id = 0;
-  // The class it is taken for. Not empty, no control characters.
+  // The class of the object. Not empty, no control characters.
   std::string label;
   // Class alternatives with confidences in [0, 1]. They need not sum to 1.
   ClassScores classes;
   // Probability in [0, 1] that the thing is there.
   double existence = 1.0;
-  // What it covers, in the layer's frame.
+  // The area, line or point that it covers, in the layer's frame.
   Shape shape;
   std::optional<HeightRange> height;
-  // Free words, in order.
+  // Free words; their order is kept.
   std::vector<std::string> tags;
   Attributes attributes;
-  // When it leaves the map by itself; nullopt: never.
+  // Time at which it is removed automatically; nullopt: never.
   std::optional<absl::Time> expires_at;
-  // The revision that put it as it is; 0 before it is on a map. Equal objects may differ in it.
+  // The revision that put it in this form; 0 before it is on a map. Not compared by operator==.
   int64_t version = 0;
 
   friend bool operator==(const SemanticObject& a, const SemanticObject& b) {
@@ -61,7 +61,8 @@ struct SemanticObject {
 
 using ObjectPtr = std::shared_ptr<const SemanticObject>;
 
-// INVALID_ARGUMENT naming the field that is wrong. The shape is taken to be valid.
+// Returns INVALID_ARGUMENT naming the field that is wrong. Does not check the shape, which is valid
+// by construction.
 absl::Status Validate(const SemanticObject& object);
 
 }  // namespace hypermap

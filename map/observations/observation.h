@@ -1,4 +1,5 @@
-// What a robot saw in one frame, on the plane of the map: the evidence that fusion works on.
+// Observations: what a robot saw in one frame, on the plane of the map. They are the input of
+// fusion.
 #ifndef HYPERMAP_MAP_OBSERVATIONS_OBSERVATION_H_
 #define HYPERMAP_MAP_OBSERVATIONS_OBSERVATION_H_
 
@@ -18,7 +19,7 @@
 
 namespace hypermap {
 
-// Cells row, col_begin <= col < col_end.
+// The cells col_begin <= col < col_end of a row.
 struct CellSpan {
   int32_t row = 0;
   int32_t col_begin = 0;
@@ -27,8 +28,8 @@ struct CellSpan {
   friend bool operator==(const CellSpan&, const CellSpan&) = default;
 };
 
-// A set of square cells. The lower left corner of cell (0, 0) lies at `frame_from_cells`; rows
-// count along its y axis, columns along its x axis. Spans are sorted and do not overlap.
+// A set of square cells. The lower left corner of cell (0, 0) is at `frame_from_cells`; rows count
+// along its y axis, columns along its x axis. Spans are sorted and do not overlap.
 struct CellPatch {
   PlanarTransform frame_from_cells;
   double resolution_m = 0.01;
@@ -37,32 +38,32 @@ struct CellPatch {
   friend bool operator==(const CellPatch&, const CellPatch&) = default;
 };
 
-// One instance that the detector found, as points on the map.
+// An instance that the detector found, as points on the map.
 struct Detection {
-  // Scores of the classes in (0, 1]; at least one.
+  // Scores of the classes, in (0, 1]; at least one.
   std::map<std::string, double> scores;
   // Convex hull of the points, on the plane.
   Polygon hull;
-  // The cells of the plane that points fell on.
+  // The cells of the plane that contain points.
   CellPatch cells;
-  // Of the points, above the plane.
+  // Range of the points' heights above the plane.
   HeightRange height;
   int32_t num_points = 0;
   // Mean distance of the points from the camera, metres.
   double range_m = 0.0;
-  // Share of the mask's border that lies at the border of the image or against something nearer,
-  // in [0, 1]: how much of the thing may go on unseen.
+  // Share of the mask's border that is at the border of the image or next to something nearer, in
+  // [0, 1]: an indication of how much of the thing is not visible.
   double truncation = 0.0;
-  // What the detection is worth as evidence of position and shape, in (0, 1]; from range and
-  // truncation, see ingest/perception/weight.h. The scores stand beside it.
+  // Weight of the detection as evidence of position and shape, in (0, 1]. It depends on range and
+  // truncation (ingest/perception/weight.h), but not on the scores.
   double weight = 1.0;
 
   friend bool operator==(const Detection&, const Detection&) = default;
 };
 
-// The frame's depth, thinned to every n-th pixel: tells empty from hidden at any place and height.
-// Row-major, top row first. Pixel (u, v) looks along ((u - cx) / fx, (v - cy) / fy, 1) in the
-// camera's optical frame (x right, y down, z forward).
+// The depth image of the frame, thinned to every n-th pixel. It distinguishes empty places from
+// hidden ones at any height. Row-major, top row first. Pixel (u, v) looks along ((u - cx) / fx, (v
+// - cy) / fy, 1) in the camera's optical frame (x right, y down, z forward).
 struct DepthView {
   // Value of `owner` for pixels in the masks of several detections.
   static constexpr uint8_t kSeveral = 255;
@@ -73,44 +74,46 @@ struct DepthView {
   double fy = 0.0;
   double cx = 0.0;
   double cy = 0.0;
-  // Along the optical axis, millimetres; 0 = no return.
+  // Depth along the optical axis in millimetres; 0: no return.
   std::vector<uint16_t> depth_mm;
-  // Whose mask the pixel lies in: 0 = none, i + 1 = detections[i] (254 and above: kSeveral).
+  // The detection whose mask contains the pixel: 0 for none, i + 1 for detections[i], kSeveral for
+  // more than one.
   std::vector<uint8_t> owner;
 
   friend bool operator==(const DepthView&, const DepthView&) = default;
 };
 
-// Where the camera was. The third axis points up from the plane.
+// The pose of the camera. The third axis of the frame points up from the plane.
 struct SensorPose {
-  Eigen::Isometry3d frame_from_camera = Eigen::Isometry3d::Identity();  // optical frame
-  // Of (x, y, yaw), m and rad. Zero: exact.
+  Eigen::Isometry3d frame_from_camera = Eigen::Isometry3d::Identity();  // Of the optical frame.
+  // Covariance of (x, y, yaw), in m and rad. Zero: exact.
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
 };
 
-// Detections in an observation, at most: what DepthView::owner can tell apart.
+// Maximal number of detections in an observation, as DepthView::owner is one byte.
 inline constexpr size_t kMaxDetections = 254;
 
 struct Observation {
-  // Who saw it, and a number that this robot gives to no other frame of the layer. Together they
-  // name the observation: it counts once, however often it is sent.
+  // The robot, and a number that it gives to no other frame of the layer. Together they identify
+  // the observation, which counts once, however often it is sent.
   std::string robot;
   int64_t sequence = 0;
-  // When it was seen, by the robot's clock.
+  // The time of the frame, by the robot's clock.
   absl::Time stamp;
   // The frame of all coordinates; empty: the map's own.
   std::string frame_id;
   SensorPose pose;
-  // Convex hull of all that was seen, on the plane (Zaenker et al. 2020, section IV-B). May be
-  // empty.
+  // Convex hull of everything that was seen, on the plane (Zaenker et al. 2020, section IV-B). May
+  // be empty.
   Polygon view_hull;
-  // What was seen to be free of obstacles, by bearing, on the plane: explored floor. May be empty.
+  // Area on the plane that was seen to be free of obstacles, by bearing; becomes explored floor.
+  // May be empty.
   Polygon free_space;
   std::optional<DepthView> depth;
   std::vector<Detection> detections;
 };
 
-// Orders the observations of a layer: by stamp, then robot, then sequence.
+// Order of the observations of a layer: by stamp, then robot, then sequence.
 struct ObservationKey {
   absl::Time stamp;
   std::string robot;
@@ -120,11 +123,11 @@ struct ObservationKey {
 };
 ObservationKey KeyOf(const Observation& observation);
 
-// INVALID_ARGUMENT naming the field that is wrong ("detections[3].weight: ..."). Polygons are taken
-// to be valid.
+// Returns INVALID_ARGUMENT naming the field that is wrong ("detections[3].weight: ..."). Does not
+// check polygons, which are valid by construction.
 absl::Status Validate(const Observation& observation);
 
-// The same observation in another frame.
+// Returns the observation in another frame.
 Observation Transformed(const Observation& observation, const PlanarTransform& target_from_source,
                         const std::string& target_frame_id);
 

@@ -1,4 +1,4 @@
-// Which revision of a map a question is asked of.
+// Selects the revision of a map that a query reads.
 #ifndef HYPERMAP_MAP_QUERY_AS_OF_H_
 #define HYPERMAP_MAP_QUERY_AS_OF_H_
 
@@ -9,15 +9,15 @@
 
 namespace hypermap {
 
-// Default: the newest. At most one of `revision` and `time` is set.
+// The default is the newest revision. At most one of `revision` and `time` may be set.
 struct AsOf {
   std::optional<Revision> revision = std::nullopt;
-  // The revision that was the newest then.
+  // Selects the revision that was the newest at this time.
   std::optional<absl::Time> time = std::nullopt;
-  // The map must have this revision, or the question waits for it; 0: does not wait.
+  // The query waits until the map has this revision; 0: does not wait.
   Revision min_revision = 0;
 
-  // Whether the question is of the past.
+  // Whether the query reads a past revision.
   bool is_past() const { return revision.has_value() || time.has_value(); }
 };
 

@@ -33,7 +33,8 @@ absl::StatusOr<NearestAnswer> Nearest(const Snapshot& snapshot, const Scope& sco
       answer.entries.push_back({layer, *transform, std::move(neighbour)});
     }
   }
-  // Stable: equal distances stay in the order of the layers, and within a layer in its own.
+  // Stable, so that equal distances keep the order of the layers, and in a layer the order of its
+  // answer.
   const auto is_nearer = [](const NearestAnswer::Entry& a, const NearestAnswer::Entry& b) {
     return a.neighbour.distance_m < b.neighbour.distance_m;
   };

@@ -6,10 +6,10 @@
 namespace hypermap {
 namespace {
 
-// What a question asks of each layer: where `value` is, or all content; in `area`, or everywhere.
+// The query for each layer: the matches of `value`, or all content; in `area`, or everywhere.
 struct Asked {
   std::optional<ValueQuery> value;
-  std::optional<Polygon> area;  // in the caller's frame; there when there is no value
+  std::optional<Polygon> area;  // In the caller's frame; always set if there is no value.
 };
 
 class ScopeReader : public PartReader {
@@ -58,7 +58,7 @@ class ScopeReader : public PartReader {
     return cursor_ ? AnswerStatus::kValue : AnswerStatus::kUnsupportedValue;
   }
 
-  // Null when the layer can't take the value.
+  // Returns null if the layer does not support the value.
   std::unique_ptr<AnswerCursor> Ask(const Layer& layer, const Polygon* area) const {
     return asked_.value ? layer.Find(*asked_.value, area) : layer.ContentIn(*area);
   }
@@ -68,8 +68,8 @@ class ScopeReader : public PartReader {
   std::vector<LayerPtr> layers_;
   const Asked asked_;
   size_t current_ = 0;
-  std::unique_ptr<AnswerCursor> cursor_;  // of the current layer
-  PlanarTransform caller_from_layer_;     // of the current layer
+  std::unique_ptr<AnswerCursor> cursor_;  // Of the current layer.
+  PlanarTransform caller_from_layer_;     // Of the current layer.
 };
 
 absl::StatusOr<std::unique_ptr<PartReader>> Read(SnapshotPtr snapshot, const Scope& scope,

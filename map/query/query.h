@@ -1,12 +1,13 @@
-// The questions of a hypermap (Zaenker, Verdoja, Kyrki, IROS 2020), asked of a set of layers in the
+// The queries of a hypermap (Zaenker, Verdoja, Kyrki, IROS 2020), over a set of layers and in the
 // caller's frame:
 //
 //   content   c^(p, I) = { c_i(t_i(p)) }             what is at this point, in this area?
 //   search    s^(v, I) = { t_i^-1(s_i(u_i(v))) }     where is this value?
 //
-// t_i is FrameTree::Lookup from the caller's frame to the layer's (and the grid's geometry behind
-// it); u_i is CellDomain::Match or the label match of a semantic layer. Each layer answers for
-// itself, also when it can't (AnswerStatus); one layer's inability never spoils another's answer.
+// t_i is FrameTree::Lookup from the caller's frame to the layer's (followed by the grid's geometry
+// for a grid); u_i is CellDomain::Match, or the label match of a semantic layer. Each layer answers
+// for itself, even if the answer is that it can't (AnswerStatus); a layer that can't answer does
+// not affect the others.
 #ifndef HYPERMAP_MAP_QUERY_QUERY_H_
 #define HYPERMAP_MAP_QUERY_QUERY_H_
 
@@ -24,41 +25,42 @@
 
 namespace hypermap {
 
-// Which layers are asked, and in which frame. Defaults: all, the map's own.
+// The layers that a query reads, and the frame of its coordinates. Defaults: all layers, and the
+// map's own frame.
 struct Scope {
   std::vector<std::string> layers;
   std::string frame_id;
 };
 
-// What one layer says of a point. Objects carry shapes of the layer's frame; `caller_from_layer`
-// takes them to the caller's.
+// The content of one layer at a point. Objects have their shapes in the layer's frame;
+// `caller_from_layer` transforms them to the caller's.
 struct LayerContent {
   LayerPtr layer;
   PlanarTransform caller_from_layer;
   PointContent content;
 };
 
-// c^(p, I). Objects whose shape is at most `tolerance_m` away count as met. NOT_FOUND for an
+// Implements c^(p, I). Includes objects whose shape is at most `tolerance_m` away. NOT_FOUND for an
 // unknown layer or frame, INVALID_ARGUMENT for a point that is not finite, or a tolerance that is
 // negative or not finite.
 absl::StatusOr<std::vector<LayerContent>> ContentAt(const Snapshot& snapshot, const Scope& scope,
                                                     const Point& p, double tolerance_m = 0.0);
-// The same, told layer by layer as it is found, with the transform that takes objects to the
-// caller's frame. An error comes before anything is told.
+// Does the same, but passes each layer's content to `tell` as it is found. If the status is an
+// error, `tell` has not been called.
 using PointContentCallback = absl::FunctionRef<void(
     const LayerPtr& layer, const PlanarTransform& caller_from_layer, PointContent content)>;
 absl::Status VisitContentAt(const Snapshot& snapshot, const Scope& scope, const Point& p,
                             double tolerance_m, PointContentCallback tell);
 
-// What one layer says of many points.
+// The content of one layer at many points.
 struct LayerPointsContent {
   LayerPtr layer;
-  AnswerStatus status = AnswerStatus::kValue;  // else why it can't answer; `content` is empty
+  AnswerStatus status = AnswerStatus::kValue;  // If not kValue: why the layer can't answer.
   PointsContent content;
 };
 
-// Asks many points again and again: what does not change from batch to batch is looked up once.
-// One thread at a time; may be handed from thread to thread.
+// Answers batches of points over and over. Looks up layers and transforms only once. Used by one
+// thread at a time; may move between threads.
 class PointsAsker {
  public:
   // NOT_FOUND for an unknown layer or frame, INVALID_ARGUMENT for the tolerance (see ContentAt).
@@ -66,11 +68,11 @@ class PointsAsker {
                                           double tolerance_m = 0.0);
 
   const Snapshot& snapshot() const { return *snapshot_; }
-  // The scope's frame.
+  // The frame of the scope.
   const std::string& frame_id() const { return frame_id_; }
 
-  // c^(p, I) of each point; valid until the next call. INVALID_ARGUMENT naming the point that is
-  // not finite.
+  // c^(p, I) of each point; valid until the next call. INVALID_ARGUMENT naming a point that is not
+  // finite.
   absl::StatusOr<absl::Span<const LayerPointsContent>> ContentAtEach(
       absl::Span<const Point> points);
 
@@ -84,59 +86,60 @@ class PointsAsker {
   SnapshotPtr snapshot_;
   std::string frame_id_;
   double tolerance_m_ = 0.0;
-  std::vector<AskedLayer> asked_;  // parallel to answers_
+  std::vector<AskedLayer> asked_;  // Parallel to answers_.
   std::vector<LayerPointsContent> answers_;
   std::vector<Point> in_layer_;
 };
 
-// A part of one layer's answer to an area or value question.
+// A part of one layer's answer to a query for an area or a value.
 struct LayerPart {
   LayerPtr layer;
   AnswerStatus status =
-      AnswerStatus::kValue;  // not kValue: the layer can't answer; `part` is empty
+      AnswerStatus::kValue;  // If not kValue, the layer can't answer and `part` is empty.
   PlanarTransform caller_from_layer;
   AnswerPart part;
-  bool last = false;  // of this layer
+  bool last = false;  // The last part of this layer.
 };
 
-// Runs through the layers' answers one after another, in bounded parts. Pins the snapshot. Not
-// thread safe; may be handed from thread to thread.
+// Returns the answers of the layers one after the other, in parts of bounded size. Keeps the
+// snapshot alive. Not thread-safe; may move between threads.
 class PartReader {
  public:
   virtual ~PartReader() = default;
-  // The next part, at most `max_items` objects or runs; may be empty (see AnswerCursor::Next).
+  // Returns the next part, with at most `max_items` objects or runs. It may be empty (see
+  // AnswerCursor::Next).
   virtual LayerPart Next(int max_items) = 0;
   virtual bool done() const = 0;
 };
 
-// c^(area, I). `area` in the caller's frame. NOT_FOUND for an unknown layer or frame.
+// c^(area, I), with `area` in the caller's frame. NOT_FOUND for an unknown layer or frame.
 absl::StatusOr<std::unique_ptr<PartReader>> ContentIn(SnapshotPtr snapshot, const Scope& scope,
                                                       Polygon area);
 
-// s^(value, I), everywhere or in `area` (caller's frame). Errors as ContentIn.
+// s^(value, I), everywhere or in `area` (caller's frame). Errors are those of ContentIn.
 absl::StatusOr<std::unique_ptr<PartReader>> Search(SnapshotPtr snapshot, const Scope& scope,
                                                    ValueQuery value, std::optional<Polygon> area);
 
-// The matches nearest to `p` over all layers of the scope together.
+// The matches nearest to `p`, over all layers of the scope together.
 struct NearestAnswer {
   struct Entry {
     LayerPtr layer;
     PlanarTransform caller_from_layer;
     Neighbour neighbour;
   };
-  std::vector<Entry> entries;  // nearest first, at most k
+  std::vector<Entry> entries;  // Nearest first, at most k.
   struct Refusal {
     LayerPtr layer;
     AnswerStatus status;
   };
-  std::vector<Refusal> refusals;  // layers that can't answer
+  std::vector<Refusal> refusals;  // Layers that can't answer.
 };
 
-// INVALID_ARGUMENT for k < 1 or a point that is not finite; else as ContentIn.
+// INVALID_ARGUMENT for k < 1 or a point that is not finite; other errors are those of ContentIn.
 absl::StatusOr<NearestAnswer> Nearest(const Snapshot& snapshot, const Scope& scope, const Point& p,
                                       const ValueQuery& value, int k);
 
-// Where the cells of a grid lie in the caller's frame.
+// Returns the geometry of a grid in the caller's frame.
 GridGeometry GeometryInFrame(const GridGeometry& geometry,
                              const PlanarTransform& caller_from_layer);
 

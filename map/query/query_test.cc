@@ -33,8 +33,8 @@ using ::testing::UnorderedElementsAre;
 
 constexpr double kHalfTurn = std::numbers::pi;
 
-// A map with a semantic layer in "map", a grid in "dock" (turned by 90 degrees, 10 m to the east),
-// and a grid in a frame that is connected to nothing.
+// A map with a semantic layer in "map", a grid in "dock" (rotated by 90 degrees, 10 m to the east),
+// and a grid in a frame without a transform.
 SnapshotPtr SmallSite() {
   const LayerSpec semantic{.name = "semantic", .frame_id = "map"};
   const LayerSpec grid{.name = "grid",
@@ -100,7 +100,7 @@ TEST(ContentAtTest, UnknownNamesAndPlacesAreErrors) {
             absl::StatusCode::kInvalidArgument);
 }
 
-// A lane, a dock and a room in a layer of a frame that is turned by 90 degrees, 10 m to the east.
+// A lane, a dock and a room in a layer whose frame is rotated by 90 degrees and 10 m to the east.
 SnapshotPtr SiteOfShapes() {
   const auto put = [](const char* label, Shape shape) {
     return PutObject{"places", {.label = label, .shape = std::move(shape)}, ""};
@@ -124,7 +124,7 @@ std::vector<ObjectId> IdsAt(const Snapshot& site, const Scope& scope, const Poin
 
 TEST(ContentAtTest, ToleranceIsADistanceInEveryFrame) {
   const SnapshotPtr site = SiteOfShapes();
-  // (1, 1) in dock, (9, 1) in map: 1 m from the lane and from the dock, 2 m from the room.
+  // (1, 1) in dock is (9, 1) in map: 1 m from the lane and from the dock, 2 m from the room.
   for (const auto& [frame, p] : {std::pair{"dock", Point{1, 1}}, std::pair{"map", Point{9, 1}}}) {
     SCOPED_TRACE(frame);
     const Scope scope{{"places"}, frame};
@@ -218,7 +218,7 @@ TEST(NearestTest, MergesLayersAndTellsRefusals) {
   const auto answer = Nearest(*SmallSite(), {}, {10, 0}, ValueKeyword::kOccupied, 1);
   ASSERT_TRUE(answer.ok());
   ASSERT_EQ(answer->entries.size(), 1u);
-  // Cell (row 0, column 1) of the dock has its centre at (1.5, 0.5) there: sqrt(2.5) m away.
+  // The centre of cell (row 0, column 1) is at (1.5, 0.5) in dock: sqrt(2.5) m away.
   EXPECT_NEAR(answer->entries[0].neighbour.distance_m, std::sqrt(2.5), 1e-12);
   EXPECT_EQ(answer->refusals.size(), 2u);
   EXPECT_EQ(Nearest(*SmallSite(), {}, {0, 0}, ValueKeyword::kFree, 0).status().code(),
@@ -228,7 +228,7 @@ TEST(NearestTest, MergesLayersAndTellsRefusals) {
 TEST(NearestTest, MeasuresToLinesAndPoints) {
   const SnapshotPtr site = SiteOfShapes();
   const auto distance_to = [&](const char* label) {
-    // (7, -2) in dock: 2 m past the end of the lane and 2 m beside it.
+    // (7, -2) in dock is 2 m past the end of the lane and 2 m beside it.
     const auto answer = Nearest(*site, {{}, "dock"}, {7, -2}, ValueLabel{label}, 1);
     EXPECT_TRUE(answer.ok()) << answer.status();
     return answer->entries.front().neighbour.distance_m;
@@ -266,7 +266,7 @@ TEST(NearestTest, EqualsBruteForceOverShapesOfEveryKind) {
   }
 }
 
-// Every question against a walk through all objects and cells, done in the layer's own frame.
+// Compares every query with a scan of all objects and cells in the layer's own frame.
 TEST(QueryTest, EqualsBruteForceOnRandomSitesInEveryFrame) {
   const uint64_t seed = TestSeed();
   SCOPED_TRACE("HYPERMAP_TEST_SEED=" + std::to_string(seed));

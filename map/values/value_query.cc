@@ -50,7 +50,7 @@ absl::StatusOr<ValueQuery> ParseComparison(absl::string_view text) {
   return range;
 }
 
-// nullopt when neither side of ".." is a number: then the text is a label that holds dots.
+// Returns nullopt if neither side of ".." is a number: then the text is a label that contains dots.
 std::optional<absl::StatusOr<ValueQuery>> ParseRange(absl::string_view text) {
   const size_t sign = text.find(kRangeSign);
   if (sign == absl::string_view::npos) return std::nullopt;

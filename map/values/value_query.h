@@ -1,12 +1,12 @@
-// The common value: what a caller may ask a layer to look for, as one string.
+// The common value of a query, written as one string:
 //
 //   free, occupied, unknown, explored, unexplored     keywords, any case
 //   >0.65  >=0.65  <0.2  <=0.2  =1  0.2..0.5           comparisons; a range includes both ends
 //   anything else                                      a class label, any case
-//   tag:furniture                                      objects that carry the tag, any case
+//   tag:furniture                                      objects that have the tag, any case
 //
-// A layer translates this into its own kind of value (the u of the paper's definition) or says that
-// it can't take it.
+// Each layer translates it into its own kind of value (the u of the paper's definition), or answers
+// that it does not support it.
 #ifndef HYPERMAP_MAP_VALUES_VALUE_QUERY_H_
 #define HYPERMAP_MAP_VALUES_VALUE_QUERY_H_
 
@@ -21,7 +21,7 @@ namespace hypermap {
 
 enum class ValueKeyword { kFree, kOccupied, kUnknown, kExplored, kUnexplored };
 
-// The numbers v with low <= v <= high, an end taken out where marked open.
+// The numbers v with low <= v <= high, without the ends that are marked as open.
 struct ValueRange {
   double low = -std::numeric_limits<double>::infinity();
   double high = std::numeric_limits<double>::infinity();
@@ -34,7 +34,7 @@ struct ValueRange {
   friend bool operator==(const ValueRange&, const ValueRange&) = default;
 };
 
-// Folded to lower case, blanks trimmed and runs of them made one.
+// Folded, see FoldLabel.
 struct ValueLabel {
   std::string label;
   friend bool operator==(const ValueLabel&, const ValueLabel&) = default;
@@ -48,11 +48,11 @@ struct ValueTag {
 using ValueQuery = std::variant<ValueKeyword, ValueRange, ValueLabel, ValueTag>;
 
 // INVALID_ARGUMENT for an empty string, a comparison without a finite number, or a range whose ends
-// are the wrong way round.
+// are in the wrong order.
 absl::StatusOr<ValueQuery> ParseValueQuery(absl::string_view text);
 
-// The form in which labels and tags are compared: lower case, blanks trimmed, runs of blanks made
-// one.
+// Returns the form in which labels and tags are compared: lower case, without leading and trailing
+// blanks, and with single blanks between words.
 std::string FoldLabel(absl::string_view label);
 
 }  // namespace hypermap

@@ -5,7 +5,7 @@
 namespace hypermap {
 namespace {
 
-// Collects cells, given by row and column, in runs of one value.
+// Collects cells, given by row and column, as runs of equal values.
 class Runs {
  public:
   Runs(const CellDomain& domain, std::vector<CellRun>* runs) : domain_(domain), runs_(*runs) {}

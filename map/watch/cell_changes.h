@@ -1,4 +1,4 @@
-// What writing a tile changed.
+// The cells that a write of a tile changed.
 #ifndef HYPERMAP_MAP_WATCH_CELL_CHANGES_H_
 #define HYPERMAP_MAP_WATCH_CELL_CHANGES_H_
 
@@ -10,14 +10,15 @@
 
 namespace hypermap {
 
-// Runs of the cells of a tile whose value is not as it was, by row and column: with the value
-// after, and the same cells with the value before.
+// The cells of a tile whose values differ, in runs by row and column: once with their values after
+// the write, and once with those before it.
 struct CellChanges {
   std::vector<CellRun> after;
   std::vector<CellRun> before;
 };
 
-// `before` and `after` may be null: no tile, all unknown. With a `cover` only the cells it selects.
+// Returns the cells whose values differ; with a `cover`, only those that it selects. `before` and
+// `after` may be null, which stands for a tile of unknown cells.
 CellChanges ChangedCells(const TileIndex& index, const Tile* before, const Tile* after,
                          const CellDomain& domain, const CellCover* cover);
 

@@ -1,4 +1,4 @@
-// What is asked of a map's explorations, and answered.
+// The requests to ExplorationDesk and its answers.
 #ifndef HYPERMAP_SERVER_EXPLORATION_EXPLORATION_CALLS_H_
 #define HYPERMAP_SERVER_EXPLORATION_EXPLORATION_CALLS_H_
 
@@ -25,7 +25,7 @@ inline constexpr int64_t kDefaultMinGainCells = 4;
 inline constexpr absl::Duration kDefaultLease = absl::Minutes(1);
 inline constexpr absl::Duration kMaxLease = absl::Minutes(10);
 
-// An empty frame is the map's own; exploration 0 is the newest.
+// In all requests, an empty frame_id is the map's own frame, and exploration 0 is the newest one.
 
 struct StartOrder {
   Polygon area;
@@ -37,7 +37,7 @@ struct StartOrder {
   double range_m = kDefaultRange_m;
   int64_t min_gain_cells = kDefaultMinGainCells;
   std::string author;
-  // Empty: not guarded against repetition.
+  // Recognises a retry. Empty: a retry starts another exploration.
   std::string request_id;
 };
 
@@ -64,13 +64,13 @@ struct ReleaseOrder {
   std::string author;
 };
 
-// Of the revision at which it was read, or made.
 struct ExplorationAnswer {
+  // The revision that was read or, if the call changed the map, that it made.
   Revision revision = 0;
-  // That the answer is told in, and how it comes from the frame of the objects.
+  // The requested frame, and the transform to it from the frame of the objects.
   std::string frame_id;
   PlanarTransform frame_from_layer;
-  // What was committed for it.
+  // Number of edits that the call committed.
   int64_t num_edits = 0;
 };
 
@@ -94,7 +94,7 @@ struct ExplorationList : ExplorationAnswer {
 
 struct FrontierList : ExplorationAnswer {
   ObjectId exploration_id = 0;
-  // Cells of the occupancy layer; the largest first.
+  // Cells of the occupancy layer; the largest frontier first.
   std::vector<Explorer::FrontierView> frontiers;
   GridGeometry geometry;
   PlanarTransform frame_from_floor;
@@ -115,11 +115,11 @@ inline bool IsActive(const Exploration& exploration) {
   return exploration.state == ExplorationState::kActive;
 }
 
-// FAILED_PRECONDITION naming the layer unless it is of the kind.
+// FAILED_PRECONDITION naming the layer if it is of another kind.
 absl::Status CheckKind(const LayerSpec& spec, LayerKind kind);
 
-// Makes `answer` one of `snapshot`, in the frame asked for; the objects lie in `layer_frame`.
-// NOT_FOUND when the frame is not known or not connected.
+// Fills in the revision of `snapshot`, the frame `frame_id` and its transform from `layer_frame`,
+// which the objects are in. NOT_FOUND if the frame is unknown or not connected.
 absl::Status SetFrame(const Snapshot& snapshot, const std::string& layer_frame,
                       const std::string& frame_id, ExplorationAnswer* answer);
 

@@ -1,4 +1,4 @@
-// What explorations make of changes of the map, of their objects, and of restarts.
+// Explorations after changes of the map, edits of their objects, and restarts.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -25,14 +25,14 @@ using testing::UniformInt;
 
 class ExplorationChangesTest : public ::testing::Test, public ExplorationSite {
  protected:
-  // In a site of one room.
+  // Starts an exploration of a map of one room.
   void StartInARoom() {
     Draw(std::vector<std::string>(8, std::string(8, '.')));
     ASSERT_TRUE(desk().Start(WholeArea()).ok());
   }
   ObjectId ExplorationId() { return Newest().exploration.id; }
   void DeleteByHand(ObjectId id) { Submit({{DeleteObject{"explorations", id, {}}}}); }
-  // What is kept, with something about it changed.
+  // Edits an object of the layer "explorations", as an operator may.
   template <typename Change>
   void EditByHand(ObjectId id, Change change) {
     const SnapshotPtr now = snapshot();
@@ -49,7 +49,7 @@ void ExpectSame(const Explorer::Progress& a, const Explorer::Progress& b) {
   EXPECT_EQ(a.unreachable, b.unreachable);
 }
 
-// Places that robots could not get to.
+// Tests of unreachable places.
 
 TEST_F(ExplorationChangesTest, NobodyIsSentToAPlaceGivenUpNorBesideIt) {
   StartInARoom();
@@ -94,7 +94,7 @@ TEST_F(ExplorationChangesTest, APlaceComesBackWhenFloorNearbyChanges) {
   Release("r1", GoalOutcome::kUnreachable);
   Claim("r1", {0.25, 0.25});
   EXPECT_THAT(Newest().unreachable_places, SizeIs(1));
-  // Beyond the robot's sight; and what is free stays free.
+  // Changes beyond the robot's range, and cells that stay free, make no difference.
   const auto col = static_cast<int32_t>(Centroid(given_up.goal->cell).x / kResolution_m);
   Write({0, 1, col + 5, col + 7}, 1.0);
   Write({0, 1, 0, 4}, 0.1);
@@ -121,7 +121,7 @@ TEST_F(ExplorationChangesTest, AfterARestartAPlaceComesBackIfTheFloorChangedAnyw
   EXPECT_THAT(Newest().unreachable_places, IsEmpty());
 }
 
-// Restarts.
+// Tests of restarts.
 
 TEST_F(ExplorationChangesTest, ARestartLosesNeitherClaimsNorWhatWasExplored) {
   StartInARoom();
@@ -134,7 +134,7 @@ TEST_F(ExplorationChangesTest, ARestartLosesNeitherClaimsNorWhatWasExplored) {
   EXPECT_EQ(Newest().exploration, before.exploration);
   EXPECT_EQ(Newest().goals, before.goals);
   ExpectSame(Progress(), progress);
-  // The robot goes on, and nobody else is sent where it goes.
+  // The robot keeps its goal, and no other robot is sent there.
   const auto other = Claim("r2", {0.25, 0.25});
   EXPECT_TRUE(!other.goal || other.goal->cell != claimed.goal->cell);
   EXPECT_TRUE(desk().Renew({"r1", claimed.goal->id, absl::Minutes(1), "test"}).ok());
@@ -154,7 +154,7 @@ TEST_F(ExplorationChangesTest, FollowsAsOneThatBeginsAnew) {
   Rng rng(seed);
   Draw(std::vector<std::string>(140, std::string(140, '.')));
   StartOrder order = WholeArea();
-  // What the map grows by counts too.
+  // Floor by which the map grows is part of the exploration.
   order.area = Rectangle(-30, -30, 100, 100);
   order.range_m = 2.0;
   ASSERT_TRUE(desk().Start(order).ok());
@@ -173,7 +173,7 @@ TEST_F(ExplorationChangesTest, FollowsAsOneThatBeginsAnew) {
   }
 }
 
-// Layers.
+// Tests of layers.
 
 TEST_F(ExplorationChangesTest, TheExplorationLayerMayHaveCellsAndAFrameOfItsOwn) {
   Draw(std::vector<std::string>(8, std::string(8, '.')));
@@ -261,7 +261,7 @@ TEST_F(ExplorationChangesTest, TwoOfAMapGoOnSideBySide) {
   const ObjectId b = desk().Start(right)->objects.exploration.id;
   ASSERT_NE(a, b);
   ASSERT_TRUE(Claim("r1", {0.25, 0.25}, absl::Minutes(1), a).goal.has_value());
-  // A robot has a goal in each.
+  // The robot has one goal in each exploration.
   ASSERT_TRUE(Claim("r1", {6.25, 0.25}, absl::Minutes(1), b).goal.has_value());
   MarkExplored({0, 4, 0, 8});
   EXPECT_EQ(Progress(a).explored, 32);
@@ -275,7 +275,7 @@ TEST_F(ExplorationChangesTest, TwoOfAMapGoOnSideBySide) {
   EXPECT_EQ(list->explorations[1].exploration.state, ExplorationState::kEnded);
 }
 
-// People.
+// Tests of edits by operators.
 
 TEST_F(ExplorationChangesTest, WhatPeopleDeleteIsGone) {
   StartInARoom();
@@ -327,7 +327,7 @@ TEST_F(ExplorationChangesTest, WhatPeopleSpoilIsNamed) {
   EXPECT_TRUE(Claim("r1", {0.25, 0.25}).goal.has_value());
 }
 
-// The end.
+// Tests of the end of explorations.
 
 TEST_F(ExplorationChangesTest, StopEndsItAndAgainIsANoOp) {
   StartInARoom();
@@ -359,7 +359,7 @@ TEST_F(ExplorationChangesTest, StopEndsItAndAgainIsANoOp) {
 
 TEST_F(ExplorationChangesTest, ACallIsMadeAgainWhenSomebodyElseChangesTheLayer) {
   StartInARoom();
-  // Edits of people, all the while.
+  // An operator edits the layer all the while.
   std::atomic<bool> done = false;
   const ObjectId exploration = ExplorationId();
   std::thread people([&] {

@@ -1,4 +1,4 @@
-// The explorations of a map: who starts them, and who is sent where.
+// The explorations of a map: starting them, and sending robots to goals.
 #ifndef HYPERMAP_SERVER_EXPLORATION_EXPLORATION_DESK_H_
 #define HYPERMAP_SERVER_EXPLORATION_EXPLORATION_DESK_H_
 
@@ -27,52 +27,57 @@ namespace hypermap::server {
 
 class MapSession;
 
-// The truth is what the newest snapshot keeps in the layer "explorations"; each call reads it anew,
-// and a call that changes it is one commit, which is made again when somebody else changed the
-// layer meanwhile. In memory are only Explorers, which follow the map, where robots were last, what
-// they tried in vain, and rates: after a restart robots tell again where they are, and the rest is
-// lost. A goal whose lease has ended is gone, even if the writer has not removed it yet.
+// Carries out the calls of ExplorationService for one map.
 //
-// Thread safe; calls wait for each other, for the disk, and for what it takes to look over the
-// area. Errors besides those named: NOT_FOUND for an exploration or frame; FAILED_PRECONDITION when
-// a layer is gone or of another kind; DATA_LOSS when somebody spoiled the objects; those of
+// The state is the objects of the layer "explorations" in the newest snapshot. Each call reads it
+// again. A call that changes it is one commit, which requires the layer's version and is retried if
+// another writer changed the layer meanwhile. Memory holds only what can be computed or asked
+// again: Explorers, which follow the map; the last positions of robots; the floor that was looked
+// at in vain; and rates. After a restart, robots report their positions again, and the rest is
+// lost. A goal whose lease has ended counts as gone even if the writer has not removed it yet.
+//
+// Thread safe. Calls wait for each other, for the disk, and for the Explorer's computations. Errors
+// of all calls: NOT_FOUND for an exploration or frame; FAILED_PRECONDITION if a layer is gone or of
+// another kind; DATA_LOSS if the objects were edited so that they can't be read; those of
 // MapSession::Submit.
 class ExplorationDesk {
  public:
-  // Of a map.
+  // Active explorations that a map may have at a time.
   static constexpr size_t kMaxActive = 16;
 
-  // `session` outlives this. `max_cells`: the limit of cells in the box round an explored area.
+  // `session` must outlive this. `max_cells` limits the cells in the box around an explored area.
   ExplorationDesk(MapSession* session, int64_t max_cells)
       : session_(session), max_cells_(max_cells) {}
   ExplorationDesk(const ExplorationDesk&) = delete;
   ExplorationDesk& operator=(const ExplorationDesk&) = delete;
 
-  // Makes the layers that are missing. INVALID_ARGUMENT naming the field, NOT_FOUND,
-  // FAILED_PRECONDITION when there is no floor, RESOURCE_EXHAUSTED when the area is too large or
-  // there are kMaxActive others.
+  // Starts an exploration and creates the layers that are missing. INVALID_ARGUMENT naming the
+  // field; NOT_FOUND for the occupancy layer; FAILED_PRECONDITION if the area has no floor;
+  // RESOURCE_EXHAUSTED if the area is too large or kMaxActive explorations are active.
   absl::StatusOr<ExplorationView> Start(const StartOrder& order);
 
-  // Of one that has ended: the progress at its end; computed as the map is now when that was before
-  // a restart.
+  // An exploration with its progress. If it has ended, the progress is that at its end; if it ended
+  // before a restart, the progress is computed from the map as it is now.
   absl::StatusOr<ExplorationReport> Get(ObjectId id, const std::string& frame_id);
   absl::StatusOr<ExplorationList> List(const std::string& frame_id) const;
-  // FAILED_PRECONDITION when it has ended.
+  // FAILED_PRECONDITION if the exploration has ended.
   absl::StatusOr<FrontierList> ListFrontiers(ObjectId id, const std::string& frame_id);
 
-  // Ends the exploration when there is nothing left for anybody. FAILED_PRECONDITION when the robot
-  // stands where it can't go.
+  // Gives the robot a goal, instead of the one it may have. Ends the exploration if no robot has
+  // anything left to do. FAILED_PRECONDITION if the robot stands where it can't go.
   absl::StatusOr<ClaimAnswer> Claim(const ClaimOrder& order);
-  // NOT_FOUND when the robot does not hold the goal.
+  // Extends the lease of a goal. NOT_FOUND if the robot does not hold it.
   absl::StatusOr<GoalAnswer> Renew(const RenewOrder& order);
+  // Gives a goal back, and notes a place that could not be reached. NOT_FOUND as Renew.
   absl::StatusOr<ExplorationAnswer> Release(const ReleaseOrder& order);
 
+  // Ends an exploration; changes nothing if it has ended.
   absl::StatusOr<ExplorationView> Stop(ObjectId id, const std::string& author);
 
  private:
   static constexpr int kAttempts = 8;
 
-  // One that goes on.
+  // The state in memory of an exploration that has not ended.
   struct Active {
     explicit Active(int64_t max_cells) : follower(max_cells) {}
 
@@ -80,42 +85,44 @@ class ExplorationDesk {
     ExplorationTeam team;
     ExplorationRate rate;
   };
-  // An exploration as the newest snapshot has it, without goals whose lease has ended.
+  // An exploration as it is in `snapshot`, without goals whose lease has ended.
   struct Kept {
     SnapshotPtr snapshot;
     std::shared_ptr<const SemanticLayer> layer;
     ExplorationObjects objects;
   };
 
-  // An exploration on a map as it would be.
+  // A new exploration, computed on a snapshot that is not committed yet.
   struct Trial {
     ExplorationObjects objects;
     std::unique_ptr<Active> active;
   };
 
   absl::StatusOr<Kept> Read(ObjectId id) const;
-  // The exploration whose goal it is.
+  // The goal and its exploration. NOT_FOUND if the robot does not hold the goal.
   absl::StatusOr<Kept> ReadGoal(const std::string& robot, ObjectId goal_id,
                                 ExplorationGoal* goal) const;
   void DropEndedLeases(ExplorationObjects* objects) const;
 
-  // That of an active exploration, brought up to the snapshot; lets those go that have ended.
+  // The state of an active exploration, updated to the snapshot of `kept`. Drops the states of
+  // explorations that have ended.
   absl::StatusOr<Active*> Follow(const Kept& kept) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void LetGo(const SemanticLayer& layer) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  // The progress, which also becomes a sample of the rate.
   ExplorationProgress Measure(Active* active) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
-  // How far one had come that has ended.
+  // Keeps the progress of an exploration that has ended.
   void Remember(ObjectId ended, ExplorationProgress progress) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   absl::StatusOr<ExplorationProgress> Progress(const Kept& kept)
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   absl::StatusOr<ExplorationProgress> EndedProgress(const Kept& kept)
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
-  // Unless the layer "explorations" is no more as it was read: ABORTED.
+  // Commits the edits. ABORTED if the layer "explorations" has changed since `kept` was read.
   absl::StatusOr<storage::Receipt> Commit(const Kept& kept, std::vector<Edit> edits,
                                           const std::string& author)
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
-  // Makes an attempt again that somebody else's edit of the layer was in the way of.
+  // Repeats an attempt while it is ABORTED because another writer changed the layer meanwhile.
   template <typename Attempt>
   static auto Retried(Attempt attempt) {
     auto answer = attempt();
@@ -125,20 +132,21 @@ class ExplorationDesk {
 
   absl::StatusOr<ExplorationView> TryStart(const StartOrder& order)
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
-  // Errors are why it can't be started so.
+  // Applies `batch` to `snapshot` without committing it, so that an exploration that can't be
+  // started leaves no trace on the map.
   absl::StatusOr<Trial> Try(const Snapshot& snapshot, const EditBatch& batch) const;
-  // What the request was answered when it came first; nullopt when it did not.
+  // The answer to an earlier request with the same id; nullopt if there was none.
   absl::StatusOr<std::optional<ExplorationView>> FindStarted(const StartOrder& order) const;
   absl::StatusOr<ClaimAnswer> TryClaim(const ClaimOrder& order)
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
-  // Notes where the robot is.
+  // Records the robot's position.
   absl::Status Meet(const ClaimOrder& order, const PlanarTransform& frame_from_layer,
                     Active* active) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
-  // One that is not on the map yet; nullopt when there is nothing for the robot.
+  // The robot's next goal, which is not on the map yet; nullopt if there is nothing for the robot.
   static std::optional<ExplorationGoal> ChooseGoal(const std::string& robot,
                                                    const ExplorationObjects& objects,
                                                    Active* active);
-  // The goal as it was put with this lease.
+  // The goal with its id, and its end as the map has it.
   ExplorationGoal AsPut(ExplorationGoal goal, ObjectId id, absl::Duration lease) const;
   absl::StatusOr<GoalAnswer> TryRenew(const RenewOrder& order)
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
@@ -146,14 +154,14 @@ class ExplorationDesk {
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   absl::StatusOr<ExplorationView> TryStop(ObjectId id, const std::string& author)
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
-  // Adds what ends the exploration, and makes the objects what they are then.
+  // Adds the edits that end the exploration to `edits`, and makes the same changes to `kept`.
   void End(EndReason reason, Kept* kept, std::vector<Edit>* edits) const;
 
   MapSession* const session_;
   const int64_t max_cells_;
   Mutex mutex_;
   std::map<ObjectId, std::unique_ptr<Active>> active_ ABSL_GUARDED_BY(mutex_);
-  // Of those that have ended.
+  // Progress of explorations at their end; the newest ids.
   std::map<ObjectId, ExplorationProgress> ended_ ABSL_GUARDED_BY(mutex_);
 };
 

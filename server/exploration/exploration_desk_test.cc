@@ -28,7 +28,7 @@ std::string MessageOf(const absl::Status& status) { return std::string(status.me
 
 class ExplorationDeskTest : public ::testing::Test, public ExplorationSite {};
 
-// What starts them.
+// Tests of Start.
 
 TEST_F(ExplorationDeskTest, StartMakesLayersAndExplorationAsOneRevision) {
   Draw({"....", "...."});
@@ -75,7 +75,7 @@ TEST_F(ExplorationDeskTest, TheSameRequestStartsNothingAndGetsTheSameAnswer) {
   EXPECT_EQ(again->revision, first->revision);
   EXPECT_EQ(again->objects.exploration, first->objects.exploration);
   EXPECT_EQ(again->num_edits, 0);
-  EXPECT_EQ(snapshot()->revision, after + 1);  // Stop's
+  EXPECT_EQ(snapshot()->revision, after + 1);  // made by Stop
 }
 
 TEST_F(ExplorationDeskTest, ARequestIdOfSomethingElseIsRefused) {
@@ -148,7 +148,7 @@ TEST_F(ExplorationDeskTest, OfAnAreaBeyondTheMapWhatTheMapHasCounts) {
   const auto started = desk().Start(huge);
   ASSERT_TRUE(started.ok()) << started.status();
   EXPECT_EQ(Progress().reachable, 8);
-  // What the map grows by later counts too.
+  // Floor by which the map grows later is part of the exploration.
   Write({0, 2, 4, 300}, 0.0);
   EXPECT_EQ(Progress().reachable, 600);
 }
@@ -157,7 +157,7 @@ TEST_F(ExplorationDeskTest, AnAreaOfTooManyCellsIsRefusedNamingTheLimit) {
   set_max_exploration_cells(40);
   Reopen();
   Draw({"........", "........", "........"});
-  // With a cell around on each side 10 x 5.
+  // The box has 10 x 5 cells: the area and one cell on each side.
   const auto refused = desk().Start(WholeArea());
   EXPECT_TRUE(absl::IsResourceExhausted(refused.status())) << refused.status();
   EXPECT_THAT(MessageOf(refused.status()), HasSubstr("--max_exploration_cells"));
@@ -181,7 +181,7 @@ TEST_F(ExplorationDeskTest, TheAreaMayBeGivenInAnyFrame) {
   Submit({{SetTransform{{"map", "turned", PlanarTransform(2, 0, std::numbers::pi / 2)}}}});
   StartOrder order = WholeArea();
   order.frame_id = "turned";
-  // x of the map is 2 - y.
+  // In the order's frame; x of the map is 2 - y.
   order.area = Rectangle(0, 0, 1, 1);
   const auto started = desk().Start(order);
   ASSERT_TRUE(started.ok()) << started.status();
@@ -193,7 +193,7 @@ TEST_F(ExplorationDeskTest, TheAreaMayBeGivenInAnyFrame) {
   EXPECT_EQ(Progress().reachable, 4);
 }
 
-// Who is sent where.
+// Tests of Claim.
 
 TEST_F(ExplorationDeskTest, TheEndOfARoundWithTwoRobotsIsDone) {
   Draw({"...........",  //
@@ -243,7 +243,7 @@ TEST_F(ExplorationDeskTest, ARoomThatNobodyCanEnterEndsItAsUnreachable) {
   EXPECT_EQ(report->progress.cells.explored, 12);
   EXPECT_EQ(report->progress.cells.reachable, 0);
   EXPECT_EQ(report->progress.cells.unreachable, 12);
-  // Who could go where is not known after a restart; why it ended is.
+  // After a restart the robots' positions are lost, but the reason for the end is on the map.
   Reopen();
   EXPECT_EQ(Progress().unreachable, 12);
 }
@@ -256,7 +256,7 @@ TEST_F(ExplorationDeskTest, RobotsInRoomsOfTheirOwnAreWaitedFor) {
   Release("r2", GoalOutcome::kAbandoned);
   MarkExplored({0, 2, 0, 4});
   EXPECT_EQ(Claim("r1", {0.25, 0.25}).state, ExplorationState::kActive);
-  // Not for ever.
+  // The exploration does not wait for an absent robot for ever.
   Advance(absl::Minutes(11));
   EXPECT_EQ(Claim("r1", {0.25, 0.25}).end_reason, EndReason::kOnlyUnreachableLeft);
 }
@@ -332,7 +332,7 @@ TEST_F(ExplorationDeskTest, ALeaseThatEndsGivesThePlaceToAnother) {
   EXPECT_EQ(renewed->goal.expires_at, Now() + absl::Minutes(1));
   Advance(absl::Seconds(50));
   EXPECT_FALSE(Claim("r2", {0.25, 0.25}).goal.has_value());
-  // The writer does not know yet that the time has come.
+  // The lease has ended, but the writer has not removed the goal yet.
   Advance(absl::Seconds(10));
   EXPECT_THAT(Goals(), IsEmpty());
   EXPECT_TRUE(

@@ -13,7 +13,7 @@
 namespace hypermap::server {
 namespace {
 
-// A robot's sight takes memory and time by the square of its range.
+// Upper bound of a robot's range: its field of view takes memory and time by the square of it.
 constexpr double kMaxRangeCells = 1000.0;
 
 absl::StatusOr<std::shared_ptr<const GridLayer>> FindGrid(const Snapshot& snapshot,
@@ -46,7 +46,7 @@ int32_t ClampedIndex(double index) {
   return static_cast<int32_t>(std::clamp<double>(index, -kMaxCellIndex, kMaxCellIndex));
 }
 
-// The cells whose centres may lie in `box`, and some around.
+// The cells whose centres may lie in `box`, with a margin of a cell.
 CellBox CellsAround(const GridGeometry& geometry, const Box& box) {
   const Box in_grid = BoundsOf(geometry.layer_from_grid.Inverse(), box);
   const double r = geometry.resolution_m;
@@ -60,7 +60,7 @@ int32_t CellsBetween(int32_t begin, int32_t end, int32_t at) {
   return std::max({begin - at, 0, at - (end - 1)});
 }
 
-// From the cell to the nearest of the box, in cells.
+// Distance from `cell` to the nearest cell of `box`, in cells.
 double DistanceTo(const CellBox& box, const CellIndex& cell) {
   return std::hypot(CellsBetween(box.row_begin, box.row_end, cell.row),
                     CellsBetween(box.col_begin, box.col_end, cell.col));
@@ -99,7 +99,7 @@ bool ExplorationFollower::AreAlike(const Ground& a, const Ground& b) {
       a.options.min_gain_cells != b.options.min_gain_cells) {
     return false;
   }
-  // A map that has grown matters where the area goes beyond what it was.
+  // A map that has grown needs a new Explorer only if the area reaches into the new tiles.
   const auto box_of = [](const Ground& g) {
     return Explorer::BoxOf(g.floor->geometry(), g.area, g.options, g.within);
   };
@@ -156,7 +156,7 @@ void ExplorationFollower::FollowFloor(const GridLayer& before, const Exploration
   }
 }
 
-// What was in a robot's way lay within its reach and sight.
+// The obstacle that made a robot give up a place lay within the robot's radius and range of it.
 void ExplorationFollower::NoteFloorChange(const CellBox& changed,
                                           const std::vector<UnreachablePlace>& places) {
   const double near =

@@ -1,4 +1,4 @@
-// Keeps an Explorer up with a map.
+// Keeps an Explorer up to date with a map.
 #ifndef HYPERMAP_SERVER_EXPLORATION_EXPLORATION_FOLLOWER_H_
 #define HYPERMAP_SERVER_EXPLORATION_EXPLORATION_FOLLOWER_H_
 
@@ -19,40 +19,44 @@
 
 namespace hypermap::server {
 
-// The Explorer of one exploration, which is brought up to a newer snapshot when somebody asks. That
-// costs what changed: snapshots share the tiles that were not written. A cell of floor is explored
-// when the exploration layer's cell at its centre is, whatever that layer's cells and frame are.
-// "The layer" is that of the exploration's objects. Not thread safe.
+// The Explorer of one exploration, which Follow updates to a newer snapshot. An update costs as
+// much as has changed, because snapshots share the tiles that were not written. A floor cell counts
+// as explored if the exploration layer's cell at its centre is explored, whatever that layer's cell
+// size and frame are. "The layer" is the layer of the exploration's objects, "floor" the occupancy
+// layer. Not thread safe.
 class ExplorationFollower {
  public:
   explicit ExplorationFollower(int64_t max_cells) : max_cells_(max_cells) {}
 
-  // The Explorer is made anew when the area, the layers' cells or the frames are not as they were;
-  // what robots told it is lost then. FAILED_PRECONDITION naming the layer that is gone, of another
-  // kind or not connected to the objects' frame, or when the area covers no cell of the map;
-  // RESOURCE_EXHAUSTED when it spans more than `max_cells`.
+  // Updates the Explorer to `snapshot`. Makes a new one, which knows nothing of what robots
+  // reported, if the area, the options, the layers' grids or the frames have changed.
+  // FAILED_PRECONDITION naming the layer if it is gone, of another kind or not connected to the
+  // objects' frame, or if the area covers none of its cells; RESOURCE_EXHAUSTED if the area spans
+  // more than `max_cells`.
   absl::Status Follow(const Snapshot& snapshot, const ExplorationObjects& objects);
 
-  // All below: after a Follow that went well.
+  // REQUIRES of all methods below: a Follow has succeeded.
   Explorer& explorer() { return *explorer_; }
-  // How many Explorers were made: a new one knows of no robots.
+  // Number of Explorers that were made; changes when robots must be reported again.
   int generation() const { return generation_; }
-  // Of the occupancy layer.
+  // The grid of the occupancy layer.
   const GridGeometry& geometry() const { return ground_.floor->geometry(); }
   const PlanarTransform& layer_from_floor() const { return ground_.layer_from_floor; }
 
-  // The cell of floor that a place of the layer lies in; nullopt out of all grids.
+  // The floor cell at a place in the layer's frame; nullopt outside of all cell indices.
   std::optional<CellIndex> CellAt(const Point& in_layer) const;
-  // In the layer's frame.
+  // A floor cell's square, in the layer's frame.
   Polygon SquareOf(const CellIndex& cell) const;
+  // Whether a robot can be at this place, or so near to it that it can drive away from there.
   bool CanStand(const Point& in_layer);
 
-  // Whether floor has changed near a place since it was given up, or may have: nobody knows what
-  // changed before the Explorer was made.
+  // Whether floor near an unreachable place may have changed since it was given up: the Explorer
+  // was told of such a change, or the occupancy layer had changed anywhere before the Explorer was
+  // made.
   bool MayBeReachableAgain(const UnreachablePlace& place) const;
 
  private:
-  // What the Explorer is made of.
+  // The inputs that the Explorer is made from.
   struct Ground {
     std::shared_ptr<const GridLayer> floor;
     std::shared_ptr<const GridLayer> seen;
@@ -60,28 +64,32 @@ class ExplorationFollower {
     PlanarTransform seen_from_floor;
     Polygon area;  // in the frame of the floor
     Explorer::Options options;
-    // The tiles that the map has: it may grow in them before the Explorer is made anew.
+    // The tiles around the floor's extent, so that a map may grow within them before a new Explorer
+    // is needed.
     CellBox within;
   };
 
   static absl::StatusOr<Ground> FindGround(const Snapshot& snapshot,
                                            const Exploration& exploration);
-  // Whether an Explorer of `a` can go on with `b`.
+  // Whether an Explorer made from `a` can be updated to `b`.
   static bool AreAlike(const Ground& a, const Ground& b);
 
+  // Makes a new Explorer.
   absl::Status Begin(Ground ground, Revision floor_version);
+  // Passes the floor cells that differ from `before` to the Explorer.
   void FollowFloor(const GridLayer& before, const ExplorationObjects& objects);
-  // The explored cells of `before` are known.
+  // Passes the explored cells that differ from `before` to the Explorer.
   void FollowSeen(const GridLayer& before);
+  // Adds the places to reachable_again_ from which a robot could see or touch `changed`.
   void NoteFloorChange(const CellBox& changed, const std::vector<UnreachablePlace>& places);
 
   const int64_t max_cells_;
   Ground ground_;
   std::unique_ptr<Explorer> explorer_;
   int generation_ = 0;
-  // Of the occupancy layer when the Explorer was made.
+  // Version of the occupancy layer when the Explorer was made.
   Revision known_since_ = 0;
-  std::set<ObjectId> reachable_again_;
+  std::set<ObjectId> reachable_again_;  // unreachable places near which floor has changed since
 };
 
 }  // namespace hypermap::server

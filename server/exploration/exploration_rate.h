@@ -1,4 +1,4 @@
-// How fast an exploration goes on.
+// The rate at which an exploration explores cells.
 #ifndef HYPERMAP_SERVER_EXPLORATION_EXPLORATION_RATE_H_
 #define HYPERMAP_SERVER_EXPLORATION_EXPLORATION_RATE_H_
 
@@ -10,19 +10,20 @@
 
 namespace hypermap::server {
 
-// Keeps what was explored when somebody asked, a minute back, in memory only.
+// Mean rate over the last minute, from samples that are taken when a call needs the progress. Keeps
+// at most one sample per second. Not thread safe.
 class ExplorationRate {
  public:
-  // So many cells are explored.
+  // Adds a sample: `explored` is the total number of explored cells at `now`.
   void Add(absl::Time now, int64_t explored) {
     newest_ = {now, explored};
     if (samples_.empty() || now - samples_.back().time >= kSpacing) samples_.push_back(newest_);
-    // One that is older stays, to tell what was explored since.
+    // The newest of the samples that are older than a minute stays: the rate is measured from it.
     while (samples_.size() > 1 && now - samples_[1].time >= kMinute) samples_.pop_front();
   }
 
-  // In the last minute, or since the sample before it; 0 when nobody asked before, or cells were
-  // taken back.
+  // Explored cells per second since the oldest sample; 0 if there is no earlier sample, or if cells
+  // became unexplored.
   double cells_per_s() const {
     if (samples_.empty()) return 0.0;
     const double seconds = absl::ToDoubleSeconds(newest_.time - samples_.front().time);

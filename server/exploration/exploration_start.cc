@@ -36,7 +36,8 @@ absl::Status CheckOrder(const StartOrder& order) {
   return absl::OkStatus();
 }
 
-// Adds an edit that makes the layer, unless there is one of the kind.
+// Adds an edit that creates the layer if there is none of its name. FAILED_PRECONDITION if there is
+// one of another kind.
 absl::Status EnsureLayer(const Snapshot& snapshot, const LayerSpec& spec,
                          std::vector<Edit>* edits) {
   const Layer* layer = snapshot.FindLayer(spec.name);

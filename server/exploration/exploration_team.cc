@@ -6,9 +6,10 @@
 namespace hypermap::server {
 namespace {
 
-// A robot that did not ask for so long is not waited for.
+// An exploration does not wait for a robot whose last claim is longer ago than this.
 constexpr absl::Duration kAbsence = absl::Minutes(10);
-// Who can't get to a place can't get next to it either.
+// Distance from an unreachable place within which no goal is chosen: a robot that can't get there
+// can't get next to it either.
 constexpr double kAvoided_m = 0.5;
 
 void AddDisc(const CellIndex& centre, double radius, std::vector<CellIndex>* cells) {
@@ -21,10 +22,10 @@ void AddDisc(const CellIndex& centre, double radius, std::vector<CellIndex>* cel
   }
 }
 
-// Where nobody is sent: places given up, and what lies next to them.
+// The cells at and near unreachable places, to which no robot is sent.
 std::vector<CellIndex> GivenUp(const ExplorationObjects& objects,
                                const ExplorationFollower& follower) {
-  // A place takes as many cells as a few places of robots, however fine the grid is.
+  // In cells. Bounds the size of the result on a very fine grid.
   constexpr double kMaxRadius = 32.0;
   const double radius = std::min(kAvoided_m / follower.geometry().resolution_m, kMaxRadius);
   std::vector<CellIndex> cells;
@@ -90,7 +91,7 @@ EndReason ExplorationTeam::ReasonToEnd(const std::string& robot, const Explorati
     });
   };
   if (is_anything_left(lately, GivenUp(objects, *follower))) return EndReason::kNone;
-  // What is left could be seen from places given up, or by robots that are gone.
+  // The rest can be seen only from unreachable places, or by robots that are gone.
   const bool is_left =
       explorer.progress().unreachable > 0 || is_anything_left(absl::InfinitePast(), {});
   return is_left ? EndReason::kOnlyUnreachableLeft : EndReason::kDone;

@@ -1,4 +1,4 @@
-// The robots that explore an area, and where they are sent.
+// The robots of an exploration, and the choice of their goals.
 #ifndef HYPERMAP_SERVER_EXPLORATION_EXPLORATION_TEAM_H_
 #define HYPERMAP_SERVER_EXPLORATION_EXPLORATION_TEAM_H_
 
@@ -15,24 +15,25 @@
 
 namespace hypermap::server {
 
-// Remembers where robots were when they asked last: in memory, so that a restart forgets it until
-// they ask again. Places are in the frame of the exploration's objects. The follower's Explorer is
-// up to the snapshot that the objects are of. Not thread safe.
+// Keeps the last reported position of each robot, in memory only: after a restart, robots report it
+// again with their next claim. Places are in the frame of the exploration's objects. REQUIRES of
+// all methods: `follower` was updated to the snapshot that `objects` come from. Not thread safe.
 class ExplorationTeam {
  public:
   static constexpr size_t kMaxRobots = 256;
 
-  // `robot` is at `place`, where it can stand. False when there are too many others.
+  // Records that `robot` is at `place`. Returns false if there are kMaxRobots others. REQUIRES: a
+  // robot can stand there.
   bool Meet(const std::string& robot, const Point& place, absl::Time now,
             ExplorationFollower* follower);
 
-  // Where a robot that was met should look from next. Nothing when others are on the way to all
-  // that it could see.
+  // The viewpoint that `robot` should go to next; nullopt if there is nothing for it to see that
+  // the goals of other robots will not show. REQUIRES: Meet was called for the robot.
   std::optional<Explorer::Goal> Choose(const std::string& robot, const ExplorationObjects& objects,
                                        ExplorationFollower* follower) const;
 
-  // Why the exploration is over, now that there is nothing for `robot`, which was just met; kNone
-  // while another one is on its way, or asked lately and would be sent somewhere.
+  // The reason to end the exploration after Choose found nothing for `robot`. kNone while another
+  // robot has a goal, or has claimed one lately and would get another.
   EndReason ReasonToEnd(const std::string& robot, const ExplorationObjects& objects,
                         ExplorationFollower* follower) const;
 
@@ -43,7 +44,7 @@ class ExplorationTeam {
   };
 
   std::map<std::string, Met> robots_;
-  int told_generation_ = 0;  // of the Explorer that knows of them
+  int told_generation_ = 0;  // generation of the Explorer that was told of robots_
 };
 
 }  // namespace hypermap::server

@@ -6,7 +6,7 @@ namespace hypermap::server {
 
 std::shared_ptr<ExplorationDesk> SiteExplorations::Of(const std::shared_ptr<MapSession>& session) {
   MutexLock lock(&mutex_);
-  // Explorers of closed maps hold much memory.
+  // Drops the desks of closed maps, whose Explorers hold much memory.
   std::erase_if(entries_, [](const auto& entry) { return entry.second.session.expired(); });
   Entry& entry = entries_[session->header().name];
   if (entry.session.lock() != session) {

@@ -14,11 +14,11 @@
 
 namespace hypermap::server {
 
-// Keeps one ExplorationDesk for each open session, made when it is first asked for. A map that is
-// deleted and made again has a new session and so a new desk. Thread safe.
+// Keeps one ExplorationDesk for each open session, created on first use. A map that is deleted and
+// created again has a new session, and therefore a new desk. Thread safe.
 class SiteExplorations {
  public:
-  // `max_cells`: the limit of ExplorationDesk.
+  // `max_cells` is passed to each ExplorationDesk.
   explicit SiteExplorations(int64_t max_cells) : max_cells_(max_cells) {}
 
   // The desk of `session`, which the caller keeps alive while it uses the desk.
@@ -32,7 +32,7 @@ class SiteExplorations {
 
   const int64_t max_cells_;
   Mutex mutex_;
-  std::map<std::string, Entry> entries_ ABSL_GUARDED_BY(mutex_);  // by map
+  std::map<std::string, Entry> entries_ ABSL_GUARDED_BY(mutex_);  // by map name
 };
 
 }  // namespace hypermap::server

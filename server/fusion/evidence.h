@@ -1,4 +1,4 @@
-// The entries of a layer's log as fusion takes them, and as bytes.
+// The entries of a fused layer's log, and their encoding.
 #ifndef HYPERMAP_SERVER_FUSION_EVIDENCE_H_
 #define HYPERMAP_SERVER_FUSION_EVIDENCE_H_
 
@@ -11,20 +11,20 @@
 
 namespace hypermap::server {
 
-// One of the two is set.
+// An entry of the log: either an observation or a fact is set, the other is null.
 struct Evidence {
   storage::LogKey key;
   std::shared_ptr<const Observation> observation;  // in the layer's frame
   std::shared_ptr<const fusion::OperatorFact> fact;
 };
 
-// DATA_LOSS naming the entry that is damaged.
+// DATA_LOSS naming the entry if it is damaged.
 absl::StatusOr<Evidence> DecodeEvidence(const storage::LogEntry& entry, const EvidenceCodec& codec);
 
 storage::LoggedFact EncodeFact(const storage::LogKey& key, const fusion::OperatorFact& fact,
                                const EvidenceCodec& codec);
 
-// The state after an entry. `report` may be null, and is filled for observations.
+// Returns the state after the entry. `report` may be null; only observations fill it.
 fusion::StatePtr Fold(const fusion::Strategy& strategy, const fusion::StatePtr& state,
                       const Evidence& evidence, fusion::FoldReport* report);
 

@@ -6,7 +6,9 @@
 namespace hypermap::server {
 namespace {
 
+// Number of entries that are read from the store at a time.
 constexpr int kReadEntries = 64;
+// Number of decoded entries that are kept in memory.
 constexpr size_t kRecentEntries = 512;
 
 }  // namespace
@@ -87,6 +89,7 @@ absl::StatusOr<std::shared_ptr<const Observation>> EvidenceLog::Get(
     const ObservationKey& key) const {
   const storage::LogKey log_key{key, 0};
   if (const auto it = recent_.find(log_key); it != recent_.end()) return it->second.observation;
+  // The log is read after a key: this one is greater than all keys before log_key.
   storage::LogKey before = log_key;
   --before.after.sequence;
   before.number = std::numeric_limits<int64_t>::max();
@@ -115,6 +118,8 @@ absl::Status EvidenceLog::Visit(const storage::LogKey& after,
     if (!retracted) visit(recent->second);
     ++recent;
   };
+  // Merges the store and recent_, which are both ordered by key; after complete_after_, recent_ has
+  // all entries.
   storage::LogKey at = after;
   while (at < complete_after_) {
     const absl::StatusOr<std::vector<storage::LogEntry>> entries =
@@ -124,6 +129,7 @@ absl::Status EvidenceLog::Visit(const storage::LogKey& after,
       at = entry.key;
       if (at > complete_after_) break;
       while (recent != recent_.end() && recent->first < at) visit_recent();
+      // The same entry in both: the decoded one is cheaper.
       if (recent != recent_.end() && recent->first == at) {
         visit_recent();
         continue;
@@ -153,6 +159,7 @@ absl::Status EvidenceLog::Written() {
   }
   if (retracted_.empty()) return absl::OkStatus();
   retracted_.clear();
+  // The newest observation may be one of the retracted ones.
   absl::StatusOr<std::optional<ObservationKey>> newest = stored_->NewestKey(layer_);
   if (!newest.ok()) return newest.status();
   newest_ = *std::move(newest);

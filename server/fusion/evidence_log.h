@@ -1,4 +1,4 @@
-// The log of one fused layer: what is stored of it, and what the group in work adds.
+// The log of one fused layer: its stored entries, and the changes of the current group commit.
 #ifndef HYPERMAP_SERVER_FUSION_EVIDENCE_LOG_H_
 #define HYPERMAP_SERVER_FUSION_EVIDENCE_LOG_H_
 
@@ -22,42 +22,44 @@
 
 namespace hypermap::server {
 
-// Reads from the store what it must and keeps the newest entries decoded, so that an entry that is
-// a little late costs no reading. What was added is seen at once; after Written the store is taken
-// to have it. One thread.
+// Entries are ordered by key, not by arrival. The newest entries are kept decoded in memory, so
+// that an observation that is a little late is folded without reading the store; older ones are
+// read from the store when needed. Changes are visible at once, but the store has them only after
+// Written. Not thread safe.
 class EvidenceLog {
  public:
-  // Both outlive this.
+  // `stored` and `codec` must outlive this.
   static absl::StatusOr<EvidenceLog> Open(std::string layer, storage::FusionLog* stored,
                                           const EvidenceCodec* codec);
 
-  // The newest observation; nullopt when there is none.
+  // The key of the newest observation; nullopt if there is none.
   const std::optional<ObservationKey>& newest() const { return newest_; }
 
-  // What was sent under this name, also if retracted since; nullopt: nothing.
+  // The content hash of the observation with this name, retracted or not; nullopt if there is none.
   absl::StatusOr<std::optional<uint64_t>> FindContentHash(const std::string& robot,
                                                           int64_t sequence) const;
 
-  // The sequences of a robot that are stored, ascending.
+  // The sequence numbers of a robot's stored observations, ascending.
   absl::StatusOr<std::vector<int64_t>> Sequences(const std::string& robot) const;
 
-  // Adds an observation in the layer's frame. Its key is not in the log.
+  // Adds an observation in the layer's frame. REQUIRES: the log has no entry with its key.
   void Add(std::shared_ptr<const Observation> observation, storage::LoggedObservation logged);
-  // Adds what an operator said, after all there is. The key it got.
+  // Adds a fact that an operator stated, after all other entries. Returns its key.
   storage::LogKey Add(fusion::OperatorFact fact);
-  // Takes the observations of a robot with from <= stamp < to out of the log; their keys, in order.
+  // Removes the observations of a robot with from <= stamp < to. Returns their keys, in order.
   absl::StatusOr<std::vector<ObservationKey>> Retract(const std::string& robot, absl::Time from,
                                                       absl::Time to);
-  // The observation with this key, also one that was just retracted.
+  // The observation with this key. It may have been retracted since the last Written. DATA_LOSS if
+  // it is not in the log.
   absl::StatusOr<std::shared_ptr<const Observation>> Get(const ObservationKey& key) const;
 
-  // Calls `visit` with every entry after `after`, in order. DATA_LOSS.
+  // Calls `visit` with every entry after `after`, in order. DATA_LOSS for a damaged entry.
   absl::Status Visit(const storage::LogKey& after,
                      absl::FunctionRef<void(const Evidence&)> visit) const;
 
-  // Moves what was added since the last call into `change`.
+  // Moves the changes since the last call into `change`.
   void TakeChange(storage::FusionChange* change);
-  // All that was taken is stored.
+  // Must be called when all changes that were taken are stored.
   absl::Status Written();
 
  private:
@@ -66,7 +68,7 @@ class EvidenceLog {
   EvidenceLog(std::string layer, storage::FusionLog* stored, const EvidenceCodec* codec)
       : layer_(std::move(layer)), stored_(stored), codec_(codec) {}
 
-  // What is visited of an entry that was read from the store; nullopt: nothing.
+  // Decodes an entry of the store; nullopt if it is retracted, which the store may not know yet.
   absl::StatusOr<std::optional<Evidence>> Decode(const storage::LogEntry& entry) const;
 
   std::string layer_;
@@ -74,14 +76,15 @@ class EvidenceLog {
   const EvidenceCodec* codec_;
 
   std::optional<ObservationKey> newest_;
-  // No key of the log is greater.
+  // Upper bound of all keys; facts are added after it.
   storage::LogKey last_ = storage::BeforeAll();
-  int64_t num_facts_ = 0;
-  // All entries after complete_after_, and all that are not stored yet.
+  int64_t num_facts_ = 0;  // number of the newest fact
+  // A cache: all entries after complete_after_, and all that are not stored yet.
   std::map<storage::LogKey, Evidence> recent_;
   storage::LogKey complete_after_ = storage::BeforeAll();
 
-  // Of the group in work.
+  // Changes since the last TakeChange, and names and retractions since the last Written, which the
+  // store does not know yet.
   storage::FusionChange change_;
   std::map<Name, uint64_t> added_;
   std::set<ObservationKey> retracted_;

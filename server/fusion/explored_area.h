@@ -1,4 +1,4 @@
-// How observations mark the exploration layer.
+// Marks the floor that observations show as explored.
 #ifndef HYPERMAP_SERVER_FUSION_EXPLORED_AREA_H_
 #define HYPERMAP_SERVER_FUSION_EXPLORED_AREA_H_
 
@@ -15,21 +15,22 @@
 
 namespace hypermap::server {
 
-// The exploration layer of a fused layer, as a snapshot has it. Cells that a polygon selects by the
-// layer's rule are explored.
+// Makes the edits that mark areas on the exploration layer of a fused layer. An area marks the
+// cells that it selects by the layer's rule (explored_rule). The snapshot must outlive this.
 class ExploredArea {
  public:
-  // Marks nothing when the snapshot has no such layer, of that kind, or it is not connected to
-  // `frame_id`, which the polygons are in.
+  // `frame_id` is the frame of all areas. Nothing is ever marked if the snapshot has no layer of
+  // that name, or if it is not an exploration layer or not connected to `frame_id`.
   ExploredArea(const Snapshot& snapshot, const std::string& exploration_layer,
                const std::string& frame_id);
 
-  // RESOURCE_EXHAUSTED or INVALID_ARGUMENT when marking the polygon would go past a limit.
+  // RESOURCE_EXHAUSTED if the area spans more cells than one edit may fill, INVALID_ARGUMENT if it
+  // lies outside of the cell indices of the layer.
   absl::Status Check(const Polygon& area, const EditLimits& limits) const;
 
-  // Adds the edit that marks the polygon as explored.
+  // Adds an edit that marks the area as explored.
   void Mark(const Polygon& area, std::vector<Edit>* edits) const;
-  // Adds the edit that makes the polygon unknown.
+  // Adds an edit that makes the area unknown.
   void Forget(const Polygon& area, std::vector<Edit>* edits) const;
 
  private:
@@ -37,7 +38,7 @@ class ExploredArea {
 
   std::string layer_;
   std::string frame_id_;
-  // Null: marks nothing.
+  // Null if nothing is to be marked.
   const GridLayer* grid_ = nullptr;
   PlanarTransform layer_from_frame_;
 };

@@ -11,10 +11,11 @@
 namespace hypermap::server {
 namespace {
 
-// In memory. Past this number every second one of the older half is dropped.
+// Number of checkpoints in memory. When there are more, every second one of the older half is
+// dropped: the older a checkpoint, the less likely an observation is so late that it is needed.
 constexpr size_t kMaxCheckpoints = 128;
 
-// FNV-1a.
+// FNV-1a, 64 bits (Fowler, Noll, Vo). Hashes are stored, so that this function can't change.
 uint64_t HashOf(absl::string_view bytes) {
   uint64_t hash = 0xcbf29ce484222325;
   for (const char c : bytes) hash = (hash ^ static_cast<uint8_t>(c)) * 0x100000001b3;
@@ -31,12 +32,12 @@ const SemanticLayer* FindSemantic(const Snapshot& snapshot, const std::string& l
   return snapshot.FindSemantic(layer);
 }
 
-// Whether one stands in the other's place, with its label.
+// Whether the two have the same label and shape. Boxes are compared first, because they are cheap.
 bool IsSameThing(const SemanticObject& a, const SemanticObject& b) {
   return a.shape.bounds() == b.shape.bounds() && a.label == b.label && a.shape == b.shape;
 }
 
-// The one that an operator's object became.
+// The fused object that has the label and shape that the operator gave; null if there is none.
 const fusion::FusedObject* FindTakenOver(const std::vector<fusion::FusedObject>& fused,
                                          const SemanticObject& pinned) {
   for (const fusion::FusedObject& candidate : fused) {
@@ -45,6 +46,7 @@ const fusion::FusedObject* FindTakenOver(const std::vector<fusion::FusedObject>&
   return nullptr;
 }
 
+// Binary search: strategies return objects sorted by track.
 bool Holds(const std::vector<fusion::FusedObject>& fused, const fusion::TrackKey& track) {
   const auto it =
       std::lower_bound(fused.begin(), fused.end(), track,
@@ -130,6 +132,8 @@ absl::StatusOr<Observation> FusedLayer::AsKept(const Observation& observation,
   const absl::StatusOr<PlanarTransform> layer_from_frame =
       snapshot.frames.Lookup(layer_frame, *frame);
   if (!layer_from_frame.ok()) return layer_from_frame.status();
+  // Folds the decoded bytes and not the message, because a restart or a rebuild folds these: both
+  // must give the same state to the last bit.
   *body =
       options_->codec.encode_observation(Transformed(observation, *layer_from_frame, layer_frame));
   return options_->codec.decode_observation(*body);
@@ -147,6 +151,8 @@ absl::StatusOr<ObservationVerdict> FusedLayer::Admit(const Observation& observat
                    absl::string_view(status.message().data(), status.message().size()));
   };
   if (absl::Status status = Validate(observation); !status.ok()) return invalid(status);
+  // Hash of the message as sent, before the transform: a retry must be recognised even if the frame
+  // has moved meanwhile.
   const uint64_t hash = HashOf(options_->codec.encode_observation(observation));
   const absl::StatusOr<std::optional<uint64_t>> known =
       log_.FindContentHash(observation.robot, observation.sequence);
@@ -159,6 +165,7 @@ absl::StatusOr<ObservationVerdict> FusedLayer::Admit(const Observation& observat
     return verdict(ObservationOutcome::kConflict,
                    "another observation of this robot and sequence is there already");
   }
+  // A stamp far in the future would make all later observations too late.
   if (observation.stamp > now + options_->max_lateness) {
     return verdict(ObservationOutcome::kInvalid,
                    absl::StrCat("stamp lies ", absl::FormatDuration(observation.stamp - now),
@@ -174,6 +181,8 @@ absl::StatusOr<ObservationVerdict> FusedLayer::Admit(const Observation& observat
   storage::LoggedObservation logged{KeyOf(observation), hash, now, ""};
   absl::StatusOr<Observation> kept = AsKept(observation, snapshot, &logged.body);
   if (!kept.ok()) return invalid(kept.status());
+  // Checked before the observation is in the log: an edit of Fold that failed would break the
+  // group.
   const ExploredArea area(snapshot, settings_.exploration_layer, kept->frame_id);
   if (absl::Status status = area.Check(kept->free_space, limits); !status.ok()) {
     return invalid(status);
@@ -219,6 +228,7 @@ absl::Status FusedLayer::Rebuild(const storage::FusionSettings& settings) {
   if (!strategy.ok()) return strategy.status();
   strategy_ = *std::move(strategy);
   ChangedAt(storage::BeforeAll());
+  // All stored checkpoints are invalid: makes Written store a new one.
   new_entries_ += options_->entries_per_stored_checkpoint;
   settings_ = settings;
   settings_changed_ = true;
@@ -233,6 +243,7 @@ void FusedLayer::SetExplorationLayer(const std::string& layer) {
 void FusedLayer::ChangedAt(const storage::LogKey& key) {
   Earlier(key, &changed_at_);
   checkpoints_.erase(checkpoints_.lower_bound(key), checkpoints_.end());
+  // A key after the tip invalidates no stored checkpoint.
   if (tip_.key < key) return;
   Earlier(key, &stale_from_);
   Earlier(key, &unwritten_stale_from_);
@@ -243,13 +254,14 @@ absl::StatusOr<FusedLayer::Checkpoint> FusedLayer::CheckpointBefore(const storag
   if (after != checkpoints_.begin()) {
     return Checkpoint{std::prev(after)->first, std::prev(after)->second};
   }
+  // The store still has checkpoints that changes of this group have made invalid.
   const storage::LogKey before = std::min(key, unwritten_stale_from_.value_or(key));
   const absl::StatusOr<std::optional<storage::FusionCheckpoint>> stored =
       stored_->FindCheckpoint(layer_, before);
   if (!stored.ok()) return stored.status();
   if (*stored) {
     const absl::StatusOr<fusion::StatePtr> state = strategy_->Decode((*stored)->state);
-    // One that this program can't read is worth no more than none: the log has it all.
+    // A checkpoint of another version may not be readable. It is only a shortcut: the log has all.
     if (state.ok()) return Checkpoint{(*stored)->key, *state};
   }
   return Checkpoint{storage::BeforeAll(), strategy_->Initial()};
@@ -276,6 +288,7 @@ absl::StatusOr<std::vector<Edit>> FusedLayer::Fold(const Snapshot& snapshot) {
   new_objects_.clear();
   std::vector<Edit> edits;
   if (changed_at_) {
+    // Entries after the tip are folded onto it; earlier ones need a restart at a checkpoint.
     Checkpoint from = tip_;
     if (*changed_at_ <= tip_.key) {
       absl::StatusOr<Checkpoint> before = CheckpointBefore(*changed_at_);
@@ -304,6 +317,8 @@ absl::Status FusedLayer::MarkExplored(const Snapshot& snapshot, std::vector<Edit
     forgotten.Extend(polygon.bounds());
   }
   if (forgotten.empty()) return absl::OkStatus();
+  // Cells do not count how many observations explored them, so that the remaining observations near
+  // the retracted ones are marked again. Costs a pass over the log.
   return log_.Visit(storage::BeforeAll(), [&](const Evidence& evidence) {
     if (!evidence.observation || evidence.observation->free_space.empty()) return;
     const Polygon& free_space = evidence.observation->free_space;
@@ -334,12 +349,15 @@ void FusedLayer::AdoptPinned(const std::vector<fusion::FusedObject>& fused) {
     if (own == shown_.end() || Holds(fused, track)) continue;
     const fusion::FusedObject* by = FindTakenOver(fused, *object);
     if (by == nullptr) {
-      // Fusion does not show it; it stays all the same, as the operator's alone.
+      // The strategy shows no such object. The operator's stays on the map, without a track, so
+      // that fusion never changes it.
       SetId(track, 0);
       shown_.erase(own);
       continue;
     }
-    // The operator's object lives on under the other track, whose own object goes.
+    // The strategy gave the pin to another track. That track now shows the operator's object, under
+    // the operator's id; its former object is left to a track that is gone, so that Diff removes
+    // it.
     Shown& other = shown_[by->track];
     std::swap(other, own->second);
     SetId(by->track, other.id);
@@ -348,6 +366,7 @@ void FusedLayer::AdoptPinned(const std::vector<fusion::FusedObject>& fused) {
 }
 
 void FusedLayer::Put(const fusion::FusedObject& fused, Shown* shown, std::vector<Edit>* edits) {
+  // A track that comes back gets the id that it had, for which the edit is allowed to revive.
   if (shown->id == 0) {
     const auto known = ids_.find(fused.track);
     if (known != ids_.end()) shown->id = known->second;
@@ -362,6 +381,8 @@ void FusedLayer::Put(const fusion::FusedObject& fused, Shown* shown, std::vector
 void FusedLayer::Diff(const Snapshot& snapshot, std::vector<Edit>* edits) {
   const std::vector<fusion::FusedObject> fused = strategy_->Objects(tip_.state);
   AdoptPinned(fused);
+  // A merge of two lists that are sorted by track. New tracks are shown at the end, because only
+  // then all objects are known that they can inherit an id from.
   std::vector<Shown> gone;
   std::vector<const fusion::FusedObject*> come;
   auto shown = shown_.begin();
@@ -390,6 +411,7 @@ void FusedLayer::Diff(const Snapshot& snapshot, std::vector<Edit>* edits) {
 }
 
 void FusedLayer::Show(const fusion::FusedObject& fused, Shown* shown, std::vector<Edit>* edits) {
+  // States share unchanged objects, so that most are equal by pointer.
   if (shown->object == fused.object) return;
   if (shown->object && *shown->object == *fused.object) {
     shown->object = fused.object;
@@ -410,6 +432,7 @@ void FusedLayer::Inherit(const fusion::FusedObject& fused, std::vector<Shown>* g
 void FusedLayer::Remove(const std::vector<Shown>& gone, const Snapshot& snapshot,
                         std::vector<Edit>* edits) {
   if (gone.empty()) return;
+  // Another track may show the object by now, and an operator may have deleted it.
   std::set<ObjectId> kept = {0};
   for (const auto& [track, shown] : shown_) kept.insert(shown.id);
   const SemanticLayer* layer = FindSemantic(snapshot, layer_);

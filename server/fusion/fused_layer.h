@@ -1,4 +1,4 @@
-// One fused layer: what it shows is the fold of its log, whatever order the entries came in.
+// One fused layer: it shows the fold of its log, whatever order the entries arrived in.
 #ifndef HYPERMAP_SERVER_FUSION_FUSED_LAYER_H_
 #define HYPERMAP_SERVER_FUSION_FUSED_LAYER_H_
 
@@ -26,36 +26,42 @@ namespace hypermap::server {
 
 enum class ObservationOutcome {
   kAccepted,
-  kDuplicate,    // the layer had it already
+  kDuplicate,    // the layer has it already
   kRefusedLate,  // older than the layer's newest by more than max_lateness
-  kInvalid,      // no valid observation
-  kConflict,     // the layer has another one with this robot and sequence
+  kInvalid,      // not a valid observation
+  kConflict,     // the layer has a different one with this robot and sequence
 };
 
-// What became of one observation.
+// The answer to one observation.
 struct ObservationVerdict {
   std::string robot;
   int64_t sequence = 0;
   ObservationOutcome outcome = ObservationOutcome::kAccepted;
-  // When accepted: the revision it counts from; else the newest.
+  // The revision that contains the observation if it was accepted, otherwise the newest one.
   Revision revision = 0;
-  std::string message;  // why it was not accepted
+  std::string message;  // the reason if it was not accepted
 };
 
-// Used as: gather (Admit, Tell, Retract, Rebuild), Fold to the edits that bring the layer there,
-// Finish with what they became, and, when all that is stored, Written. After an error of any of
-// these but Admit and Rebuild's INVALID_ARGUMENT the object is of no use: open it again. One
-// thread.
+// The fold of a log, and the objects of the layer that show it. A revision is made in these steps:
+//   1. Admit, Tell, Retract or Rebuild change the log.
+//   2. Fold folds the changed part of the log, and returns the edits that make the layer show the
+//      result.
+//   3. The caller applies the edits. Finish gets the ids of new objects, and returns the changes to
+//      store in the same transaction.
+//   4. Written, when they are stored.
+// Several revisions may be made before Written. After an error, except of Admit and Rebuild's
+// INVALID_ARGUMENT, the object must not be used any more; Open gives the stored state again. Not
+// thread safe.
 class FusedLayer {
  public:
-  // The layer as it is stored; `snapshot` is the newest. Both pointers outlive this. Errors are
-  // those of the log and of the strategy factory.
+  // Loads a layer from the store; `snapshot` is the newest. `stored` and `options` must outlive
+  // this. Errors are those of the log and of the strategy factory.
   static absl::StatusOr<std::unique_ptr<FusedLayer>> Open(const std::string& layer,
                                                           const storage::FusionSettings& settings,
                                                           storage::FusionLog* stored,
                                                           const FusionOptions* options,
                                                           const Snapshot& snapshot);
-  // A layer that nothing is stored of.
+  // A new fused layer, with an empty log.
   static absl::StatusOr<std::unique_ptr<FusedLayer>> Begin(const std::string& layer,
                                                            const storage::FusionSettings& settings,
                                                            storage::FusionLog* stored,
@@ -64,33 +70,37 @@ class FusedLayer {
   const storage::FusionSettings& settings() const { return settings_; }
   const EvidenceLog& log() const { return log_; }
 
-  // The tracks that are shown as the object, by their names; empty when fusion did not make it.
+  // The tracks that the object shows or has shown, sorted; empty if fusion did not make it.
   std::vector<fusion::TrackKey> TracksOf(ObjectId id) const;
 
-  // Judges an observation as it was sent; takes it in when it is accepted.
+  // Judges an observation in the form in which it was sent, and adds it to the log if it is
+  // accepted.
   absl::StatusOr<ObservationVerdict> Admit(const Observation& observation, absl::Time now,
                                            const Snapshot& snapshot, const EditLimits& limits);
 
-  // An operator put or removed an object, which the snapshot that Fold is given has (or has not)
-  // already. Of a removed object, `object` is what it was.
+  // Adds the fact that an operator put or removed `object` (for a removed one: as it was). The
+  // snapshot that Fold gets must contain the operator's edit.
   void Tell(fusion::OperatorFact::Kind kind, ObjectPtr object);
 
-  // Takes back what a robot saw at from <= stamp < to. The number of observations.
+  // Retracts the observations of a robot with from <= stamp < to. Returns their number.
   absl::StatusOr<int64_t> Retract(const std::string& robot, absl::Time from, absl::Time to);
 
-  // Begins again with other settings, from the first entry of the log on.
+  // Makes Fold start at the beginning of the log, with other settings.
   absl::Status Rebuild(const storage::FusionSettings& settings);
-  // Marks what is admitted from now on there.
+  // Sets the layer on which observations mark explored floor, from the next one on.
   void SetExplorationLayer(const std::string& layer);
 
-  // Folds what was gathered. The edits that make `snapshot` show it, may be none.
+  // Folds the changed part of the log. Returns the edits that make `snapshot` show the result; none
+  // if it does already.
   absl::StatusOr<std::vector<Edit>> Fold(const Snapshot& snapshot);
-  // `object_ids` are those that the edits of Fold were given. What is to be stored.
+  // `object_ids` has an id for each edit of Fold (AppliedBatch::object_ids). Returns the changes to
+  // store.
   storage::FusionChange Finish(absl::Span<const ObjectId> object_ids);
 
-  // What was gathered is stored; stores a checkpoint now and then.
+  // Must be called when all changes that Finish returned are stored. Stores a checkpoint now and
+  // then.
   absl::Status Written();
-  // Stores a checkpoint when at least this many entries are in none yet.
+  // Stores a checkpoint if at least `min_entries` entries are in no stored checkpoint.
   absl::Status KeepCheckpoint(int64_t min_entries);
 
  private:
@@ -98,36 +108,42 @@ class FusedLayer {
     storage::LogKey key;
     fusion::StatePtr state;
   };
+  // The object that shows a track.
   struct Shown {
-    ObjectId id = 0;
-    ObjectPtr object;  // with id 0, as fusion has it
+    ObjectId id = 0;   // 0: not on the map yet
+    ObjectPtr object;  // with id 0, so that it can be compared with a FusedObject
   };
 
   FusedLayer(std::string layer, storage::FusionSettings settings,
              std::unique_ptr<fusion::Strategy> strategy, EvidenceLog log,
              storage::FusionLog* stored, const FusionOptions* options);
 
+  // Loads ids_ and shown_ from the store and the snapshot.
   absl::Status LoadShown(const Snapshot& snapshot);
-  // The observation as it is kept: in the layer's frame, and as its bytes have it.
+  // Returns the observation in the layer's frame, decoded from the bytes that are stored (`body`).
   absl::StatusOr<Observation> AsKept(const Observation& observation, const Snapshot& snapshot,
                                      std::string* body) const;
-  // Folds all that comes after `from`.
+  // Folds all entries after `from`.
   absl::Status FoldOn(Checkpoint from);
-  // Where to begin to fold an entry with this key.
+  // The newest valid checkpoint before `key`, in memory or stored, or the state without evidence.
   absl::StatusOr<Checkpoint> CheckpointBefore(const storage::LogKey& key);
+  // Keeps the state of tip_ in memory.
   void AddCheckpoint();
-  // The log changed at `key`: nothing that was folded from there on is true any more.
+  // Notes that the log changed at `key`, and drops the checkpoints from there on.
   void ChangedAt(const storage::LogKey& key);
 
-  // The object's track, made where there is none.
+  // The object's track. An object without one gets a track of its own.
   fusion::TrackKey TrackOf(ObjectId id);
   void SetId(const fusion::TrackKey& track, ObjectId id);
-  // Gives the objects that an operator put to the tracks that took them over.
+  // Assigns each object that an operator put to the track that the strategy made of it.
   void AdoptPinned(const std::vector<fusion::FusedObject>& fused);
+  // Adds the edits that turn shown_ into the objects of the state.
   void Diff(const Snapshot& snapshot, std::vector<Edit>* edits);
+  // Adds an edit if `shown` differs from the fused object.
   void Show(const fusion::FusedObject& fused, Shown* shown, std::vector<Edit>* edits);
   void Put(const fusion::FusedObject& fused, Shown* shown, std::vector<Edit>* edits);
-  // A track that late evidence gave another founder goes on under its id.
+  // Lets a new track keep the id of an equal object of a track that is gone: late evidence can give
+  // a thing another founder, and so another track key.
   void Inherit(const fusion::FusedObject& fused, std::vector<Shown>* gone, Shown* shown);
   void Remove(const std::vector<Shown>& gone, const Snapshot& snapshot, std::vector<Edit>* edits);
   absl::Status MarkExplored(const Snapshot& snapshot, std::vector<Edit>* edits) const;
@@ -139,27 +155,31 @@ class FusedLayer {
   storage::FusionLog* const stored_;
   const FusionOptions* const options_;
 
-  Checkpoint tip_;                                           // all that is folded
-  std::map<storage::LogKey, fusion::StatePtr> checkpoints_;  // at or before the tip
+  Checkpoint tip_;                                           // the state that the layer shows
+  std::map<storage::LogKey, fusion::StatePtr> checkpoints_;  // in memory, at or before tip_
   int entries_since_checkpoint_ = 0;
   int64_t entries_folded_ = 0;
-  int64_t new_entries_ = 0;  // that no stored checkpoint holds
+  int64_t new_entries_ = 0;  // entries that no stored checkpoint contains
 
   std::map<fusion::TrackKey, Shown> shown_;
-  // Also of tracks that are not shown: they keep their ids.
+  // The ids of all tracks. A track that is not shown any more keeps its id, so that the object gets
+  // it again if the track comes back.
   std::unordered_map<fusion::TrackKey, ObjectId> ids_;
 
-  // Gathered, and not folded yet.
+  // Changes that are not folded yet: the first changed key, the free space of accepted and of
+  // retracted observations, and the objects that an operator put.
   std::optional<storage::LogKey> changed_at_;
-  std::vector<Polygon> explored_;      // by observations that were admitted
-  std::vector<Polygon> not_explored_;  // by those that were taken back
+  std::vector<Polygon> explored_;
+  std::vector<Polygon> not_explored_;
   std::map<fusion::TrackKey, ObjectPtr> pinned_;
-  // Of the last Fold: the track of each edit that puts a new object, by the edit's index.
+  // Result of the last Fold: the track of each edit that puts a new object, by the edit's index.
   std::map<size_t, fusion::TrackKey> new_objects_;
+  // Changes since the last Finish.
   std::set<fusion::TrackKey> changed_tracks_;
   bool settings_changed_ = false;
   std::optional<storage::LogKey> stale_from_;
-  // Since the last Written: stored checkpoints from here on are not true any more.
+  // Stored checkpoints from this key on are invalid; the store removes them when it writes the
+  // group.
   std::optional<storage::LogKey> unwritten_stale_from_;
 };
 

@@ -1,4 +1,4 @@
-// What fusion in a session is made of, and its rules.
+// The dependencies and limits of fusion in a session.
 #ifndef HYPERMAP_SERVER_FUSION_FUSION_OPTIONS_H_
 #define HYPERMAP_SERVER_FUSION_FUSION_OPTIONS_H_
 
@@ -14,14 +14,15 @@
 
 namespace hypermap::server {
 
-// Evidence as bytes: exact, and the same bytes for the same value.
+// Encodes evidence as bytes: decoding gives the same value, and equal values give the same bytes.
+// An interface of functions, because this room may not include wire/.
 struct EvidenceCodec {
   std::function<std::string(const Observation&)> encode_observation;
   std::function<absl::StatusOr<Observation>(absl::string_view)> decode_observation;
   std::function<std::string(const SemanticObject&)> encode_object;
   std::function<absl::StatusOr<SemanticObject>(absl::string_view)> decode_object;
-  // The bytes that version 0.1 made of an observation: logs of that version keep their hash. May be
-  // empty.
+  // The encoding of version 0.1, whose hashes old logs contain: needed to recognise a retry of an
+  // observation that version 0.1 stored. May be empty.
   std::function<std::string(const Observation&)> encode_observation_01 = nullptr;
 };
 
@@ -29,14 +30,14 @@ using StrategyFactory = std::function<absl::StatusOr<std::unique_ptr<fusion::Str
     absl::string_view name, absl::string_view parameters)>;
 
 struct FusionOptions {
-  // Without one there are no fused layers.
+  // If its functions are empty, no layer can be fused.
   EvidenceCodec codec;
   StrategyFactory make_strategy = &fusion::MakeStrategy;
-  // Of a layer that does not say. Empty: the first of fusion::StrategyNames.
+  // Strategy of a layer whose settings name none. Empty: the first of fusion::StrategyNames.
   std::string default_strategy;
-  // How far behind a layer's newest stamp an observation may lie, and how far ahead of the clock.
+  // Limit of an observation's stamp behind the newest one of the layer, and ahead of the clock.
   absl::Duration max_lateness = absl::Minutes(10);
-  // Entries of the log between two checkpoints in memory, and between two that are stored.
+  // Number of log entries between two checkpoints in memory, and between two stored ones.
   int entries_per_checkpoint = 16;
   int entries_per_stored_checkpoint = 256;
 };

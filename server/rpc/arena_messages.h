@@ -1,4 +1,4 @@
-// Messages of unary calls on an arena each.
+// Allocates the messages of unary calls on arenas.
 #ifndef HYPERMAP_SERVER_RPC_ARENA_MESSAGES_H_
 #define HYPERMAP_SERVER_RPC_ARENA_MESSAGES_H_
 
@@ -9,8 +9,9 @@
 
 namespace hypermap::server {
 
-// An answer is many small messages; on an arena they cost a step of a pointer each, and nothing to
-// free. Arenas begin in a block of `kBytes`, which holds the ordinary request and answer.
+// Gives each call an arena for its request and response. An answer consists of many small messages;
+// on an arena, allocating one moves a pointer, and freeing costs nothing. The arena begins with a
+// block of `kBytes`, which is enough for the usual request and answer.
 template <typename Request, typename Response, size_t kBytes = 2048>
 class ArenaMessages final : public grpc::MessageAllocator<Request, Response> {
  public:

@@ -1,4 +1,4 @@
-// A map apart from its content, on the wire.
+// Encodes the message Map.
 #ifndef HYPERMAP_SERVER_RPC_MAP_MESSAGE_H_
 #define HYPERMAP_SERVER_RPC_MAP_MESSAGE_H_
 
@@ -7,7 +7,7 @@
 
 namespace hypermap::server {
 
-// The map at its newest revision.
+// Describes the map at its newest revision, without its content.
 void EncodeMap(const MapSession& session, v1::Map* message);
 
 }  // namespace hypermap::server

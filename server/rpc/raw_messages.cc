@@ -8,7 +8,7 @@ namespace hypermap::server {
 
 absl::Status ParseRequest(const grpc::ByteBuffer& bytes, google::protobuf::Message* request) {
   grpc::Slice slice;
-  // Joining copies, and most requests come in one piece.
+  // Most requests are one slice, which is read without a copy; others must be joined.
   const bool read = bytes.TrySingleSlice(&slice).ok() || bytes.DumpToSingleSlice(&slice).ok();
   if (read && request->ParseFromArray(slice.begin(), static_cast<int>(slice.size()))) {
     return absl::OkStatus();
@@ -19,7 +19,7 @@ absl::Status ParseRequest(const grpc::ByteBuffer& bytes, google::protobuf::Messa
 
 grpc::Slice Serialize(const google::protobuf::Message& message) {
   grpc::Slice slice(message.ByteSizeLong());
-  // Nobody else has it yet.
+  // A slice may be written as long as no other refers to its bytes.
   message.SerializeWithCachedSizesToArray(const_cast<uint8_t*>(slice.begin()));
   return slice;
 }

@@ -1,4 +1,5 @@
-// Messages of raw methods, which gRPC hands over and takes as bytes.
+// Parses and serializes the messages of raw methods, whose requests and responses are bytes to
+// gRPC.
 #ifndef HYPERMAP_SERVER_RPC_RAW_MESSAGES_H_
 #define HYPERMAP_SERVER_RPC_RAW_MESSAGES_H_
 
@@ -10,7 +11,8 @@
 
 namespace hypermap::server {
 
-// Fills the empty message. INVALID_ARGUMENT for bytes that are no such request; it is then empty.
+// Fills the empty message. INVALID_ARGUMENT for bytes that are no such message, which is empty
+// then.
 absl::Status ParseRequest(const grpc::ByteBuffer& bytes, google::protobuf::Message* request);
 
 grpc::Slice Serialize(const google::protobuf::Message& message);

@@ -1,4 +1,4 @@
-// What the log says of a request.
+// The log lines of a request.
 #ifndef HYPERMAP_SERVER_RPC_REQUEST_LOG_H_
 #define HYPERMAP_SERVER_RPC_REQUEST_LOG_H_
 
@@ -14,27 +14,27 @@
 
 namespace hypermap::server {
 
-// `value` in quotes, with everything escaped that could be taken for more of the log; cut when
-// long.
+// `value` in quotes, escaped so that it can't be mistaken for other parts of the log, and truncated
+// if it is long.
 std::string LogQuoted(absl::string_view value);
 
-// One request from its arrival on. Lines are key=value pairs; what comes from outside is quoted.
-// Making one costs next to nothing: most requests are never logged.
+// Logs one request. Lines consist of key=value pairs, in which all text from outside is quoted.
+// Constructing a RequestLog is cheap, because most requests are never logged.
 class RequestLog {
  public:
-  // Both outlive this; the context is read until the call is finished.
+  // `context` and `rpc` must outlive this; the context is read until the call is finished.
   RequestLog(const grpc::CallbackServerContext& context, absl::string_view rpc, std::string map);
 
   void set_map(std::string map) { map_ = std::move(map); }
 
-  // Who changes the map: what the caller calls itself (metadata x-hypermap-author), else its
-  // address.
+  // The author of the changes that the request makes: the name that the caller gives itself
+  // (metadata x-hypermap-author), or else its address.
   std::string author() const;
 
-  // At info: the map was changed.
+  // Logs at level info that the request has changed the map.
   void Edited(Revision revision, absl::string_view request_id, int64_t edits) const;
 
-  // At debug: the request is answered, with `items` answers in it.
+  // Logs at level debug that the request was answered with `items` items.
   void Finished(const absl::Status& status, int64_t items) const;
 
  private:

@@ -7,10 +7,10 @@
 
 namespace hypermap::server {
 
-// Shared with the feed, which may call late.
+// Shared with the feed's callback, which may come after the RevisionWait is gone.
 class RevisionWait::State {
  public:
-  // Where the feed is told to forget the wait.
+  // The entry of the wait in a feed.
   struct Place {
     std::shared_ptr<MapSession> session;
     ChangeFeed::WaitId id = 0;
@@ -20,7 +20,7 @@ class RevisionWait::State {
     }
   };
 
-  // False: it was stopped before.
+  // Returns false if the wait was stopped before.
   bool Begin(absl::AnyInvocable<void() &&>* done) {
     MutexLock lock(&mutex_);
     if (ended_) return false;
@@ -28,7 +28,8 @@ class RevisionWait::State {
     return true;
   }
 
-  // The feed has it from now on. False: it has ended already.
+  // Notes the entry in the feed. Returns false if the wait has ended already; then the caller must
+  // remove the entry.
   bool SetPlace(Place place) {
     MutexLock lock(&mutex_);
     if (ended_) return false;
@@ -65,7 +66,7 @@ void RevisionWait::Start(const Facilities& facilities, const std::string& map, R
   if (revision <= 0 || !session.ok() || (*session)->snapshot()->revision >= revision) {
     return state_->End();
   }
-  const std::shared_ptr<State> state = state_;  // `done` may be the end of this
+  const std::shared_ptr<State> state = state_;  // `done` may delete this
   const ChangeFeed::WaitId id = (*session)->feed().Await(revision - 1, [state] { state->End(); });
   const State::Place place{*std::move(session), id};
   if (!state->SetPlace(place)) place.Leave();

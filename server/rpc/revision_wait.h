@@ -1,4 +1,4 @@
-// Questions that wait for a revision.
+// Calls that wait until a map has a revision.
 #ifndef HYPERMAP_SERVER_RPC_REVISION_WAIT_H_
 #define HYPERMAP_SERVER_RPC_REVISION_WAIT_H_
 
@@ -13,14 +13,14 @@
 
 namespace hypermap::server {
 
-// Waits until a map has a revision, with no thread. Thread safe.
+// Waits until a map has a revision, without a thread. Thread safe.
 class RevisionWait {
  public:
   RevisionWait();
 
-  // Calls `done` once: when the map has `revision` (at once, where there is no such map or the
-  // revision is 0), when its feed is closed, or at Stop; on the thread that makes it so. Called
-  // once at most.
+  // Calls `done` once, as soon as the map has `revision`, its feed is closed, or Stop was called;
+  // on the thread that causes it. If there is no such map, or the revision is 0, calls it at once.
+  // Must be called at most once.
   void Start(const Facilities& facilities, const std::string& map, Revision revision,
              absl::AnyInvocable<void() &&> done);
   void Stop();
@@ -30,8 +30,8 @@ class RevisionWait {
   const std::shared_ptr<State> state_;
 };
 
-// The reactor of a unary call that may wait: stops waiting when the call is cancelled or past its
-// deadline. Owns itself until OnDone.
+// The reactor of a unary call that may wait. A cancelled call, or one past its deadline, stops
+// waiting. Deletes itself in OnDone.
 class WaitingReactor final : public grpc::ServerUnaryReactor {
  public:
   RevisionWait& wait() { return wait_; }

@@ -1,4 +1,4 @@
-// Files that live as long as a request.
+// Temporary files that live as long as a request.
 #ifndef HYPERMAP_SERVER_RPC_SCRATCH_FILE_H_
 #define HYPERMAP_SERVER_RPC_SCRATCH_FILE_H_
 
@@ -6,7 +6,7 @@
 
 namespace hypermap::server {
 
-// The name of a file that does not exist yet; whatever is there at the end is removed.
+// A random name for a new file in `folder`. The destructor removes the file, if there is one.
 class ScratchFile {
  public:
   explicit ScratchFile(const std::string& folder);
@@ -16,7 +16,8 @@ class ScratchFile {
 
   const std::string& path() const { return path_; }
 
-  // Removes what a server that was killed has left in `folder`. Only for the server that owns it.
+  // Removes the scratch files that a killed server has left in `folder`. REQUIRES: no other server
+  // uses the folder.
   static void RemoveLeftOver(const std::string& folder);
 
  private:

@@ -1,4 +1,4 @@
-// Answers of many messages.
+// Server streams: one request, and an answer of many messages.
 #ifndef HYPERMAP_SERVER_RPC_STREAMED_ANSWER_H_
 #define HYPERMAP_SERVER_RPC_STREAMED_ANSWER_H_
 
@@ -30,7 +30,7 @@
 
 namespace hypermap::server {
 
-// The map that a request names, in its scope or by itself.
+// The name of the map in a request: of its scope, or a field of its own.
 template <typename Request>
 const std::string& MapOf(const Request& request) {
   if constexpr (requires { request.scope(); }) {
@@ -40,29 +40,30 @@ const std::string& MapOf(const Request& request) {
   }
 }
 
-// Makes an answer's messages one by one. One thread at a time.
+// Makes the messages of an answer one by one. Not thread safe; may be handed from thread to thread.
 template <typename Response>
 class MessageSource {
  public:
   enum class Step { kMessage, kNothingYet, kEnd };
 
   virtual ~MessageSource() = default;
-  // Fills the empty message, or does a bounded amount of work towards it.
+  // Fills the empty message (kMessage), or does a bounded amount of work towards it (kNothingYet).
   virtual absl::StatusOr<Step> Next(Response* message) = 0;
-  // Whether it is known that the last message was made; kEnd comes in any case.
+  // Whether the last message is known to be made, so that it can be written together with the end
+  // of the stream. A source need not know: Next returns kEnd after it.
   virtual bool done() const { return false; }
-  // Answers in the messages so far, for the log.
+  // Number of items in the messages so far, for the log.
   virtual int64_t items() const = 0;
 };
 
-// Answers the request of a raw method with what a source makes: one message is held at a time, and
-// the next is made only when gRPC has taken it, so that a slow reader costs no memory. Looks before
-// every step whether the answer is still wanted, and lets others have the worker after kTurn. Owns
-// itself: gRPC calls OnDone when Finish has been called and no operation is left, and Finish is
-// only called between operations.
+// Answers the request of a raw method with the messages of a MessageSource. It holds one message at
+// a time, and makes the next when gRPC has taken it, so that a slow reader costs no memory. Before
+// each step it checks whether the caller still waits, and after kTurn it leaves the worker to other
+// requests. Deletes itself in OnDone, which gRPC calls after Finish, when no operation is under
+// way; Finish is called between operations only.
 //
-// Messages are read and written here, not by gRPC, so that they lie on arenas, and so that most of
-// an answer is freed by the thread that made it: gRPC calls OnDone on another one.
+// Parses and serializes the messages itself, instead of gRPC, so that they are on arenas, and so
+// that most of an answer is freed by the thread that made it: gRPC calls OnDone on another one.
 template <typename Request, typename Response>
 class StreamedAnswer final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
  public:
@@ -72,7 +73,7 @@ class StreamedAnswer final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
   using Done = absl::AnyInvocable<void() &&>;
   using StartWait = absl::FunctionRef<void(RevisionWait&, Done)>;
 
-  // `open` is called where the answer begins, unless `bytes` are no Request: that is answered with
+  // `open` is called when the answer begins. If `bytes` are no Request, the answer is
   // INVALID_ARGUMENT. The request and the context live until OnDone.
   StreamedAnswer(const grpc::CallbackServerContext* context, absl::string_view rpc,
                  const grpc::ByteBuffer& bytes, WorkerPool* workers, OpenSource open)
@@ -82,16 +83,16 @@ class StreamedAnswer final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
         workers_(workers),
         open_(std::move(open)) {}
 
-  // Empty if it is none.
+  // The parsed request; empty if it could not be parsed.
   const Request& request() const { return *request_; }
 
-  // One of these is called, once.
+  // Exactly one of the following must be called, once.
 
   void BeginOnWorker() { RunOnWorker(); }
-  // On gRPC's thread, for what is likely to be short; if it is not, the workers get it after
-  // kShortTurn.
+  // Begins on gRPC's thread, for an answer that is likely to be short. After kShortTurn, a worker
+  // continues it.
   void BeginAtOnce() { TakeTurn(kShortTurn); }
-  // On a worker when the wait that `start_wait` starts is done.
+  // Begins on a worker when the wait that `start_wait` starts has ended.
   void BeginAfter(StartWait start_wait) {
     wait_.emplace();
     start_wait(*wait_, [this] { RunOnWorker(); });
@@ -112,7 +113,7 @@ class StreamedAnswer final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
 
   static constexpr absl::Duration kTurn = absl::Milliseconds(10);
   static constexpr absl::Duration kShortTurn = absl::Milliseconds(1);
-  // Hold an ordinary request and a short answer.
+  // Sizes of the arenas' first blocks: enough for a usual request and a short answer.
   static constexpr size_t kRequestBytes = 896;
   static constexpr size_t kMessageBytes = 4096;
 
@@ -154,7 +155,7 @@ class StreamedAnswer final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
     if (!source_->done()) return StartWrite(&message_);
     log_.Finished(absl::OkStatus(), source_->items());
     source_.reset();
-    // One operation in place of two.
+    // One operation instead of two.
     StartWriteAndFinish(&message_, grpc::WriteOptions(), grpc::Status::OK);
   }
 
@@ -171,9 +172,9 @@ class StreamedAnswer final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
   const RequestLog log_;
   WorkerPool* const workers_;
   OpenSource open_;
-  std::optional<RevisionWait> wait_;  // set in BeginAfter
+  std::optional<RevisionWait> wait_;  // set by BeginAfter
   std::unique_ptr<Source> source_;
-  grpc::ByteBuffer message_;  // being written
+  grpc::ByteBuffer message_;  // the message that is being written
 };
 
 }  // namespace hypermap::server

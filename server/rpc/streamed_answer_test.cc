@@ -18,7 +18,7 @@ namespace {
 using Response = v1::QueryAreaResponse;
 using Source = MessageSource<Response>;
 
-// Counts the sources alive, and makes whatever the test says.
+// A source whose messages a script of the test makes. Counts the sources that exist.
 class ScriptedSource : public Source {
  public:
   using Script = std::function<absl::StatusOr<Step>(Response*)>;
@@ -36,7 +36,7 @@ class ScriptedSource : public Source {
   const Script script_;
 };
 
-// Answers QueryArea from a script, on one worker.
+// A server that answers QueryArea by a script, on one worker.
 class StreamedAnswerTest : public ::testing::Test {
  protected:
   void Serve(ScriptedSource::Script script) {
@@ -51,7 +51,7 @@ class StreamedAnswerTest : public ::testing::Test {
     stub_ = v1::QueryService::NewStub(grpc::CreateChannel("127.0.0.1:" + std::to_string(port),
                                                           grpc::InsecureChannelCredentials()));
   }
-  // Waits until no call is left.
+  // Waits until all calls have ended.
   void TearDown() override {
     server_->Shutdown();
     server_->Wait();
@@ -74,7 +74,7 @@ class StreamedAnswerTest : public ::testing::Test {
     StreamedAnswerTest* test = nullptr;
   };
 
-  // Scripts run until TearDown has returned, so what they touch is here.
+  // Scripts run until TearDown has returned, so that the variables they use are members.
   std::atomic<int> alive_ = 0;
   std::atomic<int> steps_ = 0;
   std::atomic<bool> other_ran_ = false;
@@ -155,7 +155,7 @@ TEST_F(StreamedAnswerTest, SlowReaderHoldsTheSourceBack) {
   auto reader = stub_->QueryArea(&context, {});
   Response response;
   for (int i = 0; i < 5; ++i) ASSERT_TRUE(reader->Read(&response));
-  // gRPC takes some ahead of the reader; never a number that grows without it reading.
+  // gRPC buffers some messages for the reader, but a bounded number.
   EXPECT_LT(steps_, 200);
   context.TryCancel();
   while (reader->Read(&response)) continue;

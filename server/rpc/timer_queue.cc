@@ -24,7 +24,7 @@ TimerQueue::Id TimerQueue::RunAfter(absl::Duration delay, Task task) {
 }
 
 void TimerQueue::Cancel(Id id) {
-  Task dropped;  // dies when the lock is given up
+  Task dropped;  // Destroyed after the lock is released, because it may own objects that use this.
   MutexLock lock(&mutex_);
   const auto due = due_.find(id);
   if (due == due_.end()) return;

@@ -9,7 +9,7 @@
 namespace hypermap::server {
 namespace {
 
-// A queue whose thread is held up, so that all is set before any of it is run.
+// A queue whose thread is held up, so that all timers are set before any of them runs.
 class HeldTimers {
  public:
   HeldTimers() {
@@ -18,7 +18,7 @@ class HeldTimers {
 
   TimerQueue* operator->() { return &timers_; }
 
-  // Returns when all that is due within `delay` has been run.
+  // Returns when all tasks that are due within `delay` have run.
   void RunAllWithin(absl::Duration delay) {
     timers_.RunAfter(delay, [this] { done_.set_value(); });
     release_.set_value();
@@ -26,7 +26,8 @@ class HeldTimers {
   }
 
  private:
-  // Before the thread that keeps them: who waits may go on before set_value has returned.
+  // Declared before the queue, whose thread fulfils them: this thread may go on before set_value
+  // has returned.
   std::promise<void> release_, done_;
   TimerQueue timers_;
 };

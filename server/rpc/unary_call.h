@@ -1,4 +1,4 @@
-// Requests with one answer.
+// Unary rpcs: one request, one answer.
 #ifndef HYPERMAP_SERVER_RPC_UNARY_CALL_H_
 #define HYPERMAP_SERVER_RPC_UNARY_CALL_H_
 
@@ -19,20 +19,21 @@
 
 namespace hypermap::server {
 
-// One request that is being answered. The request and response messages live until Finish.
+// One unary call that is under way. Its request and response messages live until Finish.
 class UnaryCall {
  public:
-  // `rpc` outlives this.
+  // Uses gRPC's default reactor. `rpc` must outlive this.
   UnaryCall(grpc::CallbackServerContext* context, absl::string_view rpc, std::string map);
-  // With a reactor of its own, which is there until Finish.
+  // Uses `reactor`, which must live until Finish.
   UnaryCall(grpc::CallbackServerContext* context, grpc::ServerUnaryReactor* reactor,
             absl::string_view rpc, std::string map);
 
   grpc::ServerUnaryReactor* reactor() const { return reactor_; }
   const RequestLog& log() const { return log_; }
+  // As server::CheckWanted.
   absl::Status CheckWanted() const;
 
-  // Ends the call; called once.
+  // Ends the call. Must be called exactly once.
   void Finish(const absl::Status& status, int64_t items = 0);
 
  private:
@@ -43,20 +44,21 @@ class UnaryCall {
 
 using UnaryCallPtr = std::shared_ptr<UnaryCall>;
 
-// Runs `answer`, which fills the response and returns the number of answers in it, on a worker, and
-// ends the call. Not run when nobody waits for it any more.
+// Runs `answer` on a worker, then ends the call. `answer` fills the response and returns the number
+// of items in it. It is not run if the call was cancelled or its deadline has passed.
 grpc::ServerUnaryReactor* AnswerOn(WorkerPool* workers, UnaryCallPtr call,
                                    absl::AnyInvocable<absl::StatusOr<int64_t>() &&> answer);
 
-// Runs `start`, which takes over the ending of the call unless it returns an error, on a worker.
+// Runs `start` on a worker. If it returns an error, the call ends with it; otherwise `start` has
+// made sure that the call is ended later.
 grpc::ServerUnaryReactor* StartOn(WorkerPool* workers, UnaryCallPtr call,
                                   absl::AnyInvocable<absl::Status() &&> start);
-// The same at once, on gRPC's thread; for what is short.
+// As StartOn, but on gRPC's thread; for short tasks.
 grpc::ServerUnaryReactor* StartAtOnce(const UnaryCallPtr& call,
                                       absl::AnyInvocable<absl::Status() &&> start);
 
-// Hands a batch to the map's writer, and ends the call when it is on disk: `respond` fills the
-// response from the receipt.
+// Hands a batch to the map's writer. When it is on disk, `respond` fills the response from the
+// receipt, and the call ends.
 void SubmitAndFinish(UnaryCallPtr call, MapSession& session, EditBatch batch,
                      const std::string& request_id,
                      absl::AnyInvocable<void(const storage::Receipt&) &&> respond);

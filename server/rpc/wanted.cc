@@ -6,7 +6,7 @@
 namespace hypermap::server {
 
 absl::Status CheckWanted(const grpc::CallbackServerContext& context) {
-  // The deadline first: gRPC cancels calls that are past it.
+  // The deadline comes first, because gRPC also cancels calls that are past it.
   if (absl::Now() >= absl::FromChrono(context.deadline())) {
     return absl::DeadlineExceededError("the request's deadline has passed");
   }

@@ -1,4 +1,4 @@
-// Whether anybody still waits for an answer.
+// Checks whether the caller still waits for an answer.
 #ifndef HYPERMAP_SERVER_RPC_WANTED_H_
 #define HYPERMAP_SERVER_RPC_WANTED_H_
 
@@ -8,7 +8,7 @@
 
 namespace hypermap::server {
 
-// CANCELLED when the caller went away, DEADLINE_EXCEEDED past its deadline.
+// CANCELLED if the caller has gone away, DEADLINE_EXCEEDED if the call's deadline has passed.
 absl::Status CheckWanted(const grpc::CallbackServerContext& context);
 
 }  // namespace hypermap::server

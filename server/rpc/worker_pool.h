@@ -1,4 +1,4 @@
-// Threads for the work of requests, so that gRPC's own threads are never held up.
+// Threads that carry out requests, so that gRPC's own threads are not held up.
 #ifndef HYPERMAP_SERVER_RPC_WORKER_POOL_H_
 #define HYPERMAP_SERVER_RPC_WORKER_POOL_H_
 
@@ -12,14 +12,14 @@
 
 namespace hypermap::server {
 
-// Runs tasks in the order they come, as many at a time as there are threads. The queue is as long
-// as there are requests, whose number gRPC bounds. Thread safe.
+// Runs tasks in the order in which they come, as many at a time as there are threads. The queue is
+// not bounded: it has about one task for each request in flight. Thread safe.
 class WorkerPool {
  public:
   using Task = absl::AnyInvocable<void() &&>;
 
   explicit WorkerPool(int num_threads);
-  // Runs what is queued, then ends.
+  // Runs the queued tasks, then joins the threads.
   ~WorkerPool();
   WorkerPool(const WorkerPool&) = delete;
   WorkerPool& operator=(const WorkerPool&) = delete;
@@ -28,7 +28,7 @@ class WorkerPool {
 
  private:
   void Work();
-  // Null when the pool ends.
+  // Waits for a task; returns null when the pool ends.
   Task Take();
 
   Mutex mutex_;

@@ -11,8 +11,8 @@
 
 namespace hypermap::server {
 
-// Makes a copy of the stored map beside the maps, which comes out in pieces of at most
-// limits.max_chunk_bytes and is removed at the end. Waits for the copy.
+// Copies the stored map to a scratch file and waits for it. The messages contain the copy in pieces
+// of at most limits.max_chunk_bytes. The source removes the file when it is destroyed.
 absl::StatusOr<std::unique_ptr<MessageSource<v1::BackupMapResponse>>> OpenBackup(
     const Facilities& facilities, const v1::BackupMapRequest& request);
 

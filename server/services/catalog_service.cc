@@ -149,7 +149,8 @@ absl::Status CatalogService::StartCreateLayer(UnaryCallPtr call,
   if (!spec.ok()) return spec.status();
   const absl::StatusOr<std::shared_ptr<MapSession>> session = FindMap(facilities_, request.map());
   if (!session.ok()) return session.status();
-  // The answer is the layer as it is made, whatever has become of it since.
+  // The answer is the layer as this request creates it, also for a retry that comes after the layer
+  // was changed.
   LayerSpec made = *spec;
   if (made.frame_id.empty()) made.frame_id = (*session)->header().frame_id;
   return SubmitEdit(std::move(call), request, hypermap::CreateLayer{*spec},

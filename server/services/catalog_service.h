@@ -1,4 +1,4 @@
-// hypermap.v1.CatalogService.
+// The gRPC service hypermap.v1.CatalogService.
 #ifndef HYPERMAP_SERVER_SERVICES_CATALOG_SERVICE_H_
 #define HYPERMAP_SERVER_SERVICES_CATALOG_SERVICE_H_
 
@@ -62,13 +62,13 @@ class CatalogService : public v1::CatalogService::WithRawCallbackMethod_ExportMa
   absl::Status StartSetTransform(UnaryCallPtr call, const v1::SetTransformRequest& request,
                                  v1::SetTransformResponse* response) const;
 
-  // A batch of this one edit for the map that the request names.
+  // Submits a batch of one edit to the map that the request names.
   template <typename Request, typename Respond>
   absl::Status SubmitEdit(UnaryCallPtr call, const Request& request, Edit edit,
                           Respond respond) const;
 
-  // Fills the response from the newest revision of the map that the request names: `fill` takes the
-  // snapshot and returns the number of answers.
+  // Answers from the newest snapshot of the map that the request names: `fill(snapshot)` fills the
+  // response and returns the number of items in it.
   template <typename Request, typename Response, typename Fill>
   grpc::ServerUnaryReactor* AnswerFromSnapshot(grpc::CallbackServerContext* context,
                                                absl::string_view rpc, const Request* request,

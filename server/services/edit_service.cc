@@ -9,7 +9,8 @@
 namespace hypermap::server {
 namespace {
 
-// What is not larger is read in less time than a worker needs to wake up.
+// Batches up to this size are decoded on gRPC's thread, in less time than a worker needs to wake
+// up.
 constexpr int kFewEdits = 16;
 constexpr size_t kFewBytes = 16 << 10;
 

@@ -1,4 +1,4 @@
-// hypermap.v1.EditService.
+// The gRPC service hypermap.v1.EditService.
 #ifndef HYPERMAP_SERVER_SERVICES_EDIT_SERVICE_H_
 #define HYPERMAP_SERVER_SERVICES_EDIT_SERVICE_H_
 

@@ -1,4 +1,4 @@
-// How evidence is kept: as it comes over the wire.
+// The encoding of stored evidence.
 #ifndef HYPERMAP_SERVER_SERVICES_EVIDENCE_CODEC_H_
 #define HYPERMAP_SERVER_SERVICES_EVIDENCE_CODEC_H_
 
@@ -7,6 +7,7 @@
 
 namespace hypermap::server {
 
+// Evidence is stored in the encoding of the wire contract, whose compatibility is checked.
 inline EvidenceCodec WireEvidenceCodec() {
   return {&wire::ObservationToBytes, &wire::ObservationFromBytes, &wire::ObjectToBytes,
           &wire::ObjectFromBytes, &wire::ObservationToBytes01};

@@ -56,7 +56,7 @@ absl::StatusOr<ClaimOrder> DecodeClaim(const v1::ClaimGoalRequest& request) {
   return order;
 }
 
-// What was committed, if anything was.
+// Logs the commit, if the call made one.
 void LogEdits(const UnaryCall& call, const ExplorationAnswer& answer,
               const std::string& request_id = "") {
   if (answer.num_edits > 0) call.log().Edited(answer.revision, request_id, answer.num_edits);

@@ -1,4 +1,4 @@
-// hypermap.v1.ExplorationService.
+// The gRPC service hypermap.v1.ExplorationService.
 #ifndef HYPERMAP_SERVER_SERVICES_EXPLORATION_SERVICE_H_
 #define HYPERMAP_SERVER_SERVICES_EXPLORATION_SERVICE_H_
 
@@ -9,7 +9,7 @@
 
 namespace hypermap::server {
 
-// All calls run on the workers for explorers, as they wait for the disk and for each other.
+// All calls run on Facilities::explorers, because they wait for the disk and for each other.
 class ExplorationService : public v1::ExplorationService::CallbackService {
  public:
   explicit ExplorationService(const Facilities& facilities)
@@ -41,8 +41,8 @@ class ExplorationService : public v1::ExplorationService::CallbackService {
                                             v1::StopExplorationResponse* response) override;
 
  private:
-  // Runs `answer(call, explorations of the map)`, which fills the response and returns the number
-  // of answers in it.
+  // Runs `answer(call, desk)` with the map's ExplorationDesk on a worker. It fills the response and
+  // returns the number of items in it.
   template <typename Request, typename Response, typename Answer>
   grpc::ServerUnaryReactor* AnswerFromDesk(grpc::CallbackServerContext* context,
                                            absl::string_view rpc, const Request* request,

@@ -30,7 +30,7 @@ v1::Polygon PolygonOf(const std::vector<Point>& points) {
   return message;
 }
 
-// A map "site" with the occupancy layer "walls": free, 10 x 20 cells of 0.5 m from the origin on.
+// A map "site" with the occupancy layer "walls": 10 x 20 free cells of 0.5 m, from the origin on.
 class ExplorationServiceTest : public ::testing::Test {
  protected:
   void SetUp() override {
@@ -60,7 +60,7 @@ class ExplorationServiceTest : public ::testing::Test {
     return request;
   }
 
-  // A call of one of the stub's methods, with its answer.
+  // Calls a method of the stub.
   template <typename Method, typename Request, typename Response>
   grpc::Status Call(Method method, const Request& request, Response* response) {
     grpc::ClientContext context;
@@ -179,7 +179,7 @@ TEST_F(ExplorationServiceTest, TheFeedTellsOfGoalsAndOfTheEnd) {
     }
   }
   context.TryCancel();
-  // A goal is claimed; the end takes it away.
+  // The end of the exploration removes the claimed goal.
   ASSERT_EQ(told.size(), 3u);
   EXPECT_EQ(told[0], "exploration goal");
   EXPECT_THAT(std::vector<std::string>(told.begin() + 1, told.end()),
@@ -189,7 +189,7 @@ TEST_F(ExplorationServiceTest, TheFeedTellsOfGoalsAndOfTheEnd) {
 TEST_F(ExplorationServiceTest, AnswersComeInTheFrameAskedFor) {
   v1::StartExplorationRequest start = StartRequest();
   start.set_frame_id("turned");
-  // x of the map is 10 - y, y of the map is x.
+  // In the request's frame; x of the map is 10 - y, y of the map is x.
   *start.mutable_area() = PolygonOf({{0, 0}, {5, 0}, {5, 3}, {0, 3}});
   v1::StartExplorationResponse started;
   ASSERT_TRUE(Start(start, &started).ok());

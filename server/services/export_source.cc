@@ -29,6 +29,7 @@ class ExportSource : public MessageSource<v1::ExportMapResponse> {
   int64_t items() const override { return static_cast<int64_t>(file_); }
 
  private:
+  // Takes the next piece, and frees each file after its last one.
   void TakePiece(v1::FileChunk* chunk) {
     storage::NamedFile& file = exported_.files[file_];
     chunk->set_file_name(file.name);
@@ -44,8 +45,8 @@ class ExportSource : public MessageSource<v1::ExportMapResponse> {
   bool header_taken_ = false;
   storage::ExportedFiles exported_;
   const size_t max_chunk_bytes_;
-  size_t file_ = 0;
-  size_t offset_ = 0;  // in file_
+  size_t file_ = 0;    // index of the file that is being sent
+  size_t offset_ = 0;  // of the next piece in it
 };
 
 }  // namespace

@@ -12,8 +12,8 @@
 
 namespace hypermap::server {
 
-// Encodes the map's newest revision as files; their bytes come out in pieces of at most
-// limits.max_chunk_bytes.
+// Encodes the map's newest revision as files, in memory. The messages contain a header, then the
+// files in pieces of at most limits.max_chunk_bytes.
 absl::StatusOr<std::unique_ptr<MessageSource<v1::ExportMapResponse>>> OpenExport(
     const Facilities& facilities, const v1::ExportMapRequest& request);
 

@@ -16,10 +16,10 @@
 namespace hypermap::server {
 namespace {
 
-// How long watches may take to end, when their readers are slow.
+// Time for watches to end by themselves, before those with slow readers are cancelled.
 constexpr absl::Duration kWatchGrace = absl::Seconds(1);
 
-// The host of HOST:PORT, with the colon. gRPC would take another port than the one that is missing.
+// The host of HOST:PORT, with the colon. Without a port gRPC would choose one, so this checks it.
 absl::StatusOr<std::string> HostOf(const std::string& listen) {
   const size_t colon = listen.rfind(':');
   int port = -1;
@@ -50,7 +50,7 @@ absl::StatusOr<std::unique_ptr<GrpcServer>> GrpcServer::Start(const GrpcServerOp
   if (!host.ok()) return host.status();
   if (absl::Status status = CheckTlsFiles(options.tls); !status.ok()) return status;
   grpc::EnableDefaultHealthCheckService(true);
-  // Linked in for reflection, which tells of the services whose descriptors it finds.
+  // Reflection finds only services whose descriptors are linked in, which this reference ensures.
   grpc::health::v1::HealthCheckRequest::descriptor();
   grpc::reflection::InitProtoReflectionServerBuilderPlugin();
   std::unique_ptr<GrpcServer> made(new GrpcServer(facilities));
@@ -58,7 +58,7 @@ absl::StatusOr<std::unique_ptr<GrpcServer>> GrpcServer::Start(const GrpcServerOp
   grpc::ServerBuilder builder;
   int port = 0;
   builder.AddListeningPort(options.listen, MakeServerCredentials(options.tls), &port);
-  // Two servers on one port would answer in turns.
+  // Otherwise a second server could listen on the same port, and requests would go to either.
   builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
   builder.SetMaxReceiveMessageSize(options.max_message_bytes);
   builder.SetMaxSendMessageSize(options.max_message_bytes);
@@ -86,6 +86,7 @@ absl::StatusOr<std::unique_ptr<GrpcServer>> GrpcServer::Start(const GrpcServerOp
 
 void GrpcServer::Shutdown(absl::Duration grace) {
   server_->GetHealthCheckService()->Shutdown();
+  // Streams that have no end of their own would hold up the shutdown for all of `grace`.
   for (const Site::Entry& map : site_->List()) {
     if (map.session) map.session->feed().Close();
   }

@@ -1,4 +1,4 @@
-// The services behind one port.
+// The gRPC server: all services on one port.
 #ifndef HYPERMAP_SERVER_SERVICES_GRPC_SERVER_H_
 #define HYPERMAP_SERVER_SERVICES_GRPC_SERVER_H_
 
@@ -21,31 +21,31 @@
 namespace hypermap::server {
 
 struct GrpcServerOptions {
-  // HOST:PORT; port 0 takes any that is free.
+  // HOST:PORT; port 0 takes a free port.
   std::string listen;
-  // Of a message, either way.
+  // Size limit of requests and responses.
   int max_message_bytes = 16 << 20;
   TlsFiles tls = {};
 };
 
-// Serves from Start to Shutdown: Hypermap's services, the standard health service (all of them
-// SERVING until the shutdown begins) and reflection.
+// Serves from Start to Shutdown: Hypermap's services, the standard health service (which reports
+// all of them as SERVING until the shutdown begins) and reflection.
 class GrpcServer {
  public:
-  // What the facilities point to outlives the server. INVALID_ARGUMENT for an address that is none
-  // or unfit TLS files, UNAVAILABLE when it can't be listened on.
+  // All pointers in `facilities` must outlive the server. INVALID_ARGUMENT for a malformed address
+  // or unusable TLS files; UNAVAILABLE if the server can't listen on the address.
   static absl::StatusOr<std::unique_ptr<GrpcServer>> Start(const GrpcServerOptions& options,
                                                            const Facilities& facilities);
   ~GrpcServer();
   GrpcServer(const GrpcServer&) = delete;
   GrpcServer& operator=(const GrpcServer&) = delete;
 
-  // HOST:PORT with the port that is served.
+  // HOST:PORT with the actual port.
   const std::string& address() const { return address_; }
 
-  // Ends watches, streams of batches and those who wait for a revision, takes no more requests,
-  // gives those in flight `grace` to end, then cancels them, and waits until all have ended. Called
-  // once at most.
+  // Ends watches, QueryPoints streams and calls that wait for a revision; accepts no more requests;
+  // cancels the requests that are still in flight after `grace`; and waits until all have ended.
+  // Must be called at most once.
   void Shutdown(absl::Duration grace);
 
  private:

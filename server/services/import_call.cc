@@ -77,7 +77,7 @@ absl::Status ImportCall::TakeChunk(v1::FileChunk* chunk) {
 }
 
 absl::Status ImportCall::Import() {
-  // A caller that breaks off ends the stream as well: what arrived is not the whole.
+  // A cancelled stream ends like a complete one, but the files are not complete.
   if (absl::Status status = CheckWanted(*context_); !status.ok()) return status;
   if (!header_) return absl::InvalidArgumentError("the first message must carry the header");
   if (auto status = ValidateRequestId(header_->request_id()); !status.ok()) return status;
@@ -122,7 +122,8 @@ absl::StatusOr<storage::Receipt> ImportCall::ImportIntoNewMap() {
         return receipt.status();
       });
   if (!session.ok()) return session.status();
-  // The same request, sent twice at once, made the map meanwhile: its receipt answers this one too.
+  // If `fill` was not called, a concurrent retry of this request has created the map. Its receipt
+  // answers this call, too.
   return filled ? receipt : ImportInto(**session);
 }
 

@@ -1,4 +1,4 @@
-// The ImportMap rpc.
+// One ImportMap rpc.
 #ifndef HYPERMAP_SERVER_SERVICES_IMPORT_CALL_H_
 #define HYPERMAP_SERVER_SERVICES_IMPORT_CALL_H_
 
@@ -20,11 +20,11 @@
 
 namespace hypermap::server {
 
-// Gathers the files of an import, then decodes them on a worker and hands the edits to the map's
-// writer as one batch. A new map that can't be filled is removed again. Owns itself until OnDone.
+// Collects the files of an import in memory, decodes them on a worker, and submits the edits as one
+// batch. If a new map can't be filled, it is removed again. Deletes itself in OnDone.
 class ImportCall final : public grpc::ServerReadReactor<v1::ImportMapRequest> {
  public:
-  // All outlive this; the context and the response live until OnDone.
+  // `facilities` must outlive this; context and response live until OnDone.
   ImportCall(const grpc::CallbackServerContext* context, const Facilities* facilities,
              v1::ImportMapResponse* response);
 
@@ -35,7 +35,7 @@ class ImportCall final : public grpc::ServerReadReactor<v1::ImportMapRequest> {
   absl::Status TakeMessage();
   absl::Status TakeChunk(v1::FileChunk* chunk);
 
-  // Everything after the last message; waits for the disk.
+  // Decodes and submits the files, when all have arrived. Waits for the disk.
   absl::Status Import();
   absl::StatusOr<storage::ImportedMap> Decode(const Snapshot* snapshot) const;
   absl::StatusOr<storage::Receipt> ImportInto(MapSession& session);

@@ -40,7 +40,7 @@ void EncodeEvent(const ObjectEvent& event, v1::ObjectEvent* message) {
   message->set_track(event.track);
 }
 
-// Hands a command to the map's writer, and ends the call when what it does is on disk.
+// Hands a command to the map's writer, which ends the call when the result is on disk.
 template <typename Request, typename Response>
 absl::Status StartCommand(const Facilities& facilities, UnaryCallPtr call, const Request& request,
                           FusionCommand command, Response* response) {
@@ -94,7 +94,7 @@ grpc::ServerUnaryReactor* IngestService::ExplainObject(grpc::CallbackServerConte
                                                        const v1::ExplainObjectRequest* request,
                                                        v1::ExplainObjectResponse* response) {
   auto call = std::make_shared<UnaryCall>(context, "ExplainObject", request->map());
-  // Folds a whole log.
+  // On a file worker, because it folds a whole log.
   return AnswerOn(facilities_.file_workers, call,
                   [this, call, request, response] { return Explain(*call, *request, response); });
 }

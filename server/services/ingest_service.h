@@ -1,4 +1,4 @@
-// hypermap.v1.IngestService.
+// The gRPC service hypermap.v1.IngestService.
 #ifndef HYPERMAP_SERVER_SERVICES_INGEST_SERVICE_H_
 #define HYPERMAP_SERVER_SERVICES_INGEST_SERVICE_H_
 

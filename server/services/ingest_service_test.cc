@@ -94,7 +94,7 @@ TEST_F(IngestServiceTest, AcceptedObservationIsVisibleAtTheRevisionThatIsTold) {
   EXPECT_TRUE(Close(*stream).ok());
 }
 
-// What is free spans 1.6 cells from the middle of one.
+// The free space is a square of 1.6 cells, from near the middle of a cell.
 TEST_F(IngestServiceTest, ExploredAreTheCellsThatTheLayersRuleSelects) {
   const std::pair<CellRule, int64_t> kCells[] = {
       {CellRule::kCentre, 4}, {CellRule::kCovered, 1}, {CellRule::kTouched, 9}};
@@ -172,7 +172,7 @@ TEST_F(IngestServiceTest, ManyMoreThanAreInFlightAreAllAcknowledgedBeforeTheStre
   EXPECT_THAT(acknowledged, SizeIs(kObservations));
 }
 
-// Each is so much newer than the last that the last would come too late after it.
+// Stamps are so far apart that an observation would be refused as late if a newer one came first.
 TEST_F(IngestServiceTest, ObservationsAreJudgedInTheOrderOfTheStream) {
   auto stream = Open();
   constexpr int kObservations = 500;
@@ -248,7 +248,7 @@ TEST_F(IngestServiceTest, FailedWriteEndsTheStreamAndWhatIsSentAgainCountsOnce) 
 
 TEST_F(IngestServiceTest, CallerThatGoesAwayHarmsNobody) {
   server_.disk().Hold();
-  // The opening waits for the disk; the caller does not.
+  // The opening waits for the disk longer than the caller does.
   const absl::Status status =
       client_.Observe("site", "things", {}, {.timeout = absl::Milliseconds(50)}).status();
   EXPECT_TRUE(absl::IsDeadlineExceeded(status)) << status;

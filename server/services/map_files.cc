@@ -31,7 +31,7 @@ storage::ImportLimits LimitsOfImports(const ServiceLimits& limits) {
   return import_limits;
 }
 
-// The snapshot with only the named layers; all for none.
+// The snapshot with the named layers only; without names, with all layers. NOT_FOUND.
 absl::StatusOr<Snapshot> WithLayers(const Snapshot& snapshot,
                                     const std::vector<std::string>& names) {
   const absl::StatusOr<std::vector<LayerPtr>> layers = snapshot.SelectLayers(names);

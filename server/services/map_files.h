@@ -1,4 +1,4 @@
-// Interchange files in the words of the requests that carry them.
+// Decodes and encodes interchange files as ImportMap and ExportMap ask for them.
 #ifndef HYPERMAP_SERVER_SERVICES_MAP_FILES_H_
 #define HYPERMAP_SERVER_SERVICES_MAP_FILES_H_
 
@@ -12,14 +12,15 @@
 
 namespace hypermap::server {
 
-// The files of an import as edits of `snapshot`, null for a new map. INVALID_ARGUMENT for a format
-// that is not known, else as the format's decoder.
+// Decodes the files of an import to edits of `snapshot`; null for a new map. INVALID_ARGUMENT for
+// an unknown format; other errors are those of the format's decoder.
 absl::StatusOr<storage::ImportedMap> DecodeFiles(const v1::ImportHeader& header,
                                                  const std::vector<storage::NamedFile>& files,
                                                  const Snapshot* snapshot,
                                                  const ServiceLimits& limits);
 
-// The layers of an export as files. NOT_FOUND for a layer, else as the format's encoder.
+// Encodes the requested layers as files. NOT_FOUND for a layer; INVALID_ARGUMENT for an unknown
+// format; other errors are those of the format's encoder.
 absl::StatusOr<storage::ExportedFiles> EncodeFiles(const v1::ExportMapRequest& request,
                                                    const Snapshot& snapshot);
 

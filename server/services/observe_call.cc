@@ -34,7 +34,7 @@ void EncodeVerdict(const ObservationVerdict& verdict, v1::ObservationAcknowledge
   message->set_message(verdict.message);
 }
 
-// What is wrong with an observation that can't be decoded.
+// The acknowledgement of an observation that can't be decoded.
 v1::ObservationAcknowledgement Invalid(const v1::Observation& observation,
                                        const absl::Status& status) {
   v1::ObservationAcknowledgement acknowledgement;
@@ -45,6 +45,7 @@ v1::ObservationAcknowledgement Invalid(const v1::Observation& observation,
   return acknowledgement;
 }
 
+// Encodes ascending sequence numbers as ranges of consecutive ones.
 void EncodeRanges(const std::vector<int64_t>& sequences,
                   google::protobuf::RepeatedPtrField<v1::SequenceRange>* ranges) {
   for (const int64_t sequence : sequences) {
@@ -69,19 +70,19 @@ void ObserveCall::OnReadDone(bool ok) {
   Change([&] {
     mutex_.AssertHeld();
     reading_ = false;
-    // A request that comes in while the call is being finished must not be begun: OnDone does not
-    // wait for it.
+    // No work may start on a request that arrives after Finish, because OnDone does not wait for
+    // it.
     if (!ok || finished_) {
       no_more_reads_ = true;
       return;
     }
     ++in_flight_;
     taking_ = true;
-    // Opening waits for the disk.
+    // The opening waits for the disk, which must not occupy the threads for short tasks.
     WorkerPool* const workers = opened_ ? facilities_->workers : facilities_->file_workers;
     workers->Run([this, request = std::exchange(read_, {})] {
       TakeRequest(request);
-      // The next may follow; until here the call does not end.
+      // Until here the call neither ends nor reads the next request.
       Change([this] {
         mutex_.AssertHeld();
         taking_ = false;
@@ -119,7 +120,7 @@ void ObserveCall::Change(absl::FunctionRef<void()> change) {
   }
   if (!ends) return;
   log_.Finished(status, acknowledged);
-  // From here on this may be gone at any time; with the lock held it must not.
+  // Without the lock, because gRPC may call OnDone, which deletes this, at any time from here on.
   Finish(wire::EncodeStatus(status));
 }
 

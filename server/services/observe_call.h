@@ -1,4 +1,4 @@
-// The Observe rpc.
+// One Observe rpc.
 #ifndef HYPERMAP_SERVER_SERVICES_OBSERVE_CALL_H_
 #define HYPERMAP_SERVER_SERVICES_OBSERVE_CALL_H_
 
@@ -22,14 +22,14 @@
 
 namespace hypermap::server {
 
-// Reads requests while fewer than kMaxInFlight are unanswered, decodes one after the other on a
-// worker and hands it to the map's writer, in the order of the stream; what has been answered
-// meanwhile goes into one response. So a caller that sends faster than the disk writes, or does not
-// read its acknowledgements, is held up, and nobody else. Owns itself until OnDone, which comes
-// when Finish was called and nothing is under way.
+// Reads requests while fewer than kMaxInFlight are unanswered, and decodes and submits them one
+// after the other on a worker, in the order of the stream. A response contains all acknowledgements
+// that are ready when the previous one was written. So a caller that sends faster than the disk
+// writes, or does not read its acknowledgements, delays nobody but itself. Deletes itself in
+// OnDone, which gRPC calls after Finish, when no operation is under way.
 class ObserveCall final : public grpc::ServerBidiReactor<v1::ObserveRequest, v1::ObserveResponse> {
  public:
-  // Both outlive this; the context lives until OnDone.
+  // `facilities` must outlive this; the context lives until OnDone.
   ObserveCall(const grpc::CallbackServerContext* context, const Facilities* facilities);
 
   void OnReadDone(bool ok) override;
@@ -40,21 +40,21 @@ class ObserveCall final : public grpc::ServerBidiReactor<v1::ObserveRequest, v1:
  private:
   static constexpr int kMaxInFlight = 32;
 
-  // On a worker, one request at a time.
+  // These run on a worker, for one request at a time.
   void TakeRequest(const v1::ObserveRequest& request);
   absl::Status Open(const v1::ObserveOpening& opening);
   absl::StatusOr<storage::Receipt> Start(const v1::ObserveOpening& opening);
   void Submit(const v1::ObserveRequest& request);
 
-  // On the writer's thread, or a worker.
+  // These run on the writer's thread or a worker.
   void Answer(const absl::StatusOr<std::vector<ObservationVerdict>>& verdicts,
               std::vector<v1::ObservationAcknowledgement> invalid);
   void EndRequest(absl::Status status);
 
-  // Changes the state under the lock, and starts what can be started then: a read, a write, or the
-  // end.
+  // Changes the state under the lock, then starts the operations that the new state allows: a read,
+  // a write, or the end of the call.
   void Change(absl::FunctionRef<void()> change);
-  // Whether this is the end.
+  // Starts a read and a write if possible. Returns whether the call must be finished.
   bool GoOn() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
   const grpc::CallbackServerContext* const context_;
@@ -65,16 +65,16 @@ class ObserveCall final : public grpc::ServerBidiReactor<v1::ObserveRequest, v1:
   std::shared_ptr<MapSession> session_;
   std::string layer_;
 
-  v1::ObserveRequest read_;      // of the read under way
-  v1::ObserveResponse written_;  // of the write under way
+  v1::ObserveRequest read_;      // target of the read under way
+  v1::ObserveResponse written_;  // source of the write under way
 
   Mutex mutex_;
-  v1::ObserveResponse next_ ABSL_GUARDED_BY(mutex_);
+  v1::ObserveResponse next_ ABSL_GUARDED_BY(mutex_);  // acknowledgements for the next write
   bool has_next_ ABSL_GUARDED_BY(mutex_) = false;
-  int in_flight_ ABSL_GUARDED_BY(mutex_) = 0;  // requests that are not answered
+  int in_flight_ ABSL_GUARDED_BY(mutex_) = 0;  // number of requests that are not answered yet
   bool opened_ ABSL_GUARDED_BY(mutex_) = false;
   bool reading_ ABSL_GUARDED_BY(mutex_) = true;
-  bool taking_ ABSL_GUARDED_BY(mutex_) = false;  // a request is on its way to the writer
+  bool taking_ ABSL_GUARDED_BY(mutex_) = false;  // a worker has a request
   bool writing_ ABSL_GUARDED_BY(mutex_) = false;
   bool no_more_reads_ ABSL_GUARDED_BY(mutex_) = false;
   bool finished_ ABSL_GUARDED_BY(mutex_) = false;

@@ -1,4 +1,4 @@
-// The parts of an area or value answer as messages.
+// The messages of QueryArea and QueryValue.
 #ifndef HYPERMAP_SERVER_SERVICES_PART_SOURCE_H_
 #define HYPERMAP_SERVER_SERVICES_PART_SOURCE_H_
 
@@ -14,9 +14,9 @@
 
 namespace hypermap::server {
 
-// A part becomes one message, or several when its objects are large. A layer without matches
-// becomes one empty part; other empty parts are left out. Where there is no layer to ask, one
-// message tells the revision alone.
+// Turns the parts of an answer into messages: each part into one message, or several if its objects
+// are large. A layer without matches becomes one empty part; other empty parts are left out. If the
+// scope has no layers, one message contains the revision only.
 template <typename Response>
 class PartSource : public MessageSource<Response> {
  public:
@@ -72,9 +72,9 @@ class PartSource : public MessageSource<Response> {
   const Revision revision_;
   const int chunk_items_;
   const int64_t max_chunk_bytes_;
-  std::optional<LayerPart> part_;  // being encoded
-  size_t next_object_ = 0;         // of part_
-  bool layer_answered_ = false;    // whether there was a message of part_'s layer
+  std::optional<LayerPart> part_;  // the part that is being encoded
+  size_t next_object_ = 0;         // index in part_ of the first object that was not encoded yet
+  bool layer_answered_ = false;    // whether a message of part_'s layer was made
   bool told_revision_ = false;
   int64_t items_ = 0;
 };

@@ -14,7 +14,7 @@ namespace {
 
 using Source = PartSource<v1::QueryAreaResponse>;
 
-// Gives the parts it was made with.
+// A reader of the given parts.
 class ListedParts : public PartReader {
  public:
   explicit ListedParts(std::vector<LayerPart> parts) : parts_(std::move(parts)) {}
@@ -46,7 +46,7 @@ LayerPart PartOf(const LayerPtr& layer, int num_objects, bool last) {
   return part;
 }
 
-// What was sent: the layer and the number of objects of each message.
+// The layer and the number of objects of each message that the parts become.
 std::vector<std::pair<std::string, int>> Sent(std::vector<LayerPart> parts,
                                               int64_t max_chunk_bytes = 1 << 20) {
   ServiceLimits limits;

@@ -1,4 +1,4 @@
-// Questions of earlier revisions, and of one that is still to come.
+// Queries of past revisions, and queries that wait for one.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -39,7 +39,7 @@ class PastQueryTest : public ::testing::Test {
     server_.MakeMap("site", std::move(batch));
   }
 
-  // Each commit is made a second after the one before, the first at kBegin + 1 s.
+  // The first commit is made at kBegin + 1 s, each further one a second later.
   SessionOptions Options() {
     SessionOptions options;
     options.retention.history_age = absl::InfiniteDuration();
@@ -63,7 +63,7 @@ class PastQueryTest : public ::testing::Test {
     return put;
   }
 
-  // Some edit; `live` are the objects there are.
+  // A random edit; `live` are the existing objects.
   static hypermap::Edit SomeEdit(std::mt19937& random, std::vector<ObjectId>* live) {
     const auto place = [&] { return std::uniform_real_distribution<>(-10, 10)(random); };
     const size_t which = live->empty() ? 0 : random() % live->size();
@@ -96,7 +96,7 @@ class PastQueryTest : public ::testing::Test {
     return request;
   }
 
-  // All that the questions of this test are answered, but the revision.
+  // The answers to one query of each kind as text, without the revision.
   std::string Answers(const std::function<void(v1::AsOf*)>& as_of, unsigned place_seed) {
     std::mt19937 random(place_seed);
     const auto place = [&] { return std::uniform_real_distribution<>(-10, 10)(random); };
@@ -142,8 +142,6 @@ class PastQueryTest : public ::testing::Test {
     }
     return all;
   }
-
-  // Sets the field of any of the requests.
 
   grpc::Status PointError(const std::function<void(v1::QueryPointRequest*)>& change) {
     auto request = Ask<v1::QueryPointRequest>();
@@ -219,7 +217,7 @@ TEST_F(PastQueryTest, RevisionsAndTimesThatAreToComeAreRefused) {
 }
 
 TEST_F(PastQueryTest, QuestionWaitsForTheRevisionItNeedsAndHoldsNoThread) {
-  // More than there are workers.
+  // More calls than there are workers.
   constexpr int kWaiting = 8;
   server_.disk().Hold();
   std::vector<std::thread> waiting;
@@ -247,7 +245,7 @@ TEST_F(PastQueryTest, QuestionWaitsForTheRevisionItNeedsAndHoldsNoThread) {
       EXPECT_EQ(responses[0].revision(), 3);
     });
   }
-  // Others are answered meanwhile.
+  // Other calls are answered meanwhile.
   EXPECT_TRUE(PointError([](v1::QueryPointRequest*) {}).ok());
   server_.disk().Release();
   Edit({Thing(0, 0)});

@@ -12,7 +12,7 @@
 namespace hypermap::server {
 namespace {
 
-// Larger batches would hold up other calls of a gRPC thread.
+// Larger batches would delay other calls on the same gRPC thread.
 constexpr int kMaxInlinePoints = 4096;
 
 absl::Status Stopping() { return absl::UnavailableError("the server is stopping"); }
@@ -32,7 +32,8 @@ void OpenPointsCalls::Remove(PointsCall* call) {
 }
 
 void OpenPointsCalls::Stop() {
-  // While it is locked no call is gone: OnDone, which waits for it, has a thread of its own.
+  // While the lock is held no call is deleted, because OnDone waits for it in Remove. This can't
+  // deadlock, because gRPC calls OnDone on another thread than the one that calls Finish.
   MutexLock lock(&mutex_);
   stopping_ = true;
   for (PointsCall* call : calls_) call->End(Stopping());
@@ -48,8 +49,7 @@ PointsCall::PointsCall(const grpc::CallbackServerContext* context, const Facilit
 void PointsCall::OnReadDone(bool ok) {
   Go(Change([&] {
     mutex_.AssertHeld();
-    // A batch that comes in while the call is being finished must not be begun: OnDone does not
-    // wait for it.
+    // No work may start on a batch that arrives after Finish, because OnDone does not wait for it.
     if (ok && !finished_) {
       has_next_ = true;
     } else {
@@ -118,7 +118,7 @@ void PointsCall::Go(Step step) {
     status = status_;
   }
   log_.Finished(status, num_answered_);
-  // From here on this may be gone at any time.
+  // gRPC may call OnDone, which deletes this, at any time from here on.
   Finish(wire::EncodeStatus(status));
 }
 
@@ -132,7 +132,7 @@ PointsCall::Step PointsCall::EndBatch(const absl::Status& status) {
 
 std::optional<absl::Status> PointsCall::TakeBatch() {
   batch_.Swap(&read_);
-  StartRead(&read_);  // the call does not end while somebody has a batch
+  StartRead(&read_);  // Allowed here: the call is not finished while a batch has an owner.
   if (batch_.has_opening()) {
     if (absl::Status status = Open(); !status.ok()) return status;
     if (as_of_.min_revision > 0) {
@@ -191,12 +191,12 @@ absl::Status PointsCall::AskPoints() {
 }
 
 absl::Status PointsCall::Pin() {
-  // Looked up for each batch: the map may have been deleted, or made anew.
+  // The map is looked up for each batch, because it may have been deleted or created again.
   const absl::StatusOr<std::shared_ptr<MapSession>> session = FindMap(*facilities_, map_);
   if (!session.ok()) return session.status();
   const absl::StatusOr<AskedRevision> asked = AskedRevision::Find(**session, as_of_);
   if (!asked.ok()) return asked.status();
-  // What was found once holds for the whole stream.
+  // A past time is resolved once: all batches of the stream are answered from the same revision.
   if (as_of_.is_past()) as_of_ = {.revision = asked->revision()};
   as_of_.min_revision = 0;
   absl::StatusOr<SnapshotPtr> snapshot = asked->ForPoints(scope_, points_, tolerance_m_);

@@ -1,4 +1,4 @@
-// The QueryPoints rpc.
+// One QueryPoints rpc.
 #ifndef HYPERMAP_SERVER_SERVICES_POINTS_CALL_H_
 #define HYPERMAP_SERVER_SERVICES_POINTS_CALL_H_
 
@@ -27,13 +27,13 @@ namespace hypermap::server {
 
 class PointsCall;
 
-// All that are under way. Thread safe.
+// The registry of all QueryPoints rpcs that are under way. Thread safe.
 class OpenPointsCalls {
  public:
-  // False: the server is stopping, and the call is not taken.
+  // Returns false, without adding the call, if the server is stopping.
   bool Add(PointsCall* call);
   void Remove(PointsCall* call);
-  // Ends all, and takes no more.
+  // Ends all calls, and refuses new ones.
   void Stop();
 
  private:
@@ -42,14 +42,14 @@ class OpenPointsCalls {
   std::set<PointsCall*> calls_ ABSL_GUARDED_BY(mutex_);
 };
 
-// Answers one batch after another while the next one is read, but no more than one ahead; so a
-// caller that does not take its answers is held up, and costs no more than two batches and an
-// answer. Small batches of the newest revision are answered on gRPC's threads, others on a worker.
-// Owns itself until OnDone, which comes when Finish was called and nothing is under way.
+// Answers one batch after another, and reads one batch ahead. So a caller that does not read its
+// answers delays only itself, and costs the memory of two batches and an answer. Small batches of
+// the newest revision are answered on gRPC's threads, others on a worker. Deletes itself in OnDone,
+// which gRPC calls after Finish, when no operation is under way.
 class PointsCall final
     : public grpc::ServerBidiReactor<v1::QueryPointsRequest, v1::QueryPointsResponse> {
  public:
-  // All outlive this; the context lives until OnDone.
+  // `facilities` and `calls` must outlive this; the context lives until OnDone.
   PointsCall(const grpc::CallbackServerContext* context, const Facilities* facilities,
              OpenPointsCalls* calls);
 
@@ -62,16 +62,17 @@ class PointsCall final
   void End(const absl::Status& status);
 
  private:
-  // What is to be done next by who changed the state.
+  // The next step, which the thread that changed the state must do.
   enum class Step { kNothing, kTakeBatch, kFinish };
 
-  // Changes the state under the lock.
+  // Changes the state under the lock. Returns the next step.
   Step Change(absl::FunctionRef<void()> change);
   Step NextStep() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void Go(Step step);
 
-  // These have the batch. They give its end, or nothing when somebody else has it now: a write, a
-  // worker, or a wait. Then this may be gone.
+  // These are called by the owner of the batch. They return the batch's status if it has ended, or
+  // nullopt if they gave it to another owner: a write, a worker or a wait. Then this may be deleted
+  // already.
   std::optional<absl::Status> TakeBatch();
   std::optional<absl::Status> Answer();
   void AnswerOnWorker();
@@ -80,7 +81,7 @@ class PointsCall final
   absl::Status Open();
   // Fills the response.
   absl::Status AskPoints();
-  // Has the asker ask the revision of this batch.
+  // Makes asker_ one of the revision that this batch is answered from.
   absl::Status Pin();
 
   const grpc::CallbackServerContext* const context_;
@@ -89,9 +90,9 @@ class PointsCall final
   RequestLog log_;
   RevisionWait wait_;
 
-  v1::QueryPointsRequest read_;  // of the read under way
+  v1::QueryPointsRequest read_;  // target of the read under way
 
-  // Of whoever has the batch.
+  // Used by the owner of the batch only.
   v1::QueryPointsRequest batch_;
   v1::QueryPointsResponse response_;
   bool opened_ = false;
@@ -105,8 +106,8 @@ class PointsCall final
   int64_t num_answered_ = 0;
 
   Mutex mutex_;
-  bool busy_ ABSL_GUARDED_BY(mutex_) = false;      // somebody has the batch
-  bool has_next_ ABSL_GUARDED_BY(mutex_) = false;  // read_ is the batch after it
+  bool busy_ ABSL_GUARDED_BY(mutex_) = false;      // the batch has an owner
+  bool has_next_ ABSL_GUARDED_BY(mutex_) = false;  // read_ contains the next batch
   bool no_more_reads_ ABSL_GUARDED_BY(mutex_) = false;
   bool finished_ ABSL_GUARDED_BY(mutex_) = false;
   absl::Status status_ ABSL_GUARDED_BY(mutex_);

@@ -1,4 +1,4 @@
-// The QueryPoints rpc.
+// Tests of the QueryPoints rpc.
 #include "server/services/points_call.h"
 
 #include <gmock/gmock.h>
@@ -43,7 +43,7 @@ v1::QueryPointsRequest Batch(absl::Span<const Point> points) {
   return request;
 }
 
-// A stream as a caller sees it.
+// A client's side of a stream.
 class Stream {
  public:
   explicit Stream(TestServer& server) : stream_(server.query->QueryPoints(&context_)) {}
@@ -65,7 +65,7 @@ class Stream {
     return response;
   }
   void Cancel() { context_.TryCancel(); }
-  // Reads what is left.
+  // Reads the remaining answers.
   grpc::Status Finish() {
     v1::QueryPointsResponse response;
     while (Read(&response)) ++num_left_;
@@ -82,7 +82,7 @@ class Stream {
   int num_left_ = 0;
 };
 
-// "cups" and "cells" at revision 1 of the map "site".
+// The map "site" with the layers "cups" and "cells", at revision 1.
 class PointsCallTest : public ::testing::Test {
  protected:
   static ServiceLimits SmallLimits() {
@@ -324,7 +324,7 @@ TEST_F(PointsCallTest, CancelledStreamsEndAtAnyPoint) {
     stream.Cancel();
     EXPECT_FALSE(stream.Finish().ok());
   }
-  // The server is as it was, and ends (in the destructor) with nothing left.
+  // The server still answers, and its destructor finds no call left.
   Stream stream(server_);
   ASSERT_TRUE(stream.Write(Opening("site")));
   EXPECT_EQ(stream.Ask({{0.5, 0.5}}).revision(), 1);
@@ -352,7 +352,7 @@ TEST_F(PointsCallTest, ShutdownEndsOpenStreams) {
   ASSERT_TRUE(idle.Write(Opening("site")));
   idle.Ask({{0.5, 0.5}});
   ASSERT_TRUE(waiting.Write(Opening("site", {}, {.min_revision = 99})));
-  // Streams of the same channel: by the time this one is answered, the others are on their way.
+  // All streams share a channel: when this one is answered, the server has the others, too.
   Stream last(server_);
   ASSERT_TRUE(last.Write(Opening("site")));
   last.Ask({{0.5, 0.5}});
@@ -362,8 +362,8 @@ TEST_F(PointsCallTest, ShutdownEndsOpenStreams) {
   }
 }
 
-// What QueryPoint says of a point, and what QueryPoints does: (layer, kind, status, value,
-// objects).
+// The content of a point in a form that both QueryPoint and QueryPoints give: (layer, kind, status,
+// value, objects).
 using Content =
     std::tuple<std::string, int, int, double, std::vector<std::tuple<int64_t, std::string, float>>>;
 constexpr double kNoValue = -1e99;
@@ -415,7 +415,7 @@ TEST_F(PointsCallTest, AnswersAreThoseOfQueryPointForRandomMaps) {
     const Scope scopes[] = {{}, {{"semantic", "wifi"}, "bench"}, {{}, "dock"}, {{}, "raft"}};
     for (const Scope& scope : scopes) {
       Stream stream(server_);
-      // The past is that of before the edit below.
+      // Revision 1 is the state before the edit below.
       const AsOf as_of = rng() % 2 ? AsOf{.revision = 1} : AsOf{};
       ASSERT_TRUE(stream.Write(Opening(map, scope, as_of)));
       std::vector<std::string> labels;

@@ -19,19 +19,19 @@
 namespace hypermap::server {
 namespace {
 
-// What is asked for in an area of this size is likely to be answered in less time than a worker
-// needs to wake up.
+// Queries up to this size are likely to be answered in less time than a worker needs to wake up,
+// and are answered on gRPC's thread.
 constexpr double kSmallArea_m2 = 1000.0;
 constexpr int kFewNeighbours = 64;
 
-// Whether the question is of the newest revision, whichever that is.
+// Whether the query is answered from the newest snapshot without waiting.
 template <typename Request>
 bool AsksNewest(const Request& request) {
   const v1::AsOf& as_of = request.as_of();
   return as_of.as_of_case() == v1::AsOf::AS_OF_NOT_SET && as_of.min_revision() == 0;
 }
 
-// False also for what is no area.
+// Whether the polygon's bounding box has at most kSmallArea_m2. False for a malformed polygon.
 bool IsSmall(const v1::Polygon& area) {
   Box box;
   const v1::Ring& outer = area.outer();
@@ -204,7 +204,7 @@ grpc::ServerUnaryReactor* QueryService::QueryNearest(grpc::CallbackServerContext
 bool QueryService::AsksObjectsOnly(const v1::QueryNearestRequest& request) const {
   const absl::StatusOr<std::shared_ptr<MapSession>> session =
       FindMap(facilities_, request.scope().map());
-  if (!session.ok()) return true;  // which is answered with an error
+  if (!session.ok()) return true;  // The answer will be an error, which is short.
   const SnapshotPtr snapshot = (*session)->snapshot();
   const auto holds_objects = [](const Layer* layer) {
     return layer == nullptr || !IsGridKind(layer->spec().kind);

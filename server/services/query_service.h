@@ -1,4 +1,4 @@
-// hypermap.v1.QueryService.
+// The gRPC service hypermap.v1.QueryService.
 #ifndef HYPERMAP_SERVER_SERVICES_QUERY_SERVICE_H_
 #define HYPERMAP_SERVER_SERVICES_QUERY_SERVICE_H_
 
@@ -36,11 +36,11 @@ class QueryService
   grpc::ServerBidiReactor<v1::QueryPointsRequest, v1::QueryPointsResponse>* QueryPoints(
       grpc::CallbackServerContext* context) override;
 
-  // Ends the streams of batches, and takes no more.
+  // Ends all QueryPoints streams, and refuses new ones.
   void StopStreams() { points_calls_.Stop(); }
 
  private:
-  // These return the number of answers.
+  // These fill the response and return the number of items in it.
   absl::StatusOr<int64_t> AnswerPoint(const v1::QueryPointRequest& request,
                                       v1::QueryPointResponse* response) const;
   absl::StatusOr<int64_t> AnswerNearest(const v1::QueryNearestRequest& request,
@@ -51,34 +51,34 @@ class QueryService
   absl::StatusOr<std::unique_ptr<MessageSource<v1::QueryValueResponse>>> OpenValue(
       const v1::QueryValueRequest& request) const;
 
-  // The revision of the map that the request is asked of.
+  // The revision that the request asks for (its `as_of`).
   template <typename Request>
   absl::StatusOr<AskedRevision> Pin(const Request& request) const;
 
   template <typename Request, typename Response>
   using Answer = absl::StatusOr<int64_t> (QueryService::*)(const Request&, Response*) const;
 
-  // Answers on a worker when the map has the revision that the request waits for.
+  // Answers on a worker, once the map has the revision that the request waits for.
   template <typename Request, typename Response>
   grpc::ServerUnaryReactor* AnswerUnary(grpc::CallbackServerContext* context, absl::string_view rpc,
                                         const Request* request, Response* response,
                                         Answer<Request, Response> answer) const;
 
-  // Answers now, on gRPC's thread: going to a worker costs more than a short answer does.
+  // Answers on gRPC's thread, because waking a worker costs more than a short answer.
   template <typename Request, typename Response>
   grpc::ServerUnaryReactor* AnswerAtOnce(grpc::CallbackServerContext* context,
                                          absl::string_view rpc, const Request* request,
                                          Response* response,
                                          Answer<Request, Response> answer) const;
 
-  // Begins the answer, on a worker when the map has the revision that the request waits for, or at
-  // once when it is short.
+  // Begins a streamed answer: at once if it is likely to be short, otherwise on a worker, once the
+  // map has the revision that the request waits for.
   template <typename Request, typename Response>
   grpc::ServerWriteReactor<grpc::ByteBuffer>* Begin(
       StreamedAnswer<Request, Response>* answer) const;
 
-  // Whether all layers that are asked hold objects, among which the nearest are found at once; in
-  // cells it may be a long search.
+  // Whether all layers in scope contain objects, whose index gives the nearest at once. The search
+  // in a grid may be long.
   bool AsksObjectsOnly(const v1::QueryNearestRequest& request) const;
 
   const Facilities facilities_;

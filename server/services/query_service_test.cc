@@ -16,7 +16,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-// "cups" and "cells" at revision 1 of the map "site".
+// The map "site" with the layers "cups" and "cells", at revision 1.
 class QueryServiceTest : public ::testing::Test {
  protected:
   static ServiceLimits SmallLimits() {
@@ -41,7 +41,7 @@ class QueryServiceTest : public ::testing::Test {
     return request;
   }
 
-  // Asks and wants an error.
+  // The error of a QueryArea call.
   grpc::Status AreaError(const v1::QueryAreaRequest& request) {
     grpc::ClientContext context;
     auto reader = server_.query->QueryArea(&context, request);
@@ -188,7 +188,7 @@ TEST_F(QueryServiceTest, BadAreasNameTheField) {
 
 TEST_F(QueryServiceTest, BytesThatAreNoRequestAreRefused) {
   v1::QueryAreaRequest request = AreaRequest({{0, 0}, {1, 1}});
-  // A tag that does not end.
+  // The bytes of the polygon are invalid: a tag that does not end.
   request.GetReflection()->MutableUnknownFields(&request)->AddLengthDelimited(
       v1::QueryAreaRequest::kAreaFieldNumber, "\xff");
   const grpc::Status status = AreaError(request);

@@ -8,9 +8,11 @@
 namespace hypermap::server {
 namespace {
 
+// Bounds the time of a step, for which edits wait.
 constexpr int kRowsPerStep = 200;
 constexpr absl::Duration kBetweenPasses = absl::Minutes(1);
-// A pass is begun as well when the history has outgrown its bound by this part.
+// A pass also begins after history_revisions / kPassesPerHistory new revisions, so that a busy map
+// exceeds its bound by little.
 constexpr int64_t kPassesPerHistory = 10;
 
 }  // namespace
@@ -36,7 +38,7 @@ absl::StatusOr<Revision> Compaction::OldestToKeep(Revision newest, absl::Time no
     const absl::StatusOr<Revision> by_age = (*reader)->RevisionAt(now - retention_.history_age);
     if (by_age.ok()) {
       oldest = std::max(oldest, *by_age);
-    } else if (!absl::IsOutOfRange(by_age.status())) {
+    } else if (!absl::IsOutOfRange(by_age.status())) {  // OUT_OF_RANGE: all kept ones are younger
       return by_age.status();
     }
   }

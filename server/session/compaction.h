@@ -1,4 +1,4 @@
-// How much of its past a map keeps.
+// Retention and compaction of a map's history.
 #ifndef HYPERMAP_SERVER_SESSION_COMPACTION_H_
 #define HYPERMAP_SERVER_SESSION_COMPACTION_H_
 
@@ -14,34 +14,37 @@
 
 namespace hypermap::server {
 
-// A revision is kept while both rules keep it; the newest always is.
+// A revision is kept while both rules keep it. The newest is always kept.
 struct Retention {
-  // So many revisions before the newest can be asked for.
+  // Number of revisions before the newest that are kept.
   int64_t history_revisions = 1'000'000;
-  // What the map was can be asked for so far back.
+  // Time for which past states of the map are kept.
   absl::Duration history_age = absl::Hours(720);
-  // For so long a request that is sent again gets the answer it got.
+  // Time for which receipts are kept, so that a retry of a request is not carried out twice.
   absl::Duration receipt_age = absl::Hours(24);
 };
 
-// Forgets, in passes of small steps, what a map need not keep. Used by the map's writer, between
-// its groups.
+// Removes old history and receipts in passes of small steps, so that no edit waits long. Used by
+// the map's writer between two groups. Not thread safe.
 class Compaction {
  public:
-  // All outlive this. `map` is what logs call it.
+  // The pointers must outlive this. `map` is the name in log lines.
   Compaction(std::string map, storage::StoredMap* stored, HistoryPool* history,
              const Retention& retention);
 
-  // Whether there is something to do now, at the revision `newest`.
+  // Whether a step is due. `newest` is the map's newest revision.
   bool IsDue(Revision newest, absl::Time now) const;
-  // When there will be, without another commit.
+  // The time at which a step is due even if no commit comes before.
   absl::Time next() const;
 
-  // Takes a few milliseconds. A pass that fails is logged, and begun again later.
+  // Begins a pass, or continues the current one; takes a few milliseconds. A pass that fails is
+  // logged, and begun again later.
   void Step(Revision newest, absl::Time now);
 
  private:
+  // The oldest revision that retention keeps.
   absl::StatusOr<Revision> OldestToKeep(Revision newest, absl::Time now) const;
+  // Returns whether the pass has more to do.
   absl::StatusOr<bool> StepOfPass(Revision newest, absl::Time now);
 
   const std::string map_;
@@ -52,8 +55,9 @@ class Compaction {
   bool under_way_ = false;
   absl::Time next_pass_ = absl::InfinitePast();
   Revision revision_of_last_pass_ = 0;
-  Revision oldest_ = 0;         // of the pass under way
-  absl::Time receipts_before_;  // likewise
+  // Arguments of the pass under way, fixed at its beginning so that the pass comes to an end.
+  Revision oldest_ = 0;
+  absl::Time receipts_before_;
 };
 
 }  // namespace hypermap::server

@@ -1,4 +1,4 @@
-// When objects leave a map by themselves.
+// The schedule by which objects with a time to live are removed.
 #ifndef HYPERMAP_SERVER_SESSION_EXPIRY_H_
 #define HYPERMAP_SERVER_SESSION_EXPIRY_H_
 
@@ -16,18 +16,20 @@
 
 namespace hypermap::server {
 
-// The objects of the newest snapshot that have an end, by it. One thread.
+// An index of the objects of the newest snapshot that expire, by their time. Each change costs
+// O(log n) of those objects. Not thread safe.
 class ExpirySchedule {
  public:
   explicit ExpirySchedule(const Snapshot& snapshot);
 
-  // Follows a commit.
+  // Takes account of a commit. REQUIRES: commits come in order, and none is left out.
   void Update(const std::vector<Change>& changes);
 
-  // When the next object is to leave; InfiniteFuture when none has an end.
+  // The time at which the next object expires; InfiniteFuture if there is none.
   absl::Time next() const;
 
-  // The edits that remove what is to leave at `now` or before, the earliest first, at most so many.
+  // The edits that delete the objects that expire at `now` or before, the earliest first, at most
+  // `max_edits`. The schedule changes when Update is called with their commit.
   EditBatch Due(absl::Time now, size_t max_edits) const;
 
  private:
@@ -37,6 +39,7 @@ class ExpirySchedule {
   void Remove(const std::string& layer, ObjectId id);
   void RemoveLayer(const std::string& layer);
 
+  // The same entries twice: a renewal is found by object, the next expiry by time.
   std::map<Key, absl::Time> ends_;
   std::set<std::pair<absl::Time, Key>> by_end_;
 };

@@ -5,13 +5,14 @@
 namespace hypermap::server {
 namespace {
 
+// Number of idle readers that are kept: each holds an open file and its cache.
 constexpr size_t kMaxSpare = 8;
 
 }  // namespace
 
 struct HistoryPool::State {
   Mutex mutex;
-  storage::StoredMap* stored ABSL_GUARDED_BY(mutex) = nullptr;  // null: closed
+  storage::StoredMap* stored ABSL_GUARDED_BY(mutex) = nullptr;  // null after Close
   std::vector<std::unique_ptr<storage::HistoryReader>> spare ABSL_GUARDED_BY(mutex);
 };
 
@@ -41,6 +42,7 @@ absl::StatusOr<HistoryPool::Lease> HistoryPool::Take() {
 }
 
 void HistoryPool::Close() {
+  // Destroyed after the lock is released, because closing a reader takes time.
   std::vector<std::unique_ptr<storage::HistoryReader>> closed;
   MutexLock lock(&state_->mutex);
   state_->stored = nullptr;

@@ -1,4 +1,4 @@
-// Readers of a map's history, one for each who reads at the same time.
+// A pool of readers of a map's history, one for each concurrent query.
 #ifndef HYPERMAP_SERVER_SESSION_HISTORY_POOL_H_
 #define HYPERMAP_SERVER_SESSION_HISTORY_POOL_H_
 
@@ -13,13 +13,13 @@
 
 namespace hypermap::server {
 
-// Opens readers when there is none to spare, and keeps some of those that come back, whose caches
-// are warm. Thread safe.
+// Lends readers. It opens one when none is idle, and keeps some of the returned ones, because
+// opening a reader costs a database connection and a returned one has warm caches. Thread safe.
 class HistoryPool {
   struct State;
 
  public:
-  // A reader that is its holder's until it dies; may outlive the pool.
+  // Exclusive use of a reader, which the destructor returns to the pool. May outlive the pool.
   class Lease {
    public:
     Lease(Lease&&) = default;
@@ -42,13 +42,13 @@ class HistoryPool {
     std::unique_ptr<storage::HistoryReader> reader_;
   };
 
-  // `stored` outlives this, or is closed after Close.
+  // `stored` must stay open until Close or the end of this.
   explicit HistoryPool(storage::StoredMap* stored);
 
   // UNAVAILABLE after Close; errors as StoredMap::OpenHistory.
   absl::StatusOr<Lease> Take();
 
-  // Opens none any more.
+  // Destroys the idle readers and opens no more. Readers on loan stay usable.
   void Close();
 
  private:

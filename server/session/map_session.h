@@ -1,11 +1,11 @@
-// One open map: what its readers see and the single writer that changes it.
+// One open map: the newest snapshot for readers, and the single writer that changes the map.
 //
-// Readers copy a pointer to the newest snapshot and go on without any lock; they never wait for a
-// disk. Batches wait in a bounded queue for the map's writer thread, which takes all that have
-// queued, commits them in one transaction (each keeps its own revision), publishes the snapshot and
-// then answers: what was answered is on disk and visible, and nothing is visible that is not on
-// disk. A commit's time is never before that of the one before it. Between groups the writer
-// removes objects whose time has come and lets go of history that need not be kept. Thread safe.
+// Readers copy a pointer to the newest snapshot and work on it without locks; they never wait for a
+// disk. Batches wait in a bounded queue for the map's writer thread. The writer takes all queued
+// batches, commits them in one transaction (each with its own revision), publishes the snapshot,
+// and then answers: an acknowledged batch is on disk and visible, and nothing is visible that is
+// not on disk. Commit times never decrease. Between groups the writer removes expired objects and
+// compacts the history. Thread safe.
 #ifndef HYPERMAP_SERVER_SESSION_MAP_SESSION_H_
 #define HYPERMAP_SERVER_SESSION_MAP_SESSION_H_
 
@@ -38,13 +38,13 @@
 namespace hypermap::server {
 
 struct SessionOptions {
-  // Batches that may wait for the writer.
+  // Number of submissions that may wait for the writer.
   int max_queue = 1024;
   EditLimits edit_limits;
   FusionOptions fusion;
   ChangeFeed::Limits feed;
   Retention retention;
-  // What commits are stamped by, and by when objects leave the map.
+  // The clock of commit times and of the expiry of objects.
   std::function<absl::Time()> clock = [] { return absl::Now(); };
 };
 
@@ -54,58 +54,60 @@ class MapSession {
   static absl::StatusOr<std::unique_ptr<MapSession>> Start(
       std::unique_ptr<storage::StoredMap> stored, const SessionOptions& options);
 
-  // Closes.
+  // Calls Close.
   ~MapSession();
   MapSession(const MapSession&) = delete;
   MapSession& operator=(const MapSession&) = delete;
 
   const storage::MapHeader& header() const { return header_; }
 
-  // The newest revision.
+  // The newest published snapshot.
   SnapshotPtr snapshot() const;
 
-  // The newest commits; closed when the session is about to be.
+  // The newest commits. Closed as the first step of Close.
   ChangeFeed& feed() { return feed_; }
-  // All kept ones, and what the map was. UNAVAILABLE when the session is closed.
+  // A reader of all kept commits and past revisions. UNAVAILABLE if the session is closed.
   absl::StatusOr<HistoryPool::Lease> OpenHistory() { return history_.Take(); }
 
-  // Answers `done` with the receipt once the batch is on disk, or with why it changed nothing, on
-  // the writer's thread. RESOURCE_EXHAUSTED when the queue is full, UNAVAILABLE when the session is
-  // closed; then on the caller's thread. `done` must not wait and must not own the session.
+  // Calls `done` on the writer's thread: with the receipt once the batch is on disk and visible, or
+  // with the error for which it changed nothing. RESOURCE_EXHAUSTED if the queue is full and
+  // UNAVAILABLE if the session is closed; then on the caller's thread. `done` must not wait and
+  // must not own the session.
   void Submit(Submission submission, ReceiptCallback done);
   void Run(FusionSubmission submission, ReceiptCallback done);
-  // The same with observations: answered when they are on disk, fused and visible. Errors besides:
-  // those of MapFusion::Admit.
+  // Likewise for observations, which are answered when they are on disk, fused and visible. Errors
+  // also as MapFusion::Admit.
   void Observe(ObservationSubmission submission, VerdictsCallback done);
 
-  // Submit that waits for the answer.
+  // Submit and Run that wait for the answer.
   absl::StatusOr<storage::Receipt> SubmitAndWait(Submission submission);
   absl::StatusOr<storage::Receipt> RunAndWait(FusionSubmission submission);
 
-  // What an earlier request of that id was answered; waits for the writer. Errors as Submit.
+  // The receipt of an earlier request; nullopt if there is none. Waits for the writer. Errors as
+  // Submit and StoredMap::FindReceipt.
   absl::StatusOr<std::optional<storage::Receipt>> FindReceipt(const std::string& request_id);
 
-  // Runs `task` with the map's fusion, between two groups, and waits for it. NOT_FOUND,
-  // FAILED_PRECONDITION when the layer is not there or not fused; errors as Submit.
+  // Runs `task` with a fused layer on the writer's thread, between two groups, and waits for it.
+  // NOT_FOUND if there is no such layer, FAILED_PRECONDITION if it is not fused; errors as Submit.
   using FusionTask = absl::FunctionRef<absl::Status(FusedLayer&)>;
   absl::Status InspectFusion(const std::string& layer, FusionTask task);
 
-  // Entries of a fused layer's log after `after`, at most `max_entries`; waits. Errors as
-  // InspectFusion.
+  // At most `max_entries` entries of a fused layer's log after `after`, in order. Waits for the
+  // writer. Errors as Submit and FusionLog::Read; DATA_LOSS for an entry that can't be decoded.
   absl::StatusOr<std::vector<Evidence>> ReadEvidence(const std::string& layer,
                                                      const storage::LogKey& after, int max_entries);
 
   const SessionOptions& options() const { return options_; }
 
-  // Writes a consistent copy of the newest stored revision; waits for it. Edits wait meanwhile,
-  // readers don't. Errors as StoredMap::BackupTo and Submit.
+  // Writes a consistent copy of the newest stored revision to `path`, and waits for it. Edits wait
+  // meanwhile, readers don't. Errors as StoredMap::BackupTo and Submit.
   absl::Status BackupTo(const std::string& path);
 
-  // Has the writer look at the clock again, which may have been set.
+  // Makes the writer read the clock again at once, for a clock that was set.
   void LookAtClock();
 
-  // Takes nothing more, finishes and answers what was accepted, closes the stored map. Called by
-  // one thread at a time; again is a no-op.
+  // Refuses new submissions, finishes and answers the accepted ones, and closes the stored map.
+  // Must be called by one thread at a time; a second call does nothing.
   void Close();
 
  private:
@@ -120,7 +122,7 @@ class MapSession {
   using Task = absl::AnyInvocable<void() &&>;
   struct Work {
     std::vector<QueuedSubmission> submissions;
-    std::vector<Task> tasks;  // run when the submissions are stored
+    std::vector<Task> tasks;  // run after the submissions were committed
 
     bool empty() const { return submissions.empty() && tasks.empty(); }
   };
@@ -132,20 +134,23 @@ class MapSession {
   void Enqueue(SubmissionType submission, Callback done);
   template <typename SubmissionType>
   absl::StatusOr<storage::Receipt> EnqueueAndWait(SubmissionType submission);
-  // Runs the task on the writer's thread, and waits for it.
+  // Runs the task on the writer's thread, and waits for it. UNAVAILABLE, RESOURCE_EXHAUSTED as
+  // Submit.
   absl::Status RunOnWriter(absl::FunctionRef<absl::Status()> task);
 
+  // So that commit times never decrease across a restart.
   absl::Status LoadLastCommitTime();
 
-  // The writer's thread.
+  // The body of the writer's thread.
   void RunWriter();
-  // Waits for work or a time to look after the map; nullopt when the session is closed.
+  // Waits for work or for the next maintenance; the work may be empty. nullopt if the session is
+  // closing and the queue is empty.
   std::optional<Work> TakeWork();
   void Commit(std::vector<QueuedSubmission> submissions);
-  // The clock's time, but never before an earlier one.
+  // The clock's time, but not before an earlier commit's.
   absl::Time CommitTime();
 
-  // What the map needs apart from what callers want.
+  // Maintenance between two groups: expiry and compaction.
   void LookAfterMap();
   absl::Time NextLookAfterMap() const;
   void RemoveExpired(absl::Time now);
@@ -154,16 +159,16 @@ class MapSession {
 
   const SessionOptions options_;
   const storage::MapHeader header_;
-  // Of the writer's thread while it runs.
+  // Used by the writer's thread only, while it runs.
   std::unique_ptr<storage::StoredMap> stored_;
   std::unique_ptr<MapFusion> fusion_;
   absl::Time last_commit_time_;
   ExpirySchedule expiry_;
-  absl::Time expire_not_before_ = absl::InfinitePast();
+  absl::Time expire_not_before_ = absl::InfinitePast();  // backoff after a failure
   int groups_since_compaction_ = 0;
 
   HistoryPool history_;
-  Compaction compaction_;  // of the writer's thread
+  Compaction compaction_;  // used by the writer's thread only
 
   mutable Mutex snapshot_mutex_;
   SnapshotPtr snapshot_ ABSL_GUARDED_BY(snapshot_mutex_);

@@ -72,7 +72,7 @@ class MapSessionTest : public ::testing::Test {
     return promise->get_future();
   }
 
-  // Leaves the writer waiting for the disk with one batch; what is submitted now queues.
+  // Makes the writer wait for the disk with one batch, so that later submissions queue.
   std::future<Answer> HoldWriter() {
     disk_.Hold();
     auto held = Submit(PutCup());
@@ -144,7 +144,7 @@ TEST_F(MapSessionTest, FailedWritePublishesNothingAndIsToldToAll) {
   auto held = HoldWriter();
   disk_.FailWrites(absl::UnavailableError("disk is gone"));
   auto one = Submit(PutCup(), "r1");
-  // Judged by the batch before it, which is never stored.
+  // Its own error is not the answer: it was applied to a map that is never stored.
   auto two = Submit(PutCupInTwoLayers());
   disk_.Release();
   EXPECT_EQ(held.get().status(), absl::UnavailableError("disk is gone"));

@@ -10,9 +10,11 @@
 namespace hypermap::server {
 namespace {
 
+// Entries that are read in one task of the writer's thread.
 constexpr int kReadEntries = 64;
 
-// The events of all tracks so far. A track that merged hands its own over.
+// Collects the events of all tracks. Which tracks the object consists of is known at the end only,
+// so that events of all are kept; a track that is merged hands its events over.
 class Histories {
  public:
   void Add(const Evidence& evidence, const fusion::FoldReport& report) {
@@ -38,7 +40,7 @@ class Histories {
     }
   }
 
-  // Those of all the tracks, by observation.
+  // Takes the events of the tracks, ordered by observation.
   std::vector<ObjectEvent> Of(const std::vector<fusion::TrackKey>& tracks) {
     std::vector<ObjectEvent> events;
     for (const fusion::TrackKey& track : tracks) {

@@ -1,8 +1,8 @@
-// Views of a map as it was, for the ordinary questions of map/query.
+// Views of a map at a past revision, for the queries of map/query.
 //
-// A view is a snapshot of an earlier revision with no more content than a question can see, read
-// through the store's indexes. Asked that question in that scope, it answers exactly what the map
-// would have answered then.
+// A view is a snapshot of an earlier revision that contains only the content that one query can
+// see, read through the store's indexes. For that query and scope it gives exactly the answer that
+// the map would have given then. The same code thus answers queries of the past and of the present.
 #ifndef HYPERMAP_SERVER_SESSION_PAST_SNAPSHOT_H_
 #define HYPERMAP_SERVER_SESSION_PAST_SNAPSHOT_H_
 
@@ -14,18 +14,19 @@
 
 namespace hypermap::server {
 
-// For ContentIn, and for Search with an area: the content of the scope's layers near `area` (in the
-// scope's frame). Without an area: all of it. Errors are those of the question for its scope, and
+// A view for ContentIn and Search: the content of the scope's layers in and near `area` (in the
+// scope's frame), or all of it without an area. Errors are those of the query for its scope, and
 // PastMap's.
 absl::StatusOr<SnapshotPtr> ReadPast(storage::PastMap& past, const Scope& scope,
                                      const std::optional<Polygon>& area);
 
-// For ContentAt and PointsAsker with this tolerance, asked of points in `box`, which is not empty
-// (the scope's frame).
+// A view for ContentAt and PointsAsker with this tolerance, for points in `box` (in the scope's
+// frame). REQUIRES: `box` is not empty.
 absl::StatusOr<SnapshotPtr> ReadPast(storage::PastMap& past, const Scope& scope, const Box& box,
                                      double tolerance_m);
 
-// Nearest, asked of the past: reads a growing neighbourhood until the answer lies within it.
+// Nearest at a past revision. Reads a growing neighbourhood of `p` until it must contain the
+// answer.
 absl::StatusOr<NearestAnswer> NearestInPast(storage::PastMap& past, const Scope& scope,
                                             const Point& p, const ValueQuery& value, int k);
 

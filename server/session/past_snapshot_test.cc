@@ -12,7 +12,7 @@ using testing::TestSeed;
 using testing::Uniform;
 using testing::UniformInt;
 
-// All of an answer, for comparing.
+// All parts of an answer, to be compared.
 struct Read {
   std::vector<std::pair<std::string, ObjectId>> objects;
   std::vector<std::pair<std::string, CellRun>> runs;

@@ -1,4 +1,4 @@
-// Fused layers through the session: what a layer shows is the fold of its log.
+// Fused layers of a session: a layer shows the fold of its log, whatever the order of arrival.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -32,7 +32,7 @@ using Verdicts = absl::StatusOr<std::vector<ObservationVerdict>>;
 
 const absl::Time kBegin = absl::FromUnixSeconds(1'700'000'000);
 
-// Robots are called by one letter.
+// An observation of one object for each label, whose place follows from the label's length.
 Observation See(const std::string& robot, int64_t sequence, double at_s,
                 const std::vector<std::string>& labels) {
   Observation observation;
@@ -52,7 +52,7 @@ Observation See(const std::string& robot, int64_t sequence, double at_s,
   return observation;
 }
 
-// What a layer shows, without ids.
+// The objects of the layer "things", sorted by label and without ids.
 std::vector<SemanticObject> ObjectsOf(const Snapshot& snapshot) {
   const auto* layer = snapshot.FindSemantic("things");
   std::vector<SemanticObject> objects;
@@ -87,7 +87,7 @@ EditBatch Layers() {
   return {{CreateLayer{things}, CreateLayer{seen}}};
 }
 
-// A map with the empty layers "things" and "seen", on a disk of its own.
+// A session of a map with the empty layers "things" and "seen", in a store of its own.
 class TestSite {
  public:
   TestSite() {
@@ -126,7 +126,7 @@ class TestSite {
                       [promise](Verdicts verdicts) { promise->set_value(std::move(verdicts)); });
     return promise->get_future();
   }
-  // One observation; its verdict.
+  // Submits one observation and waits for its verdict.
   ObservationVerdict Observe(const Observation& observation) {
     Verdicts verdicts = Submit({observation}).get();
     EXPECT_TRUE(verdicts.ok()) << verdicts.status();
@@ -159,7 +159,7 @@ void ExpectShowsTheSame(const TestSite& a, const TestSite& b) {
   EXPECT_EQ(ExploredCells(*a.snapshot()), ExploredCells(*b.snapshot()));
 }
 
-// The log of two robots, in order.
+// `n` observations of the robots "a" and "b", ordered by stamp.
 std::vector<Observation> TwoRobots(int n) {
   const std::vector<std::string> labels = {"cup", "chair", "sofa", "bookcase"};
   std::vector<Observation> observations;
@@ -197,7 +197,7 @@ TEST(MapFusionTest, EachObservationCountsOnceWhateverIsSentAgain) {
   const ObservationVerdict other = site.Observe(See("a", 0, 0, {"sofa"}));
   EXPECT_EQ(other.outcome, ObservationOutcome::kConflict);
   EXPECT_EQ(site.snapshot(), before);
-  // Also within one submission, and after a restart.
+  // Duplicates are also found within one submission, and after a restart.
   const Observation next = See("a", 1, 1, {"cup"});
   const Verdicts twice = site.Submit({next, next}).get();
   EXPECT_EQ((*twice)[0].outcome, ObservationOutcome::kAccepted);
@@ -255,7 +255,7 @@ TEST(MapFusionTest, AnyOrderOfArrivalWithRestartsShowsTheSame) {
   hypermap::testing::Rng rng(seed);
   for (int round = 0; round < 10; ++round) {
     std::vector<Observation> shuffled = log;
-    // Mostly a little late, sometimes very.
+    // Even rounds: observations come a little late. Odd rounds: as late as can be.
     for (size_t i = 1; i < shuffled.size(); ++i) {
       const int back = hypermap::testing::UniformInt(rng, 0, round % 2 == 0 ? 6 : 119);
       std::swap(shuffled[i], shuffled[std::max<int>(0, static_cast<int>(i) - back)]);
@@ -330,7 +330,7 @@ TEST(MapFusionTest, RetractedSourceIsAsIfItHadNeverBeen) {
   // The same request changes nothing more; a new one finds nothing.
   EXPECT_EQ(site.Run(RetractObservations{"things", "b"}, "r1")->revision, retracted->revision);
   EXPECT_TRUE(absl::IsNotFound(site.Run(RetractObservations{"things", "b"}, "r2").status()));
-  // What was taken back is not taken again.
+  // A retracted observation is not accepted again.
   EXPECT_EQ(site.Observe(TwoRobots(1)[0]).outcome, ObservationOutcome::kDuplicate);
   site.Restart();
   ExpectShowsTheSame(site, without);
@@ -399,7 +399,7 @@ TEST(MapFusionTest, WhatAnOperatorPutsStaysWhateverIsSeen) {
   ASSERT_THAT(lamp->object_ids, SizeIs(1));
   site.Restart();
   site.Observe(See("a", 1, 11, {"sofa", "lamp", "mug"}));
-  // Late: the log is folded again.
+  // A late observation, for which the log is folded again.
   site.Observe(See("a", 2, 5, {"sofa"}));
   EXPECT_EQ(*site.Find("mug"), Box(cup, "mug", 3));
   EXPECT_EQ(*site.Find("lamp"), Box(lamp->object_ids[0], "lamp", 8));
@@ -488,7 +488,7 @@ TEST(MapFusionTest, ObservationsInAnotherFrameAreFusedInTheLayersOwn) {
   observation.frame_id = "dock";
   EXPECT_EQ(site.Observe(observation).outcome, ObservationOutcome::kAccepted);
   EXPECT_EQ(site.Find("cup")->shape, Polygon::FromBox({{16, 20}, {17, 21}}));
-  // The frame moves: what was seen was seen where it was.
+  // The frame moves afterwards: observations keep the place that they had when they came.
   ASSERT_TRUE(site.Edit({{SetTransform{{"map", "dock", PlanarTransform(0, 0, 0)}}}}).ok());
   EXPECT_EQ(site.Observe(observation).outcome, ObservationOutcome::kDuplicate);
   ASSERT_TRUE(site.Run(RebuildFusion{"things", "", ""}).ok());

@@ -1,4 +1,4 @@
-// What a session does with time: stamps, expiry, retention, and its readers of history.
+// Time in a session: commit times, expiry, retention, and readers of history.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -20,7 +20,7 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-// A clock that goes when it is told to. Thread safe.
+// A clock that the test sets. Thread safe.
 class TestClock {
  public:
   absl::Time Now() const {
@@ -77,7 +77,7 @@ class SessionHistoryTest : public ::testing::Test {
     return receipt.ok() ? *receipt : storage::Receipt();
   }
 
-  // Moves the clock, and has the writer see it.
+  // Moves the clock, and makes the writer read it.
   void Advance(absl::Duration by) {
     clock_.Advance(by);
     session_->LookAtClock();
@@ -89,9 +89,10 @@ class SessionHistoryTest : public ::testing::Test {
     reached->get_future().wait();
   }
 
-  // Returns when the writer has looked after the map since the call.
+  // Returns when the writer has done its maintenance since the call.
   void AwaitWriter() {
-    // Work is done in one turn of the writer, what comes with it before the next.
+    // A turn of the writer is work, then maintenance: the second backup comes after the maintenance
+    // of the first one's turn.
     for (int turn = 0; turn < 2; ++turn) {
       ASSERT_TRUE(session_->BackupTo(folder_ / "backup").ok());
     }
@@ -196,7 +197,7 @@ TEST_F(SessionHistoryTest, ObjectThatIsRenewedStays) {
   Advance(absl::Seconds(59));
   AwaitWriter();
   EXPECT_EQ(session_->snapshot()->revision, 3);
-  Submit({{Cup({}, 1)}});  // for good
+  Submit({{Cup({}, 1)}});  // without an end
   Advance(absl::Minutes(10));
   AwaitRevision(5);
   EXPECT_THAT(Things(), ElementsAre(1));

@@ -116,7 +116,7 @@ absl::Status Site::Delete(const std::string& map, const std::string& request_id)
   const absl::Cleanup release = [&] { Release(map); };
 
   if (!request_id.empty()) {
-    // A request that was carried out before must not close the map that was made since.
+    // A retry of a deletion must not delete a map that was created under the name since.
     const absl::StatusOr<std::optional<std::string>> earlier = store_->FindDeletion(request_id);
     if (!earlier.ok()) return earlier.status();
     if (*earlier == map) return absl::OkStatus();
@@ -139,7 +139,7 @@ absl::Status Site::DeleteReserved(const std::string& map, const std::string& req
     session = std::move(it->second.session);
     maps_.erase(it);
   }
-  // What was accepted is answered; readers that hold a snapshot keep it.
+  // Answers the accepted submissions. Calls that hold a snapshot keep it.
   if (session) session->Close();
   absl::Status status = store_->Delete(map, request_id);
   if (!status.ok()) OpenMap(map);

@@ -1,4 +1,4 @@
-// All maps of a server.
+// The registry of all maps of a server.
 #ifndef HYPERMAP_SERVER_SESSION_SITE_H_
 #define HYPERMAP_SERVER_SESSION_SITE_H_
 
@@ -18,27 +18,27 @@
 
 namespace hypermap::server {
 
-// The open sessions of the maps of one store. A map that can't be opened is listed with its problem
-// and stands in nobody's way. Looking a map up never waits for a disk. Thread safe.
+// The open sessions of the maps of one store. A map that can't be opened is listed with its error
+// and affects no other map. Find never waits for a disk. Thread safe.
 class Site {
  public:
-  // Opens all maps of the store. Fails only when the store can't be listed.
+  // Opens all maps of the store. Fails only if the store can't be listed.
   static absl::StatusOr<std::unique_ptr<Site>> Open(std::unique_ptr<storage::MapStore> store,
                                                     const SessionOptions& options);
 
-  // Closes.
+  // Calls Close.
   ~Site();
 
   struct Entry {
     std::string name;
-    std::shared_ptr<MapSession> session;  // null when there is a problem
-    absl::Status problem;
+    std::shared_ptr<MapSession> session;  // null if the map could not be opened
+    absl::Status problem;                 // the error of opening it
   };
 
-  // By name.
+  // All maps, ordered by name.
   std::vector<Entry> List() const;
 
-  // NOT_FOUND naming the map, or the problem with it.
+  // The map's session. NOT_FOUND naming the map, or the error with which it could not be opened.
   absl::StatusOr<std::shared_ptr<MapSession>> Find(const std::string& map) const;
 
   struct NewMap {
@@ -48,15 +48,17 @@ class Site {
   };
   using Fill = absl::FunctionRef<absl::Status(MapSession&)>;
 
-  // Makes a map. `fill` is called with it before others see it; when that fails, the map is removed
-  // again. A map that the same request made before is returned as it is. INVALID_ARGUMENT for the
-  // names, ALREADY_EXISTS, ABORTED while the map is being made or deleted by another.
+  // Creates a map. `fill` is called with it before it is listed; if that fails, the map is removed
+  // again. If the same request has created the map before, it is returned as it is.
+  // INVALID_ARGUMENT for the names; ALREADY_EXISTS; ABORTED while another call creates or deletes
+  // the map.
   absl::StatusOr<std::shared_ptr<MapSession>> Create(const NewMap& map, Fill fill);
 
-  // Removes a map for good, one with a problem too. Errors as MapStore::Delete; ABORTED as Create.
+  // Removes a map for good, also one that can't be opened. Errors as MapStore::Delete; ABORTED as
+  // Create.
   absl::Status Delete(const std::string& map, const std::string& request_id);
 
-  // Closes all sessions; nothing else may be called any more.
+  // Closes all sessions. No other method may be called afterwards.
   void Close();
 
  private:
@@ -67,7 +69,8 @@ class Site {
   absl::StatusOr<std::shared_ptr<MapSession>> StartFilled(const NewMap& map, Fill fill);
   absl::Status DeleteReserved(const std::string& map, const std::string& request_id);
 
-  // Keeps others from making or deleting the map until Release. ABORTED when somebody does.
+  // Keeps other calls from creating or deleting the map until Release, without a lock that is held
+  // during I/O. ABORTED if another call has reserved the map.
   absl::Status Reserve(const std::string& map);
   void Release(const std::string& map);
 

@@ -11,8 +11,9 @@
 
 namespace hypermap::server {
 
-// Reads the commits between two revisions in bounded steps, then tells what they come to in
-// messages of bounded size; one message where that is nothing.
+// Reads the commits between two revisions in bounded steps, then sends their net difference in
+// messages of bounded size. An empty difference is one message without changes. Errors are those of
+// the rpc (proto/hypermap/v1/watch_service.proto).
 absl::StatusOr<std::unique_ptr<MessageSource<v1::ListChangesResponse>>> OpenDifference(
     const Facilities& facilities, const v1::ListChangesRequest& request);
 

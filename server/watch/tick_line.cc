@@ -7,7 +7,7 @@
 namespace hypermap::server {
 namespace {
 
-// How long a worker stays with the line before others have it.
+// Time that a worker spends on the line before it queues again behind the other requests.
 constexpr absl::Duration kTurn = absl::Milliseconds(10);
 
 }  // namespace
@@ -18,6 +18,8 @@ void TickLine::Add(Task task) {
     waiting_.push_back(std::move(task));
     if (waiting_.size() > 1) return;
   }
+  // Ticks are multiples of the period since the epoch, not a delay from now, so that tasks that are
+  // added at different times are released together.
   const absl::Duration since_tick = (absl::Now() - absl::UnixEpoch()) % tick_;
   timers_->RunAfter(tick_ - since_tick, [self = shared_from_this()] { self->LineUp(); });
 }

@@ -12,7 +12,8 @@
 namespace hypermap::server {
 namespace {
 
-// Promises outlive the threads that keep them: who waits may go on before set_value has returned.
+// Promises are declared before the threads that fulfil them, so that they outlive these: a waiting
+// thread may go on before set_value has returned.
 TEST(TickLineTest, RunsEachTaskOnceInTheirOrder) {
   std::promise<void> done[3];
   WorkerPool workers(1);
@@ -48,7 +49,7 @@ TEST(TickLineTest, OthersHelpWhileTheWorkerIsHeldUp) {
   int helped = 0;
   for (int i = 0; i < 3; ++i) line->Add([&] { ++helped; });
   held.get_future().wait();
-  // The test ends only if they are run here.
+  // The only worker is held up, so that the test ends only if this thread runs the tasks.
   while (helped < 3) line->RunNext();
   release.set_value();
 }

@@ -52,6 +52,7 @@ void WatchCall::Gate::BeginTurn() {
 void WatchCall::Gate::BeginWait() {
   MutexLock lock(&mutex_);
   if (woken_) {
+    // On a worker, because the caller may be a gRPC thread, which must not be held up.
     call_->RunOnWorker();
   } else {
     waiting_ = true;
@@ -79,12 +80,14 @@ void WatchCall::OnWriteDone(bool ok) {
     MutexLock lock(&write_mutex_);
     writing_ = false;
   }
-  // A write that failed is that of a call which was cancelled.
+  // A write fails only if the rpc was cancelled; then a worker ends the call.
   if (ok && source_->gathers()) {
     WaitForTick();
   } else {
     RunOnWorker();
   }
+  // This gRPC thread is awake: it starts writes of waiting calls, because waking another thread
+  // costs as much as a write.
   for (int i = 0; i < kBegunForOne && lines_->RunNext(); ++i) {
   }
 }
@@ -95,7 +98,8 @@ void WatchCall::OnDone() {
 }
 
 void WatchCall::CancelWrite() {
-  // While it is locked the write is not done, and the call not at its end.
+  // While the lock is held and writing_ is set, OnWriteDone can't go on, so that the context is
+  // valid.
   MutexLock lock(&write_mutex_);
   if (writing_) context_->TryCancel();
 }

@@ -1,4 +1,4 @@
-// The Watch rpc.
+// One Watch rpc, from its start to its end.
 #ifndef HYPERMAP_SERVER_WATCH_WATCH_CALL_H_
 #define HYPERMAP_SERVER_WATCH_WATCH_CALL_H_
 
@@ -28,15 +28,16 @@ namespace hypermap::server {
 
 class WatchCall;
 
-// All that are under way. Thread safe.
+// The registry of all Watch rpcs that are under way. Thread safe.
 class OpenWatches {
  public:
   explicit OpenWatches(int max_watchers) : max_watchers_(max_watchers) {}
 
-  // RESOURCE_EXHAUSTED when there are --max_watchers.
+  // RESOURCE_EXHAUSTED if there are --max_watchers already; then the call is not added.
   absl::Status Add(WatchCall* call);
+  // Does nothing for a call that was not added.
   void Remove(WatchCall* call);
-  // Cuts off those whose readers do not take what is written to them.
+  // Cancels the calls with a write under way, whose readers may never take it.
   void CancelWrites();
 
  private:
@@ -45,17 +46,18 @@ class OpenWatches {
   std::set<WatchCall*> calls_ ABSL_GUARDED_BY(mutex_);
 };
 
-// Writes what a WatchSource makes, one message at a time, the next when gRPC has taken the last;
-// when there is nothing new it waits for the map's feed, a time or the end of the call, and holds
-// no thread. One that has its messages together waits for a tick of a clock that all share, so that
-// they come to what is new at the same time.
+// Writes the messages of a WatchSource, one at a time: the next when gRPC has taken the last. When
+// there is nothing new, the call waits for the map's feed, a timer or the end of the rpc, and holds
+// no thread. A call with `coalesce` that has reached the newest revision waits for a tick of a
+// clock that all calls share, so that the watches of a group reach the same commit at the same time
+// and write the same bytes.
 //
-// At any time one of these has the call, and only who has it touches it: a worker (or the call is
-// on its way to one), gRPC with a write, until OnWriteDone goes on or begins to wait, or the gate
-// while it waits. Owns itself until OnDone; Finish is called on a worker only.
+// The call has one owner at any time, and only the owner may touch it: a worker (or the worker
+// pool's queue); or gRPC during a write, until OnWriteDone goes on or begins to wait; or the gate
+// while the call waits. The call deletes itself in OnDone. Finish is called on a worker only.
 class WatchCall final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
  public:
-  // All outlive this; the context lives until OnDone.
+  // All pointers must outlive this, except the context, which lives until OnDone.
   WatchCall(const grpc::CallbackServerContext* context, v1::WatchRequest request,
             const Facilities* facilities, WatchGroups* groups, OpenWatches* watches,
             TimerQueue* timers, const TickLines* lines);
@@ -64,38 +66,44 @@ class WatchCall final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
   void OnCancel() override { gate_->Wake(); }
   void OnDone() override;
 
-  // Ends the call without a word when a write is under way.
+  // Cancels the rpc if a write is under way: the client gets CANCELLED and no revision to resume
+  // from.
   void CancelWrite();
 
  private:
+  // Longest time on a worker before the call queues again behind the other requests.
   static constexpr absl::Duration kTurn = absl::Milliseconds(10);
+  // Number of other calls whose writes are started at the end of a write. With more than one, the
+  // number of writes under way grows while the queue of a tick lasts.
   static constexpr int kBegunForOne = 2;
 
-  // Where those who wake a waiting call knock: they may come late, when there is no call any more.
+  // Wakes a waiting call. The callbacks of feed, timer and tick share the gate, because they may
+  // come late, when the call is gone.
   //
-  // Each wait ends by exactly one turn: by the first who ends it, or by BeginWait itself when
-  // somebody would have since the last BeginTurn. So nothing is lost that comes while the call is
-  // on a worker or in a write; at worst a knock that was meant for an earlier wait brings a turn in
-  // which there is nothing to do. Who begins a wait has set up before all that ends it, and does
-  // not touch the call after BeginWait.
+  // Each wait ends with exactly one turn. It is started by the first callback, or by BeginWait
+  // itself if a callback came since the last BeginTurn. So no callback is lost that comes while the
+  // call is on a worker or in a write; at worst, a late callback of an earlier wait causes a turn
+  // with nothing to do. Everything that can end a wait is set up before BeginWait, and the caller
+  // of BeginWait does not touch the call afterwards.
   class Gate {
    public:
     explicit Gate(WatchCall* call) : call_(call) {}
 
-    // The call goes on, if it waits, on a worker, or here if it can go on at once; otherwise it
-    // does not begin to wait.
+    // If the call waits, gives it a turn: Wake on a worker, WakeHere a short one on this thread. If
+    // it does not wait, keeps it from beginning to.
     void Wake();
     void WakeHere();
-    // From here on the call takes notice of those who wake it.
+    // Forgets the callbacks so far, which this turn takes account of.
     void BeginTurn();
-    // The call waits, or goes on at once. When this returns another thread may have it.
+    // Makes the call wait, or run on a worker if a callback came since BeginTurn. When this
+    // returns, another thread may own the call, and it may be gone.
     void BeginWait();
 
    private:
-    // Whether the call has waited. Then it is the caller's.
+    // Returns whether the call was waiting. If so, the caller owns it now.
     bool EndWait();
 
-    // Lives while waiting_, with who has ended the wait, and in BeginTurn and BeginWait.
+    // Valid while waiting_, for the thread that has ended the wait, and in BeginTurn and BeginWait.
     WatchCall* const call_;
     Mutex mutex_;
     bool waiting_ ABSL_GUARDED_BY(mutex_) = false;
@@ -103,13 +111,16 @@ class WatchCall final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
   };
 
   void RunOnWorker();
+  // Takes steps until there is a message to write, or nothing to do, or kTurn has passed.
   void TakeTurn();
-  // Anywhere: writes what the group has, or leaves the turn to a worker.
+  // Writes the group's next message if it has one; otherwise leaves the turn to a worker. Short
+  // enough for gRPC's threads.
   void TakeShortTurn();
   absl::StatusOr<WatchSource::Step> TakeStep(absl::Time now, grpc::Slice* message);
   void Write(const grpc::Slice& message);
   void WaitForCommits(absl::Time now);
   void WaitForTick();
+  // Removes the callbacks that the last wait left in the feed and the timers.
   void ForgetWait();
   void End(const absl::Status& status);
 
@@ -121,11 +132,11 @@ class WatchCall final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
   TimerQueue* const timers_;
   const TickLines* const lines_;
   const RequestLog log_;
-  const absl::Status admitted_;
+  const absl::Status admitted_;  // by watches_
   const std::shared_ptr<Gate> gate_;
 
-  // Of whoever has the call.
-  std::unique_ptr<WatchSource> source_;
+  // Used by the owner of the call only.
+  std::unique_ptr<WatchSource> source_;  // null until the first turn
   grpc::ByteBuffer message_;
   std::optional<ChangeFeed::WaitId> feed_wait_;
   std::optional<TimerQueue::Id> timer_;

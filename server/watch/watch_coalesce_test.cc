@@ -1,4 +1,4 @@
-// Watches that have their messages together.
+// Watches with `coalesce`, whose messages may contain those of several commits.
 #include <gmock/gmock.h>
 #include <grpcpp/generic/generic_stub.h>
 #include <gtest/gtest.h>
@@ -41,7 +41,7 @@ class WatchCoalesceTest : public ::testing::Test {
     return receipt.ok() ? receipt->revision : 0;
   }
 
-  // The messages as they come, until all up to `until` is told.
+  // Reads the messages of a watch as they come, until they cover revision `until`.
   std::vector<v1::WatchResponse> Read(const v1::WatchRequest& request, Revision until) {
     grpc::ClientContext context;
     const auto reader = server_.watch->Watch(&context, request);
@@ -64,7 +64,7 @@ class WatchCoalesceTest : public ::testing::Test {
   TestServer server_;
 };
 
-// Those with changes, each as bytes.
+// The bytes of each message with changes, coalesced messages taken apart.
 std::vector<std::string> Single(const std::vector<v1::WatchResponse>& messages) {
   std::vector<std::string> single;
   const auto take = [&](const v1::WatchResponse& message) {
@@ -119,7 +119,7 @@ TEST_F(WatchCoalesceTest, ManyWatchesOfABusyMapAreToldAlike) {
   std::vector<std::vector<std::string>> told(kWatches);
   for (int i = 0; i < kWatches; ++i) {
     threads.emplace_back([&, i] {
-      // Each begins anew now and then, from where it was.
+      // Each watch is ended several times, and resumes from the last revision that it got.
       for (Revision at = 1; at < 1 + kWriters * kEdits;) {
         const Revision until = std::min<Revision>(at + 100 + 37 * i, 1 + kWriters * kEdits);
         const auto messages = Read(Request(at, i % 2 == 0), until);
@@ -177,7 +177,7 @@ TEST_F(WatchCoalesceTest, BytesThatAreNoRequestAreRefused) {
   const grpc::ByteBuffer request(&slice, 1);
   grpc::ByteBuffer response;
   grpc::ClientContext context;
-  // Shared: who waits may go on before set_value has returned.
+  // Shared, because the waiting thread may go on before set_value has returned.
   const auto answered = std::make_shared<std::promise<grpc::Status>>();
   grpc::GenericStub(server_.channel())
       .UnaryCall(&context, "/hypermap.v1.WatchService/Watch", {}, &request, &response,

@@ -10,9 +10,10 @@
 namespace hypermap::server {
 namespace {
 
-// A field of bytes, strings or messages: its number, and the wire type 2.
+// Tag of a length-delimited field: its number and wire type 2 (protobuf encoding, "Message
+// Structure"). Written by hand, because the inner messages are encoded already.
 constexpr uint32_t kCoalescedTag = v1::WatchResponse::kCoalescedFieldNumber << 3 | 2;
-// Of a tag and a length.
+// Upper bound of the bytes of a tag and a length: two 32-bit varints.
 constexpr size_t kMaxHeadBytes = 10;
 
 }  // namespace

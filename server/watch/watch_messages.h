@@ -1,4 +1,4 @@
-// Watch's messages as bytes, which any number of calls can write.
+// Encoding of Watch's messages as bytes that any number of calls can write.
 #ifndef HYPERMAP_SERVER_WATCH_WATCH_MESSAGES_H_
 #define HYPERMAP_SERVER_WATCH_WATCH_MESSAGES_H_
 
@@ -11,10 +11,11 @@
 
 namespace hypermap::server {
 
-// The message of a commit, still without changes.
+// A message with the commit's revision, time and author, and no changes.
 v1::WatchResponse MessageOf(const FeedCommit& commit);
 
-// A message with the messages in WatchResponse.coalesced; one comes as it is, none is empty.
+// One message that contains the encoded `messages` in WatchResponse.coalesced. A single message is
+// returned as it is; no messages give an empty slice.
 grpc::Slice Coalesce(const std::vector<grpc::Slice>& messages);
 
 }  // namespace hypermap::server

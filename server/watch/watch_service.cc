@@ -19,6 +19,7 @@ namespace {
 constexpr int kDefaultPageSize = 1000;
 constexpr int kMaxPageSize = 10'000;
 
+// Ends a call whose request can't be parsed. Owns itself until OnDone.
 class RefusedWatch final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
  public:
   RefusedWatch(const grpc::CallbackServerContext& context, const absl::Status& status) {

@@ -1,4 +1,4 @@
-// hypermap.v1.WatchService.
+// The gRPC service hypermap.v1.WatchService.
 #ifndef HYPERMAP_SERVER_WATCH_WATCH_SERVICE_H_
 #define HYPERMAP_SERVER_WATCH_WATCH_SERVICE_H_
 
@@ -15,7 +15,8 @@
 
 namespace hypermap::server {
 
-// Watch writes bytes that are the same for many calls.
+// Watch and ListChanges are raw methods, which write bytes: the bytes of a Watch message are shared
+// by many calls. Thread safe.
 class WatchService
     : public v1::WatchService::WithRawCallbackMethod_Watch<
           v1::WatchService::WithRawCallbackMethod_ListChanges<
@@ -36,17 +37,18 @@ class WatchService
                                           const v1::ListRevisionsRequest* request,
                                           v1::ListRevisionsResponse* response) override;
 
-  // Cuts off, when `grace` has passed, the watches that can't be ended because their readers take
-  // nothing. The others end by themselves when the feeds of their maps are closed.
+  // Cancels, when `grace` has passed, the watches whose write is still under way because the reader
+  // takes nothing. The others end by themselves when the feeds of their maps are closed.
   void EndAfter(absl::Duration grace);
 
  private:
-  // How long messages gather for those who have them together: a message costs the same whatever is
-  // in it, so that the more there is to tell, the longer it is worth waiting.
+  // Periods of the clocks at which watches with `coalesce` get their next message. A write costs
+  // much the same whatever it contains, so that a watch with many changes waits longer and puts
+  // more of them into a message. 10 ms is shorter than a robot's control loop.
   static constexpr absl::Duration kCalmTick = absl::Milliseconds(10);
   static constexpr absl::Duration kBusyTick = absl::Milliseconds(40);
 
-  // Returns the number of answers.
+  // Returns the number of revisions in the response.
   absl::StatusOr<int64_t> AnswerRevisions(const v1::ListRevisionsRequest& request,
                                           v1::ListRevisionsResponse* response) const;
 

@@ -25,7 +25,7 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
-// A call that reads what comes; of messages that come together each by itself.
+// A Watch call that takes coalesced messages apart.
 class Watching {
  public:
   Watching(TestServer& server, const v1::WatchRequest& request)
@@ -47,14 +47,15 @@ class Watching {
     together_.pop_front();
     return first;
   }
-  // The next that tells of something.
+  // The next message that has changes or belongs to a snapshot; nullopt at the end.
   std::optional<v1::WatchResponse> NextTold() {
     for (;;) {
       std::optional<v1::WatchResponse> response = Next();
       if (!response || response->changes_size() > 0 || response->snapshot()) return response;
     }
   }
-  // All changes up to the revision, as text.
+  // All changes up to the end of `revision`, as "REVISION KIND LAYER ID"; those of a snapshot have
+  // an "s" after the revision.
   std::vector<std::string> Until(Revision revision) {
     std::vector<std::string> told;
     for (;;) {
@@ -81,7 +82,7 @@ class Watching {
  private:
   grpc::ClientContext context_;
   std::unique_ptr<grpc::ClientReader<v1::WatchResponse>> reader_;
-  std::deque<v1::WatchResponse> together_;  // of the last message, those that come next
+  std::deque<v1::WatchResponse> together_;  // the rest of the last coalesced message
   bool finished_ = false;
 };
 
@@ -93,11 +94,11 @@ hypermap::PutObject CupAt(double x, ObjectId id = 0) {
   return put;
 }
 
-// More than a test opens: one that was ended counts until the server has noticed.
+// More than a test opens at once, because an ended watch counts until the server has noticed.
 constexpr int kMaxWatchers = 16;
 
-// The map "site" with two cups, ids 1 and 2, at x = 0 and 2, at revision 1. Watched with and
-// without `coalesce`, which makes no difference to what is told.
+// The map "site" with two cups, ids 1 and 2, at x = 0 and 2, at revision 1. The parameter is
+// `coalesce`, which makes no difference to the changes that a watch gets.
 class WatchServiceTest : public ::testing::TestWithParam<bool> {
  protected:
   static ServiceLimits Limits() {
@@ -133,7 +134,7 @@ class WatchServiceTest : public ::testing::TestWithParam<bool> {
     EXPECT_TRUE(receipt.ok()) << receipt.status();
     return receipt.ok() ? receipt->revision : 0;
   }
-  // The error that a watch ends with at once.
+  // The error with which a watch ends at once.
   grpc::Status Error(const v1::WatchRequest& request) {
     Watching watching(server_, request);
     EXPECT_FALSE(watching.Next().has_value());
@@ -282,7 +283,7 @@ TEST_P(WatchServiceTest, ToldHowFarTheMapIsWhenNothingIsSelected) {
     ASSERT_TRUE(progress.has_value());
     EXPECT_EQ(progress->changes_size(), 0);
   } while (progress->revision() < 2);
-  // And now and then when nothing happens.
+  // Progress also comes now and then while nothing happens.
   EXPECT_EQ(watching.Next()->revision(), 2);
 }
 
@@ -304,7 +305,7 @@ TEST_P(WatchServiceTest, StartBeforeTheOldestKeptNamesIt) {
   for (int i = 0; i < 2400; ++i) Edit({CupAt(i)});
   const auto kept = [this] { return (*session().OpenHistory())->Kept()->oldest; };
   while (kept() == 0) session().LookAtClock();
-  // History goes on being forgotten: asked until it is the same before and after.
+  // Compaction goes on meanwhile: repeat until the oldest revision is the same before and after.
   Revision oldest = 0;
   grpc::Status gone;
   do {
@@ -346,8 +347,8 @@ TEST_P(WatchServiceTest, DeadlineAndCancelEndAWatchThatWaits) {
   EXPECT_EQ(watching.Finish().error_code(), grpc::StatusCode::CANCELLED);
 }
 
-// Of a tile that changes in every cell, so that few commits fill what gRPC takes for a reader that
-// does not read.
+// Writes every cell of a tile, so that a few commits fill gRPC's buffers for a reader that does not
+// read.
 std::vector<hypermap::Edit> Checkered(bool odd) {
   hypermap::WriteCells write{"cells", {0, 128, 0, 128}, {}};
   for (int i = 0; i < 128 * 128; ++i) {
@@ -421,7 +422,7 @@ TEST_P(WatchServiceTest, WatchOfADeletedMapEnds) {
   EXPECT_EQ(Error(Request()).error_code(), grpc::StatusCode::NOT_FOUND);
 }
 
-// What is on the map, by what a watch tells.
+// The map's content according to the messages of a watch.
 class Replica {
  public:
   void Take(const v1::WatchResponse& response) {
@@ -450,7 +451,7 @@ class Replica {
   std::map<ObjectId, int64_t> objects_;
 };
 
-// The same, by a question.
+// The map's content according to QueryArea.
 std::map<ObjectId, int64_t> Ask(TestServer& server, const v1::Polygon& area, Revision revision) {
   v1::QueryAreaRequest request;
   request.mutable_scope()->set_map("site");

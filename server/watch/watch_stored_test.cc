@@ -1,4 +1,4 @@
-// Watches of what is stored, as replicas open them.
+// Watches with `as_stored`, as replicas open them.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -29,7 +29,7 @@ class StoredWatchTest : public ::testing::Test {
     return request;
   }
 
-  // The messages up to the first that ends a revision.
+  // The messages up to the first without `more`.
   std::vector<v1::WatchResponse> First(const v1::WatchRequest& request, grpc::Status* status) {
     grpc::ClientContext context;
     const auto reader = server_.watch->Watch(&context, request);

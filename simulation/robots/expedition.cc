@@ -13,9 +13,9 @@
 namespace hypermap::robots {
 namespace {
 
-// Of a body that can be asked for: as `hypermap eval` counts it.
+// Frames in which an object must be seen to count as seen, as in `hypermap eval`.
 constexpr int kFramesToCount = 5;
-// Of the wall clock, when all that is left is somebody else's.
+// Pause in real time while all remaining goals are leased to robots of others.
 constexpr absl::Duration kPause = absl::Milliseconds(200);
 constexpr int64_t kProgressSteps = 25;
 
@@ -37,10 +37,10 @@ class Expedition {
   absl::Status EnsureSemanticLayer();
   absl::Status Begin();
   absl::Status AddRobot(int number, const CellIndex& start);
-  // Until all that robots saw is on the map.
+  // Waits until all observations of all robots are on the map.
   absl::Status AwaitRobots();
   absl::Status LetRobotsExplore();
-  // One step of every robot.
+  // Advances every robot by one step.
   absl::Status Step();
   absl::Status ReportProgress();
   bool IsConflict(const Robot& robot) const;
@@ -70,8 +70,8 @@ absl::StatusOr<ExpeditionReport> Expedition::Run() {
   if (absl::Status status = ChooseStarts(); !status.ok()) return status;
   if (absl::Status status = Begin(); !status.ok()) return status;
   if (absl::Status status = LetRobotsExplore(); !status.ok()) {
-    // As far as they still can; the first error is the one to tell. A server that is gone is waited
-    // for once, not by each.
+    // Release the goals, and report the first error. If the server is gone, the first robot has
+    // already waited for it, and the others would wait in vain.
     for (const auto& robot : robots_) {
       if (absl::IsUnavailable(robot->Abandon())) break;
     }
@@ -91,7 +91,7 @@ absl::StatusOr<std::vector<std::string>> Expedition::ObjectLayers() {
     const std::string& name = entry.spec.name;
     if (entry.spec.kind != LayerKind::kSemantic) continue;
     if (name == options_.semantic_layer || name == kExplorationsLayer) continue;
-    // What robots found is no part of the world.
+    // Objects that robots have detected are not part of the world.
     const absl::StatusOr<bool> is_fused = IsFused(client_, options_.map, name);
     if (!is_fused.ok()) return is_fused.status();
     if (!*is_fused) layers.push_back(name);
@@ -163,7 +163,7 @@ absl::Status Expedition::Begin() {
   for (size_t i = 0; i < starts_.size(); ++i) {
     absl::Status status = AddRobot(static_cast<int>(i), starts_[i]);
     if (status.ok()) continue;
-    // Nobody explores it.
+    // The exploration has no robots, so that it is stopped.
     if (!absl::IsUnavailable(status)) {
       client_.StopExploration(options_.map, report_.exploration_id).IgnoreError();
     }
@@ -180,7 +180,7 @@ absl::Status Expedition::AddRobot(int number, const CellIndex& start) {
   ObservationSender::Target target{options_.map, options_.semantic_layer, {}};
   target.options.exploration_layer = options_.explored_layer;
   target.options.robot = name;
-  // Where there is nothing to be found but floor, a look need not be close.
+  // Without objects to detect, the laser covers the floor with fewer frames per turn.
   const int look_every = world_->scene.bodies.empty() ? options_.frame_every : 1;
   robots_.push_back(std::make_unique<Robot>(
       client_, *terrain_, *senses_.back(),
@@ -217,7 +217,8 @@ absl::Status Expedition::LetRobotsExplore() {
           absl::StrCat("not at its end after ", report_.steps, " steps"));
     }
     if (absl::Status status = Step(); !status.ok()) return status;
-    // What is left is leased to robots that are not ours: simulated time must not run away.
+    // The remaining goals are leased to robots of others, who act in real time: simulated time must
+    // not run ahead of them.
     if (!HaveEnded() && AreAllWaiting()) absl::SleepFor(kPause);
   }
   return absl::OkStatus();

@@ -1,4 +1,4 @@
-// Robots that explore an area together, from the start to the end.
+// Runs an exploration of an area by simulated robots, from start to end.
 #ifndef HYPERMAP_SIMULATION_ROBOTS_EXPEDITION_H_
 #define HYPERMAP_SIMULATION_ROBOTS_EXPEDITION_H_
 
@@ -19,18 +19,18 @@ struct ExpeditionOptions {
   std::string map;
   std::string occupancy_layer = "occupancy";
   std::string explored_layer = "explored";
-  // Where what robots detect goes; made where there is none.
+  // Semantic layer for the robots' observations; created if there is none.
   std::string semantic_layer = "semantic_explored";
-  // The objects of the world, which the robots do not know. Empty: all semantic layers but
-  // `semantic_layer`, those that robots wrote, and explorations.
+  // Layers with the objects of the world, which the robots do not know. Empty: all semantic layers
+  // except `semantic_layer`, fused layers and explorations.
   std::vector<std::string> object_layers;
-  // In the map's own frame.
+  // Area to explore, in the map's own frame.
   Polygon area;
   int robots = 1;
   // Robots are NAME-1, NAME-2, ...
   std::string name = "robot";
-  // Where they set out, in the map's frame: none, or one for each. Without, places in the largest
-  // region of the area by chance; the first is the same for any number of robots.
+  // Start positions in the map's frame, one for each robot. Empty: random places in the largest
+  // region of the area; a robot's place does not depend on the number of robots.
   std::vector<Point> starts;
   double robot_radius_m = 0.25;
   double range_m = 4.0;
@@ -41,42 +41,43 @@ struct ExpeditionOptions {
   bool noisy_detector = false;
   bool pose_error = false;
   uint64_t seed = 1;
-  // An error when it is not at its end by then. 0: for as long as it takes.
+  // The exploration fails with DEADLINE_EXCEEDED after this many steps. 0: no limit.
   int64_t max_steps = 0;
-  // For how long a server that went away is waited for.
+  // Longest time to retry while the server is unavailable.
   absl::Duration patience = absl::Seconds(30);
 };
 
 struct ExpeditionReport {
   ObjectId exploration_id = 0;
   Revision revision = 0;
-  // Of simulated time, 0.2 s each, until the last robot knew that it has ended.
+  // Steps of simulated time, 0.2 s each, until the last robot knew that the exploration had ended.
   int64_t steps = 0;
   EndReason end_reason = EndReason::kNone;
   VisibleFloor floor;
   client::ExplorationProgress server_progress;
-  // Times that a robot was given a goal where another one was on the way to.
+  // Number of goals that were nearer than a robot's radius to another robot's current goal.
   int64_t conflicts = 0;
   std::vector<RobotLog> robots;
   std::vector<std::string> robot_names;
-  // GeoJSON of the objects of the world, with how often each was seen: for `hypermap eval --truth`.
+  // GeoJSON of the world's objects and how often each was seen, for `hypermap eval --truth`.
   std::string truth;
   int64_t num_objects = 0;
-  int64_t num_objects_seen = 0;  // in five frames or more
+  int64_t num_objects_seen = 0;  // Objects that were seen in at least five frames.
   absl::Duration time;
 };
 
 struct ExpeditionProgress {
   int64_t steps = 0;
-  int64_t goals = 0;      // reached
-  double fraction = 0.0;  // explored, as the server says
+  int64_t goals = 0;      // Goals that robots reached.
+  double fraction = 0.0;  // Explored share of the floor, by the server.
 };
-// Called now and then.
+// Called every 25 steps, on the thread that called Explore().
 using TellProgress = std::function<void(const ExpeditionProgress&)>;
 
-// Explores by way of the client alone, robots in turn, one thread: the same seed against the same
-// map makes the same steps. INVALID_ARGUMENT for an area without a place to stand in, CANCELLED
-// when `is_interrupted` said so; goals are given back then.
+// Explores the area, using only the client. All robots step in turn on the caller's thread, so that
+// the same seed on the same map gives the same steps. Errors: INVALID_ARGUMENT if no robot can
+// stand in the area or at a start, CANCELLED if `is_interrupted` returned true. The robots' goals
+// are released on an error.
 absl::StatusOr<ExpeditionReport> Explore(client::Client& client, const ExpeditionOptions& options,
                                          const std::function<bool()>& is_interrupted,
                                          const TellProgress& tell_progress);

@@ -23,7 +23,7 @@ using ::testing::SizeIs;
 constexpr double kResolution_m = 0.5;
 constexpr int64_t kRoomCells = 30;
 
-// More than what is seen from one place.
+// A room that is too large to be seen from one place.
 const std::vector<std::string> kRoom = {"############",  //
                                         "#..........#",  //
                                         "#..........#",  //
@@ -54,7 +54,7 @@ std::vector<Point> WayOf(const absl::StatusOr<ExpeditionReport>& report, size_t 
   return report.ok() ? report->robots[robot].way : std::vector<Point>();
 }
 
-// A site, and what happens on it between the steps of an expedition.
+// A site, and actions on it between the steps of an expedition.
 class Journey {
  public:
   explicit Journey(const std::vector<std::string>& lines,
@@ -64,7 +64,7 @@ class Journey {
   RobotSite& site() { return site_; }
   client::Client& client() { return client_; }
 
-  // Called before each step, with the steps before it. True interrupts.
+  // Called before each step, with the number of earlier steps. Returns true to interrupt.
   std::function<bool(int)> between_steps = [](int) { return false; };
   TellProgress tell_progress;
 
@@ -74,7 +74,7 @@ class Journey {
         client_, options, [&] { return between_steps(steps++); }, tell_progress);
   }
 
-  // As the server has the newest exploration.
+  // Returns the newest exploration of the server.
   client::ExplorationEntry Exploration() {
     const auto answer = client_.GetExploration("site");
     EXPECT_TRUE(answer.ok()) << answer.status();
@@ -175,7 +175,7 @@ TEST(ExpeditionTest, OthersGiveTheirGoalsBackWhenOneFails) {
   Journey journey(kRoomAndCloset);
   bool held = false;
   journey.between_steps = [&](int steps) {
-    // Who is in the closet hears of it when it asks again.
+    // The robot in the closet is told that it is walled in when it next claims a goal.
     const CellBox closet{1, 4, 13, 15};
     if (steps == 1) {
       journey.site().Edit(
@@ -267,7 +267,7 @@ TEST(ExpeditionTest, AServerThatIsStartedAgainHasEachFrameOnce) {
   for (size_t i = 0; i < stored.size(); ++i) EXPECT_EQ(stored[i], static_cast<int64_t>(i));
 }
 
-// A token is asked for once a call.
+// The client requests a token for each call, which counts the calls.
 TEST(ExpeditionTest, AServerThatIsGoneIsNotWaitedForByEachRobot) {
   Journey journey(kRoomAndCloset);
   int calls = 0;
@@ -321,7 +321,7 @@ TEST(ExpeditionTest, FindsWhatStandsThereAndTellsTheTruth) {
   const Layer* found = journey.site().snapshot()->FindLayer("semantic_explored");
   ASSERT_NE(found, nullptr);
   EXPECT_EQ(found->Size(), 1);
-  // What was found is no part of the world that the next ones explore.
+  // Objects that were detected are not part of the world that the next robots explore.
   ExpeditionOptions again = Options();
   again.semantic_layer = "again";
   again.explored_layer = "explored_again";

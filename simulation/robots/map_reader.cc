@@ -9,13 +9,13 @@
 namespace hypermap::robots {
 namespace {
 
-// Nothing lies farther out.
+// Returns an area that contains all positions of a map.
 Polygon Everywhere() {
   constexpr double kFar_m = 5e8;
   return Polygon::FromBox({{-kFar_m, -kFar_m}, {kFar_m, kFar_m}});
 }
 
-// Writes runs of cells to a grid that begins with the first part of an answer.
+// Builds a grid from the parts of an answer. The first part gives the grid's geometry.
 class GridBuilder {
  public:
   explicit GridBuilder(LayerSpec spec) : spec_(std::move(spec)) {}
@@ -91,7 +91,8 @@ absl::StatusOr<std::vector<SemanticObject>> ReadObjects(client::Client& client,
 
 absl::StatusOr<bool> IsFused(client::Client& client, const std::string& map,
                              const std::string& layer) {
-  // No object has this id: a fused layer says so, another one that there is nothing to explain.
+  // No object has id 0. A fused layer answers NOT_FOUND; another layer has no evidence to explain
+  // and answers FAILED_PRECONDITION.
   const absl::Status status = client.ExplainObject(map, layer, 0).status();
   if (absl::IsFailedPrecondition(status)) return false;
   if (status.ok() || absl::IsNotFound(status)) return true;

@@ -1,4 +1,4 @@
-// A map as a robot reads it: by questions to the server.
+// Reads layers of a map through queries to the server.
 #ifndef HYPERMAP_SIMULATION_ROBOTS_MAP_READER_H_
 #define HYPERMAP_SIMULATION_ROBOTS_MAP_READER_H_
 
@@ -13,19 +13,19 @@
 
 namespace hypermap::robots {
 
-// A grid's cells, in the map's own frame. FAILED_PRECONDITION when it is of another kind than
-// `kind`, or nothing connects its frame to the map's.
+// Returns the cells of a grid layer, in the map's own frame. Errors: FAILED_PRECONDITION if the
+// layer is empty or has another kind, or if its frame is not connected to the map's.
 absl::StatusOr<std::shared_ptr<const GridLayer>> ReadGrid(client::Client& client,
                                                           const std::string& map,
                                                           const std::string& layer, LayerKind kind);
 
-// All objects of semantic layers, in the map's own frame. Layers whose frame nothing connects to it
-// have none.
+// Returns all objects of semantic layers, in the map's own frame. Layers whose frame is not
+// connected to the map's contribute none. Errors: FAILED_PRECONDITION if a layer is a grid.
 absl::StatusOr<std::vector<SemanticObject>> ReadObjects(client::Client& client,
                                                         const std::string& map,
                                                         const std::vector<std::string>& layers);
 
-// Whether a semantic layer is made of robots' observations.
+// Returns whether a semantic layer is fused, that is, made of robots' observations.
 absl::StatusOr<bool> IsFused(client::Client& client, const std::string& map,
                              const std::string& layer);
 

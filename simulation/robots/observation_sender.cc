@@ -9,7 +9,7 @@
 namespace hypermap::robots {
 namespace {
 
-// The server takes some hundreds; few are enough to keep it busy.
+// A few unacknowledged observations keep the server busy; it would accept some hundreds.
 constexpr size_t kMostPending = 8;
 constexpr absl::Duration kBetweenAttempts = absl::Milliseconds(200);
 
@@ -45,7 +45,7 @@ absl::Status ObservationSender::Send(Observation observation) {
   }
   const int64_t sequence = next_sequence_++;
   const auto [it, is_new] = pending_.emplace(sequence, std::move(observation));
-  // When the stream broke, the next one that waits for an acknowledgement will see it.
+  // A broken stream is noticed, and reopened, when the next acknowledgement is awaited.
   if (is_new) stream_->Write(it->second);
   return absl::OkStatus();
 }
@@ -61,7 +61,7 @@ absl::Status ObservationSender::AwaitOne() {
   const std::optional<client::Acknowledgement> acknowledgement = stream_->Read();
   if (acknowledgement) return Note(*acknowledgement);
   const absl::Status status = stream_->status();
-  // A stream that ends well before all is acknowledged is a server that is stopping.
+  // A stream that ends with OK before all is acknowledged belongs to a server that is stopping.
   if (!status.ok() && !absl::IsUnavailable(status)) return status;
   return Reopen();
 }

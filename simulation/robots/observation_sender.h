@@ -1,4 +1,4 @@
-// Sends a robot's observations, and sees to it that all arrive.
+// Sends a robot's observations reliably.
 #ifndef HYPERMAP_SIMULATION_ROBOTS_OBSERVATION_SENDER_H_
 #define HYPERMAP_SIMULATION_ROBOTS_OBSERVATION_SENDER_H_
 
@@ -14,36 +14,41 @@
 
 namespace hypermap::robots {
 
-// Keeps what is not acknowledged and sends it again, over a new stream, when the stream broke: a
-// server that is started again within `patience` loses nothing. One thread.
+// Keeps observations until they are acknowledged. If the stream breaks, it opens another and sends
+// them again, so that nothing is lost if the server restarts within `patience`. For use by one
+// thread.
 class ObservationSender {
  public:
   struct Target {
     std::string map;
     std::string layer;
-    // options.robot is the robot whose observations these are.
+    // options.robot names the robot.
     client::ObserveOptions options;
   };
-  // `client` must outlive it. `is_interrupted` ends the waiting for a server.
+  // `client` must outlive the sender. Waiting for the server ends when `is_interrupted` returns
+  // true.
   ObservationSender(client::Client& client, Target target, absl::Duration patience,
                     std::function<bool()> is_interrupted);
 
-  // Opens the stream. Then next_sequence() is known.
+  // Opens the stream, and learns next_sequence() from the server.
   absl::Status Open();
-  // A number that the layer has of no other observation of the robot.
+  // Sequence number for the next observation: above all that the layer has of this robot.
   int64_t next_sequence() const { return next_sequence_; }
 
-  // `observation.sequence` is next_sequence(). Waits while too many are not acknowledged.
+  // Sends an observation whose sequence is next_sequence(). Waits for acknowledgements if too many
+  // are outstanding.
   absl::Status Send(Observation observation);
-  // Waits until all that was sent is acknowledged.
+  // Waits until all observations are acknowledged. Errors, here and of Send(): UNAVAILABLE if the
+  // server did not come back within `patience`; FAILED_PRECONDITION if it refused an observation;
+  // CANCELLED if interrupted.
   absl::Status Flush();
 
   int64_t num_accepted() const { return num_accepted_; }
 
  private:
-  // Reads one acknowledgement; opens the stream again when there is none.
+  // Waits for one acknowledgement; reopens the stream if it has ended.
   absl::Status AwaitOne();
-  // Until it is open and all that is pending was written to it, or patience is at its end.
+  // Opens a new stream, within `patience`, and writes all pending observations to it.
   absl::Status Reopen();
   absl::Status OpenOnce();
   absl::Status Note(const client::Acknowledgement& acknowledgement);
@@ -53,7 +58,7 @@ class ObservationSender {
   const absl::Duration patience_;
   const std::function<bool()> is_interrupted_;
   std::unique_ptr<client::ObserveStream> stream_;
-  std::map<int64_t, Observation> pending_;  // by sequence
+  std::map<int64_t, Observation> pending_;  // By sequence.
   int64_t next_sequence_ = 0;
   int64_t num_accepted_ = 0;
 };

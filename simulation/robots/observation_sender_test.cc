@@ -22,7 +22,7 @@ using ::testing::IsEmpty;
 using ::testing::Not;
 using ::testing::SizeIs;
 
-// What may be sent before the first acknowledgement is read.
+// Number of observations that are sent before the first acknowledgement is awaited.
 constexpr int kAhead = 8;
 
 class ObservationSenderTest : public ::testing::Test {
@@ -38,7 +38,7 @@ class ObservationSenderTest : public ::testing::Test {
     return {client_, target, patience, std::move(is_interrupted)};
   }
 
-  // The n-th is stamped n seconds later.
+  // Returns an observation with the next sequence n and a stamp n seconds after the beginning.
   Observation See(const ObservationSender& sender, const std::string& robot = "cart") {
     Observation observation;
     observation.robot = robot;
@@ -74,7 +74,7 @@ TEST_F(ObservationSenderTest, AllThatIsFlushedIsOnTheMapOnce) {
   const std::vector<int64_t> stored = Stored();
   ASSERT_THAT(stored, SizeIs(20));
   for (int64_t i = 0; i < 20; ++i) EXPECT_EQ(stored[static_cast<size_t>(i)], i);
-  // There is nothing left to wait for.
+  // Nothing is outstanding.
   EXPECT_EQ(sender.Flush(), absl::OkStatus());
   EXPECT_EQ(sender.num_accepted(), 20);
 }
@@ -118,7 +118,8 @@ TEST_F(ObservationSenderTest, SendsAheadOfASlowDisk) {
   EXPECT_EQ(sender.num_accepted(), kAhead);
 }
 
-// The stream breaks at the first; who did not read acknowledgements would never know.
+// The stream breaks at the first observation, which a sender that never reads acknowledgements
+// would not notice.
 TEST_F(ObservationSenderTest, WaitsForAcknowledgementsWhenItIsFarAhead) {
   ObservationSender sender = NewSender();
   ASSERT_EQ(sender.Open(), absl::OkStatus());
@@ -154,7 +155,7 @@ TEST_F(ObservationSenderTest, WhatTheServerWillNotHaveIsTold) {
     EXPECT_TRUE(absl::IsFailedPrecondition(status)) << status;
     EXPECT_THAT(std::string(status.message()), HasSubstr(c.words));
   }
-  // The stream goes on, and what was told is not told again.
+  // The stream continues, and a refusal is reported once.
   SendSome(sender, 1);
   ASSERT_EQ(sender.Flush(), absl::OkStatus());
   EXPECT_EQ(sender.num_accepted(), 2);
@@ -176,8 +177,8 @@ TEST_F(ObservationSenderTest, TwoOfOneNameConflict) {
   EXPECT_EQ(two.num_accepted(), 0);
 }
 
-// The disk is held, so that the server goes with all that it took unacknowledged. It comes back
-// when the sender, which found none, asks whether it should go on.
+// The disk is blocked, so that the server stops before it has acknowledged anything. It is started
+// again when the sender, while it waits for the server, asks whether it is interrupted.
 TEST_F(ObservationSenderTest, AServerThatComesBackHasAllOnce) {
   std::jthread stopping;
   const absl::Cleanup release = [this] { site_.disk().Release(); };
@@ -221,7 +222,7 @@ TEST_F(ObservationSenderTest, PatienceHasAnEnd) {
   SendSome(sender, 1);
   EXPECT_TRUE(absl::IsUnavailable(sender.Flush()));
   EXPECT_EQ(asked, 0);
-  // What is not acknowledged is kept, for when the connection is tried again.
+  // Observations without acknowledgement are kept and sent at the next attempt.
   site_.Start();
   absl::Status status = sender.Flush();
   for (const absl::Time end = absl::Now() + absl::Seconds(60);

@@ -14,14 +14,16 @@ namespace {
 
 constexpr double kStride_m = simulation::kSpeed_m_per_s / simulation::kFramesPerSecond;
 constexpr double kTurn_rad = simulation::kTurnRate_rad_per_s / simulation::kFramesPerSecond;
-// What is left of a turn when it is done.
+// Tolerance of angles, for the rounding errors of many small turns.
 constexpr double kTurned_rad = 1e-6;
-// Before it asks again when there was nothing to do.
+// Steps between two claims if there was no goal.
 constexpr int kPauseSteps = 5;
-// It drives past cells of its way, and may have stopped aslant of one.
+// Largest distance to a passable cell. Between two corners the robot may stop over a cell that is
+// not passable.
 constexpr double kBesideWay_m = 0.5;
 
-// The corners of a way: each lies in the straight line of sight of the next, over passable cells.
+// Returns the corners of a path after its first cell. Each is in sight of the next over passable
+// cells, so that the robot can drive straight lines.
 std::vector<CellIndex> Corners(const Terrain& terrain, const std::vector<CellIndex>& path) {
   std::vector<CellIndex> corners;
   for (size_t i = 0; i + 1 < path.size();) {
@@ -105,7 +107,7 @@ void Robot::PlanWay() {
       end ? terrain_.ShortestPath(Cell(), *end) : std::vector<CellIndex>();
   way_.clear();
   if (path.empty()) return;
-  // It may stand beside the cell that the way begins at.
+  // The robot may stand beside the cell at which the path begins.
   way_.push_back(terrain_.geometry().CentreOf(path.front()));
   for (const CellIndex& corner : Corners(terrain_, path)) {
     way_.push_back(terrain_.geometry().CentreOf(corner));
@@ -160,7 +162,8 @@ bool Robot::Drive() {
   const double left_m = std::hypot(dx, dy);
   const double stride_m = std::min(kStride_m, left_m);
   log_.driven_m += stride_m;
-  // Exactly onto the corner: the goal is the middle of a cell.
+  // The last stride ends exactly on the corner, so that rounding errors do not add up and the goal,
+  // a cell's centre, is reached.
   pose_ = stride_m == left_m ? PlanarTransform(way_.front().x, way_.front().y, heading)
                              : PlanarTransform(pose_.x() + stride_m / left_m * dx,
                                                pose_.y() + stride_m / left_m * dy, heading);
@@ -179,7 +182,8 @@ absl::Status Robot::SendFrame() {
   observation->robot = task_.name;
   observation->sequence = sender_.next_sequence();
   observation->frame_id = task_.frame_id;
-  // The robot's own clock: simulated time may run ahead of it.
+  // The stamp is real time: simulated time may run ahead, and the server refuses stamps in the
+  // future.
   observation->stamp = absl::Now();
   ++log_.frames;
   return sender_.Send(*std::move(observation));

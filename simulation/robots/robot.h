@@ -1,4 +1,5 @@
-// A robot that explores: it asks for a goal, drives there, looks round, and asks again.
+// A simulated robot that explores: it claims a goal, drives there, looks around, and claims the
+// next.
 #ifndef HYPERMAP_SIMULATION_ROBOTS_ROBOT_H_
 #define HYPERMAP_SIMULATION_ROBOTS_ROBOT_H_
 
@@ -17,70 +18,71 @@
 
 namespace hypermap::robots {
 
-// What a robot has done.
+// Record of a robot's drive.
 struct RobotLog {
-  int64_t goals = 0;        // looked round at
-  int64_t unreachable = 0;  // goals with no way to them
-  int64_t lost = 0;         // goals whose lease ended on the way
+  int64_t goals = 0;        // Goals where it has looked around.
+  int64_t unreachable = 0;  // Goals without a path to them.
+  int64_t lost = 0;         // Goals whose lease ended too early.
   int64_t frames = 0;
   double driven_m = 0.0;
-  // Where it was, where it set out and where it turned.
+  // Its path: the start and each place where it changed direction.
   std::vector<Point> way;
 };
 
-// Lives in steps of simulated time, 0.2 s each; the server's time is another. Knows the server by
-// the client alone. One thread.
+// Acts in steps of simulated time, 0.2 s each; leases and stamps use real time. It uses the server
+// through the client only. For use by one thread.
 class Robot {
  public:
   struct Task {
     std::string map;
     ObjectId exploration_id = 0;
     std::string name;
-    std::string frame_id;  // the map's own
-    // The leases that it asks for, of the server's time.
+    std::string frame_id;  // The map's own frame.
+    // Duration of the leases that it requests, in the server's time.
     absl::Duration lease = absl::Minutes(1);
-    // A frame every so many steps, on the way and while it looks round.
+    // Steps per frame, on the way to a goal and while it looks around.
     int frame_every = 3;
     int look_every = 1;
-    // Waits until what others saw is on the map, before this robot asks for a goal or says that it
-    // has looked round: what it is told must not depend on how fast they are heard. May be empty.
+    // Waits until the observations of the other robots are on the map. Called before this robot
+    // claims a goal or reports it as reached, so that the server's answers do not depend on how
+    // fast observations arrive. May be empty.
     std::function<absl::Status()> await_others = nullptr;
   };
-  // `client`, `terrain` and `senses` must outlive it. `start` is passable.
+  // `client`, `terrain` and `senses` must outlive the robot. REQUIRES: `start` is passable.
   Robot(client::Client& client, const Terrain& terrain, Senses& senses, ObservationSender sender,
         Task task, const CellIndex& start);
 
   absl::Status Open() { return sender_.Open(); }
-  // Lives through one step.
+  // Acts for one step.
   absl::Status Step();
-  // Waits until all that it saw is on the map.
+  // Waits until all its observations are on the map.
   absl::Status Flush() { return sender_.Flush(); }
-  // Gives its goal back.
+  // Releases its goal, if it has one.
   absl::Status Abandon();
 
-  // It was told that the exploration has ended, and why.
+  // Whether the server has told it that the exploration has ended, and why.
   bool has_ended() const { return end_reason_.has_value(); }
   EndReason end_reason() const { return end_reason_.value_or(EndReason::kNone); }
-  // There was nothing to do for it; it will ask again.
+  // Whether there was no goal for it; it will claim again some steps later.
   bool is_waiting() const { return state_ == State::kIdle && until_claim_ > 0; }
-  // What it is on the way to, or looks round at.
+  // The goal that it drives to or looks around at.
   const std::optional<client::Goal>& goal() const { return goal_; }
   const RobotLog& log() const { return log_; }
 
  private:
   enum class State { kIdle, kDriving, kLooking };
 
-  // Waits until all that was seen is on the map.
+  // Waits until the observations of all robots are on the map.
   absl::Status AwaitAll();
   absl::Status Claim();
-  // Gives the goal back; that it was lost meanwhile is no error.
+  // Releases the goal. It is no error if its lease has ended meanwhile.
   absl::Status Release(client::GoalOutcome outcome);
-  // Before the lease ends. Forgets the goal when it has ended.
+  // Renews the lease after half of its duration. Drops the goal if the lease has ended.
   absl::Status KeepLease();
   void PlanWay();
-  // A step along the way; whether it has come to the end of it.
+  // Drives one step along the path. Returns whether it is at the end.
   bool Drive();
-  // A step of turning on the spot; whether it has gone round.
+  // Turns on the spot for one step. Returns whether it has turned all round.
   bool LookRound();
   absl::Status SendFrame();
   CellIndex Cell() const;
@@ -96,10 +98,10 @@ class Robot {
   PlanarTransform believed_;
   std::optional<client::Goal> goal_;
   absl::Time lease_end_;
-  std::deque<Point> way_;  // the corners that are ahead
+  std::deque<Point> way_;  // Remaining corners of the path.
   double turned_rad_ = 0.0;
-  int until_frame_ = 0;  // steps
-  int until_claim_ = 0;
+  int until_frame_ = 0;  // Steps until the next frame.
+  int until_claim_ = 0;  // Steps until the next claim.
   std::optional<EndReason> end_reason_;
   RobotLog log_;
 };

@@ -25,13 +25,13 @@ using ::testing::SizeIs;
 
 constexpr double kResolution_m = 0.5;
 constexpr double kRange_m = 2.0;
-// 0.4 m/s, five steps a second.
+// Distance per step: 0.4 m/s in five steps a second.
 constexpr double kStride_m = 0.08;
-// It is renewed in each step: half of it is always over.
+// So short that it is renewed in each step: half of it has always passed.
 constexpr absl::Duration kShortLease = absl::Microseconds(1);
 constexpr CellIndex kStart{2, 1};
 
-// More than what is seen from one place.
+// A room that is too large to be seen from one place.
 const std::vector<std::string> kRoom = {"############",  //
                                         "#..........#",  //
                                         "#..........#",  //
@@ -42,14 +42,14 @@ const std::vector<std::string> kWalledRoom = {"############",  //
                                               "#....#.....#",  //
                                               "#....#.....#",  //
                                               "############"};
-// All of it is seen from everywhere.
+// A room that can be seen as a whole from every place in it.
 const std::vector<std::string> kCloset = {"######",  //
                                           "#....#",  //
                                           "#....#",  //
                                           "#....#",  //
                                           "######"};
 
-// A robot in a world of its own, which need not be as the server has it.
+// A robot in a world that may differ from the server's map.
 class Life {
  public:
   Life(client::Client client, const std::vector<std::string>& world, Robot::Task task)
@@ -86,7 +86,7 @@ class Life {
 
 class RobotTest : public ::testing::Test {
  protected:
-  // The site as the server has it, to be explored by robots that are points.
+  // Draws the server's map, and starts an exploration for robots of radius 0.
   void Begin(const std::vector<std::string>& lines) {
     site_.emplace(lines, kResolution_m);
     site_->Edit(CreateLayer{{.name = "things"}});
@@ -115,7 +115,7 @@ class RobotTest : public ::testing::Test {
     return {site_->NewClient(), world, task};
   }
 
-  // As the server has it.
+  // Returns the server's state of the exploration.
   client::ExplorationAnswer Exploration() {
     const auto answer = client_->GetExploration("site", exploration_id_);
     EXPECT_TRUE(answer.ok()) << answer.status();
@@ -149,7 +149,7 @@ TEST_F(RobotTest, DrivesToItsGoalLooksRoundAndGivesItBack) {
   EXPECT_EQ(robot.log().way.back(), goal.position);
   EXPECT_FALSE(robot.goal());
   EXPECT_THAT(Goals(), IsEmpty());
-  // All that it saw counts when the goal does.
+  // All observations are stored by the time the goal is reported as reached.
   EXPECT_GE(robot.log().frames, 12) << "a frame for 30 degrees";
   EXPECT_THAT(Stored(), SizeIs(robot.log().frames));
   EXPECT_GT(Exploration().progress.explored_cells, 0);
@@ -332,7 +332,7 @@ TEST_F(RobotTest, AnAbandonedGoalIsFreeForOthers) {
   EXPECT_EQ(robot.log().goals, 0);
 }
 
-// It hears of the obstacle from the server, when it asks where to go.
+// The robot learns of the obstacle from the server when it claims a goal.
 TEST_F(RobotTest, ARobotThatIsWalledInIsTold) {
   Begin(kRoom);
   const CellBox around{1, 4, 1, 4};

@@ -14,14 +14,15 @@ using ingest::Frame;
 using simulation::SimulatedDetection;
 using simulation::View;
 
-// What a robot says of its pose: x, y in m and yaw in rad, one standard deviation.
+// Returns the covariance that robots state for their poses: x, y in m and yaw in rad.
 Eigen::Matrix3d CovarianceOf(const SensesOptions& options) {
   const Eigen::Vector3d sigma = options.pose_error ? Eigen::Vector3d(0.06, 0.06, 0.016)
                                                    : Eigen::Vector3d(0.005, 0.005, 0.002);
   return sigma.cwiseProduct(sigma).asDiagonal();
 }
 
-// On the plane; the camera looks along the third axis.
+// Returns the robot's pose on the plane. Its camera looks straight ahead, along the third axis of
+// the optical frame.
 PlanarTransform RobotPose(const Eigen::Isometry3d& frame_from_camera) {
   const Eigen::Vector3d ahead = frame_from_camera.linear().col(2);
   return {frame_from_camera.translation().x(), frame_from_camera.translation().y(),
@@ -69,7 +70,7 @@ absl::StatusOr<Observation> Senses::Observe(const PlanarTransform& pose,
   for (SimulatedDetection& detection : Detect(view, world_from_camera)) {
     frame.instances.push_back({{{detection.label, detection.score}}, std::move(detection.mask)});
   }
-  // Named for the checks alone.
+  // Validation requires a name; the caller replaces it.
   frame.robot = "robot";
   absl::StatusOr<Observation> observation = observer_.Observe(frame, nullptr);
   if (!observation.ok()) return observation.status();

@@ -18,40 +18,41 @@
 
 namespace hypermap::robots {
 
-// What robots are in. The laser's plane is that of the occupancy layer: furniture that the layer
-// does not have hides things from the camera, not from the laser.
+// The world of the robots. The laser sees the occupancy layer only: furniture that the layer lacks
+// hides things from the camera, but not from the laser.
 struct World {
   simulation::Scene scene;
   simulation::WallGrid laser_plane;
 };
 
 struct SensesOptions {
-  // FaultyDetector instead of DetectAll.
+  // Detects with FaultyDetector instead of DetectAll.
   bool noisy_detector = false;
-  // PoseError, and poses refined by the walls, instead of true poses.
+  // Adds a PoseError and refines poses by the walls, instead of true poses.
   bool pose_error = false;
-  // Of the laser.
+  // Range of the laser.
   double range_m = 4.0;
-  // Of everything that is random.
+  // Seed of all random errors.
   uint64_t seed = 1;
 };
 
-// The camera is a Kinect (simulation::Kinect, CameraPose) with its noise (WithSensorNoise). What
-// was seen to be free is what the laser met, as wide as the camera sees: so that floor counts as
-// explored only where the camera looked too. Not thread safe.
+// The camera is a Kinect (simulation::Kinect, CameraPose) with its noise (WithSensorNoise). The
+// free space of observations is that of the laser within the camera's horizontal field of view, so
+// that floor counts as explored only where the camera looked, too. Not thread safe.
 class Senses {
  public:
-  // `world` must outlive it. `occupancy`, in the frame of the world, is what poses are refined by.
+  // `world` must outlive the object. Poses are refined by `occupancy`, in the frame of the world.
   Senses(const World& world, std::shared_ptr<const GridLayer> occupancy,
          const SensesOptions& options);
 
-  // Where a robot that is at `pose` believes to be: call it once each step of 0.2 s.
+  // Returns the pose that a robot at `pose` estimates. Call it once per step of 0.2 s.
   PlanarTransform Localise(const PlanarTransform& pose);
-  // Without robot, sequence, stamp and frame.
+  // Returns the observation of a robot that is at `pose` and believes to be at `believed`. The
+  // caller sets its robot, sequence, stamp and frame.
   absl::StatusOr<Observation> Observe(const PlanarTransform& pose, const PlanarTransform& believed);
 
-  // By body: in how many frames it was seen, counting pixels with depth within the range: what is
-  // only ever seen from farther away is poor evidence.
+  // Visibility of each body so far. Only pixels with depth within the laser's range count, because
+  // a body that is only seen from farther away is poor evidence.
   const std::vector<simulation::Sightings>& sightings() const { return sightings_; }
 
  private:
@@ -63,11 +64,11 @@ class Senses {
   const SensesOptions options_;
   const ingest::CameraModel camera_;
   const ingest::Observer observer_;
-  // Streams of their own: the depth does not depend on the detector's mistakes.
+  // Separate generators, so that the noise of depth does not depend on the detector's mistakes.
   simulation::Random localisation_, depth_, mistakes_;
   simulation::PoseError pose_error_;
   simulation::FaultyDetector detector_;
-  std::vector<float> ray_lengths_;  // by pixel, for a depth of 1
+  std::vector<float> ray_lengths_;  // Distance of each pixel's point from the camera at depth 1.
   std::vector<simulation::Sightings> sightings_;
 };
 

@@ -47,7 +47,7 @@ TEST_F(SensesTest, SeesTheThingAndTheFloor) {
   EXPECT_NEAR(middle.x, 3.15, 0.15);
   EXPECT_NEAR(middle.y, 3.0, 0.05);
   EXPECT_EQ(senses.sightings()[0].frames, 1);
-  // The laser looks under nothing here, and as far as its range.
+  // The suitcase is not in the occupancy layer, so that the laser sees floor up to its range.
   EXPECT_TRUE(Covers(seen->free_space, {1.1, 3.0}));
   EXPECT_TRUE(Covers(seen->free_space, {4.9, 3.0}));
   EXPECT_FALSE(Covers(seen->free_space, {5.1, 3.0}));

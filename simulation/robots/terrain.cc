@@ -19,13 +19,15 @@ CellBox WithBorder(const CellBox& box) {
   return {box.row_begin - 1, box.row_end + 1, box.col_begin - 1, box.col_end + 1};
 }
 
-// Between two cells of an empty plain, as PathSearch counts.
+// Returns the length of the shortest path on an empty plane, in the units of PathSearch. It never
+// overestimates a path, so that the first path that A* finds is the shortest.
 int32_t OctileLength(const CellIndex& a, const CellIndex& b) {
   const int32_t rows = std::abs(a.row - b.row), cols = std::abs(a.col - b.col);
   return PathSearch::kAslant * std::min(rows, cols) + PathSearch::kStraight * std::abs(rows - cols);
 }
 
-// A cell that waits to be left; the least estimate comes first, then the cell.
+// An entry of A*'s queue, ordered by the estimated length of the whole path. Ties are ordered by
+// cell, so that the path is the same in every run.
 struct Waiting {
   int32_t estimate;
   CellIndex cell;
@@ -35,7 +37,7 @@ struct Waiting {
   }
 };
 
-// Calls visit(next, length) for the steps that can be made from `cell`.
+// Calls visit(next, length) for each possible step from `cell`.
 template <typename Visit>
 void ForEachStep(const Terrain& terrain, const CellIndex& cell, Visit visit) {
   for (int32_t row = -1; row <= 1; ++row) {
@@ -83,7 +85,8 @@ std::vector<CellIndex> Terrain::ShortestPath(const CellIndex& from, const CellIn
     const Waiting here = waiting.top();
     waiting.pop();
     const int32_t length = lengths.at(here.cell);
-    if (here.estimate > length + OctileLength(here.cell, to)) continue;  // reached shorter since
+    // Skip an entry that is out of date: the queue also has one for a shorter path to this cell.
+    if (here.estimate > length + OctileLength(here.cell, to)) continue;
     ForEachStep(*this, here.cell, [&](const CellIndex& next, int32_t step) {
       if (lengths.at(next) <= length + step) return;
       lengths.set(next, length + step);

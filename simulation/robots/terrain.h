@@ -1,4 +1,4 @@
-// What robots know of a place before they have seen it.
+// The floor plan that robots plan their paths on.
 #ifndef HYPERMAP_SIMULATION_ROBOTS_TERRAIN_H_
 #define HYPERMAP_SIMULATION_ROBOTS_TERRAIN_H_
 
@@ -12,31 +12,32 @@
 
 namespace hypermap::robots {
 
-// An occupancy layer, and the area of it that is to be explored. Positions are in the layer's
-// frame. Immutable.
+// An occupancy layer, and the area of it to be explored. Positions are in the layer's frame.
+// Immutable; safe to use from many threads.
 class Terrain {
  public:
   Terrain(const GridLayer& occupancy, const Polygon& area, double robot_radius_m);
 
   const GridGeometry& geometry() const { return geometry_; }
-  // All of the layer, with a border that is unknown.
+  // The whole layer, with a border of unknown cells.
   const FloorPlan& plan() const { return plan_; }
-  // Free, and its centre in the area.
+  // Whether the cell is free and its centre is in the area.
   bool IsFloor(const CellIndex& cell) const { return is_floor_.at(cell) != 0; }
-  // Where the middle of a robot may be: floor that is not too near to what is not free.
+  // Whether the centre of a robot may be in the cell: it is floor, and all cells that are not free
+  // are at least the robot's radius away.
   bool IsPassable(const CellIndex& cell) const { return passable_.at(cell) == Floor::kFree; }
-  // Free where robots may be: what lines of InSight may be driven along.
+  // A plan in which only passable cells are free. Robots can drive along its lines of sight.
   const FloorPlan& passable() const { return passable_; }
 
-  // The shortest way for a robot, both ends included, in steps to the eight neighbours, which go
-  // past a corner only where both cells beside it can be crossed (A*: Hart, Nilsson and Raphael,
-  // 1968, with the octile distance). Empty when there is none, or an end is not passable.
+  // Returns the shortest path for a robot, both ends included, in steps to the eight neighbours. A
+  // diagonal step requires that both cells beside it are passable. Empty if there is no path, or an
+  // end is not passable. A* (Hart, Nilsson and Raphael 1968) with the octile distance.
   std::vector<CellIndex> ShortestPath(const CellIndex& from, const CellIndex& to) const;
-  // The passable cell nearest to `p`; nullopt when there is none within `most_m`.
+  // Returns the passable cell nearest to `p`; nullopt if there is none within `most_m`.
   std::optional<CellIndex> NearestPassable(const Point& p, double most_m) const;
-  // All that can be reached from `cell`, it included.
+  // Returns all cells that can be reached from `cell`, which is included.
   std::vector<CellIndex> ReachableFrom(const CellIndex& cell) const;
-  // The largest set of cells that can be reached from each other.
+  // Returns the largest set of cells that can be reached from each other, ascending.
   std::vector<CellIndex> LargestRegion() const;
 
  private:

@@ -58,7 +58,7 @@ TEST(TerrainTest, ThereIsNoWayThroughWallsOrPastTheirCorners) {
   EXPECT_THAT(terrain.LargestRegion(), SizeIs(5)) << "the left side, of its two";
 }
 
-// A* against Dijkstra.
+// The oracle for A* is Dijkstra's algorithm.
 TEST(TerrainTest, WaysAreAsShortAsCanBe) {
   const uint64_t seed = TestSeed();
   SCOPED_TRACE(seed);

@@ -38,7 +38,7 @@ VisibleFloor CountVisibleFloor(const Terrain& terrain, const GridLayer* explored
       ++floor.explored;
       continue;
     }
-    // Who sees it is seen from it.
+    // Visibility is taken to be symmetric: looking from the cell finds the places that see it.
     bool is_seen = false;
     sight.Look(terrain.plan(), cell,
                [&](const CellIndex& place) { is_seen = is_seen || reachable.at(place) != 0; });

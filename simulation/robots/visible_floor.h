@@ -1,4 +1,4 @@
-// What of the floor robots could have seen, counted without the server.
+// Counts the floor that robots could see, independently of the server.
 #ifndef HYPERMAP_SIMULATION_ROBOTS_VISIBLE_FLOOR_H_
 #define HYPERMAP_SIMULATION_ROBOTS_VISIBLE_FLOOR_H_
 
@@ -10,23 +10,24 @@
 
 namespace hypermap::robots {
 
-// Cells of the occupancy layer.
+// Numbers of cells of the occupancy layer.
 struct VisibleFloor {
   int64_t explored = 0;
-  // Not explored, but in sight and in range of a place that robots can reach.
+  // Cells that are not explored, but visible within range from a place that robots can reach.
   int64_t missed = 0;
-  // Not explored, and in sight from nowhere.
+  // Cells that are neither explored nor visible from such a place.
   int64_t hidden = 0;
 
-  // Of what can be seen; 1 when that is nothing.
+  // Returns the explored share of the explored and missed cells; 1 if there are none.
   double fraction() const {
     const int64_t visible = explored + missed;
     return visible == 0 ? 1.0 : static_cast<double>(explored) / static_cast<double>(visible);
   }
 };
 
-// A cell is explored when `explored` (an exploration layer, in the frame of the terrain; null: no
-// cell is) says so at its centre. Robots reach what hangs together with a cell of `starts`.
+// Counts the cells of the terrain's floor. `explored` is an exploration layer in the frame of the
+// terrain, looked up at the cells' centres; if it is null, no cell is explored. Robots can reach
+// all passable cells that are connected to a cell of `starts`.
 VisibleFloor CountVisibleFloor(const Terrain& terrain, const GridLayer* explored,
                                const std::vector<CellIndex>& starts, double range_m);
 

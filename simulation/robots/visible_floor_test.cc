@@ -7,7 +7,7 @@
 namespace hypermap::robots {
 namespace {
 
-// Explored where a '.' is.
+// Returns an exploration layer that is explored where the drawing has a '.'.
 std::shared_ptr<const GridLayer> Explored(const std::vector<std::string>& lines) {
   LayerSpec spec = DrawnSite(lines)->spec();
   spec.kind = LayerKind::kExploration;
@@ -24,7 +24,8 @@ std::shared_ptr<const GridLayer> Explored(const std::vector<std::string>& lines)
 }
 
 TEST(VisibleFloorTest, CountsWhatWasSeenMissedAndHidden) {
-  // The room at the right has no door; the corner of the left one is out of range.
+  // The room on the right has no door, so that its unexplored cells are hidden; those of the left
+  // room are missed.
   const auto site = DrawnSite({"....#..", "....#..", "....#.."});
   const Terrain terrain(*site, Polygon::FromBox({{0, 0}, {7, 3}}), 0.0);
   const auto explored = Explored({"...x#..", "...x#xx", "...x#xx"});

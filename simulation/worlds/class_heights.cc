@@ -8,7 +8,7 @@
 namespace hypermap::simulation {
 namespace {
 
-// Usual pieces, not averages of anything.
+// Heights of usual pieces; they are not averages of measurements.
 constexpr std::pair<absl::string_view, ClassHeight> kHeights[] = {
     // Furniture.
     {"bed", {0.55}},
@@ -28,7 +28,7 @@ constexpr std::pair<absl::string_view, ClassHeight> kHeights[] = {
     {"sofa", {0.85}},
     {"table", {0.74, 0.0, true}},
     {"toilet", {0.75}},
-    // What stands on the floor.
+    // Other objects on the floor.
     {"backpack", {0.45}},
     {"bicycle", {1.10}},
     {"fan", {1.20}},
@@ -37,7 +37,7 @@ constexpr std::pair<absl::string_view, ClassHeight> kHeights[] = {
     {"suitcase", {0.65}},
     {"train", {2.40}},
     {"truck", {2.40}},
-    // What lies or stands on tables.
+    // Objects on tables.
     {"book", {0.04}},
     {"bottle", {0.26}},
     {"bowl", {0.10}},
@@ -51,7 +51,7 @@ constexpr std::pair<absl::string_view, ClassHeight> kHeights[] = {
     {"tv", {0.50}},
     {"tvmonitor", {0.50}},
     {"vase", {0.35}},
-    // What hangs on walls.
+    // Objects on walls.
     {"clock", {0.30, 1.90}},
     {"noteboard", {1.00, 0.90}},
 };

@@ -1,4 +1,4 @@
-// How high things of a class are, for maps that do not say it of the things themselves.
+// Typical heights of the objects of a class, for maps whose objects have no heights.
 #ifndef HYPERMAP_SIMULATION_WORLDS_CLASS_HEIGHTS_H_
 #define HYPERMAP_SIMULATION_WORLDS_CLASS_HEIGHTS_H_
 
@@ -7,16 +7,16 @@
 namespace hypermap::simulation {
 
 struct ClassHeight {
-  // From its lower end to its upper end, metres.
+  // Distance from the lower end to the upper end, metres.
   double height_m = 1.0;
-  // Of its lower end above what it stands on: more than 0 for what hangs on walls.
+  // Height of the lower end above the floor, metres: more than 0 for objects on walls.
   double above_m = 0.0;
-  // Whether other things may stand on it.
+  // Whether other objects may stand on it.
   bool carries = false;
 };
 
-// Of a class by its name, whatever its case, blanks, '_' and '-': the table in the .cc. What is not
-// there is 1 m high and stands on the floor.
+// Returns the height of a class by its name, from the table in the source file. Case, blanks, '_'
+// and '-' are ignored. Objects of an unknown class are 1 m high and stand on the floor.
 ClassHeight HeightOfClass(absl::string_view label);
 
 }  // namespace hypermap::simulation

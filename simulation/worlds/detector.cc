@@ -8,7 +8,7 @@
 namespace hypermap::simulation {
 namespace {
 
-// What each class is taken for.
+// The class that each class is confused with.
 constexpr std::array<std::pair<const char*, const char*>, 10> kTakenFor{{
     {"diningtable", "bench"},
     {"chair", "couch"},
@@ -28,7 +28,7 @@ std::vector<uint8_t> MaskOf(const View& view, size_t body) {
   return mask;
 }
 
-// Whether one of the four neighbours is the other value.
+// Returns whether one of the pixel's four neighbours has the other value.
 bool IsAtBorder(const std::vector<uint8_t>& mask, int width, int height, int u, int v) {
   const uint8_t here = mask[static_cast<size_t>(v) * width + u];
   const auto differs = [&](int nu, int nv) {
@@ -38,8 +38,7 @@ bool IsAtBorder(const std::vector<uint8_t>& mask, int width, int height, int u, 
   return differs(u - 1, v) || differs(u + 1, v) || differs(u, v - 1) || differs(u, v + 1);
 }
 
-// The rows and columns of the mask and two more on each side, inside of the image; last ones
-// excluded.
+// Bounding box of a mask with a margin of two pixels, clipped to the image; ends exclusive.
 struct PixelBox {
   int u_begin = 0;
   int u_end = 0;
@@ -76,7 +75,7 @@ void MakeRagged(std::vector<uint8_t>& mask, int width, int height, Random& rando
   }
 }
 
-// Keeps what lies on one side of a line through the mask.
+// Cuts the mask off at a random line, so that 40 to 75 % of its pixels are left.
 void CutOff(std::vector<uint8_t>& mask, int width, Random& random) {
   const double angle = random.Uniform(0.0, 2.0 * std::numbers::pi);
   const double nu = std::cos(angle), nv = std::sin(angle);
@@ -183,7 +182,7 @@ void FaultyDetector::AddPhantoms(const View& view, const ingest::CameraModel& ca
     const double v = camera.fy * p.y() / p.z() + camera.cy;
     if (u < 0 || v < 0 || u >= camera.width - 1 || v >= camera.height - 1) continue;
     const double seen = view.depth.at(static_cast<int>(u), static_cast<int>(v));
-    if (std::abs(seen - p.z()) > 0.4) continue;  // something stands before it
+    if (std::abs(seen - p.z()) > 0.4) continue;  // The place is hidden.
     const double radius = kRadius * camera.fx / p.z();
     detections.push_back({phantom.label, Score(0.5, random_),
                           Ellipse(camera.width, camera.height, u, v, radius, 0.7 * radius)});
@@ -197,7 +196,8 @@ std::vector<SimulatedDetection> FaultyDetector::Detect(const View& view,
   const std::vector<int> pixels = CountPixels(view, scene_.bodies.size());
   for (size_t i = 0; i < pixels.size(); ++i) {
     if (pixels[i] < kLeastPixels) continue;
-    // A body of just enough pixels is missed about half as often again as seen.
+    // With the default share of misses, a body with just kLeastPixels is missed in half of its
+    // sightings.
     const double small = std::min(1.0, kLeastPixels / static_cast<double>(pixels[i]));
     if (random_.Chance(faults_.misses + (1.0 - faults_.misses) * 0.4 * small)) continue;
     detections.push_back(Sighting(view, i, pixels[i]));

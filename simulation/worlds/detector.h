@@ -1,4 +1,4 @@
-// What an instance segmentation network would find in a view, with its mistakes.
+// Simulated instance segmentation of rendered views, exact or with mistakes.
 #ifndef HYPERMAP_SIMULATION_WORLDS_DETECTOR_H_
 #define HYPERMAP_SIMULATION_WORLDS_DETECTOR_H_
 
@@ -17,31 +17,33 @@ namespace hypermap::simulation {
 struct SimulatedDetection {
   std::string label;
   double score = 1.0;
-  std::vector<uint8_t> mask;  // row-major, 0 or 1
+  std::vector<uint8_t> mask;  // Row-major, with the values 0 and 1.
 };
 
-// Pixels of each body of the scene that are seen.
+// Returns the number of visible pixels of each body of the scene.
 std::vector<int> CountPixels(const View& view, size_t num_bodies);
 
-// Bodies with fewer pixels than this are not found.
+// Bodies with fewer visible pixels than this are not detected.
 inline constexpr int kLeastPixels = 40;
 
-// Exact masks of all bodies that are large enough.
+// Returns the exact masks of all bodies with at least kLeastPixels, with score 1.
 std::vector<SimulatedDetection> DetectAll(const Scene& scene, const View& view);
 
 struct DetectorFaults {
-  // Share of the sightings of a large body that are missed; small ones are missed more often.
+  // Share of a large body's sightings that are missed. Small bodies are missed more often.
   double misses = 0.15;
-  // Share of the sightings that get another class. One body in ten is confused half of the time.
+  // Share of the sightings that get a wrong class. For one body in ten the share is a half.
   double confusions = 0.06;
-  // Found where there is nothing, a frame.
+  // False detections per frame at random places. 0 turns phantoms off as well.
   double false_positives = 0.15;
-  // Share of the detections that are given twice.
+  // Share of the detections that are reported twice.
   double duplicates = 0.02;
 };
 
-// A detector that makes mistakes: ragged and partial masks, wrong classes, things that are not
-// there at random places and at two places again and again. Keeps what is wrong with which body.
+// A detector that makes mistakes: missed bodies, ragged and partial masks, wrong classes,
+// duplicates, and false detections, both at random places and repeatedly at two fixed places. It
+// keeps its state between frames: the bodies that it often confuses, and the two places. `scene`
+// and `random` must outlive it. Not thread safe.
 class FaultyDetector {
  public:
   FaultyDetector(const Scene& scene, const DetectorFaults& faults, Random& random);
@@ -50,7 +52,7 @@ class FaultyDetector {
                                          const Eigen::Isometry3d& world_from_camera);
 
  private:
-  // A place that is taken for something whenever it is seen, every third time.
+  // A place where an object that does not exist is detected, in a third of the frames that show it.
   struct Phantom {
     Eigen::Vector3d place;
     std::string label;
@@ -66,7 +68,7 @@ class FaultyDetector {
   const Scene& scene_;
   const DetectorFaults faults_;
   Random& random_;
-  std::vector<double> confusion_of_;  // by body
+  std::vector<double> confusion_of_;  // Share of wrong classes, by body.
   std::vector<Phantom> phantoms_;
 };
 

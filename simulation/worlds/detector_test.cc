@@ -9,7 +9,7 @@ namespace {
 
 ingest::CameraModel Camera() { return {320, 240, 262.5, 262.5, 159.5, 119.5}; }
 
-// A view of a scene of two bodies: a large one and a speck.
+// A view of a scene with two bodies, a large one and one of a few pixels.
 struct TwoBodies {
   TwoBodies() {
     scene.bounds = {{0, 0}, {5, 5}};
@@ -64,7 +64,7 @@ TEST(DetectorTest, SeesThingsThatAreNotThere) {
   FaultyDetector detector(t.scene, {.false_positives = 0.5}, random);
   int found = 0;
   for (int i = 0; i < 1000; ++i) {
-    // Looking straight up, away from the phantoms.
+    // The camera looks straight up, away from the phantoms.
     found +=
         static_cast<int>(detector.Detect(t.view, Camera(), Eigen::Isometry3d::Identity()).size());
   }

@@ -12,14 +12,15 @@ constexpr double kCameraTilt = 18.0 * kRadPerDegree;
 constexpr double kPositionError = 0.045;
 constexpr double kHeadingError = 0.9 * kRadPerDegree;
 
-// Steps from one value to another, the last one not included.
+// Returns the number of frames that a motion by `amount` takes. Its end is the next motion's first
+// frame.
 int StepsFor(double amount, double per_second) {
   return static_cast<int>(std::ceil(std::abs(amount) / per_second * kFramesPerSecond));
 }
 
 class Driver {
  public:
-  // On the spot, by `angle_rad`.
+  // Turns on the spot by `angle_rad`.
   void Turn(const Point& at, double angle_rad) {
     const int steps = StepsFor(angle_rad, kTurnRate_rad_per_s);
     for (int i = 0; i < steps; ++i) {
@@ -62,6 +63,7 @@ PoseError::PoseError(Random& random)
       yaw_rad_(random.Normal(kHeadingError)) {}
 
 PlanarTransform PoseError::Apply(const PlanarTransform& pose) {
+  // The process in steps of a frame. The fresh noise keeps its variance constant.
   constexpr double kKept = 1.0 - 1.0 / (8.0 * kFramesPerSecond);
   const double fresh = std::sqrt(1.0 - kKept * kKept);
   const PlanarTransform believed(pose.x() + x_m_, pose.y() + y_m_, pose.yaw() + yaw_rad_);

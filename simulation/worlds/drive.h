@@ -1,4 +1,4 @@
-// A robot's way through a scene, and where it believes to be.
+// The drive of a robot through a scene, and the error of its localisation.
 #ifndef HYPERMAP_SIMULATION_WORLDS_DRIVE_H_
 #define HYPERMAP_SIMULATION_WORLDS_DRIVE_H_
 
@@ -14,21 +14,21 @@ namespace hypermap::simulation {
 
 inline constexpr double kFramesPerSecond = 5.0;
 
-// Where the robot stands at each frame: along the path at 0.4 m/s, and once round at every third
-// corner, 50 degrees a second.
+// Returns the robot's pose at each frame. It follows the path at kSpeed_m_per_s, turns on the spot
+// at kTurnRate_rad_per_s, and looks all round at every third vertex and at the last one.
 std::vector<PlanarTransform> DriveAlong(const Ring& path);
 
 inline constexpr double kSpeed_m_per_s = 0.4;
 inline constexpr double kTurnRate_rad_per_s = 50.0 * std::numbers::pi / 180.0;
 
-// An error like that of a localisation with a laser: 4.5 cm in x and in y and 0.9 degrees of
-// standard deviation, varying within some 8 seconds (an Ornstein-Uhlenbeck process).
+// The error of a localisation like AMCL's: an Ornstein-Uhlenbeck process with standard deviations
+// of 4.5 cm in x and y and 0.9 degrees in yaw, and a correlation time of 8 seconds.
 class PoseError {
  public:
-  // `random` must outlive it.
+  // `random` must outlive the object.
   explicit PoseError(Random& random);
 
-  // Where a robot at `pose` believes to be; each call is a frame later.
+  // Returns the pose that a robot at `pose` estimates. Each call advances the error by one frame.
   PlanarTransform Apply(const PlanarTransform& pose);
 
  private:
@@ -38,11 +38,11 @@ class PoseError {
   double yaw_rad_;
 };
 
-// The poses with that error.
+// Returns the estimates for the poses of successive frames.
 std::vector<PlanarTransform> WithPoseError(const std::vector<PlanarTransform>& poses,
                                            Random& random);
 
-// The optical frame of the robot's camera, 1.1 m high and tilted 18 degrees down.
+// Returns the pose of the camera's optical frame, 1.1 m above the floor and tilted 18 degrees down.
 Eigen::Isometry3d CameraPose(const PlanarTransform& world_from_robot);
 
 }  // namespace hypermap::simulation

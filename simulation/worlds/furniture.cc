@@ -10,7 +10,7 @@ Prism Block(double x0, double y0, double x1, double y1, double low_m, double hig
   return {{{x0, y0}, {x1, y0}, {x1, y1}, {x0, y1}}, low_m, high_m};
 }
 
-// A drum with eight sides.
+// Returns an upright prism with eight sides around the origin.
 Prism Drum(double radius_m, double low_m, double high_m) {
   Prism prism{{}, low_m, high_m};
   for (int i = 0; i < 8; ++i) {
@@ -20,7 +20,7 @@ Prism Drum(double radius_m, double low_m, double high_m) {
   return prism;
 }
 
-// Four legs in the corners of a width x depth rectangle round the origin.
+// Adds four legs in the corners of a width x depth rectangle around the origin.
 void AddLegs(Body& body, double width_m, double depth_m, double height_m) {
   constexpr double kThick = 0.05;
   for (const double x : {-width_m / 2, width_m / 2 - kThick}) {

@@ -1,4 +1,4 @@
-// Pieces of furniture, made of prisms, standing at the origin with their front towards -y.
+// Pieces of furniture made of prisms. They stand at the origin with their fronts towards -y.
 #ifndef HYPERMAP_SIMULATION_WORLDS_FURNITURE_H_
 #define HYPERMAP_SIMULATION_WORLDS_FURNITURE_H_
 
@@ -7,22 +7,22 @@
 
 namespace hypermap::simulation {
 
-Body DiningTable();  // 1.6 x 0.9 m
-Body Desk();         // 1.3 x 0.7 m, also a "diningtable" to detectors
+Body DiningTable();  // 1.6 x 0.9 m.
+Body Desk();         // 1.3 x 0.7 m. Its label is "diningtable", as detectors would have it.
 Body Chair();
 Body Couch();
 Body Suitcase();
 Body PottedPlant();
-Body Cup();  // 8 cm
+Body Cup();  // 8 cm wide.
 Body Bottle();
 Body Book();
 Body Laptop();
-Body Screen();  // "tvmonitor" on its foot
+Body Screen();  // A "tvmonitor" on its foot.
 
-// The body moved on the plane and lifted.
+// Returns the body moved on the plane and lifted by `lift_m`.
 Body Placed(const Body& body, const PlanarTransform& world_from_body, double lift_m);
 
-// The top of a table: where things may stand, in its own frame, and how high.
+// The top of a table: the area where things may stand, in the table's frame, and its height.
 struct Top {
   Box area;
   double height_m = 0.0;

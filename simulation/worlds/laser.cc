@@ -9,7 +9,7 @@ namespace {
 
 constexpr double kLaserHeight_m = 0.2;
 constexpr double kNearest_m = 1e-6;
-// Halvings of the angle between two bearings, where one ends at another thing than the next.
+// Number of times that the angle between two bearings is halved where the range jumps.
 constexpr int kHalvings = 4;
 
 class Scan {
@@ -25,7 +25,8 @@ class Scan {
   Point At(double bearing, double range_m) const {
     return {foot_.x + range_m * std::cos(bearing), foot_.y + range_m * std::sin(bearing)};
   }
-  // What lies between two bearings and their ranges.
+  // Adds the points between two bearings, by bisection, while their ranges r0 and r1 differ by a
+  // cell or more.
   void AddBetween(double b0, double r0, double b1, double r1, int halvings, Ring* ring) const {
     if (halvings == 0 || std::abs(r0 - r1) < walls_.geometry().resolution_m) return;
     const double middle = 0.5 * (b0 + b1);

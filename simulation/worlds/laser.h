@@ -1,4 +1,4 @@
-// A laser that scans a plane just above the floor: what made the occupancy layer.
+// A laser that scans the plane of the occupancy layer, just above the floor.
 #ifndef HYPERMAP_SIMULATION_WORLDS_LASER_H_
 #define HYPERMAP_SIMULATION_WORLDS_LASER_H_
 
@@ -9,15 +9,15 @@
 namespace hypermap::simulation {
 
 struct LaserFan {
-  // Bearings to both sides of straight ahead; the whole fan is less than half a turn.
+  // Half of the angle of the fan, which is symmetric to straight ahead. Less than pi / 2.
   double half_width_rad = 0.5;
   double range_m = 4.0;
 };
 
-// What lies free before the laser, in the world: from where it stands to the first wall in each
-// bearing, or to the range. Two bearings are a third of a cell apart at the range, and a sixteenth
-// of that where the range jumps. Measured without error, which is far less than a cell for a laser.
-// Empty when it stands in a wall.
+// Returns the free area that the laser sees, in the world: from its position to the first wall on
+// each bearing, or to its range. Neighbouring bearings are a third of a cell apart at full range,
+// and a sixteenth of that where the measured range jumps. Ranges have no error, since that of a
+// laser is far smaller than a cell. Empty if the laser is not on free floor.
 Polygon FreeBefore(const WallGrid& walls, const PlanarTransform& world_from_laser,
                    const LaserFan& fan);
 

@@ -36,8 +36,8 @@ TEST(LaserTest, SeesNothingFromWithinAWall) {
   EXPECT_TRUE(FreeBefore(walls, {-3.0, 0.75, 0.0}, {0.5, 2.0}).empty());
 }
 
-// Four fans all round touch the cells that a robot there is taken to see, but for slivers behind
-// slits, and cover the middle of no wall.
+// Four fans in all directions touch the cells that a robot there is assumed to see, except slivers
+// behind slits, and cover no centre of a wall's cell.
 TEST(LaserTest, AllRoundItSeesWhatIsInSight) {
   const uint64_t seed = TestSeed();
   SCOPED_TRACE(seed);

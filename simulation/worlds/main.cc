@@ -1,5 +1,5 @@
-// render_sequence: a robot's drive through two furnished rooms, as files that hypermap-ingest
-// replays. The same arguments give the same bytes.
+// render_sequence renders a robot's drive through two furnished rooms to files that hypermap-ingest
+// can replay. The same arguments give the same bytes.
 #include <CLI/CLI.hpp>
 #include <iostream>
 #include <string>
@@ -24,14 +24,14 @@ struct Options {
 
 constexpr int64_t kFirstSecond = 1'700'000'000;
 
-// What the drive brings, frame by frame.
+// The recorded drive, frame by frame, without the depth images.
 struct Recording {
   std::vector<absl::Time> stamps;
   std::vector<PlanarTransform> poses;
   std::vector<PlanarTransform> estimated;
   std::vector<std::vector<SimulatedDetection>> clean;
   std::vector<std::vector<SimulatedDetection>> noisy;
-  std::vector<Sightings> sightings;  // by body
+  std::vector<Sightings> sightings;  // By body.
 };
 
 void Count(const View& view, std::vector<Sightings>& sightings) {
@@ -42,9 +42,10 @@ void Count(const View& view, std::vector<Sightings>& sightings) {
   }
 }
 
-// Drives, and writes each image as it comes.
+// Simulates the drive. Each depth image is written at once and not kept.
 absl::StatusOr<Recording> Drive(const Scene& scene, const Options& options) {
-  // Streams of their own: a frame's noise does not depend on the detector's faults.
+  // Each source of randomness has its own generator, so that a frame's noise does not depend on the
+  // detector's faults.
   Random pose_error(options.seed + 1), sensor(options.seed + 2), mistakes(options.seed + 3);
   FaultyDetector detector(scene, options.faults, mistakes);
   const std::vector<PlanarTransform> way = DriveAlong(scene.path);

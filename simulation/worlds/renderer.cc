@@ -21,8 +21,9 @@ struct PixelBox {
   int v_end = 0;
 };
 
-// The pixels that the prism can be seen at: the box of its corners; all of them when some corner is
-// not well in front of the camera, none when all are behind it.
+// Returns the pixels that may show the prism: the bounding box of its projected corners. If a
+// corner is less than 5 cm in front of the camera, its projection is unusable and all pixels are
+// returned; none if all corners are behind the camera.
 PixelBox PixelsOf(const Prism& prism, const CameraModel& camera,
                   const Eigen::Isometry3d& camera_from_world) {
   double u_low = camera.width, u_high = -1, v_low = camera.height, v_high = -1;
@@ -50,14 +51,16 @@ PixelBox PixelsOf(const Prism& prism, const CameraModel& camera,
           clamp(std::floor(v_low), camera.height), clamp(std::ceil(v_high) + 1, camera.height)};
 }
 
-// Plain numbers: the loop over rays is all that a drive costs.
+// Plain numbers instead of Eigen's vectors, because the loop over rays dominates the cost of a
+// drive.
 struct Direction {
   double x = 0.0;
   double y = 0.0;
   double z = 0.0;
 };
 
-// The ray of each pixel, one metre forward, so that its parameter is the depth.
+// Returns the ray of each pixel, with a component of 1 along the optical axis, so that a ray's
+// parameter is the depth.
 std::vector<Direction> RaysOf(const CameraModel& camera,
                               const Eigen::Isometry3d& world_from_camera) {
   std::vector<Direction> rays;
@@ -73,7 +76,8 @@ std::vector<Direction> RaysOf(const CameraModel& camera,
   return rays;
 }
 
-// The outside of a face: `height` above it is where all rays begin, `normal` points away from it.
+// A face of a prism. `normal` points outwards (its length is arbitrary), and `height` is the
+// signed distance of the rays' origin from the face in units of `normal`.
 struct Face {
   double height = 0.0;
   Direction normal;
@@ -84,7 +88,7 @@ std::vector<Face> FacesOf(const Prism& prism, const Eigen::Vector3d& origin) {
                           {origin.z() - prism.high_m, {0.0, 0.0, 1.0}}};
   Point a = prism.footprint.back();
   for (const Point& b : prism.footprint) {
-    // Left of a -> b is inside.
+    // The footprint is counter-clockwise, so that its inside is to the left of a -> b.
     const double nx = b.y - a.y, ny = a.x - b.x;
     faces.push_back({nx * (origin.x() - a.x) + ny * (origin.y() - a.y), {nx, ny, 0.0}});
     a = b;
@@ -92,8 +96,8 @@ std::vector<Face> FacesOf(const Prism& prism, const Eigen::Vector3d& origin) {
   return faces;
 }
 
-// The depth at which the ray comes in through the last of the faces; 0 when it passes by, or begins
-// inside.
+// Returns the depth at which the ray enters the prism; 0 if it misses the prism or begins inside.
+// A ray is inside a convex solid from the last face that it enters to the first that it leaves.
 double Hit(const std::vector<Face>& faces, const Direction& ray) {
   double enter = 0.0, leave = std::numeric_limits<double>::infinity();
   for (const Face& face : faces) {
@@ -110,7 +114,7 @@ double Hit(const std::vector<Face>& faces, const Direction& ray) {
   return enter;
 }
 
-// Draws prism after prism; the nearer one stays.
+// Draws prisms into a view with a depth buffer: the nearest surface of each pixel stays.
 class Painter {
  public:
   Painter(const CameraModel& camera, const Eigen::Isometry3d& world_from_camera, View& view)
@@ -135,7 +139,7 @@ class Painter {
     }
   }
 
-  // Before anything else is drawn.
+  // REQUIRES: nothing has been drawn yet, because the walls overwrite the depth buffer.
   void Draw(const WallGrid& walls) {
     for (size_t at = 0; at < rays_.size(); ++at) {
       const Direction& ray = rays_[at];
@@ -152,7 +156,7 @@ class Painter {
   View& view_;
 };
 
-// The depth of the neighbour across an edge, if the pixel lies on one.
+// Returns the depth of a neighbour across an edge; nullopt if the pixel is not at an edge.
 std::optional<float> DepthAcrossEdge(const DepthImage& depth, int u, int v) {
   const float here = depth.at(u, v);
   const float limit = 0.05f + 0.02f * here;

@@ -14,7 +14,7 @@ Prism Block(double x0, double y0, double x1, double y1, double low_m, double hig
   return {{{x0, y0}, {x1, y0}, {x1, y1}, {x0, y1}}, low_m, high_m};
 }
 
-// At the origin, looking along x, level.
+// The camera is at the origin, level, and looks along x.
 Eigen::Isometry3d Level(double height_m) {
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
   pose.linear() << 0, 0, 1, -1, 0, 0, 0, -1, 0;
@@ -22,20 +22,20 @@ Eigen::Isometry3d Level(double height_m) {
   return pose;
 }
 
-// A wall 3 m ahead, the floor 1 m below: row v sees the floor at fy / (v - cy) metres.
+// A wall is 3 m ahead and the floor 1 m below, so that row v sees the floor at fy / (v - cy) m.
 TEST(RendererTest, DepthsAreThoseOfThePinhole) {
   const Scene scene{{}, {Block(-1, -9, 9, 9, -0.1, 0), Block(3, -9, 3.2, 9, 0, 9)}, {}, {}};
   const View view = Render(scene, Camera(), Level(1.0));
   for (const int u : {0, 17, 160, 319}) {
     EXPECT_FLOAT_EQ(view.depth.at(u, 0), 3.0f);
     EXPECT_FLOAT_EQ(view.depth.at(u, 119), 3.0f);
-    EXPECT_FLOAT_EQ(view.depth.at(u, 206), 3.0f);  // 262.5 / 86.5 = 3.03: the wall is nearer
+    EXPECT_FLOAT_EQ(view.depth.at(u, 206), 3.0f);  // 262.5 / 86.5 = 3.03; the wall is nearer.
     EXPECT_FLOAT_EQ(view.depth.at(u, 208), 262.5f / 88.5f);
     EXPECT_FLOAT_EQ(view.depth.at(u, 239), 262.5f / 119.5f);
   }
 }
 
-// A box half a metre wide at 2 m is 0.5 * 262.5 / 2 = 65.6 pixels wide; one behind it is hidden.
+// A box half a metre wide at 2 m is 0.5 * 262.5 / 2 = 65.6 pixels wide. It hides the box behind.
 TEST(RendererTest, WhatStandsBeforeHidesWhatStandsBehind) {
   const Scene scene{{},
                     {},
@@ -50,7 +50,7 @@ TEST(RendererTest, WhatStandsBeforeHidesWhatStandsBehind) {
   EXPECT_EQ(view.body_at(160, 120), 0);
   EXPECT_FLOAT_EQ(view.depth.at(160, 120), 2.0f);
   for (const int16_t body : view.body) EXPECT_NE(body, 1);
-  // Left of the middle: y = 0.7 at 3 m lies at column 159.5 - 0.7 / 3 * 262.5.
+  // y = 0.7 m is to the left of the centre, at column 159.5 - 0.7 / 3 * 262.5 for 3 m.
   EXPECT_EQ(view.body_at(98, 120), 2);
   EXPECT_EQ(view.body_at(0, 0), View::kStructure);
   EXPECT_EQ(view.depth.at(0, 0), 0.0f);
@@ -74,7 +74,7 @@ TEST(RendererTest, NoiseGrowsWithTheSquareOfTheDistance) {
       squares += (d - z) * (d - z);
     }
     const double n = static_cast<double>(noisy.metres.size());
-    // Rounding to a step s adds s^2 / 12.
+    // Rounding to steps of s adds a variance of s^2 / 12.
     const double sigma = std::hypot(1.425e-3, 2.85e-3 / std::sqrt(12.0)) * z * z;
     EXPECT_NEAR(sum / n, 0.0, 0.2 * sigma);
     EXPECT_NEAR(std::sqrt(squares / n), sigma, 0.1 * sigma);

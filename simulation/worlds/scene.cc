@@ -19,17 +19,20 @@ namespace {
 
 constexpr double kWallHeight = 2.5;
 constexpr double kWallThickness = 0.1;
-// What nothing on the floor comes nearer to than this: the path's middle, walls, other furniture.
+// Smallest distances of furniture to the path, to walls, to other furniture, to the parts of a
+// table that it is pushed under, and between things on a table, metres.
 constexpr double kPathClearance = 0.55;
 constexpr double kWallClearance = 0.06;
 constexpr double kGap = 0.12;
 constexpr double kTuckedGap = 0.02;
 constexpr double kTopGap = 0.04;
+// Random places that are tried before a piece is left out.
 constexpr int kTrials = 400;
 
 const Box kRooms[] = {{{0.0, 0.0}, {6.2, 5.4}}, {{6.3, 0.0}, {11.6, 5.4}}};
 
-// Grown on all sides: a cheap stand-in for a distance between footprints.
+// Returns the footprint grown by `by_m` on all sides: intersecting it is cheaper than computing
+// distances between footprints.
 Polygon Grown(const Polygon& footprint, double by_m) {
   std::vector<Point> points;
   for (const Point& p : footprint.outer()) {
@@ -59,7 +62,7 @@ void AddWall(Scene& scene, const Box& box) {
   scene.structure.push_back({Polygon::FromBox(box).outer(), 0.0, kWallHeight});
 }
 
-// The shell of the two rooms, with a door in the wall between them.
+// Adds the floor and walls of the two rooms, with a door in the wall between them, and the path.
 void AddStructure(Scene& scene) {
   const Box &left = kRooms[0], &right = kRooms[1];
   const double t = kWallThickness, x0 = left.min.x, x1 = right.max.x, y0 = left.min.y,
@@ -76,12 +79,12 @@ void AddStructure(Scene& scene) {
                 {6.9, 2.7}, {8.2, 2.1}, {9.4, 3.2}, {10.2, 2.7}};
 }
 
-// Puts things where there is room for them.
+// Places furniture at random where there is room. The methods return false if there is none.
 class Furnisher {
  public:
   Furnisher(Scene& scene, Random& random) : scene_(scene), random_(random) {}
 
-  // Somewhere on the floor of a room, turned by quarters and a little. False when there is no room.
+  // Places the body on the floor of a room, about parallel to the walls.
   bool PlaceOnFloor(const Body& body, const Box& room) {
     for (int i = 0; i < kTrials; ++i) {
       const PlanarTransform pose(random_.Uniform(room.min.x, room.max.x),
@@ -91,7 +94,7 @@ class Furnisher {
     return false;
   }
 
-  // At a table that stands at `world_from_table`, facing it, pushed under it or drawn back.
+  // Places the body at a table of depth `depth_m`, facing it, pushed under it or drawn back.
   bool PlaceAt(const Body& body, const PlanarTransform& world_from_table, double depth_m,
                const Box& room) {
     for (int i = 0; i < kTrials / 10; ++i) {
@@ -104,7 +107,7 @@ class Furnisher {
     return false;
   }
 
-  // Somewhere on a table.
+  // Places the body on top of a table.
   bool PlaceOnTop(const Body& body, const Top& top, const PlanarTransform& world_from_table) {
     for (int i = 0; i < kTrials; ++i) {
       const PlanarTransform pose(random_.Uniform(top.area.min.x, top.area.max.x),
@@ -136,7 +139,8 @@ class Furnisher {
     });
   }
 
-  // Whether the body touches nothing that is there; their footprints may lie on top of each other.
+  // Returns whether the body touches no other body on the floor. Unlike with IsFree, footprints may
+  // overlap if heights do not, so that a chair's seat fits under a table.
   bool Fits(const Body& body) const {
     for (const Prism& part : body.parts) {
       const Polygon grown = Grown(Polygon::MakeUnchecked({part.footprint}), kTuckedGap);
@@ -170,7 +174,7 @@ class Furnisher {
   PlanarTransform last_pose_;
 };
 
-// A table with what belongs to it.
+// Adds a table with things on it and one or two chairs.
 void AddTable(Furnisher& furnisher, Random& random, const Body& table, double depth_m,
               const Box& room) {
   if (!furnisher.PlaceOnFloor(table, room)) return;

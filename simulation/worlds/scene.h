@@ -1,4 +1,5 @@
-// A furnished place made of upright prisms. Metres; z points up, the floor is z = 0.
+// Furnished rooms made of upright prisms. Coordinates are in metres; z points up, and the floor is
+// at z = 0.
 #ifndef HYPERMAP_SIMULATION_WORLDS_SCENE_H_
 #define HYPERMAP_SIMULATION_WORLDS_SCENE_H_
 
@@ -13,7 +14,7 @@
 
 namespace hypermap::simulation {
 
-// A convex footprint, counter-clockwise, drawn up from `low_m` to `high_m`.
+// A convex footprint, counter-clockwise, extruded from `low_m` to `high_m`.
 struct Prism {
   Ring footprint;
   double low_m = 0.0;
@@ -22,26 +23,27 @@ struct Prism {
   friend bool operator==(const Prism&, const Prism&) = default;
 };
 
-// A thing to be found.
+// An object that detectors may find.
 struct Body {
   std::string label;
   std::vector<Prism> parts;
 };
 
 struct Scene {
-  Box bounds;                    // of the floor
-  std::vector<Prism> structure;  // floor and walls
+  Box bounds;                    // Bounding box of the floor.
+  std::vector<Prism> structure;  // Floor and walls that are prisms.
   std::vector<Body> bodies;
-  Ring path;  // what the robot drives along; nothing stands on it
+  Ring path;  // The robot's path, an open line that is free of furniture.
   std::optional<WallGrid> walls;
 };
 
-// Convex hull of the parts on the plane, and their heights.
+// Return the convex hull of the body's parts on the plane, and the range of their heights.
 Polygon FootprintOf(const Body& body);
 HeightRange HeightOf(const Body& body);
 
-// Two rooms joined by a door, with tables, chairs, couches, screens, bags and plants on the floor,
-// and cups, bottles, books and laptops on the tables. The same seed gives the same place.
+// Returns two rooms joined by a door, with tables, chairs, couches, suitcases and plants on the
+// floor, and screens, laptops, cups, bottles and books on the tables. The same seed gives the same
+// scene.
 Scene MakeOffice(uint64_t seed);
 
 }  // namespace hypermap::simulation

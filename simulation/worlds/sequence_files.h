@@ -1,4 +1,5 @@
-// The files of a recorded drive: TUM's RGB-D layout, COCO results, the truth and the floor plan.
+// Encodes the files of a recorded drive: TUM's RGB-D layout, COCO results, ground truth and floor
+// plan.
 #ifndef HYPERMAP_SIMULATION_WORLDS_SEQUENCE_FILES_H_
 #define HYPERMAP_SIMULATION_WORLDS_SEQUENCE_FILES_H_
 
@@ -15,42 +16,47 @@
 
 namespace hypermap::simulation {
 
-// How often a body was seen.
+// The visibility of a body in a drive.
 struct Sightings {
-  int frames = 0;  // with kLeastPixels or more
-  int most_pixels = 0;
+  int frames = 0;       // Number of frames with at least kLeastPixels of it.
+  int most_pixels = 0;  // Largest number of its pixels in a frame.
 };
 
-// A grey PNG of 16 bits, metres times 5000, 0 = none.
+// Returns a grey PNG of 16 bits, metres times 5000, 0 = no return.
 absl::StatusOr<std::string> EncodeDepthPng(const ingest::DepthImage& depth);
 
+// Returns the YAML of ROS camera_info, without distortion.
 std::string EncodeCamera(const ingest::CameraModel& camera);
 
-// A line "t tx ty tz qx qy qz qw" for each pose, of the camera's optical frame in the frame "map".
+// Returns a line "t tx ty tz qx qy qz qw" for each of the robot's poses: the camera's optical frame
+// in the frame "map".
 std::string EncodeTrajectory(const std::vector<absl::Time>& stamps,
                              const std::vector<PlanarTransform>& poses);
 
-// The list of images, a line for each.
+// Returns depth.txt, with a line "t file" for each image.
 std::string EncodeDepthList(const std::vector<absl::Time>& stamps);
-// The name of a frame's image in the folder of the drive.
+// Returns the name of a frame's image, relative to the folder of the drive.
 std::string DepthName(absl::Time stamp);
 
-// COCO results with run lengths; frames without a detection are listed too.
+// Returns COCO's {images, categories, annotations} with masks as run lengths. Frames without
+// detections are listed as images, too.
 std::string EncodeDetections(const std::vector<absl::Time>& stamps,
                              const ingest::CameraModel& camera,
                              const std::vector<std::vector<SimulatedDetection>>& detections);
 
-// GeoJSON of the footprints with `label`, heights, `detectable` and `visible_frames`.
+// Returns the ground truth as GeoJSON: footprints with `label`, heights, `detectable`,
+// `visible_frames` and `max_pixels`.
 std::string EncodeTruth(const Scene& scene, const std::vector<Sightings>& sightings);
 
-// The floor plan as a map_server would load it, 5 cm a cell: what a laser 0.3 m above the floor
-// meets is occupied.
+// The floor plan in map_server's format, with cells of 5 cm. A cell is occupied if a laser 0.3 m
+// above the floor would hit something at its centre.
 struct FloorPlanFiles {
   std::string yaml;
   std::string pgm;
 };
 FloorPlanFiles EncodeFloorPlan(const Scene& scene);
 
+// Writes a file, and creates the folders of its path. Errors: UNAVAILABLE, naming the file.
 absl::Status WriteFileIn(const std::string& folder, const std::string& name,
                          const std::string& data);
 

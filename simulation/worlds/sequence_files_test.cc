@@ -57,7 +57,7 @@ TEST(SequenceFilesTest, TheTruthIsWhatStandsThere) {
   EXPECT_EQ(ring.front(), ring.back());
 }
 
-// Cells of 5 cm: the outer wall is two cells thick, the middle of the path is free.
+// With cells of 5 cm the outer wall is two cells thick. The path is free.
 TEST(SequenceFilesTest, TheFloorPlanHasWallsAndFreeFloor) {
   const Scene scene = MakeOffice(1);
   const FloorPlanFiles plan = EncodeFloorPlan(scene);
@@ -74,7 +74,8 @@ TEST(SequenceFilesTest, TheFloorPlanHasWallsAndFreeFloor) {
   for (const Point& p : scene.path) EXPECT_EQ(at(p), 254);
 }
 
-// Level it would be all halves; tilted by 18 degrees it is (cos 9 +- sin 9) / 2.
+// The quaternion of a level camera has components of +-0.5; tilted by 18 degrees they are
+// +-(cos 9 +- sin 9) / 2.
 TEST(SequenceFilesTest, TrajectoriesHaveALineForEachPose) {
   EXPECT_EQ(EncodeTrajectory({absl::FromUnixSeconds(5)}, {PlanarTransform(1, 2, 0)}),
             "# camera trajectory, optical frame in the frame map\n"

@@ -8,26 +8,26 @@
 namespace hypermap::simulation {
 namespace {
 
-// Later than a ray ends; finite, so that sums of it are ordered.
+// Parameter of borders that a ray never crosses. Finite, so that sums of it remain comparable.
 constexpr double kNever = 1e30;
 
-// How a ray goes through the columns, or the rows, of a grid.
+// The traversal of a grid's columns, or of its rows, by a ray.
 struct Axis {
-  // `begin` and `step` in cells, the latter for each t.
+  // The ray begins at coordinate `begin` and moves by `step` per unit of t, both in cells.
   Axis(double begin, double step)
       : cell(static_cast<int32_t>(std::floor(begin))),
         turn(step > 0 ? 1 : -1),
         each(step == 0 ? kNever : 1.0 / std::abs(step)),
         next(step == 0 ? each : ((step > 0 ? cell + 1 - begin : begin - cell) * each)) {}
 
-  // Over `cells` borders.
+  // Moves over `cells` borders.
   void Advance(int32_t cells) {
     cell += turn * cells;
     next += cells * each;
   }
-  // When it has gone over so many borders.
+  // Returns the t at which the ray crosses the border number `cells`, counted from 1.
   double After(int32_t cells) const { return next + (cells - 1) * each; }
-  // Over all borders before `t`, at most `most`.
+  // Moves over all borders before `t`, but at most over `most`.
   void AdvanceTo(double t, int32_t most) {
     if (next >= t) return;
     Advance(std::min(most, static_cast<int32_t>((t - next) / each) + 1));
@@ -35,12 +35,12 @@ struct Axis {
 
   int32_t cell;
   int32_t turn;
-  double each;  // t from one border to the next
-  double next;  // t of the next border
+  double each;  // Difference of t between two borders.
+  double next;  // t of the next border.
 };
 
-// The distance to the nearest cell that is not free, in steps to the eight neighbours; what is far
-// counts as kFarthest (Rosenfeld and Pfaltz 1966: two passes).
+// Chessboard distance of each cell to the nearest cell that is not free, at most kFarthest, in two
+// passes (Rosenfeld and Pfaltz 1966).
 constexpr uint8_t kFarthest = 100;
 
 CellRaster<uint8_t> DistancesToBlocks(const FloorPlan& plan) {
@@ -82,10 +82,11 @@ std::optional<double> WallGrid::Hit(const Eigen::Vector3d& origin, const Eigen::
   const double to_floor =
       direction.z() < 0 ? -origin.z() / direction.z() : std::numeric_limits<double>::infinity();
   const double end = std::min(most, to_floor);
-  bool inside = true;  // of the block that it begins in
+  bool inside = true;  // Whether the ray has not yet left the blocks in which it begins.
   for (double t = 0; t <= end;) {
     const CellIndex cell{rows.cell, cols.cell};
-    // As many cells at once as there can be no block in.
+    // There is no block within the distance to the nearest one, so that as many columns and rows
+    // can be crossed at once.
     const bool is_in_plan = plan_.Contains(cell);
     const int32_t clear = is_in_plan ? std::max<int32_t>(1, away_.at(cell)) : 1;
     const double leave = std::min(rows.After(clear), cols.After(clear));
@@ -94,7 +95,7 @@ std::optional<double> WallGrid::Hit(const Eigen::Vector3d& origin, const Eigen::
     if (is_block && !inside) {
       const double z = origin.z() + t * direction.z();
       if (z >= 0 && z <= height_m_) return t;
-      // Onto its top, from above.
+      // The ray is above the block here, and may come down onto its top before it leaves the cell.
       const double to_top = direction.z() < 0 ? (height_m_ - origin.z()) / direction.z() : -1.0;
       if (z > height_m_ && to_top >= t && to_top <= std::min(leave, end)) return to_top;
     }

@@ -23,13 +23,13 @@ TEST(WallGridTest, RaysEndAtWallsAndAtTheFloor) {
   EXPECT_EQ(walls.Hit({0.25, 0.25, 0.5}, {1, 0, 0}, 9), 1.75);
   EXPECT_EQ(walls.Hit({0.25, 0.25, 0.5}, {1, 0, 0}, 1.7), std::nullopt);
   EXPECT_EQ(walls.Hit({0.25, 0.25, 0.5}, {1, 0, -0.5}, 9), 1.0);
-  EXPECT_EQ(walls.Hit({0.25, 0.25, 1.5}, {1, 0, 0}, 9), std::nullopt);   // above it
-  EXPECT_EQ(walls.Hit({0.25, 0.25, 2.0}, {1, 0, -0.5}, 9), 2.0);         // onto its top
-  EXPECT_EQ(walls.Hit({0.25, 0.25, 0.5}, {-1, 0, 0}, 9), std::nullopt);  // out of the plan
+  EXPECT_EQ(walls.Hit({0.25, 0.25, 1.5}, {1, 0, 0}, 9), std::nullopt);   // Above the block.
+  EXPECT_EQ(walls.Hit({0.25, 0.25, 2.0}, {1, 0, -0.5}, 9), 2.0);         // Onto its top.
+  EXPECT_EQ(walls.Hit({0.25, 0.25, 0.5}, {-1, 0, 0}, 9), std::nullopt);  // Out of the plan.
   EXPECT_EQ(walls.Hit({0.25, 0.25, 0.5}, {-1, 0, -0.5}, 9), std::nullopt);
 }
 
-// The same cells as prisms, drawn one by one.
+// The oracle renders the same cells as prisms.
 TEST(WallGridTest, LooksLikeItsCellsAsPrisms) {
   const uint64_t seed = TestSeed();
   SCOPED_TRACE(seed);
@@ -57,7 +57,7 @@ TEST(WallGridTest, LooksLikeItsCellsAsPrisms) {
       const float other = b.depth.metres[i] > 8.0f ? 0.0f : b.depth.metres[i];
       differing += std::abs(a.depth.metres[i] - other) > 1e-4f;
     }
-    // A ray along an edge may pass on either side of it.
+    // A ray along an edge of a block may hit or miss it.
     EXPECT_LE(differing, 3);
   }
 }

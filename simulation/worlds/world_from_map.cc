@@ -11,7 +11,8 @@
 namespace hypermap::simulation {
 namespace {
 
-// The upper height of the thing that carries `object`; 0 when it stands on the floor.
+// Returns the height of the surface that `object` stands on: the upper end of the highest object
+// that may carry others and contains its centroid, or 0, the floor.
 double HeightBelow(const SemanticObject& object, const std::vector<SemanticObject>& objects) {
   const Point middle = Centroid(object.shape);
   double below = 0.0;
@@ -27,14 +28,14 @@ double HeightBelow(const SemanticObject& object, const std::vector<SemanticObjec
 HeightRange HeightOf(const SemanticObject& object, const std::vector<SemanticObject>& objects) {
   if (object.height && object.height->high_m > object.height->low_m) return *object.height;
   const ClassHeight height = HeightOfClass(object.label);
-  // What carries things stands on the floor itself.
+  // Objects that may carry others stand on the floor themselves.
   const double low_m = height.above_m > 0.0 ? height.above_m
                        : height.carries     ? 0.0
                                             : HeightBelow(object, objects);
   return {low_m, low_m + height.height_m};
 }
 
-// Sets the cells that the rule selects to free where the plan has `what`.
+// Sets those cells to free that the rule selects and that are `what` in the plan.
 void Free(const Polygon& footprint, CellRule rule, Floor what, const GridGeometry& geometry,
           FloorPlan* plan) {
   const CellCover cover(footprint, geometry, plan->box(), rule);
@@ -47,9 +48,9 @@ void Free(const Polygon& footprint, CellRule rule, Floor what, const GridGeometr
   }
 }
 
-// Removes the walls that a laser drew where the object stands: it draws furniture a little larger
-// than it is, so every occupied cell that the footprint touches is freed. Unknown cells are freed
-// only where their centre is covered.
+// Removes the walls where the object stands. A laser draws furniture slightly too large, so that
+// all occupied cells that the footprint touches are freed. Unknown cells are freed only if their
+// centres are covered.
 void ClearWalls(const Polygon& footprint, const GridGeometry& geometry, FloorPlan* plan) {
   Free(footprint, CellRule::kTouched, Floor::kOccupied, geometry, plan);
   Free(footprint, CellRule::kCentre, Floor::kUnknown, geometry, plan);
@@ -63,7 +64,7 @@ Scene WorldFromMap(const FloorPlan& plan, const GridGeometry& geometry,
   scene.bounds = geometry.BoundsOf(plan.box());
   FloorPlan walls = plan;
   for (const SemanticObject& object : objects) {
-    // Lanes, docks and other lines and points take up no space that a robot could bump into.
+    // Lanes, docks and other lines and points are no obstacles.
     if (!object.shape.is_polygon() || object.shape.empty()) continue;
     const Polygon hull = ConvexHull(object.shape.polygon().outer());
     if (hull.empty()) continue;

@@ -1,4 +1,4 @@
-// The world that a map describes, in two and a half dimensions.
+// Builds a world in two and a half dimensions from the layers of a map.
 #ifndef HYPERMAP_SIMULATION_WORLDS_WORLD_FROM_MAP_H_
 #define HYPERMAP_SIMULATION_WORLDS_WORLD_FROM_MAP_H_
 

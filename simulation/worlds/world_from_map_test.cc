@@ -98,7 +98,7 @@ TEST(WorldFromMapTest, FootprintsAreMadeConvexAndThoseWithoutAreaLeftOut) {
 TEST(WorldFromMapTest, LinesAndPointsAreNoObstaclesAndCarryNothing) {
   SemanticObject lane = Thing("lane", {{0, 0}, {1, 1}});
   lane.shape = *LineString::Make({{0, 0.5}, {3, 0.5}});
-  // A class that carries others, at the middle of the cup.
+  // Tables carry things, but these are a point and a line at the middle of the cup.
   SemanticObject table = Thing("table", {{0, 0}, {1, 1}});
   table.shape = *Shape::MakePoint({0.5, 0.5});
   SemanticObject sill = Thing("table", {{0, 0}, {1, 1}});

@@ -20,7 +20,7 @@ namespace hypermap::storage {
 
 namespace {
 
-// How many of the changes, from the first on, put new objects into one layer.
+// The number of changes at the beginning that put new objects into one layer.
 size_t CountNewObjects(absl::Span<const Change> changes) {
   const auto* first = std::get_if<ObjectPut>(&changes.front());
   if (first == nullptr) return 0;
@@ -76,7 +76,8 @@ Revision ChangeWriter::VersionOf(int64_t lineage, const Snapshot& snapshot) cons
   for (const auto& [name, layer] : layers_) {
     if (layer.stored.lineage != lineage) continue;
     const Revision version = snapshot.LayerVersionOf(name);
-    // A copy of a map takes several revisions' changes at once.
+    // A replica writes the changes of several revisions in one commit, so that the version of a
+    // layer need not be the revision of the commit.
     if (version > 0) return version;
   }
   return revision_;

@@ -10,8 +10,9 @@
 namespace hypermap::storage {
 namespace {
 
-// Histories grow in the order of their ends, and so do their ids: what goes is a run from the least
-// id on, which no index is needed to find. The same holds for receipts and their times.
+// Rows of a history are added in the order of their end_revision, and so are their ids. The rows to
+// remove are therefore the ones with the smallest ids, which are found without an index. The same
+// holds for receipts and their times.
 constexpr char kObjectBoxes[] =
     "DELETE FROM hypermap_object_boxes WHERE id IN (SELECT id FROM "
     "(SELECT id, end_revision FROM hypermap_object_history ORDER BY id LIMIT ?2) "
@@ -27,7 +28,7 @@ constexpr char kTiles[] =
 constexpr char kChanges[] =
     "DELETE FROM hypermap_changes WHERE (revision, number) IN (SELECT revision, number "
     "FROM hypermap_changes WHERE revision <= ?1 ORDER BY revision, number LIMIT ?2)";
-// The oldest revision's own row tells when it was made.
+// The row of the oldest revision itself stays, because it has the revision's time.
 constexpr char kRevisions[] =
     "DELETE FROM hypermap_revisions WHERE revision IN (SELECT revision FROM hypermap_revisions "
     "WHERE revision < ?1 ORDER BY revision LIMIT ?2)";
@@ -35,7 +36,7 @@ constexpr char kReceipts[] =
     "DELETE FROM hypermap_receipts WHERE id IN (SELECT id FROM "
     "(SELECT id, time_ns FROM hypermap_receipts ORDER BY id LIMIT ?2) WHERE time_ns < ?1)";
 
-// Versions of one layer or frame, of which the newest at ?1 and what is later stays.
+// Removes old versions of one layer or frame. The newest one at revision ?1 and later ones stay.
 constexpr char kLayerVersions[] =
     "DELETE FROM hypermap_layer_history WHERE lineage = ?3 AND first_revision IN "
     "(SELECT first_revision FROM hypermap_layer_history WHERE lineage = ?3 AND first_revision < "
@@ -52,7 +53,7 @@ constexpr char kFrameVersions[] =
     "AND first_revision < (SELECT max(first_revision) FROM hypermap_frame_history "
     "WHERE child_frame_id = ?3 AND first_revision <= ?1) ORDER BY first_revision LIMIT ?2)";
 
-// Counts down what may still be removed.
+// Removes rows and counts them, until the maximum is reached.
 class Remover {
  public:
   Remover(Database* database, int64_t max_rows) : database_(database), room_(max_rows) {}
@@ -101,7 +102,7 @@ absl::Status RemoveLayers(Database* database, Revision oldest, Remover* remover)
     status.Update(remover->Remove(kLayerVersions, oldest, lineage));
     status.Update(remover->Remove(kLayerRevisions, oldest, lineage));
   }
-  // A layer that was deleted before has one row of each kind left.
+  // A layer that was deleted before the oldest revision has one row left in each table.
   if (!status.ok() || remover->done()) return status;
   for (const char* sql :
        {"DELETE FROM hypermap_layer_history WHERE lineage IN (SELECT id FROM hypermap_lineages "

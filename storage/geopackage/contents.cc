@@ -82,7 +82,7 @@ absl::Status SetContents(Database* database, const std::string& table, const Box
 
 absl::Status Unregister(Database* database, const std::string& table) {
   absl::Status status;
-  // From the leaves of the foreign keys to their root.
+  // Tables that refer to others by foreign keys come first.
   for (const char* sql : {"DELETE FROM gpkg_2d_gridded_tile_ancillary WHERE tpudt_name = ?",
                           "DELETE FROM gpkg_2d_gridded_coverage_ancillary "
                           "WHERE tile_matrix_set_name = ?",

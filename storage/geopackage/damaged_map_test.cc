@@ -1,5 +1,5 @@
-// Files that are no maps, and maps that are damaged: each is refused for a reason, and harms
-// nothing else.
+// Files that are not maps, and damaged maps: opening them fails with the reason, and affects no
+// other map.
 #include <filesystem>
 #include <ostream>
 #include <string>
@@ -22,7 +22,7 @@ absl::Status OpenOf(const std::string& content) {
   CreateMap(*store, "other");
   const absl::Status status = store->Open("site").status();
   EXPECT_THAT(std::string(status.message()), HasSubstr("map site: "));
-  // Refusing changes nothing, and the others go on.
+  // The refused file is unchanged, and other maps still work.
   EXPECT_EQ(ReadFile(folder / "site.gpkg"), content);
   EXPECT_TRUE(store->Open("other").ok());
   EXPECT_TRUE(store->Delete("site", "").ok());
@@ -110,7 +110,7 @@ TEST(DamagedFileTest, PageThatIsOverwrittenIsRefused) {
   EXPECT_GT(refused, 5);
 }
 
-// Single flipped bytes: whatever they hit, there is an answer, and no crash.
+// A single flipped byte anywhere in the file gives an answer or an error, but no crash.
 TEST(DamagedFileTest, FlippedBytesNeverCrash) {
   const std::string bytes = MapBytes();
   const uint64_t seed = ::hypermap::testing::TestSeed();
@@ -136,7 +136,7 @@ TEST(DamagedFileTest, FlippedBytesNeverCrash) {
   }
 }
 
-// Damage by an SQL statement, and what Load or Open then says.
+// Damage by an SQL statement, and the error with which Open or Load then fails.
 struct Damage {
   const char* sql;
   const char* message;

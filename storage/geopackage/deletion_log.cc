@@ -29,7 +29,8 @@ absl::StatusOr<std::unique_ptr<DeletionLog>> DeletionLog::Open(const std::string
 
 absl::StatusOr<int64_t> DeletionLog::Begin(const std::string& request_id, const std::string& map) {
   const auto id = request_id.empty() ? std::nullopt : std::make_optional(request_id);
-  // A deletion that could be neither carried out nor cancelled is begun anew.
+  // The request may have an unfinished deletion, which could be neither carried out nor cancelled.
+  // It is begun again.
   HYPERMAP_ASSIGN_OR_RETURN(
       const std::optional<int64_t> deletion,
       database_->QueryInt64(

@@ -1,4 +1,4 @@
-// Commits that were acknowledged are there after the process was killed.
+// Tests that acknowledged commits survive the death of the process.
 #include <signal.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -16,7 +16,7 @@
 namespace hypermap::storage {
 namespace {
 
-// Every commit adds an object and a cell, so that the revision tells what must be there.
+// Every commit adds an object and a cell, so that the content follows from the revision.
 EditBatch EditOf(Revision revision) {
   if (revision == 1) {
     return {{CreateLayer{SemanticSpec("s")},
@@ -29,7 +29,7 @@ EditBatch EditOf(Revision revision) {
   return {{PutObject{"s", object, ""}, WriteCells{"g", {0, 1, cell, cell + 1}, {0.5}}}};
 }
 
-// Writes commit after commit and tells each that is acknowledged, until it is killed.
+// Writes commit after commit, and a byte to `acknowledged` after each, until it is killed.
 [[noreturn]] void WriteForEver(const std::string& folder, int acknowledged) {
   auto store = OpenGeoPackageStore(folder);
   auto stored = store.ok() ? (*store)->Open("site") : store.status();
@@ -44,7 +44,8 @@ EditBatch EditOf(Revision revision) {
   }
 }
 
-// Kills a writer after it has acknowledged so many commits; they are counted until it is dead.
+// Kills a writer after `wanted` acknowledged commits. Returns the number that it acknowledged
+// before it died.
 Revision KillWriter(const std::string& folder, int wanted) {
   int pipe_ends[2];
   EXPECT_EQ(pipe(pipe_ends), 0);
@@ -108,8 +109,8 @@ EditBatch FirstLoad() {
   return batch;
 }
 
-// Loads many objects into the empty layer, and is killed when the log has grown by `log_bytes`, if
-// that is before the end.
+// Loads many objects into the empty layer in a process that is killed when the log has grown by
+// `log_bytes`, unless it ends before.
 void KillFirstLoad(const std::string& folder, uintmax_t log_bytes) {
   const std::string log = folder + "/site.gpkg-wal";
   const pid_t child = fork();

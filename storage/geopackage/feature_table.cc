@@ -98,7 +98,7 @@ constexpr char kUpdate[] = R"sql(
 UPDATE "$t" SET geom = ?, label = ?, existence = ?, classes = ?, tags = ?, attributes = ?,
   height_min = ?, height_max = ?, expires_at_ns = ?, version = ? WHERE id = ?
 )sql";
-// Does not name the geometry, so that no trigger of the index runs.
+// The statement does not name the geometry, so that it runs no trigger of the index.
 constexpr char kUpdateWithoutGeometry[] = R"sql(
 UPDATE "$t" SET label = ?, existence = ?, classes = ?, tags = ?, attributes = ?,
   height_min = ?, height_max = ?, expires_at_ns = ?, version = ? WHERE id = ?
@@ -193,7 +193,7 @@ absl::Status FeatureTable::Create() {
 
 absl::Status FeatureTable::Drop(Revision revision) {
   HYPERMAP_RETURN_IF_ERROR(ArchiveAll(revision));
-  // Prepared statements would go on holding what belonged to the table.
+  // Cached statements would keep resources of the dropped table.
   database_->ForgetStatements();
   return database_->Execute(
       ForTable(R"sql(DROP TABLE "rtree_$t_geom"; DROP TABLE "$t")sql", table_));
@@ -228,7 +228,7 @@ absl::Status FeatureTable::ArchiveAll(Revision end_revision) {
 absl::Status FeatureTable::Put(const SemanticObject& object, const SemanticObject* before,
                                Revision revision) {
   HYPERMAP_ASSIGN_OR_RETURN(const ObjectRow row, EncodeObjectRow(object));
-  // A copy of a map takes several revisions' changes at once.
+  // A replica writes the changes of several revisions in one commit, with their own versions.
   const Revision version = object.version > 0 ? object.version : revision;
   const auto write = [&](const std::string& sql) {
     return database_->Run(sql, BlobView{row.geometry}, object.label, object.existence, row.classes,
@@ -240,7 +240,7 @@ absl::Status FeatureTable::Put(const SemanticObject& object, const SemanticObjec
     inserted = write(insert_sql_);
     if (inserted.code() != absl::StatusCode::kInternal) return inserted;
   }
-  // No upsert: its conflict policy would override that of the standard triggers.
+  // An upsert is not possible: its conflict policy would override that of the standard triggers.
   HYPERMAP_ASSIGN_OR_RETURN(const bool was_there, Archive(object.id, revision));
   if (!was_there && before == nullptr) return inserted;
   if (before == nullptr || before->shape != object.shape) return write(update_sql_);
@@ -263,8 +263,8 @@ absl::Status FeatureTable::PutNew(absl::Span<const SemanticObject* const> object
   return FillIndex(CellsOf(objects));
 }
 
-// Updating the index is most of the work. It is faster when objects near each other come one after
-// another.
+// Most of the time goes to updating the index, which is faster if objects that are near each other
+// are written one after the other.
 absl::Status FeatureTable::PutSorted(absl::Span<const SemanticObject* const> objects,
                                      Revision revision) {
   std::vector<IndexCell> cells = CellsOf(objects);

@@ -123,14 +123,13 @@ absl::Status DropCheckpointsFrom(Database* database, const std::string& layer, c
       layer, Nanos(key.after.stamp), key.after.robot, key.after.sequence, key.number);
 }
 
-// stamp_ns, robot, sequence from column `first` on.
+// Reads a key from the columns stamp_ns, robot and sequence, of which stamp_ns is column `first`.
 ObservationKey KeyAt(Statement* row, int first) {
   return {absl::FromUnixNanos(row->Int64(first)), std::string(row->Text(first + 1)),
           row->Int64(first + 2)};
 }
 
-// Calls `take` with each row. DATA_LOSS naming `table` for columns that are not what they should
-// be.
+// Calls `take` for each row. DATA_LOSS naming `table` if a column has another type than expected.
 template <typename Take>
 absl::Status ForEachRow(Statement* select, const char* table, Take take) {
   while (true) {
@@ -239,7 +238,7 @@ absl::StatusOr<std::vector<int64_t>> FusionTables::Sequences(const std::string& 
 absl::StatusOr<std::vector<ObservationKey>> FusionTables::KeysOf(const std::string& layer,
                                                                  const std::string& robot,
                                                                  absl::Time from, absl::Time to) {
-  // Times past what fits become its ends, where no observation lies.
+  // Times that do not fit into nanoseconds are clamped; no observation has such a stamp.
   HYPERMAP_ASSIGN_OR_RETURN(
       Statement select,
       database_->Prepare(

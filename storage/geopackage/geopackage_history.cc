@@ -42,7 +42,8 @@ absl::StatusOr<std::unique_ptr<HistoryReader>> GeoPackageHistory::Open(
       Database::Open(path, Database::OpenMode::kReadOnly, busy_timeout);
   if (!database.ok()) return HistoryStatus(map_name, database.status());
   std::unique_ptr<GeoPackageHistory> history(new GeoPackageHistory(*std::move(database), map_name));
-  // The file is opened by the first read, which must come while its writer has it.
+  // SQLite opens the file at the first read. This read makes that happen now, while the writer has
+  // the file open.
   HYPERMAP_RETURN_IF_ERROR(history->Kept().status());
   return history;
 }
@@ -93,7 +94,7 @@ absl::StatusOr<Revision> GeoPackageHistory::RevisionAt(absl::Time time) {
         "map ", map_name_, ": the oldest kept revision ", metadata->oldest_revision,
         " was made at ", absl::FormatTime(absl::RFC3339_full, *oldest, absl::UTCTimeZone())));
   }
-  // The times of a map's revisions never go back, so they need no index.
+  // The times of revisions never decrease, so that a binary search needs no index.
   Revision low = metadata->oldest_revision;
   Revision high = metadata->revision;
   while (low < high) {
@@ -172,7 +173,7 @@ absl::StatusOr<std::vector<PastCommit>> GeoPackageHistory::Commits(Revision afte
 
 absl::StatusOr<std::vector<PastCommit>> GeoPackageHistory::ReadCommits(Revision after,
                                                                        int max_changes) {
-  // Commits without changes are bounded as well.
+  // Also bounds the number of commits that have no changes.
   HYPERMAP_ASSIGN_OR_RETURN(std::vector<RevisionRecord> records,
                             ReadRevisions(after, std::numeric_limits<Revision>::max(),
                                           /*newest_first=*/false, std::max(max_changes, 1)));

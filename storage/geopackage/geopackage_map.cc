@@ -24,7 +24,8 @@ absl::Status About(const std::string& map, const absl::Status& status) {
   return absl::Status(status.code(), absl::StrCat("map ", map, ": ", status.message()));
 }
 
-// Statements that only read fail as "internal" when the file's tables are not what they were made.
+// A statement that only reads fails with INTERNAL if a table does not have the columns that it was
+// created with: the file is damaged.
 absl::Status AsDamage(const absl::Status& status) {
   if (status.code() != absl::StatusCode::kInternal) return status;
   return absl::DataLossError(status.message());
@@ -44,7 +45,7 @@ GeoPackageMap::GeoPackageMap(FileLock lock, std::unique_ptr<Database> database,
       fusion_(database_.get()) {}
 
 GeoPackageMap::~GeoPackageMap() {
-  // Closing would do so, but not while another program reads the file.
+  // Closing does this, too, but not while another program has the file open.
   database_->Execute("PRAGMA wal_checkpoint(TRUNCATE)").IgnoreError();
 }
 
@@ -75,7 +76,7 @@ absl::Status GeoPackageMap::InMap(const absl::Status& status) const {
 
 absl::StatusOr<SnapshotPtr> GeoPackageMap::Load() {
   absl::StatusOr<SnapshotPtr> snapshot = LoadSnapshot();
-  // The pages that were read last are not those that the next edits need.
+  // Frees the page cache: the pages that were read last are not the ones that the next edits need.
   sqlite3_db_release_memory(database_->handle());
   if (!snapshot.ok()) return InMap(AsDamage(snapshot.status()));
   return snapshot;
@@ -90,7 +91,7 @@ absl::StatusOr<LayerPtr> GeoPackageMap::LoadLayer(const OpenLayer& open, ObjectI
   }
   absl::StatusOr<std::vector<ObjectPtr>> objects = open.features->ReadAll();
   if (!objects.ok()) return objects.status();
-  // Another program may have added objects.
+  // Another program may have added objects with ids of its own.
   if (!objects->empty()) *next_id = std::max(*next_id, objects->back()->id + 1);
   return std::make_shared<SemanticLayer>(stored.spec, *std::move(objects));
 }
@@ -143,7 +144,7 @@ absl::StatusOr<std::optional<Receipt>> GeoPackageMap::FindReceipt(absl::string_v
 }
 
 absl::StatusOr<std::unique_ptr<HistoryReader>> GeoPackageMap::OpenHistory() {
-  // Any thread may come here: nothing is used but what never changes.
+  // Any thread may call this: it uses only members that never change.
   return GeoPackageHistory::Open(database_->path(), header_.name, busy_timeout_);
 }
 
@@ -174,7 +175,7 @@ absl::Status GeoPackageMap::WriteBackup(const std::string& path) {
   if (PathExists(path)) return absl::AlreadyExistsError(absl::StrCat(path, " exists"));
   const std::string temporary = absl::StrCat(path, ".new");
   absl::Status status = RemoveFile(temporary);
-  // A copy without a write-ahead log, all in one file, as small as it can be.
+  // VACUUM INTO writes a compact copy in one file, without a write-ahead log.
   if (status.ok()) status = database_->Run("VACUUM INTO ?", temporary);
   if (status.ok()) status = PublishFile(temporary, path);
   if (!status.ok()) RemoveFile(temporary).IgnoreError();

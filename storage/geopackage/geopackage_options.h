@@ -9,7 +9,7 @@
 namespace hypermap::storage {
 
 struct GeoPackageOptions {
-  // How long to wait while another program writes to a map's file.
+  // Time to wait while another program writes to a map's file.
   absl::Duration busy_timeout = absl::Seconds(5);
   // Every page of a file up to this size is checked for damage when the file is opened.
   int64_t max_checked_bytes = int64_t{256} << 20;

@@ -42,7 +42,7 @@ class GeoPackageStore : public MapStore {
         lock_(std::move(lock)),
         deletions_(std::move(deletions)) {}
 
-  // Ends what a crash has left half done.
+  // Completes the creations and deletions that a crash has interrupted.
   absl::Status Recover();
 
   absl::StatusOr<std::vector<std::string>> List() override;
@@ -59,7 +59,7 @@ class GeoPackageStore : public MapStore {
     return absl::StrCat(data_dir_, "/.", name, kExtension, suffix);
   }
   absl::StatusOr<FileLock> LockMap(const std::string& name) const;
-  // The mutex must be held.
+  // REQUIRES: mutex_ is held.
   absl::Status CarryOut(int64_t deletion, const std::string& name);
 
   const std::string data_dir_;
@@ -154,7 +154,8 @@ absl::Status GeoPackageStore::Delete(const std::string& name, const std::string&
 
 absl::Status GeoPackageStore::CarryOut(int64_t deletion, const std::string& name) {
   if (absl::Status status = RemoveMapFile(PathOf(name)); !status.ok()) {
-    // While the map is there, it must not vanish at some later start.
+    // If the map still exists, the deletion is cancelled: the caller gets an error, and so the map
+    // must not be deleted at a later start.
     if (PathExists(PathOf(name))) deletions_->Cancel(deletion).IgnoreError();
     return status;
   }

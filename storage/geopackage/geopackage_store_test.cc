@@ -94,7 +94,7 @@ TEST(GeoPackageStoreTest, ListsMapsSortedAndNothingElse) {
   WriteFile(folder / "notes.txt", "x");
   WriteFile(folder / ".hidden.gpkg", "x");
   WriteFile(folder / "no name.gpkg", "x");
-  // Whatever is in it.
+  // A file is listed even if it is not a map.
   WriteFile(folder / "broken.gpkg", "x");
   EXPECT_THAT(Names(*store), ElementsAre("C.1-x_y", "a", "b", "broken"));
 }
@@ -186,7 +186,7 @@ TEST(GeoPackageStoreTest, DeletionIsAnsweredAgainAlsoAfterARestart) {
   EXPECT_EQ(*store->FindDeletion("r"), "site");
   EXPECT_EQ(*store->FindDeletion("s"), std::nullopt);
   EXPECT_EQ(*store->FindDeletion(""), std::nullopt);
-  // Even when there is a new map of that name, which stays.
+  // The same holds if there is a new map of that name, which stays.
   CreateMap(*store, "site");
   EXPECT_TRUE(store->Delete("site", "r").ok());
   EXPECT_THAT(Names(*store), ElementsAre("other", "site"));
@@ -207,7 +207,7 @@ TEST(GeoPackageStoreTest, DeletionThatWasBegunIsEndedAtTheNextStart) {
   store = OpenStore(folder.path());
   EXPECT_THAT(Names(*store), IsEmpty());
   EXPECT_EQ(*store->FindDeletion("r"), "site");
-  // Once: a map made since is not touched by another start.
+  // The deletion is carried out once: another start does not delete a map created since.
   CreateMap(*store, "site");
   store.reset();
   EXPECT_THAT(Names(*OpenStore(folder.path())), ElementsAre("site"));

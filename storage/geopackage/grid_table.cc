@@ -22,7 +22,7 @@ CREATE TABLE "$t" (
 );
 )sql";
 
-// The id stays, as gpkg_2d_gridded_tile_ancillary refers to it.
+// An update keeps the id of the tile, to which gpkg_2d_gridded_tile_ancillary refers.
 constexpr char kWriteTile[] = R"sql(
 INSERT INTO "$t" (zoom_level, tile_column, tile_row, tile_data) VALUES (?, ?, ?, ?)
   ON CONFLICT (zoom_level, tile_column, tile_row) DO UPDATE SET tile_data = excluded.tile_data
@@ -67,7 +67,7 @@ absl::Status ReadRow(Statement* row, const TileCodec& codec, const CellBox& exte
   const int64_t zoom_level = row->Int64(1);
   const MatrixTile place{row->Int64(2), row->Int64(3)};
   const absl::string_view image = row->Blob(4);
-  // Other programs may give each tile a coding of its own; ours are all as the table says.
+  // GeoPackage allows each tile a scale and offset of its own, which Hypermap never writes.
   const double scale = row->Double(5);
   const double offset = row->Double(6);
   if (!row->row_status().ok()) return row->row_status();
@@ -102,7 +102,7 @@ absl::Status GridTable::Create() { return database_->Execute(ForTable(kCreateTab
 
 absl::Status GridTable::Drop(Revision revision) {
   HYPERMAP_RETURN_IF_ERROR(database_->Run(ForTable(kArchiveAllTiles, table_), lineage_, revision));
-  // Prepared statements would go on holding what belonged to the table.
+  // Cached statements would keep resources of the dropped table.
   database_->ForgetStatements();
   return database_->Execute(ForTable(R"sql(DROP TABLE "$t")sql", table_));
 }

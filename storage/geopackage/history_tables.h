@@ -1,4 +1,4 @@
-// The tables that keep what a map was.
+// The tables of a map's history.
 //
 // hypermap_object_history and hypermap_tile_history hold the versions of objects and tiles that
 // were replaced or removed, each with the revision `end_revision` that did so. Versions that still

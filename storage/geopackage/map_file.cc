@@ -23,8 +23,8 @@ PRAGMA cache_size = -16384;
 PRAGMA journal_size_limit = 67108864;
 )sql";
 
-// The size of the file; FAILED_PRECONDITION for what no map can be. It is not opened for that:
-// closing it again would drop the POSIX locks that SQLite holds on it.
+// The size of the file; FAILED_PRECONDITION if it can't be a map. Does not open the file, because
+// closing it would release the POSIX locks that SQLite holds on it in this process.
 absl::StatusOr<int64_t> SizeOfFile(const std::string& path) {
   struct stat status;
   if (stat(path.c_str(), &status) != 0) return absl::ErrnoToStatus(errno, path);
@@ -33,8 +33,8 @@ absl::StatusOr<int64_t> SizeOfFile(const std::string& path) {
   return status.st_size;
 }
 
-// SQLite reads what is missing of a last page as zeros. With a log beside it, a file may end so
-// after a crash, and the log has the page.
+// DATA_LOSS if the last page is incomplete, which SQLite would read as zeros. After a crash this is
+// allowed if there is a write-ahead log, which then contains the page.
 absl::Status CheckLength(Database* database, int64_t size, bool has_log) {
   HYPERMAP_ASSIGN_OR_RETURN(const std::optional<int64_t> page_size,
                             database->QueryInt64("PRAGMA page_size"));
@@ -65,7 +65,7 @@ absl::Status LimitSize(Database* database, int64_t max_bytes) {
       absl::StrCat("PRAGMA max_page_count = ", std::max<int64_t>(1, max_bytes / *page_size)));
 }
 
-// Checks the file as such before its content, so that the error names the first cause.
+// Checks the file itself before its content, so that the error names the first cause.
 absl::Status Prepare(Database* database, int64_t size, bool has_log,
                      const GeoPackageOptions& options) {
   HYPERMAP_RETURN_IF_ERROR(ReadSchemaVersion(database).status());
@@ -96,7 +96,7 @@ absl::Status Build(const std::string& path, const MapHeader& header,
 absl::Status CreateMapFile(const std::string& path, const std::string& temporary,
                            const MapHeader& header, const GeoPackageOptions& options) {
   absl::Status status = RemoveMapFile(temporary);
-  // A write-ahead log of an earlier map of this name would be taken for the new one's.
+  // SQLite would apply a leftover write-ahead log of an earlier map of this name to the new file.
   if (status.ok()) status = RemoveSidecars(path);
   if (status.ok()) status = Build(temporary, header, options);
   if (status.ok()) status = PublishFile(temporary, path);
@@ -123,7 +123,7 @@ absl::Status RemoveSidecars(const std::string& path) {
 }
 
 absl::Status RemoveMapFile(const std::string& path) {
-  // The file first: while it is there, its log may hold commits.
+  // The file is removed before its log, which may contain commits that the file does not have.
   HYPERMAP_RETURN_IF_ERROR(RemoveFile(path));
   HYPERMAP_RETURN_IF_ERROR(RemoveSidecars(path));
   return SyncFolder(FolderOf(path));

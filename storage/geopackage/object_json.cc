@@ -15,7 +15,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-// Most objects have none, and need no parser.
+// The usual texts of columns without content, for which no parser is needed.
 constexpr absl::string_view kEmptyObject = "{}";
 constexpr absl::string_view kEmptyArray = "[]";
 
@@ -35,7 +35,7 @@ absl::Status Malformed(const char* what, const char* expected) {
   return absl::DataLossError(absl::StrCat("column ", what, " is not ", expected));
 }
 
-// A discarded value when the text is no JSON.
+// Returns a discarded value if the text is not JSON.
 Json Parse(absl::string_view text) {
   return Json::parse(text.begin(), text.end(), /*cb=*/nullptr, /*allow_exceptions=*/false);
 }

@@ -14,7 +14,8 @@ namespace {
 
 constexpr char kHistoryTable[] = "hypermap_object_history";
 
-// $columns stands for those of an object, $t for the layer's table, which is plain.
+// $columns stands for the columns of an object, $t for the name of the layer's table, which needs
+// no escapes (IsLayerTableName).
 constexpr char kReplacedAt[] = R"sql(
 SELECT object_id, $columns, first_revision FROM hypermap_object_history
   WHERE lineage = ?1 AND object_id = ?2 AND end_revision > ?3 ORDER BY end_revision LIMIT 1
@@ -23,8 +24,8 @@ constexpr char kCurrentAt[] = R"sql(
 SELECT id, $columns, version FROM "$t" WHERE id = ?1 AND version <= ?2
 )sql";
 
-// One scan of the R*Tree: the revision and the lineage are two of its axes. The exact columns
-// decide, as the tree may have clamped.
+// One scan of the R*Tree, of which the revision and the lineage are two axes. The tree clamps its
+// values to 32 bits, so that the exact columns are compared as well.
 constexpr char kReplacedInBox[] = R"sql(
 SELECT h.object_id, $columns, h.first_revision
   FROM hypermap_object_boxes AS b CROSS JOIN hypermap_object_history AS h ON h.id = b.id

@@ -8,7 +8,7 @@ namespace hypermap::storage {
 namespace {
 
 constexpr int64_t kMaxSize = int64_t{1} << 30;
-// Deflate makes at most this many bytes of one.
+// Upper bound of the ratio of Deflate (zlib's "Maximum Compression Factor").
 constexpr int64_t kMaxExpansion = 1032;
 
 }  // namespace
@@ -16,7 +16,7 @@ constexpr int64_t kMaxExpansion = 1032;
 std::string PackBytes(absl::string_view bytes) {
   uLongf size = compressBound(bytes.size());
   std::string packed(size, '\0');
-  // Cannot fail with a buffer of that size.
+  // Can't fail with a buffer of compressBound bytes.
   compress2(reinterpret_cast<Bytef*>(packed.data()), &size,
             reinterpret_cast<const Bytef*>(bytes.data()), bytes.size(), Z_BEST_SPEED);
   packed.resize(size);
@@ -24,7 +24,7 @@ std::string PackBytes(absl::string_view bytes) {
 }
 
 absl::StatusOr<std::string> UnpackBytes(absl::string_view packed, int64_t size) {
-  // Checked before anything of that size is made.
+  // Checked before memory is allocated, because the file may be damaged.
   if (size < 0 || size > kMaxSize ||
       size > kMaxExpansion * (static_cast<int64_t>(packed.size()) + 1)) {
     return absl::DataLossError("packed bytes: the size cannot be right");

@@ -16,10 +16,12 @@ namespace {
 constexpr int64_t kRootNode = 1;
 constexpr size_t kNodeHeaderBytes = 4;
 constexpr size_t kCellBytes = 24;
-// A part of each node stays free, so that the edits that follow need not split what they meet.
+// Part of each node that is filled. The rest stays free, so that later edits need not split every
+// node that they reach.
 constexpr double kFill = 0.85;
 
-// A root of no height and no cells, room in it for some, and nothing else. $t is the tree's name.
+// Whether the tree consists of an empty root of height 0, with a node size of at least 1000 bytes.
+// $t is the tree's name.
 constexpr char kIsNewTree[] = R"sql(
 SELECT length(data) >= 1000 AND hex(substr(data, 1, 4)) = '00000000'
     AND NOT EXISTS (SELECT 1 FROM "$t_node" WHERE nodeno <> 1)
@@ -44,19 +46,19 @@ float RoundUp(double value) {
   return static_cast<float>(value * (value < 0 ? kTowardsZero : kAwayFromZero));
 }
 
-// Twice the middle of a cell along an axis.
+// Twice the middle of a cell along an axis; only the order matters.
 template <int axis>
 float Middle(const IndexCell& cell) {
   return cell.box[2 * axis] + cell.box[2 * axis + 1];
 }
 
-// The beginning of part `i` when `size` cells are cut into `parts` parts of nearly the same size.
+// The index at which part `i` begins if `size` cells are divided into `parts` nearly equal parts.
 size_t PartBegin(size_t size, size_t parts, size_t i) { return size * i / parts; }
 
 size_t DivideUp(size_t a, size_t b) { return (a + b - 1) / b; }
 
-// Cuts the plane into slabs and those into tiles of at most `capacity` cells, brings the cells in
-// the order of the tiles and returns where each begins, and the end.
+// Cuts the plane into slabs, and the slabs into tiles of at most `capacity` cells. Sorts the cells
+// by tile. Returns the index at which each tile begins, followed by the number of cells.
 std::vector<size_t> Tile(std::vector<IndexCell>* cells, size_t capacity) {
   const size_t num_slabs =
       static_cast<size_t>(std::ceil(std::sqrt(double(DivideUp(cells->size(), capacity)))));
@@ -66,7 +68,8 @@ std::vector<size_t> Tile(std::vector<IndexCell>* cells, size_t capacity) {
   for (size_t slab = 0; slab < num_slabs; ++slab) {
     const size_t begin = PartBegin(cells->size(), num_slabs, slab);
     const size_t size = PartBegin(cells->size(), num_slabs, slab + 1) - begin;
-    // There and back, so that the last tile of a slab is beside the first of the next.
+    // Every second slab runs backwards, so that its first tile is next to the last of the one
+    // before.
     const bool is_back = slab % 2 == 1;
     std::sort(cells->begin() + begin, cells->begin() + begin + size,
               [is_back](const auto& a, const auto& b) {
@@ -100,7 +103,7 @@ char* WriteBigEndian(T value, char* out) {
   return out;
 }
 
-// The block of a node, in `block`, which keeps its size.
+// Writes the encoded node to `block`, whose size stays the same.
 void WriteNode(uint16_t height, const IndexCell* begin, const IndexCell* end, std::string* block) {
   std::fill(block->begin(), block->end(), '\0');
   char* out = WriteBigEndian(height, block->data());
@@ -111,12 +114,12 @@ void WriteNode(uint16_t height, const IndexCell* begin, const IndexCell* end, st
   }
 }
 
-// The tables of a tree, being written.
+// Writes the tables of a tree, level by level from the leaves.
 class TreeWriter {
  public:
   static absl::StatusOr<TreeWriter> Open(Database* database, const std::string& tree);
 
-  // Writes the nodes of a level and gives those of the next one as cells.
+  // Writes the nodes of a level. Returns a cell for each node: the content of the next level.
   absl::StatusOr<std::vector<IndexCell>> WriteLevel(std::vector<IndexCell> cells);
   absl::Status WriteRoot(const std::vector<IndexCell>& cells);
 
@@ -130,7 +133,8 @@ class TreeWriter {
         write_node_(std::move(write_node)),
         capacity_(static_cast<size_t>((node_bytes - kNodeHeaderBytes) / kCellBytes * kFill)) {}
 
-  // Notes for each cell which node it is in: those of a leaf by row, the others as children.
+  // Writes the node that contains each cell: to the _rowid table for cells of leaves, otherwise to
+  // the _parent table.
   absl::Status WritePlaces(std::vector<std::pair<int64_t, int64_t>> places);
 
   Database* database_;
@@ -138,7 +142,7 @@ class TreeWriter {
   std::string block_;
   Statement write_node_;
   size_t capacity_;
-  uint16_t height_ = 0;  // of the level in work above the leaves
+  uint16_t height_ = 0;  // height of the current level; leaves have 0
   int64_t next_node_ = kRootNode + 1;
 };
 
@@ -199,7 +203,7 @@ IndexCell IndexCell::Of(int64_t id, const Box& box) {
 }
 
 void SortInSpace(std::vector<IndexCell>* cells) {
-  // Tiles of a few, as the tree that they go to has nodes of a few dozen.
+  // Smaller than the nodes of a tree, which have a few dozen cells.
   constexpr size_t kTileSize = 8;
   Tile(cells, kTileSize);
 }

@@ -1,5 +1,5 @@
-// A first load leaves the R*Tree as if every object had come through the triggers: by the check of
-// SQLite's own module, by what is found, and by what later edits make of it.
+// Tests that a first load leaves the R*Tree as if the triggers had inserted every object: by the
+// check of SQLite's own module, by searches, and after later edits.
 #include "storage/geopackage/packed_index.h"
 
 #include <algorithm>
@@ -152,7 +152,7 @@ class FirstLoadTest : public ::testing::Test {
     return batch;
   }
 
-  // The index holds each object's box, as the triggers would have put it there, and no more.
+  // The index contains the box of each object, as the triggers would have inserted it, and no more.
   void ExpectIndexIsTrue() {
     EXPECT_EQ(TextOf(*other_, "SELECT rtreecheck('rtree_s_geom')"), "ok");
     ASSERT_TRUE(other_
@@ -169,7 +169,7 @@ class FirstLoadTest : public ::testing::Test {
               0);
   }
 
-  // Whether the root of the index has been packed: then its leaves are filled alike.
+  // Whether the index was packed: then all leaves have nearly the same number of entries.
   bool IsPacked() {
     return **other_->QueryInt64(
                "SELECT max(n) - min(n) <= 2 FROM "
@@ -191,7 +191,7 @@ TEST_F(FirstLoadTest, IndexIsPackedAndTheTriggersGoOn) {
   map_.Edit(load);
   EXPECT_TRUE(IsPacked());
   ExpectIndexIsTrue();
-  // One at a time, many at once, moved, relabelled, removed.
+  // Later edits: objects added one at a time and many at once, moved, relabelled and removed.
   map_.Edit(Objects(1));
   map_.Edit(Objects(700));
   EditBatch edits;

@@ -84,7 +84,7 @@ absl::Status AddHistory(Database* database) {
                                         kCreateHistoryTables, kBeginHistory, kRegisterNewTables));
 }
 
-// Lets this connection change the text of the schema while it lives.
+// Allows this connection to change the text of the schema, until it is destroyed.
 class WritableSchema {
  public:
   explicit WritableSchema(Database* database) : handle_(database->handle()) { Set(true); }

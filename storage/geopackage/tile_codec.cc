@@ -13,12 +13,12 @@
 namespace hypermap::storage {
 namespace {
 
-// The pixel of a cell, counted as TileCodes counts cells.
+// The index of a cell's pixel in the image; `cell` is its index in TileCodes.
 constexpr int PixelOf(int cell) {
   return (kTileSide - 1 - cell / kTileSide) * kTileSide + cell % kTileSide;
 }
 
-// Whole numbers 0 to `max_code`.
+// A codec for integer codes from 0 to `max_code`.
 class IntegerTileCodec : public TileCodec {
  public:
   IntegerTileCodec(int max_code, double scale, const char* quantity)
@@ -31,7 +31,7 @@ class IntegerTileCodec : public TileCodec {
     TileImage<uint16_t> image;
     for (int i = 0; i < kCellsPerTile; ++i) {
       const CellCode code = codes[i];
-      // The negation also takes what compares with nothing, were it not unknown.
+      // Negated, so that a code that compares with nothing (a NaN) would fail as well.
       if (!IsUnknown(code) && !(code >= 0 && code <= max_code_ && std::trunc(code) == code)) {
         return absl::InternalError(absl::StrCat("cell code ", code, " is not of the layer's kind"));
       }
@@ -63,7 +63,7 @@ class IntegerTileCodec : public TileCodec {
   CoverageCoding coding_;
 };
 
-// Finite floats.
+// A codec for finite floats.
 class FloatTileCodec : public TileCodec {
  public:
   explicit FloatTileCodec(const char* quantity)

@@ -18,13 +18,13 @@ constexpr char kReplacedAt[] =
 constexpr char kLastReplaced[] =
     "SELECT max(end_revision) FROM hypermap_tile_history "
     "WHERE lineage = ? AND tile_column = ? AND tile_row = ?";
-// The first place from a given one on, by column and row.
+// The first place at or after a given one, ordered by column and row.
 constexpr char kNextPlace[] =
     "SELECT tile_column, tile_row FROM hypermap_tile_history "
     "WHERE lineage = ? AND (tile_column, tile_row) >= (?, ?) "
     "ORDER BY tile_column, tile_row LIMIT 1";
 
-// $t stands for the table's name, which is plain (IsLayerTableName).
+// $t stands for the table's name, which needs no escapes (IsLayerTableName).
 constexpr char kCurrentTile[] = R"sql(
 SELECT tile_data FROM "$t" WHERE zoom_level = 0 AND tile_column = ? AND tile_row = ?
 )sql";
@@ -75,7 +75,8 @@ absl::StatusOr<TilePtr> TileVersions::Current(const Lineage& layer, const Matrix
       database_->QueryInt64(kLastReplaced, stored.lineage, place.column, place.row));
   Revision version = since.value_or(0);
   if (!since) {
-    // Written before the oldest kept revision. Any newer write would change the layer's version.
+    // The tile was written before the oldest kept revision. A newer write of any tile would have
+    // changed the layer's version.
     HYPERMAP_ASSIGN_OR_RETURN(const Revision newest, NewestRevisionOf(database_, stored.lineage));
     version = newest;
   }
@@ -90,7 +91,7 @@ absl::Status TileVersions::AddReplaced(const Lineage& layer, const Range& range,
   const auto& [first, last] = range;
   absl::StatusOr<Statement> next = database_->Prepare(kNextPlace);
   if (!next.ok()) return next.status();
-  // From one place to the next by the index, however many versions each has.
+  // Steps from place to place in the index, so that the number of versions of a tile costs nothing.
   MatrixTile from = first;
   while (from.column <= last.column) {
     HYPERMAP_ASSIGN_OR_RETURN(const bool has_row,

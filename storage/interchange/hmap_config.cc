@@ -17,7 +17,7 @@ namespace {
 constexpr char kOccupancyClass[] = "OccupancyGridLayer";
 constexpr char kSemanticClass[] = "SemanticLayer";
 
-// The work of checking a chain of frames grows with the square of its length.
+// Bounds the time of checking a chain of frames, which grows with the square of its length.
 constexpr size_t kMaxTransforms = 2000;
 
 std::string Renamed(absl::string_view what, absl::string_view from, absl::string_view to) {
@@ -114,7 +114,7 @@ absl::Status ReadTransforms(const YAML::Node& root, HmapConfig& config, RepairLo
     return absl::ResourceExhaustedError(
         absl::StrCat("transforms has ", list.size(), " entries, more than ", kMaxTransforms));
   }
-  FrameTree tree;  // finds circles where they close
+  FrameTree tree;  // refuses the transform that closes a cycle
   for (size_t i = 0; i < list.size(); ++i) {
     const std::string place = absl::StrCat("transforms[", i, "]");
     absl::StatusOr<FrameTransform> transform = ReadTransform(list[i], repairs);

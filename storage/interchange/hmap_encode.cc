@@ -38,7 +38,7 @@ class HmapEncoder {
   }
 
  private:
-  // A reader takes the frame of the first layer for the map's own.
+  // Readers take the frame of the first layer as the map's own.
   std::vector<LayerPtr> OwnFrameFirst() const {
     std::vector<LayerPtr> layers;
     for (const auto& [name, layer] : snapshot_.layers) layers.push_back(layer);

@@ -19,7 +19,7 @@
 namespace hypermap::storage {
 namespace {
 
-// map_saver's, between which its 205 lies.
+// The thresholds of map_saver; its pixel 205 (unknown) lies between them.
 constexpr double kTrinaryOccupied = 0.65;
 constexpr double kTrinaryFree = 0.196;
 

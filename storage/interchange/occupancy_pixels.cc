@@ -9,13 +9,13 @@
 namespace hypermap::storage {
 namespace {
 
-// Cells are written in blocks of the tiles' size, so that what is unknown is left out in the same
-// pieces in which a grid leaves it out.
+// Cells are written in blocks of the size of a tile, so that blocks of unknown cells are left out,
+// as a grid leaves out unknown tiles.
 constexpr int32_t kBlockSide = kTileSide;
 
 uint8_t ScaledPercent(double occupancy, const MapServerYaml& yaml) {
   const double ratio = (occupancy - yaml.free_thresh) / (yaml.occupied_thresh - yaml.free_thresh);
-  // Equal thresholds leave nothing between them.
+  // With equal thresholds, no occupancy lies between them.
   if (!std::isfinite(ratio)) return PixelMeaning::kUnknown;
   return static_cast<uint8_t>(std::clamp(std::round(100.0 * ratio), 0.0, 100.0));
 }
@@ -32,7 +32,7 @@ uint8_t PercentOfGrey(int grey, const MapServerYaml& yaml) {
                                             : PixelMeaning::kUnknown;
 }
 
-// A band of rows on its way into edits.
+// Converts a band of kBlockSide rows to edits.
 class BandWriter {
  public:
   BandWriter(const GreyAlphaImage& image, const PixelMeaning& meaning, const std::string& layer,
@@ -43,7 +43,7 @@ class BandWriter {
         row_begin_(row_begin),
         row_end_(std::min(row_begin + kBlockSide, image.height)) {}
 
-  // Neighbouring blocks that hold something known go into one edit.
+  // Adds one edit for each run of neighbouring blocks with known cells.
   void AppendTo(std::vector<Edit>& edits) const {
     for (int32_t col = 0; col < image_.width; col += kBlockSide) {
       if (!HoldsKnown(col)) continue;
@@ -54,7 +54,7 @@ class BandWriter {
   }
 
  private:
-  // Row 0 is the lowest.
+  // Cell row 0 is the lowest; image row 0 is the highest.
   const GreyAlpha* ImageRow(int32_t row) const { return image_.row(image_.height - 1 - row); }
 
   bool HoldsKnown(int32_t col_begin) const {
@@ -179,7 +179,7 @@ GreyAlphaImage TrinaryImage(const GridPicture& picture, const OccupancyThreshold
     if (percent / 100.0 > thresholds.occupied_above) pixel_of[percent] = {0, 255};
     if (percent / 100.0 < thresholds.free_below) pixel_of[percent] = {254, 255};
   }
-  // Certainty is kept whatever the thresholds are.
+  // Cells that are certainly free or occupied stay so, whatever the thresholds are.
   pixel_of[0] = {254, 255};
   pixel_of[100] = {0, 255};
   GreyAlphaImage image{picture.width, picture.height, {}};

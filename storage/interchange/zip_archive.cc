@@ -51,7 +51,7 @@ ZipArchive::ZipArchive(zip* archive, const ImportLimits& limits)
     : archive_(archive), max_unpacked_bytes_(limits.max_unpacked_bytes) {}
 
 absl::StatusOr<ZipArchive> ZipArchive::Open(absl::string_view data, const ImportLimits& limits) {
-  // libzip takes nothing at all for an archive without members.
+  // libzip would open an empty file as an archive without members.
   if (data.empty()) return absl::InvalidArgumentError("no zip archive: the file is empty");
   zip_error_t error;
   zip_error_init(&error);

@@ -21,7 +21,8 @@ PRAGMA synchronous = FULL;
 PRAGMA temp_store = MEMORY;
 )sql";
 
-// A letter is refused when it has a code, that of absl::Status.
+// The column `code` of a letter is the absl::StatusCode with which the server refused it; NULL if
+// it was not refused.
 constexpr char kSchema[] = R"sql(
 CREATE TABLE streams (
   id INTEGER PRIMARY KEY,
@@ -267,7 +268,7 @@ absl::StatusOr<std::vector<RefusedLetter>> OutboxFile::Refused() {
 }
 
 absl::Status OutboxFile::PutBack(int64_t letter) {
-  // Sent anew, it is counted from now on.
+  // The letter counts as never sent: the time of its first sending is set when it is sent again.
   return ChangeRefused(
       "UPDATE letters SET code = NULL, message = NULL, first_sent_at_ns = NULL "
       "WHERE id = ? AND code IS NOT NULL",

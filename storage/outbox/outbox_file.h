@@ -34,10 +34,11 @@ struct OutboxStream {
 struct Letter {
   int64_t id = 0;  // grows with each letter that is put in; never used again
   int64_t stream;
-  // How a server recognises a retry:
-  std::string request_id;           // of edits
-  std::optional<int64_t> sequence;  // of an observation; absent until it is first sent
-  std::string options;              // encoded by the sender
+  // The server recognises a retry by the request id of edits, or the sequence number of an
+  // observation (absent until it is first sent).
+  std::string request_id;
+  std::optional<int64_t> sequence;
+  std::string options;  // encoded by the sender
   std::string body;
   absl::Time put_at;
   std::optional<absl::Time> first_sent_at;

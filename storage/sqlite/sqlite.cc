@@ -172,8 +172,8 @@ Database::~Database() {
 
 absl::StatusOr<std::unique_ptr<Database>> Database::Open(const std::string& path, OpenMode mode,
                                                          absl::Duration busy_timeout) {
-  // Counting its memory would make SQLite take one lock for each allocation of all connections. Too
-  // late, where somebody else in the process uses SQLite already, it is refused, and no harm done.
+  // With memory statistics, SQLite takes a global lock for each allocation of every connection. The
+  // call fails without harm if the process already uses SQLite.
   static const int counts_no_memory = sqlite3_config(SQLITE_CONFIG_MEMSTATUS, 0);
   static_cast<void>(counts_no_memory);
   sqlite3* handle = nullptr;
@@ -185,11 +185,12 @@ absl::StatusOr<std::unique_ptr<Database>> Database::Open(const std::string& path
   if (code != SQLITE_OK) return database->ErrorStatus(code);
   sqlite3_extended_result_codes(handle, 1);
   sqlite3_busy_timeout(handle, static_cast<int>(absl::ToInt64Milliseconds(busy_timeout)));
-  // A file may come from elsewhere. Its schema has to be trusted so far that triggers may write to
-  // R*Trees, which SQLite calls unsafe otherwise, but not to write to their shadow tables.
+  // A file may come from another program. Its triggers must be allowed to write to R*Trees, which
+  // SQLite otherwise treats as unsafe, but not to their shadow tables.
   sqlite3_db_config(handle, SQLITE_DBCONFIG_DEFENSIVE, 1, nullptr);
   sqlite3_db_config(handle, SQLITE_DBCONFIG_ENABLE_FKEY, 1, nullptr);
-  // A reader that closes last would remove the log, which may be that of another file by then.
+  // Otherwise a reader that is closed last would remove the log, which may belong to another file
+  // of that name by then.
   if (mode == OpenMode::kReadOnly) {
     sqlite3_db_config(handle, SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, 1, nullptr);
   }

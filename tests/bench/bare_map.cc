@@ -13,7 +13,7 @@ void Check(bool ok, sqlite3* database, const char* what) {
   std::exit(1);
 }
 
-// The number at `offset` of the envelope; the header before it has 8 bytes.
+// The number at `offset` of the envelope, which follows a header of 8 bytes.
 template <int offset>
 void Envelope(sqlite3_context* context, int, sqlite3_value** arguments) {
   const auto* blob = static_cast<const char*>(sqlite3_value_blob(arguments[0]));

@@ -1,5 +1,5 @@
-// The floor of the storage benchmarks: the rows that a commit of new objects makes in a map's
-// tables, written by prepared SQLite statements and nothing else.
+// Lower bound for the storage benchmarks: writes the rows that a commit of new objects makes in a
+// map's tables, with prepared SQLite statements and nothing else.
 #ifndef HYPERMAP_TESTS_BENCH_BARE_MAP_H_
 #define HYPERMAP_TESTS_BENCH_BARE_MAP_H_
 
@@ -11,7 +11,7 @@
 
 namespace hypermap {
 
-// What is stored of an object, ready to be bound.
+// The stored members of an object, in the form in which they are bound to a statement.
 struct BareRow {
   int64_t id = 0;
   std::string geometry;  // GeoPackageBinary, little-endian, with an XY envelope
@@ -19,11 +19,11 @@ struct BareRow {
   double existence = 1.0;
 };
 
-// A map's file by itself. Ends the program when SQLite does not do what it is told.
+// The file of a map, opened directly. Ends the program on any error of SQLite.
 class BareMap {
  public:
-  // Opens the file of a map that nobody else has open. `table` is that of its one semantic layer,
-  // of lineage 1.
+  // Opens the file of a map that no other connection uses. `table` is the table of its only
+  // semantic layer, whose lineage is 1.
   BareMap(const std::string& path, const std::string& table);
   ~BareMap();
   BareMap(const BareMap&) = delete;
@@ -31,8 +31,9 @@ class BareMap {
 
   int64_t next_id() const { return next_id_; }
 
-  // One durable transaction: the objects, the changes, the revision, what the GeoPackage tells of
-  // the layer; with a request id, its receipt. The rows' ids are next_id() and on.
+  // Writes in one durable transaction: the objects, the changes, the revision, the GeoPackage's
+  // entry of the layer, and with a request id its receipt. The ids of the rows are next_id() and
+  // the following numbers.
   void Commit(const BareRow* begin, const BareRow* end, const std::string& request_id = "");
 
  private:

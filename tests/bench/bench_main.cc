@@ -1,5 +1,5 @@
-// Runs the benchmarks and says at the end how many times faster each is than its brute force
-// (objects_at_point/1000 than objects_at_point/brute_force/1000), measured in the same run.
+// Runs the benchmarks and reports at the end how many times faster each is than its brute force
+// (objects_at_point/1000 than objects_at_point/brute_force/1000), as measured in the same run.
 #include <cstdio>
 #include <map>
 #include <string>

@@ -1,4 +1,4 @@
-// Benchmarks of one question asked in two ways.
+// Benchmarks of a query against its brute force.
 #ifndef HYPERMAP_TESTS_BENCH_COMPARE_H_
 #define HYPERMAP_TESTS_BENCH_COMPARE_H_
 
@@ -9,8 +9,8 @@
 
 namespace hypermap {
 
-// Measures `fast`, or `brute_force` in its place, on the questions in turn; before that compares
-// the two on each question and gives up where they differ.
+// Measures either `fast` or `brute_force` on the questions in turn. Before measuring `fast`,
+// compares the two on each question, and fails if they differ.
 template <typename Question, typename Fast, typename BruteForce>
 void Compare(benchmark::State& state, const std::vector<Question>& questions, bool run_brute_force,
              Fast fast, BruteForce brute_force) {

@@ -1,4 +1,5 @@
-// Frontiers after an observation, by what it changed, against finding them all anew.
+// Updating the frontiers after an observation, which costs what it changed, against computing all
+// of them anew.
 #include <cstdint>
 #include <numeric>
 #include <vector>
@@ -28,7 +29,7 @@ void Cover(const CellIndex& centre, int32_t radius, Coverage coverage, CoverageR
   }
 }
 
-// 200 m x 200 m with rooms of 10 m, seen from places all over it.
+// 200 m x 200 m with rooms of 10 m, seen from places all over the area.
 CoverageRaster HalfSeen(testing::Rng& rng) {
   CoverageRaster raster(CellBox{0, kSide, 0, kSide}, Coverage::kNone);
   for (size_t i = 0; i < raster.values().size(); ++i) {
@@ -52,7 +53,8 @@ int64_t NumCells(const Frontiers& frontiers) {
       [](int64_t sum, const Frontier& f) { return sum + static_cast<int64_t>(f.size()); });
 }
 
-// What a robot sees is explored, and unexplored again for the next question: two updates.
+// The area that a robot sees is marked as explored, and as unexplored again before the next
+// iteration: two updates each.
 void FrontiersAfterObservation(benchmark::State& state, bool run_brute_force) {
   testing::Rng rng(1);
   CoverageRaster raster = HalfSeen(rng);

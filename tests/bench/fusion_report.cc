@@ -1,9 +1,9 @@
-// What fusion makes of a recorded sequence, without a server: one line of JSON with the figures of
-// map/evaluation and the CPU time per frame. For tuning, and for looking at one thing at a time.
+// Fuses a recorded sequence without a server and prints one line of JSON with the scores of
+// map/evaluation and the CPU time per frame. For tuning, and for looking at single objects.
 //
-//   fusion_report DIR [key=value]...
-//     detections=FILE poses=FILE truth=FILE fusion=NAME segmenter=organised|region_growing
-//     occupancy=yes|no sigma_xy=M sigma_yaw=RAD list=yes param.NAME=NUMBER
+//    fusion_report DIR [key=value]...
+//      detections=FILE poses=FILE truth=FILE fusion=NAME segmenter=organised|region_growing
+//      occupancy=yes|no sigma_xy=M sigma_yaw=RAD list=yes param.NAME=NUMBER
 #include <sys/resource.h>
 
 #include <cmath>

@@ -1,5 +1,5 @@
-// Which cells a polygon covers, row by row along its edges, and what they hold, against a look at
-// each cell.
+// Finding the cells that a polygon covers, row by row along its edges, and their values, against a
+// test of each cell.
 #include <algorithm>
 #include <cstdint>
 #include <cstdlib>
@@ -47,7 +47,7 @@ int64_t CountCellByCell(const Polygon& area, const GridGeometry& geometry) {
   return count;
 }
 
-// Cells of 5 cm in an area of some metres.
+// Cells of 5 cm in an area of a few metres.
 void CellsInArea(benchmark::State& state, double yaw, bool run_brute_force) {
   const GridGeometry geometry{PlanarTransform(0.3, -0.7, yaw), 0.05};
   Compare(
@@ -59,7 +59,7 @@ void CellsInArea(benchmark::State& state, double yaw, bool run_brute_force) {
 constexpr double kResolution = 0.05;
 constexpr int32_t kGridSide = 5'000;
 
-// Free space and clutter in patches. More than the processor's caches hold.
+// Patches of free space and clutter. Larger than the processor's caches.
 const GridLayer& LargeGrid() {
   static const std::shared_ptr<const GridLayer> grid = [] {
     testing::Rng rng(2);
@@ -91,7 +91,7 @@ std::vector<Polygon> SquaresOf(double side_m) {
   return squares;
 }
 
-// A number for the cells of an area and what they hold.
+// Mixes a cell and its value into a checksum, so that answers can be compared.
 uint64_t Mixed(uint64_t sum, const CellIndex& cell, double value) {
   return sum + static_cast<uint64_t>(value * 1e4) * (cell.row * 31 + cell.col);
 }

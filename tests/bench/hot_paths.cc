@@ -1,5 +1,5 @@
-// Runs one hot path so many times, for an instruction counter: hot_paths PATH. What is counted lies
-// within the function hot_path, and nothing else does.
+// Runs one hot path a number of times, for an instruction counter: hot_paths PATH. The function
+// hot_path contains exactly the code that is counted.
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -38,7 +38,7 @@ std::shared_ptr<const SemanticLayer> MakeLayer(const GeneratedSite& site) {
       std::move(objects));
 }
 
-// Patches of free and occupied space, some unknown, in cells of 5 cm.
+// Patches of free and occupied space, some of it unknown, in cells of 5 cm.
 std::shared_ptr<const GridLayer> MakeGrid(int32_t side) {
   LayerSpec spec{.name = "grid", .kind = LayerKind::kOccupancy, .frame_id = "map"};
   spec.grid = GridGeometry{{}, 0.05};
@@ -86,7 +86,7 @@ std::map<std::string, Round> Paths() {
       {"area", [=](int round) { ReadAll(*layer->ContentIn(Square(points[round], 5))); }},
       {"cells",
        [=](int round) {
-         // Within the grid, across its cells.
+         // The square lies within the grid, at changing offsets from its cells.
          const Point p = points[round];
          const Point centre{std::fmod(p.x, 48) + 1, std::fmod(p.y, 48) + 1};
          ReadAll(*grid->ContentIn(Square(centre, 2)));

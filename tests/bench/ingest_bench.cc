@@ -1,9 +1,8 @@
-// What ingest costs in CPU time, one core:
+// CPU time of ingest on one core:
 //   - a frame of 640 x 480 pixels with 8 detections, from the PNG to the observation, with the
-//   default
-//     segmenter and with PCL's region growing in its place;
-//   - an observation folded into a layer of 10,000 objects, and into one of 100.
-// The last line is a JSON object.
+//     default segmenter and with PCL's region growing;
+//   - folding an observation into a layer of 10,000 objects, and into one of 100.
+// The last line of the output is a JSON object.
 #include <sys/resource.h>
 
 #include <algorithm>
@@ -54,8 +53,8 @@ struct RecordedFrame {
   ingest::Frame frame;
 };
 
-// Frames of a made-up office in which at least eight things are in view; the eight largest are the
-// detections.
+// Frames of a synthetic office that each show at least eight objects, of which the eight largest
+// are the detections.
 std::vector<RecordedFrame> Record(size_t count) {
   const simulation::Scene scene = simulation::MakeOffice(7);
   const ingest::CameraModel camera{640, 480, 525.0, 525.0, 319.5, 239.5, {}};
@@ -98,10 +97,10 @@ double FrameCost(std::vector<RecordedFrame>* frames, std::unique_ptr<ingest::Seg
   });
 }
 
-// Places 8 m apart with ten things each, as many as make up `objects`.
+// Places 8 m apart with ten objects each, `objects` in total.
 struct FilledLayer {
   fusion::StatePtr state;
-  std::vector<Observation> looks;  // one at each of some places
+  std::vector<Observation> looks;  // one observation at each of some places
   size_t objects = 0;
 };
 

@@ -1,4 +1,4 @@
-// Questions to a layer of many objects, against a look at each of them.
+// Queries of a layer of many objects, against a test of each object.
 #include <algorithm>
 #include <limits>
 #include <memory>
@@ -101,7 +101,7 @@ void NearestObject(benchmark::State& state, bool run_brute_force) {
       });
 }
 
-// Registers a question, and its brute force by the name that bench_main.cc knows.
+// Registers a query, and its brute force under the name that bench_main.cc expects.
 #define HYPERMAP_BENCHMARK(function, name)                                     \
   BENCHMARK_CAPTURE(function, fast, false)->Name(name)->Arg(1000)->Arg(30000); \
   BENCHMARK_CAPTURE(function, slow, true)->Name(name "/brute_force")->Arg(1000)->Arg(30000)

@@ -1,10 +1,10 @@
-// What a robot's replica costs beside the map in the same process that it is made of.
+// Compares the cost of queries to a robot's replica with queries to the same map in this process.
 //
-// Loads a site of generated objects into a real server, mirrors it, and asks the replica and a map
-// that was never on a server the same points in turns. Both answer in two ways: with objects that
-// are shared with the map, and with copies, as the answers of a client are. Times are CPU time of
-// the asking thread, the medians of paired rounds. Exit code 1 when the two differ; goals are
-// reported, not enforced.
+// Loads a site of generated objects into a real server, mirrors it, and queries the replica and a
+// map that was never on a server at the same points in turns. Both answer in two ways: with objects
+// that are shared with the map, and with copies, like the answers of a client. Times are CPU time
+// of the querying thread, medians of paired rounds. The exit code is 1 if the answers differ; goals
+// are reported, not enforced.
 #include <time.h>
 
 #include <CLI/CLI.hpp>
@@ -65,7 +65,7 @@ absl::Status Load(client::Client& client, const GeneratedSite& site) {
     const int64_t end = std::min(begin + kObjectsPerBatch, site.num_objects());
     for (int64_t i = begin; i < end; ++i) {
       SemanticObject object = site.Object(i);
-      object.id = 0;  // the server gives the same
+      object.id = 0;  // the server assigns the same id
       batch.edits.push_back(PutObject{kLayer, std::move(object)});
     }
     status = client.ApplyEdits(kMap, batch).status();
@@ -85,15 +85,15 @@ SnapshotPtr InProcess(const GeneratedSite& site) {
   return snapshot;
 }
 
-// A way to ask, and how many objects it found in all.
+// A way to query, its times, and the total number of objects that it found.
 struct Way {
   const char* name;
   std::function<int64_t(const Point&)> ask;
-  std::vector<double> seconds = {};  // of each round, a point
+  std::vector<double> seconds = {};  // for each round, per point
   int64_t found = 0;
 };
 
-// The median of the ratios in the same round.
+// The median of the ratios of times in the same round.
 double RatioOf(const Way& way, const Way& other) {
   std::vector<double> ratios;
   for (size_t i = 0; i < way.seconds.size(); ++i) {

@@ -1,5 +1,4 @@
-// Questions to one layer of a large site: as many objects as $HYPERMAP_BENCH_OBJECTS says, a
-// million when it says nothing.
+// Queries of one layer of a large site, with $HYPERMAP_BENCH_OBJECTS objects. Default: one million.
 #include <malloc.h>
 #include <unistd.h>
 
@@ -31,7 +30,7 @@ constexpr int kObjectsPerRoom = 2000;
 constexpr int kNumQuestions = 1 << 16;
 constexpr int kPointsPerBatch = 256;
 
-// Star-shaped about `centre`, so that it needs no check.
+// Star-shaped around `centre`, hence valid without a check.
 Polygon MakePolygon(Rng& rng, const Point& centre, double radius_m) {
   const int n = UniformInt(rng, 5, 12);
   Ring ring;
@@ -55,7 +54,7 @@ size_t ResidentBytes() {
   return resident * static_cast<size_t>(sysconf(_SC_PAGESIZE));
 }
 
-// The objects, the layer of them and questions, the same in each run.
+// The objects, their layer and queries, the same in each run.
 class Site {
  public:
   static const Site& Get() {
@@ -67,7 +66,8 @@ class Site {
   const std::shared_ptr<const SemanticLayer>& layer() const { return layer_; }
   const std::vector<Point>& points() const { return points_; }
   size_t num_objects() const { return num_objects_; }
-  // Above the raw rings, for each object: allocated, and resident with what was freed on the way.
+  // Bytes per object beyond the raw rings: allocated, and resident including memory freed
+  // meanwhile.
   double overhead_bytes() const { return overhead_bytes_; }
   double resident_overhead_bytes() const { return resident_overhead_bytes_; }
   Point RandomPoint(Rng& rng) const { return {Uniform(rng, 0, side_m_), Uniform(rng, 0, side_m_)}; }
@@ -141,7 +141,7 @@ void SitePoint(benchmark::State& state) {
   state.counters["found"] = static_cast<double>(found) / static_cast<double>(state.iterations());
 }
 
-// One iteration asks a batch; the items are points.
+// Each iteration queries a batch; the items are points.
 void AskBatches(benchmark::State& state, const SemanticLayer& layer,
                 const std::vector<Point>& points) {
   PointsContent content;
@@ -163,7 +163,7 @@ void SitePointsBatched(benchmark::State& state) {
   AskBatches(state, *Site::Get().layer(), Site::Get().points());
 }
 
-// The path of a robot: each point a few centimetres after the one before.
+// A robot's path, with a few centimetres between consecutive points.
 void SitePointsNeighbouring(benchmark::State& state) {
   const Site& site = Site::Get();
   Rng rng(6);
@@ -224,7 +224,7 @@ void SiteNearest(benchmark::State& state) {
   }
 }
 
-// Changes one by one, as commits make them; the layer is that after all of them.
+// Single changes, as commits make them, on the layer that results from all earlier ones.
 void SiteChange(benchmark::State& state) {
   const Site& site = Site::Get();
   Rng rng(9);
@@ -241,7 +241,7 @@ void SiteChange(benchmark::State& state) {
   }
 }
 
-// Random points of a layer that has seen many changes since it was packed.
+// Random points of a layer that had many changes since it was packed.
 void SitePointsAfterChanges(benchmark::State& state) {
   const Site& site = Site::Get();
   Rng rng(10);

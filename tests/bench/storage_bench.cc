@@ -1,7 +1,7 @@
-// What durable maps cost, beside bare SQLite doing the least that the same tables need, in turns in
-// one run: a first load, batches, single edits, many callers at once, opening.
+// Cost of durable maps, measured in turns with bare SQLite that writes only the rows that the same
+// tables need: a first load, batches, single edits, many callers at once, opening.
 //
-//   storage_bench [--objects=100000] [--edits=400] [--batches=5] [--dir=FOLDER]
+//    storage_bench [--objects=100000] [--edits=400] [--batches=5] [--dir=FOLDER]
 #include <sys/resource.h>
 #include <time.h>
 
@@ -49,7 +49,7 @@ double Now_us(clockid_t clock) {
   return now.tv_sec * 1e6 + now.tv_nsec * 1e-3;
 }
 
-// What `work` costs this thread, or the whole process.
+// Cost of `work` for this thread or the whole process.
 template <typename Work>
 Cost Measure(Work work, clockid_t clock = CLOCK_THREAD_CPUTIME_ID) {
   const double cpu_us = Now_us(clock);
@@ -75,7 +75,7 @@ double Median(std::vector<double> values) {
   return values[values.size() / 2];
 }
 
-// Objects of a site with one on five square metres, the same in each run.
+// Objects of a site with one object per five square metres, the same in each run.
 class Generator {
  public:
   explicit Generator(int64_t num_objects) : side_m_(std::sqrt(num_objects / 0.2)) {}
@@ -116,7 +116,8 @@ std::vector<SemanticObject> Take(Generator& generator, int count) {
   return objects;
 }
 
-// Rows in strips of the site, there and back: near each other in the table what is near in space.
+// Rows in strips of the site, in a serpentine, so that neighbours in space are neighbours in the
+// table.
 std::vector<BareRow> SortedRows(std::vector<SemanticObject> objects, int64_t first_id) {
   const auto strip_of = [](const SemanticObject& object) {
     return std::floor(object.shape.bounds().min.x / 10);
@@ -133,7 +134,7 @@ std::vector<BareRow> SortedRows(std::vector<SemanticObject> objects, int64_t fir
   return rows;
 }
 
-// Ours: a stored map, with the snapshot that a session would hold.
+// A stored map with the snapshot that a session would hold.
 class OurMap {
  public:
   OurMap(storage::MapStore* store, const std::string& name)
@@ -158,7 +159,7 @@ class OurMap {
     return Commit(std::move(batch));
   }
 
-  // Puts objects that are there once more.
+  // Puts existing objects again, shifted.
   Cost PutAgain(const std::vector<ObjectId>& ids, double shift_m) {
     const auto& layer = static_cast<const SemanticLayer&>(*snapshot_->FindLayer(kLayer));
     std::vector<SemanticObject> objects;
@@ -189,7 +190,7 @@ void Print(const char* what, const Cost& ours, const Cost& bare) {
   std::fflush(stdout);
 }
 
-// The bare map is an empty one of ours with the layer.
+// Creates an empty map of ours with the layer, and opens it as a BareMap.
 std::unique_ptr<BareMap> MakeBareMap(storage::MapStore* store, const std::string& folder) {
   OurMap(store, "bare").MakeLayer();
   return std::make_unique<BareMap>(folder + "/bare.gpkg", kLayer);
@@ -248,7 +249,7 @@ void MeasureReplacing(OurMap* ours, int64_t num_objects, int edits) {
               cost.wall_us);
 }
 
-// Edits a second by callers that each wait for their answer before they ask again.
+// Edits per second of callers that each wait for their answer before the next edit.
 double EditsPerSecond(server::MapSession* session, Generator* generator, int num_callers,
                       int edits_each) {
   std::vector<std::vector<SemanticObject>> objects;

@@ -11,7 +11,7 @@ import subprocess
 import tempfile
 import unittest
 
-# Instructions for one question of the path, a batch of 256 points for "points".
+# Maximum number of instructions for one query of the path; for "points", for a batch of 256.
 BOUNDS = {
     "point": 1_200,
     "points": 160_000,

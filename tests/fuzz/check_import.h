@@ -1,4 +1,4 @@
-// What must hold of any file that a decoder takes.
+// Checks that hold for any file that a decoder accepts.
 #ifndef HYPERMAP_TESTS_FUZZ_CHECK_IMPORT_H_
 #define HYPERMAP_TESTS_FUZZ_CHECK_IMPORT_H_
 
@@ -9,7 +9,7 @@
 
 namespace hypermap::storage {
 
-// Small, so that a fuzzer meets them.
+// Small limits, so that a fuzzer reaches them.
 inline ImportLimits FuzzLimits() {
   return {.max_unpacked_bytes = 1 << 20,
           .max_archive_members = 20,
@@ -18,8 +18,9 @@ inline ImportLimits FuzzLimits() {
           .max_vertices_per_polygon = 1000};
 }
 
-// The map that the import makes of `before`; null when the file was refused, which must be with one
-// of the documented codes. Applying what a decoder took may be refused too, but not by a crash.
+// Applies the import to `before` and returns the result. Returns null if the file was refused,
+// which must be with one of the documented codes. Applying decoded edits may fail, too, but must
+// not crash.
 inline SnapshotPtr CheckImport(const absl::StatusOr<ImportedMap>& imported,
                                const Snapshot& before = {}) {
   if (!imported.ok()) {

@@ -1,4 +1,5 @@
-// Any text is a detector's results or refused, and its masks have the image's size.
+// Any text is either decoded as a detector's results or refused, and the masks have the image's
+// size.
 #include <cstddef>
 #include <cstdint>
 

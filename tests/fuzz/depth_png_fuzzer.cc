@@ -1,4 +1,4 @@
-// Any bytes are a depth image of the camera's size or refused.
+// Any bytes are either decoded as a depth image of the camera's size or refused.
 #include <cstddef>
 #include <cstdint>
 

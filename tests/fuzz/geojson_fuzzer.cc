@@ -1,4 +1,4 @@
-// Any bytes are edits or refused; objects that were read are written, and read again.
+// Any bytes are either decoded to edits or refused. Decoded objects are written and read again.
 #include <cstddef>
 #include <cstdint>
 

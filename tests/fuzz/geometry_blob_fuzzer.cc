@@ -1,5 +1,5 @@
-// Any blob decodes to a shape or to DATA_LOSS. A decoded shape of any kind is encoded and decoded
-// again without a change, and its blob has its bounds.
+// Any blob decodes to a shape or to DATA_LOSS. A decoded shape is encoded and decoded again without
+// a change, and the envelope of its blob is its bounds.
 #include <cstddef>
 #include <cstdint>
 #include <string>

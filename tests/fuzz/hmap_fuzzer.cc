@@ -1,4 +1,5 @@
-// Any bytes are a map or refused; a map that was read is written, and reads again without repairs.
+// Any bytes are either decoded to a map or refused. A decoded map is written, and reads again
+// without repairs.
 #include <cstddef>
 #include <cstdint>
 

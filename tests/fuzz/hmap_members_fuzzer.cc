@@ -1,5 +1,5 @@
-// As hmap_fuzzer, behind the archive's checksums: the input is hmap_config.yaml and the member
-// "semantic", parted by the first 0 byte.
+// The same as hmap_fuzzer, without the archive and its checksums: the input is hmap_config.yaml and
+// the member "semantic", separated by the first 0 byte.
 #include <cstddef>
 #include <cstdint>
 #include <string>

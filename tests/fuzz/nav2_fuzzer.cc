@@ -1,5 +1,5 @@
-// Any two files are a grid or refused. The input is a YAML and an image, parted by the first 0
-// byte.
+// Any two files are either decoded to a grid or refused. The input is a YAML file and an image,
+// separated by the first 0 byte.
 #include <cstddef>
 #include <cstdint>
 #include <string>

@@ -1,6 +1,6 @@
-// Any rings are a valid polygon or INVALID_ARGUMENT, and so is any ring to be repaired; any
-// vertices are a line string or INVALID_ARGUMENT. A polygon or line string covers its own vertices,
-// and making it again changes nothing.
+// Any rings make a valid polygon or INVALID_ARGUMENT, and so does the repair of any ring. Any
+// vertices make a line string or INVALID_ARGUMENT. A polygon or line string covers its own
+// vertices, and making it again from them changes nothing.
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -15,7 +15,7 @@
 
 namespace {
 
-// Coordinates are bytes, so that rings touch and cross often, or doubles of any bits.
+// Coordinates are either single bytes, so that rings often touch and cross, or doubles of any bits.
 hypermap::Ring ReadRing(const uint8_t* data, size_t size, bool any_double) {
   hypermap::Ring ring;
   const size_t step = any_double ? 2 * sizeof(double) : 2;

@@ -1,4 +1,4 @@
-// Ends a fuzzer with the place of a broken promise.
+// Ends a fuzzer with the location of a violated requirement.
 #ifndef HYPERMAP_TESTS_FUZZ_REQUIRE_H_
 #define HYPERMAP_TESTS_FUZZ_REQUIRE_H_
 

@@ -1,6 +1,6 @@
 #!/bin/bash
-# Runs each fuzzer in FOLDER for SECONDS; new inputs are kept in FOLDER/corpus. Fails at the first
-# finding, whose input lies in FOLDER/findings.
+# Runs each fuzzer in FOLDER for SECONDS and keeps new inputs in FOLDER/corpus. Stops at the first
+# finding, whose input is then in FOLDER/findings.
 #
 #   tests/fuzz/run.sh FOLDER SECONDS
 set -euo pipefail

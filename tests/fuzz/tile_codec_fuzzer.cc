@@ -1,4 +1,4 @@
-// Any bytes are a tile of each grid kind or DATA_LOSS; a tile that was read is written and reads
+// Any bytes decode to a tile of each grid kind or to DATA_LOSS. A decoded tile is written and reads
 // the same.
 #include <cstddef>
 #include <cstdint>

@@ -1,4 +1,5 @@
-// Any text is a trajectory or refused, and what it interpolates is a rotation.
+// Any text is either decoded as a trajectory or refused, and interpolated poses have a valid
+// rotation.
 #include <cstddef>
 #include <cstdint>
 

@@ -1,4 +1,5 @@
-// Any string is a value query or INVALID_ARGUMENT; folding a label again changes nothing.
+// Any string parses as a value query or is INVALID_ARGUMENT. Folding a folded label changes
+// nothing.
 #include <cstddef>
 #include <cstdint>
 #include <string>

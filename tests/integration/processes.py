@@ -17,9 +17,10 @@ import unittest
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 BIN = pathlib.Path(os.environ.get("HYPERMAP_BIN", ROOT / "build" / "bin"))
 DATA = pathlib.Path(os.environ.get("HYPERMAP_DATA") or ROOT.parent / "shared" / "data")
-# How long anything may take. Generous: sanitizers on a busy machine are slow, hangs are forever.
+# Maximum duration of each operation. It is generous, because sanitizers on a busy machine are slow,
+# and a hang lasts forever anyway.
 DEADLINE_S = float(os.environ.get("HYPERMAP_TEST_DEADLINE", "60"))
-# Random questions per kind and map.
+# Number of random queries per kind and map.
 QUESTIONS = int(os.environ.get("HYPERMAP_TEST_QUESTIONS", "200"))
 SEED = int(os.environ.get("HYPERMAP_TEST_SEED", time.time_ns() % 1_000_000))
 

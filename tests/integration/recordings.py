@@ -14,7 +14,7 @@ import numpy
 
 WIDTH, HEIGHT, FOCAL = 192, 144, 160.0
 CAMERA_HEIGHT_M, PITCH_DOWN_RAD = 1.6, 0.6
-# Of the box: lower left corner, upper right corner, height.
+# Lower left corner, upper right corner and height of the box.
 BOX = ((1.5, -0.3), (2.1, 0.3), 0.5)
 FIRST_STAMP_S, INTERVAL_S = 1_600_000_000, 0.2
 

@@ -26,7 +26,7 @@ CROSSING = {"outer": rpc.columns([(0, 0), (2, 2), (2, 0), (0, 2)])}
 NOT_FINITE = {"outer": rpc.columns([(0, 0), (1, 0), ("NaN", 1)])}
 HOLE_OUTSIDE = SQUARE | {"holes": [rpc.columns([(9, 9), (10, 9), (9, 10)])]}
 
-# (what, polygon, word of the message)
+# (description, polygon, word in the error message)
 POLYGONS = [
     ("no outer ring", {}, "area"),
     ("two vertices", TWO_POINTS, "vert"),
@@ -36,7 +36,7 @@ POLYGONS = [
     ("a hole outside", HOLE_OUTSIDE, "hole"),
     ("more xs than ys", {"outer": {"xs": [0, 1, 1, 0], "ys": [0, 0, 1]}}, "4 xs and 3 ys"),
 ]
-# (what, shape, field and word of the message)
+# (description, shape, field and word in the error message)
 SHAPES = [
     ("no shape", {}, "shape"),
     ("a line of one vertex", {"line_string": rpc.columns([(1, 1)])}, "shape.line_string"),

@@ -56,7 +56,7 @@ class CommandLine(SiteTest):
             answer = self.site.json("query", "point", "site", x, y, "--layer", "grid")
             return answer["layers"][0]["status"]
 
-        # Cells are half open: the lower and left border belong to a cell, the others do not.
+        # Cells are half open: a cell contains its lower and left edges, but not the others.
         self.assertEqual([status(0, 0), status(0.5, 0), status(1, 0), status(0, 0.5),
                           status(-0.001, 0)],
                          ["value", "unknown", "outside", "outside", "outside"])
@@ -112,7 +112,7 @@ class CommandLine(SiteTest):
                          {"map": "site", "revision": sites.revision(self.client),
                           "file": str(picture), "layers": ["grid", "things"], "objects": 1})
         self.assertEqual(picture.read_bytes()[:4], b"\x89PNG")
-        # Width and height stand in the header.
+        # The PNG header contains width and height.
         self.assertEqual([int.from_bytes(picture.read_bytes()[i:i + 4], "big") for i in (16, 20)],
                          [answer["width"], answer["height"]])
         self.assert_fails(self.site.cli("render", "nowhere", "-o", picture), "nowhere")
@@ -122,7 +122,7 @@ class CommandLine(SiteTest):
         sites.make(self.client)
         self.client.ApplyEdits(map="site", edits=[sites.write_cells([[0] * 20] * 10)])
         self.assert_fails(self.site.cli("explore", "status", "site"), "NOT_FOUND")
-        # Of 10 x 5 m of floor, the left 8 m.
+        # The left 8 m of a floor of 10 x 5 m.
         area = ["0,0", "8,0", "8,5", "0,5"]
         start = ["explore", "start", "site", "--layer", "seen", "--area", *area]
         self.assert_fails(self.site.cli(*start, "--occupancy", "none"), "none")

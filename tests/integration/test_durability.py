@@ -13,7 +13,7 @@ from processes import SiteTest
 
 ROUNDS = int(os.environ.get("HYPERMAP_TEST_ROUNDS", "6"))
 WRITERS = 4
-# Acknowledged edits of all writers together after which the server is killed.
+# The server is killed when all writers together have this many acknowledged edits.
 EDITS_BEFORE_KILL = 60
 
 
@@ -149,7 +149,7 @@ class Durability(SiteTest):
             self.assertEqual(set(layers), {"lanes", "floor"})
             self.assertTrue(layers["lanes"].properties.has_shapes)
             self.assertTrue(layers["floor"].properties.has_cells)
-            # (2, 0) in dock.
+            # This point is (2, 0) in the frame dock.
             answer = client.QueryPoint(scope=rpc.scope("site", "lanes"), point=rpc.point(12, 0))
             self.assertEqual([o.label for o in answer.layers[0].objects], ["lane"])
             answer = client.QueryPoint(scope=rpc.scope("site", "floor"), point=rpc.point(0.1, 0.1))

@@ -174,7 +174,7 @@ class RealMaps(ExchangeTest):
         left, width, _, top, _, height = about["geoTransform"]
         self.assertAlmostEqual(width, grid.resolution, 9)
         self.assertAlmostEqual(height, -grid.resolution, 9)
-        # The extent in use may be rounded up to whole tiles, but must begin where the grid does.
+        # The extent may be rounded up to whole tiles, but must begin where the grid does.
         self.assertAlmostEqual((grid.origin[0] - left) / width % 1, 0, 6)
         copy = self.folder / "raster.tif"
         run("gdal_translate", "-q", "-projwin", grid.origin[0],

@@ -22,12 +22,13 @@ sys.path.insert(0, str(TESTDATA))
 
 from questions import EVERYWHERE, MAP, Asker, query  # noqa: E402
 
-# The server keeps all history and receipts, whatever the date of the test is.
+# Makes the server keep all history and receipts, whatever the date of the test is.
 KEEP_ALL = ["--history_age=876000h", "--history_revisions=1000000000", "--receipt_age=876000h"]
 WORKER, RENDERER = BIN / "hypermap-ingest", BIN / "render_sequence"
 # Members whose values grow with each commit.
 COUNTERS = {"revision", "newest_revision", "version"}
-# With a low HYPERMAP_TEST_QUESTIONS each round asks every n-th question, and the next round others.
+# If HYPERMAP_TEST_QUESTIONS is small, each round asks every n-th query, and the next round asks
+# others.
 STEP = max(1, 50 // QUESTIONS)
 
 

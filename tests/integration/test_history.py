@@ -243,7 +243,7 @@ class History(SiteTest):
         for made in revisions:
             answer = client.QueryPoint(scope=SITE, point=rpc.point(0, 0),
                                        as_of={"at_time": made.time.ToJsonString()})
-            # Revisions of one group have one time; the newest of them answers.
+            # The revisions of one group commit have the same time, so the newest of them answers.
             self.assertEqual(answer.revision, max(r.revision for r in revisions
                                                   if r.time.ToNanoseconds() <= made.time.ToNanoseconds()))
 

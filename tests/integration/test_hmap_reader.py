@@ -82,7 +82,8 @@ class ReadMap(unittest.TestCase):
             file.write(archive.getvalue())
             file.flush()
             grid = hmap_reader.read(file.name)["grid"]
-        # (255 - 102) / 255 is the threshold 0.6, (255 - 204) / 255 is 0.2: neither is past it.
+        # The values (255 - 102) / 255 = 0.6 and (255 - 204) / 255 = 0.2 equal the thresholds, so
+        # they do not exceed them.
         numpy.testing.assert_array_equal(grid.values, [[numpy.nan, 0], [1, numpy.nan]])
         x, y = grid.centres()
         self.assertEqual((x.tolist(), y.tolist()), ([[1.25, 1.75]] * 2, [[2.25] * 2, [2.75] * 2]))

@@ -134,7 +134,8 @@ class Ingest(SiteTest):
                     continue
                 self.assertLessEqual(acknowledged[name], robot.known, "acknowledged and lost")
                 for sequence, outcome in robot.acknowledged.items():
-                    # 1: accepted, 2: a duplicate, which it is exactly when it was known.
+                    # 1 is accepted, 2 is duplicate. An observation must be a duplicate exactly if
+                    # the server knew its sequence.
                     self.assertEqual(outcome == 2, sequence in robot.known, (name, sequence))
                     self.assertIn(outcome, (1, 2))
                 acknowledged[name] |= set(robot.acknowledged) | robot.known
@@ -149,7 +150,7 @@ class Ingest(SiteTest):
                 everything += more
             found = shown(client)
         self.assertTrue(found[0], "nothing was made of it")
-        # What an interrupted stream left in flight may be there as well.
+        # Observations that were in flight when a stream broke may have been accepted, too.
         with rpc.Client(site.address) as client:
             opened = {name: next(iter(client.Observe([opening(name)]))).opened.known
                       for name in frames}
@@ -191,7 +192,7 @@ class Ingest(SiteTest):
                 sites.put_shape(sill, "sill"), sites.put_shape(dock, "dock")]).object_ids
             put = {"sill": (line, sill), "dock": (point, dock)}
             self.assertEqual(operators(client), put)
-            # Frames that look at the sill's place and see other things there.
+            # These frames have the sill's place in view and show other things there.
             observe(client, [observation("a", f, f) for f in range(20, 40)])
             self.assertEqual(operators(client), put)
             site.json("rebuild", "site", "--layer", "things", "--fusion", "paper")

@@ -10,7 +10,7 @@ import rpc
 from oracle import CELL_VALUES, Oracle, Questions
 from processes import QUESTIONS, SEED, Server, real_maps
 
-# Questions asked by way of the command: a process each.
+# Number of queries that are made by the command, which starts a process for each.
 BY_COMMAND = max(QUESTIONS // 20, 5)
 
 
@@ -47,8 +47,8 @@ class QueriesOnRealMaps(unittest.TestCase):
 
     def tearDown(self):
         self.assertEqual(self.found[:10], [], f"{len(self.found)} differences")
-        # Questions about nothing would be answered alike by anybody. About three in ten have content;
-        # of a few dozen only the first is sure.
+        # Queries without matches prove little. About three in ten have matches. Of only a few dozen
+        # queries, all but the first may be without.
         self.assertGreater(self.with_content, 0.1 * self.asked if self.asked >= 100 else 0)
         print(f"{self.asked} questions, {self.with_content} with content ", end="", flush=True)
 

@@ -133,7 +133,7 @@ class ShapesTest(SiteTest):
         """{id: thing} of what `hypermap edit` has put."""
         things = [self.draw.thing() for _ in range(count)]
         self.edit([thing.feature() for thing in things])
-        # Ids are given in the order of the file.
+        # Ids are assigned in the order of the file.
         return dict(zip(sorted(sites.labels(self.client)), things, strict=True))
 
     def change_things(self, things):
@@ -156,7 +156,7 @@ class ShapesTest(SiteTest):
         self.with_content += bool(expected)
         self.assertEqual(got, expected, (f"HYPERMAP_TEST_SEED={SEED}", *asked))
 
-    # Each of these asks `count` questions and compares the answers with Shapely's.
+    # Each of these makes `count` queries and compares the answers with Shapely's.
 
     def check_points(self, things, count, as_of, tolerance=0.0):
         """By QueryPoints, and the first few by QueryPoint."""
@@ -248,7 +248,7 @@ class Questions(ShapesTest):
         self.assertEqual({t.geometry.geom_type for t in things.values()},
                          {"Polygon", "LineString", "Point"})
         self.check(things, QUESTIONS)
-        # Questions about nothing would be answered alike by anybody.
+        # Queries without matches prove little.
         self.assertGreater(self.with_content, QUESTIONS)
 
     def test_each_is_answered_of_an_earlier_revision(self):
@@ -335,7 +335,7 @@ class Files(ShapesTest):
         found = re.findall(r"^  ((?:POLYGON|LINESTRING|POINT) \(.*\))$", listed.stdout,
                            re.MULTILINE)
         self.assertEqual(len(found), len(things))
-        # A table is read in the order of its ids.
+        # The rows of the table are read in the order of their ids.
         for wkt, (_, thing) in zip(found, sorted(things.items())):
             geometry = shapely.wkt.loads(wkt)
             self.assertEqual(geometry.geom_type, thing.geometry.geom_type)
@@ -354,7 +354,7 @@ class Files(ShapesTest):
             self.assert_fails(self.site.cli("edit", "site", path, "--layer", "lanes"), "lanes",
                               "point" if geometry.geom_type == "Point" else "polygon")
         self.assertEqual(list(sites.labels(self.client, layer="lanes").values()), ["lane"])
-        # The layer keeps it through a restart.
+        # The layer still has it after a restart.
         self.assertEqual(self.site.stop(), 0)
         self.site = self.server()
         self.assert_fails(self.site.cli("edit", "site", path, "--layer", "lanes"), "lanes")
@@ -437,7 +437,7 @@ class Changes(ShapesTest):
         self.assertEqual(follower.known, selected(things, area))
         for _ in range(4):
             things = self.change_things(things)
-        # The last change is in the area, so that the watch tells it at once.
+        # The last change is in the area, so that the watch reports it at once.
         dock = Thing("dock", shapely.geometry.Point(1, 1))
         last = self.edit([dock.feature()])["revision"]
         (new,) = set(sites.labels(self.client)) - set(things)

@@ -18,7 +18,7 @@ def box(x0, y0, x1, y1, **properties):
             "geometry": {"type": "Polygon", "coordinates": [ring]}}
 
 
-# Two rooms, joined by a door a metre wide.
+# Two rooms that are connected by a door of 1 m.
 FLOOR = [box(0, 0, 8, 5, value=0.0), box(0, 0, 8, 0.2, value=1.0), box(0, 4.8, 8, 5, value=1.0),
          box(0, 0, 0.2, 5, value=1.0), box(7.8, 0, 8, 5, value=1.0), box(4, 0, 4.2, 3.2, value=1.0),
          box(4, 4.2, 4.2, 5, value=1.0), box(6, 2, 6.5, 2.4, value=0.9)]

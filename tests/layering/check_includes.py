@@ -13,7 +13,7 @@ import sys
 
 from rooms import LIBRARIES, ROOMS, Room
 
-# Standard headers that bring in files, threads or clocks. `map/` has none of these.
+# Standard headers for files, threads and clocks. Rooms of `map/` must not include them.
 OUTSIDE_WORLD = re.compile(
     r"(chrono|condition_variable|csignal|cstdio|ctime|filesystem|fstream|future|iostream|latch"
     r"|mutex|semaphore|shared_mutex|stop_token|thread"

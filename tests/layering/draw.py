@@ -15,7 +15,7 @@ from rooms import ROOMS
 DOCUMENT = pathlib.Path(__file__).parents[2] / "docs" / "architecture.md"
 BEGIN = "<!-- Drawn by tests/layering/draw.py. -->"
 END = "<!-- End of the drawing. -->"
-# Rooms that stand below nearly all others: their arrows would hide the rest.
+# Rooms that nearly all others use. Their arrows would hide the rest of the diagram.
 EVERYWHERE = {"base/status"}
 
 

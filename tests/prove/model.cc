@@ -55,7 +55,7 @@ ToldRevision ToldOf(const Written& written, const State& before, const Selection
   return told;
 }
 
-// The value at a revision; null when there is none.
+// The value at a revision; null if there is none.
 template <typename Lives>
 auto ValueAt(const Lives& lives, Revision revision) {
   auto it = std::upper_bound(lives.begin(), lives.end(), revision,
@@ -155,7 +155,7 @@ State PastModel::In(const Box& area, Revision revision) const {
   const auto index = [](double metres) {
     return static_cast<int32_t>(std::floor(metres / FloorGeometry().resolution_m));
   };
-  // One more on each side; Holds decides.
+  // One more cell on each side, because of rounding. Holds decides.
   for (int32_t row = index(area.min.y) - 1; row <= index(area.max.y) + 1; ++row) {
     const auto end = cells_.upper_bound({row, index(area.max.x) + 1});
     for (auto it = cells_.lower_bound({row, index(area.min.x) - 1}); it != end; ++it) {

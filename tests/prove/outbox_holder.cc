@@ -41,14 +41,14 @@ Observation SeenAt(absl::Time stamp) {
   Observation observation;
   observation.robot = kRobot;
   observation.stamp = stamp;
-  // At the height of 0.8 m, looking along x.
+  // The camera is at a height of 0.8 m and looks along x.
   observation.pose.frame_from_camera.linear() << 0, 0, 1, -1, 0, 0, 0, -1, 0;
   observation.pose.frame_from_camera.translation() << -1.0, 0.0, 0.8;
   observation.detections.push_back(std::move(chair));
   return observation;
 }
 
-// One write, so that a line is told whole or not at all.
+// Writes a line with one system call, so that it is written completely or not at all.
 void Say(const std::string& line) {
   if (write(STDOUT_FILENO, line.data(), line.size()) < 0) _exit(EXIT_FAILURE);
 }

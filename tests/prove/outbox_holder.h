@@ -1,4 +1,4 @@
-// A process of its own that has an outbox, to be killed.
+// A process with an outbox, which the proof kills.
 #ifndef HYPERMAP_TESTS_PROVE_OUTBOX_HOLDER_H_
 #define HYPERMAP_TESTS_PROVE_OUTBOX_HOLDER_H_
 
@@ -20,38 +20,39 @@ inline constexpr char kRobot[] = "cart";
 inline constexpr char kQueued[] = "queued";  // the layer of the edits
 inline constexpr char kSeen[] = "seen";      // the layer of the observations
 
-// Of those that are put, each sixth is an edit, the others are observations.
+// Every sixth of the numbered entries is an edit; the others are observations.
 inline bool IsEdit(int i) { return i % 6 == 5; }
 inline int NumEdits(int n) { return n / 6; }
 std::string LabelOfEdit(int i);
 
-// Puts number `i`. Observations are a millisecond apart, from `begin` on, and see the same chair.
+// Puts entry `i`. Observations have stamps a millisecond apart from `begin` on, and see the same
+// chair.
 absl::StatusOr<client::Ticket> PutNth(client::Outbox& outbox, int i, absl::Time begin);
 
-// What was told of a delivery.
+// A reported delivery.
 struct Told {
   bool is_edit = false;
-  int64_t number = 0;     // the id of the object, or the sequence of the observation
-  Revision revision = 0;  // that it made; 0 for an observation that the server had already
+  int64_t number = 0;     // id of the object, or sequence of the observation
+  Revision revision = 0;  // that resulted; 0 for a duplicate observation
 
   friend bool operator==(const Told&, const Told&) = default;
 };
 Told ToldOf(const client::Delivery& delivery);
 
-// The process. One thread.
+// The process. Used by one thread.
 class OutboxHolder {
  public:
-  // Opens the outbox `file` of a client of `server`, puts the numbers from `first` to before `end`,
-  // and delivers.
+  // Starts a process that opens the outbox `file` of a client of `server`, puts the entries first
+  // <= i < end, and delivers.
   static absl::StatusOr<OutboxHolder> Start(const std::string& file, const std::string& server,
                                             int first, int end, absl::Time begin);
   OutboxHolder(OutboxHolder&& other) noexcept;
   OutboxHolder& operator=(OutboxHolder&&) = delete;
   ~OutboxHolder();
 
-  // The next that it says of what it has done; false when it has ended.
+  // Reads the next line of the process's output. Returns false when the process has ended.
   bool Read();
-  // SIGKILL; then reads the rest.
+  // Sends SIGKILL, then reads the rest of the output.
   void Kill();
 
   int num_put() const { return num_put_; }
@@ -67,7 +68,8 @@ class OutboxHolder {
   std::map<client::Ticket, Told> told_;
 };
 
-// What that process does, when this program is started for it; nullopt when it was not.
+// Runs the holder if this program was started as one, and returns the exit code. Otherwise returns
+// nullopt.
 std::optional<int> HoldOutbox(int argc, char** argv);
 
 }  // namespace hypermap::prove

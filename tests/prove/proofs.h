@@ -1,4 +1,4 @@
-// The proofs: what each drives, and the counts that it ends with.
+// The proofs: the load that each applies, and the counts that it returns.
 #ifndef HYPERMAP_TESTS_PROVE_PROOFS_H_
 #define HYPERMAP_TESTS_PROVE_PROOFS_H_
 
@@ -11,37 +11,38 @@
 
 namespace hypermap::prove {
 
-// Sizes. Each proof uses those that it speaks of.
+// Sizes of the load. Each proof uses those that apply to it.
 struct Sizes {
   uint64_t seed = 1;
   int writers = 4;
-  int edits = 25'000;  // of each writer
+  int edits = 25'000;  // per writer
   int watchers = 20;   // half of them are cut and resumed every second
   int queries = 1'000;
   int kills = 200;
-  int history = 0;  // revisions that the server keeps; 0: as many as it does by itself
+  int history = 0;  // revisions that the server keeps; 0: its default
   int pairs = 11;
   double seconds = 2.0;     // of one run of a pair
-  double outage = 60.0;     // seconds without a server
-  int queued = 600;         // edits and observations that are put meanwhile
-  bool judge_speed = true;  // else it is told, and "holds" does not depend on it
+  double outage = 60.0;     // time without a server, seconds
+  int queued = 600;         // edits and observations put during the outage
+  bool judge_speed = true;  // whether "holds" depends on the measured speed
 };
 
-// The counts, with "holds". An error where the proof could not be driven to its end.
+// The counts and "holds". A proof returns an error only if it could not be carried out.
 using Verdict = nlohmann::ordered_json;
 
-// Watchers are told each change once, in order, also over breaks, and end where the map is.
+// Watches report each change once and in order, also across breaks, and end at the state of the
+// map.
 absl::StatusOr<Verdict> ProveFeed(Site& site, const Sizes& sizes);
-// Answers of the past are those of then, and cost little more than those of now.
+// Queries of the past give the answers of that time, and cost little more than current ones.
 absl::StatusOr<Verdict> ProveAsOf(Site& site, const Sizes& sizes);
-// Nothing that was acknowledged is lost, and no batch is done by half, when the server is killed.
+// When the server is killed, no acknowledged edit is lost and no batch is applied partly.
 absl::StatusOr<Verdict> ProveKill(Site& site, const Sizes& sizes);
-// A watcher that does not read costs the writers nothing, and the server little memory.
+// A watch that is not read does not slow the writers, and costs the server little memory.
 absl::StatusOr<Verdict> ProveSlowReader(Site& site, const Sizes& sizes);
-// A replica answers without a server what the server answered, and is like it afterwards; what was
-// queued meanwhile arrives once, in order.
+// Without a server, a replica gives the answers that the server gave. Afterwards it equals the
+// server again, and the queued edits and observations have arrived once, in order.
 absl::StatusOr<Verdict> ProveReplica(Site& site, const Sizes& sizes);
-// A request that is sent again changes the map once.
+// A request that is retried changes the map once.
 absl::StatusOr<Verdict> ProveOnce(Site& site, const Sizes& sizes);
 
 }  // namespace hypermap::prove

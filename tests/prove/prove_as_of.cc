@@ -14,7 +14,7 @@ double Median(std::vector<double> values) {
   return *middle;
 }
 
-// Milliseconds that the question takes.
+// Returns the duration of the query in milliseconds.
 absl::StatusOr<double> Time(client::Client& client, const Selection& selection,
                             std::optional<Revision> at, State& answer) {
   const absl::Time begin = absl::Now();
@@ -44,10 +44,10 @@ absl::StatusOr<Verdict> ProveAsOf(Site& site, const Sizes& sizes) {
   int64_t wrong_then = 0, wrong_now = 0;
   for (int i = 0; i < sizes.queries; ++i) {
     const Selection selection{RandomArea(rng, 1.0, 12.0), {}};
-    // The first revisions made the map and its layers.
+    // The first revisions created the map and its layers.
     const Revision at = 3 + static_cast<Revision>(rng() % (newest - 2));
     State answer;
-    // Each is asked first as often as the other.
+    // Each of the two is queried first equally often.
     absl::StatusOr<double> ms_then, ms_now;
     for (const bool ask_then : {i % 2 == 0, i % 2 != 0}) {
       absl::StatusOr<double>& ms = ask_then ? ms_then : ms_now;

@@ -7,7 +7,7 @@
 namespace hypermap::prove {
 namespace {
 
-// Cuts watches every second while it lives.
+// Cuts watches every second until its destruction.
 class Cutter {
  public:
   explicit Cutter(Audience& audience)

@@ -1,5 +1,5 @@
-// hypermap_prove PROOF: drives a real server and checks what it does against a model in memory. The
-// last line is one JSON object with the counts and "holds"; the exit code is 0 when it holds.
+// hypermap_prove PROOF: loads a real server and checks its answers against a model in memory. The
+// last line is one JSON object with the counts and "holds". The exit code is 0 if the proof holds.
 #include <CLI/CLI.hpp>
 #include <functional>
 #include <iostream>

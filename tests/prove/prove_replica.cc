@@ -30,7 +30,7 @@ absl::StatusOr<std::unique_ptr<client::Replica>> OpenReplica(Site& site) {
   return client::Replica::Open(site.NewClient(), {.map = kMap, .folder = site.folder() + "/robot"});
 }
 
-// Questions with what the server answered before it was stopped.
+// Queries, and the server's answers before it was stopped.
 struct Examination {
   std::vector<Question> questions;
   std::vector<Answer> answers;
@@ -52,7 +52,7 @@ absl::StatusOr<Examination> Prepare(Site& site, const Sizes& sizes) {
   return examination;
 }
 
-// What a replica's answers are worth.
+// Verdict on a replica's answers.
 struct Marks {
   int64_t asked = 0;
   int64_t unlike_server = 0;
@@ -73,8 +73,8 @@ absl::Status Examine(const client::Replica& replica, const Question& question,
   return absl::OkStatus();
 }
 
-// Asks the replica all questions, spread over the time for which the server is away; closes it half
-// way and opens it again from its file.
+// Sends all queries to the replica, spread over the time without a server. Half way, the replica is
+// closed and opened again from its file.
 absl::StatusOr<Marks> AnswerOffline(Site& site, const Examination& examination, const Sizes& sizes,
                                     std::unique_ptr<client::Replica>& replica) {
   Marks marks;
@@ -97,15 +97,15 @@ absl::StatusOr<Marks> AnswerOffline(Site& site, const Examination& examination, 
   return marks;
 }
 
-// What became of the edits and observations that were queued.
+// Fate of the queued edits and observations.
 struct Delivered {
-  int64_t put_lost = 0;  // by the kill of the process that put them
+  int64_t put_lost = 0;  // by killing the process that put them
   int kills = 0;
   std::map<client::Ticket, Told> told;
-  int64_t told_otherwise = 0;  // the second time
+  int64_t told_otherwise = 0;  // reported differently the second time
 };
 
-// Fills the outbox while there is no server; the process that does so is killed half way.
+// Fills the outbox while there is no server. The process that does so is killed half way.
 absl::Status FillOutbox(Site& site, const Sizes& sizes, const std::string& file, absl::Time begin,
                         Delivered& delivered) {
   int put = 0;
@@ -123,7 +123,7 @@ absl::Status FillOutbox(Site& site, const Sizes& sizes, const std::string& file,
   if (!outbox.ok()) return outbox.status();
   const absl::StatusOr<client::OutboxState> state = (*outbox)->state();
   if (!state.ok()) return state.status();
-  // The last may be in the file without having been told.
+  // The last entry may be in the file without having been reported.
   delivered.put_lost = std::max<int64_t>(0, put - state->queued);
   for (int i = static_cast<int>(state->queued); i < sizes.queued; ++i) {
     if (auto ticket = PutNth(**outbox, i, begin); !ticket.ok()) return ticket.status();
@@ -131,7 +131,7 @@ absl::Status FillOutbox(Site& site, const Sizes& sizes, const std::string& file,
   return absl::OkStatus();
 }
 
-// Delivers what is in the outbox; the process that does so is killed when a third is delivered.
+// Delivers the entries of the outbox. The process that does so is killed after a third of them.
 absl::Status EmptyOutbox(Site& site, const Sizes& sizes, const std::string& file,
                          Delivered& delivered) {
   {
@@ -160,7 +160,7 @@ absl::Status EmptyOutbox(Site& site, const Sizes& sizes, const std::string& file
   return refused->empty() ? absl::OkStatus() : refused->front().why;
 }
 
-// Revisions go up from ticket to ticket of a stream; those of observations may stay.
+// In a stream, revisions must increase with the tickets; those of observations may be equal.
 int64_t CountReorders(const std::map<client::Ticket, Told>& told) {
   int64_t reorders = 0;
   Revision last_edit = 0, last_observation = 0;
@@ -173,7 +173,7 @@ int64_t CountReorders(const std::map<client::Ticket, Told>& told) {
   return reorders;
 }
 
-// The labels of the queued edits, by the ids that their objects got.
+// The labels of the queued edits, sorted by the ids of their objects.
 absl::StatusOr<std::vector<std::string>> QueuedLabels(client::Client& client) {
   client::AnswerReader reader =
       client.QueryArea(kMap, Polygon::FromBox({{0.0, 0.0}, {3.0, 3.0}}), Scope{{kQueued}, ""});
@@ -185,8 +185,8 @@ absl::StatusOr<std::vector<std::string>> QueuedLabels(client::Client& client) {
   return labels;
 }
 
-// How many of the observations are not what the server has of the robot: by its log, and by what
-// became of the one chair that all of them saw.
+// Counts the observations of the robot that are wrong on the server, by the layer's log and by the
+// one chair that all of them saw.
 absl::StatusOr<int64_t> CountWrongObservations(client::Client& client, const Sizes& sizes,
                                                absl::Time begin) {
   const int64_t wanted = sizes.queued - NumEdits(sizes.queued);
@@ -215,9 +215,9 @@ absl::StatusOr<int64_t> CountWrongObservations(client::Client& client, const Siz
   return wrong;
 }
 
-// What arrived of what was queued.
+// The result of the queued entries on the server.
 struct Arrived {
-  bool edits_in_order = false;  // each once
+  bool edits_in_order = false;  // and each once
   int64_t wrong_observations = 0;
   int64_t untold = 0;
   int64_t reorders = 0;
@@ -242,11 +242,11 @@ absl::StatusOr<Arrived> CheckArrived(client::Client& client, const Sizes& sizes,
                  CountReorders(delivered.told)};
 }
 
-// The replica against its server, both with all that there is.
+// Comparison of the complete contents of the replica and its server.
 struct Comparison {
   Revision revision = 0;
   Marks marks;
-  bool same = false;  // all layers with all that they hold
+  bool same = false;  // all layers and their contents
 };
 
 absl::StatusOr<Comparison> Compare(Site& site, const Examination& examination,
@@ -274,7 +274,7 @@ absl::StatusOr<Comparison> Compare(Site& site, const Examination& examination,
   return comparison;
 }
 
-// Fills the map, mirrored meanwhile.
+// Fills the map while a replica mirrors it.
 absl::StatusOr<std::unique_ptr<client::Replica>> Mirror(Site& site, const Sizes& sizes) {
   absl::Status status = site.Start();
   if (status.ok()) status = MakeLayers(site.NewClient());
@@ -288,7 +288,7 @@ absl::StatusOr<std::unique_ptr<client::Replica>> Mirror(Site& site, const Sizes&
   return replica;
 }
 
-// The queued work arrives while others edit the map too.
+// Delivers the queued entries while other clients also edit the map.
 absl::Status ComeBack(Site& site, const Sizes& sizes, const std::string& file,
                       Delivered& delivered) {
   if (absl::Status status = site.server().Start(); !status.ok()) return status;
@@ -308,7 +308,7 @@ absl::StatusOr<Verdict> ProveReplica(Site& site, const Sizes& sizes) {
 
   site.server().Kill();
   const std::string file = site.folder() + "/outbox.db";
-  // As the process is told it.
+  // In whole milliseconds, in which it is passed to the process.
   const absl::Time begin = absl::FromUnixMillis(absl::ToUnixMillis(absl::Now()));
   Delivered delivered;
   absl::Status status = FillOutbox(site, sizes, file, begin, delivered);

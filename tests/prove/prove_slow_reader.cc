@@ -10,7 +10,7 @@ namespace {
 constexpr double kSlowest = 0.95;
 constexpr int64_t kMostMemory = int64_t{64} << 20;
 
-// Edits a second of writers that write for so long.
+// Edits per second of writers that write for a fixed time.
 absl::StatusOr<double> Throughput(Site& site, const Sizes& sizes, uint64_t seed) {
   const int64_t before = site.model().num_edits();
   const absl::Time begin = absl::Now();
@@ -21,7 +21,7 @@ absl::StatusOr<double> Throughput(Site& site, const Sizes& sizes, uint64_t seed)
          absl::ToDoubleSeconds(absl::Now() - begin);
 }
 
-// The same with a watcher that takes what the map holds, and nothing after that.
+// The same with a watch that reads the snapshot and nothing after it.
 absl::StatusOr<double> ThroughputWatched(Site& site, const Sizes& sizes, uint64_t seed) {
   client::Client client = site.NewClient();
   client::Watcher watcher = client.Watch(kMap);
@@ -33,7 +33,7 @@ absl::StatusOr<double> ThroughputWatched(Site& site, const Sizes& sizes, uint64_
 
 absl::StatusOr<Verdict> ProveSlowReader(Site& site, const Sizes& sizes) {
   if (absl::Status status = site.Start(); !status.ok()) return status;
-  // Warm.
+  // Warms up the server.
   if (auto rate = Throughput(site, sizes, sizes.seed); !rate.ok()) return rate.status();
   std::vector<double> ratios;
   std::vector<int64_t> growth_without, growth_with;

@@ -13,7 +13,7 @@ namespace hypermap::prove {
 namespace {
 
 const Scope kScope{{kThings, kFloor}, ""};
-// Whole answers are compared, so this is for the model's own sums only.
+// Only for distances computed by the model. Answers are compared exactly.
 constexpr double kTolerance_m = 1e-9;
 
 // Appends the vertices of a shape.
@@ -73,7 +73,7 @@ absl::StatusOr<Answer> Read(const absl::StatusOr<client::PointAnswer>& from,
   return answer;
 }
 
-// How an answer is cut into parts does not matter.
+// Joins the parts of an answer, because their sizes do not matter.
 absl::StatusOr<Answer> Read(client::AnswerReader reader) {
   Answer answer;
   std::string layer;
@@ -105,7 +105,7 @@ absl::StatusOr<Answer> Read(const absl::StatusOr<client::NearestAnswer>& from) {
   return answer;
 }
 
-// `map` goes before the arguments of a client, and a replica knows it.
+// `map` is the first argument of a client's functions. A replica has no such argument.
 template <typename Asked, typename... Map>
 absl::StatusOr<Answer> AskAny(Asked& asked, const Question& question, const Map&... map) {
   switch (question.kind) {

@@ -1,4 +1,4 @@
-// Questions of the map, asked of a server, of a replica and of the model.
+// Queries of the map for a server, a replica and the model.
 #ifndef HYPERMAP_TESTS_PROVE_QUESTIONS_H_
 #define HYPERMAP_TESTS_PROVE_QUESTIONS_H_
 
@@ -16,7 +16,7 @@ namespace hypermap::prove {
 
 enum class QuestionKind { kPoint, kArea, kValue, kNearest };
 
-// One of the things and the floor.
+// A query of the layers "things" and "floor".
 struct Question {
   QuestionKind kind = QuestionKind::kPoint;
   Point point;        // kPoint, kNearest
@@ -25,25 +25,25 @@ struct Question {
   int k = 0;          // kNearest
 };
 
-// Of each kind in turn.
+// Cycles through the kinds with `i`.
 Question RandomQuestion(int i, Rng& rng);
 
 struct Answer {
   Revision revision = 0;
-  // All that was answered, to the last digit.
+  // The whole answer, with all digits.
   std::string text;
-  // As the model can say it.
+  // The answer in the model's types.
   State state;
-  std::vector<double> distances_m;  // of kNearest
+  std::vector<double> distances_m;  // for kNearest
 };
 
 absl::StatusOr<Answer> Ask(client::Client& client, const Question& question);
 absl::StatusOr<Answer> Ask(const client::Replica& replica, const Question& question);
 
-// Whether it is the answer by `state`, which is looked through thing by thing.
+// Whether it is the right answer in `state`, by a test of each thing.
 bool IsRight(const Answer& answer, const Question& question, const State& state);
 
-// All layers with all that they hold, to the last digit.
+// All layers with all their content, with all digits.
 absl::StatusOr<std::string> TellAll(client::Client& client);
 absl::StatusOr<std::string> TellAll(const client::Replica& replica);
 

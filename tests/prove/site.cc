@@ -27,7 +27,7 @@ void JoinAll(std::vector<std::thread>& threads) {
   }
 }
 
-// All, an area, classes, or both.
+// Cycles with `i` through everything, an area, classes, and both.
 Selection RandomSelection(int i, Rng& rng) {
   Selection selection;
   if (i % 4 == 1 || i % 4 == 3) selection.area = RandomArea(rng, 5.0, 40.0);
@@ -38,7 +38,7 @@ Selection RandomSelection(int i, Rng& rng) {
   return selection;
 }
 
-// Every other one, of each kind of selection.
+// Every second one, and for each kind of selection both.
 bool Coalesces(int i) { return (i + i / 4) % 2 == 0; }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// A server on a scratch folder, with what writes to it and follows it.
+// A server on a scratch folder, with its writers and followers.
 #ifndef HYPERMAP_TESTS_PROVE_SITE_H_
 #define HYPERMAP_TESTS_PROVE_SITE_H_
 
@@ -18,14 +18,14 @@
 
 namespace hypermap::prove {
 
-// The folder is removed in the end.
+// The folder is removed at destruction.
 class Site {
  public:
-  // `flags` are the server's, besides those that say where it is.
+  // `flags` are passed to the server besides those for its address and folder.
   Site(const std::string& server_binary, const std::vector<std::string>& flags);
   ~Site();
 
-  // Starts the server and makes the map.
+  // Starts the server and creates the map.
   absl::Status Start();
 
   testing::ServerProcess& server() { return *server_; }
@@ -40,15 +40,15 @@ class Site {
   Model model_;
 };
 
-// Writers, each with a thread and a connection of its own.
+// Writers, each with its own thread and connection.
 class Crew {
  public:
   Crew(Site& site, int writers, const WriterLoad& load, uint64_t seed);
   ~Crew() { (void)Stop(); }
 
-  // Returns when the load is written.
+  // Waits until the load is written.
   absl::Status Wait();
-  // Returns when each has ended the batch it is at.
+  // Waits until each writer has finished its current batch.
   absl::Status Stop();
   bool failed() const { return failed_; }
 
@@ -60,17 +60,17 @@ class Crew {
   std::vector<std::thread> threads_;
 };
 
-// Followers, each with a thread and a connection of its own.
+// Followers, each with its own thread and connection.
 class Audience {
  public:
   Audience(Site& site, int watchers, uint64_t seed);
   ~Audience();
 
-  // Returns when all have been told what the map holds.
+  // Waits until all followers have received the first snapshot.
   absl::Status WaitUntilBegun();
-  // Breaks the first half of them off.
+  // Breaks the watches of the first half of the followers.
   void CutHalf();
-  // Returns when all have been told of revision `last`.
+  // Waits until all followers have received revision `last`.
   absl::Status WaitUntil(Revision last);
 
   const std::vector<std::unique_ptr<Follower>>& followers() const { return followers_; }

@@ -44,7 +44,7 @@ absl::Status MakeSite(client::Client& client, Model& model) {
   floor.kind = LayerKind::kOccupancy;
   floor.grid = FloorGeometry();
   if (auto made = client.CreateLayer(kMap, floor); !made.ok()) return made.status();
-  // Two corners, so that the extent does not grow any more.
+  // Writes two opposite corners, so that the extent does not grow later.
   EditBatch corners;
   Written written;
   for (const int at : {0, kSiteCells - 1}) {
@@ -112,7 +112,7 @@ void Writer::AddCells(Batch& batch) {
       cells.push_back({{r, c}, value});
     }
   }
-  // The model has each cell of a batch once.
+  // The model has each cell of a batch only once.
   for (const auto& [cell, value] : cells) {
     if (batch.cells.count(cell) > 0) return AddPut(0, batch);
   }

@@ -18,44 +18,44 @@ namespace hypermap::prove {
 
 using Rng = std::mt19937_64;
 
-// The site is so wide and high, in metres and in cells.
+// Width and height of the site, in metres and in cells.
 inline constexpr double kSiteSize = 60.0;
 inline constexpr int kSiteCells = 600;
 
 const std::vector<std::string>& Labels();
 double Uniform(Rng& rng, double low, double high);
-// A part of the site with sides between `low` and `high`.
+// Returns a part of the site with sides between `low` and `high`.
 Box RandomArea(Rng& rng, double low, double high);
 
-// Makes the map and its layers; the model gets what they begin with.
+// Creates the map and its layers, and adds their initial content to the model.
 absl::Status MakeSite(client::Client& client, Model& model);
 
 struct WriterLoad {
   int edits = 25'000;
   int max_batch = 8;
-  // Whether cells are written too.
+  // Whether cells are written, too.
   bool cells = true;
-  // How many objects one writer has at most.
+  // Maximum number of objects of one writer.
   size_t max_things = 200;
 };
 
-// Puts, moves and deletes objects of its own, and writes cells that all writers share, in batches
-// of random size. One thread.
+// Puts, moves and deletes its own objects, and writes cells that all writers share, in batches of
+// random size. Used by one thread.
 class Writer {
  public:
   Writer(const client::Client& client, uint64_t seed, const WriterLoad& load, Model& model)
       : client_(client), rng_(seed), load_(load), model_(model) {}
 
-  // Until the load is written, `stop` is set, or something fails.
+  // Runs until the load is written, `stop` is set, or a call fails.
   absl::Status Run(const std::atomic<bool>& stop);
   int64_t batches() const { return batches_; }
 
  private:
   struct Batch {
     EditBatch edits;
-    Written written;            // ids of new objects are not known yet
+    Written written;            // ids of new objects are not yet known
     std::set<ObjectId> used;    // objects that have an edit
-    std::set<CellIndex> cells;  // cells that have one
+    std::set<CellIndex> cells;  // cells that have an edit
   };
 
   Batch RandomBatch();

@@ -8,7 +8,7 @@
 namespace hypermap::testing {
 namespace {
 
-// Makes a key and a certificate of a day.
+// Makes a key and a certificate that is valid for a day.
 void Make(const TemporaryFolder& folder, const std::string& name, const std::string& more) {
   const std::string command =
       "openssl req -x509 -newkey ec -pkeyopt ec_paramgen_curve:prime256v1 -noenc -days 1 -subj "

@@ -1,4 +1,4 @@
-// Certificates made for one test by the command openssl.
+// Certificates for one test, made by the command openssl.
 #ifndef HYPERMAP_TESTS_SUPPORT_CERTIFICATES_H_
 #define HYPERMAP_TESTS_SUPPORT_CERTIFICATES_H_
 
@@ -8,8 +8,8 @@
 
 namespace hypermap::testing {
 
-// A root, and what it signs: NAME.pem and NAME.key in a folder. Throws std::runtime_error when
-// openssl fails.
+// A root certificate and the certificates that it signs, as NAME.pem and NAME.key in a folder.
+// Throws std::runtime_error if openssl fails.
 class CertificateAuthority {
  public:
   // Makes `name`.pem and `name`.key of the root.
@@ -23,7 +23,7 @@ class CertificateAuthority {
   const std::string name_;
 };
 
-// The content of a file.
+// Returns the content of a file.
 std::string Contents(const std::string& path);
 
 }  // namespace hypermap::testing

@@ -1,5 +1,5 @@
-// Random content for tests against oracles. All draws come from the generator given, so that a seed
-// printed by a failing test repeats it.
+// Random content for tests with oracles. All random numbers come from the given generator, so that
+// the seed that a failing test prints reproduces it.
 #ifndef HYPERMAP_TESTS_SUPPORT_RANDOM_MAP_H_
 #define HYPERMAP_TESTS_SUPPORT_RANDOM_MAP_H_
 
@@ -16,40 +16,43 @@ namespace hypermap::testing {
 
 using Rng = std::mt19937_64;
 
-// A seed from $HYPERMAP_TEST_SEED, else a fresh one. Print it with SCOPED_TRACE.
+// Returns the seed in $HYPERMAP_TEST_SEED, otherwise a new one. Print it with SCOPED_TRACE.
 uint64_t TestSeed();
 
 double Uniform(Rng& rng, double low, double high);
 int UniformInt(Rng& rng, int low, int high);  // both ends included
 
-// A valid star-shaped polygon of 3 to 12 vertices round `centre`, sometimes with a hole. When
-// `snap_m` is positive the vertices lie on multiples of it, so that boundaries meet cell centres
-// and edges.
+// Returns a valid star-shaped polygon of 3 to 12 vertices around `centre`, sometimes with a hole.
+// If `snap_m` is positive, vertices lie on its multiples, so that boundaries meet centres and edges
+// of cells.
 Polygon RandomPolygon(Rng& rng, const Point& centre, double radius_m, double snap_m = 0.0);
 
-// A polygon, a line string of 2 to 8 vertices or a point, each about as often.
+// Returns a polygon, a line string of 2 to 8 vertices, or a point, with about equal probability.
 Shape RandomShape(Rng& rng, const Point& centre, double radius_m);
 
-// Any of the shape's vertices.
+// Returns a random vertex of the shape.
 Point RandomVertex(Rng& rng, const Shape& shape);
 
-// A label out of a few, a random shape, sometimes with classes, tags, attributes and heights.
+// Returns an object with one of a few labels and a random shape, sometimes with classes, tags,
+// attributes and heights.
 SemanticObject RandomObject(Rng& rng, const Point& centre, double radius_m);
 
 PlanarTransform RandomTransform(Rng& rng, double range_m);
 
-// Cells of a box with values that the kind can hold, in patches, some unknown.
+// Returns values for the cells of a box, of a range that the kind can store, in patches, some of
+// them unknown.
 std::vector<std::optional<double>> RandomCells(Rng& rng, LayerKind kind, const CellBox& box);
 
-// Edits that make one layer of each kind with content around the origin, in frames of their own,
-// one of them connected to nothing.
+// Returns edits that create a layer of each kind with content around the origin, in several frames,
+// one of which is not connected to the others.
 EditBatch RandomSite(Rng& rng, int num_objects);
 
-// A few edits of the content of `site`, which is one that came of RandomSite: objects put, moved
-// and removed, cells, aliases; now and then a frame moved, or a layer that goes or comes.
+// Returns a few edits of `site`, which must come from RandomSite: put, moved and removed objects,
+// cells, aliases, sometimes a moved frame, or a created or deleted layer.
 EditBatch RandomEdits(Rng& rng, const Snapshot& site);
 
-// The snapshot of a new map called `name` after `batch`; fails the test when it can't be applied.
+// Returns the snapshot of a new map called `name` after `batch`. Fails the test if the batch can't
+// be applied.
 Snapshot MakeSnapshot(const std::string& name, const EditBatch& batch);
 
 }  // namespace hypermap::testing

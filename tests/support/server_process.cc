@@ -21,7 +21,7 @@ namespace {
 
 constexpr int kMaxStarts = 20;
 
-// In the child: becomes the program. Does not return.
+// Called in the child: executes the program. Does not return.
 [[noreturn]] void Become(const std::vector<std::string>& command, int stdout_end,
                          const std::string& log) {
   prctl(PR_SET_PDEATHSIG, SIGKILL);
@@ -46,7 +46,7 @@ absl::Status ServerProcess::Start() {
   std::vector<std::string> command = command_;
   command.push_back(absl::StrCat("--listen=", address_.empty() ? "127.0.0.1:0" : address_));
   absl::Status status;
-  // The port may be busy for a moment with connections of the one before.
+  // The port may be in use for a moment by connections of the previous process.
   for (int i = 0; i < kMaxStarts; ++i) {
     int ends[2];
     if (pipe2(ends, O_CLOEXEC) != 0) return absl::ErrnoToStatus(errno, "pipe");

@@ -1,6 +1,5 @@
-// A real server in a process of its own: hypermapd, or another that takes --listen=HOST:PORT and
-// says
-// "... ready on HOST:PORT" when it serves.
+// A real server as a process: hypermapd, or another program that takes --listen=HOST:PORT and
+// prints "... ready on HOST:PORT" when it serves.
 #ifndef HYPERMAP_TESTS_SUPPORT_SERVER_PROCESS_H_
 #define HYPERMAP_TESTS_SUPPORT_SERVER_PROCESS_H_
 
@@ -15,25 +14,26 @@
 
 namespace hypermap::testing {
 
-// Serves on the same port from its first start on. Killed with this. One thread.
+// Serves on the same port from its first start on. Destruction kills the process. Used by one
+// thread.
 class ServerProcess {
  public:
-  // `command` without --listen; what it says on stderr is added to the file `log`.
+  // `command` does not contain --listen. The output on stderr is appended to the file `log`.
   ServerProcess(std::vector<std::string> command, std::string log);
   ~ServerProcess();
   ServerProcess(const ServerProcess&) = delete;
   ServerProcess& operator=(const ServerProcess&) = delete;
 
-  // Returns when it serves.
+  // Waits until the server is ready.
   absl::Status Start();
-  // SIGKILL; returns when it is gone.
+  // Sends SIGKILL and waits until the process is gone.
   void Kill();
 
   // HOST:PORT; empty before the first start.
   const std::string& address() const { return address_; }
-  // The memory that it holds.
+  // Resident memory of the process.
   int64_t ResidentBytes() const;
-  // What its threads have computed since it was started.
+  // CPU time of all its threads since its last start.
   absl::Duration CpuTime() const;
 
  private:

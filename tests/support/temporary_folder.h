@@ -1,4 +1,4 @@
-// A folder for the files of one test, so that tests that run beside each other never meet.
+// A folder for the files of one test, so that tests that run in parallel do not interfere.
 #ifndef HYPERMAP_TESTS_SUPPORT_TEMPORARY_FOLDER_H_
 #define HYPERMAP_TESTS_SUPPORT_TEMPORARY_FOLDER_H_
 
@@ -13,7 +13,8 @@
 
 namespace hypermap::testing {
 
-// A folder of its own that goes with the object. Throws std::system_error when none can be made.
+// Creates a unique folder, and removes it at destruction. Throws std::system_error if none can be
+// created.
 class TemporaryFolder {
  public:
   TemporaryFolder() : path_(std::filesystem::temp_directory_path() / "hypermap_XXXXXX") {
@@ -31,7 +32,7 @@ class TemporaryFolder {
   const std::string& path() const { return path_; }
   std::string operator/(const std::string& name) const { return path_ + "/" + name; }
 
-  // What lies in the folder, sorted.
+  // Names of the entries of the folder, sorted.
   std::vector<std::string> Names() const {
     std::vector<std::string> names;
     for (const auto& entry : std::filesystem::directory_iterator(path_)) {
@@ -41,7 +42,7 @@ class TemporaryFolder {
     return names;
   }
 
-  // Writes a file, and the folders above it.
+  // Writes a file, creating the folders above it.
   void Write(const std::string& name, const std::string& data) const {
     const std::filesystem::path path = *this / name;
     std::filesystem::create_directories(path.parent_path());

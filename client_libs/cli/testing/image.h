@@ -1,4 +1,4 @@
-// Pictures in tests.
+// Decodes the pictures that commands write, for tests.
 #ifndef HYPERMAP_CLIENT_LIBS_CLI_TESTING_IMAGE_H_
 #define HYPERMAP_CLIENT_LIBS_CLI_TESTING_IMAGE_H_
 

@@ -1,4 +1,4 @@
-// Whole command lines in tests, and the files they work on.
+// Runs whole command lines in tests, and reads and writes their files.
 #ifndef HYPERMAP_CLIENT_LIBS_CLI_TESTING_RUN_H_
 #define HYPERMAP_CLIENT_LIBS_CLI_TESTING_RUN_H_
 

@@ -1,4 +1,4 @@
-// whats_here HOST:PORT MAP X Y: what each layer knows of a place.
+// whats_here HOST:PORT MAP X Y: prints the content of each layer at a point.
 #include <cstdio>
 #include <cstdlib>
 

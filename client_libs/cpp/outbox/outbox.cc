@@ -40,7 +40,7 @@ class Outbox::Impl {
 
   ~Impl() { desk_.Close(); }
 
-  // Sees to it that each stream with letters has a sender.
+  // Makes sure that each stream with entries has a sender.
   absl::Status StartSenders() {
     const auto streams = desk_.With([](storage::OutboxFile& file) { return file.Streams(); });
     if (!streams.ok()) return streams.status();
@@ -102,7 +102,7 @@ absl::StatusOr<Ticket> Outbox::Put(const std::string& map, const EditBatch& edit
 absl::StatusOr<Ticket> Outbox::Put(const std::string& map, const std::string& layer,
                                    const Observation& observation,
                                    const std::string& exploration_layer) {
-  // Without a layer it would be taken for edits.
+  // An entry without a layer means edits.
   if (layer.empty()) return absl::InvalidArgumentError("layer is empty");
   storage::Letter letter;
   letter.options = exploration_layer;

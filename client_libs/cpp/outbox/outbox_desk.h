@@ -1,4 +1,4 @@
-// The file of an outbox, shared by those who put in and those who send.
+// The file of an outbox, shared by the threads that put entries and the threads that send them.
 #ifndef HYPERMAP_CLIENT_LIBS_CPP_OUTBOX_OUTBOX_DESK_H_
 #define HYPERMAP_CLIENT_LIBS_CPP_OUTBOX_OUTBOX_DESK_H_
 
@@ -22,7 +22,7 @@ class OutboxDesk {
  public:
   explicit OutboxDesk(std::unique_ptr<storage::OutboxFile> file) : file_(std::move(file)) {}
 
-  // Has `use` work with the file, alone; who waits looks again afterwards.
+  // Calls `use` with exclusive access to the file, then wakes all waiting threads.
   template <typename Use>
   auto With(Use use) {
     const std::lock_guard<std::mutex> lock(mutex_);
@@ -31,27 +31,28 @@ class OutboxDesk {
     return result;
   }
 
-  // The first letters of a stream; waits until there is one. None when the desk is closed.
+  // Returns the first `limit` entries of a stream, waiting until there is one. Empty if the desk is
+  // closed.
   absl::StatusOr<std::vector<storage::Letter>> AwaitFirst(int64_t stream, int limit);
-  // Waits until no stream has a letter; false when that is not so at `deadline`.
+  // Waits until no stream has an entry. Returns false at `deadline`.
   absl::StatusOr<bool> AwaitEmpty(absl::Time deadline);
 
-  // What is in the way of a stream; OK: nothing.
+  // Sets the reason why a stream is not delivered; OK if there is none.
   void NoteProblem(int64_t stream, absl::Status problem);
-  // One that is in the way of some stream.
+  // Returns the problem of some stream; OK if no stream has one.
   absl::Status problem() const;
 
-  // Waits; false when the desk was closed meanwhile.
+  // Waits. Returns false if the desk was closed meanwhile.
   bool Sleep(absl::Duration duration);
-  // Ends all waiting for letters.
+  // Ends all waiting for entries.
   void Close();
 
  private:
-  // Not absl::Mutex, which ThreadSanitizer can't see unless abseil is built with it.
-  mutable std::mutex mutex_;  // guards all that follows
+  // Not absl::Mutex, which ThreadSanitizer does not understand unless abseil is built with it.
+  mutable std::mutex mutex_;  // guards all members below
   std::condition_variable changed_;
   const std::unique_ptr<storage::OutboxFile> file_;
-  std::map<int64_t, absl::Status> problems_;  // those that are not OK, by stream
+  std::map<int64_t, absl::Status> problems_;  // the streams whose status is not OK
   bool closed_ = false;
 };
 

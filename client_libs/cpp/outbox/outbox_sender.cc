@@ -15,12 +15,13 @@
 namespace hypermap::client {
 namespace {
 
-// Of observations, over one stream. The server takes more; few are enough to keep it busy, and when
-// it breaks few are sent again.
+// Maximum number of observations sent over one stream. It is enough to keep the server busy, and
+// limits how many are sent again after a break.
 constexpr int kMostAtOnce = 16;
-// How long a server that is away is waited for at a time.
+// Maximum time of one wait for an unreachable server.
 constexpr absl::Duration kProbe = absl::Seconds(2);
-// A queue that is full or a disk is likely to be free again; a batch stays too large.
+// Time after which RESOURCE_EXHAUSTED counts as final. A full queue or disk is likely to recover by
+// then; a batch that is too large stays too large.
 constexpr absl::Duration kPatience = absl::Minutes(1);
 
 absl::Status RefusalOf(const Acknowledgement& acknowledgement) {
@@ -46,7 +47,7 @@ int64_t FirstUnused(const OpenedLayer& opened) {
   return unused;
 }
 
-// As many of the first as can go over one stream.
+// Keeps the leading entries that can be sent over one stream.
 void KeepAlike(std::vector<storage::Letter>& letters) {
   const std::string& options = letters.front().options;
   letters.erase(std::find_if(letters.begin(), letters.end(),
@@ -87,7 +88,7 @@ absl::Status OutboxSender::Deliver(Letters letters) {
 }
 
 absl::Status OutboxSender::DeliverEdits(storage::Letter letter) {
-  // Noting that a letter is sent begins the time for which the server knows it.
+  // Before an entry is marked as sent, because that starts its receipt_age.
   if (absl::Status status = ReachServer(); !status.ok()) return status;
   const absl::Time now = absl::Now();
   if (letter.first_sent_at && now - *letter.first_sent_at > options_.receipt_age) {
@@ -117,7 +118,7 @@ absl::Status OutboxSender::ReachServer() {
   if (reached_) return absl::OkStatus();
   const absl::Status status =
       client_.GetMap(stream_.map, {.timeout = options_.timeout, .retry_for = kProbe}).status();
-  // A map that is not there is the answer to the edits.
+  // If the map does not exist, the edits themselves get that answer.
   return absl::IsNotFound(status) ? absl::OkStatus() : status;
 }
 
@@ -138,7 +139,7 @@ absl::StatusOr<std::unique_ptr<ObserveStream>> OutboxSender::OpenStream(Letters&
 
 OutboxSender::Outcome OutboxSender::Exchange(ObserveStream& stream, const Letters& letters) {
   Outcome outcome;
-  std::map<int64_t, int64_t> ids;  // of letters, by sequence
+  std::map<int64_t, int64_t> ids;  // of entries, by sequence
   for (const storage::Letter& letter : letters) {
     absl::StatusOr<Observation> observation = wire::ObservationFromBytes(letter.body);
     if (!observation.ok()) {
@@ -175,7 +176,7 @@ absl::Status OutboxSender::DeliverObservations(Letters letters) {
     outcome.end = stream.status();
   }
   const bool all = outcome.delivered.size() + outcome.refused.size() == letters.size();
-  // What was sent alone is what is meant.
+  // Only if the stream carried a single entry can its error be attributed to that entry.
   if (!all && letters.size() == 1 && IsRefusal(outcome.end)) {
     return Settle({}, {{{letters.front().id, outcome.end}}});
   }

@@ -1,4 +1,4 @@
-// Delivers the letters of one stream of an outbox.
+// Delivers the entries of one stream of an outbox.
 #ifndef HYPERMAP_CLIENT_LIBS_CPP_OUTBOX_OUTBOX_SENDER_H_
 #define HYPERMAP_CLIENT_LIBS_CPP_OUTBOX_OUTBOX_SENDER_H_
 
@@ -16,37 +16,38 @@
 
 namespace hypermap::client {
 
-// Has a thread of its own, which ends when the desk is closed. The desk and the options outlive it.
+// Sends from its own thread, which ends when the desk is closed. The desk and the options must
+// outlive the sender.
 class OutboxSender {
  public:
   OutboxSender(const Client& client, OutboxDesk& desk, storage::OutboxStream stream,
                const OutboxOptions& options);
-  // Waits for the end of the thread.
+  // Waits for the thread to end; the desk must be closed.
   ~OutboxSender();
   OutboxSender(const OutboxSender&) = delete;
   OutboxSender& operator=(const OutboxSender&) = delete;
 
  private:
   using Letters = std::vector<storage::Letter>;
-  // What came of letters that were sent; what is in neither list was not answered.
+  // Result of sending entries; those in neither list were not answered.
   struct Outcome {
     std::vector<int64_t> delivered;
     std::vector<storage::Refusal> refused;
-    absl::Status end;  // of the stream
+    absl::Status end;  // status of the stream
   };
 
   void Run();
-  // Sends the first of the stream. An error means that they are to be sent again.
+  // Sends the first entries of the stream. An error means that they must be sent again.
   absl::Status Deliver(Letters letters);
 
   absl::Status DeliverEdits(storage::Letter letter);
   absl::Status DeliverObservations(Letters letters);
-  // Opens a stream, having noted what is sent over it.
+  // Opens a stream, and marks the entries as sent before any of them is sent.
   absl::StatusOr<std::unique_ptr<ObserveStream>> OpenStream(Letters& letters);
   Outcome Exchange(ObserveStream& stream, const Letters& letters);
-  // OK when the last try got to the server, or it answers now.
+  // Returns OK if the last attempt reached the server, or if it answers now.
   absl::Status ReachServer();
-  // Whether there is no sense in sending again what was answered so.
+  // Whether the status is final, so that sending again would be pointless.
   bool IsRefusal(const absl::Status& status);
   absl::Status Settle(absl::Span<const int64_t> delivered,
                       absl::Span<const storage::Refusal> refused);
@@ -56,9 +57,9 @@ class OutboxSender {
   const storage::OutboxStream stream_;
   const OutboxOptions& options_;
 
-  // Of the thread.
-  bool reached_ = false;     // the last try got to the server
-  bool one_by_one_ = false;  // the last try failed, and one of several may be to blame
+  // Used by the thread only.
+  bool reached_ = false;     // the last attempt reached the server
+  bool one_by_one_ = false;  // the last attempt failed, perhaps because of one of several entries
   absl::Time exhausted_since_ = absl::InfiniteFuture();
 
   std::thread thread_;

@@ -1,4 +1,4 @@
-// The outbox with a real server, which goes away and comes back.
+// Tests of the outbox with a real server that is stopped and restarted.
 #include "client_libs/cpp/outbox/outbox.h"
 
 #include <gmock/gmock.h>
@@ -67,7 +67,7 @@ class OutboxTest : public ::testing::Test {
     return *std::move(outbox);
   }
 
-  // Labels of the things, by id, which is the order they were made in.
+  // Labels of the things sorted by id, which is the order of their creation.
   std::vector<std::string> Labels() {
     Client client = NewClient();
     std::vector<std::string> labels;
@@ -82,7 +82,7 @@ class OutboxTest : public ::testing::Test {
 
   Revision NewestRevision() { return NewClient().GetMap("site")->revision; }
 
-  // What the server has of a robot.
+  // The sequences of a robot that the server has.
   std::vector<std::pair<int64_t, int64_t>> Known(const std::string& robot) {
     Client client = NewClient();
     const auto stream = client.Observe("site", "seen", {.robot = robot});
@@ -150,7 +150,8 @@ TEST_F(OutboxTest, WhatIsQueuedOutlivesTheOutbox) {
 }
 
 TEST_F(OutboxTest, EditWhoseAnswerWasLostIsNotDoneTwice) {
-  // As a kill leaves it between the answer and its noting: the server has carried it out.
+  // The state after a kill between the answer and its recording: the server has carried the edit
+  // out.
   {
     auto file = storage::OutboxFile::Open(file_, 1 << 20);
     ASSERT_TRUE(file.ok()) << file.status();
@@ -196,7 +197,7 @@ TEST_F(OutboxTest, ALongTimeOfflineSpoilsNothing) {
   server_.Kill();
   auto outbox = Open({.receipt_age = absl::ZeroDuration()});
   ASSERT_TRUE(outbox->Put("site", PutThing("a")).ok());
-  // It has been tried in vain, which is not sent.
+  // Waits until an attempt has failed; a failed attempt is not marked as sent.
   const absl::Time deadline = absl::Now() + kPatience;
   while (outbox->state()->problem.ok() && absl::Now() < deadline) {
     absl::SleepFor(absl::Milliseconds(5));
@@ -344,7 +345,7 @@ TEST_F(OutboxTest, FloorIsMarkedInTheLayerThatIsNamed) {
   EXPECT_GT(NewClient().GetLayer("site", "explored")->size, 0);
 }
 
-// Nothing is lost, done twice or out of order, whenever the server is killed.
+// Nothing is lost, repeated or reordered, whenever the server is killed.
 TEST_F(OutboxTest, KillsOfTheServerChangeNothing) {
   MakeSeen();
   constexpr int kEach = 60;

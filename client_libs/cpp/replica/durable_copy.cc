@@ -14,13 +14,13 @@
 namespace hypermap::client {
 namespace {
 
-// Begins what a replica's file has for the request that made its map; the selection follows.
+// Prefix of the request id that a replica's file records for its creation; the selection follows.
 constexpr absl::string_view kReplica = "replica of ";
-// Rows of what the map was that are removed at a time.
+// Rows of history that are deleted per step.
 constexpr int kCompactRows = 4096;
 
-// Whether changes can make `after` of `before`: a later state of a map whose frames are all there
-// still.
+// Whether `after` is a later state of the map of `before` and can be stored as changes. Changes
+// can't delete frames, so all frames of `before` must still exist.
 bool LeadsTo(const KnownRevision& before, const KnownRevision& after) {
   if (before.created_at != after.created_at) return false;
   if (before.snapshot->frame_id != after.snapshot->frame_id) return false;
@@ -43,7 +43,7 @@ storage::Commit CommitOf(const KnownRevision& revision, std::vector<Change> chan
   return commit;
 }
 
-// Nobody asks a replica what the map was.
+// Deletes the history, which a replica never reads.
 absl::Status ForgetThePast(storage::StoredMap& file, Revision newest) {
   absl::StatusOr<bool> more = true;
   while (more.ok() && *more) more = file.Compact(newest, absl::InfinitePast(), kCompactRows);
@@ -113,7 +113,7 @@ absl::Status DurableCopy::ReadStored() {
   absl::StatusOr<SnapshotPtr> snapshot = file_->Load();
   if (!snapshot.ok()) return snapshot.status();
   const Revision revision = (*snapshot)->revision;
-  // A map that was made, and not filled any more.
+  // The process ended after creating the map and before filling it.
   if (revision == 0) return absl::OkStatus();
   absl::StatusOr<std::unique_ptr<storage::HistoryReader>> history = file_->OpenHistory();
   if (!history.ok()) return history.status();
@@ -217,7 +217,7 @@ absl::Status DurableCopy::Replace(const KnownRevision& newest) {
   const Snapshot empty;
   const storage::Commit commit = CommitOf(newest, Difference(empty, *newest.snapshot));
   status = file_->Write({&commit, 1});
-  // What is there is not a state of the map.
+  // The file holds an empty map, which is not a revision of the server's.
   if (!status.ok()) file_.reset();
   return status;
 }

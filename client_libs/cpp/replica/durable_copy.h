@@ -17,58 +17,59 @@
 
 namespace hypermap::client {
 
-// A revision of a server's map, and what tells it from another one of the same number.
+// A revision of a server's map. The times distinguish it from a revision with the same number of
+// another map, or of a restored one.
 struct KnownRevision {
   SnapshotPtr snapshot;
-  absl::Time time;        // when it was made
-  absl::Time created_at;  // when the map was made
+  absl::Time time;        // when the revision was made
+  absl::Time created_at;  // when the map was created
 };
 
-// Keeps a map in FOLDER/<map>.gpkg, a store of its own. What it is given is written some time later
-// by a thread of its own, in one transaction: the difference to what is on disk, so that what
-// changed several times is written once. A map that no changes lead to from the one on disk takes
-// its place. Thread safe.
+// Keeps a map in FOLDER/<map>.gpkg, in a store of its own. A thread writes the newest revision
+// after a delay, as one transaction with the difference from the revision on disk, so that repeated
+// changes of an object are written once. If no difference leads from the map on disk to the new
+// one, the file is replaced. Thread safe.
 class DurableCopy {
  public:
-  // `selection` says what of the map is kept: a file with another selection is removed, a damaged
-  // one put aside as <map>.gpkg.damaged. FAILED_PRECONDITION when the folder is in use, or the file
-  // is not a replica's.
+  // Opens or creates the file. `selection` describes the mirrored part of the map: a file with
+  // another selection is deleted, and a damaged file is renamed to <map>.gpkg.damaged.
+  // FAILED_PRECONDITION if the folder is in use or the file is not a replica's.
   static absl::StatusOr<std::unique_ptr<DurableCopy>> Open(const std::string& folder,
                                                            const std::string& map,
                                                            const std::string& selection,
                                                            absl::Duration write_delay);
-  // Writes what it was given last.
+  // Writes the newest revision given to Write.
   ~DurableCopy();
   DurableCopy(const DurableCopy&) = delete;
   DurableCopy& operator=(const DurableCopy&) = delete;
 
-  // What is on disk; nullopt: nothing.
+  // The revision on disk; nullopt if there is none.
   std::optional<KnownRevision> stored() const;
-  // Why the last writing failed; it is tried again.
+  // Reason why the last write failed; it is retried. OK if it did not fail.
   absl::Status problem() const;
 
-  // Has it written in due time; does not wait. A revision that is like the stored one but for its
-  // number is written at the end only.
+  // Schedules a revision to be written; does not wait. If it differs from the stored one only in
+  // its number, it is written by Flush or the destructor.
   void Write(KnownRevision newest);
-  // Writes what was given last, and waits for it.
+  // Writes the newest revision now.
   absl::Status Flush();
 
  private:
   DurableCopy(std::unique_ptr<storage::MapStore> store, std::string map, std::string selection,
               absl::Duration write_delay);
 
-  // Opens the file that is there, if it is one to go on with, and reads it.
+  // Opens and reads the existing file, if it can be continued.
   absl::Status Load(const std::string& folder);
   absl::Status ReadStored();
 
-  // The writer's thread.
+  // Body of the writer's thread.
   void Run();
-  // Writes what was given last; `all`: also where only the number is another.
+  // Writes the newest revision. `all`: also if only the number differs.
   absl::Status WriteNow(bool all);
-  // Brings the file from `before` to `after`; false when it was left as it is.
+  // Brings the file from `before` to `after`. Returns false if the file was left as it is.
   absl::StatusOr<bool> Store(const std::optional<KnownRevision>& before, const KnownRevision& after,
                              bool all);
-  // Makes the file anew; there is none when that fails.
+  // Creates the file anew. If that fails, there is no file.
   absl::Status Replace(const KnownRevision& newest);
 
   const std::unique_ptr<storage::MapStore> store_;
@@ -76,17 +77,17 @@ class DurableCopy {
   const std::string selection_;
   const absl::Duration write_delay_;
 
-  // Held while the file is used; taken before the other.
+  // Held while the file is used. Locked before mutex_.
   std::mutex file_mutex_;
-  std::unique_ptr<storage::StoredMap> file_;  // null: there is none
+  std::unique_ptr<storage::StoredMap> file_;  // null if there is no file
 
-  // Guards all that follows. Not absl::Mutex, which ThreadSanitizer can't see unless abseil is
-  // built with it.
+  // Guards all members below. Not absl::Mutex, which ThreadSanitizer does not understand unless
+  // abseil is built with it.
   mutable std::mutex mutex_;
   std::condition_variable changed_;
   std::optional<KnownRevision> stored_;
-  std::optional<KnownRevision> newest_;  // what it was given last
-  bool is_due_ = false;                  // there is something to write
+  std::optional<KnownRevision> newest_;  // the last argument of Write
+  bool is_due_ = false;                  // newest_ has to be written
   bool closing_ = false;
   absl::Status problem_;
 

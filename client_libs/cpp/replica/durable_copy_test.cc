@@ -28,7 +28,7 @@ const absl::Time kCreatedAt = absl::FromUnixSeconds(1000);
 
 absl::Time TimeOf(Revision revision) { return kCreatedAt + absl::Seconds(revision); }
 
-// A site that goes on from edits to edits, the same for the same seed.
+// A site under random edits, which are the same for the same seed.
 class Life {
  public:
   explicit Life(uint64_t seed) : rng_(seed) {
@@ -77,7 +77,7 @@ TEST(DurableCopyTest, BringsTheFileFromOneRevisionToAnother) {
       const auto copy = Open(folder);
       copy->Write(life.newest());
       ASSERT_TRUE(copy->Flush().ok());
-      // Several at once, of which the last is written when it goes.
+      // The destructor writes the last of several revisions that are given at once.
       for (int i = 0; i < round; ++i) life.GoOn();
       copy->Write(life.newest());
     }
@@ -102,17 +102,17 @@ TEST(DurableCopyTest, AMapThatNoChangesLeadToTakesThePlaceOfTheOther) {
   copy->Write(life.newest());
   ASSERT_TRUE(copy->Flush().ok());
 
-  KnownRevision back = Life(2).newest();  // of an earlier number
+  KnownRevision back = Life(2).newest();  // with a smaller number
   copy->Write(back);
   ASSERT_TRUE(copy->Flush().ok());
   ExpectStored(*copy, back);
 
-  back.time += absl::Seconds(1);  // of the same number
+  back.time += absl::Seconds(1);  // with the same number
   copy->Write(back);
   ASSERT_TRUE(copy->Flush().ok());
   ExpectStored(*copy, back);
 
-  Life another(3);  // of a later number, but of another map, which has no frames
+  Life another(3);  // with a larger number, but of another map, which has no frames
   another.GoOn();
   auto bare = std::make_shared<Snapshot>(*another.newest().snapshot);
   bare->frames = FrameTree();
@@ -158,7 +158,7 @@ TEST(DurableCopyTest, WhatTheMapWasIsNotKept) {
   EXPECT_EQ(kept->oldest, life.newest().snapshot->revision);
 }
 
-// Writes revision after revision, and tells when the first is there, until it is killed.
+// Writes revision after revision until it is killed, and reports when the first is on disk.
 [[noreturn]] void WriteForEver(const std::string& folder, uint64_t seed, int told) {
   auto copy = DurableCopy::Open(folder, "site", "all", kNever);
   if (!copy.ok()) _exit(1);
@@ -190,7 +190,7 @@ TEST(DurableCopyTest, IsOneRevisionWholeWheneverItIsKilled) {
     int written = 0;
     for (char done; read(pipe_ends[0], &done, 1) == 1;) {
       if (++written != wanted) continue;
-      // Somewhere in what comes next.
+      // Kills the writer at a random moment.
       usleep(hypermap::testing::UniformInt(rng, 0, 20'000));
       kill(child, SIGKILL);
     }

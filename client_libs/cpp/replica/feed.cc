@@ -15,7 +15,7 @@ Feed::Feed(Client client, const ReplicaOptions& options, std::optional<KnownRevi
       take_(std::move(take)),
       known_(std::move(known)) {
   standing_.problem = absl::UnavailableError("no server was reached yet");
-  // By the server's clock: the revision was the newest when it was made.
+  // In terms of the server's clock, the revision was the newest at the time when it was made.
   if (known_) standing_.newest_at = known_->time;
 }
 
@@ -50,8 +50,8 @@ void Feed::Run() {
     const absl::Status why = Follow();
     if (standing().connected) backoff.Reset();
     NoteEnd(why);
-    // The revision is not kept any more or still to come; it is another one; what came does not
-    // fit.
+    // The server no longer keeps the revision or does not have it yet, has a different one of that
+    // number, or sent events that do not fit.
     starts_anew_ = absl::IsOutOfRange(why) || absl::IsAborted(why) || absl::IsInternal(why);
   } while (Sleep(backoff.Next()));
 }
@@ -115,14 +115,15 @@ absl::Status Feed::Take(const WatchEvent& event, bool is_first) {
   return absl::OkStatus();
 }
 
-// Before others see the revision: who waited for it sees this as well.
+// Called before the revision is published, so that a caller who waited for the revision also sees
+// this state.
 void Feed::NoteEvent(const WatchEvent& event, bool is_first, bool had_another) {
   const std::lock_guard<std::mutex> lock(mutex_);
   standing_.connected = true;
   standing_.problem = absl::OkStatus();
   if (event.snapshot && had_another) ++standing_.num_taken_anew;
   if (!event.snapshot && is_first) ++standing_.num_resumed;
-  // Until what was there at the beginning has come, later events tell of the past.
+  // Until the revision that was the newest at the opening has arrived, events are about the past.
   const bool caught_up = event.revision >= newest_at_open_;
   if (caught_up) standing_.newest_at = is_first ? opened_at_ : absl::Now();
 }

@@ -6,7 +6,7 @@
 namespace hypermap::client {
 namespace {
 
-// Objects or runs in a part.
+// Maximum number of objects or runs in a part, as in the server's --chunk_items.
 constexpr int kPartItems = 2048;
 
 void Move(const PlanarTransform& caller_from_layer, SemanticObject& object) {
@@ -44,7 +44,8 @@ NearestMatch ToMatch(const hypermap::NearestAnswer::Entry& entry) {
   return match;
 }
 
-// A layer without matches gives one empty part; other empty parts are left out.
+// Gives one empty part for a layer without matches, as the server does, and leaves out other empty
+// parts.
 class LocalParts : public PartSource<AnswerReader::RevisedPart> {
  public:
   LocalParts(std::unique_ptr<PartReader> parts, Revision revision)
@@ -58,7 +59,7 @@ class LocalParts : public PartSource<AnswerReader::RevisedPart> {
       if (is_told) return AnswerReader::RevisedPart{revision_, ToPart(std::move(part))};
     }
     if (std::exchange(ended_, true)) return std::nullopt;
-    // Tells the revision also where there was no layer to ask.
+    // Carries the revision to the reader even if no layer was queried.
     return AnswerReader::RevisedPart{revision_, std::nullopt};
   }
 
@@ -67,7 +68,7 @@ class LocalParts : public PartSource<AnswerReader::RevisedPart> {
  private:
   const std::unique_ptr<PartReader> parts_;
   const Revision revision_;
-  bool layer_told_ = false;  // a part of the current layer
+  bool layer_told_ = false;  // a part of the current layer was returned
   bool ended_ = false;
   const absl::Status status_;
 };

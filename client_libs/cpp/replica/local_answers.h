@@ -1,4 +1,4 @@
-// The answers of a client, made of those of the map in this process.
+// Converts answers computed in this process to the answers of a client.
 #ifndef HYPERMAP_CLIENT_LIBS_CPP_REPLICA_LOCAL_ANSWERS_H_
 #define HYPERMAP_CLIENT_LIBS_CPP_REPLICA_LOCAL_ANSWERS_H_
 
@@ -17,16 +17,16 @@ namespace hypermap::client {
 LayerContent ToContent(const Layer& layer, const PlanarTransform& caller_from_layer,
                        const PointContent& content);
 
-// `points` are those asked, at `snapshot`, in which the labels live.
+// `contents` are the answers to `num_points` points at `snapshot`, which owns the labels.
 PointsAnswer ToPointsAnswer(SnapshotPtr snapshot, size_t num_points,
                             absl::Span<const LayerPointsContent> contents);
 
-// Matches and refusals.
+// Converts matches and refusals only.
 NearestAnswer ToNearestAnswer(const hypermap::NearestAnswer& answer);
 
-// Gives the parts as a server would.
+// Returns the parts in the form in which a server sends them.
 AnswerReader ReadLocally(std::unique_ptr<PartReader> parts, Revision revision);
-// Gives nothing but `why`, which is not OK.
+// Returns a reader without parts whose status is `why`, which is not OK.
 AnswerReader FailLocally(absl::Status why);
 
 }  // namespace hypermap::client

@@ -11,7 +11,7 @@
 namespace hypermap::client {
 namespace {
 
-// Far more than distances are rounded by.
+// Much larger than the rounding error of distances.
 constexpr double kMarginM = 1e-6;
 
 absl::Status Outside(absl::string_view what, const LayerSpec& layer) {
@@ -19,10 +19,10 @@ absl::Status Outside(absl::string_view what, const LayerSpec& layer) {
       absl::StrCat(what, " is not within what the replica mirrors of layer \"", layer.name, "\""));
 }
 
-// Whether the cell that holds `p` is one of the mirrored ones.
+// Whether the cell that contains `p` is mirrored.
 bool CoversCellAt(const CellCover& cover, const GridGeometry& grid, const Point& p) {
   const std::optional<CellIndex> cell = grid.CellAt(p);
-  if (!cell) return true;  // which no layer has
+  if (!cell) return true;  // no grid has a cell there
   const ColumnSpans spans = cover.SpansOfRow(cell->row);
   return std::any_of(spans.begin(), spans.end(), [&cell](const ColumnSpan& span) {
     return span.col_begin <= cell->col && cell->col < span.col_end;
@@ -124,7 +124,7 @@ absl::Status MirroredArea::CheckNearest(const Snapshot& snapshot, const Scope& s
                                         const hypermap::NearestAnswer& found) const {
   double certain_m = std::numeric_limits<double>::infinity();
   for (const auto& [layer, layer_from_caller] : AskedLayers(snapshot, scope)) {
-    // One that can't take the value has no neighbours anywhere.
+    // A layer that does not support the value has no neighbours anywhere.
     const bool refuses = std::any_of(found.refusals.begin(), found.refusals.end(),
                                      [&spec = layer.spec](const auto& refusal) {
                                        return refusal.layer->spec().name == spec.name;

@@ -1,4 +1,4 @@
-// What of a map a replica knows, and which questions it can answer for that.
+// The part of a map that a replica mirrors, and the check which queries it can answer.
 #ifndef HYPERMAP_CLIENT_LIBS_CPP_REPLICA_MIRRORED_AREA_H_
 #define HYPERMAP_CLIENT_LIBS_CPP_REPLICA_MIRRORED_AREA_H_
 
@@ -16,44 +16,46 @@
 
 namespace hypermap::client {
 
-// The area of a replica as each layer of a snapshot sees it. The server selects by the same polygon
-// in the layer's frame and by the same predicates, so that a place is found inside here only if all
-// that is there was told. Immutable and safe to read from many threads. Statuses are OUT_OF_RANGE
-// naming the layer, or those of the question itself, which are left to it.
+// The area of a replica in the frame of each layer of a snapshot. The server selects by the same
+// polygon in the layer's frame and with the same predicates, so that a place counts as inside only
+// if everything there was sent. Immutable; safe to use from many threads. The checks return
+// OUT_OF_RANGE naming the layer. They return OK for queries that are wrong for other reasons, which
+// the query itself reports.
 class MirroredArea {
  public:
   // `area` in `frame_id` (empty: the map's own).
   MirroredArea(Polygon area, const std::string& frame_id, const Snapshot& snapshot);
 
-  // Whether it is that of `snapshot` as well, whose frames or layers may be others.
+  // Whether this area is also valid for `snapshot`, which may have other frames and layers.
   bool Fits(const Snapshot& snapshot) const;
 
-  // Whether all that the layers have within the tolerance of the point, or in the polygon, is
-  // mirrored. In the scope's frame.
+  // Checks that everything that the layers have within the tolerance of the point, or in the
+  // polygon, is mirrored. Coordinates are in the scope's frame.
   absl::Status CheckPoint(const Snapshot& snapshot, const Scope& scope, const Point& p,
                           double tolerance_m) const;
   absl::Status CheckArea(const Snapshot& snapshot, const Scope& scope, const Polygon& area) const;
-  // Whether nothing that is not mirrored can be among the `k` nearest, which were found here.
+  // Checks that nothing outside the mirrored area can be among the `k` nearest, which were found as
+  // `found`.
   absl::Status CheckNearest(const Snapshot& snapshot, const Scope& scope, const Point& p, int k,
                             const hypermap::NearestAnswer& found) const;
 
-  // The area in the scope's frame. NOT_FOUND where that is not connected to the area's.
+  // The area in the scope's frame. NOT_FOUND if that frame is not connected to the area's.
   absl::StatusOr<Polygon> InFrame(const Snapshot& snapshot, const Scope& scope) const;
 
  private:
   struct LayerArea {
     LayerSpec spec;
-    // In the layer's frame; absent where that is not connected to the area's.
+    // In the layer's frame. Absent if that is not connected to the area's frame.
     std::optional<Polygon> area;
-    std::optional<CellCover> cover;  // of a grid: the mirrored cells
+    std::optional<CellCover> cover;  // for grids: the mirrored cells
   };
-  // A layer that is asked, from the caller's frame.
+  // A queried layer and its transform from the caller's frame.
   struct Asked {
     const LayerArea& layer;
     PlanarTransform layer_from_caller;
   };
 
-  // Those that can be asked from the scope's frame at all.
+  // The queried layers whose frame is connected to the scope's.
   std::vector<Asked> AskedLayers(const Snapshot& snapshot, const Scope& scope) const;
 
   const Polygon area_;

@@ -1,4 +1,4 @@
-// The mirrored part of a map, as the events of a watch make it.
+// Builds the mirrored part of a map from the events of a watch.
 #ifndef HYPERMAP_CLIENT_LIBS_CPP_REPLICA_MIRRORED_MAP_H_
 #define HYPERMAP_CLIENT_LIBS_CPP_REPLICA_MIRRORED_MAP_H_
 
@@ -8,9 +8,9 @@
 
 namespace hypermap::client {
 
-// The map after an event of a watch as stored (WatchOptions::as_stored): of `before`, or of nothing
-// when the event is a snapshot. What did not change is shared with `before`. INTERNAL for an event
-// that does not fit.
+// Returns the map after an event of a watch with WatchOptions::as_stored. The event applies to
+// `before`, or to an empty map if it is a snapshot. Unchanged parts are shared with `before`.
+// INTERNAL if the event does not fit.
 absl::StatusOr<SnapshotPtr> After(const Snapshot& before, const WatchEvent& event);
 
 }  // namespace hypermap::client

@@ -1,4 +1,4 @@
-// A shared value that is replaced now and then, and read much more often than that.
+// A shared value that is read much more often than it is replaced.
 #ifndef HYPERMAP_CLIENT_LIBS_CPP_REPLICA_PUBLISHED_H_
 #define HYPERMAP_CLIENT_LIBS_CPP_REPLICA_PUBLISHED_H_
 
@@ -11,15 +11,15 @@
 
 namespace hypermap::client {
 
-// Readers never wait, and pay two counts instead of a lock and a reference; who replaces the value
-// waits until nobody reads the old one any more. This is the read-copy update of two phases:
-// readers count themselves in the current phase, a writer sets the new value, turns the phase, and
-// lets the old value go when the old phase is empty. Thread safe.
+// Two-phase read-copy update. Readers never wait and pay two atomic additions instead of a lock
+// and a reference count. A reader counts itself in the current phase; a writer stores the new
+// value, switches the phase, and destroys the old value when the count of the old phase is zero.
+// Thread safe.
 template <typename T>
 class Published {
  public:
-  // Keeps the value that was the newest when it was made. For short work: Set waits for it. A
-  // thread that holds one must not call Set.
+  // Keeps the value alive that was the newest at its construction. Meant for short work, since Set
+  // waits for it. A thread that holds a Reading must not call Set.
   class Reading {
    public:
     explicit Reading(const Published& published) : readers_(published.Enter()) {
@@ -38,7 +38,7 @@ class Published {
     const T* value_;
   };
 
-  // Null before the first Set.
+  // Points to null before the first Set.
   Reading Read() const { return Reading(*this); }
 
   void Set(std::unique_ptr<const T> value) {
@@ -46,7 +46,7 @@ class Published {
     newest_.store(value.get());
     const unsigned phase = phase_.load();
     phase_.store(1 - phase);
-    // Who comes now counts in the other phase and finds the new value.
+    // Readers that enter from now on count in the other phase and see the new value.
     while (readers_[phase].load() != 0) std::this_thread::yield();
     kept_ = std::move(value);
   }
@@ -56,7 +56,8 @@ class Published {
     for (;;) {
       const unsigned phase = phase_.load();
       readers_[phase].fetch_add(1);
-      // Else a writer may have found nobody there before this was counted.
+      // If the phase was switched meanwhile, a writer may have seen a zero count before this reader
+      // was counted, and may destroy the value.
       if (phase_.load() == phase) return readers_[phase];
       readers_[phase].fetch_sub(1);
     }

@@ -12,7 +12,7 @@
 namespace hypermap::client {
 namespace {
 
-// Knows how many there are, and is overwritten when it goes.
+// Counts its instances, and overwrites itself on destruction so that a late reader notices.
 class Counted {
  public:
   Counted(int64_t number, std::atomic<int>* alive) : first_(number), last_(number), alive_(alive) {

@@ -20,7 +20,8 @@
 namespace hypermap::client {
 namespace {
 
-// The same for options that mirror the same, whatever the frames and layers of the map are.
+// Describes the mirrored layers and area. Equal for options that select the same, independent of
+// the frames and layers that the map has.
 std::string SelectionOf(const ReplicaOptions& options) {
   const std::set<std::string> layers(options.layers.begin(), options.layers.end());
   std::string selection = layers.empty() ? "all layers" : absl::StrJoin(layers, ", ");
@@ -41,7 +42,7 @@ std::string SelectionOf(const ReplicaOptions& options) {
 
 class Replica::Impl {
  public:
-  // A revision and what can be asked of it; immutable.
+  // A revision and the part of it that is mirrored; immutable.
   struct View {
     SnapshotPtr snapshot;
     std::shared_ptr<const MirroredArea> area;  // null: everywhere
@@ -57,16 +58,16 @@ class Replica::Impl {
     feed_->Start();
   }
 
-  // OK when there is something to answer from.
+  // Returns OK when there is a revision to answer from.
   absl::Status AwaitContent() {
     if (has_content()) return absl::OkStatus();
     feed_->AwaitFirst();
     return has_content() ? absl::OkStatus() : feed_->standing().problem;
   }
 
-  // For a short look. There is a view once AwaitContent said so.
+  // For short reads. There is a view once AwaitContent has returned OK.
   Published<View>::Reading look() const { return view_.Read(); }
-  // To keep.
+  // A copy, for longer use.
   View view() const { return *view_.Read(); }
 
   const std::string& map() const { return options_.map; }
@@ -74,7 +75,7 @@ class Replica::Impl {
   DurableCopy* disk() const { return disk_.get(); }
 
   absl::Status AwaitRevision(Revision revision, absl::Duration timeout) const {
-    // What std::chrono can add to a time.
+    // std::chrono overflows if a longer time is added to a time point.
     const absl::Duration patience = std::min(timeout, absl::Hours(24 * 365));
     std::unique_lock<std::mutex> lock(mutex_);
     const bool reached =
@@ -93,7 +94,7 @@ class Replica::Impl {
 
   bool has_content() const { return look().get() != nullptr; }
 
-  // By one thread at a time.
+  // Called by one thread at a time.
   void Publish(SnapshotPtr snapshot) {
     auto next = std::make_unique<View>();
     if (options_.area) {
@@ -105,20 +106,21 @@ class Replica::Impl {
     }
     next->snapshot = std::move(snapshot);
     view_.Set(std::move(next));
-    // Who awaits a revision has either seen it or waits by now.
+    // A thread in AwaitRevision either has seen the new revision or is waiting by now, and so does
+    // not miss the notification.
     { const std::lock_guard<std::mutex> lock(mutex_); }
     published_.notify_all();
   }
 
   const ReplicaOptions options_;
-  const std::unique_ptr<DurableCopy> disk_;  // null: nothing is kept
+  const std::unique_ptr<DurableCopy> disk_;  // null if nothing is stored
 
   Published<View> view_;
-  // Not absl::Mutex: see DurableCopy. Guards nothing but the wait for published_.
+  // Guards nothing but the wait for published_. Not absl::Mutex, see DurableCopy.
   mutable std::mutex mutex_;
   mutable std::condition_variable published_;
 
-  std::unique_ptr<Feed> feed_;  // ends first
+  std::unique_ptr<Feed> feed_;  // destroyed first, since it calls Publish
 };
 
 absl::StatusOr<std::unique_ptr<Replica>> Replica::Open(Client client,

@@ -1,25 +1,27 @@
-// A robot's own copy of a map: answers the questions of Client in this process, without a network.
+// A robot's own copy of a map, which answers the queries of Client in this process, without a
+// network.
 //
-//   auto replica = Replica::Open(client, {.map = "office", .folder = "/var/lib/robot/office"});
-//   absl::StatusOr<PointAnswer> here = (*replica)->QueryPoint({2.75, 0.4});
+//    auto replica = Replica::Open(client, {.map = "office", .folder = "/var/lib/robot/office"});
+//    absl::StatusOr<PointAnswer> here = (*replica)->QueryPoint({2.75, 0.4});
 //
-// A replica mirrors the chosen layers of a map, everywhere or in an area, follows the server's
-// changes as they come, and keeps what it has in a GeoPackage. It begins with that file, so that it
-// answers without a server; when it reaches one again it goes on from the feed of changes, or,
-// where that is not kept so far back, takes the map anew and changes what differs. A map that was
-// deleted and made again, or went back to a backup, is noticed by the times of its revisions and
-// taken anew as well: what is answered is always one revision of the server, whole.
+// A replica mirrors the chosen layers of a map, everywhere or in an area. It follows the server's
+// changes as they come, and stores its copy in a GeoPackage. It starts from that file, so that it
+// can answer without a server. When it reaches the server again, it resumes from the feed of
+// changes; if those are no longer kept, it fetches the map again and applies the difference. The
+// times of revisions tell it that a map was deleted and created again or restored from a backup,
+// and it then fetches the map again, too. Each answer is read at one complete revision of the
+// server.
 //
-// Answers are those that the server would give at revision(): same code, same ids, versions, frames
-// and order. What the replica can't know is an error, never a wrong "nothing there":
-//   NOT_FOUND     for a layer that is not mirrored, or that the map does not have
-//   OUT_OF_RANGE  for a place, an area, or neighbours that may lie outside of the mirrored area
-// Where layers were chosen, "all layers" are those. A search without an area is one of the mirrored
-// area.
+// Answers equal those of the server at revision(): same code, same ids, versions, frames and order.
+// If the replica can't know the answer, the query fails instead of missing something:
+//   NOT_FOUND     for a layer that is not mirrored or does not exist
+//   OUT_OF_RANGE  for a place, an area, or neighbours that may lie outside the mirrored area
+// A query of "all layers" asks the mirrored ones. A value query without an area is limited to the
+// mirrored area.
 //
-// Disk: changes are written together, some time after they came (ReplicaOptions::write_delay), in
-// one transaction that takes the file from one revision of the server to another. What is lost by a
-// kill is told again by the server. Readers never wait for a disk or for the network.
+// Changes are written to disk together, after a delay (ReplicaOptions::write_delay), in one
+// transaction that takes the file from one revision of the server to another. Changes that are lost
+// by a kill are sent again by the server. Queries never wait for the disk or the network.
 #ifndef HYPERMAP_CLIENT_LIBS_CPP_REPLICA_REPLICA_H_
 #define HYPERMAP_CLIENT_LIBS_CPP_REPLICA_REPLICA_H_
 
@@ -44,50 +46,49 @@ namespace hypermap::client {
 
 struct ReplicaOptions {
   std::string map;
-  // Empty: all, also those that are still to come. Others need not be there yet.
+  // Layers to mirror. Empty: all, also those created later. A named layer need not exist yet.
   std::vector<std::string> layers = {};
-  // Absent: everywhere.
+  // Area to mirror. Absent: everywhere.
   std::optional<Polygon> area = std::nullopt;
   // The frame of `area`; empty: the map's own.
   std::string frame_id = {};
-  // Where the file <map>.gpkg is kept, by this replica alone; made when it is missing. What is
-  // there of other layers or another area is replaced. Empty: nothing is kept.
+  // Folder of the file <map>.gpkg, which only this replica may use; created if it does not exist. A
+  // file with other layers or another area is replaced. Empty: nothing is stored.
   std::string folder = {};
-  // How long changes wait to be written to disk together.
+  // Delay after which changes are written to disk together.
   absl::Duration write_delay = absl::Seconds(1);
 };
 
-// How a replica stands to its server.
+// State of a replica in relation to its server.
 struct ReplicaState {
-  // What is answered.
+  // The revision at which queries are answered.
   Revision revision = 0;
-  // What is on disk; absent when nothing is.
+  // The revision on disk. Absent if there is none.
   std::optional<Revision> durable_revision;
-  // Whether changes are being followed. A connection that is dead without a sign is found out
-  // after a minute.
+  // Whether a watch is open. A connection that died silently is detected after a minute.
   bool connected = false;
-  // When `revision` was last known to be the map's newest, by this robot's clock. While connected
-  // never much longer ago than the server's --watch_progress (10 s). Of a replica that has come
-  // from its file and reached no server since: when the revision was made, by the server's clock.
-  // InfinitePast while the first news are still coming in.
+  // Time at which `revision` was last known to be the map's newest, by this robot's clock. While
+  // connected it is at most about the server's --watch_progress (10 s) ago. If the replica started
+  // from its file and has not reached a server since, it is the time at which the revision was
+  // made, by the server's clock. InfinitePast while the first changes are still arriving.
   absl::Time newest_at;
-  // Why it is not connected, or why the disk is behind; OK when all is well.
+  // Reason why the replica is not connected, or why the disk is behind. OK if there is none.
   absl::Status problem;
-  // How often it went on after a break, and how often it took the map anew instead.
+  // Number of times that it resumed after a break, and that it had to fetch the map again.
   int num_resumed = 0;
   int num_taken_anew = 0;
 };
 
-// Thread safe. One process at a time may keep a folder.
+// Thread safe. Only one process at a time may use a folder.
 class Replica {
  public:
-  // Returns at once when the folder has the map; else when the server has told it, for which it is
-  // tried as long as the client's other calls. FAILED_PRECONDITION when the folder is in use or
-  // holds something else; errors of the server when nothing is on disk. A file that is damaged is
-  // replaced from the server.
+  // Returns at once if the folder has the map. Otherwise waits until the server has sent it, with
+  // retries as for the client's other calls. FAILED_PRECONDITION if the folder is in use or holds
+  // something else; errors of the server if there is no file. A damaged file is replaced from the
+  // server.
   static absl::StatusOr<std::unique_ptr<Replica>> Open(Client client,
                                                        const ReplicaOptions& options);
-  // Writes what is not on disk yet, then goes.
+  // Writes the newest revision to disk.
   ~Replica();
   Replica(const Replica&) = delete;
   Replica& operator=(const Replica&) = delete;
@@ -95,34 +96,35 @@ class Replica {
   // c^(p, I): what is at this point?
   absl::StatusOr<PointAnswer> QueryPoint(const Point& p, const Scope& scope = {},
                                          double tolerance_m = 0.0) const;
-  // The same of many points. Labels live as long as the answer.
+  // QueryPoint for many points. The answer owns its labels.
   absl::StatusOr<PointsAnswer> QueryPoints(absl::Span<const Point> points, const Scope& scope = {},
                                            double tolerance_m = 0.0) const;
-  // c^(area, I): what is in this area? The reader keeps its revision.
+  // c^(area, I): what is in this area? The reader stays at one revision.
   AnswerReader QueryArea(const Polygon& area, const Scope& scope = {}) const;
   // s^(value, I): where is this value, in the mirrored area or in `area`?
   AnswerReader QueryValue(const std::string& value,
                           const std::optional<Polygon>& area = std::nullopt,
                           const Scope& scope = {}) const;
-  // The k nearest places that have the value. OUT_OF_RANGE also when fewer than k of them are
-  // certainly nearer than anything outside of the mirrored area.
+  // Returns the k places nearest to `p` that have the value. OUT_OF_RANGE also if fewer than k of
+  // them are certainly nearer than anything outside the mirrored area.
   absl::StatusOr<NearestAnswer> QueryNearest(const Point& p, const std::string& value, int k,
                                              const Scope& scope = {}) const;
 
-  // The mirrored layers. With an area, sizes are of what is mirrored, and a version is the newest
-  // revision that is known to have changed the layer.
+  // Lists the mirrored layers. With an area, the sizes are those of the mirrored part, and a
+  // version is the newest revision that is known to have changed the layer.
   LayerList ListLayers() const;
   TransformList ListTransforms() const;
 
-  // What is answered now, for the functions of map/query: they copy nothing. It holds what is
-  // mirrored, and does not know what is not.
+  // The current snapshot, for use with map/query without copies. It contains only the mirrored
+  // part, so a query of it finds nothing outside that part, without an error.
   SnapshotPtr snapshot() const;
 
   ReplicaState state() const;
-  // Returns when `revision` or a later one is answered; DEADLINE_EXCEEDED when it is not in time.
+  // Waits until queries are answered at `revision` or a later one. DEADLINE_EXCEEDED after
+  // `timeout`.
   absl::Status AwaitRevision(Revision revision, absl::Duration timeout) const;
-  // Writes all that is answered now to disk, and waits for it. UNAVAILABLE, RESOURCE_EXHAUSTED when
-  // that fails; OK where nothing is kept.
+  // Writes the current revision to disk. UNAVAILABLE or RESOURCE_EXHAUSTED if that fails; OK if
+  // there is no folder.
   absl::Status Flush();
 
  private:

@@ -1,4 +1,4 @@
-// A replica beside its server: the same questions at the same revision, after random edits.
+// Compares a replica with its server: the same queries at the same revision, after random edits.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -30,7 +30,7 @@ const T& OneOf(Rng& rng, const std::vector<T>& all) {
   return all[UniformInt(rng, 0, static_cast<int>(all.size()) - 1)];
 }
 
-// What is mirrored: some layers or all, an area in some frame or all.
+// Random options: some layers or all, in an area in some frame or everywhere.
 ReplicaOptions RandomSelection(Rng& rng) {
   ReplicaOptions options{.map = "site"};
   if (UniformInt(rng, 0, 1)) {
@@ -48,13 +48,13 @@ ReplicaOptions RandomSelection(Rng& rng) {
   return options;
 }
 
-// Asks a replica and its server, and counts what the replica knew.
+// Queries a replica and its server, and counts the queries that the replica could answer.
 class Questioner {
  public:
   Questioner(Rng& rng, Client client, const Replica& replica, const ReplicaOptions& options)
       : rng_(rng), client_(std::move(client)), replica_(replica), options_(options) {}
 
-  // The replica must stand still.
+  // The replica must not change meanwhile.
   void Ask() {
     then_.as_of.revision = replica_.state().revision;
     Scope local;
@@ -63,7 +63,7 @@ class Questioner {
       if (UniformInt(rng_, 0, 2) == 0) local.layers.push_back(layer.spec.name);
     }
     Scope remote = local;
-    // Without a choice all that are mirrored are meant.
+    // A query without layers asks all mirrored ones.
     if (remote.layers.empty()) {
       for (const LayerEntry& layer : replica_.ListLayers().layers) {
         remote.layers.push_back(layer.spec.name);
@@ -76,7 +76,7 @@ class Questioner {
     AskNearest(local, remote);
   }
 
-  // The layers and frames themselves. The server must stand still as well.
+  // Compares the lists of layers and frames. The server must not change meanwhile, either.
   void CompareStructure() {
     const auto layers = client_.ListLayers("site");
     ASSERT_TRUE(layers.ok()) << layers.status();
@@ -104,7 +104,7 @@ class Questioner {
 
  private:
   Point RandomPoint() {
-    // Half of them where cells meet.
+    // Half of the coordinates lie on edges of cells.
     const double snap = UniformInt(rng_, 0, 1) ? 0.25 : 1e-6;
     const auto coordinate = [&] { return std::round(Uniform(rng_, -15, 15) / snap) * snap; };
     return {coordinate(), coordinate()};
@@ -115,7 +115,7 @@ class Questioner {
       ++num_unknown_;
       return;
     }
-    // A frame that only layers know that are not mirrored.
+    // The frame is known only through layers that are not mirrored.
     if (!options_.layers.empty() && here.find("NOT_FOUND") == 0 &&
         here.find("frame") != here.npos) {
       return;
@@ -144,7 +144,7 @@ class Questioner {
     const Polygon area = RandomPolygon(rng_, RandomPoint(), Uniform(rng_, 0.2, 8));
     Compare(Text(replica_.QueryValue(value, area, local)),
             Text(client_.QueryValue("site", value, area, remote, then_)));
-    // Without an area it is that of the replica, which is known in its own frame.
+    // A value query without an area is limited to the replica's area, given in that area's frame.
     Scope here = local;
     Scope there = remote;
     here.frame_id = there.frame_id = options_.frame_id;
@@ -174,7 +174,7 @@ class Questioner {
   int num_unknown_ = 0;
 };
 
-// A replica lives through edits, breaks and restarts; asked now and then.
+// A replica is compared with its server during random edits, breaks and restarts.
 TEST(ReplicaPropertyTest, AnswersWhatTheServerAnswersAtItsRevision) {
   const uint64_t seed = hypermap::testing::TestSeed();
   SCOPED_TRACE(::testing::Message() << "HYPERMAP_TEST_SEED=" << seed);
@@ -216,7 +216,7 @@ TEST(ReplicaPropertyTest, AnswersWhatTheServerAnswersAtItsRevision) {
       if (::testing::Test::HasFailure()) return;
     }
   }
-  // It does not get by with knowing nothing.
+  // The replica must not pass by refusing most queries.
   EXPECT_GT(num_known, num_unknown / 4);
   EXPECT_GT(num_known, 500);
 }

@@ -39,7 +39,7 @@ LayerSpec Floor() {
   return spec;
 }
 
-// A chair at (0, 0), a cup at (10, 0), a floor of 20 x 20 m that is occupied where x = row.
+// A chair at (0, 0), a cup at (10, 0), and a grid of 20 x 20 m that is occupied where x = row.
 EditBatch SmallSite() {
   EditBatch batch =
       Batch({CreateLayer{{.name = "things"}}, PutObject{"things", Thing("chair", 0, 0)},
@@ -73,8 +73,8 @@ class ReplicaTest : public ::testing::Test {
     return server_.Edit("site", Batch({PutObject{"things", object}}));
   }
 
-  // Everything that the map has, as the server tells it at the replica's revision and as the
-  // replica does.
+  // Compares everything in the map, as the server and the replica report it at the replica's
+  // revision.
   void ExpectLikeTheServer(const Replica& replica) {
     const CallOptions then{.as_of = {.revision = replica.state().revision}};
     const Polygon everywhere = Rectangle(-1e4, -1e4, 1e4, 1e4);
@@ -178,7 +178,7 @@ TEST_F(ReplicaTest, TakesTheMapAnewWhereTheFeedIsNotKept) {
   server_.Start({.retention = {.history_revisions = 1}});
   for (int i = 0; i < 20; ++i) revision = PutThing(Thing("box", i, 3));
   revision = server_.Edit("site", Batch({DeleteObject{"things", 2}}));
-  // What is let go is so in the background, once there is a commit to look after.
+  // History is removed in the background, after a commit.
   absl::Status oldest_gone;
   do {
     revision = PutThing(Thing("chair", 0, revision % 7, 1));
@@ -205,7 +205,7 @@ TEST_F(ReplicaTest, NoticesAMapThatWasMadeAnew) {
   const auto replica = Open({.folder = folder_.path()});
   ASSERT_TRUE(server_.site().Delete("site", "").ok());
   server_.MakeMap("site", Batch({CreateLayer{{.name = "other"}}}));
-  // Until there is no way to tell it by the revision.
+  // Edits until revision numbers alone no longer tell the two maps apart.
   const Revision revision = server_.Edit("site", Batch({PutObject{"other", Thing("ghost", 0, 0)}}));
   ASSERT_TRUE(replica->AwaitRevision(revision, kPatience).ok());
   ExpectLikeTheServer(*replica);
@@ -226,7 +226,7 @@ TEST_F(ReplicaTest, NoticesAMapThatWentAnotherWay) {
   std::filesystem::copy(backup / "site.gpkg", data_ / "site.gpkg",
                         std::filesystem::copy_options::overwrite_existing);
   server_.Start();
-  // As many commits as before, and more: numbers alone tell nothing.
+  // More commits than before, so that revision numbers alone tell nothing.
   for (int i = 0; i < 3; ++i) revision = PutThing(Thing("desk", 7, 7));
   ASSERT_TRUE(replica->AwaitRevision(revision, kPatience).ok());
   ExpectLikeTheServer(*replica);
@@ -268,7 +268,7 @@ TEST_F(ReplicaTest, SaysWhatItDoesNotMirror) {
   EXPECT_EQ(replica->QueryPoints({{1, 1}, {9, 9}}).status().code(), absl::StatusCode::kOutOfRange);
   EXPECT_THAT(Text(replica->QueryArea(Rectangle(7, 7, 9, 9))), HasSubstr("OUT_OF_RANGE"));
   EXPECT_THAT(Text(replica->QueryValue("cup", Rectangle(7, 0, 11, 3))), HasSubstr("OUT_OF_RANGE"));
-  // The cup may be the nearest; it is not known here.
+  // The cup outside the area may be the nearest, which the replica can't know.
   EXPECT_THAT(Text(replica->QueryNearest({7, 1}, "cup", 1)), HasSubstr("OUT_OF_RANGE"));
   EXPECT_THAT(Text(replica->QueryNearest({7, 1}, "chair", 1)), HasSubstr("OUT_OF_RANGE"));
   EXPECT_EQ(replica->QueryNearest({1, 1}, "chair", 1)->matches[0].object->id, 1);

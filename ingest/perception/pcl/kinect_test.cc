@@ -1,4 +1,4 @@
-// Background removal on real Kinect frames: each object's mask grown by 8 pixels.
+// Background removal on real Kinect frames, with the mask of each object grown by 8 pixels.
 #include <gtest/gtest.h>
 
 #include <cstdio>

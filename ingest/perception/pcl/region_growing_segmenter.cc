@@ -1,9 +1,9 @@
 #include "ingest/perception/pcl/region_growing_segmenter.h"
 
-// The paper's background removal. Normals come from 50 neighbours and regions grow over 30, as in
-// its own code; that one's thresholds (20 degrees, any curvature) hold a whole mask together and
-// keep 72 % of the background on labelled Kinect frames, so that the ones here are the best balance
-// found: 5 degrees, curvature 0.05.
+// The paper's background removal. As in the paper's own code, normals are estimated from 50
+// neighbours and regions grow over 30. The thresholds of that code (20 degrees, any curvature) join
+// a whole mask to one region and keep 72 % of the background on labelled Kinect frames. The ones
+// here, 5 degrees and a curvature of 0.05, are the best balance found.
 #include <pcl/features/normal_3d.h>
 #include <pcl/point_cloud.h>
 #include <pcl/point_types.h>
@@ -25,7 +25,7 @@ constexpr float kCurvature = 0.05f;
 using Cloud = pcl::PointCloud<pcl::PointXYZ>;
 using Normals = pcl::PointCloud<pcl::Normal>;
 
-// Indices into `points` of the largest region. May throw.
+// Returns the indices into `points` of the largest region; empty without regions. May throw.
 pcl::Indices LargestRegion(const Cloud::ConstPtr& points) {
   const pcl::search::Search<pcl::PointXYZ>::Ptr tree(new pcl::search::KdTree<pcl::PointXYZ>);
   const Normals::Ptr normals(new Normals);
@@ -70,7 +70,7 @@ class RegionGrowingSegmenter : public Segmenter {
     try {
       for (const int index : LargestRegion(points)) thing.push_back(pixels[index]);
     } catch (const std::exception&) {
-      return {};  // what PCL can't segment has no region
+      return {};  // Points that PCL can't segment have no region.
     }
     std::sort(thing.begin(), thing.end());
     return thing;

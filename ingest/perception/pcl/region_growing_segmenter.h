@@ -1,4 +1,4 @@
-// The published segmenter (Zaenker, Verdoja, Kyrki, IROS 2020, section IV-B).
+// The segmenter of the paper (Zaenker, Verdoja, Kyrki, IROS 2020, section IV-B).
 #ifndef HYPERMAP_INGEST_PERCEPTION_PCL_REGION_GROWING_SEGMENTER_H_
 #define HYPERMAP_INGEST_PERCEPTION_PCL_REGION_GROWING_SEGMENTER_H_
 
@@ -8,7 +8,7 @@
 
 namespace hypermap::ingest {
 
-// PCL's region growing on normals; the largest cluster is the thing.
+// Makes a segmenter that grows regions by their normals (PCL) and keeps the largest one.
 std::unique_ptr<Segmenter> MakeRegionGrowingSegmenter();
 
 }  // namespace hypermap::ingest

@@ -12,7 +12,8 @@ namespace {
 
 constexpr double kNever = std::numeric_limits<double>::infinity();
 
-// How far along `ray` from `eye` the box begins; kNever when it is missed or behind.
+// Returns the distance, in lengths of `ray`, from `eye` to the box; kNever if the ray misses the
+// box or the box is behind. Intersects the ray with the box's slabs.
 double Hit(const Cuboid& box, const Eigen::Vector3d& eye, const Eigen::Vector3d& ray) {
   double begin = 0.0;
   double end = kNever;
@@ -82,7 +83,7 @@ Shot Photograph(const BoxScene& scene, const CameraModel& camera, const Eigen::I
     for (int u = 0; u < camera.width; ++u) {
       const Eigen::Vector3d ray = pose.linear() * Eigen::Vector3d((u - camera.cx) / camera.fx,
                                                                   (v - camera.cy) / camera.fy, 1.0);
-      // The ray's component along the optical axis is 1: lengths along it are depths.
+      // The ray's component along the optical axis is 1, so that lengths along it are depths.
       double nearest = scene.floor && ray.z() < 0.0 ? -eye.z() / ray.z() : kNever;
       int seen = nearest < kNever ? Shot::kFloor : Shot::kNothing;
       for (size_t i = 0; i < scene.boxes.size(); ++i) {

@@ -8,7 +8,7 @@
 namespace hypermap::ingest::testing {
 namespace {
 
-// The wall's cells have these indices, and minus that, less one.
+// The walls are the columns kWallCol and -kWallCol - 1, and the rows kWallRow and -kWallRow - 1.
 constexpr int kWallCol = 60;
 constexpr int kWallRow = 40;
 constexpr CellBox kCells{-kWallRow - 1, kWallRow + 1, -kWallCol - 1, kWallCol + 1};

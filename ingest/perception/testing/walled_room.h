@@ -1,4 +1,4 @@
-// An empty room, as a camera sees it and as an occupancy grid has it.
+// An empty room, as a scene for cameras and as an occupancy grid.
 #ifndef HYPERMAP_INGEST_PERCEPTION_TESTING_WALLED_ROOM_H_
 #define HYPERMAP_INGEST_PERCEPTION_TESTING_WALLED_ROOM_H_
 
@@ -9,13 +9,14 @@
 
 namespace hypermap::ingest::testing {
 
-// Walls 2.5 m high whose faces lie at x = +-3.025 and y = +-2.025, and a floor.
+// Returns a floor and walls 2.5 m high whose inner faces lie at x = +-3.025 and y = +-2.025.
 BoxScene WalledRoom();
 
-// Cells of 5 cm whose centres lie on the faces of those walls are occupied, the others free.
+// Returns a grid of 5 cm cells. Cells whose centres lie on the faces of those walls are occupied,
+// and the others are free.
 std::shared_ptr<const GridLayer> WalledRoomGrid();
 
-// Free cells only.
+// Returns a grid of the same room in which all cells are free.
 std::shared_ptr<const GridLayer> GridWithoutWalls();
 
 }  // namespace hypermap::ingest::testing

@@ -1,4 +1,4 @@
-// Small recorded drives that tests write.
+// Files of small recorded drives, for tests.
 #ifndef HYPERMAP_INGEST_SOURCES_TESTING_RECORDING_H_
 #define HYPERMAP_INGEST_SOURCES_TESTING_RECORDING_H_
 
@@ -8,7 +8,7 @@
 
 namespace hypermap::ingest {
 
-// A grey PNG of 16 or 8 bits.
+// Returns a grey PNG with `bits` (8 or 16) per sample. `samples` is row-major.
 std::string GreyPng(int width, int height, const std::vector<uint16_t>& samples, int bits = 16);
 
 }  // namespace hypermap::ingest

@@ -1,4 +1,4 @@
-// Floors drawn for tests.
+// Floors for tests.
 #ifndef HYPERMAP_MAP_EXPLORATION_TESTING_DRAWN_FLOOR_H_
 #define HYPERMAP_MAP_EXPLORATION_TESTING_DRAWN_FLOOR_H_
 
@@ -11,8 +11,8 @@
 
 namespace hypermap::testing {
 
-// '#' is occupied, '?' unknown, all else free. The first line is the top row; the lower left cell
-// is (0, 0).
+// Returns a floor from a drawing: '#' is occupied, '?' is unknown, everything else is free. The
+// first line is the top row; the lower left cell is (0, 0).
 inline FloorPlan DrawnFloor(const std::vector<std::string>& lines) {
   const auto rows = static_cast<int32_t>(lines.size());
   const auto cols = static_cast<int32_t>(lines.front().size());
@@ -27,7 +27,8 @@ inline FloorPlan DrawnFloor(const std::vector<std::string>& lines) {
   return plan;
 }
 
-// A floor with so large a share of occupied cells, in a box that does not begin at 0.
+// Returns a random floor with this share of cells that are not free, in a box that does not begin
+// at 0.
 inline FloorPlan RandomFloor(Rng& rng, int32_t side, double occupied) {
   FloorPlan plan(CellBox{-7, side - 7, 3, side + 3}, Floor::kUnknown);
   for (Floor& floor : plan.mutable_values()) {

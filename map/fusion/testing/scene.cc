@@ -28,7 +28,7 @@ Eigen::Isometry3d PoseOf(const SceneCamera& camera) {
   return pose;
 }
 
-// Where the ray enters the box, in multiples of `ray`; infinite when it passes by (slab method).
+// Returns where `ray` enters the box, in multiples of `ray`; infinity if it misses (slab method).
 double Enter(const SceneBox& box, const Eigen::Vector3d& eye, const Eigen::Vector3d& ray) {
   const Eigen::Vector3d low(box.footprint.min.x, box.footprint.min.y, box.height.low_m);
   const Eigen::Vector3d high(box.footprint.max.x, box.footprint.max.y, box.height.high_m);

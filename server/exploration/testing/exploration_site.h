@@ -1,4 +1,4 @@
-// A map that robots explore, drawn for tests.
+// A map for tests of explorations, drawn as text.
 #ifndef HYPERMAP_SERVER_EXPLORATION_TESTING_EXPLORATION_SITE_H_
 #define HYPERMAP_SERVER_EXPLORATION_TESTING_EXPLORATION_SITE_H_
 
@@ -25,7 +25,7 @@ inline Polygon Rectangle(double x_min, double y_min, double x_max, double y_max)
   return Polygon::FromBox({{x_min, y_min}, {x_max, y_max}});
 }
 
-// The session of a map, a clock that goes when it is told to, and robots that see.
+// The session of a map with a clock that the test sets, and simulated robots.
 class ExplorationSite {
  public:
   static constexpr double kResolution_m = 0.5;
@@ -37,7 +37,7 @@ class ExplorationSite {
     Reopen();
   }
 
-  // As after a restart of the server.
+  // Closes and opens the map, as a restart of the server does.
   void Reopen() {
     desk_.reset();
     session_.reset();
@@ -50,7 +50,7 @@ class ExplorationSite {
     desk_ = std::make_unique<ExplorationDesk>(session_.get(), max_exploration_cells_);
   }
 
-  // The limit of the desk that the next Reopen makes.
+  // Takes effect with the next Reopen.
   void set_max_exploration_cells(int64_t cells) { max_exploration_cells_ = cells; }
   int64_t max_exploration_cells() const { return max_exploration_cells_; }
   MapSession& session() { return *session_; }
@@ -61,7 +61,7 @@ class ExplorationSite {
     MutexLock lock(&clock_mutex_);
     return now_;
   }
-  // The writer does not notice.
+  // Moves the clock without waking the map's writer, so that expired objects stay for now.
   void Advance(absl::Duration by) {
     MutexLock lock(&clock_mutex_);
     now_ += by;
@@ -73,8 +73,8 @@ class ExplorationSite {
     return receipt.ok() ? *receipt : storage::Receipt();
   }
 
-  // The occupancy layer "walls": '#' is occupied, '?' unknown, all else free. The first line is the
-  // top row; the lower left cell is (0, 0), at the origin.
+  // Creates the occupancy layer "walls": '#' is occupied, '?' unknown, any other character free.
+  // The first line is the top row; the lower left cell is (0, 0), at the origin.
   void Draw(const std::vector<std::string>& lines) {
     LayerSpec spec;
     spec.name = "walls";
@@ -95,7 +95,7 @@ class ExplorationSite {
   }
   void MarkExplored(const CellBox& box) { Write(box, 1.0, "seen"); }
 
-  // All that was drawn, by robots that are points and see 4 m.
+  // An order to explore all that was drawn, by robots without extent that see 4 m.
   StartOrder WholeArea() const {
     StartOrder order;
     order.area = Rectangle(0, 0, cols_ * kResolution_m, rows_ * kResolution_m);
@@ -112,7 +112,7 @@ class ExplorationSite {
     EXPECT_TRUE(answer.ok()) << answer.status();
     return answer.ok() ? *answer : ClaimAnswer();
   }
-  // Of the robot's goal in the newest exploration.
+  // Releases the robot's goal in the newest exploration.
   void Release(const std::string& robot, GoalOutcome outcome) {
     for (const ExplorationGoal& goal : Goals()) {
       if (goal.robot != robot) continue;
@@ -121,7 +121,7 @@ class ExplorationSite {
     }
   }
 
-  // The newest, in the frame of its layer.
+  // The newest exploration, in the frame of its layer.
   ExplorationObjects Newest() {
     const auto list = desk().List("");
     EXPECT_TRUE(list.ok()) << list.status();
@@ -135,7 +135,7 @@ class ExplorationSite {
     return report.ok() ? report->progress.cells : Explorer::Progress();
   }
 
-  // Marks what can be seen from a place on floor.
+  // Marks the cells that can be seen from a place on floor as explored.
   void LookRound(const Point& place, double range_m) {
     const SnapshotPtr now = snapshot();
     const auto& walls = dynamic_cast<const GridLayer&>(*now->FindLayer("walls"));
@@ -153,8 +153,8 @@ class ExplorationSite {
     std::string name;
     Point place;
   };
-  // Has robots go where they are sent, in turns, until the newest exploration ends. How many goals
-  // that took.
+  // Lets the robots claim and reach goals in turns until the newest exploration ends. Returns the
+  // number of goals.
   int Explore(std::vector<Robot> robots, double range_m) {
     constexpr int kMostGoals = 200;
     for (int goals = 0; goals < kMostGoals;) {

@@ -13,6 +13,7 @@
 
 namespace hypermap::server {
 
+// Keeps all checkpoints. Not thread safe.
 class MemoryFusionLog : public storage::FusionLog {
  public:
   void Apply(const storage::FusionChange& change) {

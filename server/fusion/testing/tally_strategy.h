@@ -1,6 +1,6 @@
-// A strategy that is easy to foretell, for tests: one track for each class of a detection, founded
-// by the first; it shows the newest hull, and as attributes everything that the order of the log
-// decides.
+// A strategy with predictable results, for tests: one track for each class, founded by its first
+// detection. It shows the hull of the newest detection, and a digest of all as an attribute, which
+// depends on their order.
 #ifndef HYPERMAP_SERVER_FUSION_TESTING_TALLY_STRATEGY_H_
 #define HYPERMAP_SERVER_FUSION_TESTING_TALLY_STRATEGY_H_
 
@@ -52,7 +52,7 @@ class TallyStrategy : public fusion::Strategy {
       object->label = label;
       object->shape = detection.hull;
       object->existence = name_ == "other" ? 0.5 : 1.0;
-      // Depends on the order: what came before, digested, and this.
+      // A digest of all detections so far that depends on their order.
       const auto before = object->attributes.find("digest");
       const int64_t digest =
           before == object->attributes.end() ? 7 : std::get<int64_t>(before->second);
@@ -82,7 +82,7 @@ class TallyStrategy : public fusion::Strategy {
       return next;
     }
     Track& track = next->by_label[label];
-    // Takes over the one that is there.
+    // The pin takes over the track of its label.
     if (track.key.empty()) track.key = fact.track;
     track.object = std::make_shared<SemanticObject>(fact.object);
     track.pinned = true;
@@ -143,7 +143,7 @@ class TallyStrategy : public fusion::Strategy {
   const std::string name_;
 };
 
-// "tally" and "other", which differ in the existence of what they show.
+// Makes the strategies "tally" and "other", whose objects differ in their existence.
 inline absl::StatusOr<std::unique_ptr<fusion::Strategy>> MakeTallyStrategy(
     absl::string_view name, absl::string_view parameters) {
   if (name != "tally" && name != "other") {

@@ -1,4 +1,4 @@
-// A server on a free port with maps in memory, and a channel to it; for tests.
+// A server for tests, on a free port and with maps in memory, and stubs of its services.
 #ifndef HYPERMAP_SERVER_SERVICES_TESTING_TEST_SERVER_H_
 #define HYPERMAP_SERVER_SERVICES_TESTING_TEST_SERVER_H_
 
@@ -54,14 +54,14 @@ class TestServer {
     Shutdown(absl::Seconds(10));
   }
 
-  // What calls left in the folder for files on their way.
+  // Names of the scratch files that calls have left behind.
   std::vector<std::string> ScratchFiles() const { return scratch_.Names(); }
   MemoryDisk& disk() { return disk_; }
   Site& site() { return *site_; }
   const std::string& address() const { return server_->address(); }
   const std::shared_ptr<grpc::Channel>& channel() const { return channel_; }
 
-  // Makes a map of what the edits make.
+  // Creates a map with the content of `batch`.
   void MakeMap(const std::string& name, EditBatch batch) {
     const auto made = site_->Create({name, "map", ""}, [&](MapSession& session) {
       return session.SubmitAndWait({std::move(batch), "test", ""}).status();
@@ -108,7 +108,7 @@ inline EditBatch LayerOfCups(const std::string& name, int num_cups) {
   return batch;
 }
 
-// An occupancy layer `name` of one metre cells, rows x cols, no two neighbours of a row alike.
+// An occupancy layer `name` of rows x cols cells of 1 m; free and occupied alternate in each row.
 inline EditBatch LayerOfCells(const std::string& name, int rows, int cols) {
   LayerSpec spec;
   spec.name = name;
@@ -122,7 +122,7 @@ inline EditBatch LayerOfCells(const std::string& name, int rows, int cols) {
   return batch;
 }
 
-// All messages of a stream.
+// Reads all messages of a stream.
 template <typename Response>
 std::vector<Response> ReadAll(grpc::ClientReader<Response>& reader) {
   std::vector<Response> responses;

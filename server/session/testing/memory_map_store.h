@@ -1,4 +1,4 @@
-// A MapStore in memory, for tests: its disk can fail and can be made to wait.
+// A MapStore in memory, for tests, whose writes can be made to fail or to wait.
 #ifndef HYPERMAP_SERVER_SESSION_TESTING_MEMORY_MAP_STORE_H_
 #define HYPERMAP_SERVER_SESSION_TESTING_MEMORY_MAP_STORE_H_
 
@@ -15,17 +15,17 @@
 
 namespace hypermap::server {
 
-// What tests may do to the disk, and see of it. Thread safe.
+// The storage behind MemoryMapStore, with which tests delay, fail and count writes. Thread safe.
 class MemoryDisk {
  public:
-  // Writes wait from now on until Release.
+  // Makes writes wait until Release.
   void Hold();
   void Release();
-  // Returns when a write has begun to wait.
+  // Returns when a write waits.
   void AwaitHeldWrite();
-  // What the next writes answer, instead of being carried out; OK ends that.
+  // Makes all writes fail with `status`; OK makes them work again.
   void FailWrites(absl::Status status);
-  // The number of batches in each write that was carried out.
+  // The number of commits in each successful write.
   std::vector<size_t> writes() const;
 
  private:
@@ -58,13 +58,14 @@ class MemoryDisk {
   std::map<std::string, std::string> deletions_ ABSL_GUARDED_BY(mutex_);
 };
 
-// Stores on one disk see the same maps, as a server that starts again does.
+// A store on a MemoryDisk. Stores on the same disk see the same maps, so that a test can restart
+// the server.
 class MemoryMapStore : public storage::MapStore {
  public:
   // `disk` must outlive the store and its maps.
   explicit MemoryMapStore(MemoryDisk* disk) : disk_(disk) {}
 
-  // Makes a map that can't be opened.
+  // Adds a map that can't be opened.
   void AddBroken(const std::string& name, absl::Status problem);
 
   absl::StatusOr<std::vector<std::string>> List() override;

@@ -1,4 +1,4 @@
-// Occupancy layers drawn for tests.
+// Occupancy layers for tests, drawn in ASCII.
 #ifndef HYPERMAP_SIMULATION_ROBOTS_TESTING_DRAWN_SITE_H_
 #define HYPERMAP_SIMULATION_ROBOTS_TESTING_DRAWN_SITE_H_
 
@@ -22,8 +22,8 @@ inline LayerSpec DrawnSpec(double resolution_m) {
   return spec;
 }
 
-// '#' is occupied, '?' unknown, all else free. The first line is the top row; the lower left corner
-// is the origin.
+// Returns the cells of a drawing: '#' is occupied, '?' unknown, and all other characters are free.
+// The first line is the top row. The lower left corner is the origin.
 inline WriteCells DrawnCells(const std::vector<std::string>& lines) {
   WriteCells write{
       "occupancy",

@@ -1,4 +1,4 @@
-// A server with a drawn map for robots; for tests.
+// A server with a drawn map, for tests of robots.
 #ifndef HYPERMAP_SIMULATION_ROBOTS_TESTING_ROBOT_SITE_H_
 #define HYPERMAP_SIMULATION_ROBOTS_TESTING_ROBOT_SITE_H_
 
@@ -19,8 +19,8 @@
 
 namespace hypermap::robots {
 
-// Serves the map "site" with the layer "occupancy" as it is drawn, from memory. Its clock goes when
-// it is told to: no lease ends before. `delay`: how much longer each commit takes.
+// Serves the map "site" with the drawn layer "occupancy", from memory. Its clock advances only by
+// Advance(), so that no lease ends before. `delay` is added to each commit.
 class RobotSite {
  public:
   RobotSite(const std::vector<std::string>& lines, double resolution_m,
@@ -33,13 +33,13 @@ class RobotSite {
     Stop();
   }
 
-  // HOST:PORT.
+  // Returns HOST:PORT.
   const std::string& address() const { return server_.address(); }
   client::Client NewClient() const {
     return client::Client(address(), {.retry_for = absl::Seconds(10)});
   }
 
-  // Ends all calls at once, and returns when what was taken is carried out.
+  // Ends all calls at once, and returns when the batches that have queued are committed.
   void Stop() { server_.Stop(absl::ZeroDuration()); }
   void Start() { server_.Start(Options()); }
 
@@ -59,7 +59,7 @@ class RobotSite {
   SnapshotPtr snapshot() { return server_.SnapshotOf("site"); }
   void Edit(const hypermap::Edit& edit) { server_.Edit("site", {{edit}}); }
 
-  // Of a robot's observations that a layer has, in the order of their stamps.
+  // Returns the sequences of a robot's observations in a layer, in the order of their stamps.
   std::vector<int64_t> SequencesIn(const std::string& layer, const std::string& robot) {
     const auto log = session()->ReadEvidence(layer, {}, std::numeric_limits<int>::max());
     EXPECT_TRUE(log.ok()) << log.status();

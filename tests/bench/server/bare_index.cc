@@ -16,7 +16,7 @@ float Up(double value) {
   return std::nextafterf(static_cast<float>(value), std::numeric_limits<float>::infinity());
 }
 
-// By crossings; a point on the boundary may be taken for either.
+// Counts crossings; a point on the boundary may count as inside or outside.
 bool Inside(const Point* ring, uint32_t n, const Point& p) {
   bool inside = false;
   Point b = ring[n - 1];
@@ -34,7 +34,7 @@ bool Inside(const Point* ring, uint32_t n, const Point& p) {
 
 BareIndex::BareIndex(const GeneratedSite& site)
     : cells_per_row_(static_cast<int32_t>(std::ceil(site.side_m() / kCellSide))) {
-  std::vector<std::pair<uint32_t, Entry>> placed;  // with the cell
+  std::vector<std::pair<uint32_t, Entry>> placed;  // with their cells
   for (int64_t i = 0; i < site.num_objects(); ++i) {
     const SemanticObject object = site.Object(i);
     const Box& box = object.shape.bounds();
@@ -73,7 +73,7 @@ size_t BareIndex::CellOf(const Point& p) const {
 
 void BareIndex::Cover(absl::Span<const Point> points,
                       std::vector<std::pair<int, int64_t>>* hits) const {
-  // Each pass fetches what the next one reads.
+  // Each pass prefetches what the next one reads.
   std::vector<size_t> cells(points.size());
   for (size_t i = 0; i < points.size(); ++i) {
     cells[i] = CellOf(points[i]);

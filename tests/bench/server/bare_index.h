@@ -1,5 +1,5 @@
-// Points among polygons in process and nothing besides: a flat grid over contiguous rings, asked in
-// batches with prefetching. What an index for millions of points a second is held against.
+// A minimal in-process index of points among polygons: a flat grid over contiguous rings, queried
+// in batches with prefetching. The server's throughput of points is compared with it.
 #ifndef HYPERMAP_TESTS_BENCH_SERVER_BARE_INDEX_H_
 #define HYPERMAP_TESTS_BENCH_SERVER_BARE_INDEX_H_
 
@@ -13,12 +13,13 @@
 
 namespace hypermap::bench {
 
-// Immutable. Objects of the site that reach out of its square are found inside of it only.
+// Immutable. Objects that extend beyond the square of the site are found only inside it.
 class BareIndex {
  public:
   explicit BareIndex(const GeneratedSite& site);
 
-  // Adds (number of the point, id of an object that covers it) to `hits`, in no order for a point.
+  // Adds pairs (index of a point, id of an object that covers it) to `hits`. The pairs of a point
+  // are in no particular order.
   void Cover(absl::Span<const Point> points, std::vector<std::pair<int, int64_t>>* hits) const;
 
  private:
@@ -32,8 +33,8 @@ class BareIndex {
   int32_t Clamped(double metres) const;
 
   int32_t cells_per_row_;
-  std::vector<uint32_t> first_of_cell_;  // into entries_, one more than there are cells
-  std::vector<Entry> entries_;           // by cell, repeated in each that its box touches
+  std::vector<uint32_t> first_of_cell_;  // indexes in entries_, one more than there are cells
+  std::vector<Entry> entries_;           // by cell; in each cell that its box touches
   std::vector<Point> vertices_;
 };
 

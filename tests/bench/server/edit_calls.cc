@@ -8,7 +8,7 @@
 namespace hypermap::bench {
 
 SemanticObject EditedObject(const GeneratedSite& site, int64_t n) {
-  // A large odd number steps through all of the site in no order.
+  // Multiples of a large odd number visit the whole site in no apparent order.
   const auto index = static_cast<int64_t>((static_cast<uint64_t>(n) * 0x9E3779B97F4A7C15ULL >> 1) %
                                           static_cast<uint64_t>(site.num_objects()));
   return site.Object(index);

@@ -10,10 +10,10 @@
 
 namespace hypermap::bench {
 
-// The object of the n-th edit of a site: like those of the site, anywhere on it.
+// The object of the n-th edit of a site. It is like the objects of the site, and anywhere on it.
 SemanticObject EditedObject(const GeneratedSite& site, int64_t n);
 
-// Each call is another edit with a request id of its own, through all runs. `counter` outlives the
+// Each call is a new edit with its own request id, across all runs. `counter` must outlive the
 // calls.
 Calls EditCalls(const GeneratedSite& site, std::atomic<int64_t>* counter);
 

@@ -16,7 +16,7 @@ namespace hypermap::bench {
 namespace {
 
 absl::Status AddSingleEditRows(Bench& bench, EditedSite& edited) {
-  // How much of it is the transport's, for the note.
+  // Cost of the transport alone, for the note.
   std::vector<Cost> empty_calls;
   const absl::StatusOr<Contest> contest = Alternate(
       bench.options.pace, [&] { return edited.OurEdits(1); },
@@ -70,7 +70,7 @@ absl::Status AddGroupRow(Bench& bench, EditedSite& edited) {
   return absl::OkStatus();
 }
 
-// Questions of options.callers clients while one more writes as fast as it can.
+// Queries of options.callers clients while another client edits as fast as it can.
 absl::StatusOr<Cost> QuestionsBesideEdits(EditedSite& edited, const Calls& questions, int callers,
                                           absl::Duration each) {
   absl::StatusOr<Cost> edits = absl::InternalError("not run");

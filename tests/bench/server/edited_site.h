@@ -1,4 +1,4 @@
-// The site as it is being edited.
+// The site while it is being edited.
 #ifndef HYPERMAP_TESTS_BENCH_SERVER_EDITED_SITE_H_
 #define HYPERMAP_TESTS_BENCH_SERVER_EDITED_SITE_H_
 
@@ -15,7 +15,7 @@
 
 namespace hypermap::bench {
 
-// A server on a copy of the site, and another copy that SQLite alone writes to.
+// A server on a copy of the site, and another copy to which only SQLite writes.
 class EditedSite {
  public:
   explicit EditedSite(const Options& options);
@@ -27,9 +27,9 @@ class EditedSite {
   // Shared by all edits of the run.
   std::atomic<int64_t>* edit_counter() { return &edits_; }
 
-  // Single edits by so many clients, each waiting for its answer.
+  // Single edits by `clients` clients, each waiting for its answer.
   absl::StatusOr<Cost> OurEdits(int clients);
-  // One-row commits, each timed for itself; the rows lie ready.
+  // Commits of one row, each timed alone. The rows are prepared beforehand.
   absl::StatusOr<Cost> BareCommits();
 
  private:
@@ -41,7 +41,7 @@ class EditedSite {
   std::atomic<int64_t> edits_ = 0;
 };
 
-// Changes on their way to watchers.
+// Adds the rows about delivering changes to watchers.
 absl::Status AddWatchRows(Bench& bench, EditedSite& edited);
 
 }  // namespace hypermap::bench

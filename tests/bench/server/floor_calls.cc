@@ -21,7 +21,7 @@ Calls CallsOfSizes(const std::vector<std::string>& answers, bool streamed) {
   std::vector<grpc::ByteBuffer> requests;
   for (const std::string& answer : answers) {
     AnswerRequest request;
-    // The bytes have a tag and a length before them.
+    // The field's tag and length come before the bytes.
     request.set_num_bytes(std::max(0, static_cast<int>(answer.size()) - 3));
     requests.push_back(ToBytes(request));
   }

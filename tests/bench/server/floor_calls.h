@@ -1,4 +1,4 @@
-// Calls of the server with nothing behind it.
+// Calls of the server that has no work behind its transport.
 #ifndef HYPERMAP_TESTS_BENCH_SERVER_FLOOR_CALLS_H_
 #define HYPERMAP_TESTS_BENCH_SERVER_FLOOR_CALLS_H_
 
@@ -11,7 +11,7 @@ namespace hypermap::bench {
 
 Calls EmptyCalls();
 
-// Calls whose answers are as long as these, in turn: as one message, or as a stream of one.
+// Calls whose answers have the sizes of `answers`, in turn, as one message or as a stream of one.
 Calls CallsOfSizes(const std::vector<std::string>& answers, bool streamed);
 
 }  // namespace hypermap::bench

@@ -1,4 +1,5 @@
-// A gRPC server with nothing behind it, on the same API as hypermapd: what the transport costs.
+// A gRPC server with no work behind it, on the same API as hypermapd, to measure the cost of the
+// transport.
 #include <grpcpp/security/server_credentials.h>
 #include <grpcpp/server.h>
 #include <grpcpp/server_builder.h>
@@ -21,7 +22,7 @@ ABSL_FLAG(std::string, listen, "127.0.0.1:0", "HOST:PORT");
 namespace hypermap::bench {
 namespace {
 
-// The covered points of a batch of 256 at the density of the generated site.
+// Number of points that objects cover in a batch of 256, at the density of the generated site.
 constexpr int kHits = 51;
 
 void Fill(int num_bytes, AnswerResponse* response) {
@@ -148,7 +149,7 @@ int Serve() {
 
 int main(int argc, char** argv) {
   absl::ParseCommandLine(argc, argv);
-  // As hypermapd does.
+  // Same setting as in hypermapd.
   absl::SetMutexDeadlockDetectionMode(absl::OnDeadlockCycle::kIgnore);
   return hypermap::bench::Serve();
 }

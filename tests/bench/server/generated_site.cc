@@ -10,13 +10,13 @@
 namespace hypermap::bench {
 namespace {
 
-constexpr double kDensity = 0.2;  // objects to the square metre
-// Objects of a block are spread at random in it; blocks follow each other to and fro.
+constexpr double kDensity = 0.2;  // objects per square metre
+// Objects of a block are spread over it at random. Blocks follow each other in a serpentine.
 constexpr int64_t kPerBlock = 200;
 constexpr int64_t kRoomEvery = 10'000;
 constexpr uint64_t kSeed = 20'201'031;
 
-// SplitMix64: an object's draws depend on its number alone.
+// SplitMix64, seeded by the object's number, so that objects can be generated independently.
 class Draws {
  public:
   explicit Draws(uint64_t stream) : state_(kSeed + stream * 0xD1342543DE82EF95ULL) {}
@@ -39,7 +39,7 @@ class Draws {
 
 const double kBlockSide = std::sqrt(kPerBlock / kDensity);
 
-// Star-shaped round its centre, so simple.
+// Star-shaped around its centre, hence simple.
 Polygon DrawPolygon(Draws& draws, const Point& centre, double radius_m) {
   const int n = draws.Integer(5, 12);
   Ring ring;

@@ -23,7 +23,7 @@
 namespace hypermap::bench {
 namespace {
 
-// A database in memory with one prepared question.
+// A database in memory with one prepared query.
 class Sqlite {
  public:
   Sqlite() { sqlite3_open(":memory:", &handle_); }
@@ -143,7 +143,7 @@ class GeosTree final : public InProcessPeer {
  private:
   struct Object {
     GEOSGeometry* geometry = nullptr;
-    const GEOSPreparedGeometry* prepared = nullptr;  // at its first test
+    const GEOSPreparedGeometry* prepared = nullptr;  // made at its first test
   };
   struct Question {
     GeosTree* peer;
@@ -180,7 +180,7 @@ class BoostTree final : public InProcessPeer {
       values.emplace_back(bg::return_envelope<BoostBox>(polygon), peer->polygons_.size());
       peer->polygons_.push_back(std::move(polygon));
     }
-    // Made of a range, the tree is packed.
+    // A tree that is made from a range is packed.
     peer->tree_ = Tree(values);
     return peer;
   }
@@ -198,7 +198,8 @@ class BoostTree final : public InProcessPeer {
  private:
   using BoostPoint = bg::model::d2::point_xy<double>;
   using BoostBox = bg::model::box<BoostPoint>;
-  using BoostPolygon = bg::model::polygon<BoostPoint, false, false>;  // as ours: turned left, open
+  // Like our polygons: counter-clockwise and open.
+  using BoostPolygon = bg::model::polygon<BoostPoint, false, false>;
   using Value = std::pair<BoostBox, size_t>;
   using Tree = bg::index::rtree<Value, bg::index::rstar<16>>;
 

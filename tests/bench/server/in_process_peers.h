@@ -1,4 +1,4 @@
-// Other libraries asked in process which objects of a site cover a point.
+// Other libraries, queried in this process for the objects of a site that cover a point.
 #ifndef HYPERMAP_TESTS_BENCH_SERVER_IN_PROCESS_PEERS_H_
 #define HYPERMAP_TESTS_BENCH_SERVER_IN_PROCESS_PEERS_H_
 
@@ -12,25 +12,25 @@
 
 namespace hypermap::bench {
 
-// One thread.
+// Used by one thread.
 class InProcessPeer {
  public:
   virtual ~InProcessPeer() = default;
-  // How many objects cover the point.
+  // Number of objects that cover the point.
   virtual int CountAt(const Point& p) = 0;
 };
 
 struct InProcessPeerKind {
   const char* name;
-  // Loads the site into it.
+  // Loads the site.
   absl::StatusOr<std::unique_ptr<InProcessPeer>> (*make)(const GeneratedSite& site);
 };
 
 // SQLite's R*Tree with our own test of the candidates, SpatiaLite, Boost.Geometry's packed R-tree,
-// and the STRtree of GEOS with prepared geometries; those that this was built with.
+// and GEOS's STRtree with prepared geometries, as far as this program was built with them.
 std::vector<InProcessPeerKind> InProcessPeerKinds();
 
-// Of those that are not in InProcessPeerKinds.
+// Names of the peers that this program was built without.
 std::vector<std::string> MissingInProcessPeers();
 
 }  // namespace hypermap::bench

@@ -18,7 +18,7 @@
 namespace hypermap::bench {
 namespace {
 
-// One call of either sort, made again and again by its owner. `done` is called when it has ended.
+// One unary or streaming call, which its owner repeats. Calls `done` when it has ended.
 class Call : public grpc::ClientBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer> {
  public:
   Call(const std::shared_ptr<grpc::Channel>& channel, std::function<void(const grpc::Status&)> done)
@@ -37,7 +37,7 @@ class Call : public grpc::ClientBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer> 
                       });
       return;
     }
-    // Headers, request and end of requests leave together, as from a generated stub.
+    // Sends headers, request and half-close together, as a generated stub does.
     context_->set_initial_metadata_corked(true);
     stub_.PrepareBidiStreamingCall(&*context_, calls.method, {}, this);
     StartWriteLast(&request_, grpc::WriteOptions());
@@ -68,7 +68,7 @@ absl::Status AsAbsl(const std::string& method, const grpc::Status& status) {
                       absl::StrCat(method, ": ", status.error_message()));
 }
 
-// All callers of a run. Each takes the next request until `more` says no.
+// All callers of a run. Each makes calls until `more` returns false.
 class Crowd {
  public:
   using MoreFn = std::function<bool(int64_t index)>;

@@ -1,5 +1,5 @@
-// Closed-loop load: callers that each have one call outstanding, on connections of their own. The
-// same code asks every server: requests are bytes that lie ready, answers are counted and dropped.
+// Closed-loop load: each caller has one call outstanding, on its own connection. The same code
+// loads every server. Requests are serialised beforehand; answers are counted and dropped.
 #ifndef HYPERMAP_TESTS_BENCH_SERVER_LOAD_H_
 #define HYPERMAP_TESTS_BENCH_SERVER_LOAD_H_
 
@@ -20,7 +20,7 @@ namespace hypermap::bench {
 
 using Channels = std::vector<std::shared_ptr<grpc::Channel>>;
 
-// Connections that share nothing.
+// Opens `count` connections that share nothing.
 Channels OpenChannels(const std::string& address, int count);
 
 grpc::ByteBuffer ToBytes(const google::protobuf::MessageLite& message);
@@ -30,11 +30,11 @@ std::string Joined(const grpc::ByteBuffer& bytes);
 struct Calls {
   std::string method;     // "/hypermap.v1.QueryService/QueryPoint"
   bool streamed = false;  // the server answers with a stream
-  // The request of the i-th call of a run. Called by many threads.
+  // Returns the request of the i-th call of a run. Called by many threads.
   std::function<grpc::ByteBuffer(int64_t i)> request;
 };
 
-// The requests in turn, again from the beginning after the last.
+// Returns the requests in turn, starting over after the last.
 std::function<grpc::ByteBuffer(int64_t)> InTurn(std::vector<grpc::ByteBuffer> requests);
 
 struct LoadResult {
@@ -45,11 +45,11 @@ struct LoadResult {
   double Percentile(double share) const;
 };
 
-// One caller for each channel, until `duration` is over. The first error of a call ends all.
+// Runs one caller for each channel for `duration`. The first error of a call ends all callers.
 absl::StatusOr<LoadResult> RunLoad(const Channels& channels, const Calls& calls,
                                    absl::Duration duration);
 
-// Makes the first `count` calls; their answers' messages, those of a stream one after another.
+// Makes the first `count` calls and returns their answers. The messages of a stream are joined.
 absl::StatusOr<std::vector<std::string>> Ask(const Channels& channels, const Calls& calls,
                                              int64_t count);
 

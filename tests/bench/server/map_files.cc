@@ -25,7 +25,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Of what is generated; another makes the kept files anew.
+// Version of the generated content. Increase it to have kept files generated again.
 constexpr int kContentVersion = 1;
 constexpr double kResolution = 0.05;
 constexpr int32_t kStripRows = 512;
@@ -60,7 +60,7 @@ absl::StatusOr<std::unique_ptr<storage::StoredMap>> CreateMap(storage::MapStore*
   return map;
 }
 
-// Free rooms of 4 m behind walls of two cells with doors, some clutter, some of it unknown.
+// Free rooms of 4 m with walls of two cells and doors, and some clutter, partly unknown.
 std::optional<double> CellValue(int32_t row, int32_t col) {
   constexpr int32_t kRoom = 80;
   const int32_t r = row % kRoom;
@@ -103,12 +103,12 @@ absl::Status MakeSite(const std::string& folder, const GeneratedSite& site) {
   absl::StatusOr<std::unique_ptr<storage::StoredMap>> map =
       CreateObjectsMap(store->get(), kSiteMap);
   if (!map.ok()) return map.status();
-  // In one commit, which is how a first load is fast.
+  // One commit, which is the fastest way to load a map.
   const storage::Commit commit = CommitOfObjects(site, 0, site.num_objects(), 2);
   return (*map)->Write({&commit, 1});
 }
 
-// What is made appears as a whole or not at all.
+// Returns the folder from the cache, or generates it atomically.
 absl::StatusOr<std::string> Kept(const std::string& cache, const std::string& name,
                                  const std::function<absl::Status(const std::string&)>& make) {
   const std::string folder = absl::StrCat(cache, "/", name, "-schema", storage::kSchemaVersion,
@@ -189,7 +189,7 @@ absl::Status CopyMaps(const std::string& from, const std::string& to) {
     fs::copy_file(file.path(), fs::path(to) / file.path().filename(), error);
     if (error) return absl::InternalError(absl::StrCat(to, ": ", error.message()));
   }
-  // Else the first durable commits would wait for the copy as well.
+  // Otherwise the first durable commits would also wait for the copy to reach the disk.
   sync();
   return absl::OkStatus();
 }

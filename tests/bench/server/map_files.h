@@ -1,4 +1,4 @@
-// The map files that are measured, made once through the storage library and kept.
+// The map files of the benchmarks, generated once through the storage library and kept.
 #ifndef HYPERMAP_TESTS_BENCH_SERVER_MAP_FILES_H_
 #define HYPERMAP_TESTS_BENCH_SERVER_MAP_FILES_H_
 
@@ -20,28 +20,28 @@ inline constexpr char kObjectsLayer[] = "objects";
 inline constexpr char kGridMap[] = "floor";
 inline constexpr char kGridLayer[] = "occupancy";
 
-// A folder below `cache` with the map kSiteMap of the site's objects on kObjectsLayer, made when it
-// is not there or of another schema.
+// Returns a folder below `cache` with the map kSiteMap, which has the site's objects on
+// kObjectsLayer. The map is generated if it is missing or has another schema.
 absl::StatusOr<std::string> SiteFolder(const std::string& cache, const GeneratedSite& site);
 
-// The same for kGridMap: kGridLayer of `side` x `side` cells of 5 cm, rooms and corridors.
+// The same for kGridMap: kGridLayer has `side` x `side` cells of 5 cm, with rooms and corridors.
 absl::StatusOr<std::string> GridFolder(const std::string& cache, int side);
 
-// Whether the grid's cell has the value of a wire answer (NaN: unknown).
+// Whether the grid's cell has the value of an answer (NaN: unknown).
 bool IsGridCell(int32_t row, int32_t col, double value);
 
-// A new map with the empty layer kObjectsLayer.
+// Creates a map with the empty layer kObjectsLayer.
 absl::StatusOr<std::unique_ptr<storage::StoredMap>> CreateObjectsMap(storage::MapStore* store,
                                                                      const std::string& name);
 
-// The commit that puts objects first..first + count - 1 of the site as `revision`.
+// Returns the commit that puts objects first..first + count - 1 of the site as `revision`.
 storage::Commit CommitOfObjects(const GeneratedSite& site, int64_t first, int64_t count,
                                 Revision revision);
 
-// What bare SQLite writes of an object.
+// The row that BareMap writes for an object.
 BareRow ToBareRow(const SemanticObject& object);
 
-// Removes the folder in the end.
+// A folder that is removed at destruction.
 class ScratchFolder {
  public:
   explicit ScratchFolder(const std::string& parent);
@@ -54,7 +54,7 @@ class ScratchFolder {
   std::string path_;
 };
 
-// Copies the maps of one folder (closed, so without logs) to another.
+// Copies the maps of one folder to another. They must be closed, so that there are no logs.
 absl::Status CopyMaps(const std::string& from, const std::string& to);
 
 }  // namespace hypermap::bench

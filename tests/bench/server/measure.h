@@ -1,4 +1,4 @@
-// Two servers measured in turns, so that what the machine does besides meets both alike.
+// Measures two servers in turns, so that other load on the machine affects both alike.
 #ifndef HYPERMAP_TESTS_BENCH_SERVER_MEASURE_H_
 #define HYPERMAP_TESTS_BENCH_SERVER_MEASURE_H_
 
@@ -21,15 +21,15 @@ struct Pace {
 
 double Median(std::vector<double> values);
 
-// What a run of some operations took.
+// The cost of one operation, averaged over a run.
 struct Cost {
-  double cpu_s = 0;   // of the server, an operation
-  double wall_s = 0;  // an operation
+  double cpu_s = 0;   // CPU of the server
+  double wall_s = 0;  // duration of the run / operations
   double p50_s = 0;   // from request to answer
   double p99_s = 0;
 };
 
-// The median of each figure.
+// The median of each member.
 Cost MedianOf(const std::vector<Cost>& costs);
 
 struct Contest {
@@ -39,16 +39,16 @@ struct Contest {
   double cpu_ratio() const { return ours.cpu_s / floor.cpu_s; }
 };
 
-// Runs `ours`, `floor`, `ours`, ... each pace.repeats times, after one round that is not counted.
+// Runs `ours`, `floor`, `ours`, ... each pace.repeats times, after a round that is not counted.
 absl::StatusOr<Contest> Alternate(const Pace& pace,
                                   const std::function<absl::StatusOr<Cost>()>& ours,
                                   const std::function<absl::StatusOr<Cost>()>& floor);
 
-// What calls of a server cost, `channels.size()` at a time.
+// Cost of calls of a server with `channels.size()` calls outstanding.
 absl::StatusOr<Cost> CostOfLoad(const testing::ServerProcess& server, const Channels& channels,
                                 const Calls& calls, absl::Duration duration);
 
-// Rates and percentiles of both, for a row's note.
+// Rates and percentiles of both, for the note of a row.
 std::string Describe(const Contest& contest);
 
 // CPU seconds of the calling thread.

@@ -1,4 +1,4 @@
-// For builds without PostgreSQL's client library.
+// Replaces postgis_rows.cc in builds without PostgreSQL's client library.
 #include "tests/bench/server/postgis.h"
 
 namespace hypermap::bench {

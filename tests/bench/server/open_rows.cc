@@ -10,7 +10,7 @@ namespace {
 
 constexpr int kMostStarts = 3;
 
-// Coordinates of all vertices, the least that any index of them holds.
+// Bytes of the coordinates of all vertices, which any index has to hold.
 double RawRingBytes(const GeneratedSite& site) {
   int64_t bytes = 0;
   for (int64_t i = 0; i < site.num_objects(); ++i) {

@@ -1,4 +1,4 @@
-// The same questions by other databases and libraries.
+// Runs the same queries on other databases and libraries.
 #include <algorithm>
 #include <utility>
 
@@ -19,7 +19,7 @@ std::string InProcessName(const std::string& peer) {
   return absl::StrCat(peer, " in process, a point / ours by QueryPoints");
 }
 
-// Random points one by one; CPU of this thread.
+// Queries random points one by one. CPU time is that of this thread.
 absl::StatusOr<Cost> CostOfPeer(InProcessPeer* peer, const std::vector<Point>& points,
                                 absl::Duration duration) {
   const absl::Time start = absl::Now();

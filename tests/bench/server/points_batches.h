@@ -1,4 +1,4 @@
-// Batches of points for the stream of packed questions.
+// Batches of points for QueryPoints.
 #ifndef HYPERMAP_TESTS_BENCH_SERVER_POINTS_BATCHES_H_
 #define HYPERMAP_TESTS_BENCH_SERVER_POINTS_BATCHES_H_
 
@@ -18,15 +18,15 @@ namespace hypermap::bench {
 inline constexpr int kBatch = 256;
 using PointsBatch = std::vector<Point>;
 
-// At random over the site, the same for every run.
+// Random points of the site, the same for every run.
 std::vector<PointsBatch> DrawBatches(const GeneratedSite& site);
 
-// QueryPoints of the site's map.
+// Calls QueryPoints on the site's map.
 StreamCalls PointsCalls(const std::vector<PointsBatch>& batches);
-// The same messages to another method, without an opening.
+// Sends the same messages to another method, without an opening.
 StreamCalls BatchCallsOf(const std::string& method, const std::vector<PointsBatch>& batches);
 
-// What a message costs a server.
+// Cost of a message for the server.
 absl::StatusOr<Cost> CostOfStreams(const testing::ServerProcess& server, const Channels& channels,
                                    const StreamCalls& calls, absl::Duration duration);
 

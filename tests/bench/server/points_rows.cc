@@ -18,7 +18,7 @@ constexpr int kStreams = 4;
 constexpr char kRow[] = "QueryPoints, 256 points / empty stream + index";
 constexpr char kRateRow[] = "QueryPoints, million points/s of a core's CPU";
 
-// The first batch against every object of the site.
+// Compares the answer to the first batch with a test of every object of the site.
 absl::Status CheckBatch(const Channels& channels, const GeneratedSite& site,
                         const StreamCalls& calls, const PointsBatch& batch) {
   const absl::StatusOr<std::vector<std::string>> answers = AskStream(channels, calls, 1);
@@ -52,7 +52,7 @@ absl::Status CheckBatch(const Channels& channels, const GeneratedSite& site,
   return absl::OkStatus();
 }
 
-// Seconds of CPU that the bare index needs for a batch.
+// CPU seconds that the bare index needs per batch.
 double CostOfIndex(const BareIndex& index, const std::vector<PointsBatch>& batches) {
   std::vector<std::pair<int, int64_t>> hits;
   const double start = ThreadCpuSeconds();

@@ -57,7 +57,7 @@ absl::StatusOr<Connection> ConnectAndPrepare(const std::string& target, const st
   return connection;
 }
 
-// The number of rows of the answer, which comes in binary.
+// Returns the number of rows of the answer, which is in binary format.
 absl::StatusOr<int> Call(PGconn* connection, const std::vector<std::string>& parameters) {
   std::vector<const char*> values;
   for (const std::string& parameter : parameters) values.push_back(parameter.c_str());
@@ -74,7 +74,7 @@ double CpuSecondsOf(pid_t pid) {
   return absl::ToDoubleSeconds(absl::DurationFromTimespec(time));
 }
 
-// One that nobody listens on now.
+// Returns a port on which no program listens at the moment.
 int FreePort() {
   const int handle = socket(AF_INET, SOCK_STREAM, 0);
   sockaddr_in address{};
@@ -90,7 +90,7 @@ int FreePort() {
   return port;
 }
 
-// PostgreSQL refuses to run as root.
+// Runs a command as the user postgres, since PostgreSQL refuses to run as root.
 absl::Status RunAsPostgres(const std::string& command) {
   const std::string whole = absl::StrCat(geteuid() == 0 ? "runuser -u postgres -- " : "", kBinaries,
                                          "/", command, " > /dev/null 2>&1");
@@ -117,7 +117,7 @@ absl::StatusOr<std::unique_ptr<PostgisCluster>> PostgisCluster::Start() {
   absl::Status status =
       RunAsPostgres(absl::StrCat("initdb -D ", folder, "/db -U bench -A trust --no-sync"));
   if (!status.ok()) return status;
-  // All in memory, one process a connection, nothing else running.
+  // Everything in memory, one process per connection, and no background work.
   status = RunAsPostgres(absl::StrCat(
       "pg_ctl -D ", folder, "/db -w -o \"-c listen_addresses=127.0.0.1 -c port=", cluster->port_,
       " -c unix_socket_directories=", folder,
@@ -160,7 +160,7 @@ absl::Status PostgisCluster::Load(const GeneratedSite& site) {
   if (PQputCopyEnd(c, nullptr) != 1) return Error(c);
   if (PQresultStatus(Result(PQgetResult(c)).get()) != PGRES_COMMAND_OK) return Error(c);
   while (PGresult* rest = PQgetResult(c)) PQclear(rest);
-  // With an index on label as well, questions of a label in a box take several times as long.
+  // No index on label: with one, queries of a label in a box take several times as long.
   status = Execute(c, "CREATE INDEX ON objects USING gist (geom)");
   return status.ok() ? Execute(c, "VACUUM ANALYZE objects") : status;
 }

@@ -1,4 +1,4 @@
-// PostgreSQL with PostGIS in a cluster of its own on loopback, holding the objects of a site.
+// PostgreSQL with PostGIS, in its own cluster on loopback, with the objects of a site.
 #ifndef HYPERMAP_TESTS_BENCH_SERVER_POSTGIS_H_
 #define HYPERMAP_TESTS_BENCH_SERVER_POSTGIS_H_
 
@@ -15,28 +15,29 @@
 
 namespace hypermap::bench {
 
-// A question as a prepared statement: its text, and the parameters of the i-th call.
+// A prepared statement: its text, and the parameters of the i-th call.
 struct SqlCalls {
   std::string sql;
   std::function<std::vector<std::string>(int64_t i)> parameters;
 };
 
-// Stopped and removed with this.
+// Stopped and removed at destruction.
 class PostgisCluster {
  public:
-  // NOT_FOUND when the programs or the extension are not installed.
+  // NOT_FOUND if the programs or the extension are not installed.
   static absl::StatusOr<std::unique_ptr<PostgisCluster>> Start();
   ~PostgisCluster();
   PostgisCluster(const PostgisCluster&) = delete;
   PostgisCluster& operator=(const PostgisCluster&) = delete;
 
-  // Table objects (id, label, existence, geom) with a GiST index on geom.
+  // Fills the table objects (id, label, existence, geom), with a GiST index on geom.
   absl::Status Load(const GeneratedSite& site);
 
-  // Calls on so many connections with the statement prepared; CPU is that of their processes.
+  // Calls the prepared statement on `connections` connections. CPU time is that of the connections'
+  // processes.
   absl::StatusOr<Cost> Run(const SqlCalls& calls, int connections, absl::Duration duration) const;
 
-  // Rows that the first `count` calls answer with, each.
+  // Returns the number of rows in the answer to each of the first `count` calls.
   absl::StatusOr<std::vector<int>> CountRows(const SqlCalls& calls, int count) const;
 
  private:

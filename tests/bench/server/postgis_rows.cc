@@ -1,4 +1,4 @@
-// The same questions by PostGIS.
+// Runs the same queries on PostGIS.
 #include <algorithm>
 #include <utility>
 
@@ -31,7 +31,7 @@ constexpr PostgisRow kRows[] = {{"PostGIS point / ours", 2},
                                 {"PostGIS points, a batch of 256 / ours", 50}};
 constexpr PostgisRow kBatchRow = kRows[4];
 
-// What is asked of both, and how many rows are right.
+// The calls to both servers, and the right numbers of rows.
 struct PeerQuestion {
   PostgisRow row;
   Calls ours;

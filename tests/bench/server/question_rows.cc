@@ -19,7 +19,7 @@ double MeanSize(const std::vector<std::string>& answers) {
   return sum / static_cast<double>(answers.size());
 }
 
-// One server's callers against the floor's.
+// Loads a server and the floor server in turns.
 struct Duel {
   Bench& bench;
   const testing::ServerProcess& server;
@@ -44,7 +44,7 @@ struct Duel {
     return absl::OkStatus();
   }
 
-  // Against a call whose answer is as long, of the same sort and as one message.
+  // Compares with calls of the same type whose answers have the same size in one message.
   absl::Status AddSized(const std::string& name, const Calls& ours, const Goal& goal) const {
     const absl::StatusOr<std::vector<std::string>> answers =
         Ask(channels, ours, bench.options.questions);
@@ -64,7 +64,7 @@ Calls GridCalls(const Options& options) {
   const double extent = options.grid_side * kResolution - kSide;
   std::vector<grpc::ByteBuffer> requests;
   for (int i = 0; i < options.questions; ++i) {
-    // Not aligned to the cells, anywhere on the grid.
+    // Anywhere on the grid, not aligned with the cells.
     const double x = extent * std::fmod(i * 0.6180339887498949, 1.0);
     const double y = extent * std::fmod(i * 0.7548776662466927, 1.0);
     v1::QueryAreaRequest request;

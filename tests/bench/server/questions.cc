@@ -20,7 +20,7 @@ double Uniform(Rng& rng, double low, double high) {
   return std::uniform_real_distribution<double>(low, high)(rng);
 }
 
-// A square with corners at `radius_m` from its centre.
+// A square whose corners are `radius_m` from its centre.
 Polygon Square(const Point& centre, double radius_m, double yaw_rad) {
   Ring ring;
   for (int i = 0; i < 4; ++i) {
@@ -40,7 +40,7 @@ Calls CallsOf(const char* method, bool streamed, std::vector<Request> requests) 
   return {absl::StrCat(kQueryService, method), streamed, InTurn(std::move(bytes))};
 }
 
-// Objects of one answer against what they should be.
+// Compares the objects of one answer with the expected ones.
 class Checker {
  public:
   explicit Checker(const GeneratedSite& site) : site_(site) {}
@@ -93,7 +93,7 @@ absl::Status CheckKind(const Channels& channels, const Checker& checker, const C
   if (!answers.ok()) return answers.status();
   for (size_t i = 0; i < right.size(); ++i) {
     const std::string what = absl::StrCat(calls.method, " ", i);
-    // The parts of a stream, read as one message, are one part.
+    // Parsing the concatenated messages of a stream as one message merges their parts.
     Response response;
     if (!response.ParseFromString((*answers)[i])) return absl::InternalError(what);
     absl::Status status = checker.Check(what, ObjectsOf(response), right[i]);

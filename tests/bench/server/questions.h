@@ -1,4 +1,4 @@
-// Questions to a generated site, and their answers by brute force.
+// Queries to a generated site, and their answers by brute force.
 #ifndef HYPERMAP_TESTS_BENCH_SERVER_QUESTIONS_H_
 #define HYPERMAP_TESTS_BENCH_SERVER_QUESTIONS_H_
 
@@ -18,10 +18,10 @@ namespace hypermap::bench {
 inline constexpr char kQueryService[] = "/hypermap.v1.QueryService/";
 inline constexpr int kNearest = 5;
 
-// Spread at random over the site, the same for every run. Question i of each kind stands at i.
+// Random queries all over the site, the same for every run. Query i of each kind is at index i.
 struct Questions {
   std::vector<Point> points;
-  std::vector<Polygon> areas;        // squares of 5 m from corner to corner, turned
+  std::vector<Polygon> areas;        // rotated squares with a diagonal of 5 m
   std::vector<Polygon> value_areas;  // squares of 20 m
   std::vector<int> labels;           // wanted in value_areas, and nearest to points
 };
@@ -32,8 +32,8 @@ Calls AreaCalls(const Questions& questions);
 Calls ValueCalls(const Questions& questions);
 Calls NearestCalls(const Questions& questions);
 
-// What is right for the first questions of each kind: ids in ascending order, of the nearest in the
-// order of their distance. Looks at every object of the site.
+// Right answers to the first queries of each kind: ids in ascending order, for nearest in order of
+// distance. Computed by testing every object of the site.
 struct RightAnswers {
   std::vector<std::vector<ObjectId>> points;
   std::vector<std::vector<ObjectId>> areas;
@@ -42,8 +42,8 @@ struct RightAnswers {
 };
 RightAnswers AnswerByBruteForce(const GeneratedSite& site, const Questions& questions, int count);
 
-// Asks the first questions of each kind over the channels; INTERNAL naming the first question that
-// is not answered right: other objects, labels or shapes than those of the site.
+// Makes the first queries of each kind. INTERNAL naming the first one whose answer has other
+// objects, labels or shapes than the site.
 absl::Status CheckAnswers(const Channels& channels, const GeneratedSite& site,
                           const Questions& questions, const RightAnswers& right);
 

@@ -1,4 +1,4 @@
-// The rows of the report: a figure of ours, what it is held against, and whether the goal is met.
+// The rows of the report: our figure, the figure it is compared with, and whether the goal is met.
 #ifndef HYPERMAP_TESTS_BENCH_SERVER_REPORT_H_
 #define HYPERMAP_TESTS_BENCH_SERVER_REPORT_H_
 
@@ -26,10 +26,10 @@ struct Row {
   std::optional<double> ours;
   std::optional<double> floor;
   std::string unit;
-  // What the goal is about: ours / floor, or of peers floor / ours, or ours alone.
+  // The figure that the goal is about: ours / floor; for peers floor / ours; or ours alone.
   std::optional<double> ratio;
   Goal goal;
-  // Beside the judged figure: rates, percentiles, or why there is none.
+  // Further figures such as rates and percentiles, or the reason why there is no figure.
   std::string note;
 
   bool holds() const { return ratio && goal.IsMetBy(*ratio); }
@@ -37,20 +37,20 @@ struct Row {
 
 class Report {
  public:
-  // Prints the row's line as well.
+  // Adds a row and prints it.
   void Add(Row row);
-  // A row that could not be measured: it does not hold, and says why.
+  // Adds a row that could not be measured. It does not meet its goal.
   void AddMissing(const std::string& name, const Goal& goal, const std::string& why);
 
   void PrintTable() const;
-  // A JSON list with an object for each row.
+  // Writes a JSON list with an object for each row.
   absl::Status WriteJson(const std::string& path) const;
 
  private:
   std::vector<Row> rows_;
 };
 
-// CPU, cores, kernel, compiler.
+// Returns CPU, number of cores, kernel and compiler.
 std::string MachineDescription();
 
 }  // namespace hypermap::bench

@@ -1,4 +1,4 @@
-// The lines of the report, each measured against its floor or peer in turns.
+// The rows of the report. Each is measured in turns with its floor or peer.
 #ifndef HYPERMAP_TESTS_BENCH_SERVER_ROWS_H_
 #define HYPERMAP_TESTS_BENCH_SERVER_ROWS_H_
 
@@ -23,12 +23,12 @@ struct Options {
   std::string scratch = "build/bench/scratch";
   std::string results = "build/bench/results.json";
   int64_t objects = 1'000'000;
-  int64_t smallest = 100'000;    // of the scale line
-  int64_t largest = 10'000'000;  // of the scale line
+  int64_t smallest = 100'000;    // for the scale row
+  int64_t largest = 10'000'000;  // for the scale row
   int64_t import_objects = 200'000;
   int grid_side = 10'000;  // cells
-  int questions = 4096;    // different ones of each kind
-  int checked = 64;        // of them compared with brute force
+  int questions = 4096;    // distinct ones of each kind
+  int checked = 64;        // number of them compared with brute force
   int callers = 16;
   int watchers = 100;
   int changes_per_s = 1000;
@@ -36,7 +36,7 @@ struct Options {
   bool peers = false;
 };
 
-// What the rows share.
+// State that the rows share.
 struct Bench {
   Options options;
   Report report;
@@ -44,22 +44,22 @@ struct Bench {
   Channels floor_channels;  // options.callers
 };
 
-// A hypermapd on a folder of maps, serving.
+// Starts a hypermapd on a folder of maps.
 absl::StatusOr<std::unique_ptr<testing::ServerProcess>> StartHypermap(
     const Options& options, const std::string& data_dir,
     const std::vector<std::string>& flags = {});
 
 absl::StatusOr<std::unique_ptr<testing::ServerProcess>> StartFloor(const Options& options);
 
-// Opening the site, its memory, and the questions to it, one of a call and many of a message; with
-// options.peers the same by other databases.
+// Opening the site, its memory, and queries: one per call, and many per message. With options.peers
+// also the same queries on other databases.
 absl::Status AddSiteRows(Bench& bench);
-// An area of a grid.
+// A query of an area of a grid.
 absl::Status AddGridRow(Bench& bench);
-// The cost of a question at the smallest and the largest number of objects.
+// The cost of a query at the smallest and the largest number of objects.
 absl::Status AddScaleRow(Bench& bench);
-// Durable edits by one client and by many; questions while one writes; changes on their way to
-// watchers.
+// Durable edits by one client and by many, queries while one client writes, and changes on their
+// way to watchers.
 absl::Status AddEditRows(Bench& bench);
 absl::Status AddImportRow(Bench& bench);
 
@@ -69,7 +69,7 @@ absl::Status AddQuestionRows(Bench& bench, const GeneratedSite& site,
                              const testing::ServerProcess& server);
 absl::Status AddPointsRows(Bench& bench, const GeneratedSite& site,
                            const testing::ServerProcess& server);
-// Rows that say that they were not measured without options.peers.
+// Without options.peers, these add rows that say that they were not measured.
 absl::Status AddPostgisRows(Bench& bench, const GeneratedSite& site,
                             const testing::ServerProcess& server);
 absl::Status AddPeerRows(Bench& bench, const GeneratedSite& site,

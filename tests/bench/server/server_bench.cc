@@ -1,9 +1,9 @@
-// What hypermapd costs over loopback, held against the least that it could.
+// Measures hypermapd over loopback against lower bounds of its cost.
 //
-// Starts real servers on maps it generates, asks them and a gRPC server with nothing behind it in
-// turns, and compares the CPU time that each server's process took for an operation. Prints a table
-// and writes a JSON list with an object for each row. Exit code 1 when an answer is not right or a
-// server fails; goals are reported, not enforced.
+// Starts real servers on generated maps, calls each in turns with a gRPC server that has no work
+// behind its transport, and compares the CPU time that the server processes took per operation.
+// Prints a table and writes a JSON list with an object for each row. The exit code is 1 if an
+// answer is wrong or a server fails; goals are reported, not enforced.
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
@@ -65,7 +65,7 @@ absl::Status Run(Bench& bench, const std::vector<std::string>& only) {
   if (!floor.ok()) return floor.status();
   bench.floor = *std::move(floor);
   bench.floor_channels = OpenChannels(bench.floor->address(), bench.options.callers);
-  // What was measured before something failed is reported all the same.
+  // If something fails, the rows measured before it are still reported.
   absl::Status status;
   for (const auto& [name, add_rows] : kGroups) {
     if (!only.empty() && std::find(only.begin(), only.end(), name) == only.end()) continue;

@@ -20,7 +20,7 @@ namespace {
 
 class Stream : public grpc::ClientBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer> {
  public:
-  // Sends messages while `more` says so of their number.
+  // Sends message i while `more(i)` returns true.
   Stream(const std::shared_ptr<grpc::Channel>& channel, const StreamCalls& calls,
          std::function<bool(int64_t)> more, bool keep)
       : stub_(channel), calls_(calls), more_(std::move(more)), keep_(keep) {

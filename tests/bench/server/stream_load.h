@@ -1,4 +1,5 @@
-// Load by streams of messages that are answered one by one, several on their way at a time.
+// Load by bidirectional streams whose messages are answered one by one, several outstanding at a
+// time.
 #ifndef HYPERMAP_TESTS_BENCH_SERVER_STREAM_LOAD_H_
 #define HYPERMAP_TESTS_BENCH_SERVER_STREAM_LOAD_H_
 
@@ -16,19 +17,19 @@ namespace hypermap::bench {
 
 struct StreamCalls {
   std::string method;
-  // Sent first, not answered.
+  // Sent first; it gets no answer.
   std::optional<grpc::ByteBuffer> opening;
-  // Sent in turn, each answered with one message.
+  // Sent in turn; each gets one message as answer.
   std::vector<grpc::ByteBuffer> messages;
-  // How many may be on their way.
+  // Maximum number of outstanding messages.
   int window = 4;
 };
 
-// One stream for each channel until `duration` is over and all is answered.
+// Runs one stream for each channel for `duration`, and then until all messages are answered.
 absl::StatusOr<LoadResult> RunStreams(const Channels& channels, const StreamCalls& calls,
                                       absl::Duration duration);
 
-// The answers to the first `count` messages, from one stream.
+// Returns the answers to the first `count` messages, from one stream.
 absl::StatusOr<std::vector<std::string>> AskStream(const Channels& channels,
                                                    const StreamCalls& calls, int count);
 

@@ -16,7 +16,7 @@
 namespace hypermap::bench {
 namespace {
 
-// Of the changes at a given rate.
+// Number of writers of the changes at a given rate.
 constexpr int kWriters = 4;
 
 absl::StatusOr<int64_t> NewestRevision(const Channels& channels) {
@@ -30,8 +30,9 @@ absl::StatusOr<int64_t> NewestRevision(const Channels& channels) {
   return response.map().revision();
 }
 
-// CPU of a delivery to one watcher: that of edits with watchers, less that of as many without. The
-// floor's messages hold what a group commit of all writers brings, serialised before.
+// CPU of delivering a change to one watcher: that of edits with watchers, minus that of as many
+// edits without. The messages of the floor are serialised beforehand and have the changes of one
+// group commit of all writers.
 class Deliveries {
  public:
   Deliveries(Bench& bench, EditedSite& edited)
@@ -110,7 +111,8 @@ absl::Status AddDeliveryRow(Bench& bench, EditedSite& edited) {
   return absl::OkStatus();
 }
 
-// One of the writers of the paced changes: edit i of `count` at its time, or as soon as it can.
+// One writer of the changes at a given rate. Makes edit i of `count` at its scheduled time, or as
+// soon as possible after it.
 absl::Status WritePaced(const Channels& channel, const Calls& calls, absl::Time start,
                         absl::Duration step, int count) {
   for (int i = 0; i < count; ++i) {

@@ -1,4 +1,4 @@
-// Many that watch one map.
+// Many watchers of one map.
 #ifndef HYPERMAP_TESTS_BENCH_SERVER_WATCHERS_H_
 #define HYPERMAP_TESTS_BENCH_SERVER_WATCHERS_H_
 
@@ -13,21 +13,21 @@ namespace hypermap::bench {
 
 class Watcher;
 
-// Each reads all changes of a map after a revision, on its own stream, as fast as they come (those
-// that come together in one message), and checks that they come in order, none twice and none left
-// out. Ends the streams with itself.
+// Each watcher reads all changes of a map after a revision on its own stream, as fast as they come
+// (several in a message if the server coalesces them), and checks that there is no gap, repetition
+// or reordering. Destruction ends the streams.
 class Watchers {
  public:
-  // Returns at once. `channels` are shared out between them.
+  // Does not wait. The watchers share the channels evenly.
   Watchers(const Channels& channels, const std::string& map, int64_t after_revision, int count);
   ~Watchers();
 
-  // Returns when all have been told of `revision`; the first error of one.
+  // Waits until all watchers have received `revision`. Returns the first error of a watcher.
   absl::Status WaitUntil(int64_t revision);
 
-  // From the time in a change, which is that of its commit, until it was read; seconds, sorted.
+  // Times from a commit, as its change says, until a watcher had read it. Seconds, sorted.
   std::vector<double> LatenciesS() const;
-  // Messages that all have read, and the bytes of all.
+  // Number of messages and bytes that all watchers together have read.
   int64_t messages() const;
   int64_t bytes() const;
 

@@ -1,4 +1,4 @@
-// Polygons without holes as well-known binary, for databases that are no maps of ours.
+// Encodes polygons without holes as well-known binary, for other databases.
 #ifndef HYPERMAP_TESTS_BENCH_SERVER_WKB_H_
 #define HYPERMAP_TESTS_BENCH_SERVER_WKB_H_
 
@@ -8,7 +8,7 @@
 
 namespace hypermap::bench {
 
-// Little-endian, on a machine that is.
+// Returns little-endian WKB. REQUIRES: the machine is little-endian.
 std::string ToWkb(const Polygon& polygon);
 
 }  // namespace hypermap::bench

@@ -1,4 +1,4 @@
-// Answers as text, every bit of them; for tests that compare answers of several sources.
+// Prints answers as exact text, for tests that compare answers of several sources.
 #ifndef HYPERMAP_CLIENT_LIBS_CPP_REPLICA_TESTING_ANSWER_TEXT_H_
 #define HYPERMAP_CLIENT_LIBS_CPP_REPLICA_TESTING_ANSWER_TEXT_H_
 
@@ -14,7 +14,7 @@
 
 namespace hypermap::client {
 
-// Zero without its sign.
+// Prints 0 for -0.
 inline std::string Text(double value) { return absl::StrFormat("%.17g", value == 0 ? 0.0 : value); }
 inline std::string Text(const Point& p) {
   return absl::StrCat("(", Text(p.x), " ", Text(p.y), ")");
@@ -109,7 +109,7 @@ inline std::string Text(const NearestAnswer& answer) {
   return text;
 }
 
-// All parts of an answer, those of a layer together, or its error.
+// Prints all parts of an answer, joining those of a layer, or its error.
 inline std::string Text(AnswerReader reader) {
   std::string text;
   std::string layer;

@@ -1,4 +1,4 @@
-// A server in this process that can be stopped and started again on the same port; for tests.
+// A server in this process that can be stopped and restarted on the same port, for tests.
 #ifndef HYPERMAP_CLIENT_LIBS_CPP_REPLICA_TESTING_SITE_SERVER_H_
 #define HYPERMAP_CLIENT_LIBS_CPP_REPLICA_TESTING_SITE_SERVER_H_
 
@@ -20,10 +20,11 @@ class SiteServer {
  public:
   using OpenStore = std::function<absl::StatusOr<std::unique_ptr<storage::MapStore>>()>;
 
-  // With the maps of a folder.
+  // Serves the maps of a folder.
   explicit SiteServer(const std::string& folder)
       : SiteServer(folder, [folder] { return storage::OpenGeoPackageStore(folder); }) {}
-  // With those of another store, opened at each start; `scratch` is a folder for passing files.
+  // Serves the maps of another store, which is opened at each start. `scratch` is a folder for
+  // temporary files.
   SiteServer(std::string scratch, OpenStore open_store, const server::SessionOptions& options = {})
       : scratch_(std::move(scratch)), open_store_(std::move(open_store)) {
     Start(options);
@@ -45,7 +46,7 @@ class SiteServer {
     address_ = server_->address();
   }
 
-  // What is in flight has `grace` to end.
+  // Calls in progress have `grace` to finish.
   void Stop(absl::Duration grace = absl::Seconds(10)) {
     if (!server_) return;
     server_->Shutdown(grace);
@@ -63,7 +64,7 @@ class SiteServer {
     });
     EXPECT_TRUE(made.ok()) << made.status();
   }
-  // The revision that it made.
+  // Returns the revision that the edits made.
   Revision Edit(const std::string& map, EditBatch batch) {
     const auto receipt = (*site_->Find(map))->SubmitAndWait({std::move(batch), "test", ""});
     EXPECT_TRUE(receipt.ok()) << receipt.status();
@@ -71,7 +72,7 @@ class SiteServer {
   }
   SnapshotPtr SnapshotOf(const std::string& map) { return (*site_->Find(map))->snapshot(); }
 
-  // Of the next start.
+  // Limits from the next start on.
   server::ServiceLimits limits;
 
  private:

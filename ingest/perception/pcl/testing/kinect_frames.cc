@@ -28,7 +28,8 @@ T Read(const pcl::PCLPointCloud2& cloud, size_t point, const pcl::PCLPointField&
   return value;
 }
 
-// Axes of the upright frame, seen from the camera: z along the table's normal, towards the camera.
+// Sets the cloud's pose from the points of the table, which is level: z of the upright frame is the
+// table's normal towards the camera, and x is the optical axis projected to the table.
 void PoseFromTable(KinectFrame& frame) {
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
   Eigen::Matrix3d square = Eigen::Matrix3d::Zero();

@@ -1,4 +1,4 @@
-// Real Kinect frames with labelled objects, and how well a segmenter takes background away.
+// Real Kinect frames with labelled objects, and measures of a segmenter's quality on them.
 #ifndef HYPERMAP_INGEST_PERCEPTION_PCL_TESTING_KINECT_FRAMES_H_
 #define HYPERMAP_INGEST_PERCEPTION_PCL_TESTING_KINECT_FRAMES_H_
 
@@ -12,23 +12,24 @@
 
 namespace hypermap::ingest {
 
-// `object`: 0 = not known, 1 = the table, 2 and above = one of the objects; a value a pixel.
+// A frame and its labels. `object` has one value per pixel: 0 = unknown, 1 = the table, 2 to
+// num_objects + 1 = one of the objects.
 struct KinectFrame {
   std::string name;
   OrganisedCloud cloud;
   std::vector<int> object;
-  int num_objects = 0;  // they are 2 .. num_objects + 1
+  int num_objects = 0;
 };
 
-// The frames of a folder by name; empty when there is no such folder. The table gives the pose: it
-// is level, 0.75 m above the floor.
+// Returns the frames of a folder, ordered by name; empty if there is no such folder. The pose is
+// derived from the table, which is taken to be level and 0.75 m above the floor.
 std::vector<KinectFrame> LoadKinectFrames(const std::string& folder);
 
-// Points of grown masks, by what they are and what became of them.
+// Counts of the points of grown masks, by their label and by whether the segmenter kept them.
 struct Removal {
   int64_t background = 0;
   int64_t background_kept = 0;
-  // Of the background, the table.
+  // The part of the background that is the table.
   int64_t table = 0;
   int64_t table_kept = 0;
   int64_t object = 0;
@@ -40,11 +41,12 @@ struct Removal {
   Removal& operator+=(const Removal& other);
 };
 
-// The object's pixels grown by `grow_px` in all directions (a square), or in a disc.
+// Returns the mask of the object's pixels, dilated by a square of 2 * `grow_px` + 1 pixels or by a
+// disc of radius `grow_px`.
 enum class Growth { kSquare, kDisc };
 std::vector<uint8_t> GrownMask(const KinectFrame& frame, int object, int grow_px, Growth growth);
 
-// How `segmenter` does on the object with its mask grown.
+// Segments the object with the grown `mask`, and counts which of the mask's points are kept.
 Removal Measure(const Segmenter& segmenter, const KinectFrame& frame, int object,
                 const std::vector<uint8_t>& mask);
 
