@@ -1,4 +1,4 @@
-// Depth images as 16-bit PNG. The one place of ingest that knows libpng.
+// Depth images as 16-bit PNG.
 #ifndef HYPERMAP_INGEST_SOURCES_DEPTH_PNG_H_
 #define HYPERMAP_INGEST_SOURCES_DEPTH_PNG_H_
 
@@ -8,8 +8,8 @@
 
 namespace hypermap::ingest {
 
-// A grey PNG of 16 bits whose samples are metres times `units_per_metre`, 0 = no return.
-// INVALID_ARGUMENT when it is none, is broken, or has not width x height pixels.
+// Decodes a grey PNG of 16 bits whose samples are metres times `units_per_metre`, 0 = no return.
+// Returns INVALID_ARGUMENT if `data` is no such PNG, is broken, or has not width x height pixels.
 absl::StatusOr<DepthImage> DecodeDepthPng(absl::string_view data, int width, int height,
                                           double units_per_metre);
 

@@ -1,7 +1,5 @@
 #include "simulation/worlds/sequence_files.h"
 
-#include <png.h>
-
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -12,6 +10,8 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "base/images/png.h"
+#include "base/status/status_macros.h"
 #include "map/geometry/predicates.h"
 #include "simulation/worlds/drive.h"
 
@@ -30,7 +30,7 @@ std::string StampText(absl::Time stamp) {
   return absl::StrFormat("%.6f", absl::ToDoubleSeconds(stamp - absl::UnixEpoch()));
 }
 
-// Lengths of the runs of a mask, column by column, beginning with those of 0.
+// Returns COCO's run lengths of a mask: column by column, beginning with a run of 0.
 Json RunsOf(const std::vector<uint8_t>& mask, int width, int height) {
   Json counts = Json::array();
   uint8_t value = 0;
@@ -49,7 +49,7 @@ Json RunsOf(const std::vector<uint8_t>& mask, int width, int height) {
   return {{"size", {height, width}}, {"counts", std::move(counts)}};
 }
 
-// x, y, width and height of the pixels in the mask.
+// Returns x, y, width and height of the mask's bounding box. REQUIRES: the mask is not empty.
 Json BoundsOf(const std::vector<uint8_t>& mask, int width) {
   int u_low = width, u_high = -1, v_low = static_cast<int>(mask.size()), v_high = -1;
   for (size_t i = 0; i < mask.size(); ++i) {
@@ -75,45 +75,24 @@ Json ImagesJson(const std::vector<absl::Time>& stamps, const ingest::CameraModel
   return images;
 }
 
-void AppendToString(png_structp png, png_bytep data, png_size_t size) {
-  static_cast<std::string*>(png_get_io_ptr(png))->append(reinterpret_cast<char*>(data), size);
-}
-
-// libpng jumps back here when it fails: nothing with a destructor may be made in this frame.
-bool WritePng(png_structp png, png_infop info, int width, int height, png_bytepp rows,
-              std::string* out) {
-  if (setjmp(png_jmpbuf(png)) != 0) return false;
-  png_set_write_fn(png, out, AppendToString, nullptr);
-  png_set_IHDR(png, info, width, height, 16, PNG_COLOR_TYPE_GRAY, PNG_INTERLACE_NONE,
-               PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
-  png_set_rows(png, info, rows);
-  png_write_png(png, info, PNG_TRANSFORM_IDENTITY, nullptr);
-  return true;
-}
-
 }  // namespace
 
 absl::StatusOr<std::string> EncodeDepthPng(const ingest::DepthImage& depth) {
-  std::vector<uint8_t> samples;
-  samples.reserve(2 * depth.metres.size());
-  for (const float z : depth.metres) {
-    const auto sample =
-        static_cast<uint16_t>(std::clamp(std::lround(z * kUnitsPerMetre), 0L, 65535L));
-    samples.push_back(static_cast<uint8_t>(sample >> 8));
-    samples.push_back(static_cast<uint8_t>(sample & 0xFF));
-  }
-  std::vector<png_bytep> rows;
+  HYPERMAP_ASSIGN_OR_RETURN(
+      PngWriter writer,
+      PngWriter::Begin({.width = depth.width, .height = depth.height, .bit_depth = 16}));
+  std::vector<uint8_t> row(2 * depth.width);
   for (int v = 0; v < depth.height; ++v) {
-    rows.push_back(samples.data() + static_cast<size_t>(v) * depth.width * 2);
+    for (int u = 0; u < depth.width; ++u) {
+      const float z = depth.metres[static_cast<size_t>(v) * depth.width + u];
+      const auto sample =
+          static_cast<uint16_t>(std::clamp(std::lround(z * kUnitsPerMetre), 0L, 65535L));
+      row[2 * u] = static_cast<uint8_t>(sample >> 8);
+      row[2 * u + 1] = static_cast<uint8_t>(sample & 0xFF);
+    }
+    HYPERMAP_RETURN_IF_ERROR(writer.WriteRow(row.data()));
   }
-  png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, nullptr, nullptr, nullptr);
-  png_infop info = png == nullptr ? nullptr : png_create_info_struct(png);
-  std::string data;
-  const bool written =
-      info != nullptr && WritePng(png, info, depth.width, depth.height, rows.data(), &data);
-  png_destroy_write_struct(&png, &info);
-  if (!written) return absl::InternalError("encoding a depth image");
-  return data;
+  return std::move(writer).Finish();
 }
 
 std::string EncodeCamera(const ingest::CameraModel& c) {

@@ -1,4 +1,4 @@
-// Grey and alpha of PNG images. The one place that knows libpng.
+// Grey and alpha of PNG images.
 #ifndef HYPERMAP_STORAGE_INTERCHANGE_PNG_CODEC_H_
 #define HYPERMAP_STORAGE_INTERCHANGE_PNG_CODEC_H_
 

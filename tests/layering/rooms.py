@@ -7,7 +7,7 @@ table has no circle. A library that a room hides may stand in a header of that r
 room may include that header, nor one that includes it.
 """
 
-# What the libraries are called in ROOMS, by the beginning of the header's name.
+# Names of the libraries in ROOMS, by the prefix of their headers.
 LIBRARIES = {
     "absl/": "absl",
     "Eigen/": "eigen",
@@ -59,6 +59,7 @@ MAP = [*CONTENT, "map", "map/query", "map/edits", "map/watch", "map/observations
 
 ROOMS = {
     "base/status": Room([], {"absl"}, outside_world=False),
+    "base/images": Room(["base/status"], {"absl"}, hidden={"png"}),
     "base/sync": Room([], {"absl"}),
     "base/tls": Room(["base/status"], {"absl", "grpc"}, hidden={"openssl"}),
 
@@ -76,23 +77,23 @@ ROOMS = {
     "map/matching": pure(),
     "map/exploration": pure(*CONTENT),
     "map/evaluation": pure("map/geometry", "map/values", "map/matching"),
-    # json: parameters and checkpoints are texts of the strategies' own.
+    # json: parameters and checkpoints are the strategies' own texts.
     "map/fusion": pure("map/matching", "map/observations", *CONTENT, hidden={"json"}),
 
-    # grpc: the one mapping between absl::Status and grpc::Status.
+    # grpc: the only mapping between absl::Status and grpc::Status.
     "wire": Room(["proto", "map/exploration", *MAP], {"absl", "protobuf", "grpc"}),
 
     "storage": Room(MAP, {"absl"}),
     "storage/sqlite": Room(["base/status"], {"absl", "sqlite"}),
     "storage/geopackage": Room(
-        ["storage", "storage/sqlite", *MAP], {"absl"},
-        hidden={"sqlite", "tiff", "png", "zlib", "json"}
+        ["base/images", "storage", "storage/sqlite", *MAP], {"absl"},
+        hidden={"sqlite", "tiff", "zlib", "json"}
     ),
     "storage/outbox": Room(
         ["base/status", "storage/sqlite"], {"absl"}, target="outbox_file"
     ),
     "storage/interchange": Room(
-        MAP, {"absl"}, hidden={"zip", "zlib", "yaml", "png", "tiff", "json"}
+        ["base/images", *MAP], {"absl"}, hidden={"zip", "zlib", "yaml", "tiff", "json"}
     ),
 
     "server/fusion": Room(
@@ -129,11 +130,11 @@ ROOMS = {
     "ingest/perception/pcl": Room(
         ["ingest/perception"], DOMAIN, hidden={"pcl"}, target="pcl_segmenter"
     ),
-    # storage/interchange: the map that a robot localises itself in.
+    # storage/interchange: reads the map in which a robot localises itself.
     "ingest/sources": Room(
-        ["ingest/perception", "storage/interchange", *MAP],
+        ["base/images", "ingest/perception", "storage/interchange", *MAP],
         DOMAIN,
-        hidden={"json", "png", "yaml"},
+        hidden={"json", "yaml"},
     ),
     "ingest/frame_service": Room(
         ["ingest/sources", "ingest/perception", "client_libs/cpp", "wire", "proto", *MAP],
@@ -148,10 +149,10 @@ ROOMS = {
     ),
 
     "simulation/worlds": Room(
-        ["ingest/perception", "map/exploration", *MAP], {"absl", "eigen", "cli11"},
-        hidden={"png", "json"}
+        ["base/images", "ingest/perception", "map/exploration", *MAP], {"absl", "eigen", "cli11"},
+        hidden={"json"}
     ),
-    # Simulated robots, which know the server by the client alone.
+    # Simulated robots, which reach the server only through the client.
     "simulation/robots": Room(
         ["simulation/worlds", "ingest/perception", "client_libs/cpp", "map/exploration", *MAP],
         DOMAIN,
@@ -161,11 +162,11 @@ ROOMS = {
         ["base/sync", "base/tls", "wire", "proto", "map/exploration", *MAP], {"absl"},
         hidden={"grpc", "protobuf"}, target="client"
     ),
-    # Requests go into the queue as bytes, by wire.
+    # wire: encodes requests to bytes for the queue.
     "client_libs/cpp/outbox": Room(
         ["base/sync", "client_libs/cpp", "storage/outbox", "wire", *MAP], {"absl"}
     ),
-    # The robot's own copy of a map; the client itself knows no database.
+    # The robot's own copy of a map. The client itself does not depend on a database.
     "client_libs/cpp/replica": Room(
         ["base/sync", "client_libs/cpp", "storage", "storage/geopackage", "wire", *MAP], {"absl"}
     ),
@@ -173,7 +174,8 @@ ROOMS = {
         ["base/status", "base/tls", "client_libs/cpp"], {"absl", "cli11"},
         target="connection_flags"
     ),
-    # yaml: a nav2 map names its image, which is sent along. storage/interchange: truth in files.
+    # yaml: finds the image that a nav2 map names, which is sent along. storage/interchange: reads
+    # ground truth from files.
     "client_libs/cli": Room(
         ["client_libs/cpp", "client_libs/flags", "storage/interchange", "map/evaluation",
          "map/exploration", *MAP],
