@@ -1,27 +1,27 @@
-# The doors of the project. Everything they make lies under build/.
+# Entry points of the project. Everything that they build lies under build/.
 #
 #   make demo    build, load a small office, ask it the three questions, map two rooms from a
 #                robot's drive, let three robots explore, leave the server and the
 #                dashboard running (ARGS=--exit: stop after the tour)
-#   make test    build and run all tests; with CI=true also under ASan and UBSan
-#   make dashboard   the dashboard of the server on SERVER, in the browser
-#   make bench   the benchmarks, each beside its brute force or its floor (docs/performance.md)
-#   make help    the rest
+#   make test    build and run all tests; with CI=true under sanitizers as well (tools/ci.sh)
+#   make dashboard   open the dashboard of the server on SERVER in the browser
+#   make bench   run the benchmarks, each with its brute force or lower bound (docs/performance.md)
+#   make help    list all targets
 
 JOBS ?= $(shell nproc)
 ARGS ?=
-# Compiled objects are shared between build folders and checkouts.
+# Lets build folders and checkouts share compiled objects.
 export CCACHE_BASEDIR ?= $(CURDIR)
 export CCACHE_NOHASHDIR ?= 1
-# Precompiled headers are hashed by what they include.
+# ccache does not support precompiled headers without these settings.
 export CCACHE_SLOPPINESS ?= pch_defines,time_macros
-# No test output is lost, nothing is run twice at once.
 CTEST = ctest --output-on-failure --parallel $(JOBS)
 SANITIZED_TESTS ?= .
+PROOFS = prove-feed prove-asof prove-kill prove-replica prove-slow-reader prove-once
 
 .DEFAULT_GOAL := build
-.PHONY: build web python dashboard test e2e demo bench deps asan tsan fuzz format lint clean help
-.PHONY: prove-feed prove-asof prove-kill prove-replica prove-slow-reader prove-once
+.PHONY: build web python dashboard test e2e demo bench deps asan tsan gcc fuzz format lint clean help
+.PHONY: nightly prove $(PROOFS)
 
 help:
 	@echo 'make build                 programs in build/bin'
@@ -32,9 +32,12 @@ help:
 	@echo 'make e2e                   the dashboard in a browser, with its figures and screenshots in build/e2e'
 	@echo 'make demo [ARGS=--exit]    a short tour on a site of the project'\''s own'
 	@echo 'make bench [PEERS=1]       benchmarks, with PEERS also of PostGIS (SERVER_ARGS, ARGS=--help)'
-	@echo 'make prove-feed | prove-asof | prove-kill [KILLS=200] | prove-replica | prove-slow-reader | prove-once'
-	@echo '                           long proofs of what is promised of revisions (ARGS=--help)'
+	@echo 'make prove                 long proofs of what is promised of revisions, or one of them:'
+	@echo '                           prove-feed, prove-asof, prove-kill [KILLS=200], prove-replica,'
+	@echo '                           prove-slow-reader, prove-once (ARGS=--help)'
+	@echo 'make nightly               what takes hours: lint, sanitizers, gcc, proofs, fuzzers, the suite ten times'
 	@echo 'make asan | make tsan      tests under sanitizers, in build/asan and build/tsan'
+	@echo 'make gcc                   unit tests of a build by gcc, in build/gcc'
 	@echo 'make fuzz [SECONDS=60]     each fuzzer for so many seconds (clang)'
 	@echo 'make format                clang-format on all sources'
 	@echo 'make lint [SINCE=origin/main]  format, clang-tidy on changed files, buf lint'
@@ -44,7 +47,7 @@ help:
 deps:
 	@tools/deps.sh build test web python lint
 
-# One stamp for each group of packages: looked at again when the list changes.
+# One stamp file for each group of packages. Packages are checked again when the list changes.
 build/.deps-%: tools/deps.sh
 	@tools/deps.sh $*
 	@mkdir -p build && touch $@
@@ -56,7 +59,7 @@ build: build/.deps-build
 web: build/.deps-web
 	@client_libs/web/build.sh build
 
-# Tools and their versions: client_libs/python/requirements.
+# The Python tools and their versions are in client_libs/python/requirements.
 python: build/.deps-python
 	@client_libs/python/run.sh wheel
 
@@ -64,17 +67,21 @@ dashboard: web
 	@build/bin/hypermap-gateway --server $(or $(SERVER),127.0.0.1:50051) \
 	  --listen $(or $(LISTEN),127.0.0.1:8080) $(ARGS)
 
-# The sanitized run comes first, and the figures of the browser before the summary, so that the last
-# lines are the summary of the full run.
-test: build build/.deps-test build/.deps-web build/.deps-python $(if $(filter true 1,$(CI)),asan)
+ifneq ($(filter true 1,$(CI)),)
+test: build/.deps-build build/.deps-test build/.deps-web build/.deps-python build/.deps-lint
+	@JOBS=$(JOBS) tools/ci.sh
+else
+# The browser's figures are printed before the summary, so that the summary comes last.
+test: build build/.deps-test build/.deps-web build/.deps-python
 	@client_libs/web/build.sh build || test $$? = 77
 	@cmake --preset release $(CMAKE_ARGS) >/dev/null
 	@rm -rf build/e2e/figures
 	@$(CTEST) --test-dir build --output-log build/ctest.log
 	@cat build/e2e/figures/*.txt 2>/dev/null || true
 	@sed -n '/% tests passed/,$$p' build/ctest.log
+endif
 
-# The dashboard in a browser alone.
+# Only the tests of the dashboard in a browser.
 e2e: build build/.deps-test web
 	@rm -rf build/e2e/figures
 	@$(CTEST) --test-dir build --label-regex e2e
@@ -84,9 +91,17 @@ asan tsan: build/.deps-build build/.deps-test
 	@cmake --preset $@ $(CMAKE_ARGS)
 	@cmake --build build/$@ --parallel $(JOBS)
 	@LSAN_OPTIONS=suppressions=$(CURDIR)/tests/lsan.supp:print_suppressions=0 \
-	  $(CTEST) --test-dir build/$@ --tests-regex '$(SANITIZED_TESTS)'
+	  TSAN_OPTIONS=suppressions=$(CURDIR)/tests/tsan.supp:halt_on_error=1:second_deadlock_stack=1 \
+	  $(CTEST) --test-dir build/$@ --tests-regex '$(SANITIZED_TESTS)' \
+	  $(if $(filter tsan,$@),--label-regex '^(threads|prove)$$')
 
-# Only the programs: the tour must not wait for the tests to be built.
+# gcc may reject sources that clang, the usual compiler, accepts.
+gcc: build/.deps-build
+	@cmake --preset gcc $(CMAKE_ARGS)
+	@cmake --build build/gcc --parallel $(JOBS)
+	@$(CTEST) --test-dir build/gcc --label-regex '^unit$$'
+
+# Builds only the programs, so that the tour does not wait for the tests.
 demo: build/.deps-build
 	@cmake --preset release $(CMAKE_ARGS)
 	@cmake --build build --parallel $(JOBS) --target hypermapd hypermap \
@@ -94,7 +109,7 @@ demo: build/.deps-build
 	@client_libs/web/build.sh build || test $$? = 77
 	@demo/run.sh $(ARGS)
 
-# The server's figures are judged one by one in build/bench/results.json.
+# The goals of the server's rows are checked one by one in build/bench/results.json.
 bench: $(if $(filter true 1,$(PEERS)),build/.deps-bench) build
 	@build/tests/hypermap_bench $(ARGS)
 	@! test -x build/tests/ingest_bench || build/tests/ingest_bench
@@ -102,12 +117,23 @@ bench: $(if $(filter true 1,$(PEERS)),build/.deps-bench) build
 	@build/tests/server_bench --server build/bin/hypermapd \
 	  --floor_server build/tests/floor_server $(if $(filter true 1,$(PEERS)),--peers) $(SERVER_ARGS)
 
-# Each ends with one JSON object with its counts and "holds".
-prove-feed prove-asof prove-kill prove-replica prove-slow-reader prove-once: build
+# Each proof ends with one JSON object with its counts and "holds".
+$(PROOFS): build
 	@build/tests/hypermap_prove $(@:prove-%=%) --server build/bin/hypermapd \
 	  $(if $(findstring kill,$@),--history 1000) $(if $(findstring replica,$@),--edits 5000) $(if $(KILLS),--kills $(KILLS)) $(ARGS)
 
-fuzz: build/.deps-build build/.deps-fuzz
+prove: $(PROOFS)
+
+# The quickest checks come first.
+nightly:
+	@$(MAKE) lint SINCE=none
+	@$(MAKE) tsan asan gcc
+	@$(MAKE) prove
+	@$(MAKE) fuzz SECONDS=$(or $(SECONDS),600)
+	@$(MAKE) test CI=
+	@$(CTEST) --test-dir build --repeat until-fail:10
+
+fuzz: build/.deps-build
 	@cmake --preset fuzz $(CMAKE_ARGS)
 	@cmake --build build/fuzz --parallel $(JOBS) --target fuzzers
 	@tests/fuzz/run.sh build/fuzz/tests/fuzz $(or $(SECONDS),60)

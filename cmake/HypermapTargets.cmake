@@ -57,11 +57,15 @@ endfunction()
 # Tests are compiled without optimization: most of them run for less time than it would take.
 set(HYPERMAP_TEST_OPTIONS $<$<CONFIG:Release>:-O0>)
 
-# hypermap_test(NAME SOURCES ... DEPS ... [PCH test|rpc_test|none])
-# Makes one GoogleTest program of the folder's tests and registers each of them with ctest. PCH: the
-# precompiled header, "test" where nothing else is said.
+# hypermap_test(NAME [THREADS] SOURCES ... DEPS ... [PCH test|rpc_test|none])
+# Makes one GoogleTest program of the folder's tests and registers each of them with ctest, labelled
+# "unit". THREADS: the code under test is shared by threads; these tests are labelled "threads" too,
+# and run under ThreadSanitizer. PCH: the precompiled header, "test" where nothing else is said.
 function(hypermap_test name)
-  cmake_parse_arguments(ARG "" "PCH" "SOURCES;DEPS" ${ARGN})
+  cmake_parse_arguments(ARG "THREADS" "PCH" "SOURCES;DEPS" ${ARGN})
+  if(HYPERMAP_UNIT_TESTS STREQUAL "none" OR (HYPERMAP_UNIT_TESTS STREQUAL "threads" AND NOT ARG_THREADS))
+    return()
+  endif()
   add_executable(${name} ${ARG_SOURCES})
   target_compile_options(${name} PRIVATE ${HYPERMAP_TEST_OPTIONS})
   if(NOT ARG_PCH)
@@ -70,5 +74,10 @@ function(hypermap_test name)
   hypermap_use_precompiled(${name} ${ARG_PCH})
   target_link_libraries(${name} PRIVATE ${ARG_DEPS} hypermap_warnings GTest::gmock GTest::gtest_main)
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/tests)
-  gtest_discover_tests(${name} NO_PRETTY_VALUES DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 600)
+  set(labels unit)
+  if(ARG_THREADS)
+    list(APPEND labels threads)
+  endif()
+  gtest_discover_tests(${name} NO_PRETTY_VALUES DISCOVERY_TIMEOUT 60
+    PROPERTIES TIMEOUT 600 LABELS "${labels}")
 endfunction()

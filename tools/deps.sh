@@ -7,7 +7,6 @@
 #   tools/deps.sh web      what the dashboard is built with; Node and Go are only looked for
 #   tools/deps.sh python   what the Python client's environments are made with
 #   tools/deps.sh lint     clang-format, clang-tidy, buf
-#   tools/deps.sh fuzz     clang with libFuzzer
 #   tools/deps.sh bench    the databases that make bench PEERS=1 measures beside the server
 #
 # Debian packages come from apt (with sudo when not root; the package lists are only refreshed when
@@ -21,17 +20,17 @@ BUF=1.75.0
 
 packages_of() {
   case $1 in
-    build) echo build-essential cmake ninja-build ccache pkg-config libgrpc++-dev libprotobuf-dev \
-             protobuf-compiler protobuf-compiler-grpc libabsl-dev libeigen3-dev libgeos-dev \
-             libsqlite3-dev libspdlog-dev libssl-dev libyaml-cpp-dev libzip-dev libpng-dev libtiff-dev \
-             nlohmann-json3-dev libcli11-dev libgtest-dev libgmock-dev librapidcheck-dev \
-             libbenchmark-dev libcairo2-dev libpcl-dev ;;
+    build) echo build-essential clang-14 lld-14 libclang-rt-14-dev cmake ninja-build ccache \
+             pkg-config libgrpc++-dev libprotobuf-dev protobuf-compiler protobuf-compiler-grpc \
+             libabsl-dev libeigen3-dev libgeos-dev libsqlite3-dev libspdlog-dev libssl-dev \
+             libyaml-cpp-dev libzip-dev libpng-dev libtiff-dev nlohmann-json3-dev libcli11-dev \
+             libgtest-dev libgmock-dev librapidcheck-dev libbenchmark-dev libcairo2-dev \
+             libpcl-dev ;;
     test)  echo chromium fonts-dejavu-core gdal-bin openssl python3-gdal python3-grpcio \
              python3-numpy python3-protobuf python3-shapely python3-yaml sqlite3 valgrind ;;
     web)   echo protobuf-compiler ;;
     python) echo openssl python3-venv ;;
     lint)  echo clang-format-14 clang-tidy-14 ;;
-    fuzz)  echo clang-14 libclang-rt-14-dev ;;
     bench) echo libboost-dev libpq-dev libspatialite-dev postgresql-15 postgresql-15-postgis-3 ;;
     *)     echo "tools/deps.sh: no group '$1'" >&2; return 2 ;;
   esac

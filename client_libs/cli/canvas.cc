@@ -18,9 +18,9 @@ constexpr double kTextSize = 15.0;
 
 int Pixels(double length) { return std::max(1, static_cast<int>(std::lround(length))); }
 
-// FNV-1a with the last step of MurmurHash3, without which short words lie close together. Written
-// out because a colour must not change with a library. The basis is one that keeps the usual things
-// of an office apart.
+// FNV-1a with the last step of MurmurHash3, because without that the hashes of short words are
+// close together. It is implemented here so that colours do not change with a library. The basis
+// was chosen so that the usual objects of an office get distinct colours.
 uint64_t Hash(absl::string_view text) {
   uint64_t hash = 2360;
   for (const char c : text) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3;
@@ -45,7 +45,7 @@ cairo_operator_t OperatorOf(Blend blend) {
   return CAIRO_OPERATOR_OVER;
 }
 
-// 1, 2 or 5 times a power of ten, at most `length`.
+// Returns the largest number <= `length` that is 1, 2 or 5 times a power of ten.
 double RoundedDown(double length) {
   const double power = std::pow(10.0, std::floor(std::log10(length)));
   for (const double step : {5.0, 2.0}) {
@@ -64,12 +64,13 @@ Colour Mix(const Colour& a, const Colour& b, double share) {
 Colour ColourOfLabel(absl::string_view label) {
   const uint64_t hash = Hash(FoldLabel(label));
   const double hue = static_cast<double>(hash & 0xFFFF) / 0x10000;
-  // Three strengths tell classes of about the same hue apart.
+  // Three strengths distinguish classes of similar hue.
   constexpr std::pair<double, double> kDarkestAndBrightest[] = {
       {0.35, 0.9}, {0.15, 0.65}, {0.6, 0.95}};
-  const auto [darkest, brightest] = kDarkestAndBrightest[(hash >> 16) % 3];
+  const auto& strength = kDarkestAndBrightest[(hash >> 16) % 3];
   const auto channel = [&](double offset) {
     const double turned = std::fmod(hue + offset, 1.0) * 6.0;
+    const auto [darkest, brightest] = strength;
     return darkest + (brightest - darkest) * std::clamp(std::abs(turned - 3.0) - 1.0, 0.0, 1.0);
   };
   return {channel(0.0), channel(2.0 / 3.0), channel(1.0 / 3.0)};
@@ -233,7 +234,7 @@ void Canvas::Trace(const Polygon& polygon, const Plan& plan) {
 }
 
 void Canvas::Stroke(const Colour& c, double width, bool broken) {
-  // Of a broken line; longer ones for a bold line.
+  // Lengths of dash and gap of a broken line, which grow with its width.
   const double dashes[] = {std::max(4.0, 3.0 * width), std::max(3.0, 2.0 * width)};
   cairo_set_dash(drawing_->context.get(), dashes, broken ? 2 : 0, 0.0);
   cairo_set_line_width(drawing_->context.get(), width);

@@ -1,11 +1,11 @@
-// Segmentation over the organised image. In the order of the work:
-//   1. planes that the mask's surroundings lie on (table, floor, wall) are found by RANSAC;
-//   2. pixels of the mask that continue such a plane from its border are background, unless the
-//      thing itself is as flat as the plane;
-//   3. mixed pixels between a near and a far surface are dropped;
-//   4. so are parts of things that touch, as far as the crease between them;
-//   5. what is left is joined over the image where depth goes on without a step; the component that
-//      lies deepest in the mask is the thing, with all others that are near it in depth.
+// Segmentation on the organised image, whose neighbourhoods need no search tree. The steps:
+//   1. RANSAC finds the planes that the mask's surroundings lie on (table, floor, wall).
+//   2. Pixels at the mask's rim that lie on such a plane are background, unless the object itself
+//      is as flat as the plane.
+//   3. Mixed pixels between a near and a far surface are dropped.
+//   4. Parts of touching things are dropped up to the crease between them and the object.
+//   5. The remaining pixels are joined where depth continues without a step. The component that
+//      lies deepest in the mask is the object, together with all others near it in depth.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -20,25 +20,33 @@
 namespace hypermap::ingest {
 namespace {
 
+// Width of the ring around the mask that is searched for background planes and touching things.
 constexpr int kMargin_px = 10;
-// Larger masks are thinned first, in wider images sooner: what a pixel is at this width shows the
-// shape of such a thing well enough.
+// Masks with more pixels than this are thinned: kMaxPixelsOfFine in images at least twice as wide
+// as kPlainWidth_px, where fewer pixels show the shape of a large object well enough, and
+// kMaxPixels in others.
 constexpr int kMaxPixels = 60000;
 constexpr int kMaxPixelsOfFine = 7000;
 constexpr int kPlainWidth_px = 320;
+// Each round of RANSAC tests all points of the ring, so that this bounds the cost of a plane.
 constexpr size_t kMaxRingPoints = 300;
+// Enough for a table, the floor and a wall.
 constexpr int kMaxPlanes = 3;
+// 48 draws of three points miss a plane that holds half of the ring in (1 - 0.5^3)^48 = 0.2 % of
+// the cases.
 constexpr int kRansacRounds = 48;
+// Places where a surface must cross the mask's border before touching things are looked for.
 constexpr int kMinCrossings = 3;
+// Tolerance of planes at short range, where errors of calibration exceed depth noise.
 constexpr float kLeastTolerance_m = 0.004f;
 
 struct Plane {
   Eigen::Vector3f normal = Eigen::Vector3f::Zero();
-  float offset = 0.0f;  // normal . p = offset
+  float offset = 0.0f;  // Points p of the plane have normal . p = offset.
 };
 
-// Points by coordinate, with what the distance to a plane is compared with, so that the compiler
-// makes the loops below work on several at once.
+// Points as a structure of arrays, with their tolerances precomputed, so that the compiler
+// vectorizes the loops below.
 class Points {
  public:
   void Reserve(size_t n) {
@@ -56,16 +64,21 @@ class Points {
   size_t size() const { return x_.size(); }
   Eigen::Vector3f operator[](size_t i) const { return {x_[i], y_[i], z_[i]}; }
 
-  // Whether point i lies on the plane: within two and a half sigmas of depth, seen across the
-  // plane, but never less than what calibration leaves.
+  // Returns whether point i lies on the plane, within two and a half sigmas of depth. An error of
+  // depth moves a point along its ray, so that across the plane it counts by the cosine of the
+  // angle between ray and normal, which is taken as at least 0.3. The tolerance is never less than
+  // kLeastTolerance_m.
   bool LiesOn(const Plane& plane, size_t i) const {
     const float along_normal =
         plane.normal.x() * x_[i] + plane.normal.y() * y_[i] + plane.normal.z() * z_[i];
     const float distance = std::abs(along_normal - plane.offset);
     const float leaning = distance * range_[i];
-    return (distance < kLeastTolerance_m) |
-           ((distance < reach_[i]) & ((leaning < reach_[i] * 0.3f * range_[i]) |
-                                      (leaning < reach_[i] * std::abs(along_normal))));
+    // Without branches, so that the loops over all points are vectorized.
+    const int is_near = distance < kLeastTolerance_m;
+    const int is_in_reach = distance < reach_[i];
+    const int leans_little = leaning < reach_[i] * 0.3f * range_[i];
+    const int faces_camera = leaning < reach_[i] * std::abs(along_normal);
+    return (is_near | (is_in_reach & (leans_little | faces_camera))) != 0;
   }
 
   size_t CountOn(const Plane& plane) const {
@@ -84,11 +97,12 @@ class Points {
   std::vector<float> x_;
   std::vector<float> y_;
   std::vector<float> z_;
-  std::vector<float> range_;  // from the camera
-  std::vector<float> reach_;
+  std::vector<float> range_;  // Distance from the camera, metres.
+  std::vector<float> reach_;  // Two and a half sigmas of depth, metres.
 };
 
-// The same numbers on every run.
+// Linear congruential generator with a fixed seed, for RANSAC. A frame must always give the same
+// observation, whichever worker handles it, so each mask starts from the same numbers.
 class Lottery {
  public:
   size_t Draw(size_t n) {
@@ -100,6 +114,8 @@ class Lottery {
   uint64_t state_ = 0x9e3779b97f4a7c15u;
 };
 
+// Returns the plane with the least sum of squared distances: its normal is the direction in which
+// the points scatter least.
 Plane LeastSquares(const std::vector<Eigen::Vector3f>& points) {
   Eigen::Vector3f mean = Eigen::Vector3f::Zero();
   for (const auto& p : points) mean += p;
@@ -114,7 +130,8 @@ Plane LeastSquares(const std::vector<Eigen::Vector3f>& points) {
   return plane;
 }
 
-// The plane that most points lie on; false when it has fewer than `at_least`. Takes its points out.
+// Finds the plane that most points lie on, by RANSAC and a final fit to its points, and removes
+// those points from `points`. Returns false, and leaves `points`, if it has fewer than `at_least`.
 bool TakePlane(Points* points, size_t at_least, Lottery* lottery, Plane* best) {
   size_t best_count = 0;
   for (int round = 0; round < kRansacRounds; ++round) {
@@ -122,6 +139,7 @@ bool TakePlane(Points* points, size_t at_least, Lottery* lottery, Plane* best) {
     const Eigen::Vector3f b = (*points)[lottery->Draw(points->size())];
     const Eigen::Vector3f c = (*points)[lottery->Draw(points->size())];
     const Eigen::Vector3f cross = (b - a).cross(c - a);
+    // A point drawn twice, or a triangle below half a square centimetre, fixes no plane.
     if (cross.norm() < 1e-4f) continue;
     const Plane plane{cross.normalized(), cross.normalized().dot(a)};
     const size_t count = points->CountOn(plane);
@@ -150,7 +168,7 @@ class OrganisedSegmenter : public Segmenter {
                                const std::vector<uint8_t>& mask) const override;
 };
 
-// One mask on its way.
+// The segmentation of one mask. Each step clears pixels of kept_.
 class Segmentation {
  public:
   Segmentation(const OrganisedCloud& cloud, const MaskWindow& window)
@@ -169,9 +187,10 @@ class Segmentation {
   void DropMixedPixels();
   bool TouchesOutside() const;
   void DropTouching();
-  // Leaves the component that is the thing, and those near it.
+  // Keeps the component that is the object, and components near it in depth.
   void KeepNearComponents();
-  // The pixels of the mask that are kept, or lie beside a kept one on the same surface.
+  // Returns the image's pixels of the mask that the kept pixels stand for. If the window is
+  // thinned, these are the pixels of their blocks that lie on the same surface.
   std::vector<int32_t> Pixels(const std::vector<uint8_t>& mask) const;
 
  private:
@@ -186,7 +205,7 @@ class Segmentation {
   const OrganisedCloud& cloud_;
   const MaskWindow& window_;
   std::vector<uint8_t> kept_;
-  std::vector<float> depth_;  // of the window's pixels; 0 = no return
+  std::vector<float> depth_;  // Depth of the window's pixels, metres; 0 = no return.
 };
 
 Points Segmentation::RingPoints() const {
@@ -203,6 +222,7 @@ Points Segmentation::RingPoints() const {
 
 void Segmentation::DropBackgroundPlanes() {
   Points ring = RingPoints();
+  // Fewer points of the ring may lie on a plane by chance.
   const size_t at_least = std::max<size_t>(12, ring.size() / 8);
   std::vector<int> pixels;
   Points points;
@@ -233,8 +253,9 @@ void Segmentation::DropBackgroundPlanes() {
       (lies_on[p] ? depth_on : depth_off) += depth;
     }
     if (on == 0) continue;
-    // A flat thing, or one whose own face goes on beyond a mask that is too small, lies on the
-    // plane with its middle; background does so with its rim.
+    // Background shows at the mask's rim. If the pixels on the plane lie about as deep in the mask
+    // as the others (0.8 or more), or are more than 60 % of it, the plane is the object's own: the
+    // object is flat, or has a face that extends beyond a mask that is too small.
     const bool rim =
         off > 0 && static_cast<double>(depth_on) / on < 0.8 * static_cast<double>(depth_off) / off;
     if (!rim || off < 0.4 * (on + off)) continue;
@@ -249,19 +270,23 @@ void Segmentation::DropMixedPixels() {
   for (int v = 1; v + 1 < window_.height; ++v) {
     const int row = v * w;
     for (int i = row + 1; i < row + w - 1; ++i) {
+      // The sensor averages the depths within a pixel, so that a pixel at an edge may float between
+      // the near and the far surface, and would be a point where nothing is.
       const float step = 0.015f + 3.0f * DepthSigma(z[i]);
       const auto between = [&](float a, float b) {
         const float da = a - z[i];
         const float db = b - z[i];
-        return (a > 0.0f) & (b > 0.0f) & (da * db < 0.0f) & (std::abs(da) > step) &
-               (std::abs(db) > step);
+        // Without branches, so that the loop is vectorized.
+        return int{a > 0.0f} & int{b > 0.0f} & int{da * db < 0.0f} & int{std::abs(da) > step} &
+               int{std::abs(db) > step};
       };
       kept[i] &= ~(between(z[i - 1], z[i + 1]) | between(z[i - w], z[i + w]));
     }
   }
 }
 
-// Whether a surface goes on from the mask to what is beside it.
+// Returns whether a surface continues across the mask's border in at least kMinCrossings places.
+// If none does, nothing touches the object, and the search for creases is skipped.
 bool Segmentation::TouchesOutside() const {
   const int w = window_.width;
   const int h = window_.height;
@@ -284,7 +309,7 @@ void Segmentation::DropTouching() {
 
 struct Component {
   int pixels = 0;
-  int64_t core = 0;  // sum of how deep its pixels lie in the mask
+  int64_t core = 0;  // Sum of its pixels' depths in the mask.
   float near = std::numeric_limits<float>::infinity();
   float far = 0.0f;
 };
@@ -308,6 +333,8 @@ void Segmentation::KeepNearComponents() {
   const auto main =
       std::max_element(components.begin(), components.end(),
                        [](const Component& a, const Component& b) { return a.core < b.core; });
+  // Components whose ranges of depth overlap are kept, because an occluder, such as a post, can
+  // split an object in two. Components of less than 1 % of the main one's pixels are noise.
   const float reach = 0.05f + 3.0f * DepthSigma(main->near);
   const int at_least = std::max(3, main->pixels / 100);
   std::vector<uint8_t> stays;

@@ -16,7 +16,7 @@ absl::Status SetParameters(absl::string_view json, const std::vector<Parameter>&
   }
   for (const auto& [name, value] : object.items()) {
     const auto found = std::find_if(parameters.begin(), parameters.end(),
-                                    [&](const Parameter& p) { return p.name == name; });
+                                    [&name = name](const Parameter& p) { return p.name == name; });
     if (found == parameters.end()) {
       const auto names = absl::StrJoin(parameters, ", ", [](std::string* out, const Parameter& p) {
         absl::StrAppend(out, p.name);

@@ -1,4 +1,4 @@
-// The calls of ExplorationDesk that are about goals.
+// The calls of ExplorationDesk that concern goals: Claim, Renew and Release.
 #include <optional>
 #include <string>
 #include <utility>
@@ -63,7 +63,10 @@ absl::StatusOr<ClaimAnswer> ExplorationDesk::Claim(const ClaimOrder& order) {
   if (auto status = CheckRobot(order.robot); !status.ok()) return status;
   if (auto status = CheckLease(order.lease); !status.ok()) return status;
   MutexLock lock(&mutex_);
-  return Retried([&]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return TryClaim(order); });
+  return Retried([&] {
+    mutex_.AssertHeld();
+    return TryClaim(order);
+  });
 }
 
 absl::StatusOr<ClaimAnswer> ExplorationDesk::TryClaim(const ClaimOrder& order) {
@@ -160,7 +163,10 @@ absl::StatusOr<GoalAnswer> ExplorationDesk::Renew(const RenewOrder& order) {
   if (auto status = CheckRobot(order.robot); !status.ok()) return status;
   if (auto status = CheckLease(order.lease); !status.ok()) return status;
   MutexLock lock(&mutex_);
-  return Retried([&]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return TryRenew(order); });
+  return Retried([&] {
+    mutex_.AssertHeld();
+    return TryRenew(order);
+  });
 }
 
 absl::StatusOr<GoalAnswer> ExplorationDesk::TryRenew(const RenewOrder& order) {
@@ -181,7 +187,10 @@ absl::StatusOr<GoalAnswer> ExplorationDesk::TryRenew(const RenewOrder& order) {
 absl::StatusOr<ExplorationAnswer> ExplorationDesk::Release(const ReleaseOrder& order) {
   if (auto status = CheckRobot(order.robot); !status.ok()) return status;
   MutexLock lock(&mutex_);
-  return Retried([&]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return TryRelease(order); });
+  return Retried([&] {
+    mutex_.AssertHeld();
+    return TryRelease(order);
+  });
 }
 
 absl::StatusOr<ExplorationAnswer> ExplorationDesk::TryRelease(const ReleaseOrder& order) {

@@ -11,10 +11,11 @@
 namespace hypermap::server {
 namespace {
 
-// Explorations that have ended whose progress is remembered.
+// Number of ended explorations whose progress is kept in memory.
 constexpr size_t kMaxEnded = 256;
 
-// Null when there is none yet.
+// The layer "explorations"; null if there is none yet. FAILED_PRECONDITION if it is of another
+// kind.
 absl::StatusOr<std::shared_ptr<const SemanticLayer>> FindLayer(const Snapshot& snapshot) {
   const auto it = snapshot.layers.find(kExplorationsLayer);
   if (it == snapshot.layers.end()) return nullptr;
@@ -23,7 +24,7 @@ absl::StatusOr<std::shared_ptr<const SemanticLayer>> FindLayer(const Snapshot& s
   return AsSemantic(it->second);
 }
 
-// Of the objects; where there is no layer yet, as it is made.
+// The frame of the layer "explorations", or the frame it will have if there is none yet.
 const std::string& FrameOf(const SemanticLayer* layer, const Snapshot& snapshot) {
   return layer == nullptr ? snapshot.frame_id : layer->spec().frame_id;
 }
@@ -104,7 +105,8 @@ absl::StatusOr<ExplorationProgress> ExplorationDesk::EndedProgress(const Kept& k
   absl::Status status = passing.follower.Follow(*kept.snapshot, kept.objects);
   if (!status.ok()) return status;
   ExplorationProgress progress = Measure(&passing);
-  // Where robots could go is forgotten, but this is known of what they left.
+  // The robots' positions are lost, so that all floor looks reachable; but the exploration ended
+  // because none of the rest was.
   if (exploration.end_reason == EndReason::kOnlyUnreachableLeft) {
     progress.cells.unreachable += std::exchange(progress.cells.reachable, 0);
   }
@@ -185,7 +187,10 @@ absl::StatusOr<ExplorationView> ExplorationDesk::Start(const StartOrder& order) 
   absl::StatusOr<std::optional<ExplorationView>> earlier = FindStarted(order);
   if (!earlier.ok()) return earlier.status();
   if (*earlier) return **std::move(earlier);
-  return Retried([&]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return TryStart(order); });
+  return Retried([&] {
+    mutex_.AssertHeld();
+    return TryStart(order);
+  });
 }
 
 absl::StatusOr<std::optional<ExplorationView>> ExplorationDesk::FindStarted(
@@ -206,7 +211,7 @@ absl::StatusOr<std::optional<ExplorationView>> ExplorationDesk::FindStarted(
       SetFrame(*kept->snapshot, kept->layer->spec().frame_id, order.frame_id, &view);
   if (!status.ok()) return status;
   view.revision = (*receipt)->revision;
-  // As it was then.
+  // The state at the start: the exploration may have ended since.
   view.objects.exploration = kept->objects.exploration;
   view.objects.exploration.state = ExplorationState::kActive;
   view.objects.exploration.end_reason = EndReason::kNone;
@@ -225,7 +230,7 @@ absl::StatusOr<ExplorationDesk::Trial> ExplorationDesk::Try(const Snapshot& snap
   const auto num_active = std::count_if(
       all->begin(), all->end(), [](const auto& objects) { return IsActive(objects.exploration); });
   if (num_active > static_cast<ptrdiff_t>(kMaxActive)) return TooManyActive();
-  // The newest.
+  // The newest exploration comes first: it is the one that `batch` puts.
   Trial trial{std::move(all->front()), std::make_unique<Active>(max_cells_)};
   ExplorationFollower& follower = trial.active->follower;
   absl::Status status = follower.Follow(*applied->snapshot, trial.objects);
@@ -255,7 +260,7 @@ absl::StatusOr<ExplorationView> ExplorationDesk::TryStart(const StartOrder& orde
   view.num_edits = static_cast<int64_t>(batch->edits.size());
   const absl::StatusOr<storage::Receipt> receipt =
       session_->SubmitAndWait({*std::move(batch), order.author, order.request_id});
-  // Somebody else has just made a layer.
+  // Another call has created one of the layers meanwhile: ABORTED makes Retried try again.
   if (absl::IsAlreadyExists(receipt.status())) {
     return absl::AbortedError(receipt.status().message());
   }
@@ -269,7 +274,10 @@ absl::StatusOr<ExplorationView> ExplorationDesk::TryStart(const StartOrder& orde
 
 absl::StatusOr<ExplorationView> ExplorationDesk::Stop(ObjectId id, const std::string& author) {
   MutexLock lock(&mutex_);
-  return Retried([&]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return TryStop(id, author); });
+  return Retried([&] {
+    mutex_.AssertHeld();
+    return TryStop(id, author);
+  });
 }
 
 absl::StatusOr<ExplorationView> ExplorationDesk::TryStop(ObjectId id, const std::string& author) {
@@ -302,7 +310,7 @@ void ExplorationDesk::End(EndReason reason, Kept* kept, std::vector<Edit>* edits
   exploration.state = ExplorationState::kEnded;
   exploration.end_reason = reason;
   exploration.ended = session_->options().clock();
-  // What people added to the object stays.
+  // Attributes that operators added to the object stay.
   SemanticObject object = *kept->layer->Find(exploration.id);
   for (const auto& [name, value] : ToObject(exploration).attributes) {
     object.attributes[name] = value;

@@ -1,7 +1,8 @@
 import type OlMap from 'ol/Map';
 import { scale } from './scale';
 
-// How far away from a line or a point a click may be, pixels before scaling for large screens.
+// Distance from a line or a point up to which a click counts as a click on it, in pixels before
+// scaling for large screens.
 const REACH_OF_POINTER = 8;
 const REACH_OF_FINGER = 16;
 

@@ -1,5 +1,5 @@
-// What the content of layers is like, decided by their properties, so that a kind of layer that the
-// dashboard does not know is drawn and described like those that resemble it.
+// Classifies the content of layers by their properties, so that a kind of layer that the dashboard
+// does not know is drawn and described like similar kinds.
 import type { Layer } from './model';
 
 /**
