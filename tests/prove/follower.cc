@@ -37,7 +37,7 @@ std::shared_ptr<client::Watcher> Follower::Open() {
   client::WatchOptions options;
   if (selection_.area) options.area = Polygon::FromBox(*selection_.area);
   options.classes.assign(selection_.classes.begin(), selection_.classes.end());
-  options.start_revision = reached_;
+  options.start_revision = stretches_.back().reached;
   options.coalesce = coalesce_;
   auto watcher = std::make_shared<client::Watcher>(client_.Watch(kMap, options));
   const absl::MutexLock lock(&mutex_);
@@ -56,14 +56,24 @@ void Follower::Cut() {
 
 absl::Status Follower::Run(const std::atomic<Revision>& last) {
   std::shared_ptr<client::Watcher> watcher = Open();
-  while (last < 0 || !reached_ || *reached_ < last) {
+  while (last < 0 || !stretches_.back().reached || *stretches_.back().reached < last) {
     const std::optional<client::WatchEvent> event = watcher->Next();
     if (event) {
       if (absl::Status status = Take(*event); !status.ok()) return status;
       continue;
     }
-    if (!absl::IsCancelled(watcher->status())) return watcher->status();
-    num_resumed_ += 1 + watcher->num_resumed();
+    const absl::Status status = watcher->status();
+    num_resumed_ += watcher->num_resumed();
+    if (absl::IsCancelled(status)) {
+      ++num_resumed_;
+    } else if (absl::IsOutOfRange(status) && stretches_.back().reached) {
+      // Compaction was faster than this watch. By the protocol the watch starts again with a
+      // snapshot.
+      stretches_.emplace_back();
+      state_ = State();
+    } else {
+      return status;
+    }
     watcher = Open();
   }
   num_resumed_ += watcher->num_resumed();
@@ -71,18 +81,19 @@ absl::Status Follower::Run(const std::atomic<Revision>& last) {
 }
 
 absl::Status Follower::Take(const client::WatchEvent& event) {
-  reached_ = event.revision;
+  Stretch& stretch = stretches_.back();
+  stretch.reached = event.revision;
   ToldRevision told;
   told.revision = event.revision;
   if (event.snapshot) {
-    if (begun_at_) return absl::InternalError("a snapshot came where changes were wanted");
-    begun_at_ = event.revision;
+    if (stretch.begun_at) return absl::InternalError("a snapshot came where changes were wanted");
+    stretch.begun_at = event.revision;
   }
   for (const client::MapChange& change : event.changes) {
     if (absl::Status status = Take(change, told); !status.ok()) return status;
   }
   if (event.snapshot) has_begun_ = true;
-  if (!event.snapshot && !told.empty()) told_.push_back(std::move(told));
+  if (!event.snapshot && !told.empty()) stretch.told.push_back(std::move(told));
   return absl::OkStatus();
 }
 
@@ -107,21 +118,37 @@ absl::Status Follower::Take(const client::MapChange& change, ToldRevision& told)
         }
       }
       break;
-    default:  // of layers: nothing that is counted here
+    default:  // changes of layers, which are not checked here
       break;
   }
   return absl::OkStatus();
 }
 
+int64_t Follower::num_told() const {
+  size_t count = 0;
+  for (const Stretch& stretch : stretches_) count += stretch.told.size();
+  return static_cast<int64_t>(count);
+}
+
 Faults Follower::Check(const Model& model) const {
   Faults faults;
-  for (size_t i = 1; i < told_.size(); ++i) {
-    faults.repeats += told_[i].revision == told_[i - 1].revision;
-    faults.reorders += told_[i].revision < told_[i - 1].revision;
+  for (const Stretch& stretch : stretches_) {
+    Check(model, stretch, &stretch == &stretches_.back(), faults);
+  }
+  return faults;
+}
+
+void Follower::Check(const Model& model, const Stretch& stretch, bool is_last,
+                     Faults& faults) const {
+  const std::vector<ToldRevision>& all = stretch.told;
+  for (size_t i = 1; i < all.size(); ++i) {
+    faults.repeats += all[i].revision == all[i - 1].revision;
+    faults.reorders += all[i].revision < all[i - 1].revision;
   }
   std::map<Revision, const ToldRevision*> by_revision;
-  for (const ToldRevision& told : told_) by_revision.emplace(told.revision, &told);
-  for (const ToldRevision& wanted : model.Told(begun_at_.value_or(0), selection_)) {
+  for (const ToldRevision& told : all) by_revision.emplace(told.revision, &told);
+  for (const ToldRevision& wanted : model.Told(stretch.begun_at.value_or(0), selection_)) {
+    if (!is_last && wanted.revision > stretch.reached.value_or(0)) break;
     const auto it = by_revision.find(wanted.revision);
     if (it == by_revision.end()) {
       ++faults.gaps;
@@ -131,7 +158,6 @@ Faults Follower::Check(const Model& model) const {
     by_revision.erase(it);
   }
   faults.wrong += static_cast<int64_t>(by_revision.size());
-  return faults;
 }
 
 absl::StatusOr<State> AskState(client::Client& client, const Selection& selection,

@@ -1,4 +1,4 @@
-// Follows the map, notes all that it is told, and keeps the state that follows from it.
+// Watches the map, checks the order of the events, and keeps the state that results from them.
 #ifndef HYPERMAP_TESTS_PROVE_FOLLOWER_H_
 #define HYPERMAP_TESTS_PROVE_FOLLOWER_H_
 
@@ -17,40 +17,51 @@
 
 namespace hypermap::prove {
 
-// What is wrong with what a follower was told.
+// Number of wrong events of a follower, by kind.
 struct Faults {
-  int64_t gaps = 0;      // a revision was not told
-  int64_t repeats = 0;   // a revision was told again
-  int64_t reorders = 0;  // a revision was told after a later one
-  int64_t wrong = 0;     // a revision was told that was not to be told, or otherwise
+  int64_t gaps = 0;      // a revision was not reported
+  int64_t repeats = 0;   // a revision was reported again
+  int64_t reorders = 0;  // a revision was reported after a later one
+  int64_t wrong = 0;     // a revision had wrong changes, or none that were selected
 
   Faults& operator+=(const Faults& other);
   bool none() const { return gaps + repeats + reorders + wrong == 0; }
 };
 
-// Run is for one thread, Cut for any; the rest is for afterwards.
+// Run is called by one thread, Cut by any; the other functions only after Run has returned.
 class Follower {
  public:
-  // With `coalesce` it asks for several messages at a time.
+  // With `coalesce`, it asks for several messages at a time.
   Follower(const client::Client& client, Selection selection, bool coalesce)
       : client_(client), selection_(std::move(selection)), coalesce_(coalesce) {}
 
-  // Follows until revision `*last`, which is negative while it is not known.
+  // Watches until revision `*last`, which is negative while it is not known.
   absl::Status Run(const std::atomic<Revision>& last);
-  // Breaks the watch off. It is resumed by the revision it had.
+  // Breaks the watch. Run resumes it from the last revision.
   void Cut();
 
-  // Compares what was told with the model.
+  // Compares the events with the model.
   Faults Check(const Model& model) const;
   const State& state() const { return state_; }
   const Selection& selection() const { return selection_; }
-  // Whether it has been told what the map held.
+  // Whether the first snapshot has arrived.
   bool has_begun() const { return has_begun_; }
   int num_resumed() const { return num_resumed_; }
-  int64_t num_told() const { return static_cast<int64_t>(told_.size()); }
+  // Number of times that it started again with a snapshot, because the revision to resume from was
+  // no longer kept.
+  int num_begun_anew() const { return static_cast<int>(stretches_.size()) - 1; }
+  int64_t num_told() const;
 
  private:
+  // A snapshot and the changes that followed it.
+  struct Stretch {
+    std::optional<Revision> begun_at;
+    std::optional<Revision> reached;
+    std::vector<ToldRevision> told;
+  };
+
   std::shared_ptr<client::Watcher> Open();
+  void Check(const Model& model, const Stretch& stretch, bool is_last, Faults& faults) const;
   absl::Status Take(const client::WatchEvent& event);
   absl::Status Take(const client::MapChange& change, ToldRevision& told);
 
@@ -58,16 +69,14 @@ class Follower {
   const Selection selection_;
   const bool coalesce_;
   State state_;
-  std::optional<Revision> begun_at_;
   std::atomic<bool> has_begun_ = false;
-  std::optional<Revision> reached_;
-  std::vector<ToldRevision> told_;
+  std::vector<Stretch> stretches_ = std::vector<Stretch>(1);
   int num_resumed_ = 0;
   absl::Mutex mutex_;
   std::shared_ptr<client::Watcher> watcher_ ABSL_GUARDED_BY(mutex_);
 };
 
-// What the map holds for a selection, asked anew of the server. At `at`, or the newest.
+// Queries the server for the state of a selection at the revision `at`, or at the newest.
 absl::StatusOr<State> AskState(client::Client& client, const Selection& selection,
                                std::optional<Revision> at = std::nullopt);
 

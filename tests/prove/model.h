@@ -1,4 +1,4 @@
-// What a map must be, by what its writers were told: a plain list of acknowledged edits in memory.
+// Reference model of a map: a plain list in memory of the edits that the server acknowledged.
 //
 // The map has a semantic layer of boxes and a grid, both in the map's own frame.
 #ifndef HYPERMAP_TESTS_PROVE_MODEL_H_
@@ -19,7 +19,7 @@
 #include "map/grid/grid_geometry.h"
 #include "map/objects/semantic_object.h"
 #include "map/snapshot.h"
-#include "map/watch/told_change.h"
+#include "map/watch/map_change.h"
 
 namespace hypermap::prove {
 
@@ -27,7 +27,7 @@ inline constexpr char kMap[] = "site";
 inline constexpr char kThings[] = "things";
 inline constexpr char kFloor[] = "floor";
 
-// Cells of 0.1 m from the origin of the frame.
+// Cells of 0.1 m, starting at the origin of the frame.
 const GridGeometry& FloorGeometry();
 
 struct Thing {
@@ -40,7 +40,7 @@ struct Thing {
 };
 
 using Things = std::map<ObjectId, Thing>;
-using Cells = std::map<CellIndex, double>;  // those that are known
+using Cells = std::map<CellIndex, double>;  // the known cells
 
 struct State {
   Things things;
@@ -49,7 +49,7 @@ struct State {
   friend bool operator==(const State&, const State&) = default;
 };
 
-// A batch that was acknowledged: as a revision, each object and cell at most once.
+// An acknowledged batch as a revision. It has each object and cell at most once.
 struct Written {
   Revision revision = 0;
   int num_edits = 0;
@@ -57,7 +57,7 @@ struct Written {
   std::vector<std::pair<CellIndex, std::optional<double>>> cells;
 };
 
-// What someone follows.
+// The filter of a watch or query.
 struct Selection {
   std::optional<Box> area;
   std::set<std::string> classes;
@@ -66,7 +66,7 @@ struct Selection {
   bool Holds(const CellIndex& cell) const;
 };
 
-// What a follower must be told of a revision.
+// The changes of a revision that a watch must report.
 struct ToldRevision {
   Revision revision = 0;
   std::map<ObjectId, ChangeKind> things;
@@ -76,20 +76,20 @@ struct ToldRevision {
   friend bool operator==(const ToldRevision&, const ToldRevision&) = default;
 };
 
-// Any thread may add; the rest is for when all is added.
+// Any thread may call Add. The other functions must be called after the last Add.
 class Model {
  public:
   void Add(Written written);
   Revision newest() const;
   int64_t num_edits() const;
 
-  // Puts the list in order. How many revisions between the first and the last were acknowledged not
-  // at all or twice.
+  // Sorts the list by revision. Returns how many revisions between the first and the last are
+  // missing or occur twice.
   int64_t Sort();
 
-  // At a revision.
+  // The selected state at a revision.
   State At(Revision revision, const Selection& selection) const;
-  // What a follower is told after `from`, in order.
+  // The revisions that a watch must report after `from`, in order.
   std::vector<ToldRevision> Told(Revision from, const Selection& selection) const;
 
  private:
@@ -103,17 +103,18 @@ class Model {
   int64_t num_edits_ ABSL_GUARDED_BY(mutex_) = 0;
 };
 
-// The same list by object and by cell, for many questions of the past.
+// The same list by object and by cell, for many queries of past revisions.
 class PastModel {
  public:
-  // After Model::Sort.
+  // REQUIRES: Model::Sort was called.
   explicit PastModel(const Model& model);
 
   State In(const Box& area, Revision revision) const;
 
  private:
   template <typename Value>
-  using Lives = std::vector<std::pair<Revision, std::optional<Value>>>;  // from a revision on
+  // Values, each with the revision from which it holds.
+  using Lives = std::vector<std::pair<Revision, std::optional<Value>>>;
 
   std::map<ObjectId, Lives<Thing>> things_;
   std::map<CellIndex, Lives<double>> cells_;
