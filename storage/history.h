@@ -10,7 +10,7 @@
 #include "absl/time/time.h"
 #include "map/edits/change.h"
 #include "map/layers/grid_layer.h"
-#include "map/snapshot.h"
+#include "map/structure.h"
 
 namespace hypermap::storage {
 
@@ -40,9 +40,7 @@ class PastMap {
  public:
   virtual ~PastMap() = default;
 
-  // The snapshot of that revision without content: frames, versions and layers with their specs
-  // and, of grids, extents, but without objects and tiles.
-  virtual const SnapshotPtr& structure() const = 0;
+  virtual const StructurePtr& structure() const = 0;
 
   // The objects of a semantic layer whose box shares a point with `box` (in the layer's frame), and
   // perhaps some near it, ordered by id.

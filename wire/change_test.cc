@@ -24,7 +24,7 @@ ObjectPtr Chair(Revision version) {
   return object;
 }
 
-v1::Change Encoded(const ToldChange& change) {
+v1::Change Encoded(const MapChange& change) {
   v1::Change message;
   EncodeChange(change, &message);
   return message;
@@ -86,8 +86,7 @@ TEST(ChangeOnTheWire, LayersTellTheirVersionAndTransformsTheirPose) {
   spec.frame_id = "map";
   const v1::Change layer = Encoded({.kind = ChangeKind::kLayerCreated,
                                     .layer = "things",
-                                    .layer_now = MakeEmptyLayer(spec),
-                                    .layer_version = 3});
+                                    .layer_now = LayerStructure{spec, {}, 3}});
   EXPECT_EQ(layer.kind(), v1::CHANGE_KIND_LAYER_CREATED);
   EXPECT_EQ(layer.layer_now().name(), "things");
   EXPECT_EQ(layer.layer_now().version(), 3);

@@ -149,13 +149,18 @@ LayerProperties DecodeLayerProperties(const v1::LayerProperties& message) {
   return properties;
 }
 
+void EncodeLayer(const LayerStructure& layer, v1::Layer* message) {
+  EncodeLayerSpec(layer.spec, message);
+  message->set_version(layer.version);
+  message->set_size(layer.extent.num_cells());
+  EncodeLayerProperties(PropertiesOf(layer.spec), message->mutable_properties());
+  if (!layer.extent.empty()) EncodeCellBox(layer.extent, message->mutable_extent());
+}
+
 void EncodeLayer(const Layer& layer, v1::Layer* message, Revision version) {
-  EncodeLayerSpec(layer.spec(), message);
-  message->set_version(version);
-  message->set_size(layer.Size());
-  EncodeLayerProperties(PropertiesOf(layer.spec()), message->mutable_properties());
   const GridLayer* grid = AsGrid(&layer);
-  if (grid && !grid->extent().empty()) EncodeCellBox(grid->extent(), message->mutable_extent());
+  EncodeLayer(LayerStructure{layer.spec(), grid ? grid->extent() : CellBox(), version}, message);
+  message->set_size(layer.Size());
 }
 
 absl::StatusOr<LayerSpec> DecodeLayerSpec(absl::string_view field, const v1::Layer& message) {
@@ -195,6 +200,14 @@ absl::StatusOr<LayerSpec> DecodeLayerSpec(absl::string_view field, const v1::Lay
     spec.shape_kinds.Add(shape_kind);
   }
   return spec;
+}
+
+absl::StatusOr<LayerStructure> DecodeLayerStructure(absl::string_view field,
+                                                    const v1::Layer& message) {
+  HYPERMAP_ASSIGN_OR_RETURN(LayerSpec spec, DecodeLayerSpec(field, message));
+  CellBox extent;
+  if (message.has_extent()) extent = DecodeCellBox(message.extent());
+  return LayerStructure{std::move(spec), extent, message.version()};
 }
 
 }  // namespace hypermap::wire

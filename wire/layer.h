@@ -1,4 +1,4 @@
-// Layers apart from their content, and the geometry of grids, on the wire.
+// Layers without their content, and the geometry of grids, on the wire.
 #ifndef HYPERMAP_WIRE_LAYER_H_
 #define HYPERMAP_WIRE_LAYER_H_
 
@@ -9,7 +9,7 @@
 #include "map/layers/layer.h"
 #include "map/layers/layer_properties.h"
 #include "map/layers/layer_spec.h"
-#include "map/snapshot.h"
+#include "map/structure.h"
 
 namespace hypermap::wire {
 
@@ -22,22 +22,26 @@ void EncodeAliases(const ValueAliases& aliases,
 void EncodeLayerProperties(const LayerProperties& properties, v1::LayerProperties* message);
 LayerProperties DecodeLayerProperties(const v1::LayerProperties& message);
 void EncodeLayerSpec(const LayerSpec& spec, v1::Layer* message);
-// The spec with the layer's size, extent, version and properties.
+// Encodes the spec with the layer's size, extent, version and properties.
 void EncodeLayer(const Layer& layer, v1::Layer* message, Revision version = 0);
+// Does the same, without the size of a semantic layer, which its structure does not contain.
+void EncodeLayer(const LayerStructure& layer, v1::Layer* message);
 
-// INVALID_ARGUMENT for a kind that is missing or not known.
+// INVALID_ARGUMENT for a kind that is missing or unknown.
 absl::StatusOr<LayerKind> DecodeLayerKind(absl::string_view field, v1::LayerKind kind);
-// INVALID_ARGUMENT for a rule that is not known; kCentre for none.
+// kCentre if the rule is missing; INVALID_ARGUMENT if it is unknown.
 absl::StatusOr<CellRule> DecodeCellRule(absl::string_view field, v1::CellRule rule);
 absl::StatusOr<GridGeometry> DecodeGridGeometry(absl::string_view field,
                                                 const v1::GridGeometry& message);
 CellBox DecodeCellBox(const v1::CellBox& message);
-// INVALID_ARGUMENT for an alias that stands there twice; all else is left to FoldAliases.
+// INVALID_ARGUMENT for an alias that occurs twice; FoldAliases checks everything else.
 absl::StatusOr<ValueAliases> DecodeAliases(
     absl::string_view field, const google::protobuf::RepeatedPtrField<v1::ValueAlias>& message);
-// Leaves what Validate(LayerSpec) checks to it: an empty frame_id of a request is still to be
-// replaced by the map's own. Size, extent, version and properties are not looked at.
+// Does not check what Validate(LayerSpec) checks, because an empty frame_id of a request is still
+// to be replaced by the map's own. Ignores size, extent, version and properties.
 absl::StatusOr<LayerSpec> DecodeLayerSpec(absl::string_view field, const v1::Layer& message);
+absl::StatusOr<LayerStructure> DecodeLayerStructure(absl::string_view field,
+                                                    const v1::Layer& message);
 
 }  // namespace hypermap::wire
 

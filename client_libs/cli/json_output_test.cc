@@ -55,7 +55,7 @@ client::LayerPart ObjectsPart(const std::string& layer, std::vector<SemanticObje
   return {layer, LayerKind::kSemantic, AnswerStatus::kValue, std::move(objects), std::nullopt, {}};
 }
 
-// What the output writes for one answer.
+// The output for one answer.
 template <typename Answer>
 std::string Shown(const Answer& answer) {
   std::ostringstream out;
@@ -319,8 +319,10 @@ TEST(JsonOutputTest, ASnapshotHasAnEndAndMayTakeBackWhatWasTold) {
   snapshot.revision = 9;
   snapshot.snapshot = true;
   snapshot.reset = true;
-  snapshot.changes = {
-      {.kind = ChangeKind::kPut, .layer = "objects", .object_id = 3, .object = Plain(3, "cup")}};
+  snapshot.changes = {{.kind = ChangeKind::kPut,
+                       .layer = "objects",
+                       .object_id = 3,
+                       .object = std::make_shared<SemanticObject>(Plain(3, "cup"))}};
   const std::string shown = Shown(snapshot);
   EXPECT_THAT(shown, ::testing::StartsWith(
                          "{\"revision\":9,\"reset\":true}\n{\"revision\":9,\"snapshot\":true,"

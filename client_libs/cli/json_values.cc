@@ -14,7 +14,7 @@ Json PointsJson(const std::vector<Point>& points) {
   return json;
 }
 
-// Closed, as in GeoJSON.
+// Repeats the first vertex at the end, as GeoJSON requires.
 Json RingJson(const Ring& ring) {
   Json json = PointsJson(ring);
   if (!ring.empty()) json.push_back(PointJson(ring.front()));
@@ -110,9 +110,17 @@ namespace {
 
 Json RunsJson(const std::vector<CellRun>& runs) {
   Json json = Json::array();
-  // A change does not tell the kind of its layer: bits are numbers like the others.
+  // A change does not contain the kind of its layer, so values of binary layers are printed like
+  // all numbers.
   for (const CellRun& run : runs) json.push_back(RunJson(/*is_binary=*/false, run));
   return json;
+}
+
+client::LayerEntry EntryOf(const LayerStructure& layer) {
+  client::LayerEntry entry{layer.spec, layer.extent.num_cells(), std::nullopt, layer.version,
+                           PropertiesOf(layer.spec)};
+  if (!layer.extent.empty()) entry.extent = layer.extent;
+  return entry;
 }
 
 }  // namespace
@@ -167,7 +175,7 @@ Json ChangeJson(const client::MapChange& change) {
     json["runs"] = RunsJson(change.cells);
     if (!change.cells_before.empty()) json["runs_before"] = RunsJson(change.cells_before);
   }
-  if (change.layer_now) json["layer_now"] = LayerJson(*change.layer_now);
+  if (change.layer_now) json["layer_now"] = LayerJson(EntryOf(*change.layer_now));
   if (change.transform) json["transform"] = TransformJson(*change.transform);
   return json;
 }

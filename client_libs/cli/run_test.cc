@@ -1,4 +1,4 @@
-// Whole command lines: what they ask the server, what they print, how they end.
+// Tests of whole command lines: requests, output and exit codes.
 #include "client_libs/cli/run.h"
 
 #include <gmock/gmock.h>
@@ -99,7 +99,7 @@ TEST(RunTest, CommandLinesBecomeRequests) {
        R"(QueryNearest scope { map: "office" } point { x: 1 y: 2 } value: "<-70" k: 1)"},
   };
   for (const CommandLine& line : lines) {
-    // A watch is ended by an error.
+    // The error ends a watch, which would otherwise stay open.
     Script script;
     script.watches = {{{}, false, grpc::Status(grpc::StatusCode::NOT_FOUND, "no map")}};
     ScriptedServer server(script);

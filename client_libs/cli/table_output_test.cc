@@ -157,10 +157,11 @@ TEST(TableOutputTest, AChangeOfALayerTellsTheShapesThatItIsLimitedTo) {
   event.changes[0] = {
       .kind = ChangeKind::kLayerCreated,
       .layer = "lanes",
-      .layer_now =
-          Entry({.name = "lanes", .shape_kinds = {ShapeKind::kPoint, ShapeKind::kLineString}})};
-  event.changes[1] = {
-      .kind = ChangeKind::kLayerCreated, .layer = "things", .layer_now = Entry({.name = "things"})};
+      .layer_now = LayerStructure{
+          {.name = "lanes", .shape_kinds = {ShapeKind::kPoint, ShapeKind::kLineString}}}};
+  event.changes[1] = {.kind = ChangeKind::kLayerCreated,
+                      .layer = "things",
+                      .layer_now = LayerStructure{{.name = "things"}}};
   EXPECT_EQ(Shown(event),
             "9  1970-01-01 00:00:00.000Z  lanes  layer_created  semantic of line_string, point\n"
             "9  1970-01-01 00:00:00.000Z  things  layer_created  semantic\n");
@@ -216,7 +217,7 @@ TEST(TableOutputTest, AWatchIsALineAChange) {
   event.changes[0] = {.kind = ChangeKind::kEnter,
                       .layer = "objects",
                       .object_id = 4,
-                      .object = Object(4, "cup", {2, 0})};
+                      .object = std::make_shared<SemanticObject>(Object(4, "cup", {2, 0}))};
   event.changes[1] = {.kind = ChangeKind::kRemove, .layer = "objects", .object_id = 5};
   EXPECT_EQ(Shown(event),
             "9  1970-01-01 00:00:00.000Z  objects  enter  cup (id 4), existence 0.88 at (2.5, "

@@ -1,4 +1,4 @@
-// What a Hypermap server answers, in the words of the domain. Plain values.
+// Answers of a Hypermap server as plain values of the domain.
 #ifndef HYPERMAP_CLIENT_LIBS_CPP_ANSWERS_H_
 #define HYPERMAP_CLIENT_LIBS_CPP_ANSWERS_H_
 
@@ -15,48 +15,48 @@
 #include "map/layers/layer_spec.h"
 #include "map/objects/semantic_object.h"
 #include "map/snapshot.h"
-#include "map/watch/told_change.h"
+#include "map/watch/map_change.h"
 
 namespace hypermap::client {
 
-// A map apart from its content.
+// A map without its content.
 struct MapEntry {
   std::string name;
   std::string frame_id;
   Revision revision = 0;
   absl::Time create_time;
   int layer_count = 0;
-  // Not empty when the server can't open the map: why. Only the name is set then.
+  // Reason why the server can't open the map; only the name is set besides. Empty if it is open.
   std::string problem;
 };
 
-// A layer apart from its content.
+// A layer without its content.
 struct LayerEntry {
   LayerSpec spec;
-  // Objects of a semantic layer, or cells in the extent of a grid.
+  // Number of objects of a semantic layer, or of cells in the extent of a grid.
   int64_t size = 0;
-  // The box of all cells ever written; absent while there are none, and for semantic layers.
+  // For grids: the box around all cells ever written. Absent if there are none.
   std::optional<CellBox> extent;
-  // The newest revision that changed it or its content.
+  // The newest revision that changed the layer or its content.
   Revision version = 0;
-  // What its content is like: enough to draw and print a layer of any kind.
+  // Describes the content, well enough to draw and print a layer of any kind.
   LayerProperties properties;
 };
 
 struct LayerList {
   std::string map;
   Revision revision = 0;
-  std::vector<LayerEntry> layers;  // by name
+  std::vector<LayerEntry> layers;  // sorted by name
 };
 
 struct TransformList {
   std::string map;
   Revision revision = 0;
   std::string frame_id;                    // the map's own
-  std::vector<FrameTransform> transforms;  // by child
+  std::vector<FrameTransform> transforms;  // sorted by child
 };
 
-// A file by its base name, with all of its bytes.
+// The base name and the bytes of a file.
 struct NamedFile {
   std::string name;
   std::string data;
@@ -65,8 +65,8 @@ struct NamedFile {
 struct ImportAnswer {
   std::string map;
   Revision revision = 0;
-  std::vector<std::string> layers;  // made or written
-  // How the server understood what was not as the format has it.
+  std::vector<std::string> layers;  // created or written
+  // Deviations from the file format that were repaired, and how each was read.
   std::vector<std::string> repairs;
 };
 
@@ -74,23 +74,23 @@ struct ExportAnswer {
   std::string map;
   Revision revision = 0;
   std::vector<NamedFile> files;
-  std::vector<std::string> omissions;  // what the format can't carry
+  std::vector<std::string> omissions;  // parts of the map that the format can't represent
 };
 
 struct EditAnswer {
   std::string map;
   Revision revision = 0;
-  // One for each edit: the id of the object that was put, else 0.
+  // One for each edit: the id of the object for PutObject, otherwise 0.
   std::vector<ObjectId> object_ids;
 };
 
-// What one layer has at a point.
+// The content of one layer at a point.
 struct LayerContent {
   std::string layer;
   LayerKind kind = LayerKind::kSemantic;
   AnswerStatus status = AnswerStatus::kValue;
-  std::optional<double> value;          // a grid's, when status is kValue
-  std::vector<SemanticObject> objects;  // a semantic layer's, in the frame of the answer
+  std::optional<double> value;          // for grids, if status is kValue
+  std::vector<SemanticObject> objects;  // for semantic layers, in the frame of the answer
 };
 
 struct PointAnswer {
@@ -98,30 +98,31 @@ struct PointAnswer {
   Revision revision = 0;
   std::string frame_id;
   Point point;
-  std::vector<LayerContent> layers;  // in the order asked; all layers by name
+  std::vector<LayerContent> layers;  // in the order of the scope; without one, by name
 };
 
-// A part of one layer's answer to an area or value question. The parts of a layer follow each
-// other; a layer that can answer gives at least one, which may be empty.
+// A part of one layer's answer to QueryArea or QueryValue. The parts of a layer follow each other.
+// Each layer has at least one part, which may be empty.
 struct LayerPart {
   std::string layer;
   LayerKind kind = LayerKind::kSemantic;
-  AnswerStatus status = AnswerStatus::kValue;  // kValue, or why the layer can't answer
-  std::vector<SemanticObject> objects;         // by id; in the frame of the question
-  std::optional<GridGeometry> grid;            // a grid's, in the frame of the question
-  std::vector<CellRun> runs;                   // by row and column
+  AnswerStatus status = AnswerStatus::kValue;  // kValue, or the reason why the layer can't answer
+  std::vector<SemanticObject> objects;         // sorted by id, in the frame of the query
+  std::optional<GridGeometry> grid;            // for grids, in the frame of the query
+  std::vector<CellRun> runs;                   // sorted by row and column
 };
 
-// One place that has the value asked for.
+// A place that has the value of a nearest query.
 struct NearestMatch {
   std::string layer;
   LayerKind kind = LayerKind::kSemantic;
   double distance_m = 0.0;  // to the object's nearest point, or to the cell's centre
   std::optional<SemanticObject> object;
-  std::optional<GridGeometry> grid;  // of the cell, in the frame of the question
+  std::optional<GridGeometry> grid;  // of the cell, in the frame of the query
   std::optional<CellRun> cell;
 };
 
+// A layer that can't answer, and why.
 struct LayerRefusal {
   std::string layer;
   AnswerStatus status = AnswerStatus::kUnsupportedValue;
@@ -131,24 +132,12 @@ struct NearestAnswer {
   std::string map;
   Revision revision = 0;
   std::string frame_id;
-  std::vector<NearestMatch> matches;   // nearest first
-  std::vector<LayerRefusal> refusals;  // layers that can't answer
+  std::vector<NearestMatch> matches;  // nearest first
+  std::vector<LayerRefusal> refusals;
 };
 
-// What a map is told to have changed in. Objects and cells in the frame that was asked for.
-struct MapChange {
-  ChangeKind kind = ChangeKind::kPut;
-  std::string layer;
-  ObjectId object_id = 0;                       // of objects
-  std::optional<SemanticObject> object;         // kPut, kEnter: as it is now
-  std::optional<SemanticObject> object_before;  // of a difference: as it was
-  // kCells: those that are not as they were, by row and column.
-  std::optional<GridGeometry> grid;
-  std::vector<CellRun> cells;
-  std::vector<CellRun> cells_before;        // of a difference: the same cells as they were
-  std::optional<LayerEntry> layer_now;      // kLayerCreated, kLayerChanged
-  std::optional<FrameTransform> transform;  // kTransform
-};
+// Objects and cells are in the requested frame; caller_from_layer is the identity.
+using hypermap::MapChange;
 
 struct RevisionEntry {
   Revision revision = 0;
@@ -160,7 +149,7 @@ struct RevisionEntry {
 struct RevisionList {
   std::string map;
   Revision newest = 0;
-  Revision oldest = 0;  // that can be asked for
+  Revision oldest = 0;  // the oldest that can be queried
   std::vector<RevisionEntry> revisions;
 };
 

@@ -6,7 +6,6 @@
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "wire/answer.h"
-#include "wire/change.h"
 #include "wire/geometry.h"
 #include "wire/layer.h"
 #include "wire/object.h"
@@ -40,37 +39,6 @@ absl::StatusOr<LayerContent> DecodeLayerContent(const v1::LayerContent& message)
   const absl::Status decoded = DecodeObjects(message.layer(), message.objects(), content.objects);
   if (!decoded.ok()) return decoded;
   return content;
-}
-
-absl::Status DecodeCells(const v1::Change& message, MapChange& change) {
-  const struct {
-    const char* field;
-    bool present;
-    const v1::CellRuns& runs;
-    std::vector<CellRun>& decoded;
-  } sides[] = {
-      {"change.cells", message.has_cells(), message.cells(), change.cells},
-      {"change.cells_before", message.has_cells_before(), message.cells_before(),
-       change.cells_before},
-  };
-  for (const auto& side : sides) {
-    if (!side.present) continue;
-    absl::StatusOr<wire::CellRuns> cells = wire::DecodeCellRuns(side.field, side.runs);
-    if (!cells.ok()) return cells.status();
-    change.grid = cells->grid;
-    side.decoded = std::move(cells->runs);
-  }
-  return absl::OkStatus();
-}
-
-// Absent where the message has no object.
-absl::StatusOr<std::optional<SemanticObject>> DecodeOptionalObject(absl::string_view field,
-                                                                   bool present,
-                                                                   const v1::Object& message) {
-  if (!present) return std::nullopt;
-  absl::StatusOr<SemanticObject> object = wire::DecodeObject(field, message);
-  if (!object.ok()) return object.status();
-  return *std::move(object);
 }
 
 absl::StatusOr<NearestMatch> DecodeNearestMatch(const v1::NearestMatch& message) {
@@ -181,35 +149,6 @@ absl::StatusOr<NearestAnswer> DecodeNearestAnswer(const v1::QueryNearestResponse
     answer.refusals.push_back({refusal.layer(), *status});
   }
   return answer;
-}
-
-absl::StatusOr<MapChange> DecodeChange(const v1::Change& message) {
-  MapChange change;
-  const absl::StatusOr<ChangeKind> kind = wire::DecodeChangeKind("change.kind", message.kind());
-  if (!kind.ok()) return kind.status();
-  change.kind = *kind;
-  change.layer = message.layer();
-  change.object_id = message.object_id();
-  auto object = DecodeOptionalObject("change.object", message.has_object(), message.object());
-  if (!object.ok()) return object.status();
-  change.object = *std::move(object);
-  auto before = DecodeOptionalObject("change.object_before", message.has_object_before(),
-                                     message.object_before());
-  if (!before.ok()) return before.status();
-  change.object_before = *std::move(before);
-  if (absl::Status status = DecodeCells(message, change); !status.ok()) return status;
-  if (message.has_layer_now()) {
-    absl::StatusOr<LayerEntry> layer = DecodeLayerEntry(message.layer_now());
-    if (!layer.ok()) return layer.status();
-    change.layer_now = *std::move(layer);
-  }
-  if (message.has_transform()) {
-    absl::StatusOr<FrameTransform> transform =
-        wire::DecodeTransform("change.transform", message.transform());
-    if (!transform.ok()) return transform.status();
-    change.transform = *std::move(transform);
-  }
-  return change;
 }
 
 RevisionList DecodeRevisionList(const v1::ListRevisionsResponse& message) {

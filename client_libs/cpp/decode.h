@@ -1,5 +1,5 @@
-// Makes the client's answers of messages, by the functions of wire/. Only for the sources of this
-// folder. INVALID_ARGUMENT names the field that can't be understood.
+// Decodes messages to the client's answers, with the functions of wire/. Only for the sources of
+// this folder. INVALID_ARGUMENT names the field that can't be decoded.
 #ifndef HYPERMAP_CLIENT_LIBS_CPP_DECODE_H_
 #define HYPERMAP_CLIENT_LIBS_CPP_DECODE_H_
 
@@ -18,7 +18,6 @@ absl::StatusOr<TransformList> DecodeTransformList(const v1::ListTransformsRespon
 absl::StatusOr<PointAnswer> DecodePointAnswer(const v1::QueryPointResponse& message);
 absl::StatusOr<LayerPart> DecodeLayerPart(const v1::LayerPart& message);
 absl::StatusOr<NearestAnswer> DecodeNearestAnswer(const v1::QueryNearestResponse& message);
-absl::StatusOr<MapChange> DecodeChange(const v1::Change& message);
 RevisionList DecodeRevisionList(const v1::ListRevisionsResponse& message);
 
 }  // namespace hypermap::client

@@ -1,4 +1,4 @@
-// Revisions and changes of Client.
+// Calls of Client about revisions and changes.
 #include <memory>
 #include <optional>
 #include <string>
@@ -16,6 +16,7 @@
 #include "client_libs/cpp/grpc_source.h"
 #include "client_libs/cpp/watch.h"
 #include "wire/answer.h"
+#include "wire/change.h"
 #include "wire/geometry.h"
 #include "wire/scope.h"
 #include "wire/time.h"
@@ -27,7 +28,7 @@ absl::Status AppendChanges(const google::protobuf::RepeatedPtrField<v1::Change>&
                            std::vector<MapChange>& changes) {
   changes.reserve(changes.size() + messages.size());
   for (const v1::Change& message : messages) {
-    absl::StatusOr<MapChange> change = DecodeChange(message);
+    absl::StatusOr<MapChange> change = wire::DecodeChange(message);
     if (!change.ok()) return change.status();
     changes.push_back(*std::move(change));
   }
@@ -56,7 +57,7 @@ v1::WatchRequest EncodeWatch(const std::string& map, const WatchOptions& options
 
 }  // namespace
 
-// The rpc, and the next one in its place when it breaks.
+// The rpc, which is opened again after a break.
 class Watcher::Call {
  public:
   Call(std::shared_ptr<Connection> connection, const std::string& map, const WatchOptions& options,
@@ -120,7 +121,7 @@ class Watcher::Call {
     reader_ = connection_->watch().Watch(context_.get(), request_);
   }
 
-  // The next message, out of one that has several where it came so.
+  // Reads the next message, taking coalesced messages apart.
   bool Read(v1::WatchResponse& message) {
     while (next_coalesced_ == coalesced_.coalesced_size()) {
       ListenUntil(absl::Now() + options_.idle_timeout);
@@ -139,7 +140,8 @@ class Watcher::Call {
     listen_until_ = time;
   }
 
-  // Breaks off calls on which nothing comes any more: a connection may be dead without a sign.
+  // Runs on the watchdog's thread. Cancels a call on which nothing arrives for idle_timeout, since
+  // a dead connection may give no other sign.
   void BreakSilence() {
     const absl::MutexLock lock(&mutex_);
     while (!mutex_.AwaitWithTimeout(absl::Condition(&cancelled_), options_.idle_timeout / 4)) {
@@ -149,7 +151,7 @@ class Watcher::Call {
     }
   }
 
-  // Ends the call, what was sent is dropped.
+  // Ends the call. Messages that have arrived are dropped.
   void Drain() {
     if (!reader_) return;
     v1::WatchResponse ignored;
@@ -158,7 +160,7 @@ class Watcher::Call {
     Close();
   }
 
-  // After its last message: how the call ended.
+  // Returns the status of a call whose last message has been read.
   grpc::Status Close() {
     const grpc::Status status = reader_->Finish();
     const absl::MutexLock lock(&mutex_);
@@ -183,7 +185,7 @@ class Watcher::Call {
     return AppendChanges(message.changes(), pending_->changes);
   }
 
-  // INVALID_ARGUMENT for an answer that tells again what was told.
+  // INVALID_ARGUMENT if the server repeats a revision or goes back.
   absl::Status CheckOrder() const {
     if (!told_ || pending_->snapshot) return absl::OkStatus();
     const bool in_order =
@@ -204,7 +206,7 @@ class Watcher::Call {
     return event;
   }
 
-  // After a break: opens the next call, or finishes.
+  // Opens the next call after a break, or finishes the watch.
   void Recover(absl::Status why) {
     pending_.reset();
     if (absl::IsOutOfRange(why) && options_.snapshot_when_compacted &&
@@ -230,8 +232,8 @@ class Watcher::Call {
     if (cancelled()) return false;
     if (!begun_) return absl::IsUnavailable(why);
     if (!options_.resume) return false;
-    // A server that stops ends or cancels its watches; one that finds this reader too slow says
-    // RESOURCE_EXHAUSTED.
+    // A server that stops ends or cancels its watches. A server that finds this reader too slow
+    // ends the watch with RESOURCE_EXHAUSTED.
     return why.ok() || absl::IsUnavailable(why) || absl::IsCancelled(why) ||
            absl::IsResourceExhausted(why);
   }
@@ -244,15 +246,15 @@ class Watcher::Call {
   const std::shared_ptr<Connection> connection_;
   const WatchOptions options_;
   const absl::Time deadline_;
-  v1::WatchRequest request_;  // of the next call
+  v1::WatchRequest request_;  // for the next call
   std::unique_ptr<grpc::ClientReader<v1::WatchResponse>> reader_;
-  v1::WatchResponse coalesced_;  // the last that had several, and which of them comes next
+  v1::WatchResponse coalesced_;  // the last message with several, and the index of the next of them
   int next_coalesced_ = 0;
   Backoff backoff_;
   absl::Time broken_since_ = absl::InfiniteFuture();
   bool begun_ = false;
-  bool starts_anew_ = false;           // the next snapshot is in place of what was told
-  std::optional<WatchEvent> pending_;  // what has come of a revision
+  bool starts_anew_ = false;           // the next snapshot replaces everything reported before
+  std::optional<WatchEvent> pending_;  // the part of a revision that has arrived
   std::optional<Revision> told_;
   int num_resumed_ = 0;
   bool finished_ = false;
@@ -260,7 +262,7 @@ class Watcher::Call {
   mutable absl::Mutex mutex_;
   bool cancelled_ ABSL_GUARDED_BY(mutex_) = false;
   std::unique_ptr<grpc::ClientContext> context_ ABSL_GUARDED_BY(mutex_);
-  // When the reader, if it reads, gives the call up.
+  // Time at which the watchdog cancels the call; infinite while the reader does not read.
   absl::Time listen_until_ ABSL_GUARDED_BY(mutex_) = absl::InfiniteFuture();
   std::thread watchdog_;
 };

@@ -5,24 +5,25 @@
 
 #include "map/geometry/predicates.h"
 #include "map/layers/grid_layer.h"
+#include "map/layers/layer_registry.h"
 #include "map/layers/semantic_layer.h"
 #include "map/query/query.h"
 #include "map/values/value_aliases.h"
 #include "map/values/value_query.h"
 #include "map/watch/cell_changes.h"
-#include "map/watch/structure.h"
 
 namespace hypermap {
 namespace {
 
-// The labels that some of the folded classes stand for in a layer.
+// Returns the labels that the folded classes stand for in a layer.
 std::set<std::string> LabelsOf(const ValueAliases& aliases, const std::set<std::string>& classes) {
   std::set<std::string> labels;
   for (const std::string& word : classes) labels.merge(LabelsFor(aliases, word));
   return labels;
 }
 
-// A rectangle in the caller's frame that covers all of the layers' content.
+// Returns a rectangle in the caller's frame that covers all content of the layers; ContentIn needs
+// an area.
 Polygon Everywhere(const Snapshot& snapshot, const std::string& frame_id,
                    const std::vector<std::string>& layers) {
   Box box;
@@ -36,6 +37,7 @@ Polygon Everywhere(const Snapshot& snapshot, const std::string& frame_id,
     }
   }
   if (box.empty()) box.Extend(Point{0.0, 0.0});
+  // The margin exceeds the rounding errors of the transforms.
   const double margin = 1.0 + 1e-9 * std::max({std::abs(box.min.x), std::abs(box.min.y),
                                                std::abs(box.max.x), std::abs(box.max.y)});
   return Polygon::FromBox(
@@ -47,13 +49,13 @@ class ContentReader : public SelectionReader {
   ContentReader(std::unique_ptr<PartReader> parts, std::set<std::string> classes)
       : parts_(std::move(parts)), classes_(std::move(classes)) {}
 
-  std::vector<ToldChange> Next(int max_items) override {
-    std::vector<ToldChange> told;
+  std::vector<MapChange> Next(int max_items) override {
+    std::vector<MapChange> told;
     if (done()) return told;
     LayerPart part = parts_->Next(max_items);
     if (part.status != AnswerStatus::kValue) return told;
     const LayerSpec& spec = part.layer->spec();
-    ToldChange change;
+    MapChange change;
     change.layer = spec.name;
     change.caller_from_layer = part.caller_from_layer;
     const std::set<std::string> labels = LabelsOf(spec.aliases, classes_);
@@ -63,6 +65,7 @@ class ContentReader : public SelectionReader {
       change.object = std::move(object);
       told.push_back(change);
     }
+    // A subscriber begins without cells, so that unknown ones need not be sent.
     std::erase_if(part.part.runs, [](const CellRun& run) { return !run.value; });
     if (part.part.runs.empty()) return told;
     change.kind = ChangeKind::kCells;
@@ -75,18 +78,21 @@ class ContentReader : public SelectionReader {
   bool done() const override { return !parts_ || parts_->done(); }
 
  private:
-  std::unique_ptr<PartReader> parts_;  // null: there is nothing
+  std::unique_ptr<PartReader> parts_;  // Null: nothing to read.
   std::set<std::string> classes_;
 };
 
 }  // namespace
 
-// A layer of the structure as the filter sees it.
+// A layer of the structure, with the filter converted to the layer's terms: its area in the layer's
+// frame, its classes as labels.
 class Follower::FollowedLayer {
  public:
-  FollowedLayer(const Follower& follower, const Snapshot& structure, LayerPtr layer)
-      : layer_(std::move(layer)), all_classes_(follower.classes_.empty()) {
-    const LayerSpec& spec = layer_->spec();
+  FollowedLayer(const Follower& follower, const MapStructure& structure, LayerStructure layer)
+      : layer_(std::move(layer)),
+        domain_(MakeCellDomain(layer_.spec)),
+        all_classes_(follower.classes_.empty()) {
+    const LayerSpec& spec = layer_.spec;
     labels_ = LabelsOf(spec.aliases, follower.classes_);
     const WatchFilter& filter = follower.filter_;
     const auto transform = structure.frames.Lookup(follower.frame_id_, spec.frame_id);
@@ -101,7 +107,10 @@ class Follower::FollowedLayer {
     if (spec.grid) cover_.emplace(area, *spec.grid, kAllCells, rule);
   }
 
-  const LayerPtr& layer() const { return layer_; }
+  const LayerStructure& layer() const { return layer_; }
+  const LayerSpec& spec() const { return layer_.spec; }
+  // Null if the layer is not a grid.
+  const CellDomain* domain() const { return domain_.get(); }
   bool connected() const { return connected_; }
   const PlanarTransform& caller_from_layer() const { return caller_from_layer_; }
   const CellCover* cover() const { return cover_ ? &*cover_ : nullptr; }
@@ -114,17 +123,19 @@ class Follower::FollowedLayer {
   }
 
  private:
-  LayerPtr layer_;
+  LayerStructure layer_;
+  std::shared_ptr<const CellDomain> domain_;
   bool all_classes_;
   std::set<std::string> labels_;
   bool connected_ = false;
   PlanarTransform caller_from_layer_;
   Box bounds_;
-  std::optional<PreparedPolygon> area_;  // in the layer's frame
-  std::optional<CellCover> cover_;       // of a grid
+  std::optional<PreparedPolygon> area_;  // In the layer's frame.
+  std::optional<CellCover> cover_;       // Set for a grid with an area.
 };
 
-// Tells of the changes of a commit, whose structure the follower has moved to.
+// Converts the changes of a commit for the subscriber. The follower must have moved to the
+// structure after the commit.
 class Follower::Teller {
  public:
   explicit Teller(const Follower& follower) : follower_(follower) {}
@@ -136,7 +147,7 @@ class Follower::Teller {
   }
   void operator()(const LayerDeleted& change) {
     if (!follower_.Follows(change.spec.name)) return;
-    ToldChange told;
+    MapChange told;
     told.kind = ChangeKind::kLayerDeleted;
     told.layer = change.spec.name;
     told_.push_back(std::move(told));
@@ -144,7 +155,7 @@ class Follower::Teller {
   void operator()(const AliasesSet& change) { AddLayer(ChangeKind::kLayerChanged, change.layer); }
   void operator()(const ExtentGrown& change) { AddLayer(ChangeKind::kLayerChanged, change.layer); }
   void operator()(const TransformSet& change) {
-    ToldChange told;
+    MapChange told;
     told.kind = ChangeKind::kTransform;
     told.transform = change.transform;
     told_.push_back(std::move(told));
@@ -152,6 +163,8 @@ class Follower::Teller {
   void operator()(const ObjectPut& change) {
     const FollowedLayer* layer = Find(change.layer);
     if (!layer) return;
+    // The filter of one structure judges both versions of the object: NeedsReset has ruled out that
+    // the commit changed the meaning of the filter.
     const bool was = layer->Selects(change.before);
     const bool is = layer->Selects(change.after);
     if (!was && !is) return;
@@ -169,24 +182,24 @@ class Follower::Teller {
   void operator()(const TileWritten& change) {
     const FollowedLayer* layer = Find(change.layer);
     if (!layer || !layer->connected()) return;
-    const auto* grid = AsGrid(layer->layer().get());
-    if (!grid) return;
+    if (!layer->domain()) return;
+    // Testing the tile against the bounds is much cheaper than comparing its cells.
     if (layer->cover() && layer->cover()->bounds().Intersection(CellsOf(change.index)).empty()) {
       return;
     }
     CellChanges cells = ChangedCells(change.index, change.before.get(), change.after.get(),
-                                     grid->domain(), layer->cover());
+                                     *layer->domain(), layer->cover());
     if (cells.after.empty()) return;
-    ToldChange told;
+    MapChange told;
     told.kind = ChangeKind::kCells;
     told.layer = change.layer;
     told.caller_from_layer = layer->caller_from_layer();
-    told.grid = grid->geometry();
+    told.grid = layer->spec().grid;
     told.cells = std::move(cells.after);
     told_.push_back(std::move(told));
   }
 
-  std::vector<ToldChange> Take() && { return std::move(told_); }
+  std::vector<MapChange> Take() && { return std::move(told_); }
 
  private:
   const FollowedLayer* Find(const std::string& name) const {
@@ -196,8 +209,8 @@ class Follower::Teller {
 
   void AddLayer(ChangeKind kind, const std::string& name) {
     const FollowedLayer* layer = Find(name);
-    if (!layer) return;  // not followed, or deleted in the same commit
-    ToldChange told;
+    if (!layer) return;  // Not followed, or deleted in the same commit.
+    MapChange told;
     told.kind = kind;
     told.layer = name;
     told.caller_from_layer = layer->caller_from_layer();
@@ -206,9 +219,9 @@ class Follower::Teller {
   }
 
   void AddObject(ChangeKind kind, const FollowedLayer& layer, ObjectId id, ObjectPtr object) {
-    ToldChange told;
+    MapChange told;
     told.kind = kind;
-    told.layer = layer.layer()->spec().name;
+    told.layer = layer.spec().name;
     told.caller_from_layer = layer.caller_from_layer();
     told.object_id = id;
     told.object = std::move(object);
@@ -216,21 +229,21 @@ class Follower::Teller {
   }
 
   const Follower& follower_;
-  std::vector<ToldChange> told_;
+  std::vector<MapChange> told_;
 };
 
-// Transforms, then the layers by name, each before its content.
+// Reads a snapshot as stored: transforms, then the layers by name, each before its content.
 class Follower::StoredReader : public SelectionReader {
  public:
   StoredReader(SnapshotPtr snapshot, std::vector<std::shared_ptr<const FollowedLayer>> layers)
       : snapshot_(std::move(snapshot)), layers_(std::move(layers)) {}
 
-  std::vector<ToldChange> Next(int max_items) override {
-    std::vector<ToldChange> told;
+  std::vector<MapChange> Next(int max_items) override {
+    std::vector<MapChange> told;
     if (!std::exchange(begun_, true)) TellTransforms(&told);
     if (done()) return told;
     const FollowedLayer& followed = *layers_[current_];
-    const Layer& layer = *snapshot_->FindLayer(followed.layer()->spec().name);
+    const Layer& layer = *snapshot_->FindLayer(followed.spec().name);
     if (!std::exchange(in_layer_, true)) BeginLayer(layer, &told);
     const auto* grid = AsGrid(&layer);
     if (!grid) {
@@ -249,55 +262,57 @@ class Follower::StoredReader : public SelectionReader {
   bool done() const override { return begun_ && current_ == layers_.size(); }
 
  private:
-  static ToldChange& Add(ChangeKind kind, std::vector<ToldChange>* told) {
+  static MapChange& Add(ChangeKind kind, std::vector<MapChange>* told) {
     told->emplace_back().kind = kind;
     return told->back();
   }
 
-  void TellTransforms(std::vector<ToldChange>* told) const {
+  void TellTransforms(std::vector<MapChange>* told) const {
     for (FrameTransform& transform : snapshot_->frames.transforms()) {
       Add(ChangeKind::kTransform, told).transform = std::move(transform);
     }
   }
 
-  void BeginLayer(const Layer& layer, std::vector<ToldChange>* told) {
-    ToldChange& created = Add(ChangeKind::kLayerCreated, told);
+  void BeginLayer(const Layer& layer, std::vector<MapChange>* told) {
+    MapChange& created = Add(ChangeKind::kLayerCreated, told);
     created.layer = layer.spec().name;
-    created.layer_now = layer.shared_from_this();
-    created.layer_version = snapshot_->LayerVersionOf(created.layer);
+    const auto* grid = AsGrid(&layer);
+    created.layer_now = LayerStructure{layer.spec(), grid ? grid->extent() : CellBox(),
+                                       snapshot_->LayerVersionOf(created.layer)};
     objects_.clear();
     next_object_ = 0;
     next_tile_.reset();
     if (const auto* semantic = AsSemantic(&layer)) {
       objects_ = semantic->Objects();
-    } else if (const auto* grid = AsGrid(&layer); !grid->tiles().empty()) {
+    } else if (!grid->tiles().empty()) {
       next_tile_ = grid->tiles().begin();
     }
   }
 
-  void TellObjects(const FollowedLayer& followed, int max_items, std::vector<ToldChange>* told) {
+  void TellObjects(const FollowedLayer& followed, int max_items, std::vector<MapChange>* told) {
     const size_t end = std::min(objects_.size(), next_object_ + std::max(max_items, 1));
     for (; next_object_ < end; ++next_object_) {
       ObjectPtr& object = objects_[next_object_];
       if (!followed.Selects(object)) continue;
-      ToldChange& put = Add(ChangeKind::kPut, told);
-      put.layer = followed.layer()->spec().name;
+      MapChange& put = Add(ChangeKind::kPut, told);
+      put.layer = followed.spec().name;
       put.object_id = object->id;
       put.object = std::move(object);
     }
   }
 
-  // A tile is told whole.
+  // Tiles are not split, so that a part may exceed `max_items` by the runs of one tile.
   void TellTiles(const GridLayer& grid, const CellCover* cover, int max_items,
-                 std::vector<ToldChange>* told) {
+                 std::vector<MapChange>* told) {
     int64_t runs = 0;
     for (; next_tile_ && runs < max_items;) {
       const auto& [index, tile] = **next_tile_;
       CellChanges cells = ChangedCells(index, nullptr, tile.get(), grid.domain(), cover);
       if (++*next_tile_ == grid.tiles().end()) next_tile_.reset();
+      // Tiles without a selected cell count as well, to bound the work of a call.
       runs += 1 + static_cast<int64_t>(cells.after.size());
       if (cells.after.empty()) continue;
-      ToldChange& written = Add(ChangeKind::kCells, told);
+      MapChange& written = Add(ChangeKind::kCells, told);
       written.layer = grid.spec().name;
       written.grid = grid.geometry();
       written.cells = std::move(cells.after);
@@ -308,14 +323,14 @@ class Follower::StoredReader : public SelectionReader {
   const std::vector<std::shared_ptr<const FollowedLayer>> layers_;
   bool begun_ = false;
   size_t current_ = 0;
-  // Of the current layer.
+  // Position in the current layer.
   bool in_layer_ = false;
   std::vector<ObjectPtr> objects_;
   size_t next_object_ = 0;
-  std::optional<TileMap::const_iterator> next_tile_;  // nullopt: none is left
+  std::optional<TileMap::const_iterator> next_tile_;  // Nullopt: no tile is left.
 };
 
-absl::StatusOr<Follower> Follower::Make(WatchFilter filter, SnapshotPtr structure) {
+absl::StatusOr<Follower> Follower::Make(WatchFilter filter, StructurePtr structure) {
   absl::StatusOr<std::string> frame = structure->ResolveFrame(filter.frame_id);
   if (!frame.ok()) return frame.status();
   std::set<std::string> classes;
@@ -340,7 +355,7 @@ bool Follower::Follows(const std::string& layer) const {
          std::find(filter_.layers.begin(), filter_.layers.end(), layer) != filter_.layers.end();
 }
 
-void Follower::MoveTo(const SnapshotPtr& structure) {
+void Follower::MoveTo(const StructurePtr& structure) {
   if (structure == structure_) return;
   layers_.clear();
   for (const auto& [name, layer] : structure->layers) {
@@ -351,22 +366,24 @@ void Follower::MoveTo(const SnapshotPtr& structure) {
   structure_ = structure;
 }
 
-bool Follower::NeedsReset(const Snapshot& before, const Snapshot& after) const {
+bool Follower::NeedsReset(const MapStructure& before, const MapStructure& after) const {
   for (const auto& [name, followed] : layers_) {
-    const Layer* layer = after.FindLayer(name);
-    if (!layer || layer->spec().frame_id != followed->layer()->spec().frame_id) continue;
-    if (!classes_.empty() && layer->spec().aliases != followed->layer()->spec().aliases) {
+    const LayerStructure* layer = after.FindLayer(name);
+    // A layer that was deleted or recreated needs no reset: the commit has events for it.
+    if (!layer || layer->spec.frame_id != followed->spec().frame_id) continue;
+    if (!classes_.empty() && layer->spec.aliases != followed->spec().aliases) {
       return true;
     }
+    // As stored, without an area, nothing is converted to the caller's frame.
     if (filter_.as_stored && !filter_.area) continue;
-    const auto was = before.frames.Lookup(frame_id_, layer->spec().frame_id);
-    const auto is = after.frames.Lookup(frame_id_, layer->spec().frame_id);
+    const auto was = before.frames.Lookup(frame_id_, layer->spec.frame_id);
+    const auto is = after.frames.Lookup(frame_id_, layer->spec.frame_id);
     if (was.ok() != is.ok() || (was.ok() && !(*was == *is))) return true;
   }
   return false;
 }
 
-Follower::Told Follower::Tell(const std::vector<Change>& changes, const SnapshotPtr& structure) {
+Follower::Told Follower::Tell(const std::vector<Change>& changes, const StructurePtr& structure) {
   const bool reset = structure != structure_ && NeedsReset(*structure_, *structure);
   MoveTo(structure);
   if (reset) return {true, {}};
@@ -388,7 +405,8 @@ std::unique_ptr<SelectionReader> Follower::Read(SnapshotPtr snapshot) {
   if (scope.layers.empty()) return std::make_unique<ContentReader>(nullptr, classes_);
   const Polygon area =
       filter_.area ? *filter_.area : Everywhere(*snapshot, frame_id_, scope.layers);
-  // The frame may only be gone with the layer that named it; then nothing is connected to it.
+  // ContentIn fails only if the frame is unknown, that is, if the layer that named it was deleted.
+  // Then no layer is connected to the frame, and there is nothing to read.
   absl::StatusOr<std::unique_ptr<PartReader>> parts = ContentIn(std::move(snapshot), scope, area);
   return std::make_unique<ContentReader>(parts.ok() ? *std::move(parts) : nullptr, classes_);
 }

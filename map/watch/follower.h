@@ -1,4 +1,4 @@
-// What somebody who follows a part of a map is told of each commit.
+// Filters the commits of a map for a subscriber.
 #ifndef HYPERMAP_MAP_WATCH_FOLLOWER_H_
 #define HYPERMAP_MAP_WATCH_FOLLOWER_H_
 
@@ -12,55 +12,71 @@
 #include "absl/status/statusor.h"
 #include "map/edits/change.h"
 #include "map/geometry/polygon.h"
-#include "map/watch/told_change.h"
+#include "map/watch/map_change.h"
 
 namespace hypermap {
 
-// What is followed: the defaults are all layers, the map's own frame, everywhere, all classes.
+// The part of a map that is watched. By default all layers, in the map's own frame, everywhere,
+// with all classes.
 struct WatchFilter {
-  std::vector<std::string> layers;  // need not be there yet
+  std::vector<std::string> layers;  // Need not exist yet.
   std::string frame_id;
-  std::optional<Polygon> area;       // in that frame
-  std::vector<std::string> classes;  // labels, or aliases of them
-  // For replicas: all is told in the frame of its layer, also of layers that are not connected to
-  // `frame_id` (of which an area selects nothing); the area selects the cells that touch it; and a
-  // selection tells transforms and layers as well.
+  std::optional<Polygon> area;       // In the frame `frame_id`.
+  std::vector<std::string> classes;  // Labels, or aliases of labels.
+  // For replicas. Content stays in the frame of its layer, and layers that are not connected to
+  // `frame_id` are included (but an area selects nothing of them). The area selects the cells that
+  // touch it, rather than those with their centre in it. A selection also contains transforms and
+  // layers.
   bool as_stored = false;
 };
 
-// All that a filter selects in a snapshot, in parts. Keeps the snapshot alive. Not thread safe; may
-// be handed from thread to thread.
+// Reads everything that a filter selects in a snapshot, in parts, so that no part is large and
+// other calls get their turn. Keeps the snapshot alive. Not thread-safe; may move between threads.
 class SelectionReader {
  public:
   virtual ~SelectionReader() = default;
-  // kPut and kCells changes with at most about `max_items` objects and runs; may be none. As
-  // stored: first kTransform of all frames, and kLayerCreated of each layer before its content.
-  virtual std::vector<ToldChange> Next(int max_items) = 0;
+  // Returns kPut and kCells changes with about `max_items` objects and runs at most; may be empty
+  // before done(). As stored: the first changes are kTransform of all transforms, and kLayerCreated
+  // of each layer before its content.
+  virtual std::vector<MapChange> Next(int max_items) = 0;
   virtual bool done() const = 0;
 };
 
-// Follows a map from one structure (map/watch/structure.h) to the next. Not thread safe; may be
-// handed from thread to thread.
+// Filters the commits of a map, one after the other:
+//
+//   auto follower = Follower::Make({.layers = {"objects"}}, StructureOf(*snapshot));
+//   auto selection = follower->Read(snapshot);
+//   while (!selection->done()) Send(selection->Next(1000));
+//   for (const Commit& commit : commits_after_snapshot) {
+//     Follower::Told told = follower->Tell(commit.changes, commit.structure);
+//     if (!told.reset) Send(told.changes);  // Otherwise read a newer snapshot.
+//   }
+//
+// Its position is a structure of the map, because the meaning of a filter (where its area is in a
+// layer, which labels its classes stand for) depends on it. Not thread-safe; may move between
+// threads.
 class Follower {
  public:
   // NOT_FOUND for a frame that the map does not know; INVALID_ARGUMENT for an empty class.
-  static absl::StatusOr<Follower> Make(WatchFilter filter, SnapshotPtr structure);
+  static absl::StatusOr<Follower> Make(WatchFilter filter, StructurePtr structure);
 
   Follower(Follower&&) noexcept;
   Follower& operator=(Follower&&) noexcept;
   ~Follower();
 
-  // What a commit tells; `structure` is that after it, the last one given is that before it. With
-  // `reset` what was told before does not hold any more and nothing is told of the commit: the
-  // place of something in the caller's frame, or the meaning of a class, has changed. Then Read a
-  // snapshot of that revision or a later one and go on after it.
+  // The part of a commit that the filter selects. With `reset`, changes cannot bring the subscriber
+  // up to date, because the place of content in its frame or the meaning of a class has changed.
+  // Then `changes` is empty; call Read with a snapshot of that revision or a later one and go on
+  // after it.
   struct Told {
     bool reset = false;
-    std::vector<ToldChange> changes;
+    std::vector<MapChange> changes;
   };
-  Told Tell(const std::vector<Change>& changes, const SnapshotPtr& structure);
+  // Filters the changes of a commit. `structure` is the one after the commit; the one of the call
+  // before (at first that of Make) must be the one before it.
+  Told Tell(const std::vector<Change>& changes, const StructurePtr& structure);
 
-  // All that the filter selects in `snapshot`, from whose structure it then goes on.
+  // Reads everything that the filter selects in `snapshot`, and goes on from its structure.
   std::unique_ptr<SelectionReader> Read(SnapshotPtr snapshot);
 
  private:
@@ -71,15 +87,16 @@ class Follower {
   Follower(WatchFilter filter, std::string frame_id, std::set<std::string> classes);
 
   bool Follows(const std::string& layer) const;
-  void MoveTo(const SnapshotPtr& structure);
-  // Whether the layers of both structures can be told of alike.
-  bool NeedsReset(const Snapshot& before, const Snapshot& after) const;
+  void MoveTo(const StructurePtr& structure);
+  // Whether the change of structure moves content in the caller's frame, or changes the meaning of
+  // a class, for a layer that is in both structures.
+  bool NeedsReset(const MapStructure& before, const MapStructure& after) const;
 
   WatchFilter filter_;
   std::string frame_id_;
-  std::set<std::string> classes_;  // folded
-  SnapshotPtr structure_;
-  std::map<std::string, std::shared_ptr<const FollowedLayer>> layers_;  // of structure_
+  std::set<std::string> classes_;  // Folded.
+  StructurePtr structure_;
+  std::map<std::string, std::shared_ptr<const FollowedLayer>> layers_;  // Layers of structure_.
 };
 
 }  // namespace hypermap

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "map/layers/grid_layer.h"
+#include "map/layers/layer_registry.h"
 #include "map/watch/cell_changes.h"
 
 namespace hypermap {
@@ -15,6 +15,8 @@ class NetChanges::Adder {
   void operator()(const LayerCreated& change) { layers_[change.spec.name].created = true; }
   void operator()(const LayerDeleted& change) {
     LayerChanges& layer = layers_[change.spec.name];
+    // Content before the deletion belongs to a layer that is gone. A layer that was also created
+    // between the revisions leaves no trace.
     LayerChanges gone;
     gone.deleted = layer.deleted || !layer.created;
     layer = std::move(gone);
@@ -26,7 +28,7 @@ class NetChanges::Adder {
         .tiles.try_emplace(change.index, TileEnds{change.before, nullptr})
         .first->second.after = change.after;
   }
-  // Seen by comparing the structures.
+  // Finish finds these by comparing the structures; a layer is only marked as touched.
   void operator()(const TransformSet& /*change*/) {}
   void operator()(const AliasesSet& change) { layers_[change.layer]; }
   void operator()(const ExtentGrown& change) { layers_[change.layer]; }
@@ -34,6 +36,7 @@ class NetChanges::Adder {
  private:
   void Put(const std::string& layer, const ObjectPtr& before, const ObjectPtr& after) {
     const ObjectId id = after ? after->id : before->id;
+    // The first change of an object has its state before all of them, the last one its state after.
     layers_[layer].objects.try_emplace(id, Ends{before, nullptr}).first->second.after = after;
   }
 
@@ -42,14 +45,14 @@ class NetChanges::Adder {
 
 class NetChanges::Teller {
  public:
-  Teller(const Snapshot& from, const Snapshot& to, const std::string& frame_id)
+  Teller(const MapStructure& from, const MapStructure& to, const std::string& frame_id)
       : from_(from), to_(to), frame_id_(frame_id) {}
 
   void TellTransforms() {
     const std::vector<FrameTransform> before = from_.frames.transforms();
     for (const FrameTransform& transform : to_.frames.transforms()) {
       if (std::find(before.begin(), before.end(), transform) != before.end()) continue;
-      ToldChange told;
+      MapChange told;
       told.kind = ChangeKind::kTransform;
       told.transform = transform;
       told_.push_back(std::move(told));
@@ -58,66 +61,67 @@ class NetChanges::Teller {
 
   void TellLayer(const std::string& name, const LayerChanges& changes) {
     if (changes.deleted) Add(ChangeKind::kLayerDeleted, name);
-    const auto layer = to_.layers.find(name);
-    if (layer == to_.layers.end()) return;
+    const LayerStructure* layer = to_.FindLayer(name);
+    if (!layer) return;
     if (changes.created) {
-      AddLayer(ChangeKind::kLayerCreated, layer->second);
-    } else if (!SameStructure(from_.FindLayer(name), *layer->second)) {
-      AddLayer(ChangeKind::kLayerChanged, layer->second);
+      AddLayer(ChangeKind::kLayerCreated, *layer);
+    } else if (!SameStructure(from_.FindLayer(name), *layer)) {
+      AddLayer(ChangeKind::kLayerChanged, *layer);
     }
-    const auto transform = to_.frames.Lookup(frame_id_, layer->second->spec().frame_id);
+    const auto transform = to_.frames.Lookup(frame_id_, layer->spec.frame_id);
+    // Content without a place in the caller's frame is left out.
     if (!transform.ok()) return;
     const size_t first = told_.size();
     for (const auto& [id, ends] : changes.objects) TellObject(name, id, ends);
-    if (const auto* grid = AsGrid(layer->second.get())) {
-      for (const auto& [index, ends] : changes.tiles) TellTile(*grid, index, ends);
+    if (const auto domain = MakeCellDomain(layer->spec)) {
+      for (const auto& [index, ends] : changes.tiles) {
+        TellTile(layer->spec, *domain, index, ends);
+      }
     }
     for (size_t i = first; i < told_.size(); ++i) told_[i].caller_from_layer = *transform;
   }
 
-  std::vector<ToldChange> Take() && { return std::move(told_); }
+  std::vector<MapChange> Take() && { return std::move(told_); }
 
  private:
-  static bool SameStructure(const Layer* before, const Layer& after) {
-    return before && before->spec() == after.spec() && before->Bounds() == after.Bounds();
+  static bool SameStructure(const LayerStructure* before, const LayerStructure& after) {
+    return before && before->spec == after.spec && before->extent == after.extent;
   }
 
-  ToldChange& Add(ChangeKind kind, const std::string& layer) {
-    ToldChange& told = told_.emplace_back();
+  MapChange& Add(ChangeKind kind, const std::string& layer) {
+    MapChange& told = told_.emplace_back();
     told.kind = kind;
     told.layer = layer;
     return told;
   }
 
-  void AddLayer(ChangeKind kind, const LayerPtr& layer) {
-    ToldChange& told = Add(kind, layer->spec().name);
-    told.layer_now = layer;
-    told.layer_version = to_.LayerVersionOf(layer->spec().name);
+  void AddLayer(ChangeKind kind, const LayerStructure& layer) {
+    Add(kind, layer.spec.name).layer_now = layer;
   }
 
   void TellObject(const std::string& layer, ObjectId id, const Ends& ends) {
     if (!ends.before && !ends.after) return;
     if (ends.before && ends.after && *ends.before == *ends.after) return;
-    ToldChange& told = Add(ends.after ? ChangeKind::kPut : ChangeKind::kRemove, layer);
+    MapChange& told = Add(ends.after ? ChangeKind::kPut : ChangeKind::kRemove, layer);
     told.object_id = id;
     told.object = ends.after;
     told.object_before = ends.before;
   }
 
-  void TellTile(const GridLayer& grid, const TileIndex& index, const TileEnds& ends) {
-    CellChanges cells =
-        ChangedCells(index, ends.before.get(), ends.after.get(), grid.domain(), nullptr);
+  void TellTile(const LayerSpec& spec, const CellDomain& domain, const TileIndex& index,
+                const TileEnds& ends) {
+    CellChanges cells = ChangedCells(index, ends.before.get(), ends.after.get(), domain, nullptr);
     if (cells.after.empty()) return;
-    ToldChange& told = Add(ChangeKind::kCells, grid.spec().name);
-    told.grid = grid.geometry();
+    MapChange& told = Add(ChangeKind::kCells, spec.name);
+    told.grid = spec.grid;
     told.cells = std::move(cells.after);
     told.cells_before = std::move(cells.before);
   }
 
-  const Snapshot& from_;
-  const Snapshot& to_;
+  const MapStructure& from_;
+  const MapStructure& to_;
   const std::string& frame_id_;
-  std::vector<ToldChange> told_;
+  std::vector<MapChange> told_;
 };
 
 void NetChanges::Add(const std::vector<Change>& changes) {
@@ -125,9 +129,9 @@ void NetChanges::Add(const std::vector<Change>& changes) {
   for (const Change& change : changes) std::visit(adder, change);
 }
 
-std::vector<ToldChange> NetChanges::Finish(const Snapshot& from, const Snapshot& to,
-                                           const std::vector<std::string>& layers,
-                                           const std::string& frame_id) && {
+std::vector<MapChange> NetChanges::Finish(const MapStructure& from, const MapStructure& to,
+                                          const std::vector<std::string>& layers,
+                                          const std::string& frame_id) && {
   Teller teller(from, to, frame_id);
   teller.TellTransforms();
   for (const auto& [name, changes] : layers_) {

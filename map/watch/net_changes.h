@@ -7,24 +7,25 @@
 #include <vector>
 
 #include "map/edits/change.h"
-#include "map/watch/told_change.h"
+#include "map/watch/map_change.h"
 
 namespace hypermap {
 
-// Takes the commits between two revisions in order and makes one difference of them: each object
-// and cell once, as it was before the first and as it is after the last, and not at all when it is
-// as it was. Holds what the commits touched. Used as: Add..., Finish.
+// Combines the commits between two revisions into their difference. Each object and cell appears
+// once, with its state before the first commit and after the last, and not at all if these are
+// equal. Uses memory for everything that the commits touched. Call Add for each commit in order,
+// then Finish.
 class NetChanges {
  public:
   void Add(const std::vector<Change>& changes);
 
-  // `from` and `to` are the structures (map/watch/structure.h) of the two revisions. Layers that
-  // are not named (none named: all are) are left out, as is the content of those not connected to
-  // `frame_id` at `to`. Transforms first, then layers by name: what became of the layer, objects by
-  // id, cells by tile.
-  std::vector<ToldChange> Finish(const Snapshot& from, const Snapshot& to,
-                                 const std::vector<std::string>& layers,
-                                 const std::string& frame_id) &&;
+  // Returns the difference. `from` and `to` are the structures of the two revisions. Only the named
+  // layers are compared (all if `layers` is empty), and content only of those connected to
+  // `frame_id` at `to`. The order: transforms, then the layers by name; in a layer, the change of
+  // the layer itself, objects by id, cells by tile.
+  std::vector<MapChange> Finish(const MapStructure& from, const MapStructure& to,
+                                const std::vector<std::string>& layers,
+                                const std::string& frame_id) &&;
 
  private:
   struct Ends {
@@ -36,8 +37,8 @@ class NetChanges {
     TilePtr after;
   };
   struct LayerChanges {
-    bool deleted = false;  // the layer that was there
-    bool created = false;  // the one that is there
+    bool deleted = false;  // Whether the layer of revision `from` was deleted.
+    bool created = false;  // Whether the layer of revision `to` was created.
     std::map<ObjectId, Ends> objects;
     std::map<TileIndex, TileEnds> tiles;
   };

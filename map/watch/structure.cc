@@ -1,84 +1,69 @@
 #include "map/watch/structure.h"
 
-#include <algorithm>
 #include <memory>
 #include <utility>
-
-#include "map/layers/grid_layer.h"
-#include "map/layers/layer_registry.h"
-#include "map/layers/semantic_layer.h"
 
 namespace hypermap {
 namespace {
 
-LayerPtr EmptyGrid(const GridLayer& grid, const CellBox& extent) {
-  return std::make_shared<GridLayer>(grid.spec(), grid.shared_domain(), TileMap(), extent);
-}
-
-// The layer without content.
-LayerPtr EmptyLike(const Layer& layer) {
-  if (const auto* grid = AsGrid(&layer)) {
-    return EmptyGrid(*grid, grid->extent());
-  }
-  return MakeEmptyLayer(layer.spec());
-}
-
-// Carries the changes of structure out on a copy.
+// Applies changes of the structure to a copy, which it makes at the first such change. Most commits
+// change content only and need no copy.
 class StructureEditor {
  public:
-  explicit StructureEditor(const SnapshotPtr& before) : before_(before) {}
+  StructureEditor(const StructurePtr& before, Revision revision)
+      : before_(before), revision_(revision) {}
 
   template <typename ContentChange>
   void operator()(const ContentChange& /*change*/) {}
   void operator()(const LayerCreated& change) {
-    Next().layers[change.spec.name] = MakeEmptyLayer(change.spec);
+    Next().layers.insert_or_assign(change.spec.name, LayerStructure{change.spec, {}, revision_});
   }
   void operator()(const LayerDeleted& change) { Next().layers.erase(change.spec.name); }
   void operator()(const TransformSet& change) {
-    // It was carried out before, so it fits.
+    // Cannot fail: the commit was accepted with this transform.
     Next().frames.Set(change.transform).IgnoreError();
   }
   void operator()(const ExtentGrown& change) {
-    const auto* grid = Next().FindGrid(change.layer);
-    if (grid) next_->layers[change.layer] = EmptyGrid(*grid, change.extent);
+    if (LayerStructure* layer = Find(change.layer)) layer->extent = change.extent;
   }
   void operator()(const AliasesSet& change) {
-    const Layer* layer = Next().FindLayer(change.layer);
-    if (!layer) return;
-    LayerSpec spec = layer->spec();
-    spec.aliases = change.after;
-    next_->layers[change.layer] = MakeEmptyLayer(std::move(spec));
+    if (LayerStructure* layer = Find(change.layer)) layer->spec.aliases = change.after;
   }
 
-  SnapshotPtr Finish(Revision revision) && {
+  StructurePtr Finish() && {
     if (!next_) return before_;
-    next_->revision = revision;
     return std::move(next_);
   }
 
  private:
-  Snapshot& Next() {
-    if (!next_) next_ = std::make_shared<Snapshot>(*before_);
+  MapStructure& Next() {
+    if (!next_) {
+      next_ = std::make_shared<MapStructure>(*before_);
+      next_->revision = revision_;
+    }
     return *next_;
   }
 
-  const SnapshotPtr& before_;
-  std::shared_ptr<Snapshot> next_;
+  // Returns the layer in the copy, with `revision_` as its version; null if there is no such layer.
+  LayerStructure* Find(const std::string& name) {
+    const auto layer = Next().layers.find(name);
+    if (layer == next_->layers.end()) return nullptr;
+    layer->second.version = revision_;
+    return &layer->second;
+  }
+
+  const StructurePtr& before_;
+  const Revision revision_;
+  std::shared_ptr<MapStructure> next_;
 };
 
 }  // namespace
 
-SnapshotPtr StructureOf(const Snapshot& snapshot) {
-  auto structure = std::make_shared<Snapshot>(snapshot);
-  for (auto& [name, layer] : structure->layers) layer = EmptyLike(*layer);
-  return structure;
-}
-
-SnapshotPtr StructureAfter(const SnapshotPtr& before, Revision revision,
-                           const std::vector<Change>& changes) {
-  StructureEditor editor(before);
+StructurePtr StructureAfter(const StructurePtr& before, Revision revision,
+                            const std::vector<Change>& changes) {
+  StructureEditor editor(before, revision);
   for (const Change& change : changes) std::visit(editor, change);
-  return std::move(editor).Finish(revision);
+  return std::move(editor).Finish();
 }
 
 }  // namespace hypermap

@@ -1,22 +1,18 @@
-// A map without its content: frames, and layers that are empty but have their spec, and grids their
-// extent. Small, so that it can be kept for each of many revisions.
+// Keeps the structure of a map up to date, commit by commit.
 #ifndef HYPERMAP_MAP_WATCH_STRUCTURE_H_
 #define HYPERMAP_MAP_WATCH_STRUCTURE_H_
 
 #include <vector>
 
 #include "map/edits/change.h"
-#include "map/snapshot.h"
+#include "map/structure.h"
 
 namespace hypermap {
 
-// The structure of `snapshot`. Its revision and versions are the snapshot's.
-SnapshotPtr StructureOf(const Snapshot& snapshot);
-
-// The structure after a commit: the same pointer when the commit changed content only. So its
-// revision is that of the last commit that changed it, and versions are not kept up.
-SnapshotPtr StructureAfter(const SnapshotPtr& before, Revision revision,
-                           const std::vector<Change>& changes);
+// Returns the structure after a commit. If the commit changed content only, this is `before`
+// itself; hence the revision of a structure is that of the last commit that changed it.
+StructurePtr StructureAfter(const StructurePtr& before, Revision revision,
+                            const std::vector<Change>& changes);
 
 }  // namespace hypermap
 

@@ -28,14 +28,12 @@ using testing::TestSeed;
 using testing::Uniform;
 using testing::UniformInt;
 
-// What somebody who believes all that is told knows of a map.
+// The state of a client that applies every event.
 struct Known {
-  std::map<std::pair<std::string, ObjectId>, SemanticObject> objects;  // caller's frame
+  std::map<std::pair<std::string, ObjectId>, SemanticObject> objects;  // In the caller's frame.
   std::map<std::tuple<std::string, int32_t, int32_t>, double> cells;
 
-  friend bool operator==(const Known&, const Known&) = default;
-
-  void Learn(const ToldChange& told) {
+  void Learn(const MapChange& told) {
     switch (told.kind) {
       case ChangeKind::kPut:
       case ChangeKind::kEnter: {
@@ -74,7 +72,7 @@ struct Known {
 Known ReadAll(SelectionReader& reader) {
   Known known;
   while (!reader.done()) {
-    for (const ToldChange& told : reader.Next(7)) known.Learn(told);
+    for (const MapChange& told : reader.Next(7)) known.Learn(told);
   }
   return known;
 }
@@ -98,7 +96,7 @@ class FollowerTest : public ::testing::Test {
  protected:
   FollowerTest() { Carry({{Things("things")}}); }
 
-  // Carries out a batch; what it changed is in changes_.
+  // Applies a batch and keeps its changes in changes_.
   void Carry(const EditBatch& batch) {
     auto applied = Apply(*map_, batch);
     ASSERT_TRUE(applied.ok()) << applied.status();
@@ -118,14 +116,14 @@ class FollowerTest : public ::testing::Test {
     const Follower::Told told = follower.Tell(changes_, structure_);
     std::vector<std::string> kinds;
     if (told.reset) kinds.push_back("reset");
-    for (const ToldChange& change : told.changes) {
+    for (const MapChange& change : told.changes) {
       kinds.push_back(std::string(ChangeKindName(change.kind)));
     }
     return kinds;
   }
 
   SnapshotPtr map_ = std::make_shared<Snapshot>();
-  SnapshotPtr structure_ = std::make_shared<Snapshot>();
+  StructurePtr structure_ = std::make_shared<MapStructure>();
   std::vector<Change> changes_;
 };
 
@@ -149,11 +147,11 @@ TEST_F(FollowerTest, LinesEnterAndLeaveByWhatTheyCross) {
     SemanticObject object{.id = id, .label = "lane", .shape = *LineString::Make(vertices)};
     return EditBatch{{PutObject{"things", object}}};
   };
-  // Its box meets the area's, the line itself passes by a corner.
+  // Its bounding box intersects the area, but the line passes by a corner.
   EXPECT_THAT(TellKinds(follower, lane({{-6, 5}, {5, -6}})), IsEmpty());
   // No vertex is in the area.
   EXPECT_THAT(TellKinds(follower, lane({{-5, 5}, {15, 5}}, 1)), ElementsAre("enter"));
-  // Ends on the border.
+  // It ends on the border.
   EXPECT_THAT(TellKinds(follower, lane({{-5, 5}, {0, 5}}, 1)), ElementsAre("put"));
   EXPECT_THAT(TellKinds(follower, lane({{-5, 5}, {-0.001, 5}}, 1)), ElementsAre("leave"));
   EXPECT_THAT(TellKinds(follower, {{DeleteObject{"things", 1}}}), IsEmpty());
@@ -183,7 +181,7 @@ TEST_F(FollowerTest, ObjectMayBecomeAnotherKindOfShape) {
         Shape(Polygon::FromBox({{4, 4}, {5, 5}}))}) {
     door.shape = shape;
     Carry({{PutObject{"things", door}}});
-    for (const ToldChange& change : follower.Tell(changes_, structure_).changes) {
+    for (const MapChange& change : follower.Tell(changes_, structure_).changes) {
       EXPECT_EQ(change.kind, ChangeKind::kPut);
       known.Learn(change);
     }
@@ -201,7 +199,7 @@ TEST_F(FollowerTest, ObjectsEnterAndLeaveWithTheirClass) {
               ElementsAre("leave"));
   EXPECT_THAT(TellKinds(follower, {{PutObject{"things", Thing("cup", 0, 0, 1)}}}),
               ElementsAre("enter"));
-  // What the class means has changed.
+  // The class has another meaning now.
   EXPECT_THAT(TellKinds(follower, {{SetAliases{"things", {{"vessel", {"bowl"}}}}}}),
               ElementsAre("reset"));
   EXPECT_THAT(ReadAll(*follower.Read(map_)).objects, IsEmpty());
@@ -224,7 +222,7 @@ TEST_F(FollowerTest, APlacedFrameResetsThoseItMoves) {
   Carry({{Things("dock", "dock"), PutObject{"dock", Thing("pallet", 1, 0)}}});
   Follower in_map = Follow({.layers = {"dock"}});
   Follower in_dock = Follow({.layers = {"dock"}, .frame_id = "dock"});
-  EXPECT_THAT(ReadAll(*in_map.Read(map_)).objects, IsEmpty());  // not connected yet
+  EXPECT_THAT(ReadAll(*in_map.Read(map_)).objects, IsEmpty());  // Not connected yet.
   Carry({{SetTransform{{"map", "dock", PlanarTransform(5, 0, 0)}}}});
   EXPECT_TRUE(in_map.Tell(changes_, structure_).reset);
   EXPECT_FALSE(in_dock.Tell(changes_, structure_).reset);
@@ -240,21 +238,21 @@ TEST_F(FollowerTest, AsStoredAllIsToldInTheFrameOfItsLayer) {
           WriteCells{"floor", {0, 1, 0, 2}, {0.5, std::nullopt}},
           SetTransform{{"map", "dock", PlanarTransform(5, 0, 0)}}}});
   Follower follower = Follow({.as_stored = true});
-  std::vector<ToldChange> told;
+  std::vector<MapChange> told;
   const auto reader = follower.Read(map_);
   while (!reader->done()) {
-    for (ToldChange& change : reader->Next(1)) told.push_back(std::move(change));
+    for (MapChange& change : reader->Next(1)) told.push_back(std::move(change));
   }
   std::vector<std::string> words;
-  for (const ToldChange& change : told) {
+  for (const MapChange& change : told) {
     EXPECT_TRUE(change.caller_from_layer.IsIdentity());
     words.push_back(absl::StrCat(ChangeKindName(change.kind), " ", change.layer));
   }
   EXPECT_THAT(words, ElementsAre("transform ", "layer_created dock", "put dock",
                                  "layer_created floor", "cells floor", "layer_created things"));
-  EXPECT_EQ(told[1].layer_version, map_->revision);
+  EXPECT_EQ(told[1].layer_now->version, map_->revision);
   EXPECT_EQ(told[2].object->shape.bounds().min, (Point{1, 0}));
-  // Nothing of it lies elsewhere in its own frame when that is moved.
+  // As stored, content is in its layer's frame, which moves with it.
   EXPECT_THAT(TellKinds(follower, {{SetTransform{{"map", "dock", PlanarTransform(9, 0, 0)}}}}),
               ElementsAre("transform"));
 }
@@ -270,9 +268,9 @@ TEST_F(FollowerTest, AsStoredAnAreaSelectsTheCellsItTouches) {
   Carry({{write}});
   const auto told = stored.Tell(changes_, structure_).changes;
   EXPECT_THAT(told.back().cells, ElementsAre(CellRun{0, 0, 2, 0.5}));
-  EXPECT_EQ(centres.Tell(changes_, structure_).changes.size(), 1u);  // the extent
+  EXPECT_EQ(centres.Tell(changes_, structure_).changes.size(), 1u);  // The extent.
   EXPECT_THAT(ReadAll(*stored.Read(map_)).cells, ::testing::SizeIs(2));
-  // The area lies elsewhere in a layer whose frame is moved.
+  // The area moves relative to a layer when the layer's frame does.
   Carry({{Things("dock", "dock"), SetTransform{{"map", "dock", PlanarTransform(5, 0, 0)}}}});
   stored.Tell(changes_, structure_);
   Carry({{SetTransform{{"map", "dock", PlanarTransform(6, 0, 0)}}}});
@@ -286,18 +284,18 @@ TEST_F(FollowerTest, UnknownFramesAndEmptyClassesAreRefused) {
 
 TEST(StructureTest, IsSharedWhileOnlyContentChanges) {
   const Snapshot map = MakeSnapshot("m", {{Things("s"), PutObject{"s", Thing("cup", 0, 0)}}});
-  const SnapshotPtr structure = StructureOf(map);
-  EXPECT_EQ(structure->FindLayer("s")->Size(), 0);
+  const StructurePtr structure = StructureOf(map);
+  EXPECT_EQ(structure->EmptySnapshot().FindLayer("s")->Size(), 0);
   const auto put = Apply(map, {{PutObject{"s", Thing("cup", 0, 0)}}});
   EXPECT_EQ(StructureAfter(structure, 2, put->changes), structure);
   const auto created = Apply(map, {{Things("t")}});
-  const SnapshotPtr after = StructureAfter(structure, 2, created->changes);
+  const StructurePtr after = StructureAfter(structure, 2, created->changes);
   EXPECT_NE(after, structure);
   EXPECT_EQ(after->layers.size(), 2u);
   EXPECT_EQ(structure->layers.size(), 1u);
 }
 
-// Random edits of a random site.
+// A random site, and random edits of it.
 class RandomHistory {
  public:
   explicit RandomHistory(Rng& rng) : rng_(rng) {
@@ -313,7 +311,7 @@ class RandomHistory {
     EditBatch batch;
     for (int i = UniformInt(rng_, 1, 4); i > 0; --i) batch.edits.push_back(RandomEdit());
     auto applied = Apply(*map_, batch);
-    if (!applied.ok()) return {};  // the same thing deleted twice
+    if (!applied.ok()) return {};  // The batch deletes something twice.
     map_ = applied->snapshot;
     return applied->changes;
   }
@@ -357,7 +355,7 @@ TEST(FollowerPropertyTest, WhoBelievesAllThatIsToldKnowsWhatASnapshotSays) {
   Rng rng(seed);
   for (int round = 0; round < 5; ++round) {
     RandomHistory history(rng);
-    SnapshotPtr structure = StructureOf(*history.map());
+    StructurePtr structure = StructureOf(*history.map());
     const std::vector<WatchFilter> filters = {
         {},
         {.area = RandomPolygon(rng, {0, 0}, 6.0)},
@@ -376,7 +374,7 @@ TEST(FollowerPropertyTest, WhoBelievesAllThatIsToldKnowsWhatASnapshotSays) {
       structure = StructureAfter(structure, history.map()->revision, changes);
       for (size_t i = 0; i < followers.size(); ++i) {
         const Follower::Told told = followers[i].Tell(changes, structure);
-        for (const ToldChange& change : told.changes) known[i].Learn(change);
+        for (const MapChange& change : told.changes) known[i].Learn(change);
         Follower fresh = *Follower::Make(filters[i], structure);
         const Known expected = ReadAll(*fresh.Read(history.map()));
         if (told.reset) known[i] = expected;
@@ -403,14 +401,14 @@ TEST(NetChangesPropertyTest, ADifferenceTakesOneRevisionToTheOther) {
     Known known = ReadAll(*before.Read(from));
     std::set<std::pair<std::string, ObjectId>> seen;
     bool moved = false;
-    for (const ToldChange& change : told) {
+    for (const MapChange& change : told) {
       moved = moved || change.kind == ChangeKind::kTransform;
       known.Learn(change);
       if (change.kind == ChangeKind::kPut || change.kind == ChangeKind::kRemove) {
         EXPECT_TRUE(seen.insert({change.layer, change.object_id}).second);
       }
     }
-    if (moved) continue;  // what is not told lies elsewhere in the caller's frame
+    if (moved) continue;  // Unchanged content moved, too.
     Follower after = *Follower::Make({.frame_id = ""}, StructureOf(*to));
     const Known expected = ReadAll(*after.Read(to));
     EXPECT_EQ(known.objects, expected.objects);

@@ -10,21 +10,6 @@
 namespace hypermap::server {
 namespace {
 
-// The next revision, with nothing changed.
-AppliedBatch NextRevision(const Snapshot& snapshot) {
-  auto next = std::make_shared<Snapshot>(snapshot);
-  ++next->revision;
-  AppliedBatch applied;
-  applied.snapshot = std::move(next);
-  return applied;
-}
-
-absl::StatusOr<AppliedBatch> ApplyOrAdvance(const Snapshot& snapshot, const EditBatch& batch,
-                                            const EditLimits& limits) {
-  if (batch.edits.empty()) return NextRevision(snapshot);
-  return Apply(snapshot, batch, limits);
-}
-
 absl::Status CheckKind(const Snapshot& snapshot, const std::string& layer, LayerKind kind) {
   const absl::StatusOr<LayerPtr> found = snapshot.GetLayer(layer);
   if (!found.ok()) return found.status();
@@ -34,7 +19,7 @@ absl::Status CheckKind(const Snapshot& snapshot, const std::string& layer, Layer
                                                     LayerKindName(kind)));
 }
 
-// What an edit puts or removes of an object; empty for other edits.
+// The layer whose object the edit puts or deletes; empty for other edits.
 std::string LayerOfObjectEdit(const Edit& edit) {
   if (const auto* put = std::get_if<PutObject>(&edit)) return put->layer;
   if (const auto* remove = std::get_if<DeleteObject>(&edit)) return remove->layer;
@@ -99,7 +84,7 @@ absl::StatusOr<FusedLayer*> MapFusion::Find(const Snapshot& snapshot, const std:
 absl::StatusOr<std::vector<FusedLayer*>> MapFusion::TouchedBy(const Snapshot& before,
                                                               const EditBatch& batch) {
   std::vector<FusedLayer*> touched;
-  for (const hypermap::Edit& edit : batch.edits) {
+  for (const Edit& edit : batch.edits) {
     const std::string layer = LayerOfObjectEdit(edit);
     if (layer.empty() || settings_.count(layer) == 0) continue;
     absl::StatusOr<FusedLayer*> fused = Find(before, layer);
@@ -118,7 +103,7 @@ void MapFusion::Tell(const Snapshot& before, const EditBatch& batch, const Appli
     if (fused == layers_.end()) continue;
     const auto* remove = std::get_if<DeleteObject>(&batch.edits[i]);
     const ObjectId id = remove != nullptr ? remove->id : applied.object_ids[i];
-    // What became of the object in the end counts, however often the batch touched it.
+    // The object's state after the batch counts, however often the batch edits it.
     const ObjectPtr after = FindObject(*applied.snapshot, layer, id);
     const ObjectPtr was = FindObject(before, layer, id);
     if (after) fused->second->Tell(fusion::OperatorFact::Kind::kPin, after);
@@ -131,49 +116,46 @@ void MapFusion::Drop(const std::string& layer) {
   if (settings_.erase(layer) > 0) deleted_.insert(layer);
 }
 
-absl::StatusOr<FusionStep> MapFusion::Edit(const Snapshot& snapshot, const EditBatch& batch) {
-  absl::StatusOr<AppliedBatch> applied = Apply(snapshot, batch, limits_);
-  if (!applied.ok()) return applied.status();
-  if (settings_.empty()) return FusionStep{*std::move(applied), {}};
-  absl::StatusOr<std::vector<FusedLayer*>> touched = TouchedBy(snapshot, batch);
+absl::StatusOr<FusionReaction> MapFusion::React(const Snapshot& before, const EditBatch& batch,
+                                                const AppliedBatch& applied) {
+  if (settings_.empty()) return FusionReaction();
+  // Loads layers as they are before the batch, which Tell then adds to them.
+  absl::StatusOr<std::vector<FusedLayer*>> touched = TouchedBy(before, batch);
   if (!touched.ok()) return touched.status();
-  for (const Change& change : applied->changes) {
+  for (const Change& change : applied.changes) {
     const auto* deleted = std::get_if<LayerDeleted>(&change);
     if (deleted == nullptr) continue;
     if (const auto layer = layers_.find(deleted->spec.name); layer != layers_.end()) {
-      touched->erase(std::remove(touched->begin(), touched->end(), layer->second.get()),
-                     touched->end());
+      std::erase(*touched, layer->second.get());
     }
     Drop(deleted->spec.name);
   }
-  if (touched->empty()) return FusionStep{*std::move(applied), {}};
-  Tell(snapshot, batch, *applied);
-  absl::StatusOr<FusionStep> step = Finish(snapshot, batch, *touched, *applied->snapshot);
-  if (step.ok()) step->applied.object_ids.resize(batch.edits.size());
-  return step;
+  if (touched->empty()) return FusionReaction();
+  Tell(before, batch, applied);
+  return Fold(*applied.snapshot, *touched);
 }
 
-absl::StatusOr<FusionStep> MapFusion::Finish(const Snapshot& snapshot, const EditBatch& batch,
-                                             const std::vector<FusedLayer*>& layers,
-                                             const Snapshot& after_batch) {
-  EditBatch whole = batch;
-  std::vector<size_t> ends;
+absl::StatusOr<FusionReaction> MapFusion::Fold(const Snapshot& snapshot,
+                                               const std::vector<FusedLayer*>& layers) {
+  FusionReaction reaction;
   for (FusedLayer* layer : layers) {
-    absl::StatusOr<std::vector<hypermap::Edit>> edits = layer->Fold(after_batch);
+    absl::StatusOr<std::vector<Edit>> edits = layer->Fold(snapshot);
     if (!edits.ok()) return Broken(edits.status());
-    std::move(edits->begin(), edits->end(), std::back_inserter(whole.edits));
-    ends.push_back(whole.edits.size());
+    std::move(edits->begin(), edits->end(), std::back_inserter(reaction.edits));
+    reaction.parts.push_back({layer, reaction.edits.size()});
   }
-  absl::StatusOr<AppliedBatch> applied = ApplyOrAdvance(snapshot, whole, limits_);
-  if (!applied.ok()) return Broken(applied.status());
-  FusionStep step{*std::move(applied), {}};
-  size_t begin = batch.edits.size();
-  for (size_t i = 0; i < layers.size(); ++i) {
-    const absl::Span<const ObjectId> ids = step.applied.object_ids;
-    step.changes.push_back(layers[i]->Finish(ids.subspan(begin, ends[i] - begin)));
-    begin = ends[i];
+  return reaction;
+}
+
+std::vector<storage::FusionChange> MapFusion::Finish(const FusionReaction& reaction,
+                                                     absl::Span<const ObjectId> object_ids) {
+  std::vector<storage::FusionChange> changes;
+  size_t begin = 0;
+  for (const FusionReaction::Part& part : reaction.parts) {
+    changes.push_back(part.layer->Finish(object_ids.subspan(begin, part.end - begin)));
+    begin = part.end;
   }
-  return step;
+  return changes;
 }
 
 absl::StatusOr<std::vector<ObservationVerdict>> MapFusion::Admit(
@@ -191,14 +173,15 @@ absl::StatusOr<std::vector<ObservationVerdict>> MapFusion::Admit(
   return verdicts;
 }
 
-absl::StatusOr<FusionStep> MapFusion::FoldAdmitted(const Snapshot& snapshot,
-                                                   const std::string& layer) {
+absl::StatusOr<FusionReaction> MapFusion::FoldAdmitted(const Snapshot& snapshot,
+                                                       const std::string& layer) {
   absl::StatusOr<FusedLayer*> fused = Find(snapshot, layer);
   if (!fused.ok()) return Broken(fused.status());
-  return Finish(snapshot, {}, {*fused}, snapshot);
+  return Fold(snapshot, {*fused});
 }
 
-absl::StatusOr<FusionStep> MapFusion::Run(const Snapshot& snapshot, const FusionCommand& command) {
+absl::StatusOr<FusionReaction> MapFusion::Run(const Snapshot& snapshot,
+                                              const FusionCommand& command) {
   return std::visit([&](const auto& c) { return Do(snapshot, c); }, command);
 }
 
@@ -206,6 +189,7 @@ absl::Status MapFusion::Begin(const Snapshot& snapshot, const StartFusion& comma
   if (!options_->codec.encode_observation) {
     return absl::FailedPreconditionError("this server does not take observations");
   }
+  // The new log would see the entries of the old one, which is still stored.
   if (deleted_.count(command.layer) > 0) {
     return absl::AbortedError(
         absl::StrCat("layer \"", command.layer, "\" is just being made anew"));
@@ -227,12 +211,12 @@ absl::Status MapFusion::Begin(const Snapshot& snapshot, const StartFusion& comma
   return absl::OkStatus();
 }
 
-absl::StatusOr<FusionStep> MapFusion::Do(const Snapshot& snapshot, const StartFusion& command) {
+absl::StatusOr<FusionReaction> MapFusion::Do(const Snapshot& snapshot, const StartFusion& command) {
   auto status = CheckKind(snapshot, command.layer, LayerKind::kSemantic);
   if (!status.ok()) return status;
   if (settings_.count(command.layer) == 0) {
     if (absl::Status begun = Begin(snapshot, command); !begun.ok()) return begun;
-    return Finish(snapshot, {}, {layers_[command.layer].get()}, snapshot);
+    return Fold(snapshot, {layers_[command.layer].get()});
   }
   absl::StatusOr<FusedLayer*> fused = Find(snapshot, command.layer);
   if (!fused.ok()) return fused.status();
@@ -245,7 +229,7 @@ absl::StatusOr<FusionStep> MapFusion::Do(const Snapshot& snapshot, const StartFu
     return Mismatch(command.layer, "parameters", settings.parameters, wanted.parameters);
   }
   if (wanted.exploration_layer.empty() || wanted.exploration_layer == settings.exploration_layer) {
-    return FusionStep();
+    return FusionReaction();
   }
   if (!settings.exploration_layer.empty()) {
     return Mismatch(command.layer, "exploration_layer", settings.exploration_layer,
@@ -256,10 +240,11 @@ absl::StatusOr<FusionStep> MapFusion::Do(const Snapshot& snapshot, const StartFu
   settings.exploration_layer = wanted.exploration_layer;
   (*fused)->SetExplorationLayer(settings.exploration_layer);
   settings_[command.layer] = settings;
-  return Finish(snapshot, {}, {*fused}, snapshot);
+  return Fold(snapshot, {*fused});
 }
 
-absl::StatusOr<FusionStep> MapFusion::Do(const Snapshot& snapshot, const RebuildFusion& command) {
+absl::StatusOr<FusionReaction> MapFusion::Do(const Snapshot& snapshot,
+                                             const RebuildFusion& command) {
   absl::StatusOr<FusedLayer*> fused = Find(snapshot, command.layer);
   if (!fused.ok()) return fused.status();
   storage::FusionSettings settings = (*fused)->settings();
@@ -267,11 +252,11 @@ absl::StatusOr<FusionStep> MapFusion::Do(const Snapshot& snapshot, const Rebuild
   settings.parameters = command.parameters;
   if (auto status = (*fused)->Rebuild(settings); !status.ok()) return status;
   settings_[command.layer] = settings;
-  return Finish(snapshot, {}, {*fused}, snapshot);
+  return Fold(snapshot, {*fused});
 }
 
-absl::StatusOr<FusionStep> MapFusion::Do(const Snapshot& snapshot,
-                                         const RetractObservations& command) {
+absl::StatusOr<FusionReaction> MapFusion::Do(const Snapshot& snapshot,
+                                             const RetractObservations& command) {
   absl::StatusOr<FusedLayer*> fused = Find(snapshot, command.layer);
   if (!fused.ok()) return fused.status();
   const absl::StatusOr<int64_t> retracted =
@@ -282,13 +267,13 @@ absl::StatusOr<FusionStep> MapFusion::Do(const Snapshot& snapshot,
                                             "\" has no observations of robot \"", command.robot,
                                             "\" in that time"));
   }
-  return Finish(snapshot, {}, {*fused}, snapshot);
+  return Fold(snapshot, {*fused});
 }
 
 void MapFusion::Written() {
   deleted_.clear();
   for (auto it = layers_.begin(); it != layers_.end();) {
-    // What can't be gone on with is read again when it is next needed.
+    // A layer in an unknown state is dropped and loaded from the store on next use.
     it = it->second->Written().ok() ? std::next(it) : layers_.erase(it);
   }
 }

@@ -1,4 +1,4 @@
-// The fused layers of a map, as steps of its writer.
+// The fused layers of a map, which add edits to the revisions that the map's writer makes.
 #ifndef HYPERMAP_SERVER_FUSION_MAP_FUSION_H_
 #define HYPERMAP_SERVER_FUSION_MAP_FUSION_H_
 
@@ -12,6 +12,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/time/time.h"
+#include "absl/types/span.h"
 #include "map/edits/apply.h"
 #include "map/edits/edit.h"
 #include "map/snapshot.h"
@@ -21,21 +22,23 @@
 
 namespace hypermap::server {
 
-// Makes a layer a fused one, or finds it fused. What is empty is the layer's own, or a default.
-// FAILED_PRECONDITION when it is fused in another way.
+// Makes a layer a fused one. Empty settings are the defaults. For a layer that is fused already,
+// does nothing if its settings agree (an empty one agrees with any), and sets the exploration layer
+// if it had none; otherwise FAILED_PRECONDITION.
 struct StartFusion {
   std::string layer;
   storage::FusionSettings settings;
 };
 
-// Fuses all evidence again. An empty strategy is the layer's own.
+// Folds the whole log again with these settings. An empty strategy keeps the layer's own; empty
+// parameters are the strategy's defaults.
 struct RebuildFusion {
   std::string layer;
   std::string strategy;
   std::string parameters;
 };
 
-// Takes back what a robot saw at from <= stamp < to. NOT_FOUND when that is nothing.
+// Retracts the observations of a robot with from <= stamp < to. NOT_FOUND if there are none.
 struct RetractObservations {
   std::string layer;
   std::string robot;
@@ -45,74 +48,96 @@ struct RetractObservations {
 
 using FusionCommand = std::variant<StartFusion, RebuildFusion, RetractObservations>;
 
-// One revision: what a batch became with what fusion made of it.
-struct FusionStep {
-  AppliedBatch applied;
-  std::vector<storage::FusionChange> changes;
+// The edits that fused layers add to a revision.
+struct FusionReaction {
+  // Must be applied after the edits of the batch that they react to, in the same revision.
+  std::vector<Edit> edits;
+  // The layers that made the edits, in order, each with the index after its last edit. Empty if no
+  // layer has changed, so that there is nothing to store.
+  struct Part {
+    FusedLayer* layer;
+    size_t end;
+  };
+  std::vector<Part> parts;
 };
 
-// Layers are read from the store when they are first needed. Each step is judged by what the ones
-// before it made of the map; when all of them are stored, Written is called. After an error that
-// broken() tells of, none of the steps since the last Written may be stored, and Reset goes back to
-// there; other errors changed nothing. One thread.
+// Loads a fused layer from the store on first use, and keeps it. For each revision the caller
+//   1. calls React, Run or FoldAdmitted,
+//   2. applies the edits of the reaction, and calls Finish (or Break if they failed), and
+//   3. calls Written when all revisions of the group are stored.
+// If broken() is an error, none of the revisions since the last Written may be stored, and Reset
+// goes back to the stored state. Other errors have changed nothing. Not thread safe.
 class MapFusion {
  public:
-  // Both outlive this.
+  // `stored` and `options` must outlive this.
   static absl::StatusOr<std::unique_ptr<MapFusion>> Open(storage::FusionLog* stored,
                                                          const FusionOptions* options,
                                                          const EditLimits& limits);
 
-  // OK, or why the steps since the last Written are lost.
+  // OK, or the error for which the revisions since the last Written must be dropped.
   const absl::Status& broken() const { return broken_; }
 
-  // An edit batch: what it does to objects of fused layers is evidence, an operator's word.
-  absl::StatusOr<FusionStep> Edit(const Snapshot& snapshot, const EditBatch& batch);
+  // The reaction to a batch of edits; `applied` is its result on `before`. Edits of a fused layer's
+  // objects are evidence: facts that an operator stated.
+  absl::StatusOr<FusionReaction> React(const Snapshot& before, const EditBatch& batch,
+                                       const AppliedBatch& applied);
 
-  // An empty list of changes: nothing was to be done, and `applied` is empty.
-  absl::StatusOr<FusionStep> Run(const Snapshot& snapshot, const FusionCommand& command);
+  absl::StatusOr<FusionReaction> Run(const Snapshot& snapshot, const FusionCommand& command);
 
-  // Observations of a layer, in two steps, so that many submissions become one revision. NOT_FOUND
-  // and FAILED_PRECONDITION when the layer is not there or not fused.
+  // Adds observations to a layer's log, without folding it: FoldAdmitted does so once for many
+  // submissions, which become one revision. NOT_FOUND if there is no such layer,
+  // FAILED_PRECONDITION if it is not fused.
   absl::StatusOr<std::vector<ObservationVerdict>> Admit(
       const Snapshot& snapshot, const std::string& layer,
       const std::vector<Observation>& observations, absl::Time now);
-  absl::StatusOr<FusionStep> FoldAdmitted(const Snapshot& snapshot, const std::string& layer);
+  absl::StatusOr<FusionReaction> FoldAdmitted(const Snapshot& snapshot, const std::string& layer);
 
-  // The layer. Errors as Admit.
+  // Must be called when the edits of the reaction were applied; `object_ids` has an id for each.
+  // Returns the changes to store with the revision.
+  std::vector<storage::FusionChange> Finish(const FusionReaction& reaction,
+                                            absl::Span<const ObjectId> object_ids);
+  // Must be called if the edits of a reaction could not be applied.
+  void Break(const absl::Status& status) { Broken(status).IgnoreError(); }
+
+  // A fused layer, loaded if necessary; valid until Written, Reset or the layer's deletion. Errors
+  // as Admit.
   absl::StatusOr<FusedLayer*> Find(const Snapshot& snapshot, const std::string& layer);
 
+  // Must be called when all revisions since the last call are stored.
   void Written();
+  // Drops all layers and reads the settings from the store again.
   absl::Status Reset();
-  // Stores checkpoints of what has none.
+  // Stores a checkpoint of each loaded layer with entries that no stored checkpoint contains.
   void KeepCheckpoints();
 
  private:
   MapFusion(storage::FusionLog* stored, const FusionOptions* options, const EditLimits& limits)
       : stored_(stored), options_(options), limits_(limits) {}
 
-  absl::StatusOr<FusionStep> Do(const Snapshot& snapshot, const StartFusion& command);
-  absl::StatusOr<FusionStep> Do(const Snapshot& snapshot, const RebuildFusion& command);
-  absl::StatusOr<FusionStep> Do(const Snapshot& snapshot, const RetractObservations& command);
+  absl::StatusOr<FusionReaction> Do(const Snapshot& snapshot, const StartFusion& command);
+  absl::StatusOr<FusionReaction> Do(const Snapshot& snapshot, const RebuildFusion& command);
+  absl::StatusOr<FusionReaction> Do(const Snapshot& snapshot, const RetractObservations& command);
 
+  // Makes a layer a fused one that is not yet.
   absl::Status Begin(const Snapshot& snapshot, const StartFusion& command);
-  // Folds what the layers gathered, and carries it out behind `batch`.
-  absl::StatusOr<FusionStep> Finish(const Snapshot& snapshot, const EditBatch& batch,
-                                    const std::vector<FusedLayer*>& layers,
-                                    const Snapshot& after_batch);
-  // The fused layers whose objects the batch touches.
+  // Folds the changes of these layers.
+  absl::StatusOr<FusionReaction> Fold(const Snapshot& snapshot,
+                                      const std::vector<FusedLayer*>& layers);
+  // The fused layers whose objects the batch edits.
   absl::StatusOr<std::vector<FusedLayer*>> TouchedBy(const Snapshot& before,
                                                      const EditBatch& batch);
-  // Tells the layers in use what the batch did to their objects.
+  // Adds a fact for each object of a fused layer that the batch edits.
   void Tell(const Snapshot& before, const EditBatch& batch, const AppliedBatch& applied);
   void Drop(const std::string& layer);
+  // Sets broken_ unless it is an error already; returns `status`.
   absl::Status Broken(const absl::Status& status);
 
   storage::FusionLog* const stored_;
   const FusionOptions* const options_;
   const EditLimits limits_;
-  std::map<std::string, storage::FusionSettings> settings_;
-  std::map<std::string, std::unique_ptr<FusedLayer>> layers_;  // those in use
-  // Deleted since the last Written: the store still has their evidence.
+  std::map<std::string, storage::FusionSettings> settings_;    // of all fused layers
+  std::map<std::string, std::unique_ptr<FusedLayer>> layers_;  // the loaded ones
+  // Layers that were deleted since the last Written: the store still has their logs.
   std::set<std::string> deleted_;
   absl::Status broken_;
 };

@@ -9,7 +9,7 @@
 namespace hypermap::server {
 namespace {
 
-// The revision that was the newest at `time`.
+// The revision that was the newest one at `time`.
 absl::StatusOr<Revision> RevisionAt(MapSession& session, storage::HistoryReader& history,
                                     absl::Time time, Revision newest) {
   if (const absl::Time now = session.options().clock(); time > now) {
@@ -18,7 +18,7 @@ absl::StatusOr<Revision> RevisionAt(MapSession& session, storage::HistoryReader&
   }
   const absl::StatusOr<Revision> revision = history.RevisionAt(time);
   if (!revision.ok()) return revision;
-  // What is on disk may not be published yet.
+  // Commits are on disk before they are published.
   return std::min(*revision, newest);
 }
 
@@ -26,7 +26,7 @@ absl::StatusOr<Revision> RevisionAt(MapSession& session, storage::HistoryReader&
 
 absl::StatusOr<AskedRevision> AskedRevision::Find(MapSession& session, const AsOf& as_of) {
   AskedRevision asked;
-  asked.structure_ = session.snapshot();
+  asked.newest_ = session.snapshot();
   const Revision newest = asked.revision();
   if (newest < as_of.min_revision) {
     return absl::UnavailableError(absl::StrCat("the map is closing at revision ", newest,
@@ -45,7 +45,6 @@ absl::StatusOr<AskedRevision> AskedRevision::Find(MapSession& session, const AsO
   if (*revision == newest) return asked;
   absl::StatusOr<std::unique_ptr<storage::PastMap>> past = (*history)->At(*revision);
   if (!past.ok()) return past.status();
-  asked.structure_ = (*past)->structure();
   asked.history_.emplace(*std::move(history));
   asked.past_ = *std::move(past);
   return asked;
@@ -53,20 +52,20 @@ absl::StatusOr<AskedRevision> AskedRevision::Find(MapSession& session, const AsO
 
 absl::StatusOr<SnapshotPtr> AskedRevision::ForPoint(const Scope& scope, const Point& p,
                                                     double tolerance_m) const {
-  if (!past_) return structure_;
+  if (!past_) return newest_;
   return ReadPast(*past_, scope, Box{p, p}, tolerance_m);
 }
 
 absl::StatusOr<SnapshotPtr> AskedRevision::ForArea(const Scope& scope,
                                                    const std::optional<Polygon>& area) const {
-  if (!past_) return structure_;
+  if (!past_) return newest_;
   return ReadPast(*past_, scope, area);
 }
 
 absl::StatusOr<SnapshotPtr> AskedRevision::ForPoints(const Scope& scope,
                                                      absl::Span<const Point> points,
                                                      double tolerance_m) const {
-  if (!past_ || points.empty()) return structure_;
+  if (!past_) return newest_;
   Box box;
   for (const Point& p : points) box.Extend(p);
   return ReadPast(*past_, scope, box, tolerance_m);
@@ -74,7 +73,7 @@ absl::StatusOr<SnapshotPtr> AskedRevision::ForPoints(const Scope& scope,
 
 absl::StatusOr<NearestAnswer> AskedRevision::Nearest(const Scope& scope, const Point& p,
                                                      const ValueQuery& value, int k) const {
-  if (!past_) return hypermap::Nearest(*structure_, scope, p, value, k);
+  if (!past_) return hypermap::Nearest(*newest_, scope, p, value, k);
   return NearestInPast(*past_, scope, p, value, k);
 }
 

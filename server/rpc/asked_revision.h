@@ -1,4 +1,4 @@
-// The revision of a map that a question is asked of.
+// The revision of a map that a query asks for.
 #ifndef HYPERMAP_SERVER_RPC_ASKED_REVISION_H_
 #define HYPERMAP_SERVER_RPC_ASKED_REVISION_H_
 
@@ -14,38 +14,38 @@
 
 namespace hypermap::server {
 
-// The newest revision is asked as it stands in memory; of an earlier one, what the question can see
-// is read. One thread at a time.
+// Gives the snapshot that a query is answered from: the newest one as it is in memory, or a view of
+// a past revision, for which the content that the query can see is read from the history. Not
+// thread safe.
 class AskedRevision {
  public:
-  // OUT_OF_RANGE naming the oldest kept revision, or the newest; UNAVAILABLE when the map closes
-  // before it has as_of.min_revision.
+  // OUT_OF_RANGE naming the oldest kept revision or the newest one; UNAVAILABLE if the map does not
+  // have as_of.min_revision, which after a wait means that it is closing.
   static absl::StatusOr<AskedRevision> Find(MapSession& session, const AsOf& as_of);
 
-  Revision revision() const { return structure_->revision; }
-  // NOT_FOUND for a frame that the map did not know.
+  Revision revision() const { return past_ ? past_->structure()->revision : newest_->revision; }
+  // NOT_FOUND if the map did not know the frame at that revision.
   absl::StatusOr<std::string> ResolveFrame(const std::string& frame_id) const {
-    return structure_->ResolveFrame(frame_id);
+    return past_ ? past_->structure()->ResolveFrame(frame_id) : newest_->ResolveFrame(frame_id);
   }
 
-  // Snapshots to ask this one question.
+  // The snapshot for a query with these arguments. It may lack content that this query can't see.
   absl::StatusOr<SnapshotPtr> ForPoint(const Scope& scope, const Point& p,
                                        double tolerance_m) const;
   absl::StatusOr<SnapshotPtr> ForArea(const Scope& scope, const std::optional<Polygon>& area) const;
-  // All finite.
+  // REQUIRES: all points are finite.
   absl::StatusOr<SnapshotPtr> ForPoints(const Scope& scope, absl::Span<const Point> points,
                                         double tolerance_m) const;
 
-  // As hypermap::Nearest.
+  // hypermap::Nearest at this revision.
   absl::StatusOr<NearestAnswer> Nearest(const Scope& scope, const Point& p, const ValueQuery& value,
                                         int k) const;
 
  private:
   AskedRevision() = default;
 
-  // The newest, or what it was without content.
-  SnapshotPtr structure_;
-  // Of an earlier revision; the map goes first.
+  SnapshotPtr newest_;
+  // Set for a past revision only. past_ reads through history_, and so must be destroyed first.
   std::optional<HistoryPool::Lease> history_;
   std::unique_ptr<storage::PastMap> past_;
 };

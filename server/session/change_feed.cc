@@ -10,9 +10,10 @@
 namespace hypermap::server {
 namespace {
 
-// A tile of 64 KiB and what it replaced, in objects of about a KiB.
+// Weight of a changed tile: 64 KiB before and 64 KiB after the change, in objects of about 1 KiB.
 constexpr int64_t kTileWeight = 128;
 
+// At least 1, so that commits without changes count, too.
 int64_t WeightOf(const std::vector<Change>& changes) {
   return std::accumulate(
       changes.begin(), changes.end(), int64_t{1}, [](int64_t sum, const Change& change) {
@@ -22,7 +23,7 @@ int64_t WeightOf(const std::vector<Change>& changes) {
 
 }  // namespace
 
-ChangeFeed::ChangeFeed(Revision revision, SnapshotPtr structure, const Limits& limits)
+ChangeFeed::ChangeFeed(Revision revision, StructurePtr structure, const Limits& limits)
     : limits_(limits),
       newest_(revision),
       oldest_structure_(structure),
@@ -89,7 +90,7 @@ std::optional<std::vector<FeedCommit>> ChangeFeed::Read(Revision after, int64_t 
   return read;
 }
 
-std::optional<SnapshotPtr> ChangeFeed::StructureAt(Revision revision) const {
+std::optional<StructurePtr> ChangeFeed::StructureAt(Revision revision) const {
   MutexLock lock(&mutex_);
   if (revision > newest_) return std::nullopt;
   if (revision == newest_) return newest_structure_;
@@ -113,7 +114,8 @@ ChangeFeed::WaitId ChangeFeed::Await(Revision after, Callback callback) {
 }
 
 void ChangeFeed::Remove(WaitId id) {
-  std::map<WaitId, Waiter>::node_type removed;  // dies when the lock is given up
+  // Destroyed after the lock is released: the callback may own objects that use the feed.
+  std::map<WaitId, Waiter>::node_type removed;
   MutexLock lock(&mutex_);
   removed = waiters_.extract(id);
 }

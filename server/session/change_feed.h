@@ -1,4 +1,4 @@
-// The newest commits of a map, for those who follow it.
+// The newest commits of a map, for its watches and for calls that wait for a revision.
 #ifndef HYPERMAP_SERVER_SESSION_CHANGE_FEED_H_
 #define HYPERMAP_SERVER_SESSION_CHANGE_FEED_H_
 
@@ -15,60 +15,65 @@
 #include "absl/time/time.h"
 #include "base/sync/mutex.h"
 #include "map/edits/change.h"
-#include "map/snapshot.h"
+#include "map/structure.h"
 
 namespace hypermap::server {
 
-// What followers are told of a commit; all of it is shared.
+// A commit as subscribers get it. Cheap to copy: changes and structure are shared.
 struct FeedCommit {
   Revision revision = 0;
   absl::Time time;
   std::string author;
   std::shared_ptr<const std::vector<Change>> changes;
-  // The map without content (map/watch/structure.h) after the commit; the same pointer as before
-  // when the commit changed content only.
-  SnapshotPtr structure;
+  // The map without content (map/watch/structure.h) after the commit. The same pointer as the
+  // commit before has if this one changed content only.
+  StructurePtr structure;
 };
 
-// A ring of whole commits, bounded by their number and by what they hold in memory: the oldest go,
-// and are in the map's history. Knows nothing of its readers but whom to wake, so that a slow one
-// holds nobody up. Thread safe; no lock is held while a callback runs.
+// A ring of whole commits, bounded by their number and their memory. The oldest are dropped;
+// readers find them in the map's history. The feed keeps no state of its readers except the
+// callbacks of waiting ones, so that a slow reader delays neither the writer nor other readers.
+// Thread safe; no lock is held while a callback runs.
 class ChangeFeed {
  public:
   struct Limits {
     int64_t max_commits = 4096;
-    // An object weighs 1, a tile as many objects as take its place in memory.
+    // Bound of memory, in objects: a changed object counts 1, a changed tile as many objects as
+    // take the same memory.
     int64_t max_weight = 65536;
   };
 
-  // Of a map at `revision`, which is the newest. `structure` is the map's without content.
-  ChangeFeed(Revision revision, SnapshotPtr structure, const Limits& limits);
+  // A feed without commits, of a map whose newest revision is `revision`. `structure` is the map's
+  // at that revision.
+  ChangeFeed(Revision revision, StructurePtr structure, const Limits& limits);
   ChangeFeed(const ChangeFeed&) = delete;
   ChangeFeed& operator=(const ChangeFeed&) = delete;
 
-  // Adds the commits that follow the newest; their structures are filled in here. Wakes those who
-  // wait for them.
+  // Adds the commits that follow the newest one, and fills in their structures. Calls the callbacks
+  // that wait for them. REQUIRES: revisions are consecutive.
   void Append(std::vector<FeedCommit> commits);
 
   Revision newest() const;
 
-  // The commits after `after`, in order, until they have `max_changes` changes together, but at
-  // least one; none when `after` is the newest. nullopt when they do not reach back that far.
+  // Returns the commits after `after`, in order: as many as have at most `max_changes` changes
+  // together, but at least one. Empty if `after` is the newest; nullopt if the feed does not reach
+  // back that far.
   std::optional<std::vector<FeedCommit>> Read(Revision after, int64_t max_changes) const;
 
-  // The structure of the map at `revision`. nullopt when it does not reach back that far, or
-  // forward.
-  std::optional<SnapshotPtr> StructureAt(Revision revision) const;
+  // The structure of the map at `revision`; nullopt if the feed does not reach back that far, or if
+  // there is no such revision yet.
+  std::optional<StructurePtr> StructureAt(Revision revision) const;
 
   using Callback = absl::AnyInvocable<void() &&>;
   using WaitId = int64_t;
-  // Calls `callback` once when there is a revision after `after` or the feed is closed: at once, or
-  // on the thread that makes it so.
+  // Calls `callback` once, as soon as there is a revision after `after` or the feed is closed: at
+  // once, or later on the thread that appends the commit or closes the feed.
   WaitId Await(Revision after, Callback callback);
-  // Forgets a callback that was not called yet; it may be under way.
+  // Drops a callback that was not called yet. A call may already be under way on another thread.
   void Remove(WaitId id);
 
-  // Tells all who wait that they had better go. Commits may still be added and read.
+  // Calls all waiting callbacks, and from now on each new one at once, so that watches end. Commits
+  // may still be added and read.
   void Close();
   bool closed() const;
 
@@ -78,8 +83,9 @@ class ChangeFeed {
     Callback callback;
   };
 
-  // The callbacks that are due.
+  // Removes and returns the callbacks that are due, for the caller to run without the lock.
   std::vector<Callback> TakeDue() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  // Drops the oldest commits until the limits are kept.
   void Trim() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
   const Limits limits_;
@@ -89,9 +95,9 @@ class ChangeFeed {
   std::deque<int64_t> weights_ ABSL_GUARDED_BY(mutex_);  // of commits_
   int64_t weight_ ABSL_GUARDED_BY(mutex_) = 0;
   Revision newest_ ABSL_GUARDED_BY(mutex_);
-  // Before the first of commits_, and after the last.
-  SnapshotPtr oldest_structure_ ABSL_GUARDED_BY(mutex_);
-  SnapshotPtr newest_structure_ ABSL_GUARDED_BY(mutex_);
+  // The structures before the first of commits_ and after the last.
+  StructurePtr oldest_structure_ ABSL_GUARDED_BY(mutex_);
+  StructurePtr newest_structure_ ABSL_GUARDED_BY(mutex_);
   std::map<WaitId, Waiter> waiters_ ABSL_GUARDED_BY(mutex_);
   WaitId next_id_ ABSL_GUARDED_BY(mutex_) = 1;
   bool closed_ ABSL_GUARDED_BY(mutex_) = false;

@@ -49,7 +49,7 @@ std::vector<Revision> RevisionsOf(const std::optional<std::vector<FeedCommit>>& 
 }
 
 ChangeFeed MakeFeed(const ChangeFeed::Limits& limits) {
-  return ChangeFeed(10, std::make_shared<Snapshot>(), limits);
+  return ChangeFeed(10, std::make_shared<MapStructure>(), limits);
 }
 
 TEST(ChangeFeedTest, ReadsWhatCameAfterARevisionInOrder) {
@@ -63,7 +63,7 @@ TEST(ChangeFeedTest, ReadsWhatCameAfterARevisionInOrder) {
   EXPECT_THAT(RevisionsOf(feed.Read(10, 100)), ElementsAre(11, 12, 13));
   EXPECT_THAT(RevisionsOf(feed.Read(12, 100)), ElementsAre(13));
   EXPECT_THAT(RevisionsOf(feed.Read(13, 100)), IsEmpty());
-  // Commits are whole, and there is at least one.
+  // Read returns whole commits, and at least one.
   EXPECT_THAT(RevisionsOf(feed.Read(10, 5)), ElementsAre(11, 12));
   EXPECT_THAT(RevisionsOf(feed.Read(10, 1)), ElementsAre(11));
 }
@@ -84,7 +84,7 @@ TEST(ChangeFeedTest, IsBoundedByWhatItHolds) {
   feed.Append(One(PutsAt(13, 4)));
   EXPECT_THAT(RevisionsOf(feed.Read(10, 100)), ElementsAre(-1));
   EXPECT_THAT(RevisionsOf(feed.Read(11, 100)), ElementsAre(12, 13));
-  // One that is too large alone is in the history only.
+  // A commit that exceeds the limit alone is dropped at once.
   feed.Append(One(PutsAt(14, 40)));
   EXPECT_THAT(RevisionsOf(feed.Read(13, 100)), ElementsAre(-1));
   EXPECT_THAT(RevisionsOf(feed.Read(14, 100)), IsEmpty());
@@ -120,7 +120,7 @@ TEST(ChangeFeedTest, WakesOnceWhoWaitsForARevision) {
   EXPECT_EQ(woken, 1);
   EXPECT_EQ(later_woken, 1);
   EXPECT_EQ(removed_woken, 0);
-  // What is there already is not waited for.
+  // A revision that is there already calls back at once.
   feed.Await(11, [&] { ++woken; });
   EXPECT_EQ(woken, 2);
 }

@@ -5,23 +5,62 @@
 #include <utility>
 
 #include "absl/strings/str_join.h"
+#include "base/status/status_macros.h"
+#include "map/edits/snapshot_editor.h"
 
 namespace hypermap::server {
 
-GroupCommit::GroupCommit(storage::StoredMap* stored, MapFusion* fusion, SnapshotPtr base)
-    : stored_(stored), fusion_(fusion), base_(std::move(base)), tip_(base_) {}
+GroupCommit::GroupCommit(storage::StoredMap* stored, MapFusion* fusion, SnapshotPtr base,
+                         const EditLimits& limits)
+    : stored_(stored), fusion_(fusion), base_(std::move(base)), limits_(limits), tip_(base_) {}
+
+absl::StatusOr<GroupCommit::Step> GroupCommit::Edit(const EditBatch& batch) {
+  HYPERMAP_ASSIGN_OR_RETURN(AppliedBatch applied, Apply(*tip_, batch, limits_));
+  HYPERMAP_ASSIGN_OR_RETURN(FusionReaction reaction, fusion_->React(*tip_, batch, applied));
+  if (reaction.parts.empty()) return Step{std::move(applied), {}};
+  return CarryOut(batch, std::move(reaction));
+}
+
+absl::StatusOr<GroupCommit::Step> GroupCommit::CarryOut(EditBatch batch, FusionReaction reaction) {
+  if (reaction.parts.empty()) return Step();
+  const size_t own = batch.edits.size();
+  batch.edits.insert(batch.edits.end(), reaction.edits.begin(), reaction.edits.end());
+  Step step;
+  if (batch.edits.empty()) {
+    // The evidence changed no object, but it has to be stored, and every commit is a revision.
+    step.applied = SnapshotEditor(*tip_, tip_->revision + 1).Finish();
+  } else {
+    absl::StatusOr<AppliedBatch> applied = Apply(*tip_, batch, limits_);
+    if (!applied.ok()) {
+      // The fused layers have already taken account of edits that are not made: they must be reset.
+      fusion_->Break(applied.status());
+      return applied.status();
+    }
+    step.applied = *std::move(applied);
+  }
+  // The caller gets the ids of its own edits, fusion those of the reaction's.
+  const absl::Span<const ObjectId> ids = step.applied.object_ids;
+  step.fusion_changes = fusion_->Finish(reaction, ids.subspan(own));
+  step.applied.object_ids.resize(own);
+  return step;
+}
 
 void GroupCommit::Add(Submission submission, absl::Time time, ReceiptCallback done) {
+  // The batch must see the objects of observations that came before it.
   EndRun();
   submission.batch.time = time;
   AddGuarded(submission.author, submission.request_id, time, std::move(done),
-             [&] { return fusion_->Edit(*tip_, submission.batch); });
+             [&] { return Edit(submission.batch); });
 }
 
 void GroupCommit::Add(FusionSubmission submission, absl::Time time, ReceiptCallback done) {
   EndRun();
   AddGuarded(submission.author, submission.request_id, time, std::move(done),
-             [&] { return fusion_->Run(*tip_, submission.command); });
+             [&]() -> absl::StatusOr<Step> {
+               HYPERMAP_ASSIGN_OR_RETURN(FusionReaction reaction,
+                                         fusion_->Run(*tip_, submission.command));
+               return CarryOut({}, std::move(reaction));
+             });
 }
 
 void GroupCommit::Add(ObservationSubmission submission, absl::Time time, VerdictsCallback done) {
@@ -42,8 +81,11 @@ void GroupCommit::Add(ObservationSubmission submission, absl::Time time, Verdict
 void GroupCommit::EndRun() {
   if (!run_) return;
   const Run run = *std::exchange(run_, std::nullopt);
-  absl::StatusOr<FusionStep> step = fusion_->FoldAdmitted(*tip_, run.layer);
-  if (!step.ok()) return;  // fusion is broken, and all of the group fails
+  // An error leaves fusion broken, which makes WriteCommits fail the whole group.
+  absl::StatusOr<FusionReaction> reaction = fusion_->FoldAdmitted(*tip_, run.layer);
+  if (!reaction.ok()) return;
+  absl::StatusOr<Step> step = CarryOut({}, *std::move(reaction));
+  if (!step.ok()) return;
   Commit(*std::move(step), absl::StrJoin(run.authors, ", "), run.time, "");
   for (size_t i = run.first_pending; i < pending_.size(); ++i) {
     auto& pending = std::get<PendingVerdicts>(pending_[i]);
@@ -78,9 +120,9 @@ absl::StatusOr<storage::Receipt> GroupCommit::Judge(const std::string& author,
     const auto same = by_request_id_.find(request_id);
     if (same != by_request_id_.end()) return same->second;
   }
-  absl::StatusOr<FusionStep> step = judge();
+  absl::StatusOr<Step> step = judge();
   if (!step.ok()) return step.status();
-  // Nothing was to be done.
+  // There was nothing to do: no revision is made and no receipt is stored.
   if (!step->applied.snapshot) return storage::Receipt{request_id, tip_->revision, {}};
   storage::Receipt receipt{request_id, step->applied.snapshot->revision, step->applied.object_ids};
   if (!receipt.request_id.empty()) by_request_id_.emplace(receipt.request_id, receipt);
@@ -88,10 +130,11 @@ absl::StatusOr<storage::Receipt> GroupCommit::Judge(const std::string& author,
   return receipt;
 }
 
-void GroupCommit::Commit(FusionStep step, const std::string& author, absl::Time time,
+void GroupCommit::Commit(Step step, const std::string& author, absl::Time time,
                          const std::string& request_id) {
   tip_ = step.applied.snapshot;
-  commits_.push_back({std::move(step.applied), author, time, request_id, std::move(step.changes)});
+  commits_.push_back(
+      {std::move(step.applied), author, time, request_id, std::move(step.fusion_changes)});
 }
 
 absl::Status GroupCommit::WriteCommits() {
@@ -109,6 +152,7 @@ absl::Status GroupCommit::Write() {
   }
   tip_ = base_;
   commits_.clear();
+  // A failure leaves fusion broken; the next group meets the error again.
   fusion_->Reset().IgnoreError();
   for (auto& pending : pending_) {
     if (auto* receipt = std::get_if<PendingReceipt>(&pending)) {
@@ -140,6 +184,7 @@ void GroupCommit::Answer() && {
     }
     auto& verdicts = std::get<PendingVerdicts>(pending);
     if (verdicts.answer.ok()) {
+      // Observations that changed nothing, such as duplicates, are covered by the newest revision.
       for (ObservationVerdict& verdict : *verdicts.answer) {
         if (verdict.revision == 0) verdict.revision = tip_->revision;
       }

@@ -1,4 +1,4 @@
-// Batches, observations and fusion commands that go to disk together.
+// Group commit: batches, observations and fusion commands that are stored in one transaction.
 #ifndef HYPERMAP_SERVER_SESSION_GROUP_COMMIT_H_
 #define HYPERMAP_SERVER_SESSION_GROUP_COMMIT_H_
 
@@ -21,18 +21,18 @@
 
 namespace hypermap::server {
 
-// A batch or a command as a caller hands it in.
+// A batch of edits, as a caller submits it.
 struct Submission {
   EditBatch batch;
   std::string author;
-  // Empty: not guarded against repetition.
+  // Recognises a retry. Empty: a retry is carried out again.
   std::string request_id;
 };
 
 struct FusionSubmission {
   FusionCommand command;
   std::string author;
-  // Empty: not guarded against repetition.
+  // As in Submission.
   std::string request_id;
 };
 
@@ -43,76 +43,91 @@ struct ObservationSubmission {
 };
 
 using ReceiptCallback = absl::AnyInvocable<void(absl::StatusOr<storage::Receipt>) &&>;
-// A verdict for each observation, in order; an error is of all of them.
+// One verdict for each observation, in order, or an error that concerns all of them.
 using VerdictsCallback =
     absl::AnyInvocable<void(absl::StatusOr<std::vector<ObservationVerdict>>) &&>;
 
-// Takes submissions one after another, each judged by what the ones before it made of the map,
-// writes all of them in one transaction, then answers. A batch that fails changes nothing and
-// spoils nothing; a request that is already in the group or in the store gets the earlier one's
-// receipt. Observations of one layer that follow each other become one revision, so that they are
-// folded at once however late they are. One thread. Used as: Add..., Write, (publish snapshot()),
-// Answer.
+// Applies submissions one after another, each to the map that the ones before it have made, writes
+// all of them in one transaction, then answers. A batch that fails changes nothing and does not
+// affect the others. A request that is already in the group or in the store gets the earlier one's
+// receipt. Consecutive observations of one layer become one revision, so that late ones cost one
+// fold of the log together instead of one each. Not thread safe. Use: Add..., Write, TakeCommits
+// and publish snapshot(), Answer.
 class GroupCommit {
  public:
-  // `stored` and `fusion` must outlive this and hold `base`.
-  GroupCommit(storage::StoredMap* stored, MapFusion* fusion, SnapshotPtr base);
+  // `stored` and `fusion` must outlive this, and be at the revision of `base`.
+  GroupCommit(storage::StoredMap* stored, MapFusion* fusion, SnapshotPtr base,
+              const EditLimits& limits);
 
   void Add(Submission submission, absl::Time time, ReceiptCallback done);
   void Add(FusionSubmission submission, absl::Time time, ReceiptCallback done);
   void Add(ObservationSubmission submission, absl::Time time, VerdictsCallback done);
 
-  // On error nothing of the group is stored, and snapshot() is the base again.
+  // Writes the group. On error nothing of it is stored, snapshot() is the base again, and each
+  // submission that depends on the write is answered with the error.
   absl::Status Write();
 
-  // The newest snapshot that is stored, after Write.
+  // After Write: the newest stored snapshot.
   const SnapshotPtr& snapshot() const { return tip_; }
 
-  // What followers are told of the group, after a Write that went well. Called once.
+  // After Write: the group's commits for the change feed; none if the write failed. Call it once.
   std::vector<FeedCommit> TakeCommits();
 
-  // Calls every callback, in the order of the submissions.
+  // Calls all callbacks, in the order of the submissions.
   void Answer() &&;
 
  private:
   struct PendingReceipt {
     ReceiptCallback done;
     absl::StatusOr<storage::Receipt> answer;
-    // Whether the answer was found on a map that only exists if the group is written.
+    // Whether the answer depends on commits of this group, so that it holds only if they are
+    // written.
     bool needs_write;
   };
   struct PendingVerdicts {
     VerdictsCallback done;
     absl::StatusOr<std::vector<ObservationVerdict>> answer;
   };
-  // Observations that are admitted and not folded yet.
+  // Consecutive observations of a layer that are admitted and not folded yet.
   struct Run {
     std::string layer;
     std::set<std::string> authors;
-    absl::Time time;
-    size_t first_pending;
+    absl::Time time;       // of the first
+    size_t first_pending;  // index in pending_ of the first
   };
 
-  using JudgeFunction = absl::FunctionRef<absl::StatusOr<FusionStep>()>;
-  // Finds the earlier receipt of a request, or judges it.
+  // The next revision, not committed yet. Without a snapshot there was nothing to do.
+  struct Step {
+    AppliedBatch applied;
+    std::vector<storage::FusionChange> fusion_changes;
+  };
+
+  // Applies the batch and the reaction of fused layers to it, as one revision.
+  absl::StatusOr<Step> Edit(const EditBatch& batch);
+  // Applies the batch and then the reaction's edits, as one revision.
+  absl::StatusOr<Step> CarryOut(EditBatch batch, FusionReaction reaction);
+
+  // Makes a request's revision from tip_.
+  using JudgeFunction = absl::FunctionRef<absl::StatusOr<Step>()>;
+  // Answers with the request's earlier receipt, or carries it out.
   void AddGuarded(const std::string& author, const std::string& request_id, absl::Time time,
                   ReceiptCallback done, JudgeFunction judge);
   absl::StatusOr<storage::Receipt> Judge(const std::string& author, const std::string& request_id,
                                          absl::Time time, JudgeFunction judge);
-  // Folds what the run gathered, as one revision.
+  // Folds the observations of run_ as one revision.
   void EndRun();
-  void Commit(FusionStep step, const std::string& author, absl::Time time,
-              const std::string& request_id);
+  void Commit(Step step, const std::string& author, absl::Time time, const std::string& request_id);
   absl::Status WriteCommits();
 
   storage::StoredMap* const stored_;
   MapFusion* const fusion_;
   const SnapshotPtr base_;
-  SnapshotPtr tip_;
+  const EditLimits limits_;
+  SnapshotPtr tip_;  // the map after commits_
   std::vector<storage::Commit> commits_;
-  std::vector<std::variant<PendingReceipt, PendingVerdicts>> pending_;
+  std::vector<std::variant<PendingReceipt, PendingVerdicts>> pending_;  // in order of submission
   std::optional<Run> run_;
-  // Receipts that this group is to store.
+  // Receipts of commits_, which the store does not have yet.
   absl::flat_hash_map<std::string, storage::Receipt> by_request_id_;
 };
 

@@ -12,13 +12,15 @@
 namespace hypermap::server {
 namespace {
 
-// The longest time the writer goes without a look at the clock, which may be set at any time.
+// Longest time that the writer sleeps before it reads the clock again. The clock may be set at any
+// time, which no timer notices.
 constexpr absl::Duration kMaxWait = absl::Minutes(1);
-// Objects that leave the map in one commit.
+// Number of expired objects that one commit removes, so that edits do not wait long behind it.
 constexpr size_t kMaxExpiredPerCommit = 1000;
 constexpr absl::Duration kExpiryRetry = absl::Seconds(1);
 constexpr char kExpiryAuthor[] = "expiry";
-// While the queue never empties, so many groups are written for each step of compaction.
+// Number of groups that are written for each step of compaction while the queue never empties:
+// compaction must not fall behind for ever, and must not take much of the writer's time.
 constexpr int kGroupsPerCompactionStep = 8;
 
 }  // namespace
@@ -87,7 +89,7 @@ void MapSession::Enqueue(SubmissionType submission, Callback done) {
     if (accepted.ok()) {
       queue_.submissions.push_back(
           Queued<SubmissionType, Callback>{std::move(submission), std::move(done)});
-      // The writer waits for nothing else while there is something.
+      // The writer sleeps only while the queue is empty: later submissions need not wake it.
       if (queue_.submissions.size() == 1) queue_changed_.NotifyOne();
     }
   }
@@ -108,7 +110,7 @@ void MapSession::Observe(ObservationSubmission submission, VerdictsCallback done
 
 template <typename SubmissionType>
 absl::StatusOr<storage::Receipt> MapSession::EnqueueAndWait(SubmissionType submission) {
-  // Shared: the waiter may be gone before set_value returns.
+  // Shared with the callback, because this thread may go on before set_value has returned.
   auto promise = std::make_shared<std::promise<absl::StatusOr<storage::Receipt>>>();
   Enqueue<SubmissionType, ReceiptCallback>(std::move(submission),
                                            [promise](absl::StatusOr<storage::Receipt> receipt) {
@@ -130,7 +132,7 @@ absl::Status MapSession::RunOnWriter(absl::FunctionRef<absl::Status()> task) {
   {
     MutexLock lock(&queue_mutex_);
     if (absl::Status status = CheckAccepts(queue_.tasks.size()); !status.ok()) return status;
-    // The task outlives its run: this waits for it.
+    // A FunctionRef is enough: the caller's function lives until this returns, after the run.
     queue_.tasks.push_back([promise, task] { promise->set_value(task()); });
     queue_changed_.NotifyOne();
   }
@@ -184,6 +186,7 @@ void MapSession::LookAtClock() {
 }
 
 void MapSession::Close() {
+  // First, so that watches and calls that wait for a revision end while the writer finishes.
   feed_.Close();
   {
     MutexLock lock(&queue_mutex_);
@@ -202,12 +205,14 @@ void MapSession::RunWriter() {
     for (Task& task : work->tasks) std::move(task)();
     LookAfterMap();
   }
+  // So that the next start need not fold long logs again.
   fusion_->KeepCheckpoints();
 }
 
 std::optional<MapSession::Work> MapSession::TakeWork() {
   const absl::Duration wait = NextLookAfterMap() - options_.clock();
   MutexLock lock(&queue_mutex_);
+  // Without a loop: after a spurious wake-up the work is empty and maintenance finds nothing due.
   if (queue_.empty() && !closing_ && !looks_at_clock_ && wait > absl::ZeroDuration()) {
     queue_changed_.WaitFor(&queue_mutex_, std::min(wait, kMaxWait));
   }
@@ -223,13 +228,13 @@ absl::Time MapSession::CommitTime() {
 
 void MapSession::Commit(std::vector<QueuedSubmission> submissions) {
   if (submissions.empty()) return;
-  GroupCommit group(stored_.get(), fusion_.get(), snapshot());
+  GroupCommit group(stored_.get(), fusion_.get(), snapshot(), options_.edit_limits);
   for (QueuedSubmission& queued : submissions) {
     std::visit(
         [&](auto& q) { group.Add(std::move(q.submission), CommitTime(), std::move(q.done)); },
         queued);
   }
-  // A failure is in the answers of those it concerns.
+  // The answers of the submissions contain the error.
   group.Write().IgnoreError();
   {
     MutexLock lock(&snapshot_mutex_);
@@ -237,7 +242,7 @@ void MapSession::Commit(std::vector<QueuedSubmission> submissions) {
   }
   std::vector<FeedCommit> commits = group.TakeCommits();
   for (const FeedCommit& commit : commits) expiry_.Update(*commit.changes);
-  // After the snapshot: who waits for a revision finds it there.
+  // After the snapshot, so that a call that waited for a revision finds it published.
   feed_.Append(std::move(commits));
   std::move(group).Answer();
 }
@@ -266,7 +271,7 @@ void MapSession::RemoveExpired(absl::Time now) {
   Submission submission{expiry_.Due(now, kMaxExpiredPerCommit), kExpiryAuthor, ""};
   const auto done = [&](const absl::StatusOr<storage::Receipt>& receipt) {
     if (receipt.ok()) return;
-    // They stay for now.
+    // The objects stay until the next attempt.
     spdlog::warn("objects can't be removed when their time has come map={} problem={}",
                  header_.name, receipt.status().ToString());
     expire_not_before_ = now + kExpiryRetry;

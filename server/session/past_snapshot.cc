@@ -8,13 +8,15 @@
 #include <vector>
 
 #include "map/layers/grid_layer.h"
+#include "map/layers/layer_registry.h"
 #include "map/layers/semantic_layer.h"
 
 namespace hypermap::server {
 namespace {
 
+// Half the side of the first and of the last neighbourhood that NearestInPast reads, growing by a
+// factor of 4. After the last, it reads all content.
 constexpr double kFirstReach_m = 4.0;
-// Beyond this all is read.
 constexpr double kLastReach_m = 1024.0;
 
 Box Around(const Box& box, double margin_m) {
@@ -22,8 +24,8 @@ Box Around(const Box& box, double margin_m) {
           {box.max.x + margin_m, box.max.y + margin_m}};
 }
 
-// A box in the layer's frame around a box in the caller's, with room for what rounding may do on
-// the way there.
+// A box in the layer's frame that contains `box` of the caller's frame, with a margin for the
+// rounding of the transform.
 Box InLayer(const PlanarTransform& layer_from_caller, const Box& box) {
   Box in_layer;
   for (const double x : {box.min.x, box.max.x}) {
@@ -36,33 +38,40 @@ Box InLayer(const PlanarTransform& layer_from_caller, const Box& box) {
   return Around(in_layer, 1e-6 + 1e-12 * size);
 }
 
-// The cells that a box in the layer's frame touches, and a few around; within the extent.
-CellBox CellsAround(const GridLayer& grid, const Box& box) {
-  const PlanarTransform grid_from_layer = grid.geometry().layer_from_grid.Inverse();
+// The cells within the layer's extent that `box` (in the layer's frame) touches, and one row or
+// column more on each side.
+CellBox CellsAround(const LayerStructure& layer, const Box& box) {
+  const GridGeometry& grid = *layer.spec.grid;
+  const PlanarTransform grid_from_layer = grid.layer_from_grid.Inverse();
   Box in_grid;
   for (const double x : {box.min.x, box.max.x}) {
     for (const double y : {box.min.y, box.max.y}) in_grid.Extend(grid_from_layer * Point{x, y});
   }
-  const double resolution = grid.geometry().resolution_m;
+  const double resolution = grid.resolution_m;
   const auto index = [&](double along, int beyond) {
     const double cell = std::floor(along / resolution) + beyond;
     return static_cast<int32_t>(std::clamp<double>(cell, -kMaxCellIndex, kMaxCellIndex));
   };
   const CellBox cells{index(in_grid.min.y, -1), index(in_grid.max.y, 2), index(in_grid.min.x, -1),
                       index(in_grid.max.x, 2)};
-  return cells.Intersection(grid.extent());
+  return cells.Intersection(layer.extent);
 }
 
-// The layer with its content in `box` (layer frame), or all of it.
-absl::StatusOr<LayerPtr> ReadLayer(storage::PastMap& past, const LayerPtr& layer, const Box* box) {
-  const LayerSpec& spec = layer->spec();
-  if (const auto* grid = AsGrid(layer.get())) {
-    const CellBox cells = box ? CellsAround(*grid, *box) : grid->extent();
-    if (cells.empty()) return layer;
+// A view for queries that are refused whatever the map contains.
+SnapshotPtr EmptyView(storage::PastMap& past) {
+  return std::make_shared<Snapshot>(past.structure()->EmptySnapshot());
+}
+
+// The layer with its content in and near `box` (in the layer's frame); null: all of it.
+absl::StatusOr<LayerPtr> ReadLayer(storage::PastMap& past, const LayerStructure& layer,
+                                   const Box* box) {
+  const LayerSpec& spec = layer.spec;
+  if (spec.grid) {
+    const CellBox cells = box ? CellsAround(layer, *box) : layer.extent;
+    if (cells.empty()) return MakeEmptyLayer(layer);
     absl::StatusOr<TileMap> tiles = past.Tiles(spec.name, cells);
     if (!tiles.ok()) return tiles.status();
-    return std::make_shared<GridLayer>(spec, grid->shared_domain(), *std::move(tiles),
-                                       grid->extent());
+    return std::make_shared<GridLayer>(spec, MakeCellDomain(spec), *std::move(tiles), layer.extent);
   }
   absl::StatusOr<std::vector<ObjectPtr>> objects =
       box ? past.Objects(spec.name, *box) : past.Objects(spec.name);
@@ -70,22 +79,23 @@ absl::StatusOr<LayerPtr> ReadLayer(storage::PastMap& past, const LayerPtr& layer
   return std::make_shared<SemanticLayer>(spec, *std::move(objects));
 }
 
-// The scope's layers with their content in `box` (caller's frame), or all of it.
+// A view with the scope's layers and their content in and near `box` (in the caller's frame); null:
+// all of it.
 absl::StatusOr<SnapshotPtr> Read(storage::PastMap& past, const Scope& scope, const Box* box) {
-  const Snapshot& structure = *past.structure();
+  const MapStructure& structure = *past.structure();
   const absl::StatusOr<std::string> frame = structure.ResolveFrame(scope.frame_id);
   if (!frame.ok()) return frame.status();
-  const absl::StatusOr<std::vector<LayerPtr>> layers = structure.SelectLayers(scope.layers);
+  const auto layers = structure.SelectLayers(scope.layers);
   if (!layers.ok()) return layers.status();
-  auto view = std::make_shared<Snapshot>(structure);
-  for (const LayerPtr& layer : *layers) {
-    const auto caller_from_layer = structure.frames.Lookup(*frame, layer->spec().frame_id);
-    if (!caller_from_layer.ok()) continue;  // it can't be asked
+  auto view = std::make_shared<Snapshot>(structure.EmptySnapshot());
+  for (const LayerStructure* layer : *layers) {
+    const auto caller_from_layer = structure.frames.Lookup(*frame, layer->spec.frame_id);
+    if (!caller_from_layer.ok()) continue;  // not connected: the query refuses the layer
     std::optional<Box> in_layer;
     if (box) in_layer = InLayer(caller_from_layer->Inverse(), *box);
-    absl::StatusOr<LayerPtr> read = ReadLayer(past, layer, in_layer ? &*in_layer : nullptr);
+    absl::StatusOr<LayerPtr> read = ReadLayer(past, *layer, in_layer ? &*in_layer : nullptr);
     if (!read.ok()) return read.status();
-    view->layers[layer->spec().name] = *std::move(read);
+    view->layers[layer->spec.name] = *std::move(read);
   }
   return view;
 }
@@ -101,9 +111,9 @@ absl::StatusOr<SnapshotPtr> ReadPast(storage::PastMap& past, const Scope& scope,
 
 absl::StatusOr<SnapshotPtr> ReadPast(storage::PastMap& past, const Scope& scope, const Box& box,
                                      double tolerance_m) {
-  // The question itself refuses what is not finite, and a tolerance below zero.
+  // The query itself refuses numbers that are not finite, and a negative tolerance.
   if (!IsFinite(box.min) || !IsFinite(box.max) || !std::isfinite(tolerance_m)) {
-    return past.structure();
+    return EmptyView(past);
   }
   const Box wide = Around(box, std::max(0.0, tolerance_m));
   return Read(past, scope, &wide);
@@ -111,7 +121,7 @@ absl::StatusOr<SnapshotPtr> ReadPast(storage::PastMap& past, const Scope& scope,
 
 absl::StatusOr<NearestAnswer> NearestInPast(storage::PastMap& past, const Scope& scope,
                                             const Point& p, const ValueQuery& value, int k) {
-  if (!IsFinite(p) || k < 1) return Nearest(*past.structure(), scope, p, value, k);
+  if (!IsFinite(p) || k < 1) return Nearest(*EmptyView(past), scope, p, value, k);
   for (double reach = kFirstReach_m; reach <= kLastReach_m; reach *= 4.0) {
     const Box box = Around({p, p}, reach);
     absl::StatusOr<SnapshotPtr> near = Read(past, scope, &box);
@@ -119,7 +129,7 @@ absl::StatusOr<NearestAnswer> NearestInPast(storage::PastMap& past, const Scope&
     absl::StatusOr<NearestAnswer> answer = Nearest(**near, scope, p, value, k);
     if (!answer.ok()) return answer;
     const std::vector<NearestAnswer::Entry>& entries = answer->entries;
-    // Nothing that was not read lies nearer than the box's border.
+    // Content that was not read lies outside of the box, and so at least `reach` away.
     if (static_cast<int>(entries.size()) == k && entries.back().neighbour.distance_m < reach) {
       return answer;
     }

@@ -11,15 +11,16 @@
 namespace hypermap::server {
 namespace {
 
+// Bounds the time of a step, so that a worker thread can serve other calls between two steps.
 constexpr int kChangesPerStep = 1024;
 
-absl::StatusOr<SnapshotPtr> StructureAt(storage::HistoryReader& history, Revision revision) {
+absl::StatusOr<StructurePtr> StructureAt(storage::HistoryReader& history, Revision revision) {
   const absl::StatusOr<std::unique_ptr<storage::PastMap>> past = history.At(revision);
   if (!past.ok()) return past.status();
   return (*past)->structure();
 }
 
-absl::Status CheckLayers(const Snapshot& from, const Snapshot& to,
+absl::Status CheckLayers(const MapStructure& from, const MapStructure& to,
                          const std::vector<std::string>& layers) {
   for (const std::string& layer : layers) {
     if (from.FindLayer(layer) || to.FindLayer(layer)) continue;
@@ -30,8 +31,8 @@ absl::Status CheckLayers(const Snapshot& from, const Snapshot& to,
 
 class DifferenceSource : public MessageSource<v1::ListChangesResponse> {
  public:
-  DifferenceSource(const ServiceLimits& limits, HistoryPool::Lease history, SnapshotPtr from,
-                   SnapshotPtr to, std::vector<std::string> layers, std::string frame_id)
+  DifferenceSource(const ServiceLimits& limits, HistoryPool::Lease history, StructurePtr from,
+                   StructurePtr to, std::vector<std::string> layers, std::string frame_id)
       : limits_(limits),
         history_(std::move(history)),
         from_(std::move(from)),
@@ -57,6 +58,7 @@ class DifferenceSource : public MessageSource<v1::ListChangesResponse> {
   int64_t items() const override { return static_cast<int64_t>(next_); }
 
  private:
+  // Adds the next commits to the net difference.
   absl::StatusOr<Step> Take() {
     const absl::StatusOr<std::vector<storage::PastCommit>> commits =
         history_->Commits(taken_, kChangesPerStep);
@@ -72,16 +74,16 @@ class DifferenceSource : public MessageSource<v1::ListChangesResponse> {
 
   const ServiceLimits limits_;
   HistoryPool::Lease history_;
-  const SnapshotPtr from_;
-  const SnapshotPtr to_;
+  const StructurePtr from_;
+  const StructurePtr to_;
   const std::vector<std::string> layers_;
   const std::string frame_id_;
-  Revision taken_;
+  Revision taken_;  // newest revision in net_
   NetChanges net_;
-  std::vector<ToldChange> changes_;
+  std::vector<MapChange> changes_;  // the result of net_, once finished_
   bool finished_ = false;
   bool told_any_ = false;
-  size_t next_ = 0;
+  size_t next_ = 0;  // index of the first change that was not sent yet
 };
 
 }  // namespace
@@ -104,9 +106,9 @@ absl::StatusOr<std::unique_ptr<MessageSource<v1::ListChangesResponse>>> OpenDiff
   }
   absl::StatusOr<HistoryPool::Lease> history = (*session)->OpenHistory();
   if (!history.ok()) return history.status();
-  absl::StatusOr<SnapshotPtr> before = StructureAt(**history, request.from_revision());
+  absl::StatusOr<StructurePtr> before = StructureAt(**history, request.from_revision());
   if (!before.ok()) return before.status();
-  absl::StatusOr<SnapshotPtr> after = StructureAt(**history, to);
+  absl::StatusOr<StructurePtr> after = StructureAt(**history, to);
   if (!after.ok()) return after.status();
   absl::StatusOr<std::string> frame = (*after)->ResolveFrame(request.scope().frame_id());
   if (!frame.ok()) return frame.status();

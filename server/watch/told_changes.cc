@@ -6,7 +6,7 @@
 
 namespace hypermap::server {
 
-size_t EncodeChanges(const std::vector<ToldChange>& changes, size_t first,
+size_t EncodeChanges(const std::vector<MapChange>& changes, size_t first,
                      const ServiceLimits& limits,
                      google::protobuf::RepeatedPtrField<v1::Change>* messages) {
   int64_t items = 0;

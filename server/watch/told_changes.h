@@ -1,4 +1,4 @@
-// Changes in messages of bounded size.
+// Encoding of changes in messages of bounded size.
 #ifndef HYPERMAP_SERVER_WATCH_TOLD_CHANGES_H_
 #define HYPERMAP_SERVER_WATCH_TOLD_CHANGES_H_
 
@@ -7,15 +7,15 @@
 
 #include "google/protobuf/repeated_ptr_field.h"
 #include "hypermap/v1/watch_service.pb.h"
-#include "map/watch/told_change.h"
+#include "map/watch/map_change.h"
 #include "server/rpc/facilities.h"
 
 namespace hypermap::server {
 
-// Encodes the changes from `first` on until they reach limits.chunk_items objects and runs of
-// cells, or limits.max_chunk_bytes, but at least one. The index of the first that is left over, or
-// the number of changes.
-size_t EncodeChanges(const std::vector<ToldChange>& changes, size_t first,
+// Encodes the changes from index `first` on, until they reach limits.chunk_items objects and runs
+// of cells or limits.max_chunk_bytes, but at least one. Returns the index of the first change that
+// was left over, or changes.size().
+size_t EncodeChanges(const std::vector<MapChange>& changes, size_t first,
                      const ServiceLimits& limits,
                      google::protobuf::RepeatedPtrField<v1::Change>* messages);
 

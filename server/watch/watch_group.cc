@@ -11,14 +11,15 @@
 namespace hypermap::server {
 namespace {
 
-// Of a coalesced message.
+// Bounds of a coalesced message. A single message may be larger.
 constexpr size_t kMaxMessages = 256;
 constexpr size_t kMaxMessageBytes = 256 << 10;
-// Of commits that messages are made of while others wait.
+// Number of changes that are encoded in one call, while other watches of the group wait.
 constexpr int64_t kMaxChangesAtOnce = 256;
-// How far a ring's end may be behind a watch that continues it.
+// A watch that is further ahead of the ring's end restarts the ring instead of encoding the commits
+// between, which no watch may ever need.
 constexpr Revision kMaxGap = 256;
-// What an entry weighs besides its message.
+// Estimated memory of an entry besides its message, so that entries without one count, too.
 constexpr int64_t kEntryBytes = 128;
 
 int64_t BytesOf(const grpc::Slice& message) {
@@ -33,7 +34,7 @@ WatchGroup::WatchGroup(const ChangeFeed* feed, const ServiceLimits& service_limi
 
 WatchGroup::~WatchGroup() { *bytes_of_all_ -= bytes_; }
 
-std::optional<WatchGroup::Run> WatchGroup::Take(Revision after, const SnapshotPtr& structure,
+std::optional<WatchGroup::Run> WatchGroup::Take(Revision after, const StructurePtr& structure,
                                                 Follower& follower, Form form) {
   MutexLock lock(&mutex_);
   if (form == Form::kCoalesced) return TakeCoalesced(after, structure, follower);
@@ -42,14 +43,16 @@ std::optional<WatchGroup::Run> WatchGroup::Take(Revision after, const SnapshotPt
 }
 
 std::optional<WatchGroup::Run> WatchGroup::TakeCoalesced(Revision after,
-                                                         const SnapshotPtr& structure,
+                                                         const StructurePtr& structure,
                                                          Follower& follower) {
   if (after == newest_.after && structure == newest_.structure) return newest_.run;
   if (after < newest_.run.end) {
+    // This watch is behind the others. It stops where they are, and then shares their bytes.
     std::optional<Run> run = Collect(after, structure, newest_.run.end, kMaxMessages);
     if (run) run->reaches_end = run->end == newest_.run.end && newest_.run.reaches_end;
     return run;
   }
+  // Read before Extend: a commit that comes meanwhile must not make the run look incomplete.
   const Revision end = feed_->newest();
   Extend(after, structure, follower);
   std::optional<Run> run = Collect(after, structure, last_, kMaxMessages);
@@ -59,7 +62,7 @@ std::optional<WatchGroup::Run> WatchGroup::TakeCoalesced(Revision after,
   return run;
 }
 
-std::optional<WatchGroup::Run> WatchGroup::Collect(Revision after, const SnapshotPtr& structure,
+std::optional<WatchGroup::Run> WatchGroup::Collect(Revision after, const StructurePtr& structure,
                                                    Revision end, size_t max_messages) const {
   if (after + 1 < first()) return std::nullopt;
   Run run;
@@ -81,12 +84,13 @@ std::optional<WatchGroup::Run> WatchGroup::Collect(Revision after, const Snapsho
   return run;
 }
 
-void WatchGroup::Extend(Revision after, const SnapshotPtr& structure, Follower& follower) {
+void WatchGroup::Extend(Revision after, const StructurePtr& structure, Follower& follower) {
   if (!entries_.empty() && after + 1 < first()) return;
   for (const FeedCommit& commit : ReadOn(after)) {
-    const SnapshotPtr& before = entries_.empty() ? structure : entries_.back().structure;
+    const StructurePtr& before = entries_.empty() ? structure : entries_.back().structure;
     if (commit.structure != before) {
-      // Without a ring it may be the watch that has another pointer.
+      // Structures are compared by pointer. The watch may have an equal one that is not the feed's,
+      // so that only two of the feed's own prove that the commit changed the structure.
       if (entries_.empty()) return;
       Push({commit.structure, {}, 0, /*alone=*/true});
     } else if (commit.structure == structure) {
@@ -109,8 +113,8 @@ std::vector<FeedCommit> WatchGroup::ReadOn(Revision after) {
 
 WatchGroup::Entry WatchGroup::Encode(const FeedCommit& commit, Follower& follower) const {
   Entry entry{commit.structure, {}, 0, false};
-  // The structure is as it was: there is no reset.
-  const std::vector<ToldChange> changes = follower.Tell(*commit.changes, commit.structure).changes;
+  // Only a change of the structure can reset a follower, and this commit has none.
+  const std::vector<MapChange> changes = follower.Tell(*commit.changes, commit.structure).changes;
   if (changes.empty()) return entry;
   v1::WatchResponse message = MessageOf(commit);
   entry.alone =
@@ -126,6 +130,8 @@ void WatchGroup::Push(Entry entry) {
   *bytes_of_all_ += BytesOf(entry.message);
   entries_.push_back(std::move(entry));
   ++last_;
+  // The newest entry always stays, or the bytes of other groups could keep this one from ever
+  // providing a message.
   while (entries_.size() > 1 &&
          (static_cast<int64_t>(entries_.size()) > limits_.max_commits ||
           bytes_ > limits_.max_bytes || *bytes_of_all_ > limits_.max_bytes_of_all)) {

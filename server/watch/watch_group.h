@@ -1,4 +1,4 @@
-// Those who watch alike.
+// Encodes each commit once for all watches with the same filter.
 #ifndef HYPERMAP_SERVER_WATCH_WATCH_GROUP_H_
 #define HYPERMAP_SERVER_WATCH_WATCH_GROUP_H_
 
@@ -23,75 +23,79 @@
 
 namespace hypermap::server {
 
-// The watches of one map with one filter, and the messages of the newest commits for all of them:
-// each is made once, by the first who comes to it, and lies in a ring. The ring has an entry for
-// each commit from its first to its last, also for those that select nothing, and those that each
-// watch tells by itself: commits that change the map's structure, or take several messages.
+// A ring with the encoded messages of a map's newest commits, shared by all watches of the map with
+// one filter. The first watch that reaches a commit encodes its message; the others copy a
+// reference to the bytes. The ring has one entry for each commit from its first to its last, so
+// that an entry is found by its revision: also for commits that select nothing, and for commits
+// that each watch must encode by itself because they change the map's structure or take several
+// messages.
 //
-// Thread safe. The lock is held while messages are made: who waits for it would otherwise make the
-// same ones.
+// Thread safe. The lock is held while messages are encoded, because a thread that waits for it
+// would otherwise encode the same ones.
 class WatchGroup {
  public:
   struct Limits {
-    int64_t max_commits = 4096;
-    // Of a ring, and of the rings of all groups together.
-    int64_t max_bytes = int64_t{4} << 20;
-    int64_t max_bytes_of_all = int64_t{64} << 20;
+    int64_t max_commits = 4096;                    // entries of a ring
+    int64_t max_bytes = int64_t{4} << 20;          // of a ring
+    int64_t max_bytes_of_all = int64_t{64} << 20;  // of the rings of all groups together
   };
 
-  // Some commits that follow one another.
+  // Consecutive commits, and the message that reports them.
   struct Run {
-    Revision end = 0;          // the last of them
-    Revision told = 0;         // the last of which there is a message; 0: none
-    grpc::Slice message;       // WatchResponse; empty when they select nothing
+    Revision end = 0;          // the last commit
+    Revision told = 0;         // the last commit that selects something; 0: none does
+    grpc::Slice message;       // WatchResponse; empty if no commit selects anything
     int64_t num_changes = 0;   // in the message
-    bool reaches_end = false;  // kCoalesced: there was nothing after it when it was made
+    bool reaches_end = false;  // kCoalesced: `end` was the newest revision when the run was made
   };
 
-  // How many messages are in one.
+  // Whether a run has the message of one commit, or of many in WatchResponse.coalesced.
   enum class Form { kSingle, kCoalesced };
 
-  // Both outlive this; `bytes_of_all` counts what the rings of all groups hold.
+  // `feed` and `bytes_of_all` must outlive this; `bytes_of_all` counts the bytes in the rings of
+  // all groups.
   WatchGroup(const ChangeFeed* feed, const ServiceLimits& service_limits, const Limits& limits,
              std::atomic<int64_t>* bytes_of_all);
   ~WatchGroup();
   WatchGroup(const WatchGroup&) = delete;
   WatchGroup& operator=(const WatchGroup&) = delete;
 
-  // The commits after `after`, at least one, for a watch that has told all up to there.
-  // `structure` is the map's at `after`, and `follower`, which has the group's filter, is there
-  // too; it makes what nobody has made yet. nullopt: there is no next one, or the watch has to tell
-  // it by itself.
+  // Returns a run of at least one commit after `after`, for a watch whose cursor is at `after`.
+  // `structure` is the map's at `after`. `follower` has the group's filter and is at `structure`;
+  // it filters the commits that no watch has encoded yet. nullopt if there is no next commit, or if
+  // the watch has to encode it by itself.
   //
-  // Coalesced runs end where others end that were taken since, so that those who come at about the
-  // same time get the same bytes, and are at the same place the next time.
-  std::optional<Run> Take(Revision after, const SnapshotPtr& structure, Follower& follower,
+  // A coalesced run ends no later than the newest one that was returned, until the watch has
+  // reached that one's end. So watches that come at about the same time get the same bytes, and
+  // have the same cursor the next time.
+  std::optional<Run> Take(Revision after, const StructurePtr& structure, Follower& follower,
                           Form form);
 
  private:
   struct Entry {
-    SnapshotPtr structure;  // after the commit
-    grpc::Slice message;    // empty: selects nothing
+    StructurePtr structure;  // the map's after the commit
+    grpc::Slice message;     // empty: the commit selects nothing
     int64_t num_changes = 0;
-    bool alone = false;  // each tells it by itself
+    bool alone = false;  // each watch must encode the commit by itself
   };
-  // The coalesced run that was taken last of those that went furthest.
+  // The newest coalesced run and the cursor that it starts from.
   struct Newest {
     Revision after = -1;
-    SnapshotPtr structure;
+    StructurePtr structure;
     Run run;
   };
 
-  std::optional<Run> TakeCoalesced(Revision after, const SnapshotPtr& structure, Follower& follower)
-      ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
-  // From entries after `after` and up to `end`, with at most so many messages.
-  std::optional<Run> Collect(Revision after, const SnapshotPtr& structure, Revision end,
+  std::optional<Run> TakeCoalesced(Revision after, const StructurePtr& structure,
+                                   Follower& follower) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  // Makes a run of the entries after `after` and up to `end`, with at most `max_messages` messages.
+  std::optional<Run> Collect(Revision after, const StructurePtr& structure, Revision end,
                              size_t max_messages) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
-  // Adds entries from the feed, where `follower` can make them.
-  void Extend(Revision after, const SnapshotPtr& structure, Follower& follower)
+  // Appends entries for commits of the feed, as far as `follower` can filter them: until the
+  // structure is not `structure` any more.
+  void Extend(Revision after, const StructurePtr& structure, Follower& follower)
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
-  // The commits after the last entry; the ring begins anew after `after` when it can't be
-  // continued up to there.
+  // The commits after the last entry. Empties the ring and restarts it at `after` if the feed no
+  // longer has the commits between its end and `after`, or if they are too many to encode.
   std::vector<FeedCommit> ReadOn(Revision after) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   Entry Encode(const FeedCommit& commit, Follower& follower) const;
   void Push(Entry entry) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
@@ -108,23 +112,26 @@ class WatchGroup {
 
   Mutex mutex_;
   std::deque<Entry> entries_ ABSL_GUARDED_BY(mutex_);
-  Revision last_ ABSL_GUARDED_BY(mutex_) = 0;  // of entries_; empty: that before the first to come
-  int64_t bytes_ ABSL_GUARDED_BY(mutex_) = 0;  // of entries_
+  // Revision of the last entry; of an empty ring, the revision before the next one.
+  Revision last_ ABSL_GUARDED_BY(mutex_) = 0;
+  int64_t bytes_ ABSL_GUARDED_BY(mutex_) = 0;  // sum of BytesOf(entries_)
   Newest newest_ ABSL_GUARDED_BY(mutex_);
 };
 
-// The groups of a server; one is gone with its last watch. Outlives them. Thread safe.
+// The groups of a server. A group is destroyed with its last watch. Must outlive its groups. Thread
+// safe.
 class WatchGroups {
  public:
   explicit WatchGroups(const ServiceLimits& service_limits, const WatchGroup::Limits& limits = {})
       : service_limits_(service_limits), limits_(limits) {}
 
-  // The group of those who follow `feed` with the filter of `request`. The caller keeps the feed
-  // for longer than the group.
+  // Returns the group of all watches of `feed` with the same filter as `request`. The caller must
+  // keep the feed alive for longer than the group.
   std::shared_ptr<WatchGroup> Join(const ChangeFeed* feed, v1::WatchRequest request);
 
  private:
-  using Key = std::pair<const ChangeFeed*, std::string>;  // a request's bytes, without its start
+  // The feed, and the encoded request without what may differ within a group: start and `coalesce`.
+  using Key = std::pair<const ChangeFeed*, std::string>;
 
   const ServiceLimits service_limits_;
   const WatchGroup::Limits limits_;

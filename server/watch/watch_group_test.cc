@@ -46,7 +46,7 @@ hypermap::CreateLayer Layer(const std::string& name) {
   return {spec};
 }
 
-// The single messages in one.
+// The bytes of each message in a coalesced one; a message that is not coalesced as it is.
 std::vector<std::string> Unpacked(const grpc::Slice& slice) {
   v1::WatchResponse message;
   EXPECT_TRUE(message.ParseFromArray(slice.begin(), static_cast<int>(slice.size())));
@@ -67,12 +67,12 @@ std::vector<Revision> RevisionsIn(const grpc::Slice& slice) {
   return revisions;
 }
 
-// A feed of a map with the layer "things" at revision 1, and those who follow it.
+// A feed of a map with the layer "things" at revision 1, and watches of it.
 class WatchGroupTest : public ::testing::Test {
  protected:
   struct Watch {
     std::shared_ptr<WatchGroup> group;
-    SnapshotPtr structure;
+    StructurePtr structure;
     Follower follower;
 
     std::optional<WatchGroup::Run> Take(Revision after, Form form) {
@@ -99,10 +99,10 @@ class WatchGroupTest : public ::testing::Test {
     for (int i = 0; i < count; ++i) Commit({Put("cup", i)});
   }
 
-  // One that has told all up to `revision`, with a follower that knows the classes.
+  // A watch of `classes` whose cursor is at `revision`.
   Watch WatchAt(Revision revision, std::shared_ptr<WatchGroup> group,
                 std::vector<std::string> classes = {}) {
-    const SnapshotPtr structure = *feed_.StructureAt(revision);
+    const StructurePtr structure = *feed_.StructureAt(revision);
     WatchFilter filter;
     filter.classes = std::move(classes);
     return {std::move(group), structure, *Follower::Make(filter, structure)};
@@ -192,7 +192,7 @@ TEST_F(WatchGroupTest, CommitsThatChangeTheStructureAreToldByEachAlone) {
   Watch before = WatchAt(1, group), after = WatchAt(3, group);
   EXPECT_THAT(RevisionsIn(before.Take(1, Form::kCoalesced)->message), ElementsAre(2));
   EXPECT_EQ(before.Take(2, Form::kCoalesced), std::nullopt);
-  // It has to move on to the new structure first.
+  // The watch has to move on to the new structure first.
   EXPECT_EQ(before.Take(3, Form::kCoalesced), std::nullopt);
   EXPECT_THAT(RevisionsIn(after.Take(3, Form::kCoalesced)->message), ElementsAre(4));
 }
@@ -218,7 +218,7 @@ TEST_F(WatchGroupTest, AllRingsTogetherAreBounded) {
     groups.push_back(Group(limits));
     Watch watch = WatchAt(1, groups.back());
     for (Revision after = 1; after < 101; ++after) watch.Take(after, Form::kSingle);
-    // Each keeps the newest message.
+    // Each ring keeps its newest message, even if all rings together are over the limit.
     EXPECT_LE(bytes_.load(), 2000 + 300 * i);
   }
   EXPECT_GT(bytes_.load(), 0);
@@ -245,7 +245,7 @@ TEST_F(WatchGroupTest, AMessageIsBounded) {
 }
 
 TEST(WatchGroupsTest, ThoseWhoAskAlikeAreAGroupUntilTheLastIsGone) {
-  ChangeFeed feed(1, std::make_shared<Snapshot>(), {}),
+  ChangeFeed feed(1, std::make_shared<MapStructure>(), {}),
       other_feed(1, feed.StructureAt(1).value(), {});
   WatchGroups groups{ServiceLimits()};
   v1::WatchRequest request;
@@ -285,13 +285,13 @@ std::vector<hypermap::Edit> RandomEdits(Rng& rng, Revision revision, std::vector
   return edits;
 }
 
-// One that watches a map's session without a server, when it is told to.
+// A watch of a map's session without a server, which takes messages when the test asks for them.
 class RandomWatch {
  public:
   RandomWatch(const Facilities& facilities, WatchGroups* groups, v1::WatchRequest request)
       : request_(std::move(request)), source_(*WatchSource::Open(facilities, groups, request_)) {}
 
-  // Takes at most so many messages; false when there is nothing new.
+  // Takes at most `max_messages` messages. Returns false if there is nothing new.
   bool Take(int max_messages) {
     grpc::Slice message;
     for (int i = 0; i < max_messages;) {
@@ -318,7 +318,7 @@ class RandomWatch {
   std::vector<std::string> told_;
 };
 
-// The messages of all commits after the request's start, made for it alone.
+// Oracle: the messages of all commits after `start`, filtered and encoded without a group.
 std::vector<std::string> ToldAlone(const ChangeFeed& feed, const ServiceLimits& limits,
                                    const WatchFilter& filter, Revision start) {
   std::vector<std::string> messages;
@@ -329,8 +329,8 @@ std::vector<std::string> ToldAlone(const ChangeFeed& feed, const ServiceLimits& 
   for (const FeedCommit& commit : *commits) {
     Follower::Told told = follower.Tell(*commit.changes, commit.structure);
     EXPECT_FALSE(told.reset);
-    for (ToldChange& change : told.changes) {
-      if (change.layer_now) change.layer_version = commit.revision;
+    for (MapChange& change : told.changes) {
+      if (change.layer_now) change.layer_now->version = commit.revision;
     }
     for (size_t next = 0; next < told.changes.size();) {
       v1::WatchResponse message = MessageOf(commit);
@@ -355,7 +355,7 @@ TEST(WatchGroupPropertyTest, WhatIsSharedIsWhatEachWouldBeToldAlone) {
   MapSession& session = **server.site().Find("site");
   WorkerPool workers(1);
   const Facilities facilities{&server.site(), limits, &workers, &workers, &workers, ""};
-  // Now and then one is behind a ring as small as this.
+  // The ring is so small that watches are behind it now and then.
   WatchGroup::Limits ring;
   ring.max_commits = 20;
   WatchGroups groups(limits, ring);

@@ -17,11 +17,13 @@
 namespace hypermap::server {
 namespace {
 
-// Changes that are read from the history at a time.
+// Number of changes that are read from the history at a time; bounds what a slow reader holds.
 constexpr int kMaxPastChanges = 128;
-// A place further on is told of at most so often.
+// While commits select nothing, a progress message is sent at most this often. It moves the resume
+// point, so that a reconnecting client need not have those commits filtered again.
 constexpr absl::Duration kBetweenProgress = absl::Seconds(1);
-// Of the last run in the mean rate of changes; runs are taken to be at least this far apart.
+// Weight of the newest sample in the exponential moving average of changes per second. Messages
+// that follow each other faster than kLeastBetween count as this far apart, which bounds a sample.
 constexpr double kShareOfLast = 0.25;
 constexpr absl::Duration kLeastBetween = absl::Milliseconds(1);
 
@@ -43,14 +45,14 @@ absl::StatusOr<WatchFilter> DecodeFilter(const v1::WatchRequest& request,
 
 }  // namespace
 
-absl::StatusOr<SnapshotPtr> WatchSource::StructureAt(MapSession& session, Revision revision) {
+absl::StatusOr<StructurePtr> WatchSource::StructureAt(MapSession& session, Revision revision) {
   if (revision < 0) return absl::InvalidArgumentError("start_revision is negative");
   const Revision newest = session.feed().newest();
   if (revision > newest) {
     return absl::OutOfRangeError(
         absl::StrCat("start_revision ", revision, " is still to come, the newest is ", newest));
   }
-  if (std::optional<SnapshotPtr> structure = session.feed().StructureAt(revision)) {
+  if (std::optional<StructurePtr> structure = session.feed().StructureAt(revision)) {
     return *std::move(structure);
   }
   absl::StatusOr<HistoryPool::Lease> history = session.OpenHistory();
@@ -90,8 +92,8 @@ absl::StatusOr<std::unique_ptr<WatchSource>> WatchSource::Open(const Facilities&
   if (!session.ok()) return session.status();
   absl::StatusOr<WatchFilter> filter = DecodeFilter(request, facilities.limits.decode);
   if (!filter.ok()) return filter.status();
-  SnapshotPtr snapshot;  // null: none is told
-  absl::StatusOr<SnapshotPtr> structure;
+  SnapshotPtr snapshot;  // null: the watch resumes and needs none
+  absl::StatusOr<StructurePtr> structure;
   Revision start = request.start_revision();
   if (request.has_start_revision()) {
     structure = StructureAt(**session, start);
@@ -107,6 +109,8 @@ absl::StatusOr<std::unique_ptr<WatchSource>> WatchSource::Open(const Facilities&
   }
   absl::StatusOr<Follower> follower = Follower::Make(*std::move(filter), *structure);
   if (!follower.ok()) return follower.status();
+  // The group holds a pointer to the feed; this source keeps the session, and with it the feed,
+  // alive.
   std::shared_ptr<WatchGroup> group = groups->Join(&(*session)->feed(), request);
   std::unique_ptr<WatchSource> source(
       new WatchSource(facilities.limits, *std::move(session), std::move(group),
@@ -120,7 +124,7 @@ absl::StatusOr<std::unique_ptr<WatchSource>> WatchSource::Open(const Facilities&
 
 WatchSource::WatchSource(const ServiceLimits& limits, std::shared_ptr<MapSession> session,
                          std::shared_ptr<WatchGroup> group, WatchGroup::Form form,
-                         Follower follower, SnapshotPtr structure, Revision start, bool as_stored)
+                         Follower follower, StructurePtr structure, Revision start, bool as_stored)
     : limits_(limits),
       session_(std::move(session)),
       group_(std::move(group)),
@@ -130,11 +134,11 @@ WatchSource::WatchSource(const ServiceLimits& limits, std::shared_ptr<MapSession
       structure_(std::move(structure)),
       taken_(start),
       told_(start),
-      // One that resumes far behind is given the time to come up.
+      // A watch that resumes far behind may be that far behind until it has caught up.
       max_lag_(feed().newest() - start + limits.max_watch_lag) {}
 
 absl::Status WatchSource::WithResume(const absl::Status& status) const {
-  // What it was told to is not kept any more: the message names what is.
+  // Revision told_ is not kept any more: the error already names the oldest one that is.
   if (absl::IsOutOfRange(status)) return status;
   return absl::Status(status.code(),
                       absl::StrCat(status.message(), "; resume from revision ", told_));
@@ -142,7 +146,8 @@ absl::Status WatchSource::WithResume(const absl::Status& status) const {
 
 absl::StatusOr<WatchSource::Step> WatchSource::Next(absl::Time now, grpc::Slice* message) {
   gathers_ = false;
-  // Between commits only: a commit's changes are told together.
+  // A commit that was begun is sent to its end, even if the feed is closed meanwhile: the reader
+  // could not resume in the middle of a revision.
   if (next_ < telling_.size()) return TellNext(now, message);
   if (feed().closed()) return WithResume(absl::UnavailableError("the map is closing"));
   if (selection_) return ReadSelection(now, message);
@@ -154,12 +159,14 @@ bool WatchSource::TakeShared(absl::Time now, grpc::Slice* message) {
   gathers_ = false;
   if (!telling_.empty() || selection_ || !commits_.empty() || feed().closed()) return false;
   const Revision behind = feed().newest() - taken_;
+  // Too far behind is an error, which Next reports.
   if (behind == 0 || behind > max_lag_) return false;
   const auto run = group_->Take(taken_, structure_, follower_, form_);
   return run && TellRun(now, *run, message) == Step::kMessage;
 }
 
 absl::Status WatchSource::BeginSelection(SnapshotPtr snapshot, bool reset) {
+  // The snapshot may be newer than commits that were read ahead, and contains them.
   commits_.clear();
   taken_ = snapshot->revision;
   commit_ = {};
@@ -248,7 +255,7 @@ absl::StatusOr<WatchSource::Step> WatchSource::TellProgress(absl::Time now, grpc
 }
 
 absl::Status WatchSource::ReadCommits(Revision newest) {
-  // One at a time: they are kept there, not here.
+  // One at a time: the feed keeps the others, and most of them will come from the group.
   if (auto commits = feed().Read(taken_, 1)) {
     std::move(commits->begin(), commits->end(), std::back_inserter(commits_));
     return absl::OkStatus();
@@ -259,8 +266,9 @@ absl::Status WatchSource::ReadCommits(Revision newest) {
       (*history)->Commits(taken_, kMaxPastChanges);
   if (!past.ok()) return past.status();
   for (storage::PastCommit& commit : *past) {
-    // What is on disk may not be published yet.
+    // Commits are on disk before they are published.
     if (commit.record.revision > newest) break;
+    // Without a structure, which the history does not give: TakeCommit derives it from the changes.
     commits_.push_back({commit.record.revision, commit.record.time, std::move(commit.record.author),
                         std::make_shared<const std::vector<Change>>(std::move(commit.changes)),
                         nullptr});
@@ -285,7 +293,7 @@ absl::StatusOr<WatchSource::Step> WatchSource::TakeCommits(absl::Time now, grpc:
       return TellRun(now, *run, message);
     }
     if (absl::Status status = ReadCommits(newest); !status.ok()) return WithResume(status);
-    // Of the history it was the part that is not published.
+    // The history was ahead of the feed: the next step finds the commit published.
     if (commits_.empty()) return Step::kNothingYet;
   }
   return TakeCommit(now, message);
@@ -295,19 +303,22 @@ absl::StatusOr<WatchSource::Step> WatchSource::TakeCommit(absl::Time now, grpc::
   commit_ = std::move(commits_.front());
   commits_.pop_front();
   const auto changes = std::exchange(commit_.changes, nullptr);
-  const SnapshotPtr structure = std::exchange(commit_.structure, nullptr);
+  const StructurePtr structure = std::exchange(commit_.structure, nullptr);
   taken_ = commit_.revision;
   structure_ = structure ? structure : StructureAfter(structure_, taken_, *changes);
   Follower::Told told = follower_.Tell(*changes, structure_);
   if (told.reset) {
+    // The newest snapshot instead of the one at taken_: it is in memory, and saves the commits
+    // between the two.
     absl::Status status = BeginSelection(session_->snapshot(), /*reset=*/true);
     if (!status.ok()) return WithResume(status);
     return Step::kNothingYet;
   }
   if (told.changes.empty()) return Step::kNothingYet;
   telling_ = std::move(told.changes);
-  for (ToldChange& change : telling_) {
-    if (change.layer_now) change.layer_version = taken_;
+  // StructureAfter does not keep versions up to date; this commit changed the layer.
+  for (MapChange& change : telling_) {
+    if (change.layer_now) change.layer_now->version = taken_;
   }
   return TellNext(now, message);
 }

@@ -1,4 +1,4 @@
-// The messages of a Watch rpc.
+// The cursor of one Watch rpc, and the messages that it sends.
 #ifndef HYPERMAP_SERVER_WATCH_WATCH_SOURCE_H_
 #define HYPERMAP_SERVER_WATCH_WATCH_SOURCE_H_
 
@@ -20,39 +20,45 @@
 
 namespace hypermap::server {
 
-// Follows a map commit by commit. Messages of the newest come from the group of those who watch
-// alike; it makes by itself what the group can't share: its snapshot, commits that change the map's
-// structure or are large, and what it reads from the map's history because the feed does not have
-// it any more. Between calls it holds a place in the map's revisions and what is to be told of one
-// of them. One thread at a time.
+// Follows a map commit by commit and makes the messages of one watch. Messages of the newest
+// commits come from its WatchGroup, which all watches with the same filter share. The source itself
+// encodes what depends on its own state: the initial snapshot, a reset, commits that change the
+// map's structure or take several messages, and old commits, which it reads from the map's history
+// because the feed no longer has them. Between calls it holds a cursor (a revision), the unsent
+// changes of one revision and a bounded number of commits, so that memory does not grow with the
+// slowness of a reader. Not thread safe; may be handed from thread to thread.
 class WatchSource {
  public:
   enum class Step { kMessage, kNothingYet, kNothingNew };
 
-  // `groups` outlives the source. Errors are those of the rpc.
+  // `groups` must outlive the source. Errors are those of the rpc.
   static absl::StatusOr<std::unique_ptr<WatchSource>> Open(const Facilities& facilities,
                                                            WatchGroups* groups,
                                                            const v1::WatchRequest& request);
 
-  // Makes the bytes of a WatchResponse, or does a bounded amount of work towards it. kNothingNew:
-  // until there is a revision after taken(), or for idle_for(now). UNAVAILABLE when the feed is
-  // closed, OUT_OF_RANGE when what is to be told is not kept any more, RESOURCE_EXHAUSTED for a
-  // reader that fell too far behind; all name the revision to resume from.
+  // Makes the bytes of the next WatchResponse, or does a bounded amount of work towards it.
+  // kNothingNew means that there is nothing to do until there is a revision after taken(), or until
+  // idle_for(now) has passed. UNAVAILABLE if the feed is closed, OUT_OF_RANGE if the next commits
+  // are no longer kept, RESOURCE_EXHAUSTED if the reader fell too far behind; all name the revision
+  // to resume from.
   absl::StatusOr<Step> Next(absl::Time now, grpc::Slice* message);
 
-  // Makes the message of what comes next, if the group can; only waits for others of the group.
+  // Makes the next message if the group can provide it, and returns whether it did. Reads no
+  // history and waits for nothing but the group's lock, so that any thread may call it.
   bool TakeShared(absl::Time now, grpc::Slice* message);
 
-  // Whether the next message had better wait until several have gathered: the last was of all that
-  // there was, and the caller asked to have them together.
+  // Whether the next message should wait for a tick, so that it contains several commits: the watch
+  // asked for `coalesce`, and its last message reached the newest revision.
   bool gathers() const { return gathers_; }
-  // Whether so much is told that they had better gather for longer.
+  // Whether the watch has so many changes per second that it should wait for the longer tick.
   bool is_busy() const { return changes_per_s_ > kBusyChangesPerS; }
 
   ChangeFeed& feed() const { return session_->feed(); }
+  // The cursor: the last revision that the source has read.
   Revision taken() const { return taken_; }
+  // Time until the next message is due if no commit comes; not negative.
   absl::Duration idle_for(absl::Time now) const;
-  // Changes in the messages so far.
+  // Number of changes in all messages so far.
   int64_t items() const { return items_; }
 
  private:
@@ -60,53 +66,59 @@ class WatchSource {
 
   WatchSource(const ServiceLimits& limits, std::shared_ptr<MapSession> session,
               std::shared_ptr<WatchGroup> group, WatchGroup::Form form, Follower follower,
-              SnapshotPtr structure, Revision start, bool as_stored);
+              StructurePtr structure, Revision start, bool as_stored);
 
   // The structure of the map at a revision to start from.
-  static absl::StatusOr<SnapshotPtr> StructureAt(MapSession& session, Revision revision);
-  // When a kept revision was made, 0: the map. OUT_OF_RANGE.
+  static absl::StatusOr<StructurePtr> StructureAt(MapSession& session, Revision revision);
+  // The commit time of a kept revision; for revision 0, when the map was created. OUT_OF_RANGE if
+  // the revision is not kept.
   static absl::StatusOr<absl::Time> TimeOf(MapSession& session, Revision revision);
-  // ABORTED unless the revision to start from is the one that the caller knows.
+  // ABORTED if the request gives a start_time at which start_revision was not made.
   static absl::Status CheckStart(MapSession& session, const v1::WatchRequest& request);
 
-  // Tells the selection at `snapshot` next.
+  // Moves the cursor to `snapshot`; the next messages contain all that the filter selects there.
   absl::Status BeginSelection(SnapshotPtr snapshot, bool reset);
   Step ReadSelection(absl::Time now, grpc::Slice* message);
+  // Moves the cursor over the next commits, with the group's messages where it has them.
   absl::StatusOr<Step> TakeCommits(absl::Time now, grpc::Slice* message);
-  // By itself.
+  // Moves the cursor over the first of commits_ and encodes it for this watch alone.
   absl::StatusOr<Step> TakeCommit(absl::Time now, grpc::Slice* message);
-  // Fills commits_ with what is published up to `newest`.
+  // Fills commits_ from the feed, or from the history with commits up to `newest`.
   absl::Status ReadCommits(Revision newest);
+  // Encodes the next part of telling_.
   Step TellNext(absl::Time now, grpc::Slice* message);
+  // Sends the message of `run`, and moves the cursor to its end.
   Step TellRun(absl::Time now, const WatchGroup::Run& run, grpc::Slice* message);
+  // Sends a message without changes, which moves the reader's resume point to the cursor.
   absl::StatusOr<Step> TellProgress(absl::Time now, grpc::Slice* message);
-  // When a message without changes is due.
+  // Time at which a message without changes is due.
   absl::Time ProgressDue() const;
+  // The error with the revision to resume from.
   absl::Status WithResume(const absl::Status& status) const;
 
   const ServiceLimits limits_;
   const std::shared_ptr<MapSession> session_;
-  const std::shared_ptr<WatchGroup> group_;  // of session_'s feed
+  const std::shared_ptr<WatchGroup> group_;  // reads session_'s feed
   const WatchGroup::Form form_;
   const bool as_stored_;
   Follower follower_;
-  SnapshotPtr structure_;  // at taken_, and the follower's
+  StructurePtr structure_;  // the map's at taken_; follower_ has the same
 
-  Revision taken_;                  // all up to here went through a follower
-  Revision told_;                   // all up to here is in messages
-  int64_t max_lag_;                 // newest revision - taken_
-  std::deque<FeedCommit> commits_;  // after taken_
+  Revision taken_;                  // the cursor: commits up to here were filtered
+  Revision told_;                   // messages cover all up to here: the revision to resume from
+  int64_t max_lag_;                 // upper bound of newest revision - taken_
+  std::deque<FeedCommit> commits_;  // the next commits after taken_
 
-  // What is being told, of the revision taken_: a part of the selection, or a commit's changes.
-  std::vector<ToldChange> telling_;
-  size_t next_ = 0;
-  FeedCommit commit_;                           // of telling_, without its changes; of a selection
-                                                // that is told as stored, the time
-  std::unique_ptr<SelectionReader> selection_;  // null: a commit
-  bool selection_resets_ = false;
-  bool map_told_ = false;  // of as_stored_
+  // Changes of revision taken_ that are being sent: a part of the selection, or one commit's.
+  std::vector<MapChange> telling_;
+  size_t next_ = 0;    // index of the first of telling_ that is not in a message yet
+  FeedCommit commit_;  // the commit of telling_, without its changes; for a selection with
+                       // as_stored_, only the time is set
+  std::unique_ptr<SelectionReader> selection_;  // null while telling_ is a commit's
+  bool selection_resets_ = false;               // the selection's first message has `reset`
+  bool map_told_ = false;                       // as_stored_: the first message, with Map, was made
   bool gathers_ = false;
-  double changes_per_s_ = 0;  // of runs; a mean in which what is old fades
+  double changes_per_s_ = 0;  // exponential moving average over the group's runs
 
   absl::Time last_message_ = absl::InfinitePast();
   absl::Time last_progress_ = absl::InfinitePast();

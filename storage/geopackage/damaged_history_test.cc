@@ -1,4 +1,4 @@
-// Damage of a map's history: told with what is damaged, and no harm to the map as it is.
+// Damage of a map's history: the error names the damaged row, and the current map still works.
 #include <ostream>
 #include <string>
 
@@ -20,7 +20,7 @@ absl::Status ReadAll(HistoryReader& reader) {
     auto past = reader.At(revision);
     if (!past.ok()) return past.status();
     for (const auto& [name, layer] : (*past)->structure()->layers) {
-      absl::Status status = IsGridKind(layer->spec().kind)
+      absl::Status status = IsGridKind(layer.spec.kind)
                                 ? (*past)->Tiles(name, kAllCells).status()
                                 : (*past)->Objects(name, Box{{0, 0}, {1, 1}}).status();
       if (!status.ok()) return status;

@@ -72,7 +72,7 @@ TEST_F(GeoPackageMapTest, RandomSitesReadBackAsTheyWereWritten) {
   SCOPED_TRACE(::testing::Message() << "HYPERMAP_TEST_SEED=" << seed);
   Rng rng(seed);
   map_.Edit(RandomSite(rng, 40));
-  // Then edits of what is there, in batches of their own.
+  // Then edits of the existing content, in separate batches.
   for (int i = 0; i < 10; ++i) {
     EditBatch batch;
     const ObjectId id = UniformInt(rng, 1, 40);
@@ -125,12 +125,12 @@ TEST_F(GeoPackageMapTest, KindsOfShapeThatALayerTakesComeBack) {
   const auto history = map_.stored->OpenHistory();
   ASSERT_TRUE(history.ok()) << history.status();
   for (const Revision revision : {1, 2}) {
-    const SnapshotPtr past = (*(*history)->At(revision))->structure();
+    const StructurePtr past = (*(*history)->At(revision))->structure();
     for (size_t i = 0; i < sets.size(); ++i) {
       if (revision == 2 && i == 2) continue;
-      const Layer* layer = past->FindLayer(absl::StrCat("layer", i));
+      const LayerStructure* layer = past->FindLayer(absl::StrCat("layer", i));
       ASSERT_NE(layer, nullptr);
-      EXPECT_EQ(layer->spec().shape_kinds, sets[i]) << i;
+      EXPECT_EQ(layer->spec.shape_kinds, sets[i]) << i;
     }
   }
   const auto commits = (*history)->Commits(1, 100);
@@ -284,7 +284,7 @@ TEST_F(GeoPackageMapTest, WhenOneCommitFailsNoneOfTheGroupIsStored) {
   EXPECT_THAT(std::string(status.message()), HasSubstr("map site: "));
   EXPECT_EQ(*map_.stored->FindReceipt("g"), std::nullopt);
   ExpectSame(**map_.stored->Load(), *map_.snapshot);
-  // And the map takes the good one on its own.
+  // The map accepts the good commit alone.
   ASSERT_TRUE(map_.stored->Write({good}).ok());
   map_.snapshot = good.applied.snapshot;
   ExpectReopensTheSame();
@@ -356,7 +356,7 @@ TEST_F(GeoPackageMapTest, TextThatIsNoUtf8IsRefused) {
 TEST_F(GeoPackageMapTest, AcknowledgedCommitsAreInTheFilesBeforeClosing) {
   Rng rng(TestSeed());
   map_.Edit(RandomSite(rng, 10));
-  // A crash would leave the files as they are now.
+  // The files as a crash at this moment would leave them.
   const testing::TemporaryFolder crashed;
   for (const char* suffix : {".gpkg", ".gpkg-wal"}) {
     WriteFile(crashed / "site" + suffix, ReadFile(folder_ / "site" + suffix));
@@ -368,7 +368,7 @@ TEST_F(GeoPackageMapTest, AcknowledgedCommitsAreInTheFilesBeforeClosing) {
 
 TEST_F(GeoPackageMapTest, ClosedMapIsOneFile) {
   map_.Edit({{CreateLayer{SemanticSpec("s")}}});
-  // Even while another program has it open.
+  // Another program has the file open meanwhile.
   const auto reader = Connect(folder_ / "site.gpkg");
   ASSERT_TRUE(reader->QueryInt64("SELECT count(*) FROM gpkg_contents").ok());
   map_.stored.reset();

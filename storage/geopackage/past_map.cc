@@ -4,7 +4,6 @@
 
 #include "absl/strings/str_cat.h"
 #include "base/status/status_macros.h"
-#include "map/layers/grid_layer.h"
 #include "map/layers/layer_registry.h"
 #include "storage/geopackage/geopackage_history.h"
 #include "storage/geopackage/layer_history.h"
@@ -13,24 +12,21 @@ namespace hypermap::storage {
 
 absl::StatusOr<PastStructurePtr> ReadStructure(Database* database, const std::string& map_name,
                                                const std::string& frame_id, Revision revision) {
-  auto snapshot = std::make_shared<Snapshot>();
-  snapshot->map_name = map_name;
-  snapshot->frame_id = frame_id;
-  snapshot->revision = revision;
+  auto map = std::make_shared<MapStructure>();
+  map->map_name = map_name;
+  map->frame_id = frame_id;
+  map->revision = revision;
   HYPERMAP_ASSIGN_OR_RETURN(FrameTree frames, ReadFramesAt(database, revision));
-  snapshot->frames = std::move(frames);
+  map->frames = std::move(frames);
   HYPERMAP_ASSIGN_OR_RETURN(std::vector<PastLayer> layers, ReadLayersAt(database, revision));
   auto structure = std::make_shared<PastStructure>();
   for (const auto& [stored, version] : layers) {
     const LayerSpec& spec = stored.spec;
-    LayerPtr layer = IsGridKind(spec.kind) ? std::make_shared<GridLayer>(spec, MakeCellDomain(spec),
-                                                                         TileMap(), stored.extent)
-                                           : MakeEmptyLayer(spec);
-    snapshot->layers.emplace(spec.name, std::move(layer));
-    snapshot->layer_versions.emplace(spec.name, version);
+    const CellBox extent = IsGridKind(spec.kind) ? stored.extent : CellBox();
+    map->layers.emplace(spec.name, LayerStructure{spec, extent, version});
     structure->lineages.emplace(spec.name, stored.lineage);
   }
-  structure->snapshot = std::move(snapshot);
+  structure->map = std::move(map);
   return structure;
 }
 
@@ -44,14 +40,14 @@ GeoPackagePastMap::GeoPackagePastMap(ReadTransaction transaction, Database* data
       structure_(std::move(structure)) {}
 
 absl::Status GeoPackagePastMap::InMap(const absl::Status& status) const {
-  return HistoryStatus(structure_->snapshot->map_name, status);
+  return HistoryStatus(structure_->map->map_name, status);
 }
 
 absl::StatusOr<const Lineage*> GeoPackagePastMap::Find(const std::string& layer, bool is_grid) {
-  HYPERMAP_ASSIGN_OR_RETURN(LayerPtr past, structure_->snapshot->GetLayer(layer));
-  if (IsGridKind(past->spec().kind) != is_grid) {
+  HYPERMAP_ASSIGN_OR_RETURN(const LayerStructure* const past, structure_->map->GetLayer(layer));
+  if (IsGridKind(past->spec.kind) != is_grid) {
     return absl::FailedPreconditionError(
-        absl::StrCat("layer \"", layer, "\" is of the kind ", LayerKindName(past->spec().kind)));
+        absl::StrCat("layer \"", layer, "\" is of the kind ", LayerKindName(past->spec.kind)));
   }
   if (const auto known = lineages_.find(layer); known != lineages_.end()) return &known->second;
   absl::StatusOr<Lineage> lineage = ReadLineage(database_, structure_->lineages.at(layer));
@@ -63,7 +59,7 @@ absl::StatusOr<std::vector<ObjectPtr>> GeoPackagePastMap::Objects(const std::str
                                                                   const Box& box) {
   HYPERMAP_ASSIGN_OR_RETURN(const Lineage* const lineage, Find(layer, /*is_grid=*/false));
   absl::StatusOr<std::vector<ObjectPtr>> objects =
-      objects_->InBox(*lineage, box, structure_->snapshot->revision);
+      objects_->InBox(*lineage, box, structure_->map->revision);
   if (!objects.ok()) return InMap(objects.status());
   return objects;
 }
@@ -71,14 +67,14 @@ absl::StatusOr<std::vector<ObjectPtr>> GeoPackagePastMap::Objects(const std::str
 absl::StatusOr<std::vector<ObjectPtr>> GeoPackagePastMap::Objects(const std::string& layer) {
   HYPERMAP_ASSIGN_OR_RETURN(const Lineage* const lineage, Find(layer, /*is_grid=*/false));
   absl::StatusOr<std::vector<ObjectPtr>> objects =
-      objects_->All(*lineage, structure_->snapshot->revision);
+      objects_->All(*lineage, structure_->map->revision);
   if (!objects.ok()) return InMap(objects.status());
   return objects;
 }
 
 absl::StatusOr<TileMap> GeoPackagePastMap::Tiles(const std::string& layer, const CellBox& cells) {
   HYPERMAP_ASSIGN_OR_RETURN(const Lineage* const lineage, Find(layer, /*is_grid=*/true));
-  absl::StatusOr<TileMap> tiles = tiles_->InBox(*lineage, cells, structure_->snapshot->revision);
+  absl::StatusOr<TileMap> tiles = tiles_->InBox(*lineage, cells, structure_->map->revision);
   if (!tiles.ok()) return InMap(tiles.status());
   return tiles;
 }

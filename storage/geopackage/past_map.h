@@ -17,7 +17,7 @@ namespace hypermap::storage {
 
 // The structure of the map at one revision. It never changes, so it can be cached.
 struct PastStructure {
-  SnapshotPtr snapshot;                                  // without content
+  StructurePtr map;
   std::map<std::string, int64_t, std::less<>> lineages;  // of its layers
 };
 using PastStructurePtr = std::shared_ptr<const PastStructure>;
@@ -31,7 +31,7 @@ class GeoPackagePastMap : public PastMap {
   GeoPackagePastMap(ReadTransaction transaction, Database* database, ObjectVersions* objects,
                     TileVersions* tiles, PastStructurePtr structure);
 
-  const SnapshotPtr& structure() const override { return structure_->snapshot; }
+  const StructurePtr& structure() const override { return structure_->map; }
   absl::StatusOr<std::vector<ObjectPtr>> Objects(const std::string& layer, const Box& box) override;
   absl::StatusOr<std::vector<ObjectPtr>> Objects(const std::string& layer) override;
   absl::StatusOr<TileMap> Tiles(const std::string& layer, const CellBox& cells) override;

@@ -153,7 +153,7 @@ std::map<std::string, std::string> SchemaOf(Database& database) {
 
 // A past map with all its content. The history does not keep which ids had been given.
 SnapshotPtr WholeOf(PastMap& past, ObjectId next_object_id) {
-  auto whole = std::make_shared<Snapshot>(*past.structure());
+  auto whole = std::make_shared<Snapshot>(past.structure()->EmptySnapshot());
   for (auto& [name, layer] : whole->layers) {
     if (const auto* grid = AsGrid(layer.get())) {
       layer = std::make_shared<GridLayer>(grid->spec(), grid->shared_domain(),
@@ -188,7 +188,7 @@ TEST_P(GoldenMapTest, IsRead) {
   ASSERT_TRUE(receipt.ok() && receipt->has_value());
   EXPECT_THAT((*receipt)->object_ids, ::testing::ElementsAre(0, 1, 2, 0, 0, 0, 0, 0, 0, 0));
 
-  // And goes on being edited.
+  // The migrated map can be edited.
   const Commit commit = MakeCommit(**loaded, {{DeleteObject{"objects", 1}, DeleteLayer{"wifi"}}});
   EXPECT_TRUE((*map)->Write({commit}).ok());
 }
@@ -286,7 +286,7 @@ TEST_P(MapWithoutHistoryTest, HistoryBeginsWithWhatItHas) {
   const auto past = (*history)->At(1);
   ASSERT_TRUE(past.ok()) << past.status();
   ExpectSame(*WholeOf(**past, before->next_object_id), *before);
-  EXPECT_EQ((*past)->structure()->LayerVersionOf("objects"), 0);
+  EXPECT_EQ((*past)->structure()->FindLayer("objects")->version, 0);
   const auto commits = (*history)->Commits(1, 100);
   ASSERT_TRUE(commits.ok()) << commits.status();
   ASSERT_EQ(commits->size(), 1u);

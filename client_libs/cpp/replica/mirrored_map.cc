@@ -1,187 +1,68 @@
 #include "client_libs/cpp/replica/mirrored_map.h"
 
 #include <algorithm>
-#include <map>
 #include <memory>
 #include <optional>
-#include <string>
-#include <type_traits>
 #include <utility>
 #include <vector>
 
-#include "absl/container/btree_map.h"
 #include "absl/strings/str_cat.h"
-#include "map/layers/grid_layer.h"
-#include "map/layers/layer_registry.h"
-#include "map/layers/semantic_layer.h"
+#include "base/status/status_macros.h"
+#include "map/edits/snapshot_editor.h"
 
 namespace hypermap::client {
 namespace {
 
-absl::Status Misfit(absl::string_view what, absl::string_view layer) {
-  return absl::InternalError(
-      absl::StrCat("the server's answer: ", what, " of layer \"", layer, "\", which is not so"));
+absl::Status Incomplete(const MapChange& change) {
+  return absl::InternalError(absl::StrCat("a change of the kind ", ChangeKindName(change.kind),
+                                          " of layer \"", change.layer, "\" is incomplete"));
 }
 
-// Carries out the changes of one event on a copy. Content is collected per layer, and put into the
-// layer when all of the event's has come or before the layer itself changes.
-class EventEditor {
- public:
-  explicit EventEditor(Snapshot before) : next_(std::make_shared<Snapshot>(std::move(before))) {}
-
-  absl::Status Carry(const MapChange& change);
-  // The map at the event's revision.
-  SnapshotPtr Finish(const WatchEvent& event) &&;
-
- private:
-  using Objects = absl::btree_map<ObjectId, ObjectPtr>;  // null: gone
-
-  absl::Status CreateLayer(const MapChange& change);
-  absl::Status ChangeLayer(const MapChange& change);
-  absl::Status DeleteLayer(const std::string& name);
-  absl::Status PutObject(const MapChange& change);
-  absl::Status WriteCells(const MapChange& change);
-  // Puts what was collected of a layer into it.
-  void Settle(const std::string& name);
-  // Null when there is none of this kind.
-  template <typename Kind>
-  std::shared_ptr<const Kind> Find(const std::string& name) const {
-    const auto layer = next_->layers.find(name);
-    if (layer == next_->layers.end()) return nullptr;
-    if constexpr (std::is_same_v<Kind, GridLayer>) {
-      return AsGrid(layer->second);
-    } else {
-      return AsSemantic(layer->second);
-    }
-  }
-
-  std::shared_ptr<Snapshot> next_;
-  std::map<std::string, Objects> objects_;
-  std::map<std::string, GridWriter> cells_;
-  std::vector<std::string> touched_;  // layers whose content changed
-};
-
-absl::Status EventEditor::Carry(const MapChange& change) {
-  switch (change.kind) {
-    case ChangeKind::kPut:
-    case ChangeKind::kEnter:
-    case ChangeKind::kRemove:
-    case ChangeKind::kLeave:
-      return PutObject(change);
-    case ChangeKind::kCells:
-      return WriteCells(change);
-    case ChangeKind::kLayerCreated:
-      return CreateLayer(change);
-    case ChangeKind::kLayerDeleted:
-      return DeleteLayer(change.layer);
-    case ChangeKind::kLayerChanged:
-      return ChangeLayer(change);
-    case ChangeKind::kTransform:
-      if (!change.transform) return Misfit("a transform", change.layer);
-      return next_->frames.Set(*change.transform);
-  }
-  return absl::OkStatus();
-}
-
-absl::Status EventEditor::CreateLayer(const MapChange& change) {
-  if (!change.layer_now) return Misfit("the creation", change.layer);
-  const LayerSpec& spec = change.layer_now->spec;
-  LayerPtr layer = MakeEmptyLayer(spec);
-  if (const auto* grid = AsGrid(layer.get())) {
-    layer = std::make_shared<GridLayer>(spec, grid->shared_domain(), TileMap(),
-                                        change.layer_now->extent.value_or(CellBox()));
-  }
-  next_->layers[spec.name] = std::move(layer);
-  next_->layer_versions[spec.name] = change.layer_now->version;
-  return absl::OkStatus();
-}
-
-absl::Status EventEditor::ChangeLayer(const MapChange& change) {
-  Settle(change.layer);
-  if (!change.layer_now) return Misfit("a change", change.layer);
-  if (const auto grid = Find<GridLayer>(change.layer)) {
-    next_->layers[change.layer] =
-        std::make_shared<GridLayer>(grid->spec(), grid->shared_domain(), grid->tiles(),
-                                    change.layer_now->extent.value_or(grid->extent()));
-  } else if (const auto semantic = Find<SemanticLayer>(change.layer)) {
-    next_->layers[change.layer] = semantic->WithAliases(change.layer_now->spec.aliases);
-  } else {
-    return Misfit("a change", change.layer);
-  }
-  touched_.push_back(change.layer);
-  return absl::OkStatus();
-}
-
-absl::Status EventEditor::DeleteLayer(const std::string& name) {
-  objects_.erase(name);
-  cells_.erase(name);
-  std::erase(touched_, name);
-  next_->layers.erase(name);
-  next_->layer_versions.erase(name);
-  return absl::OkStatus();
-}
-
-absl::Status EventEditor::PutObject(const MapChange& change) {
-  auto objects = objects_.find(change.layer);
-  if (objects == objects_.end()) {
-    if (!Find<SemanticLayer>(change.layer)) return Misfit("an object", change.layer);
-    objects = objects_.emplace(change.layer, Objects()).first;
-  }
-  const bool is_there = change.kind == ChangeKind::kPut || change.kind == ChangeKind::kEnter;
-  if (is_there != change.object.has_value()) return Misfit("an object", change.layer);
-  ObjectPtr object;
-  if (is_there) object = std::make_shared<SemanticObject>(*change.object);
-  objects->second[change.object_id] = std::move(object);
-  next_->next_object_id = std::max(next_->next_object_id, change.object_id + 1);
-  return absl::OkStatus();
-}
-
-absl::Status EventEditor::WriteCells(const MapChange& change) {
-  auto writer = cells_.find(change.layer);
-  if (writer == cells_.end()) {
-    auto grid = Find<GridLayer>(change.layer);
-    if (!grid) return Misfit("cells", change.layer);
-    writer = cells_.emplace(change.layer, GridWriter(std::move(grid))).first;
-  }
+absl::Status WriteCells(const MapChange& change, SnapshotEditor& editor) {
   for (const CellRun& run : change.cells) {
     const CellBox box{run.row, run.row + 1, run.col_begin, run.col_end};
     const std::vector<std::optional<double>> values(std::max<int64_t>(box.cols(), 0), run.value);
-    if (absl::Status status = writer->second.Write(box, values); !status.ok()) {
-      return absl::InternalError(absl::StrCat("the server's answer: ", status.message()));
-    }
+    HYPERMAP_RETURN_IF_ERROR(editor.WriteCells(change.layer, box, values));
   }
   return absl::OkStatus();
 }
 
-void EventEditor::Settle(const std::string& name) {
-  if (auto writer = cells_.extract(name)) {
-    next_->layers[name] = std::move(writer.mapped()).Finish().layer;
-    touched_.push_back(name);
-  }
-  auto objects = objects_.extract(name);
-  if (!objects) return;
-  touched_.push_back(name);
-  const auto layer = Find<SemanticLayer>(name);
-  if (layer->Size() > 0) {
-    next_->layers[name] = layer->With(objects.mapped());
-    return;
-  }
-  std::vector<ObjectPtr> all;
-  for (auto& [id, object] : objects.mapped()) {
-    if (object) all.push_back(std::move(object));
-  }
-  next_->layers[name] = std::make_shared<SemanticLayer>(layer->spec(), std::move(all));
+absl::Status CreateLayer(const LayerStructure& layer, SnapshotEditor& editor) {
+  HYPERMAP_RETURN_IF_ERROR(editor.CreateLayer(layer.spec));
+  if (layer.extent.empty()) return absl::OkStatus();
+  return editor.GrowExtent(layer.spec.name, layer.extent);
 }
 
-SnapshotPtr EventEditor::Finish(const WatchEvent& event) && {
-  while (!objects_.empty()) Settle(objects_.begin()->first);
-  while (!cells_.empty()) Settle(cells_.begin()->first);
-  next_->revision = event.revision;
-  // A snapshot tells the versions itself.
-  if (!event.snapshot) {
-    for (const std::string& name : touched_) next_->layer_versions[name] = event.revision;
+absl::Status ChangeLayer(const LayerStructure& layer, SnapshotEditor& editor) {
+  if (!layer.spec.grid) return editor.SetAliases(layer.spec.name, layer.spec.aliases);
+  if (layer.extent.empty()) return absl::OkStatus();
+  return editor.GrowExtent(layer.spec.name, layer.extent);
+}
+
+absl::Status CarryOut(const MapChange& change, SnapshotEditor& editor) {
+  switch (change.kind) {
+    case ChangeKind::kPut:
+    case ChangeKind::kEnter:
+      if (!change.object) return Incomplete(change);
+      return editor.PutObject(change.layer, change.object);
+    case ChangeKind::kRemove:
+    case ChangeKind::kLeave:
+      return editor.RemoveObject(change.layer, change.object_id);
+    case ChangeKind::kCells:
+      return WriteCells(change, editor);
+    case ChangeKind::kLayerCreated:
+      if (!change.layer_now) return Incomplete(change);
+      return CreateLayer(*change.layer_now, editor);
+    case ChangeKind::kLayerDeleted:
+      return editor.DeleteLayer(change.layer);
+    case ChangeKind::kLayerChanged:
+      if (!change.layer_now) return Incomplete(change);
+      return ChangeLayer(*change.layer_now, editor);
+    case ChangeKind::kTransform:
+      if (!change.transform) return Incomplete(change);
+      return editor.SetTransform(*change.transform);
   }
-  return std::move(next_);
+  return absl::OkStatus();
 }
 
 }  // namespace
@@ -194,11 +75,22 @@ absl::StatusOr<SnapshotPtr> After(const Snapshot& before, const WatchEvent& even
   } else {
     start = before;
   }
-  EventEditor editor(std::move(start));
+  SnapshotEditor editor(std::move(start), event.revision);
   for (const MapChange& change : event.changes) {
-    if (absl::Status status = editor.Carry(change); !status.ok()) return status;
+    if (absl::Status status = CarryOut(change, editor); !status.ok()) {
+      return absl::InternalError(absl::StrCat("the server's answer: ", status.message()));
+    }
   }
-  return std::move(editor).Finish(event);
+  auto after = std::make_shared<Snapshot>(*std::move(editor).Finish().snapshot);
+  // The server counts a change even if a later one of the same event undoes it. Snapshots contain
+  // the versions themselves.
+  for (const MapChange& change : event.changes) {
+    const auto version = after->layer_versions.find(change.layer);
+    if (version == after->layer_versions.end()) continue;
+    if (!event.snapshot) version->second = event.revision;
+    if (change.layer_now) version->second = change.layer_now->version;
+  }
+  return after;
 }
 
 }  // namespace hypermap::client

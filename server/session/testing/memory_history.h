@@ -1,5 +1,4 @@
-// The history of a map in memory, for tests: every snapshot and every list of changes, kept as they
-// were.
+// The history of a map in memory, for tests: keeps every snapshot and every list of changes.
 #ifndef HYPERMAP_SERVER_SESSION_TESTING_MEMORY_HISTORY_H_
 #define HYPERMAP_SERVER_SESSION_TESTING_MEMORY_HISTORY_H_
 
@@ -19,7 +18,7 @@
 
 namespace hypermap::server {
 
-// Thread safe.
+// The commits of a map, and the snapshot after each. Thread safe.
 class MemoryHistory {
  public:
   struct Entry {
@@ -28,7 +27,7 @@ class MemoryHistory {
   };
   using EntryPtr = std::shared_ptr<const Entry>;
 
-  // The map as it was created.
+  // Adds the map as it was created.
   void Begin(SnapshotPtr snapshot, absl::Time time) {
     const Revision revision = snapshot->revision;
     MutexLock lock(&mutex_);
@@ -45,7 +44,8 @@ class MemoryHistory {
         {{revision, commit.time, commit.author, num_changes}, applied.changes}, applied.snapshot});
   }
 
-  // Forgets what is before `oldest`, at most `max_entries`; true when more is left to forget.
+  // Removes at most `max_entries` of the entries before `oldest`. Returns whether more of them are
+  // left.
   bool Forget(Revision oldest, int max_entries) {
     MutexLock lock(&mutex_);
     oldest_ = std::max(oldest_, std::min(oldest, entries_.rbegin()->first));
@@ -60,7 +60,7 @@ class MemoryHistory {
     return {oldest_, entries_.rbegin()->first};
   }
 
-  // What is kept, by revision, beginning with the oldest that can be asked for.
+  // The kept entries by revision, from the oldest one that can be read.
   std::map<Revision, EntryPtr> Entries() const {
     MutexLock lock(&mutex_);
     return {entries_.lower_bound(oldest_), entries_.end()};
@@ -78,7 +78,7 @@ class MemoryPastMap : public storage::PastMap {
     structure_ = StructureOf(*snapshot_);
   }
 
-  const SnapshotPtr& structure() const override { return structure_; }
+  const StructurePtr& structure() const override { return structure_; }
 
   absl::StatusOr<std::vector<ObjectPtr>> Objects(const std::string& layer,
                                                  const Box& box) override {
@@ -110,7 +110,7 @@ class MemoryPastMap : public storage::PastMap {
 
  private:
   const SnapshotPtr snapshot_;
-  SnapshotPtr structure_;
+  StructurePtr structure_;
 };
 
 class MemoryHistoryReader : public storage::HistoryReader {

@@ -1,4 +1,4 @@
-#include "map/watch/told_change.h"
+#include "map/watch/map_change.h"
 
 namespace hypermap {
 

@@ -1,0 +1,84 @@
+#include "map/structure.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "map/layers/grid_layer.h"
+#include "map/layers/layer_registry.h"
+
+namespace hypermap {
+
+const LayerStructure* MapStructure::FindLayer(absl::string_view name) const {
+  const auto it = layers.find(name);
+  return it == layers.end() ? nullptr : &it->second;
+}
+
+absl::StatusOr<const LayerStructure*> MapStructure::GetLayer(absl::string_view name) const {
+  if (const LayerStructure* layer = FindLayer(name)) return layer;
+  return absl::NotFoundError(absl::StrCat("map \"", map_name, "\" has no layer \"", name, "\""));
+}
+
+absl::StatusOr<std::vector<const LayerStructure*>> MapStructure::SelectLayers(
+    const std::vector<std::string>& names) const {
+  std::vector<const LayerStructure*> selected;
+  if (names.empty()) {
+    for (const auto& [name, layer] : layers) selected.push_back(&layer);
+    return selected;
+  }
+  for (const std::string& name : names) {
+    const absl::StatusOr<const LayerStructure*> layer = GetLayer(name);
+    if (!layer.ok()) return layer.status();
+    if (std::find(selected.begin(), selected.end(), *layer) == selected.end()) {
+      selected.push_back(*layer);
+    }
+  }
+  return selected;
+}
+
+bool MapStructure::KnowsFrame(absl::string_view frame) const {
+  if (frame == frame_id || frames.Contains(frame)) return true;
+  return std::any_of(layers.begin(), layers.end(),
+                     [frame](const auto& named) { return named.second.spec.frame_id == frame; });
+}
+
+absl::StatusOr<std::string> MapStructure::ResolveFrame(absl::string_view frame) const {
+  if (frame.empty()) return frame_id;
+  if (KnowsFrame(frame)) return std::string(frame);
+  return absl::NotFoundError(absl::StrCat("map \"", map_name, "\" has no frame \"", frame, "\""));
+}
+
+Snapshot MapStructure::EmptySnapshot() const {
+  Snapshot snapshot;
+  snapshot.map_name = map_name;
+  snapshot.frame_id = frame_id;
+  snapshot.revision = revision;
+  snapshot.frames = frames;
+  for (const auto& [name, layer] : layers) {
+    snapshot.layers.emplace(name, MakeEmptyLayer(layer));
+    snapshot.layer_versions.emplace(name, layer.version);
+  }
+  return snapshot;
+}
+
+StructurePtr StructureOf(const Snapshot& snapshot) {
+  auto structure = std::make_shared<MapStructure>();
+  structure->map_name = snapshot.map_name;
+  structure->frame_id = snapshot.frame_id;
+  structure->revision = snapshot.revision;
+  structure->frames = snapshot.frames;
+  for (const auto& [name, layer] : snapshot.layers) {
+    const GridLayer* grid = AsGrid(layer.get());
+    structure->layers.emplace(name, LayerStructure{layer->spec(), grid ? grid->extent() : CellBox(),
+                                                   snapshot.LayerVersionOf(name)});
+  }
+  return structure;
+}
+
+LayerPtr MakeEmptyLayer(const LayerStructure& layer) {
+  if (!IsGridKind(layer.spec.kind)) return MakeEmptyLayer(layer.spec);
+  return std::make_shared<GridLayer>(layer.spec, MakeCellDomain(layer.spec), TileMap(),
+                                     layer.extent);
+}
+
+}  // namespace hypermap
