@@ -57,17 +57,23 @@ endfunction()
 # Tests are compiled without optimization: most of them run for less time than it would take.
 set(HYPERMAP_TEST_OPTIONS $<$<CONFIG:Release>:-O0>)
 
-# hypermap_test(NAME [THREADS] SOURCES ... DEPS ... [PCH test|rpc_test|none])
+# hypermap_test(NAME [THREADS] SOURCES ... DEPS ... [PROGRAMS ...] [DEFINITIONS ...]
+#   [PCH test|rpc_test|none])
 # Makes one GoogleTest program of the folder's tests and registers each of them with ctest, labelled
 # "unit". THREADS: the code under test is shared by threads; these tests are labelled "threads" too,
-# and run under ThreadSanitizer. PCH: the precompiled header, "test" where nothing else is said.
+# and run under ThreadSanitizer. PROGRAMS: targets that the tests start. PCH: the precompiled header,
+# "test" where nothing else is said.
 function(hypermap_test name)
-  cmake_parse_arguments(ARG "THREADS" "PCH" "SOURCES;DEPS" ${ARGN})
+  cmake_parse_arguments(ARG "THREADS" "PCH" "SOURCES;DEPS;PROGRAMS;DEFINITIONS" ${ARGN})
   if(HYPERMAP_UNIT_TESTS STREQUAL "none" OR (HYPERMAP_UNIT_TESTS STREQUAL "threads" AND NOT ARG_THREADS))
     return()
   endif()
   add_executable(${name} ${ARG_SOURCES})
   target_compile_options(${name} PRIVATE ${HYPERMAP_TEST_OPTIONS})
+  target_compile_definitions(${name} PRIVATE ${ARG_DEFINITIONS})
+  if(ARG_PROGRAMS)
+    add_dependencies(${name} ${ARG_PROGRAMS})
+  endif()
   if(NOT ARG_PCH)
     set(ARG_PCH test)
   endif()
