@@ -21,7 +21,7 @@ PRAGMA synchronous = FULL;
 PRAGMA temp_store = MEMORY;
 )sql";
 
-// The column `code` of a letter is the absl::StatusCode with which the server refused it; NULL if
+// The column `code` of a request is the absl::StatusCode with which the server refused it; NULL if
 // it was not refused.
 constexpr char kSchema[] = R"sql(
 CREATE TABLE streams (
@@ -52,24 +52,24 @@ CREATE TABLE counts (
 INSERT INTO counts VALUES (1, 0);
 )sql";
 
-constexpr char kLetterColumns[] =
+constexpr char kRequestColumns[] =
     "letters.id, stream, request_id, sequence, options, body, put_at_ns, first_sent_at_ns";
-constexpr int kNumLetterColumns = 8;
+constexpr int kNumRequestColumns = 8;
 
 absl::Time TimeAt(int64_t ns) { return absl::FromUnixNanos(ns); }
 
-// Reads a letter from a row that begins with kLetterColumns.
-Letter ReadLetter(Statement& row) {
-  Letter letter;
-  letter.id = row.Int64(0);
-  letter.stream = row.Int64(1);
-  letter.request_id = std::string(row.Text(2));
-  letter.sequence = row.OptionalInt64(3);
-  letter.options = std::string(row.Text(4));
-  letter.body = std::string(row.Blob(5));
-  letter.put_at = TimeAt(row.Int64(6));
-  if (const std::optional<int64_t> ns = row.OptionalInt64(7)) letter.first_sent_at = TimeAt(*ns);
-  return letter;
+// Reads a request from a row that begins with kRequestColumns.
+QueuedRequest ReadQueuedRequest(Statement& row) {
+  QueuedRequest request;
+  request.id = row.Int64(0);
+  request.stream = row.Int64(1);
+  request.request_id = std::string(row.Text(2));
+  request.sequence = row.OptionalInt64(3);
+  request.options = std::string(row.Text(4));
+  request.body = std::string(row.Blob(5));
+  request.put_at = TimeAt(row.Int64(6));
+  if (const std::optional<int64_t> ns = row.OptionalInt64(7)) request.first_sent_at = TimeAt(*ns);
+  return request;
 }
 
 // All rows of a statement, each made a value by `read`.
@@ -103,16 +103,15 @@ absl::Status MakeSchema(Database& database) {
 // Makes sure that the file is an outbox of this version; an empty one becomes one.
 absl::Status Prepare(Database& database) {
   HYPERMAP_ASSIGN_OR_RETURN(const int64_t application, Pragma(database, "application_id"));
-  const absl::StatusOr<int64_t> version = Pragma(database, "user_version");
-  if (!version.ok()) return version.status();
+  HYPERMAP_ASSIGN_OR_RETURN(const int64_t version, Pragma(database, "user_version"));
   HYPERMAP_ASSIGN_OR_RETURN(const int64_t tables, Pragma(database, "schema_version"));
   const bool is_new = tables == 0;
   if (!is_new && application != kApplicationId) {
     return absl::FailedPreconditionError("the file is not an outbox");
   }
-  if (!is_new && *version != kVersion) {
+  if (!is_new && version != kVersion) {
     return absl::FailedPreconditionError(
-        absl::StrCat("the outbox is of version ", *version, ", and this program knows ", kVersion));
+        absl::StrCat("the outbox is of version ", version, ", and this program knows ", kVersion));
   }
   absl::Status status = database.Execute(kSettings);
   if (status.ok() && is_new) status = MakeSchema(database);
@@ -177,58 +176,58 @@ absl::StatusOr<std::vector<OutboxStream>> OutboxFile::Streams() {
       });
 }
 
-absl::StatusOr<int64_t> OutboxFile::Put(const Letter& letter) {
+absl::StatusOr<int64_t> OutboxFile::Put(const QueuedRequest& request) {
   HYPERMAP_ASSIGN_OR_RETURN(const int64_t used, UsedBytes(*database_));
-  if (used + static_cast<int64_t>(letter.body.size()) > max_bytes_) {
+  if (used + static_cast<int64_t>(request.body.size()) > max_bytes_) {
     return absl::ResourceExhaustedError(
         absl::StrCat("the outbox is full: it may have ", max_bytes_, " bytes and uses ", used));
   }
   HYPERMAP_RETURN_IF_ERROR(database_->Run(
       "INSERT INTO letters (stream, request_id, options, body, put_at_ns) VALUES (?, ?, ?, ?, ?)",
-      letter.stream, letter.request_id, letter.options, BlobView{letter.body},
-      absl::ToUnixNanos(letter.put_at)));
+      request.stream, request.request_id, request.options, BlobView{request.body},
+      absl::ToUnixNanos(request.put_at)));
   return sqlite3_last_insert_rowid(database_->handle());
 }
 
-absl::StatusOr<std::vector<Letter>> OutboxFile::First(int64_t stream, int limit) {
+absl::StatusOr<std::vector<QueuedRequest>> OutboxFile::First(int64_t stream, int limit) {
   absl::StatusOr<Statement> select = database_->Prepare(
-      absl::StrCat("SELECT ", kLetterColumns,
+      absl::StrCat("SELECT ", kRequestColumns,
                    " FROM letters WHERE stream = ? AND code IS NULL ORDER BY letters.id LIMIT ?"));
   if (select.ok()) select->Bind(stream, limit);
-  return ReadAll(std::move(select), ReadLetter);
+  return ReadAll(std::move(select), ReadQueuedRequest);
 }
 
-absl::Status OutboxFile::MarkSent(absl::Span<Letter> letters, absl::Time now) {
+absl::Status OutboxFile::MarkSent(absl::Span<QueuedRequest> requests, absl::Time now) {
   HYPERMAP_ASSIGN_OR_RETURN(Transaction transaction, Transaction::Begin(database_.get()));
-  HYPERMAP_RETURN_IF_ERROR(WriteSent(letters, now));
+  HYPERMAP_RETURN_IF_ERROR(WriteSent(requests, now));
   return transaction.Commit();
 }
 
-absl::Status OutboxFile::MarkSentInSequence(absl::Span<Letter> letters, int64_t unused,
+absl::Status OutboxFile::MarkSentInSequence(absl::Span<QueuedRequest> requests, int64_t unused,
                                             absl::Time now) {
-  if (letters.empty()) return absl::OkStatus();
+  if (requests.empty()) return absl::OkStatus();
   HYPERMAP_ASSIGN_OR_RETURN(Transaction transaction, Transaction::Begin(database_.get()));
-  const int64_t stream = letters.front().stream;
+  const int64_t stream = requests.front().stream;
   HYPERMAP_ASSIGN_OR_RETURN(
       const std::optional<int64_t> next,
       database_->QueryInt64("SELECT next_sequence FROM streams WHERE id = ?", stream));
   int64_t sequence = std::max(next.value_or(0), unused);
-  for (Letter& letter : letters) {
-    if (!letter.sequence) letter.sequence = sequence++;
+  for (QueuedRequest& request : requests) {
+    if (!request.sequence) request.sequence = sequence++;
   }
   HYPERMAP_RETURN_IF_ERROR(
       database_->Run("UPDATE streams SET next_sequence = ? WHERE id = ?", sequence, stream));
-  HYPERMAP_RETURN_IF_ERROR(WriteSent(letters, now));
+  HYPERMAP_RETURN_IF_ERROR(WriteSent(requests, now));
   return transaction.Commit();
 }
 
-absl::Status OutboxFile::WriteSent(absl::Span<Letter> letters, absl::Time now) {
-  for (Letter& letter : letters) {
-    if (letter.first_sent_at) continue;
-    letter.first_sent_at = now;
+absl::Status OutboxFile::WriteSent(absl::Span<QueuedRequest> requests, absl::Time now) {
+  for (QueuedRequest& request : requests) {
+    if (request.first_sent_at) continue;
+    request.first_sent_at = now;
     HYPERMAP_RETURN_IF_ERROR(
         database_->Run("UPDATE letters SET sequence = ?, first_sent_at_ns = ? WHERE id = ?",
-                       letter.sequence, absl::ToUnixNanos(now), letter.id));
+                       request.sequence, absl::ToUnixNanos(now), request.id));
   }
   return absl::OkStatus();
 }
@@ -236,29 +235,29 @@ absl::Status OutboxFile::WriteSent(absl::Span<Letter> letters, absl::Time now) {
 absl::Status OutboxFile::Settle(absl::Span<const int64_t> delivered,
                                 absl::Span<const Refusal> refused) {
   HYPERMAP_ASSIGN_OR_RETURN(Transaction transaction, Transaction::Begin(database_.get()));
-  for (const int64_t letter : delivered) {
-    HYPERMAP_RETURN_IF_ERROR(database_->Run("DELETE FROM letters WHERE id = ?", letter));
+  for (const int64_t request : delivered) {
+    HYPERMAP_RETURN_IF_ERROR(database_->Run("DELETE FROM letters WHERE id = ?", request));
   }
   for (const Refusal& refusal : refused) {
     HYPERMAP_RETURN_IF_ERROR(database_->Run(
         "UPDATE letters SET code = ?, message = ? WHERE id = ?", refusal.why.raw_code(),
-        absl::string_view(refusal.why.message()), refusal.letter));
+        absl::string_view(refusal.why.message()), refusal.request));
   }
   HYPERMAP_RETURN_IF_ERROR(database_->Run("UPDATE counts SET delivered = delivered + ?",
                                           static_cast<int64_t>(delivered.size())));
   return transaction.Commit();
 }
 
-absl::StatusOr<std::vector<RefusedLetter>> OutboxFile::Refused() {
-  constexpr int kFirst = kNumLetterColumns;
+absl::StatusOr<std::vector<RefusedRequest>> OutboxFile::Refused() {
+  constexpr int kFirst = kNumRequestColumns;
   return ReadAll(database_->Prepare(
-                     absl::StrCat("SELECT ", kLetterColumns,
+                     absl::StrCat("SELECT ", kRequestColumns,
                                   ", map, layer, robot, code, message FROM letters JOIN streams "
                                   "ON streams.id = stream WHERE code IS NOT NULL ORDER BY 1")),
                  [](Statement& row) {
-                   RefusedLetter refused;
-                   refused.letter = ReadLetter(row);
-                   refused.stream = {refused.letter.stream, std::string(row.Text(kFirst)),
+                   RefusedRequest refused;
+                   refused.request = ReadQueuedRequest(row);
+                   refused.stream = {refused.request.stream, std::string(row.Text(kFirst)),
                                      std::string(row.Text(kFirst + 1)),
                                      std::string(row.Text(kFirst + 2))};
                    refused.why = absl::Status(static_cast<absl::StatusCode>(row.Int64(kFirst + 3)),
@@ -267,22 +266,22 @@ absl::StatusOr<std::vector<RefusedLetter>> OutboxFile::Refused() {
                  });
 }
 
-absl::Status OutboxFile::PutBack(int64_t letter) {
-  // The letter counts as never sent: the time of its first sending is set when it is sent again.
+absl::Status OutboxFile::PutBack(int64_t request) {
+  // The request counts as never sent: the time of its first sending is set when it is sent again.
   return ChangeRefused(
       "UPDATE letters SET code = NULL, message = NULL, first_sent_at_ns = NULL "
       "WHERE id = ? AND code IS NOT NULL",
-      letter);
+      request);
 }
 
-absl::Status OutboxFile::Discard(int64_t letter) {
-  return ChangeRefused("DELETE FROM letters WHERE id = ? AND code IS NOT NULL", letter);
+absl::Status OutboxFile::Discard(int64_t request) {
+  return ChangeRefused("DELETE FROM letters WHERE id = ? AND code IS NOT NULL", request);
 }
 
-absl::Status OutboxFile::ChangeRefused(const std::string& sql, int64_t letter) {
-  absl::Status status = database_->Run(sql, letter);
+absl::Status OutboxFile::ChangeRefused(const std::string& sql, int64_t request) {
+  absl::Status status = database_->Run(sql, request);
   if (!status.ok() || database_->changed_rows() == 1) return status;
-  return absl::NotFoundError(absl::StrCat("nothing that was refused has the number ", letter));
+  return absl::NotFoundError(absl::StrCat("nothing that was refused has the number ", request));
 }
 
 absl::StatusOr<OutboxCounts> OutboxFile::Counts() {

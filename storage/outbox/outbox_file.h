@@ -1,9 +1,9 @@
 // A durable queue of requests that wait to be sent to a server, in a SQLite file of its own.
 //
-// A letter is one queued request: a batch of edits or an observation. Letters of a stream are sent
-// in the order they were put in. A letter is removed when it was delivered; one that the server
-// refused is set aside with the reason. Each function changes the file in one transaction, which is
-// on disk when the function returns.
+// A request is a batch of edits or an observation; the table of requests is called "letters". Those
+// of a stream are sent in the order they were put in. A request is removed when it was delivered;
+// one that the server refused is set aside with the reason. Each function changes the file in one
+// transaction, which is on disk when the function returns.
 #ifndef HYPERMAP_STORAGE_OUTBOX_OUTBOX_FILE_H_
 #define HYPERMAP_STORAGE_OUTBOX_OUTBOX_FILE_H_
 
@@ -23,7 +23,8 @@ namespace hypermap::storage {
 
 class Database;
 
-// The destination of letters: the edits of a map, or the observations of a robot for a fused layer.
+// The destination of requests: the edits of a map, or the observations of a robot for a fused
+// layer.
 struct OutboxStream {
   int64_t id = 0;  // in the file
   std::string map;
@@ -31,8 +32,8 @@ struct OutboxStream {
   std::string robot;  // empty for edits
 };
 
-struct Letter {
-  int64_t id = 0;  // grows with each letter that is put in; never used again
+struct QueuedRequest {
+  int64_t id = 0;  // grows with each request that is put in; never used again
   int64_t stream;
   // The server recognises a retry by the request id of edits, or the sequence number of an
   // observation (absent until it is first sent).
@@ -45,12 +46,12 @@ struct Letter {
 };
 
 struct Refusal {
-  int64_t letter = 0;
+  int64_t request = 0;
   absl::Status why;
 };
 
-struct RefusedLetter {
-  Letter letter;
+struct RefusedRequest {
+  QueuedRequest request;
   OutboxStream stream;
   absl::Status why;
 };
@@ -76,36 +77,37 @@ class OutboxFile {
   // Finds the stream and creates it when it does not exist.
   absl::StatusOr<OutboxStream> FindStream(const std::string& map, const std::string& layer,
                                           const std::string& robot);
-  // The streams that have letters to send.
+  // The streams that have requests to send.
   absl::StatusOr<std::vector<OutboxStream>> Streams();
 
-  // Appends a letter and returns its id. RESOURCE_EXHAUSTED when the file is full.
-  absl::StatusOr<int64_t> Put(const Letter& letter);
-  // The first `limit` letters of a stream, in order.
-  absl::StatusOr<std::vector<Letter>> First(int64_t stream, int limit);
+  // Appends a request and returns its id. RESOURCE_EXHAUSTED when the file is full.
+  absl::StatusOr<int64_t> Put(const QueuedRequest& request);
+  // The first `limit` requests of a stream, in order.
+  absl::StatusOr<std::vector<QueuedRequest>> First(int64_t stream, int limit);
 
-  // Called before letters are sent: records the time for those that are sent for the first time.
-  absl::Status MarkSent(absl::Span<Letter> letters, absl::Time now);
-  // Does what MarkSent does, and assigns consecutive sequence numbers to letters without one. They
+  // Called before requests are sent: records the time for those that are sent for the first time.
+  absl::Status MarkSent(absl::Span<QueuedRequest> requests, absl::Time now);
+  // Does what MarkSent does, and assigns consecutive sequence numbers to requests without one. They
   // begin with `unused`, or after the last number that the stream assigned when that is larger.
-  absl::Status MarkSentInSequence(absl::Span<Letter> letters, int64_t unused, absl::Time now);
+  absl::Status MarkSentInSequence(absl::Span<QueuedRequest> requests, int64_t unused,
+                                  absl::Time now);
 
-  // Removes the delivered letters and sets the refused ones aside.
+  // Removes the delivered requests and sets the refused ones aside.
   absl::Status Settle(absl::Span<const int64_t> delivered, absl::Span<const Refusal> refused);
 
-  absl::StatusOr<std::vector<RefusedLetter>> Refused();
-  // PutBack returns a refused letter to its place in the queue; Discard removes it. NOT_FOUND when
-  // there is no such letter.
-  absl::Status PutBack(int64_t letter);
-  absl::Status Discard(int64_t letter);
+  absl::StatusOr<std::vector<RefusedRequest>> Refused();
+  // PutBack returns a refused request to its place in the queue; Discard removes it. NOT_FOUND when
+  // there is no such request.
+  absl::Status PutBack(int64_t request);
+  absl::Status Discard(int64_t request);
 
   absl::StatusOr<OutboxCounts> Counts();
 
  private:
   OutboxFile(FileLock lock, std::unique_ptr<Database> database, int64_t max_bytes);
 
-  absl::Status WriteSent(absl::Span<Letter> letters, absl::Time now);
-  absl::Status ChangeRefused(const std::string& sql, int64_t letter);
+  absl::Status WriteSent(absl::Span<QueuedRequest> requests, absl::Time now);
+  absl::Status ChangeRefused(const std::string& sql, int64_t request);
 
   FileLock lock_;
   std::unique_ptr<Database> database_;

@@ -40,33 +40,33 @@ class OutboxFileTest : public ::testing::Test {
   }
 
   int64_t Put(int64_t stream, const std::string& body) {
-    Letter letter;
-    letter.stream = stream;
-    letter.body = body;
-    letter.put_at = kNoon;
-    const absl::StatusOr<int64_t> id = file_->Put(letter);
+    QueuedRequest request;
+    request.stream = stream;
+    request.body = body;
+    request.put_at = kNoon;
+    const absl::StatusOr<int64_t> id = file_->Put(request);
     EXPECT_TRUE(id.ok()) << id.status();
     return id.value_or(0);
   }
 
-  std::vector<Letter> First(int64_t stream, int limit = 100) {
-    absl::StatusOr<std::vector<Letter>> letters = file_->First(stream, limit);
-    EXPECT_TRUE(letters.ok()) << letters.status();
-    return *std::move(letters);
+  std::vector<QueuedRequest> First(int64_t stream, int limit = 100) {
+    absl::StatusOr<std::vector<QueuedRequest>> requests = file_->First(stream, limit);
+    EXPECT_TRUE(requests.ok()) << requests.status();
+    return *std::move(requests);
   }
 
   std::vector<std::string> Bodies(int64_t stream, int limit = 100) {
     std::vector<std::string> bodies;
-    for (const Letter& letter : First(stream, limit)) bodies.push_back(letter.body);
+    for (const QueuedRequest& request : First(stream, limit)) bodies.push_back(request.body);
     return bodies;
   }
 
-  // Sends all letters of the stream, and returns their sequence numbers.
+  // Sends all requests of the stream, and returns their sequence numbers.
   std::vector<int64_t> Sequences(int64_t stream, int64_t unused) {
-    std::vector<Letter> letters = First(stream);
-    EXPECT_EQ(file_->MarkSentInSequence(absl::MakeSpan(letters), unused, kNoon), absl::OkStatus());
+    std::vector<QueuedRequest> requests = First(stream);
+    EXPECT_EQ(file_->MarkSentInSequence(absl::MakeSpan(requests), unused, kNoon), absl::OkStatus());
     std::vector<int64_t> sequences;
-    for (const Letter& letter : letters) sequences.push_back(*letter.sequence);
+    for (const QueuedRequest& request : requests) sequences.push_back(*request.sequence);
     return sequences;
   }
 
@@ -83,7 +83,7 @@ class OutboxFileTest : public ::testing::Test {
   std::unique_ptr<OutboxFile> file_;
 };
 
-TEST_F(OutboxFileTest, LettersOfAStreamComeInOrderAlsoAfterOpeningAgain) {
+TEST_F(OutboxFileTest, RequestsOfAStreamComeInOrderAlsoAfterOpeningAgain) {
   const int64_t office = StreamOf("office"), yard = StreamOf("yard");
   Put(office, "first");
   Put(yard, "elsewhere");
@@ -122,10 +122,10 @@ TEST_F(OutboxFileTest, WhatIsRefusedIsSetAside) {
   Open();
   EXPECT_THAT(Bodies(office), ElementsAre("good"));
   ExpectCounts(1, 0, 1);
-  const absl::StatusOr<std::vector<RefusedLetter>> refused = file_->Refused();
+  const absl::StatusOr<std::vector<RefusedRequest>> refused = file_->Refused();
   ASSERT_TRUE(refused.ok()) << refused.status();
   ASSERT_EQ(refused->size(), 1u);
-  EXPECT_EQ(refused->front().letter.body, "bad");
+  EXPECT_EQ(refused->front().request.body, "bad");
   EXPECT_EQ(refused->front().stream.robot, "cart");
   EXPECT_EQ(refused->front().why, absl::AbortedError("stale"));
 
@@ -154,16 +154,16 @@ TEST_F(OutboxFileTest, SequencesAreGivenOnceAndNeverAgain) {
 TEST_F(OutboxFileTest, TheTimeOfTheFirstSendingStays) {
   const int64_t office = StreamOf("office");
   Put(office, "a");
-  std::vector<Letter> letters = First(office);
-  EXPECT_EQ(letters[0].first_sent_at, std::nullopt);
-  ASSERT_EQ(file_->MarkSent(absl::MakeSpan(letters), kNoon), absl::OkStatus());
+  std::vector<QueuedRequest> requests = First(office);
+  EXPECT_EQ(requests[0].first_sent_at, std::nullopt);
+  ASSERT_EQ(file_->MarkSent(absl::MakeSpan(requests), kNoon), absl::OkStatus());
   Open();
-  letters = First(office);
-  ASSERT_EQ(file_->MarkSent(absl::MakeSpan(letters), kNoon + absl::Hours(1)), absl::OkStatus());
+  requests = First(office);
+  ASSERT_EQ(file_->MarkSent(absl::MakeSpan(requests), kNoon + absl::Hours(1)), absl::OkStatus());
   EXPECT_EQ(First(office)[0].first_sent_at, kNoon);
 }
 
-TEST_F(OutboxFileTest, StreamsAreThoseWithLettersToSend) {
+TEST_F(OutboxFileTest, StreamsAreThoseWithRequestsToSend) {
   StreamOf("empty");
   const int64_t bad = Put(StreamOf("refused"), "bad");
   ASSERT_EQ(file_->Settle({}, {{{bad, absl::AbortedError("stale")}}}), absl::OkStatus());
@@ -178,18 +178,18 @@ TEST_F(OutboxFileTest, StreamsAreThoseWithLettersToSend) {
 
 TEST_F(OutboxFileTest, FullFileTakesNoMoreAndKeepsWhatItHas) {
   const int64_t office = StreamOf("office");
-  Letter letter;
-  letter.stream = office;
-  letter.body = std::string(100'000, 'x');
+  QueuedRequest request;
+  request.stream = office;
+  request.body = std::string(100'000, 'x');
   int64_t taken = 0;
-  absl::StatusOr<int64_t> put = file_->Put(letter);
-  for (; put.ok() && taken < 100; ++taken) put = file_->Put(letter);
+  absl::StatusOr<int64_t> put = file_->Put(request);
+  for (; put.ok() && taken < 100; ++taken) put = file_->Put(request);
   EXPECT_TRUE(absl::IsResourceExhausted(put.status())) << put.status();
   ExpectCounts(taken, 0, 0);
-  std::vector<Letter> letters = First(office);
-  EXPECT_EQ(file_->MarkSentInSequence(absl::MakeSpan(letters), 7, kNoon), absl::OkStatus());
+  std::vector<QueuedRequest> requests = First(office);
+  EXPECT_EQ(file_->MarkSentInSequence(absl::MakeSpan(requests), 7, kNoon), absl::OkStatus());
   ASSERT_EQ(file_->Settle({First(office, 1)[0].id}, {}), absl::OkStatus());
-  EXPECT_TRUE(file_->Put(letter).ok());
+  EXPECT_TRUE(file_->Put(request).ok());
 }
 
 TEST_F(OutboxFileTest, OneAtATimeHasTheFile) {

@@ -40,7 +40,7 @@ std::shared_ptr<client::Watcher> Follower::Open() {
   options.start_revision = stretches_.back().reached;
   options.coalesce = coalesce_;
   auto watcher = std::make_shared<client::Watcher>(client_.Watch(kMap, options));
-  const absl::MutexLock lock(&mutex_);
+  const MutexLock lock(&mutex_);
   watcher_ = watcher;
   return watcher;
 }
@@ -48,7 +48,7 @@ std::shared_ptr<client::Watcher> Follower::Open() {
 void Follower::Cut() {
   std::shared_ptr<client::Watcher> watcher;
   {
-    const absl::MutexLock lock(&mutex_);
+    const MutexLock lock(&mutex_);
     watcher = watcher_;
   }
   if (watcher) watcher->Cancel();

@@ -11,7 +11,7 @@
 
 #include "absl/base/thread_annotations.h"
 #include "absl/status/status.h"
-#include "absl/synchronization/mutex.h"
+#include "base/sync/mutex.h"
 #include "client_libs/cpp/client.h"
 #include "tests/prove/model.h"
 
@@ -72,7 +72,7 @@ class Follower {
   std::atomic<bool> has_begun_ = false;
   std::vector<Stretch> stretches_ = std::vector<Stretch>(1);
   int num_resumed_ = 0;
-  absl::Mutex mutex_;
+  Mutex mutex_;
   std::shared_ptr<client::Watcher> watcher_ ABSL_GUARDED_BY(mutex_);
 };
 

@@ -82,24 +82,24 @@ bool Selection::Holds(const CellIndex& cell) const {
 }
 
 void Model::Add(Written written) {
-  const absl::MutexLock lock(&mutex_);
+  const MutexLock lock(&mutex_);
   newest_ = std::max(newest_, written.revision);
   num_edits_ += written.num_edits;
   written_.push_back(std::move(written));
 }
 
 Revision Model::newest() const {
-  const absl::MutexLock lock(&mutex_);
+  const MutexLock lock(&mutex_);
   return newest_;
 }
 
 int64_t Model::num_edits() const {
-  const absl::MutexLock lock(&mutex_);
+  const MutexLock lock(&mutex_);
   return num_edits_;
 }
 
 int64_t Model::Sort() {
-  const absl::MutexLock lock(&mutex_);
+  const MutexLock lock(&mutex_);
   std::sort(written_.begin(), written_.end(),
             [](const Written& a, const Written& b) { return a.revision < b.revision; });
   int64_t wrong = 0;

@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "absl/base/thread_annotations.h"
-#include "absl/synchronization/mutex.h"
+#include "base/sync/mutex.h"
 #include "map/geometry/polygon.h"
 #include "map/grid/grid_geometry.h"
 #include "map/objects/semantic_object.h"
@@ -97,7 +97,7 @@ class Model {
 
   const std::vector<Written>& written() const ABSL_NO_THREAD_SAFETY_ANALYSIS { return written_; }
 
-  mutable absl::Mutex mutex_;
+  mutable Mutex mutex_;
   std::vector<Written> written_ ABSL_GUARDED_BY(mutex_);
   Revision newest_ ABSL_GUARDED_BY(mutex_) = 0;
   int64_t num_edits_ ABSL_GUARDED_BY(mutex_) = 0;

@@ -30,8 +30,8 @@ absl::StatusOr<double> Time(client::Client& client, const Selection& selection,
 absl::StatusOr<Verdict> ProveAsOf(Site& site, const Sizes& sizes) {
   if (absl::Status status = site.Start(); !status.ok()) return status;
   {
-    Crew crew(site, sizes.writers, {.edits = sizes.edits}, sizes.seed);
-    if (absl::Status status = crew.Wait(); !status.ok()) return status;
+    WriterGroup writers(site, sizes.writers, {.edits = sizes.edits}, sizes.seed);
+    if (absl::Status status = writers.Wait(); !status.ok()) return status;
   }
   Model& model = site.model();
   const int64_t unaccounted = model.Sort();

@@ -10,9 +10,9 @@ namespace {
 // Cuts watches every second until its destruction.
 class Cutter {
  public:
-  explicit Cutter(Audience& audience)
-      : thread_([this, &audience] {
-          while (!done_.WaitForNotificationWithTimeout(absl::Seconds(1))) audience.CutHalf();
+  explicit Cutter(WatcherGroup& watchers)
+      : thread_([this, &watchers] {
+          while (!done_.WaitForNotificationWithTimeout(absl::Seconds(1))) watchers.CutHalf();
         }) {}
   ~Cutter() { Stop(); }
   void Stop() {
@@ -29,23 +29,23 @@ class Cutter {
 
 absl::StatusOr<Verdict> ProveFeed(Site& site, const Sizes& sizes) {
   if (absl::Status status = site.Start(); !status.ok()) return status;
-  Audience audience(site, sizes.watchers, sizes.seed);
-  if (absl::Status status = audience.WaitUntilBegun(); !status.ok()) return status;
+  WatcherGroup watchers(site, sizes.watchers, sizes.seed);
+  if (absl::Status status = watchers.WaitUntilBegun(); !status.ok()) return status;
   const absl::Time begin = absl::Now();
   {
-    Cutter cutter(audience);
-    Crew crew(site, sizes.writers, {.edits = sizes.edits}, sizes.seed);
-    if (absl::Status status = crew.Wait(); !status.ok()) return status;
+    Cutter cutter(watchers);
+    WriterGroup writers(site, sizes.writers, {.edits = sizes.edits}, sizes.seed);
+    if (absl::Status status = writers.Wait(); !status.ok()) return status;
   }
   const double seconds = absl::ToDoubleSeconds(absl::Now() - begin);
   Model& model = site.model();
-  if (absl::Status status = audience.WaitUntil(model.newest()); !status.ok()) return status;
+  if (absl::Status status = watchers.WaitUntil(model.newest()); !status.ok()) return status;
 
   const int64_t unaccounted = model.Sort();
   Faults faults;
   int64_t told = 0, resumed = 0, differ_from_model = 0, differ_from_query = 0;
   client::Client client = site.NewClient();
-  for (const auto& follower : audience.followers()) {
+  for (const auto& follower : watchers.followers()) {
     faults += follower->Check(model);
     told += follower->num_told();
     resumed += follower->num_resumed();

@@ -43,21 +43,21 @@ struct Kills {
 };
 
 // Waits until the writers make progress again: a batch after `before` was acknowledged.
-bool WaitForLoad(const Model& model, Revision before, const Crew& crew) {
+bool WaitForLoad(const Model& model, Revision before, const WriterGroup& writers) {
   const absl::Time deadline = absl::Now() + absl::Minutes(2);
-  while (model.newest() <= before && !crew.failed() && absl::Now() < deadline) {
+  while (model.newest() <= before && !writers.failed() && absl::Now() < deadline) {
     absl::SleepFor(absl::Milliseconds(1));
   }
   return model.newest() > before;
 }
 
 // Kills and restarts the server repeatedly.
-absl::StatusOr<Kills> KillUnderLoad(Site& site, const Sizes& sizes, const Crew& crew) {
+absl::StatusOr<Kills> KillUnderLoad(Site& site, const Sizes& sizes, const WriterGroup& writers) {
   Rng rng(sizes.seed);
   Kills kills;
   client::Client client = site.NewClient();
   Revision acknowledged = site.model().newest();
-  while (kills.kills < sizes.kills && WaitForLoad(site.model(), acknowledged, crew)) {
+  while (kills.kills < sizes.kills && WaitForLoad(site.model(), acknowledged, writers)) {
     absl::SleepFor(absl::Milliseconds(Uniform(rng, 0.0, 150.0)));
     site.server().Kill();
     acknowledged = site.model().newest();
@@ -75,21 +75,21 @@ absl::StatusOr<Kills> KillUnderLoad(Site& site, const Sizes& sizes, const Crew& 
 
 absl::StatusOr<Verdict> ProveKill(Site& site, const Sizes& sizes) {
   if (absl::Status status = site.Start(); !status.ok()) return status;
-  Audience audience(site, sizes.watchers, sizes.seed);
-  if (absl::Status status = audience.WaitUntilBegun(); !status.ok()) return status;
-  Crew crew(site, sizes.writers, {.edits = 1'000'000'000}, sizes.seed);
-  const absl::StatusOr<Kills> kills = KillUnderLoad(site, sizes, crew);
-  if (absl::Status status = crew.Stop(); !status.ok()) return status;
+  WatcherGroup watchers(site, sizes.watchers, sizes.seed);
+  if (absl::Status status = watchers.WaitUntilBegun(); !status.ok()) return status;
+  WriterGroup writers(site, sizes.writers, {.edits = 1'000'000'000}, sizes.seed);
+  const absl::StatusOr<Kills> kills = KillUnderLoad(site, sizes, writers);
+  if (absl::Status status = writers.Stop(); !status.ok()) return status;
   if (!kills.ok()) return kills.status();
   Model& model = site.model();
-  if (absl::Status status = audience.WaitUntil(model.newest()); !status.ok()) return status;
+  if (absl::Status status = watchers.WaitUntil(model.newest()); !status.ok()) return status;
 
   // A batch that was lost or applied twice leaves a revision that was acknowledged to nobody or
   // twice. A batch that was applied partly is reported with other changes than were sent.
   const int64_t unaccounted = model.Sort();
   Faults faults;
   int64_t told = 0, resumed = 0, begun_anew = 0, states_differ = 0;
-  for (const auto& follower : audience.followers()) {
+  for (const auto& follower : watchers.followers()) {
     faults += follower->Check(model);
     told += follower->num_told();
     resumed += follower->num_resumed();

@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
-#include "absl/synchronization/mutex.h"
 #include "absl/time/clock.h"
+#include "base/sync/mutex.h"
 #include "client_libs/cpp/outbox/outbox.h"
 #include "client_libs/cpp/replica/replica.h"
 #include "tests/prove/outbox_holder.h"
@@ -144,10 +144,10 @@ absl::Status EmptyOutbox(Site& site, const Sizes& sizes, const std::string& file
     ++delivered.kills;
     delivered.told = holder->told();
   }
-  absl::Mutex mutex;
+  Mutex mutex;
   client::OutboxOptions options;
   options.delivered = [&](const client::Delivery& delivery) {
-    const absl::MutexLock lock(&mutex);
+    const MutexLock lock(&mutex);
     const Told told = ToldOf(delivery);
     const auto [it, is_new] = delivered.told.emplace(delivery.ticket, told);
     delivered.told_otherwise += !is_new && it->second.number != told.number;
@@ -281,8 +281,8 @@ absl::StatusOr<std::unique_ptr<client::Replica>> Mirror(Site& site, const Sizes&
   if (!status.ok()) return status;
   absl::StatusOr<std::unique_ptr<client::Replica>> replica = OpenReplica(site);
   if (!replica.ok()) return replica;
-  Crew crew(site, sizes.writers, {.edits = sizes.edits}, sizes.seed);
-  status = crew.Wait();
+  WriterGroup writers(site, sizes.writers, {.edits = sizes.edits}, sizes.seed);
+  status = writers.Wait();
   if (status.ok()) status = (*replica)->AwaitRevision(site.model().newest(), kPatience);
   if (!status.ok()) return status;
   return replica;
@@ -292,7 +292,7 @@ absl::StatusOr<std::unique_ptr<client::Replica>> Mirror(Site& site, const Sizes&
 absl::Status ComeBack(Site& site, const Sizes& sizes, const std::string& file,
                       Delivered& delivered) {
   if (absl::Status status = site.server().Start(); !status.ok()) return status;
-  Crew others(site, sizes.writers, {.edits = sizes.edits / 10}, sizes.seed + 1);
+  WriterGroup others(site, sizes.writers, {.edits = sizes.edits / 10}, sizes.seed + 1);
   absl::Status status = EmptyOutbox(site, sizes, file, delivered);
   status.Update(others.Wait());
   return status;

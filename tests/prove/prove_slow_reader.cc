@@ -14,9 +14,10 @@ constexpr int64_t kMostMemory = int64_t{64} << 20;
 absl::StatusOr<double> Throughput(Site& site, const Sizes& sizes, uint64_t seed) {
   const int64_t before = site.model().num_edits();
   const absl::Time begin = absl::Now();
-  Crew crew(site, sizes.writers, {.edits = 1'000'000'000, .cells = false, .max_things = 50}, seed);
+  WriterGroup writers(site, sizes.writers,
+                      {.edits = 1'000'000'000, .cells = false, .max_things = 50}, seed);
   absl::SleepFor(absl::Seconds(sizes.seconds));
-  if (absl::Status status = crew.Stop(); !status.ok()) return status;
+  if (absl::Status status = writers.Stop(); !status.ok()) return status;
   return static_cast<double>(site.model().num_edits() - before) /
          absl::ToDoubleSeconds(absl::Now() - begin);
 }

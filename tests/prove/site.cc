@@ -65,7 +65,7 @@ client::Client Site::NewClient() const {
 
 std::string Site::map_file() const { return folder_ / absl::StrCat("data/", kMap, ".gpkg"); }
 
-Crew::Crew(Site& site, int writers, const WriterLoad& load, uint64_t seed) {
+WriterGroup::WriterGroup(Site& site, int writers, const WriterLoad& load, uint64_t seed) {
   for (int i = 0; i < writers; ++i) {
     writers_.push_back(
         std::make_unique<Writer>(site.NewClient(), seed * 1000 + i, load, site.model()));
@@ -79,17 +79,17 @@ Crew::Crew(Site& site, int writers, const WriterLoad& load, uint64_t seed) {
   }
 }
 
-absl::Status Crew::Wait() {
+absl::Status WriterGroup::Wait() {
   JoinAll(threads_);
   return FirstError(statuses_);
 }
 
-absl::Status Crew::Stop() {
+absl::Status WriterGroup::Stop() {
   stop_ = true;
   return Wait();
 }
 
-Audience::Audience(Site& site, int watchers, uint64_t seed) {
+WatcherGroup::WatcherGroup(Site& site, int watchers, uint64_t seed) {
   Rng rng(seed);
   for (int i = 0; i < watchers; ++i) {
     followers_.push_back(
@@ -101,13 +101,13 @@ Audience::Audience(Site& site, int watchers, uint64_t seed) {
   }
 }
 
-Audience::~Audience() {
+WatcherGroup::~WatcherGroup() {
   last_ = 0;
   for (const auto& follower : followers_) follower->Cut();
   JoinAll(threads_);
 }
 
-absl::Status Audience::WaitUntilBegun() {
+absl::Status WatcherGroup::WaitUntilBegun() {
   const absl::Time deadline = absl::Now() + kPatience;
   const auto all_begun = [this] {
     return std::all_of(followers_.begin(), followers_.end(),
@@ -120,11 +120,11 @@ absl::Status Audience::WaitUntilBegun() {
   return absl::OkStatus();
 }
 
-void Audience::CutHalf() {
+void WatcherGroup::CutHalf() {
   for (size_t i = 0; i < followers_.size() / 2; ++i) followers_[i]->Cut();
 }
 
-absl::Status Audience::WaitUntil(Revision last) {
+absl::Status WatcherGroup::WaitUntil(Revision last) {
   last_ = last;
   JoinAll(threads_);
   return FirstError(statuses_);

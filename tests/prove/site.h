@@ -41,10 +41,10 @@ class Site {
 };
 
 // Writers, each with its own thread and connection.
-class Crew {
+class WriterGroup {
  public:
-  Crew(Site& site, int writers, const WriterLoad& load, uint64_t seed);
-  ~Crew() { (void)Stop(); }
+  WriterGroup(Site& site, int writers, const WriterLoad& load, uint64_t seed);
+  ~WriterGroup() { (void)Stop(); }
 
   // Waits until the load is written.
   absl::Status Wait();
@@ -61,10 +61,10 @@ class Crew {
 };
 
 // Followers, each with its own thread and connection.
-class Audience {
+class WatcherGroup {
  public:
-  Audience(Site& site, int watchers, uint64_t seed);
-  ~Audience();
+  WatcherGroup(Site& site, int watchers, uint64_t seed);
+  ~WatcherGroup();
 
   // Waits until all followers have received the first snapshot.
   absl::Status WaitUntilBegun();

@@ -8,6 +8,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
+#include "base/status/status_macros.h"
 #include "client_libs/cpp/backoff.h"
 #include "wire/edit.h"
 #include "wire/observation.h"
@@ -48,69 +49,72 @@ int64_t FirstUnused(const OpenedLayer& opened) {
 }
 
 // Keeps the leading entries that can be sent over one stream.
-void KeepAlike(std::vector<storage::Letter>& letters) {
-  const std::string& options = letters.front().options;
-  letters.erase(std::find_if(letters.begin(), letters.end(),
-                             [&](const auto& letter) { return letter.options != options; }),
-                letters.end());
+void KeepAlike(std::vector<storage::QueuedRequest>& requests) {
+  const std::string& options = requests.front().options;
+  requests.erase(std::find_if(requests.begin(), requests.end(),
+                              [&](const auto& request) { return request.options != options; }),
+                 requests.end());
 }
 
 }  // namespace
 
-OutboxSender::OutboxSender(const Client& client, OutboxDesk& desk, storage::OutboxStream stream,
+OutboxSender::OutboxSender(const Client& client, OutboxQueue& queue, storage::OutboxStream stream,
                            const OutboxOptions& options)
-    : client_(client), desk_(desk), stream_(std::move(stream)), options_(options), thread_([this] {
-        Run();
-      }) {}
+    : client_(client),
+      queue_(queue),
+      stream_(std::move(stream)),
+      options_(options),
+      thread_([this] { Run(); }) {}
 
 OutboxSender::~OutboxSender() { thread_.join(); }
 
 void OutboxSender::Run() {
   Backoff backoff;
   while (true) {
-    absl::StatusOr<Letters> letters = desk_.AwaitFirst(stream_.id, one_by_one_ ? 1 : kMostAtOnce);
-    if (letters.ok() && letters->empty()) return;
-    const absl::Status status = letters.ok() ? Deliver(*std::move(letters)) : letters.status();
-    desk_.NoteProblem(stream_.id, status);
+    absl::StatusOr<QueuedRequests> requests =
+        queue_.AwaitFirst(stream_.id, one_by_one_ ? 1 : kMostAtOnce);
+    if (requests.ok() && requests->empty()) return;
+    const absl::Status status = requests.ok() ? Deliver(*std::move(requests)) : requests.status();
+    queue_.NoteProblem(stream_.id, status);
     reached_ = status.ok();
     if (status.ok()) {
       backoff.Reset();
-    } else if (!desk_.Sleep(backoff.Next())) {
+    } else if (!queue_.Sleep(backoff.Next())) {
       return;
     }
   }
 }
 
-absl::Status OutboxSender::Deliver(Letters letters) {
-  if (stream_.layer.empty()) return DeliverEdits(std::move(letters.front()));
-  KeepAlike(letters);
-  return DeliverObservations(std::move(letters));
+absl::Status OutboxSender::Deliver(QueuedRequests requests) {
+  if (stream_.layer.empty()) return DeliverEdits(std::move(requests.front()));
+  KeepAlike(requests);
+  return DeliverObservations(std::move(requests));
 }
 
-absl::Status OutboxSender::DeliverEdits(storage::Letter letter) {
+absl::Status OutboxSender::DeliverEdits(storage::QueuedRequest request) {
   // Before an entry is marked as sent, because that starts its receipt_age.
-  if (absl::Status status = ReachServer(); !status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(ReachServer());
   const absl::Time now = absl::Now();
-  if (letter.first_sent_at && now - *letter.first_sent_at > options_.receipt_age) {
-    return Settle({}, {{{letter.id, absl::AbortedError(absl::StrCat(
-                                        "sent at ", absl::FormatTime(*letter.first_sent_at),
-                                        ", and its answer was lost: whether it was carried out is "
-                                        "not known any more"))}}});
+  if (request.first_sent_at && now - *request.first_sent_at > options_.receipt_age) {
+    return Settle({}, {{{request.id, absl::AbortedError(absl::StrCat(
+                                         "sent at ", absl::FormatTime(*request.first_sent_at),
+                                         ", and its answer was lost: whether it was carried out is "
+                                         "not known any more"))}}});
   }
-  const absl::StatusOr<EditBatch> batch = wire::EditsFromBytes(letter.body);
-  if (!batch.ok()) return Settle({}, {{{letter.id, batch.status()}}});
-  absl::Status status = desk_.With(
-      [&](storage::OutboxFile& file) { return file.MarkSent(absl::MakeSpan(&letter, 1), now); });
+  const absl::StatusOr<EditBatch> batch = wire::EditsFromBytes(request.body);
+  if (!batch.ok()) return Settle({}, {{{request.id, batch.status()}}});
+  absl::Status status = queue_.With(
+      [&](storage::OutboxFile& file) { return file.MarkSent(absl::MakeSpan(&request, 1), now); });
   if (!status.ok()) return status;
   const absl::StatusOr<EditAnswer> answer = client_.ApplyEdits(stream_.map, *batch,
                                                                {.timeout = options_.timeout,
                                                                 .retry_for = absl::ZeroDuration(),
-                                                                .request_id = letter.request_id});
+                                                                .request_id = request.request_id});
   if (answer.ok()) {
-    if (options_.delivered) options_.delivered({letter.id, stream_.map, *answer});
-    return Settle({letter.id}, {});
+    if (options_.delivered) options_.delivered({request.id, stream_.map, *answer});
+    return Settle({request.id}, {});
   }
-  if (IsRefusal(answer.status())) return Settle({}, {{{letter.id, answer.status()}}});
+  if (IsRefusal(answer.status())) return Settle({}, {{{request.id, answer.status()}}});
   return answer.status();
 }
 
@@ -122,32 +126,33 @@ absl::Status OutboxSender::ReachServer() {
   return absl::IsNotFound(status) ? absl::OkStatus() : status;
 }
 
-absl::StatusOr<std::unique_ptr<ObserveStream>> OutboxSender::OpenStream(Letters& letters) {
+absl::StatusOr<std::unique_ptr<ObserveStream>> OutboxSender::OpenStream(QueuedRequests& requests) {
   ObserveOptions observe;
-  observe.exploration_layer = letters.front().options;
+  observe.exploration_layer = requests.front().options;
   observe.robot = stream_.robot;
   absl::StatusOr<std::unique_ptr<ObserveStream>> stream =
       client_.Observe(stream_.map, stream_.layer, observe, {.timeout = options_.timeout});
   if (!stream.ok()) return stream;
-  absl::Status status = desk_.With([&](storage::OutboxFile& file) {
-    return file.MarkSentInSequence(absl::MakeSpan(letters), FirstUnused((*stream)->opened()),
+  absl::Status status = queue_.With([&](storage::OutboxFile& file) {
+    return file.MarkSentInSequence(absl::MakeSpan(requests), FirstUnused((*stream)->opened()),
                                    absl::Now());
   });
   if (!status.ok()) return status;
   return stream;
 }
 
-OutboxSender::Outcome OutboxSender::Exchange(ObserveStream& stream, const Letters& letters) {
+OutboxSender::Outcome OutboxSender::Exchange(ObserveStream& stream,
+                                             const QueuedRequests& requests) {
   Outcome outcome;
   std::map<int64_t, int64_t> ids;  // of entries, by sequence
-  for (const storage::Letter& letter : letters) {
-    absl::StatusOr<Observation> observation = wire::ObservationFromBytes(letter.body);
+  for (const storage::QueuedRequest& request : requests) {
+    absl::StatusOr<Observation> observation = wire::ObservationFromBytes(request.body);
     if (!observation.ok()) {
-      outcome.refused.push_back({letter.id, observation.status()});
+      outcome.refused.push_back({request.id, observation.status()});
       continue;
     }
-    observation->sequence = *letter.sequence;
-    ids.emplace(*letter.sequence, letter.id);
+    observation->sequence = *request.sequence;
+    ids.emplace(*request.sequence, request.id);
     if (!stream.Write(*observation)) break;
   }
   stream.WritesDone();
@@ -166,19 +171,19 @@ OutboxSender::Outcome OutboxSender::Exchange(ObserveStream& stream, const Letter
   return outcome;
 }
 
-absl::Status OutboxSender::DeliverObservations(Letters letters) {
-  if (absl::Status status = ReachServer(); !status.ok()) return status;
+absl::Status OutboxSender::DeliverObservations(QueuedRequests requests) {
+  HYPERMAP_RETURN_IF_ERROR(ReachServer());
   Outcome outcome;
-  const absl::StatusOr<std::unique_ptr<ObserveStream>> stream = OpenStream(letters);
+  const absl::StatusOr<std::unique_ptr<ObserveStream>> stream = OpenStream(requests);
   if (stream.ok()) {
-    outcome = Exchange(**stream, letters);
+    outcome = Exchange(**stream, requests);
   } else {
     outcome.end = stream.status();
   }
-  const bool all = outcome.delivered.size() + outcome.refused.size() == letters.size();
+  const bool all = outcome.delivered.size() + outcome.refused.size() == requests.size();
   // Only if the stream carried a single entry can its error be attributed to that entry.
-  if (!all && letters.size() == 1 && IsRefusal(outcome.end)) {
-    return Settle({}, {{{letters.front().id, outcome.end}}});
+  if (!all && requests.size() == 1 && IsRefusal(outcome.end)) {
+    return Settle({}, {{{requests.front().id, outcome.end}}});
   }
   one_by_one_ = !all;
   absl::Status settled = Settle(outcome.delivered, outcome.refused);
@@ -211,7 +216,7 @@ absl::Status OutboxSender::Settle(absl::Span<const int64_t> delivered,
                                   absl::Span<const storage::Refusal> refused) {
   if (delivered.empty() && refused.empty()) return absl::OkStatus();
   exhausted_since_ = absl::InfiniteFuture();
-  return desk_.With([&](storage::OutboxFile& file) { return file.Settle(delivered, refused); });
+  return queue_.With([&](storage::OutboxFile& file) { return file.Settle(delivered, refused); });
 }
 
 }  // namespace hypermap::client

@@ -11,24 +11,24 @@
 #include "absl/types/span.h"
 #include "client_libs/cpp/client.h"
 #include "client_libs/cpp/outbox/outbox.h"
-#include "client_libs/cpp/outbox/outbox_desk.h"
+#include "client_libs/cpp/outbox/outbox_queue.h"
 #include "storage/outbox/outbox_file.h"
 
 namespace hypermap::client {
 
-// Sends from its own thread, which ends when the desk is closed. The desk and the options must
+// Sends from its own thread, which ends when the queue is closed. The queue and the options must
 // outlive the sender.
 class OutboxSender {
  public:
-  OutboxSender(const Client& client, OutboxDesk& desk, storage::OutboxStream stream,
+  OutboxSender(const Client& client, OutboxQueue& queue, storage::OutboxStream stream,
                const OutboxOptions& options);
-  // Waits for the thread to end; the desk must be closed.
+  // Waits for the thread to end; the queue must be closed.
   ~OutboxSender();
   OutboxSender(const OutboxSender&) = delete;
   OutboxSender& operator=(const OutboxSender&) = delete;
 
  private:
-  using Letters = std::vector<storage::Letter>;
+  using QueuedRequests = std::vector<storage::QueuedRequest>;
   // Result of sending entries; those in neither list were not answered.
   struct Outcome {
     std::vector<int64_t> delivered;
@@ -38,13 +38,13 @@ class OutboxSender {
 
   void Run();
   // Sends the first entries of the stream. An error means that they must be sent again.
-  absl::Status Deliver(Letters letters);
+  absl::Status Deliver(QueuedRequests requests);
 
-  absl::Status DeliverEdits(storage::Letter letter);
-  absl::Status DeliverObservations(Letters letters);
+  absl::Status DeliverEdits(storage::QueuedRequest request);
+  absl::Status DeliverObservations(QueuedRequests requests);
   // Opens a stream, and marks the entries as sent before any of them is sent.
-  absl::StatusOr<std::unique_ptr<ObserveStream>> OpenStream(Letters& letters);
-  Outcome Exchange(ObserveStream& stream, const Letters& letters);
+  absl::StatusOr<std::unique_ptr<ObserveStream>> OpenStream(QueuedRequests& requests);
+  Outcome Exchange(ObserveStream& stream, const QueuedRequests& requests);
   // Returns OK if the last attempt reached the server, or if it answers now.
   absl::Status ReachServer();
   // Whether the status is final, so that sending again would be pointless.
@@ -53,7 +53,7 @@ class OutboxSender {
                       absl::Span<const storage::Refusal> refused);
 
   Client client_;
-  OutboxDesk& desk_;
+  OutboxQueue& queue_;
   const storage::OutboxStream stream_;
   const OutboxOptions& options_;
 

@@ -9,8 +9,8 @@
 #include <utility>
 #include <vector>
 
-#include "absl/synchronization/mutex.h"
 #include "absl/time/clock.h"
+#include "base/sync/mutex.h"
 #include "client_libs/cpp/client.h"
 #include "storage/outbox/outbox_file.h"
 #include "tests/support/server_process.h"
@@ -155,12 +155,12 @@ TEST_F(OutboxTest, EditWhoseAnswerWasLostIsNotDoneTwice) {
   {
     auto file = storage::OutboxFile::Open(file_, 1 << 20);
     ASSERT_TRUE(file.ok()) << file.status();
-    storage::Letter letter;
-    letter.stream = (*file)->FindStream("site", "", "")->id;
-    letter.request_id = "the request";
-    letter.body = wire::EditsToBytes(PutThing("a"));
-    letter.put_at = absl::Now();
-    ASSERT_TRUE((*file)->Put(letter).ok());
+    storage::QueuedRequest request;
+    request.stream = (*file)->FindStream("site", "", "")->id;
+    request.request_id = "the request";
+    request.body = wire::EditsToBytes(PutThing("a"));
+    request.put_at = absl::Now();
+    ASSERT_TRUE((*file)->Put(request).ok());
   }
   ASSERT_TRUE(NewClient().ApplyEdits("site", PutThing("a"), {.request_id = "the request"}).ok());
   auto outbox = Open();
@@ -172,13 +172,13 @@ TEST_F(OutboxTest, EditWhoseReceiptMayBeGoneIsSetAside) {
   {
     auto file = storage::OutboxFile::Open(file_, 1 << 20);
     ASSERT_TRUE(file.ok()) << file.status();
-    storage::Letter letter;
-    letter.stream = (*file)->FindStream("site", "", "")->id;
-    letter.request_id = "the request";
-    letter.body = wire::EditsToBytes(PutThing("a"));
-    ASSERT_TRUE((*file)->Put(letter).ok());
-    std::vector<storage::Letter> letters = *(*file)->First(letter.stream, 1);
-    ASSERT_EQ((*file)->MarkSent(absl::MakeSpan(letters), absl::Now() - absl::Hours(25)),
+    storage::QueuedRequest request;
+    request.stream = (*file)->FindStream("site", "", "")->id;
+    request.request_id = "the request";
+    request.body = wire::EditsToBytes(PutThing("a"));
+    ASSERT_TRUE((*file)->Put(request).ok());
+    std::vector<storage::QueuedRequest> requests = *(*file)->First(request.stream, 1);
+    ASSERT_EQ((*file)->MarkSent(absl::MakeSpan(requests), absl::Now() - absl::Hours(25)),
               absl::OkStatus());
   }
   auto outbox = Open();
@@ -250,15 +250,15 @@ TEST_F(OutboxTest, EditsOfTheStructureAreQueuedLikeOthers) {
 }
 
 TEST_F(OutboxTest, DeliveriesAreTold) {
-  absl::Mutex mutex;
+  Mutex mutex;
   std::vector<Delivery> told;
   auto outbox = Open({.delivered = [&](const Delivery& delivery) {
-    const absl::MutexLock lock(&mutex);
+    const MutexLock lock(&mutex);
     told.push_back(delivery);
   }});
   const auto ticket = outbox->Put("site", PutThing("a"));
   ASSERT_EQ(outbox->AwaitEmpty(kPatience), absl::OkStatus());
-  const absl::MutexLock lock(&mutex);
+  const MutexLock lock(&mutex);
   ASSERT_THAT(told, SizeIs(1));
   EXPECT_EQ(told[0].ticket, *ticket);
   const EditAnswer& answer = std::get<EditAnswer>(told[0].answer);
