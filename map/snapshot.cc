@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "absl/strings/str_cat.h"
+#include "base/status/status_macros.h"
 
 namespace hypermap {
 
@@ -38,10 +39,9 @@ absl::StatusOr<std::vector<LayerPtr>> Snapshot::SelectLayers(
     return selected;
   }
   for (const std::string& name : names) {
-    absl::StatusOr<LayerPtr> layer = GetLayer(name);
-    if (!layer.ok()) return layer.status();
-    if (std::find(selected.begin(), selected.end(), *layer) == selected.end()) {
-      selected.push_back(*std::move(layer));
+    HYPERMAP_ASSIGN_OR_RETURN(LayerPtr layer, GetLayer(name));
+    if (std::find(selected.begin(), selected.end(), layer) == selected.end()) {
+      selected.push_back(std::move(layer));
     }
   }
   return selected;

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/status/status_macros.h"
 #include "map/layers/grid_layer.h"
 #include "map/layers/layer_registry.h"
 
@@ -27,10 +28,9 @@ absl::StatusOr<std::vector<const LayerStructure*>> MapStructure::SelectLayers(
     return selected;
   }
   for (const std::string& name : names) {
-    const absl::StatusOr<const LayerStructure*> layer = GetLayer(name);
-    if (!layer.ok()) return layer.status();
-    if (std::find(selected.begin(), selected.end(), *layer) == selected.end()) {
-      selected.push_back(*layer);
+    HYPERMAP_ASSIGN_OR_RETURN(const LayerStructure* const layer, GetLayer(name));
+    if (std::find(selected.begin(), selected.end(), layer) == selected.end()) {
+      selected.push_back(layer);
     }
   }
   return selected;

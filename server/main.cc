@@ -22,6 +22,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/synchronization/mutex.h"
 #include "absl/time/time.h"
+#include "base/status/status_macros.h"
 #include "base/tls/server_credentials.h"
 #include "server/rpc/facilities.h"
 #include "server/rpc/request_log.h"
@@ -172,7 +173,7 @@ ServiceLimits LimitsOfFlags() {
   return limits;
 }
 
-TlsFiles TlsFilesOfFlags() {
+tls::ServerFiles ServerFilesOfFlags() {
   return {absl::GetFlag(FLAGS_tls_cert), absl::GetFlag(FLAGS_tls_key),
           absl::GetFlag(FLAGS_tls_client_ca)};
 }
@@ -216,12 +217,11 @@ class ShutdownSignals {
 // Serves until a signal arrives.
 absl::Status Serve(ShutdownSignals& signals) {
   const std::string data_dir = absl::GetFlag(FLAGS_data_dir);
-  absl::StatusOr<std::unique_ptr<storage::MapStore>> store = storage::OpenGeoPackageStore(data_dir);
-  if (!store.ok()) return store.status();
+  HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<storage::MapStore> store,
+                            storage::OpenGeoPackageStore(data_dir));
   ScratchFile::RemoveLeftOver(data_dir);
-  absl::StatusOr<std::unique_ptr<Site>> site =
-      Site::Open(*std::move(store), SessionOptionsOfFlags());
-  if (!site.ok()) return site.status();
+  HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<Site> site,
+                            Site::Open(std::move(store), SessionOptionsOfFlags()));
   // Returns the memory that loading the maps needed for a while to the system.
   malloc_trim(0);
   // From here on the allocator keeps freed memory: returning it and requesting it again would cost
@@ -235,19 +235,20 @@ absl::Status Serve(ShutdownSignals& signals) {
   WorkerPool workers(NumThreads());
   WorkerPool file_workers(kFileThreads);
   WorkerPool explorers(kExplorerThreads);
-  const Facilities facilities{site->get(),   LimitsOfFlags(), &workers,
+  const Facilities facilities{site.get(),    LimitsOfFlags(), &workers,
                               &file_workers, &explorers,      data_dir};
-  absl::StatusOr<std::unique_ptr<GrpcServer>> server = GrpcServer::Start(
-      {absl::GetFlag(FLAGS_listen), absl::GetFlag(FLAGS_max_message_bytes), TlsFilesOfFlags()},
-      facilities);
-  if (!server.ok()) return server.status();
-  LogProblems(**site);
-  std::printf("hypermapd ready on %s\n", (*server)->address().c_str());
+  HYPERMAP_ASSIGN_OR_RETURN(
+      std::unique_ptr<GrpcServer> server,
+      GrpcServer::Start({absl::GetFlag(FLAGS_listen), absl::GetFlag(FLAGS_max_message_bytes),
+                         ServerFilesOfFlags()},
+                        facilities));
+  LogProblems(*site);
+  std::printf("hypermapd ready on %s\n", server->address().c_str());
   std::fflush(stdout);
 
   const int signal = signals.Wait();
   spdlog::info("shutting down signal={}", signal);
-  (*server)->Shutdown(absl::GetFlag(FLAGS_grace));
+  server->Shutdown(absl::GetFlag(FLAGS_grace));
   return absl::OkStatus();
 }
 

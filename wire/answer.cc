@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/status/status_macros.h"
 #include "wire/field.h"
 #include "wire/layer.h"
 #include "wire/object.h"
@@ -84,10 +85,9 @@ absl::StatusOr<CellRuns> DecodeCellRuns(absl::string_view field, const v1::CellR
       message.values_size() != size) {
     return InvalidField(field, "has columns of different lengths");
   }
-  absl::StatusOr<GridGeometry> grid =
-      DecodeGridGeometry(absl::StrCat(field, ".grid"), message.grid());
-  if (!grid.ok()) return grid.status();
-  CellRuns decoded{*std::move(grid), {}};
+  HYPERMAP_ASSIGN_OR_RETURN(GridGeometry grid,
+                            DecodeGridGeometry(absl::StrCat(field, ".grid"), message.grid()));
+  CellRuns decoded{std::move(grid), {}};
   decoded.runs.reserve(size);
   for (int i = 0; i < size; ++i) {
     const double value = message.values(i);

@@ -75,15 +75,14 @@ absl::StatusOr<Edit> DecodePutObject(const std::string& field, const v1::PutObje
                                      const DecodeLimits& limits) {
   const std::string object_field = field + ".object";
   if (!message.has_object()) return InvalidField(object_field, "is missing");
-  absl::StatusOr<SemanticObject> object = DecodeObject(object_field, message.object(), limits);
-  if (!object.ok()) return object.status();
-  PutObject edit{message.layer(), *std::move(object), message.frame_id()};
+  HYPERMAP_ASSIGN_OR_RETURN(SemanticObject object,
+                            DecodeObject(object_field, message.object(), limits));
+  PutObject edit{message.layer(), std::move(object), message.frame_id()};
   if (message.has_if_version()) edit.if_version = message.if_version();
   if (message.has_time_to_live()) {
-    const absl::StatusOr<absl::Duration> time_to_live =
-        DecodeDuration(field + ".time_to_live", message.time_to_live());
-    if (!time_to_live.ok()) return time_to_live.status();
-    edit.time_to_live = *time_to_live;
+    HYPERMAP_ASSIGN_OR_RETURN(const absl::Duration time_to_live,
+                              DecodeDuration(field + ".time_to_live", message.time_to_live()));
+    edit.time_to_live = time_to_live;
   }
   return edit;
 }
@@ -116,11 +115,9 @@ absl::StatusOr<Edit> DecodeFillPolygon(const std::string& field, const v1::FillP
                                        const DecodeLimits& limits) {
   const std::string area_field = field + ".area";
   if (!message.has_area()) return InvalidField(area_field, "is missing");
-  absl::StatusOr<Polygon> area = DecodePolygon(area_field, message.area(), limits);
-  if (!area.ok()) return area.status();
-  const absl::StatusOr<CellRule> rule = DecodeCellRule(field + ".rule", message.rule());
-  if (!rule.ok()) return rule.status();
-  FillPolygon edit{message.layer(), *std::move(area), message.frame_id(), *rule, std::nullopt};
+  HYPERMAP_ASSIGN_OR_RETURN(Polygon area, DecodePolygon(area_field, message.area(), limits));
+  HYPERMAP_ASSIGN_OR_RETURN(const CellRule rule, DecodeCellRule(field + ".rule", message.rule()));
+  FillPolygon edit{message.layer(), std::move(area), message.frame_id(), rule, std::nullopt};
   if (message.has_value()) {
     if (!std::isfinite(message.value())) return InvalidField(field + ".value", "is not finite");
     edit.value = message.value();
@@ -130,9 +127,9 @@ absl::StatusOr<Edit> DecodeFillPolygon(const std::string& field, const v1::FillP
 
 absl::StatusOr<Edit> DecodeSetAliases(const std::string& field, const v1::SetAliases& message) {
   if (message.aliases().empty()) return InvalidField(field + ".aliases", "is empty");
-  absl::StatusOr<ValueAliases> aliases = DecodeAliases(field + ".aliases", message.aliases());
-  if (!aliases.ok()) return aliases.status();
-  return SetAliases{message.layer(), *std::move(aliases)};
+  HYPERMAP_ASSIGN_OR_RETURN(ValueAliases aliases,
+                            DecodeAliases(field + ".aliases", message.aliases()));
+  return SetAliases{message.layer(), std::move(aliases)};
 }
 
 absl::StatusOr<Edit> DecodeCreateLayer(const std::string& field, const v1::CreateLayer& message) {
@@ -197,10 +194,9 @@ absl::StatusOr<EditBatch> DecodeEdits(const google::protobuf::RepeatedPtrField<v
   EditBatch batch;
   batch.edits.reserve(edits.size());
   for (const v1::Edit& message : edits) {
-    absl::StatusOr<Edit> edit =
-        DecodeEdit(absl::StrCat("edits[", batch.edits.size(), "]"), message, limits);
-    if (!edit.ok()) return edit.status();
-    batch.edits.push_back(*std::move(edit));
+    HYPERMAP_ASSIGN_OR_RETURN(
+        Edit edit, DecodeEdit(absl::StrCat("edits[", batch.edits.size(), "]"), message, limits));
+    batch.edits.push_back(std::move(edit));
   }
   return batch;
 }
@@ -236,10 +232,9 @@ absl::StatusOr<EditBatch> EditsFromBytes(absl::string_view bytes) {
                                std::numeric_limits<int64_t>::max()};
   absl::StatusOr<EditBatch> batch = DecodeEdits(message.edits(), kNone);
   if (!batch.ok()) return batch;
-  absl::StatusOr<std::vector<LayerVersion>> versions =
-      DecodeLayerVersions("if_layers", message.if_layers());
-  if (!versions.ok()) return versions.status();
-  batch->if_layers = *std::move(versions);
+  HYPERMAP_ASSIGN_OR_RETURN(std::vector<LayerVersion> versions,
+                            DecodeLayerVersions("if_layers", message.if_layers()));
+  batch->if_layers = std::move(versions);
   return batch;
 }
 

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/status/status_macros.h"
 #include "wire/field.h"
 #include "wire/geometry.h"
 #include "wire/time.h"
@@ -116,23 +117,22 @@ void EncodeExploration(const ExplorationObjects& objects, const PlanarTransform&
 absl::StatusOr<Exploration> DecodeExploration(absl::string_view field,
                                               const v1::Exploration& message) {
   Exploration exploration;
-  const absl::StatusOr<ExplorationState> state =
-      DecodeExplorationState(absl::StrCat(field, ".state"), message.state());
-  if (!state.ok()) return state.status();
-  const absl::StatusOr<EndReason> reason =
-      DecodeEndReason(absl::StrCat(field, ".end_reason"), message.end_reason());
-  if (!reason.ok()) return reason.status();
-  absl::StatusOr<Polygon> area = DecodePolygon(absl::StrCat(field, ".area"), message.area());
-  if (!area.ok()) return area.status();
+  HYPERMAP_ASSIGN_OR_RETURN(const ExplorationState state,
+                            DecodeExplorationState(absl::StrCat(field, ".state"), message.state()));
+  HYPERMAP_ASSIGN_OR_RETURN(
+      const EndReason reason,
+      DecodeEndReason(absl::StrCat(field, ".end_reason"), message.end_reason()));
+  HYPERMAP_ASSIGN_OR_RETURN(Polygon area,
+                            DecodePolygon(absl::StrCat(field, ".area"), message.area()));
   exploration.id = message.id();
-  exploration.area = *std::move(area);
+  exploration.area = std::move(area);
   exploration.occupancy_layer = message.occupancy_layer();
   exploration.exploration_layer = message.exploration_layer();
   exploration.robot_radius_m = message.robot_radius_m();
   exploration.range_m = message.range_m();
   exploration.min_gain_cells = message.min_gain_cells();
-  exploration.state = *state;
-  exploration.end_reason = *reason;
+  exploration.state = state;
+  exploration.end_reason = reason;
   exploration.started = DecodeTime(message.start_time());
   if (message.has_end_time()) exploration.ended = DecodeTime(message.end_time());
   return exploration;

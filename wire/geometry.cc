@@ -136,30 +136,28 @@ absl::StatusOr<FrameTransform> DecodeTransform(absl::string_view field,
                                                const v1::Transform& message) {
   const std::string pose_field = absl::StrCat(field, ".parent_from_child");
   if (!message.has_parent_from_child()) return InvalidField(pose_field, "is missing");
-  const absl::StatusOr<PlanarTransform> pose = DecodePose(pose_field, message.parent_from_child());
-  if (!pose.ok()) return pose.status();
-  return FrameTransform{message.parent_frame_id(), message.child_frame_id(), *pose};
+  HYPERMAP_ASSIGN_OR_RETURN(const PlanarTransform pose,
+                            DecodePose(pose_field, message.parent_from_child()));
+  return FrameTransform{message.parent_frame_id(), message.child_frame_id(), pose};
 }
 
 absl::StatusOr<Polygon> DecodePolygon(absl::string_view field, const v1::Polygon& message,
                                       const DecodeLimits& limits) {
-  if (absl::Status status = CheckVertices(field, message, limits); !status.ok()) return status;
-  absl::StatusOr<Rings> rings = DecodeRings(field, message);
-  if (!rings.ok()) return rings.status();
-  std::vector<Ring> holes(std::make_move_iterator(rings->begin() + 1),
-                          std::make_move_iterator(rings->end()));
-  absl::StatusOr<Polygon> polygon = Polygon::Make(std::move(rings->front()), std::move(holes));
+  HYPERMAP_RETURN_IF_ERROR(CheckVertices(field, message, limits));
+  HYPERMAP_ASSIGN_OR_RETURN(Rings rings, DecodeRings(field, message));
+  std::vector<Ring> holes(std::make_move_iterator(rings.begin() + 1),
+                          std::make_move_iterator(rings.end()));
+  absl::StatusOr<Polygon> polygon = Polygon::Make(std::move(rings.front()), std::move(holes));
   if (!polygon.ok()) return InField(field, polygon.status());
   return polygon;
 }
 
 absl::StatusOr<Polygon> DecodePolygon(absl::string_view field, const v1::Polygon& message) {
-  absl::StatusOr<Rings> rings = DecodeRings(field, message);
-  if (!rings.ok()) return rings.status();
-  for (const Ring& ring : *rings) {
+  HYPERMAP_ASSIGN_OR_RETURN(Rings rings, DecodeRings(field, message));
+  for (const Ring& ring : rings) {
     if (ring.size() < 3) return InvalidField(field, "has a ring of fewer than 3 vertices");
   }
-  return Polygon::MakeUnchecked(*std::move(rings));
+  return Polygon::MakeUnchecked(std::move(rings));
 }
 
 absl::StatusOr<Shape> DecodeShape(absl::string_view field, const v1::Shape& message,

@@ -65,10 +65,9 @@ void EncodeGridGeometry(const GridGeometry& geometry, v1::GridGeometry* message)
 
 absl::StatusOr<GridGeometry> DecodeGridGeometry(absl::string_view field,
                                                 const v1::GridGeometry& message) {
-  const absl::StatusOr<PlanarTransform> origin =
-      DecodePose(absl::StrCat(field, ".origin"), message.origin());
-  if (!origin.ok()) return origin.status();
-  return GridGeometry{*origin, message.resolution_m()};
+  HYPERMAP_ASSIGN_OR_RETURN(const PlanarTransform origin,
+                            DecodePose(absl::StrCat(field, ".origin"), message.origin()));
+  return GridGeometry{origin, message.resolution_m()};
 }
 
 void EncodeCellBox(const CellBox& box, v1::CellBox* message) {
@@ -166,31 +165,28 @@ void EncodeLayer(const Layer& layer, v1::Layer* message, Revision version) {
 absl::StatusOr<LayerSpec> DecodeLayerSpec(absl::string_view field, const v1::Layer& message) {
   LayerSpec spec;
   spec.name = message.name();
-  const absl::StatusOr<LayerKind> kind =
-      DecodeLayerKind(absl::StrCat(field, ".kind"), message.kind());
-  if (!kind.ok()) return kind.status();
-  spec.kind = *kind;
+  HYPERMAP_ASSIGN_OR_RETURN(const LayerKind kind,
+                            DecodeLayerKind(absl::StrCat(field, ".kind"), message.kind()));
+  spec.kind = kind;
   spec.frame_id = message.frame_id();
   if (message.has_grid()) {
-    absl::StatusOr<GridGeometry> grid =
-        DecodeGridGeometry(absl::StrCat(field, ".grid"), message.grid());
-    if (!grid.ok()) return grid.status();
-    spec.grid = *grid;
+    HYPERMAP_ASSIGN_OR_RETURN(GridGeometry grid,
+                              DecodeGridGeometry(absl::StrCat(field, ".grid"), message.grid()));
+    spec.grid = grid;
   }
   const v1::OccupancyThresholds& thresholds = message.thresholds();
   if (thresholds.has_free_below()) spec.thresholds.free_below = thresholds.free_below();
   if (thresholds.has_occupied_above()) {
     spec.thresholds.occupied_above = thresholds.occupied_above();
   }
-  const absl::StatusOr<CellRule> explored_rule =
-      DecodeCellRule(absl::StrCat(field, ".explored_rule"), message.explored_rule());
-  if (!explored_rule.ok()) return explored_rule.status();
-  spec.explored_rule = *explored_rule;
+  HYPERMAP_ASSIGN_OR_RETURN(
+      const CellRule explored_rule,
+      DecodeCellRule(absl::StrCat(field, ".explored_rule"), message.explored_rule()));
+  spec.explored_rule = explored_rule;
   spec.unit = message.unit();
-  absl::StatusOr<ValueAliases> aliases =
-      DecodeAliases(absl::StrCat(field, ".aliases"), message.aliases());
-  if (!aliases.ok()) return aliases.status();
-  spec.aliases = *std::move(aliases);
+  HYPERMAP_ASSIGN_OR_RETURN(ValueAliases aliases,
+                            DecodeAliases(absl::StrCat(field, ".aliases"), message.aliases()));
+  spec.aliases = std::move(aliases);
   if (message.shape_kinds().empty()) return spec;
   spec.shape_kinds = ShapeKinds({});
   for (int i = 0; i < message.shape_kinds_size(); ++i) {

@@ -76,10 +76,10 @@ absl::StatusOr<SemanticObject> DecodeProperties(absl::string_view field,
   }
   object.tags = {message.tags().begin(), message.tags().end()};
   for (const auto& [name, value] : message.attributes()) {
-    absl::StatusOr<AttributeValue> attribute =
-        DecodeAttribute(absl::StrCat(field, ".attributes[", name, "]"), value);
-    if (!attribute.ok()) return attribute.status();
-    object.attributes.emplace(name, *std::move(attribute));
+    HYPERMAP_ASSIGN_OR_RETURN(
+        AttributeValue attribute,
+        DecodeAttribute(absl::StrCat(field, ".attributes[", name, "]"), value));
+    object.attributes.emplace(name, std::move(attribute));
   }
   return object;
 }

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/status/status_macros.h"
 #include "wire/field.h"
 #include "wire/geometry.h"
 #include "wire/object.h"
@@ -38,12 +39,12 @@ bool IsInt32(int64_t value) {
 }
 
 absl::StatusOr<CellPatch> DecodeCells(const std::string& field, const v1::CellPatch& message) {
-  const absl::StatusOr<PlanarTransform> origin = DecodePose(field + ".origin", message.origin());
-  if (!origin.ok()) return origin.status();
+  HYPERMAP_ASSIGN_OR_RETURN(const PlanarTransform origin,
+                            DecodePose(field + ".origin", message.origin()));
   if (message.spans_size() % 3 != 0) {
     return InvalidField(field + ".spans", "must have three numbers a span");
   }
-  CellPatch cells{*origin, message.resolution_m(), {}};
+  CellPatch cells{origin, message.resolution_m(), {}};
   cells.spans.reserve(message.spans_size() / 3);
   int64_t row = 0;
   int64_t col_begin = 0;
@@ -86,12 +87,10 @@ absl::StatusOr<Detection> DecodeDetection(const std::string& field, const v1::De
       return InvalidField(field + ".scores", "has a label twice");
     }
   }
-  absl::StatusOr<Polygon> hull = decode_polygon(field + ".hull", message.hull());
-  if (!hull.ok()) return hull.status();
-  detection.hull = *std::move(hull);
-  absl::StatusOr<CellPatch> cells = DecodeCells(field + ".cells", message.cells());
-  if (!cells.ok()) return cells.status();
-  detection.cells = *std::move(cells);
+  HYPERMAP_ASSIGN_OR_RETURN(Polygon hull, decode_polygon(field + ".hull", message.hull()));
+  detection.hull = std::move(hull);
+  HYPERMAP_ASSIGN_OR_RETURN(CellPatch cells, DecodeCells(field + ".cells", message.cells()));
+  detection.cells = std::move(cells);
   detection.height = {message.height().low_m(), message.height().high_m()};
   detection.num_points = message.num_points();
   detection.range_m = message.range_m();
@@ -188,34 +187,31 @@ absl::StatusOr<Observation> DecodeWith(const std::string& prefix, const v1::Obse
   observation.robot = message.robot();
   observation.sequence = message.sequence();
   if (!message.has_stamp()) return InvalidField(prefix + "stamp", "is missing");
-  if (auto s = CheckStamp(prefix + "stamp", message.stamp()); !s.ok()) return s;
+  HYPERMAP_RETURN_IF_ERROR(CheckStamp(prefix + "stamp", message.stamp()));
   observation.stamp = DecodeTime(message.stamp());
   observation.frame_id = message.frame_id();
-  absl::StatusOr<SensorPose> pose = DecodeSensorPose(prefix + "pose", message.pose());
-  if (!pose.ok()) return pose.status();
-  observation.pose = *std::move(pose);
+  HYPERMAP_ASSIGN_OR_RETURN(SensorPose pose, DecodeSensorPose(prefix + "pose", message.pose()));
+  observation.pose = std::move(pose);
   for (const auto& [polygon, area, name] :
        {std::tuple(&observation.view_hull, message.has_view_hull() ? &message.view_hull() : nullptr,
                    "view_hull"),
         std::tuple(&observation.free_space,
                    message.has_free_space() ? &message.free_space() : nullptr, "free_space")}) {
     if (area == nullptr) continue;
-    absl::StatusOr<Polygon> decoded = decode_polygon(prefix + name, *area);
-    if (!decoded.ok()) return decoded.status();
-    *polygon = *std::move(decoded);
+    HYPERMAP_ASSIGN_OR_RETURN(Polygon decoded, decode_polygon(prefix + name, *area));
+    *polygon = std::move(decoded);
   }
   if (message.has_depth()) {
-    absl::StatusOr<DepthView> view = DecodeView(prefix + "depth", message.depth());
-    if (!view.ok()) return view.status();
-    observation.depth = *std::move(view);
+    HYPERMAP_ASSIGN_OR_RETURN(DepthView view, DecodeView(prefix + "depth", message.depth()));
+    observation.depth = std::move(view);
   }
   observation.detections.reserve(message.detections_size());
   for (const v1::Detection& detection : message.detections()) {
-    absl::StatusOr<Detection> decoded =
+    HYPERMAP_ASSIGN_OR_RETURN(
+        Detection decoded,
         DecodeDetection(absl::StrCat(prefix, "detections[", observation.detections.size(), "]"),
-                        detection, decode_polygon);
-    if (!decoded.ok()) return decoded.status();
-    observation.detections.push_back(*std::move(decoded));
+                        detection, decode_polygon));
+    observation.detections.push_back(std::move(decoded));
   }
   return observation;
 }
@@ -292,9 +288,8 @@ std::string ObservationToBytes01(const Observation& observation) {
 }
 
 absl::StatusOr<Observation> ObservationFromBytes(absl::string_view bytes) {
-  const absl::StatusOr<v1::Observation> message = FromBytes<v1::Observation>(bytes);
-  if (!message.ok()) return message.status();
-  return AsDamage(DecodeWith("", *message, [](absl::string_view field, const v1::Polygon& p) {
+  HYPERMAP_ASSIGN_OR_RETURN(const v1::Observation message, FromBytes<v1::Observation>(bytes));
+  return AsDamage(DecodeWith("", message, [](absl::string_view field, const v1::Polygon& p) {
     return DecodePolygon(field, p);
   }));
 }
@@ -306,9 +301,8 @@ std::string ObjectToBytes(const SemanticObject& object) {
 }
 
 absl::StatusOr<SemanticObject> ObjectFromBytes(absl::string_view bytes) {
-  const absl::StatusOr<v1::Object> message = FromBytes<v1::Object>(bytes);
-  if (!message.ok()) return message.status();
-  return AsDamage(DecodeObject("object", *message));
+  HYPERMAP_ASSIGN_OR_RETURN(const v1::Object message, FromBytes<v1::Object>(bytes));
+  return AsDamage(DecodeObject("object", message));
 }
 
 }  // namespace hypermap::wire

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/status/status_macros.h"
 #include "wire/answer.h"
 #include "wire/field.h"
 #include "wire/layer.h"
@@ -124,22 +125,20 @@ void EncodePointsContent(absl::Span<const LayerPointsContent> contents, ToldLabe
 absl::StatusOr<PointsAnswer> DecodePointsContent(absl::string_view field,
                                                  const v1::PointsContent& message,
                                                  size_t num_points, size_t num_labels) {
-  const absl::StatusOr<LayerKind> kind =
-      DecodeLayerKind(absl::StrCat(field, ".kind"), message.kind());
-  if (!kind.ok()) return kind.status();
-  const absl::StatusOr<AnswerStatus> status =
-      DecodeAnswerStatus(absl::StrCat(field, ".status"), message.status());
-  if (!status.ok()) return status.status();
+  HYPERMAP_ASSIGN_OR_RETURN(const LayerKind kind,
+                            DecodeLayerKind(absl::StrCat(field, ".kind"), message.kind()));
+  HYPERMAP_ASSIGN_OR_RETURN(const AnswerStatus status,
+                            DecodeAnswerStatus(absl::StrCat(field, ".status"), message.status()));
   absl::Status columns = CheckColumns(field, message, num_points, num_labels);
   if (!columns.ok()) return columns;
 
-  PointsAnswer answer{message.layer(), *kind, *status, {}, {}, {}};
+  PointsAnswer answer{message.layer(), kind, status, {}, {}, {}};
   answer.statuses.reserve(message.statuses_size());
   for (int i = 0; i < message.statuses_size(); ++i) {
-    const absl::StatusOr<AnswerStatus> of_point =
-        DecodeAnswerStatus(absl::StrCat(field, ".statuses"), message.statuses(i));
-    if (!of_point.ok()) return of_point.status();
-    answer.statuses.push_back(*of_point);
+    HYPERMAP_ASSIGN_OR_RETURN(
+        const AnswerStatus of_point,
+        DecodeAnswerStatus(absl::StrCat(field, ".statuses"), message.statuses(i)));
+    answer.statuses.push_back(of_point);
   }
   answer.values.assign(message.values().begin(), message.values().end());
   answer.hits.reserve(message.points_size());

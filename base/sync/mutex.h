@@ -4,6 +4,7 @@
 #ifndef HYPERMAP_BASE_SYNC_MUTEX_H_
 #define HYPERMAP_BASE_SYNC_MUTEX_H_
 
+#include <algorithm>
 #include <condition_variable>
 #include <mutex>
 
@@ -45,12 +46,15 @@ class CondVar {
   void Wait(Mutex* mutex) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex) { condition_.wait(*mutex); }
   // As Wait, for at most `timeout`.
   void WaitFor(Mutex* mutex, absl::Duration timeout) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex) {
-    condition_.wait_for(*mutex, absl::ToChronoNanoseconds(timeout));
+    // The deadline of an infinite timeout would overflow, and the wait return at once.
+    condition_.wait_for(*mutex, absl::ToChronoNanoseconds(std::min(timeout, kMaxTimeout)));
   }
   void NotifyOne() { condition_.notify_one(); }
   void NotifyAll() { condition_.notify_all(); }
 
  private:
+  static constexpr absl::Duration kMaxTimeout = absl::Hours(24 * 365);
+
   std::condition_variable_any condition_;
 };
 

@@ -3,15 +3,12 @@
 #include <grpcpp/security/tls_certificate_provider.h>
 #include <grpcpp/security/tls_credentials_options.h>
 
-#include <cerrno>
-#include <cstring>
-#include <fstream>
-#include <sstream>
-
 #include "absl/strings/str_cat.h"
+#include "base/status/status_macros.h"
 #include "base/tls/pem.h"
+#include "base/tls/tls_file.h"
 
-namespace hypermap::server {
+namespace hypermap::tls {
 namespace {
 
 constexpr unsigned int kReadAgainSeconds = 5;
@@ -21,28 +18,24 @@ absl::Status Named(const char* flag, const std::string& path, const absl::Status
   return absl::InvalidArgumentError(absl::StrCat(flag, "=", path, ": ", status.message()));
 }
 
-absl::StatusOr<std::string> ReadFile(const char* flag, const std::string& path) {
-  errno = 0;
-  std::ifstream file(path, std::ios::binary);
-  std::ostringstream data;
-  // Opening a folder succeeds; only reading it fails.
-  if (file.is_open()) data << file.rdbuf();
-  if (errno != 0) return Named(flag, path, absl::InvalidArgumentError(std::strerror(errno)));
-  return data.str();
+absl::StatusOr<std::string> ReadFileOf(const char* flag, const std::string& path) {
+  absl::StatusOr<std::string> data = ReadFile(path);
+  if (data.ok()) return data;
+  return absl::InvalidArgumentError(absl::StrCat(flag, "=", data.status().message()));
 }
 
 // The content of a file of certificates. INVALID_ARGUMENT if it contains none.
 absl::StatusOr<std::string> ReadCertificates(const char* flag, const std::string& path) {
-  absl::StatusOr<std::string> pem = ReadFile(flag, path);
+  absl::StatusOr<std::string> pem = ReadFileOf(flag, path);
   if (!pem.ok()) return pem;
-  absl::Status status = Named(flag, path, tls::CheckCertificates(*pem));
+  absl::Status status = Named(flag, path, CheckCertificates(*pem));
   if (!status.ok()) return status;
   return pem;
 }
 
 }  // namespace
 
-absl::Status CheckTlsFiles(const TlsFiles& files) {
+absl::Status CheckServerFiles(const ServerFiles& files) {
   if (files.certificate.empty() != files.key.empty()) {
     return absl::InvalidArgumentError("--tls_cert and --tls_key go together: one is missing");
   }
@@ -50,16 +43,15 @@ absl::Status CheckTlsFiles(const TlsFiles& files) {
     if (files.client_ca.empty()) return absl::OkStatus();
     return absl::InvalidArgumentError("--tls_client_ca needs --tls_cert and --tls_key");
   }
-  const absl::StatusOr<std::string> certificate = ReadCertificates("--tls_cert", files.certificate);
-  if (!certificate.ok()) return certificate.status();
-  const absl::StatusOr<std::string> key = ReadFile("--tls_key", files.key);
-  if (!key.ok()) return key.status();
-  absl::Status status = Named("--tls_key", files.key, tls::CheckKey(*key, *certificate));
+  HYPERMAP_ASSIGN_OR_RETURN(const std::string certificate,
+                            ReadCertificates("--tls_cert", files.certificate));
+  HYPERMAP_ASSIGN_OR_RETURN(const std::string key, ReadFileOf("--tls_key", files.key));
+  absl::Status status = Named("--tls_key", files.key, CheckKey(key, certificate));
   if (!status.ok() || files.client_ca.empty()) return status;
   return ReadCertificates("--tls_client_ca", files.client_ca).status();
 }
 
-std::shared_ptr<grpc::ServerCredentials> MakeServerCredentials(const TlsFiles& files) {
+std::shared_ptr<grpc::ServerCredentials> MakeServerCredentials(const ServerFiles& files) {
   if (files.certificate.empty()) return grpc::InsecureServerCredentials();
   grpc::experimental::TlsServerCredentialsOptions options(
       std::make_shared<grpc::experimental::FileWatcherCertificateProvider>(
@@ -72,4 +64,4 @@ std::shared_ptr<grpc::ServerCredentials> MakeServerCredentials(const TlsFiles& f
   return grpc::experimental::TlsServerCredentials(options);
 }
 
-}  // namespace hypermap::server
+}  // namespace hypermap::tls

@@ -10,10 +10,10 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 
-namespace hypermap::server {
+namespace hypermap::tls {
 
 // Paths of PEM files. All empty: no TLS.
-struct TlsFiles {
+struct ServerFiles {
   // --tls_cert: the server's certificate, followed by the chain that leads to its root.
   std::string certificate;
   // --tls_key: the key of that certificate, not encrypted.
@@ -25,12 +25,12 @@ struct TlsFiles {
 
 // INVALID_ARGUMENT naming the flag that is missing, or whose file can't be read, has no certificate
 // or key, or does not match the other file.
-absl::Status CheckTlsFiles(const TlsFiles& files);
+absl::Status CheckServerFiles(const ServerFiles& files);
 
 // Reads the files again every few seconds. New connections use a renewed certificate; an invalid
-// one is ignored. REQUIRES: CheckTlsFiles(files) is OK.
-std::shared_ptr<grpc::ServerCredentials> MakeServerCredentials(const TlsFiles& files);
+// one is ignored. REQUIRES: CheckServerFiles(files) is OK.
+std::shared_ptr<grpc::ServerCredentials> MakeServerCredentials(const ServerFiles& files);
 
-}  // namespace hypermap::server
+}  // namespace hypermap::tls
 
 #endif  // HYPERMAP_BASE_TLS_SERVER_CREDENTIALS_H_

@@ -9,6 +9,7 @@
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
+#include "base/status/status_macros.h"
 #include "client_libs/cli/commands.h"
 #include "client_libs/cli/coordinates.h"
 #include "client_libs/cli/validators.h"
@@ -73,9 +74,8 @@ void AddMapCommands(CLI::App& app, Command& selected) {
   create->add_option("--frame", options->frame_id, "The map's own frame (default: map)");
   create->callback([&selected, options] {
     selected = [options](Session& s) {
-      auto answer = s.client.CreateMap(options->map, options->frame_id);
-      if (!answer.ok()) return answer.status();
-      s.output.Show(Done{.map = answer->name, .what = "created"});
+      HYPERMAP_ASSIGN_OR_RETURN(auto answer, s.client.CreateMap(options->map, options->frame_id));
+      s.output.Show(Done{.map = answer.name, .what = "created"});
       return absl::OkStatus();
     };
   });
@@ -114,19 +114,16 @@ absl::StatusOr<LayerSpec> MakeSpec(const LayerOptions& options) {
     }
   }
   if (options.resolution_m) {
-    const absl::StatusOr<PlanarTransform> origin = ParsePose(options.origin);
-    if (!origin.ok()) return origin.status();
-    spec.grid = GridGeometry{*origin, *options.resolution_m};
+    HYPERMAP_ASSIGN_OR_RETURN(const PlanarTransform origin, ParsePose(options.origin));
+    spec.grid = GridGeometry{origin, *options.resolution_m};
   }
   return spec;
 }
 
 absl::Status CreateLayer(const LayerOptions& options, Session& s) {
-  const absl::StatusOr<LayerSpec> spec = MakeSpec(options);
-  if (!spec.ok()) return spec.status();
-  const absl::StatusOr<Revision> revision = s.client.CreateLayer(options.map, *spec);
-  if (!revision.ok()) return revision.status();
-  s.output.Show(Done{options.map, "created", options.name, *revision});
+  HYPERMAP_ASSIGN_OR_RETURN(const LayerSpec spec, MakeSpec(options));
+  HYPERMAP_ASSIGN_OR_RETURN(const Revision revision, s.client.CreateLayer(options.map, spec));
+  s.output.Show(Done{options.map, "created", options.name, revision});
   return absl::OkStatus();
 }
 
@@ -187,9 +184,9 @@ void AddLayerCommands(CLI::App& app, Command& selected) {
   remove->add_option("name", options->name, "Name of the layer")->required()->type_name("NAME");
   remove->callback([&selected, options] {
     selected = [options](Session& s) {
-      const absl::StatusOr<Revision> revision = s.client.DeleteLayer(options->map, options->name);
-      if (!revision.ok()) return revision.status();
-      s.output.Show(Done{options->map, "deleted", options->name, *revision});
+      HYPERMAP_ASSIGN_OR_RETURN(const Revision revision,
+                                s.client.DeleteLayer(options->map, options->name));
+      s.output.Show(Done{options->map, "deleted", options->name, revision});
       return absl::OkStatus();
     };
   });
@@ -210,11 +207,10 @@ absl::StatusOr<ValueAliases> ParseAliases(const std::vector<std::string>& texts)
 }
 
 absl::Status SetLayerAliases(const AliasOptions& options, Session& s) {
-  const absl::StatusOr<ValueAliases> aliases = ParseAliases(options.aliases);
-  if (!aliases.ok()) return aliases.status();
-  const auto answer = s.client.ApplyEdits(options.map, {{SetAliases{options.layer, *aliases}}});
-  if (!answer.ok()) return answer.status();
-  s.output.Show(Done{options.map, "aliases set", options.layer, answer->revision});
+  HYPERMAP_ASSIGN_OR_RETURN(const ValueAliases aliases, ParseAliases(options.aliases));
+  HYPERMAP_ASSIGN_OR_RETURN(
+      const auto answer, s.client.ApplyEdits(options.map, {{SetAliases{options.layer, aliases}}}));
+  s.output.Show(Done{options.map, "aliases set", options.layer, answer.revision});
   return absl::OkStatus();
 }
 
@@ -237,14 +233,13 @@ void AddAliasCommand(CLI::App& app, Command& selected) {
 }
 
 absl::Status SetTransform(const TransformOptions& options, Session& s) {
-  const absl::StatusOr<PlanarTransform> pose =
-      ParsePose(options.x + "," + options.y + "," + options.yaw);
-  if (!pose.ok()) return pose.status();
-  const absl::StatusOr<Revision> revision =
-      s.client.SetTransform(options.map, {options.parent, options.child, *pose});
-  if (!revision.ok()) return revision.status();
+  HYPERMAP_ASSIGN_OR_RETURN(const PlanarTransform pose,
+                            ParsePose(options.x + "," + options.y + "," + options.yaw));
+  HYPERMAP_ASSIGN_OR_RETURN(
+      const Revision revision,
+      s.client.SetTransform(options.map, {options.parent, options.child, pose}));
   s.output.Show(
-      Done{options.map, "frame " + options.child + " set in " + options.parent, "", *revision});
+      Done{options.map, "frame " + options.child + " set in " + options.parent, "", revision});
   return absl::OkStatus();
 }
 

@@ -7,6 +7,7 @@
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
+#include "base/status/status_macros.h"
 
 namespace hypermap::cli {
 namespace {
@@ -37,23 +38,20 @@ absl::StatusOr<double> ParseNumber(absl::string_view text) {
 }
 
 absl::StatusOr<Point> ParsePoint(absl::string_view text) {
-  auto numbers = ParseNumbers(text, "X,Y", 2);
-  if (!numbers.ok()) return numbers.status();
-  return Point{(*numbers)[0], (*numbers)[1]};
+  HYPERMAP_ASSIGN_OR_RETURN(auto numbers, ParseNumbers(text, "X,Y", 2));
+  return Point{numbers[0], numbers[1]};
 }
 
 absl::StatusOr<PlanarTransform> ParsePose(absl::string_view text) {
-  auto numbers = ParseNumbers(text, "X,Y,YAW", 3);
-  if (!numbers.ok()) return numbers.status();
-  return PlanarTransform((*numbers)[0], (*numbers)[1], (*numbers)[2]);
+  HYPERMAP_ASSIGN_OR_RETURN(auto numbers, ParseNumbers(text, "X,Y,YAW", 3));
+  return PlanarTransform(numbers[0], numbers[1], numbers[2]);
 }
 
 absl::StatusOr<Polygon> ParsePolygon(const std::vector<std::string>& vertices) {
   Ring ring;
   for (const std::string& vertex : vertices) {
-    absl::StatusOr<Point> point = ParsePoint(vertex);
-    if (!point.ok()) return point.status();
-    ring.push_back(*point);
+    HYPERMAP_ASSIGN_OR_RETURN(Point point, ParsePoint(vertex));
+    ring.push_back(point);
   }
   return Polygon::Make(std::move(ring));
 }

@@ -6,6 +6,7 @@
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
+#include "base/status/status_macros.h"
 #include "client_libs/cli/cell_values.h"
 #include "client_libs/cli/commands.h"
 #include "client_libs/cli/coordinates.h"
@@ -58,26 +59,23 @@ absl::StatusOr<LiveObjects> ReadLayer(client::Client& client, const std::string&
 absl::StatusOr<PlacedObjects> GetTruth(const EvalOptions& options, client::Client& client) {
   if (!options.truth_path.empty()) return ReadTruth(options.truth_path, options.truth_layer);
   const std::string& layer = options.truth_layer.empty() ? options.layer : options.truth_layer;
-  absl::StatusOr<LiveObjects> live = ReadLayer(client, options.truth_map, layer, "");
-  if (!live.ok()) return live.status();
-  return PlacedObjects{"", std::move(live->objects)};
+  HYPERMAP_ASSIGN_OR_RETURN(LiveObjects live, ReadLayer(client, options.truth_map, layer, ""));
+  return PlacedObjects{"", std::move(live.objects)};
 }
 
 absl::Status Eval(const EvalOptions& options, Session& s) {
-  const absl::StatusOr<PlacedObjects> all_truth = GetTruth(options, s.client);
-  if (!all_truth.ok()) return all_truth.status();
-  const absl::StatusOr<client::LayerEntry> layer = s.client.GetLayer(options.map, options.layer);
-  if (!layer.ok()) return layer.status();
-  const absl::StatusOr<LiveObjects> live =
-      ReadLayer(s.client, options.map, options.layer, all_truth->frame_id);
-  if (!live.ok()) return live.status();
+  HYPERMAP_ASSIGN_OR_RETURN(const PlacedObjects all_truth, GetTruth(options, s.client));
+  HYPERMAP_ASSIGN_OR_RETURN(const client::LayerEntry layer,
+                            s.client.GetLayer(options.map, options.layer));
+  HYPERMAP_ASSIGN_OR_RETURN(const LiveObjects live,
+                            ReadLayer(s.client, options.map, options.layer, all_truth.frame_id));
 
-  EvaluationReport report{options.map, options.layer, live->revision};
+  EvaluationReport report{options.map, options.layer, live.revision};
   report.truth = options.truth_path.empty() ? options.truth_map : options.truth_path;
   report.image = options.image_path;
-  const ValueAliases& aliases = layer->spec.aliases;
+  const ValueAliases& aliases = layer.spec.aliases;
   std::vector<evaluation::Object> truth, map;
-  for (const SemanticObject& object : all_truth->objects) {
+  for (const SemanticObject& object : all_truth.objects) {
     if (!object.shape.is_polygon()) {
       ++report.truth_not_polygons;
     } else if (!Counts(object, options.min_visible_frames)) {
@@ -86,7 +84,7 @@ absl::Status Eval(const EvalOptions& options, Session& s) {
       truth.push_back(ToEvaluate(object, aliases));
     }
   }
-  for (const SemanticObject& object : live->objects) {
+  for (const SemanticObject& object : live.objects) {
     if (object.shape.is_polygon()) {
       map.push_back(ToEvaluate(object, aliases));
     } else {
@@ -95,9 +93,8 @@ absl::Status Eval(const EvalOptions& options, Session& s) {
   }
   report.evaluation = evaluation::Evaluate(truth, map);
   if (!options.image_path.empty()) {
-    const absl::StatusOr<std::string> png = DrawEvaluation(truth, map, report.evaluation);
-    if (!png.ok()) return png.status();
-    if (auto status = WriteFile(options.image_path, *png); !status.ok()) return status;
+    HYPERMAP_ASSIGN_OR_RETURN(const std::string png, DrawEvaluation(truth, map, report.evaluation));
+    HYPERMAP_RETURN_IF_ERROR(WriteFile(options.image_path, png));
   }
   s.output.Show(report);
   return absl::OkStatus();

@@ -4,6 +4,7 @@
 #include <variant>
 
 #include "absl/strings/str_cat.h"
+#include "base/status/status_macros.h"
 #include "client_libs/cli/file_formats.h"
 #include "client_libs/cli/file_io.h"
 #include "map/layers/layer_properties.h"
@@ -46,13 +47,11 @@ absl::StatusOr<LayerSpec> FindLayer(const EditBatch& batch, const std::string& n
 }
 
 absl::StatusOr<PlacedObjects> Collect(storage::ImportedMap imported, const std::string& layer) {
-  const absl::StatusOr<LayerSpec> spec = FindLayer(imported.batch, layer);
-  if (!spec.ok()) return spec.status();
-  PlacedObjects placed{spec->frame_id, {}};
+  HYPERMAP_ASSIGN_OR_RETURN(const LayerSpec spec, FindLayer(imported.batch, layer));
+  PlacedObjects placed{spec.frame_id, {}};
   for (Edit& edit : imported.batch.edits) {
     auto* put = std::get_if<PutObject>(&edit);
-    if (put != nullptr && put->layer == spec->name)
-      placed.objects.push_back(std::move(put->object));
+    if (put != nullptr && put->layer == spec.name) placed.objects.push_back(std::move(put->object));
   }
   return placed;
 }
@@ -60,14 +59,12 @@ absl::StatusOr<PlacedObjects> Collect(storage::ImportedMap imported, const std::
 }  // namespace
 
 absl::StatusOr<PlacedObjects> ReadTruth(const std::string& path, const std::string& layer) {
-  const absl::StatusOr<client::FileFormat> format = ImportFormatOf("", path);
-  if (!format.ok()) return format.status();
-  const absl::StatusOr<std::string> data = ReadFile(path);
-  if (!data.ok()) return data.status();
-  absl::StatusOr<storage::ImportedMap> imported = Decode(*format, *data);
+  HYPERMAP_ASSIGN_OR_RETURN(const client::FileFormat format, ImportFormatOf("", path));
+  HYPERMAP_ASSIGN_OR_RETURN(const std::string data, ReadFile(path));
+  absl::StatusOr<storage::ImportedMap> imported = Decode(format, data);
   absl::StatusOr<PlacedObjects> placed =
       imported.ok() ? Collect(*std::move(imported),
-                              *format == client::FileFormat::kGeoJson ? kGeoJsonLayer : layer)
+                              format == client::FileFormat::kGeoJson ? kGeoJsonLayer : layer)
                     : imported.status();
   if (placed.ok()) return placed;
   return absl::Status(placed.status().code(), absl::StrCat(path, ": ", placed.status().message()));

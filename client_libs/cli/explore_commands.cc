@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "absl/status/status.h"
+#include "base/status/status_macros.h"
 #include "client_libs/cli/commands.h"
 #include "client_libs/cli/coordinates.h"
 #include "client_libs/cli/validators.h"
@@ -26,48 +27,44 @@ struct ExploreOptions {
 };
 
 absl::Status Start(const ExploreOptions& options, Session& s) {
-  const absl::StatusOr<Polygon> area = ParsePolygon(options.area);
-  if (!area.ok()) return area.status();
+  HYPERMAP_ASSIGN_OR_RETURN(const Polygon area, ParsePolygon(options.area));
   client::StartOptions start = options.start;
   start.frame_id = options.frame_id;
   start.explored_rule = ParseCellRule(options.rule).value_or(CellRule::kCentre);
-  absl::StatusOr<client::StartAnswer> answer = s.client.StartExploration(
-      options.map, *area, options.occupancy_layer, options.exploration_layer, start);
-  if (!answer.ok()) return answer.status();
-  s.output.Show(ExplorationReport{options.map, answer->revision, std::move(answer->entry), {}});
+  HYPERMAP_ASSIGN_OR_RETURN(client::StartAnswer answer,
+                            s.client.StartExploration(options.map, area, options.occupancy_layer,
+                                                      options.exploration_layer, start));
+  s.output.Show(ExplorationReport{options.map, answer.revision, std::move(answer.entry), {}});
   return absl::OkStatus();
 }
 
 absl::Status ShowStatus(const ExploreOptions& options, Session& s) {
-  absl::StatusOr<client::ExplorationAnswer> answer =
-      s.client.GetExploration(options.map, options.id, options.frame_id);
-  if (!answer.ok()) return answer.status();
+  HYPERMAP_ASSIGN_OR_RETURN(client::ExplorationAnswer answer,
+                            s.client.GetExploration(options.map, options.id, options.frame_id));
   s.output.Show(
-      ExplorationReport{options.map, answer->revision, std::move(answer->entry), answer->progress});
+      ExplorationReport{options.map, answer.revision, std::move(answer.entry), answer.progress});
   return absl::OkStatus();
 }
 
 absl::Status List(const ExploreOptions& options, Session& s) {
-  absl::StatusOr<client::ExplorationList> list =
-      s.client.ListExplorations(options.map, options.frame_id);
-  if (!list.ok()) return list.status();
-  s.output.Show(ExplorationsReport{options.map, *std::move(list)});
+  HYPERMAP_ASSIGN_OR_RETURN(client::ExplorationList list,
+                            s.client.ListExplorations(options.map, options.frame_id));
+  s.output.Show(ExplorationsReport{options.map, std::move(list)});
   return absl::OkStatus();
 }
 
 absl::Status ListFrontiers(const ExploreOptions& options, Session& s) {
-  absl::StatusOr<client::FrontierList> list =
-      s.client.ListFrontiers(options.map, options.id, options.frame_id, options.with_cells);
-  if (!list.ok()) return list.status();
-  s.output.Show(FrontiersReport{options.map, *std::move(list)});
+  HYPERMAP_ASSIGN_OR_RETURN(
+      client::FrontierList list,
+      s.client.ListFrontiers(options.map, options.id, options.frame_id, options.with_cells));
+  s.output.Show(FrontiersReport{options.map, std::move(list)});
   return absl::OkStatus();
 }
 
 absl::Status Stop(const ExploreOptions& options, Session& s) {
-  absl::StatusOr<client::ExplorationEntry> entry =
-      s.client.StopExploration(options.map, options.id);
-  if (!entry.ok()) return entry.status();
-  s.output.Show(ExplorationReport{.map = options.map, .entry = *std::move(entry)});
+  HYPERMAP_ASSIGN_OR_RETURN(client::ExplorationEntry entry,
+                            s.client.StopExploration(options.map, options.id));
+  s.output.Show(ExplorationReport{.map = options.map, .entry = std::move(entry)});
   return absl::OkStatus();
 }
 

@@ -6,6 +6,7 @@
 #include <utility>
 #include <variant>
 
+#include "base/status/status_macros.h"
 #include "map/layers/layer_properties.h"
 #include "map/layers/layer_registry.h"
 #include "map/layers/semantic_layer.h"
@@ -77,10 +78,9 @@ absl::StatusOr<FeatureEdits> ReadFeatureEdits(absl::string_view geojson, const L
     return absl::InvalidArgumentError("only objects have a time to live and a version");
   }
   const Snapshot pretended = Pretend(layer, frame_id, IdsOf(geojson));
-  absl::StatusOr<storage::ImportedMap> imported =
-      storage::DecodeGeoJson(geojson, layer.name, &pretended, {});
-  if (!imported.ok()) return imported.status();
-  FeatureEdits edits{std::move(imported->batch), std::move(imported->repairs)};
+  HYPERMAP_ASSIGN_OR_RETURN(storage::ImportedMap imported,
+                            storage::DecodeGeoJson(geojson, layer.name, &pretended, {}));
+  FeatureEdits edits{std::move(imported.batch), std::move(imported.repairs)};
   for (Edit& edit : edits.batch.edits) std::visit(Conditioner{conditions}, edit);
   if (conditions.if_layer_version) {
     edits.batch.if_layers.push_back({layer.name, *conditions.if_layer_version});

@@ -5,6 +5,7 @@
 #include "absl/status/status.h"
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
+#include "base/status/status_macros.h"
 
 namespace hypermap::cli {
 namespace {
@@ -42,9 +43,8 @@ absl::StatusOr<ExportFormat> ExportFormatOf(const std::string& name, const std::
 
 absl::StatusOr<client::FileFormat> ImportFormatOf(const std::string& name,
                                                   const std::string& path) {
-  const absl::StatusOr<ExportFormat> format = ExportFormatOf(name, path);
-  if (!format.ok()) return format.status();
-  if (const auto* interchange = std::get_if<client::FileFormat>(&*format)) return *interchange;
+  HYPERMAP_ASSIGN_OR_RETURN(const ExportFormat format, ExportFormatOf(name, path));
+  if (const auto* interchange = std::get_if<client::FileFormat>(&format)) return *interchange;
   return absl::InvalidArgumentError(
       "a GeoPackage is not imported: it is a map as it is, put it into the server's data folder");
 }

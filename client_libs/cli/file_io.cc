@@ -9,6 +9,7 @@
 
 #include "absl/cleanup/cleanup.h"
 #include "absl/strings/str_cat.h"
+#include "base/status/status_macros.h"
 
 namespace hypermap::cli {
 namespace {
@@ -71,10 +72,9 @@ absl::Status OutputFile::Commit() {
 }
 
 absl::Status WriteFile(const std::string& path, absl::string_view data) {
-  absl::StatusOr<std::unique_ptr<OutputFile>> file = OutputFile::Create(path);
-  if (!file.ok()) return file.status();
-  if (absl::Status status = (*file)->Append(data); !status.ok()) return status;
-  return (*file)->Commit();
+  HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<OutputFile> file, OutputFile::Create(path));
+  HYPERMAP_RETURN_IF_ERROR(file->Append(data));
+  return file->Commit();
 }
 
 }  // namespace hypermap::cli

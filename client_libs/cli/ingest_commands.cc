@@ -8,6 +8,7 @@
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/time/time.h"
+#include "base/status/status_macros.h"
 #include "client_libs/cli/commands.h"
 
 namespace hypermap::cli {
@@ -77,27 +78,26 @@ absl::Time StampOr(const std::string& text, absl::Time otherwise) {
 }
 
 absl::Status Rebuild(const FusionOptions& options, Session& s) {
-  const absl::StatusOr<Revision> revision = s.client.RebuildLayer(
-      options.map, options.layer, options.strategy, ParametersJson(options.parameters));
-  if (!revision.ok()) return revision.status();
-  s.output.Show(Done{options.map, "rebuilt", options.layer, *revision});
+  HYPERMAP_ASSIGN_OR_RETURN(const Revision revision,
+                            s.client.RebuildLayer(options.map, options.layer, options.strategy,
+                                                  ParametersJson(options.parameters)));
+  s.output.Show(Done{options.map, "rebuilt", options.layer, revision});
   return absl::OkStatus();
 }
 
 absl::Status Retract(const FusionOptions& options, Session& s) {
-  const absl::StatusOr<Revision> revision = s.client.RetractSource(
-      options.map, options.layer, options.robot, StampOr(options.from, absl::InfinitePast()),
-      StampOr(options.to, absl::InfiniteFuture()));
-  if (!revision.ok()) return revision.status();
-  s.output.Show(Done{options.map, "taken back", options.layer, *revision});
+  HYPERMAP_ASSIGN_OR_RETURN(const Revision revision,
+                            s.client.RetractSource(options.map, options.layer, options.robot,
+                                                   StampOr(options.from, absl::InfinitePast()),
+                                                   StampOr(options.to, absl::InfiniteFuture())));
+  s.output.Show(Done{options.map, "taken back", options.layer, revision});
   return absl::OkStatus();
 }
 
 absl::Status Explain(const FusionOptions& options, Session& s) {
-  const absl::StatusOr<client::ObjectHistory> history =
-      s.client.ExplainObject(options.map, options.layer, options.object_id);
-  if (!history.ok()) return history.status();
-  s.output.Show(*history);
+  HYPERMAP_ASSIGN_OR_RETURN(const client::ObjectHistory history,
+                            s.client.ExplainObject(options.map, options.layer, options.object_id));
+  s.output.Show(history);
   return absl::OkStatus();
 }
 

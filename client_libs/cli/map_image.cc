@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/status/status_macros.h"
 #include "client_libs/cli/canvas.h"
 #include "client_libs/cli/map_legend.h"
 #include "client_libs/cli/map_style.h"
@@ -58,7 +59,7 @@ class GridPainter {
     for (const bool below : {true, false}) {
       for (const GridScene& grid : scene_.grids) {
         if ((grid.style == GridStyle::kFloor) != below) continue;
-        if (absl::Status status = Paint(grid); !status.ok()) return status;
+        HYPERMAP_RETURN_IF_ERROR(Paint(grid));
       }
     }
     return absl::OkStatus();
@@ -163,9 +164,7 @@ absl::StatusOr<MapImage> DrawMap(const MapScene& scene, const ReadCells& read_ce
   const MapLegend legend(scene, robots, plan);
   Canvas canvas(plan.width() + legend.width() + 2 * kMargin,
                 std::max(plan.height() + kFooter, legend.height()) + 2 * kMargin);
-  if (absl::Status status = GridPainter(scene, read_cells, plan, canvas).Paint(); !status.ok()) {
-    return status;
-  }
+  HYPERMAP_RETURN_IF_ERROR(GridPainter(scene, read_cells, plan, canvas).Paint());
   canvas.ClipTo(plan);
   DrawObjects(canvas, plan, scene.objects);
   DrawExplorations(canvas, plan, scene, robots);
@@ -173,9 +172,8 @@ absl::StatusOr<MapImage> DrawMap(const MapScene& scene, const ReadCells& read_ce
   if (scene.area.has_value()) canvas.Outline(*scene.area, plan, kAreaBorder, 2.0, false);
   legend.Draw(canvas, {2 * kMargin + plan.width(), kMargin});
   DrawScaleBar(canvas, plan);
-  absl::StatusOr<std::string> png = canvas.Png();
-  if (!png.ok()) return png.status();
-  return MapImage{*std::move(png), canvas.width(), canvas.height()};
+  HYPERMAP_ASSIGN_OR_RETURN(std::string png, canvas.Png());
+  return MapImage{std::move(png), canvas.width(), canvas.height()};
 }
 
 }  // namespace hypermap::cli

@@ -7,6 +7,7 @@
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
+#include "base/status/status_macros.h"
 #include "client_libs/cli/file_io.h"
 
 namespace hypermap::cli {
@@ -44,15 +45,12 @@ bool IsYaml(const std::string& name) {
 }  // namespace
 
 absl::StatusOr<std::vector<client::NamedFile>> ReadNav2Files(const std::string& yaml_path) {
-  absl::StatusOr<std::string> yaml = ReadFile(yaml_path);
-  if (!yaml.ok()) return yaml.status();
-  const absl::StatusOr<std::string> image_name = ImageNamedBy(yaml_path, *yaml);
-  if (!image_name.ok()) return image_name.status();
-  const fs::path image_path = fs::path(yaml_path).parent_path() / *image_name;
-  absl::StatusOr<std::string> image = ReadFile(image_path);
-  if (!image.ok()) return image.status();
-  return std::vector<client::NamedFile>{{fs::path(yaml_path).filename(), *std::move(yaml)},
-                                        {image_path.filename(), *std::move(image)}};
+  HYPERMAP_ASSIGN_OR_RETURN(std::string yaml, ReadFile(yaml_path));
+  HYPERMAP_ASSIGN_OR_RETURN(const std::string image_name, ImageNamedBy(yaml_path, yaml));
+  const fs::path image_path = fs::path(yaml_path).parent_path() / image_name;
+  HYPERMAP_ASSIGN_OR_RETURN(std::string image, ReadFile(image_path));
+  return std::vector<client::NamedFile>{{fs::path(yaml_path).filename(), std::move(yaml)},
+                                        {image_path.filename(), std::move(image)}};
 }
 
 absl::StatusOr<std::vector<client::NamedFile>> RenameNav2Files(
@@ -65,9 +63,8 @@ absl::StatusOr<std::vector<client::NamedFile>> RenameNav2Files(
   const client::NamedFile& image = exported[yaml_first ? 1 : 0];
   const fs::path image_path =
       fs::path(yaml_path).replace_extension(fs::path(image.name).extension());
-  absl::StatusOr<std::string> renamed = WithImage(yaml.data, image_path.filename());
-  if (!renamed.ok()) return renamed.status();
-  return std::vector<client::NamedFile>{{image_path, image.data}, {yaml_path, *std::move(renamed)}};
+  HYPERMAP_ASSIGN_OR_RETURN(std::string renamed, WithImage(yaml.data, image_path.filename()));
+  return std::vector<client::NamedFile>{{image_path, image.data}, {yaml_path, std::move(renamed)}};
 }
 
 }  // namespace hypermap::cli

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "absl/status/status.h"
+#include "base/status/status_macros.h"
 #include "client_libs/cli/as_of.h"
 #include "client_libs/cli/commands.h"
 #include "client_libs/cli/coordinates.h"
@@ -50,12 +51,11 @@ absl::StatusOr<Point> PositionOf(const QueryOptions& options) {
 }
 
 absl::Status QueryPoint(const QueryOptions& options, Session& s) {
-  const absl::StatusOr<Point> point = PositionOf(options);
-  if (!point.ok()) return point.status();
-  const auto answer =
-      s.client.QueryPoint(options.map, *point, options.scope, CallOptionsOf(options));
-  if (!answer.ok()) return answer.status();
-  s.output.Show(*answer);
+  HYPERMAP_ASSIGN_OR_RETURN(const Point point, PositionOf(options));
+  HYPERMAP_ASSIGN_OR_RETURN(
+      const auto answer,
+      s.client.QueryPoint(options.map, point, options.scope, CallOptionsOf(options)));
+  s.output.Show(answer);
   return absl::OkStatus();
 }
 
@@ -97,18 +97,16 @@ absl::Status QueryPoints(const QueryOptions& options, Session& s) {
 }
 
 absl::Status QueryArea(const QueryOptions& options, Session& s) {
-  const absl::StatusOr<Polygon> area = ParsePolygon(options.area);
-  if (!area.ok()) return area.status();
-  return ShowParts(s.client.QueryArea(options.map, *area, options.scope, CallOptionsOf(options)),
+  HYPERMAP_ASSIGN_OR_RETURN(const Polygon area, ParsePolygon(options.area));
+  return ShowParts(s.client.QueryArea(options.map, area, options.scope, CallOptionsOf(options)),
                    s.output);
 }
 
 absl::Status QueryValue(const QueryOptions& options, Session& s) {
   std::optional<Polygon> area;
   if (!options.area.empty()) {
-    absl::StatusOr<Polygon> parsed = ParsePolygon(options.area);
-    if (!parsed.ok()) return parsed.status();
-    area = *std::move(parsed);
+    HYPERMAP_ASSIGN_OR_RETURN(Polygon parsed, ParsePolygon(options.area));
+    area = std::move(parsed);
   }
   return ShowParts(
       s.client.QueryValue(options.map, options.value, area, options.scope, CallOptionsOf(options)),
@@ -116,12 +114,11 @@ absl::Status QueryValue(const QueryOptions& options, Session& s) {
 }
 
 absl::Status QueryNearest(const QueryOptions& options, Session& s) {
-  const absl::StatusOr<Point> point = PositionOf(options);
-  if (!point.ok()) return point.status();
-  const auto answer = s.client.QueryNearest(options.map, *point, options.value, options.k,
-                                            options.scope, CallOptionsOf(options));
-  if (!answer.ok()) return answer.status();
-  s.output.Show(*answer);
+  HYPERMAP_ASSIGN_OR_RETURN(const Point point, PositionOf(options));
+  HYPERMAP_ASSIGN_OR_RETURN(const auto answer,
+                            s.client.QueryNearest(options.map, point, options.value, options.k,
+                                                  options.scope, CallOptionsOf(options)));
+  s.output.Show(answer);
   return absl::OkStatus();
 }
 

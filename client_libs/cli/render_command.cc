@@ -10,6 +10,7 @@
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "base/status/status_macros.h"
 #include "client_libs/cli/as_of.h"
 #include "client_libs/cli/canvas.h"
 #include "client_libs/cli/cell_values.h"
@@ -167,10 +168,9 @@ void AddObject(const std::string& layer, SemanticObject object, Survey* survey) 
 absl::StatusOr<Survey> SurveyMap(client::Client& client, const std::string& map,
                                  const Polygon& area, const Scope& scope,
                                  const client::CallOptions& call) {
-  const absl::StatusOr<client::LayerList> list = client.ListLayers(map);
-  if (!list.ok()) return list.status();
+  HYPERMAP_ASSIGN_OR_RETURN(const client::LayerList list, client.ListLayers(map));
   LayerEntries entries;
-  for (const client::LayerEntry& entry : list->layers) entries.emplace(entry.spec.name, entry);
+  for (const client::LayerEntry& entry : list.layers) entries.emplace(entry.spec.name, entry);
   Survey survey;
   std::vector<GridSurvey> grids;
   client::AnswerReader reader = client.QueryArea(map, area, scope, call);
@@ -212,9 +212,8 @@ absl::Status CheckSize(const Box& box, double pixels_per_m) {
 absl::StatusOr<std::vector<RobotPath>> ReadPaths(const std::vector<std::string>& files) {
   std::vector<RobotPath> all;
   for (const std::string& file : files) {
-    const absl::StatusOr<std::string> data = ReadFile(file);
-    if (!data.ok()) return data.status();
-    const absl::StatusOr<std::vector<RobotPath>> paths = ReadRobotPaths(*data);
+    HYPERMAP_ASSIGN_OR_RETURN(const std::string data, ReadFile(file));
+    const absl::StatusOr<std::vector<RobotPath>> paths = ReadRobotPaths(data);
     if (!paths.ok()) {
       return absl::Status(paths.status().code(),
                           absl::StrCat(file, ": ", paths.status().message()));
@@ -227,33 +226,30 @@ absl::StatusOr<std::vector<RobotPath>> ReadPaths(const std::vector<std::string>&
 absl::Status Render(const RenderOptions& options, Session& s) {
   std::optional<Polygon> area;
   if (!options.area.empty()) {
-    absl::StatusOr<Polygon> parsed = ParsePolygon(options.area);
-    if (!parsed.ok()) return parsed.status();
-    area = *std::move(parsed);
+    HYPERMAP_ASSIGN_OR_RETURN(Polygon parsed, ParsePolygon(options.area));
+    area = std::move(parsed);
   }
-  absl::StatusOr<std::vector<RobotPath>> paths = ReadPaths(options.paths);
-  if (!paths.ok()) return paths.status();
+  HYPERMAP_ASSIGN_OR_RETURN(std::vector<RobotPath> paths, ReadPaths(options.paths));
   const Polygon asked = area.value_or(Everywhere());
   client::CallOptions call;
   if (const absl::StatusOr<AsOf> at = ParseAsOf(options.at); at.ok()) call.as_of = *at;
-  absl::StatusOr<Survey> survey =
-      SurveyMap(s.client, options.map, asked, {.layers = options.layers}, call);
-  if (!survey.ok()) return survey.status();
-  if (survey->box.empty()) {
+  HYPERMAP_ASSIGN_OR_RETURN(
+      Survey survey, SurveyMap(s.client, options.map, asked, {.layers = options.layers}, call));
+  if (survey.box.empty()) {
     return absl::FailedPreconditionError(absl::StrCat(
         "map \"", options.map, "\" has nothing to draw", area.has_value() ? " in the area" : ""));
   }
 
-  MapScene& scene = survey->scene;
-  scene.title = absl::StrCat(options.map, ", revision ", survey->revision);
-  scene.box = area.has_value() ? area->bounds() : survey->box;
+  MapScene& scene = survey.scene;
+  scene.title = absl::StrCat(options.map, ", revision ", survey.revision);
+  scene.box = area.has_value() ? area->bounds() : survey.box;
   scene.pixels_per_m = options.pixels_per_m.value_or(Plan::ScaleToFit(scene.box, kUsualSide));
-  if (absl::Status status = CheckSize(scene.box, scene.pixels_per_m); !status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(CheckSize(scene.box, scene.pixels_per_m));
   scene.area = area;
-  scene.paths = *std::move(paths);
+  scene.paths = std::move(paths);
 
   // Queries the cells a second time, at the same revision, so that they need not be kept in memory.
-  call.as_of = {.revision = survey->revision};
+  call.as_of = {.revision = survey.revision};
   const auto read_cells = [&](const std::string& layer, const DrawRun& draw) {
     client::AnswerReader reader = s.client.QueryArea(options.map, asked, {.layers = {layer}}, call);
     while (const std::optional<client::LayerPart> part = reader.Next()) {
@@ -262,11 +258,10 @@ absl::Status Render(const RenderOptions& options, Session& s) {
     }
     return reader.status();
   };
-  const absl::StatusOr<MapImage> image = DrawMap(scene, read_cells);
-  if (!image.ok()) return image.status();
-  if (auto status = WriteFile(options.path, image->png); !status.ok()) return status;
-  s.output.Show(RenderReport{options.map, survey->revision, options.path, image->width,
-                             image->height, survey->layers, survey->refusals,
+  HYPERMAP_ASSIGN_OR_RETURN(const MapImage image, DrawMap(scene, read_cells));
+  HYPERMAP_RETURN_IF_ERROR(WriteFile(options.path, image.png));
+  s.output.Show(RenderReport{options.map, survey.revision, options.path, image.width, image.height,
+                             survey.layers, survey.refusals,
                              static_cast<int64_t>(scene.objects.size())});
   return absl::OkStatus();
 }

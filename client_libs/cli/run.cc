@@ -9,6 +9,7 @@
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
 #include "absl/time/time.h"
+#include "base/status/status_macros.h"
 #include "client_libs/cli/commands.h"
 #include "client_libs/cli/json_output.h"
 #include "client_libs/cli/table_output.h"
@@ -69,11 +70,11 @@ absl::Status Execute(const GlobalOptions& options, const Command& command, std::
   }
   absl::Duration retry_for;
   if (!absl::ParseDuration(options.retry, &retry_for)) retry_for = absl::ZeroDuration();
-  absl::StatusOr<client::Client> client =
-      client::MakeClient(options.connection, {.timeout = timeout, .retry_for = retry_for});
-  if (!client.ok()) return client.status();
+  HYPERMAP_ASSIGN_OR_RETURN(
+      client::Client client,
+      client::MakeClient(options.connection, {.timeout = timeout, .retry_for = retry_for}));
   std::unique_ptr<Output> output = options.json ? MakeJsonOutput(out) : MakeTableOutput(out);
-  Session session{*client, in, *output, timeout};
+  Session session{client, in, *output, timeout};
   const absl::Status status = command(session);
   if (absl::IsUnavailable(status)) {
     return absl::UnavailableError(

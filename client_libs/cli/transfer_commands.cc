@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "absl/status/status.h"
+#include "base/status/status_macros.h"
 #include "client_libs/cli/commands.h"
 #include "client_libs/cli/feature_edits.h"
 #include "client_libs/cli/file_formats.h"
@@ -52,17 +53,15 @@ T ValueOrUsageError(absl::StatusOr<T> value) {
 absl::StatusOr<std::vector<client::NamedFile>> ReadFiles(const std::string& path,
                                                          client::FileFormat format) {
   if (format == client::FileFormat::kNav2) return ReadNav2Files(path);
-  absl::StatusOr<std::string> data = ReadFile(path);
-  if (!data.ok()) return data.status();
-  return std::vector<client::NamedFile>{{std::filesystem::path(path).filename(), *std::move(data)}};
+  HYPERMAP_ASSIGN_OR_RETURN(std::string data, ReadFile(path));
+  return std::vector<client::NamedFile>{{std::filesystem::path(path).filename(), std::move(data)}};
 }
 
 absl::Status Import(const ImportCommand& command, Session& s) {
-  const auto files = ReadFiles(command.path, command.format);
-  if (!files.ok()) return files.status();
-  const auto answer = s.client.ImportMap(command.map, command.format, *files, command.options);
-  if (!answer.ok()) return answer.status();
-  s.output.Show(*answer);
+  HYPERMAP_ASSIGN_OR_RETURN(const auto files, ReadFiles(command.path, command.format));
+  HYPERMAP_ASSIGN_OR_RETURN(
+      const auto answer, s.client.ImportMap(command.map, command.format, files, command.options));
+  s.output.Show(answer);
   return absl::OkStatus();
 }
 
@@ -77,19 +76,16 @@ absl::Status EditByFile(const EditCommand& command, Session& s) {
 }
 
 absl::Status EditOnConditions(const EditCommand& command, Session& s) {
-  const absl::StatusOr<std::string> data = ReadFile(command.path);
-  if (!data.ok()) return data.status();
-  const absl::StatusOr<client::MapEntry> map = s.client.GetMap(command.map);
-  if (!map.ok()) return map.status();
-  const absl::StatusOr<client::LayerEntry> layer = s.client.GetLayer(command.map, command.layer);
-  if (!layer.ok()) return layer.status();
-  absl::StatusOr<FeatureEdits> edits =
-      ReadFeatureEdits(*data, layer->spec, map->frame_id, command.conditions);
-  if (!edits.ok()) return edits.status();
-  const absl::StatusOr<client::EditAnswer> answer = s.client.ApplyEdits(command.map, edits->batch);
-  if (!answer.ok()) return answer.status();
+  HYPERMAP_ASSIGN_OR_RETURN(const std::string data, ReadFile(command.path));
+  HYPERMAP_ASSIGN_OR_RETURN(const client::MapEntry map, s.client.GetMap(command.map));
+  HYPERMAP_ASSIGN_OR_RETURN(const client::LayerEntry layer,
+                            s.client.GetLayer(command.map, command.layer));
+  HYPERMAP_ASSIGN_OR_RETURN(FeatureEdits edits,
+                            ReadFeatureEdits(data, layer.spec, map.frame_id, command.conditions));
+  HYPERMAP_ASSIGN_OR_RETURN(const client::EditAnswer answer,
+                            s.client.ApplyEdits(command.map, edits.batch));
   s.output.Show(client::ImportAnswer{
-      command.map, answer->revision, {command.layer}, std::move(edits->repairs)});
+      command.map, answer.revision, {command.layer}, std::move(edits.repairs)});
   return absl::OkStatus();
 }
 
@@ -98,13 +94,12 @@ absl::Status Backup(const std::string& map, const std::string& path, Session& s)
   // The first piece shows that the map exists, before a file is created.
   std::optional<std::string> piece = reader.Next();
   if (!reader.status().ok()) return reader.status();
-  absl::StatusOr<std::unique_ptr<OutputFile>> file = OutputFile::Create(path);
-  if (!file.ok()) return file.status();
+  HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<OutputFile> file, OutputFile::Create(path));
   for (; piece.has_value(); piece = reader.Next()) {
-    if (absl::Status status = (*file)->Append(*piece); !status.ok()) return status;
+    HYPERMAP_RETURN_IF_ERROR(file->Append(*piece));
   }
   if (!reader.status().ok()) return reader.status();
-  if (absl::Status status = (*file)->Commit(); !status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(file->Commit());
   s.output.Show(WrittenFiles{.map = map, .paths = {path}});
   return absl::OkStatus();
 }
@@ -122,13 +117,12 @@ absl::StatusOr<std::vector<client::NamedFile>> NameFiles(client::FileFormat form
 absl::Status Export(const ExportCommand& command, Session& s) {
   const auto* format = std::get_if<client::FileFormat>(&command.format);
   if (format == nullptr) return Backup(command.map, command.path, s);
-  auto answer = s.client.ExportMap(command.map, *format, command.options);
-  if (!answer.ok()) return answer.status();
-  const auto files = NameFiles(*format, std::move(answer->files), command.path);
-  if (!files.ok()) return files.status();
-  WrittenFiles written{answer->map, answer->revision, {}, answer->omissions};
-  for (const client::NamedFile& file : *files) {
-    if (absl::Status status = WriteFile(file.name, file.data); !status.ok()) return status;
+  HYPERMAP_ASSIGN_OR_RETURN(auto answer, s.client.ExportMap(command.map, *format, command.options));
+  HYPERMAP_ASSIGN_OR_RETURN(const auto files,
+                            NameFiles(*format, std::move(answer.files), command.path));
+  WrittenFiles written{answer.map, answer.revision, {}, answer.omissions};
+  for (const client::NamedFile& file : files) {
+    HYPERMAP_RETURN_IF_ERROR(WriteFile(file.name, file.data));
     written.paths.push_back(file.name);
   }
   s.output.Show(written);

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "absl/status/status.h"
+#include "base/status/status_macros.h"
 #include "client_libs/cli/commands.h"
 #include "client_libs/cli/coordinates.h"
 #include "client_libs/cli/validators.h"
@@ -53,9 +54,8 @@ class WatchEnd {
 absl::Status Watch(const WatchCommand& command, Session& s) {
   client::WatchOptions options = command.options;
   if (!command.area.empty()) {
-    absl::StatusOr<Polygon> area = ParsePolygon(command.area);
-    if (!area.ok()) return area.status();
-    options.area = *std::move(area);
+    HYPERMAP_ASSIGN_OR_RETURN(Polygon area, ParsePolygon(command.area));
+    options.area = std::move(area);
   }
   client::CallOptions call;
   call.timeout = s.timeout;
@@ -73,20 +73,18 @@ absl::StatusOr<std::optional<client::RevisionEntry>> LastRevision(const ChangesC
                                                                   client::Client& client) {
   const client::RevisionPage page{
       .before = command.to ? *command.to + 1 : 0, .size = 1, .newest_first = true};
-  absl::StatusOr<client::RevisionList> list = client.ListRevisions(command.map, page);
-  if (!list.ok()) return list.status();
-  if (list->revisions.empty()) return std::nullopt;
-  return list->revisions.front();
+  HYPERMAP_ASSIGN_OR_RETURN(client::RevisionList list, client.ListRevisions(command.map, page));
+  if (list.revisions.empty()) return std::nullopt;
+  return list.revisions.front();
 }
 
 absl::Status Changes(const ChangesCommand& command, Session& s) {
-  const auto last = LastRevision(command, s.client);
-  if (!last.ok()) return last.status();
+  HYPERMAP_ASSIGN_OR_RETURN(const auto last, LastRevision(command, s.client));
   std::optional<Revision> to = command.to;
   std::optional<absl::Time> time;
-  if (*last) {
-    if (!to) to = (*last)->revision;
-    if (*to == (*last)->revision) time = (*last)->time;
+  if (last) {
+    if (!to) to = last->revision;
+    if (*to == last->revision) time = last->time;
   }
   client::ChangeReader reader = s.client.ListChanges(command.map, command.from, to, command.scope);
   while (std::optional<client::MapChange> change = reader.Next()) {
@@ -102,15 +100,14 @@ absl::Status Log(const LogCommand& command, Session& s) {
   client::RevisionPage page{.newest_first = true};
   while (true) {
     page.size = std::min(command.limit - static_cast<int>(all.revisions.size()), 1000);
-    absl::StatusOr<client::RevisionList> list = s.client.ListRevisions(command.map, page);
-    if (!list.ok()) return list.status();
+    HYPERMAP_ASSIGN_OR_RETURN(client::RevisionList list, s.client.ListRevisions(command.map, page));
     if (all.map.empty()) {
-      all = *list;
+      all = list;
     } else {
-      all.revisions.insert(all.revisions.end(), list->revisions.begin(), list->revisions.end());
+      all.revisions.insert(all.revisions.end(), list.revisions.begin(), list.revisions.end());
     }
-    if (list->revisions.empty() || static_cast<int>(all.revisions.size()) >= command.limit) break;
-    page.before = list->revisions.back().revision;
+    if (list.revisions.empty() || static_cast<int>(all.revisions.size()) >= command.limit) break;
+    page.before = list.revisions.back().revision;
   }
   s.output.Show(all);
   return absl::OkStatus();

@@ -5,6 +5,7 @@
 
 #include "absl/random/random.h"
 #include "absl/strings/str_format.h"
+#include "base/status/status_macros.h"
 #include "client_libs/cpp/connection.h"
 #include "client_libs/cpp/decode.h"
 #include "wire/edit.h"
@@ -44,27 +45,29 @@ absl::StatusOr<MapEntry> Client::CreateMap(const std::string& map, const std::st
   request.set_map(map);
   request.set_frame_id(frame_id);
   request.set_request_id(RequestIdOf(options));
-  const auto response = connection_->Call(connection_->catalog(),
-                                          &v1::CatalogService::Stub::CreateMap, request, options);
-  if (!response.ok()) return response.status();
-  return DecodeMapEntry(response->map());
+  HYPERMAP_ASSIGN_OR_RETURN(
+      const auto response,
+      connection_->Call(connection_->catalog(), &v1::CatalogService::Stub::CreateMap, request,
+                        options));
+  return DecodeMapEntry(response.map());
 }
 
 absl::StatusOr<MapEntry> Client::GetMap(const std::string& map, const CallOptions& options) {
   v1::GetMapRequest request;
   request.set_map(map);
-  const auto response = connection_->Call(connection_->catalog(), &v1::CatalogService::Stub::GetMap,
-                                          request, options);
-  if (!response.ok()) return response.status();
-  return DecodeMapEntry(response->map());
+  HYPERMAP_ASSIGN_OR_RETURN(const auto response,
+                            connection_->Call(connection_->catalog(),
+                                              &v1::CatalogService::Stub::GetMap, request, options));
+  return DecodeMapEntry(response.map());
 }
 
 absl::StatusOr<std::vector<MapEntry>> Client::ListMaps(const CallOptions& options) {
-  const auto response = connection_->Call(
-      connection_->catalog(), &v1::CatalogService::Stub::ListMaps, v1::ListMapsRequest(), options);
-  if (!response.ok()) return response.status();
+  HYPERMAP_ASSIGN_OR_RETURN(
+      const auto response,
+      connection_->Call(connection_->catalog(), &v1::CatalogService::Stub::ListMaps,
+                        v1::ListMapsRequest(), options));
   std::vector<MapEntry> maps;
-  for (const v1::Map& map : response->maps()) maps.push_back(DecodeMapEntry(map));
+  for (const v1::Map& map : response.maps()) maps.push_back(DecodeMapEntry(map));
   return maps;
 }
 
@@ -92,19 +95,21 @@ absl::StatusOr<LayerEntry> Client::GetLayer(const std::string& map, const std::s
   v1::GetLayerRequest request;
   request.set_map(map);
   request.set_layer(layer);
-  const auto response = connection_->Call(connection_->catalog(),
-                                          &v1::CatalogService::Stub::GetLayer, request, options);
-  if (!response.ok()) return response.status();
-  return CheckAnswer(DecodeLayerEntry(response->layer()));
+  HYPERMAP_ASSIGN_OR_RETURN(
+      const auto response,
+      connection_->Call(connection_->catalog(), &v1::CatalogService::Stub::GetLayer, request,
+                        options));
+  return CheckAnswer(DecodeLayerEntry(response.layer()));
 }
 
 absl::StatusOr<LayerList> Client::ListLayers(const std::string& map, const CallOptions& options) {
   v1::ListLayersRequest request;
   request.set_map(map);
-  const auto response = connection_->Call(connection_->catalog(),
-                                          &v1::CatalogService::Stub::ListLayers, request, options);
-  if (!response.ok()) return response.status();
-  return CheckAnswer(DecodeLayerList(*response));
+  HYPERMAP_ASSIGN_OR_RETURN(
+      const auto response,
+      connection_->Call(connection_->catalog(), &v1::CatalogService::Stub::ListLayers, request,
+                        options));
+  return CheckAnswer(DecodeLayerList(response));
 }
 
 absl::StatusOr<Revision> Client::DeleteLayer(const std::string& map, const std::string& layer,
@@ -132,10 +137,11 @@ absl::StatusOr<TransformList> Client::ListTransforms(const std::string& map,
                                                      const CallOptions& options) {
   v1::ListTransformsRequest request;
   request.set_map(map);
-  const auto response = connection_->Call(
-      connection_->catalog(), &v1::CatalogService::Stub::ListTransforms, request, options);
-  if (!response.ok()) return response.status();
-  return CheckAnswer(DecodeTransformList(*response));
+  HYPERMAP_ASSIGN_OR_RETURN(
+      const auto response,
+      connection_->Call(connection_->catalog(), &v1::CatalogService::Stub::ListTransforms, request,
+                        options));
+  return CheckAnswer(DecodeTransformList(response));
 }
 
 absl::StatusOr<EditAnswer> Client::ApplyEdits(const std::string& map, const EditBatch& batch,
@@ -145,12 +151,12 @@ absl::StatusOr<EditAnswer> Client::ApplyEdits(const std::string& map, const Edit
   request.set_request_id(RequestIdOf(options));
   wire::EncodeLayerVersions(batch.if_layers, request.mutable_if_layers());
   for (const Edit& edit : batch.edits) wire::EncodeEdit(edit, request.add_edits());
-  const auto response =
-      connection_->Call(connection_->edit(), &v1::EditService::Stub::ApplyEdits, request, options);
-  if (!response.ok()) return response.status();
-  return EditAnswer{response->map(),
-                    response->revision(),
-                    {response->object_ids().begin(), response->object_ids().end()}};
+  HYPERMAP_ASSIGN_OR_RETURN(
+      const auto response,
+      connection_->Call(connection_->edit(), &v1::EditService::Stub::ApplyEdits, request, options));
+  return EditAnswer{response.map(),
+                    response.revision(),
+                    {response.object_ids().begin(), response.object_ids().end()}};
 }
 
 }  // namespace hypermap::client

@@ -5,6 +5,7 @@
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
+#include "base/status/status_macros.h"
 #include "wire/answer.h"
 #include "wire/geometry.h"
 #include "wire/layer.h"
@@ -19,22 +20,22 @@ absl::Status DecodeObjects(absl::string_view layer, const Messages& messages,
                            std::vector<SemanticObject>& objects) {
   objects.reserve(messages.size());
   for (const v1::Object& message : messages) {
-    absl::StatusOr<SemanticObject> object =
-        wire::DecodeObject(absl::StrCat(layer, ".objects[", objects.size(), "]"), message);
-    if (!object.ok()) return object.status();
-    objects.push_back(*std::move(object));
+    HYPERMAP_ASSIGN_OR_RETURN(
+        SemanticObject object,
+        wire::DecodeObject(absl::StrCat(layer, ".objects[", objects.size(), "]"), message));
+    objects.push_back(std::move(object));
   }
   return absl::OkStatus();
 }
 
 absl::StatusOr<LayerContent> DecodeLayerContent(const v1::LayerContent& message) {
-  const absl::StatusOr<LayerKind> kind =
-      wire::DecodeLayerKind(absl::StrCat(message.layer(), ".kind"), message.kind());
-  if (!kind.ok()) return kind.status();
-  const absl::StatusOr<AnswerStatus> status =
-      wire::DecodeAnswerStatus(absl::StrCat(message.layer(), ".status"), message.status());
-  if (!status.ok()) return status.status();
-  LayerContent content{message.layer(), *kind, *status, std::nullopt, {}};
+  HYPERMAP_ASSIGN_OR_RETURN(
+      const LayerKind kind,
+      wire::DecodeLayerKind(absl::StrCat(message.layer(), ".kind"), message.kind()));
+  HYPERMAP_ASSIGN_OR_RETURN(
+      const AnswerStatus status,
+      wire::DecodeAnswerStatus(absl::StrCat(message.layer(), ".status"), message.status()));
+  LayerContent content{message.layer(), kind, status, std::nullopt, {}};
   if (message.has_value()) content.value = message.value();
   const absl::Status decoded = DecodeObjects(message.layer(), message.objects(), content.objects);
   if (!decoded.ok()) return decoded;
@@ -42,23 +43,22 @@ absl::StatusOr<LayerContent> DecodeLayerContent(const v1::LayerContent& message)
 }
 
 absl::StatusOr<NearestMatch> DecodeNearestMatch(const v1::NearestMatch& message) {
-  const absl::StatusOr<LayerKind> kind = wire::DecodeLayerKind("match.kind", message.kind());
-  if (!kind.ok()) return kind.status();
-  NearestMatch match{.layer = message.layer(), .kind = *kind, .distance_m = message.distance_m()};
+  HYPERMAP_ASSIGN_OR_RETURN(const LayerKind kind,
+                            wire::DecodeLayerKind("match.kind", message.kind()));
+  NearestMatch match{.layer = message.layer(), .kind = kind, .distance_m = message.distance_m()};
   if (message.has_object()) {
-    absl::StatusOr<SemanticObject> object = wire::DecodeObject("match.object", message.object());
-    if (!object.ok()) return object.status();
-    match.object = *std::move(object);
+    HYPERMAP_ASSIGN_OR_RETURN(SemanticObject object,
+                              wire::DecodeObject("match.object", message.object()));
+    match.object = std::move(object);
   }
   if (message.has_cells()) {
-    const absl::StatusOr<wire::CellRuns> cells =
-        wire::DecodeCellRuns("match.cells", message.cells());
-    if (!cells.ok()) return cells.status();
-    if (cells->runs.size() != 1) {
+    HYPERMAP_ASSIGN_OR_RETURN(const wire::CellRuns cells,
+                              wire::DecodeCellRuns("match.cells", message.cells()));
+    if (cells.runs.size() != 1) {
       return absl::InvalidArgumentError("match.cells is not one run");
     }
-    match.grid = cells->grid;
-    match.cell = cells->runs.front();
+    match.grid = cells.grid;
+    match.cell = cells.runs.front();
   }
   return match;
 }
@@ -74,10 +74,9 @@ MapEntry DecodeMapEntry(const v1::Map& message) {
 }
 
 absl::StatusOr<LayerEntry> DecodeLayerEntry(const v1::Layer& message) {
-  absl::StatusOr<LayerSpec> spec =
-      wire::DecodeLayerSpec(absl::StrCat("layer ", message.name()), message);
-  if (!spec.ok()) return spec.status();
-  LayerEntry entry{*std::move(spec), message.size(), std::nullopt, message.version(),
+  HYPERMAP_ASSIGN_OR_RETURN(LayerSpec spec,
+                            wire::DecodeLayerSpec(absl::StrCat("layer ", message.name()), message));
+  LayerEntry entry{std::move(spec), message.size(), std::nullopt, message.version(),
                    wire::DecodeLayerProperties(message.properties())};
   if (message.has_extent()) entry.extent = wire::DecodeCellBox(message.extent());
   return entry;
@@ -86,9 +85,8 @@ absl::StatusOr<LayerEntry> DecodeLayerEntry(const v1::Layer& message) {
 absl::StatusOr<LayerList> DecodeLayerList(const v1::ListLayersResponse& message) {
   LayerList list{message.map(), message.revision(), {}};
   for (const v1::Layer& layer : message.layers()) {
-    absl::StatusOr<LayerEntry> entry = DecodeLayerEntry(layer);
-    if (!entry.ok()) return entry.status();
-    list.layers.push_back(*std::move(entry));
+    HYPERMAP_ASSIGN_OR_RETURN(LayerEntry entry, DecodeLayerEntry(layer));
+    list.layers.push_back(std::move(entry));
   }
   return list;
 }
@@ -96,41 +94,39 @@ absl::StatusOr<LayerList> DecodeLayerList(const v1::ListLayersResponse& message)
 absl::StatusOr<TransformList> DecodeTransformList(const v1::ListTransformsResponse& message) {
   TransformList list{message.map(), message.revision(), message.frame_id(), {}};
   for (const v1::Transform& transform : message.transforms()) {
-    absl::StatusOr<FrameTransform> decoded = wire::DecodeTransform("transform", transform);
-    if (!decoded.ok()) return decoded.status();
-    list.transforms.push_back(*std::move(decoded));
+    HYPERMAP_ASSIGN_OR_RETURN(FrameTransform decoded,
+                              wire::DecodeTransform("transform", transform));
+    list.transforms.push_back(std::move(decoded));
   }
   return list;
 }
 
 absl::StatusOr<PointAnswer> DecodePointAnswer(const v1::QueryPointResponse& message) {
-  const absl::StatusOr<Point> point = wire::DecodePoint("point", message.point());
-  if (!point.ok()) return point.status();
-  PointAnswer answer{message.map(), message.revision(), message.frame_id(), *point, {}};
+  HYPERMAP_ASSIGN_OR_RETURN(const Point point, wire::DecodePoint("point", message.point()));
+  PointAnswer answer{message.map(), message.revision(), message.frame_id(), point, {}};
   for (const v1::LayerContent& layer : message.layers()) {
-    absl::StatusOr<LayerContent> content = DecodeLayerContent(layer);
-    if (!content.ok()) return content.status();
-    answer.layers.push_back(*std::move(content));
+    HYPERMAP_ASSIGN_OR_RETURN(LayerContent content, DecodeLayerContent(layer));
+    answer.layers.push_back(std::move(content));
   }
   return answer;
 }
 
 absl::StatusOr<LayerPart> DecodeLayerPart(const v1::LayerPart& message) {
-  const absl::StatusOr<LayerKind> kind =
-      wire::DecodeLayerKind(absl::StrCat(message.layer(), ".kind"), message.kind());
-  if (!kind.ok()) return kind.status();
-  const absl::StatusOr<AnswerStatus> status =
-      wire::DecodeAnswerStatus(absl::StrCat(message.layer(), ".status"), message.status());
-  if (!status.ok()) return status.status();
-  LayerPart part{message.layer(), *kind, *status, {}, std::nullopt, {}};
+  HYPERMAP_ASSIGN_OR_RETURN(
+      const LayerKind kind,
+      wire::DecodeLayerKind(absl::StrCat(message.layer(), ".kind"), message.kind()));
+  HYPERMAP_ASSIGN_OR_RETURN(
+      const AnswerStatus status,
+      wire::DecodeAnswerStatus(absl::StrCat(message.layer(), ".status"), message.status()));
+  LayerPart part{message.layer(), kind, status, {}, std::nullopt, {}};
   const absl::Status decoded = DecodeObjects(message.layer(), message.objects(), part.objects);
   if (!decoded.ok()) return decoded;
   if (message.has_cells()) {
-    absl::StatusOr<wire::CellRuns> cells =
-        wire::DecodeCellRuns(absl::StrCat(message.layer(), ".cells"), message.cells());
-    if (!cells.ok()) return cells.status();
-    part.grid = cells->grid;
-    part.runs = std::move(cells->runs);
+    HYPERMAP_ASSIGN_OR_RETURN(
+        wire::CellRuns cells,
+        wire::DecodeCellRuns(absl::StrCat(message.layer(), ".cells"), message.cells()));
+    part.grid = cells.grid;
+    part.runs = std::move(cells.runs);
   }
   return part;
 }
@@ -138,15 +134,13 @@ absl::StatusOr<LayerPart> DecodeLayerPart(const v1::LayerPart& message) {
 absl::StatusOr<NearestAnswer> DecodeNearestAnswer(const v1::QueryNearestResponse& message) {
   NearestAnswer answer{message.map(), message.revision(), message.frame_id(), {}, {}};
   for (const v1::NearestMatch& encoded : message.matches()) {
-    absl::StatusOr<NearestMatch> match = DecodeNearestMatch(encoded);
-    if (!match.ok()) return match.status();
-    answer.matches.push_back(*std::move(match));
+    HYPERMAP_ASSIGN_OR_RETURN(NearestMatch match, DecodeNearestMatch(encoded));
+    answer.matches.push_back(std::move(match));
   }
   for (const v1::LayerRefusal& refusal : message.refusals()) {
-    const absl::StatusOr<AnswerStatus> status =
-        wire::DecodeAnswerStatus("refusal.status", refusal.status());
-    if (!status.ok()) return status.status();
-    answer.refusals.push_back({refusal.layer(), *status});
+    HYPERMAP_ASSIGN_OR_RETURN(const AnswerStatus status,
+                              wire::DecodeAnswerStatus("refusal.status", refusal.status()));
+    answer.refusals.push_back({refusal.layer(), status});
   }
   return answer;
 }

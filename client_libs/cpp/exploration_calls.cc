@@ -2,6 +2,7 @@
 #include <string>
 #include <utility>
 
+#include "base/status/status_macros.h"
 #include "client_libs/cpp/client.h"
 #include "client_libs/cpp/connection.h"
 #include "wire/exploration.h"
@@ -13,33 +14,31 @@ namespace hypermap::client {
 namespace {
 
 absl::StatusOr<Goal> DecodeGoal(const v1::Goal& message) {
-  const absl::StatusOr<Point> position = wire::DecodePoint("goal.position", message.position());
-  if (!position.ok()) return position.status();
+  HYPERMAP_ASSIGN_OR_RETURN(const Point position,
+                            wire::DecodePoint("goal.position", message.position()));
   return Goal{
-      message.id(),         message.robot(),         *position,
+      message.id(),         message.robot(),         position,
       message.gain_cells(), message.path_length_m(), wire::DecodeTime(message.expire_time())};
 }
 
 absl::Status DecodePlaces(const v1::Exploration& message, ExplorationEntry* entry) {
   for (const v1::Goal& encoded : message.goals()) {
-    absl::StatusOr<Goal> goal = DecodeGoal(encoded);
-    if (!goal.ok()) return goal.status();
-    entry->goals.push_back(*std::move(goal));
+    HYPERMAP_ASSIGN_OR_RETURN(Goal goal, DecodeGoal(encoded));
+    entry->goals.push_back(std::move(goal));
   }
   for (const v1::UnreachablePlace& place : message.unreachable_places()) {
-    const absl::StatusOr<Point> position =
-        wire::DecodePoint("unreachable_place.position", place.position());
-    if (!position.ok()) return position.status();
-    entry->unreachable_places.push_back({place.id(), place.robot(), *position});
+    HYPERMAP_ASSIGN_OR_RETURN(const Point position,
+                              wire::DecodePoint("unreachable_place.position", place.position()));
+    entry->unreachable_places.push_back({place.id(), place.robot(), position});
   }
   return absl::OkStatus();
 }
 
 absl::StatusOr<ExplorationEntry> DecodeEntry(const v1::Exploration& message) {
-  absl::StatusOr<Exploration> exploration = wire::DecodeExploration("exploration", message);
-  if (!exploration.ok()) return exploration.status();
-  ExplorationEntry entry{*std::move(exploration), {}, {}};
-  if (absl::Status status = DecodePlaces(message, &entry); !status.ok()) return status;
+  HYPERMAP_ASSIGN_OR_RETURN(Exploration exploration,
+                            wire::DecodeExploration("exploration", message));
+  ExplorationEntry entry{std::move(exploration), {}, {}};
+  HYPERMAP_RETURN_IF_ERROR(DecodePlaces(message, &entry));
   return entry;
 }
 
@@ -52,20 +51,18 @@ absl::StatusOr<FrontierEntry> DecodeFrontier(const v1::Frontier& message) {
   FrontierEntry entry;
   entry.num_cells = message.num_cells();
   entry.gain_cells = message.gain_cells();
-  const absl::StatusOr<Point> centroid = wire::DecodePoint("frontier.centroid", message.centroid());
-  if (!centroid.ok()) return centroid.status();
-  entry.centroid = *centroid;
+  HYPERMAP_ASSIGN_OR_RETURN(const Point centroid,
+                            wire::DecodePoint("frontier.centroid", message.centroid()));
+  entry.centroid = centroid;
   if (message.has_viewpoint()) {
-    const absl::StatusOr<Point> viewpoint =
-        wire::DecodePoint("frontier.viewpoint", message.viewpoint());
-    if (!viewpoint.ok()) return viewpoint.status();
-    entry.viewpoint = *viewpoint;
+    HYPERMAP_ASSIGN_OR_RETURN(const Point viewpoint,
+                              wire::DecodePoint("frontier.viewpoint", message.viewpoint()));
+    entry.viewpoint = viewpoint;
   }
   entry.cells.reserve(message.cells_size());
   for (const v1::Point& cell : message.cells()) {
-    const absl::StatusOr<Point> centre = wire::DecodePoint("frontier.cells", cell);
-    if (!centre.ok()) return centre.status();
-    entry.cells.push_back(*centre);
+    HYPERMAP_ASSIGN_OR_RETURN(const Point centre, wire::DecodePoint("frontier.cells", cell));
+    entry.cells.push_back(centre);
   }
   return entry;
 }
@@ -88,13 +85,13 @@ absl::StatusOr<StartAnswer> Client::StartExploration(const std::string& map, con
   request.set_range_m(start_options.range_m);
   request.set_min_gain_cells(start_options.min_gain_cells);
   request.set_request_id(RequestIdOf(options));
-  const auto response =
+  HYPERMAP_ASSIGN_OR_RETURN(
+      const auto response,
       connection_->Call(connection_->exploration(), &v1::ExplorationService::Stub::StartExploration,
-                        request, options);
-  if (!response.ok()) return response.status();
-  absl::StatusOr<ExplorationEntry> entry = DecodeEntry(response->exploration());
+                        request, options));
+  absl::StatusOr<ExplorationEntry> entry = DecodeEntry(response.exploration());
   if (!entry.ok()) return BadAnswer(entry.status());
-  return StartAnswer{response->revision(), *std::move(entry)};
+  return StartAnswer{response.revision(), *std::move(entry)};
 }
 
 absl::StatusOr<ExplorationAnswer> Client::GetExploration(const std::string& map,
@@ -105,13 +102,14 @@ absl::StatusOr<ExplorationAnswer> Client::GetExploration(const std::string& map,
   request.set_map(map);
   request.set_exploration_id(exploration);
   request.set_frame_id(frame_id);
-  const auto response = connection_->Call(
-      connection_->exploration(), &v1::ExplorationService::Stub::GetExploration, request, options);
-  if (!response.ok()) return response.status();
-  absl::StatusOr<ExplorationEntry> entry = DecodeEntry(response->exploration());
+  HYPERMAP_ASSIGN_OR_RETURN(
+      const auto response,
+      connection_->Call(connection_->exploration(), &v1::ExplorationService::Stub::GetExploration,
+                        request, options));
+  absl::StatusOr<ExplorationEntry> entry = DecodeEntry(response.exploration());
   if (!entry.ok()) return BadAnswer(entry.status());
-  return ExplorationAnswer{response->revision(), response->frame_id(), *std::move(entry),
-                           DecodeProgress(response->progress())};
+  return ExplorationAnswer{response.revision(), response.frame_id(), *std::move(entry),
+                           DecodeProgress(response.progress())};
 }
 
 absl::StatusOr<ExplorationList> Client::ListExplorations(const std::string& map,
@@ -120,12 +118,12 @@ absl::StatusOr<ExplorationList> Client::ListExplorations(const std::string& map,
   v1::ListExplorationsRequest request;
   request.set_map(map);
   request.set_frame_id(frame_id);
-  const auto response =
+  HYPERMAP_ASSIGN_OR_RETURN(
+      const auto response,
       connection_->Call(connection_->exploration(), &v1::ExplorationService::Stub::ListExplorations,
-                        request, options);
-  if (!response.ok()) return response.status();
-  ExplorationList list{response->revision(), response->frame_id(), {}};
-  for (const v1::Exploration& message : response->explorations()) {
+                        request, options));
+  ExplorationList list{response.revision(), response.frame_id(), {}};
+  for (const v1::Exploration& message : response.explorations()) {
     absl::StatusOr<ExplorationEntry> entry = DecodeEntry(message);
     if (!entry.ok()) return BadAnswer(entry.status());
     list.explorations.push_back(*std::move(entry));
@@ -141,11 +139,12 @@ absl::StatusOr<FrontierList> Client::ListFrontiers(const std::string& map, Objec
   request.set_exploration_id(exploration);
   request.set_frame_id(frame_id);
   request.set_with_cells(with_cells);
-  const auto response = connection_->Call(
-      connection_->exploration(), &v1::ExplorationService::Stub::ListFrontiers, request, options);
-  if (!response.ok()) return response.status();
-  FrontierList list{response->revision(), response->frame_id(), response->exploration_id(), {}};
-  for (const v1::Frontier& message : response->frontiers()) {
+  HYPERMAP_ASSIGN_OR_RETURN(
+      const auto response,
+      connection_->Call(connection_->exploration(), &v1::ExplorationService::Stub::ListFrontiers,
+                        request, options));
+  FrontierList list{response.revision(), response.frame_id(), response.exploration_id(), {}};
+  for (const v1::Frontier& message : response.frontiers()) {
     absl::StatusOr<FrontierEntry> frontier = DecodeFrontier(message);
     if (!frontier.ok()) return BadAnswer(frontier.status());
     list.frontiers.push_back(*std::move(frontier));
@@ -166,21 +165,21 @@ absl::StatusOr<ClaimAnswer> Client::ClaimGoal(const std::string& map, const std:
   wire::EncodePose(PlanarTransform(position.x, position.y, 0.0), request.mutable_pose());
   request.set_frame_id(claim_options.frame_id);
   wire::EncodeDuration(claim_options.lease, request.mutable_lease());
-  const auto response = connection_->Call(
-      connection_->exploration(), &v1::ExplorationService::Stub::ClaimGoal, request, options);
-  if (!response.ok()) return response.status();
-  ClaimAnswer answer{.revision = response->revision(),
-                     .exploration_id = response->exploration_id()};
+  HYPERMAP_ASSIGN_OR_RETURN(
+      const auto response,
+      connection_->Call(connection_->exploration(), &v1::ExplorationService::Stub::ClaimGoal,
+                        request, options));
+  ClaimAnswer answer{.revision = response.revision(), .exploration_id = response.exploration_id()};
   const absl::StatusOr<ExplorationState> state =
-      wire::DecodeExplorationState("state", response->state());
+      wire::DecodeExplorationState("state", response.state());
   if (!state.ok()) return BadAnswer(state.status());
   answer.state = *state;
   const absl::StatusOr<EndReason> reason =
-      wire::DecodeEndReason("end_reason", response->end_reason());
+      wire::DecodeEndReason("end_reason", response.end_reason());
   if (!reason.ok()) return BadAnswer(reason.status());
   answer.end_reason = *reason;
-  if (!response->has_goal()) return answer;
-  absl::StatusOr<Goal> goal = DecodeGoal(response->goal());
+  if (!response.has_goal()) return answer;
+  absl::StatusOr<Goal> goal = DecodeGoal(response.goal());
   if (!goal.ok()) return BadAnswer(goal.status());
   answer.goal = *std::move(goal);
   return answer;
@@ -194,10 +193,11 @@ absl::StatusOr<Goal> Client::RenewGoal(const std::string& map, const std::string
   request.set_robot(robot);
   request.set_goal_id(goal);
   wire::EncodeDuration(lease, request.mutable_lease());
-  const auto response = connection_->Call(
-      connection_->exploration(), &v1::ExplorationService::Stub::RenewGoal, request, options);
-  if (!response.ok()) return response.status();
-  absl::StatusOr<Goal> renewed = DecodeGoal(response->goal());
+  HYPERMAP_ASSIGN_OR_RETURN(
+      const auto response,
+      connection_->Call(connection_->exploration(), &v1::ExplorationService::Stub::RenewGoal,
+                        request, options));
+  absl::StatusOr<Goal> renewed = DecodeGoal(response.goal());
   if (!renewed.ok()) return BadAnswer(renewed.status());
   return renewed;
 }
@@ -210,10 +210,11 @@ absl::StatusOr<Revision> Client::ReleaseGoal(const std::string& map, const std::
   request.set_robot(robot);
   request.set_goal_id(goal);
   request.set_outcome(wire::EncodeGoalOutcome(outcome));
-  const auto response = connection_->Call(
-      connection_->exploration(), &v1::ExplorationService::Stub::ReleaseGoal, request, options);
-  if (!response.ok()) return response.status();
-  return response->revision();
+  HYPERMAP_ASSIGN_OR_RETURN(
+      const auto response,
+      connection_->Call(connection_->exploration(), &v1::ExplorationService::Stub::ReleaseGoal,
+                        request, options));
+  return response.revision();
 }
 
 absl::StatusOr<ExplorationEntry> Client::StopExploration(const std::string& map,
@@ -222,10 +223,11 @@ absl::StatusOr<ExplorationEntry> Client::StopExploration(const std::string& map,
   v1::StopExplorationRequest request;
   request.set_map(map);
   request.set_exploration_id(exploration);
-  const auto response = connection_->Call(
-      connection_->exploration(), &v1::ExplorationService::Stub::StopExploration, request, options);
-  if (!response.ok()) return response.status();
-  absl::StatusOr<ExplorationEntry> entry = DecodeEntry(response->exploration());
+  HYPERMAP_ASSIGN_OR_RETURN(
+      const auto response,
+      connection_->Call(connection_->exploration(), &v1::ExplorationService::Stub::StopExploration,
+                        request, options));
+  absl::StatusOr<ExplorationEntry> entry = DecodeEntry(response.exploration());
   if (!entry.ok()) return BadAnswer(entry.status());
   return entry;
 }

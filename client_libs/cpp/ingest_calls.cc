@@ -4,6 +4,7 @@
 #include <memory>
 #include <utility>
 
+#include "base/status/status_macros.h"
 #include "client_libs/cpp/client.h"
 #include "client_libs/cpp/connection.h"
 #include "client_libs/cpp/observe_stream.h"
@@ -42,9 +43,9 @@ absl::StatusOr<Domain> DecodeEnum(const std::array<std::pair<Message, Domain>, n
 }
 
 absl::StatusOr<Acknowledgement> DecodeAcknowledgement(v1::ObservationAcknowledgement message) {
-  const absl::StatusOr<ObservationOutcome> outcome = DecodeEnum(kOutcomes, message.outcome());
-  if (!outcome.ok()) return outcome.status();
-  return Acknowledgement{std::move(*message.mutable_robot()), message.sequence(), *outcome,
+  HYPERMAP_ASSIGN_OR_RETURN(const ObservationOutcome outcome,
+                            DecodeEnum(kOutcomes, message.outcome()));
+  return Acknowledgement{std::move(*message.mutable_robot()), message.sequence(), outcome,
                          message.revision(), std::move(*message.mutable_message())};
 }
 
@@ -65,10 +66,9 @@ absl::StatusOr<ObjectHistory> DecodeHistory(const v1::ExplainObjectResponse& mes
                         message.track(),
                         {}};
   for (const v1::ObjectEvent& event : message.events()) {
-    const absl::StatusOr<ObjectEventKind> kind = DecodeEnum(kEventKinds, event.kind());
-    if (!kind.ok()) return kind.status();
+    HYPERMAP_ASSIGN_OR_RETURN(const ObjectEventKind kind, DecodeEnum(kEventKinds, event.kind()));
     history.events.push_back(
-        {*kind, event.robot(), event.sequence(), wire::DecodeTime(event.stamp()), event.detection(),
+        {kind, event.robot(), event.sequence(), wire::DecodeTime(event.stamp()), event.detection(),
          event.score(), event.has_existence() ? std::optional(event.existence()) : std::nullopt,
          event.track()});
   }
@@ -196,7 +196,7 @@ absl::StatusOr<std::unique_ptr<ObserveStream>> Client::Observe(
   auto stream = connection_->ingest().Observe(context.get());
   auto call =
       std::make_unique<ObserveStream::Call>(connection_, std::move(context), std::move(stream));
-  if (absl::Status status = call->Open(opening); !status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(call->Open(opening));
   return std::make_unique<ObserveStream>(std::move(call));
 }
 
@@ -210,10 +210,11 @@ absl::StatusOr<Revision> Client::RebuildLayer(const std::string& map, const std:
   request.set_strategy(strategy);
   request.set_parameters(parameters);
   request.set_request_id(RequestIdOf(options));
-  const auto response = connection_->Call(connection_->ingest(),
-                                          &v1::IngestService::Stub::RebuildLayer, request, options);
-  if (!response.ok()) return response.status();
-  return response->revision();
+  HYPERMAP_ASSIGN_OR_RETURN(
+      const auto response,
+      connection_->Call(connection_->ingest(), &v1::IngestService::Stub::RebuildLayer, request,
+                        options));
+  return response.revision();
 }
 
 absl::StatusOr<Revision> Client::RetractSource(const std::string& map, const std::string& layer,
@@ -226,10 +227,11 @@ absl::StatusOr<Revision> Client::RetractSource(const std::string& map, const std
   if (from != absl::InfinitePast()) wire::EncodeTime(from, request.mutable_from());
   if (to != absl::InfiniteFuture()) wire::EncodeTime(to, request.mutable_to());
   request.set_request_id(RequestIdOf(options));
-  const auto response = connection_->Call(
-      connection_->ingest(), &v1::IngestService::Stub::RetractSource, request, options);
-  if (!response.ok()) return response.status();
-  return response->revision();
+  HYPERMAP_ASSIGN_OR_RETURN(
+      const auto response,
+      connection_->Call(connection_->ingest(), &v1::IngestService::Stub::RetractSource, request,
+                        options));
+  return response.revision();
 }
 
 absl::StatusOr<ObjectHistory> Client::ExplainObject(const std::string& map,
@@ -239,10 +241,11 @@ absl::StatusOr<ObjectHistory> Client::ExplainObject(const std::string& map,
   request.set_map(map);
   request.set_layer(layer);
   request.set_object_id(object_id);
-  const auto response = connection_->Call(
-      connection_->ingest(), &v1::IngestService::Stub::ExplainObject, request, options);
-  if (!response.ok()) return response.status();
-  return DecodeHistory(*response);
+  HYPERMAP_ASSIGN_OR_RETURN(
+      const auto response,
+      connection_->Call(connection_->ingest(), &v1::IngestService::Stub::ExplainObject, request,
+                        options));
+  return DecodeHistory(response);
 }
 
 }  // namespace hypermap::client

@@ -4,7 +4,8 @@
 #include <utility>
 
 #include "absl/base/thread_annotations.h"
-#include "absl/synchronization/mutex.h"
+#include "base/status/status_macros.h"
+#include "base/sync/mutex.h"
 #include "client_libs/cpp/client.h"
 #include "client_libs/cpp/connection.h"
 #include "client_libs/cpp/points_stream.h"
@@ -53,7 +54,7 @@ class PointsStream::Call {
     if (points.empty()) return true;
     wire::EncodePoints(points, &request_);
     {
-      const absl::MutexLock lock(&mutex_);
+      const MutexLock lock(&mutex_);
       sizes_.push_back(points.size());
     }
     return Send();
@@ -93,17 +94,17 @@ class PointsStream::Call {
     PointsAnswer answer;
     answer.revision = response_.revision();
     {
-      const absl::MutexLock lock(&mutex_);
+      const MutexLock lock(&mutex_);
       if (sizes_.empty()) return absl::InternalError("an answer that was not asked for");
       answer.num_points = sizes_.front();
       sizes_.pop_front();
     }
     labels_.Add(response_.new_labels());
     for (const v1::PointsContent& content : response_.layers()) {
-      absl::StatusOr<wire::PointsAnswer> layer =
-          wire::DecodePointsContent(content.layer(), content, answer.num_points, labels_.size());
-      if (!layer.ok()) return layer.status();
-      answer.layers.push_back(WithLabels(*std::move(layer), labels_));
+      HYPERMAP_ASSIGN_OR_RETURN(
+          wire::PointsAnswer layer,
+          wire::DecodePointsContent(content.layer(), content, answer.num_points, labels_.size()));
+      answer.layers.push_back(WithLabels(std::move(layer), labels_));
     }
     return answer;
   }
@@ -129,7 +130,7 @@ class PointsStream::Call {
   bool finished_ = false;
   absl::Status status_;
 
-  absl::Mutex mutex_;
+  Mutex mutex_;
   std::deque<size_t> sizes_ ABSL_GUARDED_BY(mutex_);  // of the unanswered batches
 };
 

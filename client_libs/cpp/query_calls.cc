@@ -2,6 +2,7 @@
 #include <memory>
 #include <utility>
 
+#include "base/status/status_macros.h"
 #include "client_libs/cpp/client.h"
 #include "client_libs/cpp/connection.h"
 #include "client_libs/cpp/decode.h"
@@ -26,9 +27,8 @@ void EncodeQuestion(const std::string& map, const Scope& scope, const CallOption
 template <typename Message>
 absl::StatusOr<AnswerReader::RevisedPart> DecodeRevisedPart(Message message) {
   if (!message.has_part()) return AnswerReader::RevisedPart{message.revision(), std::nullopt};
-  absl::StatusOr<LayerPart> part = DecodeLayerPart(message.part());
-  if (!part.ok()) return part.status();
-  return AnswerReader::RevisedPart{message.revision(), *std::move(part)};
+  HYPERMAP_ASSIGN_OR_RETURN(LayerPart part, DecodeLayerPart(message.part()));
+  return AnswerReader::RevisedPart{message.revision(), std::move(part)};
 }
 
 template <typename Request, typename Message>
@@ -48,10 +48,11 @@ absl::StatusOr<PointAnswer> Client::QueryPoint(const std::string& map, const Poi
   EncodeQuestion(map, scope, options, &request);
   wire::EncodePoint(p, request.mutable_point());
   request.set_tolerance_m(options.tolerance_m);
-  const auto response = connection_->Call(connection_->query(), &v1::QueryService::Stub::QueryPoint,
-                                          request, options);
-  if (!response.ok()) return response.status();
-  absl::StatusOr<PointAnswer> answer = DecodePointAnswer(*response);
+  HYPERMAP_ASSIGN_OR_RETURN(
+      const auto response,
+      connection_->Call(connection_->query(), &v1::QueryService::Stub::QueryPoint, request,
+                        options));
+  absl::StatusOr<PointAnswer> answer = DecodePointAnswer(response);
   if (!answer.ok()) return BadAnswer(answer.status());
   return answer;
 }
@@ -84,10 +85,11 @@ absl::StatusOr<NearestAnswer> Client::QueryNearest(const std::string& map, const
   wire::EncodePoint(p, request.mutable_point());
   request.set_value(value);
   request.set_k(k);
-  const auto response = connection_->Call(connection_->query(),
-                                          &v1::QueryService::Stub::QueryNearest, request, options);
-  if (!response.ok()) return response.status();
-  absl::StatusOr<NearestAnswer> answer = DecodeNearestAnswer(*response);
+  HYPERMAP_ASSIGN_OR_RETURN(
+      const auto response,
+      connection_->Call(connection_->query(), &v1::QueryService::Stub::QueryNearest, request,
+                        options));
+  absl::StatusOr<NearestAnswer> answer = DecodeNearestAnswer(response);
   if (!answer.ok()) return BadAnswer(answer.status());
   return answer;
 }

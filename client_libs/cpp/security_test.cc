@@ -12,7 +12,7 @@
 
 #include "absl/base/thread_annotations.h"
 #include "absl/strings/str_cat.h"
-#include "absl/synchronization/mutex.h"
+#include "base/sync/mutex.h"
 #include "client_libs/cpp/client.h"
 #include "hypermap/v1/catalog_service.grpc.pb.h"
 #include "tests/support/certificates.h"
@@ -50,13 +50,13 @@ class Doorkeeper : public v1::CatalogService::Service {
 
   std::string address() const { return absl::StrCat("127.0.0.1:", port_); }
   std::vector<std::string> shown() {
-    const absl::MutexLock lock(&mutex_);
+    const MutexLock lock(&mutex_);
     return shown_;
   }
 
  private:
   grpc::Status Note(const grpc::ServerContext& context) {
-    const absl::MutexLock lock(&mutex_);
+    const MutexLock lock(&mutex_);
     const auto& metadata = context.client_metadata();
     const auto it = metadata.find("authorization");
     shown_.push_back(it == metadata.end() ? "" : std::string(it->second.data(), it->second.size()));
@@ -65,7 +65,7 @@ class Doorkeeper : public v1::CatalogService::Service {
 
   int port_ = 0;
   std::unique_ptr<grpc::Server> server_;
-  absl::Mutex mutex_;
+  Mutex mutex_;
   std::vector<std::string> shown_ ABSL_GUARDED_BY(mutex_);
 };
 

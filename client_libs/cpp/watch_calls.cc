@@ -1,4 +1,5 @@
 // Calls of Client about revisions and changes.
+#include <algorithm>
 #include <memory>
 #include <optional>
 #include <string>
@@ -8,7 +9,10 @@
 
 #include "absl/base/thread_annotations.h"
 #include "absl/strings/str_cat.h"
-#include "absl/synchronization/mutex.h"
+#include "absl/time/clock.h"
+#include "absl/time/time.h"
+#include "base/status/status_macros.h"
+#include "base/sync/mutex.h"
 #include "client_libs/cpp/channel.h"
 #include "client_libs/cpp/client.h"
 #include "client_libs/cpp/connection.h"
@@ -28,18 +32,15 @@ absl::Status AppendChanges(const google::protobuf::RepeatedPtrField<v1::Change>&
                            std::vector<MapChange>& changes) {
   changes.reserve(changes.size() + messages.size());
   for (const v1::Change& message : messages) {
-    absl::StatusOr<MapChange> change = wire::DecodeChange(message);
-    if (!change.ok()) return change.status();
-    changes.push_back(*std::move(change));
+    HYPERMAP_ASSIGN_OR_RETURN(MapChange change, wire::DecodeChange(message));
+    changes.push_back(std::move(change));
   }
   return absl::OkStatus();
 }
 
 absl::StatusOr<ChangeReader::Part> DecodeDifference(v1::ListChangesResponse message) {
   ChangeReader::Part part{message.from_revision(), message.to_revision(), {}};
-  if (absl::Status status = AppendChanges(message.changes(), part.changes); !status.ok()) {
-    return status;
-  }
+  HYPERMAP_RETURN_IF_ERROR(AppendChanges(message.changes(), part.changes));
   return part;
 }
 
@@ -108,14 +109,15 @@ class Watcher::Call {
   int num_resumed() const { return num_resumed_; }
 
   void Cancel() {
-    const absl::MutexLock lock(&mutex_);
+    const MutexLock lock(&mutex_);
     cancelled_ = true;
+    cancel_.NotifyAll();
     if (context_) context_->TryCancel();
   }
 
  private:
   void Open() {
-    const absl::MutexLock lock(&mutex_);
+    const MutexLock lock(&mutex_);
     context_ = Connection::NewContext(deadline_);
     if (cancelled_) context_->TryCancel();
     reader_ = connection_->watch().Watch(context_.get(), request_);
@@ -136,16 +138,17 @@ class Watcher::Call {
   }
 
   void ListenUntil(absl::Time time) {
-    const absl::MutexLock lock(&mutex_);
+    const MutexLock lock(&mutex_);
     listen_until_ = time;
   }
 
   // Runs on the watchdog's thread. Cancels a call on which nothing arrives for idle_timeout, since
   // a dead connection may give no other sign.
   void BreakSilence() {
-    const absl::MutexLock lock(&mutex_);
-    while (!mutex_.AwaitWithTimeout(absl::Condition(&cancelled_), options_.idle_timeout / 4)) {
-      if (absl::Now() < listen_until_ || !context_) continue;
+    const MutexLock lock(&mutex_);
+    while (!cancelled_) {
+      cancel_.WaitFor(&mutex_, options_.idle_timeout / 4);
+      if (cancelled_ || absl::Now() < listen_until_ || !context_) continue;
       context_->TryCancel();
       listen_until_ = absl::InfiniteFuture();
     }
@@ -163,7 +166,7 @@ class Watcher::Call {
   // Returns the status of a call whose last message has been read.
   grpc::Status Close() {
     const grpc::Status status = reader_->Finish();
-    const absl::MutexLock lock(&mutex_);
+    const MutexLock lock(&mutex_);
     reader_.reset();
     context_.reset();
     return status;
@@ -239,7 +242,7 @@ class Watcher::Call {
   }
 
   bool cancelled() const {
-    const absl::MutexLock lock(&mutex_);
+    const MutexLock lock(&mutex_);
     return cancelled_;
   }
 
@@ -259,7 +262,8 @@ class Watcher::Call {
   int num_resumed_ = 0;
   bool finished_ = false;
   absl::Status status_;
-  mutable absl::Mutex mutex_;
+  mutable Mutex mutex_;
+  CondVar cancel_;  // notified when cancelled_ is set
   bool cancelled_ ABSL_GUARDED_BY(mutex_) = false;
   std::unique_ptr<grpc::ClientContext> context_ ABSL_GUARDED_BY(mutex_);
   // Time at which the watchdog cancels the call; infinite while the reader does not read.
@@ -315,10 +319,11 @@ absl::StatusOr<RevisionList> Client::ListRevisions(const std::string& map, const
   request.set_before_revision(page.before);
   request.set_page_size(page.size);
   request.set_newest_first(page.newest_first);
-  const auto response = connection_->Call(connection_->watch(),
-                                          &v1::WatchService::Stub::ListRevisions, request, options);
-  if (!response.ok()) return response.status();
-  return DecodeRevisionList(*response);
+  HYPERMAP_ASSIGN_OR_RETURN(
+      const auto response,
+      connection_->Call(connection_->watch(), &v1::WatchService::Stub::ListRevisions, request,
+                        options));
+  return DecodeRevisionList(response);
 }
 
 }  // namespace hypermap::client

@@ -3,6 +3,8 @@
 #include <cstdlib>
 #include <utility>
 
+#include "base/status/status_macros.h"
+
 namespace hypermap::client {
 
 void AddConnectionFlags(CLI::App& app, ConnectionFlags& flags) {
@@ -33,10 +35,9 @@ absl::StatusOr<Client> MakeClient(const ConnectionFlags& flags, ClientOptions op
   const TlsFiles& files = flags.tls_files;
   if (flags.tls || !files.root_certificates.empty() || !files.certificate_chain.empty() ||
       !files.private_key.empty() || !flags.tls_server_name.empty()) {
-    absl::StatusOr<TlsOptions> tls = ReadTlsFiles(files);
-    if (!tls.ok()) return tls.status();
-    tls->server_name = flags.tls_server_name;
-    options.tls = *std::move(tls);
+    HYPERMAP_ASSIGN_OR_RETURN(TlsOptions tls, ReadTlsFiles(files));
+    tls.server_name = flags.tls_server_name;
+    options.tls = std::move(tls);
   }
   const char* token = std::getenv("HYPERMAP_TOKEN");
   if (!flags.token_file.empty()) {

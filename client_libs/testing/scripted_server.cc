@@ -29,7 +29,7 @@ std::string TakeRequestId(Message& message) {
 
 template <typename Request>
 bool ScriptedServer::Note(const char* rpc, Request request) {
-  const absl::MutexLock lock(&mutex_);
+  const MutexLock lock(&mutex_);
   if (std::string id = TakeRequestId(request); !id.empty()) request_ids_.push_back(std::move(id));
   std::string content = request.ShortDebugString();
   requests_.push_back(content.empty() ? rpc : absl::StrCat(rpc, " ", content));
@@ -125,7 +125,7 @@ class ScriptedServer::Catalog : public v1::CatalogService::Service {
     v1::FileChunk file;
     const auto end_file = [&] {
       if (file.file_name().empty()) return;
-      const absl::MutexLock lock(&server_.mutex_);
+      const MutexLock lock(&server_.mutex_);
       server_.requests_.push_back(
           absl::StrCat("file ", file.file_name(), " (", file.data().size(), " bytes)"));
       server_.imported_data_ = file.data();
@@ -235,7 +235,7 @@ class ScriptedServer::Watching : public v1::WatchService::Service {
     if (server_.Note("Watch", *request)) return kOutage;
     ScriptedWatch watch;
     {
-      const absl::MutexLock lock(&server_.mutex_);
+      const MutexLock lock(&server_.mutex_);
       const auto& watches = server_.script_.watches;
       if (server_.num_watches_ < watches.size()) watch = watches[server_.num_watches_++];
     }
@@ -340,17 +340,17 @@ ScriptedServer::ScriptedServer(Script script)
 ScriptedServer::~ScriptedServer() { server_->Shutdown(); }
 
 std::vector<std::string> ScriptedServer::Requests() const {
-  const absl::MutexLock lock(&mutex_);
+  const MutexLock lock(&mutex_);
   return requests_;
 }
 
 std::vector<std::string> ScriptedServer::RequestIds() const {
-  const absl::MutexLock lock(&mutex_);
+  const MutexLock lock(&mutex_);
   return request_ids_;
 }
 
 std::string ScriptedServer::ImportedData() const {
-  const absl::MutexLock lock(&mutex_);
+  const MutexLock lock(&mutex_);
   return imported_data_;
 }
 

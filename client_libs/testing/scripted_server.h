@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "absl/base/thread_annotations.h"
-#include "absl/synchronization/mutex.h"
 #include "absl/synchronization/notification.h"
+#include "base/sync/mutex.h"
 #include "hypermap/v1/catalog_service.pb.h"
 #include "hypermap/v1/edit_service.pb.h"
 #include "hypermap/v1/exploration_service.pb.h"
@@ -95,7 +95,7 @@ class ScriptedServer {
   grpc::Status WriteParts(grpc::ServerContext* context, grpc::ServerWriter<Message>* writer);
 
   const Script script_;
-  mutable absl::Mutex mutex_;
+  mutable Mutex mutex_;
   std::vector<std::string> requests_ ABSL_GUARDED_BY(mutex_);
   std::vector<std::string> request_ids_ ABSL_GUARDED_BY(mutex_);
   std::string imported_data_ ABSL_GUARDED_BY(mutex_);

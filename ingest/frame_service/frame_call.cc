@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/status/status_macros.h"
 #include "wire/status.h"
 
 namespace hypermap::ingest {
@@ -34,53 +35,59 @@ FrameCall::FrameCall(std::shared_ptr<FrameCalls> calls) : calls_(std::move(calls
 void FrameCall::OnReadDone(bool ok) {
   if (!ok) {
     {
-      const std::lock_guard<std::mutex> lock(mutex_);
+      const MutexLock lock(&mutex_);
       input_ended_ = true;
-      may_pop_.notify_one();
+      may_pop_.NotifyOne();
       if (opened_) return;  // The thread ends the call.
     }
     End(absl::InvalidArgumentError("the stream ended before its opening"));
     return;
   }
-  std::unique_lock<std::mutex> lock(mutex_);
-  // Requests that arrive while the call ends are not answered.
-  if (end_) return;
-  if (opened_) {
-    if (request_.has_opening()) {
-      Acknowledge(request_.frame().sequence(), v1::FRAME_OUTCOME_INVALID, 0,
-                  "opening: only the first request has one");
-    } else if (!request_.has_frame()) {
-      Acknowledge(0, v1::FRAME_OUTCOME_INVALID, 0, "frame is missing");
-    } else {
-      Push(std::move(*request_.mutable_frame()));
+  absl::Status opening;
+  {
+    const MutexLock lock(&mutex_);
+    // Requests that arrive while the call ends are not answered.
+    if (end_) return;
+    if (opened_) {
+      if (request_.has_opening()) {
+        Acknowledge(request_.frame().sequence(), v1::FRAME_OUTCOME_INVALID, 0,
+                    "opening: only the first request has one");
+      } else if (!request_.has_frame()) {
+        Acknowledge(0, v1::FRAME_OUTCOME_INVALID, 0, "frame is missing");
+      } else {
+        Push(std::move(*request_.mutable_frame()));
+      }
+      read_paused_ = Full() && !drop_oldest_;
+      if (!read_paused_) StartRead(&request_);
+      return;
     }
-    read_paused_ = Full() && !drop_oldest_;
-    if (!read_paused_) StartRead(&request_);
-    return;
+    opening = Open();
   }
-  absl::StatusOr<FrameSource> source = DecodeOpening(request_.opening());
-  if (!request_.has_opening() || !source.ok()) {
-    lock.unlock();
-    End(request_.has_opening() ? source.status()
-                               : absl::InvalidArgumentError("the first request has no opening"));
-    return;
+  // After a valid opening, the thread may have ended the call and deleted this object.
+  if (!opening.ok()) End(opening);
+}
+
+absl::Status FrameCall::Open() {
+  if (!request_.has_opening()) {
+    return absl::InvalidArgumentError("the first request has no opening");
   }
+  HYPERMAP_ASSIGN_OR_RETURN(source_, DecodeOpening(request_.opening()));
   opened_ = true;
-  source_ = *std::move(source);
   drop_oldest_ = request_.opening().drop_oldest();
   {
-    const std::lock_guard<std::mutex> count(calls_->mutex);
+    const MutexLock count(&calls_->mutex);
     ++calls_->running;
   }
   std::thread(Run, this, calls_).detach();
+  return absl::OkStatus();
 }
 
 void FrameCall::Run(FrameCall* call, std::shared_ptr<FrameCalls> calls) {
   const absl::Status status = call->Serve();
   call->End(status);  // May delete the call.
-  const std::lock_guard<std::mutex> lock(calls->mutex);
+  const MutexLock lock(&calls->mutex);
   --calls->running;
-  calls->ended.notify_all();
+  calls->ended.NotifyAll();
 }
 
 absl::Status FrameCall::Serve() {
@@ -90,7 +97,7 @@ absl::Status FrameCall::Serve() {
       calls_->client.Observe(calls_->options.map, calls_->options.layer, observe);
   if (!upstream.ok()) return upstream.status();
   {
-    const std::lock_guard<std::mutex> lock(mutex_);
+    const MutexLock lock(&mutex_);
     if (cancelled_) return absl::CancelledError("");
     upstream_ = upstream->get();
   }
@@ -99,13 +106,13 @@ absl::Status FrameCall::Serve() {
   Work(**upstream);
   (*upstream)->WritesDone();
   acknowledgements.join();
-  const std::lock_guard<std::mutex> lock(mutex_);
+  const MutexLock lock(&mutex_);
   upstream_ = nullptr;
   return (*upstream)->status();
 }
 
 void FrameCall::TellOpened(const client::OpenedLayer& opened) {
-  const std::lock_guard<std::mutex> lock(mutex_);
+  const MutexLock lock(&mutex_);
   v1::FramesOpened* message = waiting_.mutable_opened();
   message->set_queue(calls_->options.queue);
   for (const client::SequenceRange& range : opened.known) {
@@ -126,7 +133,7 @@ void FrameCall::Work(client::ObserveStream& upstream) {
         frame.ok() ? calls_->observer->Observe(*frame, nullptr)
                    : absl::StatusOr<Observation>(frame.status());
     {
-      const std::lock_guard<std::mutex> lock(mutex_);
+      const MutexLock lock(&mutex_);
       if (bad_instances > 0) bad_instances_[message->sequence()] = bad_instances;
       if (!observation.ok()) {
         Acknowledge(message->sequence(), v1::FRAME_OUTCOME_INVALID, 0,
@@ -140,12 +147,12 @@ void FrameCall::Work(client::ObserveStream& upstream) {
 
 void FrameCall::PassAcknowledgements(client::ObserveStream& upstream) {
   while (const std::optional<client::Acknowledgement> a = upstream.Read()) {
-    const std::lock_guard<std::mutex> lock(mutex_);
+    const MutexLock lock(&mutex_);
     Acknowledge(a->sequence, OutcomeOf(a->outcome), a->revision, a->message);
   }
-  const std::lock_guard<std::mutex> lock(mutex_);
+  const MutexLock lock(&mutex_);
   upstream_ended_ = true;
-  may_pop_.notify_one();
+  may_pop_.NotifyOne();
 }
 
 bool FrameCall::MayPop() const {
@@ -153,8 +160,8 @@ bool FrameCall::MayPop() const {
 }
 
 std::optional<v1::RobotFrame> FrameCall::Pop() {
-  std::unique_lock<std::mutex> lock(mutex_);
-  may_pop_.wait(lock, [this] { return MayPop(); });
+  const MutexLock lock(&mutex_);
+  while (!MayPop()) may_pop_.Wait(&mutex_);
   if (queue_.empty() || upstream_ended_ || cancelled_) return std::nullopt;
   v1::RobotFrame frame = std::move(queue_.front());
   queue_.pop_front();
@@ -170,7 +177,7 @@ void FrameCall::Push(v1::RobotFrame frame) {
     queue_.pop_front();
   }
   queue_.push_back(std::move(frame));
-  may_pop_.notify_one();
+  may_pop_.NotifyOne();
 }
 
 void FrameCall::Acknowledge(int64_t sequence, v1::FrameOutcome outcome, Revision revision,
@@ -201,28 +208,26 @@ void FrameCall::Flush() {
 }
 
 void FrameCall::OnWriteDone(bool ok) {
-  const std::lock_guard<std::mutex> lock(mutex_);
+  const MutexLock lock(&mutex_);
   writing_ = false;
   if (!ok) waiting_.Clear();  // The robot is gone.
   Flush();
 }
 
 void FrameCall::OnCancel() {
-  const std::lock_guard<std::mutex> lock(mutex_);
+  const MutexLock lock(&mutex_);
   cancelled_ = true;
-  may_pop_.notify_one();
+  may_pop_.NotifyOne();
   if (upstream_ != nullptr) upstream_->Cancel();
 }
 
 void FrameCall::OnDone() {
-  {
-    const std::lock_guard<std::mutex> lock(mutex_);
-  }  // The thread that called Finish() may still hold the mutex.
+  { const MutexLock lock(&mutex_); }  // The thread that called Finish() may still hold the mutex.
   delete this;
 }
 
 void FrameCall::End(const absl::Status& status) {
-  const std::lock_guard<std::mutex> lock(mutex_);
+  const MutexLock lock(&mutex_);
   end_ = status;
   Flush();
 }

@@ -4,16 +4,16 @@
 
 #include <grpcpp/support/server_callback.h>
 
-#include <condition_variable>
 #include <cstdint>
 #include <deque>
 #include <map>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <string>
 
+#include "absl/base/thread_annotations.h"
 #include "absl/status/status.h"
+#include "base/sync/mutex.h"
 #include "hypermap/v1/frame_service.pb.h"
 #include "ingest/frame_service/frame_decode.h"
 #include "ingest/frame_service/frame_server.h"
@@ -26,10 +26,9 @@ struct FrameCalls {
   client::Client client;
   std::shared_ptr<const Observer> observer;
 
-  // Not absl::Mutex, which ThreadSanitizer can't see unless abseil is built with it.
-  std::mutex mutex;
-  std::condition_variable ended;
-  int running = 0;  // Number of calls with a thread. Guarded by the mutex.
+  Mutex mutex;
+  CondVar ended;
+  int running ABSL_GUARDED_BY(mutex) = 0;  // Number of calls with a thread.
 };
 
 // Requests arrive on gRPC's threads and wait in a bounded queue. One thread of the call turns them
@@ -56,15 +55,17 @@ class FrameCall
   // Waits for the next frame; nullopt if no more come or the call ends.
   std::optional<v1::RobotFrame> Pop();
 
-  // REQUIRES for the methods up to Flush(): mutex_ is held.
-  bool MayPop() const;
-  void Push(v1::RobotFrame frame);
-  bool Full() const;
+  // Reads request_ as the stream's opening and starts the thread of the call. Returns
+  // INVALID_ARGUMENT, and starts none, if it is not a valid opening.
+  absl::Status Open() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  bool MayPop() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  void Push(v1::RobotFrame frame) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  bool Full() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void Acknowledge(int64_t sequence, v1::FrameOutcome outcome, Revision revision,
-                   const std::string& message);
+                   const std::string& message) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   // Starts writing waiting_, unless a write is running; finishes the call once nothing waits and
   // its status is known.
-  void Flush();
+  void Flush() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
   void End(const absl::Status& status);
 
@@ -72,23 +73,25 @@ class FrameCall
   FrameSource source_;        // Set before the thread begins.
   bool drop_oldest_ = false;  // Set before the thread begins.
 
-  // Guards the members below, except the two messages that gRPC uses.
-  std::mutex mutex_;
-  std::condition_variable may_pop_;
+  // gRPC uses these two messages without mutex_.
   v1::StreamFramesRequest request_;   // Written by gRPC while a read is running.
   v1::StreamFramesResponse sending_;  // Read by gRPC while a write is running.
-  bool opened_ = false;
-  std::deque<v1::RobotFrame> queue_;
-  bool input_ended_ = false;
-  bool upstream_ended_ = false;
-  bool cancelled_ = false;
-  bool read_paused_ = false;
-  client::ObserveStream* upstream_ = nullptr;
-  std::map<int64_t, int> bad_instances_;  // By sequence, of frames without acknowledgement.
-  v1::StreamFramesResponse waiting_;
-  bool writing_ = false;
-  bool finished_ = false;
-  std::optional<absl::Status> end_;
+
+  Mutex mutex_;
+  CondVar may_pop_;
+  bool opened_ ABSL_GUARDED_BY(mutex_) = false;
+  std::deque<v1::RobotFrame> queue_ ABSL_GUARDED_BY(mutex_);
+  bool input_ended_ ABSL_GUARDED_BY(mutex_) = false;
+  bool upstream_ended_ ABSL_GUARDED_BY(mutex_) = false;
+  bool cancelled_ ABSL_GUARDED_BY(mutex_) = false;
+  bool read_paused_ ABSL_GUARDED_BY(mutex_) = false;
+  client::ObserveStream* upstream_ ABSL_GUARDED_BY(mutex_) = nullptr;
+  // By sequence, of frames without acknowledgement.
+  std::map<int64_t, int> bad_instances_ ABSL_GUARDED_BY(mutex_);
+  v1::StreamFramesResponse waiting_ ABSL_GUARDED_BY(mutex_);
+  bool writing_ ABSL_GUARDED_BY(mutex_) = false;
+  bool finished_ ABSL_GUARDED_BY(mutex_) = false;
+  std::optional<absl::Status> end_ ABSL_GUARDED_BY(mutex_);
 };
 
 }  // namespace hypermap::ingest

@@ -7,6 +7,7 @@
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
+#include "base/status/status_macros.h"
 #include "ingest/sources/depth_png.h"
 #include "ingest/sources/mask.h"
 #include "wire/time.h"
@@ -106,11 +107,10 @@ absl::StatusOr<Instance> DecodeInstance(const v1::FrameInstance& message,
     }
   }
   if (instance.scores.empty()) return absl::InvalidArgumentError("no scores");
-  const absl::StatusOr<MaskEncoding> encoding = EncodingOf(message, camera);
-  if (!encoding.ok()) return encoding.status();
-  absl::StatusOr<std::vector<uint8_t>> mask = DecodeMask(*encoding, camera.width, camera.height);
-  if (!mask.ok()) return mask.status();
-  instance.mask = *std::move(mask);
+  HYPERMAP_ASSIGN_OR_RETURN(const MaskEncoding encoding, EncodingOf(message, camera));
+  HYPERMAP_ASSIGN_OR_RETURN(std::vector<uint8_t> mask,
+                            DecodeMask(encoding, camera.width, camera.height));
+  instance.mask = std::move(mask);
   return instance;
 }
 
@@ -147,10 +147,9 @@ absl::StatusOr<Frame> DecodeFrame(const FrameSource& source, const v1::RobotFram
   frame.sequence = message.sequence();
   if (!message.has_stamp()) return absl::InvalidArgumentError("frame.stamp is missing");
   frame.stamp = wire::DecodeTime(message.stamp());
-  if (auto status = DecodePose(message.pose(), frame); !status.ok()) return status;
-  absl::StatusOr<DepthImage> depth = DecodeDepth(message, source.camera);
-  if (!depth.ok()) return depth.status();
-  frame.depth = *std::move(depth);
+  HYPERMAP_RETURN_IF_ERROR(DecodePose(message.pose(), frame));
+  HYPERMAP_ASSIGN_OR_RETURN(DepthImage depth, DecodeDepth(message, source.camera));
+  frame.depth = std::move(depth);
 
   std::vector<const v1::FrameInstance*> kept;
   for (const v1::FrameInstance& instance : message.instances()) kept.push_back(&instance);

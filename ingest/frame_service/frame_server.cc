@@ -11,6 +11,7 @@
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
+#include "base/sync/mutex.h"
 #include "hypermap/v1/frame_service.grpc.pb.h"
 #include "ingest/frame_service/frame_call.h"
 
@@ -81,8 +82,8 @@ void FrameServer::Shutdown() {
   impl_->server->Shutdown(absl::ToChronoTime(absl::Now()));
   {
     FrameCalls& calls = *impl_->calls;
-    std::unique_lock<std::mutex> lock(calls.mutex);
-    calls.ended.wait(lock, [&calls] { return calls.running == 0; });
+    const MutexLock lock(&calls.mutex);
+    while (calls.running != 0) calls.ended.Wait(&calls.mutex);
   }
   impl_->server->Wait();
   impl_->server.reset();

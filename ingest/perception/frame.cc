@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "absl/strings/str_cat.h"
+#include "base/status/status_macros.h"
 
 namespace hypermap::ingest {
 namespace {
@@ -53,8 +54,8 @@ bool CameraModel::distorted() const {
 }
 
 absl::Status Validate(const Frame& frame) {
-  if (auto s = ValidateCamera(frame.camera); !s.ok()) return s;
-  if (auto s = ValidateDepth(frame.depth, frame.camera); !s.ok()) return s;
+  HYPERMAP_RETURN_IF_ERROR(ValidateCamera(frame.camera));
+  HYPERMAP_RETURN_IF_ERROR(ValidateDepth(frame.depth, frame.camera));
   const Eigen::Matrix4d m = frame.frame_from_camera.matrix();
   const Eigen::Matrix3d r = m.block<3, 3>(0, 0);
   if (!m.allFinite()) return absl::InvalidArgumentError("pose: not finite");

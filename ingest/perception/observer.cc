@@ -1,10 +1,12 @@
 #include "ingest/perception/observer.h"
 
 #include <algorithm>
-#include <mutex>
 #include <numeric>
 #include <utility>
 
+#include "absl/base/thread_annotations.h"
+#include "base/status/status_macros.h"
+#include "base/sync/mutex.h"
 #include "ingest/perception/footprint.h"
 #include "ingest/perception/suppression.h"
 #include "ingest/perception/visibility.h"
@@ -52,7 +54,7 @@ struct Observer::Impl {
   // Returns the rays of the camera's pixels. The rays of the last camera are cached, since frames
   // in sequence come from one camera and undistortion is iterative.
   std::shared_ptr<const std::vector<Eigen::Vector2f>> Rays(const CameraModel& camera) const {
-    const std::lock_guard lock(mutex);
+    const MutexLock lock(&mutex);
     if (!rays || !(camera == rays_of)) {
       rays_of = camera;
       rays = std::make_shared<const std::vector<Eigen::Vector2f>>(PixelRays(camera));
@@ -60,9 +62,9 @@ struct Observer::Impl {
     return rays;
   }
 
-  mutable std::mutex mutex;
-  mutable CameraModel rays_of;
-  mutable std::shared_ptr<const std::vector<Eigen::Vector2f>> rays;
+  mutable Mutex mutex;
+  mutable CameraModel rays_of ABSL_GUARDED_BY(mutex);
+  mutable std::shared_ptr<const std::vector<Eigen::Vector2f>> rays ABSL_GUARDED_BY(mutex);
   std::unique_ptr<Segmenter> segmenter;
   std::unique_ptr<WallMatcher> walls;
   ObserverOptions options;
@@ -80,7 +82,7 @@ Observer::Observer(std::unique_ptr<Segmenter> segmenter, std::shared_ptr<const G
 Observer::~Observer() = default;
 
 absl::StatusOr<Observation> Observer::Observe(const Frame& frame, FrameReport* report) const {
-  if (auto status = Validate(frame); !status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(Validate(frame));
   FrameReport unused;
   FrameReport& told = report ? *report : unused;
   told = {};
@@ -133,7 +135,7 @@ absl::StatusOr<Observation> Observer::Observe(const Frame& frame, FrameReport* r
   observation.free_space = FreeSpace(cloud, visibility);
   const int stride = std::max(1, frame.camera.width / kViewColumns);
   observation.depth = ThinnedDepth(cloud, frame.camera, stride, masks);
-  if (auto status = Validate(observation); !status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(Validate(observation));
   return observation;
 }
 

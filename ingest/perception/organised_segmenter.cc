@@ -103,7 +103,7 @@ class Points {
 
 // Linear congruential generator with a fixed seed, for RANSAC. A frame must always give the same
 // observation, whichever worker handles it, so each mask starts from the same numbers.
-class Lottery {
+class Sampler {
  public:
   size_t Draw(size_t n) {
     state_ = state_ * 6364136223846793005u + 1442695040888963407u;
@@ -132,12 +132,12 @@ Plane LeastSquares(const std::vector<Eigen::Vector3f>& points) {
 
 // Finds the plane that most points lie on, by RANSAC and a final fit to its points, and removes
 // those points from `points`. Returns false, and leaves `points`, if it has fewer than `at_least`.
-bool TakePlane(Points* points, size_t at_least, Lottery* lottery, Plane* best) {
+bool TakePlane(Points* points, size_t at_least, Sampler* sampler, Plane* best) {
   size_t best_count = 0;
   for (int round = 0; round < kRansacRounds; ++round) {
-    const Eigen::Vector3f a = (*points)[lottery->Draw(points->size())];
-    const Eigen::Vector3f b = (*points)[lottery->Draw(points->size())];
-    const Eigen::Vector3f c = (*points)[lottery->Draw(points->size())];
+    const Eigen::Vector3f a = (*points)[sampler->Draw(points->size())];
+    const Eigen::Vector3f b = (*points)[sampler->Draw(points->size())];
+    const Eigen::Vector3f c = (*points)[sampler->Draw(points->size())];
     const Eigen::Vector3f cross = (b - a).cross(c - a);
     // A point drawn twice, or a triangle below half a square centimetre, fixes no plane.
     if (cross.norm() < 1e-4f) continue;
@@ -236,10 +236,10 @@ void Segmentation::DropBackgroundPlanes() {
       points.Add(cloud_.camera[window_.image_index(u, v, cloud_.width)]);
     }
   }
-  Lottery lottery;
+  Sampler sampler;
   for (int k = 0; k < kMaxPlanes && ring.size() >= at_least; ++k) {
     Plane plane;
-    if (!TakePlane(&ring, at_least, &lottery, &plane)) return;
+    if (!TakePlane(&ring, at_least, &sampler, &plane)) return;
     const std::vector<uint8_t> lies_on = points.On(plane);
     int on = 0;
     int off = 0;

@@ -5,6 +5,7 @@
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
+#include "base/status/status_macros.h"
 
 namespace hypermap::ingest {
 namespace {
@@ -78,9 +79,8 @@ absl::StatusOr<Mask> Fill(const MaskPolygons& rings, int width, int height) {
 }
 
 absl::StatusOr<Mask> Fill(const PackedMaskRuns& packed, int width, int height) {
-  absl::StatusOr<std::vector<uint32_t>> counts = UnpackCounts(packed.counts);
-  if (!counts.ok()) return counts.status();
-  return Fill(MaskRuns{packed.width, packed.height, *std::move(counts)}, width, height);
+  HYPERMAP_ASSIGN_OR_RETURN(std::vector<uint32_t> counts, UnpackCounts(packed.counts));
+  return Fill(MaskRuns{packed.width, packed.height, std::move(counts)}, width, height);
 }
 
 }  // namespace

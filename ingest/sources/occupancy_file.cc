@@ -7,6 +7,7 @@
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
+#include "base/status/status_macros.h"
 #include "ingest/sources/input_file.h"
 #include "map/edits/apply.h"
 #include "storage/interchange/nav2.h"
@@ -29,21 +30,17 @@ absl::StatusOr<std::string> ImageNamedBy(const std::string& yaml) {
 }
 
 absl::StatusOr<std::shared_ptr<const GridLayer>> Decode(const std::string& yaml_path) {
-  absl::StatusOr<std::string> yaml = ReadFile(yaml_path);
-  if (!yaml.ok()) return yaml.status();
-  const absl::StatusOr<std::string> name = ImageNamedBy(*yaml);
-  if (!name.ok()) return name.status();
-  const fs::path image_path = fs::path(yaml_path).parent_path() / *name;
-  absl::StatusOr<std::string> image = ReadFile(image_path.string());
-  if (!image.ok()) return image.status();
-  const absl::StatusOr<storage::ImportedMap> imported =
-      storage::DecodeNav2({{fs::path(yaml_path).filename().string(), *std::move(yaml)},
-                           {image_path.filename().string(), *std::move(image)}},
-                          kLayer, "", storage::ImportLimits());
-  if (!imported.ok()) return imported.status();
-  const absl::StatusOr<AppliedBatch> applied = Apply(Snapshot(), imported->batch);
-  if (!applied.ok()) return applied.status();
-  auto layer = AsGrid(applied->snapshot->layers.at(kLayer));
+  HYPERMAP_ASSIGN_OR_RETURN(std::string yaml, ReadFile(yaml_path));
+  HYPERMAP_ASSIGN_OR_RETURN(const std::string name, ImageNamedBy(yaml));
+  const fs::path image_path = fs::path(yaml_path).parent_path() / name;
+  HYPERMAP_ASSIGN_OR_RETURN(std::string image, ReadFile(image_path.string()));
+  HYPERMAP_ASSIGN_OR_RETURN(
+      const storage::ImportedMap imported,
+      storage::DecodeNav2({{fs::path(yaml_path).filename().string(), std::move(yaml)},
+                           {image_path.filename().string(), std::move(image)}},
+                          kLayer, "", storage::ImportLimits()));
+  HYPERMAP_ASSIGN_OR_RETURN(const AppliedBatch applied, Apply(Snapshot(), imported.batch));
+  auto layer = AsGrid(applied.snapshot->layers.at(kLayer));
   if (layer == nullptr) return absl::InternalError("the imported layer is no grid");
   return layer;
 }

@@ -7,6 +7,7 @@
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
+#include "base/status/status_macros.h"
 #include "ingest/sources/camera_file.h"
 #include "ingest/sources/depth_png.h"
 #include "ingest/sources/input_file.h"
@@ -30,15 +31,13 @@ std::string PathOf(const std::string& folder, const std::string& file) {
 absl::StatusOr<CocoDetections> ReadDetections(const std::string& folder,
                                               const RgbdOptions& options) {
   const std::string path = PathOf(folder, options.detections);
-  const absl::StatusOr<std::string> detections = ReadFile(path);
-  if (!detections.ok()) return detections.status();
+  HYPERMAP_ASSIGN_OR_RETURN(const std::string detections, ReadFile(path));
   std::string images;
   if (!options.images.empty()) {
-    absl::StatusOr<std::string> text = ReadFile(PathOf(folder, options.images));
-    if (!text.ok()) return text.status();
-    images = *std::move(text);
+    HYPERMAP_ASSIGN_OR_RETURN(std::string text, ReadFile(PathOf(folder, options.images)));
+    images = std::move(text);
   }
-  absl::StatusOr<CocoDetections> parsed = CocoDetections::Parse(*detections, images);
+  absl::StatusOr<CocoDetections> parsed = CocoDetections::Parse(detections, images);
   if (!parsed.ok()) return InFile(path, parsed.status());
   return parsed;
 }
@@ -48,23 +47,20 @@ absl::StatusOr<CocoDetections> ReadDetections(const std::string& folder,
 absl::StatusOr<std::unique_ptr<RgbdDataset>> RgbdDataset::Open(const std::string& folder,
                                                                const RgbdOptions& options) {
   const std::string camera_path = PathOf(folder, "camera.yaml");
-  const absl::StatusOr<std::string> camera_text = ReadFile(camera_path);
-  if (!camera_text.ok()) return camera_text.status();
-  const absl::StatusOr<CameraModel> camera = ParseCameraInfo(*camera_text);
+  HYPERMAP_ASSIGN_OR_RETURN(const std::string camera_text, ReadFile(camera_path));
+  const absl::StatusOr<CameraModel> camera = ParseCameraInfo(camera_text);
   if (!camera.ok()) return InFile(camera_path, camera.status());
 
   const std::string poses_path = PathOf(folder, options.poses);
-  const absl::StatusOr<std::string> poses_text = ReadFile(poses_path);
-  if (!poses_text.ok()) return poses_text.status();
-  absl::StatusOr<Trajectory> trajectory = Trajectory::Parse(*poses_text);
+  HYPERMAP_ASSIGN_OR_RETURN(const std::string poses_text, ReadFile(poses_path));
+  absl::StatusOr<Trajectory> trajectory = Trajectory::Parse(poses_text);
   if (!trajectory.ok()) return InFile(poses_path, trajectory.status());
 
-  absl::StatusOr<CocoDetections> detections = ReadDetections(folder, options);
-  if (!detections.ok()) return detections.status();
+  HYPERMAP_ASSIGN_OR_RETURN(CocoDetections detections, ReadDetections(folder, options));
 
   std::unique_ptr<RgbdDataset> dataset(
-      new RgbdDataset(folder, options, *std::move(trajectory), *std::move(detections), *camera));
-  if (auto status = dataset->ReadIndex(); !status.ok()) return status;
+      new RgbdDataset(folder, options, *std::move(trajectory), std::move(detections), *camera));
+  HYPERMAP_RETURN_IF_ERROR(dataset->ReadIndex());
   dataset->Associate();
   return dataset;
 }
@@ -83,9 +79,8 @@ RgbdDataset::RgbdDataset(std::string folder, const RgbdOptions& options, Traject
 
 absl::Status RgbdDataset::ReadIndex() {
   const std::string path = PathOf(folder_, "depth.txt");
-  const absl::StatusOr<std::string> text = ReadFile(path);
-  if (!text.ok()) return text.status();
-  for (const InputLine& line : SplitLines(*text)) {
+  HYPERMAP_ASSIGN_OR_RETURN(const std::string text, ReadFile(path));
+  for (const InputLine& line : SplitLines(text)) {
     Entry entry;
     if (line.words.size() < 2 || !ParseStamp(line.words[0], entry.stamp)) {
       ++skipped_["bad line of depth.txt"];
@@ -155,9 +150,9 @@ size_t RgbdDataset::Nearest(absl::Time stamp) const {
 absl::StatusOr<Frame> RgbdDataset::Load(size_t i, SkipCounts& skipped) const {
   const Entry& entry = entries_[i];
   if (!entry.image) return absl::NotFoundError("not looked at by the detector");
-  const absl::StatusOr<Eigen::Isometry3d> pose =
-      trajectory_.At(entry.stamp, {options_.max_pose_gap, options_.max_association});
-  if (!pose.ok()) return pose.status();
+  HYPERMAP_ASSIGN_OR_RETURN(
+      const Eigen::Isometry3d pose,
+      trajectory_.At(entry.stamp, {options_.max_pose_gap, options_.max_association}));
   const std::string path = (fs::path(folder_) / entry.file).string();
   const absl::StatusOr<std::string> png = ReadFile(path);
   if (!png.ok()) {
@@ -170,7 +165,7 @@ absl::StatusOr<Frame> RgbdDataset::Load(size_t i, SkipCounts& skipped) const {
   frame.stamp = entry.stamp;
   frame.frame_id = options_.frame_id;
   frame.camera = camera_;
-  frame.frame_from_camera = *pose;
+  frame.frame_from_camera = pose;
   frame.pose_covariance = options_.pose_covariance;
   absl::StatusOr<DepthImage> depth =
       DecodeDepthPng(*png, camera_.width, camera_.height, options_.depth_units_per_metre);

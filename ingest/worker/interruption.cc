@@ -1,26 +1,41 @@
 #include "ingest/worker/interruption.h"
 
+#include <algorithm>
 #include <csignal>
 #include <thread>
 
+#include "absl/time/clock.h"
+
 namespace hypermap::ingest {
+namespace {
+
+// Longest single wait before the system clock is read again. An infinite timeout would overflow the
+// clock of CondVar and end at once, and the system clock may be set during the wait.
+constexpr absl::Duration kMaxWait = absl::Minutes(1);
+
+}  // namespace
 
 void Interruption::Request() {
   {
-    const std::lock_guard<std::mutex> lock(mutex_);
+    const MutexLock lock(&mutex_);
     requested_ = true;
   }
-  changed_.notify_all();
+  changed_.NotifyAll();
 }
 
 bool Interruption::requested() const {
-  const std::lock_guard<std::mutex> lock(mutex_);
+  const MutexLock lock(&mutex_);
   return requested_;
 }
 
 bool Interruption::WaitUntil(absl::Time time) const {
-  std::unique_lock<std::mutex> lock(mutex_);
-  return changed_.wait_until(lock, absl::ToChronoTime(time), [this] { return requested_; });
+  const MutexLock lock(&mutex_);
+  while (!requested_) {
+    const absl::Duration left = time - absl::Now();
+    if (left <= absl::ZeroDuration()) break;
+    changed_.WaitFor(&mutex_, std::min(left, kMaxWait));
+  }
+  return requested_;
 }
 
 SignalWatch::SignalWatch(Interruption& interruption) {

@@ -2,10 +2,9 @@
 #ifndef HYPERMAP_INGEST_WORKER_INTERRUPTION_H_
 #define HYPERMAP_INGEST_WORKER_INTERRUPTION_H_
 
-#include <condition_variable>
-#include <mutex>
-
+#include "absl/base/thread_annotations.h"
 #include "absl/time/time.h"
+#include "base/sync/mutex.h"
 
 namespace hypermap::ingest {
 
@@ -18,10 +17,9 @@ class Interruption {
   bool WaitUntil(absl::Time time) const;
 
  private:
-  // Not absl::Mutex, which ThreadSanitizer can't see unless abseil is built with it.
-  mutable std::mutex mutex_;
-  mutable std::condition_variable changed_;
-  bool requested_ = false;  // Guarded by mutex_.
+  mutable Mutex mutex_;
+  mutable CondVar changed_;
+  bool requested_ ABSL_GUARDED_BY(mutex_) = false;
 };
 
 // Turns the first SIGINT or SIGTERM into a request; the second ends the program. REQUIRES: no other

@@ -2,14 +2,15 @@
 #ifndef HYPERMAP_INGEST_WORKER_ORDERED_PIPELINE_H_
 #define HYPERMAP_INGEST_WORKER_ORDERED_PIPELINE_H_
 
-#include <condition_variable>
 #include <functional>
 #include <map>
-#include <mutex>
 #include <optional>
 #include <thread>
 #include <utility>
 #include <vector>
+
+#include "absl/base/thread_annotations.h"
+#include "base/sync/mutex.h"
 
 namespace hypermap::ingest {
 
@@ -26,10 +27,10 @@ class OrderedPipeline {
   // Begins no further calls of `work` and waits for those that are running.
   ~OrderedPipeline() {
     {
-      const std::lock_guard<std::mutex> lock(mutex_);
+      const MutexLock lock(&mutex_);
       stopped_ = true;
     }
-    may_begin_.notify_all();
+    may_begin_.NotifyAll();
     for (std::thread& thread : threads_) thread.join();
   }
   OrderedPipeline(const OrderedPipeline&) = delete;
@@ -37,48 +38,48 @@ class OrderedPipeline {
 
   // Waits for the result of the next item and returns it; nullopt after the last.
   std::optional<Result> Next() {
-    std::unique_lock<std::mutex> lock(mutex_);
+    const MutexLock lock(&mutex_);
     if (taken_ == count_) return std::nullopt;
-    is_done_.wait(lock, [this] { return done_.count(taken_) > 0; });
+    while (done_.count(taken_) == 0) is_done_.Wait(&mutex_);
     auto node = done_.extract(taken_);
     ++taken_;
-    may_begin_.notify_all();
+    may_begin_.NotifyAll();
     return std::move(node.mapped());
   }
 
  private:
-  bool MayBegin() const { return stopped_ || begun_ == count_ || begun_ < taken_ + window_; }
+  bool MayBegin() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
+    return stopped_ || begun_ == count_ || begun_ < taken_ + window_;
+  }
 
   void Run() {
     while (true) {
       size_t item;
       {
-        std::unique_lock<std::mutex> lock(mutex_);
-        may_begin_.wait(lock, [this] { return MayBegin(); });
+        const MutexLock lock(&mutex_);
+        while (!MayBegin()) may_begin_.Wait(&mutex_);
         if (stopped_ || begun_ == count_) return;
         item = begun_++;
       }
       Result result = work_(item);
       {
-        const std::lock_guard<std::mutex> lock(mutex_);
+        const MutexLock lock(&mutex_);
         done_.emplace(item, std::move(result));
       }
-      is_done_.notify_one();
+      is_done_.NotifyOne();
     }
   }
 
   const size_t count_;
   const size_t window_;
   const std::function<Result(size_t)> work_;
-  // Guards the members below, except threads_. Not absl::Mutex, which ThreadSanitizer can't see
-  // unless abseil is built with it.
-  std::mutex mutex_;
-  std::condition_variable may_begin_;
-  std::condition_variable is_done_;
-  size_t begun_ = 0;
-  size_t taken_ = 0;
-  bool stopped_ = false;
-  std::map<size_t, Result> done_;
+  Mutex mutex_;
+  CondVar may_begin_;
+  CondVar is_done_;
+  size_t begun_ ABSL_GUARDED_BY(mutex_) = 0;
+  size_t taken_ ABSL_GUARDED_BY(mutex_) = 0;
+  bool stopped_ ABSL_GUARDED_BY(mutex_) = false;
+  std::map<size_t, Result> done_ ABSL_GUARDED_BY(mutex_);
   std::vector<std::thread> threads_;
 };
 

@@ -1,16 +1,18 @@
 #include "ingest/worker/replay.h"
 
 #include <algorithm>
-#include <mutex>
 #include <optional>
 #include <thread>
 #include <utility>
 #include <vector>
 
+#include "absl/base/thread_annotations.h"
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
 #include "absl/time/clock.h"
+#include "base/status/status_macros.h"
+#include "base/sync/mutex.h"
 #include "ingest/perception/observer.h"
 #include "ingest/worker/ordered_pipeline.h"
 
@@ -87,22 +89,26 @@ class Replayer {
   absl::Time first_stamp_;
   absl::Time shown_at_ = absl::InfinitePast();
 
-  // Guards the members below, which the sending and the reading thread share.
-  std::mutex mutex_;
-  ReplaySummary summary_;
-  std::vector<bool> acknowledged_ = std::vector<bool>(dataset_.size(), false);
-  absl::Time last_news_ = absl::Now();
+  // The sending and the reading thread share the members below.
+  Mutex mutex_;
+  ReplaySummary summary_ ABSL_GUARDED_BY(mutex_);
+  std::vector<bool> acknowledged_ ABSL_GUARDED_BY(mutex_) = std::vector<bool>(dataset_.size(),
+                                                                              false);
+  absl::Time last_news_ ABSL_GUARDED_BY(mutex_) = absl::Now();
 };
 
 absl::StatusOr<ReplaySummary> Replayer::Run() {
-  if (auto status = EnsureTarget(client_, options_.target); !status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(EnsureTarget(client_, options_.target));
   absl::Status status;
   while (true) {
     status = RunStream();
     {
-      const std::lock_guard<std::mutex> lock(mutex_);
+      const MutexLock lock(&mutex_);
       pending_.erase(std::remove_if(pending_.begin(), pending_.end(),
-                                    [this](size_t i) { return skipped_[i] || acknowledged_[i]; }),
+                                    [this](size_t i) {
+                                      mutex_.AssertHeld();
+                                      return skipped_[i] || acknowledged_[i];
+                                    }),
                      pending_.end());
       // A server that is down may come back, and then continues where it was; other errors would
       // occur again.
@@ -111,7 +117,7 @@ absl::StatusOr<ReplaySummary> Replayer::Run() {
     }
     if (interruption_.WaitUntil(absl::Now() + kReconnectInterval)) break;
   }
-  const std::lock_guard<std::mutex> lock(mutex_);
+  const MutexLock lock(&mutex_);
   summary_.interrupted = interruption_.requested() && !pending_.empty();
   summary_.time = absl::Now() - begin_;
   if (!status.ok() && !summary_.interrupted) return status;
@@ -136,7 +142,7 @@ absl::Status Replayer::RunStream() {
 void Replayer::LeaveOutKnown(const client::OpenedLayer& opened) {
   const auto end = std::remove_if(pending_.begin(), pending_.end(),
                                   [&](size_t i) { return opened.Knows(dataset_.sequence(i)); });
-  const std::lock_guard<std::mutex> lock(mutex_);
+  const MutexLock lock(&mutex_);
   summary_.known += pending_.end() - end;
   pending_.erase(end, pending_.end());
   last_news_ = absl::Now();
@@ -174,7 +180,7 @@ Worked Replayer::Work(size_t i) const {
 }
 
 bool Replayer::Count(size_t i, const Worked& worked) {
-  const std::lock_guard<std::mutex> lock(mutex_);
+  const MutexLock lock(&mutex_);
   // Frames that were not acknowledged before a stream broke are processed again, but count once.
   if (counted_[i]) return worked.observation.ok();
   counted_[i] = true;
@@ -197,7 +203,7 @@ bool Replayer::Count(size_t i, const Worked& worked) {
 
 void Replayer::Note(const client::Acknowledgement& acknowledgement) {
   using Outcome = client::ObservationOutcome;
-  const std::lock_guard<std::mutex> lock(mutex_);
+  const MutexLock lock(&mutex_);
   const auto i = static_cast<size_t>(acknowledgement.sequence);
   if (i >= acknowledged_.size() || acknowledged_[i]) return;
   acknowledged_[i] = true;
@@ -240,7 +246,7 @@ void Replayer::ShowProgress(bool always) {
   shown_at_ = absl::Now();
   ReplaySummary summary;
   {
-    const std::lock_guard<std::mutex> lock(mutex_);
+    const MutexLock lock(&mutex_);
     summary = summary_;
   }
   summary.time = absl::Now() - begin_;
@@ -261,13 +267,12 @@ int64_t ReplaySummary::finished() const {
 
 absl::StatusOr<ReplaySummary> Replay(const ReplayOptions& options, const Interruption& interruption,
                                      const ReplayProgress& progress) {
-  const absl::StatusOr<std::unique_ptr<RgbdDataset>> dataset =
-      RgbdDataset::Open(options.folder, options.dataset);
-  if (!dataset.ok()) return dataset.status();
-  const absl::StatusOr<client::Client> client =
-      client::MakeClient(options.target.connection, {.retry_for = absl::ZeroDuration()});
-  if (!client.ok()) return client.status();
-  return Replayer(options, *client, **dataset, interruption, progress).Run();
+  HYPERMAP_ASSIGN_OR_RETURN(const std::unique_ptr<RgbdDataset> dataset,
+                            RgbdDataset::Open(options.folder, options.dataset));
+  HYPERMAP_ASSIGN_OR_RETURN(
+      const client::Client client,
+      client::MakeClient(options.target.connection, {.retry_for = absl::ZeroDuration()}));
+  return Replayer(options, client, *dataset, interruption, progress).Run();
 }
 
 }  // namespace hypermap::ingest

@@ -13,6 +13,7 @@
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
+#include "base/status/status_macros.h"
 #include "ingest/sources/occupancy_file.h"
 #include "ingest/worker/progress_line.h"
 #include "ingest/worker/replay.h"
@@ -51,9 +52,8 @@ absl::Status SetOccupancy(const std::string& argument, ReplayOptions& options) {
     if (argument.empty()) return absl::OkStatus();
     if (fs::exists(argument, error)) path = argument;
   }
-  absl::StatusOr<std::shared_ptr<const GridLayer>> layer = ReadOccupancy(path.string());
-  if (!layer.ok()) return layer.status();
-  options.occupancy = *std::move(layer);
+  HYPERMAP_ASSIGN_OR_RETURN(std::shared_ptr<const GridLayer> layer, ReadOccupancy(path.string()));
+  options.occupancy = std::move(layer);
   return absl::OkStatus();
 }
 
@@ -84,7 +84,7 @@ absl::Status Run(Arguments arguments, const Interruption& interruption) {
                         ? arguments.threads
                         : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
   options.make_segmenter = [&] { return MakeSegmenter(arguments.segmenter); };
-  if (auto status = SetOccupancy(arguments.occupancy, options); !status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(SetOccupancy(arguments.occupancy, options));
 
   absl::StatusOr<ReplaySummary> summary = absl::UnknownError("");
   {

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "absl/status/statusor.h"
+#include "base/status/status_macros.h"
 #include "client_libs/cpp/client.h"
 #include "ingest/frame_service/frame_server.h"
 #include "ingest/perception/observer.h"
@@ -27,27 +28,26 @@ struct Arguments {
 absl::Status Run(Arguments arguments, const Interruption& interruption) {
   std::shared_ptr<const GridLayer> occupancy;
   if (arguments.occupancy != "none") {
-    absl::StatusOr<std::shared_ptr<const GridLayer>> layer = ReadOccupancy(arguments.occupancy);
-    if (!layer.ok()) return layer.status();
-    occupancy = *std::move(layer);
+    HYPERMAP_ASSIGN_OR_RETURN(std::shared_ptr<const GridLayer> layer,
+                              ReadOccupancy(arguments.occupancy));
+    occupancy = std::move(layer);
   }
   const TargetLayer& target = arguments.target;
-  absl::StatusOr<client::Client> client =
-      client::MakeClient(target.connection, {.retry_for = absl::ZeroDuration()});
-  if (!client.ok()) return client.status();
-  if (auto status = EnsureTarget(*client, target); !status.ok()) return status;
+  HYPERMAP_ASSIGN_OR_RETURN(
+      client::Client client,
+      client::MakeClient(target.connection, {.retry_for = absl::ZeroDuration()}));
+  HYPERMAP_RETURN_IF_ERROR(EnsureTarget(client, target));
   FrameServerOptions& options = arguments.server;
   options.map = target.map;
   options.layer = target.layer;
   options.observe = ObserveOptionsOf(target);
   auto observer = std::make_shared<const Observer>(MakeSegmenter(arguments.segmenter),
                                                    std::move(occupancy), ObserverOptions());
-  absl::StatusOr<std::unique_ptr<FrameServer>> server =
-      FrameServer::Start(options, *client, std::move(observer));
-  if (!server.ok()) return server.status();
-  std::cout << "hypermap-ingest ready on " << (*server)->address() << std::endl;
+  HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<FrameServer> server,
+                            FrameServer::Start(options, client, std::move(observer)));
+  std::cout << "hypermap-ingest ready on " << server->address() << std::endl;
   interruption.WaitUntil(absl::InfiniteFuture());
-  (*server)->Shutdown();
+  server->Shutdown();
   return absl::OkStatus();
 }
 

@@ -14,6 +14,7 @@
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
+#include "base/status/status_macros.h"
 #include "ingest/worker/expedition_output.h"
 #include "ingest/worker/progress_line.h"
 
@@ -93,11 +94,11 @@ absl::Status Prepare(Arguments& arguments) {
 }
 
 absl::Status Run(Arguments arguments, const Interruption& interruption) {
-  if (absl::Status status = Prepare(arguments); !status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(Prepare(arguments));
   const robots::ExpeditionOptions& options = arguments.expedition;
-  absl::StatusOr<client::Client> client =
-      client::MakeClient(arguments.connection, {.retry_for = options.patience});
-  if (!client.ok()) return client.status();
+  HYPERMAP_ASSIGN_OR_RETURN(
+      client::Client client,
+      client::MakeClient(arguments.connection, {.retry_for = options.patience}));
   absl::StatusOr<robots::ExpeditionReport> report = absl::UnknownError("");
   {
     std::unique_ptr<ProgressLine> line;
@@ -110,7 +111,7 @@ absl::Status Run(Arguments arguments, const Interruption& interruption) {
       };
     }
     report = robots::Explore(
-        *client, options, [&interruption] { return interruption.requested(); }, progress);
+        client, options, [&interruption] { return interruption.requested(); }, progress);
   }
   if (!report.ok()) return report.status();
   std::cout << (arguments.json ? ReportJson(*report, options) + "\n" : ReportText(*report, options))

@@ -7,6 +7,7 @@
 #include <variant>
 
 #include "absl/strings/str_cat.h"
+#include "base/status/status_macros.h"
 
 namespace hypermap {
 namespace {
@@ -217,22 +218,19 @@ absl::StatusOr<std::vector<ExplorationObjects>> ReadExplorations(const SemanticL
   const std::vector<ObjectPtr> objects = layer.Objects();
   for (const ObjectPtr& object : objects) {
     if (object->label != kExplorationLabel) continue;
-    absl::StatusOr<Exploration> exploration = ToExploration(*object);
-    if (!exploration.ok()) return exploration.status();
-    found[object->id].exploration = *std::move(exploration);
+    HYPERMAP_ASSIGN_OR_RETURN(Exploration exploration, ToExploration(*object));
+    found[object->id].exploration = std::move(exploration);
   }
   // A second pass, so that the order of the ids does not matter.
   for (const ObjectPtr& object : objects) {
     if (object->label == kGoalLabel) {
-      absl::StatusOr<ExplorationGoal> goal = ToGoal(*object);
-      if (!goal.ok()) return goal.status();
-      const auto it = found.find(goal->exploration_id);
-      if (it != found.end()) it->second.goals.push_back(*std::move(goal));
+      HYPERMAP_ASSIGN_OR_RETURN(ExplorationGoal goal, ToGoal(*object));
+      const auto it = found.find(goal.exploration_id);
+      if (it != found.end()) it->second.goals.push_back(std::move(goal));
     } else if (object->label == kUnreachableLabel) {
-      absl::StatusOr<UnreachablePlace> place = ToUnreachablePlace(*object);
-      if (!place.ok()) return place.status();
-      const auto it = found.find(place->exploration_id);
-      if (it != found.end()) it->second.unreachable_places.push_back(*std::move(place));
+      HYPERMAP_ASSIGN_OR_RETURN(UnreachablePlace place, ToUnreachablePlace(*object));
+      const auto it = found.find(place.exploration_id);
+      if (it != found.end()) it->second.unreachable_places.push_back(std::move(place));
     }
   }
   std::vector<ExplorationObjects> all;
@@ -242,9 +240,8 @@ absl::StatusOr<std::vector<ExplorationObjects>> ReadExplorations(const SemanticL
 }
 
 absl::StatusOr<ExplorationObjects> FindExploration(const SemanticLayer& layer, ObjectId id) {
-  absl::StatusOr<std::vector<ExplorationObjects>> all = ReadExplorations(layer);
-  if (!all.ok()) return all.status();
-  for (ExplorationObjects& found : *all) {
+  HYPERMAP_ASSIGN_OR_RETURN(std::vector<ExplorationObjects> all, ReadExplorations(layer));
+  for (ExplorationObjects& found : all) {
     if (id == 0 || found.exploration.id == id) return std::move(found);
   }
   return absl::NotFoundError(id == 0 ? "there is no exploration"

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/status/status_macros.h"
 
 namespace hypermap {
 namespace {
@@ -58,8 +59,8 @@ int Depth(const Climber::Edges& edges, absl::string_view frame_id) {
 absl::Status FrameTree::Set(const FrameTransform& transform) {
   const std::string& parent = transform.parent_frame_id;
   const std::string& child = transform.child_frame_id;
-  if (absl::Status status = CheckName("parent_frame_id", parent); !status.ok()) return status;
-  if (absl::Status status = CheckName("child_frame_id", child); !status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(CheckName("parent_frame_id", parent));
+  HYPERMAP_RETURN_IF_ERROR(CheckName("child_frame_id", child));
   const PlanarTransform& t = transform.parent_from_child;
   if (!std::isfinite(t.x()) || !std::isfinite(t.y()) || !std::isfinite(t.yaw())) {
     return absl::InvalidArgumentError("parent_from_child is not finite");

@@ -6,6 +6,18 @@
 namespace hypermap::fusion {
 namespace {
 
+// Avoids 0 / 0 in cells without evidence, because parameters allow a doubt of 0.
+constexpr double kMinDoubt = 1e-6;
+// Steps of the search are halved from the first while they exceed the bound. The last is 5 mm, half
+// of a fine cell; the bound lies between it and the next, so that rounding doesn't add a step.
+constexpr double kFirstStep_m = 0.04;
+constexpr double kStepBound_m = 0.004;
+// Most steps of one size along each axis. Balances the cost against the reach of the search, which
+// is 6 * (4 + 2 + 1 + 0.5) = 45 cm along an axis.
+constexpr int kMaxRounds = 6;
+// A rotation by a quarter of the step, in radians, moves points 4 m away by one step.
+constexpr double kTurnPerStep_rad_per_m = 0.25;
+
 // The occupancy of a shape's cells, computed once for many lookups.
 class OccupancyField {
  public:
@@ -13,8 +25,7 @@ class OccupancyField {
       : resolution_m_(shape.resolution_m()), box_(shape.box()) {
     const std::vector<float>& hits = shape.hits();
     const std::vector<float>& misses = shape.misses();
-    // The floor avoids 0 / 0 in cells without evidence.
-    const auto least = static_cast<float>(std::max(doubt, 1e-6));
+    const auto least = static_cast<float>(std::max(doubt, kMinDoubt));
     cells_.reserve(hits.size());
     for (size_t i = 0; i < hits.size(); ++i) {
       cells_.push_back(hits[i] / (hits[i] + misses[i] + least));
@@ -84,14 +95,13 @@ Eigen::Vector3d Align(const std::vector<AlignmentPair>& pairs, const Point& pivo
   };
   Eigen::Vector3d best = Eigen::Vector3d::Zero();
   double best_value = value(best);
-  for (double step = 0.04; step > 0.004; step *= 0.5) {
-    for (int round = 0; round < 6; ++round) {
+  for (double step = kFirstStep_m; step > kStepBound_m; step *= 0.5) {
+    for (int round = 0; round < kMaxRounds; ++round) {
       bool better = false;
       for (int axis = 0; axis < 3; ++axis) {
         for (const double sign : {1.0, -1.0}) {
           Eigen::Vector3d next = best;
-          // A rotation by a quarter of the step, in radians, moves points 4 m away by one step.
-          next[axis] += sign * (axis == 2 ? 0.25 * step : step);
+          next[axis] += sign * (axis == 2 ? kTurnPerStep_rad_per_m * step : step);
           const double next_value = value(next);
           if (next_value <= best_value) continue;
           best = next;

@@ -8,8 +8,11 @@
 namespace hypermap::fusion {
 namespace {
 
+// Least IoU of a track with the operator's object for the two to be the same thing. It equals the
+// default overlap at which two tracks of one class are merged (EvidenceParameters::merge_iou).
 constexpr double kSameIou = 0.3;
-// The height of an object for which the operator gave none.
+// The height of an object for which the operator gave none. Wide, so that detections at any usual
+// height overlap it; it could be a parameter for sites where things hang higher.
 constexpr HeightRange kAnyHeight{0.0, 2.0};
 
 size_t Find(const EvidenceState& state, const OperatorFact& fact) {

@@ -1,6 +1,7 @@
 #include "map/fusion/evidence_fold.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <optional>
 #include <utility>
@@ -24,6 +25,87 @@ constexpr double kMaxCellsAside = 400.0;
 // Detections farther than this from the frame's origin are left out: the rows and columns of their
 // cells would exceed the range of ShapeGrid.
 constexpr double kFarthest_m = 5e6;
+
+// Tracks this close to the view are candidates, because alignment may move detections onto them; it
+// moves at most 45 cm along an axis (alignment.cc).
+constexpr double kViewMargin_m = 0.5;
+// Shorter ranges of heights are widened to this, as depth noise would otherwise separate views of a
+// thin thing. Depends on the sensor, so it could be a parameter.
+constexpr double kMinHeightRange_m = 0.10;
+
+// Widens outlines for alignment: small things that the pose error moved off their track overlap it
+// only then. Balances them against neighbours of the same class.
+constexpr double kAlignmentMargin_m = 0.08;
+// Least IoU of outlines for alignment. Balances wrong neighbours against fewer references.
+constexpr double kMinAlignmentIou = 0.25;
+// Only tracks that probably exist (62 %) are references: others may be errors of earlier frames.
+constexpr double kMinReferenceLogOdds = 0.5;
+// Added to the covariance of a pose, since one that claims to be exact has no inverse: standard
+// deviations of 1 mm and 0.1 mrad, well below the steps of the search.
+constexpr double kAddedPositionVariance_m2 = 1e-6;
+constexpr double kAddedYawVariance_rad2 = 1e-8;
+// Most that outlines are widened for association. Balances poor poses against distinct neighbours.
+// It caps EvidenceParameters::buffer_m, so it could be a parameter beside that.
+constexpr double kMaxBuffer_m = 0.05;
+
+// A class with a smaller share of a track's evidence counts as another class. Balances things whose
+// class the detector confuses against neighbours of another class.
+constexpr double kMinClassShare = 0.25;
+// Factor of a score for another class; for the track's own, it rises with the class's share to 1.
+// Balances the class against the overlap.
+constexpr double kOtherClassFactor = 0.5;
+// Factor of containment where it stands in for IoU: it wins over a poor overlap, not a good one.
+constexpr double kContainmentFactor = 0.5;
+// Assignment takes integers as costs, so scores are rounded down to a millionth.
+constexpr double kCostPerScore = 1e6;
+
+// Below even odds (27 %): a single detection may be clutter. With hit_gain, it decides how soon an
+// object is shown, so it could be a parameter.
+constexpr double kFoundingLogOdds = -1.0;
+// Added to a detection's weight as evidence for its class: the weight is about position and shape,
+// and even a detection of low weight is evidence for its class.
+constexpr double kAddedClassWeight = 0.2;
+// Added to the novelty of each view, which is little, as a view from a moment later has the same
+// localisation error. Balances the number of views against the time that they span.
+constexpr double kAddedNovelty = 0.05;
+
+// A shape gets coarse cells when its extent exceeds fine_extent_m by this factor, which keeps
+// shapes near the limit from being resampled for a little noise.
+constexpr double kCoarsenFactor = 1.3;
+// Shares of a track's range of heights at which a footprint's places are looked up. Balances things
+// that are only there at some heights against the cost; the ends of the range are estimates.
+constexpr std::array<double, 3> kShapeHeights = {0.25, 0.5, 0.85};
+
+// Visibility is looked up at about 12 x 12 places, at these shares of the range of heights. They
+// suffice, and bound the cost of large things.
+constexpr double kVisibilityPlacesAside = 12.0;
+constexpr std::array<double, 3> kVisibilityHeights = {0.3, 0.6, 0.9};
+// Least distance between these places, so that small things get fewer.
+constexpr double kMinVisibilityStep_m = 0.02;
+// If a smaller share of a track is visible, it is mostly hidden, and the frame says nothing about
+// it. Balances forgetting things at the border of the view against losing hidden ones.
+constexpr double kMinVisible = 0.3;
+// If a larger share of a track's visible part is empty, so is its place. Balances things that one
+// can partly look past against things that are gone.
+constexpr double kMinEmptyShare = 0.75;
+// Range at which perception's weight is a half (docs/fusion.md). Must be that of
+// ingest/perception/weight.cc, since Miss compares views with the weights of detections.
+constexpr double kHalfWeightRange_m = 1.8;
+// Least clarity to compare a view with: tracks that an operator founded have none. Also reduces the
+// effect of misses on things that were only detected from farther than about 5.7 m.
+constexpr double kMinClarity = 0.01;
+// Bounds of a track's detection rate, which bound the loss of a miss. With the default parameters
+// they have no effect: the loss is max_miss_loss from a rate of 0.71 on, and none below 0.2.
+constexpr double kMinDetectionRate = 0.1;
+constexpr double kMaxDetectionRate = 0.9;
+
+// Detections within this distance are side by side (Track::apart). Balances the number of entries
+// against things so large that they overlap all the same; for these it could be a parameter.
+constexpr double kSideBySide_m = 0.5;
+// Least detections of two tracks together to take them for parts of one thing. Balances merging
+// parts soon against neighbours not yet detected in one frame. Depends on the detector, so it could
+// be a parameter.
+constexpr int kMinPartsHits = 6;
 
 // Returns the index of the lowest (then leftmost) vertex. From there, the edges of a
 // counter-clockwise convex ring come in the order of their directions, as Widened needs them.
@@ -77,11 +159,11 @@ std::string BestLabel(const Detection& detection, double* score) {
 
 double Extent(const Box& box) { return std::max(box.max.x - box.min.x, box.max.y - box.min.y); }
 
-// Returns the share of the shorter range of heights that both have in common. Ranges of less than
-// 10 cm are widened to 10 cm, as depth noise would otherwise separate views of a thin thing.
+// Returns the share of the shorter range of heights that both have in common, with ranges of at
+// least kMinHeightRange_m.
 double HeightOverlap(HeightRange a, HeightRange b) {
   const auto thicken = [](HeightRange* h) {
-    const double lack = 0.10 - (h->high_m - h->low_m);
+    const double lack = kMinHeightRange_m - (h->high_m - h->low_m);
     if (lack <= 0.0) return;
     h->low_m -= 0.5 * lack;
     h->high_m += 0.5 * lack;
@@ -179,9 +261,8 @@ void Folding::Look() {
   Box box = observation_.view_hull.bounds();
   for (const Detection& detection : observation_.detections) box.Extend(detection.hull.bounds());
   if (box.empty()) return;
-  // Alignment may move detections onto tracks just outside of the view.
-  box.Extend(Point{box.min.x - 0.5, box.min.y - 0.5});
-  box.Extend(Point{box.max.x + 0.5, box.max.y + 0.5});
+  box.Extend(Point{box.min.x - kViewMargin_m, box.min.y - kViewMargin_m});
+  box.Extend(Point{box.max.x + kViewMargin_m, box.max.y + kViewMargin_m});
   for (size_t i = 0; i < before_.tracks.size(); ++i) {
     if (!before_.tracks[i]->outline.bounds().Intersects(box)) continue;
     candidates_.push_back({i, std::make_shared<Track>(*before_.tracks[i]), {}, false, -1});
@@ -207,15 +288,16 @@ void Folding::AlignFrame() {
   pivot_ = {camera.x(), camera.y()};
   std::vector<AlignmentPair> pairs;
   for (const Sighting& sighting : sightings_) {
-    // Small things that the pose error moved off their track overlap it only when widened.
-    const Polygon wide = Widened(sighting.hull, 0.08);
+    const Polygon wide = Widened(sighting.hull, kAlignmentMargin_m);
     const Candidate* best = nullptr;
-    double best_iou = 0.25;
+    double best_iou = kMinAlignmentIou;
     for (const Candidate& candidate : candidates_) {
-      // Only tracks that probably exist are a reference: others may be errors of earlier frames.
-      if (candidate.track->log_odds < 0.5 || candidate.track->label() != sighting.label) continue;
+      if (candidate.track->log_odds < kMinReferenceLogOdds ||
+          candidate.track->label() != sighting.label) {
+        continue;
+      }
       if (!wide.bounds().Intersects(candidate.track->outline.bounds())) continue;
-      const double iou = Iou(wide, Widened(candidate.track->outline, 0.08));
+      const double iou = Iou(wide, Widened(candidate.track->outline, kAlignmentMargin_m));
       if (iou > best_iou) {
         best_iou = iou;
         best = &candidate;
@@ -246,16 +328,15 @@ void Folding::AlignFrame() {
   }
   if (!pairs.empty() && p_.align_gain > 0.0) {
     Eigen::Matrix3d prior = observation_.pose.covariance;
-    // A pose that claims to be exact has a zero covariance, which has no inverse.
-    prior(0, 0) += 1e-6;
-    prior(1, 1) += 1e-6;
-    prior(2, 2) += 1e-8;
+    prior(0, 0) += kAddedPositionVariance_m2;
+    prior(1, 1) += kAddedPositionVariance_m2;
+    prior(2, 2) += kAddedYawVariance_rad2;
     motion_ = Align(pairs, pivot_, prior, p_);
   }
   // Alignment removes most of the pose's error; outlines are widened by the rest.
   const double sigma =
       std::sqrt(0.5 * (observation_.pose.covariance(0, 0) + observation_.pose.covariance(1, 1)));
-  buffer_m_ = std::min(0.05, p_.buffer_m + p_.buffer_share * sigma);
+  buffer_m_ = std::min(kMaxBuffer_m, p_.buffer_m + p_.buffer_share * sigma);
   for (Sighting& sighting : sightings_) {
     Ring ring;
     for (const Point& p : sighting.hull.outer()) ring.push_back(Apply(motion_, pivot_, p));
@@ -290,13 +371,14 @@ double Folding::Score(const Sighting& sighting, const Candidate& candidate) cons
   const double b = Area(candidate.widened);
   const double iou = common / (a + b - common);
   const double share = track.ClassShare(sighting.label);
-  if (share > 0.25) {
+  if (share > kMinClassShare) {
     const double contained = common / std::min(a, b);
     double overlap = iou;
-    if (contained > p_.containment) overlap = std::max(overlap, 0.5 * contained);
-    return overlap >= p_.gate ? overlap * (0.5 + 0.5 * share) : 0.0;
+    if (contained > p_.containment) overlap = std::max(overlap, kContainmentFactor * contained);
+    const double factor = kOtherClassFactor + (1.0 - kOtherClassFactor) * share;
+    return overlap >= p_.gate ? overlap * factor : 0.0;
   }
-  return iou >= p_.other_class_gate ? 0.5 * iou : 0.0;
+  return iou >= p_.other_class_gate ? kOtherClassFactor * iou : 0.0;
 }
 
 void Folding::Associate() {
@@ -312,7 +394,7 @@ void Folding::Associate() {
       const double score = Score(sightings_[r], candidates_[c]);
       scores[r * columns + c] = score;
       costs[r * (columns + rows) + c].first =
-          score > 0.0 ? -static_cast<int64_t>(score * 1e6) : int64_t{1};
+          score > 0.0 ? -static_cast<int64_t>(score * kCostPerScore) : int64_t{1};
     }
   }
   const auto columns_of = evaluation::CheapestAssignment(rows, columns + rows, costs);
@@ -341,8 +423,7 @@ std::shared_ptr<Track> Folding::Found(const Sighting& sighting) const {
   track->shape =
       ShapeGrid(extent < p_.fine_extent_m ? p_.fine_cell_m
                                           : std::max(p_.coarse_cell_m, extent / kMaxCellsAside));
-  // Below even odds: a single detection may be clutter.
-  track->log_odds = -1.0;
+  track->log_odds = kFoundingLogOdds;
   return track;
 }
 
@@ -356,16 +437,15 @@ void Folding::Hit(const Sighting& sighting, Candidate* candidate, double agreeme
   track.looks += 1.0;
   track.found += 1.0;
   track.clarity += sighting.detection->weight;
-  // `weight` is about position and shape: even a detection of low weight is evidence for its class.
   for (const auto& [label, score] : sighting.detection->scores) {
-    track.class_mass[label] += score * (0.2 + sighting.detection->weight);
+    track.class_mass[label] += score * (kAddedClassWeight + sighting.detection->weight);
   }
   const double weight = sighting.detection->weight;
   track.low.Add(sighting.detection->height.low_m, weight, -1.0);
   track.high.Add(sighting.detection->height.high_m, weight, 1.0);
-  // A view from a moment later has the same localisation error and adds little.
   const double since = absl::ToDoubleSeconds(observation_.stamp - track.last_hit);
-  const double novelty = weight * (0.05 + std::min(1.0, std::max(0.0, since) / p_.correlation_s));
+  const double novelty =
+      weight * (kAddedNovelty + std::min(1.0, std::max(0.0, since) / p_.correlation_s));
   const Point middle = Centroid(sighting.detection->hull);
   const Point moved = Apply(motion_, pivot_, middle);
   track.moved_sum.x += novelty * (moved.x - middle.x);
@@ -384,9 +464,10 @@ void Folding::AddShape(const Sighting& sighting, Track* track) {
   ShapeGrid& shape = track->shape;
   Box extent = sighting.hull.bounds();
   extent.Extend(track->outline.bounds());
-  if (shape.resolution_m() < p_.coarse_cell_m && Extent(extent) > 1.3 * p_.fine_extent_m) {
+  if (shape.resolution_m() < p_.coarse_cell_m &&
+      Extent(extent) > kCoarsenFactor * p_.fine_extent_m) {
     // A track founded on a glimpse may turn out to be of a large thing. Coarser cells bound its
-    // cost; the factor keeps shapes near the limit from being resampled for a little noise.
+    // cost.
     shape = shape.Resampled(p_.coarse_cell_m);
   }
   while (Extent(extent) > 2.0 * kMaxCellsAside * shape.resolution_m()) {
@@ -407,9 +488,10 @@ void Folding::AddShape(const Sighting& sighting, Track* track) {
   const HeightRange band = track->height();
   // A place is part of the footprint if the thing is there at any height of its range, so several
   // heights are looked up.
-  const double heights[] = {band.low_m + 0.25 * (band.high_m - band.low_m),
-                            band.low_m + 0.5 * (band.high_m - band.low_m),
-                            band.low_m + 0.85 * (band.high_m - band.low_m)};
+  std::array<double, kShapeHeights.size()> heights;
+  for (size_t i = 0; i < heights.size(); ++i) {
+    heights[i] = band.low_m + kShapeHeights[i] * (band.high_m - band.low_m);
+  }
   for (int32_t row = whole.row_begin; row < whole.row_end; ++row) {
     int32_t begin = 0;
     int32_t end = 0;
@@ -446,15 +528,15 @@ void Folding::AddShape(const Sighting& sighting, Track* track) {
 
 Folding::Visibility Folding::VisibilityOf(const Track& track) const {
   Visibility visibility;
-  // About 12 x 12 places at three heights suffice, and bound the cost of large things.
-  const double step = std::max(0.02, Extent(track.outline.bounds()) / 12.0);
+  const double step =
+      std::max(kMinVisibilityStep_m, Extent(track.outline.bounds()) / kVisibilityPlacesAside);
   const HeightRange band = track.height();
   int total = 0;
   int visible = 0;
   int empty = 0;
   ForEachSpan(track.outline, step, [&](int32_t row, int32_t begin, int32_t end) {
     for (int32_t col = begin; col < end; ++col) {
-      for (const double share : {0.3, 0.6, 0.9}) {
+      for (const double share : kVisibilityHeights) {
         const double height = band.low_m + share * (band.high_m - band.low_m);
         const Sight sight = lookout_->At((col + 0.5) * step, (row + 0.5) * step, height, nullptr);
         ++total;
@@ -476,8 +558,7 @@ void Folding::Miss() {
     Track& track = *candidate.track;
     if (candidate.hit || track.pinned) continue;
     const Visibility visibility = VisibilityOf(track);
-    // Mostly hidden: the frame says nothing about it.
-    if (visibility.visible < 0.3) continue;
+    if (visibility.visible < kMinVisible) continue;
     // Weigh the view by how clear it is (perception's weight for this range, times the visible
     // part) compared with the usual view that detected the thing: a cup missed from 6 m means
     // little.
@@ -486,15 +567,16 @@ void Folding::Miss() {
     const HeightRange band = track.height();
     const double range = std::hypot(middle.x - eye.x(), middle.y - eye.y(),
                                     0.5 * (band.low_m + band.high_m) - eye.z());
-    const double r = range / 1.8;
+    const double r = range / kHalfWeightRange_m;
     const double usual = track.clarity / std::max(1, track.hits);
     const double clear =
-        std::min(1.0, visibility.visible / (1.0 + r * r * r * r) / std::max(0.01, usual));
+        std::min(1.0, visibility.visible / (1.0 + r * r * r * r) / std::max(kMinClarity, usual));
     // Log-odds of a missed detection (Thrun et al. 2005, section 9.2), with the track's own
     // detection rate so far (Laplace's rule of succession).
-    const double found = std::clamp((track.found + 1.0) / (track.looks + 2.0), 0.1, 0.9);
+    const double found =
+        std::clamp((track.found + 1.0) / (track.looks + 2.0), kMinDetectionRate, kMaxDetectionRate);
     const double missed = std::min(p_.max_miss_loss, std::log((1.0 - p_.clutter) / (1.0 - found)));
-    const bool empty = visibility.empty > 0.75 * visibility.visible;
+    const bool empty = visibility.empty > kMinEmptyShare * visibility.visible;
     track.log_odds -= clear * std::max(missed, empty ? p_.empty_loss : 0.0);
     track.looks += clear;
     if (track.log_odds < p_.delete_log_odds) gone_.push_back(track.key);
@@ -517,7 +599,8 @@ void Folding::CountApart() {
     for (const Candidate& b : candidates_) {
       if (b.sighting < 0 || a.sighting == b.sighting) continue;
       const Polygon& hull_b = sightings_[b.sighting].hull;
-      if (Distance(sightings_[a.sighting].hull.bounds(), Centroid(hull_b)) > 0.5) continue;
+      const Box& bounds_a = sightings_[a.sighting].hull.bounds();
+      if (Distance(bounds_a, Centroid(hull_b)) > kSideBySide_m) continue;
       if (BesideEachOther(a, b)) ++a.track->apart[b.track->key];
     }
   }
@@ -544,9 +627,9 @@ void Folding::Merge() {
       const double iou = common / (area_a + area_b - common);
       const double contained = common / std::min(area_a, area_b);
       const bool same = a.track->label() == b.track->label();
-      // Never side by side in at least six detections: parts of one thing.
+      // Never side by side in enough detections: parts of one thing.
       const bool parts = same && !a.track->apart.count(b.track->key) &&
-                         a.track->hits + b.track->hits >= 6 &&
+                         a.track->hits + b.track->hits >= kMinPartsHits &&
                          (iou > p_.merge_parts_iou || contained > p_.merge_parts_containment);
       if (!(same && (iou > p_.merge_iou || contained > p_.merge_containment)) && !parts &&
           !(iou > p_.merge_any_class_iou)) {

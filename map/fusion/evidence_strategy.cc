@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "base/status/status_macros.h"
 #include "map/fusion/evidence_codec.h"
 #include "map/fusion/evidence_facts.h"
 #include "map/fusion/evidence_fold.h"
@@ -39,9 +40,8 @@ class EvidenceStrategy : public Strategy {
     return EncodeEvidence(static_cast<const EvidenceState&>(*state));
   }
   absl::StatusOr<StatePtr> Decode(absl::string_view bytes) const override {
-    auto state = DecodeEvidence(bytes, parameters_);
-    if (!state.ok()) return state.status();
-    return StatePtr(*std::move(state));
+    HYPERMAP_ASSIGN_OR_RETURN(auto state, DecodeEvidence(bytes, parameters_));
+    return StatePtr(std::move(state));
   }
 
  private:
@@ -51,9 +51,8 @@ class EvidenceStrategy : public Strategy {
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<Strategy>> MakeEvidenceStrategy(absl::string_view parameters) {
-  auto parsed = ParseEvidenceParameters(parameters);
-  if (!parsed.ok()) return parsed.status();
-  return std::make_unique<EvidenceStrategy>(*parsed);
+  HYPERMAP_ASSIGN_OR_RETURN(auto parsed, ParseEvidenceParameters(parameters));
+  return std::make_unique<EvidenceStrategy>(parsed);
 }
 
 }  // namespace hypermap::fusion

@@ -11,6 +11,14 @@ namespace {
 
 // Distance over which a height's influence on a soft extreme changes by a factor of e.
 constexpr double kHeightScale_m = 0.15;
+// Heights beyond this have the influence of this one, so that exp() stays within the range of a
+// double.
+constexpr double kMaxHeight_m = 10.0;
+// Two tracks are two things if at least this many frames, and this share of the detections of the
+// one with fewer, show them side by side: a detector sometimes splits one thing in two. Balances
+// such halves against neighbours. Depends on the detector, so both could be parameters.
+constexpr int kMinApartFrames = 2;
+constexpr double kMinApartShare = 0.2;
 
 }  // namespace
 
@@ -40,8 +48,8 @@ HeightRange Track::height() const {
 }
 
 void SoftExtreme::Add(double value, double w, double sign) {
-  // The clamp keeps exp() within the range of a double.
-  const double share = w * std::exp(sign * std::clamp(value, -10.0, 10.0) / kHeightScale_m);
+  const double share =
+      w * std::exp(sign * std::clamp(value, -kMaxHeight_m, kMaxHeight_m) / kHeightScale_m);
   sum += share * value;
   weight += share;
 }
@@ -49,8 +57,8 @@ void SoftExtreme::Add(double value, double w, double sign) {
 bool Track::IsApartFrom(const Track& other) const {
   const auto found = apart.find(other.key);
   if (found == apart.end()) return false;
-  // A detector sometimes splits one thing in two: a few such frames among many prove nothing.
-  return found->second >= 2 && found->second >= 0.2 * std::min(hits, other.hits);
+  return found->second >= kMinApartFrames &&
+         found->second >= kMinApartShare * std::min(hits, other.hits);
 }
 
 double Track::existence() const { return 1.0 / (1.0 + std::exp(-log_odds)); }

@@ -2,6 +2,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/status/status_macros.h"
 #include "map/layers/grid_layer.h"
 
 namespace hypermap {
@@ -78,9 +79,8 @@ absl::Status GridWriter::Fill(const Polygon& area, CellRule rule, std::optional<
                               int64_t max_cells) {
   CellCode code = kUnknownCode;
   if (value) {
-    const absl::StatusOr<CellCode> encoded = layer_->domain().Encode(*value);
-    if (!encoded.ok()) return encoded.status();
-    code = *encoded;
+    HYPERMAP_ASSIGN_OR_RETURN(const CellCode encoded, layer_->domain().Encode(*value));
+    code = encoded;
   }
   const GridGeometry& geometry = layer_->geometry();
   for (const Point& p : area.outer()) {

@@ -6,6 +6,7 @@
 
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
+#include "base/status/status_macros.h"
 
 namespace hypermap {
 namespace {
@@ -126,10 +127,10 @@ absl::Status ValidateFrameId(absl::string_view field, absl::string_view frame_id
 }
 
 absl::Status Validate(const LayerSpec& spec) {
-  if (auto status = ValidateName("layer.name", spec.name); !status.ok()) return status;
-  if (auto status = ValidateFrameId("layer.frame_id", spec.frame_id); !status.ok()) return status;
-  if (auto status = ValidateGrid(spec); !status.ok()) return status;
-  if (auto status = ValidateThresholds(spec.thresholds); !status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(ValidateName("layer.name", spec.name));
+  HYPERMAP_RETURN_IF_ERROR(ValidateFrameId("layer.frame_id", spec.frame_id));
+  HYPERMAP_RETURN_IF_ERROR(ValidateGrid(spec));
+  HYPERMAP_RETURN_IF_ERROR(ValidateThresholds(spec.thresholds));
   if (spec.unit.size() > kMaxUnitLength) {
     return absl::InvalidArgumentError(
         absl::StrCat("layer.unit is longer than ", kMaxUnitLength, " bytes"));

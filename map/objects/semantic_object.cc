@@ -5,6 +5,7 @@
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/string_view.h"
+#include "base/status/status_macros.h"
 
 namespace hypermap {
 namespace {
@@ -42,7 +43,7 @@ absl::Status ValidateCount(absl::string_view field, size_t count) {
 }
 
 absl::Status ValidateAttribute(const std::string& name, const AttributeValue& value) {
-  if (auto status = ValidateWord("object.attributes key", name); !status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(ValidateWord("object.attributes key", name));
   if (const auto* number = std::get_if<double>(&value); number && !std::isfinite(*number)) {
     return absl::InvalidArgumentError(absl::StrCat("object.attributes[", name, "] is not finite"));
   }
@@ -66,27 +67,21 @@ absl::Status ValidateHeight(const HeightRange& height) {
 }  // namespace
 
 absl::Status Validate(const SemanticObject& object) {
-  if (auto status = ValidateWord("object.label", object.label); !status.ok()) return status;
-  if (auto status = ValidateProbability("object.existence", object.existence); !status.ok()) {
-    return status;
-  }
-  if (auto status = ValidateCount("object.classes", object.classes.size()); !status.ok()) {
-    return status;
-  }
+  HYPERMAP_RETURN_IF_ERROR(ValidateWord("object.label", object.label));
+  HYPERMAP_RETURN_IF_ERROR(ValidateProbability("object.existence", object.existence));
+  HYPERMAP_RETURN_IF_ERROR(ValidateCount("object.classes", object.classes.size()));
   for (const auto& [label, confidence] : object.classes) {
-    if (auto status = ValidateWord("object.classes key", label); !status.ok()) return status;
+    HYPERMAP_RETURN_IF_ERROR(ValidateWord("object.classes key", label));
     const std::string field = absl::StrCat("object.classes[", label, "]");
-    if (auto status = ValidateProbability(field, confidence); !status.ok()) return status;
+    HYPERMAP_RETURN_IF_ERROR(ValidateProbability(field, confidence));
   }
-  if (auto status = ValidateCount("object.tags", object.tags.size()); !status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(ValidateCount("object.tags", object.tags.size()));
   for (const std::string& tag : object.tags) {
-    if (auto status = ValidateWord("object.tags entry", tag); !status.ok()) return status;
+    HYPERMAP_RETURN_IF_ERROR(ValidateWord("object.tags entry", tag));
   }
-  if (auto status = ValidateCount("object.attributes", object.attributes.size()); !status.ok()) {
-    return status;
-  }
+  HYPERMAP_RETURN_IF_ERROR(ValidateCount("object.attributes", object.attributes.size()));
   for (const auto& [name, value] : object.attributes) {
-    if (auto status = ValidateAttribute(name, value); !status.ok()) return status;
+    HYPERMAP_RETURN_IF_ERROR(ValidateAttribute(name, value));
   }
   return object.height ? ValidateHeight(*object.height) : absl::OkStatus();
 }

@@ -5,6 +5,7 @@
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/string_view.h"
+#include "base/status/status_macros.h"
 
 namespace hypermap {
 namespace {
@@ -52,9 +53,9 @@ absl::Status ValidateCells(absl::string_view field, const CellPatch& cells) {
 }
 
 absl::Status ValidateDetection(const std::string& field, const Detection& detection) {
-  if (auto s = ValidateScores(field + ".scores", detection.scores); !s.ok()) return s;
+  HYPERMAP_RETURN_IF_ERROR(ValidateScores(field + ".scores", detection.scores));
   if (detection.hull.empty()) return Invalid(field + ".hull", "is empty");
-  if (auto s = ValidateCells(field + ".cells", detection.cells); !s.ok()) return s;
+  HYPERMAP_RETURN_IF_ERROR(ValidateCells(field + ".cells", detection.cells));
   if (!(std::abs(detection.height.low_m) <= kMaxHeight_m) ||
       !(std::abs(detection.height.high_m) <= kMaxHeight_m) ||
       detection.height.low_m > detection.height.high_m) {
@@ -130,18 +131,16 @@ absl::Status Validate(const Observation& observation) {
   if (observation.stamp == absl::InfinitePast() || observation.stamp == absl::InfiniteFuture()) {
     return Invalid("stamp", "is not finite");
   }
-  if (auto s = ValidatePose(observation.pose); !s.ok()) return s;
+  HYPERMAP_RETURN_IF_ERROR(ValidatePose(observation.pose));
   if (observation.depth) {
-    if (auto s = ValidateView(*observation.depth, observation.detections.size()); !s.ok()) return s;
+    HYPERMAP_RETURN_IF_ERROR(ValidateView(*observation.depth, observation.detections.size()));
   }
   if (observation.detections.size() > kMaxDetections) {
     return Invalid("detections", absl::StrCat("are more than ", kMaxDetections));
   }
   for (size_t i = 0; i < observation.detections.size(); ++i) {
-    if (auto s = ValidateDetection(absl::StrCat("detections[", i, "]"), observation.detections[i]);
-        !s.ok()) {
-      return s;
-    }
+    HYPERMAP_RETURN_IF_ERROR(
+        ValidateDetection(absl::StrCat("detections[", i, "]"), observation.detections[i]));
   }
   return absl::OkStatus();
 }

@@ -33,10 +33,9 @@ absl::Status VisitContentAt(const Snapshot& snapshot, const Scope& scope, const 
                             double tolerance_m, PointContentCallback tell) {
   if (!IsFinite(p)) return absl::InvalidArgumentError("point is not finite");
   HYPERMAP_RETURN_IF_ERROR(CheckTolerance(tolerance_m));
-  const absl::StatusOr<std::string> caller = snapshot.ResolveFrame(scope.frame_id);
-  if (!caller.ok()) return caller.status();
+  HYPERMAP_ASSIGN_OR_RETURN(const std::string caller, snapshot.ResolveFrame(scope.frame_id));
   const auto ask = [&](const LayerPtr& layer) {
-    const auto caller_from_layer = snapshot.frames.Lookup(*caller, layer->spec().frame_id);
+    const auto caller_from_layer = snapshot.frames.Lookup(caller, layer->spec().frame_id);
     if (caller_from_layer.ok()) {
       tell(layer, *caller_from_layer,
            layer->ContentAt(caller_from_layer->Inverse() * p, tolerance_m));
@@ -48,9 +47,9 @@ absl::Status VisitContentAt(const Snapshot& snapshot, const Scope& scope, const 
     for (const auto& [name, layer] : snapshot.layers) ask(layer);
     return absl::OkStatus();
   }
-  const absl::StatusOr<std::vector<LayerPtr>> layers = snapshot.SelectLayers(scope.layers);
-  if (!layers.ok()) return layers.status();
-  for (const LayerPtr& layer : *layers) ask(layer);
+  HYPERMAP_ASSIGN_OR_RETURN(const std::vector<LayerPtr> layers,
+                            snapshot.SelectLayers(scope.layers));
+  for (const LayerPtr& layer : layers) ask(layer);
   return absl::OkStatus();
 }
 
@@ -59,17 +58,15 @@ absl::StatusOr<PointsAsker> PointsAsker::Make(SnapshotPtr snapshot, const Scope&
   HYPERMAP_RETURN_IF_ERROR(CheckTolerance(tolerance_m));
   PointsAsker asker;
   asker.tolerance_m_ = tolerance_m;
-  absl::StatusOr<std::string> caller = snapshot->ResolveFrame(scope.frame_id);
-  if (!caller.ok()) return caller.status();
-  absl::StatusOr<std::vector<LayerPtr>> layers = snapshot->SelectLayers(scope.layers);
-  if (!layers.ok()) return layers.status();
-  for (LayerPtr& layer : *layers) {
+  HYPERMAP_ASSIGN_OR_RETURN(std::string caller, snapshot->ResolveFrame(scope.frame_id));
+  HYPERMAP_ASSIGN_OR_RETURN(std::vector<LayerPtr> layers, snapshot->SelectLayers(scope.layers));
+  for (LayerPtr& layer : layers) {
     AskedLayer asked;
     LayerPointsContent answer;
-    const auto caller_from_layer = snapshot->frames.Lookup(*caller, layer->spec().frame_id);
+    const auto caller_from_layer = snapshot->frames.Lookup(caller, layer->spec().frame_id);
     if (caller_from_layer.ok()) {
       asked.layer_from_caller = caller_from_layer->Inverse();
-      asked.is_same_frame = layer->spec().frame_id == *caller;
+      asked.is_same_frame = layer->spec().frame_id == caller;
     } else {
       answer.status = AnswerStatus::kNoTransform;
     }
@@ -77,7 +74,7 @@ absl::StatusOr<PointsAsker> PointsAsker::Make(SnapshotPtr snapshot, const Scope&
     asker.asked_.push_back(asked);
     asker.answers_.push_back(std::move(answer));
   }
-  asker.frame_id_ = *std::move(caller);
+  asker.frame_id_ = std::move(caller);
   asker.snapshot_ = std::move(snapshot);
   return asker;
 }

@@ -2,6 +2,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/status/status_macros.h"
 #include "map/query/query.h"
 
 namespace hypermap {
@@ -10,14 +11,12 @@ absl::StatusOr<NearestAnswer> Nearest(const Snapshot& snapshot, const Scope& sco
                                       const ValueQuery& value, int k) {
   if (!IsFinite(p)) return absl::InvalidArgumentError("point is not finite");
   if (k < 1) return absl::InvalidArgumentError(absl::StrCat("k is ", k, ", must be at least 1"));
-  absl::StatusOr<std::string> caller = snapshot.ResolveFrame(scope.frame_id);
-  if (!caller.ok()) return caller.status();
-  absl::StatusOr<std::vector<LayerPtr>> layers = snapshot.SelectLayers(scope.layers);
-  if (!layers.ok()) return layers.status();
+  HYPERMAP_ASSIGN_OR_RETURN(std::string caller, snapshot.ResolveFrame(scope.frame_id));
+  HYPERMAP_ASSIGN_OR_RETURN(std::vector<LayerPtr> layers, snapshot.SelectLayers(scope.layers));
 
   NearestAnswer answer;
-  for (const LayerPtr& layer : *layers) {
-    const auto transform = snapshot.frames.Lookup(*caller, layer->spec().frame_id);
+  for (const LayerPtr& layer : layers) {
+    const auto transform = snapshot.frames.Lookup(caller, layer->spec().frame_id);
     if (!transform.ok()) {
       answer.refusals.push_back({layer, AnswerStatus::kNoTransform});
       continue;

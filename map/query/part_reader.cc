@@ -1,6 +1,7 @@
 #include <optional>
 #include <utility>
 
+#include "base/status/status_macros.h"
 #include "map/query/query.h"
 
 namespace hypermap {
@@ -74,11 +75,9 @@ class ScopeReader : public PartReader {
 
 absl::StatusOr<std::unique_ptr<PartReader>> Read(SnapshotPtr snapshot, const Scope& scope,
                                                  Asked asked) {
-  absl::StatusOr<std::string> caller = snapshot->ResolveFrame(scope.frame_id);
-  if (!caller.ok()) return caller.status();
-  absl::StatusOr<std::vector<LayerPtr>> layers = snapshot->SelectLayers(scope.layers);
-  if (!layers.ok()) return layers.status();
-  return std::make_unique<ScopeReader>(std::move(snapshot), *std::move(caller), *std::move(layers),
+  HYPERMAP_ASSIGN_OR_RETURN(std::string caller, snapshot->ResolveFrame(scope.frame_id));
+  HYPERMAP_ASSIGN_OR_RETURN(std::vector<LayerPtr> layers, snapshot->SelectLayers(scope.layers));
+  return std::make_unique<ScopeReader>(std::move(snapshot), std::move(caller), std::move(layers),
                                        std::move(asked));
 }
 

@@ -6,6 +6,7 @@
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/string_view.h"
+#include "base/status/status_macros.h"
 #include "map/values/value_query.h"
 
 namespace hypermap {
@@ -29,7 +30,7 @@ absl::Status ValidateWord(absl::string_view field, absl::string_view word) {
 }
 
 absl::Status ValidateAlias(absl::string_view alias) {
-  if (auto status = ValidateWord("aliases key", alias); !status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(ValidateWord("aliases key", alias));
   const absl::StatusOr<ValueQuery> asked = ParseValueQuery(alias);
   if (asked.ok() && std::holds_alternative<ValueLabel>(*asked)) return absl::OkStatus();
   return absl::InvalidArgumentError(
@@ -42,7 +43,7 @@ absl::StatusOr<ValueAliases> FoldAliases(const ValueAliases& aliases) {
   ValueAliases folded;
   for (const auto& [alias, labels] : aliases) {
     const std::string word = FoldLabel(alias);
-    if (auto status = ValidateAlias(word); !status.ok()) return status;
+    HYPERMAP_RETURN_IF_ERROR(ValidateAlias(word));
     const auto [entry, is_new] = folded.try_emplace(word);
     if (!is_new) {
       return absl::InvalidArgumentError(absl::StrCat("aliases holds \"", word, "\" twice"));
@@ -50,7 +51,7 @@ absl::StatusOr<ValueAliases> FoldAliases(const ValueAliases& aliases) {
     for (const std::string& label : labels) {
       std::string folded_label = FoldLabel(label);
       const std::string field = absl::StrCat("aliases[\"", word, "\"] entry");
-      if (auto status = ValidateWord(field, folded_label); !status.ok()) return status;
+      HYPERMAP_RETURN_IF_ERROR(ValidateWord(field, folded_label));
       entry->second.insert(std::move(folded_label));
     }
   }
@@ -58,9 +59,8 @@ absl::StatusOr<ValueAliases> FoldAliases(const ValueAliases& aliases) {
 }
 
 absl::Status Validate(const ValueAliases& aliases) {
-  const absl::StatusOr<ValueAliases> folded = FoldAliases(aliases);
-  if (!folded.ok()) return folded.status();
-  if (*folded != aliases) return absl::InvalidArgumentError("aliases are not folded");
+  HYPERMAP_ASSIGN_OR_RETURN(const ValueAliases folded, FoldAliases(aliases));
+  if (folded != aliases) return absl::InvalidArgumentError("aliases are not folded");
   size_t num_labels = 0;
   for (const auto& [alias, labels] : aliases) {
     if (labels.empty()) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "base/status/status_macros.h"
 #include "map/geometry/predicates.h"
 #include "map/layers/grid_layer.h"
 #include "map/layers/layer_registry.h"
@@ -136,9 +137,9 @@ class Follower::FollowedLayer {
 
 // Converts the changes of a commit for the subscriber. The follower must have moved to the
 // structure after the commit.
-class Follower::Teller {
+class Follower::ChangeSelector {
  public:
-  explicit Teller(const Follower& follower) : follower_(follower) {}
+  explicit ChangeSelector(const Follower& follower) : follower_(follower) {}
 
   void operator()(const LayerCreated& change) {
     if (follower_.Follows(change.spec.name)) {
@@ -331,15 +332,14 @@ class Follower::StoredReader : public SelectionReader {
 };
 
 absl::StatusOr<Follower> Follower::Make(WatchFilter filter, StructurePtr structure) {
-  absl::StatusOr<std::string> frame = structure->ResolveFrame(filter.frame_id);
-  if (!frame.ok()) return frame.status();
+  HYPERMAP_ASSIGN_OR_RETURN(std::string frame, structure->ResolveFrame(filter.frame_id));
   std::set<std::string> classes;
   for (const std::string& word : filter.classes) {
     std::string folded = FoldLabel(word);
     if (folded.empty()) return absl::InvalidArgumentError("classes: an empty word");
     classes.insert(std::move(folded));
   }
-  Follower follower(std::move(filter), *std::move(frame), std::move(classes));
+  Follower follower(std::move(filter), std::move(frame), std::move(classes));
   follower.MoveTo(structure);
   return follower;
 }
@@ -387,9 +387,9 @@ Follower::Told Follower::Tell(const std::vector<Change>& changes, const Structur
   const bool reset = structure != structure_ && NeedsReset(*structure_, *structure);
   MoveTo(structure);
   if (reset) return {true, {}};
-  Teller teller(*this);
-  for (const Change& change : changes) std::visit(teller, change);
-  return {false, std::move(teller).Take()};
+  ChangeSelector selector(*this);
+  for (const Change& change : changes) std::visit(selector, change);
+  return {false, std::move(selector).Take()};
 }
 
 std::unique_ptr<SelectionReader> Follower::Read(SnapshotPtr snapshot) {

@@ -81,7 +81,7 @@ class Follower {
 
  private:
   class FollowedLayer;
-  class Teller;
+  class ChangeSelector;
   class StoredReader;
 
   Follower(WatchFilter filter, std::string frame_id, std::set<std::string> classes);

@@ -43,9 +43,9 @@ class NetChanges::Adder {
   std::map<std::string, LayerChanges>& layers_;
 };
 
-class NetChanges::Teller {
+class NetChanges::DifferenceBuilder {
  public:
-  Teller(const MapStructure& from, const MapStructure& to, const std::string& frame_id)
+  DifferenceBuilder(const MapStructure& from, const MapStructure& to, const std::string& frame_id)
       : from_(from), to_(to), frame_id_(frame_id) {}
 
   void TellTransforms() {
@@ -132,14 +132,14 @@ void NetChanges::Add(const std::vector<Change>& changes) {
 std::vector<MapChange> NetChanges::Finish(const MapStructure& from, const MapStructure& to,
                                           const std::vector<std::string>& layers,
                                           const std::string& frame_id) && {
-  Teller teller(from, to, frame_id);
-  teller.TellTransforms();
+  DifferenceBuilder builder(from, to, frame_id);
+  builder.TellTransforms();
   for (const auto& [name, changes] : layers_) {
     const bool wanted =
         layers.empty() || std::find(layers.begin(), layers.end(), name) != layers.end();
-    if (wanted) teller.TellLayer(name, changes);
+    if (wanted) builder.TellLayer(name, changes);
   }
-  return std::move(teller).Take();
+  return std::move(builder).Take();
 }
 
 }  // namespace hypermap

@@ -43,7 +43,7 @@ class NetChanges {
     std::map<TileIndex, TileEnds> tiles;
   };
   class Adder;
-  class Teller;
+  class DifferenceBuilder;
 
   std::map<std::string, LayerChanges> layers_;
 };

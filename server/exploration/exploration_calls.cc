@@ -4,6 +4,7 @@
 
 #include "absl/status/statusor.h"
 #include "absl/strings/str_cat.h"
+#include "base/status/status_macros.h"
 
 namespace hypermap::server {
 
@@ -16,13 +17,12 @@ absl::Status CheckKind(const LayerSpec& spec, LayerKind kind) {
 
 absl::Status SetFrame(const Snapshot& snapshot, const std::string& layer_frame,
                       const std::string& frame_id, ExplorationAnswer* answer) {
-  absl::StatusOr<std::string> frame = snapshot.ResolveFrame(frame_id);
-  if (!frame.ok()) return frame.status();
-  const absl::StatusOr<PlanarTransform> transform = snapshot.frames.Lookup(*frame, layer_frame);
-  if (!transform.ok()) return transform.status();
+  HYPERMAP_ASSIGN_OR_RETURN(std::string frame, snapshot.ResolveFrame(frame_id));
+  HYPERMAP_ASSIGN_OR_RETURN(const PlanarTransform transform,
+                            snapshot.frames.Lookup(frame, layer_frame));
   answer->revision = snapshot.revision;
-  answer->frame_id = *std::move(frame);
-  answer->frame_from_layer = *transform;
+  answer->frame_id = std::move(frame);
+  answer->frame_from_layer = transform;
   return absl::OkStatus();
 }
 

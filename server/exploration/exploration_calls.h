@@ -1,4 +1,4 @@
-// The requests to ExplorationDesk and its answers.
+// The requests to MapExplorations and its answers.
 #ifndef HYPERMAP_SERVER_EXPLORATION_EXPLORATION_CALLS_H_
 #define HYPERMAP_SERVER_EXPLORATION_EXPLORATION_CALLS_H_
 
@@ -27,7 +27,7 @@ inline constexpr absl::Duration kMaxLease = absl::Minutes(10);
 
 // In all requests, an empty frame_id is the map's own frame, and exploration 0 is the newest one.
 
-struct StartOrder {
+struct ExplorationStart {
   Polygon area;
   std::string frame_id;
   std::string occupancy_layer;
@@ -41,7 +41,7 @@ struct StartOrder {
   std::string request_id;
 };
 
-struct ClaimOrder {
+struct GoalClaim {
   ObjectId exploration_id = 0;
   std::string robot;
   Point place;
@@ -50,14 +50,14 @@ struct ClaimOrder {
   std::string author;
 };
 
-struct RenewOrder {
+struct GoalRenewal {
   std::string robot;
   ObjectId goal_id = 0;
   absl::Duration lease = kDefaultLease;
   std::string author;
 };
 
-struct ReleaseOrder {
+struct GoalRelease {
   std::string robot;
   ObjectId goal_id = 0;
   GoalOutcome outcome = GoalOutcome::kReached;

@@ -28,7 +28,7 @@ class ExplorationChangesTest : public ::testing::Test, public ExplorationSite {
   // Starts an exploration of a map of one room.
   void StartInARoom() {
     Draw(std::vector<std::string>(8, std::string(8, '.')));
-    ASSERT_TRUE(desk().Start(WholeArea()).ok());
+    ASSERT_TRUE(explorations().Start(WholeArea()).ok());
   }
   ObjectId ExplorationId() { return Newest().exploration.id; }
   void DeleteByHand(ObjectId id) { Submit({{DeleteObject{"explorations", id, {}}}}); }
@@ -69,11 +69,11 @@ TEST_F(ExplorationChangesTest, NobodyIsSentToAPlaceGivenUpNorBesideIt) {
 
 TEST_F(ExplorationChangesTest, PlacesGivenUpEndItAsUnreachable) {
   Draw({"..."});
-  ASSERT_TRUE(desk()
+  ASSERT_TRUE(explorations()
                   .Start([this] {
-                    StartOrder order = WholeArea();
-                    order.min_gain_cells = 1;
-                    return order;
+                    ExplorationStart request = WholeArea();
+                    request.min_gain_cells = 1;
+                    return request;
                   }())
                   .ok());
   ClaimAnswer answer = Claim("r1", {0.25, 0.25});
@@ -86,9 +86,9 @@ TEST_F(ExplorationChangesTest, PlacesGivenUpEndItAsUnreachable) {
 
 TEST_F(ExplorationChangesTest, APlaceComesBackWhenFloorNearbyChanges) {
   Draw({std::string(66, '.')});
-  StartOrder order = WholeArea();
-  order.range_m = 2.0;
-  ASSERT_TRUE(desk().Start(order).ok());
+  ExplorationStart request = WholeArea();
+  request.range_m = 2.0;
+  ASSERT_TRUE(explorations().Start(request).ok());
   const auto given_up = Claim("r1", {0.25, 0.25});
   ASSERT_TRUE(given_up.goal.has_value());
   Release("r1", GoalOutcome::kUnreachable);
@@ -109,7 +109,7 @@ TEST_F(ExplorationChangesTest, APlaceComesBackWhenFloorNearbyChanges) {
 
 TEST_F(ExplorationChangesTest, AfterARestartAPlaceComesBackIfTheFloorChangedAnywhere) {
   Draw({std::string(66, '.')});
-  ASSERT_TRUE(desk().Start(WholeArea()).ok());
+  ASSERT_TRUE(explorations().Start(WholeArea()).ok());
   ASSERT_TRUE(Claim("r1", {0.25, 0.25}).goal.has_value());
   Release("r1", GoalOutcome::kUnreachable);
   Reopen();
@@ -137,7 +137,7 @@ TEST_F(ExplorationChangesTest, ARestartLosesNeitherClaimsNorWhatWasExplored) {
   // The robot keeps its goal, and no other robot is sent there.
   const auto other = Claim("r2", {0.25, 0.25});
   EXPECT_TRUE(!other.goal || other.goal->cell != claimed.goal->cell);
-  EXPECT_TRUE(desk().Renew({"r1", claimed.goal->id, absl::Minutes(1), "test"}).ok());
+  EXPECT_TRUE(explorations().Renew({"r1", claimed.goal->id, absl::Minutes(1), "test"}).ok());
   LookRound(Centroid(claimed.goal->cell), 4.0);
   Release("r1", GoalOutcome::kReached);
   Reopen();
@@ -153,11 +153,11 @@ TEST_F(ExplorationChangesTest, FollowsAsOneThatBeginsAnew) {
   SCOPED_TRACE(seed);
   Rng rng(seed);
   Draw(std::vector<std::string>(140, std::string(140, '.')));
-  StartOrder order = WholeArea();
+  ExplorationStart request = WholeArea();
   // Floor by which the map grows is part of the exploration.
-  order.area = Rectangle(-30, -30, 100, 100);
-  order.range_m = 2.0;
-  ASSERT_TRUE(desk().Start(order).ok());
+  request.area = Rectangle(-30, -30, 100, 100);
+  request.range_m = 2.0;
+  ASSERT_TRUE(explorations().Start(request).ok());
   for (int i = 0; i < 30; ++i) {
     const int row = UniformInt(rng, i == 20 ? -60 : 0, 130);
     const int col = UniformInt(rng, 0, i == 25 ? 190 : 130);
@@ -168,7 +168,7 @@ TEST_F(ExplorationChangesTest, FollowsAsOneThatBeginsAnew) {
       Write(box, UniformInt(rng, 0, 3) == 0 ? 0.0 : 1.0, "seen");
     }
     const Explorer::Progress followed = Progress();
-    ExplorationDesk fresh(&session(), max_exploration_cells());
+    MapExplorations fresh(&session(), max_exploration_cells());
     ExpectSame(followed, fresh.Get(0, "")->progress.cells);
   }
 }
@@ -184,7 +184,7 @@ TEST_F(ExplorationChangesTest, TheExplorationLayerMayHaveCellsAndAFrameOfItsOwn)
   seen.grid = GridGeometry{PlanarTransform(0.03, -0.02, 0.2), 0.3};
   const PlanarTransform map_from_turned(1.0, -2.0, 0.7);
   Submit({{SetTransform{{"map", "turned", map_from_turned}}, CreateLayer{seen}}});
-  ASSERT_TRUE(desk().Start(WholeArea()).ok());
+  ASSERT_TRUE(explorations().Start(WholeArea()).ok());
   EXPECT_EQ(Progress().explored, 0);
   for (const Polygon& area : {Rectangle(0, 0, 1.7, 2.9), Rectangle(1, 1, 3.9, 1.4)}) {
     Submit({{FillPolygon{"seen", area, "map", CellRule::kCentre, 1.0}}});
@@ -209,7 +209,7 @@ TEST_F(ExplorationChangesTest, AMovedFrameCountsAtOnce) {
   seen.frame_id = "robot";
   seen.grid = GridGeometry{PlanarTransform(), kResolution_m};
   Submit({{SetTransform{{"map", "robot", PlanarTransform()}}, CreateLayer{seen}}});
-  ASSERT_TRUE(desk().Start(WholeArea()).ok());
+  ASSERT_TRUE(explorations().Start(WholeArea()).ok());
   MarkExplored({0, 1, 0, 4});
   EXPECT_EQ(Progress().explored, 4);
   Submit({{SetTransform{{"map", "robot", PlanarTransform(3.0, 0, 0)}}}});
@@ -220,13 +220,13 @@ TEST_F(ExplorationChangesTest, ALayerThatIsGoneIsNamed) {
   StartInARoom();
   Submit({{DeleteLayer{"seen"}}});
   for (const absl::Status& status :
-       {desk().Get(0, "").status(), desk().Claim({0, "r1", {0.25, 0.25}}).status(),
-        desk().ListFrontiers(0, "").status()}) {
+       {explorations().Get(0, "").status(), explorations().Claim({0, "r1", {0.25, 0.25}}).status(),
+        explorations().ListFrontiers(0, "").status()}) {
     EXPECT_TRUE(absl::IsFailedPrecondition(status)) << status;
     EXPECT_THAT(std::string(status.message()), HasSubstr("\"seen\""));
   }
-  EXPECT_TRUE(desk().List("").ok());
-  EXPECT_TRUE(desk().Stop(0, "test").ok());
+  EXPECT_TRUE(explorations().List("").ok());
+  EXPECT_TRUE(explorations().Stop(0, "test").ok());
 }
 
 TEST_F(ExplorationChangesTest, ALayerThatIsMadeAgainIsFollowedAnew) {
@@ -245,7 +245,8 @@ TEST_F(ExplorationChangesTest, ALayerOfThatNameOfAnotherKindIsInTheWay) {
   taken.name = "explorations";
   Submit({{CreateLayer{taken}}});
   for (const absl::Status& status :
-       {desk().Start(WholeArea()).status(), desk().List("").status(), desk().Get(0, "").status()}) {
+       {explorations().Start(WholeArea()).status(), explorations().List("").status(),
+        explorations().Get(0, "").status()}) {
     EXPECT_TRUE(absl::IsFailedPrecondition(status)) << status;
     EXPECT_THAT(std::string(status.message()), HasSubstr("\"explorations\""));
   }
@@ -253,12 +254,12 @@ TEST_F(ExplorationChangesTest, ALayerOfThatNameOfAnotherKindIsInTheWay) {
 
 TEST_F(ExplorationChangesTest, TwoOfAMapGoOnSideBySide) {
   Draw(std::vector<std::string>(4, std::string(20, '.')));
-  StartOrder left = WholeArea();
+  ExplorationStart left = WholeArea();
   left.area = Rectangle(0, 0, 4, 2);
-  StartOrder right = WholeArea();
+  ExplorationStart right = WholeArea();
   right.area = Rectangle(6, 0, 10, 2);
-  const ObjectId a = desk().Start(left)->objects.exploration.id;
-  const ObjectId b = desk().Start(right)->objects.exploration.id;
+  const ObjectId a = explorations().Start(left)->objects.exploration.id;
+  const ObjectId b = explorations().Start(right)->objects.exploration.id;
   ASSERT_NE(a, b);
   ASSERT_TRUE(Claim("r1", {0.25, 0.25}, absl::Minutes(1), a).goal.has_value());
   // The robot has one goal in each exploration.
@@ -267,7 +268,7 @@ TEST_F(ExplorationChangesTest, TwoOfAMapGoOnSideBySide) {
   EXPECT_EQ(Progress(a).explored, 32);
   EXPECT_EQ(Progress(b).explored, 0);
   EXPECT_EQ(Claim("r1", {0.25, 0.25}, absl::Minutes(1), a).end_reason, EndReason::kDone);
-  const auto list = desk().List("");
+  const auto list = explorations().List("");
   ASSERT_THAT(list->explorations, SizeIs(2));
   EXPECT_EQ(list->explorations[0].exploration.id, b);
   EXPECT_EQ(list->explorations[0].exploration.state, ExplorationState::kActive);
@@ -281,16 +282,16 @@ TEST_F(ExplorationChangesTest, WhatPeopleDeleteIsGone) {
   StartInARoom();
   const ObjectId goal = Claim("r1", {0.25, 0.25}).goal->id;
   DeleteByHand(goal);
-  EXPECT_TRUE(
-      absl::IsNotFound(desk().Release({"r1", goal, GoalOutcome::kReached, "test"}).status()));
+  EXPECT_TRUE(absl::IsNotFound(
+      explorations().Release({"r1", goal, GoalOutcome::kReached, "test"}).status()));
   const ObjectId other = Claim("r1", {0.25, 0.25}).goal->id;
   const ObjectId exploration = ExplorationId();
   DeleteByHand(exploration);
-  EXPECT_TRUE(absl::IsNotFound(desk().Get(exploration, "").status()));
-  EXPECT_TRUE(absl::IsNotFound(desk().Claim({0, "r1", {0.25, 0.25}}).status()));
-  EXPECT_TRUE(
-      absl::IsNotFound(desk().Release({"r1", other, GoalOutcome::kReached, "test"}).status()));
-  EXPECT_THAT(desk().List("")->explorations, IsEmpty());
+  EXPECT_TRUE(absl::IsNotFound(explorations().Get(exploration, "").status()));
+  EXPECT_TRUE(absl::IsNotFound(explorations().Claim({0, "r1", {0.25, 0.25}}).status()));
+  EXPECT_TRUE(absl::IsNotFound(
+      explorations().Release({"r1", other, GoalOutcome::kReached, "test"}).status()));
+  EXPECT_THAT(explorations().List("")->explorations, IsEmpty());
 }
 
 TEST_F(ExplorationChangesTest, PeopleMayMoveTheArea) {
@@ -306,7 +307,7 @@ TEST_F(ExplorationChangesTest, WhatPeopleAddToItStaysWhenItEnds) {
     object.tags = {"night shift"};
     object.attributes["by"] = std::string("Ann");
   });
-  ASSERT_TRUE(desk().Stop(0, "test").ok());
+  ASSERT_TRUE(explorations().Stop(0, "test").ok());
   EditByHand(ExplorationId(), [](SemanticObject& object) {
     EXPECT_THAT(object.tags, ElementsAre("night shift"));
     EXPECT_EQ(std::get<std::string>(object.attributes["by"]), "Ann");
@@ -319,7 +320,7 @@ TEST_F(ExplorationChangesTest, WhatPeopleSpoilIsNamed) {
   const ObjectId id = ExplorationId();
   EditByHand(id,
              [](SemanticObject& object) { object.attributes["state"] = std::string("paused"); });
-  const absl::Status status = desk().Claim({0, "r1", {0.25, 0.25}}).status();
+  const absl::Status status = explorations().Claim({0, "r1", {0.25, 0.25}}).status();
   EXPECT_TRUE(absl::IsDataLoss(status)) << status;
   EXPECT_THAT(std::string(status.message()), HasSubstr("state"));
   EditByHand(id,
@@ -335,7 +336,7 @@ TEST_F(ExplorationChangesTest, StopEndsItAndAgainIsANoOp) {
   const ObjectId goal = Claim("r1", {0.25, 0.25}).goal->id;
   const Explorer::Progress progress = Progress();
   Advance(absl::Seconds(7));
-  const auto stopped = desk().Stop(0, "test");
+  const auto stopped = explorations().Stop(0, "test");
   ASSERT_TRUE(stopped.ok()) << stopped.status();
   EXPECT_EQ(stopped->objects.exploration.state, ExplorationState::kEnded);
   EXPECT_EQ(stopped->objects.exploration.end_reason, EndReason::kStopped);
@@ -345,15 +346,16 @@ TEST_F(ExplorationChangesTest, StopEndsItAndAgainIsANoOp) {
 
   const Revision after = snapshot()->revision;
   Advance(absl::Seconds(7));
-  const auto again = desk().Stop(0, "test");
+  const auto again = explorations().Stop(0, "test");
   ASSERT_TRUE(again.ok()) << again.status();
   EXPECT_EQ(again->objects.exploration, stopped->objects.exploration);
   const auto claimed = Claim("r1", {0.25, 0.25});
   EXPECT_EQ(claimed.state, ExplorationState::kEnded);
   EXPECT_EQ(claimed.end_reason, EndReason::kStopped);
   EXPECT_FALSE(claimed.goal.has_value());
-  EXPECT_TRUE(absl::IsNotFound(desk().Renew({"r1", goal, absl::Minutes(1), "test"}).status()));
-  EXPECT_TRUE(absl::IsFailedPrecondition(desk().ListFrontiers(0, "").status()));
+  EXPECT_TRUE(
+      absl::IsNotFound(explorations().Renew({"r1", goal, absl::Minutes(1), "test"}).status()));
+  EXPECT_TRUE(absl::IsFailedPrecondition(explorations().ListFrontiers(0, "").status()));
   EXPECT_EQ(snapshot()->revision, after);
 }
 
@@ -369,7 +371,7 @@ TEST_F(ExplorationChangesTest, ACallIsMadeAgainWhenSomebodyElseChangesTheLayer) 
   });
   int claimed = 0;
   for (int i = 0; i < 50; ++i) {
-    claimed += desk().Claim({0, "r1", {0.25, 0.25}, "", absl::Minutes(1), "test"}).ok();
+    claimed += explorations().Claim({0, "r1", {0.25, 0.25}, "", absl::Minutes(1), "test"}).ok();
   }
   done = true;
   people.join();
@@ -379,23 +381,23 @@ TEST_F(ExplorationChangesTest, ACallIsMadeAgainWhenSomebodyElseChangesTheLayer) 
 
 TEST_F(ExplorationChangesTest, RateIsOfTheLastMinute) {
   StartInARoom();
-  EXPECT_EQ(desk().Get(0, "")->progress.rate_m2_per_s, 0.0);
+  EXPECT_EQ(explorations().Get(0, "")->progress.rate_m2_per_s, 0.0);
   Advance(absl::Seconds(10));
   MarkExplored({0, 2, 0, 8});
-  EXPECT_DOUBLE_EQ(desk().Get(0, "")->progress.rate_m2_per_s, 16 * 0.25 / 10);
+  EXPECT_DOUBLE_EQ(explorations().Get(0, "")->progress.rate_m2_per_s, 16 * 0.25 / 10);
   Advance(absl::Seconds(60));
-  EXPECT_DOUBLE_EQ(desk().Get(0, "")->progress.rate_m2_per_s, 0.0);
+  EXPECT_DOUBLE_EQ(explorations().Get(0, "")->progress.rate_m2_per_s, 0.0);
 }
 
 TEST_F(ExplorationChangesTest, FrontiersAreTheLargestFirst) {
   Draw({"...#......",  //
         "...#######",  //
         "...#......"});
-  ASSERT_TRUE(desk().Start(WholeArea()).ok());
-  EXPECT_THAT(desk().ListFrontiers(0, "")->frontiers, IsEmpty());
+  ASSERT_TRUE(explorations().Start(WholeArea()).ok());
+  EXPECT_THAT(explorations().ListFrontiers(0, "")->frontiers, IsEmpty());
   MarkExplored({0, 1, 4, 5});
   MarkExplored({0, 3, 0, 1});
-  const auto list = desk().ListFrontiers(0, "");
+  const auto list = explorations().ListFrontiers(0, "");
   ASSERT_TRUE(list.ok()) << list.status();
   ASSERT_THAT(list->frontiers, SizeIs(2));
   EXPECT_THAT(list->frontiers[0].cells,

@@ -1,11 +1,12 @@
-// The calls of ExplorationDesk that concern goals: Claim, Renew and Release.
+// The calls of MapExplorations that concern goals: Claim, Renew and Release.
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
-#include "server/exploration/exploration_desk.h"
+#include "base/status/status_macros.h"
+#include "server/exploration/map_explorations.h"
 #include "server/session/map_session.h"
 
 namespace hypermap::server {
@@ -39,16 +40,15 @@ DeleteObject Remove(ObjectId id) { return {kExplorationsLayer, id, {}}; }
 
 }  // namespace
 
-absl::StatusOr<ExplorationDesk::Kept> ExplorationDesk::ReadGoal(const std::string& robot,
+absl::StatusOr<MapExplorations::Kept> MapExplorations::ReadGoal(const std::string& robot,
                                                                 ObjectId goal_id,
                                                                 ExplorationGoal* goal) const {
   const SnapshotPtr snapshot = session_->snapshot();
   const auto* layer = snapshot->FindSemantic(kExplorationsLayer);
   const ObjectPtr object = layer == nullptr ? nullptr : layer->Find(goal_id);
   if (!object || object->label != kGoalLabel) return NotHeld(robot, goal_id);
-  const absl::StatusOr<ExplorationGoal> found = ToGoal(*object);
-  if (!found.ok()) return found.status();
-  absl::StatusOr<Kept> kept = Read(found->exploration_id);
+  HYPERMAP_ASSIGN_OR_RETURN(const ExplorationGoal found, ToGoal(*object));
+  absl::StatusOr<Kept> kept = Read(found.exploration_id);
   if (absl::IsNotFound(kept.status())) return NotHeld(robot, goal_id);
   if (!kept.ok()) return kept.status();
   for (const ExplorationGoal& held : kept->objects.goals) {
@@ -59,60 +59,58 @@ absl::StatusOr<ExplorationDesk::Kept> ExplorationDesk::ReadGoal(const std::strin
   return NotHeld(robot, goal_id);
 }
 
-absl::StatusOr<ClaimAnswer> ExplorationDesk::Claim(const ClaimOrder& order) {
-  if (auto status = CheckRobot(order.robot); !status.ok()) return status;
-  if (auto status = CheckLease(order.lease); !status.ok()) return status;
+absl::StatusOr<ClaimAnswer> MapExplorations::Claim(const GoalClaim& request) {
+  HYPERMAP_RETURN_IF_ERROR(CheckRobot(request.robot));
+  HYPERMAP_RETURN_IF_ERROR(CheckLease(request.lease));
   MutexLock lock(&mutex_);
   return Retried([&] {
     mutex_.AssertHeld();
-    return TryClaim(order);
+    return TryClaim(request);
   });
 }
 
-absl::StatusOr<ClaimAnswer> ExplorationDesk::TryClaim(const ClaimOrder& order) {
-  absl::StatusOr<Kept> kept = Read(order.exploration_id);
-  if (!kept.ok()) return kept.status();
-  const Exploration& exploration = kept->objects.exploration;
+absl::StatusOr<ClaimAnswer> MapExplorations::TryClaim(const GoalClaim& request) {
+  HYPERMAP_ASSIGN_OR_RETURN(Kept kept, Read(request.exploration_id));
+  const Exploration& exploration = kept.objects.exploration;
   ClaimAnswer answer;
   absl::Status status =
-      SetFrame(*kept->snapshot, kept->layer->spec().frame_id, order.frame_id, &answer);
+      SetFrame(*kept.snapshot, kept.layer->spec().frame_id, request.frame_id, &answer);
   if (!status.ok()) return status;
   answer.exploration_id = exploration.id;
   answer.state = exploration.state;
   answer.end_reason = exploration.end_reason;
   if (!IsActive(exploration)) return answer;
 
-  const absl::StatusOr<Active*> active = Follow(*kept);
-  if (!active.ok()) return active.status();
-  ExplorationFollower& follower = (*active)->follower;
-  status = Meet(order, answer.frame_from_layer, *active);
+  HYPERMAP_ASSIGN_OR_RETURN(Active* const active, Follow(kept));
+  ExplorationFollower& follower = active->follower;
+  status = Meet(request, answer.frame_from_layer, active);
   if (!status.ok()) return status;
-  answer.goal = ChooseGoal(order.robot, kept->objects, *active);
+  answer.goal = ChooseGoal(request.robot, kept.objects, active);
   const EndReason reason = answer.goal
                                ? EndReason::kNone
-                               : (*active)->team.ReasonToEnd(order.robot, kept->objects, &follower);
-  const ExplorationProgress progress = Measure(*active);
+                               : active->team.ReasonToEnd(request.robot, kept.objects, &follower);
+  const ExplorationProgress progress = Measure(active);
 
   std::vector<Edit> edits;
-  if (answer.goal) edits.push_back(PutGoal(*answer.goal, order.lease));
-  for (const UnreachablePlace& place : kept->objects.unreachable_places) {
+  if (answer.goal) edits.push_back(PutGoal(*answer.goal, request.lease));
+  for (const UnreachablePlace& place : kept.objects.unreachable_places) {
     if (follower.MayBeReachableAgain(place)) edits.push_back(Remove(place.id));
   }
   if (reason != EndReason::kNone) {
-    End(reason, &*kept, &edits);
+    End(reason, &kept, &edits);
   } else {
-    for (const ExplorationGoal& goal : kept->objects.goals) {
-      if (goal.robot == order.robot) edits.push_back(Remove(goal.id));
+    for (const ExplorationGoal& goal : kept.objects.goals) {
+      if (goal.robot == request.robot) edits.push_back(Remove(goal.id));
     }
   }
   if (edits.empty()) return answer;
   answer.num_edits = static_cast<int64_t>(edits.size());
-  const absl::StatusOr<storage::Receipt> receipt = Commit(*kept, std::move(edits), order.author);
-  if (!receipt.ok()) return receipt.status();
-  answer.revision = receipt->revision;
+  HYPERMAP_ASSIGN_OR_RETURN(const storage::Receipt receipt,
+                            Commit(kept, std::move(edits), request.author));
+  answer.revision = receipt.revision;
   answer.state = exploration.state;
   answer.end_reason = exploration.end_reason;
-  if (answer.goal) answer.goal = AsPut(*answer.goal, receipt->object_ids.front(), order.lease);
+  if (answer.goal) answer.goal = AsPut(*answer.goal, receipt.object_ids.front(), request.lease);
   if (!IsActive(exploration)) {
     active_.erase(exploration.id);
     Remember(exploration.id, progress);
@@ -120,21 +118,21 @@ absl::StatusOr<ClaimAnswer> ExplorationDesk::TryClaim(const ClaimOrder& order) {
   return answer;
 }
 
-absl::Status ExplorationDesk::Meet(const ClaimOrder& order, const PlanarTransform& frame_from_layer,
-                                   Active* active) {
-  const Point place = frame_from_layer.ApplyInverse(order.place);
+absl::Status MapExplorations::Meet(const GoalClaim& request,
+                                   const PlanarTransform& frame_from_layer, Active* active) {
+  const Point place = frame_from_layer.ApplyInverse(request.place);
   if (!active->follower.CanStand(place)) {
-    return absl::FailedPreconditionError(absl::StrCat("robot \"", order.robot,
+    return absl::FailedPreconditionError(absl::StrCat("robot \"", request.robot,
                                                       "\" stands where it cannot go: (",
-                                                      order.place.x, ", ", order.place.y, ")"));
+                                                      request.place.x, ", ", request.place.y, ")"));
   }
   const absl::Time now = session_->options().clock();
-  if (active->team.Meet(order.robot, place, now, &active->follower)) return absl::OkStatus();
+  if (active->team.Meet(request.robot, place, now, &active->follower)) return absl::OkStatus();
   return absl::ResourceExhaustedError(
       absl::StrCat("at most ", ExplorationTeam::kMaxRobots, " robots explore an area together"));
 }
 
-std::optional<ExplorationGoal> ExplorationDesk::ChooseGoal(const std::string& robot,
+std::optional<ExplorationGoal> MapExplorations::ChooseGoal(const std::string& robot,
                                                            const ExplorationObjects& objects,
                                                            Active* active) {
   const std::optional<Explorer::Goal> chosen =
@@ -149,7 +147,7 @@ std::optional<ExplorationGoal> ExplorationDesk::ChooseGoal(const std::string& ro
   return goal;
 }
 
-ExplorationGoal ExplorationDesk::AsPut(ExplorationGoal goal, ObjectId id,
+ExplorationGoal MapExplorations::AsPut(ExplorationGoal goal, ObjectId id,
                                        absl::Duration lease) const {
   goal.id = id;
   const SnapshotPtr snapshot = session_->snapshot();
@@ -159,64 +157,61 @@ ExplorationGoal ExplorationDesk::AsPut(ExplorationGoal goal, ObjectId id,
   return goal;
 }
 
-absl::StatusOr<GoalAnswer> ExplorationDesk::Renew(const RenewOrder& order) {
-  if (auto status = CheckRobot(order.robot); !status.ok()) return status;
-  if (auto status = CheckLease(order.lease); !status.ok()) return status;
+absl::StatusOr<GoalAnswer> MapExplorations::Renew(const GoalRenewal& request) {
+  HYPERMAP_RETURN_IF_ERROR(CheckRobot(request.robot));
+  HYPERMAP_RETURN_IF_ERROR(CheckLease(request.lease));
   MutexLock lock(&mutex_);
   return Retried([&] {
     mutex_.AssertHeld();
-    return TryRenew(order);
+    return TryRenew(request);
   });
 }
 
-absl::StatusOr<GoalAnswer> ExplorationDesk::TryRenew(const RenewOrder& order) {
+absl::StatusOr<GoalAnswer> MapExplorations::TryRenew(const GoalRenewal& request) {
   GoalAnswer answer;
-  const absl::StatusOr<Kept> kept = ReadGoal(order.robot, order.goal_id, &answer.goal);
-  if (!kept.ok()) return kept.status();
-  absl::Status status = SetFrame(*kept->snapshot, kept->layer->spec().frame_id, "", &answer);
+  HYPERMAP_ASSIGN_OR_RETURN(const Kept kept,
+                            ReadGoal(request.robot, request.goal_id, &answer.goal));
+  absl::Status status = SetFrame(*kept.snapshot, kept.layer->spec().frame_id, "", &answer);
   if (!status.ok()) return status;
-  const absl::StatusOr<storage::Receipt> receipt =
-      Commit(*kept, {PutGoal(answer.goal, order.lease)}, order.author);
-  if (!receipt.ok()) return receipt.status();
-  answer.revision = receipt->revision;
+  HYPERMAP_ASSIGN_OR_RETURN(const storage::Receipt receipt,
+                            Commit(kept, {PutGoal(answer.goal, request.lease)}, request.author));
+  answer.revision = receipt.revision;
   answer.num_edits = 1;
-  answer.goal = AsPut(answer.goal, order.goal_id, order.lease);
+  answer.goal = AsPut(answer.goal, request.goal_id, request.lease);
   return answer;
 }
 
-absl::StatusOr<ExplorationAnswer> ExplorationDesk::Release(const ReleaseOrder& order) {
-  if (auto status = CheckRobot(order.robot); !status.ok()) return status;
+absl::StatusOr<ExplorationAnswer> MapExplorations::Release(const GoalRelease& request) {
+  HYPERMAP_RETURN_IF_ERROR(CheckRobot(request.robot));
   MutexLock lock(&mutex_);
   return Retried([&] {
     mutex_.AssertHeld();
-    return TryRelease(order);
+    return TryRelease(request);
   });
 }
 
-absl::StatusOr<ExplorationAnswer> ExplorationDesk::TryRelease(const ReleaseOrder& order) {
+absl::StatusOr<ExplorationAnswer> MapExplorations::TryRelease(const GoalRelease& request) {
   ExplorationGoal goal;
-  const absl::StatusOr<Kept> kept = ReadGoal(order.robot, order.goal_id, &goal);
-  if (!kept.ok()) return kept.status();
-  const absl::StatusOr<Active*> active = Follow(*kept);
-  if (!active.ok()) return active.status();
+  HYPERMAP_ASSIGN_OR_RETURN(const Kept kept, ReadGoal(request.robot, request.goal_id, &goal));
+  HYPERMAP_ASSIGN_OR_RETURN(Active* const active, Follow(kept));
   std::vector<Edit> edits{Remove(goal.id)};
-  if (order.outcome == GoalOutcome::kUnreachable) {
-    const Exploration& exploration = kept->objects.exploration;
+  if (request.outcome == GoalOutcome::kUnreachable) {
+    const Exploration& exploration = kept.objects.exploration;
     UnreachablePlace place{0, exploration.id, goal.robot, goal.cell, 0};
-    place.occupancy_version = kept->snapshot->LayerVersionOf(exploration.occupancy_layer);
+    place.occupancy_version = kept.snapshot->LayerVersionOf(exploration.occupancy_layer);
     edits.push_back(PutObject{kExplorationsLayer, ToObject(place), ""});
   }
   ExplorationAnswer answer;
   answer.num_edits = static_cast<int64_t>(edits.size());
-  const absl::StatusOr<storage::Receipt> receipt = Commit(*kept, std::move(edits), order.author);
-  if (!receipt.ok()) return receipt.status();
-  answer.revision = receipt->revision;
-  if (order.outcome == GoalOutcome::kReached) {
-    ExplorationFollower& follower = (*active)->follower;
+  HYPERMAP_ASSIGN_OR_RETURN(const storage::Receipt receipt,
+                            Commit(kept, std::move(edits), request.author));
+  answer.revision = receipt.revision;
+  if (request.outcome == GoalOutcome::kReached) {
+    ExplorationFollower& follower = active->follower;
     const std::optional<CellIndex> cell = follower.CellAt(Centroid(goal.cell));
     if (cell) follower.explorer().LookedRound(*cell);
   }
-  Measure(*active);
+  Measure(active);
   return answer;
 }
 

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/status/status_macros.h"
 #include "map/grid/cell_cover.h"
 #include "map/layers/changed_parts.h"
 #include "server/exploration/exploration_calls.h"
@@ -23,7 +24,7 @@ absl::StatusOr<std::shared_ptr<const GridLayer>> FindGrid(const Snapshot& snapsh
     return absl::FailedPreconditionError(
         absl::StrCat("the exploration's layer \"", name, "\" is gone"));
   }
-  if (auto status = CheckKind((*layer)->spec(), kind); !status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(CheckKind((*layer)->spec(), kind));
   return AsGrid(*layer);
 }
 
@@ -71,21 +72,20 @@ double DistanceTo(const CellBox& box, const CellIndex& cell) {
 absl::StatusOr<ExplorationFollower::Ground> ExplorationFollower::FindGround(
     const Snapshot& snapshot, const Exploration& exploration) {
   Ground ground;
-  auto floor = FindGrid(snapshot, exploration.occupancy_layer, LayerKind::kOccupancy);
-  if (!floor.ok()) return floor.status();
-  auto seen = FindGrid(snapshot, exploration.exploration_layer, LayerKind::kExploration);
-  if (!seen.ok()) return seen.status();
+  HYPERMAP_ASSIGN_OR_RETURN(auto floor,
+                            FindGrid(snapshot, exploration.occupancy_layer, LayerKind::kOccupancy));
+  HYPERMAP_ASSIGN_OR_RETURN(
+      auto seen, FindGrid(snapshot, exploration.exploration_layer, LayerKind::kExploration));
   const Layer* layer = snapshot.FindLayer(kExplorationsLayer);
   const std::string& frame = layer == nullptr ? snapshot.frame_id : layer->spec().frame_id;
-  auto layer_from_floor = Lookup(snapshot, frame, (*floor)->spec().frame_id);
-  if (!layer_from_floor.ok()) return layer_from_floor.status();
-  auto seen_from_floor = Lookup(snapshot, (*seen)->spec().frame_id, (*floor)->spec().frame_id);
-  if (!seen_from_floor.ok()) return seen_from_floor.status();
-  ground.floor = *std::move(floor);
-  ground.seen = *std::move(seen);
-  ground.layer_from_floor = *layer_from_floor;
-  ground.seen_from_floor = *seen_from_floor;
-  ground.area = layer_from_floor->Inverse() * exploration.area;
+  HYPERMAP_ASSIGN_OR_RETURN(auto layer_from_floor, Lookup(snapshot, frame, floor->spec().frame_id));
+  HYPERMAP_ASSIGN_OR_RETURN(auto seen_from_floor,
+                            Lookup(snapshot, seen->spec().frame_id, floor->spec().frame_id));
+  ground.floor = std::move(floor);
+  ground.seen = std::move(seen);
+  ground.layer_from_floor = layer_from_floor;
+  ground.seen_from_floor = seen_from_floor;
+  ground.area = layer_from_floor.Inverse() * exploration.area;
   ground.options = {exploration.robot_radius_m, exploration.range_m, exploration.min_gain_cells};
   ground.within = TilesAround(ground.floor->extent());
   return ground;
@@ -108,12 +108,11 @@ bool ExplorationFollower::AreAlike(const Ground& a, const Ground& b) {
 
 absl::Status ExplorationFollower::Follow(const Snapshot& snapshot,
                                          const ExplorationObjects& objects) {
-  absl::StatusOr<Ground> ground = FindGround(snapshot, objects.exploration);
-  if (!ground.ok()) return ground.status();
-  if (!explorer_ || !AreAlike(ground_, *ground)) {
-    return Begin(*std::move(ground), snapshot.LayerVersionOf(objects.exploration.occupancy_layer));
+  HYPERMAP_ASSIGN_OR_RETURN(Ground ground, FindGround(snapshot, objects.exploration));
+  if (!explorer_ || !AreAlike(ground_, ground)) {
+    return Begin(std::move(ground), snapshot.LayerVersionOf(objects.exploration.occupancy_layer));
   }
-  const Ground before = std::exchange(ground_, *std::move(ground));
+  const Ground before = std::exchange(ground_, std::move(ground));
   FollowFloor(*before.floor, objects);
   FollowSeen(*before.seen);
   return absl::OkStatus();

@@ -6,31 +6,28 @@
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
+#include "base/status/status_macros.h"
 #include "map/layers/layer_spec.h"
 
 namespace hypermap::server {
 namespace {
 
-absl::Status CheckOrder(const StartOrder& order) {
-  if (auto status = ValidateName("occupancy_layer", order.occupancy_layer); !status.ok()) {
-    return status;
-  }
-  if (auto status = ValidateName("exploration_layer", order.exploration_layer); !status.ok()) {
-    return status;
-  }
-  if (order.exploration_layer == kExplorationsLayer) {
+absl::Status CheckStart(const ExplorationStart& request) {
+  HYPERMAP_RETURN_IF_ERROR(ValidateName("occupancy_layer", request.occupancy_layer));
+  HYPERMAP_RETURN_IF_ERROR(ValidateName("exploration_layer", request.exploration_layer));
+  if (request.exploration_layer == kExplorationsLayer) {
     return absl::InvalidArgumentError(absl::StrCat("exploration_layer: \"", kExplorationsLayer,
                                                    "\" keeps the explorations themselves"));
   }
   // Written so that NaN fails.
-  if (!(order.robot_radius_m >= 0.0 && order.robot_radius_m <= kMaxRobotRadius_m)) {
+  if (!(request.robot_radius_m >= 0.0 && request.robot_radius_m <= kMaxRobotRadius_m)) {
     return absl::InvalidArgumentError(
         absl::StrCat("robot_radius_m must lie in [0, ", kMaxRobotRadius_m, "]"));
   }
-  if (!(order.range_m > 0.0 && order.range_m <= kMaxRange_m)) {
+  if (!(request.range_m > 0.0 && request.range_m <= kMaxRange_m)) {
     return absl::InvalidArgumentError(absl::StrCat("range_m must lie in (0, ", kMaxRange_m, "]"));
   }
-  if (order.min_gain_cells < 1) {
+  if (request.min_gain_cells < 1) {
     return absl::InvalidArgumentError("min_gain_cells must be positive");
   }
   return absl::OkStatus();
@@ -46,13 +43,13 @@ absl::Status EnsureLayer(const Snapshot& snapshot, const LayerSpec& spec,
   return absl::OkStatus();
 }
 
-LayerSpec ExplorationLayerOf(const StartOrder& order, const LayerSpec& occupancy) {
+LayerSpec ExplorationLayerOf(const ExplorationStart& request, const LayerSpec& occupancy) {
   LayerSpec spec;
-  spec.name = order.exploration_layer;
+  spec.name = request.exploration_layer;
   spec.kind = LayerKind::kExploration;
   spec.frame_id = occupancy.frame_id;
   spec.grid = occupancy.grid;
-  spec.explored_rule = order.explored_rule;
+  spec.explored_rule = request.explored_rule;
   return spec;
 }
 
@@ -64,37 +61,35 @@ LayerSpec LayerOfExplorations(const Snapshot& snapshot) {
   return spec;
 }
 
-Exploration ExplorationOf(const StartOrder& order, absl::Time now) {
+Exploration ExplorationOf(const ExplorationStart& request, absl::Time now) {
   Exploration exploration;
-  exploration.area = order.area;
-  exploration.occupancy_layer = order.occupancy_layer;
-  exploration.exploration_layer = order.exploration_layer;
-  exploration.robot_radius_m = order.robot_radius_m;
-  exploration.range_m = order.range_m;
-  exploration.min_gain_cells = order.min_gain_cells;
+  exploration.area = request.area;
+  exploration.occupancy_layer = request.occupancy_layer;
+  exploration.exploration_layer = request.exploration_layer;
+  exploration.robot_radius_m = request.robot_radius_m;
+  exploration.range_m = request.range_m;
+  exploration.min_gain_cells = request.min_gain_cells;
   exploration.started = now;
   return exploration;
 }
 
 }  // namespace
 
-absl::StatusOr<EditBatch> StartBatch(const Snapshot& snapshot, const StartOrder& order,
+absl::StatusOr<EditBatch> StartBatch(const Snapshot& snapshot, const ExplorationStart& request,
                                      absl::Time now) {
-  if (auto status = CheckOrder(order); !status.ok()) return status;
-  const absl::StatusOr<LayerPtr> occupancy = snapshot.GetLayer(order.occupancy_layer);
-  if (!occupancy.ok()) return occupancy.status();
-  const LayerSpec& occupancy_spec = (*occupancy)->spec();
-  if (auto status = CheckKind(occupancy_spec, LayerKind::kOccupancy); !status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(CheckStart(request));
+  HYPERMAP_ASSIGN_OR_RETURN(const LayerPtr occupancy, snapshot.GetLayer(request.occupancy_layer));
+  const LayerSpec& occupancy_spec = occupancy->spec();
+  HYPERMAP_RETURN_IF_ERROR(CheckKind(occupancy_spec, LayerKind::kOccupancy));
   EditBatch batch;
   batch.time = now;
   absl::Status status =
-      EnsureLayer(snapshot, ExplorationLayerOf(order, occupancy_spec), &batch.edits);
+      EnsureLayer(snapshot, ExplorationLayerOf(request, occupancy_spec), &batch.edits);
   if (status.ok()) status = EnsureLayer(snapshot, LayerOfExplorations(snapshot), &batch.edits);
   if (!status.ok()) return status;
-  absl::StatusOr<std::string> frame = snapshot.ResolveFrame(order.frame_id);
-  if (!frame.ok()) return frame.status();
+  HYPERMAP_ASSIGN_OR_RETURN(std::string frame, snapshot.ResolveFrame(request.frame_id));
   batch.edits.push_back(
-      PutObject{kExplorationsLayer, ToObject(ExplorationOf(order, now)), *std::move(frame)});
+      PutObject{kExplorationsLayer, ToObject(ExplorationOf(request, now)), std::move(frame)});
   return batch;
 }
 

@@ -13,7 +13,7 @@ namespace hypermap::server {
 // Creates the layers that `snapshot` lacks; the last edit puts the exploration, started at `now`.
 // INVALID_ARGUMENT naming the field; NOT_FOUND for the occupancy layer or the frame;
 // FAILED_PRECONDITION for a layer of another kind.
-absl::StatusOr<EditBatch> StartBatch(const Snapshot& snapshot, const StartOrder& order,
+absl::StatusOr<EditBatch> StartBatch(const Snapshot& snapshot, const ExplorationStart& request,
                                      absl::Time now);
 
 }  // namespace hypermap::server

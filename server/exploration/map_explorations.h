@@ -1,6 +1,6 @@
 // The explorations of a map: starting them, and sending robots to goals.
-#ifndef HYPERMAP_SERVER_EXPLORATION_EXPLORATION_DESK_H_
-#define HYPERMAP_SERVER_EXPLORATION_EXPLORATION_DESK_H_
+#ifndef HYPERMAP_SERVER_EXPLORATION_MAP_EXPLORATIONS_H_
+#define HYPERMAP_SERVER_EXPLORATION_MAP_EXPLORATIONS_H_
 
 #include <cstdint>
 #include <map>
@@ -40,21 +40,21 @@ class MapSession;
 // of all calls: NOT_FOUND for an exploration or frame; FAILED_PRECONDITION if a layer is gone or of
 // another kind; DATA_LOSS if the objects were edited so that they can't be read; those of
 // MapSession::Submit.
-class ExplorationDesk {
+class MapExplorations {
  public:
   // Active explorations that a map may have at a time.
   static constexpr size_t kMaxActive = 16;
 
   // `session` must outlive this. `max_cells` limits the cells in the box around an explored area.
-  ExplorationDesk(MapSession* session, int64_t max_cells)
+  MapExplorations(MapSession* session, int64_t max_cells)
       : session_(session), max_cells_(max_cells) {}
-  ExplorationDesk(const ExplorationDesk&) = delete;
-  ExplorationDesk& operator=(const ExplorationDesk&) = delete;
+  MapExplorations(const MapExplorations&) = delete;
+  MapExplorations& operator=(const MapExplorations&) = delete;
 
   // Starts an exploration and creates the layers that are missing. INVALID_ARGUMENT naming the
   // field; NOT_FOUND for the occupancy layer; FAILED_PRECONDITION if the area has no floor;
   // RESOURCE_EXHAUSTED if the area is too large or kMaxActive explorations are active.
-  absl::StatusOr<ExplorationView> Start(const StartOrder& order);
+  absl::StatusOr<ExplorationView> Start(const ExplorationStart& request);
 
   // An exploration with its progress. If it has ended, the progress is that at its end; if it ended
   // before a restart, the progress is computed from the map as it is now.
@@ -65,11 +65,11 @@ class ExplorationDesk {
 
   // Gives the robot a goal, instead of the one it may have. Ends the exploration if no robot has
   // anything left to do. FAILED_PRECONDITION if the robot stands where it can't go.
-  absl::StatusOr<ClaimAnswer> Claim(const ClaimOrder& order);
+  absl::StatusOr<ClaimAnswer> Claim(const GoalClaim& request);
   // Extends the lease of a goal. NOT_FOUND if the robot does not hold it.
-  absl::StatusOr<GoalAnswer> Renew(const RenewOrder& order);
+  absl::StatusOr<GoalAnswer> Renew(const GoalRenewal& request);
   // Gives a goal back, and notes a place that could not be reached. NOT_FOUND as Renew.
-  absl::StatusOr<ExplorationAnswer> Release(const ReleaseOrder& order);
+  absl::StatusOr<ExplorationAnswer> Release(const GoalRelease& request);
 
   // Ends an exploration; changes nothing if it has ended.
   absl::StatusOr<ExplorationView> Stop(ObjectId id, const std::string& author);
@@ -130,17 +130,17 @@ class ExplorationDesk {
     return answer;
   }
 
-  absl::StatusOr<ExplorationView> TryStart(const StartOrder& order)
+  absl::StatusOr<ExplorationView> TryStart(const ExplorationStart& request)
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   // Applies `batch` to `snapshot` without committing it, so that an exploration that can't be
   // started leaves no trace on the map.
   absl::StatusOr<Trial> Try(const Snapshot& snapshot, const EditBatch& batch) const;
   // The answer to an earlier request with the same id; nullopt if there was none.
-  absl::StatusOr<std::optional<ExplorationView>> FindStarted(const StartOrder& order) const;
-  absl::StatusOr<ClaimAnswer> TryClaim(const ClaimOrder& order)
+  absl::StatusOr<std::optional<ExplorationView>> FindStarted(const ExplorationStart& request) const;
+  absl::StatusOr<ClaimAnswer> TryClaim(const GoalClaim& request)
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   // Records the robot's position.
-  absl::Status Meet(const ClaimOrder& order, const PlanarTransform& frame_from_layer,
+  absl::Status Meet(const GoalClaim& request, const PlanarTransform& frame_from_layer,
                     Active* active) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   // The robot's next goal, which is not on the map yet; nullopt if there is nothing for the robot.
   static std::optional<ExplorationGoal> ChooseGoal(const std::string& robot,
@@ -148,9 +148,9 @@ class ExplorationDesk {
                                                    Active* active);
   // The goal with its id, and its end as the map has it.
   ExplorationGoal AsPut(ExplorationGoal goal, ObjectId id, absl::Duration lease) const;
-  absl::StatusOr<GoalAnswer> TryRenew(const RenewOrder& order)
+  absl::StatusOr<GoalAnswer> TryRenew(const GoalRenewal& request)
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
-  absl::StatusOr<ExplorationAnswer> TryRelease(const ReleaseOrder& order)
+  absl::StatusOr<ExplorationAnswer> TryRelease(const GoalRelease& request)
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   absl::StatusOr<ExplorationView> TryStop(ObjectId id, const std::string& author)
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
@@ -167,4 +167,4 @@ class ExplorationDesk {
 
 }  // namespace hypermap::server
 
-#endif  // HYPERMAP_SERVER_EXPLORATION_EXPLORATION_DESK_H_
+#endif  // HYPERMAP_SERVER_EXPLORATION_MAP_EXPLORATIONS_H_

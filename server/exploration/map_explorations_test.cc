@@ -1,4 +1,4 @@
-#include "server/exploration/exploration_desk.h"
+#include "server/exploration/map_explorations.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -26,17 +26,17 @@ constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 std::string MessageOf(const absl::Status& status) { return std::string(status.message()); }
 
-class ExplorationDeskTest : public ::testing::Test, public ExplorationSite {};
+class MapExplorationsTest : public ::testing::Test, public ExplorationSite {};
 
 // Tests of Start.
 
-TEST_F(ExplorationDeskTest, StartMakesLayersAndExplorationAsOneRevision) {
+TEST_F(MapExplorationsTest, StartMakesLayersAndExplorationAsOneRevision) {
   Draw({"....", "...."});
-  StartOrder order = WholeArea();
-  order.explored_rule = CellRule::kTouched;
-  order.min_gain_cells = 2;
+  ExplorationStart request = WholeArea();
+  request.explored_rule = CellRule::kTouched;
+  request.min_gain_cells = 2;
   const Revision before = snapshot()->revision;
-  const auto started = desk().Start(order);
+  const auto started = explorations().Start(request);
   ASSERT_TRUE(started.ok()) << started.status();
   EXPECT_EQ(started->revision, before + 1);
   EXPECT_EQ(snapshot()->revision, before + 1);
@@ -47,12 +47,12 @@ TEST_F(ExplorationDeskTest, StartMakesLayersAndExplorationAsOneRevision) {
   EXPECT_EQ(seen->spec().grid, snapshot()->FindLayer("walls")->spec().grid);
   EXPECT_EQ(seen->spec().explored_rule, CellRule::kTouched);
 
-  const auto list = desk().List("");
+  const auto list = explorations().List("");
   ASSERT_TRUE(list.ok()) << list.status();
   ASSERT_THAT(list->explorations, SizeIs(1));
   const Exploration& kept = list->explorations.front().exploration;
   EXPECT_EQ(kept, started->objects.exploration);
-  EXPECT_EQ(kept.area, order.area);
+  EXPECT_EQ(kept.area, request.area);
   EXPECT_EQ(kept.occupancy_layer, "walls");
   EXPECT_EQ(kept.exploration_layer, "seen");
   EXPECT_EQ(kept.min_gain_cells, 2);
@@ -60,17 +60,17 @@ TEST_F(ExplorationDeskTest, StartMakesLayersAndExplorationAsOneRevision) {
   EXPECT_EQ(kept.state, ExplorationState::kActive);
 }
 
-TEST_F(ExplorationDeskTest, TheSameRequestStartsNothingAndGetsTheSameAnswer) {
+TEST_F(MapExplorationsTest, TheSameRequestStartsNothingAndGetsTheSameAnswer) {
   Draw({"....", "...."});
-  StartOrder order = WholeArea();
-  order.request_id = "r1";
-  const auto first = desk().Start(order);
+  ExplorationStart request = WholeArea();
+  request.request_id = "r1";
+  const auto first = explorations().Start(request);
   ASSERT_TRUE(first.ok()) << first.status();
   const Revision after = snapshot()->revision;
   Advance(absl::Seconds(5));
-  ASSERT_TRUE(desk().Stop(0, "test").ok());
+  ASSERT_TRUE(explorations().Stop(0, "test").ok());
   Reopen();
-  const auto again = desk().Start(order);
+  const auto again = explorations().Start(request);
   ASSERT_TRUE(again.ok()) << again.status();
   EXPECT_EQ(again->revision, first->revision);
   EXPECT_EQ(again->objects.exploration, first->objects.exploration);
@@ -78,24 +78,24 @@ TEST_F(ExplorationDeskTest, TheSameRequestStartsNothingAndGetsTheSameAnswer) {
   EXPECT_EQ(snapshot()->revision, after + 1);  // made by Stop
 }
 
-TEST_F(ExplorationDeskTest, ARequestIdOfSomethingElseIsRefused) {
+TEST_F(MapExplorationsTest, ARequestIdOfSomethingElseIsRefused) {
   Draw({"...."});
   Submit({{SetTransform{{"map", "robot", PlanarTransform()}}}}, "r1");
-  StartOrder order = WholeArea();
-  order.request_id = "r1";
-  EXPECT_TRUE(absl::IsInvalidArgument(desk().Start(order).status()));
+  ExplorationStart request = WholeArea();
+  request.request_id = "r1";
+  EXPECT_TRUE(absl::IsInvalidArgument(explorations().Start(request).status()));
 }
 
-TEST_F(ExplorationDeskTest, BadOrdersAreRefusedByNameAndStartNothing) {
+TEST_F(MapExplorationsTest, BadOrdersAreRefusedByNameAndStartNothing) {
   Draw({"....", "...."});
   LayerSpec things;
   things.name = "things";
   Submit({{CreateLayer{things}}});
   const Revision before = snapshot()->revision;
   const auto refused = [this](auto change) {
-    StartOrder order = WholeArea();
-    change(order);
-    return desk().Start(order).status();
+    ExplorationStart request = WholeArea();
+    change(request);
+    return explorations().Start(request).status();
   };
   using Code = absl::StatusCode;
   struct Case {
@@ -129,23 +129,23 @@ TEST_F(ExplorationDeskTest, BadOrdersAreRefusedByNameAndStartNothing) {
   EXPECT_EQ(snapshot()->revision, before);
 }
 
-TEST_F(ExplorationDeskTest, AnAreaWithoutFloorIsRefused) {
+TEST_F(MapExplorationsTest, AnAreaWithoutFloorIsRefused) {
   Draw({"??##", "??##"});
-  const auto started = desk().Start(WholeArea());
+  const auto started = explorations().Start(WholeArea());
   EXPECT_TRUE(absl::IsFailedPrecondition(started.status())) << started.status();
   EXPECT_THAT(MessageOf(started.status()), HasSubstr("no floor"));
   EXPECT_EQ(snapshot()->FindLayer("explorations"), nullptr);
 }
 
-TEST_F(ExplorationDeskTest, OfAnAreaBeyondTheMapWhatTheMapHasCounts) {
+TEST_F(MapExplorationsTest, OfAnAreaBeyondTheMapWhatTheMapHasCounts) {
   Draw({"....", "...."});
-  StartOrder half = WholeArea();
+  ExplorationStart half = WholeArea();
   half.area = Rectangle(1.0, -50, 80, 50);
-  ASSERT_TRUE(desk().Start(half).ok());
+  ASSERT_TRUE(explorations().Start(half).ok());
   EXPECT_EQ(Progress().reachable, 4);
-  StartOrder huge = WholeArea();
+  ExplorationStart huge = WholeArea();
   huge.area = Rectangle(-4e8, -4e8, 4e8, 4e8);
-  const auto started = desk().Start(huge);
+  const auto started = explorations().Start(huge);
   ASSERT_TRUE(started.ok()) << started.status();
   EXPECT_EQ(Progress().reachable, 8);
   // Floor by which the map grows later is part of the exploration.
@@ -153,37 +153,37 @@ TEST_F(ExplorationDeskTest, OfAnAreaBeyondTheMapWhatTheMapHasCounts) {
   EXPECT_EQ(Progress().reachable, 600);
 }
 
-TEST_F(ExplorationDeskTest, AnAreaOfTooManyCellsIsRefusedNamingTheLimit) {
+TEST_F(MapExplorationsTest, AnAreaOfTooManyCellsIsRefusedNamingTheLimit) {
   set_max_exploration_cells(40);
   Reopen();
   Draw({"........", "........", "........"});
   // The box has 10 x 5 cells: the area and one cell on each side.
-  const auto refused = desk().Start(WholeArea());
+  const auto refused = explorations().Start(WholeArea());
   EXPECT_TRUE(absl::IsResourceExhausted(refused.status())) << refused.status();
   EXPECT_THAT(MessageOf(refused.status()), HasSubstr("--max_exploration_cells"));
-  StartOrder smaller = WholeArea();
+  ExplorationStart smaller = WholeArea();
   smaller.area = Rectangle(0, 0, 1, 1);
-  EXPECT_TRUE(desk().Start(smaller).ok());
+  EXPECT_TRUE(explorations().Start(smaller).ok());
 }
 
-TEST_F(ExplorationDeskTest, SoManyGoOnAtATime) {
+TEST_F(MapExplorationsTest, SoManyGoOnAtATime) {
   Draw({"...."});
-  for (size_t i = 0; i < ExplorationDesk::kMaxActive; ++i) {
-    ASSERT_TRUE(desk().Start(WholeArea()).ok());
+  for (size_t i = 0; i < MapExplorations::kMaxActive; ++i) {
+    ASSERT_TRUE(explorations().Start(WholeArea()).ok());
   }
-  EXPECT_TRUE(absl::IsResourceExhausted(desk().Start(WholeArea()).status()));
-  ASSERT_TRUE(desk().Stop(0, "test").ok());
-  EXPECT_TRUE(desk().Start(WholeArea()).ok());
+  EXPECT_TRUE(absl::IsResourceExhausted(explorations().Start(WholeArea()).status()));
+  ASSERT_TRUE(explorations().Stop(0, "test").ok());
+  EXPECT_TRUE(explorations().Start(WholeArea()).ok());
 }
 
-TEST_F(ExplorationDeskTest, TheAreaMayBeGivenInAnyFrame) {
+TEST_F(MapExplorationsTest, TheAreaMayBeGivenInAnyFrame) {
   Draw({"....", "...."});
   Submit({{SetTransform{{"map", "turned", PlanarTransform(2, 0, std::numbers::pi / 2)}}}});
-  StartOrder order = WholeArea();
-  order.frame_id = "turned";
-  // In the order's frame; x of the map is 2 - y.
-  order.area = Rectangle(0, 0, 1, 1);
-  const auto started = desk().Start(order);
+  ExplorationStart request = WholeArea();
+  request.frame_id = "turned";
+  // In the request's frame; x of the map is 2 - y.
+  request.area = Rectangle(0, 0, 1, 1);
+  const auto started = explorations().Start(request);
   ASSERT_TRUE(started.ok()) << started.status();
   const Polygon told = started->frame_from_layer * started->objects.exploration.area;
   EXPECT_NEAR(told.bounds().max.x, 1.0, 1e-9);
@@ -195,20 +195,20 @@ TEST_F(ExplorationDeskTest, TheAreaMayBeGivenInAnyFrame) {
 
 // Tests of Claim.
 
-TEST_F(ExplorationDeskTest, TheEndOfARoundWithTwoRobotsIsDone) {
+TEST_F(MapExplorationsTest, TheEndOfARoundWithTwoRobotsIsDone) {
   Draw({"...........",  //
         "...........",  //
         ".....#.....",  //
         "...........",  //
         "..........."});
-  StartOrder order = WholeArea();
-  order.range_m = 1.6;
-  order.min_gain_cells = 1;
-  ASSERT_TRUE(desk().Start(order).ok());
+  ExplorationStart request = WholeArea();
+  request.range_m = 1.6;
+  request.min_gain_cells = 1;
+  ASSERT_TRUE(explorations().Start(request).ok());
   const Point starts[] = {{0.25, 0.25}, {5.25, 2.25}};
   const int goals = Explore({{"r1", starts[0]}, {"r2", starts[1]}}, 1.6);
   EXPECT_GT(goals, 2);
-  const auto report = desk().Get(0, "");
+  const auto report = explorations().Get(0, "");
   ASSERT_TRUE(report.ok()) << report.status();
   EXPECT_EQ(report->objects.exploration.state, ExplorationState::kEnded);
   EXPECT_EQ(report->objects.exploration.end_reason, EndReason::kDone);
@@ -219,11 +219,11 @@ TEST_F(ExplorationDeskTest, TheEndOfARoundWithTwoRobotsIsDone) {
   EXPECT_EQ(report->progress.cells.unreachable, 0);
 }
 
-TEST_F(ExplorationDeskTest, CrumbsAreWorthNobodysWay) {
+TEST_F(MapExplorationsTest, CrumbsAreWorthNobodysWay) {
   Draw({"......"});
-  StartOrder order = WholeArea();
-  order.min_gain_cells = 3;
-  ASSERT_TRUE(desk().Start(order).ok());
+  ExplorationStart request = WholeArea();
+  request.min_gain_cells = 3;
+  ASSERT_TRUE(explorations().Start(request).ok());
   MarkExplored({0, 1, 0, 4});
   const auto answer = Claim("r1", {0.25, 0.25});
   EXPECT_EQ(answer.state, ExplorationState::kEnded);
@@ -231,13 +231,13 @@ TEST_F(ExplorationDeskTest, CrumbsAreWorthNobodysWay) {
   EXPECT_EQ(Progress().reachable, 2);
 }
 
-TEST_F(ExplorationDeskTest, ARoomThatNobodyCanEnterEndsItAsUnreachable) {
+TEST_F(MapExplorationsTest, ARoomThatNobodyCanEnterEndsItAsUnreachable) {
   Draw({"....#....",  //
         "....#....",  //
         "....#...."});
-  ASSERT_TRUE(desk().Start(WholeArea()).ok());
+  ASSERT_TRUE(explorations().Start(WholeArea()).ok());
   Explore({{"r1", {0.25, 0.25}}}, 4.0);
-  const auto report = desk().Get(0, "");
+  const auto report = explorations().Get(0, "");
   ASSERT_TRUE(report.ok()) << report.status();
   EXPECT_EQ(report->objects.exploration.end_reason, EndReason::kOnlyUnreachableLeft);
   EXPECT_EQ(report->progress.cells.explored, 12);
@@ -248,10 +248,10 @@ TEST_F(ExplorationDeskTest, ARoomThatNobodyCanEnterEndsItAsUnreachable) {
   EXPECT_EQ(Progress().unreachable, 12);
 }
 
-TEST_F(ExplorationDeskTest, RobotsInRoomsOfTheirOwnAreWaitedFor) {
+TEST_F(MapExplorationsTest, RobotsInRoomsOfTheirOwnAreWaitedFor) {
   Draw({"....#....",  //
         "....#...."});
-  ASSERT_TRUE(desk().Start(WholeArea()).ok());
+  ASSERT_TRUE(explorations().Start(WholeArea()).ok());
   ASSERT_TRUE(Claim("r2", {4.25, 0.25}).goal.has_value());
   Release("r2", GoalOutcome::kAbandoned);
   MarkExplored({0, 2, 0, 4});
@@ -261,9 +261,9 @@ TEST_F(ExplorationDeskTest, RobotsInRoomsOfTheirOwnAreWaitedFor) {
   EXPECT_EQ(Claim("r1", {0.25, 0.25}).end_reason, EndReason::kOnlyUnreachableLeft);
 }
 
-TEST_F(ExplorationDeskTest, WhatIsLookedAtTwiceAndNotSeenIsUnreachable) {
+TEST_F(MapExplorationsTest, WhatIsLookedAtTwiceAndNotSeenIsUnreachable) {
   Draw({"......"});
-  ASSERT_TRUE(desk().Start(WholeArea()).ok());
+  ASSERT_TRUE(explorations().Start(WholeArea()).ok());
   for (int i = 0; i < 2; ++i) {
     ASSERT_TRUE(Claim("r1", {0.25, 0.25}).goal.has_value());
     Release("r1", GoalOutcome::kReached);
@@ -272,16 +272,16 @@ TEST_F(ExplorationDeskTest, WhatIsLookedAtTwiceAndNotSeenIsUnreachable) {
   EXPECT_EQ(Claim("r1", {0.25, 0.25}).end_reason, EndReason::kOnlyUnreachableLeft);
 }
 
-TEST_F(ExplorationDeskTest, RobotsThatAskAtOnceAreNeverSentToOnePlace) {
+TEST_F(MapExplorationsTest, RobotsThatAskAtOnceAreNeverSentToOnePlace) {
   Draw(std::vector<std::string>(30, std::string(30, '.')));
-  StartOrder order = WholeArea();
-  order.range_m = 1.5;
-  ASSERT_TRUE(desk().Start(order).ok());
+  ExplorationStart request = WholeArea();
+  request.range_m = 1.5;
+  ASSERT_TRUE(explorations().Start(request).ok());
   std::vector<std::thread> robots;
   for (int i = 0; i < 8; ++i) {
     robots.emplace_back([this, i] {
-      const auto answer =
-          desk().Claim({0, "r" + std::to_string(i), {7.0, 7.0}, "", absl::Minutes(1), "test"});
+      const auto answer = explorations().Claim(
+          {0, "r" + std::to_string(i), {7.0, 7.0}, "", absl::Minutes(1), "test"});
       EXPECT_TRUE(answer.ok()) << answer.status();
     });
   }
@@ -296,11 +296,11 @@ TEST_F(ExplorationDeskTest, RobotsThatAskAtOnceAreNeverSentToOnePlace) {
   EXPECT_THAT(places, SizeIs(8));
 }
 
-TEST_F(ExplorationDeskTest, ARobotHasOneGoal) {
+TEST_F(MapExplorationsTest, ARobotHasOneGoal) {
   Draw(std::vector<std::string>(12, std::string(12, '.')));
-  StartOrder order = WholeArea();
-  order.range_m = 1.5;
-  ASSERT_TRUE(desk().Start(order).ok());
+  ExplorationStart request = WholeArea();
+  request.range_m = 1.5;
+  ASSERT_TRUE(explorations().Start(request).ok());
   const auto first = Claim("r1", {0.25, 0.25});
   const auto second = Claim("r1", {5.25, 5.25});
   ASSERT_TRUE(first.goal && second.goal);
@@ -308,9 +308,9 @@ TEST_F(ExplorationDeskTest, ARobotHasOneGoal) {
   EXPECT_THAT(Goals(), ElementsAre(*second.goal));
 }
 
-TEST_F(ExplorationDeskTest, WithOthersOnTheWayToAllThatIsLeftARobotWaits) {
+TEST_F(MapExplorationsTest, WithOthersOnTheWayToAllThatIsLeftARobotWaits) {
   Draw({"......"});
-  ASSERT_TRUE(desk().Start(WholeArea()).ok());
+  ASSERT_TRUE(explorations().Start(WholeArea()).ok());
   ASSERT_TRUE(Claim("r1", {0.25, 0.25}).goal.has_value());
   const Revision before = snapshot()->revision;
   const auto waits = Claim("r2", {1.25, 0.25});
@@ -320,14 +320,14 @@ TEST_F(ExplorationDeskTest, WithOthersOnTheWayToAllThatIsLeftARobotWaits) {
   EXPECT_EQ(snapshot()->revision, before);
 }
 
-TEST_F(ExplorationDeskTest, ALeaseThatEndsGivesThePlaceToAnother) {
+TEST_F(MapExplorationsTest, ALeaseThatEndsGivesThePlaceToAnother) {
   Draw({"......"});
-  ASSERT_TRUE(desk().Start(WholeArea()).ok());
+  ASSERT_TRUE(explorations().Start(WholeArea()).ok());
   const auto first = Claim("r1", {0.25, 0.25}, absl::Minutes(1));
   ASSERT_TRUE(first.goal.has_value());
   EXPECT_EQ(first.goal->expires_at, Now() + absl::Minutes(1));
   Advance(absl::Seconds(50));
-  const auto renewed = desk().Renew({"r1", first.goal->id, absl::Minutes(1), "test"});
+  const auto renewed = explorations().Renew({"r1", first.goal->id, absl::Minutes(1), "test"});
   ASSERT_TRUE(renewed.ok()) << renewed.status();
   EXPECT_EQ(renewed->goal.expires_at, Now() + absl::Minutes(1));
   Advance(absl::Seconds(50));
@@ -335,36 +335,37 @@ TEST_F(ExplorationDeskTest, ALeaseThatEndsGivesThePlaceToAnother) {
   // The lease has ended, but the writer has not removed the goal yet.
   Advance(absl::Seconds(10));
   EXPECT_THAT(Goals(), IsEmpty());
-  EXPECT_TRUE(
-      absl::IsNotFound(desk().Renew({"r1", first.goal->id, absl::Minutes(1), "test"}).status()));
   EXPECT_TRUE(absl::IsNotFound(
-      desk().Release({"r1", first.goal->id, GoalOutcome::kReached, "test"}).status()));
+      explorations().Renew({"r1", first.goal->id, absl::Minutes(1), "test"}).status()));
+  EXPECT_TRUE(absl::IsNotFound(
+      explorations().Release({"r1", first.goal->id, GoalOutcome::kReached, "test"}).status()));
   const auto second = Claim("r2", {0.25, 0.25});
   ASSERT_TRUE(second.goal.has_value());
   EXPECT_EQ(second.goal->cell, first.goal->cell);
 }
 
-TEST_F(ExplorationDeskTest, GoalsBelongToTheirRobots) {
+TEST_F(MapExplorationsTest, GoalsBelongToTheirRobots) {
   Draw({"......"});
-  ASSERT_TRUE(desk().Start(WholeArea()).ok());
+  ASSERT_TRUE(explorations().Start(WholeArea()).ok());
   const ObjectId goal = Claim("r1", {0.25, 0.25}).goal->id;
   const auto release = [&](const std::string& robot, ObjectId id) {
-    return desk().Release({robot, id, GoalOutcome::kReached, "test"}).status();
+    return explorations().Release({robot, id, GoalOutcome::kReached, "test"}).status();
   };
   EXPECT_TRUE(absl::IsNotFound(release("r2", goal)));
   EXPECT_TRUE(absl::IsNotFound(release("r1", goal + 1)));
   EXPECT_TRUE(absl::IsNotFound(release("r1", goal - 1)));  // the exploration
-  EXPECT_TRUE(absl::IsNotFound(desk().Renew({"r2", goal, absl::Minutes(1), "test"}).status()));
+  EXPECT_TRUE(
+      absl::IsNotFound(explorations().Renew({"r2", goal, absl::Minutes(1), "test"}).status()));
   EXPECT_TRUE(release("r1", goal).ok());
   EXPECT_TRUE(absl::IsNotFound(release("r1", goal)));
 }
 
-TEST_F(ExplorationDeskTest, BadClaimsAreRefused) {
+TEST_F(MapExplorationsTest, BadClaimsAreRefused) {
   Draw({"..#..."});
-  EXPECT_TRUE(absl::IsNotFound(desk().Claim({0, "r1", {0, 0}}).status()));
-  ASSERT_TRUE(desk().Start(WholeArea()).ok());
+  EXPECT_TRUE(absl::IsNotFound(explorations().Claim({0, "r1", {0, 0}}).status()));
+  ASSERT_TRUE(explorations().Start(WholeArea()).ok());
   const Revision before = snapshot()->revision;
-  const auto refused = [this](ClaimOrder order) { return desk().Claim(order).status(); };
+  const auto refused = [this](GoalClaim request) { return explorations().Claim(request).status(); };
   const Point place{0.25, 0.25};
   EXPECT_TRUE(absl::IsNotFound(refused({99, "r1", place})));
   EXPECT_TRUE(absl::IsNotFound(refused({0, "r1", place, "nowhere"})));

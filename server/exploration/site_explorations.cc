@@ -4,15 +4,15 @@
 
 namespace hypermap::server {
 
-std::shared_ptr<ExplorationDesk> SiteExplorations::Of(const std::shared_ptr<MapSession>& session) {
+std::shared_ptr<MapExplorations> SiteExplorations::Of(const std::shared_ptr<MapSession>& session) {
   MutexLock lock(&mutex_);
-  // Drops the desks of closed maps, whose Explorers hold much memory.
+  // Drops the map_explorations of closed maps, whose Explorers hold much memory.
   std::erase_if(entries_, [](const auto& entry) { return entry.second.session.expired(); });
   Entry& entry = entries_[session->header().name];
   if (entry.session.lock() != session) {
-    entry = {session, std::make_shared<ExplorationDesk>(session.get(), max_cells_)};
+    entry = {session, std::make_shared<MapExplorations>(session.get(), max_cells_)};
   }
-  return entry.desk;
+  return entry.explorations;
 }
 
 }  // namespace hypermap::server

@@ -9,25 +9,25 @@
 
 #include "absl/base/thread_annotations.h"
 #include "base/sync/mutex.h"
-#include "server/exploration/exploration_desk.h"
+#include "server/exploration/map_explorations.h"
 #include "server/session/map_session.h"
 
 namespace hypermap::server {
 
-// Keeps one ExplorationDesk for each open session, created on first use. A map that is deleted and
-// created again has a new session, and therefore a new desk. Thread safe.
+// Keeps one MapExplorations for each open session, created on first use. A map that is deleted and
+// created again has a new session, and therefore a new explorations. Thread safe.
 class SiteExplorations {
  public:
-  // `max_cells` is passed to each ExplorationDesk.
+  // `max_cells` is passed to each MapExplorations.
   explicit SiteExplorations(int64_t max_cells) : max_cells_(max_cells) {}
 
-  // The desk of `session`, which the caller keeps alive while it uses the desk.
-  std::shared_ptr<ExplorationDesk> Of(const std::shared_ptr<MapSession>& session);
+  // The explorations of `session`, which the caller keeps alive while it uses the explorations.
+  std::shared_ptr<MapExplorations> Of(const std::shared_ptr<MapSession>& session);
 
  private:
   struct Entry {
     std::weak_ptr<MapSession> session;
-    std::shared_ptr<ExplorationDesk> desk;
+    std::shared_ptr<MapExplorations> explorations;
   };
 
   const int64_t max_cells_;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <limits>
 
+#include "base/status/status_macros.h"
+
 namespace hypermap::server {
 namespace {
 
@@ -16,14 +18,13 @@ constexpr size_t kRecentEntries = 512;
 absl::StatusOr<EvidenceLog> EvidenceLog::Open(std::string layer, storage::FusionLog* stored,
                                               const EvidenceCodec* codec) {
   EvidenceLog log(std::move(layer), stored, codec);
-  absl::StatusOr<std::optional<ObservationKey>> newest = stored->NewestKey(log.layer_);
-  if (!newest.ok()) return newest.status();
-  log.newest_ = *std::move(newest);
-  const absl::StatusOr<std::optional<storage::LogKey>> fact = stored->NewestFact(log.layer_);
-  if (!fact.ok()) return fact.status();
-  if (*fact) {
-    log.last_ = **fact;
-    log.num_facts_ = (*fact)->number;
+  HYPERMAP_ASSIGN_OR_RETURN(std::optional<ObservationKey> newest, stored->NewestKey(log.layer_));
+  log.newest_ = std::move(newest);
+  HYPERMAP_ASSIGN_OR_RETURN(const std::optional<storage::LogKey> fact,
+                            stored->NewestFact(log.layer_));
+  if (fact) {
+    log.last_ = *fact;
+    log.num_facts_ = fact->number;
   }
   if (log.newest_) log.last_ = std::max(log.last_, {*log.newest_, 0});
   log.complete_after_ = log.last_;
@@ -35,11 +36,10 @@ absl::StatusOr<std::optional<uint64_t>> EvidenceLog::FindContentHash(const std::
   if (const auto added = added_.find({robot, sequence}); added != added_.end()) {
     return added->second;
   }
-  const absl::StatusOr<std::optional<storage::FusionLog::Known>> known =
-      stored_->FindObservation(layer_, robot, sequence);
-  if (!known.ok()) return known.status();
-  if (!*known) return std::nullopt;
-  return (*known)->content_hash;
+  HYPERMAP_ASSIGN_OR_RETURN(const std::optional<storage::FusionLog::Known> known,
+                            stored_->FindObservation(layer_, robot, sequence));
+  if (!known) return std::nullopt;
+  return known->content_hash;
 }
 
 absl::StatusOr<std::vector<int64_t>> EvidenceLog::Sequences(const std::string& robot) const {
@@ -67,9 +67,9 @@ storage::LogKey EvidenceLog::Add(fusion::OperatorFact fact) {
 
 absl::StatusOr<std::vector<ObservationKey>> EvidenceLog::Retract(const std::string& robot,
                                                                  absl::Time from, absl::Time to) {
-  absl::StatusOr<std::vector<ObservationKey>> stored = stored_->KeysOf(layer_, robot, from, to);
-  if (!stored.ok()) return stored.status();
-  std::set<ObservationKey> keys(stored->begin(), stored->end());
+  HYPERMAP_ASSIGN_OR_RETURN(std::vector<ObservationKey> stored,
+                            stored_->KeysOf(layer_, robot, from, to));
+  std::set<ObservationKey> keys(stored.begin(), stored.end());
   for (const auto& [key, evidence] : recent_) {
     const ObservationKey& name = key.after;
     if (evidence.observation && name.robot == robot && name.stamp >= from && name.stamp < to) {
@@ -93,21 +93,19 @@ absl::StatusOr<std::shared_ptr<const Observation>> EvidenceLog::Get(
   storage::LogKey before = log_key;
   --before.after.sequence;
   before.number = std::numeric_limits<int64_t>::max();
-  absl::StatusOr<std::vector<storage::LogEntry>> entries = stored_->Read(layer_, before, 1);
-  if (!entries.ok()) return entries.status();
-  if (entries->empty() || entries->front().key != log_key) {
+  HYPERMAP_ASSIGN_OR_RETURN(std::vector<storage::LogEntry> entries,
+                            stored_->Read(layer_, before, 1));
+  if (entries.empty() || entries.front().key != log_key) {
     return absl::DataLossError("an observation is not where the log has it");
   }
-  absl::StatusOr<Evidence> evidence = DecodeEvidence(entries->front(), *codec_);
-  if (!evidence.ok()) return evidence.status();
-  return std::move(evidence->observation);
+  HYPERMAP_ASSIGN_OR_RETURN(Evidence evidence, DecodeEvidence(entries.front(), *codec_));
+  return std::move(evidence.observation);
 }
 
 absl::StatusOr<std::optional<Evidence>> EvidenceLog::Decode(const storage::LogEntry& entry) const {
   if (entry.key.number == 0 && retracted_.count(entry.key.after) > 0) return std::nullopt;
-  absl::StatusOr<Evidence> evidence = DecodeEvidence(entry, *codec_);
-  if (!evidence.ok()) return evidence.status();
-  return *std::move(evidence);
+  HYPERMAP_ASSIGN_OR_RETURN(Evidence evidence, DecodeEvidence(entry, *codec_));
+  return evidence;
 }
 
 absl::Status EvidenceLog::Visit(const storage::LogKey& after,
@@ -122,10 +120,9 @@ absl::Status EvidenceLog::Visit(const storage::LogKey& after,
   // all entries.
   storage::LogKey at = after;
   while (at < complete_after_) {
-    const absl::StatusOr<std::vector<storage::LogEntry>> entries =
-        stored_->Read(layer_, at, kReadEntries);
-    if (!entries.ok()) return entries.status();
-    for (const storage::LogEntry& entry : *entries) {
+    HYPERMAP_ASSIGN_OR_RETURN(const std::vector<storage::LogEntry> entries,
+                              stored_->Read(layer_, at, kReadEntries));
+    for (const storage::LogEntry& entry : entries) {
       at = entry.key;
       if (at > complete_after_) break;
       while (recent != recent_.end() && recent->first < at) visit_recent();
@@ -134,11 +131,10 @@ absl::Status EvidenceLog::Visit(const storage::LogKey& after,
         visit_recent();
         continue;
       }
-      const absl::StatusOr<std::optional<Evidence>> evidence = Decode(entry);
-      if (!evidence.ok()) return evidence.status();
-      if (*evidence) visit(**evidence);
+      HYPERMAP_ASSIGN_OR_RETURN(const std::optional<Evidence> evidence, Decode(entry));
+      if (evidence) visit(*evidence);
     }
-    if (entries->size() < kReadEntries) break;
+    if (entries.size() < kReadEntries) break;
   }
   while (recent != recent_.end()) visit_recent();
   return absl::OkStatus();
@@ -160,9 +156,8 @@ absl::Status EvidenceLog::Written() {
   if (retracted_.empty()) return absl::OkStatus();
   retracted_.clear();
   // The newest observation may be one of the retracted ones.
-  absl::StatusOr<std::optional<ObservationKey>> newest = stored_->NewestKey(layer_);
-  if (!newest.ok()) return newest.status();
-  newest_ = *std::move(newest);
+  HYPERMAP_ASSIGN_OR_RETURN(std::optional<ObservationKey> newest, stored_->NewestKey(layer_));
+  newest_ = std::move(newest);
   return absl::OkStatus();
 }
 

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/status/status_macros.h"
 #include "map/layers/semantic_layer.h"
 #include "server/fusion/explored_area.h"
 
@@ -74,13 +75,11 @@ FusedLayer::FusedLayer(std::string layer, storage::FusionSettings settings,
 absl::StatusOr<std::unique_ptr<FusedLayer>> FusedLayer::Begin(
     const std::string& layer, const storage::FusionSettings& settings, storage::FusionLog* stored,
     const FusionOptions* options) {
-  absl::StatusOr<std::unique_ptr<fusion::Strategy>> strategy =
-      options->make_strategy(settings.strategy, settings.parameters);
-  if (!strategy.ok()) return strategy.status();
-  absl::StatusOr<EvidenceLog> log = EvidenceLog::Open(layer, stored, &options->codec);
-  if (!log.ok()) return log.status();
+  HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<fusion::Strategy> strategy,
+                            options->make_strategy(settings.strategy, settings.parameters));
+  HYPERMAP_ASSIGN_OR_RETURN(EvidenceLog log, EvidenceLog::Open(layer, stored, &options->codec));
   std::unique_ptr<FusedLayer> fused(
-      new FusedLayer(layer, settings, *std::move(strategy), *std::move(log), stored, options));
+      new FusedLayer(layer, settings, std::move(strategy), std::move(log), stored, options));
   fused->settings_changed_ = true;
   return fused;
 }
@@ -91,20 +90,20 @@ absl::StatusOr<std::unique_ptr<FusedLayer>> FusedLayer::Open(
   absl::StatusOr<std::unique_ptr<FusedLayer>> fused = Begin(layer, settings, stored, options);
   if (!fused.ok()) return fused;
   (*fused)->settings_changed_ = false;
-  if (absl::Status status = (*fused)->LoadShown(snapshot); !status.ok()) return status;
-  absl::StatusOr<Checkpoint> checkpoint = (*fused)->CheckpointBefore(
-      {{absl::FromUnixNanos(std::numeric_limits<int64_t>::max()), "", 0}, 0});
-  if (!checkpoint.ok()) return checkpoint.status();
-  if (absl::Status status = (*fused)->FoldOn(*std::move(checkpoint)); !status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR((*fused)->LoadShown(snapshot));
+  HYPERMAP_ASSIGN_OR_RETURN(
+      Checkpoint checkpoint,
+      (*fused)->CheckpointBefore(
+          {{absl::FromUnixNanos(std::numeric_limits<int64_t>::max()), "", 0}, 0}));
+  HYPERMAP_RETURN_IF_ERROR((*fused)->FoldOn(std::move(checkpoint)));
   (*fused)->new_entries_ = (*fused)->entries_folded_;
   return fused;
 }
 
 absl::Status FusedLayer::LoadShown(const Snapshot& snapshot) {
   const SemanticLayer* layer = FindSemantic(snapshot, layer_);
-  absl::StatusOr<std::vector<storage::TrackId>> tracks = stored_->Tracks(layer_);
-  if (!tracks.ok()) return tracks.status();
-  for (const auto& [track, id] : *tracks) {
+  HYPERMAP_ASSIGN_OR_RETURN(std::vector<storage::TrackId> tracks, stored_->Tracks(layer_));
+  for (const auto& [track, id] : tracks) {
     if (id == 0) continue;
     ids_[track] = id;
     const ObjectPtr object = layer == nullptr ? nullptr : layer->Find(id);
@@ -124,18 +123,15 @@ std::vector<fusion::TrackKey> FusedLayer::TracksOf(ObjectId id) const {
 
 absl::StatusOr<Observation> FusedLayer::AsKept(const Observation& observation,
                                                const Snapshot& snapshot, std::string* body) const {
-  const absl::StatusOr<LayerPtr> layer = snapshot.GetLayer(layer_);
-  if (!layer.ok()) return layer.status();
-  const std::string& layer_frame = (*layer)->spec().frame_id;
-  const absl::StatusOr<std::string> frame = snapshot.ResolveFrame(observation.frame_id);
-  if (!frame.ok()) return frame.status();
-  const absl::StatusOr<PlanarTransform> layer_from_frame =
-      snapshot.frames.Lookup(layer_frame, *frame);
-  if (!layer_from_frame.ok()) return layer_from_frame.status();
+  HYPERMAP_ASSIGN_OR_RETURN(const LayerPtr layer, snapshot.GetLayer(layer_));
+  const std::string& layer_frame = layer->spec().frame_id;
+  HYPERMAP_ASSIGN_OR_RETURN(const std::string frame, snapshot.ResolveFrame(observation.frame_id));
+  HYPERMAP_ASSIGN_OR_RETURN(const PlanarTransform layer_from_frame,
+                            snapshot.frames.Lookup(layer_frame, frame));
   // Folds the decoded bytes and not the message, because a restart or a rebuild folds these: both
   // must give the same state to the last bit.
   *body =
-      options_->codec.encode_observation(Transformed(observation, *layer_from_frame, layer_frame));
+      options_->codec.encode_observation(Transformed(observation, layer_from_frame, layer_frame));
   return options_->codec.decode_observation(*body);
 }
 
@@ -154,13 +150,12 @@ absl::StatusOr<ObservationVerdict> FusedLayer::Admit(const Observation& observat
   // Hash of the message as sent, before the transform: a retry must be recognised even if the frame
   // has moved meanwhile.
   const uint64_t hash = HashOf(options_->codec.encode_observation(observation));
-  const absl::StatusOr<std::optional<uint64_t>> known =
-      log_.FindContentHash(observation.robot, observation.sequence);
-  if (!known.ok()) return known.status();
-  if (*known) {
+  HYPERMAP_ASSIGN_OR_RETURN(const std::optional<uint64_t> known,
+                            log_.FindContentHash(observation.robot, observation.sequence));
+  if (known) {
     const bool is_same =
-        **known == hash || (options_->codec.encode_observation_01 &&
-                            **known == HashOf(options_->codec.encode_observation_01(observation)));
+        *known == hash || (options_->codec.encode_observation_01 &&
+                           *known == HashOf(options_->codec.encode_observation_01(observation)));
     if (is_same) return verdict(ObservationOutcome::kDuplicate, "is there already");
     return verdict(ObservationOutcome::kConflict,
                    "another observation of this robot and sequence is there already");
@@ -210,23 +205,20 @@ void FusedLayer::Tell(fusion::OperatorFact::Kind kind, ObjectPtr object) {
 
 absl::StatusOr<int64_t> FusedLayer::Retract(const std::string& robot, absl::Time from,
                                             absl::Time to) {
-  absl::StatusOr<std::vector<ObservationKey>> keys = log_.Retract(robot, from, to);
-  if (!keys.ok()) return keys.status();
-  for (const ObservationKey& key : *keys) {
+  HYPERMAP_ASSIGN_OR_RETURN(std::vector<ObservationKey> keys, log_.Retract(robot, from, to));
+  for (const ObservationKey& key : keys) {
     ChangedAt({key, 0});
     if (settings_.exploration_layer.empty()) continue;
-    absl::StatusOr<std::shared_ptr<const Observation>> observation = log_.Get(key);
-    if (!observation.ok()) return observation.status();
-    not_explored_.push_back((*observation)->free_space);
+    HYPERMAP_ASSIGN_OR_RETURN(std::shared_ptr<const Observation> observation, log_.Get(key));
+    not_explored_.push_back(observation->free_space);
   }
-  return static_cast<int64_t>(keys->size());
+  return static_cast<int64_t>(keys.size());
 }
 
 absl::Status FusedLayer::Rebuild(const storage::FusionSettings& settings) {
-  absl::StatusOr<std::unique_ptr<fusion::Strategy>> strategy =
-      options_->make_strategy(settings.strategy, settings.parameters);
-  if (!strategy.ok()) return strategy.status();
-  strategy_ = *std::move(strategy);
+  HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<fusion::Strategy> strategy,
+                            options_->make_strategy(settings.strategy, settings.parameters));
+  strategy_ = std::move(strategy);
   ChangedAt(storage::BeforeAll());
   // All stored checkpoints are invalid: makes Written store a new one.
   new_entries_ += options_->entries_per_stored_checkpoint;
@@ -256,13 +248,12 @@ absl::StatusOr<FusedLayer::Checkpoint> FusedLayer::CheckpointBefore(const storag
   }
   // The store still has checkpoints that changes of this group have made invalid.
   const storage::LogKey before = std::min(key, unwritten_stale_from_.value_or(key));
-  const absl::StatusOr<std::optional<storage::FusionCheckpoint>> stored =
-      stored_->FindCheckpoint(layer_, before);
-  if (!stored.ok()) return stored.status();
-  if (*stored) {
-    const absl::StatusOr<fusion::StatePtr> state = strategy_->Decode((*stored)->state);
+  HYPERMAP_ASSIGN_OR_RETURN(const std::optional<storage::FusionCheckpoint> stored,
+                            stored_->FindCheckpoint(layer_, before));
+  if (stored) {
+    const absl::StatusOr<fusion::StatePtr> state = strategy_->Decode(stored->state);
     // A checkpoint of another version may not be readable. It is only a shortcut: the log has all.
-    if (state.ok()) return Checkpoint{(*stored)->key, *state};
+    if (state.ok()) return Checkpoint{stored->key, *state};
   }
   return Checkpoint{storage::BeforeAll(), strategy_->Initial()};
 }
@@ -291,15 +282,14 @@ absl::StatusOr<std::vector<Edit>> FusedLayer::Fold(const Snapshot& snapshot) {
     // Entries after the tip are folded onto it; earlier ones need a restart at a checkpoint.
     Checkpoint from = tip_;
     if (*changed_at_ <= tip_.key) {
-      absl::StatusOr<Checkpoint> before = CheckpointBefore(*changed_at_);
-      if (!before.ok()) return before.status();
-      from = *std::move(before);
+      HYPERMAP_ASSIGN_OR_RETURN(Checkpoint before, CheckpointBefore(*changed_at_));
+      from = std::move(before);
     }
-    if (absl::Status status = FoldOn(std::move(from)); !status.ok()) return status;
+    HYPERMAP_RETURN_IF_ERROR(FoldOn(std::move(from)));
     changed_at_.reset();
     Diff(snapshot, &edits);
   }
-  if (absl::Status status = MarkExplored(snapshot, &edits); !status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(MarkExplored(snapshot, &edits));
   explored_.clear();
   not_explored_.clear();
   return edits;
@@ -462,7 +452,7 @@ storage::FusionChange FusedLayer::Finish(absl::Span<const ObjectId> object_ids) 
 
 absl::Status FusedLayer::Written() {
   unwritten_stale_from_.reset();
-  if (absl::Status status = log_.Written(); !status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(log_.Written());
   return KeepCheckpoint(options_->entries_per_stored_checkpoint);
 }
 

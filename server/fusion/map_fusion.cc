@@ -5,17 +5,17 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/status/status_macros.h"
 #include "map/layers/semantic_layer.h"
 
 namespace hypermap::server {
 namespace {
 
 absl::Status CheckKind(const Snapshot& snapshot, const std::string& layer, LayerKind kind) {
-  const absl::StatusOr<LayerPtr> found = snapshot.GetLayer(layer);
-  if (!found.ok()) return found.status();
-  if ((*found)->spec().kind == kind) return absl::OkStatus();
+  HYPERMAP_ASSIGN_OR_RETURN(const LayerPtr found, snapshot.GetLayer(layer));
+  if (found->spec().kind == kind) return absl::OkStatus();
   return absl::FailedPreconditionError(absl::StrCat("layer \"", layer, "\" is of the kind ",
-                                                    LayerKindName((*found)->spec().kind), ", not ",
+                                                    LayerKindName(found->spec().kind), ", not ",
                                                     LayerKindName(kind)));
 }
 
@@ -43,7 +43,7 @@ absl::StatusOr<std::unique_ptr<MapFusion>> MapFusion::Open(storage::FusionLog* s
                                                            const FusionOptions* options,
                                                            const EditLimits& limits) {
   std::unique_ptr<MapFusion> fusion(new MapFusion(stored, options, limits));
-  if (absl::Status status = fusion->Reset(); !status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(fusion->Reset());
   return fusion;
 }
 
@@ -66,7 +66,7 @@ absl::Status MapFusion::Broken(const absl::Status& status) {
 }
 
 absl::StatusOr<FusedLayer*> MapFusion::Find(const Snapshot& snapshot, const std::string& layer) {
-  if (auto status = CheckKind(snapshot, layer, LayerKind::kSemantic); !status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(CheckKind(snapshot, layer, LayerKind::kSemantic));
   if (const auto open = layers_.find(layer); open != layers_.end()) return open->second.get();
   const auto settings = settings_.find(layer);
   if (settings == settings_.end()) {
@@ -87,10 +87,9 @@ absl::StatusOr<std::vector<FusedLayer*>> MapFusion::TouchedBy(const Snapshot& be
   for (const Edit& edit : batch.edits) {
     const std::string layer = LayerOfObjectEdit(edit);
     if (layer.empty() || settings_.count(layer) == 0) continue;
-    absl::StatusOr<FusedLayer*> fused = Find(before, layer);
-    if (!fused.ok()) return fused.status();
-    if (std::find(touched.begin(), touched.end(), *fused) == touched.end()) {
-      touched.push_back(*fused);
+    HYPERMAP_ASSIGN_OR_RETURN(FusedLayer * fused, Find(before, layer));
+    if (std::find(touched.begin(), touched.end(), fused) == touched.end()) {
+      touched.push_back(fused);
     }
   }
   return touched;
@@ -120,19 +119,18 @@ absl::StatusOr<FusionReaction> MapFusion::React(const Snapshot& before, const Ed
                                                 const AppliedBatch& applied) {
   if (settings_.empty()) return FusionReaction();
   // Loads layers as they are before the batch, which Tell then adds to them.
-  absl::StatusOr<std::vector<FusedLayer*>> touched = TouchedBy(before, batch);
-  if (!touched.ok()) return touched.status();
+  HYPERMAP_ASSIGN_OR_RETURN(std::vector<FusedLayer*> touched, TouchedBy(before, batch));
   for (const Change& change : applied.changes) {
     const auto* deleted = std::get_if<LayerDeleted>(&change);
     if (deleted == nullptr) continue;
     if (const auto layer = layers_.find(deleted->spec.name); layer != layers_.end()) {
-      std::erase(*touched, layer->second.get());
+      std::erase(touched, layer->second.get());
     }
     Drop(deleted->spec.name);
   }
-  if (touched->empty()) return FusionReaction();
+  if (touched.empty()) return FusionReaction();
   Tell(before, batch, applied);
-  return Fold(*applied.snapshot, *touched);
+  return Fold(*applied.snapshot, touched);
 }
 
 absl::StatusOr<FusionReaction> MapFusion::Fold(const Snapshot& snapshot,
@@ -161,12 +159,10 @@ std::vector<storage::FusionChange> MapFusion::Finish(const FusionReaction& react
 absl::StatusOr<std::vector<ObservationVerdict>> MapFusion::Admit(
     const Snapshot& snapshot, const std::string& layer,
     const std::vector<Observation>& observations, absl::Time now) {
-  absl::StatusOr<FusedLayer*> fused = Find(snapshot, layer);
-  if (!fused.ok()) return fused.status();
+  HYPERMAP_ASSIGN_OR_RETURN(FusedLayer * fused, Find(snapshot, layer));
   std::vector<ObservationVerdict> verdicts;
   for (const Observation& observation : observations) {
-    absl::StatusOr<ObservationVerdict> verdict =
-        (*fused)->Admit(observation, now, snapshot, limits_);
+    absl::StatusOr<ObservationVerdict> verdict = fused->Admit(observation, now, snapshot, limits_);
     if (!verdict.ok()) return Broken(verdict.status());
     verdicts.push_back(*std::move(verdict));
   }
@@ -203,11 +199,10 @@ absl::Status MapFusion::Begin(const Snapshot& snapshot, const StartFusion& comma
     auto status = CheckKind(snapshot, settings.exploration_layer, LayerKind::kExploration);
     if (!status.ok()) return status;
   }
-  absl::StatusOr<std::unique_ptr<FusedLayer>> fused =
-      FusedLayer::Begin(command.layer, settings, stored_, options_);
-  if (!fused.ok()) return fused.status();
+  HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<FusedLayer> fused,
+                            FusedLayer::Begin(command.layer, settings, stored_, options_));
   settings_[command.layer] = settings;
-  layers_[command.layer] = *std::move(fused);
+  layers_[command.layer] = std::move(fused);
   return absl::OkStatus();
 }
 
@@ -215,12 +210,11 @@ absl::StatusOr<FusionReaction> MapFusion::Do(const Snapshot& snapshot, const Sta
   auto status = CheckKind(snapshot, command.layer, LayerKind::kSemantic);
   if (!status.ok()) return status;
   if (settings_.count(command.layer) == 0) {
-    if (absl::Status begun = Begin(snapshot, command); !begun.ok()) return begun;
+    HYPERMAP_RETURN_IF_ERROR(Begin(snapshot, command));
     return Fold(snapshot, {layers_[command.layer].get()});
   }
-  absl::StatusOr<FusedLayer*> fused = Find(snapshot, command.layer);
-  if (!fused.ok()) return fused.status();
-  storage::FusionSettings settings = (*fused)->settings();
+  HYPERMAP_ASSIGN_OR_RETURN(FusedLayer * fused, Find(snapshot, command.layer));
+  storage::FusionSettings settings = fused->settings();
   const storage::FusionSettings& wanted = command.settings;
   if (!wanted.strategy.empty() && wanted.strategy != settings.strategy) {
     return Mismatch(command.layer, "strategy", settings.strategy, wanted.strategy);
@@ -238,36 +232,33 @@ absl::StatusOr<FusionReaction> MapFusion::Do(const Snapshot& snapshot, const Sta
   status = CheckKind(snapshot, wanted.exploration_layer, LayerKind::kExploration);
   if (!status.ok()) return status;
   settings.exploration_layer = wanted.exploration_layer;
-  (*fused)->SetExplorationLayer(settings.exploration_layer);
+  fused->SetExplorationLayer(settings.exploration_layer);
   settings_[command.layer] = settings;
-  return Fold(snapshot, {*fused});
+  return Fold(snapshot, {fused});
 }
 
 absl::StatusOr<FusionReaction> MapFusion::Do(const Snapshot& snapshot,
                                              const RebuildFusion& command) {
-  absl::StatusOr<FusedLayer*> fused = Find(snapshot, command.layer);
-  if (!fused.ok()) return fused.status();
-  storage::FusionSettings settings = (*fused)->settings();
+  HYPERMAP_ASSIGN_OR_RETURN(FusedLayer * fused, Find(snapshot, command.layer));
+  storage::FusionSettings settings = fused->settings();
   if (!command.strategy.empty()) settings.strategy = command.strategy;
   settings.parameters = command.parameters;
-  if (auto status = (*fused)->Rebuild(settings); !status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(fused->Rebuild(settings));
   settings_[command.layer] = settings;
-  return Fold(snapshot, {*fused});
+  return Fold(snapshot, {fused});
 }
 
 absl::StatusOr<FusionReaction> MapFusion::Do(const Snapshot& snapshot,
                                              const RetractObservations& command) {
-  absl::StatusOr<FusedLayer*> fused = Find(snapshot, command.layer);
-  if (!fused.ok()) return fused.status();
-  const absl::StatusOr<int64_t> retracted =
-      (*fused)->Retract(command.robot, command.from, command.to);
+  HYPERMAP_ASSIGN_OR_RETURN(FusedLayer * fused, Find(snapshot, command.layer));
+  const absl::StatusOr<int64_t> retracted = fused->Retract(command.robot, command.from, command.to);
   if (!retracted.ok()) return Broken(retracted.status());
   if (*retracted == 0) {
     return absl::NotFoundError(absl::StrCat("layer \"", command.layer,
                                             "\" has no observations of robot \"", command.robot,
                                             "\" in that time"));
   }
-  return Fold(snapshot, {*fused});
+  return Fold(snapshot, {fused});
 }
 
 void MapFusion::Written() {

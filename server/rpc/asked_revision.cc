@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/status/status_macros.h"
 #include "server/session/past_snapshot.h"
 
 namespace hypermap::server {
@@ -37,16 +38,14 @@ absl::StatusOr<AskedRevision> AskedRevision::Find(MapSession& session, const AsO
     return absl::OutOfRangeError(
         absl::StrCat("at_revision ", *as_of.revision, " is still to come, the newest is ", newest));
   }
-  absl::StatusOr<HistoryPool::Lease> history = session.OpenHistory();
-  if (!history.ok()) return history.status();
-  const absl::StatusOr<Revision> revision =
-      as_of.time ? RevisionAt(session, **history, *as_of.time, newest) : *as_of.revision;
-  if (!revision.ok()) return revision.status();
-  if (*revision == newest) return asked;
-  absl::StatusOr<std::unique_ptr<storage::PastMap>> past = (*history)->At(*revision);
-  if (!past.ok()) return past.status();
-  asked.history_.emplace(*std::move(history));
-  asked.past_ = *std::move(past);
+  HYPERMAP_ASSIGN_OR_RETURN(HistoryPool::Lease history, session.OpenHistory());
+  HYPERMAP_ASSIGN_OR_RETURN(
+      const Revision revision,
+      as_of.time ? RevisionAt(session, *history, *as_of.time, newest) : *as_of.revision);
+  if (revision == newest) return asked;
+  HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<storage::PastMap> past, history->At(revision));
+  asked.history_.emplace(std::move(history));
+  asked.past_ = std::move(past);
   return asked;
 }
 

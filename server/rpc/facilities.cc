@@ -1,6 +1,7 @@
 #include "server/rpc/facilities.h"
 
 #include "absl/strings/str_cat.h"
+#include "base/status/status_macros.h"
 #include "map/layers/layer_spec.h"
 
 namespace hypermap::server {
@@ -12,7 +13,7 @@ constexpr size_t kMaxRequestIdLength = 128;
 
 absl::StatusOr<std::shared_ptr<MapSession>> FindMap(const Facilities& facilities,
                                                     const std::string& map) {
-  if (auto status = ValidateName("map", map); !status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(ValidateName("map", map));
   return facilities.site->Find(map);
 }
 

@@ -21,6 +21,7 @@
 #include "absl/strings/string_view.h"
 #include "absl/time/clock.h"
 #include "absl/time/time.h"
+#include "base/status/status_macros.h"
 #include "server/rpc/raw_messages.h"
 #include "server/rpc/request_log.h"
 #include "server/rpc/revision_wait.h"
@@ -133,12 +134,11 @@ class StreamedAnswer final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
   }
 
   absl::StatusOr<Step> TakeStep() {
-    if (absl::Status status = CheckWanted(*context_); !status.ok()) return status;
+    HYPERMAP_RETURN_IF_ERROR(CheckWanted(*context_));
     if (!parsed_.ok()) return parsed_;
     if (!source_) {
-      absl::StatusOr<std::unique_ptr<Source>> source = std::move(open_)(*request_);
-      if (!source.ok()) return source.status();
-      source_ = *std::move(source);
+      HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<Source> source, std::move(open_)(*request_));
+      source_ = std::move(source);
     }
     alignas(std::max_align_t) char block[kMessageBytes];
     google::protobuf::Arena arena(block, sizeof block);

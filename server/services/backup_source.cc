@@ -4,6 +4,7 @@
 #include <string>
 
 #include "absl/strings/str_cat.h"
+#include "base/status/status_macros.h"
 #include "server/rpc/scratch_file.h"
 
 namespace hypermap::server {
@@ -15,7 +16,7 @@ class BackupSource : public MessageSource<v1::BackupMapResponse> {
       : file_(facilities.scratch_dir), max_chunk_bytes_(facilities.limits.max_chunk_bytes) {}
 
   absl::Status Open(MapSession& session) {
-    if (auto status = session.BackupTo(file_.path()); !status.ok()) return status;
+    HYPERMAP_RETURN_IF_ERROR(session.BackupTo(file_.path()));
     stream_.open(file_.path(), std::ios::binary);
     return stream_ ? absl::OkStatus() : CannotRead();
   }
@@ -47,10 +48,10 @@ class BackupSource : public MessageSource<v1::BackupMapResponse> {
 
 absl::StatusOr<std::unique_ptr<MessageSource<v1::BackupMapResponse>>> OpenBackup(
     const Facilities& facilities, const v1::BackupMapRequest& request) {
-  const absl::StatusOr<std::shared_ptr<MapSession>> session = FindMap(facilities, request.map());
-  if (!session.ok()) return session.status();
+  HYPERMAP_ASSIGN_OR_RETURN(const std::shared_ptr<MapSession> session,
+                            FindMap(facilities, request.map()));
   auto source = std::make_unique<BackupSource>(facilities);
-  if (auto status = source->Open(**session); !status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(source->Open(*session));
   return source;
 }
 

@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/status/status_macros.h"
 #include "map/layers/layer_registry.h"
 #include "server/rpc/map_message.h"
 #include "server/rpc/request_log.h"
@@ -32,12 +33,12 @@ void EncodeEntry(const Site::Entry& entry, v1::Map* message) {
 template <typename Request, typename Respond>
 absl::Status CatalogService::SubmitEdit(UnaryCallPtr call, const Request& request, Edit edit,
                                         Respond respond) const {
-  const absl::StatusOr<std::shared_ptr<MapSession>> session = FindMap(facilities_, request.map());
-  if (!session.ok()) return session.status();
-  if (auto status = ValidateRequestId(request.request_id()); !status.ok()) return status;
+  HYPERMAP_ASSIGN_OR_RETURN(const std::shared_ptr<MapSession> session,
+                            FindMap(facilities_, request.map()));
+  HYPERMAP_RETURN_IF_ERROR(ValidateRequestId(request.request_id()));
   EditBatch batch;
   batch.edits.push_back(std::move(edit));
-  SubmitAndFinish(std::move(call), **session, std::move(batch), request.request_id(),
+  SubmitAndFinish(std::move(call), *session, std::move(batch), request.request_id(),
                   std::move(respond));
   return absl::OkStatus();
 }
@@ -50,10 +51,9 @@ grpc::ServerUnaryReactor* CatalogService::AnswerFromSnapshot(grpc::CallbackServe
   auto call = std::make_shared<UnaryCall>(context, rpc, request->map());
   return AnswerOn(facilities_.workers, std::move(call),
                   [this, request, response, fill]() -> absl::StatusOr<int64_t> {
-                    const absl::StatusOr<std::shared_ptr<MapSession>> session =
-                        FindMap(facilities_, request->map());
-                    if (!session.ok()) return session.status();
-                    const SnapshotPtr snapshot = (*session)->snapshot();
+                    HYPERMAP_ASSIGN_OR_RETURN(const std::shared_ptr<MapSession> session,
+                                              FindMap(facilities_, request->map()));
+                    const SnapshotPtr snapshot = session->snapshot();
                     response->set_map(request->map());
                     response->set_revision(snapshot->revision);
                     return fill(*snapshot);
@@ -74,7 +74,7 @@ grpc::ServerUnaryReactor* CatalogService::CreateMap(grpc::CallbackServerContext*
 
 absl::Status CatalogService::MakeMap(const RequestLog& log, const v1::CreateMapRequest& request,
                                      v1::CreateMapResponse* response) const {
-  if (auto status = ValidateRequestId(request.request_id()); !status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(ValidateRequestId(request.request_id()));
   const std::string frame = request.frame_id().empty() ? kDefaultFrame : request.frame_id();
   const absl::StatusOr<std::shared_ptr<MapSession>> session = facilities_.site->Create(
       {request.map(), frame, request.request_id()}, [](MapSession&) { return absl::OkStatus(); });
@@ -90,10 +90,9 @@ grpc::ServerUnaryReactor* CatalogService::GetMap(grpc::CallbackServerContext* co
   auto call = std::make_shared<UnaryCall>(context, "GetMap", request->map());
   return AnswerOn(facilities_.workers, std::move(call),
                   [this, request, response]() -> absl::StatusOr<int64_t> {
-                    const absl::StatusOr<std::shared_ptr<MapSession>> session =
-                        FindMap(facilities_, request->map());
-                    if (!session.ok()) return session.status();
-                    EncodeMap(**session, response->mutable_map());
+                    HYPERMAP_ASSIGN_OR_RETURN(const std::shared_ptr<MapSession> session,
+                                              FindMap(facilities_, request->map()));
+                    EncodeMap(*session, response->mutable_map());
                     return 1;
                   });
 }
@@ -126,7 +125,7 @@ grpc::ServerUnaryReactor* CatalogService::DeleteMap(grpc::CallbackServerContext*
 
 absl::Status CatalogService::RemoveMap(const RequestLog& log,
                                        const v1::DeleteMapRequest& request) const {
-  if (auto status = ValidateRequestId(request.request_id()); !status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(ValidateRequestId(request.request_id()));
   absl::Status status = facilities_.site->Delete(request.map(), request.request_id());
   if (status.ok()) log.Edited(/*revision=*/0, request.request_id(), /*edits=*/0);
   return status;
@@ -145,15 +144,14 @@ absl::Status CatalogService::StartCreateLayer(UnaryCallPtr call,
                                               const v1::CreateLayerRequest& request,
                                               v1::CreateLayerResponse* response) const {
   if (!request.has_layer()) return absl::InvalidArgumentError("layer is missing");
-  const absl::StatusOr<LayerSpec> spec = wire::DecodeLayerSpec("layer", request.layer());
-  if (!spec.ok()) return spec.status();
-  const absl::StatusOr<std::shared_ptr<MapSession>> session = FindMap(facilities_, request.map());
-  if (!session.ok()) return session.status();
+  HYPERMAP_ASSIGN_OR_RETURN(const LayerSpec spec, wire::DecodeLayerSpec("layer", request.layer()));
+  HYPERMAP_ASSIGN_OR_RETURN(const std::shared_ptr<MapSession> session,
+                            FindMap(facilities_, request.map()));
   // The answer is the layer as this request creates it, also for a retry that comes after the layer
   // was changed.
-  LayerSpec made = *spec;
-  if (made.frame_id.empty()) made.frame_id = (*session)->header().frame_id;
-  return SubmitEdit(std::move(call), request, hypermap::CreateLayer{*spec},
+  LayerSpec made = spec;
+  if (made.frame_id.empty()) made.frame_id = session->header().frame_id;
+  return SubmitEdit(std::move(call), request, hypermap::CreateLayer{spec},
                     [&request, response, made](const storage::Receipt& receipt) {
                       response->set_map(request.map());
                       response->set_revision(receipt.revision);
@@ -168,9 +166,8 @@ grpc::ServerUnaryReactor* CatalogService::GetLayer(grpc::CallbackServerContext* 
   return AnswerFromSnapshot(
       context, "GetLayer", request, response,
       [request, response](const Snapshot& snapshot) -> absl::StatusOr<int64_t> {
-        const absl::StatusOr<LayerPtr> layer = snapshot.GetLayer(request->layer());
-        if (!layer.ok()) return layer.status();
-        wire::EncodeLayer(**layer, response->mutable_layer(),
+        HYPERMAP_ASSIGN_OR_RETURN(const LayerPtr layer, snapshot.GetLayer(request->layer()));
+        wire::EncodeLayer(*layer, response->mutable_layer(),
                           snapshot.LayerVersionOf(request->layer()));
         return 1;
       });
@@ -215,10 +212,9 @@ absl::Status CatalogService::StartSetTransform(UnaryCallPtr call,
                                                const v1::SetTransformRequest& request,
                                                v1::SetTransformResponse* response) const {
   if (!request.has_transform()) return absl::InvalidArgumentError("transform is missing");
-  absl::StatusOr<FrameTransform> transform =
-      wire::DecodeTransform("transform", request.transform());
-  if (!transform.ok()) return transform.status();
-  return SubmitEdit(std::move(call), request, hypermap::SetTransform{*std::move(transform)},
+  HYPERMAP_ASSIGN_OR_RETURN(FrameTransform transform,
+                            wire::DecodeTransform("transform", request.transform()));
+  return SubmitEdit(std::move(call), request, hypermap::SetTransform{std::move(transform)},
                     [&request, response](const storage::Receipt& receipt) {
                       response->set_map(request.map());
                       response->set_revision(receipt.revision);

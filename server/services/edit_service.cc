@@ -4,6 +4,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/status/status_macros.h"
 #include "wire/edit.h"
 
 namespace hypermap::server {
@@ -31,17 +32,16 @@ grpc::ServerUnaryReactor* EditService::ApplyEdits(grpc::CallbackServerContext* c
 
 absl::Status EditService::StartEdits(UnaryCallPtr call, const v1::ApplyEditsRequest& request,
                                      v1::ApplyEditsResponse* response) const {
-  const absl::StatusOr<std::shared_ptr<MapSession>> session = FindMap(facilities_, request.map());
-  if (!session.ok()) return session.status();
-  if (auto status = ValidateRequestId(request.request_id()); !status.ok()) return status;
-  absl::StatusOr<EditBatch> batch = wire::DecodeEdits(request.edits(), facilities_.limits.decode);
-  if (!batch.ok()) return batch.status();
-  absl::StatusOr<std::vector<LayerVersion>> if_layers =
-      wire::DecodeLayerVersions("if_layers", request.if_layers());
-  if (!if_layers.ok()) return if_layers.status();
-  batch->if_layers = *std::move(if_layers);
+  HYPERMAP_ASSIGN_OR_RETURN(const std::shared_ptr<MapSession> session,
+                            FindMap(facilities_, request.map()));
+  HYPERMAP_RETURN_IF_ERROR(ValidateRequestId(request.request_id()));
+  HYPERMAP_ASSIGN_OR_RETURN(EditBatch batch,
+                            wire::DecodeEdits(request.edits(), facilities_.limits.decode));
+  HYPERMAP_ASSIGN_OR_RETURN(std::vector<LayerVersion> if_layers,
+                            wire::DecodeLayerVersions("if_layers", request.if_layers()));
+  batch.if_layers = std::move(if_layers);
   response->set_map(request.map());
-  SubmitAndFinish(std::move(call), **session, *std::move(batch), request.request_id(),
+  SubmitAndFinish(std::move(call), *session, std::move(batch), request.request_id(),
                   [response](const storage::Receipt& receipt) {
                     response->set_revision(receipt.revision);
                     response->mutable_object_ids()->Assign(receipt.object_ids.begin(),

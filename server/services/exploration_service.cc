@@ -4,6 +4,7 @@
 #include <string>
 #include <utility>
 
+#include "base/status/status_macros.h"
 #include "server/exploration/exploration_calls.h"
 #include "wire/exploration.h"
 #include "wire/geometry.h"
@@ -19,41 +20,38 @@ absl::StatusOr<absl::Duration> DecodeLease(bool has_lease,
   return wire::DecodeDuration("lease", lease);
 }
 
-absl::StatusOr<StartOrder> DecodeStart(const v1::StartExplorationRequest& request,
-                                       const wire::DecodeLimits& limits) {
-  if (auto status = ValidateRequestId(request.request_id()); !status.ok()) return status;
+absl::StatusOr<ExplorationStart> DecodeStart(const v1::StartExplorationRequest& request,
+                                             const wire::DecodeLimits& limits) {
+  HYPERMAP_RETURN_IF_ERROR(ValidateRequestId(request.request_id()));
   if (!request.has_area()) return absl::InvalidArgumentError("area is missing");
-  absl::StatusOr<Polygon> area = wire::DecodePolygon("area", request.area(), limits);
-  if (!area.ok()) return area.status();
-  const absl::StatusOr<CellRule> rule =
-      wire::DecodeCellRule("explored_rule", request.explored_rule());
-  if (!rule.ok()) return rule.status();
-  StartOrder order;
-  order.area = *std::move(area);
-  order.frame_id = request.frame_id();
-  order.occupancy_layer = request.occupancy_layer();
-  order.exploration_layer = request.exploration_layer();
-  order.explored_rule = *rule;
-  order.robot_radius_m = request.robot_radius_m();
-  if (request.range_m() != 0.0) order.range_m = request.range_m();
-  if (request.min_gain_cells() != 0) order.min_gain_cells = request.min_gain_cells();
-  order.request_id = request.request_id();
-  return order;
+  HYPERMAP_ASSIGN_OR_RETURN(Polygon area, wire::DecodePolygon("area", request.area(), limits));
+  HYPERMAP_ASSIGN_OR_RETURN(const CellRule rule,
+                            wire::DecodeCellRule("explored_rule", request.explored_rule()));
+  ExplorationStart start;
+  start.area = std::move(area);
+  start.frame_id = request.frame_id();
+  start.occupancy_layer = request.occupancy_layer();
+  start.exploration_layer = request.exploration_layer();
+  start.explored_rule = rule;
+  start.robot_radius_m = request.robot_radius_m();
+  if (request.range_m() != 0.0) start.range_m = request.range_m();
+  if (request.min_gain_cells() != 0) start.min_gain_cells = request.min_gain_cells();
+  start.request_id = request.request_id();
+  return start;
 }
 
-absl::StatusOr<ClaimOrder> DecodeClaim(const v1::ClaimGoalRequest& request) {
+absl::StatusOr<GoalClaim> DecodeClaim(const v1::ClaimGoalRequest& request) {
   if (!request.has_pose()) return absl::InvalidArgumentError("pose is missing");
-  const absl::StatusOr<PlanarTransform> pose = wire::DecodePose("pose", request.pose());
-  if (!pose.ok()) return pose.status();
-  const absl::StatusOr<absl::Duration> lease = DecodeLease(request.has_lease(), request.lease());
-  if (!lease.ok()) return lease.status();
-  ClaimOrder order;
-  order.exploration_id = request.exploration_id();
-  order.robot = request.robot();
-  order.place = {pose->x(), pose->y()};
-  order.frame_id = request.frame_id();
-  order.lease = *lease;
-  return order;
+  HYPERMAP_ASSIGN_OR_RETURN(const PlanarTransform pose, wire::DecodePose("pose", request.pose()));
+  HYPERMAP_ASSIGN_OR_RETURN(const absl::Duration lease,
+                            DecodeLease(request.has_lease(), request.lease()));
+  GoalClaim claim;
+  claim.exploration_id = request.exploration_id();
+  claim.robot = request.robot();
+  claim.place = {pose.x(), pose.y()};
+  claim.frame_id = request.frame_id();
+  claim.lease = lease;
+  return claim;
 }
 
 // Logs the commit, if the call made one.
@@ -65,36 +63,33 @@ void LogEdits(const UnaryCall& call, const ExplorationAnswer& answer,
 }  // namespace
 
 template <typename Request, typename Response, typename Answer>
-grpc::ServerUnaryReactor* ExplorationService::AnswerFromDesk(grpc::CallbackServerContext* context,
-                                                             absl::string_view rpc,
-                                                             const Request* request,
-                                                             Response* response, Answer answer) {
+grpc::ServerUnaryReactor* ExplorationService::AnswerFromExplorations(
+    grpc::CallbackServerContext* context, absl::string_view rpc, const Request* request,
+    Response* response, Answer answer) {
   auto call = std::make_shared<UnaryCall>(context, rpc, request->map());
   return AnswerOn(facilities_.explorers, call,
                   [this, call, request, response, answer]() -> absl::StatusOr<int64_t> {
-                    const absl::StatusOr<std::shared_ptr<MapSession>> session =
-                        FindMap(facilities_, request->map());
-                    if (!session.ok()) return session.status();
+                    HYPERMAP_ASSIGN_OR_RETURN(const std::shared_ptr<MapSession> session,
+                                              FindMap(facilities_, request->map()));
                     response->set_map(request->map());
-                    return answer(*call, *explorations_.Of(*session));
+                    return answer(*call, *explorations_.Of(session));
                   });
 }
 
 grpc::ServerUnaryReactor* ExplorationService::StartExploration(
     grpc::CallbackServerContext* context, const v1::StartExplorationRequest* request,
     v1::StartExplorationResponse* response) {
-  return AnswerFromDesk(
+  return AnswerFromExplorations(
       context, "StartExploration", request, response,
       [this, request, response](const UnaryCall& call,
-                                ExplorationDesk& desk) -> absl::StatusOr<int64_t> {
-        absl::StatusOr<StartOrder> order = DecodeStart(*request, facilities_.limits.decode);
-        if (!order.ok()) return order.status();
-        order->author = call.log().author();
-        const absl::StatusOr<ExplorationView> view = desk.Start(*order);
-        if (!view.ok()) return view.status();
-        LogEdits(call, *view, request->request_id());
-        response->set_revision(view->revision);
-        wire::EncodeExploration(view->objects, view->frame_from_layer,
+                                MapExplorations& explorations) -> absl::StatusOr<int64_t> {
+        HYPERMAP_ASSIGN_OR_RETURN(ExplorationStart start,
+                                  DecodeStart(*request, facilities_.limits.decode));
+        start.author = call.log().author();
+        HYPERMAP_ASSIGN_OR_RETURN(const ExplorationView view, explorations.Start(start));
+        LogEdits(call, view, request->request_id());
+        response->set_revision(view.revision);
+        wire::EncodeExploration(view.objects, view.frame_from_layer,
                                 response->mutable_exploration());
         return 1;
       });
@@ -103,17 +98,17 @@ grpc::ServerUnaryReactor* ExplorationService::StartExploration(
 grpc::ServerUnaryReactor* ExplorationService::GetExploration(
     grpc::CallbackServerContext* context, const v1::GetExplorationRequest* request,
     v1::GetExplorationResponse* response) {
-  return AnswerFromDesk(
+  return AnswerFromExplorations(
       context, "GetExploration", request, response,
-      [request, response](const UnaryCall&, ExplorationDesk& desk) -> absl::StatusOr<int64_t> {
-        const absl::StatusOr<ExplorationReport> report =
-            desk.Get(request->exploration_id(), request->frame_id());
-        if (!report.ok()) return report.status();
-        response->set_revision(report->revision);
-        response->set_frame_id(report->frame_id);
-        wire::EncodeExploration(report->objects, report->frame_from_layer,
+      [request, response](const UnaryCall&,
+                          MapExplorations& explorations) -> absl::StatusOr<int64_t> {
+        HYPERMAP_ASSIGN_OR_RETURN(const ExplorationReport report,
+                                  explorations.Get(request->exploration_id(), request->frame_id()));
+        response->set_revision(report.revision);
+        response->set_frame_id(report.frame_id);
+        wire::EncodeExploration(report.objects, report.frame_from_layer,
                                 response->mutable_exploration());
-        const ExplorationProgress& progress = report->progress;
+        const ExplorationProgress& progress = report.progress;
         wire::EncodeProgress(progress.cells, progress.cell_area_m2, progress.rate_m2_per_s,
                              response->mutable_progress());
         return 1;
@@ -123,15 +118,16 @@ grpc::ServerUnaryReactor* ExplorationService::GetExploration(
 grpc::ServerUnaryReactor* ExplorationService::ListExplorations(
     grpc::CallbackServerContext* context, const v1::ListExplorationsRequest* request,
     v1::ListExplorationsResponse* response) {
-  return AnswerFromDesk(
+  return AnswerFromExplorations(
       context, "ListExplorations", request, response,
-      [request, response](const UnaryCall&, ExplorationDesk& desk) -> absl::StatusOr<int64_t> {
-        const absl::StatusOr<ExplorationList> list = desk.List(request->frame_id());
-        if (!list.ok()) return list.status();
-        response->set_revision(list->revision);
-        response->set_frame_id(list->frame_id);
-        for (const ExplorationObjects& objects : list->explorations) {
-          wire::EncodeExploration(objects, list->frame_from_layer, response->add_explorations());
+      [request, response](const UnaryCall&,
+                          MapExplorations& explorations) -> absl::StatusOr<int64_t> {
+        HYPERMAP_ASSIGN_OR_RETURN(const ExplorationList list,
+                                  explorations.List(request->frame_id()));
+        response->set_revision(list.revision);
+        response->set_frame_id(list.frame_id);
+        for (const ExplorationObjects& objects : list.explorations) {
+          wire::EncodeExploration(objects, list.frame_from_layer, response->add_explorations());
         }
         return response->explorations_size();
       });
@@ -140,17 +136,18 @@ grpc::ServerUnaryReactor* ExplorationService::ListExplorations(
 grpc::ServerUnaryReactor* ExplorationService::ListFrontiers(grpc::CallbackServerContext* context,
                                                             const v1::ListFrontiersRequest* request,
                                                             v1::ListFrontiersResponse* response) {
-  return AnswerFromDesk(
+  return AnswerFromExplorations(
       context, "ListFrontiers", request, response,
-      [request, response](const UnaryCall&, ExplorationDesk& desk) -> absl::StatusOr<int64_t> {
-        const absl::StatusOr<FrontierList> list =
-            desk.ListFrontiers(request->exploration_id(), request->frame_id());
-        if (!list.ok()) return list.status();
-        response->set_revision(list->revision);
-        response->set_frame_id(list->frame_id);
-        response->set_exploration_id(list->exploration_id);
-        for (const Explorer::FrontierView& frontier : list->frontiers) {
-          wire::EncodeFrontier(frontier, list->geometry, list->frame_from_floor,
+      [request, response](const UnaryCall&,
+                          MapExplorations& explorations) -> absl::StatusOr<int64_t> {
+        HYPERMAP_ASSIGN_OR_RETURN(
+            const FrontierList list,
+            explorations.ListFrontiers(request->exploration_id(), request->frame_id()));
+        response->set_revision(list.revision);
+        response->set_frame_id(list.frame_id);
+        response->set_exploration_id(list.exploration_id);
+        for (const Explorer::FrontierView& frontier : list.frontiers) {
+          wire::EncodeFrontier(frontier, list.geometry, list.frame_from_floor,
                                request->with_cells(), response->add_frontiers());
         }
         return response->frontiers_size();
@@ -160,42 +157,41 @@ grpc::ServerUnaryReactor* ExplorationService::ListFrontiers(grpc::CallbackServer
 grpc::ServerUnaryReactor* ExplorationService::ClaimGoal(grpc::CallbackServerContext* context,
                                                         const v1::ClaimGoalRequest* request,
                                                         v1::ClaimGoalResponse* response) {
-  return AnswerFromDesk(
+  return AnswerFromExplorations(
       context, "ClaimGoal", request, response,
-      [request, response](const UnaryCall& call, ExplorationDesk& desk) -> absl::StatusOr<int64_t> {
-        absl::StatusOr<ClaimOrder> order = DecodeClaim(*request);
-        if (!order.ok()) return order.status();
-        order->author = call.log().author();
-        const absl::StatusOr<ClaimAnswer> answer = desk.Claim(*order);
-        if (!answer.ok()) return answer.status();
-        LogEdits(call, *answer);
-        response->set_revision(answer->revision);
-        response->set_frame_id(answer->frame_id);
-        response->set_exploration_id(answer->exploration_id);
-        response->set_state(wire::EncodeExplorationState(answer->state));
-        response->set_end_reason(wire::EncodeEndReason(answer->end_reason));
-        if (answer->goal) {
-          wire::EncodeGoal(*answer->goal, answer->frame_from_layer, response->mutable_goal());
+      [request, response](const UnaryCall& call,
+                          MapExplorations& explorations) -> absl::StatusOr<int64_t> {
+        HYPERMAP_ASSIGN_OR_RETURN(GoalClaim claim, DecodeClaim(*request));
+        claim.author = call.log().author();
+        HYPERMAP_ASSIGN_OR_RETURN(const ClaimAnswer answer, explorations.Claim(claim));
+        LogEdits(call, answer);
+        response->set_revision(answer.revision);
+        response->set_frame_id(answer.frame_id);
+        response->set_exploration_id(answer.exploration_id);
+        response->set_state(wire::EncodeExplorationState(answer.state));
+        response->set_end_reason(wire::EncodeEndReason(answer.end_reason));
+        if (answer.goal) {
+          wire::EncodeGoal(*answer.goal, answer.frame_from_layer, response->mutable_goal());
         }
-        return answer->goal ? 1 : 0;
+        return answer.goal ? 1 : 0;
       });
 }
 
 grpc::ServerUnaryReactor* ExplorationService::RenewGoal(grpc::CallbackServerContext* context,
                                                         const v1::RenewGoalRequest* request,
                                                         v1::RenewGoalResponse* response) {
-  return AnswerFromDesk(
+  return AnswerFromExplorations(
       context, "RenewGoal", request, response,
-      [request, response](const UnaryCall& call, ExplorationDesk& desk) -> absl::StatusOr<int64_t> {
-        const absl::StatusOr<absl::Duration> lease =
-            DecodeLease(request->has_lease(), request->lease());
-        if (!lease.ok()) return lease.status();
-        const absl::StatusOr<GoalAnswer> answer =
-            desk.Renew({request->robot(), request->goal_id(), *lease, call.log().author()});
-        if (!answer.ok()) return answer.status();
-        LogEdits(call, *answer);
-        response->set_revision(answer->revision);
-        wire::EncodeGoal(answer->goal, answer->frame_from_layer, response->mutable_goal());
+      [request, response](const UnaryCall& call,
+                          MapExplorations& explorations) -> absl::StatusOr<int64_t> {
+        HYPERMAP_ASSIGN_OR_RETURN(const absl::Duration lease,
+                                  DecodeLease(request->has_lease(), request->lease()));
+        HYPERMAP_ASSIGN_OR_RETURN(
+            const GoalAnswer answer,
+            explorations.Renew({request->robot(), request->goal_id(), lease, call.log().author()}));
+        LogEdits(call, answer);
+        response->set_revision(answer.revision);
+        wire::EncodeGoal(answer.goal, answer.frame_from_layer, response->mutable_goal());
         return 1;
       });
 }
@@ -203,17 +199,17 @@ grpc::ServerUnaryReactor* ExplorationService::RenewGoal(grpc::CallbackServerCont
 grpc::ServerUnaryReactor* ExplorationService::ReleaseGoal(grpc::CallbackServerContext* context,
                                                           const v1::ReleaseGoalRequest* request,
                                                           v1::ReleaseGoalResponse* response) {
-  return AnswerFromDesk(
+  return AnswerFromExplorations(
       context, "ReleaseGoal", request, response,
-      [request, response](const UnaryCall& call, ExplorationDesk& desk) -> absl::StatusOr<int64_t> {
-        const absl::StatusOr<GoalOutcome> outcome =
-            wire::DecodeGoalOutcome("outcome", request->outcome());
-        if (!outcome.ok()) return outcome.status();
-        const absl::StatusOr<ExplorationAnswer> answer =
-            desk.Release({request->robot(), request->goal_id(), *outcome, call.log().author()});
-        if (!answer.ok()) return answer.status();
-        LogEdits(call, *answer);
-        response->set_revision(answer->revision);
+      [request, response](const UnaryCall& call,
+                          MapExplorations& explorations) -> absl::StatusOr<int64_t> {
+        HYPERMAP_ASSIGN_OR_RETURN(const GoalOutcome outcome,
+                                  wire::DecodeGoalOutcome("outcome", request->outcome()));
+        HYPERMAP_ASSIGN_OR_RETURN(const ExplorationAnswer answer,
+                                  explorations.Release({request->robot(), request->goal_id(),
+                                                        outcome, call.log().author()}));
+        LogEdits(call, answer);
+        response->set_revision(answer.revision);
         return 1;
       });
 }
@@ -221,15 +217,16 @@ grpc::ServerUnaryReactor* ExplorationService::ReleaseGoal(grpc::CallbackServerCo
 grpc::ServerUnaryReactor* ExplorationService::StopExploration(
     grpc::CallbackServerContext* context, const v1::StopExplorationRequest* request,
     v1::StopExplorationResponse* response) {
-  return AnswerFromDesk(
+  return AnswerFromExplorations(
       context, "StopExploration", request, response,
-      [request, response](const UnaryCall& call, ExplorationDesk& desk) -> absl::StatusOr<int64_t> {
-        const absl::StatusOr<ExplorationView> view =
-            desk.Stop(request->exploration_id(), call.log().author());
-        if (!view.ok()) return view.status();
-        LogEdits(call, *view);
-        response->set_revision(view->revision);
-        wire::EncodeExploration(view->objects, view->frame_from_layer,
+      [request, response](const UnaryCall& call,
+                          MapExplorations& explorations) -> absl::StatusOr<int64_t> {
+        HYPERMAP_ASSIGN_OR_RETURN(
+            const ExplorationView view,
+            explorations.Stop(request->exploration_id(), call.log().author()));
+        LogEdits(call, view);
+        response->set_revision(view.revision);
+        wire::EncodeExploration(view.objects, view.frame_from_layer,
                                 response->mutable_exploration());
         return 1;
       });

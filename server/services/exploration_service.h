@@ -41,12 +41,12 @@ class ExplorationService : public v1::ExplorationService::CallbackService {
                                             v1::StopExplorationResponse* response) override;
 
  private:
-  // Runs `answer(call, desk)` with the map's ExplorationDesk on a worker. It fills the response and
-  // returns the number of items in it.
+  // Runs `answer(call, explorations)` with the map's MapExplorations on a worker. It fills the
+  // response and returns the number of items in it.
   template <typename Request, typename Response, typename Answer>
-  grpc::ServerUnaryReactor* AnswerFromDesk(grpc::CallbackServerContext* context,
-                                           absl::string_view rpc, const Request* request,
-                                           Response* response, Answer answer);
+  grpc::ServerUnaryReactor* AnswerFromExplorations(grpc::CallbackServerContext* context,
+                                                   absl::string_view rpc, const Request* request,
+                                                   Response* response, Answer answer);
 
   const Facilities facilities_;
   SiteExplorations explorations_;

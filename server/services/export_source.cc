@@ -3,6 +3,7 @@
 #include <string>
 #include <utility>
 
+#include "base/status/status_macros.h"
 #include "server/services/map_files.h"
 
 namespace hypermap::server {
@@ -53,16 +54,15 @@ class ExportSource : public MessageSource<v1::ExportMapResponse> {
 
 absl::StatusOr<std::unique_ptr<MessageSource<v1::ExportMapResponse>>> OpenExport(
     const Facilities& facilities, const v1::ExportMapRequest& request) {
-  const absl::StatusOr<std::shared_ptr<MapSession>> session = FindMap(facilities, request.map());
-  if (!session.ok()) return session.status();
-  const SnapshotPtr snapshot = (*session)->snapshot();
-  absl::StatusOr<storage::ExportedFiles> exported = EncodeFiles(request, *snapshot);
-  if (!exported.ok()) return exported.status();
+  HYPERMAP_ASSIGN_OR_RETURN(const std::shared_ptr<MapSession> session,
+                            FindMap(facilities, request.map()));
+  const SnapshotPtr snapshot = session->snapshot();
+  HYPERMAP_ASSIGN_OR_RETURN(storage::ExportedFiles exported, EncodeFiles(request, *snapshot));
   v1::ExportHeader header;
   header.set_map(request.map());
   header.set_revision(snapshot->revision);
-  header.mutable_omissions()->Assign(exported->omissions.begin(), exported->omissions.end());
-  return std::make_unique<ExportSource>(std::move(header), *std::move(exported),
+  header.mutable_omissions()->Assign(exported.omissions.begin(), exported.omissions.end());
+  return std::make_unique<ExportSource>(std::move(header), std::move(exported),
                                         facilities.limits.max_chunk_bytes);
 }
 

@@ -11,6 +11,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/string_view.h"
 #include "absl/time/clock.h"
+#include "base/status/status_macros.h"
 #include "grpc/health/v1/health.pb.h"
 
 namespace hypermap::server {
@@ -46,9 +47,8 @@ GrpcServer::~GrpcServer() = default;
 
 absl::StatusOr<std::unique_ptr<GrpcServer>> GrpcServer::Start(const GrpcServerOptions& options,
                                                               const Facilities& facilities) {
-  const absl::StatusOr<std::string> host = HostOf(options.listen);
-  if (!host.ok()) return host.status();
-  if (absl::Status status = CheckTlsFiles(options.tls); !status.ok()) return status;
+  HYPERMAP_ASSIGN_OR_RETURN(const std::string host, HostOf(options.listen));
+  HYPERMAP_RETURN_IF_ERROR(tls::CheckServerFiles(options.tls));
   grpc::EnableDefaultHealthCheckService(true);
   // Reflection finds only services whose descriptors are linked in, which this reference ensures.
   grpc::health::v1::HealthCheckRequest::descriptor();
@@ -57,7 +57,7 @@ absl::StatusOr<std::unique_ptr<GrpcServer>> GrpcServer::Start(const GrpcServerOp
 
   grpc::ServerBuilder builder;
   int port = 0;
-  builder.AddListeningPort(options.listen, MakeServerCredentials(options.tls), &port);
+  builder.AddListeningPort(options.listen, tls::MakeServerCredentials(options.tls), &port);
   // Otherwise a second server could listen on the same port, and requests would go to either.
   builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
   builder.SetMaxReceiveMessageSize(options.max_message_bytes);
@@ -80,7 +80,7 @@ absl::StatusOr<std::unique_ptr<GrpcServer>> GrpcServer::Start(const GrpcServerOp
         v1::ExplorationService::service_full_name(), v1::WatchService::service_full_name()}) {
     health->SetServingStatus(service, true);
   }
-  made->address_ = absl::StrCat(*host, port);
+  made->address_ = absl::StrCat(host, port);
   return made;
 }
 

@@ -25,7 +25,7 @@ struct GrpcServerOptions {
   std::string listen;
   // Size limit of requests and responses.
   int max_message_bytes = 16 << 20;
-  TlsFiles tls = {};
+  tls::ServerFiles tls = {};
 };
 
 // Serves from Start to Shutdown: Hypermap's services, the standard health service (which reports

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/status/status_macros.h"
 #include "server/rpc/wanted.h"
 #include "server/services/map_files.h"
 #include "wire/status.h"
@@ -63,7 +64,7 @@ absl::Status ImportCall::TakeChunk(v1::FileChunk* chunk) {
     files_.back().data.append(chunk->data());
     return absl::OkStatus();
   }
-  if (auto status = ValidateFileName(chunk->file_name()); !status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(ValidateFileName(chunk->file_name()));
   if (files_.size() == kMaxFiles) {
     return absl::ResourceExhaustedError(absl::StrCat("more than ", kMaxFiles, " files"));
   }
@@ -78,19 +79,18 @@ absl::Status ImportCall::TakeChunk(v1::FileChunk* chunk) {
 
 absl::Status ImportCall::Import() {
   // A cancelled stream ends like a complete one, but the files are not complete.
-  if (absl::Status status = CheckWanted(*context_); !status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(CheckWanted(*context_));
   if (!header_) return absl::InvalidArgumentError("the first message must carry the header");
-  if (auto status = ValidateRequestId(header_->request_id()); !status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(ValidateRequestId(header_->request_id()));
   const absl::StatusOr<std::shared_ptr<MapSession>> session = FindMap(*facilities_, header_->map());
   const bool make_map = absl::IsNotFound(session.status()) && header_->create_map();
   if (!session.ok() && !make_map) return session.status();
-  const absl::StatusOr<storage::Receipt> receipt =
-      make_map ? ImportIntoNewMap() : ImportInto(**session);
-  if (!receipt.ok()) return receipt.status();
+  HYPERMAP_ASSIGN_OR_RETURN(const storage::Receipt receipt,
+                            make_map ? ImportIntoNewMap() : ImportInto(**session));
   response_->set_map(header_->map());
-  response_->set_revision(receipt->revision);
-  log_.Edited(receipt->revision, header_->request_id(),
-              static_cast<int64_t>(receipt->object_ids.size()));
+  response_->set_revision(receipt.revision);
+  log_.Edited(receipt.revision, header_->request_id(),
+              static_cast<int64_t>(receipt.object_ids.size()));
   return absl::OkStatus();
 }
 
@@ -98,27 +98,25 @@ absl::StatusOr<storage::ImportedMap> ImportCall::Decode(const Snapshot* snapshot
   absl::StatusOr<storage::ImportedMap> imported =
       DecodeFiles(*header_, files_, snapshot, facilities_->limits);
   if (!imported.ok()) return imported;
-  if (absl::Status status = CheckWanted(*context_); !status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(CheckWanted(*context_));
   return imported;
 }
 
 absl::StatusOr<storage::Receipt> ImportCall::ImportInto(MapSession& session) {
   const SnapshotPtr snapshot = session.snapshot();
-  absl::StatusOr<storage::ImportedMap> imported = Decode(snapshot.get());
-  if (!imported.ok()) return imported.status();
-  return Submit(session, *std::move(imported));
+  HYPERMAP_ASSIGN_OR_RETURN(storage::ImportedMap imported, Decode(snapshot.get()));
+  return Submit(session, std::move(imported));
 }
 
 absl::StatusOr<storage::Receipt> ImportCall::ImportIntoNewMap() {
-  absl::StatusOr<storage::ImportedMap> imported = Decode(nullptr);
-  if (!imported.ok()) return imported.status();
-  const Site::NewMap map{header_->map(), imported->frame_id, header_->request_id()};
+  HYPERMAP_ASSIGN_OR_RETURN(storage::ImportedMap imported, Decode(nullptr));
+  const Site::NewMap map{header_->map(), imported.frame_id, header_->request_id()};
   absl::StatusOr<storage::Receipt> receipt = absl::UnknownError("not filled");
   bool filled = false;
   const absl::StatusOr<std::shared_ptr<MapSession>> session =
       facilities_->site->Create(map, [&](MapSession& made) {
         filled = true;
-        receipt = Submit(made, *std::move(imported));
+        receipt = Submit(made, std::move(imported));
         return receipt.status();
       });
   if (!session.ok()) return session.status();

@@ -4,6 +4,7 @@
 #include <memory>
 #include <utility>
 
+#include "base/status/status_macros.h"
 #include "server/services/observe_call.h"
 #include "server/session/object_history.h"
 #include "wire/time.h"
@@ -44,13 +45,13 @@ void EncodeEvent(const ObjectEvent& event, v1::ObjectEvent* message) {
 template <typename Request, typename Response>
 absl::Status StartCommand(const Facilities& facilities, UnaryCallPtr call, const Request& request,
                           FusionCommand command, Response* response) {
-  const absl::StatusOr<std::shared_ptr<MapSession>> session = FindMap(facilities, request.map());
-  if (!session.ok()) return session.status();
-  if (auto status = ValidateRequestId(request.request_id()); !status.ok()) return status;
+  HYPERMAP_ASSIGN_OR_RETURN(const std::shared_ptr<MapSession> session,
+                            FindMap(facilities, request.map()));
+  HYPERMAP_RETURN_IF_ERROR(ValidateRequestId(request.request_id()));
   FusionSubmission submission{std::move(command), call->log().author(), request.request_id()};
   response->set_map(request.map());
-  (*session)->Run(std::move(submission), [call = std::move(call), request_id = request.request_id(),
-                                          response](absl::StatusOr<storage::Receipt> receipt) {
+  session->Run(std::move(submission), [call = std::move(call), request_id = request.request_id(),
+                                       response](absl::StatusOr<storage::Receipt> receipt) {
     if (receipt.ok()) {
       call->log().Edited(receipt->revision, request_id, 1);
       response->set_revision(receipt->revision);
@@ -102,10 +103,10 @@ grpc::ServerUnaryReactor* IngestService::ExplainObject(grpc::CallbackServerConte
 absl::StatusOr<int64_t> IngestService::Explain(const UnaryCall& call,
                                                const v1::ExplainObjectRequest& request,
                                                v1::ExplainObjectResponse* response) const {
-  const absl::StatusOr<std::shared_ptr<MapSession>> session = FindMap(facilities_, request.map());
-  if (!session.ok()) return session.status();
+  HYPERMAP_ASSIGN_OR_RETURN(const std::shared_ptr<MapSession> session,
+                            FindMap(facilities_, request.map()));
   const absl::StatusOr<ObjectHistory> history = server::ExplainObject(
-      **session, request.layer(), request.object_id(), [&call] { return call.CheckWanted(); });
+      *session, request.layer(), request.object_id(), [&call] { return call.CheckWanted(); });
   if (!history.ok()) return history.status();
   response->set_map(request.map());
   response->set_revision(history->revision);

@@ -3,6 +3,7 @@
 #include <string>
 
 #include "absl/strings/str_cat.h"
+#include "base/status/status_macros.h"
 #include "storage/interchange/geojson.h"
 #include "storage/interchange/hmap.h"
 #include "storage/interchange/nav2.h"
@@ -34,11 +35,10 @@ storage::ImportLimits LimitsOfImports(const ServiceLimits& limits) {
 // The snapshot with the named layers only; without names, with all layers. NOT_FOUND.
 absl::StatusOr<Snapshot> WithLayers(const Snapshot& snapshot,
                                     const std::vector<std::string>& names) {
-  const absl::StatusOr<std::vector<LayerPtr>> layers = snapshot.SelectLayers(names);
-  if (!layers.ok()) return layers.status();
+  HYPERMAP_ASSIGN_OR_RETURN(const std::vector<LayerPtr> layers, snapshot.SelectLayers(names));
   Snapshot selected = snapshot;
   selected.layers.clear();
-  for (const LayerPtr& layer : *layers) selected.layers[layer->spec().name] = layer;
+  for (const LayerPtr& layer : layers) selected.layers[layer->spec().name] = layer;
   return selected;
 }
 
@@ -65,11 +65,9 @@ absl::StatusOr<storage::Nav2Image> ImageFormat(const std::string& name) {
 absl::StatusOr<storage::ExportedFiles> EncodeNav2Files(const Snapshot& snapshot,
                                                        const std::vector<std::string>& layers,
                                                        const std::string& image_format) {
-  const absl::StatusOr<std::string> layer = Nav2Layer(snapshot, layers);
-  if (!layer.ok()) return layer.status();
-  const absl::StatusOr<storage::Nav2Image> image = ImageFormat(image_format);
-  if (!image.ok()) return image.status();
-  return storage::EncodeNav2(snapshot, *layer, *image);
+  HYPERMAP_ASSIGN_OR_RETURN(const std::string layer, Nav2Layer(snapshot, layers));
+  HYPERMAP_ASSIGN_OR_RETURN(const storage::Nav2Image image, ImageFormat(image_format));
+  return storage::EncodeNav2(snapshot, layer, image);
 }
 
 }  // namespace
@@ -86,13 +84,12 @@ absl::StatusOr<storage::ImportedMap> DecodeFiles(const v1::ImportHeader& header,
   if (header.format() != v1::FILE_FORMAT_HMAP && header.format() != v1::FILE_FORMAT_GEOJSON) {
     return UnknownFormat(header.format());
   }
-  const absl::StatusOr<const storage::NamedFile*> file = OnlyFile(files);
-  if (!file.ok()) return file.status();
+  HYPERMAP_ASSIGN_OR_RETURN(const storage::NamedFile* const file, OnlyFile(files));
   if (header.format() == v1::FILE_FORMAT_HMAP) {
-    return storage::DecodeHmap((*file)->data, import_limits);
+    return storage::DecodeHmap(file->data, import_limits);
   }
   if (header.layer().empty()) return absl::InvalidArgumentError("layer is missing");
-  return storage::DecodeGeoJson((*file)->data, header.layer(), snapshot, import_limits);
+  return storage::DecodeGeoJson(file->data, header.layer(), snapshot, import_limits);
 }
 
 absl::StatusOr<storage::ExportedFiles> EncodeFiles(const v1::ExportMapRequest& request,
@@ -100,9 +97,8 @@ absl::StatusOr<storage::ExportedFiles> EncodeFiles(const v1::ExportMapRequest& r
   const std::vector<std::string> layers(request.layers().begin(), request.layers().end());
   switch (request.format()) {
     case v1::FILE_FORMAT_HMAP: {
-      const absl::StatusOr<Snapshot> selected = WithLayers(snapshot, layers);
-      if (!selected.ok()) return selected.status();
-      return storage::EncodeHmap(*selected);
+      HYPERMAP_ASSIGN_OR_RETURN(const Snapshot selected, WithLayers(snapshot, layers));
+      return storage::EncodeHmap(selected);
     }
     case v1::FILE_FORMAT_NAV2:
       return EncodeNav2Files(snapshot, layers, request.image_format());

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/status/status_macros.h"
 #include "server/rpc/wanted.h"
 #include "wire/observation.h"
 #include "wire/status.h"
@@ -173,12 +174,12 @@ absl::StatusOr<storage::Receipt> ObserveCall::Start(const v1::ObserveOpening& op
 }
 
 absl::Status ObserveCall::Open(const v1::ObserveOpening& opening) {
-  absl::StatusOr<std::shared_ptr<MapSession>> session = FindMap(*facilities_, opening.map());
-  if (!session.ok()) return session.status();
+  HYPERMAP_ASSIGN_OR_RETURN(std::shared_ptr<MapSession> session,
+                            FindMap(*facilities_, opening.map()));
   log_.set_map(opening.map());
-  session_ = *std::move(session);
+  session_ = std::move(session);
   layer_ = opening.layer();
-  if (absl::Status status = Start(opening).status(); !status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(Start(opening).status());
   v1::ObserveOpened opened;
   absl::Status status = session_->InspectFusion(layer_, [&](FusedLayer& fused) -> absl::Status {
     const storage::FusionSettings& settings = fused.settings();
@@ -186,9 +187,9 @@ absl::Status ObserveCall::Open(const v1::ObserveOpening& opening) {
     opened.set_parameters(settings.parameters);
     opened.set_exploration_layer(settings.exploration_layer);
     if (opening.robot().empty()) return absl::OkStatus();
-    const absl::StatusOr<std::vector<int64_t>> known = fused.log().Sequences(opening.robot());
-    if (!known.ok()) return known.status();
-    EncodeRanges(*known, opened.mutable_known());
+    HYPERMAP_ASSIGN_OR_RETURN(const std::vector<int64_t> known,
+                              fused.log().Sequences(opening.robot()));
+    EncodeRanges(known, opened.mutable_known());
     return absl::OkStatus();
   });
   if (!status.ok()) return status;

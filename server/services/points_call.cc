@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/status/status_macros.h"
 #include "server/rpc/asked_revision.h"
 #include "server/rpc/wanted.h"
 #include "wire/answer.h"
@@ -134,7 +135,7 @@ std::optional<absl::Status> PointsCall::TakeBatch() {
   batch_.Swap(&read_);
   StartRead(&read_);  // Allowed here: the call is not finished while a batch has an owner.
   if (batch_.has_opening()) {
-    if (absl::Status status = Open(); !status.ok()) return status;
+    HYPERMAP_RETURN_IF_ERROR(Open());
     if (as_of_.min_revision > 0) {
       wait_.Start(*facilities_, map_, as_of_.min_revision, [this] { AnswerOnWorker(); });
       return std::nullopt;
@@ -153,7 +154,7 @@ void PointsCall::AnswerOnWorker() {
 }
 
 std::optional<absl::Status> PointsCall::Answer() {
-  if (absl::Status status = AskPoints(); !status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(AskPoints());
   if (points_.empty()) return absl::OkStatus();
   StartWrite(&response_);
   return std::nullopt;
@@ -164,47 +165,42 @@ absl::Status PointsCall::Open() {
     return absl::InvalidArgumentError("opening may come once, in the first message");
   }
   const v1::QueryPointsOpening& opening = batch_.opening();
-  absl::StatusOr<AsOf> as_of = wire::DecodeAsOf(opening.as_of());
-  if (!as_of.ok()) return as_of.status();
+  HYPERMAP_ASSIGN_OR_RETURN(AsOf as_of, wire::DecodeAsOf(opening.as_of()));
   map_ = opening.scope().map();
   log_.set_map(map_);
   scope_ = wire::DecodeScope(opening.scope());
   tolerance_m_ = opening.tolerance_m();
-  as_of_ = *as_of;
+  as_of_ = as_of;
   opened_ = true;
   return absl::OkStatus();
 }
 
 absl::Status PointsCall::AskPoints() {
-  if (absl::Status status = CheckWanted(*context_); !status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(CheckWanted(*context_));
   absl::Status decoded = wire::DecodePoints(batch_, facilities_->limits.max_points, &points_);
   if (!decoded.ok()) return decoded;
-  if (absl::Status status = Pin(); !status.ok()) return status;
-  const absl::StatusOr<absl::Span<const LayerPointsContent>> contents =
-      asker_->ContentAtEach(points_);
-  if (!contents.ok()) return contents.status();
+  HYPERMAP_RETURN_IF_ERROR(Pin());
+  HYPERMAP_ASSIGN_OR_RETURN(const absl::Span<const LayerPointsContent> contents,
+                            asker_->ContentAtEach(points_));
   response_.Clear();
   response_.set_revision(asker_->snapshot().revision);
-  wire::EncodePointsContent(*contents, &labels_, &response_);
+  wire::EncodePointsContent(contents, &labels_, &response_);
   num_answered_ += static_cast<int64_t>(points_.size());
   return absl::OkStatus();
 }
 
 absl::Status PointsCall::Pin() {
   // The map is looked up for each batch, because it may have been deleted or created again.
-  const absl::StatusOr<std::shared_ptr<MapSession>> session = FindMap(*facilities_, map_);
-  if (!session.ok()) return session.status();
-  const absl::StatusOr<AskedRevision> asked = AskedRevision::Find(**session, as_of_);
-  if (!asked.ok()) return asked.status();
+  HYPERMAP_ASSIGN_OR_RETURN(const std::shared_ptr<MapSession> session, FindMap(*facilities_, map_));
+  HYPERMAP_ASSIGN_OR_RETURN(const AskedRevision asked, AskedRevision::Find(*session, as_of_));
   // A past time is resolved once: all batches of the stream are answered from the same revision.
-  if (as_of_.is_past()) as_of_ = {.revision = asked->revision()};
+  if (as_of_.is_past()) as_of_ = {.revision = asked.revision()};
   as_of_.min_revision = 0;
-  absl::StatusOr<SnapshotPtr> snapshot = asked->ForPoints(scope_, points_, tolerance_m_);
-  if (!snapshot.ok()) return snapshot.status();
-  if (asker_ && &asker_->snapshot() == snapshot->get()) return absl::OkStatus();
-  absl::StatusOr<PointsAsker> asker = PointsAsker::Make(*std::move(snapshot), scope_, tolerance_m_);
-  if (!asker.ok()) return asker.status();
-  asker_ = *std::move(asker);
+  HYPERMAP_ASSIGN_OR_RETURN(SnapshotPtr snapshot, asked.ForPoints(scope_, points_, tolerance_m_));
+  if (asker_ && &asker_->snapshot() == snapshot.get()) return absl::OkStatus();
+  HYPERMAP_ASSIGN_OR_RETURN(PointsAsker asker,
+                            PointsAsker::Make(std::move(snapshot), scope_, tolerance_m_));
+  asker_ = std::move(asker);
   return absl::OkStatus();
 }
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "base/status/status_macros.h"
 #include "map/layers/layer_registry.h"
 #include "map/values/value_query.h"
 #include "server/rpc/revision_wait.h"
@@ -49,12 +50,10 @@ QueryService::QueryService(const Facilities& facilities) : facilities_(facilitie
 
 template <typename Request>
 absl::StatusOr<AskedRevision> QueryService::Pin(const Request& request) const {
-  const absl::StatusOr<std::shared_ptr<MapSession>> session =
-      FindMap(facilities_, request.scope().map());
-  if (!session.ok()) return session.status();
-  const absl::StatusOr<AsOf> as_of = wire::DecodeAsOf(request.as_of());
-  if (!as_of.ok()) return as_of.status();
-  return AskedRevision::Find(**session, *as_of);
+  HYPERMAP_ASSIGN_OR_RETURN(const std::shared_ptr<MapSession> session,
+                            FindMap(facilities_, request.scope().map()));
+  HYPERMAP_ASSIGN_OR_RETURN(const AsOf as_of, wire::DecodeAsOf(request.as_of()));
+  return AskedRevision::Find(*session, as_of);
 }
 
 template <typename Request, typename Response>
@@ -109,19 +108,15 @@ grpc::ServerUnaryReactor* QueryService::QueryPoint(grpc::CallbackServerContext* 
 
 absl::StatusOr<int64_t> QueryService::AnswerPoint(const v1::QueryPointRequest& request,
                                                   v1::QueryPointResponse* response) const {
-  const absl::StatusOr<AskedRevision> asked = Pin(request);
-  if (!asked.ok()) return asked.status();
+  HYPERMAP_ASSIGN_OR_RETURN(const AskedRevision asked, Pin(request));
   if (!request.has_point()) return absl::InvalidArgumentError("point is missing");
-  const absl::StatusOr<Point> point = wire::DecodePoint("point", request.point());
-  if (!point.ok()) return point.status();
+  HYPERMAP_ASSIGN_OR_RETURN(const Point point, wire::DecodePoint("point", request.point()));
   const Scope scope = wire::DecodeScope(request.scope());
-  const absl::StatusOr<SnapshotPtr> snapshot =
-      asked->ForPoint(scope, *point, request.tolerance_m());
-  if (!snapshot.ok()) return snapshot.status();
-  const absl::StatusOr<std::string> frame = asked->ResolveFrame(scope.frame_id);
-  if (!frame.ok()) return frame.status();
+  HYPERMAP_ASSIGN_OR_RETURN(const SnapshotPtr snapshot,
+                            asked.ForPoint(scope, point, request.tolerance_m()));
+  HYPERMAP_ASSIGN_OR_RETURN(const std::string frame, asked.ResolveFrame(scope.frame_id));
   const absl::Status status = VisitContentAt(
-      **snapshot, scope, *point, request.tolerance_m(),
+      *snapshot, scope, point, request.tolerance_m(),
       [response](const LayerPtr& layer, const PlanarTransform& caller_from_layer,
                  const PointContent& content) {
         wire::EncodeLayerContent(*layer, caller_from_layer, content, response->add_layers());
@@ -129,9 +124,9 @@ absl::StatusOr<int64_t> QueryService::AnswerPoint(const v1::QueryPointRequest& r
   if (!status.ok()) return status;
 
   response->set_map(request.scope().map());
-  response->set_revision(asked->revision());
-  response->set_frame_id(*frame);
-  wire::EncodePoint(*point, response->mutable_point());
+  response->set_revision(asked.revision());
+  response->set_frame_id(frame);
+  wire::EncodePoint(point, response->mutable_point());
   return response->layers_size();
 }
 
@@ -144,20 +139,16 @@ grpc::ServerWriteReactor<grpc::ByteBuffer>* QueryService::QueryArea(
 
 absl::StatusOr<std::unique_ptr<MessageSource<v1::QueryAreaResponse>>> QueryService::OpenArea(
     const v1::QueryAreaRequest& request) const {
-  const absl::StatusOr<AskedRevision> asked = Pin(request);
-  if (!asked.ok()) return asked.status();
+  HYPERMAP_ASSIGN_OR_RETURN(const AskedRevision asked, Pin(request));
   if (!request.has_area()) return absl::InvalidArgumentError("area is missing");
-  absl::StatusOr<Polygon> decoded =
-      wire::DecodePolygon("area", request.area(), facilities_.limits.decode);
-  if (!decoded.ok()) return decoded.status();
-  std::optional<Polygon> area(*std::move(decoded));
+  HYPERMAP_ASSIGN_OR_RETURN(Polygon decoded,
+                            wire::DecodePolygon("area", request.area(), facilities_.limits.decode));
+  std::optional<Polygon> area(std::move(decoded));
   const Scope scope = wire::DecodeScope(request.scope());
-  absl::StatusOr<SnapshotPtr> snapshot = asked->ForArea(scope, area);
-  if (!snapshot.ok()) return snapshot.status();
-  absl::StatusOr<std::unique_ptr<PartReader>> reader =
-      ContentIn(*std::move(snapshot), scope, *std::move(area));
-  if (!reader.ok()) return reader.status();
-  return std::make_unique<PartSource<v1::QueryAreaResponse>>(*std::move(reader), asked->revision(),
+  HYPERMAP_ASSIGN_OR_RETURN(SnapshotPtr snapshot, asked.ForArea(scope, area));
+  HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<PartReader> reader,
+                            ContentIn(std::move(snapshot), scope, *std::move(area)));
+  return std::make_unique<PartSource<v1::QueryAreaResponse>>(std::move(reader), asked.revision(),
                                                              facilities_.limits);
 }
 
@@ -170,24 +161,19 @@ grpc::ServerWriteReactor<grpc::ByteBuffer>* QueryService::QueryValue(
 
 absl::StatusOr<std::unique_ptr<MessageSource<v1::QueryValueResponse>>> QueryService::OpenValue(
     const v1::QueryValueRequest& request) const {
-  const absl::StatusOr<AskedRevision> asked = Pin(request);
-  if (!asked.ok()) return asked.status();
-  absl::StatusOr<ValueQuery> value = ParseValueQuery(request.value());
-  if (!value.ok()) return value.status();
+  HYPERMAP_ASSIGN_OR_RETURN(const AskedRevision asked, Pin(request));
+  HYPERMAP_ASSIGN_OR_RETURN(ValueQuery value, ParseValueQuery(request.value()));
   std::optional<Polygon> area;
   if (request.has_area()) {
-    absl::StatusOr<Polygon> decoded =
-        wire::DecodePolygon("area", request.area(), facilities_.limits.decode);
-    if (!decoded.ok()) return decoded.status();
-    area = *std::move(decoded);
+    HYPERMAP_ASSIGN_OR_RETURN(
+        Polygon decoded, wire::DecodePolygon("area", request.area(), facilities_.limits.decode));
+    area = std::move(decoded);
   }
   const Scope scope = wire::DecodeScope(request.scope());
-  absl::StatusOr<SnapshotPtr> snapshot = asked->ForArea(scope, area);
-  if (!snapshot.ok()) return snapshot.status();
-  absl::StatusOr<std::unique_ptr<PartReader>> reader =
-      Search(*std::move(snapshot), scope, *std::move(value), std::move(area));
-  if (!reader.ok()) return reader.status();
-  return std::make_unique<PartSource<v1::QueryValueResponse>>(*std::move(reader), asked->revision(),
+  HYPERMAP_ASSIGN_OR_RETURN(SnapshotPtr snapshot, asked.ForArea(scope, area));
+  HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<PartReader> reader,
+                            Search(std::move(snapshot), scope, std::move(value), std::move(area)));
+  return std::make_unique<PartSource<v1::QueryValueResponse>>(std::move(reader), asked.revision(),
                                                               facilities_.limits);
 }
 
@@ -219,28 +205,24 @@ bool QueryService::AsksObjectsOnly(const v1::QueryNearestRequest& request) const
 
 absl::StatusOr<int64_t> QueryService::AnswerNearest(const v1::QueryNearestRequest& request,
                                                     v1::QueryNearestResponse* response) const {
-  const absl::StatusOr<AskedRevision> asked = Pin(request);
-  if (!asked.ok()) return asked.status();
+  HYPERMAP_ASSIGN_OR_RETURN(const AskedRevision asked, Pin(request));
   if (!request.has_point()) return absl::InvalidArgumentError("point is missing");
-  const absl::StatusOr<Point> point = wire::DecodePoint("point", request.point());
-  if (!point.ok()) return point.status();
-  const absl::StatusOr<ValueQuery> value = ParseValueQuery(request.value());
-  if (!value.ok()) return value.status();
+  HYPERMAP_ASSIGN_OR_RETURN(const Point point, wire::DecodePoint("point", request.point()));
+  HYPERMAP_ASSIGN_OR_RETURN(const ValueQuery value, ParseValueQuery(request.value()));
   if (request.k() > facilities_.limits.max_nearest) {
     return absl::ResourceExhaustedError(
         absl::StrCat("k is ", request.k(), ", --max_nearest is ", facilities_.limits.max_nearest));
   }
   const Scope scope = wire::DecodeScope(request.scope());
-  const absl::StatusOr<NearestAnswer> answer = asked->Nearest(scope, *point, *value, request.k());
-  if (!answer.ok()) return answer.status();
-  const absl::StatusOr<std::string> frame = asked->ResolveFrame(scope.frame_id);
-  if (!frame.ok()) return frame.status();
+  HYPERMAP_ASSIGN_OR_RETURN(const NearestAnswer answer,
+                            asked.Nearest(scope, point, value, request.k()));
+  HYPERMAP_ASSIGN_OR_RETURN(const std::string frame, asked.ResolveFrame(scope.frame_id));
 
   response->set_map(request.scope().map());
-  response->set_revision(asked->revision());
-  response->set_frame_id(*frame);
-  wire::EncodeNearestAnswer(*answer, response);
-  return static_cast<int64_t>(answer->entries.size());
+  response->set_revision(asked.revision());
+  response->set_frame_id(frame);
+  wire::EncodeNearestAnswer(answer, response);
+  return static_cast<int64_t>(answer.entries.size());
 }
 
 grpc::ServerBidiReactor<v1::QueryPointsRequest, v1::QueryPointsResponse>* QueryService::QueryPoints(

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "base/status/status_macros.h"
+
 namespace hypermap::server {
 namespace {
 
@@ -29,13 +31,11 @@ bool Compaction::IsDue(Revision newest, absl::Time now) const {
 absl::Time Compaction::next() const { return under_way_ ? absl::InfinitePast() : next_pass_; }
 
 absl::StatusOr<Revision> Compaction::OldestToKeep(Revision newest, absl::Time now) const {
-  absl::StatusOr<HistoryPool::Lease> reader = history_->Take();
-  if (!reader.ok()) return reader.status();
-  const absl::StatusOr<storage::KeptRevisions> kept = (*reader)->Kept();
-  if (!kept.ok()) return kept.status();
-  Revision oldest = std::max(kept->oldest, newest - retention_.history_revisions);
+  HYPERMAP_ASSIGN_OR_RETURN(HistoryPool::Lease reader, history_->Take());
+  HYPERMAP_ASSIGN_OR_RETURN(const storage::KeptRevisions kept, reader->Kept());
+  Revision oldest = std::max(kept.oldest, newest - retention_.history_revisions);
   if (retention_.history_age < absl::InfiniteDuration()) {
-    const absl::StatusOr<Revision> by_age = (*reader)->RevisionAt(now - retention_.history_age);
+    const absl::StatusOr<Revision> by_age = reader->RevisionAt(now - retention_.history_age);
     if (by_age.ok()) {
       oldest = std::max(oldest, *by_age);
     } else if (!absl::IsOutOfRange(by_age.status())) {  // OUT_OF_RANGE: all kept ones are younger
@@ -48,9 +48,8 @@ absl::StatusOr<Revision> Compaction::OldestToKeep(Revision newest, absl::Time no
 absl::StatusOr<bool> Compaction::StepOfPass(Revision newest, absl::Time now) {
   if (!under_way_) {
     revision_of_last_pass_ = newest;
-    const absl::StatusOr<Revision> oldest = OldestToKeep(newest, now);
-    if (!oldest.ok()) return oldest.status();
-    oldest_ = *oldest;
+    HYPERMAP_ASSIGN_OR_RETURN(const Revision oldest, OldestToKeep(newest, now));
+    oldest_ = oldest;
     receipts_before_ = now - retention_.receipt_age;
   }
   return stored_->Compact(oldest_, receipts_before_, kRowsPerStep);

@@ -120,13 +120,12 @@ absl::StatusOr<storage::Receipt> GroupCommit::Judge(const std::string& author,
     const auto same = by_request_id_.find(request_id);
     if (same != by_request_id_.end()) return same->second;
   }
-  absl::StatusOr<Step> step = judge();
-  if (!step.ok()) return step.status();
+  HYPERMAP_ASSIGN_OR_RETURN(Step step, judge());
   // There was nothing to do: no revision is made and no receipt is stored.
-  if (!step->applied.snapshot) return storage::Receipt{request_id, tip_->revision, {}};
-  storage::Receipt receipt{request_id, step->applied.snapshot->revision, step->applied.object_ids};
+  if (!step.applied.snapshot) return storage::Receipt{request_id, tip_->revision, {}};
+  storage::Receipt receipt{request_id, step.applied.snapshot->revision, step.applied.object_ids};
   if (!receipt.request_id.empty()) by_request_id_.emplace(receipt.request_id, receipt);
-  Commit(*std::move(step), author, time, request_id);
+  Commit(std::move(step), author, time, request_id);
   return receipt;
 }
 

@@ -1,6 +1,7 @@
 #include "server/session/history_pool.h"
 
 #include "absl/strings/str_cat.h"
+#include "base/status/status_macros.h"
 
 namespace hypermap::server {
 namespace {
@@ -36,9 +37,9 @@ absl::StatusOr<HistoryPool::Lease> HistoryPool::Take() {
     state_->spare.pop_back();
     return Lease(state_, std::move(reader));
   }
-  absl::StatusOr<std::unique_ptr<storage::HistoryReader>> reader = state_->stored->OpenHistory();
-  if (!reader.ok()) return reader.status();
-  return Lease(state_, *std::move(reader));
+  HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<storage::HistoryReader> reader,
+                            state_->stored->OpenHistory());
+  return Lease(state_, std::move(reader));
 }
 
 void HistoryPool::Close() {

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/status/status_macros.h"
 #include "map/watch/structure.h"
 
 namespace hypermap::server {
@@ -27,15 +28,15 @@ constexpr int kGroupsPerCompactionStep = 8;
 
 absl::StatusOr<std::unique_ptr<MapSession>> MapSession::Start(
     std::unique_ptr<storage::StoredMap> stored, const SessionOptions& options) {
-  absl::StatusOr<SnapshotPtr> snapshot = stored->Load();
-  if (!snapshot.ok()) return snapshot.status();
+  HYPERMAP_ASSIGN_OR_RETURN(SnapshotPtr snapshot, stored->Load());
   std::unique_ptr<MapSession> session(
-      new MapSession(std::move(stored), *std::move(snapshot), options));
-  absl::StatusOr<std::unique_ptr<MapFusion>> fusion = MapFusion::Open(
-      &session->stored_->fusion_log(), &session->options_.fusion, session->options_.edit_limits);
-  if (!fusion.ok()) return fusion.status();
-  session->fusion_ = *std::move(fusion);
-  if (absl::Status status = session->LoadLastCommitTime(); !status.ok()) return status;
+      new MapSession(std::move(stored), std::move(snapshot), options));
+  HYPERMAP_ASSIGN_OR_RETURN(
+      std::unique_ptr<MapFusion> fusion,
+      MapFusion::Open(&session->stored_->fusion_log(), &session->options_.fusion,
+                      session->options_.edit_limits));
+  session->fusion_ = std::move(fusion);
+  HYPERMAP_RETURN_IF_ERROR(session->LoadLastCommitTime());
   session->writer_ = std::thread([writer = session.get()] { writer->RunWriter(); });
   return session;
 }
@@ -53,12 +54,11 @@ MapSession::MapSession(std::unique_ptr<storage::StoredMap> stored, SnapshotPtr s
       feed_(snapshot->revision, StructureOf(*snapshot), options_.feed) {}
 
 absl::Status MapSession::LoadLastCommitTime() {
-  absl::StatusOr<HistoryPool::Lease> reader = history_.Take();
-  if (!reader.ok()) return reader.status();
+  HYPERMAP_ASSIGN_OR_RETURN(HistoryPool::Lease reader, history_.Take());
   const Revision newest = snapshot()->revision;
-  const auto records = (*reader)->Revisions(newest - 1, newest + 1, false, 1);
-  if (!records.ok()) return records.status();
-  for (const storage::RevisionRecord& record : *records) {
+  HYPERMAP_ASSIGN_OR_RETURN(const auto records,
+                            reader->Revisions(newest - 1, newest + 1, false, 1));
+  for (const storage::RevisionRecord& record : records) {
     last_commit_time_ = std::max(last_commit_time_, record.time);
   }
   return absl::OkStatus();
@@ -131,7 +131,7 @@ absl::Status MapSession::RunOnWriter(absl::FunctionRef<absl::Status()> task) {
   auto promise = std::make_shared<std::promise<absl::Status>>();
   {
     MutexLock lock(&queue_mutex_);
-    if (absl::Status status = CheckAccepts(queue_.tasks.size()); !status.ok()) return status;
+    HYPERMAP_RETURN_IF_ERROR(CheckAccepts(queue_.tasks.size()));
     // A FunctionRef is enough: the caller's function lives until this returns, after the run.
     queue_.tasks.push_back([promise, task] { promise->set_value(task()); });
     queue_changed_.NotifyOne();
@@ -172,9 +172,8 @@ absl::StatusOr<std::vector<Evidence>> MapSession::ReadEvidence(const std::string
   if (!status.ok()) return status;
   std::vector<Evidence> read;
   for (const storage::LogEntry& entry : *entries) {
-    absl::StatusOr<Evidence> evidence = DecodeEvidence(entry, options_.fusion.codec);
-    if (!evidence.ok()) return evidence.status();
-    read.push_back(*std::move(evidence));
+    HYPERMAP_ASSIGN_OR_RETURN(Evidence evidence, DecodeEvidence(entry, options_.fusion.codec));
+    read.push_back(std::move(evidence));
   }
   return read;
 }
@@ -203,14 +202,14 @@ void MapSession::RunWriter() {
   while (std::optional<Work> work = TakeWork()) {
     Commit(std::move(work->submissions));
     for (Task& task : work->tasks) std::move(task)();
-    LookAfterMap();
+    MaintainMap();
   }
   // So that the next start need not fold long logs again.
   fusion_->KeepCheckpoints();
 }
 
 std::optional<MapSession::Work> MapSession::TakeWork() {
-  const absl::Duration wait = NextLookAfterMap() - options_.clock();
+  const absl::Duration wait = NextMaintenance() - options_.clock();
   MutexLock lock(&queue_mutex_);
   // Without a loop: after a spurious wake-up the work is empty and maintenance finds nothing due.
   if (queue_.empty() && !closing_ && !looks_at_clock_ && wait > absl::ZeroDuration()) {
@@ -247,11 +246,11 @@ void MapSession::Commit(std::vector<QueuedSubmission> submissions) {
   std::move(group).Answer();
 }
 
-absl::Time MapSession::NextLookAfterMap() const {
+absl::Time MapSession::NextMaintenance() const {
   return std::min(std::max(expiry_.next(), expire_not_before_), compaction_.next());
 }
 
-void MapSession::LookAfterMap() {
+void MapSession::MaintainMap() {
   bool idle = false;
   {
     MutexLock lock(&queue_mutex_);

@@ -151,8 +151,8 @@ class MapSession {
   absl::Time CommitTime();
 
   // Maintenance between two groups: expiry and compaction.
-  void LookAfterMap();
-  absl::Time NextLookAfterMap() const;
+  void MaintainMap();
+  absl::Time NextMaintenance() const;
   void RemoveExpired(absl::Time now);
 
   absl::Status CheckAccepts(size_t queued) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(queue_mutex_);

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/status/status_macros.h"
 
 namespace hypermap::server {
 namespace {
@@ -81,17 +82,16 @@ absl::Status FoldAll(MapSession& session, const std::string& layer,
   fusion::StatePtr state = strategy.Initial();
   storage::LogKey at = storage::BeforeAll();
   while (true) {
-    if (absl::Status status = check_wanted(); !status.ok()) return status;
-    const absl::StatusOr<std::vector<Evidence>> entries =
-        session.ReadEvidence(layer, at, kReadEntries);
-    if (!entries.ok()) return entries.status();
-    for (const Evidence& evidence : *entries) {
+    HYPERMAP_RETURN_IF_ERROR(check_wanted());
+    HYPERMAP_ASSIGN_OR_RETURN(const std::vector<Evidence> entries,
+                              session.ReadEvidence(layer, at, kReadEntries));
+    for (const Evidence& evidence : entries) {
       fusion::FoldReport report;
       state = Fold(strategy, state, evidence, &report);
       histories->Add(evidence, report);
       at = evidence.key;
     }
-    if (entries->size() < kReadEntries) return absl::OkStatus();
+    if (entries.size() < kReadEntries) return absl::OkStatus();
   }
 }
 
@@ -113,12 +113,11 @@ absl::StatusOr<ObjectHistory> ExplainObject(MapSession& session, const std::stri
     return absl::NotFoundError(
         absl::StrCat("layer \"", layer, "\" has no object ", object_id, " that fusion knows of"));
   }
-  const absl::StatusOr<std::unique_ptr<fusion::Strategy>> strategy =
-      session.options().fusion.make_strategy(history.settings.strategy,
-                                             history.settings.parameters);
-  if (!strategy.ok()) return strategy.status();
+  HYPERMAP_ASSIGN_OR_RETURN(const std::unique_ptr<fusion::Strategy> strategy,
+                            session.options().fusion.make_strategy(history.settings.strategy,
+                                                                   history.settings.parameters));
   Histories histories;
-  status = FoldAll(session, layer, **strategy, check_wanted, &histories);
+  status = FoldAll(session, layer, *strategy, check_wanted, &histories);
   if (!status.ok()) return status;
   history.track = tracks.front();
   history.events = histories.Of(tracks);

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/status/status_macros.h"
 #include "map/layers/grid_layer.h"
 #include "map/layers/layer_registry.h"
 #include "map/layers/semantic_layer.h"
@@ -69,33 +70,29 @@ absl::StatusOr<LayerPtr> ReadLayer(storage::PastMap& past, const LayerStructure&
   if (spec.grid) {
     const CellBox cells = box ? CellsAround(layer, *box) : layer.extent;
     if (cells.empty()) return MakeEmptyLayer(layer);
-    absl::StatusOr<TileMap> tiles = past.Tiles(spec.name, cells);
-    if (!tiles.ok()) return tiles.status();
-    return std::make_shared<GridLayer>(spec, MakeCellDomain(spec), *std::move(tiles), layer.extent);
+    HYPERMAP_ASSIGN_OR_RETURN(TileMap tiles, past.Tiles(spec.name, cells));
+    return std::make_shared<GridLayer>(spec, MakeCellDomain(spec), std::move(tiles), layer.extent);
   }
-  absl::StatusOr<std::vector<ObjectPtr>> objects =
-      box ? past.Objects(spec.name, *box) : past.Objects(spec.name);
-  if (!objects.ok()) return objects.status();
-  return std::make_shared<SemanticLayer>(spec, *std::move(objects));
+  HYPERMAP_ASSIGN_OR_RETURN(std::vector<ObjectPtr> objects,
+                            box ? past.Objects(spec.name, *box) : past.Objects(spec.name));
+  return std::make_shared<SemanticLayer>(spec, std::move(objects));
 }
 
 // A view with the scope's layers and their content in and near `box` (in the caller's frame); null:
 // all of it.
 absl::StatusOr<SnapshotPtr> Read(storage::PastMap& past, const Scope& scope, const Box* box) {
   const MapStructure& structure = *past.structure();
-  const absl::StatusOr<std::string> frame = structure.ResolveFrame(scope.frame_id);
-  if (!frame.ok()) return frame.status();
-  const auto layers = structure.SelectLayers(scope.layers);
-  if (!layers.ok()) return layers.status();
+  HYPERMAP_ASSIGN_OR_RETURN(const std::string frame, structure.ResolveFrame(scope.frame_id));
+  HYPERMAP_ASSIGN_OR_RETURN(const auto layers, structure.SelectLayers(scope.layers));
   auto view = std::make_shared<Snapshot>(structure.EmptySnapshot());
-  for (const LayerStructure* layer : *layers) {
-    const auto caller_from_layer = structure.frames.Lookup(*frame, layer->spec.frame_id);
+  for (const LayerStructure* layer : layers) {
+    const auto caller_from_layer = structure.frames.Lookup(frame, layer->spec.frame_id);
     if (!caller_from_layer.ok()) continue;  // not connected: the query refuses the layer
     std::optional<Box> in_layer;
     if (box) in_layer = InLayer(caller_from_layer->Inverse(), *box);
-    absl::StatusOr<LayerPtr> read = ReadLayer(past, *layer, in_layer ? &*in_layer : nullptr);
-    if (!read.ok()) return read.status();
-    view->layers[layer->spec.name] = *std::move(read);
+    HYPERMAP_ASSIGN_OR_RETURN(LayerPtr read,
+                              ReadLayer(past, *layer, in_layer ? &*in_layer : nullptr));
+    view->layers[layer->spec.name] = std::move(read);
   }
   return view;
 }
@@ -124,9 +121,8 @@ absl::StatusOr<NearestAnswer> NearestInPast(storage::PastMap& past, const Scope&
   if (!IsFinite(p) || k < 1) return Nearest(*EmptyView(past), scope, p, value, k);
   for (double reach = kFirstReach_m; reach <= kLastReach_m; reach *= 4.0) {
     const Box box = Around({p, p}, reach);
-    absl::StatusOr<SnapshotPtr> near = Read(past, scope, &box);
-    if (!near.ok()) return near.status();
-    absl::StatusOr<NearestAnswer> answer = Nearest(**near, scope, p, value, k);
+    HYPERMAP_ASSIGN_OR_RETURN(SnapshotPtr near, Read(past, scope, &box));
+    absl::StatusOr<NearestAnswer> answer = Nearest(*near, scope, p, value, k);
     if (!answer.ok()) return answer;
     const std::vector<NearestAnswer::Entry>& entries = answer->entries;
     // Content that was not read lies outside of the box, and so at least `reach` away.
@@ -134,9 +130,8 @@ absl::StatusOr<NearestAnswer> NearestInPast(storage::PastMap& past, const Scope&
       return answer;
     }
   }
-  absl::StatusOr<SnapshotPtr> all = Read(past, scope, nullptr);
-  if (!all.ok()) return all.status();
-  return Nearest(**all, scope, p, value, k);
+  HYPERMAP_ASSIGN_OR_RETURN(SnapshotPtr all, Read(past, scope, nullptr));
+  return Nearest(*all, scope, p, value, k);
 }
 
 }  // namespace hypermap::server

@@ -5,6 +5,7 @@
 
 #include "absl/cleanup/cleanup.h"
 #include "absl/strings/str_cat.h"
+#include "base/status/status_macros.h"
 #include "map/layers/layer_spec.h"
 
 namespace hypermap::server {
@@ -18,10 +19,9 @@ absl::Status OfMap(const std::string& map, const absl::Status& status) {
 
 absl::StatusOr<std::unique_ptr<Site>> Site::Open(std::unique_ptr<storage::MapStore> store,
                                                  const SessionOptions& options) {
-  const absl::StatusOr<std::vector<std::string>> names = store->List();
-  if (!names.ok()) return names.status();
+  HYPERMAP_ASSIGN_OR_RETURN(const std::vector<std::string> names, store->List());
   std::unique_ptr<Site> site(new Site(std::move(store), options));
-  for (const std::string& name : *names) site->OpenMap(name);
+  for (const std::string& name : names) site->OpenMap(name);
   return site;
 }
 
@@ -73,9 +73,9 @@ void Site::Release(const std::string& map) {
 }
 
 absl::StatusOr<std::shared_ptr<MapSession>> Site::Create(const NewMap& map, Fill fill) {
-  if (auto status = ValidateName("map", map.name); !status.ok()) return status;
-  if (auto status = ValidateFrameId("frame_id", map.frame_id); !status.ok()) return status;
-  if (auto status = Reserve(map.name); !status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(ValidateName("map", map.name));
+  HYPERMAP_RETURN_IF_ERROR(ValidateFrameId("frame_id", map.frame_id));
+  HYPERMAP_RETURN_IF_ERROR(Reserve(map.name));
   const absl::Cleanup release = [&] { Release(map.name); };
 
   if (const auto existing = Find(map.name); !absl::IsNotFound(existing.status())) {
@@ -84,19 +84,18 @@ absl::StatusOr<std::shared_ptr<MapSession>> Site::Create(const NewMap& map, Fill
     if (same_request) return existing;
     return absl::AlreadyExistsError(absl::StrCat("there already is a map \"", map.name, "\""));
   }
-  absl::StatusOr<std::shared_ptr<MapSession>> session = StartFilled(map, fill);
-  if (!session.ok()) return session.status();
+  HYPERMAP_ASSIGN_OR_RETURN(std::shared_ptr<MapSession> session, StartFilled(map, fill));
   MutexLock lock(&mutex_);
-  maps_[map.name] = {map.name, *session, absl::OkStatus()};
+  maps_[map.name] = {map.name, session, absl::OkStatus()};
   return session;
 }
 
 absl::StatusOr<std::shared_ptr<MapSession>> Site::StartFilled(const NewMap& map, Fill fill) {
-  absl::StatusOr<std::unique_ptr<storage::StoredMap>> stored =
-      store_->Create({map.name, map.frame_id, options_.clock(), map.request_id});
-  if (!stored.ok()) return stored.status();
+  HYPERMAP_ASSIGN_OR_RETURN(
+      std::unique_ptr<storage::StoredMap> stored,
+      store_->Create({map.name, map.frame_id, options_.clock(), map.request_id}));
   absl::StatusOr<std::shared_ptr<MapSession>> session =
-      MapSession::Start(*std::move(stored), options_);
+      MapSession::Start(std::move(stored), options_);
   absl::Status status = session.status();
   if (session.ok()) {
     status = fill(**session);
@@ -111,18 +110,18 @@ absl::StatusOr<std::shared_ptr<MapSession>> Site::StartFilled(const NewMap& map,
 }
 
 absl::Status Site::Delete(const std::string& map, const std::string& request_id) {
-  if (auto status = ValidateName("map", map); !status.ok()) return status;
-  if (auto status = Reserve(map); !status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(ValidateName("map", map));
+  HYPERMAP_RETURN_IF_ERROR(Reserve(map));
   const absl::Cleanup release = [&] { Release(map); };
 
   if (!request_id.empty()) {
     // A retry of a deletion must not delete a map that was created under the name since.
-    const absl::StatusOr<std::optional<std::string>> earlier = store_->FindDeletion(request_id);
-    if (!earlier.ok()) return earlier.status();
-    if (*earlier == map) return absl::OkStatus();
-    if (*earlier) {
+    HYPERMAP_ASSIGN_OR_RETURN(const std::optional<std::string> earlier,
+                              store_->FindDeletion(request_id));
+    if (earlier == map) return absl::OkStatus();
+    if (earlier) {
       return absl::InvalidArgumentError(
-          absl::StrCat("request_id was used to delete map \"", **earlier, "\""));
+          absl::StrCat("request_id was used to delete map \"", *earlier, "\""));
     }
   }
   return DeleteReserved(map, request_id);

@@ -1,4 +1,4 @@
-#include "server/watch/told_changes.h"
+#include "server/watch/change_messages.h"
 
 #include <cstdint>
 

@@ -1,6 +1,6 @@
 // Encoding of changes in messages of bounded size.
-#ifndef HYPERMAP_SERVER_WATCH_TOLD_CHANGES_H_
-#define HYPERMAP_SERVER_WATCH_TOLD_CHANGES_H_
+#ifndef HYPERMAP_SERVER_WATCH_CHANGE_MESSAGES_H_
+#define HYPERMAP_SERVER_WATCH_CHANGE_MESSAGES_H_
 
 #include <cstddef>
 #include <vector>
@@ -21,4 +21,4 @@ size_t EncodeChanges(const std::vector<MapChange>& changes, size_t first,
 
 }  // namespace hypermap::server
 
-#endif  // HYPERMAP_SERVER_WATCH_TOLD_CHANGES_H_
+#endif  // HYPERMAP_SERVER_WATCH_CHANGE_MESSAGES_H_

@@ -5,8 +5,9 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "base/status/status_macros.h"
 #include "map/watch/net_changes.h"
-#include "server/watch/told_changes.h"
+#include "server/watch/change_messages.h"
 
 namespace hypermap::server {
 namespace {
@@ -15,9 +16,8 @@ namespace {
 constexpr int kChangesPerStep = 1024;
 
 absl::StatusOr<StructurePtr> StructureAt(storage::HistoryReader& history, Revision revision) {
-  const absl::StatusOr<std::unique_ptr<storage::PastMap>> past = history.At(revision);
-  if (!past.ok()) return past.status();
-  return (*past)->structure();
+  HYPERMAP_ASSIGN_OR_RETURN(const std::unique_ptr<storage::PastMap> past, history.At(revision));
+  return past->structure();
 }
 
 absl::Status CheckLayers(const MapStructure& from, const MapStructure& to,
@@ -60,11 +60,10 @@ class DifferenceSource : public MessageSource<v1::ListChangesResponse> {
  private:
   // Adds the next commits to the net difference.
   absl::StatusOr<Step> Take() {
-    const absl::StatusOr<std::vector<storage::PastCommit>> commits =
-        history_->Commits(taken_, kChangesPerStep);
-    if (!commits.ok()) return commits.status();
-    if (commits->empty()) return absl::InternalError("the history ends too early");
-    for (const storage::PastCommit& commit : *commits) {
+    HYPERMAP_ASSIGN_OR_RETURN(const std::vector<storage::PastCommit> commits,
+                              history_->Commits(taken_, kChangesPerStep));
+    if (commits.empty()) return absl::InternalError("the history ends too early");
+    for (const storage::PastCommit& commit : commits) {
       if (commit.record.revision > to_->revision) break;
       net_.Add(commit.changes);
       taken_ = commit.record.revision;
@@ -90,10 +89,9 @@ class DifferenceSource : public MessageSource<v1::ListChangesResponse> {
 
 absl::StatusOr<std::unique_ptr<MessageSource<v1::ListChangesResponse>>> OpenDifference(
     const Facilities& facilities, const v1::ListChangesRequest& request) {
-  const absl::StatusOr<std::shared_ptr<MapSession>> session =
-      FindMap(facilities, request.scope().map());
-  if (!session.ok()) return session.status();
-  const Revision newest = (*session)->snapshot()->revision;
+  HYPERMAP_ASSIGN_OR_RETURN(const std::shared_ptr<MapSession> session,
+                            FindMap(facilities, request.scope().map()));
+  const Revision newest = session->snapshot()->revision;
   const Revision to = request.has_to_revision() ? request.to_revision() : newest;
   if (request.from_revision() < 0) return absl::InvalidArgumentError("from_revision is negative");
   for (const Revision revision : {request.from_revision(), to}) {
@@ -104,19 +102,15 @@ absl::StatusOr<std::unique_ptr<MessageSource<v1::ListChangesResponse>>> OpenDiff
   if (to < request.from_revision()) {
     return absl::InvalidArgumentError("to_revision is before from_revision");
   }
-  absl::StatusOr<HistoryPool::Lease> history = (*session)->OpenHistory();
-  if (!history.ok()) return history.status();
-  absl::StatusOr<StructurePtr> before = StructureAt(**history, request.from_revision());
-  if (!before.ok()) return before.status();
-  absl::StatusOr<StructurePtr> after = StructureAt(**history, to);
-  if (!after.ok()) return after.status();
-  absl::StatusOr<std::string> frame = (*after)->ResolveFrame(request.scope().frame_id());
-  if (!frame.ok()) return frame.status();
+  HYPERMAP_ASSIGN_OR_RETURN(HistoryPool::Lease history, session->OpenHistory());
+  HYPERMAP_ASSIGN_OR_RETURN(StructurePtr before, StructureAt(*history, request.from_revision()));
+  HYPERMAP_ASSIGN_OR_RETURN(StructurePtr after, StructureAt(*history, to));
+  HYPERMAP_ASSIGN_OR_RETURN(std::string frame, after->ResolveFrame(request.scope().frame_id()));
   std::vector<std::string> layers(request.scope().layers().begin(), request.scope().layers().end());
-  if (absl::Status status = CheckLayers(**before, **after, layers); !status.ok()) return status;
-  return std::make_unique<DifferenceSource>(facilities.limits, *std::move(history),
-                                            *std::move(before), *std::move(after),
-                                            std::move(layers), *std::move(frame));
+  HYPERMAP_RETURN_IF_ERROR(CheckLayers(*before, *after, layers));
+  return std::make_unique<DifferenceSource>(facilities.limits, std::move(history),
+                                            std::move(before), std::move(after), std::move(layers),
+                                            std::move(frame));
 }
 
 }  // namespace hypermap::server

@@ -1,4 +1,4 @@
-#include "server/watch/tick_line.h"
+#include "server/watch/tick_queue.h"
 
 #include <utility>
 
@@ -12,7 +12,7 @@ constexpr absl::Duration kTurn = absl::Milliseconds(10);
 
 }  // namespace
 
-void TickLine::Add(Task task) {
+void TickQueue::Add(Task task) {
   {
     MutexLock lock(&mutex_);
     waiting_.push_back(std::move(task));
@@ -21,31 +21,31 @@ void TickLine::Add(Task task) {
   // Ticks are multiples of the period since the epoch, not a delay from now, so that tasks that are
   // added at different times are released together.
   const absl::Duration since_tick = (absl::Now() - absl::UnixEpoch()) % tick_;
-  timers_->RunAfter(tick_ - since_tick, [self = shared_from_this()] { self->LineUp(); });
+  timers_->RunAfter(tick_ - since_tick, [self = shared_from_this()] { self->ReleaseTasks(); });
 }
 
-bool TickLine::RunNext() {
+bool TickQueue::RunNext() {
   Task task;
   {
     MutexLock lock(&mutex_);
-    if (line_.empty()) return false;
-    task = std::move(line_.front());
-    line_.pop_front();
+    if (released_.empty()) return false;
+    task = std::move(released_.front());
+    released_.pop_front();
   }
   std::move(task)();
   return true;
 }
 
-void TickLine::LineUp() {
+void TickQueue::ReleaseTasks() {
   {
     MutexLock lock(&mutex_);
-    for (Task& task : waiting_) line_.push_back(std::move(task));
+    for (Task& task : waiting_) released_.push_back(std::move(task));
     waiting_.clear();
   }
   RunOnWorker();
 }
 
-void TickLine::RunOnWorker() {
+void TickQueue::RunOnWorker() {
   workers_->Run([self = shared_from_this()] {
     const absl::Time end_of_turn = absl::Now() + kTurn;
     while (self->RunNext()) {

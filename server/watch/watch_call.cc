@@ -4,6 +4,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
+#include "base/status/status_macros.h"
 #include "server/rpc/wanted.h"
 #include "wire/status.h"
 
@@ -29,27 +30,27 @@ void OpenWatches::CancelWrites() {
   for (WatchCall* call : calls_) call->CancelWrite();
 }
 
-bool WatchCall::Gate::EndWait() {
+bool WatchCall::WakeHandle::EndWait() {
   MutexLock lock(&mutex_);
   if (std::exchange(waiting_, false)) return true;
   woken_ = true;
   return false;
 }
 
-void WatchCall::Gate::Wake() {
+void WatchCall::WakeHandle::Wake() {
   if (EndWait()) call_->RunOnWorker();
 }
 
-void WatchCall::Gate::WakeHere() {
+void WatchCall::WakeHandle::WakeHere() {
   if (EndWait()) call_->TakeShortTurn();
 }
 
-void WatchCall::Gate::BeginTurn() {
+void WatchCall::WakeHandle::BeginTurn() {
   MutexLock lock(&mutex_);
   woken_ = false;
 }
 
-void WatchCall::Gate::BeginWait() {
+void WatchCall::WakeHandle::BeginWait() {
   MutexLock lock(&mutex_);
   if (woken_) {
     // On a worker, because the caller may be a gRPC thread, which must not be held up.
@@ -61,17 +62,17 @@ void WatchCall::Gate::BeginWait() {
 
 WatchCall::WatchCall(const grpc::CallbackServerContext* context, v1::WatchRequest request,
                      const Facilities* facilities, WatchGroups* groups, OpenWatches* watches,
-                     TimerQueue* timers, const TickLines* lines)
+                     TimerQueue* timers, const TickQueues* tick_queues)
     : context_(context),
       request_(std::move(request)),
       facilities_(facilities),
       groups_(groups),
       watches_(watches),
       timers_(timers),
-      lines_(lines),
+      tick_queues_(tick_queues),
       log_(*context, "Watch", request_.scope().map()),
       admitted_(watches->Add(this)),
-      gate_(std::make_shared<Gate>(this)) {
+      wake_handle_(std::make_shared<WakeHandle>(this)) {
   RunOnWorker();
 }
 
@@ -88,7 +89,7 @@ void WatchCall::OnWriteDone(bool ok) {
   }
   // This gRPC thread is awake: it starts writes of waiting calls, because waking another thread
   // costs as much as a write.
-  for (int i = 0; i < kBegunForOne && lines_->RunNext(); ++i) {
+  for (int i = 0; i < kBegunForOne && tick_queues_->RunNext(); ++i) {
   }
 }
 
@@ -109,7 +110,7 @@ void WatchCall::RunOnWorker() {
 }
 
 void WatchCall::TakeTurn() {
-  gate_->BeginTurn();
+  wake_handle_->BeginTurn();
   ForgetWait();
   absl::Time now = absl::Now();
   const absl::Time end_of_turn = now + kTurn;
@@ -124,7 +125,7 @@ void WatchCall::TakeTurn() {
 }
 
 void WatchCall::TakeShortTurn() {
-  gate_->BeginTurn();
+  wake_handle_->BeginTurn();
   grpc::Slice message;
   if (CheckWanted(*context_).ok() && source_->TakeShared(absl::Now(), &message)) {
     Write(message);
@@ -143,30 +144,30 @@ void WatchCall::Write(const grpc::Slice& message) {
 }
 
 absl::StatusOr<WatchSource::Step> WatchCall::TakeStep(absl::Time now, grpc::Slice* message) {
-  if (absl::Status status = CheckWanted(*context_); !status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(CheckWanted(*context_));
   if (!admitted_.ok()) return admitted_;
   if (!source_) {
-    absl::StatusOr<std::unique_ptr<WatchSource>> source =
-        WatchSource::Open(*facilities_, groups_, request_);
-    if (!source.ok()) return source.status();
-    source_ = *std::move(source);
+    HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<WatchSource> source,
+                              WatchSource::Open(*facilities_, groups_, request_));
+    source_ = std::move(source);
   }
   return source_->Next(now, message);
 }
 
 void WatchCall::WaitForCommits(absl::Time now) {
-  const std::shared_ptr<Gate> gate = gate_;
-  const auto wake = [gate] { gate->Wake(); };
+  const std::shared_ptr<WakeHandle> wake_handle = wake_handle_;
+  const auto wake = [wake_handle] { wake_handle->Wake(); };
   feed_wait_ = source_->feed().Await(source_->taken(), wake);
   timer_ = timers_->RunAfter(source_->idle_for(now), wake);
-  gate->BeginWait();
+  wake_handle->BeginWait();
 }
 
 void WatchCall::WaitForTick() {
-  const std::shared_ptr<Gate> gate = gate_;
-  const std::shared_ptr<TickLine>& line = source_->is_busy() ? lines_->busy : lines_->calm;
-  line->Add([gate] { gate->WakeHere(); });
-  gate->BeginWait();
+  const std::shared_ptr<WakeHandle> wake_handle = wake_handle_;
+  const std::shared_ptr<TickQueue>& line =
+      source_->is_busy() ? tick_queues_->busy : tick_queues_->calm;
+  line->Add([wake_handle] { wake_handle->WakeHere(); });
+  wake_handle->BeginWait();
 }
 
 void WatchCall::ForgetWait() {

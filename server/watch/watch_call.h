@@ -20,7 +20,7 @@
 #include "server/rpc/facilities.h"
 #include "server/rpc/request_log.h"
 #include "server/rpc/timer_queue.h"
-#include "server/watch/tick_line.h"
+#include "server/watch/tick_queue.h"
 #include "server/watch/watch_group.h"
 #include "server/watch/watch_source.h"
 
@@ -53,17 +53,18 @@ class OpenWatches {
 // and write the same bytes.
 //
 // The call has one owner at any time, and only the owner may touch it: a worker (or the worker
-// pool's queue); or gRPC during a write, until OnWriteDone goes on or begins to wait; or the gate
-// while the call waits. The call deletes itself in OnDone. Finish is called on a worker only.
+// pool's queue); or gRPC during a write, until OnWriteDone goes on or begins to wait; or the wake
+// handle while the call waits. The call deletes itself in OnDone. Finish is called on a worker
+// only.
 class WatchCall final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
  public:
   // All pointers must outlive this, except the context, which lives until OnDone.
   WatchCall(const grpc::CallbackServerContext* context, v1::WatchRequest request,
             const Facilities* facilities, WatchGroups* groups, OpenWatches* watches,
-            TimerQueue* timers, const TickLines* lines);
+            TimerQueue* timers, const TickQueues* tick_queues);
 
   void OnWriteDone(bool ok) override;
-  void OnCancel() override { gate_->Wake(); }
+  void OnCancel() override { wake_handle_->Wake(); }
   void OnDone() override;
 
   // Cancels the rpc if a write is under way: the client gets CANCELLED and no revision to resume
@@ -77,7 +78,7 @@ class WatchCall final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
   // number of writes under way grows while the queue of a tick lasts.
   static constexpr int kBegunForOne = 2;
 
-  // Wakes a waiting call. The callbacks of feed, timer and tick share the gate, because they may
+  // Wakes a waiting call. The callbacks of feed, timer and tick share the handle, because they may
   // come late, when the call is gone.
   //
   // Each wait ends with exactly one turn. It is started by the first callback, or by BeginWait
@@ -85,9 +86,9 @@ class WatchCall final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
   // call is on a worker or in a write; at worst, a late callback of an earlier wait causes a turn
   // with nothing to do. Everything that can end a wait is set up before BeginWait, and the caller
   // of BeginWait does not touch the call afterwards.
-  class Gate {
+  class WakeHandle {
    public:
-    explicit Gate(WatchCall* call) : call_(call) {}
+    explicit WakeHandle(WatchCall* call) : call_(call) {}
 
     // If the call waits, gives it a turn: Wake on a worker, WakeHere a short one on this thread. If
     // it does not wait, keeps it from beginning to.
@@ -130,10 +131,10 @@ class WatchCall final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
   WatchGroups* const groups_;
   OpenWatches* const watches_;
   TimerQueue* const timers_;
-  const TickLines* const lines_;
+  const TickQueues* const tick_queues_;
   const RequestLog log_;
   const absl::Status admitted_;  // by watches_
-  const std::shared_ptr<Gate> gate_;
+  const std::shared_ptr<WakeHandle> wake_handle_;
 
   // Used by the owner of the call only.
   std::unique_ptr<WatchSource> source_;  // null until the first turn

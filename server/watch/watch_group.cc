@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "server/rpc/raw_messages.h"
-#include "server/watch/told_changes.h"
+#include "server/watch/change_messages.h"
 #include "server/watch/watch_messages.h"
 
 namespace hypermap::server {

@@ -16,7 +16,7 @@
 #include "map/edits/apply.h"
 #include "map/watch/structure.h"
 #include "server/services/testing/test_server.h"
-#include "server/watch/told_changes.h"
+#include "server/watch/change_messages.h"
 #include "server/watch/watch_messages.h"
 #include "server/watch/watch_source.h"
 #include "tests/support/random_map.h"

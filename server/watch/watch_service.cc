@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "base/status/status_macros.h"
 #include "server/rpc/raw_messages.h"
 #include "server/rpc/streamed_answer.h"
 #include "server/rpc/unary_call.h"
@@ -38,7 +39,7 @@ grpc::ServerWriteReactor<grpc::ByteBuffer>* WatchService::Watch(
     return new RefusedWatch(*context, status);
   }
   return new WatchCall(context, std::move(parsed), &facilities_, &groups_, &watches_, &timers_,
-                       &lines_);
+                       &tick_queues_);
 }
 
 void WatchService::EndAfter(absl::Duration grace) {
@@ -64,25 +65,23 @@ grpc::ServerUnaryReactor* WatchService::ListRevisions(grpc::CallbackServerContex
 
 absl::StatusOr<int64_t> WatchService::AnswerRevisions(const v1::ListRevisionsRequest& request,
                                                       v1::ListRevisionsResponse* response) const {
-  const absl::StatusOr<std::shared_ptr<MapSession>> session = FindMap(facilities_, request.map());
-  if (!session.ok()) return session.status();
+  HYPERMAP_ASSIGN_OR_RETURN(const std::shared_ptr<MapSession> session,
+                            FindMap(facilities_, request.map()));
   if (request.page_size() < 0) return absl::InvalidArgumentError("page_size is negative");
   const int page_size =
       request.page_size() == 0 ? kDefaultPageSize : std::min(request.page_size(), kMaxPageSize);
-  const Revision newest = (*session)->snapshot()->revision;
+  const Revision newest = session->snapshot()->revision;
   const Revision before =
       request.before_revision() == 0 ? newest + 1 : std::min(request.before_revision(), newest + 1);
-  absl::StatusOr<HistoryPool::Lease> history = (*session)->OpenHistory();
-  if (!history.ok()) return history.status();
-  const absl::StatusOr<storage::KeptRevisions> kept = (*history)->Kept();
-  if (!kept.ok()) return kept.status();
-  const absl::StatusOr<std::vector<storage::RevisionRecord>> records =
-      (*history)->Revisions(request.after_revision(), before, request.newest_first(), page_size);
-  if (!records.ok()) return records.status();
+  HYPERMAP_ASSIGN_OR_RETURN(HistoryPool::Lease history, session->OpenHistory());
+  HYPERMAP_ASSIGN_OR_RETURN(const storage::KeptRevisions kept, history->Kept());
+  HYPERMAP_ASSIGN_OR_RETURN(
+      const std::vector<storage::RevisionRecord> records,
+      history->Revisions(request.after_revision(), before, request.newest_first(), page_size));
   response->set_map(request.map());
   response->set_newest_revision(newest);
-  response->set_oldest_revision(kept->oldest);
-  for (const storage::RevisionRecord& record : *records) {
+  response->set_oldest_revision(kept.oldest);
+  for (const storage::RevisionRecord& record : records) {
     v1::RevisionInfo* const info = response->add_revisions();
     info->set_revision(record.revision);
     wire::EncodeTime(record.time, info->mutable_time());

@@ -9,7 +9,7 @@
 #include "hypermap/v1/watch_service.grpc.pb.h"
 #include "server/rpc/facilities.h"
 #include "server/rpc/timer_queue.h"
-#include "server/watch/tick_line.h"
+#include "server/watch/tick_queue.h"
 #include "server/watch/watch_call.h"
 #include "server/watch/watch_group.h"
 
@@ -26,8 +26,8 @@ class WatchService
       : facilities_(facilities),
         groups_(facilities.limits),
         watches_(facilities.limits.max_watchers),
-        lines_{TickLine::Make(kCalmTick, &timers_, facilities.workers),
-               TickLine::Make(kBusyTick, &timers_, facilities.workers)} {}
+        tick_queues_{TickQueue::Make(kCalmTick, &timers_, facilities.workers),
+                     TickQueue::Make(kBusyTick, &timers_, facilities.workers)} {}
 
   grpc::ServerWriteReactor<grpc::ByteBuffer>* Watch(grpc::CallbackServerContext* context,
                                                     const grpc::ByteBuffer* request) override;
@@ -56,7 +56,7 @@ class WatchService
   WatchGroups groups_;
   OpenWatches watches_;
   TimerQueue timers_;
-  const TickLines lines_;
+  const TickQueues tick_queues_;
 };
 
 }  // namespace hypermap::server

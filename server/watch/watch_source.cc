@@ -5,10 +5,11 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/status/status_macros.h"
 #include "map/watch/structure.h"
 #include "server/rpc/map_message.h"
 #include "server/rpc/raw_messages.h"
-#include "server/watch/told_changes.h"
+#include "server/watch/change_messages.h"
 #include "server/watch/watch_messages.h"
 #include "wire/geometry.h"
 #include "wire/scope.h"
@@ -36,9 +37,8 @@ absl::StatusOr<WatchFilter> DecodeFilter(const v1::WatchRequest& request,
   filter.classes.assign(request.classes().begin(), request.classes().end());
   filter.as_stored = request.as_stored();
   if (request.has_area()) {
-    absl::StatusOr<Polygon> area = wire::DecodePolygon("area", request.area(), limits);
-    if (!area.ok()) return area.status();
-    filter.area = *std::move(area);
+    HYPERMAP_ASSIGN_OR_RETURN(Polygon area, wire::DecodePolygon("area", request.area(), limits));
+    filter.area = std::move(area);
   }
   return filter;
 }
@@ -55,67 +55,61 @@ absl::StatusOr<StructurePtr> WatchSource::StructureAt(MapSession& session, Revis
   if (std::optional<StructurePtr> structure = session.feed().StructureAt(revision)) {
     return *std::move(structure);
   }
-  absl::StatusOr<HistoryPool::Lease> history = session.OpenHistory();
-  if (!history.ok()) return history.status();
-  const absl::StatusOr<std::unique_ptr<storage::PastMap>> past = (*history)->At(revision);
-  if (!past.ok()) return past.status();
-  return (*past)->structure();
+  HYPERMAP_ASSIGN_OR_RETURN(HistoryPool::Lease history, session.OpenHistory());
+  HYPERMAP_ASSIGN_OR_RETURN(const std::unique_ptr<storage::PastMap> past, history->At(revision));
+  return past->structure();
 }
 
 absl::StatusOr<absl::Time> WatchSource::TimeOf(MapSession& session, Revision revision) {
   if (revision == 0) return session.header().created_at;
-  absl::StatusOr<HistoryPool::Lease> history = session.OpenHistory();
-  if (!history.ok()) return history.status();
-  const absl::StatusOr<std::vector<storage::RevisionRecord>> records =
-      (*history)->Revisions(revision - 1, revision + 1, /*newest_first=*/false, 1);
-  if (!records.ok()) return records.status();
-  if (!records->empty()) return records->front().time;
+  HYPERMAP_ASSIGN_OR_RETURN(HistoryPool::Lease history, session.OpenHistory());
+  HYPERMAP_ASSIGN_OR_RETURN(
+      const std::vector<storage::RevisionRecord> records,
+      history->Revisions(revision - 1, revision + 1, /*newest_first=*/false, 1));
+  if (!records.empty()) return records.front().time;
   return absl::OutOfRangeError(absl::StrCat("revision ", revision, " is not kept any more"));
 }
 
 absl::Status WatchSource::CheckStart(MapSession& session, const v1::WatchRequest& request) {
   if (!request.has_start_time()) return absl::OkStatus();
-  const absl::StatusOr<absl::Time> wanted = wire::DecodeTime("start_time", request.start_time());
-  if (!wanted.ok()) return wanted.status();
-  const absl::StatusOr<absl::Time> made = TimeOf(session, request.start_revision());
-  if (!made.ok()) return made.status();
-  if (*made == *wanted) return absl::OkStatus();
+  HYPERMAP_ASSIGN_OR_RETURN(const absl::Time wanted,
+                            wire::DecodeTime("start_time", request.start_time()));
+  HYPERMAP_ASSIGN_OR_RETURN(const absl::Time made, TimeOf(session, request.start_revision()));
+  if (made == wanted) return absl::OkStatus();
   return absl::AbortedError(absl::StrCat("revision ", request.start_revision(), " was made at ",
-                                         absl::FormatTime(*made, absl::UTCTimeZone()),
+                                         absl::FormatTime(made, absl::UTCTimeZone()),
                                          ", not at start_time: the map is not the one it was"));
 }
 
 absl::StatusOr<std::unique_ptr<WatchSource>> WatchSource::Open(const Facilities& facilities,
                                                                WatchGroups* groups,
                                                                const v1::WatchRequest& request) {
-  absl::StatusOr<std::shared_ptr<MapSession>> session = FindMap(facilities, request.scope().map());
-  if (!session.ok()) return session.status();
-  absl::StatusOr<WatchFilter> filter = DecodeFilter(request, facilities.limits.decode);
-  if (!filter.ok()) return filter.status();
+  HYPERMAP_ASSIGN_OR_RETURN(std::shared_ptr<MapSession> session,
+                            FindMap(facilities, request.scope().map()));
+  HYPERMAP_ASSIGN_OR_RETURN(WatchFilter filter, DecodeFilter(request, facilities.limits.decode));
   SnapshotPtr snapshot;  // null: the watch resumes and needs none
   absl::StatusOr<StructurePtr> structure;
   Revision start = request.start_revision();
   if (request.has_start_revision()) {
-    structure = StructureAt(**session, start);
+    structure = StructureAt(*session, start);
     if (!structure.ok()) return structure.status();
-    absl::Status status = CheckStart(**session, request);
+    absl::Status status = CheckStart(*session, request);
     if (!status.ok()) return status;
   } else if (request.has_start_time()) {
     return absl::InvalidArgumentError("start_time without start_revision");
   } else {
-    snapshot = (*session)->snapshot();
+    snapshot = session->snapshot();
     structure = StructureOf(*snapshot);
     start = snapshot->revision;
   }
-  absl::StatusOr<Follower> follower = Follower::Make(*std::move(filter), *structure);
-  if (!follower.ok()) return follower.status();
+  HYPERMAP_ASSIGN_OR_RETURN(Follower follower, Follower::Make(std::move(filter), *structure));
   // The group holds a pointer to the feed; this source keeps the session, and with it the feed,
   // alive.
-  std::shared_ptr<WatchGroup> group = groups->Join(&(*session)->feed(), request);
+  std::shared_ptr<WatchGroup> group = groups->Join(&session->feed(), request);
   std::unique_ptr<WatchSource> source(
-      new WatchSource(facilities.limits, *std::move(session), std::move(group),
+      new WatchSource(facilities.limits, std::move(session), std::move(group),
                       request.coalesce() ? WatchGroup::Form::kCoalesced : WatchGroup::Form::kSingle,
-                      *std::move(follower), *std::move(structure), start, request.as_stored()));
+                      std::move(follower), *std::move(structure), start, request.as_stored()));
   if (!snapshot) return source;
   absl::Status status = source->BeginSelection(std::move(snapshot), /*reset=*/false);
   if (!status.ok()) return status;
@@ -171,9 +165,8 @@ absl::Status WatchSource::BeginSelection(SnapshotPtr snapshot, bool reset) {
   taken_ = snapshot->revision;
   commit_ = {};
   if (as_stored_) {
-    const absl::StatusOr<absl::Time> time = TimeOf(*session_, taken_);
-    if (!time.ok()) return time.status();
-    commit_.time = *time;
+    HYPERMAP_ASSIGN_OR_RETURN(const absl::Time time, TimeOf(*session_, taken_));
+    commit_.time = time;
   }
   structure_ = StructureOf(*snapshot);
   selection_ = follower_.Read(std::move(snapshot));
@@ -260,12 +253,10 @@ absl::Status WatchSource::ReadCommits(Revision newest) {
     std::move(commits->begin(), commits->end(), std::back_inserter(commits_));
     return absl::OkStatus();
   }
-  absl::StatusOr<HistoryPool::Lease> history = session_->OpenHistory();
-  if (!history.ok()) return history.status();
-  absl::StatusOr<std::vector<storage::PastCommit>> past =
-      (*history)->Commits(taken_, kMaxPastChanges);
-  if (!past.ok()) return past.status();
-  for (storage::PastCommit& commit : *past) {
+  HYPERMAP_ASSIGN_OR_RETURN(HistoryPool::Lease history, session_->OpenHistory());
+  HYPERMAP_ASSIGN_OR_RETURN(std::vector<storage::PastCommit> past,
+                            history->Commits(taken_, kMaxPastChanges));
+  for (storage::PastCommit& commit : past) {
     // Commits are on disk before they are published.
     if (commit.record.revision > newest) break;
     // Without a structure, which the history does not give: TakeCommit derives it from the changes.

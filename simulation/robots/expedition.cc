@@ -7,6 +7,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
+#include "base/status/status_macros.h"
 #include "simulation/robots/map_reader.h"
 #include "simulation/worlds/world_from_map.h"
 
@@ -66,9 +67,9 @@ class Expedition {
 
 absl::StatusOr<ExpeditionReport> Expedition::Run() {
   const absl::Time begin = absl::Now();
-  if (absl::Status status = ReadWorld(); !status.ok()) return status;
-  if (absl::Status status = ChooseStarts(); !status.ok()) return status;
-  if (absl::Status status = Begin(); !status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(ReadWorld());
+  HYPERMAP_RETURN_IF_ERROR(ChooseStarts());
+  HYPERMAP_RETURN_IF_ERROR(Begin());
   if (absl::Status status = LetRobotsExplore(); !status.ok()) {
     // Release the goals, and report the first error. If the server is gone, the first robot has
     // already waited for it, and the others would wait in vain.
@@ -77,43 +78,38 @@ absl::StatusOr<ExpeditionReport> Expedition::Run() {
     }
     return status;
   }
-  if (absl::Status status = Conclude(); !status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(Conclude());
   report_.time = absl::Now() - begin;
   return std::move(report_);
 }
 
 absl::StatusOr<std::vector<std::string>> Expedition::ObjectLayers() {
   if (!options_.object_layers.empty()) return options_.object_layers;
-  const absl::StatusOr<client::LayerList> list = client_.ListLayers(options_.map);
-  if (!list.ok()) return list.status();
+  HYPERMAP_ASSIGN_OR_RETURN(const client::LayerList list, client_.ListLayers(options_.map));
   std::vector<std::string> layers;
-  for (const client::LayerEntry& entry : list->layers) {
+  for (const client::LayerEntry& entry : list.layers) {
     const std::string& name = entry.spec.name;
     if (entry.spec.kind != LayerKind::kSemantic) continue;
     if (name == options_.semantic_layer || name == kExplorationsLayer) continue;
     // Objects that robots have detected are not part of the world.
-    const absl::StatusOr<bool> is_fused = IsFused(client_, options_.map, name);
-    if (!is_fused.ok()) return is_fused.status();
-    if (!*is_fused) layers.push_back(name);
+    HYPERMAP_ASSIGN_OR_RETURN(const bool is_fused, IsFused(client_, options_.map, name));
+    if (!is_fused) layers.push_back(name);
   }
   return layers;
 }
 
 absl::Status Expedition::ReadWorld() {
-  const absl::StatusOr<client::MapEntry> map = client_.GetMap(options_.map);
-  if (!map.ok()) return map.status();
-  frame_id_ = map->frame_id;
-  absl::StatusOr<std::shared_ptr<const GridLayer>> occupancy =
-      ReadGrid(client_, options_.map, options_.occupancy_layer, LayerKind::kOccupancy);
-  if (!occupancy.ok()) return occupancy.status();
-  occupancy_ = *std::move(occupancy);
-  const absl::StatusOr<std::vector<std::string>> layers = ObjectLayers();
-  if (!layers.ok()) return layers.status();
-  const absl::StatusOr<std::vector<SemanticObject>> objects =
-      ReadObjects(client_, options_.map, *layers);
-  if (!objects.ok()) return objects.status();
+  HYPERMAP_ASSIGN_OR_RETURN(const client::MapEntry map, client_.GetMap(options_.map));
+  frame_id_ = map.frame_id;
+  HYPERMAP_ASSIGN_OR_RETURN(
+      std::shared_ptr<const GridLayer> occupancy,
+      ReadGrid(client_, options_.map, options_.occupancy_layer, LayerKind::kOccupancy));
+  occupancy_ = std::move(occupancy);
+  HYPERMAP_ASSIGN_OR_RETURN(const std::vector<std::string> layers, ObjectLayers());
+  HYPERMAP_ASSIGN_OR_RETURN(const std::vector<SemanticObject> objects,
+                            ReadObjects(client_, options_.map, layers));
   terrain_.emplace(*occupancy_, options_.area, options_.robot_radius_m);
-  world_.emplace(World{simulation::WorldFromMap(terrain_->plan(), terrain_->geometry(), *objects),
+  world_.emplace(World{simulation::WorldFromMap(terrain_->plan(), terrain_->geometry(), objects),
                        {terrain_->plan(), terrain_->geometry(), simulation::kWallHeight_m}});
   return absl::OkStatus();
 }
@@ -151,15 +147,16 @@ absl::Status Expedition::EnsureSemanticLayer() {
 }
 
 absl::Status Expedition::Begin() {
-  if (absl::Status status = EnsureSemanticLayer(); !status.ok()) return status;
-  const absl::StatusOr<client::StartAnswer> started = client_.StartExploration(
-      options_.map, options_.area, options_.occupancy_layer, options_.explored_layer,
-      {.robot_radius_m = options_.robot_radius_m,
-       .range_m = options_.range_m,
-       .min_gain_cells = options_.min_gain_cells,
-       .explored_rule = options_.explored_rule});
-  if (!started.ok()) return started.status();
-  report_.exploration_id = started->entry.exploration.id;
+  HYPERMAP_RETURN_IF_ERROR(EnsureSemanticLayer());
+  HYPERMAP_ASSIGN_OR_RETURN(
+      const client::StartAnswer started,
+      client_.StartExploration(options_.map, options_.area, options_.occupancy_layer,
+                               options_.explored_layer,
+                               {.robot_radius_m = options_.robot_radius_m,
+                                .range_m = options_.range_m,
+                                .min_gain_cells = options_.min_gain_cells,
+                                .explored_rule = options_.explored_rule}));
+  report_.exploration_id = started.entry.exploration.id;
   for (size_t i = 0; i < starts_.size(); ++i) {
     absl::Status status = AddRobot(static_cast<int>(i), starts_[i]);
     if (status.ok()) continue;
@@ -194,7 +191,7 @@ absl::Status Expedition::AddRobot(int number, const CellIndex& start) {
 
 absl::Status Expedition::AwaitRobots() {
   for (const auto& robot : robots_) {
-    if (absl::Status status = robot->Flush(); !status.ok()) return status;
+    HYPERMAP_RETURN_IF_ERROR(robot->Flush());
   }
   return absl::OkStatus();
 }
@@ -216,7 +213,7 @@ absl::Status Expedition::LetRobotsExplore() {
       return absl::DeadlineExceededError(
           absl::StrCat("not at its end after ", report_.steps, " steps"));
     }
-    if (absl::Status status = Step(); !status.ok()) return status;
+    HYPERMAP_RETURN_IF_ERROR(Step());
     // The remaining goals are leased to robots of others, who act in real time: simulated time must
     // not run ahead of them.
     if (!HaveEnded() && AreAllWaiting()) absl::SleepFor(kPause);
@@ -228,7 +225,7 @@ absl::Status Expedition::Step() {
   for (const auto& robot : robots_) {
     if (robot->has_ended()) continue;
     const std::optional<client::Goal> before = robot->goal();
-    if (absl::Status status = robot->Step(); !status.ok()) return status;
+    HYPERMAP_RETURN_IF_ERROR(robot->Step());
     const std::optional<client::Goal>& goal = robot->goal();
     if (goal && (!before || before->id != goal->id)) report_.conflicts += IsConflict(*robot);
   }
@@ -238,10 +235,9 @@ absl::Status Expedition::Step() {
 }
 
 absl::Status Expedition::ReportProgress() {
-  const absl::StatusOr<client::ExplorationAnswer> answer =
-      client_.GetExploration(options_.map, report_.exploration_id);
-  if (!answer.ok()) return answer.status();
-  ExpeditionProgress progress{report_.steps, 0, answer->progress.fraction};
+  HYPERMAP_ASSIGN_OR_RETURN(const client::ExplorationAnswer answer,
+                            client_.GetExploration(options_.map, report_.exploration_id));
+  ExpeditionProgress progress{report_.steps, 0, answer.progress.fraction};
   for (const auto& robot : robots_) progress.goals += robot->log().goals;
   tell_progress_(progress);
   return absl::OkStatus();
@@ -257,16 +253,15 @@ bool Expedition::IsConflict(const Robot& robot) const {
 }
 
 absl::Status Expedition::Conclude() {
-  const absl::StatusOr<client::ExplorationAnswer> answer =
-      client_.GetExploration(options_.map, report_.exploration_id);
-  if (!answer.ok()) return answer.status();
-  report_.revision = answer->revision;
-  report_.end_reason = answer->entry.exploration.end_reason;
-  report_.server_progress = answer->progress;
-  absl::StatusOr<std::shared_ptr<const GridLayer>> explored =
-      ReadGrid(client_, options_.map, options_.explored_layer, LayerKind::kExploration);
-  if (!explored.ok()) return explored.status();
-  report_.floor = CountVisibleFloor(*terrain_, explored->get(), starts_, options_.range_m);
+  HYPERMAP_ASSIGN_OR_RETURN(const client::ExplorationAnswer answer,
+                            client_.GetExploration(options_.map, report_.exploration_id));
+  report_.revision = answer.revision;
+  report_.end_reason = answer.entry.exploration.end_reason;
+  report_.server_progress = answer.progress;
+  HYPERMAP_ASSIGN_OR_RETURN(
+      std::shared_ptr<const GridLayer> explored,
+      ReadGrid(client_, options_.map, options_.explored_layer, LayerKind::kExploration));
+  report_.floor = CountVisibleFloor(*terrain_, explored.get(), starts_, options_.range_m);
   for (const auto& robot : robots_) report_.robots.push_back(robot->log());
   ReportTruth();
   return absl::OkStatus();

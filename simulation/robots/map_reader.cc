@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/status/status_macros.h"
 #include "map/layers/layer_registry.h"
 
 namespace hypermap::robots {
@@ -33,7 +34,7 @@ class GridBuilder {
       const std::vector<std::optional<double>> values(
           static_cast<size_t>(run.col_end - run.col_begin), run.value);
       const CellBox box{run.row, run.row + 1, run.col_begin, run.col_end};
-      if (absl::Status status = writer_->Write(box, values); !status.ok()) return status;
+      HYPERMAP_RETURN_IF_ERROR(writer_->Write(box, values));
     }
     return absl::OkStatus();
   }
@@ -56,17 +57,16 @@ absl::StatusOr<std::shared_ptr<const GridLayer>> ReadGrid(client::Client& client
                                                           const std::string& map,
                                                           const std::string& layer,
                                                           LayerKind kind) {
-  const absl::StatusOr<client::LayerEntry> entry = client.GetLayer(map, layer);
-  if (!entry.ok()) return entry.status();
-  if (entry->spec.kind != kind) {
+  HYPERMAP_ASSIGN_OR_RETURN(const client::LayerEntry entry, client.GetLayer(map, layer));
+  if (entry.spec.kind != kind) {
     return absl::FailedPreconditionError(absl::StrCat("layer \"", layer, "\" is of the kind ",
-                                                      LayerKindName(entry->spec.kind), ", not ",
+                                                      LayerKindName(entry.spec.kind), ", not ",
                                                       LayerKindName(kind)));
   }
-  GridBuilder builder(entry->spec);
+  GridBuilder builder(entry.spec);
   client::AnswerReader reader = client.QueryArea(map, Everywhere(), {.layers = {layer}});
   while (const std::optional<client::LayerPart> part = reader.Next()) {
-    if (absl::Status status = builder.Add(*part); !status.ok()) return status;
+    HYPERMAP_RETURN_IF_ERROR(builder.Add(*part));
   }
   if (!reader.status().ok()) return reader.status();
   return builder.Finish();

@@ -5,6 +5,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
+#include "base/status/status_macros.h"
 
 namespace hypermap::robots {
 namespace {
@@ -32,16 +33,15 @@ absl::Status ObservationSender::Open() {
 }
 
 absl::Status ObservationSender::OpenOnce() {
-  absl::StatusOr<std::unique_ptr<client::ObserveStream>> stream =
-      client_.Observe(target_.map, target_.layer, target_.options);
-  if (!stream.ok()) return stream.status();
-  stream_ = *std::move(stream);
+  HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<client::ObserveStream> stream,
+                            client_.Observe(target_.map, target_.layer, target_.options));
+  stream_ = std::move(stream);
   return absl::OkStatus();
 }
 
 absl::Status ObservationSender::Send(Observation observation) {
   while (pending_.size() >= kMostPending) {
-    if (absl::Status status = AwaitOne(); !status.ok()) return status;
+    HYPERMAP_RETURN_IF_ERROR(AwaitOne());
   }
   const int64_t sequence = next_sequence_++;
   const auto [it, is_new] = pending_.emplace(sequence, std::move(observation));
@@ -52,7 +52,7 @@ absl::Status ObservationSender::Send(Observation observation) {
 
 absl::Status ObservationSender::Flush() {
   while (!pending_.empty()) {
-    if (absl::Status status = AwaitOne(); !status.ok()) return status;
+    HYPERMAP_RETURN_IF_ERROR(AwaitOne());
   }
   return absl::OkStatus();
 }

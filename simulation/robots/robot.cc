@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "absl/time/clock.h"
+#include "base/status/status_macros.h"
 #include "map/exploration/sight.h"
 #include "simulation/worlds/drive.h"
 
@@ -80,19 +81,19 @@ absl::Status Robot::AwaitAll() {
 }
 
 absl::Status Robot::Claim() {
-  if (absl::Status status = AwaitAll(); !status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(AwaitAll());
   const absl::Time asked = absl::Now();
-  const absl::StatusOr<client::ClaimAnswer> answer =
+  HYPERMAP_ASSIGN_OR_RETURN(
+      const client::ClaimAnswer answer,
       client_.ClaimGoal(task_.map, task_.name, {believed_.x(), believed_.y()},
-                        {.exploration_id = task_.exploration_id, .lease = task_.lease});
-  if (!answer.ok()) return answer.status();
-  if (answer->state == ExplorationState::kEnded) {
-    end_reason_ = answer->end_reason;
+                        {.exploration_id = task_.exploration_id, .lease = task_.lease}));
+  if (answer.state == ExplorationState::kEnded) {
+    end_reason_ = answer.end_reason;
     return absl::OkStatus();
   }
   until_claim_ = kPauseSteps;
-  if (!answer->goal) return absl::OkStatus();
-  goal_ = answer->goal;
+  if (!answer.goal) return absl::OkStatus();
+  goal_ = answer.goal;
   lease_end_ = asked + task_.lease;
   until_claim_ = 0;
   PlanWay();
@@ -177,16 +178,15 @@ bool Robot::LookRound() {
 }
 
 absl::Status Robot::SendFrame() {
-  absl::StatusOr<Observation> observation = senses_.Observe(pose_, believed_);
-  if (!observation.ok()) return observation.status();
-  observation->robot = task_.name;
-  observation->sequence = sender_.next_sequence();
-  observation->frame_id = task_.frame_id;
+  HYPERMAP_ASSIGN_OR_RETURN(Observation observation, senses_.Observe(pose_, believed_));
+  observation.robot = task_.name;
+  observation.sequence = sender_.next_sequence();
+  observation.frame_id = task_.frame_id;
   // The stamp is real time: simulated time may run ahead, and the server refuses stamps in the
   // future.
-  observation->stamp = absl::Now();
+  observation.stamp = absl::Now();
   ++log_.frames;
-  return sender_.Send(*std::move(observation));
+  return sender_.Send(std::move(observation));
 }
 
 }  // namespace hypermap::robots

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "base/status/status_macros.h"
 #include "ingest/perception/organised_cloud.h"
 #include "simulation/worlds/renderer.h"
 
@@ -72,12 +73,11 @@ absl::StatusOr<Observation> Senses::Observe(const PlanarTransform& pose,
   }
   // Validation requires a name; the caller replaces it.
   frame.robot = "robot";
-  absl::StatusOr<Observation> observation = observer_.Observe(frame, nullptr);
-  if (!observation.ok()) return observation.status();
+  HYPERMAP_ASSIGN_OR_RETURN(Observation observation, observer_.Observe(frame, nullptr));
   const Polygon free =
       simulation::FreeBefore(world_.laser_plane, pose, FanOf(camera_, options_.range_m));
-  observation->free_space =
-      options_.pose_error ? RobotPose(observation->pose.frame_from_camera) * (pose.Inverse() * free)
+  observation.free_space =
+      options_.pose_error ? RobotPose(observation.pose.frame_from_camera) * (pose.Inverse() * free)
                           : free;
   return observation;
 }

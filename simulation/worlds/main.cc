@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "absl/status/status.h"
+#include "base/status/status_macros.h"
 #include "simulation/worlds/detector.h"
 #include "simulation/worlds/drive.h"
 #include "simulation/worlds/renderer.h"
@@ -57,9 +58,8 @@ absl::StatusOr<Recording> Drive(const Scene& scene, const Options& options) {
                              static_cast<int64_t>(i) * absl::Seconds(1) / kFramesPerSecond;
     const Eigen::Isometry3d pose = CameraPose(way[i]);
     const View view = Render(scene, Kinect(), pose);
-    const auto png = EncodeDepthPng(WithSensorNoise(view, sensor));
-    if (!png.ok()) return png.status();
-    const absl::Status status = WriteFileIn(options.folder, DepthName(stamp), *png);
+    HYPERMAP_ASSIGN_OR_RETURN(const auto png, EncodeDepthPng(WithSensorNoise(view, sensor)));
+    const absl::Status status = WriteFileIn(options.folder, DepthName(stamp), png);
     if (!status.ok()) return status;
     recording.stamps.push_back(stamp);
     recording.poses.push_back(way[i]);
@@ -73,24 +73,23 @@ absl::StatusOr<Recording> Drive(const Scene& scene, const Options& options) {
 
 absl::Status WriteSequence(const Options& options) {
   const Scene scene = MakeOffice(options.seed);
-  const absl::StatusOr<Recording> r = Drive(scene, options);
-  if (!r.ok()) return r.status();
+  HYPERMAP_ASSIGN_OR_RETURN(const Recording r, Drive(scene, options));
   const FloorPlanFiles plan = EncodeFloorPlan(scene);
   const std::pair<const char*, std::string> files[] = {
-      {"depth.txt", EncodeDepthList(r->stamps)},
-      {"groundtruth.txt", EncodeTrajectory(r->stamps, r->poses)},
-      {"estimated.txt", EncodeTrajectory(r->stamps, r->estimated)},
+      {"depth.txt", EncodeDepthList(r.stamps)},
+      {"groundtruth.txt", EncodeTrajectory(r.stamps, r.poses)},
+      {"estimated.txt", EncodeTrajectory(r.stamps, r.estimated)},
       {"camera.yaml", EncodeCamera(Kinect())},
-      {"detections_clean.json", EncodeDetections(r->stamps, Kinect(), r->clean)},
-      {"detections_noisy.json", EncodeDetections(r->stamps, Kinect(), r->noisy)},
-      {"gt.geojson", EncodeTruth(scene, r->sightings)},
+      {"detections_clean.json", EncodeDetections(r.stamps, Kinect(), r.clean)},
+      {"detections_noisy.json", EncodeDetections(r.stamps, Kinect(), r.noisy)},
+      {"gt.geojson", EncodeTruth(scene, r.sightings)},
       {"occupancy.yaml", plan.yaml},
       {"occupancy.pgm", plan.pgm},
   };
   for (const auto& [name, data] : files) {
-    if (auto status = WriteFileIn(options.folder, name, data); !status.ok()) return status;
+    HYPERMAP_RETURN_IF_ERROR(WriteFileIn(options.folder, name, data));
   }
-  std::cout << r->stamps.size() << " frames of " << scene.bodies.size() << " objects in "
+  std::cout << r.stamps.size() << " frames of " << scene.bodies.size() << " objects in "
             << options.folder << '\n';
   return absl::OkStatus();
 }

@@ -89,11 +89,10 @@ absl::StatusOr<LayerPtr> GeoPackageMap::LoadLayer(const OpenLayer& open, ObjectI
     return std::make_shared<GridLayer>(stored.spec, MakeCellDomain(stored.spec), std::move(tiles),
                                        stored.extent);
   }
-  absl::StatusOr<std::vector<ObjectPtr>> objects = open.features->ReadAll();
-  if (!objects.ok()) return objects.status();
+  HYPERMAP_ASSIGN_OR_RETURN(std::vector<ObjectPtr> objects, open.features->ReadAll());
   // Another program may have added objects with ids of its own.
-  if (!objects->empty()) *next_id = std::max(*next_id, objects->back()->id + 1);
-  return std::make_shared<SemanticLayer>(stored.spec, *std::move(objects));
+  if (!objects.empty()) *next_id = std::max(*next_id, objects.back()->id + 1);
+  return std::make_shared<SemanticLayer>(stored.spec, std::move(objects));
 }
 
 absl::StatusOr<SnapshotPtr> GeoPackageMap::LoadSnapshot() {

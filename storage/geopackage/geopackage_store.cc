@@ -2,14 +2,15 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <mutex>
 #include <system_error>
 #include <utility>
 
+#include "absl/base/thread_annotations.h"
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/strip.h"
 #include "base/status/status_macros.h"
+#include "base/sync/mutex.h"
 #include "storage/geopackage/deletion_log.h"
 #include "storage/geopackage/geopackage_map.h"
 #include "storage/geopackage/map_file.h"
@@ -59,23 +60,21 @@ class GeoPackageStore : public MapStore {
     return absl::StrCat(data_dir_, "/.", name, kExtension, suffix);
   }
   absl::StatusOr<FileLock> LockMap(const std::string& name) const;
-  // REQUIRES: mutex_ is held.
-  absl::Status CarryOut(int64_t deletion, const std::string& name);
+  absl::Status CarryOut(int64_t deletion, const std::string& name)
+      ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
   const std::string data_dir_;
   const GeoPackageOptions options_;
   const FileLock lock_;
-  // Held while maps are added or removed and the deletions are used. Not absl::Mutex, which
-  // ThreadSanitizer can't see unless abseil is built with it.
-  std::mutex mutex_;
-  const std::unique_ptr<DeletionLog> deletions_;
+  // Held while maps are added or removed and the deletions are used.
+  Mutex mutex_;
+  const std::unique_ptr<DeletionLog> deletions_ ABSL_PT_GUARDED_BY(mutex_);
 };
 
 absl::Status GeoPackageStore::Recover() {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  absl::StatusOr<std::vector<std::string>> names = FileNames(data_dir_);
-  if (!names.ok()) return names.status();
-  for (const std::string& name : *names) {
+  const MutexLock lock(&mutex_);
+  HYPERMAP_ASSIGN_OR_RETURN(std::vector<std::string> names, FileNames(data_dir_));
+  for (const std::string& name : names) {
     if (!absl::StartsWith(name, ".")) continue;
     if (!absl::EndsWith(name, ".gpkg.new") && !absl::EndsWith(name, ".gpkg.new-journal")) continue;
     const std::string path = absl::StrCat(data_dir_, "/", name);
@@ -108,7 +107,7 @@ absl::StatusOr<std::unique_ptr<StoredMap>> GeoPackageStore::Create(const MapHead
   if (!status.ok()) return status;
   const std::string path = PathOf(header.name);
   {
-    const std::lock_guard<std::mutex> lock(mutex_);
+    const MutexLock lock(&mutex_);
     if (PathExists(path)) {
       return absl::AlreadyExistsError(absl::StrCat("map ", header.name, " exists"));
     }
@@ -138,7 +137,7 @@ absl::StatusOr<std::unique_ptr<StoredMap>> GeoPackageStore::Open(const std::stri
 
 absl::Status GeoPackageStore::Delete(const std::string& name, const std::string& request_id) {
   HYPERMAP_RETURN_IF_ERROR(ValidateName("map", name));
-  const std::lock_guard<std::mutex> lock(mutex_);
+  const MutexLock lock(&mutex_);
   HYPERMAP_ASSIGN_OR_RETURN(std::optional<std::string> deleted, deletions_->Find(request_id));
   if (deleted.has_value()) {
     if (*deleted == name) return absl::OkStatus();
@@ -164,7 +163,7 @@ absl::Status GeoPackageStore::CarryOut(int64_t deletion, const std::string& name
 
 absl::StatusOr<std::optional<std::string>> GeoPackageStore::FindDeletion(
     const std::string& request_id) {
-  const std::lock_guard<std::mutex> lock(mutex_);
+  const MutexLock lock(&mutex_);
   return deletions_->Find(request_id);
 }
 

@@ -77,13 +77,12 @@ absl::Status ReadRow(Statement* row, const TileCodec& codec, const CellBox& exte
   if (scale != 1.0 || offset != 0.0) {
     return absl::DataLossError("the tile has a scale or offset of its own");
   }
-  absl::StatusOr<TilePtr> tile = codec.Decode(image);
-  if (!tile.ok()) return tile.status();
+  HYPERMAP_ASSIGN_OR_RETURN(TilePtr tile, codec.Decode(image));
   const TileIndex index = FromMatrix(place);
-  if (!KnownOnlyIn(extent, index, **tile)) {
+  if (!KnownOnlyIn(extent, index, *tile)) {
     return absl::DataLossError("the tile has known cells outside of the layer's extent");
   }
-  tiles->emplace(index, *std::move(tile));
+  tiles->emplace(index, std::move(tile));
   return absl::OkStatus();
 }
 

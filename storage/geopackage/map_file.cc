@@ -108,10 +108,10 @@ absl::StatusOr<std::unique_ptr<Database>> OpenMapFile(const std::string& path,
                                                       const GeoPackageOptions& options) {
   HYPERMAP_ASSIGN_OR_RETURN(const int64_t size, SizeOfFile(path));
   const bool has_log = PathExists(path + "-wal");
-  absl::StatusOr<std::unique_ptr<Database>> database =
-      Database::Open(path, Database::OpenMode::kExisting, options.busy_timeout);
-  if (!database.ok()) return database.status();
-  HYPERMAP_RETURN_IF_ERROR(Prepare(database->get(), size, has_log, options));
+  HYPERMAP_ASSIGN_OR_RETURN(
+      std::unique_ptr<Database> database,
+      Database::Open(path, Database::OpenMode::kExisting, options.busy_timeout));
+  HYPERMAP_RETURN_IF_ERROR(Prepare(database.get(), size, has_log, options));
   return database;
 }
 

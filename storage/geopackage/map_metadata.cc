@@ -25,9 +25,8 @@ absl::StatusOr<MapMetadata> ReadMetadata(Database* database) {
           "SELECT map_name, frame_id, created_at_ns, request_id, revision, next_object_id, "
           "oldest_revision "
           "FROM hypermap_metadata WHERE id = 1"));
-  absl::StatusOr<bool> row = select.Step();
-  if (!row.ok()) return row.status();
-  if (!*row) return absl::DataLossError("hypermap_metadata has no row");
+  HYPERMAP_ASSIGN_OR_RETURN(bool row, select.Step());
+  if (!row) return absl::DataLossError("hypermap_metadata has no row");
   MapMetadata metadata;
   metadata.header.name = std::string(select.Text(0));
   metadata.header.frame_id = std::string(select.Text(1));

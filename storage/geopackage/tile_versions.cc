@@ -89,17 +89,16 @@ absl::StatusOr<TilePtr> TileVersions::Current(const Lineage& layer, const Matrix
 absl::Status TileVersions::AddReplaced(const Lineage& layer, const Range& range,
                                        std::set<Place>* places) {
   const auto& [first, last] = range;
-  absl::StatusOr<Statement> next = database_->Prepare(kNextPlace);
-  if (!next.ok()) return next.status();
+  HYPERMAP_ASSIGN_OR_RETURN(Statement next, database_->Prepare(kNextPlace));
   // Steps from place to place in the index, so that the number of versions of a tile costs nothing.
   MatrixTile from = first;
   while (from.column <= last.column) {
     HYPERMAP_ASSIGN_OR_RETURN(const bool has_row,
-                              next->Bind(layer.stored.lineage, from.column, from.row).Step());
+                              next.Bind(layer.stored.lineage, from.column, from.row).Step());
     if (!has_row) break;
-    const MatrixTile place{next->Int64(0), next->Int64(1)};
-    if (!next->row_status().ok()) return next->row_status();
-    next->Reset();
+    const MatrixTile place{next.Int64(0), next.Int64(1)};
+    if (!next.row_status().ok()) return next.row_status();
+    next.Reset();
     if (place.row > last.row) {
       from = {place.column + 1, first.row};
     } else if (place.row < first.row) {

@@ -53,18 +53,16 @@ absl::Status ReadPixelRules(const YAML::Node& map, MapServerYaml& yaml) {
 }  // namespace
 
 absl::StatusOr<MapServerYaml> ParseMapServerYaml(absl::string_view text) {
-  const absl::StatusOr<YAML::Node> map = ParseYaml(text);
-  if (!map.ok()) return map.status();
-  if (!map->IsMap()) return absl::InvalidArgumentError("the YAML is not a map of keys");
+  HYPERMAP_ASSIGN_OR_RETURN(const YAML::Node map, ParseYaml(text));
+  if (!map.IsMap()) return absl::InvalidArgumentError("the YAML is not a map of keys");
   MapServerYaml yaml;
-  HYPERMAP_ASSIGN_OR_RETURN(std::string image, ReadText(*map, "image"));
+  HYPERMAP_ASSIGN_OR_RETURN(std::string image, ReadText(map, "image"));
   yaml.image = std::move(image);
-  const absl::StatusOr<double> resolution = ReadNumber(*map, "resolution");
-  if (!resolution.ok()) return resolution.status();
-  if (*resolution <= 0.0) return absl::InvalidArgumentError("resolution is not positive");
-  HYPERMAP_ASSIGN_OR_RETURN(const YamlPose origin, ReadPose(*map, "origin"));
-  yaml.geometry = {PlanarTransform(origin.x, origin.y, origin.yaw), *resolution};
-  HYPERMAP_RETURN_IF_ERROR(ReadPixelRules(*map, yaml));
+  HYPERMAP_ASSIGN_OR_RETURN(const double resolution, ReadNumber(map, "resolution"));
+  if (resolution <= 0.0) return absl::InvalidArgumentError("resolution is not positive");
+  HYPERMAP_ASSIGN_OR_RETURN(const YamlPose origin, ReadPose(map, "origin"));
+  yaml.geometry = {PlanarTransform(origin.x, origin.y, origin.yaw), resolution};
+  HYPERMAP_RETURN_IF_ERROR(ReadPixelRules(map, yaml));
   return yaml;
 }
 

@@ -100,14 +100,13 @@ int64_t CountBetween(const GridPicture& picture) {
 
 absl::StatusOr<std::shared_ptr<const GridLayer>> GetOccupancy(const Snapshot& snapshot,
                                                               const std::string& name) {
-  const absl::StatusOr<LayerPtr> layer = snapshot.GetLayer(name);
-  if (!layer.ok()) return layer.status();
-  if ((*layer)->spec().kind != LayerKind::kOccupancy) {
+  HYPERMAP_ASSIGN_OR_RETURN(const LayerPtr layer, snapshot.GetLayer(name));
+  if (layer->spec().kind != LayerKind::kOccupancy) {
     return absl::FailedPreconditionError(absl::StrCat("layer \"", name, "\" is of the kind ",
-                                                      LayerKindName((*layer)->spec().kind),
+                                                      LayerKindName(layer->spec().kind),
                                                       ", no occupancy grid"));
   }
-  auto grid = std::static_pointer_cast<const GridLayer>(*layer);
+  auto grid = std::static_pointer_cast<const GridLayer>(layer);
   if (grid->extent().empty()) {
     return absl::FailedPreconditionError(
         absl::StrCat("layer \"", name, "\" is empty, an image needs pixels"));

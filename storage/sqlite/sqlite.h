@@ -23,6 +23,7 @@
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
 #include "absl/time/time.h"
+#include "base/status/status_macros.h"
 
 namespace hypermap::storage {
 
@@ -126,18 +127,16 @@ class Database {
   // Prepares, binds and runs a statement, ignoring its rows.
   template <typename... Values>
   absl::Status Run(const std::string& sql, const Values&... values) {
-    absl::StatusOr<Statement> statement = Prepare(sql);
-    if (!statement.ok()) return statement.status();
-    return statement->Bind(values...).Run();
+    HYPERMAP_ASSIGN_OR_RETURN(Statement statement, Prepare(sql));
+    return statement.Bind(values...).Run();
   }
 
   // The first column of the first row; nullopt when there is no row or it is NULL.
   template <typename... Values>
   absl::StatusOr<std::optional<int64_t>> QueryInt64(const std::string& sql,
                                                     const Values&... values) {
-    absl::StatusOr<Statement> statement = Prepare(sql);
-    if (!statement.ok()) return statement.status();
-    return FirstInt64(&statement->Bind(values...));
+    HYPERMAP_ASSIGN_OR_RETURN(Statement statement, Prepare(sql));
+    return FirstInt64(&statement.Bind(values...));
   }
 
   // Number of rows that the last INSERT, UPDATE or DELETE changed, without those changed by

@@ -86,7 +86,7 @@ ROOMS = {
     "storage": Room(MAP, {"absl"}),
     "storage/sqlite": Room(["base/status"], {"absl", "sqlite"}),
     "storage/geopackage": Room(
-        ["base/images", "storage", "storage/sqlite", *MAP], {"absl"},
+        ["base/images", "base/sync", "storage", "storage/sqlite", *MAP], {"absl"},
         hidden={"sqlite", "tiff", "zlib", "json"}
     ),
     "storage/outbox": Room(
@@ -126,7 +126,7 @@ ROOMS = {
         {"absl", "cli11", "grpc", "spdlog"}, target=None
     ),
 
-    "ingest/perception": Room(MAP, DOMAIN),
+    "ingest/perception": Room(["base/sync", *MAP], DOMAIN),
     "ingest/perception/pcl": Room(
         ["ingest/perception"], DOMAIN, hidden={"pcl"}, target="pcl_segmenter"
     ),
@@ -137,13 +137,15 @@ ROOMS = {
         hidden={"json", "yaml"},
     ),
     "ingest/frame_service": Room(
-        ["ingest/sources", "ingest/perception", "client_libs/cpp", "wire", "proto", *MAP],
+        ["base/sync", "ingest/sources", "ingest/perception", "client_libs/cpp", "wire", "proto",
+         *MAP],
         DOMAIN,
         hidden={"grpc", "protobuf"},
     ),
     "ingest/worker": Room(
-        ["ingest/sources", "ingest/perception", "ingest/perception/pcl", "ingest/frame_service",
-         "simulation/worlds", "simulation/robots", "client_libs/cpp", "client_libs/flags", *MAP],
+        ["base/sync", "ingest/sources", "ingest/perception", "ingest/perception/pcl",
+         "ingest/frame_service", "simulation/worlds", "simulation/robots", "client_libs/cpp",
+         "client_libs/flags", *MAP],
         DOMAIN | {"cli11"},
         hidden={"json"},
     ),

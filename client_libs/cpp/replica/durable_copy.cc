@@ -8,6 +8,8 @@
 
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
+#include "absl/time/clock.h"
+#include "base/status/status_macros.h"
 #include "map/edits/difference.h"
 #include "storage/geopackage/geopackage_store.h"
 
@@ -56,11 +58,11 @@ absl::StatusOr<std::unique_ptr<DurableCopy>> DurableCopy::Open(const std::string
                                                                const std::string& map,
                                                                const std::string& selection,
                                                                absl::Duration write_delay) {
-  absl::StatusOr<std::unique_ptr<storage::MapStore>> store = storage::OpenGeoPackageStore(folder);
-  if (!store.ok()) return store.status();
+  HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<storage::MapStore> store,
+                            storage::OpenGeoPackageStore(folder));
   std::unique_ptr<DurableCopy> copy(
-      new DurableCopy(*std::move(store), map, absl::StrCat(kReplica, selection), write_delay));
-  if (absl::Status status = copy->Load(folder); !status.ok()) return status;
+      new DurableCopy(std::move(store), map, absl::StrCat(kReplica, selection), write_delay));
+  HYPERMAP_RETURN_IF_ERROR(copy->Load(folder));
   copy->writer_ = std::thread([copy = copy.get()] { copy->Run(); });
   return copy;
 }
@@ -75,15 +77,16 @@ DurableCopy::DurableCopy(std::unique_ptr<storage::MapStore> store, std::string m
 DurableCopy::~DurableCopy() {
   if (!writer_.joinable()) return;
   {
-    const std::lock_guard<std::mutex> lock(mutex_);
+    const MutexLock lock(&mutex_);
     closing_ = true;
   }
-  changed_.notify_all();
+  changed_.NotifyAll();
   writer_.join();
   Flush().IgnoreError();
 }
 
 absl::Status DurableCopy::Load(const std::string& folder) {
+  const MutexLock file_lock(&file_mutex_);
   absl::StatusOr<std::unique_ptr<storage::StoredMap>> file = store_->Open(map_);
   if (absl::IsNotFound(file.status())) return absl::OkStatus();
   absl::Status status = file.status();
@@ -110,72 +113,78 @@ absl::Status DurableCopy::Load(const std::string& folder) {
 }
 
 absl::Status DurableCopy::ReadStored() {
-  absl::StatusOr<SnapshotPtr> snapshot = file_->Load();
-  if (!snapshot.ok()) return snapshot.status();
-  const Revision revision = (*snapshot)->revision;
+  HYPERMAP_ASSIGN_OR_RETURN(SnapshotPtr snapshot, file_->Load());
+  const Revision revision = snapshot->revision;
   // The process ended after creating the map and before filling it.
   if (revision == 0) return absl::OkStatus();
-  absl::StatusOr<std::unique_ptr<storage::HistoryReader>> history = file_->OpenHistory();
-  if (!history.ok()) return history.status();
-  const absl::StatusOr<std::vector<storage::RevisionRecord>> made =
-      (*history)->Revisions(revision - 1, revision + 1, /*newest_first=*/false, 1);
-  if (!made.ok()) return made.status();
-  if (made->empty()) return absl::DataLossError("the time of the revision is missing");
-  stored_ = {*std::move(snapshot), made->front().time, file_->header().created_at};
+  HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<storage::HistoryReader> history, file_->OpenHistory());
+  HYPERMAP_ASSIGN_OR_RETURN(
+      const std::vector<storage::RevisionRecord> made,
+      history->Revisions(revision - 1, revision + 1, /*newest_first=*/false, 1));
+  if (made.empty()) return absl::DataLossError("the time of the revision is missing");
+  const MutexLock lock(&mutex_);
+  stored_ = {std::move(snapshot), made.front().time, file_->header().created_at};
   return absl::OkStatus();
 }
 
 std::optional<KnownRevision> DurableCopy::stored() const {
-  const std::lock_guard<std::mutex> lock(mutex_);
+  const MutexLock lock(&mutex_);
   return stored_;
 }
 
 absl::Status DurableCopy::problem() const {
-  const std::lock_guard<std::mutex> lock(mutex_);
+  const MutexLock lock(&mutex_);
   return problem_;
 }
 
 void DurableCopy::Write(KnownRevision newest) {
   {
-    const std::lock_guard<std::mutex> lock(mutex_);
+    const MutexLock lock(&mutex_);
     newest_ = std::move(newest);
     is_due_ = true;
   }
-  changed_.notify_all();
+  changed_.NotifyAll();
 }
 
 absl::Status DurableCopy::Flush() { return WriteNow(/*all=*/true); }
 
 void DurableCopy::Run() {
-  std::unique_lock<std::mutex> lock(mutex_);
+  while (AwaitDue()) {
+    if (WriteNow(/*all=*/false).ok()) continue;
+    const MutexLock lock(&mutex_);
+    Delay();
+  }
+}
+
+bool DurableCopy::AwaitDue() {
+  const MutexLock lock(&mutex_);
+  while (!closing_ && !is_due_) changed_.Wait(&mutex_);
+  Delay();
+  return !closing_;
+}
+
+void DurableCopy::Delay() {
+  const absl::Time deadline = absl::Now() + write_delay_;
   while (!closing_) {
-    if (!is_due_) {
-      changed_.wait(lock);
-      continue;
-    }
-    changed_.wait_for(lock, absl::ToChronoNanoseconds(write_delay_), [this] { return closing_; });
-    if (closing_) return;
-    lock.unlock();
-    const bool failed = !WriteNow(/*all=*/false).ok();
-    lock.lock();
-    if (!failed) continue;
-    changed_.wait_for(lock, absl::ToChronoNanoseconds(write_delay_), [this] { return closing_; });
+    const absl::Duration left = deadline - absl::Now();
+    if (left <= absl::ZeroDuration()) return;
+    changed_.WaitFor(&mutex_, left);
   }
 }
 
 absl::Status DurableCopy::WriteNow(bool all) {
-  const std::lock_guard<std::mutex> file_lock(file_mutex_);
+  const MutexLock file_lock(&file_mutex_);
   std::optional<KnownRevision> before;
   std::optional<KnownRevision> after;
   {
-    const std::lock_guard<std::mutex> lock(mutex_);
+    const MutexLock lock(&mutex_);
     before = stored_;
     after = newest_;
     is_due_ = false;
   }
   if (!after) return absl::OkStatus();
   const absl::StatusOr<bool> written = Store(before, *after, all);
-  const std::lock_guard<std::mutex> lock(mutex_);
+  const MutexLock lock(&mutex_);
   if (written.ok() && *written) stored_ = std::move(after);
   if (!written.ok()) {
     is_due_ = true;
@@ -209,10 +218,10 @@ absl::Status DurableCopy::Replace(const KnownRevision& newest) {
   file_.reset();
   absl::Status status = store_->Delete(map_, "");
   if (!status.ok() && !absl::IsNotFound(status)) return status;
-  absl::StatusOr<std::unique_ptr<storage::StoredMap>> file =
-      store_->Create({map_, newest.snapshot->frame_id, newest.created_at, selection_});
-  if (!file.ok()) return file.status();
-  file_ = *std::move(file);
+  HYPERMAP_ASSIGN_OR_RETURN(
+      std::unique_ptr<storage::StoredMap> file,
+      store_->Create({map_, newest.snapshot->frame_id, newest.created_at, selection_}));
+  file_ = std::move(file);
   if (newest.snapshot->revision == 0) return absl::OkStatus();
   const Snapshot empty;
   const storage::Commit commit = CommitOf(newest, Difference(empty, *newest.snapshot));

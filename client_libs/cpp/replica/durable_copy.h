@@ -2,16 +2,16 @@
 #ifndef HYPERMAP_CLIENT_LIBS_CPP_REPLICA_DURABLE_COPY_H_
 #define HYPERMAP_CLIENT_LIBS_CPP_REPLICA_DURABLE_COPY_H_
 
-#include <condition_variable>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <string>
 #include <thread>
 
+#include "absl/base/thread_annotations.h"
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/time/time.h"
+#include "base/sync/mutex.h"
 #include "map/snapshot.h"
 #include "storage/map_store.h"
 
@@ -60,17 +60,22 @@ class DurableCopy {
 
   // Opens and reads the existing file, if it can be continued.
   absl::Status Load(const std::string& folder);
-  absl::Status ReadStored();
+  absl::Status ReadStored() ABSL_EXCLUSIVE_LOCKS_REQUIRED(file_mutex_);
 
   // Body of the writer's thread.
   void Run();
+  // Waits until a revision has to be written and the delay has passed. Returns false if the copy is
+  // being destroyed.
+  bool AwaitDue();
+  // Waits for the delay, or until the copy is being destroyed.
+  void Delay() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   // Writes the newest revision. `all`: also if only the number differs.
   absl::Status WriteNow(bool all);
   // Brings the file from `before` to `after`. Returns false if the file was left as it is.
   absl::StatusOr<bool> Store(const std::optional<KnownRevision>& before, const KnownRevision& after,
-                             bool all);
+                             bool all) ABSL_EXCLUSIVE_LOCKS_REQUIRED(file_mutex_);
   // Creates the file anew. If that fails, there is no file.
-  absl::Status Replace(const KnownRevision& newest);
+  absl::Status Replace(const KnownRevision& newest) ABSL_EXCLUSIVE_LOCKS_REQUIRED(file_mutex_);
 
   const std::unique_ptr<storage::MapStore> store_;
   const std::string map_;
@@ -78,18 +83,17 @@ class DurableCopy {
   const absl::Duration write_delay_;
 
   // Held while the file is used. Locked before mutex_.
-  std::mutex file_mutex_;
-  std::unique_ptr<storage::StoredMap> file_;  // null if there is no file
+  Mutex file_mutex_;
+  // Null if there is no file.
+  std::unique_ptr<storage::StoredMap> file_ ABSL_GUARDED_BY(file_mutex_);
 
-  // Guards all members below. Not absl::Mutex, which ThreadSanitizer does not understand unless
-  // abseil is built with it.
-  mutable std::mutex mutex_;
-  std::condition_variable changed_;
-  std::optional<KnownRevision> stored_;
-  std::optional<KnownRevision> newest_;  // the last argument of Write
-  bool is_due_ = false;                  // newest_ has to be written
-  bool closing_ = false;
-  absl::Status problem_;
+  mutable Mutex mutex_;
+  CondVar changed_;
+  std::optional<KnownRevision> stored_ ABSL_GUARDED_BY(mutex_);
+  std::optional<KnownRevision> newest_ ABSL_GUARDED_BY(mutex_);  // the last argument of Write
+  bool is_due_ ABSL_GUARDED_BY(mutex_) = false;                  // newest_ has to be written
+  bool closing_ ABSL_GUARDED_BY(mutex_) = false;
+  absl::Status problem_ ABSL_GUARDED_BY(mutex_);
 
   std::thread writer_;
 };

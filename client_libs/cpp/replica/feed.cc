@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "absl/time/clock.h"
+#include "base/status/status_macros.h"
 #include "client_libs/cpp/backoff.h"
 #include "client_libs/cpp/replica/mirrored_map.h"
 
@@ -22,11 +23,11 @@ Feed::Feed(Client client, const ReplicaOptions& options, std::optional<KnownRevi
 Feed::~Feed() {
   if (!thread_.joinable()) return;
   {
-    const std::lock_guard<std::mutex> lock(mutex_);
+    const MutexLock lock(&mutex_);
     closing_ = true;
     if (watcher_) watcher_->Cancel();
   }
-  changed_.notify_all();
+  changed_.NotifyAll();
   thread_.join();
 }
 
@@ -35,13 +36,13 @@ void Feed::Start() {
 }
 
 Feed::Standing Feed::standing() const {
-  const std::lock_guard<std::mutex> lock(mutex_);
+  const MutexLock lock(&mutex_);
   return standing_;
 }
 
 void Feed::AwaitFirst() const {
-  std::unique_lock<std::mutex> lock(mutex_);
-  changed_.wait(lock, [this] { return tried_; });
+  const MutexLock lock(&mutex_);
+  while (!tried_) changed_.Wait(&mutex_);
 }
 
 void Feed::Run() {
@@ -73,7 +74,7 @@ absl::Status Feed::Follow() {
   opened_at_ = absl::Now();
   Watcher watcher = client_.Watch(options_.map, OptionsToGoOn());
   {
-    const std::lock_guard<std::mutex> lock(mutex_);
+    const MutexLock lock(&mutex_);
     watcher_ = &watcher;
     if (closing_) watcher.Cancel();
   }
@@ -88,7 +89,7 @@ absl::Status Feed::Follow() {
     }
     status = Take(*event, std::exchange(is_first, false));
   }
-  const std::lock_guard<std::mutex> lock(mutex_);
+  const MutexLock lock(&mutex_);
   watcher_ = nullptr;
   return status;
 }
@@ -102,23 +103,22 @@ absl::Status Feed::Take(const WatchEvent& event, bool is_first) {
   }
   Snapshot before;
   before.map_name = options_.map;
-  absl::StatusOr<SnapshotPtr> after = After(known_ ? *known_->snapshot : before, event);
-  if (!after.ok()) return after.status();
+  HYPERMAP_ASSIGN_OR_RETURN(SnapshotPtr after, After(known_ ? *known_->snapshot : before, event));
   const absl::Time created_at = event.map ? event.map->create_time : known_->created_at;
   const bool had_another = known_.has_value();
-  known_ = {*std::move(after), event.time, created_at};
+  known_ = {std::move(after), event.time, created_at};
   NoteEvent(event, is_first, had_another);
   take_(*known_);
-  const std::lock_guard<std::mutex> lock(mutex_);
+  const MutexLock lock(&mutex_);
   tried_ = true;
-  changed_.notify_all();
+  changed_.NotifyAll();
   return absl::OkStatus();
 }
 
 // Called before the revision is published, so that a caller who waited for the revision also sees
 // this state.
 void Feed::NoteEvent(const WatchEvent& event, bool is_first, bool had_another) {
-  const std::lock_guard<std::mutex> lock(mutex_);
+  const MutexLock lock(&mutex_);
   standing_.connected = true;
   standing_.problem = absl::OkStatus();
   if (event.snapshot && had_another) ++standing_.num_taken_anew;
@@ -129,16 +129,22 @@ void Feed::NoteEvent(const WatchEvent& event, bool is_first, bool had_another) {
 }
 
 void Feed::NoteEnd(const absl::Status& why) {
-  const std::lock_guard<std::mutex> lock(mutex_);
+  const MutexLock lock(&mutex_);
   tried_ = true;
   standing_.connected = false;
   standing_.problem = why;
-  changed_.notify_all();
+  changed_.NotifyAll();
 }
 
 bool Feed::Sleep(absl::Duration pause) {
-  std::unique_lock<std::mutex> lock(mutex_);
-  return !changed_.wait_for(lock, absl::ToChronoNanoseconds(pause), [this] { return closing_; });
+  const MutexLock lock(&mutex_);
+  const absl::Time deadline = absl::Now() + pause;
+  while (!closing_) {
+    const absl::Duration left = deadline - absl::Now();
+    if (left <= absl::ZeroDuration()) return true;
+    changed_.WaitFor(&mutex_, left);
+  }
+  return false;
 }
 
 }  // namespace hypermap::client

@@ -2,15 +2,15 @@
 #ifndef HYPERMAP_CLIENT_LIBS_CPP_REPLICA_FEED_H_
 #define HYPERMAP_CLIENT_LIBS_CPP_REPLICA_FEED_H_
 
-#include <condition_variable>
 #include <functional>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <thread>
 
+#include "absl/base/thread_annotations.h"
 #include "absl/status/status.h"
 #include "absl/time/time.h"
+#include "base/sync/mutex.h"
 #include "client_libs/cpp/client.h"
 #include "client_libs/cpp/replica/durable_copy.h"
 #include "client_libs/cpp/replica/replica.h"
@@ -65,13 +65,13 @@ class Feed {
   absl::Time opened_at_;         // when the current call was opened
   Revision newest_at_open_ = 0;  // the map's newest revision then
 
-  // Guards all members below. Not absl::Mutex, see DurableCopy.
-  mutable std::mutex mutex_;
-  mutable std::condition_variable changed_;
-  Standing standing_;
-  bool tried_ = false;          // the first attempt has delivered a revision or failed
-  Watcher* watcher_ = nullptr;  // of the current call
-  bool closing_ = false;
+  mutable Mutex mutex_;
+  mutable CondVar changed_;
+  Standing standing_ ABSL_GUARDED_BY(mutex_);
+  // The first attempt has delivered a revision or failed.
+  bool tried_ ABSL_GUARDED_BY(mutex_) = false;
+  Watcher* watcher_ ABSL_GUARDED_BY(mutex_) = nullptr;  // of the current call
+  bool closing_ ABSL_GUARDED_BY(mutex_) = false;
 
   std::thread thread_;
 };

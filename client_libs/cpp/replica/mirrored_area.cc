@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/status/status_macros.h"
 #include "map/geometry/predicates.h"
 
 namespace hypermap::client {
@@ -145,11 +146,9 @@ absl::Status MirroredArea::CheckNearest(const Snapshot& snapshot, const Scope& s
 }
 
 absl::StatusOr<Polygon> MirroredArea::InFrame(const Snapshot& snapshot, const Scope& scope) const {
-  const absl::StatusOr<std::string> caller = snapshot.ResolveFrame(scope.frame_id);
-  if (!caller.ok()) return caller.status();
-  const auto caller_from_area = snapshot.frames.Lookup(*caller, frame_id_);
-  if (!caller_from_area.ok()) return caller_from_area.status();
-  return caller_from_area->IsIdentity() ? area_ : *caller_from_area * area_;
+  HYPERMAP_ASSIGN_OR_RETURN(const std::string caller, snapshot.ResolveFrame(scope.frame_id));
+  HYPERMAP_ASSIGN_OR_RETURN(const auto caller_from_area, snapshot.frames.Lookup(caller, frame_id_));
+  return caller_from_area.IsIdentity() ? area_ : caller_from_area * area_;
 }
 
 }  // namespace hypermap::client

@@ -5,9 +5,11 @@
 #include <atomic>
 #include <cstdint>
 #include <memory>
-#include <mutex>
 #include <thread>
 #include <utility>
+
+#include "absl/base/thread_annotations.h"
+#include "base/sync/mutex.h"
 
 namespace hypermap::client {
 
@@ -42,7 +44,7 @@ class Published {
   Reading Read() const { return Reading(*this); }
 
   void Set(std::unique_ptr<const T> value) {
-    const std::lock_guard<std::mutex> lock(writer_);
+    const MutexLock lock(&writer_);
     newest_.store(value.get());
     const unsigned phase = phase_.load();
     phase_.store(1 - phase);
@@ -67,8 +69,8 @@ class Published {
   std::atomic<unsigned> phase_{0};
   mutable std::atomic<int64_t> readers_[2] = {0, 0};
 
-  std::mutex writer_;
-  std::unique_ptr<const T> kept_;  // what newest_ points to
+  Mutex writer_;
+  std::unique_ptr<const T> kept_ ABSL_GUARDED_BY(writer_);  // what newest_ points to
 };
 
 }  // namespace hypermap::client

@@ -5,9 +5,10 @@
 #include <atomic>
 #include <cstdint>
 #include <memory>
-#include <mutex>
 #include <thread>
 #include <vector>
+
+#include "base/sync/mutex.h"
 
 namespace hypermap::client {
 namespace {
@@ -88,11 +89,11 @@ TEST(PublishedTest, ReadersOnSeveralThreadsSeeWholeValuesInOrder) {
   }
   std::thread writers[2];
   std::atomic<int64_t> next = 1;
-  std::mutex in_order;
+  Mutex in_order;
   for (std::thread& writer : writers) {
     writer = std::thread([&] {
       for (;;) {
-        const std::lock_guard<std::mutex> lock(in_order);
+        const MutexLock lock(&in_order);
         if (next > kValues) return;
         published.Set(std::make_unique<Counted>(next++, &alive));
       }

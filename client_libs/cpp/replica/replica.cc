@@ -1,14 +1,15 @@
 #include "client_libs/cpp/replica/replica.h"
 
 #include <algorithm>
-#include <condition_variable>
-#include <mutex>
 #include <set>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_join.h"
+#include "absl/time/clock.h"
+#include "base/status/status_macros.h"
+#include "base/sync/mutex.h"
 #include "client_libs/cpp/replica/durable_copy.h"
 #include "client_libs/cpp/replica/feed.h"
 #include "client_libs/cpp/replica/local_answers.h"
@@ -75,15 +76,18 @@ class Replica::Impl {
   DurableCopy* disk() const { return disk_.get(); }
 
   absl::Status AwaitRevision(Revision revision, absl::Duration timeout) const {
+    const MutexLock lock(&mutex_);
     // std::chrono overflows if a longer time is added to a time point.
-    const absl::Duration patience = std::min(timeout, absl::Hours(24 * 365));
-    std::unique_lock<std::mutex> lock(mutex_);
-    const bool reached =
-        published_.wait_for(lock, absl::ToChronoNanoseconds(patience),
-                            [this, revision] { return look()->snapshot->revision >= revision; });
-    if (reached) return absl::OkStatus();
-    return absl::DeadlineExceededError(absl::StrCat(
-        "the replica is at revision ", look()->snapshot->revision, ", not at ", revision));
+    const absl::Time deadline = absl::Now() + std::min(timeout, absl::Hours(24 * 365));
+    while (look()->snapshot->revision < revision) {
+      const absl::Duration left = deadline - absl::Now();
+      if (left <= absl::ZeroDuration()) {
+        return absl::DeadlineExceededError(absl::StrCat(
+            "the replica is at revision ", look()->snapshot->revision, ", not at ", revision));
+      }
+      published_.WaitFor(&mutex_, left);
+    }
+    return absl::OkStatus();
   }
 
  private:
@@ -108,17 +112,17 @@ class Replica::Impl {
     view_.Set(std::move(next));
     // A thread in AwaitRevision either has seen the new revision or is waiting by now, and so does
     // not miss the notification.
-    { const std::lock_guard<std::mutex> lock(mutex_); }
-    published_.notify_all();
+    { const MutexLock lock(&mutex_); }
+    published_.NotifyAll();
   }
 
   const ReplicaOptions options_;
   const std::unique_ptr<DurableCopy> disk_;  // null if nothing is stored
 
   Published<View> view_;
-  // Guards nothing but the wait for published_. Not absl::Mutex, see DurableCopy.
-  mutable std::mutex mutex_;
-  mutable std::condition_variable published_;
+  // Guards nothing but the wait for published_.
+  mutable Mutex mutex_;
+  mutable CondVar published_;
 
   std::unique_ptr<Feed> feed_;  // destroyed first, since it calls Publish
 };
@@ -127,13 +131,13 @@ absl::StatusOr<std::unique_ptr<Replica>> Replica::Open(Client client,
                                                        const ReplicaOptions& options) {
   std::unique_ptr<DurableCopy> disk;
   if (!options.folder.empty()) {
-    absl::StatusOr<std::unique_ptr<DurableCopy>> opened =
-        DurableCopy::Open(options.folder, options.map, SelectionOf(options), options.write_delay);
-    if (!opened.ok()) return opened.status();
-    disk = *std::move(opened);
+    HYPERMAP_ASSIGN_OR_RETURN(
+        std::unique_ptr<DurableCopy> opened,
+        DurableCopy::Open(options.folder, options.map, SelectionOf(options), options.write_delay));
+    disk = std::move(opened);
   }
   auto impl = std::make_unique<Impl>(std::move(client), options, std::move(disk));
-  if (absl::Status status = impl->AwaitContent(); !status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(impl->AwaitContent());
   return std::unique_ptr<Replica>(new Replica(std::move(impl)));
 }
 
@@ -163,17 +167,16 @@ absl::StatusOr<PointAnswer> Replica::QueryPoint(const Point& p, const Scope& sco
 absl::StatusOr<PointsAnswer> Replica::QueryPoints(absl::Span<const Point> points,
                                                   const Scope& scope, double tolerance_m) const {
   const Impl::View view = impl_->view();
-  absl::StatusOr<PointsAsker> asker = PointsAsker::Make(view.snapshot, scope, tolerance_m);
-  if (!asker.ok()) return asker.status();
-  const auto contents = asker->ContentAtEach(points);
-  if (!contents.ok()) return contents.status();
+  HYPERMAP_ASSIGN_OR_RETURN(PointsAsker asker,
+                            PointsAsker::Make(view.snapshot, scope, tolerance_m));
+  HYPERMAP_ASSIGN_OR_RETURN(const auto contents, asker.ContentAtEach(points));
   for (size_t i = 0; view.area && i < points.size(); ++i) {
     const absl::Status status =
         view.area->CheckPoint(*view.snapshot, scope, points[i], tolerance_m);
     if (status.ok()) continue;
     return absl::Status(status.code(), absl::StrCat("points[", i, "]: ", status.message()));
   }
-  return ToPointsAnswer(view.snapshot, points.size(), *contents);
+  return ToPointsAnswer(view.snapshot, points.size(), contents);
 }
 
 AnswerReader Replica::QueryArea(const Polygon& area, const Scope& scope) const {
@@ -212,15 +215,14 @@ absl::StatusOr<NearestAnswer> Replica::QueryNearest(const Point& p, const std::s
                                                     const Scope& scope) const {
   const Impl::View view = impl_->view();
   const Snapshot& snapshot = *view.snapshot;
-  const absl::StatusOr<ValueQuery> query = ParseValueQuery(value);
-  if (!query.ok()) return query.status();
-  const absl::StatusOr<hypermap::NearestAnswer> found = Nearest(snapshot, scope, p, *query, k);
-  if (!found.ok()) return found.status();
+  HYPERMAP_ASSIGN_OR_RETURN(const ValueQuery query, ParseValueQuery(value));
+  HYPERMAP_ASSIGN_OR_RETURN(const hypermap::NearestAnswer found,
+                            Nearest(snapshot, scope, p, query, k));
   if (view.area) {
-    absl::Status status = view.area->CheckNearest(snapshot, scope, p, k, *found);
+    absl::Status status = view.area->CheckNearest(snapshot, scope, p, k, found);
     if (!status.ok()) return status;
   }
-  NearestAnswer answer = ToNearestAnswer(*found);
+  NearestAnswer answer = ToNearestAnswer(found);
   answer.map = impl_->map();
   answer.revision = snapshot.revision;
   answer.frame_id = *snapshot.ResolveFrame(scope.frame_id);

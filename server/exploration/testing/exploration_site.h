@@ -15,7 +15,7 @@
 #include "map/exploration/exploration_objects.h"
 #include "map/exploration/floor_plan.h"
 #include "map/exploration/sight.h"
-#include "server/exploration/exploration_desk.h"
+#include "server/exploration/map_explorations.h"
 #include "server/session/map_session.h"
 #include "server/session/testing/memory_map_store.h"
 
@@ -39,7 +39,7 @@ class ExplorationSite {
 
   // Closes and opens the map, as a restart of the server does.
   void Reopen() {
-    desk_.reset();
+    explorations_.reset();
     session_.reset();
     MemoryMapStore store(&disk_);
     auto stored = store.Open("site");
@@ -47,14 +47,14 @@ class ExplorationSite {
     auto session = MapSession::Start(*std::move(stored), options_);
     ASSERT_TRUE(session.ok()) << session.status();
     session_ = *std::move(session);
-    desk_ = std::make_unique<ExplorationDesk>(session_.get(), max_exploration_cells_);
+    explorations_ = std::make_unique<MapExplorations>(session_.get(), max_exploration_cells_);
   }
 
   // Takes effect with the next Reopen.
   void set_max_exploration_cells(int64_t cells) { max_exploration_cells_ = cells; }
   int64_t max_exploration_cells() const { return max_exploration_cells_; }
   MapSession& session() { return *session_; }
-  ExplorationDesk& desk() { return *desk_; }
+  MapExplorations& explorations() { return *explorations_; }
   SnapshotPtr snapshot() const { return session_->snapshot(); }
 
   absl::Time Now() const {
@@ -95,20 +95,20 @@ class ExplorationSite {
   }
   void MarkExplored(const CellBox& box) { Write(box, 1.0, "seen"); }
 
-  // An order to explore all that was drawn, by robots without extent that see 4 m.
-  StartOrder WholeArea() const {
-    StartOrder order;
-    order.area = Rectangle(0, 0, cols_ * kResolution_m, rows_ * kResolution_m);
-    order.occupancy_layer = "walls";
-    order.exploration_layer = "seen";
-    order.robot_radius_m = 0.0;
-    order.author = "test";
-    return order;
+  // A request to explore all that was drawn, by robots without extent that see 4 m.
+  ExplorationStart WholeArea() const {
+    ExplorationStart request;
+    request.area = Rectangle(0, 0, cols_ * kResolution_m, rows_ * kResolution_m);
+    request.occupancy_layer = "walls";
+    request.exploration_layer = "seen";
+    request.robot_radius_m = 0.0;
+    request.author = "test";
+    return request;
   }
 
   ClaimAnswer Claim(const std::string& robot, const Point& place,
                     absl::Duration lease = absl::Minutes(1), ObjectId exploration = 0) {
-    const auto answer = desk().Claim({exploration, robot, place, "", lease, "test"});
+    const auto answer = explorations().Claim({exploration, robot, place, "", lease, "test"});
     EXPECT_TRUE(answer.ok()) << answer.status();
     return answer.ok() ? *answer : ClaimAnswer();
   }
@@ -116,21 +116,21 @@ class ExplorationSite {
   void Release(const std::string& robot, GoalOutcome outcome) {
     for (const ExplorationGoal& goal : Goals()) {
       if (goal.robot != robot) continue;
-      const auto answer = desk().Release({robot, goal.id, outcome, "test"});
+      const auto answer = explorations().Release({robot, goal.id, outcome, "test"});
       EXPECT_TRUE(answer.ok()) << answer.status();
     }
   }
 
   // The newest exploration, in the frame of its layer.
   ExplorationObjects Newest() {
-    const auto list = desk().List("");
+    const auto list = explorations().List("");
     EXPECT_TRUE(list.ok()) << list.status();
     return list.ok() && !list->explorations.empty() ? list->explorations.front()
                                                     : ExplorationObjects();
   }
   std::vector<ExplorationGoal> Goals() { return Newest().goals; }
   Explorer::Progress Progress(ObjectId exploration = 0) {
-    const auto report = desk().Get(exploration, "");
+    const auto report = explorations().Get(exploration, "");
     EXPECT_TRUE(report.ok()) << report.status();
     return report.ok() ? report->progress.cells : Explorer::Progress();
   }
@@ -179,7 +179,7 @@ class ExplorationSite {
   SessionOptions options_;
   std::unique_ptr<MapSession> session_;
   int64_t max_exploration_cells_ = 25'000'000;
-  std::unique_ptr<ExplorationDesk> desk_;
+  std::unique_ptr<MapExplorations> explorations_;
   int32_t rows_ = 0;
   int32_t cols_ = 0;
 };

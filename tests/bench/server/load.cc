@@ -12,8 +12,8 @@
 
 #include "absl/base/thread_annotations.h"
 #include "absl/strings/str_cat.h"
-#include "absl/synchronization/mutex.h"
 #include "absl/time/clock.h"
+#include "base/sync/mutex.h"
 
 namespace hypermap::bench {
 namespace {
@@ -84,9 +84,8 @@ class Crowd {
 
   absl::Status Run() {
     for (const auto& caller : callers_) Next(caller.get());
-    absl::MutexLock lock(&mutex_);
-    mutex_.Await(absl::Condition(
-        +[](int64_t* running) { return *running == 0; }, &running_));
+    const MutexLock lock(&mutex_);
+    while (running_ != 0) finished_.Wait(&mutex_);
     return status_;
   }
 
@@ -118,8 +117,9 @@ class Crowd {
   void Next(Caller* caller) {
     caller->index = next_.fetch_add(1);
     if (failed_ || !more_(caller->index)) {
-      absl::MutexLock lock(&mutex_);
-      --running_;
+      const MutexLock lock(&mutex_);
+      // Notified under the lock, because Run's caller may destroy this once it is released.
+      if (--running_ == 0) finished_.NotifyAll();
       return;
     }
     caller->started_ns = absl::GetCurrentTimeNanos();
@@ -131,7 +131,7 @@ class Crowd {
         static_cast<double>(absl::GetCurrentTimeNanos() - caller->started_ns) * 1e-9);
     if (!status.ok()) {
       failed_ = true;
-      absl::MutexLock lock(&mutex_);
+      const MutexLock lock(&mutex_);
       status_.Update(AsAbsl(calls_.method, status));
     } else if (keep_) {
       caller->answers.emplace_back(caller->index, caller->call->TakeKept());
@@ -145,7 +145,8 @@ class Crowd {
   std::vector<std::unique_ptr<Caller>> callers_;
   std::atomic<int64_t> next_ = 0;
   std::atomic<bool> failed_ = false;
-  absl::Mutex mutex_;
+  Mutex mutex_;
+  CondVar finished_;  // notified when running_ becomes 0
   int64_t running_ ABSL_GUARDED_BY(mutex_);
   absl::Status status_ ABSL_GUARDED_BY(mutex_);
 };

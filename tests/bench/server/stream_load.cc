@@ -12,8 +12,8 @@
 
 #include "absl/base/thread_annotations.h"
 #include "absl/strings/str_cat.h"
-#include "absl/synchronization/mutex.h"
 #include "absl/time/clock.h"
+#include "base/sync/mutex.h"
 
 namespace hypermap::bench {
 namespace {
@@ -26,7 +26,7 @@ class Stream : public grpc::ClientBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer
       : stub_(channel), calls_(calls), more_(std::move(more)), keep_(keep) {
     stub_.PrepareBidiStreamingCall(&context_, calls.method, {}, this);
     StartRead(&answer_);
-    absl::MutexLock lock(&mutex_);
+    const MutexLock lock(&mutex_);
     if (calls_.opening) {
       writing_ = true;
       message_ = *calls_.opening;
@@ -38,8 +38,8 @@ class Stream : public grpc::ClientBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer
   }
 
   absl::Status Wait() {
-    absl::MutexLock lock(&mutex_);
-    mutex_.Await(absl::Condition(&done_));
+    const MutexLock lock(&mutex_);
+    while (!done_) finished_.Wait(&mutex_);
     return status_;
   }
   const std::vector<double>& latencies_s() const { return latencies_s_; }
@@ -59,13 +59,13 @@ class Stream : public grpc::ClientBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer
     StartWrite(&message_);
   }
   void OnWriteDone(bool ok) override {
-    absl::MutexLock lock(&mutex_);
+    const MutexLock lock(&mutex_);
     writing_ = false;
     if (ok) WriteNext();
   }
   void OnReadDone(bool ok) override {
     if (!ok) return;
-    absl::MutexLock lock(&mutex_);
+    const MutexLock lock(&mutex_);
     if (!sent_ns_.empty()) {
       latencies_s_.push_back(static_cast<double>(absl::GetCurrentTimeNanos() - sent_ns_.front()) *
                              1e-9);
@@ -76,7 +76,7 @@ class Stream : public grpc::ClientBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer
     StartRead(&answer_);
   }
   void OnDone(const grpc::Status& status) override {
-    absl::MutexLock lock(&mutex_);
+    const MutexLock lock(&mutex_);
     if (!status.ok()) {
       status_ = absl::Status(static_cast<absl::StatusCode>(status.error_code()),
                              absl::StrCat(calls_.method, ": ", status.error_message()));
@@ -84,6 +84,7 @@ class Stream : public grpc::ClientBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer
       status_ = absl::InternalError(absl::StrCat(calls_.method, ": not all was answered"));
     }
     done_ = true;
+    finished_.NotifyAll();
   }
 
   grpc::GenericStub stub_;
@@ -93,13 +94,15 @@ class Stream : public grpc::ClientBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer
   grpc::ClientContext context_;
   grpc::ByteBuffer answer_;
   grpc::ByteBuffer message_;
-  absl::Mutex mutex_;
+  Mutex mutex_;
+  CondVar finished_;  // notified when done_ is set
   bool writing_ ABSL_GUARDED_BY(mutex_) = false;
   bool ended_ ABSL_GUARDED_BY(mutex_) = false;
   bool done_ ABSL_GUARDED_BY(mutex_) = false;
   int64_t next_ ABSL_GUARDED_BY(mutex_) = 0;
   std::deque<int64_t> sent_ns_ ABSL_GUARDED_BY(mutex_);
   absl::Status status_ ABSL_GUARDED_BY(mutex_);
+  // Written under mutex_. Not annotated, because they are read without it after Wait.
   std::vector<double> latencies_s_;
   std::vector<std::string> kept_;
 };

@@ -8,8 +8,8 @@
 
 #include "absl/base/thread_annotations.h"
 #include "absl/strings/str_cat.h"
-#include "absl/synchronization/mutex.h"
 #include "absl/time/clock.h"
+#include "base/sync/mutex.h"
 #include "hypermap/v1/watch_service.pb.h"
 #include "tests/bench/server/floor.grpc.pb.h"
 
@@ -29,30 +29,26 @@ class Watcher : public grpc::ClientBidiReactor<v1::WatchRequest, WatchedResponse
   }
   ~Watcher() override {
     context_.TryCancel();
-    absl::MutexLock lock(&mutex_);
-    mutex_.Await(absl::Condition(&done_));
+    const MutexLock lock(&mutex_);
+    while (!done_) changed_.Wait(&mutex_);
   }
 
   absl::Status WaitUntil(int64_t revision) {
-    awaited_ = revision;
-    absl::MutexLock lock(&mutex_);
-    const auto reached = [this]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
-      return done_ || !status_.ok() || told_ >= awaited_;
-    };
-    mutex_.Await(absl::Condition(&reached));
-    if (told_ >= awaited_) return status_;
+    const MutexLock lock(&mutex_);
+    while (!done_ && status_.ok() && told_ < revision) changed_.Wait(&mutex_);
+    if (told_ >= revision) return status_;
     return status_.ok() ? absl::UnavailableError("a watch ended") : status_;
   }
   std::vector<double> latencies_s() const {
-    absl::MutexLock lock(&mutex_);
+    const MutexLock lock(&mutex_);
     return latencies_s_;
   }
   int64_t messages() const {
-    absl::MutexLock lock(&mutex_);
+    const MutexLock lock(&mutex_);
     return messages_;
   }
   int64_t bytes() const {
-    absl::MutexLock lock(&mutex_);
+    const MutexLock lock(&mutex_);
     return bytes_;
   }
 
@@ -60,11 +56,12 @@ class Watcher : public grpc::ClientBidiReactor<v1::WatchRequest, WatchedResponse
   void OnReadDone(bool ok) override {
     if (!ok) return;
     {
-      absl::MutexLock lock(&mutex_);
+      const MutexLock lock(&mutex_);
       ++messages_;
       bytes_ += static_cast<int64_t>(response_.ByteSizeLong());
       Take(response_);
       for (const WatchedResponse& message : response_.coalesced()) Take(message);
+      changed_.NotifyAll();
     }
     StartRead(&response_);
   }
@@ -80,20 +77,21 @@ class Watcher : public grpc::ClientBidiReactor<v1::WatchRequest, WatchedResponse
     latencies_s_.push_back(static_cast<double>(absl::GetCurrentTimeNanos()) * 1e-9 - committed);
   }
   void OnDone(const grpc::Status& status) override {
-    absl::MutexLock lock(&mutex_);
+    const MutexLock lock(&mutex_);
     if (!status.ok() && status.error_code() != grpc::StatusCode::CANCELLED) {
       status_.Update(absl::Status(static_cast<absl::StatusCode>(status.error_code()),
                                   absl::StrCat("Watch: ", status.error_message())));
     }
     done_ = true;
+    changed_.NotifyAll();
   }
 
   grpc::TemplatedGenericStub<v1::WatchRequest, WatchedResponse> stub_;
   grpc::ClientContext context_;
   v1::WatchRequest request_;
   WatchedResponse response_;
-  int64_t awaited_ = 0;
-  mutable absl::Mutex mutex_;
+  mutable Mutex mutex_;
+  CondVar changed_;  // notified when told_, done_ or status_ changes
   int64_t told_ ABSL_GUARDED_BY(mutex_);
   int64_t messages_ ABSL_GUARDED_BY(mutex_) = 0;
   int64_t bytes_ ABSL_GUARDED_BY(mutex_) = 0;
