@@ -5,12 +5,11 @@
 #             of locks, are errors in every build)
 #   asan      unit tests, proofs in small and the shorter integration tests, under AddressSanitizer
 #             and UndefinedBehaviorSanitizer
-#   tsan      the unit tests of what threads share, and proofs in small, under ThreadSanitizer
 #   release   the programs as they are shipped: integration tests, proofs and benchmarks in small,
 #             web, Python, the dashboard in a browser
 #
-# A failed test does not stop the rest. The last line counts the tests of all builds; the exit code
-# tells whether none failed.
+# ThreadSanitizer runs at night (make tsan). A failed test does not stop the rest. The last line
+# counts the tests of all builds; the exit code tells whether none failed.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 jobs=${JOBS:-$(nproc)}
@@ -42,13 +41,6 @@ stage "asan: tests"
 LSAN_OPTIONS=suppressions=$PWD/tests/lsan.supp:print_suppressions=0 \
   run_tests asan build/asan --label-exclude long
 
-stage "tsan: build"
-cmake --preset tsan
-cmake --build build/tsan --parallel "$jobs"
-stage "tsan: tests"
-TSAN_OPTIONS=suppressions=$PWD/tests/tsan.supp:halt_on_error=1:second_deadlock_stack=1 \
-  run_tests tsan build/tsan --label-regex '^(threads|prove)$'
-
 stage "release: tests"
 rm -rf build/e2e/figures
 run_tests release build
@@ -58,7 +50,7 @@ cat build/e2e/figures/*.txt 2>/dev/null || true
 stage "sum"
 total=0
 failed=0
-for name in asan tsan release; do
+for name in asan release; do
   read -r bad all < <(sed -nE 's/.*tests passed, ([0-9]+) tests failed out of ([0-9]+).*/\1 \2/p' \
     "$logs/$name.log" | tail -1)
   echo "$name: $((all - bad)) passed, $bad failed"
