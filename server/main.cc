@@ -33,44 +33,47 @@
 #include "server/session/site.h"
 #include "storage/geopackage/geopackage_store.h"
 
-ABSL_FLAG(std::string, data_dir, "", "Folder of the maps, one GeoPackage each; made when missing");
-ABSL_FLAG(std::string, listen, "127.0.0.1:50051", "HOST:PORT to serve on; port 0 takes a free one");
-ABSL_FLAG(std::string, tls_cert, "",
-          "Certificate of the server, with those that lead to its root, in PEM; without: no TLS");
-ABSL_FLAG(std::string, tls_key, "", "Key of --tls_cert, in PEM, not encrypted");
-ABSL_FLAG(std::string, tls_client_ca, "",
-          "Certificates in PEM that those of clients must come from; without: clients need none");
+ABSL_FLAG(std::string, data_dir, "", "Folder of the maps, one GeoPackage each; created if missing");
+ABSL_FLAG(std::string, listen, "127.0.0.1:50051",
+          "Address to listen on, HOST:PORT; port 0 takes a free port");
+ABSL_FLAG(std::string, tls_cert, "", "The server's certificate chain (PEM); empty: no TLS");
+ABSL_FLAG(std::string, tls_key, "", "Private key of --tls_cert (PEM, not encrypted)");
+ABSL_FLAG(
+    std::string, tls_client_ca, "",
+    "Certificate authorities of client certificates (PEM); empty: clients need no certificate");
 ABSL_FLAG(std::string, log_level, "info", "trace, debug, info, warn, error or off");
 ABSL_FLAG(absl::Duration, grace, absl::Seconds(10),
-          "How long requests in flight may go on after SIGTERM or SIGINT");
-ABSL_FLAG(int, threads, 0, "Threads that answer questions; 0 for one a core, at least two");
+          "Time for requests in flight to finish after SIGTERM or SIGINT");
+ABSL_FLAG(int, threads, 0, "Threads that answer queries; 0: one per core, at least two");
 
-ABSL_FLAG(int, max_message_bytes, 16 << 20, "Largest message, either way");
-ABSL_FLAG(int, max_vertices, 100'000, "Most vertices of a polygon");
-ABSL_FLAG(int, max_edits, 10'000, "Most edits of a batch");
-ABSL_FLAG(int64_t, max_cells, int64_t{1} << 26, "Most cells that one edit or imported image sets");
+ABSL_FLAG(int, max_message_bytes, 16 << 20, "Size limit of a request or response message");
+ABSL_FLAG(int, max_vertices, 100'000, "Limit of the vertices of a polygon");
+ABSL_FLAG(int, max_edits, 10'000, "Limit of the edits of a batch");
+ABSL_FLAG(int64_t, max_cells, int64_t{1} << 26,
+          "Limit of the cells that one edit or imported image sets");
 ABSL_FLAG(int64_t, max_exploration_cells, 25'000'000,
-          "Most cells of the box around an area that is explored");
-ABSL_FLAG(int, max_nearest, 1'000, "Largest k of a nearest query");
-ABSL_FLAG(int, max_points, 65'536, "Points of a batch");
-ABSL_FLAG(int64_t, max_import_bytes, int64_t{256} << 20, "Largest sum of the files of an import");
+          "Limit of the cells of the bounding box of an explored area");
+ABSL_FLAG(int, max_nearest, 1'000, "Limit of k of a nearest query");
+ABSL_FLAG(int, max_points, 65'536, "Limit of the points of a batch");
+ABSL_FLAG(int64_t, max_import_bytes, int64_t{256} << 20,
+          "Limit of the total size of the files of an import");
 ABSL_FLAG(absl::Duration, max_lateness, absl::Minutes(10),
-          "How far behind a layer's newest observation another may lie");
-ABSL_FLAG(int, max_queue, 1'024, "Most batches that may wait for a map's writer");
-ABSL_FLAG(int, chunk_items, 2'048, "Most objects or runs of cells in a message of an answer");
+          "Observations older than a layer's newest by more than this are refused");
+ABSL_FLAG(int, max_queue, 1'024, "Limit of the batches that wait for a map's writer");
+ABSL_FLAG(int, chunk_items, 2'048,
+          "Limit of the objects or runs of cells in one message of a streamed answer");
 ABSL_FLAG(int64_t, max_chunk_bytes, 256 << 10,
-          "Size at which a message of an answer is sent off and the next begun");
-ABSL_FLAG(int, max_watchers, 1'000, "Most watches at a time");
+          "Size at which a message of a streamed answer is sent and the next one begins");
+ABSL_FLAG(int, max_watchers, 1'000, "Limit of concurrent watches");
 ABSL_FLAG(int64_t, max_watch_lag, 500'000,
-          "Revisions that a watch may fall behind before it is closed");
+          "A watch that falls behind by more revisions than this is closed");
 ABSL_FLAG(absl::Duration, watch_progress, absl::Seconds(10),
-          "How long a watch may be silent before it is told how far the map is");
-ABSL_FLAG(int64_t, history_revisions, 1'000'000,
-          "Of each map, revisions before the newest that can be asked for");
+          "Longest time between two messages of a watch; progress is sent if there is no change");
+ABSL_FLAG(int64_t, history_revisions, 1'000'000, "Past revisions of a map that are kept");
 ABSL_FLAG(absl::Duration, history_age, absl::Hours(720),
-          "Of each map, how far back it can be asked what it was");
+          "Time for which past revisions of a map are kept");
 ABSL_FLAG(absl::Duration, receipt_age, absl::Hours(24),
-          "For how long a request that is sent again gets the answer it got");
+          "Time for which a retried request gets the answer of its first attempt");
 
 namespace hypermap::server {
 namespace {
