@@ -29,9 +29,11 @@
   HYPERMAP_ASSIGN_OR_RETURN_IMPL(HYPERMAP_STATUS_CONCAT(hypermap_statusor_, __LINE__), left, \
                                  expression)
 
+// A declaration can't stand in parentheses. NOLINTBEGIN(bugprone-macro-parentheses)
 #define HYPERMAP_ASSIGN_OR_RETURN_IMPL(statusor, left, expression)             \
   auto statusor = (expression);                                                \
   if (ABSL_PREDICT_FALSE(!statusor.ok())) return std::move(statusor).status(); \
   left = *std::move(statusor)
+// NOLINTEND(bugprone-macro-parentheses)
 
 #endif  // HYPERMAP_BASE_STATUS_STATUS_MACROS_H_
