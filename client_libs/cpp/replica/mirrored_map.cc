@@ -54,6 +54,8 @@ absl::Status CarryOut(const MapChange& change, SnapshotEditor& editor) {
       if (!change.layer_now) return Incomplete(change);
       return CreateLayer(*change.layer_now, editor);
     case ChangeKind::kLayerDeleted:
+      // A layer that was created in the same commit is reported only as deleted.
+      if (!editor.current().FindLayer(change.layer)) return absl::OkStatus();
       return editor.DeleteLayer(change.layer);
     case ChangeKind::kLayerChanged:
       if (!change.layer_now) return Incomplete(change);

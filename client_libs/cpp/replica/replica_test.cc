@@ -364,6 +364,15 @@ TEST_F(ReplicaTest, WhatDoesNotFitIsTakenAnew) {
   EXPECT_EQ(server.Requests()[1], "Watch scope { map: \"site\" } coalesce: true as_stored: true");
 }
 
+TEST_F(ReplicaTest, ALayerThatOneBatchCreatesAndDeletesIsNoMisfit) {
+  const auto replica = Open({});
+  const Revision revision = server_.Edit(
+      "site", Batch({CreateLayer{{.name = "brief", .frame_id = "map"}}, DeleteLayer{"brief"}}));
+  ASSERT_TRUE(replica->AwaitRevision(revision, kPatience).ok());
+  EXPECT_EQ(replica->state().num_taken_anew, 0);
+  ExpectLikeTheServer(*replica);
+}
+
 TEST_F(ReplicaTest, KeepsVersionsThroughItsFile) {
   std::string before;
   {
