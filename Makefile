@@ -30,18 +30,18 @@ help:
 	@echo 'make dashboard [SERVER=HOST:PORT] [LISTEN=HOST:PORT]  builds the dashboard and serves it'
 	@echo 'make test                  all tests (CI=true: under ASan and UBSan as well)'
 	@echo 'make e2e                   the dashboard in a browser, with its figures and screenshots in build/e2e'
-	@echo 'make demo [ARGS=--exit]    a short tour on a site of the project'\''s own'
+	@echo 'make demo [ARGS=--exit]    a short tour with the map of a small office'
 	@echo 'make bench [PEERS=1]       benchmarks, with PEERS also of PostGIS (SERVER_ARGS, ARGS=--help)'
-	@echo 'make prove                 long proofs of what is promised of revisions, or one of them:'
+	@echo 'make prove                 long proofs of the promises about revisions, or one of them:'
 	@echo '                           prove-feed, prove-asof, prove-kill [KILLS=200], prove-replica,'
 	@echo '                           prove-slow-reader, prove-once (ARGS=--help)'
-	@echo 'make nightly               what takes hours: lint, sanitizers, gcc, proofs, fuzzers, the suite ten times'
+	@echo 'make nightly               checks that take hours: lint, sanitizers, gcc, proofs, fuzzers, the suite ten times'
 	@echo 'make asan | make tsan      tests under sanitizers, in build/asan and build/tsan'
 	@echo 'make gcc                   unit tests of a build by gcc, in build/gcc'
-	@echo 'make fuzz [SECONDS=60]     each fuzzer for so many seconds (clang)'
+	@echo 'make fuzz [SECONDS=60]     each fuzzer for SECONDS seconds (clang)'
 	@echo 'make format                clang-format on all sources'
 	@echo 'make lint [SINCE=origin/main]  format, clang-tidy on changed files, buf lint'
-	@echo 'make deps                  Debian packages that are missing, grpcurl, buf'
+	@echo 'make deps                  installs missing Debian packages, grpcurl and buf'
 	@echo 'make clean                 removes build/'
 
 deps:
@@ -89,11 +89,12 @@ e2e: build build/.deps-test web
 
 asan tsan: build/.deps-build build/.deps-test
 	@cmake --preset $@ $(CMAKE_ARGS)
-	@cmake --build build/$@ --parallel $(JOBS)
+	@cmake --build build/$@ --parallel $(JOBS) \
+	  $(if $(filter tsan,$@),--target unit_tests hypermapd hypermap_prove)
 	@LSAN_OPTIONS=suppressions=$(CURDIR)/tests/lsan.supp:print_suppressions=0 \
-	  TSAN_OPTIONS=suppressions=$(CURDIR)/tests/tsan.supp:halt_on_error=1:second_deadlock_stack=1 \
+	  TSAN_OPTIONS=suppressions=$(CURDIR)/tests/tsan.supp:ignore_noninstrumented_modules=1:halt_on_error=1:second_deadlock_stack=1 \
 	  $(CTEST) --test-dir build/$@ --tests-regex '$(SANITIZED_TESTS)' \
-	  $(if $(filter tsan,$@),--label-regex '^(threads|prove)$$')
+	  $(if $(filter tsan,$@),--label-regex '^(unit|prove)$$')
 
 # gcc may reject sources that clang, the usual compiler, accepts.
 gcc: build/.deps-build

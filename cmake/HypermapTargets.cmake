@@ -1,12 +1,13 @@
-# One target per folder. A library's public dependencies are the rooms its headers include, its private
-# ones those that only its sources do; together they are the layer diagram of docs/architecture.md.
+# One target per folder. A library's public dependencies are the rooms that its headers include, its
+# private ones those that only its sources include; docs/architecture.md draws them as a diagram.
 
-# Precompiled headers halve the time of a build from nothing. `make lint` compiles every source without
+# Precompiled headers halve the time of a clean build. `make lint` compiles every source without
 # them, so that a missing include is found.
 option(HYPERMAP_PCH "Use precompiled headers" ON)
+option(HYPERMAP_UNITY_TESTS "Compile several unit tests of a program at once" ON)
 
 # hypermap_precompiled(NAME HEADERS ... [LINKS ...] [OPTIONS ...])
-# Makes the precompiled header hypermap_pch_NAME, for targets that are compiled with the same OPTIONS.
+# Adds the precompiled header hypermap_pch_NAME for targets that are compiled with the same OPTIONS.
 function(hypermap_precompiled name)
   if(NOT HYPERMAP_PCH)
     return()
@@ -20,7 +21,7 @@ function(hypermap_precompiled name)
   target_precompile_headers(hypermap_pch_${name} PRIVATE ${ARG_HEADERS})
 endfunction()
 
-# Uses the precompiled header NAME for a target; "none" for none.
+# Makes a target use the precompiled header NAME, or none if NAME is "none".
 function(hypermap_use_precompiled target name)
   if(HYPERMAP_PCH AND NOT name STREQUAL "none")
     target_precompile_headers(${target} REUSE_FROM hypermap_pch_${name})
@@ -28,8 +29,8 @@ function(hypermap_use_precompiled target name)
 endfunction()
 
 # hypermap_library(NAME [SOURCES ...] [PUBLIC ...] [PRIVATE ...] [PCH domain|rpc|none])
-# Makes the static library hypermap_NAME with the alias hypermap::NAME; without sources, a library of
-# headers. PCH: the precompiled header, "domain" where nothing else is said.
+# Adds the static library hypermap_NAME with the alias hypermap::NAME; without sources, an
+# INTERFACE library. PCH: the precompiled header, by default "domain".
 function(hypermap_library name)
   cmake_parse_arguments(ARG "" "PCH" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
   if(NOT ARG_SOURCES)
@@ -54,15 +55,18 @@ function(hypermap_library name)
   hypermap_use_precompiled(hypermap_${name} ${ARG_PCH})
 endfunction()
 
-# Tests are compiled without optimization: most of them run for less time than it would take.
+# Builds all programs of hypermap_test.
+add_custom_target(unit_tests)
+
+# Tests are compiled without optimization, which would take longer than most of them run.
 set(HYPERMAP_TEST_OPTIONS $<$<CONFIG:Release>:-O0>)
 
 # hypermap_test(NAME [THREADS] SOURCES ... DEPS ... [PROGRAMS ...] [DEFINITIONS ...]
 #   [PCH test|rpc_test|none])
-# Makes one GoogleTest program of the folder's tests and registers each of them with ctest, labelled
-# "unit". THREADS: the code under test is shared by threads; these tests are labelled "threads" too,
-# and run under ThreadSanitizer. PROGRAMS: targets that the tests start. PCH: the precompiled header,
-# "test" where nothing else is said.
+# Adds one GoogleTest program of the folder's tests and registers each of them with ctest, labelled
+# "unit". THREADS: the code under test is shared by threads; only these programs are built for
+# ThreadSanitizer. PROGRAMS: targets that the tests start. PCH: the precompiled header,
+# by default "test".
 function(hypermap_test name)
   cmake_parse_arguments(ARG "THREADS" "PCH" "SOURCES;DEPS;PROGRAMS;DEFINITIONS" ${ARGN})
   if(HYPERMAP_UNIT_TESTS STREQUAL "none" OR (HYPERMAP_UNIT_TESTS STREQUAL "threads" AND NOT ARG_THREADS))
@@ -77,13 +81,11 @@ function(hypermap_test name)
   if(NOT ARG_PCH)
     set(ARG_PCH test)
   endif()
+  add_dependencies(unit_tests ${name})
   hypermap_use_precompiled(${name} ${ARG_PCH})
   target_link_libraries(${name} PRIVATE ${ARG_DEPS} hypermap_warnings GTest::gmock GTest::gtest_main)
-  set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/tests)
-  set(labels unit)
-  if(ARG_THREADS)
-    list(APPEND labels threads)
-  endif()
+  set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/tests
+    UNITY_BUILD ${HYPERMAP_UNITY_TESTS} UNITY_BUILD_BATCH_SIZE 6)
   gtest_discover_tests(${name} NO_PRETTY_VALUES DISCOVERY_TIMEOUT 60
-    PROPERTIES TIMEOUT 600 LABELS "${labels}")
+    PROPERTIES TIMEOUT 600 LABELS unit)
 endfunction()

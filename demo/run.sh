@@ -1,21 +1,21 @@
 #!/bin/bash
-# A short tour of Hypermap: starts a server, draws a small office into it, asks it questions, and
-# lets a robot drive through two rooms that it maps as it goes, and three explore the office.
+# A short tour of Hypermap: starts a server, creates the map of a small office, queries it, maps two
+# rooms from a simulated drive of a robot, and lets three simulated robots explore the office.
 #
-#   demo/run.sh           leaves the server running and says how to ask it more
-#   demo/run.sh --exit    ends the server after the tour
-#   demo/run.sh --stop    ends the server of an earlier tour
+#   demo/run.sh           runs the tour, leaves the server running and prints further commands
+#   demo/run.sh --exit    runs the tour and stops the server
+#   demo/run.sh --stop    stops the server of an earlier tour
 #
-# Everything it makes lies in build/demo, and is made anew each time. Needs the programs in
-# build/bin (make build); BUILD_DIR names another build folder, DEMO_AREA another part of the
-# office for the three to explore.
+# All output is in build/demo, which each tour replaces. The tour needs the programs in build/bin
+# (make build). BUILD_DIR names another build folder, DEMO_AREA another part of the office for the
+# three robots to explore.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
 build=${BUILD_DIR:-build}
 demo=$build/demo
-address=  # of the server
-dashboard=  # its URL, when there is one
+address=    # HOST:PORT of the server
+dashboard=  # URL of the dashboard; empty if it is not running
 hypermap=$build/bin/hypermap
 
 fail() {
@@ -23,21 +23,21 @@ fail() {
   exit 1
 }
 
-# The process of an earlier tour that runs a program, if there still is one.
+# Prints the process id of a program that an earlier tour started. Fails if it is not running.
 earlier() {
   local program=$1 pid
   [[ -f $demo/$program.pid ]] && pid=$(<"$demo/$program.pid") && [[ $pid =~ ^[0-9]+$ ]] &&
-    # The kernel keeps 15 characters of the name.
+    # The kernel truncates the name to 15 characters.
     [[ $(cat "/proc/$pid/comm" 2>/dev/null) == "${program:0:15}" ]] && echo "$pid"
 }
 
-# Ends it as an operator would, and waits until it is done: a server closes its maps.
+# Stops a program with SIGTERM and waits until it has ended, because a server closes its maps first.
 stop() {
   local program=$1 pid tries=0
   pid=$(earlier "$program") || return 0
   kill -TERM "$pid"
   while kill -0 "$pid" 2>/dev/null; do
-    ((++tries <= 200)) || fail "$program (process $pid) does not end"
+    ((++tries <= 200)) || fail "$program (process $pid) does not stop"
     sleep 0.1
   done
   rm -f "$demo/$program.pid"
@@ -48,11 +48,11 @@ stop_all() {
   stop hypermapd
 }
 
-# start PROGRAM HOST:PORT ARGUMENT...  Sets ready_on to where it says that it serves.
+# start PROGRAM HOST:PORT ARGUMENT...  Starts a program and sets ready_on to its address or URL.
 start() {
   local program=$1 listen=$2 log=$demo/$1.log tries=0 pid line
   shift 2
-  # Another program may have the usual port: then the system picks a free one.
+  # If another program uses the port, the system chooses a free one.
   if (exec 3<>"/dev/tcp/${listen%:*}/${listen#*:}") 2>/dev/null; then listen=127.0.0.1:0; fi
   : >"$log"
   nohup "$build/bin/$program" --listen="$listen" "$@" </dev/null >"$log" 2>&1 &
@@ -72,10 +72,10 @@ start_server() {
   export HYPERMAP_SERVER=$address
 }
 
-# The page for people, and the API for browsers.
+# Starts the gateway, which serves the dashboard and the API for browsers.
 start_dashboard() {
   if [[ ! -x $build/bin/hypermap-gateway ]]; then
-    printf '\n(No dashboard: it is built where there are Node and Go.)\n'
+    printf '\n(Skipped the dashboard: building it requires Node and Go.)\n'
     return
   fi
   start hypermap-gateway 127.0.0.1:8080 --server "$address"
@@ -85,11 +85,11 @@ start_dashboard() {
   local call=(curl --silent
     --json '{"scope":{"map":"office","layers":["wifi"]},"point":{"x":12.2,"y":2.9}}'
     "$dashboard/hypermap.v1.QueryService/QueryPoint")
-  printf '# What serves it also answers without gRPC:\n$ %s\n' "$(typed "${call[@]}")"
+  printf '# The gateway also answers requests in JSON:\n$ %s\n' "$(typed "${call[@]}")"
   "${call[@]}" --fail && echo
 }
 
-# Draws the office: layers of every kind, one of them in a frame of its own.
+# Creates the map of the office with layers of every kind, one of them in its own frame.
 load_office() {
   {
     "$hypermap" map create office
@@ -106,7 +106,7 @@ load_office() {
   } >"$demo/load.log"
 }
 
-# A command as one would type it.
+# Prints a command as it would be typed in a shell.
 typed() {
   local word line=
   for word in "$@"; do
@@ -115,13 +115,13 @@ typed() {
   echo "${line# }"
 }
 
-# Shows a command of the build and runs it.
+# Prints a command and runs its program in build/bin.
 show() {
   printf '$ %s\n' "$(typed "$@")"
   "$build/bin/$1" "${@:2}"
 }
 
-# Says what a command asks, shows it, and runs it.
+# Prints a description and a command of hypermap, and runs the command.
 ask() {
   printf '\n# %s\n' "$1"
   shift
@@ -131,48 +131,49 @@ ask() {
 
 tour() {
   echo
-  echo "An office of about 20 x 12 m. Its east front follows the street: what stands at the loading"
-  echo "dock was measured along that wall, in a frame of its own, turned by 1.75 rad."
+  echo "The map shows an office of about 20 x 12 m. Its east wall follows a slanted street. Objects"
+  echo "at the loading dock were measured along that wall, in the frame dock, rotated by 1.75 rad."
   ask "Which layers does the map have?" layers office
-  ask "What is at this point? On the kitchen table:" query point office 12.2 2.9
-  ask "A point measured along the dock's wall; every layer answers, in that frame:" \
+  ask "What is on the kitchen table?" query point office 12.2 2.9
+  ask "Query a point in the frame of the dock; all layers answer in that frame:" \
     query point office 2 0.65 --frame dock
-  ask "In front of the door; outside of a layer is not the same as unknown:" \
+  ask "Query a point in front of the door; it is outside of the grids, not unknown:" \
     query point office 6.5 -2 --frame dock
-  ask "What is in this area? The kitchen:" \
+  ask "What is in the kitchen?" \
     query area office 10,0.2 14.5,0.2 14.5,5.1 10,5.1
-  ask "Where is this value? Potted plants:" query value office 'potted plant'
-  ask "Where has no robot been yet?" query value office unexplored
-  ask "Where is the radio weak?" query value office '<-70' --layer wifi
+  ask "Where are potted plants?" query value office 'potted plant'
+  ask "Which areas are unexplored?" query value office unexplored
+  ask "Where is the Wi-Fi signal weak?" query value office '<-70' --layer wifi
   ask "Which cups are nearest to the entrance?" \
     query nearest office 0.3 6 --value cup -k 3
-  ask "The same for programs:" --json query point office 12.2 2.9 --layer floor --layer seen
+  ask "Print an answer as JSON:" --json query point office 12.2 2.9 --layer floor --layer seen
 }
 
-# A robot drives through two rooms that are made up here, and what it sees becomes a layer.
+# Renders the drive of a robot through two rooms, and makes a layer of its observations.
 drive() {
   local rooms=$demo/rooms
   if [[ ! -x $build/bin/hypermap-ingest || ! -x $build/bin/render_sequence ]]; then
-    printf '\n(No drive: this build has no ingest.)\n'
+    printf '\n(Skipped the simulated drive: this build has no ingest worker.)\n'
     return
   fi
   echo
-  echo "A robot with a depth camera drives through two rooms. Its detector misses and mistakes things,"
-  echo "and it knows its place to some 6 cm. (Rendered here: depth images, masks, poses, the truth.)"
+  echo "A robot with a depth camera drives through two rooms. Its detector misses and misclassifies"
+  echo "objects, and its position error is about 6 cm. The recording (depth images, masks, poses)"
+  echo "and its ground truth are rendered here."
   echo
   show render_sequence "$rooms" --every 2
-  ask "The floor plan, as a robot would have it:" import "$rooms/occupancy.yaml" --map rooms
-  printf '\n# Worker and server make objects of what was seen:\n'
+  ask "Import the floor plan of the rooms:" import "$rooms/occupancy.yaml" --map rooms
+  printf '\n# The ingest worker and the server turn the camera frames into objects:\n'
   show hypermap-ingest replay "$rooms" --server "$address" --map rooms --layer objects \
     --detections detections_noisy.json --poses estimated.txt
-  ask "Other words for what is there:" \
+  ask "Define aliases for labels:" \
     alias rooms objects furniture=chair,couch,diningtable tv=tvmonitor
-  ask "Where is furniture?" query value rooms furniture
-  ask "How well does that agree with the truth?" \
+  ask "Query an alias:" query value rooms furniture
+  ask "Compare the objects with ground truth:" \
     eval rooms --layer objects --truth "$rooms/gt.geojson" --png "$demo/rooms.png"
 }
 
-# Three robots find out for themselves what is in the office: nobody tells them where to go.
+# Three simulated robots explore the office. The server chooses their goals.
 explore() {
   local area
   read -ra area <<<"${DEMO_AREA:-0.2,0.2 14.6,0.2 14.6,11.8 0.2,11.8}"
@@ -180,29 +181,30 @@ explore() {
     --objects objects,dock --area "${area[@]}" --robots 3 --seed 1)
   [[ -x $build/bin/hypermap-ingest ]] || return 0
   echo
-  echo "Three robots explore the office up to the loading dock. They know its floor plan, ask the server"
-  echo "where to look next, and send what their cameras show. (The world is made of the map's layers.)"
+  echo "Three simulated robots explore the office up to the loading dock. They know its floor plan,"
+  echo "get their goals from the server, and send observations of their cameras. The simulated"
+  echo "world is made of the layers of the map."
   echo
   show "${simulate[@]}" --layer found --explored explored --paths "$demo/ways.geojson"
-  ask "How far did they come?" explore status office
-  ask "Did they find everything? What stands there against what they found:" \
+  ask "Show the progress of the exploration:" explore status office
+  ask "Compare the objects that they found with the true ones:" \
     eval office --layer found --truth demo/office/objects.geojson
-  printf '\n# The same with a detector that errs, and poses as a laser gives them:\n'
+  printf '\n# Explore again, with detection errors and the pose errors of laser localization:\n'
   show "${simulate[@]}" --layer found_noisy --explored explored_noisy --detector noisy --pose amcl
-  ask "What they found then:" \
+  ask "Compare the objects again:" \
     eval office --layer found_noisy --truth demo/office/objects.geojson
-  ask "A picture of what they saw, with the ways they took:" \
+  ask "Draw the explored floor, the objects and the paths of the robots:" \
     render office -o "$demo/explored.png" --layers floor,explored,found,explorations \
     --path "$demo/ways.geojson"
 }
 
-# The same question without any program of ours.
+# Sends the same query with grpcurl, if it is installed.
 tour_with_grpcurl() {
   local grpcurl
   grpcurl=$(command -v grpcurl || command -v "$build/tools/bin/grpcurl" ||
     command -v "${HOME:-}/go/bin/grpcurl") || return 0
   local request='{"scope":{"map":"office","layers":["floor"]},"point":{"x":12.2,"y":2.9}}'
-  printf '\n# Any gRPC client does, with no .proto file:\n'
+  printf '\n# Any gRPC client can send queries, without .proto files:\n'
   printf '$ grpcurl -plaintext %s list\n' "$address"
   "$grpcurl" -plaintext "$address" list
   printf "\$ grpcurl -plaintext -d '%s' %s hypermap.v1.QueryService/QueryPoint\n" \
@@ -210,21 +212,21 @@ tour_with_grpcurl() {
   "$grpcurl" -plaintext -d "$request" "$address" hypermap.v1.QueryService/QueryPoint
 }
 
-say_how_to_go_on() {
+print_next_steps() {
   local option=
   [[ $address == 127.0.0.1:50051 ]] || option=" --server $address"
   cat <<END
 
-The server is running on $address (process $(<"$demo/hypermapd.pid")). Ask it more:
+The server is running on $address (process $(<"$demo/hypermapd.pid")). More commands:
   $hypermap$option query value office chair
   $hypermap$option query area office 14.6,0.2 19,0.2 18,6 14.6,6 --layer dock
   $hypermap$option export office --format hmap -o office.hmap
   grpcurl -plaintext -d '{"scope":{"map":"office"},"value":"cup"}' $address hypermap.v1.QueryService/QueryValue
-${dashboard:+See it: $dashboard/?map=office
-}What the robot saw over the truth: $demo/rooms.png
-What the three explored: $demo/explored.png
-The map itself is $demo/maps/office.gpkg, a GeoPackage: QGIS opens it.
-Stop it:
+${dashboard:+Dashboard: $dashboard/?map=office
+}Objects of the robot, drawn over the ground truth: $demo/rooms.png
+Exploration by the three robots: $demo/explored.png
+The map is stored in $demo/maps/office.gpkg, a GeoPackage, which QGIS can open.
+To stop the programs:
   ${BUILD_DIR:+BUILD_DIR=$BUILD_DIR }demo/run.sh --stop
 END
 }
@@ -234,14 +236,15 @@ case ${1:-} in
     if earlier hypermapd >/dev/null; then stop_all && echo "stopped"; else echo "not running"; fi
     exit ;;
   --exit | '') ;;
-  *) fail "unknown argument $1 (--exit or --stop)" ;;
+  *) fail "unknown argument $1; usage: demo/run.sh [--exit | --stop]" ;;
 esac
 
-[[ -x $hypermap && -x $build/bin/hypermapd ]] || fail "no programs in $build/bin: make build"
+[[ -x $hypermap && -x $build/bin/hypermapd ]] ||
+  fail "no programs in $build/bin; run 'make build' first"
 stop_all
 rm -rf "$demo"
 mkdir -p "$demo"
-trap stop_all EXIT  # until all has gone well
+trap stop_all EXIT  # Stops the programs if a step fails.
 start_server
 load_office
 tour
@@ -251,8 +254,8 @@ explore
 start_dashboard
 if [[ ${1:-} == --exit ]]; then
   stop_all
-  printf '\nThe programs have ended.\n'
+  printf '\nThe programs have been stopped.\n'
 else
-  say_how_to_go_on
+  print_next_steps
 fi
 trap - EXIT

@@ -22,8 +22,10 @@
 #include "absl/strings/str_cat.h"
 #include "absl/synchronization/mutex.h"
 #include "absl/time/time.h"
+#include "base/limits/limits.h"
 #include "base/status/status_macros.h"
 #include "base/tls/server_credentials.h"
+#include "server/limit_flags.h"
 #include "server/rpc/facilities.h"
 #include "server/rpc/request_log.h"
 #include "server/rpc/scratch_file.h"
@@ -46,35 +48,6 @@ ABSL_FLAG(absl::Duration, grace, absl::Seconds(10),
           "Time for requests in flight to finish after SIGTERM or SIGINT");
 ABSL_FLAG(int, threads, 0, "Threads that answer queries; 0: one per core, at least two");
 
-ABSL_FLAG(int, max_message_bytes, 16 << 20, "Size limit of a request or response message");
-ABSL_FLAG(int, max_vertices, 100'000, "Limit of the vertices of a polygon");
-ABSL_FLAG(int, max_edits, 10'000, "Limit of the edits of a batch");
-ABSL_FLAG(int64_t, max_cells, int64_t{1} << 26,
-          "Limit of the cells that one edit or imported image sets");
-ABSL_FLAG(int64_t, max_exploration_cells, 25'000'000,
-          "Limit of the cells of the bounding box of an explored area");
-ABSL_FLAG(int, max_nearest, 1'000, "Limit of k of a nearest query");
-ABSL_FLAG(int, max_points, 65'536, "Limit of the points of a batch");
-ABSL_FLAG(int64_t, max_import_bytes, int64_t{256} << 20,
-          "Limit of the total size of the files of an import");
-ABSL_FLAG(absl::Duration, max_lateness, absl::Minutes(10),
-          "Observations older than a layer's newest by more than this are refused");
-ABSL_FLAG(int, max_queue, 1'024, "Limit of the batches that wait for a map's writer");
-ABSL_FLAG(int, chunk_items, 2'048,
-          "Limit of the objects or runs of cells in one message of a streamed answer");
-ABSL_FLAG(int64_t, max_chunk_bytes, 256 << 10,
-          "Size at which a message of a streamed answer is sent and the next one begins");
-ABSL_FLAG(int, max_watchers, 1'000, "Limit of concurrent watches");
-ABSL_FLAG(int64_t, max_watch_lag, 500'000,
-          "A watch that falls behind by more revisions than this is closed");
-ABSL_FLAG(absl::Duration, watch_progress, absl::Seconds(10),
-          "Longest time between two messages of a watch; progress is sent if there is no change");
-ABSL_FLAG(int64_t, history_revisions, 1'000'000, "Past revisions of a map that are kept");
-ABSL_FLAG(absl::Duration, history_age, absl::Hours(720),
-          "Time for which past revisions of a map are kept");
-ABSL_FLAG(absl::Duration, receipt_age, absl::Hours(24),
-          "Time for which a retried request gets the answer of its first attempt");
-
 namespace hypermap::server {
 namespace {
 
@@ -91,40 +64,7 @@ absl::Status CheckFlags(const std::vector<char*>& positional) {
   if (absl::GetFlag(FLAGS_data_dir).empty()) {
     return absl::InvalidArgumentError("--data_dir is missing");
   }
-  const std::pair<const char*, int64_t> positive[] = {
-      {"max_message_bytes", absl::GetFlag(FLAGS_max_message_bytes)},
-      {"max_vertices", absl::GetFlag(FLAGS_max_vertices)},
-      {"max_edits", absl::GetFlag(FLAGS_max_edits)},
-      {"max_cells", absl::GetFlag(FLAGS_max_cells)},
-      {"max_exploration_cells", absl::GetFlag(FLAGS_max_exploration_cells)},
-      {"max_nearest", absl::GetFlag(FLAGS_max_nearest)},
-      {"max_points", absl::GetFlag(FLAGS_max_points)},
-      {"max_import_bytes", absl::GetFlag(FLAGS_max_import_bytes)},
-      {"max_queue", absl::GetFlag(FLAGS_max_queue)},
-      {"chunk_items", absl::GetFlag(FLAGS_chunk_items)},
-      {"max_chunk_bytes", absl::GetFlag(FLAGS_max_chunk_bytes)},
-      {"max_watchers", absl::GetFlag(FLAGS_max_watchers)},
-      {"max_watch_lag", absl::GetFlag(FLAGS_max_watch_lag)},
-  };
-  for (const auto& [name, value] : positive) {
-    if (value < 1) return absl::InvalidArgumentError(absl::StrCat("--", name, " must be positive"));
-  }
-  if (absl::GetFlag(FLAGS_watch_progress) < absl::Milliseconds(1)) {
-    return absl::InvalidArgumentError("--watch_progress must be at least 1ms");
-  }
-  if (absl::GetFlag(FLAGS_history_revisions) < 0) {
-    return absl::InvalidArgumentError("--history_revisions must not be negative");
-  }
-  const std::pair<const char*, absl::Duration> not_negative[] = {
-      {"max_lateness", absl::GetFlag(FLAGS_max_lateness)},
-      {"history_age", absl::GetFlag(FLAGS_history_age)},
-      {"receipt_age", absl::GetFlag(FLAGS_receipt_age)},
-  };
-  for (const auto& [name, value] : not_negative) {
-    if (value >= absl::ZeroDuration()) continue;
-    return absl::InvalidArgumentError(absl::StrCat("--", name, " must not be negative"));
-  }
-  return absl::OkStatus();
+  return CheckLimitFlags();
 }
 
 // Passes gRPC's log lines to the server's log.
@@ -147,33 +87,12 @@ absl::Status SetUpLog() {
   return absl::OkStatus();
 }
 
-SessionOptions SessionOptionsOfFlags() {
+SessionOptions MakeSessionOptions(const Limits& limits) {
   SessionOptions options;
-  options.max_queue = absl::GetFlag(FLAGS_max_queue);
-  options.edit_limits.max_cells_per_fill = absl::GetFlag(FLAGS_max_cells);
-  options.retention.history_revisions = absl::GetFlag(FLAGS_history_revisions);
-  options.retention.history_age = absl::GetFlag(FLAGS_history_age);
-  options.retention.receipt_age = absl::GetFlag(FLAGS_receipt_age);
+  options.limits = limits;
   options.fusion.codec = WireEvidenceCodec();
-  options.fusion.max_lateness = absl::GetFlag(FLAGS_max_lateness);
+  options.fusion.max_lateness = limits.max_lateness;
   return options;
-}
-
-ServiceLimits LimitsOfFlags() {
-  ServiceLimits limits;
-  limits.decode.max_vertices = absl::GetFlag(FLAGS_max_vertices);
-  limits.decode.max_edits = absl::GetFlag(FLAGS_max_edits);
-  limits.decode.max_cells = absl::GetFlag(FLAGS_max_cells);
-  limits.max_nearest = absl::GetFlag(FLAGS_max_nearest);
-  limits.max_points = absl::GetFlag(FLAGS_max_points);
-  limits.max_import_bytes = absl::GetFlag(FLAGS_max_import_bytes);
-  limits.max_exploration_cells = absl::GetFlag(FLAGS_max_exploration_cells);
-  limits.chunk_items = absl::GetFlag(FLAGS_chunk_items);
-  limits.max_chunk_bytes = absl::GetFlag(FLAGS_max_chunk_bytes);
-  limits.max_watchers = absl::GetFlag(FLAGS_max_watchers);
-  limits.max_watch_lag = absl::GetFlag(FLAGS_max_watch_lag);
-  limits.watch_progress = absl::GetFlag(FLAGS_watch_progress);
-  return limits;
 }
 
 tls::ServerFiles ServerFilesOfFlags() {
@@ -220,11 +139,12 @@ class ShutdownSignals {
 // Serves until a signal arrives.
 absl::Status Serve(ShutdownSignals& signals) {
   const std::string data_dir = absl::GetFlag(FLAGS_data_dir);
+  const Limits limits = LimitsOfFlags();
   HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<storage::MapStore> store,
                             storage::OpenGeoPackageStore(data_dir));
   ScratchFile::RemoveLeftOver(data_dir);
   HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<Site> site,
-                            Site::Open(std::move(store), SessionOptionsOfFlags()));
+                            Site::Open(std::move(store), MakeSessionOptions(limits)));
   // Returns the memory that loading the maps needed for a while to the system.
   malloc_trim(0);
   // From here on the allocator keeps freed memory: returning it and requesting it again would cost
@@ -238,13 +158,11 @@ absl::Status Serve(ShutdownSignals& signals) {
   WorkerPool workers(NumThreads());
   WorkerPool file_workers(kFileThreads);
   WorkerPool explorers(kExplorerThreads);
-  const Facilities facilities{site.get(),    LimitsOfFlags(), &workers,
-                              &file_workers, &explorers,      data_dir};
-  HYPERMAP_ASSIGN_OR_RETURN(
-      std::unique_ptr<GrpcServer> server,
-      GrpcServer::Start({absl::GetFlag(FLAGS_listen), absl::GetFlag(FLAGS_max_message_bytes),
-                         ServerFilesOfFlags()},
-                        facilities));
+  const Facilities facilities{site.get(), limits, &workers, &file_workers, &explorers, data_dir};
+  HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<GrpcServer> server,
+                            GrpcServer::Start({absl::GetFlag(FLAGS_listen),
+                                               limits.max_message_bytes, ServerFilesOfFlags()},
+                                              facilities));
   LogProblems(*site);
   std::printf("hypermapd ready on %s\n", server->address().c_str());
   std::fflush(stdout);

@@ -9,17 +9,13 @@
 #include "absl/status/statusor.h"
 #include "absl/time/time.h"
 #include "map/edits/change.h"
+#include "map/entries.h"
 #include "map/layers/grid_layer.h"
 #include "map/structure.h"
 
 namespace hypermap::storage {
 
-struct RevisionRecord {
-  Revision revision = 0;
-  absl::Time time;
-  std::string author;
-  int64_t num_changes = 0;
-};
+using hypermap::RevisionRecord;
 
 // A commit as it was written: Commit::applied.changes in their order, with the content before and
 // after each.

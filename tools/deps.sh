@@ -1,17 +1,17 @@
 #!/bin/bash
-# Installs what a group of targets needs, and only what is missing.
+# Installs the missing packages that a group of targets needs.
 #
-#   tools/deps.sh build    compiler, libraries: what the programs are built of
-#   tools/deps.sh test     outside judges for the tests: a browser, GDAL, Shapely, gRPC for Python,
-#                          grpcurl
-#   tools/deps.sh web      what the dashboard is built with; Node and Go are only looked for
-#   tools/deps.sh python   what the Python client's environments are made with
+#   tools/deps.sh build    compiler and libraries to build the programs
+#   tools/deps.sh test     other software that the tests use: a browser, GDAL, Shapely, gRPC for
+#                          Python, grpcurl
+#   tools/deps.sh web      protoc, to build the dashboard; only checks for Node and Go
+#   tools/deps.sh python   the packages that the virtual environments of the Python client need
 #   tools/deps.sh lint     clang-format, clang-tidy, buf
-#   tools/deps.sh bench    the databases that make bench PEERS=1 measures beside the server
+#   tools/deps.sh bench    the databases that `make bench PEERS=1` compares with the server
 #
 # Debian packages come from apt (with sudo when not root; the package lists are only refreshed when
-# something is missing). grpcurl and buf are pinned, go to build/tools, and are optional: without Go,
-# npm or a network the tests that want them are skipped.
+# something is missing). Pinned versions of grpcurl and buf are installed in build/tools. They are
+# optional: without Go, npm or a network the tests that need them are skipped.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -55,7 +55,7 @@ install_grpcurl() {
   local bin=$PWD/build/tools/bin
   [[ -x $bin/grpcurl ]] && return
   if ! command -v go >/dev/null; then
-    echo "grpcurl not installed: no Go here"
+    echo "grpcurl not installed: Go is missing"
     return
   fi
   GOBIN=$bin go install "github.com/fullstorydev/grpcurl/cmd/grpcurl@$GRPCURL" ||
@@ -66,29 +66,29 @@ install_buf() {
   local prefix=$PWD/build/tools
   [[ -x $prefix/node_modules/.bin/buf ]] && return
   if ! command -v npm >/dev/null; then
-    echo "buf not installed: no npm here"
+    echo "buf not installed: npm is missing"
     return
   fi
   npm install --silent --no-audit --no-fund --no-save --prefix "$prefix" "@bufbuild/buf@$BUF" ||
     echo "buf not installed: see above"
 }
 
-# Debian's are too old, and how to have newer ones is everybody's own choice.
+# Reports missing programs. Debian's versions are too old, so users install others themselves.
 look_for_web_tools() {
   local tool
   for tool in node npm go; do
     command -v "$tool" >/dev/null ||
-      echo "no $tool here: the web parts (dashboard, gateway, TypeScript client) won't be built"
+      echo "$tool is missing: the web parts (dashboard, gateway, TypeScript client) won't be built"
   done
 }
 
 for group in "$@"; do
   packages=$(packages_of "$group")
   if command -v dpkg-query >/dev/null; then
-    # shellcheck disable=SC2086 # a list
+    # shellcheck disable=SC2086 # The string is a list of words.
     install_missing $packages
   else
-    echo "not a Debian system, taken to be here already: $packages"
+    echo "not a Debian system; these packages are assumed to be installed: $packages"
   fi
   if [[ $group == test ]]; then install_grpcurl; fi
   if [[ $group == lint ]]; then install_buf; fi

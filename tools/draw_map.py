@@ -19,17 +19,17 @@ UNKNOWN = "#eceff1"
 
 
 def is_exploration(line):
-    """Exploration answers bits, which are integers, the other grids numbers with a point."""
+    """Whether a grid is an exploration layer, whose values are printed as integers."""
     return all(isinstance(value, int) for *_, value in line["runs"] if value is not None)
 
 
 def is_probability(line):
-    """Occupancy and exploration, but no raster of measured numbers."""
+    """Whether all values are in [0, 1], as in occupancy and exploration layers."""
     return all(0 <= value <= 1 for *_, value in line["runs"] if value is not None)
 
 
 def tint(exploration, value):
-    """The colour of a cell, None for nothing: explored area is a wash, occupancy grey."""
+    """Returns the colour of a cell, or None to leave it out. Exploration is painted translucent."""
     if exploration:
         return {1: "#4caf5030", 0: "#ff980058"}.get(value)
     if value is None:
@@ -39,13 +39,13 @@ def tint(exploration, value):
 
 
 def colour(label):
-    """The same for a label in each picture."""
+    """Returns the colour of a label, which is the same in all pictures."""
     hue = hashlib.md5(label.encode()).digest()[0] / 256
     return "#" + "".join(f"{round(255 * c):02x}" for c in colorsys.hls_to_rgb(hue, 0.6, 0.6))
 
 
 def tall_boxes(runs):
-    """(row_begin, row_end, col_begin, col_end, value): equal runs above each other made one."""
+    """Joins equal runs of consecutive rows to (row_begin, row_end, col_begin, col_end, value)."""
     growing, done = {}, []
     for row, begin, end, value in sorted(runs, key=lambda run: run[0]):
         box = growing.get((begin, end, value))
@@ -58,7 +58,7 @@ def tall_boxes(runs):
 
 
 class Picture:
-    """SVG elements in metres, and the box around them."""
+    """The SVG elements of a picture, and the points that determine its extent, in metres."""
 
     def __init__(self):
         self.elements = []

@@ -11,6 +11,7 @@
 #include "absl/strings/str_cat.h"
 #include "base/status/status_macros.h"
 #include "wire/field.h"
+#include "wire/geometry.h"
 #include "wire/layer.h"
 #include "wire/object.h"
 
@@ -45,6 +46,43 @@ void EncodeMatch(const NearestAnswer::Entry& entry, v1::NearestMatch* match) {
     EncodeCellRuns(GeometryInFrame(*spec.grid, entry.caller_from_layer), {&entry.neighbour.cell, 1},
                    match->mutable_cells());
   }
+}
+
+// Decodes what the messages of layers have in common: name, kind, status and objects.
+template <typename Answer, typename Message>
+absl::StatusOr<Answer> DecodeLayerAnswer(const Message& message) {
+  const std::string& layer = message.layer();
+  Answer answer;
+  answer.layer = layer;
+  HYPERMAP_ASSIGN_OR_RETURN(answer.kind,
+                            DecodeLayerKind(absl::StrCat(layer, ".kind"), message.kind()));
+  HYPERMAP_ASSIGN_OR_RETURN(answer.status,
+                            DecodeAnswerStatus(absl::StrCat(layer, ".status"), message.status()));
+  answer.objects.reserve(message.objects_size());
+  for (const v1::Object& encoded : message.objects()) {
+    HYPERMAP_ASSIGN_OR_RETURN(
+        SemanticObject object,
+        DecodeObject(absl::StrCat(layer, ".objects[", answer.objects.size(), "]"), encoded));
+    answer.objects.push_back(std::move(object));
+  }
+  return answer;
+}
+
+absl::StatusOr<answers::NearestMatch> DecodeMatch(const v1::NearestMatch& message) {
+  answers::NearestMatch match;
+  match.layer = message.layer();
+  match.distance_m = message.distance_m();
+  HYPERMAP_ASSIGN_OR_RETURN(match.kind, DecodeLayerKind("match.kind", message.kind()));
+  if (message.has_object()) {
+    HYPERMAP_ASSIGN_OR_RETURN(match.object, DecodeObject("match.object", message.object()));
+  }
+  if (message.has_cells()) {
+    HYPERMAP_ASSIGN_OR_RETURN(const CellRuns cells, DecodeCellRuns("match.cells", message.cells()));
+    if (cells.runs.size() != 1) return InvalidField("match.cells", "is not one run");
+    match.grid = cells.grid;
+    match.cell = cells.runs.front();
+  }
+  return match;
 }
 
 }  // namespace
@@ -108,6 +146,19 @@ void EncodeLayerContent(const Layer& layer, const PlanarTransform& caller_from_l
   }
 }
 
+absl::StatusOr<answers::PointAnswer> DecodePointAnswer(const v1::QueryPointResponse& message) {
+  HYPERMAP_ASSIGN_OR_RETURN(const Point point, DecodePoint("point", message.point()));
+  answers::PointAnswer answer{message.map(), message.revision(), message.frame_id(), point, {}};
+  answer.layers.reserve(message.layers_size());
+  for (const v1::LayerContent& encoded : message.layers()) {
+    HYPERMAP_ASSIGN_OR_RETURN(answers::LayerContent content,
+                              DecodeLayerAnswer<answers::LayerContent>(encoded));
+    if (encoded.has_value()) content.value = encoded.value();
+    answer.layers.push_back(std::move(content));
+  }
+  return answer;
+}
+
 size_t EncodeLayerPart(const LayerPart& part, size_t first_object, int64_t max_bytes,
                        v1::LayerPart* message) {
   const LayerSpec& spec = part.layer->spec();
@@ -128,15 +179,42 @@ size_t EncodeLayerPart(const LayerPart& part, size_t first_object, int64_t max_b
   return next;
 }
 
+absl::StatusOr<answers::LayerPart> DecodeLayerPart(const v1::LayerPart& message) {
+  HYPERMAP_ASSIGN_OR_RETURN(answers::LayerPart part,
+                            DecodeLayerAnswer<answers::LayerPart>(message));
+  if (message.has_cells()) {
+    HYPERMAP_ASSIGN_OR_RETURN(
+        CellRuns cells, DecodeCellRuns(absl::StrCat(message.layer(), ".cells"), message.cells()));
+    part.grid = cells.grid;
+    part.runs = std::move(cells.runs);
+  }
+  return part;
+}
+
 void EncodeNearestAnswer(const NearestAnswer& answer, v1::QueryNearestResponse* message) {
   for (const NearestAnswer::Entry& entry : answer.entries) {
     EncodeMatch(entry, message->add_matches());
   }
-  for (const NearestAnswer::Refusal& refusal : answer.refusals) {
+  for (const answers::LayerRefusal& refusal : answer.refusals) {
     v1::LayerRefusal* out = message->add_refusals();
-    out->set_layer(refusal.layer->spec().name);
+    out->set_layer(refusal.layer);
     out->set_status(EncodeAnswerStatus(refusal.status));
   }
+}
+
+absl::StatusOr<answers::NearestAnswer> DecodeNearestAnswer(
+    const v1::QueryNearestResponse& message) {
+  answers::NearestAnswer answer{message.map(), message.revision(), message.frame_id(), {}, {}};
+  for (const v1::NearestMatch& encoded : message.matches()) {
+    HYPERMAP_ASSIGN_OR_RETURN(answers::NearestMatch match, DecodeMatch(encoded));
+    answer.matches.push_back(std::move(match));
+  }
+  for (const v1::LayerRefusal& refusal : message.refusals()) {
+    HYPERMAP_ASSIGN_OR_RETURN(const AnswerStatus status,
+                              DecodeAnswerStatus("refusal.status", refusal.status()));
+    answer.refusals.push_back({refusal.layer(), status});
+  }
+  return answer;
 }
 
 }  // namespace hypermap::wire

@@ -10,6 +10,7 @@
 #include "absl/strings/string_view.h"
 #include "absl/types/span.h"
 #include "hypermap/v1/query_service.pb.h"
+#include "map/query/answers.h"
 #include "map/query/query.h"
 
 namespace hypermap::wire {
@@ -29,14 +30,19 @@ absl::StatusOr<CellRuns> DecodeCellRuns(absl::string_view field, const v1::CellR
 void EncodeLayerContent(const Layer& layer, const PlanarTransform& caller_from_layer,
                         const PointContent& content, v1::LayerContent* message);
 
+// INVALID_ARGUMENT names the field that is missing or invalid, also in the functions below.
+absl::StatusOr<answers::PointAnswer> DecodePointAnswer(const v1::QueryPointResponse& message);
+
 // Encodes the part's runs, and its objects from `first_object` on, until the message has grown to
 // `max_bytes`; it contains at least one object. Returns the index of the first object that is left,
 // or the number of objects.
 size_t EncodeLayerPart(const LayerPart& part, size_t first_object, int64_t max_bytes,
                        v1::LayerPart* message);
+absl::StatusOr<answers::LayerPart> DecodeLayerPart(const v1::LayerPart& message);
 
 // Sets the matches and the refusals.
 void EncodeNearestAnswer(const NearestAnswer& answer, v1::QueryNearestResponse* message);
+absl::StatusOr<answers::NearestAnswer> DecodeNearestAnswer(const v1::QueryNearestResponse& message);
 
 }  // namespace hypermap::wire
 

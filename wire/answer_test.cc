@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "tests/support/random_map.h"
+#include "wire/geometry.h"
 #include "wire/layer.h"
 #include "wire/object.h"
 
@@ -124,6 +125,68 @@ TEST(LayerContentOnTheWire, HoldsTheObjectsAtThePoint) {
   EXPECT_EQ(things.objects(0).shape().polygon().outer().xs(0), 2);
 }
 
+TEST(PointAnswerOnTheWire, ComesBack) {
+  const Snapshot snapshot = Site();
+  const auto contents = ContentAt(snapshot, {}, {2.05, 0.05}, /*tolerance_m=*/2.0);
+  ASSERT_TRUE(contents.ok()) << contents.status();
+  v1::QueryPointResponse message;
+  message.set_map("site");
+  message.set_revision(3);
+  message.set_frame_id("map");
+  EncodePoint({2.05, 0.05}, message.mutable_point());
+  for (const LayerContent& content : *contents) Encode(content, message.add_layers());
+
+  const auto answer = DecodePointAnswer(Received(message));
+  ASSERT_TRUE(answer.ok()) << answer.status();
+  EXPECT_EQ(answer->map, "site");
+  EXPECT_EQ(answer->revision, 3);
+  EXPECT_EQ(answer->frame_id, "map");
+  EXPECT_EQ(answer->point, (Point{2.05, 0.05}));
+  ASSERT_EQ(answer->layers.size(), contents->size());
+  for (size_t i = 0; i < contents->size(); ++i) {
+    const answers::LayerContent& decoded = answer->layers[i];
+    const LayerContent& content = (*contents)[i];
+    EXPECT_EQ(decoded.layer, content.layer->spec().name);
+    EXPECT_EQ(decoded.kind, content.layer->spec().kind);
+    EXPECT_EQ(decoded.status, content.content.status);
+    EXPECT_EQ(decoded.value, content.content.value);
+    ASSERT_EQ(decoded.objects.size(), content.content.objects.size());
+    for (size_t k = 0; k < decoded.objects.size(); ++k) {
+      EXPECT_EQ(decoded.objects[k], *content.content.objects[k]);
+    }
+  }
+
+  message.mutable_layers(0)->clear_kind();
+  EXPECT_EQ(DecodePointAnswer(message).status(),
+            absl::InvalidArgumentError("grid.kind is missing"));
+}
+
+TEST(LayerPartOnTheWire, ComesBack) {
+  const Snapshot snapshot = Site();
+  const LayerPart things = PartWithObjects(snapshot, 2);
+  v1::LayerPart message;
+  EncodeLayerPart(things, 0, 1000, &message);
+  const auto objects = DecodeLayerPart(Received(message));
+  ASSERT_TRUE(objects.ok()) << objects.status();
+  EXPECT_EQ(objects->layer, "things");
+  EXPECT_EQ(objects->kind, LayerKind::kSemantic);
+  ASSERT_EQ(objects->objects.size(), 2u);
+  EXPECT_EQ(objects->objects[1], *things.part.objects[1]);
+  EXPECT_EQ(objects->grid, std::nullopt);
+
+  LayerPart grid;
+  grid.layer = *snapshot.GetLayer("grid");
+  grid.part.runs = {{0, 0, 1, 1.0}, {1, 1, 2, std::nullopt}};
+  message.Clear();
+  EncodeLayerPart(grid, 0, 1000, &message);
+  const auto cells = DecodeLayerPart(Received(message));
+  ASSERT_TRUE(cells.ok()) << cells.status();
+  EXPECT_EQ(cells->kind, LayerKind::kScalar);
+  EXPECT_EQ(cells->status, AnswerStatus::kValue);
+  EXPECT_EQ(cells->grid, GridSpec().grid);
+  EXPECT_EQ(cells->runs, grid.part.runs);
+}
+
 TEST(LayerPartOnTheWire, LargeObjectsSpreadOverMessages) {
   const Snapshot snapshot = Site();
   const LayerPart part = PartWithObjects(snapshot, 5);
@@ -192,6 +255,19 @@ TEST(NearestAnswerOnTheWire, HoldsMatchesAndRefusals) {
   ASSERT_EQ(message.refusals_size(), 1);
   EXPECT_EQ(message.refusals(0).layer(), "grid");
   EXPECT_EQ(message.refusals(0).status(), v1::ANSWER_STATUS_UNSUPPORTED_VALUE);
+
+  const auto decoded = DecodeNearestAnswer(message);
+  ASSERT_TRUE(decoded.ok()) << decoded.status();
+  ASSERT_EQ(decoded->matches.size(), 2u);
+  for (int i = 0; i < 2; ++i) {
+    EXPECT_EQ(decoded->matches[i].layer, "things");
+    EXPECT_EQ(decoded->matches[i].kind, LayerKind::kSemantic);
+    EXPECT_EQ(decoded->matches[i].distance_m, answer->entries[i].neighbour.distance_m);
+    EXPECT_EQ(decoded->matches[i].object, *answer->entries[i].neighbour.object);
+  }
+  ASSERT_EQ(decoded->refusals.size(), 1u);
+  EXPECT_EQ(decoded->refusals[0].layer, "grid");
+  EXPECT_EQ(decoded->refusals[0].status, AnswerStatus::kUnsupportedValue);
 }
 
 TEST(NearestAnswerOnTheWire, CellIsARunOfOne) {
@@ -205,6 +281,16 @@ TEST(NearestAnswerOnTheWire, CellIsARunOfOne) {
   const auto cells = DecodeCellRuns("cells", message.matches(0).cells());
   ASSERT_TRUE(cells.ok()) << cells.status();
   EXPECT_EQ(cells->runs, (std::vector<CellRun>{{0, 2, 3, 2.0}}));
+
+  const auto decoded = DecodeNearestAnswer(message);
+  ASSERT_TRUE(decoded.ok()) << decoded.status();
+  ASSERT_EQ(decoded->matches.size(), 1u);
+  EXPECT_EQ(decoded->matches[0].grid, GridSpec().grid);
+  EXPECT_EQ(decoded->matches[0].cell, (CellRun{0, 2, 3, 2.0}));
+  EXPECT_EQ(decoded->matches[0].object, std::nullopt);
+  message.mutable_matches(0)->clear_cells();
+  message.mutable_matches(0)->mutable_cells();
+  EXPECT_FALSE(DecodeNearestAnswer(message).ok());
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "base/limits/limits.h"
 #include "base/status/status_macros.h"
 #include "wire/field.h"
 #include "wire/geometry.h"
@@ -72,7 +73,7 @@ struct Encoder {
 };
 
 absl::StatusOr<Edit> DecodePutObject(const std::string& field, const v1::PutObject& message,
-                                     const DecodeLimits& limits) {
+                                     const Limits& limits) {
   const std::string object_field = field + ".object";
   if (!message.has_object()) return InvalidField(object_field, "is missing");
   HYPERMAP_ASSIGN_OR_RETURN(SemanticObject object,
@@ -94,7 +95,7 @@ Edit DecodeDeleteObject(const v1::DeleteObject& message) {
 }
 
 absl::StatusOr<Edit> DecodeWriteCells(const std::string& field, const v1::WriteCells& message,
-                                      const DecodeLimits& limits) {
+                                      const Limits& limits) {
   if (message.values_size() > limits.max_cells) {
     return absl::ResourceExhaustedError(absl::StrCat(field, ".values has ", message.values_size(),
                                                      " cells, --max_cells is ", limits.max_cells));
@@ -112,7 +113,7 @@ absl::StatusOr<Edit> DecodeWriteCells(const std::string& field, const v1::WriteC
 }
 
 absl::StatusOr<Edit> DecodeFillPolygon(const std::string& field, const v1::FillPolygon& message,
-                                       const DecodeLimits& limits) {
+                                       const Limits& limits) {
   const std::string area_field = field + ".area";
   if (!message.has_area()) return InvalidField(area_field, "is missing");
   HYPERMAP_ASSIGN_OR_RETURN(Polygon area, DecodePolygon(area_field, message.area(), limits));
@@ -159,7 +160,7 @@ void EncodeLayerVersions(const std::vector<LayerVersion>& versions,
 }
 
 absl::StatusOr<Edit> DecodeEdit(absl::string_view field, const v1::Edit& message,
-                                const DecodeLimits& limits) {
+                                const Limits& limits) {
   switch (message.edit_case()) {
     case v1::Edit::kPutObject:
       return DecodePutObject(absl::StrCat(field, ".put_object"), message.put_object(), limits);
@@ -185,7 +186,7 @@ absl::StatusOr<Edit> DecodeEdit(absl::string_view field, const v1::Edit& message
 }
 
 absl::StatusOr<EditBatch> DecodeEdits(const google::protobuf::RepeatedPtrField<v1::Edit>& edits,
-                                      const DecodeLimits& limits) {
+                                      const Limits& limits) {
   if (edits.empty()) return InvalidField("edits", "is empty");
   if (edits.size() > limits.max_edits) {
     return absl::ResourceExhaustedError(
@@ -228,9 +229,11 @@ absl::StatusOr<EditBatch> EditsFromBytes(absl::string_view bytes) {
   }
   UpgradeFrom01(&message);
   // Limits of size are those of the server, which checks them when the batch is sent.
-  constexpr DecodeLimits kNone{std::numeric_limits<int>::max(), std::numeric_limits<int>::max(),
-                               std::numeric_limits<int64_t>::max()};
-  absl::StatusOr<EditBatch> batch = DecodeEdits(message.edits(), kNone);
+  Limits none;
+  none.max_vertices = std::numeric_limits<int>::max();
+  none.max_edits = std::numeric_limits<int>::max();
+  none.max_cells = std::numeric_limits<int64_t>::max();
+  absl::StatusOr<EditBatch> batch = DecodeEdits(message.edits(), none);
   if (!batch.ok()) return batch;
   HYPERMAP_ASSIGN_OR_RETURN(std::vector<LayerVersion> versions,
                             DecodeLayerVersions("if_layers", message.if_layers()));

@@ -8,11 +8,11 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
+#include "base/limits/limits.h"
 #include "google/protobuf/repeated_ptr_field.h"
 #include "hypermap/v1/edit.pb.h"
 #include "hypermap/v1/edit_service.pb.h"
 #include "map/edits/edit.h"
-#include "wire/limits.h"
 
 namespace hypermap::wire {
 
@@ -22,11 +22,11 @@ void EncodeLayerVersions(const std::vector<LayerVersion>& versions,
                          google::protobuf::RepeatedPtrField<v1::LayerVersion>* messages);
 
 absl::StatusOr<Edit> DecodeEdit(absl::string_view field, const v1::Edit& message,
-                                const DecodeLimits& limits);
+                                const Limits& limits);
 
 // INVALID_ARGUMENT if there are none, RESOURCE_EXHAUSTED for more than limits.max_edits.
 absl::StatusOr<EditBatch> DecodeEdits(const google::protobuf::RepeatedPtrField<v1::Edit>& edits,
-                                      const DecodeLimits& limits);
+                                      const Limits& limits);
 
 // Decodes EditBatch::if_layers. INVALID_ARGUMENT for an entry without a layer.
 absl::StatusOr<std::vector<LayerVersion>> DecodeLayerVersions(

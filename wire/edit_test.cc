@@ -6,12 +6,15 @@
 #include <limits>
 #include <string>
 
+#include "base/limits/limits.h"
+#include "tests/support/not_finite.h"
+
 namespace hypermap::wire {
 namespace {
 
 using ::testing::HasSubstr;
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+using hypermap::testing::kNan;
 constexpr double kInf = std::numeric_limits<double>::infinity();
 
 Polygon Square() { return Polygon::FromBox({{0, 0}, {1, 1}}); }
@@ -20,7 +23,7 @@ template <typename EditType>
 EditType RoundTrip(const EditType& edit) {
   v1::Edit message;
   EncodeEdit(edit, &message);
-  const absl::StatusOr<Edit> decoded = DecodeEdit("edits[0]", message, DecodeLimits());
+  const absl::StatusOr<Edit> decoded = DecodeEdit("edits[0]", message, Limits());
   EXPECT_TRUE(decoded.ok()) << decoded.status();
   return std::get<EditType>(*decoded);
 }
@@ -104,7 +107,7 @@ TEST(EditOnTheWire, SetAliasesComesBackEqual) {
                   message.mutable_set_aliases()->set_layer("things");
                   return message;
                 }(),
-                DecodeLimits())
+                Limits())
                 .status(),
             absl::InvalidArgumentError("edits[0].set_aliases.aliases is empty"));
 }
@@ -137,8 +140,7 @@ TEST(EditOnTheWire, RuleLeftOutSelectsByCentre) {
   v1::Edit message;
   EncodeEdit(FillPolygon{"grid", Square(), "", CellRule::kTouched, {}}, &message);
   message.mutable_fill_polygon()->clear_rule();
-  EXPECT_EQ(std::get<FillPolygon>(*DecodeEdit("e", message, DecodeLimits())).rule,
-            CellRule::kCentre);
+  EXPECT_EQ(std::get<FillPolygon>(*DecodeEdit("e", message, Limits())).rule, CellRule::kCentre);
 }
 
 v1::Edit FillMessage(double value) {
@@ -200,7 +202,7 @@ TEST(EditOnTheWire, BadOnesNameTheField) {
   };
   for (const auto& c : cases) {
     SCOPED_TRACE(c.name);
-    EXPECT_EQ(DecodeEdit("edits[2]", c.message, DecodeLimits()).status(),
+    EXPECT_EQ(DecodeEdit("edits[2]", c.message, Limits()).status(),
               absl::InvalidArgumentError(c.error));
   }
 }
@@ -208,7 +210,7 @@ TEST(EditOnTheWire, BadOnesNameTheField) {
 TEST(EditOnTheWire, CellsCountAgainstTheLimit) {
   v1::Edit message;
   EncodeEdit(WriteCells{"grid", {0, 1, 0, 3}, {1.0, 1.0, 1.0}}, &message);
-  DecodeLimits limits;
+  Limits limits;
   limits.max_cells = 3;
   EXPECT_TRUE(DecodeEdit("edits[0]", message, limits).ok());
   limits.max_cells = 2;
@@ -219,9 +221,8 @@ TEST(EditOnTheWire, CellsCountAgainstTheLimit) {
 
 TEST(EditBatchOnTheWire, MustHoldOneEditAndAtMostTheLimit) {
   google::protobuf::RepeatedPtrField<v1::Edit> edits;
-  EXPECT_EQ(DecodeEdits(edits, DecodeLimits()).status(),
-            absl::InvalidArgumentError("edits is empty"));
-  DecodeLimits limits;
+  EXPECT_EQ(DecodeEdits(edits, Limits()).status(), absl::InvalidArgumentError("edits is empty"));
+  Limits limits;
   limits.max_edits = 2;
   for (int i = 0; i < 2; ++i) *edits.Add() = FillMessage(1.0);
   const auto batch = DecodeEdits(edits, limits);

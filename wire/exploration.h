@@ -1,8 +1,4 @@
-// Explorations on the wire.
-//
-// Stored explorations are in the frame of their layer, and messages are in the frame of the
-// request: `frame_from_layer` converts. Goals, places, progress and frontiers occur only in
-// answers, and clients read their fields directly; hence these have no Decode function.
+// Explorations in answers of ExplorationService. Positions are in the frame of the answer.
 #ifndef HYPERMAP_WIRE_EXPLORATION_H_
 #define HYPERMAP_WIRE_EXPLORATION_H_
 
@@ -10,9 +6,7 @@
 #include "absl/strings/string_view.h"
 #include "hypermap/v1/exploration_service.pb.h"
 #include "map/exploration/exploration_objects.h"
-#include "map/exploration/explorer.h"
-#include "map/frames/planar_transform.h"
-#include "map/grid/grid_geometry.h"
+#include "map/exploration/exploration_view.h"
 
 namespace hypermap::wire {
 
@@ -28,27 +22,23 @@ v1::GoalOutcome EncodeGoalOutcome(GoalOutcome outcome);
 // INVALID_ARGUMENT for an outcome that is missing or unknown.
 absl::StatusOr<GoalOutcome> DecodeGoalOutcome(absl::string_view field, v1::GoalOutcome outcome);
 
-void EncodeGoal(const ExplorationGoal& goal, const PlanarTransform& frame_from_layer,
-                v1::Goal* message);
-void EncodeUnreachablePlace(const UnreachablePlace& place, const PlanarTransform& frame_from_layer,
-                            v1::UnreachablePlace* message);
+void EncodeGoal(const LeasedGoal& goal, v1::Goal* message);
+absl::StatusOr<LeasedGoal> DecodeGoal(absl::string_view field, const v1::Goal& message);
 
-// Includes its goals and places.
-void EncodeExploration(const ExplorationObjects& objects, const PlanarTransform& frame_from_layer,
-                       v1::Exploration* message);
-// Decodes an exploration of an answer, without its goals and places. The area is in the frame of
-// the answer.
-absl::StatusOr<Exploration> DecodeExploration(absl::string_view field,
-                                              const v1::Exploration& message);
+void EncodeExploration(const ExplorationEntry& entry, v1::Exploration* message);
+absl::StatusOr<ExplorationEntry> DecodeExploration(absl::string_view field,
+                                                   const v1::Exploration& message);
 
-void EncodeProgress(const Explorer::Progress& cells, double cell_area_m2, double rate_m2_per_s,
-                    v1::ExplorationProgress* message);
+void EncodeProgress(const ExplorationProgress& progress, v1::ExplorationProgress* message);
+// Ignores the fraction, which follows from the numbers of cells.
+ExplorationProgress DecodeProgress(const v1::ExplorationProgress& message);
 
-// `geometry` is that of the occupancy layer; here `frame_from_layer` starts from that layer's
-// frame.
-void EncodeFrontier(const Explorer::FrontierView& frontier, const GridGeometry& geometry,
-                    const PlanarTransform& frame_from_layer, bool with_cells,
-                    v1::Frontier* message);
+void EncodeFrontier(const FrontierEntry& frontier, v1::Frontier* message);
+absl::StatusOr<FrontierEntry> DecodeFrontier(absl::string_view field, const v1::Frontier& message);
+
+// Leave the revision and the frame to the caller.
+void EncodeClaimResult(const ClaimResult& result, v1::ClaimGoalResponse* message);
+absl::StatusOr<ClaimResult> DecodeClaimResult(const v1::ClaimGoalResponse& message);
 
 }  // namespace hypermap::wire
 

@@ -9,6 +9,7 @@
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
+#include "base/limits/limits.h"
 #include "base/status/status_macros.h"
 #include "wire/field.h"
 
@@ -68,15 +69,14 @@ absl::StatusOr<Rings> DecodeRings(absl::string_view field, const v1::Polygon& me
   return rings;
 }
 
-absl::Status CheckNumVertices(absl::string_view field, int64_t vertices,
-                              const DecodeLimits& limits) {
+absl::Status CheckNumVertices(absl::string_view field, int64_t vertices, const Limits& limits) {
   if (vertices <= limits.max_vertices) return absl::OkStatus();
   return absl::ResourceExhaustedError(
       absl::StrCat(field, " has ", vertices, " vertices, --max_vertices is ", limits.max_vertices));
 }
 
 absl::Status CheckVertices(absl::string_view field, const v1::Polygon& message,
-                           const DecodeLimits& limits) {
+                           const Limits& limits) {
   int64_t vertices = message.outer().xs_size();
   for (const v1::Ring& hole : message.holes()) vertices += hole.xs_size();
   return CheckNumVertices(field, vertices, limits);
@@ -142,7 +142,7 @@ absl::StatusOr<FrameTransform> DecodeTransform(absl::string_view field,
 }
 
 absl::StatusOr<Polygon> DecodePolygon(absl::string_view field, const v1::Polygon& message,
-                                      const DecodeLimits& limits) {
+                                      const Limits& limits) {
   HYPERMAP_RETURN_IF_ERROR(CheckVertices(field, message, limits));
   HYPERMAP_ASSIGN_OR_RETURN(Rings rings, DecodeRings(field, message));
   std::vector<Ring> holes(std::make_move_iterator(rings.begin() + 1),
@@ -161,7 +161,7 @@ absl::StatusOr<Polygon> DecodePolygon(absl::string_view field, const v1::Polygon
 }
 
 absl::StatusOr<Shape> DecodeShape(absl::string_view field, const v1::Shape& message,
-                                  const DecodeLimits& limits) {
+                                  const Limits& limits) {
   switch (message.shape_case()) {
     case v1::Shape::kPolygon:
       return DecodePolygon(absl::StrCat(field, ".polygon"), message.polygon(), limits);

@@ -10,12 +10,12 @@
 
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
+#include "base/limits/limits.h"
 #include "hypermap/v1/geometry.pb.h"
 #include "map/frames/frame_tree.h"
 #include "map/frames/planar_transform.h"
 #include "map/geometry/polygon.h"
 #include "map/geometry/shape.h"
-#include "wire/limits.h"
 
 namespace hypermap::wire {
 
@@ -34,7 +34,7 @@ absl::StatusOr<FrameTransform> DecodeTransform(absl::string_view field,
 // Validates and normalises like Polygon::Make. RESOURCE_EXHAUSTED for more than
 // limits.max_vertices.
 absl::StatusOr<Polygon> DecodePolygon(absl::string_view field, const v1::Polygon& message,
-                                      const DecodeLimits& limits);
+                                      const Limits& limits);
 
 // Decodes a polygon of an answer, with its exact vertices.
 absl::StatusOr<Polygon> DecodePolygon(absl::string_view field, const v1::Polygon& message);
@@ -42,7 +42,7 @@ absl::StatusOr<Polygon> DecodePolygon(absl::string_view field, const v1::Polygon
 // Validates and normalises like the Make function of its kind. RESOURCE_EXHAUSTED for more than
 // limits.max_vertices.
 absl::StatusOr<Shape> DecodeShape(absl::string_view field, const v1::Shape& message,
-                                  const DecodeLimits& limits);
+                                  const Limits& limits);
 
 // Decodes a shape of an answer, with its exact vertices.
 absl::StatusOr<Shape> DecodeShape(absl::string_view field, const v1::Shape& message);

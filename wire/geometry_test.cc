@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "base/limits/limits.h"
+#include "tests/support/not_finite.h"
 #include "tests/support/random_map.h"
 
 namespace hypermap::wire {
@@ -14,7 +16,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+using hypermap::testing::kNan;
 constexpr double kInf = std::numeric_limits<double>::infinity();
 
 v1::Polygon PolygonMessage(const std::vector<std::vector<Point>>& rings) {
@@ -52,7 +54,7 @@ TEST(PolygonOnTheWire, RandomOnesComeBackEqual) {
     const Polygon polygon = hypermap::testing::RandomPolygon(rng, {3.0, -7.0}, 5.0);
     v1::Polygon message;
     EncodePolygon(polygon, &message);
-    const auto validated = DecodePolygon("area", message, DecodeLimits());
+    const auto validated = DecodePolygon("area", message, Limits());
     ASSERT_TRUE(validated.ok()) << validated.status();
     EXPECT_EQ(*validated, polygon);
     const auto answer = DecodePolygon("area", message);
@@ -64,7 +66,7 @@ TEST(PolygonOnTheWire, RandomOnesComeBackEqual) {
 TEST(PolygonOnTheWire, RequestIsNormalised) {
   const v1::Polygon clockwise_and_closed =
       PolygonMessage({{{0, 0}, {0, 2}, {2, 2}, {2, 0}, {0, 0}}});
-  const auto polygon = DecodePolygon("area", clockwise_and_closed, DecodeLimits());
+  const auto polygon = DecodePolygon("area", clockwise_and_closed, Limits());
   ASSERT_TRUE(polygon.ok()) << polygon.status();
   EXPECT_EQ(polygon->num_vertices(), 4);
   EXPECT_DOUBLE_EQ(Area(*polygon), 4.0);
@@ -90,7 +92,7 @@ TEST(PolygonOnTheWire, BadRequestsNameThePlace) {
   };
   for (const auto& c : cases) {
     SCOPED_TRACE(c.name);
-    const auto polygon = DecodePolygon("area", c.message, DecodeLimits());
+    const auto polygon = DecodePolygon("area", c.message, Limits());
     EXPECT_TRUE(absl::IsInvalidArgument(polygon.status())) << polygon.status();
     EXPECT_THAT(std::string(polygon.status().message()), HasSubstr(c.error));
   }
@@ -99,7 +101,7 @@ TEST(PolygonOnTheWire, BadRequestsNameThePlace) {
 TEST(PolygonOnTheWire, VerticesOfAllRingsCountAgainstTheLimit) {
   const v1::Polygon message =
       PolygonMessage({{{0, 0}, {9, 0}, {9, 9}, {0, 9}}, {{1, 1}, {2, 1}, {2, 2}}});
-  DecodeLimits limits;
+  Limits limits;
   limits.max_vertices = 7;
   EXPECT_TRUE(DecodePolygon("area", message, limits).ok());
   limits.max_vertices = 6;
@@ -118,12 +120,12 @@ TEST(PolygonOnTheWire, ColumnsOfDifferentLengthsAreRefused) {
   v1::Polygon outer = PolygonMessage({{{0, 0}, {9, 0}, {9, 9}, {0, 9}}});
   outer.mutable_outer()->add_xs(4);
   const absl::Status outer_error = absl::InvalidArgumentError("area.outer has 5 xs and 4 ys");
-  EXPECT_EQ(DecodePolygon("area", outer, DecodeLimits()).status(), outer_error);
+  EXPECT_EQ(DecodePolygon("area", outer, Limits()).status(), outer_error);
   EXPECT_EQ(DecodePolygon("area", outer).status(), outer_error);
   v1::Polygon hole = PolygonMessage({{{0, 0}, {9, 0}, {9, 9}, {0, 9}}, {{1, 1}, {2, 1}, {2, 2}}});
   hole.mutable_holes(0)->add_ys(4);
   const absl::Status hole_error = absl::InvalidArgumentError("area.holes[0] has 3 xs and 4 ys");
-  EXPECT_EQ(DecodePolygon("area", hole, DecodeLimits()).status(), hole_error);
+  EXPECT_EQ(DecodePolygon("area", hole, Limits()).status(), hole_error);
   EXPECT_EQ(DecodePolygon("area", hole).status(), hole_error);
 }
 
@@ -159,7 +161,7 @@ TEST(ShapeOnTheWire, RandomOnesOfEachKindComeBackEqual) {
   for (int i = 0; i < 300; ++i) {
     const Shape shape = hypermap::testing::RandomShape(rng, {3.0, -7.0}, 5.0);
     const v1::Shape message = Received(shape);
-    const auto validated = DecodeShape("shape", message, DecodeLimits());
+    const auto validated = DecodeShape("shape", message, Limits());
     ASSERT_TRUE(validated.ok()) << validated.status();
     EXPECT_EQ(*validated, shape);
     const auto answer = DecodeShape("shape", message);
@@ -170,7 +172,7 @@ TEST(ShapeOnTheWire, RandomOnesOfEachKindComeBackEqual) {
 
 TEST(ShapeOnTheWire, RequestIsNormalisedAndAnswerIsNot) {
   const v1::Shape repeated = LineMessage({{0, 0}, {0, 0}, {1, 0}, {1, 0}, {0, 0}});
-  const auto request = DecodeShape("shape", repeated, DecodeLimits());
+  const auto request = DecodeShape("shape", repeated, Limits());
   ASSERT_TRUE(request.ok()) << request.status();
   EXPECT_EQ(request->line_string().vertices(), (std::vector<Point>{{0, 0}, {1, 0}, {0, 0}}));
   const auto answer = DecodeShape("shape", repeated);
@@ -205,7 +207,7 @@ TEST(ShapeOnTheWire, BadRequestsNameTheField) {
   };
   for (const auto& c : cases) {
     SCOPED_TRACE(c.name);
-    EXPECT_EQ(DecodeShape("object.shape", c.message, DecodeLimits()).status(),
+    EXPECT_EQ(DecodeShape("object.shape", c.message, Limits()).status(),
               absl::InvalidArgumentError(c.error));
   }
 }
@@ -220,7 +222,7 @@ TEST(ShapeOnTheWire, BadAnswersNameTheField) {
 }
 
 TEST(ShapeOnTheWire, VerticesCountAgainstTheLimit) {
-  DecodeLimits limits;
+  Limits limits;
   limits.max_vertices = 3;
   EXPECT_TRUE(DecodeShape("shape", LineMessage({{0, 0}, {1, 0}, {2, 0}}), limits).ok());
   const auto line = DecodeShape("shape", LineMessage({{0, 0}, {1, 0}, {2, 0}, {3, 0}}), limits);

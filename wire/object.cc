@@ -6,6 +6,7 @@
 #include <variant>
 
 #include "absl/strings/str_cat.h"
+#include "base/limits/limits.h"
 #include "base/status/status_macros.h"
 #include "wire/field.h"
 #include "wire/geometry.h"
@@ -112,7 +113,7 @@ void EncodeObject(const SemanticObject& object, const PlanarTransform& caller_fr
 }
 
 absl::StatusOr<SemanticObject> DecodeObject(absl::string_view field, const v1::Object& message,
-                                            const DecodeLimits& limits) {
+                                            const Limits& limits) {
   return DecodeWith(field, message, [&](absl::string_view shape_field, const v1::Shape& shape) {
     return DecodeShape(shape_field, shape, limits);
   });

@@ -4,10 +4,10 @@
 
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
+#include "base/limits/limits.h"
 #include "hypermap/v1/object.pb.h"
 #include "map/frames/planar_transform.h"
 #include "map/objects/semantic_object.h"
-#include "wire/limits.h"
 
 namespace hypermap::wire {
 
@@ -18,7 +18,7 @@ void EncodeObject(const SemanticObject& object, const PlanarTransform& caller_fr
 // Decodes an object of a request, which must have a shape. Ignores version and expire_time, since
 // the map sets them. Does not check what Validate(SemanticObject) checks.
 absl::StatusOr<SemanticObject> DecodeObject(absl::string_view field, const v1::Object& message,
-                                            const DecodeLimits& limits);
+                                            const Limits& limits);
 
 // Decodes an object of an answer.
 absl::StatusOr<SemanticObject> DecodeObject(absl::string_view field, const v1::Object& message);

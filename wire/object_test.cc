@@ -4,6 +4,7 @@
 
 #include <limits>
 
+#include "base/limits/limits.h"
 #include "tests/support/random_map.h"
 
 namespace hypermap::wire {
@@ -29,7 +30,7 @@ SemanticObject Desk() {
 TEST(ObjectOnTheWire, ComesBackEqual) {
   v1::Object message;
   EncodeObject(Desk(), PlanarTransform(), &message);
-  const auto request = DecodeObject("object", message, DecodeLimits());
+  const auto request = DecodeObject("object", message, Limits());
   ASSERT_TRUE(request.ok()) << request.status();
   EXPECT_EQ(*request, Desk());
   const auto answer = DecodeObject("object", message);
@@ -47,7 +48,7 @@ TEST(ObjectOnTheWire, AnswersTellVersionAndEndAndRequestsDoNot) {
   ASSERT_TRUE(answer.ok()) << answer.status();
   EXPECT_EQ(answer->version, 31);
   EXPECT_EQ(answer->expires_at, desk.expires_at);
-  const auto request = DecodeObject("object", message, DecodeLimits());
+  const auto request = DecodeObject("object", message, Limits());
   ASSERT_TRUE(request.ok()) << request.status();
   EXPECT_EQ(request->version, 0);
   EXPECT_EQ(request->expires_at, std::nullopt);
@@ -63,7 +64,7 @@ TEST(ObjectOnTheWire, RandomOnesComeBackEqualThroughBytes) {
     EncodeObject(object, PlanarTransform(), &sent);
     v1::Object received;
     ASSERT_TRUE(received.ParseFromString(sent.SerializeAsString()));
-    const auto decoded = DecodeObject("object", received, DecodeLimits());
+    const auto decoded = DecodeObject("object", received, Limits());
     ASSERT_TRUE(decoded.ok()) << decoded.status();
     EXPECT_EQ(*decoded, object);
   }
@@ -100,27 +101,27 @@ TEST(ObjectOnTheWire, ExistenceLeftOutIsCertain) {
   v1::Object message;
   EncodeObject(Desk(), PlanarTransform(), &message);
   message.clear_existence();
-  EXPECT_EQ(DecodeObject("object", message, DecodeLimits())->existence, 1.0);
+  EXPECT_EQ(DecodeObject("object", message, Limits())->existence, 1.0);
   message.set_existence(0.0);
-  EXPECT_EQ(DecodeObject("object", message, DecodeLimits())->existence, 0.0);
+  EXPECT_EQ(DecodeObject("object", message, Limits())->existence, 0.0);
 }
 
 TEST(ObjectOnTheWire, BadOnesNameTheField) {
   v1::Object message;
-  EXPECT_EQ(DecodeObject("object", message, DecodeLimits()).status(),
+  EXPECT_EQ(DecodeObject("object", message, Limits()).status(),
             absl::InvalidArgumentError("object.shape is missing"));
   EncodeObject(Desk(), PlanarTransform(), &message);
   (*message.mutable_attributes())["color"];
-  EXPECT_EQ(DecodeObject("object", message, DecodeLimits()).status(),
+  EXPECT_EQ(DecodeObject("object", message, Limits()).status(),
             absl::InvalidArgumentError("object.attributes[color] has no value"));
   message.clear_attributes();
   v1::Ring* outer = message.mutable_shape()->mutable_polygon()->mutable_outer();
   outer->mutable_xs()->Truncate(2);
-  EXPECT_EQ(DecodeObject("object", message, DecodeLimits()).status(),
+  EXPECT_EQ(DecodeObject("object", message, Limits()).status(),
             absl::InvalidArgumentError("object.shape.polygon.outer has 2 xs and 4 ys"));
   outer->mutable_ys()->Truncate(2);
   EXPECT_EQ(
-      DecodeObject("object", message, DecodeLimits()).status(),
+      DecodeObject("object", message, Limits()).status(),
       absl::InvalidArgumentError("object.shape.polygon: outer has fewer than 3 distinct vertices"));
 }
 

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/limits/limits.h"
 #include "base/status/status_macros.h"
 #include "wire/field.h"
 #include "wire/geometry.h"
@@ -267,7 +268,7 @@ void EncodeObservation(const Observation& observation, v1::Observation* message)
 
 absl::StatusOr<Observation> DecodeObservation(absl::string_view field,
                                               const v1::Observation& message,
-                                              const DecodeLimits& limits) {
+                                              const Limits& limits) {
   const std::string prefix = field.empty() ? "" : absl::StrCat(field, ".");
   return DecodeWith(prefix, message, [&](absl::string_view polygon_field, const v1::Polygon& p) {
     return DecodePolygon(polygon_field, p, limits);

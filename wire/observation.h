@@ -6,9 +6,9 @@
 
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
+#include "base/limits/limits.h"
 #include "hypermap/v1/observation.pb.h"
 #include "map/observations/observation.h"
-#include "wire/limits.h"
 
 namespace hypermap::wire {
 
@@ -16,8 +16,7 @@ void EncodeObservation(const Observation& observation, v1::Observation* message)
 
 // Decodes an observation of a request. Does not check what Validate(Observation) checks.
 absl::StatusOr<Observation> DecodeObservation(absl::string_view field,
-                                              const v1::Observation& message,
-                                              const DecodeLimits& limits);
+                                              const v1::Observation& message, const Limits& limits);
 
 // Encodes an observation as bytes: exact, and equal for equal observations.
 std::string ObservationToBytes(const Observation& observation);

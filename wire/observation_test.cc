@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "base/limits/limits.h"
 #include "tests/support/random_map.h"
 
 namespace hypermap::wire {
@@ -87,7 +88,7 @@ TEST(ObservationOnTheWire, RandomOnesComeBackEqualThroughBytes) {
     EncodeObservation(observation, &sent);
     v1::Observation received;
     ASSERT_TRUE(received.ParseFromString(sent.SerializeAsString()));
-    const auto decoded = DecodeObservation("observation", received, DecodeLimits());
+    const auto decoded = DecodeObservation("observation", received, Limits());
     ASSERT_TRUE(decoded.ok()) << decoded.status();
     ExpectEqual(*decoded, observation);
   }
@@ -123,7 +124,7 @@ TEST(ObservationOnTheWire, BadOnesNameTheField) {
   const auto problem = [&](auto change) {
     v1::Observation message = good;
     change(message);
-    const auto decoded = DecodeObservation("o", message, DecodeLimits());
+    const auto decoded = DecodeObservation("o", message, Limits());
     EXPECT_EQ(decoded.status().code(), absl::StatusCode::kInvalidArgument);
     return std::string(decoded.status().message());
   };

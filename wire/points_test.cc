@@ -4,12 +4,12 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <limits>
 #include <memory>
 #include <string>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "tests/support/not_finite.h"
 #include "tests/support/random_map.h"
 
 namespace hypermap::wire {
@@ -20,7 +20,7 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::SizeIs;
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+using hypermap::testing::kNan;
 
 v1::QueryPointsRequest Batch(std::initializer_list<double> xs, std::initializer_list<double> ys) {
   v1::QueryPointsRequest message;

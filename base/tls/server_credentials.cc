@@ -28,8 +28,7 @@ absl::StatusOr<std::string> ReadFileOf(const char* flag, const std::string& path
 absl::StatusOr<std::string> ReadCertificates(const char* flag, const std::string& path) {
   absl::StatusOr<std::string> pem = ReadFileOf(flag, path);
   if (!pem.ok()) return pem;
-  absl::Status status = Named(flag, path, CheckCertificates(*pem));
-  if (!status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(Named(flag, path, CheckCertificates(*pem)));
   return pem;
 }
 

@@ -22,7 +22,7 @@ namespace {
 // Shows an answer, or returns its error.
 template <typename Answer>
 absl::Status ShowAnswer(const absl::StatusOr<Answer>& answer, Output& output) {
-  if (!answer.ok()) return answer.status();
+  HYPERMAP_RETURN_IF_ERROR(answer.status());
   output.Show(*answer);
   return absl::OkStatus();
 }
@@ -69,9 +69,9 @@ void AddMapCommands(CLI::App& app, Command& selected) {
 
   CLI::App* map = app.add_subcommand("map", "Create or delete a map")->require_subcommand(1);
   auto options = std::make_shared<MapOptions>();
-  CLI::App* create = map->add_subcommand("create", "Make an empty map");
+  CLI::App* create = map->add_subcommand("create", "Create an empty map");
   create->add_option("map", options->map, "Name of the map")->required()->type_name("MAP");
-  create->add_option("--frame", options->frame_id, "The map's own frame (default: map)");
+  create->add_option("--frame", options->frame_id, "Name of the map's own frame (default: map)");
   create->callback([&selected, options] {
     selected = [options](Session& s) {
       HYPERMAP_ASSIGN_OR_RETURN(auto answer, s.client.CreateMap(options->map, options->frame_id));
@@ -79,13 +79,13 @@ void AddMapCommands(CLI::App& app, Command& selected) {
       return absl::OkStatus();
     };
   });
-  CLI::App* remove = map->add_subcommand("delete", "Remove a map and its layers for good");
+  CLI::App* remove = map->add_subcommand("delete", "Permanently delete a map and its layers");
   remove->add_option("map", options->map, "Name of the map")->required()->type_name("MAP");
   remove->callback([&selected, options] {
     selected = [options](Session& s) {
-      const absl::Status status = s.client.DeleteMap(options->map);
-      if (status.ok()) s.output.Show(Done{.map = options->map, .what = "deleted"});
-      return status;
+      HYPERMAP_RETURN_IF_ERROR(s.client.DeleteMap(options->map));
+      s.output.Show(Done{.map = options->map, .what = "deleted"});
+      return absl::OkStatus();
     };
   });
 }
@@ -128,7 +128,9 @@ absl::Status CreateLayer(const LayerOptions& options, Session& s) {
 }
 
 void AddLayerOptions(CLI::App& create, LayerOptions& options) {
-  create.add_option("--kind", options.kind, "occupancy, exploration, semantic or scalar")
+  create
+      .add_option("--kind", options.kind,
+                  "Kind of the layer: occupancy, exploration, semantic or scalar")
       ->required()
       ->check(IsLayerKind());
   CLI::Option* resolution = create.add_option("--resolution", options.resolution_m,
@@ -138,24 +140,24 @@ void AddLayerOptions(CLI::App& create, LayerOptions& options) {
       ->needs(resolution)
       ->check(IsPose())
       ->capture_default_str();
-  create.add_option("--frame", options.frame_id, "The layer's frame (default: the map's own)");
+  create.add_option("--frame", options.frame_id, "Frame of the layer (default: the map's own)");
   create.add_option("--unit", options.unit, "Unit of the values of a scalar layer");
   create.add_option("--free-below", options.free_below, "Probability below which cells are free");
   create.add_option("--occupied-above", options.occupied_above,
                     "Probability above which cells are occupied");
   create
       .add_option("--shapes,--shape", options.shapes,
-                  "The kinds of shape that the objects of a semantic layer may have: polygon, "
-                  "line_string, point (default: all)")
+                  "Shapes that the objects of a semantic layer may have: polygon, line_string, "
+                  "point (default: all)")
       ->type_name("KIND,...")
       ->delimiter(',')
       ->check(IsShapeKind());
   create
       .add_option(
           "--explored_rule,--explored-rule", options.explored_rule,
-          "For an exploration layer: a cell becomes explored when the free space that a robot "
-          "saw covers its centre (centre, the default), covers all of it (covered) or "
-          "touches it (touched)")
+          "For exploration layers: a cell becomes explored if the free space that a robot "
+          "observed contains its centre (centre, the default), covers it completely (covered) "
+          "or touches it (touched)")
       ->type_name("RULE")
       ->check(IsCellRule());
 }
@@ -171,7 +173,7 @@ void AddLayerCommands(CLI::App& app, Command& selected) {
   });
 
   CLI::App* layer = app.add_subcommand("layer", "Create or delete a layer")->require_subcommand(1);
-  CLI::App* create = layer->add_subcommand("create", "Make an empty layer");
+  CLI::App* create = layer->add_subcommand("create", "Create an empty layer");
   create->add_option("map", options->map, "Name of the map")->required()->type_name("MAP");
   create->add_option("name", options->name, "Name of the layer")->required()->type_name("NAME");
   AddLayerOptions(*create, *options);
@@ -179,7 +181,7 @@ void AddLayerCommands(CLI::App& app, Command& selected) {
     selected = [options](Session& s) { return CreateLayer(*options, s); };
   });
 
-  CLI::App* remove = layer->add_subcommand("delete", "Remove a layer and its content");
+  CLI::App* remove = layer->add_subcommand("delete", "Delete a layer and its content");
   remove->add_option("map", options->map, "Name of the map")->required()->type_name("MAP");
   remove->add_option("name", options->name, "Name of the layer")->required()->type_name("NAME");
   remove->callback([&selected, options] {
@@ -200,7 +202,7 @@ absl::StatusOr<ValueAliases> ParseAliases(const std::vector<std::string>& texts)
     const std::vector<std::string> labels =
         absl::StrSplit(parts.second, ',', absl::SkipWhitespace());
     if (!aliases.try_emplace(parts.first, labels.begin(), labels.end()).second) {
-      return absl::InvalidArgumentError(absl::StrCat("alias \"", parts.first, "\" given twice"));
+      return absl::InvalidArgumentError(absl::StrCat("alias \"", parts.first, "\" is given twice"));
     }
   }
   return aliases;
@@ -216,14 +218,14 @@ absl::Status SetLayerAliases(const AliasOptions& options, Session& s) {
 
 void AddAliasCommand(CLI::App& app, Command& selected) {
   auto options = std::make_shared<AliasOptions>();
-  CLI::App* alias = app.add_subcommand(
-      "alias", "Give a semantic layer other words for its labels, to ask for them by");
+  CLI::App* alias = app.add_subcommand("alias", "Set the aliases of labels in a semantic layer");
   alias->add_option("map", options->map, "Name of the map")->required()->type_name("MAP");
   alias->add_option("layer", options->layer, "Name of the layer")->required()->type_name("LAYER");
   alias
-      ->add_option("aliases", options->aliases,
-                   "Words and what they stand for (tv=tvmonitor furniture=chair,couch); an alias "
-                   "without a label (tv=) is taken out, those not named stay")
+      ->add_option(
+          "aliases", options->aliases,
+          "Aliases and their labels (tv=tvmonitor furniture=chair,couch); an alias without "
+          "labels (tv=) is deleted, aliases that are not named are kept")
       ->required()
       ->type_name("ALIAS=LABEL,...")
       ->check(IsAlias());
@@ -253,16 +255,23 @@ void AddTransformCommands(CLI::App& app, Command& selected) {
     };
   });
 
-  CLI::App* transform = app.add_subcommand("transform", "Place a frame")->require_subcommand(1);
-  CLI::App* set = transform->add_subcommand("set", "Set the pose of a frame in another");
+  CLI::App* transform =
+      app.add_subcommand("transform", "Set the pose of a frame")->require_subcommand(1);
+  CLI::App* set = transform->add_subcommand("set", "Set the pose of a frame in its parent frame");
   set->add_option("map", options->map, "Name of the map")->required()->type_name("MAP");
-  set->add_option("child", options->child, "The frame")->required()->type_name("CHILD");
-  set->add_option("parent", options->parent, "The frame that the pose is in")
+  set->add_option("child", options->child, "Frame to place")->required()->type_name("CHILD");
+  set->add_option("parent", options->parent, "Parent frame, in which the pose is given")
       ->required()
       ->type_name("PARENT");
-  set->add_option("x", options->x, "Metres")->required()->type_name("X")->check(IsNumber());
-  set->add_option("y", options->y, "Metres")->required()->type_name("Y")->check(IsNumber());
-  set->add_option("yaw", options->yaw, "Radians, counter-clockwise")
+  set->add_option("x", options->x, "X coordinate in metres")
+      ->required()
+      ->type_name("X")
+      ->check(IsNumber());
+  set->add_option("y", options->y, "Y coordinate in metres")
+      ->required()
+      ->type_name("Y")
+      ->check(IsNumber());
+  set->add_option("yaw", options->yaw, "Rotation in radians, counter-clockwise")
       ->required()
       ->type_name("YAW")
       ->check(IsNumber());

@@ -36,7 +36,7 @@ std::string Counted(int64_t count, absl::string_view noun) {
 }
 
 std::string DescribeKind(const LayerSpec& spec) {
-  const std::string kind(LayerKindName(spec.kind));
+  std::string kind(LayerKindName(spec.kind));
   if (spec.kind != LayerKind::kExploration) return kind;
   return absl::StrCat(kind, ", ", CellRuleName(spec.explored_rule));
 }
@@ -73,7 +73,7 @@ std::string DescribeStatus(AnswerStatus status) {
     case AnswerStatus::kNoTransform:
       return "no transform to its frame";
     case AnswerStatus::kUnsupportedValue:
-      return "takes no such value";
+      return "does not support this value";
   }
   return "";
 }

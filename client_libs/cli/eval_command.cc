@@ -50,7 +50,7 @@ absl::StatusOr<LiveObjects> ReadLayer(client::Client& client, const std::string&
     }
     for (SemanticObject& object : part->objects) live.objects.push_back(std::move(object));
   }
-  if (!reader.status().ok()) return reader.status();
+  HYPERMAP_RETURN_IF_ERROR(reader.status());
   live.revision = reader.revision();
   return live;
 }
@@ -105,23 +105,26 @@ absl::Status Eval(const EvalOptions& options, Session& s) {
 void AddEvalCommand(CLI::App& app, Command& selected) {
   auto options = std::make_shared<EvalOptions>();
   CLI::App* eval = app.add_subcommand(
-      "eval",
-      "Compare the objects of a layer with the truth; line strings and points are left out");
+      "eval", "Compare the objects of a layer with ground truth; ignores line strings and points");
   eval->add_option("map", options->map, "Name of the map")->required()->type_name("MAP");
-  eval->add_option("--layer", options->layer, "The semantic layer")->required();
-  CLI::Option_group* truth = eval->add_option_group("truth", "What is compared with");
-  truth->add_option("--truth", options->truth_path, "A .geojson or .hmap file")->type_name("FILE");
-  truth->add_option("--truth-map,--truth_map", options->truth_map, "A map of the server")
+  eval->add_option("--layer", options->layer, "Semantic layer to evaluate")->required();
+  CLI::Option_group* truth = eval->add_option_group("truth", "Ground truth (one of these)");
+  truth->add_option("--truth", options->truth_path, "Ground truth in a .geojson or .hmap file")
+      ->type_name("FILE");
+  truth
+      ->add_option("--truth-map,--truth_map", options->truth_map,
+                   "Ground truth in a map of the server")
       ->type_name("MAP");
   truth->require_option(1);
   eval->add_option("--truth-layer,--truth_layer", options->truth_layer,
-                   "The layer of the truth, in an .hmap file of several or of the map (default: "
-                   "as --layer)")
+                   "Layer with the ground truth, in the map or in an .hmap file of several layers "
+                   "(default for a map: as --layer)")
       ->type_name("LAYER");
   eval->add_option("--min-visible-frames,--min_visible_frames", options->min_visible_frames,
-                   "True objects with a lower value of the property visible_frames do not count")
+                   "Ignore ground truth objects with a lower value of the property visible_frames")
       ->capture_default_str();
-  eval->add_option("--png", options->image_path, "Also draw the layer over the truth")
+  eval->add_option("--png", options->image_path,
+                   "Also draw the layer over the ground truth, as a PNG image")
       ->type_name("FILE");
   eval->callback(
       [&selected, options] { selected = [options](Session& s) { return Eval(*options, s); }; });

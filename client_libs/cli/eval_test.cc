@@ -48,7 +48,7 @@ void AddObject(v1::LayerPart& part, const std::string& label, double x, double y
   }
 }
 
-struct Outcome {
+struct EvalOutcome {
   int exit_code;
   std::string out;
   std::string err;
@@ -93,7 +93,7 @@ class EvalTest : public ::testing::Test {
          Feature({{"label", "desk"}, {"detectable", false}}, 30, 0)});
   }
 
-  Outcome RunEval(std::vector<std::string> args) {
+  EvalOutcome RunEval(std::vector<std::string> args) {
     server_ = std::make_unique<ScriptedServer>(script_);
     args.insert(args.begin(),
                 {"--server", server_->address(), "eval", "office", "--layer", "things"});
@@ -109,7 +109,7 @@ class EvalTest : public ::testing::Test {
 };
 
 TEST_F(EvalTest, ComparesTheLayerWithWhatCountsOfTheTruth) {
-  const Outcome outcome = RunEval({"--truth", PutTruthOfTheScene(), "--json"});
+  const EvalOutcome outcome = RunEval({"--truth", PutTruthOfTheScene(), "--json"});
   ASSERT_EQ(outcome.exit_code, kExitOk) << outcome.err;
   const json answer = json::parse(outcome.out);
   EXPECT_EQ(answer["revision"], 7);
@@ -138,7 +138,7 @@ TEST_F(EvalTest, ComparesTheLayerWithWhatCountsOfTheTruth) {
 }
 
 TEST_F(EvalTest, AsksForTheLayerInTheFrameOfTheTruth) {
-  const Outcome outcome = RunEval({"--truth", PutTruthOfTheScene()});
+  const EvalOutcome outcome = RunEval({"--truth", PutTruthOfTheScene()});
   ASSERT_EQ(outcome.exit_code, kExitOk) << outcome.err;
   EXPECT_THAT(server_->Requests(),
               ElementsAre(StartsWith("GetLayer map: \"office\" layer: \"things\""),
@@ -158,7 +158,7 @@ TEST_F(EvalTest, LineStringsAndPointsAreLeftOutAndCounted) {
                 Feature({{"label", "tv"}}, 5, 5),
                 {{"type", "Feature"}, {"properties", {{"label", "chair"}}}, {"geometry", line}},
                 {{"type", "Feature"}, {"properties", {{"label", "chair"}}}, {"geometry", point}}});
-  const Outcome outcome = RunEval({"--truth", truth, "--json"});
+  const EvalOutcome outcome = RunEval({"--truth", truth, "--json"});
   ASSERT_EQ(outcome.exit_code, kExitOk) << outcome.err;
   const json answer = json::parse(outcome.out);
   EXPECT_EQ(answer["n_truth"], 2);
@@ -173,13 +173,13 @@ TEST_F(EvalTest, LineStringsAndPointsAreLeftOutAndCounted) {
 }
 
 TEST_F(EvalTest, LeastFramesCanBeSet) {
-  const Outcome outcome =
+  const EvalOutcome outcome =
       RunEval({"--truth", PutTruthOfTheScene(), "--json", "--min_visible_frames", "4"});
   EXPECT_EQ(json::parse(outcome.out)["n_truth"], 3) << outcome.err;
 }
 
 TEST_F(EvalTest, PrintsATableForPeople) {
-  const Outcome outcome = RunEval({"--truth", PutTruthOfTheScene()});
+  const EvalOutcome outcome = RunEval({"--truth", PutTruthOfTheScene()});
   EXPECT_THAT(outcome.out, StartsWith("CLASS      TRUTH  DETECTED  MAP  MEAN IOU  CENTROID [m]\n"
                                       "chair          1         1    2     0.333           0.5\n"
                                       "plant          0         0    1\n"
@@ -189,7 +189,7 @@ TEST_F(EvalTest, PrintsATableForPeople) {
 }
 
 TEST_F(EvalTest, DrawsAPicture) {
-  const Outcome outcome =
+  const EvalOutcome outcome =
       RunEval({"--truth", PutTruthOfTheScene(), "--json", "--png", Path("out.png")});
   ASSERT_EQ(outcome.exit_code, kExitOk) << outcome.err;
   EXPECT_EQ(json::parse(outcome.out)["files"], json::array({Path("out.png")}));
@@ -197,7 +197,7 @@ TEST_F(EvalTest, DrawsAPicture) {
 }
 
 TEST_F(EvalTest, ALiveLayerMayBeTheTruth) {
-  const Outcome outcome =
+  const EvalOutcome outcome =
       RunEval({"--truth-map", "surveyed", "--truth-layer", "by_hand", "--json"});
   ASSERT_EQ(outcome.exit_code, kExitOk) << outcome.err;
   EXPECT_THAT(

@@ -43,7 +43,7 @@ absl::StatusOr<LayerSpec> FindLayer(const EditBatch& batch, const std::string& n
     return absl::NotFoundError(absl::StrCat("has no semantic layer \"", name, "\""));
   }
   return absl::InvalidArgumentError(
-      absl::StrCat("has ", found.size(), " semantic layers: say which by --truth-layer"));
+      absl::StrCat("has ", found.size(), " semantic layers: choose one with --truth-layer"));
 }
 
 absl::StatusOr<PlacedObjects> Collect(storage::ImportedMap imported, const std::string& layer) {

@@ -5,7 +5,7 @@
 namespace hypermap::cli {
 namespace {
 
-Json GoalJson(const client::Goal& goal) {
+Json GoalJson(const LeasedGoal& goal) {
   return {{"id", goal.id},
           {"robot", goal.robot},
           {"position", PointJson(goal.position)},
@@ -28,7 +28,7 @@ Json ExplorationJson(const client::ExplorationEntry& entry) {
                {"started", TimeJson(e.started)}};
   if (e.ended.has_value()) json["ended"] = TimeJson(*e.ended);
   json["goals"] = Json::array();
-  for (const client::Goal& goal : entry.goals) json["goals"].push_back(GoalJson(goal));
+  for (const LeasedGoal& goal : entry.goals) json["goals"].push_back(GoalJson(goal));
   json["unreachable_places"] = Json::array();
   for (const client::GivenUpPlace& place : entry.unreachable_places) {
     json["unreachable_places"].push_back(
@@ -38,10 +38,10 @@ Json ExplorationJson(const client::ExplorationEntry& entry) {
 }
 
 Json ProgressJson(const client::ExplorationProgress& progress) {
-  return {{"explored_cells", progress.explored_cells},
-          {"reachable_cells", progress.reachable_cells},
-          {"unreachable_cells", progress.unreachable_cells},
-          {"fraction", progress.fraction},
+  return {{"explored_cells", progress.cells.explored},
+          {"reachable_cells", progress.cells.reachable},
+          {"unreachable_cells", progress.cells.unreachable},
+          {"fraction", progress.fraction()},
           {"rate_m2_per_s", progress.rate_m2_per_s},
           {"cell_area_m2", progress.cell_area_m2}};
 }

@@ -40,9 +40,9 @@ class Tables {
 
 TextTable FloorTable(const client::ExplorationProgress& progress) {
   const std::pair<const char*, int64_t> parts[] = {
-      {"explored", progress.explored_cells},
-      {"unexplored, reachable", progress.reachable_cells},
-      {"unexplored, unreachable", progress.unreachable_cells},
+      {"explored", progress.cells.explored},
+      {"unexplored, reachable", progress.cells.reachable},
+      {"unexplored, unreachable", progress.cells.unreachable},
   };
   int64_t all = 0;
   for (const auto& [name, cells] : parts) all += cells;
@@ -55,9 +55,9 @@ TextTable FloorTable(const client::ExplorationProgress& progress) {
   return table;
 }
 
-TextTable GoalTable(const std::vector<client::Goal>& goals) {
+TextTable GoalTable(const std::vector<LeasedGoal>& goals) {
   TextTable table({"GOAL", "ROBOT", "X [m]", "Y [m]", "GAIN [cells]", "WAY [m]", "LEASED UNTIL"});
-  for (const client::Goal& goal : goals) {
+  for (const LeasedGoal& goal : goals) {
     table.AddRow({absl::StrCat(goal.id), goal.robot, FormatNumber(goal.position.x),
                   FormatNumber(goal.position.y), absl::StrCat(goal.gain_cells),
                   FormatNumber(goal.path_length_m, 2), DescribeTime(goal.expires_at)});
@@ -82,7 +82,7 @@ std::string DescribeExploration(const ExplorationReport& report) {
       absl::StrCat("exploration ", exploration.id, " of ", exploration.occupancy_layer, " into ",
                    exploration.exploration_layer, ": ", DescribeState(exploration));
   if (report.progress.has_value()) {
-    absl::StrAppend(&text, ", ", Percent(report.progress->fraction), " % seen, ",
+    absl::StrAppend(&text, ", ", Percent(report.progress->fraction()), " % seen, ",
                     FormatNumber(report.progress->rate_m2_per_s), " m²/s");
   }
   return text;

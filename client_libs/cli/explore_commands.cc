@@ -74,7 +74,7 @@ void AddFrame(CLI::App& command, ExploreOptions& options) {
 }
 
 void AddId(CLI::App& command, ExploreOptions& options) {
-  command.add_option("id", options.id, "The exploration (default: the newest)")
+  command.add_option("id", options.id, "Id of the exploration (default: the newest)")
       ->type_name("ID")
       ->check(CLI::PositiveNumber);
 }
@@ -82,36 +82,36 @@ void AddId(CLI::App& command, ExploreOptions& options) {
 void AddStartOptions(CLI::App& start, ExploreOptions& options) {
   start
       .add_option("--occupancy", options.occupancy_layer,
-                  "The layer whose free cells are the floor")
+                  "Layer whose free cells are the floor to explore")
       ->required()
       ->type_name("LAYER");
   start
       .add_option("--layer", options.exploration_layer,
-                  "The layer of what has been seen; made when there is none")
+                  "Exploration layer for the explored floor; created if there is none")
       ->type_name("LAYER")
       ->capture_default_str();
-  start.add_option("--area", options.area, "Vertices of the area, in order")
+  start.add_option("--area", options.area, "Vertices of the area to explore, in order")
       ->required()
       ->type_name("X,Y")
       ->check(IsPoint());
   start
       .add_option("--robot_radius,--robot-radius", options.start.robot_radius_m,
-                  "Metres that robots keep from what is not free")
+                  "Radius of the robots in metres; they keep this far from cells that are not free")
       ->type_name("METRES")
       ->check(IsNumber())
       ->capture_default_str();
-  start.add_option("--range", options.start.range_m, "How far robots see, in metres")
+  start.add_option("--range", options.start.range_m, "Range of the robots' sensors in metres")
       ->type_name("METRES")
       ->check(IsNumber())
       ->capture_default_str();
   start
       .add_option("--min_gain,--min-gain", options.start.min_gain_cells,
-                  "What shows fewer new cells is not worth a way")
+                  "Skip viewpoints that would reveal fewer new cells than this")
       ->type_name("CELLS")
       ->capture_default_str();
   start
       .add_option("--rule", options.rule,
-                  "Which cells of a layer that is made count as seen: centre, covered or touched")
+                  "Rule for explored cells if the layer is created: centre, covered or touched")
       ->check(IsCellRule())
       ->capture_default_str();
 }
@@ -133,30 +133,30 @@ CLI::App* AddSubcommand(CLI::App& explore, const std::string& name, const std::s
 void AddExploreCommands(CLI::App& app, Command& selected) {
   auto options = std::make_shared<ExploreOptions>();
   CLI::App* explore =
-      app.add_subcommand("explore", "Explore an area of a map by robots")->require_subcommand(1);
+      app.add_subcommand("explore", "Explore an area of a map with robots")->require_subcommand(1);
 
-  CLI::App* start =
-      AddSubcommand(*explore, "start", "Begin to explore an area", options, selected, Start);
+  CLI::App* start = AddSubcommand(*explore, "start", "Start the exploration of an area", options,
+                                  selected, Start);
   AddFrame(*start, *options);
   AddStartOptions(*start, *options);
 
-  CLI::App* status =
-      AddSubcommand(*explore, "status", "How far has it come?", options, selected, ShowStatus);
+  CLI::App* status = AddSubcommand(*explore, "status", "Show the progress of an exploration",
+                                   options, selected, ShowStatus);
   AddId(*status, *options);
   AddFrame(*status, *options);
 
-  CLI::App* list = AddSubcommand(*explore, "list", "List the explorations, the newest first",
-                                 options, selected, List);
+  CLI::App* list = AddSubcommand(*explore, "list", "List the explorations, newest first", options,
+                                 selected, List);
   AddFrame(*list, *options);
 
-  CLI::App* frontiers =
-      AddSubcommand(*explore, "frontiers", "Where does seen floor end and unseen begin?", options,
-                    selected, ListFrontiers);
+  CLI::App* frontiers = AddSubcommand(*explore, "frontiers",
+                                      "List the frontiers between explored and unexplored floor",
+                                      options, selected, ListFrontiers);
   AddId(*frontiers, *options);
   AddFrame(*frontiers, *options);
-  frontiers->add_flag("--cells", options->with_cells, "With the centre of each cell");
+  frontiers->add_flag("--cells", options->with_cells, "Include the centre of each cell");
 
-  CLI::App* stop = AddSubcommand(*explore, "stop", "End an exploration", options, selected, Stop);
+  CLI::App* stop = AddSubcommand(*explore, "stop", "Stop an exploration", options, selected, Stop);
   AddId(*stop, *options);
 }
 

@@ -75,7 +75,7 @@ absl::StatusOr<FeatureEdits> ReadFeatureEdits(absl::string_view geojson, const L
                                               const std::string& frame_id,
                                               const EditConditions& conditions) {
   if (!PropertiesOf(layer).has_shapes && (conditions.time_to_live || conditions.if_version)) {
-    return absl::InvalidArgumentError("only objects have a time to live and a version");
+    return absl::InvalidArgumentError("--ttl and --if_version apply only to layers of objects");
   }
   const Snapshot pretended = Pretend(layer, frame_id, IdsOf(geojson));
   HYPERMAP_ASSIGN_OR_RETURN(storage::ImportedMap imported,

@@ -35,10 +35,10 @@ absl::StatusOr<ExportFormat> ExportFormatOf(const std::string& name, const std::
     if (name.empty() ? extension == known.extension : name == known.name) return known.format;
   }
   if (!name.empty()) {
-    return absl::InvalidArgumentError(absl::StrCat("\"", name, "\" is not a format"));
+    return absl::InvalidArgumentError(absl::StrCat("unknown format \"", name, "\""));
   }
   return absl::InvalidArgumentError(
-      absl::StrCat("the name \"", path, "\" tells no format, --format does"));
+      absl::StrCat("the extension of \"", path, "\" is no known format; specify --format"));
 }
 
 absl::StatusOr<client::FileFormat> ImportFormatOf(const std::string& name,
@@ -46,7 +46,7 @@ absl::StatusOr<client::FileFormat> ImportFormatOf(const std::string& name,
   HYPERMAP_ASSIGN_OR_RETURN(const ExportFormat format, ExportFormatOf(name, path));
   if (const auto* interchange = std::get_if<client::FileFormat>(&format)) return *interchange;
   return absl::InvalidArgumentError(
-      "a GeoPackage is not imported: it is a map as it is, put it into the server's data folder");
+      "a GeoPackage can't be imported; it is a whole map: copy it into the server's data folder");
 }
 
 }  // namespace hypermap::cli

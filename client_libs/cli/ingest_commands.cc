@@ -46,7 +46,7 @@ CLI::Validator IsParameter() {
   return CLI::Validator(
       [](const std::string& text) -> std::string {
         std::string name;
-        double value;
+        double value = 0.0;
         return ParseParameter(text, &name, &value) ? "" : text + " is not NAME=NUMBER";
       },
       "");
@@ -56,7 +56,9 @@ CLI::Validator IsStamp() {
   return CLI::Validator(
       [](const std::string& text) -> std::string {
         absl::Time time;
-        return ParseStamp(text, &time) ? "" : text + " is no time";
+        return ParseStamp(text, &time)
+                   ? ""
+                   : text + " is neither an RFC 3339 time nor a number of seconds";
       },
       "");
 }
@@ -90,7 +92,7 @@ absl::Status Retract(const FusionOptions& options, Session& s) {
                             s.client.RetractSource(options.map, options.layer, options.robot,
                                                    StampOr(options.from, absl::InfinitePast()),
                                                    StampOr(options.to, absl::InfiniteFuture())));
-  s.output.Show(Done{options.map, "taken back", options.layer, revision});
+  s.output.Show(Done{options.map, "observations removed", options.layer, revision});
   return absl::OkStatus();
 }
 
@@ -103,39 +105,52 @@ absl::Status Explain(const FusionOptions& options, Session& s) {
 
 void AddMapAndLayer(CLI::App& command, FusionOptions& options) {
   command.add_option("map", options.map, "Name of the map")->required()->type_name("MAP");
-  command.add_option("--layer", options.layer, "The fused layer")->required()->type_name("NAME");
+  command.add_option("--layer", options.layer, "Name of the fused layer")
+      ->required()
+      ->type_name("NAME");
 }
 
 }  // namespace
 
 void AddIngestCommands(CLI::App& app, Command& selected) {
   auto options = std::make_shared<FusionOptions>();
-  CLI::App* rebuild = app.add_subcommand("rebuild", "Fuse the observations of a layer again");
+  CLI::App* rebuild =
+      app.add_subcommand("rebuild", "Recompute a fused layer from its stored observations");
   AddMapAndLayer(*rebuild, *options);
-  rebuild->add_option("--fusion", options->strategy, "evidence or paper (default: as it is)")
-      ->type_name("STRATEGY");
   rebuild
-      ->add_option("--param", options->parameters, "A parameter of the strategy; may be repeated")
+      ->add_option("--fusion", options->strategy,
+                   "Fusion strategy: evidence or paper (default: unchanged)")
+      ->type_name("STRATEGY");
+  rebuild->add_option("--param", options->parameters, "Parameter of the strategy; may be repeated")
       ->type_name("NAME=NUMBER")
       ->check(IsParameter());
   rebuild->callback(
       [&selected, options] { selected = [options](Session& s) { return Rebuild(*options, s); }; });
 
-  CLI::App* retract = app.add_subcommand("retract", "Take back what a robot saw");
+  CLI::App* retract =
+      app.add_subcommand("retract", "Remove the observations of a robot from a fused layer");
   AddMapAndLayer(*retract, *options);
-  retract->add_option("--robot", options->robot, "The robot")->required()->type_name("NAME");
-  retract->add_option("--from", options->from, "First stamp: RFC 3339, or seconds since 1970")
+  retract->add_option("--robot", options->robot, "Name of the robot")
+      ->required()
+      ->type_name("NAME");
+  retract
+      ->add_option("--from", options->from,
+                   "Remove observations from this stamp on (default: from the first): RFC 3339, or "
+                   "seconds since 1970")
       ->type_name("T")
       ->check(IsStamp());
-  retract->add_option("--to", options->to, "The stamp after the last")
+  retract
+      ->add_option("--to", options->to,
+                   "Remove observations before this stamp (default: to the last)")
       ->type_name("T")
       ->check(IsStamp());
   retract->callback(
       [&selected, options] { selected = [options](Session& s) { return Retract(*options, s); }; });
 
-  CLI::App* explain = app.add_subcommand("explain", "Show which observations made an object");
+  CLI::App* explain =
+      app.add_subcommand("explain", "Show the observations that an object was fused from");
   AddMapAndLayer(*explain, *options);
-  explain->add_option("id", options->object_id, "The object")->required()->type_name("ID");
+  explain->add_option("id", options->object_id, "Id of the object")->required()->type_name("ID");
   explain->callback(
       [&selected, options] { selected = [options](Session& s) { return Explain(*options, s); }; });
 }

@@ -131,10 +131,10 @@ bool IsDetection(client::ObjectEventKind kind) {
 Json EventJson(const client::ObjectEvent& event) {
   const absl::string_view kind = client::ObjectEventKindName(event.kind);
   Json json = {{"event", std::string(kind.data(), kind.size())}};
-  if (!event.robot.empty()) {
-    json["robot"] = event.robot;
-    json["sequence"] = event.sequence;
-    json["stamp"] = TimeJson(event.stamp);
+  if (!event.at.robot.empty()) {
+    json["robot"] = event.at.robot;
+    json["sequence"] = event.at.sequence;
+    json["stamp"] = TimeJson(event.at.stamp);
   }
   if (IsDetection(event.kind)) {
     json["detection"] = event.detection;
@@ -280,7 +280,7 @@ class JsonOutput : public Output {
 
   void Show(const client::RevisionList& list) override {
     Json revisions = Json::array();
-    for (const client::RevisionEntry& entry : list.revisions) {
+    for (const client::RevisionRecord& entry : list.revisions) {
       revisions.push_back({{"revision", entry.revision},
                            {"time", TimeJson(entry.time)},
                            {"author", entry.author},

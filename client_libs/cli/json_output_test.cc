@@ -57,7 +57,7 @@ client::LayerPart ObjectsPart(const std::string& layer, std::vector<SemanticObje
 
 // The output for one answer.
 template <typename Answer>
-std::string Shown(const Answer& answer) {
+std::string AsJson(const Answer& answer) {
   std::ostringstream out;
   MakeJsonOutput(out)->Show(answer);
   return out.str();
@@ -108,7 +108,7 @@ TEST(JsonOutputTest, AnEntityHasTheCoordinatesOfItsKindOfShape) {
 }
 
 TEST(JsonOutputTest, WhatAnObjectLacksIsEmptyOrNull) {
-  const auto json = nlohmann::json::parse(Shown(ObjectsPart("objects", {Plain(1, "rug")})));
+  const auto json = nlohmann::json::parse(AsJson(ObjectsPart("objects", {Plain(1, "rug")})));
   const auto& entity = json["entity"];
   EXPECT_EQ(entity["classes"], nlohmann::json::object());
   EXPECT_EQ(entity["tags"], nlohmann::json::array());
@@ -127,7 +127,7 @@ TEST(JsonOutputTest, PointAnswerHasEveryKeyForEveryLayer) {
        {"objects", LayerKind::kSemantic, AnswerStatus::kValue, std::nullopt, {Plain(4, "rug")}},
        {"seen", LayerKind::kExploration, AnswerStatus::kValue, 1.0, {}},
        {"wifi", LayerKind::kScalar, AnswerStatus::kUnknown, std::nullopt, {}}}};
-  auto json = nlohmann::json::parse(Shown(answer));
+  auto json = nlohmann::json::parse(AsJson(answer));
   EXPECT_EQ(json["layers"][2]["entities"][0]["label"], "rug");
   json["layers"][2]["entities"] = nlohmann::json::array();
   EXPECT_EQ(json, nlohmann::json::parse(R"({"map":"office","revision":7,"frame_id":"map",
@@ -178,7 +178,7 @@ TEST(JsonOutputTest, NearestHasALineAPlaceThenTheRefusals) {
   client::NearestAnswer answer{"office", 3, "map", {}, {{"wifi", AnswerStatus::kNoTransform}}};
   answer.matches.push_back({"seen", LayerKind::kExploration, 0.5, std::nullopt,
                             GridGeometry{PlanarTransform(), 0.1}, CellRun{2, 3, 4, 0.0}});
-  EXPECT_EQ(Shown(answer),
+  EXPECT_EQ(AsJson(answer),
             R"({"layer":"seen","distance_m":0.5,)"
             R"("grid":{"origin":[0.0,0.0,0.0],"resolution_m":0.1},"runs":[[2,3,4,0]]})"
             "\n"
@@ -190,14 +190,14 @@ TEST(JsonOutputTest, NearestHasALineAPlaceThenTheRefusals) {
   answer = {"office", 3, "map", {}, {}};
   answer.matches.push_back(
       {"objects", LayerKind::kSemantic, 1.25, Plain(4, "rug"), std::nullopt, std::nullopt});
-  EXPECT_THAT(Shown(answer),
+  EXPECT_THAT(AsJson(answer),
               HasSubstr(R"({"layer":"objects","distance_m":1.25,"entity":{"id":4,"label":"rug")"));
 }
 
 TEST(JsonOutputTest, NumbersReadBackAsTheSameDouble) {
   for (const double value : {0.1, 1.0 / 3, 5e-324, 1.7976931348623157e308, -0.0, 123456789.125}) {
     const auto json =
-        nlohmann::json::parse(Shown(client::PointAnswer{"m", 1, "map", {value, 0}, {}}));
+        nlohmann::json::parse(AsJson(client::PointAnswer{"m", 1, "map", {value, 0}, {}}));
     EXPECT_EQ(json["point"][0].get<double>(), value);
   }
 }
@@ -205,14 +205,14 @@ TEST(JsonOutputTest, NumbersReadBackAsTheSameDouble) {
 TEST(JsonOutputTest, WhatIsNotFiniteIsNull) {
   for (const double value :
        {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
-    EXPECT_THAT(Shown(GridPart("wifi", LayerKind::kScalar, {})), "");
+    EXPECT_THAT(AsJson(GridPart("wifi", LayerKind::kScalar, {})), "");
     EXPECT_THAT(ShownParts({GridPart("wifi", LayerKind::kScalar, {{0, 0, 1, value}})}, 1),
                 HasSubstr("[[0,0,1,null]]"));
   }
 }
 
 TEST(JsonOutputTest, TextThatIsNoUtf8IsReplaced) {
-  EXPECT_THAT(Shown(client::ImportAnswer{"m", 1, {}, {"bad \xff byte"}}),
+  EXPECT_THAT(AsJson(client::ImportAnswer{"m", 1, {}, {"bad \xff byte"}}),
               HasSubstr("bad \xEF\xBF\xBD byte"));
 }
 
@@ -221,12 +221,12 @@ TEST(JsonOutputTest, CatalogAnswers) {
   client::MapEntry broken;
   broken.name = "broken";
   broken.problem = "not a GeoPackage";
-  EXPECT_EQ(Shown(std::vector<client::MapEntry>{broken, office}),
+  EXPECT_EQ(AsJson(std::vector<client::MapEntry>{broken, office}),
             R"({"maps":[{"name":"broken","problem":"not a GeoPackage"},)"
             R"({"name":"office","frame_id":"map","revision":4,)"
             R"("create_time":"1970-01-01T00:00:00+00:00","layer_count":2}]})"
             "\n");
-  EXPECT_EQ(Shown(std::vector<client::MapEntry>{}), "{\"maps\":[]}\n");
+  EXPECT_EQ(AsJson(std::vector<client::MapEntry>{}), "{\"maps\":[]}\n");
 
   client::LayerEntry floor;
   floor.spec.name = "floor";
@@ -238,7 +238,7 @@ TEST(JsonOutputTest, CatalogAnswers) {
   floor.version = 3;
   floor.properties = PropertiesOf(floor.spec);
   EXPECT_EQ(
-      Shown(client::LayerList{"office", 4, {floor}}),
+      AsJson(client::LayerList{"office", 4, {floor}}),
       R"({"map":"office","revision":4,"layers":[{"name":"floor","kind":"occupancy",)"
       R"("frame_id":"map","size":6,"version":3,"grid":{"origin":[0.0,0.0,0.0],"resolution_m":0.05},)"
       R"("extent":{"rows":[-1,2],"cols":[0,2]},)"
@@ -250,9 +250,9 @@ TEST(JsonOutputTest, CatalogAnswers) {
   seen.spec.kind = LayerKind::kExploration;
   seen.spec.explored_rule = CellRule::kCovered;
   EXPECT_EQ(nlohmann::json::parse(
-                Shown(client::LayerList{"office", 4, {seen}}))["layers"][0]["explored_rule"],
+                AsJson(client::LayerList{"office", 4, {seen}}))["layers"][0]["explored_rule"],
             "covered");
-  EXPECT_EQ(Shown(client::TransformList{
+  EXPECT_EQ(AsJson(client::TransformList{
                 "office", 4, "map", {{"map", "dock", PlanarTransform(20, 0, 1.75)}}}),
             R"({"map":"office","revision":4,"frame_id":"map","transforms":[)"
             R"({"parent_frame_id":"map","child_frame_id":"dock",)"
@@ -266,7 +266,7 @@ TEST(JsonOutputTest, ALayerOfObjectsListsItsKindsOfShape) {
   lanes.spec.shape_kinds = {ShapeKind::kPoint, ShapeKind::kLineString};
   lanes.properties = PropertiesOf(lanes.spec);
   EXPECT_EQ(
-      Shown(client::LayerList{"office", 4, {lanes}}),
+      AsJson(client::LayerList{"office", 4, {lanes}}),
       R"({"map":"office","revision":4,"layers":[{"name":"lanes","kind":"semantic",)"
       R"("frame_id":"map","size":0,"version":0,"aliases":{},"shape_kinds":["line_string","point"],)"
       R"("properties":{"has_cells":false,"has_shapes":true,"unit":"","value_range":null,)"
@@ -275,13 +275,13 @@ TEST(JsonOutputTest, ALayerOfObjectsListsItsKindsOfShape) {
 }
 
 TEST(JsonOutputTest, MutationsAndFiles) {
-  EXPECT_EQ(Shown(client::ImportAnswer{"office", 2, {"floor"}, {}}),
+  EXPECT_EQ(AsJson(client::ImportAnswer{"office", 2, {"floor"}, {}}),
             "{\"map\":\"office\",\"revision\":2,\"layers\":[\"floor\"],\"repairs\":[]}\n");
-  EXPECT_EQ(Shown(Done{"office", "created", "floor", 2}),
+  EXPECT_EQ(AsJson(Done{"office", "created", "floor", 2}),
             "{\"map\":\"office\",\"layer\":\"floor\",\"revision\":2}\n");
-  EXPECT_EQ(Shown(Done{"office", "deleted", "", 0}), "{\"map\":\"office\"}\n");
+  EXPECT_EQ(AsJson(Done{"office", "deleted", "", 0}), "{\"map\":\"office\"}\n");
   EXPECT_EQ(
-      Shown(WrittenFiles{"office", 2, {"a.hmap"}, {"wifi"}}),
+      AsJson(WrittenFiles{"office", 2, {"a.hmap"}, {"wifi"}}),
       "{\"map\":\"office\",\"revision\":2,\"files\":[\"a.hmap\"],\"omissions\":[\"wifi\"]}\n");
 }
 
@@ -301,17 +301,17 @@ TEST(JsonOutputTest, AWatchIsALineAChange) {
                        .transform = FrameTransform{"map", "dock", PlanarTransform(3, 0, 0)}};
   const std::string when =
       R"({"revision":9,"time":"1970-01-01T00:01:00.25+00:00","author":"cart",)";
-  EXPECT_EQ(Shown(commit), when + R"("layer":"objects","op":"leave","id":4})" + "\n" + when +
-                               R"("layer":"floor","op":"cells","grid":{"origin":[1.0,2.0,0.0],)" +
-                               R"("resolution_m":0.5},"runs":[[-1,0,3,1.0],[2,5,6,null]]})" + "\n" +
-                               when + R"("layer":"wifi","op":"layer_deleted"})" + "\n" + when +
-                               R"("op":"transform","transform":{"parent_frame_id":"map",)" +
-                               R"("child_frame_id":"dock","parent_from_child":[3.0,0.0,0.0]}})" +
-                               "\n");
+  EXPECT_EQ(AsJson(commit), when + R"("layer":"objects","op":"leave","id":4})" + "\n" + when +
+                                R"("layer":"floor","op":"cells","grid":{"origin":[1.0,2.0,0.0],)" +
+                                R"("resolution_m":0.5},"runs":[[-1,0,3,1.0],[2,5,6,null]]})" +
+                                "\n" + when + R"("layer":"wifi","op":"layer_deleted"})" + "\n" +
+                                when + R"("op":"transform","transform":{"parent_frame_id":"map",)" +
+                                R"("child_frame_id":"dock","parent_from_child":[3.0,0.0,0.0]}})" +
+                                "\n");
 
   client::WatchEvent progress;
   progress.revision = 12;
-  EXPECT_EQ(Shown(progress), "{\"revision\":12}\n");
+  EXPECT_EQ(AsJson(progress), "{\"revision\":12}\n");
 }
 
 TEST(JsonOutputTest, ASnapshotHasAnEndAndMayTakeBackWhatWasTold) {
@@ -323,7 +323,7 @@ TEST(JsonOutputTest, ASnapshotHasAnEndAndMayTakeBackWhatWasTold) {
                        .layer = "objects",
                        .object_id = 3,
                        .object = std::make_shared<SemanticObject>(Plain(3, "cup"))}};
-  const std::string shown = Shown(snapshot);
+  const std::string shown = AsJson(snapshot);
   EXPECT_THAT(shown, ::testing::StartsWith(
                          "{\"revision\":9,\"reset\":true}\n{\"revision\":9,\"snapshot\":true,"
                          "\"layer\":\"objects\",\"op\":\"put\",\"id\":3,\"entity\":{\"id\":3,"));
@@ -349,7 +349,7 @@ TEST(JsonOutputTest, ADifferenceTellsBeforeAndAfter) {
 }
 
 TEST(JsonOutputTest, ALogListsRevisions) {
-  EXPECT_EQ(Shown(client::RevisionList{"office", 9, 2, {{9, absl::UnixEpoch(), "cart", 12}}}),
+  EXPECT_EQ(AsJson(client::RevisionList{"office", 9, 2, {{9, absl::UnixEpoch(), "cart", 12}}}),
             R"({"map":"office","newest_revision":9,"oldest_revision":2,"revisions":[)"
             R"({"revision":9,"time":"1970-01-01T00:00:00+00:00","author":"cart","changes":12}]})"
             "\n");

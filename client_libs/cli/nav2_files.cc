@@ -56,7 +56,7 @@ absl::StatusOr<std::vector<client::NamedFile>> ReadNav2Files(const std::string& 
 absl::StatusOr<std::vector<client::NamedFile>> RenameNav2Files(
     const std::vector<client::NamedFile>& exported, const std::string& yaml_path) {
   if (exported.size() != 2 || IsYaml(exported[0].name) == IsYaml(exported[1].name)) {
-    return absl::InternalError("the export is not a YAML and its image");
+    return absl::InternalError("expected a YAML file and its image in the export");
   }
   const bool yaml_first = IsYaml(exported[0].name);
   const client::NamedFile& yaml = exported[yaml_first ? 0 : 1];

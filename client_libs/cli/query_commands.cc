@@ -41,7 +41,7 @@ client::CallOptions CallOptionsOf(const QueryOptions& options) {
 
 absl::Status ShowParts(client::AnswerReader reader, Output& output) {
   while (std::optional<client::LayerPart> part = reader.Next()) output.Show(*part);
-  if (!reader.status().ok()) return reader.status();
+  HYPERMAP_RETURN_IF_ERROR(reader.status());
   output.EndParts(reader.revision());
   return absl::OkStatus();
 }
@@ -90,8 +90,8 @@ absl::Status QueryPoints(const QueryOptions& options, Session& s) {
   }
   if (answered) stream->WritesDone();
   while (answered) answered = answer_one();
-  if (!stream->status().ok()) return stream->status();
-  if (!lines.status().ok()) return lines.status();
+  HYPERMAP_RETURN_IF_ERROR(stream->status());
+  HYPERMAP_RETURN_IF_ERROR(lines.status());
   s.output.EndPoints(revision);
   return absl::OkStatus();
 }
@@ -123,36 +123,35 @@ absl::Status QueryNearest(const QueryOptions& options, Session& s) {
 }
 
 constexpr char kValueHelp[] =
-    "free, occupied, unknown, explored, unexplored, a comparison (\">0.65\", 0.2..0.5, =1), a "
-    "class label, or tag:WORD";
+    "Value to find: free, occupied, unknown, explored, unexplored, a comparison (\">0.65\", "
+    "0.2..0.5, =1), a class label, or tag:WORD";
 
 // Adds the arguments that all queries have: the map, its revision, the layers and the frame.
 void AddScope(CLI::App& query, QueryOptions& options) {
   query.add_option("map", options.map, "Name of the map")->required()->type_name("MAP");
   query
-      .add_option("--layer", options.scope.layers, "A layer to ask; may be repeated (default: all)")
+      .add_option("--layer", options.scope.layers, "Layer to query; may be repeated (default: all)")
       ->type_name("LAYER")
       ->allow_extra_args(false);
   query.add_option("--frame", options.scope.frame_id,
-                   "Frame of the coordinates, asked and answered (default: the map's own)");
+                   "Frame of the coordinates in query and answer (default: the map's own)");
   query
       .add_option("--at", options.at,
-                  "Ask the map as it was at a revision, or at a time (2026-03-01T12:30:00Z)")
+                  "Query the map as of a revision or a time (2026-03-01T12:30:00Z)")
       ->type_name("REVISION|TIME")
       ->check(IsAsOf());
   query
       .add_option("--min_revision,--min-revision", options.min_revision,
-                  "Wait until the map has this revision")
+                  "Wait until the map has reached this revision")
       ->type_name("REVISION")
       ->check(CLI::NonNegativeNumber);
 }
 
 void AddTolerance(CLI::App& query, QueryOptions& options) {
   query
-      .add_option(
-          "--tolerance", options.tolerance_m,
-          "Also find objects whose shape is at most this far away, in metres; with 0 a line "
-          "string or point is found only where it is met exactly")
+      .add_option("--tolerance", options.tolerance_m,
+                  "Also find objects whose shape is at most this far away, in metres; with 0, line "
+                  "strings and points are found only at their exact position")
       ->type_name("METRES")
       ->check(IsNumber())
       ->check(CLI::NonNegativeNumber)
@@ -160,11 +159,17 @@ void AddTolerance(CLI::App& query, QueryOptions& options) {
 }
 
 void AddPosition(CLI::App& query, QueryOptions& options) {
-  query.add_option("x", options.x, "Metres")->required()->type_name("X")->check(IsNumber());
-  query.add_option("y", options.y, "Metres")->required()->type_name("Y")->check(IsNumber());
+  query.add_option("x", options.x, "X coordinate in metres")
+      ->required()
+      ->type_name("X")
+      ->check(IsNumber());
+  query.add_option("y", options.y, "Y coordinate in metres")
+      ->required()
+      ->type_name("Y")
+      ->check(IsNumber());
 }
 
-void AddQuery(CLI::App& query, std::shared_ptr<QueryOptions> options, Command& selected,
+void AddQuery(CLI::App& query, const std::shared_ptr<QueryOptions>& options, Command& selected,
               absl::Status (*ask)(const QueryOptions&, Session&)) {
   query.callback([&selected, options, ask] {
     selected = [options, ask](Session& s) { return ask(*options, s); };
@@ -174,26 +179,26 @@ void AddQuery(CLI::App& query, std::shared_ptr<QueryOptions> options, Command& s
 }  // namespace
 
 void AddQueryCommands(CLI::App& app, Command& selected) {
-  CLI::App* query = app.add_subcommand("query", "Ask the layers of a map")->require_subcommand(1);
+  CLI::App* query = app.add_subcommand("query", "Query the layers of a map")->require_subcommand(1);
   auto options = std::make_shared<QueryOptions>();
 
-  CLI::App* point = query->add_subcommand("point", "What is at this point?");
+  CLI::App* point = query->add_subcommand("point", "Query the layers at a point");
   AddScope(*point, *options);
   AddPosition(*point, *options);
   AddTolerance(*point, *options);
   AddQuery(*point, options, selected, QueryPoint);
 
   CLI::App* points =
-      query->add_subcommand("points", "What is at each of many points? A line for each");
+      query->add_subcommand("points", "Query the layers at many points; prints one line per point");
   AddScope(*points, *options);
   AddTolerance(*points, *options);
   points
       ->add_flag("--stdin", options->reads_stdin,
-                 "Read the points from the standard input: a line each, \"X Y\" or \"X,Y\"")
+                 "Read the points from standard input, one per line: \"X Y\" or \"X,Y\"")
       ->required();
   AddQuery(*points, options, selected, QueryPoints);
 
-  CLI::App* area = query->add_subcommand("area", "What is in this polygon?");
+  CLI::App* area = query->add_subcommand("area", "Query the layers in a polygon");
   AddScope(*area, *options);
   area->add_option("area", options->area, "Vertices of the polygon, in order")
       ->required()
@@ -201,19 +206,20 @@ void AddQueryCommands(CLI::App& app, Command& selected) {
       ->check(IsPoint());
   AddQuery(*area, options, selected, QueryArea);
 
-  CLI::App* value = query->add_subcommand("value", "Where is this value?");
+  CLI::App* value = query->add_subcommand("value", "Find the cells and objects with a value");
   AddScope(*value, *options);
   value->add_option("value", options->value, kValueHelp)->required()->type_name("VALUE");
-  value->add_option("--area", options->area, "Only in the polygon with these vertices")
+  value->add_option("--area", options->area, "Search only in the polygon with these vertices")
       ->type_name("X,Y")
       ->check(IsPoint());
   AddQuery(*value, options, selected, QueryValue);
 
-  CLI::App* nearest = query->add_subcommand("nearest", "Which places with a value are nearest?");
+  CLI::App* nearest = query->add_subcommand(
+      "nearest", "Find the cells and objects with a value that are nearest to a point");
   AddScope(*nearest, *options);
   AddPosition(*nearest, *options);
   nearest->add_option("--value", options->value, kValueHelp)->required()->type_name("VALUE");
-  nearest->add_option("-k", options->k, "How many")->capture_default_str();
+  nearest->add_option("-k", options->k, "Number of results")->capture_default_str();
   AddQuery(*nearest, options, selected, QueryNearest);
 }
 

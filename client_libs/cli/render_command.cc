@@ -133,7 +133,7 @@ class GridSurvey {
 };
 
 // Draws an object of an exploration by its label, even if somebody changed its attributes.
-void AddExplorationObject(SemanticObject object, MapScene* scene) {
+void AddExplorationObject(const SemanticObject& object, MapScene* scene) {
   if (object.label == kExplorationLabel) {
     const absl::StatusOr<Exploration> exploration = ToExploration(object);
     scene->explorations.push_back(
@@ -158,7 +158,7 @@ void AddObject(const std::string& layer, SemanticObject object, Survey* survey) 
   (is_of_exploration ? survey->borders : survey->box)
       .Extend(object.shape.is_polygon() ? bounds : WithRoomAround(bounds));
   if (is_of_exploration) {
-    AddExplorationObject(std::move(object), &survey->scene);
+    AddExplorationObject(object, &survey->scene);
   } else {
     survey->scene.objects.push_back(
         {std::move(object.label), object.existence, std::move(object.shape)});
@@ -188,7 +188,7 @@ absl::StatusOr<Survey> SurveyMap(client::Client& client, const std::string& map,
       AddObject(part->layer, std::move(object), &survey);
     }
   }
-  if (!reader.status().ok()) return reader.status();
+  HYPERMAP_RETURN_IF_ERROR(reader.status());
   for (const GridSurvey& grid : grids) {
     survey.box.Extend(grid.Bounds());
     survey.scene.grids.push_back(grid.Scene());
@@ -204,8 +204,8 @@ absl::Status CheckSize(const Box& box, double pixels_per_m) {
   const double height = (box.max.y - box.min.y) * pixels_per_m;
   if (std::max(width, height) <= kLongestSide) return absl::OkStatus();
   return absl::InvalidArgumentError(
-      absl::StrFormat("the plan would have %.0f x %.0f pixels, and may have %.0f a side: "
-                      "--pixels_per_m or --area must be smaller",
+      absl::StrFormat("the image would have %.0f x %.0f pixels, but may have at most %.0f a side; "
+                      "use a smaller --pixels_per_m or --area",
                       width, height, kLongestSide));
 }
 
@@ -270,32 +270,30 @@ absl::Status Render(const RenderOptions& options, Session& s) {
 
 void AddRenderCommand(CLI::App& app, Command& selected) {
   auto options = std::make_shared<RenderOptions>();
-  CLI::App* render = app.add_subcommand("render", "Draw a map as a PNG picture");
+  CLI::App* render = app.add_subcommand("render", "Draw a map as a PNG image");
   render->add_option("map", options->map, "Name of the map")->required()->type_name("MAP");
-  render->add_option("--output,-o", options->path, "The file to write")
-      ->required()
-      ->type_name("FILE");
-  render->add_option("--layers,--layer", options->layers, "The layers to draw (default: all)")
+  render->add_option("--output,-o", options->path, "File to write")->required()->type_name("FILE");
+  render->add_option("--layers,--layer", options->layers, "Layers to draw (default: all)")
       ->type_name("LAYER")
       ->delimiter(',');
-  render->add_option("--area", options->area, "Only in the polygon with these vertices")
+  render->add_option("--area", options->area, "Draw only the polygon with these vertices")
       ->type_name("X,Y")
       ->check(IsPoint());
   render
       ->add_option("--pixels_per_m,--pixels-per-m", options->pixels_per_m,
-                   "The scale (default: 1600 pixels for the longer side)")
+                   "Pixels per metre (default: so that the longer side has 1600 pixels)")
       ->type_name("PIXELS")
       ->check(IsNumber())
       ->check(CLI::PositiveNumber);
   render
       ->add_option("--at", options->at,
-                   "Draw the map as it was at a revision, or at a time (2026-03-01T12:30:00Z)")
+                   "Draw the map as of a revision or a time (2026-03-01T12:30:00Z)")
       ->type_name("REVISION|TIME")
       ->check(IsAsOf());
   render
       ->add_option("--path,--paths", options->paths,
-                   "Draw the paths of robots too: LineStrings of GeoJSON, with the property robot, "
-                   "in the map's own frame")
+                   "Also draw the paths of robots: a GeoJSON file of LineStrings with the property "
+                   "\"robot\", in the map's own frame")
       ->type_name("FILE");
   render->callback(
       [&selected, options] { selected = [options](Session& s) { return Render(*options, s); }; });

@@ -196,7 +196,7 @@ TEST_F(RenderTest, PathsThatAreNoneAreErrorsThatAskNothing) {
   const Outcome outcome = Render(server, {"--path", folder_ / "paths.json"});
   EXPECT_EQ(outcome.exit_code, kExitError);
   EXPECT_EQ(outcome.err, "hypermap: INVALID_ARGUMENT: " + (folder_ / "paths.json") +
-                             ": not a FeatureCollection of GeoJSON\n");
+                             ": not a GeoJSON FeatureCollection\n");
   EXPECT_THAT(Render(server, {"--path", folder_ / "none.json"}).err, HasSubstr("NOT_FOUND"));
   EXPECT_THAT(server.Requests(), IsEmpty());
   EXPECT_THAT(folder_.Names(), ElementsAre("paths.json"));
@@ -216,8 +216,9 @@ TEST_F(RenderTest, NothingToDrawIsAnError) {
 
 TEST_F(RenderTest, ErrorsLeaveNoFile) {
   ScriptedServer server(Site());
-  EXPECT_THAT(Render(server, {"--pixels_per_m", "2001"}).err,
-              HasSubstr("the plan would have 4002 x 8004 pixels, and may have 8000 a side"));
+  EXPECT_THAT(
+      Render(server, {"--pixels_per_m", "2001"}).err,
+      HasSubstr("the image would have 4002 x 8004 pixels, but may have at most 8000 a side"));
   EXPECT_THAT(Render(server, {"--area", "0,0", "1,1"}).err, HasSubstr("INVALID_ARGUMENT"));
   Script script;
   script.status = grpc::Status(grpc::StatusCode::NOT_FOUND, "map \"office\" does not exist");

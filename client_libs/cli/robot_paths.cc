@@ -53,7 +53,7 @@ absl::StatusOr<std::vector<RobotPath>> ReadRobotPaths(absl::string_view geojson)
                                 /*allow_exceptions=*/false);
   const json& features = MemberOf(root, "features");
   if (MemberOf(root, "type") != "FeatureCollection" || !features.is_array()) {
-    return absl::InvalidArgumentError("not a FeatureCollection of GeoJSON");
+    return absl::InvalidArgumentError("not a GeoJSON FeatureCollection");
   }
   std::vector<RobotPath> paths;
   for (size_t i = 0; i < features.size(); ++i) {

@@ -32,7 +32,7 @@ TEST(ReadRobotPathsTest, OtherThingsAreErrors) {
   for (const char* text :
        {"", "[", "[]", "3", R"({"type": "FeatureCollection"})", R"({"features": []})"}) {
     EXPECT_THAT(std::string(ReadRobotPaths(text).status().message()),
-                HasSubstr("not a FeatureCollection"))
+                HasSubstr("not a GeoJSON FeatureCollection"))
         << text;
   }
   for (const char* feature :

@@ -22,7 +22,7 @@ namespace hypermap::cli {
 namespace {
 
 constexpr char kDescription[] =
-    "Asks and changes the maps of a Hypermap server.\n"
+    "Queries and edits the maps of a Hypermap server.\n"
     "Coordinates are metres in the map's own frame unless --frame names another.";
 
 struct GlobalOptions {
@@ -34,13 +34,15 @@ struct GlobalOptions {
 
 void AddGlobalOptions(CLI::App& app, GlobalOptions& options) {
   client::AddConnectionFlags(app, options.connection);
-  app.add_flag("--json", options.json, "Answer in JSON, for programs");
-  app.add_option("--timeout", options.timeout, "Give up after this time (30s, 2m); 0: never")
+  app.add_flag("--json", options.json, "Print JSON");
+  app.add_option("--timeout", options.timeout,
+                 "Give up after this time (30s, 2m); 0 disables the limit")
       ->type_name("DURATION")
       ->check(IsTimeout())
       ->capture_default_str();
-  app.add_option("--retry", options.retry,
-                 "Try again for this time (30s, 2m) while the server is not there; 0: not at all")
+  app.add_option(
+         "--retry", options.retry,
+         "Retry for this long (30s, 2m) while the server is unavailable; 0 disables retries")
       ->type_name("DURATION")
       ->check(IsTimeout())
       ->capture_default_str();
@@ -80,8 +82,8 @@ absl::Status Execute(const GlobalOptions& options, const Command& command, std::
     return absl::UnavailableError(
         absl::StrCat("server ", options.connection.server, ": ", status.message()));
   }
-  if (!status.ok()) return status;
-  return out.flush() ? absl::OkStatus() : absl::DataLossError("the answer could not be written");
+  HYPERMAP_RETURN_IF_ERROR(status);
+  return out.flush() ? absl::OkStatus() : absl::DataLossError("the output could not be written");
 }
 
 int Fail(std::ostream& err, const std::string& message, int exit_code) {

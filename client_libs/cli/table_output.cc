@@ -75,8 +75,8 @@ class TableOutput : public Output {
                         event.kind == client::ObjectEventKind::kSeen;
       const absl::string_view kind = client::ObjectEventKindName(event.kind);
       table.AddRow({event.track.empty() ? std::string(kind) : absl::StrCat(kind, " ", event.track),
-                    event.robot, event.robot.empty() ? "" : absl::StrCat(event.sequence),
-                    event.robot.empty() ? "" : DescribeTime(event.stamp),
+                    event.at.robot, event.at.robot.empty() ? "" : absl::StrCat(event.at.sequence),
+                    event.at.robot.empty() ? "" : DescribeTime(event.at.stamp),
                     seen ? absl::StrCat(event.detection) : "",
                     seen ? FormatNumber(event.score) : "",
                     event.existence ? FormatNumber(*event.existence) : ""});
@@ -224,7 +224,7 @@ class TableOutput : public Output {
 
   void Show(const client::RevisionList& list) override {
     TextTable table({"REVISION", "TIME", "AUTHOR", "CHANGES"});
-    for (const client::RevisionEntry& entry : list.revisions) {
+    for (const client::RevisionRecord& entry : list.revisions) {
       table.AddRow({absl::StrCat(entry.revision), DescribeTime(entry.time), entry.author,
                     absl::StrCat(entry.num_changes)});
     }
@@ -234,7 +234,7 @@ class TableOutput : public Output {
 
   // Each line is flushed at once, so columns can't be adapted to later rows.
   void Show(const client::WatchEvent& event) override {
-    if (event.reset) out_ << "what was shown before does not hold any more\n";
+    if (event.reset) out_ << "new snapshot, which replaces everything above\n";
     for (const client::MapChange& change : event.changes) {
       out_ << event.revision << "  ";
       if (!event.snapshot) out_ << DescribeTime(event.time) << "  ";
@@ -242,7 +242,7 @@ class TableOutput : public Output {
            << (event.snapshot ? "holds" : ChangeKindName(change.kind)) << "  "
            << OneLine(DescribeChange(change)) << '\n';
     }
-    if (event.snapshot) Footer("that is all", event.revision);
+    if (event.snapshot) Footer("end of snapshot", event.revision);
     out_.flush();
   }
 

@@ -35,14 +35,14 @@ SemanticObject Dock() {
 }
 
 template <typename Answer>
-std::string Shown(const Answer& answer) {
+std::string AsTable(const Answer& answer) {
   std::ostringstream out;
   MakeTableOutput(out)->Show(answer);
   return out.str();
 }
 
 TEST(TableOutputTest, PointAnswerHasARowALayerOrObject) {
-  EXPECT_EQ(Shown(client::PointAnswer{
+  EXPECT_EQ(AsTable(client::PointAnswer{
                 "office",
                 7,
                 "map",
@@ -104,7 +104,7 @@ TEST(TableOutputTest, PartsAreObjectsThenSummariesOfGridsThenRefusals) {
             "\n"
             "LAYER  CELLS  AREA [m²]  VALUES                               WITHIN [m]\n"
             "floor      8          2  0.25 to 1, mean 0.438; 1 m² unknown  (10, 0) to (12, 1.5)\n"
-            "takes no such value: wifi, dock\n"
+            "does not support this value: wifi, dock\n"
             "4 objects, 8 cells, revision 5\n");
 }
 
@@ -137,7 +137,7 @@ TEST(TableOutputTest, LayersTellTheirRuleTheirShapesAndTheirUnit) {
        Entry({.name = "things", .kind = LayerKind::kSemantic, .frame_id = "map"}),
        Entry({.name = "wifi", .kind = LayerKind::kScalar, .frame_id = "map", .unit = "dBm"})}};
   EXPECT_EQ(
-      Shown(layers),
+      AsTable(layers),
       "LAYER   KIND                  FRAME  SIZE       SHAPES              CELL [m]  GRID ORIGIN  "
       "UNIT\n"
       "floor   occupancy             map    0 cells\n"
@@ -162,7 +162,7 @@ TEST(TableOutputTest, AChangeOfALayerTellsTheShapesThatItIsLimitedTo) {
   event.changes[1] = {.kind = ChangeKind::kLayerCreated,
                       .layer = "things",
                       .layer_now = LayerStructure{{.name = "things"}}};
-  EXPECT_EQ(Shown(event),
+  EXPECT_EQ(AsTable(event),
             "9  1970-01-01 00:00:00.000Z  lanes  layer_created  semantic of line_string, point\n"
             "9  1970-01-01 00:00:00.000Z  things  layer_created  semantic\n");
 }
@@ -173,7 +173,7 @@ TEST(TableOutputTest, NearestHasDistances) {
                             std::nullopt, std::nullopt});
   answer.matches.push_back({"seen", LayerKind::kExploration, 1.5, std::nullopt,
                             GridGeometry{PlanarTransform(), 0.5}, CellRun{0, 3, 4, 0.0}});
-  EXPECT_EQ(Shown(answer),
+  EXPECT_EQ(AsTable(answer),
             "DISTANCE [m]  LAYER    WHAT                        X [m]  Y [m]\n"
             "        0.75  objects  cup (id 4), existence 0.88    2.5   0.25\n"
             "         1.5  seen     cell: unexplored             1.75   0.25\n"
@@ -182,12 +182,13 @@ TEST(TableOutputTest, NearestHasDistances) {
 
 TEST(TableOutputTest, AnImportListsTheFirstRepairs) {
   client::ImportAnswer answer{"office", 2, {"floor", "objects"}, {"ring left open"}};
-  EXPECT_EQ(Shown(answer),
+  EXPECT_EQ(AsTable(answer),
             "office: floor, objects written, revision 2\n"
             "repaired: ring left open\n");
   answer.repairs.assign(12, "ring left open");
-  EXPECT_THAT(Shown(answer), ::testing::EndsWith("repaired: ring left open\n"
-                                                 "and 2 other repairs (--json lists them all)\n"));
+  EXPECT_THAT(AsTable(answer),
+              ::testing::EndsWith("repaired: ring left open\n"
+                                  "and 2 other repairs (--json lists them all)\n"));
 }
 
 TEST(TableOutputTest, MapsThatCannotBeOpenedSayWhy) {
@@ -195,15 +196,15 @@ TEST(TableOutputTest, MapsThatCannotBeOpenedSayWhy) {
   client::MapEntry broken;
   broken.name = "broken";
   broken.problem = "not a GeoPackage\nat all";
-  EXPECT_EQ(Shown(std::vector<client::MapEntry>{broken, office}),
+  EXPECT_EQ(AsTable(std::vector<client::MapEntry>{broken, office}),
             "MAP     FRAME  REVISION  LAYERS  CREATED               PROBLEM\n"
             "broken                                                 not a GeoPackage at all\n"
             "office  map           4       2  1970-01-01 00:00:00Z\n");
-  EXPECT_EQ(Shown(std::vector<client::MapEntry>{}), "no maps\n");
+  EXPECT_EQ(AsTable(std::vector<client::MapEntry>{}), "no maps\n");
 }
 
 TEST(TableOutputTest, ALogIsTheNewestRevisions) {
-  EXPECT_EQ(Shown(client::RevisionList{"office", 12, 2, {{12, absl::UnixEpoch(), "cart", 3}}}),
+  EXPECT_EQ(AsTable(client::RevisionList{"office", 12, 2, {{12, absl::UnixEpoch(), "cart", 3}}}),
             "REVISION  TIME                      AUTHOR  CHANGES\n"
             "      12  1970-01-01 00:00:00.000Z  cart          3\n"
             "office: kept from revision 2, revision 12\n");
@@ -219,7 +220,7 @@ TEST(TableOutputTest, AWatchIsALineAChange) {
                       .object_id = 4,
                       .object = std::make_shared<SemanticObject>(Object(4, "cup", {2, 0}))};
   event.changes[1] = {.kind = ChangeKind::kRemove, .layer = "objects", .object_id = 5};
-  EXPECT_EQ(Shown(event),
+  EXPECT_EQ(AsTable(event),
             "9  1970-01-01 00:00:00.000Z  objects  enter  cup (id 4), existence 0.88 at (2.5, "
             "0.25)\n"
             "9  1970-01-01 00:00:00.000Z  objects  remove  object 5\n");

@@ -93,12 +93,12 @@ absl::Status Backup(const std::string& map, const std::string& path, Session& s)
   client::ByteReader reader = s.client.BackupMap(map);
   // The first piece shows that the map exists, before a file is created.
   std::optional<std::string> piece = reader.Next();
-  if (!reader.status().ok()) return reader.status();
+  HYPERMAP_RETURN_IF_ERROR(reader.status());
   HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<OutputFile> file, OutputFile::Create(path));
   for (; piece.has_value(); piece = reader.Next()) {
     HYPERMAP_RETURN_IF_ERROR(file->Append(*piece));
   }
-  if (!reader.status().ok()) return reader.status();
+  HYPERMAP_RETURN_IF_ERROR(reader.status());
   HYPERMAP_RETURN_IF_ERROR(file->Commit());
   s.output.Show(WrittenFiles{.map = map, .paths = {path}});
   return absl::OkStatus();
@@ -109,7 +109,7 @@ absl::StatusOr<std::vector<client::NamedFile>> NameFiles(client::FileFormat form
                                                          std::vector<client::NamedFile> files,
                                                          const std::string& path) {
   if (format == client::FileFormat::kNav2) return RenameNav2Files(files, path);
-  if (files.size() != 1) return absl::InternalError("the export is not one file");
+  if (files.size() != 1) return absl::InternalError("expected one file in the export");
   files.front().name = path;
   return files;
 }
@@ -131,42 +131,41 @@ absl::Status Export(const ExportCommand& command, Session& s) {
 
 void AddImport(CLI::App& app, Command& selected) {
   auto command = std::make_shared<ImportCommand>();
-  CLI::App* import = app.add_subcommand("import", "Read a file into a map");
-  import->add_option("file", command->path, "The file; of a nav2 map the YAML")
+  CLI::App* read = app.add_subcommand("import", "Import a file into a map");
+  read->add_option("file", command->path, "File to import; for a nav2 map, its YAML file")
       ->required()
       ->type_name("FILE");
-  import->add_option("--map", command->map, "The map to read into; made where there is none")
+  read->add_option("--map", command->map, "Map to import into; created if there is none")
       ->required();
-  import->add_option("--layer", command->options.layer,
-                     "The layer to write, for GeoJSON and nav2 (nav2's default: occupancy)");
-  import->add_option("--frame", command->options.frame_id,
-                     "The frame of the layer, for nav2 (default: the map's own)");
-  import->add_option("--format", command->format_name,
-                     "hmap, nav2 or geojson (default: by the file's extension)");
-  import->callback([&selected, command] {
+  read->add_option("--layer", command->options.layer,
+                   "Layer to write, for GeoJSON and nav2 (default for nav2: occupancy)");
+  read->add_option("--frame", command->options.frame_id,
+                   "Frame of the layer, for nav2 (default: the map's own)");
+  read->add_option("--format", command->format_name,
+                   "Format: hmap, nav2 or geojson (default: by the file's extension)");
+  read->callback([&selected, command] {
     command->format = ValueOrUsageError(ImportFormatOf(command->format_name, command->path));
-  selected = [command](Session& s) { return Import(*command, s); };
-});
-}  // namespace
+    selected = [command](Session& s) { return Import(*command, s); };
+  });
+}
 
 void AddEdit(CLI::App& app, Command& selected) {
   auto command = std::make_shared<EditCommand>();
-  CLI::App* edit = app.add_subcommand(
-      "edit",
-      "Change a layer by the features of a GeoJSON file, polygons, line strings and points: all of "
-      "them or none");
+  CLI::App* edit = app.add_subcommand("edit",
+                                      "Apply the features of a GeoJSON file (polygons, line "
+                                      "strings, points) to a layer, all or none");
   edit->add_option("map", command->map, "Name of the map")->required()->type_name("MAP");
-  edit->add_option("file", command->path, "The GeoJSON file")->required()->type_name("FILE");
-  edit->add_option("--layer", command->layer, "The layer to change")->required();
+  edit->add_option("file", command->path, "GeoJSON file")->required()->type_name("FILE");
+  edit->add_option("--layer", command->layer, "Layer to edit")->required();
   edit->add_option("--ttl", command->time_to_live,
-                   "The objects that are put leave the map after this time (30s, 2m)")
+                   "Delete the written objects after this time (30s, 2m)")
       ->type_name("DURATION")
       ->check(IsTimeout());
   edit->add_option("--if_version,--if-version", command->conditions.if_version,
-                   "Only when each object that is replaced or deleted has this version")
+                   "Apply only if every replaced or deleted object has this version")
       ->type_name("REVISION");
   edit->add_option("--if_layer_version,--if-layer-version", command->conditions.if_layer_version,
-                   "Only when the layer has this version")
+                   "Apply only if the layer has this version")
       ->type_name("REVISION");
   edit->callback([&selected, command] {
     absl::Duration time_to_live;
@@ -181,26 +180,28 @@ void AddEdit(CLI::App& app, Command& selected) {
 
 void AddExport(CLI::App& app, Command& selected) {
   auto command = std::make_shared<ExportCommand>();
-  CLI::App* exporting = app.add_subcommand("export", "Write a map or some layers as a file");
+  CLI::App* exporting =
+      app.add_subcommand("export", "Export a map, or some of its layers, to a file");
   exporting->add_option("map", command->map, "Name of the map")->required()->type_name("MAP");
-  exporting->add_option("--output,-o", command->path, "The file to write; of a nav2 map the YAML")
+  exporting
+      ->add_option("--output,-o", command->path, "File to write; for a nav2 map, its YAML file")
       ->required()
       ->type_name("FILE");
   exporting->add_option("--format", command->format_name,
-                        "hmap, nav2, geojson or gpkg (default: by the file's extension)");
+                        "Format: hmap, nav2, geojson or gpkg (default: by the file's extension)");
   exporting
       ->add_option("--layer", command->options.layers,
-                   "A layer to write; may be repeated "
-                   "(default: all)")
+                   "Layer to export; may be repeated (default: all)")
       ->type_name("LAYER")
       ->allow_extra_args(false);
-  exporting->add_option("--image", command->image, "pgm (default) or png, for nav2")
+  exporting->add_option("--image", command->image, "Image format, for nav2: pgm (default) or png")
       ->check(CLI::IsMember({"pgm", "png"}));
   exporting->callback([&selected, command] {
     command->format = ValueOrUsageError(ExportFormatOf(command->format_name, command->path));
     const bool whole_map = std::holds_alternative<GeoPackage>(command->format);
     if (whole_map && !command->options.layers.empty()) {
-      throw CLI::ValidationError("--layer: a GeoPackage holds the whole map");
+      throw CLI::ValidationError(
+          "--layer: not with a GeoPackage, which always contains the whole map");
     }
     if (command->image == "png") command->options.image = client::ImageFormat::kPng;
     selected = [command](Session& s) { return Export(*command, s); };
@@ -209,17 +210,16 @@ void AddExport(CLI::App& app, Command& selected) {
 
 void AddBackup(CLI::App& app, Command& selected) {
   auto command = std::make_shared<ExportCommand>();
-  CLI::App* backup = app.add_subcommand("backup", "Copy a map as it is stored, a GeoPackage");
+  CLI::App* backup =
+      app.add_subcommand("backup", "Copy a map, as it is stored, to a GeoPackage file");
   backup->add_option("map", command->map, "Name of the map")->required()->type_name("MAP");
-  backup->add_option("--output,-o", command->path, "The file to write")
-      ->required()
-      ->type_name("FILE");
+  backup->add_option("--output,-o", command->path, "File to write")->required()->type_name("FILE");
   backup->callback([&selected, command] {
     selected = [command](Session& s) { return Backup(command->map, command->path, s); };
   });
 }
 
-}  // namespace hypermap::cli
+}  // namespace
 
 void AddTransferCommands(CLI::App& app, Command& selected) {
   AddImport(app, selected);

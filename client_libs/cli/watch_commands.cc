@@ -69,8 +69,8 @@ absl::Status Watch(const WatchCommand& command, Session& s) {
 }
 
 // The newest revision up to `to`.
-absl::StatusOr<std::optional<client::RevisionEntry>> LastRevision(const ChangesCommand& command,
-                                                                  client::Client& client) {
+absl::StatusOr<std::optional<client::RevisionRecord>> LastRevision(const ChangesCommand& command,
+                                                                   client::Client& client) {
   const client::RevisionPage page{
       .before = command.to ? *command.to + 1 : 0, .size = 1, .newest_first = true};
   HYPERMAP_ASSIGN_OR_RETURN(client::RevisionList list, client.ListRevisions(command.map, page));
@@ -90,7 +90,7 @@ absl::Status Changes(const ChangesCommand& command, Session& s) {
   while (std::optional<client::MapChange> change = reader.Next()) {
     s.output.Show(DifferenceChange{reader.to_revision(), time, *std::move(change)});
   }
-  if (!reader.status().ok()) return reader.status();
+  HYPERMAP_RETURN_IF_ERROR(reader.status());
   s.output.EndDifference(command.from, to.value_or(reader.to_revision()));
   return absl::OkStatus();
 }
@@ -115,7 +115,7 @@ absl::Status Log(const LogCommand& command, Session& s) {
 
 void AddScope(CLI::App& command, std::string& map, Scope& scope) {
   command.add_option("map", map, "Name of the map")->required()->type_name("MAP");
-  command.add_option("--layer", scope.layers, "Only this layer; may be repeated (default: all)")
+  command.add_option("--layer", scope.layers, "Layer to read; may be repeated (default: all)")
       ->type_name("LAYER")
       ->allow_extra_args(false);
   command.add_option("--frame", scope.frame_id,
@@ -125,9 +125,9 @@ void AddScope(CLI::App& command, std::string& map, Scope& scope) {
 void AddWatch(CLI::App& app, Command& selected) {
   auto command = std::make_shared<WatchCommand>();
   CLI::App* watch = app.add_subcommand(
-      "watch", "Show what a map holds, then each change of it as it comes, also after breaks");
+      "watch", "Print the content of a map, then each change; reconnects after interruptions");
   AddScope(*watch, command->map, command->options.scope);
-  watch->add_option("--area", command->area, "Only what is in the polygon with these vertices")
+  watch->add_option("--area", command->area, "Only content in the polygon with these vertices")
       ->type_name("X,Y")
       ->check(IsPoint());
   watch
@@ -137,14 +137,14 @@ void AddWatch(CLI::App& app, Command& selected) {
       ->allow_extra_args(false);
   watch
       ->add_option("--from", command->options.start_revision,
-                   "Only the changes after this revision, not what the map holds")
+                   "Print only the changes after this revision, without the content of the map")
       ->type_name("REVISION")
       ->check(CLI::NonNegativeNumber);
   watch->add_flag("--or_snapshot,--or-snapshot", command->options.snapshot_when_compacted,
-                  "Show what the map holds when the changes to go on with are not kept any more");
-  watch->add_option("--count", command->count, "End when so many changes have been shown")
+                  "Print the content of the map if the changes to resume from have been compacted");
+  watch->add_option("--count", command->count, "Stop after this many changes")
       ->check(CLI::PositiveNumber);
-  watch->add_option("--until", command->until, "End when all up to this revision has been shown")
+  watch->add_option("--until", command->until, "Stop after all changes up to this revision")
       ->type_name("REVISION")
       ->check(CLI::NonNegativeNumber);
   watch->callback(
@@ -153,13 +153,13 @@ void AddWatch(CLI::App& app, Command& selected) {
 
 void AddChanges(CLI::App& app, Command& selected) {
   auto command = std::make_shared<ChangesCommand>();
-  CLI::App* changes = app.add_subcommand("changes", "How does a map differ between two revisions?");
+  CLI::App* changes = app.add_subcommand("changes", "Print the difference between two revisions");
   AddScope(*changes, command->map, command->scope);
-  changes->add_option("--from", command->from, "The earlier revision")
+  changes->add_option("--from", command->from, "Earlier revision")
       ->required()
       ->type_name("REVISION")
       ->check(CLI::NonNegativeNumber);
-  changes->add_option("--to", command->to, "The later revision (default: the newest)")
+  changes->add_option("--to", command->to, "Later revision (default: the newest)")
       ->type_name("REVISION")
       ->check(CLI::NonNegativeNumber);
   changes->callback(
@@ -168,9 +168,10 @@ void AddChanges(CLI::App& app, Command& selected) {
 
 void AddLog(CLI::App& app, Command& selected) {
   auto command = std::make_shared<LogCommand>();
-  CLI::App* log = app.add_subcommand("log", "The kept revisions of a map, the newest first");
+  CLI::App* log =
+      app.add_subcommand("log", "List the revisions in the history of a map, newest first");
   log->add_option("map", command->map, "Name of the map")->required()->type_name("MAP");
-  log->add_option("--limit", command->limit, "At most so many")
+  log->add_option("--limit", command->limit, "Maximum number of revisions")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
   log->callback(

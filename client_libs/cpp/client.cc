@@ -8,6 +8,7 @@
 #include "base/status/status_macros.h"
 #include "client_libs/cpp/connection.h"
 #include "client_libs/cpp/decode.h"
+#include "wire/catalog.h"
 #include "wire/edit.h"
 #include "wire/geometry.h"
 #include "wire/layer.h"
@@ -49,7 +50,7 @@ absl::StatusOr<MapEntry> Client::CreateMap(const std::string& map, const std::st
       const auto response,
       connection_->Call(connection_->catalog(), &v1::CatalogService::Stub::CreateMap, request,
                         options));
-  return DecodeMapEntry(response.map());
+  return wire::DecodeMapEntry(response.map());
 }
 
 absl::StatusOr<MapEntry> Client::GetMap(const std::string& map, const CallOptions& options) {
@@ -58,7 +59,7 @@ absl::StatusOr<MapEntry> Client::GetMap(const std::string& map, const CallOption
   HYPERMAP_ASSIGN_OR_RETURN(const auto response,
                             connection_->Call(connection_->catalog(),
                                               &v1::CatalogService::Stub::GetMap, request, options));
-  return DecodeMapEntry(response.map());
+  return wire::DecodeMapEntry(response.map());
 }
 
 absl::StatusOr<std::vector<MapEntry>> Client::ListMaps(const CallOptions& options) {
@@ -67,7 +68,7 @@ absl::StatusOr<std::vector<MapEntry>> Client::ListMaps(const CallOptions& option
       connection_->Call(connection_->catalog(), &v1::CatalogService::Stub::ListMaps,
                         v1::ListMapsRequest(), options));
   std::vector<MapEntry> maps;
-  for (const v1::Map& map : response.maps()) maps.push_back(DecodeMapEntry(map));
+  for (const v1::Map& map : response.maps()) maps.push_back(wire::DecodeMapEntry(map));
   return maps;
 }
 

@@ -163,6 +163,9 @@ class Client {
   // Reports the changes of a map. `options.timeout` limits the whole watch; absent: no limit.
   Watcher Watch(const std::string& map, const WatchOptions& watch_options = {},
                 const CallOptions& options = {});
+  // Reports a map as replicas mirror it (client_libs/cpp/replica). `options` as for Watch.
+  Watcher Replicate(const std::string& map, const ReplicateOptions& replicate_options = {},
+                    const CallOptions& options = {});
   // Returns the difference between the revisions `from` and `to`. Absent `to`: the newest.
   ChangeReader ListChanges(const std::string& map, Revision from,
                            std::optional<Revision> to = std::nullopt, const Scope& scope = {},
@@ -215,9 +218,9 @@ class Client {
                                         const ClaimOptions& claim_options = {},
                                         const CallOptions& options = {});
   // Extends a lease. NOT_FOUND if it has ended.
-  absl::StatusOr<Goal> RenewGoal(const std::string& map, const std::string& robot, ObjectId goal,
-                                 absl::Duration lease = absl::Minutes(1),
-                                 const CallOptions& options = {});
+  absl::StatusOr<LeasedGoal> RenewGoal(const std::string& map, const std::string& robot,
+                                       ObjectId goal, absl::Duration lease = absl::Minutes(1),
+                                       const CallOptions& options = {});
   absl::StatusOr<Revision> ReleaseGoal(const std::string& map, const std::string& robot,
                                        ObjectId goal, GoalOutcome outcome,
                                        const CallOptions& options = {});

@@ -12,21 +12,15 @@
 
 #include "absl/strings/str_cat.h"
 #include "client_libs/testing/scripted_server.h"
-#include "google/protobuf/text_format.h"
+#include "client_libs/testing/text_message.h"
 
 namespace hypermap::client {
 namespace {
 
+using hypermap::testing::ParseText;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::SizeIs;
-
-template <typename Message>
-Message Parse(const std::string& text) {
-  Message message;
-  EXPECT_TRUE(google::protobuf::TextFormat::ParseFromString(text, &message)) << text;
-  return message;
-}
 
 constexpr char kChair[] =
     "id: 7 label: 'chair' existence: 0.9 shape { polygon { outer { xs: [1, 2, 2] ys: [1, 1, 2] } } "
@@ -36,7 +30,7 @@ Polygon UnitSquare() { return Polygon::FromBox({{0, 0}, {1, 1}}); }
 
 TEST(ClientTest, PointAnswerHasWhatEachLayerSays) {
   Script script;
-  script.point = Parse<v1::QueryPointResponse>(
+  script.point = ParseText<v1::QueryPointResponse>(
       "map: 'office' revision: 5 frame_id: 'map' point { x: 1.5 y: 1.2 } "
       "layers { layer: 'floor' kind: LAYER_KIND_OCCUPANCY status: ANSWER_STATUS_VALUE value: 0 } "
       "layers { layer: 'seen' kind: LAYER_KIND_EXPLORATION status: ANSWER_STATUS_OUTSIDE } "
@@ -66,7 +60,7 @@ TEST(ClientTest, PartsOfAnAnswerAreARange) {
   static_assert(std::ranges::input_range<Watcher>);
   Script script;
   for (const char* layer : {"floor", "walls"}) {
-    script.parts.push_back(Parse<v1::LayerPart>(absl::StrCat(
+    script.parts.push_back(ParseText<v1::LayerPart>(absl::StrCat(
         "layer: '", layer, "' kind: LAYER_KIND_SEMANTIC status: ANSWER_STATUS_VALUE")));
   }
   ScriptedServer server(script);
@@ -103,8 +97,8 @@ TEST(ClientTest, NoServerIsUnavailable) {
 
 TEST(ClientTest, AnAnswerThatMakesNoSenseIsAnInternalError) {
   Script script;
-  script.point = Parse<v1::QueryPointResponse>("point {} layers { layer: 'floor' }");
-  script.parts = {Parse<v1::LayerPart>("layer: 'floor'")};
+  script.point = ParseText<v1::QueryPointResponse>("point {} layers { layer: 'floor' }");
+  script.parts = {ParseText<v1::LayerPart>("layer: 'floor'")};
   ScriptedServer server(script);
   Client client(server.address());
 
@@ -120,15 +114,16 @@ TEST(AnswerReaderTest, GivesThePartsInOrderThenOk) {
   Script script;
   script.revision = 9;
   script.parts = {
-      Parse<v1::LayerPart>(
+      ParseText<v1::LayerPart>(
           "layer: 'floor' kind: LAYER_KIND_OCCUPANCY status: ANSWER_STATUS_VALUE cells { "
           "grid { origin { x: 1 yaw: 0.5 } resolution_m: 0.1 } rows: [-1, 0] col_begins: [-3, 4] "
           "col_ends: [2, 5] values: [0.25, nan] }"),
-      Parse<v1::LayerPart>("layer: 'objects' kind: LAYER_KIND_SEMANTIC status: ANSWER_STATUS_VALUE "
-                           "objects { " +
-                           std::string(kChair) + " }"),
-      Parse<v1::LayerPart>("layer: 'wifi' kind: LAYER_KIND_SCALAR status: "
-                           "ANSWER_STATUS_NO_TRANSFORM")};
+      ParseText<v1::LayerPart>(
+          "layer: 'objects' kind: LAYER_KIND_SEMANTIC status: ANSWER_STATUS_VALUE "
+          "objects { " +
+          std::string(kChair) + " }"),
+      ParseText<v1::LayerPart>("layer: 'wifi' kind: LAYER_KIND_SCALAR status: "
+                               "ANSWER_STATUS_NO_TRANSFORM")};
   ScriptedServer server(script);
   AnswerReader reader = Client(server.address()).QueryArea("office", UnitSquare());
   EXPECT_EQ(reader.revision(), 0);
@@ -167,7 +162,7 @@ TEST(AnswerReaderTest, TellsTheRevisionWhereThereIsNoLayerToAsk) {
 
 TEST(AnswerReaderTest, TellsWhyAnAnswerIsNotComplete) {
   Script script;
-  script.parts = {Parse<v1::LayerPart>(
+  script.parts = {ParseText<v1::LayerPart>(
       "layer: 'objects' kind: LAYER_KIND_SEMANTIC status: ANSWER_STATUS_VALUE")};
   script.status = grpc::Status(grpc::StatusCode::DATA_LOSS, "tile 3 is damaged");
   ScriptedServer server(script);
@@ -181,7 +176,7 @@ TEST(AnswerReaderTest, TellsWhyAnAnswerIsNotComplete) {
 TEST(AnswerReaderTest, DestroyingItTellsTheServerToStop) {
   Script script;
   script.endless = true;
-  script.parts = {Parse<v1::LayerPart>(
+  script.parts = {ParseText<v1::LayerPart>(
       "layer: 'objects' kind: LAYER_KIND_SEMANTIC status: ANSWER_STATUS_VALUE")};
   ScriptedServer server(script);
   {
@@ -194,7 +189,7 @@ TEST(AnswerReaderTest, DestroyingItTellsTheServerToStop) {
 TEST(AnswerReaderTest, TheTimeoutBoundsTheWholeAnswer) {
   Script script;
   script.endless = true;
-  script.parts = {Parse<v1::LayerPart>(
+  script.parts = {ParseText<v1::LayerPart>(
       "layer: 'objects' kind: LAYER_KIND_SEMANTIC status: ANSWER_STATUS_VALUE")};
   ScriptedServer server(script);
   AnswerReader reader = Client(server.address())
@@ -278,7 +273,7 @@ TEST(ApplyEditsTest, EditsOfTheStructureAreSentLikeOthers) {
 
 TEST(ImportTest, FilesArriveInOrderAndWhole) {
   Script script;
-  script.import = Parse<v1::ImportMapResponse>(
+  script.import = ParseText<v1::ImportMapResponse>(
       "map: 'office' revision: 2 layers: 'occupancy' repairs: 'one' repairs: 'two'");
   ScriptedServer server(script);
   std::string image;
@@ -302,10 +297,10 @@ TEST(ImportTest, FilesArriveInOrderAndWhole) {
 TEST(ExportTest, ChunksOfANameBecomeOneFile) {
   Script script;
   script.export_parts = {
-      Parse<v1::ExportMapResponse>("header { map: 'office' revision: 4 omissions: 'wifi' }"),
-      Parse<v1::ExportMapResponse>("chunk { file_name: 'a.yaml' data: 'ima' }"),
-      Parse<v1::ExportMapResponse>("chunk { file_name: 'a.yaml' data: 'ge' }"),
-      Parse<v1::ExportMapResponse>("chunk { file_name: 'a.pgm' data: 'P5' }")};
+      ParseText<v1::ExportMapResponse>("header { map: 'office' revision: 4 omissions: 'wifi' }"),
+      ParseText<v1::ExportMapResponse>("chunk { file_name: 'a.yaml' data: 'ima' }"),
+      ParseText<v1::ExportMapResponse>("chunk { file_name: 'a.yaml' data: 'ge' }"),
+      ParseText<v1::ExportMapResponse>("chunk { file_name: 'a.pgm' data: 'P5' }")};
   ScriptedServer server(script);
 
   const auto answer = Client(server.address())

@@ -6,18 +6,13 @@
 #include "absl/status/statusor.h"
 #include "client_libs/cpp/answers.h"
 #include "hypermap/v1/catalog_service.pb.h"
-#include "hypermap/v1/query_service.pb.h"
 #include "hypermap/v1/watch_service.pb.h"
 
 namespace hypermap::client {
 
-MapEntry DecodeMapEntry(const v1::Map& message);
 absl::StatusOr<LayerEntry> DecodeLayerEntry(const v1::Layer& message);
 absl::StatusOr<LayerList> DecodeLayerList(const v1::ListLayersResponse& message);
 absl::StatusOr<TransformList> DecodeTransformList(const v1::ListTransformsResponse& message);
-absl::StatusOr<PointAnswer> DecodePointAnswer(const v1::QueryPointResponse& message);
-absl::StatusOr<LayerPart> DecodeLayerPart(const v1::LayerPart& message);
-absl::StatusOr<NearestAnswer> DecodeNearestAnswer(const v1::QueryNearestResponse& message);
 RevisionList DecodeRevisionList(const v1::ListRevisionsResponse& message);
 
 }  // namespace hypermap::client

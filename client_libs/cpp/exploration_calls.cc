@@ -6,64 +6,14 @@
 #include "client_libs/cpp/client.h"
 #include "client_libs/cpp/connection.h"
 #include "wire/exploration.h"
-#include "wire/geometry.h"
-#include "wire/layer.h"
-#include "wire/time.h"
+#include "wire/exploration_requests.h"
 
 namespace hypermap::client {
 namespace {
 
-absl::StatusOr<Goal> DecodeGoal(const v1::Goal& message) {
-  HYPERMAP_ASSIGN_OR_RETURN(const Point position,
-                            wire::DecodePoint("goal.position", message.position()));
-  return Goal{
-      message.id(),         message.robot(),         position,
-      message.gain_cells(), message.path_length_m(), wire::DecodeTime(message.expire_time())};
-}
-
-absl::Status DecodePlaces(const v1::Exploration& message, ExplorationEntry* entry) {
-  for (const v1::Goal& encoded : message.goals()) {
-    HYPERMAP_ASSIGN_OR_RETURN(Goal goal, DecodeGoal(encoded));
-    entry->goals.push_back(std::move(goal));
-  }
-  for (const v1::UnreachablePlace& place : message.unreachable_places()) {
-    HYPERMAP_ASSIGN_OR_RETURN(const Point position,
-                              wire::DecodePoint("unreachable_place.position", place.position()));
-    entry->unreachable_places.push_back({place.id(), place.robot(), position});
-  }
-  return absl::OkStatus();
-}
-
 absl::StatusOr<ExplorationEntry> DecodeEntry(const v1::Exploration& message) {
-  HYPERMAP_ASSIGN_OR_RETURN(Exploration exploration,
-                            wire::DecodeExploration("exploration", message));
-  ExplorationEntry entry{std::move(exploration), {}, {}};
-  HYPERMAP_RETURN_IF_ERROR(DecodePlaces(message, &entry));
-  return entry;
-}
-
-ExplorationProgress DecodeProgress(const v1::ExplorationProgress& message) {
-  return {message.explored_cells(), message.reachable_cells(), message.unreachable_cells(),
-          message.fraction(),       message.rate_m2_per_s(),   message.cell_area_m2()};
-}
-
-absl::StatusOr<FrontierEntry> DecodeFrontier(const v1::Frontier& message) {
-  FrontierEntry entry;
-  entry.num_cells = message.num_cells();
-  entry.gain_cells = message.gain_cells();
-  HYPERMAP_ASSIGN_OR_RETURN(const Point centroid,
-                            wire::DecodePoint("frontier.centroid", message.centroid()));
-  entry.centroid = centroid;
-  if (message.has_viewpoint()) {
-    HYPERMAP_ASSIGN_OR_RETURN(const Point viewpoint,
-                              wire::DecodePoint("frontier.viewpoint", message.viewpoint()));
-    entry.viewpoint = viewpoint;
-  }
-  entry.cells.reserve(message.cells_size());
-  for (const v1::Point& cell : message.cells()) {
-    HYPERMAP_ASSIGN_OR_RETURN(const Point centre, wire::DecodePoint("frontier.cells", cell));
-    entry.cells.push_back(centre);
-  }
+  absl::StatusOr<ExplorationEntry> entry = wire::DecodeExploration("exploration", message);
+  if (!entry.ok()) return BadAnswer(entry.status());
   return entry;
 }
 
@@ -76,22 +26,23 @@ absl::StatusOr<StartAnswer> Client::StartExploration(const std::string& map, con
                                                      const CallOptions& options) {
   v1::StartExplorationRequest request;
   request.set_map(map);
-  wire::EncodePolygon(area, request.mutable_area());
-  request.set_frame_id(start_options.frame_id);
-  request.set_occupancy_layer(occupancy_layer);
-  request.set_exploration_layer(exploration_layer);
-  request.set_explored_rule(wire::EncodeCellRule(start_options.explored_rule));
-  request.set_robot_radius_m(start_options.robot_radius_m);
-  request.set_range_m(start_options.range_m);
-  request.set_min_gain_cells(start_options.min_gain_cells);
-  request.set_request_id(RequestIdOf(options));
+  wire::EncodeStart({.area = area,
+                     .frame_id = start_options.frame_id,
+                     .occupancy_layer = occupancy_layer,
+                     .exploration_layer = exploration_layer,
+                     .explored_rule = start_options.explored_rule,
+                     .robot_radius_m = start_options.robot_radius_m,
+                     .range_m = start_options.range_m,
+                     .min_gain_cells = start_options.min_gain_cells,
+                     .author = "",
+                     .request_id = RequestIdOf(options)},
+                    &request);
   HYPERMAP_ASSIGN_OR_RETURN(
       const auto response,
       connection_->Call(connection_->exploration(), &v1::ExplorationService::Stub::StartExploration,
                         request, options));
-  absl::StatusOr<ExplorationEntry> entry = DecodeEntry(response.exploration());
-  if (!entry.ok()) return BadAnswer(entry.status());
-  return StartAnswer{response.revision(), *std::move(entry)};
+  HYPERMAP_ASSIGN_OR_RETURN(ExplorationEntry entry, DecodeEntry(response.exploration()));
+  return StartAnswer{response.revision(), std::move(entry)};
 }
 
 absl::StatusOr<ExplorationAnswer> Client::GetExploration(const std::string& map,
@@ -106,10 +57,9 @@ absl::StatusOr<ExplorationAnswer> Client::GetExploration(const std::string& map,
       const auto response,
       connection_->Call(connection_->exploration(), &v1::ExplorationService::Stub::GetExploration,
                         request, options));
-  absl::StatusOr<ExplorationEntry> entry = DecodeEntry(response.exploration());
-  if (!entry.ok()) return BadAnswer(entry.status());
-  return ExplorationAnswer{response.revision(), response.frame_id(), *std::move(entry),
-                           DecodeProgress(response.progress())};
+  HYPERMAP_ASSIGN_OR_RETURN(ExplorationEntry entry, DecodeEntry(response.exploration()));
+  return ExplorationAnswer{response.revision(), response.frame_id(), std::move(entry),
+                           wire::DecodeProgress(response.progress())};
 }
 
 absl::StatusOr<ExplorationList> Client::ListExplorations(const std::string& map,
@@ -124,9 +74,8 @@ absl::StatusOr<ExplorationList> Client::ListExplorations(const std::string& map,
                         request, options));
   ExplorationList list{response.revision(), response.frame_id(), {}};
   for (const v1::Exploration& message : response.explorations()) {
-    absl::StatusOr<ExplorationEntry> entry = DecodeEntry(message);
-    if (!entry.ok()) return BadAnswer(entry.status());
-    list.explorations.push_back(*std::move(entry));
+    HYPERMAP_ASSIGN_OR_RETURN(ExplorationEntry entry, DecodeEntry(message));
+    list.explorations.push_back(std::move(entry));
   }
   return list;
 }
@@ -145,7 +94,7 @@ absl::StatusOr<FrontierList> Client::ListFrontiers(const std::string& map, Objec
                         request, options));
   FrontierList list{response.revision(), response.frame_id(), response.exploration_id(), {}};
   for (const v1::Frontier& message : response.frontiers()) {
-    absl::StatusOr<FrontierEntry> frontier = DecodeFrontier(message);
+    absl::StatusOr<FrontierEntry> frontier = wire::DecodeFrontier("frontier", message);
     if (!frontier.ok()) return BadAnswer(frontier.status());
     list.frontiers.push_back(*std::move(frontier));
   }
@@ -160,44 +109,33 @@ absl::StatusOr<ClaimAnswer> Client::ClaimGoal(const std::string& map, const std:
                                               const CallOptions& options) {
   v1::ClaimGoalRequest request;
   request.set_map(map);
-  request.set_exploration_id(claim_options.exploration_id);
-  request.set_robot(robot);
-  wire::EncodePose(PlanarTransform(position.x, position.y, 0.0), request.mutable_pose());
-  request.set_frame_id(claim_options.frame_id);
-  wire::EncodeDuration(claim_options.lease, request.mutable_lease());
+  wire::EncodeClaim({.exploration_id = claim_options.exploration_id,
+                     .robot = robot,
+                     .place = position,
+                     .frame_id = claim_options.frame_id,
+                     .lease = claim_options.lease,
+                     .author = ""},
+                    &request);
   HYPERMAP_ASSIGN_OR_RETURN(
       const auto response,
       connection_->Call(connection_->exploration(), &v1::ExplorationService::Stub::ClaimGoal,
                         request, options));
-  ClaimAnswer answer{.revision = response.revision(), .exploration_id = response.exploration_id()};
-  const absl::StatusOr<ExplorationState> state =
-      wire::DecodeExplorationState("state", response.state());
-  if (!state.ok()) return BadAnswer(state.status());
-  answer.state = *state;
-  const absl::StatusOr<EndReason> reason =
-      wire::DecodeEndReason("end_reason", response.end_reason());
-  if (!reason.ok()) return BadAnswer(reason.status());
-  answer.end_reason = *reason;
-  if (!response.has_goal()) return answer;
-  absl::StatusOr<Goal> goal = DecodeGoal(response.goal());
-  if (!goal.ok()) return BadAnswer(goal.status());
-  answer.goal = *std::move(goal);
-  return answer;
+  absl::StatusOr<ClaimResult> result = wire::DecodeClaimResult(response);
+  if (!result.ok()) return BadAnswer(result.status());
+  return ClaimAnswer{*std::move(result), response.revision()};
 }
 
-absl::StatusOr<Goal> Client::RenewGoal(const std::string& map, const std::string& robot,
-                                       ObjectId goal, absl::Duration lease,
-                                       const CallOptions& options) {
+absl::StatusOr<LeasedGoal> Client::RenewGoal(const std::string& map, const std::string& robot,
+                                             ObjectId goal, absl::Duration lease,
+                                             const CallOptions& options) {
   v1::RenewGoalRequest request;
   request.set_map(map);
-  request.set_robot(robot);
-  request.set_goal_id(goal);
-  wire::EncodeDuration(lease, request.mutable_lease());
+  wire::EncodeRenewal({robot, goal, lease, /*author=*/""}, &request);
   HYPERMAP_ASSIGN_OR_RETURN(
       const auto response,
       connection_->Call(connection_->exploration(), &v1::ExplorationService::Stub::RenewGoal,
                         request, options));
-  absl::StatusOr<Goal> renewed = DecodeGoal(response.goal());
+  absl::StatusOr<LeasedGoal> renewed = wire::DecodeGoal("goal", response.goal());
   if (!renewed.ok()) return BadAnswer(renewed.status());
   return renewed;
 }
@@ -207,9 +145,7 @@ absl::StatusOr<Revision> Client::ReleaseGoal(const std::string& map, const std::
                                              const CallOptions& options) {
   v1::ReleaseGoalRequest request;
   request.set_map(map);
-  request.set_robot(robot);
-  request.set_goal_id(goal);
-  request.set_outcome(wire::EncodeGoalOutcome(outcome));
+  wire::EncodeRelease({robot, goal, outcome, /*author=*/""}, &request);
   HYPERMAP_ASSIGN_OR_RETURN(
       const auto response,
       connection_->Call(connection_->exploration(), &v1::ExplorationService::Stub::ReleaseGoal,
@@ -227,9 +163,7 @@ absl::StatusOr<ExplorationEntry> Client::StopExploration(const std::string& map,
       const auto response,
       connection_->Call(connection_->exploration(), &v1::ExplorationService::Stub::StopExploration,
                         request, options));
-  absl::StatusOr<ExplorationEntry> entry = DecodeEntry(response.exploration());
-  if (!entry.ok()) return BadAnswer(entry.status());
-  return entry;
+  return DecodeEntry(response.exploration());
 }
 
 }  // namespace hypermap::client

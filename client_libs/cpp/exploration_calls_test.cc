@@ -6,24 +6,18 @@
 
 #include "client_libs/cpp/client.h"
 #include "client_libs/testing/scripted_server.h"
-#include "google/protobuf/text_format.h"
+#include "client_libs/testing/text_message.h"
 
 namespace hypermap::client {
 namespace {
 
+using hypermap::testing::ParseText;
 using ::testing::ElementsAre;
 using ::testing::Field;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Optional;
 using ::testing::SizeIs;
-
-template <typename Message>
-Message Parse(const std::string& text) {
-  Message message;
-  EXPECT_TRUE(google::protobuf::TextFormat::ParseFromString(text, &message)) << text;
-  return message;
-}
 
 constexpr char kEnded[] =
     "exploration { id: 4 state: EXPLORATION_STATE_ENDED end_reason: END_REASON_STOPPED "
@@ -48,7 +42,7 @@ void ExpectEnded(const ExplorationEntry& entry) {
   EXPECT_EQ(exploration.started, absl::FromUnixSeconds(10));
   EXPECT_EQ(exploration.ended, absl::FromUnixSeconds(70));
   ASSERT_THAT(entry.goals, SizeIs(1));
-  const Goal& goal = entry.goals[0];
+  const LeasedGoal& goal = entry.goals[0];
   EXPECT_EQ(goal.id, 5);
   EXPECT_EQ(goal.robot, "r1");
   EXPECT_EQ(goal.position, (Point{1, 0.5}));
@@ -63,7 +57,7 @@ void ExpectEnded(const ExplorationEntry& entry) {
 
 TEST(ExplorationCallsTest, StartAsksForAllThatIsWanted) {
   Script script;
-  script.started = Parse<v1::StartExplorationResponse>("revision: 8 " + std::string(kEnded));
+  script.started = ParseText<v1::StartExplorationResponse>("revision: 8 " + std::string(kEnded));
   ScriptedServer server(script);
   const auto answer =
       Client(server.address())
@@ -89,7 +83,7 @@ TEST(ExplorationCallsTest, StartAsksForAllThatIsWanted) {
 
 TEST(ExplorationCallsTest, GetTellsTheProgress) {
   Script script;
-  script.exploration = Parse<v1::GetExplorationResponse>(
+  script.exploration = ParseText<v1::GetExplorationResponse>(
       "revision: 9 frame_id: 'dock' progress { explored_cells: 3 reachable_cells: 1 "
       "unreachable_cells: 2 fraction: 0.75 rate_m2_per_s: 0.5 cell_area_m2: 0.01 } " +
       std::string(kEnded));
@@ -99,10 +93,10 @@ TEST(ExplorationCallsTest, GetTellsTheProgress) {
   EXPECT_EQ(answer->revision, 9);
   EXPECT_EQ(answer->frame_id, "dock");
   ExpectEnded(answer->entry);
-  EXPECT_EQ(answer->progress.explored_cells, 3);
-  EXPECT_EQ(answer->progress.reachable_cells, 1);
-  EXPECT_EQ(answer->progress.unreachable_cells, 2);
-  EXPECT_EQ(answer->progress.fraction, 0.75);
+  EXPECT_EQ(answer->progress.cells.explored, 3);
+  EXPECT_EQ(answer->progress.cells.reachable, 1);
+  EXPECT_EQ(answer->progress.cells.unreachable, 2);
+  EXPECT_EQ(answer->progress.fraction(), 0.75);
   EXPECT_EQ(answer->progress.rate_m2_per_s, 0.5);
   EXPECT_EQ(answer->progress.cell_area_m2, 0.01);
   EXPECT_THAT(server.Requests(),
@@ -111,7 +105,7 @@ TEST(ExplorationCallsTest, GetTellsTheProgress) {
 
 TEST(ExplorationCallsTest, ListHasThemInTheServersOrder) {
   Script script;
-  script.explorations = Parse<v1::ListExplorationsResponse>(
+  script.explorations = ParseText<v1::ListExplorationsResponse>(
       "revision: 9 frame_id: 'map' "
       "explorations { id: 7 state: EXPLORATION_STATE_ACTIVE area { outer { xs: [0, 3, 3] ys: [0, "
       "0, 2] } } } explorations { id: 4 "
@@ -132,7 +126,7 @@ TEST(ExplorationCallsTest, ListHasThemInTheServersOrder) {
 
 TEST(ExplorationCallsTest, FrontiersMayHaveAViewpointAndCells) {
   Script script;
-  script.frontiers = Parse<v1::ListFrontiersResponse>(
+  script.frontiers = ParseText<v1::ListFrontiersResponse>(
       "revision: 9 frame_id: 'map' exploration_id: 4 "
       "frontiers { num_cells: 2 centroid { x: 1 } viewpoint { y: 2 } gain_cells: 30 "
       "cells { x: 0.5 } cells { x: 1.5 } } frontiers { num_cells: 1 centroid { y: 7 } }");
@@ -155,7 +149,7 @@ TEST(ExplorationCallsTest, FrontiersMayHaveAViewpointAndCells) {
 
 TEST(ExplorationCallsTest, AClaimTellsWhereTheRobotIs) {
   Script script;
-  script.claimed = Parse<v1::ClaimGoalResponse>(
+  script.claimed = ParseText<v1::ClaimGoalResponse>(
       "revision: 9 exploration_id: 4 state: EXPLORATION_STATE_ACTIVE "
       "goal { id: 5 robot: 'r1' position { x: 1 y: 0.5 } }");
   ScriptedServer server(script);
@@ -167,7 +161,7 @@ TEST(ExplorationCallsTest, AClaimTellsWhereTheRobotIs) {
   EXPECT_EQ(answer->revision, 9);
   EXPECT_EQ(answer->exploration_id, 4);
   EXPECT_EQ(answer->state, ExplorationState::kActive);
-  EXPECT_THAT(answer->goal, Optional(Field(&Goal::position, Point{1, 0.5})));
+  EXPECT_THAT(answer->goal, Optional(Field(&LeasedGoal::position, Point{1, 0.5})));
   EXPECT_THAT(server.Requests(),
               ElementsAre(R"(ClaimGoal map: "office" exploration_id: 4 robot: "r1" )"
                           R"(pose { x: -1 y: 2 } frame_id: "dock" )"
@@ -176,7 +170,7 @@ TEST(ExplorationCallsTest, AClaimTellsWhereTheRobotIs) {
 
 TEST(ExplorationCallsTest, AClaimMayFindNothingLeft) {
   Script script;
-  script.claimed = Parse<v1::ClaimGoalResponse>(
+  script.claimed = ParseText<v1::ClaimGoalResponse>(
       "state: EXPLORATION_STATE_ENDED end_reason: END_REASON_ONLY_UNREACHABLE_LEFT");
   ScriptedServer server(script);
   const auto answer = Client(server.address()).ClaimGoal("office", "r1", {0, 0});
@@ -190,8 +184,8 @@ TEST(ExplorationCallsTest, GoalsAreRenewedAndReleased) {
   Script script;
   script.revision = 12;
   script.renewed =
-      Parse<v1::RenewGoalResponse>("goal { id: 5 expire_time { seconds: 99 } position {} }");
-  script.stopped = Parse<v1::StopExplorationResponse>(kEnded);
+      ParseText<v1::RenewGoalResponse>("goal { id: 5 expire_time { seconds: 99 } position {} }");
+  script.stopped = ParseText<v1::StopExplorationResponse>(kEnded);
   ScriptedServer server(script);
   Client client(server.address());
   const auto goal = client.RenewGoal("office", "r1", 5, absl::Seconds(30));
@@ -211,7 +205,7 @@ TEST(ExplorationCallsTest, GoalsAreRenewedAndReleased) {
 TEST(ExplorationCallsTest, ClaimsAndReleasesAreTriedAgain) {
   Script script;
   script.outage = 1;
-  script.claimed = Parse<v1::ClaimGoalResponse>("state: EXPLORATION_STATE_ACTIVE");
+  script.claimed = ParseText<v1::ClaimGoalResponse>("state: EXPLORATION_STATE_ACTIVE");
   ScriptedServer claims(script);
   EXPECT_TRUE(Client(claims.address()).ClaimGoal("office", "r1", {0, 0}).ok());
   EXPECT_THAT(claims.Requests(), SizeIs(2));
@@ -238,7 +232,7 @@ TEST(ExplorationCallsTest, ErrorsAreTheServersOwn) {
 
 TEST(ExplorationCallsTest, AnAnswerThatMakesNoSenseIsAnInternalError) {
   Script script;
-  script.exploration = Parse<v1::GetExplorationResponse>(
+  script.exploration = ParseText<v1::GetExplorationResponse>(
       "exploration { state: EXPLORATION_STATE_ACTIVE area { outer { xs: [nan] ys: [0] } } }");
   ScriptedServer server(script);
   Client client(server.address());

@@ -6,7 +6,7 @@
 
 #include "client_libs/cpp/client.h"
 #include "client_libs/cpp/connection.h"
-#include "client_libs/cpp/grpc_source.h"
+#include "client_libs/cpp/grpc_part_stream.h"
 
 namespace hypermap::client {
 namespace {
@@ -134,9 +134,9 @@ absl::StatusOr<ExportAnswer> Client::ExportMap(const std::string& map, FileForma
 ByteReader Client::BackupMap(const std::string& map, const CallOptions& options) {
   v1::BackupMapRequest request;
   request.set_map(map);
-  return ByteReader(MakeGrpcSource(connection_, connection_->catalog(),
-                                   &v1::CatalogService::Stub::BackupMap, std::move(request),
-                                   options, &TakeBytes));
+  return ByteReader(MakeGrpcPartStream(connection_, connection_->catalog(),
+                                       &v1::CatalogService::Stub::BackupMap, std::move(request),
+                                       options, &TakeBytes));
 }
 
 }  // namespace hypermap::client

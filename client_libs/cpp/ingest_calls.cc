@@ -1,5 +1,4 @@
 // Calls of Client about observations and fused layers.
-#include <array>
 #include <deque>
 #include <memory>
 #include <utility>
@@ -8,6 +7,7 @@
 #include "client_libs/cpp/client.h"
 #include "client_libs/cpp/connection.h"
 #include "client_libs/cpp/observe_stream.h"
+#include "wire/ingest.h"
 #include "wire/observation.h"
 #include "wire/time.h"
 
@@ -15,65 +15,6 @@ namespace hypermap::client {
 namespace {
 
 using GrpcStream = grpc::ClientReaderWriter<v1::ObserveRequest, v1::ObserveResponse>;
-
-constexpr std::array<std::pair<v1::ObservationOutcome, ObservationOutcome>, 5> kOutcomes{{
-    {v1::OBSERVATION_OUTCOME_ACCEPTED, ObservationOutcome::kAccepted},
-    {v1::OBSERVATION_OUTCOME_DUPLICATE, ObservationOutcome::kDuplicate},
-    {v1::OBSERVATION_OUTCOME_REFUSED_LATE, ObservationOutcome::kRefusedLate},
-    {v1::OBSERVATION_OUTCOME_INVALID, ObservationOutcome::kInvalid},
-    {v1::OBSERVATION_OUTCOME_CONFLICT, ObservationOutcome::kConflict},
-}};
-
-constexpr std::array<std::pair<v1::ObjectEventKind, ObjectEventKind>, 6> kEventKinds{{
-    {v1::OBJECT_EVENT_KIND_FOUNDED, ObjectEventKind::kFounded},
-    {v1::OBJECT_EVENT_KIND_SEEN, ObjectEventKind::kSeen},
-    {v1::OBJECT_EVENT_KIND_MISSED, ObjectEventKind::kMissed},
-    {v1::OBJECT_EVENT_KIND_MERGED, ObjectEventKind::kMerged},
-    {v1::OBJECT_EVENT_KIND_PINNED, ObjectEventKind::kPinned},
-    {v1::OBJECT_EVENT_KIND_REMOVED, ObjectEventKind::kRemoved},
-}};
-
-template <typename Message, typename Domain, size_t n>
-absl::StatusOr<Domain> DecodeEnum(const std::array<std::pair<Message, Domain>, n>& values,
-                                  Message value) {
-  for (const auto& [message, domain] : values) {
-    if (message == value) return domain;
-  }
-  return BadAnswer(absl::InternalError(absl::StrCat("unknown value ", static_cast<int>(value))));
-}
-
-absl::StatusOr<Acknowledgement> DecodeAcknowledgement(v1::ObservationAcknowledgement message) {
-  HYPERMAP_ASSIGN_OR_RETURN(const ObservationOutcome outcome,
-                            DecodeEnum(kOutcomes, message.outcome()));
-  return Acknowledgement{std::move(*message.mutable_robot()), message.sequence(), outcome,
-                         message.revision(), std::move(*message.mutable_message())};
-}
-
-OpenedLayer DecodeOpened(const v1::ObserveOpened& message) {
-  OpenedLayer opened{message.strategy(), message.parameters(), message.exploration_layer(), {}};
-  for (const v1::SequenceRange& range : message.known()) {
-    opened.known.push_back({range.first(), range.last()});
-  }
-  return opened;
-}
-
-absl::StatusOr<ObjectHistory> DecodeHistory(const v1::ExplainObjectResponse& message) {
-  ObjectHistory history{message.map(),
-                        message.revision(),
-                        message.object_id(),
-                        message.strategy(),
-                        message.parameters(),
-                        message.track(),
-                        {}};
-  for (const v1::ObjectEvent& event : message.events()) {
-    HYPERMAP_ASSIGN_OR_RETURN(const ObjectEventKind kind, DecodeEnum(kEventKinds, event.kind()));
-    history.events.push_back(
-        {kind, event.robot(), event.sequence(), wire::DecodeTime(event.stamp()), event.detection(),
-         event.score(), event.has_existence() ? std::optional(event.existence()) : std::nullopt,
-         event.track()});
-  }
-  return history;
-}
 
 }  // namespace
 
@@ -104,7 +45,7 @@ class ObserveStream::Call {
     if (!response.has_opened()) {
       return BadAnswer(absl::InternalError("the first message does not open the stream"));
     }
-    opened_ = DecodeOpened(response.opened());
+    opened_ = wire::DecodeOpened(response.opened());
     Keep(std::move(response));
     return absl::OkStatus();
   }
@@ -128,12 +69,12 @@ class ObserveStream::Call {
       }
       Keep(std::move(response));
     }
-    absl::StatusOr<Acknowledgement> next = DecodeAcknowledgement(std::move(read_.front()));
+    absl::StatusOr<Acknowledgement> next = wire::DecodeVerdict(read_.front());
     read_.pop_front();
     if (next.ok()) return *std::move(next);
     context_->TryCancel();
     Finish();
-    status_ = next.status();
+    status_ = BadAnswer(next.status());
     return std::nullopt;
   }
 
@@ -245,7 +186,9 @@ absl::StatusOr<ObjectHistory> Client::ExplainObject(const std::string& map,
       const auto response,
       connection_->Call(connection_->ingest(), &v1::IngestService::Stub::ExplainObject, request,
                         options));
-  return DecodeHistory(response);
+  absl::StatusOr<ObjectHistory> history = wire::DecodeObjectHistory(response);
+  if (!history.ok()) return BadAnswer(history.status());
+  return history;
 }
 
 }  // namespace hypermap::client

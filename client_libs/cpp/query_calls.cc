@@ -5,8 +5,7 @@
 #include "base/status/status_macros.h"
 #include "client_libs/cpp/client.h"
 #include "client_libs/cpp/connection.h"
-#include "client_libs/cpp/decode.h"
-#include "client_libs/cpp/grpc_source.h"
+#include "client_libs/cpp/grpc_part_stream.h"
 #include "wire/answer.h"
 #include "wire/geometry.h"
 #include "wire/scope.h"
@@ -27,7 +26,7 @@ void EncodeQuestion(const std::string& map, const Scope& scope, const CallOption
 template <typename Message>
 absl::StatusOr<AnswerReader::RevisedPart> DecodeRevisedPart(Message message) {
   if (!message.has_part()) return AnswerReader::RevisedPart{message.revision(), std::nullopt};
-  HYPERMAP_ASSIGN_OR_RETURN(LayerPart part, DecodeLayerPart(message.part()));
+  HYPERMAP_ASSIGN_OR_RETURN(LayerPart part, wire::DecodeLayerPart(message.part()));
   return AnswerReader::RevisedPart{message.revision(), std::move(part)};
 }
 
@@ -36,8 +35,8 @@ AnswerReader MakeAnswerReader(std::shared_ptr<Connection> connection,
                               OpenStream<v1::QueryService::Stub, Request, Message> open,
                               Request request, const CallOptions& options) {
   v1::QueryService::Stub& stub = connection->query();
-  return AnswerReader(MakeGrpcSource(std::move(connection), stub, open, std::move(request), options,
-                                     &DecodeRevisedPart<Message>));
+  return AnswerReader(MakeGrpcPartStream(std::move(connection), stub, open, std::move(request),
+                                         options, &DecodeRevisedPart<Message>));
 }
 
 }  // namespace
@@ -52,7 +51,7 @@ absl::StatusOr<PointAnswer> Client::QueryPoint(const std::string& map, const Poi
       const auto response,
       connection_->Call(connection_->query(), &v1::QueryService::Stub::QueryPoint, request,
                         options));
-  absl::StatusOr<PointAnswer> answer = DecodePointAnswer(response);
+  absl::StatusOr<PointAnswer> answer = wire::DecodePointAnswer(response);
   if (!answer.ok()) return BadAnswer(answer.status());
   return answer;
 }
@@ -89,7 +88,7 @@ absl::StatusOr<NearestAnswer> Client::QueryNearest(const std::string& map, const
       const auto response,
       connection_->Call(connection_->query(), &v1::QueryService::Stub::QueryNearest, request,
                         options));
-  absl::StatusOr<NearestAnswer> answer = DecodeNearestAnswer(response);
+  absl::StatusOr<NearestAnswer> answer = wire::DecodeNearestAnswer(response);
   if (!answer.ok()) return BadAnswer(answer.status());
   return answer;
 }

@@ -4,7 +4,7 @@
 
 namespace hypermap::client {
 
-AnswerReader::AnswerReader(std::unique_ptr<PartSource<RevisedPart>> source)
+AnswerReader::AnswerReader(std::unique_ptr<PartStream<RevisedPart>> source)
     : source_(std::move(source)) {}
 
 std::optional<LayerPart> AnswerReader::Next() {
@@ -15,7 +15,7 @@ std::optional<LayerPart> AnswerReader::Next() {
   return std::nullopt;
 }
 
-ByteReader::ByteReader(std::unique_ptr<PartSource<std::string>> source)
+ByteReader::ByteReader(std::unique_ptr<PartStream<std::string>> source)
     : source_(std::move(source)) {}
 
 }  // namespace hypermap::client

@@ -20,9 +20,9 @@ namespace hypermap::client {
 
 // Source of the parts of an answer. Destroying a source ends the call.
 template <typename Part>
-class PartSource {
+class PartStream {
  public:
-  virtual ~PartSource() = default;
+  virtual ~PartStream() = default;
   // Returns the next part; nullopt at the end and on an error. Blocks until there is one.
   virtual std::optional<Part> Next() = 0;
   // After Next returned nullopt: OK if the answer is complete, otherwise the error.
@@ -63,7 +63,7 @@ class AnswerReader {
     std::optional<LayerPart> part;  // absent if the query has no layers
   };
 
-  explicit AnswerReader(std::unique_ptr<PartSource<RevisedPart>> source);
+  explicit AnswerReader(std::unique_ptr<PartStream<RevisedPart>> source);
 
   // Returns the next part; nullopt at the end and on an error. Blocks until there is one.
   std::optional<LayerPart> Next();
@@ -75,7 +75,7 @@ class AnswerReader {
   Revision revision() const { return revision_; }
 
  private:
-  std::unique_ptr<PartSource<RevisedPart>> source_;
+  std::unique_ptr<PartStream<RevisedPart>> source_;
   Revision revision_ = 0;
 };
 
@@ -83,7 +83,7 @@ class AnswerReader {
 // Movable; used by one thread at a time.
 class ByteReader {
  public:
-  explicit ByteReader(std::unique_ptr<PartSource<std::string>> source);
+  explicit ByteReader(std::unique_ptr<PartStream<std::string>> source);
 
   // Returns the next piece; nullopt at the end and on an error. Blocks until there is one.
   std::optional<std::string> Next() { return source_->Next(); }
@@ -93,7 +93,7 @@ class ByteReader {
   const absl::Status& status() const { return source_->status(); }
 
  private:
-  std::unique_ptr<PartSource<std::string>> source_;
+  std::unique_ptr<PartStream<std::string>> source_;
 };
 
 }  // namespace hypermap::client

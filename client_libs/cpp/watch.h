@@ -43,34 +43,50 @@ struct WatchOptions {
   // A connection on which nothing arrives for this long, not even progress, counts as broken.
   // Should exceed the server's --watch_progress (10 s).
   absl::Duration idle_timeout = absl::Seconds(60);
-  // For replicas. Objects and cells are in the frame of their layer, also those of layers that are
-  // not connected to the scope's frame (of which an area selects nothing). An area selects the
-  // cells that touch it. A snapshot begins with kTransform for all frames, and has kLayerCreated
-  // for each layer before its content. Each event has its time, and the first has the map.
-  bool as_stored = false;
-  // Time at which start_revision was made; for revision 0, time at which the map was created. If
-  // the server's time differs, the watch ends with ABORTED: the map is another one, or was restored
-  // to an older state.
-  std::optional<absl::Time> start_time = std::nullopt;
   // Whether the watch continues with a new snapshot if the changes to resume from are no longer
   // kept. Otherwise it ends with OUT_OF_RANGE.
   bool snapshot_when_compacted = false;
 };
 
+// Options of Client::Replicate, the watch of replicas. Objects and cells are in the frame of their
+// layer, also those of layers that are not connected to the scope's frame (of which an area selects
+// nothing). An area selects the cells that touch it. A snapshot begins with kTransform for all
+// frames, and has kLayerCreated for each layer before its content.
+//
+// It ends at the first break after it has begun. The caller opens the next one from the revision
+// and the time of the last event.
+struct ReplicateOptions {
+  // Layers to mirror, and the frame of the area. Without layers, all are mirrored, also those
+  // created later.
+  Scope scope = {};
+  // Selects the objects that intersect the area, and the cells that touch it. Absent: everywhere.
+  std::optional<Polygon> area = std::nullopt;
+  // Reports the changes after this revision, without a snapshot. Absent: a snapshot comes first.
+  std::optional<Revision> start_revision = std::nullopt;
+  // Only with start_revision: time at which it was made; for revision 0, time at which the map was
+  // created. If the server's time differs, the stream ends with ABORTED: the map is another one, or
+  // was restored to an older state. Absent: not checked.
+  std::optional<absl::Time> start_time = std::nullopt;
+  // A connection on which nothing arrives for this long, not even progress, counts as broken.
+  // Should exceed the server's --watch_progress (10 s).
+  absl::Duration idle_timeout = absl::Seconds(60);
+};
+
 // All selected changes of one revision, or progress.
 struct WatchEvent {
   Revision revision = 0;
-  // Time and author of the commit. Not set in snapshots and progress; with as_stored these have the
-  // time.
+  // Time and author of the commit. Not set in snapshots and progress, except that each event of
+  // Replicate has its time.
   absl::Time time;
   std::string author;
   // Empty: progress; nothing in the selection has changed up to this revision.
   std::vector<MapChange> changes;
-  // Whether the changes are the whole selection at the revision (kPut and kCells).
+  // Whether the changes are the whole selection at the revision (kPut and kCells; those of
+  // Replicate also kTransform and kLayerCreated).
   bool snapshot = false;
   // For snapshots: whether it replaces everything that was reported before.
   bool reset = false;
-  // With as_stored, in the first event of each call: the map with its newest revision.
+  // In the first event of Replicate: the map with its newest revision.
   std::optional<MapEntry> map;
 };
 
@@ -78,7 +94,7 @@ struct WatchEvent {
 // watch. Movable. Used by one thread at a time, except that any thread may cancel.
 class Watcher {
  public:
-  // The call itself. Only for the sources of this folder.
+  // The stream of an rpc. Only for the sources of this folder.
   class Call;
 
   explicit Watcher(std::unique_ptr<Call> call);
@@ -112,7 +128,7 @@ class ChangeReader {
     std::vector<MapChange> changes;
   };
 
-  explicit ChangeReader(std::unique_ptr<PartSource<Part>> source);
+  explicit ChangeReader(std::unique_ptr<PartStream<Part>> source);
 
   // Returns the next change; nullopt at the end and on an error. Blocks until there is one.
   std::optional<MapChange> Next();
@@ -125,7 +141,7 @@ class ChangeReader {
   Revision to_revision() const { return part_.to_revision; }
 
  private:
-  std::unique_ptr<PartSource<Part>> source_;
+  std::unique_ptr<PartStream<Part>> source_;
   Part part_;
   size_t next_ = 0;
 };

@@ -17,9 +17,10 @@
 #include "client_libs/cpp/client.h"
 #include "client_libs/cpp/connection.h"
 #include "client_libs/cpp/decode.h"
-#include "client_libs/cpp/grpc_source.h"
+#include "client_libs/cpp/grpc_part_stream.h"
 #include "client_libs/cpp/watch.h"
 #include "wire/answer.h"
+#include "wire/catalog.h"
 #include "wire/change.h"
 #include "wire/geometry.h"
 #include "wire/scope.h"
@@ -50,38 +51,72 @@ v1::WatchRequest EncodeWatch(const std::string& map, const WatchOptions& options
   if (options.area) wire::EncodePolygon(*options.area, request.mutable_area());
   request.mutable_classes()->Assign(options.classes.begin(), options.classes.end());
   if (options.start_revision) request.set_start_revision(*options.start_revision);
-  if (options.start_time) wire::EncodeTime(*options.start_time, request.mutable_start_time());
   request.set_coalesce(options.coalesce);
-  request.set_as_stored(options.as_stored);
+  return request;
+}
+
+v1::ReplicateRequest EncodeReplicate(const std::string& map, const ReplicateOptions& options) {
+  v1::ReplicateRequest request;
+  wire::EncodeScope(map, options.scope, request.mutable_scope());
+  if (options.area) wire::EncodePolygon(*options.area, request.mutable_area());
+  if (options.start_revision) request.set_start_revision(*options.start_revision);
+  if (options.start_time) wire::EncodeTime(*options.start_time, request.mutable_start_time());
   return request;
 }
 
 }  // namespace
 
-// The rpc, which is opened again after a break.
+// Next runs on the caller's thread, Cancel on any; see Watcher.
 class Watcher::Call {
  public:
-  Call(std::shared_ptr<Connection> connection, const std::string& map, const WatchOptions& options,
-       absl::Time deadline)
+  virtual ~Call() = default;
+  virtual std::optional<WatchEvent> Next() = 0;
+  virtual const absl::Status& status() const = 0;
+  virtual std::optional<Revision> revision() const = 0;
+  virtual int num_resumed() const = 0;
+  virtual void Cancel() = 0;
+};
+
+namespace {
+
+// The rpc Watch or Replicate, which is opened again after a break. Both have the same fields for
+// what happens here.
+template <typename Request, typename Response>
+class StreamCall final : public Watcher::Call {
+ public:
+  using Method = std::unique_ptr<grpc::ClientReader<Response>> (v1::WatchService::Stub::*)(
+      grpc::ClientContext*, const Request&);
+
+  // Decides what happens after a break; see WatchOptions.
+  struct Breaks {
+    bool resume = true;
+    absl::Duration retry_for;
+    absl::Duration idle_timeout;
+    bool snapshot_when_compacted = false;
+  };
+
+  StreamCall(std::shared_ptr<Connection> connection, Method method, Request request,
+             const Breaks& breaks, absl::Time deadline)
       : connection_(std::move(connection)),
-        options_(options),
+        method_(method),
+        breaks_(breaks),
         deadline_(deadline),
-        request_(EncodeWatch(map, options)) {
+        request_(std::move(request)) {
     Open();
-    if (options_.idle_timeout != absl::InfiniteDuration()) {
+    if (breaks_.idle_timeout != absl::InfiniteDuration()) {
       watchdog_ = std::thread([this] { BreakSilence(); });
     }
   }
 
-  ~Call() {
+  ~StreamCall() override {
     Cancel();
     if (watchdog_.joinable()) watchdog_.join();
     Drain();
   }
 
-  std::optional<WatchEvent> Next() {
+  std::optional<WatchEvent> Next() override {
     while (!finished_) {
-      v1::WatchResponse message;
+      Response message;
       if (!Read(message)) {
         Recover(wire::DecodeStatus(Close()));
         continue;
@@ -104,11 +139,11 @@ class Watcher::Call {
     return std::nullopt;
   }
 
-  const absl::Status& status() const { return status_; }
-  std::optional<Revision> revision() const { return told_; }
-  int num_resumed() const { return num_resumed_; }
+  const absl::Status& status() const override { return status_; }
+  std::optional<Revision> revision() const override { return told_; }
+  int num_resumed() const override { return num_resumed_; }
 
-  void Cancel() {
+  void Cancel() override {
     const MutexLock lock(&mutex_);
     cancelled_ = true;
     cancel_.NotifyAll();
@@ -120,13 +155,13 @@ class Watcher::Call {
     const MutexLock lock(&mutex_);
     context_ = Connection::NewContext(deadline_);
     if (cancelled_) context_->TryCancel();
-    reader_ = connection_->watch().Watch(context_.get(), request_);
+    reader_ = (connection_->watch().*method_)(context_.get(), request_);
   }
 
   // Reads the next message, taking coalesced messages apart.
-  bool Read(v1::WatchResponse& message) {
+  bool Read(Response& message) {
     while (next_coalesced_ == coalesced_.coalesced_size()) {
-      ListenUntil(absl::Now() + options_.idle_timeout);
+      ListenUntil(absl::Now() + breaks_.idle_timeout);
       const bool read = reader_->Read(&message);
       ListenUntil(absl::InfiniteFuture());
       if (!read || message.coalesced_size() == 0) return read;
@@ -147,7 +182,7 @@ class Watcher::Call {
   void BreakSilence() {
     const MutexLock lock(&mutex_);
     while (!cancelled_) {
-      cancel_.WaitFor(&mutex_, options_.idle_timeout / 4);
+      cancel_.WaitFor(&mutex_, breaks_.idle_timeout / 4);
       if (cancelled_ || absl::Now() < listen_until_ || !context_) continue;
       context_->TryCancel();
       listen_until_ = absl::InfiniteFuture();
@@ -157,7 +192,7 @@ class Watcher::Call {
   // Ends the call. Messages that have arrived are dropped.
   void Drain() {
     if (!reader_) return;
-    v1::WatchResponse ignored;
+    Response ignored;
     while (reader_->Read(&ignored)) {
     }
     Close();
@@ -177,12 +212,14 @@ class Watcher::Call {
     status_ = std::move(status);
   }
 
-  absl::Status Take(const v1::WatchResponse& message) {
+  absl::Status Take(const Response& message) {
     if (!pending_) pending_.emplace();
     pending_->revision = message.revision();
     if (message.has_time()) pending_->time = wire::DecodeTime(message.time());
     if (!message.author().empty()) pending_->author = message.author();
-    if (message.has_map()) pending_->map = DecodeMapEntry(message.map());
+    if constexpr (requires { message.map(); }) {
+      if (message.has_map()) pending_->map = wire::DecodeMapEntry(message.map());
+    }
     pending_->snapshot |= message.snapshot();
     pending_->reset |= message.reset();
     return AppendChanges(message.changes(), pending_->changes);
@@ -201,8 +238,6 @@ class Watcher::Call {
   WatchEvent Deliver() {
     told_ = pending_->revision;
     request_.set_start_revision(*told_);
-    request_.clear_start_time();
-    if (options_.as_stored) wire::EncodeTime(pending_->time, request_.mutable_start_time());
     if (pending_->snapshot) pending_->reset |= std::exchange(starts_anew_, false);
     WatchEvent event = *std::move(pending_);
     pending_.reset();
@@ -212,15 +247,14 @@ class Watcher::Call {
   // Opens the next call after a break, or finishes the watch.
   void Recover(absl::Status why) {
     pending_.reset();
-    if (absl::IsOutOfRange(why) && options_.snapshot_when_compacted &&
+    if (absl::IsOutOfRange(why) && breaks_.snapshot_when_compacted &&
         request_.has_start_revision()) {
       request_.clear_start_revision();
-      request_.clear_start_time();
       starts_anew_ = true;
     } else if (!MayGoOn(why)) {
       return Finish(std::move(why));
     }
-    const absl::Duration retry_for = begun_ ? options_.retry_for : connection_->options().retry_for;
+    const absl::Duration retry_for = begun_ ? breaks_.retry_for : connection_->options().retry_for;
     broken_since_ = std::min(broken_since_, absl::Now());
     const absl::Duration pause = backoff_.Next();
     if (absl::Now() + pause >= std::min(broken_since_ + retry_for, deadline_)) {
@@ -234,7 +268,7 @@ class Watcher::Call {
   bool MayGoOn(const absl::Status& why) const {
     if (cancelled()) return false;
     if (!begun_) return absl::IsUnavailable(why);
-    if (!options_.resume) return false;
+    if (!breaks_.resume) return false;
     // A server that stops ends or cancels its watches. A server that finds this reader too slow
     // ends the watch with RESOURCE_EXHAUSTED.
     return why.ok() || absl::IsUnavailable(why) || absl::IsCancelled(why) ||
@@ -247,11 +281,12 @@ class Watcher::Call {
   }
 
   const std::shared_ptr<Connection> connection_;
-  const WatchOptions options_;
+  const Method method_;
+  const Breaks breaks_;
   const absl::Time deadline_;
-  v1::WatchRequest request_;  // for the next call
-  std::unique_ptr<grpc::ClientReader<v1::WatchResponse>> reader_;
-  v1::WatchResponse coalesced_;  // the last message with several, and the index of the next of them
+  Request request_;  // for the next call
+  std::unique_ptr<grpc::ClientReader<Response>> reader_;
+  Response coalesced_;  // the last message with several, and the index of the next of them
   int next_coalesced_ = 0;
   Backoff backoff_;
   absl::Time broken_since_ = absl::InfiniteFuture();
@@ -271,6 +306,11 @@ class Watcher::Call {
   std::thread watchdog_;
 };
 
+using WatchStream = StreamCall<v1::WatchRequest, v1::WatchResponse>;
+using ReplicateStream = StreamCall<v1::ReplicateRequest, v1::ReplicateResponse>;
+
+}  // namespace
+
 Watcher::Watcher(std::unique_ptr<Call> call) : call_(std::move(call)) {}
 Watcher::Watcher(Watcher&&) noexcept = default;
 Watcher& Watcher::operator=(Watcher&&) noexcept = default;
@@ -282,7 +322,7 @@ std::optional<Revision> Watcher::revision() const { return call_->revision(); }
 int Watcher::num_resumed() const { return call_->num_resumed(); }
 void Watcher::Cancel() { call_->Cancel(); }
 
-ChangeReader::ChangeReader(std::unique_ptr<PartSource<Part>> source) : source_(std::move(source)) {}
+ChangeReader::ChangeReader(std::unique_ptr<PartStream<Part>> source) : source_(std::move(source)) {}
 
 std::optional<MapChange> ChangeReader::Next() {
   while (next_ == part_.changes.size()) {
@@ -297,7 +337,24 @@ std::optional<MapChange> ChangeReader::Next() {
 Watcher Client::Watch(const std::string& map, const WatchOptions& watch_options,
                       const CallOptions& options) {
   const absl::Time deadline = absl::Now() + options.timeout.value_or(absl::InfiniteDuration());
-  return Watcher(std::make_unique<Watcher::Call>(connection_, map, watch_options, deadline));
+  const WatchStream::Breaks breaks{
+      .resume = watch_options.resume,
+      .retry_for = watch_options.retry_for,
+      .idle_timeout = watch_options.idle_timeout,
+      .snapshot_when_compacted = watch_options.snapshot_when_compacted};
+  return Watcher(std::make_unique<WatchStream>(connection_, &v1::WatchService::Stub::Watch,
+                                               EncodeWatch(map, watch_options), breaks, deadline));
+}
+
+Watcher Client::Replicate(const std::string& map, const ReplicateOptions& replicate_options,
+                          const CallOptions& options) {
+  const absl::Time deadline = absl::Now() + options.timeout.value_or(absl::InfiniteDuration());
+  const ReplicateStream::Breaks breaks{.resume = false,
+                                       .retry_for = absl::ZeroDuration(),
+                                       .idle_timeout = replicate_options.idle_timeout};
+  return Watcher(std::make_unique<ReplicateStream>(connection_, &v1::WatchService::Stub::Replicate,
+                                                   EncodeReplicate(map, replicate_options), breaks,
+                                                   deadline));
 }
 
 ChangeReader Client::ListChanges(const std::string& map, Revision from, std::optional<Revision> to,
@@ -306,9 +363,9 @@ ChangeReader Client::ListChanges(const std::string& map, Revision from, std::opt
   wire::EncodeScope(map, scope, request.mutable_scope());
   request.set_from_revision(from);
   if (to) request.set_to_revision(*to);
-  return ChangeReader(MakeGrpcSource(connection_, connection_->watch(),
-                                     &v1::WatchService::Stub::ListChanges, std::move(request),
-                                     options, &DecodeDifference));
+  return ChangeReader(MakeGrpcPartStream(connection_, connection_->watch(),
+                                         &v1::WatchService::Stub::ListChanges, std::move(request),
+                                         options, &DecodeDifference));
 }
 
 absl::StatusOr<RevisionList> Client::ListRevisions(const std::string& map, const RevisionPage& page,

@@ -10,24 +10,18 @@
 
 #include "client_libs/cpp/client.h"
 #include "client_libs/testing/scripted_server.h"
-#include "google/protobuf/text_format.h"
+#include "client_libs/testing/text_message.h"
 
 namespace hypermap::client {
 namespace {
 
+using hypermap::testing::ParseText;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::Pair;
 using ::testing::SizeIs;
 
-template <typename Message>
-Message Parse(const std::string& text) {
-  Message message;
-  EXPECT_TRUE(google::protobuf::TextFormat::ParseFromString(text, &message)) << text;
-  return message;
-}
-
-v1::WatchResponse Told(const std::string& text) { return Parse<v1::WatchResponse>(text); }
+v1::WatchResponse Told(const std::string& text) { return ParseText<v1::WatchResponse>(text); }
 
 // A revision that removes the objects with these ids.
 v1::WatchResponse Removes(Revision revision, const std::vector<int>& ids, bool more = false) {
@@ -230,32 +224,6 @@ TEST(WatcherTest, ASilentConnectionIsTakenForBroken) {
             "Watch scope { map: \"office\" } start_revision: 5 coalesce: true");
 }
 
-TEST(WatcherTest, AsStoredItGoesOnFromARevisionAndItsTime) {
-  Script script;
-  script.watches = {Broken({Told("revision: 7 time { seconds: 60 } map { name: 'office' "
-                                 "frame_id: 'hall' revision: 9 create_time { seconds: 5 } }")}),
-                    Open({Told("revision: 9 time { seconds: 62 }")})};
-  ScriptedServer server(script);
-  Watcher watcher =
-      Client(server.address())
-          .Watch("office",
-                 {.start_revision = 6, .as_stored = true, .start_time = absl::FromUnixSeconds(50)});
-  const std::optional<WatchEvent> first = watcher.Next();
-  ASSERT_TRUE(first.has_value() && first->map.has_value()) << watcher.status();
-  EXPECT_EQ(first->map->frame_id, "hall");
-  EXPECT_EQ(first->map->revision, 9);
-  EXPECT_EQ(first->map->create_time, absl::FromUnixSeconds(5));
-  EXPECT_EQ(first->time, absl::FromUnixSeconds(60));
-  EXPECT_EQ(watcher.Next()->revision, 9);
-  EXPECT_THAT(
-      server.Requests(),
-      ElementsAre(
-          "Watch scope { map: \"office\" } start_revision: 6 coalesce: true as_stored: true "
-          "start_time { seconds: 50 }",
-          "Watch scope { map: \"office\" } start_revision: 7 coalesce: true as_stored: true "
-          "start_time { seconds: 60 }"));
-}
-
 TEST(WatcherTest, EndsWhereItMayNotGoOn) {
   Script script;
   script.watches = {Broken({Removes(5, {1})}), Broken({Removes(5, {1})})};
@@ -341,13 +309,54 @@ TEST(WatcherTest, DestroyingItTellsTheServerToStop) {
   server.WaitForCancellation();
 }
 
+TEST(ReplicateTest, ReportsTheMapAndEachTimeAndEndsAtABreak) {
+  Script script;
+  script.outage = 1;
+  script.replications = {
+      {{ParseText<v1::ReplicateResponse>(
+            "revision: 7 time { seconds: 60 } map { name: 'office' "
+            "frame_id: 'hall' revision: 9 create_time { seconds: 5 } }"),
+        ParseText<v1::ReplicateResponse>(
+            "coalesced { revision: 8 time { seconds: 61 } author: 'cart' "
+            "changes { kind: CHANGE_KIND_REMOVE layer: 'objects' object_id: 4 } } "
+            "coalesced { revision: 9 time { seconds: 62 } }")},
+       /*stays=*/false,
+       grpc::Status(grpc::StatusCode::UNAVAILABLE, "broken")}};
+  ScriptedServer server(script);
+  Watcher watcher = Client(server.address())
+                        .Replicate("office", {.scope = {{"objects"}, "dock"},
+                                              .area = Polygon::FromBox({{0, 0}, {1, 1}}),
+                                              .start_revision = 6,
+                                              .start_time = absl::FromUnixSeconds(50)});
+  const std::optional<WatchEvent> first = watcher.Next();
+  ASSERT_TRUE(first.has_value() && first->map.has_value()) << watcher.status();
+  EXPECT_EQ(first->map->frame_id, "hall");
+  EXPECT_EQ(first->map->revision, 9);
+  EXPECT_EQ(first->map->create_time, absl::FromUnixSeconds(5));
+  EXPECT_EQ(first->time, absl::FromUnixSeconds(60));
+  const std::optional<WatchEvent> second = watcher.Next();
+  ASSERT_TRUE(second.has_value()) << watcher.status();
+  EXPECT_EQ(second->revision, 8);
+  EXPECT_EQ(second->author, "cart");
+  EXPECT_THAT(IdsOf(*second), ElementsAre(4));
+  EXPECT_EQ(watcher.Next()->time, absl::FromUnixSeconds(62));
+  EXPECT_FALSE(watcher.Next().has_value());
+  EXPECT_EQ(watcher.status(), absl::UnavailableError("broken"));
+  // The first attempt met an outage and was retried; the break later was not.
+  const std::string request =
+      "Replicate scope { map: \"office\" layers: \"objects\" frame_id: \"dock\" } area { "
+      "outer { xs: 0 xs: 1 xs: 1 xs: 0 ys: 0 ys: 0 ys: 1 ys: 1 } } start_revision: 6 "
+      "start_time { seconds: 50 }";
+  EXPECT_THAT(server.Requests(), ElementsAre(request, request));
+}
+
 TEST(ChangeReaderTest, GivesTheDifferenceChangeAfterChange) {
   Script script;
-  script.changes = {Parse<v1::ListChangesResponse>(R"(from_revision: 2 to_revision: 9
+  script.changes = {ParseText<v1::ListChangesResponse>(R"(from_revision: 2 to_revision: 9
           changes { kind: CHANGE_KIND_REMOVE layer: "objects" object_id: 4 object_before { id: 4
                     label: "cup" shape { polygon { outer { xs: [0, 1, 0] ys: [0, 0, 1] } } } } }
           changes { kind: CHANGE_KIND_REMOVE layer: "objects" object_id: 5 })"),
-                    Parse<v1::ListChangesResponse>(R"(from_revision: 2 to_revision: 9
+                    ParseText<v1::ListChangesResponse>(R"(from_revision: 2 to_revision: 9
           changes { kind: CHANGE_KIND_CELLS layer: "floor"
                     cells { rows: 1 col_begins: 2 col_ends: 5 values: 1 }
                     cells_before { rows: 1 col_begins: 2 col_ends: 5 values: 0 } })")};
@@ -370,7 +379,7 @@ TEST(ChangeReaderTest, GivesTheDifferenceChangeAfterChange) {
 
 TEST(ListRevisionsTest, TellsWhoWhenAndHowMuch) {
   Script script;
-  script.revisions = Parse<v1::ListRevisionsResponse>(
+  script.revisions = ParseText<v1::ListRevisionsResponse>(
       "map: 'office' newest_revision: 9 oldest_revision: 3 revisions { revision: 9 time { seconds: "
       "60 } author: 'cart' num_changes: 12 }");
   ScriptedServer server(script);

@@ -12,23 +12,25 @@ void AddConnectionFlags(CLI::App& app, ConnectionFlags& flags) {
       ->envname("HYPERMAP_SERVER")
       ->type_name("HOST:PORT")
       ->capture_default_str();
-  app.add_flag("--tls", flags.tls, "Encrypt, and trust whom the system trusts");
+  app.add_flag("--tls", flags.tls,
+               "Encrypt with TLS; trust the certificate authorities of the system");
   app.add_option("--tls_ca", flags.tls_files.root_certificates,
-                 "Encrypt, and trust these certificates instead (PEM)")
+                 "Encrypt with TLS; trust these certificate authorities instead (PEM)")
       ->type_name("FILE");
   app.add_option("--tls_cert", flags.tls_files.certificate_chain,
-                 "Certificate of this client, for a server that asks for one (PEM)")
+                 "Client certificate, for a server that requires one (PEM)")
       ->type_name("FILE");
-  app.add_option("--tls_key", flags.tls_files.private_key, "Key of --tls_cert (PEM)")
+  app.add_option("--tls_key", flags.tls_files.private_key, "Private key of --tls_cert (PEM)")
       ->type_name("FILE");
   app.add_option("--tls_server_name", flags.tls_server_name,
-                 "Name in the server's certificate, if not the host of --server")
+                 "Name in the server's certificate, if it differs from the host of --server")
       ->type_name("NAME");
-  app.add_option("--token_file", flags.token_file,
-                 "Token to send with each call; without: $HYPERMAP_TOKEN")
+  app.add_option(
+         "--token_file", flags.token_file,
+         "File with the token to send with each call (default: the token in $HYPERMAP_TOKEN)")
       ->type_name("FILE");
   app.add_flag("--token_in_clear", flags.token_in_clear,
-               "Send the token also where the connection is not encrypted");
+               "Send the token even if the connection is not encrypted");
 }
 
 absl::StatusOr<Client> MakeClient(const ConnectionFlags& flags, ClientOptions options) {

@@ -239,10 +239,20 @@ class ScriptedServer::Watching : public v1::WatchService::Service {
       const auto& watches = server_.script_.watches;
       if (server_.num_watches_ < watches.size()) watch = watches[server_.num_watches_++];
     }
-    for (const v1::WatchResponse& response : watch.responses) writer->Write(response);
-    while (watch.stays && !context->IsCancelled()) absl::SleepFor(absl::Milliseconds(1));
-    if (watch.stays) server_.cancelled_.Notify();
-    return watch.status;
+    return Answer(watch, context, writer);
+  }
+  grpc::Status Replicate(grpc::ServerContext* context, const v1::ReplicateRequest* request,
+                         grpc::ServerWriter<v1::ReplicateResponse>* writer) override {
+    if (server_.Note("Replicate", *request)) return kOutage;
+    ScriptedReplication replication;
+    {
+      const MutexLock lock(&server_.mutex_);
+      const auto& replications = server_.script_.replications;
+      if (server_.num_replications_ < replications.size()) {
+        replication = replications[server_.num_replications_++];
+      }
+    }
+    return Answer(replication, context, writer);
   }
   grpc::Status ListChanges(grpc::ServerContext*, const v1::ListChangesRequest* request,
                            grpc::ServerWriter<v1::ListChangesResponse>* writer) override {
@@ -258,6 +268,15 @@ class ScriptedServer::Watching : public v1::WatchService::Service {
   }
 
  private:
+  template <typename Response>
+  grpc::Status Answer(const ScriptedStream<Response>& stream, grpc::ServerContext* context,
+                      grpc::ServerWriter<Response>* writer) {
+    for (const Response& response : stream.responses) writer->Write(response);
+    while (stream.stays && !context->IsCancelled()) absl::SleepFor(absl::Milliseconds(1));
+    if (stream.stays) server_.cancelled_.Notify();
+    return stream.status;
+  }
+
   ScriptedServer& server_;
 };
 

@@ -19,13 +19,16 @@
 
 namespace hypermap::client {
 
-// The answer to one watch.
-struct ScriptedWatch {
-  std::vector<v1::WatchResponse> responses;
-  // Whether the watch stays open after the responses until the caller cancels.
+// The answer to one call that streams changes.
+template <typename Response>
+struct ScriptedStream {
+  std::vector<Response> responses;
+  // Whether the call stays open after the responses until the caller cancels.
   bool stays = false;
   grpc::Status status;
 };
+using ScriptedWatch = ScriptedStream<v1::WatchResponse>;
+using ScriptedReplication = ScriptedStream<v1::ReplicateResponse>;
 
 // The answers of the server. Set before the first call.
 struct Script {
@@ -51,6 +54,8 @@ struct Script {
   v1::ApplyEditsResponse edits;
   // Answers to the first watch, the second, and so on. Further watches end at once.
   std::vector<ScriptedWatch> watches;
+  // The same for Replicate.
+  std::vector<ScriptedReplication> replications;
   std::vector<v1::ListChangesResponse> changes;
   v1::ListRevisionsResponse revisions;
   v1::StartExplorationResponse started;
@@ -100,6 +105,7 @@ class ScriptedServer {
   std::vector<std::string> request_ids_ ABSL_GUARDED_BY(mutex_);
   std::string imported_data_ ABSL_GUARDED_BY(mutex_);
   size_t num_watches_ ABSL_GUARDED_BY(mutex_) = 0;
+  size_t num_replications_ ABSL_GUARDED_BY(mutex_) = 0;
   absl::Notification cancelled_;
   std::unique_ptr<Catalog> catalog_;
   std::unique_ptr<Query> query_;

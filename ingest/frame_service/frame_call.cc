@@ -95,7 +95,7 @@ absl::Status FrameCall::Serve() {
   observe.robot = source_.robot;
   absl::StatusOr<std::unique_ptr<client::ObserveStream>> upstream =
       calls_->client.Observe(calls_->options.map, calls_->options.layer, observe);
-  if (!upstream.ok()) return upstream.status();
+  HYPERMAP_RETURN_IF_ERROR(upstream.status());
   {
     const MutexLock lock(&mutex_);
     if (cancelled_) return absl::CancelledError("");

@@ -7,14 +7,15 @@
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "ingest/perception/testing/box_scene.h"
+#include "tests/support/not_finite.h"
 
 namespace hypermap::ingest {
 namespace {
 
 using ::testing::HasSubstr;
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
+using hypermap::testing::kNan;
+constexpr double kInf = std::numeric_limits<double>::infinity();
 
 // A valid frame of 4 x 3 pixels with two instances.
 Frame GoodFrame() {
@@ -47,9 +48,9 @@ TEST(FrameTest, WhatIsWrongIsNamed) {
       {"camera", [](Frame* f) { f->camera.width = 1 << 20; }},
       {"camera", [](Frame* f) { f->camera.fx = 0; }},
       {"camera", [](Frame* f) { f->camera.fy = kNan; }},
-      {"camera", [](Frame* f) { f->camera.fx = kInfinity; }},
+      {"camera", [](Frame* f) { f->camera.fx = kInf; }},
       {"camera", [](Frame* f) { f->camera.cx = kNan; }},
-      {"camera", [](Frame* f) { f->camera.distortion[4] = kInfinity; }},
+      {"camera", [](Frame* f) { f->camera.distortion[4] = kInf; }},
       {"depth", [](Frame* f) { f->depth.width = 3; }},
       {"depth", [](Frame* f) { f->camera.height = 4; }},
       {"depth", [](Frame* f) { f->depth.metres.pop_back(); }},

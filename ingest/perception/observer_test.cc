@@ -8,6 +8,7 @@
 #include "ingest/perception/testing/box_scene.h"
 #include "ingest/perception/testing/walled_room.h"
 #include "map/geometry/overlap.h"
+#include "map/observations/range_weight.h"
 
 namespace hypermap::ingest {
 namespace {
@@ -71,8 +72,8 @@ TEST(ObserverTest, ThingsSeenBecomeDetectionsWhereTheyStand) {
     EXPECT_GT(Iou(detection.hull, Polygon::FromBox({{2.0, y - 0.15}, {2.3, y + 0.15}})), 0.8);
     EXPECT_NEAR(detection.height.high_m, 0.4, 0.03);
     EXPECT_EQ(detection.truncation, 0.0);
-    // The crates are about 2.3 m away, which gives 1 / (1 + (2.3 / 1.8)^4).
-    EXPECT_NEAR(detection.weight, 0.27, 0.05);
+    // The crates are about 2.3 m away.
+    EXPECT_NEAR(detection.weight, RangeWeight(2.3), 0.05);
   }
   EXPECT_FALSE(observation->view_hull.empty());
   EXPECT_FALSE(observation->free_space.empty());

@@ -17,7 +17,7 @@ using testing::Photograph;
 using testing::Shot;
 using testing::TestCamera;
 
-constexpr int kThing = 0;
+constexpr int kSegmented = 0;
 
 // Quality of a segmentation: the share of the object's pixels that was lost, and the share of the
 // mask's other pixels that was kept.
@@ -41,7 +41,7 @@ Shares SharesOf(const Shot& shot, const Mask& mask) {
   double others_kept = 0;
   for (size_t i = 0; i < mask.size(); ++i) {
     if (!mask[i] || shot.depth.metres[i] == 0.0f) continue;
-    if (shot.seen[i] == kThing) {
+    if (shot.seen[i] == kSegmented) {
       ++thing;
       lost += !is_kept[i];
     } else {
@@ -65,7 +65,7 @@ TEST(OrganisedSegmenterTest, BoxIsKeptAndTheTableAroundDropped) {
   const BoxScene scene = OnTable({{1.3, -0.12, 0.74}, {1.5, 0.12, 0.98}});
   for (const auto noise_seed : {std::optional<uint64_t>(), std::optional<uint64_t>(17)}) {
     const Shot shot = Seen(scene, noise_seed);
-    const Shares shares = SharesOf(shot, Grown(shot.MaskOf(kThing), 320, 8));
+    const Shares shares = SharesOf(shot, Grown(shot.MaskOf(kSegmented), 320, 8));
     EXPECT_LE(shares.lost, 0.05) << (noise_seed ? "with noise" : "exact");
     EXPECT_LE(shares.background, 0.03) << (noise_seed ? "with noise" : "exact");
   }
@@ -76,7 +76,7 @@ TEST(OrganisedSegmenterTest, FlatThingInAnExactMaskIsKept) {
     const BoxScene scene = OnTable({{1.3, -0.15, 0.74}, {1.52, 0.15, 0.74 + thickness_m}});
     for (const auto noise_seed : {std::optional<uint64_t>(), std::optional<uint64_t>(18)}) {
       const Shot shot = Seen(scene, noise_seed);
-      EXPECT_LE(SharesOf(shot, shot.MaskOf(kThing)).lost, 0.05)
+      EXPECT_LE(SharesOf(shot, shot.MaskOf(kSegmented)).lost, 0.05)
           << thickness_m << (noise_seed ? " with noise" : " exact");
     }
   }
@@ -87,7 +87,7 @@ TEST(OrganisedSegmenterTest, WallFarBehindIsDropped) {
   for (const auto noise_seed : {std::optional<uint64_t>(), std::optional<uint64_t>(19)}) {
     const Shot shot =
         Photograph(scene, TestCamera(320), LookFrom({0, 0, 1.0}, 0.0, 0.0), noise_seed);
-    const Shares shares = SharesOf(shot, Grown(shot.MaskOf(kThing), 320, 8));
+    const Shares shares = SharesOf(shot, Grown(shot.MaskOf(kSegmented), 320, 8));
     EXPECT_LE(shares.lost, 0.05) << (noise_seed ? "with noise" : "exact");
     EXPECT_LE(shares.background, 0.03) << (noise_seed ? "with noise" : "exact");
   }
@@ -98,7 +98,7 @@ TEST(OrganisedSegmenterTest, PartsOnBothSidesOfAnOccluderAreKept) {
   const BoxScene scene{true,
                        {{{2.0, -0.5, 0}, {2.3, 0.5, 0.8}}, {{1.2, -0.04, 0}, {1.25, 0.04, 1.5}}}};
   const Shot shot = Photograph(scene, TestCamera(320), LookFrom({0, 0, 1.0}, 0.0, 0.3), 20);
-  EXPECT_LE(SharesOf(shot, shot.MaskOf(kThing)).lost, 0.05);
+  EXPECT_LE(SharesOf(shot, shot.MaskOf(kSegmented)).lost, 0.05);
 }
 
 // The mask has more than 60,000 pixels, so that it is thinned.
@@ -106,7 +106,7 @@ TEST(OrganisedSegmenterTest, ThingThatFillsMostOfTheImageIsKept) {
   const BoxScene scene{true,
                        {{{1.0, -0.55, 0.55}, {1.3, 0.55, 1.45}}, {{4.0, -9, 0}, {4.1, 9, 3}}}};
   const Shot shot = Photograph(scene, TestCamera(320), LookFrom({0, 0, 1.0}, 0.0, 0.0), 21);
-  const Mask mask = Grown(shot.MaskOf(kThing), 320, 4);
+  const Mask mask = Grown(shot.MaskOf(kSegmented), 320, 4);
   ASSERT_GT(std::count(mask.begin(), mask.end(), 1), 60000);
   const Shares shares = SharesOf(shot, mask);
   EXPECT_LE(shares.lost, 0.05);

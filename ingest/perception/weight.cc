@@ -6,6 +6,7 @@
 
 #include "ingest/perception/depth_noise.h"
 #include "ingest/perception/mask_window.h"
+#include "map/observations/range_weight.h"
 
 namespace hypermap::ingest {
 namespace {
@@ -50,8 +51,7 @@ double Truncation(const OrganisedCloud& cloud, const std::vector<uint8_t>& mask)
 }
 
 double Weight(double range_m, double truncation) {
-  const double r = range_m / 1.8;
-  return (1.0 - 0.4 * std::min(1.0, 5.0 * truncation)) / (1.0 + r * r * r * r);
+  return RangeWeight(range_m, 1.0 - 0.4 * std::min(1.0, 5.0 * truncation));
 }
 
 }  // namespace hypermap::ingest

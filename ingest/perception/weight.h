@@ -14,9 +14,8 @@ namespace hypermap::ingest {
 // than 5 cm and three sigmas of depth noise.
 double Truncation(const OrganisedCloud& cloud, const std::vector<uint8_t>& mask);
 
-// Returns a weight in (0, 1]: 1 / (1 + (range / 1.8 m)^4), which falls like an inverse variance at
-// long range, because depth noise grows with the square of the range. Truncation reduces it by up
-// to 40 %, reached when a fifth of the border is open: the footprint then lacks a part.
+// Returns a weight in (0, 1]: RangeWeight (map/observations/range_weight.h), reduced by truncation
+// by up to 40 %, reached when a fifth of the border is open: the footprint then lacks a part.
 double Weight(double range_m, double truncation);
 
 }  // namespace hypermap::ingest

@@ -7,6 +7,7 @@
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
+#include "base/limits/limits.h"
 #include "base/status/status_macros.h"
 #include "ingest/sources/input_file.h"
 #include "map/edits/apply.h"
@@ -29,6 +30,13 @@ absl::StatusOr<std::string> ImageNamedBy(const std::string& yaml) {
   return absl::InvalidArgumentError("it names no image");
 }
 
+// The file is the robot's own, so it may be larger than what a server accepts from a client.
+Limits LimitsOfOwnFiles() {
+  Limits limits;
+  limits.max_cells = int64_t{1} << 28;
+  return limits;
+}
+
 absl::StatusOr<std::shared_ptr<const GridLayer>> Decode(const std::string& yaml_path) {
   HYPERMAP_ASSIGN_OR_RETURN(std::string yaml, ReadFile(yaml_path));
   HYPERMAP_ASSIGN_OR_RETURN(const std::string name, ImageNamedBy(yaml));
@@ -38,8 +46,9 @@ absl::StatusOr<std::shared_ptr<const GridLayer>> Decode(const std::string& yaml_
       const storage::ImportedMap imported,
       storage::DecodeNav2({{fs::path(yaml_path).filename().string(), std::move(yaml)},
                            {image_path.filename().string(), std::move(image)}},
-                          kLayer, "", storage::ImportLimits()));
-  HYPERMAP_ASSIGN_OR_RETURN(const AppliedBatch applied, Apply(Snapshot(), imported.batch));
+                          kLayer, "", LimitsOfOwnFiles()));
+  HYPERMAP_ASSIGN_OR_RETURN(const AppliedBatch applied,
+                            Apply(Snapshot(), imported.batch, LimitsOfOwnFiles()));
   auto layer = AsGrid(applied.snapshot->layers.at(kLayer));
   if (layer == nullptr) return absl::InternalError("the imported layer is no grid");
   return layer;

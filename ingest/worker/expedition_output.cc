@@ -58,7 +58,7 @@ std::string ReportJson(const ExpeditionReport& report, const ExpeditionOptions& 
       {"revision", report.revision},
       {"steps", report.steps},
       {"fraction", report.floor.fraction()},
-      {"server_fraction", report.server_progress.fraction},
+      {"server_fraction", report.server_progress.fraction()},
       {"goals", sums.goals},
       {"conflicts", report.conflicts},
       {"reason", std::string(EndReasonName(report.end_reason))},
@@ -82,10 +82,10 @@ std::string ReportJson(const ExpeditionReport& report, const ExpeditionOptions& 
 std::string ReportText(const ExpeditionReport& report, const ExpeditionOptions& options) {
   const Sums sums = SumOf(report);
   std::string text = absl::StrFormat(
-      "%s: %d steps of %.1f s, %.2f %% of the floor in sight explored (the server says %.2f %%), "
+      "%s: %d steps of %.1f s, %.2f %% of the visible floor explored (server: %.2f %%), "
       "ended: %s\n",
       options.map, report.steps, 0.2, 100.0 * report.floor.fraction(),
-      100.0 * report.server_progress.fraction, std::string(EndReasonName(report.end_reason)));
+      100.0 * report.server_progress.fraction(), std::string(EndReasonName(report.end_reason)));
   absl::StrAppendFormat(&text, "%d goals, %d conflicts, %d frames, %.1f m driven", sums.goals,
                         report.conflicts, sums.frames, sums.driven_m);
   if (sums.unreachable > 0) absl::StrAppend(&text, ", ", sums.unreachable, " goals unreachable");
@@ -93,7 +93,7 @@ std::string ReportText(const ExpeditionReport& report, const ExpeditionOptions& 
   absl::StrAppendFormat(&text, ", %.1f s\n", absl::ToDoubleSeconds(report.time));
   if (report.num_objects > 0) {
     absl::StrAppend(&text, report.num_objects_seen, " of ", report.num_objects,
-                    " objects were in sight; what was detected is in ", options.map, "/",
+                    " objects were in sight; detected objects are in layer ", options.map, "/",
                     options.semantic_layer, "\n");
   }
   return text;

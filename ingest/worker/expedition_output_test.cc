@@ -21,7 +21,6 @@ ExpeditionReport Report() {
   report.steps = 480;
   report.end_reason = EndReason::kOnlyUnreachableLeft;
   report.floor = {990, 10, 5};
-  report.server_progress.fraction = 1.0;
   report.conflicts = 1;
   report.robots = {{.goals = 3, .frames = 40, .driven_m = 12.3456, .way = {{0, 0}, {1, 2}}},
                    {.goals = 2, .lost = 1, .frames = 30, .way = {{5, 5}}}};
@@ -58,7 +57,7 @@ TEST(ExpeditionOutputTest, JsonHasEveryFigure) {
 TEST(ExpeditionOutputTest, TextIsForPeople) {
   const std::string text = ReportText(Report(), Options());
   EXPECT_THAT(text, HasSubstr("office: 480 steps"));
-  EXPECT_THAT(text, HasSubstr("99.00 % of the floor in sight"));
+  EXPECT_THAT(text, HasSubstr("99.00 % of the visible floor"));
   EXPECT_THAT(text, HasSubstr("5 goals, 1 conflicts"));
   EXPECT_THAT(text, HasSubstr("1 goals lost"));
   EXPECT_THAT(text, Not(HasSubstr("objects")));

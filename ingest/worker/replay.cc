@@ -129,7 +129,7 @@ absl::Status Replayer::RunStream() {
   observe.robot = options_.dataset.robot;
   absl::StatusOr<std::unique_ptr<client::ObserveStream>> stream =
       client_.Observe(options_.target.map, options_.target.layer, observe);
-  if (!stream.ok()) return stream.status();
+  HYPERMAP_RETURN_IF_ERROR(stream.status());
   LeaveOutKnown((*stream)->opened());
   std::thread reader([this, &stream] { ReadAcknowledgements(**stream); });
   Send(**stream);

@@ -61,7 +61,7 @@ absl::Status SetOccupancy(const std::string& argument, ReplayOptions& options) {
 // probably the poses, the detections or the server's layer are the wrong ones.
 absl::Status Judge(const ReplaySummary& summary) {
   if (summary.interrupted) {
-    return absl::CancelledError("interrupted; the same command goes on where it ended");
+    return absl::CancelledError("interrupted; run the same command again to resume");
   }
   const int64_t taken = summary.accepted + summary.duplicates + summary.known;
   if (taken > 0 || summary.frames == 0) return absl::OkStatus();
@@ -96,7 +96,7 @@ absl::Status Run(Arguments arguments, const Interruption& interruption) {
     }
     summary = Replay(options, interruption, progress);
   }
-  if (!summary.ok()) return summary.status();
+  HYPERMAP_RETURN_IF_ERROR(summary.status());
   std::cout << (arguments.json ? SummaryJson(*summary, options.target) + "\n"
                                : SummaryText(*summary, options.target))
             << std::flush;
@@ -106,7 +106,7 @@ absl::Status Run(Arguments arguments, const Interruption& interruption) {
 CLI::Validator IsSigmas() {
   return CLI::Validator(
       [](std::string& text) {
-        return PoseCovariance(text, "") ? std::string() : "wants X,Y,YAW, not negative";
+        return PoseCovariance(text, "") ? std::string() : "must be X,Y,YAW, none negative";
       },
       "X,Y,YAW");
 }
@@ -114,29 +114,38 @@ CLI::Validator IsSigmas() {
 void AddSourceOptions(CLI::App& command, Arguments& a) {
   RgbdOptions& dataset = a.replay.dataset;
   dataset.robot.clear();
-  command.add_option("DIR", a.replay.folder, "Folder in TUM's RGB-D layout")->required();
-  command.add_option("--detections", dataset.detections, "COCO results, in DIR or elsewhere")
+  command
+      .add_option("DIR", a.replay.folder,
+                  "Folder with the recording, in the layout of the TUM RGB-D dataset")
+      ->required();
+  command
+      .add_option("--detections", dataset.detections,
+                  "Detections as COCO results; a path in DIR or elsewhere")
       ->type_name("FILE")
       ->capture_default_str();
-  command.add_option("--images", dataset.images, "COCO images and categories of a list of results")
+  command
+      .add_option("--images", dataset.images,
+                  "COCO file with the images and categories, if --detections is a list of results")
       ->type_name("FILE");
-  command.add_option("--poses", dataset.poses, "Trajectory, in DIR or elsewhere")
+  command
+      .add_option("--poses", dataset.poses, "Trajectory of the camera; a path in DIR or elsewhere")
       ->type_name("FILE")
       ->capture_default_str();
-  command.add_option("--robot", dataset.robot, "Who saw it (default: the name of DIR)");
+  command.add_option("--robot", dataset.robot, "Name of the robot (default: the name of DIR)");
   command.add_option("--frame_id", dataset.frame_id, "Frame of the poses (default: the map's)");
   command
       .add_option("--pose_sigma", a.pose_sigma,
-                  "Standard deviations of the poses, m and rad (default: 0.005,0.005,0.002 for "
+                  "Standard deviations of the poses in m and rad (default: 0.005,0.005,0.002 for "
                   "groundtruth.txt, else 0.06,0.06,0.016)")
       ->check(IsSigmas());
   command
       .add_option("--max_association", a.max_association_s,
-                  "Most seconds between a depth image and its detections")
+                  "Maximum seconds between a depth image and its detections")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
   command
-      .add_option("--max_pose_gap", a.max_pose_gap_s, "Most seconds between poses to interpolate")
+      .add_option("--max_pose_gap", a.max_pose_gap_s,
+                  "Maximum seconds between poses to interpolate")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
 }
@@ -145,22 +154,26 @@ void AddRunOptions(CLI::App& command, Arguments& a) {
   AddSegmenterOption(command, a.segmenter);
   command
       .add_option("--occupancy", a.occupancy,
-                  "nav2 YAML that poses are refined with, or none (default: DIR/occupancy.yaml "
-                  "where there is one)")
+                  "nav2 YAML file of the map with which poses are refined, or none (default: "
+                  "DIR/occupancy.yaml if it exists)")
       ->type_name("FILE");
   command
-      .add_option("--rate", a.replay.rate, "1: as fast as it was recorded; 0: as fast as can be")
+      .add_option("--rate", a.replay.rate,
+                  "Speed relative to the recording: 1 for real time, 0 for no limit")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
-  command.add_option("--first", a.replay.first, "First depth image")->capture_default_str();
-  command.add_option("--end", a.replay.end, "Depth image to stop before");
-  command.add_option("--stride", a.replay.stride, "Every n-th depth image")
+  command.add_option("--first", a.replay.first, "Index of the first depth image")
+      ->capture_default_str();
+  command.add_option("--end", a.replay.end, "Index of the depth image to stop before");
+  command.add_option("--stride", a.replay.stride, "Use every n-th depth image")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
-  command.add_option("--threads", a.threads, "Threads that work frames; 0: one a core")
+  command
+      .add_option("--threads", a.threads,
+                  "Number of threads that process frames; 0 for one per core")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
-  command.add_flag("--json", a.json, "Summary in JSON");
+  command.add_flag("--json", a.json, "Print the summary as JSON");
 }
 
 }  // namespace
@@ -182,7 +195,7 @@ std::optional<Eigen::Matrix3d> PoseCovariance(const std::string& sigmas, const s
 
 void AddReplayCommand(CLI::App& app, Command& selected) {
   auto arguments = std::make_shared<Arguments>();
-  CLI::App* command = app.add_subcommand("replay", "Sends a recorded drive to a server");
+  CLI::App* command = app.add_subcommand("replay", "Send a recorded drive to a server");
   AddSourceOptions(*command, *arguments);
   AddTargetOptions(*command, arguments->replay.target);
   AddRunOptions(*command, *arguments);

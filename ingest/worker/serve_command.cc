@@ -56,20 +56,22 @@ absl::Status Run(Arguments arguments, const Interruption& interruption) {
 void AddServeCommand(CLI::App& app, Command& selected) {
   auto arguments = std::make_shared<Arguments>();
   CLI::App* command =
-      app.add_subcommand("serve", "Takes frames of robots and sends observations to a server");
+      app.add_subcommand("serve", "Receive frames from robots and send observations to a server");
   arguments->server.listen = "127.0.0.1:50052";
   command
-      ->add_option("--listen", arguments->server.listen, "Where to serve; port 0 takes a free one")
+      ->add_option("--listen", arguments->server.listen,
+                   "Address to serve on; port 0 chooses a free port")
       ->type_name("HOST:PORT")
       ->capture_default_str();
   AddTargetOptions(*command, arguments->target);
   AddSegmenterOption(*command, arguments->segmenter);
   command
       ->add_option("--occupancy", arguments->occupancy,
-                   "nav2 YAML that poses are refined with, or none")
+                   "nav2 YAML file of the map with which poses are refined, or none")
       ->type_name("FILE")
       ->capture_default_str();
-  command->add_option("--queue", arguments->server.queue, "Frames of a robot that wait at most")
+  command
+      ->add_option("--queue", arguments->server.queue, "Maximum number of queued frames per robot")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
   command->callback([arguments, &selected] {

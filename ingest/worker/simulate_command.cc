@@ -47,7 +47,7 @@ std::optional<Point> ParsePoint(const std::string& text) {
 
 CLI::Validator IsPoint() {
   return CLI::Validator(
-      [](std::string& text) { return ParsePoint(text) ? std::string() : "wants X,Y in metres"; },
+      [](std::string& text) { return ParsePoint(text) ? std::string() : "must be X,Y in metres"; },
       "X,Y");
 }
 
@@ -83,7 +83,7 @@ absl::Status Prepare(Arguments& arguments) {
   options.starts = PointsOf(arguments.starts);
   if (!options.starts.empty() && options.starts.size() != static_cast<size_t>(options.robots)) {
     return absl::InvalidArgumentError(absl::StrCat("--start: ", options.starts.size(),
-                                                   " places for ", options.robots, " robots"));
+                                                   " positions for ", options.robots, " robots"));
   }
   absl::Status status = CheckWritable(arguments.ways_path);
   status.Update(CheckWritable(arguments.truth_path));
@@ -113,7 +113,7 @@ absl::Status Run(Arguments arguments, const Interruption& interruption) {
     report = robots::Explore(
         client, options, [&interruption] { return interruption.requested(); }, progress);
   }
-  if (!report.ok()) return report.status();
+  HYPERMAP_RETURN_IF_ERROR(report.status());
   std::cout << (arguments.json ? ReportJson(*report, options) + "\n" : ReportText(*report, options))
             << std::flush;
   absl::Status status = WriteFile(arguments.ways_path, WaysGeoJson(*report));
@@ -124,26 +124,28 @@ absl::Status Run(Arguments arguments, const Interruption& interruption) {
 void AddMapOptions(CLI::App& command, Arguments& a) {
   robots::ExpeditionOptions& options = a.expedition;
   client::AddConnectionFlags(command, a.connection);
-  command.add_option("--map", options.map, "Map")->required();
-  command.add_option("--occupancy", options.occupancy_layer, "Layer of the walls")
+  command.add_option("--map", options.map, "Name of the map")->required();
+  command.add_option("--occupancy", options.occupancy_layer, "Occupancy layer with the walls")
       ->type_name("LAYER")
       ->capture_default_str();
   command
       .add_option("--objects", options.object_layers,
-                  "Layers of the objects that stand in the world (default: all semantic layers "
+                  "Layers with the objects of the simulated world (default: all semantic layers "
                   "that no robot wrote)")
       ->type_name("LAYER")
       ->delimiter(',');
   command
       .add_option("--layer", options.semantic_layer,
-                  "Semantic layer for what is detected; made where there is none")
+                  "Semantic layer for the detected objects; created if there is none")
       ->capture_default_str();
   command
       .add_option("--explored", options.explored_layer,
-                  "Layer where seen floor is marked as explored; made where there is none")
+                  "Layer in which observed floor is marked as explored; created if there is none")
       ->type_name("LAYER")
       ->capture_default_str();
-  command.add_option("--area", a.area, "What to explore: a polygon's vertices, in the map's frame")
+  command
+      .add_option("--area", a.area,
+                  "Area to explore: the vertices of a polygon, in the map's frame")
       ->required()
       ->type_name("X,Y")
       ->check(IsPoint());
@@ -151,51 +153,54 @@ void AddMapOptions(CLI::App& command, Arguments& a) {
 
 void AddRobotOptions(CLI::App& command, Arguments& a) {
   robots::ExpeditionOptions& options = a.expedition;
-  command.add_option("--robots", options.robots, "How many")
+  command.add_option("--robots", options.robots, "Number of robots")
       ->check(CLI::Range(1, 100))
       ->capture_default_str();
-  command.add_option("--start", a.starts, "Where each sets out (default: by chance)")
+  command.add_option("--start", a.starts, "Start position of each robot (default: random)")
       ->type_name("X,Y")
       ->check(IsPoint());
-  command.add_option("--name", options.name, "Robots are NAME-1, NAME-2, ...")
+  command.add_option("--name", options.name, "Name prefix; robots are called NAME-1, NAME-2, ...")
       ->capture_default_str();
-  command.add_option("--radius", options.robot_radius_m, "Of a robot, metres")
+  command.add_option("--radius", options.robot_radius_m, "Radius of a robot in metres")
       ->check(CLI::Range(0.0, 5.0))
       ->capture_default_str();
-  command.add_option("--range", options.range_m, "How far robots see floor, metres")
+  command
+      .add_option("--range", options.range_m,
+                  "Range in metres within which robots observe the floor")
       ->check(CLI::Range(0.5, 8.0))
       ->capture_default_str();
-  command.add_option("--detector", a.detector, "Whether detections have errors")
+  command.add_option("--detector", a.detector, "Detector: ideal, or noisy with errors")
       ->check(CLI::IsMember({"ideal", "noisy"}))
       ->capture_default_str();
-  command.add_option("--pose", a.pose, "Whether poses have errors, like those of AMCL")
+  command.add_option("--pose", a.pose, "Poses: true, or amcl with errors like those of AMCL")
       ->check(CLI::IsMember({"true", "amcl"}))
       ->capture_default_str();
-  command.add_option("--seed", options.seed, "Of all that is by chance")->capture_default_str();
+  command.add_option("--seed", options.seed, "Random seed")->capture_default_str();
 }
 
 void AddRunOptions(CLI::App& command, Arguments& a) {
   robots::ExpeditionOptions& options = a.expedition;
-  command
-      .add_option("--rule", a.rule, "Which cells seen floor makes explored, in a layer made here")
+  command.add_option("--rule", a.rule, "Rule for explored cells if the layer is created")
       ->check(CLI::IsMember({"centre", "covered", "touched"}))
       ->capture_default_str();
   command
       .add_option("--frame_every,--frame-every", options.frame_every,
-                  "Steps for a frame, on the way")
+                  "Send a frame every n-th step while driving")
       ->check(CLI::Range(1, 6))
       ->capture_default_str();
   command
       .add_option("--max_steps,--max-steps", options.max_steps,
-                  "An error when it takes longer; 0: as long as it takes")
+                  "Fail after this many steps; 0 for no limit")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
-  command.add_option("--paths", a.ways_path, "Where robots drove, as GeoJSON")->type_name("FILE");
+  command.add_option("--paths", a.ways_path, "Write the paths of the robots as GeoJSON")
+      ->type_name("FILE");
   command
       .add_option("--truth", a.truth_path,
-                  "The world's objects and how often each was seen, for hypermap eval --truth")
+                  "Write the objects of the world, and how often each was seen, as GeoJSON for "
+                  "hypermap eval --truth")
       ->type_name("FILE");
-  command.add_flag("--json", a.json, "A line of JSON");
+  command.add_flag("--json", a.json, "Print the summary as a line of JSON");
 }
 
 }  // namespace
@@ -203,7 +208,7 @@ void AddRunOptions(CLI::App& command, Arguments& a) {
 void AddSimulateCommand(CLI::App& app, Command& selected) {
   auto arguments = std::make_shared<Arguments>();
   CLI::App* command =
-      app.add_subcommand("simulate", "Lets simulated robots explore an area of a map");
+      app.add_subcommand("simulate", "Explore an area of a map with simulated robots");
   AddMapOptions(*command, *arguments);
   AddRobotOptions(*command, *arguments);
   AddRunOptions(*command, *arguments);

@@ -47,10 +47,10 @@ std::string SummaryJson(const ReplaySummary& summary, const TargetLayer& target)
 
 std::string SummaryText(const ReplaySummary& summary, const TargetLayer& target) {
   const std::pair<const char*, int64_t> outcomes[] = {
-      {"accepted", summary.accepted},     {"already there", summary.known},
-      {"duplicates", summary.duplicates}, {"refused as late", summary.refused_late},
-      {"invalid", summary.invalid},       {"in conflict", summary.conflicts},
-      {"skipped", summary.num_skipped()}, {"not reached", summary.frames - summary.finished()},
+      {"accepted", summary.accepted},     {"already stored", summary.known},
+      {"duplicates", summary.duplicates}, {"too late", summary.refused_late},
+      {"invalid", summary.invalid},       {"conflicting", summary.conflicts},
+      {"skipped", summary.num_skipped()}, {"not processed", summary.frames - summary.finished()},
   };
   std::vector<std::string> parts;
   for (const auto& [name, count] : outcomes) {
@@ -66,7 +66,7 @@ std::string SummaryText(const ReplaySummary& summary, const TargetLayer& target)
   AppendSkipped("instances", summary.skipped_instances, text);
   AppendSkipped("input", summary.skipped_input, text);
   if (!summary.first_refusal.empty()) {
-    absl::StrAppend(&text, "first refusal: ", summary.first_refusal, "\n");
+    absl::StrAppend(&text, "first rejected: ", summary.first_refusal, "\n");
   }
   return text;
 }

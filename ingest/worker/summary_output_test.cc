@@ -49,8 +49,9 @@ TEST(SummaryOutputTest, JsonHasEveryCount) {
 
 TEST(SummaryOutputTest, TextTellsWhatIsNotZero) {
   const std::string text = SummaryText(Half(), Target());
-  EXPECT_THAT(text, HasSubstr("office/semantic: 10 frames: 3 accepted, 1 already there, 1 skipped, "
-                              "5 not reached\n"));
+  EXPECT_THAT(text,
+              HasSubstr("office/semantic: 10 frames: 3 accepted, 1 already stored, 1 skipped, "
+                        "5 not processed\n"));
   EXPECT_THAT(text, HasSubstr("skipped frames: 1 bad pose\n"));
   EXPECT_THAT(text, HasSubstr("skipped instances: 7 broken mask\n"));
   EXPECT_THAT(text, Not(HasSubstr("conflict")));

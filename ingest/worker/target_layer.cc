@@ -2,6 +2,7 @@
 
 #include "absl/time/clock.h"
 #include "absl/time/time.h"
+#include "base/status/status_macros.h"
 
 namespace hypermap::ingest {
 namespace {
@@ -49,7 +50,7 @@ client::ObserveOptions ObserveOptionsOf(const TargetLayer& target) {
 
 absl::Status EnsureTarget(client::Client& client, const TargetLayer& target) {
   absl::Status status = EnsureMap(client, target);
-  if (!status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(status);
   LayerSpec semantic;
   semantic.name = target.layer;
   semantic.kind = LayerKind::kSemantic;

@@ -6,23 +6,28 @@ namespace hypermap::ingest {
 
 void AddTargetOptions(CLI::App& command, TargetLayer& target) {
   client::AddConnectionFlags(command, target.connection);
-  command.add_option("--map", target.map, "Map; made where there is none")->required();
-  command.add_option("--layer", target.layer, "Semantic layer; made where there is none")
+  command.add_option("--map", target.map, "Name of the map; created if there is none")->required();
+  command
+      .add_option("--layer", target.layer,
+                  "Semantic layer for the objects; created if there is none")
       ->capture_default_str();
   command
       .add_option("--exploration", target.exploration_layer,
-                  "Layer where seen floor is marked as explored; made where there is none")
+                  "Layer in which observed floor is marked as explored; created if there is none")
       ->type_name("LAYER");
   command
       .add_option("--fusion", target.strategy,
-                  "How the layer is fused (default: as it is, evidence for a new one)")
+                  "Fusion strategy (default: that of the layer, evidence for a new one)")
       ->check(CLI::IsMember({"evidence", "paper"}));
-  command.add_option("--parameters", target.parameters, "Of the fusion, a JSON object of numbers")
+  command
+      .add_option("--parameters", target.parameters,
+                  "Parameters of the fusion strategy, a JSON object of numbers")
       ->type_name("JSON");
 }
 
 void AddSegmenterOption(CLI::App& command, std::string& segmenter) {
-  command.add_option("--segmenter", segmenter, "How background is removed")
+  command
+      .add_option("--segmenter", segmenter, "Method that removes the background from detections")
       ->check(CLI::IsMember({"organised", "region_growing"}))
       ->capture_default_str();
 }

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/limits/limits.h"
 #include "base/status/status_macros.h"
 #include "map/edits/snapshot_editor.h"
 #include "map/layers/grid_layer.h"
@@ -31,7 +32,7 @@ absl::Status CheckVersion(const std::string& layer, ObjectId id, std::optional<R
 // Checks and applies the edits of one batch, one after the other.
 class BatchEditor {
  public:
-  BatchEditor(const Snapshot& before, absl::Time time, const EditLimits& limits)
+  BatchEditor(const Snapshot& before, absl::Time time, const Limits& limits)
       : editor_(before, before.revision + 1), time_(time), limits_(limits) {}
 
   // Each returns the id of the object that it put, or 0.
@@ -55,7 +56,7 @@ class BatchEditor {
 
   SnapshotEditor editor_;
   const absl::Time time_;
-  const EditLimits limits_;
+  const Limits limits_;
 };
 
 template <typename Geometry>
@@ -140,7 +141,7 @@ absl::StatusOr<ObjectId> BatchEditor::operator()(const FillPolygon& edit) {
   HYPERMAP_ASSIGN_OR_RETURN(const auto grid, editor_.Grid(edit.layer));
   HYPERMAP_ASSIGN_OR_RETURN(const Polygon area, InLayerFrame(*grid, edit.frame_id, edit.area));
   HYPERMAP_RETURN_IF_ERROR(
-      editor_.FillArea(edit.layer, area, edit.rule, edit.value, limits_.max_cells_per_fill));
+      editor_.FillArea(edit.layer, area, edit.rule, edit.value, limits_.max_cells));
   return 0;
 }
 
@@ -157,7 +158,7 @@ absl::StatusOr<ObjectId> BatchEditor::operator()(const SetAliases& edit) {
 }  // namespace
 
 absl::StatusOr<AppliedBatch> Apply(const Snapshot& before, const EditBatch& batch,
-                                   const EditLimits& limits) {
+                                   const Limits& limits) {
   if (batch.edits.empty()) return absl::InvalidArgumentError("edits is empty");
   for (const LayerVersion& wanted : batch.if_layers) {
     const absl::StatusOr<LayerPtr> layer = before.GetLayer(wanted.layer);

@@ -183,7 +183,7 @@ absl::StatusOr<Exploration> ToExploration(const SemanticObject& object) {
                 kRobotRadius);
   reader.Expect(exploration.range_m > 0 && exploration.range_m <= kMaxRange_m, kRange);
   reader.Expect(exploration.min_gain_cells > 0, kMinGain);
-  if (!reader.status().ok()) return reader.status();
+  HYPERMAP_RETURN_IF_ERROR(reader.status());
   return exploration;
 }
 
@@ -197,7 +197,7 @@ absl::StatusOr<ExplorationGoal> ToGoal(const SemanticObject& object) {
   goal.robot = reader.Get<std::string>(kRobot);
   goal.gain_cells = reader.Get<int64_t>(kGain);
   goal.path_length_m = reader.GetNumber(kPathLength);
-  if (!reader.status().ok()) return reader.status();
+  HYPERMAP_RETURN_IF_ERROR(reader.status());
   return goal;
 }
 
@@ -209,7 +209,7 @@ absl::StatusOr<UnreachablePlace> ToUnreachablePlace(const SemanticObject& object
   place.exploration_id = reader.Get<int64_t>(kExploration);
   place.robot = reader.Get<std::string>(kRobot);
   place.occupancy_version = reader.Get<int64_t>(kOccupancyVersion);
-  if (!reader.status().ok()) return reader.status();
+  HYPERMAP_RETURN_IF_ERROR(reader.status());
   return place;
 }
 

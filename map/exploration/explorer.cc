@@ -21,7 +21,7 @@ constexpr double kSetOut_m = 1.0;
 // Number of places, of those that see the middle of a frontier, that are tried as its viewpoint.
 constexpr size_t kViewpointsTried = 8;
 
-// Number of cells of a frontier from which BestGoal looks for places that see it.
+// Number of cells of a frontier from which ChooseViewpoint looks for places that see it.
 constexpr size_t kLooksBack = 16;
 
 constexpr std::array<CellIndex, 4> kSides{{{-1, 0}, {0, -1}, {0, 1}, {1, 0}}};
@@ -67,7 +67,7 @@ Explorer::Explorer(const GridLayer& occupancy, const Polygon& area, const Option
       seen_(plan_.box(), 0),
       coverage_(plan_.box(), Coverage::kNone),
       tries_(plan_.box(), 0),
-      sight_(range_),
+      viewshed_rays_(range_),
       paths_(plan_.box()),
       promised_(plan_.box(), 0),
       reachable_(plan_.box(), 0) {
@@ -200,7 +200,7 @@ void Explorer::LearnReachable() {
       if (coverage_.at(next) == Coverage::kNone || met.at(next) != 0) continue;
       met.set(next, 1);
       if (std::hypot(next.row - step.from.row, next.col - step.from.col) >= range_) continue;
-      if (InSight(plan_, step.from, next)) reachable_.set(next, 1);
+      if (HasLineOfSight(plan_, step.from, next)) reachable_.set(next, 1);
       steps.push_back({next, step.from});
     }
   }
@@ -228,14 +228,16 @@ void Explorer::Promise(const std::vector<CellIndex>& places) {
   ++question_;
   promised_places_ = places;
   for (const CellIndex& place : places) {
-    sight_.Look(plan_, place, [this](const CellIndex& cell) { promised_.set(cell, question_); });
+    viewshed_rays_.ForEachVisible(
+        plan_, place, [this](const CellIndex& cell) { promised_.set(cell, question_); });
   }
 }
 
 int64_t Explorer::GainAt(const CellIndex& cell) {
   if (const auto it = gains_.find(cell); it != gains_.end()) return it->second;
   int64_t gain = 0;
-  sight_.Look(plan_, cell, [&](const CellIndex& seen) { gain += IsWanted(seen); });
+  viewshed_rays_.ForEachVisible(plan_, cell,
+                                [&](const CellIndex& seen) { gain += IsWanted(seen); });
   gains_[cell] = gain;
   return gain;
 }
@@ -249,7 +251,7 @@ int64_t Explorer::GainBesidesPromised(const CellIndex& cell) {
       });
   if (!may_share) return GainAt(cell);
   int64_t gain = 0;
-  sight_.Look(plan_, cell, [&](const CellIndex& seen) {
+  viewshed_rays_.ForEachVisible(plan_, cell, [&](const CellIndex& seen) {
     gain += IsWanted(seen) && promised_.at(seen) != question_;
   });
   return gain;
@@ -266,7 +268,7 @@ std::optional<Explorer::Viewpoint> Explorer::ViewpointFor(const Frontier& fronti
         return std::hypot(a.row - row, a.col - col) < std::hypot(b.row - row, b.col - col);
       });
   std::vector<CellIndex> places;
-  sight_.Look(plan_, middle, [&](const CellIndex& cell) {
+  viewshed_rays_.ForEachVisible(plan_, middle, [&](const CellIndex& cell) {
     if (IsPassable(cell) && reachable_.at(cell) != 0) places.push_back(cell);
   });
   std::optional<Viewpoint> best;
@@ -287,9 +289,9 @@ std::vector<Explorer::FrontierView> Explorer::ListFrontiers() {
   return views;
 }
 
-std::optional<Explorer::Goal> Explorer::BestGoal(const CellIndex& robot,
-                                                 const std::vector<CellIndex>& promised,
-                                                 const std::vector<CellIndex>& avoided) {
+std::optional<Explorer::ChosenViewpoint> Explorer::ChooseViewpoint(
+    const CellIndex& robot, const std::vector<CellIndex>& promised,
+    const std::vector<CellIndex>& avoided) {
   const std::optional<CellIndex> start = NearestPassable(robot);
   if (!start) return std::nullopt;
   Promise(promised);
@@ -305,7 +307,7 @@ std::optional<Explorer::Goal> Explorer::BestGoal(const CellIndex& robot,
   // so far, the search can stop.
   const double most = std::min(static_cast<double>(num_unexplored_),
                                std::numbers::pi * (range_ + 1.0) * (range_ + 1.0));
-  std::optional<Goal> best;
+  std::optional<ChosenViewpoint> best;
   double best_utility = 0;
   const auto run = [&](auto is_tried) {
     paths_.Run(
@@ -324,7 +326,7 @@ std::optional<Explorer::Goal> Explorer::BestGoal(const CellIndex& robot,
           const int64_t gain = GainBesidesPromised(cell);
           if (!is_worth_it(gain)) return true;
           best_utility = static_cast<double>(gain) / (path_m + kSetOut_m);
-          best = Goal{{cell, gain}, path_m};
+          best = ChosenViewpoint{{cell, gain}, path_m};
           return true;
         });
   };
@@ -340,7 +342,7 @@ std::optional<Explorer::Goal> Explorer::BestGoal(const CellIndex& robot,
     for (size_t i = 0; i < frontier.size(); i += step) {
       // Another robot will see this cell.
       if (!IsWanted(frontier[i]) || promised_.at(frontier[i]) == question_) continue;
-      sight_.Look(plan_, frontier[i], [&](const CellIndex& cell) {
+      viewshed_rays_.ForEachVisible(plan_, frontier[i], [&](const CellIndex& cell) {
         if (IsPassable(cell)) places.insert(cell);
       });
     }
@@ -351,7 +353,7 @@ std::optional<Explorer::Goal> Explorer::BestGoal(const CellIndex& robot,
 
 void Explorer::LookedRound(const CellIndex& cell) {
   CellBox box;
-  sight_.Look(plan_, cell, [&](const CellIndex& seen) {
+  viewshed_rays_.ForEachVisible(plan_, cell, [&](const CellIndex& seen) {
     if (!IsWanted(seen)) return;
     if (reachable_is_known_ && IsUnreachable(seen)) --num_unreachable_;
     tries_.set(seen, static_cast<uint8_t>(tries_.at(seen) + 1));

@@ -11,7 +11,7 @@
 #include "map/exploration/floor_plan.h"
 #include "map/exploration/frontiers.h"
 #include "map/exploration/path.h"
-#include "map/exploration/sight.h"
+#include "map/exploration/viewshed.h"
 #include "map/geometry/polygon.h"
 
 namespace hypermap {
@@ -22,7 +22,8 @@ namespace hypermap {
 //   Explorer explorer(occupancy, area, {.range_m = 4.0});
 //   explorer.UpdateExplored(explorer.box(), is_explored);
 //   explorer.AddRobot(robot);
-//   if (auto goal = explorer.BestGoal(robot, promised, avoided)) Drive(goal->viewpoint.cell);
+//   auto best = explorer.ChooseViewpoint(robot, promised, avoided);
+//   if (best) Drive(best->viewpoint.cell);
 //
 // All cells are those of the occupancy grid; the "floor" consists of its free cells whose centres
 // the area covers. Robots stay in the area: its border is a wall for them, but does not block the
@@ -83,7 +84,7 @@ class Explorer {
   // Sorted by their first cells.
   std::vector<FrontierView> ListFrontiers();
 
-  struct Goal {
+  struct ChosenViewpoint {
     Viewpoint viewpoint;
     double path_m = 0.0;
   };
@@ -92,8 +93,9 @@ class Explorer {
   // strategies for exploring indoor environments", IJRR 2002. Cells that can be seen from
   // `promised` places count as seen. Goals are at least two robot radii from promised places, so
   // that two robots fit. nullopt if nothing new can be seen from places that the robot can reach.
-  std::optional<Goal> BestGoal(const CellIndex& robot, const std::vector<CellIndex>& promised,
-                               const std::vector<CellIndex>& avoided);
+  std::optional<ChosenViewpoint> ChooseViewpoint(const CellIndex& robot,
+                                                 const std::vector<CellIndex>& promised,
+                                                 const std::vector<CellIndex>& avoided);
 
   // Returns the nearest passable cell along free cells; nullopt if there is none within a robot's
   // diameter.
@@ -150,7 +152,7 @@ class Explorer {
   Frontiers frontiers_;
   CellRaster<uint8_t> tries_;
 
-  Sight sight_;
+  ViewshedRays viewshed_rays_;
   PathSearch paths_;
   absl::flat_hash_map<CellIndex, int64_t, CellHash> gains_;
   // Compared with question_, so that it need not be cleared for each query.

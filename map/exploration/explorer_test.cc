@@ -56,7 +56,7 @@ class Site {
         plan_(plan),
         occupancy_(Occupancy(plan)),
         explorer_(*occupancy_, AreaOf(plan.box()), options),
-        sight_(static_cast<int32_t>(std::lround(options.range_m / kResolution_m))) {}
+        viewshed_rays_(static_cast<int32_t>(std::lround(options.range_m / kResolution_m))) {}
 
   Explorer& explorer() { return explorer_; }
   const FloorPlan& plan() const { return plan_; }
@@ -64,7 +64,7 @@ class Site {
 
   std::set<CellIndex> VisibleFrom(const CellIndex& cell) {
     std::set<CellIndex> visible;
-    sight_.Look(plan_, cell, [&](const CellIndex& c) { visible.insert(c); });
+    viewshed_rays_.ForEachVisible(plan_, cell, [&](const CellIndex& c) { visible.insert(c); });
     return visible;
   }
 
@@ -99,7 +99,7 @@ class Site {
   FloorPlan plan_;
   std::shared_ptr<const GridLayer> occupancy_;
   Explorer explorer_;
-  Sight sight_;
+  ViewshedRays viewshed_rays_;
   std::set<CellIndex> seen_;
 };
 
@@ -163,7 +163,7 @@ TEST(ExplorerTest, SeesAllThatCanBeSeenAndEnds) {
     CellIndex robot{5, 3};
     site.explorer().AddRobot(robot);
     int looks = 0;
-    while (const auto goal = site.explorer().BestGoal(robot, {}, {})) {
+    while (const auto goal = site.explorer().ChooseViewpoint(robot, {}, {})) {
       ASSERT_LT(++looks, 500);
       EXPECT_GT(goal->viewpoint.gain_cells, 0);
       robot = goal->viewpoint.cell;
@@ -195,9 +195,9 @@ TEST(ExplorerTest, SeesAllThatCanBeSeenAndEnds) {
 TEST(ExplorerTest, RobotsAreSentApart) {
   Site site(Rooms(), {.robot_radius_m = 0.12, .range_m = 0.6});
   const CellIndex robot{5, 3};
-  const auto first = site.explorer().BestGoal(robot, {}, {});
+  const auto first = site.explorer().ChooseViewpoint(robot, {}, {});
   ASSERT_TRUE(first.has_value());
-  const auto second = site.explorer().BestGoal(robot, {first->viewpoint.cell}, {});
+  const auto second = site.explorer().ChooseViewpoint(robot, {first->viewpoint.cell}, {});
   ASSERT_TRUE(second.has_value());
   const CellIndex a = first->viewpoint.cell, b = second->viewpoint.cell;
   EXPECT_GE(std::hypot(a.row - b.row, a.col - b.col), 4);
@@ -211,7 +211,7 @@ TEST(ExplorerTest, AvoidsPlacesThatAreNotReached) {
   Site site(Rooms(), {.robot_radius_m = 0.12, .range_m = 0.6});
   std::vector<CellIndex> avoided;
   for (int i = 0; i < 5; ++i) {
-    const auto goal = site.explorer().BestGoal({5, 3}, {}, avoided);
+    const auto goal = site.explorer().ChooseViewpoint({5, 3}, {}, avoided);
     ASSERT_TRUE(goal.has_value());
     EXPECT_FALSE(std::count(avoided.begin(), avoided.end(), goal->viewpoint.cell));
     avoided.push_back(goal->viewpoint.cell);
@@ -225,10 +225,10 @@ TEST(ExplorerTest, WhatDoesNotShowIsGivenUpUntilTheFloorChanges) {
   EXPECT_EQ(site.explorer().progress().reachable, 12);
   site.explorer().LookedRound({0, 0});
   EXPECT_EQ(site.explorer().progress().unreachable, 12);
-  EXPECT_FALSE(site.explorer().BestGoal({0, 0}, {}, {}).has_value());
+  EXPECT_FALSE(site.explorer().ChooseViewpoint({0, 0}, {}, {}).has_value());
   site.Build({1, 2, 5, 6}, Floor::kOccupied);
   EXPECT_EQ(site.explorer().progress().reachable, 11);
-  EXPECT_TRUE(site.explorer().BestGoal({0, 0}, {}, {}).has_value());
+  EXPECT_TRUE(site.explorer().ChooseViewpoint({0, 0}, {}, {}).has_value());
 }
 
 TEST(ExplorerTest, KeepsToTheArea) {
@@ -236,10 +236,10 @@ TEST(ExplorerTest, KeepsToTheArea) {
   const auto occupancy = Occupancy(plan);
   Explorer explorer(*occupancy, AreaOf({0, 3, 2, 5}), {.robot_radius_m = 0.0, .range_m = 1.0});
   EXPECT_EQ(explorer.progress().reachable, 9);
-  const auto goal = explorer.BestGoal({1, 2}, {}, {});
+  const auto goal = explorer.ChooseViewpoint({1, 2}, {}, {});
   ASSERT_TRUE(goal.has_value());
   EXPECT_EQ(goal->viewpoint.gain_cells, 9);
-  EXPECT_FALSE(explorer.BestGoal({1, 9}, {}, {}).has_value());
+  EXPECT_FALSE(explorer.ChooseViewpoint({1, 9}, {}, {}).has_value());
 }
 
 TEST(ExplorerTest, OnlyCellsThatCountAreFollowed) {
@@ -279,7 +279,7 @@ TEST(ExplorerTest, ThereMayBeNoFloorAtAll) {
   const FloorPlan plan = DrawnFloor({"##", "??"});
   Site site(plan, {});
   EXPECT_THAT(site.explorer().ListFrontiers(), IsEmpty());
-  EXPECT_FALSE(site.explorer().BestGoal({0, 0}, {}, {}).has_value());
+  EXPECT_FALSE(site.explorer().ChooseViewpoint({0, 0}, {}, {}).has_value());
 }
 
 TEST(ExplorerTest, FrontiersHaveAPlaceToSeeThemFrom) {
@@ -314,9 +314,9 @@ TEST(ExplorerTest, GoalsOfTwoRobotsAreNotInOnePlace) {
     const auto distance = [&other](const CellIndex& cell) {
       return std::hypot(cell.row - other.row, cell.col - other.col);
     };
-    const auto goal = site.explorer().BestGoal(robot, {other}, {});
+    const auto goal = site.explorer().ChooseViewpoint(robot, {other}, {});
     EXPECT_TRUE(!goal || distance(goal->viewpoint.cell) >= 2.8);
-    const auto point = lonely.explorer().BestGoal(other, {other}, {});
+    const auto point = lonely.explorer().ChooseViewpoint(other, {other}, {});
     near_others += point && distance(point->viewpoint.cell) < 2.8;
   }
   EXPECT_GT(near_others, 0) << "robots without a width may come as near";

@@ -21,7 +21,7 @@ using testing::UniformInt;
 
 std::string Name(int i) { return "frame" + std::to_string(i); }
 
-void ExpectNear(const PlanarTransform& a, const PlanarTransform& b, double tolerance) {
+void ExpectTransformNear(const PlanarTransform& a, const PlanarTransform& b, double tolerance) {
   EXPECT_NEAR(a.x(), b.x(), tolerance);
   EXPECT_NEAR(a.y(), b.y(), tolerance);
   EXPECT_NEAR(std::remainder(a.yaw() - b.yaw(), 2 * std::numbers::pi), 0.0, tolerance);
@@ -33,9 +33,9 @@ TEST(FrameTreeTest, LooksUpAlongAndAcrossBranches) {
   ASSERT_TRUE(tree.Set({"odom", "robot", {2, 0, 0}}).ok());
   ASSERT_TRUE(tree.Set({"map", "lab", {0, 5, 0}}).ok());
 
-  ExpectNear(*tree.Lookup("map", "robot"), {10, 2, std::numbers::pi / 2}, 1e-12);
-  ExpectNear(*tree.Lookup("lab", "robot"), {10, -3, std::numbers::pi / 2}, 1e-12);
-  ExpectNear(*tree.Lookup("robot", "map"), tree.Lookup("map", "robot")->Inverse(), 1e-12);
+  ExpectTransformNear(*tree.Lookup("map", "robot"), {10, 2, std::numbers::pi / 2}, 1e-12);
+  ExpectTransformNear(*tree.Lookup("lab", "robot"), {10, -3, std::numbers::pi / 2}, 1e-12);
+  ExpectTransformNear(*tree.Lookup("robot", "map"), tree.Lookup("map", "robot")->Inverse(), 1e-12);
   EXPECT_EQ(*tree.Lookup("map", "lab"), PlanarTransform(0, 5, 0));
   EXPECT_EQ(*tree.Lookup("lab", "map"), PlanarTransform(0, -5, 0));
 }
@@ -122,8 +122,8 @@ TEST(FrameTreeTest, LookupsComposeInRandomForests) {
       ASSERT_EQ(a_from_c.ok(), root[a] == root[c]);
       if (!a_from_b.ok() || !b_from_c.ok()) continue;
       ++connected;
-      ExpectNear(*a_from_b * *b_from_c, *a_from_c, 1e-9);
-      ExpectNear(*tree.Lookup(Name(b), Name(a)), a_from_b->Inverse(), 1e-9);
+      ExpectTransformNear(*a_from_b * *b_from_c, *a_from_c, 1e-9);
+      ExpectTransformNear(*tree.Lookup(Name(b), Name(a)), a_from_b->Inverse(), 1e-9);
     }
   }
   EXPECT_GT(connected, 300);

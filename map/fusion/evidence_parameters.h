@@ -24,17 +24,26 @@ struct EvidenceParameters {
   // class.
   double gate = 0.12;
   double other_class_gate = 0.25;
-  // Outlines are widened by buffer_m + buffer_share * (sigma of the pose), at most 5 cm.
+  // Outlines are widened by buffer_m + buffer_share * (sigma of the pose), at most max_buffer_m.
+  // The bound balances poor poses against distinct neighbours.
   double buffer_m = 0.01;
   double buffer_share = 0.4;
+  double max_buffer_m = 0.05;
   // `containment`: share of the smaller outline inside the other above which they match even with a
-  // small IoU. `height_overlap`: least share of the shorter range of heights in common.
+  // small IoU. `height_overlap`: least share of the shorter range of heights in common, also for
+  // merging. Shorter ranges than min_height_range_m are widened to this, as depth noise would
+  // otherwise separate views of a thin thing.
   double containment = 0.7;
   double height_overlap = 0.35;
+  double min_height_range_m = 0.10;
 
   // Existence, in log-odds. A detection adds hit_gain + score_gain * (rank of its score - 0.5).
   double hit_gain = 1.05;
   double score_gain = 2.4;
+  // Log-odds of a new track before its first detection is added. Below even odds (27 %), because a
+  // single detection may be clutter; together with hit_gain, it decides how soon an object is
+  // shown.
+  double founding_log_odds = -1.0;
   // Log-odds that a clear view of the empty place takes, and the most that one without a detection
   // takes otherwise.
   double empty_loss = 1.2;
@@ -50,7 +59,7 @@ struct EvidenceParameters {
   double publish_hits = 4.0;
   double delete_log_odds = -4.0;
 
-  // Merging of tracks: overlaps that must be exceeded, see Folding::Merge. Outlines are widened by
+  // Merging of tracks: overlaps that must be exceeded, see MergeTracks. Outlines are widened by
   // merge_buffer_share of the widening for association.
   double merge_iou = 0.3;
   double merge_containment = 0.65;
@@ -58,19 +67,25 @@ struct EvidenceParameters {
   double merge_parts_iou = 0.15;
   double merge_parts_containment = 0.3;
   double merge_buffer_share = 0.5;
+  // Least detections of two tracks together to take them for parts of one thing (merge_parts_...).
+  // Balances merging parts soon against neighbours not yet detected in one frame.
+  double merge_parts_hits = 6.0;
+  // Two detections of a frame within this distance count as side by side, which prevents merging.
+  // Balances the number of entries of Track::apart against things so large that they overlap all
+  // the same.
+  double side_by_side_m = 0.5;
 
-  // Alignment of a frame to the tracks. align_position_m and align_yaw_rad have no effect at
-  // present: the covariance of the pose limits the motion.
+  // Weight of the detections in the alignment of a frame to the tracks, against the covariance of
+  // the pose, which limits the motion.
   double align_gain = 4.0;
-  double align_position_m = 0.05;
-  double align_yaw_rad = 0.016;
   // Time for which localisation errors persist, that is, for which frames repeat each other's
   // error.
   double correlation_s = 8.0;
 };
 
-// Returns the defaults, except for the parameters that `json` names. Errors are those of
-// SetParameters.
+// Returns the defaults, except for the parameters that `json` names. Accepts and ignores names of
+// parameters that earlier versions had, because layers that they stored may name them. Errors are
+// those of SetParameters.
 absl::StatusOr<EvidenceParameters> ParseEvidenceParameters(absl::string_view json);
 
 }  // namespace hypermap::fusion

@@ -8,13 +8,15 @@
 
 namespace hypermap::fusion {
 
-absl::Status SetParameters(absl::string_view json, const std::vector<Parameter>& parameters) {
+absl::Status SetParameters(absl::string_view json, const std::vector<Parameter>& parameters,
+                           const std::vector<absl::string_view>& retired) {
   if (json.empty()) return absl::OkStatus();
   const auto object = nlohmann::json::parse(json.begin(), json.end(), nullptr, false);
   if (!object.is_object()) {
     return absl::InvalidArgumentError("parameters: not a JSON object");
   }
   for (const auto& [name, value] : object.items()) {
+    if (std::find(retired.begin(), retired.end(), name) != retired.end()) continue;
     const auto found = std::find_if(parameters.begin(), parameters.end(),
                                     [&name = name](const Parameter& p) { return p.name == name; });
     if (found == parameters.end()) {

@@ -17,10 +17,12 @@ struct Parameter {
   double high;
 };
 
-// Sets the parameters that `json`, an object of numbers, names; empty text sets none.
+// Sets the parameters that `json`, an object of numbers, names; empty text sets none. Names in
+// `retired` are accepted and ignored, with any value.
 // INVALID_ARGUMENT names the parameter that is unknown, not a number or out of range; parameters
 // before it may have been set.
-absl::Status SetParameters(absl::string_view json, const std::vector<Parameter>& parameters);
+absl::Status SetParameters(absl::string_view json, const std::vector<Parameter>& parameters,
+                           const std::vector<absl::string_view>& retired = {});
 
 }  // namespace hypermap::fusion
 

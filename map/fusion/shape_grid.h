@@ -2,6 +2,7 @@
 #ifndef HYPERMAP_MAP_FUSION_SHAPE_GRID_H_
 #define HYPERMAP_MAP_FUSION_SHAPE_GRID_H_
 
+#include <algorithm>
 #include <cstdint>
 #include <vector>
 
@@ -67,6 +68,11 @@ class ShapeGrid {
   std::vector<float> hit_;
   std::vector<float> miss_;
 };
+
+// Returns the length of the longer side of a box, which must not be empty.
+inline double LongerSide(const Box& box) {
+  return std::max(box.max.x - box.min.x, box.max.y - box.min.y);
+}
 
 // Calls `visit(row, col_begin, col_end)`, row by row, for the cells whose centres the convex
 // polygon covers. Cells are numbered as in ShapeGrid.

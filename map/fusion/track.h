@@ -50,8 +50,8 @@ struct Track {
   double found = 0.0;
   // Sum of the weights of its detections; divided by `hits`, the clarity of a usual view of it.
   double clarity = 0.0;
-  // Number of frames that detected it and, within 0.5 m, separately another track of the same
-  // class, by the other's key. Two detections of one frame are two things.
+  // Number of frames that detected it and, within side_by_side_m, separately another track of the
+  // same class, by the other's key. Two detections of one frame are two things.
   std::map<TrackKey, int> apart;
   // The operator's object, if pinned.
   ObjectPtr pinned;

@@ -7,6 +7,7 @@
 
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
+#include "tests/support/not_finite.h"
 #include "tests/support/random_map.h"
 
 namespace hypermap {
@@ -18,7 +19,7 @@ using testing::Rng;
 using testing::TestSeed;
 using testing::Uniform;
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+using hypermap::testing::kNan;
 constexpr double kInf = std::numeric_limits<double>::infinity();
 
 const Ring kSquare = {{0, 0}, {4, 0}, {4, 4}, {0, 4}};

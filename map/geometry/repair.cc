@@ -6,6 +6,7 @@
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
+#include "base/status/status_macros.h"
 #include "map/geometry/geos_context.h"
 #include "map/geometry/predicates.h"
 
@@ -95,7 +96,7 @@ absl::StatusOr<std::vector<Polygon>> FillNonZero(const Ring& ring) {
     if (!polygon.ok()) return status.Update(polygon.status());
     polygons.push_back(*std::move(polygon));
   });
-  if (!status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(status);
   if (polygons.empty()) return absl::InvalidArgumentError("outer ring encloses no area");
   std::stable_sort(polygons.begin(), polygons.end(),
                    [](const Polygon& a, const Polygon& b) { return Area(a) > Area(b); });

@@ -11,6 +11,7 @@
 #include "map/geometry/convex_hull.h"
 #include "map/geometry/geos_context.h"
 #include "map/geometry/predicates.h"
+#include "tests/support/not_finite.h"
 #include "tests/support/random_map.h"
 
 namespace hypermap {
@@ -21,7 +22,7 @@ using testing::Rng;
 using testing::TestSeed;
 using testing::UniformInt;
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+using hypermap::testing::kNan;
 
 LineString Line(std::vector<Point> vertices) { return *LineString::Make(std::move(vertices)); }
 

@@ -92,8 +92,8 @@ absl::Status GridWriter::Fill(const Polygon& area, CellRule rule, std::optional<
   const CellCover cover(area, geometry, kAllCells, rule);
   const CellBox& bounds = cover.bounds();
   if (bounds.num_cells() > max_cells) {
-    return absl::ResourceExhaustedError(absl::StrCat("area's box holds ", bounds.num_cells(),
-                                                     " cells, more than max_cells = ", max_cells));
+    return absl::ResourceExhaustedError(absl::StrCat(
+        "area's box holds ", bounds.num_cells(), " cells, more than --max_cells = ", max_cells));
   }
   for (int32_t row = bounds.row_begin; row < bounds.row_end; ++row) {
     for (const ColumnSpan& span : cover.SpansOfRow(row)) {

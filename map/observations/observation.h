@@ -54,8 +54,9 @@ struct Detection {
   // Share of the mask's border that is at the border of the image or next to something nearer, in
   // [0, 1]: an indication of how much of the thing is not visible.
   double truncation = 0.0;
-  // Weight of the detection as evidence of position and shape, in (0, 1]. It depends on range and
-  // truncation (ingest/perception/weight.h), but not on the scores.
+  // Weight of the detection as evidence of position and shape, in (0, 1]. It depends on range
+  // (map/observations/range_weight.h) and truncation (ingest/perception/weight.h), but not on the
+  // scores.
   double weight = 1.0;
 
   friend bool operator==(const Detection&, const Detection&) = default;

@@ -25,7 +25,7 @@ absl::StatusOr<std::vector<LayerContent>> ContentAt(const Snapshot& snapshot, co
                                  PointContent content) {
                        contents.push_back({layer, caller_from_layer, std::move(content)});
                      });
-  if (!status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(status);
   return contents;
 }
 

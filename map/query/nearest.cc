@@ -18,13 +18,13 @@ absl::StatusOr<NearestAnswer> Nearest(const Snapshot& snapshot, const Scope& sco
   for (const LayerPtr& layer : layers) {
     const auto transform = snapshot.frames.Lookup(caller, layer->spec().frame_id);
     if (!transform.ok()) {
-      answer.refusals.push_back({layer, AnswerStatus::kNoTransform});
+      answer.refusals.push_back({layer->spec().name, AnswerStatus::kNoTransform});
       continue;
     }
     std::optional<std::vector<Neighbour>> neighbours =
         layer->Nearest(transform->Inverse() * p, value, k);
     if (!neighbours) {
-      answer.refusals.push_back({layer, AnswerStatus::kUnsupportedValue});
+      answer.refusals.push_back({layer->spec().name, AnswerStatus::kUnsupportedValue});
       continue;
     }
     if (answer.entries.empty()) answer.entries.reserve(neighbours->size());

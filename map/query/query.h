@@ -20,6 +20,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/types/span.h"
+#include "map/query/answers.h"
 #include "map/snapshot.h"
 #include "map/values/value_query.h"
 
@@ -128,11 +129,7 @@ struct NearestAnswer {
     Neighbour neighbour;
   };
   std::vector<Entry> entries;  // Nearest first, at most k.
-  struct Refusal {
-    LayerPtr layer;
-    AnswerStatus status;
-  };
-  std::vector<Refusal> refusals;  // Layers that can't answer.
+  std::vector<answers::LayerRefusal> refusals;
 };
 
 // INVALID_ARGUMENT for k < 1 or a point that is not finite; other errors are those of ContentIn.

@@ -6,13 +6,14 @@
 
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
+#include "tests/support/not_finite.h"
 
 namespace hypermap {
 namespace {
 
 using ::testing::HasSubstr;
 
-constexpr double kInf = std::numeric_limits<double>::infinity();
+using hypermap::testing::kInf;
 
 TEST(ValueQueryTest, UnderstandsWhatCallersWrite) {
   const std::pair<const char*, ValueQuery> table[] = {

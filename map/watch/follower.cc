@@ -97,14 +97,14 @@ class Follower::FollowedLayer {
     labels_ = LabelsOf(spec.aliases, follower.classes_);
     const WatchFilter& filter = follower.filter_;
     const auto transform = structure.frames.Lookup(follower.frame_id_, spec.frame_id);
-    connected_ = transform.ok() || (filter.as_stored && !filter.area);
+    connected_ = transform.ok() || (follower.as_stored() && !filter.area);
     if (!connected_) return;
-    if (!filter.as_stored) caller_from_layer_ = *transform;
+    if (!follower.as_stored()) caller_from_layer_ = *transform;
     if (!filter.area) return;
     const Polygon area = transform->Inverse() * *filter.area;
     bounds_ = area.bounds();
     area_.emplace(area);
-    const CellRule rule = filter.as_stored ? CellRule::kTouched : CellRule::kCentre;
+    const CellRule rule = follower.as_stored() ? CellRule::kTouched : CellRule::kCentre;
     if (spec.grid) cover_.emplace(area, *spec.grid, kAllCells, rule);
   }
 
@@ -375,7 +375,7 @@ bool Follower::NeedsReset(const MapStructure& before, const MapStructure& after)
       return true;
     }
     // As stored, without an area, nothing is converted to the caller's frame.
-    if (filter_.as_stored && !filter_.area) continue;
+    if (as_stored() && !filter_.area) continue;
     const auto was = before.frames.Lookup(frame_id_, layer->spec.frame_id);
     const auto is = after.frames.Lookup(frame_id_, layer->spec.frame_id);
     if (was.ok() != is.ok() || (was.ok() && !(*was == *is))) return true;
@@ -394,7 +394,7 @@ Follower::Told Follower::Tell(const std::vector<Change>& changes, const Structur
 
 std::unique_ptr<SelectionReader> Follower::Read(SnapshotPtr snapshot) {
   MoveTo(StructureOf(*snapshot));
-  if (filter_.as_stored) {
+  if (as_stored()) {
     std::vector<std::shared_ptr<const FollowedLayer>> layers;
     for (const auto& [name, layer] : layers_) layers.push_back(layer);
     return std::make_unique<StoredReader>(std::move(snapshot), std::move(layers));

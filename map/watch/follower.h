@@ -19,15 +19,25 @@ namespace hypermap {
 // The part of a map that is watched. By default all layers, in the map's own frame, everywhere,
 // with all classes.
 struct WatchFilter {
+  // The frames in which content is reported, and what else depends on them.
+  enum class Frames {
+    // Content is converted to `frame_id`. Layers that are not connected to that frame are left out.
+    // An area selects the cells with their centre in it. A selection contains kPut and kCells.
+    kCaller,
+    // For replicas: content stays in the frame of its layer. Layers that are not connected to
+    // `frame_id` are included, but an area selects nothing of them. An area selects the cells that
+    // touch it. A selection begins with kTransform for all transforms, and has kLayerCreated for
+    // each layer before its content.
+    kAsStored,
+  };
+
   std::vector<std::string> layers;  // Need not exist yet.
   std::string frame_id;
   std::optional<Polygon> area;       // In the frame `frame_id`.
   std::vector<std::string> classes;  // Labels, or aliases of labels.
-  // For replicas. Content stays in the frame of its layer, and layers that are not connected to
-  // `frame_id` are included (but an area selects nothing of them). The area selects the cells that
-  // touch it, rather than those with their centre in it. A selection also contains transforms and
-  // layers.
-  bool as_stored = false;
+  Frames frames = Frames::kCaller;
+
+  friend bool operator==(const WatchFilter&, const WatchFilter&) = default;
 };
 
 // Reads everything that a filter selects in a snapshot, in parts, so that no part is large and
@@ -35,9 +45,8 @@ struct WatchFilter {
 class SelectionReader {
  public:
   virtual ~SelectionReader() = default;
-  // Returns kPut and kCells changes with about `max_items` objects and runs at most; may be empty
-  // before done(). As stored: the first changes are kTransform of all transforms, and kLayerCreated
-  // of each layer before its content.
+  // Returns the next changes, with about `max_items` objects and runs at most; may be empty before
+  // done(). The kinds of changes depend on WatchFilter::Frames.
   virtual std::vector<MapChange> Next(int max_items) = 0;
   virtual bool done() const = 0;
 };
@@ -86,6 +95,7 @@ class Follower {
 
   Follower(WatchFilter filter, std::string frame_id, std::set<std::string> classes);
 
+  bool as_stored() const { return filter_.frames == WatchFilter::Frames::kAsStored; }
   bool Follows(const std::string& layer) const;
   void MoveTo(const StructurePtr& structure);
   // Whether the change of structure moves content in the caller's frame, or changes the meaning of

@@ -237,7 +237,7 @@ TEST_F(FollowerTest, AsStoredAllIsToldInTheFrameOfItsLayer) {
   Carry({{Things("dock", "dock"), PutObject{"dock", Thing("pallet", 1, 0)}, CreateLayer{floor},
           WriteCells{"floor", {0, 1, 0, 2}, {0.5, std::nullopt}},
           SetTransform{{"map", "dock", PlanarTransform(5, 0, 0)}}}});
-  Follower follower = Follow({.as_stored = true});
+  Follower follower = Follow({.frames = WatchFilter::Frames::kAsStored});
   std::vector<MapChange> told;
   const auto reader = follower.Read(map_);
   while (!reader->done()) {
@@ -263,7 +263,7 @@ TEST_F(FollowerTest, AsStoredAnAreaSelectsTheCellsItTouches) {
   const WriteCells write{"floor", {0, 1, 0, 4}, {0.5, 0.5, 0.5, 0.5}};
   Carry({{CreateLayer{floor}}});
   const Polygon area = Polygon::FromBox({{0.8, 0.8}, {1.2, 2.0}});
-  Follower stored = Follow({.area = area, .as_stored = true});
+  Follower stored = Follow({.area = area, .frames = WatchFilter::Frames::kAsStored});
   Follower centres = Follow({.area = area});
   Carry({{write}});
   const auto told = stored.Tell(changes_, structure_).changes;

@@ -1,4 +1,4 @@
-// The requests to MapExplorations and its answers.
+// The answers of MapExplorations to the requests of map/exploration/exploration_requests.h.
 #ifndef HYPERMAP_SERVER_EXPLORATION_EXPLORATION_CALLS_H_
 #define HYPERMAP_SERVER_EXPLORATION_EXPLORATION_CALLS_H_
 
@@ -10,59 +10,15 @@
 #include "absl/status/status.h"
 #include "absl/time/time.h"
 #include "map/exploration/exploration_objects.h"
+#include "map/exploration/exploration_requests.h"
+#include "map/exploration/exploration_view.h"
 #include "map/exploration/explorer.h"
 #include "map/frames/planar_transform.h"
-#include "map/geometry/polygon.h"
-#include "map/grid/cell_rule.h"
 #include "map/grid/grid_geometry.h"
 #include "map/layers/layer_spec.h"
 #include "map/snapshot.h"
 
 namespace hypermap::server {
-
-inline constexpr double kDefaultRange_m = 4.0;
-inline constexpr int64_t kDefaultMinGainCells = 4;
-inline constexpr absl::Duration kDefaultLease = absl::Minutes(1);
-inline constexpr absl::Duration kMaxLease = absl::Minutes(10);
-
-// In all requests, an empty frame_id is the map's own frame, and exploration 0 is the newest one.
-
-struct ExplorationStart {
-  Polygon area;
-  std::string frame_id;
-  std::string occupancy_layer;
-  std::string exploration_layer;
-  CellRule explored_rule = CellRule::kCentre;
-  double robot_radius_m = 0.25;
-  double range_m = kDefaultRange_m;
-  int64_t min_gain_cells = kDefaultMinGainCells;
-  std::string author;
-  // Recognises a retry. Empty: a retry starts another exploration.
-  std::string request_id;
-};
-
-struct GoalClaim {
-  ObjectId exploration_id = 0;
-  std::string robot;
-  Point place;
-  std::string frame_id;
-  absl::Duration lease = kDefaultLease;
-  std::string author;
-};
-
-struct GoalRenewal {
-  std::string robot;
-  ObjectId goal_id = 0;
-  absl::Duration lease = kDefaultLease;
-  std::string author;
-};
-
-struct GoalRelease {
-  std::string robot;
-  ObjectId goal_id = 0;
-  GoalOutcome outcome = GoalOutcome::kReached;
-  std::string author;
-};
 
 struct ExplorationAnswer {
   // The revision that was read or, if the call changed the map, that it made.
@@ -76,12 +32,6 @@ struct ExplorationAnswer {
 
 struct ExplorationView : ExplorationAnswer {
   ExplorationObjects objects;
-};
-
-struct ExplorationProgress {
-  Explorer::Progress cells;
-  double cell_area_m2 = 0.0;
-  double rate_m2_per_s = 0.0;
 };
 
 struct ExplorationReport : ExplorationView {

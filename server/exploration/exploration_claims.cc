@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "base/limits/limits.h"
 #include "base/status/status_macros.h"
 #include "server/exploration/map_explorations.h"
 #include "server/session/map_session.h"
@@ -12,22 +13,20 @@
 namespace hypermap::server {
 namespace {
 
-constexpr size_t kMaxRobotLength = 128;
-
 absl::Status NotHeld(const std::string& robot, ObjectId goal_id) {
   return absl::NotFoundError(absl::StrCat("robot \"", robot, "\" does not hold goal ", goal_id));
 }
 
 absl::Status CheckRobot(const std::string& robot) {
-  if (!robot.empty() && robot.size() <= kMaxRobotLength) return absl::OkStatus();
+  if (!robot.empty() && robot.size() <= FixedLimits::kMaxRobotLength) return absl::OkStatus();
   return absl::InvalidArgumentError(
-      absl::StrCat("robot must have 1 to ", kMaxRobotLength, " characters"));
+      absl::StrCat("robot must have 1 to ", FixedLimits::kMaxRobotLength, " characters"));
 }
 
 absl::Status CheckLease(absl::Duration lease) {
-  if (lease > absl::ZeroDuration() && lease <= kMaxLease) return absl::OkStatus();
-  return absl::InvalidArgumentError(
-      absl::StrCat("lease must be positive and at most ", absl::FormatDuration(kMaxLease)));
+  if (lease > absl::ZeroDuration() && lease <= FixedLimits::kMaxLease) return absl::OkStatus();
+  return absl::InvalidArgumentError(absl::StrCat("lease must be positive and at most ",
+                                                 absl::FormatDuration(FixedLimits::kMaxLease)));
 }
 
 PutObject PutGoal(const ExplorationGoal& goal, absl::Duration lease) {
@@ -50,7 +49,7 @@ absl::StatusOr<MapExplorations::Kept> MapExplorations::ReadGoal(const std::strin
   HYPERMAP_ASSIGN_OR_RETURN(const ExplorationGoal found, ToGoal(*object));
   absl::StatusOr<Kept> kept = Read(found.exploration_id);
   if (absl::IsNotFound(kept.status())) return NotHeld(robot, goal_id);
-  if (!kept.ok()) return kept.status();
+  HYPERMAP_RETURN_IF_ERROR(kept.status());
   for (const ExplorationGoal& held : kept->objects.goals) {
     if (held.id != goal_id || held.robot != robot || !IsActive(kept->objects.exploration)) continue;
     *goal = held;
@@ -75,7 +74,7 @@ absl::StatusOr<ClaimAnswer> MapExplorations::TryClaim(const GoalClaim& request) 
   ClaimAnswer answer;
   absl::Status status =
       SetFrame(*kept.snapshot, kept.layer->spec().frame_id, request.frame_id, &answer);
-  if (!status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(status);
   answer.exploration_id = exploration.id;
   answer.state = exploration.state;
   answer.end_reason = exploration.end_reason;
@@ -84,7 +83,7 @@ absl::StatusOr<ClaimAnswer> MapExplorations::TryClaim(const GoalClaim& request) 
   HYPERMAP_ASSIGN_OR_RETURN(Active* const active, Follow(kept));
   ExplorationFollower& follower = active->follower;
   status = Meet(request, answer.frame_from_layer, active);
-  if (!status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(status);
   answer.goal = ChooseGoal(request.robot, kept.objects, active);
   const EndReason reason = answer.goal
                                ? EndReason::kNone
@@ -129,13 +128,13 @@ absl::Status MapExplorations::Meet(const GoalClaim& request,
   const absl::Time now = session_->options().clock();
   if (active->team.Meet(request.robot, place, now, &active->follower)) return absl::OkStatus();
   return absl::ResourceExhaustedError(
-      absl::StrCat("at most ", ExplorationTeam::kMaxRobots, " robots explore an area together"));
+      absl::StrCat("at most ", FixedLimits::kMaxRobots, " robots explore an area together"));
 }
 
 std::optional<ExplorationGoal> MapExplorations::ChooseGoal(const std::string& robot,
                                                            const ExplorationObjects& objects,
                                                            Active* active) {
-  const std::optional<Explorer::Goal> chosen =
+  const std::optional<Explorer::ChosenViewpoint> chosen =
       active->team.Choose(robot, objects, &active->follower);
   if (!chosen) return std::nullopt;
   ExplorationGoal goal;
@@ -171,8 +170,7 @@ absl::StatusOr<GoalAnswer> MapExplorations::TryRenew(const GoalRenewal& request)
   GoalAnswer answer;
   HYPERMAP_ASSIGN_OR_RETURN(const Kept kept,
                             ReadGoal(request.robot, request.goal_id, &answer.goal));
-  absl::Status status = SetFrame(*kept.snapshot, kept.layer->spec().frame_id, "", &answer);
-  if (!status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(SetFrame(*kept.snapshot, kept.layer->spec().frame_id, "", &answer));
   HYPERMAP_ASSIGN_OR_RETURN(const storage::Receipt receipt,
                             Commit(kept, {PutGoal(answer.goal, request.lease)}, request.author));
   answer.revision = receipt.revision;

@@ -86,7 +86,7 @@ absl::StatusOr<EditBatch> StartBatch(const Snapshot& snapshot, const Exploration
   absl::Status status =
       EnsureLayer(snapshot, ExplorationLayerOf(request, occupancy_spec), &batch.edits);
   if (status.ok()) status = EnsureLayer(snapshot, LayerOfExplorations(snapshot), &batch.edits);
-  if (!status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(status);
   HYPERMAP_ASSIGN_OR_RETURN(std::string frame, snapshot.ResolveFrame(request.frame_id));
   batch.edits.push_back(
       PutObject{kExplorationsLayer, ToObject(ExplorationOf(request, now)), std::move(frame)});

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/limits/limits.h"
+
 namespace hypermap::server {
 namespace {
 
@@ -52,9 +54,9 @@ std::vector<CellIndex> GoalsOfOthers(const std::string& robot, const Exploration
 
 bool ExplorationTeam::Meet(const std::string& robot, const Point& place, absl::Time now,
                            ExplorationFollower* follower) {
-  if (robots_.size() >= kMaxRobots && !robots_.contains(robot)) {
+  if (robots_.size() >= FixedLimits::kMaxRobots && !robots_.contains(robot)) {
     std::erase_if(robots_, [now](const auto& met) { return now - met.second.at > kAbsence; });
-    if (robots_.size() >= kMaxRobots) return false;
+    if (robots_.size() >= FixedLimits::kMaxRobots) return false;
   }
   robots_[robot] = {place, now};
   const bool knows_others = told_generation_ == follower->generation();
@@ -67,15 +69,15 @@ bool ExplorationTeam::Meet(const std::string& robot, const Point& place, absl::T
   return true;
 }
 
-std::optional<Explorer::Goal> ExplorationTeam::Choose(const std::string& robot,
-                                                      const ExplorationObjects& objects,
-                                                      ExplorationFollower* follower) const {
+std::optional<Explorer::ChosenViewpoint> ExplorationTeam::Choose(
+    const std::string& robot, const ExplorationObjects& objects,
+    ExplorationFollower* follower) const {
   const std::optional<CellIndex> cell = follower->CellAt(robots_.at(robot).place);
   if (!cell) return std::nullopt;
   const std::vector<CellIndex> promised = GoalsOfOthers(robot, objects, *follower);
   std::vector<CellIndex> avoided = GivenUp(objects, *follower);
   avoided.insert(avoided.end(), promised.begin(), promised.end());
-  return follower->explorer().BestGoal(*cell, promised, avoided);
+  return follower->explorer().ChooseViewpoint(*cell, promised, avoided);
 }
 
 EndReason ExplorationTeam::ReasonToEnd(const std::string& robot, const ExplorationObjects& objects,
@@ -87,7 +89,7 @@ EndReason ExplorationTeam::ReasonToEnd(const std::string& robot, const Explorati
     return std::any_of(robots_.begin(), robots_.end(), [&](const auto& entry) {
       const Met& met = entry.second;
       const std::optional<CellIndex> cell = follower->CellAt(met.place);
-      return met.at >= met_since && cell && explorer.BestGoal(*cell, {}, avoided);
+      return met.at >= met_since && cell && explorer.ChooseViewpoint(*cell, {}, avoided);
     });
   };
   if (is_anything_left(lately, GivenUp(objects, *follower))) return EndReason::kNone;

@@ -20,17 +20,16 @@ namespace hypermap::server {
 // all methods: `follower` was updated to the snapshot that `objects` come from. Not thread safe.
 class ExplorationTeam {
  public:
-  static constexpr size_t kMaxRobots = 256;
-
-  // Records that `robot` is at `place`. Returns false if there are kMaxRobots others. REQUIRES: a
-  // robot can stand there.
+  // Records that `robot` is at `place`. Returns false if there are FixedLimits::kMaxRobots others.
+  // REQUIRES: a robot can stand there.
   bool Meet(const std::string& robot, const Point& place, absl::Time now,
             ExplorationFollower* follower);
 
   // The viewpoint that `robot` should go to next; nullopt if there is nothing for it to see that
   // the goals of other robots will not show. REQUIRES: Meet was called for the robot.
-  std::optional<Explorer::Goal> Choose(const std::string& robot, const ExplorationObjects& objects,
-                                       ExplorationFollower* follower) const;
+  std::optional<Explorer::ChosenViewpoint> Choose(const std::string& robot,
+                                                  const ExplorationObjects& objects,
+                                                  ExplorationFollower* follower) const;
 
   // The reason to end the exploration after Choose found nothing for `robot`. kNone while another
   // robot has a goal, or has claimed one lately and would get another.

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/limits/limits.h"
 #include "base/status/status_macros.h"
 #include "map/edits/apply.h"
 #include "server/exploration/exploration_start.h"
@@ -31,8 +32,9 @@ const std::string& FrameOf(const SemanticLayer* layer, const Snapshot& snapshot)
 }
 
 absl::Status TooManyActive() {
-  return absl::ResourceExhaustedError(absl::StrCat(
-      "a map has at most ", MapExplorations::kMaxActive, " explorations that have not ended"));
+  return absl::ResourceExhaustedError(absl::StrCat("a map has at most ",
+                                                   FixedLimits::kMaxActiveExplorations,
+                                                   " explorations that have not ended"));
 }
 
 }  // namespace
@@ -69,14 +71,13 @@ absl::StatusOr<MapExplorations::Active*> MapExplorations::Follow(const Kept& kep
   LetGo(*kept.layer);
   std::unique_ptr<Active>& active = active_[kept.objects.exploration.id];
   if (!active) {
-    if (active_.size() > kMaxActive) {
+    if (active_.size() > FixedLimits::kMaxActiveExplorations) {
       active_.erase(kept.objects.exploration.id);
       return TooManyActive();
     }
     active = std::make_unique<Active>(max_cells_);
   }
-  absl::Status status = active->follower.Follow(*kept.snapshot, kept.objects);
-  if (!status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(active->follower.Follow(*kept.snapshot, kept.objects));
   return active.get();
 }
 
@@ -100,8 +101,7 @@ absl::StatusOr<ExplorationProgress> MapExplorations::EndedProgress(const Kept& k
   const Exploration& exploration = kept.objects.exploration;
   if (const auto it = ended_.find(exploration.id); it != ended_.end()) return it->second;
   Active passing(max_cells_);
-  absl::Status status = passing.follower.Follow(*kept.snapshot, kept.objects);
-  if (!status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(passing.follower.Follow(*kept.snapshot, kept.objects));
   ExplorationProgress progress = Measure(&passing);
   // The robots' positions are lost, so that all floor looks reachable; but the exploration ended
   // because none of the rest was.
@@ -130,8 +130,8 @@ absl::StatusOr<ExplorationReport> MapExplorations::Get(ObjectId id, const std::s
   MutexLock lock(&mutex_);
   HYPERMAP_ASSIGN_OR_RETURN(Kept kept, Read(id));
   ExplorationReport report;
-  absl::Status status = SetFrame(*kept.snapshot, kept.layer->spec().frame_id, frame_id, &report);
-  if (!status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(
+      SetFrame(*kept.snapshot, kept.layer->spec().frame_id, frame_id, &report));
   HYPERMAP_ASSIGN_OR_RETURN(ExplorationProgress progress, Progress(kept));
   report.progress = progress;
   report.objects = std::move(kept.objects);
@@ -142,8 +142,7 @@ absl::StatusOr<ExplorationList> MapExplorations::List(const std::string& frame_i
   const SnapshotPtr snapshot = session_->snapshot();
   HYPERMAP_ASSIGN_OR_RETURN(const std::shared_ptr<const SemanticLayer> layer, FindLayer(*snapshot));
   ExplorationList list;
-  absl::Status status = SetFrame(*snapshot, FrameOf(layer.get(), *snapshot), frame_id, &list);
-  if (!status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(SetFrame(*snapshot, FrameOf(layer.get(), *snapshot), frame_id, &list));
   if (layer == nullptr) return list;
   HYPERMAP_ASSIGN_OR_RETURN(std::vector<ExplorationObjects> all, ReadExplorations(*layer));
   list.explorations = std::move(all);
@@ -157,8 +156,7 @@ absl::StatusOr<FrontierList> MapExplorations::ListFrontiers(ObjectId id,
   HYPERMAP_ASSIGN_OR_RETURN(const Kept kept, Read(id));
   const Exploration& exploration = kept.objects.exploration;
   FrontierList list;
-  absl::Status status = SetFrame(*kept.snapshot, kept.layer->spec().frame_id, frame_id, &list);
-  if (!status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(SetFrame(*kept.snapshot, kept.layer->spec().frame_id, frame_id, &list));
   if (!IsActive(exploration)) {
     return absl::FailedPreconditionError(
         absl::StrCat("exploration ", exploration.id, " has ended"));
@@ -196,9 +194,8 @@ absl::StatusOr<std::optional<ExplorationView>> MapExplorations::FindStarted(
   }
   HYPERMAP_ASSIGN_OR_RETURN(const Kept kept, Read(ids.back()));
   ExplorationView view;
-  absl::Status status =
-      SetFrame(*kept.snapshot, kept.layer->spec().frame_id, request.frame_id, &view);
-  if (!status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(
+      SetFrame(*kept.snapshot, kept.layer->spec().frame_id, request.frame_id, &view));
   view.revision = receipt->revision;
   // The state at the start: the exploration may have ended since.
   view.objects.exploration = kept.objects.exploration;
@@ -216,12 +213,13 @@ absl::StatusOr<MapExplorations::Trial> MapExplorations::Try(const Snapshot& snap
   HYPERMAP_ASSIGN_OR_RETURN(std::vector<ExplorationObjects> all, ReadExplorations(*layer));
   const auto num_active = std::count_if(
       all.begin(), all.end(), [](const auto& objects) { return IsActive(objects.exploration); });
-  if (num_active > static_cast<ptrdiff_t>(kMaxActive)) return TooManyActive();
+  if (num_active > static_cast<ptrdiff_t>(FixedLimits::kMaxActiveExplorations)) {
+    return TooManyActive();
+  }
   // The newest exploration comes first: it is the one that `batch` puts.
   Trial trial{std::move(all.front()), std::make_unique<Active>(max_cells_)};
   ExplorationFollower& follower = trial.active->follower;
-  absl::Status status = follower.Follow(*applied.snapshot, trial.objects);
-  if (!status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(follower.Follow(*applied.snapshot, trial.objects));
   const Explorer::Progress cells = follower.explorer().progress();
   if (cells.explored + cells.reachable + cells.unreachable > 0) return trial;
   return absl::FailedPreconditionError(absl::StrCat("there is no floor of layer \"",
@@ -235,7 +233,7 @@ absl::StatusOr<ExplorationView> MapExplorations::TryStart(const ExplorationStart
   ExplorationView view;
   absl::Status status =
       SetFrame(*snapshot, FrameOf(layer.get(), *snapshot), request.frame_id, &view);
-  if (!status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(status);
   HYPERMAP_ASSIGN_OR_RETURN(EditBatch batch,
                             StartBatch(*snapshot, request, session_->options().clock()));
   if (layer != nullptr) {
@@ -249,7 +247,7 @@ absl::StatusOr<ExplorationView> MapExplorations::TryStart(const ExplorationStart
   if (absl::IsAlreadyExists(receipt.status())) {
     return absl::AbortedError(receipt.status().message());
   }
-  if (!receipt.ok()) return receipt.status();
+  HYPERMAP_RETURN_IF_ERROR(receipt.status());
   view.revision = receipt->revision;
   view.objects = std::move(trial.objects);
   view.objects.exploration.id = receipt->object_ids.back();
@@ -268,8 +266,7 @@ absl::StatusOr<ExplorationView> MapExplorations::Stop(ObjectId id, const std::st
 absl::StatusOr<ExplorationView> MapExplorations::TryStop(ObjectId id, const std::string& author) {
   HYPERMAP_ASSIGN_OR_RETURN(Kept kept, Read(id));
   ExplorationView view;
-  absl::Status status = SetFrame(*kept.snapshot, kept.layer->spec().frame_id, "", &view);
-  if (!status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(SetFrame(*kept.snapshot, kept.layer->spec().frame_id, "", &view));
   if (IsActive(kept.objects.exploration)) {
     std::optional<ExplorationProgress> progress;
     if (active_.contains(kept.objects.exploration.id)) {

@@ -43,7 +43,6 @@ class MapSession;
 class MapExplorations {
  public:
   // Active explorations that a map may have at a time.
-  static constexpr size_t kMaxActive = 16;
 
   // `session` must outlive this. `max_cells` limits the cells in the box around an explored area.
   MapExplorations(MapSession* session, int64_t max_cells)
@@ -53,7 +52,7 @@ class MapExplorations {
 
   // Starts an exploration and creates the layers that are missing. INVALID_ARGUMENT naming the
   // field; NOT_FOUND for the occupancy layer; FAILED_PRECONDITION if the area has no floor;
-  // RESOURCE_EXHAUSTED if the area is too large or kMaxActive explorations are active.
+  // RESOURCE_EXHAUSTED if the area is too large or FixedLimits::kMaxActiveExplorations are active.
   absl::StatusOr<ExplorationView> Start(const ExplorationStart& request);
 
   // An exploration with its progress. If it has ended, the progress is that at its end; if it ended

@@ -3,7 +3,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <limits>
 #include <numbers>
 #include <set>
 #include <string>
@@ -11,7 +10,9 @@
 #include <utility>
 #include <vector>
 
+#include "base/limits/limits.h"
 #include "server/exploration/testing/exploration_site.h"
+#include "tests/support/not_finite.h"
 
 namespace hypermap::server {
 namespace {
@@ -22,7 +23,7 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::SizeIs;
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+using hypermap::testing::kNan;
 
 std::string MessageOf(const absl::Status& status) { return std::string(status.message()); }
 
@@ -168,7 +169,7 @@ TEST_F(MapExplorationsTest, AnAreaOfTooManyCellsIsRefusedNamingTheLimit) {
 
 TEST_F(MapExplorationsTest, SoManyGoOnAtATime) {
   Draw({"...."});
-  for (size_t i = 0; i < MapExplorations::kMaxActive; ++i) {
+  for (size_t i = 0; i < FixedLimits::kMaxActiveExplorations; ++i) {
     ASSERT_TRUE(explorations().Start(WholeArea()).ok());
   }
   EXPECT_TRUE(absl::IsResourceExhausted(explorations().Start(WholeArea()).status()));

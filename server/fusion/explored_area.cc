@@ -1,6 +1,7 @@
 #include "server/fusion/explored_area.h"
 
 #include "absl/strings/str_cat.h"
+#include "base/limits/limits.h"
 
 namespace hypermap::server {
 namespace {
@@ -21,7 +22,7 @@ ExploredArea::ExploredArea(const Snapshot& snapshot, const std::string& explorat
   grid_ = AsGrid(layer);
 }
 
-absl::Status ExploredArea::Check(const Polygon& area, const EditLimits& limits) const {
+absl::Status ExploredArea::Check(const Polygon& area, const Limits& limits) const {
   if (grid_ == nullptr || area.empty()) return absl::OkStatus();
   const Polygon in_layer = layer_from_frame_ * area;
   for (const Point& p : in_layer.outer()) {
@@ -30,10 +31,10 @@ absl::Status ExploredArea::Check(const Polygon& area, const EditLimits& limits) 
         absl::StrCat("free_space lies outside of what layer \"", layer_, "\" can hold"));
   }
   const CellCover cover(in_layer, grid_->geometry(), kAllCells, grid_->spec().explored_rule);
-  if (cover.bounds().num_cells() <= limits.max_cells_per_fill) return absl::OkStatus();
-  return absl::ResourceExhaustedError(
-      absl::StrCat("free_space spans ", cover.bounds().num_cells(), " cells of layer \"", layer_,
-                   "\", --max_cells is ", limits.max_cells_per_fill));
+  if (cover.bounds().num_cells() <= limits.max_cells) return absl::OkStatus();
+  return absl::ResourceExhaustedError(absl::StrCat("free_space spans ", cover.bounds().num_cells(),
+                                                   " cells of layer \"", layer_,
+                                                   "\", --max_cells is ", limits.max_cells));
 }
 
 void ExploredArea::Mark(const Polygon& area, std::vector<Edit>* edits) const {

@@ -7,7 +7,8 @@
 #include <vector>
 
 #include "absl/status/status.h"
-#include "map/edits/apply.h"
+#include "base/limits/limits.h"
+#include "map/edits/change.h"
 #include "map/edits/edit.h"
 #include "map/geometry/polygon.h"
 #include "map/layers/grid_layer.h"
@@ -26,7 +27,7 @@ class ExploredArea {
 
   // RESOURCE_EXHAUSTED if the area spans more cells than one edit may fill, INVALID_ARGUMENT if it
   // lies outside of the cell indices of the layer.
-  absl::Status Check(const Polygon& area, const EditLimits& limits) const;
+  absl::Status Check(const Polygon& area, const Limits& limits) const;
 
   // Adds an edit that marks the area as explored.
   void Mark(const Polygon& area, std::vector<Edit>* edits) const;

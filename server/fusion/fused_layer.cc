@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/limits/limits.h"
 #include "base/status/status_macros.h"
 #include "map/layers/semantic_layer.h"
 #include "server/fusion/explored_area.h"
@@ -137,7 +138,7 @@ absl::StatusOr<Observation> FusedLayer::AsKept(const Observation& observation,
 
 absl::StatusOr<ObservationVerdict> FusedLayer::Admit(const Observation& observation, absl::Time now,
                                                      const Snapshot& snapshot,
-                                                     const EditLimits& limits) {
+                                                     const Limits& limits) {
   const auto verdict = [&](ObservationOutcome outcome, absl::string_view message) {
     return ObservationVerdict{observation.robot, observation.sequence, outcome, 0,
                               std::string(message)};

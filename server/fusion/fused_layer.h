@@ -14,33 +14,17 @@
 #include "absl/status/statusor.h"
 #include "absl/time/time.h"
 #include "absl/types/span.h"
-#include "map/edits/apply.h"
+#include "base/limits/limits.h"
+#include "map/edits/change.h"
 #include "map/edits/edit.h"
 #include "map/fusion/strategy.h"
+#include "map/observations/observe_answers.h"
 #include "map/snapshot.h"
 #include "server/fusion/evidence_log.h"
 #include "server/fusion/fusion_options.h"
 #include "storage/fusion_log.h"
 
 namespace hypermap::server {
-
-enum class ObservationOutcome {
-  kAccepted,
-  kDuplicate,    // the layer has it already
-  kRefusedLate,  // older than the layer's newest by more than max_lateness
-  kInvalid,      // not a valid observation
-  kConflict,     // the layer has a different one with this robot and sequence
-};
-
-// The answer to one observation.
-struct ObservationVerdict {
-  std::string robot;
-  int64_t sequence = 0;
-  ObservationOutcome outcome = ObservationOutcome::kAccepted;
-  // The revision that contains the observation if it was accepted, otherwise the newest one.
-  Revision revision = 0;
-  std::string message;  // the reason if it was not accepted
-};
 
 // The fold of a log, and the objects of the layer that show it. A revision is made in these steps:
 //   1. Admit, Tell, Retract or Rebuild change the log.
@@ -76,7 +60,7 @@ class FusedLayer {
   // Judges an observation in the form in which it was sent, and adds it to the log if it is
   // accepted.
   absl::StatusOr<ObservationVerdict> Admit(const Observation& observation, absl::Time now,
-                                           const Snapshot& snapshot, const EditLimits& limits);
+                                           const Snapshot& snapshot, const Limits& limits);
 
   // Adds the fact that an operator put or removed `object` (for a removed one: as it was). The
   // snapshot that Fold gets must contain the operator's edit.

@@ -9,6 +9,7 @@
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
 #include "absl/time/time.h"
+#include "base/limits/limits.h"
 #include "map/fusion/strategy.h"
 #include "map/observations/observation.h"
 
@@ -36,7 +37,7 @@ struct FusionOptions {
   // Strategy of a layer whose settings name none. Empty: the first of fusion::StrategyNames.
   std::string default_strategy;
   // Limit of an observation's stamp behind the newest one of the layer, and ahead of the clock.
-  absl::Duration max_lateness = absl::Minutes(10);
+  absl::Duration max_lateness = Limits().max_lateness;
   // Number of log entries between two checkpoints in memory, and between two stored ones.
   int entries_per_checkpoint = 16;
   int entries_per_stored_checkpoint = 256;

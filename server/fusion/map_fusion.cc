@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/limits/limits.h"
 #include "base/status/status_macros.h"
 #include "map/layers/semantic_layer.h"
 
@@ -41,7 +42,7 @@ absl::Status Mismatch(const std::string& layer, absl::string_view what, const st
 
 absl::StatusOr<std::unique_ptr<MapFusion>> MapFusion::Open(storage::FusionLog* stored,
                                                            const FusionOptions* options,
-                                                           const EditLimits& limits) {
+                                                           const Limits& limits) {
   std::unique_ptr<MapFusion> fusion(new MapFusion(stored, options, limits));
   HYPERMAP_RETURN_IF_ERROR(fusion->Reset());
   return fusion;
@@ -197,7 +198,7 @@ absl::Status MapFusion::Begin(const Snapshot& snapshot, const StartFusion& comma
   }
   if (!settings.exploration_layer.empty()) {
     auto status = CheckKind(snapshot, settings.exploration_layer, LayerKind::kExploration);
-    if (!status.ok()) return status;
+    HYPERMAP_RETURN_IF_ERROR(status);
   }
   HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<FusedLayer> fused,
                             FusedLayer::Begin(command.layer, settings, stored_, options_));
@@ -208,7 +209,7 @@ absl::Status MapFusion::Begin(const Snapshot& snapshot, const StartFusion& comma
 
 absl::StatusOr<FusionReaction> MapFusion::Do(const Snapshot& snapshot, const StartFusion& command) {
   auto status = CheckKind(snapshot, command.layer, LayerKind::kSemantic);
-  if (!status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(status);
   if (settings_.count(command.layer) == 0) {
     HYPERMAP_RETURN_IF_ERROR(Begin(snapshot, command));
     return Fold(snapshot, {layers_[command.layer].get()});
@@ -230,7 +231,7 @@ absl::StatusOr<FusionReaction> MapFusion::Do(const Snapshot& snapshot, const Sta
                     wanted.exploration_layer);
   }
   status = CheckKind(snapshot, wanted.exploration_layer, LayerKind::kExploration);
-  if (!status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(status);
   settings.exploration_layer = wanted.exploration_layer;
   fused->SetExplorationLayer(settings.exploration_layer);
   settings_[command.layer] = settings;

@@ -13,7 +13,8 @@
 #include "absl/status/statusor.h"
 #include "absl/time/time.h"
 #include "absl/types/span.h"
-#include "map/edits/apply.h"
+#include "base/limits/limits.h"
+#include "map/edits/change.h"
 #include "map/edits/edit.h"
 #include "map/snapshot.h"
 #include "server/fusion/fused_layer.h"
@@ -72,7 +73,7 @@ class MapFusion {
   // `stored` and `options` must outlive this.
   static absl::StatusOr<std::unique_ptr<MapFusion>> Open(storage::FusionLog* stored,
                                                          const FusionOptions* options,
-                                                         const EditLimits& limits);
+                                                         const Limits& limits);
 
   // OK, or the error for which the revisions since the last Written must be dropped.
   const absl::Status& broken() const { return broken_; }
@@ -111,7 +112,7 @@ class MapFusion {
   void KeepCheckpoints();
 
  private:
-  MapFusion(storage::FusionLog* stored, const FusionOptions* options, const EditLimits& limits)
+  MapFusion(storage::FusionLog* stored, const FusionOptions* options, const Limits& limits)
       : stored_(stored), options_(options), limits_(limits) {}
 
   absl::StatusOr<FusionReaction> Do(const Snapshot& snapshot, const StartFusion& command);
@@ -134,7 +135,7 @@ class MapFusion {
 
   storage::FusionLog* const stored_;
   const FusionOptions* const options_;
-  const EditLimits limits_;
+  const Limits limits_;
   std::map<std::string, storage::FusionSettings> settings_;    // of all fused layers
   std::map<std::string, std::unique_ptr<FusedLayer>> layers_;  // the loaded ones
   // Layers that were deleted since the last Written: the store still has their logs.

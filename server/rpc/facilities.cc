@@ -1,16 +1,11 @@
 #include "server/rpc/facilities.h"
 
 #include "absl/strings/str_cat.h"
+#include "base/limits/limits.h"
 #include "base/status/status_macros.h"
 #include "map/layers/layer_spec.h"
 
 namespace hypermap::server {
-namespace {
-
-constexpr size_t kMaxRequestIdLength = 128;
-
-}  // namespace
-
 absl::StatusOr<std::shared_ptr<MapSession>> FindMap(const Facilities& facilities,
                                                     const std::string& map) {
   HYPERMAP_RETURN_IF_ERROR(ValidateName("map", map));
@@ -18,9 +13,9 @@ absl::StatusOr<std::shared_ptr<MapSession>> FindMap(const Facilities& facilities
 }
 
 absl::Status ValidateRequestId(const std::string& request_id) {
-  if (request_id.size() <= kMaxRequestIdLength) return absl::OkStatus();
+  if (request_id.size() <= FixedLimits::kMaxRequestIdLength) return absl::OkStatus();
   return absl::InvalidArgumentError(
-      absl::StrCat("request_id is longer than ", kMaxRequestIdLength, " characters"));
+      absl::StrCat("request_id is longer than ", FixedLimits::kMaxRequestIdLength, " characters"));
 }
 
 }  // namespace hypermap::server

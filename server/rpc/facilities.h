@@ -2,41 +2,21 @@
 #ifndef HYPERMAP_SERVER_RPC_FACILITIES_H_
 #define HYPERMAP_SERVER_RPC_FACILITIES_H_
 
-#include <cstdint>
 #include <memory>
 #include <string>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
-#include "absl/time/time.h"
+#include "base/limits/limits.h"
 #include "server/rpc/worker_pool.h"
 #include "server/session/site.h"
-#include "wire/limits.h"
 
 namespace hypermap::server {
-
-// A request that exceeds a limit is refused with RESOURCE_EXHAUSTED, naming the flag of that name.
-// The chunk sizes bound the messages of streamed answers instead.
-struct ServiceLimits {
-  wire::DecodeLimits decode;
-  int max_nearest = 1000;
-  int max_points = 65'536;
-  int64_t max_import_bytes = int64_t{256} << 20;
-  // Number of cells in the box around an explored area.
-  int64_t max_exploration_cells = 25'000'000;
-  int chunk_items = 2048;
-  int64_t max_chunk_bytes = 256 << 10;
-  int max_watchers = 1000;
-  // Number of revisions that a watch may fall behind.
-  int64_t max_watch_lag = 500'000;
-  // Longest time between two messages of a watch.
-  absl::Duration watch_progress = absl::Seconds(10);
-};
 
 // All pointers must outlive the services.
 struct Facilities {
   Site* site;
-  ServiceLimits limits;
+  Limits limits;
   // For queries and edits: short tasks.
   WorkerPool* workers;
   // For tasks that read or write files, which take long.

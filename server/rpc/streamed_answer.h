@@ -22,6 +22,7 @@
 #include "absl/time/clock.h"
 #include "absl/time/time.h"
 #include "base/status/status_macros.h"
+#include "base/sync/handed_over.h"
 #include "server/rpc/raw_messages.h"
 #include "server/rpc/request_log.h"
 #include "server/rpc/revision_wait.h"
@@ -104,10 +105,14 @@ class StreamedAnswer final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
   }
 
   void OnWriteDone(bool ok) override {
+    TakeOver(this);
     if (!ok) return End(absl::CancelledError("the caller went away"));
     RunOnWorker();
   }
-  void OnDone() override { delete this; }
+  void OnDone() override {
+    TakeOver(this);
+    delete this;
+  }
 
  private:
   using Step = typename Source::Step;
@@ -152,15 +157,20 @@ class StreamedAnswer final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
   }
 
   void Write() {
-    if (!source_->done()) return StartWrite(&message_);
+    if (!source_->done()) {
+      HandOver(this);
+      return StartWrite(&message_);
+    }
     log_.Finished(absl::OkStatus(), source_->items());
     source_.reset();
+    HandOver(this);
     // One operation instead of two.
     StartWriteAndFinish(&message_, grpc::WriteOptions(), grpc::Status::OK);
   }
 
   void End(const absl::Status& status) {
     log_.Finished(status, source_ ? source_->items() : 0);
+    HandOver(this);
     Finish(wire::EncodeStatus(status));
   }
 

@@ -13,9 +13,9 @@
 #include "server/services/backup_source.h"
 #include "server/services/export_source.h"
 #include "server/services/import_call.h"
+#include "wire/catalog.h"
 #include "wire/geometry.h"
 #include "wire/layer.h"
-#include "wire/time.h"
 
 namespace hypermap::server {
 namespace {
@@ -24,8 +24,10 @@ constexpr char kDefaultFrame[] = "map";
 
 void EncodeEntry(const Site::Entry& entry, v1::Map* message) {
   if (entry.session) return EncodeMap(*entry.session, message);
-  message->set_name(entry.name);
-  message->set_problem(entry.problem.ToString());
+  MapEntry broken;
+  broken.name = entry.name;
+  broken.problem = entry.problem.ToString();
+  wire::EncodeMapEntry(broken, message);
 }
 
 }  // namespace

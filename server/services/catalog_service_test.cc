@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "base/limits/limits.h"
 #include "server/services/testing/test_server.h"
 
 namespace hypermap::server {
@@ -70,8 +71,8 @@ class CatalogServiceTest : public ::testing::Test {
     return message;
   }
 
-  static ServiceLimits SmallLimits() {
-    ServiceLimits limits;
+  static Limits SmallLimits() {
+    Limits limits;
     limits.max_import_bytes = 2000;
     limits.max_chunk_bytes = 16;
     return limits;

@@ -36,7 +36,7 @@ absl::Status EditService::StartEdits(UnaryCallPtr call, const v1::ApplyEditsRequ
                             FindMap(facilities_, request.map()));
   HYPERMAP_RETURN_IF_ERROR(ValidateRequestId(request.request_id()));
   HYPERMAP_ASSIGN_OR_RETURN(EditBatch batch,
-                            wire::DecodeEdits(request.edits(), facilities_.limits.decode));
+                            wire::DecodeEdits(request.edits(), facilities_.limits));
   HYPERMAP_ASSIGN_OR_RETURN(std::vector<LayerVersion> if_layers,
                             wire::DecodeLayerVersions("if_layers", request.if_layers()));
   batch.if_layers = std::move(if_layers);

@@ -1,58 +1,17 @@
 #include "server/services/exploration_service.h"
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 
 #include "base/status/status_macros.h"
 #include "server/exploration/exploration_calls.h"
 #include "wire/exploration.h"
-#include "wire/geometry.h"
-#include "wire/layer.h"
-#include "wire/time.h"
+#include "wire/exploration_requests.h"
 
 namespace hypermap::server {
 namespace {
-
-absl::StatusOr<absl::Duration> DecodeLease(bool has_lease,
-                                           const google::protobuf::Duration& lease) {
-  if (!has_lease) return kDefaultLease;
-  return wire::DecodeDuration("lease", lease);
-}
-
-absl::StatusOr<ExplorationStart> DecodeStart(const v1::StartExplorationRequest& request,
-                                             const wire::DecodeLimits& limits) {
-  HYPERMAP_RETURN_IF_ERROR(ValidateRequestId(request.request_id()));
-  if (!request.has_area()) return absl::InvalidArgumentError("area is missing");
-  HYPERMAP_ASSIGN_OR_RETURN(Polygon area, wire::DecodePolygon("area", request.area(), limits));
-  HYPERMAP_ASSIGN_OR_RETURN(const CellRule rule,
-                            wire::DecodeCellRule("explored_rule", request.explored_rule()));
-  ExplorationStart start;
-  start.area = std::move(area);
-  start.frame_id = request.frame_id();
-  start.occupancy_layer = request.occupancy_layer();
-  start.exploration_layer = request.exploration_layer();
-  start.explored_rule = rule;
-  start.robot_radius_m = request.robot_radius_m();
-  if (request.range_m() != 0.0) start.range_m = request.range_m();
-  if (request.min_gain_cells() != 0) start.min_gain_cells = request.min_gain_cells();
-  start.request_id = request.request_id();
-  return start;
-}
-
-absl::StatusOr<GoalClaim> DecodeClaim(const v1::ClaimGoalRequest& request) {
-  if (!request.has_pose()) return absl::InvalidArgumentError("pose is missing");
-  HYPERMAP_ASSIGN_OR_RETURN(const PlanarTransform pose, wire::DecodePose("pose", request.pose()));
-  HYPERMAP_ASSIGN_OR_RETURN(const absl::Duration lease,
-                            DecodeLease(request.has_lease(), request.lease()));
-  GoalClaim claim;
-  claim.exploration_id = request.exploration_id();
-  claim.robot = request.robot();
-  claim.place = {pose.x(), pose.y()};
-  claim.frame_id = request.frame_id();
-  claim.lease = lease;
-  return claim;
-}
 
 // Logs the commit, if the call made one.
 void LogEdits(const UnaryCall& call, const ExplorationAnswer& answer,
@@ -83,13 +42,14 @@ grpc::ServerUnaryReactor* ExplorationService::StartExploration(
       context, "StartExploration", request, response,
       [this, request, response](const UnaryCall& call,
                                 MapExplorations& explorations) -> absl::StatusOr<int64_t> {
+        HYPERMAP_RETURN_IF_ERROR(ValidateRequestId(request->request_id()));
         HYPERMAP_ASSIGN_OR_RETURN(ExplorationStart start,
-                                  DecodeStart(*request, facilities_.limits.decode));
+                                  wire::DecodeStart(*request, facilities_.limits));
         start.author = call.log().author();
         HYPERMAP_ASSIGN_OR_RETURN(const ExplorationView view, explorations.Start(start));
         LogEdits(call, view, request->request_id());
         response->set_revision(view.revision);
-        wire::EncodeExploration(view.objects, view.frame_from_layer,
+        wire::EncodeExploration(ViewOf(view.objects, view.frame_from_layer),
                                 response->mutable_exploration());
         return 1;
       });
@@ -106,11 +66,9 @@ grpc::ServerUnaryReactor* ExplorationService::GetExploration(
                                   explorations.Get(request->exploration_id(), request->frame_id()));
         response->set_revision(report.revision);
         response->set_frame_id(report.frame_id);
-        wire::EncodeExploration(report.objects, report.frame_from_layer,
+        wire::EncodeExploration(ViewOf(report.objects, report.frame_from_layer),
                                 response->mutable_exploration());
-        const ExplorationProgress& progress = report.progress;
-        wire::EncodeProgress(progress.cells, progress.cell_area_m2, progress.rate_m2_per_s,
-                             response->mutable_progress());
+        wire::EncodeProgress(report.progress, response->mutable_progress());
         return 1;
       });
 }
@@ -127,7 +85,8 @@ grpc::ServerUnaryReactor* ExplorationService::ListExplorations(
         response->set_revision(list.revision);
         response->set_frame_id(list.frame_id);
         for (const ExplorationObjects& objects : list.explorations) {
-          wire::EncodeExploration(objects, list.frame_from_layer, response->add_explorations());
+          wire::EncodeExploration(ViewOf(objects, list.frame_from_layer),
+                                  response->add_explorations());
         }
         return response->explorations_size();
       });
@@ -147,8 +106,9 @@ grpc::ServerUnaryReactor* ExplorationService::ListFrontiers(grpc::CallbackServer
         response->set_frame_id(list.frame_id);
         response->set_exploration_id(list.exploration_id);
         for (const Explorer::FrontierView& frontier : list.frontiers) {
-          wire::EncodeFrontier(frontier, list.geometry, list.frame_from_floor,
-                               request->with_cells(), response->add_frontiers());
+          wire::EncodeFrontier(
+              ViewOf(frontier, list.geometry, list.frame_from_floor, request->with_cells()),
+              response->add_frontiers());
         }
         return response->frontiers_size();
       });
@@ -161,18 +121,15 @@ grpc::ServerUnaryReactor* ExplorationService::ClaimGoal(grpc::CallbackServerCont
       context, "ClaimGoal", request, response,
       [request, response](const UnaryCall& call,
                           MapExplorations& explorations) -> absl::StatusOr<int64_t> {
-        HYPERMAP_ASSIGN_OR_RETURN(GoalClaim claim, DecodeClaim(*request));
+        HYPERMAP_ASSIGN_OR_RETURN(GoalClaim claim, wire::DecodeClaim(*request));
         claim.author = call.log().author();
         HYPERMAP_ASSIGN_OR_RETURN(const ClaimAnswer answer, explorations.Claim(claim));
         LogEdits(call, answer);
         response->set_revision(answer.revision);
         response->set_frame_id(answer.frame_id);
-        response->set_exploration_id(answer.exploration_id);
-        response->set_state(wire::EncodeExplorationState(answer.state));
-        response->set_end_reason(wire::EncodeEndReason(answer.end_reason));
-        if (answer.goal) {
-          wire::EncodeGoal(*answer.goal, answer.frame_from_layer, response->mutable_goal());
-        }
+        ClaimResult result{answer.exploration_id, answer.state, answer.end_reason, std::nullopt};
+        if (answer.goal) result.goal = ViewOf(*answer.goal, answer.frame_from_layer);
+        wire::EncodeClaimResult(result, response);
         return answer.goal ? 1 : 0;
       });
 }
@@ -184,14 +141,12 @@ grpc::ServerUnaryReactor* ExplorationService::RenewGoal(grpc::CallbackServerCont
       context, "RenewGoal", request, response,
       [request, response](const UnaryCall& call,
                           MapExplorations& explorations) -> absl::StatusOr<int64_t> {
-        HYPERMAP_ASSIGN_OR_RETURN(const absl::Duration lease,
-                                  DecodeLease(request->has_lease(), request->lease()));
-        HYPERMAP_ASSIGN_OR_RETURN(
-            const GoalAnswer answer,
-            explorations.Renew({request->robot(), request->goal_id(), lease, call.log().author()}));
+        HYPERMAP_ASSIGN_OR_RETURN(GoalRenewal renewal, wire::DecodeRenewal(*request));
+        renewal.author = call.log().author();
+        HYPERMAP_ASSIGN_OR_RETURN(const GoalAnswer answer, explorations.Renew(renewal));
         LogEdits(call, answer);
         response->set_revision(answer.revision);
-        wire::EncodeGoal(answer.goal, answer.frame_from_layer, response->mutable_goal());
+        wire::EncodeGoal(ViewOf(answer.goal, answer.frame_from_layer), response->mutable_goal());
         return 1;
       });
 }
@@ -203,11 +158,9 @@ grpc::ServerUnaryReactor* ExplorationService::ReleaseGoal(grpc::CallbackServerCo
       context, "ReleaseGoal", request, response,
       [request, response](const UnaryCall& call,
                           MapExplorations& explorations) -> absl::StatusOr<int64_t> {
-        HYPERMAP_ASSIGN_OR_RETURN(const GoalOutcome outcome,
-                                  wire::DecodeGoalOutcome("outcome", request->outcome()));
-        HYPERMAP_ASSIGN_OR_RETURN(const ExplorationAnswer answer,
-                                  explorations.Release({request->robot(), request->goal_id(),
-                                                        outcome, call.log().author()}));
+        HYPERMAP_ASSIGN_OR_RETURN(GoalRelease release, wire::DecodeRelease(*request));
+        release.author = call.log().author();
+        HYPERMAP_ASSIGN_OR_RETURN(const ExplorationAnswer answer, explorations.Release(release));
         LogEdits(call, answer);
         response->set_revision(answer.revision);
         return 1;
@@ -226,7 +179,7 @@ grpc::ServerUnaryReactor* ExplorationService::StopExploration(
             explorations.Stop(request->exploration_id(), call.log().author()));
         LogEdits(call, view);
         response->set_revision(view.revision);
-        wire::EncodeExploration(view.objects, view.frame_from_layer,
+        wire::EncodeExploration(ViewOf(view.objects, view.frame_from_layer),
                                 response->mutable_exploration());
         return 1;
       });

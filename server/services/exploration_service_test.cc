@@ -2,7 +2,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <limits>
 #include <memory>
 #include <numbers>
 #include <string>
@@ -10,6 +9,7 @@
 
 #include "hypermap/v1/exploration_service.grpc.pb.h"
 #include "server/services/testing/test_server.h"
+#include "tests/support/not_finite.h"
 #include "wire/geometry.h"
 #include "wire/time.h"
 
@@ -19,7 +19,7 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::UnorderedElementsAre;
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+using hypermap::testing::kNan;
 
 v1::Polygon PolygonOf(const std::vector<Point>& points) {
   v1::Polygon message;

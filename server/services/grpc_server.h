@@ -24,7 +24,7 @@ struct GrpcServerOptions {
   // HOST:PORT; port 0 takes a free port.
   std::string listen;
   // Size limit of requests and responses.
-  int max_message_bytes = 16 << 20;
+  int max_message_bytes = Limits().max_message_bytes;
   tls::ServerFiles tls = {};
 };
 

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/limits/limits.h"
 #include "base/status/status_macros.h"
 #include "server/rpc/wanted.h"
 #include "server/services/map_files.h"
@@ -12,8 +13,6 @@
 
 namespace hypermap::server {
 namespace {
-
-constexpr size_t kMaxFiles = 16;
 
 absl::Status ValidateFileName(const std::string& name) {
   if (name.empty()) return absl::InvalidArgumentError("chunk.file_name is empty");
@@ -65,8 +64,9 @@ absl::Status ImportCall::TakeChunk(v1::FileChunk* chunk) {
     return absl::OkStatus();
   }
   HYPERMAP_RETURN_IF_ERROR(ValidateFileName(chunk->file_name()));
-  if (files_.size() == kMaxFiles) {
-    return absl::ResourceExhaustedError(absl::StrCat("more than ", kMaxFiles, " files"));
+  if (files_.size() == FixedLimits::kMaxImportFiles) {
+    return absl::ResourceExhaustedError(
+        absl::StrCat("more than ", FixedLimits::kMaxImportFiles, " files"));
   }
   if (std::any_of(files_.begin(), files_.end(),
                   [&](const auto& file) { return file.name == chunk->file_name(); })) {

@@ -1,45 +1,16 @@
 #include "server/services/ingest_service.h"
 
-#include <array>
 #include <memory>
 #include <utility>
 
 #include "base/status/status_macros.h"
 #include "server/services/observe_call.h"
 #include "server/session/object_history.h"
+#include "wire/ingest.h"
 #include "wire/time.h"
 
 namespace hypermap::server {
 namespace {
-
-constexpr std::array<std::pair<ObjectEvent::Kind, v1::ObjectEventKind>, 6> kEventKinds{{
-    {ObjectEvent::Kind::kFounded, v1::OBJECT_EVENT_KIND_FOUNDED},
-    {ObjectEvent::Kind::kSeen, v1::OBJECT_EVENT_KIND_SEEN},
-    {ObjectEvent::Kind::kMissed, v1::OBJECT_EVENT_KIND_MISSED},
-    {ObjectEvent::Kind::kMerged, v1::OBJECT_EVENT_KIND_MERGED},
-    {ObjectEvent::Kind::kPinned, v1::OBJECT_EVENT_KIND_PINNED},
-    {ObjectEvent::Kind::kRemoved, v1::OBJECT_EVENT_KIND_REMOVED},
-}};
-
-v1::ObjectEventKind EncodeEventKind(ObjectEvent::Kind kind) {
-  for (const auto& [domain, message] : kEventKinds) {
-    if (domain == kind) return message;
-  }
-  return v1::OBJECT_EVENT_KIND_UNSPECIFIED;
-}
-
-void EncodeEvent(const ObjectEvent& event, v1::ObjectEvent* message) {
-  message->set_kind(EncodeEventKind(event.kind));
-  if (!event.at.robot.empty()) {
-    message->set_robot(event.at.robot);
-    message->set_sequence(event.at.sequence);
-    wire::EncodeTime(event.at.stamp, message->mutable_stamp());
-  }
-  message->set_detection(event.detection);
-  message->set_score(event.score);
-  if (event.existence) message->set_existence(*event.existence);
-  message->set_track(event.track);
-}
 
 // Hands a command to the map's writer, which ends the call when the result is on disk.
 template <typename Request, typename Response>
@@ -105,17 +76,11 @@ absl::StatusOr<int64_t> IngestService::Explain(const UnaryCall& call,
                                                v1::ExplainObjectResponse* response) const {
   HYPERMAP_ASSIGN_OR_RETURN(const std::shared_ptr<MapSession> session,
                             FindMap(facilities_, request.map()));
-  const absl::StatusOr<ObjectHistory> history = server::ExplainObject(
-      *session, request.layer(), request.object_id(), [&call] { return call.CheckWanted(); });
-  if (!history.ok()) return history.status();
-  response->set_map(request.map());
-  response->set_revision(history->revision);
-  response->set_object_id(request.object_id());
-  response->set_strategy(history->settings.strategy);
-  response->set_parameters(history->settings.parameters);
-  response->set_track(history->track);
-  for (const ObjectEvent& event : history->events) EncodeEvent(event, response->add_events());
-  return static_cast<int64_t>(history->events.size());
+  HYPERMAP_ASSIGN_OR_RETURN(const ObjectHistory history,
+                            server::ExplainObject(*session, request.layer(), request.object_id(),
+                                                  [&call] { return call.CheckWanted(); }));
+  wire::EncodeObjectHistory(history, response);
+  return static_cast<int64_t>(history.events.size());
 }
 
 }  // namespace hypermap::server

@@ -273,8 +273,8 @@ TEST_F(IngestServiceTest, LayerIsRebuiltRetractedAndExplained) {
   ASSERT_THAT(history->events, SizeIs(2));
   EXPECT_EQ(history->events[0].kind, client::ObjectEventKind::kFounded);
   EXPECT_EQ(history->events[1].kind, client::ObjectEventKind::kSeen);
-  EXPECT_EQ(history->events[1].robot, "b");
-  EXPECT_EQ(history->events[1].stamp, absl::FromUnixSeconds(1'700'000'001));
+  EXPECT_EQ(history->events[1].at.robot, "b");
+  EXPECT_EQ(history->events[1].at.stamp, absl::FromUnixSeconds(1'700'000'001));
   EXPECT_EQ(history->events[1].existence, 1.0);
   EXPECT_TRUE(absl::IsNotFound(client_.ExplainObject("site", "things", 77).status()));
   EXPECT_TRUE(absl::IsFailedPrecondition(client_.ExplainObject("site", "seen", 1).status()));

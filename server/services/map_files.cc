@@ -3,6 +3,7 @@
 #include <string>
 
 #include "absl/strings/str_cat.h"
+#include "base/limits/limits.h"
 #include "base/status/status_macros.h"
 #include "storage/interchange/geojson.h"
 #include "storage/interchange/hmap.h"
@@ -23,13 +24,6 @@ absl::StatusOr<const storage::NamedFile*> OnlyFile(const std::vector<storage::Na
   if (files.size() == 1) return &files.front();
   return absl::InvalidArgumentError(
       absl::StrCat("the format takes one file, there are ", files.size()));
-}
-
-storage::ImportLimits LimitsOfImports(const ServiceLimits& limits) {
-  storage::ImportLimits import_limits;
-  import_limits.max_image_pixels = limits.decode.max_cells;
-  import_limits.max_vertices_per_polygon = limits.decode.max_vertices;
-  return import_limits;
 }
 
 // The snapshot with the named layers only; without names, with all layers. NOT_FOUND.
@@ -74,22 +68,20 @@ absl::StatusOr<storage::ExportedFiles> EncodeNav2Files(const Snapshot& snapshot,
 
 absl::StatusOr<storage::ImportedMap> DecodeFiles(const v1::ImportHeader& header,
                                                  const std::vector<storage::NamedFile>& files,
-                                                 const Snapshot* snapshot,
-                                                 const ServiceLimits& limits) {
-  const storage::ImportLimits import_limits = LimitsOfImports(limits);
+                                                 const Snapshot* snapshot, const Limits& limits) {
   if (header.format() == v1::FILE_FORMAT_NAV2) {
     const std::string layer = header.layer().empty() ? kDefaultNav2Layer : header.layer();
-    return storage::DecodeNav2(files, layer, header.frame_id(), import_limits);
+    return storage::DecodeNav2(files, layer, header.frame_id(), limits);
   }
   if (header.format() != v1::FILE_FORMAT_HMAP && header.format() != v1::FILE_FORMAT_GEOJSON) {
     return UnknownFormat(header.format());
   }
   HYPERMAP_ASSIGN_OR_RETURN(const storage::NamedFile* const file, OnlyFile(files));
   if (header.format() == v1::FILE_FORMAT_HMAP) {
-    return storage::DecodeHmap(file->data, import_limits);
+    return storage::DecodeHmap(file->data, limits);
   }
   if (header.layer().empty()) return absl::InvalidArgumentError("layer is missing");
-  return storage::DecodeGeoJson(file->data, header.layer(), snapshot, import_limits);
+  return storage::DecodeGeoJson(file->data, header.layer(), snapshot, limits);
 }
 
 absl::StatusOr<storage::ExportedFiles> EncodeFiles(const v1::ExportMapRequest& request,

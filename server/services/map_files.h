@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "base/limits/limits.h"
 #include "hypermap/v1/catalog_service.pb.h"
 #include "map/snapshot.h"
 #include "server/rpc/facilities.h"
@@ -16,8 +17,7 @@ namespace hypermap::server {
 // an unknown format; other errors are those of the format's decoder.
 absl::StatusOr<storage::ImportedMap> DecodeFiles(const v1::ImportHeader& header,
                                                  const std::vector<storage::NamedFile>& files,
-                                                 const Snapshot* snapshot,
-                                                 const ServiceLimits& limits);
+                                                 const Snapshot* snapshot, const Limits& limits);
 
 // Encodes the requested layers as files. NOT_FOUND for a layer; INVALID_ARGUMENT for an unknown
 // format; other errors are those of the format's encoder.

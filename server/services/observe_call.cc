@@ -1,66 +1,14 @@
 #include "server/services/observe_call.h"
 
-#include <array>
 #include <utility>
 
-#include "absl/strings/str_cat.h"
 #include "base/status/status_macros.h"
 #include "server/rpc/wanted.h"
+#include "wire/ingest.h"
 #include "wire/observation.h"
 #include "wire/status.h"
 
 namespace hypermap::server {
-namespace {
-
-constexpr std::array<std::pair<ObservationOutcome, v1::ObservationOutcome>, 5> kOutcomes{{
-    {ObservationOutcome::kAccepted, v1::OBSERVATION_OUTCOME_ACCEPTED},
-    {ObservationOutcome::kDuplicate, v1::OBSERVATION_OUTCOME_DUPLICATE},
-    {ObservationOutcome::kRefusedLate, v1::OBSERVATION_OUTCOME_REFUSED_LATE},
-    {ObservationOutcome::kInvalid, v1::OBSERVATION_OUTCOME_INVALID},
-    {ObservationOutcome::kConflict, v1::OBSERVATION_OUTCOME_CONFLICT},
-}};
-
-v1::ObservationOutcome EncodeOutcome(ObservationOutcome outcome) {
-  for (const auto& [domain, message] : kOutcomes) {
-    if (domain == outcome) return message;
-  }
-  return v1::OBSERVATION_OUTCOME_UNSPECIFIED;
-}
-
-void EncodeVerdict(const ObservationVerdict& verdict, v1::ObservationAcknowledgement* message) {
-  message->set_robot(verdict.robot);
-  message->set_sequence(verdict.sequence);
-  message->set_outcome(EncodeOutcome(verdict.outcome));
-  message->set_revision(verdict.revision);
-  message->set_message(verdict.message);
-}
-
-// The acknowledgement of an observation that can't be decoded.
-v1::ObservationAcknowledgement Invalid(const v1::Observation& observation,
-                                       const absl::Status& status) {
-  v1::ObservationAcknowledgement acknowledgement;
-  acknowledgement.set_robot(observation.robot());
-  acknowledgement.set_sequence(observation.sequence());
-  acknowledgement.set_outcome(v1::OBSERVATION_OUTCOME_INVALID);
-  acknowledgement.set_message(std::string(status.message()));
-  return acknowledgement;
-}
-
-// Encodes ascending sequence numbers as ranges of consecutive ones.
-void EncodeRanges(const std::vector<int64_t>& sequences,
-                  google::protobuf::RepeatedPtrField<v1::SequenceRange>* ranges) {
-  for (const int64_t sequence : sequences) {
-    if (!ranges->empty() && ranges->rbegin()->last() == sequence - 1) {
-      ranges->rbegin()->set_last(sequence);
-      continue;
-    }
-    v1::SequenceRange* range = ranges->Add();
-    range->set_first(sequence);
-    range->set_last(sequence);
-  }
-}
-
-}  // namespace
 
 ObserveCall::ObserveCall(const grpc::CallbackServerContext* context, const Facilities* facilities)
     : context_(context), facilities_(facilities), log_(*context, "Observe", "") {
@@ -180,22 +128,20 @@ absl::Status ObserveCall::Open(const v1::ObserveOpening& opening) {
   session_ = std::move(session);
   layer_ = opening.layer();
   HYPERMAP_RETURN_IF_ERROR(Start(opening).status());
-  v1::ObserveOpened opened;
+  OpenedLayer opened;
   absl::Status status = session_->InspectFusion(layer_, [&](FusedLayer& fused) -> absl::Status {
     const storage::FusionSettings& settings = fused.settings();
-    opened.set_strategy(settings.strategy);
-    opened.set_parameters(settings.parameters);
-    opened.set_exploration_layer(settings.exploration_layer);
+    opened = {settings.strategy, settings.parameters, settings.exploration_layer, {}};
     if (opening.robot().empty()) return absl::OkStatus();
     HYPERMAP_ASSIGN_OR_RETURN(const std::vector<int64_t> known,
                               fused.log().Sequences(opening.robot()));
-    EncodeRanges(known, opened.mutable_known());
+    opened.known = RangesOf(known);
     return absl::OkStatus();
   });
   if (!status.ok()) return status;
   Change([&] {
     mutex_.AssertHeld();
-    *next_.mutable_opened() = std::move(opened);
+    wire::EncodeOpened(opened, next_.mutable_opened());
     has_next_ = true;
     opened_ = true;
   });
@@ -203,15 +149,15 @@ absl::Status ObserveCall::Open(const v1::ObserveOpening& opening) {
 }
 
 void ObserveCall::Submit(const v1::ObserveRequest& request) {
-  std::vector<v1::ObservationAcknowledgement> invalid;
+  std::vector<ObservationVerdict> invalid;
   ObservationSubmission submission{layer_, {}, log_.author()};
   for (const v1::Observation& message : request.observations()) {
     absl::StatusOr<Observation> observation =
-        wire::DecodeObservation("", message, facilities_->limits.decode);
+        wire::DecodeObservation("", message, facilities_->limits);
     if (observation.ok()) {
       submission.observations.push_back(*std::move(observation));
     } else {
-      invalid.push_back(Invalid(message, observation.status()));
+      invalid.push_back(wire::InvalidVerdict(message, observation.status()));
     }
   }
   session_->Observe(std::move(submission),
@@ -222,16 +168,16 @@ void ObserveCall::Submit(const v1::ObserveRequest& request) {
 }
 
 void ObserveCall::Answer(const absl::StatusOr<std::vector<ObservationVerdict>>& verdicts,
-                         std::vector<v1::ObservationAcknowledgement> invalid) {
+                         std::vector<ObservationVerdict> invalid) {
   if (!verdicts.ok()) return EndRequest(verdicts.status());
   {
     MutexLock lock(&mutex_);
     for (const ObservationVerdict& verdict : *verdicts) {
-      EncodeVerdict(verdict, next_.add_acknowledgements());
+      wire::EncodeVerdict(verdict, next_.add_acknowledgements());
     }
-    for (v1::ObservationAcknowledgement& acknowledgement : invalid) {
-      acknowledgement.set_revision(session_->snapshot()->revision);
-      *next_.add_acknowledgements() = std::move(acknowledgement);
+    for (ObservationVerdict& verdict : invalid) {
+      verdict.revision = session_->snapshot()->revision;
+      wire::EncodeVerdict(verdict, next_.add_acknowledgements());
     }
     acknowledged_ += static_cast<int64_t>(verdicts->size() + invalid.size());
     has_next_ = true;

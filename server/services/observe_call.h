@@ -16,6 +16,7 @@
 #include "absl/status/statusor.h"
 #include "base/sync/mutex.h"
 #include "hypermap/v1/ingest_service.pb.h"
+#include "map/observations/observe_answers.h"
 #include "server/rpc/facilities.h"
 #include "server/rpc/request_log.h"
 #include "server/session/map_session.h"
@@ -48,7 +49,7 @@ class ObserveCall final : public grpc::ServerBidiReactor<v1::ObserveRequest, v1:
 
   // These run on the writer's thread or a worker.
   void Answer(const absl::StatusOr<std::vector<ObservationVerdict>>& verdicts,
-              std::vector<v1::ObservationAcknowledgement> invalid);
+              std::vector<ObservationVerdict> invalid);
   void EndRequest(absl::Status status);
 
   // Changes the state under the lock, then starts the operations that the new state allows: a read,

@@ -7,6 +7,7 @@
 #include <optional>
 #include <utility>
 
+#include "base/limits/limits.h"
 #include "map/query/query.h"
 #include "server/rpc/facilities.h"
 #include "server/rpc/streamed_answer.h"
@@ -22,7 +23,7 @@ class PartSource : public MessageSource<Response> {
  public:
   using Step = typename MessageSource<Response>::Step;
 
-  PartSource(std::unique_ptr<PartReader> reader, Revision revision, const ServiceLimits& limits)
+  PartSource(std::unique_ptr<PartReader> reader, Revision revision, const Limits& limits)
       : reader_(std::move(reader)),
         revision_(revision),
         chunk_items_(limits.chunk_items),

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/limits/limits.h"
 #include "hypermap/v1/query_service.pb.h"
 #include "map/layers/semantic_layer.h"
 
@@ -49,7 +50,7 @@ LayerPart PartOf(const LayerPtr& layer, int num_objects, bool last) {
 // The layer and the number of objects of each message that the parts become.
 std::vector<std::pair<std::string, int>> Sent(std::vector<LayerPart> parts,
                                               int64_t max_chunk_bytes = 1 << 20) {
-  ServiceLimits limits;
+  Limits limits;
   limits.max_chunk_bytes = max_chunk_bytes;
   Source source(std::make_unique<ListedParts>(std::move(parts)), /*revision=*/7, limits);
   std::vector<std::pair<std::string, int>> sent;

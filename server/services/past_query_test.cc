@@ -42,7 +42,7 @@ class PastQueryTest : public ::testing::Test {
   // The first commit is made at kBegin + 1 s, each further one a second later.
   SessionOptions Options() {
     SessionOptions options;
-    options.retention.history_age = absl::InfiniteDuration();
+    options.limits.history_age = absl::InfiniteDuration();
     options.clock = [this] { return kBegin + absl::Seconds(seconds_.load()); };
     return options;
   }

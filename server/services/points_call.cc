@@ -4,6 +4,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "base/status/status_macros.h"
+#include "base/sync/handed_over.h"
 #include "server/rpc/asked_revision.h"
 #include "server/rpc/wanted.h"
 #include "wire/answer.h"
@@ -60,6 +61,7 @@ void PointsCall::OnReadDone(bool ok) {
 }
 
 void PointsCall::OnWriteDone(bool ok) {
+  TakeOver(this);
   if (ok) return Go(EndBatch(absl::OkStatus()));
   absl::Status status = CheckWanted(*context_);
   if (status.ok()) {
@@ -156,6 +158,7 @@ void PointsCall::AnswerOnWorker() {
 std::optional<absl::Status> PointsCall::Answer() {
   HYPERMAP_RETURN_IF_ERROR(AskPoints());
   if (points_.empty()) return absl::OkStatus();
+  HandOver(this);
   StartWrite(&response_);
   return std::nullopt;
 }

@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "base/limits/limits.h"
 #include "server/services/testing/test_server.h"
 #include "tests/support/random_map.h"
 #include "wire/answer.h"
@@ -85,8 +86,8 @@ class Stream {
 // The map "site" with the layers "cups" and "cells", at revision 1.
 class PointsCallTest : public ::testing::Test {
  protected:
-  static ServiceLimits SmallLimits() {
-    ServiceLimits limits;
+  static Limits SmallLimits() {
+    Limits limits;
     limits.max_points = 20'000;
     return limits;
   }

@@ -142,7 +142,7 @@ absl::StatusOr<std::unique_ptr<MessageSource<v1::QueryAreaResponse>>> QueryServi
   HYPERMAP_ASSIGN_OR_RETURN(const AskedRevision asked, Pin(request));
   if (!request.has_area()) return absl::InvalidArgumentError("area is missing");
   HYPERMAP_ASSIGN_OR_RETURN(Polygon decoded,
-                            wire::DecodePolygon("area", request.area(), facilities_.limits.decode));
+                            wire::DecodePolygon("area", request.area(), facilities_.limits));
   std::optional<Polygon> area(std::move(decoded));
   const Scope scope = wire::DecodeScope(request.scope());
   HYPERMAP_ASSIGN_OR_RETURN(SnapshotPtr snapshot, asked.ForArea(scope, area));
@@ -165,8 +165,8 @@ absl::StatusOr<std::unique_ptr<MessageSource<v1::QueryValueResponse>>> QueryServ
   HYPERMAP_ASSIGN_OR_RETURN(ValueQuery value, ParseValueQuery(request.value()));
   std::optional<Polygon> area;
   if (request.has_area()) {
-    HYPERMAP_ASSIGN_OR_RETURN(
-        Polygon decoded, wire::DecodePolygon("area", request.area(), facilities_.limits.decode));
+    HYPERMAP_ASSIGN_OR_RETURN(Polygon decoded,
+                              wire::DecodePolygon("area", request.area(), facilities_.limits));
     area = std::move(decoded);
   }
   const Scope scope = wire::DecodeScope(request.scope());

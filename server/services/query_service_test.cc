@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "base/limits/limits.h"
 #include "server/services/testing/test_server.h"
 #include "wire/geometry.h"
 
@@ -19,11 +20,11 @@ using ::testing::HasSubstr;
 // The map "site" with the layers "cups" and "cells", at revision 1.
 class QueryServiceTest : public ::testing::Test {
  protected:
-  static ServiceLimits SmallLimits() {
-    ServiceLimits limits;
+  static Limits SmallLimits() {
+    Limits limits;
     limits.chunk_items = 3;
     limits.max_nearest = 4;
-    limits.decode.max_vertices = 8;
+    limits.max_vertices = 8;
     return limits;
   }
 

@@ -20,11 +20,11 @@ constexpr int64_t kPassesPerHistory = 10;
 }  // namespace
 
 Compaction::Compaction(std::string map, storage::StoredMap* stored, HistoryPool* history,
-                       const Retention& retention)
-    : map_(std::move(map)), stored_(stored), history_(history), retention_(retention) {}
+                       const Limits& limits)
+    : map_(std::move(map)), stored_(stored), history_(history), limits_(limits) {}
 
 bool Compaction::IsDue(Revision newest, absl::Time now) const {
-  const int64_t slack = std::max<int64_t>(retention_.history_revisions / kPassesPerHistory, 1);
+  const int64_t slack = std::max<int64_t>(limits_.history_revisions / kPassesPerHistory, 1);
   return next() <= now || newest - revision_of_last_pass_ >= slack;
 }
 
@@ -33,9 +33,9 @@ absl::Time Compaction::next() const { return under_way_ ? absl::InfinitePast() :
 absl::StatusOr<Revision> Compaction::OldestToKeep(Revision newest, absl::Time now) const {
   HYPERMAP_ASSIGN_OR_RETURN(HistoryPool::Lease reader, history_->Take());
   HYPERMAP_ASSIGN_OR_RETURN(const storage::KeptRevisions kept, reader->Kept());
-  Revision oldest = std::max(kept.oldest, newest - retention_.history_revisions);
-  if (retention_.history_age < absl::InfiniteDuration()) {
-    const absl::StatusOr<Revision> by_age = reader->RevisionAt(now - retention_.history_age);
+  Revision oldest = std::max(kept.oldest, newest - limits_.history_revisions);
+  if (limits_.history_age < absl::InfiniteDuration()) {
+    const absl::StatusOr<Revision> by_age = reader->RevisionAt(now - limits_.history_age);
     if (by_age.ok()) {
       oldest = std::max(oldest, *by_age);
     } else if (!absl::IsOutOfRange(by_age.status())) {  // OUT_OF_RANGE: all kept ones are younger
@@ -50,7 +50,7 @@ absl::StatusOr<bool> Compaction::StepOfPass(Revision newest, absl::Time now) {
     revision_of_last_pass_ = newest;
     HYPERMAP_ASSIGN_OR_RETURN(const Revision oldest, OldestToKeep(newest, now));
     oldest_ = oldest;
-    receipts_before_ = now - retention_.receipt_age;
+    receipts_before_ = now - limits_.receipt_age;
   }
   return stored_->Compact(oldest_, receipts_before_, kRowsPerStep);
 }

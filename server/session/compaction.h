@@ -1,4 +1,4 @@
-// Retention and compaction of a map's history.
+// Compaction of a map's history.
 #ifndef HYPERMAP_SERVER_SESSION_COMPACTION_H_
 #define HYPERMAP_SERVER_SESSION_COMPACTION_H_
 
@@ -8,29 +8,21 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/time/time.h"
+#include "base/limits/limits.h"
 #include "map/snapshot.h"
 #include "server/session/history_pool.h"
 #include "storage/map_store.h"
 
 namespace hypermap::server {
 
-// A revision is kept while both rules keep it. The newest is always kept.
-struct Retention {
-  // Number of revisions before the newest that are kept.
-  int64_t history_revisions = 1'000'000;
-  // Time for which past states of the map are kept.
-  absl::Duration history_age = absl::Hours(720);
-  // Time for which receipts are kept, so that a retry of a request is not carried out twice.
-  absl::Duration receipt_age = absl::Hours(24);
-};
-
 // Removes old history and receipts in passes of small steps, so that no edit waits long. Used by
 // the map's writer between two groups. Not thread safe.
 class Compaction {
  public:
-  // The pointers must outlive this. `map` is the name in log lines.
+  // A revision is kept while both limits.history_revisions and limits.history_age keep it; the
+  // newest is always kept. The pointers must outlive this. `map` is the name in log lines.
   Compaction(std::string map, storage::StoredMap* stored, HistoryPool* history,
-             const Retention& retention);
+             const Limits& limits);
 
   // Whether a step is due. `newest` is the map's newest revision.
   bool IsDue(Revision newest, absl::Time now) const;
@@ -42,7 +34,7 @@ class Compaction {
   void Step(Revision newest, absl::Time now);
 
  private:
-  // The oldest revision that retention keeps.
+  // The oldest revision that the limits keep.
   absl::StatusOr<Revision> OldestToKeep(Revision newest, absl::Time now) const;
   // Returns whether the pass has more to do.
   absl::StatusOr<bool> StepOfPass(Revision newest, absl::Time now);
@@ -50,7 +42,7 @@ class Compaction {
   const std::string map_;
   storage::StoredMap* const stored_;
   HistoryPool* const history_;
-  const Retention retention_;
+  const Limits limits_;
 
   bool under_way_ = false;
   absl::Time next_pass_ = absl::InfinitePast();

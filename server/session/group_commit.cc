@@ -5,13 +5,14 @@
 #include <utility>
 
 #include "absl/strings/str_join.h"
+#include "base/limits/limits.h"
 #include "base/status/status_macros.h"
 #include "map/edits/snapshot_editor.h"
 
 namespace hypermap::server {
 
 GroupCommit::GroupCommit(storage::StoredMap* stored, MapFusion* fusion, SnapshotPtr base,
-                         const EditLimits& limits)
+                         const Limits& limits)
     : stored_(stored), fusion_(fusion), base_(std::move(base)), limits_(limits), tip_(base_) {}
 
 absl::StatusOr<GroupCommit::Step> GroupCommit::Edit(const EditBatch& batch) {

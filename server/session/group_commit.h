@@ -14,6 +14,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/time/time.h"
+#include "base/limits/limits.h"
 #include "map/edits/apply.h"
 #include "server/fusion/map_fusion.h"
 #include "server/session/change_feed.h"
@@ -57,7 +58,7 @@ class GroupCommit {
  public:
   // `stored` and `fusion` must outlive this, and be at the revision of `base`.
   GroupCommit(storage::StoredMap* stored, MapFusion* fusion, SnapshotPtr base,
-              const EditLimits& limits);
+              const Limits& limits);
 
   void Add(Submission submission, absl::Time time, ReceiptCallback done);
   void Add(FusionSubmission submission, absl::Time time, ReceiptCallback done);
@@ -122,7 +123,7 @@ class GroupCommit {
   storage::StoredMap* const stored_;
   MapFusion* const fusion_;
   const SnapshotPtr base_;
-  const EditLimits limits_;
+  const Limits limits_;
   SnapshotPtr tip_;  // the map after commits_
   std::vector<storage::Commit> commits_;
   std::vector<std::variant<PendingReceipt, PendingVerdicts>> pending_;  // in order of submission

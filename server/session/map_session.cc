@@ -31,10 +31,9 @@ absl::StatusOr<std::unique_ptr<MapSession>> MapSession::Start(
   HYPERMAP_ASSIGN_OR_RETURN(SnapshotPtr snapshot, stored->Load());
   std::unique_ptr<MapSession> session(
       new MapSession(std::move(stored), std::move(snapshot), options));
-  HYPERMAP_ASSIGN_OR_RETURN(
-      std::unique_ptr<MapFusion> fusion,
-      MapFusion::Open(&session->stored_->fusion_log(), &session->options_.fusion,
-                      session->options_.edit_limits));
+  HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<MapFusion> fusion,
+                            MapFusion::Open(&session->stored_->fusion_log(),
+                                            &session->options_.fusion, session->options_.limits));
   session->fusion_ = std::move(fusion);
   HYPERMAP_RETURN_IF_ERROR(session->LoadLastCommitTime());
   session->writer_ = std::thread([writer = session.get()] { writer->RunWriter(); });
@@ -49,7 +48,7 @@ MapSession::MapSession(std::unique_ptr<storage::StoredMap> stored, SnapshotPtr s
       last_commit_time_(header_.created_at),
       expiry_(*snapshot),
       history_(stored_.get()),
-      compaction_(header_.name, stored_.get(), &history_, options_.retention),
+      compaction_(header_.name, stored_.get(), &history_, options_.limits),
       snapshot_(snapshot),
       feed_(snapshot->revision, StructureOf(*snapshot), options_.feed) {}
 
@@ -74,10 +73,10 @@ SnapshotPtr MapSession::snapshot() const {
 absl::Status MapSession::CheckAccepts(size_t queued) const {
   if (closing_)
     return absl::UnavailableError(absl::StrCat("map \"", header_.name, "\" is closing"));
-  if (queued < static_cast<size_t>(options_.max_queue)) return absl::OkStatus();
+  if (queued < static_cast<size_t>(options_.limits.max_queue)) return absl::OkStatus();
   return absl::ResourceExhaustedError(absl::StrCat("map \"", header_.name, "\" has ", queued,
                                                    " requests waiting, --max_queue is ",
-                                                   options_.max_queue));
+                                                   options_.limits.max_queue));
 }
 
 template <typename SubmissionType, typename Callback>
@@ -150,7 +149,7 @@ absl::StatusOr<std::optional<storage::Receipt>> MapSession::FindReceipt(
     receipt = stored_->FindReceipt(request_id);
     return receipt.status();
   });
-  if (!status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(status);
   return receipt;
 }
 
@@ -169,7 +168,7 @@ absl::StatusOr<std::vector<Evidence>> MapSession::ReadEvidence(const std::string
     entries = stored_->fusion_log().Read(layer, after, max_entries);
     return entries.status();
   });
-  if (!status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(status);
   std::vector<Evidence> read;
   for (const storage::LogEntry& entry : *entries) {
     HYPERMAP_ASSIGN_OR_RETURN(Evidence evidence, DecodeEvidence(entry, options_.fusion.codec));
@@ -227,7 +226,7 @@ absl::Time MapSession::CommitTime() {
 
 void MapSession::Commit(std::vector<QueuedSubmission> submissions) {
   if (submissions.empty()) return;
-  GroupCommit group(stored_.get(), fusion_.get(), snapshot(), options_.edit_limits);
+  GroupCommit group(stored_.get(), fusion_.get(), snapshot(), options_.limits);
   for (QueuedSubmission& queued : submissions) {
     std::visit(
         [&](auto& q) { group.Add(std::move(q.submission), CommitTime(), std::move(q.done)); },

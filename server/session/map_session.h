@@ -24,8 +24,8 @@
 #include "absl/status/statusor.h"
 #include "absl/time/clock.h"
 #include "absl/time/time.h"
+#include "base/limits/limits.h"
 #include "base/sync/mutex.h"
-#include "map/edits/apply.h"
 #include "map/snapshot.h"
 #include "server/fusion/map_fusion.h"
 #include "server/session/change_feed.h"
@@ -38,12 +38,9 @@
 namespace hypermap::server {
 
 struct SessionOptions {
-  // Number of submissions that may wait for the writer.
-  int max_queue = 1024;
-  EditLimits edit_limits;
+  Limits limits;
   FusionOptions fusion;
   ChangeFeed::Limits feed;
-  Retention retention;
   // The clock of commit times and of the expiry of objects.
   std::function<absl::Time()> clock = [] { return absl::Now(); };
 };

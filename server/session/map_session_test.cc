@@ -190,7 +190,7 @@ TEST_F(MapSessionTest, RequestThatFailedMayBeSentAgain) {
 
 TEST_F(MapSessionTest, FullQueueRefusesNamingTheLimit) {
   SessionOptions options;
-  options.max_queue = 2;
+  options.limits.max_queue = 2;
   Reopen(options);
   auto held = HoldWriter();
   auto one = Submit(PutCup());

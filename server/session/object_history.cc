@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <iterator>
 #include <map>
+#include <optional>
 #include <utility>
+#include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "base/status/status_macros.h"
@@ -25,19 +27,19 @@ class Histories {
       if (association.track.empty()) continue;
       std::vector<ObjectEvent>& events = of_track_[association.track];
       const bool founds = association.track == TrackFoundedBy(at, association.detection);
-      events.push_back({founds ? ObjectEvent::Kind::kFounded : ObjectEvent::Kind::kSeen, at,
+      events.push_back({founds ? ObjectEventKind::kFounded : ObjectEventKind::kSeen, at,
                         association.detection, association.score,
                         ExistenceOf(report, association.track), ""});
     }
     for (const fusion::TrackKey& track : report.missed) {
       of_track_[track].push_back(
-          {ObjectEvent::Kind::kMissed, at, 0, 0.0, ExistenceOf(report, track), ""});
+          {ObjectEventKind::kMissed, at, 0, 0.0, ExistenceOf(report, track), ""});
     }
     for (const auto& [from, into] : report.merged) {
       std::vector<ObjectEvent> moved = std::exchange(of_track_[from], {});
       std::vector<ObjectEvent>& events = of_track_[into];
       std::move(moved.begin(), moved.end(), std::back_inserter(events));
-      events.push_back({ObjectEvent::Kind::kMerged, at, 0, 0.0, ExistenceOf(report, into), from});
+      events.push_back({ObjectEventKind::kMerged, at, 0, 0.0, ExistenceOf(report, into), from});
     }
   }
 
@@ -69,7 +71,7 @@ class Histories {
   void AddFact(const Evidence& evidence) {
     const bool pin = evidence.fact->kind == fusion::OperatorFact::Kind::kPin;
     of_track_[evidence.fact->track].push_back(
-        {pin ? ObjectEvent::Kind::kPinned : ObjectEvent::Kind::kRemoved, evidence.key.after, 0, 0.0,
+        {pin ? ObjectEventKind::kPinned : ObjectEventKind::kRemoved, evidence.key.after, 0, 0.0,
          std::nullopt, ""});
   }
 
@@ -101,24 +103,27 @@ absl::StatusOr<ObjectHistory> ExplainObject(MapSession& session, const std::stri
                                             ObjectId object_id,
                                             const std::function<absl::Status()>& check_wanted) {
   ObjectHistory history;
+  history.map = session.header().name;
+  history.object_id = object_id;
   std::vector<fusion::TrackKey> tracks;
   absl::Status status = session.InspectFusion(layer, [&](FusedLayer& fused) {
     history.revision = session.snapshot()->revision;
-    history.settings = fused.settings();
+    history.strategy = fused.settings().strategy;
+    history.parameters = fused.settings().parameters;
     tracks = fused.TracksOf(object_id);
     return absl::OkStatus();
   });
-  if (!status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(status);
   if (tracks.empty()) {
     return absl::NotFoundError(
         absl::StrCat("layer \"", layer, "\" has no object ", object_id, " that fusion knows of"));
   }
-  HYPERMAP_ASSIGN_OR_RETURN(const std::unique_ptr<fusion::Strategy> strategy,
-                            session.options().fusion.make_strategy(history.settings.strategy,
-                                                                   history.settings.parameters));
+  HYPERMAP_ASSIGN_OR_RETURN(
+      const std::unique_ptr<fusion::Strategy> strategy,
+      session.options().fusion.make_strategy(history.strategy, history.parameters));
   Histories histories;
   status = FoldAll(session, layer, *strategy, check_wanted, &histories);
-  if (!status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(status);
   history.track = tracks.front();
   history.events = histories.Of(tracks);
   return history;

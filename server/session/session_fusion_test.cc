@@ -505,12 +505,12 @@ TEST(MapFusionTest, ExplanationTellsTheObservationsOfAnObject) {
   const auto history = ExplainObject(site.session(), "things", site.Find("cup")->id, go_on);
   ASSERT_TRUE(history.ok()) << history.status();
   EXPECT_EQ(history->track, "a/1/1");
-  EXPECT_EQ(history->settings.strategy, "tally");
+  EXPECT_EQ(history->strategy, "tally");
   ASSERT_THAT(history->events, SizeIs(2));
-  EXPECT_EQ(history->events[0].kind, ObjectEvent::Kind::kFounded);
+  EXPECT_EQ(history->events[0].kind, ObjectEventKind::kFounded);
   EXPECT_EQ(history->events[0].detection, 1);
   EXPECT_EQ(history->events[0].at.sequence, 1);
-  EXPECT_EQ(history->events[1].kind, ObjectEvent::Kind::kSeen);
+  EXPECT_EQ(history->events[1].kind, ObjectEventKind::kSeen);
   EXPECT_EQ(history->events[1].at.robot, "b");
   EXPECT_EQ(history->events[1].existence, 1.0);
   EXPECT_TRUE(absl::IsNotFound(ExplainObject(site.session(), "things", 99, go_on).status()));

@@ -255,7 +255,7 @@ TEST_F(SessionHistoryTest, ExpiryThatCannotBeWrittenIsTriedAgain) {
 }
 
 TEST_F(SessionHistoryTest, KeepsSoManyRevisions) {
-  options_.retention.history_revisions = 10;
+  options_.limits.history_revisions = 10;
   Reopen();
   for (int i = 0; i < 30; ++i) Submit({{Cup({})}});
   AwaitWriter();
@@ -268,7 +268,7 @@ TEST_F(SessionHistoryTest, KeepsSoManyRevisions) {
 }
 
 TEST_F(SessionHistoryTest, KeepsWhatTheMapWasSoFarBack) {
-  options_.retention.history_age = absl::Hours(1);
+  options_.limits.history_age = absl::Hours(1);
   Reopen();
   for (int i = 0; i < 5; ++i) {
     Submit({{Cup({})}});
@@ -284,7 +284,7 @@ TEST_F(SessionHistoryTest, KeepsWhatTheMapWasSoFarBack) {
 }
 
 TEST_F(SessionHistoryTest, AnswersARequestAgainForAWhile) {
-  options_.retention.receipt_age = absl::Hours(1);
+  options_.limits.receipt_age = absl::Hours(1);
   Reopen();
   const Revision first = Submit({{Cup({})}}, "r1").revision;
   Advance(absl::Minutes(59));

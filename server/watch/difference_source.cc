@@ -5,9 +5,10 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "base/limits/limits.h"
 #include "base/status/status_macros.h"
 #include "map/watch/net_changes.h"
-#include "server/watch/change_messages.h"
+#include "server/watch/watch_messages.h"
 
 namespace hypermap::server {
 namespace {
@@ -31,7 +32,7 @@ absl::Status CheckLayers(const MapStructure& from, const MapStructure& to,
 
 class DifferenceSource : public MessageSource<v1::ListChangesResponse> {
  public:
-  DifferenceSource(const ServiceLimits& limits, HistoryPool::Lease history, StructurePtr from,
+  DifferenceSource(const Limits& limits, HistoryPool::Lease history, StructurePtr from,
                    StructurePtr to, std::vector<std::string> layers, std::string frame_id)
       : limits_(limits),
         history_(std::move(history)),
@@ -71,7 +72,7 @@ class DifferenceSource : public MessageSource<v1::ListChangesResponse> {
     return Step::kNothingYet;
   }
 
-  const ServiceLimits limits_;
+  const Limits limits_;
   HistoryPool::Lease history_;
   const StructurePtr from_;
   const StructurePtr to_;

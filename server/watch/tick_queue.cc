@@ -5,12 +5,6 @@
 #include "absl/time/clock.h"
 
 namespace hypermap::server {
-namespace {
-
-// Time that a worker spends on the line before it queues again behind the other requests.
-constexpr absl::Duration kTurn = absl::Milliseconds(10);
-
-}  // namespace
 
 void TickQueue::Add(Task task) {
   {
@@ -47,7 +41,7 @@ void TickQueue::ReleaseTasks() {
 
 void TickQueue::RunOnWorker() {
   workers_->Run([self = shared_from_this()] {
-    const absl::Time end_of_turn = absl::Now() + kTurn;
+    const absl::Time end_of_turn = absl::Now() + self->turn_;
     while (self->RunNext()) {
       if (absl::Now() > end_of_turn) return self->RunOnWorker();
     }

@@ -22,11 +22,12 @@ class TickQueue : public std::enable_shared_from_this<TickQueue> {
  public:
   using Task = absl::AnyInvocable<void() &&>;
 
-  // `timers` and `workers` must live as long as tasks are added, and `workers` until the last task
-  // has run.
-  static std::shared_ptr<TickQueue> Make(absl::Duration tick, TimerQueue* timers,
-                                         WorkerPool* workers) {
-    return std::shared_ptr<TickQueue>(new TickQueue(tick, timers, workers));
+  // A queue with the period `tick`. A worker that runs it queues again behind other requests after
+  // `turn`. `timers` and `workers` must live as long as tasks are added, and `workers` until the
+  // last task has run.
+  static std::shared_ptr<TickQueue> Make(absl::Duration tick, absl::Duration turn,
+                                         TimerQueue* timers, WorkerPool* workers) {
+    return std::shared_ptr<TickQueue>(new TickQueue(tick, turn, timers, workers));
   }
 
   // Runs `task` once at the next tick, or soon after.
@@ -36,8 +37,8 @@ class TickQueue : public std::enable_shared_from_this<TickQueue> {
   bool RunNext();
 
  private:
-  TickQueue(absl::Duration tick, TimerQueue* timers, WorkerPool* workers)
-      : tick_(tick), timers_(timers), workers_(workers) {}
+  TickQueue(absl::Duration tick, absl::Duration turn, TimerQueue* timers, WorkerPool* workers)
+      : tick_(tick), turn_(turn), timers_(timers), workers_(workers) {}
 
   // Queues the waiting tasks: the tick has come.
   void ReleaseTasks();
@@ -45,6 +46,7 @@ class TickQueue : public std::enable_shared_from_this<TickQueue> {
   void RunOnWorker();
 
   const absl::Duration tick_;
+  const absl::Duration turn_;
   TimerQueue* const timers_;
   WorkerPool* const workers_;
 

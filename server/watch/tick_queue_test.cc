@@ -12,13 +12,15 @@
 namespace hypermap::server {
 namespace {
 
+constexpr absl::Duration kTurn = absl::Milliseconds(10);
+
 // Promises are declared before the threads that fulfil them, so that they outlive these: a waiting
 // thread may go on before set_value has returned.
 TEST(TickQueueTest, RunsEachTaskOnceInTheirOrder) {
   std::promise<void> done[3];
   WorkerPool workers(1);
   TimerQueue timers;
-  const auto queue = TickQueue::Make(absl::Milliseconds(2), &timers, &workers);
+  const auto queue = TickQueue::Make(absl::Milliseconds(2), kTurn, &timers, &workers);
   std::vector<int> ran;
   for (std::promise<void>& round : done) {
     for (int i = 0; i < 5; ++i) queue->Add([&ran, i] { ran.push_back(i); });
@@ -32,7 +34,7 @@ TEST(TickQueueTest, RunsEachTaskOnceInTheirOrder) {
 TEST(TickQueueTest, NothingIsDoneBeforeTheTick) {
   WorkerPool workers(1);
   TimerQueue timers;
-  const auto queue = TickQueue::Make(absl::Hours(1000), &timers, &workers);
+  const auto queue = TickQueue::Make(absl::Hours(1000), kTurn, &timers, &workers);
   queue->Add([] { ADD_FAILURE() << "it is not time yet"; });
   EXPECT_FALSE(queue->RunNext());
 }
@@ -41,7 +43,7 @@ TEST(TickQueueTest, OthersHelpWhileTheWorkerIsHeldUp) {
   std::promise<void> held, release;
   WorkerPool workers(1);
   TimerQueue timers;
-  const auto queue = TickQueue::Make(absl::Milliseconds(2), &timers, &workers);
+  const auto queue = TickQueue::Make(absl::Milliseconds(2), kTurn, &timers, &workers);
   queue->Add([&] {
     held.set_value();
     release.get_future().wait();
@@ -61,7 +63,7 @@ TEST(TickQueueTest, TasksOfManyThreadsAreAllRun) {
   {
     WorkerPool workers(2);
     TimerQueue timers;
-    const auto queue = TickQueue::Make(absl::Microseconds(200), &timers, &workers);
+    const auto queue = TickQueue::Make(absl::Microseconds(200), kTurn, &timers, &workers);
     std::vector<std::thread> threads;
     for (int i = 0; i < kThreads; ++i) {
       threads.emplace_back([&] {

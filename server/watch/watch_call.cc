@@ -2,7 +2,6 @@
 
 #include <utility>
 
-#include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
 #include "base/status/status_macros.h"
 #include "server/rpc/wanted.h"
@@ -10,69 +9,23 @@
 
 namespace hypermap::server {
 
-absl::Status OpenWatches::Add(WatchCall* call) {
-  MutexLock lock(&mutex_);
-  if (calls_.size() >= static_cast<size_t>(max_watchers_)) {
-    return absl::ResourceExhaustedError(
-        absl::StrCat("there are ", calls_.size(), " watches, --max_watchers is ", max_watchers_));
-  }
-  calls_.insert(call);
-  return absl::OkStatus();
-}
+WatchCall::Shared::Shared(const WatchTuning& tuning_values, WorkerPool* worker_pool,
+                          int max_watchers)
+    : tuning(tuning_values),
+      workers(worker_pool),
+      open_watches(max_watchers),
+      tick_queues{TickQueue::Make(tuning.calm_tick, tuning.turn, &timers, workers),
+                  TickQueue::Make(tuning.busy_tick, tuning.turn, &timers, workers)} {}
 
-void OpenWatches::Remove(WatchCall* call) {
-  MutexLock lock(&mutex_);
-  calls_.erase(call);
-}
-
-void OpenWatches::CancelWrites() {
-  MutexLock lock(&mutex_);
-  for (WatchCall* call : calls_) call->CancelWrite();
-}
-
-bool WatchCall::WakeHandle::EndWait() {
-  MutexLock lock(&mutex_);
-  if (std::exchange(waiting_, false)) return true;
-  woken_ = true;
-  return false;
-}
-
-void WatchCall::WakeHandle::Wake() {
-  if (EndWait()) call_->RunOnWorker();
-}
-
-void WatchCall::WakeHandle::WakeHere() {
-  if (EndWait()) call_->TakeShortTurn();
-}
-
-void WatchCall::WakeHandle::BeginTurn() {
-  MutexLock lock(&mutex_);
-  woken_ = false;
-}
-
-void WatchCall::WakeHandle::BeginWait() {
-  MutexLock lock(&mutex_);
-  if (woken_) {
-    // On a worker, because the caller may be a gRPC thread, which must not be held up.
-    call_->RunOnWorker();
-  } else {
-    waiting_ = true;
-  }
-}
-
-WatchCall::WatchCall(const grpc::CallbackServerContext* context, v1::WatchRequest request,
-                     const Facilities* facilities, WatchGroups* groups, OpenWatches* watches,
-                     TimerQueue* timers, const TickQueues* tick_queues)
+WatchCall::WatchCall(const grpc::CallbackServerContext* context, absl::string_view rpc,
+                     std::string map, OpenSource open_source, Shared* shared)
     : context_(context),
-      request_(std::move(request)),
-      facilities_(facilities),
-      groups_(groups),
-      watches_(watches),
-      timers_(timers),
-      tick_queues_(tick_queues),
-      log_(*context, "Watch", request_.scope().map()),
-      admitted_(watches->Add(this)),
-      wake_handle_(std::make_shared<WakeHandle>(this)) {
+      shared_(shared),
+      log_(*context, rpc, std::move(map)),
+      admitted_(shared->open_watches.Add(this)),
+      wake_handle_(
+          std::make_shared<WakeHandle>([this] { RunOnWorker(); }, [this] { TakeShortTurn(); })),
+      open_source_(std::move(open_source)) {
   RunOnWorker();
 }
 
@@ -89,12 +42,13 @@ void WatchCall::OnWriteDone(bool ok) {
   }
   // This gRPC thread is awake: it starts writes of waiting calls, because waking another thread
   // costs as much as a write.
-  for (int i = 0; i < kBegunForOne && tick_queues_->RunNext(); ++i) {
+  for (int i = 0; i < shared_->tuning.writes_begun_per_write && shared_->tick_queues.RunNext();
+       ++i) {
   }
 }
 
 void WatchCall::OnDone() {
-  watches_->Remove(this);
+  shared_->open_watches.Remove(this);
   delete this;
 }
 
@@ -106,14 +60,14 @@ void WatchCall::CancelWrite() {
 }
 
 void WatchCall::RunOnWorker() {
-  facilities_->workers->Run([this] { TakeTurn(); });
+  shared_->workers->Run([this] { TakeTurn(); });
 }
 
 void WatchCall::TakeTurn() {
   wake_handle_->BeginTurn();
   ForgetWait();
   absl::Time now = absl::Now();
-  const absl::Time end_of_turn = now + kTurn;
+  const absl::Time end_of_turn = now + shared_->tuning.turn;
   for (; now < end_of_turn; now = absl::Now()) {
     grpc::Slice message;
     const absl::StatusOr<WatchSource::Step> step = TakeStep(now, &message);
@@ -146,10 +100,9 @@ void WatchCall::Write(const grpc::Slice& message) {
 absl::StatusOr<WatchSource::Step> WatchCall::TakeStep(absl::Time now, grpc::Slice* message) {
   HYPERMAP_RETURN_IF_ERROR(CheckWanted(*context_));
   if (!admitted_.ok()) return admitted_;
-  if (!source_) {
-    HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<WatchSource> source,
-                              WatchSource::Open(*facilities_, groups_, request_));
-    source_ = std::move(source);
+  if (open_source_) {
+    OpenSource open_source = std::exchange(open_source_, nullptr);
+    HYPERMAP_ASSIGN_OR_RETURN(source_, std::move(open_source)());
   }
   return source_->Next(now, message);
 }
@@ -158,21 +111,21 @@ void WatchCall::WaitForCommits(absl::Time now) {
   const std::shared_ptr<WakeHandle> wake_handle = wake_handle_;
   const auto wake = [wake_handle] { wake_handle->Wake(); };
   feed_wait_ = source_->feed().Await(source_->taken(), wake);
-  timer_ = timers_->RunAfter(source_->idle_for(now), wake);
+  timer_ = shared_->timers.RunAfter(source_->idle_for(now), wake);
   wake_handle->BeginWait();
 }
 
 void WatchCall::WaitForTick() {
   const std::shared_ptr<WakeHandle> wake_handle = wake_handle_;
-  const std::shared_ptr<TickQueue>& line =
-      source_->is_busy() ? tick_queues_->busy : tick_queues_->calm;
-  line->Add([wake_handle] { wake_handle->WakeHere(); });
+  const std::shared_ptr<TickQueue>& queue =
+      source_->is_busy() ? shared_->tick_queues.busy : shared_->tick_queues.calm;
+  queue->Add([wake_handle] { wake_handle->WakeHere(); });
   wake_handle->BeginWait();
 }
 
 void WatchCall::ForgetWait() {
   if (feed_wait_) source_->feed().Remove(*std::exchange(feed_wait_, std::nullopt));
-  if (timer_) timers_->Cancel(*std::exchange(timer_, std::nullopt));
+  if (timer_) shared_->timers.Cancel(*std::exchange(timer_, std::nullopt));
 }
 
 void WatchCall::End(const absl::Status& status) {

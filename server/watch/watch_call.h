@@ -1,4 +1,4 @@
-// One Watch rpc, from its start to its end.
+// One Watch or Replicate rpc, from its start to its end.
 #ifndef HYPERMAP_SERVER_WATCH_WATCH_CALL_H_
 #define HYPERMAP_SERVER_WATCH_WATCH_CALL_H_
 
@@ -9,46 +9,29 @@
 
 #include <memory>
 #include <optional>
-#include <set>
+#include <string>
 
 #include "absl/base/thread_annotations.h"
+#include "absl/functional/any_invocable.h"
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
 #include "absl/time/time.h"
 #include "base/sync/mutex.h"
-#include "hypermap/v1/watch_service.pb.h"
-#include "server/rpc/facilities.h"
 #include "server/rpc/request_log.h"
 #include "server/rpc/timer_queue.h"
+#include "server/rpc/worker_pool.h"
+#include "server/watch/open_watches.h"
 #include "server/watch/tick_queue.h"
-#include "server/watch/watch_group.h"
+#include "server/watch/wake_handle.h"
 #include "server/watch/watch_source.h"
+#include "server/watch/watch_tuning.h"
 
 namespace hypermap::server {
 
-class WatchCall;
-
-// The registry of all Watch rpcs that are under way. Thread safe.
-class OpenWatches {
- public:
-  explicit OpenWatches(int max_watchers) : max_watchers_(max_watchers) {}
-
-  // RESOURCE_EXHAUSTED if there are --max_watchers already; then the call is not added.
-  absl::Status Add(WatchCall* call);
-  // Does nothing for a call that was not added.
-  void Remove(WatchCall* call);
-  // Cancels the calls with a write under way, whose readers may never take it.
-  void CancelWrites();
-
- private:
-  const int max_watchers_;
-  Mutex mutex_;
-  std::set<WatchCall*> calls_ ABSL_GUARDED_BY(mutex_);
-};
-
 // Writes the messages of a WatchSource, one at a time: the next when gRPC has taken the last. When
 // there is nothing new, the call waits for the map's feed, a timer or the end of the rpc, and holds
-// no thread. A call with `coalesce` that has reached the newest revision waits for a tick of a
+// no thread. A call that may coalesce and has reached the newest revision waits for a tick of a
 // clock that all calls share, so that the watches of a group reach the same commit at the same time
 // and write the same bytes.
 //
@@ -58,10 +41,24 @@ class OpenWatches {
 // only.
 class WatchCall final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
  public:
-  // All pointers must outlive this, except the context, which lives until OnDone.
-  WatchCall(const grpc::CallbackServerContext* context, v1::WatchRequest request,
-            const Facilities* facilities, WatchGroups* groups, OpenWatches* watches,
-            TimerQueue* timers, const TickQueues* tick_queues);
+  // The state that all calls of a service share. Thread safe.
+  struct Shared {
+    // `workers` must outlive this.
+    Shared(const WatchTuning& tuning_values, WorkerPool* worker_pool, int max_watchers);
+
+    const WatchTuning tuning;
+    WorkerPool* const workers;
+    OpenWatches open_watches;
+    TimerQueue timers;
+    const TickQueues tick_queues;
+  };
+
+  using OpenSource = absl::AnyInvocable<absl::StatusOr<std::unique_ptr<WatchSource>>() &&>;
+
+  // `open_source` is called once, on a worker; its error ends the rpc. `rpc` and `map` are named in
+  // the log. `rpc` and `shared` must outlive this; the context lives until OnDone.
+  WatchCall(const grpc::CallbackServerContext* context, absl::string_view rpc, std::string map,
+            OpenSource open_source, Shared* shared);
 
   void OnWriteDone(bool ok) override;
   void OnCancel() override { wake_handle_->Wake(); }
@@ -72,47 +69,9 @@ class WatchCall final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
   void CancelWrite();
 
  private:
-  // Longest time on a worker before the call queues again behind the other requests.
-  static constexpr absl::Duration kTurn = absl::Milliseconds(10);
-  // Number of other calls whose writes are started at the end of a write. With more than one, the
-  // number of writes under way grows while the queue of a tick lasts.
-  static constexpr int kBegunForOne = 2;
-
-  // Wakes a waiting call. The callbacks of feed, timer and tick share the handle, because they may
-  // come late, when the call is gone.
-  //
-  // Each wait ends with exactly one turn. It is started by the first callback, or by BeginWait
-  // itself if a callback came since the last BeginTurn. So no callback is lost that comes while the
-  // call is on a worker or in a write; at worst, a late callback of an earlier wait causes a turn
-  // with nothing to do. Everything that can end a wait is set up before BeginWait, and the caller
-  // of BeginWait does not touch the call afterwards.
-  class WakeHandle {
-   public:
-    explicit WakeHandle(WatchCall* call) : call_(call) {}
-
-    // If the call waits, gives it a turn: Wake on a worker, WakeHere a short one on this thread. If
-    // it does not wait, keeps it from beginning to.
-    void Wake();
-    void WakeHere();
-    // Forgets the callbacks so far, which this turn takes account of.
-    void BeginTurn();
-    // Makes the call wait, or run on a worker if a callback came since BeginTurn. When this
-    // returns, another thread may own the call, and it may be gone.
-    void BeginWait();
-
-   private:
-    // Returns whether the call was waiting. If so, the caller owns it now.
-    bool EndWait();
-
-    // Valid while waiting_, for the thread that has ended the wait, and in BeginTurn and BeginWait.
-    WatchCall* const call_;
-    Mutex mutex_;
-    bool waiting_ ABSL_GUARDED_BY(mutex_) = false;
-    bool woken_ ABSL_GUARDED_BY(mutex_) = false;
-  };
-
   void RunOnWorker();
-  // Takes steps until there is a message to write, or nothing to do, or kTurn has passed.
+  // Takes steps until there is a message to write, or nothing to do, or the time of a turn has
+  // passed.
   void TakeTurn();
   // Writes the group's next message if it has one; otherwise leaves the turn to a worker. Short
   // enough for gRPC's threads.
@@ -126,17 +85,13 @@ class WatchCall final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
   void End(const absl::Status& status);
 
   const grpc::CallbackServerContext* const context_;
-  const v1::WatchRequest request_;
-  const Facilities* const facilities_;
-  WatchGroups* const groups_;
-  OpenWatches* const watches_;
-  TimerQueue* const timers_;
-  const TickQueues* const tick_queues_;
+  Shared* const shared_;
   const RequestLog log_;
-  const absl::Status admitted_;  // by watches_
+  const absl::Status admitted_;  // by shared_->open_watches
   const std::shared_ptr<WakeHandle> wake_handle_;
 
   // Used by the owner of the call only.
+  OpenSource open_source_;               // null once it was called
   std::unique_ptr<WatchSource> source_;  // null until the first turn
   grpc::ByteBuffer message_;
   std::optional<ChangeFeed::WaitId> feed_wait_;

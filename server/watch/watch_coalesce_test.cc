@@ -13,6 +13,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "server/services/testing/test_server.h"
+#include "server/watch/watch_tuning.h"
 
 namespace hypermap::server {
 namespace {
@@ -87,7 +88,7 @@ TEST_F(WatchCoalesceTest, MessagesComeTogetherWhereThatWasAskedFor) {
   EXPECT_EQ(Single(single), Single(coalesced));
   for (const v1::WatchResponse& message : single) EXPECT_EQ(message.coalesced_size(), 0);
   for (const v1::WatchResponse& message : coalesced) {
-    EXPECT_LE(message.coalesced_size(), 256);
+    EXPECT_LE(static_cast<size_t>(message.coalesced_size()), WatchTuning().max_coalesced_messages);
     if (message.coalesced().empty()) continue;
     EXPECT_EQ(message.revision(), 0);
     EXPECT_EQ(message.changes_size(), 0);

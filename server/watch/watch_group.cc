@@ -4,21 +4,13 @@
 #include <utility>
 #include <vector>
 
+#include "base/limits/limits.h"
 #include "server/rpc/raw_messages.h"
-#include "server/watch/change_messages.h"
 #include "server/watch/watch_messages.h"
 
 namespace hypermap::server {
 namespace {
 
-// Bounds of a coalesced message. A single message may be larger.
-constexpr size_t kMaxMessages = 256;
-constexpr size_t kMaxMessageBytes = 256 << 10;
-// Number of changes that are encoded in one call, while other watches of the group wait.
-constexpr int64_t kMaxChangesAtOnce = 256;
-// A watch that is further ahead of the ring's end restarts the ring instead of encoding the commits
-// between, which no watch may ever need.
-constexpr Revision kMaxGap = 256;
 // Estimated memory of an entry besides its message, so that entries without one count, too.
 constexpr int64_t kEntryBytes = 128;
 
@@ -28,9 +20,9 @@ int64_t BytesOf(const grpc::Slice& message) {
 
 }  // namespace
 
-WatchGroup::WatchGroup(const ChangeFeed* feed, const ServiceLimits& service_limits,
-                       const Limits& limits, std::atomic<int64_t>* bytes_of_all)
-    : feed_(feed), service_limits_(service_limits), limits_(limits), bytes_of_all_(bytes_of_all) {}
+WatchGroup::WatchGroup(const ChangeFeed* feed, const Limits& limits, const WatchTuning& tuning,
+                       std::atomic<int64_t>* bytes_of_all)
+    : feed_(feed), limits_(limits), tuning_(tuning), bytes_of_all_(bytes_of_all) {}
 
 WatchGroup::~WatchGroup() { *bytes_of_all_ -= bytes_; }
 
@@ -48,14 +40,15 @@ std::optional<WatchGroup::Run> WatchGroup::TakeCoalesced(Revision after,
   if (after == newest_.after && structure == newest_.structure) return newest_.run;
   if (after < newest_.run.end) {
     // This watch is behind the others. It stops where they are, and then shares their bytes.
-    std::optional<Run> run = Collect(after, structure, newest_.run.end, kMaxMessages);
+    std::optional<Run> run =
+        Collect(after, structure, newest_.run.end, tuning_.max_coalesced_messages);
     if (run) run->reaches_end = run->end == newest_.run.end && newest_.run.reaches_end;
     return run;
   }
   // Read before Extend: a commit that comes meanwhile must not make the run look incomplete.
   const Revision end = feed_->newest();
   Extend(after, structure, follower);
-  std::optional<Run> run = Collect(after, structure, last_, kMaxMessages);
+  std::optional<Run> run = Collect(after, structure, last_, tuning_.max_coalesced_messages);
   if (!run) return run;
   run->reaches_end = run->end >= end;
   newest_ = {after, structure, *run};
@@ -74,7 +67,8 @@ std::optional<WatchGroup::Run> WatchGroup::Collect(Revision after, const Structu
     if (entry.alone || entry.structure != structure) break;
     if (entry.num_changes == 0) continue;
     bytes += entry.message.size();
-    if (messages.size() == max_messages || (!messages.empty() && bytes > kMaxMessageBytes)) break;
+    if (messages.size() == max_messages) break;
+    if (!messages.empty() && bytes > tuning_.max_coalesced_bytes) break;
     messages.push_back(entry.message);
     run.told = run.end + 1;
     run.num_changes += entry.num_changes;
@@ -102,11 +96,11 @@ void WatchGroup::Extend(Revision after, const StructurePtr& structure, Follower&
 }
 
 std::vector<FeedCommit> WatchGroup::ReadOn(Revision after) {
-  if (entries_.empty() || after - last_ > kMaxGap) BeginAfter(after);
-  std::optional<std::vector<FeedCommit>> commits = feed_->Read(last_, kMaxChangesAtOnce);
+  if (entries_.empty() || after - last_ > tuning_.max_gap) BeginAfter(after);
+  std::optional<std::vector<FeedCommit>> commits = feed_->Read(last_, tuning_.max_changes_at_once);
   if (!commits && last_ < after) {
     BeginAfter(after);
-    commits = feed_->Read(last_, kMaxChangesAtOnce);
+    commits = feed_->Read(last_, tuning_.max_changes_at_once);
   }
   return commits ? *std::move(commits) : std::vector<FeedCommit>();
 }
@@ -116,9 +110,8 @@ WatchGroup::Entry WatchGroup::Encode(const FeedCommit& commit, Follower& followe
   // Only a change of the structure can reset a follower, and this commit has none.
   const std::vector<MapChange> changes = follower.Tell(*commit.changes, commit.structure).changes;
   if (changes.empty()) return entry;
-  v1::WatchResponse message = MessageOf(commit);
-  entry.alone =
-      EncodeChanges(changes, 0, service_limits_, message.mutable_changes()) < changes.size();
+  WatchMessage message = MessageOf(commit);
+  entry.alone = EncodeChanges(changes, 0, limits_, message.mutable_changes()) < changes.size();
   if (entry.alone) return entry;
   entry.message = Serialize(message);
   entry.num_changes = static_cast<int64_t>(changes.size());
@@ -133,8 +126,8 @@ void WatchGroup::Push(Entry entry) {
   // The newest entry always stays, or the bytes of other groups could keep this one from ever
   // providing a message.
   while (entries_.size() > 1 &&
-         (static_cast<int64_t>(entries_.size()) > limits_.max_commits ||
-          bytes_ > limits_.max_bytes || *bytes_of_all_ > limits_.max_bytes_of_all)) {
+         (static_cast<int64_t>(entries_.size()) > tuning_.max_ring_commits ||
+          bytes_ > tuning_.max_ring_bytes || *bytes_of_all_ > tuning_.max_bytes_of_all_rings)) {
     PopFirst();
   }
 }
@@ -150,18 +143,16 @@ void WatchGroup::BeginAfter(Revision after) {
   last_ = after;
 }
 
-std::shared_ptr<WatchGroup> WatchGroups::Join(const ChangeFeed* feed, v1::WatchRequest request) {
-  request.clear_start_revision();
-  request.clear_start_time();
-  request.clear_coalesce();
+std::shared_ptr<WatchGroup> WatchGroups::Join(const ChangeFeed* feed, const WatchFilter& filter) {
   MutexLock lock(&mutex_);
-  std::erase_if(groups_, [](const auto& group) { return group.second.expired(); });
-  std::weak_ptr<WatchGroup>& known = groups_[{feed, request.SerializeAsString()}];
-  std::shared_ptr<WatchGroup> group = known.lock();
-  if (!group) {
-    group = std::make_shared<WatchGroup>(feed, service_limits_, limits_, &bytes_);
-    known = group;
+  std::erase_if(groups_, [](const Known& known) { return known.group.expired(); });
+  for (const Known& known : groups_) {
+    if (known.feed != feed || !(known.filter == filter)) continue;
+    // Null if the group's last watch has ended since the sweep above.
+    if (std::shared_ptr<WatchGroup> group = known.group.lock()) return group;
   }
+  auto group = std::make_shared<WatchGroup>(feed, limits_, tuning_, &bytes_);
+  groups_.push_back({feed, filter, group});
   return group;
 }
 

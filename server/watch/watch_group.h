@@ -7,19 +7,17 @@
 #include <atomic>
 #include <cstdint>
 #include <deque>
-#include <map>
 #include <memory>
 #include <optional>
-#include <string>
-#include <utility>
 #include <vector>
 
 #include "absl/base/thread_annotations.h"
+#include "base/limits/limits.h"
 #include "base/sync/mutex.h"
-#include "hypermap/v1/watch_service.pb.h"
 #include "map/watch/follower.h"
 #include "server/rpc/facilities.h"
 #include "server/session/change_feed.h"
+#include "server/watch/watch_tuning.h"
 
 namespace hypermap::server {
 
@@ -34,27 +32,21 @@ namespace hypermap::server {
 // would otherwise encode the same ones.
 class WatchGroup {
  public:
-  struct Limits {
-    int64_t max_commits = 4096;                    // entries of a ring
-    int64_t max_bytes = int64_t{4} << 20;          // of a ring
-    int64_t max_bytes_of_all = int64_t{64} << 20;  // of the rings of all groups together
-  };
-
   // Consecutive commits, and the message that reports them.
   struct Run {
     Revision end = 0;          // the last commit
     Revision told = 0;         // the last commit that selects something; 0: none does
-    grpc::Slice message;       // WatchResponse; empty if no commit selects anything
+    grpc::Slice message;       // WatchMessage; empty if no commit selects anything
     int64_t num_changes = 0;   // in the message
     bool reaches_end = false;  // kCoalesced: `end` was the newest revision when the run was made
   };
 
-  // Whether a run has the message of one commit, or of many in WatchResponse.coalesced.
+  // Whether a run has the message of one commit, or of many in the field `coalesced`.
   enum class Form { kSingle, kCoalesced };
 
   // `feed` and `bytes_of_all` must outlive this; `bytes_of_all` counts the bytes in the rings of
   // all groups.
-  WatchGroup(const ChangeFeed* feed, const ServiceLimits& service_limits, const Limits& limits,
+  WatchGroup(const ChangeFeed* feed, const Limits& limits, const WatchTuning& tuning,
              std::atomic<int64_t>* bytes_of_all);
   ~WatchGroup();
   WatchGroup(const WatchGroup&) = delete;
@@ -106,8 +98,8 @@ class WatchGroup {
   }
 
   const ChangeFeed* const feed_;
-  const ServiceLimits service_limits_;
   const Limits limits_;
+  const WatchTuning tuning_;
   std::atomic<int64_t>* const bytes_of_all_;
 
   Mutex mutex_;
@@ -122,22 +114,25 @@ class WatchGroup {
 // safe.
 class WatchGroups {
  public:
-  explicit WatchGroups(const ServiceLimits& service_limits, const WatchGroup::Limits& limits = {})
-      : service_limits_(service_limits), limits_(limits) {}
+  explicit WatchGroups(const Limits& limits, const WatchTuning& tuning = {})
+      : limits_(limits), tuning_(tuning) {}
 
-  // Returns the group of all watches of `feed` with the same filter as `request`. The caller must
-  // keep the feed alive for longer than the group.
-  std::shared_ptr<WatchGroup> Join(const ChangeFeed* feed, v1::WatchRequest request);
+  // Returns the group of all watches of `feed` with this filter. The caller must keep the feed
+  // alive for longer than the group. Linear in the number of groups.
+  std::shared_ptr<WatchGroup> Join(const ChangeFeed* feed, const WatchFilter& filter);
 
  private:
-  // The feed, and the encoded request without what may differ within a group: start and `coalesce`.
-  using Key = std::pair<const ChangeFeed*, std::string>;
+  struct Known {
+    const ChangeFeed* feed;
+    WatchFilter filter;
+    std::weak_ptr<WatchGroup> group;
+  };
 
-  const ServiceLimits service_limits_;
-  const WatchGroup::Limits limits_;
+  const Limits limits_;
+  const WatchTuning tuning_;
   std::atomic<int64_t> bytes_ = 0;
   Mutex mutex_;
-  std::map<Key, std::weak_ptr<WatchGroup>> groups_ ABSL_GUARDED_BY(mutex_);
+  std::vector<Known> groups_ ABSL_GUARDED_BY(mutex_);
 };
 
 }  // namespace hypermap::server

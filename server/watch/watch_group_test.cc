@@ -13,10 +13,10 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
+#include "base/limits/limits.h"
 #include "map/edits/apply.h"
 #include "map/watch/structure.h"
 #include "server/services/testing/test_server.h"
-#include "server/watch/change_messages.h"
 #include "server/watch/watch_messages.h"
 #include "server/watch/watch_source.h"
 #include "tests/support/random_map.h"
@@ -107,11 +107,11 @@ class WatchGroupTest : public ::testing::Test {
     filter.classes = std::move(classes);
     return {std::move(group), structure, *Follower::Make(filter, structure)};
   }
-  std::shared_ptr<WatchGroup> Group(const WatchGroup::Limits& limits = {}) {
-    return std::make_shared<WatchGroup>(&feed_, limits_, limits, &bytes_);
+  std::shared_ptr<WatchGroup> Group(const WatchTuning& tuning = {}) {
+    return std::make_shared<WatchGroup>(&feed_, limits_, tuning, &bytes_);
   }
 
-  ServiceLimits limits_;
+  Limits limits_;
   std::atomic<int64_t> bytes_ = 0;
   SnapshotPtr map_;
   ChangeFeed feed_;
@@ -198,9 +198,7 @@ TEST_F(WatchGroupTest, CommitsThatChangeTheStructureAreToldByEachAlone) {
 }
 
 TEST_F(WatchGroupTest, TheRingIsBoundedAndWhoFallsOutOfItIsAlone) {
-  WatchGroup::Limits limits;
-  limits.max_commits = 4;
-  const auto group = Group(limits);
+  const auto group = Group({.max_ring_commits = 4});
   Watch quick = WatchAt(1, group), slow = WatchAt(1, group);
   CommitPuts(10);
   ASSERT_TRUE(quick.Take(9, Form::kSingle));
@@ -210,12 +208,11 @@ TEST_F(WatchGroupTest, TheRingIsBoundedAndWhoFallsOutOfItIsAlone) {
 }
 
 TEST_F(WatchGroupTest, AllRingsTogetherAreBounded) {
-  WatchGroup::Limits limits;
-  limits.max_bytes_of_all = 2000;
+  const WatchTuning tuning{.max_bytes_of_all_rings = 2000};
   CommitPuts(100);
   std::vector<std::shared_ptr<WatchGroup>> groups;
   for (int i = 0; i < 3; ++i) {
-    groups.push_back(Group(limits));
+    groups.push_back(Group(tuning));
     Watch watch = WatchAt(1, groups.back());
     for (Revision after = 1; after < 101; ++after) watch.Take(after, Form::kSingle);
     // Each ring keeps its newest message, even if all rings together are over the limit.
@@ -227,16 +224,14 @@ TEST_F(WatchGroupTest, AllRingsTogetherAreBounded) {
 }
 
 TEST_F(WatchGroupTest, AMessageIsBounded) {
-  WatchGroup::Limits limits;
-  limits.max_commits = 2000;
   CommitPuts(1000);
-  Watch watch = WatchAt(1, Group(limits));
+  Watch watch = WatchAt(1, Group({.max_coalesced_messages = 100}));
   Revision told = 1;
   for (bool at_end = false; !at_end;) {
     const auto run = watch.Take(told, Form::kCoalesced);
     ASSERT_TRUE(run);
     const std::vector<Revision> revisions = RevisionsIn(run->message);
-    EXPECT_LE(revisions.size(), 256u);
+    EXPECT_LE(revisions.size(), 100u);
     EXPECT_EQ(revisions.front(), told + 1);
     told = run->end;
     at_end = run->reaches_end;
@@ -244,24 +239,27 @@ TEST_F(WatchGroupTest, AMessageIsBounded) {
   EXPECT_EQ(told, 1001);
 }
 
-TEST(WatchGroupsTest, ThoseWhoAskAlikeAreAGroupUntilTheLastIsGone) {
+TEST(WatchGroupsTest, WatchesWithTheSameFilterAreAGroupUntilTheLastIsGone) {
   ChangeFeed feed(1, std::make_shared<MapStructure>(), {}),
       other_feed(1, feed.StructureAt(1).value(), {});
-  WatchGroups groups{ServiceLimits()};
-  v1::WatchRequest request;
-  request.mutable_scope()->set_map("site");
-  auto group = groups.Join(&feed, request);
-  v1::WatchRequest alike = request, different = request;
-  alike.set_start_revision(7);
-  alike.set_coalesce(true);
-  different.add_classes("cup");
-  EXPECT_EQ(groups.Join(&feed, alike), group);
+  WatchGroups groups{Limits()};
+  const WatchFilter filter{.layers = {"things"}, .area = Polygon::FromBox({{0, 0}, {1, 1}})};
+  auto group = groups.Join(&feed, filter);
+  EXPECT_EQ(groups.Join(&feed, WatchFilter(filter)), group);
+  EXPECT_NE(groups.Join(&other_feed, filter), group);
+  WatchFilter different = filter;
+  different.classes = {"cup"};
   EXPECT_NE(groups.Join(&feed, different), group);
-  EXPECT_NE(groups.Join(&other_feed, request), group);
+  different = filter;
+  different.area = Polygon::FromBox({{0, 0}, {1, 2}});
+  EXPECT_NE(groups.Join(&feed, different), group);
+  different = filter;
+  different.frames = WatchFilter::Frames::kAsStored;
+  EXPECT_NE(groups.Join(&feed, different), group);
   const std::weak_ptr<WatchGroup> gone = group;
   group.reset();
   EXPECT_TRUE(gone.expired());
-  EXPECT_NE(groups.Join(&feed, request), nullptr);
+  EXPECT_NE(groups.Join(&feed, filter), nullptr);
 }
 
 // Random edits that reset no watch.
@@ -288,8 +286,10 @@ std::vector<hypermap::Edit> RandomEdits(Rng& rng, Revision revision, std::vector
 // A watch of a map's session without a server, which takes messages when the test asks for them.
 class RandomWatch {
  public:
-  RandomWatch(const Facilities& facilities, WatchGroups* groups, v1::WatchRequest request)
-      : request_(std::move(request)), source_(*WatchSource::Open(facilities, groups, request_)) {}
+  RandomWatch(const Facilities& facilities, const WatchTuning& tuning, WatchGroups* groups,
+              v1::WatchRequest request)
+      : request_(std::move(request)),
+        source_(*WatchSource::Open(facilities, tuning, groups, request_)) {}
 
   // Takes at most `max_messages` messages. Returns false if there is nothing new.
   bool Take(int max_messages) {
@@ -319,7 +319,7 @@ class RandomWatch {
 };
 
 // Oracle: the messages of all commits after `start`, filtered and encoded without a group.
-std::vector<std::string> ToldAlone(const ChangeFeed& feed, const ServiceLimits& limits,
+std::vector<std::string> ToldAlone(const ChangeFeed& feed, const Limits& limits,
                                    const WatchFilter& filter, Revision start) {
   std::vector<std::string> messages;
   Follower follower = *Follower::Make(filter, *feed.StructureAt(start));
@@ -333,7 +333,7 @@ std::vector<std::string> ToldAlone(const ChangeFeed& feed, const ServiceLimits& 
       if (change.layer_now) change.layer_now->version = commit.revision;
     }
     for (size_t next = 0; next < told.changes.size();) {
-      v1::WatchResponse message = MessageOf(commit);
+      WatchMessage message = MessageOf(commit);
       next = EncodeChanges(told.changes, next, limits, message.mutable_changes());
       message.set_more(next < told.changes.size());
       messages.push_back(message.SerializeAsString());
@@ -346,7 +346,7 @@ TEST(WatchGroupPropertyTest, WhatIsSharedIsWhatEachWouldBeToldAlone) {
   const uint64_t seed = TestSeed();
   SCOPED_TRACE(absl::StrCat("HYPERMAP_TEST_SEED=", seed));
   Rng rng(seed);
-  ServiceLimits limits;
+  Limits limits;
   limits.chunk_items = 5;
   TestServer server(limits);
   EditBatch site = LayerOfCells("cells", 1, 301);
@@ -356,9 +356,8 @@ TEST(WatchGroupPropertyTest, WhatIsSharedIsWhatEachWouldBeToldAlone) {
   WorkerPool workers(1);
   const Facilities facilities{&server.site(), limits, &workers, &workers, &workers, ""};
   // The ring is so small that watches are behind it now and then.
-  WatchGroup::Limits ring;
-  ring.max_commits = 20;
-  WatchGroups groups(limits, ring);
+  const WatchTuning tuning{.max_ring_commits = 20};
+  WatchGroups groups(limits, tuning);
 
   std::vector<WatchFilter> filters(5);
   filters[1].area = Polygon::FromBox({{-5, -1}, {5, 2}});
@@ -398,8 +397,8 @@ TEST(WatchGroupPropertyTest, WhatIsSharedIsWhatEachWouldBeToldAlone) {
       v1::WatchRequest request = request_of(filter);
       request.set_coalesce(UniformInt(rng, 0, 1) == 0);
       request.set_start_revision(UniformInt(rng, 1, static_cast<int>(session.feed().newest())));
-      watches.emplace_back(filter,
-                           std::make_unique<RandomWatch>(facilities, &groups, std::move(request)));
+      watches.emplace_back(
+          filter, std::make_unique<RandomWatch>(facilities, tuning, &groups, std::move(request)));
     }
     for (const auto& [filter, watch] : watches) {
       if (UniformInt(rng, 0, 9) == 0) watch->Take(UniformInt(rng, 1, 10));

@@ -3,8 +3,10 @@
 #include <cstdint>
 #include <string>
 
+#include "base/limits/limits.h"
 #include "google/protobuf/io/coded_stream.h"
 #include "google/protobuf/io/zero_copy_stream_impl_lite.h"
+#include "wire/change.h"
 #include "wire/time.h"
 
 namespace hypermap::server {
@@ -12,18 +14,33 @@ namespace {
 
 // Tag of a length-delimited field: its number and wire type 2 (protobuf encoding, "Message
 // Structure"). Written by hand, because the inner messages are encoded already.
-constexpr uint32_t kCoalescedTag = v1::WatchResponse::kCoalescedFieldNumber << 3 | 2;
+constexpr uint32_t kCoalescedTag = WatchMessage::kCoalescedFieldNumber << 3 | 2;
 // Upper bound of the bytes of a tag and a length: two 32-bit varints.
 constexpr size_t kMaxHeadBytes = 10;
 
 }  // namespace
 
-v1::WatchResponse MessageOf(const FeedCommit& commit) {
-  v1::WatchResponse message;
+WatchMessage MessageOf(const FeedCommit& commit) {
+  WatchMessage message;
   message.set_revision(commit.revision);
   wire::EncodeTime(commit.time, message.mutable_time());
   message.set_author(commit.author);
   return message;
+}
+
+size_t EncodeChanges(const std::vector<MapChange>& changes, size_t first, const Limits& limits,
+                     google::protobuf::RepeatedPtrField<v1::Change>* messages) {
+  int64_t items = 0;
+  int64_t bytes = 0;
+  size_t next = first;
+  for (; next < changes.size(); ++next) {
+    if (items >= limits.chunk_items || bytes >= limits.max_chunk_bytes) break;
+    v1::Change* const message = messages->Add();
+    wire::EncodeChange(changes[next], message);
+    items += 1 + static_cast<int64_t>(changes[next].cells.size());
+    bytes += static_cast<int64_t>(message->ByteSizeLong());
+  }
+  return next;
 }
 
 grpc::Slice Coalesce(const std::vector<grpc::Slice>& messages) {

@@ -1,20 +1,37 @@
-// Encoding of Watch's messages as bytes that any number of calls can write.
+// Encoding of changes in messages of bounded size, and of Watch's and Replicate's messages as bytes
+// that any number of calls can write.
 #ifndef HYPERMAP_SERVER_WATCH_WATCH_MESSAGES_H_
 #define HYPERMAP_SERVER_WATCH_WATCH_MESSAGES_H_
 
 #include <grpcpp/support/slice.h>
 
+#include <cstddef>
 #include <vector>
 
+#include "base/limits/limits.h"
+#include "google/protobuf/repeated_ptr_field.h"
 #include "hypermap/v1/watch_service.pb.h"
+#include "map/watch/map_change.h"
+#include "server/rpc/facilities.h"
 #include "server/session/change_feed.h"
 
 namespace hypermap::server {
 
-// A message with the commit's revision, time and author, and no changes.
-v1::WatchResponse MessageOf(const FeedCommit& commit);
+// The message that is built for both rpcs. The fields of WatchResponse have the same numbers and
+// types in ReplicateResponse (a test compares them), so that the bytes of a message whose other
+// fields are not set are those of a WatchResponse, too.
+using WatchMessage = v1::ReplicateResponse;
 
-// One message that contains the encoded `messages` in WatchResponse.coalesced. A single message is
+// A message with the commit's revision, time and author, and no changes.
+WatchMessage MessageOf(const FeedCommit& commit);
+
+// Encodes the changes from index `first` on, until they reach limits.chunk_items objects and runs
+// of cells or limits.max_chunk_bytes, but at least one. Returns the index of the first change that
+// was left over, or changes.size().
+size_t EncodeChanges(const std::vector<MapChange>& changes, size_t first, const Limits& limits,
+                     google::protobuf::RepeatedPtrField<v1::Change>* messages);
+
+// One message that contains the encoded `messages` in its field `coalesced`. A single message is
 // returned as it is; no messages give an empty slice.
 grpc::Slice Coalesce(const std::vector<grpc::Slice>& messages);
 

@@ -2,48 +2,54 @@
 
 #include <algorithm>
 #include <memory>
+#include <string>
 #include <utility>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "base/limits/limits.h"
 #include "base/status/status_macros.h"
 #include "server/rpc/raw_messages.h"
 #include "server/rpc/streamed_answer.h"
 #include "server/rpc/unary_call.h"
 #include "server/watch/difference_source.h"
-#include "wire/status.h"
-#include "wire/time.h"
+#include "wire/catalog.h"
 
 namespace hypermap::server {
 namespace {
 
 constexpr int kDefaultPageSize = 1000;
-constexpr int kMaxPageSize = 10'000;
-
-// Ends a call whose request can't be parsed. Owns itself until OnDone.
-class RefusedWatch final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
- public:
-  RefusedWatch(const grpc::CallbackServerContext& context, const absl::Status& status) {
-    RequestLog(context, "Watch", "").Finished(status, 0);
-    Finish(wire::EncodeStatus(status));
-  }
-  void OnDone() override { delete this; }
-};
 
 }  // namespace
 
+template <typename Request>
+WatchCall* WatchService::BeginWatch(const grpc::CallbackServerContext* context,
+                                    absl::string_view rpc, const grpc::ByteBuffer& bytes) {
+  Request request;
+  absl::Status parsed = ParseRequest(bytes, &request);
+  std::string map = request.scope().map();
+  return new WatchCall(
+      context, rpc, std::move(map),
+      [this, parsed = std::move(parsed),
+       request = std::move(request)]() -> absl::StatusOr<std::unique_ptr<WatchSource>> {
+        HYPERMAP_RETURN_IF_ERROR(parsed);
+        return WatchSource::Open(facilities_, shared_.tuning, &groups_, request);
+      },
+      &shared_);
+}
+
 grpc::ServerWriteReactor<grpc::ByteBuffer>* WatchService::Watch(
     grpc::CallbackServerContext* context, const grpc::ByteBuffer* request) {
-  v1::WatchRequest parsed;
-  if (absl::Status status = ParseRequest(*request, &parsed); !status.ok()) {
-    return new RefusedWatch(*context, status);
-  }
-  return new WatchCall(context, std::move(parsed), &facilities_, &groups_, &watches_, &timers_,
-                       &tick_queues_);
+  return BeginWatch<v1::WatchRequest>(context, "Watch", *request);
+}
+
+grpc::ServerWriteReactor<grpc::ByteBuffer>* WatchService::Replicate(
+    grpc::CallbackServerContext* context, const grpc::ByteBuffer* request) {
+  return BeginWatch<v1::ReplicateRequest>(context, "Replicate", *request);
 }
 
 void WatchService::EndAfter(absl::Duration grace) {
-  timers_.RunAfter(grace, [this] { watches_.CancelWrites(); });
+  shared_.timers.RunAfter(grace, [this] { shared_.open_watches.CancelWrites(); });
 }
 
 grpc::ServerWriteReactor<grpc::ByteBuffer>* WatchService::ListChanges(
@@ -68,8 +74,9 @@ absl::StatusOr<int64_t> WatchService::AnswerRevisions(const v1::ListRevisionsReq
   HYPERMAP_ASSIGN_OR_RETURN(const std::shared_ptr<MapSession> session,
                             FindMap(facilities_, request.map()));
   if (request.page_size() < 0) return absl::InvalidArgumentError("page_size is negative");
-  const int page_size =
-      request.page_size() == 0 ? kDefaultPageSize : std::min(request.page_size(), kMaxPageSize);
+  const int page_size = request.page_size() == 0
+                            ? kDefaultPageSize
+                            : std::min(request.page_size(), FixedLimits::kMaxPageSize);
   const Revision newest = session->snapshot()->revision;
   const Revision before =
       request.before_revision() == 0 ? newest + 1 : std::min(request.before_revision(), newest + 1);
@@ -82,11 +89,7 @@ absl::StatusOr<int64_t> WatchService::AnswerRevisions(const v1::ListRevisionsReq
   response->set_newest_revision(newest);
   response->set_oldest_revision(kept.oldest);
   for (const storage::RevisionRecord& record : records) {
-    v1::RevisionInfo* const info = response->add_revisions();
-    info->set_revision(record.revision);
-    wire::EncodeTime(record.time, info->mutable_time());
-    info->set_author(record.author);
-    info->set_num_changes(record.num_changes);
+    wire::EncodeRevisionRecord(record, response->add_revisions());
   }
   return response->revisions_size();
 }

@@ -6,31 +6,33 @@
 #include <memory>
 
 #include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
+#include "absl/time/time.h"
 #include "hypermap/v1/watch_service.grpc.pb.h"
 #include "server/rpc/facilities.h"
-#include "server/rpc/timer_queue.h"
-#include "server/watch/tick_queue.h"
 #include "server/watch/watch_call.h"
 #include "server/watch/watch_group.h"
+#include "server/watch/watch_tuning.h"
 
 namespace hypermap::server {
 
-// Watch and ListChanges are raw methods, which write bytes: the bytes of a Watch message are shared
-// by many calls. Thread safe.
+// Watch, Replicate and ListChanges are raw methods, which write bytes: the bytes of a message to
+// watches are shared by many calls. Thread safe.
 class WatchService
     : public v1::WatchService::WithRawCallbackMethod_Watch<
-          v1::WatchService::WithRawCallbackMethod_ListChanges<
-              v1::WatchService::WithCallbackMethod_ListRevisions<v1::WatchService::Service>>> {
+          v1::WatchService::WithRawCallbackMethod_Replicate<
+              v1::WatchService::WithRawCallbackMethod_ListChanges<
+                  v1::WatchService::WithCallbackMethod_ListRevisions<v1::WatchService::Service>>>> {
  public:
-  explicit WatchService(const Facilities& facilities)
+  explicit WatchService(const Facilities& facilities, const WatchTuning& tuning = {})
       : facilities_(facilities),
-        groups_(facilities.limits),
-        watches_(facilities.limits.max_watchers),
-        tick_queues_{TickQueue::Make(kCalmTick, &timers_, facilities.workers),
-                     TickQueue::Make(kBusyTick, &timers_, facilities.workers)} {}
+        groups_(facilities.limits, tuning),
+        shared_(tuning, facilities.workers, facilities.limits.max_watchers) {}
 
   grpc::ServerWriteReactor<grpc::ByteBuffer>* Watch(grpc::CallbackServerContext* context,
                                                     const grpc::ByteBuffer* request) override;
+  grpc::ServerWriteReactor<grpc::ByteBuffer>* Replicate(grpc::CallbackServerContext* context,
+                                                        const grpc::ByteBuffer* request) override;
   grpc::ServerWriteReactor<grpc::ByteBuffer>* ListChanges(grpc::CallbackServerContext* context,
                                                           const grpc::ByteBuffer* request) override;
   grpc::ServerUnaryReactor* ListRevisions(grpc::CallbackServerContext* context,
@@ -42,21 +44,17 @@ class WatchService
   void EndAfter(absl::Duration grace);
 
  private:
-  // Periods of the clocks at which watches with `coalesce` get their next message. A write costs
-  // much the same whatever it contains, so that a watch with many changes waits longer and puts
-  // more of them into a message. 10 ms is shorter than a robot's control loop.
-  static constexpr absl::Duration kCalmTick = absl::Milliseconds(10);
-  static constexpr absl::Duration kBusyTick = absl::Milliseconds(40);
-
+  // Begins a Watch or Replicate rpc, which owns itself. `rpc` is its name for the log.
+  template <typename Request>
+  WatchCall* BeginWatch(const grpc::CallbackServerContext* context, absl::string_view rpc,
+                        const grpc::ByteBuffer& bytes);
   // Returns the number of revisions in the response.
   absl::StatusOr<int64_t> AnswerRevisions(const v1::ListRevisionsRequest& request,
                                           v1::ListRevisionsResponse* response) const;
 
   const Facilities facilities_;
   WatchGroups groups_;
-  OpenWatches watches_;
-  TimerQueue timers_;
-  const TickQueues tick_queues_;
+  WatchCall::Shared shared_;
 };
 
 }  // namespace hypermap::server

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "base/limits/limits.h"
 #include "server/services/testing/test_server.h"
 #include "wire/geometry.h"
 
@@ -101,8 +102,8 @@ constexpr int kMaxWatchers = 16;
 // `coalesce`, which makes no difference to the changes that a watch gets.
 class WatchServiceTest : public ::testing::TestWithParam<bool> {
  protected:
-  static ServiceLimits Limits() {
-    ServiceLimits limits;
+  static Limits TestLimits() {
+    Limits limits;
     limits.watch_progress = absl::Milliseconds(20);
     limits.max_watchers = kMaxWatchers;
     limits.max_watch_lag = 1000;
@@ -112,11 +113,11 @@ class WatchServiceTest : public ::testing::TestWithParam<bool> {
   static SessionOptions Options() {
     SessionOptions options;
     options.feed.max_commits = 16;
-    options.retention.history_revisions = 2000;
+    options.limits.history_revisions = 2000;
     return options;
   }
 
-  WatchServiceTest() : server_(Limits(), 1 << 20, Options()) {
+  WatchServiceTest() : server_(TestLimits(), 1 << 20, Options()) {
     server_.MakeMap("site", LayerOfCups("cups", 2));
   }
 

@@ -5,12 +5,11 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/limits/limits.h"
 #include "base/status/status_macros.h"
 #include "map/watch/structure.h"
 #include "server/rpc/map_message.h"
 #include "server/rpc/raw_messages.h"
-#include "server/watch/change_messages.h"
-#include "server/watch/watch_messages.h"
 #include "wire/geometry.h"
 #include "wire/scope.h"
 #include "wire/time.h"
@@ -18,24 +17,15 @@
 namespace hypermap::server {
 namespace {
 
-// Number of changes that are read from the history at a time; bounds what a slow reader holds.
-constexpr int kMaxPastChanges = 128;
-// While commits select nothing, a progress message is sent at most this often. It moves the resume
-// point, so that a reconnecting client need not have those commits filtered again.
-constexpr absl::Duration kBetweenProgress = absl::Seconds(1);
-// Weight of the newest sample in the exponential moving average of changes per second. Messages
-// that follow each other faster than kLeastBetween count as this far apart, which bounds a sample.
-constexpr double kShareOfLast = 0.25;
-constexpr absl::Duration kLeastBetween = absl::Milliseconds(1);
-
-absl::StatusOr<WatchFilter> DecodeFilter(const v1::WatchRequest& request,
-                                         const wire::DecodeLimits& limits) {
+// Decodes the part of the map that a WatchRequest or ReplicateRequest selects.
+template <typename Request>
+absl::StatusOr<WatchFilter> DecodeFilter(const Request& request, WatchFilter::Frames frames,
+                                         const Limits& limits) {
   WatchFilter filter;
   Scope scope = wire::DecodeScope(request.scope());
   filter.layers = std::move(scope.layers);
   filter.frame_id = std::move(scope.frame_id);
-  filter.classes.assign(request.classes().begin(), request.classes().end());
-  filter.as_stored = request.as_stored();
+  filter.frames = frames;
   if (request.has_area()) {
     HYPERMAP_ASSIGN_OR_RETURN(Polygon area, wire::DecodePolygon("area", request.area(), limits));
     filter.area = std::move(area);
@@ -43,9 +33,8 @@ absl::StatusOr<WatchFilter> DecodeFilter(const v1::WatchRequest& request,
   return filter;
 }
 
-}  // namespace
-
-absl::StatusOr<StructurePtr> WatchSource::StructureAt(MapSession& session, Revision revision) {
+// The structure of the map at a revision to start from.
+absl::StatusOr<StructurePtr> StructureAt(MapSession& session, Revision revision) {
   if (revision < 0) return absl::InvalidArgumentError("start_revision is negative");
   const Revision newest = session.feed().newest();
   if (revision > newest) {
@@ -60,7 +49,9 @@ absl::StatusOr<StructurePtr> WatchSource::StructureAt(MapSession& session, Revis
   return past->structure();
 }
 
-absl::StatusOr<absl::Time> WatchSource::TimeOf(MapSession& session, Revision revision) {
+// The commit time of a kept revision; for revision 0, when the map was created. OUT_OF_RANGE if the
+// revision is not kept.
+absl::StatusOr<absl::Time> TimeOf(MapSession& session, Revision revision) {
   if (revision == 0) return session.header().created_at;
   HYPERMAP_ASSIGN_OR_RETURN(HistoryPool::Lease history, session.OpenHistory());
   HYPERMAP_ASSIGN_OR_RETURN(
@@ -70,66 +61,98 @@ absl::StatusOr<absl::Time> WatchSource::TimeOf(MapSession& session, Revision rev
   return absl::OutOfRangeError(absl::StrCat("revision ", revision, " is not kept any more"));
 }
 
-absl::Status WatchSource::CheckStart(MapSession& session, const v1::WatchRequest& request) {
-  if (!request.has_start_time()) return absl::OkStatus();
-  HYPERMAP_ASSIGN_OR_RETURN(const absl::Time wanted,
-                            wire::DecodeTime("start_time", request.start_time()));
-  HYPERMAP_ASSIGN_OR_RETURN(const absl::Time made, TimeOf(session, request.start_revision()));
+// ABORTED if the revision was made at another time than `wanted`.
+absl::Status CheckTimeOf(MapSession& session, Revision revision, absl::Time wanted) {
+  HYPERMAP_ASSIGN_OR_RETURN(const absl::Time made, TimeOf(session, revision));
   if (made == wanted) return absl::OkStatus();
-  return absl::AbortedError(absl::StrCat("revision ", request.start_revision(), " was made at ",
+  return absl::AbortedError(absl::StrCat("revision ", revision, " was made at ",
                                          absl::FormatTime(made, absl::UTCTimeZone()),
                                          ", not at start_time: the map is not the one it was"));
 }
 
+}  // namespace
+
 absl::StatusOr<std::unique_ptr<WatchSource>> WatchSource::Open(const Facilities& facilities,
+                                                               const WatchTuning& tuning,
                                                                WatchGroups* groups,
                                                                const v1::WatchRequest& request) {
+  Subscription subscription{.map = request.scope().map()};
+  HYPERMAP_ASSIGN_OR_RETURN(subscription.filter,
+                            DecodeFilter(request, WatchFilter::Frames::kCaller, facilities.limits));
+  subscription.filter.classes.assign(request.classes().begin(), request.classes().end());
+  if (request.coalesce()) subscription.form = WatchGroup::Form::kCoalesced;
+  if (request.has_start_revision()) subscription.start_revision = request.start_revision();
+  return Open(facilities, tuning, groups, subscription);
+}
+
+absl::StatusOr<std::unique_ptr<WatchSource>> WatchSource::Open(
+    const Facilities& facilities, const WatchTuning& tuning, WatchGroups* groups,
+    const v1::ReplicateRequest& request) {
+  Subscription subscription{.map = request.scope().map(), .form = WatchGroup::Form::kCoalesced};
+  HYPERMAP_ASSIGN_OR_RETURN(
+      subscription.filter,
+      DecodeFilter(request, WatchFilter::Frames::kAsStored, facilities.limits));
+  if (request.has_start_revision()) subscription.start_revision = request.start_revision();
+  if (request.has_start_time()) {
+    if (!request.has_start_revision()) {
+      return absl::InvalidArgumentError("start_time without start_revision");
+    }
+    HYPERMAP_ASSIGN_OR_RETURN(subscription.start_time,
+                              wire::DecodeTime("start_time", request.start_time()));
+  }
+  return Open(facilities, tuning, groups, subscription);
+}
+
+absl::StatusOr<std::unique_ptr<WatchSource>> WatchSource::Open(const Facilities& facilities,
+                                                               const WatchTuning& tuning,
+                                                               WatchGroups* groups,
+                                                               const Subscription& subscription) {
   HYPERMAP_ASSIGN_OR_RETURN(std::shared_ptr<MapSession> session,
-                            FindMap(facilities, request.scope().map()));
-  HYPERMAP_ASSIGN_OR_RETURN(WatchFilter filter, DecodeFilter(request, facilities.limits.decode));
+                            FindMap(facilities, subscription.map));
   SnapshotPtr snapshot;  // null: the watch resumes and needs none
-  absl::StatusOr<StructurePtr> structure;
-  Revision start = request.start_revision();
-  if (request.has_start_revision()) {
-    structure = StructureAt(*session, start);
-    if (!structure.ok()) return structure.status();
-    absl::Status status = CheckStart(*session, request);
-    if (!status.ok()) return status;
-  } else if (request.has_start_time()) {
-    return absl::InvalidArgumentError("start_time without start_revision");
+  StructurePtr structure;
+  Revision start = 0;
+  if (subscription.start_revision) {
+    start = *subscription.start_revision;
+    HYPERMAP_ASSIGN_OR_RETURN(structure, StructureAt(*session, start));
+    if (subscription.start_time) {
+      HYPERMAP_RETURN_IF_ERROR(CheckTimeOf(*session, start, *subscription.start_time));
+    }
   } else {
     snapshot = session->snapshot();
     structure = StructureOf(*snapshot);
     start = snapshot->revision;
   }
-  HYPERMAP_ASSIGN_OR_RETURN(Follower follower, Follower::Make(std::move(filter), *structure));
+  HYPERMAP_ASSIGN_OR_RETURN(Follower follower, Follower::Make(subscription.filter, structure));
   // The group holds a pointer to the feed; this source keeps the session, and with it the feed,
   // alive.
-  std::shared_ptr<WatchGroup> group = groups->Join(&session->feed(), request);
-  std::unique_ptr<WatchSource> source(
-      new WatchSource(facilities.limits, std::move(session), std::move(group),
-                      request.coalesce() ? WatchGroup::Form::kCoalesced : WatchGroup::Form::kSingle,
-                      std::move(follower), *std::move(structure), start, request.as_stored()));
-  if (!snapshot) return source;
-  absl::Status status = source->BeginSelection(std::move(snapshot), /*reset=*/false);
-  if (!status.ok()) return status;
+  std::shared_ptr<WatchGroup> group = groups->Join(&session->feed(), subscription.filter);
+  std::unique_ptr<WatchSource> source(new WatchSource(facilities.limits, tuning, std::move(session),
+                                                      std::move(group), std::move(follower),
+                                                      std::move(structure), start, subscription));
+  if (snapshot) {
+    HYPERMAP_RETURN_IF_ERROR(source->BeginSelection(std::move(snapshot), /*reset=*/false));
+  }
   return source;
 }
 
-WatchSource::WatchSource(const ServiceLimits& limits, std::shared_ptr<MapSession> session,
-                         std::shared_ptr<WatchGroup> group, WatchGroup::Form form,
-                         Follower follower, StructurePtr structure, Revision start, bool as_stored)
+WatchSource::WatchSource(const Limits& limits, const WatchTuning& tuning,
+                         std::shared_ptr<MapSession> session, std::shared_ptr<WatchGroup> group,
+                         Follower follower, StructurePtr structure, Revision start,
+                         const Subscription& subscription)
     : limits_(limits),
+      tuning_(tuning),
       session_(std::move(session)),
       group_(std::move(group)),
-      form_(form),
-      as_stored_(as_stored),
+      form_(subscription.form),
+      for_replica_(subscription.filter.frames == WatchFilter::Frames::kAsStored),
       follower_(std::move(follower)),
       structure_(std::move(structure)),
       taken_(start),
       told_(start),
       // A watch that resumes far behind may be that far behind until it has caught up.
-      max_lag_(feed().newest() - start + limits.max_watch_lag) {}
+      max_lag_(feed().newest() - start + limits.max_watch_lag),
+      map_due_(for_replica_) {}
 
 absl::Status WatchSource::WithResume(const absl::Status& status) const {
   // Revision told_ is not kept any more: the error already names the oldest one that is.
@@ -145,7 +168,7 @@ absl::StatusOr<WatchSource::Step> WatchSource::Next(absl::Time now, grpc::Slice*
   if (next_ < telling_.size()) return TellNext(now, message);
   if (feed().closed()) return WithResume(absl::UnavailableError("the map is closing"));
   if (selection_) return ReadSelection(now, message);
-  if (as_stored_ && !map_told_) return TellProgress(now, message);
+  if (map_due_) return TellProgress(now, message);
   return TakeCommits(now, message);
 }
 
@@ -164,9 +187,8 @@ absl::Status WatchSource::BeginSelection(SnapshotPtr snapshot, bool reset) {
   commits_.clear();
   taken_ = snapshot->revision;
   commit_ = {};
-  if (as_stored_) {
-    HYPERMAP_ASSIGN_OR_RETURN(const absl::Time time, TimeOf(*session_, taken_));
-    commit_.time = time;
+  if (for_replica_) {
+    HYPERMAP_ASSIGN_OR_RETURN(commit_.time, TimeOf(*session_, taken_));
   }
   structure_ = StructureOf(*snapshot);
   selection_ = follower_.Read(std::move(snapshot));
@@ -182,14 +204,11 @@ WatchSource::Step WatchSource::ReadSelection(absl::Time now, grpc::Slice* messag
 }
 
 WatchSource::Step WatchSource::TellNext(absl::Time now, grpc::Slice* message) {
-  v1::WatchResponse part = selection_ ? v1::WatchResponse() : MessageOf(commit_);
+  WatchMessage part = selection_ ? WatchMessage() : MessageOf(commit_);
   part.set_revision(taken_);
   part.set_snapshot(selection_ != nullptr);
   part.set_reset(selection_ && std::exchange(selection_resets_, false));
-  if (as_stored_ && selection_) {
-    wire::EncodeTime(commit_.time, part.mutable_time());
-    if (!std::exchange(map_told_, true)) EncodeMap(*session_, part.mutable_map());
-  }
+  if (for_replica_ && selection_) AddForReplica(commit_.time, &part);
   const size_t end = EncodeChanges(telling_, next_, limits_, part.mutable_changes());
   items_ += static_cast<int64_t>(end - next_);
   next_ = end;
@@ -212,19 +231,26 @@ WatchSource::Step WatchSource::TellRun(absl::Time now, const WatchGroup::Run& ru
   if (run.num_changes == 0) return Step::kNothingYet;
   told_ = run.told;
   items_ += run.num_changes;
-  const double since_last_s = absl::ToDoubleSeconds(std::max(now - last_message_, kLeastBetween));
+  const double since_last_s =
+      absl::ToDoubleSeconds(std::max(now - last_message_, tuning_.min_sample_interval));
   const double per_s = static_cast<double>(run.num_changes) / since_last_s;
-  changes_per_s_ += kShareOfLast * (per_s - changes_per_s_);
+  changes_per_s_ += tuning_.newest_sample_weight * (per_s - changes_per_s_);
   last_message_ = now;
   gathers_ = run.reaches_end;
   *message = run.message;
   return Step::kMessage;
 }
 
+void WatchSource::AddForReplica(absl::Time time, WatchMessage* message) {
+  wire::EncodeTime(time, message->mutable_time());
+  if (std::exchange(map_due_, false)) EncodeMap(*session_, message->mutable_map());
+}
+
 absl::Time WatchSource::ProgressDue() const {
   const absl::Time idle = last_message_ + limits_.watch_progress;
   if (told_ == taken_) return idle;
-  return std::min(idle, last_progress_ + std::min(kBetweenProgress, limits_.watch_progress));
+  return std::min(idle,
+                  last_progress_ + std::min(tuning_.between_progress, limits_.watch_progress));
 }
 
 absl::Duration WatchSource::idle_for(absl::Time now) const {
@@ -235,13 +261,12 @@ absl::StatusOr<WatchSource::Step> WatchSource::TellProgress(absl::Time now, grpc
   told_ = taken_;
   last_message_ = now;
   last_progress_ = now;
-  v1::WatchResponse progress;
+  WatchMessage progress;
   progress.set_revision(told_);
-  if (as_stored_) {
+  if (for_replica_) {
     const absl::StatusOr<absl::Time> time = TimeOf(*session_, told_);
     if (!time.ok()) return WithResume(time.status());
-    wire::EncodeTime(*time, progress.mutable_time());
-    if (!std::exchange(map_told_, true)) EncodeMap(*session_, progress.mutable_map());
+    AddForReplica(*time, &progress);
   }
   *message = Serialize(progress);
   return Step::kMessage;
@@ -255,7 +280,7 @@ absl::Status WatchSource::ReadCommits(Revision newest) {
   }
   HYPERMAP_ASSIGN_OR_RETURN(HistoryPool::Lease history, session_->OpenHistory());
   HYPERMAP_ASSIGN_OR_RETURN(std::vector<storage::PastCommit> past,
-                            history->Commits(taken_, kMaxPastChanges));
+                            history->Commits(taken_, tuning_.max_past_changes));
   for (storage::PastCommit& commit : past) {
     // Commits are on disk before they are published.
     if (commit.record.revision > newest) break;

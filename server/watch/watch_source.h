@@ -1,4 +1,4 @@
-// The cursor of one Watch rpc, and the messages that it sends.
+// The cursor of one Watch or Replicate rpc, and the messages that it sends.
 #ifndef HYPERMAP_SERVER_WATCH_WATCH_SOURCE_H_
 #define HYPERMAP_SERVER_WATCH_WATCH_SOURCE_H_
 
@@ -7,16 +7,21 @@
 #include <cstdint>
 #include <deque>
 #include <memory>
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/time/time.h"
+#include "base/limits/limits.h"
 #include "hypermap/v1/watch_service.pb.h"
 #include "map/watch/follower.h"
 #include "server/rpc/facilities.h"
 #include "server/session/map_session.h"
 #include "server/watch/watch_group.h"
+#include "server/watch/watch_messages.h"
+#include "server/watch/watch_tuning.h"
 
 namespace hypermap::server {
 
@@ -31,12 +36,17 @@ class WatchSource {
  public:
   enum class Step { kMessage, kNothingYet, kNothingNew };
 
-  // `groups` must outlive the source. Errors are those of the rpc.
+  // `tuning` and `groups` must outlive the source. Errors are those of the rpc.
   static absl::StatusOr<std::unique_ptr<WatchSource>> Open(const Facilities& facilities,
+                                                           const WatchTuning& tuning,
                                                            WatchGroups* groups,
                                                            const v1::WatchRequest& request);
+  static absl::StatusOr<std::unique_ptr<WatchSource>> Open(const Facilities& facilities,
+                                                           const WatchTuning& tuning,
+                                                           WatchGroups* groups,
+                                                           const v1::ReplicateRequest& request);
 
-  // Makes the bytes of the next WatchResponse, or does a bounded amount of work towards it.
+  // Makes the bytes of the next WatchMessage, or does a bounded amount of work towards it.
   // kNothingNew means that there is nothing to do until there is a revision after taken(), or until
   // idle_for(now) has passed. UNAVAILABLE if the feed is closed, OUT_OF_RANGE if the next commits
   // are no longer kept, RESOURCE_EXHAUSTED if the reader fell too far behind; all name the revision
@@ -48,10 +58,10 @@ class WatchSource {
   bool TakeShared(absl::Time now, grpc::Slice* message);
 
   // Whether the next message should wait for a tick, so that it contains several commits: the watch
-  // asked for `coalesce`, and its last message reached the newest revision.
+  // may coalesce, and its last message reached the newest revision.
   bool gathers() const { return gathers_; }
   // Whether the watch has so many changes per second that it should wait for the longer tick.
-  bool is_busy() const { return changes_per_s_ > kBusyChangesPerS; }
+  bool is_busy() const { return changes_per_s_ > tuning_.busy_changes_per_s; }
 
   ChangeFeed& feed() const { return session_->feed(); }
   // The cursor: the last revision that the source has read.
@@ -62,19 +72,23 @@ class WatchSource {
   int64_t items() const { return items_; }
 
  private:
-  static constexpr double kBusyChangesPerS = 1500;
+  // The parameters of a request. The replicas' rpc is the one with Frames::kAsStored.
+  struct Subscription {
+    std::string map;
+    WatchFilter filter;
+    WatchGroup::Form form = WatchGroup::Form::kSingle;
+    std::optional<Revision> start_revision;  // absent: begins with a snapshot
+    std::optional<absl::Time> start_time;    // at which start_revision must have been made
+  };
 
-  WatchSource(const ServiceLimits& limits, std::shared_ptr<MapSession> session,
-              std::shared_ptr<WatchGroup> group, WatchGroup::Form form, Follower follower,
-              StructurePtr structure, Revision start, bool as_stored);
+  static absl::StatusOr<std::unique_ptr<WatchSource>> Open(const Facilities& facilities,
+                                                           const WatchTuning& tuning,
+                                                           WatchGroups* groups,
+                                                           const Subscription& subscription);
 
-  // The structure of the map at a revision to start from.
-  static absl::StatusOr<StructurePtr> StructureAt(MapSession& session, Revision revision);
-  // The commit time of a kept revision; for revision 0, when the map was created. OUT_OF_RANGE if
-  // the revision is not kept.
-  static absl::StatusOr<absl::Time> TimeOf(MapSession& session, Revision revision);
-  // ABORTED if the request gives a start_time at which start_revision was not made.
-  static absl::Status CheckStart(MapSession& session, const v1::WatchRequest& request);
+  WatchSource(const Limits& limits, const WatchTuning& tuning, std::shared_ptr<MapSession> session,
+              std::shared_ptr<WatchGroup> group, Follower follower, StructurePtr structure,
+              Revision start, const Subscription& subscription);
 
   // Moves the cursor to `snapshot`; the next messages contain all that the filter selects there.
   absl::Status BeginSelection(SnapshotPtr snapshot, bool reset);
@@ -91,16 +105,20 @@ class WatchSource {
   Step TellRun(absl::Time now, const WatchGroup::Run& run, grpc::Slice* message);
   // Sends a message without changes, which moves the reader's resume point to the cursor.
   absl::StatusOr<Step> TellProgress(absl::Time now, grpc::Slice* message);
+  // Adds the fields that only replicas get to a message that is not a commit's: the time of its
+  // revision, and in the rpc's first message the map.
+  void AddForReplica(absl::Time time, WatchMessage* message);
   // Time at which a message without changes is due.
   absl::Time ProgressDue() const;
   // The error with the revision to resume from.
   absl::Status WithResume(const absl::Status& status) const;
 
-  const ServiceLimits limits_;
+  const Limits limits_;
+  const WatchTuning& tuning_;
   const std::shared_ptr<MapSession> session_;
   const std::shared_ptr<WatchGroup> group_;  // reads session_'s feed
   const WatchGroup::Form form_;
-  const bool as_stored_;
+  const bool for_replica_;
   Follower follower_;
   StructurePtr structure_;  // the map's at taken_; follower_ has the same
 
@@ -112,11 +130,11 @@ class WatchSource {
   // Changes of revision taken_ that are being sent: a part of the selection, or one commit's.
   std::vector<MapChange> telling_;
   size_t next_ = 0;    // index of the first of telling_ that is not in a message yet
-  FeedCommit commit_;  // the commit of telling_, without its changes; for a selection with
-                       // as_stored_, only the time is set
+  FeedCommit commit_;  // the commit of telling_, without its changes; for a replica's selection,
+                       // only the time is set
   std::unique_ptr<SelectionReader> selection_;  // null while telling_ is a commit's
   bool selection_resets_ = false;               // the selection's first message has `reset`
-  bool map_told_ = false;                       // as_stored_: the first message, with Map, was made
+  bool map_due_;                                // the next message is the first of a replica
   bool gathers_ = false;
   double changes_per_s_ = 0;  // exponential moving average over the group's runs
 

@@ -211,7 +211,7 @@ absl::Status Expedition::LetRobotsExplore() {
     if (is_interrupted_()) return absl::CancelledError("interrupted");
     if (options_.max_steps > 0 && report_.steps >= options_.max_steps) {
       return absl::DeadlineExceededError(
-          absl::StrCat("not at its end after ", report_.steps, " steps"));
+          absl::StrCat("the exploration has not ended after ", report_.steps, " steps"));
     }
     HYPERMAP_RETURN_IF_ERROR(Step());
     // The remaining goals are leased to robots of others, who act in real time: simulated time must
@@ -224,9 +224,9 @@ absl::Status Expedition::LetRobotsExplore() {
 absl::Status Expedition::Step() {
   for (const auto& robot : robots_) {
     if (robot->has_ended()) continue;
-    const std::optional<client::Goal> before = robot->goal();
+    const std::optional<LeasedGoal> before = robot->goal();
     HYPERMAP_RETURN_IF_ERROR(robot->Step());
-    const std::optional<client::Goal>& goal = robot->goal();
+    const std::optional<LeasedGoal>& goal = robot->goal();
     if (goal && (!before || before->id != goal->id)) report_.conflicts += IsConflict(*robot);
   }
   ++report_.steps;
@@ -237,7 +237,7 @@ absl::Status Expedition::Step() {
 absl::Status Expedition::ReportProgress() {
   HYPERMAP_ASSIGN_OR_RETURN(const client::ExplorationAnswer answer,
                             client_.GetExploration(options_.map, report_.exploration_id));
-  ExpeditionProgress progress{report_.steps, 0, answer.progress.fraction};
+  ExpeditionProgress progress{report_.steps, 0, answer.progress.fraction()};
   for (const auto& robot : robots_) progress.goals += robot->log().goals;
   tell_progress_(progress);
   return absl::OkStatus();

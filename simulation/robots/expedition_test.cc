@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "simulation/robots/testing/drawn_site.h"
 #include "simulation/robots/testing/robot_site.h"
 
 namespace hypermap::robots {
@@ -20,15 +21,9 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::SizeIs;
 
-constexpr double kResolution_m = 0.5;
 constexpr int64_t kRoomCells = 30;
 
 // A room that is too large to be seen from one place.
-const std::vector<std::string> kRoom = {"############",  //
-                                        "#..........#",  //
-                                        "#..........#",  //
-                                        "#..........#",  //
-                                        "############"};
 const std::vector<std::string> kRoomAndCloset = {"################",  //
                                                  "#..........##..#",  //
                                                  "#..........##..#",  //
@@ -95,7 +90,7 @@ TEST(ExpeditionTest, ARobotExploresAllThatThereIs) {
   EXPECT_EQ(report->floor.explored, kRoomCells);
   EXPECT_EQ(report->floor.missed, 0);
   EXPECT_EQ(report->floor.hidden, 0);
-  EXPECT_EQ(report->server_progress.explored_cells, kRoomCells);
+  EXPECT_EQ(report->server_progress.cells.explored, kRoomCells);
   EXPECT_EQ(report->conflicts, 0);
   EXPECT_EQ(report->num_objects, 0);
   EXPECT_THAT(report->robot_names, ElementsAre("robot-1"));
@@ -153,7 +148,7 @@ TEST(ExpeditionTest, StepsAreCountedToTheEnd) {
   options.max_steps = report->steps - 1;
   EXPECT_EQ(journey.Explore(options).status(),
             absl::DeadlineExceededError(
-                absl::StrCat("not at its end after ", report->steps - 1, " steps")));
+                absl::StrCat("the exploration has not ended after ", report->steps - 1, " steps")));
 }
 
 TEST(ExpeditionTest, GoalsAreGivenBackWhenItIsInterrupted) {
@@ -181,7 +176,7 @@ TEST(ExpeditionTest, OthersGiveTheirGoalsBackWhenOneFails) {
       journey.site().Edit(
           WriteCells{"occupancy", closet, std::vector<std::optional<double>>(6, 1.0)});
     }
-    for (const client::Goal& goal : journey.Exploration().goals) held |= goal.robot == "robot-1";
+    for (const LeasedGoal& goal : journey.Exploration().goals) held |= goal.robot == "robot-1";
     return false;
   };
   const absl::Status status = journey.Explore(Options({kInRoom, kInCloset})).status();
@@ -227,7 +222,7 @@ TEST(ExpeditionTest, EndsWhenSomebodyStopsTheExploration) {
 
 TEST(ExpeditionTest, WaitsForWhatSomebodyElseHas) {
   Journey journey({"######", "#....#", "#....#", "######"});
-  std::optional<client::Goal> others;
+  std::optional<LeasedGoal> others;
   journey.between_steps = [&](int steps) {
     if (steps == 0) {
       const auto claimed = journey.client().ClaimGoal("site", "other", {1.25, 0.75});

@@ -68,7 +68,7 @@ absl::StatusOr<std::shared_ptr<const GridLayer>> ReadGrid(client::Client& client
   while (const std::optional<client::LayerPart> part = reader.Next()) {
     HYPERMAP_RETURN_IF_ERROR(builder.Add(*part));
   }
-  if (!reader.status().ok()) return reader.status();
+  HYPERMAP_RETURN_IF_ERROR(reader.status());
   return builder.Finish();
 }
 
@@ -85,7 +85,7 @@ absl::StatusOr<std::vector<SemanticObject>> ReadObjects(client::Client& client,
     }
     for (SemanticObject& object : part->objects) objects.push_back(std::move(object));
   }
-  if (!reader.status().ok()) return reader.status();
+  HYPERMAP_RETURN_IF_ERROR(reader.status());
   return objects;
 }
 

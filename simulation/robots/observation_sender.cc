@@ -24,8 +24,7 @@ ObservationSender::ObservationSender(client::Client& client, Target target, absl
       is_interrupted_(std::move(is_interrupted)) {}
 
 absl::Status ObservationSender::Open() {
-  absl::Status status = OpenOnce();
-  if (!status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(OpenOnce());
   for (const client::SequenceRange& range : stream_->opened().known) {
     next_sequence_ = std::max(next_sequence_, range.last + 1);
   }
@@ -75,7 +74,7 @@ absl::Status ObservationSender::Reopen() {
     if (is_interrupted_()) return absl::CancelledError("interrupted");
     absl::SleepFor(kBetweenAttempts);
   }
-  if (!status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(status);
   for (const auto& [sequence, observation] : pending_) {
     if (!stream_->Write(observation)) break;
   }

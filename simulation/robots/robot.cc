@@ -7,7 +7,7 @@
 
 #include "absl/time/clock.h"
 #include "base/status/status_macros.h"
-#include "map/exploration/sight.h"
+#include "map/exploration/viewshed.h"
 #include "simulation/worlds/drive.h"
 
 namespace hypermap::robots {
@@ -29,7 +29,9 @@ std::vector<CellIndex> Corners(const Terrain& terrain, const std::vector<CellInd
   std::vector<CellIndex> corners;
   for (size_t i = 0; i + 1 < path.size();) {
     size_t next = i + 1;
-    while (next + 1 < path.size() && InSight(terrain.passable(), path[i], path[next + 1])) ++next;
+    while (next + 1 < path.size() && HasLineOfSight(terrain.passable(), path[i], path[next + 1])) {
+      ++next;
+    }
     corners.push_back(path[next]);
     i = next;
   }

@@ -66,7 +66,7 @@ class Robot {
   // Whether there was no goal for it; it will claim again some steps later.
   bool is_waiting() const { return state_ == State::kIdle && until_claim_ > 0; }
   // The goal that it drives to or looks around at.
-  const std::optional<client::Goal>& goal() const { return goal_; }
+  const std::optional<LeasedGoal>& goal() const { return goal_; }
   const RobotLog& log() const { return log_; }
 
  private:
@@ -96,7 +96,7 @@ class Robot {
   State state_ = State::kIdle;
   PlanarTransform pose_;
   PlanarTransform believed_;
-  std::optional<client::Goal> goal_;
+  std::optional<LeasedGoal> goal_;
   absl::Time lease_end_;
   std::deque<Point> way_;  // Remaining corners of the path.
   double turned_rad_ = 0.0;

@@ -11,7 +11,8 @@
 #include <vector>
 
 #include "absl/time/clock.h"
-#include "map/exploration/sight.h"
+#include "map/exploration/viewshed.h"
+#include "simulation/robots/testing/drawn_site.h"
 #include "simulation/robots/testing/robot_site.h"
 #include "simulation/worlds/world_from_map.h"
 
@@ -23,7 +24,6 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::SizeIs;
 
-constexpr double kResolution_m = 0.5;
 constexpr double kRange_m = 2.0;
 // Distance per step: 0.4 m/s in five steps a second.
 constexpr double kStride_m = 0.08;
@@ -32,11 +32,6 @@ constexpr absl::Duration kShortLease = absl::Microseconds(1);
 constexpr CellIndex kStart{2, 1};
 
 // A room that is too large to be seen from one place.
-const std::vector<std::string> kRoom = {"############",  //
-                                        "#..........#",  //
-                                        "#..........#",  //
-                                        "#..........#",  //
-                                        "############"};
 const std::vector<std::string> kWalledRoom = {"############",  //
                                               "#....#.....#",  //
                                               "#....#.....#",  //
@@ -121,8 +116,8 @@ class RobotTest : public ::testing::Test {
     EXPECT_TRUE(answer.ok()) << answer.status();
     return answer.value_or(client::ExplorationAnswer());
   }
-  std::vector<client::Goal> Goals() { return Exploration().entry.goals; }
-  void GiveBack(const client::Goal& goal) {
+  std::vector<LeasedGoal> Goals() { return Exploration().entry.goals; }
+  void GiveBack(const LeasedGoal& goal) {
     const auto released =
         client_->ReleaseGoal("site", goal.robot, goal.id, client::GoalOutcome::kAbandoned);
     ASSERT_TRUE(released.ok()) << released.status();
@@ -141,7 +136,7 @@ TEST_F(RobotTest, DrivesToItsGoalLooksRoundAndGivesItBack) {
   EXPECT_FALSE(robot.goal());
   ASSERT_EQ(robot.Step(), absl::OkStatus());
   ASSERT_TRUE(robot.goal());
-  const client::Goal goal = *robot.goal();
+  const LeasedGoal goal = *robot.goal();
   ASSERT_THAT(Goals(), SizeIs(1));
   EXPECT_EQ(Goals()[0].id, goal.id);
   EXPECT_EQ(Goals()[0].robot, "cart");
@@ -152,7 +147,7 @@ TEST_F(RobotTest, DrivesToItsGoalLooksRoundAndGivesItBack) {
   // All observations are stored by the time the goal is reported as reached.
   EXPECT_GE(robot.log().frames, 12) << "a frame for 30 degrees";
   EXPECT_THAT(Stored(), SizeIs(robot.log().frames));
-  EXPECT_GT(Exploration().progress.explored_cells, 0);
+  EXPECT_GT(Exploration().progress.cells.explored, 0);
   ASSERT_EQ(robot.Step(), absl::OkStatus());
   ASSERT_TRUE(robot.goal());
   EXPECT_NE(robot.goal()->position, goal.position);
@@ -173,7 +168,7 @@ TEST_F(RobotTest, ExploresUntilItIsToldThatAllIsDone) {
   EXPECT_EQ(robot.log().unreachable, 0);
   EXPECT_EQ(robot.log().lost, 0);
   EXPECT_EQ(Exploration().entry.exploration.end_reason, EndReason::kDone);
-  EXPECT_EQ(Exploration().progress.reachable_cells, 0);
+  EXPECT_EQ(Exploration().progress.cells.reachable, 0);
   EXPECT_THAT(Stored(), SizeIs(robot.log().frames));
 }
 
@@ -193,7 +188,8 @@ TEST_F(RobotTest, ItsWayLeadsOverFloorThatIsPassable) {
     const auto from = life.terrain().geometry().CellAt(way[i - 1]);
     const auto to = life.terrain().geometry().CellAt(way[i]);
     ASSERT_TRUE(from && to);
-    EXPECT_TRUE(InSight(life.terrain().passable(), *from, *to)) << way[i].x << ", " << way[i].y;
+    EXPECT_TRUE(HasLineOfSight(life.terrain().passable(), *from, *to))
+        << way[i].x << ", " << way[i].y;
     length_m += std::hypot(way[i].x - way[i - 1].x, way[i].y - way[i - 1].y);
   }
   EXPECT_GT(length_m, 5.0);
@@ -263,7 +259,7 @@ TEST_F(RobotTest, KeepsItsLeaseAsLongAsItNeedsTheGoal) {
   for (int i = 0; i < 20; ++i) {
     site_->Advance(0.6 * kShortLease);
     ASSERT_EQ(robot.Step(), absl::OkStatus());
-    const std::vector<client::Goal> goals = Goals();
+    const std::vector<LeasedGoal> goals = Goals();
     ASSERT_THAT(goals, SizeIs(1));
     EXPECT_EQ(goals[0].id, id);
     EXPECT_EQ(goals[0].expires_at, site_->Now() + kShortLease);

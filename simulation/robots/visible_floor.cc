@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "map/exploration/sight.h"
+#include "map/exploration/viewshed.h"
 
 namespace hypermap::robots {
 namespace {
@@ -29,7 +29,7 @@ VisibleFloor CountVisibleFloor(const Terrain& terrain, const GridLayer* explored
                                const std::vector<CellIndex>& starts, double range_m) {
   const CellRaster<uint8_t> reachable = ReachableFrom(terrain, starts);
   const double range = range_m / terrain.geometry().resolution_m;
-  Sight sight(std::max(1, static_cast<int32_t>(std::lround(range))));
+  ViewshedRays rays(std::max(1, static_cast<int32_t>(std::lround(range))));
   VisibleFloor floor;
   for (size_t i = 0; i < terrain.plan().values().size(); ++i) {
     const CellIndex cell = terrain.plan().CellOf(i);
@@ -40,8 +40,9 @@ VisibleFloor CountVisibleFloor(const Terrain& terrain, const GridLayer* explored
     }
     // Visibility is taken to be symmetric: looking from the cell finds the places that see it.
     bool is_seen = false;
-    sight.Look(terrain.plan(), cell,
-               [&](const CellIndex& place) { is_seen = is_seen || reachable.at(place) != 0; });
+    rays.ForEachVisible(terrain.plan(), cell, [&](const CellIndex& place) {
+      is_seen = is_seen || reachable.at(place) != 0;
+    });
     ++(is_seen ? floor.missed : floor.hidden);
   }
   return floor;

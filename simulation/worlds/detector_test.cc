@@ -3,11 +3,10 @@
 #include <algorithm>
 
 #include "gtest/gtest.h"
+#include "simulation/worlds/testing/camera.h"
 
 namespace hypermap::simulation {
 namespace {
-
-ingest::CameraModel Camera() { return {320, 240, 262.5, 262.5, 159.5, 119.5}; }
 
 // A view of a scene with two bodies, a large one and one of a few pixels.
 struct TwoBodies {

@@ -4,8 +4,8 @@
 #include <numbers>
 
 #include "gtest/gtest.h"
-#include "map/exploration/sight.h"
 #include "map/exploration/testing/drawn_floor.h"
+#include "map/exploration/viewshed.h"
 #include "map/geometry/predicates.h"
 #include "map/grid/cell_cover.h"
 
@@ -65,7 +65,7 @@ TEST(LaserTest, AllRoundItSeesWhatIsInSight) {
         }
       }
     }
-    Sight(kRange).Look(plan, robot, [&](const CellIndex& cell) {
+    ViewshedRays(kRange).ForEachVisible(plan, robot, [&](const CellIndex& cell) {
       ++promised;
       missed += touched.at(cell) == 0;
     });

@@ -59,8 +59,7 @@ absl::StatusOr<Recording> Drive(const Scene& scene, const Options& options) {
     const Eigen::Isometry3d pose = CameraPose(way[i]);
     const View view = Render(scene, Kinect(), pose);
     HYPERMAP_ASSIGN_OR_RETURN(const auto png, EncodeDepthPng(WithSensorNoise(view, sensor)));
-    const absl::Status status = WriteFileIn(options.folder, DepthName(stamp), png);
-    if (!status.ok()) return status;
+    HYPERMAP_RETURN_IF_ERROR(WriteFileIn(options.folder, DepthName(stamp), png));
     recording.stamps.push_back(stamp);
     recording.poses.push_back(way[i]);
     recording.estimated.push_back(believed[i]);
@@ -97,19 +96,23 @@ absl::Status WriteSequence(const Options& options) {
 int Main(int argc, char** argv) {
   Options options;
   CLI::App app("Renders a robot's drive through two furnished rooms.", "render_sequence");
-  app.add_option("folder", options.folder, "Where the files go; made where there is none")
+  app.add_option("folder", options.folder, "Folder for the files; created if there is none")
       ->required();
-  app.add_option("--seed", options.seed, "Another seed, other rooms")->capture_default_str();
-  app.add_option("--every", options.every, "Only every n-th frame")
+  app.add_option("--seed", options.seed,
+                 "Random seed, which determines the rooms and their furniture")
+      ->capture_default_str();
+  app.add_option("--every", options.every, "Write every n-th frame")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
   const auto add_share = [&app](const char* name, double& value, const char* help) {
     app.add_option(name, value, help)->check(CLI::Range(0.0, 1.0))->capture_default_str();
   };
   add_share("--misses", options.faults.misses, "Share of sightings that the detector misses");
-  add_share("--confusions", options.faults.confusions, "Share that get another class");
-  add_share("--false-positives", options.faults.false_positives, "Found in nothing, a frame");
-  add_share("--duplicates", options.faults.duplicates, "Share of detections given twice");
+  add_share("--confusions", options.faults.confusions, "Share of sightings that get a wrong class");
+  add_share("--false-positives", options.faults.false_positives,
+            "Mean number of false positives per frame");
+  add_share("--duplicates", options.faults.duplicates,
+            "Share of detections that are reported twice");
   CLI11_PARSE(app, argc, argv);
   const absl::Status status = WriteSequence(options);
   if (status.ok()) return 0;

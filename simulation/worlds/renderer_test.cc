@@ -4,11 +4,10 @@
 
 #include "gtest/gtest.h"
 #include "simulation/worlds/drive.h"
+#include "simulation/worlds/testing/camera.h"
 
 namespace hypermap::simulation {
 namespace {
-
-ingest::CameraModel Camera() { return {320, 240, 262.5, 262.5, 159.5, 119.5}; }
 
 Prism Block(double x0, double y0, double x1, double y1, double low_m, double high_m) {
   return {{{x0, y0}, {x1, y0}, {x1, y1}, {x0, y1}}, low_m, high_m};

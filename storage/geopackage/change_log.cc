@@ -134,7 +134,7 @@ absl::StatusOr<LoggedChange> ReadLoggedChange(Statement* row) {
   change.tile.column = row->OptionalInt64(4).value_or(0);
   change.tile.row = row->OptionalInt64(5).value_or(0);
   if (!row->IsNull(6)) change.detail = std::string(row->Text(6));
-  if (!row->row_status().ok()) return row->row_status();
+  HYPERMAP_RETURN_IF_ERROR(row->row_status());
   return change;
 }
 

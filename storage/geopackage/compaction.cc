@@ -132,7 +132,7 @@ absl::StatusOr<bool> RemoveForgotten(Database* database, Revision oldest,
   for (const std::string& frame : frames) {
     status.Update(remover.Remove(kFrameVersions, oldest, frame));
   }
-  if (!status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(status);
   return remover.done();
 }
 

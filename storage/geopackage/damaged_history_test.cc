@@ -2,6 +2,7 @@
 #include <ostream>
 #include <string>
 
+#include "base/status/status_macros.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "map/layers/layer_registry.h"
@@ -15,15 +16,15 @@ using ::testing::HasSubstr;
 // The first error of reading all of the history.
 absl::Status ReadAll(HistoryReader& reader) {
   const absl::StatusOr<KeptRevisions> kept = reader.Kept();
-  if (!kept.ok()) return kept.status();
+  HYPERMAP_RETURN_IF_ERROR(kept.status());
   for (Revision revision = kept->oldest; revision <= kept->newest; ++revision) {
     auto past = reader.At(revision);
-    if (!past.ok()) return past.status();
+    HYPERMAP_RETURN_IF_ERROR(past.status());
     for (const auto& [name, layer] : (*past)->structure()->layers) {
       absl::Status status = IsGridKind(layer.spec.kind)
                                 ? (*past)->Tiles(name, kAllCells).status()
                                 : (*past)->Objects(name, Box{{0, 0}, {1, 1}}).status();
-      if (!status.ok()) return status;
+      HYPERMAP_RETURN_IF_ERROR(status);
     }
   }
   absl::Status status = reader.Commits(kept->oldest, 1000).status();
@@ -32,14 +33,14 @@ absl::Status ReadAll(HistoryReader& reader) {
   return status;
 }
 
-struct Damage {
+struct HistoryDamage {
   const char* sql;
   const char* message;
 };
 
-void PrintTo(const Damage& damage, std::ostream* out) { *out << damage.sql; }
+void PrintTo(const HistoryDamage& damage, std::ostream* out) { *out << damage.sql; }
 
-class DamagedHistoryTest : public ::testing::TestWithParam<Damage> {};
+class DamagedHistoryTest : public ::testing::TestWithParam<HistoryDamage> {};
 
 TEST_P(DamagedHistoryTest, IsToldAndTheMapGoesOn) {
   const testing::TemporaryFolder folder;
@@ -71,31 +72,33 @@ TEST_P(DamagedHistoryTest, IsToldAndTheMapGoesOn) {
 INSTANTIATE_TEST_SUITE_P(
     Table, DamagedHistoryTest,
     ::testing::Values(
-        Damage{"UPDATE hypermap_object_history SET geom = X'00'",
-               "table hypermap_object_history, object 1, version 1: geometry"},
-        Damage{"UPDATE hypermap_object_history SET label = ''", "object.label"},
-        Damage{"UPDATE hypermap_object_history SET tags = '{'", "column tags"},
-        Damage{"UPDATE hypermap_object_history SET existence = 'likely'", "existence holds text"},
-        Damage{"DELETE FROM hypermap_object_history", "object that"},
-        Damage{"UPDATE hypermap_tile_history SET tile_data = zeroblob(9) WHERE tile_data NOT NULL",
-               "table hypermap_tile_history, tile_column 32768, tile_row 32767: PNG"},
-        Damage{"UPDATE hypermap_tile_history SET tile_data = 'x' WHERE tile_data NOT NULL",
-               "column tile_data holds text"},
-        Damage{"UPDATE hypermap_lineages SET kind = 'voxels'", "unknown kind voxels"},
-        Damage{"UPDATE hypermap_lineages SET table_name = 'gpkg_contents'", "gpkg_contents"},
-        Damage{"UPDATE hypermap_lineages SET table_name = 'none'", "no such table"},
-        Damage{"DELETE FROM hypermap_lineages", "hypermap_lineages has no lineage"},
-        Damage{"UPDATE hypermap_layer_history SET parameters = '['", "parameters"},
-        Damage{"UPDATE hypermap_frame_history SET yaw = 9e999", "hypermap_frame_history"},
-        Damage{"UPDATE hypermap_changes SET kind = 'magic' WHERE kind = 'put'",
-               "hypermap_changes, revision 1: "},
-        Damage{"UPDATE hypermap_changes SET detail = '[' WHERE kind = 'aliases'",
-               "detail of aliases"},
-        Damage{"UPDATE hypermap_changes SET detail = '{}' WHERE kind = 'transform'",
-               "detail of transform"},
-        Damage{"DELETE FROM hypermap_changes WHERE kind = 'tile'", "hypermap_changes has"},
-        Damage{"DELETE FROM hypermap_revisions WHERE revision = 2", "hypermap_revisions"},
-        Damage{"UPDATE hypermap_revisions SET author = X'07'", "author holds"}));
+        HistoryDamage{"UPDATE hypermap_object_history SET geom = X'00'",
+                      "table hypermap_object_history, object 1, version 1: geometry"},
+        HistoryDamage{"UPDATE hypermap_object_history SET label = ''", "object.label"},
+        HistoryDamage{"UPDATE hypermap_object_history SET tags = '{'", "column tags"},
+        HistoryDamage{"UPDATE hypermap_object_history SET existence = 'likely'",
+                      "existence holds text"},
+        HistoryDamage{"DELETE FROM hypermap_object_history", "object that"},
+        HistoryDamage{
+            "UPDATE hypermap_tile_history SET tile_data = zeroblob(9) WHERE tile_data NOT NULL",
+            "table hypermap_tile_history, tile_column 32768, tile_row 32767: PNG"},
+        HistoryDamage{"UPDATE hypermap_tile_history SET tile_data = 'x' WHERE tile_data NOT NULL",
+                      "column tile_data holds text"},
+        HistoryDamage{"UPDATE hypermap_lineages SET kind = 'voxels'", "unknown kind voxels"},
+        HistoryDamage{"UPDATE hypermap_lineages SET table_name = 'gpkg_contents'", "gpkg_contents"},
+        HistoryDamage{"UPDATE hypermap_lineages SET table_name = 'none'", "no such table"},
+        HistoryDamage{"DELETE FROM hypermap_lineages", "hypermap_lineages has no lineage"},
+        HistoryDamage{"UPDATE hypermap_layer_history SET parameters = '['", "parameters"},
+        HistoryDamage{"UPDATE hypermap_frame_history SET yaw = 9e999", "hypermap_frame_history"},
+        HistoryDamage{"UPDATE hypermap_changes SET kind = 'magic' WHERE kind = 'put'",
+                      "hypermap_changes, revision 1: "},
+        HistoryDamage{"UPDATE hypermap_changes SET detail = '[' WHERE kind = 'aliases'",
+                      "detail of aliases"},
+        HistoryDamage{"UPDATE hypermap_changes SET detail = '{}' WHERE kind = 'transform'",
+                      "detail of transform"},
+        HistoryDamage{"DELETE FROM hypermap_changes WHERE kind = 'tile'", "hypermap_changes has"},
+        HistoryDamage{"DELETE FROM hypermap_revisions WHERE revision = 2", "hypermap_revisions"},
+        HistoryDamage{"UPDATE hypermap_revisions SET author = X'07'", "author holds"}));
 
 }  // namespace
 }  // namespace hypermap::storage

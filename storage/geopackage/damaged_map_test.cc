@@ -137,14 +137,14 @@ TEST(DamagedFileTest, FlippedBytesNeverCrash) {
 }
 
 // Damage by an SQL statement, and the error with which Open or Load then fails.
-struct Damage {
+struct MapDamage {
   const char* sql;
   const char* message;
 };
 
-void PrintTo(const Damage& damage, std::ostream* out) { *out << damage.sql; }
+void PrintTo(const MapDamage& damage, std::ostream* out) { *out << damage.sql; }
 
-class DamagedMapTest : public ::testing::TestWithParam<Damage> {};
+class DamagedMapTest : public ::testing::TestWithParam<MapDamage> {};
 
 TEST_P(DamagedMapTest, IsToldWithTableAndRow) {
   const testing::TemporaryFolder folder;
@@ -176,69 +176,71 @@ TEST_P(DamagedMapTest, IsToldWithTableAndRow) {
 INSTANTIATE_TEST_SUITE_P(
     Table, DamagedMapTest,
     ::testing::Values(
-        Damage{"UPDATE s SET geom = X'00'", "table s, id 1: geometry"},
-        Damage{"UPDATE s SET geom = substr(geom, 1, length(geom) - 1)", "cut short"},
-        Damage{"UPDATE s SET geom = 'text'", "column geom holds text"},
-        Damage{"UPDATE s SET geom = X'47500001ffffffff0101000000000000000000f03f000000000000f03f'",
-               "table s, id 1: the layer takes no shapes of the kind point"},
-        Damage{"UPDATE s SET label = ''", "object.label"},
-        Damage{"UPDATE s SET existence = 2", "object.existence"},
-        Damage{"UPDATE s SET existence = 'likely'", "column existence holds text"},
-        Damage{"UPDATE s SET classes = '{'", "column classes"},
-        Damage{"UPDATE s SET classes = '{\"a\":\"b\"}'", "column classes"},
-        Damage{"UPDATE s SET classes = '{\"a\":7}'", "object.classes[a]"},
-        Damage{"UPDATE s SET tags = '[[[[[[[[[[[[[[[[[[[[]]]]]]]]]]]]]]]]]]]]'", "column tags"},
-        Damage{"UPDATE s SET attributes = '{\"a\":{}}'", "column attributes"},
-        Damage{"UPDATE s SET attributes = '{\"a\":18446744073709551615}'", "column attributes"},
-        Damage{"UPDATE s SET height_min = 1", "height_max"},
-        Damage{"UPDATE s SET height_min = 1, height_max = 0", "object.height"},
-        Damage{"UPDATE s SET id = -5", "table s, id -5"},
-        Damage{"UPDATE g SET tile_data = zeroblob(100)", "table g, id 1: PNG"},
-        Damage{"UPDATE g SET tile_data = substr(tile_data, 1, 60)", "table g, id 1: PNG"},
-        Damage{"UPDATE g SET tile_data = (SELECT tile_data FROM f)", "table g, id 1: PNG"},
-        Damage{"UPDATE f SET tile_data = zeroblob(100)", "table f, id 1: TIFF"},
-        Damage{"UPDATE f SET tile_data = substr(tile_data, 1, 60)", "table f, id 1: TIFF"},
-        Damage{"UPDATE f SET tile_data = (SELECT tile_data FROM g)", "table f, id 1: TIFF"},
-        Damage{"UPDATE g SET zoom_level = 3", "tile matrix"},
-        Damage{"UPDATE g SET tile_row = -1", "tile matrix"},
-        Damage{"UPDATE g SET tile_column = 65536", "tile matrix"},
-        Damage{"UPDATE g SET tile_column = tile_column + 1", "outside of the layer's extent"},
-        Damage{"UPDATE gpkg_2d_gridded_tile_ancillary SET scale = 2", "scale"},
-        Damage{"DELETE FROM gpkg_2d_gridded_tile_ancillary", "column scale holds NULL"},
-        Damage{"UPDATE hypermap_layers SET kind = 'voxels'", "unknown kind voxels"},
-        Damage{"UPDATE hypermap_layers SET table_name = 'gpkg_contents' WHERE name = 's'",
-               "gpkg_contents"},
-        Damage{"UPDATE hypermap_layers SET table_name = 'none' WHERE name = 's'", "no such table"},
-        Damage{"UPDATE hypermap_layers SET kind = 'semantic'", "layer.grid"},
-        Damage{"UPDATE hypermap_layers SET kind = 'exploration' WHERE name = 'g'",
-               "pixel value 5000"},
-        Damage{"UPDATE hypermap_layers SET resolution_m = 0 WHERE name = 'g'", "layer.grid"},
-        Damage{"UPDATE hypermap_layers SET origin_x = 9e999 WHERE name = 'g'", "layer.grid"},
-        Damage{"UPDATE hypermap_layers SET row_end = 99999999999 WHERE name = 'g'", "extent"},
-        Damage{"UPDATE hypermap_layers SET parameters = '[]' WHERE name = 'g'", "parameters"},
-        Damage{"UPDATE hypermap_layers SET parameters = '{\"unit\":3}' WHERE name = 'f'",
-               "parameters"},
-        Damage{"UPDATE hypermap_layers SET parameters = '{\"explored_rule\":\"seen\"}' "
-               "WHERE name = 'g'",
-               "explored_rule seen"},
-        Damage{"UPDATE hypermap_layers SET parameters = '{\"shape_kinds\":[\"cube\"]}' "
-               "WHERE name = 's'",
-               "shape_kinds: cube"},
-        Damage{"UPDATE hypermap_layers SET parameters = '{\"shape_kinds\":[]}' WHERE name = 's'",
-               "layer.shape_kinds"},
-        Damage{"UPDATE hypermap_layers SET parameters = '{\"shape_kinds\":\"point\"}' "
-               "WHERE name = 's'",
-               "parameters"},
-        Damage{"UPDATE hypermap_frames SET parent_frame_id = 'robot'", "frame robot"},
-        Damage{"UPDATE hypermap_frames SET yaw = 9e999", "frame robot"},
-        Damage{"UPDATE hypermap_metadata SET revision = -1", "hypermap_metadata"},
-        Damage{"UPDATE hypermap_metadata SET next_object_id = 'x'", "hypermap_metadata"},
-        Damage{"DELETE FROM hypermap_metadata", "hypermap_metadata"},
-        Damage{"DROP TABLE s", "no such table"},
-        Damage{"ALTER TABLE s RENAME COLUMN tags TO words", "tags"},
-        Damage{"DROP TABLE hypermap_receipts", "hypermap_receipts"},
-        Damage{"DROP TABLE gpkg_2d_gridded_tile_ancillary", "gpkg_2d_gridded_tile_ancillary"},
-        Damage{"ALTER TABLE hypermap_frames RENAME COLUMN yaw TO angle", "hypermap_frames"}));
+        MapDamage{"UPDATE s SET geom = X'00'", "table s, id 1: geometry"},
+        MapDamage{"UPDATE s SET geom = substr(geom, 1, length(geom) - 1)", "cut short"},
+        MapDamage{"UPDATE s SET geom = 'text'", "column geom holds text"},
+        MapDamage{
+            "UPDATE s SET geom = X'47500001ffffffff0101000000000000000000f03f000000000000f03f'",
+            "table s, id 1: the layer takes no shapes of the kind point"},
+        MapDamage{"UPDATE s SET label = ''", "object.label"},
+        MapDamage{"UPDATE s SET existence = 2", "object.existence"},
+        MapDamage{"UPDATE s SET existence = 'likely'", "column existence holds text"},
+        MapDamage{"UPDATE s SET classes = '{'", "column classes"},
+        MapDamage{"UPDATE s SET classes = '{\"a\":\"b\"}'", "column classes"},
+        MapDamage{"UPDATE s SET classes = '{\"a\":7}'", "object.classes[a]"},
+        MapDamage{"UPDATE s SET tags = '[[[[[[[[[[[[[[[[[[[[]]]]]]]]]]]]]]]]]]]]'", "column tags"},
+        MapDamage{"UPDATE s SET attributes = '{\"a\":{}}'", "column attributes"},
+        MapDamage{"UPDATE s SET attributes = '{\"a\":18446744073709551615}'", "column attributes"},
+        MapDamage{"UPDATE s SET height_min = 1", "height_max"},
+        MapDamage{"UPDATE s SET height_min = 1, height_max = 0", "object.height"},
+        MapDamage{"UPDATE s SET id = -5", "table s, id -5"},
+        MapDamage{"UPDATE g SET tile_data = zeroblob(100)", "table g, id 1: PNG"},
+        MapDamage{"UPDATE g SET tile_data = substr(tile_data, 1, 60)", "table g, id 1: PNG"},
+        MapDamage{"UPDATE g SET tile_data = (SELECT tile_data FROM f)", "table g, id 1: PNG"},
+        MapDamage{"UPDATE f SET tile_data = zeroblob(100)", "table f, id 1: TIFF"},
+        MapDamage{"UPDATE f SET tile_data = substr(tile_data, 1, 60)", "table f, id 1: TIFF"},
+        MapDamage{"UPDATE f SET tile_data = (SELECT tile_data FROM g)", "table f, id 1: TIFF"},
+        MapDamage{"UPDATE g SET zoom_level = 3", "tile matrix"},
+        MapDamage{"UPDATE g SET tile_row = -1", "tile matrix"},
+        MapDamage{"UPDATE g SET tile_column = 65536", "tile matrix"},
+        MapDamage{"UPDATE g SET tile_column = tile_column + 1", "outside of the layer's extent"},
+        MapDamage{"UPDATE gpkg_2d_gridded_tile_ancillary SET scale = 2", "scale"},
+        MapDamage{"DELETE FROM gpkg_2d_gridded_tile_ancillary", "column scale holds NULL"},
+        MapDamage{"UPDATE hypermap_layers SET kind = 'voxels'", "unknown kind voxels"},
+        MapDamage{"UPDATE hypermap_layers SET table_name = 'gpkg_contents' WHERE name = 's'",
+                  "gpkg_contents"},
+        MapDamage{"UPDATE hypermap_layers SET table_name = 'none' WHERE name = 's'",
+                  "no such table"},
+        MapDamage{"UPDATE hypermap_layers SET kind = 'semantic'", "layer.grid"},
+        MapDamage{"UPDATE hypermap_layers SET kind = 'exploration' WHERE name = 'g'",
+                  "pixel value 5000"},
+        MapDamage{"UPDATE hypermap_layers SET resolution_m = 0 WHERE name = 'g'", "layer.grid"},
+        MapDamage{"UPDATE hypermap_layers SET origin_x = 9e999 WHERE name = 'g'", "layer.grid"},
+        MapDamage{"UPDATE hypermap_layers SET row_end = 99999999999 WHERE name = 'g'", "extent"},
+        MapDamage{"UPDATE hypermap_layers SET parameters = '[]' WHERE name = 'g'", "parameters"},
+        MapDamage{"UPDATE hypermap_layers SET parameters = '{\"unit\":3}' WHERE name = 'f'",
+                  "parameters"},
+        MapDamage{"UPDATE hypermap_layers SET parameters = '{\"explored_rule\":\"seen\"}' "
+                  "WHERE name = 'g'",
+                  "explored_rule seen"},
+        MapDamage{"UPDATE hypermap_layers SET parameters = '{\"shape_kinds\":[\"cube\"]}' "
+                  "WHERE name = 's'",
+                  "shape_kinds: cube"},
+        MapDamage{"UPDATE hypermap_layers SET parameters = '{\"shape_kinds\":[]}' WHERE name = 's'",
+                  "layer.shape_kinds"},
+        MapDamage{"UPDATE hypermap_layers SET parameters = '{\"shape_kinds\":\"point\"}' "
+                  "WHERE name = 's'",
+                  "parameters"},
+        MapDamage{"UPDATE hypermap_frames SET parent_frame_id = 'robot'", "frame robot"},
+        MapDamage{"UPDATE hypermap_frames SET yaw = 9e999", "frame robot"},
+        MapDamage{"UPDATE hypermap_metadata SET revision = -1", "hypermap_metadata"},
+        MapDamage{"UPDATE hypermap_metadata SET next_object_id = 'x'", "hypermap_metadata"},
+        MapDamage{"DELETE FROM hypermap_metadata", "hypermap_metadata"},
+        MapDamage{"DROP TABLE s", "no such table"},
+        MapDamage{"ALTER TABLE s RENAME COLUMN tags TO words", "tags"},
+        MapDamage{"DROP TABLE hypermap_receipts", "hypermap_receipts"},
+        MapDamage{"DROP TABLE gpkg_2d_gridded_tile_ancillary", "gpkg_2d_gridded_tile_ancillary"},
+        MapDamage{"ALTER TABLE hypermap_frames RENAME COLUMN yaw TO angle", "hypermap_frames"}));
 
 }  // namespace
 }  // namespace hypermap::storage

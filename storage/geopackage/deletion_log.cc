@@ -56,7 +56,7 @@ absl::StatusOr<std::optional<std::string>> DeletionLog::Find(const std::string& 
   HYPERMAP_ASSIGN_OR_RETURN(const bool has_row, select.Bind(request_id).Step());
   if (!has_row) return std::nullopt;
   std::string map(select.Text(0));
-  if (!select.row_status().ok()) return select.row_status();
+  HYPERMAP_RETURN_IF_ERROR(select.row_status());
   return map;
 }
 
@@ -69,7 +69,7 @@ absl::StatusOr<std::vector<DeletionLog::Pending>> DeletionLog::FindPending() {
     HYPERMAP_ASSIGN_OR_RETURN(const bool has_row, select.Step());
     if (!has_row) return pending;
     pending.push_back({select.Int64(0), std::string(select.Text(1))});
-    if (!select.row_status().ok()) return select.row_status();
+    HYPERMAP_RETURN_IF_ERROR(select.row_status());
   }
 }
 

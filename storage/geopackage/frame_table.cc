@@ -15,7 +15,7 @@ absl::Status AddRow(Statement* row, FrameTree* frames) {
   const double x = row->Double(2);
   const double y = row->Double(3);
   const double yaw = row->Double(4);
-  if (!row->row_status().ok()) return row->row_status();
+  HYPERMAP_RETURN_IF_ERROR(row->row_status());
   if (!std::isfinite(x) || !std::isfinite(y) || !std::isfinite(yaw)) {
     return absl::DataLossError("the transform is not finite");
   }

@@ -184,7 +184,7 @@ absl::StatusOr<std::vector<std::pair<std::string, FusionSettings>>> FusionTables
          {std::string(select.Text(1)), std::string(select.Text(2)), std::string(select.Text(3))}});
     return absl::OkStatus();
   });
-  if (!status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(status);
   return layers;
 }
 
@@ -198,7 +198,7 @@ absl::StatusOr<std::vector<TrackId>> FusionTables::Tracks(const std::string& lay
     tracks.emplace_back(std::string(select.Text(0)), select.Int64(1));
     return absl::OkStatus();
   });
-  if (!status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(status);
   return tracks;
 }
 
@@ -216,7 +216,7 @@ absl::StatusOr<std::optional<FusionLog::Known>> FusionTables::FindObservation(
             Known{KeyAt(&select, 0), static_cast<uint64_t>(select.Int64(3)), select.Int64(4) != 0};
         return absl::OkStatus();
       });
-  if (!status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(status);
   return known;
 }
 
@@ -231,7 +231,7 @@ absl::StatusOr<std::vector<int64_t>> FusionTables::Sequences(const std::string& 
     sequences.push_back(select.Int64(0));
     return absl::OkStatus();
   });
-  if (!status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(status);
   return sequences;
 }
 
@@ -251,7 +251,7 @@ absl::StatusOr<std::vector<ObservationKey>> FusionTables::KeysOf(const std::stri
         keys.push_back(KeyAt(&select, 0));
         return absl::OkStatus();
       });
-  if (!status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(status);
   return keys;
 }
 
@@ -266,7 +266,7 @@ absl::StatusOr<std::optional<ObservationKey>> FusionTables::NewestKey(const std:
     key = KeyAt(&select, 0);
     return absl::OkStatus();
   });
-  if (!status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(status);
   return key;
 }
 
@@ -281,7 +281,7 @@ absl::StatusOr<std::optional<LogKey>> FusionTables::NewestFact(const std::string
     key = LogKey{KeyAt(&select, 0), select.Int64(3)};
     return absl::OkStatus();
   });
-  if (!status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(status);
   return key;
 }
 
@@ -316,7 +316,7 @@ absl::StatusOr<std::vector<LogEntry>> FusionTables::Read(const std::string& laye
     entries.push_back(std::move(entry));
     return absl::OkStatus();
   });
-  if (!status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(status);
   return entries;
 }
 
@@ -340,7 +340,7 @@ absl::StatusOr<std::optional<FusionCheckpoint>> FusionTables::FindCheckpoint(
     checkpoint = FusionCheckpoint{{KeyAt(&select, 0), select.Int64(3)}, std::move(state)};
     return absl::OkStatus();
   });
-  if (!status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(status);
   return checkpoint;
 }
 

@@ -144,7 +144,7 @@ absl::StatusOr<std::vector<RevisionRecord>> GeoPackageHistory::ReadRevisions(Rev
     HYPERMAP_ASSIGN_OR_RETURN(const bool has_row, select.Step());
     if (!has_row) return records;
     records.push_back(ReadRecord(&select));
-    if (!select.row_status().ok()) return select.row_status();
+    HYPERMAP_RETURN_IF_ERROR(select.row_status());
   }
 }
 

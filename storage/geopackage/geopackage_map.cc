@@ -130,7 +130,7 @@ absl::Status GeoPackageMap::WriteAll(absl::Span<const Commit> commits) {
     status = AdvanceRevision(database_.get(), revision_, newest.revision, newest.next_object_id);
   }
   if (status.ok()) status = transaction.Commit();
-  if (!status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(status);
   layers_ = std::move(writer).TakeLayers();
   revision_ = newest.revision;
   return absl::OkStatus();

@@ -104,7 +104,7 @@ absl::StatusOr<std::vector<std::string>> GeoPackageStore::List() {
 absl::StatusOr<std::unique_ptr<StoredMap>> GeoPackageStore::Create(const MapHeader& header) {
   absl::Status status = ValidateName("map", header.name);
   if (status.ok()) status = ValidateFrameId("frame_id", header.frame_id);
-  if (!status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(status);
   const std::string path = PathOf(header.name);
   {
     const MutexLock lock(&mutex_);

@@ -70,7 +70,7 @@ absl::Status ReadRow(Statement* row, const TileCodec& codec, const CellBox& exte
   // GeoPackage allows each tile a scale and offset of its own, which Hypermap never writes.
   const double scale = row->Double(5);
   const double offset = row->Double(6);
-  if (!row->row_status().ok()) return row->row_status();
+  HYPERMAP_RETURN_IF_ERROR(row->row_status());
   if (zoom_level != kZoomLevel || !IsInMatrix(place)) {
     return absl::DataLossError("the tile lies outside of the tile matrix");
   }

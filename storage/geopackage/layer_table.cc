@@ -112,7 +112,7 @@ absl::StatusOr<StoredLayer> ReadLayerRow(Statement* row) {
                   CellBound(row->OptionalInt64(10)), CellBound(row->OptionalInt64(11))};
   const absl::string_view parameters = row->Text(12);
   layer.lineage = row->Int64(13);
-  if (!row->row_status().ok()) return row->row_status();
+  HYPERMAP_RETURN_IF_ERROR(row->row_status());
   if (!kind) return absl::DataLossError(absl::StrCat("unknown kind ", row->Text(1)));
   layer.spec.kind = *kind;
   HYPERMAP_RETURN_IF_ERROR(DecodeLayerParameters(parameters, &layer.spec));

@@ -97,7 +97,7 @@ absl::StatusOr<ObjectPtr> ObjectVersions::At(const Lineage& layer, ObjectId id, 
   const auto& [stored, is_current] = layer;
   HYPERMAP_ASSIGN_OR_RETURN(Statement replaced, database_->Prepare(replaced_at_));
   absl::StatusOr<bool> row = replaced.Bind(stored.lineage, id, revision).Step();
-  if (!row.ok()) return row.status();
+  HYPERMAP_RETURN_IF_ERROR(row.status());
   if (*row) {
     if (replaced.Int64(kObjectVersionColumn) > revision) return ObjectPtr();
     return Read(&replaced, kHistoryTable, stored.lineage);
@@ -106,7 +106,7 @@ absl::StatusOr<ObjectPtr> ObjectVersions::At(const Lineage& layer, ObjectId id, 
   HYPERMAP_ASSIGN_OR_RETURN(Statement current,
                             database_->Prepare(Filled(kCurrentAt, stored.table)));
   row = current.Bind(id, revision).Step();
-  if (!row.ok()) return row.status();
+  HYPERMAP_RETURN_IF_ERROR(row.status());
   if (!*row) return ObjectPtr();
   return Read(&current, stored.table, stored.lineage);
 }

@@ -42,7 +42,7 @@ absl::StatusOr<std::optional<Receipt>> ReadReceipt(Database* database,
   receipt.request_id = std::string(request_id);
   receipt.revision = select.Int64(0);
   const absl::string_view bytes = select.Blob(1);
-  if (!select.row_status().ok()) return select.row_status();
+  HYPERMAP_RETURN_IF_ERROR(select.row_status());
   HYPERMAP_ASSIGN_OR_RETURN(std::vector<ObjectId> ids, DecodeObjectIds(bytes));
   receipt.object_ids = std::move(ids);
   return receipt;

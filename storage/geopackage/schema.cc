@@ -169,7 +169,7 @@ absl::StatusOr<int64_t> ReadSchemaVersion(Database* database) {
   if (version.status().code() == absl::StatusCode::kInternal || (version.ok() && !*version)) {
     return absl::DataLossError("hypermap_metadata does not tell the schema version");
   }
-  if (!version.ok()) return version.status();
+  HYPERMAP_RETURN_IF_ERROR(version.status());
   return **version;
 }
 

@@ -60,7 +60,7 @@ absl::StatusOr<TilePtr> TileVersions::At(const Lineage& layer, const MatrixTile&
   if (replaced.IsNull(1)) return TilePtr();
   const Key key{lineage, place.column, place.row, replaced.Int64(0), false};
   const absl::string_view image = replaced.Blob(1);
-  if (!replaced.row_status().ok()) return replaced.row_status();
+  HYPERMAP_RETURN_IF_ERROR(replaced.row_status());
   return Decode(key, layer.stored.spec.kind, image, kHistoryTable);
 }
 
@@ -81,7 +81,7 @@ absl::StatusOr<TilePtr> TileVersions::Current(const Lineage& layer, const Matrix
     version = newest;
   }
   const absl::string_view image = select.Blob(0);
-  if (!select.row_status().ok()) return select.row_status();
+  HYPERMAP_RETURN_IF_ERROR(select.row_status());
   return Decode({stored.lineage, place.column, place.row, version, true}, stored.spec.kind, image,
                 stored.table.c_str());
 }
@@ -97,7 +97,7 @@ absl::Status TileVersions::AddReplaced(const Lineage& layer, const Range& range,
                               next.Bind(layer.stored.lineage, from.column, from.row).Step());
     if (!has_row) break;
     const MatrixTile place{next.Int64(0), next.Int64(1)};
-    if (!next.row_status().ok()) return next.row_status();
+    HYPERMAP_RETURN_IF_ERROR(next.row_status());
     next.Reset();
     if (place.row > last.row) {
       from = {place.column + 1, first.row};
@@ -120,7 +120,7 @@ absl::Status TileVersions::AddCurrent(const Lineage& layer, const Range& range,
     HYPERMAP_ASSIGN_OR_RETURN(const bool has_row, select.Step());
     if (!has_row) return absl::OkStatus();
     places->emplace(select.Int64(0), select.Int64(1));
-    if (!select.row_status().ok()) return select.row_status();
+    HYPERMAP_RETURN_IF_ERROR(select.row_status());
   }
 }
 

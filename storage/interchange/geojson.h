@@ -9,6 +9,7 @@
 
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
+#include "base/limits/limits.h"
 #include "map/snapshot.h"
 #include "storage/interchange/imported_map.h"
 
@@ -28,7 +29,7 @@ namespace hypermap::storage {
 // INVALID_ARGUMENT naming the place in the file; NOT_FOUND for a deleted object that the layer does
 // not have; RESOURCE_EXHAUSTED naming the limit.
 absl::StatusOr<ImportedMap> DecodeGeoJson(absl::string_view data, const std::string& layer,
-                                          const Snapshot* snapshot, const ImportLimits& limits);
+                                          const Snapshot* snapshot, const Limits& limits);
 
 // Encodes the objects of `layers` (empty: of all layers) in the map's frame as one file,
 // `<map_name>.geojson`. Grids and layers that are not connected to the map's frame are omissions.

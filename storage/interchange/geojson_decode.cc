@@ -4,6 +4,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
+#include "base/limits/limits.h"
 #include "base/status/status_macros.h"
 #include "map/layers/semantic_layer.h"
 #include "nlohmann/json.hpp"
@@ -101,7 +102,7 @@ absl::StatusOr<std::vector<json>> FeaturesOf(json root) {
 
 class Decoder {
  public:
-  Decoder(std::string layer, const Snapshot* snapshot, const ImportLimits& limits)
+  Decoder(std::string layer, const Snapshot* snapshot, const Limits& limits)
       : layer_(std::move(layer)), snapshot_(snapshot), limits_(limits) {}
 
   absl::Status Run(json root);
@@ -129,7 +130,7 @@ class Decoder {
 
   const std::string layer_;
   const Snapshot* const snapshot_;
-  const ImportLimits limits_;
+  const Limits limits_;
   std::string frame_id_;  // of the coordinates; empty: the map's own
   const Layer* existing_ = nullptr;
   ImportedMap imported_;
@@ -147,10 +148,10 @@ absl::Status Decoder::Run(json root) {
     repairs_.Add("crs is not looked at: coordinates are taken as metres in the frame");
   }
   HYPERMAP_ASSIGN_OR_RETURN(const std::vector<json> features, FeaturesOf(std::move(root)));
-  if (static_cast<int64_t>(features.size()) > limits_.max_objects) {
+  if (static_cast<int64_t>(features.size()) > limits_.max_import_objects) {
     return absl::ResourceExhaustedError(
         absl::StrCat("features has ", features.size(),
-                     " entries, more than max_objects = ", limits_.max_objects));
+                     " entries, more than --max_import_objects = ", limits_.max_import_objects));
   }
   OpenLayer();
   if (features.empty() && existing_) return absl::InvalidArgumentError("features is empty");
@@ -242,9 +243,9 @@ absl::Status Decoder::ReadObjects(const json& feature, const json& geometry,
                               " objects"));
   }
   num_objects_ += static_cast<int64_t>(parts->size());
-  if (num_objects_ > limits_.max_objects) {
+  if (num_objects_ > limits_.max_import_objects) {
     return absl::ResourceExhaustedError(
-        absl::StrCat("more objects than max_objects = ", limits_.max_objects));
+        absl::StrCat("more objects than --max_import_objects = ", limits_.max_import_objects));
   }
   object->id = id;
   for (Shape& part : *parts) {
@@ -339,9 +340,9 @@ absl::StatusOr<Polygon> Decoder::ReadPolygon(const json& rings) {
 absl::StatusOr<std::vector<Point>> Decoder::ReadPositions(const json& positions) {
   if (!positions.is_array()) return absl::InvalidArgumentError("not a list of positions");
   num_vertices_ += static_cast<int>(positions.size());
-  if (num_vertices_ > limits_.max_vertices_per_polygon) {
-    return absl::ResourceExhaustedError(absl::StrCat(
-        "more vertices than max_vertices_per_polygon = ", limits_.max_vertices_per_polygon));
+  if (num_vertices_ > limits_.max_vertices) {
+    return absl::ResourceExhaustedError(
+        absl::StrCat("more vertices than --max_vertices = ", limits_.max_vertices));
   }
   std::vector<Point> points;
   points.reserve(positions.size());
@@ -369,10 +370,10 @@ std::optional<Point> Decoder::ReadPosition(const json& position) {
 }  // namespace
 
 absl::StatusOr<ImportedMap> DecodeGeoJson(absl::string_view data, const std::string& layer,
-                                          const Snapshot* snapshot, const ImportLimits& limits) {
+                                          const Snapshot* snapshot, const Limits& limits) {
   if (static_cast<int64_t>(data.size()) > limits.max_unpacked_bytes) {
     return absl::ResourceExhaustedError(
-        absl::StrCat("file is larger than max_unpacked_bytes = ", limits.max_unpacked_bytes));
+        absl::StrCat("file is larger than --max_unpacked_bytes = ", limits.max_unpacked_bytes));
   }
   HYPERMAP_ASSIGN_OR_RETURN(json root, Parse(data));
   Decoder decoder(layer, snapshot, limits);

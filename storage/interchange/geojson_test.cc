@@ -6,6 +6,7 @@
 #include <map>
 #include <sstream>
 
+#include "base/limits/limits.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "map/edits/apply.h"
@@ -241,23 +242,23 @@ TEST(DecodeGeoJsonTest, NoFeaturesMakeAnEmptyLayerButChangeNoOther) {
 }
 
 TEST(DecodeGeoJsonTest, LimitsAreNamed) {
-  ImportLimits limits;
-  limits.max_vertices_per_polygon = 4;
+  Limits limits;
+  limits.max_vertices = 4;
   EXPECT_THAT(DecodeGeoJson(kChair, "s", nullptr, limits).status().ToString(),
-              HasSubstr("max_vertices_per_polygon"));
+              HasSubstr("--max_vertices"));
   const std::string line = FeatureOf("LineString", "[[0,0],[1,0],[2,0],[3,0],[4,0]]");
   EXPECT_THAT(DecodeGeoJson(line, "s", nullptr, limits).status().ToString(),
-              HasSubstr("max_vertices_per_polygon"));
+              HasSubstr("--max_vertices"));
   limits = {};
-  limits.max_objects = 1;
+  limits.max_import_objects = 1;
   EXPECT_THAT(DecodeGeoJson(FeatureOf("MultiPoint", "[[0,0],[1,1]]"), "s", nullptr, limits)
                   .status()
                   .ToString(),
-              HasSubstr("max_objects"));
+              HasSubstr("--max_import_objects"));
   EXPECT_THAT(DecodeGeoJson(Collection(std::string(kChair) + "," + kChair), "s", nullptr, limits)
                   .status()
                   .ToString(),
-              HasSubstr("max_objects"));
+              HasSubstr("--max_import_objects"));
 }
 
 TEST(EncodeGeoJsonTest, CellsAndLayersAdriftAreOmissions) {

@@ -16,8 +16,8 @@ absl::Status CheckImageSize(int64_t width, int64_t height, int64_t max_pixels) {
   }
   if (width * height > max_pixels) {
     return absl::ResourceExhaustedError(absl::StrCat("image is ", width, " x ", height,
-                                                     " pixels, more than max_image_pixels (",
-                                                     max_pixels, ")"));
+                                                     " pixels, the limit is ", max_pixels,
+                                                     " (of an import: --max_cells)"));
   }
   return absl::OkStatus();
 }

@@ -5,6 +5,7 @@
 
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
+#include "base/limits/limits.h"
 #include "map/snapshot.h"
 #include "storage/interchange/imported_map.h"
 
@@ -12,7 +13,7 @@ namespace hypermap::storage {
 
 // INVALID_ARGUMENT naming the member and the place when something can't be understood;
 // RESOURCE_EXHAUSTED naming the limit.
-absl::StatusOr<ImportedMap> DecodeHmap(absl::string_view data, const ImportLimits& limits);
+absl::StatusOr<ImportedMap> DecodeHmap(absl::string_view data, const Limits& limits);
 
 // Encodes the occupancy and semantic layers as one file, `<map_name>.hmap`. Layers of other kinds,
 // and objects with line strings and points, which the original can't read, are omissions.

@@ -5,6 +5,7 @@
 #include "absl/container/flat_hash_set.h"
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
+#include "base/limits/limits.h"
 #include "base/status/status_macros.h"
 #include "storage/interchange/names.h"
 #include "storage/interchange/number_text.h"
@@ -16,9 +17,6 @@ namespace {
 
 constexpr char kOccupancyClass[] = "OccupancyGridLayer";
 constexpr char kSemanticClass[] = "SemanticLayer";
-
-// Bounds the time of checking a chain of frames, which grows with the square of its length.
-constexpr size_t kMaxTransforms = 2000;
 
 std::string Renamed(absl::string_view what, absl::string_view from, absl::string_view to) {
   return absl::StrCat(what, " \"", CleanWord(from), "\" renamed to \"", to, "\"");
@@ -110,9 +108,9 @@ absl::Status ReadLayers(const YAML::Node& root, HmapConfig& config, RepairLog& r
 
 absl::Status ReadTransforms(const YAML::Node& root, HmapConfig& config, RepairLog& repairs) {
   HYPERMAP_ASSIGN_OR_RETURN(const YAML::Node list, ReadList(root, "transforms"));
-  if (list.size() > kMaxTransforms) {
-    return absl::ResourceExhaustedError(
-        absl::StrCat("transforms has ", list.size(), " entries, more than ", kMaxTransforms));
+  if (list.size() > FixedLimits::kMaxTransforms) {
+    return absl::ResourceExhaustedError(absl::StrCat(
+        "transforms has ", list.size(), " entries, more than ", FixedLimits::kMaxTransforms));
   }
   FrameTree tree;  // refuses the transform that closes a cycle
   for (size_t i = 0; i < list.size(); ++i) {

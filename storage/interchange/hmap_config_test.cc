@@ -12,20 +12,20 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::SizeIs;
 
-struct Reading {
+struct ConfigReading {
   absl::StatusOr<HmapConfig> config;
   std::vector<std::string> repairs;
 };
 
-Reading Parse(const std::string& text) {
+ConfigReading ParseConfig(const std::string& text) {
   RepairLog log;
-  Reading reading{ParseHmapConfig(text, log), {}};
+  ConfigReading reading{ParseHmapConfig(text, log), {}};
   reading.repairs = std::move(log).Take();
   return reading;
 }
 
 TEST(HmapConfigTest, ReadsLayersAndTransforms) {
-  const Reading reading = Parse(
+  const ConfigReading reading = ParseConfig(
       "layer_cnt: 2\n"
       "layers:\n"
       "  - {name: grid, frame_id: map, load_file: true, file: floor, class: OccupancyGridLayer,"
@@ -46,7 +46,7 @@ TEST(HmapConfigTest, ReadsLayersAndTransforms) {
 }
 
 TEST(HmapConfigTest, NamesThatTheDomainRefusesAreMadeFitAndReported) {
-  const Reading reading = Parse(
+  const ConfigReading reading = ParseConfig(
       "layers:\n"
       "  - {name: my grid, frame_id: /map, class: SemanticLayer}\n"
       "  - {name: other, class: SemanticLayer}\n"
@@ -99,7 +99,7 @@ TEST(HmapConfigTest, NamesWhatIsWrong) {
        "transforms[1]"},
   };
   for (const auto& [text, message] : kCases) {
-    const absl::Status status = Parse(text).config.status();
+    const absl::Status status = ParseConfig(text).config.status();
     EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument) << text;
     EXPECT_THAT(std::string(status.message()), HasSubstr(message)) << text;
   }
@@ -111,7 +111,7 @@ TEST(HmapConfigTest, ALongChainOfFramesIsRefused) {
     absl::StrAppend(&text, "  - {frame_id: f", i, ", child_frame_id: f", i + 1,
                     ", transform_pose: [0, 0, 0]}\n");
   }
-  EXPECT_EQ(Parse(text).config.status().code(), absl::StatusCode::kResourceExhausted);
+  EXPECT_EQ(ParseConfig(text).config.status().code(), absl::StatusCode::kResourceExhausted);
 }
 
 TEST(HmapConfigTest, WritesExactlyTheOriginalsKeys) {
@@ -137,7 +137,7 @@ TEST(HmapConfigTest, WritesExactlyTheOriginalsKeys) {
             "  - frame_id: map\n"
             "    child_frame_id: odom\n"
             "    transform_pose: [1, 2, 0.25]\n");
-  EXPECT_EQ(Parse(FormatHmapConfig(config)).config->transforms, config.transforms);
+  EXPECT_EQ(ParseConfig(FormatHmapConfig(config)).config->transforms, config.transforms);
 }
 
 }  // namespace

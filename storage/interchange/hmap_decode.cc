@@ -2,6 +2,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/limits/limits.h"
 #include "base/status/status_macros.h"
 #include "storage/interchange/hmap.h"
 #include "storage/interchange/hmap_config.h"
@@ -36,8 +37,8 @@ std::string OwnFrame(const HmapConfig& config) {
 // Takes an archive apart, layer by layer.
 class HmapDecoder {
  public:
-  HmapDecoder(ZipArchive archive, const ImportLimits& limits)
-      : archive_(std::move(archive)), limits_(limits), pixels_left_(limits.max_image_pixels) {}
+  HmapDecoder(ZipArchive archive, const Limits& limits)
+      : archive_(std::move(archive)), limits_(limits), pixels_left_(limits.max_cells) {}
 
   absl::StatusOr<ImportedMap> Decode() && {
     HYPERMAP_ASSIGN_OR_RETURN(const std::string text, archive_.Read(kHmapConfigMember));
@@ -80,10 +81,9 @@ class HmapDecoder {
         CreateLayer{LayerSpec{.name = layer.name, .kind = layer.kind, .frame_id = layer.frame_id}});
     if (layer.file.empty()) return absl::OkStatus();
     HYPERMAP_ASSIGN_OR_RETURN(const std::string text, archive_.Read(layer.file));
-    SemanticObjectReader reader(layer.name, limits_.max_vertices_per_polygon, crossings_left_,
-                                repairs_);
+    SemanticObjectReader reader(layer.name, limits_.max_vertices, crossings_left_, repairs_);
     const absl::Status status = ReadSemanticYaml(text, [&](const SemanticEntry& entry) {
-      if (++num_objects_ > limits_.max_objects) return TooManyObjects();
+      if (++num_objects_ > limits_.max_import_objects) return TooManyObjects();
       return reader.Take(entry);
     });
     if (!status.ok()) return At(MemberPlace(layer.file), status);
@@ -94,8 +94,8 @@ class HmapDecoder {
   }
 
   absl::Status TooManyObjects() const {
-    return absl::ResourceExhaustedError(
-        absl::StrCat("the file has more than max_objects (", limits_.max_objects, ") objects"));
+    return absl::ResourceExhaustedError(absl::StrCat(
+        "the file has more than --max_import_objects (", limits_.max_import_objects, ") objects"));
   }
 
   static std::string MemberPlace(absl::string_view member) {
@@ -103,7 +103,7 @@ class HmapDecoder {
   }
 
   ZipArchive archive_;
-  const ImportLimits limits_;
+  const Limits limits_;
   int64_t pixels_left_;
   int64_t num_objects_ = 0;
   int64_t crossings_left_ = kMaxCrossingsPerImport;
@@ -113,7 +113,7 @@ class HmapDecoder {
 
 }  // namespace
 
-absl::StatusOr<ImportedMap> DecodeHmap(absl::string_view data, const ImportLimits& limits) {
+absl::StatusOr<ImportedMap> DecodeHmap(absl::string_view data, const Limits& limits) {
   HYPERMAP_ASSIGN_OR_RETURN(ZipArchive archive, ZipArchive::Open(data, limits));
   return HmapDecoder(std::move(archive), limits).Decode();
 }

@@ -3,6 +3,7 @@
 
 #include "absl/container/flat_hash_set.h"
 #include "absl/strings/str_cat.h"
+#include "base/limits/limits.h"
 #include "base/status/status_macros.h"
 #include "map/layers/grid_layer.h"
 #include "map/layers/semantic_layer.h"
@@ -71,7 +72,7 @@ class HmapEncoder {
       return absl::OkStatus();
     }
     HYPERMAP_ASSIGN_OR_RETURN(const GridPicture picture,
-                              TakePicture(layer, ImportLimits().max_image_pixels));
+                              TakePicture(layer, FixedLimits::kMaxExportPixels));
     if (picture.num_rounded > 0) {
       Omit(layer, absl::StrCat(picture.num_rounded, " values rounded to 1/100"));
     }

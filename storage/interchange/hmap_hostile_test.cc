@@ -3,6 +3,7 @@
 #include <random>
 
 #include "absl/strings/str_cat.h"
+#include "base/limits/limits.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "storage/interchange/hmap.h"
@@ -125,38 +126,38 @@ const HostileCase kHostileCases[] = {
 
 TEST(HostileHmapTest, IsRefusedWithItsReason) {
   for (const HostileCase& c : kHostileCases) {
-    const absl::Status status = DecodeHmap(c.data(), ImportLimits()).status();
+    const absl::Status status = DecodeHmap(c.data(), Limits()).status();
     EXPECT_EQ(status.code(), c.code) << c.name << ": " << status;
     EXPECT_THAT(std::string(status.message()), HasSubstr(c.message)) << c.name;
   }
 }
 
 TEST(HostileHmapTest, EachLimitIsNamed) {
-  ImportLimits limits;
-  limits.max_image_pixels = 99;
+  Limits limits;
+  limits.max_cells = 99;
   const absl::Status pixels = DecodeHmap(OccupancyHmap(kOccupancyYaml, Png(10)), limits).status();
   EXPECT_EQ(pixels.code(), kExhausted);
-  EXPECT_THAT(std::string(pixels.message()), HasSubstr("max_image_pixels"));
+  EXPECT_THAT(std::string(pixels.message()), HasSubstr("--max_cells"));
 
   limits = {};
-  limits.max_objects = 1;
+  limits.max_import_objects = 1;
   const std::string two =
       "- {name: a, shape: 'POLYGON((0 0,1 0,0 1))'}\n- {name: b, shape: 'POLYGON((0 0,1 0,0 1))'}";
   const absl::Status objects = DecodeHmap(SemanticHmap(two), limits).status();
   EXPECT_EQ(objects.code(), kExhausted);
-  EXPECT_THAT(std::string(objects.message()), HasSubstr("max_objects"));
+  EXPECT_THAT(std::string(objects.message()), HasSubstr("--max_import_objects"));
 
   limits = {};
-  limits.max_vertices_per_polygon = 2;
+  limits.max_vertices = 2;
   const absl::Status vertices = DecodeHmap(SemanticHmap(two), limits).status();
   EXPECT_EQ(vertices.code(), kExhausted);
-  EXPECT_THAT(std::string(vertices.message()), HasSubstr("max_vertices_per_polygon"));
+  EXPECT_THAT(std::string(vertices.message()), HasSubstr("--max_vertices"));
 
   limits = {};
   limits.max_unpacked_bytes = 1 << 20;
   const absl::Status bytes = DecodeHmap(SemanticHmap(std::string(2 << 20, ' ')), limits).status();
   EXPECT_EQ(bytes.code(), kExhausted);
-  EXPECT_THAT(std::string(bytes.message()), HasSubstr("max_unpacked_bytes"));
+  EXPECT_THAT(std::string(bytes.message()), HasSubstr("--max_unpacked_bytes"));
 }
 
 // One image named by many layers counts each time.
@@ -170,10 +171,10 @@ TEST(HostileHmapTest, PixelsOfAllLayersAreCountedTogether) {
   const std::string data = Zip({{"hmap_config.yaml", config},
                                 {"occupancy.yaml", kOccupancyYaml},
                                 {"occupancy.png", Png(10)}});
-  ImportLimits limits;
-  limits.max_image_pixels = 1000;
+  Limits limits;
+  limits.max_cells = 1000;
   EXPECT_EQ(DecodeHmap(data, limits).status().code(), kExhausted);
-  limits.max_image_pixels = 1100;
+  limits.max_cells = 1100;
   EXPECT_TRUE(DecodeHmap(data, limits).ok());
 }
 
@@ -182,7 +183,7 @@ TEST(HostileHmapTest, AReportOfRepairsIsBounded) {
   for (int i = 0; i < 5000; ++i) {
     absl::StrAppend(&text, "- {name: a, shape: 'POLYGON((0 0,1 0,0 ", i + 1, "))'}\n");
   }
-  const absl::StatusOr<ImportedMap> imported = DecodeHmap(SemanticHmap(text), ImportLimits());
+  const absl::StatusOr<ImportedMap> imported = DecodeHmap(SemanticHmap(text), Limits());
   ASSERT_TRUE(imported.ok()) << imported.status();
   EXPECT_EQ(imported->repairs.size(), 1001u);
   EXPECT_EQ(imported->repairs.back(), "and 4000 repairs more");
@@ -219,7 +220,7 @@ TEST(HostileHmapTest, DamagedArchivesNeverGetThroughHalf) {
            {"g.yaml", "image: g.png\nresolution: 0.5\norigin: [1, 2, 0]\n"},
            {"g.png", Png(4)},
            {"s", "- {name: a, shape: 'POLYGON((0 0,1 0,0 1,0 0))', tags: [b], confidence: [1]}"}}),
-      [](const std::string& data) { return DecodeHmap(data, ImportLimits()); });
+      [](const std::string& data) { return DecodeHmap(data, Limits()); });
 }
 
 // The checksums of the archive hide the parsers behind it; these see the damage themselves.
@@ -233,16 +234,16 @@ TEST(HostileHmapTest, DamagedMembersNeverGetThroughHalf) {
       "- {name: a, shape: 'POLYGON((0 0,1 0,0 1,0 0))', tags: [b], confidence: [1]}\n"
       "- name: c\n  shape: MULTIPOLYGON(((0 0,9 0,9 9,0 0),(2 1,3 1,3 2)),((5 1,6 2,6 1 5 2)))\n";
   Mutate(config, [&](const std::string& data) {
-    return DecodeHmap(Zip({{"hmap_config.yaml", data}, {"s", entries}}), ImportLimits());
+    return DecodeHmap(Zip({{"hmap_config.yaml", data}, {"s", entries}}), Limits());
   });
   Mutate(entries, [&](const std::string& data) {
-    return DecodeHmap(Zip({{"hmap_config.yaml", config}, {"s", data}}), ImportLimits());
+    return DecodeHmap(Zip({{"hmap_config.yaml", config}, {"s", data}}), Limits());
   });
   Mutate(kOccupancyYaml, [&](const std::string& data) {
-    return DecodeHmap(OccupancyHmap(data, Png(2)), ImportLimits());
+    return DecodeHmap(OccupancyHmap(data, Png(2)), Limits());
   });
-  ImportLimits small;
-  small.max_image_pixels = 1 << 16;
+  Limits small;
+  small.max_cells = 1 << 16;
   Mutate(Png(5), [&](const std::string& data) {
     return DecodeHmap(OccupancyHmap(kOccupancyYaml, data), small);
   });

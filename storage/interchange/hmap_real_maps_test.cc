@@ -1,5 +1,6 @@
 #include <algorithm>
 
+#include "base/limits/limits.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "storage/interchange/hmap.h"
@@ -27,7 +28,7 @@ class RealMapsTest : public ::testing::Test {
 
   static ImportedMap Decode(const std::string& name) {
     const std::string data = ReadFile(DataFolder() / "maps" / name);
-    absl::StatusOr<ImportedMap> imported = DecodeHmap(data, ImportLimits());
+    absl::StatusOr<ImportedMap> imported = DecodeHmap(data, Limits());
     EXPECT_TRUE(imported.ok()) << name << ": " << imported.status();
     return imported.ok() ? *std::move(imported) : ImportedMap();
   }
@@ -50,7 +51,7 @@ TEST_F(RealMapsTest, EveryMapComesBackFromItsExportWithEqualContent) {
     EXPECT_THAT(exported->omissions, IsEmpty());
     ASSERT_EQ(exported->files.size(), 1u);
     EXPECT_EQ(exported->files[0].name, "site.hmap");
-    const absl::StatusOr<ImportedMap> again = DecodeHmap(exported->files[0].data, ImportLimits());
+    const absl::StatusOr<ImportedMap> again = DecodeHmap(exported->files[0].data, Limits());
     ASSERT_TRUE(again.ok()) << again.status();
     EXPECT_THAT(again->repairs, IsEmpty());
     ExpectSameContent(map, MapOf(*again));
@@ -93,7 +94,7 @@ TEST_F(RealMapsTest, TheSameOfficeAsPgmAgrees) {
   const absl::StatusOr<ImportedMap> imported =
       DecodeNav2({{"occupancy.yaml", ReadFile(folder / "occupancy.yaml")},
                   {"occupancy.pgm", ReadFile(folder / "occupancy.pgm")}},
-                 "occupancy", "map", ImportLimits());
+                 "occupancy", "map", Limits());
   ASSERT_TRUE(imported.ok()) << imported.status();
   const Snapshot pgm = MapOf(*imported);
   const Snapshot hmap = MapOf(Decode("map_office_small_sem_gt.hmap"));

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "absl/strings/str_cat.h"
+#include "base/limits/limits.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "storage/interchange/png_codec.h"
@@ -25,7 +26,7 @@ using ::testing::SizeIs;
 using testing::Zip;
 
 ImportedMap Decode(const std::string& data) {
-  absl::StatusOr<ImportedMap> imported = DecodeHmap(data, ImportLimits());
+  absl::StatusOr<ImportedMap> imported = DecodeHmap(data, Limits());
   EXPECT_TRUE(imported.ok()) << imported.status();
   return imported.ok() ? *std::move(imported) : ImportedMap();
 }
@@ -136,7 +137,7 @@ TEST(EncodeHmapTest, WritesTheMembersThatTheOriginalReads) {
   EXPECT_THAT(exported.omissions, IsEmpty());
   ASSERT_THAT(exported.files, SizeIs(1));
   EXPECT_EQ(exported.files[0].name, "site.hmap");
-  ZipArchive archive = *ZipArchive::Open(exported.files[0].data, ImportLimits());
+  ZipArchive archive = *ZipArchive::Open(exported.files[0].data, Limits());
   EXPECT_EQ(*archive.Read("hmap_config.yaml"),
             "layers:\n"
             "  - name: grid\n    frame_id: map\n    load_file: true\n    file: grid\n"

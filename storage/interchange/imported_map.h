@@ -2,7 +2,6 @@
 #ifndef HYPERMAP_STORAGE_INTERCHANGE_IMPORTED_MAP_H_
 #define HYPERMAP_STORAGE_INTERCHANGE_IMPORTED_MAP_H_
 
-#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -35,15 +34,6 @@ struct ExportedFiles {
   std::vector<NamedFile> files;
   // One line for each part of the map that the format can't carry.
   std::vector<std::string> omissions;
-};
-
-// A file that exceeds one of these limits is refused with RESOURCE_EXHAUSTED naming the limit.
-struct ImportLimits {
-  int64_t max_unpacked_bytes = int64_t{1} << 30;
-  int max_archive_members = 10000;
-  int64_t max_image_pixels = int64_t{1} << 28;
-  int64_t max_objects = 5'000'000;
-  int max_vertices_per_polygon = 100'000;  // also of a line string
 };
 
 }  // namespace hypermap::storage

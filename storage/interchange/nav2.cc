@@ -6,6 +6,7 @@
 #include "absl/strings/ascii.h"
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
+#include "base/limits/limits.h"
 #include "base/status/status_macros.h"
 #include "map/layers/grid_layer.h"
 #include "storage/interchange/map_server_yaml.h"
@@ -47,19 +48,20 @@ absl::StatusOr<const NamedFile*> FindYaml(const std::vector<NamedFile>& files) {
   return found;
 }
 
-absl::Status CheckSizes(const std::vector<NamedFile>& files, const ImportLimits& limits) {
+absl::Status CheckSizes(const std::vector<NamedFile>& files, const Limits& limits) {
   int64_t bytes = 0;
   for (const NamedFile& file : files) bytes += static_cast<int64_t>(file.data.size());
   if (bytes <= limits.max_unpacked_bytes) return absl::OkStatus();
-  return absl::ResourceExhaustedError(absl::StrCat(
-      "files: ", bytes, " bytes, more than max_unpacked_bytes (", limits.max_unpacked_bytes, ")"));
+  return absl::ResourceExhaustedError(absl::StrCat("files: ", bytes,
+                                                   " bytes, more than --max_unpacked_bytes (",
+                                                   limits.max_unpacked_bytes, ")"));
 }
 
 }  // namespace
 
 absl::StatusOr<ImportedMap> DecodeNav2(const std::vector<NamedFile>& files,
                                        const std::string& layer, const std::string& frame_id,
-                                       const ImportLimits& limits) {
+                                       const Limits& limits) {
   HYPERMAP_RETURN_IF_ERROR(CheckSizes(files, limits));
   HYPERMAP_ASSIGN_OR_RETURN(const NamedFile* const yaml_file, FindYaml(files));
   const absl::StatusOr<MapServerYaml> yaml = ParseMapServerYaml(yaml_file->data);
@@ -82,7 +84,7 @@ absl::StatusOr<ImportedMap> DecodeNav2(const std::vector<NamedFile>& files,
     if (!used) repairs.Add(absl::StrCat("file \"", file.name, "\" is not named by the YAML"));
   }
   imported.repairs = std::move(repairs).Take();
-  int64_t pixels_left = limits.max_image_pixels;
+  int64_t pixels_left = limits.max_cells;
   const absl::Status status =
       AppendOccupancyLayer(layer, frame_id, *yaml, image->data, pixels_left, imported.batch.edits);
   if (!status.ok()) return At(yaml_file->name, status);
@@ -130,7 +132,7 @@ absl::StatusOr<ExportedFiles> EncodeNav2(const Snapshot& snapshot, const std::st
   HYPERMAP_ASSIGN_OR_RETURN(const std::shared_ptr<const GridLayer> grid,
                             GetOccupancy(snapshot, layer));
   HYPERMAP_ASSIGN_OR_RETURN(const GridPicture picture,
-                            TakePicture(*grid, ImportLimits().max_image_pixels));
+                            TakePicture(*grid, FixedLimits::kMaxExportPixels));
 
   ExportedFiles exported;
   const std::string place = absl::StrCat("layer \"", layer, "\": ");

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "base/limits/limits.h"
 #include "map/snapshot.h"
 #include "storage/interchange/imported_map.h"
 
@@ -16,7 +17,7 @@ namespace hypermap::storage {
 // INVALID_ARGUMENT naming the place; RESOURCE_EXHAUSTED naming the limit.
 absl::StatusOr<ImportedMap> DecodeNav2(const std::vector<NamedFile>& files,
                                        const std::string& layer, const std::string& frame_id,
-                                       const ImportLimits& limits);
+                                       const Limits& limits);
 
 enum class Nav2Image { kPgm, kPng };
 

@@ -1,5 +1,6 @@
 #include "storage/interchange/nav2.h"
 
+#include "base/limits/limits.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "storage/interchange/png_codec.h"
@@ -21,7 +22,7 @@ constexpr char kYaml[] =
 TEST(DecodeNav2Test, FindsTheImageByItsBaseName) {
   const absl::StatusOr<ImportedMap> imported =
       DecodeNav2({{"floor.pgm", std::string("P5\n2 1\n255\n\x00\xFE", 13)}, {"floor.yaml", kYaml}},
-                 "grid", "", ImportLimits());
+                 "grid", "", Limits());
   ASSERT_TRUE(imported.ok()) << imported.status();
   EXPECT_EQ(imported->frame_id, "map");
   EXPECT_THAT(imported->layers, ElementsAre("grid"));
@@ -39,7 +40,7 @@ TEST(DecodeNav2Test, TakesModesInAnyCaseAndAFrame) {
                    "occupied_thresh: 1\nfree_thresh: 0\n"},
                   {"m.pgm", std::string("P5\n1 1\n255\n\x80", 12)},
                   {"notes.txt", ""}},
-                 "grid", "site", ImportLimits());
+                 "grid", "site", Limits());
   ASSERT_TRUE(imported.ok()) << imported.status();
   EXPECT_EQ(imported->frame_id, "site");
   EXPECT_THAT(imported->repairs, ElementsAre(HasSubstr("notes.txt")));
@@ -66,11 +67,11 @@ TEST(DecodeNav2Test, NamesWhatIsWrong) {
       {{yaml, image}, "grid", "/map", "layer.frame_id"},
   };
   for (const auto& c : kCases) {
-    const absl::Status status = DecodeNav2(c.files, c.layer, c.frame_id, ImportLimits()).status();
+    const absl::Status status = DecodeNav2(c.files, c.layer, c.frame_id, Limits()).status();
     EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument) << c.message;
     EXPECT_THAT(std::string(status.message()), HasSubstr(c.message));
   }
-  ImportLimits limits;
+  Limits limits;
   limits.max_unpacked_bytes = 10;
   EXPECT_EQ(DecodeNav2({yaml, image}, "grid", "", limits).status().code(),
             absl::StatusCode::kResourceExhausted);
@@ -95,8 +96,7 @@ Snapshot WithGrid(const std::vector<std::optional<double>>& values,
 }
 
 std::vector<std::optional<double>> ReadBack(const ExportedFiles& exported) {
-  const absl::StatusOr<ImportedMap> imported =
-      DecodeNav2(exported.files, "grid", "map", ImportLimits());
+  const absl::StatusOr<ImportedMap> imported = DecodeNav2(exported.files, "grid", "map", Limits());
   EXPECT_TRUE(imported.ok()) << imported.status();
   if (!imported.ok()) return {};
   const Snapshot map = MapOf(*imported);

@@ -181,7 +181,7 @@ TEST(TakePictureTest, FarApartCellsDoNotMakeAHugeImage) {
   map = *Apply(map, batch)->snapshot;
   const absl::Status status = TakePicture(Grid(map, "grid"), int64_t{1} << 28).status();
   EXPECT_EQ(status.code(), absl::StatusCode::kResourceExhausted);
-  EXPECT_THAT(std::string(status.message()), ::testing::HasSubstr("max_image_pixels"));
+  EXPECT_THAT(std::string(status.message()), ::testing::HasSubstr("--max_cells"));
 }
 
 }  // namespace

@@ -34,10 +34,10 @@ size_t HashOf(const SemanticObject& object) {
 
 }  // namespace
 
-SemanticObjectReader::SemanticObjectReader(std::string layer, int max_vertices_per_polygon,
+SemanticObjectReader::SemanticObjectReader(std::string layer, int max_vertices,
                                            int64_t& crossings_left, RepairLog& repairs)
     : layer_(std::move(layer)),
-      max_vertices_per_polygon_(max_vertices_per_polygon),
+      max_vertices_(max_vertices),
       crossings_left_(crossings_left),
       repairs_(repairs) {}
 
@@ -120,7 +120,7 @@ void SemanticObjectReader::SetClasses(const SemanticEntry& entry, SemanticObject
 absl::StatusOr<std::vector<Polygon>> SemanticObjectReader::ReadPolygons(
     const SemanticEntry& entry) {
   if (!entry.shape) return absl::InvalidArgumentError("no shape");
-  HYPERMAP_ASSIGN_OR_RETURN(WktShape wkt, ParseWkt(*entry.shape, max_vertices_per_polygon_));
+  HYPERMAP_ASSIGN_OR_RETURN(WktShape wkt, ParseWkt(*entry.shape, max_vertices_));
   if (wkt.kind != ShapeKind::kPolygon) {
     return absl::InvalidArgumentError(
         absl::StrCat(wkt.kind == ShapeKind::kPoint ? "POINT" : "LINESTRING",

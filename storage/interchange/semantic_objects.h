@@ -21,7 +21,7 @@ class SemanticObjectReader {
  public:
   // `crossings_left` (see RepairShape) and `repairs` are shared by the whole import and must
   // outlive the reader.
-  SemanticObjectReader(std::string layer, int max_vertices_per_polygon, int64_t& crossings_left,
+  SemanticObjectReader(std::string layer, int max_vertices, int64_t& crossings_left,
                        RepairLog& repairs);
 
   // INVALID_ARGUMENT naming the object when its shape is not a polygon or can't be repaired;
@@ -50,7 +50,7 @@ class SemanticObjectReader {
   void Keep(SemanticObject object);
 
   const std::string layer_;
-  const int max_vertices_per_polygon_;
+  const int max_vertices_;
   int64_t& crossings_left_;
   RepairLog& repairs_;
   int64_t num_entries_ = 0;

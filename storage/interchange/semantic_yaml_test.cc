@@ -1,5 +1,7 @@
 #include "storage/interchange/semantic_yaml.h"
 
+#include "base/limits/limits.h"
+#include "base/status/status_macros.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "storage/interchange/map_server_yaml.h"
@@ -10,18 +12,18 @@ namespace {
 
 using ::testing::HasSubstr;
 
-absl::StatusOr<std::vector<SemanticEntry>> Read(const std::string& text) {
+absl::StatusOr<std::vector<SemanticEntry>> ReadYaml(const std::string& text) {
   std::vector<SemanticEntry> entries;
   const absl::Status status = ReadSemanticYaml(text, [&](const SemanticEntry& entry) {
     entries.push_back(entry);
     return absl::OkStatus();
   });
-  if (!status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(status);
   return entries;
 }
 
 TEST(ReadSemanticYamlTest, ReadsKeysInAnyOrderAndStyle) {
-  const auto entries = Read(
+  const auto entries = ReadYaml(
       "# a comment\n"
       "- {tags: [a, 'b c'], shape: 'POLYGON((0 0,1 0,0 1))', name: chair, confidence: [0.5, 1]}\n"
       "- confidence: ~\n"
@@ -50,7 +52,7 @@ TEST(ReadSemanticYamlTest, ReadsKeysInAnyOrderAndStyle) {
 
 TEST(ReadSemanticYamlTest, AnEmptyDocumentHasNoEntries) {
   for (const char* text : {"", "\n", "[]\n", "~\n", "# nothing\n", "---\n"}) {
-    const auto entries = Read(text);
+    const auto entries = ReadYaml(text);
     ASSERT_TRUE(entries.ok()) << text << entries.status();
     EXPECT_TRUE(entries->empty());
   }
@@ -80,7 +82,7 @@ TEST(ReadSemanticYamlTest, NamesWhatIsWrong) {
       {"- %", "no YAML"},
   };
   for (const auto& [text, message] : kCases) {
-    const absl::Status status = Read(text).status();
+    const absl::Status status = ReadYaml(text).status();
     EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument) << text;
     EXPECT_THAT(std::string(status.message()), HasSubstr(message)) << text;
   }
@@ -90,7 +92,7 @@ TEST(ReadSemanticYamlTest, DeepNestingIsRefused) {
   for (const char* piece : {"[", "{a: ", "- ", "? "}) {
     std::string text = "- name: ";
     for (int i = 0; i < 100000; ++i) text += piece;
-    EXPECT_EQ(Read(text).status().code(), absl::StatusCode::kInvalidArgument) << piece;
+    EXPECT_EQ(ReadYaml(text).status().code(), absl::StatusCode::kInvalidArgument) << piece;
     EXPECT_EQ(ParseYaml(text).status().code(), absl::StatusCode::kInvalidArgument) << piece;
   }
 }
@@ -117,7 +119,7 @@ TEST(AppendSemanticEntryTest, ComesBackWhateverTheWords) {
     AppendSemanticEntry(written.back(), text);
   }
   AppendSemanticEntry({"plain", "POLYGON((0 0,1 0,0 1,0 0))", std::nullopt, std::nullopt}, text);
-  const auto entries = Read(text);
+  const auto entries = ReadYaml(text);
   ASSERT_TRUE(entries.ok()) << entries.status() << text;
   ASSERT_EQ(entries->size(), written.size() + 1);
   for (size_t i = 0; i < written.size(); ++i) {
@@ -184,7 +186,7 @@ TEST(MapServerYamlTest, NamesTheKeyThatIsWrong) {
 }
 
 TEST(ParseYamlTest, LimitsTheDocument) {
-  const std::string large(kMaxYamlBytes + 1, 'x');
+  const std::string large(FixedLimits::kMaxYamlBytes + 1, 'x');
   EXPECT_EQ(ParseYaml(large).status().code(), absl::StatusCode::kResourceExhausted);
 }
 

@@ -130,8 +130,8 @@ class WktParser {
       first = false;
       HYPERMAP_RETURN_IF_ERROR(ParseVertex(vertices.emplace_back()));
       if (++num_vertices_ > max_vertices_) {
-        return absl::ResourceExhaustedError(absl::StrCat(
-            "shape has more than max_vertices_per_polygon (", max_vertices_, ") vertices"));
+        return absl::ResourceExhaustedError(
+            absl::StrCat("shape has more than --max_vertices (", max_vertices_, ") vertices"));
       }
       SkipBlanks();
     } while (!rest_.empty() && rest_.front() != ',' && rest_.front() != ')');

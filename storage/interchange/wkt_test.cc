@@ -17,7 +17,7 @@ using ::testing::SizeIs;
 
 constexpr int kManyVertices = 1000;
 
-WktShape Parse(const std::string& text) {
+WktShape ParseShape(const std::string& text) {
   const absl::StatusOr<WktShape> shape = ParseWkt(text, kManyVertices);
   EXPECT_TRUE(shape.ok()) << text << ": " << shape.status();
   return shape.value_or(WktShape());
@@ -26,7 +26,7 @@ WktShape Parse(const std::string& text) {
 const Ring kTriangle = {{0, 0}, {1, 0}, {0, 1}};
 
 TEST(ParseWktTest, ClosedRingNeedsNoRepair) {
-  const WktShape shape = Parse("POLYGON((0 0,1 0,0 1,0 0))");
+  const WktShape shape = ParseShape("POLYGON((0 0,1 0,0 1,0 0))");
   EXPECT_THAT(shape.polygons, ElementsAre(ElementsAre(kTriangle)));
   EXPECT_THAT(shape.repairs, IsEmpty());
 }
@@ -34,27 +34,27 @@ TEST(ParseWktTest, ClosedRingNeedsNoRepair) {
 TEST(ParseWktTest, TakesAnyCaseAndBlanks) {
   for (const char* text : {"polygon((0 0,1 0,0 1,0 0))", " Polygon ( ( 0  0 , 1 0 ,0\t1,0 0 ) ) ",
                            "POLYGON\n((0e0 0.0,+1 -0,.0 1.,0 0))"}) {
-    const WktShape shape = Parse(text);
+    const WktShape shape = ParseShape(text);
     EXPECT_THAT(shape.polygons, ElementsAre(ElementsAre(kTriangle))) << text;
     EXPECT_THAT(shape.repairs, IsEmpty()) << text;
   }
 }
 
 TEST(ParseWktTest, OpenRingIsReported) {
-  const WktShape shape = Parse("POLYGON((0 0,1 0,0 1))");
+  const WktShape shape = ParseShape("POLYGON((0 0,1 0,0 1))");
   EXPECT_THAT(shape.polygons, ElementsAre(ElementsAre(kTriangle)));
   EXPECT_THAT(shape.repairs, ElementsAre("ring left open"));
 }
 
 TEST(ParseWktTest, FourNumbersBetweenCommasAreTwoVertices) {
-  const WktShape shape = Parse("POLYGON((0 0,1 0 0 1,0 0))");
+  const WktShape shape = ParseShape("POLYGON((0 0,1 0 0 1,0 0))");
   EXPECT_THAT(shape.polygons, ElementsAre(ElementsAre(kTriangle)));
   EXPECT_THAT(shape.repairs, ElementsAre("missing comma after vertex 2"));
 }
 
 TEST(ParseWktTest, HolesAndPartsNameThemselves) {
   const WktShape shape =
-      Parse("MULTIPOLYGON(((0 0,9 0,0 9,0 0),(1 1,2 1,1 2)),((20 0,29 0 20 9,20 0)))");
+      ParseShape("MULTIPOLYGON(((0 0,9 0,0 9,0 0),(1 1,2 1,1 2)),((20 0,29 0 20 9,20 0)))");
   ASSERT_THAT(shape.polygons, SizeIs(2));
   EXPECT_THAT(shape.polygons[0], SizeIs(2));
   EXPECT_THAT(shape.polygons[1], SizeIs(1));
@@ -63,33 +63,34 @@ TEST(ParseWktTest, HolesAndPartsNameThemselves) {
 }
 
 TEST(ParseWktTest, EmptyHasNoRings) {
-  EXPECT_THAT(Parse("POLYGON EMPTY").polygons, ElementsAre(IsEmpty()));
-  EXPECT_THAT(Parse("MULTIPOLYGON EMPTY").polygons, IsEmpty());
+  EXPECT_THAT(ParseShape("POLYGON EMPTY").polygons, ElementsAre(IsEmpty()));
+  EXPECT_THAT(ParseShape("MULTIPOLYGON EMPTY").polygons, IsEmpty());
 }
 
 TEST(ParseWktTest, ReadsLineStrings) {
-  const WktShape shape = Parse(" linestring ( 0 0, 1 0 ,0\t1 ) ");
+  const WktShape shape = ParseShape(" linestring ( 0 0, 1 0 ,0\t1 ) ");
   EXPECT_EQ(shape.kind, ShapeKind::kLineString);
   EXPECT_EQ(shape.vertices, kTriangle);
   EXPECT_THAT(shape.polygons, IsEmpty());
   EXPECT_THAT(shape.repairs, IsEmpty());
   // One that closes keeps its last vertex; repeated vertices stay for the caller to see.
-  EXPECT_THAT(Parse("LINESTRING(0 0,1 0,0 0,0 0)").vertices, SizeIs(4));
-  EXPECT_THAT(Parse("LINESTRING EMPTY").vertices, IsEmpty());
-  EXPECT_THAT(Parse("LINESTRING(0 0 1 1)").repairs, ElementsAre("missing comma after vertex 1"));
+  EXPECT_THAT(ParseShape("LINESTRING(0 0,1 0,0 0,0 0)").vertices, SizeIs(4));
+  EXPECT_THAT(ParseShape("LINESTRING EMPTY").vertices, IsEmpty());
+  EXPECT_THAT(ParseShape("LINESTRING(0 0 1 1)").repairs,
+              ElementsAre("missing comma after vertex 1"));
 }
 
 TEST(ParseWktTest, ReadsPoints) {
-  const WktShape shape = Parse("Point( -1.5 2e1 )");
+  const WktShape shape = ParseShape("Point( -1.5 2e1 )");
   EXPECT_EQ(shape.kind, ShapeKind::kPoint);
   EXPECT_THAT(shape.vertices, ElementsAre(Point{-1.5, 20}));
   EXPECT_THAT(shape.repairs, IsEmpty());
-  EXPECT_EQ(Parse("POINT EMPTY").kind, ShapeKind::kPoint);
-  EXPECT_THAT(Parse("POINT EMPTY").vertices, IsEmpty());
+  EXPECT_EQ(ParseShape("POINT EMPTY").kind, ShapeKind::kPoint);
+  EXPECT_THAT(ParseShape("POINT EMPTY").vertices, IsEmpty());
 }
 
 TEST(ParseWktTest, CommentAfterTheShapeIsReported) {
-  EXPECT_THAT(Parse("POLYGON((0 0,1 0,0 1,0 0))#centre 3 4").repairs,
+  EXPECT_THAT(ParseShape("POLYGON((0 0,1 0,0 1,0 0))#centre 3 4").repairs,
               ElementsAre("comment after the shape"));
 }
 
@@ -140,7 +141,7 @@ TEST(ParseWktTest, LimitsVertices) {
   for (const char* text : {"POLYGON((0 0,1 0,0 1,0 0))", "LINESTRING(0 0,1 0,0 1,0 0)"}) {
     const absl::Status status = ParseWkt(text, 3).status();
     EXPECT_EQ(status.code(), absl::StatusCode::kResourceExhausted);
-    EXPECT_THAT(std::string(status.message()), HasSubstr("max_vertices_per_polygon"));
+    EXPECT_THAT(std::string(status.message()), HasSubstr("--max_vertices"));
   }
 }
 
@@ -148,11 +149,11 @@ TEST(FormatWktTest, WritesClosedRingsThatReadBackExactly) {
   const Polygon polygon =
       *Polygon::Make({{0.1, 0.2}, {1.0 / 3.0, 1e-17}, {1e9, 12345.678901234567}, {-3, 4}}, {});
   EXPECT_THAT(FormatWkt(*Polygon::Make(kTriangle)), "POLYGON((0 0,1 0,0 1,0 0))");
-  const WktShape shape = Parse(FormatWkt(polygon));
+  const WktShape shape = ParseShape(FormatWkt(polygon));
   EXPECT_THAT(shape.repairs, IsEmpty());
   EXPECT_THAT(shape.polygons[0], ElementsAreArray(polygon.rings()));
   const Polygon holed = *Polygon::Make({{0, 0}, {9, 0}, {9, 9}}, {{{3, 1}, {5, 1}, {5, 3}}});
-  EXPECT_THAT(Parse(FormatWkt(holed)).polygons[0], ElementsAreArray(holed.rings()));
+  EXPECT_THAT(ParseShape(FormatWkt(holed)).polygons[0], ElementsAreArray(holed.rings()));
 }
 
 TEST(FormatWktTest, WritesLineStringsAndPoints) {
@@ -179,9 +180,11 @@ TEST(FormatWktTest, RandomShapesReadBackExactly) {
   SCOPED_TRACE(::testing::Message() << "HYPERMAP_TEST_SEED=" << seed);
   Rng rng(seed);
   for (int i = 0; i < 500; ++i) {
-    const Point centre{testing::Uniform(rng, -1e6, 1e6), testing::Uniform(rng, -10, 10)};
-    const Shape shape = testing::RandomShape(rng, centre, testing::Uniform(rng, 1e-3, 1e3));
-    const WktShape wkt = Parse(FormatWkt(shape));
+    const Point centre{hypermap::testing::Uniform(rng, -1e6, 1e6),
+                       hypermap::testing::Uniform(rng, -10, 10)};
+    const Shape shape =
+        hypermap::testing::RandomShape(rng, centre, hypermap::testing::Uniform(rng, 1e-3, 1e3));
+    const WktShape wkt = ParseShape(FormatWkt(shape));
     EXPECT_THAT(wkt.repairs, IsEmpty());
     EXPECT_EQ(ShapeOf(wkt), shape) << FormatWkt(shape);
   }

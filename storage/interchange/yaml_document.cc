@@ -6,6 +6,7 @@
 #include "absl/status/status.h"
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
+#include "base/limits/limits.h"
 #include "base/status/status_macros.h"
 #include "storage/interchange/number_text.h"
 
@@ -23,9 +24,9 @@ std::optional<double> NumberOf(const YAML::Node& node) {
 }  // namespace
 
 absl::StatusOr<YAML::Node> ParseYaml(absl::string_view text) {
-  if (text.size() > kMaxYamlBytes) {
+  if (text.size() > FixedLimits::kMaxYamlBytes) {
     return absl::ResourceExhaustedError(
-        absl::StrCat("YAML of ", text.size(), " bytes, more than ", kMaxYamlBytes));
+        absl::StrCat("YAML of ", text.size(), " bytes, more than ", FixedLimits::kMaxYamlBytes));
   }
   try {
     return YAML::Load(std::string(text));

@@ -12,11 +12,8 @@
 
 namespace hypermap::storage {
 
-// Limit of a document's size: its tree takes many times the memory of its text.
-inline constexpr size_t kMaxYamlBytes = size_t{4} << 20;
-
 // Parses the first document. INVALID_ARGUMENT naming the line when it is not YAML;
-// RESOURCE_EXHAUSTED when it is larger than kMaxYamlBytes.
+// RESOURCE_EXHAUSTED when it is larger than FixedLimits::kMaxYamlBytes.
 absl::StatusOr<YAML::Node> ParseYaml(absl::string_view text);
 
 // The value of a key of a map; an undefined node when it is absent or null.

@@ -9,6 +9,7 @@
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
+#include "base/limits/limits.h"
 
 namespace hypermap::storage {
 namespace {
@@ -47,10 +48,10 @@ absl::Status MemberError(absl::string_view member, absl::string_view what) {
 
 void ZipArchive::Discard::operator()(zip* archive) const { zip_discard(archive); }
 
-ZipArchive::ZipArchive(zip* archive, const ImportLimits& limits)
+ZipArchive::ZipArchive(zip* archive, const Limits& limits)
     : archive_(archive), max_unpacked_bytes_(limits.max_unpacked_bytes) {}
 
-absl::StatusOr<ZipArchive> ZipArchive::Open(absl::string_view data, const ImportLimits& limits) {
+absl::StatusOr<ZipArchive> ZipArchive::Open(absl::string_view data, const Limits& limits) {
   // libzip would open an empty file as an archive without members.
   if (data.empty()) return absl::InvalidArgumentError("no zip archive: the file is empty");
   zip_error_t error;
@@ -65,7 +66,7 @@ absl::StatusOr<ZipArchive> ZipArchive::Open(absl::string_view data, const Import
   const zip_int64_t num_members = zip_get_num_entries(opened, 0);
   if (num_members > limits.max_archive_members) {
     return absl::ResourceExhaustedError(absl::StrCat("archive has ", num_members,
-                                                     " members, more than max_archive_members (",
+                                                     " members, more than --max_archive_members (",
                                                      limits.max_archive_members, ")"));
   }
   for (zip_int64_t i = 0; i < num_members; ++i) {
@@ -97,7 +98,7 @@ absl::StatusOr<std::string> ZipArchive::Read(const std::string& member) {
     if (unpacked_bytes_ > max_unpacked_bytes_) {
       return absl::ResourceExhaustedError(
           absl::StrCat("member \"", member, "\": the archive unpacks to more than ",
-                       "max_unpacked_bytes (", max_unpacked_bytes_, ")"));
+                       "--max_unpacked_bytes (", max_unpacked_bytes_, ")"));
     }
     content.append(chunk.data(), n);
   }

@@ -9,6 +9,7 @@
 
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
+#include "base/limits/limits.h"
 #include "storage/interchange/imported_map.h"
 
 struct zip;
@@ -21,7 +22,7 @@ class ZipArchive {
  public:
   // `data` must outlive the archive. INVALID_ARGUMENT when it is not a zip archive or has a member
   // whose name leads out of a folder; RESOURCE_EXHAUSTED when it has too many members.
-  static absl::StatusOr<ZipArchive> Open(absl::string_view data, const ImportLimits& limits);
+  static absl::StatusOr<ZipArchive> Open(absl::string_view data, const Limits& limits);
 
   bool Contains(const std::string& member) const;
 
@@ -34,7 +35,7 @@ class ZipArchive {
     void operator()(zip* archive) const;
   };
 
-  ZipArchive(zip* archive, const ImportLimits& limits);
+  ZipArchive(zip* archive, const Limits& limits);
 
   std::unique_ptr<zip, Discard> archive_;
   int64_t max_unpacked_bytes_;

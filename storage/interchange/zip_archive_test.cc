@@ -2,6 +2,7 @@
 
 #include <zip.h>
 
+#include "base/limits/limits.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "storage/interchange/testing/archive.h"
@@ -15,7 +16,7 @@ using testing::Zip;
 TEST(ZipArchiveTest, ReadsWhatWasWritten) {
   const std::string large(300000, 'x');
   const std::string zip = Zip({{"a", "alpha"}, {"b.png", large}, {"empty", ""}});
-  absl::StatusOr<ZipArchive> archive = ZipArchive::Open(zip, ImportLimits());
+  absl::StatusOr<ZipArchive> archive = ZipArchive::Open(zip, Limits());
   ASSERT_TRUE(archive.ok()) << archive.status();
   EXPECT_EQ(*archive->Read("b.png"), large);
   EXPECT_EQ(*archive->Read("a"), "alpha");
@@ -31,14 +32,14 @@ TEST(ZipArchiveTest, SameMembersGiveTheSameBytes) {
 TEST(ZipArchiveTest, BoundsWhatAllReadsInflate) {
   const std::string zip = Zip({{"zeros", std::string(1 << 20, '\0')}});
   ASSERT_LT(zip.size(), 2000u);
-  ImportLimits limits;
+  Limits limits;
   limits.max_unpacked_bytes = 3 << 20;
   absl::StatusOr<ZipArchive> archive = ZipArchive::Open(zip, limits);
   ASSERT_TRUE(archive.ok());
   for (int i = 0; i < 3; ++i) EXPECT_TRUE(archive->Read("zeros").ok());
   const absl::Status status = archive->Read("zeros").status();
   EXPECT_EQ(status.code(), absl::StatusCode::kResourceExhausted);
-  EXPECT_THAT(std::string(status.message()), HasSubstr("max_unpacked_bytes"));
+  EXPECT_THAT(std::string(status.message()), HasSubstr("--max_unpacked_bytes"));
 }
 
 // The size in the headers is what a reader would allocate that trusts them.
@@ -48,37 +49,36 @@ TEST(ZipArchiveTest, DoesNotTrustTheSizeInTheHeaders) {
   for (size_t at = zip.find(size); at != std::string::npos; at = zip.find(size, at + 4)) {
     zip.replace(at, 4, std::string("\x10\x00\x00\x00", 4));
   }
-  ImportLimits limits;
+  Limits limits;
   limits.max_unpacked_bytes = 1 << 16;
   absl::StatusOr<ZipArchive> archive = ZipArchive::Open(zip, limits);
   EXPECT_FALSE(archive.ok() && archive->Read("zeros").ok());
 }
 
 TEST(ZipArchiveTest, LimitsMembers) {
-  ImportLimits limits;
+  Limits limits;
   limits.max_archive_members = 2;
   EXPECT_TRUE(ZipArchive::Open(Zip({{"a", ""}, {"b", ""}}), limits).ok());
   const std::string three = Zip({{"a", ""}, {"b", ""}, {"c", ""}});
   const absl::Status status = ZipArchive::Open(three, limits).status();
   EXPECT_EQ(status.code(), absl::StatusCode::kResourceExhausted);
-  EXPECT_THAT(std::string(status.message()), HasSubstr("max_archive_members"));
+  EXPECT_THAT(std::string(status.message()), HasSubstr("--max_archive_members"));
 }
 
 TEST(ZipArchiveTest, RefusesNamesThatLeadOut) {
   for (const char* name : {"../a", "a/../../b", "/etc/passwd", "..", "a\\..\\b"}) {
     const std::string zip = Zip({{name, "x"}});
-    const absl::Status status = ZipArchive::Open(zip, ImportLimits()).status();
+    const absl::Status status = ZipArchive::Open(zip, Limits()).status();
     EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument) << name;
   }
   const std::string zip = Zip({{"a..b", "x"}});
-  EXPECT_TRUE(ZipArchive::Open(zip, ImportLimits()).ok());
+  EXPECT_TRUE(ZipArchive::Open(zip, Limits()).ok());
 }
 
 TEST(ZipArchiveTest, RefusesWhatIsNoZip) {
   for (const std::string& data : {std::string(), std::string("PK\x03\x04"), std::string(1000, 'P'),
                                   std::string("layers: []\n")}) {
-    EXPECT_EQ(ZipArchive::Open(data, ImportLimits()).status().code(),
-              absl::StatusCode::kInvalidArgument);
+    EXPECT_EQ(ZipArchive::Open(data, Limits()).status().code(), absl::StatusCode::kInvalidArgument);
   }
 }
 
@@ -104,7 +104,7 @@ std::string EncryptedZip() {
 
 TEST(ZipArchiveTest, NamesAnEncryptedMember) {
   const std::string zip = EncryptedZip();
-  absl::StatusOr<ZipArchive> archive = ZipArchive::Open(zip, ImportLimits());
+  absl::StatusOr<ZipArchive> archive = ZipArchive::Open(zip, Limits());
   ASSERT_TRUE(archive.ok()) << archive.status();
   const absl::Status status = archive->Read("a").status();
   EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
@@ -118,7 +118,7 @@ TEST(ZipArchiveTest, FindsDamagedBytes) {
   for (size_t i = 0; i < zip.size(); ++i) {
     std::string damaged = zip;
     damaged[i] ^= 0x55;
-    absl::StatusOr<ZipArchive> archive = ZipArchive::Open(damaged, ImportLimits());
+    absl::StatusOr<ZipArchive> archive = ZipArchive::Open(damaged, Limits());
     const absl::StatusOr<std::string> read =
         archive.ok() ? archive->Read("a") : absl::StatusOr<std::string>(archive.status());
     if (read.ok()) {

@@ -76,13 +76,13 @@ QueuedRequest ReadQueuedRequest(Statement& row) {
 template <typename Read>
 auto ReadAll(absl::StatusOr<Statement> statement, Read read)
     -> absl::StatusOr<std::vector<decltype(read(*statement))>> {
-  if (!statement.ok()) return statement.status();
+  HYPERMAP_RETURN_IF_ERROR(statement.status());
   std::vector<decltype(read(*statement))> all;
   while (true) {
     HYPERMAP_ASSIGN_OR_RETURN(const bool has_row, statement->Step());
     if (!has_row) return all;
     all.push_back(read(*statement));
-    if (!statement->row_status().ok()) return statement->row_status();
+    HYPERMAP_RETURN_IF_ERROR(statement->row_status());
   }
 }
 
@@ -233,12 +233,12 @@ absl::Status OutboxFile::WriteSent(absl::Span<QueuedRequest> requests, absl::Tim
 }
 
 absl::Status OutboxFile::Settle(absl::Span<const int64_t> delivered,
-                                absl::Span<const Refusal> refused) {
+                                absl::Span<const ServerRefusal> refused) {
   HYPERMAP_ASSIGN_OR_RETURN(Transaction transaction, Transaction::Begin(database_.get()));
   for (const int64_t request : delivered) {
     HYPERMAP_RETURN_IF_ERROR(database_->Run("DELETE FROM letters WHERE id = ?", request));
   }
-  for (const Refusal& refusal : refused) {
+  for (const ServerRefusal& refusal : refused) {
     HYPERMAP_RETURN_IF_ERROR(database_->Run(
         "UPDATE letters SET code = ?, message = ? WHERE id = ?", refusal.why.raw_code(),
         absl::string_view(refusal.why.message()), refusal.request));
@@ -291,7 +291,7 @@ absl::StatusOr<OutboxCounts> OutboxFile::Counts() {
       [](Statement& row) {
         return OutboxCounts{row.Int64(0), row.Int64(1), row.Int64(2)};
       });
-  if (!counts.ok()) return counts.status();
+  HYPERMAP_RETURN_IF_ERROR(counts.status());
   if (counts->size() != 1) return absl::DataLossError("the outbox has lost its counts");
   return counts->front();
 }

@@ -45,11 +45,13 @@ struct QueuedRequest {
   std::optional<absl::Time> first_sent_at;
 };
 
-struct Refusal {
+// The error with which the server refused a request.
+struct ServerRefusal {
   int64_t request = 0;
   absl::Status why;
 };
 
+// A request that the server refused, as it is set aside in the file.
 struct RefusedRequest {
   QueuedRequest request;
   OutboxStream stream;
@@ -93,7 +95,7 @@ class OutboxFile {
                                   absl::Time now);
 
   // Removes the delivered requests and sets the refused ones aside.
-  absl::Status Settle(absl::Span<const int64_t> delivered, absl::Span<const Refusal> refused);
+  absl::Status Settle(absl::Span<const int64_t> delivered, absl::Span<const ServerRefusal> refused);
 
   absl::StatusOr<std::vector<RefusedRequest>> Refused();
   // PutBack returns a refused request to its place in the queue; Discard removes it. NOT_FOUND when

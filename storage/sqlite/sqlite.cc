@@ -220,7 +220,7 @@ absl::StatusOr<std::optional<int64_t>> Database::FirstInt64(Statement* statement
   HYPERMAP_ASSIGN_OR_RETURN(const bool has_row, statement->Step());
   if (!has_row) return std::nullopt;
   const std::optional<int64_t> value = statement->OptionalInt64(0);
-  if (!statement->row_status().ok()) return statement->row_status();
+  HYPERMAP_RETURN_IF_ERROR(statement->row_status());
   return value;
 }
 

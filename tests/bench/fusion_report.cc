@@ -152,7 +152,7 @@ int Run(const std::string& dir, std::map<std::string, std::string> options) {
 
 int main(int argc, char** argv) {
   if (argc < 2) {
-    std::cerr << "fusion_report DIR [key=value]...\n";
+    std::cerr << "usage: fusion_report DIR [key=value]...\n";
     return 2;
   }
   std::map<std::string, std::string> options;

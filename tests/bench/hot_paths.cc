@@ -117,7 +117,7 @@ int main(int argc, char** argv) {
   const auto paths = hypermap::bench::Paths();
   const auto path = argc == 2 ? paths.find(argv[1]) : paths.end();
   if (path == paths.end()) {
-    std::fprintf(stderr, "hot_paths PATH, one of:");
+    std::fprintf(stderr, "usage: hot_paths PATH, where PATH is one of:");
     for (const auto& [name, round] : paths) std::fprintf(stderr, " %s", name.c_str());
     std::fprintf(stderr, "\n");
     return EXIT_FAILURE;

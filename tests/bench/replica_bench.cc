@@ -20,6 +20,7 @@
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "base/status/status_macros.h"
 #include "client_libs/cpp/client.h"
 #include "client_libs/cpp/replica/replica.h"
 #include "map/layers/semantic_layer.h"
@@ -171,12 +172,12 @@ absl::Status Run(const Options& options) {
   testing::ServerProcess server(
       {options.server, absl::StrCat("--data_dir=", folder / "data"), "--log_level=warn"},
       folder / "server.log");
-  if (absl::Status status = server.Start(); !status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(server.Start());
   client::Client client(server.address());
   const GeneratedSite site(options.objects);
-  if (absl::Status status = Load(client, site); !status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(Load(client, site));
   const auto replica = client::Replica::Open(client, {.map = kMap, .folder = folder / "replica"});
-  if (!replica.ok()) return replica.status();
+  HYPERMAP_RETURN_IF_ERROR(replica.status());
   return Measure(options, site, **replica);
 }
 
@@ -185,11 +186,12 @@ absl::Status Run(const Options& options) {
 
 int main(int argc, char** argv) {
   hypermap::bench::Options options;
-  CLI::App app("What a robot's replica costs beside the map in the same process.");
-  app.add_option("--server", options.server, "hypermapd")->required();
-  app.add_option("--objects", options.objects, "of the site")->capture_default_str();
-  app.add_option("--points", options.points, "of a round")->capture_default_str();
-  app.add_option("--rounds", options.rounds, "that are counted")->capture_default_str();
+  CLI::App app("Compares queries of a robot's replica with queries of a map in the same process.");
+  app.add_option("--server", options.server, "Path of hypermapd")->required();
+  app.add_option("--objects", options.objects, "Number of objects of the site")
+      ->capture_default_str();
+  app.add_option("--points", options.points, "Number of points per round")->capture_default_str();
+  app.add_option("--rounds", options.rounds, "Number of measured rounds")->capture_default_str();
   CLI11_PARSE(app, argc, argv);
   const absl::Status status = hypermap::bench::Run(options);
   if (status.ok()) return EXIT_SUCCESS;

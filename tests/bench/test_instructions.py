@@ -1,8 +1,9 @@
-"""Holds the hot paths to a number of instructions, which no other load on the machine changes.
+"""Fails when a hot path executes more instructions than its bound.
 
-Callgrind counts what `hot_paths PATH` executes in its function hot_path. The bounds leave room for
-other compilers and libraries; who makes a path cheaper lowers its bound, and who makes one dearer
-has to say why.
+Unlike run time, instruction counts do not depend on the load of the machine. Callgrind counts the
+instructions that `hot_paths PATH` executes in its function hot_path. The bounds leave room for
+other compilers and libraries. A commit that makes a path cheaper lowers its bound; a commit that
+raises a bound gives the reason.
 """
 
 import os

@@ -3,6 +3,7 @@
 #define HYPERMAP_TESTS_FUZZ_CHECK_IMPORT_H_
 
 #include "absl/status/statusor.h"
+#include "base/limits/limits.h"
 #include "map/edits/apply.h"
 #include "storage/interchange/imported_map.h"
 #include "tests/fuzz/require.h"
@@ -10,12 +11,14 @@
 namespace hypermap::storage {
 
 // Small limits, so that a fuzzer reaches them.
-inline ImportLimits FuzzLimits() {
-  return {.max_unpacked_bytes = 1 << 20,
-          .max_archive_members = 20,
-          .max_image_pixels = 1 << 16,
-          .max_objects = 1000,
-          .max_vertices_per_polygon = 1000};
+inline Limits FuzzLimits() {
+  Limits limits;
+  limits.max_unpacked_bytes = 1 << 20;
+  limits.max_archive_members = 20;
+  limits.max_cells = 1 << 16;
+  limits.max_import_objects = 1000;
+  limits.max_vertices = 1000;
+  return limits;
 }
 
 // Applies the import to `before` and returns the result. Returns null if the file was refused,

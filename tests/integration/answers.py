@@ -1,7 +1,7 @@
-"""Answers in one form, whether they came as JSON of the command line or as messages.
+"""Converts the answers of the command line (JSON) and of gRPC (messages) to one form.
 
-An answer to an area or value question is {layer: Cells or set of object ids or a status word}.
-Cells are a dense array over the rows and columns of the real map: what a comparison can't overlook.
+An answer to an area or value query is {layer: cells, a set of object ids, or a status word}. Cells
+are a dense array over all rows and columns of the layer, so that a comparison covers each cell.
 """
 
 import numpy
@@ -15,14 +15,15 @@ def no_cells(shape):
 
 
 def add_run(cells, row, begin, end, value):
-    """Writes a run into a dense array; fails on runs that leave it, are empty or overlap."""
+    """Writes a run into a dense array. Fails if the run is empty, overlaps another one or is not
+    inside of the array."""
     assert 0 <= row < cells.shape[0] and 0 <= begin < end <= cells.shape[1], (row, begin, end)
-    assert (cells[row, begin:end] == NOT_SELECTED).all(), f"run {row} {begin} {end} overlaps"
+    assert (cells[row, begin:end] == NOT_SELECTED).all(), f"run {row} {begin} {end} is not disjoint"
     cells[row, begin:end] = UNKNOWN if value is None or numpy.isnan(value) else value
 
 
 def from_json_lines(lines, shapes):
-    """`shapes`: {grid layer: (rows, cols)}."""
+    """Converts an answer of `hypermap --json`. `shapes`: {grid layer: (rows, cols)}."""
     *lines, last = lines
     assert set(last) == {"revision"}, last
     answer = {}
@@ -32,7 +33,7 @@ def from_json_lines(lines, shapes):
             answer[layer] = line["status"]
         elif "entity" in line:
             ids = answer.setdefault(layer, set())
-            assert line["entity"]["id"] not in ids, f"object {line['entity']['id']} twice"
+            assert line["entity"]["id"] not in ids, f"object {line['entity']['id']} is listed twice"
             ids.add(line["entity"]["id"])
         else:
             cells = answer.setdefault(layer, no_cells(shapes[layer]))
@@ -42,7 +43,7 @@ def from_json_lines(lines, shapes):
 
 
 def from_messages(stream, shapes):
-    """As from_json_lines, of a stream of QueryAreaResponse or QueryValueResponse."""
+    """Converts a stream of QueryAreaResponse or QueryValueResponse; `shapes` as above."""
     answer = {}
     for message in stream:
         part = message.part
@@ -56,26 +57,26 @@ def from_messages(stream, shapes):
         else:
             ids = answer.setdefault(part.layer, set())
             new = [o.id for o in part.objects]
-            assert len(new) == len(set(new)) and not ids & set(new), "an object twice"
+            assert len(new) == len(set(new)) and not ids & set(new), "an object is listed twice"
             ids.update(new)
     return answer
 
 
 def has_content(answer):
-    """Whether a layer's answer is more than a status or nothing at all."""
+    """Whether the answer of a layer has objects or cells."""
     if isinstance(answer, numpy.ndarray):
         return bool((answer != NOT_SELECTED).any())
     return not isinstance(answer, str) and answer != set()
 
 
 def status_word(status):
-    """The word that the command line has for an AnswerStatus."""
+    """Returns the word that the command line prints for an AnswerStatus."""
     name = query_service_pb2.AnswerStatus.Name(status)
     return name.removeprefix("ANSWER_STATUS_").lower()
 
 
 def differences(got, expected):
-    """What differs, for people; empty when nothing does."""
+    """Returns a readable line for each difference, at most five for the cells of a layer."""
     found = []
     for layer in sorted(set(got) | set(expected)):
         a, b = got.get(layer, set()), expected.get(layer, set())

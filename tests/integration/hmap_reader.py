@@ -1,4 +1,7 @@
-"""Reads .hmap files with nothing of ours: the second opinion that answers are compared with."""
+"""An independent reader of .hmap files, which shares no code with the server.
+
+Tests compare the answers of the server with its results.
+"""
 
 import dataclasses
 import io
@@ -15,14 +18,14 @@ import yaml
 
 @dataclasses.dataclass
 class Grid:
-    """`values[row, col]` counts from the lower left corner; NaN is unknown."""
+    """A grid layer. values[0, 0] is the lower left cell; NaN is an unknown cell."""
     name: str
     resolution: float
     origin: tuple
     values: numpy.ndarray
 
     def centres(self):
-        """(x, y) arrays of the cells' centres, as the grid's definition has them."""
+        """Returns the x and the y coordinates of the centres of the cells, as two arrays."""
         rows, cols = self.values.shape
         x = (numpy.arange(cols) + 0.5) * self.resolution
         y = (numpy.arange(rows) + 0.5) * self.resolution
@@ -46,8 +49,8 @@ class Objects:
 
 
 def distinct_parts(objects):
-    """(label, polygon) of each object, once where the file repeats it, part by part where it falls
-    apart."""
+    """Returns (label, polygon) for each object. Duplicates are left out, and an object of several
+    polygons becomes several entries."""
     found = []
     for o in objects:
         for part in getattr(o.shape, "geoms", [o.shape]):
@@ -57,12 +60,12 @@ def distinct_parts(objects):
 
 
 def same_shape(a, b):
-    """Whether two polygons are one but for rounding."""
+    """Whether two polygons are equal except for rounding errors."""
     return a.symmetric_difference(b).area < 1e-9 * max(a.area, b.area)
 
 
 def read(path):
-    """{layer name: Grid or Objects}; all layers are in the map's own frame in the files we have."""
+    """Returns {layer name: Grid or Objects}. All layers must be in the map's own frame."""
     archive = zipfile.ZipFile(path)
     config = yaml.safe_load(archive.read("hmap_config.yaml"))
     layers = {}
@@ -93,7 +96,7 @@ def _read_grid(archive, layer):
 
 
 def read_png(data):
-    """(grey, alpha) of an 8-bit PNG that shows greys, as arrays of floats."""
+    """Decodes an 8-bit PNG without colours to (grey, alpha), two arrays of floats."""
     assert data[:8] == b"\x89PNG\r\n\x1a\n"
     stream, packed = io.BytesIO(data[8:]), b""
     while head := stream.read(8):
@@ -107,7 +110,7 @@ def read_png(data):
             packed += body
     channels = {0: 1, 2: 3, 4: 2, 6: 4}[colour]
     lines = numpy.frombuffer(zlib.decompress(packed), numpy.uint8).reshape(height, -1)
-    image = numpy.zeros((height + 1, width + 1, channels), numpy.int64)  # with a border of 0
+    image = numpy.zeros((height + 1, width + 1, channels), numpy.int64)  # row 0, column 0: zeros
     for y in range(height):
         _unfilter(int(lines[y, 0]), lines[y, 1:].reshape(width, channels), image, y + 1)
     image = image[1:, 1:].astype(float)
@@ -118,7 +121,7 @@ def read_png(data):
 
 
 def _unfilter(kind, line, image, y):
-    """Undoes one of PNG's five filters; image[y - 1] is the line above, column 0 the border."""
+    """Undoes one of PNG's five filters. image[y - 1] is the line above, column 0 is zero."""
     if kind == 0:
         image[y, 1:] = line
     elif kind == 2:
@@ -138,8 +141,10 @@ def _unfilter(kind, line, image, y):
 
 
 def read_shape(wkt):
-    """The region that the ring winds round, however often. A missing comma is of no consequence:
-    the numbers come in pairs."""
+    """Parses the ring of a WKT polygon. Returns the region in which its winding number is not zero.
+
+    Missing commas are tolerated, because the numbers are read in pairs.
+    """
     numbers = [float(n) for n in re.findall(r"[-+0-9.eE]+", wkt.split("(", 1)[1])]
     points = list(zip(numbers[::2], numbers[1::2]))
     shape = shapely.geometry.Polygon(points)
@@ -147,7 +152,7 @@ def read_shape(wkt):
 
 
 def fill_non_zero(points):
-    """Cuts the plane along the ring and keeps the faces with a winding number."""
+    """Fills a ring that intersects itself by the non-zero rule."""
     ring = shapely.geometry.LinearRing(points)
     faces = shapely.ops.polygonize(shapely.ops.unary_union(ring))
     return shapely.ops.unary_union([
@@ -155,7 +160,7 @@ def fill_non_zero(points):
 
 
 def winding(points, p):
-    """How often the ring goes round `p`."""
+    """Returns the winding number of the ring around the point `p`."""
     turns = 0
     for (x1, y1), (x2, y2) in zip(points, points[1:] + points[:1]):
         side = (x2 - x1) * (p.y - y1) - (p.x - x1) * (y2 - y1)

@@ -1,4 +1,4 @@
-"""What the answers to questions of a real map must be, by Shapely and NumPy alone."""
+"""Computes the expected answers to queries of a recorded map with Shapely and NumPy only."""
 
 import math
 import random
@@ -15,12 +15,18 @@ FREE_BELOW, OCCUPIED_ABOVE = 0.196, 0.65
 
 
 class Oracle:
-    """`polygons`: {layer: [(id, label, shape)]}, `grids`: {layer: hmap_reader.Grid}."""
+    """The expected answers for one map.
+
+    polygons: {layer: [(id, label, shape)]}
+    grids: {layer: hmap_reader.Grid}
+    shapes: {grid layer: (rows, cols)}
+    """
 
     def __init__(self, path, exported):
-        """Of the file, with the ids that the server has given (its GeoJSON export).
+        """Reads a map from an .hmap file.
 
-        Fails where the server's objects are not those of the file.
+        exported: the GeoJSON export of the server, which has the ids of the objects. Fails if its
+            objects differ from those of the file.
         """
         layers = hmap_reader.read(path)
         self.grids = {n: l for n, l in layers.items() if isinstance(l, hmap_reader.Grid)}
@@ -30,7 +36,7 @@ class Oracle:
         self._centres = {name: grid.centres() for name, grid in self.grids.items()}
 
     def at_point(self, x, y):
-        """{layer: set of ids, or a value, or a status word}."""
+        """Returns {layer: set of ids, value of the cell, or status word}."""
         p = shapely.geometry.Point(x, y)
         answer = {name: {i for i, _, shape in objects if shape.covers(p)}
                   for name, objects in self.polygons.items()}
@@ -39,7 +45,10 @@ class Oracle:
         return answer
 
     def in_area(self, area, matches_label=lambda _: True, matches_value=lambda v: v == v):
-        """{layer: set of ids or dense cells}; `matches_value` is asked with arrays."""
+        """Returns {layer: set of ids or dense cells}. None for `area` selects everything.
+
+        matches_value: predicate on an array of cell values, NaN for unknown cells.
+        """
         answer = {name: {i for i, label, shape in objects
                          if matches_label(label) and (area is None or shape.intersects(area))}
                   for name, objects in self.polygons.items()}
@@ -57,7 +66,8 @@ class Oracle:
         return self.in_area(area, matches_value=lambda v: numpy.ones(v.shape, bool))
 
     def search(self, value, area):
-        """As in_area for a value string; layers that can't take it answer so."""
+        """Returns the same as in_area for a value string, or "unsupported_value" for a layer that
+        does not support the value."""
         with numpy.errstate(invalid="ignore"):
             on_cells = _ON_CELLS.get(value.lower())
             answer = self.in_area(
@@ -70,14 +80,14 @@ class Oracle:
         return sorted({label for objects in self.polygons.values() for _, label, _ in objects})
 
     def bounds(self):
-        """(x_min, y_min, x_max, y_max) of all layers."""
+        """Returns (x_min, y_min, x_max, y_max) of all layers."""
         boxes = [shape.bounds for objects in self.polygons.values() for _, _, shape in objects]
         boxes += [(x.min(), y.min(), x.max(), y.max()) for x, y in self._centres.values()]
         low, high = numpy.min(boxes, axis=0), numpy.max(boxes, axis=0)
         return low[0], low[1], high[2], high[3]
 
     def vertices(self):
-        """Points where exactness matters: vertices of objects, corners and centres of cells."""
+        """Returns points that test exactness: vertices of objects and centres of some cells."""
         points = [p for objects in self.polygons.values() for _, _, shape in objects
                   for p in shape.exterior.coords]
         for x, y in self._centres.values():
@@ -102,7 +112,7 @@ def _fold(label):
 
 
 def covered(area, x, y):
-    """Which points the polygon covers, its boundary included. Only those in its box are tested."""
+    """Tells for each point whether it is in the polygon or on its boundary."""
     low_x, low_y, high_x, high_y = area.bounds
     near = (x >= low_x) & (x <= high_x) & (y >= low_y) & (y <= high_y)
     chosen = numpy.zeros(x.shape, bool)
@@ -125,14 +135,14 @@ def _cell_at(grid, x, y):
 
 
 def _match(objects, exported, layer):
-    """[(id, label, shape)] of the file's objects: the shapes of the file, the ids of the server."""
+    """Returns (id, label, shape) for each object: the server's id, the file's label and shape."""
     found = [(f["id"], f["properties"]["label"], shapely.geometry.shape(f["geometry"]))
              for f in exported["features"] if f["properties"].get("layer", layer) == layer]
     matched = []
     for label, shape in hmap_reader.distinct_parts(objects):
         same = next((f for f in found
                      if f[1] == label and hmap_reader.same_shape(f[2], shape)), None)
-        assert same, f"{layer}: no object {label} {shape.wkt}"
+        assert same, f"{layer}: the server has no object {label} {shape.wkt}"
         found.remove(same)
         matched.append((same[0], label, shape))
     assert not found, f"{layer}: objects that the file does not have: {found}"
@@ -140,7 +150,7 @@ def _match(objects, exported, layer):
 
 
 class Questions:
-    """Random places and areas of a map, many of them where exactness matters."""
+    """Draws random points and areas of a map. Many of them are at vertices of its objects."""
 
     def __init__(self, oracle, seed):
         self._random = random.Random(seed)
@@ -159,8 +169,8 @@ class Questions:
                 self._random.uniform(low_y - margin, high_y + margin))
 
     def area(self, holes=True):
-        """A star, a box or a strip, of 10 cm to 10 m, sometimes with its corners on vertices of
-        the map or with a hole."""
+        """Draws a star, a box or a strip of 10 cm to 10 m. Some have a corner at a vertex of the
+        map, and some have a hole."""
         while True:
             shape = self._random.choice([self._star, self._box_of_cells, self._strip])()
             if holes and self._random.random() < 0.2:
@@ -180,7 +190,7 @@ class Questions:
             angle = 2 * math.pi * (i + 0.8 * self._random.random()) / n
             r = size * self._random.uniform(0.2, 1)
             corners.append((x + r * math.cos(angle), y + r * math.sin(angle)))
-        if self._random.random() < 0.3:  # a corner that is one of the map's
+        if self._random.random() < 0.3:  # Moves a corner to a vertex of the map.
             corners[0] = min(self._special, key=lambda p: math.dist(p, corners[0]))
         return shapely.geometry.Polygon(corners)
 

@@ -1,6 +1,6 @@
-"""The real programs as processes: hypermapd on a free port, and the hypermap command.
+"""Runs the real programs as processes: hypermapd on a free port, and the hypermap command.
 
-Nothing here sleeps: a server is ready when it says so, and everything has a deadline.
+The functions do not sleep: they wait for output with a deadline.
 """
 
 import json
@@ -28,7 +28,7 @@ READY = re.compile(rb"^hypermapd ready on (127\.0\.0\.1:(\d+))\n", re.MULTILINE)
 
 
 class Server:
-    """A hypermapd on `data_dir`. Killed at the end of the `with` block if it still runs."""
+    """A hypermapd process on `data_dir`. The end of the `with` block kills it if it still runs."""
 
     def __init__(self, data_dir, *flags):
         self._log = tempfile.TemporaryFile()
@@ -57,7 +57,7 @@ class Server:
         return output
 
     def log(self):
-        """All that was written to stderr so far."""
+        """Returns everything that the server has written to stderr so far."""
         self._log.seek(0)
         return self._log.read().decode(errors="replace")
 
@@ -68,16 +68,16 @@ class Server:
         self._process.send_signal(number)
 
     def wait(self):
-        """The exit code."""
+        """Waits until the process has ended and returns its exit code."""
         return self._process.wait(DEADLINE_S)
 
     def stop(self):
-        """Ends it as systemd would. The exit code."""
+        """Stops the server with SIGTERM, like systemd, and returns its exit code."""
         self.signal(signal.SIGTERM)
         return self.wait()
 
     def kill(self):
-        """Ends it as a power cut would."""
+        """Kills the server with SIGKILL, so that it cannot shut down cleanly."""
         self.signal(signal.SIGKILL)
         self.wait()
 
@@ -85,7 +85,7 @@ class Server:
         return cli("--server", self.address, *arguments, **options)
 
     def json(self, *arguments):
-        """The one JSON document that a command prints. It must succeed."""
+        """Runs a command that must succeed, and returns the one JSON document that it prints."""
         (document,) = self.json_lines(*arguments)
         return document
 
@@ -106,13 +106,13 @@ class Server:
 
 
 def cli(*arguments, **options):
-    """Runs `hypermap`; never raises for its exit code."""
+    """Runs `hypermap`. Returns the result whatever its exit code is."""
     return subprocess.run([BIN / "hypermap", *map(str, arguments)], capture_output=True, text=True,
                           timeout=DEADLINE_S, check=False, stdin=subprocess.DEVNULL, **options)
 
 
 def start_and_fail(data_dir, *flags):
-    """Starts a hypermapd that must refuse to; (exit code, stderr)."""
+    """Runs a hypermapd that must refuse to start, and returns (exit code, stderr)."""
     result = subprocess.run(
         [BIN / "hypermapd", f"--data_dir={data_dir}", "--listen=127.0.0.1:0", *flags],
         stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=DEADLINE_S, check=False)
@@ -120,12 +120,12 @@ def start_and_fail(data_dir, *flags):
 
 
 def real_maps():
-    """The recorded maps, by name; none where the data is not there."""
+    """Returns the paths of the recorded maps by name; empty if this machine does not have them."""
     return {path.stem: path for path in sorted(DATA.glob("maps/*.hmap"))}
 
 
 class SiteTest(unittest.TestCase):
-    """A test with a data folder of its own."""
+    """A test case with an empty data folder, which is deleted after each test."""
 
     def setUp(self):
         self.folder = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory(prefix="hypermap-")))
@@ -136,7 +136,7 @@ class SiteTest(unittest.TestCase):
         return self.enterContext(Server(data_dir or self.data_dir, *flags))
 
     def assert_fails(self, result, *words, code=1):
-        """A command that failed as it should: the exit code, and one line that says all `words`."""
+        """Checks that a command has failed with an exit code and one line that has all words."""
         self.assertEqual(result.returncode, code, result)
         self.assertEqual(result.stdout, "")
         lines = result.stderr.splitlines()

@@ -1,6 +1,6 @@
-"""Recorded drives of our own: a camera that moves past a box on a floor, in TUM's RGB-D layout.
+"""Generates recorded drives: a camera moves past a box on a floor. Files have TUM's RGB-D layout.
 
-Depth is computed for each pixel from the geometry, masks are exact, so that the truth is known.
+Depth images and masks are computed from the geometry, so the ground truth is known exactly.
 """
 
 import base64
@@ -34,17 +34,17 @@ class Frame:
     position: tuple
     quaternion: tuple       # x y z w
     millimetres: numpy.ndarray
-    mask: numpy.ndarray     # of the box
+    mask: numpy.ndarray     # 1 for pixels of the box
 
     def counts(self):
-        """COCO's run lengths."""
+        """Returns the mask as COCO's run lengths: column by column, beginning with zeros."""
         values = numpy.concatenate([[0], self.mask.T.ravel(), [2]])
         edges = numpy.flatnonzero(numpy.diff(values))
         return numpy.diff(numpy.concatenate([[0], edges])).tolist()
 
 
 def render(index, count):
-    """Frame `index` of `count`: the camera moves along y and looks along x, downwards."""
+    """Renders frame `index` of `count`. The camera moves along y and looks along x, downwards."""
     y = -0.4 + 0.8 * index / max(1, count - 1)
     cos, sin = numpy.cos(PITCH_DOWN_RAD), numpy.sin(PITCH_DOWN_RAD)
     rotation = numpy.array([[0, -sin, cos], [-1, 0, 0], [0, -cos, -sin]])  # map from optical
@@ -68,14 +68,14 @@ def render(index, count):
 
 
 def quaternion(m):
-    """Of a rotation matrix whose trace is > -1."""
+    """Converts a rotation matrix, whose trace must be > -1, to a quaternion (x, y, z, w)."""
     w = numpy.sqrt(max(1e-12, 1 + m[0, 0] + m[1, 1] + m[2, 2])) / 2
     return ((m[2, 1] - m[1, 2]) / (4 * w), (m[0, 2] - m[2, 0]) / (4 * w),
             (m[1, 0] - m[0, 1]) / (4 * w), w)
 
 
 def png(samples):
-    """16-bit grey."""
+    """Encodes an array of samples as a 16-bit grey PNG."""
     def chunk(kind, body):
         return struct.pack(">I", len(body)) + kind + body + struct.pack(
             ">I", zlib.crc32(kind + body))
@@ -87,7 +87,7 @@ def png(samples):
 
 
 class Recording:
-    """A folder that is written when told to; until then its parts may be spoilt."""
+    """A recorded drive in memory. Tests can damage its parts before `write` writes the folder."""
 
     def __init__(self, folder, count):
         self.folder = pathlib.Path(folder)
@@ -122,14 +122,14 @@ class Recording:
 
 
 def opening(robot, **fields):
-    """The first request of a stream of frames."""
+    """Returns the first request of a stream of frames."""
     return {"opening": {"robot": robot, **fields, "camera": {
         "width": WIDTH, "height": HEIGHT, "fx": FOCAL, "fy": FOCAL,
         "cx": (WIDTH - 1) / 2, "cy": (HEIGHT - 1) / 2}}}
 
 
 def request(frame, sequence):
-    """A frame as a request of such a stream."""
+    """Returns the request that sends a frame in such a stream."""
     x, y, z = frame.position
     qx, qy, qz, qw = frame.quaternion
     seconds, fraction = frame.stamp.split(".")

@@ -1,4 +1,5 @@
-"""A gRPC client made of the protos alone, where the command line can't say it or is too slow."""
+"""A gRPC client generated from the protos, for requests that the command line can't make or for
+which it is too slow."""
 
 import grpc
 import shapely.geometry
@@ -26,7 +27,7 @@ def _methods():
 
 
 class Client:
-    """Has a function for each rpc, by its name: `client.GetMap(map="office")`.
+    """A client with one method per rpc: `client.GetMap(map="office")`.
 
     Arguments are the request's fields as in protobuf's JSON (or one iterable of such requests where
     the client streams); the answer is the message, or an iterator of messages. Errors are
@@ -65,12 +66,12 @@ class Client:
 
 
 def scope(map_name, *layers, frame_id=""):
-    """What a question is about: a map, some of its layers (none named: all) and a frame."""
+    """Returns a Scope: a map, some of its layers (all if none is named) and a frame."""
     return {"map": map_name, "layers": list(layers), "frame_id": frame_id}
 
 
 def at(revision):
-    """An AsOf: the question is asked of this revision."""
+    """Returns an AsOf, which makes a query read this revision."""
     return {"at_revision": revision}
 
 
@@ -79,18 +80,18 @@ def point(x, y):
 
 
 def columns(vertices):
-    """The vertices of a ring or line string."""
+    """Returns the members xs and ys of a Ring or LineString with these vertices."""
     return {"xs": [x for x, _ in vertices], "ys": [y for _, y in vertices]}
 
 
 def polygon(shape):
-    """The message of a Shapely polygon."""
+    """Returns the Polygon message of a Shapely polygon."""
     return {"outer": columns(shape.exterior.coords[:-1]),
             "holes": [columns(hole.coords[:-1]) for hole in shape.interiors]}
 
 
 def shape_of(geometry):
-    """The message of a Shapely polygon, line string or point."""
+    """Returns the Shape message of a Shapely polygon, line string or point."""
     if geometry.geom_type == "Polygon":
         return {"polygon": polygon(geometry)}
     if geometry.geom_type == "LineString":
@@ -99,7 +100,7 @@ def shape_of(geometry):
 
 
 def geometry_of(message):
-    """A Shape message as a Shapely geometry, with its exact vertices."""
+    """Returns the Shapely geometry of a Shape message, with exactly its vertices."""
     kind = message.WhichOneof("shape")
     if kind == "point":
         return shapely.geometry.Point(message.point.x, message.point.y)

@@ -1,4 +1,5 @@
-"""Runs the named test modules. Exit code 77 when every test was skipped, as ctest wants it."""
+"""Runs the named test modules. The exit code is 77, which ctest counts as skipped, if all tests
+were skipped."""
 
 import sys
 import unittest

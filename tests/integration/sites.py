@@ -1,4 +1,4 @@
-"""Small maps for tests, made by way of the API alone."""
+"""Creates small maps for tests through the API."""
 
 import rpc
 
@@ -10,25 +10,25 @@ def square(x, y, side=1.0):
 
 
 def put(label, x, y, layer="things", **fields):
-    """An edit that adds an object one metre square with its lower left corner at (x, y)."""
+    """Returns an edit that adds a square object of 1 m with its lower left corner at (x, y)."""
     return put_shape({"polygon": square(x, y)}, label, layer, **fields)
 
 
 def put_shape(shape, label="thing", layer="things", **fields):
-    """An edit that adds an object with a Shape message."""
+    """Returns an edit that adds an object with the shape of a Shape message."""
     return {"put_object": {"layer": layer, "object": {"label": label, "shape": shape, **fields}}}
 
 
 def write_cells(values, row=0, col=0, layer="grid"):
-    """An edit that writes rows of cells; "NaN" is unknown."""
+    """Returns an edit that writes rows of cells, the lowest first; "NaN" makes a cell unknown."""
     box = {"row_begin": row, "row_end": row + len(values),
            "col_begin": col, "col_end": col + len(values[0])}
     return {"write_cells": {"layer": layer, "box": box, "values": [v for r in values for v in r]}}
 
 
 def make(client, name="site"):
-    """A map with an empty semantic layer `things`, an occupancy layer `grid` with cells of half a
-    metre, and a layer `adrift` in a frame that nothing connects."""
+    """Creates a map with an empty semantic layer `things`, an occupancy layer `grid` with cells of
+    half a metre, and a layer `adrift` in a frame that no transform connects to the others."""
     client.CreateMap(map=name)
     client.CreateLayer(map=name, layer={"name": "things", "kind": "LAYER_KIND_SEMANTIC"})
     client.CreateLayer(map=name, layer={
@@ -39,7 +39,7 @@ def make(client, name="site"):
 
 
 def labels(client, name="site", layer="things"):
-    """{id: label} of all that an area of the size of a town shows."""
+    """Returns {id: label} of all objects within 5 km of the origin in x and y."""
     area = square(-5000, -5000, 10000)
     return {o.id: o.label
             for answer in client.QueryArea(scope=rpc.scope(name, layer), area=area)

@@ -1,4 +1,5 @@
-"""What is wrong is refused by name, changes nothing, and harms nobody else."""
+"""Invalid requests and files are rejected with an error that names the fault. They change nothing
+and do not affect other requests."""
 
 import io
 import json
@@ -32,7 +33,7 @@ POLYGONS = [
     ("two vertices", TWO_POINTS, "vert"),
     ("two distinct vertices", TRIANGLE_TWICE, "vert"),
     ("a crossing", CROSSING, "cross"),
-    ("a vertex that is no number", NOT_FINITE, "outer[2]"),
+    ("a vertex that is not finite", NOT_FINITE, "outer[2]"),
     ("a hole outside", HOLE_OUTSIDE, "hole"),
     ("more xs than ys", {"outer": {"xs": [0, 1, 1, 0], "ys": [0, 0, 1]}}, "4 xs and 3 ys"),
 ]
@@ -40,15 +41,15 @@ POLYGONS = [
 SHAPES = [
     ("no shape", {}, "shape"),
     ("a line of one vertex", {"line_string": rpc.columns([(1, 1)])}, "shape.line_string"),
-    ("a line of one place", {"line_string": rpc.columns([(1, 1), (1, 1)])}, "shape.line_string"),
-    ("a line with a vertex that is no number",
+    ("a line of one position", {"line_string": rpc.columns([(1, 1), (1, 1)])}, "shape.line_string"),
+    ("a line with a vertex that is not finite",
      {"line_string": rpc.columns([(0, 0), (1, "NaN")])}, "shape.line_string[1]"),
-    ("a line of more ys than xs", {"line_string": {"xs": [0, 1], "ys": [0, 1, 2]}},
+    ("a line with more ys than xs", {"line_string": {"xs": [0, 1], "ys": [0, 1, 2]}},
      "shape.line_string has 2 xs and 3 ys"),
-    ("a line out of the world", {"line_string": rpc.columns([(0, 0), (2e9, 0)])},
+    ("a line with too large coordinates", {"line_string": rpc.columns([(0, 0), (2e9, 0)])},
      "shape.line_string"),
-    ("a point that is no number", {"point": rpc.point("Infinity", 0)}, "shape"),
-    ("a point out of the world", {"point": rpc.point(0, -2e9)}, "shape"),
+    ("a point that is not finite", {"point": rpc.point("Infinity", 0)}, "shape"),
+    ("a point with too large coordinates", {"point": rpc.point(0, -2e9)}, "shape"),
 ]
 KINDS = {"polygon": {"polygon": SQUARE},
          "line_string": {"line_string": rpc.columns([(0, 0), (1, 1)])},
@@ -58,12 +59,12 @@ NAMES = ["", ".", "..", "../site", "a/b", "a\\b", "a b", "x" * 64, "-x", ".hidde
 
 
 def edits(bad):
-    """A batch whose second edit is bad."""
+    """Returns a batch whose second edit is invalid."""
     return {"map": "site", "edits": [sites.put("good", 0, 0), bad]}
 
 
 def requests():
-    """(what, rpc, request, status or statuses, word of the message)."""
+    """Yields (description, rpc, request, status or statuses, word in the error message)."""
     point, site = {"x": 0, "y": 0}, rpc.scope("site")
     yield "unknown map", "QueryPoint", {"scope": rpc.scope("nowhere"), "point": point}, \
         NOT_FOUND, "nowhere"
@@ -96,7 +97,7 @@ def requests():
         layer = "docks" if kind != "point" else "lanes"
         yield f"a {kind} on {layer}", "ApplyEdits", edits(sites.put_shape(shape, layer=layer)), \
             INVALID, kind
-    yield "edit that creates nothing", "ApplyEdits", edits({"create_layer": {}}), INVALID, \
+    yield "edit without the layer to create", "ApplyEdits", edits({"create_layer": {}}), INVALID, \
         "edits[1].create_layer.layer"
     yield "edit that creates a layer twice", "ApplyEdits", \
         edits({"create_layer": {"layer": {"name": "grid", "kind": "LAYER_KIND_SEMANTIC"}}}), \
@@ -120,10 +121,10 @@ def requests():
             yield f"layer name {name!r}", "CreateLayer", \
                 {"map": "site", "layer": {"name": name, "kind": "LAYER_KIND_SEMANTIC"}}, \
                 INVALID, "name"
-    yield "map twice", "CreateMap", {"map": "site"}, EXISTS, "site"
-    yield "layer twice", "CreateLayer", \
+    yield "map that exists", "CreateMap", {"map": "site"}, EXISTS, "site"
+    yield "layer that exists", "CreateLayer", \
         {"map": "site", "layer": {"name": "things", "kind": "LAYER_KIND_SEMANTIC"}}, EXISTS, "things"
-    yield "layer of no kind", "CreateLayer", {"map": "site", "layer": {"name": "x"}}, INVALID, "kind"
+    yield "no layer kind", "CreateLayer", {"map": "site", "layer": {"name": "x"}}, INVALID, "kind"
     yield "grid without geometry", "CreateLayer", \
         {"map": "site", "layer": {"name": "x", "kind": "LAYER_KIND_SCALAR"}}, INVALID, "grid"
     for resolution in (0, -1, "NaN", "Infinity"):
@@ -133,26 +134,26 @@ def requests():
     yield "frame in itself", "SetTransform", {"map": "site", "transform": {
         "parent_frame_id": "a", "child_frame_id": "a",
         "parent_from_child": {"x": 0, "y": 0, "yaw": 0}}}, INVALID, "a"
-    yield "transform that is no number", "SetTransform", {"map": "site", "transform": {
+    yield "transform that is not finite", "SetTransform", {"map": "site", "transform": {
         "parent_frame_id": "map", "child_frame_id": "a",
         "parent_from_child": {"x": 0, "y": "NaN", "yaw": 0}}}, INVALID, ""
     yield "no edits", "ApplyEdits", {"map": "site"}, INVALID, "edits"
-    yield "an edit that says nothing", "ApplyEdits", {"map": "site", "edits": [{}]}, INVALID, \
+    yield "empty edit", "ApplyEdits", {"map": "site", "edits": [{}]}, INVALID, \
         "edits[0]"
     yield "no label", "ApplyEdits", {"map": "site", "edits": [sites.put("", 0, 0)]}, INVALID, \
         "label"
     yield "existence 2", "ApplyEdits", \
         {"map": "site", "edits": [sites.put("x", 0, 0, existence=2)]}, INVALID, "existence"
-    yield "confidence that is no number", "ApplyEdits", \
+    yield "confidence that is NaN", "ApplyEdits", \
         {"map": "site", "edits": [sites.put("x", 0, 0, classes={"x": "NaN"})]}, INVALID, "classes"
-    yield "heights upside down", "ApplyEdits", {"map": "site", "edits": [
+    yield "low_m above high_m", "ApplyEdits", {"map": "site", "edits": [
         sites.put("x", 0, 0, height={"low_m": 2, "high_m": 1})]}, INVALID, "height"
     yield "edit of an unknown layer", "ApplyEdits", \
         {"map": "site", "edits": [sites.put("x", 0, 0, layer="no")]}, NOT_FOUND, "no"
     yield "object on a grid", "ApplyEdits", \
         {"map": "site", "edits": [sites.put("x", 0, 0, layer="grid")]}, \
         (INVALID, grpc.StatusCode.FAILED_PRECONDITION), "grid"
-    yield "deleting what is not there", "ApplyEdits", \
+    yield "deletion of an unknown object", "ApplyEdits", \
         {"map": "site", "edits": [{"delete_object": {"layer": "things", "id": 77}}]}, NOT_FOUND, \
         "77"
     yield "probability 2", "ApplyEdits", \
@@ -184,14 +185,14 @@ class BadRequests(SiteTest):
                 "name": name, "kind": "LAYER_KIND_SEMANTIC", "shape_kinds": [f"SHAPE_KIND_{kind}"]})
 
     def refusal(self, method, request):
-        """The error of a request that must fail."""
+        """Sends a request that must fail and returns its error."""
         with self.assertRaises(grpc.RpcError) as caught:
             answer = getattr(self.client, method)(**request)
             for _ in answer if hasattr(answer, "cancel") else ():
                 pass
         return caught.exception
 
-    def test_each_is_refused_by_name_and_changes_nothing(self):
+    def test_errors_name_the_fault_and_nothing_changes(self):
         before = sites.revision(self.client)
         for what, method, request, codes, word in requests():
             with self.subTest(what):
@@ -204,7 +205,7 @@ class BadRequests(SiteTest):
         self.assertEqual([m.name for m in self.client.ListMaps().maps], ["site"])
         self.assertTrue(self.site.running())
 
-    def test_limits_are_named(self):
+    def test_errors_name_the_exceeded_limit(self):
         ring = [(i, i * i) for i in range(1001)]
         for method, request in (
                 ("QueryArea", {"scope": rpc.scope("site"), "area": {"outer": rpc.columns(ring)}}),
@@ -220,7 +221,7 @@ class BadRequests(SiteTest):
         self.assertEqual(error.code(), EXHAUSTED)
         self.assertEqual(sites.labels(self.client), {})
 
-    def test_no_name_reaches_out_of_the_data_folder(self):
+    def test_names_cannot_refer_to_files_outside_of_the_data_folder(self):
         for name in NAMES:
             for method in ("GetMap", "DeleteMap"):
                 error = self.refusal(method, {"map": name})
@@ -229,7 +230,7 @@ class BadRequests(SiteTest):
 
 
 def png_of(width, height, data=b""):
-    """A PNG that says it is so large, whatever it holds."""
+    """Returns a PNG whose header has this size, whatever the size of its data is."""
     def chunk(kind, body):
         return struct.pack(">I", len(body)) + kind + body + struct.pack(">I", zlib.crc32(kind + body))
     head = struct.pack(">IIBBBBB", width, height, 8, 0, 0, 0, 0)
@@ -245,7 +246,7 @@ def hmap(**members):
 
 
 def bomb(size):
-    """A megabyte that unpacks to `size` bytes."""
+    """Returns a zip bomb: an archive of about `size` / 1000 bytes that unpacks to `size` bytes."""
     packed = io.BytesIO()
     with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("hmap_config.yaml", OBJECT_CONFIG)
@@ -268,7 +269,7 @@ def objects(shape, name="x"):
 
 
 def hostile_files():
-    """(name, bytes, what the message says)."""
+    """Yields (file name, content, word in the error message)."""
     good = hmap(hmap_config__yaml=OBJECT_CONFIG, s="- {name: x, shape: 'POLYGON((0 0,1 0,1 1))'}")
     yield "empty.hmap", b"", ""
     yield "random.hmap", os.urandom(5000), ""
@@ -327,7 +328,7 @@ class HostileFiles(SiteTest):
         super().setUp()
         self.site = self.server()
 
-    def test_each_is_refused_in_one_line_and_leaves_no_map(self):
+    def test_each_is_refused_in_one_line_and_creates_no_map(self):
         for name, data, word in hostile_files():
             with self.subTest(name):
                 path = self.folder / name
@@ -357,14 +358,14 @@ class HostileFiles(SiteTest):
                 self.assert_fails(self.site.cli("import", folder / "g.yaml", "--map", "site"))
         self.assertEqual(self.site.json("maps"), {"maps": []})
 
-    def test_files_that_are_none(self):
+    def test_importing_folders_devices_and_missing_files_fails(self):
         for path in (self.folder, self.folder / "missing.hmap", "/dev/null"):
             self.assert_fails(self.site.cli("import", path, "--map", "site", "--format", "hmap"))
 
 
 class ForeignFilesInTheDataFolder(SiteTest):
 
-    def test_foreign_files_are_told_from_maps(self):
+    def test_files_that_are_no_maps_are_listed_with_a_problem(self):
         (self.data_dir / "folder.gpkg").mkdir()
         (self.data_dir / "random.gpkg").write_bytes(os.urandom(100_000))
         (self.data_dir / "empty.gpkg").write_bytes(b"")
@@ -387,7 +388,7 @@ class ForeignFilesInTheDataFolder(SiteTest):
                 self.assertIn(name, caught.exception.details())
         self.assertEqual(site.stop(), 0)
 
-    def test_a_damaged_map_is_told_and_other_maps_go_on(self):
+    def test_a_damaged_map_is_listed_with_a_problem_and_other_maps_work(self):
         site = self.server()
         with rpc.Client(site.address) as client:
             for name in ("site", "hurt"):
@@ -407,8 +408,8 @@ class ForeignFilesInTheDataFolder(SiteTest):
             problems = {m.name: m.problem for m in client.ListMaps().maps}
             self.assertEqual((problems["site"], bool(problems["hurt"])), ("", True))
 
-    def test_a_foreign_geopackage_is_refused_and_left_alone(self):
-        from osgeo import ogr  # not needed by the other tests
+    def test_a_foreign_geopackage_is_refused_and_not_changed(self):
+        from osgeo import ogr  # Imported here because the other tests do not need GDAL.
         path = self.data_dir / "foreign.gpkg"
         foreign = ogr.GetDriverByName("GPKG").CreateDataSource(str(path))
         foreign.CreateLayer("lakes")

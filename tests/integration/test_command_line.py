@@ -1,4 +1,4 @@
-"""The hypermap command as people and programs meet it."""
+"""Tests of the hypermap command: its tables, its JSON, its exit codes and its error messages."""
 
 import json
 import unittest
@@ -61,7 +61,7 @@ class CommandLine(SiteTest):
                           status(-0.001, 0)],
                          ["value", "unknown", "outside", "outside", "outside"])
 
-    def test_a_layer_can_be_asked_by_other_words(self):
+    def test_a_layer_can_be_queried_by_aliases(self):
         sites.make(self.client)
         self.client.ApplyEdits(map="site", edits=[
             sites.put("chair", 1, 1), sites.put("Dining Table", 5, 1), sites.put("cup", 9, 1)])
@@ -84,7 +84,7 @@ class CommandLine(SiteTest):
                     if layer["name"] == "things"]
         self.assertEqual(layer["aliases"], {"furniture": ["chair", "dining table"]})
 
-    def test_a_layer_is_compared_with_the_truth(self):
+    def test_a_layer_is_compared_with_ground_truth(self):
         sites.make(self.client)
         self.client.ApplyEdits(map="site", edits=[
             sites.put("chair", 1.5, 1), sites.put("cup", 5, 5), sites.put("cup", 8, 8)])
@@ -101,7 +101,7 @@ class CommandLine(SiteTest):
         itself = self.site.json("eval", "site", "--layer", "things", "--truth-map", "site")
         self.assertEqual((itself["f1"], itself["pq"]), (1, 1))
 
-    def test_a_map_is_drawn_as_a_picture(self):
+    def test_a_map_is_rendered_as_a_png(self):
         sites.make(self.client)
         picture = self.folder / "map.png"
         self.assert_fails(self.site.cli("render", "site", "-o", picture), "nothing to draw")
@@ -159,7 +159,7 @@ class CommandLine(SiteTest):
         drawn = self.site.json("render", "site", "-o", self.folder / "map.png", "--path", paths)
         self.assertEqual(drawn["objects"], 0)
 
-    def test_a_value_that_a_layer_cant_take_spoils_no_other_answer(self):
+    def test_an_unsupported_value_does_not_affect_the_answers_of_other_layers(self):
         sites.make(self.client)
         self.client.ApplyEdits(map="site", edits=[sites.put("chair", 1, 1),
                                                   sites.write_cells([[1, 1]])])
@@ -201,7 +201,7 @@ class CommandLine(SiteTest):
         (entity,) = answer["layers"][0]["entities"]
         self.assertEqual(entity["centroid"], [2.5, 3.5])
 
-    def test_tables_are_for_people(self):
+    def test_answers_are_printed_as_tables(self):
         sites.make(self.client)
         self.client.ApplyEdits(map="site", edits=[sites.put("chair", 1, 1)])
         for command in (["maps"], ["layers", "site"], ["query", "point", "site", 1.5, 1.5],
@@ -212,7 +212,7 @@ class CommandLine(SiteTest):
             self.assertTrue(result.stdout.strip(), command)
             self.assertNotIn("{", result.stdout)
 
-    def test_wrong_usage_is_2_and_an_error_is_1_with_one_line_each(self):
+    def test_exit_code_is_2_for_wrong_usage_and_1_for_errors_with_one_line_each(self):
         for arguments in ([], ["no-such-command"], ["query", "point", "site"],
                           ["query", "point", "site", "x", "y"], ["--no-such-flag", "maps"]):
             result = self.site.cli(*arguments)
@@ -225,7 +225,7 @@ class CommandLine(SiteTest):
         self.assertEqual(self.site.stop(), 0)
         self.assert_fails(cli("--server", self.site.address, "maps"), self.site.address)
 
-    @unittest.skipUnless("map_office_small_sem_gt" in real_maps(), "no recorded maps here")
+    @unittest.skipUnless("map_office_small_sem_gt" in real_maps(), "the recorded maps are missing")
     def test_the_office_of_the_paper(self):
         path = real_maps()["map_office_small_sem_gt"]
         imported = self.site.json("import", path, "--map", "office")

@@ -1,4 +1,5 @@
-"""Readers and writers at once: each answer is one revision, and nobody waits for a slow client."""
+"""Concurrent readers and writers: each answer is of one revision, and a slow client delays no
+other."""
 
 import threading
 import unittest
@@ -21,17 +22,18 @@ class Concurrency(SiteTest):
         sites.make(self.client)
 
     def checkerboard(self, side):
-        """Fills the grid with cells of which no two neighbours are alike: the longest answer."""
+        """Fills the grid with a checkerboard. Its answer is the longest one, with one cell per
+        run."""
         for row in range(0, side, 100):
             self.client.ApplyEdits(map="site", edits=[sites.write_cells(
                 [[(r + c) % 2 for c in range(side)] for r in range(row, row + 100)], row=row)])
 
-    def test_a_slow_reader_gets_one_revision_and_holds_nobody_up(self):
+    def test_a_slow_reader_gets_one_revision_and_delays_no_other_client(self):
         self.checkerboard(1000)
         before = sites.revision(self.client)
         stream = self.client.QueryArea(scope=rpc.scope("site", "grid"), area=EVERYWHERE)
         first = next(stream)
-        for i in range(20):  # while the answer waits for its reader
+        for i in range(20):  # The answer is not read yet.
             self.client.ApplyEdits(map="site", edits=[sites.write_cells([[0.5]], row=i, col=i)])
         self.assertEqual(sites.revision(self.client), before + 20)
         parts = [first, *stream]
@@ -40,7 +42,7 @@ class Concurrency(SiteTest):
         self.assertEqual(sum(len(part.part.cells.values) for part in parts), 1000 * 1000)
         self.assertGreater(len(parts), 10)
 
-    def test_readers_see_a_batch_whole_or_not_at_all(self):
+    def test_readers_see_all_of_a_batch_or_nothing(self):
         ids = self.client.ApplyEdits(map="site", edits=[
             sites.put("0", 0, 0), sites.put("0", 10, 10)]).object_ids
         done, seen, torn = threading.Event(), [], []
@@ -69,7 +71,7 @@ class Concurrency(SiteTest):
         self.assertEqual(torn, [])
         self.assertGreater(len(set().union(*seen)), 5, "the readers saw too few states")
 
-    def test_writers_at_once_each_get_a_revision_of_their_own(self):
+    def test_concurrent_writers_get_different_revisions(self):
         before, revisions, failures = sites.revision(self.client), [], []
 
         def write(number):
@@ -90,7 +92,7 @@ class Concurrency(SiteTest):
         self.assertEqual(sorted(revisions), list(range(before + 1, before + 201)))
         self.assertEqual(len(sites.labels(self.client)), 200)
 
-    def test_a_request_in_flight_twice_happens_once(self):
+    def test_concurrent_retries_of_a_request_are_carried_out_once(self):
         answers = []
 
         def write():
@@ -106,13 +108,13 @@ class Concurrency(SiteTest):
         self.assertEqual([a == answers[0] for a in answers], [True] * 8)
         self.assertEqual(list(sites.labels(self.client).values()), ["cup"])
 
-    def test_deadlines_and_cancelled_calls_end_and_leave_the_server_free(self):
+    def test_expired_and_cancelled_calls_free_their_threads(self):
         self.checkerboard(1000)
         with self.assertRaises(grpc.RpcError) as caught:
             list(self.client.QueryValue(scope=rpc.scope("site"), value="occupied", timeout=0.005))
         self.assertEqual(caught.exception.code(), grpc.StatusCode.DEADLINE_EXCEEDED)
         abandoned = []
-        for _ in range(50):  # many more than the server has threads
+        for _ in range(50):  # Many more calls than the server has threads.
             stream = self.client.QueryArea(scope=rpc.scope("site"), area=EVERYWHERE)
             next(stream)
             abandoned.append(stream)

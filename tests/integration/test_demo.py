@@ -1,4 +1,4 @@
-"""The demo runs from start to end, and what it starts it also ends."""
+"""The demo runs from start to end, and stops the processes that it has started."""
 
 import os
 import pathlib
@@ -11,12 +11,12 @@ from processes import BIN, DEADLINE_S, ROOT, SiteTest
 class Demo(SiteTest):
 
     def test_the_tour_asks_all_questions_and_ends(self):
-        build = self.folder / "build"  # of its own: `make demo` may be running
+        build = self.folder / "build"  # Not build/: `make demo` may be running.
         build.mkdir()
         (build / "bin").symlink_to(BIN)
         environment = os.environ | {"BUILD_DIR": str(build)}
         sanitized = "HYPERMAP_TEST_ROUNDS" in os.environ
-        if sanitized:  # a room, as instrumented programs are slow
+        if sanitized:  # One room only, because instrumented programs are slow.
             environment["DEMO_AREA"] = "0.2,0.2 5,0.2 5,5.1 0.2,5.1"
         result = subprocess.run([ROOT / "demo" / "run.sh", "--exit"], capture_output=True,
                                 text=True, timeout=10 * DEADLINE_S, check=False,
@@ -38,12 +38,12 @@ class Demo(SiteTest):
 
     @staticmethod
     def servers_on(folder):
-        """Command lines of processes that were started with the folder."""
+        """Returns the command lines of running processes that contain the path of the folder."""
         lines = []
         for path in pathlib.Path("/proc").glob("[0-9]*/cmdline"):
             try:
                 line = path.read_bytes().decode(errors="replace")
-            except OSError:  # ended meanwhile
+            except OSError:  # The process has ended.
                 continue
             if str(folder) in line:
                 lines.append(line)

@@ -1,4 +1,4 @@
-"""Acknowledged means on disk: the server is killed while many write, again and again."""
+"""Acknowledged edits are on disk: the server is killed repeatedly while several clients write."""
 
 import itertools
 import os
@@ -18,7 +18,7 @@ EDITS_BEFORE_KILL = 60
 
 
 class Writer(threading.Thread):
-    """Puts objects one after another and notes which were acknowledged."""
+    """Puts objects one after another, and records which of them were acknowledged."""
 
     def __init__(self, address, number, count_down):
         super().__init__()
@@ -48,7 +48,7 @@ class Writer(threading.Thread):
 class Durability(SiteTest):
 
     def kill_under_load(self, site, round_number):
-        """Ends the server by SIGKILL in the midst of edits; the writers."""
+        """Kills the server while several writers send edits. Returns the writers."""
         count_down = threading.Semaphore(0)
         writers = [Writer(site.address, round_number * WRITERS + w, count_down)
                    for w in range(WRITERS)]
@@ -62,7 +62,7 @@ class Durability(SiteTest):
             self.assertIsNone(writer.unexpected)
         return writers
 
-    def test_edits_acknowledged_before_a_kill_are_there_after_it(self):
+    def test_acknowledged_edits_survive_a_kill(self):
         site = self.server()
         with rpc.Client(site.address) as client:
             sites.make(client)
@@ -77,15 +77,15 @@ class Durability(SiteTest):
                 for label, (_, object_id) in acknowledged.items():
                     self.assertEqual(found.get(object_id), label)
                 self.assertLessEqual(set(found.values()) - set(acknowledged), uncertain)
-                self.assertEqual(len(found), len(set(found.values())), "an edit happened twice")
+                self.assertEqual(len(found), len(set(found.values())), "an edit was applied twice")
                 self.check_receipts(client, acknowledged)
                 self.assertGreaterEqual(sites.revision(client),
                                         max(r for r, _ in acknowledged.values()))
         revisions = [r for r, _ in acknowledged.values()]
-        self.assertEqual(len(revisions), len(set(revisions)), "two edits with one revision")
+        self.assertEqual(len(revisions), len(set(revisions)), "two edits have the same revision")
 
     def check_receipts(self, client, acknowledged):
-        """Some acknowledged edits, sent again, are answered as before and change nothing."""
+        """Sends some acknowledged edits again. They get the same answers and change nothing."""
         before = sites.revision(client)
         for label in list(acknowledged)[-5:]:
             answer = client.ApplyEdits(map="site", request_id=label, edits=[
@@ -93,7 +93,7 @@ class Durability(SiteTest):
             self.assertEqual((answer.revision, answer.object_ids[0]), acknowledged[label])
         self.assertEqual(sites.revision(client), before)
 
-    def test_an_edit_is_there_whole_or_not_at_all(self):
+    def test_an_interrupted_batch_is_applied_completely_or_not_at_all(self):
         site = self.server()
         with rpc.Client(site.address) as client:
             sites.make(client)
@@ -122,7 +122,7 @@ class Durability(SiteTest):
             self.assertEqual(first, again)
             self.assertEqual(sites.labels(client), {first.object_ids[0]: "cup"})
 
-    def test_a_map_made_in_one_batch_is_one_revision_and_survives_a_kill(self):
+    def test_a_map_that_one_batch_creates_has_one_revision_and_survives_a_kill(self):
         site = self.server()
         place = {"parent_frame_id": "map", "child_frame_id": "dock",
                  "parent_from_child": {"x": 10, "y": 0, "yaw": 0}}

@@ -1,4 +1,4 @@
-"""Maps out of the server and in again, and what outside judges say of the files it keeps."""
+"""Export and import of maps, and checks of stored and exported files by other software."""
 
 import json
 import math
@@ -21,7 +21,7 @@ from processes import DEADLINE_S, SEED, SiteTest, real_maps
 
 
 def run(*command):
-    """What a foreign program prints; it must succeed."""
+    """Runs a program that must succeed, and returns its standard output."""
     result = subprocess.run(list(map(str, command)), capture_output=True, text=True,
                             timeout=DEADLINE_S, check=False)
     assert result.returncode == 0, (command, result.stdout, result.stderr)
@@ -40,7 +40,7 @@ class ExchangeTest(SiteTest):
         return path
 
     def content(self, name):
-        """All of a map as anyone can ask for it: a list of (layer, entity without id or runs)."""
+        """Returns the whole content of a map: each layer's objects without ids, and its cells."""
         with rpc.Client(self.site.address) as client:
             return [(part.layer, strip_ids(part.objects), list(part.cells.rows),
                      list(part.cells.col_begins), list(part.cells.col_ends),
@@ -50,7 +50,7 @@ class ExchangeTest(SiteTest):
 
 
 def merge(stream):
-    """One part a layer."""
+    """Merges the parts of a response stream. Returns one part per layer."""
     parts = {}
     for answer in stream:
         if answer.part.layer in parts:
@@ -61,16 +61,16 @@ def merge(stream):
 
 
 def strip_ids(objects):
-    """Objects as strings, in an order of their own: ids are the map's business."""
+    """Returns the objects as sorted strings without their ids, which differ between maps."""
     for o in objects:
         o.id = 0
     return sorted(str(o) for o in objects)
 
 
-@unittest.skipUnless(real_maps(), "no recorded maps here")
+@unittest.skipUnless(real_maps(), "the recorded maps are missing")
 class RealMaps(ExchangeTest):
 
-    def test_hmap_comes_back_equal(self):
+    def test_an_exported_hmap_can_be_imported_again(self):
         for name, path in real_maps().items():
             with self.subTest(map=name):
                 self.site.json("import", path, "--map", name)
@@ -120,7 +120,7 @@ class RealMaps(ExchangeTest):
                 for (_, a), (_, b) in zip(parts, again):
                     self.assertTrue(hmap_reader.same_shape(a, b), (a.wkt, b.wkt))
 
-    def test_geojson_comes_back_equal(self):
+    def test_an_exported_geojson_can_be_imported_again(self):
         for name, path in real_maps().items():
             with self.subTest(map=name):
                 self.site.json("import", path, "--map", name)
@@ -131,7 +131,7 @@ class RealMaps(ExchangeTest):
                                    "--layer", "semantic")
                     self.assertEqual(self.content(f"{name}.again"), content)
 
-    def test_nav2_comes_back_equal(self):
+    def test_an_exported_nav2_map_can_be_imported_again(self):
         for name, path in real_maps().items():
             for image in ("pgm", "png"):
                 with self.subTest(map=name, image=image):
@@ -180,7 +180,7 @@ class RealMaps(ExchangeTest):
         run("gdal_translate", "-q", "-projwin", grid.origin[0],
             grid.origin[1] + rows * grid.resolution, grid.origin[0] + cols * grid.resolution,
             grid.origin[1], source, copy)
-        from osgeo import gdal  # not needed by the other tests
+        from osgeo import gdal  # Imported here because the other tests do not need GDAL.
         raster = gdal.Open(str(copy))
         band = raster.GetRasterBand(1)
         values = band.ReadAsArray().astype(float)[::-1]
@@ -215,7 +215,7 @@ class OwnMaps(ExchangeTest):
         run(sys.executable, "-m", "osgeo_utils.samples.validate_gpkg", path)
         self.assertIn("Feature Count: 19", run("ogrinfo", "-al", path, "things"))
 
-    def test_a_backup_is_the_map(self):
+    def test_a_backup_has_the_content_of_the_map(self):
         with rpc.Client(self.site.address) as client:
             sites.make(client)
             client.ApplyEdits(map="site", edits=[sites.put("chair", 1, 1)])
@@ -240,7 +240,7 @@ class OwnMaps(ExchangeTest):
         with rpc.Client(self.site.address) as client:
             self.assertEqual(list(sites.labels(client, "thin", "semantic").values()), ["cup"])
 
-    def test_a_hull_that_goes_round_twice_is_repaired_and_reported(self):
+    def test_a_ring_that_repeats_its_hull_is_repaired_and_reported(self):
         path = self.folder / "odd.hmap"
         with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
             archive.writestr("hmap_config.yaml", "layers:\n- {class: SemanticLayer, name: semantic, "
@@ -253,7 +253,7 @@ class OwnMaps(ExchangeTest):
         answer = self.site.json("import", path, "--map", "odd")
         self.assertGreaterEqual(len(answer["repairs"]), 4)
         exported = json.loads(self.export("odd", "geojson").read_text())
-        oracle = Oracle(path, exported)  # fails where the shapes differ from Shapely's
+        oracle = Oracle(path, exported)  # Fails if the shapes differ from Shapely's.
         areas = {}
         for f in exported["features"]:
             label, shape = f["properties"]["label"], shapely.geometry.shape(f["geometry"])

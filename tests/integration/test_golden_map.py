@@ -1,4 +1,4 @@
-"""A map that version 0.1 wrote opens, and answers as it did under 0.1, before and after edits.
+"""A map that version 0.1 wrote can be opened. It has the same answers as in 0.1, also after edits.
 
 testdata/v0_1/make.py wrote the map and recorded the answers of 0.1. This version must give the same
 answers, with floats that are exactly equal. It may add members to JSON objects.
@@ -37,7 +37,8 @@ def read(name):
 
 
 def difference(expected, got, place="", ignored=frozenset()):
-    """The first place where `got` lacks or changes something of `expected`, or an empty string."""
+    """Returns the first place where a part of `expected` is missing in `got` or has another value.
+    Empty if there is none."""
     if type(expected) is not type(got):
         return f"{place}: {got!r}, expected {expected!r}"
     if isinstance(expected, dict):
@@ -58,20 +59,21 @@ def difference(expected, got, place="", ignored=frozenset()):
 
 
 def comparable(question, outcome):
-    """The lines of an answer that do not depend on timing, or the code of an error."""
+    """Returns the lines of an answer that do not depend on timing, or the code of an error."""
     lines = outcome.get("answer", outcome.get("error"))
     if question["ask"][0] != "watch" or "error" in outcome:
         return lines
-    # After a reset, which moved frames cause, a watch tells the newest revision. A watch that ends
-    # at a revision without a selected change can still receive it.
+    # After a reset, which moved frames cause, a watch reports the newest revision. A watch that
+    # ends at a revision without a selected change can still receive it.
     if not question["newest"]:
         lines = list(itertools.takewhile(lambda line: "reset" not in line, lines))
-    # Lines with only a revision report progress. When they come depends on timing.
+    # Lines with only a revision report progress. The number of them depends on timing.
     return [line for line in lines if line.keys() != {"revision"}]
 
 
 def asks_for_the_future(question):
-    """Whether it asks for a time that this machine's clock has not reached. Servers refuse that."""
+    """Whether a question is about a time in the future by this machine's clock, which servers
+    reject."""
     words = question["ask"]
     at = words[words.index("--at") + 1] if "--at" in words else ""
     return "T" in at and (datetime.datetime.fromisoformat(at[:19] + "+00:00") >=
@@ -79,7 +81,7 @@ def asks_for_the_future(question):
 
 
 def feature(entity, **members):
-    """A GeoJSON feature that puts the object that the command line printed."""
+    """Returns a GeoJSON feature that puts an object as the command line has printed it."""
     properties = {key: entity[key] for key in ("label", "classes", "existence", "tags")}
     if entity["height"]:
         properties["height_min"], properties["height_max"] = entity["height"]
@@ -108,7 +110,7 @@ class GoldenMap(SiteTest):
         self.asker = Asker(BIN / "hypermap", self.site.address, DEADLINE_S)
 
     def assert_as_before(self, questions, ignored=frozenset()):
-        """Asks the questions, and fails when an answer differs from the recorded one."""
+        """Asks the questions. Fails if an answer differs from the recorded one."""
         questions = questions[self.rounds % STEP::STEP]
         self.rounds += 1
         self.assertTrue(questions)
@@ -124,14 +126,15 @@ class GoldenMap(SiteTest):
         return [q for q in self.recorded["questions"] if q["newest"]]
 
     def about_the_past(self):
-        """Questions whose answers later commits do not change. Those about the newest revision of
-        0.1 name its number."""
+        """Returns the questions whose answers do not depend on later commits. Questions about the
+        newest revision of 0.1 name its number."""
         return [q for q in self.recorded["questions"] if not q["newest"]] + [
             {**q, "ask": [*q["ask"][:3], "--at", str(self.newest), *q["ask"][3:]]}
             for q in self.about_the_newest() if q["ask"][0] == "query"]
 
     def assert_newest_as_before(self):
-        """The newest revision has the content that 0.1 left, and the log ends with that of 0.1."""
+        """Checks that the newest revision has the content of the last one of 0.1, and that the log
+        ends with the log of 0.1."""
         self.assert_as_before([q for q in self.about_the_newest() if q["ask"][0] != "log"],
                               ignored=COUNTERS)
         (log,) = self.asker.answer("log", MAP, "--limit", 100000)
@@ -140,7 +143,7 @@ class GoldenMap(SiteTest):
         self.assertEqual(difference(expected["revisions"], log["revisions"][later:]), "")
 
     def edit(self, layer, *features):
-        """Returns the revision of the edit. Coordinates are in the layer's frame."""
+        """Edits a layer and returns the revision. Coordinates are in the layer's frame."""
         path = self.folder / "edit.geojson"
         (layers,) = self.asker.answer("layers", MAP)
         (frame,) = (known["frame_id"] for known in layers["layers"] if known["name"] == layer)
@@ -152,7 +155,7 @@ class GoldenMap(SiteTest):
         return {line["entity"]["id"]: line["entity"] for line in self.asker.answer(
             *query("area", *EVERYWHERE, layers=[layer], frame=frame, at=at)) if "entity" in line}
 
-    def test_it_is_of_version_0_1(self):
+    def test_the_file_has_the_schema_of_version_0_1(self):
         self.assertEqual(self.recorded["commit"], "743c4b9")
         with sqlite3.connect(self.file) as file:
             versions = file.execute("SELECT schema_version FROM hypermap_metadata").fetchall()
@@ -168,7 +171,7 @@ class GoldenMap(SiteTest):
         put = self.edit(layer, feature(shifted(old, 0.5)))
         (new,) = self.entities(layer, frame).keys() - objects.keys()
         self.assertGreater(new, max(i for receipt in self.recorded["receipts"]
-                                    for i in receipt["object_ids"]), "an id was given twice")
+                                    for i in receipt["object_ids"]), "an id was assigned twice")
         removed = self.edit(layer, {"type": "Feature", "id": new, "geometry": None})
         moved = self.edit(layer, feature(shifted(old, 1.25), id=old["id"]))
         back = self.edit(layer, feature(old, id=old["id"]))
@@ -182,7 +185,7 @@ class GoldenMap(SiteTest):
             self.edit("scratch", {"type": "Feature", "properties": {"value": value},
                                   "geometry": {"type": "Polygon", "coordinates": [ring]}})
 
-    def test_it_answers_as_before_after_edits_and_restarts(self):
+    def test_answers_are_unchanged_after_edits_and_restarts(self):
         self.open()
         self.assert_as_before(self.recorded["questions"])
         self.assertEqual(self.site.stop(), 0)
@@ -208,7 +211,7 @@ class GoldenMap(SiteTest):
         with sqlite3.connect(self.file) as file:
             self.assertEqual(file.execute("PRAGMA integrity_check").fetchall(), [("ok",)])
 
-    def test_a_request_that_0_1_carried_out_gets_its_receipt(self):
+    def test_a_retry_of_a_request_that_0_1_carried_out_gets_its_answer(self):
         self.open()
         with rpc.Client(self.site.address) as client:
             for receipt in self.recorded["receipts"]:
@@ -219,7 +222,8 @@ class GoldenMap(SiteTest):
         self.assert_newest_as_before()
 
     def assert_fused_as_before(self):
-        """The fused objects, their explanations and the explored floor are those of 0.1."""
+        """Checks that the fused objects, their explanations and the explored floor equal those of
+        0.1."""
         layers = {"found", "found_paper", "corner", "found_floor", "corner_floor"}
         questions = [q for q in self.about_the_newest()
                      if q["ask"][0] == "explain" or
@@ -228,7 +232,7 @@ class GoldenMap(SiteTest):
         self.rounds = 0
         self.assert_as_before(questions, ignored=COUNTERS)
 
-    def test_its_fused_layers_can_be_rebuilt(self):
+    def test_fused_layers_can_be_rebuilt(self):
         self.open()
         for layer in ("found", "found_paper", "corner"):
             self.asker.answer("rebuild", MAP, "--layer", layer)
@@ -268,7 +272,7 @@ class GoldenMap(SiteTest):
         self.asker.answer("retract", MAP, "--layer", "found", "--robot", "rooms-2")
         self.assert_fused_as_before()
 
-    def test_its_exploration_continues_and_stops(self):
+    def test_the_exploration_continues_and_stops(self):
         self.open()
         (listed,) = self.asker.answer("explore", "list", MAP)
         (active,) = (e for e in listed["explorations"] if e["state"] == "active")

@@ -1,4 +1,5 @@
-"""The past of a map against a plain list of its states, through restarts, kills and compaction."""
+"""Queries of past revisions, compared with a list of recorded states. The server is restarted and
+killed, and compacts its history."""
 
 import random
 import threading
@@ -16,11 +17,11 @@ CELL_M = 0.5
 
 
 class State:
-    """What a map holds at a revision."""
+    """The content of a map at a revision."""
 
     def __init__(self, objects, cells):
-        self.objects = objects  # id -> (label, x, y): a square metre with its lower left corner
-        self.cells = cells  # (row, col) -> value, the known ones
+        self.objects = objects  # id -> (label, x, y): a square of 1 m with its lower left corner
+        self.cells = cells  # (row, col) -> value, without unknown cells
 
     def objects_in(self, x, y, side):
         return {i: o for i, o in self.objects.items()
@@ -31,12 +32,12 @@ class State:
                 if x <= (c[1] + 0.5) * CELL_M <= x + side and y <= (c[0] + 0.5) * CELL_M <= y + side}
 
 
-def as_told(thing):
+def decode_object(thing):
     outer = thing.shape.polygon.outer
     return thing.label, outer.xs[0], outer.ys[0]
 
 
-def told_cells(runs):
+def decode_cells(runs):
     return {(row, col): value
             for row, begin, end, value in zip(runs.rows, runs.col_begins, runs.col_ends,
                                               runs.values)
@@ -48,7 +49,7 @@ def known(cells):
 
 
 class Writer:
-    """Makes random changes, and remembers every state that was acknowledged."""
+    """Makes random changes, and records the state after each of them."""
 
     def __init__(self, draw):
         self.draw = draw
@@ -114,7 +115,7 @@ class History(SiteTest):
         return self.enterContext(rpc.Client(server.address))
 
     def check_area(self, client, revision):
-        """An area, asked of a past revision, is answered as the list of states says."""
+        """Queries a random area at a past revision. The answer must equal the recorded state."""
         state = self.writer.states[revision]
         x, y = self.writer.place()
         side = self.draw.choice([0.7, 3.0, 11.0, 200.0])
@@ -122,8 +123,8 @@ class History(SiteTest):
         for answer in client.QueryArea(scope=rpc.scope("site", "things", "grid"),
                                        area=sites.square(x, y, side), as_of=rpc.at(revision)):
             self.assertEqual(answer.revision, revision)
-            objects.update({o.id: as_told(o) for o in answer.part.objects})
-            cells.update(told_cells(answer.part.cells))
+            objects.update({o.id: decode_object(o) for o in answer.part.objects})
+            cells.update(decode_cells(answer.part.cells))
         self.assertEqual(objects, state.objects_in(x, y, side), (revision, x, y, side))
         self.assertEqual(known(cells), state.cells_in(x, y, side), (revision, x, y, side))
 
@@ -150,15 +151,15 @@ class History(SiteTest):
         for answer in client.ListChanges(scope=SITE, from_revision=a, to_revision=b):
             for change in answer.changes:
                 if change.kind in (1, 2):  # PUT, REMOVE
-                    was = (as_told(change.object_before) if change.HasField("object_before")
+                    was = (decode_object(change.object_before) if change.HasField("object_before")
                            else None)
                     self.assertEqual(was, objects.pop(change.object_id, None))
                 if change.kind == 1:
-                    objects[change.object_id] = as_told(change.object)
+                    objects[change.object_id] = decode_object(change.object)
                 if change.kind == 5:  # CELLS
-                    for cell, value in told_cells(change.cells_before).items():
+                    for cell, value in decode_cells(change.cells_before).items():
                         self.assertEqual(value if value == value else None, cells.get(cell))
-                    cells.update(told_cells(change.cells))
+                    cells.update(decode_cells(change.cells))
         self.assertEqual(objects, after.objects, (a, b))
         self.assertEqual(known(cells), after.cells, (a, b))
 
@@ -171,7 +172,7 @@ class History(SiteTest):
             self.check_point(client, revision)
         self.check_difference(client, *sorted(self.draw.sample(revisions, 2)))
 
-    def test_every_revision_answers_as_it_did_through_restarts_and_kills(self):
+    def test_past_revisions_have_the_same_answers_after_restarts_and_kills(self):
         server = self.server()
         client = self.connect(server)
         self.writer.begin(client)
@@ -188,7 +189,7 @@ class History(SiteTest):
         for revision in self.writer.states:
             self.check_area(client, revision)
 
-    def test_what_is_compacted_is_refused_and_the_rest_answers(self):
+    def test_queries_of_compacted_revisions_fail_and_later_ones_work(self):
         server = self.server("--history_revisions=40")
         client = self.connect(server)
         self.writer.begin(client)
@@ -196,7 +197,7 @@ class History(SiteTest):
             self.writer.change(client)
         deadline = time.monotonic() + 60
         while client.ListRevisions(map="site").oldest_revision < self.writer.newest - 60:
-            self.assertLess(time.monotonic(), deadline, "nothing was compacted")
+            self.assertLess(time.monotonic(), deadline, "no revision was compacted")
             self.writer.change(client)
         oldest = client.ListRevisions(map="site").oldest_revision
         with self.assertRaises(grpc.RpcError) as refused:
@@ -212,7 +213,7 @@ class History(SiteTest):
         self.assertEqual(refused.exception.code(), grpc.StatusCode.OUT_OF_RANGE)
         self.check(client, oldest)
 
-    def test_a_revision_still_to_come_is_waited_for_or_refused(self):
+    def test_a_future_revision_is_awaited_or_refused(self):
         client = self.connect(self.server())
         self.writer.begin(client)
         newest = self.writer.newest
@@ -234,7 +235,7 @@ class History(SiteTest):
         waiter.join()
         self.assertGreaterEqual(answers[0].revision, newest + 2)
 
-    def test_at_time_is_the_revision_of_that_time(self):
+    def test_a_query_as_of_a_time_reads_the_revision_of_that_time(self):
         client = self.connect(self.server())
         self.writer.begin(client)
         for _ in range(5):
@@ -265,7 +266,7 @@ class History(SiteTest):
         self.assertEqual(set(sites.labels(client).values()), {"mug"})
         self.assertEqual(sites.revision(client), changed.revision)
 
-    def test_what_has_a_time_to_live_leaves_and_what_is_renewed_stays(self):
+    def test_objects_expire_after_their_time_to_live_unless_renewed(self):
         server = self.server()
         client = self.connect(server)
         sites.make(client)

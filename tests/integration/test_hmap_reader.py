@@ -1,4 +1,4 @@
-"""The second opinion can be trusted: it reads what is plain to see."""
+"""Tests of hmap_reader, with small files whose content is obvious."""
 
 import io
 import math
@@ -15,7 +15,7 @@ import hmap_reader
 
 
 def png(rows, colour, filters):
-    """A PNG of `rows` (lists of samples of a line) with the given filter for each line."""
+    """Encodes a PNG. `rows` has the samples of each line, `filters` the filter of each line."""
     channels = {0: 1, 4: 2}[colour]
     packed = b""
     for y, (row, kind) in enumerate(zip(rows, filters)):
@@ -39,28 +39,28 @@ def png(rows, colour, filters):
 
 class ReadPng(unittest.TestCase):
 
-    def test_all_filters_give_back_the_image(self):
+    def test_all_png_filters_are_decoded(self):
         rows = [[(7 * x + 31 * y * y) % 256 for x in range(6)] for y in range(5)]
         grey, alpha = hmap_reader.read_png(png(rows, 0, [0, 1, 2, 3, 4]))
         self.assertEqual(grey.tolist(), rows)
         self.assertTrue((alpha == 255).all())
 
-    def test_alpha_is_read_apart(self):
+    def test_alpha_is_read_separately(self):
         grey, alpha = hmap_reader.read_png(png([[10, 255, 127, 0]], 4, [1]))
         self.assertEqual((grey.tolist(), alpha.tolist()), ([[10, 127]], [[255, 0]]))
 
 
 class ReadShape(unittest.TestCase):
 
-    def test_a_missing_comma_is_of_no_consequence(self):
+    def test_a_missing_comma_is_tolerated(self):
         shape = hmap_reader.read_shape("POLYGON((0 0, 2 0 2 1, 0 1))")
         self.assertTrue(shape.equals(shapely.geometry.box(0, 0, 2, 1)))
 
-    def test_a_hull_that_goes_round_twice_is_the_hull(self):
+    def test_a_ring_that_repeats_its_hull_is_the_hull(self):
         shape = hmap_reader.read_shape("POLYGON((0 0,2 0,2 2,0 2,0 0,2 0,2 2,0 2,0 0))")
         self.assertTrue(shape.equals(shapely.geometry.box(0, 0, 2, 2)))
 
-    def test_a_star_is_filled_but_an_opposite_turn_is_not(self):
+    def test_a_star_is_filled_but_opposite_windings_cancel(self):
         star = [(math.sin(4 * math.pi * i / 5), math.cos(4 * math.pi * i / 5)) for i in range(5)]
         shape = hmap_reader.fill_non_zero(star)
         self.assertTrue(shape.covers(shapely.geometry.Point(0, 0)))

@@ -1,5 +1,5 @@
-"""Observations of robots: acknowledged means on disk, each counts once, and what a layer shows does
-not depend on kills, restarts and the order of arrival."""
+"""Observations of robots: acknowledged ones are on disk, and each counts once. The content of a
+fused layer does not depend on kills, restarts and the order of arrival."""
 
 import itertools
 import os
@@ -16,12 +16,12 @@ from processes import SEED, SiteTest
 
 ROUNDS = int(os.environ.get("HYPERMAP_TEST_ROUNDS", "6"))
 ACKNOWLEDGED_BEFORE_KILL = 25
-BEGIN_S = 1_699_999_200  # of frame 0
+BEGIN_S = 1_699_999_200  # Time of frame 0.
 LABELS = ["cup", "chair", "sofa", "plant"]
 
 
 def observation(robot, sequence, frame):
-    """What a robot sees in a frame: things that stand still, from places that change."""
+    """Returns the observation of a frame: some of four fixed objects, and free space that moves."""
     seen = [k for k in range(len(LABELS)) if (frame * 7 + k) % 3 != 0]
     return {
         "robot": robot, "sequence": sequence,
@@ -49,7 +49,7 @@ def make(client):
 
 
 def observe(client, observations, **fields):
-    """Sends all and waits for all; {(robot, sequence): outcome}."""
+    """Sends observations and waits for all outcomes. Returns {(robot, sequence): outcome}."""
     requests = itertools.chain([opening(exploration_layer="seen", **fields)],
                                ({"observations": [o]} for o in observations))
     return {(a.robot, a.sequence): a.outcome for response in client.Observe(requests)
@@ -57,12 +57,12 @@ def observe(client, observations, **fields):
 
 
 def shown(client):
-    """The objects without ids, and the explored cells."""
+    """Returns the objects without ids and versions, and the known cells of the layer `seen`."""
     objects, cells = [], []
     for answer in client.QueryArea(scope=rpc.scope("site", "things", "seen"),
                                    area=sites.square(-500, -500, 1000)):
         for o in answer.part.objects:
-            o.id = o.version = 0  # those count commits, whose grouping is chance
+            o.id = o.version = 0  # Both depend on how observations were grouped into commits.
             objects.append(o.SerializeToString(deterministic=True))
         runs = answer.part.cells
         cells += [run for run in zip(runs.rows, runs.col_begins, runs.col_ends, runs.values)
@@ -71,13 +71,13 @@ def shown(client):
 
 
 class Robot(threading.Thread):
-    """Sends its frames until the stream ends, and notes what was acknowledged."""
+    """Sends its frames until the stream ends, and records the acknowledgements."""
 
     def __init__(self, address, name, frames, count_down):
         super().__init__()
         self._address, self._name, self._frames, self._count_down = address, name, frames, count_down
         self.acknowledged = {}  # sequence -> outcome
-        self.known = None  # sequences that the server had, once it said so
+        self.known = None  # the sequences that the server had; None before it has answered
         self.unexpected = None
 
     def _requests(self):
@@ -104,7 +104,7 @@ class Robot(threading.Thread):
 class Ingest(SiteTest):
 
     def reference(self, observations):
-        """What a server shows that got them in order, without interruption."""
+        """Returns the content of a server that gets the observations in order, uninterrupted."""
         data_dir = self.folder / "reference"
         data_dir.mkdir()
         with rpc.Client(self.server(data_dir=data_dir).address) as client:
@@ -112,7 +112,7 @@ class Ingest(SiteTest):
             observe(client, observations)
             return shown(client)
 
-    def test_killed_again_and_again_it_ends_where_it_would_have_ended_anyway(self):
+    def test_repeated_kills_do_not_change_the_result(self):
         site = self.server()
         with rpc.Client(site.address) as client:
             make(client)
@@ -130,9 +130,9 @@ class Ingest(SiteTest):
             for name, robot in robots.items():
                 robot.join()
                 self.assertIsNone(robot.unexpected)
-                if robot.known is None:  # killed before the stream was opened
+                if robot.known is None:  # The server was killed before it opened the stream.
                     continue
-                self.assertLessEqual(acknowledged[name], robot.known, "acknowledged and lost")
+                self.assertLessEqual(acknowledged[name], robot.known, "an observation was lost")
                 for sequence, outcome in robot.acknowledged.items():
                     # 1 is accepted, 2 is duplicate. An observation must be a duplicate exactly if
                     # the server knew its sequence.
@@ -149,7 +149,7 @@ class Ingest(SiteTest):
                 self.assertEqual(set(outcomes.values()) - {2}, set())
                 everything += more
             found = shown(client)
-        self.assertTrue(found[0], "nothing was made of it")
+        self.assertTrue(found[0], "no object was made")
         # Observations that were in flight when a stream broke may have been accepted, too.
         with rpc.Client(site.address) as client:
             opened = {name: next(iter(client.Observe([opening(name)]))).opened.known
@@ -172,13 +172,13 @@ class Ingest(SiteTest):
             found = shown(client)
         self.assertEqual(found, self.reference(everything), f"seed {SEED}")
 
-    def test_lines_and_points_that_an_operator_put_outlast_evidence_rebuilds_and_restarts(self):
+    def test_lines_and_points_of_an_operator_survive_evidence_rebuilds_and_restarts(self):
         sill = {"line_string": rpc.columns([(2.1, 0.5), (2.6, 1.1), (2.3, 1.3)])}
         dock = {"point": rpc.point(-3.5, 2.25)}
         site = self.server()
 
         def operators(client):
-            """{label: (id, shape)} of what robots have no word for."""
+            """Returns {label: (id, shape)} of the objects with labels that robots do not use."""
             answers = client.QueryArea(scope=rpc.scope("site", "things"),
                                        area=sites.square(-500, -500, 1000))
             return {o.label: (o.id, json_format.MessageToDict(
@@ -243,7 +243,7 @@ class Ingest(SiteTest):
         self.assert_fails(site.cli("retract", "site", "--layer", "things", "--robot", "a",
                                    "--from", "soon"), "time", code=2)
 
-    def test_lateness_is_a_flag(self):
+    def test_observations_later_than_max_lateness_are_rejected(self):
         site = self.server("--max_lateness=5s")
         with rpc.Client(site.address) as client:
             make(client)

@@ -1,4 +1,5 @@
-"""The worker as a process: recorded drives and robots' streams, to a real server."""
+"""Tests of hypermap-ingest as a process. It sends recorded drives and streams of robots to a real
+server."""
 
 import json
 import queue
@@ -25,7 +26,7 @@ def start(*arguments, server):
 
 
 def finish(process):
-    """(exit code, stdout, stderr)."""
+    """Waits until a process has ended and returns (exit code, stdout, stderr)."""
     try:
         out, err = process.communicate(timeout=DEADLINE_S)
     except subprocess.TimeoutExpired:
@@ -41,14 +42,14 @@ class WorkerTest(SiteTest):
         return recordings.Recording(self.folder / name, count)
 
     def replay(self, folder, *flags, server, map_name="site"):
-        """The summary. It must succeed."""
+        """Replays a recording, which must succeed, and returns the summary that it prints."""
         process = start("replay", folder, "--map", map_name, "--json", *flags, server=server)
         code, out, err = finish(process)
         self.assertEqual(code, 0, err)
         return json.loads(out)
 
     def shown(self, server, map_name="site", layer="semantic"):
-        """What fusion made, without ids: sorted by label and place."""
+        """Returns the objects of a layer without their ids, in a fixed order."""
         lines = server.json_lines("query", "area", map_name, "-99,-99", "99,-99", "99,99",
                                   "-99,99")
         entities = [line["entity"] for line in lines if line.get("layer") == layer]
@@ -59,17 +60,17 @@ class WorkerTest(SiteTest):
     def wait_until(self, condition):
         deadline = time.monotonic() + DEADLINE_S
         while not condition():
-            self.assertLess(time.monotonic(), deadline, "it did not come to pass")
+            self.assertLess(time.monotonic(), deadline, "the condition did not become true in time")
 
     def revision(self, server, map_name="site"):
-        """0 while there is no such map."""
+        """Returns the newest revision of a map, or 0 if there is no such map."""
         entries = server.json("maps")["maps"]
         return next((e["revision"] for e in entries if e["name"] == map_name), 0)
 
 
 class Replay(WorkerTest):
 
-    def test_a_box_that_was_driven_past_is_on_the_map(self):
+    def test_a_replayed_drive_puts_its_box_on_the_map(self):
         server = self.server()
         summary = self.replay(self.recording(20).write(), server=server)
         self.assertEqual((summary["frames"], summary["accepted"], summary["skipped"]), (20, 20, 0))
@@ -82,7 +83,7 @@ class Replay(WorkerTest):
         self.assertAlmostEqual(box["centroid"][1], (y0 + y1) / 2, delta=0.1)
         self.assertAlmostEqual(box["height"][1], height, delta=0.05)
 
-    def test_the_same_drive_again_changes_nothing(self):
+    def test_replaying_a_drive_again_changes_nothing(self):
         server, folder = self.server(), self.recording(12).write()
         self.replay(folder, server=server)
         before, revision = self.shown(server), self.revision(server)
@@ -91,7 +92,7 @@ class Replay(WorkerTest):
         self.assertEqual(self.shown(server), before)
         self.assertEqual(self.revision(server), revision)
 
-    def test_a_worker_killed_in_the_middle_is_resumed(self):
+    def test_a_killed_replay_can_be_resumed(self):
         server, folder = self.server(), self.recording(40).write()
         self.replay(folder, server=server, map_name="unbroken")
         for _ in range(2):
@@ -106,7 +107,7 @@ class Replay(WorkerTest):
         self.assertEqual(summary["known"] + summary["accepted"] + summary["duplicates"], 40)
         self.assertEqual(self.shown(server), self.shown(server, "unbroken"))
 
-    def test_an_interrupted_worker_waits_for_what_it_sent(self):
+    def test_an_interrupted_worker_waits_for_acknowledgements(self):
         server, folder = self.server(), self.recording(40).write()
         process = start("replay", folder, "--map", "site", "--rate", 4, "--json", server=server)
         self.wait_until(lambda: self.revision(server) > 5)
@@ -121,7 +122,7 @@ class Replay(WorkerTest):
         self.assertEqual(again["known"], summary["accepted"])
         self.assertEqual(again["known"] + again["accepted"], 40)
 
-    def test_a_server_that_is_started_again_is_waited_for(self):
+    def test_the_worker_waits_while_the_server_restarts(self):
         server, folder = self.server(), self.recording(40).write()
         self.replay(folder, server=server, map_name="unbroken")
         process = start("replay", folder, "--map", "site", "--rate", 4, "--json", server=server)
@@ -134,7 +135,7 @@ class Replay(WorkerTest):
         self.assertEqual(summary["known"] + summary["accepted"] + summary["duplicates"], 40)
         self.assertEqual(self.shown(server), self.shown(server, "unbroken"))
 
-    def test_two_robots_at_once_make_what_one_makes(self):
+    def test_two_robots_make_the_same_objects_as_one(self):
         server, folder = self.server(), self.recording(40).write()
         self.replay(folder, server=server, map_name="one")
         halves = [start("replay", folder, "--map", "site", "--robot", f"robot{i}", "--first", i,
@@ -145,7 +146,7 @@ class Replay(WorkerTest):
             self.assertEqual(json.loads(out)["accepted"], 20)
         self.assertEqual(self.shown(server), self.shown(server, "one"))
 
-    def test_garbage_frames_are_counted_and_harm_no_other(self):
+    def test_invalid_frames_are_counted_and_do_not_affect_others(self):
         recording = self.recording(20)
         recording.depth[2] = b"no image"
         recording.depth[3] = recordings.png(recording.frames[3].millimetres[:10])
@@ -168,7 +169,7 @@ class Replay(WorkerTest):
             summary["skipped_instances"]["detection beyond the limit of a frame"], 9_700)
         self.assertIn("box", [entity["label"] for entity in self.shown(server)])
 
-    def test_explored_floor_is_marked_in_the_layer_that_is_named(self):
+    def test_explored_floor_is_marked_in_the_named_layer(self):
         server = self.server()
         self.replay(self.recording(10).write(), "--exploration", "explored", server=server)
         lines = server.json_lines("query", "value", "site", "explored")
@@ -176,7 +177,7 @@ class Replay(WorkerTest):
                     for _, begin, end, _ in line["runs"])
         self.assertGreater(cells * 0.05 ** 2, 1.0, "square metres")
 
-    def test_what_can_not_be_done_is_said_in_a_line(self):
+    def test_errors_are_reported_in_one_line(self):
         server, folder = self.server(), self.recording(2).write()
         for arguments, code, word in (
                 (["replay", folder], 2, "--map"),
@@ -194,7 +195,7 @@ class Replay(WorkerTest):
         self.assertEqual(got, 1)
         self.assertIn("UNAVAILABLE", err)
 
-    @unittest.skipUnless(OFFICE.exists(), "no recorded drive here")
+    @unittest.skipUnless(OFFICE.exists(), "the recorded drive is missing")
     def test_the_beginning_of_the_recorded_drive(self):
         server = self.server()
         for fusion in ("evidence", "paper"):
@@ -206,7 +207,7 @@ class Replay(WorkerTest):
 
 
 class Service:
-    """A `hypermap-ingest serve` on a free port."""
+    """A process `hypermap-ingest serve` on a free port."""
 
     def __init__(self, server, *flags):
         self._process = start("serve", "--listen", "127.0.0.1:0", "--map", "site", *flags,
@@ -229,7 +230,7 @@ class Service:
 
 
 def send(client, requests):
-    """Sends all requests, then collects: (what the opening was answered, {sequence: [answer]})."""
+    """Sends all requests. Returns the answer to the opening, and {sequence: [acknowledgement]}."""
     opened, answers = None, {}
     for response in client.StreamFrames(requests):
         if response.HasField("opened"):
@@ -274,7 +275,7 @@ class Serve(WorkerTest):
         (box,) = self.shown(self.hypermapd)
         self.assertEqual(box["label"], "box")
 
-    def test_frames_that_are_sent_again_count_once(self):
+    def test_repeated_frames_count_once(self):
         client = self.client(self.service())
         requests = [recordings.opening("cart")] + [
             recordings.request(frame, i) for i, frame in enumerate(self.frames[:6])]
@@ -285,7 +286,7 @@ class Serve(WorkerTest):
         self.assertEqual(self.outcomes(answers), {n: [2] for n in range(6)})
         self.assertEqual(self.shown(self.hypermapd), before)
 
-    def test_a_bad_frame_harms_no_other(self):
+    def test_an_invalid_frame_does_not_affect_others(self):
         client = self.client(self.service())
         requests = [recordings.request(frame, i) for i, frame in enumerate(self.frames[:6])]
         requests[1]["frame"]["pose"]["qw"] = 5
@@ -305,11 +306,11 @@ class Serve(WorkerTest):
         self.assertEqual(self.outcomes(answers), {n: [1] for n in range(20)})
         _, answers = send(client, [recordings.opening("hasty", drop_oldest=True), *requests])
         outcomes = self.outcomes(answers)
-        self.assertEqual(set(outcomes), set(range(20)), "dropped frames are acknowledged as well")
+        self.assertEqual(set(outcomes), set(range(20)), "dropped frames must be acknowledged too")
         self.assertTrue(all(found in ([1], [6]) for found in outcomes.values()), outcomes)
-        self.assertEqual(outcomes[19], [1], "the newest is never the oldest")
+        self.assertEqual(outcomes[19], [1], "the newest frame must not be dropped")
 
-    def test_an_opening_that_is_wrong_ends_the_stream(self):
+    def test_an_invalid_opening_ends_the_stream(self):
         client = self.client(self.service())
         for requests in ([], [recordings.request(self.frames[0], 0)], [recordings.opening("")],
                          [{"opening": {"robot": "cart", "camera": {"width": 1 << 30}}}]):
@@ -317,7 +318,7 @@ class Serve(WorkerTest):
                 send(client, requests)
             self.assertEqual(raised.exception.code(), grpc.StatusCode.INVALID_ARGUMENT)
 
-    def test_a_robot_learns_that_the_server_is_gone(self):
+    def test_a_robot_gets_an_error_when_the_server_has_stopped(self):
         client, requests = self.client(self.service()), queue.Queue()
         requests.put(recordings.opening("cart"))
         requests.put(recordings.request(self.frames[0], 0))

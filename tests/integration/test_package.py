@@ -1,4 +1,4 @@
-"""The installed C++ client, as a program of somebody else finds it."""
+"""Programs outside of the project can find, build with and use the installed C++ client."""
 
 import os
 import pathlib
@@ -11,7 +11,7 @@ from processes import BIN, ROOT, SiteTest
 
 EXAMPLE = ROOT / "client_libs" / "cpp" / "example"
 
-# mirror HOST:PORT FOLDER: how much of the map "site" a replica has.
+# mirror HOST:PORT FOLDER prints the number of layers of a replica of the map "site".
 MIRROR = r"""
 #include <cstdio>
 #include "client_libs/cpp/replica/replica.h"
@@ -25,7 +25,7 @@ int main(int, char** argv) {
 """
 
 
-@unittest.skipIf("HYPERMAP_TEST_ROUNDS" in os.environ, "sanitized libraries ask for more")
+@unittest.skipIf("HYPERMAP_TEST_ROUNDS" in os.environ, "sanitizers need further link options")
 class Package(SiteTest):
 
     def run_tool(self, *command):
@@ -34,7 +34,7 @@ class Package(SiteTest):
         self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
         return result.stdout
 
-    def test_a_program_of_its_own_finds_builds_and_asks(self):
+    def test_a_separate_project_builds_with_the_client_and_queries_a_map(self):
         prefix, source = self.folder / "prefix", self.folder / "whats_here"
         self.run_tool("cmake", "--install", BIN.parent, "--prefix", prefix)
         shutil.copytree(EXAMPLE, source)
@@ -58,7 +58,7 @@ class Package(SiteTest):
         self.assertEqual(wrong.returncode, 1)
         self.assertIn("NOT_FOUND", wrong.stderr)
 
-    def test_a_program_of_its_own_mirrors_a_map(self):
+    def test_a_separate_project_builds_with_the_replica_and_opens_it_offline(self):
         prefix, source = self.folder / "prefix", self.folder / "mirror"
         self.run_tool("cmake", "--install", BIN.parent, "--prefix", prefix)
         source.mkdir()
@@ -81,12 +81,12 @@ class Package(SiteTest):
         server.kill()
         self.assertEqual(self.run_tool(*mirror), "1 layers at revision 1\n")
 
-    def test_installed_headers_name_neither_grpc_nor_protobuf(self):
+    def test_installed_headers_do_not_include_grpc_or_protobuf(self):
         prefix = self.folder / "prefix"
         self.run_tool("cmake", "--install", BIN.parent, "--prefix", prefix)
         client = prefix / "include" / "hypermap" / "client_libs" / "cpp"
         public, todo = set(), [client / "client.h", client / "replica" / "replica.h"]
-        while todo:  # what they bring in
+        while todo:  # Follows their includes.
             header = todo.pop()
             if header in public:
                 continue

@@ -1,4 +1,4 @@
-"""Answers about each recorded map, compared with Shapely and NumPy: no differences."""
+"""The answers to queries of recorded maps must equal those of Shapely and NumPy."""
 
 import json
 import pathlib
@@ -14,7 +14,7 @@ from processes import QUESTIONS, SEED, Server, real_maps
 BY_COMMAND = max(QUESTIONS // 20, 5)
 
 
-@unittest.skipUnless(real_maps(), "no recorded maps here")
+@unittest.skipUnless(real_maps(), "the recorded maps are missing")
 class QueriesOnRealMaps(unittest.TestCase):
 
     @classmethod
@@ -34,7 +34,7 @@ class QueriesOnRealMaps(unittest.TestCase):
         self.asked = self.with_content = 0
 
     def each_map(self, count=QUESTIONS):
-        """(map, oracle, questions) `count` times for each map."""
+        """Yields (map, oracle, questions) `count` times for each map."""
         for name, oracle in self.oracles.items():
             questions = Questions(oracle, f"{SEED} {name}")
             for _ in range(count):
@@ -110,7 +110,7 @@ def corners(area):
 
 
 def point_content(layer):
-    """A LayerContent as the oracle has it."""
+    """Converts a LayerContent to the form of the oracle's answers."""
     word = answers.status_word(layer.status)
     if word != "value":
         return word

@@ -1,4 +1,4 @@
-"""QueryPoints, compared with QueryPoint, point by point."""
+"""The answers of QueryPoints must equal those of QueryPoint for each point."""
 
 import itertools
 import json
@@ -23,14 +23,14 @@ def float32(x):
 
 
 def content_of_point(answer):
-    """A QueryPointResponse as {layer: (status, value, [(id, label, existence)])}."""
+    """Converts a QueryPointResponse to {layer: (status, value, [(id, label, existence)])}."""
     return {layer.layer: (layer.status, layer.value if layer.HasField("value") else None,
                           [(o.id, o.label, float32(o.existence)) for o in layer.objects])
             for layer in answer.layers}
 
 
 class Stream:
-    """A stream of batches as a caller without any library has it."""
+    """A stream of QueryPoints that sends one batch at a time, without the client library."""
 
     def __init__(self, client, **opening):
         self._opening, self._batches = opening, []
@@ -49,7 +49,7 @@ class Stream:
             yield {"xs": [x for x, _ in batch], "ys": [y for _, y in batch]}
 
     def ask(self, points):
-        """(revision, content of each point)."""
+        """Sends a batch of points and returns (revision, content of each point)."""
         with self._more:
             self._batches.append(points)
             self._more.notify()
@@ -87,7 +87,7 @@ class QueryPoints(SiteTest):
         self.client = self.enterContext(rpc.Client(self.site.address))
 
     def make_site(self):
-        """`site` of sites.make with things all over, and a second frame."""
+        """Creates the map of sites.make with random objects and cells, and a second frame."""
         sites.make(self.client)
         self.client.SetTransform(map="site", transform={
             "parent_frame_id": "map", "child_frame_id": "dock",
@@ -106,7 +106,7 @@ class QueryPoints(SiteTest):
         self.client.ApplyEdits(map="site", edits=[sites.write_cells(values, row=-10, col=-10)])
 
     def compare(self, points, **question):
-        """`question`: the members that both requests have, such as scope."""
+        """Compares both rpcs. `question` has the fields that both requests have, such as scope."""
         stream = Stream(self.client, **question)
         for i in range(0, len(points), 64):
             batch = points[i:i + 64]
@@ -134,7 +134,7 @@ class QueryPoints(SiteTest):
             self.compare(self.points_within(12, QUESTIONS // 2), scope=rpc.scope("site"),
                          tolerance_m=tolerance)
 
-    def test_the_past_is_answered_as_it_was(self):
+    def test_answers_about_past_revisions_are_those_of_query_point(self):
         self.make_site()
         revision = sites.revision(self.client)
         self.client.ApplyEdits(map="site", edits=[sites.put("cup", 0, 0) for _ in range(10)])
@@ -144,12 +144,12 @@ class QueryPoints(SiteTest):
 
     def test_answers_about_the_recorded_maps_are_those_of_query_point(self):
         if not real_maps():
-            self.skipTest("no recorded maps here")
+            self.skipTest("the recorded maps are missing")
         for name, path in real_maps().items():
             self.site.json("import", path, "--map", name)
             self.compare(self.points_within(8), scope=rpc.scope(name))
 
-    def test_the_command_prints_what_query_point_says(self):
+    def test_the_command_prints_the_answers_of_query_point(self):
         self.make_site()
         points = self.points_within(12, 50)
         result = subprocess.run(

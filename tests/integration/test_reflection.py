@@ -1,4 +1,4 @@
-"""grpcurl talks to the server with no .proto file, and asks whether it is healthy."""
+"""grpcurl can call the server and its health service without .proto files."""
 
 import json
 import os
@@ -15,7 +15,7 @@ GRPCURL = shutil.which("grpcurl", path=os.pathsep.join([
     str(pathlib.Path(os.environ.get("HYPERMAP_TOOLS", ""), "bin")), os.environ["PATH"]]))
 
 
-@unittest.skipUnless(GRPCURL, "no grpcurl here")
+@unittest.skipUnless(GRPCURL, "grpcurl is not installed")
 class Reflection(SiteTest):
 
     def setUp(self):
@@ -51,7 +51,7 @@ class Reflection(SiteTest):
         self.assertEqual(layers["things"]["objects"][0]["label"], "cup")
         self.assertEqual(layers["adrift"]["status"], "ANSWER_STATUS_NO_TRANSFORM")
 
-    def test_a_number_that_is_none_is_refused_by_name(self):
+    def test_a_point_that_is_not_finite_is_refused_by_name(self):
         with rpc.Client(self.site.address) as client:
             sites.make(client)
         for number in ("NaN", "Infinity", "-Infinity"):

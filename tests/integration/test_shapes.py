@@ -1,6 +1,6 @@
-"""Polygons, line strings and points on one layer: in by a file, asked for in every way, out again.
+"""Polygons, line strings and points on one layer: import, all kinds of queries, watches, export.
 
-Every answer is compared with Shapely's about the same objects.
+The answers are compared with those of Shapely for the same objects.
 """
 
 import dataclasses
@@ -35,7 +35,7 @@ PUT, REMOVE, ENTER, LEAVE = (
 @dataclasses.dataclass
 class Thing:
     label: str
-    geometry: object  # of Shapely
+    geometry: object  # a Shapely geometry
 
     def feature(self, **members):
         return {"type": "Feature", "properties": {"label": self.label},
@@ -43,13 +43,13 @@ class Thing:
 
 
 def coordinates(geometry):
-    """The GeoJSON of a Shapely geometry, in lists."""
+    """Converts a Shapely geometry to GeoJSON, with lists instead of tuples."""
     return json.loads(json.dumps(shapely.geometry.mapping(geometry)))
 
 
 class Draw:
-    """Random shapes and places. Half of all vertices lie on a lattice, so that shapes touch, share
-    vertices and lie on each other's edges."""
+    """Draws random shapes and places. Half of all vertices lie on a lattice, so that some shapes
+    touch, share vertices or have vertices on each other's edges."""
 
     def __init__(self, seed):
         self.random = random.Random(seed)
@@ -59,7 +59,8 @@ class Draw:
         return (round(2 * x) / 2, round(2 * y) / 2) if self.random.random() < 0.5 else (x, y)
 
     def polygon(self):
-        """Valid, of 0.5 to 5 m, a quarter of them with a hole; wound as the server winds rings."""
+        """Draws a valid polygon of 0.5 to 5 m, a quarter of them with a hole. The outer ring is
+        counter-clockwise, as in answers of the server."""
         while True:
             centre, size = self.place(), self.random.uniform(0.5, 5)
             n = self.random.randint(3, 8)
@@ -76,7 +77,7 @@ class Draw:
             return shapely.geometry.polygon.orient(outer)
 
     def line(self):
-        """Of 2 to 6 vertices; it may cross itself or close."""
+        """Draws a line string of 2 to 6 vertices, which may cross itself or be closed."""
         while True:
             start = self.place()
             vertices = [start] + [self.place(start, 4) for _ in range(self.random.randint(1, 5))]
@@ -92,13 +93,13 @@ class Draw:
         return Thing(self.random.choice(LABELS), self.geometry())
 
     def vertex(self, things):
-        """A place where exactness matters."""
+        """Draws a vertex of one of the things."""
         geometry = self.random.choice(list(things.values())).geometry
         ring = geometry.exterior if geometry.geom_type == "Polygon" else geometry
         return self.random.choice(list(ring.coords))
 
     def question(self, things):
-        """A place to ask at: one of a shape's own, one on the lattice or any."""
+        """Draws a place for a query: a vertex of a thing, a point of the lattice or any point."""
         return self.vertex(things) if self.random.random() < 0.4 else self.place()
 
 
@@ -112,7 +113,7 @@ def intersecting(things, area, label=None):
 
 
 class ShapesTest(SiteTest):
-    """A server with a map `site` and random things on its layer `things`."""
+    """A test case with a server, a map `site` and random things on the layer `things`."""
 
     def setUp(self):
         super().setUp()
@@ -124,20 +125,20 @@ class ShapesTest(SiteTest):
         self.with_content = 0
 
     def edit(self, features, *flags, layer="things"):
-        """Carries out the features by the command; its answer."""
+        """Runs `hypermap edit` with the features, and returns what it prints."""
         path = self.folder / "edit.geojson"
         path.write_text(json.dumps({"type": "FeatureCollection", "features": features}))
         return self.site.json("edit", "site", path, "--layer", layer, *flags)
 
     def add_things(self, count=150):
-        """{id: thing} of what `hypermap edit` has put."""
+        """Adds random things with `hypermap edit`. Returns {id: thing}."""
         things = [self.draw.thing() for _ in range(count)]
         self.edit([thing.feature() for thing in things])
         # Ids are assigned in the order of the file.
         return dict(zip(sorted(sites.labels(self.client)), things, strict=True))
 
     def change_things(self, things):
-        """Moves, reshapes, deletes and adds some by the command; the things after that."""
+        """Replaces, deletes and adds things with `hypermap edit`. Returns all things afterwards."""
         after, features = dict(things), []
         for i in self.draw.random.sample(sorted(things), len(things) // 3):
             if self.draw.random.random() < 0.3:
@@ -159,7 +160,7 @@ class ShapesTest(SiteTest):
     # Each of these makes `count` queries and compares the answers with Shapely's.
 
     def check_points(self, things, count, as_of, tolerance=0.0):
-        """By QueryPoints, and the first few by QueryPoint."""
+        """Queries places with QueryPoints, and the first 20 also with QueryPoint."""
         places = []
         while len(places) < count:
             p = shapely.geometry.Point(self.draw.question(things))
@@ -217,7 +218,11 @@ class ShapesTest(SiteTest):
                 ("QueryNearest", label, k, p.wkt))
 
     def check_are_nearest(self, matches, distances, k, asked):
-        """`matches`: (id, distance) as told; `distances`: {id: distance} of all that may match."""
+        """Checks the answer to a nearest query.
+
+        matches: (id, distance) of each match in the answer.
+        distances: {id: distance} of all things with the value.
+        """
         self.with_content += bool(matches)
         self.assertEqual(len(matches), min(k, len(distances)), asked)
         self.assertEqual(matches, sorted(matches, key=lambda match: match[1]), asked)
@@ -228,7 +233,7 @@ class ShapesTest(SiteTest):
         self.assertLessEqual(nearer, {i for i, _ in matches}, asked)
 
     def check(self, things, count, as_of=None):
-        """`count` questions of each of the five kinds."""
+        """Makes `count` queries of each of the five kinds."""
         as_of = as_of or {}
         self.check_points(things, count, as_of)
         self.check_tolerances(things, count, as_of)
@@ -243,7 +248,7 @@ def ids_of(stream):
 
 class Questions(ShapesTest):
 
-    def test_each_is_answered_as_by_shapely(self):
+    def test_queries_are_answered_as_by_shapely(self):
         things = self.add_things()
         self.assertEqual({t.geometry.geom_type for t in things.values()},
                          {"Polygon", "LineString", "Point"})
@@ -251,7 +256,7 @@ class Questions(ShapesTest):
         # Queries without matches prove little.
         self.assertGreater(self.with_content, QUESTIONS)
 
-    def test_each_is_answered_of_an_earlier_revision(self):
+    def test_queries_of_an_earlier_revision_are_answered_as_by_shapely(self):
         things = self.add_things(80)
         states = {sites.revision(self.client): things}
         for _ in range(3):
@@ -296,7 +301,7 @@ class Files(ShapesTest):
         self.site.json("export", name, "--format", "geojson", "-o", path)
         return json.loads(path.read_text())
 
-    def test_an_exported_geojson_is_what_came_in(self):
+    def test_an_exported_geojson_equals_the_imported_one(self):
         things = self.add_things()
         features = self.export("site")["features"]
         self.assertEqual(len(features), len(things))
@@ -305,7 +310,7 @@ class Files(ShapesTest):
             self.assertEqual((feature["properties"]["label"], feature["geometry"]),
                              (thing.label, coordinates(thing.geometry)))
 
-    def test_an_exported_geojson_comes_in_again_equal(self):
+    def test_importing_an_exported_geojson_gives_the_same_objects(self):
         self.add_things()
         exported = self.export("site")
         self.site.json("import", self.folder / "site.geojson", "--map", "again",
@@ -313,10 +318,10 @@ class Files(ShapesTest):
         again = self.export("again")
         for document in (exported, again):
             for feature in document["features"]:
-                del feature["id"]  # those are the map's business
+                del feature["id"]  # The ids differ between the maps.
         self.assertEqual(again, exported)
 
-    def test_properties_of_every_kind_of_shape_come_back(self):
+    def test_properties_of_every_kind_of_shape_are_exported(self):
         properties = {"label": "lane", "classes": {"lane": 0.75, "wall": 0.25}, "existence": 0.5,
                       "tags": ["one-way", "wet"], "height_min": 0.25, "height_max": 2.5,
                       "speed_m_s": 1.5, "open": True, "owner": "Ärztin"}
@@ -361,12 +366,12 @@ class Files(ShapesTest):
 
 
 class Follower(threading.Thread):
-    """Reads a watch and keeps what is selected: {id: (label, coordinates)}."""
+    """Follows a watch in a thread. `known` has the selected objects: {id: (label, coordinates)}."""
 
     def __init__(self, client, begin=None, **request):
         super().__init__()
         self.known, self.kinds = dict(begin or {}), []
-        self._revision = -1  # up to which all has been told
+        self._revision = -1  # the last revision that was received completely
         self._has_read = threading.Condition()
         self._call = client.Watch(**request)
         self.start()
@@ -388,21 +393,21 @@ class Follower(threading.Thread):
         if not is_snapshot:
             self.kinds.append(change.kind)
         if change.kind in (PUT, ENTER):
-            self.known[change.object_id] = as_told(change.object)
+            self.known[change.object_id] = decoded(change.object)
         elif change.kind in (REMOVE, LEAVE):
             del self.known[change.object_id]
 
     def wait_for(self, revision):
         with self._has_read:
             if not self._has_read.wait_for(lambda: self._revision >= revision, DEADLINE_S):
-                raise AssertionError(f"the watch told no revision {revision} in {DEADLINE_S} s")
+                raise AssertionError(f"the watch did not reach {revision} in {DEADLINE_S} s")
 
     def close(self):
         self._call.cancel()
         self.join()
 
 
-def as_told(thing):
+def decoded(thing):
     return thing.label, coordinates(rpc.geometry_of(thing.shape))
 
 
@@ -418,7 +423,7 @@ class Changes(ShapesTest):
         self.addCleanup(follower.close)
         return follower
 
-    def test_a_watch_tells_shapes_of_every_kind(self):
+    def test_a_watch_reports_shapes_of_every_kind(self):
         things = self.add_things(60)
         follower = self.follow()
         follower.wait_for(sites.revision(self.client))
@@ -446,7 +451,7 @@ class Changes(ShapesTest):
         self.assertEqual(follower.known, selected(things, area))
         self.assertEqual(set(follower.kinds), {PUT, REMOVE, ENTER, LEAVE})
 
-    def test_a_watch_resumed_tells_what_was_missed(self):
+    def test_a_resumed_watch_reports_missed_changes(self):
         before = self.add_things(40)
         start = sites.revision(self.client)
         after = self.change_things(before)
@@ -454,7 +459,7 @@ class Changes(ShapesTest):
         follower.wait_for(sites.revision(self.client))
         self.assertEqual(follower.known, selected(after))
 
-    def test_the_difference_of_two_revisions_tells_shapes_before_and_after(self):
+    def test_the_difference_of_two_revisions_has_shapes_before_and_after(self):
         before = self.add_things(60)
         start = sites.revision(self.client)
         after = before
@@ -463,10 +468,10 @@ class Changes(ShapesTest):
         state = selected(before)
         for answer in self.client.ListChanges(scope=self.scope, from_revision=start):
             for change in answer.changes:
-                was = as_told(change.object_before) if change.HasField("object_before") else None
+                was = decoded(change.object_before) if change.HasField("object_before") else None
                 self.assertEqual(was, state.pop(change.object_id, None))
                 if change.kind == PUT:
-                    state[change.object_id] = as_told(change.object)
+                    state[change.object_id] = decoded(change.object)
         self.assertEqual(state, selected(after))
 
 

@@ -1,4 +1,4 @@
-"""Simulated robots that explore a small place through a real server."""
+"""Tests of `hypermap-ingest simulate`: simulated robots explore a small site with a real server."""
 
 import json
 import signal
@@ -30,7 +30,7 @@ THINGS = [box(6, 2, 6.5, 2.4, label="suitcase", height_min=0, height_max=0.65),
 class Simulate(SiteTest):
 
     def site(self, server):
-        """The map `site`, with the layers `floor` and `things`."""
+        """Creates the map `site` with the layers `floor` and `things`."""
         server.cli("map", "create", "site")
         server.cli("layer", "create", "site", "floor", "--kind", "occupancy", "--resolution", 0.05)
         server.cli("layer", "create", "site", "things", "--kind", "semantic")
@@ -47,7 +47,7 @@ class Simulate(SiteTest):
             stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
     def finish(self, process):
-        """(exit code, stdout, stderr)."""
+        """Waits until the process has ended and returns (exit code, stdout, stderr)."""
         try:
             out, err = process.communicate(timeout=3 * DEADLINE_S)
         except subprocess.TimeoutExpired:
@@ -56,19 +56,19 @@ class Simulate(SiteTest):
         return process.returncode, out, err
 
     def report(self, process):
-        """It must succeed."""
+        """Waits for a process, which must succeed, and returns the report that it prints."""
         code, out, err = self.finish(process)
         self.assertEqual(code, 0, err)
         return json.loads(out)
 
     def cells(self, server, layer):
-        """All that the layer says, as it was answered; without the revision, which comes last."""
+        """Returns the lines with the content of a layer, without the last one, the revision."""
         answer = server.cli("--json", "query", "area", "site", "-99,-99", "99,-99", "99,99",
                             "-99,99", "--layer", layer).stdout
         return answer.splitlines()[:-1]
 
     def explored(self, server):
-        """How many cells."""
+        """Returns the number of explored cells."""
         runs = (run for line in self.cells(server, "explored") for run in json.loads(line)["runs"])
         return sum(end - begin for _, begin, end, value in runs if value == 1)
 
@@ -78,8 +78,8 @@ class Simulate(SiteTest):
     def wait_for_revision(self, server, revision, process):
         deadline = time.monotonic() + DEADLINE_S
         while self.revision(server) < revision:
-            self.assertIsNone(process.poll(), "it ended before")
-            self.assertLess(time.monotonic(), deadline, "it did not come to pass")
+            self.assertIsNone(process.poll(), "the simulation ended too early")
+            self.assertLess(time.monotonic(), deadline, "the revision was not reached in time")
 
     def assert_explored(self, report):
         self.assertIn(report["reason"], ("done", "only_unreachable_left"))
@@ -104,7 +104,7 @@ class Simulate(SiteTest):
         result = server.json("eval", "site", "--layer", "semantic_explored", "--truth", truth)
         self.assertEqual((result["recall"], result["precision"]), (1.0, 1.0), result)
 
-    def test_what_was_found_before_is_no_part_of_the_world(self):
+    def test_earlier_results_are_not_part_of_the_simulated_world(self):
         server = self.server()
         self.site(server)
         first = self.report(self.start(server, "--robots", 2, "--seed", 3))
@@ -113,7 +113,7 @@ class Simulate(SiteTest):
         self.assertEqual((first["objects"], again["objects"]), (2, 2))
         self.assertEqual((first["steps"], first["goals"]), (again["steps"], again["goals"]))
 
-    def test_the_same_seed_takes_the_same_steps(self):
+    def test_the_same_seed_gives_the_same_steps(self):
         reports = []
         for name in ("a", "b"):
             folder = self.folder / name
@@ -126,7 +126,7 @@ class Simulate(SiteTest):
         self.assertEqual((a["steps"], a["goals"], a["driven_m"], a["explored_cells"]),
                          (b["steps"], b["goals"], b["driven_m"], b["explored_cells"]))
 
-    def test_it_goes_on_when_the_server_is_killed_and_started_again(self):
+    def test_it_continues_after_a_kill_and_restart_of_the_server(self):
         server = self.server()
         self.site(server)
         begun = self.revision(server)
@@ -134,7 +134,7 @@ class Simulate(SiteTest):
         self.wait_for_revision(server, begun + 40, process)
         server.kill()
         server = self.server(f"--listen=127.0.0.1:{server.port}")
-        self.assertIsNone(process.poll(), "it ended before the server was killed")
+        self.assertIsNone(process.poll(), "the simulation ended before the server was killed")
         explored = self.explored(server)
         report = self.report(process)
         self.assert_explored(report)
@@ -142,7 +142,7 @@ class Simulate(SiteTest):
         self.assertGreater(explored, 0)
         self.assertGreaterEqual(self.explored(server), explored)
 
-    def test_an_interrupted_one_gives_its_goals_back(self):
+    def test_an_interrupted_simulation_releases_its_goals(self):
         server = self.server()
         self.site(server)
         begun = self.revision(server)
@@ -154,7 +154,7 @@ class Simulate(SiteTest):
         self.assertIn("interrupted", err)
         self.assertNotIn("exploration goal", "".join(self.cells(server, "explorations")))
 
-    def test_what_cannot_be_explored_is_refused_and_nothing_changed(self):
+    def test_invalid_requests_are_refused_and_change_nothing(self):
         server = self.server()
         self.site(server)
         revision = self.revision(server)

@@ -1,4 +1,4 @@
-"""hypermapd as an operator meets it: the ready line, signals, and what it refuses to start on."""
+"""Tests of starting and stopping hypermapd: its ready line, signals, and errors at the start."""
 
 import signal
 import socket
@@ -11,7 +11,7 @@ from processes import SiteTest, start_and_fail
 
 class StartAndStop(SiteTest):
 
-    def test_the_ready_line_names_the_real_port_and_is_all_of_stdout(self):
+    def test_stdout_is_only_the_ready_line_with_the_real_port(self):
         site = self.server()
         self.assertEqual(site.stdout.decode(), f"hypermapd ready on 127.0.0.1:{site.port}\n")
         socket.create_connection(("127.0.0.1", int(site.port)), timeout=5).close()
@@ -30,13 +30,13 @@ class StartAndStop(SiteTest):
         with rpc.Client(self.server().address) as client:
             self.assertEqual(list(sites.labels(client).values()), ["chair"])
 
-    def test_sigterm_ends_it_with_0_and_keeps_everything(self):
+    def test_sigterm_exits_with_0_and_keeps_all_edits(self):
         self.ends_cleanly_on(signal.SIGTERM)
 
-    def test_sigint_ends_it_with_0_and_keeps_everything(self):
+    def test_sigint_exits_with_0_and_keeps_all_edits(self):
         self.ends_cleanly_on(signal.SIGINT)
 
-    def test_it_ends_while_clients_stay_connected_and_streams_are_open(self):
+    def test_it_stops_with_connected_clients_and_open_streams(self):
         site = self.server()
         with rpc.Client(site.address) as client:
             sites.make(client)
@@ -46,7 +46,7 @@ class StartAndStop(SiteTest):
             next(stream)
             self.assertEqual(site.stop(), 0, site.log())
 
-    def test_a_clean_stop_leaves_one_file_a_map(self):
+    def test_a_clean_stop_leaves_one_file_per_map(self):
         site = self.server()
         with rpc.Client(site.address) as client:
             sites.make(client)
@@ -54,7 +54,7 @@ class StartAndStop(SiteTest):
         maps = [p.name for p in self.data_dir.iterdir() if p.suffix == ".gpkg" or "-wal" in p.name]
         self.assertEqual(maps, ["site.gpkg"])
 
-    def test_a_second_server_on_the_folder_is_refused_and_the_first_goes_on(self):
+    def test_a_second_server_on_the_folder_is_refused_and_the_first_continues(self):
         site = self.server()
         with rpc.Client(site.address) as client:
             sites.make(client)
@@ -64,12 +64,12 @@ class StartAndStop(SiteTest):
             self.assertIn(str(self.data_dir), log)
             client.ApplyEdits(map="site", edits=[sites.put("chair", 1, 2)])
 
-    def test_a_folder_is_free_again_after_a_kill(self):
+    def test_a_folder_can_be_served_again_after_a_kill(self):
         site = self.server()
         site.kill()
         self.assertTrue(self.server().running())
 
-    def test_a_taken_port_is_one_clear_line(self):
+    def test_a_port_in_use_is_reported_in_one_line(self):
         with socket.socket() as taken:
             taken.bind(("127.0.0.1", 0))
             taken.listen()
@@ -78,7 +78,7 @@ class StartAndStop(SiteTest):
         self.assertNotEqual(code, 0)
         self.assertIn(str(port), log)
 
-    def test_a_data_folder_that_is_a_file_is_one_clear_line(self):
+    def test_a_data_folder_that_is_a_file_is_reported_in_one_line(self):
         file = self.folder / "file"
         file.write_text("not a folder")
         code, log = start_and_fail(file)

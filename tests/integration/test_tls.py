@@ -1,4 +1,4 @@
-"""TLS from end to end: hypermapd with certificates made for the test, the programs as clients."""
+"""Tests of TLS between hypermapd, with generated certificates, and the programs as its clients."""
 
 import os
 import subprocess
@@ -11,7 +11,7 @@ from processes import BIN, DEADLINE_S, SiteTest, cli, start_and_fail
 
 
 class Certificates:
-    """A root and what it signs, as NAME.pem and NAME.key in `folder`."""
+    """A root certificate and certificates that it signs, as NAME.pem and NAME.key in `folder`."""
 
     def __init__(self, folder, root="root"):
         self.folder = folder
@@ -45,7 +45,7 @@ class Tls(SiteTest):
     def key(self, name):
         return self.folder / f"{name}.key"
 
-    def test_only_who_knows_the_root_is_served(self):
+    def test_only_clients_with_the_root_certificate_connect(self):
         site = self.server(*self.server_flags)
         trusting = site.cli("maps", "--tls_ca", self.pem("root"))
         self.assertEqual(trusting.returncode, 0, trusting.stderr)
@@ -55,13 +55,13 @@ class Tls(SiteTest):
         self.assert_fails(site.cli("maps"), site.address)
         self.assertTrue(site.running())
 
-    def test_a_name_that_the_certificate_lacks_is_refused(self):
+    def test_clients_refuse_a_certificate_without_the_host_name(self):
         site = self.server(*self.server_flags)
         by_name = ["maps", "--tls_ca", self.pem("root"), "--tls_server_name"]
         self.assertEqual(site.cli(*by_name, "localhost").returncode, 0)
         self.assert_fails(site.cli(*by_name, "elsewhere.example"), "UNAVAILABLE")
 
-    def test_clients_show_a_certificate_where_the_server_wants_one(self):
+    def test_clients_need_a_certificate_if_the_server_requires_one(self):
         site = self.server(*self.server_flags, f"--tls_client_ca={self.pem('root')}")
         self.root.sign("robot")
         Certificates(self.folder, "other").sign("stranger")
@@ -74,7 +74,7 @@ class Tls(SiteTest):
         self.assert_fails(maps("stranger"), "UNAVAILABLE")
         self.assert_fails(site.cli("maps", "--tls_ca", self.pem("root")), "UNAVAILABLE")
 
-    def test_a_renewed_certificate_is_shown_without_a_restart(self):
+    def test_a_renewed_certificate_is_used_without_a_restart(self):
         site = self.server(*self.server_flags)
         self.assertEqual(self.shown(site), self.pem("server").read_bytes())
         self.root.sign("renewed")
@@ -86,20 +86,20 @@ class Tls(SiteTest):
         self.assertEqual(site.cli("maps", "--tls_ca", self.pem("root")).returncode, 0)
 
     def shown(self, site):
-        """The certificate that the server shows to one who connects, in PEM."""
+        """Connects to the server and returns its certificate in PEM."""
         output = subprocess.run(
             ["openssl", "s_client", "-connect", site.address, "-alpn", "h2"],
             stdin=subprocess.DEVNULL, capture_output=True, timeout=DEADLINE_S, check=False).stdout
         end = b"-----END CERTIFICATE-----\n"
         return output[output.index(b"-----BEGIN"):output.index(end)] + end
 
-    def test_other_grpc_clients_are_served(self):
+    def test_other_grpc_clients_can_connect(self):
         site = self.server(*self.server_flags)
         credentials = grpc.ssl_channel_credentials(self.pem("root").read_bytes())
         with grpc.secure_channel(site.address, credentials) as channel:
             grpc.channel_ready_future(channel).result(timeout=DEADLINE_S)
 
-    def test_files_that_do_not_fit_keep_it_from_starting(self):
+    def test_the_server_does_not_start_with_files_that_do_not_match(self):
         self.root.sign("other")
         text = self.folder / "text.pem"
         text.write_text("no certificate")
@@ -123,7 +123,7 @@ class Tls(SiteTest):
         self.assert_fails(result, "gone.pem", "No such file")
         self.assert_fails(cli("maps", "--token_file", self.folder / "gone"), "gone")
 
-    def test_a_token_leaves_the_machine_by_tls_only(self):
+    def test_a_token_is_sent_to_other_machines_by_tls_only(self):
         environment = {**os.environ, "HYPERMAP_TOKEN": "abc"}
         result = cli("--server", "192.0.2.1:1", "maps", env=environment)
         self.assert_fails(result, "UNAUTHENTICATED", "without TLS")
@@ -132,7 +132,7 @@ class Tls(SiteTest):
         self.assertEqual(served.returncode, 0, served.stderr)
 
     @unittest.skipUnless((BIN / "hypermap-ingest").exists(), "built without the ingest worker")
-    def test_the_ingest_worker_speaks_it_as_well(self):
+    def test_the_ingest_worker_connects_by_tls(self):
         site = self.server(*self.server_flags)
         with subprocess.Popen(
                 [BIN / "hypermap-ingest", "serve", "--server", site.address, "--map", "site",

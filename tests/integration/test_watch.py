@@ -1,4 +1,4 @@
-"""Following a map with the hypermap command, and asking it for its past."""
+"""Tests of `hypermap watch`, and of queries of past revisions with the command."""
 
 import json
 import os
@@ -13,7 +13,7 @@ from processes import BIN, DEADLINE_S, SiteTest
 
 
 class Watch:
-    """A `hypermap watch` that runs beside the test."""
+    """A process `hypermap watch`. The end of the `with` block kills it."""
 
     def __init__(self, server, *arguments):
         self._process = subprocess.Popen(
@@ -23,13 +23,13 @@ class Watch:
         self._bytes = b""
 
     def line(self):
-        """The next line, as a document."""
+        """Waits for the next line and returns its JSON document."""
         deadline = time.monotonic() + DEADLINE_S
         with selectors.DefaultSelector() as selector:
             selector.register(self._process.stdout, selectors.EVENT_READ)
             while b"\n" not in self._bytes:
                 if not selector.select(deadline - time.monotonic()):
-                    raise AssertionError(f"the watch says no more in {DEADLINE_S} s")
+                    raise AssertionError(f"the watch printed no further line in {DEADLINE_S} s")
                 piece = os.read(self._process.stdout.fileno(), 65536)
                 if not piece:
                     raise AssertionError(f"the watch ended: {self._process.stderr.read()}")
@@ -38,7 +38,7 @@ class Watch:
         return json.loads(line)
 
     def change(self):
-        """The next line that is a change."""
+        """Waits for the next line with a change and returns its JSON document."""
         while "op" not in (line := self.line()):
             pass
         return line
@@ -51,7 +51,7 @@ class Watch:
         self._process.communicate()
 
 
-class WatchAndPast(SiteTest):
+class WatchAndPastRevisions(SiteTest):
 
     def setUp(self):
         super().setUp()
@@ -70,7 +70,7 @@ class WatchAndPast(SiteTest):
     def watch(self, *arguments):
         return self.enterContext(Watch(self.site, "site", *arguments))
 
-    def test_a_snapshot_comes_first_then_each_change(self):
+    def test_a_watch_starts_with_a_snapshot_and_then_reports_each_change(self):
         cup, before = self.put("cup", 1, 1)
         watch = self.watch("--layer", "things")
         line = watch.change()
@@ -87,7 +87,7 @@ class WatchAndPast(SiteTest):
         self.assertEqual((line["revision"], line["op"], line["id"]), (revision + 1, "remove", cup))
 
     def read(self, start, until, **members):
-        """The messages of the proto's own Watch up to a revision."""
+        """Returns the messages of the rpc Watch from `start` up to a revision."""
         messages = []
         call = self.client.Watch(scope=rpc.scope("site"), start_revision=start, **members)
         for message in call:
@@ -97,7 +97,7 @@ class WatchAndPast(SiteTest):
                 return messages
         raise AssertionError("the watch ended")
 
-    def test_messages_together_are_the_same_messages(self):
+    def test_coalesced_messages_have_the_same_content(self):
         start = sites.revision(self.client)
         for x in range(150):
             last = self.put("cup" if x % 3 else "chair", x % 40, 1)[1]
@@ -127,14 +127,14 @@ class WatchAndPast(SiteTest):
         chair, _ = self.put("chair", 3, 3)
         self.assertEqual(watch.change()["id"], chair)
 
-    def test_cells_are_told_with_their_values(self):
+    def test_cells_are_reported_with_their_values(self):
         self.client.ApplyEdits(map="site", edits=[sites.write_cells([[0.25, 0.25]], row=2, col=2)])
         watch = self.watch("--layer", "grid", "--from", sites.revision(self.client))
         self.client.ApplyEdits(map="site", edits=[sites.write_cells([[0.25, 0.5]], row=2, col=2)])
         line = watch.change()
         self.assertEqual((line["op"], line["runs"]), ("cells", [[2, 3, 4, 0.5]]))
 
-    def test_a_watch_ends_where_it_was_told_to_and_resumes_there(self):
+    def test_a_watch_ends_at_the_given_revision_and_can_resume_there(self):
         start = sites.revision(self.client)
         revisions = [self.put("cup", x, 1)[1] for x in range(4)]
         lines = self.site.json_lines("watch", "site", "--from", start, "--until", revisions[1])
@@ -142,7 +142,7 @@ class WatchAndPast(SiteTest):
         lines = self.site.json_lines("watch", "site", "--from", revisions[1], "--count", 2)
         self.assertEqual([line["revision"] for line in lines if "op" in line], revisions[2:])
 
-    def test_every_question_can_be_asked_of_the_past(self):
+    def test_every_query_can_read_a_past_revision(self):
         cup, before = self.put("cup", 1, 1)
         when = self.site.json("log", "site", "--limit", 1)["revisions"][0]["time"]
         after = self.move(cup, "cup", 30, 30)
@@ -176,7 +176,7 @@ class WatchAndPast(SiteTest):
                          ("cup", "mug"))
         self.assertNotIn("before", changes[chair])
 
-    def test_the_log_tells_the_newest_revisions_first(self):
+    def test_the_log_lists_the_newest_revisions_first(self):
         self.put("cup", 1, 1)
         newest = self.put("cup", 2, 2)[1]
         log = self.site.json("log", "site", "--limit", 2)
@@ -184,7 +184,7 @@ class WatchAndPast(SiteTest):
                          (newest, [newest, newest - 1]))
         self.assertEqual([r["changes"] for r in log["revisions"]], [1, 1])
 
-    def test_an_edit_can_be_conditional_and_end_by_itself(self):
+    def test_an_edit_can_be_conditional_and_have_a_time_to_live(self):
         cup, version = self.put("cup", 1, 1)
         path = self.folder / "edit.geojson"
         ring = [[1, 1], [2, 1], [2, 2], [1, 2], [1, 1]]

@@ -1,8 +1,8 @@
-"""Fails when a room includes what it may not.
+"""Fails if a room includes a header that it must not include, or may include a room for nothing.
 
-The table is rooms.py. Neither it nor the headers may have a circle, nor may the folders below a room.
-Tests and their support stand outside (*_test.cc, *_benchmark.cc, *_fuzzer.cc, folders called testing):
-they may include anything.
+The table of allowed includes is rooms.py. Cycles are forbidden in the table, between headers
+and between the folders below a room. Tests and their support (*_test.cc, *_benchmark.cc,
+*_fuzzer.cc, folders called testing) may include anything.
 
     check_includes.py [ROOT]    prints a line for each violation; exit code 1 when there is one
 """
@@ -26,7 +26,7 @@ TEST_FILE = re.compile(r"_(test|benchmark|fuzzer)\.(cc|h)$")
 
 
 def room_of(path, rooms):
-    """The room with the longest name that `path` lies in; None outside of all rooms."""
+    """Returns the innermost room that contains `path`, or None if it is in no room."""
     folders = pathlib.PurePosixPath(path).parents
     return next((str(folder) for folder in folders if str(folder) in rooms), None)
 
@@ -41,13 +41,16 @@ def sources(root, rooms):
 
 
 def includes(text):
-    """(line, quoted, header) of each include."""
+    """Yields (line, quoted, header) for each include."""
     for match in INCLUDE.finditer(text):
         yield text.count("\n", 0, match.start(2)) + 1, match[1] == '"', match[2]
 
 
 def target_of(header, quoted, tops):
-    """("room", path), ("library", name), ("standard", header) or ("unknown", header)."""
+    """Classifies an include by the origin of its header.
+
+    Returns ("room", path), ("library", name), ("standard", header) or ("unknown", header).
+    """
     if re.match(r"hypermap/v1/.*\.pb\.h$", header):
         return "room", "proto"
     if "/" in header and header.split("/")[0] in tops:
@@ -61,7 +64,7 @@ def target_of(header, quoted, tops):
 
 
 def check_include(name, header, quoted, rooms, private):
-    """What is wrong with the include, or None. `private`: headers that their room keeps."""
+    """Returns the violation of an include, or None. `private`: headers only for their own room."""
     own = room_of(name, rooms)
     if own is None:
         return "lies in no room of the table"
@@ -84,7 +87,7 @@ def check_include(name, header, quoted, rooms, private):
 
 
 def private_headers(files, rooms):
-    """Headers that bring in a library which their room hides, also by way of others."""
+    """Returns the headers that include a library which their room hides, directly or indirectly."""
     private = set()
     while True:
         more = {
@@ -100,8 +103,8 @@ def private_headers(files, rooms):
         private |= more
 
 
-def find_circle(edges):
-    """A circle in the graph {node: [node]}, as a list that ends where it begins; else None."""
+def find_cycle(edges):
+    """Returns a cycle in the graph {node: [node]}, the first node repeated at the end, or None."""
     done, path = set(), []
 
     def visit(node):
@@ -111,21 +114,21 @@ def find_circle(edges):
             return None
         path.append(node)
         for other in edges.get(node, ()):
-            if circle := visit(other):
-                return circle
+            if cycle := visit(other):
+                return cycle
         path.pop()
         done.add(node)
         return None
 
-    return next((circle for node in sorted(edges) if (circle := visit(node))), None)
+    return next((cycle for node in sorted(edges) if (cycle := visit(node))), None)
 
 
 def violations(root, rooms=None):
-    """One line for each violation below `root`."""
+    """Returns one line for each violation below `root`."""
     rooms = ROOMS if rooms is None else rooms
     found = []
-    if circle := find_circle({name: sorted(room.rooms) for name, room in rooms.items()}):
-        found.append("the table has a circle: " + " -> ".join(circle))
+    if cycle := find_cycle({name: sorted(room.rooms) for name, room in rooms.items()}):
+        found.append("the table has a cycle: " + " -> ".join(cycle))
     files = {name: list(includes(text)) for name, text in sources(pathlib.Path(root), rooms)}
     private = private_headers(files, rooms)
     for name, found_here in files.items():
@@ -134,14 +137,32 @@ def violations(root, rooms=None):
                 found.append(f"{name}:{line}: {header}: {wrong}")
     edges = {name: [h for _, quoted, h in found_here if quoted]
              for name, found_here in files.items()}
-    if circle := find_circle(edges):
-        found.append("headers in a circle: " + " -> ".join(circle))
+    if cycle := find_cycle(edges):
+        found.append("headers in a cycle: " + " -> ".join(cycle))
     return found
+
+
+def unused(root, rooms=None):
+    """Returns one line for each entry of the table that no source needs."""
+    rooms = ROOMS if rooms is None else rooms
+    tops = {room.split("/")[0] for room in rooms}
+    used = set()
+    for name, text in sources(pathlib.Path(root), rooms):
+        for _, quoted, header in includes(text):
+            kind, target = target_of(header, quoted, tops)
+            if kind == "room":
+                used.add((room_of(name, rooms), room_of(target, rooms) or target))
+    return [
+        f"{name} may include {other}, but does not"
+        for name, room in rooms.items()
+        for other in sorted(room.rooms - {"base/status"})
+        if (name, other) not in used
+    ]
 
 
 def main(arguments):
     root = pathlib.Path(arguments[0] if arguments else pathlib.Path(__file__).parents[2])
-    found = violations(root)
+    found = violations(root) + unused(root)
     for line in found:
         print(line)
     checked = sum(1 for _ in sources(root, ROOMS))

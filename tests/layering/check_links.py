@@ -1,7 +1,7 @@
-"""Fails when a room's CMake target links other rooms than its sources include.
+"""Fails if a room's CMake target links other rooms than its sources include.
 
-The targets' links and the table rooms.py are one diagram: a library's PUBLIC rooms are those that its
-headers include, its PRIVATE ones those that only its sources do. Tests and programs stand outside.
+A library links the rooms that its headers include as PUBLIC, and those that only its sources
+include as PRIVATE. Tests and programs are not checked.
 
     check_links.py [--fix]    prints a line for each target that differs; --fix rewrites its links
 """
@@ -23,7 +23,7 @@ def target_name(name, room):
 
 
 def included_rooms(root, rooms):
-    """{room: (rooms that its headers include, rooms that only its sources include)}."""
+    """Returns {room: (rooms that its headers include, rooms that only its sources include)}."""
     found = {name: (set(), set()) for name in rooms}
     tops = {name.split("/")[0] for name in rooms}
     for name, text in check_includes.sources(root, rooms):
@@ -39,7 +39,7 @@ def included_rooms(root, rooms):
 
 
 def parse(call):
-    """{keyword: [words]} of the arguments of a hypermap_library call."""
+    """Parses the arguments of a hypermap_library call to {keyword: [words]}."""
     words, key = {k: [] for k in KEYWORDS}, None
     for word in call.split():
         if word in KEYWORDS:
@@ -63,7 +63,7 @@ def render(target, words):
 
 
 def differences(root, rooms=None, fix=False):
-    """One line for each target whose links are not what its sources include."""
+    """Returns one line for each target whose links differ from the includes of its sources."""
     rooms = ROOMS if rooms is None else rooms
     root = pathlib.Path(root)
     targets = {name: target_name(name, room) for name, room in rooms.items()} | {"proto": "proto"}

@@ -1,7 +1,7 @@
 """Draws the diagram of docs/architecture.md from the table rooms.py.
 
     draw.py            rewrites the diagram
-    draw.py --check    fails when the diagram is not what the table says
+    draw.py --check    fails if the diagram differs from the table
 
 An arrow leads from a room to one that it may include. Arrows that follow from others are left out: when
 `storage` may include `map/edits` and that `map`, there is none from `storage` to `map`.
@@ -16,11 +16,11 @@ DOCUMENT = pathlib.Path(__file__).parents[2] / "docs" / "architecture.md"
 BEGIN = "<!-- Drawn by tests/layering/draw.py. -->"
 END = "<!-- End of the drawing. -->"
 # Rooms that nearly all others use. Their arrows would hide the rest of the diagram.
-EVERYWHERE = {"base/status"}
+EVERYWHERE = {"base/limits", "base/status"}
 
 
 def reachable(edges, start):
-    """All rooms that `start` leads to over one or more arrows."""
+    """Returns all rooms that can be reached from `start` over one or more arrows."""
     found, open_rooms = set(), list(edges[start])
     while open_rooms:
         room = open_rooms.pop()
@@ -31,7 +31,7 @@ def reachable(edges, start):
 
 
 def reduced(rooms):
-    """{room: rooms that it may include and that do not follow from others}."""
+    """Returns the transitive reduction of the table, as {room: rooms that it may include}."""
     names = {*rooms, *(other for room in rooms.values() for other in room.rooms)}
     edges = {name: (rooms[name].rooms if name in rooms else set()) - EVERYWHERE for name in names}
     below = {name: reachable(edges, name) for name in names}
@@ -47,7 +47,7 @@ def node(name):
 
 
 def draw(rooms):
-    """The diagram as Mermaid's text, one box for each top folder."""
+    """Returns the diagram as Mermaid text, with one box for each top folder."""
     edges = reduced(rooms)
     lines = ["```mermaid", "flowchart TD"]
     for top in sorted({name.split("/")[0] for name in edges}):
@@ -61,7 +61,7 @@ def draw(rooms):
 
 
 def with_diagram(text, rooms):
-    """The document with the diagram between its marks."""
+    """Returns the document with a new diagram between its marks."""
     begin, end = text.index(BEGIN) + len(BEGIN), text.index(END)
     return f"{text[:begin]}\n{draw(rooms)}\n{text[end:]}"
 
@@ -71,7 +71,7 @@ def main(arguments):
     drawn = with_diagram(text, ROOMS)
     if "--check" in arguments:
         if drawn != text:
-            print(f"{DOCUMENT.name} is not what rooms.py says: run tests/layering/draw.py")
+            print(f"{DOCUMENT.name} differs from rooms.py: run tests/layering/draw.py")
         return 0 if drawn == text else 1
     DOCUMENT.write_text(drawn, encoding="utf-8")
     return 0

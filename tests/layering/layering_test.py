@@ -1,4 +1,4 @@
-"""The checks of links and of the diagram find what is planted."""
+"""Tests of check_links.py and draw.py with tables and targets that differ."""
 
 import pathlib
 import tempfile

@@ -1,10 +1,10 @@
-"""The rooms of the house: the one table of who may include whom.
+"""The table of rooms: the folders of the code base, and what each of them may include.
 
-ROOMS is what `check_includes.py` holds the sources against, `check_links.py` the CMake targets, and
-`draw.py` draws docs/architecture.md's diagram from. A room is a folder with all folders below it that
-have no line of their own. It includes only the rooms and the libraries that its line names, so the
-table has no circle. A library that a room hides may stand in a header of that room, but then no other
-room may include that header, nor one that includes it.
+`check_includes.py` compares the sources with ROOMS and `check_links.py` the CMake targets.
+`draw.py` draws the diagram of docs/architecture.md from it. A room is a folder with all
+folders below it that have no line of their own. It may include only the rooms and libraries that
+its line names. The table must have no cycle. A header of a room may include a library that the room
+hides, but then no other room may include that header, directly or indirectly.
 """
 
 # Names of the libraries in ROOMS, by the prefix of their headers.
@@ -33,7 +33,7 @@ DOMAIN = {"absl", "eigen"}
 
 
 class Room:
-    """What a folder (with those below it that have no line of their own) may include.
+    """The allowed includes of a folder, and of the folders below it without a line of their own.
 
     target: the CMake library, by default named like the folder; None for a room without one.
     rooms, libraries: what its headers and sources may include.
@@ -49,139 +49,174 @@ class Room:
         self.target = target
 
 
-def pure(*rooms, hidden=(), target=""):
-    return Room({"base/status", *rooms}, DOMAIN, hidden, outside_world=False, target=target)
+def pure(*rooms, hidden=()):
+    """A room of the domain: no files, threads or clocks."""
+    return Room({"base/status", *rooms}, DOMAIN, hidden, outside_world=False)
 
-
-CONTENT = ["base/status", "map/geometry", "map/frames", "map/values", "map/grid", "map/objects",
-           "map/layers"]
-MAP = [*CONTENT, "map", "map/query", "map/edits", "map/watch", "map/observations"]
 
 ROOMS = {
     "base/status": Room([], {"absl"}, outside_world=False),
     "base/images": Room(["base/status"], {"absl"}, hidden={"png"}),
+    "base/limits": Room([], {"absl"}, outside_world=False),
     "base/sync": Room([], {"absl"}),
     "base/tls": Room(["base/status"], {"absl", "grpc"}, hidden={"openssl"}),
 
     "map/geometry": pure(hidden={"geos"}),
     "map/values": pure(),
     "map/frames": pure("map/geometry"),
-    "map/grid": pure("map/geometry", "map/frames", "map/values"),
+    "map/grid": pure("map/frames", "map/geometry", "map/values"),
     "map/objects": pure("map/geometry", "map/values"),
-    "map/layers": pure("map/geometry", "map/frames", "map/values", "map/grid", "map/objects"),
-    "map": pure(*CONTENT),
-    "map/query": pure("map", *CONTENT),
-    "map/edits": pure("map", *CONTENT),
-    "map/watch": pure("map", "map/edits", "map/query", *CONTENT),
-    "map/observations": pure(*CONTENT),
+    "map/layers": pure("map/geometry", "map/grid", "map/objects", "map/values"),
+    "map": pure("map/frames", "map/grid", "map/layers"),
+    "map/query": pure("map", "map/geometry", "map/grid", "map/layers", "map/objects", "map/values"),
+    "map/edits": pure(
+        "base/limits", "base/status", "map", "map/frames", "map/grid", "map/layers", "map/objects",
+    ),
+    "map/watch": pure(
+        "map", "map/edits", "map/frames", "map/geometry", "map/grid", "map/layers",
+        "map/objects", "map/query", "map/values",
+    ),
+    "map/observations": pure("map/frames", "map/geometry", "map/objects"),
     "map/matching": pure(),
-    "map/exploration": pure(*CONTENT),
-    "map/evaluation": pure("map/geometry", "map/values", "map/matching"),
+    "map/exploration": pure("map/frames", "map/geometry", "map/grid", "map/layers", "map/objects"),
+    "map/evaluation": pure("map/geometry", "map/matching", "map/values"),
     # json: parameters and checkpoints are the strategies' own texts.
-    "map/fusion": pure("map/matching", "map/observations", *CONTENT, hidden={"json"}),
+    "map/fusion": pure(
+        "map/geometry", "map/grid", "map/matching", "map/objects",
+        "map/observations", hidden={"json"},
+    ),
 
     # grpc: the only mapping between absl::Status and grpc::Status.
-    "wire": Room(["proto", "map/exploration", *MAP], {"absl", "protobuf", "grpc"}),
+    "wire": Room(
+        ["base/limits", "base/status", "map", "map/edits", "map/exploration", "map/frames",
+         "map/geometry", "map/grid", "map/layers", "map/objects", "map/observations", "map/query",
+         "map/watch", "proto"],
+        {"absl", "grpc", "protobuf"},
+    ),
 
-    "storage": Room(MAP, {"absl"}),
+    "storage": Room(
+        ["map", "map/edits", "map/layers", "map/objects", "map/observations"],
+        {"absl"},
+    ),
     "storage/sqlite": Room(["base/status"], {"absl", "sqlite"}),
     "storage/geopackage": Room(
-        ["base/images", "base/sync", "storage", "storage/sqlite", *MAP], {"absl"},
-        hidden={"sqlite", "tiff", "zlib", "json"}
+        ["base/images", "base/status", "base/sync", "map", "map/edits", "map/frames",
+         "map/geometry", "map/grid", "map/layers", "map/objects", "storage", "storage/sqlite"],
+        {"absl"}, hidden={"json", "tiff", "zlib"},
     ),
-    "storage/outbox": Room(
-        ["base/status", "storage/sqlite"], {"absl"}, target="outbox_file"
-    ),
+    "storage/outbox": Room(["base/status", "storage/sqlite"], {"absl"}, target="outbox_file"),
     "storage/interchange": Room(
-        ["base/images", *MAP], {"absl"}, hidden={"zip", "zlib", "yaml", "tiff", "json"}
+        ["base/images", "base/limits", "base/status", "map", "map/edits", "map/frames",
+         "map/geometry", "map/grid", "map/layers", "map/objects", "map/values"],
+        {"absl"}, hidden={"json", "yaml", "zip"},
     ),
 
     "server/fusion": Room(
-        ["map/fusion", "storage", *MAP], {"absl", "spdlog"}, target="map_fusion"
+        ["base/limits", "base/status", "map", "map/edits", "map/fusion", "map/geometry",
+         "map/layers", "map/observations", "storage"],
+        {"absl"}, target="map_fusion",
     ),
     "server/session": Room(
-        ["base/sync", "map/fusion", "server/fusion", "storage", *MAP], {"absl", "spdlog"}
+        ["base/limits", "base/status", "base/sync", "map", "map/edits", "map/layers",
+         "map/observations", "map/query", "map/watch", "server/fusion", "storage"],
+        {"absl", "spdlog"},
     ),
     "server/exploration": Room(
-        ["base/sync", "map/exploration", "server/session", "storage", *MAP], {"absl", "spdlog"},
-        target="map_exploration"
+        ["base/limits", "base/status", "base/sync", "map", "map/edits", "map/exploration",
+         "map/frames", "map/geometry", "map/grid", "map/layers", "server/session", "storage"],
+        {"absl"}, target="map_exploration",
     ),
     "server/rpc": Room(
-        ["base/sync", "proto", "server/session", "storage", "wire", *MAP],
+        ["base/limits", "base/status", "base/sync", "map", "map/layers", "map/query", "proto",
+         "server/session", "wire"],
         {"absl", "grpc", "protobuf", "spdlog"},
     ),
     "server/watch": Room(
-        ["base/sync", "proto", "server/rpc", "server/session", "storage", "wire", *MAP],
-        {"absl", "grpc", "protobuf", "spdlog"}, target="watch_service"
+        ["base/limits", "base/status", "base/sync", "map/watch", "proto", "server/rpc",
+         "server/session", "wire"],
+        {"absl", "grpc", "protobuf"}, target="watch_service",
     ),
     "server/services": Room(
-        ["base/sync", "base/tls", "map/exploration", "proto", "server/exploration",
-         "server/fusion", "server/rpc", "server/session", "server/watch", "storage",
-         "storage/interchange", "wire", *MAP],
-        {"absl", "grpc", "protobuf", "spdlog"},
+        ["base/limits", "base/status", "base/sync", "base/tls", "map", "map/layers",
+         "map/observations", "map/query", "map/values", "proto", "server/exploration",
+         "server/fusion", "server/rpc", "server/session", "server/watch", "storage/interchange",
+         "wire"],
+        {"absl", "grpc"},
     ),
     "server": Room(
-        ["base/tls", "server/fusion", "server/rpc", "server/services", "server/session",
-         "server/watch", "storage", "storage/geopackage", "wire", *MAP],
-        {"absl", "cli11", "grpc", "spdlog"}, target=None
+        ["base/limits", "base/status", "base/tls", "server/rpc", "server/services",
+         "server/session", "storage/geopackage"],
+        {"absl", "grpc", "spdlog"}, target=None,
     ),
 
-    "ingest/perception": Room(["base/sync", *MAP], DOMAIN),
+    "ingest/perception": Room(
+        ["base/status", "base/sync", "map/geometry", "map/grid", "map/layers", "map/objects",
+         "map/observations"],
+        {"absl", "eigen"},
+    ),
     "ingest/perception/pcl": Room(
-        ["ingest/perception"], DOMAIN, hidden={"pcl"}, target="pcl_segmenter"
+        ["ingest/perception"],
+        set(), hidden={"pcl"}, target="pcl_segmenter",
     ),
     # storage/interchange: reads the map in which a robot localises itself.
     "ingest/sources": Room(
-        ["base/images", "ingest/perception", "storage/interchange", *MAP],
-        DOMAIN,
-        hidden={"json", "yaml"},
+        ["base/images", "base/limits", "base/status", "ingest/perception", "map/edits",
+         "map/layers", "storage/interchange"],
+        {"absl", "eigen"}, hidden={"json", "yaml"},
     ),
     "ingest/frame_service": Room(
-        ["base/sync", "ingest/sources", "ingest/perception", "client_libs/cpp", "wire", "proto",
-         *MAP],
-        DOMAIN,
-        hidden={"grpc", "protobuf"},
+        ["base/status", "base/sync", "client_libs/cpp", "ingest/perception", "ingest/sources",
+         "proto", "wire"],
+        {"absl"}, hidden={"grpc"},
     ),
     "ingest/worker": Room(
-        ["base/sync", "ingest/sources", "ingest/perception", "ingest/perception/pcl",
-         "ingest/frame_service", "simulation/worlds", "simulation/robots", "client_libs/cpp",
-         "client_libs/flags", *MAP],
-        DOMAIN | {"cli11"},
-        hidden={"json"},
+        ["base/status", "base/sync", "client_libs/cpp", "client_libs/flags",
+         "ingest/frame_service", "ingest/perception", "ingest/perception/pcl", "ingest/sources",
+         "map/layers", "simulation/robots"],
+        {"absl", "cli11", "eigen"}, hidden={"json"},
     ),
 
     "simulation/worlds": Room(
-        ["base/images", "ingest/perception", "map/exploration", *MAP], {"absl", "eigen", "cli11"},
-        hidden={"json"}
+        ["base/images", "base/status", "ingest/perception", "map/exploration", "map/frames",
+         "map/geometry", "map/grid", "map/objects"],
+        {"absl", "cli11", "eigen"}, hidden={"json"},
     ),
     # Simulated robots, which reach the server only through the client.
     "simulation/robots": Room(
-        ["simulation/worlds", "ingest/perception", "client_libs/cpp", "map/exploration", *MAP],
-        DOMAIN,
+        ["base/status", "client_libs/cpp", "ingest/perception", "map/exploration", "map/frames",
+         "map/geometry", "map/grid", "map/layers", "map/objects", "map/observations",
+         "simulation/worlds"],
+        {"absl"},
     ),
 
     "client_libs/cpp": Room(
-        ["base/sync", "base/tls", "wire", "proto", "map/exploration", *MAP], {"absl"},
-        hidden={"grpc", "protobuf"}, target="client"
+        ["base/status", "base/sync", "base/tls", "map", "map/edits", "map/exploration",
+         "map/frames", "map/geometry", "map/grid", "map/layers", "map/objects", "map/observations",
+         "map/query", "map/watch", "proto", "wire"],
+        {"absl"}, hidden={"grpc"}, target="client",
     ),
     # wire: encodes requests to bytes for the queue.
     "client_libs/cpp/outbox": Room(
-        ["base/sync", "client_libs/cpp", "storage/outbox", "wire", *MAP], {"absl"}
+        ["base/status", "base/sync", "client_libs/cpp", "map/edits", "map/observations",
+         "storage/outbox", "wire"],
+        {"absl"},
     ),
     # The robot's own copy of a map. The client itself does not depend on a database.
     "client_libs/cpp/replica": Room(
-        ["base/sync", "client_libs/cpp", "storage", "storage/geopackage", "wire", *MAP], {"absl"}
+        ["base/status", "base/sync", "client_libs/cpp", "map", "map/edits", "map/geometry",
+         "map/grid", "map/layers", "map/query", "map/values", "storage", "storage/geopackage"],
+        {"absl"},
     ),
     "client_libs/flags": Room(
-        ["base/status", "base/tls", "client_libs/cpp"], {"absl", "cli11"},
-        target="connection_flags"
+        ["base/status", "client_libs/cpp"],
+        {"absl", "cli11"}, target="connection_flags",
     ),
     # yaml: finds the image that a nav2 map names, which is sent along. storage/interchange: reads
     # ground truth from files.
     "client_libs/cli": Room(
-        ["client_libs/cpp", "client_libs/flags", "storage/interchange", "map/evaluation",
-         "map/exploration", *MAP],
-        {"absl", "cli11", "json"},
-        hidden={"cairo", "yaml"},
+        ["base/status", "client_libs/cpp", "client_libs/flags", "map", "map/edits",
+         "map/evaluation", "map/exploration", "map/frames", "map/geometry", "map/grid",
+         "map/layers", "map/objects", "map/query", "map/values", "storage/interchange"],
+        {"absl", "cli11", "json"}, hidden={"cairo", "yaml"},
     ),
 }

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/status/status_macros.h"
 #include "tests/prove/writer.h"
 
 namespace hypermap::prove {
@@ -59,7 +60,7 @@ absl::Status Follower::Run(const std::atomic<Revision>& last) {
   while (last < 0 || !stretches_.back().reached || *stretches_.back().reached < last) {
     const std::optional<client::WatchEvent> event = watcher->Next();
     if (event) {
-      if (absl::Status status = Take(*event); !status.ok()) return status;
+      HYPERMAP_RETURN_IF_ERROR(Take(*event));
       continue;
     }
     const absl::Status status = watcher->status();
@@ -90,7 +91,7 @@ absl::Status Follower::Take(const client::WatchEvent& event) {
     stretch.begun_at = event.revision;
   }
   for (const client::MapChange& change : event.changes) {
-    if (absl::Status status = Take(change, told); !status.ok()) return status;
+    HYPERMAP_RETURN_IF_ERROR(Take(change, told));
   }
   if (event.snapshot) has_begun_ = true;
   if (!event.snapshot && !told.empty()) stretch.told.push_back(std::move(told));
@@ -178,7 +179,7 @@ absl::StatusOr<State> AskState(client::Client& client, const Selection& selectio
     }
     SetCells(part->runs, state);
   }
-  if (!reader.status().ok()) return reader.status();
+  HYPERMAP_RETURN_IF_ERROR(reader.status());
   return state;
 }
 

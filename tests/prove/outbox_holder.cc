@@ -19,6 +19,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
 #include "absl/time/clock.h"
+#include "base/status/status_macros.h"
 #include "tests/prove/model.h"
 
 namespace hypermap::prove {
@@ -62,10 +63,10 @@ absl::Status Hold(const std::string& file, const std::string& server, int first,
                      told.revision, "\n"));
   };
   const auto outbox = client::Outbox::Open(client::Client(server), file, options);
-  if (!outbox.ok()) return outbox.status();
+  HYPERMAP_RETURN_IF_ERROR(outbox.status());
   for (int i = first; i < end; ++i) {
     const absl::StatusOr<client::Ticket> ticket = PutNth(**outbox, i, begin);
-    if (!ticket.ok()) return ticket.status();
+    HYPERMAP_RETURN_IF_ERROR(ticket.status());
     Say("put\n");
   }
   return (*outbox)->AwaitEmpty(absl::Hours(1));

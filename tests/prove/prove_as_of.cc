@@ -2,6 +2,7 @@
 #include <vector>
 
 #include "absl/time/clock.h"
+#include "base/status/status_macros.h"
 #include "tests/prove/proofs.h"
 
 namespace hypermap::prove {
@@ -19,7 +20,7 @@ absl::StatusOr<double> Time(client::Client& client, const Selection& selection,
                             std::optional<Revision> at, State& answer) {
   const absl::Time begin = absl::Now();
   absl::StatusOr<State> state = AskState(client, selection, at);
-  if (!state.ok()) return state.status();
+  HYPERMAP_RETURN_IF_ERROR(state.status());
   const absl::Duration took = absl::Now() - begin;
   answer = *std::move(state);
   return absl::ToDoubleMilliseconds(took);
@@ -28,10 +29,10 @@ absl::StatusOr<double> Time(client::Client& client, const Selection& selection,
 }  // namespace
 
 absl::StatusOr<Verdict> ProveAsOf(Site& site, const Sizes& sizes) {
-  if (absl::Status status = site.Start(); !status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(site.Start());
   {
     WriterGroup writers(site, sizes.writers, {.edits = sizes.edits}, sizes.seed);
-    if (absl::Status status = writers.Wait(); !status.ok()) return status;
+    HYPERMAP_RETURN_IF_ERROR(writers.Wait());
   }
   Model& model = site.model();
   const int64_t unaccounted = model.Sort();
@@ -52,7 +53,7 @@ absl::StatusOr<Verdict> ProveAsOf(Site& site, const Sizes& sizes) {
     for (const bool ask_then : {i % 2 == 0, i % 2 != 0}) {
       absl::StatusOr<double>& ms = ask_then ? ms_then : ms_now;
       ms = Time(client, selection, ask_then ? std::optional(at) : std::nullopt, answer);
-      if (!ms.ok()) return ms.status();
+      HYPERMAP_RETURN_IF_ERROR(ms.status());
       const bool right = answer == past.In(*selection.area, ask_then ? at : newest);
       (ask_then ? wrong_then : wrong_now) += !right;
     }

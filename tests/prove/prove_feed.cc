@@ -2,6 +2,7 @@
 
 #include "absl/synchronization/notification.h"
 #include "absl/time/clock.h"
+#include "base/status/status_macros.h"
 #include "tests/prove/proofs.h"
 
 namespace hypermap::prove {
@@ -28,18 +29,18 @@ class Cutter {
 }  // namespace
 
 absl::StatusOr<Verdict> ProveFeed(Site& site, const Sizes& sizes) {
-  if (absl::Status status = site.Start(); !status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(site.Start());
   WatcherGroup watchers(site, sizes.watchers, sizes.seed);
-  if (absl::Status status = watchers.WaitUntilBegun(); !status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(watchers.WaitUntilBegun());
   const absl::Time begin = absl::Now();
   {
     Cutter cutter(watchers);
     WriterGroup writers(site, sizes.writers, {.edits = sizes.edits}, sizes.seed);
-    if (absl::Status status = writers.Wait(); !status.ok()) return status;
+    HYPERMAP_RETURN_IF_ERROR(writers.Wait());
   }
   const double seconds = absl::ToDoubleSeconds(absl::Now() - begin);
   Model& model = site.model();
-  if (absl::Status status = watchers.WaitUntil(model.newest()); !status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(watchers.WaitUntil(model.newest()));
 
   const int64_t unaccounted = model.Sort();
   Faults faults;
@@ -51,7 +52,7 @@ absl::StatusOr<Verdict> ProveFeed(Site& site, const Sizes& sizes) {
     resumed += follower->num_resumed();
     differ_from_model += !(follower->state() == model.At(model.newest(), follower->selection()));
     const absl::StatusOr<State> now = AskState(client, follower->selection());
-    if (!now.ok()) return now.status();
+    HYPERMAP_RETURN_IF_ERROR(now.status());
     differ_from_query += !(follower->state() == *now);
   }
   const bool holds = faults.none() && unaccounted == 0 && differ_from_model == 0 &&

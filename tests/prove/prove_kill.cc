@@ -4,6 +4,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
+#include "base/status/status_macros.h"
 #include "tests/prove/proofs.h"
 
 namespace hypermap::prove {
@@ -63,9 +64,9 @@ absl::StatusOr<Kills> KillUnderLoad(Site& site, const Sizes& sizes, const Writer
     acknowledged = site.model().newest();
     ++kills.kills;
     if (const std::string answer = CheckIntegrity(site); answer != "ok") ++kills.damaged;
-    if (absl::Status status = site.server().Start(); !status.ok()) return status;
+    HYPERMAP_RETURN_IF_ERROR(site.server().Start());
     const absl::StatusOr<client::MapEntry> map = client.GetMap(kMap);
-    if (!map.ok()) return map.status();
+    HYPERMAP_RETURN_IF_ERROR(map.status());
     kills.lost += map->revision < acknowledged;
   }
   return kills;
@@ -74,15 +75,15 @@ absl::StatusOr<Kills> KillUnderLoad(Site& site, const Sizes& sizes, const Writer
 }  // namespace
 
 absl::StatusOr<Verdict> ProveKill(Site& site, const Sizes& sizes) {
-  if (absl::Status status = site.Start(); !status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(site.Start());
   WatcherGroup watchers(site, sizes.watchers, sizes.seed);
-  if (absl::Status status = watchers.WaitUntilBegun(); !status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(watchers.WaitUntilBegun());
   WriterGroup writers(site, sizes.writers, {.edits = 1'000'000'000}, sizes.seed);
   const absl::StatusOr<Kills> kills = KillUnderLoad(site, sizes, writers);
-  if (absl::Status status = writers.Stop(); !status.ok()) return status;
-  if (!kills.ok()) return kills.status();
+  HYPERMAP_RETURN_IF_ERROR(writers.Stop());
+  HYPERMAP_RETURN_IF_ERROR(kills.status());
   Model& model = site.model();
-  if (absl::Status status = watchers.WaitUntil(model.newest()); !status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(watchers.WaitUntil(model.newest()));
 
   // A batch that was lost or applied twice leaves a revision that was acknowledged to nobody or
   // twice. A batch that was applied partly is reported with other changes than were sent.
@@ -98,9 +99,9 @@ absl::StatusOr<Verdict> ProveKill(Site& site, const Sizes& sizes) {
   }
   client::Client client = site.NewClient();
   const absl::StatusOr<State> now = AskState(client, {});
-  if (!now.ok()) return now.status();
+  HYPERMAP_RETURN_IF_ERROR(now.status());
   const absl::StatusOr<client::RevisionList> kept = client.ListRevisions(kMap);
-  if (!kept.ok()) return kept.status();
+  HYPERMAP_RETURN_IF_ERROR(kept.status());
   const bool compacted = sizes.history == 0 || kept->oldest > 0;
   const bool map_differs = !(*now == model.At(model.newest(), {}));
   // Without compaction every revision is kept, so a watch can always be resumed.

@@ -22,31 +22,37 @@ int main(int argc, char** argv) {
        {"once", ProveOnce}};
   std::string proof, server;
   Sizes sizes;
-  CLI::App app("Proves what a Hypermap server promises of its revisions.", "hypermap_prove");
-  app.add_option("proof", proof, "feed, asof, kill, replica, slow-reader or once")
+  CLI::App app("Checks the guarantees of a Hypermap server under load against a model in memory.",
+               "hypermap_prove");
+  app.add_option("proof", proof, "Proof to run: feed, asof, kill, replica, slow-reader or once")
       ->required()
       ->check(CLI::IsMember(proofs));
-  app.add_option("--server", server, "The program hypermapd")->required()->check(CLI::ExistingFile);
-  app.add_option("--seed", sizes.seed, "Of all that is random")->capture_default_str();
-  app.add_option("--writers", sizes.writers)->capture_default_str();
-  app.add_option("--edits", sizes.edits, "Of each writer")->capture_default_str();
-  app.add_option("--watchers", sizes.watchers)->capture_default_str();
-  app.add_option("--queries", sizes.queries)->capture_default_str();
-  app.add_option("--kills", sizes.kills)->capture_default_str();
-  app.add_option("--history", sizes.history,
-                 "Revisions that the server keeps, so that it compacts meanwhile (0: its default)")
+  app.add_option("--server", server, "Path of hypermapd")->required()->check(CLI::ExistingFile);
+  app.add_option("--seed", sizes.seed, "Random seed")->capture_default_str();
+  app.add_option("--writers", sizes.writers, "Number of clients that edit")->capture_default_str();
+  app.add_option("--edits", sizes.edits, "Number of edits of each writer")->capture_default_str();
+  app.add_option("--watchers", sizes.watchers, "Number of watches")->capture_default_str();
+  app.add_option("--queries", sizes.queries, "Number of queries")->capture_default_str();
+  app.add_option("--kills", sizes.kills, "Number of times that the server is killed")
       ->capture_default_str();
-  app.add_option("--pairs", sizes.pairs, "Of runs without and with a slow reader")
+  app.add_option("--history", sizes.history,
+                 "History of the server in revisions, so that it compacts during the proof; 0 for "
+                 "its default")
+      ->capture_default_str();
+  app.add_option("--pairs", sizes.pairs,
+                 "Number of pairs of runs, one without and one with a slow reader")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
-  app.add_option("--seconds", sizes.seconds, "Of one run of a pair")->capture_default_str();
-  app.add_option("--outage", sizes.outage, "Seconds for which the server is away")
+  app.add_option("--seconds", sizes.seconds, "Length of a run in seconds")->capture_default_str();
+  app.add_option("--outage", sizes.outage, "Time without a server in seconds")
       ->capture_default_str();
-  app.add_option("--queued", sizes.queued, "Edits and observations that are put meanwhile")
+  app.add_option("--queued", sizes.queued,
+                 "Number of edits and observations that are queued during the outage")
       ->check(CLI::Range(12, 100'000))
       ->capture_default_str();
-  app.add_flag("!--tell_speed", sizes.judge_speed,
-               "Speed is told and not judged: other programs run beside this");
+  app.add_flag(
+      "!--tell_speed", sizes.judge_speed,
+      "Report the measured speed without judging it, because other programs use the machine");
   CLI11_PARSE(app, argc, argv);
 
   std::vector<std::string> flags;

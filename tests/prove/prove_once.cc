@@ -1,5 +1,6 @@
 #include <set>
 
+#include "base/status/status_macros.h"
 #include "tests/prove/proofs.h"
 
 namespace hypermap::prove {
@@ -7,10 +8,10 @@ namespace hypermap::prove {
 absl::StatusOr<Verdict> ProveOnce(Site& site, const Sizes& /*sizes*/) {
   constexpr int kTimes = 5;
   constexpr int kBeforeRestart = 2;
-  if (absl::Status status = site.Start(); !status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(site.Start());
   client::Client client = site.NewClient();
   const absl::StatusOr<client::MapEntry> before = client.GetMap(kMap);
-  if (!before.ok()) return before.status();
+  HYPERMAP_RETURN_IF_ERROR(before.status());
 
   SemanticObject chair;
   chair.label = "chair";
@@ -22,17 +23,17 @@ absl::StatusOr<Verdict> ProveOnce(Site& site, const Sizes& /*sizes*/) {
   for (int i = 0; i < kTimes; ++i) {
     if (i == kBeforeRestart) {
       site.server().Kill();
-      if (absl::Status status = site.server().Start(); !status.ok()) return status;
+      HYPERMAP_RETURN_IF_ERROR(site.server().Start());
     }
     const auto answer = client.ApplyEdits(kMap, {{PutObject{kThings, chair, ""}}, {}, {}}, options);
-    if (!answer.ok()) return answer.status();
+    HYPERMAP_RETURN_IF_ERROR(answer.status());
     revisions.insert(answer->revision);
     ids.insert(answer->object_ids);
   }
   const absl::StatusOr<client::MapEntry> after = client.GetMap(kMap);
-  if (!after.ok()) return after.status();
+  HYPERMAP_RETURN_IF_ERROR(after.status());
   const absl::StatusOr<State> state = AskState(client, {});
-  if (!state.ok()) return state.status();
+  HYPERMAP_RETURN_IF_ERROR(state.status());
   const bool holds = revisions.size() == 1 && ids.size() == 1 && state->things.size() == 1 &&
                      after->revision == before->revision + 1 &&
                      *revisions.begin() == after->revision;

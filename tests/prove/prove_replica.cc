@@ -5,6 +5,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
+#include "base/status/status_macros.h"
 #include "base/sync/mutex.h"
 #include "client_libs/cpp/outbox/outbox.h"
 #include "client_libs/cpp/replica/replica.h"
@@ -44,7 +45,7 @@ absl::StatusOr<Examination> Prepare(Site& site, const Sizes& sizes) {
   for (int i = 0; i < sizes.queries; ++i) {
     examination.questions.push_back(RandomQuestion(i, rng));
     absl::StatusOr<Answer> answer = Ask(client, examination.questions.back());
-    if (!answer.ok()) return answer.status();
+    HYPERMAP_RETURN_IF_ERROR(answer.status());
     examination.answers.push_back(*std::move(answer));
   }
   site.model().Sort();
@@ -66,7 +67,7 @@ struct Marks {
 absl::Status Examine(const client::Replica& replica, const Question& question,
                      const Answer& expected, const State& state, Marks& marks) {
   const absl::StatusOr<Answer> answer = Ask(replica, question);
-  if (!answer.ok()) return answer.status();
+  HYPERMAP_RETURN_IF_ERROR(answer.status());
   ++marks.asked;
   marks.unlike_server += answer->revision != expected.revision || answer->text != expected.text;
   marks.unlike_model += !IsRight(*answer, question, state);
@@ -85,13 +86,12 @@ absl::StatusOr<Marks> AnswerOffline(Site& site, const Examination& examination, 
     if (i == n / 2) {
       replica.reset();
       absl::StatusOr<std::unique_ptr<client::Replica>> reopened = OpenReplica(site);
-      if (!reopened.ok()) return reopened.status();
+      HYPERMAP_RETURN_IF_ERROR(reopened.status());
       replica = *std::move(reopened);
     }
     absl::SleepFor(begin + outage * static_cast<double>(i) / static_cast<double>(n) - absl::Now());
-    absl::Status status = Examine(*replica, examination.questions[i], examination.answers[i],
-                                  examination.state, marks);
-    if (!status.ok()) return status;
+    HYPERMAP_RETURN_IF_ERROR(Examine(*replica, examination.questions[i], examination.answers[i],
+                                     examination.state, marks));
   }
   absl::SleepFor(begin + outage - absl::Now());
   return marks;
@@ -112,7 +112,7 @@ absl::Status FillOutbox(Site& site, const Sizes& sizes, const std::string& file,
   {
     absl::StatusOr<OutboxHolder> holder =
         OutboxHolder::Start(file, site.server().address(), 0, sizes.queued, begin);
-    if (!holder.ok()) return holder.status();
+    HYPERMAP_RETURN_IF_ERROR(holder.status());
     while (holder->num_put() < sizes.queued / 2 && holder->Read()) {
     }
     holder->Kill();
@@ -120,9 +120,9 @@ absl::Status FillOutbox(Site& site, const Sizes& sizes, const std::string& file,
     put = holder->num_put();
   }
   const auto outbox = client::Outbox::Open(site.NewClient(), file);
-  if (!outbox.ok()) return outbox.status();
+  HYPERMAP_RETURN_IF_ERROR(outbox.status());
   const absl::StatusOr<client::OutboxState> state = (*outbox)->state();
-  if (!state.ok()) return state.status();
+  HYPERMAP_RETURN_IF_ERROR(state.status());
   // The last entry may be in the file without having been reported.
   delivered.put_lost = std::max<int64_t>(0, put - state->queued);
   for (int i = static_cast<int>(state->queued); i < sizes.queued; ++i) {
@@ -137,7 +137,7 @@ absl::Status EmptyOutbox(Site& site, const Sizes& sizes, const std::string& file
   {
     absl::StatusOr<OutboxHolder> holder =
         OutboxHolder::Start(file, site.server().address(), 0, 0, absl::Now());
-    if (!holder.ok()) return holder.status();
+    HYPERMAP_RETURN_IF_ERROR(holder.status());
     while (holder->told().size() < static_cast<size_t>(sizes.queued / 3) && holder->Read()) {
     }
     holder->Kill();
@@ -153,10 +153,10 @@ absl::Status EmptyOutbox(Site& site, const Sizes& sizes, const std::string& file
     delivered.told_otherwise += !is_new && it->second.number != told.number;
   };
   const auto outbox = client::Outbox::Open(site.NewClient(), file, options);
-  if (!outbox.ok()) return outbox.status();
-  if (absl::Status status = (*outbox)->AwaitEmpty(kPatience); !status.ok()) return status;
-  const absl::StatusOr<std::vector<client::Refusal>> refused = (*outbox)->Refused();
-  if (!refused.ok()) return refused.status();
+  HYPERMAP_RETURN_IF_ERROR(outbox.status());
+  HYPERMAP_RETURN_IF_ERROR((*outbox)->AwaitEmpty(kPatience));
+  const absl::StatusOr<std::vector<client::RefusedEntry>> refused = (*outbox)->Refused();
+  HYPERMAP_RETURN_IF_ERROR(refused.status());
   return refused->empty() ? absl::OkStatus() : refused->front().why;
 }
 
@@ -181,7 +181,7 @@ absl::StatusOr<std::vector<std::string>> QueuedLabels(client::Client& client) {
   while (const std::optional<client::LayerPart> part = reader.Next()) {
     for (const SemanticObject& object : part->objects) labels.push_back(object.label);
   }
-  if (!reader.status().ok()) return reader.status();
+  HYPERMAP_RETURN_IF_ERROR(reader.status());
   return labels;
 }
 
@@ -193,7 +193,7 @@ absl::StatusOr<int64_t> CountWrongObservations(client::Client& client, const Siz
   int64_t known = 0;
   {
     const auto stream = client.Observe(kMap, kSeen, {.robot = kRobot});
-    if (!stream.ok()) return stream.status();
+    HYPERMAP_RETURN_IF_ERROR(stream.status());
     for (const client::SequenceRange& range : (*stream)->opened().known) {
       known += range.last - range.first + 1;
     }
@@ -202,14 +202,14 @@ absl::StatusOr<int64_t> CountWrongObservations(client::Client& client, const Siz
   const std::optional<client::LayerPart> part = reader.Next();
   if (!part || part->objects.size() != 1) return absl::InternalError("there is not one chair");
   const auto history = client.ExplainObject(kMap, kSeen, part->objects.front().id);
-  if (!history.ok()) return history.status();
+  HYPERMAP_RETURN_IF_ERROR(history.status());
   int64_t wrong =
       std::abs(known - wanted) + std::abs(static_cast<int64_t>(history->events.size()) - wanted);
   int i = 0;
   for (int64_t sequence = 0; sequence < static_cast<int64_t>(history->events.size()); ++sequence) {
     while (IsEdit(i)) ++i;
     const client::ObjectEvent& event = history->events[sequence];
-    wrong += event.sequence != sequence || event.stamp != begin + absl::Milliseconds(i);
+    wrong += event.at.sequence != sequence || event.at.stamp != begin + absl::Milliseconds(i);
     ++i;
   }
   return wrong;
@@ -230,13 +230,13 @@ struct Arrived {
 absl::StatusOr<Arrived> CheckArrived(client::Client& client, const Sizes& sizes, absl::Time begin,
                                      const Delivered& delivered) {
   const absl::StatusOr<std::vector<std::string>> labels = QueuedLabels(client);
-  if (!labels.ok()) return labels.status();
+  HYPERMAP_RETURN_IF_ERROR(labels.status());
   std::vector<std::string> expected_labels;
   for (int i = 0; i < sizes.queued; ++i) {
     if (IsEdit(i)) expected_labels.push_back(LabelOfEdit(i));
   }
   const absl::StatusOr<int64_t> wrong = CountWrongObservations(client, sizes, begin);
-  if (!wrong.ok()) return wrong.status();
+  HYPERMAP_RETURN_IF_ERROR(wrong.status());
   return Arrived{*labels == expected_labels, *wrong,
                  sizes.queued - static_cast<int64_t>(delivered.told.size()),
                  CountReorders(delivered.told)};
@@ -253,23 +253,23 @@ absl::StatusOr<Comparison> Compare(Site& site, const Examination& examination,
                                    const client::Replica& replica) {
   client::Client client = site.NewClient();
   const absl::StatusOr<client::MapEntry> map = client.GetMap(kMap);
-  if (!map.ok()) return map.status();
+  HYPERMAP_RETURN_IF_ERROR(map.status());
   absl::Status status = replica.AwaitRevision(map->revision, kPatience);
-  if (!status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(status);
   Comparison comparison;
   comparison.revision = map->revision;
   site.model().Sort();
   const State state = site.model().At(site.model().newest(), {});
   for (const Question& question : examination.questions) {
     const absl::StatusOr<Answer> answer = Ask(client, question);
-    if (!answer.ok()) return answer.status();
+    HYPERMAP_RETURN_IF_ERROR(answer.status());
     status = Examine(replica, question, *answer, state, comparison.marks);
-    if (!status.ok()) return status;
+    HYPERMAP_RETURN_IF_ERROR(status);
   }
   const absl::StatusOr<std::string> there = TellAll(client);
-  if (!there.ok()) return there.status();
+  HYPERMAP_RETURN_IF_ERROR(there.status());
   const absl::StatusOr<std::string> here = TellAll(replica);
-  if (!here.ok()) return here.status();
+  HYPERMAP_RETURN_IF_ERROR(here.status());
   comparison.same = *here == *there;
   return comparison;
 }
@@ -278,20 +278,20 @@ absl::StatusOr<Comparison> Compare(Site& site, const Examination& examination,
 absl::StatusOr<std::unique_ptr<client::Replica>> Mirror(Site& site, const Sizes& sizes) {
   absl::Status status = site.Start();
   if (status.ok()) status = MakeLayers(site.NewClient());
-  if (!status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(status);
   absl::StatusOr<std::unique_ptr<client::Replica>> replica = OpenReplica(site);
   if (!replica.ok()) return replica;
   WriterGroup writers(site, sizes.writers, {.edits = sizes.edits}, sizes.seed);
   status = writers.Wait();
   if (status.ok()) status = (*replica)->AwaitRevision(site.model().newest(), kPatience);
-  if (!status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(status);
   return replica;
 }
 
 // Delivers the queued entries while other clients also edit the map.
 absl::Status ComeBack(Site& site, const Sizes& sizes, const std::string& file,
                       Delivered& delivered) {
-  if (absl::Status status = site.server().Start(); !status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(site.server().Start());
   WriterGroup others(site, sizes.writers, {.edits = sizes.edits / 10}, sizes.seed + 1);
   absl::Status status = EmptyOutbox(site, sizes, file, delivered);
   status.Update(others.Wait());
@@ -302,9 +302,9 @@ absl::Status ComeBack(Site& site, const Sizes& sizes, const std::string& file,
 
 absl::StatusOr<Verdict> ProveReplica(Site& site, const Sizes& sizes) {
   absl::StatusOr<std::unique_ptr<client::Replica>> replica = Mirror(site, sizes);
-  if (!replica.ok()) return replica.status();
+  HYPERMAP_RETURN_IF_ERROR(replica.status());
   const absl::StatusOr<Examination> examination = Prepare(site, sizes);
-  if (!examination.ok()) return examination.status();
+  HYPERMAP_RETURN_IF_ERROR(examination.status());
 
   site.server().Kill();
   const std::string file = site.folder() + "/outbox.db";
@@ -312,18 +312,18 @@ absl::StatusOr<Verdict> ProveReplica(Site& site, const Sizes& sizes) {
   const absl::Time begin = absl::FromUnixMillis(absl::ToUnixMillis(absl::Now()));
   Delivered delivered;
   absl::Status status = FillOutbox(site, sizes, file, begin, delivered);
-  if (!status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(status);
   const absl::StatusOr<Marks> offline = AnswerOffline(site, *examination, sizes, *replica);
-  if (!offline.ok()) return offline.status();
+  HYPERMAP_RETURN_IF_ERROR(offline.status());
   const client::ReplicaState stale = (*replica)->state();
 
   status = ComeBack(site, sizes, file, delivered);
-  if (!status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(status);
   const absl::StatusOr<Comparison> after = Compare(site, *examination, **replica);
-  if (!after.ok()) return after.status();
+  HYPERMAP_RETURN_IF_ERROR(after.status());
   client::Client client = site.NewClient();
   const absl::StatusOr<Arrived> arrived = CheckArrived(client, sizes, begin, delivered);
-  if (!arrived.ok()) return arrived.status();
+  HYPERMAP_RETURN_IF_ERROR(arrived.status());
 
   const bool holds = offline->all_right(sizes.queries) && !stale.connected &&
                      after->marks.all_right(sizes.queries) && after->same && arrived->all_right() &&

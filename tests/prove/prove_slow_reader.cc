@@ -2,6 +2,7 @@
 #include <vector>
 
 #include "absl/time/clock.h"
+#include "base/status/status_macros.h"
 #include "tests/prove/proofs.h"
 
 namespace hypermap::prove {
@@ -17,7 +18,7 @@ absl::StatusOr<double> Throughput(Site& site, const Sizes& sizes, uint64_t seed)
   WriterGroup writers(site, sizes.writers,
                       {.edits = 1'000'000'000, .cells = false, .max_things = 50}, seed);
   absl::SleepFor(absl::Seconds(sizes.seconds));
-  if (absl::Status status = writers.Stop(); !status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(writers.Stop());
   return static_cast<double>(site.model().num_edits() - before) /
          absl::ToDoubleSeconds(absl::Now() - begin);
 }
@@ -33,7 +34,7 @@ absl::StatusOr<double> ThroughputWatched(Site& site, const Sizes& sizes, uint64_
 }  // namespace
 
 absl::StatusOr<Verdict> ProveSlowReader(Site& site, const Sizes& sizes) {
-  if (absl::Status status = site.Start(); !status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(site.Start());
   // Warms up the server.
   if (auto rate = Throughput(site, sizes, sizes.seed); !rate.ok()) return rate.status();
   std::vector<double> ratios;

@@ -8,6 +8,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "base/status/status_macros.h"
 
 namespace hypermap::prove {
 namespace {
@@ -60,7 +61,7 @@ void Take(const CellRun& run, Answer& answer) {
 
 absl::StatusOr<Answer> Read(const absl::StatusOr<client::PointAnswer>& from,
                             const Question& question) {
-  if (!from.ok()) return from.status();
+  HYPERMAP_RETURN_IF_ERROR(from.status());
   Answer answer;
   answer.revision = from->revision;
   for (const client::LayerContent& layer : from->layers) {
@@ -85,13 +86,13 @@ absl::StatusOr<Answer> Read(client::AnswerReader reader) {
     for (const SemanticObject& object : part->objects) Take(object, answer);
     for (const CellRun& run : part->runs) Take(run, answer);
   }
-  if (!reader.status().ok()) return reader.status();
+  HYPERMAP_RETURN_IF_ERROR(reader.status());
   answer.revision = reader.revision();
   return answer;
 }
 
 absl::StatusOr<Answer> Read(const absl::StatusOr<client::NearestAnswer>& from) {
-  if (!from.ok()) return from.status();
+  HYPERMAP_RETURN_IF_ERROR(from.status());
   Answer answer;
   answer.revision = from->revision;
   for (const client::NearestMatch& match : from->matches) {
@@ -131,7 +132,7 @@ absl::StatusOr<std::string> TellAny(Asked& asked, const client::LayerList& layer
     constexpr double kFar = 1e4;
     absl::StatusOr<Answer> content = Read(asked.QueryArea(
         map..., Polygon::FromBox({{-kFar, -kFar}, {kFar, kFar}}), Scope{{layer.spec.name}, ""}));
-    if (!content.ok()) return content.status();
+    HYPERMAP_RETURN_IF_ERROR(content.status());
     all += content->text;
   }
   return all;
@@ -208,7 +209,7 @@ bool IsRight(const Answer& answer, const Question& question, const State& state)
 
 absl::StatusOr<std::string> TellAll(client::Client& client) {
   const absl::StatusOr<client::LayerList> layers = client.ListLayers(kMap);
-  if (!layers.ok()) return layers.status();
+  HYPERMAP_RETURN_IF_ERROR(layers.status());
   return TellAny(client, *layers, std::string(kMap));
 }
 

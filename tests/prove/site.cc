@@ -8,6 +8,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
+#include "base/status/status_macros.h"
 
 namespace hypermap::prove {
 namespace {
@@ -16,7 +17,7 @@ constexpr absl::Duration kPatience = absl::Minutes(5);
 
 absl::Status FirstError(const std::vector<absl::Status>& statuses) {
   for (const absl::Status& status : statuses) {
-    if (!status.ok()) return status;
+    HYPERMAP_RETURN_IF_ERROR(status);
   }
   return absl::OkStatus();
 }
@@ -53,7 +54,7 @@ Site::Site(const std::string& server_binary, const std::vector<std::string>& fla
 Site::~Site() { server_.reset(); }
 
 absl::Status Site::Start() {
-  if (absl::Status status = server_->Start(); !status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(server_->Start());
   client::Client client = NewClient();
   return MakeSite(client, model_);
 }

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "base/status/status_macros.h"
+
 namespace hypermap::prove {
 namespace {
 
@@ -52,7 +54,7 @@ absl::Status MakeSite(client::Client& client, Model& model) {
     written.cells.push_back({{at, at}, 1.0});
   }
   const auto answer = client.ApplyEdits(kMap, corners);
-  if (!answer.ok()) return answer.status();
+  HYPERMAP_RETURN_IF_ERROR(answer.status());
   written.revision = answer->revision;
   written.num_edits = static_cast<int>(corners.edits.size());
   model.Add(std::move(written));
@@ -61,7 +63,7 @@ absl::Status MakeSite(client::Client& client, Model& model) {
 
 absl::Status Writer::Run(const std::atomic<bool>& stop) {
   while (edits_ < load_.edits && !stop) {
-    if (absl::Status status = Send(RandomBatch()); !status.ok()) return status;
+    HYPERMAP_RETURN_IF_ERROR(Send(RandomBatch()));
   }
   return absl::OkStatus();
 }
@@ -123,7 +125,7 @@ void Writer::AddCells(Batch& batch) {
 
 absl::Status Writer::Send(Batch batch) {
   const absl::StatusOr<client::EditAnswer> answer = client_.ApplyEdits(kMap, batch.edits);
-  if (!answer.ok()) return answer.status();
+  HYPERMAP_RETURN_IF_ERROR(answer.status());
   std::vector<ObjectId> put;
   for (const ObjectId id : answer->object_ids) {
     if (id != 0) put.push_back(id);

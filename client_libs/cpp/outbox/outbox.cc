@@ -17,20 +17,20 @@
 namespace hypermap::client {
 namespace {
 
-Refusal ReadRefusal(storage::RefusedRequest refused) {
+RefusedEntry ReadRefused(storage::RefusedRequest refused) {
   const storage::QueuedRequest& request = refused.request;
-  Refusal refusal{request.id,     std::move(refused.stream.map), std::move(refused.stream.layer),
-                  request.put_at, std::move(refused.why),        {}};
-  if (refusal.layer.empty()) {
+  RefusedEntry entry{request.id,     std::move(refused.stream.map), std::move(refused.stream.layer),
+                     request.put_at, std::move(refused.why),        {}};
+  if (entry.layer.empty()) {
     absl::StatusOr<EditBatch> edits = wire::EditsFromBytes(request.body);
-    if (edits.ok()) refusal.content = *std::move(edits);
-    return refusal;
+    if (edits.ok()) entry.content = *std::move(edits);
+    return entry;
   }
   absl::StatusOr<Observation> observation = wire::ObservationFromBytes(request.body);
-  if (!observation.ok()) return refusal;
+  if (!observation.ok()) return entry;
   observation->sequence = request.sequence.value_or(0);
-  refusal.content = *std::move(observation);
-  return refusal;
+  entry.content = *std::move(observation);
+  return entry;
 }
 
 }  // namespace
@@ -53,15 +53,14 @@ class Outbox::Impl {
   absl::StatusOr<Ticket> Put(const std::string& map, const std::string& layer,
                              const std::string& robot, storage::QueuedRequest request) {
     request.put_at = absl::Now();
-    absl::StatusOr<storage::OutboxStream> stream;
-    const absl::StatusOr<Ticket> ticket =
-        queue_.With([&](storage::OutboxFile& file) -> absl::StatusOr<Ticket> {
-          stream = file.FindStream(map, layer, robot);
-          if (!stream.ok()) return stream.status();
-          request.stream = stream->id;
+    storage::OutboxStream stream;
+    HYPERMAP_ASSIGN_OR_RETURN(
+        const Ticket ticket, queue_.With([&](storage::OutboxFile& file) -> absl::StatusOr<Ticket> {
+          HYPERMAP_ASSIGN_OR_RETURN(stream, file.FindStream(map, layer, robot));
+          request.stream = stream.id;
           return file.Put(request);
-        });
-    if (ticket.ok()) StartSender(*stream);
+        }));
+    StartSender(stream);
     return ticket;
   }
 
@@ -125,14 +124,15 @@ absl::Status Outbox::AwaitEmpty(absl::Duration timeout) const {
       absl::StrCat("not all is delivered: ", impl_->queue().problem().ToString()));
 }
 
-absl::StatusOr<std::vector<Refusal>> Outbox::Refused() const {
-  absl::StatusOr<std::vector<storage::RefusedRequest>> requests =
-      impl_->queue().With([](storage::OutboxFile& file) { return file.Refused(); });
-  if (!requests.ok()) return requests.status();
-  std::vector<Refusal> refusals;
-  for (storage::RefusedRequest& request : *requests)
-    refusals.push_back(ReadRefusal(std::move(request)));
-  return refusals;
+absl::StatusOr<std::vector<RefusedEntry>> Outbox::Refused() const {
+  HYPERMAP_ASSIGN_OR_RETURN(
+      std::vector<storage::RefusedRequest> requests,
+      impl_->queue().With([](storage::OutboxFile& file) { return file.Refused(); }));
+  std::vector<RefusedEntry> entries;
+  for (storage::RefusedRequest& request : requests) {
+    entries.push_back(ReadRefused(std::move(request)));
+  }
+  return entries;
 }
 
 absl::Status Outbox::TryAgain(Ticket ticket) {

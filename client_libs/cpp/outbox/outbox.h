@@ -46,8 +46,8 @@ struct Delivery {
   std::variant<EditAnswer, Acknowledgement> answer;
 };
 
-// An entry that was set aside.
-struct Refusal {
+// An entry that the server refused, and that was set aside.
+struct RefusedEntry {
   Ticket ticket = 0;
   std::string map;
   std::string layer;  // for observations
@@ -104,7 +104,7 @@ class Outbox {
   absl::Status AwaitEmpty(absl::Duration timeout) const;
 
   // Returns the entries that were set aside, sorted by ticket.
-  absl::StatusOr<std::vector<Refusal>> Refused() const;
+  absl::StatusOr<std::vector<RefusedEntry>> Refused() const;
   // Queues an entry that was set aside again, ahead of the entries put after it, or deletes it.
   // NOT_FOUND if it is not set aside.
   absl::Status TryAgain(Ticket ticket);

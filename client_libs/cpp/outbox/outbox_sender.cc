@@ -213,7 +213,7 @@ bool OutboxSender::IsRefusal(const absl::Status& status) {
 }
 
 absl::Status OutboxSender::Settle(absl::Span<const int64_t> delivered,
-                                  absl::Span<const storage::Refusal> refused) {
+                                  absl::Span<const storage::ServerRefusal> refused) {
   if (delivered.empty() && refused.empty()) return absl::OkStatus();
   exhausted_since_ = absl::InfiniteFuture();
   return queue_.With([&](storage::OutboxFile& file) { return file.Settle(delivered, refused); });

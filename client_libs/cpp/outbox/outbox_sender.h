@@ -32,7 +32,7 @@ class OutboxSender {
   // Result of sending entries; those in neither list were not answered.
   struct Outcome {
     std::vector<int64_t> delivered;
-    std::vector<storage::Refusal> refused;
+    std::vector<storage::ServerRefusal> refused;
     absl::Status end;  // status of the stream
   };
 
@@ -50,7 +50,7 @@ class OutboxSender {
   // Whether the status is final, so that sending again would be pointless.
   bool IsRefusal(const absl::Status& status);
   absl::Status Settle(absl::Span<const int64_t> delivered,
-                      absl::Span<const storage::Refusal> refused);
+                      absl::Span<const storage::ServerRefusal> refused);
 
   Client client_;
   OutboxQueue& queue_;

@@ -61,7 +61,7 @@ class OutboxTest : public ::testing::Test {
 
   Client NewClient() { return Client(server_.address()); }
 
-  std::unique_ptr<Outbox> Open(OutboxOptions options = {}) {
+  std::unique_ptr<Outbox> Open(const OutboxOptions& options = {}) {
     auto outbox = Outbox::Open(NewClient(), file_, options);
     EXPECT_TRUE(outbox.ok()) << outbox.status();
     return *std::move(outbox);
@@ -185,7 +185,7 @@ TEST_F(OutboxTest, EditWhoseReceiptMayBeGoneIsSetAside) {
   ASSERT_TRUE(outbox->Put("site", PutThing("b")).ok());
   ASSERT_EQ(outbox->AwaitEmpty(kPatience), absl::OkStatus());
   EXPECT_THAT(Labels(), ElementsAre("b"));
-  const std::vector<Refusal> refused = *outbox->Refused();
+  const std::vector<RefusedEntry> refused = *outbox->Refused();
   ASSERT_THAT(refused, SizeIs(1));
   EXPECT_TRUE(absl::IsAborted(refused[0].why)) << refused[0].why;
   ASSERT_EQ(outbox->TryAgain(refused[0].ticket), absl::OkStatus());
@@ -220,7 +220,7 @@ TEST_F(OutboxTest, WhatIsRefusedIsSetAsideAndHoldsUpNothing) {
   EXPECT_THAT(Labels(), ElementsAre("good"));
   EXPECT_EQ(outbox->state()->refused, 3);
   EXPECT_EQ(outbox->state()->problem, absl::OkStatus());
-  const std::vector<Refusal> refused = *outbox->Refused();
+  const std::vector<RefusedEntry> refused = *outbox->Refused();
   ASSERT_THAT(refused, SizeIs(3));
   EXPECT_EQ(refused[0].ticket, *first);
   EXPECT_TRUE(absl::IsAborted(refused[0].why)) << refused[0].why;
@@ -313,7 +313,7 @@ TEST_F(OutboxTest, ObservationsThatAreRefusedAreSetAside) {
   ASSERT_TRUE(outbox->Put("site", "seen", Seen("cart", absl::Now())).ok());
   ASSERT_EQ(outbox->AwaitEmpty(kPatience), absl::OkStatus());
   EXPECT_EQ(outbox->state()->delivered, 2);
-  const std::vector<Refusal> refused = *outbox->Refused();
+  const std::vector<RefusedEntry> refused = *outbox->Refused();
   ASSERT_THAT(refused, SizeIs(1));
   EXPECT_THAT(std::string(refused[0].why.message()), HasSubstr("refused_late"));
   EXPECT_EQ(refused[0].layer, "seen");

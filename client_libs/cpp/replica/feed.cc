@@ -57,12 +57,10 @@ void Feed::Run() {
   } while (Sleep(backoff.Next()));
 }
 
-WatchOptions Feed::OptionsToGoOn() const {
-  WatchOptions options;
+ReplicateOptions Feed::OptionsToGoOn() const {
+  ReplicateOptions options;
   options.scope = {options_.layers, options_.frame_id};
   options.area = options_.area;
-  options.as_stored = true;
-  options.resume = false;
   if (known_ && !starts_anew_) {
     options.start_revision = known_->snapshot->revision;
     options.start_time = known_->time;
@@ -72,7 +70,7 @@ WatchOptions Feed::OptionsToGoOn() const {
 
 absl::Status Feed::Follow() {
   opened_at_ = absl::Now();
-  Watcher watcher = client_.Watch(options_.map, OptionsToGoOn());
+  Watcher watcher = client_.Replicate(options_.map, OptionsToGoOn());
   {
     const MutexLock lock(&mutex_);
     watcher_ = &watcher;
@@ -84,7 +82,7 @@ absl::Status Feed::Follow() {
     const std::optional<WatchEvent> event = watcher.Next();
     if (!event) {
       status = watcher.status();
-      if (status.ok()) status = absl::UnavailableError("the server ended the watch");
+      if (status.ok()) status = absl::UnavailableError("the server ended the call");
       break;
     }
     status = Take(*event, std::exchange(is_first, false));
@@ -97,7 +95,7 @@ absl::Status Feed::Follow() {
 absl::Status Feed::Take(const WatchEvent& event, bool is_first) {
   if (is_first) {
     if (!event.map) {
-      return absl::FailedPreconditionError("the server does not tell maps as they are stored");
+      return absl::InternalError("the server's answer: the first message has no map");
     }
     newest_at_open_ = event.map->revision;
   }

@@ -17,9 +17,9 @@
 
 namespace hypermap::client {
 
-// Watches a map and resumes after breaks of the connection: from the last revision that it has, or
-// from a snapshot if the server does not know that revision. Runs on its own thread from Start on.
-// Thread safe.
+// Follows a map (Client::Replicate) and resumes after breaks of the connection: from the last
+// revision that it has, or from a snapshot if the server does not know that revision. Runs on its
+// own thread from Start on. Thread safe.
 class Feed {
  public:
   struct Standing {
@@ -46,10 +46,10 @@ class Feed {
 
  private:
   void Run();
-  // Runs one watch to its end, and returns the reason for that.
+  // Runs one call to its end, and returns the reason for that.
   absl::Status Follow();
   absl::Status Take(const WatchEvent& event, bool is_first);
-  WatchOptions OptionsToGoOn() const;
+  ReplicateOptions OptionsToGoOn() const;
   void NoteEvent(const WatchEvent& event, bool is_first, bool had_another);
   void NoteEnd(const absl::Status& why);
   // Returns false if the feed is being destroyed.

@@ -46,7 +46,7 @@ NearestMatch ToMatch(const hypermap::NearestAnswer::Entry& entry) {
 
 // Gives one empty part for a layer without matches, as the server does, and leaves out other empty
 // parts.
-class LocalParts : public PartSource<AnswerReader::RevisedPart> {
+class LocalParts : public PartStream<AnswerReader::RevisedPart> {
  public:
   LocalParts(std::unique_ptr<PartReader> parts, Revision revision)
       : parts_(std::move(parts)), revision_(revision) {}
@@ -73,7 +73,7 @@ class LocalParts : public PartSource<AnswerReader::RevisedPart> {
   const absl::Status status_;
 };
 
-class NoParts : public PartSource<AnswerReader::RevisedPart> {
+class NoParts : public PartStream<AnswerReader::RevisedPart> {
  public:
   explicit NoParts(absl::Status why) : why_(std::move(why)) {}
 
@@ -120,9 +120,7 @@ NearestAnswer ToNearestAnswer(const hypermap::NearestAnswer& answer) {
   NearestAnswer converted;
   converted.matches.reserve(answer.entries.size());
   for (const auto& entry : answer.entries) converted.matches.push_back(ToMatch(entry));
-  for (const auto& refusal : answer.refusals) {
-    converted.refusals.push_back({refusal.layer->spec().name, refusal.status});
-  }
+  converted.refusals = answer.refusals;
   return converted;
 }
 

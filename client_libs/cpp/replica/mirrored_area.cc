@@ -126,10 +126,9 @@ absl::Status MirroredArea::CheckNearest(const Snapshot& snapshot, const Scope& s
   double certain_m = std::numeric_limits<double>::infinity();
   for (const auto& [layer, layer_from_caller] : AskedLayers(snapshot, scope)) {
     // A layer that does not support the value has no neighbours anywhere.
-    const bool refuses = std::any_of(found.refusals.begin(), found.refusals.end(),
-                                     [&spec = layer.spec](const auto& refusal) {
-                                       return refusal.layer->spec().name == spec.name;
-                                     });
+    const bool refuses = std::any_of(
+        found.refusals.begin(), found.refusals.end(),
+        [&spec = layer.spec](const auto& refusal) { return refusal.layer == spec.name; });
     if (refuses) continue;
     const Point in_layer = layer_from_caller * p;
     if (!layer.area || !Covers(*layer.area, in_layer)) return Outside("the point", layer.spec);

@@ -65,7 +65,8 @@ struct ReplicaState {
   Revision revision = 0;
   // The revision on disk. Absent if there is none.
   std::optional<Revision> durable_revision;
-  // Whether a watch is open. A connection that died silently is detected after a minute.
+  // Whether the server is reporting changes. A connection that died silently is detected after a
+  // minute.
   bool connected = false;
   // Time at which `revision` was last known to be the map's newest, by this robot's clock. While
   // connected it is at most about the server's --watch_progress (10 s) ago. If the replica started

@@ -23,8 +23,6 @@ using ::hypermap::testing::TemporaryFolder;
 using ::hypermap::testing::Uniform;
 using ::hypermap::testing::UniformInt;
 
-constexpr absl::Duration kPatience = absl::Seconds(60);
-
 template <typename T>
 const T& OneOf(Rng& rng, const std::vector<T>& all) {
   return all[UniformInt(rng, 0, static_cast<int>(all.size()) - 1)];

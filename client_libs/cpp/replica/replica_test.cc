@@ -21,8 +21,6 @@ using ::hypermap::testing::TemporaryFolder;
 using ::testing::HasSubstr;
 using ::testing::SizeIs;
 
-constexpr absl::Duration kPatience = absl::Seconds(60);
-
 EditBatch Batch(std::vector<Edit> edits) {
   EditBatch batch;
   batch.edits = std::move(edits);
@@ -175,7 +173,7 @@ TEST_F(ReplicaTest, TakesTheMapAnewWhereTheFeedIsNotKept) {
   Revision revision = 0;
   { const auto replica = Open({.folder = folder_.path()}); }
   server_.Stop();
-  server_.Start({.retention = {.history_revisions = 1}});
+  server_.Start({.limits = {.history_revisions = 1}});
   for (int i = 0; i < 20; ++i) revision = PutThing(Thing("box", i, 3));
   revision = server_.Edit("site", Batch({DeleteObject{"things", 2}}));
   // History is removed in the background, after a commit.
@@ -330,38 +328,46 @@ TEST_F(ReplicaTest, WithoutAFileAndAServerThereIsNothing) {
             absl::StatusCode::kUnavailable);
 }
 
-TEST_F(ReplicaTest, AnEarlierServerIsRefused) {
+TEST_F(ReplicaTest, AServerWithoutTheRpcIsRefused) {
   Script script;
-  v1::WatchResponse snapshot;
-  snapshot.set_revision(3);
-  snapshot.set_snapshot(true);
-  script.watches = {{{snapshot}, /*stays=*/true, grpc::Status::OK}};
+  script.replications = {{{}, /*stays=*/false, grpc::Status(grpc::UNIMPLEMENTED, "")}};
   ScriptedServer server(script);
   const absl::Status refused = Replica::Open(Client(server.address()), {.map = "site"}).status();
-  EXPECT_EQ(refused.code(), absl::StatusCode::kFailedPrecondition) << refused;
+  EXPECT_EQ(refused.code(), absl::StatusCode::kUnimplemented) << refused;
+}
+
+TEST_F(ReplicaTest, AFirstMessageWithoutTheMapIsAnError) {
+  Script script;
+  v1::ReplicateResponse snapshot;
+  snapshot.set_revision(3);
+  snapshot.set_snapshot(true);
+  script.replications = {{{snapshot}, /*stays=*/true, grpc::Status::OK}};
+  ScriptedServer server(script);
+  const absl::Status refused = Replica::Open(Client(server.address()), {.map = "site"}).status();
+  EXPECT_EQ(refused.code(), absl::StatusCode::kInternal) << refused;
 }
 
 TEST_F(ReplicaTest, WhatDoesNotFitIsTakenAnew) {
-  v1::WatchResponse snapshot;
+  v1::ReplicateResponse snapshot;
   snapshot.set_revision(3);
   snapshot.set_snapshot(true);
   snapshot.mutable_map()->set_frame_id("map");
-  v1::WatchResponse misfit;
+  v1::ReplicateResponse misfit;
   misfit.set_revision(4);
   misfit.add_changes()->set_kind(v1::CHANGE_KIND_REMOVE);
   misfit.mutable_changes(0)->set_layer("sea");
   misfit.mutable_changes(0)->set_object_id(1);
-  v1::WatchResponse again = snapshot;
+  v1::ReplicateResponse again = snapshot;
   again.set_revision(5);
   Script script;
-  script.watches = {{{snapshot, misfit}, /*stays=*/false, grpc::Status::OK},
-                    {{again}, /*stays=*/true, grpc::Status::OK}};
+  script.replications = {{{snapshot, misfit}, /*stays=*/false, grpc::Status::OK},
+                         {{again}, /*stays=*/true, grpc::Status::OK}};
   ScriptedServer server(script);
   const auto replica = Replica::Open(Client(server.address()), {.map = "site"});
   ASSERT_TRUE(replica.ok()) << replica.status();
   ASSERT_TRUE((*replica)->AwaitRevision(5, kPatience).ok());
   EXPECT_EQ((*replica)->state().num_taken_anew, 1);
-  EXPECT_EQ(server.Requests()[1], "Watch scope { map: \"site\" } coalesce: true as_stored: true");
+  EXPECT_EQ(server.Requests()[1], "Replicate scope { map: \"site\" }");
 }
 
 TEST_F(ReplicaTest, ALayerThatOneBatchCreatesAndDeletesIsNoMisfit) {

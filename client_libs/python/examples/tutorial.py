@@ -96,8 +96,8 @@ client.apply_edits(
 )
 
 # %% [markdown]
-# The properties of a layer tell what its content is like, also for kinds of layers that a program
-# does not know.
+# The properties of a layer describe its content, also for kinds of layers that a program does not
+# know.
 
 # %%
 for layer in client.list_layers(flat).layers:

@@ -113,7 +113,7 @@ def test_an_object_keeps_its_shape() -> None:
 def test_geometries_of_several_parts_are_refused(shape: shapely.Geometry) -> None:
     with pytest.raises(ValueError, match=rf"{shape.geom_type} is not one shape.*explode\(\)"):
         MapObject("thing", shape)
-    # What the message recommends works.
+    # The parts that the message recommends are accepted.
     assert all(MapObject("thing", part).shape is part for part in shapely.get_parts(shape))
 
 

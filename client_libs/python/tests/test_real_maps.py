@@ -16,7 +16,7 @@ DATA = pathlib.Path(os.environ.get("HYPERMAP_DATA") or ROOT.parent / "shared" / 
 MAPS = sorted(DATA.glob("maps/*.hmap"))
 
 
-@pytest.mark.skipif(not MAPS, reason="no recorded maps here")
+@pytest.mark.skipif(not MAPS, reason="the recorded maps are missing")
 @pytest.mark.parametrize("path", MAPS, ids=lambda path: path.stem)
 def test_a_recorded_map(client: Client, site: str, path: pathlib.Path) -> None:
     answer = client.import_map(site, path)

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "map/geometry/convex_hull.h"
+#include "map/observations/range_weight.h"
 
 namespace hypermap::fusion {
 namespace {
@@ -111,8 +112,7 @@ Observation Observe(const std::vector<SceneBox>& scene, const SceneCamera& camer
     detection.num_points = static_cast<int32_t>(at.size());
     const Point middle = Centroid(detection.hull);
     detection.range_m = std::hypot(middle.x - claimed.x, middle.y - claimed.y);
-    const double r = detection.range_m / 1.8;
-    detection.weight = 1.0 / (1.0 + r * r * r * r);
+    detection.weight = RangeWeight(detection.range_m);
     observation.detections.push_back(std::move(detection));
     for (size_t i = 0; i < seen.size(); ++i) {
       if (seen[i] == which) {

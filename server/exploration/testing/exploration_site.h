@@ -14,7 +14,7 @@
 #include "base/sync/mutex.h"
 #include "map/exploration/exploration_objects.h"
 #include "map/exploration/floor_plan.h"
-#include "map/exploration/sight.h"
+#include "map/exploration/viewshed.h"
 #include "server/exploration/map_explorations.h"
 #include "server/session/map_session.h"
 #include "server/session/testing/memory_map_store.h"
@@ -140,9 +140,9 @@ class ExplorationSite {
     const SnapshotPtr now = snapshot();
     const auto& walls = dynamic_cast<const GridLayer&>(*now->FindLayer("walls"));
     const FloorPlan plan = ReadFloorPlan(walls, walls.extent());
-    Sight sight(static_cast<int32_t>(std::lround(range_m / kResolution_m)));
+    ViewshedRays rays(static_cast<int32_t>(std::lround(range_m / kResolution_m)));
     EditBatch batch;
-    sight.Look(plan, *walls.geometry().CellAt(place), [&](const CellIndex& cell) {
+    rays.ForEachVisible(plan, *walls.geometry().CellAt(place), [&](const CellIndex& cell) {
       batch.edits.push_back(
           WriteCells{"seen", {cell.row, cell.row + 1, cell.col, cell.col + 1}, {1.0}});
     });

@@ -13,6 +13,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
+#include "base/status/status_macros.h"
 #include "map/fusion/strategy.h"
 #include "wire/observation.h"
 
@@ -132,7 +133,7 @@ class TallyStrategy : public fusion::Strategy {
       track.pinned = line() == "1";
       const size_t size = std::stoul(line());
       auto object = wire::ObjectFromBytes(bytes.substr(0, size));
-      if (!object.ok()) return object.status();
+      HYPERMAP_RETURN_IF_ERROR(object.status());
       track.object = std::make_shared<SemanticObject>(*std::move(object));
       bytes.remove_prefix(size);
     }

@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/limits/limits.h"
 #include "hypermap/v1/catalog_service.grpc.pb.h"
 #include "hypermap/v1/edit_service.grpc.pb.h"
 #include "hypermap/v1/exploration_service.grpc.pb.h"
@@ -29,7 +30,7 @@ namespace hypermap::server {
 
 class TestServer {
  public:
-  explicit TestServer(const ServiceLimits& limits = {}, int max_message_bytes = 1 << 20,
+  explicit TestServer(const Limits& limits = {}, int max_message_bytes = 1 << 20,
                       SessionOptions options = {}) {
     options.fusion.codec = WireEvidenceCodec();
     options.fusion.make_strategy = MakeTallyStrategy;

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "base/status/status_macros.h"
 #include "base/sync/mutex.h"
 #include "map/layers/grid_layer.h"
 #include "map/layers/semantic_layer.h"
@@ -132,14 +133,14 @@ class MemoryHistoryReader : public storage::HistoryReader {
 
   absl::StatusOr<std::unique_ptr<storage::PastMap>> At(Revision revision) override {
     const auto entries = history_->Entries();
-    if (absl::Status status = CheckKept(entries, revision); !status.ok()) return status;
+    HYPERMAP_RETURN_IF_ERROR(CheckKept(entries, revision));
     return std::make_unique<MemoryPastMap>(entries.at(revision)->snapshot);
   }
 
   absl::StatusOr<std::vector<storage::PastCommit>> Commits(Revision after,
                                                            int max_changes) override {
     const auto entries = history_->Entries();
-    if (absl::Status status = CheckKept(entries, after); !status.ok()) return status;
+    HYPERMAP_RETURN_IF_ERROR(CheckKept(entries, after));
     std::vector<storage::PastCommit> commits;
     int64_t room = max_changes;
     for (auto it = entries.upper_bound(after); it != entries.end(); ++it) {

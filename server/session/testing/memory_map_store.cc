@@ -4,6 +4,8 @@
 #include <iterator>
 #include <utility>
 
+#include "base/status/status_macros.h"
+
 namespace hypermap::server {
 
 class MemoryMap : public storage::StoredMap {
@@ -79,7 +81,7 @@ absl::Status MemoryDisk::Write(File& file, absl::Span<const storage::Commit> com
   changed_.NotifyAll();
   while (held_) changed_.Wait(&mutex_);
   --waiting_;
-  if (!write_status_.ok()) return write_status_;
+  HYPERMAP_RETURN_IF_ERROR(write_status_);
   writes_.push_back(commits.size());
   for (const storage::Commit& commit : commits) {
     file.snapshot = commit.applied.snapshot;

@@ -13,6 +13,14 @@
 
 namespace hypermap::robots {
 
+// Size of the cells of the drawings below.
+inline constexpr double kResolution_m = 0.5;
+inline const std::vector<std::string> kRoom = {"############",  //
+                                               "#..........#",  //
+                                               "#..........#",  //
+                                               "#..........#",  //
+                                               "############"};
+
 inline LayerSpec DrawnSpec(double resolution_m) {
   LayerSpec spec;
   spec.name = "occupancy";

@@ -6,6 +6,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/time/clock.h"
+#include "base/status/status_macros.h"
 #include "tests/bench/server/edited_site.h"
 #include "tests/bench/server/floor_calls.h"
 #include "tests/bench/server/map_files.h"
@@ -23,11 +24,11 @@ absl::Status AddSingleEditRows(Bench& bench, EditedSite& edited) {
       [&]() -> absl::StatusOr<Cost> {
         const absl::StatusOr<Cost> empty = CostOfLoad(*bench.floor, {bench.floor_channels.front()},
                                                       EmptyCalls(), bench.options.pace.each / 2);
-        if (!empty.ok()) return empty.status();
+        HYPERMAP_RETURN_IF_ERROR(empty.status());
         empty_calls.push_back(*empty);
         return edited.BareCommits();
       });
-  if (!contest.ok()) return contest.status();
+  HYPERMAP_RETURN_IF_ERROR(contest.status());
   const Cost empty = MedianOf(empty_calls);
   Row cpu;
   cpu.name = "single durable edit / bare one-row commit, CPU";
@@ -35,7 +36,7 @@ absl::Status AddSingleEditRows(Bench& bench, EditedSite& edited) {
   cpu.floor = contest->floor.cpu_s * 1e6;
   cpu.unit = "us CPU";
   cpu.ratio = contest->cpu_ratio();
-  cpu.goal = AtMost(1.3);
+  cpu.target = AtMost(1.3);
   cpu.note = absl::StrFormat("an empty call by one client takes %.0f us CPU; %s", empty.cpu_s * 1e6,
                              Describe(*contest));
   bench.report.Add(std::move(cpu));
@@ -45,7 +46,7 @@ absl::Status AddSingleEditRows(Bench& bench, EditedSite& edited) {
   wall.floor = contest->floor.wall_s * 1e6;
   wall.unit = "us";
   wall.ratio = contest->ours.wall_s / contest->floor.wall_s;
-  wall.goal = AtMost(1.3);
+  wall.target = AtMost(1.3);
   wall.note = absl::StrFormat("an empty call by one client takes %.0f us", empty.wall_s * 1e6);
   bench.report.Add(std::move(wall));
   return absl::OkStatus();
@@ -55,14 +56,14 @@ absl::Status AddGroupRow(Bench& bench, EditedSite& edited) {
   const absl::StatusOr<Contest> contest = Alternate(
       bench.options.pace, [&] { return edited.OurEdits(bench.options.callers); },
       [&] { return edited.OurEdits(1); });
-  if (!contest.ok()) return contest.status();
+  HYPERMAP_RETURN_IF_ERROR(contest.status());
   Row row;
   row.name = absl::StrFormat("edits/s of %d clients / of one", bench.options.callers);
   row.ours = 1 / contest->ours.wall_s;
   row.floor = 1 / contest->floor.wall_s;
   row.unit = "/s";
   row.ratio = *row.ours / *row.floor;
-  row.goal = AtLeast(6);
+  row.target = AtLeast(6);
   row.note =
       absl::StrFormat("CPU an edit %.0f us, of one client %.0f us; %s", contest->ours.cpu_s * 1e6,
                       contest->floor.cpu_s * 1e6, Describe(*contest));
@@ -78,7 +79,7 @@ absl::StatusOr<Cost> QuestionsBesideEdits(EditedSite& edited, const Calls& quest
   absl::StatusOr<Cost> cost = CostOfLoad(
       edited.server(), OpenChannels(edited.server().address(), callers), questions, each);
   writer.join();
-  if (!edits.ok()) return edits.status();
+  HYPERMAP_RETURN_IF_ERROR(edits.status());
   return cost;
 }
 
@@ -95,14 +96,14 @@ absl::Status AddBesideRow(Bench& bench, EditedSite& edited) {
                           OpenChannels(edited.server().address(), bench.options.callers), questions,
                           bench.options.pace.each);
       });
-  if (!contest.ok()) return contest.status();
+  HYPERMAP_RETURN_IF_ERROR(contest.status());
   Row row;
   row.name = "QueryPoint p99 while one client commits / without";
   row.ours = contest->ours.p99_s * 1e6;
   row.floor = contest->floor.p99_s * 1e6;
   row.unit = "us";
   row.ratio = contest->ours.p99_s / contest->floor.p99_s;
-  row.goal = AtMost(2);
+  row.target = AtMost(2);
   row.note = Describe(*contest);
   bench.report.Add(std::move(row));
   return absl::OkStatus();

@@ -6,6 +6,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
+#include "base/status/status_macros.h"
 #include "tests/bench/server/edit_calls.h"
 
 namespace hypermap::bench {
@@ -15,14 +16,14 @@ EditedSite::EditedSite(const Options& options)
 
 absl::Status EditedSite::Open() {
   const absl::StatusOr<std::string> kept = SiteFolder(options_.cache, site_);
-  if (!kept.ok()) return kept.status();
+  HYPERMAP_RETURN_IF_ERROR(kept.status());
   const std::string ours = scratch_.path() + "/ours";
   const std::string floor = scratch_.path() + "/floor";
   absl::Status status = CopyMaps(*kept, ours);
   if (status.ok()) status = CopyMaps(*kept, floor);
-  if (!status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(status);
   auto started = StartHypermap(options_, ours);
-  if (!started.ok()) return started.status();
+  HYPERMAP_RETURN_IF_ERROR(started.status());
   server_ = *std::move(started);
   bare_ = std::make_unique<BareMap>(absl::StrCat(floor, "/", kSiteMap, ".gpkg"), kObjectsLayer);
   return absl::OkStatus();

@@ -4,6 +4,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/time/clock.h"
+#include "base/status/status_macros.h"
 #include "storage/geopackage/geopackage_store.h"
 #include "tests/bench/bare_map.h"
 #include "tests/bench/server/map_files.h"
@@ -15,9 +16,9 @@ namespace {
 absl::StatusOr<Cost> OurImport(const Options& options, const GeneratedSite& site) {
   const ScratchFolder scratch(options.scratch);
   auto store = storage::OpenGeoPackageStore(scratch.path());
-  if (!store.ok()) return store.status();
+  HYPERMAP_RETURN_IF_ERROR(store.status());
   auto map = CreateObjectsMap(store->get(), kSiteMap);
-  if (!map.ok()) return map.status();
+  HYPERMAP_RETURN_IF_ERROR(map.status());
   const storage::Commit commit = CommitOfObjects(site, 0, site.num_objects(), 2);
   const absl::Time start = absl::Now();
   const double cpu_start = ThreadCpuSeconds();
@@ -31,9 +32,9 @@ absl::StatusOr<Cost> BareImport(const Options& options, const GeneratedSite& sit
   const ScratchFolder scratch(options.scratch);
   {
     auto store = storage::OpenGeoPackageStore(scratch.path());
-    if (!store.ok()) return store.status();
+    HYPERMAP_RETURN_IF_ERROR(store.status());
     auto map = CreateObjectsMap(store->get(), kSiteMap);
-    if (!map.ok()) return map.status();
+    HYPERMAP_RETURN_IF_ERROR(map.status());
   }
   BareMap bare(absl::StrCat(scratch.path(), "/", kSiteMap, ".gpkg"), kObjectsLayer);
   std::vector<BareRow> rows;
@@ -55,14 +56,14 @@ absl::Status AddImportRow(Bench& bench) {
   const absl::StatusOr<Contest> contest = Alternate(
       pace, [&] { return OurImport(bench.options, site); },
       [&] { return BareImport(bench.options, site); });
-  if (!contest.ok()) return contest.status();
+  HYPERMAP_RETURN_IF_ERROR(contest.status());
   Row row;
   row.name = absl::StrFormat("bulk import of %d / bare sorted insert", site.num_objects());
   row.ours = contest->ours.cpu_s * 1e6;
   row.floor = contest->floor.cpu_s * 1e6;
   row.unit = "us CPU/object";
   row.ratio = contest->cpu_ratio();
-  row.goal = AtMost(1.3);
+  row.target = AtMost(1.3);
   row.note = absl::StrFormat("by the clock %.1f and %.1f us", contest->ours.wall_s * 1e6,
                              contest->floor.wall_s * 1e6);
   bench.report.Add(std::move(row));

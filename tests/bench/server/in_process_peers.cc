@@ -9,6 +9,7 @@
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
+#include "base/status/status_macros.h"
 #include "map/geometry/predicates.h"
 #include "tests/bench/server/wkb.h"
 
@@ -87,7 +88,7 @@ class SqliteRTree final : public InProcessPeer {
           "SELECT id FROM boxes WHERE min_x <= ?1 AND max_x >= ?1 AND min_y <= ?2 AND "
           "max_y >= ?2");
     }
-    if (!status.ok()) return status;
+    HYPERMAP_RETURN_IF_ERROR(status);
     return peer;
   }
   int CountAt(const Point& p) override {
@@ -236,7 +237,7 @@ class Spatialite final : public InProcessPeer {
           "WHERE b.xmin <= ?1 AND b.xmax >= ?1 AND b.ymin <= ?2 AND b.ymax >= ?2 "
           "AND ST_Intersects(o.geom, MakePoint(?1, ?2))");
     }
-    if (!status.ok()) return status;
+    HYPERMAP_RETURN_IF_ERROR(status);
     return peer;
   }
   Spatialite() : cache_(spatialite_alloc_connection()) {}

@@ -13,6 +13,7 @@
 #include "absl/base/thread_annotations.h"
 #include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
+#include "base/status/status_macros.h"
 #include "base/sync/mutex.h"
 
 namespace hypermap::bench {
@@ -198,7 +199,7 @@ absl::StatusOr<LoadResult> RunLoad(const Channels& channels, const Calls& calls,
   const int64_t end_ns = absl::ToUnixNanos(start + duration);
   Crowd crowd(channels, calls, false,
               [end_ns](int64_t) { return absl::GetCurrentTimeNanos() < end_ns; });
-  if (absl::Status status = crowd.Run(); !status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(crowd.Run());
   LoadResult result;
   result.wall = absl::Now() - start;
   result.latencies_s = crowd.SortedLatencies();
@@ -209,7 +210,7 @@ absl::StatusOr<LoadResult> RunLoad(const Channels& channels, const Calls& calls,
 absl::StatusOr<std::vector<std::string>> Ask(const Channels& channels, const Calls& calls,
                                              int64_t count) {
   Crowd crowd(channels, calls, true, [count](int64_t index) { return index < count; });
-  if (absl::Status status = crowd.Run(); !status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(crowd.Run());
   return crowd.TakeAnswers(static_cast<size_t>(count));
 }
 

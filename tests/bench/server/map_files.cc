@@ -15,6 +15,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
+#include "base/status/status_macros.h"
 #include "map/edits/apply.h"
 #include "storage/geopackage/geometry_blob.h"
 #include "storage/geopackage/geopackage_store.h"
@@ -34,7 +35,7 @@ absl::Status WriteBatch(storage::StoredMap* map, Snapshot* newest, EditBatch bat
   batch.time = absl::Now();
   storage::Commit commit;
   absl::StatusOr<AppliedBatch> applied = Apply(*newest, batch);
-  if (!applied.ok()) return applied.status();
+  HYPERMAP_RETURN_IF_ERROR(applied.status());
   *newest = *applied->snapshot;
   commit.applied = *std::move(applied);
   commit.time = batch.time;
@@ -50,7 +51,7 @@ absl::StatusOr<std::unique_ptr<storage::StoredMap>> CreateMap(storage::MapStore*
   header.frame_id = newest->frame_id;
   header.created_at = absl::Now();
   absl::StatusOr<std::unique_ptr<storage::StoredMap>> map = store->Create(header);
-  if (!map.ok()) return map.status();
+  HYPERMAP_RETURN_IF_ERROR(map.status());
   newest->map_name = name;
   EditBatch batch;
   batch.edits.push_back(CreateLayer{layer});
@@ -76,13 +77,13 @@ std::optional<double> CellValue(int32_t row, int32_t col) {
 
 absl::Status MakeGrid(const std::string& folder, int side) {
   absl::StatusOr<std::unique_ptr<storage::MapStore>> store = storage::OpenGeoPackageStore(folder);
-  if (!store.ok()) return store.status();
+  HYPERMAP_RETURN_IF_ERROR(store.status());
   LayerSpec layer{.name = kGridLayer, .kind = LayerKind::kOccupancy};
   layer.grid = GridGeometry{{}, kResolution};
   Snapshot newest;
   absl::StatusOr<std::unique_ptr<storage::StoredMap>> map =
       CreateMap(store->get(), kGridMap, layer, &newest);
-  if (!map.ok()) return map.status();
+  HYPERMAP_RETURN_IF_ERROR(map.status());
   for (int32_t row = 0; row < side; row += kStripRows) {
     WriteCells edit{kGridLayer, {row, std::min(row + kStripRows, side), 0, side}, {}};
     edit.values.reserve(edit.box.num_cells());
@@ -91,18 +92,17 @@ absl::Status MakeGrid(const std::string& folder, int side) {
     }
     EditBatch batch;
     batch.edits.push_back(std::move(edit));
-    absl::Status status = WriteBatch(map->get(), &newest, std::move(batch));
-    if (!status.ok()) return status;
+    HYPERMAP_RETURN_IF_ERROR(WriteBatch(map->get(), &newest, std::move(batch)));
   }
   return absl::OkStatus();
 }
 
 absl::Status MakeSite(const std::string& folder, const GeneratedSite& site) {
   absl::StatusOr<std::unique_ptr<storage::MapStore>> store = storage::OpenGeoPackageStore(folder);
-  if (!store.ok()) return store.status();
+  HYPERMAP_RETURN_IF_ERROR(store.status());
   absl::StatusOr<std::unique_ptr<storage::StoredMap>> map =
       CreateObjectsMap(store->get(), kSiteMap);
-  if (!map.ok()) return map.status();
+  HYPERMAP_RETURN_IF_ERROR(map.status());
   // One commit, which is the fastest way to load a map.
   const storage::Commit commit = CommitOfObjects(site, 0, site.num_objects(), 2);
   return (*map)->Write({&commit, 1});
@@ -118,7 +118,7 @@ absl::StatusOr<std::string> Kept(const std::string& cache, const std::string& na
   std::error_code error;
   fs::remove_all(unfinished, error);
   fs::create_directories(unfinished, error);
-  if (absl::Status status = make(unfinished); !status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(make(unfinished));
   fs::rename(unfinished, folder, error);
   if (error) return absl::InternalError(absl::StrCat(folder, ": ", error.message()));
   return folder;

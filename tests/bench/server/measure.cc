@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "absl/strings/str_format.h"
+#include "base/status/status_macros.h"
 
 namespace hypermap::bench {
 namespace {
@@ -40,7 +41,7 @@ absl::StatusOr<Contest> Alternate(const Pace& pace,
   for (int round = 0; round <= pace.repeats; ++round) {
     for (const bool is_floor : {false, true}) {
       const absl::StatusOr<Cost> cost = is_floor ? floor() : ours();
-      if (!cost.ok()) return cost.status();
+      HYPERMAP_RETURN_IF_ERROR(cost.status());
       if (round > 0) costs[is_floor].push_back(*cost);
     }
   }
@@ -51,7 +52,7 @@ absl::StatusOr<Cost> CostOfLoad(const testing::ServerProcess& server, const Chan
                                 const Calls& calls, absl::Duration duration) {
   const absl::Duration cpu = server.CpuTime();
   const absl::StatusOr<LoadResult> result = RunLoad(channels, calls, duration);
-  if (!result.ok()) return result.status();
+  HYPERMAP_RETURN_IF_ERROR(result.status());
   const auto count = static_cast<double>(result->calls);
   return Cost{absl::ToDoubleSeconds(server.CpuTime() - cpu) / count,
               absl::ToDoubleSeconds(result->wall) / count, result->Percentile(0.5),

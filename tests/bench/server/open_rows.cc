@@ -1,6 +1,7 @@
 #include <algorithm>
 
 #include "absl/strings/str_format.h"
+#include "base/status/status_macros.h"
 #include "tests/bench/server/map_files.h"
 #include "tests/bench/server/questions.h"
 #include "tests/bench/server/rows.h"
@@ -29,9 +30,9 @@ absl::StatusOr<Opened> Open(const Options& options, const std::string& folder,
                             const Calls& first_question) {
   const absl::Time start = absl::Now();
   const auto server = StartHypermap(options, folder);
-  if (!server.ok()) return server.status();
+  HYPERMAP_RETURN_IF_ERROR(server.status());
   const auto answer = Ask(OpenChannels((*server)->address(), 1), first_question, 1);
-  if (!answer.ok()) return answer.status();
+  HYPERMAP_RETURN_IF_ERROR(answer.status());
   return Opened{absl::ToDoubleSeconds((*server)->CpuTime()),
                 absl::ToDoubleSeconds(absl::Now() - start),
                 static_cast<double>((*server)->ResidentBytes())};
@@ -46,7 +47,7 @@ absl::Status AddOpenRows(Bench& bench, const GeneratedSite& site, const std::str
   std::vector<double> resident;
   for (int i = 0; i < std::min(kMostStarts, bench.options.pace.repeats); ++i) {
     const absl::StatusOr<Opened> opened = Open(bench.options, folder, first_question);
-    if (!opened.ok()) return opened.status();
+    HYPERMAP_RETURN_IF_ERROR(opened.status());
     cpu_s.push_back(opened->cpu_s);
     wall_s.push_back(opened->wall_s);
     resident.push_back(opened->resident_bytes);
@@ -57,7 +58,7 @@ absl::Status AddOpenRows(Bench& bench, const GeneratedSite& site, const std::str
   open.ours = Median(cpu_s);
   open.unit = "s CPU";
   open.ratio = open.ours;
-  open.goal = AtMost(4);
+  open.target = AtMost(4);
   open.note = absl::StrFormat("%.2f s wall", Median(wall_s));
   bench.report.Add(std::move(open));
 
@@ -67,7 +68,7 @@ absl::Status AddOpenRows(Bench& bench, const GeneratedSite& site, const std::str
   memory.ours = (Median(resident) - rings) / objects;
   memory.unit = "B/object";
   memory.ratio = memory.ours;
-  memory.goal = AtMost(400);
+  memory.target = AtMost(400);
   memory.note = absl::StrFormat("the whole process %.0f MB, rings %.0f bytes an object",
                                 Median(resident) / 1e6, rings / objects);
   bench.report.Add(std::move(memory));

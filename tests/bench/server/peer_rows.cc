@@ -4,6 +4,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
+#include "base/status/status_macros.h"
 #include "tests/bench/server/in_process_peers.h"
 #include "tests/bench/server/points_batches.h"
 #include "tests/bench/server/questions.h"
@@ -13,7 +14,7 @@ namespace hypermap::bench {
 namespace {
 
 constexpr int kConnections = 4;
-constexpr Goal kNoGoal;
+constexpr Target kNoTarget;
 
 std::string InProcessName(const std::string& peer) {
   return absl::StrCat(peer, " in process, a point / ours by QueryPoints");
@@ -41,7 +42,7 @@ absl::Status AddInProcessRow(Bench& bench, const GeneratedSite& site,
   const int checked = std::min(bench.options.checked, bench.options.questions);
   const RightAnswers right = AnswerByBruteForce(site, questions, checked);
   const auto peer = kind.make(site);
-  if (!peer.ok()) return peer.status();
+  HYPERMAP_RETURN_IF_ERROR(peer.status());
   for (int i = 0; i < checked; ++i) {
     if ((*peer)->CountAt(questions.points[i]) == static_cast<int>(right.points[i].size())) continue;
     return absl::InternalError(absl::StrCat(kind.name, ": point ", i));
@@ -52,7 +53,7 @@ absl::Status AddInProcessRow(Bench& bench, const GeneratedSite& site,
   absl::StatusOr<Contest> contest = Alternate(
       bench.options.pace, [&] { return CostOfStreams(server, channels, ours, each); },
       [&] { return CostOfPeer(peer->get(), questions.points, each); });
-  if (!contest.ok()) return contest.status();
+  HYPERMAP_RETURN_IF_ERROR(contest.status());
   contest->ours.cpu_s /= kBatch;
   Row row;
   row.name = InProcessName(kind.name);
@@ -73,10 +74,10 @@ absl::Status AddPeerRows(Bench& bench, const GeneratedSite& site,
   if (!status.ok() || !bench.options.peers) return status;
   for (const InProcessPeerKind& kind : InProcessPeerKinds()) {
     status = AddInProcessRow(bench, site, server, kind);
-    if (!status.ok()) return status;
+    HYPERMAP_RETURN_IF_ERROR(status);
   }
   for (const std::string& peer : MissingInProcessPeers()) {
-    bench.report.AddMissing(InProcessName(peer), kNoGoal, "not installed (tools/deps.sh bench)");
+    bench.report.AddMissing(InProcessName(peer), kNoTarget, "not installed (tools/deps.sh bench)");
   }
   return absl::OkStatus();
 }

@@ -3,6 +3,7 @@
 #include <random>
 
 #include "absl/strings/str_cat.h"
+#include "base/status/status_macros.h"
 #include "hypermap/v1/query_service.pb.h"
 #include "tests/bench/server/map_files.h"
 #include "tests/bench/server/questions.h"
@@ -50,7 +51,7 @@ absl::StatusOr<Cost> CostOfStreams(const testing::ServerProcess& server, const C
                                    const StreamCalls& calls, absl::Duration duration) {
   const absl::Duration cpu = server.CpuTime();
   const absl::StatusOr<LoadResult> result = RunStreams(channels, calls, duration);
-  if (!result.ok()) return result.status();
+  HYPERMAP_RETURN_IF_ERROR(result.status());
   const auto count = static_cast<double>(result->calls);
   return Cost{absl::ToDoubleSeconds(server.CpuTime() - cpu) / count,
               absl::ToDoubleSeconds(result->wall) / count, result->Percentile(0.5),

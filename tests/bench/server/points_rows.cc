@@ -3,6 +3,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "base/status/status_macros.h"
 #include "hypermap/v1/query_service.pb.h"
 #include "map/geometry/predicates.h"
 #include "tests/bench/server/bare_index.h"
@@ -22,7 +23,7 @@ constexpr char kRateRow[] = "QueryPoints, million points/s of a core's CPU";
 absl::Status CheckBatch(const Channels& channels, const GeneratedSite& site,
                         const StreamCalls& calls, const PointsBatch& batch) {
   const absl::StatusOr<std::vector<std::string>> answers = AskStream(channels, calls, 1);
-  if (!answers.ok()) return answers.status();
+  HYPERMAP_RETURN_IF_ERROR(answers.status());
   v1::QueryPointsResponse response;
   if (answers->size() != 1 || !response.ParseFromString(answers->front()) ||
       response.layers_size() != 1) {
@@ -88,14 +89,14 @@ absl::Status AddPointsRows(Bench& bench, const GeneratedSite& site,
         index_s.push_back(CostOfIndex(index, batches));
         return CostOfStreams(*bench.floor, floor_channels, floor, each);
       });
-  if (!contest.ok()) return contest.status();
+  HYPERMAP_RETURN_IF_ERROR(contest.status());
   Row row;
   row.name = kRow;
   row.ours = contest->ours.cpu_s * 1e6;
   row.floor = (contest->floor.cpu_s + Median(index_s)) * 1e6;
   row.unit = "us CPU";
   row.ratio = *row.ours / *row.floor;
-  row.goal = AtMost(1.5);
+  row.target = AtMost(1.5);
   row.note = absl::StrFormat("a message; floor: stream %.1f us, index %.1f us; %s",
                              contest->floor.cpu_s * 1e6, Median(index_s) * 1e6, Describe(*contest));
   bench.report.Add(std::move(row));
@@ -105,7 +106,7 @@ absl::Status AddPointsRows(Bench& bench, const GeneratedSite& site,
   rate.ours = kBatch / contest->ours.cpu_s * 1e-6;
   rate.unit = "M/s";
   rate.ratio = rate.ours;
-  rate.goal = AtLeast(2);
+  rate.target = AtLeast(2);
   rate.note = absl::StrFormat("by the clock %.2f million/s", kBatch / contest->ours.wall_s * 1e-6);
   bench.report.Add(std::move(rate));
   return absl::OkStatus();

@@ -17,6 +17,7 @@
 #include "absl/strings/escaping.h"
 #include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
+#include "base/status/status_macros.h"
 #include "tests/bench/server/wkb.h"
 
 namespace hypermap::bench {
@@ -51,7 +52,7 @@ absl::Status Execute(PGconn* connection, const std::string& sql) {
 
 absl::StatusOr<Connection> ConnectAndPrepare(const std::string& target, const std::string& sql) {
   absl::StatusOr<Connection> connection = Connect(target);
-  if (!connection.ok()) return connection.status();
+  HYPERMAP_RETURN_IF_ERROR(connection.status());
   const Result result(PQprepare(connection->get(), kStatement, sql.c_str(), 0, nullptr));
   if (PQresultStatus(result.get()) != PGRES_COMMAND_OK) return Error(connection->get());
   return connection;
@@ -116,7 +117,7 @@ absl::StatusOr<std::unique_ptr<PostgisCluster>> PostgisCluster::Start() {
   std::unique_ptr<PostgisCluster> cluster(new PostgisCluster(folder, FreePort()));
   absl::Status status =
       RunAsPostgres(absl::StrCat("initdb -D ", folder, "/db -U bench -A trust --no-sync"));
-  if (!status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(status);
   // Everything in memory, one process per connection, and no background work.
   status = RunAsPostgres(absl::StrCat(
       "pg_ctl -D ", folder, "/db -w -o \"-c listen_addresses=127.0.0.1 -c port=", cluster->port_,
@@ -124,7 +125,7 @@ absl::StatusOr<std::unique_ptr<PostgisCluster>> PostgisCluster::Start() {
       " -c shared_buffers=1GB -c jit=off -c autovacuum=off -c max_parallel_workers_per_gather=0"
       " -c random_page_cost=1.1"
       " -c fsync=off\" start"));
-  if (!status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(status);
   return cluster;
 }
 
@@ -140,13 +141,13 @@ std::string PostgisCluster::ConnectionString() const {
 
 absl::Status PostgisCluster::Load(const GeneratedSite& site) {
   absl::StatusOr<Connection> connection = Connect(ConnectionString());
-  if (!connection.ok()) return connection.status();
+  HYPERMAP_RETURN_IF_ERROR(connection.status());
   PGconn* const c = connection->get();
   absl::Status status =
       Execute(c,
               "CREATE EXTENSION postgis; CREATE TABLE objects (id bigint PRIMARY KEY, "
               "label text NOT NULL, existence float8 NOT NULL, geom geometry(Polygon) NOT NULL)");
-  if (!status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(status);
   if (PQresultStatus(Result(PQexec(c, "COPY objects FROM STDIN")).get()) != PGRES_COPY_IN) {
     return Error(c);
   }
@@ -176,11 +177,11 @@ absl::StatusOr<Cost> PostgisCluster::Run(const SqlCalls& calls, int connections,
   double cpu_s = 0;
   for (Caller& caller : callers) {
     absl::StatusOr<Connection> connection = ConnectAndPrepare(ConnectionString(), calls.sql);
-    if (!connection.ok()) return connection.status();
+    HYPERMAP_RETURN_IF_ERROR(connection.status());
     caller.connection = *std::move(connection);
     // The first call of a connection loads the extension.
     const auto warm = Call(caller.connection.get(), calls.parameters(0));
-    if (!warm.ok()) return warm.status();
+    HYPERMAP_RETURN_IF_ERROR(warm.status());
     cpu_s -= CpuSecondsOf(PQbackendPID(caller.connection.get()));
   }
   const absl::Time start = absl::Now();
@@ -211,11 +212,11 @@ absl::StatusOr<Cost> PostgisCluster::Run(const SqlCalls& calls, int connections,
 
 absl::StatusOr<std::vector<int>> PostgisCluster::CountRows(const SqlCalls& calls, int count) const {
   absl::StatusOr<Connection> connection = ConnectAndPrepare(ConnectionString(), calls.sql);
-  if (!connection.ok()) return connection.status();
+  HYPERMAP_RETURN_IF_ERROR(connection.status());
   std::vector<int> rows;
   for (int i = 0; i < count; ++i) {
     const absl::StatusOr<int> n = Call(connection->get(), calls.parameters(i));
-    if (!n.ok()) return n.status();
+    HYPERMAP_RETURN_IF_ERROR(n.status());
     rows.push_back(*n);
   }
   return rows;

@@ -6,6 +6,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_join.h"
+#include "base/status/status_macros.h"
 #include "tests/bench/server/points_batches.h"
 #include "tests/bench/server/postgis.h"
 #include "tests/bench/server/questions.h"
@@ -22,7 +23,7 @@ std::string Hex(const Polygon& polygon) { return absl::BytesToHexString(ToWkb(po
 
 struct PostgisRow {
   const char* name;
-  double goal;  // at least
+  double target;  // at least
 };
 constexpr PostgisRow kRows[] = {{"PostGIS point / ours", 2},
                                 {"PostGIS area / ours", 3},
@@ -75,21 +76,21 @@ std::vector<PeerQuestion> PeerQuestions(const Questions& q, const RightAnswers& 
   };
 }
 
-Row RowOf(const PostgisRow& goal, const Contest& contest) {
+Row RowOf(const PostgisRow& question, const Contest& contest) {
   Row row;
-  row.name = goal.name;
+  row.name = question.name;
   row.ours = contest.ours.cpu_s * 1e6;
   row.floor = contest.floor.cpu_s * 1e6;
   row.unit = "us CPU";
   row.ratio = *row.floor / *row.ours;
-  row.goal = AtLeast(goal.goal);
+  row.target = AtLeast(question.target);
   row.note = Describe(contest);
   return row;
 }
 
 absl::Status CheckRows(const PostgisCluster& postgis, const PeerQuestion& question) {
   const auto rows = postgis.CountRows(question.peer, static_cast<int>(question.right->size()));
-  if (!rows.ok()) return rows.status();
+  HYPERMAP_RETURN_IF_ERROR(rows.status());
   for (size_t i = 0; i < rows->size(); ++i) {
     if ((*rows)[i] != static_cast<int>((*question.right)[i].size())) {
       return absl::InternalError(absl::StrCat(question.row.name, " ", i, ": ", (*rows)[i],
@@ -127,11 +128,11 @@ absl::Status AskBoth(Bench& bench, const GeneratedSite& site, const testing::Ser
   const Channels channels = OpenChannels(server.address(), kConnections);
   const absl::Duration each = bench.options.pace.each;
   for (const PeerQuestion& question : PeerQuestions(questions, right)) {
-    if (absl::Status status = CheckRows(postgis, question); !status.ok()) return status;
+    HYPERMAP_RETURN_IF_ERROR(CheckRows(postgis, question));
     const absl::StatusOr<Contest> contest = Alternate(
         bench.options.pace, [&] { return CostOfLoad(server, channels, question.ours, each); },
         [&] { return postgis.Run(question.peer, kConnections, each); });
-    if (!contest.ok()) return contest.status();
+    HYPERMAP_RETURN_IF_ERROR(contest.status());
     bench.report.Add(RowOf(question.row, *contest));
   }
   const std::vector<PointsBatch> batches = DrawBatches(site);
@@ -140,7 +141,7 @@ absl::Status AskBoth(Bench& bench, const GeneratedSite& site, const testing::Ser
   const absl::StatusOr<Contest> contest = Alternate(
       bench.options.pace, [&] { return CostOfStreams(server, channels, ours, each); },
       [&] { return postgis.Run(peer, kConnections, each); });
-  if (!contest.ok()) return contest.status();
+  HYPERMAP_RETURN_IF_ERROR(contest.status());
   bench.report.Add(RowOf(kBatchRow, *contest));
   return absl::OkStatus();
 }
@@ -153,12 +154,12 @@ absl::Status AddPostgisRows(Bench& bench, const GeneratedSite& site,
                            ? PostgisCluster::Start()
                            : absl::NotFoundError("not measured: --peers was not given");
   if (absl::IsNotFound(postgis.status())) {
-    for (const auto& [name, goal] : kRows) {
-      bench.report.AddMissing(name, AtLeast(goal), std::string(postgis.status().message()));
+    for (const auto& [name, target] : kRows) {
+      bench.report.AddMissing(name, AtLeast(target), std::string(postgis.status().message()));
     }
     return absl::OkStatus();
   }
-  if (!postgis.ok()) return postgis.status();
+  HYPERMAP_RETURN_IF_ERROR(postgis.status());
   absl::Status status = (*postgis)->Load(site);
   return status.ok() ? AskBoth(bench, site, server, **postgis) : status;
 }

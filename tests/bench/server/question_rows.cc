@@ -4,6 +4,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "base/status/status_macros.h"
 #include "tests/bench/server/floor_calls.h"
 #include "tests/bench/server/map_files.h"
 #include "tests/bench/server/questions.h"
@@ -25,35 +26,34 @@ struct Duel {
   const testing::ServerProcess& server;
   const Channels& channels;
 
-  absl::Status Add(const std::string& name, const Calls& ours, const Calls& floor, const Goal& goal,
-                   const std::string& note) const {
+  absl::Status Add(const std::string& name, const Calls& ours, const Calls& floor,
+                   const Target& target, const std::string& note) const {
     const absl::Duration each = bench.options.pace.each;
     const absl::StatusOr<Contest> contest = Alternate(
         bench.options.pace, [&] { return CostOfLoad(server, channels, ours, each); },
         [&] { return CostOfLoad(*bench.floor, bench.floor_channels, floor, each); });
-    if (!contest.ok()) return contest.status();
+    HYPERMAP_RETURN_IF_ERROR(contest.status());
     Row row;
     row.name = name;
     row.ours = contest->ours.cpu_s * 1e6;
     row.floor = contest->floor.cpu_s * 1e6;
     row.unit = "us CPU";
     row.ratio = contest->cpu_ratio();
-    row.goal = goal;
+    row.target = target;
     row.note = absl::StrCat(Describe(*contest), note.empty() ? "" : "; ", note);
     bench.report.Add(std::move(row));
     return absl::OkStatus();
   }
 
   // Compares with calls of the same type whose answers have the same size in one message.
-  absl::Status AddSized(const std::string& name, const Calls& ours, const Goal& goal) const {
+  absl::Status AddSized(const std::string& name, const Calls& ours, const Target& target) const {
     const absl::StatusOr<std::vector<std::string>> answers =
         Ask(channels, ours, bench.options.questions);
-    if (!answers.ok()) return answers.status();
+    HYPERMAP_RETURN_IF_ERROR(answers.status());
     const std::string note = absl::StrFormat("answers of %.0f bytes", MeanSize(*answers));
-    if (!ours.streamed) return Add(name, ours, CallsOfSizes(*answers, false), goal, note);
-    absl::Status status = Add(name, ours, CallsOfSizes(*answers, true), goal, note);
-    if (!status.ok()) return status;
-    return Add(absl::StrCat(name, " / unary floor"), ours, CallsOfSizes(*answers, false), Goal(),
+    if (!ours.streamed) return Add(name, ours, CallsOfSizes(*answers, false), target, note);
+    HYPERMAP_RETURN_IF_ERROR(Add(name, ours, CallsOfSizes(*answers, true), target, note));
+    return Add(absl::StrCat(name, " / unary floor"), ours, CallsOfSizes(*answers, false), Target(),
                "for orientation: the floor answers without a stream");
   }
 };
@@ -77,7 +77,7 @@ Calls GridCalls(const Options& options) {
 
 absl::Status CheckGrid(const Channels& channels, const Calls& calls, int count) {
   const absl::StatusOr<std::vector<std::string>> answers = Ask(channels, calls, count);
-  if (!answers.ok()) return answers.status();
+  HYPERMAP_RETURN_IF_ERROR(answers.status());
   for (const std::string& answer : *answers) {
     v1::QueryAreaResponse response;
     if (!response.ParseFromString(answer)) return absl::InternalError("grid answer");
@@ -105,7 +105,7 @@ absl::Status AddQuestionRows(Bench& bench, const GeneratedSite& site,
   const RightAnswers right =
       AnswerByBruteForce(site, questions, std::min(bench.options.checked, bench.options.questions));
   absl::Status status = CheckAnswers(channels, site, questions, right);
-  if (!status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(status);
   const Duel duel{bench, server, channels};
   status = duel.Add("unary QueryPoint / empty call", PointCalls(questions), EmptyCalls(),
                     AtMost(1.15), "");
@@ -127,13 +127,12 @@ absl::Status AddQuestionRows(Bench& bench, const GeneratedSite& site,
 absl::Status AddGridRow(Bench& bench) {
   const absl::StatusOr<std::string> folder =
       GridFolder(bench.options.cache, bench.options.grid_side);
-  if (!folder.ok()) return folder.status();
+  HYPERMAP_RETURN_IF_ERROR(folder.status());
   const auto server = StartHypermap(bench.options, *folder);
-  if (!server.ok()) return server.status();
+  HYPERMAP_RETURN_IF_ERROR(server.status());
   const Channels channels = OpenChannels((*server)->address(), bench.options.callers);
   const Calls calls = GridCalls(bench.options);
-  absl::Status status = CheckGrid(channels, calls, bench.options.checked);
-  if (!status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(CheckGrid(channels, calls, bench.options.checked));
   return Duel{bench, **server, channels}.AddSized("grid area 2 x 2 m / empty call, same size",
                                                   calls, AtMost(1.3));
 }
@@ -148,9 +147,9 @@ absl::Status AddScaleRow(Bench& bench) {
   for (const int64_t objects : {bench.options.largest, bench.options.smallest}) {
     const GeneratedSite site(objects);
     const absl::StatusOr<std::string> folder = SiteFolder(bench.options.cache, site);
-    if (!folder.ok()) return folder.status();
+    HYPERMAP_RETURN_IF_ERROR(folder.status());
     auto server = StartHypermap(bench.options, *folder);
-    if (!server.ok()) return server.status();
+    HYPERMAP_RETURN_IF_ERROR(server.status());
     Channels channels = OpenChannels((*server)->address(), bench.options.callers);
     Calls calls = PointCalls(DrawQuestions(site, bench.options.questions));
     sizes.push_back({*std::move(server), std::move(channels), std::move(calls)});
@@ -161,7 +160,7 @@ absl::Status AddScaleRow(Bench& bench) {
   };
   const absl::StatusOr<Contest> contest = Alternate(
       bench.options.pace, [&] { return cost(sizes[0]); }, [&] { return cost(sizes[1]); });
-  if (!contest.ok()) return contest.status();
+  HYPERMAP_RETURN_IF_ERROR(contest.status());
   Row row;
   row.name = absl::StrFormat("QueryPoint at %d / at %d objects", bench.options.largest,
                              bench.options.smallest);
@@ -169,7 +168,7 @@ absl::Status AddScaleRow(Bench& bench) {
   row.floor = contest->floor.cpu_s * 1e6;
   row.unit = "us CPU";
   row.ratio = contest->cpu_ratio();
-  row.goal = AtMost(1.2);
+  row.target = AtMost(1.2);
   row.note = Describe(*contest);
   if (bench.options.largest < 10'000'000) absl::StrAppend(&row.note, "; not at 10 million objects");
   bench.report.Add(std::move(row));

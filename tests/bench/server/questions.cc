@@ -7,6 +7,7 @@
 
 #include "absl/status/statusor.h"
 #include "absl/strings/str_cat.h"
+#include "base/status/status_macros.h"
 #include "map/geometry/predicates.h"
 #include "tests/bench/server/map_files.h"
 #include "wire/geometry.h"
@@ -90,14 +91,13 @@ absl::Status CheckKind(const Channels& channels, const Checker& checker, const C
                        const std::vector<std::vector<ObjectId>>& right) {
   const absl::StatusOr<std::vector<std::string>> answers =
       Ask(channels, calls, static_cast<int64_t>(right.size()));
-  if (!answers.ok()) return answers.status();
+  HYPERMAP_RETURN_IF_ERROR(answers.status());
   for (size_t i = 0; i < right.size(); ++i) {
     const std::string what = absl::StrCat(calls.method, " ", i);
     // Parsing the concatenated messages of a stream as one message merges their parts.
     Response response;
     if (!response.ParseFromString((*answers)[i])) return absl::InternalError(what);
-    absl::Status status = checker.Check(what, ObjectsOf(response), right[i]);
-    if (!status.ok()) return status;
+    HYPERMAP_RETURN_IF_ERROR(checker.Check(what, ObjectsOf(response), right[i]));
   }
   return absl::OkStatus();
 }

@@ -21,11 +21,11 @@ std::string Number(const std::optional<double>& value, const std::string& unit) 
 
 void Print(const Row& row) {
   const std::string ratio = row.ratio ? absl::StrFormat("%.3g", *row.ratio) : "-";
-  const char* const holds = row.goal.kind == Goal::Kind::kNone ? ""
-                            : row.holds()                      ? "holds"
-                                                               : "MISSED";
+  const char* const holds = row.target.kind == Target::Kind::kNone ? ""
+                            : row.holds()                          ? "holds"
+                                                                   : "MISSED";
   absl::PrintF("%-46s %18s %18s %9s  %-9s %-7s %s\n", row.name, Number(row.ours, row.unit),
-               Number(row.floor, row.unit), ratio, row.goal.Text(), holds, row.note);
+               Number(row.floor, row.unit), ratio, row.target.Text(), holds, row.note);
   std::fflush(stdout);
 }
 
@@ -44,10 +44,10 @@ std::string CpuName() {
 
 }  // namespace
 
-Goal AtMost(double bound) { return {Goal::Kind::kAtMost, bound}; }
-Goal AtLeast(double bound) { return {Goal::Kind::kAtLeast, bound}; }
+Target AtMost(double bound) { return {Target::Kind::kAtMost, bound}; }
+Target AtLeast(double bound) { return {Target::Kind::kAtLeast, bound}; }
 
-std::string Goal::Text() const {
+std::string Target::Text() const {
   switch (kind) {
     case Kind::kAtMost:
       return absl::StrFormat("<= %g", bound);
@@ -59,7 +59,7 @@ std::string Goal::Text() const {
   return "none";
 }
 
-bool Goal::IsMetBy(double ratio) const {
+bool Target::IsMetBy(double ratio) const {
   switch (kind) {
     case Kind::kAtMost:
       return ratio <= bound;
@@ -76,10 +76,10 @@ void Report::Add(Row row) {
   rows_.push_back(std::move(row));
 }
 
-void Report::AddMissing(const std::string& name, const Goal& goal, const std::string& why) {
+void Report::AddMissing(const std::string& name, const Target& target, const std::string& why) {
   Row row;
   row.name = name;
-  row.goal = goal;
+  row.target = target;
   row.note = why;
   Add(std::move(row));
 }
@@ -95,7 +95,7 @@ absl::Status Report::WriteJson(const std::string& path) const {
   for (const Row& row : rows_) {
     nlohmann::json json{{"name", row.name},           {"ours", OrNull(row.ours)},
                         {"floor", OrNull(row.floor)}, {"unit", row.unit},
-                        {"ratio", OrNull(row.ratio)}, {"goal", row.goal.Text()},
+                        {"ratio", OrNull(row.ratio)}, {"goal", row.target.Text()},
                         {"holds", row.holds()}};
     if (!row.note.empty()) json["note"] = row.note;
     list.push_back(std::move(json));

@@ -3,7 +3,7 @@
 // Starts real servers on generated maps, calls each in turns with a gRPC server that has no work
 // behind its transport, and compares the CPU time that the server processes took per operation.
 // Prints a table and writes a JSON list with an object for each row. The exit code is 1 if an
-// answer is wrong or a server fails; goals are reported, not enforced.
+// answer is wrong or a server fails; targets are reported, not enforced.
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/status/status_macros.h"
 #include "tests/bench/server/map_files.h"
 #include "tests/bench/server/rows.h"
 
@@ -24,27 +25,27 @@ absl::StatusOr<std::unique_ptr<testing::ServerProcess>> StartHypermap(
                                       "--log_level=warn"};
   command.insert(command.end(), flags.begin(), flags.end());
   auto server = std::make_unique<testing::ServerProcess>(std::move(command), data_dir + ".log");
-  if (absl::Status status = server->Start(); !status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(server->Start());
   return server;
 }
 
 absl::StatusOr<std::unique_ptr<testing::ServerProcess>> StartFloor(const Options& options) {
   auto floor = std::make_unique<testing::ServerProcess>(
       std::vector<std::string>{options.floor_server}, options.scratch + "/floor.log");
-  if (absl::Status status = floor->Start(); !status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(floor->Start());
   return floor;
 }
 
 absl::Status AddSiteRows(Bench& bench) {
   const GeneratedSite site(bench.options.objects);
   const absl::StatusOr<std::string> folder = SiteFolder(bench.options.cache, site);
-  if (!folder.ok()) return folder.status();
+  HYPERMAP_RETURN_IF_ERROR(folder.status());
   absl::Status status = AddOpenRows(bench, site, *folder);
-  if (!status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(status);
   const auto server = StartHypermap(bench.options, *folder);
-  if (!server.ok()) return server.status();
+  HYPERMAP_RETURN_IF_ERROR(server.status());
   status = AddQuestionRows(bench, site, **server);
-  if (!status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(status);
   status = AddPointsRows(bench, site, **server);
   return status.ok() ? AddPeerRows(bench, site, **server) : status;
 }
@@ -62,7 +63,7 @@ absl::Status Run(Bench& bench, const std::vector<std::string>& only) {
   std::error_code ignored;
   std::filesystem::create_directories(bench.options.scratch, ignored);
   auto floor = StartFloor(bench.options);
-  if (!floor.ok()) return floor.status();
+  HYPERMAP_RETURN_IF_ERROR(floor.status());
   bench.floor = *std::move(floor);
   bench.floor_channels = OpenChannels(bench.floor->address(), bench.options.callers);
   // If something fails, the rows measured before it are still reported.
@@ -85,24 +86,27 @@ int Main(int argc, char** argv) {
   Options& options = bench.options;
   std::vector<std::string> only;
   int each_ms = 600;
-  CLI::App app("What hypermapd costs over loopback, held against the least that it could.");
-  app.add_option("--server", options.server, "hypermapd")->required();
-  app.add_option("--floor_server", options.floor_server, "floor_server")->required();
-  app.add_option("--cache", options.cache, "Where generated maps are kept");
-  app.add_option("--scratch", options.scratch, "Where maps that are written to lie");
-  app.add_option("--results", options.results, "The JSON file");
-  app.add_option("--objects", options.objects, "Objects of the site");
-  app.add_option("--smallest", options.smallest, "Objects at the lower end of the scale line");
-  app.add_option("--largest", options.largest, "Objects at its upper end");
-  app.add_option("--import_objects", options.import_objects, "Objects of a bulk import");
-  app.add_option("--grid_side", options.grid_side, "Cells along a side of the grid");
-  app.add_option("--questions", options.questions, "Different questions of each kind");
-  app.add_option("--checked", options.checked, "Of them, those checked by brute force");
-  app.add_option("--watchers", options.watchers, "Watchers of one map");
-  app.add_option("--repeats", options.pace.repeats, "Rounds that each side is measured");
+  CLI::App app("Measures hypermapd over loopback against the cheapest possible server.");
+  app.add_option("--server", options.server, "Path of hypermapd")->required();
+  app.add_option("--floor_server", options.floor_server, "Path of floor_server")->required();
+  app.add_option("--cache", options.cache, "Folder in which generated maps are kept");
+  app.add_option("--scratch", options.scratch, "Folder for maps that are written to");
+  app.add_option("--results", options.results, "JSON file for the results");
+  app.add_option("--objects", options.objects, "Number of objects of the site");
+  app.add_option("--smallest", options.smallest, "Smallest number of objects in the scale row");
+  app.add_option("--largest", options.largest, "Largest number of objects in the scale row");
+  app.add_option("--import_objects", options.import_objects, "Number of objects of a bulk import");
+  app.add_option("--grid_side", options.grid_side, "Number of cells along a side of the grid");
+  app.add_option("--questions", options.questions, "Number of distinct queries of each kind");
+  app.add_option("--checked", options.checked, "Number of queries that are checked by brute force");
+  app.add_option("--watchers", options.watchers, "Number of watches of one map");
+  app.add_option("--repeats", options.pace.repeats,
+                 "Number of rounds for which each side is measured");
   app.add_option("--each_ms", each_ms, "Length of a round in milliseconds");
-  app.add_option("--only", only, "Groups of rows: site, grid, edits, import, scale");
-  app.add_flag("--peers", options.peers, "Also PostGIS, SpatiaLite, SQLite, Boost and GEOS");
+  app.add_option("--only", only,
+                 "Measure only these groups of rows: site, grid, edits, import, scale");
+  app.add_flag("--peers", options.peers,
+               "Also measure PostGIS, SpatiaLite, SQLite, Boost and GEOS");
   CLI11_PARSE(app, argc, argv);
   options.pace.each = absl::Milliseconds(each_ms);
   const absl::Status status = Run(bench, only);

@@ -13,6 +13,7 @@
 #include "absl/base/thread_annotations.h"
 #include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
+#include "base/status/status_macros.h"
 #include "base/sync/mutex.h"
 
 namespace hypermap::bench {
@@ -121,7 +122,7 @@ absl::StatusOr<LoadResult> RunStreams(const Channels& channels, const StreamCall
   LoadResult result;
   absl::Status status;
   for (const auto& stream : streams) status.Update(stream->Wait());
-  if (!status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(status);
   result.wall = absl::Now() - start;
   for (const auto& stream : streams) {
     result.latencies_s.insert(result.latencies_s.end(), stream->latencies_s().begin(),
@@ -136,7 +137,7 @@ absl::StatusOr<std::vector<std::string>> AskStream(const Channels& channels,
                                                    const StreamCalls& calls, int count) {
   Stream stream(
       channels.front(), calls, [count](int64_t index) { return index < count; }, true);
-  if (absl::Status status = stream.Wait(); !status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(stream.Wait());
   return std::move(stream.kept());
 }
 

@@ -6,6 +6,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/time/clock.h"
+#include "base/status/status_macros.h"
 #include "hypermap/v1/catalog_service.pb.h"
 #include "tests/bench/server/edit_calls.h"
 #include "tests/bench/server/edited_site.h"
@@ -24,7 +25,7 @@ absl::StatusOr<int64_t> NewestRevision(const Channels& channels) {
   request.set_map(kSiteMap);
   const auto answers =
       Ask(channels, {"/hypermap.v1.CatalogService/GetMap", false, InTurn({ToBytes(request)})}, 1);
-  if (!answers.ok()) return answers.status();
+  HYPERMAP_RETURN_IF_ERROR(answers.status());
   v1::GetMapResponse response;
   if (!response.ParseFromString(answers->front())) return absl::InternalError("GetMap");
   return response.map().revision();
@@ -43,17 +44,17 @@ class Deliveries {
 
   absl::StatusOr<Cost> Ours() {
     const absl::StatusOr<Cost> alone = edited_.OurEdits(bench_.options.callers);
-    if (!alone.ok()) return alone.status();
+    HYPERMAP_RETURN_IF_ERROR(alone.status());
     const absl::StatusOr<int64_t> before = NewestRevision(channels_);
-    if (!before.ok()) return before.status();
+    HYPERMAP_RETURN_IF_ERROR(before.status());
     Watchers watchers(channels_, kSiteMap, *before, bench_.options.watchers);
     const absl::Duration cpu = edited_.server().CpuTime();
     const absl::Time start = absl::Now();
     const absl::StatusOr<Cost> beside = edited_.OurEdits(bench_.options.callers);
-    if (!beside.ok()) return beside.status();
+    HYPERMAP_RETURN_IF_ERROR(beside.status());
     const absl::StatusOr<int64_t> after = NewestRevision(channels_);
-    if (!after.ok()) return after.status();
-    if (absl::Status status = watchers.WaitUntil(*after); !status.ok()) return status;
+    HYPERMAP_RETURN_IF_ERROR(after.status());
+    HYPERMAP_RETURN_IF_ERROR(watchers.WaitUntil(*after));
     const auto edits = static_cast<double>(*after - *before);
     const double deliveries = edits * bench_.options.watchers;
     messages_per_change_ = static_cast<double>(watchers.messages()) / deliveries;
@@ -71,7 +72,7 @@ class Deliveries {
     const Calls calls{"/hypermap.bench.FloorService/FanOut", true, InTurn({ToBytes(request)})};
     const absl::StatusOr<Cost> cost =
         CostOfLoad(*bench_.floor, floor_channels_, calls, bench_.options.pace.each);
-    if (!cost.ok()) return cost.status();
+    HYPERMAP_RETURN_IF_ERROR(cost.status());
     const double deliveries = kMessages * coalesced();
     return Cost{cost->cpu_s / deliveries, cost->wall_s / deliveries, 0, 0};
   }
@@ -94,7 +95,7 @@ absl::Status AddDeliveryRow(Bench& bench, EditedSite& edited) {
   Deliveries deliveries(bench, edited);
   const absl::StatusOr<Contest> contest = Alternate(
       bench.options.pace, [&] { return deliveries.Ours(); }, [&] { return deliveries.Floor(); });
-  if (!contest.ok()) return contest.status();
+  HYPERMAP_RETURN_IF_ERROR(contest.status());
   Row row;
   row.name =
       absl::StrFormat("%d watchers, a delivery / raw coalesced fan-out", bench.options.watchers);
@@ -102,7 +103,7 @@ absl::Status AddDeliveryRow(Bench& bench, EditedSite& edited) {
   row.floor = contest->floor.cpu_s * 1e6;
   row.unit = "us CPU";
   row.ratio = contest->cpu_ratio();
-  row.goal = AtMost(2);
+  row.target = AtMost(2);
   row.note = absl::StrFormat(
       "%.0f deliveries/s of %.0f bytes, %.2f messages a change; the floor's: %d changes a message",
       1 / contest->ours.wall_s, deliveries.bytes_per_change(), deliveries.messages_per_change(),
@@ -118,7 +119,7 @@ absl::Status WritePaced(const Channels& channel, const Calls& calls, absl::Time 
   for (int i = 0; i < count; ++i) {
     absl::SleepFor(start + i * step - absl::Now());
     const auto answer = Ask(channel, calls, 1);
-    if (!answer.ok()) return answer.status();
+    HYPERMAP_RETURN_IF_ERROR(answer.status());
   }
   return absl::OkStatus();
 }
@@ -128,7 +129,7 @@ absl::StatusOr<std::vector<double>> PacedLatencies(Bench& bench, EditedSite& edi
   const std::string& address = edited.server().address();
   const Channels channels = OpenChannels(address, bench.options.watchers);
   const absl::StatusOr<int64_t> before = NewestRevision(channels);
-  if (!before.ok()) return before.status();
+  HYPERMAP_RETURN_IF_ERROR(before.status());
   Watchers watchers(channels, kSiteMap, *before, bench.options.watchers);
   const Calls calls = EditCalls(edited.site(), edited.edit_counter());
   const absl::Duration length = bench.options.pace.each * bench.options.pace.repeats;
@@ -146,17 +147,17 @@ absl::StatusOr<std::vector<double>> PacedLatencies(Bench& bench, EditedSite& edi
   for (std::thread& writer : writers) writer.join();
   *changes_per_s = kWriters * count / absl::ToDoubleSeconds(absl::Now() - start);
   for (const absl::Status& status : statuses) {
-    if (!status.ok()) return status;
+    HYPERMAP_RETURN_IF_ERROR(status);
   }
   absl::Status status = watchers.WaitUntil(*before + int64_t{kWriters} * count);
-  if (!status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(status);
   return watchers.LatenciesS();
 }
 
 absl::Status AddLatencyRow(Bench& bench, EditedSite& edited) {
   double changes_per_s = 0;
   absl::StatusOr<std::vector<double>> latencies_s = PacedLatencies(bench, edited, &changes_per_s);
-  if (!latencies_s.ok()) return latencies_s.status();
+  HYPERMAP_RETURN_IF_ERROR(latencies_s.status());
   LoadResult all;
   all.latencies_s = *std::move(latencies_s);
   Row row;
@@ -165,7 +166,7 @@ absl::Status AddLatencyRow(Bench& bench, EditedSite& edited) {
   row.ours = all.Percentile(0.99) * 1e3;
   row.unit = "ms";
   row.ratio = row.ours;
-  row.goal = AtMost(20);
+  row.target = AtMost(20);
   row.note = absl::StrFormat("p50 %.1f ms; %.0f changes/s were made", all.Percentile(0.5) * 1e3,
                              changes_per_s);
   bench.report.Add(std::move(row));

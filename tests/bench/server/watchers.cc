@@ -9,6 +9,7 @@
 #include "absl/base/thread_annotations.h"
 #include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
+#include "base/status/status_macros.h"
 #include "base/sync/mutex.h"
 #include "hypermap/v1/watch_service.pb.h"
 #include "tests/bench/server/floor.grpc.pb.h"
@@ -112,7 +113,7 @@ Watchers::~Watchers() = default;
 
 absl::Status Watchers::WaitUntil(int64_t revision) {
   for (const auto& watcher : watchers_) {
-    if (absl::Status status = watcher->WaitUntil(revision); !status.ok()) return status;
+    HYPERMAP_RETURN_IF_ERROR(watcher->WaitUntil(revision));
   }
   return absl::OkStatus();
 }

@@ -9,12 +9,17 @@
 #include <string>
 #include <utility>
 
+#include "absl/time/time.h"
+#include "base/limits/limits.h"
 #include "server/services/evidence_codec.h"
 #include "server/services/grpc_server.h"
 #include "server/session/site.h"
 #include "storage/geopackage/geopackage_store.h"
 
 namespace hypermap::client {
+
+// Longest time that a test waits for a replica.
+inline constexpr absl::Duration kPatience = absl::Seconds(60);
 
 class SiteServer {
  public:
@@ -73,7 +78,7 @@ class SiteServer {
   SnapshotPtr SnapshotOf(const std::string& map) { return (*site_->Find(map))->snapshot(); }
 
   // Limits from the next start on.
-  server::ServiceLimits limits;
+  Limits limits;
 
  private:
   const std::string scratch_;

@@ -14,8 +14,8 @@ class LayerKind(IntEnum):
     """The kind of content of a layer.
 
     A kind of a newer server that this client does not know becomes an enumerator named KIND_ and
-    its number. The properties of a layer tell what its content is like, so that most programs do
-    not need its kind.
+    its number. The properties of a layer describe its content, so that most programs do not need
+    its kind.
     """
 
     OCCUPANCY = 1
@@ -80,7 +80,7 @@ class LayerSpec:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LayerProperties:
-    """What the content of a layer is like, whatever its kind.
+    """A description of the content of a layer that does not depend on its kind.
 
     has_cells: whether the layer is a grid, which answers with values and cells.
     has_shapes: whether the layer has objects.
@@ -106,7 +106,7 @@ class Layer(LayerSpec):
     extent: bounding box of all cells that were ever written; None for a grid layer without cells
         and for semantic layers.
     version: the newest revision that changed the layer or its content.
-    properties: what its content is like.
+    properties: description of its content.
     """
 
     size: int = 0

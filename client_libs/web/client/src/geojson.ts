@@ -55,7 +55,7 @@ function shapeOf(geometry: ShapeGeometry): Shape['shape'] {
       return { case: 'point', value: pointFromGeoJson(geometry) };
     default:
       // The geometry may come from a file that no type checker has seen.
-      throw new RangeError(`no shape is a ${(geometry as { type: string }).type}`);
+      throw new RangeError(`a shape cannot be a ${(geometry as { type: string }).type}`);
   }
 }
 
@@ -67,7 +67,7 @@ export function polygonToGeoJson(polygon: Polygon): GeoJsonPolygon {
 /** Converts a polygon. Rings may be closed or open, of either winding. */
 export function polygonFromGeoJson(polygon: GeoJsonPolygon): Polygon {
   const [outer, ...holes] = polygon.coordinates.map(openRing);
-  if (!outer) throw new RangeError('a polygon without a ring');
+  if (!outer) throw new RangeError('the polygon has no ring');
   return create(PolygonSchema, { outer, holes });
 }
 

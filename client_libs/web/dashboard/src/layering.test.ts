@@ -85,8 +85,8 @@ function foreignPackages(sources: Sources): string[] {
   );
 }
 
-/** A circle of imports, its first module repeated at the end. Undefined when there is none. */
-function circleOf(sources: Sources): string[] | undefined {
+/** An import cycle, with the first module repeated at the end. Undefined when there is none. */
+function findCycle(sources: Sources): string[] | undefined {
   const graph = importGraph(sources);
   const finished = new Set<string>();
   const trail: string[] = [];
@@ -95,16 +95,16 @@ function circleOf(sources: Sources): string[] | undefined {
     if (finished.has(path)) return undefined;
     trail.push(path);
     for (const target of graph.get(path) ?? []) {
-      const circle = search(target);
-      if (circle) return circle;
+      const cycle = search(target);
+      if (cycle) return cycle;
     }
     trail.pop();
     finished.add(path);
     return undefined;
   };
   for (const path of graph.keys()) {
-    const circle = search(path);
-    if (circle) return circle;
+    const cycle = search(path);
+    if (cycle) return cycle;
   }
   return undefined;
 }
@@ -136,8 +136,8 @@ describe('the dashboard', () => {
     expect(upwardImports(dashboard)).toEqual([]);
   });
 
-  test('has no circle of imports', () => {
-    expect(circleOf(dashboard)).toBeUndefined();
+  test('has no cycle of imports', () => {
+    expect(findCycle(dashboard)).toBeUndefined();
   });
 
   test('imports a package with an owner only in the folder that owns it', () => {
@@ -145,10 +145,10 @@ describe('the dashboard', () => {
   });
 });
 
-test('the client has no circle of imports', () => {
+test('the client has no cycle of imports', () => {
   expect(Object.keys(client)).toContain('index.ts');
   expect(importGraph(client).get('index.ts')).toContain('client.ts');
-  expect(circleOf(client)).toBeUndefined();
+  expect(findCycle(client)).toBeUndefined();
 });
 
 describe('the check finds', () => {
@@ -175,14 +175,14 @@ describe('the check finds', () => {
     ]);
   });
 
-  test('a planted circle within a folder, also through an index file', () => {
+  test('a planted cycle within a folder, also through an index file', () => {
     const planted = {
       'state/first.ts': `import { second } from './second.js';`,
       'state/second.ts': `export * from '../panels';`,
       'panels/index.ts': `import type { First } from '../state/first';`,
       'panels/free.ts': `import '../state/first';`,
     };
-    expect(circleOf(planted)).toEqual([
+    expect(findCycle(planted)).toEqual([
       'state/first.ts',
       'state/second.ts',
       'panels/index.ts',

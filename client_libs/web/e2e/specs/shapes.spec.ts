@@ -123,7 +123,8 @@ test('a polygon, a line and a point are seen, hovered and clicked', async ({
   await shot(page, 'shapes');
   await dashboard.click(IN_AREA);
   await expect(card(page, 'keep-out')).toContainText('Area0.60 m²');
-  // As near as the lane was, but a polygon must cover the clicked place.
+  // The click is as near to the polygon as an earlier one was to the lane, but a polygon must cover
+  // the clicked place.
   await dashboard.click([4.5, 5.64]);
   await expect(page.getByRole('article')).toHaveCount(0);
 });

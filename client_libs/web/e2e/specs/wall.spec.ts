@@ -24,7 +24,7 @@ interface Sizes {
   button: number;
   /** The share of the screen's width that the layer list and the open panel take. */
   covered: number;
-  /** By how many pixels the page is wider than the screen. */
+  /** The number of pixels by which the page is wider than the screen. */
   overflow: number;
 }
 

@@ -12,16 +12,16 @@ export class Server {
   private constructor(
     readonly address: string,
     private readonly child: ChildProcess,
-    private readonly endWithUs: () => void,
+    private readonly killOnExit: () => void,
   ) {}
 
   /** Starts a program and waits for its line `NAME ready on ADDRESS`. Fails with its output. */
   static async start(name: string, args: string[]): Promise<Server> {
     const child = spawn(program(name), args, { stdio: ['ignore', 'pipe', 'pipe'] });
-    const endWithUs = () => child.kill('SIGKILL');
-    process.once('exit', endWithUs);
+    const killOnExit = () => child.kill('SIGKILL');
+    process.once('exit', killOnExit);
     try {
-      return new Server(await readyAddress(name, child), child, endWithUs);
+      return new Server(await readyAddress(name, child), child, killOnExit);
     } catch (error) {
       child.kill('SIGKILL');
       throw error;
@@ -30,7 +30,7 @@ export class Server {
 
   /** Sends a signal and waits until the process has exited. */
   async stop(signal: 'SIGTERM' | 'SIGKILL' = 'SIGTERM'): Promise<void> {
-    process.off('exit', this.endWithUs);
+    process.off('exit', this.killOnExit);
     if (this.child.exitCode !== null || this.child.signalCode !== null) return;
     const gone = once(this.child, 'exit');
     this.child.kill(signal);
@@ -40,15 +40,15 @@ export class Server {
 
 function readyAddress(name: string, child: ChildProcess): Promise<string> {
   return new Promise((resolve, reject) => {
-    const said: string[] = [];
-    const giveUp = (why: string) => reject(new Error(`${name} ${why}\n${said.join('\n')}`));
+    const output: string[] = [];
+    const giveUp = (why: string) => reject(new Error(`${name} ${why}\n${output.join('\n')}`));
     const timer = setTimeout(() => giveUp('was not ready in time'), startDeadlineMs);
     child.once('error', (error) => giveUp(error.message));
     child.once('exit', (code) => giveUp(`exited with code ${code}`));
     for (const stream of [child.stdout, child.stderr]) {
       if (!stream) continue;
       createInterface({ input: stream }).on('line', (line) => {
-        said.push(line);
+        output.push(line);
         const ready = /ready on (\S+)/.exec(line)?.[1];
         if (!ready) return;
         clearTimeout(timer);

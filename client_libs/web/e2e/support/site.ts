@@ -133,6 +133,6 @@ export async function drawExploredOffice(run: Hypermap): Promise<void> {
   );
   // The program reports an error when the robots are stopped before the end.
   await robots.catch((error: Error) => {
-    if (!error.message.includes('not at its end after 120 steps')) throw error;
+    if (!error.message.includes('the exploration has not ended after 120 steps')) throw error;
   });
 }

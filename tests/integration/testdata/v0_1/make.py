@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Writes golden.gpkg.xz, a map of version 0.1, and answers.json.xz, what 0.1 answers about it.
+"""Writes golden.gpkg.xz, a map of version 0.1, and answers.json.xz, the answers of 0.1 about it.
 
     make.py CHECKOUT [FOLDER]
 
@@ -43,7 +43,7 @@ CENTURY = "3155760000s"
 
 
 class Life:
-    """The edits that make up the life of the map, sent to one server."""
+    """Sends the edits that make the history of the map to one server."""
 
     # Ranges of x and y in the layer's frame within which objects are placed.
     SPREAD = {"things": ((-6, 22), (-4, 14)), "dock_things": ((0, 12), (-7, 6)),
@@ -91,7 +91,7 @@ class Life:
             for properties, ring in features], **({"frame": frame} if frame else {})}))
         return self.cli("edit", "golden", path, "--layer", layer, *flags)
 
-    # The steps of the life, in the order of write_map. Each makes several revisions.
+    # The steps of the history, in the order of write_map. Each makes several revisions.
 
     def make_layers(self):
         self.cli("map", "create", "golden")
@@ -313,7 +313,7 @@ class Life:
 
 
 def write_map(folder):
-    """Writes golden.gpkg to the folder and closes it. Returns the life of the map."""
+    """Writes golden.gpkg to the folder and closes it. Returns the Life that made it."""
     with Server(folder, *FLAGS) as server:
         with tempfile.TemporaryDirectory() as scratch:
             life = Life(server, pathlib.Path(scratch))
@@ -330,7 +330,7 @@ def write_map(folder):
             life.explore()
             life.change(10)
         assert server.stop() == 0, server.log()
-    assert not list(folder.glob("*-wal")), "the write-ahead log was not folded in"
+    assert not list(folder.glob("*-wal")), "the write-ahead log was not checkpointed"
     return life
 
 

@@ -29,7 +29,7 @@ class Asker:
         self._deadline_s = deadline_s
 
     def ask(self, words, given=""):
-        """The `answer` or `error` of a question."""
+        """Asks a question and returns its `answer` or `error`."""
         result = subprocess.run([*self._command, *map(str, words)], input=given, text=True,
                                 capture_output=True, timeout=self._deadline_s, check=False)
         if result.returncode != 0:
@@ -37,21 +37,21 @@ class Asker:
         return {"answer": [json.loads(line) for line in result.stdout.splitlines()]}
 
     def answer(self, *words):
-        """The lines of the answer. Raises when the command fails."""
+        """Asks a question and returns the lines of its answer. Raises if the command fails."""
         answered = self.ask(words)
         if "error" in answered:
             raise AssertionError(f"{words}: {answered['error']}")
         return answered["answer"]
 
     def ask_each(self, questions):
-        """The same questions with the answers of this server."""
+        """Returns the same questions with the answers of this server."""
         with concurrent.futures.ThreadPoolExecutor(2 * (os.cpu_count() or 1)) as pool:
             return list(pool.map(
                 lambda q: {"ask": q["ask"], **self.ask(q["ask"], q.get("input", ""))}, questions))
 
 
 def query(kind, *words, layers=(), frame=None, at=None):
-    """The words of a question."""
+    """Returns the command-line arguments of a query."""
     options = [word for layer in layers for word in ("--layer", layer)]
     options += ["--frame", frame] if frame else []
     options += ["--at", at] if at is not None else []
@@ -82,7 +82,7 @@ class Draw:
         return sorted(self._draw.sample(range(self.newest), count))
 
     def point(self):
-        """A vertex or centroid of an object, a corner of cells, or any place, in "map"."""
+        """Draws a vertex or centroid of an object, a corner of cells or any place, in "map"."""
         kind = self._draw.randrange(4)
         if kind == 0:
             return self._draw.choice(self._vertices)
@@ -118,7 +118,8 @@ class Draw:
                     yield ["explain", MAP, line["entity"]["id"], "--layer", layer]
 
     def about_now(self):
-        """Each layer is asked for in its own frame; "floor" in the frame "dock"."""
+        """Draws questions about the present. Each layer is queried in its own frame, "floor" in the
+        frame "dock"."""
         for layer in self.layers:
             yield query("area", *EVERYWHERE, layers=[layer],
                         frame=self.layers[layer]["frame_id"] if layer != "floor" else "dock")
@@ -152,8 +153,8 @@ class Draw:
             yield query("value", "chair", at=revision["time"])
 
     def about_changes(self, moved):
-        """`moved`: the revisions that moved frames. A watch that passes one of them is reset to the
-        newest revision."""
+        """Draws questions about differences and watches. `moved` has the revisions that moved
+        frames; a watch that passes one of them is reset to the newest revision."""
         before, after = moved[0] - 1, moved[-1]
         for begin, end in ((0, before), (after, self.newest)):
             yield ["watch", MAP, "--from", begin, "--until", end]
@@ -170,7 +171,7 @@ class Draw:
                    *self._draw.choice([[], ["--frame", "dock"], ["--layer", "things"]])]
 
     def many_points(self, revisions):
-        """Pairs of words and standard input."""
+        """Draws queries of many points, as pairs of arguments and standard input."""
         for frame in (None, "dock"):
             for revision in revisions:
                 yield (query("points", "--stdin", frame=frame, at=revision),
@@ -178,8 +179,10 @@ class Draw:
 
 
 def ask_all(asker, draw, moved):
-    """The newest revision of the map, and questions about it with their answers. `moved`: the
-    revisions that moved frames."""
+    """Returns the newest revision of the map, and questions about it with their answers.
+
+    moved: the revisions that moved frames.
+    """
     draw = Draw(asker, draw)
 
     def each(questions, newest):

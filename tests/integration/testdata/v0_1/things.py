@@ -1,4 +1,4 @@
-"""Objects of many shapes, drawn by chance."""
+"""Draws random objects of many shapes."""
 
 import math
 
@@ -12,7 +12,7 @@ def rectangle(x0, y0, x1, y1):
 
 
 def star(draw, x, y, radius, vertices):
-    """A simple ring around (x, y), convex or not, in either winding."""
+    """Draws a simple ring around (x, y), convex or not, clockwise or counter-clockwise."""
     ring = []
     for i in range(vertices):
         angle = 2 * math.pi * (i + draw.uniform(0.1, 0.9)) / vertices
@@ -26,7 +26,7 @@ def polygon(outer, *holes):
 
 
 def shape(draw, x, y):
-    """A polygon of one of the kinds that differ in how they are stored, indexed or asked for."""
+    """Draws a polygon of one of several kinds, which are stored, indexed or queried differently."""
     kind = draw.randrange(8)
     if kind == 0:
         return polygon(star(draw, x, y, draw.uniform(0.2, 2), draw.randint(3, 12)))
@@ -49,7 +49,7 @@ def shape(draw, x, y):
 
 
 def thing(draw, x, y):
-    """The fields of an object near (x, y)."""
+    """Draws the fields of an object near (x, y)."""
     label = draw.choice(LABELS)
     made = {"label": label, "polygon": shape(draw, x, y)}
     if draw.random() < 0.6:

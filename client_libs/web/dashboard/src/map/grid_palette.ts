@@ -16,7 +16,7 @@ export function rampOf(layer: Layer, dark: boolean): Ramp {
   }
 }
 
-/** How the values of a grid are coloured. */
+/** The parameters that determine the colours of the cells of a grid. */
 export interface Colouring {
   ramp: (dark: boolean) => Ramp;
   /** The values at the ends of the ramp. Absent: the range of the values in the grid. */

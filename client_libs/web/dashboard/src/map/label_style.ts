@@ -10,7 +10,7 @@ import type { Look } from './look';
 /** Polygons and lines below this size have no label, pixels before scaling for large screens. */
 const SMALLEST = 28;
 const SIZE = 11;
-/** How far the label of a point or a line is above it, pixels before scaling for large screens. */
+/** The distance from a point or a line up to its label, pixels before scaling for large screens. */
 const ABOVE: Partial<Record<Type, number>> = { Point: 15, LineString: 11 };
 
 type LabelStyle = (feature: FeatureLike, resolution: number) => Style | undefined;

@@ -3,7 +3,7 @@ import type View from 'ol/View';
 
 export type Sides = readonly [top: number, right: number, bottom: number, left: number];
 
-/** How far panels cover the map from each side, pixels. */
+/** The widths of the strips that panels cover at each side of the map, pixels. */
 export const mapPadding = signal<Sides>([0, 0, 0, 0]);
 
 /** The share of the map that always counts as uncovered, even if panels cover more. */

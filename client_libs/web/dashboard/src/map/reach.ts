@@ -6,7 +6,7 @@ import { scale } from './scale';
 const REACH_OF_POINTER = 8;
 const REACH_OF_FINGER = 16;
 
-/** How far away from a line or a point a click may be to count as a click on it, metres. */
+/** The maximum distance of a click on a line or a point from it, metres. */
 export function clickReach(map: OlMap, event?: UIEvent): number {
   const isFinger = event instanceof PointerEvent && event.pointerType === 'touch';
   const pixels = (isFinger ? REACH_OF_FINGER : REACH_OF_POINTER) * scale.peek();

@@ -34,7 +34,7 @@ function placeOf(frame: FrameState, box: Extent): [x: number, y: number, side: n
 export class ShapeLayer extends CanvasLayer {
   readonly #shapes: ShapeIndex;
   #painter: ShapePainter;
-  /** How far paint reaches beyond the boxes of objects, pixels. */
+  /** The distance by which paint exceeds the bounding boxes of objects, pixels. */
   #margin: number;
   #tiles = new TileSet(1);
   /** The tiles of the previous resolution, shown where a new tile is not painted yet. */

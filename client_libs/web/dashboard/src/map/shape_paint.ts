@@ -16,7 +16,7 @@ export const POINT_RADIUS = 5;
 /** The width of the ring around a point, which sets it off from what it lies on. */
 const HALO = 2;
 
-/** How far paint reaches beyond the bounding boxes of objects, pixels. */
+/** The distance by which paint exceeds the bounding boxes of objects, pixels. */
 export function reachOfPaint({ scale }: Look): number {
   return Math.ceil((POINT_RADIUS + HALO) * scale) + 1;
 }

@@ -70,7 +70,7 @@ test('a step after an interrupted one starts from what is shown', () => {
   const view = viewAt(START);
   zoomBy(view, 1);
   vi.advanceTimersByTime(50);
-  // As the wheel does.
+  // The wheel interaction also cancels the animation and sets the resolution.
   view.cancelAnimations();
   view.setResolution(1);
   vi.advanceTimersByTime(50);

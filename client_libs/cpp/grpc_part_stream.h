@@ -1,6 +1,6 @@
 // Parts of a server-streaming rpc. Only for the sources of this folder.
-#ifndef HYPERMAP_CLIENT_LIBS_CPP_GRPC_SOURCE_H_
-#define HYPERMAP_CLIENT_LIBS_CPP_GRPC_SOURCE_H_
+#ifndef HYPERMAP_CLIENT_LIBS_CPP_GRPC_PART_STREAM_H_
+#define HYPERMAP_CLIENT_LIBS_CPP_GRPC_PART_STREAM_H_
 
 #include <grpcpp/grpcpp.h>
 
@@ -25,14 +25,14 @@ using OpenStream = std::unique_ptr<grpc::ClientReader<Message>> (Stub::*)(grpc::
 // Decodes each Message of a call into a Part. The call is retried while it has returned no message.
 // Keeps the connection alive.
 template <typename Message, typename Part>
-class GrpcSource : public PartSource<Part> {
+class GrpcPartStream : public PartStream<Part> {
  public:
   using Open =
       std::function<std::unique_ptr<grpc::ClientReader<Message>>(grpc::ClientContext* context)>;
   using Decode = absl::StatusOr<Part> (*)(Message message);
 
-  GrpcSource(std::shared_ptr<Connection> connection, Open open, const CallOptions& options,
-             Decode decode)
+  GrpcPartStream(std::shared_ptr<Connection> connection, Open open, const CallOptions& options,
+                 Decode decode)
       : connection_(std::move(connection)),
         open_(std::move(open)),
         deadline_(connection_->DeadlineOf(options)),
@@ -41,7 +41,7 @@ class GrpcSource : public PartSource<Part> {
     OpenCall();
   }
 
-  ~GrpcSource() override {
+  ~GrpcPartStream() override {
     if (!finished_) Cancel();
   }
 
@@ -102,11 +102,10 @@ class GrpcSource : public PartSource<Part> {
 };
 
 template <typename Stub, typename Request, typename Message, typename Part>
-std::unique_ptr<PartSource<Part>> MakeGrpcSource(std::shared_ptr<Connection> connection, Stub& stub,
-                                                 OpenStream<Stub, Request, Message> open,
-                                                 Request request, const CallOptions& options,
-                                                 absl::StatusOr<Part> (*decode)(Message message)) {
-  return std::make_unique<GrpcSource<Message, Part>>(
+std::unique_ptr<PartStream<Part>> MakeGrpcPartStream(
+    std::shared_ptr<Connection> connection, Stub& stub, OpenStream<Stub, Request, Message> open,
+    Request request, const CallOptions& options, absl::StatusOr<Part> (*decode)(Message message)) {
+  return std::make_unique<GrpcPartStream<Message, Part>>(
       std::move(connection),
       [&stub, open, request = std::move(request)](grpc::ClientContext* context) {
         return (stub.*open)(context, request);
@@ -116,4 +115,4 @@ std::unique_ptr<PartSource<Part>> MakeGrpcSource(std::shared_ptr<Connection> con
 
 }  // namespace hypermap::client
 
-#endif  // HYPERMAP_CLIENT_LIBS_CPP_GRPC_SOURCE_H_
+#endif  // HYPERMAP_CLIENT_LIBS_CPP_GRPC_PART_STREAM_H_

@@ -1,4 +1,4 @@
-#include "map/exploration/sight.h"
+#include "map/exploration/viewshed.h"
 
 #include <cmath>
 #include <set>
@@ -19,14 +19,14 @@ using testing::UniformInt;
 
 std::set<CellIndex> Seen(const FloorPlan& plan, const CellIndex& from, int32_t range) {
   std::set<CellIndex> seen;
-  Sight sight(range);
-  sight.Look(plan, from, [&seen](const CellIndex& cell) {
+  ViewshedRays rays(range);
+  rays.ForEachVisible(plan, from, [&seen](const CellIndex& cell) {
     EXPECT_TRUE(seen.insert(cell).second) << "told twice";
   });
   return seen;
 }
 
-TEST(SightTest, EndsAtWhatIsNotFree) {
+TEST(ViewshedTest, EndsAtWhatIsNotFree) {
   const FloorPlan plan = DrawnFloor({"..#..",  //
                                      "..#..",  //
                                      ".....",  //
@@ -41,16 +41,16 @@ TEST(SightTest, EndsAtWhatIsNotFree) {
   EXPECT_TRUE(Seen(plan, {7, 7}, 9).empty());
 }
 
-TEST(SightTest, DoesNotGoThroughACorner) {
+TEST(ViewshedTest, DoesNotGoThroughACorner) {
   const FloorPlan plan = DrawnFloor({"#.",  //
                                      ".#"});
-  EXPECT_FALSE(InSight(plan, {0, 0}, {1, 1}));
+  EXPECT_FALSE(HasLineOfSight(plan, {0, 0}, {1, 1}));
   EXPECT_EQ(Seen(plan, {0, 0}, 3), (std::set<CellIndex>{{0, 0}}));
-  EXPECT_FALSE(InSight(DrawnFloor({"..", ".#"}), {0, 0}, {1, 1}));
-  EXPECT_TRUE(InSight(DrawnFloor({"..", ".."}), {0, 0}, {1, 1}));
+  EXPECT_FALSE(HasLineOfSight(DrawnFloor({"..", ".#"}), {0, 0}, {1, 1}));
+  EXPECT_TRUE(HasLineOfSight(DrawnFloor({"..", ".."}), {0, 0}, {1, 1}));
 }
 
-TEST(SightTest, ReachesAllOfAFreeDisc) {
+TEST(ViewshedTest, ReachesAllOfAFreeDisc) {
   const FloorPlan free(CellBox{-40, 41, -40, 41}, Floor::kFree);
   for (const int32_t range : {1, 2, 3, 7, 20, 33}) {
     const std::set<CellIndex> seen = Seen(free, {0, 0}, range);
@@ -64,7 +64,7 @@ TEST(SightTest, ReachesAllOfAFreeDisc) {
 
 // Returns whether the segment between the centres avoids the closed squares of all cells that are
 // not free.
-bool InSightByHand(const FloorPlan& plan, const CellIndex& a, const CellIndex& b) {
+bool HasLineOfSightByHand(const FloorPlan& plan, const CellIndex& a, const CellIndex& b) {
   const double dr = b.row - a.row, dc = b.col - a.col;
   for (size_t i = 0; i < plan.values().size(); ++i) {
     if (plan.values()[i] == Floor::kFree) continue;
@@ -92,7 +92,7 @@ bool InSightByHand(const FloorPlan& plan, const CellIndex& a, const CellIndex& b
   return true;
 }
 
-TEST(SightTest, LinesEqualBruteForceAndAreSymmetric) {
+TEST(ViewshedTest, LinesEqualBruteForceAndAreSymmetric) {
   const uint64_t seed = TestSeed();
   SCOPED_TRACE(seed);
   Rng rng(seed);
@@ -100,23 +100,23 @@ TEST(SightTest, LinesEqualBruteForceAndAreSymmetric) {
     const FloorPlan plan = RandomFloor(rng, 16, Uniform(rng, 0, 0.15));
     const CellIndex a = plan.CellOf(UniformInt(rng, 0, plan.values().size() - 1));
     const CellIndex b = plan.CellOf(UniformInt(rng, 0, plan.values().size() - 1));
-    ASSERT_EQ(InSight(plan, a, b), InSightByHand(plan, a, b))
+    ASSERT_EQ(HasLineOfSight(plan, a, b), HasLineOfSightByHand(plan, a, b))
         << a.row << " " << a.col << " to " << b.row << " " << b.col;
-    EXPECT_EQ(InSight(plan, a, b), InSight(plan, b, a));
+    EXPECT_EQ(HasLineOfSight(plan, a, b), HasLineOfSight(plan, b, a));
   }
 }
 
-TEST(SightTest, SeesWhatSomeRayMeets) {
+TEST(ViewshedTest, SeesWhatSomeRayMeets) {
   const uint64_t seed = TestSeed();
   SCOPED_TRACE(seed);
   Rng rng(seed);
   constexpr int32_t kRange = 9;
-  Sight sight(kRange);
+  ViewshedRays rays(kRange);
   for (int round = 0; round < 60; ++round) {
     const FloorPlan plan = RandomFloor(rng, 24, 0.08);
     const CellIndex from = plan.CellOf(UniformInt(rng, 0, plan.values().size() - 1));
     std::set<CellIndex> seen;
-    sight.Look(plan, from, [&seen](const CellIndex& cell) { seen.insert(cell); });
+    rays.ForEachVisible(plan, from, [&seen](const CellIndex& cell) { seen.insert(cell); });
     // Every cell on a free line of full length is seen, and cells that are seen are free and in
     // range.
     for (const CellIndex& cell : seen) {
@@ -126,7 +126,7 @@ TEST(SightTest, SeesWhatSomeRayMeets) {
     for (size_t i = 0; i < plan.values().size(); ++i) {
       const CellIndex to = plan.CellOf(i);
       if (std::max(std::abs(to.row - from.row), std::abs(to.col - from.col)) != kRange) continue;
-      if (!InSight(plan, from, to)) continue;
+      if (!HasLineOfSight(plan, from, to)) continue;
       for (double t = 0; t <= 1; t += 0.01) {
         const CellIndex between{
             static_cast<int32_t>(std::lround(from.row + t * (to.row - from.row))),

@@ -1,4 +1,4 @@
-#include "map/exploration/sight.h"
+#include "map/exploration/viewshed.h"
 
 #include <algorithm>
 #include <cstdlib>
@@ -78,11 +78,11 @@ class RayTree {
 
 }  // namespace
 
-bool InSight(const FloorPlan& plan, const CellIndex& a, const CellIndex& b) {
+bool HasLineOfSight(const FloorPlan& plan, const CellIndex& a, const CellIndex& b) {
   return WalkLine(a, b, [&](const CellIndex& cell) { return plan.at(cell) == Floor::kFree; });
 }
 
-Sight::Sight(int32_t range) : range_(range), seen_(size_t{2} * range * 2 * range, 0) {
+ViewshedRays::ViewshedRays(int32_t range) : range_(range), seen_(size_t{2} * range * 2 * range, 0) {
   RayTree rays;
   for (int32_t i = -range; i <= range; ++i) {
     for (const int32_t rim : {-range, range}) {
@@ -98,12 +98,12 @@ Sight::Sight(int32_t range) : range_(range), seen_(size_t{2} * range * 2 * range
       [this](size_t step) { steps_[step].skip = static_cast<int32_t>(steps_.size()); });
 }
 
-void Sight::Look(const FloorPlan& plan, const CellIndex& from,
-                 absl::FunctionRef<void(const CellIndex&)> visit) {
+void ViewshedRays::ForEachVisible(const FloorPlan& plan, const CellIndex& from,
+                                  absl::FunctionRef<void(const CellIndex&)> visit) {
   // The counter wrapped around: old marks could look like new ones.
-  if (++look_ == 0) {
+  if (++viewshed_ == 0) {
     std::fill(seen_.begin(), seen_.end(), 0);
-    look_ = 1;
+    viewshed_ = 1;
   }
   const size_t side = size_t{2} * range_;
   for (size_t i = 0; i < steps_.size();) {
@@ -114,8 +114,8 @@ void Sight::Look(const FloorPlan& plan, const CellIndex& from,
       continue;
     }
     uint32_t& seen = seen_[(step.row + range_) * side + (step.col + range_)];
-    if (seen != look_) visit(cell);
-    seen = look_;
+    if (seen != viewshed_) visit(cell);
+    seen = viewshed_;
     ++i;
   }
 }

@@ -1,0 +1,109 @@
+// The limits of what a client or a file can ask of the server, each with its one default.
+//
+// Each member of Limits is also a flag of hypermapd, of the same name, and an error that refuses
+// something names that flag. A new limit is a line here and a line in server/limit_flags.cc. The
+// members of FixedLimits have no flag. Sizes that a client can't reach (caches, batches of internal
+// work) stay where they are used.
+#ifndef HYPERMAP_BASE_LIMITS_LIMITS_H_
+#define HYPERMAP_BASE_LIMITS_LIMITS_H_
+
+#include <cstddef>
+#include <cstdint>
+
+#include "absl/time/time.h"
+
+namespace hypermap {
+
+// Anything that exceeds one of these is refused with RESOURCE_EXHAUSTED, unless the limit's comment
+// says otherwise.
+struct Limits {
+  // Requests.
+
+  // Bytes of a request or response message; gRPC refuses a larger one.
+  int max_message_bytes = 16 << 20;
+  // Vertices of one polygon, over all its rings, or of one line string.
+  int max_vertices = 100'000;
+  // Edits of a batch.
+  int max_edits = 10'000;
+  // Cells that one edit sets, and cells of the images of an import.
+  int64_t max_cells = int64_t{1} << 26;
+  // k of a nearest query.
+  int max_nearest = 1'000;
+  // Points of a batch of point queries.
+  int max_points = 65'536;
+  // Cells of the bounding box of an explored area.
+  int64_t max_exploration_cells = 25'000'000;
+  // Submissions that wait for a map's writer.
+  int max_queue = 1'024;
+  // Time by which an observation's stamp may be older than the newest of its layer; an older one is
+  // refused as late. Also the time by which it may be ahead of the server's clock.
+  absl::Duration max_lateness = absl::Minutes(10);
+
+  // Imports.
+
+  // Bytes of all files of an import together.
+  int64_t max_import_bytes = int64_t{256} << 20;
+  // Bytes of an import's files after decompression.
+  int64_t max_unpacked_bytes = int64_t{1} << 30;
+  // Members of an archive.
+  int max_archive_members = 10'000;
+  // Objects of an import.
+  int64_t max_import_objects = 5'000'000;
+
+  // Answers. A stream is divided into messages by these sizes; nothing is refused.
+
+  // Objects or runs of cells in one message of a streamed answer.
+  int chunk_items = 2'048;
+  // Bytes at which a message of a streamed answer is sent and the next one begins.
+  int64_t max_chunk_bytes = 256 << 10;
+
+  // Watches.
+
+  // Concurrent watches.
+  int max_watchers = 1'000;
+  // Revisions by which a watch may fall behind before it is closed.
+  int64_t max_watch_lag = 500'000;
+  // Longest time between two messages of a watch; progress is sent if there is no change.
+  absl::Duration watch_progress = absl::Seconds(10);
+
+  // History. Older revisions are removed.
+
+  // Revisions before a map's newest that are kept.
+  int64_t history_revisions = 1'000'000;
+  // Time for which past revisions of a map are kept.
+  absl::Duration history_age = absl::Hours(720);
+  // Time for which receipts are kept, so that a retry gets the answer of its first attempt.
+  absl::Duration receipt_age = absl::Hours(24);
+
+  friend bool operator==(const Limits&, const Limits&) = default;
+};
+
+struct FixedLimits {
+  // Bytes of a request id; INVALID_ARGUMENT beyond.
+  static constexpr size_t kMaxRequestIdLength = 128;
+  // Files of an import; RESOURCE_EXHAUSTED beyond.
+  static constexpr size_t kMaxImportFiles = 16;
+  // Entries of a page of history; a request for more gets this many.
+  static constexpr int kMaxPageSize = 10'000;
+
+  // Bytes of a robot's name; INVALID_ARGUMENT beyond.
+  static constexpr size_t kMaxRobotLength = 128;
+  // Robots that explore an area together; RESOURCE_EXHAUSTED beyond.
+  static constexpr size_t kMaxRobots = 256;
+  // Explorations of a map that have not ended; RESOURCE_EXHAUSTED beyond.
+  static constexpr size_t kMaxActiveExplorations = 16;
+  // Lease of an exploration goal; INVALID_ARGUMENT beyond.
+  static constexpr absl::Duration kMaxLease = absl::Minutes(10);
+
+  // Bytes of a YAML file; RESOURCE_EXHAUSTED beyond.
+  static constexpr size_t kMaxYamlBytes = size_t{4} << 20;
+  // Entries of the list of transforms of an .hmap file, because the time of checking a chain of
+  // frames grows with the square of its length; RESOURCE_EXHAUSTED beyond.
+  static constexpr size_t kMaxTransforms = 2'000;
+  // Pixels of an exported image; RESOURCE_EXHAUSTED beyond.
+  static constexpr int64_t kMaxExportPixels = int64_t{1} << 28;
+};
+
+}  // namespace hypermap
+
+#endif  // HYPERMAP_BASE_LIMITS_LIMITS_H_

@@ -1,0 +1,52 @@
+// Maps, layers and revisions as the lists of a server name them, without their content.
+#ifndef HYPERMAP_MAP_ENTRIES_H_
+#define HYPERMAP_MAP_ENTRIES_H_
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "absl/time/time.h"
+#include "map/grid/grid_geometry.h"
+#include "map/layers/layer_properties.h"
+#include "map/layers/layer_spec.h"
+#include "map/snapshot.h"
+
+namespace hypermap {
+
+struct MapEntry {
+  std::string name;
+  std::string frame_id;
+  Revision revision = 0;
+  absl::Time create_time;
+  int layer_count = 0;
+  // Reason why the server can't open the map; only the name is set besides. Empty if it is open.
+  std::string problem;
+
+  friend bool operator==(const MapEntry&, const MapEntry&) = default;
+};
+
+struct LayerEntry {
+  LayerSpec spec;
+  // Number of objects of a semantic layer, or of cells in the extent of a grid.
+  int64_t size = 0;
+  // For grids: the box around all cells ever written. Absent if there are none.
+  std::optional<CellBox> extent;
+  // The newest revision that changed the layer or its content.
+  Revision version = 0;
+  // Describes the content, well enough to draw and print a layer of any kind.
+  LayerProperties properties;
+};
+
+struct RevisionRecord {
+  Revision revision = 0;
+  absl::Time time;
+  std::string author;
+  int64_t num_changes = 0;
+
+  friend bool operator==(const RevisionRecord&, const RevisionRecord&) = default;
+};
+
+}  // namespace hypermap
+
+#endif  // HYPERMAP_MAP_ENTRIES_H_

@@ -1,0 +1,43 @@
+#include "map/observations/observe_answers.h"
+
+#include <algorithm>
+#include <iterator>
+
+namespace hypermap {
+
+absl::string_view ObservationOutcomeName(ObservationOutcome outcome) {
+  switch (outcome) {
+    case ObservationOutcome::kAccepted:
+      return "accepted";
+    case ObservationOutcome::kDuplicate:
+      return "duplicate";
+    case ObservationOutcome::kRefusedLate:
+      return "refused_late";
+    case ObservationOutcome::kInvalid:
+      return "invalid";
+    case ObservationOutcome::kConflict:
+      return "conflict";
+  }
+  return "unknown";
+}
+
+std::vector<SequenceRange> RangesOf(absl::Span<const int64_t> sequences) {
+  std::vector<SequenceRange> ranges;
+  for (const int64_t sequence : sequences) {
+    if (!ranges.empty() && ranges.back().last == sequence - 1) {
+      ranges.back().last = sequence;
+    } else {
+      ranges.push_back({sequence, sequence});
+    }
+  }
+  return ranges;
+}
+
+bool OpenedLayer::Knows(int64_t sequence) const {
+  const auto after =
+      std::upper_bound(known.begin(), known.end(), sequence,
+                       [](int64_t s, const SequenceRange& range) { return s < range.first; });
+  return after != known.begin() && sequence <= std::prev(after)->last;
+}
+
+}  // namespace hypermap

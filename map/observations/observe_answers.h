@@ -1,0 +1,64 @@
+// A map's answers to the observations of robots.
+#ifndef HYPERMAP_MAP_OBSERVATIONS_OBSERVE_ANSWERS_H_
+#define HYPERMAP_MAP_OBSERVATIONS_OBSERVE_ANSWERS_H_
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "absl/strings/string_view.h"
+#include "absl/types/span.h"
+
+namespace hypermap {
+
+enum class ObservationOutcome {
+  kAccepted,     // on disk, fused and visible
+  kDuplicate,    // the layer already had it
+  kRefusedLate,  // older than the layer's newest by more than --max_lateness
+  kInvalid,      // not a valid observation
+  kConflict,     // the layer has a different one with this robot and sequence
+};
+
+// Returns "accepted", "duplicate", "refused_late", "invalid" or "conflict".
+absl::string_view ObservationOutcomeName(ObservationOutcome outcome);
+
+// The answer to one observation. Only an accepted observation changes anything.
+struct ObservationVerdict {
+  std::string robot;
+  int64_t sequence = 0;
+  ObservationOutcome outcome = ObservationOutcome::kAccepted;
+  // The revision that contains the observation if it was accepted, otherwise the newest one.
+  int64_t revision = 0;
+  std::string message;  // the reason if it was not accepted
+
+  friend bool operator==(const ObservationVerdict&, const ObservationVerdict&) = default;
+};
+
+// The sequences first, first + 1, ... last.
+struct SequenceRange {
+  int64_t first = 0;
+  int64_t last = 0;
+
+  friend bool operator==(const SequenceRange&, const SequenceRange&) = default;
+};
+
+// Returns the ranges of consecutive numbers in `sequences`. REQUIRES: the sequences ascend.
+std::vector<SequenceRange> RangesOf(absl::Span<const int64_t> sequences);
+
+// The answer to the opening of a stream of observations: the fusion settings of the layer from then
+// on.
+struct OpenedLayer {
+  std::string strategy;
+  std::string parameters;
+  std::string exploration_layer;  // empty: none
+  // Sequences of the opening's robot that the layer has, ascending.
+  std::vector<SequenceRange> known;
+
+  bool Knows(int64_t sequence) const;
+
+  friend bool operator==(const OpenedLayer&, const OpenedLayer&) = default;
+};
+
+}  // namespace hypermap
+
+#endif  // HYPERMAP_MAP_OBSERVATIONS_OBSERVE_ANSWERS_H_

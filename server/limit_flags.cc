@@ -1,0 +1,82 @@
+#include "server/limit_flags.h"
+
+#include <cstdint>
+
+#include "absl/flags/flag.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/string_view.h"
+#include "absl/time/time.h"
+#include "base/status/status_macros.h"
+
+// FLAG(name, least, help) for each member of Limits: the flag of that name has the member's type
+// and default, and accepts values from `least` on.
+#define HYPERMAP_LIMIT_FLAGS(FLAG)                                                             \
+  FLAG(max_message_bytes, 1, "Size limit of a request or response message")                    \
+  FLAG(max_vertices, 1, "Limit of the vertices of a polygon")                                  \
+  FLAG(max_edits, 1, "Limit of the edits of a batch")                                          \
+  FLAG(max_cells, 1, "Limit of the cells that one edit or imported image sets")                \
+  FLAG(max_nearest, 1, "Limit of k of a nearest query")                                        \
+  FLAG(max_points, 1, "Limit of the points of a batch")                                        \
+  FLAG(max_exploration_cells, 1, "Limit of the cells of the bounding box of an explored area") \
+  FLAG(max_queue, 1, "Limit of the batches that wait for a map's writer")                      \
+  FLAG(max_lateness, absl::ZeroDuration(),                                                     \
+       "Observations older than a layer's newest by more than this are refused")               \
+  FLAG(max_import_bytes, 1, "Limit of the total size of the files of an import")               \
+  FLAG(max_unpacked_bytes, 1, "Limit of the size of an import's files after decompression")    \
+  FLAG(max_archive_members, 1, "Limit of the members of an imported archive")                  \
+  FLAG(max_import_objects, 1, "Limit of the objects of an import")                             \
+  FLAG(chunk_items, 1,                                                                         \
+       "Limit of the objects or runs of cells in one message of a streamed answer")            \
+  FLAG(max_chunk_bytes, 1,                                                                     \
+       "Size at which a message of a streamed answer is sent and the next one begins")         \
+  FLAG(max_watchers, 1, "Limit of concurrent watches")                                         \
+  FLAG(max_watch_lag, 1, "A watch that falls behind by more revisions than this is closed")    \
+  FLAG(watch_progress, absl::Milliseconds(1),                                                  \
+       "Longest time between two messages of a watch; progress is sent if there is no change") \
+  FLAG(history_revisions, 0, "Past revisions of a map that are kept")                          \
+  FLAG(history_age, absl::ZeroDuration(), "Time for which past revisions of a map are kept")   \
+  FLAG(receipt_age, absl::ZeroDuration(),                                                      \
+       "Time for which a retried request gets the answer of its first attempt")
+
+#define HYPERMAP_DEFINE_FLAG(name, least, help) \
+  ABSL_FLAG(decltype(hypermap::Limits::name), name, hypermap::Limits().name, help);
+HYPERMAP_LIMIT_FLAGS(HYPERMAP_DEFINE_FLAG)
+#undef HYPERMAP_DEFINE_FLAG
+
+namespace hypermap::server {
+namespace {
+
+absl::Status TooSmall(absl::string_view name, absl::string_view rule) {
+  return absl::InvalidArgumentError(absl::StrCat("--", name, " must ", rule));
+}
+
+absl::Status CheckAtLeast(absl::string_view name, int64_t value, int64_t least) {
+  if (value >= least) return absl::OkStatus();
+  return TooSmall(name, least == 0 ? "not be negative" : "be positive");
+}
+
+absl::Status CheckAtLeast(absl::string_view name, absl::Duration value, absl::Duration least) {
+  if (value >= least) return absl::OkStatus();
+  if (least == absl::ZeroDuration()) return TooSmall(name, "not be negative");
+  return TooSmall(name, absl::StrCat("be at least ", absl::FormatDuration(least)));
+}
+
+}  // namespace
+
+absl::Status CheckLimitFlags() {
+#define HYPERMAP_CHECK_FLAG(name, least, help) \
+  HYPERMAP_RETURN_IF_ERROR(CheckAtLeast(#name, absl::GetFlag(FLAGS_##name), least));
+  HYPERMAP_LIMIT_FLAGS(HYPERMAP_CHECK_FLAG)
+#undef HYPERMAP_CHECK_FLAG
+  return absl::OkStatus();
+}
+
+Limits LimitsOfFlags() {
+  Limits limits;
+#define HYPERMAP_READ_FLAG(name, least, help) limits.name = absl::GetFlag(FLAGS_##name);
+  HYPERMAP_LIMIT_FLAGS(HYPERMAP_READ_FLAG)
+#undef HYPERMAP_READ_FLAG
+  return limits;
+}
+
+}  // namespace hypermap::server

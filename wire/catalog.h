@@ -1,0 +1,26 @@
+// Entries of maps, layers and revisions on the wire.
+#ifndef HYPERMAP_WIRE_CATALOG_H_
+#define HYPERMAP_WIRE_CATALOG_H_
+
+#include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
+#include "hypermap/v1/catalog_service.pb.h"
+#include "hypermap/v1/layer.pb.h"
+#include "hypermap/v1/watch_service.pb.h"
+#include "map/entries.h"
+
+namespace hypermap::wire {
+
+// An entry of a map that can't be opened has only its name and the problem.
+void EncodeMapEntry(const MapEntry& entry, v1::Map* message);
+MapEntry DecodeMapEntry(const v1::Map& message);
+
+// Decodes what EncodeLayer (wire/layer.h) encodes.
+absl::StatusOr<LayerEntry> DecodeLayerEntry(absl::string_view field, const v1::Layer& message);
+
+void EncodeRevisionRecord(const RevisionRecord& record, v1::RevisionInfo* message);
+RevisionRecord DecodeRevisionRecord(const v1::RevisionInfo& message);
+
+}  // namespace hypermap::wire
+
+#endif  // HYPERMAP_WIRE_CATALOG_H_
