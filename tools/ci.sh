@@ -5,11 +5,12 @@
 #             commit (clang's warnings, and its analysis of locks, are errors in every build)
 #   asan      unit tests, short proofs and the shorter integration tests, under AddressSanitizer
 #             and UndefinedBehaviorSanitizer
+#   tsan      unit tests of code that threads share, and short proofs, under ThreadSanitizer
 #   release   the programs as they are shipped: integration tests, short proofs and benchmarks,
 #             web, Python, the dashboard in a browser
 #
-# ThreadSanitizer runs at night (make tsan). A failed test does not stop the rest. The last line
-# counts the tests of all builds; the exit code is 0 if none has failed.
+# A failed test does not stop the rest. The last line counts the tests of all builds; the exit code
+# is 0 if none has failed.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 jobs=${JOBS:-$(nproc)}
@@ -43,6 +44,13 @@ stage "asan: tests"
 LSAN_OPTIONS=suppressions=$PWD/tests/lsan.supp:print_suppressions=0 \
   run_tests asan build/asan --label-regex '^(unit|integration|prove)$' --label-exclude long
 
+stage "tsan: build"
+cmake --preset tsan
+cmake --build build/tsan --parallel "$jobs" --target unit_tests hypermapd hypermap_prove
+stage "tsan: tests"
+TSAN_OPTIONS=suppressions=$PWD/tests/tsan.supp:ignore_noninstrumented_modules=1:halt_on_error=1:second_deadlock_stack=1 \
+  run_tests tsan build/tsan --label-regex '^(unit|prove)$'
+
 stage "release: tests"
 rm -rf build/e2e/figures
 run_tests release build
@@ -53,7 +61,7 @@ stage "sum"
 echo "lint: $((1 - lint)) passed, $lint failed"
 total=1
 failed=$lint
-for name in asan release; do
+for name in asan tsan release; do
   read -r bad all < <(sed -nE 's/.*tests passed, ([0-9]+) tests failed out of ([0-9]+).*/\1 \2/p' \
     "$logs/$name.log" | tail -1)
   echo "$name: $((all - bad)) passed, $bad failed"

@@ -79,7 +79,7 @@ grpc::Status ReceiveFiles(v1::CatalogService::Stub& catalog, absl::Time deadline
   return reader->Finish();
 }
 
-absl::StatusOr<std::string> TakeBytes(v1::BackupMapResponse message) {
+absl::StatusOr<std::string> TakeBytes(v1::BackupMapResponse&& message) {
   return std::move(*message.mutable_data());
 }
 

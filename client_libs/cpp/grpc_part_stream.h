@@ -29,7 +29,7 @@ class GrpcPartStream : public PartStream<Part> {
  public:
   using Open =
       std::function<std::unique_ptr<grpc::ClientReader<Message>>(grpc::ClientContext* context)>;
-  using Decode = absl::StatusOr<Part> (*)(Message message);
+  using Decode = absl::StatusOr<Part> (*)(Message&& message);
 
   GrpcPartStream(std::shared_ptr<Connection> connection, Open open, const CallOptions& options,
                  Decode decode)
@@ -104,7 +104,8 @@ class GrpcPartStream : public PartStream<Part> {
 template <typename Stub, typename Request, typename Message, typename Part>
 std::unique_ptr<PartStream<Part>> MakeGrpcPartStream(
     std::shared_ptr<Connection> connection, Stub& stub, OpenStream<Stub, Request, Message> open,
-    Request request, const CallOptions& options, absl::StatusOr<Part> (*decode)(Message message)) {
+    Request request, const CallOptions& options,
+    absl::StatusOr<Part> (*decode)(Message&& message)) {
   return std::make_unique<GrpcPartStream<Message, Part>>(
       std::move(connection),
       [&stub, open, request = std::move(request)](grpc::ClientContext* context) {

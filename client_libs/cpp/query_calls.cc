@@ -24,7 +24,7 @@ void EncodeQuestion(const std::string& map, const Scope& scope, const CallOption
 }
 
 template <typename Message>
-absl::StatusOr<AnswerReader::RevisedPart> DecodeRevisedPart(Message message) {
+absl::StatusOr<AnswerReader::RevisedPart> DecodeRevisedPart(Message&& message) {
   if (!message.has_part()) return AnswerReader::RevisedPart{message.revision(), std::nullopt};
   HYPERMAP_ASSIGN_OR_RETURN(LayerPart part, wire::DecodeLayerPart(message.part()));
   return AnswerReader::RevisedPart{message.revision(), std::move(part)};

@@ -39,7 +39,7 @@ absl::Status AppendChanges(const google::protobuf::RepeatedPtrField<v1::Change>&
   return absl::OkStatus();
 }
 
-absl::StatusOr<ChangeReader::Part> DecodeDifference(v1::ListChangesResponse message) {
+absl::StatusOr<ChangeReader::Part> DecodeDifference(v1::ListChangesResponse&& message) {
   ChangeReader::Part part{message.from_revision(), message.to_revision(), {}};
   HYPERMAP_RETURN_IF_ERROR(AppendChanges(message.changes(), part.changes));
   return part;
@@ -165,7 +165,7 @@ class StreamCall final : public Watcher::Call {
       const bool read = reader_->Read(&message);
       ListenUntil(absl::InfiniteFuture());
       if (!read || message.coalesced_size() == 0) return read;
-      coalesced_ = std::move(message);
+      coalesced_.Swap(&message);
       next_coalesced_ = 0;
     }
     message = std::move(*coalesced_.mutable_coalesced(next_coalesced_++));
@@ -200,7 +200,7 @@ class StreamCall final : public Watcher::Call {
 
   // Returns the status of a call whose last message has been read.
   grpc::Status Close() {
-    const grpc::Status status = reader_->Finish();
+    grpc::Status status = reader_->Finish();
     const MutexLock lock(&mutex_);
     reader_.reset();
     context_.reset();
