@@ -11,9 +11,8 @@ import (
 	"google.golang.org/protobuf/reflect/protoreflect"
 )
 
-// maxMessageBytes is above the server's own limit, so that the server rejects large messages itself and
-// names its limit.
-const maxMessageBytes = 64 << 20
+// maxAnswerBytes is the largest message of an answer. It is above the server's own limit.
+const maxAnswerBytes = 64 << 20
 
 // compressMinBytes is the size below which compressing an answer does not pay.
 const compressMinBytes = 1024
@@ -26,7 +25,7 @@ type method struct {
 }
 
 // bridge adds a handler for each method of the service.
-func bridge(mux *http.ServeMux, service protoreflect.ServiceDescriptor, server *upstream) {
+func bridge(mux *http.ServeMux, service protoreflect.ServiceDescriptor, server *upstream, calls *calls) {
 	for i := range service.Methods().Len() {
 		descriptor := service.Methods().Get(i)
 		path := "/" + string(service.FullName()) + "/" + string(descriptor.Name())
@@ -36,10 +35,10 @@ func bridge(mux *http.ServeMux, service protoreflect.ServiceDescriptor, server *
 				connect.WithCodec(binaryCodec{}),
 				// The server is assumed to be near, where compression costs more than it saves.
 				connect.WithAcceptCompression("gzip", nil, nil),
-				connect.WithReadMaxBytes(maxMessageBytes)),
+				connect.WithReadMaxBytes(maxAnswerBytes)),
 			output: descriptor.Output(),
 		}
-		mux.Handle("POST "+path, m.handler(path, descriptor))
+		mux.Handle("POST "+path, calls.bound(descriptor, m.handler(path, descriptor)))
 	}
 }
 
@@ -51,7 +50,6 @@ func (m *method) handler(path string, descriptor protoreflect.MethodDescriptor) 
 			request.(*message).schema = descriptor.Input()
 			return nil
 		}),
-		connect.WithReadMaxBytes(maxMessageBytes),
 		connect.WithCompressMinBytes(compressMinBytes),
 	}
 	switch {
@@ -79,6 +77,7 @@ func (m *method) serverStream(ctx context.Context, request *connect.Request[mess
 		return failure(ctx, err)
 	}
 	defer answers.Close()
+	bodyOf(ctx).release()
 	for answers.Receive() {
 		if err := out.Send(m.readable(answers.Msg())); err != nil {
 			return err
@@ -94,6 +93,7 @@ func (m *method) clientStream(ctx context.Context, in *connect.ClientStream[mess
 		if err := requests.Send(in.Msg()); err != nil {
 			break // CloseAndReceive returns the error of the server.
 		}
+		bodyOf(ctx).release()
 	}
 	if err := in.Err(); err != nil {
 		return nil, err
@@ -111,6 +111,10 @@ func (m *method) bidiStream(ctx context.Context, caller *connect.BidiStream[mess
 	server := m.client.CallBidiStream(ctx)
 	passAuthorization(caller.RequestHeader(), server.RequestHeader())
 	defer server.CloseResponse()
+	// Without a first message the call would not begin, and Receive would not notice that it is cancelled.
+	if err := server.Send(nil); err != nil && !errors.Is(err, io.EOF) {
+		return failure(ctx, err)
+	}
 	go func() {
 		for {
 			request, err := caller.Receive()
@@ -125,12 +129,16 @@ func (m *method) bidiStream(ctx context.Context, caller *connect.BidiStream[mess
 			if server.Send(request) != nil {
 				return // Receive returns the error of the server.
 			}
+			bodyOf(ctx).release()
 		}
 	}()
 	for {
 		answer, err := server.Receive()
 		if errors.Is(err, io.EOF) {
 			return nil
+		}
+		if refused := bodyOf(ctx).refusal(); refused != nil && err != nil {
+			return refused.failure
 		}
 		if err != nil {
 			return failure(ctx, err)
@@ -148,7 +156,7 @@ func failure(ctx context.Context, err error) error {
 		return err
 	}
 	if connect.CodeOf(err) == connect.CodeResourceExhausted {
-		return err // The message is larger than maxMessageBytes.
+		return err // The message is larger than maxAnswerBytes.
 	}
 	return connect.NewError(connect.CodeUnavailable, fmt.Errorf("the connection to the server: %w", err))
 }

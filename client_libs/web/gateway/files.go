@@ -1,13 +1,16 @@
 package main
 
 import (
+	"errors"
 	"fmt"
 	"io/fs"
 	"net/http"
 	"os"
 	"path"
 	"strings"
+	"syscall"
 
+	"connectrpc.com/connect"
 	"github.com/klauspost/compress/gzhttp"
 )
 
@@ -26,8 +29,8 @@ func newFiles(folder string) (http.Handler, error) {
 	files := root.FS()
 	server := http.FileServerFS(files)
 	return gzhttp.GzipHandler(http.HandlerFunc(func(w http.ResponseWriter, r *http.Request) {
-		if isFolder(files, r.URL.Path) {
-			http.NotFound(w, r) // Folders are not listed.
+		if status := statusOf(files, r.URL.Path); status != http.StatusOK {
+			refuse(w, r, status, connect.CodeUnavailable, http.StatusText(status))
 			return
 		}
 		header := w.Header()
@@ -39,13 +42,21 @@ func newFiles(folder string) (http.Handler, error) {
 	})), nil
 }
 
-func isFolder(files fs.FS, urlPath string) bool {
+// statusOf returns the status of the answer to a request for a file. Folders are not listed, and a path
+// that can't be one of a file is not found, like one that is none.
+func statusOf(files fs.FS, urlPath string) int {
 	name := strings.TrimPrefix(path.Clean(urlPath), "/")
 	if name == "" {
-		return false
+		name = "index.html"
 	}
 	info, err := fs.Stat(files, name)
-	return err == nil && info.IsDir()
+	switch {
+	case errors.Is(err, syscall.EMFILE), errors.Is(err, syscall.ENFILE), errors.Is(err, syscall.ENOMEM):
+		return http.StatusServiceUnavailable
+	case err != nil, !info.Mode().IsRegular():
+		return http.StatusNotFound
+	}
+	return http.StatusOK
 }
 
 // cacheControl lets browsers keep built assets, whose names change with their content.

@@ -25,6 +25,8 @@ type config struct {
 	tlsCert   string
 	tlsKey    string
 	upstream  upstreamConfig
+	allowed   allowedHosts
+	limits    limits
 }
 
 func main() {
@@ -44,7 +46,7 @@ func main() {
 }
 
 func parseFlags(args []string) (config, error) {
-	var cfg config
+	cfg := config{limits: defaultLimits()}
 	flags := flag.NewFlagSet("hypermap-gateway", flag.ContinueOnError)
 	flags.StringVar(&cfg.upstream.address, "server", "127.0.0.1:50051", "address of the server, `HOST:PORT`")
 	flags.BoolVar(&cfg.upstream.tls, "server_tls", false, "connect to the server by TLS; its certificate must be trusted by this system")
@@ -55,6 +57,8 @@ func parseFlags(args []string) (config, error) {
 	flags.StringVar(&cfg.dashboard, "dashboard", besideExecutable("../dashboard"), "folder of the dashboard's files, a `DIR`")
 	flags.StringVar(&cfg.tlsCert, "tls_cert", "", "serve HTTPS with the certificate chain in this `FILE` (PEM)")
 	flags.StringVar(&cfg.tlsKey, "tls_key", "", "private key of --tls_cert, a `FILE` (PEM)")
+	cfg.allowed.addFlag(flags)
+	cfg.limits.addFlags(flags)
 	if err := flags.Parse(args); err != nil {
 		return config{}, err
 	}
@@ -75,7 +79,7 @@ func (cfg config) check(rest []string) error {
 	if (cfg.upstream.certFile == "") != (cfg.upstream.keyFile == "") {
 		return errors.New("--server_cert and --server_key must be given together")
 	}
-	return nil
+	return cfg.limits.check()
 }
 
 // besideExecutable returns a path relative to the folder of this program.
@@ -93,20 +97,16 @@ func run(ctx context.Context, cfg config, ready func(url string)) error {
 	if err != nil {
 		return err
 	}
-	listener, err := net.Listen("tcp", cfg.listen)
+	listener, err := cfg.limits.listen(cfg.listen)
 	if err != nil {
 		return err
 	}
+	guarded := newHosts(cfg.allowed, cfg.listen, listener.Addr()).guard(limitPath(handler))
 	// Watches never end by themselves, so this context is cancelled to end them.
 	calls, endCalls := context.WithCancel(context.WithoutCancel(ctx))
 	defer endCalls()
-	server := &http.Server{
-		Handler:           handler,
-		Protocols:         protocols(),
-		ReadHeaderTimeout: 10 * time.Second,
-		IdleTimeout:       2 * time.Minute,
-		BaseContext:       func(net.Listener) context.Context { return calls },
-	}
+	server := cfg.limits.newServer(guarded)
+	server.BaseContext = func(net.Listener) context.Context { return calls }
 	server.RegisterOnShutdown(endCalls)
 
 	served := make(chan error, 1)
@@ -132,15 +132,6 @@ func run(ctx context.Context, cfg config, ready func(url string)) error {
 	return nil
 }
 
-// protocols returns HTTP/1 and HTTP/2 for browsers, and HTTP/2 without TLS for gRPC clients.
-func protocols() *http.Protocols {
-	var p http.Protocols
-	p.SetHTTP1(true)
-	p.SetHTTP2(true)
-	p.SetUnencryptedHTTP2(true)
-	return &p
-}
-
 func newHandler(cfg config) (http.Handler, error) {
 	services, err := loadServices()
 	if err != nil {
@@ -155,9 +146,10 @@ func newHandler(cfg config) (http.Handler, error) {
 		return nil, err
 	}
 	mux := http.NewServeMux()
+	calls := newCalls(cfg.limits)
 	for _, service := range services {
-		bridge(mux, service, upstream)
+		bridge(mux, service, upstream, calls)
 	}
-	mux.Handle("GET /", files)
+	mux.Handle("GET /", cfg.limits.withAnswersInTime(files))
 	return mux, nil
 }

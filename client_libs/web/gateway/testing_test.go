@@ -63,7 +63,12 @@ func startGateway(t *testing.T, cfg config) string {
 	if cfg.dashboard == "" {
 		cfg.dashboard = t.TempDir()
 	}
-	cfg.listen = "127.0.0.1:0"
+	if cfg.listen == "" {
+		cfg.listen = "127.0.0.1:0"
+	}
+	if cfg.limits == (limits{}) {
+		cfg.limits = defaultLimits()
+	}
 	ctx, stop := context.WithCancel(context.Background())
 	ready := make(chan string, 1)
 	ended := make(chan error, 1)
@@ -88,7 +93,7 @@ func startGateway(t *testing.T, cfg config) string {
 
 // before returns the configuration of a gateway in front of a server.
 func before(server string) config {
-	return config{upstream: upstreamConfig{address: server}}
+	return config{upstream: upstreamConfig{address: server}, limits: defaultLimits()}
 }
 
 // caller is a client that uses one of the protocols.

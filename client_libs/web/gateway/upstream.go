@@ -41,6 +41,7 @@ func newUpstream(cfg upstreamConfig) (*upstream, error) {
 		Protocols:           new(http.Protocols),
 		// The rpc protocols compress messages themselves.
 		DisableCompression: true,
+		HTTP2:              &http.HTTP2Config{MaxReceiveBufferPerStream: streamBufferBytes},
 	}
 	if !cfg.tls && cfg.caFile == "" && cfg.certFile == "" {
 		transport.Protocols.SetUnencryptedHTTP2(true)

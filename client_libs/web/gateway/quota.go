@@ -1,0 +1,73 @@
+package main
+
+import (
+	"net/netip"
+	"sync"
+)
+
+// quota bounds the use of a resource, in total and for each address. Safe for concurrent use.
+type quota struct {
+	total int64
+	// What one address may have of the total.
+	share int64
+
+	mu        sync.Mutex
+	used      int64
+	byAddress map[netip.Addr]int64
+	// The highest use since the last time that fellFrom returned true.
+	highest int64
+}
+
+// newQuota returns a quota of which each address may have a part, in percent.
+func newQuota(total, sharePercent int64) *quota {
+	share := total/100*sharePercent + total%100*sharePercent/100
+	return &quota{total: total, share: max(share, 1), byAddress: map[netip.Addr]int64{}}
+}
+
+// take takes an amount for the address. If that much is not free, it takes nothing and returns false.
+func (q *quota) take(address netip.Addr, amount int64) bool {
+	q.mu.Lock()
+	defer q.mu.Unlock()
+	if amount > q.total-q.used || amount > q.share-q.byAddress[address] {
+		return false
+	}
+	q.used += amount
+	q.highest = max(q.highest, q.used)
+	q.byAddress[address] += amount
+	return true
+}
+
+// release gives back an amount that was taken for the address.
+func (q *quota) release(address netip.Addr, amount int64) {
+	q.mu.Lock()
+	defer q.mu.Unlock()
+	q.used -= amount
+	if q.byAddress[address] -= amount; q.byAddress[address] <= 0 {
+		delete(q.byAddress, address)
+	}
+}
+
+// fellFrom returns true once after the use rose to a peak and fell to an eighth of its highest value.
+func (q *quota) fellFrom(peak int64) bool {
+	q.mu.Lock()
+	defer q.mu.Unlock()
+	if q.highest < peak || q.used > q.highest/8 {
+		return false
+	}
+	q.highest = q.used
+	return true
+}
+
+// addressOf returns the address to which the use of a connection counts. An IPv6 network of 64 bits
+// counts as one address, because a single machine can use all addresses of its network.
+func addressOf(remote string) netip.Addr {
+	parsed, err := netip.ParseAddrPort(remote)
+	if err != nil {
+		return netip.Addr{}
+	}
+	address := parsed.Addr().Unmap().WithZone("")
+	if address.Is6() {
+		return netip.PrefixFrom(address, 64).Masked().Addr()
+	}
+	return address
+}
