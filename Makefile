@@ -21,7 +21,7 @@ PROOFS = prove-feed prove-asof prove-kill prove-replica prove-slow-reader prove-
 
 .DEFAULT_GOAL := build
 .PHONY: build web python dashboard test e2e demo bench deps asan tsan gcc fuzz format lint clean help
-.PHONY: nightly prove $(PROOFS)
+.PHONY: nightly attack prove $(PROOFS)
 
 help:
 	@echo 'make build                 programs in build/bin'
@@ -35,7 +35,8 @@ help:
 	@echo 'make prove                 long proofs of the promises about revisions, or one of them:'
 	@echo '                           prove-feed, prove-asof, prove-kill [KILLS=200], prove-replica,'
 	@echo '                           prove-slow-reader, prove-once (ARGS=--help)'
-	@echo 'make nightly               checks that take hours: lint, sanitizers, gcc, proofs, fuzzers, the suite ten times'
+	@echo 'make attack                attacks on servers with small limits (ARGS=--short, or names such as ARGS=B1)'
+	@echo 'make nightly               checks that take hours: lint, sanitizers, gcc, proofs, fuzzers, the suite ten times, attacks'
 	@echo 'make asan | make tsan      tests under sanitizers, in build/asan and build/tsan'
 	@echo 'make gcc                   unit tests of a build by gcc, in build/gcc'
 	@echo 'make fuzz [SECONDS=60]     each fuzzer for SECONDS seconds (clang)'
@@ -125,7 +126,13 @@ $(PROOFS): build
 
 prove: $(PROOFS)
 
-# The quickest checks come first.
+# Ends with a table, and with a line that names the attacks which are not defended.
+attack: build build/.deps-test
+	@HYPERMAP_BIN=$(CURDIR)/build/bin PYTHONDONTWRITEBYTECODE=1 \
+	  PYTHONPATH=$(CURDIR)/build/tests/integration/proto:$(CURDIR)/tests/integration \
+	  /usr/bin/python3 tests/attack/run.py $(ARGS)
+
+# The quickest checks come first. Attacks come last, because those that are not defended yet fail.
 nightly:
 	@$(MAKE) lint SINCE=none
 	@$(MAKE) tsan asan gcc
@@ -133,6 +140,7 @@ nightly:
 	@$(MAKE) fuzz SECONDS=$(or $(SECONDS),600)
 	@$(MAKE) test CI=
 	@$(CTEST) --test-dir build --repeat until-fail:10
+	@$(MAKE) attack
 
 fuzz: build/.deps-build
 	@cmake --preset fuzz $(CMAKE_ARGS)

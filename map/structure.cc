@@ -69,10 +69,27 @@ StructurePtr StructureOf(const Snapshot& snapshot) {
   structure->frames = snapshot.frames;
   for (const auto& [name, layer] : snapshot.layers) {
     const GridLayer* grid = AsGrid(layer.get());
-    structure->layers.emplace(name, LayerStructure{layer->spec(), grid ? grid->extent() : CellBox(),
-                                                   snapshot.LayerVersionOf(name)});
+    structure->layers.insert_or_assign(
+        name, LayerStructure{layer->spec(), grid ? grid->extent() : CellBox(),
+                             snapshot.LayerVersionOf(name)});
   }
   return structure;
+}
+
+int64_t ByteSize(const LayerSpec& spec, const ValueAliases& shared_aliases) {
+  const size_t own = sizeof spec + spec.name.size() + spec.frame_id.size() + spec.unit.size();
+  return static_cast<int64_t>(own) + UnsharedBytes(spec.aliases, shared_aliases);
+}
+
+int64_t UnsharedBytes(const MapStructure& structure, const MapStructure& older) {
+  int64_t bytes = sizeof structure + structure.frames.UnsharedBytes(older.frames);
+  structure.layers.VisitUnshared(older.layers, [&](const auto& entry, const auto* before) {
+    bytes += decltype(structure.layers)::kNodeBytes;
+    if (before == &entry) return;
+    bytes += static_cast<int64_t>(sizeof entry + entry.first.size());
+    bytes += ByteSize(entry.second.spec, before ? before->second.spec.aliases : ValueAliases());
+  });
+  return bytes;
 }
 
 LayerPtr MakeEmptyLayer(const LayerStructure& layer) {

@@ -2,13 +2,14 @@
 #ifndef HYPERMAP_MAP_STRUCTURE_H_
 #define HYPERMAP_MAP_STRUCTURE_H_
 
-#include <map>
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
+#include "base/containers/shared_map.h"
 #include "map/frames/frame_tree.h"
 #include "map/layers/layer_spec.h"
 #include "map/snapshot.h"
@@ -26,13 +27,14 @@ struct LayerStructure {
   friend bool operator==(const LayerStructure&, const LayerStructure&) = default;
 };
 
-// Small, so that one can be kept for each of many revisions. Safe to read from many threads.
+// The structures of successive revisions share what did not change (map/watch/structure.h), so that
+// one can be kept for each of many revisions. Safe to read from many threads.
 struct MapStructure {
   std::string map_name;
   std::string frame_id = "map";  // The map's own frame.
   Revision revision = 0;
   FrameTree frames;
-  std::map<std::string, LayerStructure, std::less<>> layers;  // By name.
+  SharedMap<std::string, LayerStructure> layers;  // By name.
 
   // Returns null if there is no such layer.
   const LayerStructure* FindLayer(absl::string_view name) const;
@@ -55,6 +57,12 @@ struct MapStructure {
 using StructurePtr = std::shared_ptr<const MapStructure>;
 
 StructurePtr StructureOf(const Snapshot& snapshot);
+
+// Bytes of memory, without what is shared with other copies of the aliases.
+int64_t ByteSize(const LayerSpec& spec, const ValueAliases& shared_aliases = {});
+
+// Bytes of memory of `structure` that it does not share with `older`.
+int64_t UnsharedBytes(const MapStructure& structure, const MapStructure& older);
 
 // Makes a layer with this spec and extent but without content.
 LayerPtr MakeEmptyLayer(const LayerStructure& layer);

@@ -13,15 +13,28 @@
 #define HYPERMAP_LIMIT_FLAGS(FLAG)                                                             \
   FLAG(max_message_bytes, 1, "Size limit of a request or response message")                    \
   FLAG(max_vertices, 1, "Limit of the vertices of a polygon")                                  \
+  FLAG(max_question_vertices, 1,                                                               \
+       "Limit of the vertices of the area of a query, watch, replica or exploration")          \
   FLAG(max_edits, 1, "Limit of the edits of a batch")                                          \
-  FLAG(max_cells, 1, "Limit of the cells that one edit or imported image sets")                \
+  FLAG(max_cells, 1, "Limit of the cells that a batch of edits or an imported image sets")     \
   FLAG(max_nearest, 1, "Limit of k of a nearest query")                                        \
   FLAG(max_points, 1, "Limit of the points of a batch")                                        \
   FLAG(max_exploration_cells, 1, "Limit of the cells of the bounding box of an explored area") \
   FLAG(max_queue, 1, "Limit of the batches that wait for a map's writer")                      \
+  FLAG(max_queue_bytes, 1, "Limit of the bytes of the batches that wait for a map's writer")   \
   FLAG(max_lateness, absl::ZeroDuration(),                                                     \
-       "Observations older than a layer's newest by more than this are refused")               \
+       "Observations older than their robot's newest by more than this are refused")           \
+  FLAG(max_connections, 0,                                                                     \
+       "Limit of open connections; 0: as many as the limit of open files allows")              \
+  FLAG(max_connections_per_address, 0,                                                         \
+       "The same for one client address; 0: three quarters of --max_connections")              \
+  FLAG(memory_limit, 0,                                                                        \
+       "Bytes of memory above which the connections that receive the most are shut down; "     \
+       "0: three quarters of the memory of the machine or the control group")                  \
   FLAG(max_import_bytes, 1, "Limit of the total size of the files of an import")               \
+  FLAG(max_scratch_bytes, 1,                                                                   \
+       "Limit of the files on disk that hold imports and backups under way; half of it for "   \
+       "one client address")                                                                   \
   FLAG(max_unpacked_bytes, 1, "Limit of the size of an import's files after decompression")    \
   FLAG(max_archive_members, 1, "Limit of the members of an imported archive")                  \
   FLAG(max_import_objects, 1, "Limit of the objects of an import")                             \

@@ -22,6 +22,10 @@
 #include "absl/strings/str_cat.h"
 #include "absl/synchronization/mutex.h"
 #include "absl/time/time.h"
+#include "base/admission/byte_budget.h"
+#include "base/admission/file_limit.h"
+#include "base/admission/memory.h"
+#include "base/admission/open_connections.h"
 #include "base/limits/limits.h"
 #include "base/status/status_macros.h"
 #include "base/tls/server_credentials.h"
@@ -29,7 +33,7 @@
 #include "server/rpc/facilities.h"
 #include "server/rpc/request_log.h"
 #include "server/rpc/scratch_file.h"
-#include "server/rpc/worker_pool.h"
+#include "server/rpc/worker_pools.h"
 #include "server/services/evidence_codec.h"
 #include "server/services/grpc_server.h"
 #include "server/session/site.h"
@@ -46,16 +50,18 @@ ABSL_FLAG(
 ABSL_FLAG(std::string, log_level, "info", "trace, debug, info, warn, error or off");
 ABSL_FLAG(absl::Duration, grace, absl::Seconds(10),
           "Time for requests in flight to finish after SIGTERM or SIGINT");
-ABSL_FLAG(int, threads, 0, "Threads that answer queries; 0: one per core, at least two");
+ABSL_FLAG(int, threads, 0, "Threads for each class of queries; 0: one per core, at least two");
 
 namespace hypermap::server {
 namespace {
 
 // Free memory that the allocator keeps at the end of a heap.
 constexpr int kKeptBytes = 16 << 20;
-constexpr int kFileThreads = 2;
-// Calls of one map's explorations wait for each other, so that a few threads are enough.
-constexpr int kExplorerThreads = 4;
+// Open files: of a map (its database by the writer, the history and queries of the past), of the
+// maps that may yet be created, and of the server itself with its scratch files.
+constexpr int64_t kFilesOfMap = 8;
+constexpr int64_t kNewMaps = 4;
+constexpr int64_t kFilesOfServer = 64;
 
 absl::Status CheckFlags(const std::vector<char*>& positional) {
   if (positional.size() > 1) {
@@ -136,12 +142,22 @@ class ShutdownSignals {
   sigset_t signals_;
 };
 
+// Files that are open at once besides connections.
+int64_t FilesFor(size_t num_maps) {
+  return kFilesOfServer + kFilesOfMap * (static_cast<int64_t>(num_maps) + kNewMaps);
+}
+
 // Serves until a signal arrives.
 absl::Status Serve(ShutdownSignals& signals) {
   const std::string data_dir = absl::GetFlag(FLAGS_data_dir);
   const Limits limits = LimitsOfFlags();
   HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<storage::MapStore> store,
                             storage::OpenGeoPackageStore(data_dir));
+  HYPERMAP_ASSIGN_OR_RETURN(const std::vector<std::string> maps, store->List());
+  HYPERMAP_ASSIGN_OR_RETURN(
+      const admission::ConnectionLimits connections,
+      admission::LimitConnections({limits.max_connections, limits.max_connections_per_address},
+                                  admission::RaiseFileLimit(), FilesFor(maps.size())));
   ScratchFile::RemoveLeftOver(data_dir);
   HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<Site> site,
                             Site::Open(std::move(store), MakeSessionOptions(limits)));
@@ -155,14 +171,15 @@ absl::Status Serve(ShutdownSignals& signals) {
 
   // Destroyed in the reverse order: first the server with its requests, then the workers, then the
   // maps.
-  WorkerPool workers(NumThreads());
-  WorkerPool file_workers(kFileThreads);
-  WorkerPool explorers(kExplorerThreads);
-  const Facilities facilities{site.get(), limits, &workers, &file_workers, &explorers, data_dir};
+  WorkerPools workers(NumThreads());
+  admission::ByteBudget scratch_bytes("max_scratch_bytes", limits.max_scratch_bytes);
+  const Facilities facilities{site.get(), limits, &workers, data_dir, &scratch_bytes};
+  GrpcServerOptions options{absl::GetFlag(FLAGS_listen), limits.max_message_bytes,
+                            ServerFilesOfFlags(), connections};
+  options.max_resident_bytes =
+      limits.memory_limit == 0 ? admission::UsableMemory() / 4 * 3 : limits.memory_limit;
   HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<GrpcServer> server,
-                            GrpcServer::Start({absl::GetFlag(FLAGS_listen),
-                                               limits.max_message_bytes, ServerFilesOfFlags()},
-                                              facilities));
+                            GrpcServer::Start(options, facilities));
   LogProblems(*site);
   std::printf("hypermapd ready on %s\n", server->address().c_str());
   std::fflush(stdout);

@@ -118,6 +118,9 @@ class FusionLog {
   virtual absl::StatusOr<std::vector<ObservationKey>> KeysOf(const std::string& layer,
                                                              const std::string& robot,
                                                              absl::Time from, absl::Time to) = 0;
+  // The newest stamp of a robot's observations that are not retracted; nullopt when there is none.
+  virtual absl::StatusOr<std::optional<absl::Time>> NewestStamp(const std::string& layer,
+                                                                const std::string& robot) = 0;
   // The key of the newest observation that is not retracted, and that of the newest fact, which has
   // the greatest number.
   virtual absl::StatusOr<std::optional<ObservationKey>> NewestKey(const std::string& layer) = 0;

@@ -37,6 +37,32 @@ struct Commit {
   std::vector<FusionChange> fusion;
 };
 
+// A moment in the life of a map, by all clocks that it goes by.
+//
+// Commit times come from a clock that can be set, so that their differences need not be time that
+// passed. Marks tie them to it: for the commits after a mark's revision, and before the next
+// mark's, the time that passed is the mark's and the difference of the commit times, but at most
+// that of the next mark. Before the first mark, both durations are the commit time's distance from
+// the Unix epoch.
+struct TimeMark {
+  // The newest revision at that moment.
+  Revision revision = 0;
+  // The time of the next commit, or that of the newest one. Not before the newest one.
+  absl::Time commit_time;
+  // The time that had certainly passed for the map since some origin: it leaves out what is known
+  // by the wall clock only, which is the time for which the machine was off.
+  absl::Duration passed;
+  // The same with the time for which the machine was off.
+  absl::Duration lived;
+  // The server's clock. If it was behind commit_time, commit times stood still until the mark.
+  absl::Time server_time;
+  // The boot of the machine, and the time since, including suspension.
+  std::string boot_id;
+  absl::Duration since_boot;
+
+  friend bool operator==(const TimeMark&, const TimeMark&) = default;
+};
+
 // The properties of a map that never change after its creation.
 struct MapHeader {
   std::string name;
@@ -64,6 +90,14 @@ class StoredMap {
 
   // The receipt of an earlier request, also from before a restart; nullopt when there is none.
   virtual absl::StatusOr<std::optional<Receipt>> FindReceipt(absl::string_view request_id) = 0;
+
+  // The marks that were added, in order. DATA_LOSS naming the damaged table.
+  virtual absl::StatusOr<std::vector<TimeMark>> TimeMarks() = 0;
+
+  // Adds a mark durably, and forgets all but the newest of those with passed < `forget_before`. On
+  // error nothing changes. REQUIRES: revision, commit_time, passed and lived are not before those
+  // of earlier marks.
+  virtual absl::Status AddTimeMark(const TimeMark& mark, absl::Duration forget_before) = 0;
 
   // Opens a reader of the map's history. May be called by any thread. The reader may outlive this
   // map, but then sees no newer revisions.

@@ -23,7 +23,7 @@ packages_of() {
     build) echo build-essential clang-14 lld-14 libclang-rt-14-dev cmake ninja-build ccache \
              pkg-config libgrpc++-dev libprotobuf-dev protobuf-compiler protobuf-compiler-grpc \
              libabsl-dev libeigen3-dev libgeos-dev libsqlite3-dev libspdlog-dev libssl-dev \
-             libyaml-cpp-dev libzip-dev libpng-dev libtiff-dev nlohmann-json3-dev libcli11-dev \
+             libyaml-cpp-dev libzip-dev libpng-dev libtiff-dev nlohmann-json3-dev libcli11-dev libutfcpp-dev \
              libgtest-dev libgmock-dev librapidcheck-dev libbenchmark-dev libcairo2-dev \
              libpcl-dev ;;
     test)  echo chromium fonts-dejavu-core gdal-bin openssl python3-gdal python3-grpcio \

@@ -37,7 +37,7 @@ void EncodeStart(const ExplorationStart& start, v1::StartExplorationRequest* mes
 absl::StatusOr<ExplorationStart> DecodeStart(const v1::StartExplorationRequest& message,
                                              const Limits& limits) {
   if (!message.has_area()) return InvalidField("area", "is missing");
-  HYPERMAP_ASSIGN_OR_RETURN(Polygon area, DecodePolygon("area", message.area(), limits));
+  HYPERMAP_ASSIGN_OR_RETURN(Polygon area, DecodeQuestionArea("area", message.area(), limits));
   HYPERMAP_ASSIGN_OR_RETURN(const CellRule rule,
                             DecodeCellRule("explored_rule", message.explored_rule()));
   ExplorationStart start;

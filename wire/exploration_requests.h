@@ -13,8 +13,8 @@
 namespace hypermap::wire {
 
 void EncodeStart(const ExplorationStart& start, v1::StartExplorationRequest* message);
-// A range or a minimal gain of 0 is replaced by the default. RESOURCE_EXHAUSTED for more than
-// limits.max_vertices.
+// A range or a minimal gain of 0 is replaced by the default. RESOURCE_EXHAUSTED for an area
+// that exceeds limits.max_question_vertices.
 absl::StatusOr<ExplorationStart> DecodeStart(const v1::StartExplorationRequest& message,
                                              const Limits& limits);
 

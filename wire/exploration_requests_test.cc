@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <limits>
+#include <string>
 
 #include "wire/geometry.h"
 
@@ -50,6 +51,16 @@ TEST(ExplorationStartOnTheWire, HasDefaultsAndNeedsAnArea) {
   EXPECT_EQ(decoded->robot_radius_m, 0.0);
   EXPECT_EQ(decoded->range_m, kDefaultRange_m);
   EXPECT_EQ(decoded->min_gain_cells, kDefaultMinGainCells);
+}
+
+TEST(ExplorationStartOnTheWire, A4AreaCountsAgainstTheLimitOfQuestions) {
+  v1::StartExplorationRequest message;
+  EncodeStart(SomeStart(), &message);
+  Limits limits;
+  limits.max_question_vertices = 2;
+  const absl::Status status = DecodeStart(message, limits).status();
+  EXPECT_TRUE(absl::IsResourceExhausted(status)) << status;
+  EXPECT_NE(status.message().find("--max_question_vertices is 2"), std::string::npos) << status;
 }
 
 TEST(GoalClaimOnTheWire, ComesBack) {

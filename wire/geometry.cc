@@ -75,11 +75,10 @@ absl::Status CheckNumVertices(absl::string_view field, int64_t vertices, const L
       absl::StrCat(field, " has ", vertices, " vertices, --max_vertices is ", limits.max_vertices));
 }
 
-absl::Status CheckVertices(absl::string_view field, const v1::Polygon& message,
-                           const Limits& limits) {
+int64_t NumVertices(const v1::Polygon& message) {
   int64_t vertices = message.outer().xs_size();
   for (const v1::Ring& hole : message.holes()) vertices += hole.xs_size();
-  return CheckNumVertices(field, vertices, limits);
+  return vertices;
 }
 
 }  // namespace
@@ -143,13 +142,23 @@ absl::StatusOr<FrameTransform> DecodeTransform(absl::string_view field,
 
 absl::StatusOr<Polygon> DecodePolygon(absl::string_view field, const v1::Polygon& message,
                                       const Limits& limits) {
-  HYPERMAP_RETURN_IF_ERROR(CheckVertices(field, message, limits));
+  HYPERMAP_RETURN_IF_ERROR(CheckNumVertices(field, NumVertices(message), limits));
   HYPERMAP_ASSIGN_OR_RETURN(Rings rings, DecodeRings(field, message));
   std::vector<Ring> holes(std::make_move_iterator(rings.begin() + 1),
                           std::make_move_iterator(rings.end()));
   absl::StatusOr<Polygon> polygon = Polygon::Make(std::move(rings.front()), std::move(holes));
   if (!polygon.ok()) return InField(field, polygon.status());
   return polygon;
+}
+
+absl::StatusOr<Polygon> DecodeQuestionArea(absl::string_view field, const v1::Polygon& message,
+                                           const Limits& limits) {
+  if (const int64_t vertices = NumVertices(message); vertices > limits.max_question_vertices) {
+    return absl::ResourceExhaustedError(absl::StrCat(field, " has ", vertices,
+                                                     " vertices, --max_question_vertices is ",
+                                                     limits.max_question_vertices));
+  }
+  return DecodePolygon(field, message, limits);
 }
 
 absl::StatusOr<Polygon> DecodePolygon(absl::string_view field, const v1::Polygon& message) {

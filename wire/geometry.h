@@ -36,6 +36,11 @@ absl::StatusOr<FrameTransform> DecodeTransform(absl::string_view field,
 absl::StatusOr<Polygon> DecodePolygon(absl::string_view field, const v1::Polygon& message,
                                       const Limits& limits);
 
+// Decodes the area of a query, watch, replica or exploration like DecodePolygon.
+// RESOURCE_EXHAUSTED for more than limits.max_question_vertices, too.
+absl::StatusOr<Polygon> DecodeQuestionArea(absl::string_view field, const v1::Polygon& message,
+                                           const Limits& limits);
+
 // Decodes a polygon of an answer, with its exact vertices.
 absl::StatusOr<Polygon> DecodePolygon(absl::string_view field, const v1::Polygon& message);
 

@@ -110,6 +110,22 @@ TEST(PolygonOnTheWire, VerticesOfAllRingsCountAgainstTheLimit) {
   EXPECT_THAT(std::string(refused.status().message()), HasSubstr("--max_vertices"));
 }
 
+TEST(PolygonOnTheWire, A4AreasOfQuestionsHaveALimitOfTheirOwn) {
+  const v1::Polygon message =
+      PolygonMessage({{{0, 0}, {9, 0}, {9, 9}, {0, 9}}, {{1, 1}, {2, 1}, {2, 2}}});
+  Limits limits;
+  limits.max_question_vertices = 7;
+  EXPECT_TRUE(DecodeQuestionArea("area", message, limits).ok());
+  limits.max_question_vertices = 6;
+  EXPECT_TRUE(DecodePolygon("area", message, limits).ok());
+  EXPECT_EQ(DecodeQuestionArea("area", message, limits).status(),
+            absl::ResourceExhaustedError("area has 7 vertices, --max_question_vertices is 6"));
+  limits.max_question_vertices = 7;
+  limits.max_vertices = 6;
+  EXPECT_EQ(DecodeQuestionArea("area", message, limits).status(),
+            absl::ResourceExhaustedError("area has 7 vertices, --max_vertices is 6"));
+}
+
 TEST(PolygonOnTheWire, AnswersOfAnotherShapeAreRefused) {
   EXPECT_FALSE(DecodePolygon("polygon", v1::Polygon()).ok());
   EXPECT_FALSE(DecodePolygon("polygon", PolygonMessage({{{0, 0}, {1, 1}}})).ok());

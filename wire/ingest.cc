@@ -62,13 +62,16 @@ void EncodeVerdict(const ObservationVerdict& verdict, v1::ObservationAcknowledge
   message->set_outcome(EncodeEnum(kOutcomes, verdict.outcome));
   message->set_revision(verdict.revision);
   message->set_message(verdict.message);
+  if (verdict.clock_skew_s) message->set_clock_skew_s(*verdict.clock_skew_s);
 }
 
 absl::StatusOr<ObservationVerdict> DecodeVerdict(const v1::ObservationAcknowledgement& message) {
   HYPERMAP_ASSIGN_OR_RETURN(const ObservationOutcome outcome,
                             DecodeEnum(kOutcomes, "acknowledgement.outcome", message.outcome()));
-  return ObservationVerdict{message.robot(), message.sequence(), outcome, message.revision(),
-                            message.message()};
+  ObservationVerdict verdict{message.robot(), message.sequence(), outcome, message.revision(),
+                             message.message()};
+  if (message.has_clock_skew_s()) verdict.clock_skew_s = message.clock_skew_s();
+  return verdict;
 }
 
 ObservationVerdict InvalidVerdict(const v1::Observation& observation, const absl::Status& why) {

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <optional>
+
 namespace hypermap::wire {
 namespace {
 
@@ -13,6 +15,19 @@ TEST(VerdictOnTheWire, EveryOutcomeComesBack) {
     const ObservationVerdict verdict{"cart", -3, outcome, 17, "is there already"};
     v1::ObservationAcknowledgement message;
     EncodeVerdict(verdict, &message);
+    const auto decoded = DecodeVerdict(message);
+    ASSERT_TRUE(decoded.ok()) << decoded.status();
+    EXPECT_EQ(*decoded, verdict);
+  }
+}
+
+TEST(VerdictOnTheWire, C2ClockSkewComesBackAndZeroIsNotAbsence) {
+  for (const std::optional<double> skew_s :
+       {std::optional<double>(), std::optional(0.0), std::optional(-598.25)}) {
+    const ObservationVerdict verdict{"cart", 3, ObservationOutcome::kAccepted, 17, "", skew_s};
+    v1::ObservationAcknowledgement message;
+    EncodeVerdict(verdict, &message);
+    EXPECT_EQ(message.has_clock_skew_s(), skew_s.has_value());
     const auto decoded = DecodeVerdict(message);
     ASSERT_TRUE(decoded.ok()) << decoded.status();
     EXPECT_EQ(*decoded, verdict);

@@ -94,11 +94,11 @@ absl::StatusOr<ValueAliases> DecodeAliases(
     absl::string_view field, const google::protobuf::RepeatedPtrField<v1::ValueAlias>& message) {
   ValueAliases aliases;
   for (int i = 0; i < message.size(); ++i) {
-    const auto [entry, is_new] = aliases.try_emplace(message[i].alias());
-    if (!is_new) {
+    if (aliases.contains(message[i].alias())) {
       return InvalidField(absl::StrCat(field, "[", i, "].alias"), "stands there twice");
     }
-    entry->second.insert(message[i].labels().begin(), message[i].labels().end());
+    aliases.insert_or_assign(message[i].alias(),
+                             {message[i].labels().begin(), message[i].labels().end()});
   }
   return aliases;
 }

@@ -23,9 +23,13 @@ struct Limits {
   int max_message_bytes = 16 << 20;
   // Vertices of one polygon, over all its rings, or of one line string.
   int max_vertices = 100'000;
+  // Vertices of the area of a query, watch, replica or exploration, over all its rings. The area is
+  // compared with all content in its bounding box.
+  int max_question_vertices = 10'000;
   // Edits of a batch.
   int max_edits = 10'000;
-  // Cells that one edit sets, and cells of the images of an import.
+  // Cells that the edits of a batch set together, and cells of the images of an import. A batch may
+  // write tiles (of 128 x 128 cells) with about twice as many cells.
   int64_t max_cells = int64_t{1} << 26;
   // k of a nearest query.
   int max_nearest = 1'000;
@@ -35,14 +39,31 @@ struct Limits {
   int64_t max_exploration_cells = 25'000'000;
   // Submissions that wait for a map's writer.
   int max_queue = 1'024;
-  // Time by which an observation's stamp may be older than the newest of its layer; an older one is
-  // refused as late. Also the time by which it may be ahead of the server's clock.
+  // Bytes of the submissions that wait for a map's writer. One that is larger alone is accepted
+  // when no other waits.
+  int64_t max_queue_bytes = int64_t{64} << 20;
+  // Time by which an observation's stamp may be older than the newest of its robot in the layer; an
+  // older one is refused as late. Also the time by which it may be ahead of the server's clock.
   absl::Duration max_lateness = absl::Minutes(10);
+
+  // Connections and memory.
+
+  // Connections that may be open at once; further ones are closed. 0: as many as the limit of open
+  // files (ulimit -n) allows besides the maps' files.
+  int max_connections = 0;
+  // The same for one address of clients; 0: three quarters of max_connections.
+  int max_connections_per_address = 0;
+  // Bytes of memory. While more are in use, the connections that receive the most are shut down.
+  // 0: three quarters of the memory of the machine or the control group.
+  int64_t memory_limit = 0;
 
   // Imports.
 
   // Bytes of all files of an import together.
   int64_t max_import_bytes = int64_t{256} << 20;
+  // Bytes of the files on disk in which imports and backups under way are kept; half of them for
+  // one address of clients.
+  int64_t max_scratch_bytes = int64_t{4} << 30;
   // Bytes of an import's files after decompression.
   int64_t max_unpacked_bytes = int64_t{1} << 30;
   // Members of an archive.
@@ -81,6 +102,8 @@ struct Limits {
 struct FixedLimits {
   // Bytes of a request id; INVALID_ARGUMENT beyond.
   static constexpr size_t kMaxRequestIdLength = 128;
+  // Bytes of an author's name; INVALID_ARGUMENT beyond.
+  static constexpr size_t kMaxAuthorLength = 128;
   // Files of an import; RESOURCE_EXHAUSTED beyond.
   static constexpr size_t kMaxImportFiles = 16;
   // Entries of a page of history; a request for more gets this many.

@@ -201,9 +201,10 @@ absl::StatusOr<ValueAliases> ParseAliases(const std::vector<std::string>& texts)
     const std::pair<std::string, std::string> parts = absl::StrSplit(text, absl::MaxSplits('=', 1));
     const std::vector<std::string> labels =
         absl::StrSplit(parts.second, ',', absl::SkipWhitespace());
-    if (!aliases.try_emplace(parts.first, labels.begin(), labels.end()).second) {
+    if (aliases.contains(parts.first)) {
       return absl::InvalidArgumentError(absl::StrCat("alias \"", parts.first, "\" is given twice"));
     }
+    aliases.insert_or_assign(parts.first, {labels.begin(), labels.end()});
   }
   return aliases;
 }

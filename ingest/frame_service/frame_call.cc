@@ -148,7 +148,10 @@ void FrameCall::Work(client::ObserveStream& upstream) {
 void FrameCall::PassAcknowledgements(client::ObserveStream& upstream) {
   while (const std::optional<client::Acknowledgement> a = upstream.Read()) {
     const MutexLock lock(&mutex_);
-    Acknowledge(a->sequence, OutcomeOf(a->outcome), a->revision, a->message);
+    v1::FrameAcknowledgement* const added =
+        Add(a->sequence, OutcomeOf(a->outcome), a->revision, a->message);
+    if (a->clock_skew_s) added->set_clock_skew_s(*a->clock_skew_s);
+    Flush();
   }
   const MutexLock lock(&mutex_);
   upstream_ended_ = true;
@@ -180,8 +183,8 @@ void FrameCall::Push(v1::RobotFrame frame) {
   may_pop_.NotifyOne();
 }
 
-void FrameCall::Acknowledge(int64_t sequence, v1::FrameOutcome outcome, Revision revision,
-                            const std::string& message) {
+v1::FrameAcknowledgement* FrameCall::Add(int64_t sequence, v1::FrameOutcome outcome,
+                                         Revision revision, const std::string& message) {
   v1::FrameAcknowledgement* acknowledgement = waiting_.add_acknowledgements();
   acknowledgement->set_sequence(sequence);
   acknowledgement->set_outcome(outcome);
@@ -191,6 +194,12 @@ void FrameCall::Acknowledge(int64_t sequence, v1::FrameOutcome outcome, Revision
     acknowledgement->set_bad_instances(bad->second);
     bad_instances_.erase(bad);
   }
+  return acknowledgement;
+}
+
+void FrameCall::Acknowledge(int64_t sequence, v1::FrameOutcome outcome, Revision revision,
+                            const std::string& message) {
+  Add(sequence, outcome, revision, message);
   Flush();
 }
 

@@ -61,6 +61,9 @@ class FrameCall
   bool MayPop() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void Push(v1::RobotFrame frame) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   bool Full() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  // Returns the acknowledgement, which is not sent before the next Flush.
+  v1::FrameAcknowledgement* Add(int64_t sequence, v1::FrameOutcome outcome, Revision revision,
+                                const std::string& message) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void Acknowledge(int64_t sequence, v1::FrameOutcome outcome, Revision revision,
                    const std::string& message) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   // Starts writing waiting_, unless a write is running; finishes the call once nothing waits and

@@ -6,11 +6,13 @@
 #include <grpcpp/server.h>
 #include <grpcpp/server_builder.h>
 
+#include <optional>
 #include <utility>
 
 #include "absl/status/status.h"
-#include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
+#include "base/admission/grpc_listener.h"
+#include "base/status/status_macros.h"
 #include "base/sync/mutex.h"
 #include "hypermap/v1/frame_service.grpc.pb.h"
 #include "ingest/frame_service/frame_call.h"
@@ -41,6 +43,8 @@ struct FrameServer::Impl {
   std::shared_ptr<FrameCalls> calls;
   FrameServiceImpl service;
   std::unique_ptr<grpc::Server> server;
+  // Destroyed before the server, to which it gives connections.
+  std::optional<admission::GrpcListener> listener;
 };
 
 FrameServer::FrameServer() = default;
@@ -50,35 +54,31 @@ FrameServer::~FrameServer() { Shutdown(); }
 absl::StatusOr<std::unique_ptr<FrameServer>> FrameServer::Start(
     const FrameServerOptions& options, const client::Client& client,
     std::shared_ptr<const Observer> observer) {
-  const size_t colon = options.listen.rfind(':');
-  if (colon == std::string::npos || colon == 0) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("--listen=", options.listen, " is not HOST:PORT"));
-  }
   grpc::EnableDefaultHealthCheckService(true);
   grpc::reflection::InitProtoReflectionServerBuilderPlugin();
   std::unique_ptr<FrameServer> made(new FrameServer());
   made->impl_ = std::make_unique<Impl>(options, client, std::move(observer));
   grpc::ServerBuilder builder;
-  int port = 0;
-  builder.AddListeningPort(options.listen, grpc::InsecureServerCredentials(), &port);
-  // With SO_REUSEPORT two servers could share the port, and each would get some of the calls.
-  builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
+  admission::GrpcListener& listener =
+      made->impl_->listener.emplace(&builder, grpc::InsecureServerCredentials());
   builder.SetMaxReceiveMessageSize(options.max_message_bytes);
   builder.RegisterService(&made->impl_->service);
   made->impl_->server = builder.BuildAndStart();
-  if (!made->impl_->server || port == 0) {
-    return absl::UnavailableError(
-        absl::StrCat("cannot listen on ", options.listen, " (is the port taken?)"));
-  }
+  if (!made->impl_->server) return absl::InternalError("gRPC can't start the server");
   made->impl_->server->GetHealthCheckService()->SetServingStatus(
       v1::FrameService::service_full_name(), true);
-  made->address_ = absl::StrCat(options.listen.substr(0, colon + 1), port);
+  admission::ConnectionListenerOptions listen;
+  listen.address = options.listen;
+  listen.limits = options.connections;
+  listen.max_resident_bytes = options.max_resident_bytes;
+  HYPERMAP_RETURN_IF_ERROR(listener.Start(std::move(listen)));
+  made->address_ = listener.connections().address();
   return made;
 }
 
 void FrameServer::Shutdown() {
   if (!impl_ || !impl_->server) return;
+  impl_->listener->Stop();
   impl_->server->Shutdown(absl::ToChronoTime(absl::Now()));
   {
     FrameCalls& calls = *impl_->calls;

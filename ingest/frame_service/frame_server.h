@@ -2,10 +2,12 @@
 #ifndef HYPERMAP_INGEST_FRAME_SERVICE_FRAME_SERVER_H_
 #define HYPERMAP_INGEST_FRAME_SERVICE_FRAME_SERVER_H_
 
+#include <cstdint>
 #include <memory>
 #include <string>
 
 #include "absl/status/statusor.h"
+#include "base/admission/open_connections.h"
 #include "client_libs/cpp/client.h"
 #include "ingest/perception/observer.h"
 
@@ -19,6 +21,9 @@ struct FrameServerOptions {
   int queue = 16;                  // Most frames that wait in each stream.
   int max_instances = 254;
   int max_message_bytes = 64 << 20;
+  admission::ConnectionLimits connections = {};
+  // While more memory is resident, the connections that receive the most are shut down; 0: never.
+  int64_t max_resident_bytes = 0;
 };
 
 // Each stream has a thread of its own, which processes its frames in order, and a stream of its own

@@ -1,11 +1,14 @@
 #include "ingest/worker/serve_command.h"
 
+#include <cstdint>
 #include <iostream>
 #include <memory>
 #include <string>
 #include <utility>
 
 #include "absl/status/statusor.h"
+#include "base/admission/file_limit.h"
+#include "base/admission/memory.h"
 #include "base/status/status_macros.h"
 #include "client_libs/cpp/client.h"
 #include "ingest/frame_service/frame_server.h"
@@ -16,6 +19,9 @@
 
 namespace hypermap::ingest {
 namespace {
+
+// Files that are open at once besides connections of robots.
+constexpr int64_t kFilesOfServer = 64;
 
 // The arguments of the command line.
 struct Arguments {
@@ -41,6 +47,10 @@ absl::Status Run(Arguments arguments, const Interruption& interruption) {
   options.map = target.map;
   options.layer = target.layer;
   options.observe = ObserveOptionsOf(target);
+  HYPERMAP_ASSIGN_OR_RETURN(
+      options.connections,
+      admission::LimitConnections({0, 0}, admission::RaiseFileLimit(), kFilesOfServer));
+  options.max_resident_bytes = admission::UsableMemory() / 4 * 3;
   auto observer = std::make_shared<const Observer>(MakeSegmenter(arguments.segmenter),
                                                    std::move(occupancy), ObserverOptions());
   HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<FrameServer> server,

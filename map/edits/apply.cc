@@ -6,6 +6,7 @@
 #include "absl/strings/str_cat.h"
 #include "base/limits/limits.h"
 #include "base/status/status_macros.h"
+#include "map/edits/batch_cells.h"
 #include "map/edits/snapshot_editor.h"
 #include "map/layers/grid_layer.h"
 #include "map/layers/semantic_layer.h"
@@ -146,12 +147,9 @@ absl::StatusOr<ObjectId> BatchEditor::operator()(const FillPolygon& edit) {
 }
 
 absl::StatusOr<ObjectId> BatchEditor::operator()(const SetAliases& edit) {
-  HYPERMAP_ASSIGN_OR_RETURN(const auto layer, editor_.Semantic(edit.layer));
+  HYPERMAP_RETURN_IF_ERROR(editor_.Semantic(edit.layer).status());
   HYPERMAP_ASSIGN_OR_RETURN(const ValueAliases changes, FoldAliases(edit.aliases));
-  ValueAliases after = layer->spec().aliases;
-  Update(after, changes);
-  HYPERMAP_RETURN_IF_ERROR(Validate(after));
-  HYPERMAP_RETURN_IF_ERROR(editor_.SetAliases(edit.layer, std::move(after)));
+  HYPERMAP_RETURN_IF_ERROR(editor_.UpdateAliases(edit.layer, changes));
   return 0;
 }
 
@@ -159,6 +157,12 @@ absl::StatusOr<ObjectId> BatchEditor::operator()(const SetAliases& edit) {
 
 absl::StatusOr<AppliedBatch> Apply(const Snapshot& before, const EditBatch& batch,
                                    const Limits& limits) {
+  HYPERMAP_RETURN_IF_ERROR(CheckCells(before, batch, limits.max_cells));
+  return ApplyExtended(before, batch, limits);
+}
+
+absl::StatusOr<AppliedBatch> ApplyExtended(const Snapshot& before, const EditBatch& batch,
+                                           const Limits& limits) {
   if (batch.edits.empty()) return absl::InvalidArgumentError("edits is empty");
   for (const LayerVersion& wanted : batch.if_layers) {
     const absl::StatusOr<LayerPtr> layer = before.GetLayer(wanted.layer);

@@ -8,6 +8,7 @@
 #include "absl/strings/str_cat.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
+#include "map/edits/byte_size.h"
 #include "map/layers/grid_layer.h"
 #include "map/layers/semantic_layer.h"
 #include "tests/support/random_map.h"
@@ -62,8 +63,67 @@ TEST(ApplyTest, AliasesAreSetOneByOneAndFolded) {
   EXPECT_EQ(SemanticOf(before, "s").spec().aliases,
             (ValueAliases{{"seat", {"chair"}}, {"tv", {"tvmonitor"}}}));
   const auto& change = std::get<AliasesSet>(applied->changes.front());
-  EXPECT_EQ(change.before, SemanticOf(before, "s").spec().aliases);
-  EXPECT_EQ(change.after, after.spec().aliases);
+  EXPECT_EQ(change.before, (ValueAliases{{"seat", {"chair"}}}));
+  EXPECT_EQ(change.after, (ValueAliases{{"mug", {"cup"}}}));
+}
+
+TEST(ApplyTest, AliasesThatABatchSetsTwiceChangeOnce) {
+  LayerSpec spec = Semantic("s");
+  spec.aliases = {{"seat", {"chair"}}};
+  const Snapshot before = MakeSnapshot("m", {{CreateLayer{spec}}});
+  const auto applied = Apply(
+      before, {{SetAliases{"s", {{"seat", {"bench"}}}}, SetAliases{"s", {{"mug", {"cup"}}}},
+                SetAliases{"s", {{"seat", {}}}}, SetAliases{"s", {{"mug", {"cup", "beaker"}}}}}});
+  ASSERT_TRUE(applied.ok()) << applied.status();
+  ASSERT_EQ(applied->changes.size(), 1u);
+  const auto& change = std::get<AliasesSet>(applied->changes.front());
+  EXPECT_EQ(change.before, (ValueAliases{{"seat", {"chair"}}}));
+  EXPECT_EQ(change.after, (ValueAliases{{"mug", {"cup", "beaker"}}}));
+  EXPECT_EQ(SemanticOf(*applied->snapshot, "s").spec().aliases, change.after);
+  // Aliases that become what they were are a change, too: the layer gets the version of its edit.
+  const auto same = Apply(before, {{SetAliases{"s", {{"seat", {"chair"}}}}}});
+  ASSERT_EQ(same->changes.size(), 1u);
+  EXPECT_EQ(same->snapshot->LayerVersionOf("s"), 2);
+}
+
+TEST(ApplyTest, AliasesOfALayerMadeAnewAreItsOwn) {
+  LayerSpec spec = Semantic("s");
+  spec.aliases = {{"seat", {"chair"}}};
+  const Snapshot before = MakeSnapshot("m", {{CreateLayer{spec}}});
+  const auto applied =
+      Apply(before, {{SetAliases{"s", {{"mug", {"cup"}}}}, DeleteLayer{"s"},
+                      CreateLayer{Semantic("s")}, SetAliases{"s", {{"tv", {"tvmonitor"}}}}}});
+  ASSERT_TRUE(applied.ok()) << applied.status();
+  ASSERT_EQ(applied->changes.size(), 3u);
+  EXPECT_EQ(std::get<LayerDeleted>(applied->changes[0]).spec.aliases, spec.aliases);
+  EXPECT_EQ(std::get<AliasesSet>(applied->changes[2]).before, ValueAliases());
+  EXPECT_EQ(SemanticOf(*applied->snapshot, "s").spec().aliases,
+            (ValueAliases{{"tv", {"tvmonitor"}}}));
+}
+
+TEST(ApplyTest, B2ManyAliasesCostWhatEachOfThemTakes) {
+  constexpr int kAliases = 10'000;
+  LayerSpec spec = Semantic("s");
+  EditBatch batch;
+  for (int i = 0; i < kAliases; ++i) {
+    const std::string alias = absl::StrCat("alias ", i);
+    spec.aliases.insert_or_assign(alias, {absl::StrCat("label ", i)});
+    batch.edits.push_back(SetAliases{"s", {{alias, {absl::StrCat("other label ", i)}}}});
+  }
+  const Snapshot before = MakeSnapshot("m", {{CreateLayer{spec}}});
+  const auto applied = Apply(before, batch);
+  ASSERT_TRUE(applied.ok()) << applied.status();
+  int64_t bytes = 0;
+  for (const Change& change : applied->changes) bytes += ByteSize(change);
+  EXPECT_LT(bytes, 3 * UnsharedBytes(spec.aliases, {}));
+  EXPECT_THAT(SemanticOf(*applied->snapshot, "s").spec().aliases.find("alias 77")->second,
+              ElementsAre("other label 77"));
+  // The number of labels is limited after each edit.
+  EditBatch one_more{{SetAliases{"s", {{"alias 0", {}}}}, SetAliases{"s", {{"new", {"a"}}}},
+                      SetAliases{"s", {{"newer", {"b"}}}}}};
+  const absl::Status refused = Apply(before, one_more).status();
+  EXPECT_TRUE(absl::IsResourceExhausted(refused)) << refused;
+  EXPECT_THAT(std::string(refused.message()), HasSubstr("edits[2]: "));
 }
 
 TEST(ApplyTest, AnErrorNamesItsEditAndNothingIsDone) {

@@ -24,7 +24,10 @@ struct LayerDeleted {
 struct TransformSet {
   FrameTransform transform;
 };
-// All aliases of a layer, before and after.
+// The aliases of a layer that differ: with their labels before the change (without those that are
+// new) and after it (without those that were removed). Other aliases stay. With `before` and
+// `after` exchanged it is the inverse change. Earlier versions stored all aliases of the layer in
+// both, which has the same effect.
 struct AliasesSet {
   std::string layer;
   ValueAliases before;
@@ -54,8 +57,16 @@ struct ExtentGrown {
 using Change = std::variant<LayerCreated, LayerDeleted, TransformSet, ObjectPut, ObjectRemoved,
                             TileWritten, ExtentGrown, AliasesSet>;
 
+// Returns the change that turns `before` into `after`. Cheap for aliases that they share.
+AliasesSet ChangeOfAliases(std::string layer, const ValueAliases& before,
+                           const ValueAliases& after);
+
+// Applies the change to the aliases of its layer.
+void CarryOut(const AliasesSet& change, ValueAliases* aliases);
+
 // The result of a batch: the next snapshot, and its difference from the one before. Changes are in
-// an order in which they can be applied. An object or tile that was changed twice appears once.
+// an order in which they can be applied. An object, a tile or the aliases of a layer that were
+// changed twice appear once.
 struct AppliedBatch {
   SnapshotPtr snapshot;
   std::vector<Change> changes;

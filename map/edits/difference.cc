@@ -1,6 +1,5 @@
 #include "map/edits/difference.h"
 
-#include <algorithm>
 #include <memory>
 #include <string>
 #include <utility>
@@ -36,7 +35,7 @@ class LayerDifference {
   void Add(const Layer& before, const Layer& after) {
     if (&before == &after) return;
     if (before.spec().aliases != after.spec().aliases) {
-      changes_.push_back(AliasesSet{name_, before.spec().aliases, after.spec().aliases});
+      changes_.push_back(ChangeOfAliases(name_, before.spec().aliases, after.spec().aliases));
     }
     if (const auto* grid = AsGrid(&after)) {
       AddCells(static_cast<const GridLayer&>(before), *grid);
@@ -51,7 +50,7 @@ class LayerDifference {
     if (const auto* grid = AsGrid(&layer)) {
       changes_.push_back(ExtentGrown{name_, grid->extent()});
     } else {
-      changes_.push_back(AliasesSet{name_, layer.spec().aliases, layer.spec().aliases});
+      changes_.push_back(AliasesSet{name_, {}, {}});
     }
   }
 
@@ -104,9 +103,9 @@ class LayerDifference {
 };
 
 void AddTransforms(const FrameTree& before, const FrameTree& after, std::vector<Change>* changes) {
-  const std::vector<FrameTransform> known = before.transforms();
   for (FrameTransform& transform : after.transforms()) {
-    if (std::find(known.begin(), known.end(), transform) != known.end()) continue;
+    const FrameTransform* const known = before.Find(transform.child_frame_id);
+    if (known != nullptr && *known == transform) continue;
     changes->push_back(TransformSet{std::move(transform)});
   }
 }

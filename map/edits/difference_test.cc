@@ -38,8 +38,15 @@ class Carrier {
     EXPECT_TRUE(now_.frames.Set(change.transform).ok());
   }
   void operator()(const AliasesSet& change) {
-    EXPECT_EQ(At<SemanticLayer>(change.layer).spec().aliases, change.before);
-    Set(At<SemanticLayer>(change.layer).WithAliases(change.after));
+    const auto& layer = At<SemanticLayer>(change.layer);
+    for (const auto& [alias, labels] : change.before) {
+      const auto before = layer.spec().aliases.find(alias);
+      ASSERT_NE(before, layer.spec().aliases.end());
+      EXPECT_EQ(before->second, labels);
+    }
+    ValueAliases aliases = layer.spec().aliases;
+    CarryOut(change, &aliases);
+    Set(layer.WithAliases(std::move(aliases)));
   }
   void operator()(const ObjectPut& change) {
     const auto& layer = At<SemanticLayer>(change.layer);

@@ -58,6 +58,7 @@ absl::Status SnapshotEditor::CreateLayer(LayerSpec spec) {
 
 absl::Status SnapshotEditor::DeleteLayer(const std::string& layer) {
   HYPERMAP_ASSIGN_OR_RETURN(const LayerPtr found, next_->GetLayer(layer));
+  aliases_.erase(layer);
   objects_.erase(layer);
   grids_.erase(layer);
   changes_.push_back(LayerDeleted{found->spec()});
@@ -72,9 +73,29 @@ absl::Status SnapshotEditor::SetTransform(FrameTransform transform) {
 }
 
 absl::Status SnapshotEditor::SetAliases(const std::string& layer, ValueAliases aliases) {
-  HYPERMAP_ASSIGN_OR_RETURN(const auto semantic, Semantic(layer));
-  changes_.push_back(AliasesSet{layer, semantic->spec().aliases, aliases});
-  next_->layers[layer] = semantic->WithAliases(std::move(aliases));
+  HYPERMAP_RETURN_IF_ERROR(Semantic(layer).status());
+  const int64_t num_labels = NumLabels(aliases);
+  aliases_.insert_or_assign(layer, AliasesSoFar{std::move(aliases), num_labels});
+  return absl::OkStatus();
+}
+
+absl::Status SnapshotEditor::UpdateAliases(const std::string& layer, const ValueAliases& changes) {
+  auto so_far = aliases_.find(layer);
+  if (so_far == aliases_.end()) {
+    HYPERMAP_ASSIGN_OR_RETURN(const auto semantic, Semantic(layer));
+    const ValueAliases& before = semantic->spec().aliases;
+    so_far = aliases_.emplace(layer, AliasesSoFar{before, NumLabels(before)}).first;
+  }
+  auto& [aliases, num_labels] = so_far->second;
+  int64_t num_after = num_labels;
+  for (const auto& [alias, labels] : changes) {
+    const auto before = aliases.find(alias);
+    if (before != aliases.end()) num_after -= static_cast<int64_t>(before->second.size());
+    num_after += static_cast<int64_t>(labels.size());
+  }
+  HYPERMAP_RETURN_IF_ERROR(CheckNumLabels(num_after));
+  Update(aliases, changes);
+  num_labels = num_after;
   return absl::OkStatus();
 }
 
@@ -113,6 +134,12 @@ absl::Status SnapshotEditor::FillArea(const std::string& layer, const Polygon& a
                                       std::optional<double> value, int64_t max_cells) {
   HYPERMAP_ASSIGN_OR_RETURN(GridWriter* const writer, Writer(layer));
   return writer->Fill(area, rule, value, max_cells);
+}
+
+void SnapshotEditor::FinishAliases(const std::string& layer, ValueAliases aliases) {
+  const SemanticLayer& before = *next_->FindSemantic(layer);
+  changes_.push_back(ChangeOfAliases(layer, before.spec().aliases, aliases));
+  next_->layers[layer] = before.WithAliases(std::move(aliases));
 }
 
 void SnapshotEditor::FinishObjects(const std::string& layer, ObjectChanges changes) {
@@ -168,6 +195,7 @@ void SnapshotEditor::SetVersions() {
 }
 
 AppliedBatch SnapshotEditor::Finish() && {
+  for (auto& [layer, so_far] : aliases_) FinishAliases(layer, std::move(so_far.aliases));
   for (auto& [layer, changes] : objects_) FinishObjects(layer, std::move(changes));
   for (auto& [layer, writer] : grids_) FinishGrid(layer, std::move(writer));
   SetVersions();

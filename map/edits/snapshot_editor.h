@@ -23,15 +23,15 @@ namespace hypermap {
 // in no other way: Apply (map/edits/apply.h) uses it for edits that it has checked, and a replica
 // for the events of its subscription.
 //
-// Changes of content are collected for each layer, and Finish makes the new layers; until then,
-// `current` has the old content. Layers that do not change are shared with the snapshot before. A
-// method that returns an error has changed nothing, unless its comment says otherwise.
+// Changes of content and aliases are collected for each layer, and Finish makes the new layers;
+// until then, `current` has the old ones. Layers that do not change are shared with the snapshot
+// before. A method that returns an error has changed nothing, unless its comment says otherwise.
 class SnapshotEditor {
  public:
   // `before` becomes a snapshot of `revision`.
   SnapshotEditor(Snapshot before, Revision revision);
 
-  // The snapshot with its structure as changed so far, and its content as before.
+  // The snapshot with its structure as changed so far, and its content and aliases as before.
   const Snapshot& current() const { return *next_; }
 
   // NOT_FOUND; FAILED_PRECONDITION if the layer is a grid.
@@ -51,6 +51,10 @@ class SnapshotEditor {
   absl::Status SetTransform(FrameTransform transform);
   // Replaces all aliases of a semantic layer. Errors are those of Semantic.
   absl::Status SetAliases(const std::string& layer, ValueAliases aliases);
+  // Replaces the labels of each alias in `changes`, which must be folded, and removes those without
+  // labels. Logarithmic in the number of the layer's aliases for each, after the first call for the
+  // layer. Errors are those of Semantic and CheckNumLabels.
+  absl::Status UpdateAliases(const std::string& layer, const ValueAliases& changes);
   // Sets the extent of a grid, which must not shrink. Errors are those of Grid.
   absl::Status GrowExtent(const std::string& layer, const CellBox& extent);
   // `object` must have an id, and its shape in the layer's frame. Errors are those of Semantic.
@@ -69,14 +73,20 @@ class SnapshotEditor {
 
  private:
   using ObjectChanges = absl::btree_map<ObjectId, ObjectPtr>;  // Null: removed.
+  struct AliasesSoFar {
+    ValueAliases aliases;
+    int64_t num_labels = 0;
+  };
 
   absl::StatusOr<GridWriter*> Writer(const std::string& layer);
+  void FinishAliases(const std::string& layer, ValueAliases aliases);
   void FinishObjects(const std::string& layer, ObjectChanges changes);
   void FinishGrid(const std::string& layer, GridWriter writer);
   void SetVersions();
 
   std::shared_ptr<Snapshot> next_;
   std::vector<Change> changes_;
+  std::map<std::string, AliasesSoFar> aliases_;
   std::map<std::string, ObjectChanges> objects_;
   std::map<std::string, GridWriter> grids_;
 };

@@ -20,11 +20,11 @@ absl::Status CheckName(absl::string_view field, absl::string_view frame_id) {
   return absl::OkStatus();
 }
 
-// Walks from a frame to the root of its tree, and accumulates the transform.
-class Climber {
- public:
-  using Edges = std::map<std::string, FrameTransform, std::less<>>;
+}  // namespace
 
+// Walks from a frame to the root of its tree, and accumulates the transform.
+class FrameTree::Climber {
+ public:
   Climber(const Edges& edges, absl::string_view start) : edges_(edges), frame_id_(start) {}
 
   absl::string_view frame_id() const { return frame_id_; }
@@ -45,7 +45,7 @@ class Climber {
   PlanarTransform frame_from_start_;
 };
 
-int Depth(const Climber::Edges& edges, absl::string_view frame_id) {
+int FrameTree::DepthOf(const Edges& edges, absl::string_view frame_id) {
   int depth = 0;
   for (auto edge = edges.find(frame_id); edge != edges.end();
        edge = edges.find(edge->second.parent_frame_id)) {
@@ -53,8 +53,6 @@ int Depth(const Climber::Edges& edges, absl::string_view frame_id) {
   }
   return depth;
 }
-
-}  // namespace
 
 absl::Status FrameTree::Set(const FrameTransform& transform) {
   const std::string& parent = transform.parent_frame_id;
@@ -65,23 +63,44 @@ absl::Status FrameTree::Set(const FrameTransform& transform) {
   if (!std::isfinite(t.x()) || !std::isfinite(t.y()) || !std::isfinite(t.yaw())) {
     return absl::InvalidArgumentError("parent_from_child is not finite");
   }
-  Climber climber(by_child_, parent);
-  do {
-    if (climber.frame_id() == child) {
-      return absl::InvalidArgumentError(absl::StrCat(
-          "parent_frame_id: frame '", child, "' would be its own ancestor under '", parent, "'"));
-    }
-  } while (climber.Climb());
+  const FrameTransform* const before = Find(child);
+  const bool has_parent = before != nullptr && before->parent_frame_id == parent;
+  // Only a frame that gets another parent can become its own ancestor, and only through its
+  // children. Trees that grow at their leaves, as most do, need no walk to the root.
+  if (!has_parent && (child == parent || num_children_.contains(child))) {
+    Climber climber(by_child_, parent);
+    do {
+      if (climber.frame_id() == child) {
+        return absl::InvalidArgumentError(absl::StrCat(
+            "parent_frame_id: frame '", child, "' would be its own ancestor under '", parent, "'"));
+      }
+    } while (climber.Climb());
+  }
+  if (!has_parent) {
+    if (before != nullptr) AddChildren(before->parent_frame_id, -1);
+    AddChildren(parent, 1);
+  }
   by_child_.insert_or_assign(child, transform);
   return absl::OkStatus();
 }
 
-bool FrameTree::Contains(absl::string_view frame_id) const {
-  if (by_child_.find(frame_id) != by_child_.end()) return true;
-  for (const auto& [child, edge] : by_child_) {
-    if (edge.parent_frame_id == frame_id) return true;
+void FrameTree::AddChildren(const std::string& frame_id, int64_t number) {
+  const auto known = num_children_.find(frame_id);
+  const int64_t sum = number + (known == num_children_.end() ? 0 : known->second);
+  if (sum > 0) {
+    num_children_.insert_or_assign(frame_id, sum);
+  } else {
+    num_children_.erase(frame_id);
   }
-  return false;
+}
+
+const FrameTransform* FrameTree::Find(absl::string_view child_frame_id) const {
+  const auto edge = by_child_.find(child_frame_id);
+  return edge == by_child_.end() ? nullptr : &edge->second;
+}
+
+bool FrameTree::Contains(absl::string_view frame_id) const {
+  return by_child_.contains(frame_id) || num_children_.contains(frame_id);
 }
 
 absl::StatusOr<PlanarTransform> FrameTree::Lookup(absl::string_view target_frame_id,
@@ -89,7 +108,7 @@ absl::StatusOr<PlanarTransform> FrameTree::Lookup(absl::string_view target_frame
   if (target_frame_id == source_frame_id) return PlanarTransform();
   Climber target(by_child_, target_frame_id);
   Climber source(by_child_, source_frame_id);
-  int above = Depth(by_child_, target_frame_id) - Depth(by_child_, source_frame_id);
+  int above = DepthOf(by_child_, target_frame_id) - DepthOf(by_child_, source_frame_id);
   for (; above > 0; --above) target.Climb();
   for (; above < 0; ++above) source.Climb();
   while (target.frame_id() != source.frame_id()) {
@@ -106,6 +125,22 @@ std::vector<FrameTransform> FrameTree::transforms() const {
   all.reserve(by_child_.size());
   for (const auto& [child, edge] : by_child_) all.push_back(edge);
   return all;
+}
+
+int64_t FrameTree::UnsharedBytes(const FrameTree& older) const {
+  using ChildCounts = decltype(num_children_);
+  int64_t bytes = 0;
+  by_child_.VisitUnshared(older.by_child_, [&](const auto& entry, const auto* before) {
+    bytes += Edges::kNodeBytes;
+    if (before == &entry) return;
+    bytes += static_cast<int64_t>(sizeof entry + 2 * entry.first.size() +
+                                  entry.second.parent_frame_id.size());
+  });
+  num_children_.VisitUnshared(older.num_children_, [&](const auto& entry, const auto* before) {
+    bytes += ChildCounts::kNodeBytes;
+    if (before != &entry) bytes += static_cast<int64_t>(sizeof entry + entry.first.size());
+  });
+  return bytes;
 }
 
 }  // namespace hypermap

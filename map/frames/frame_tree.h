@@ -2,13 +2,14 @@
 #ifndef HYPERMAP_MAP_FRAMES_FRAME_TREE_H_
 #define HYPERMAP_MAP_FRAMES_FRAME_TREE_H_
 
-#include <map>
+#include <cstdint>
 #include <string>
 #include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
+#include "base/containers/shared_map.h"
 #include "map/frames/planar_transform.h"
 
 namespace hypermap {
@@ -26,12 +27,18 @@ struct FrameTransform {
 };
 
 // A forest of frames: each frame has at most one parent. Coordinates can be converted between the
-// frames of one tree. A value; safe to read from many threads.
+// frames of one tree. A value, cheap to copy, since copies share their transforms; safe to read
+// from many threads.
 class FrameTree {
  public:
   // Sets or replaces the parent of `child_frame_id`. INVALID_ARGUMENT for a name that is empty or
   // too long, a frame that would become its own ancestor, or a transform that is not finite.
+  // Logarithmic in the number of frames; linear in the depth of the parent if a frame with children
+  // gets another parent.
   absl::Status Set(const FrameTransform& transform);
+
+  // Returns the edge from the frame to its parent; null if it has none.
+  const FrameTransform* Find(absl::string_view child_frame_id) const;
 
   // Returns whether a transform names the frame.
   bool Contains(absl::string_view frame_id) const;
@@ -44,8 +51,19 @@ class FrameTree {
   // Returns all edges, sorted by child.
   std::vector<FrameTransform> transforms() const;
 
+  // Bytes of memory that this does not share with `older`.
+  int64_t UnsharedBytes(const FrameTree& older) const;
+
  private:
-  std::map<std::string, FrameTransform, std::less<>> by_child_;
+  using Edges = SharedMap<std::string, FrameTransform>;
+
+  class Climber;
+
+  static int DepthOf(const Edges& edges, absl::string_view frame_id);
+  void AddChildren(const std::string& frame_id, int64_t number);
+
+  Edges by_child_;
+  SharedMap<std::string, int64_t> num_children_;  // By parent; at least 1.
 };
 
 }  // namespace hypermap

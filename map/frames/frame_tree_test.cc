@@ -129,5 +129,54 @@ TEST(FrameTreeTest, LookupsComposeInRandomForests) {
   EXPECT_GT(connected, 300);
 }
 
+TEST(FrameTreeTest, KnowsParentsWhileTheyHaveChildren) {
+  FrameTree tree;
+  ASSERT_TRUE(tree.Set({"map", "a", {}}).ok());
+  ASSERT_TRUE(tree.Set({"map", "b", {}}).ok());
+  ASSERT_TRUE(tree.Set({"map", "b", {1, 0, 0}}).ok());
+  ASSERT_TRUE(tree.Set({"b", "a", {}}).ok());
+  EXPECT_TRUE(tree.Contains("map"));
+  EXPECT_EQ(tree.Find("a")->parent_frame_id, "b");
+  EXPECT_EQ(tree.Find("map"), nullptr);
+  ASSERT_TRUE(tree.Set({"world", "b", {}}).ok());
+  EXPECT_FALSE(tree.Contains("map"));
+}
+
+// Accepts and refuses the same transforms as a check of all ancestors does.
+TEST(FrameTreeTest, RefusesCyclesInRandomForests) {
+  const uint64_t seed = TestSeed();
+  SCOPED_TRACE("HYPERMAP_TEST_SEED=" + std::to_string(seed));
+  Rng rng(seed);
+  constexpr int kFrames = 12;
+  std::vector<int> parent(kFrames, -1);
+  FrameTree tree;
+  int refused = 0;
+  for (int i = 0; i < 2000; ++i) {
+    const int child = UniformInt(rng, 0, kFrames - 1), above = UniformInt(rng, 0, kFrames - 1);
+    bool is_cycle = false;
+    for (int frame = above; frame >= 0; frame = parent[frame]) is_cycle |= frame == child;
+    ASSERT_EQ(tree.Set({Name(above), Name(child), {}}).ok(), !is_cycle);
+    if (!is_cycle) parent[child] = above;
+    refused += is_cycle;
+  }
+  EXPECT_GT(refused, 100);
+}
+
+TEST(FrameTreeTest, B3CopiesShareAllButTheFrameThatWasSet) {
+  FrameTree tree;
+  int64_t bytes = 0;
+  constexpr int kFrames = 12'000;
+  for (int i = 0; i < kFrames; ++i) {
+    const FrameTree before = tree;
+    // A chain in one half, a star in the other.
+    const std::string parent = i % 2 != 0 && i > 1 ? Name(i - 2) : "map";
+    ASSERT_TRUE(tree.Set({parent, Name(i), {}}).ok());
+    bytes += tree.UnsharedBytes(before);
+    ASSERT_EQ(FrameTree(tree).UnsharedBytes(tree), 0);
+  }
+  EXPECT_LT(bytes / kFrames, 8192);
+  EXPECT_GT(tree.UnsharedBytes(FrameTree()), int64_t{kFrames} * 100);
+}
+
 }  // namespace
 }  // namespace hypermap

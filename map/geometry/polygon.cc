@@ -8,11 +8,10 @@
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
-#include "absl/strings/string_view.h"
 #include "base/status/status_macros.h"
 #include "map/geometry/coordinates.h"
-#include "map/geometry/geos_context.h"
 #include "map/geometry/predicates.h"
+#include "map/geometry/ring_fault.h"
 
 namespace hypermap {
 namespace {
@@ -20,6 +19,9 @@ namespace {
 std::string RingName(size_t ring) {
   return ring == 0 ? "outer" : absl::StrCat("holes[", ring - 1, "]");
 }
+
+// The name of a ring in a sentence.
+std::string RingTitle(size_t ring) { return ring == 0 ? "outer ring" : RingName(ring); }
 
 // Drops vertices that repeat the one before, and closing vertices.
 void DropRepeats(Ring& ring) {
@@ -32,36 +34,6 @@ bool HasThreeDistinct(const Ring& ring) {
   // Neighbours differ, so that a third distinct point differs from the first two.
   return std::any_of(ring.begin() + 2, ring.end(),
                      [&](const Point& p) { return p != ring[0] && p != ring[1]; });
-}
-
-// The reason for which GEOS rejects a polygon.
-struct Fault {
-  bool found = false;
-  std::string reason;
-  std::string place;  // " at (x, y)".
-};
-
-Fault FindFault(const Rings& rings) {
-  const GeosContext& geos = GeosContext::OfThisThread();
-  const GeosGeometry polygon = geos.MakePolygon(rings);
-  if (polygon == nullptr) return {true, "cannot be built", ""};
-  char* reason = nullptr;
-  GEOSGeometry* location = nullptr;
-  const char valid =
-      GEOSisValidDetail_r(geos.handle(), polygon.get(), /*flags=*/0, &reason, &location);
-  const GeosGeometry owned_location = geos.Own(location);
-  Fault fault;
-  fault.found = valid != 1;
-  if (reason != nullptr) {
-    fault.reason = reason;
-    GEOSFree_r(geos.handle(), reason);
-  }
-  Point at;
-  if (location != nullptr && GEOSGeomGetX_r(geos.handle(), location, &at.x) == 1 &&
-      GEOSGeomGetY_r(geos.handle(), location, &at.y) == 1) {
-    fault.place = absl::StrFormat(" at (%.9g, %.9g)", at.x, at.y);
-  }
-  return fault;
 }
 
 bool AllOnOneLine(const Ring& ring) {
@@ -88,29 +60,35 @@ bool IsConvex(const Ring& ring) {
   return reversals == 2;
 }
 
-// Finds the rings that cause `fault`; GEOS reports only the place.
-absl::Status DescribeFault(const Rings& rings, const Fault& fault) {
-  for (size_t i = 0; i < rings.size(); ++i) {
-    const std::string name = i == 0 ? "outer ring" : RingName(i);
+// Names the rings at fault and the place.
+absl::Status DescribeFault(const Rings& rings, const RingFault& fault) {
+  for (const size_t i : {fault.other, fault.ring}) {
     if (AllOnOneLine(rings[i])) {
-      return absl::InvalidArgumentError(absl::StrCat(name, " encloses no area"));
+      return absl::InvalidArgumentError(absl::StrCat(RingTitle(i), " encloses no area"));
     }
-    const Fault own = FindFault({rings[i]});
-    if (!own.found) continue;
-    const absl::string_view verb =
-        own.reason == "Ring Self-intersection" ? " touches itself" : " crosses itself";
-    return absl::InvalidArgumentError(absl::StrCat(name, verb, own.place));
   }
-  for (size_t i = 1; i < rings.size(); ++i) {
-    const Fault pair = FindFault({rings[0], rings[i]});
-    if (!pair.found) continue;
-    const absl::string_view verb = pair.reason == "Hole lies outside shell"
-                                       ? " lies outside of the outer ring"
-                                       : " does not stay inside the outer ring";
-    return absl::InvalidArgumentError(absl::StrCat(RingName(i), verb, pair.place));
-  }
+  const std::string ring = RingTitle(fault.ring), other = RingTitle(fault.other);
+  const auto sentence = [&]() -> std::string {
+    switch (fault.kind) {
+      case RingFault::Kind::kTouchesItself:
+        return absl::StrCat(ring, " touches itself");
+      case RingFault::Kind::kCrossesItself:
+        return absl::StrCat(ring, " crosses itself");
+      case RingFault::Kind::kCrosses:
+        if (fault.other == 0) return absl::StrCat(ring, " does not stay inside the outer ring");
+        return absl::StrCat(other, " and ", ring, " overlap");
+      case RingFault::Kind::kLiesOutside:
+        return absl::StrCat(ring, " lies outside of the outer ring");
+      case RingFault::Kind::kIsNested:
+        return absl::StrCat(ring, " lies inside ", other);
+      case RingFault::Kind::kDisconnects:
+        return absl::StrCat(ring, " cuts the polygon apart where it touches ",
+                            fault.other == 0 ? "the " : "", other);
+    }
+    return absl::StrCat(ring, " is at fault");
+  }();
   return absl::InvalidArgumentError(
-      absl::StrCat("holes overlap or cut the polygon apart", fault.place));
+      absl::StrFormat("%s at (%.9g, %.9g)", sentence, fault.place.x, fault.place.y));
 }
 
 // Returns whether a simple ring is counter-clockwise. The turn at a vertex of the hull decides.
@@ -167,7 +145,7 @@ absl::StatusOr<Polygon> Polygon::Make(Ring outer, std::vector<Ring> holes) {
     }
   }
   if (rings.size() > 1 || !IsConvex(rings.front())) {
-    if (Fault fault = FindFault(rings); fault.found) return DescribeFault(rings, fault);
+    if (const auto fault = FindRingFault(rings)) return DescribeFault(rings, *fault);
   }
   for (size_t i = 0; i < rings.size(); ++i) {
     // Keep the first vertex in its place.

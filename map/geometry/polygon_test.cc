@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <string>
+#include <utility>
 
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
@@ -153,8 +154,79 @@ INSTANTIATE_TEST_SUITE_P(
         Refused{"HolesOverlap",
                 kSquare,
                 {{{1, 1}, {3, 1}, {3, 3}, {1, 3}}, {{2, 2}, {3.5, 2}, {3.5, 3.5}, {2, 3.5}}},
-                "holes overlap or cut the polygon apart at (3, 2)"}),
+                "holes[0] and holes[1] overlap at (3, 2)"},
+        Refused{"HolesShareAnEdge",
+                kSquare,
+                {{{1, 1}, {2, 1}, {2, 2}, {1, 2}}, {{2, 1}, {3, 1}, {3, 2}, {2, 2}}},
+                "holes[0] and holes[1] overlap at (2, 1)"},
+        Refused{"HoleInAHole",
+                kSquare,
+                {{{2, 2}, {2.5, 2}, {2, 2.5}}, {{1, 1}, {3.5, 1}, {3.5, 3.5}, {1, 3.5}}},
+                "holes[0] lies inside holes[1] at (2, 2)"},
+        Refused{"HoleRoundTheOuterRing",
+                kSquare,
+                {{{-1, -1}, {5, -1}, {5, 5}, {-1, 5}}},
+                "holes[0] lies outside of the outer ring at (-1, -1)"},
+        Refused{"HoleFromSideToSide",
+                kSquare,
+                {{{0, 2}, {2, 1}, {4, 2}, {2, 3}}},
+                "holes[0] cuts the polygon apart where it touches the outer ring at (4, 2)"},
+        Refused{"RingOfHoles",
+                kSquare,
+                {{{1, 2}, {2, 1}, {1, 1}}, {{2, 1}, {3, 2}, {3, 1}}, {{1, 2}, {2, 3}, {3, 2}}},
+                "holes[2] cuts the polygon apart where it touches holes[1] at (3, 2)"}),
     [](const ::testing::TestParamInfo<Refused>& info) { return info.param.what; });
+
+// Returns `columns` x `rows` square holes of side 0.5 whose lower left corners have whole
+// coordinates from 1 on.
+std::vector<Ring> GridOfHoles(int columns, int rows) {
+  std::vector<Ring> holes;
+  for (int row = 1; row <= rows; ++row) {
+    for (int column = 1; column <= columns; ++column) {
+      const double x = column, y = row;
+      holes.push_back({{x, y}, {x, y + 0.5}, {x + 0.5, y + 0.5}, {x + 0.5, y}});
+    }
+  }
+  return holes;
+}
+
+// Returns a ring around all of GridOfHoles, with `teeth` teeth below.
+Ring ToothedRing(int teeth, double width, double height) {
+  Ring ring{{width, 0}, {width, height}, {0, height}, {0, 0}};
+  for (int i = 0; i < teeth; ++i) {
+    ring.push_back({width * (i + 0.5) / teeth, -1});
+    if (i + 1 < teeth) ring.push_back({width * (i + 1) / teeth, 0});
+  }
+  return ring;
+}
+
+TEST(PolygonTest, A4OverlapAmongSixteenThousandHolesNamesBothHoles) {
+  const Ring outer = ToothedRing(25'000, 130, 130);
+  std::vector<Ring> holes = GridOfHoles(128, 125);
+  const auto valid = Polygon::Make(outer, holes);
+  ASSERT_TRUE(valid.ok()) << valid.status();
+  EXPECT_EQ(valid->num_vertices(), 50'003 + 4 * 16'000);
+  for (Point& p : holes[15'000]) p.x -= 0.75;
+  EXPECT_EQ(Polygon::Make(outer, holes).status(),
+            absl::InvalidArgumentError("holes[14999] and holes[15000] overlap at (24.25, 118)"));
+}
+
+TEST(PolygonTest, A4LongCombOfSlantedTeethIsChecked) {
+  // The bounding boxes of almost all pairs of edges intersect.
+  constexpr int kTeeth = 49'000;
+  Ring comb;
+  for (int i = 0; i < kTeeth; ++i) {
+    comb.push_back({i * 1e-4, i * -1e-4});
+    comb.push_back({20 + i * 1e-4, 20 - i * 1e-4});
+  }
+  // The back of the comb.
+  for (const Point& p : {Point{40, -20}, Point{0, -20}}) comb.push_back(p);
+  const auto polygon = Polygon::Make(comb);
+  ASSERT_TRUE(polygon.ok()) << polygon.status();
+  EXPECT_EQ(polygon->num_vertices(), 2 * kTeeth + 2);
+  std::swap(comb[kTeeth], comb[kTeeth + 2]);
+  EXPECT_THAT(Polygon::Make(comb).status().message(), ::testing::HasSubstr("crosses itself"));
+}
 
 TEST(PolygonTest, AreaAndCentroidTakeHolesOut) {
   const auto polygon = Polygon::Make(kSquare, {{{2, 1}, {3, 1}, {3, 3}, {2, 3}}});

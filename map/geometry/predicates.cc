@@ -338,8 +338,8 @@ bool PreparedPolygon::Intersects(const Shape& other) const {
   if (polygon.empty() || other.empty() || !polygon.bounds().Intersects(other.bounds())) {
     return false;
   }
-  if (other.kind() == ShapeKind::kPoint) return hypermap::Covers(polygon, other.point());
   if (impl_->IsCheap(other.num_vertices())) {
+    if (other.kind() == ShapeKind::kPoint) return hypermap::Covers(polygon, other.point());
     // If the boundaries do not intersect, one shape contains all of the other or none of it.
     if (hypermap::Covers(polygon, other.any_vertex())) return true;
     if (other.kind() == ShapeKind::kLineString) {
@@ -360,7 +360,9 @@ bool PreparedPolygon::Covers(const Shape& other) const {
   if (polygon.empty() || other.empty() || !polygon.bounds().Intersects(other.bounds())) {
     return false;
   }
-  if (other.kind() == ShapeKind::kPoint) return hypermap::Covers(polygon, other.point());
+  if (other.kind() == ShapeKind::kPoint && impl_->IsCheap(/*num_others=*/1)) {
+    return hypermap::Covers(polygon, other.point());
+  }
   const Impl::InGeos& geos = impl_->Geos();
   if (geos.prepared == nullptr) return false;
   const GeosGeometry geometry = geos.context.MakeGeometry(other);

@@ -193,6 +193,33 @@ TEST(PreparedPolygonTest, AgreesWithGeosWhicheverWayItTakes) {
   EXPECT_LT(intersections, tests * 9 / 10);
 }
 
+// The first points are compared with all edges, the others with those in GEOS's index.
+TEST(PreparedPolygonTest, A4ManyPointsInAPolygonOfManyVertices) {
+  const uint64_t seed = TestSeed();
+  SCOPED_TRACE("HYPERMAP_TEST_SEED=" + std::to_string(seed));
+  Rng rng(seed);
+  Ring star, hole;
+  for (int i = 0; i < 6000; ++i) {
+    const double angle = 2 * M_PI * i / 6000, radius = i % 2 == 0 ? 5.0 : 4.0;
+    star.push_back({radius * std::cos(angle), radius * std::sin(angle)});
+    hole.push_back({0.5 * star.back().x, 0.5 * star.back().y});
+  }
+  const Polygon polygon = *Polygon::Make(star, {hole});
+  const PreparedPolygon intersecting(polygon), covering(polygon);
+  int covered = 0;
+  for (int i = 0; i < 2000; ++i) {
+    Point p{Uniform(rng, -5, 5), Uniform(rng, -5, 5)};
+    if (i % 4 == 0) p = polygon.rings()[i % 8 / 4][UniformInt(rng, 0, 5999)];
+    const bool expected = Covers(polygon, p);
+    covered += expected;
+    const Shape point = *Shape::MakePoint(p);
+    ASSERT_EQ(intersecting.Intersects(point), expected) << i;
+    ASSERT_EQ(covering.Covers(point), expected) << i;
+  }
+  EXPECT_GT(covered, 600);
+  EXPECT_LT(covered, 1900);
+}
+
 TEST(PreparedPolygonTest, OutlivesThePolygonAndMoves) {
   std::vector<PreparedPolygon> prepared;
   for (int i = 0; i < 3; ++i) {

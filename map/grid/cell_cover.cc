@@ -76,6 +76,11 @@ CellCover::CellCover(const Polygon& polygon, const GridGeometry& geometry, const
       scan_(IsTurned(geometry) ? InCells(polygon, geometry) : polygon, bounds_.col_begin,
             bounds_.col_end) {}
 
+CellBox CellCover::BoundsOf(const Polygon& polygon, const GridGeometry& geometry,
+                            const CellBox& within) {
+  return CellsNear(polygon, geometry, RoundingInCells(polygon, geometry), within);
+}
+
 ColumnSpans CellCover::SpansOfRow(int32_t row) const {
   if (row < bounds_.row_begin || row >= bounds_.row_end) return {};
   if (IsTurned(geometry_)) return SpansOfTurnedRow(row);

@@ -23,6 +23,10 @@ class CellCover {
   CellCover(const Polygon& polygon, const GridGeometry& geometry, const CellBox& within,
             CellRule rule = CellRule::kCentre);
 
+  // Returns bounds() of such a cover, whatever the rule. Linear in the vertices.
+  static CellBox BoundsOf(const Polygon& polygon, const GridGeometry& geometry,
+                          const CellBox& within);
+
   // A box that contains all selected cells; may be empty.
   const CellBox& bounds() const { return bounds_; }
 

@@ -36,6 +36,7 @@ class Palette {
   }
 
   const std::array<CellCode, 256>& codes() const { return codes_; }
+  size_t size() const { return size_; }
 
  private:
   static constexpr int kSlotBits = 10;
@@ -60,6 +61,18 @@ class NarrowTile final : public Tile {
  private:
   CellCode own_codes_[256];
   alignas(kLine) uint8_t own_bytes_[kCellsPerTile];
+};
+
+// The bytes of all tiles whose cells have one code.
+alignas(kLine) constexpr NarrowTile::Bytes kSameCode{};
+
+// Fills make many tiles with one code, which need no memory for their cells.
+class UniformTile final : public Tile {
+ public:
+  explicit UniformTile(CellCode code) : Tile(&own_code_, kSameCode.data()), own_code_(code) {}
+
+ private:
+  CellCode own_code_;
 };
 
 class WideTile final : public Tile {
@@ -98,7 +111,13 @@ TilePtr Tile::Make(const TileCodes& codes) {
     if (!number) return std::make_shared<WideTile>(codes);
     bytes[cell] = *number;
   }
+  if (palette.size() == 1) return std::make_shared<UniformTile>(palette.codes().front());
   return std::make_shared<NarrowTile>(palette.codes(), bytes);
+}
+
+int64_t Tile::ByteSize() const {
+  if (bytes_ == nullptr) return sizeof(WideTile);
+  return bytes_ == kSameCode.data() ? sizeof(UniformTile) : sizeof(NarrowTile);
 }
 
 TileCodes Tile::codes() const {

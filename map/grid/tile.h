@@ -47,7 +47,8 @@ using TilePtr = std::shared_ptr<const Tile>;
 // kTileSide x kTileSide cells. Immutable; safe to read from many threads.
 //
 // A tile with at most 256 different codes, as most have, stores one byte per cell, an index of its
-// codes. This takes a quarter of the memory, and a quarter of the cache misses of a query.
+// codes. This takes a quarter of the memory, and a quarter of the cache misses of a query. A tile
+// with one code, as fills make them, stores this code only.
 class Tile {
  public:
   static TilePtr Make(const TileCodes& codes);
@@ -62,6 +63,9 @@ class Tile {
   TileCodes codes() const;
   // Returns whether every cell has the same code as in `codes`.
   bool Holds(const TileCodes& codes) const;
+
+  // Bytes of memory that the tile takes.
+  int64_t ByteSize() const;
 
   // Returns the first column in (col, end) whose code differs from that of `col`, or `end`.
   int32_t EndOfRun(int32_t row_in_tile, int32_t col, int32_t end) const;

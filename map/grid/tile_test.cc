@@ -88,5 +88,17 @@ TEST(TileTest, ZerosKeepTheirSign) {
   ExpectTileOf(RandomCodes(rng, {-0.0F}, 20), rng);
 }
 
+TEST(TileTest, B1TileOfOneCodeTakesNoMemoryForItsCells) {
+  Rng rng(1);
+  for (const CellCode code : {0.25F, 0.0F, kUnknownCode}) {
+    TileCodes codes;
+    codes.fill(code);
+    ExpectTileOf(codes, rng);
+    EXPECT_LT(Tile::Make(codes)->ByteSize(), 256);
+    codes[77] = 0.5F;
+    EXPECT_GE(Tile::Make(codes)->ByteSize(), kCellsPerTile);
+  }
+}
+
 }  // namespace
 }  // namespace hypermap

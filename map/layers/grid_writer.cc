@@ -107,7 +107,9 @@ absl::Status GridWriter::Fill(const Polygon& area, CellRule rule, std::optional<
 GridWriter::Result GridWriter::Finish() && {
   TileMap tiles = layer_->tiles();
   WrittenTiles written;
-  for (const auto& [index, codes] : dirty_) {
+  for (auto& [index, dirty] : dirty_) {
+    // Freed at once, so that a tile does not take the memory of both forms.
+    const std::unique_ptr<TileCodes> codes = std::move(dirty);
     const auto slot = tiles.find(index);
     const TilePtr before = slot == tiles.end() ? nullptr : slot->second;
     // No tile means that all cells are unknown.

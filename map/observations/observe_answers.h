@@ -3,6 +3,7 @@
 #define HYPERMAP_MAP_OBSERVATIONS_OBSERVE_ANSWERS_H_
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,7 +15,7 @@ namespace hypermap {
 enum class ObservationOutcome {
   kAccepted,     // on disk, fused and visible
   kDuplicate,    // the layer already had it
-  kRefusedLate,  // older than the layer's newest by more than --max_lateness
+  kRefusedLate,  // too far behind the robot's own newest observation
   kInvalid,      // not a valid observation
   kConflict,     // the layer has a different one with this robot and sequence
 };
@@ -30,6 +31,9 @@ struct ObservationVerdict {
   // The revision that contains the observation if it was accepted, otherwise the newest one.
   int64_t revision = 0;
   std::string message;  // the reason if it was not accepted
+  // RobotClocks' estimate of how far the robot's clock is ahead of the server's, seconds. nullopt
+  // if the observation tells nothing about it, because it was sent before or is not valid.
+  std::optional<double> clock_skew_s = std::nullopt;
 
   friend bool operator==(const ObservationVerdict&, const ObservationVerdict&) = default;
 };

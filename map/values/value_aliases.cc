@@ -13,7 +13,9 @@ namespace hypermap {
 namespace {
 
 constexpr size_t kMaxWordLength = 1024;
-constexpr size_t kMaxLabels = 10000;
+constexpr int64_t kMaxLabels = 10000;
+// Bytes of a node of a std::set of strings, with the bookkeeping of its allocation.
+constexpr int64_t kLabelBytes = 80;
 
 absl::Status ValidateWord(absl::string_view field, absl::string_view word) {
   if (word.empty()) return absl::InvalidArgumentError(absl::StrCat(field, " is empty"));
@@ -44,16 +46,17 @@ absl::StatusOr<ValueAliases> FoldAliases(const ValueAliases& aliases) {
   for (const auto& [alias, labels] : aliases) {
     const std::string word = FoldLabel(alias);
     HYPERMAP_RETURN_IF_ERROR(ValidateAlias(word));
-    const auto [entry, is_new] = folded.try_emplace(word);
-    if (!is_new) {
+    if (folded.contains(word)) {
       return absl::InvalidArgumentError(absl::StrCat("aliases holds \"", word, "\" twice"));
     }
+    std::set<std::string> folded_labels;
     for (const std::string& label : labels) {
       std::string folded_label = FoldLabel(label);
       const std::string field = absl::StrCat("aliases[\"", word, "\"] entry");
       HYPERMAP_RETURN_IF_ERROR(ValidateWord(field, folded_label));
-      entry->second.insert(std::move(folded_label));
+      folded_labels.insert(std::move(folded_label));
     }
+    folded.insert_or_assign(word, std::move(folded_labels));
   }
   return folded;
 }
@@ -61,16 +64,37 @@ absl::StatusOr<ValueAliases> FoldAliases(const ValueAliases& aliases) {
 absl::Status Validate(const ValueAliases& aliases) {
   HYPERMAP_ASSIGN_OR_RETURN(const ValueAliases folded, FoldAliases(aliases));
   if (folded != aliases) return absl::InvalidArgumentError("aliases are not folded");
-  size_t num_labels = 0;
   for (const auto& [alias, labels] : aliases) {
     if (labels.empty()) {
       return absl::InvalidArgumentError(absl::StrCat("aliases[\"", alias, "\"] is empty"));
     }
-    num_labels += labels.size();
   }
+  return CheckNumLabels(NumLabels(aliases));
+}
+
+int64_t NumLabels(const ValueAliases& aliases) {
+  int64_t num_labels = 0;
+  for (const auto& [alias, labels] : aliases) num_labels += static_cast<int64_t>(labels.size());
+  return num_labels;
+}
+
+absl::Status CheckNumLabels(int64_t num_labels) {
   if (num_labels <= kMaxLabels) return absl::OkStatus();
   return absl::ResourceExhaustedError(
       absl::StrCat("aliases stand for more than ", kMaxLabels, " labels"));
+}
+
+int64_t UnsharedBytes(const ValueAliases& aliases, const ValueAliases& older) {
+  int64_t bytes = 0;
+  aliases.VisitUnshared(older, [&](const auto& entry, const auto* before) {
+    bytes += ValueAliases::kNodeBytes;
+    if (before == &entry) return;
+    bytes += static_cast<int64_t>(sizeof entry + entry.first.size());
+    for (const std::string& label : entry.second) {
+      bytes += kLabelBytes + static_cast<int64_t>(label.size());
+    }
+  });
+  return bytes;
 }
 
 void Update(ValueAliases& aliases, const ValueAliases& changes) {
@@ -78,7 +102,7 @@ void Update(ValueAliases& aliases, const ValueAliases& changes) {
     if (labels.empty()) {
       aliases.erase(alias);
     } else {
-      aliases[alias] = labels;
+      aliases.insert_or_assign(alias, labels);
     }
   }
 }

@@ -1,5 +1,8 @@
 #include "map/values/value_aliases.h"
 
+#include <set>
+#include <string>
+
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 
@@ -35,8 +38,10 @@ TEST(ValueAliasesTest, AreKeptFoldedAndWithLabelsOnly) {
   EXPECT_TRUE(Validate(ValueAliases{}).ok());
   EXPECT_FALSE(Validate(ValueAliases{{"TV", {"tvmonitor"}}}).ok());
   EXPECT_FALSE(Validate(ValueAliases{{"tv", {}}}).ok());
-  ValueAliases many;
-  for (int i = 0; i <= 10000; ++i) many["all"].insert("label " + std::to_string(i));
+  std::set<std::string> labels;
+  for (int i = 0; i <= 10000; ++i) labels.insert("label " + std::to_string(i));
+  const ValueAliases many{{"all", labels}};
+  EXPECT_EQ(NumLabels(many), 10001);
   EXPECT_EQ(Validate(many).code(), absl::StatusCode::kResourceExhausted);
 }
 
@@ -44,6 +49,20 @@ TEST(ValueAliasesTest, AnUpdateReplacesAddsAndTakesOut) {
   ValueAliases aliases{{"tv", {"tvmonitor"}}, {"seat", {"chair"}}, {"sofa", {"couch"}}};
   Update(aliases, {{"seat", {"bench"}}, {"tv", {}}, {"desk", {"table"}}, {"none", {}}});
   EXPECT_EQ(aliases, (ValueAliases{{"seat", {"bench"}}, {"sofa", {"couch"}}, {"desk", {"table"}}}));
+}
+
+TEST(ValueAliasesTest, B2CopiesShareAllButTheAliasesThatWereSet) {
+  ValueAliases aliases;
+  for (int i = 0; i < 10000; ++i) {
+    aliases.insert_or_assign("alias " + std::to_string(i), {"label " + std::to_string(i)});
+  }
+  const int64_t whole = UnsharedBytes(aliases, {});
+  EXPECT_GT(whole, 10000 * 200);
+  const ValueAliases before = aliases;
+  EXPECT_EQ(UnsharedBytes(aliases, before), 0);
+  Update(aliases, {{"alias 77", {"bench"}}, {"alias 78", {}}});
+  EXPECT_LT(UnsharedBytes(aliases, before), whole / 200);
+  EXPECT_EQ(before.find("alias 78")->second.size(), 1u);
 }
 
 TEST(ValueAliasesTest, AWordStandsForItselfAndItsLabels) {

@@ -49,9 +49,9 @@ class NetChanges::DifferenceBuilder {
       : from_(from), to_(to), frame_id_(frame_id) {}
 
   void TellTransforms() {
-    const std::vector<FrameTransform> before = from_.frames.transforms();
     for (const FrameTransform& transform : to_.frames.transforms()) {
-      if (std::find(before.begin(), before.end(), transform) != before.end()) continue;
+      const FrameTransform* const before = from_.frames.Find(transform.child_frame_id);
+      if (before != nullptr && *before == transform) continue;
       MapChange told;
       told.kind = ChangeKind::kTransform;
       told.transform = transform;

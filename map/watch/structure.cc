@@ -24,10 +24,10 @@ class StructureEditor {
     Next().frames.Set(change.transform).IgnoreError();
   }
   void operator()(const ExtentGrown& change) {
-    if (LayerStructure* layer = Find(change.layer)) layer->extent = change.extent;
+    Update(change.layer, [&](LayerStructure& layer) { layer.extent = change.extent; });
   }
   void operator()(const AliasesSet& change) {
-    if (LayerStructure* layer = Find(change.layer)) layer->spec.aliases = change.after;
+    Update(change.layer, [&](LayerStructure& layer) { CarryOut(change, &layer.spec.aliases); });
   }
 
   StructurePtr Finish() && {
@@ -44,12 +44,16 @@ class StructureEditor {
     return *next_;
   }
 
-  // Returns the layer in the copy, with `revision_` as its version; null if there is no such layer.
-  LayerStructure* Find(const std::string& name) {
-    const auto layer = Next().layers.find(name);
-    if (layer == next_->layers.end()) return nullptr;
-    layer->second.version = revision_;
-    return &layer->second;
+  // Replaces the layer by what `update` makes of it, with `revision_` as its version. Does nothing
+  // if there is no such layer.
+  template <typename UpdateFunction>
+  void Update(const std::string& name, const UpdateFunction& update) {
+    const LayerStructure* const before = Next().FindLayer(name);
+    if (before == nullptr) return;
+    LayerStructure layer = *before;
+    layer.version = revision_;
+    update(layer);
+    next_->layers.insert_or_assign(name, std::move(layer));
   }
 
   const StructurePtr& before_;

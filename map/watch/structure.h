@@ -9,7 +9,8 @@
 
 namespace hypermap {
 
-// Returns the structure after a commit. If the commit changed content only, this is `before`
+// Returns the structure after a commit. It shares with `before` all frames, layers and aliases that
+// the commit does not name. If the commit changed content only, this is `before`
 // itself; hence the revision of a structure is that of the last commit that changed it.
 StructurePtr StructureAfter(const StructurePtr& before, Revision revision,
                             const std::vector<Change>& changes);

@@ -125,8 +125,8 @@ absl::Status MapExplorations::Meet(const GoalClaim& request,
                                                       "\" stands where it cannot go: (",
                                                       request.place.x, ", ", request.place.y, ")"));
   }
-  const absl::Time now = session_->options().clock();
-  if (active->team.Meet(request.robot, place, now, &active->follower)) return absl::OkStatus();
+  const bool met = active->team.Meet(request.robot, place, SteadyTime(), &active->follower);
+  if (met) return absl::OkStatus();
   return absl::ResourceExhaustedError(
       absl::StrCat("at most ", FixedLimits::kMaxRobots, " robots explore an area together"));
 }
@@ -152,7 +152,7 @@ ExplorationGoal MapExplorations::AsPut(ExplorationGoal goal, ObjectId id,
   const SnapshotPtr snapshot = session_->snapshot();
   const auto* layer = snapshot->FindSemantic(kExplorationsLayer);
   const ObjectPtr object = layer == nullptr ? nullptr : layer->Find(id);
-  goal.expires_at = object ? object->expires_at : session_->options().clock() + lease;
+  goal.expires_at = object ? object->expires_at : session_->time().Now() + lease;
   return goal;
 }
 

@@ -47,15 +47,20 @@ absl::StatusOr<MapExplorations::Kept> MapExplorations::Read(ObjectId id) const {
   HYPERMAP_ASSIGN_OR_RETURN(ExplorationObjects objects, FindExploration(*layer, id));
   kept.layer = std::move(layer);
   kept.objects = std::move(objects);
-  DropEndedLeases(&kept.objects);
+  DropEndedLeases(*kept.layer, &kept.objects);
   return kept;
 }
 
-void MapExplorations::DropEndedLeases(ExplorationObjects* objects) const {
-  const absl::Time now = session_->options().clock();
-  std::erase_if(objects->goals, [now](const ExplorationGoal& goal) {
-    return goal.expires_at && *goal.expires_at <= now;
+void MapExplorations::DropEndedLeases(const SemanticLayer& layer,
+                                      ExplorationObjects* objects) const {
+  std::erase_if(objects->goals, [&](const ExplorationGoal& goal) {
+    const ObjectPtr object = layer.Find(goal.id);
+    return object && session_->time().IsOver(*object);
   });
+}
+
+absl::Time MapExplorations::SteadyTime() const {
+  return absl::UnixEpoch() + session_->time().Passed();
 }
 
 void MapExplorations::LetGo(const SemanticLayer& layer) {
@@ -86,7 +91,7 @@ ExplorationProgress MapExplorations::Measure(Active* active) const {
   ExplorationProgress progress;
   progress.cells = active->follower.explorer().progress();
   progress.cell_area_m2 = resolution_m * resolution_m;
-  active->rate.Add(session_->options().clock(), progress.cells.explored);
+  active->rate.Add(SteadyTime(), progress.cells.explored);
   progress.rate_m2_per_s = active->rate.cells_per_s() * progress.cell_area_m2;
   return progress;
 }
@@ -146,7 +151,7 @@ absl::StatusOr<ExplorationList> MapExplorations::List(const std::string& frame_i
   if (layer == nullptr) return list;
   HYPERMAP_ASSIGN_OR_RETURN(std::vector<ExplorationObjects> all, ReadExplorations(*layer));
   list.explorations = std::move(all);
-  for (ExplorationObjects& objects : list.explorations) DropEndedLeases(&objects);
+  for (ExplorationObjects& objects : list.explorations) DropEndedLeases(*layer, &objects);
   return list;
 }
 
@@ -235,7 +240,7 @@ absl::StatusOr<ExplorationView> MapExplorations::TryStart(const ExplorationStart
       SetFrame(*snapshot, FrameOf(layer.get(), *snapshot), request.frame_id, &view);
   HYPERMAP_RETURN_IF_ERROR(status);
   HYPERMAP_ASSIGN_OR_RETURN(EditBatch batch,
-                            StartBatch(*snapshot, request, session_->options().clock()));
+                            StartBatch(*snapshot, request, session_->time().Now()));
   if (layer != nullptr) {
     batch.if_layers = {{kExplorationsLayer, snapshot->LayerVersionOf(kExplorationsLayer)}};
   }
@@ -290,7 +295,7 @@ void MapExplorations::End(EndReason reason, Kept* kept, std::vector<Edit>* edits
   Exploration& exploration = kept->objects.exploration;
   exploration.state = ExplorationState::kEnded;
   exploration.end_reason = reason;
-  exploration.ended = session_->options().clock();
+  exploration.ended = session_->time().Now();
   // Attributes that operators added to the object stay.
   SemanticObject object = *kept->layer->Find(exploration.id);
   for (const auto& [name, value] : ToObject(exploration).attributes) {

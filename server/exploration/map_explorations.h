@@ -101,7 +101,9 @@ class MapExplorations {
   // The goal and its exploration. NOT_FOUND if the robot does not hold the goal.
   absl::StatusOr<Kept> ReadGoal(const std::string& robot, ObjectId goal_id,
                                 ExplorationGoal* goal) const;
-  void DropEndedLeases(ExplorationObjects* objects) const;
+  void DropEndedLeases(const SemanticLayer& layer, ExplorationObjects* objects) const;
+  // A clock that no setting of the wall clock affects, for intervals.
+  absl::Time SteadyTime() const;
 
   // The state of an active exploration, updated to the snapshot of `kept`. Drops the states of
   // explorations that have ended.

@@ -345,6 +345,31 @@ TEST_F(MapExplorationsTest, ALeaseThatEndsGivesThePlaceToAnother) {
   EXPECT_EQ(second.goal->cell, first.goal->cell);
 }
 
+TEST_F(MapExplorationsTest, C1LeasesEndByTheTimeThatPassedWhateverTheClockSays) {
+  for (const absl::Duration jump : {absl::Hours(9000), -absl::Hours(9000)}) {
+    Draw({"......"});
+    ASSERT_TRUE(explorations().Start(WholeArea()).ok());
+    machine().Jump(jump);
+    const auto before = Claim("r1", {0.25, 0.25}, absl::Minutes(8));
+    ASSERT_TRUE(before.goal.has_value());
+    Advance(absl::Minutes(7));
+    EXPECT_FALSE(Claim("r2", {0.25, 0.25}).goal.has_value());
+    const auto renewed = explorations().Renew({"r1", before.goal->id, absl::Minutes(8), "test"});
+    ASSERT_TRUE(renewed.ok()) << renewed.status();
+    // The server's clock goes where the wall clock is.
+    Advance(absl::Minutes(4));
+    const int64_t followed = session().options().clock->state().num_followed;
+    EXPECT_FALSE(Claim("r2", {0.25, 0.25}).goal.has_value());
+    EXPECT_GT(followed, 0);
+    Advance(absl::Minutes(5));
+    const auto after = Claim("r2", {0.25, 0.25});
+    ASSERT_TRUE(after.goal.has_value());
+    EXPECT_EQ(after.goal->cell, before.goal->cell);
+    ASSERT_TRUE(explorations().Stop(0, "test").ok());
+    Submit({{DeleteLayer{"walls"}, DeleteLayer{"seen"}}});
+  }
+}
+
 TEST_F(MapExplorationsTest, GoalsBelongToTheirRobots) {
   Draw({"......"});
   ASSERT_TRUE(explorations().Start(WholeArea()).ok());

@@ -18,15 +18,15 @@ constexpr size_t kRecentEntries = 512;
 absl::StatusOr<EvidenceLog> EvidenceLog::Open(std::string layer, storage::FusionLog* stored,
                                               const EvidenceCodec* codec) {
   EvidenceLog log(std::move(layer), stored, codec);
-  HYPERMAP_ASSIGN_OR_RETURN(std::optional<ObservationKey> newest, stored->NewestKey(log.layer_));
-  log.newest_ = std::move(newest);
+  HYPERMAP_ASSIGN_OR_RETURN(const std::optional<ObservationKey> newest,
+                            stored->NewestKey(log.layer_));
   HYPERMAP_ASSIGN_OR_RETURN(const std::optional<storage::LogKey> fact,
                             stored->NewestFact(log.layer_));
   if (fact) {
     log.last_ = *fact;
     log.num_facts_ = fact->number;
   }
-  if (log.newest_) log.last_ = std::max(log.last_, {*log.newest_, 0});
+  if (newest) log.last_ = std::max(log.last_, {*newest, 0});
   log.complete_after_ = log.last_;
   return log;
 }
@@ -42,6 +42,33 @@ absl::StatusOr<std::optional<uint64_t>> EvidenceLog::FindContentHash(const std::
   return known->content_hash;
 }
 
+absl::StatusOr<std::optional<absl::Time>> EvidenceLog::NewestStamp(const std::string& robot) {
+  if (const auto known = newest_stamps_.find(robot); known != newest_stamps_.end()) {
+    return known->second;
+  }
+  std::optional<absl::Time> newest;
+  if (retracted_.empty()) {
+    HYPERMAP_ASSIGN_OR_RETURN(newest, stored_->NewestStamp(layer_, robot));
+  } else {
+    // The store does not know yet that they are retracted.
+    HYPERMAP_ASSIGN_OR_RETURN(
+        const std::vector<ObservationKey> keys,
+        stored_->KeysOf(layer_, robot, absl::InfinitePast(), absl::InfiniteFuture()));
+    for (const ObservationKey& key : keys) {
+      if (retracted_.count(key) == 0) newest = key.stamp;
+    }
+  }
+  // The store does not have the newest entries yet.
+  for (const auto& [key, evidence] : recent_) {
+    if (!evidence.observation || key.after.robot != robot) continue;
+    if (retracted_.count(key.after) > 0) continue;
+    newest = std::max(newest.value_or(key.after.stamp), key.after.stamp);
+  }
+  // Names that no observation has are not kept: any number of them may be sent.
+  if (newest) newest_stamps_.emplace(robot, *newest);
+  return newest;
+}
+
 absl::StatusOr<std::vector<int64_t>> EvidenceLog::Sequences(const std::string& robot) const {
   return stored_->Sequences(layer_, robot);
 }
@@ -49,7 +76,8 @@ absl::StatusOr<std::vector<int64_t>> EvidenceLog::Sequences(const std::string& r
 void EvidenceLog::Add(std::shared_ptr<const Observation> observation,
                       storage::LoggedObservation logged) {
   added_.emplace(Name(logged.key.robot, logged.key.sequence), logged.content_hash);
-  if (!newest_ || *newest_ < logged.key) newest_ = logged.key;
+  const auto known = newest_stamps_.find(logged.key.robot);
+  if (known != newest_stamps_.end()) known->second = std::max(known->second, logged.key.stamp);
   const storage::LogKey key{logged.key, 0};
   last_ = std::max(last_, key);
   recent_.emplace(key, Evidence{key, std::move(observation), nullptr});
@@ -76,6 +104,7 @@ absl::StatusOr<std::vector<ObservationKey>> EvidenceLog::Retract(const std::stri
       keys.insert(name);
     }
   }
+  newest_stamps_.erase(robot);
   std::vector<ObservationKey> retracted;
   for (const ObservationKey& key : keys) {
     if (!retracted_.insert(key).second) continue;
@@ -146,19 +175,14 @@ void EvidenceLog::TakeChange(storage::FusionChange* change) {
   change->facts = std::exchange(change_.facts, {});
 }
 
-absl::Status EvidenceLog::Written() {
+void EvidenceLog::Written() {
   added_.clear();
   for (const ObservationKey& key : retracted_) recent_.erase({key, 0});
   while (recent_.size() > kRecentEntries) {
     complete_after_ = std::max(complete_after_, recent_.begin()->first);
     recent_.erase(recent_.begin());
   }
-  if (retracted_.empty()) return absl::OkStatus();
   retracted_.clear();
-  // The newest observation may be one of the retracted ones.
-  HYPERMAP_ASSIGN_OR_RETURN(std::optional<ObservationKey> newest, stored_->NewestKey(layer_));
-  newest_ = std::move(newest);
-  return absl::OkStatus();
 }
 
 }  // namespace hypermap::server

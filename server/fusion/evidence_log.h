@@ -32,8 +32,8 @@ class EvidenceLog {
   static absl::StatusOr<EvidenceLog> Open(std::string layer, storage::FusionLog* stored,
                                           const EvidenceCodec* codec);
 
-  // The key of the newest observation; nullopt if there is none.
-  const std::optional<ObservationKey>& newest() const { return newest_; }
+  // The newest stamp of a robot's observations, without retracted ones; nullopt if there is none.
+  absl::StatusOr<std::optional<absl::Time>> NewestStamp(const std::string& robot);
 
   // The content hash of the observation with this name, retracted or not; nullopt if there is none.
   absl::StatusOr<std::optional<uint64_t>> FindContentHash(const std::string& robot,
@@ -60,7 +60,7 @@ class EvidenceLog {
   // Moves the changes since the last call into `change`.
   void TakeChange(storage::FusionChange* change);
   // Must be called when all changes that were taken are stored.
-  absl::Status Written();
+  void Written();
 
  private:
   using Name = std::pair<std::string, int64_t>;  // robot, sequence
@@ -75,7 +75,8 @@ class EvidenceLog {
   storage::FusionLog* stored_;
   const EvidenceCodec* codec_;
 
-  std::optional<ObservationKey> newest_;
+  // Answers of NewestStamp for robots that have observations.
+  std::map<std::string, absl::Time> newest_stamps_;
   // Upper bound of all keys; facts are added after it.
   storage::LogKey last_ = storage::BeforeAll();
   int64_t num_facts_ = 0;  // number of the newest fact

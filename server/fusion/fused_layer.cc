@@ -137,11 +137,12 @@ absl::StatusOr<Observation> FusedLayer::AsKept(const Observation& observation,
 }
 
 absl::StatusOr<ObservationVerdict> FusedLayer::Admit(const Observation& observation, absl::Time now,
-                                                     const Snapshot& snapshot,
-                                                     const Limits& limits) {
+                                                     const Snapshot& snapshot, const Limits& limits,
+                                                     RobotClocks* clocks) {
+  std::optional<double> clock_skew_s;
   const auto verdict = [&](ObservationOutcome outcome, absl::string_view message) {
-    return ObservationVerdict{observation.robot, observation.sequence, outcome, 0,
-                              std::string(message)};
+    return ObservationVerdict{observation.robot,    observation.sequence, outcome, 0,
+                              std::string(message), clock_skew_s};
   };
   const auto invalid = [&](const absl::Status& status) {
     return verdict(ObservationOutcome::kInvalid,
@@ -161,18 +162,24 @@ absl::StatusOr<ObservationVerdict> FusedLayer::Admit(const Observation& observat
     return verdict(ObservationOutcome::kConflict,
                    "another observation of this robot and sequence is there already");
   }
-  // A stamp far in the future would make all later observations too late.
+  // Also of an observation that is refused for its stamp: its robot is the one that has to know.
+  clock_skew_s = absl::ToDoubleSeconds(clocks->Add(observation.robot, observation.stamp, now));
+  // A stamp far in the future would order an observation after all others for as long.
   if (observation.stamp > now + options_->max_lateness) {
     return verdict(ObservationOutcome::kInvalid,
                    absl::StrCat("stamp lies ", absl::FormatDuration(observation.stamp - now),
-                                " ahead of the server's clock"));
+                                " ahead of the server's clock, --max_lateness is ",
+                                absl::FormatDuration(options_->max_lateness)));
   }
-  if (log_.newest() && observation.stamp < log_.newest()->stamp - options_->max_lateness) {
-    return verdict(
-        ObservationOutcome::kRefusedLate,
-        absl::StrCat("stamp lies ", absl::FormatDuration(log_.newest()->stamp - observation.stamp),
-                     " behind the newest, --max_lateness is ",
-                     absl::FormatDuration(options_->max_lateness)));
+  // Late is what lies behind the robot's own stream: the clocks of other robots do not count. A
+  // robot whose clock was ahead and has been corrected is judged by the server's clock.
+  HYPERMAP_ASSIGN_OR_RETURN(const std::optional<absl::Time> own,
+                            log_.NewestStamp(observation.robot));
+  if (own && observation.stamp < std::min(*own, now) - options_->max_lateness) {
+    return verdict(ObservationOutcome::kRefusedLate,
+                   absl::StrCat("stamp lies ", absl::FormatDuration(*own - observation.stamp),
+                                " behind the robot's newest, --max_lateness is ",
+                                absl::FormatDuration(options_->max_lateness)));
   }
   storage::LoggedObservation logged{KeyOf(observation), hash, now, ""};
   absl::StatusOr<Observation> kept = AsKept(observation, snapshot, &logged.body);
@@ -453,7 +460,7 @@ storage::FusionChange FusedLayer::Finish(absl::Span<const ObjectId> object_ids) 
 
 absl::Status FusedLayer::Written() {
   unwritten_stale_from_.reset();
-  HYPERMAP_RETURN_IF_ERROR(log_.Written());
+  log_.Written();
   return KeepCheckpoint(options_->entries_per_stored_checkpoint);
 }
 

@@ -19,6 +19,7 @@
 #include "map/edits/edit.h"
 #include "map/fusion/strategy.h"
 #include "map/observations/observe_answers.h"
+#include "map/observations/robot_clocks.h"
 #include "map/snapshot.h"
 #include "server/fusion/evidence_log.h"
 #include "server/fusion/fusion_options.h"
@@ -58,9 +59,10 @@ class FusedLayer {
   std::vector<fusion::TrackKey> TracksOf(ObjectId id) const;
 
   // Judges an observation in the form in which it was sent, and adds it to the log if it is
-  // accepted.
+  // accepted. `now` is the server's time. Adds the stamp of a new observation to `clocks`.
   absl::StatusOr<ObservationVerdict> Admit(const Observation& observation, absl::Time now,
-                                           const Snapshot& snapshot, const Limits& limits);
+                                           const Snapshot& snapshot, const Limits& limits,
+                                           RobotClocks* clocks);
 
   // Adds the fact that an operator put or removed `object` (for a removed one: as it was). The
   // snapshot that Fold gets must contain the operator's edit.

@@ -36,7 +36,9 @@ struct FusionOptions {
   StrategyFactory make_strategy = &fusion::MakeStrategy;
   // Strategy of a layer whose settings name none. Empty: the first of fusion::StrategyNames.
   std::string default_strategy;
-  // Limit of an observation's stamp behind the newest one of the layer, and ahead of the clock.
+  // The server's clock, by which stamps are judged; null: the time that Admit is given.
+  std::function<absl::Time()> clock = nullptr;
+  // Limit of an observation's stamp behind the newest one of its robot, and ahead of the clock.
   absl::Duration max_lateness = Limits().max_lateness;
   // Number of log entries between two checkpoints in memory, and between two stored ones.
   int entries_per_checkpoint = 16;

@@ -159,11 +159,14 @@ std::vector<storage::FusionChange> MapFusion::Finish(const FusionReaction& react
 
 absl::StatusOr<std::vector<ObservationVerdict>> MapFusion::Admit(
     const Snapshot& snapshot, const std::string& layer,
-    const std::vector<Observation>& observations, absl::Time now) {
+    const std::vector<Observation>& observations, absl::Time time) {
   HYPERMAP_ASSIGN_OR_RETURN(FusedLayer * fused, Find(snapshot, layer));
+  // Commit times may be ahead of the clock, because they never go back.
+  const absl::Time now = options_->clock ? options_->clock() : time;
   std::vector<ObservationVerdict> verdicts;
   for (const Observation& observation : observations) {
-    absl::StatusOr<ObservationVerdict> verdict = fused->Admit(observation, now, snapshot, limits_);
+    absl::StatusOr<ObservationVerdict> verdict =
+        fused->Admit(observation, now, snapshot, limits_, &robot_clocks_);
     if (!verdict.ok()) return Broken(verdict.status());
     verdicts.push_back(*std::move(verdict));
   }

@@ -16,6 +16,7 @@
 #include "base/limits/limits.h"
 #include "map/edits/change.h"
 #include "map/edits/edit.h"
+#include "map/observations/robot_clocks.h"
 #include "map/snapshot.h"
 #include "server/fusion/fused_layer.h"
 #include "server/fusion/fusion_options.h"
@@ -86,11 +87,11 @@ class MapFusion {
   absl::StatusOr<FusionReaction> Run(const Snapshot& snapshot, const FusionCommand& command);
 
   // Adds observations to a layer's log, without folding it: FoldAdmitted does so once for many
-  // submissions, which become one revision. NOT_FOUND if there is no such layer,
-  // FAILED_PRECONDITION if it is not fused.
+  // submissions, which become one revision. `time` is that of the commit. NOT_FOUND if there is no
+  // such layer, FAILED_PRECONDITION if it is not fused.
   absl::StatusOr<std::vector<ObservationVerdict>> Admit(
       const Snapshot& snapshot, const std::string& layer,
-      const std::vector<Observation>& observations, absl::Time now);
+      const std::vector<Observation>& observations, absl::Time time);
   absl::StatusOr<FusionReaction> FoldAdmitted(const Snapshot& snapshot, const std::string& layer);
 
   // Must be called when the edits of the reaction were applied; `object_ids` has an id for each.
@@ -110,6 +111,9 @@ class MapFusion {
   absl::Status Reset();
   // Stores a checkpoint of each loaded layer with entries that no stored checkpoint contains.
   void KeepCheckpoints();
+
+  // The clocks of the robots that sent observations since the map was opened.
+  const RobotClocks& robot_clocks() const { return robot_clocks_; }
 
  private:
   MapFusion(storage::FusionLog* stored, const FusionOptions* options, const Limits& limits)
@@ -141,6 +145,7 @@ class MapFusion {
   // Layers that were deleted since the last Written: the store still has their logs.
   std::set<std::string> deleted_;
   absl::Status broken_;
+  RobotClocks robot_clocks_;
 };
 
 }  // namespace hypermap::server

@@ -13,7 +13,7 @@ namespace {
 // The revision that was the newest one at `time`.
 absl::StatusOr<Revision> RevisionAt(MapSession& session, storage::HistoryReader& history,
                                     absl::Time time, Revision newest) {
-  if (const absl::Time now = session.options().clock(); time > now) {
+  if (const absl::Time now = session.time().Now(); time > now) {
     return absl::OutOfRangeError(absl::StrCat("at_time ", absl::FormatTime(time),
                                               " is still to come, it is ", absl::FormatTime(now)));
   }

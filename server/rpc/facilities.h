@@ -7,8 +7,9 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "base/admission/byte_budget.h"
 #include "base/limits/limits.h"
-#include "server/rpc/worker_pool.h"
+#include "server/rpc/worker_pools.h"
 #include "server/session/site.h"
 
 namespace hypermap::server {
@@ -17,14 +18,11 @@ namespace hypermap::server {
 struct Facilities {
   Site* site;
   Limits limits;
-  // For queries and edits: short tasks.
-  WorkerPool* workers;
-  // For tasks that read or write files, which take long.
-  WorkerPool* file_workers;
-  // For explorations, whose calls wait for commits and for each other.
-  WorkerPool* explorers;
+  WorkerPools* workers;
   // A folder that no other server uses, for files that live as long as a request.
   std::string scratch_dir;
+  // The bytes of these files, for --max_scratch_bytes.
+  admission::ByteBudget* scratch_bytes;
 };
 
 // The session of the map that a request names. INVALID_ARGUMENT for a name that no map can have;

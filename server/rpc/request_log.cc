@@ -2,19 +2,18 @@
 
 #include <spdlog/spdlog.h>
 
-#include <algorithm>
 #include <utility>
 
 #include "absl/strings/escaping.h"
 #include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
+#include "base/status/status_macros.h"
+#include "server/rpc/author.h"
 
 namespace hypermap::server {
 namespace {
 
 constexpr size_t kMaxLoggedLength = 200;
-constexpr size_t kMaxAuthorLength = 128;
-constexpr char kAuthorKey[] = "x-hypermap-author";
 
 std::string_view View(absl::string_view s) { return {s.data(), s.size()}; }
 
@@ -30,17 +29,19 @@ RequestLog::RequestLog(const grpc::CallbackServerContext& context, absl::string_
                        std::string map)
     : context_(&context), rpc_(rpc), map_(std::move(map)), begin_(absl::Now()) {}
 
-std::string RequestLog::author() const {
+absl::StatusOr<std::string> RequestLog::author() const {
   const auto& metadata = context_->client_metadata();
   const auto it = metadata.find(kAuthorKey);
   if (it == metadata.end() || it->second.empty()) return context_->peer();
-  return std::string(it->second.data(), std::min(it->second.size(), kMaxAuthorLength));
+  std::string author(it->second.data(), it->second.size());
+  HYPERMAP_RETURN_IF_ERROR(ValidateAuthor(author));
+  return author;
 }
 
 void RequestLog::Edited(Revision revision, absl::string_view request_id, int64_t edits) const {
   spdlog::info("edit rpc={} map={} revision={} request_id={} edits={} author={} peer={}",
                View(rpc_), LogQuoted(map_), revision, LogQuoted(request_id), edits,
-               LogQuoted(author()), LogQuoted(context_->peer()));
+               LogQuoted(author().value_or("")), LogQuoted(context_->peer()));
 }
 
 void RequestLog::Finished(const absl::Status& status, int64_t items) const {

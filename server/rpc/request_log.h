@@ -8,6 +8,7 @@
 #include <string>
 
 #include "absl/status/status.h"
+#include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
 #include "absl/time/time.h"
 #include "map/snapshot.h"
@@ -25,11 +26,14 @@ class RequestLog {
   // `context` and `rpc` must outlive this; the context is read until the call is finished.
   RequestLog(const grpc::CallbackServerContext& context, absl::string_view rpc, std::string map);
 
+  // Address and port of the caller's connection.
+  std::string client() const { return context_->peer(); }
+
   void set_map(std::string map) { map_ = std::move(map); }
 
   // The author of the changes that the request makes: the name that the caller gives itself
-  // (metadata x-hypermap-author), or else its address.
-  std::string author() const;
+  // (metadata x-hypermap-author), or else its address. INVALID_ARGUMENT as ValidateAuthor says.
+  absl::StatusOr<std::string> author() const;
 
   // Logs at level info that the request has changed the map.
   void Edited(Revision revision, absl::string_view request_id, int64_t edits) const;

@@ -76,13 +76,16 @@ class StreamedAnswer final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
   using StartWait = absl::FunctionRef<void(RevisionWait&, Done)>;
 
   // `open` is called when the answer begins. If `bytes` are no Request, the answer is
-  // INVALID_ARGUMENT. The request and the context live until OnDone.
+  // INVALID_ARGUMENT. The request and the context live until OnDone. The answer begins in
+  // `workers`; `long_workers` continue it when it takes more than one turn.
   StreamedAnswer(const grpc::CallbackServerContext* context, absl::string_view rpc,
-                 const grpc::ByteBuffer& bytes, WorkerPool* workers, OpenSource open)
+                 const grpc::ByteBuffer& bytes, WorkerPool* workers, WorkerPool* long_workers,
+                 OpenSource open)
       : context_(context),
         parsed_(ParseRequest(bytes, request_)),
         log_(*context, rpc, MapOf(*request_)),
         workers_(workers),
+        long_workers_(long_workers),
         open_(std::move(open)) {}
 
   // The parsed request; empty if it could not be parsed.
@@ -90,14 +93,15 @@ class StreamedAnswer final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
 
   // Exactly one of the following must be called, once.
 
-  void BeginOnWorker() { RunOnWorker(); }
-  // Begins on gRPC's thread, for an answer that is likely to be short. After kShortTurn, a worker
-  // continues it.
+  void BeginOnWorker() { RunOn(workers_); }
+  // Begins on gRPC's thread, for an answer that is likely to be short. After kShortTurn, a thread
+  // of `long_workers` continues it.
   void BeginAtOnce() { TakeTurn(kShortTurn); }
-  // Begins on a worker when the wait that `start_wait` starts has ended.
-  void BeginAfter(StartWait start_wait) {
+  // Begins on a worker when the wait that `start_wait` starts has ended; on a long worker if the
+  // answer is expected to take long.
+  void BeginAfter(StartWait start_wait, bool is_long) {
     wait_.emplace();
-    start_wait(*wait_, [this] { RunOnWorker(); });
+    start_wait(*wait_, [this, is_long] { RunOn(is_long ? long_workers_ : workers_); });
   }
 
   void OnCancel() override {
@@ -107,7 +111,7 @@ class StreamedAnswer final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
   void OnWriteDone(bool ok) override {
     TakeOver(this);
     if (!ok) return End(absl::CancelledError("the caller went away"));
-    RunOnWorker();
+    RunOn(long_workers_);
   }
   void OnDone() override {
     TakeOver(this);
@@ -123,8 +127,8 @@ class StreamedAnswer final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
   static constexpr size_t kRequestBytes = 896;
   static constexpr size_t kMessageBytes = 4096;
 
-  void RunOnWorker() {
-    workers_->Run([this] { TakeTurn(kTurn); });
+  void RunOn(WorkerPool* workers) {
+    workers->Run(log_.client(), [this] { TakeTurn(kTurn); });
   }
 
   void TakeTurn(absl::Duration turn) {
@@ -135,7 +139,7 @@ class StreamedAnswer final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
       if (*step == Step::kEnd) return End(absl::OkStatus());
       if (*step == Step::kMessage) return Write();
     } while (absl::Now() < end_of_turn);
-    RunOnWorker();
+    RunOn(long_workers_);
   }
 
   absl::StatusOr<Step> TakeStep() {
@@ -181,6 +185,7 @@ class StreamedAnswer final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
   const absl::Status parsed_;
   const RequestLog log_;
   WorkerPool* const workers_;
+  WorkerPool* const long_workers_;
   OpenSource open_;
   std::optional<RevisionWait> wait_;  // set by BeginAfter
   std::unique_ptr<Source> source_;

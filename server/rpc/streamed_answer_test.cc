@@ -63,7 +63,7 @@ class StreamedAnswerTest : public ::testing::Test {
     grpc::ServerWriteReactor<grpc::ByteBuffer>* QueryArea(
         grpc::CallbackServerContext* context, const grpc::ByteBuffer* request) override {
       auto* const answer = new StreamedAnswer<v1::QueryAreaRequest, Response>(
-          context, "QueryArea", *request, &test->workers_,
+          context, "QueryArea", *request, &test->workers_, &test->workers_,
           [this](const v1::QueryAreaRequest&) -> absl::StatusOr<std::unique_ptr<Source>> {
             return std::make_unique<ScriptedSource>(&test->alive_, script);
           });

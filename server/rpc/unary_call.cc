@@ -24,7 +24,8 @@ void UnaryCall::Finish(const absl::Status& status, int64_t items) {
 grpc::ServerUnaryReactor* AnswerOn(WorkerPool* workers, UnaryCallPtr call,
                                    absl::AnyInvocable<absl::StatusOr<int64_t>() &&> answer) {
   grpc::ServerUnaryReactor* const reactor = call->reactor();
-  workers->Run([call = std::move(call), answer = std::move(answer)]() mutable {
+  const std::string client = call->log().client();
+  workers->Run(client, [call = std::move(call), answer = std::move(answer)]() mutable {
     if (absl::Status status = call->CheckWanted(); !status.ok()) return call->Finish(status);
     const absl::StatusOr<int64_t> items = std::move(answer)();
     call->Finish(items.status(), items.value_or(0));
@@ -42,7 +43,8 @@ grpc::ServerUnaryReactor* StartAtOnce(const UnaryCallPtr& call,
 grpc::ServerUnaryReactor* StartOn(WorkerPool* workers, UnaryCallPtr call,
                                   absl::AnyInvocable<absl::Status() &&> start) {
   grpc::ServerUnaryReactor* const reactor = call->reactor();
-  workers->Run([call = std::move(call), start = std::move(start)]() mutable {
+  const std::string client = call->log().client();
+  workers->Run(client, [call = std::move(call), start = std::move(start)]() mutable {
     absl::Status status = call->CheckWanted();
     if (status.ok()) status = std::move(start)();
     if (!status.ok()) call->Finish(status);
@@ -54,7 +56,9 @@ void SubmitAndFinish(UnaryCallPtr call, MapSession& session, EditBatch batch,
                      const std::string& request_id,
                      absl::AnyInvocable<void(const storage::Receipt&) &&> respond) {
   const auto edits = static_cast<int64_t>(batch.edits.size());
-  Submission submission{std::move(batch), call->log().author(), request_id};
+  absl::StatusOr<std::string> author = call->log().author();
+  if (!author.ok()) return call->Finish(author.status());
+  Submission submission{std::move(batch), *std::move(author), request_id};
   session.Submit(std::move(submission),
                  [call = std::move(call), request_id, edits,
                   respond = std::move(respond)](absl::StatusOr<storage::Receipt> receipt) mutable {

@@ -1,12 +1,21 @@
 #include "server/rpc/worker_pool.h"
 
+#include <sys/resource.h>
+#include <unistd.h>
+
 #include <utility>
 
 namespace hypermap::server {
 
-WorkerPool::WorkerPool(int num_threads) {
+WorkerPool::WorkerPool(int num_threads, int niceness) {
   threads_.reserve(num_threads);
-  for (int i = 0; i < num_threads; ++i) threads_.emplace_back([this] { Work(); });
+  for (int i = 0; i < num_threads; ++i) {
+    threads_.emplace_back([this, niceness] {
+      // On Linux, niceness is of a thread. Without it, the pool works as well.
+      if (niceness > 0) setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), niceness);
+      Work();
+    });
+  }
 }
 
 WorkerPool::~WorkerPool() {
@@ -18,18 +27,28 @@ WorkerPool::~WorkerPool() {
   for (std::thread& thread : threads_) thread.join();
 }
 
-void WorkerPool::Run(Task task) {
+void WorkerPool::Run(absl::string_view client, Task task) {
   MutexLock lock(&mutex_);
-  tasks_.push_back(std::move(task));
+  std::deque<Task>& tasks = tasks_[client];
+  if (tasks.empty()) turns_.emplace_back(client);
+  tasks.push_back(std::move(task));
   changed_.NotifyOne();
 }
 
 WorkerPool::Task WorkerPool::Take() {
   MutexLock lock(&mutex_);
-  while (tasks_.empty() && !ending_) changed_.Wait(&mutex_);
-  if (tasks_.empty()) return nullptr;
-  Task task = std::move(tasks_.front());
-  tasks_.pop_front();
+  while (turns_.empty() && !ending_) changed_.Wait(&mutex_);
+  if (turns_.empty()) return nullptr;
+  std::string client = std::move(turns_.front());
+  turns_.pop_front();
+  const auto tasks = tasks_.find(client);
+  Task task = std::move(tasks->second.front());
+  tasks->second.pop_front();
+  if (tasks->second.empty()) {
+    tasks_.erase(tasks);
+  } else {
+    turns_.push_back(std::move(client));
+  }
   return task;
 }
 

@@ -3,28 +3,39 @@
 #define HYPERMAP_SERVER_RPC_WORKER_POOL_H_
 
 #include <deque>
+#include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "absl/base/thread_annotations.h"
+#include "absl/container/flat_hash_map.h"
 #include "absl/functional/any_invocable.h"
+#include "absl/strings/string_view.h"
 #include "base/sync/mutex.h"
 
 namespace hypermap::server {
 
-// Runs tasks in the order in which they come, as many at a time as there are threads. The queue is
-// not bounded: it has about one task for each request in flight. Thread safe.
+// Runs as many tasks at a time as there are threads. Clients take turns: the next task is of the
+// client that has waited longest for its turn, and the tasks of one client run in the order in
+// which they come. The queue is not bounded: it has about one task for each request in flight.
+// Thread safe.
 class WorkerPool {
  public:
   using Task = absl::AnyInvocable<void() &&>;
 
-  explicit WorkerPool(int num_threads);
+  // The threads run at this niceness (nice(1)): a greater one yields the processor to the threads
+  // of other pools.
+  explicit WorkerPool(int num_threads, int niceness = 0);
   // Runs the queued tasks, then joins the threads.
   ~WorkerPool();
   WorkerPool(const WorkerPool&) = delete;
   WorkerPool& operator=(const WorkerPool&) = delete;
 
-  void Run(Task task);
+  // `client` identifies the connection for which the task is.
+  void Run(absl::string_view client, Task task);
+  // Runs a task of the server itself.
+  void Run(Task task) { Run("", std::move(task)); }
 
  private:
   void Work();
@@ -33,7 +44,9 @@ class WorkerPool {
 
   Mutex mutex_;
   CondVar changed_;
-  std::deque<Task> tasks_ ABSL_GUARDED_BY(mutex_);
+  // The queued tasks of each client that has any, and these clients in the order of their turns.
+  absl::flat_hash_map<std::string, std::deque<Task>> tasks_ ABSL_GUARDED_BY(mutex_);
+  std::deque<std::string> turns_ ABSL_GUARDED_BY(mutex_);
   bool ending_ ABSL_GUARDED_BY(mutex_) = false;
   std::vector<std::thread> threads_;
 };

@@ -4,6 +4,7 @@
 
 #include <atomic>
 #include <future>
+#include <string>
 #include <vector>
 
 namespace hypermap::server {
@@ -17,6 +18,19 @@ TEST(WorkerPool, RunsTasksOfOneThreadInOrderAndAllBeforeItEnds) {
   }
   ASSERT_EQ(ran.size(), 100u);
   for (int i = 0; i < 100; ++i) EXPECT_EQ(ran[i], i);
+}
+
+TEST(WorkerPool, A4ClientsTakeTurns) {
+  std::vector<std::string> ran;
+  {
+    WorkerPool pool(1);
+    std::promise<void> all_queued;
+    pool.Run([&] { all_queued.get_future().wait(); });
+    for (int i = 0; i < 3; ++i) pool.Run("greedy", [&ran] { ran.push_back("greedy"); });
+    pool.Run("modest", [&ran] { ran.push_back("modest"); });
+    all_queued.set_value();
+  }
+  EXPECT_EQ(ran, (std::vector<std::string>{"greedy", "modest", "greedy", "greedy"}));
 }
 
 TEST(WorkerPool, RunsAsManyAtATimeAsThereAreThreads) {

@@ -1,9 +1,12 @@
 #include "server/services/backup_source.h"
 
+#include <filesystem>
 #include <fstream>
 #include <string>
+#include <system_error>
 
 #include "absl/strings/str_cat.h"
+#include "base/admission/byte_budget.h"
 #include "base/status/status_macros.h"
 #include "server/rpc/scratch_file.h"
 
@@ -12,11 +15,18 @@ namespace {
 
 class BackupSource : public MessageSource<v1::BackupMapResponse> {
  public:
-  explicit BackupSource(const Facilities& facilities)
-      : file_(facilities.scratch_dir), max_chunk_bytes_(facilities.limits.max_chunk_bytes) {}
+  BackupSource(const Facilities& facilities, absl::string_view client)
+      : file_(facilities.scratch_dir),
+        charge_(facilities.scratch_bytes, admission::HostOfPeer(client)),
+        max_chunk_bytes_(facilities.limits.max_chunk_bytes) {}
 
   absl::Status Open(MapSession& session) {
     HYPERMAP_RETURN_IF_ERROR(session.BackupTo(file_.path()));
+    std::error_code error;
+    const auto size = static_cast<int64_t>(std::filesystem::file_size(file_.path(), error));
+    if (error) return CannotRead();
+    // The size is known only now. As few backups are written at a time as there are file workers.
+    HYPERMAP_RETURN_IF_ERROR(charge_.Add(size));
     stream_.open(file_.path(), std::ios::binary);
     return stream_ ? absl::OkStatus() : CannotRead();
   }
@@ -39,6 +49,7 @@ class BackupSource : public MessageSource<v1::BackupMapResponse> {
   }
 
   ScratchFile file_;
+  admission::ByteBudget::Charge charge_;
   std::ifstream stream_;
   const int64_t max_chunk_bytes_;
   int64_t bytes_ = 0;
@@ -47,10 +58,10 @@ class BackupSource : public MessageSource<v1::BackupMapResponse> {
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<MessageSource<v1::BackupMapResponse>>> OpenBackup(
-    const Facilities& facilities, const v1::BackupMapRequest& request) {
+    const Facilities& facilities, absl::string_view client, const v1::BackupMapRequest& request) {
   HYPERMAP_ASSIGN_OR_RETURN(const std::shared_ptr<MapSession> session,
                             FindMap(facilities, request.map()));
-  auto source = std::make_unique<BackupSource>(facilities);
+  auto source = std::make_unique<BackupSource>(facilities, client);
   HYPERMAP_RETURN_IF_ERROR(source->Open(*session));
   return source;
 }

@@ -51,7 +51,7 @@ grpc::ServerUnaryReactor* CatalogService::AnswerFromSnapshot(grpc::CallbackServe
                                                              const Request* request,
                                                              Response* response, Fill fill) const {
   auto call = std::make_shared<UnaryCall>(context, rpc, request->map());
-  return AnswerOn(facilities_.workers, std::move(call),
+  return AnswerOn(&facilities_.workers->questions, std::move(call),
                   [this, request, response, fill]() -> absl::StatusOr<int64_t> {
                     HYPERMAP_ASSIGN_OR_RETURN(const std::shared_ptr<MapSession> session,
                                               FindMap(facilities_, request->map()));
@@ -66,7 +66,7 @@ grpc::ServerUnaryReactor* CatalogService::CreateMap(grpc::CallbackServerContext*
                                                     const v1::CreateMapRequest* request,
                                                     v1::CreateMapResponse* response) {
   auto call = std::make_shared<UnaryCall>(context, "CreateMap", request->map());
-  return AnswerOn(facilities_.file_workers, call,
+  return AnswerOn(&facilities_.workers->openings, call,
                   [this, call, request, response]() -> absl::StatusOr<int64_t> {
                     absl::Status status = MakeMap(call->log(), *request, response);
                     if (!status.ok()) return status;
@@ -90,7 +90,7 @@ grpc::ServerUnaryReactor* CatalogService::GetMap(grpc::CallbackServerContext* co
                                                  const v1::GetMapRequest* request,
                                                  v1::GetMapResponse* response) {
   auto call = std::make_shared<UnaryCall>(context, "GetMap", request->map());
-  return AnswerOn(facilities_.workers, std::move(call),
+  return AnswerOn(&facilities_.workers->questions, std::move(call),
                   [this, request, response]() -> absl::StatusOr<int64_t> {
                     HYPERMAP_ASSIGN_OR_RETURN(const std::shared_ptr<MapSession> session,
                                               FindMap(facilities_, request->map()));
@@ -103,7 +103,7 @@ grpc::ServerUnaryReactor* CatalogService::ListMaps(grpc::CallbackServerContext* 
                                                    const v1::ListMapsRequest*,
                                                    v1::ListMapsResponse* response) {
   auto call = std::make_shared<UnaryCall>(context, "ListMaps", "");
-  return AnswerOn(facilities_.workers, std::move(call),
+  return AnswerOn(&facilities_.workers->questions, std::move(call),
                   [this, response]() -> absl::StatusOr<int64_t> {
                     for (const Site::Entry& entry : facilities_.site->List()) {
                       EncodeEntry(entry, response->add_maps());
@@ -116,7 +116,7 @@ grpc::ServerUnaryReactor* CatalogService::DeleteMap(grpc::CallbackServerContext*
                                                     const v1::DeleteMapRequest* request,
                                                     v1::DeleteMapResponse* response) {
   auto call = std::make_shared<UnaryCall>(context, "DeleteMap", request->map());
-  return AnswerOn(facilities_.file_workers, call,
+  return AnswerOn(&facilities_.workers->openings, call,
                   [this, call, request, response]() -> absl::StatusOr<int64_t> {
                     absl::Status status = RemoveMap(call->log(), *request);
                     if (!status.ok()) return status;
@@ -137,7 +137,7 @@ grpc::ServerUnaryReactor* CatalogService::CreateLayer(grpc::CallbackServerContex
                                                       const v1::CreateLayerRequest* request,
                                                       v1::CreateLayerResponse* response) {
   auto call = std::make_shared<UnaryCall>(context, "CreateLayer", request->map());
-  return StartOn(facilities_.workers, call, [this, call, request, response] {
+  return StartOn(&facilities_.workers->writes, call, [this, call, request, response] {
     return StartCreateLayer(call, *request, response);
   });
 }
@@ -192,7 +192,7 @@ grpc::ServerUnaryReactor* CatalogService::DeleteLayer(grpc::CallbackServerContex
                                                       const v1::DeleteLayerRequest* request,
                                                       v1::DeleteLayerResponse* response) {
   auto call = std::make_shared<UnaryCall>(context, "DeleteLayer", request->map());
-  return StartOn(facilities_.workers, call, [this, call, request, response] {
+  return StartOn(&facilities_.workers->writes, call, [this, call, request, response] {
     return SubmitEdit(call, *request, hypermap::DeleteLayer{request->layer()},
                       [request, response](const storage::Receipt& receipt) {
                         response->set_map(request->map());
@@ -205,7 +205,7 @@ grpc::ServerUnaryReactor* CatalogService::SetTransform(grpc::CallbackServerConte
                                                        const v1::SetTransformRequest* request,
                                                        v1::SetTransformResponse* response) {
   auto call = std::make_shared<UnaryCall>(context, "SetTransform", request->map());
-  return StartOn(facilities_.workers, call, [this, call, request, response] {
+  return StartOn(&facilities_.workers->writes, call, [this, call, request, response] {
     return StartSetTransform(call, *request, response);
   });
 }
@@ -243,8 +243,9 @@ grpc::ServerReadReactor<v1::ImportMapRequest>* CatalogService::ImportMap(
 
 grpc::ServerWriteReactor<grpc::ByteBuffer>* CatalogService::ExportMap(
     grpc::CallbackServerContext* context, const grpc::ByteBuffer* request) {
+  WorkerPool* const files = &facilities_.workers->files;
   auto* const answer = new StreamedAnswer<v1::ExportMapRequest, v1::ExportMapResponse>(
-      context, "ExportMap", *request, facilities_.file_workers,
+      context, "ExportMap", *request, files, files,
       [this](const v1::ExportMapRequest& asked) { return OpenExport(facilities_, asked); });
   answer->BeginOnWorker();
   return answer;
@@ -252,9 +253,12 @@ grpc::ServerWriteReactor<grpc::ByteBuffer>* CatalogService::ExportMap(
 
 grpc::ServerWriteReactor<grpc::ByteBuffer>* CatalogService::BackupMap(
     grpc::CallbackServerContext* context, const grpc::ByteBuffer* request) {
+  WorkerPool* const files = &facilities_.workers->files;
   auto* const answer = new StreamedAnswer<v1::BackupMapRequest, v1::BackupMapResponse>(
-      context, "BackupMap", *request, facilities_.file_workers,
-      [this](const v1::BackupMapRequest& asked) { return OpenBackup(facilities_, asked); });
+      context, "BackupMap", *request, files, files,
+      [this, client = context->peer()](const v1::BackupMapRequest& asked) {
+        return OpenBackup(facilities_, client, asked);
+      });
   answer->BeginOnWorker();
   return answer;
 }

@@ -27,7 +27,7 @@ grpc::ServerUnaryReactor* EditService::ApplyEdits(grpc::CallbackServerContext* c
   if (request->edits_size() <= kFewEdits && request->ByteSizeLong() <= kFewBytes) {
     return StartAtOnce(call, start);
   }
-  return StartOn(facilities_.workers, call, start);
+  return StartOn(&facilities_.workers->writes, call, start);
 }
 
 absl::Status EditService::StartEdits(UnaryCallPtr call, const v1::ApplyEditsRequest& request,

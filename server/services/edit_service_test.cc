@@ -54,6 +54,18 @@ TEST_F(EditServiceTest, SameRequestAgainGetsTheSameAnswerAndChangesNothing) {
   EXPECT_EQ(revision(), 2);
 }
 
+TEST_F(EditServiceTest, A3AuthorThatCantBeLoggedIsRefused) {
+  for (const std::string& author : {std::string(200, 'a'), std::string("expiry")}) {
+    grpc::ClientContext context;
+    context.AddMetadata("x-hypermap-author", author);
+    v1::ApplyEditsResponse response;
+    const grpc::Status status = server_.edit->ApplyEdits(&context, PutCup(""), &response);
+    EXPECT_EQ(status.error_code(), grpc::StatusCode::INVALID_ARGUMENT) << author;
+    EXPECT_THAT(status.error_message(), HasSubstr("x-hypermap-author"));
+  }
+  EXPECT_EQ(revision(), 1);
+}
+
 TEST_F(EditServiceTest, OneBadEditChangesNothingAndIsNamed) {
   v1::ApplyEditsRequest request = PutCup("");
   *request.add_edits() = request.edits(0);

@@ -26,7 +26,7 @@ grpc::ServerUnaryReactor* ExplorationService::AnswerFromExplorations(
     grpc::CallbackServerContext* context, absl::string_view rpc, const Request* request,
     Response* response, Answer answer) {
   auto call = std::make_shared<UnaryCall>(context, rpc, request->map());
-  return AnswerOn(facilities_.explorers, call,
+  return AnswerOn(&facilities_.workers->explorations, call,
                   [this, call, request, response, answer]() -> absl::StatusOr<int64_t> {
                     HYPERMAP_ASSIGN_OR_RETURN(const std::shared_ptr<MapSession> session,
                                               FindMap(facilities_, request->map()));
@@ -45,7 +45,7 @@ grpc::ServerUnaryReactor* ExplorationService::StartExploration(
         HYPERMAP_RETURN_IF_ERROR(ValidateRequestId(request->request_id()));
         HYPERMAP_ASSIGN_OR_RETURN(ExplorationStart start,
                                   wire::DecodeStart(*request, facilities_.limits));
-        start.author = call.log().author();
+        HYPERMAP_ASSIGN_OR_RETURN(start.author, call.log().author());
         HYPERMAP_ASSIGN_OR_RETURN(const ExplorationView view, explorations.Start(start));
         LogEdits(call, view, request->request_id());
         response->set_revision(view.revision);
@@ -122,7 +122,7 @@ grpc::ServerUnaryReactor* ExplorationService::ClaimGoal(grpc::CallbackServerCont
       [request, response](const UnaryCall& call,
                           MapExplorations& explorations) -> absl::StatusOr<int64_t> {
         HYPERMAP_ASSIGN_OR_RETURN(GoalClaim claim, wire::DecodeClaim(*request));
-        claim.author = call.log().author();
+        HYPERMAP_ASSIGN_OR_RETURN(claim.author, call.log().author());
         HYPERMAP_ASSIGN_OR_RETURN(const ClaimAnswer answer, explorations.Claim(claim));
         LogEdits(call, answer);
         response->set_revision(answer.revision);
@@ -142,7 +142,7 @@ grpc::ServerUnaryReactor* ExplorationService::RenewGoal(grpc::CallbackServerCont
       [request, response](const UnaryCall& call,
                           MapExplorations& explorations) -> absl::StatusOr<int64_t> {
         HYPERMAP_ASSIGN_OR_RETURN(GoalRenewal renewal, wire::DecodeRenewal(*request));
-        renewal.author = call.log().author();
+        HYPERMAP_ASSIGN_OR_RETURN(renewal.author, call.log().author());
         HYPERMAP_ASSIGN_OR_RETURN(const GoalAnswer answer, explorations.Renew(renewal));
         LogEdits(call, answer);
         response->set_revision(answer.revision);
@@ -159,7 +159,7 @@ grpc::ServerUnaryReactor* ExplorationService::ReleaseGoal(grpc::CallbackServerCo
       [request, response](const UnaryCall& call,
                           MapExplorations& explorations) -> absl::StatusOr<int64_t> {
         HYPERMAP_ASSIGN_OR_RETURN(GoalRelease release, wire::DecodeRelease(*request));
-        release.author = call.log().author();
+        HYPERMAP_ASSIGN_OR_RETURN(release.author, call.log().author());
         HYPERMAP_ASSIGN_OR_RETURN(const ExplorationAnswer answer, explorations.Release(release));
         LogEdits(call, answer);
         response->set_revision(answer.revision);
@@ -174,9 +174,9 @@ grpc::ServerUnaryReactor* ExplorationService::StopExploration(
       context, "StopExploration", request, response,
       [request, response](const UnaryCall& call,
                           MapExplorations& explorations) -> absl::StatusOr<int64_t> {
-        HYPERMAP_ASSIGN_OR_RETURN(
-            const ExplorationView view,
-            explorations.Stop(request->exploration_id(), call.log().author()));
+        HYPERMAP_ASSIGN_OR_RETURN(const std::string author, call.log().author());
+        HYPERMAP_ASSIGN_OR_RETURN(const ExplorationView view,
+                                  explorations.Stop(request->exploration_id(), author));
         LogEdits(call, view);
         response->set_revision(view.revision);
         wire::EncodeExploration(ViewOf(view.objects, view.frame_from_layer),

@@ -9,7 +9,7 @@
 
 namespace hypermap::server {
 
-// All calls run on Facilities::explorers, because they wait for the disk and for each other.
+// All calls run on WorkerPools::explorations, because they wait for the disk and for each other.
 class ExplorationService : public v1::ExplorationService::CallbackService {
  public:
   explicit ExplorationService(const Facilities& facilities)

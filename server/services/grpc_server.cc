@@ -3,13 +3,11 @@
 #include <grpcpp/ext/proto_server_reflection_plugin.h>
 #include <grpcpp/health_check_service_interface.h>
 #include <grpcpp/server_builder.h>
+#include <spdlog/spdlog.h>
 
 #include <utility>
 
 #include "absl/status/status.h"
-#include "absl/strings/numbers.h"
-#include "absl/strings/str_cat.h"
-#include "absl/strings/string_view.h"
 #include "absl/time/clock.h"
 #include "base/status/status_macros.h"
 #include "grpc/health/v1/health.pb.h"
@@ -19,18 +17,6 @@ namespace {
 
 // Time for watches to end by themselves, before those with slow readers are cancelled.
 constexpr absl::Duration kWatchGrace = absl::Seconds(1);
-
-// The host of HOST:PORT, with the colon. Without a port gRPC would choose one, so this checks it.
-absl::StatusOr<std::string> HostOf(const std::string& listen) {
-  const size_t colon = listen.rfind(':');
-  int port = -1;
-  if (colon == std::string::npos || colon == 0 ||
-      !absl::SimpleAtoi(absl::string_view(listen).substr(colon + 1), &port) || port < 0 ||
-      port > 65535) {
-    return absl::InvalidArgumentError(absl::StrCat("--listen=", listen, " is not HOST:PORT"));
-  }
-  return listen.substr(0, colon + 1);
-}
 
 }  // namespace
 
@@ -47,7 +33,6 @@ GrpcServer::~GrpcServer() = default;
 
 absl::StatusOr<std::unique_ptr<GrpcServer>> GrpcServer::Start(const GrpcServerOptions& options,
                                                               const Facilities& facilities) {
-  HYPERMAP_ASSIGN_OR_RETURN(const std::string host, HostOf(options.listen));
   HYPERMAP_RETURN_IF_ERROR(tls::CheckServerFiles(options.tls));
   grpc::EnableDefaultHealthCheckService(true);
   // Reflection finds only services whose descriptors are linked in, which this reference ensures.
@@ -56,10 +41,8 @@ absl::StatusOr<std::unique_ptr<GrpcServer>> GrpcServer::Start(const GrpcServerOp
   std::unique_ptr<GrpcServer> made(new GrpcServer(facilities));
 
   grpc::ServerBuilder builder;
-  int port = 0;
-  builder.AddListeningPort(options.listen, tls::MakeServerCredentials(options.tls), &port);
-  // Otherwise a second server could listen on the same port, and requests would go to either.
-  builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
+  made->listener_ =
+      std::make_unique<admission::GrpcListener>(&builder, tls::MakeServerCredentials(options.tls));
   builder.SetMaxReceiveMessageSize(options.max_message_bytes);
   builder.SetMaxSendMessageSize(options.max_message_bytes);
   builder.RegisterService(&made->catalog_);
@@ -69,10 +52,7 @@ absl::StatusOr<std::unique_ptr<GrpcServer>> GrpcServer::Start(const GrpcServerOp
   builder.RegisterService(&made->exploration_);
   builder.RegisterService(&made->watch_);
   made->server_ = builder.BuildAndStart();
-  if (!made->server_ || port == 0) {
-    return absl::UnavailableError(
-        absl::StrCat("cannot listen on ", options.listen, " (is the port taken?)"));
-  }
+  if (!made->server_) return absl::InternalError("gRPC can't start the server");
   grpc::HealthCheckServiceInterface* health = made->server_->GetHealthCheckService();
   for (const char* service :
        {v1::CatalogService::service_full_name(), v1::QueryService::service_full_name(),
@@ -80,11 +60,19 @@ absl::StatusOr<std::unique_ptr<GrpcServer>> GrpcServer::Start(const GrpcServerOp
         v1::ExplorationService::service_full_name(), v1::WatchService::service_full_name()}) {
     health->SetServingStatus(service, true);
   }
-  made->address_ = absl::StrCat(host, port);
+  admission::ConnectionListenerOptions listen;
+  listen.address = options.listen;
+  listen.limits = options.connections;
+  listen.max_resident_bytes = options.max_resident_bytes;
+  listen.log = [](const std::string& line) { spdlog::warn("{}", line); };
+  HYPERMAP_RETURN_IF_ERROR(made->listener_->Start(std::move(listen)));
   return made;
 }
 
+const std::string& GrpcServer::address() const { return listener_->connections().address(); }
+
 void GrpcServer::Shutdown(absl::Duration grace) {
+  listener_->Stop();
   server_->GetHealthCheckService()->Shutdown();
   // Streams that have no end of their own would hold up the shutdown for all of `grace`.
   for (const Site::Entry& map : site_->List()) {

@@ -4,11 +4,14 @@
 
 #include <grpcpp/server.h>
 
+#include <cstdint>
 #include <memory>
 #include <string>
 
 #include "absl/status/statusor.h"
 #include "absl/time/time.h"
+#include "base/admission/grpc_listener.h"
+#include "base/admission/open_connections.h"
 #include "base/tls/server_credentials.h"
 #include "server/rpc/facilities.h"
 #include "server/services/catalog_service.h"
@@ -26,6 +29,9 @@ struct GrpcServerOptions {
   // Size limit of requests and responses.
   int max_message_bytes = Limits().max_message_bytes;
   tls::ServerFiles tls = {};
+  admission::ConnectionLimits connections = {};
+  // While more memory is resident, the connections that receive the most are shut down; 0: never.
+  int64_t max_resident_bytes = 0;
 };
 
 // Serves from Start to Shutdown: Hypermap's services, the standard health service (which reports
@@ -41,7 +47,7 @@ class GrpcServer {
   GrpcServer& operator=(const GrpcServer&) = delete;
 
   // HOST:PORT with the actual port.
-  const std::string& address() const { return address_; }
+  const std::string& address() const;
 
   // Ends watches, QueryPoints streams and calls that wait for a revision; accepts no more requests;
   // cancels the requests that are still in flight after `grace`; and waits until all have ended.
@@ -58,8 +64,9 @@ class GrpcServer {
   ExplorationService exploration_;
   WatchService watch_;
   Site* const site_;
-  std::string address_;
   std::unique_ptr<grpc::Server> server_;
+  // Destroyed before the server, to which it gives connections.
+  std::unique_ptr<admission::GrpcListener> listener_;
 };
 
 }  // namespace hypermap::server

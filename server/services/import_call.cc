@@ -1,39 +1,27 @@
 #include "server/services/import_call.h"
 
-#include <algorithm>
 #include <memory>
 #include <utility>
 
-#include "absl/strings/str_cat.h"
-#include "base/limits/limits.h"
 #include "base/status/status_macros.h"
 #include "server/rpc/wanted.h"
 #include "server/services/map_files.h"
 #include "wire/status.h"
 
 namespace hypermap::server {
-namespace {
-
-absl::Status ValidateFileName(const std::string& name) {
-  if (name.empty()) return absl::InvalidArgumentError("chunk.file_name is empty");
-  if (name.find_first_of("/\\") == std::string::npos) return absl::OkStatus();
-  return absl::InvalidArgumentError("chunk.file_name must not have folders");
-}
-
-}  // namespace
-
 ImportCall::ImportCall(const grpc::CallbackServerContext* context, const Facilities* facilities,
                        v1::ImportMapResponse* response)
     : context_(context),
       facilities_(facilities),
       response_(response),
-      log_(*context, "ImportMap", "") {
+      log_(*context, "ImportMap", ""),
+      files_(*facilities, log_.client()) {
   StartRead(&message_);
 }
 
 void ImportCall::OnReadDone(bool ok) {
   if (!ok) {
-    facilities_->file_workers->Run([this] { End(Import()); });
+    facilities_->workers->files.Run(log_.client(), [this] { End(Import()); });
     return;
   }
   if (absl::Status status = TakeMessage(); !status.ok()) return End(status);
@@ -50,31 +38,7 @@ absl::Status ImportCall::TakeMessage() {
   }
   if (!header_) return absl::InvalidArgumentError("the first message must carry the header");
   if (!message_.has_chunk()) return absl::InvalidArgumentError("a message carries nothing");
-  return TakeChunk(message_.mutable_chunk());
-}
-
-absl::Status ImportCall::TakeChunk(v1::FileChunk* chunk) {
-  bytes_ += static_cast<int64_t>(chunk->data().size());
-  if (bytes_ > facilities_->limits.max_import_bytes) {
-    return absl::ResourceExhaustedError(absl::StrCat(
-        "the files are larger than --max_import_bytes, ", facilities_->limits.max_import_bytes));
-  }
-  if (!files_.empty() && files_.back().name == chunk->file_name()) {
-    files_.back().data.append(chunk->data());
-    return absl::OkStatus();
-  }
-  HYPERMAP_RETURN_IF_ERROR(ValidateFileName(chunk->file_name()));
-  if (files_.size() == FixedLimits::kMaxImportFiles) {
-    return absl::ResourceExhaustedError(
-        absl::StrCat("more than ", FixedLimits::kMaxImportFiles, " files"));
-  }
-  if (std::any_of(files_.begin(), files_.end(),
-                  [&](const auto& file) { return file.name == chunk->file_name(); })) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("the pieces of ", chunk->file_name(), " must follow each other"));
-  }
-  files_.push_back({std::move(*chunk->mutable_file_name()), std::move(*chunk->mutable_data())});
-  return absl::OkStatus();
+  return files_.Append(message_.chunk().file_name(), message_.chunk().data());
 }
 
 absl::Status ImportCall::Import() {
@@ -82,6 +46,7 @@ absl::Status ImportCall::Import() {
   HYPERMAP_RETURN_IF_ERROR(CheckWanted(*context_));
   if (!header_) return absl::InvalidArgumentError("the first message must carry the header");
   HYPERMAP_RETURN_IF_ERROR(ValidateRequestId(header_->request_id()));
+  HYPERMAP_ASSIGN_OR_RETURN(author_, log_.author());
   const absl::StatusOr<std::shared_ptr<MapSession>> session = FindMap(*facilities_, header_->map());
   const bool make_map = absl::IsNotFound(session.status()) && header_->create_map();
   if (!session.ok() && !make_map) return session.status();
@@ -94,9 +59,10 @@ absl::Status ImportCall::Import() {
   return absl::OkStatus();
 }
 
-absl::StatusOr<storage::ImportedMap> ImportCall::Decode(const Snapshot* snapshot) const {
+absl::StatusOr<storage::ImportedMap> ImportCall::Decode(const Snapshot* snapshot) {
+  HYPERMAP_ASSIGN_OR_RETURN(const std::vector<storage::NamedFile> files, files_.Read());
   absl::StatusOr<storage::ImportedMap> imported =
-      DecodeFiles(*header_, files_, snapshot, facilities_->limits);
+      DecodeFiles(*header_, files, snapshot, facilities_->limits);
   if (!imported.ok()) return imported;
   HYPERMAP_RETURN_IF_ERROR(CheckWanted(*context_));
   return imported;
@@ -129,7 +95,7 @@ absl::StatusOr<storage::Receipt> ImportCall::Submit(MapSession& session,
                                                     storage::ImportedMap imported) {
   response_->mutable_layers()->Assign(imported.layers.begin(), imported.layers.end());
   response_->mutable_repairs()->Assign(imported.repairs.begin(), imported.repairs.end());
-  return session.SubmitAndWait({std::move(imported.batch), log_.author(), header_->request_id()});
+  return session.SubmitAndWait({std::move(imported.batch), author_, header_->request_id()});
 }
 
 void ImportCall::End(const absl::Status& status) {

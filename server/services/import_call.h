@@ -5,22 +5,21 @@
 #include <grpcpp/server_context.h>
 #include <grpcpp/support/server_callback.h>
 
-#include <cstdint>
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "hypermap/v1/catalog_service.pb.h"
 #include "server/rpc/facilities.h"
 #include "server/rpc/request_log.h"
+#include "server/services/uploaded_files.h"
 #include "server/session/map_session.h"
 #include "storage/interchange/imported_map.h"
 
 namespace hypermap::server {
 
-// Collects the files of an import in memory, decodes them on a worker, and submits the edits as one
+// Collects the files of an import, decodes them on a worker, and submits the edits as one
 // batch. If a new map can't be filled, it is removed again. Deletes itself in OnDone.
 class ImportCall final : public grpc::ServerReadReactor<v1::ImportMapRequest> {
  public:
@@ -33,11 +32,10 @@ class ImportCall final : public grpc::ServerReadReactor<v1::ImportMapRequest> {
 
  private:
   absl::Status TakeMessage();
-  absl::Status TakeChunk(v1::FileChunk* chunk);
 
   // Decodes and submits the files, when all have arrived. Waits for the disk.
   absl::Status Import();
-  absl::StatusOr<storage::ImportedMap> Decode(const Snapshot* snapshot) const;
+  absl::StatusOr<storage::ImportedMap> Decode(const Snapshot* snapshot);
   absl::StatusOr<storage::Receipt> ImportInto(MapSession& session);
   absl::StatusOr<storage::Receipt> ImportIntoNewMap();
   absl::StatusOr<storage::Receipt> Submit(MapSession& session, storage::ImportedMap imported);
@@ -50,8 +48,8 @@ class ImportCall final : public grpc::ServerReadReactor<v1::ImportMapRequest> {
   RequestLog log_;
   v1::ImportMapRequest message_;
   std::optional<v1::ImportHeader> header_;
-  std::vector<storage::NamedFile> files_;
-  int64_t bytes_ = 0;
+  std::string author_;
+  UploadedFiles files_;
 };
 
 }  // namespace hypermap::server

@@ -19,7 +19,8 @@ absl::Status StartCommand(const Facilities& facilities, UnaryCallPtr call, const
   HYPERMAP_ASSIGN_OR_RETURN(const std::shared_ptr<MapSession> session,
                             FindMap(facilities, request.map()));
   HYPERMAP_RETURN_IF_ERROR(ValidateRequestId(request.request_id()));
-  FusionSubmission submission{std::move(command), call->log().author(), request.request_id()};
+  HYPERMAP_ASSIGN_OR_RETURN(std::string author, call->log().author());
+  FusionSubmission submission{std::move(command), std::move(author), request.request_id()};
   response->set_map(request.map());
   session->Run(std::move(submission), [call = std::move(call), request_id = request.request_id(),
                                        response](absl::StatusOr<storage::Receipt> receipt) {
@@ -43,7 +44,7 @@ grpc::ServerUnaryReactor* IngestService::RebuildLayer(grpc::CallbackServerContex
                                                       const v1::RebuildLayerRequest* request,
                                                       v1::RebuildLayerResponse* response) {
   auto call = std::make_shared<UnaryCall>(context, "RebuildLayer", request->map());
-  return StartOn(facilities_.workers, call, [this, call, request, response] {
+  return StartOn(&facilities_.workers->writes, call, [this, call, request, response] {
     return StartCommand(facilities_, call, *request,
                         RebuildFusion{request->layer(), request->strategy(), request->parameters()},
                         response);
@@ -54,7 +55,7 @@ grpc::ServerUnaryReactor* IngestService::RetractSource(grpc::CallbackServerConte
                                                        const v1::RetractSourceRequest* request,
                                                        v1::RetractSourceResponse* response) {
   auto call = std::make_shared<UnaryCall>(context, "RetractSource", request->map());
-  return StartOn(facilities_.workers, call, [this, call, request, response] {
+  return StartOn(&facilities_.workers->writes, call, [this, call, request, response] {
     RetractObservations command{request->layer(), request->robot()};
     if (request->has_from()) command.from = wire::DecodeTime(request->from());
     if (request->has_to()) command.to = wire::DecodeTime(request->to());
@@ -66,8 +67,8 @@ grpc::ServerUnaryReactor* IngestService::ExplainObject(grpc::CallbackServerConte
                                                        const v1::ExplainObjectRequest* request,
                                                        v1::ExplainObjectResponse* response) {
   auto call = std::make_shared<UnaryCall>(context, "ExplainObject", request->map());
-  // On a file worker, because it folds a whole log.
-  return AnswerOn(facilities_.file_workers, call,
+  // It folds a whole log.
+  return AnswerOn(&facilities_.workers->long_questions, call,
                   [this, call, request, response] { return Explain(*call, *request, response); });
 }
 

@@ -9,6 +9,7 @@
 #include <thread>
 #include <vector>
 
+#include "absl/time/clock.h"
 #include "client_libs/cpp/client.h"
 #include "server/services/testing/test_server.h"
 #include "wire/observation.h"
@@ -137,8 +138,27 @@ TEST_F(IngestServiceTest, OneThatIsNotTakenDoesNotEndTheStream) {
   EXPECT_EQ(invalid.outcome, Outcome::kInvalid);
   EXPECT_THAT(invalid.message, HasSubstr("detections[0].weight"));
   Send(*stream, See("a", 5000, "chair"));
-  EXPECT_EQ(Send(*stream, See("b", 1, "chair")).outcome, Outcome::kRefusedLate);
+  EXPECT_EQ(Send(*stream, See("a", 3, "chair")).outcome, Outcome::kRefusedLate);
   EXPECT_EQ(Send(*stream, See("a", 5001, "chair")).outcome, Outcome::kAccepted);
+  EXPECT_TRUE(Close(*stream).ok());
+}
+
+TEST_F(IngestServiceTest, C2ClockOfOneRobotMakesOthersNotLateAndItsSkewIsTold) {
+  auto stream = Open();
+  Observation rogue = See("rogue", 1, "chair");
+  rogue.stamp = absl::Now() + absl::Minutes(9) + absl::Seconds(58);
+  const client::Acknowledgement ahead = Send(*stream, rogue);
+  EXPECT_EQ(ahead.outcome, Outcome::kAccepted) << ahead.message;
+  ASSERT_TRUE(ahead.clock_skew_s.has_value());
+  EXPECT_GT(*ahead.clock_skew_s, 0.0);
+  EXPECT_LE(*ahead.clock_skew_s, 598.0);
+  Observation honest = See("cart", 1, "chair");
+  honest.stamp = absl::Now() - absl::Seconds(30);
+  const client::Acknowledgement behind = Send(*stream, honest);
+  EXPECT_EQ(behind.outcome, Outcome::kAccepted) << behind.message;
+  ASSERT_TRUE(behind.clock_skew_s.has_value());
+  EXPECT_LE(*behind.clock_skew_s, -30.0);
+  EXPECT_FALSE(Send(*stream, honest).clock_skew_s.has_value());
   EXPECT_TRUE(Close(*stream).ok());
 }
 

@@ -28,8 +28,8 @@ void ObserveCall::OnReadDone(bool ok) {
     ++in_flight_;
     taking_ = true;
     // The opening waits for the disk, which must not occupy the threads for short tasks.
-    WorkerPool* const workers = opened_ ? facilities_->workers : facilities_->file_workers;
-    workers->Run([this, request = std::exchange(read_, {})] {
+    WorkerPool& workers = opened_ ? facilities_->workers->writes : facilities_->workers->openings;
+    workers.Run(log_.client(), [this, request = std::exchange(read_, {})] {
       TakeRequest(request);
       // Until here the call neither ends nor reads the next request.
       Change([this] {
@@ -115,10 +115,11 @@ void ObserveCall::TakeRequest(const v1::ObserveRequest& request) {
 }
 
 absl::StatusOr<storage::Receipt> ObserveCall::Start(const v1::ObserveOpening& opening) {
+  HYPERMAP_ASSIGN_OR_RETURN(author_, log_.author());
   return session_->RunAndWait(FusionSubmission{
       StartFusion{opening.layer(),
                   {opening.strategy(), opening.parameters(), opening.exploration_layer()}},
-      log_.author(), ""});
+      author_, ""});
 }
 
 absl::Status ObserveCall::Open(const v1::ObserveOpening& opening) {
@@ -150,7 +151,7 @@ absl::Status ObserveCall::Open(const v1::ObserveOpening& opening) {
 
 void ObserveCall::Submit(const v1::ObserveRequest& request) {
   std::vector<ObservationVerdict> invalid;
-  ObservationSubmission submission{layer_, {}, log_.author()};
+  ObservationSubmission submission{layer_, {}, author_};
   for (const v1::Observation& message : request.observations()) {
     absl::StatusOr<Observation> observation =
         wire::DecodeObservation("", message, facilities_->limits);

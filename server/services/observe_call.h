@@ -65,6 +65,7 @@ class ObserveCall final : public grpc::ServerBidiReactor<v1::ObserveRequest, v1:
   // Set by the first request, before others are read.
   std::shared_ptr<MapSession> session_;
   std::string layer_;
+  std::string author_;
 
   v1::ObserveRequest read_;      // target of the read under way
   v1::ObserveResponse written_;  // source of the write under way

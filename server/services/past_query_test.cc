@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <atomic>
 #include <chrono>
 #include <functional>
 #include <memory>
@@ -14,6 +13,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "base/time/testing/manual_clock.h"
 #include "server/services/testing/test_server.h"
 #include "wire/geometry.h"
 #include "wire/time.h"
@@ -43,13 +43,13 @@ class PastQueryTest : public ::testing::Test {
   SessionOptions Options() {
     SessionOptions options;
     options.limits.history_age = absl::InfiniteDuration();
-    options.clock = [this] { return kBegin + absl::Seconds(seconds_.load()); };
+    options.clock = std::make_shared<ServerClock>(&machine_);
     return options;
   }
 
   MapSession& session() { return **server_.site().Find("site"); }
   Revision Edit(std::vector<hypermap::Edit> edits) {
-    ++seconds_;
+    machine_.Advance(absl::Seconds(1));
     const auto receipt = session().SubmitAndWait({{std::move(edits)}, "test", ""});
     EXPECT_TRUE(receipt.ok()) << receipt.status();
     return receipt.ok() ? receipt->revision : 0;
@@ -152,7 +152,7 @@ class PastQueryTest : public ::testing::Test {
     return server_.query->QueryPoint(&context, request, &response);
   }
 
-  std::atomic<int64_t> seconds_ = 1;
+  ManualClock machine_{kBegin + absl::Seconds(1)};
   TestServer server_;
 };
 
@@ -164,7 +164,7 @@ TEST_F(PastQueryTest, AnswersAreThoseThatWereGivenThen) {
   std::vector<ObjectId> live;
   std::vector<std::string> given{"", Answers([](auto*) {}, seed)};
   for (int i = 0; i < kEdits; ++i) {
-    ++seconds_;
+    machine_.Advance(absl::Seconds(1));
     const auto receipt = session().SubmitAndWait({{{SomeEdit(random, &live)}}, "test", ""});
     ASSERT_TRUE(receipt.ok()) << receipt.status();
     const ObjectId id = receipt->object_ids[0];

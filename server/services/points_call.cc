@@ -150,7 +150,7 @@ std::optional<absl::Status> PointsCall::TakeBatch() {
 }
 
 void PointsCall::AnswerOnWorker() {
-  facilities_->workers->Run([this] {
+  facilities_->workers->questions.Run(log_.client(), [this] {
     if (const std::optional<absl::Status> end = Answer()) Go(EndBatch(*end));
   });
 }

@@ -24,6 +24,8 @@ namespace {
 // and are answered on gRPC's thread.
 constexpr double kSmallArea_m2 = 1000.0;
 constexpr int kFewNeighbours = 64;
+// Checking an area of more vertices than this takes longer than most answers.
+constexpr int kFewVertices = 256;
 
 // Whether the query is answered from the newest snapshot without waiting.
 template <typename Request>
@@ -32,11 +34,18 @@ bool AsksNewest(const Request& request) {
   return as_of.as_of_case() == v1::AsOf::AS_OF_NOT_SET && as_of.min_revision() == 0;
 }
 
-// Whether the polygon's bounding box has at most kSmallArea_m2. False for a malformed polygon.
+int NumVertices(const v1::Polygon& area) {
+  int sum = area.outer().xs_size();
+  for (const v1::Ring& hole : area.holes()) sum += hole.xs_size();
+  return sum;
+}
+
+// Whether the polygon has few vertices and its bounding box at most kSmallArea_m2. False for a
+// malformed polygon.
 bool IsSmall(const v1::Polygon& area) {
   Box box;
   const v1::Ring& outer = area.outer();
-  if (outer.xs_size() != outer.ys_size()) return false;
+  if (outer.xs_size() != outer.ys_size() || NumVertices(area) > kFewVertices) return false;
   for (int i = 0; i < outer.xs_size(); ++i) box.Extend(Point{outer.xs(i), outer.ys(i)});
   return (box.max.x - box.min.x) * (box.max.y - box.min.y) <= kSmallArea_m2;
 }
@@ -63,12 +72,12 @@ grpc::ServerUnaryReactor* QueryService::AnswerUnary(grpc::CallbackServerContext*
                                                     Answer<Request, Response> answer) const {
   auto* const reactor = new WaitingReactor();
   auto call = std::make_shared<UnaryCall>(context, reactor, rpc, request->scope().map());
-  reactor->wait().Start(facilities_, request->scope().map(), request->as_of().min_revision(),
-                        [this, call = std::move(call), request, response, answer] {
-                          AnswerOn(facilities_.workers, call, [this, request, response, answer] {
-                            return (this->*answer)(*request, response);
-                          });
-                        });
+  reactor->wait().Start(
+      facilities_, request->scope().map(), request->as_of().min_revision(),
+      [this, call = std::move(call), request, response, answer] {
+        AnswerOn(&facilities_.workers->questions, call,
+                 [this, request, response, answer] { return (this->*answer)(*request, response); });
+      });
   return reactor;
 }
 
@@ -90,10 +99,12 @@ grpc::ServerWriteReactor<grpc::ByteBuffer>* QueryService::Begin(
   if (AsksNewest(request) && IsSmall(request.area())) {
     answer->BeginAtOnce();
   } else {
-    answer->BeginAfter([this, &request](RevisionWait& wait, auto done) {
-      wait.Start(facilities_, request.scope().map(), request.as_of().min_revision(),
-                 std::move(done));
-    });
+    answer->BeginAfter(
+        [this, &request](RevisionWait& wait, auto done) {
+          wait.Start(facilities_, request.scope().map(), request.as_of().min_revision(),
+                     std::move(done));
+        },
+        NumVertices(request.area()) > kFewVertices);
   }
   return answer;
 }
@@ -133,7 +144,8 @@ absl::StatusOr<int64_t> QueryService::AnswerPoint(const v1::QueryPointRequest& r
 grpc::ServerWriteReactor<grpc::ByteBuffer>* QueryService::QueryArea(
     grpc::CallbackServerContext* context, const grpc::ByteBuffer* request) {
   return Begin(new StreamedAnswer<v1::QueryAreaRequest, v1::QueryAreaResponse>(
-      context, "QueryArea", *request, facilities_.workers,
+      context, "QueryArea", *request, &facilities_.workers->questions,
+      &facilities_.workers->long_questions,
       [this](const v1::QueryAreaRequest& asked) { return OpenArea(asked); }));
 }
 
@@ -142,7 +154,7 @@ absl::StatusOr<std::unique_ptr<MessageSource<v1::QueryAreaResponse>>> QueryServi
   HYPERMAP_ASSIGN_OR_RETURN(const AskedRevision asked, Pin(request));
   if (!request.has_area()) return absl::InvalidArgumentError("area is missing");
   HYPERMAP_ASSIGN_OR_RETURN(Polygon decoded,
-                            wire::DecodePolygon("area", request.area(), facilities_.limits));
+                            wire::DecodeQuestionArea("area", request.area(), facilities_.limits));
   std::optional<Polygon> area(std::move(decoded));
   const Scope scope = wire::DecodeScope(request.scope());
   HYPERMAP_ASSIGN_OR_RETURN(SnapshotPtr snapshot, asked.ForArea(scope, area));
@@ -155,7 +167,8 @@ absl::StatusOr<std::unique_ptr<MessageSource<v1::QueryAreaResponse>>> QueryServi
 grpc::ServerWriteReactor<grpc::ByteBuffer>* QueryService::QueryValue(
     grpc::CallbackServerContext* context, const grpc::ByteBuffer* request) {
   return Begin(new StreamedAnswer<v1::QueryValueRequest, v1::QueryValueResponse>(
-      context, "QueryValue", *request, facilities_.workers,
+      context, "QueryValue", *request, &facilities_.workers->questions,
+      &facilities_.workers->long_questions,
       [this](const v1::QueryValueRequest& asked) { return OpenValue(asked); }));
 }
 
@@ -166,7 +179,7 @@ absl::StatusOr<std::unique_ptr<MessageSource<v1::QueryValueResponse>>> QueryServ
   std::optional<Polygon> area;
   if (request.has_area()) {
     HYPERMAP_ASSIGN_OR_RETURN(Polygon decoded,
-                              wire::DecodePolygon("area", request.area(), facilities_.limits));
+                              wire::DecodeQuestionArea("area", request.area(), facilities_.limits));
     area = std::move(decoded);
   }
   const Scope scope = wire::DecodeScope(request.scope());

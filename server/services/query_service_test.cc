@@ -24,7 +24,7 @@ class QueryServiceTest : public ::testing::Test {
     Limits limits;
     limits.chunk_items = 3;
     limits.max_nearest = 4;
-    limits.max_vertices = 8;
+    limits.max_question_vertices = 8;
     return limits;
   }
 
@@ -184,7 +184,8 @@ TEST_F(QueryServiceTest, BadAreasNameTheField) {
   v1::QueryAreaRequest many_points = AreaRequest({{0, 0}, {1, 1}});
   for (int i = 0; i < 5; ++i) many_points.mutable_area()->mutable_outer()->add_xs(0.0);
   EXPECT_EQ(AreaError(many_points).error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
-  EXPECT_THAT(AreaError(many_points).error_message(), HasSubstr("--max_vertices"));
+  EXPECT_THAT(AreaError(many_points).error_message(),
+              HasSubstr("area has 9 vertices, --max_question_vertices is 8"));
 }
 
 TEST_F(QueryServiceTest, BytesThatAreNoRequestAreRefused) {

@@ -3,22 +3,21 @@
 #include <iterator>
 #include <numeric>
 #include <utility>
-#include <variant>
 
+#include "map/edits/byte_size.h"
 #include "map/watch/structure.h"
 
 namespace hypermap::server {
 namespace {
 
-// Weight of a changed tile: 64 KiB before and 64 KiB after the change, in objects of about 1 KiB.
-constexpr int64_t kTileWeight = 128;
-
-// At least 1, so that commits without changes count, too.
-int64_t WeightOf(const std::vector<Change>& changes) {
+// Bytes that a commit keeps beyond `before`, the structure of the commit before.
+int64_t ByteSize(const FeedCommit& commit, const StructurePtr& before) {
+  const int64_t own = static_cast<int64_t>(sizeof commit + commit.author.size());
+  const int64_t structure =
+      commit.structure == before ? 0 : UnsharedBytes(*commit.structure, *before);
   return std::accumulate(
-      changes.begin(), changes.end(), int64_t{1}, [](int64_t sum, const Change& change) {
-        return sum + (std::holds_alternative<TileWritten>(change) ? kTileWeight : int64_t{1});
-      });
+      commit.changes->begin(), commit.changes->end(), own + structure,
+      [](int64_t sum, const Change& change) { return sum + hypermap::ByteSize(change); });
 }
 
 }  // namespace
@@ -36,10 +35,10 @@ void ChangeFeed::Append(std::vector<FeedCommit> commits) {
     MutexLock lock(&mutex_);
     for (FeedCommit& commit : commits) {
       newest_ = commit.revision;
-      newest_structure_ = StructureAfter(newest_structure_, commit.revision, *commit.changes);
-      commit.structure = newest_structure_;
-      weights_.push_back(WeightOf(*commit.changes));
-      weight_ += weights_.back();
+      commit.structure = StructureAfter(newest_structure_, commit.revision, *commit.changes);
+      sizes_.push_back(ByteSize(commit, newest_structure_));
+      bytes_ += sizes_.back();
+      newest_structure_ = commit.structure;
       commits_.push_back(std::move(commit));
     }
     Trim();
@@ -50,11 +49,11 @@ void ChangeFeed::Append(std::vector<FeedCommit> commits) {
 
 void ChangeFeed::Trim() {
   while (!commits_.empty() && (static_cast<int64_t>(commits_.size()) > limits_.max_commits ||
-                               weight_ > limits_.max_weight)) {
+                               bytes_ > limits_.max_bytes)) {
     oldest_structure_ = std::move(commits_.front().structure);
     commits_.pop_front();
-    weight_ -= weights_.front();
-    weights_.pop_front();
+    bytes_ -= sizes_.front();
+    sizes_.pop_front();
   }
 }
 
@@ -74,6 +73,11 @@ std::vector<ChangeFeed::Callback> ChangeFeed::TakeDue() {
 Revision ChangeFeed::newest() const {
   MutexLock lock(&mutex_);
   return newest_;
+}
+
+int64_t ChangeFeed::bytes() const {
+  MutexLock lock(&mutex_);
+  return bytes_;
 }
 
 std::optional<std::vector<FeedCommit>> ChangeFeed::Read(Revision after, int64_t max_changes) const {

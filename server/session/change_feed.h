@@ -38,9 +38,9 @@ class ChangeFeed {
  public:
   struct Limits {
     int64_t max_commits = 4096;
-    // Bound of memory, in objects: a changed object counts 1, a changed tile as many objects as
-    // take the same memory.
-    int64_t max_weight = 65536;
+    // Bound of memory in bytes: of the changes, with the content before and after them, and of what
+    // the structure of each commit does not share with that of the commit before.
+    int64_t max_bytes = int64_t{64} << 20;
   };
 
   // A feed without commits, of a map whose newest revision is `revision`. `structure` is the map's
@@ -54,6 +54,8 @@ class ChangeFeed {
   void Append(std::vector<FeedCommit> commits);
 
   Revision newest() const;
+  // Bytes that the kept commits take, at most max_bytes.
+  int64_t bytes() const;
 
   // Returns the commits after `after`, in order: as many as have at most `max_changes` changes
   // together, but at least one. Empty if `after` is the newest; nullopt if the feed does not reach
@@ -92,8 +94,8 @@ class ChangeFeed {
 
   mutable Mutex mutex_;
   std::deque<FeedCommit> commits_ ABSL_GUARDED_BY(mutex_);
-  std::deque<int64_t> weights_ ABSL_GUARDED_BY(mutex_);  // of commits_
-  int64_t weight_ ABSL_GUARDED_BY(mutex_) = 0;
+  std::deque<int64_t> sizes_ ABSL_GUARDED_BY(mutex_);  // of commits_, in bytes
+  int64_t bytes_ ABSL_GUARDED_BY(mutex_) = 0;          // the sum of sizes_
   Revision newest_ ABSL_GUARDED_BY(mutex_);
   // The structures before the first of commits_ and after the last.
   StructurePtr oldest_structure_ ABSL_GUARDED_BY(mutex_);

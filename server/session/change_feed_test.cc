@@ -3,9 +3,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <future>
 #include <memory>
 #include <optional>
+#include <string>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -69,29 +71,119 @@ TEST(ChangeFeedTest, ReadsWhatCameAfterARevisionInOrder) {
 }
 
 TEST(ChangeFeedTest, TellsWhenItDoesNotReachBackFarEnough) {
-  ChangeFeed feed = MakeFeed({/*max_commits=*/2, /*max_weight=*/1000});
+  ChangeFeed feed = MakeFeed({/*max_commits=*/2, /*max_bytes=*/int64_t{1} << 20});
   EXPECT_THAT(RevisionsOf(feed.Read(9, 100)), ElementsAre(-1));
   for (Revision revision = 11; revision <= 14; ++revision) feed.Append(One(PutsAt(revision, 1)));
   EXPECT_THAT(RevisionsOf(feed.Read(11, 100)), ElementsAre(-1));
   EXPECT_THAT(RevisionsOf(feed.Read(12, 100)), ElementsAre(13, 14));
 }
 
+// Bytes of a feed that has only this commit.
+int64_t BytesOf(FeedCommit commit) {
+  ChangeFeed feed(commit.revision - 1, std::make_shared<MapStructure>(), {});
+  feed.Append(One(std::move(commit)));
+  return feed.bytes();
+}
+
 TEST(ChangeFeedTest, IsBoundedByWhatItHolds) {
-  ChangeFeed feed = MakeFeed({/*max_commits=*/100, /*max_weight=*/10});
+  const int64_t size = BytesOf(PutsAt(11, 4));
+  ChangeFeed feed = MakeFeed({/*max_commits=*/100, /*max_bytes=*/2 * size + size / 2});
   feed.Append(One(PutsAt(11, 4)));
   feed.Append(One(PutsAt(12, 4)));
   EXPECT_THAT(RevisionsOf(feed.Read(10, 100)), ElementsAre(11, 12));
   feed.Append(One(PutsAt(13, 4)));
   EXPECT_THAT(RevisionsOf(feed.Read(10, 100)), ElementsAre(-1));
   EXPECT_THAT(RevisionsOf(feed.Read(11, 100)), ElementsAre(12, 13));
+  EXPECT_EQ(feed.bytes(), 2 * size);
   // A commit that exceeds the limit alone is dropped at once.
   feed.Append(One(PutsAt(14, 40)));
   EXPECT_THAT(RevisionsOf(feed.Read(13, 100)), ElementsAre(-1));
   EXPECT_THAT(RevisionsOf(feed.Read(14, 100)), IsEmpty());
+  EXPECT_EQ(feed.bytes(), 0);
+}
+
+TEST(ChangeFeedTest, B3WeighsAllThatItKeeps) {
+  const int64_t empty = BytesOf(CommitOf(11, {}));
+  EXPECT_GT(empty, 0);
+  constexpr int64_t kText = 1000;
+  const std::string text(kText, 'x');
+  LayerSpec layer;
+  layer.name = "things";
+  layer.aliases = {{text, {text}}};
+  LayerSpec measured;
+  measured.unit = text;
+  const ValueAliases aliases{{text, {text, text + "y"}}};
+  Ring ring;
+  for (int i = 0; i < 1000; ++i) ring.push_back({std::cos(i), std::sin(i)});
+  auto labelled = std::make_shared<SemanticObject>();
+  labelled->label = text;
+  auto shaped = std::make_shared<SemanticObject>();
+  shaped->shape = Polygon::MakeUnchecked({ring});
+  TileCodes codes;
+  for (int32_t cell = 0; cell < kCellsPerTile; ++cell) codes[cell] = static_cast<float>(cell);
+  const TilePtr tile = Tile::Make(codes);
+  const struct {
+    Change change;
+    int64_t least;
+  } cases[] = {
+      {LayerCreated{layer}, 4 * kText},  // The change and the structure have it.
+      {LayerDeleted{measured}, kText},
+      {TransformSet{{text, text, {}}}, 2 * kText},
+      {AliasesSet{"things", aliases, {}}, 3 * kText},
+      {AliasesSet{"things", {}, aliases}, 3 * kText},
+      {ObjectPut{"things", nullptr, labelled}, kText},
+      {ObjectPut{"things", labelled, labelled}, 2 * kText},
+      {ObjectRemoved{"things", shaped}, 16 * kText},
+      {TileWritten{"floor", {}, nullptr, tile}, 4 * kCellsPerTile},
+      {TileWritten{"floor", {}, tile, tile}, 8 * kCellsPerTile},
+      {ExtentGrown{text, {}}, kText},
+  };
+  for (const auto& c : cases) {
+    EXPECT_GE(BytesOf(CommitOf(11, {c.change})) - empty, c.least) << c.change.index();
+  }
+}
+
+TEST(ChangeFeedTest, B3ManyNewFramesCostWhatEachOfThemTakes) {
+  constexpr int kFrames = 12'000;
+  ChangeFeed feed = MakeFeed({});
+  for (int i = 0; i < kFrames; ++i) {
+    feed.Append(One(CommitOf(11 + i, {TransformSet{{"map", "frame " + std::to_string(i), {}}}})));
+  }
+  // All commits that the feed may have are there, with the frames of their revision.
+  const Revision newest = feed.newest();
+  for (const Revision revision : {newest - 4095, newest - 1000, newest}) {
+    ASSERT_TRUE(feed.StructureAt(revision).has_value());
+    EXPECT_EQ((*feed.StructureAt(revision))->frames.transforms().size(),
+              static_cast<size_t>(revision - 10));
+  }
+  EXPECT_LT(feed.bytes(), int64_t{32} << 20);
+}
+
+TEST(ChangeFeedTest, B2AliasesOfALargeTableCostWhatEachOfThemTakes) {
+  LayerSpec spec;
+  spec.name = "things";
+  for (int i = 0; i < 10'000; ++i) {
+    spec.aliases.insert_or_assign("alias " + std::to_string(i), {"label"});
+  }
+  ChangeFeed feed = MakeFeed({});
+  feed.Append(One(CommitOf(11, {LayerCreated{spec}})));
+  const int64_t before = feed.bytes();
+  constexpr int kCommits = 4000;
+  for (int i = 0; i < kCommits; ++i) {
+    const std::string alias = "alias " + std::to_string(i);
+    feed.Append(One(CommitOf(
+        12 + i, {AliasesSet{"things", {{alias, {"label"}}}, {{alias, {"other label"}}}}})));
+  }
+  EXPECT_LT((feed.bytes() - before) / kCommits, 8192);
+  const StructurePtr middle = *feed.StructureAt(11 + kCommits / 2);
+  const ValueAliases& aliases = middle->FindLayer("things")->spec.aliases;
+  EXPECT_EQ(aliases.size(), 10'000u);
+  EXPECT_THAT(aliases.find("alias 1999")->second, ElementsAre("other label"));
+  EXPECT_THAT(aliases.find("alias 2000")->second, ElementsAre("label"));
 }
 
 TEST(ChangeFeedTest, KnowsTheStructureAtEachRevisionItReachesBackTo) {
-  ChangeFeed feed = MakeFeed({/*max_commits=*/3, /*max_weight=*/1000});
+  ChangeFeed feed = MakeFeed({/*max_commits=*/3, /*max_bytes=*/int64_t{1} << 20});
   LayerSpec spec;
   spec.name = "things";
   feed.Append(One(PutsAt(11, 1)));

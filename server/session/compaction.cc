@@ -20,22 +20,25 @@ constexpr int64_t kPassesPerHistory = 10;
 }  // namespace
 
 Compaction::Compaction(std::string map, storage::StoredMap* stored, HistoryPool* history,
-                       const Limits& limits)
-    : map_(std::move(map)), stored_(stored), history_(history), limits_(limits) {}
+                       const MapTime* time, const Limits& limits)
+    : map_(std::move(map)), stored_(stored), history_(history), time_(time), limits_(limits) {}
 
-bool Compaction::IsDue(Revision newest, absl::Time now) const {
+bool Compaction::IsDue(Revision newest) const {
   const int64_t slack = std::max<int64_t>(limits_.history_revisions / kPassesPerHistory, 1);
-  return next() <= now || newest - revision_of_last_pass_ >= slack;
+  return next() <= time_->Passed() || newest - revision_of_last_pass_ >= slack;
 }
 
-absl::Time Compaction::next() const { return under_way_ ? absl::InfinitePast() : next_pass_; }
+absl::Duration Compaction::next() const {
+  return under_way_ ? -absl::InfiniteDuration() : next_pass_;
+}
 
-absl::StatusOr<Revision> Compaction::OldestToKeep(Revision newest, absl::Time now) const {
+absl::StatusOr<Revision> Compaction::OldestToKeep(Revision newest) const {
   HYPERMAP_ASSIGN_OR_RETURN(HistoryPool::Lease reader, history_->Take());
   HYPERMAP_ASSIGN_OR_RETURN(const storage::KeptRevisions kept, reader->Kept());
   Revision oldest = std::max(kept.oldest, newest - limits_.history_revisions);
   if (limits_.history_age < absl::InfiniteDuration()) {
-    const absl::StatusOr<Revision> by_age = reader->RevisionAt(now - limits_.history_age);
+    const absl::StatusOr<Revision> by_age =
+        reader->RevisionAt(time_->CommitTimeBefore(limits_.history_age));
     if (by_age.ok()) {
       oldest = std::max(oldest, *by_age);
     } else if (!absl::IsOutOfRange(by_age.status())) {  // OUT_OF_RANGE: all kept ones are younger
@@ -45,18 +48,19 @@ absl::StatusOr<Revision> Compaction::OldestToKeep(Revision newest, absl::Time no
   return std::min(oldest, newest);
 }
 
-absl::StatusOr<bool> Compaction::StepOfPass(Revision newest, absl::Time now) {
+absl::StatusOr<bool> Compaction::StepOfPass(Revision newest) {
   if (!under_way_) {
     revision_of_last_pass_ = newest;
-    HYPERMAP_ASSIGN_OR_RETURN(const Revision oldest, OldestToKeep(newest, now));
+    HYPERMAP_ASSIGN_OR_RETURN(const Revision oldest, OldestToKeep(newest));
     oldest_ = oldest;
-    receipts_before_ = now - limits_.receipt_age;
+    receipts_before_ = time_->CommitTimeBefore(limits_.receipt_age) + absl::Nanoseconds(1);
   }
   return stored_->Compact(oldest_, receipts_before_, kRowsPerStep);
 }
 
-void Compaction::Step(Revision newest, absl::Time now) {
-  const absl::StatusOr<bool> more = StepOfPass(newest, now);
+void Compaction::Step(Revision newest) {
+  const absl::Duration now = time_->Passed();
+  const absl::StatusOr<bool> more = StepOfPass(newest);
   if (!more.ok()) {
     spdlog::warn("history can't be compacted map={} problem={}", map_, more.status().ToString());
   }

@@ -11,6 +11,7 @@
 #include "base/limits/limits.h"
 #include "map/snapshot.h"
 #include "server/session/history_pool.h"
+#include "server/session/map_time.h"
 #include "storage/map_store.h"
 
 namespace hypermap::server {
@@ -20,32 +21,34 @@ namespace hypermap::server {
 class Compaction {
  public:
   // A revision is kept while both limits.history_revisions and limits.history_age keep it; the
-  // newest is always kept. The pointers must outlive this. `map` is the name in log lines.
-  Compaction(std::string map, storage::StoredMap* stored, HistoryPool* history,
+  // newest is always kept. Ages are time that passed by `time`, not by the wall clock. The pointers
+  // must outlive this. `map` is the name in log lines.
+  Compaction(std::string map, storage::StoredMap* stored, HistoryPool* history, const MapTime* time,
              const Limits& limits);
 
   // Whether a step is due. `newest` is the map's newest revision.
-  bool IsDue(Revision newest, absl::Time now) const;
-  // The time at which a step is due even if no commit comes before.
-  absl::Time next() const;
+  bool IsDue(Revision newest) const;
+  // The value of MapTime::Passed at which a step is due even if no commit comes before.
+  absl::Duration next() const;
 
   // Begins a pass, or continues the current one; takes a few milliseconds. A pass that fails is
   // logged, and begun again later.
-  void Step(Revision newest, absl::Time now);
+  void Step(Revision newest);
 
  private:
   // The oldest revision that the limits keep.
-  absl::StatusOr<Revision> OldestToKeep(Revision newest, absl::Time now) const;
+  absl::StatusOr<Revision> OldestToKeep(Revision newest) const;
   // Returns whether the pass has more to do.
-  absl::StatusOr<bool> StepOfPass(Revision newest, absl::Time now);
+  absl::StatusOr<bool> StepOfPass(Revision newest);
 
   const std::string map_;
   storage::StoredMap* const stored_;
   HistoryPool* const history_;
+  const MapTime* const time_;
   const Limits limits_;
 
   bool under_way_ = false;
-  absl::Time next_pass_ = absl::InfinitePast();
+  absl::Duration next_pass_ = -absl::InfiniteDuration();
   Revision revision_of_last_pass_ = 0;
   // Arguments of the pass under way, fixed at its beginning so that the pass comes to an end.
   Revision oldest_ = 0;

@@ -7,7 +7,7 @@
 
 namespace hypermap::server {
 
-ExpirySchedule::ExpirySchedule(const Snapshot& snapshot) {
+ExpirySchedule::ExpirySchedule(const Snapshot& snapshot, const MapTime* time) : time_(time) {
   for (const auto& [name, layer] : snapshot.layers) {
     const auto* semantic = AsSemantic(layer.get());
     if (semantic == nullptr) continue;
@@ -21,8 +21,9 @@ void ExpirySchedule::Set(const std::string& layer, const SemanticObject& object)
   Remove(layer, object.id);
   if (!object.expires_at) return;
   const Key key(layer, object.id);
-  ends_.emplace(key, *object.expires_at);
-  by_end_.emplace(*object.expires_at, key);
+  const absl::Duration end = time_->EndOf(object);
+  ends_.emplace(key, end);
+  by_end_.emplace(end, key);
 }
 
 void ExpirySchedule::Remove(const std::string& layer, ObjectId id) {
@@ -52,14 +53,14 @@ void ExpirySchedule::Update(const std::vector<Change>& changes) {
   }
 }
 
-absl::Time ExpirySchedule::next() const {
-  return by_end_.empty() ? absl::InfiniteFuture() : by_end_.begin()->first;
+absl::Duration ExpirySchedule::next() const {
+  return by_end_.empty() ? absl::InfiniteDuration() : by_end_.begin()->first;
 }
 
-EditBatch ExpirySchedule::Due(absl::Time now, size_t max_edits) const {
+EditBatch ExpirySchedule::Due(absl::Duration lived, size_t max_edits) const {
   EditBatch batch;
   for (const auto& [end, key] : by_end_) {
-    if (end > now || batch.edits.size() >= max_edits) break;
+    if (end > lived || batch.edits.size() >= max_edits) break;
     batch.edits.push_back(DeleteObject{key.first, key.second, {}});
   }
   return batch;

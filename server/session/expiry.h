@@ -1,4 +1,6 @@
 // The schedule by which objects with a time to live are removed.
+//
+// Ends are values of MapTime::Lived, because the wall clock may be set.
 #ifndef HYPERMAP_SERVER_SESSION_EXPIRY_H_
 #define HYPERMAP_SERVER_SESSION_EXPIRY_H_
 
@@ -13,6 +15,7 @@
 #include "map/edits/change.h"
 #include "map/edits/edit.h"
 #include "map/snapshot.h"
+#include "server/session/map_time.h"
 
 namespace hypermap::server {
 
@@ -20,17 +23,18 @@ namespace hypermap::server {
 // O(log n) of those objects. Not thread safe.
 class ExpirySchedule {
  public:
-  explicit ExpirySchedule(const Snapshot& snapshot);
+  // `time` must outlive this.
+  ExpirySchedule(const Snapshot& snapshot, const MapTime* time);
 
   // Takes account of a commit. REQUIRES: commits come in order, and none is left out.
   void Update(const std::vector<Change>& changes);
 
-  // The time at which the next object expires; InfiniteFuture if there is none.
-  absl::Time next() const;
+  // The end of the object that expires next; infinite if there is none.
+  absl::Duration next() const;
 
-  // The edits that delete the objects that expire at `now` or before, the earliest first, at most
-  // `max_edits`. The schedule changes when Update is called with their commit.
-  EditBatch Due(absl::Time now, size_t max_edits) const;
+  // The edits that delete the objects whose end is at `lived` or before, the earliest first, at
+  // most `max_edits`. The schedule changes when Update is called with their commit.
+  EditBatch Due(absl::Duration lived, size_t max_edits) const;
 
  private:
   using Key = std::pair<std::string, ObjectId>;  // layer, object
@@ -40,8 +44,9 @@ class ExpirySchedule {
   void RemoveLayer(const std::string& layer);
 
   // The same entries twice: a renewal is found by object, the next expiry by time.
-  std::map<Key, absl::Time> ends_;
-  std::set<std::pair<absl::Time, Key>> by_end_;
+  std::map<Key, absl::Duration> ends_;
+  std::set<std::pair<absl::Duration, Key>> by_end_;
+  const MapTime* const time_;
 };
 
 }  // namespace hypermap::server

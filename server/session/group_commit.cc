@@ -7,6 +7,7 @@
 #include "absl/strings/str_join.h"
 #include "base/limits/limits.h"
 #include "base/status/status_macros.h"
+#include "map/edits/byte_size.h"
 #include "map/edits/snapshot_editor.h"
 
 namespace hypermap::server {
@@ -31,7 +32,7 @@ absl::StatusOr<GroupCommit::Step> GroupCommit::CarryOut(EditBatch batch, FusionR
     // The evidence changed no object, but it has to be stored, and every commit is a revision.
     step.applied = SnapshotEditor(*tip_, tip_->revision + 1).Finish();
   } else {
-    absl::StatusOr<AppliedBatch> applied = Apply(*tip_, batch, limits_);
+    absl::StatusOr<AppliedBatch> applied = ApplyExtended(*tip_, batch, limits_);
     if (!applied.ok()) {
       // The fused layers have already taken account of edits that are not made: they must be reset.
       fusion_->Break(applied.status());
@@ -133,6 +134,7 @@ absl::StatusOr<storage::Receipt> GroupCommit::Judge(const std::string& author,
 void GroupCommit::Commit(Step step, const std::string& author, absl::Time time,
                          const std::string& request_id) {
   tip_ = step.applied.snapshot;
+  for (const Change& change : step.applied.changes) bytes_ += ByteSize(change);
   commits_.push_back(
       {std::move(step.applied), author, time, request_id, std::move(step.fusion_changes)});
 }

@@ -2,6 +2,7 @@
 #ifndef HYPERMAP_SERVER_SESSION_GROUP_COMMIT_H_
 #define HYPERMAP_SERVER_SESSION_GROUP_COMMIT_H_
 
+#include <cstdint>
 #include <optional>
 #include <set>
 #include <string>
@@ -63,6 +64,9 @@ class GroupCommit {
   void Add(Submission submission, absl::Time time, ReceiptCallback done);
   void Add(FusionSubmission submission, absl::Time time, ReceiptCallback done);
   void Add(ObservationSubmission submission, absl::Time time, VerdictsCallback done);
+
+  // Bytes of the changes made so far, as the change feed weighs them.
+  int64_t bytes() const { return bytes_; }
 
   // Writes the group. On error nothing of it is stored, snapshot() is the base again, and each
   // submission that depends on the write is answered with the error.
@@ -126,6 +130,7 @@ class GroupCommit {
   const Limits limits_;
   SnapshotPtr tip_;  // the map after commits_
   std::vector<storage::Commit> commits_;
+  int64_t bytes_ = 0;  // of the changes of commits_
   std::vector<std::variant<PendingReceipt, PendingVerdicts>> pending_;  // in order of submission
   std::optional<Run> run_;
   // Receipts of commits_, which the store does not have yet.

@@ -8,60 +8,70 @@
 
 #include "absl/strings/str_cat.h"
 #include "base/status/status_macros.h"
-#include "map/watch/structure.h"
+#include "server/session/submission_size.h"
 
 namespace hypermap::server {
 namespace {
 
-// Longest time that the writer sleeps before it reads the clock again. The clock may be set at any
-// time, which no timer notices.
+// Longest time that the writer sleeps before it reads the clocks again. The wall clock may be set
+// at any time, and the machine be suspended, which no timer notices.
 constexpr absl::Duration kMaxWait = absl::Minutes(1);
 // Number of expired objects that one commit removes, so that edits do not wait long behind it.
 constexpr size_t kMaxExpiredPerCommit = 1000;
 constexpr absl::Duration kExpiryRetry = absl::Seconds(1);
-constexpr char kExpiryAuthor[] = "expiry";
 // Number of groups that are written for each step of compaction while the queue never empties:
 // compaction must not fall behind for ever, and must not take much of the writer's time.
 constexpr int kGroupsPerCompactionStep = 8;
+
+// The time at which the newest revision was made.
+absl::StatusOr<absl::Time> NewestCommitTime(storage::StoredMap& stored, Revision newest) {
+  HYPERMAP_ASSIGN_OR_RETURN(const std::unique_ptr<storage::HistoryReader> reader,
+                            stored.OpenHistory());
+  HYPERMAP_ASSIGN_OR_RETURN(const auto records,
+                            reader->Revisions(newest - 1, newest + 1, false, 1));
+  absl::Time time = stored.header().created_at;
+  for (const storage::RevisionRecord& record : records) time = std::max(time, record.time);
+  return time;
+}
+
+// Stamps are judged by the clock of the site, unless there is another.
+SessionOptions WithClockOfFusion(SessionOptions options) {
+  if (!options.fusion.clock) {
+    options.fusion.clock = [clock = options.clock] { return clock->Now(); };
+  }
+  return options;
+}
 
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<MapSession>> MapSession::Start(
     std::unique_ptr<storage::StoredMap> stored, const SessionOptions& options) {
   HYPERMAP_ASSIGN_OR_RETURN(SnapshotPtr snapshot, stored->Load());
-  std::unique_ptr<MapSession> session(
-      new MapSession(std::move(stored), std::move(snapshot), options));
+  HYPERMAP_ASSIGN_OR_RETURN(std::vector<storage::TimeMark> marks, stored->TimeMarks());
+  HYPERMAP_ASSIGN_OR_RETURN(const absl::Time newest_commit,
+                            NewestCommitTime(*stored, snapshot->revision));
+  std::unique_ptr<MapSession> session(new MapSession(std::move(stored), std::move(snapshot),
+                                                     std::move(marks), newest_commit, options));
   HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<MapFusion> fusion,
                             MapFusion::Open(&session->stored_->fusion_log(),
                                             &session->options_.fusion, session->options_.limits));
   session->fusion_ = std::move(fusion);
-  HYPERMAP_RETURN_IF_ERROR(session->LoadLastCommitTime());
   session->writer_ = std::thread([writer = session.get()] { writer->RunWriter(); });
   return session;
 }
 
 MapSession::MapSession(std::unique_ptr<storage::StoredMap> stored, SnapshotPtr snapshot,
+                       std::vector<storage::TimeMark> marks, absl::Time newest_commit,
                        const SessionOptions& options)
-    : options_(options),
+    : options_(WithClockOfFusion(options)),
       header_(stored->header()),
       stored_(std::move(stored)),
-      last_commit_time_(header_.created_at),
-      expiry_(*snapshot),
+      time_(options_.clock, std::move(marks), newest_commit),
+      expiry_(*snapshot, &time_),
       history_(stored_.get()),
-      compaction_(header_.name, stored_.get(), &history_, options_.limits),
+      compaction_(header_.name, stored_.get(), &history_, &time_, options_.limits),
       snapshot_(snapshot),
       feed_(snapshot->revision, StructureOf(*snapshot), options_.feed) {}
-
-absl::Status MapSession::LoadLastCommitTime() {
-  HYPERMAP_ASSIGN_OR_RETURN(HistoryPool::Lease reader, history_.Take());
-  const Revision newest = snapshot()->revision;
-  HYPERMAP_ASSIGN_OR_RETURN(const auto records,
-                            reader->Revisions(newest - 1, newest + 1, false, 1));
-  for (const storage::RevisionRecord& record : records) {
-    last_commit_time_ = std::max(last_commit_time_, record.time);
-  }
-  return absl::OkStatus();
-}
 
 MapSession::~MapSession() { Close(); }
 
@@ -70,22 +80,31 @@ SnapshotPtr MapSession::snapshot() const {
   return snapshot_;
 }
 
-absl::Status MapSession::CheckAccepts(size_t queued) const {
+absl::Status MapSession::CheckAccepts(size_t queued, int64_t bytes) const {
   if (closing_)
     return absl::UnavailableError(absl::StrCat("map \"", header_.name, "\" is closing"));
-  if (queued < static_cast<size_t>(options_.limits.max_queue)) return absl::OkStatus();
-  return absl::ResourceExhaustedError(absl::StrCat("map \"", header_.name, "\" has ", queued,
-                                                   " requests waiting, --max_queue is ",
-                                                   options_.limits.max_queue));
+  if (queued >= static_cast<size_t>(options_.limits.max_queue)) {
+    return absl::ResourceExhaustedError(absl::StrCat("map \"", header_.name, "\" has ", queued,
+                                                     " requests waiting, --max_queue is ",
+                                                     options_.limits.max_queue));
+  }
+  const bool fits =
+      bytes == 0 || queue_.bytes == 0 || queue_.bytes + bytes <= options_.limits.max_queue_bytes;
+  if (fits) return absl::OkStatus();
+  return absl::ResourceExhaustedError(absl::StrCat(
+      "map \"", header_.name, "\" has requests of ", queue_.bytes, " bytes waiting, one of ", bytes,
+      " bytes is too many, --max_queue_bytes is ", options_.limits.max_queue_bytes));
 }
 
 template <typename SubmissionType, typename Callback>
 void MapSession::Enqueue(SubmissionType submission, Callback done) {
   absl::Status accepted;
+  const int64_t bytes = ByteSize(submission);
   {
     MutexLock lock(&queue_mutex_);
-    accepted = CheckAccepts(queue_.submissions.size());
+    accepted = CheckAccepts(queue_.submissions.size(), bytes);
     if (accepted.ok()) {
+      queue_.bytes += bytes;
       queue_.submissions.push_back(
           Queued<SubmissionType, Callback>{std::move(submission), std::move(done)});
       // The writer sleeps only while the queue is empty: later submissions need not wake it.
@@ -130,7 +149,8 @@ absl::Status MapSession::RunOnWriter(absl::FunctionRef<absl::Status()> task) {
   auto promise = std::make_shared<std::promise<absl::Status>>();
   {
     MutexLock lock(&queue_mutex_);
-    HYPERMAP_RETURN_IF_ERROR(CheckAccepts(queue_.tasks.size()));
+    // The caller holds what a task needs: its bytes do not wait in the queue.
+    HYPERMAP_RETURN_IF_ERROR(CheckAccepts(queue_.tasks.size(), 0));
     // A FunctionRef is enough: the caller's function lives until this returns, after the run.
     queue_.tasks.push_back([promise, task] { promise->set_value(task()); });
     queue_changed_.NotifyOne();
@@ -177,6 +197,16 @@ absl::StatusOr<std::vector<Evidence>> MapSession::ReadEvidence(const std::string
   return read;
 }
 
+absl::StatusOr<std::vector<RobotClocks::Robot>> MapSession::ReadRobotClocks() {
+  std::vector<RobotClocks::Robot> robots;
+  const absl::Status status = RunOnWriter([&] {
+    robots = fusion_->robot_clocks().List();
+    return absl::OkStatus();
+  });
+  HYPERMAP_RETURN_IF_ERROR(status);
+  return robots;
+}
+
 void MapSession::LookAtClock() {
   MutexLock lock(&queue_mutex_);
   looks_at_clock_ = true;
@@ -205,10 +235,11 @@ void MapSession::RunWriter() {
   }
   // So that the next start need not fold long logs again.
   fusion_->KeepCheckpoints();
+  KeepMark(time_.MarkForRestart(snapshot()->revision, /*closing=*/true));
 }
 
 std::optional<MapSession::Work> MapSession::TakeWork() {
-  const absl::Duration wait = NextMaintenance() - options_.clock();
+  const absl::Duration wait = UntilMaintenance();
   MutexLock lock(&queue_mutex_);
   // Without a loop: after a spurious wake-up the work is empty and maintenance finds nothing due.
   if (queue_.empty() && !closing_ && !looks_at_clock_ && wait > absl::ZeroDuration()) {
@@ -219,19 +250,40 @@ std::optional<MapSession::Work> MapSession::TakeWork() {
   return std::exchange(queue_, Work());
 }
 
-absl::Time MapSession::CommitTime() {
-  last_commit_time_ = std::max(last_commit_time_, options_.clock());
-  return last_commit_time_;
+void MapSession::KeepMark(const std::optional<storage::TimeMark>& mark) {
+  if (!mark) return;
+  // No age that a limit names needs marks from before it.
+  const absl::Duration age = std::max(options_.limits.history_age, options_.limits.receipt_age);
+  const absl::Duration forget_before = mark->passed - age;
+  const absl::Status status = stored_->AddTimeMark(*mark, forget_before);
+  if (status.ok()) {
+    time_.MarkIsStored(forget_before);
+    mark_failed_ = false;
+    return;
+  }
+  time_.MarkIsLost();
+  // While the disk is full, each commit tries again.
+  if (std::exchange(mark_failed_, true)) return;
+  spdlog::warn("the time of a map can't be stored map={} problem={}", header_.name,
+               status.ToString());
 }
 
 void MapSession::Commit(std::vector<QueuedSubmission> submissions) {
-  if (submissions.empty()) return;
-  GroupCommit group(stored_.get(), fusion_.get(), snapshot(), options_.limits);
-  for (QueuedSubmission& queued : submissions) {
-    std::visit(
-        [&](auto& q) { group.Add(std::move(q.submission), CommitTime(), std::move(q.done)); },
-        queued);
+  for (size_t next = 0; next < submissions.size();) {
+    KeepMark(time_.MarkBeforeCommit(snapshot()->revision));
+    GroupCommit group(stored_.get(), fusion_.get(), snapshot(), options_.limits);
+    while (next < submissions.size() && group.bytes() < options_.max_group_bytes) {
+      std::visit(
+          [&](auto& q) {
+            group.Add(std::move(q.submission), time_.NextCommit(), std::move(q.done));
+          },
+          submissions[next++]);
+    }
+    Finish(group);
   }
+}
+
+void MapSession::Finish(GroupCommit& group) {
   // The answers of the submissions contain the error.
   group.Write().IgnoreError();
   {
@@ -245,8 +297,12 @@ void MapSession::Commit(std::vector<QueuedSubmission> submissions) {
   std::move(group).Answer();
 }
 
-absl::Time MapSession::NextMaintenance() const {
-  return std::min(std::max(expiry_.next(), expire_not_before_), compaction_.next());
+absl::Duration MapSession::UntilExpiry() const {
+  return std::max(expiry_.next() - time_.Lived(), expire_not_before_ - time_.Passed());
+}
+
+absl::Duration MapSession::UntilMaintenance() const {
+  return std::min(UntilExpiry(), compaction_.next() - time_.Passed());
 }
 
 void MapSession::MaintainMap() {
@@ -256,23 +312,24 @@ void MapSession::MaintainMap() {
     if (closing_) return;
     idle = queue_.submissions.empty();
   }
-  const absl::Time now = options_.clock();
-  if (std::max(expiry_.next(), expire_not_before_) <= now) RemoveExpired(now);
+  time_.ReadClocks();
+  KeepMark(time_.MarkForRestart(snapshot()->revision, /*closing=*/false));
+  if (UntilExpiry() <= absl::ZeroDuration()) RemoveExpired();
   const Revision newest = snapshot()->revision;
-  if (!compaction_.IsDue(newest, now)) return;
+  if (!compaction_.IsDue(newest)) return;
   if (!idle && ++groups_since_compaction_ < kGroupsPerCompactionStep) return;
   groups_since_compaction_ = 0;
-  compaction_.Step(newest, now);
+  compaction_.Step(newest);
 }
 
-void MapSession::RemoveExpired(absl::Time now) {
-  Submission submission{expiry_.Due(now, kMaxExpiredPerCommit), kExpiryAuthor, ""};
+void MapSession::RemoveExpired() {
+  Submission submission{expiry_.Due(time_.Lived(), kMaxExpiredPerCommit), kExpiryAuthor, ""};
   const auto done = [&](const absl::StatusOr<storage::Receipt>& receipt) {
     if (receipt.ok()) return;
     // The objects stay until the next attempt.
     spdlog::warn("objects can't be removed when their time has come map={} problem={}",
                  header_.name, receipt.status().ToString());
-    expire_not_before_ = now + kExpiryRetry;
+    expire_not_before_ = time_.Passed() + kExpiryRetry;
   };
   std::vector<QueuedSubmission> submissions;
   submissions.push_back(Queued<Submission, ReceiptCallback>{std::move(submission), done});

@@ -1,15 +1,16 @@
 // One open map: the newest snapshot for readers, and the single writer that changes the map.
 //
 // Readers copy a pointer to the newest snapshot and work on it without locks; they never wait for a
-// disk. Batches wait in a bounded queue for the map's writer thread. The writer takes all queued
-// batches, commits them in one transaction (each with its own revision), publishes the snapshot,
-// and then answers: an acknowledged batch is on disk and visible, and nothing is visible that is
-// not on disk. Commit times never decrease. Between groups the writer removes expired objects and
-// compacts the history. Thread safe.
+// disk. Batches wait for the map's writer thread in a queue that is bounded by their number and
+// their bytes. The writer takes all queued batches, commits them in one transaction (each with its
+// own revision; in several, if their changes are large), publishes the snapshot, and then answers:
+// an acknowledged batch is on disk and visible, and nothing is visible that is not on disk. Commit
+// times never decrease. Between groups the writer removes expired objects and compacts the history,
+// both by the time that really passed (MapTime). Thread safe.
 #ifndef HYPERMAP_SERVER_SESSION_MAP_SESSION_H_
 #define HYPERMAP_SERVER_SESSION_MAP_SESSION_H_
 
-#include <functional>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
@@ -22,10 +23,11 @@
 #include "absl/functional/function_ref.h"
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
-#include "absl/time/clock.h"
 #include "absl/time/time.h"
 #include "base/limits/limits.h"
 #include "base/sync/mutex.h"
+#include "base/time/server_clock.h"
+#include "map/observations/robot_clocks.h"
 #include "map/snapshot.h"
 #include "server/fusion/map_fusion.h"
 #include "server/session/change_feed.h"
@@ -33,16 +35,24 @@
 #include "server/session/expiry.h"
 #include "server/session/group_commit.h"
 #include "server/session/history_pool.h"
+#include "server/session/map_time.h"
 #include "storage/map_store.h"
 
 namespace hypermap::server {
+
+// Author of the commits by which the server removes expired objects.
+inline constexpr char kExpiryAuthor[] = "expiry";
 
 struct SessionOptions {
   Limits limits;
   FusionOptions fusion;
   ChangeFeed::Limits feed;
-  // The clock of commit times and of the expiry of objects.
-  std::function<absl::Time()> clock = [] { return absl::Now(); };
+  // Bytes of changes at which a group is written although more submissions wait. A small submission
+  // can make large changes.
+  int64_t max_group_bytes = int64_t{64} << 20;
+  // The clock of all maps of a site: of commit times, ages, the expiry of objects, and of the
+  // stamps of observations, unless `fusion` has a clock of its own.
+  std::shared_ptr<ServerClock> clock = std::make_shared<ServerClock>();
 };
 
 class MapSession {
@@ -67,8 +77,9 @@ class MapSession {
   absl::StatusOr<HistoryPool::Lease> OpenHistory() { return history_.Take(); }
 
   // Calls `done` on the writer's thread: with the receipt once the batch is on disk and visible, or
-  // with the error for which it changed nothing. RESOURCE_EXHAUSTED if the queue is full and
-  // UNAVAILABLE if the session is closed; then on the caller's thread. `done` must not wait and
+  // with the error for which it changed nothing. RESOURCE_EXHAUSTED if the queue is full (by number
+  // or by bytes; an empty queue takes a submission of any size) and UNAVAILABLE if the session is
+  // closed; then on the caller's thread. `done` must not wait and
   // must not own the session.
   void Submit(Submission submission, ReceiptCallback done);
   void Run(FusionSubmission submission, ReceiptCallback done);
@@ -94,13 +105,18 @@ class MapSession {
   absl::StatusOr<std::vector<Evidence>> ReadEvidence(const std::string& layer,
                                                      const storage::LogKey& after, int max_entries);
 
+  // The clocks of the robots that sent observations since the map was opened, the one that sent
+  // last first. Waits for the writer. Errors as Submit.
+  absl::StatusOr<std::vector<RobotClocks::Robot>> ReadRobotClocks();
+
   const SessionOptions& options() const { return options_; }
+  const MapTime& time() const { return time_; }
 
   // Writes a consistent copy of the newest stored revision to `path`, and waits for it. Edits wait
   // meanwhile, readers don't. Errors as StoredMap::BackupTo and Submit.
   absl::Status BackupTo(const std::string& path);
 
-  // Makes the writer read the clock again at once, for a clock that was set.
+  // Makes the writer read the clock again at once, for a test that has advanced it.
   void LookAtClock();
 
   // Refuses new submissions, finishes and answers the accepted ones, and closes the stored map.
@@ -119,12 +135,14 @@ class MapSession {
   using Task = absl::AnyInvocable<void() &&>;
   struct Work {
     std::vector<QueuedSubmission> submissions;
+    int64_t bytes = 0;        // of the submissions
     std::vector<Task> tasks;  // run after the submissions were committed
 
     bool empty() const { return submissions.empty() && tasks.empty(); }
   };
 
   MapSession(std::unique_ptr<storage::StoredMap> stored, SnapshotPtr snapshot,
+             std::vector<storage::TimeMark> marks, absl::Time newest_commit,
              const SessionOptions& options);
 
   template <typename SubmissionType, typename Callback>
@@ -135,33 +153,38 @@ class MapSession {
   // Submit.
   absl::Status RunOnWriter(absl::FunctionRef<absl::Status()> task);
 
-  // So that commit times never decrease across a restart.
-  absl::Status LoadLastCommitTime();
-
   // The body of the writer's thread.
   void RunWriter();
   // Waits for work or for the next maintenance; the work may be empty. nullopt if the session is
   // closing and the queue is empty.
   std::optional<Work> TakeWork();
   void Commit(std::vector<QueuedSubmission> submissions);
-  // The clock's time, but not before an earlier commit's.
-  absl::Time CommitTime();
+  // Writes, publishes and answers a group.
+  void Finish(GroupCommit& group);
+  // Stores the mark, if there is one. A failure is logged; the next commit needs another mark.
+  void KeepMark(const std::optional<storage::TimeMark>& mark);
 
-  // Maintenance between two groups: expiry and compaction.
+  // Maintenance between two groups: expiry, compaction and marks of time.
   void MaintainMap();
-  absl::Time NextMaintenance() const;
-  void RemoveExpired(absl::Time now);
+  // Time until the next maintenance; may be negative.
+  absl::Duration UntilMaintenance() const;
+  absl::Duration UntilExpiry() const;
+  void RemoveExpired();
 
-  absl::Status CheckAccepts(size_t queued) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(queue_mutex_);
+  // Whether a submission or task of `bytes` may wait behind `queued` others.
+  absl::Status CheckAccepts(size_t queued, int64_t bytes) const
+      ABSL_EXCLUSIVE_LOCKS_REQUIRED(queue_mutex_);
 
   const SessionOptions options_;
   const storage::MapHeader header_;
   // Used by the writer's thread only, while it runs.
   std::unique_ptr<storage::StoredMap> stored_;
   std::unique_ptr<MapFusion> fusion_;
-  absl::Time last_commit_time_;
+  MapTime time_;
+  bool mark_failed_ = false;  // the newest attempt to store a mark
   ExpirySchedule expiry_;
-  absl::Time expire_not_before_ = absl::InfinitePast();  // backoff after a failure
+  // Value of MapTime::Passed before which no expiry is tried, after a failure.
+  absl::Duration expire_not_before_ = -absl::InfiniteDuration();
   int groups_since_compaction_ = 0;
 
   HistoryPool history_;

@@ -203,6 +203,69 @@ TEST_F(MapSessionTest, FullQueueRefusesNamingTheLimit) {
   EXPECT_TRUE(two.get().ok());
 }
 
+EditBatch PutCupWithNote(size_t num_bytes) {
+  EditBatch batch = PutCup();
+  std::get<PutObject>(batch.edits.front()).object.attributes = {
+      {"note", std::string(num_bytes, 'x')}};
+  return batch;
+}
+
+TEST_F(MapSessionTest, B7QueueIsBoundedByItsBytes) {
+  SessionOptions options;
+  options.limits.max_queue_bytes = 10'000;
+  Reopen(options);
+  auto held = HoldWriter();
+  // A submission of any size may wait alone.
+  auto large = Submit(PutCupWithNote(1'000'000));
+  const Answer refused = Submit(PutCup()).get();
+  EXPECT_TRUE(absl::IsResourceExhausted(refused.status())) << refused.status();
+  EXPECT_THAT(std::string(refused.status().message()), HasSubstr("--max_queue_bytes is 10000"));
+  // What needs no place in the queue is not refused.
+  auto receipt = std::async(std::launch::async, [this] { return session_->FindReceipt("none"); });
+  disk_.Release();
+  EXPECT_TRUE(held.get().ok());
+  EXPECT_TRUE(large.get().ok());
+  EXPECT_TRUE(receipt.get().ok());
+
+  // What was written waits no more.
+  held = HoldWriter();
+  auto first = Submit(PutCupWithNote(6'000));
+  EXPECT_TRUE(absl::IsResourceExhausted(Submit(PutCupWithNote(6'000)).get().status()));
+  auto second = Submit(PutCup());
+  disk_.Release();
+  EXPECT_TRUE(first.get().ok());
+  EXPECT_TRUE(second.get().ok());
+}
+
+TEST_F(MapSessionTest, B7ObservationsCountByTheirBytes) {
+  SessionOptions options;
+  options.limits.max_queue_bytes = 10'000;
+  Reopen(options);
+  auto held = HoldWriter();
+  auto queued = Submit(PutCup());
+  ObservationSubmission submission{"things", {}, "robot"};
+  submission.observations.emplace_back().depth.emplace().depth_mm.resize(10'000);
+  std::promise<absl::Status> answer;
+  session_->Observe(std::move(submission),
+                    [&answer](auto verdicts) { answer.set_value(verdicts.status()); });
+  EXPECT_THAT(std::string(answer.get_future().get().message()), HasSubstr("--max_queue_bytes"));
+  disk_.Release();
+  EXPECT_TRUE(queued.get().ok());
+}
+
+TEST_F(MapSessionTest, B1GroupEndsWhereItsChangesAreLarge) {
+  SessionOptions options;
+  options.max_group_bytes = 10'000;
+  Reopen(options);
+  auto held = HoldWriter();
+  std::vector<std::future<Answer>> queued;
+  for (int i = 0; i < 5; ++i) queued.push_back(Submit(PutCupWithNote(6'000)));
+  disk_.Release();
+  EXPECT_TRUE(held.get().ok());
+  for (int i = 0; i < 5; ++i) EXPECT_EQ(queued[i].get()->revision, 3 + i);
+  EXPECT_THAT(disk_.writes(), ElementsAre(1, 1, 2, 2, 1));
+}
+
 TEST_F(MapSessionTest, CloseFinishesWhatWasAcceptedAndTakesNothingMore) {
   auto held = HoldWriter();
   auto queued = Submit(PutCup());

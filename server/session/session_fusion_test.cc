@@ -206,10 +206,109 @@ TEST(MapFusionTest, EachObservationCountsOnceWhateverIsSentAgain) {
   EXPECT_EQ(site.Observe(next).outcome, ObservationOutcome::kDuplicate);
 }
 
+TEST(MapFusionTest, C2RobotIsLateAgainstItsOwnStreamOnly) {
+  TestSite site;
+  TestSite in_order;
+  for (TestSite* s : {&site, &in_order}) s->Start();
+  const Observation ahead = See("rogue", 0, 1000, {"cup"});
+  const std::vector<Observation> honest = {See("a", 0, 0, {"chair"}), See("a", 1, 10, {"chair"}),
+                                           See("b", 0, 401, {"sofa"}), See("a", 2, 601, {"cup"})};
+  EXPECT_EQ(site.Observe(ahead).outcome, ObservationOutcome::kAccepted);
+  for (const Observation& observation : honest) {
+    const ObservationVerdict verdict = site.Observe(observation);
+    EXPECT_EQ(verdict.outcome, ObservationOutcome::kAccepted) << verdict.message;
+  }
+  // The newest of the robot counts, also after a restart.
+  EXPECT_EQ(site.Observe(See("a", 3, 0.5, {"cup"})).outcome, ObservationOutcome::kRefusedLate);
+  site.Restart();
+  EXPECT_EQ(site.Observe(See("a", 4, 0.5, {"cup"})).outcome, ObservationOutcome::kRefusedLate);
+  EXPECT_EQ(site.Observe(See("rogue", 1, 399, {"cup"})).outcome, ObservationOutcome::kRefusedLate);
+  EXPECT_EQ(site.Observe(See("b", 1, 0, {"cup"})).outcome, ObservationOutcome::kAccepted);
+  // The layer shows the fold of what was accepted, in whatever order it came.
+  in_order.Observe(See("b", 1, 0, {"cup"}));
+  for (const Observation& observation : honest) in_order.Observe(observation);
+  in_order.Observe(ahead);
+  ExpectShowsTheSame(site, in_order);
+}
+
+TEST(MapFusionTest, C2SkewOfARobotsClockIsTold) {
+  TestSite site;
+  absl::Time now = kBegin + absl::Minutes(10);
+  site.options().fusion.clock = [&now] { return now; };
+  site.Restart();
+  site.Start();
+  const auto skew_s = [&](const Observation& observation) {
+    return site.Observe(observation).clock_skew_s;
+  };
+  EXPECT_EQ(skew_s(See("rogue", 0, 1198, {"cup"})), 598.0);
+  EXPECT_EQ(skew_s(See("cart", 0, 599.5, {"cup"})), -0.5);
+  // What took longer on its way tells less than what was quick.
+  EXPECT_EQ(skew_s(See("cart", 1, 590, {"cup"})), -0.5);
+  now += absl::Seconds(1);
+  EXPECT_EQ(skew_s(See("cart", 2, 600.75, {"cup"})), -0.25);
+  // A robot whose clock is too far ahead is told so, too.
+  const ObservationVerdict refused = site.Observe(See("lost", 0, 3600, {"cup"}));
+  EXPECT_EQ(refused.outcome, ObservationOutcome::kInvalid);
+  EXPECT_THAT(refused.message, HasSubstr("ahead of the server's clock"));
+  EXPECT_EQ(refused.clock_skew_s, 2999.0);
+  // A retry tells nothing, and neither does a message that is not valid.
+  EXPECT_EQ(skew_s(See("cart", 2, 600.75, {"cup"})), std::nullopt);
+  Observation bad = See("cart", 3, 601, {"cup"});
+  bad.detections[0].weight = 2.0;
+  EXPECT_EQ(skew_s(bad), std::nullopt);
+  const auto robots = site.session().ReadRobotClocks();
+  ASSERT_TRUE(robots.ok()) << robots.status();
+  ASSERT_THAT(*robots, SizeIs(3));
+  EXPECT_EQ((*robots)[0].name, "lost");
+  EXPECT_EQ((*robots)[1].name, "cart");
+  EXPECT_EQ((*robots)[1].skew, -absl::Milliseconds(250));
+  EXPECT_EQ((*robots)[2].skew, absl::Seconds(598));
+  // Frames of the rogue that are as far ahead make nobody else late.
+  for (int i = 0; i < 5; ++i) {
+    EXPECT_EQ(site.Observe(See("rogue", 1 + i, 1190 + i, {"cup"})).outcome,
+              ObservationOutcome::kAccepted);
+    EXPECT_EQ(site.Observe(See("cart", 10 + i, 600 + i, {"cup"})).outcome,
+              ObservationOutcome::kAccepted);
+  }
+  // When its clock has been corrected, its frames are not late against the server's clock.
+  now += absl::Minutes(1);
+  EXPECT_EQ(site.Observe(See("rogue", 9, 61, {"cup"})).outcome, ObservationOutcome::kAccepted);
+  EXPECT_EQ(site.Observe(See("rogue", 10, 60, {"cup"})).outcome, ObservationOutcome::kRefusedLate);
+}
+
+TEST(MapFusionTest, C2RetractedObservationsMakeNoneLate) {
+  TestSite site;
+  site.Start();
+  site.Observe(See("a", 0, 0, {"cup"}));
+  site.Observe(See("a", 1, 2000, {"cup"}));
+  EXPECT_EQ(site.Observe(See("a", 2, 10, {"cup"})).outcome, ObservationOutcome::kRefusedLate);
+  ASSERT_TRUE(site.Run(RetractObservations{"things", "a", kBegin + absl::Seconds(1)}).ok());
+  EXPECT_EQ(site.Observe(See("a", 3, 10, {"cup"})).outcome, ObservationOutcome::kAccepted);
+  // Also in the commit of the retraction, which is not stored yet.
+  site.Observe(See("a", 4, 2000, {"cup"}));
+  site.disk().Hold();
+  auto held = site.Submit({See("b", 0, 0, {"cup"})});
+  site.disk().AwaitHeldWrite();
+  std::promise<bool> retracted;
+  site.session().Run(
+      FusionSubmission{RetractObservations{"things", "a", kBegin + absl::Seconds(1000)}, "test",
+                       ""},
+      [&](const absl::StatusOr<storage::Receipt>& receipt) { retracted.set_value(receipt.ok()); });
+  auto late =
+      site.Submit({See("a", 5, 20, {"cup"}), See("a", 6, 700, {"cup"}), See("a", 7, 99, {"cup"})});
+  site.disk().Release();
+  EXPECT_TRUE(retracted.get_future().get());
+  const Verdicts verdicts = late.get();
+  ASSERT_TRUE(verdicts.ok()) << verdicts.status();
+  EXPECT_EQ((*verdicts)[0].outcome, ObservationOutcome::kAccepted) << (*verdicts)[0].message;
+  EXPECT_EQ((*verdicts)[1].outcome, ObservationOutcome::kAccepted);
+  EXPECT_EQ((*verdicts)[2].outcome, ObservationOutcome::kRefusedLate);
+}
+
 TEST(MapFusionTest, LateOnesAreRefusedByTheRuleAndBadOnesNameTheField) {
   TestSite site;
   site.Start();
-  site.Observe(See("a", 0, 1000, {"cup"}));
+  site.Observe(See("b", 0, 1000, {"cup"}));
   EXPECT_EQ(site.Observe(See("b", 1, 399.9, {"cup"})).outcome, ObservationOutcome::kRefusedLate);
   EXPECT_EQ(site.Observe(See("b", 2, 400, {"cup"})).outcome, ObservationOutcome::kAccepted);
   Observation bad = See("b", 3, 1000, {"cup"});

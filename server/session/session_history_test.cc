@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <future>
 #include <memory>
 #include <optional>
@@ -9,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/time/testing/manual_clock.h"
 #include "map/layers/semantic_layer.h"
 #include "server/session/map_session.h"
 #include "server/session/testing/memory_map_store.h"
@@ -19,24 +21,6 @@ namespace {
 
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
-
-// A clock that the test sets. Thread safe.
-class TestClock {
- public:
-  absl::Time Now() const {
-    MutexLock lock(&mutex_);
-    return now_;
-  }
-  void Set(absl::Time now) {
-    MutexLock lock(&mutex_);
-    now_ = now;
-  }
-  void Advance(absl::Duration by) { Set(Now() + by); }
-
- private:
-  mutable Mutex mutex_;
-  absl::Time now_ ABSL_GUARDED_BY(mutex_) = absl::FromUnixSeconds(1'000'000);
-};
 
 PutObject Cup(std::optional<absl::Duration> time_to_live, ObjectId id = 0) {
   PutObject put{"things", {}, ""};
@@ -51,9 +35,9 @@ class SessionHistoryTest : public ::testing::Test {
  protected:
   // A session of a map with the empty layer "things" at revision 1.
   void SetUp() override {
-    options_.clock = [this] { return clock_.Now(); };
+    options_.clock = std::make_shared<ServerClock>(&clock_);
     MemoryMapStore store(&disk_);
-    ASSERT_TRUE(store.Create({"site", "map", clock_.Now(), ""}).ok());
+    ASSERT_TRUE(store.Create({"site", "map", clock_.Wall(), ""}).ok());
     Reopen();
     LayerSpec spec;
     spec.name = "things";
@@ -71,13 +55,20 @@ class SessionHistoryTest : public ::testing::Test {
     session_ = *std::move(session);
   }
 
+  // As another process of the server does.
+  void Restart() {
+    session_.reset();
+    options_.clock = std::make_shared<ServerClock>(&clock_);
+    Reopen();
+  }
+
   storage::Receipt Submit(EditBatch batch, const std::string& request_id = "") {
     const auto receipt = session_->SubmitAndWait({std::move(batch), "test", request_id});
     EXPECT_TRUE(receipt.ok()) << receipt.status();
     return receipt.ok() ? *receipt : storage::Receipt();
   }
 
-  // Moves the clock, and makes the writer read it.
+  // Lets time pass, and makes the writer read the clock.
   void Advance(absl::Duration by) {
     clock_.Advance(by);
     session_->LookAtClock();
@@ -121,7 +112,7 @@ class SessionHistoryTest : public ::testing::Test {
   }
 
   const testing::TemporaryFolder folder_;
-  TestClock clock_;
+  ManualClock clock_;
   SessionOptions options_;
   MemoryDisk disk_;
   std::unique_ptr<MapSession> session_;
@@ -164,17 +155,23 @@ TEST_F(SessionHistoryTest, FailedWriteIsNotInTheFeed) {
 }
 
 TEST_F(SessionHistoryTest, CommitTimesDoNotGoBackwardsWithTheClock) {
-  const absl::Time noon = clock_.Now();
+  const absl::Time noon = clock_.Wall();
   Submit({{Cup({})}});
-  clock_.Set(noon - absl::Hours(1));
+  // The server follows the clock back after a while.
+  clock_.Jump(-absl::Hours(1));
+  Submit({{Cup({})}});
+  Advance(ServerClock::kSettle);
   Submit({{Cup({})}});
   Reopen();
   Submit({{Cup({})}});
-  clock_.Set(noon + absl::Hours(1));
+  clock_.Advance(absl::Hours(1));
   Submit({{Cup({})}});
-  std::vector<absl::Time> times;
-  for (const storage::RevisionRecord& record : Records()) times.push_back(record.time);
-  EXPECT_THAT(times, ElementsAre(noon, noon, noon, noon, noon + absl::Hours(1)));
+  std::vector<absl::Duration> times;
+  for (const storage::RevisionRecord& record : Records()) times.push_back(record.time - noon);
+  ASSERT_EQ(times.size(), 6u);
+  EXPECT_EQ(times[2], absl::ZeroDuration());
+  EXPECT_TRUE(std::is_sorted(times.begin(), times.end()));
+  EXPECT_EQ(times[5], absl::Minutes(10));
 }
 
 TEST_F(SessionHistoryTest, ObjectLeavesWhenItsTimeHasCome) {
@@ -293,6 +290,119 @@ TEST_F(SessionHistoryTest, AnswersARequestAgainForAWhile) {
   Advance(absl::Minutes(5));
   AwaitWriter();
   EXPECT_EQ(Submit({{Cup({})}}, "r1").revision, first + 1);
+}
+
+// What a clock does for two minutes.
+struct ClockFault {
+  absl::Duration jump;
+  bool frozen;
+  bool restarts;  // before, during and after it
+};
+
+class C1ClockFaultTest : public SessionHistoryTest,
+                         public ::testing::WithParamInterface<ClockFault> {};
+
+constexpr absl::Duration kOneYear = absl::Hours(24 * 365);
+
+INSTANTIATE_TEST_SUITE_P(Faults, C1ClockFaultTest,
+                         ::testing::Values(ClockFault{kOneYear, false, false},
+                                           ClockFault{kOneYear, false, true},
+                                           ClockFault{-kOneYear, false, false},
+                                           ClockFault{-kOneYear, false, true},
+                                           ClockFault{absl::ZeroDuration(), true, false},
+                                           ClockFault{absl::ZeroDuration(), true, true}));
+
+TEST_P(C1ClockFaultTest, LetsNothingGoDoesNothingTwiceAndObjectsExpireInTime) {
+  const auto [jump, frozen, restarts] = GetParam();
+  const auto maybe_restart = [this, restart = restarts] {
+    if (restart) Restart();
+  };
+  // The truth, from which the clock departs.
+  absl::Time truth = clock_.Wall();
+  const auto pass = [&](absl::Duration time) {
+    truth += time;
+    Advance(time);
+    AwaitWriter();
+  };
+  const Revision first = Submit({{Cup({})}}, "r1").revision;
+  Submit({{Cup(absl::Minutes(5))}});
+  maybe_restart();
+  clock_.Jump(jump);
+  clock_.Freeze(frozen);
+  pass(absl::Seconds(1));
+  maybe_restart();
+  Submit({{Cup(absl::Minutes(5))}});
+  const Revision during = Submit({{Cup({})}}, "r2").revision;
+  for (int i = 0; i < 4; ++i) pass(absl::Seconds(30));
+  EXPECT_EQ(Oldest(), 0);
+  EXPECT_EQ(Submit({{Cup({})}}, "r1").revision, first);
+  EXPECT_EQ(Submit({{Cup({})}}, "r2").revision, during);
+  EXPECT_EQ(Things().size(), 4u);
+  clock_.Freeze(false);
+  clock_.SetWall(truth);
+  maybe_restart();
+  pass(absl::Minutes(2));
+  EXPECT_EQ(Oldest(), 0);
+  EXPECT_EQ(Submit({{Cup({})}}, "r1").revision, first);
+  EXPECT_EQ(Submit({{Cup({})}}, "r2").revision, during);
+  EXPECT_EQ(Things().size(), 4u);
+  Submit({{Cup(absl::Minutes(5))}});
+  // Ends are exact to a second.
+  pass(absl::Minutes(1) + absl::Seconds(1));
+  EXPECT_THAT(Things(), ElementsAre(1, 4, 5));
+  pass(absl::Minutes(5));
+  EXPECT_THAT(Things(), ElementsAre(1, 4));
+  // Commit times are in order and near the truth.
+  absl::Time before;
+  for (const storage::RevisionRecord& record : Records()) {
+    EXPECT_GE(record.time, before);
+    EXPECT_GE(record.time, truth - absl::Minutes(12));
+    EXPECT_LE(record.time, truth);
+    before = record.time;
+  }
+  EXPECT_EQ(session_->time().Now(), truth);
+}
+
+TEST_F(SessionHistoryTest, C1ClockThatIsAYearAheadForHoursLetsNothingGo) {
+  const Revision first = Submit({{Cup({}), Cup(absl::Hours(5))}}, "r1").revision;
+  for (const absl::Duration jump : {kOneYear, -kOneYear}) {
+    clock_.Jump(jump);
+    for (int i = 0; i < 120; ++i) {
+      Advance(absl::Minutes(1));
+      AwaitWriter();
+    }
+    Submit({{Cup(absl::Hours(1))}});
+    EXPECT_EQ(Oldest(), 0);
+    EXPECT_EQ(Submit({{Cup({})}}, "r1").revision, first);
+    Restart();
+  }
+  EXPECT_EQ(options_.clock->state().num_followed, 0);  // by this process
+  EXPECT_THAT(Things(), ElementsAre(1, 2, 4));
+  Advance(absl::Minutes(59));
+  AwaitWriter();
+  EXPECT_THAT(Things(), ElementsAre(1, 2, 4));
+  // Ends are exact to some seconds while commit times stand still.
+  Advance(absl::Minutes(2));
+  AwaitWriter();
+  EXPECT_THAT(Things(), ElementsAre(1));
+  EXPECT_EQ(Submit({{Cup({})}}, "r1").revision, first);
+  Advance(absl::Hours(20));
+  AwaitWriter();
+  EXPECT_GT(Submit({{Cup({})}}, "r1").revision, first);
+}
+
+TEST_F(SessionHistoryTest, C1TimeThatCannotBeStoredIsStoredLater) {
+  disk_.FailWrites(absl::UnavailableError("disk is full"));
+  EXPECT_FALSE(session_->SubmitAndWait({{{Cup(absl::Hours(1))}}, "test", ""}).ok());
+  disk_.FailWrites(absl::OkStatus());
+  Submit({{Cup(absl::Hours(1))}});
+  clock_.Advance(absl::Minutes(59));
+  Restart();
+  AwaitWriter();
+  EXPECT_THAT(Things(), ElementsAre(1));
+  Advance(absl::Minutes(1));
+  AwaitRevision(3);
+  EXPECT_TRUE(Things().empty());
 }
 
 TEST_F(SessionHistoryTest, HistoryIsReadWhileAWriteWaits) {

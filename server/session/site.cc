@@ -93,7 +93,7 @@ absl::StatusOr<std::shared_ptr<MapSession>> Site::Create(const NewMap& map, Fill
 absl::StatusOr<std::shared_ptr<MapSession>> Site::StartFilled(const NewMap& map, Fill fill) {
   HYPERMAP_ASSIGN_OR_RETURN(
       std::unique_ptr<storage::StoredMap> stored,
-      store_->Create({map.name, map.frame_id, options_.clock(), map.request_id}));
+      store_->Create({map.name, map.frame_id, options_.clock->Now(), map.request_id}));
   absl::StatusOr<std::shared_ptr<MapSession>> session =
       MapSession::Start(std::move(stored), options_);
   absl::Status status = session.status();

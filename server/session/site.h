@@ -35,6 +35,9 @@ class Site {
     absl::Status problem;                 // the error of opening it
   };
 
+  // The clock of all maps; tells jumps of the wall clock.
+  ServerClock& clock() const { return *options_.clock; }
+
   // All maps, ordered by name.
   std::vector<Entry> List() const;
 

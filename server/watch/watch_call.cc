@@ -60,7 +60,7 @@ void WatchCall::CancelWrite() {
 }
 
 void WatchCall::RunOnWorker() {
-  shared_->workers->Run([this] { TakeTurn(); });
+  shared_->workers->Run(log_.client(), [this] { TakeTurn(); });
 }
 
 void WatchCall::TakeTurn() {

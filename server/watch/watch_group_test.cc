@@ -353,8 +353,8 @@ TEST(WatchGroupPropertyTest, WhatIsSharedIsWhatEachWouldBeToldAlone) {
   site.edits.push_back(Layer("things"));
   server.MakeMap("site", std::move(site));
   MapSession& session = **server.site().Find("site");
-  WorkerPool workers(1);
-  const Facilities facilities{&server.site(), limits, &workers, &workers, &workers, ""};
+  WorkerPools workers(1);
+  const Facilities facilities{&server.site(), limits, &workers, "", nullptr};
   // The ring is so small that watches are behind it now and then.
   const WatchTuning tuning{.max_ring_commits = 20};
   WatchGroups groups(limits, tuning);

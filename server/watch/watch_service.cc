@@ -55,7 +55,8 @@ void WatchService::EndAfter(absl::Duration grace) {
 grpc::ServerWriteReactor<grpc::ByteBuffer>* WatchService::ListChanges(
     grpc::CallbackServerContext* context, const grpc::ByteBuffer* request) {
   auto* const answer = new StreamedAnswer<v1::ListChangesRequest, v1::ListChangesResponse>(
-      context, "ListChanges", *request, facilities_.workers,
+      context, "ListChanges", *request, &facilities_.workers->questions,
+      &facilities_.workers->long_questions,
       [this](const v1::ListChangesRequest& asked) { return OpenDifference(facilities_, asked); });
   answer->BeginOnWorker();
   return answer;
@@ -65,7 +66,7 @@ grpc::ServerUnaryReactor* WatchService::ListRevisions(grpc::CallbackServerContex
                                                       const v1::ListRevisionsRequest* request,
                                                       v1::ListRevisionsResponse* response) {
   auto call = std::make_shared<UnaryCall>(context, "ListRevisions", request->map());
-  return AnswerOn(facilities_.workers, std::move(call),
+  return AnswerOn(&facilities_.workers->questions, std::move(call),
                   [this, request, response] { return AnswerRevisions(*request, response); });
 }
 

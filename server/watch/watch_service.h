@@ -27,7 +27,7 @@ class WatchService
   explicit WatchService(const Facilities& facilities, const WatchTuning& tuning = {})
       : facilities_(facilities),
         groups_(facilities.limits, tuning),
-        shared_(tuning, facilities.workers, facilities.limits.max_watchers) {}
+        shared_(tuning, &facilities.workers->watches, facilities.limits.max_watchers) {}
 
   grpc::ServerWriteReactor<grpc::ByteBuffer>* Watch(grpc::CallbackServerContext* context,
                                                     const grpc::ByteBuffer* request) override;

@@ -27,7 +27,8 @@ absl::StatusOr<WatchFilter> DecodeFilter(const Request& request, WatchFilter::Fr
   filter.frame_id = std::move(scope.frame_id);
   filter.frames = frames;
   if (request.has_area()) {
-    HYPERMAP_ASSIGN_OR_RETURN(Polygon area, wire::DecodePolygon("area", request.area(), limits));
+    HYPERMAP_ASSIGN_OR_RETURN(Polygon area,
+                              wire::DecodeQuestionArea("area", request.area(), limits));
     filter.area = std::move(area);
   }
   return filter;

@@ -181,7 +181,7 @@ absl::Status ChangeWriter::Apply(const ExtentGrown& change) {
 
 absl::Status ChangeWriter::Apply(const AliasesSet& change) {
   HYPERMAP_ASSIGN_OR_RETURN(OpenLayer* const layer, Touch(change.layer));
-  layer->stored.spec.aliases = change.after;
+  CarryOut(change, &layer->stored.spec.aliases);
   layers_changed_ = time_;
   HYPERMAP_RETURN_IF_ERROR(UpdateLayerParameters(database_, layer->stored.spec));
   return RecordLayer(database_, change.layer, revision_);

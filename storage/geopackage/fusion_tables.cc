@@ -255,6 +255,26 @@ absl::StatusOr<std::vector<ObservationKey>> FusionTables::KeysOf(const std::stri
   return keys;
 }
 
+absl::StatusOr<std::optional<absl::Time>> FusionTables::NewestStamp(const std::string& layer,
+                                                                    const std::string& robot) {
+  // The index by stamp finds a robot that is still there after a few entries, but has to be read
+  // whole for one that never was; the unique index knows that at once.
+  HYPERMAP_ASSIGN_OR_RETURN(
+      const std::optional<int64_t> any,
+      database_->QueryInt64(
+          "SELECT 1 FROM hypermap_observations WHERE layer = ? AND robot = ? LIMIT 1", layer,
+          robot));
+  if (!any) return std::nullopt;
+  HYPERMAP_ASSIGN_OR_RETURN(
+      const std::optional<int64_t> stamp_ns,
+      database_->QueryInt64(
+          "SELECT stamp_ns FROM hypermap_observations INDEXED BY hypermap_observations_order "
+          "WHERE layer = ? AND robot = ? AND retracted = 0 ORDER BY stamp_ns DESC LIMIT 1",
+          layer, robot));
+  if (!stamp_ns) return std::nullopt;
+  return absl::FromUnixNanos(*stamp_ns);
+}
+
 absl::StatusOr<std::optional<ObservationKey>> FusionTables::NewestKey(const std::string& layer) {
   HYPERMAP_ASSIGN_OR_RETURN(
       Statement select,

@@ -37,6 +37,8 @@ class FusionTables : public FusionLog {
   absl::StatusOr<std::vector<ObservationKey>> KeysOf(const std::string& layer,
                                                      const std::string& robot, absl::Time from,
                                                      absl::Time to) override;
+  absl::StatusOr<std::optional<absl::Time>> NewestStamp(const std::string& layer,
+                                                        const std::string& robot) override;
   absl::StatusOr<std::optional<ObservationKey>> NewestKey(const std::string& layer) override;
   absl::StatusOr<std::optional<LogKey>> NewestFact(const std::string& layer) override;
   absl::StatusOr<std::vector<LogEntry>> Read(const std::string& layer, const LogKey& after,

@@ -77,6 +77,23 @@ TEST_F(FusionTablesTest, EntriesComeInTheOrderOfTheirKeysWhateverTheyWereWritten
   EXPECT_THAT(*log().Sequences("things", "b"), ElementsAre(1, 2));
 }
 
+TEST_F(FusionTablesTest, C2NewestStampIsOfOneRobotAndNotRetracted) {
+  EXPECT_EQ(*log().NewestStamp("things", "a"), std::nullopt);
+  Write({.layer = "things",
+         .settings = FusionSettings{"evidence", "{}", ""},
+         .observations = {Logged(Key(-5, "a", 1), "1"), Logged(Key(30, "a", 2), "2"),
+                          Logged(Key(20, "a", 3), "3"), Logged(Key(99, "b", 1), "4")}});
+  Write({.layer = "others",
+         .settings = FusionSettings{"paper", "{}", ""},
+         .observations = {Logged(Key(200, "a", 1), "of others")}});
+  EXPECT_EQ(*log().NewestStamp("things", "a"), absl::FromUnixNanos(30));
+  EXPECT_EQ(*log().NewestStamp("things", "b"), absl::FromUnixNanos(99));
+  EXPECT_EQ(*log().NewestStamp("things", "c"), std::nullopt);
+  Write({.layer = "things", .retracted = {Key(30, "a", 2), Key(99, "b", 1)}});
+  EXPECT_EQ(*log().NewestStamp("things", "a"), absl::FromUnixNanos(20));
+  EXPECT_EQ(*log().NewestStamp("things", "b"), std::nullopt);
+}
+
 TEST_F(FusionTablesTest, RetractedObservationsAreKnownAndNotRead) {
   Write({.layer = "things",
          .settings = FusionSettings{"evidence", "{}", ""},

@@ -6,6 +6,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "base/status/status_macros.h"
+#include "base/text/utf8.h"
 #include "storage/geopackage/layer_history.h"
 
 namespace hypermap::storage {
@@ -15,8 +16,9 @@ constexpr char kCommitChanges[] =
     "SELECT revision, kind, lineage, object_id, tile_column, tile_row, detail FROM "
     "hypermap_changes WHERE revision BETWEEN ? AND ? ORDER BY revision, number";
 
+// An author may have bytes that are not UTF-8, which version 0.1 accepted but no message can carry.
 RevisionRecord ReadRecord(Statement* row) {
-  return {row->Int64(0), absl::FromUnixNanos(row->Int64(1)), std::string(row->Text(2)),
+  return {row->Int64(0), absl::FromUnixNanos(row->Int64(1)), ReplaceInvalidUtf8(row->Text(2)),
           row->Int64(3)};
 }
 
@@ -115,7 +117,10 @@ absl::StatusOr<PastStructurePtr> GeoPackageHistory::StructureAt(const MapMetadat
   if (PastStructurePtr known = structures_.Find(revision)) return known;
   absl::StatusOr<PastStructurePtr> structure =
       ReadStructure(database_.get(), map_name_, metadata.header.frame_id, revision);
-  if (structure.ok()) structures_.Insert(revision, *structure);
+  if (structure.ok()) {
+    const int64_t bytes = UnsharedBytes(*(*structure)->map, MapStructure());
+    structures_.Insert(revision, *structure, 1 + bytes / kBytesOfStructure);
+  }
   return structure;
 }
 

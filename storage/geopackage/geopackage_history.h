@@ -38,7 +38,9 @@ class GeoPackageHistory : public HistoryReader {
                                                         bool newest_first, int max_count) override;
 
  private:
+  // Structures that are cached; a larger one counts as often as it takes kBytesOfStructure.
   static constexpr size_t kCachedStructures = 64;
+  static constexpr int64_t kBytesOfStructure = 64 << 10;
   using Lineages = absl::flat_hash_map<int64_t, Lineage>;
 
   GeoPackageHistory(std::unique_ptr<Database> database, std::string map_name);

@@ -14,6 +14,7 @@
 #include "storage/geopackage/layer_history.h"
 #include "storage/geopackage/map_file.h"
 #include "storage/geopackage/revision_table.h"
+#include "storage/geopackage/time_mark_table.h"
 #include "storage/sqlite/durable_file.h"
 
 namespace hypermap::storage {
@@ -140,6 +141,22 @@ absl::StatusOr<std::optional<Receipt>> GeoPackageMap::FindReceipt(absl::string_v
   absl::StatusOr<std::optional<Receipt>> receipt = ReadReceipt(database_.get(), request_id);
   if (!receipt.ok()) return InMap(receipt.status());
   return receipt;
+}
+
+absl::StatusOr<std::vector<TimeMark>> GeoPackageMap::TimeMarks() {
+  absl::StatusOr<std::vector<TimeMark>> marks = ReadTimeMarks(database_.get());
+  if (!marks.ok()) return InMap(AsDamage(marks.status()));
+  return marks;
+}
+
+absl::Status GeoPackageMap::AddTimeMark(const TimeMark& mark, absl::Duration forget_before) {
+  return InMap(WriteTimeMark(mark, forget_before));
+}
+
+absl::Status GeoPackageMap::WriteTimeMark(const TimeMark& mark, absl::Duration forget_before) {
+  HYPERMAP_ASSIGN_OR_RETURN(Transaction transaction, Transaction::Begin(database_.get()));
+  HYPERMAP_RETURN_IF_ERROR(InsertTimeMark(database_.get(), mark, forget_before));
+  return transaction.Commit();
 }
 
 absl::StatusOr<std::unique_ptr<HistoryReader>> GeoPackageMap::OpenHistory() {

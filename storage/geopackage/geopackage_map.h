@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "storage/geopackage/change_writer.h"
 #include "storage/geopackage/fusion_tables.h"
@@ -32,6 +33,8 @@ class GeoPackageMap : public StoredMap {
   absl::StatusOr<SnapshotPtr> Load() override;
   absl::Status Write(absl::Span<const Commit> commits) override;
   absl::StatusOr<std::optional<Receipt>> FindReceipt(absl::string_view request_id) override;
+  absl::StatusOr<std::vector<TimeMark>> TimeMarks() override;
+  absl::Status AddTimeMark(const TimeMark& mark, absl::Duration forget_before) override;
   absl::StatusOr<std::unique_ptr<HistoryReader>> OpenHistory() override;
   absl::StatusOr<bool> Compact(Revision oldest, absl::Time receipts_before, int max_rows) override;
   FusionLog& fusion_log() override { return fusion_; }
@@ -46,6 +49,7 @@ class GeoPackageMap : public StoredMap {
   absl::StatusOr<SnapshotPtr> LoadSnapshot();
   absl::Status WriteAll(absl::Span<const Commit> commits);
   absl::StatusOr<bool> CompactSome(Revision oldest, absl::Time receipts_before, int max_rows);
+  absl::Status WriteTimeMark(const TimeMark& mark, absl::Duration forget_before);
   absl::Status WriteBackup(const std::string& path);
   // Adds the name of the map to an error.
   absl::Status InMap(const absl::Status& status) const;

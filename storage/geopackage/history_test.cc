@@ -270,6 +270,19 @@ TEST_F(HistoryTest, RevisionsAreListedInPages) {
   EXPECT_EQ(last->front().num_changes, 1);
 }
 
+TEST_F(HistoryTest, A3AuthorsThatAreNoUtf8AreRepairedWhenTheyAreRead) {
+  EditedMap map = CreateMap(*store_, "site");
+  map.Edit({{SetTransform{{"map", "dock", {}}}}});
+  ASSERT_TRUE(Connect(folder_ / "site.gpkg")
+                  ->Execute("UPDATE hypermap_revisions SET author = CAST(X'4BC3FF' AS TEXT)")
+                  .ok());
+  const auto reader = map.stored->OpenHistory();
+  ASSERT_TRUE(reader.ok()) << reader.status();
+  constexpr char kRepaired[] = "K\xef\xbf\xbd\xef\xbf\xbd";
+  EXPECT_EQ((*reader)->Revisions(0, 9, false, 9)->front().author, kRepaired);
+  EXPECT_EQ((*reader)->Commits(0, 9)->front().record.author, kRepaired);
+}
+
 TEST_F(HistoryTest, ReceiptsAreForgottenByTheirAgeAndOutliveTheirRevision) {
   EditedMap map = CreateMap(*store_, "site");
   for (int i = 0; i < 6; ++i) {

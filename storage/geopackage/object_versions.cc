@@ -6,6 +6,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_replace.h"
 #include "base/status/status_macros.h"
+#include "map/edits/byte_size.h"
 #include "storage/geopackage/history_tables.h"
 #include "storage/geopackage/object_row.h"
 
@@ -79,7 +80,7 @@ absl::StatusOr<ObjectPtr> ObjectVersions::Read(Statement* row, const std::string
                                             ", version ", std::get<2>(key), ": ",
                                             object.status().message()));
   }
-  cache_.Insert(key, *object);
+  cache_.Insert(key, *object, 1 + ByteSize(**object) / kBytesOfObject);
   return object;
 }
 

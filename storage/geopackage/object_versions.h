@@ -34,7 +34,9 @@ class ObjectVersions {
   absl::StatusOr<std::vector<ObjectPtr>> All(const Lineage& layer, Revision revision);
 
  private:
+  // Objects that are cached; a larger one counts as often as it takes kBytesOfObject.
   static constexpr size_t kCachedObjects = 20'000;
+  static constexpr int64_t kBytesOfObject = 4 << 10;
   using Key = std::tuple<int64_t, ObjectId, Revision>;  // lineage, id, version
 
   absl::StatusOr<ObjectPtr> Read(Statement* row, const std::string& table, int64_t lineage);

@@ -23,7 +23,7 @@ absl::StatusOr<PastStructurePtr> ReadStructure(Database* database, const std::st
   for (const auto& [stored, version] : layers) {
     const LayerSpec& spec = stored.spec;
     const CellBox extent = IsGridKind(spec.kind) ? stored.extent : CellBox();
-    map->layers.emplace(spec.name, LayerStructure{spec, extent, version});
+    map->layers.insert_or_assign(spec.name, LayerStructure{spec, extent, version});
     structure->lineages.emplace(spec.name, stored.lineage);
   }
   structure->map = std::move(map);

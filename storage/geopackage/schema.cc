@@ -11,6 +11,7 @@
 #include "storage/geopackage/layer_table.h"
 #include "storage/geopackage/map_metadata.h"
 #include "storage/geopackage/standard_tables.h"
+#include "storage/geopackage/time_mark_table.h"
 
 namespace hypermap::storage {
 namespace {
@@ -91,6 +92,8 @@ constexpr TableColumns kTables[] = {
     {"hypermap_tile_history", "id, lineage, tile_column, tile_row, end_revision, tile_data"},
     {"hypermap_changes",
      "revision, number, kind, lineage, object_id, tile_column, tile_row, detail"},
+    {"hypermap_time_marks",
+     "id, revision, commit_time_ns, passed_ns, lived_ns, server_time_ns, boot_id, since_boot_ns"},
     {"hypermap_fusion", "id, layer, strategy, parameters, exploration_layer"},
     {"hypermap_observations",
      "id, layer, stamp_ns, robot, sequence, content_hash, retracted, received_at_ns, body_size, "
@@ -147,8 +150,9 @@ const Migration* FindStep(absl::Span<const Migration> migrations, int64_t from_v
 absl::Status CreateSchema(Database* database, const MapHeader& header) {
   HYPERMAP_ASSIGN_OR_RETURN(Transaction transaction, Transaction::Begin(database));
   HYPERMAP_RETURN_IF_ERROR(CreateStandardTables(database));
-  HYPERMAP_RETURN_IF_ERROR(database->Execute(absl::StrCat(
-      kCreateTables, kCreateReceipts, kCreateFusionTables, kCreateHistoryTables, kRegisterTables)));
+  HYPERMAP_RETURN_IF_ERROR(
+      database->Execute(absl::StrCat(kCreateTables, kCreateReceipts, kCreateFusionTables,
+                                     kCreateHistoryTables, kCreateTimeMarks, kRegisterTables)));
   MapMetadata metadata;
   metadata.header = header;
   HYPERMAP_RETURN_IF_ERROR(InsertMetadata(database, kSchemaVersion, metadata));

@@ -9,6 +9,7 @@
 #include "storage/geopackage/fusion_tables.h"
 #include "storage/geopackage/history_tables.h"
 #include "storage/geopackage/table_names.h"
+#include "storage/geopackage/time_mark_table.h"
 
 namespace hypermap::storage {
 namespace {
@@ -131,7 +132,13 @@ absl::Status AllowEveryShape(Database* database) {
   return database->Execute(absl::StrCat("PRAGMA schema_version = ", cookie.value_or(0) + 1));
 }
 
-constexpr Migration kMigrations[] = {{1, AddFusion}, {2, AddHistory}, {3, AllowEveryShape}};
+// Up to version 4 the age of everything followed from the times of commits.
+absl::Status AddTimeMarks(Database* database) {
+  return database->Execute(absl::StrCat(kCreateTimeMarks, kRegisterNewTables));
+}
+
+constexpr Migration kMigrations[] = {
+    {1, AddFusion}, {2, AddHistory}, {3, AllowEveryShape}, {4, AddTimeMarks}};
 
 }  // namespace
 

@@ -7,6 +7,7 @@ import json
 import os
 import pathlib
 import re
+import resource
 import selectors
 import signal
 import subprocess
@@ -28,13 +29,22 @@ READY = re.compile(rb"^hypermapd ready on (127\.0\.0\.1:(\d+))\n", re.MULTILINE)
 
 
 class Server:
-    """A hypermapd process on `data_dir`. The end of the `with` block kills it if it still runs."""
+    """A hypermapd process on `data_dir`. The end of the `with` block kills it if it still runs.
 
-    def __init__(self, data_dir, *flags):
+    `limits` are resource limits by their number, such as {resource.RLIMIT_NOFILE: 1024}; each is
+    the soft and the hard limit.
+    """
+
+    def __init__(self, data_dir, *flags, limits=None):
+        def limit_resources():
+            for number, value in limits.items():
+                resource.setrlimit(number, (value, value))
+
         self._log = tempfile.TemporaryFile()
         self._process = subprocess.Popen(
             [BIN / "hypermapd", f"--data_dir={data_dir}", "--listen=127.0.0.1:0", *flags],
-            stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=self._log)
+            stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=self._log,
+            preexec_fn=limit_resources if limits else None)
         try:
             self.stdout = self._read_until_ready()
         except BaseException:
@@ -60,6 +70,10 @@ class Server:
         """Returns everything that the server has written to stderr so far."""
         self._log.seek(0)
         return self._log.read().decode(errors="replace")
+
+    @property
+    def pid(self):
+        return self._process.pid
 
     def running(self):
         return self._process.poll() is None

@@ -14,7 +14,7 @@ _KINDS = {(False, False): "unary_unary", (False, True): "unary_stream",
           (True, False): "stream_unary", (True, True): "stream_stream"}
 
 
-def _methods():
+def methods():
     for module in (catalog_service_pb2, edit_service_pb2, exploration_service_pb2,
                    frame_service_pb2, ingest_service_pb2, query_service_pb2, watch_service_pb2):
         file = descriptor_pb2.FileDescriptorProto()
@@ -38,7 +38,7 @@ class Client:
         self._channel = grpc.insecure_channel(address, options=[
             ("grpc.max_send_message_length", -1), ("grpc.max_receive_message_length", -1)])
         messages = message_factory.MessageFactory()
-        for service, kind, method in _methods():
+        for service, kind, method in methods():
             setattr(self, method.name, self._function(
                 f"/hypermap.v1.{service}/{method.name}", kind,
                 messages.GetPrototype(method.input_type),

@@ -177,7 +177,8 @@ class BadRequests(SiteTest):
 
     def setUp(self):
         super().setUp()
-        self.site = self.server("--max_vertices=1000", "--max_edits=100")
+        self.site = self.server("--max_vertices=1000", "--max_question_vertices=500",
+                                "--max_edits=100")
         self.client = self.enterContext(rpc.Client(self.site.address))
         sites.make(self.client)
         for name, kind in (("lanes", "LINE_STRING"), ("docks", "POINT")):
@@ -207,14 +208,28 @@ class BadRequests(SiteTest):
 
     def test_errors_name_the_exceeded_limit(self):
         ring = [(i, i * i) for i in range(1001)]
-        for method, request in (
-                ("QueryArea", {"scope": rpc.scope("site"), "area": {"outer": rpc.columns(ring)}}),
-                ("ApplyEdits", {"map": "site", "edits": [
-                    sites.put_shape({"line_string": rpc.columns(ring)})]})):
-            error = self.refusal(method, request)
-            self.assertEqual((error.code(), "max_vertices" in error.details()), (EXHAUSTED, True))
+        error = self.refusal("ApplyEdits", {"map": "site", "edits": [
+            sites.put_shape({"line_string": rpc.columns(ring)})]})
+        self.assertEqual((error.code(), "max_vertices" in error.details()), (EXHAUSTED, True))
         error = self.refusal("ApplyEdits", {"map": "site", "edits": [sites.put("x", 0, 0)] * 101})
         self.assertEqual((error.code(), "max_edits" in error.details()), (EXHAUSTED, True))
+
+    def test_a4_areas_of_questions_have_a_limit_of_their_own(self):
+        area = {"outer": rpc.columns([(i, i * i) for i in range(501)])}
+        scope = rpc.scope("site")
+        for method, request in (
+                ("QueryArea", {"scope": scope}),
+                ("QueryValue", {"scope": scope, "value": "x"}),
+                ("Watch", {"scope": scope}),
+                ("Replicate", {"scope": scope}),
+                ("StartExploration", {"map": "site", "occupancy_layer": "grid",
+                                      "exploration_layer": "seen"})):
+            with self.subTest(method):
+                error = self.refusal(method, {**request, "area": area})
+                self.assertEqual(error.code(), EXHAUSTED)
+                self.assertIn("area has 501 vertices, --max_question_vertices is 500",
+                              error.details())
+        self.client.ApplyEdits(map="site", edits=[sites.put_shape({"polygon": area})])
 
     def test_a_huge_message_is_refused(self):
         error = self.refusal("QueryValue", {"scope": rpc.scope("site"), "value": "x" * (200 << 20)})

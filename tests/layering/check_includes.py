@@ -18,7 +18,7 @@ OUTSIDE_WORLD = re.compile(
     r"(chrono|condition_variable|csignal|cstdio|ctime|filesystem|fstream|future|iostream|latch"
     r"|mutex|semaphore|shared_mutex|stop_token|thread"
     r"|absl/(synchronization/.*|time/clock\.h)"
-    r"|(sys/.*|arpa/.*|netinet/.*|[a-z_]+\.h))$"
+    r"|(sys/.*|arpa/.*|linux/.*|netinet/.*|[a-z_]+\.h))$"
 )
 
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]', re.MULTILINE)

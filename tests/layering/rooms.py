@@ -26,6 +26,7 @@ LIBRARIES = {
     "grpc/": "grpc",
     "grpcpp/": "grpc",
     "google/protobuf/": "protobuf",
+    "utf8cpp/": "utf8cpp",
     "openssl/": "openssl",
 }
 
@@ -56,18 +57,23 @@ def pure(*rooms, hidden=()):
 
 ROOMS = {
     "base/status": Room([], {"absl"}, outside_world=False),
+    "base/containers": Room([], {"absl"}, outside_world=False),
+    # grpc: its server gets the connections that the room accepts.
+    "base/admission": Room(["base/status", "base/sync"], {"absl", "grpc"}),
     "base/images": Room(["base/status"], {"absl"}, hidden={"png"}),
     "base/limits": Room([], {"absl"}, outside_world=False),
     "base/sync": Room([], {"absl"}),
+    "base/text": Room([], {"absl"}, hidden={"utf8cpp"}, outside_world=False),
+    "base/time": Room(["base/sync"], {"absl"}, hidden={"spdlog"}),
     "base/tls": Room(["base/status"], {"absl", "grpc"}, hidden={"openssl"}),
 
     "map/geometry": pure(hidden={"geos"}),
-    "map/values": pure(),
-    "map/frames": pure("map/geometry"),
+    "map/values": pure("base/containers"),
+    "map/frames": pure("base/containers", "map/geometry"),
     "map/grid": pure("map/frames", "map/geometry", "map/values"),
     "map/objects": pure("map/geometry", "map/values"),
     "map/layers": pure("map/geometry", "map/grid", "map/objects", "map/values"),
-    "map": pure("map/frames", "map/grid", "map/layers"),
+    "map": pure("base/containers", "map/frames", "map/grid", "map/layers"),
     "map/query": pure("map", "map/geometry", "map/grid", "map/layers", "map/objects", "map/values"),
     "map/edits": pure(
         "base/limits", "base/status", "map", "map/frames", "map/grid", "map/layers", "map/objects",
@@ -100,8 +106,9 @@ ROOMS = {
     ),
     "storage/sqlite": Room(["base/status"], {"absl", "sqlite"}),
     "storage/geopackage": Room(
-        ["base/images", "base/status", "base/sync", "map", "map/edits", "map/frames",
-         "map/geometry", "map/grid", "map/layers", "map/objects", "storage", "storage/sqlite"],
+        ["base/images", "base/status", "base/sync", "base/text", "map", "map/edits",
+         "map/frames", "map/geometry", "map/grid", "map/layers", "map/objects", "storage",
+         "storage/sqlite"],
         {"absl"}, hidden={"json", "tiff", "zlib"},
     ),
     "storage/outbox": Room(["base/status", "storage/sqlite"], {"absl"}, target="outbox_file"),
@@ -117,8 +124,8 @@ ROOMS = {
         {"absl"}, target="map_fusion",
     ),
     "server/session": Room(
-        ["base/limits", "base/status", "base/sync", "map", "map/edits", "map/layers",
-         "map/observations", "map/query", "map/watch", "server/fusion", "storage"],
+        ["base/limits", "base/status", "base/sync", "base/time", "map", "map/edits", "map/layers",
+         "map/objects", "map/observations", "map/query", "map/watch", "server/fusion", "storage"],
         {"absl", "spdlog"},
     ),
     "server/exploration": Room(
@@ -127,7 +134,7 @@ ROOMS = {
         {"absl"}, target="map_exploration",
     ),
     "server/rpc": Room(
-        ["base/limits", "base/status", "base/sync", "map", "map/layers", "map/query", "proto",
+        ["base/admission", "base/limits", "base/status", "base/sync", "base/text", "map", "map/layers", "map/query", "proto",
          "server/session", "wire"],
         {"absl", "grpc", "protobuf", "spdlog"},
     ),
@@ -137,14 +144,14 @@ ROOMS = {
         {"absl", "grpc", "protobuf"}, target="watch_service",
     ),
     "server/services": Room(
-        ["base/limits", "base/status", "base/sync", "base/tls", "map", "map/layers",
+        ["base/admission", "base/limits", "base/status", "base/sync", "base/tls", "map", "map/layers",
          "map/observations", "map/query", "map/values", "proto", "server/exploration",
          "server/fusion", "server/rpc", "server/session", "server/watch", "storage/interchange",
          "wire"],
-        {"absl", "grpc"},
+        {"absl", "grpc", "spdlog"},
     ),
     "server": Room(
-        ["base/limits", "base/status", "base/tls", "server/rpc", "server/services",
+        ["base/admission", "base/limits", "base/status", "base/tls", "server/rpc", "server/services",
          "server/session", "storage/geopackage"],
         {"absl", "grpc", "spdlog"}, target=None,
     ),
@@ -165,12 +172,12 @@ ROOMS = {
         {"absl", "eigen"}, hidden={"json", "yaml"},
     ),
     "ingest/frame_service": Room(
-        ["base/status", "base/sync", "client_libs/cpp", "ingest/perception", "ingest/sources",
+        ["base/admission", "base/status", "base/sync", "client_libs/cpp", "ingest/perception", "ingest/sources",
          "proto", "wire"],
         {"absl"}, hidden={"grpc"},
     ),
     "ingest/worker": Room(
-        ["base/status", "base/sync", "client_libs/cpp", "client_libs/flags",
+        ["base/admission", "base/status", "base/sync", "client_libs/cpp", "client_libs/flags",
          "ingest/frame_service", "ingest/perception", "ingest/perception/pcl", "ingest/sources",
          "map/layers", "simulation/robots"],
         {"absl", "cli11", "eigen"}, hidden={"json"},

@@ -27,12 +27,9 @@ bool LeadsTo(const KnownRevision& before, const KnownRevision& after) {
   if (before.created_at != after.created_at) return false;
   if (before.snapshot->frame_id != after.snapshot->frame_id) return false;
   if (before.snapshot->revision >= after.snapshot->revision) return false;
-  const std::vector<FrameTransform> now = after.snapshot->frames.transforms();
   const std::vector<FrameTransform> then = before.snapshot->frames.transforms();
-  return std::all_of(then.begin(), then.end(), [&now](const FrameTransform& transform) {
-    return std::any_of(now.begin(), now.end(), [&transform](const FrameTransform& other) {
-      return other.child_frame_id == transform.child_frame_id;
-    });
+  return std::all_of(then.begin(), then.end(), [&after](const FrameTransform& transform) {
+    return after.snapshot->frames.Find(transform.child_frame_id) != nullptr;
   });
 }
 

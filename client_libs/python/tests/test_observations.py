@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import pathlib
 from datetime import datetime, timedelta, timezone
 
@@ -90,6 +91,18 @@ def test_repeated_observations_make_an_object(client: Client, fused: str) -> Non
     assert history.events[0].kind == ObjectEventKind.FOUNDED
     assert (history.events[0].robot, history.events[0].stamp) == ("rob", START)
     assert len(history.events) == 40 and history.events[-1].existence > 0.5
+
+
+def test_c2_the_skew_of_a_robots_clock_is_told(client: Client, fused: str) -> None:
+    ahead = datetime.now(timezone.utc) + timedelta(minutes=9, seconds=58)
+    with client.observe(fused, "found") as stream:
+        (rogue,) = stream.submit([dataclasses.replace(observation(1, "rogue"), stamp=ahead)])
+        (honest,) = stream.submit([observation(1)])
+        (again,) = stream.submit([observation(1)])
+    assert rogue.outcome == honest.outcome == ObservationOutcome.ACCEPTED
+    assert rogue.clock_skew_s is not None and 0 < rogue.clock_skew_s < 599
+    assert honest.clock_skew_s is not None and honest.clock_skew_s < 0
+    assert again.clock_skew_s is None
 
 
 def test_each_observation_counts_once(client: Client, fused: str) -> None:

@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "base/sync/mutex.h"
+#include "base/time/testing/manual_clock.h"
 #include "map/exploration/exploration_objects.h"
 #include "map/exploration/floor_plan.h"
 #include "map/exploration/viewshed.h"
@@ -31,7 +31,7 @@ class ExplorationSite {
   static constexpr double kResolution_m = 0.5;
 
   ExplorationSite() {
-    options_.clock = [this] { return Now(); };
+    options_.clock = std::make_shared<ServerClock>(&machine_);
     MemoryMapStore store(&disk_);
     EXPECT_TRUE(store.Create({"site", "map", Now(), ""}).ok());
     Reopen();
@@ -57,15 +57,10 @@ class ExplorationSite {
   MapExplorations& explorations() { return *explorations_; }
   SnapshotPtr snapshot() const { return session_->snapshot(); }
 
-  absl::Time Now() const {
-    MutexLock lock(&clock_mutex_);
-    return now_;
-  }
-  // Moves the clock without waking the map's writer, so that expired objects stay for now.
-  void Advance(absl::Duration by) {
-    MutexLock lock(&clock_mutex_);
-    now_ += by;
-  }
+  absl::Time Now() const { return machine_.Wall(); }
+  // Lets time pass without waking the map's writer, so that expired objects stay for now.
+  void Advance(absl::Duration by) { machine_.Advance(by); }
+  ManualClock& machine() { return machine_; }
 
   storage::Receipt Submit(EditBatch batch, const std::string& request_id = "") {
     const auto receipt = session_->SubmitAndWait({std::move(batch), "test", request_id});
@@ -174,8 +169,7 @@ class ExplorationSite {
 
  private:
   MemoryDisk disk_;
-  mutable Mutex clock_mutex_;
-  absl::Time now_ ABSL_GUARDED_BY(clock_mutex_) = absl::FromUnixSeconds(1'000'000);
+  ManualClock machine_;
   SessionOptions options_;
   std::unique_ptr<MapSession> session_;
   int64_t max_exploration_cells_ = 25'000'000;

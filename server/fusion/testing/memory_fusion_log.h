@@ -69,6 +69,14 @@ class MemoryFusionLog : public storage::FusionLog {
     }
     return keys;
   }
+  absl::StatusOr<std::optional<absl::Time>> NewestStamp(const std::string& layer,
+                                                        const std::string& robot) override {
+    std::optional<absl::Time> newest;
+    for (const auto& [key, entry] : Entries(layer)) {
+      if (key.number == 0 && key.after.robot == robot) newest = key.after.stamp;
+    }
+    return newest;
+  }
   absl::StatusOr<std::optional<ObservationKey>> NewestKey(const std::string& layer) override {
     std::optional<ObservationKey> newest;
     for (const auto& [key, entry] : Entries(layer)) {

@@ -38,9 +38,9 @@ class TestServer {
     auto site = Site::Open(std::make_unique<MemoryMapStore>(&disk_), options);
     EXPECT_TRUE(site.ok()) << site.status();
     site_ = *std::move(site);
-    auto server = GrpcServer::Start(
-        {"127.0.0.1:0", max_message_bytes},
-        {site_.get(), limits, &workers_, &file_workers_, &explorers_, scratch_.path()});
+    auto server =
+        GrpcServer::Start({"127.0.0.1:0", max_message_bytes},
+                          {site_.get(), limits, &workers_, scratch_.path(), &scratch_bytes_});
     EXPECT_TRUE(server.ok()) << server.status();
     server_ = *std::move(server);
     channel_ = grpc::CreateChannel(server_->address(), grpc::InsecureChannelCredentials());
@@ -79,9 +79,8 @@ class TestServer {
   hypermap::testing::TemporaryFolder scratch_;
   MemoryDisk disk_;
   std::unique_ptr<Site> site_;
-  WorkerPool workers_{2};
-  WorkerPool file_workers_{2};
-  WorkerPool explorers_{2};
+  admission::ByteBudget scratch_bytes_{"max_scratch_bytes", Limits().max_scratch_bytes};
+  WorkerPools workers_{2};
   std::unique_ptr<GrpcServer> server_;
   std::shared_ptr<grpc::Channel> channel_;
   bool shut_down_ = false;

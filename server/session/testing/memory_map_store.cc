@@ -28,6 +28,10 @@ class MemoryMap : public storage::StoredMap {
     if (it == file_->receipts.end()) return std::nullopt;
     return it->second.receipt;
   }
+  absl::StatusOr<std::vector<storage::TimeMark>> TimeMarks() override { return file_->marks; }
+  absl::Status AddTimeMark(const storage::TimeMark& mark, absl::Duration forget_before) override {
+    return disk_->AddTimeMark(*file_, mark, forget_before);
+  }
   absl::StatusOr<std::unique_ptr<storage::HistoryReader>> OpenHistory() override {
     return std::make_unique<MemoryHistoryReader>(file_->history);
   }
@@ -96,6 +100,17 @@ absl::Status MemoryDisk::Write(File& file, absl::Span<const storage::Commit> com
     file.receipts[commit.request_id] = {
         {commit.request_id, file.snapshot->revision, commit.applied.object_ids}, commit.time};
   }
+  return absl::OkStatus();
+}
+
+absl::Status MemoryDisk::AddTimeMark(File& file, const storage::TimeMark& mark,
+                                     absl::Duration forget_before) {
+  MutexLock lock(&mutex_);
+  HYPERMAP_RETURN_IF_ERROR(write_status_);
+  file.marks.push_back(mark);
+  auto first = file.marks.begin();
+  while (std::next(first) != file.marks.end() && std::next(first)->passed < forget_before) ++first;
+  file.marks.erase(file.marks.begin(), first);
   return absl::OkStatus();
 }
 

@@ -42,11 +42,13 @@ class MemoryDisk {
     std::map<std::string, TimedReceipt, std::less<>> receipts;
     MemoryFusionLog fusion;
     std::shared_ptr<MemoryHistory> history = std::make_shared<MemoryHistory>();
+    std::vector<storage::TimeMark> marks;
     bool open = false;
     absl::Status problem;
   };
 
   absl::Status Write(File& file, absl::Span<const storage::Commit> commits);
+  absl::Status AddTimeMark(File& file, const storage::TimeMark& mark, absl::Duration forget_before);
 
   mutable Mutex mutex_;
   CondVar changed_;

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "absl/time/clock.h"
-#include "base/sync/mutex.h"
+#include "base/time/testing/manual_clock.h"
 #include "client_libs/cpp/client.h"
 #include "client_libs/cpp/replica/testing/site_server.h"
 #include "server/session/testing/memory_map_store.h"
@@ -25,7 +25,7 @@ class RobotSite {
  public:
   RobotSite(const std::vector<std::string>& lines, double resolution_m,
             absl::Duration delay = absl::ZeroDuration())
-      : delay_(delay) {
+      : machine_(delay) {
     server_.MakeMap("site", {{CreateLayer{DrawnSpec(resolution_m)}, DrawnCells(lines)}});
   }
   ~RobotSite() {
@@ -43,15 +43,9 @@ class RobotSite {
   void Stop() { server_.Stop(absl::ZeroDuration()); }
   void Start() { server_.Start(Options()); }
 
-  absl::Time Now() {
-    MutexLock lock(&mutex_);
-    return now_;
-  }
+  absl::Time Now() { return machine_.ManualClock::Wall(); }
   void Advance(absl::Duration by) {
-    {
-      MutexLock lock(&mutex_);
-      now_ += by;
-    }
+    machine_.Advance(by);
     session()->LookAtClock();
   }
 
@@ -75,20 +69,28 @@ class RobotSite {
  private:
   std::shared_ptr<server::MapSession> session() { return *server_.site().Find("site"); }
 
+  // Reading it takes the delay.
+  class SlowClock : public ManualClock {
+   public:
+    explicit SlowClock(absl::Duration delay) : ManualClock(absl::Now()), delay_(delay) {}
+    absl::Time Wall() const override {
+      absl::SleepFor(delay_);
+      return ManualClock::Wall();
+    }
+
+   private:
+    const absl::Duration delay_;
+  };
+
   server::SessionOptions Options() {
     server::SessionOptions options;
-    options.clock = [this] {
-      absl::SleepFor(delay_);
-      return Now();
-    };
+    options.clock = std::make_shared<ServerClock>(&machine_);
     return options;
   }
 
-  const absl::Duration delay_;
   hypermap::testing::TemporaryFolder scratch_;
   server::MemoryDisk disk_;
-  Mutex mutex_;
-  absl::Time now_ ABSL_GUARDED_BY(mutex_) = absl::Now();
+  SlowClock machine_;
   client::SiteServer server_{scratch_.path(),
                              [this] { return std::make_unique<server::MemoryMapStore>(&disk_); },
                              Options()};

@@ -43,9 +43,9 @@ class SiteServer {
     auto site = server::Site::Open(*std::move(store), options);
     ASSERT_TRUE(site.ok()) << site.status();
     site_ = *std::move(site);
-    auto server = server::GrpcServer::Start(
-        {.listen = address_.empty() ? "127.0.0.1:0" : address_},
-        {site_.get(), limits, &workers_, &file_workers_, &explorers_, scratch_});
+    auto server =
+        server::GrpcServer::Start({.listen = address_.empty() ? "127.0.0.1:0" : address_},
+                                  {site_.get(), limits, &workers_, scratch_, &scratch_bytes_});
     ASSERT_TRUE(server.ok()) << server.status();
     server_ = *std::move(server);
     address_ = server_->address();
@@ -84,9 +84,8 @@ class SiteServer {
   const std::string scratch_;
   const OpenStore open_store_;
   std::string address_;
-  server::WorkerPool workers_{2};
-  server::WorkerPool file_workers_{1};
-  server::WorkerPool explorers_{1};
+  admission::ByteBudget scratch_bytes_{"max_scratch_bytes", Limits().max_scratch_bytes};
+  server::WorkerPools workers_{2};
   std::unique_ptr<server::Site> site_;
   std::unique_ptr<server::GrpcServer> server_;
 };

@@ -156,7 +156,7 @@ class ObservationOutcome(IntEnum):
     DUPLICATE = 2
     """The layer has the same observation already."""
     REFUSED_LATE = 3
-    """The stamp is older than the newest of the layer by more than the server's --max_lateness."""
+    """The stamp is more than the server's --max_lateness older than the robot's newest one."""
     INVALID = 4
     """A field of the observation is invalid; the message names it."""
     CONFLICT = 5
@@ -169,6 +169,8 @@ class Acknowledgement:
 
     revision: the revision that contains the observation, or the newest one if it was not accepted.
     message: the reason why it was not accepted, else empty.
+    clock_skew_s: estimate of the seconds by which the robot's clock is ahead of the server's; None
+        for an observation that is not valid, or that was sent before.
     """
 
     robot: str
@@ -176,6 +178,7 @@ class Acknowledgement:
     outcome: ObservationOutcome
     revision: int
     message: str = ""
+    clock_skew_s: float | None = None
 
 
 class ObjectEventKind(IntEnum):

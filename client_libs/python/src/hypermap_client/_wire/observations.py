@@ -123,6 +123,7 @@ def decode_acknowledgement(message: ingest.ObservationAcknowledgement) -> Acknow
         decode_enum(ObservationOutcome, message.outcome),
         message.revision,
         message.message,
+        message.clock_skew_s if message.HasField("clock_skew_s") else None,
     )
 
 

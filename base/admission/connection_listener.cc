@@ -1,0 +1,153 @@
+#include "base/admission/connection_listener.h"
+
+#include <fcntl.h>
+#include <malloc.h>
+#include <poll.h>
+#include <sys/eventfd.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
+#include "absl/time/clock.h"
+#include "base/admission/memory.h"
+#include "base/status/status_macros.h"
+
+namespace hypermap::admission {
+namespace {
+
+// Period of the look at memory and at connections that were closed.
+constexpr int kPeriod_ms = 20;
+// A connection that receives less than this in one period is never shut down.
+constexpr int64_t kLeastBusyBytes = 64 << 10;
+constexpr absl::Duration kRemovalPeriod = absl::Milliseconds(200);
+constexpr absl::Duration kLogPeriod = absl::Seconds(10);
+// Returning freed memory to the system takes locks of the allocator.
+constexpr absl::Duration kReturnPeriod = absl::Seconds(1);
+
+FileDescriptor OpenSpare() { return FileDescriptor(open("/dev/null", O_RDONLY | O_CLOEXEC)); }
+
+bool LacksResources(int error) {
+  return error == EMFILE || error == ENFILE || error == ENOBUFS || error == ENOMEM;
+}
+
+// Returns whether a line may be logged, and counts it as logged then.
+bool MayLog(absl::Time* last) {
+  const absl::Time now = absl::Now();
+  if (now >= *last && now < *last + kLogPeriod) return false;
+  *last = now;
+  return true;
+}
+
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<ConnectionListener>> ConnectionListener::Start(
+    ConnectionListenerOptions options) {
+  HYPERMAP_ASSIGN_OR_RETURN(ListeningSockets listening, Listen(options.address));
+  FileDescriptor wake(eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC));
+  if (!wake.is_open()) return absl::ErrnoToStatus(errno, "eventfd");
+  return std::unique_ptr<ConnectionListener>(
+      new ConnectionListener(std::move(options), std::move(listening), std::move(wake)));
+}
+
+ConnectionListener::ConnectionListener(ConnectionListenerOptions options,
+                                       ListeningSockets listening, FileDescriptor wake)
+    : options_(std::move(options)),
+      address_(std::move(listening.address)),
+      listeners_(std::move(listening.sockets)),
+      connections_(options_.limits),
+      spare_(OpenSpare()),
+      wake_(std::move(wake)),
+      thread_([this] { Run(); }) {}
+
+ConnectionListener::~ConnectionListener() { Stop(); }
+
+void ConnectionListener::Stop() {
+  if (!thread_.joinable()) return;
+  stopping_ = true;
+  const uint64_t one = 1;
+  // Can't fail: the counter is far from its end.
+  [[maybe_unused]] const ssize_t written = write(wake_.get(), &one, sizeof one);
+  thread_.join();
+}
+
+void ConnectionListener::Run() {
+  std::vector<pollfd> polled;
+  for (const FileDescriptor& listener : listeners_) polled.push_back({listener.get(), POLLIN, 0});
+  polled.push_back({wake_.get(), POLLIN, 0});
+  while (!stopping_) {
+    // Without connections there is nothing to look at.
+    poll(polled.data(), polled.size(), connections_.size() == 0 ? -1 : kPeriod_ms);
+    for (size_t i = 0; i + 1 < polled.size(); ++i) {
+      if (polled[i].revents != 0 && !stopping_) AcceptAll(polled[i].fd);
+    }
+    connections_.RemoveClosed(kRemovalPeriod);
+    num_open_ = connections_.size();
+    if (options_.max_resident_bytes > 0) GuardMemory();
+  }
+  listeners_.clear();
+}
+
+void ConnectionListener::AcceptAll(int listener) {
+  while (!stopping_) {
+    sockaddr_storage peer{};
+    socklen_t length = sizeof peer;
+    FileDescriptor socket(accept4(listener, reinterpret_cast<sockaddr*>(&peer), &length,
+                                  SOCK_NONBLOCK | SOCK_CLOEXEC));
+    if (!socket.is_open()) {
+      // The connection was closed before it was accepted.
+      if (errno == ECONNABORTED || errno == EINTR) continue;
+      if (LacksResources(errno) && RefuseWithSpare(listener)) continue;
+      return;
+    }
+    if (const absl::Status status = connections_.Add(socket.get(), peer); !status.ok()) {
+      Refuse(std::string(status.message()));
+      continue;
+    }
+    options_.accept(std::move(socket));
+  }
+}
+
+bool ConnectionListener::RefuseWithSpare(int listener) {
+  const std::string reason(absl::ErrnoToStatus(errno, "accept").message());
+  spare_.Close();
+  const bool accepted =
+      FileDescriptor(accept4(listener, nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC)).is_open();
+  spare_ = OpenSpare();
+  if (accepted) {
+    Refuse(reason);
+  } else {
+    // The connection still waits, so that poll would return at once, again and again.
+    absl::SleepFor(absl::Milliseconds(kPeriod_ms));
+  }
+  return accepted;
+}
+
+void ConnectionListener::Refuse(const std::string& reason) {
+  ++num_refused_;
+  if (!MayLog(&refusal_logged_)) return;
+  options_.log(
+      absl::StrCat("connections are refused: ", reason, "; refused so far: ", num_refused_.load()));
+}
+
+void ConnectionListener::GuardMemory() {
+  const int64_t resident = ResidentMemory();
+  // Counts before the bound is reached, so that the connections that are busy then are known.
+  if (resident <= options_.max_resident_bytes / 4 * 3) return;
+  const bool above = resident > options_.max_resident_bytes;
+  const std::vector<std::string> peers =
+      connections_.ShutDownBusiest(above ? kLeastBusyBytes : INT64_MAX);
+  num_shut_down_ += static_cast<int64_t>(peers.size());
+  if (!peers.empty() && MayLog(&shutdown_logged_)) {
+    options_.log(absl::StrCat("connections were shut down, because ", resident,
+                              " bytes of memory are in use: ", absl::StrJoin(peers, ", ")));
+  }
+  const absl::Time now = absl::Now();
+  if (now >= memory_returned_ && now < memory_returned_ + kReturnPeriod) return;
+  memory_returned_ = now;
+  malloc_trim(0);
+}
+
+}  // namespace hypermap::admission

@@ -1,0 +1,93 @@
+// Accepts the connections of a server within limits.
+#ifndef HYPERMAP_BASE_ADMISSION_CONNECTION_LISTENER_H_
+#define HYPERMAP_BASE_ADMISSION_CONNECTION_LISTENER_H_
+
+#include <sys/socket.h>
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/time/time.h"
+#include "base/admission/listening_socket.h"
+#include "base/admission/open_connections.h"
+
+namespace hypermap::admission {
+
+struct ConnectionListenerOptions {
+  // HOST:PORT; port 0 takes a free port.
+  std::string address;
+  ConnectionLimits limits;
+  // While the process has more resident memory than this, the connections that receive the most are
+  // shut down: a client may send requests and cancel them faster than gRPC frees their memory
+  // (CVE-2023-44487). 0: no bound. In bytes.
+  int64_t max_resident_bytes = 0;
+  // Takes a connected, non-blocking socket, which it must close. Called by the listener's thread.
+  std::function<void(FileDescriptor socket)> accept;
+  // Takes lines for the log, at most one of a kind in 10 s. Called by the listener's thread.
+  std::function<void(const std::string& line)> log = [](const std::string&) {};
+};
+
+// Has one thread that accepts connections. A connection beyond the limits, or for which the process
+// has no descriptor left, is closed at once; as soon as others have been closed, new ones are
+// accepted again.
+class ConnectionListener {
+ public:
+  // The errors of Listen.
+  static absl::StatusOr<std::unique_ptr<ConnectionListener>> Start(
+      ConnectionListenerOptions options);
+  // Stops.
+  ~ConnectionListener();
+  ConnectionListener(const ConnectionListener&) = delete;
+  ConnectionListener& operator=(const ConnectionListener&) = delete;
+
+  // HOST:PORT with the actual port.
+  const std::string& address() const { return address_; }
+  // Accepts no more connections. Accepted ones stay open.
+  void Stop();
+
+  // Connections that are open, and that were refused or shut down since the start.
+  int num_open() const { return num_open_; }
+  int64_t num_refused() const { return num_refused_; }
+  int64_t num_shut_down() const { return num_shut_down_; }
+
+ private:
+  ConnectionListener(ConnectionListenerOptions options, ListeningSockets listening,
+                     FileDescriptor wake);
+
+  void Run();
+  void AcceptAll(int listener);
+  // Accepts and closes a connection when there is no descriptor for it. Returns false if not even
+  // that works.
+  bool RefuseWithSpare(int listener);
+  void Refuse(const std::string& reason);
+  void GuardMemory();
+
+  const ConnectionListenerOptions options_;
+  const std::string address_;
+  // Used by the thread only.
+  std::vector<FileDescriptor> listeners_;
+  OpenConnections connections_;
+  // Kept open to be closed when a descriptor is needed to refuse a connection.
+  FileDescriptor spare_;
+  absl::Time refusal_logged_ = absl::InfinitePast();
+  absl::Time shutdown_logged_ = absl::InfinitePast();
+  absl::Time memory_returned_ = absl::InfinitePast();
+
+  const FileDescriptor wake_;
+  std::atomic<bool> stopping_ = false;
+  std::atomic<int> num_open_ = 0;
+  std::atomic<int64_t> num_refused_ = 0;
+  std::atomic<int64_t> num_shut_down_ = 0;
+  std::thread thread_;
+};
+
+}  // namespace hypermap::admission
+
+#endif  // HYPERMAP_BASE_ADMISSION_CONNECTION_LISTENER_H_

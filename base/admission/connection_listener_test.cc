@@ -1,0 +1,222 @@
+#include "base/admission/connection_listener.h"
+
+#include <arpa/inet.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <netinet/in.h>
+#include <sys/resource.h>
+#include <sys/socket.h>
+
+#include <cerrno>
+#include <deque>
+#include <functional>
+#include <memory>
+#include <string>
+#include <utility>
+
+#include "absl/strings/numbers.h"
+#include "absl/strings/string_view.h"
+#include "absl/time/clock.h"
+#include "base/sync/mutex.h"
+
+namespace hypermap::admission {
+namespace {
+
+using ::testing::HasSubstr;
+
+constexpr absl::Duration kPatience = absl::Seconds(20);
+
+// Accepts connections and keeps them open.
+class ConnectionListenerTest : public ::testing::Test {
+ protected:
+  void Start(const ConnectionLimits& limits, int64_t max_resident_bytes = 0) {
+    ConnectionListenerOptions options;
+    options.address = "127.0.0.1:0";
+    options.limits = limits;
+    options.max_resident_bytes = max_resident_bytes;
+    options.accept = [this](FileDescriptor socket) {
+      const MutexLock lock(&mutex_);
+      accepted_.push_back(std::move(socket));
+    };
+    options.log = [this](const std::string& line) {
+      const MutexLock lock(&mutex_);
+      lines_.push_back(line);
+    };
+    auto listener = ConnectionListener::Start(std::move(options));
+    ASSERT_TRUE(listener.ok()) << listener.status();
+    listener_ = *std::move(listener);
+  }
+
+  // Returns a closed descriptor if there is none to be had.
+  FileDescriptor Connect(const char* from = "127.0.0.1") {
+    FileDescriptor client(socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0));
+    if (!client.is_open()) return client;
+    sockaddr_in source{};
+    source.sin_family = AF_INET;
+    inet_pton(AF_INET, from, &source.sin_addr);
+    EXPECT_EQ(bind(client.get(), reinterpret_cast<sockaddr*>(&source), sizeof source), 0);
+    sockaddr_in server = source;
+    inet_pton(AF_INET, "127.0.0.1", &server.sin_addr);
+    int port = 0;
+    const absl::string_view address = listener_->address();
+    EXPECT_TRUE(absl::SimpleAtoi(address.substr(address.rfind(':') + 1), &port));
+    server.sin_port = htons(port);
+    EXPECT_EQ(connect(client.get(), reinterpret_cast<sockaddr*>(&server), sizeof server), 0);
+    return client;
+  }
+
+  static bool IsClosed(const FileDescriptor& client) {
+    char byte = 0;
+    return recv(client.get(), &byte, 1, MSG_DONTWAIT) == 0;
+  }
+
+  static bool Eventually(const std::function<bool()>& holds) {
+    const absl::Time deadline = absl::Now() + kPatience;
+    while (!holds()) {
+      if (absl::Now() > deadline) return false;
+      absl::SleepFor(absl::Milliseconds(1));
+    }
+    return true;
+  }
+
+  size_t num_accepted() {
+    const MutexLock lock(&mutex_);
+    return accepted_.size();
+  }
+  // Closes all accepted connections, as gRPC does when their clients have gone.
+  void CloseAccepted() {
+    const MutexLock lock(&mutex_);
+    accepted_.clear();
+  }
+  // Connects until a connection is accepted, which then stays open.
+  bool ConnectsAgain() {
+    return Eventually([&] {
+      const size_t before = num_accepted();
+      const int64_t refused = listener_->num_refused();
+      last_ = Connect();
+      if (!last_.is_open()) return false;
+      EXPECT_TRUE(Eventually(
+          [&] { return num_accepted() > before || listener_->num_refused() > refused; }));
+      return num_accepted() > before;
+    });
+  }
+
+  Mutex mutex_;
+  std::deque<FileDescriptor> accepted_;
+  std::deque<std::string> lines_;
+  FileDescriptor last_;
+  std::unique_ptr<ConnectionListener> listener_;
+};
+
+TEST_F(ConnectionListenerTest, A1ConnectionsBeyondTheLimitAreClosedAndLaterOnesAccepted) {
+  Start({3, 3});
+  std::deque<FileDescriptor> clients;
+  for (int i = 0; i < 8; ++i) clients.push_back(Connect());
+  EXPECT_TRUE(Eventually([&] { return listener_->num_refused() == 5; }));
+  EXPECT_EQ(num_accepted(), 3u);
+  for (int i = 3; i < 8; ++i) {
+    EXPECT_TRUE(Eventually([&] { return IsClosed(clients[i]); })) << i;
+  }
+  EXPECT_FALSE(IsClosed(clients[0]));
+  clients.clear();
+  CloseAccepted();
+  EXPECT_TRUE(ConnectsAgain());
+  const MutexLock lock(&mutex_);
+  ASSERT_FALSE(lines_.empty());
+  EXPECT_THAT(lines_.front(), HasSubstr("--max_connections, 3, are open"));
+}
+
+TEST_F(ConnectionListenerTest, A1OneAddressCantTakeAllConnections) {
+  Start({4, 2});
+  std::deque<FileDescriptor> clients;
+  for (int i = 0; i < 4; ++i) clients.push_back(Connect("127.0.0.2"));
+  EXPECT_TRUE(Eventually([&] { return listener_->num_refused() == 2; }));
+  clients.push_back(Connect("127.0.0.3"));
+  EXPECT_TRUE(Eventually([&] { return num_accepted() == 3; }));
+  EXPECT_EQ(listener_->num_refused(), 2);
+}
+
+TEST_F(ConnectionListenerTest, A1RunningOutOfFilesIsSurvived) {
+  Start({100'000, 100'000});
+  rlimit before{};
+  ASSERT_EQ(getrlimit(RLIMIT_NOFILE, &before), 0);
+  rlimit low = before;
+  low.rlim_cur = 64;
+  ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &low), 0);
+  // Both ends of the connections take descriptors of this process.
+  std::deque<FileDescriptor> clients;
+  while (true) {
+    FileDescriptor client = Connect();
+    if (!client.is_open()) break;
+    clients.push_back(std::move(client));
+  }
+  // Frees one descriptor at a time, so that some connections are made for which none is left.
+  for (int i = 0; i < 20; ++i) {
+    clients.pop_front();
+    clients.push_back(Connect());
+  }
+  clients.clear();
+  CloseAccepted();
+  EXPECT_TRUE(ConnectsAgain());
+  setrlimit(RLIMIT_NOFILE, &before);
+}
+
+TEST_F(ConnectionListenerTest, A2WhoFloodsIsShutDownWhileMemoryIsShort) {
+  // More than one byte is always resident.
+  Start({10, 10}, 1);
+  const FileDescriptor quiet = Connect();
+  const FileDescriptor flood = Connect();
+  ASSERT_TRUE(Eventually([&] { return num_accepted() == 2; }));
+  const std::string bytes(1 << 20, 'x');
+  while (listener_->num_shut_down() == 0) {
+    // Reads the other end, so that more can be sent.
+    std::string read(1 << 20, ' ');
+    const ssize_t sent = send(flood.get(), bytes.data(), bytes.size(), MSG_DONTWAIT | MSG_NOSIGNAL);
+    const MutexLock lock(&mutex_);
+    for (const FileDescriptor& end : accepted_) {
+      [[maybe_unused]] const ssize_t n = recv(end.get(), read.data(), read.size(), MSG_DONTWAIT);
+    }
+    if (sent < 0 && errno != EAGAIN) break;
+  }
+  EXPECT_TRUE(Eventually([&] { return listener_->num_shut_down() == 1; }));
+  EXPECT_FALSE(IsClosed(quiet));
+  const MutexLock lock(&mutex_);
+  ASSERT_FALSE(lines_.empty());
+  EXPECT_THAT(lines_.front(), HasSubstr("connections were shut down"));
+}
+
+TEST_F(ConnectionListenerTest, ClosedConnectionsAreNoLongerCounted) {
+  Start({10, 10});
+  const FileDescriptor first = Connect();
+  const FileDescriptor second = Connect();
+  EXPECT_TRUE(Eventually([&] { return listener_->num_open() == 2; }));
+  CloseAccepted();
+  EXPECT_TRUE(Eventually([&] { return listener_->num_open() == 0; }));
+}
+
+TEST_F(ConnectionListenerTest, StoppedListenerRefusesConnections) {
+  Start({10, 10});
+  listener_->Stop();
+  FileDescriptor client(socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0));
+  sockaddr_in server{};
+  server.sin_family = AF_INET;
+  inet_pton(AF_INET, "127.0.0.1", &server.sin_addr);
+  int port = 0;
+  const absl::string_view address = listener_->address();
+  ASSERT_TRUE(absl::SimpleAtoi(address.substr(address.rfind(':') + 1), &port));
+  server.sin_port = htons(port);
+  EXPECT_NE(connect(client.get(), reinterpret_cast<sockaddr*>(&server), sizeof server), 0);
+}
+
+TEST(ListenTest, TakenPortAndBadAddressesAreRefused) {
+  const auto first = Listen("127.0.0.1:0");
+  ASSERT_TRUE(first.ok()) << first.status();
+  EXPECT_EQ(Listen(first->address).status().code(), absl::StatusCode::kUnavailable);
+  for (const char* address : {"", "127.0.0.1", ":", "127.0.0.1:", "127.0.0.1:x", "a b:1"}) {
+    EXPECT_EQ(Listen(address).status().code(), absl::StatusCode::kInvalidArgument) << address;
+  }
+  EXPECT_TRUE(Listen("localhost:0").ok());
+}
+
+}  // namespace
+}  // namespace hypermap::admission

@@ -1,0 +1,67 @@
+// The connections that a server has accepted and that are still open.
+#ifndef HYPERMAP_BASE_ADMISSION_OPEN_CONNECTIONS_H_
+#define HYPERMAP_BASE_ADMISSION_OPEN_CONNECTIONS_H_
+
+#include <sys/socket.h>
+#include <sys/types.h>
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "absl/container/flat_hash_map.h"
+#include "absl/status/status.h"
+#include "absl/time/time.h"
+
+namespace hypermap::admission {
+
+struct ConnectionLimits {
+  // Connections that may be open at once.
+  int max_connections = 1'000;
+  // The same for one address of clients. An IPv6 address stands for its network of 64 bits.
+  int max_connections_per_address = 750;
+};
+
+// Counts connections that another library owns and closes without a notice. Each is known by its
+// descriptor and by the inode of its socket, so that one whose descriptor now belongs to something
+// else counts as closed. Not thread-safe.
+class OpenConnections {
+ public:
+  explicit OpenConnections(const ConnectionLimits& limits) : limits_(limits) {}
+
+  // Counts an accepted connection. RESOURCE_EXHAUSTED, naming the flag, if there are too many.
+  absl::Status Add(int socket, const sockaddr_storage& peer);
+
+  // Forgets the connections that were closed, unless it did so less than `period` ago: it takes one
+  // system call for each connection.
+  void RemoveClosed(absl::Duration period);
+
+  // Shuts down the connections that received the most bytes since the last call: each that received
+  // at least half of the largest number, and at least `least_bytes`. Returns their peers. The first
+  // call only counts.
+  std::vector<std::string> ShutDownBusiest(int64_t least_bytes);
+
+  int size() const { return static_cast<int>(connections_.size()); }
+
+ private:
+  struct Connection {
+    ino_t inode = 0;
+    // The peer's address with its port, and without.
+    std::string peer;
+    std::string host;
+    // Bytes received at the last count; -1 before the first.
+    int64_t received_bytes = -1;
+  };
+  using Connections = absl::flat_hash_map<int, Connection>;
+
+  void Forget(Connections::iterator it);
+
+  const ConnectionLimits limits_;
+  absl::Time removed_ = absl::InfinitePast();
+  Connections connections_;
+  absl::flat_hash_map<std::string, int> num_of_host_;
+};
+
+}  // namespace hypermap::admission
+
+#endif  // HYPERMAP_BASE_ADMISSION_OPEN_CONNECTIONS_H_

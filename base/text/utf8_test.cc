@@ -1,0 +1,27 @@
+#include "base/text/utf8.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+namespace hypermap {
+namespace {
+
+TEST(Utf8Test, TextOfAnyScriptIsValid) {
+  for (const char* text : {"", "robot-3", "Küche", "倉庫", "\xf0\x9f\xa4\x96"}) {
+    EXPECT_TRUE(IsUtf8(text)) << text;
+    EXPECT_EQ(ReplaceInvalidUtf8(text), text);
+  }
+}
+
+TEST(Utf8Test, InvalidBytesAreFoundAndReplaced) {
+  // Bytes that never occur, a sequence cut short, an overlong form, and half of a surrogate pair.
+  for (const char* text : {"\xff\xfe", "K\xc3", "\xc0\xaf", "\xed\xa0\x80"}) {
+    EXPECT_FALSE(IsUtf8(text));
+    EXPECT_TRUE(IsUtf8(ReplaceInvalidUtf8(text)));
+  }
+  EXPECT_EQ(ReplaceInvalidUtf8("K\xc3"), "K\xef\xbf\xbd");
+}
+
+}  // namespace
+}  // namespace hypermap

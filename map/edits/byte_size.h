@@ -1,0 +1,25 @@
+// The memory that edits and changes take, for limits of queues and buffers.
+#ifndef HYPERMAP_MAP_EDITS_BYTE_SIZE_H_
+#define HYPERMAP_MAP_EDITS_BYTE_SIZE_H_
+
+#include <cstdint>
+
+#include "map/edits/change.h"
+#include "map/edits/edit.h"
+
+namespace hypermap {
+
+// Bytes of memory, estimated from the sizes of strings, vertices, cells and entries, without the
+// slack of allocations. What a value shares with others is counted in full.
+
+int64_t ByteSize(const Polygon& polygon);
+int64_t ByteSize(const SemanticObject& object);
+int64_t ByteSize(const Edit& edit);
+int64_t ByteSize(const EditBatch& batch);
+
+// With the content before and after the change, because it keeps both.
+int64_t ByteSize(const Change& change);
+
+}  // namespace hypermap
+
+#endif  // HYPERMAP_MAP_EDITS_BYTE_SIZE_H_

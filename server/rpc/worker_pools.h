@@ -1,0 +1,42 @@
+// A pool of threads for each class of work, so that no class can take the threads of another.
+#ifndef HYPERMAP_SERVER_RPC_WORKER_POOLS_H_
+#define HYPERMAP_SERVER_RPC_WORKER_POOLS_H_
+
+#include "server/rpc/worker_pool.h"
+
+namespace hypermap::server {
+
+struct WorkerPools {
+  // Classes that may take long leave the processor to the others.
+  static constexpr int kLongNiceness = 5;
+  static constexpr int kFileNiceness = 10;
+
+  // `num_threads` for each class of questions. The other classes wait for the disk or for each
+  // other more than they compute, and have a few threads.
+  explicit WorkerPools(int num_threads)
+      : questions(num_threads),
+        long_questions(num_threads, kLongNiceness),
+        watches(num_threads),
+        writes(2),
+        openings(2),
+        files(2, kFileNiceness),
+        explorations(4, kLongNiceness) {}
+
+  // Questions until they prove long, and small requests.
+  WorkerPool questions;
+  // The rest of answers that take more than one turn, and questions about large areas.
+  WorkerPool long_questions;
+  WorkerPool watches;
+  // Decoding of edits and observations. The maps' own threads write them.
+  WorkerPool writes;
+  // Creating and deleting maps, and opening streams of observations, which wait for the disk.
+  WorkerPool openings;
+  // Import, export and backup.
+  WorkerPool files;
+  // Explorations, whose calls wait for commits and for each other.
+  WorkerPool explorations;
+};
+
+}  // namespace hypermap::server
+
+#endif  // HYPERMAP_SERVER_RPC_WORKER_POOLS_H_

@@ -1,0 +1,55 @@
+"""The attacks by their names, and what the server has to answer."""
+
+import dataclasses
+import typing
+
+import connections
+import files
+import floods
+import large_requests
+
+# The attacks of the short form, which CI runs (ctest -R attack.short): those against which the
+# server defends itself. docs/security.md says of each attack how, and what is still open.
+SHORT = [
+    "A1", "A3", "A4", "A4-shape", "A5", "B1", "B2", "B3", "B5", "B6", "B11",
+    "slow-readers", "random-bytes", "endless-streams",
+]
+
+
+@dataclasses.dataclass
+class Attack:
+    name: str
+    function: typing.Callable
+    # A refusal that the attacker must be told: a regular expression. Empty: none.
+    refusal: str = ""
+    # A regular expression of a line that the server must log. Empty: none.
+    logged: str = ""
+
+    def title(self):
+        return self.function.__name__.replace("_", " ")
+
+
+ALL = [
+    Attack("A1", connections.too_many, logged="--max_connections"),
+    Attack("A2", floods.rapid_reset),
+    Attack("A3", large_requests.author_names,
+           refusal="INVALID_ARGUMENT metadata x-hypermap-author"),
+    Attack("A4", large_requests.area_with_holes,
+           refusal="RESOURCE_EXHAUSTED --max_question_vertices"),
+    Attack("A4-shape", large_requests.shape_with_holes, refusal="INVALID_ARGUMENT"),
+    Attack("A5", files.self_crossing_hulls),
+    Attack("B1", large_requests.many_fills, refusal="RESOURCE_EXHAUSTED --max_cells"),
+    Attack("B2", large_requests.many_aliases),
+    Attack("B3", large_requests.many_frames),
+    Attack("B4", large_requests.large_explorations),
+    Attack("B5", large_requests.compressed_message, refusal="UNIMPLEMENTED"),
+    Attack("B6", files.unfinished_imports, refusal="RESOURCE_EXHAUSTED --max_scratch_bytes"),
+    Attack("B7", large_requests.large_batches),
+    Attack("B8", files.unpacking_member),
+    Attack("B11", files.unread_backups, refusal="RESOURCE_EXHAUSTED --max_scratch_bytes"),
+    Attack("slow-readers", connections.slow_readers),
+    Attack("random-bytes", connections.random_bytes),
+    Attack("endless-streams", floods.endless_streams),
+]
+
+BY_NAME = {attack.name: attack for attack in ALL}

@@ -1,0 +1,345 @@
+"""Attacks real hypermapd processes that have small limits, and prints how they bear it.
+
+The server of each attack is a new one. Another process asks and edits a map that is not attacked
+("others"), first in quiet, then during the attack. After the end of the attack a new client asks,
+edits, creates and deletes a map. The full form makes five rounds of each attack. It fails if the
+server ends, uses more memory than its limit, answers others more than three times slower (p99 of
+all rounds together) than in quiet, lets a new client wait for more than a second, or does not
+refuse what it should; an attack of which one of these is true is "not defended". The short form
+makes one round of the attacks that are defended, and measures no time.
+"""
+
+import argparse
+import contextlib
+import dataclasses
+import json
+import math
+import os
+import pathlib
+import re
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+
+import grpc
+
+import attacks
+import others
+import rpc
+import sites
+from processes import BIN, DEADLINE_S, Server
+from site_under_attack import PREY
+
+HERE = pathlib.Path(__file__).resolve().parent
+MEMORY_LIMIT = 1 << 30
+# The address space keeps a server without defence from taking the memory of the machine.
+LIMITS = {resource.RLIMIT_NOFILE: 1024, resource.RLIMIT_AS: 8 << 30}
+FLAGS = {"memory_limit": MEMORY_LIMIT, "max_scratch_bytes": 512 << 20}
+
+ROUNDS = 5
+QUIET_S = 3
+ATTACK_DEADLINE_S = 150
+SERVED_DEADLINE_S = 30
+MAX_P99_RATIO = 3
+MAX_SERVED_S = 1
+
+
+@dataclasses.dataclass
+class Round:
+    """What was seen in one round of an attack."""
+    told: dict
+    # What is wrong apart from the measured times, such as "the server ended".
+    wrong: list
+    # Durations of others' calls in seconds; failed ones count as others.TIMEOUT_S.
+    quiet: list
+    during: list
+    lost: int
+    # Most memory that was in use during the attack, in bytes.
+    peak: int
+    # Time from the end of the attack until a new client was served, in seconds; None if it never
+    # was.
+    served_s: float | None
+
+
+def percentile(durations, share):
+    """Returns the duration that this share of all does not exceed, or None if there are none."""
+    if not durations:
+        return None
+    return sorted(durations)[math.ceil(share * len(durations)) - 1]
+
+
+def reset_peak_memory(pid):
+    pathlib.Path(f"/proc/{pid}/clear_refs").write_text("5")
+
+
+def peak_memory(pid):
+    """Returns the most memory that the process has used since reset_peak_memory, in bytes; 0 if the
+    process has ended."""
+    try:
+        status = pathlib.Path(f"/proc/{pid}/status").read_text()
+    except OSError:
+        return 0
+    found = re.search(r"VmHWM:\s+(\d+) kB", status)
+    return int(found[1]) * 1024 if found else 0
+
+
+def make_maps(server):
+    with rpc.Client(server.address) as client:
+        for name in (PREY, others.MAP):
+            sites.make(client, name)
+            client.ApplyEdits(map=name, edits=[
+                sites.put("chair", 2 * (i % 40), 2 * (i // 40)) for i in range(1000)])
+
+
+def time_until_served(server):
+    """Returns the seconds until a new client could ask, edit, create and delete; None if it could
+    not within SERVED_DEADLINE_S or the server has ended."""
+    begin, attempt = time.monotonic(), 0
+    while (passed := time.monotonic() - begin) < SERVED_DEADLINE_S and server.running():
+        attempt += 1
+        left = {"timeout": SERVED_DEADLINE_S - passed}
+        try:
+            with rpc.Client(server.address) as client:
+                client.QueryPoint(scope=rpc.scope(others.MAP), point=rpc.point(1, 1), **left)
+                list(client.QueryArea(scope=rpc.scope(others.MAP),
+                                      area=sites.square(0, 0, 10), **left))
+                client.ApplyEdits(map=others.MAP, edits=[sites.put("lamp", 0, 0)], **left)
+                client.CreateMap(map=f"new-{attempt}", **left)
+                client.DeleteMap(map=f"new-{attempt}", **left)
+            return time.monotonic() - begin
+        except grpc.RpcError:
+            time.sleep(0.005)
+    return None
+
+
+class Others:
+    """The process of the clients that are not attacked."""
+
+    def __init__(self, address):
+        self._output = tempfile.TemporaryFile("w+")
+        self._process = subprocess.Popen(
+            [sys.executable, HERE / "others.py", address],
+            stdin=subprocess.PIPE, stdout=self._output)
+
+    def wait_until_ready(self):
+        """Waits for the first answer."""
+        deadline = time.monotonic() + DEADLINE_S
+        while os.fstat(self._output.fileno()).st_size == 0:
+            if time.monotonic() > deadline or self._process.poll() is not None:
+                raise AssertionError("the clients that are not attacked get no answer")
+            time.sleep(0.01)
+
+    def stop(self):
+        self._process.stdin.close()
+        self._process.wait(DEADLINE_S)
+
+    def calls(self, begin, end):
+        """Returns the durations of the calls that were under way between two times, and how many of
+        them failed. Only after stop()."""
+        self._output.seek(0)
+        durations, lost = [], 0
+        for line in self._output:
+            started, ended, status = line.split()
+            if float(ended) < begin or float(started) > end:
+                continue
+            if status == "OK":
+                durations.append(float(ended) - float(started))
+            else:
+                durations.append(others.TIMEOUT_S)
+                lost += 1
+        return durations, lost
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self._process.kill()
+        self._process.wait()
+        self._process.stdin.close()
+        self._output.close()
+
+
+class Attacker:
+    """The process that attacks, in the steps of attacker.py."""
+
+    def __init__(self, *arguments):
+        self._output = tempfile.TemporaryFile("w+")
+        self._process = subprocess.Popen(
+            [sys.executable, HERE / "attacker.py", *map(str, arguments)], text=True,
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self._output)
+
+    def read(self):
+        """Returns the next line of the attacker; None if it has ended."""
+        return self._process.stdout.readline().strip() or None
+
+    def go_on(self):
+        with contextlib.suppress(BrokenPipeError):
+            self._process.stdin.write("\n")
+            self._process.stdin.flush()
+
+    def error(self):
+        """Returns the last line that the attacker wrote to its standard error."""
+        self._output.seek(0)
+        return (self._output.read().strip().splitlines() or ["no reason told"])[-1]
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self._process.kill()
+        self._process.wait()
+        self._process.stdin.close()
+        self._process.stdout.close()
+        self._output.close()
+
+
+def attack_once(attack, form, niceness, flags):
+    """Runs one round against a server of its own."""
+    with tempfile.TemporaryDirectory(prefix="hypermap-attack-") as folder, \
+            Server(folder, *flags, limits=LIMITS) as server:
+        make_maps(server)
+        with Attacker(attack.name, server.address, server.pid, folder, form, niceness) as attacker:
+            if attacker.read() != "prepared":
+                raise AssertionError(f"{attack.name} could not be prepared: {attacker.error()}")
+            with Others(server.address) as clients:
+                return _attack_prepared(attack, form, server, attacker, clients)
+
+
+def _attack_prepared(attack, form, server, attacker, clients):
+    clients.wait_until_ready()
+    quiet_begin = time.monotonic()
+    time.sleep(QUIET_S if form == "full" else 0.3)
+    reset_peak_memory(server.pid)
+    begin = time.monotonic()
+    attacker.go_on()
+    told = attacker.read()
+    end = time.monotonic()
+    served_s = time_until_served(server)
+    peak = peak_memory(server.pid)
+    wrong = []
+    if told is None:
+        wrong.append(f"the attacker ended: {attacker.error()}")
+    elif server.running():
+        attacker.go_on()
+        if found := json.loads(attacker.read() or json.dumps(attacker.error())):
+            wrong.append(found)
+    clients.stop()
+    if not server.running():
+        wrong.append(f"the server ended with code {server.wait()}")
+    if attack.logged and not re.search(attack.logged, server.log()):
+        wrong.append(f"the log does not have {attack.logged}")
+    quiet, _ = clients.calls(quiet_begin, begin)
+    during, lost = clients.calls(begin, end)
+    return Round(dict(json.loads(told or "[]")), wrong, quiet, during, lost, peak, served_s)
+
+
+class Result:
+    """The rounds of one attack together."""
+
+    def __init__(self, attack, form, rounds):
+        self.attack = attack
+        self.told = {}
+        for seen in rounds:
+            for text, count in seen.told.items():
+                self.told[text] = self.told.get(text, 0) + count
+        self.quiet = [d for seen in rounds for d in seen.quiet]
+        self.during = [d for seen in rounds for d in seen.during]
+        self.lost = sum(seen.lost for seen in rounds)
+        self.peak = max(seen.peak for seen in rounds)
+        served = [seen.served_s for seen in rounds]
+        self.served_s = None if None in served else max(served)
+        p99s = percentile(self.quiet, 0.99), percentile(self.during, 0.99)
+        self.ratio = p99s[1] / p99s[0] if all(p99s) else None
+        self.wrong = list(dict.fromkeys(w for seen in rounds for w in seen.wrong))
+        self._judge(form)
+
+    def _judge(self, form):
+        if self.attack.refusal and not any(re.search(self.attack.refusal, t) for t in self.told):
+            self.wrong.append(f"nobody was told {self.attack.refusal}")
+        if self.peak > MEMORY_LIMIT:
+            self.wrong.append(f"memory {self.peak >> 20} MiB")
+        if self.served_s is None:
+            self.wrong.append("no new client is served")
+        if form == "short":
+            return
+        if self.served_s is not None and self.served_s > MAX_SERVED_S:
+            self.wrong.append(f"a new client waits for {self.served_s:.1f} s")
+        if self.ratio is not None and self.ratio > MAX_P99_RATIO:
+            self.wrong.append(f"others' p99 is {self.ratio:.1f} times that of quiet")
+
+    def row(self):
+        def times(durations):
+            if not durations:
+                return "-"
+            return "/".join(f"{1000 * percentile(durations, share):.0f}" for share in (0.5, 0.99))
+
+        answers = ", ".join(f"{count} {text}" if not text[0].isdigit() else text
+                            for text, count in list(self.told.items())[:4])
+        return [f"{self.attack.name} {self.attack.title()}",
+                f"not defended: {'; '.join(self.wrong)}" if self.wrong else "defended",
+                answers, times(self.quiet), times(self.during),
+                "-" if self.ratio is None else f"{self.ratio:.1f}", str(self.lost),
+                str(self.peak >> 20),
+                "never" if self.served_s is None else f"{1000 * self.served_s:.0f}"]
+
+
+HEADER = ["attack", "outcome", "the attacker was told", "quiet p50/p99 ms", "attack p50/p99 ms",
+          "ratio", "lost", "peak MiB", "served after ms"]
+
+
+def print_table(rows):
+    def line(cells):
+        return f"| {' | '.join(cells)} |"
+
+    print("\n".join([line(HEADER), line("---" for _ in HEADER), *map(line, rows)]))
+
+
+def server_flags():
+    """Returns the flags of the servers. Programs that do not have all of them yet are attacked
+    without them."""
+    known = subprocess.run([BIN / "hypermapd", "--helpfull"], capture_output=True, text=True,
+                           timeout=DEADLINE_S, check=False).stdout
+    for name in FLAGS:
+        if f"--{name} " not in known:
+            print(f"this hypermapd has no --{name}")
+    return [f"--{name}={value}" for name, value in FLAGS.items() if f"--{name} " in known]
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__,
+                                     formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("names", nargs="*", metavar="ATTACK",
+                        help=f"attacks to run; default: all. {', '.join(attacks.BY_NAME)}")
+    parser.add_argument("--short", action="store_true",
+                        help="one short round, by default of the attacks that are defended")
+    parser.add_argument("--rounds", type=int, help=f"rounds of each attack; default: {ROUNDS}")
+    parser.add_argument("--attacker_niceness", type=int, default=10,
+                        help="scheduling priority of the attackers (nice): in the field they do "
+                             "not share the server's processors")
+    arguments = parser.parse_args()
+    form = "short" if arguments.short else "full"
+    rounds = arguments.rounds or (1 if arguments.short else ROUNDS)
+    names = arguments.names or (attacks.SHORT if arguments.short else list(attacks.BY_NAME))
+    if unknown := set(names) - set(attacks.BY_NAME):
+        parser.error(f"there is no attack {', '.join(sorted(unknown))}")
+    flags = server_flags()
+    results = []
+    for name in names:
+        attack, seen = attacks.BY_NAME[name], []
+        while len(seen) < rounds and not (seen and seen[-1].served_s is None):
+            seen.append(attack_once(attack, form, arguments.attacker_niceness, flags))
+        results.append(Result(attack, form, seen))
+        print(f"{name}: {'; '.join(results[-1].wrong) or 'defended'}", flush=True)
+    print_table([result.row() for result in results])
+    failed = [result.attack.name for result in results if result.wrong]
+    if failed:
+        print(f"not defended: {', '.join(failed)} ({len(failed)} of {len(results)} attacks)")
+        return 1
+    print(f"all {len(results)} attacks are defended")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
