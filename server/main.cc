@@ -142,6 +142,16 @@ class ShutdownSignals {
   sigset_t signals_;
 };
 
+// Sets the limit of memory if the flag leaves it to the machine, and bounds what follows from it: an
+// import that is decoded takes up to three times the bytes of its files, and two are at a time.
+Limits BoundByMemory(Limits limits) {
+  if (limits.memory_limit == 0) limits.memory_limit = admission::UsableMemory() / 4 * 3;
+  const int64_t part = std::max<int64_t>(1, limits.memory_limit / 8);
+  limits.max_import_bytes = std::min(limits.max_import_bytes, part);
+  limits.max_unpacked_bytes = std::min(limits.max_unpacked_bytes, part);
+  return limits;
+}
+
 // Files that are open at once besides connections.
 int64_t FilesFor(size_t num_maps) {
   return kFilesOfServer + kFilesOfMap * (static_cast<int64_t>(num_maps) + kNewMaps);
@@ -150,7 +160,7 @@ int64_t FilesFor(size_t num_maps) {
 // Serves until a signal arrives.
 absl::Status Serve(ShutdownSignals& signals) {
   const std::string data_dir = absl::GetFlag(FLAGS_data_dir);
-  const Limits limits = LimitsOfFlags();
+  const Limits limits = BoundByMemory(LimitsOfFlags());
   HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<storage::MapStore> store,
                             storage::OpenGeoPackageStore(data_dir));
   HYPERMAP_ASSIGN_OR_RETURN(const std::vector<std::string> maps, store->List());
@@ -176,8 +186,7 @@ absl::Status Serve(ShutdownSignals& signals) {
   const Facilities facilities{site.get(), limits, &workers, data_dir, &scratch_bytes};
   GrpcServerOptions options{absl::GetFlag(FLAGS_listen), limits.max_message_bytes,
                             ServerFilesOfFlags(), connections};
-  options.max_resident_bytes =
-      limits.memory_limit == 0 ? admission::UsableMemory() / 4 * 3 : limits.memory_limit;
+  options.max_resident_bytes = limits.memory_limit;
   HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<GrpcServer> server,
                             GrpcServer::Start(options, facilities));
   LogProblems(*site);

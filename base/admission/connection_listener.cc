@@ -85,6 +85,7 @@ void ConnectionListener::Run() {
     }
     connections_.RemoveClosed(kRemovalPeriod);
     num_open_ = connections_.size();
+    ReportShutDown(connections_.ShutDownFloods(), "they flood the server with cancelled calls");
     if (options_.max_resident_bytes > 0) GuardMemory();
   }
   listeners_.clear();
@@ -126,10 +127,21 @@ bool ConnectionListener::RefuseWithSpare(int listener) {
 }
 
 void ConnectionListener::Refuse(const std::string& reason) {
+  if (MayLog(&refusal_logged_)) {
+    options_.log(absl::StrCat("connections are refused: ", reason,
+                              "; refused before: ", num_refused_.load()));
+  }
   ++num_refused_;
-  if (!MayLog(&refusal_logged_)) return;
-  options_.log(
-      absl::StrCat("connections are refused: ", reason, "; refused so far: ", num_refused_.load()));
+}
+
+void ConnectionListener::ReportShutDown(const std::vector<std::string>& peers,
+                                        absl::string_view reason) {
+  if (peers.empty()) return;
+  if (MayLog(&shutdown_logged_)) {
+    options_.log(absl::StrCat("connections were shut down, because ", reason, ": ",
+                              absl::StrJoin(peers, ", ")));
+  }
+  num_shut_down_ += static_cast<int64_t>(peers.size());
 }
 
 void ConnectionListener::GuardMemory() {
@@ -139,11 +151,7 @@ void ConnectionListener::GuardMemory() {
   const bool above = resident > options_.max_resident_bytes;
   const std::vector<std::string> peers =
       connections_.ShutDownBusiest(above ? kLeastBusyBytes : INT64_MAX);
-  num_shut_down_ += static_cast<int64_t>(peers.size());
-  if (!peers.empty() && MayLog(&shutdown_logged_)) {
-    options_.log(absl::StrCat("connections were shut down, because ", resident,
-                              " bytes of memory are in use: ", absl::StrJoin(peers, ", ")));
-  }
+  ReportShutDown(peers, absl::StrCat(resident, " bytes of memory are in use"));
   const absl::Time now = absl::Now();
   if (now >= memory_returned_ && now < memory_returned_ + kReturnPeriod) return;
   memory_returned_ = now;

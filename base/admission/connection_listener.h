@@ -14,6 +14,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
 #include "absl/time/time.h"
 #include "base/admission/listening_socket.h"
 #include "base/admission/open_connections.h"
@@ -34,9 +35,9 @@ struct ConnectionListenerOptions {
   std::function<void(const std::string& line)> log = [](const std::string&) {};
 };
 
-// Has one thread that accepts connections. A connection beyond the limits, or for which the process
-// has no descriptor left, is closed at once; as soon as others have been closed, new ones are
-// accepted again.
+// Has one thread that accepts connections, and shuts down those that flood the server with
+// cancelled calls. A connection beyond the limits, or for which the process has no descriptor left,
+// is closed at once; as soon as others have been closed, new ones are accepted again.
 class ConnectionListener {
  public:
   // The errors of Listen.
@@ -68,6 +69,7 @@ class ConnectionListener {
   bool RefuseWithSpare(int listener);
   void Refuse(const std::string& reason);
   void GuardMemory();
+  void ReportShutDown(const std::vector<std::string>& peers, absl::string_view reason);
 
   const ConnectionListenerOptions options_;
   const std::string address_;

@@ -8,6 +8,7 @@
 #include <sys/socket.h>
 
 #include <cerrno>
+#include <cstdint>
 #include <deque>
 #include <functional>
 #include <memory>
@@ -183,6 +184,48 @@ TEST_F(ConnectionListenerTest, A2WhoFloodsIsShutDownWhileMemoryIsShort) {
   const MutexLock lock(&mutex_);
   ASSERT_FALSE(lines_.empty());
   EXPECT_THAT(lines_.front(), HasSubstr("connections were shut down"));
+}
+
+// Frames of HTTP/2 that begin a call on a stream and cancel it.
+std::string CancelledCall(uint32_t stream) {
+  const std::string id{static_cast<char>(stream >> 24), static_cast<char>(stream >> 16),
+                       static_cast<char>(stream >> 8), static_cast<char>(stream)};
+  return std::string{0, 0, 6, 1, 4} + id + "header" + std::string{0, 0, 4, 3, 0} + id +
+         std::string{0, 0, 0, 8};
+}
+
+TEST_F(ConnectionListenerTest, A2FloodOfCancelledCallsIsShutDown) {
+  Start({10, 10});
+  const FileDescriptor quiet = Connect();
+  ASSERT_TRUE(Eventually([&] { return num_accepted() == 1; }));
+  const FileDescriptor flood = Connect();
+  ASSERT_TRUE(Eventually([&] { return num_accepted() == 2; }));
+  // Many calls that are cancelled once, and then wait unread with other bytes, are no flood.
+  std::string once;
+  for (uint32_t i = 0; i < 50; ++i) once += CancelledCall(2 * i + 1);
+  once += std::string(5'000, 'x');
+  ASSERT_EQ(send(quiet.get(), once.data(), once.size(), MSG_NOSIGNAL),
+            static_cast<ssize_t>(once.size()));
+  uint32_t stream = 1;
+  const absl::Time deadline = absl::Now() + kPatience;
+  while (listener_->num_shut_down() == 0 && absl::Now() < deadline) {
+    std::string frames;
+    for (int i = 0; i < 50; ++i, stream += 2) frames += CancelledCall(stream);
+    if (send(flood.get(), frames.data(), frames.size(), MSG_DONTWAIT | MSG_NOSIGNAL) < 0) {
+      absl::SleepFor(absl::Milliseconds(1));
+    }
+    // The other end reads the flood, and not the quiet connection.
+    const MutexLock lock(&mutex_);
+    std::string read(frames.size() / 2, ' ');
+    [[maybe_unused]] const ssize_t n =
+        recv(accepted_.back().get(), read.data(), read.size(), MSG_DONTWAIT);
+  }
+  EXPECT_EQ(listener_->num_shut_down(), 1);
+  EXPECT_TRUE(Eventually([&] { return IsClosed(flood); }));
+  EXPECT_FALSE(IsClosed(quiet));
+  const MutexLock lock(&mutex_);
+  ASSERT_FALSE(lines_.empty());
+  EXPECT_THAT(lines_.front(), HasSubstr("cancelled calls"));
 }
 
 TEST_F(ConnectionListenerTest, ClosedConnectionsAreNoLongerCounted) {

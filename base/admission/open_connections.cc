@@ -4,6 +4,7 @@
 #include <fcntl.h>
 #include <linux/tcp.h>
 #include <netinet/in.h>
+#include <sys/ioctl.h>
 #include <sys/stat.h>
 
 #include <algorithm>
@@ -11,12 +12,20 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/string_view.h"
 #include "absl/time/clock.h"
 #include "base/admission/listening_socket.h"
 
 namespace hypermap::admission {
 namespace {
 
+// A flood of resets: bytes that wait to be read, of which so many are looked at; resets among them;
+// and how often these are seen within a second before the connection is shut down. A client that
+// cancels all its calls once stays below.
+constexpr int kLeastWaitingBytes = 1'024;
+constexpr size_t kPeekedBytes = 16'384;
+constexpr int kManyResets = 12;
+constexpr int kTimesManyResets = 4;
 // Bytes of an IPv6 address that name the network; a client may choose the rest.
 constexpr int kNetworkBytes = 8;
 // Time between removals while new connections are refused.
@@ -62,6 +71,37 @@ int64_t ReceivedBytes(int socket) {
   return static_cast<int64_t>(info.tcpi_bytes_received);
 }
 
+// Returns the number that begins with the highest byte.
+uint32_t StreamOf(absl::string_view bytes) {
+  uint32_t stream = 0;
+  for (const char byte : bytes.substr(0, sizeof stream)) {
+    stream = stream << 8 | static_cast<unsigned char>(byte);
+  }
+  return stream;
+}
+
+struct Resets {
+  int count = 0;
+  uint32_t last_stream = 0;
+};
+
+// Finds the RST_STREAM frames of HTTP/2 among `bytes`, which may begin within a frame: the header
+// of such a frame (RFC 9113, section 6.4), with a stream of the client later than that of the one
+// before, so that other data is not taken for it.
+Resets FindResets(absl::string_view bytes) {
+  static constexpr absl::string_view kReset("\0\0\x04\x03\0", 5);
+  constexpr size_t kHeaderBytes = 9;
+  Resets resets;
+  for (size_t at = bytes.find(kReset); at != bytes.npos && at + kHeaderBytes <= bytes.size();
+       at = bytes.find(kReset, at + 1)) {
+    const uint32_t stream = StreamOf(bytes.substr(at + kReset.size()));
+    if (stream % 2 == 0 || stream <= resets.last_stream) continue;
+    resets.last_stream = stream;
+    ++resets.count;
+  }
+  return resets;
+}
+
 }  // namespace
 
 absl::Status OpenConnections::Add(int socket, const sockaddr_storage& peer) {
@@ -100,6 +140,33 @@ void OpenConnections::RemoveClosed(absl::Duration period) {
     const auto here = it++;
     if (InodeOf(here->first) != here->second.inode) Forget(here);
   }
+}
+
+std::vector<std::string> OpenConnections::ShutDownFloods() {
+  std::vector<std::string> peers;
+  const absl::Time now = absl::Now();
+  for (auto& [fd, connection] : connections_) {
+    int waiting = 0;
+    if (ioctl(fd, FIONREAD, &waiting) != 0 || waiting < kLeastWaitingBytes) continue;
+    // A duplicate, so that the socket stays this one while it is looked at.
+    const FileDescriptor socket(fcntl(fd, F_DUPFD_CLOEXEC, 0));
+    if (!socket.is_open() || InodeOf(socket.get()) != connection.inode) continue;
+    char bytes[kPeekedBytes];
+    const ssize_t size = recv(socket.get(), bytes, sizeof bytes, MSG_PEEK | MSG_DONTWAIT);
+    if (size <= 0) continue;
+    const Resets resets = FindResets({bytes, static_cast<size_t>(size)});
+    // The same frames are seen again while the server reads nothing.
+    if (resets.count < kManyResets || resets.last_stream <= connection.last_reset_stream) continue;
+    connection.last_reset_stream = resets.last_stream;
+    if (now < connection.first_resets || now > connection.first_resets + absl::Seconds(1)) {
+      connection.first_resets = now;
+      connection.num_resets_seen = 0;
+    }
+    if (++connection.num_resets_seen < kTimesManyResets) continue;
+    shutdown(socket.get(), SHUT_RDWR);
+    peers.push_back(connection.peer);
+  }
+  return peers;
 }
 
 std::vector<std::string> OpenConnections::ShutDownBusiest(int64_t least_bytes) {

@@ -41,6 +41,12 @@ class OpenConnections {
   // call only counts.
   std::vector<std::string> ShutDownBusiest(int64_t least_bytes);
 
+  // Shuts down the connections that flood the server with calls that they cancel at once (HTTP/2
+  // Rapid Reset, CVE-2023-44487), and returns their peers. Looks at the bytes that the server has
+  // not read yet: a connection is shut down when these hold many new RST_STREAM frames in several
+  // calls of this function within a second. Sees nothing in connections with TLS.
+  std::vector<std::string> ShutDownFloods();
+
   int size() const { return static_cast<int>(connections_.size()); }
 
  private:
@@ -51,6 +57,11 @@ class OpenConnections {
     std::string host;
     // Bytes received at the last count; -1 before the first.
     int64_t received_bytes = -1;
+    // The latest stream that was seen to be reset.
+    uint32_t last_reset_stream = 0;
+    // How often many resets were seen since `first_resets`.
+    int num_resets_seen = 0;
+    absl::Time first_resets = absl::InfinitePast();
   };
   using Connections = absl::flat_hash_map<int, Connection>;
 

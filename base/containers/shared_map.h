@@ -38,8 +38,8 @@ class SharedMap {
   using reference = const value_type&;
   using const_reference = const value_type&;
 
-  // In the order of the keys.
-  class const_iterator {
+  // In the order of the keys. Named as in the containers of the standard library.
+  class const_iterator {  // NOLINT(readability-identifier-naming)
    public:
     using iterator_category = std::forward_iterator_tag;
     using value_type = SharedMap::value_type;

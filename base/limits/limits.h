@@ -59,12 +59,13 @@ struct Limits {
 
   // Imports.
 
-  // Bytes of all files of an import together.
+  // Bytes of all files of an import together. The server uses at most an eighth of memory_limit.
   int64_t max_import_bytes = int64_t{256} << 20;
   // Bytes of the files on disk in which imports and backups under way are kept; half of them for
   // one address of clients.
   int64_t max_scratch_bytes = int64_t{4} << 30;
-  // Bytes of an import's files after decompression.
+  // Bytes of an import's files after decompression. The server uses at most an eighth of
+  // memory_limit.
   int64_t max_unpacked_bytes = int64_t{1} << 30;
   // Members of an archive.
   int max_archive_members = 10'000;

@@ -5,10 +5,14 @@
 
 #include "absl/strings/str_cat.h"
 #include "base/status/status_macros.h"
+#include "base/sync/start_thread.h"
 #include "wire/status.h"
 
 namespace hypermap::ingest {
 namespace {
+
+// Memory for a frame in work: depth, points, normals, masks and what segmentation makes of them.
+constexpr int64_t kBytesPerPixel = 64;
 
 v1::FrameOutcome OutcomeOf(client::ObservationOutcome outcome) {
   switch (outcome) {
@@ -28,7 +32,8 @@ v1::FrameOutcome OutcomeOf(client::ObservationOutcome outcome) {
 
 }  // namespace
 
-FrameCall::FrameCall(std::shared_ptr<FrameCalls> calls) : calls_(std::move(calls)) {
+FrameCall::FrameCall(std::shared_ptr<FrameCalls> calls, absl::string_view client)
+    : calls_(std::move(calls)), memory_(&calls_->memory, admission::HostOfPeer(client)) {
   StartRead(&request_);
 }
 
@@ -72,14 +77,25 @@ absl::Status FrameCall::Open() {
     return absl::InvalidArgumentError("the first request has no opening");
   }
   HYPERMAP_ASSIGN_OR_RETURN(source_, DecodeOpening(request_.opening()));
+  // Charged before the first frame is decoded.
+  const int64_t pixels = int64_t{source_.camera.width} * source_.camera.height;
+  HYPERMAP_RETURN_IF_ERROR(memory_.Add(pixels * kBytesPerPixel));
   opened_ = true;
   drop_oldest_ = request_.opening().drop_oldest();
   {
     const MutexLock count(&calls_->mutex);
     ++calls_->running;
   }
-  std::thread(Run, this, calls_).detach();
-  return absl::OkStatus();
+  absl::StatusOr<std::thread> thread =
+      StartThread([call = this, calls = calls_] { Run(call, calls); });
+  if (thread.ok()) {
+    thread->detach();
+    return absl::OkStatus();
+  }
+  opened_ = false;
+  const MutexLock count(&calls_->mutex);
+  --calls_->running;
+  return thread.status();
 }
 
 void FrameCall::Run(FrameCall* call, std::shared_ptr<FrameCalls> calls) {
@@ -102,12 +118,16 @@ absl::Status FrameCall::Serve() {
     upstream_ = upstream->get();
   }
   TellOpened((*upstream)->opened());
-  std::thread acknowledgements([this, &upstream] { PassAcknowledgements(**upstream); });
-  Work(**upstream);
-  (*upstream)->WritesDone();
-  acknowledgements.join();
+  absl::StatusOr<std::thread> acknowledgements =
+      StartThread([this, &upstream] { PassAcknowledgements(**upstream); });
+  if (acknowledgements.ok()) {
+    Work(**upstream);
+    (*upstream)->WritesDone();
+    acknowledgements->join();
+  }
   const MutexLock lock(&mutex_);
   upstream_ = nullptr;
+  HYPERMAP_RETURN_IF_ERROR(acknowledgements.status());
   return (*upstream)->status();
 }
 

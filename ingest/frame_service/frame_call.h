@@ -13,6 +13,8 @@
 
 #include "absl/base/thread_annotations.h"
 #include "absl/status/status.h"
+#include "absl/strings/string_view.h"
+#include "base/admission/byte_budget.h"
 #include "base/sync/mutex.h"
 #include "hypermap/v1/frame_service.pb.h"
 #include "ingest/frame_service/frame_decode.h"
@@ -25,6 +27,7 @@ struct FrameCalls {
   FrameServerOptions options;
   client::Client client;
   std::shared_ptr<const Observer> observer;
+  admission::ByteBudget memory;
 
   Mutex mutex;
   CondVar ended;
@@ -38,7 +41,8 @@ struct FrameCalls {
 class FrameCall
     : public grpc::ServerBidiReactor<v1::StreamFramesRequest, v1::StreamFramesResponse> {
  public:
-  explicit FrameCall(std::shared_ptr<FrameCalls> calls);
+  // The memory of the stream's frames is charged to `client`.
+  FrameCall(std::shared_ptr<FrameCalls> calls, absl::string_view client);
 
   void OnReadDone(bool ok) override;
   void OnWriteDone(bool ok) override;
@@ -73,6 +77,7 @@ class FrameCall
   void End(const absl::Status& status);
 
   const std::shared_ptr<FrameCalls> calls_;
+  admission::ByteBudget::Charge memory_;
   FrameSource source_;        // Set before the thread begins.
   bool drop_oldest_ = false;  // Set before the thread begins.
 

@@ -25,8 +25,8 @@ class FrameServiceImpl : public v1::FrameService::CallbackService {
   explicit FrameServiceImpl(std::shared_ptr<FrameCalls> calls) : calls_(std::move(calls)) {}
 
   grpc::ServerBidiReactor<v1::StreamFramesRequest, v1::StreamFramesResponse>* StreamFrames(
-      grpc::CallbackServerContext* /*context*/) override {
-    return new FrameCall(calls_);
+      grpc::CallbackServerContext* context) override {
+    return new FrameCall(calls_, context->peer());
   }
 
  private:
@@ -38,7 +38,9 @@ class FrameServiceImpl : public v1::FrameService::CallbackService {
 struct FrameServer::Impl {
   Impl(const FrameServerOptions& options, const client::Client& client,
        std::shared_ptr<const Observer> observer)
-      : calls(new FrameCalls{options, client, std::move(observer), {}, {}}), service(calls) {}
+      : calls(new FrameCalls{
+            options, client, std::move(observer), {"memory_limit", options.memory_limit}, {}, {}}),
+        service(calls) {}
 
   std::shared_ptr<FrameCalls> calls;
   FrameServiceImpl service;
@@ -70,7 +72,7 @@ absl::StatusOr<std::unique_ptr<FrameServer>> FrameServer::Start(
   admission::ConnectionListenerOptions listen;
   listen.address = options.listen;
   listen.limits = options.connections;
-  listen.max_resident_bytes = options.max_resident_bytes;
+  listen.max_resident_bytes = options.memory_limit;
   HYPERMAP_RETURN_IF_ERROR(listener.Start(std::move(listen)));
   made->address_ = listener.connections().address();
   return made;

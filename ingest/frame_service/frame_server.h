@@ -22,8 +22,9 @@ struct FrameServerOptions {
   int max_instances = 254;
   int max_message_bytes = 64 << 20;
   admission::ConnectionLimits connections = {};
-  // While more memory is resident, the connections that receive the most are shut down; 0: never.
-  int64_t max_resident_bytes = 0;
+  // Bytes of memory. Streams are refused whose frames would take more, of one client address more
+  // than half; while more are in use, the connections that receive the most are shut down.
+  int64_t memory_limit = int64_t{4} << 30;
 };
 
 // Each stream has a thread of its own, which processes its frames in order, and a stream of its own

@@ -50,7 +50,7 @@ absl::Status Run(Arguments arguments, const Interruption& interruption) {
   HYPERMAP_ASSIGN_OR_RETURN(
       options.connections,
       admission::LimitConnections({0, 0}, admission::RaiseFileLimit(), kFilesOfServer));
-  options.max_resident_bytes = admission::UsableMemory() / 4 * 3;
+  if (options.memory_limit == 0) options.memory_limit = admission::UsableMemory() / 4 * 3;
   auto observer = std::make_shared<const Observer>(MakeSegmenter(arguments.segmenter),
                                                    std::move(occupancy), ObserverOptions());
   HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<FrameServer> server,
@@ -83,6 +83,13 @@ void AddServeCommand(CLI::App& app, Command& selected) {
   command
       ->add_option("--queue", arguments->server.queue, "Maximum number of queued frames per robot")
       ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  arguments->server.memory_limit = 0;
+  command
+      ->add_option("--memory_limit", arguments->server.memory_limit,
+                   "Bytes of memory above which streams are refused; 0: three quarters of the "
+                   "memory of the machine or the control group")
+      ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
   command->callback([arguments, &selected] {
     selected = [arguments](const Interruption& interruption) {

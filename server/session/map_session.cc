@@ -8,6 +8,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "base/status/status_macros.h"
+#include "base/sync/start_thread.h"
 #include "server/session/submission_size.h"
 
 namespace hypermap::server {
@@ -56,7 +57,8 @@ absl::StatusOr<std::unique_ptr<MapSession>> MapSession::Start(
                             MapFusion::Open(&session->stored_->fusion_log(),
                                             &session->options_.fusion, session->options_.limits));
   session->fusion_ = std::move(fusion);
-  session->writer_ = std::thread([writer = session.get()] { writer->RunWriter(); });
+  HYPERMAP_ASSIGN_OR_RETURN(session->writer_,
+                            StartThread([writer = session.get()] { writer->RunWriter(); }));
   return session;
 }
 

@@ -318,6 +318,17 @@ class Serve(WorkerTest):
                 send(client, requests)
             self.assertEqual(raised.exception.code(), grpc.StatusCode.INVALID_ARGUMENT)
 
+    def test_b9_frames_that_would_take_too_much_memory_are_refused(self):
+        client = self.client(self.service("--memory_limit", 1 << 30))
+        huge = recordings.opening("cart")
+        huge["opening"]["camera"].update(width=16384, height=16384)
+        with self.assertRaises(grpc.RpcError) as raised:
+            send(client, [huge])
+        self.assertEqual(raised.exception.code(), grpc.StatusCode.RESOURCE_EXHAUSTED)
+        self.assertIn("--memory_limit", raised.exception.details())
+        opened, _ = send(client, [recordings.opening("cart")])
+        self.assertIsNotNone(opened)
+
     def test_a_robot_gets_an_error_when_the_server_has_stopped(self):
         client, requests = self.client(self.service()), queue.Queue()
         requests.put(recordings.opening("cart"))

@@ -1,0 +1,33 @@
+#include "base/sync/start_thread.h"
+
+#include <gtest/gtest.h>
+#include <pthread.h>
+
+namespace hypermap {
+namespace {
+
+TEST(StartThreadTest, Runs) {
+  bool has_run = false;
+  absl::StatusOr<std::thread> thread = StartThread([&] { has_run = true; });
+  ASSERT_TRUE(thread.ok()) << thread.status();
+  thread->join();
+  EXPECT_TRUE(has_run);
+}
+
+TEST(StartThreadTest, B10NoThreadToBeHadIsAnError) {
+  pthread_attr_t usual;
+  ASSERT_EQ(pthread_getattr_default_np(&usual), 0);
+  pthread_attr_t huge;
+  ASSERT_EQ(pthread_attr_init(&huge), 0);
+  // More than the address space.
+  ASSERT_EQ(pthread_attr_setstacksize(&huge, size_t{1} << 48), 0);
+  ASSERT_EQ(pthread_setattr_default_np(&huge), 0);
+  const auto thread = StartThread([] {});
+  ASSERT_EQ(pthread_setattr_default_np(&usual), 0);
+  EXPECT_EQ(thread.status().code(), absl::StatusCode::kResourceExhausted);
+  pthread_attr_destroy(&huge);
+  pthread_attr_destroy(&usual);
+}
+
+}  // namespace
+}  // namespace hypermap
