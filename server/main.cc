@@ -142,8 +142,8 @@ class ShutdownSignals {
   sigset_t signals_;
 };
 
-// Sets the limit of memory if the flag leaves it to the machine, and bounds what follows from it: an
-// import that is decoded takes up to three times the bytes of its files, and two are at a time.
+// Sets the limit of memory if the flag leaves it to the machine, and bounds what follows from it:
+// an import that is decoded takes up to three times the bytes of its files, and two are at a time.
 Limits BoundByMemory(Limits limits) {
   if (limits.memory_limit == 0) limits.memory_limit = admission::UsableMemory() / 4 * 3;
   const int64_t part = std::max<int64_t>(1, limits.memory_limit / 8);

@@ -98,7 +98,7 @@ absl::Status FrameCall::Open() {
   return thread.status();
 }
 
-void FrameCall::Run(FrameCall* call, std::shared_ptr<FrameCalls> calls) {
+void FrameCall::Run(FrameCall* call, const std::shared_ptr<FrameCalls>& calls) {
   const absl::Status status = call->Serve();
   call->End(status);  // May delete the call.
   const MutexLock lock(&calls->mutex);

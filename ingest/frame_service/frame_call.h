@@ -51,7 +51,7 @@ class FrameCall
 
  private:
   // Serves the call to its end, on a thread of its own.
-  static void Run(FrameCall* call, std::shared_ptr<FrameCalls> calls);
+  static void Run(FrameCall* call, const std::shared_ptr<FrameCalls>& calls);
   absl::Status Serve();
   void Work(client::ObserveStream& upstream);
   void PassAcknowledgements(client::ObserveStream& upstream);

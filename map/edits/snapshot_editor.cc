@@ -142,7 +142,7 @@ void SnapshotEditor::FinishAliases(const std::string& layer, ValueAliases aliase
   next_->layers[layer] = before.WithAliases(std::move(aliases));
 }
 
-void SnapshotEditor::FinishObjects(const std::string& layer, ObjectChanges changes) {
+void SnapshotEditor::FinishObjects(const std::string& layer, const ObjectChanges& changes) {
   const SemanticLayer& before = *next_->FindSemantic(layer);
   for (const auto& [id, after] : changes) {
     ObjectPtr old = before.Find(id);
@@ -196,7 +196,7 @@ void SnapshotEditor::SetVersions() {
 
 AppliedBatch SnapshotEditor::Finish() && {
   for (auto& [layer, so_far] : aliases_) FinishAliases(layer, std::move(so_far.aliases));
-  for (auto& [layer, changes] : objects_) FinishObjects(layer, std::move(changes));
+  for (const auto& [layer, changes] : objects_) FinishObjects(layer, changes);
   for (auto& [layer, writer] : grids_) FinishGrid(layer, std::move(writer));
   SetVersions();
   AppliedBatch applied;

@@ -80,7 +80,7 @@ class SnapshotEditor {
 
   absl::StatusOr<GridWriter*> Writer(const std::string& layer);
   void FinishAliases(const std::string& layer, ValueAliases aliases);
-  void FinishObjects(const std::string& layer, ObjectChanges changes);
+  void FinishObjects(const std::string& layer, const ObjectChanges& changes);
   void FinishGrid(const std::string& layer, GridWriter writer);
   void SetVersions();
 

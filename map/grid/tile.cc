@@ -90,7 +90,7 @@ class WideTile final : public Tile {
 const uint8_t* FirstOther(const uint8_t* begin, const uint8_t* end, uint8_t byte) {
   const uint64_t pattern = byte * 0x0101010101010101U;
   for (; end - begin >= 8; begin += 8) {
-    uint64_t eight;
+    uint64_t eight = 0;
     std::memcpy(&eight, begin, sizeof eight);
     const uint64_t difference = eight ^ pattern;
     if (difference == 0) continue;

@@ -21,8 +21,7 @@ constexpr size_t kMaxEnded = 256;
 absl::StatusOr<std::shared_ptr<const SemanticLayer>> FindLayer(const Snapshot& snapshot) {
   const auto it = snapshot.layers.find(kExplorationsLayer);
   if (it == snapshot.layers.end()) return nullptr;
-  if (auto status = CheckKind(it->second->spec(), LayerKind::kSemantic); !status.ok())
-    return status;
+  HYPERMAP_RETURN_IF_ERROR(CheckKind(it->second->spec(), LayerKind::kSemantic));
   return AsSemantic(it->second);
 }
 

@@ -85,7 +85,7 @@ void EvidenceLog::Add(std::shared_ptr<const Observation> observation,
 }
 
 storage::LogKey EvidenceLog::Add(fusion::OperatorFact fact) {
-  const storage::LogKey key{last_.after, ++num_facts_};
+  storage::LogKey key{last_.after, ++num_facts_};
   last_ = key;
   change_.facts.push_back(EncodeFact(key, fact, *codec_));
   recent_.emplace(

@@ -197,7 +197,7 @@ absl::StatusOr<ObservationVerdict> FusedLayer::Admit(const Observation& observat
   return verdict(ObservationOutcome::kAccepted, "");
 }
 
-void FusedLayer::Tell(fusion::OperatorFact::Kind kind, ObjectPtr object) {
+void FusedLayer::Tell(fusion::OperatorFact::Kind kind, const ObjectPtr& object) {
   const fusion::TrackKey track = TrackOf(object->id);
   ObjectPtr told = WithId(*object, 0);
   if (kind == fusion::OperatorFact::Kind::kPin) {
@@ -331,7 +331,7 @@ fusion::TrackKey FusedLayer::TrackOf(ObjectId id) {
   for (const auto& [track, track_id] : ids_) {
     if (track_id == id) return track;
   }
-  const fusion::TrackKey track = absl::StrCat("operator/", id);
+  fusion::TrackKey track = absl::StrCat("operator/", id);
   SetId(track, id);
   return track;
 }

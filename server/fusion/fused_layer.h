@@ -66,7 +66,7 @@ class FusedLayer {
 
   // Adds the fact that an operator put or removed `object` (for a removed one: as it was). The
   // snapshot that Fold gets must contain the operator's edit.
-  void Tell(fusion::OperatorFact::Kind kind, ObjectPtr object);
+  void Tell(fusion::OperatorFact::Kind kind, const ObjectPtr& object);
 
   // Retracts the observations of a robot with from <= stamp < to. Returns their number.
   absl::StatusOr<int64_t> Retract(const std::string& robot, absl::Time from, absl::Time to);

@@ -17,10 +17,9 @@ absl::StatusOr<Revision> RevisionAt(MapSession& session, storage::HistoryReader&
     return absl::OutOfRangeError(absl::StrCat("at_time ", absl::FormatTime(time),
                                               " is still to come, it is ", absl::FormatTime(now)));
   }
-  const absl::StatusOr<Revision> revision = history.RevisionAt(time);
-  if (!revision.ok()) return revision;
+  HYPERMAP_ASSIGN_OR_RETURN(const Revision revision, history.RevisionAt(time));
   // Commits are on disk before they are published.
-  return std::min(*revision, newest);
+  return std::min(revision, newest);
 }
 
 }  // namespace
