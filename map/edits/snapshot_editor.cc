@@ -159,8 +159,8 @@ void SnapshotEditor::FinishObjects(const std::string& layer, const ObjectChanges
   // A layer that was empty is packed at once, which is faster to build and to search.
   std::vector<ObjectPtr> all;
   all.reserve(changes.size());
-  for (auto& [id, object] : changes) {
-    if (object) all.push_back(std::move(object));
+  for (const auto& [id, object] : changes) {
+    if (object) all.push_back(object);
   }
   next_->layers[layer] = std::make_shared<SemanticLayer>(before.spec(), std::move(all));
 }

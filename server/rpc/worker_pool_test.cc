@@ -23,8 +23,8 @@ TEST(WorkerPool, RunsTasksOfOneThreadInOrderAndAllBeforeItEnds) {
 TEST(WorkerPool, A4ClientsTakeTurns) {
   std::vector<std::string> ran;
   {
-    WorkerPool pool(1);
     std::promise<void> all_queued;
+    WorkerPool pool(1);
     pool.Run([&] { all_queued.get_future().wait(); });
     for (int i = 0; i < 3; ++i) pool.Run("greedy", [&ran] { ran.push_back("greedy"); });
     pool.Run("modest", [&ran] { ran.push_back("modest"); });
