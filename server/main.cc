@@ -50,7 +50,7 @@ ABSL_FLAG(
 ABSL_FLAG(std::string, log_level, "info", "trace, debug, info, warn, error or off");
 ABSL_FLAG(absl::Duration, grace, absl::Seconds(10),
           "Time for requests in flight to finish after SIGTERM or SIGINT");
-ABSL_FLAG(int, threads, 0, "Threads for each class of queries; 0: one per core, at least two");
+ABSL_FLAG(int, threads, 0, "Threads for each class of short work; 0: one per core, at least two");
 
 namespace hypermap::server {
 namespace {

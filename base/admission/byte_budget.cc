@@ -5,11 +5,6 @@
 
 namespace hypermap::admission {
 
-absl::string_view HostOfPeer(absl::string_view peer) {
-  const size_t colon = peer.rfind(':');
-  return colon == absl::string_view::npos ? peer : peer.substr(0, colon);
-}
-
 absl::Status ByteBudget::Charge::Add(int64_t bytes) {
   HYPERMAP_RETURN_IF_ERROR(budget_->Take(client_, bytes));
   bytes_ += bytes;

@@ -13,9 +13,6 @@
 
 namespace hypermap::admission {
 
-// Returns the host of an address as gRPC writes it ("ipv4:127.0.0.1:4711"), without the port.
-absl::string_view HostOfPeer(absl::string_view peer);
-
 // A number of bytes that is shared by all clients, of which one client may hold at most half.
 // Thread safe.
 class ByteBudget {

@@ -39,10 +39,5 @@ TEST(ByteBudgetTest, BytesAreGivenBackWithTheCharge) {
   EXPECT_TRUE(charge->Add(50).ok());
 }
 
-TEST(ByteBudgetTest, HostOfAPeerHasNoPort) {
-  EXPECT_EQ(HostOfPeer("ipv4:127.0.0.1:4711"), "ipv4:127.0.0.1");
-  EXPECT_EQ(HostOfPeer("ipv6:[::1]:4711"), "ipv6:[::1]");
-}
-
 }  // namespace
 }  // namespace hypermap::admission

@@ -14,18 +14,21 @@
 #include "absl/time/clock.h"
 #include "base/admission/memory.h"
 #include "base/status/status_macros.h"
+#include "base/sync/start_thread.h"
 
 namespace hypermap::admission {
 namespace {
 
 // Period of the look at memory and at connections that were closed.
 constexpr int kPeriod_ms = 20;
+// Connections that are accepted before the others are looked at again.
+constexpr int kMostAccepted = 64;
 // A connection that receives less than this in one period is never shut down.
 constexpr int64_t kLeastBusyBytes = 64 << 10;
 constexpr absl::Duration kRemovalPeriod = absl::Milliseconds(200);
 constexpr absl::Duration kLogPeriod = absl::Seconds(10);
 // Returning freed memory to the system takes locks of the allocator.
-constexpr absl::Duration kReturnPeriod = absl::Seconds(1);
+constexpr absl::Duration kReturnPeriod = absl::Seconds(5);
 
 FileDescriptor OpenSpare() { return FileDescriptor(open("/dev/null", O_RDONLY | O_CLOEXEC)); }
 
@@ -48,8 +51,11 @@ absl::StatusOr<std::unique_ptr<ConnectionListener>> ConnectionListener::Start(
   HYPERMAP_ASSIGN_OR_RETURN(ListeningSockets listening, Listen(options.address));
   FileDescriptor wake(eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC));
   if (!wake.is_open()) return absl::ErrnoToStatus(errno, "eventfd");
-  return std::unique_ptr<ConnectionListener>(
+  std::unique_ptr<ConnectionListener> listener(
       new ConnectionListener(std::move(options), std::move(listening), std::move(wake)));
+  HYPERMAP_ASSIGN_OR_RETURN(listener->thread_,
+                            StartThread([started = listener.get()] { started->Run(); }));
+  return listener;
 }
 
 ConnectionListener::ConnectionListener(ConnectionListenerOptions options,
@@ -59,8 +65,7 @@ ConnectionListener::ConnectionListener(ConnectionListenerOptions options,
       listeners_(std::move(listening.sockets)),
       connections_(options_.limits),
       spare_(OpenSpare()),
-      wake_(std::move(wake)),
-      thread_([this] { Run(); }) {}
+      wake_(std::move(wake)) {}
 
 ConnectionListener::~ConnectionListener() { Stop(); }
 
@@ -81,7 +86,7 @@ void ConnectionListener::Run() {
     // Without connections there is nothing to look at.
     poll(polled.data(), polled.size(), connections_.size() == 0 ? -1 : kPeriod_ms);
     for (size_t i = 0; i + 1 < polled.size(); ++i) {
-      if (polled[i].revents != 0 && !stopping_) AcceptAll(polled[i].fd);
+      if (polled[i].revents != 0 && !stopping_) AcceptSome(polled[i].fd);
     }
     connections_.RemoveClosed(kRemovalPeriod);
     num_open_ = connections_.size();
@@ -91,8 +96,8 @@ void ConnectionListener::Run() {
   listeners_.clear();
 }
 
-void ConnectionListener::AcceptAll(int listener) {
-  while (!stopping_) {
+void ConnectionListener::AcceptSome(int listener) {
+  for (int i = 0; i < kMostAccepted && !stopping_; ++i) {
     sockaddr_storage peer{};
     socklen_t length = sizeof peer;
     FileDescriptor socket(accept4(listener, reinterpret_cast<sockaddr*>(&peer), &length,
@@ -152,7 +157,9 @@ void ConnectionListener::GuardMemory() {
   const std::vector<std::string> peers =
       connections_.ShutDownBusiest(above ? kLeastBusyBytes : INT64_MAX);
   ReportShutDown(peers, absl::StrCat(resident, " bytes of memory are in use"));
+  // Below the bound, memory is kept for reuse.
   const absl::Time now = absl::Now();
+  if (!above) return;
   if (now >= memory_returned_ && now < memory_returned_ + kReturnPeriod) return;
   memory_returned_ = now;
   malloc_trim(0);

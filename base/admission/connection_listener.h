@@ -40,7 +40,7 @@ struct ConnectionListenerOptions {
 // is closed at once; as soon as others have been closed, new ones are accepted again.
 class ConnectionListener {
  public:
-  // The errors of Listen.
+  // The errors of Listen; RESOURCE_EXHAUSTED if no thread can be started.
   static absl::StatusOr<std::unique_ptr<ConnectionListener>> Start(
       ConnectionListenerOptions options);
   // Stops.
@@ -63,7 +63,8 @@ class ConnectionListener {
                      FileDescriptor wake);
 
   void Run();
-  void AcceptAll(int listener);
+  // Accepts the connections that wait, up to a number.
+  void AcceptSome(int listener);
   // Accepts and closes a connection when there is no descriptor for it. Returns false if not even
   // that works.
   bool RefuseWithSpare(int listener);

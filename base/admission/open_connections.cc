@@ -8,12 +8,12 @@
 #include <sys/stat.h>
 
 #include <algorithm>
-#include <cstring>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/string_view.h"
 #include "absl/time/clock.h"
+#include "base/admission/client_host.h"
 #include "base/admission/listening_socket.h"
 
 namespace hypermap::admission {
@@ -26,8 +26,6 @@ constexpr int kLeastWaitingBytes = 1'024;
 constexpr size_t kPeekedBytes = 16'384;
 constexpr int kManyResets = 12;
 constexpr int kTimesManyResets = 4;
-// Bytes of an IPv6 address that name the network; a client may choose the rest.
-constexpr int kNetworkBytes = 8;
 // Time between removals while new connections are refused.
 constexpr absl::Duration kFullRemovalPeriod = absl::Milliseconds(5);
 
@@ -37,30 +35,20 @@ ino_t InodeOf(int fd) {
   return fstat(fd, &info) == 0 ? info.st_ino : 0;
 }
 
-std::string Printed(int family, const void* address) {
-  char text[INET6_ADDRSTRLEN] = "";
-  return inet_ntop(family, address, text, sizeof text) == nullptr ? "unknown" : text;
-}
-
-struct Peer {
-  std::string host;
-  std::string host_and_port;
-};
-
-Peer PeerOf(const sockaddr_storage& address) {
+// Returns HOST:PORT, for the log.
+std::string PrintedPeer(const sockaddr_storage& address) {
+  char host[INET6_ADDRSTRLEN] = "unknown";
+  int port = 0;
   if (address.ss_family == AF_INET) {
     const auto& in = reinterpret_cast<const sockaddr_in&>(address);
-    std::string host = Printed(AF_INET, &in.sin_addr);
-    return {host, absl::StrCat(host, ":", ntohs(in.sin_port))};
+    inet_ntop(AF_INET, &in.sin_addr, host, sizeof host);
+    port = ntohs(in.sin_port);
+  } else if (address.ss_family == AF_INET6) {
+    const auto& in = reinterpret_cast<const sockaddr_in6&>(address);
+    inet_ntop(AF_INET6, &in.sin6_addr, host, sizeof host);
+    port = ntohs(in.sin6_port);
   }
-  if (address.ss_family != AF_INET6) return {"unknown", "unknown"};
-  const auto& in = reinterpret_cast<const sockaddr_in6&>(address);
-  in6_addr network = in.sin6_addr;
-  if (!IN6_IS_ADDR_V4MAPPED(&network)) {
-    std::memset(network.s6_addr + kNetworkBytes, 0, sizeof network.s6_addr - kNetworkBytes);
-  }
-  return {Printed(AF_INET6, &network),
-          absl::StrCat("[", Printed(AF_INET6, &in.sin6_addr), "]:", ntohs(in.sin6_port))};
+  return absl::StrCat(host, address.ss_family == AF_INET6 ? " port " : ":", port);
 }
 
 // Returns -1 if the system does not tell.
@@ -107,22 +95,22 @@ Resets FindResets(absl::string_view bytes) {
 absl::Status OpenConnections::Add(int socket, const sockaddr_storage& peer) {
   // An earlier connection with this descriptor must have been closed.
   if (const auto it = connections_.find(socket); it != connections_.end()) Forget(it);
-  const auto is_full = [&](const Peer& named) {
-    const auto it = num_of_host_.find(named.host);
+  std::string host = HostOf(peer);
+  const auto is_full = [&] {
+    const auto it = num_of_host_.find(host);
     const int of_host = it == num_of_host_.end() ? 0 : it->second;
     return size() >= limits_.max_connections || of_host >= limits_.max_connections_per_address;
   };
-  Peer named = PeerOf(peer);
-  if (is_full(named)) RemoveClosed(kFullRemovalPeriod);
-  if (is_full(named)) {
+  if (is_full()) RemoveClosed(kFullRemovalPeriod);
+  if (is_full()) {
     const bool all = size() >= limits_.max_connections;
     return absl::ResourceExhaustedError(
         all ? absl::StrCat("--max_connections, ", limits_.max_connections, ", are open")
             : absl::StrCat("--max_connections_per_address, ", limits_.max_connections_per_address,
-                           ", are open from ", named.host));
+                           ", are open from ", host));
   }
-  ++num_of_host_[named.host];
-  connections_[socket] = {InodeOf(socket), std::move(named.host_and_port), std::move(named.host)};
+  ++num_of_host_[host];
+  connections_[socket] = {InodeOf(socket), PrintedPeer(peer), std::move(host)};
   return absl::OkStatus();
 }
 

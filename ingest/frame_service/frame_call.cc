@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/admission/client_host.h"
 #include "base/status/status_macros.h"
 #include "base/sync/start_thread.h"
 #include "wire/status.h"

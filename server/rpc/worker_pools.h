@@ -11,13 +11,13 @@ struct WorkerPools {
   static constexpr int kLongNiceness = 5;
   static constexpr int kFileNiceness = 10;
 
-  // `num_threads` for each class of questions. The other classes wait for the disk or for each
-  // other more than they compute, and have a few threads.
+  // `num_threads` for each class that computes. The other classes wait for the disk or for each
+  // other, and have a few threads.
   explicit WorkerPools(int num_threads)
       : questions(num_threads),
         long_questions(num_threads, kLongNiceness),
         watches(num_threads),
-        writes(2),
+        writes(num_threads),
         openings(2),
         files(2, kFileNiceness),
         explorations(4, kLongNiceness) {}

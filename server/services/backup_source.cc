@@ -7,6 +7,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "base/admission/byte_budget.h"
+#include "base/admission/client_host.h"
 #include "base/status/status_macros.h"
 #include "server/rpc/scratch_file.h"
 

@@ -1,10 +1,10 @@
 #include "server/services/uploaded_files.h"
 
 #include <algorithm>
-#include <iterator>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/admission/client_host.h"
 #include "base/limits/limits.h"
 #include "base/status/status_macros.h"
 
@@ -32,6 +32,7 @@ absl::Status UploadedFiles::Append(const std::string& file_name, const std::stri
     HYPERMAP_RETURN_IF_ERROR(Open(file_name));
   }
   HYPERMAP_RETURN_IF_ERROR(charge_.Add(size));
+  files_.back().size += size;
   if (last_.write(piece.data(), size).flush()) return absl::OkStatus();
   return absl::ResourceExhaustedError(
       absl::StrCat("chunk of ", file_name, " can't be kept: is the server's disk full?"));
@@ -59,9 +60,9 @@ absl::StatusOr<std::vector<storage::NamedFile>> UploadedFiles::Read() {
   last_.close();
   std::vector<storage::NamedFile> read;
   for (const File& file : files_) {
+    std::string data(file.size, '\0');
     std::ifstream stream(file.scratch->path(), std::ios::binary);
-    std::string data((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
-    if (stream.bad() || !stream.is_open()) {
+    if (!stream.read(data.data(), file.size)) {
       return absl::UnavailableError(absl::StrCat(file.name, " can't be read back"));
     }
     read.push_back({file.name, std::move(data)});

@@ -37,6 +37,7 @@ class UploadedFiles {
   struct File {
     std::string name;
     std::unique_ptr<ScratchFile> scratch;
+    int64_t size = 0;
   };
 
   absl::Status Open(const std::string& file_name);
