@@ -2,6 +2,7 @@
 #ifndef HYPERMAP_STORAGE_MAP_STORE_H_
 #define HYPERMAP_STORAGE_MAP_STORE_H_
 
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
@@ -24,6 +25,9 @@ struct Receipt {
   std::string request_id;  // empty: the caller gave none, and no receipt is stored
   Revision revision = 0;
   std::vector<ObjectId> object_ids;  // AppliedBatch::object_ids
+  // Of the request without its id, so that another request with the same id is not taken for a
+  // retry. Empty in receipts of files that older versions wrote.
+  std::string request_digest;
 };
 
 // One batch of edits that is to be written.
@@ -32,6 +36,7 @@ struct Commit {
   std::string author;
   absl::Time time;
   std::string request_id;
+  std::string request_digest;  // Receipt::request_digest
   // Its changes to fused layers, at most one for each layer. When the batch deletes a layer, the
   // log of its evidence is deleted first.
   std::vector<FusionChange> fusion;
@@ -63,12 +68,19 @@ struct TimeMark {
   friend bool operator==(const TimeMark&, const TimeMark&) = default;
 };
 
-// The properties of a map that never change after its creation.
+// The properties of a map that never change while it is open.
 struct MapHeader {
   std::string name;
   std::string frame_id;
   absl::Time created_at;
   std::string request_id;  // of its creation
+  // Tells one history from another: revisions can be compared within an incarnation only. Never 0
+  // in an open map. Chosen at random at the creation if it is 0, and again by Open if the file is
+  // not the one that this store wrote last, or if commits are missing that were acknowledged.
+  uint64_t incarnation = 0;
+  // Whether the map is incomplete before its first commit. A map that a crash left without one is
+  // removed when it is opened.
+  bool provisional = false;
 };
 
 // One map, open for writing in this process alone. One thread at a time, except where a method says
@@ -77,7 +89,8 @@ class StoredMap {
  public:
   virtual ~StoredMap() = default;
 
-  // The header given at its creation, but with the name it was opened by.
+  // The header given at its creation, but with the name it was opened by and the incarnation that
+  // the map has since.
   virtual const MapHeader& header() const = 0;
 
   // Reads all of the newest revision. DATA_LOSS naming the damaged table and row.
@@ -129,8 +142,9 @@ class MapStore {
   // ALREADY_EXISTS.
   virtual absl::StatusOr<std::unique_ptr<StoredMap>> Create(const MapHeader& header) = 0;
 
-  // NOT_FOUND; FAILED_PRECONDITION when the file is not a map, has a newer schema version or is
-  // open in another process; DATA_LOSS when it is damaged.
+  // NOT_FOUND, also for a map whose creation was not completed; FAILED_PRECONDITION when the file
+  // is not a map, has a newer schema version or is open in another process; DATA_LOSS when it is
+  // damaged.
   virtual absl::StatusOr<std::unique_ptr<StoredMap>> Open(const std::string& name) = 0;
 
   // Removes the map for good and records the request, unless its id is empty. A retry of the

@@ -78,8 +78,8 @@ absl::Status CatalogService::MakeMap(const RequestLog& log, const v1::CreateMapR
                                      v1::CreateMapResponse* response) const {
   HYPERMAP_RETURN_IF_ERROR(ValidateRequestId(request.request_id()));
   const std::string frame = request.frame_id().empty() ? kDefaultFrame : request.frame_id();
-  const absl::StatusOr<std::shared_ptr<MapSession>> session = facilities_.site->Create(
-      {request.map(), frame, request.request_id()}, [](MapSession&) { return absl::OkStatus(); });
+  const absl::StatusOr<std::shared_ptr<MapSession>> session =
+      facilities_.site->Create({request.map(), frame, request.request_id()});
   if (!session.ok()) return session.status();
   EncodeMap(**session, response->mutable_map());
   log.Edited(response->map().revision(), request.request_id(), /*edits=*/0);

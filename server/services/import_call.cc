@@ -80,7 +80,7 @@ absl::StatusOr<storage::Receipt> ImportCall::ImportIntoNewMap() {
   absl::StatusOr<storage::Receipt> receipt = absl::UnknownError("not filled");
   bool filled = false;
   const absl::StatusOr<std::shared_ptr<MapSession>> session =
-      facilities_->site->Create(map, [&](MapSession& made) {
+      facilities_->site->CreateFilled(map, [&](MapSession& made) {
         filled = true;
         receipt = Submit(made, std::move(imported));
         return receipt.status();

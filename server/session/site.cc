@@ -41,6 +41,8 @@ void Site::OpenMap(const std::string& name) {
   } else {
     entry.problem = stored.status();
   }
+  // A map whose creation was not completed has been removed.
+  if (absl::IsNotFound(entry.problem)) return;
   MutexLock lock(&mutex_);
   maps_.insert_or_assign(name, std::move(entry));
 }
@@ -72,7 +74,15 @@ void Site::Release(const std::string& map) {
   reserved_.erase(map);
 }
 
-absl::StatusOr<std::shared_ptr<MapSession>> Site::Create(const NewMap& map, Fill fill) {
+absl::StatusOr<std::shared_ptr<MapSession>> Site::Create(const NewMap& map) {
+  return CreateBy(map, [&] { return StartNew(map, /*provisional=*/false); });
+}
+
+absl::StatusOr<std::shared_ptr<MapSession>> Site::CreateFilled(const NewMap& map, Fill fill) {
+  return CreateBy(map, [&] { return StartFilled(map, fill); });
+}
+
+absl::StatusOr<std::shared_ptr<MapSession>> Site::CreateBy(const NewMap& map, Start start) {
   HYPERMAP_RETURN_IF_ERROR(ValidateName("map", map.name));
   HYPERMAP_RETURN_IF_ERROR(ValidateFrameId("frame_id", map.frame_id));
   HYPERMAP_RETURN_IF_ERROR(Reserve(map.name));
@@ -84,29 +94,43 @@ absl::StatusOr<std::shared_ptr<MapSession>> Site::Create(const NewMap& map, Fill
     if (same_request) return existing;
     return absl::AlreadyExistsError(absl::StrCat("there already is a map \"", map.name, "\""));
   }
-  HYPERMAP_ASSIGN_OR_RETURN(std::shared_ptr<MapSession> session, StartFilled(map, fill));
+  HYPERMAP_ASSIGN_OR_RETURN(std::shared_ptr<MapSession> session, start());
   MutexLock lock(&mutex_);
   maps_[map.name] = {map.name, session, absl::OkStatus()};
   return session;
 }
 
-absl::StatusOr<std::shared_ptr<MapSession>> Site::StartFilled(const NewMap& map, Fill fill) {
-  HYPERMAP_ASSIGN_OR_RETURN(
-      std::unique_ptr<storage::StoredMap> stored,
-      store_->Create({map.name, map.frame_id, options_.clock->Now(), map.request_id}));
-  absl::StatusOr<std::shared_ptr<MapSession>> session =
+absl::StatusOr<std::shared_ptr<MapSession>> Site::StartNew(const NewMap& map, bool provisional) {
+  storage::MapHeader header{map.name, map.frame_id, options_.clock->Now(), map.request_id};
+  header.provisional = provisional;
+  HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<storage::StoredMap> stored, store_->Create(header));
+  absl::StatusOr<std::unique_ptr<MapSession>> session =
       MapSession::Start(std::move(stored), options_);
-  absl::Status status = session.status();
-  if (session.ok()) {
-    status = fill(**session);
-    if (status.ok()) return session;
-    (*session)->Close();
-  }
+  if (session.ok()) return *std::move(session);
   const absl::Status removed = store_->Delete(map.name, /*request_id=*/"");
-  if (removed.ok()) return status;
-  return absl::Status(
-      status.code(),
-      absl::StrCat(status.message(), " (and the new map stays: ", removed.message(), ")"));
+  if (removed.ok()) return session.status();
+  return absl::Status(session.status().code(),
+                      absl::StrCat(session.status().message(),
+                                   " (and the new map stays: ", removed.message(), ")"));
+}
+
+absl::StatusOr<std::shared_ptr<MapSession>> Site::StartFilled(const NewMap& map, Fill fill) {
+  HYPERMAP_ASSIGN_OR_RETURN(std::shared_ptr<MapSession> session,
+                            StartNew(map, /*provisional=*/true));
+  const absl::Status status = fill(*session);
+  const bool is_complete = status.ok() && session->snapshot()->revision > 0;
+  if (is_complete) return session;
+  session->Close();
+  session.reset();
+  const absl::Status removed = store_->Delete(map.name, /*request_id=*/"");
+  if (!removed.ok()) {
+    return absl::Status(
+        status.ok() ? removed.code() : status.code(),
+        absl::StrCat(status.message(), " (and the new map stays: ", removed.message(), ")"));
+  }
+  if (!status.ok()) return status;
+  // There was nothing to fill it with.
+  return StartNew(map, /*provisional=*/false);
 }
 
 absl::Status Site::Delete(const std::string& map, const std::string& request_id) {

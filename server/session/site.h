@@ -51,11 +51,13 @@ class Site {
   };
   using Fill = absl::FunctionRef<absl::Status(MapSession&)>;
 
-  // Creates a map. `fill` is called with it before it is listed; if that fails, the map is removed
-  // again. If the same request has created the map before, it is returned as it is.
+  // Creates an empty map. If the same request has created the map before, it is returned as it is.
   // INVALID_ARGUMENT for the names; ALREADY_EXISTS; ABORTED while another call creates or deletes
   // the map.
-  absl::StatusOr<std::shared_ptr<MapSession>> Create(const NewMap& map, Fill fill);
+  absl::StatusOr<std::shared_ptr<MapSession>> Create(const NewMap& map);
+  // As Create, but calls `fill` with the map before it is listed. If that fails, or the process
+  // ends before `fill` has made a revision, the map is removed again.
+  absl::StatusOr<std::shared_ptr<MapSession>> CreateFilled(const NewMap& map, Fill fill);
 
   // Removes a map for good, also one that can't be opened. Errors as MapStore::Delete; ABORTED as
   // Create.
@@ -69,6 +71,10 @@ class Site {
 
   // Opens a map of the store, and lists it.
   void OpenMap(const std::string& name);
+  using Start = absl::FunctionRef<absl::StatusOr<std::shared_ptr<MapSession>>()>;
+  // Lists the map that `start` makes, unless there is one of that name.
+  absl::StatusOr<std::shared_ptr<MapSession>> CreateBy(const NewMap& map, Start start);
+  absl::StatusOr<std::shared_ptr<MapSession>> StartNew(const NewMap& map, bool provisional);
   absl::StatusOr<std::shared_ptr<MapSession>> StartFilled(const NewMap& map, Fill fill);
   absl::Status DeleteReserved(const std::string& map, const std::string& request_id);
 

@@ -16,8 +16,6 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-absl::Status FillWithNothing(MapSession&) { return absl::OkStatus(); }
-
 class SiteTest : public ::testing::Test {
  protected:
   void SetUp() override { Restart(); }
@@ -30,7 +28,7 @@ class SiteTest : public ::testing::Test {
   }
 
   absl::Status Create(const std::string& name, const std::string& request_id = "") {
-    return site_->Create({name, "map", request_id}, FillWithNothing).status();
+    return site_->Create({name, "map", request_id}).status();
   }
 
   std::vector<std::string> Names() const {
@@ -95,7 +93,7 @@ TEST_F(SiteTest, SameCreationAgainGivesTheSameMapAlsoAfterARestart) {
 }
 
 TEST_F(SiteTest, MapThatCannotBeFilledIsRemovedAgain) {
-  const auto made = site_->Create({"office", "map", ""}, [&](MapSession& session) {
+  const auto made = site_->CreateFilled({"office", "map", ""}, [&](MapSession& session) {
     EXPECT_EQ(session.header().name, "office");
     EXPECT_TRUE(Names().empty());
     return absl::InvalidArgumentError("bad file");
@@ -108,7 +106,7 @@ TEST_F(SiteTest, MapThatCannotBeFilledIsRemovedAgain) {
 }
 
 TEST_F(SiteTest, MapBeingMadeCanNeitherBeMadeNorDeletedByOthers) {
-  const auto made = site_->Create({"office", "map", ""}, [&](MapSession&) {
+  const auto made = site_->CreateFilled({"office", "map", ""}, [&](MapSession&) {
     EXPECT_TRUE(absl::IsAborted(Create("office")));
     EXPECT_TRUE(absl::IsAborted(site_->Delete("office", "")));
     EXPECT_TRUE(Create("lab").ok());

@@ -14,6 +14,7 @@
 #include "storage/geopackage/deletion_log.h"
 #include "storage/geopackage/geopackage_map.h"
 #include "storage/geopackage/map_file.h"
+#include "storage/incarnation.h"
 #include "storage/sqlite/durable_file.h"
 #include "storage/sqlite/file_lock.h"
 
@@ -59,6 +60,7 @@ class GeoPackageStore : public MapStore {
   std::string HiddenPathOf(const std::string& name, absl::string_view suffix) const {
     return absl::StrCat(data_dir_, "/.", name, kExtension, suffix);
   }
+  absl::StatusOr<std::unique_ptr<StoredMap>> OpenFile(const std::string& name);
   absl::StatusOr<FileLock> LockMap(const std::string& name) const;
   absl::Status CarryOut(int64_t deletion, const std::string& name)
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
@@ -111,13 +113,15 @@ absl::StatusOr<std::unique_ptr<StoredMap>> GeoPackageStore::Create(const MapHead
     if (PathExists(path)) {
       return absl::AlreadyExistsError(absl::StrCat("map ", header.name, " exists"));
     }
-    status = CreateMapFile(path, HiddenPathOf(header.name, ".new"), header, options_);
+    MapHeader made = header;
+    if (made.incarnation == 0) made.incarnation = NewIncarnation();
+    status = CreateMapFile(path, HiddenPathOf(made.name, ".new"), made, options_);
     if (!status.ok()) {
       return absl::Status(status.code(),
                           absl::StrCat("cannot create map ", header.name, ": ", status.message()));
     }
   }
-  return Open(header.name);
+  return OpenFile(header.name);
 }
 
 absl::StatusOr<FileLock> GeoPackageStore::LockMap(const std::string& name) const {
@@ -131,8 +135,16 @@ absl::StatusOr<std::unique_ptr<StoredMap>> GeoPackageStore::Open(const std::stri
   HYPERMAP_RETURN_IF_ERROR(ValidateName("map", name));
   const std::string path = PathOf(name);
   if (!PathExists(path)) return absl::NotFoundError(absl::StrCat("no map ", name));
+  HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<StoredMap> map, OpenFile(name));
+  if (!map->header().provisional) return map;
+  map.reset();
+  HYPERMAP_RETURN_IF_ERROR(RemoveMapFile(path));
+  return absl::NotFoundError(absl::StrCat("the creation of map ", name, " was not completed"));
+}
+
+absl::StatusOr<std::unique_ptr<StoredMap>> GeoPackageStore::OpenFile(const std::string& name) {
   HYPERMAP_ASSIGN_OR_RETURN(FileLock lock, LockMap(name));
-  return GeoPackageMap::Open(path, name, std::move(lock), options_);
+  return GeoPackageMap::Open(PathOf(name), name, std::move(lock), options_);
 }
 
 absl::Status GeoPackageStore::Delete(const std::string& name, const std::string& request_id) {

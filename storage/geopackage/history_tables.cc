@@ -12,7 +12,8 @@ CREATE TABLE hypermap_receipts (
   request_id TEXT NOT NULL UNIQUE,
   revision INTEGER NOT NULL,
   time_ns INTEGER NOT NULL,
-  object_ids BLOB NOT NULL
+  object_ids BLOB NOT NULL,
+  digest BLOB
 );
 )sql";
 

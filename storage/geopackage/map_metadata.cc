@@ -12,10 +12,12 @@ absl::Status InsertMetadata(Database* database, int64_t schema_version,
                             const MapMetadata& metadata) {
   return database->Run(
       "INSERT INTO hypermap_metadata (id, schema_version, map_name, frame_id, created_at_ns, "
-      "request_id, revision, next_object_id) VALUES (1, ?, ?, ?, ?, ?, ?, ?)",
+      "request_id, revision, next_object_id, incarnation, provisional) "
+      "VALUES (1, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
       schema_version, metadata.header.name, metadata.header.frame_id,
       absl::ToUnixNanos(metadata.header.created_at), metadata.header.request_id, metadata.revision,
-      metadata.next_object_id);
+      metadata.next_object_id, static_cast<int64_t>(metadata.header.incarnation),
+      int64_t{metadata.header.provisional});
 }
 
 absl::StatusOr<MapMetadata> ReadMetadata(Database* database) {
@@ -23,7 +25,7 @@ absl::StatusOr<MapMetadata> ReadMetadata(Database* database) {
       Statement select,
       database->Prepare(
           "SELECT map_name, frame_id, created_at_ns, request_id, revision, next_object_id, "
-          "oldest_revision "
+          "oldest_revision, incarnation, provisional "
           "FROM hypermap_metadata WHERE id = 1"));
   HYPERMAP_ASSIGN_OR_RETURN(bool row, select.Step());
   if (!row) return absl::DataLossError("hypermap_metadata has no row");
@@ -35,6 +37,8 @@ absl::StatusOr<MapMetadata> ReadMetadata(Database* database) {
   metadata.revision = select.Int64(4);
   metadata.next_object_id = select.Int64(5);
   metadata.oldest_revision = select.Int64(6);
+  metadata.header.incarnation = static_cast<uint64_t>(select.Int64(7));
+  metadata.header.provisional = select.Int64(8) != 0;
   absl::Status status = select.row_status();
   status.Update(ValidateFrameId("frame_id", metadata.header.frame_id));
   if (!status.ok()) {
@@ -52,11 +56,17 @@ absl::StatusOr<MapMetadata> ReadMetadata(Database* database) {
 absl::Status AdvanceRevision(Database* database, Revision from, Revision to,
                              ObjectId next_object_id) {
   HYPERMAP_RETURN_IF_ERROR(database->Run(
-      "UPDATE hypermap_metadata SET revision = ?, next_object_id = ? WHERE id = 1 AND revision = ?",
+      "UPDATE hypermap_metadata SET revision = ?, next_object_id = ?, provisional = 0 "
+      "WHERE id = 1 AND revision = ?",
       to, next_object_id, from));
   if (database->changed_rows() == 1) return absl::OkStatus();
   return absl::FailedPreconditionError(
       absl::StrCat("the file is not at revision ", from, "; another program has changed it"));
+}
+
+absl::Status SetIncarnation(Database* database, uint64_t incarnation) {
+  return database->Run("UPDATE hypermap_metadata SET incarnation = ? WHERE id = 1",
+                       static_cast<int64_t>(incarnation));
 }
 
 absl::Status SetOldestRevision(Database* database, Revision oldest) {

@@ -2,6 +2,8 @@
 #ifndef HYPERMAP_STORAGE_GEOPACKAGE_MAP_METADATA_H_
 #define HYPERMAP_STORAGE_GEOPACKAGE_MAP_METADATA_H_
 
+#include <cstdint>
+
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "storage/map_store.h"
@@ -23,10 +25,13 @@ absl::Status InsertMetadata(Database* database, int64_t schema_version,
 // DATA_LOSS when the row is missing or wrong.
 absl::StatusOr<MapMetadata> ReadMetadata(Database* database);
 
-// Advances the map from one revision to another. FAILED_PRECONDITION when the file is not at
-// `from`, which only another program can have caused.
+// Advances the map from one revision to another, which makes it complete. FAILED_PRECONDITION when
+// the file is not at `from`, which only another program can have caused.
 absl::Status AdvanceRevision(Database* database, Revision from, Revision to,
                              ObjectId next_object_id);
+
+// Gives the map another incarnation.
+absl::Status SetIncarnation(Database* database, uint64_t incarnation);
 
 // Advances the oldest revision that can be read.
 absl::Status SetOldestRevision(Database* database, Revision oldest);

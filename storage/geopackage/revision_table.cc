@@ -20,9 +20,10 @@ absl::Status InsertRevision(Database* database, const Commit& commit) {
   if (!status.ok() || commit.request_id.empty()) return status;
   const std::string object_ids = EncodeObjectIds(commit.applied.object_ids);
   status = database->Run(
-      "INSERT OR IGNORE INTO hypermap_receipts (request_id, revision, time_ns, object_ids) "
-      "VALUES (?, ?, ?, ?)",
-      commit.request_id, revision, absl::ToUnixNanos(commit.time), BlobView{object_ids});
+      "INSERT OR IGNORE INTO hypermap_receipts (request_id, revision, time_ns, object_ids, digest) "
+      "VALUES (?, ?, ?, ?, ?)",
+      commit.request_id, revision, absl::ToUnixNanos(commit.time), BlobView{object_ids},
+      BlobView{commit.request_digest});
   if (status.ok() && database->changed_rows() == 0) {
     return absl::AlreadyExistsError(
         absl::StrCat("request_id ", commit.request_id, " was answered before"));
@@ -35,13 +36,15 @@ absl::StatusOr<std::optional<Receipt>> ReadReceipt(Database* database,
   if (request_id.empty()) return std::nullopt;
   HYPERMAP_ASSIGN_OR_RETURN(
       Statement select,
-      database->Prepare("SELECT revision, object_ids FROM hypermap_receipts WHERE request_id = ?"));
+      database->Prepare(
+          "SELECT revision, object_ids, digest FROM hypermap_receipts WHERE request_id = ?"));
   HYPERMAP_ASSIGN_OR_RETURN(const bool has_row, select.Bind(request_id).Step());
   if (!has_row) return std::nullopt;
   Receipt receipt;
   receipt.request_id = std::string(request_id);
   receipt.revision = select.Int64(0);
   const absl::string_view bytes = select.Blob(1);
+  if (!select.IsNull(2)) receipt.request_digest = std::string(select.Blob(2));
   HYPERMAP_RETURN_IF_ERROR(select.row_status());
   HYPERMAP_ASSIGN_OR_RETURN(std::vector<ObjectId> ids, DecodeObjectIds(bytes));
   receipt.object_ids = std::move(ids);

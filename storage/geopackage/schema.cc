@@ -26,7 +26,9 @@ CREATE TABLE hypermap_metadata (
   request_id TEXT NOT NULL,
   revision INTEGER NOT NULL,
   next_object_id INTEGER NOT NULL,
-  oldest_revision INTEGER NOT NULL DEFAULT 0
+  oldest_revision INTEGER NOT NULL DEFAULT 0,
+  incarnation INTEGER NOT NULL DEFAULT 0,
+  provisional INTEGER NOT NULL DEFAULT 0
 );
 CREATE TABLE hypermap_layers (
   id INTEGER PRIMARY KEY,
@@ -70,13 +72,13 @@ struct TableColumns {
 constexpr TableColumns kTables[] = {
     {"hypermap_metadata",
      "id, schema_version, map_name, frame_id, created_at_ns, request_id, revision, next_object_id, "
-     "oldest_revision"},
+     "oldest_revision, incarnation, provisional"},
     {"hypermap_layers",
      "id, name, kind, table_name, frame_id, origin_x, origin_y, origin_yaw, resolution_m, "
      "row_begin, row_end, col_begin, col_end, parameters, lineage"},
     {"hypermap_frames", "id, child_frame_id, parent_frame_id, x, y, yaw"},
     {"hypermap_revisions", "revision, time_ns, author, num_changes"},
-    {"hypermap_receipts", "id, request_id, revision, time_ns, object_ids"},
+    {"hypermap_receipts", "id, request_id, revision, time_ns, object_ids, digest"},
     {"hypermap_lineages",
      "id, name, kind, table_name, frame_id, origin_x, origin_y, origin_yaw, resolution_m, "
      "first_revision, end_revision"},

@@ -69,7 +69,8 @@ CREATE TEMP TABLE old_receipts AS
 DROP TABLE hypermap_receipts;
 )sql";
 constexpr char kRestoreReceipts[] = R"sql(
-INSERT INTO hypermap_receipts SELECT * FROM old_receipts ORDER BY id;
+INSERT INTO hypermap_receipts (id, request_id, revision, time_ns, object_ids)
+  SELECT * FROM old_receipts ORDER BY id;
 DROP TABLE temp.old_receipts;
 )sql";
 
@@ -137,8 +138,26 @@ absl::Status AddTimeMarks(Database* database) {
   return database->Execute(absl::StrCat(kCreateTimeMarks, kRegisterNewTables));
 }
 
+constexpr char kDescribeMap[] = R"sql(
+ALTER TABLE hypermap_metadata ADD COLUMN incarnation INTEGER NOT NULL DEFAULT 0;
+ALTER TABLE hypermap_metadata ADD COLUMN provisional INTEGER NOT NULL DEFAULT 0;
+)sql";
+
+// Up to version 5 nothing told one history of a map from another, and a receipt did not tell to
+// which request it belongs. The map gets its incarnation when it is opened.
+absl::Status AddIncarnation(Database* database) {
+  HYPERMAP_RETURN_IF_ERROR(database->Execute(kDescribeMap));
+  HYPERMAP_ASSIGN_OR_RETURN(
+      const std::optional<int64_t> has_digest,
+      database->QueryInt64(
+          "SELECT 1 FROM pragma_table_info('hypermap_receipts') WHERE name = 'digest'"));
+  // The step from version 2 makes the table as it is now.
+  if (has_digest) return absl::OkStatus();
+  return database->Execute("ALTER TABLE hypermap_receipts ADD COLUMN digest BLOB");
+}
+
 constexpr Migration kMigrations[] = {
-    {1, AddFusion}, {2, AddHistory}, {3, AllowEveryShape}, {4, AddTimeMarks}};
+    {1, AddFusion}, {2, AddHistory}, {3, AllowEveryShape}, {4, AddTimeMarks}, {5, AddIncarnation}};
 
 }  // namespace
 

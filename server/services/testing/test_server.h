@@ -64,7 +64,7 @@ class TestServer {
 
   // Creates a map with the content of `batch`.
   void MakeMap(const std::string& name, EditBatch batch) {
-    const auto made = site_->Create({name, "map", ""}, [&](MapSession& session) {
+    const auto made = site_->CreateFilled({name, "map", ""}, [&](MapSession& session) {
       return session.SubmitAndWait({std::move(batch), "test", ""}).status();
     });
     EXPECT_TRUE(made.ok()) << made.status();

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "base/status/status_macros.h"
+#include "storage/incarnation.h"
 
 namespace hypermap::server {
 
@@ -97,8 +98,9 @@ absl::Status MemoryDisk::Write(File& file, absl::Span<const storage::Commit> com
     }
     for (const storage::FusionChange& change : commit.fusion) file.fusion.Apply(change);
     if (commit.request_id.empty()) continue;
-    file.receipts[commit.request_id] = {
-        {commit.request_id, file.snapshot->revision, commit.applied.object_ids}, commit.time};
+    file.receipts[commit.request_id] = {{commit.request_id, file.snapshot->revision,
+                                         commit.applied.object_ids, commit.request_digest},
+                                        commit.time};
   }
   return absl::OkStatus();
 }
@@ -132,6 +134,7 @@ absl::StatusOr<std::unique_ptr<storage::StoredMap>> MemoryMapStore::Create(
     const storage::MapHeader& header) {
   auto file = std::make_shared<MemoryDisk::File>();
   file->header = header;
+  if (file->header.incarnation == 0) file->header.incarnation = storage::NewIncarnation();
   auto snapshot = std::make_shared<Snapshot>();
   snapshot->map_name = header.name;
   snapshot->frame_id = header.frame_id;
