@@ -22,6 +22,9 @@ struct MapEntry {
   int layer_count = 0;
   // Reason why the server can't open the map; only the name is set besides. Empty if it is open.
   std::string problem;
+  // Distinguishes the history of the map from all others: revisions can be compared within one
+  // incarnation only.
+  uint64_t incarnation = 0;
 
   friend bool operator==(const MapEntry&, const MapEntry&) = default;
 };

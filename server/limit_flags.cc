@@ -10,45 +10,52 @@
 
 // FLAG(name, least, help) for each member of Limits: the flag of that name has the member's type
 // and default, and accepts values from `least` on.
-#define HYPERMAP_LIMIT_FLAGS(FLAG)                                                             \
-  FLAG(max_message_bytes, 1, "Size limit of a request or response message")                    \
-  FLAG(max_vertices, 1, "Limit of the vertices of a polygon")                                  \
-  FLAG(max_question_vertices, 1,                                                               \
-       "Limit of the vertices of the area of a query, watch, replica or exploration")          \
-  FLAG(max_edits, 1, "Limit of the edits of a batch")                                          \
-  FLAG(max_cells, 1, "Limit of the cells that a batch of edits or an imported image sets")     \
-  FLAG(max_nearest, 1, "Limit of k of a nearest query")                                        \
-  FLAG(max_points, 1, "Limit of the points of a batch")                                        \
-  FLAG(max_exploration_cells, 1, "Limit of the cells of the bounding box of an explored area") \
-  FLAG(max_queue, 1, "Limit of the batches that wait for a map's writer")                      \
-  FLAG(max_queue_bytes, 1, "Limit of the bytes of the batches that wait for a map's writer")   \
-  FLAG(max_lateness, absl::ZeroDuration(),                                                     \
-       "Observations older than their robot's newest by more than this are refused")           \
-  FLAG(max_connections, 0,                                                                     \
-       "Limit of open connections; 0: as many as the limit of open files allows")              \
-  FLAG(max_connections_per_address, 0,                                                         \
-       "The same for one client address; 0: three quarters of --max_connections")              \
-  FLAG(memory_limit, 0,                                                                        \
-       "Bytes of memory above which the connections that receive the most are shut down; "     \
-       "0: three quarters of the memory of the machine or the control group")                  \
-  FLAG(max_import_bytes, 1, "Limit of the total size of the files of an import")               \
-  FLAG(max_scratch_bytes, 1,                                                                   \
-       "Limit of the files on disk that hold imports and backups under way; half of it for "   \
-       "one client address")                                                                   \
-  FLAG(max_unpacked_bytes, 1, "Limit of the size of an import's files after decompression")    \
-  FLAG(max_archive_members, 1, "Limit of the members of an imported archive")                  \
-  FLAG(max_import_objects, 1, "Limit of the objects of an import")                             \
-  FLAG(chunk_items, 1,                                                                         \
-       "Limit of the objects or runs of cells in one message of a streamed answer")            \
-  FLAG(max_chunk_bytes, 1,                                                                     \
-       "Size at which a message of a streamed answer is sent and the next one begins")         \
-  FLAG(max_watchers, 1, "Limit of concurrent watches")                                         \
-  FLAG(max_watch_lag, 1, "A watch that falls behind by more revisions than this is closed")    \
-  FLAG(watch_progress, absl::Milliseconds(1),                                                  \
-       "Longest time between two messages of a watch; progress is sent if there is no change") \
-  FLAG(history_revisions, 0, "Past revisions of a map that are kept")                          \
-  FLAG(history_age, absl::ZeroDuration(), "Time for which past revisions of a map are kept")   \
-  FLAG(receipt_age, absl::ZeroDuration(),                                                      \
+#define HYPERMAP_LIMIT_FLAGS(FLAG)                                                               \
+  FLAG(max_message_bytes, 1, "Size limit of a request or response message")                      \
+  FLAG(max_vertices, 1, "Limit of the vertices of a polygon")                                    \
+  FLAG(max_question_vertices, 1,                                                                 \
+       "Limit of the vertices of the area of a query, watch, replica or exploration")            \
+  FLAG(max_edits, 1, "Limit of the edits of a batch")                                            \
+  FLAG(max_cells, 1, "Limit of the cells that a batch of edits or an imported image sets")       \
+  FLAG(max_nearest, 1, "Limit of k of a nearest query")                                          \
+  FLAG(max_points, 1, "Limit of the points of a batch")                                          \
+  FLAG(max_exploration_cells, 1, "Limit of the cells of the bounding box of an explored area")   \
+  FLAG(max_queue, 1, "Limit of the batches that wait for a map's writer")                        \
+  FLAG(max_queue_bytes, 1, "Limit of the bytes of the batches that wait for a map's writer")     \
+  FLAG(max_lateness, absl::ZeroDuration(),                                                       \
+       "Observations older than their robot's newest by more than this are refused")             \
+  FLAG(max_connections, 0,                                                                       \
+       "Limit of open connections; 0: as many as the limit of open files allows")                \
+  FLAG(max_connections_per_address, 0,                                                           \
+       "The same for one client address; 0: three quarters of --max_connections")                \
+  FLAG(memory_limit, 0,                                                                          \
+       "Bytes of memory above which the connections that receive the most are shut down; "       \
+       "0: three quarters of the memory of the machine or the control group")                    \
+  FLAG(max_calls, 1, "Limit of the calls that are under way; half of it for one client address") \
+  FLAG(max_calls_per_connection, 1, "Limit of the calls that are under way on one connection")   \
+  FLAG(max_request_bytes, 0,                                                                     \
+       "Limit of the memory of large requests and exports under way; half of it for one "        \
+       "client address; 0: a quarter of --memory_limit")                                         \
+  FLAG(max_exploration_bytes, 0,                                                                 \
+       "Limit of the memory of all explorations; 0: an eighth of --memory_limit")                \
+  FLAG(max_import_bytes, 1, "Limit of the total size of the files of an import")                 \
+  FLAG(max_scratch_bytes, 1,                                                                     \
+       "Limit of the files on disk that hold imports and backups under way; half of it for "     \
+       "one client address")                                                                     \
+  FLAG(max_unpacked_bytes, 1, "Limit of the size of an import's files after decompression")      \
+  FLAG(max_archive_members, 1, "Limit of the members of an imported archive")                    \
+  FLAG(max_import_objects, 1, "Limit of the objects of an import")                               \
+  FLAG(chunk_items, 1,                                                                           \
+       "Limit of the objects or runs of cells in one message of a streamed answer")              \
+  FLAG(max_chunk_bytes, 1,                                                                       \
+       "Size at which a message of a streamed answer is sent and the next one begins")           \
+  FLAG(max_watchers, 1, "Limit of concurrent watches")                                           \
+  FLAG(max_watch_lag, 1, "A watch that falls behind by more revisions than this is closed")      \
+  FLAG(watch_progress, absl::Milliseconds(1),                                                    \
+       "Longest time between two messages of a watch; progress is sent if there is no change")   \
+  FLAG(history_revisions, 0, "Past revisions of a map that are kept")                            \
+  FLAG(history_age, absl::ZeroDuration(), "Time for which past revisions of a map are kept")     \
+  FLAG(receipt_age, absl::ZeroDuration(),                                                        \
        "Time for which a retried request gets the answer of its first attempt")
 
 #define HYPERMAP_DEFINE_FLAG(name, least, help) \

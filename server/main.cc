@@ -22,7 +22,6 @@
 #include "absl/strings/str_cat.h"
 #include "absl/synchronization/mutex.h"
 #include "absl/time/time.h"
-#include "base/admission/byte_budget.h"
 #include "base/admission/file_limit.h"
 #include "base/admission/memory.h"
 #include "base/admission/open_connections.h"
@@ -30,6 +29,7 @@
 #include "base/status/status_macros.h"
 #include "base/tls/server_credentials.h"
 #include "server/limit_flags.h"
+#include "server/rpc/budgets.h"
 #include "server/rpc/facilities.h"
 #include "server/rpc/request_log.h"
 #include "server/rpc/scratch_file.h"
@@ -62,6 +62,9 @@ constexpr int kKeptBytes = 16 << 20;
 constexpr int64_t kFilesOfMap = 8;
 constexpr int64_t kNewMaps = 4;
 constexpr int64_t kFilesOfServer = 64;
+
+// Space in the data folder with which maps can be deleted when the disk is full.
+constexpr int64_t kReserveBytes = int64_t{8} << 20;
 
 absl::Status CheckFlags(const std::vector<char*>& positional) {
   if (positional.size() > 1) {
@@ -144,11 +147,14 @@ class ShutdownSignals {
 
 // Sets the limit of memory if the flag leaves it to the machine, and bounds what follows from it:
 // an import that is decoded takes up to three times the bytes of its files, and two are at a time.
+// docs/limits.md adds up the parts.
 Limits BoundByMemory(Limits limits) {
   if (limits.memory_limit == 0) limits.memory_limit = admission::UsableMemory() / 4 * 3;
   const int64_t part = std::max<int64_t>(1, limits.memory_limit / 8);
   limits.max_import_bytes = std::min(limits.max_import_bytes, part);
   limits.max_unpacked_bytes = std::min(limits.max_unpacked_bytes, part);
+  if (limits.max_request_bytes == 0) limits.max_request_bytes = 2 * part;
+  if (limits.max_exploration_bytes == 0) limits.max_exploration_bytes = part;
   return limits;
 }
 
@@ -161,14 +167,17 @@ int64_t FilesFor(size_t num_maps) {
 absl::Status Serve(ShutdownSignals& signals) {
   const std::string data_dir = absl::GetFlag(FLAGS_data_dir);
   const Limits limits = BoundByMemory(LimitsOfFlags());
-  HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<storage::MapStore> store,
-                            storage::OpenGeoPackageStore(data_dir));
+  HYPERMAP_ASSIGN_OR_RETURN(
+      std::unique_ptr<storage::MapStore> store,
+      storage::OpenGeoPackageStore(data_dir, {.reserve_bytes = kReserveBytes}));
   HYPERMAP_ASSIGN_OR_RETURN(const std::vector<std::string> maps, store->List());
   HYPERMAP_ASSIGN_OR_RETURN(
       const admission::ConnectionLimits connections,
       admission::LimitConnections({limits.max_connections, limits.max_connections_per_address},
                                   admission::RaiseFileLimit(), FilesFor(maps.size())));
   ScratchFile::RemoveLeftOver(data_dir);
+  // Calls that wait for a map's writer hold parts of the budgets, so that these outlive the maps.
+  Budgets budgets(limits);
   HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<Site> site,
                             Site::Open(std::move(store), MakeSessionOptions(limits)));
   // Returns the memory that loading the maps needed for a while to the system.
@@ -182,11 +191,11 @@ absl::Status Serve(ShutdownSignals& signals) {
   // Destroyed in the reverse order: first the server with its requests, then the workers, then the
   // maps.
   WorkerPools workers(NumThreads());
-  admission::ByteBudget scratch_bytes("max_scratch_bytes", limits.max_scratch_bytes);
-  const Facilities facilities{site.get(), limits, &workers, data_dir, &scratch_bytes};
+  const Facilities facilities{site.get(), limits, &workers, data_dir, &budgets};
   GrpcServerOptions options{absl::GetFlag(FLAGS_listen), limits.max_message_bytes,
                             ServerFilesOfFlags(), connections};
   options.max_resident_bytes = limits.memory_limit;
+  options.max_calls_per_connection = limits.max_calls_per_connection;
   HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<GrpcServer> server,
                             GrpcServer::Start(options, facilities));
   LogProblems(*site);

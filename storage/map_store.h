@@ -93,12 +93,22 @@ class StoredMap {
   // the map has since.
   virtual const MapHeader& header() const = 0;
 
+  // What the opening found that people should know, such as the reason for which the map has
+  // another incarnation. Each is a sentence that names the map.
+  virtual std::vector<std::string> opening_notes() const { return {}; }
+
+  // DATA_LOSS, for ever, once the files of the map were found removed, replaced or changed by
+  // another program while the map was open, so that commits would not be where the next opening
+  // looks for them. Cheap.
+  virtual absl::Status CheckFile() { return absl::OkStatus(); }
+
   // Reads all of the newest revision. DATA_LOSS naming the damaged table and row.
   virtual absl::StatusOr<SnapshotPtr> Load() = 0;
 
   // Writes the commits in order, durably and in one transaction. On error none of them is stored
   // and the map is unchanged. UNAVAILABLE and RESOURCE_EXHAUSTED (disk full) may pass, so that a
-  // retry makes sense; DATA_LOSS does not.
+  // retry makes sense; DATA_LOSS does not. An error of CheckFile may come after the commits were
+  // written to files that are no longer the map's.
   virtual absl::Status Write(absl::Span<const Commit> commits) = 0;
 
   // The receipt of an earlier request, also from before a restart; nullopt when there is none.
@@ -126,8 +136,8 @@ class StoredMap {
   // The evidence of fused layers. Lives as long as this map.
   virtual FusionLog& fusion_log() = 0;
 
-  // Writes a consistent copy, which can be opened as a map of its own. REQUIRES: the file does not
-  // exist.
+  // Writes a consistent copy, which can be opened as a map of its own. Errors of CheckCancelled;
+  // then there is no copy. REQUIRES: the file does not exist.
   virtual absl::Status BackupTo(const std::string& path) = 0;
 };
 
@@ -148,9 +158,9 @@ class MapStore {
   virtual absl::StatusOr<std::unique_ptr<StoredMap>> Open(const std::string& name) = 0;
 
   // Removes the map for good and records the request, unless its id is empty. A retry of the
-  // request changes nothing and is OK, also after a restart and when a new map has that name by
-  // then. NOT_FOUND; FAILED_PRECONDITION when the map is open; INVALID_ARGUMENT when the id was
-  // used to delete another map.
+  // request changes nothing, also after a restart, and is OK unless there is a new map of that name
+  // by then. NOT_FOUND; FAILED_PRECONDITION when the map is open, or when the id was used to delete
+  // an earlier map of the name; INVALID_ARGUMENT when it was used to delete another map.
   virtual absl::Status Delete(const std::string& name, const std::string& request_id) = 0;
 
   // The name of the map that the request deleted; nullopt when it deleted none.

@@ -26,7 +26,7 @@ packages_of() {
              libyaml-cpp-dev libzip-dev libpng-dev libtiff-dev nlohmann-json3-dev libcli11-dev libutfcpp-dev \
              libgtest-dev libgmock-dev librapidcheck-dev libbenchmark-dev libcairo2-dev \
              libpcl-dev ;;
-    test)  echo chromium fonts-dejavu-core gdal-bin openssl python3-gdal python3-grpcio \
+    test)  echo chromium fonts-dejavu-core gdal-bin libfaketime openssl python3-gdal python3-grpcio \
              python3-numpy python3-protobuf python3-shapely python3-yaml sqlite3 valgrind ;;
     web)   echo protobuf-compiler ;;
     python) echo openssl python3-venv ;;

@@ -148,7 +148,8 @@ void EncodeLayerContent(const Layer& layer, const PlanarTransform& caller_from_l
 
 absl::StatusOr<answers::PointAnswer> DecodePointAnswer(const v1::QueryPointResponse& message) {
   HYPERMAP_ASSIGN_OR_RETURN(const Point point, DecodePoint("point", message.point()));
-  answers::PointAnswer answer{message.map(), message.revision(), message.frame_id(), point, {}};
+  answers::PointAnswer answer{
+      message.map(), message.revision(), message.frame_id(), point, {}, message.incarnation()};
   answer.layers.reserve(message.layers_size());
   for (const v1::LayerContent& encoded : message.layers()) {
     HYPERMAP_ASSIGN_OR_RETURN(answers::LayerContent content,
@@ -204,7 +205,8 @@ void EncodeNearestAnswer(const NearestAnswer& answer, v1::QueryNearestResponse* 
 
 absl::StatusOr<answers::NearestAnswer> DecodeNearestAnswer(
     const v1::QueryNearestResponse& message) {
-  answers::NearestAnswer answer{message.map(), message.revision(), message.frame_id(), {}, {}};
+  answers::NearestAnswer answer{
+      message.map(), message.revision(), message.frame_id(), {}, {}, message.incarnation()};
   for (const v1::NearestMatch& encoded : message.matches()) {
     HYPERMAP_ASSIGN_OR_RETURN(answers::NearestMatch match, DecodeMatch(encoded));
     answer.matches.push_back(std::move(match));

@@ -132,6 +132,7 @@ TEST(PointAnswerOnTheWire, ComesBack) {
   v1::QueryPointResponse message;
   message.set_map("site");
   message.set_revision(3);
+  message.set_incarnation(77);
   message.set_frame_id("map");
   EncodePoint({2.05, 0.05}, message.mutable_point());
   for (const LayerContent& content : *contents) Encode(content, message.add_layers());
@@ -140,6 +141,7 @@ TEST(PointAnswerOnTheWire, ComesBack) {
   ASSERT_TRUE(answer.ok()) << answer.status();
   EXPECT_EQ(answer->map, "site");
   EXPECT_EQ(answer->revision, 3);
+  EXPECT_EQ(answer->incarnation, 77u);
   EXPECT_EQ(answer->frame_id, "map");
   EXPECT_EQ(answer->point, (Point{2.05, 0.05}));
   ASSERT_EQ(answer->layers.size(), contents->size());

@@ -15,12 +15,14 @@ void EncodeMapEntry(const MapEntry& entry, v1::Map* message) {
   message->set_revision(entry.revision);
   EncodeTime(entry.create_time, message->mutable_create_time());
   message->set_layer_count(entry.layer_count);
+  message->set_incarnation(entry.incarnation);
 }
 
 MapEntry DecodeMapEntry(const v1::Map& message) {
   return {message.name(),        message.frame_id(),
           message.revision(),    DecodeTime(message.create_time()),
-          message.layer_count(), message.problem()};
+          message.layer_count(), message.problem(),
+          message.incarnation()};
 }
 
 absl::StatusOr<LayerEntry> DecodeLayerEntry(absl::string_view field, const v1::Layer& message) {

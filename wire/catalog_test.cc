@@ -10,7 +10,8 @@ namespace hypermap::wire {
 namespace {
 
 TEST(MapEntryOnTheWire, ComesBack) {
-  const MapEntry office{"office", "map", 12, absl::FromUnixMillis(1'700'000'000'250), 3, ""};
+  const MapEntry office{
+      "office", "map", 12, absl::FromUnixMillis(1'700'000'000'250), 3, "", 0xfedc'ba98'7654'3210};
   v1::Map message;
   EncodeMapEntry(office, &message);
   EXPECT_EQ(DecodeMapEntry(message), office);

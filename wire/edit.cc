@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "base/cancellation/cancellation.h"
 #include "base/limits/limits.h"
 #include "base/status/status_macros.h"
 #include "wire/field.h"
@@ -195,6 +196,7 @@ absl::StatusOr<EditBatch> DecodeEdits(const google::protobuf::RepeatedPtrField<v
   EditBatch batch;
   batch.edits.reserve(edits.size());
   for (const v1::Edit& message : edits) {
+    HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
     HYPERMAP_ASSIGN_OR_RETURN(
         Edit edit, DecodeEdit(absl::StrCat("edits[", batch.edits.size(), "]"), message, limits));
     batch.edits.push_back(std::move(edit));

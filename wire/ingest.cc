@@ -83,6 +83,7 @@ void EncodeOpened(const OpenedLayer& opened, v1::ObserveOpened* message) {
   message->set_strategy(opened.strategy);
   message->set_parameters(opened.parameters);
   message->set_exploration_layer(opened.exploration_layer);
+  message->set_incarnation(opened.incarnation);
   for (const SequenceRange& range : opened.known) {
     v1::SequenceRange* const encoded = message->add_known();
     encoded->set_first(range.first);
@@ -91,7 +92,11 @@ void EncodeOpened(const OpenedLayer& opened, v1::ObserveOpened* message) {
 }
 
 OpenedLayer DecodeOpened(const v1::ObserveOpened& message) {
-  OpenedLayer opened{message.strategy(), message.parameters(), message.exploration_layer(), {}};
+  OpenedLayer opened{message.strategy(),
+                     message.parameters(),
+                     message.exploration_layer(),
+                     {},
+                     message.incarnation()};
   for (const v1::SequenceRange& range : message.known()) {
     opened.known.push_back({range.first(), range.last()});
   }
@@ -105,6 +110,7 @@ void EncodeObjectHistory(const ObjectHistory& history, v1::ExplainObjectResponse
   message->set_strategy(history.strategy);
   message->set_parameters(history.parameters);
   message->set_track(history.track);
+  message->set_incarnation(history.incarnation);
   for (const ObjectEvent& event : history.events) EncodeEvent(event, message->add_events());
 }
 
@@ -115,7 +121,8 @@ absl::StatusOr<ObjectHistory> DecodeObjectHistory(const v1::ExplainObjectRespons
                         message.strategy(),
                         message.parameters(),
                         message.track(),
-                        {}};
+                        {},
+                        message.incarnation()};
   for (const v1::ObjectEvent& encoded : message.events()) {
     HYPERMAP_ASSIGN_OR_RETURN(
         ObjectEvent event,

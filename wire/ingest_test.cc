@@ -54,7 +54,7 @@ TEST(VerdictOnTheWire, OnAnObservationThatCannotBeDecodedNamesIt) {
 }
 
 TEST(OpenedLayerOnTheWire, ComesBack) {
-  const OpenedLayer opened{"evidence", R"({"iou":0.5})", "explored", {{-2, 4}, {9, 9}}};
+  const OpenedLayer opened{"evidence", R"({"iou":0.5})", "explored", {{-2, 4}, {9, 9}}, 77};
   v1::ObserveOpened message;
   EncodeOpened(opened, &message);
   EXPECT_EQ(DecodeOpened(message), opened);
@@ -73,7 +73,8 @@ TEST(ObjectHistoryOnTheWire, ComesBack) {
                                {ObjectEventKind::kSeen, at, 1, 0.25, 0.75, ""},
                                {ObjectEventKind::kMissed, at, 0, 0.0, 0.0, ""},
                                {ObjectEventKind::kMerged, at, 0, 0.0, 0.875, "cart/8/1"},
-                               {ObjectEventKind::kRemoved, at, 0, 0.0, std::nullopt, ""}}};
+                               {ObjectEventKind::kRemoved, at, 0, 0.0, std::nullopt, ""}},
+                              77};
   v1::ExplainObjectResponse message;
   EncodeObjectHistory(history, &message);
   EXPECT_FALSE(message.events(0).has_stamp());

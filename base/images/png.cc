@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/cancellation/cancellation.h"
 #include "base/status/status_macros.h"
 
 // libpng reports errors by longjmp. Each function that arms the jump does so anew and has no object
@@ -130,6 +131,7 @@ absl::Status PngReader::ReadRows(uint8_t* rows) {
   if (!state_->is_prepared && !state_->Prepare(/*expand=*/false)) return state_->Error();
   for (int pass = 0; pass < num_passes(); ++pass) {
     for (int64_t y = 0; y < header().height; ++y) {
+      HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
       if (!state_->ReadRow(rows + row_bytes() * y)) return state_->Error();
     }
   }

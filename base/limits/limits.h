@@ -46,7 +46,7 @@ struct Limits {
   // older one is refused as late. Also the time by which it may be ahead of the server's clock.
   absl::Duration max_lateness = absl::Minutes(10);
 
-  // Connections and memory.
+  // Connections, calls and memory.
 
   // Connections that may be open at once; further ones are closed. 0: as many as the limit of open
   // files (ulimit -n) allows besides the maps' files.
@@ -56,6 +56,17 @@ struct Limits {
   // Bytes of memory. While more are in use, the connections that receive the most are shut down.
   // 0: three quarters of the memory of the machine or the control group.
   int64_t memory_limit = 0;
+  // Calls that are under way or wait, streams included; half of them for one address of clients.
+  int max_calls = 10'000;
+  // The same for one connection. HTTP/2 tells the client, which waits before it begins another
+  // call; a connection that goes beyond is closed.
+  int max_calls_per_connection = 2'000;
+  // Bytes of memory of large requests, from before they are decoded until they are answered, and of
+  // exports; half of them for one address of clients. A request that is larger alone is accepted
+  // when there is no other. 0: a quarter of memory_limit.
+  int64_t max_request_bytes = 0;
+  // Bytes of memory of the explorations of all maps. 0: an eighth of memory_limit.
+  int64_t max_exploration_bytes = 0;
 
   // Imports.
 

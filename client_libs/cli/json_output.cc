@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "absl/strings/str_cat.h"
 #include "client_libs/cli/cell_values.h"
 #include "client_libs/cli/exploration_json.h"
 #include "client_libs/cli/json_values.h"
@@ -24,6 +25,8 @@ Json MapJson(const client::MapEntry& map) {
       {"revision", map.revision},
       {"create_time", TimeJson(map.create_time)},
       {"layer_count", map.layer_count},
+      // As text, as in protobuf's JSON: many readers of JSON round numbers above 2^53.
+      {"incarnation", absl::StrCat(map.incarnation)},
   };
 }
 

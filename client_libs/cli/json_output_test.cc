@@ -217,14 +217,16 @@ TEST(JsonOutputTest, TextThatIsNoUtf8IsReplaced) {
 }
 
 TEST(JsonOutputTest, CatalogAnswers) {
-  client::MapEntry office{"office", "map", 4, absl::FromUnixSeconds(0), 2, ""};
+  client::MapEntry office{
+      "office", "map", 4, absl::FromUnixSeconds(0), 2, "", 18'446'744'073'709'551'615u};
   client::MapEntry broken;
   broken.name = "broken";
   broken.problem = "not a GeoPackage";
   EXPECT_EQ(AsJson(std::vector<client::MapEntry>{broken, office}),
             R"({"maps":[{"name":"broken","problem":"not a GeoPackage"},)"
             R"({"name":"office","frame_id":"map","revision":4,)"
-            R"("create_time":"1970-01-01T00:00:00+00:00","layer_count":2}]})"
+            R"("create_time":"1970-01-01T00:00:00+00:00","layer_count":2,)"
+            R"("incarnation":"18446744073709551615"}]})"
             "\n");
   EXPECT_EQ(AsJson(std::vector<client::MapEntry>{}), "{\"maps\":[]}\n");
 

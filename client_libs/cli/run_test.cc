@@ -93,6 +93,9 @@ TEST(RunTest, CommandLinesBecomeRequests) {
         "--from", "0", "--area", "-1,-1", "2,-1", "2,3"},
        R"(Watch scope { map: "office" layers: "a" layers: "b" frame_id: "dock" } )" + triangle +
            R"( classes: "cup" start_revision: 0 coalesce: true)"},
+      {{"watch", "office", "--from", "4", "--incarnation", "18446744073709551615"},
+       R"(Watch scope { map: "office" incarnation: 18446744073709551615 } start_revision: 4 )"
+       R"(coalesce: true)"},
       {{"log", "office", "--limit", "7"},
        R"(ListRevisions map: "office" page_size: 7 newest_first: true)"},
       {{"query", "nearest", "office", "1", "2", "--value=<-70"},

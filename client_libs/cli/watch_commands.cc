@@ -140,8 +140,14 @@ void AddWatch(CLI::App& app, Command& selected) {
                    "Print only the changes after this revision, without the content of the map")
       ->type_name("REVISION")
       ->check(CLI::NonNegativeNumber);
+  watch
+      ->add_option("--incarnation", command->options.incarnation,
+                   "Incarnation of the map to which the revision of --from belongs (see maps "
+                   "--json); fail if the map was restored, replaced or made anew since")
+      ->type_name("NUMBER");
   watch->add_flag("--or_snapshot,--or-snapshot", command->options.snapshot_when_compacted,
-                  "Print the content of the map if the changes to resume from have been compacted");
+                  "Print the content of the map if the changes to resume from have been compacted, "
+                  "or the map is another incarnation");
   watch->add_option("--count", command->count, "Stop after this many changes")
       ->check(CLI::PositiveNumber);
   watch->add_option("--until", command->until, "Stop after all changes up to this revision")

@@ -2,6 +2,7 @@
 #ifndef HYPERMAP_CLIENT_LIBS_CPP_ANSWERS_H_
 #define HYPERMAP_CLIENT_LIBS_CPP_ANSWERS_H_
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -22,6 +23,7 @@ struct LayerList {
   std::string map;
   Revision revision = 0;
   std::vector<LayerEntry> layers;  // sorted by name
+  uint64_t incarnation = 0;        // of the map to which the revision belongs, here and below
 };
 
 struct TransformList {
@@ -29,6 +31,7 @@ struct TransformList {
   Revision revision = 0;
   std::string frame_id;                    // the map's own
   std::vector<FrameTransform> transforms;  // sorted by child
+  uint64_t incarnation = 0;
 };
 
 // The base name and the bytes of a file.
@@ -43,6 +46,7 @@ struct ImportAnswer {
   std::vector<std::string> layers;  // created or written
   // Deviations from the file format that were repaired, and how each was read.
   std::vector<std::string> repairs;
+  uint64_t incarnation = 0;
 };
 
 struct ExportAnswer {
@@ -50,6 +54,7 @@ struct ExportAnswer {
   Revision revision = 0;
   std::vector<NamedFile> files;
   std::vector<std::string> omissions;  // parts of the map that the format can't represent
+  uint64_t incarnation = 0;
 };
 
 struct EditAnswer {
@@ -57,6 +62,7 @@ struct EditAnswer {
   Revision revision = 0;
   // One for each edit: the id of the object for PutObject, otherwise 0.
   std::vector<ObjectId> object_ids;
+  uint64_t incarnation = 0;
 };
 
 using answers::LayerContent;
@@ -74,6 +80,7 @@ struct RevisionList {
   Revision newest = 0;
   Revision oldest = 0;  // the oldest that can be queried
   std::vector<RevisionRecord> revisions;
+  uint64_t incarnation = 0;
 };
 
 }  // namespace hypermap::client

@@ -76,6 +76,7 @@ absl::Status Client::DeleteMap(const std::string& map, const CallOptions& option
   v1::DeleteMapRequest request;
   request.set_map(map);
   request.set_request_id(RequestIdOf(options));
+  request.set_incarnation(options.incarnation);
   return connection_
       ->Call(connection_->catalog(), &v1::CatalogService::Stub::DeleteMap, request, options)
       .status();
@@ -87,6 +88,7 @@ absl::StatusOr<Revision> Client::CreateLayer(const std::string& map, const Layer
   request.set_map(map);
   wire::EncodeLayerSpec(layer, request.mutable_layer());
   request.set_request_id(RequestIdOf(options));
+  request.set_incarnation(options.incarnation);
   return RevisionOf(connection_->Call(connection_->catalog(),
                                       &v1::CatalogService::Stub::CreateLayer, request, options));
 }
@@ -119,6 +121,7 @@ absl::StatusOr<Revision> Client::DeleteLayer(const std::string& map, const std::
   request.set_map(map);
   request.set_layer(layer);
   request.set_request_id(RequestIdOf(options));
+  request.set_incarnation(options.incarnation);
   return RevisionOf(connection_->Call(connection_->catalog(),
                                       &v1::CatalogService::Stub::DeleteLayer, request, options));
 }
@@ -130,6 +133,7 @@ absl::StatusOr<Revision> Client::SetTransform(const std::string& map,
   request.set_map(map);
   wire::EncodeTransform(transform, request.mutable_transform());
   request.set_request_id(RequestIdOf(options));
+  request.set_incarnation(options.incarnation);
   return RevisionOf(connection_->Call(connection_->catalog(),
                                       &v1::CatalogService::Stub::SetTransform, request, options));
 }
@@ -150,6 +154,7 @@ absl::StatusOr<EditAnswer> Client::ApplyEdits(const std::string& map, const Edit
   v1::ApplyEditsRequest request;
   request.set_map(map);
   request.set_request_id(RequestIdOf(options));
+  request.set_incarnation(options.incarnation);
   wire::EncodeLayerVersions(batch.if_layers, request.mutable_if_layers());
   for (const Edit& edit : batch.edits) wire::EncodeEdit(edit, request.add_edits());
   HYPERMAP_ASSIGN_OR_RETURN(
@@ -157,7 +162,8 @@ absl::StatusOr<EditAnswer> Client::ApplyEdits(const std::string& map, const Edit
       connection_->Call(connection_->edit(), &v1::EditService::Stub::ApplyEdits, request, options));
   return EditAnswer{response.map(),
                     response.revision(),
-                    {response.object_ids().begin(), response.object_ids().end()}};
+                    {response.object_ids().begin(), response.object_ids().end()},
+                    response.incarnation()};
 }
 
 }  // namespace hypermap::client

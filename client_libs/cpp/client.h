@@ -13,6 +13,7 @@
 #ifndef HYPERMAP_CLIENT_LIBS_CPP_CLIENT_H_
 #define HYPERMAP_CLIENT_LIBS_CPP_CLIENT_H_
 
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
@@ -39,9 +40,10 @@ struct ClientOptions {
   // Maximum duration of a call, including all parts of its answer.
   absl::Duration timeout = absl::Seconds(60);
   // Maximum time for retries, with exponential backoff, of a call that finds the server
-  // UNAVAILABLE. Retries of a mutation have the same request_id, so that it is carried out once. A
-  // call is not retried once its answer has begun to arrive, and streams of observations and of
-  // points are never retried. Zero: no retries.
+  // UNAVAILABLE, or that the server refuses for the time being, because others fill a limit.
+  // Retries of a mutation have the same request_id, so that it is carried out once. A call is not
+  // retried once its answer has begun to arrive, and streams of observations and of points are
+  // never retried. Zero: no retries.
   absl::Duration retry_for = absl::Seconds(30);
   // TLS options. Absent: the connection is not encrypted.
   std::optional<TlsOptions> tls = std::nullopt;
@@ -60,6 +62,11 @@ struct CallOptions {
   // new random id. To be able to repeat a call whose answer was lost, pass an id of your own
   // (NewRequestId).
   std::string request_id = {};
+  // For queries, mutations, ListChanges and ListRevisions: the incarnation that the caller expects
+  // the map to be (MapEntry::incarnation). ABORTED if it is another one, because the map was
+  // restored, replaced or made anew, and what the caller knows of it may be wrong. 0: any. Watches
+  // have an option of their own.
+  uint64_t incarnation = 0;
   // For queries: the revision at which the query is answered.
   AsOf as_of = {};
   // For QueryPoint and QueryPoints: objects whose shape is at most this far from the point count as

@@ -2,9 +2,17 @@
 
 #include <chrono>
 
+#include "absl/strings/numbers.h"
+#include "absl/strings/string_view.h"
 #include "client_libs/cpp/channel.h"
 
 namespace hypermap::client {
+namespace {
+
+// Trailing metadata by which a server tells when a refused call may come again (gRFC A6).
+constexpr char kPushbackKey[] = "grpc-retry-pushback-ms";
+
+}  // namespace
 
 Connection::Connection(const std::string& target, const ClientOptions& options)
     : options_(options), channel_(MakeChannel(target, options)) {
@@ -17,8 +25,24 @@ Connection::Connection(const std::string& target, const ClientOptions& options)
 }
 
 bool Retries::ShallTryAgain(const grpc::Status& status) {
-  if (status.error_code() != grpc::StatusCode::UNAVAILABLE) return false;
-  const absl::Duration pause = backoff_.Next();
+  return status.error_code() == grpc::StatusCode::UNAVAILABLE && Wait(backoff_.Next());
+}
+
+bool Retries::ShallTryAgain(const grpc::Status& status, const grpc::ClientContext& context) {
+  if (status.error_code() != grpc::StatusCode::RESOURCE_EXHAUSTED) return ShallTryAgain(status);
+  const auto& metadata = context.GetServerTrailingMetadata();
+  const auto pushback = metadata.find(kPushbackKey);
+  int pause_ms = 0;
+  if (pushback == metadata.end() ||
+      !absl::SimpleAtoi(absl::string_view(pushback->second.data(), pushback->second.size()),
+                        &pause_ms) ||
+      pause_ms < 0) {
+    return false;
+  }
+  return Wait(absl::Milliseconds(pause_ms));
+}
+
+bool Retries::Wait(absl::Duration pause) {
   if (absl::Now() + pause >= until_) return false;
   Pause(*channel_, pause);
   return true;

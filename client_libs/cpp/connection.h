@@ -35,8 +35,14 @@ class Retries {
   // After an attempt that ended with `status`: waits and returns true if the call should be
   // retried.
   bool ShallTryAgain(const grpc::Status& status);
+  // The same, also for a call that the server refused for the time being, of which `context` is the
+  // context: waits as long as the server asks for.
+  bool ShallTryAgain(const grpc::Status& status, const grpc::ClientContext& context);
 
  private:
+  // Waits and returns true if there is time for that.
+  bool Wait(absl::Duration pause);
+
   std::shared_ptr<grpc::Channel> channel_;
   absl::Time until_;
   Backoff backoff_;
@@ -76,7 +82,7 @@ class Connection {
       Response response;
       const grpc::Status status = (stub.*method)(context.get(), request, &response);
       if (status.ok()) return response;
-      if (!retries.ShallTryAgain(status)) return wire::DecodeStatus(status);
+      if (!retries.ShallTryAgain(status, *context)) return wire::DecodeStatus(status);
     }
   }
 

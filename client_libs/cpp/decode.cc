@@ -14,7 +14,7 @@ absl::StatusOr<LayerEntry> DecodeLayerEntry(const v1::Layer& message) {
 }
 
 absl::StatusOr<LayerList> DecodeLayerList(const v1::ListLayersResponse& message) {
-  LayerList list{message.map(), message.revision(), {}};
+  LayerList list{message.map(), message.revision(), {}, message.incarnation()};
   for (const v1::Layer& layer : message.layers()) {
     HYPERMAP_ASSIGN_OR_RETURN(LayerEntry entry, DecodeLayerEntry(layer));
     list.layers.push_back(std::move(entry));
@@ -23,7 +23,8 @@ absl::StatusOr<LayerList> DecodeLayerList(const v1::ListLayersResponse& message)
 }
 
 absl::StatusOr<TransformList> DecodeTransformList(const v1::ListTransformsResponse& message) {
-  TransformList list{message.map(), message.revision(), message.frame_id(), {}};
+  TransformList list{
+      message.map(), message.revision(), message.frame_id(), {}, message.incarnation()};
   for (const v1::Transform& transform : message.transforms()) {
     HYPERMAP_ASSIGN_OR_RETURN(FrameTransform decoded,
                               wire::DecodeTransform("transform", transform));
@@ -33,7 +34,11 @@ absl::StatusOr<TransformList> DecodeTransformList(const v1::ListTransformsRespon
 }
 
 RevisionList DecodeRevisionList(const v1::ListRevisionsResponse& message) {
-  RevisionList list{message.map(), message.newest_revision(), message.oldest_revision(), {}};
+  RevisionList list{message.map(),
+                    message.newest_revision(),
+                    message.oldest_revision(),
+                    {},
+                    message.incarnation()};
   for (const v1::RevisionInfo& info : message.revisions()) {
     list.revisions.push_back(wire::DecodeRevisionRecord(info));
   }

@@ -31,9 +31,11 @@ using hypermap::GivenUpPlace;
 using hypermap::GoalOutcome;
 using hypermap::LeasedGoal;
 
+// In each answer, `incarnation` is that of the map to which the revision belongs.
 struct StartAnswer {
   Revision revision = 0;
   ExplorationEntry entry;
+  uint64_t incarnation = 0;
 };
 
 struct ExplorationAnswer {
@@ -41,12 +43,14 @@ struct ExplorationAnswer {
   std::string frame_id;
   ExplorationEntry entry;
   ExplorationProgress progress;
+  uint64_t incarnation = 0;
 };
 
 struct ExplorationList {
   Revision revision = 0;
   std::string frame_id;
   std::vector<ExplorationEntry> explorations;  // newest first
+  uint64_t incarnation = 0;
 };
 
 struct FrontierList {
@@ -54,6 +58,7 @@ struct FrontierList {
   std::string frame_id;
   ObjectId exploration_id = 0;
   std::vector<FrontierEntry> frontiers;  // largest first
+  uint64_t incarnation = 0;
 };
 
 struct ClaimOptions {
@@ -64,6 +69,7 @@ struct ClaimOptions {
 
 struct ClaimAnswer : ClaimResult {
   Revision revision = 0;
+  uint64_t incarnation = 0;
 };
 
 }  // namespace hypermap::client

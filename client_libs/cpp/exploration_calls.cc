@@ -42,7 +42,7 @@ absl::StatusOr<StartAnswer> Client::StartExploration(const std::string& map, con
       connection_->Call(connection_->exploration(), &v1::ExplorationService::Stub::StartExploration,
                         request, options));
   HYPERMAP_ASSIGN_OR_RETURN(ExplorationEntry entry, DecodeEntry(response.exploration()));
-  return StartAnswer{response.revision(), std::move(entry)};
+  return StartAnswer{response.revision(), std::move(entry), response.incarnation()};
 }
 
 absl::StatusOr<ExplorationAnswer> Client::GetExploration(const std::string& map,
@@ -59,7 +59,7 @@ absl::StatusOr<ExplorationAnswer> Client::GetExploration(const std::string& map,
                         request, options));
   HYPERMAP_ASSIGN_OR_RETURN(ExplorationEntry entry, DecodeEntry(response.exploration()));
   return ExplorationAnswer{response.revision(), response.frame_id(), std::move(entry),
-                           wire::DecodeProgress(response.progress())};
+                           wire::DecodeProgress(response.progress()), response.incarnation()};
 }
 
 absl::StatusOr<ExplorationList> Client::ListExplorations(const std::string& map,
@@ -72,7 +72,7 @@ absl::StatusOr<ExplorationList> Client::ListExplorations(const std::string& map,
       const auto response,
       connection_->Call(connection_->exploration(), &v1::ExplorationService::Stub::ListExplorations,
                         request, options));
-  ExplorationList list{response.revision(), response.frame_id(), {}};
+  ExplorationList list{response.revision(), response.frame_id(), {}, response.incarnation()};
   for (const v1::Exploration& message : response.explorations()) {
     HYPERMAP_ASSIGN_OR_RETURN(ExplorationEntry entry, DecodeEntry(message));
     list.explorations.push_back(std::move(entry));
@@ -92,7 +92,11 @@ absl::StatusOr<FrontierList> Client::ListFrontiers(const std::string& map, Objec
       const auto response,
       connection_->Call(connection_->exploration(), &v1::ExplorationService::Stub::ListFrontiers,
                         request, options));
-  FrontierList list{response.revision(), response.frame_id(), response.exploration_id(), {}};
+  FrontierList list{response.revision(),
+                    response.frame_id(),
+                    response.exploration_id(),
+                    {},
+                    response.incarnation()};
   for (const v1::Frontier& message : response.frontiers()) {
     absl::StatusOr<FrontierEntry> frontier = wire::DecodeFrontier("frontier", message);
     if (!frontier.ok()) return BadAnswer(frontier.status());
@@ -122,7 +126,7 @@ absl::StatusOr<ClaimAnswer> Client::ClaimGoal(const std::string& map, const std:
                         request, options));
   absl::StatusOr<ClaimResult> result = wire::DecodeClaimResult(response);
   if (!result.ok()) return BadAnswer(result.status());
-  return ClaimAnswer{*std::move(result), response.revision()};
+  return ClaimAnswer{*std::move(result), response.revision(), response.incarnation()};
 }
 
 absl::StatusOr<LeasedGoal> Client::RenewGoal(const std::string& map, const std::string& robot,

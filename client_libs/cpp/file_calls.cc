@@ -67,6 +67,7 @@ grpc::Status ReceiveFiles(v1::CatalogService::Stub& catalog, absl::Time deadline
       const v1::ExportHeader& header = message.header();
       answer.map = header.map();
       answer.revision = header.revision();
+      answer.incarnation = header.incarnation();
       answer.omissions.assign(header.omissions().begin(), header.omissions().end());
     } else if (message.has_chunk()) {
       const v1::FileChunk& chunk = message.chunk();
@@ -97,6 +98,7 @@ absl::StatusOr<ImportAnswer> Client::ImportMap(const std::string& map, FileForma
   header.set_frame_id(import_options.frame_id);
   header.set_create_map(import_options.create_map);
   header.set_request_id(RequestIdOf(options));
+  header.set_incarnation(options.incarnation);
 
   const absl::Time deadline = connection_->DeadlineOf(options);
   Retries retries = connection_->RetriesOf(options, deadline);
@@ -109,7 +111,8 @@ absl::StatusOr<ImportAnswer> Client::ImportMap(const std::string& map, FileForma
   return ImportAnswer{response.map(),
                       response.revision(),
                       {response.layers().begin(), response.layers().end()},
-                      {response.repairs().begin(), response.repairs().end()}};
+                      {response.repairs().begin(), response.repairs().end()},
+                      response.incarnation()};
 }
 
 absl::StatusOr<ExportAnswer> Client::ExportMap(const std::string& map, FileFormat format,

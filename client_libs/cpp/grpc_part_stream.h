@@ -50,7 +50,7 @@ class GrpcPartStream : public PartStream<Part> {
     Message message;
     while (!reader_->Read(&message)) {
       const grpc::Status status = reader_->Finish();
-      if (begun_ || !retries_.ShallTryAgain(status)) {
+      if (begun_ || !retries_.ShallTryAgain(status, *context_)) {
         Finish(status);
         return std::nullopt;
       }

@@ -151,6 +151,7 @@ absl::StatusOr<Revision> Client::RebuildLayer(const std::string& map, const std:
   request.set_strategy(strategy);
   request.set_parameters(parameters);
   request.set_request_id(RequestIdOf(options));
+  request.set_incarnation(options.incarnation);
   HYPERMAP_ASSIGN_OR_RETURN(
       const auto response,
       connection_->Call(connection_->ingest(), &v1::IngestService::Stub::RebuildLayer, request,
@@ -168,6 +169,7 @@ absl::StatusOr<Revision> Client::RetractSource(const std::string& map, const std
   if (from != absl::InfinitePast()) wire::EncodeTime(from, request.mutable_from());
   if (to != absl::InfiniteFuture()) wire::EncodeTime(to, request.mutable_to());
   request.set_request_id(RequestIdOf(options));
+  request.set_incarnation(options.incarnation);
   HYPERMAP_ASSIGN_OR_RETURN(
       const auto response,
       connection_->Call(connection_->ingest(), &v1::IngestService::Stub::RetractSource, request,

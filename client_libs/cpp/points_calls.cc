@@ -93,6 +93,7 @@ class PointsStream::Call {
   absl::StatusOr<PointsAnswer> Decode() {
     PointsAnswer answer;
     answer.revision = response_.revision();
+    answer.incarnation = response_.incarnation();
     {
       const MutexLock lock(&mutex_);
       if (sizes_.empty()) return absl::InternalError("an answer that was not asked for");
@@ -155,6 +156,7 @@ std::unique_ptr<PointsStream> Client::QueryPoints(const std::string& map, const 
                                                   const CallOptions& options) {
   v1::QueryPointsOpening opening;
   wire::EncodeScope(map, scope, opening.mutable_scope());
+  opening.mutable_scope()->set_incarnation(options.incarnation);
   if (options.as_of.is_past() || options.as_of.min_revision > 0) {
     wire::EncodeAsOf(options.as_of, opening.mutable_as_of());
   }

@@ -53,6 +53,7 @@ struct PointsAnswer {
   std::vector<LayerPoints> layers;  // in the order of the scope; without one, by name
   // Owner of the labels in an answer that no stream gave (see Replica::QueryPoints).
   std::shared_ptr<const void> labels_in = nullptr;
+  uint64_t incarnation = 0;  // of the map to which the revision belongs
 };
 
 // A call of QueryPoints. One thread may write while another reads; any thread may cancel.

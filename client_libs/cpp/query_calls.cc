@@ -17,6 +17,7 @@ template <typename Request>
 void EncodeQuestion(const std::string& map, const Scope& scope, const CallOptions& options,
                     Request* request) {
   wire::EncodeScope(map, scope, request->mutable_scope());
+  request->mutable_scope()->set_incarnation(options.incarnation);
   const AsOf& as_of = options.as_of;
   if (as_of.is_past() || as_of.min_revision > 0) {
     wire::EncodeAsOf(as_of, request->mutable_as_of());
@@ -25,9 +26,11 @@ void EncodeQuestion(const std::string& map, const Scope& scope, const CallOption
 
 template <typename Message>
 absl::StatusOr<AnswerReader::RevisedPart> DecodeRevisedPart(Message&& message) {
-  if (!message.has_part()) return AnswerReader::RevisedPart{message.revision(), std::nullopt};
+  if (!message.has_part()) {
+    return AnswerReader::RevisedPart{message.revision(), std::nullopt, message.incarnation()};
+  }
   HYPERMAP_ASSIGN_OR_RETURN(LayerPart part, wire::DecodeLayerPart(message.part()));
-  return AnswerReader::RevisedPart{message.revision(), std::move(part)};
+  return AnswerReader::RevisedPart{message.revision(), std::move(part), message.incarnation()};
 }
 
 template <typename Request, typename Message>

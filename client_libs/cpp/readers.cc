@@ -10,6 +10,7 @@ AnswerReader::AnswerReader(std::unique_ptr<PartStream<RevisedPart>> source)
 std::optional<LayerPart> AnswerReader::Next() {
   while (std::optional<RevisedPart> next = source_->Next()) {
     revision_ = next->revision;
+    incarnation_ = next->incarnation;
     if (next->part) return std::move(next->part);
   }
   return std::nullopt;

@@ -7,6 +7,7 @@
 #define HYPERMAP_CLIENT_LIBS_CPP_READERS_H_
 
 #include <cstddef>
+#include <cstdint>
 #include <iterator>
 #include <memory>
 #include <optional>
@@ -61,6 +62,7 @@ class AnswerReader {
   struct RevisedPart {
     Revision revision = 0;
     std::optional<LayerPart> part;  // absent if the query has no layers
+    uint64_t incarnation = 0;
   };
 
   explicit AnswerReader(std::unique_ptr<PartStream<RevisedPart>> source);
@@ -73,10 +75,13 @@ class AnswerReader {
   const absl::Status& status() const { return source_->status(); }
   // The revision at which the whole answer is read; 0 before the first Next.
   Revision revision() const { return revision_; }
+  // The incarnation of the map to which the revision belongs; 0 before the first Next.
+  uint64_t incarnation() const { return incarnation_; }
 
  private:
   std::unique_ptr<PartStream<RevisedPart>> source_;
   Revision revision_ = 0;
+  uint64_t incarnation_ = 0;
 };
 
 // A file that arrives in pieces. Destroying the reader before the end tells the server to stop.

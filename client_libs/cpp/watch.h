@@ -6,6 +6,7 @@
 #ifndef HYPERMAP_CLIENT_LIBS_CPP_WATCH_H_
 #define HYPERMAP_CLIENT_LIBS_CPP_WATCH_H_
 
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
@@ -32,6 +33,10 @@ struct WatchOptions {
   std::vector<std::string> classes = {};
   // Reports the changes after this revision, without a snapshot. Absent: a snapshot comes first.
   std::optional<Revision> start_revision = std::nullopt;
+  // The incarnation of the map to which start_revision belongs (MapEntry::incarnation). If the map
+  // is another one, the watch ends with ABORTED, or begins anew, see snapshot_when_compacted. 0:
+  // any. A watch that resumes by itself expects the incarnation that it has seen.
+  uint64_t incarnation = 0;
   // Allows the server to send several changes of a busy map together, some milliseconds later, so
   // that it can serve many more watches. Next returns the same events either way.
   bool coalesce = true;
@@ -44,7 +49,8 @@ struct WatchOptions {
   // Should exceed the server's --watch_progress (10 s).
   absl::Duration idle_timeout = absl::Seconds(60);
   // Whether the watch continues with a new snapshot if the changes to resume from are no longer
-  // kept. Otherwise it ends with OUT_OF_RANGE.
+  // kept, or the map is another incarnation, because it was restored, replaced or made anew.
+  // Otherwise it ends with OUT_OF_RANGE or ABORTED.
   bool snapshot_when_compacted = false;
 };
 
@@ -54,7 +60,7 @@ struct WatchOptions {
 // frames, and has kLayerCreated for each layer before its content.
 //
 // It ends at the first break after it has begun. The caller opens the next one from the revision
-// and the time of the last event.
+// and the incarnation of the last event.
 struct ReplicateOptions {
   // Layers to mirror, and the frame of the area. Without layers, all are mirrored, also those
   // created later.
@@ -63,6 +69,9 @@ struct ReplicateOptions {
   std::optional<Polygon> area = std::nullopt;
   // Reports the changes after this revision, without a snapshot. Absent: a snapshot comes first.
   std::optional<Revision> start_revision = std::nullopt;
+  // The incarnation of the map to which start_revision belongs. ABORTED if the map is another one.
+  // 0: any.
+  uint64_t incarnation = 0;
   // Only with start_revision: time at which it was made; for revision 0, time at which the map was
   // created. If the server's time differs, the stream ends with ABORTED: the map is another one, or
   // was restored to an older state. Absent: not checked.
@@ -88,6 +97,8 @@ struct WatchEvent {
   bool reset = false;
   // In the first event of Replicate: the map with its newest revision.
   std::optional<MapEntry> map;
+  // The incarnation of the map to which the revision belongs.
+  uint64_t incarnation = 0;
 };
 
 // Reports each change once and in order, the changes of a revision together. Destroying it ends the
@@ -110,6 +121,8 @@ class Watcher {
   const absl::Status& status() const;
   // The last revision that arrived completely, to resume from. Absent before the first.
   std::optional<Revision> revision() const;
+  // The incarnation of the map to which that revision belongs. 0 before the first.
+  uint64_t incarnation() const;
   // Number of times that the watch has resumed after a break.
   int num_resumed() const;
   // Ends the watch as soon as possible.
@@ -126,6 +139,7 @@ class ChangeReader {
     Revision from_revision = 0;
     Revision to_revision = 0;
     std::vector<MapChange> changes;
+    uint64_t incarnation = 0;
   };
 
   explicit ChangeReader(std::unique_ptr<PartStream<Part>> source);
@@ -138,6 +152,8 @@ class ChangeReader {
   const absl::Status& status() const { return source_->status(); }
   // The compared revisions; 0 before the first Next.
   Revision from_revision() const { return part_.from_revision; }
+  // The incarnation of the map to which they belong; 0 before the first Next.
+  uint64_t incarnation() const { return part_.incarnation; }
   Revision to_revision() const { return part_.to_revision; }
 
  private:

@@ -40,7 +40,8 @@ absl::Status AppendChanges(const google::protobuf::RepeatedPtrField<v1::Change>&
 }
 
 absl::StatusOr<ChangeReader::Part> DecodeDifference(v1::ListChangesResponse&& message) {
-  ChangeReader::Part part{message.from_revision(), message.to_revision(), {}};
+  ChangeReader::Part part{
+      message.from_revision(), message.to_revision(), {}, message.incarnation()};
   HYPERMAP_RETURN_IF_ERROR(AppendChanges(message.changes(), part.changes));
   return part;
 }
@@ -48,6 +49,7 @@ absl::StatusOr<ChangeReader::Part> DecodeDifference(v1::ListChangesResponse&& me
 v1::WatchRequest EncodeWatch(const std::string& map, const WatchOptions& options) {
   v1::WatchRequest request;
   wire::EncodeScope(map, options.scope, request.mutable_scope());
+  request.mutable_scope()->set_incarnation(options.incarnation);
   if (options.area) wire::EncodePolygon(*options.area, request.mutable_area());
   request.mutable_classes()->Assign(options.classes.begin(), options.classes.end());
   if (options.start_revision) request.set_start_revision(*options.start_revision);
@@ -58,6 +60,7 @@ v1::WatchRequest EncodeWatch(const std::string& map, const WatchOptions& options
 v1::ReplicateRequest EncodeReplicate(const std::string& map, const ReplicateOptions& options) {
   v1::ReplicateRequest request;
   wire::EncodeScope(map, options.scope, request.mutable_scope());
+  request.mutable_scope()->set_incarnation(options.incarnation);
   if (options.area) wire::EncodePolygon(*options.area, request.mutable_area());
   if (options.start_revision) request.set_start_revision(*options.start_revision);
   if (options.start_time) wire::EncodeTime(*options.start_time, request.mutable_start_time());
@@ -73,6 +76,7 @@ class Watcher::Call {
   virtual std::optional<WatchEvent> Next() = 0;
   virtual const absl::Status& status() const = 0;
   virtual std::optional<Revision> revision() const = 0;
+  virtual uint64_t incarnation() const = 0;
   virtual int num_resumed() const = 0;
   virtual void Cancel() = 0;
 };
@@ -141,6 +145,7 @@ class StreamCall final : public Watcher::Call {
 
   const absl::Status& status() const override { return status_; }
   std::optional<Revision> revision() const override { return told_; }
+  uint64_t incarnation() const override { return incarnation_; }
   int num_resumed() const override { return num_resumed_; }
 
   void Cancel() override {
@@ -215,6 +220,7 @@ class StreamCall final : public Watcher::Call {
   absl::Status Take(const Response& message) {
     if (!pending_) pending_.emplace();
     pending_->revision = message.revision();
+    pending_->incarnation = message.incarnation();
     if (message.has_time()) pending_->time = wire::DecodeTime(message.time());
     if (!message.author().empty()) pending_->author = message.author();
     if constexpr (requires { message.map(); }) {
@@ -237,7 +243,9 @@ class StreamCall final : public Watcher::Call {
 
   WatchEvent Deliver() {
     told_ = pending_->revision;
+    incarnation_ = pending_->incarnation;
     request_.set_start_revision(*told_);
+    request_.mutable_scope()->set_incarnation(incarnation_);
     if (pending_->snapshot) pending_->reset |= std::exchange(starts_anew_, false);
     WatchEvent event = *std::move(pending_);
     pending_.reset();
@@ -247,9 +255,9 @@ class StreamCall final : public Watcher::Call {
   // Opens the next call after a break, or finishes the watch.
   void Recover(absl::Status why) {
     pending_.reset();
-    if (absl::IsOutOfRange(why) && breaks_.snapshot_when_compacted &&
-        request_.has_start_revision()) {
+    if (NeedsSnapshot(why) && breaks_.snapshot_when_compacted && request_.has_start_revision()) {
       request_.clear_start_revision();
+      request_.mutable_scope()->clear_incarnation();
       starts_anew_ = true;
     } else if (!MayGoOn(why)) {
       return Finish(std::move(why));
@@ -263,6 +271,13 @@ class StreamCall final : public Watcher::Call {
     Pause(connection_->channel(), pause, [this] { return cancelled(); });
     if (cancelled()) return Finish(absl::CancelledError("the watch was cancelled"));
     Open();
+  }
+
+  // Whether the server can't continue from the revision that was asked for: its changes are no
+  // longer kept, or the map is another incarnation.
+  bool NeedsSnapshot(const absl::Status& why) const {
+    if (absl::IsAborted(why)) return request_.scope().incarnation() != 0;
+    return absl::IsOutOfRange(why);
   }
 
   bool MayGoOn(const absl::Status& why) const {
@@ -294,6 +309,7 @@ class StreamCall final : public Watcher::Call {
   bool starts_anew_ = false;           // the next snapshot replaces everything reported before
   std::optional<WatchEvent> pending_;  // the part of a revision that has arrived
   std::optional<Revision> told_;
+  uint64_t incarnation_ = 0;  // to which told_ belongs
   int num_resumed_ = 0;
   bool finished_ = false;
   absl::Status status_;
@@ -319,6 +335,7 @@ Watcher::~Watcher() = default;
 std::optional<WatchEvent> Watcher::Next() { return call_->Next(); }
 const absl::Status& Watcher::status() const { return call_->status(); }
 std::optional<Revision> Watcher::revision() const { return call_->revision(); }
+uint64_t Watcher::incarnation() const { return call_->incarnation(); }
 int Watcher::num_resumed() const { return call_->num_resumed(); }
 void Watcher::Cancel() { call_->Cancel(); }
 
@@ -361,6 +378,7 @@ ChangeReader Client::ListChanges(const std::string& map, Revision from, std::opt
                                  const Scope& scope, const CallOptions& options) {
   v1::ListChangesRequest request;
   wire::EncodeScope(map, scope, request.mutable_scope());
+  request.mutable_scope()->set_incarnation(options.incarnation);
   request.set_from_revision(from);
   if (to) request.set_to_revision(*to);
   return ChangeReader(MakeGrpcPartStream(connection_, connection_->watch(),
@@ -376,6 +394,7 @@ absl::StatusOr<RevisionList> Client::ListRevisions(const std::string& map, const
   request.set_before_revision(page.before);
   request.set_page_size(page.size);
   request.set_newest_first(page.newest_first);
+  request.set_incarnation(options.incarnation);
   HYPERMAP_ASSIGN_OR_RETURN(
       const auto response,
       connection_->Call(connection_->watch(), &v1::WatchService::Stub::ListRevisions, request,

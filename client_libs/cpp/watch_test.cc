@@ -274,6 +274,47 @@ TEST(WatcherTest, CompactionEndsItOrBringsASnapshot) {
   }
 }
 
+// Another map may have the same revision, with other content.
+TEST(WatcherTest, AnotherIncarnationEndsItOrBringsASnapshot) {
+  Script script;
+  v1::WatchResponse before = Removes(5, {1});
+  before.set_incarnation(70);
+  v1::WatchResponse snapshot = Removes(2, {2});
+  snapshot.set_snapshot(true);
+  snapshot.set_incarnation(80);
+  v1::WatchResponse after = Removes(3, {3});
+  after.set_incarnation(80);
+  script.watches = {Broken({before}), Broken({}, grpc::StatusCode::ABORTED),
+                    Open({snapshot, after})};
+  const std::string resumed =
+      "Watch scope { map: \"office\" incarnation: 70 } start_revision: 5 coalesce: true";
+  {
+    ScriptedServer server(script);
+    Watcher watcher = Client(server.address()).Watch("office");
+    EXPECT_EQ(watcher.Next()->incarnation, 70u);
+    EXPECT_FALSE(watcher.Next().has_value());
+    EXPECT_EQ(watcher.status(), absl::AbortedError("broken"));
+    EXPECT_EQ(server.Requests().back(), resumed);
+  }
+  {
+    ScriptedServer server(script);
+    WatchOptions options;
+    options.snapshot_when_compacted = true;
+    Watcher watcher = Client(server.address()).Watch("office", options);
+    EXPECT_FALSE(watcher.Next()->snapshot);
+    EXPECT_EQ(watcher.incarnation(), 70u);
+    const std::optional<WatchEvent> event = watcher.Next();
+    ASSERT_TRUE(event.has_value()) << watcher.status();
+    EXPECT_TRUE(event->snapshot);
+    EXPECT_TRUE(event->reset);
+    EXPECT_EQ(event->revision, 2);
+    EXPECT_EQ(watcher.incarnation(), 80u);
+    EXPECT_EQ(watcher.Next()->revision, 3);
+    EXPECT_EQ(server.Requests()[1], resumed);
+    EXPECT_EQ(server.Requests().back(), "Watch scope { map: \"office\" } coalesce: true");
+  }
+}
+
 TEST(WatcherTest, ARevisionThatComesAgainIsAnError) {
   Script script;
   script.watches = {Open({Removes(5, {1}), Removes(5, {1})})};
@@ -327,6 +368,7 @@ TEST(ReplicateTest, ReportsTheMapAndEachTimeAndEndsAtABreak) {
                         .Replicate("office", {.scope = {{"objects"}, "dock"},
                                               .area = Polygon::FromBox({{0, 0}, {1, 1}}),
                                               .start_revision = 6,
+                                              .incarnation = 9,
                                               .start_time = absl::FromUnixSeconds(50)});
   const std::optional<WatchEvent> first = watcher.Next();
   ASSERT_TRUE(first.has_value() && first->map.has_value()) << watcher.status();
@@ -344,8 +386,8 @@ TEST(ReplicateTest, ReportsTheMapAndEachTimeAndEndsAtABreak) {
   EXPECT_EQ(watcher.status(), absl::UnavailableError("broken"));
   // The first attempt met an outage and was retried; the break later was not.
   const std::string request =
-      "Replicate scope { map: \"office\" layers: \"objects\" frame_id: \"dock\" } area { "
-      "outer { xs: 0 xs: 1 xs: 1 xs: 0 ys: 0 ys: 0 ys: 1 ys: 1 } } start_revision: 6 "
+      "Replicate scope { map: \"office\" layers: \"objects\" frame_id: \"dock\" incarnation: 9 } "
+      "area { outer { xs: 0 xs: 1 xs: 1 xs: 0 ys: 0 ys: 0 ys: 1 ys: 1 } } start_revision: 6 "
       "start_time { seconds: 50 }";
   EXPECT_THAT(server.Requests(), ElementsAre(request, request));
 }

@@ -14,7 +14,7 @@
 #include "absl/base/thread_annotations.h"
 #include "absl/status/status.h"
 #include "absl/strings/string_view.h"
-#include "base/admission/byte_budget.h"
+#include "base/admission/budget.h"
 #include "base/sync/mutex.h"
 #include "hypermap/v1/frame_service.pb.h"
 #include "ingest/frame_service/frame_decode.h"
@@ -27,7 +27,7 @@ struct FrameCalls {
   FrameServerOptions options;
   client::Client client;
   std::shared_ptr<const Observer> observer;
-  admission::ByteBudget memory;
+  admission::Budget memory;
 
   Mutex mutex;
   CondVar ended;
@@ -77,7 +77,7 @@ class FrameCall
   void End(const absl::Status& status);
 
   const std::shared_ptr<FrameCalls> calls_;
-  admission::ByteBudget::Charge memory_;
+  admission::Budget::Charge memory_;
   FrameSource source_;        // Set before the thread begins.
   bool drop_oldest_ = false;  // Set before the thread begins.
 

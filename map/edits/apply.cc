@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/cancellation/cancellation.h"
 #include "base/limits/limits.h"
 #include "base/status/status_macros.h"
 #include "map/edits/batch_cells.h"
@@ -176,11 +177,13 @@ absl::StatusOr<AppliedBatch> ApplyExtended(const Snapshot& before, const EditBat
   std::vector<ObjectId> object_ids;
   object_ids.reserve(batch.edits.size());
   for (const Edit& edit : batch.edits) {
+    HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
     const absl::StatusOr<ObjectId> id = std::visit(editor, edit);
     if (!id.ok()) return WithPrefix(absl::StrCat("edits[", object_ids.size(), "]: "), id.status());
     object_ids.push_back(*id);
   }
   AppliedBatch applied = std::move(editor).Finish();
+  HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
   applied.object_ids = std::move(object_ids);
   return applied;
 }

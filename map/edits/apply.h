@@ -12,7 +12,8 @@ namespace hypermap {
 // Returns the snapshot after `batch`, with the next revision; `before` does not change. The error
 // is that of the first edit that fails, with its index ("edits[3].object.label: ..."). Before any
 // edit is applied, the cells of all of them are counted: RESOURCE_EXHAUSTED for more than
-// limits.max_cells (map/edits/batch_cells.h). The cost is near-linear in the edits.
+// limits.max_cells (map/edits/batch_cells.h). Errors of CheckCancelled, too. The cost is
+// near-linear in the edits.
 absl::StatusOr<AppliedBatch> Apply(const Snapshot& before, const EditBatch& batch,
                                    const Limits& limits = {});
 

@@ -7,6 +7,8 @@
 
 #include "absl/container/flat_hash_set.h"
 #include "absl/strings/str_cat.h"
+#include "base/cancellation/cancellation.h"
+#include "base/status/status_macros.h"
 #include "map/grid/cell_cover.h"
 #include "map/grid/tile.h"
 
@@ -117,6 +119,7 @@ int64_t MaxTiles(int64_t max_cells) { return max_cells / kCellsPerTile * 2 + kTi
 absl::Status CheckCells(const Snapshot& before, const EditBatch& batch, int64_t max_cells) {
   CellCounter counter(before, max_cells);
   for (size_t i = 0; i < batch.edits.size(); ++i) {
+    HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
     const absl::Status status = std::visit(counter, batch.edits[i]);
     if (!status.ok()) {
       return absl::Status(status.code(), absl::StrCat("edits[", i, "]: ", status.message()));

@@ -18,7 +18,7 @@ int64_t MaxTiles(int64_t max_cells);
 // `max_cells` cells, where a filled polygon counts as its box of cells, or write more than
 // MaxTiles(max_cells) tiles, each of which is copied. Edits that can't be applied, such as those of
 // layers that are not there, are not counted: Apply refuses them. Allocates nothing for the cells.
-// Linear in the edits, their vertices and the tiles that they write.
+// Errors of CheckCancelled. Linear in the edits, their vertices and the tiles that they write.
 absl::Status CheckCells(const Snapshot& before, const EditBatch& batch, int64_t max_cells);
 
 }  // namespace hypermap

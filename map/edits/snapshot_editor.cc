@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/cancellation/cancellation.h"
 #include "base/status/status_macros.h"
 #include "map/layers/layer_registry.h"
 
@@ -145,6 +146,7 @@ void SnapshotEditor::FinishAliases(const std::string& layer, ValueAliases aliase
 void SnapshotEditor::FinishObjects(const std::string& layer, const ObjectChanges& changes) {
   const SemanticLayer& before = *next_->FindSemantic(layer);
   for (const auto& [id, after] : changes) {
+    if (IsCancelled()) return;
     ObjectPtr old = before.Find(id);
     if (after) {
       changes_.push_back(ObjectPut{layer, std::move(old), after});

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "absl/container/flat_hash_set.h"
+#include "base/cancellation/cancellation.h"
 #include "map/grid/cell_cover.h"
 
 namespace hypermap {
@@ -24,12 +25,15 @@ constexpr size_t kViewpointsTried = 8;
 // Number of cells of a frontier from which ChooseViewpoint looks for places that see it.
 constexpr size_t kLooksBack = 16;
 
+// Number of cells after which loops look whether they are cancelled.
+constexpr size_t kCellsPerLook = 4096;
+
 constexpr std::array<CellIndex, 4> kSides{{{-1, 0}, {0, -1}, {0, 1}, {1, 0}}};
 
 // Returns the cells of `box` that `cover` selects.
 CellRaster<uint8_t> CoveredBy(const CellCover& cover, const CellBox& box) {
   CellRaster<uint8_t> covered(box, 0);
-  for (int32_t row = box.row_begin; row < box.row_end; ++row) {
+  for (int32_t row = box.row_begin; row < box.row_end && !IsCancelled(); ++row) {
     for (const ColumnSpan& span : cover.SpansOfRow(row)) {
       for (int32_t col = span.col_begin; col < span.col_end; ++col) covered.set({row, col}, 1);
     }
@@ -72,7 +76,10 @@ Explorer::Explorer(const GridLayer& occupancy, const Polygon& area, const Option
       promised_(plan_.box(), 0),
       reachable_(plan_.box(), 0) {
   std::vector<CellIndex> changed;
-  for (size_t i = 0; i < plan_.values().size(); ++i) Cover(plan_.CellOf(i), &changed);
+  for (size_t i = 0; i < plan_.values().size(); ++i) {
+    if (i % kCellsPerLook == 0 && IsCancelled()) return;
+    Cover(plan_.CellOf(i), &changed);
+  }
 }
 
 void Explorer::Cover(const CellIndex& cell, std::vector<CellIndex>* changed) {
@@ -102,6 +109,7 @@ CellBox Explorer::UpdateFloor(const GridLayer& occupancy, const CellBox& part) {
   if (floor.empty()) return box;
   std::vector<CellIndex> changed;
   for (const FloorChange& change : floor) {
+    if (IsCancelled()) break;
     const CellIndex& cell = change.cell;
     const bool free = plan_.at(cell) == Floor::kFree;
     if (free != (change.before == Floor::kFree)) clearance_.SetFree(cell, free);
@@ -127,7 +135,7 @@ void Explorer::UpdateExplored(const CellBox& part,
   const CellBox within = part.Intersection(plan_.box());
   std::vector<CellIndex> changed;
   CellBox box;
-  for (int32_t row = within.row_begin; row < within.row_end; ++row) {
+  for (int32_t row = within.row_begin; row < within.row_end && !IsCancelled(); ++row) {
     for (int32_t col = within.col_begin; col < within.col_end; ++col) {
       const CellIndex cell{row, col};
       if (area_.at(cell) == 0) continue;
@@ -194,6 +202,8 @@ void Explorer::LearnReachable() {
     steps.push_back({cell, cell});
   }
   for (size_t i = 0; i < steps.size(); ++i) {
+    // Lines of sight may be long.
+    if (i % (kCellsPerLook / 16) == 0 && IsCancelled()) return;
     const Step step = steps[i];
     for (const CellIndex& side : kSides) {
       const CellIndex next{step.cell.row + side.row, step.cell.col + side.col};
@@ -204,6 +214,7 @@ void Explorer::LearnReachable() {
       steps.push_back({next, step.from});
     }
   }
+  if (IsCancelled()) return;
   reachable_is_known_ = true;
   num_unreachable_ = 0;
   for (size_t i = 0; i < plan_.values().size(); ++i) {
@@ -228,6 +239,7 @@ void Explorer::Promise(const std::vector<CellIndex>& places) {
   ++question_;
   promised_places_ = places;
   for (const CellIndex& place : places) {
+    if (IsCancelled()) return;
     viewshed_rays_.ForEachVisible(
         plan_, place, [this](const CellIndex& cell) { promised_.set(cell, question_); });
   }
@@ -235,6 +247,8 @@ void Explorer::Promise(const std::vector<CellIndex>& places) {
 
 int64_t Explorer::GainAt(const CellIndex& cell) {
   if (const auto it = gains_.find(cell); it != gains_.end()) return it->second;
+  // A viewshed takes up to some milliseconds.
+  if (IsCancelled()) return 0;
   int64_t gain = 0;
   viewshed_rays_.ForEachVisible(plan_, cell,
                                 [&](const CellIndex& seen) { gain += IsWanted(seen); });
@@ -250,6 +264,7 @@ int64_t Explorer::GainBesidesPromised(const CellIndex& cell) {
         return std::hypot(place.row - cell.row, place.col - cell.col) <= 2.0 * (range_ + 1);
       });
   if (!may_share) return GainAt(cell);
+  if (IsCancelled()) return 0;
   int64_t gain = 0;
   viewshed_rays_.ForEachVisible(plan_, cell, [&](const CellIndex& seen) {
     gain += IsWanted(seen) && promised_.at(seen) != question_;
@@ -283,6 +298,7 @@ std::optional<Explorer::Viewpoint> Explorer::ViewpointFor(const Frontier& fronti
 std::vector<Explorer::FrontierView> Explorer::ListFrontiers() {
   std::vector<FrontierView> views;
   for (Frontier& frontier : frontiers_.All()) {
+    if (IsCancelled()) break;
     std::optional<Viewpoint> viewpoint = ViewpointFor(frontier);
     views.push_back({std::move(frontier), viewpoint});
   }
@@ -341,6 +357,7 @@ std::optional<Explorer::ChosenViewpoint> Explorer::ChooseViewpoint(
     const size_t step = std::max<size_t>(1, frontier.size() / kLooksBack);
     for (size_t i = 0; i < frontier.size(); i += step) {
       // Another robot will see this cell.
+      if (IsCancelled()) return std::nullopt;
       if (!IsWanted(frontier[i]) || promised_.at(frontier[i]) == question_) continue;
       viewshed_rays_.ForEachVisible(plan_, frontier[i], [&](const CellIndex& cell) {
         if (IsPassable(cell)) places.insert(cell);

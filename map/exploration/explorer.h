@@ -29,6 +29,10 @@ namespace hypermap {
 // the area covers. Robots stay in the area: its border is a wall for them, but does not block the
 // view. Uses about 20 bytes for each cell of the box around the area; callers must bound the area
 // and the range. Not thread-safe.
+//
+// If IsCancelled() during a call, its results and the cells that are followed mean nothing: after
+// the constructor and the updates, the Explorer must be dropped; the other functions may be called
+// again for another request.
 class Explorer {
  public:
   struct Options {

@@ -5,6 +5,7 @@
 #include <cstdlib>
 
 #include "absl/functional/function_ref.h"
+#include "base/cancellation/cancellation.h"
 
 namespace hypermap {
 namespace {
@@ -21,6 +22,7 @@ void VisitFloor(const GridLayer& grid, const CellBox& box,
   };
   const CellBox within = box.Intersection(grid.extent());
   for (const auto& [index, tile] : grid.tiles()) {
+    if (IsCancelled()) return;
     const CellBox cells = CellsOf(index);
     const CellBox part = within.Intersection(cells);
     for (int32_t row = part.row_begin; row < part.row_end; ++row) {
@@ -71,7 +73,7 @@ void Clearance::CountAll(const FloorPlan& plan) {
   const auto reach = static_cast<int32_t>(half_widths_.size()) - 1;
   const auto cols = static_cast<int32_t>(box.cols());
   std::vector<int32_t> before(cols + 1, 0);  // Number of obstacles in the row, left of each column.
-  for (int32_t row = box.row_begin; row < box.row_end; ++row) {
+  for (int32_t row = box.row_begin; row < box.row_end && !IsCancelled(); ++row) {
     for (int32_t col = 0; col < cols; ++col) {
       before[col + 1] = before[col] + (plan.at({row, box.col_begin + col}) != Floor::kFree);
     }

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "absl/container/flat_hash_set.h"
+#include "base/cancellation/cancellation.h"
 
 namespace hypermap {
 namespace {
@@ -28,7 +29,9 @@ bool Frontiers::IsFrontier(const CoverageRaster& coverage, const CellIndex& cell
 
 Frontiers::Frontiers(const CoverageRaster& coverage) {
   std::vector<CellIndex> cells;
+  constexpr size_t kCellsPerLook = 4096;
   for (size_t i = 0; i < coverage.values().size(); ++i) {
+    if (i % kCellsPerLook == 0 && IsCancelled()) return;
     if (coverage.values()[i] != Coverage::kUnexplored) continue;
     const CellIndex cell = coverage.CellOf(i);
     if (IsFrontier(coverage, cell)) cells.push_back(cell);

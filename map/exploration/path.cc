@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 
+#include "base/cancellation/cancellation.h"
+
 namespace hypermap {
 namespace {
 
@@ -43,6 +45,7 @@ void PathSearch::Run(const CellIndex& start, absl::FunctionRef<bool(const CellIn
   lengths_.set(start, 0);
   touched_.push_back(start);
   for (int32_t length = 0; waiting > 0; ++length) {
+    if (IsCancelled()) return;
     std::vector<CellIndex> cells;
     cells.swap(buckets[length % kBuckets]);
     waiting -= static_cast<int64_t>(cells.size());

@@ -4,6 +4,8 @@
 #include <cstdlib>
 #include <vector>
 
+#include "base/cancellation/cancellation.h"
+
 namespace hypermap {
 namespace {
 
@@ -84,7 +86,7 @@ bool HasLineOfSight(const FloorPlan& plan, const CellIndex& a, const CellIndex& 
 
 ViewshedRays::ViewshedRays(int32_t range) : range_(range), seen_(size_t{2} * range * 2 * range, 0) {
   RayTree rays;
-  for (int32_t i = -range; i <= range; ++i) {
+  for (int32_t i = -range; i <= range && !IsCancelled(); ++i) {
     for (const int32_t rim : {-range, range}) {
       rays.Add({i, rim}, range);
       rays.Add({rim, i}, range);

@@ -1,12 +1,33 @@
 #include "map/geometry/geos_context.h"
 
+#include <exception>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/cancellation/cancellation.h"
 
 namespace hypermap {
 
+namespace {
+
+// Not a std::runtime_error, after which GEOS would try the operation again with less precision.
+class CancelledInGeos : public std::exception {
+ public:
+  const char* what() const noexcept override { return "cancelled"; }
+};
+
+// GEOS calls this now and then, on the thread that computes. An exception ends the operation like
+// any other error of GEOS. GEOS_interruptRequest would not do: its flag is shared by all threads,
+// so that it could end the operation of another one.
+void ThrowIfCancelled() {
+  if (IsCancelled()) throw CancelledInGeos();
+}
+
+}  // namespace
+
 GeosContext::GeosContext() : handle_(GEOS_init_r()) {
+  static const bool registered = (GEOS_interruptRegisterCallback(ThrowIfCancelled), true);
+  static_cast<void>(registered);
   GEOSContext_setErrorMessageHandler_r(
       handle_,
       [](const char* message, void* context) {

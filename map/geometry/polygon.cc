@@ -8,6 +8,7 @@
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "base/cancellation/cancellation.h"
 #include "base/status/status_macros.h"
 #include "map/geometry/coordinates.h"
 #include "map/geometry/predicates.h"
@@ -145,7 +146,9 @@ absl::StatusOr<Polygon> Polygon::Make(Ring outer, std::vector<Ring> holes) {
     }
   }
   if (rings.size() > 1 || !IsConvex(rings.front())) {
-    if (const auto fault = FindRingFault(rings)) return DescribeFault(rings, *fault);
+    const auto fault = FindRingFault(rings);
+    HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
+    if (fault) return DescribeFault(rings, *fault);
   }
   for (size_t i = 0; i < rings.size(); ++i) {
     // Keep the first vertex in its place.

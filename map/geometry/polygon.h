@@ -30,6 +30,7 @@ class Polygon {
   // Validates and normalises. Accepts closed and open rings of either winding, and drops vertices
   // that repeat the one before. INVALID_ARGUMENT names the ring and the vertex (0-based, as given),
   // or the rings at fault and the place. O(n log n) for n vertices in all rings, valid or not.
+  // Errors of CheckCancelled.
   static absl::StatusOr<Polygon> Make(Ring outer, std::vector<Ring> holes = {});
 
   // For rings known to satisfy the invariant, such as those read from a store or moved rigidly.

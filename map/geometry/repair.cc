@@ -6,6 +6,7 @@
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
+#include "base/cancellation/cancellation.h"
 #include "base/status/status_macros.h"
 #include "map/geometry/geos_context.h"
 #include "map/geometry/predicates.h"
@@ -66,6 +67,8 @@ GeosGeometry FilledRegion(const GeosContext& geos, const Ring& ring) {
   if (faces == nullptr) return geos.Own(nullptr);
   std::vector<GEOSGeometry*> filled;
   VisitParts(geos, faces.get(), [&](const GEOSGeometry* face) {
+    // The caller drops what is filled when it is cancelled.
+    if (IsCancelled()) return;
     if (WindsRound(geos, ring, face)) filled.push_back(GEOSGeom_clone_r(geos.handle(), face));
   });
   const GeosGeometry collection = geos.Own(
@@ -79,10 +82,12 @@ GeosGeometry FilledRegion(const GeosContext& geos, const Ring& ring) {
 absl::StatusOr<std::vector<Polygon>> FillNonZero(const Ring& ring) {
   absl::StatusOr<Polygon> as_it_is = Polygon::Make(ring);
   if (as_it_is.ok()) return std::vector<Polygon>{*std::move(as_it_is)};
+  HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
   if (!CanEnclose(ring)) return as_it_is.status();
 
   const GeosContext& geos = GeosContext::OfThisThread();
   const GeosGeometry region = FilledRegion(geos, ring);
+  HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
   if (region == nullptr) return geos.Error("filling a ring");
   std::vector<Polygon> polygons;
   absl::Status status;

@@ -13,7 +13,7 @@ namespace hypermap {
 // disjoint interiors, the largest first. (This is the non-zero winding rule: recorded hulls may
 // wind several times.) A ring that is a valid polygon is returned as that polygon, with its own
 // vertices. INVALID_ARGUMENT if a vertex is not finite, fewer than three are distinct, or no area
-// is enclosed.
+// is enclosed. Errors of CheckCancelled.
 absl::StatusOr<std::vector<Polygon>> FillNonZero(const Ring& ring);
 
 }  // namespace hypermap

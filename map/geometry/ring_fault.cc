@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "absl/types/span.h"
+#include "base/cancellation/cancellation.h"
 #include "map/geometry/predicates.h"
 
 namespace hypermap {
@@ -76,6 +77,8 @@ class Sweep {
 
  private:
   static constexpr int32_t kNone = -1;
+  // Number of places after which the sweep looks whether it is cancelled.
+  static constexpr int kVerticesPerLook = 1024;
   using MetEdges = std::set<const Edge*, FromLeftToRight>;
 
   struct Vertex {
@@ -148,11 +151,16 @@ Sweep::Sweep(const Rings& rings) : rings_(rings.size()) {
 }
 
 std::optional<RingFault> Sweep::Run() {
+  int until_look = kVerticesPerLook;
   for (auto it = vertices_.begin(); it != vertices_.end();) {
     const auto first = it;
     while (it != vertices_.end() && it->at == first->at) ++it;
     const size_t num_vertices = it - first;
     if (auto fault = Visit({&*first, num_vertices})) return fault;
+    if (--until_look == 0) {
+      if (IsCancelled()) return std::nullopt;
+      until_look = kVerticesPerLook;
+    }
   }
   return misplaced_.has_value() ? misplaced_ : disconnected_;
 }

@@ -29,9 +29,10 @@ struct RingFault {
 };
 
 // Returns a fault of the polygon that consists of an outer ring and holes, or nullopt if it is
-// valid (OGC). Crossings are found before holes in the wrong place, and these before a divided
-// interior. Exact, and takes O(n log n) time for n vertices, valid or not. REQUIRES: each ring has
-// at least 3 vertices, all of them finite, and none equals the next one of its ring.
+// valid (OGC); any value if IsCancelled(). Crossings are found before holes in the wrong place, and
+// these before a divided interior. Exact, and takes O(n log n) time for n vertices, valid or not.
+// REQUIRES: each ring has at least 3 vertices, all of them finite, and none equals the next one of
+// its ring.
 std::optional<RingFault> FindRingFault(const Rings& rings);
 
 }  // namespace hypermap

@@ -6,6 +6,7 @@
 #include <tuple>
 #include <utility>
 
+#include "base/cancellation/cancellation.h"
 #include "map/geometry/predicates.h"
 
 namespace hypermap {
@@ -126,6 +127,8 @@ ColumnSpans CellCover::SpansOfTurnedRow(int32_t row) const {
   }
   for (const ColumnSpan& span : Difference(possible, certain)) {
     for (int32_t col = span.col_begin; col < span.col_end; ++col) {
+      // The exact test takes long if the polygon has many vertices.
+      if (IsCancelled()) return certain;
       if (Selected({row, col})) certain.push_back({col, col + 1});
     }
   }

@@ -30,7 +30,8 @@ class CellCover {
   // A box that contains all selected cells; may be empty.
   const CellBox& bounds() const { return bounds_; }
 
-  // Returns the selected spans of a row: sorted, disjoint and not empty.
+  // Returns the selected spans of a row: sorted, disjoint and not empty. If IsCancelled(), any
+  // spans between the columns of bounds().
   ColumnSpans SpansOfRow(int32_t row) const;
 
   // Returns a row after `row` such that all rows before it have the spans of `row`. For a

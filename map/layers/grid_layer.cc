@@ -5,6 +5,7 @@
 #include <tuple>
 #include <utility>
 
+#include "base/cancellation/cancellation.h"
 #include "map/layers/grid_cursor.h"
 #include "map/layers/row_reader.h"
 
@@ -35,6 +36,8 @@ class NearestCells {
       const Entry entry = open_.top();
       open_.pop();
       if (Full() && entry.distance_m > best_.top().distance_m) break;
+      // Each entry costs up to the scan of a tile.
+      if (IsCancelled()) break;
       const CellBox& box = entry.box;
       if (box.rows() <= kTileSide && box.cols() <= kTileSide) {
         Scan(box);

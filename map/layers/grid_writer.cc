@@ -2,6 +2,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/cancellation/cancellation.h"
 #include "base/status/status_macros.h"
 #include "map/layers/grid_layer.h"
 
@@ -96,6 +97,7 @@ absl::Status GridWriter::Fill(const Polygon& area, CellRule rule, std::optional<
         "area's box holds ", bounds.num_cells(), " cells, more than --max_cells = ", max_cells));
   }
   for (int32_t row = bounds.row_begin; row < bounds.row_end; ++row) {
+    HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
     for (const ColumnSpan& span : cover.SpansOfRow(row)) {
       SetSpan(row, span.col_begin, span.col_end, code);
       extent_ = extent_.Union({row, row + 1, span.col_begin, span.col_end});
@@ -108,6 +110,7 @@ GridWriter::Result GridWriter::Finish() && {
   TileMap tiles = layer_->tiles();
   WrittenTiles written;
   for (auto& [index, dirty] : dirty_) {
+    if (IsCancelled()) break;
     // Freed at once, so that a tile does not take the memory of both forms.
     const std::unique_ptr<TileCodes> codes = std::move(dirty);
     const auto slot = tiles.find(index);

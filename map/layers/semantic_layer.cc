@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "absl/container/inlined_vector.h"
+#include "base/cancellation/cancellation.h"
 #include "map/geometry/predicates.h"
 #include "map/objects/prefetch.h"
 
@@ -36,6 +37,8 @@ class ObjectCursor : public AnswerCursor {
     const size_t stop = std::min(candidates_.size(), next_ + kTestsPerPart);
     part.objects.reserve(std::min(stop - next_, static_cast<size_t>(max_items)));
     while (next_ < stop && part.objects.size() < static_cast<size_t>(max_items)) {
+      // Each test takes long if the area and the objects have many vertices.
+      if (area_ && IsCancelled()) break;
       const ObjectPtr& object = *candidates_[next_++].place;
       if (!area_ || area_->Intersects(object->shape)) part.objects.push_back(object);
     }
@@ -71,6 +74,11 @@ class NearestObjects {
     __builtin_prefetch(&object);
     offered_.push_back(&object);
     if (offered_.size() == group_) Measure();
+    if (++num_offered_ % kOffersPerLook == 0 && IsCancelled()) is_cancelled_ = true;
+    if (is_cancelled_) {
+      offered_.clear();
+      return 0.0;
+    }
     return Limit();
   }
 
@@ -94,6 +102,7 @@ class NearestObjects {
     }
   };
 
+  static constexpr size_t kOffersPerLook = 64;
   static constexpr size_t kMinGroup = 4;
   static constexpr size_t kMaxGroup = 16;
 
@@ -119,6 +128,8 @@ class NearestObjects {
   Point p_;
   size_t k_;
   size_t group_;
+  size_t num_offered_ = 0;
+  bool is_cancelled_ = false;
   absl::InlinedVector<const ObjectPtr*, kMaxGroup> offered_;
   std::priority_queue<Found, absl::InlinedVector<Found, kMaxGroup>> best_;  // Farthest first.
 };

@@ -48,6 +48,7 @@ struct ObjectHistory {
   std::string parameters;
   std::string track;                // key of the object's first track
   std::vector<ObjectEvent> events;  // ordered by observation, including those of merged tracks
+  uint64_t incarnation = 0;         // of the map to which the revision belongs
 
   friend bool operator==(const ObjectHistory&, const ObjectHistory&) = default;
 };

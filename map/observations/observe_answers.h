@@ -57,6 +57,8 @@ struct OpenedLayer {
   std::string exploration_layer;  // empty: none
   // Sequences of the opening's robot that the layer has, ascending.
   std::vector<SequenceRange> known;
+  // Of the map to which the revisions of the verdicts belong.
+  uint64_t incarnation = 0;
 
   bool Knows(int64_t sequence) const;
 

@@ -3,6 +3,7 @@
 #ifndef HYPERMAP_MAP_QUERY_ANSWERS_H_
 #define HYPERMAP_MAP_QUERY_ANSWERS_H_
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -31,6 +32,7 @@ struct PointAnswer {
   std::string frame_id;
   Point point;
   std::vector<LayerContent> layers;  // in the order of the scope; without one, by name
+  uint64_t incarnation = 0;          // of the map to which the revision belongs
 };
 
 // A part of one layer's answer to a query for an area or a value. The parts of a layer follow each
@@ -66,6 +68,7 @@ struct NearestAnswer {
   std::string frame_id;
   std::vector<NearestMatch> matches;  // nearest first
   std::vector<LayerRefusal> refusals;
+  uint64_t incarnation = 0;  // of the map to which the revision belongs
 };
 
 }  // namespace hypermap::answers

@@ -2,6 +2,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/cancellation/cancellation.h"
 #include "base/status/status_macros.h"
 #include "map/query/query.h"
 
@@ -23,6 +24,7 @@ absl::StatusOr<NearestAnswer> Nearest(const Snapshot& snapshot, const Scope& sco
     }
     std::optional<std::vector<Neighbour>> neighbours =
         layer->Nearest(transform->Inverse() * p, value, k);
+    HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
     if (!neighbours) {
       answer.refusals.push_back({layer->spec().name, AnswerStatus::kUnsupportedValue});
       continue;

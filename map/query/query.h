@@ -132,7 +132,8 @@ struct NearestAnswer {
   std::vector<answers::LayerRefusal> refusals;
 };
 
-// INVALID_ARGUMENT for k < 1 or a point that is not finite; other errors are those of ContentIn.
+// INVALID_ARGUMENT for k < 1 or a point that is not finite; errors of CheckCancelled; other errors
+// are those of ContentIn.
 absl::StatusOr<NearestAnswer> Nearest(const Snapshot& snapshot, const Scope& scope, const Point& p,
                                       const ValueQuery& value, int k);
 

@@ -168,7 +168,7 @@ TEST_F(ExplorationChangesTest, FollowsAsOneThatBeginsAnew) {
       Write(box, UniformInt(rng, 0, 3) == 0 ? 0.0 : 1.0, "seen");
     }
     const Explorer::Progress followed = Progress();
-    MapExplorations fresh(&session(), max_exploration_cells());
+    MapExplorations fresh(&session(), room());
     ExpectSame(followed, fresh.Get(0, "")->progress.cells);
   }
 }

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "base/cancellation/cancellation.h"
 #include "base/limits/limits.h"
 #include "base/status/status_macros.h"
 #include "server/exploration/map_explorations.h"
@@ -89,6 +90,7 @@ absl::StatusOr<ClaimAnswer> MapExplorations::TryClaim(const GoalClaim& request) 
                                ? EndReason::kNone
                                : active->team.ReasonToEnd(request.robot, kept.objects, &follower);
   const ExplorationProgress progress = Measure(active);
+  HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
 
   std::vector<Edit> edits;
   if (answer.goal) edits.push_back(PutGoal(*answer.goal, request.lease));

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/cancellation/cancellation.h"
 #include "base/status/status_macros.h"
 #include "map/grid/cell_cover.h"
 #include "map/layers/changed_parts.h"
@@ -110,8 +111,18 @@ absl::Status ExplorationFollower::Follow(const Snapshot& snapshot,
                                          const ExplorationObjects& objects) {
   HYPERMAP_ASSIGN_OR_RETURN(Ground ground, FindGround(snapshot, objects.exploration));
   if (!explorer_ || !AreAlike(ground_, ground)) {
-    return Begin(std::move(ground), snapshot.LayerVersionOf(objects.exploration.occupancy_layer));
+    HYPERMAP_RETURN_IF_ERROR(
+        Begin(std::move(ground), snapshot.LayerVersionOf(objects.exploration.occupancy_layer)));
+    absl::Status status = CheckCancelled();
+    if (!status.ok()) {
+      explorer_.reset();
+      charge_.GiveBack();
+    }
+    return status;
   }
+  // Not given up: an Explorer with a part of the changes would have to be dropped, and with it all
+  // that robots reported.
+  const ScopedCancellation to_the_end(nullptr);
   const Ground before = std::exchange(ground_, std::move(ground));
   FollowFloor(*before.floor, objects);
   FollowSeen(*before.seen);
@@ -120,6 +131,7 @@ absl::Status ExplorationFollower::Follow(const Snapshot& snapshot,
 
 absl::Status ExplorationFollower::Begin(Ground ground, Revision floor_version) {
   explorer_.reset();
+  charge_.GiveBack();
   const std::string& name = ground.floor->spec().name;
   const GridGeometry& geometry = ground.floor->geometry();
   if (ground.options.range_m / geometry.resolution_m > kMaxRangeCells) {
@@ -131,11 +143,13 @@ absl::Status ExplorationFollower::Begin(Ground ground, Revision floor_version) {
     return absl::FailedPreconditionError(
         absl::StrCat("the area covers no cell of layer \"", name, "\""));
   }
-  if (box.num_cells() > max_cells_) {
+  if (box.num_cells() > room_.max_cells) {
     return absl::ResourceExhaustedError(
         absl::StrCat("the area spans ", box.num_cells(), " cells of layer \"", name,
-                     "\", --max_exploration_cells is ", max_cells_));
+                     "\", --max_exploration_cells is ", room_.max_cells));
   }
+  // Before it is allocated.
+  HYPERMAP_RETURN_IF_ERROR(charge_.Add(box.num_cells() * ExplorationRoom::kBytesPerCell));
   ground_ = std::move(ground);
   explorer_ =
       std::make_unique<Explorer>(*ground_.floor, ground_.area, ground_.options, ground_.within);

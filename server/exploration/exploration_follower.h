@@ -10,6 +10,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "base/admission/budget.h"
 #include "map/exploration/exploration_objects.h"
 #include "map/exploration/explorer.h"
 #include "map/frames/planar_transform.h"
@@ -19,6 +20,17 @@
 
 namespace hypermap::server {
 
+// What explorations may take.
+struct ExplorationRoom {
+  // Bytes that an Explorer takes for each cell of its box.
+  static constexpr int64_t kBytesPerCell = 40;
+
+  // Cells of the box around one explored area.
+  int64_t max_cells;
+  // The memory of all Explorers together; must outlive them.
+  admission::Budget* bytes;
+};
+
 // The Explorer of one exploration, which Follow updates to a newer snapshot. An update costs as
 // much as has changed, because snapshots share the tiles that were not written. A floor cell counts
 // as explored if the exploration layer's cell at its centre is explored, whatever that layer's cell
@@ -26,13 +38,15 @@ namespace hypermap::server {
 // layer. Not thread safe.
 class ExplorationFollower {
  public:
-  explicit ExplorationFollower(int64_t max_cells) : max_cells_(max_cells) {}
+  explicit ExplorationFollower(const ExplorationRoom& room)
+      : room_(room), charge_(room.bytes, "explorations") {}
 
   // Updates the Explorer to `snapshot`. Makes a new one, which knows nothing of what robots
   // reported, if the area, the options, the layers' grids or the frames have changed.
   // FAILED_PRECONDITION naming the layer if it is gone, of another kind or not connected to the
   // objects' frame, or if the area covers none of its cells; RESOURCE_EXHAUSTED if the area spans
-  // more than `max_cells`.
+  // more than --max_exploration_cells, or if there is no memory left for an Explorer.
+  // Errors of CheckCancelled if a new one was to be made; the update of one runs to its end.
   absl::Status Follow(const Snapshot& snapshot, const ExplorationObjects& objects);
 
   // REQUIRES of all methods below: a Follow has succeeded.
@@ -83,7 +97,8 @@ class ExplorationFollower {
   // Adds the places to reachable_again_ from which a robot could see or touch `changed`.
   void NoteFloorChange(const CellBox& changed, const std::vector<UnreachablePlace>& places);
 
-  const int64_t max_cells_;
+  const ExplorationRoom room_;
+  admission::Budget::Charge charge_;  // for the Explorer
   Ground ground_;
   std::unique_ptr<Explorer> explorer_;
   int generation_ = 0;

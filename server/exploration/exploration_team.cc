@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/cancellation/cancellation.h"
 #include "base/limits/limits.h"
 
 namespace hypermap::server {
@@ -65,7 +66,8 @@ bool ExplorationTeam::Meet(const std::string& robot, const Point& place, absl::T
     const std::optional<CellIndex> cell = follower->CellAt(met.place);
     if (cell) follower->explorer().AddRobot(*cell);
   }
-  told_generation_ = follower->generation();
+  // The follower may not know all robots yet if this call is given up: the next one tells it again.
+  if (!IsCancelled()) told_generation_ = follower->generation();
   return true;
 }
 

@@ -4,11 +4,13 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/cancellation/cancellation.h"
 #include "base/limits/limits.h"
 #include "base/status/status_macros.h"
 #include "map/edits/apply.h"
 #include "server/exploration/exploration_start.h"
 #include "server/session/map_session.h"
+#include "server/session/same_request.h"
 
 namespace hypermap::server {
 namespace {
@@ -72,6 +74,8 @@ void MapExplorations::LetGo(const SemanticLayer& layer) {
 }
 
 absl::StatusOr<MapExplorations::Active*> MapExplorations::Follow(const Kept& kept) {
+  // The call may have waited for others.
+  HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
   LetGo(*kept.layer);
   std::unique_ptr<Active>& active = active_[kept.objects.exploration.id];
   if (!active) {
@@ -79,7 +83,7 @@ absl::StatusOr<MapExplorations::Active*> MapExplorations::Follow(const Kept& kep
       active_.erase(kept.objects.exploration.id);
       return TooManyActive();
     }
-    active = std::make_unique<Active>(max_cells_);
+    active = std::make_unique<Active>(room_);
   }
   HYPERMAP_RETURN_IF_ERROR(active->follower.Follow(*kept.snapshot, kept.objects));
   return active.get();
@@ -98,15 +102,18 @@ ExplorationProgress MapExplorations::Measure(Active* active) const {
 absl::StatusOr<ExplorationProgress> MapExplorations::Progress(const Kept& kept) {
   if (!IsActive(kept.objects.exploration)) return EndedProgress(kept);
   HYPERMAP_ASSIGN_OR_RETURN(Active* const active, Follow(kept));
-  return Measure(active);
+  const ExplorationProgress progress = Measure(active);
+  HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
+  return progress;
 }
 
 absl::StatusOr<ExplorationProgress> MapExplorations::EndedProgress(const Kept& kept) {
   const Exploration& exploration = kept.objects.exploration;
   if (const auto it = ended_.find(exploration.id); it != ended_.end()) return it->second;
-  Active passing(max_cells_);
+  Active passing(room_);
   HYPERMAP_RETURN_IF_ERROR(passing.follower.Follow(*kept.snapshot, kept.objects));
   ExplorationProgress progress = Measure(&passing);
+  HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
   // The robots' positions are lost, so that all floor looks reachable; but the exploration ended
   // because none of the rest was.
   if (exploration.end_reason == EndReason::kOnlyUnreachableLeft) {
@@ -169,6 +176,7 @@ absl::StatusOr<FrontierList> MapExplorations::ListFrontiers(ObjectId id,
   ExplorationFollower& follower = active->follower;
   list.exploration_id = exploration.id;
   list.frontiers = follower.explorer().ListFrontiers();
+  HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
   std::stable_sort(list.frontiers.begin(), list.frontiers.end(),
                    [](const auto& a, const auto& b) { return a.cells.size() > b.cells.size(); });
   list.geometry = follower.geometry();
@@ -192,6 +200,7 @@ absl::StatusOr<std::optional<ExplorationView>> MapExplorations::FindStarted(
   HYPERMAP_ASSIGN_OR_RETURN(const std::optional<storage::Receipt> receipt,
                             session_->FindReceipt(request.request_id));
   if (!receipt) return std::nullopt;
+  HYPERMAP_RETURN_IF_ERROR(CheckSameRequest(*receipt, request.request_digest));
   const std::vector<ObjectId>& ids = receipt->object_ids;
   if (ids.empty() || ids.back() == 0) {
     return absl::InvalidArgumentError("request_id was used for something else");
@@ -221,10 +230,11 @@ absl::StatusOr<MapExplorations::Trial> MapExplorations::Try(const Snapshot& snap
     return TooManyActive();
   }
   // The newest exploration comes first: it is the one that `batch` puts.
-  Trial trial{std::move(all.front()), std::make_unique<Active>(max_cells_)};
+  Trial trial{std::move(all.front()), std::make_unique<Active>(room_)};
   ExplorationFollower& follower = trial.active->follower;
   HYPERMAP_RETURN_IF_ERROR(follower.Follow(*applied.snapshot, trial.objects));
   const Explorer::Progress cells = follower.explorer().progress();
+  HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
   if (cells.explored + cells.reachable + cells.unreachable > 0) return trial;
   return absl::FailedPreconditionError(absl::StrCat("there is no floor of layer \"",
                                                     trial.objects.exploration.occupancy_layer,
@@ -232,6 +242,7 @@ absl::StatusOr<MapExplorations::Trial> MapExplorations::Try(const Snapshot& snap
 }
 
 absl::StatusOr<ExplorationView> MapExplorations::TryStart(const ExplorationStart& request) {
+  HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
   const SnapshotPtr snapshot = session_->snapshot();
   HYPERMAP_ASSIGN_OR_RETURN(const std::shared_ptr<const SemanticLayer> layer, FindLayer(*snapshot));
   ExplorationView view;
@@ -245,8 +256,8 @@ absl::StatusOr<ExplorationView> MapExplorations::TryStart(const ExplorationStart
   }
   HYPERMAP_ASSIGN_OR_RETURN(Trial trial, Try(*snapshot, batch));
   view.num_edits = static_cast<int64_t>(batch.edits.size());
-  const absl::StatusOr<storage::Receipt> receipt =
-      session_->SubmitAndWait({std::move(batch), request.author, request.request_id});
+  const absl::StatusOr<storage::Receipt> receipt = session_->SubmitAndWait(
+      {std::move(batch), request.author, request.request_id, request.request_digest});
   // Another call has created one of the layers meanwhile: ABORTED makes Retried try again.
   if (absl::IsAlreadyExists(receipt.status())) {
     return absl::AbortedError(receipt.status().message());

@@ -42,17 +42,16 @@ class MapSession;
 // MapSession::Submit.
 class MapExplorations {
  public:
-  // Active explorations that a map may have at a time.
-
-  // `session` must outlive this. `max_cells` limits the cells in the box around an explored area.
-  MapExplorations(MapSession* session, int64_t max_cells)
-      : session_(session), max_cells_(max_cells) {}
+  // `session` must outlive this.
+  MapExplorations(MapSession* session, const ExplorationRoom& room)
+      : session_(session), room_(room) {}
   MapExplorations(const MapExplorations&) = delete;
   MapExplorations& operator=(const MapExplorations&) = delete;
 
   // Starts an exploration and creates the layers that are missing. INVALID_ARGUMENT naming the
   // field; NOT_FOUND for the occupancy layer; FAILED_PRECONDITION if the area has no floor;
-  // RESOURCE_EXHAUSTED if the area is too large or FixedLimits::kMaxActiveExplorations are active.
+  // RESOURCE_EXHAUSTED if the area is too large, explorations already fill
+  // --max_exploration_bytes, or FixedLimits::kMaxActiveExplorations are active.
   absl::StatusOr<ExplorationView> Start(const ExplorationStart& request);
 
   // An exploration with its progress. If it has ended, the progress is that at its end; if it ended
@@ -78,7 +77,7 @@ class MapExplorations {
 
   // The state in memory of an exploration that has not ended.
   struct Active {
-    explicit Active(int64_t max_cells) : follower(max_cells) {}
+    explicit Active(const ExplorationRoom& room) : follower(room) {}
 
     ExplorationFollower follower;
     ExplorationTeam team;
@@ -159,7 +158,7 @@ class MapExplorations {
   void End(EndReason reason, Kept* kept, std::vector<Edit>* edits) const;
 
   MapSession* const session_;
-  const int64_t max_cells_;
+  const ExplorationRoom room_;
   Mutex mutex_;
   std::map<ObjectId, std::unique_ptr<Active>> active_ ABSL_GUARDED_BY(mutex_);
   // Progress of explorations at their end; the newest ids.

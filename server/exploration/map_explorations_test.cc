@@ -4,12 +4,15 @@
 #include <gtest/gtest.h>
 
 #include <numbers>
+#include <optional>
 #include <set>
 #include <string>
 #include <thread>
 #include <utility>
 #include <vector>
 
+#include "base/admission/budget.h"
+#include "base/cancellation/testing/cancelled_after.h"
 #include "base/limits/limits.h"
 #include "server/exploration/testing/exploration_site.h"
 #include "tests/support/not_finite.h"
@@ -404,6 +407,99 @@ TEST_F(MapExplorationsTest, BadClaimsAreRefused) {
   EXPECT_THAT(MessageOf(outside), HasSubstr("robot \"r1\" stands where it cannot go: (70, 0.25)"));
   EXPECT_TRUE(absl::IsFailedPrecondition(refused({0, "r1", {1e12, 0.0}})));
   EXPECT_EQ(snapshot()->revision, before);
+}
+
+TEST_F(MapExplorationsTest, B4_ExplorationsHaveABoundedMemoryTogether) {
+  Draw({"....", "...."});
+  const auto first = explorations().Start(WholeArea());
+  ASSERT_TRUE(first.ok()) << first.status();
+  const int64_t of_one = exploration_bytes().used();
+  ASSERT_GT(of_one, 0);
+  // Explorations of other maps leave room for two.
+  admission::Budget::Charge others(&exploration_bytes(), "others");
+  ASSERT_TRUE(others.Add(kMaxExplorationBytes - 2 * of_one).ok());
+  ASSERT_TRUE(explorations().Start(WholeArea()).ok());
+  const Revision before = snapshot()->revision;
+  const absl::Status third = explorations().Start(WholeArea()).status();
+  EXPECT_TRUE(absl::IsResourceExhausted(third)) << third;
+  EXPECT_THAT(MessageOf(third), HasSubstr("--max_exploration_bytes"));
+  EXPECT_EQ(snapshot()->revision, before);
+  EXPECT_EQ(exploration_bytes().used(), kMaxExplorationBytes);
+
+  ASSERT_TRUE(explorations().Stop(first->objects.exploration.id, "test").ok());
+  const auto again = explorations().Start(WholeArea());
+  EXPECT_TRUE(again.ok()) << again.status();
+}
+
+TEST_F(MapExplorationsTest, B4_AnExplorationThatGrowsBeyondTheMemoryWaitsForRoom) {
+  Draw({"....", "...."});
+  ExplorationStart request = WholeArea();
+  request.area = Rectangle(-100, -100, 200, 200);
+  const auto started = explorations().Start(request);
+  ASSERT_TRUE(started.ok()) << started.status();
+  const int64_t before = exploration_bytes().used();
+  std::optional<admission::Budget::Charge> others(std::in_place, &exploration_bytes(), "others");
+  ASSERT_TRUE(others->Add(kMaxExplorationBytes - before).ok());
+  // The map grows into the area by another tile.
+  Write({200, 201, 200, 201}, 0.0);
+  const absl::Status full = explorations().Get(0, "").status();
+  EXPECT_TRUE(absl::IsResourceExhausted(full)) << full;
+  EXPECT_THAT(MessageOf(full), HasSubstr("--max_exploration_bytes"));
+  others.reset();
+  EXPECT_TRUE(explorations().Get(0, "").ok());
+  EXPECT_GT(exploration_bytes().used(), before);
+  ASSERT_TRUE(explorations().Stop(0, "test").ok());
+  EXPECT_EQ(exploration_bytes().used(), 0);
+}
+
+// Calls that are given up.
+
+TEST_F(MapExplorationsTest, A4_StartIsGivenUpAndStartsNothing) {
+  Draw(std::vector<std::string>(150, std::string(150, '.')));
+  const Revision before = snapshot()->revision;
+  {
+    CancelledAfter cancelled(30);
+    EXPECT_TRUE(absl::IsCancelled(explorations().Start(WholeArea()).status()));
+  }
+  EXPECT_EQ(snapshot()->revision, before);
+  // The last run is not cancelled.
+  EXPECT_GT(TimesCancelled([&] { return explorations().Start(WholeArea()).status(); }), 10);
+  EXPECT_EQ(snapshot()->revision, before + 1);
+  EXPECT_EQ(Progress().reachable, 150 * 150);
+}
+
+TEST_F(MapExplorationsTest, A4_ClaimIsGivenUpAndLeavesTheRestAsItWas) {
+  const std::vector<std::string> floor(60, std::string(60, '.'));
+  ExplorationSite twin;
+  for (ExplorationSite* site : {static_cast<ExplorationSite*>(this), &twin}) {
+    site->Draw(floor);
+    ASSERT_TRUE(site->explorations().Start(site->WholeArea()).ok());
+    site->LookRound({5, 5}, 4);
+    // The followers forget what they know.
+    site->Reopen();
+  }
+  const GoalClaim claim{0, "a", {5, 5}, "", absl::Minutes(1), "test"};
+  const Revision before = snapshot()->revision;
+  EXPECT_GT(TimesCancelled([&] { return explorations().Claim(claim).status(); }), 10);
+  EXPECT_EQ(snapshot()->revision, before + 1);
+  const ClaimAnswer expected = twin.Claim("a", {5, 5});
+  ASSERT_TRUE(expected.goal);
+  ASSERT_EQ(Goals().size(), 1u);
+  EXPECT_EQ(Goals().front().cell, expected.goal->cell);
+  EXPECT_EQ(Goals().front().gain_cells, expected.goal->gain_cells);
+  EXPECT_EQ(Progress().reachable, twin.Progress().reachable);
+  EXPECT_EQ(Progress().explored, twin.Progress().explored);
+}
+
+TEST_F(MapExplorationsTest, A4_CallsThatAreGivenUpFollowChangesToTheEnd) {
+  Draw(std::vector<std::string>(60, std::string(60, '.')));
+  ASSERT_TRUE(explorations().Start(WholeArea()).ok());
+  MarkExplored({0, 40, 0, 60});
+  Write({50, 60, 0, 60}, 1.0);
+  const auto get = [this] { return explorations().Get(0, "").status(); };
+  EXPECT_GT(TimesCancelled(get), 1);
+  EXPECT_EQ(Progress().explored, 40 * 60);
+  EXPECT_EQ(Progress().reachable, 10 * 60);
 }
 
 }  // namespace

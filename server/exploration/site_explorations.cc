@@ -10,7 +10,7 @@ std::shared_ptr<MapExplorations> SiteExplorations::Of(const std::shared_ptr<MapS
   std::erase_if(entries_, [](const auto& entry) { return entry.second.session.expired(); });
   Entry& entry = entries_[session->header().name];
   if (entry.session.lock() != session) {
-    entry = {session, std::make_shared<MapExplorations>(session.get(), max_cells_)};
+    entry = {session, std::make_shared<MapExplorations>(session.get(), room_)};
   }
   return entry.explorations;
 }

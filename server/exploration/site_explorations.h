@@ -18,8 +18,8 @@ namespace hypermap::server {
 // created again has a new session, and therefore a new explorations. Thread safe.
 class SiteExplorations {
  public:
-  // `max_cells` is passed to each MapExplorations.
-  explicit SiteExplorations(int64_t max_cells) : max_cells_(max_cells) {}
+  // `room` is passed to each MapExplorations.
+  explicit SiteExplorations(const ExplorationRoom& room) : room_(room) {}
 
   // The explorations of `session`, which the caller keeps alive while it uses the explorations.
   std::shared_ptr<MapExplorations> Of(const std::shared_ptr<MapSession>& session);
@@ -30,7 +30,7 @@ class SiteExplorations {
     std::shared_ptr<MapExplorations> explorations;
   };
 
-  const int64_t max_cells_;
+  const ExplorationRoom room_;
   Mutex mutex_;
   std::map<std::string, Entry> entries_ ABSL_GUARDED_BY(mutex_);  // by map name
 };

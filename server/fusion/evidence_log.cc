@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "base/cancellation/cancellation.h"
 #include "base/status/status_macros.h"
 
 namespace hypermap::server {
@@ -140,10 +141,13 @@ absl::StatusOr<std::optional<Evidence>> EvidenceLog::Decode(const storage::LogEn
 absl::Status EvidenceLog::Visit(const storage::LogKey& after,
                                 absl::FunctionRef<void(const Evidence&)> visit) const {
   auto recent = recent_.upper_bound(after);
-  const auto visit_recent = [&] {
+  // Folding an entry takes milliseconds.
+  const auto visit_recent = [&]() -> absl::Status {
+    HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
     const bool retracted = recent->second.observation && retracted_.count(recent->first.after) > 0;
     if (!retracted) visit(recent->second);
     ++recent;
+    return absl::OkStatus();
   };
   // Merges the store and recent_, which are both ordered by key; after complete_after_, recent_ has
   // all entries.
@@ -154,19 +158,22 @@ absl::Status EvidenceLog::Visit(const storage::LogKey& after,
     for (const storage::LogEntry& entry : entries) {
       at = entry.key;
       if (at > complete_after_) break;
-      while (recent != recent_.end() && recent->first < at) visit_recent();
+      while (recent != recent_.end() && recent->first < at) {
+        HYPERMAP_RETURN_IF_ERROR(visit_recent());
+      }
       // The same entry in both: the decoded one is cheaper.
       if (recent != recent_.end() && recent->first == at) {
-        visit_recent();
+        HYPERMAP_RETURN_IF_ERROR(visit_recent());
         continue;
       }
+      HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
       HYPERMAP_ASSIGN_OR_RETURN(const std::optional<Evidence> evidence, Decode(entry));
       if (evidence) visit(*evidence);
     }
     if (entries.size() < kReadEntries) break;
   }
-  while (recent != recent_.end()) visit_recent();
-  return absl::OkStatus();
+  while (recent != recent_.end()) HYPERMAP_RETURN_IF_ERROR(visit_recent());
+  return CheckCancelled();
 }
 
 void EvidenceLog::TakeChange(storage::FusionChange* change) {

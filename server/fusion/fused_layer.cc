@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/cancellation/cancellation.h"
 #include "base/limits/limits.h"
 #include "base/status/status_macros.h"
 #include "map/layers/semantic_layer.h"
@@ -215,6 +216,7 @@ absl::StatusOr<int64_t> FusedLayer::Retract(const std::string& robot, absl::Time
                                             absl::Time to) {
   HYPERMAP_ASSIGN_OR_RETURN(std::vector<ObservationKey> keys, log_.Retract(robot, from, to));
   for (const ObservationKey& key : keys) {
+    HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
     ChangedAt({key, 0});
     if (settings_.exploration_layer.empty()) continue;
     HYPERMAP_ASSIGN_OR_RETURN(std::shared_ptr<const Observation> observation, log_.Get(key));
@@ -300,6 +302,7 @@ absl::StatusOr<std::vector<Edit>> FusedLayer::Fold(const Snapshot& snapshot) {
   HYPERMAP_RETURN_IF_ERROR(MarkExplored(snapshot, &edits));
   explored_.clear();
   not_explored_.clear();
+  HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
   return edits;
 }
 

@@ -35,8 +35,8 @@ namespace hypermap::server {
 //      store in the same transaction.
 //   4. Written, when they are stored.
 // Several revisions may be made before Written. After an error, except of Admit and Rebuild's
-// INVALID_ARGUMENT, the object must not be used any more; Open gives the stored state again. Not
-// thread safe.
+// INVALID_ARGUMENT, the object must not be used any more; Open gives the stored state again. That
+// includes the errors of CheckCancelled, which Open and Fold return. Not thread safe.
 class FusedLayer {
  public:
   // Loads a layer from the store; `snapshot` is the newest. `stored` and `options` must outlive
@@ -51,6 +51,12 @@ class FusedLayer {
                                                            const storage::FusionSettings& settings,
                                                            storage::FusionLog* stored,
                                                            const FusionOptions* options);
+
+  // A copy, so that a long change can be given up: the original stays as it is. Costs a step for
+  // each track. The one that is not used further must be dropped before the other one is written.
+  std::unique_ptr<FusedLayer> Copy() const {
+    return std::unique_ptr<FusedLayer>(new FusedLayer(*this));
+  }
 
   const storage::FusionSettings& settings() const { return settings_; }
   const EvidenceLog& log() const { return log_; }
@@ -103,6 +109,7 @@ class FusedLayer {
   FusedLayer(std::string layer, storage::FusionSettings settings,
              std::unique_ptr<fusion::Strategy> strategy, EvidenceLog log,
              storage::FusionLog* stored, const FusionOptions* options);
+  FusedLayer(const FusedLayer&) = default;
 
   // Loads ids_ and shown_ from the store and the snapshot.
   absl::Status LoadShown(const Snapshot& snapshot);
@@ -136,7 +143,7 @@ class FusedLayer {
 
   const std::string layer_;
   storage::FusionSettings settings_;
-  std::unique_ptr<fusion::Strategy> strategy_;
+  std::shared_ptr<const fusion::Strategy> strategy_;
   EvidenceLog log_;
   storage::FusionLog* const stored_;
   const FusionOptions* const options_;

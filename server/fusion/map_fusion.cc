@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/cancellation/cancellation.h"
 #include "base/limits/limits.h"
 #include "base/status/status_macros.h"
 #include "map/layers/semantic_layer.h"
@@ -51,6 +52,7 @@ absl::StatusOr<std::unique_ptr<MapFusion>> MapFusion::Open(storage::FusionLog* s
 absl::Status MapFusion::Reset() {
   layers_.clear();
   deleted_.clear();
+  tried_.reset();
   auto settings = stored_->FusedLayers();
   if (!settings.ok()) {
     broken_ = settings.status();
@@ -121,6 +123,8 @@ absl::StatusOr<FusionReaction> MapFusion::React(const Snapshot& before, const Ed
   if (settings_.empty()) return FusionReaction();
   // Loads layers as they are before the batch, which Tell then adds to them.
   HYPERMAP_ASSIGN_OR_RETURN(std::vector<FusedLayer*> touched, TouchedBy(before, batch));
+  // From here on the layers change. The facts come last in the logs, so that folding them is short.
+  const ScopedCancellation to_the_end(nullptr);
   for (const Change& change : applied.changes) {
     const auto* deleted = std::get_if<LayerDeleted>(&change);
     if (deleted == nullptr) continue;
@@ -154,7 +158,20 @@ std::vector<storage::FusionChange> MapFusion::Finish(const FusionReaction& react
     changes.push_back(part.layer->Finish(object_ids.subspan(begin, part.end - begin)));
     begin = part.end;
   }
+  if (tried_) {
+    settings_[tried_->layer] = tried_->fused->settings();
+    layers_[tried_->layer] = std::move(tried_->fused);
+    tried_.reset();
+  }
   return changes;
+}
+
+void MapFusion::GiveUp(const absl::Status& status) {
+  if (tried_) {
+    tried_.reset();
+  } else {
+    Broken(status).IgnoreError();
+  }
 }
 
 absl::StatusOr<std::vector<ObservationVerdict>> MapFusion::Admit(
@@ -182,7 +199,18 @@ absl::StatusOr<FusionReaction> MapFusion::FoldAdmitted(const Snapshot& snapshot,
 
 absl::StatusOr<FusionReaction> MapFusion::Run(const Snapshot& snapshot,
                                               const FusionCommand& command) {
+  tried_.reset();
   return std::visit([&](const auto& c) { return Do(snapshot, c); }, command);
+}
+
+absl::StatusOr<FusionReaction> MapFusion::Try(const Snapshot& snapshot, const std::string& layer,
+                                              std::unique_ptr<FusedLayer> changed) {
+  HYPERMAP_ASSIGN_OR_RETURN(std::vector<Edit> edits, changed->Fold(snapshot));
+  FusionReaction reaction;
+  reaction.parts.push_back({changed.get(), edits.size()});
+  reaction.edits = std::move(edits);
+  tried_ = Tried{layer, std::move(changed)};
+  return reaction;
 }
 
 absl::Status MapFusion::Begin(const Snapshot& snapshot, const StartFusion& command) {
@@ -214,10 +242,12 @@ absl::StatusOr<FusionReaction> MapFusion::Do(const Snapshot& snapshot, const Sta
   auto status = CheckKind(snapshot, command.layer, LayerKind::kSemantic);
   HYPERMAP_RETURN_IF_ERROR(status);
   if (settings_.count(command.layer) == 0) {
+    const ScopedCancellation to_the_end(nullptr);
     HYPERMAP_RETURN_IF_ERROR(Begin(snapshot, command));
     return Fold(snapshot, {layers_[command.layer].get()});
   }
   HYPERMAP_ASSIGN_OR_RETURN(FusedLayer * fused, Find(snapshot, command.layer));
+  const ScopedCancellation to_the_end(nullptr);
   storage::FusionSettings settings = fused->settings();
   const storage::FusionSettings& wanted = command.settings;
   if (!wanted.strategy.empty() && wanted.strategy != settings.strategy) {
@@ -243,26 +273,27 @@ absl::StatusOr<FusionReaction> MapFusion::Do(const Snapshot& snapshot, const Sta
 
 absl::StatusOr<FusionReaction> MapFusion::Do(const Snapshot& snapshot,
                                              const RebuildFusion& command) {
-  HYPERMAP_ASSIGN_OR_RETURN(FusedLayer * fused, Find(snapshot, command.layer));
+  HYPERMAP_ASSIGN_OR_RETURN(const FusedLayer* const fused, Find(snapshot, command.layer));
   storage::FusionSettings settings = fused->settings();
   if (!command.strategy.empty()) settings.strategy = command.strategy;
   settings.parameters = command.parameters;
-  HYPERMAP_RETURN_IF_ERROR(fused->Rebuild(settings));
-  settings_[command.layer] = settings;
-  return Fold(snapshot, {fused});
+  std::unique_ptr<FusedLayer> rebuilt = fused->Copy();
+  HYPERMAP_RETURN_IF_ERROR(rebuilt->Rebuild(settings));
+  return Try(snapshot, command.layer, std::move(rebuilt));
 }
 
 absl::StatusOr<FusionReaction> MapFusion::Do(const Snapshot& snapshot,
                                              const RetractObservations& command) {
-  HYPERMAP_ASSIGN_OR_RETURN(FusedLayer * fused, Find(snapshot, command.layer));
-  const absl::StatusOr<int64_t> retracted = fused->Retract(command.robot, command.from, command.to);
-  if (!retracted.ok()) return Broken(retracted.status());
-  if (*retracted == 0) {
+  HYPERMAP_ASSIGN_OR_RETURN(const FusedLayer* const fused, Find(snapshot, command.layer));
+  std::unique_ptr<FusedLayer> rest = fused->Copy();
+  HYPERMAP_ASSIGN_OR_RETURN(const int64_t retracted,
+                            rest->Retract(command.robot, command.from, command.to));
+  if (retracted == 0) {
     return absl::NotFoundError(absl::StrCat("layer \"", command.layer,
                                             "\" has no observations of robot \"", command.robot,
                                             "\" in that time"));
   }
-  return Fold(snapshot, {fused});
+  return Try(snapshot, command.layer, std::move(rest));
 }
 
 void MapFusion::Written() {

@@ -4,6 +4,7 @@
 
 #include <map>
 #include <memory>
+#include <optional>
 #include <set>
 #include <string>
 #include <variant>
@@ -65,10 +66,12 @@ struct FusionReaction {
 
 // Loads a fused layer from the store on first use, and keeps it. For each revision the caller
 //   1. calls React, Run or FoldAdmitted,
-//   2. applies the edits of the reaction, and calls Finish (or Break if they failed), and
+//   2. applies the edits of the reaction, and calls Finish (or GiveUp if they failed), and
 //   3. calls Written when all revisions of the group are stored.
 // If broken() is an error, none of the revisions since the last Written may be stored, and Reset
-// goes back to the stored state. Other errors have changed nothing. Not thread safe.
+// goes back to the stored state. Other errors have changed nothing. Run, and the loading of layers
+// by React, end with the errors of CheckCancelled, which change nothing; everything else runs to
+// its end. Not thread safe.
 class MapFusion {
  public:
   // `stored` and `options` must outlive this.
@@ -84,6 +87,7 @@ class MapFusion {
   absl::StatusOr<FusionReaction> React(const Snapshot& before, const EditBatch& batch,
                                        const AppliedBatch& applied);
 
+  // Rebuilds and retracts on a copy of the layer, which replaces it in Finish.
   absl::StatusOr<FusionReaction> Run(const Snapshot& snapshot, const FusionCommand& command);
 
   // Adds observations to a layer's log, without folding it: FoldAdmitted does so once for many
@@ -98,8 +102,9 @@ class MapFusion {
   // Returns the changes to store with the revision.
   std::vector<storage::FusionChange> Finish(const FusionReaction& reaction,
                                             absl::Span<const ObjectId> object_ids);
-  // Must be called if the edits of a reaction could not be applied.
-  void Break(const absl::Status& status) { Broken(status).IgnoreError(); }
+  // Must be called if the edits of a reaction could not be applied. Drops the copy that Run made; a
+  // reaction whose layers were changed themselves leaves fusion broken.
+  void GiveUp(const absl::Status& status);
 
   // A fused layer, loaded if necessary; valid until Written, Reset or the layer's deletion. Errors
   // as Admit.
@@ -125,6 +130,9 @@ class MapFusion {
 
   // Makes a layer a fused one that is not yet.
   absl::Status Begin(const Snapshot& snapshot, const StartFusion& command);
+  // Folds the changes of a copy of the layer.
+  absl::StatusOr<FusionReaction> Try(const Snapshot& snapshot, const std::string& layer,
+                                     std::unique_ptr<FusedLayer> changed);
   // Folds the changes of these layers.
   absl::StatusOr<FusionReaction> Fold(const Snapshot& snapshot,
                                       const std::vector<FusedLayer*>& layers);
@@ -144,6 +152,12 @@ class MapFusion {
   std::map<std::string, std::unique_ptr<FusedLayer>> layers_;  // the loaded ones
   // Layers that were deleted since the last Written: the store still has their logs.
   std::set<std::string> deleted_;
+  // The changed copy of a layer, between Run and Finish.
+  struct Tried {
+    std::string layer;
+    std::unique_ptr<FusedLayer> fused;
+  };
+  std::optional<Tried> tried_;
   absl::Status broken_;
   RobotClocks robot_clocks_;
 };

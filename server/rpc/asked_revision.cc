@@ -27,6 +27,7 @@ absl::StatusOr<Revision> RevisionAt(MapSession& session, storage::HistoryReader&
 absl::StatusOr<AskedRevision> AskedRevision::Find(MapSession& session, const AsOf& as_of) {
   AskedRevision asked;
   asked.newest_ = session.snapshot();
+  asked.incarnation_ = session.incarnation();
   const Revision newest = asked.revision();
   if (newest < as_of.min_revision) {
     return absl::UnavailableError(absl::StrCat("the map is closing at revision ", newest,

@@ -2,6 +2,7 @@
 #ifndef HYPERMAP_SERVER_RPC_ASKED_REVISION_H_
 #define HYPERMAP_SERVER_RPC_ASKED_REVISION_H_
 
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
@@ -24,6 +25,8 @@ class AskedRevision {
   static absl::StatusOr<AskedRevision> Find(MapSession& session, const AsOf& as_of);
 
   Revision revision() const { return past_ ? past_->structure()->revision : newest_->revision; }
+  // The incarnation of the map to which the revision belongs.
+  uint64_t incarnation() const { return incarnation_; }
   // NOT_FOUND if the map did not know the frame at that revision.
   absl::StatusOr<std::string> ResolveFrame(const std::string& frame_id) const {
     return past_ ? past_->structure()->ResolveFrame(frame_id) : newest_->ResolveFrame(frame_id);
@@ -45,6 +48,7 @@ class AskedRevision {
   AskedRevision() = default;
 
   SnapshotPtr newest_;
+  uint64_t incarnation_ = 0;
   // Set for a past revision only. past_ reads through history_, and so must be destroyed first.
   std::optional<HistoryPool::Lease> history_;
   std::unique_ptr<storage::PastMap> past_;

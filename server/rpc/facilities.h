@@ -2,13 +2,15 @@
 #ifndef HYPERMAP_SERVER_RPC_FACILITIES_H_
 #define HYPERMAP_SERVER_RPC_FACILITIES_H_
 
+#include <cstdint>
 #include <memory>
 #include <string>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
-#include "base/admission/byte_budget.h"
 #include "base/limits/limits.h"
+#include "hypermap/v1/scope.pb.h"
+#include "server/rpc/budgets.h"
 #include "server/rpc/worker_pools.h"
 #include "server/session/site.h"
 
@@ -21,14 +23,18 @@ struct Facilities {
   WorkerPools* workers;
   // A folder that no other server uses, for files that live as long as a request.
   std::string scratch_dir;
-  // The bytes of these files, for --max_scratch_bytes.
-  admission::ByteBudget* scratch_bytes;
+  Budgets* budgets;
 };
 
 // The session of the map that a request names. INVALID_ARGUMENT for a name that no map can have;
 // NOT_FOUND; or the error with which the map could not be opened.
 absl::StatusOr<std::shared_ptr<MapSession>> FindMap(const Facilities& facilities,
                                                     const std::string& map);
+// As above. ABORTED if the map is another incarnation than the request expects; 0 expects any.
+absl::StatusOr<std::shared_ptr<MapSession>> FindMap(const Facilities& facilities,
+                                                    const std::string& map, uint64_t incarnation);
+absl::StatusOr<std::shared_ptr<MapSession>> FindMap(const Facilities& facilities,
+                                                    const v1::Scope& scope);
 
 // INVALID_ARGUMENT for a request id that is too long to be stored.
 absl::Status ValidateRequestId(const std::string& request_id);

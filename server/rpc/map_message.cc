@@ -8,7 +8,7 @@ void EncodeMap(const MapSession& session, v1::Map* message) {
   const SnapshotPtr snapshot = session.snapshot();
   wire::EncodeMapEntry({session.header().name, snapshot->frame_id, snapshot->revision,
                         session.header().created_at, static_cast<int>(snapshot->layers.size()),
-                        /*problem=*/""},
+                        /*problem=*/"", session.incarnation()},
                        message);
 }
 

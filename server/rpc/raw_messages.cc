@@ -1,5 +1,7 @@
 #include "server/rpc/raw_messages.h"
 
+#include <grpcpp/support/proto_buffer_reader.h>
+
 #include <cstdint>
 
 #include "absl/strings/str_cat.h"
@@ -8,11 +10,16 @@ namespace hypermap::server {
 
 absl::Status ParseRequest(const grpc::ByteBuffer& bytes, google::protobuf::Message* request) {
   grpc::Slice slice;
-  // Most requests are one slice, which is read without a copy; others must be joined.
-  const bool read = bytes.TrySingleSlice(&slice).ok() || bytes.DumpToSingleSlice(&slice).ok();
-  if (read && request->ParseFromArray(slice.begin(), static_cast<int>(slice.size()))) {
-    return absl::OkStatus();
+  // Most requests are one slice. Larger ones are read slice by slice, without a copy that joins
+  // them. The reader does not change the buffer.
+  bool read = false;
+  if (bytes.TrySingleSlice(&slice).ok()) {
+    read = request->ParseFromArray(slice.begin(), static_cast<int>(slice.size()));
+  } else if (bytes.Valid()) {
+    grpc::ProtoBufferReader reader(const_cast<grpc::ByteBuffer*>(&bytes));
+    read = request->ParseFromZeroCopyStream(&reader);
   }
+  if (read) return absl::OkStatus();
   request->Clear();
   return absl::InvalidArgumentError(absl::StrCat("the request is not a ", request->GetTypeName()));
 }

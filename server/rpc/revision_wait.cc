@@ -59,10 +59,10 @@ class RevisionWait::State {
 
 RevisionWait::RevisionWait() : state_(std::make_shared<State>()) {}
 
-void RevisionWait::Start(const Facilities& facilities, const std::string& map, Revision revision,
+void RevisionWait::Start(const Facilities& facilities, const v1::Scope& scope, Revision revision,
                          absl::AnyInvocable<void() &&> done) {
   if (!state_->Begin(&done)) return std::move(done)();
-  absl::StatusOr<std::shared_ptr<MapSession>> session = FindMap(facilities, map);
+  absl::StatusOr<std::shared_ptr<MapSession>> session = FindMap(facilities, scope);
   if (revision <= 0 || !session.ok() || (*session)->snapshot()->revision >= revision) {
     return state_->End();
   }

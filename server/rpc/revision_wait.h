@@ -19,9 +19,9 @@ class RevisionWait {
   RevisionWait();
 
   // Calls `done` once, as soon as the map has `revision`, its feed is closed, or Stop was called;
-  // on the thread that causes it. If there is no such map, or the revision is 0, calls it at once.
-  // Must be called at most once.
-  void Start(const Facilities& facilities, const std::string& map, Revision revision,
+  // on the thread that causes it. If there is no such map, it is another incarnation than the scope
+  // expects, or the revision is 0, calls it at once. Must be called at most once.
+  void Start(const Facilities& facilities, const v1::Scope& scope, Revision revision,
              absl::AnyInvocable<void() &&> done);
   void Stop();
 

@@ -21,14 +21,16 @@
 #include "absl/strings/string_view.h"
 #include "absl/time/clock.h"
 #include "absl/time/time.h"
+#include "base/cancellation/cancellation.h"
 #include "base/status/status_macros.h"
 #include "base/sync/handed_over.h"
+#include "server/rpc/budgets.h"
+#include "server/rpc/call_ticket.h"
 #include "server/rpc/raw_messages.h"
 #include "server/rpc/request_log.h"
 #include "server/rpc/revision_wait.h"
 #include "server/rpc/wanted.h"
 #include "server/rpc/worker_pool.h"
-#include "wire/status.h"
 
 namespace hypermap::server {
 
@@ -60,9 +62,9 @@ class MessageSource {
 
 // Answers the request of a raw method with the messages of a MessageSource. It holds one message at
 // a time, and makes the next when gRPC has taken it, so that a slow reader costs no memory. Before
-// each step it checks whether the caller still waits, and after kTurn it leaves the worker to other
-// requests. Deletes itself in OnDone, which gRPC calls after Finish, when no operation is under
-// way; Finish is called between operations only.
+// each step, and in its loops (base/cancellation), it checks whether the caller still waits. After
+// kTurn it leaves the worker to other requests. Deletes itself in OnDone, which gRPC calls after
+// Finish, when no operation is under way; Finish is called between operations only.
 //
 // Parses and serializes the messages itself, instead of gRPC, so that they are on arenas, and so
 // that most of an answer is freed by the thread that made it: gRPC calls OnDone on another one.
@@ -77,12 +79,14 @@ class StreamedAnswer final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
 
   // `open` is called when the answer begins. If `bytes` are no Request, the answer is
   // INVALID_ARGUMENT. The request and the context live until OnDone. The answer begins in
-  // `workers`; `long_workers` continue it when it takes more than one turn.
-  StreamedAnswer(const grpc::CallbackServerContext* context, absl::string_view rpc,
+  // `workers`; `long_workers` continue it when it takes more than one turn. A call that is not
+  // admitted is not parsed, and ends when it would begin.
+  StreamedAnswer(Budgets* budgets, grpc::CallbackServerContext* context, absl::string_view rpc,
                  const grpc::ByteBuffer& bytes, WorkerPool* workers, WorkerPool* long_workers,
                  OpenSource open)
       : context_(context),
-        parsed_(ParseRequest(bytes, request_)),
+        ticket_(budgets, context),
+        parsed_(Parse(bytes)),
         log_(*context, rpc, MapOf(*request_)),
         workers_(workers),
         long_workers_(long_workers),
@@ -93,13 +97,17 @@ class StreamedAnswer final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
 
   // Exactly one of the following must be called, once.
 
-  void BeginOnWorker() { RunOn(workers_); }
+  void BeginOnWorker() {
+    if (!parsed_.ok()) return End(parsed_);
+    RunOn(workers_);
+  }
   // Begins on gRPC's thread, for an answer that is likely to be short. After kShortTurn, a thread
   // of `long_workers` continues it.
   void BeginAtOnce() { TakeTurn(kShortTurn); }
   // Begins on a worker when the wait that `start_wait` starts has ended; on a long worker if the
   // answer is expected to take long.
   void BeginAfter(StartWait start_wait, bool is_long) {
+    if (!parsed_.ok()) return End(parsed_);
     wait_.emplace();
     start_wait(*wait_, [this, is_long] { RunOn(is_long ? long_workers_ : workers_); });
   }
@@ -127,6 +135,12 @@ class StreamedAnswer final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
   static constexpr size_t kRequestBytes = 896;
   static constexpr size_t kMessageBytes = 4096;
 
+  absl::Status Parse(const grpc::ByteBuffer& bytes) {
+    HYPERMAP_RETURN_IF_ERROR(ticket_.admitted());
+    HYPERMAP_RETURN_IF_ERROR(ticket_.ChargeRequest(static_cast<int64_t>(bytes.Length())));
+    return ParseRequest(bytes, request_);
+  }
+
   void RunOn(WorkerPool* workers) {
     workers->Run(log_.client(), [this] { TakeTurn(kTurn); });
   }
@@ -143,7 +157,16 @@ class StreamedAnswer final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
   }
 
   absl::StatusOr<Step> TakeStep() {
-    HYPERMAP_RETURN_IF_ERROR(CheckWanted(*context_));
+    Cancellation cancellation([this] { return CheckWanted(*context_); });
+    const ScopedCancellation here(&cancellation);
+    HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
+    absl::StatusOr<Step> step = MakeStep();
+    // Work that was given up has no result.
+    HYPERMAP_RETURN_IF_ERROR(cancellation.status());
+    return step;
+  }
+
+  absl::StatusOr<Step> MakeStep() {
     if (!parsed_.ok()) return parsed_;
     if (!source_) {
       HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<Source> source, std::move(open_)(*request_));
@@ -175,13 +198,14 @@ class StreamedAnswer final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
   void End(const absl::Status& status) {
     log_.Finished(status, source_ ? source_->items() : 0);
     HandOver(this);
-    Finish(wire::EncodeStatus(status));
+    Finish(ticket_.Encode(status));
   }
 
   const grpc::CallbackServerContext* const context_;
   alignas(std::max_align_t) char block_[kRequestBytes];
   google::protobuf::Arena arena_{block_, sizeof block_};
   Request* const request_ = google::protobuf::Arena::CreateMessage<Request>(&arena_);
+  CallTicket ticket_;
   const absl::Status parsed_;
   const RequestLog log_;
   WorkerPool* const workers_;

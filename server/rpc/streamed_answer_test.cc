@@ -9,7 +9,9 @@
 #include <functional>
 #include <future>
 #include <memory>
+#include <thread>
 
+#include "base/cancellation/cancellation.h"
 #include "hypermap/v1/query_service.grpc.pb.h"
 
 namespace hypermap::server {
@@ -63,7 +65,7 @@ class StreamedAnswerTest : public ::testing::Test {
     grpc::ServerWriteReactor<grpc::ByteBuffer>* QueryArea(
         grpc::CallbackServerContext* context, const grpc::ByteBuffer* request) override {
       auto* const answer = new StreamedAnswer<v1::QueryAreaRequest, Response>(
-          context, "QueryArea", *request, &test->workers_, &test->workers_,
+          &test->budgets_, context, "QueryArea", *request, &test->workers_, &test->workers_,
           [this](const v1::QueryAreaRequest&) -> absl::StatusOr<std::unique_ptr<Source>> {
             return std::make_unique<ScriptedSource>(&test->alive_, script);
           });
@@ -78,6 +80,7 @@ class StreamedAnswerTest : public ::testing::Test {
   std::atomic<int> alive_ = 0;
   std::atomic<int> steps_ = 0;
   std::atomic<bool> other_ran_ = false;
+  Budgets budgets_{Limits()};
   WorkerPool workers_{1};
   Service service_;
   std::unique_ptr<grpc::Server> server_;
@@ -133,6 +136,34 @@ TEST_F(StreamedAnswerTest, CallerThatGoesAwayEndsTheWork) {
   context.TryCancel();
   while (reader->Read(&response)) continue;
   EXPECT_EQ(reader->Finish().error_code(), grpc::StatusCode::CANCELLED);
+}
+
+TEST_F(StreamedAnswerTest, A4_LoopWithinAStepEndsWhenTheCallerGoesAway) {
+  Serve([this](Response*) {
+    ++steps_;
+    while (!IsCancelled()) std::this_thread::yield();
+    return Source::Step::kMessage;
+  });
+  grpc::ClientContext context;
+  auto reader = stub_->QueryArea(&context, {});
+  while (steps_ == 0) std::this_thread::yield();
+  context.TryCancel();
+  Response response;
+  EXPECT_FALSE(reader->Read(&response));
+  EXPECT_EQ(reader->Finish().error_code(), grpc::StatusCode::CANCELLED);
+}
+
+TEST_F(StreamedAnswerTest, A4_LoopWithinAStepEndsAtTheDeadline) {
+  Serve([](Response*) {
+    while (!IsCancelled()) std::this_thread::yield();
+    return Source::Step::kMessage;
+  });
+  grpc::ClientContext context;
+  context.set_deadline(absl::ToChronoTime(absl::Now() + absl::Milliseconds(50)));
+  auto reader = stub_->QueryArea(&context, {});
+  Response response;
+  EXPECT_FALSE(reader->Read(&response));
+  EXPECT_EQ(reader->Finish().error_code(), grpc::StatusCode::DEADLINE_EXCEEDED);
 }
 
 TEST_F(StreamedAnswerTest, OthersGetTheWorkerDuringLongWork) {

@@ -1,13 +1,14 @@
 #include "server/rpc/wanted.h"
 
-#include "absl/time/clock.h"
-#include "absl/time/time.h"
+#include <chrono>
 
 namespace hypermap::server {
 
 absl::Status CheckWanted(const grpc::CallbackServerContext& context) {
-  // The deadline comes first, because gRPC also cancels calls that are past it.
-  if (absl::Now() >= absl::FromChrono(context.deadline())) {
+  // The deadline comes first, because gRPC also cancels calls that are past it. gRPC gives it as a
+  // time of the system's clock as that is set now. absl::Now() can't be compared with it: it
+  // follows the system's clock seconds late when that is set back.
+  if (std::chrono::system_clock::now() >= context.deadline()) {
     return absl::DeadlineExceededError("the request's deadline has passed");
   }
   if (context.IsCancelled()) return absl::CancelledError("the caller went away");

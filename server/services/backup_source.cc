@@ -6,7 +6,7 @@
 #include <system_error>
 
 #include "absl/strings/str_cat.h"
-#include "base/admission/byte_budget.h"
+#include "base/admission/budget.h"
 #include "base/admission/client_host.h"
 #include "base/status/status_macros.h"
 #include "server/rpc/scratch_file.h"
@@ -18,7 +18,7 @@ class BackupSource : public MessageSource<v1::BackupMapResponse> {
  public:
   BackupSource(const Facilities& facilities, absl::string_view client)
       : file_(facilities.scratch_dir),
-        charge_(facilities.scratch_bytes, admission::HostOfPeer(client)),
+        charge_(&facilities.budgets->scratch_bytes, admission::HostOfPeer(client)),
         max_chunk_bytes_(facilities.limits.max_chunk_bytes) {}
 
   absl::Status Open(MapSession& session) {
@@ -50,7 +50,7 @@ class BackupSource : public MessageSource<v1::BackupMapResponse> {
   }
 
   ScratchFile file_;
-  admission::ByteBudget::Charge charge_;
+  admission::Budget::Charge charge_;
   std::ifstream stream_;
   const int64_t max_chunk_bytes_;
   int64_t bytes_ = 0;

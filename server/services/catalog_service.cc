@@ -8,6 +8,7 @@
 #include "base/status/status_macros.h"
 #include "map/layers/layer_registry.h"
 #include "server/rpc/map_message.h"
+#include "server/rpc/request_digest.h"
 #include "server/rpc/request_log.h"
 #include "server/rpc/streamed_answer.h"
 #include "server/services/backup_source.h"
@@ -32,16 +33,18 @@ void EncodeEntry(const Site::Entry& entry, v1::Map* message) {
 
 }  // namespace
 
-template <typename Request, typename Respond>
-absl::Status CatalogService::SubmitEdit(UnaryCallPtr call, const Request& request, Edit edit,
-                                        Respond respond) const {
+template <typename Request, typename Response, typename Respond>
+absl::Status CatalogService::SubmitEdit(UnaryCallPtr call, const Request& request,
+                                        Response* response, Edit edit, Respond respond) const {
   HYPERMAP_ASSIGN_OR_RETURN(const std::shared_ptr<MapSession> session,
-                            FindMap(facilities_, request.map()));
+                            FindMap(facilities_, request.map(), request.incarnation()));
   HYPERMAP_RETURN_IF_ERROR(ValidateRequestId(request.request_id()));
   EditBatch batch;
   batch.edits.push_back(std::move(edit));
+  response->set_map(request.map());
+  response->set_incarnation(session->incarnation());
   SubmitAndFinish(std::move(call), *session, std::move(batch), request.request_id(),
-                  std::move(respond));
+                  DigestOf(request), std::move(respond));
   return absl::OkStatus();
 }
 
@@ -50,7 +53,7 @@ grpc::ServerUnaryReactor* CatalogService::AnswerFromSnapshot(grpc::CallbackServe
                                                              absl::string_view rpc,
                                                              const Request* request,
                                                              Response* response, Fill fill) const {
-  auto call = std::make_shared<UnaryCall>(context, rpc, request->map());
+  auto call = std::make_shared<UnaryCall>(facilities_.budgets, context, rpc, request->map());
   return AnswerOn(&facilities_.workers->questions, std::move(call),
                   [this, request, response, fill]() -> absl::StatusOr<int64_t> {
                     HYPERMAP_ASSIGN_OR_RETURN(const std::shared_ptr<MapSession> session,
@@ -58,6 +61,7 @@ grpc::ServerUnaryReactor* CatalogService::AnswerFromSnapshot(grpc::CallbackServe
                     const SnapshotPtr snapshot = session->snapshot();
                     response->set_map(request->map());
                     response->set_revision(snapshot->revision);
+                    response->set_incarnation(session->incarnation());
                     return fill(*snapshot);
                   });
 }
@@ -65,7 +69,8 @@ grpc::ServerUnaryReactor* CatalogService::AnswerFromSnapshot(grpc::CallbackServe
 grpc::ServerUnaryReactor* CatalogService::CreateMap(grpc::CallbackServerContext* context,
                                                     const v1::CreateMapRequest* request,
                                                     v1::CreateMapResponse* response) {
-  auto call = std::make_shared<UnaryCall>(context, "CreateMap", request->map());
+  auto call =
+      std::make_shared<UnaryCall>(facilities_.budgets, context, "CreateMap", request->map());
   return AnswerOn(&facilities_.workers->openings, call,
                   [this, call, request, response]() -> absl::StatusOr<int64_t> {
                     absl::Status status = MakeMap(call->log(), *request, response);
@@ -89,7 +94,7 @@ absl::Status CatalogService::MakeMap(const RequestLog& log, const v1::CreateMapR
 grpc::ServerUnaryReactor* CatalogService::GetMap(grpc::CallbackServerContext* context,
                                                  const v1::GetMapRequest* request,
                                                  v1::GetMapResponse* response) {
-  auto call = std::make_shared<UnaryCall>(context, "GetMap", request->map());
+  auto call = std::make_shared<UnaryCall>(facilities_.budgets, context, "GetMap", request->map());
   return AnswerOn(&facilities_.workers->questions, std::move(call),
                   [this, request, response]() -> absl::StatusOr<int64_t> {
                     HYPERMAP_ASSIGN_OR_RETURN(const std::shared_ptr<MapSession> session,
@@ -102,7 +107,7 @@ grpc::ServerUnaryReactor* CatalogService::GetMap(grpc::CallbackServerContext* co
 grpc::ServerUnaryReactor* CatalogService::ListMaps(grpc::CallbackServerContext* context,
                                                    const v1::ListMapsRequest*,
                                                    v1::ListMapsResponse* response) {
-  auto call = std::make_shared<UnaryCall>(context, "ListMaps", "");
+  auto call = std::make_shared<UnaryCall>(facilities_.budgets, context, "ListMaps", "");
   return AnswerOn(&facilities_.workers->questions, std::move(call),
                   [this, response]() -> absl::StatusOr<int64_t> {
                     for (const Site::Entry& entry : facilities_.site->List()) {
@@ -115,7 +120,8 @@ grpc::ServerUnaryReactor* CatalogService::ListMaps(grpc::CallbackServerContext* 
 grpc::ServerUnaryReactor* CatalogService::DeleteMap(grpc::CallbackServerContext* context,
                                                     const v1::DeleteMapRequest* request,
                                                     v1::DeleteMapResponse* response) {
-  auto call = std::make_shared<UnaryCall>(context, "DeleteMap", request->map());
+  auto call =
+      std::make_shared<UnaryCall>(facilities_.budgets, context, "DeleteMap", request->map());
   return AnswerOn(&facilities_.workers->openings, call,
                   [this, call, request, response]() -> absl::StatusOr<int64_t> {
                     absl::Status status = RemoveMap(call->log(), *request);
@@ -128,7 +134,8 @@ grpc::ServerUnaryReactor* CatalogService::DeleteMap(grpc::CallbackServerContext*
 absl::Status CatalogService::RemoveMap(const RequestLog& log,
                                        const v1::DeleteMapRequest& request) const {
   HYPERMAP_RETURN_IF_ERROR(ValidateRequestId(request.request_id()));
-  absl::Status status = facilities_.site->Delete(request.map(), request.request_id());
+  absl::Status status =
+      facilities_.site->Delete(request.map(), request.request_id(), request.incarnation());
   if (status.ok()) log.Edited(/*revision=*/0, request.request_id(), /*edits=*/0);
   return status;
 }
@@ -136,7 +143,8 @@ absl::Status CatalogService::RemoveMap(const RequestLog& log,
 grpc::ServerUnaryReactor* CatalogService::CreateLayer(grpc::CallbackServerContext* context,
                                                       const v1::CreateLayerRequest* request,
                                                       v1::CreateLayerResponse* response) {
-  auto call = std::make_shared<UnaryCall>(context, "CreateLayer", request->map());
+  auto call =
+      std::make_shared<UnaryCall>(facilities_.budgets, context, "CreateLayer", request->map());
   return StartOn(&facilities_.workers->writes, call, [this, call, request, response] {
     return StartCreateLayer(call, *request, response);
   });
@@ -148,14 +156,13 @@ absl::Status CatalogService::StartCreateLayer(UnaryCallPtr call,
   if (!request.has_layer()) return absl::InvalidArgumentError("layer is missing");
   HYPERMAP_ASSIGN_OR_RETURN(const LayerSpec spec, wire::DecodeLayerSpec("layer", request.layer()));
   HYPERMAP_ASSIGN_OR_RETURN(const std::shared_ptr<MapSession> session,
-                            FindMap(facilities_, request.map()));
+                            FindMap(facilities_, request.map(), request.incarnation()));
   // The answer is the layer as this request creates it, also for a retry that comes after the layer
   // was changed.
   LayerSpec made = spec;
   if (made.frame_id.empty()) made.frame_id = session->header().frame_id;
-  return SubmitEdit(std::move(call), request, hypermap::CreateLayer{spec},
-                    [&request, response, made](const storage::Receipt& receipt) {
-                      response->set_map(request.map());
+  return SubmitEdit(std::move(call), request, response, hypermap::CreateLayer{spec},
+                    [response, made](const storage::Receipt& receipt) {
                       response->set_revision(receipt.revision);
                       wire::EncodeLayer(*MakeEmptyLayer(made), response->mutable_layer(),
                                         receipt.revision);
@@ -191,20 +198,20 @@ grpc::ServerUnaryReactor* CatalogService::ListLayers(grpc::CallbackServerContext
 grpc::ServerUnaryReactor* CatalogService::DeleteLayer(grpc::CallbackServerContext* context,
                                                       const v1::DeleteLayerRequest* request,
                                                       v1::DeleteLayerResponse* response) {
-  auto call = std::make_shared<UnaryCall>(context, "DeleteLayer", request->map());
+  auto call =
+      std::make_shared<UnaryCall>(facilities_.budgets, context, "DeleteLayer", request->map());
   return StartOn(&facilities_.workers->writes, call, [this, call, request, response] {
-    return SubmitEdit(call, *request, hypermap::DeleteLayer{request->layer()},
-                      [request, response](const storage::Receipt& receipt) {
-                        response->set_map(request->map());
-                        response->set_revision(receipt.revision);
-                      });
+    return SubmitEdit(
+        call, *request, response, hypermap::DeleteLayer{request->layer()},
+        [response](const storage::Receipt& receipt) { response->set_revision(receipt.revision); });
   });
 }
 
 grpc::ServerUnaryReactor* CatalogService::SetTransform(grpc::CallbackServerContext* context,
                                                        const v1::SetTransformRequest* request,
                                                        v1::SetTransformResponse* response) {
-  auto call = std::make_shared<UnaryCall>(context, "SetTransform", request->map());
+  auto call =
+      std::make_shared<UnaryCall>(facilities_.budgets, context, "SetTransform", request->map());
   return StartOn(&facilities_.workers->writes, call, [this, call, request, response] {
     return StartSetTransform(call, *request, response);
   });
@@ -216,11 +223,9 @@ absl::Status CatalogService::StartSetTransform(UnaryCallPtr call,
   if (!request.has_transform()) return absl::InvalidArgumentError("transform is missing");
   HYPERMAP_ASSIGN_OR_RETURN(FrameTransform transform,
                             wire::DecodeTransform("transform", request.transform()));
-  return SubmitEdit(std::move(call), request, hypermap::SetTransform{std::move(transform)},
-                    [&request, response](const storage::Receipt& receipt) {
-                      response->set_map(request.map());
-                      response->set_revision(receipt.revision);
-                    });
+  return SubmitEdit(
+      std::move(call), request, response, hypermap::SetTransform{std::move(transform)},
+      [response](const storage::Receipt& receipt) { response->set_revision(receipt.revision); });
 }
 
 grpc::ServerUnaryReactor* CatalogService::ListTransforms(grpc::CallbackServerContext* context,
@@ -245,8 +250,10 @@ grpc::ServerWriteReactor<grpc::ByteBuffer>* CatalogService::ExportMap(
     grpc::CallbackServerContext* context, const grpc::ByteBuffer* request) {
   WorkerPool* const files = &facilities_.workers->files;
   auto* const answer = new StreamedAnswer<v1::ExportMapRequest, v1::ExportMapResponse>(
-      context, "ExportMap", *request, files, files,
-      [this](const v1::ExportMapRequest& asked) { return OpenExport(facilities_, asked); });
+      facilities_.budgets, context, "ExportMap", *request, files, files,
+      [this, client = context->peer()](const v1::ExportMapRequest& asked) {
+        return OpenExport(facilities_, client, asked);
+      });
   answer->BeginOnWorker();
   return answer;
 }
@@ -255,7 +262,7 @@ grpc::ServerWriteReactor<grpc::ByteBuffer>* CatalogService::BackupMap(
     grpc::CallbackServerContext* context, const grpc::ByteBuffer* request) {
   WorkerPool* const files = &facilities_.workers->files;
   auto* const answer = new StreamedAnswer<v1::BackupMapRequest, v1::BackupMapResponse>(
-      context, "BackupMap", *request, files, files,
+      facilities_.budgets, context, "BackupMap", *request, files, files,
       [this, client = context->peer()](const v1::BackupMapRequest& asked) {
         return OpenBackup(facilities_, client, asked);
       });

@@ -62,9 +62,10 @@ class CatalogService : public v1::CatalogService::WithRawCallbackMethod_ExportMa
   absl::Status StartSetTransform(UnaryCallPtr call, const v1::SetTransformRequest& request,
                                  v1::SetTransformResponse* response) const;
 
-  // Submits a batch of one edit to the map that the request names.
-  template <typename Request, typename Respond>
-  absl::Status SubmitEdit(UnaryCallPtr call, const Request& request, Edit edit,
+  // Submits a batch of one edit to the map that the request names, and fills the response's map and
+  // incarnation. `respond(receipt)` fills the rest.
+  template <typename Request, typename Response, typename Respond>
+  absl::Status SubmitEdit(UnaryCallPtr call, const Request& request, Response* response, Edit edit,
                           Respond respond) const;
 
   // Answers from the newest snapshot of the map that the request names: `fill(snapshot)` fills the

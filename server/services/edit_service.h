@@ -2,6 +2,10 @@
 #ifndef HYPERMAP_SERVER_SERVICES_EDIT_SERVICE_H_
 #define HYPERMAP_SERVER_SERVICES_EDIT_SERVICE_H_
 
+#include <grpcpp/support/byte_buffer.h>
+
+#include <memory>
+
 #include "absl/status/status.h"
 #include "hypermap/v1/edit_service.grpc.pb.h"
 #include "server/rpc/facilities.h"
@@ -9,17 +13,21 @@
 
 namespace hypermap::server {
 
-class EditService : public v1::EditService::CallbackService {
+// ApplyEdits is a raw method: a large request is charged, or refused, before it is decoded.
+class EditService
+    : public v1::EditService::WithRawCallbackMethod_ApplyEdits<v1::EditService::CallbackService> {
  public:
   explicit EditService(const Facilities& facilities) : facilities_(facilities) {}
 
   grpc::ServerUnaryReactor* ApplyEdits(grpc::CallbackServerContext* context,
-                                       const v1::ApplyEditsRequest* request,
-                                       v1::ApplyEditsResponse* response) override;
+                                       const grpc::ByteBuffer* request,
+                                       grpc::ByteBuffer* response) override;
 
  private:
-  absl::Status StartEdits(UnaryCallPtr call, const v1::ApplyEditsRequest& request,
-                          v1::ApplyEditsResponse* response) const;
+  struct EditsCall;
+
+  // Decodes and submits the edits.
+  absl::Status StartEdits(const std::shared_ptr<EditsCall>& edits) const;
 
   const Facilities facilities_;
 };

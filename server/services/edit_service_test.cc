@@ -6,6 +6,7 @@
 #include <future>
 #include <string>
 
+#include "server/rpc/call_ticket.h"
 #include "server/services/testing/test_server.h"
 #include "wire/edit.h"
 
@@ -120,6 +121,48 @@ TEST_F(EditServiceTest, TooLargeMessageIsRefused) {
       std::string(2 << 20, 'x'));
   v1::ApplyEditsResponse response;
   EXPECT_EQ(Apply(request, &response).error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
+}
+
+TEST(EditServiceMemoryTest, B7_LargeRequestsHoldABoundedMemoryTogether) {
+  Limits limits;
+  limits.max_request_bytes = 1 << 20;
+  TestServer server(limits);
+  server.MakeMap("site", LayerOfCups("cups", 0));
+  server.MakeMap("other", LayerOfCups("cups", 0));
+  const auto request = [](const std::string& map, int num_cups) {
+    v1::ApplyEditsRequest made;
+    made.set_map(map);
+    const EditBatch cups = LayerOfCups("cups", num_cups);
+    for (size_t i = 1; i < cups.edits.size(); ++i)
+      wire::EncodeEdit(cups.edits[i], made.add_edits());
+    return made;
+  };
+  const auto apply = [&](const v1::ApplyEditsRequest& edits) {
+    grpc::ClientContext context;
+    v1::ApplyEditsResponse response;
+    return server.edit->ApplyEdits(&context, edits, &response);
+  };
+  const v1::ApplyEditsRequest large = request("site", 2000);
+  ASSERT_GT(large.ByteSizeLong(), size_t{100'000});
+  server.disk().Hold();
+  // Alone it is accepted, although it is larger than the client's half.
+  auto first = std::async(std::launch::async, [&] { return apply(large); });
+  server.disk().AwaitHeldWrite();
+  EXPECT_GE(server.budgets().request_bytes.used(),
+            CallTicket::kBytesPerByte * static_cast<int64_t>(large.ByteSizeLong()));
+  // Another map makes no difference.
+  const grpc::Status refused = apply(request("other", 2000));
+  EXPECT_EQ(refused.error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
+  EXPECT_THAT(refused.error_message(), HasSubstr("--max_request_bytes, 1048576 bytes"));
+  // Small requests go on.
+  auto small = std::async(std::launch::async, [&] { return apply(request("other", 1)); });
+  server.disk().Release();
+  EXPECT_TRUE(first.get().ok());
+  EXPECT_TRUE(small.get().ok());
+  // The memory is given back before the answer is sent.
+  EXPECT_EQ(server.budgets().request_bytes.used(), 0);
+  const grpc::Status accepted = apply(request("other", 2000));
+  EXPECT_TRUE(accepted.ok()) << accepted.error_message();
 }
 
 TEST_F(EditServiceTest, ShutdownAnswersTheEditInFlight) {

@@ -7,6 +7,7 @@
 
 #include "base/status/status_macros.h"
 #include "server/exploration/exploration_calls.h"
+#include "server/rpc/request_digest.h"
 #include "wire/exploration.h"
 #include "wire/exploration_requests.h"
 
@@ -25,12 +26,13 @@ template <typename Request, typename Response, typename Answer>
 grpc::ServerUnaryReactor* ExplorationService::AnswerFromExplorations(
     grpc::CallbackServerContext* context, absl::string_view rpc, const Request* request,
     Response* response, Answer answer) {
-  auto call = std::make_shared<UnaryCall>(context, rpc, request->map());
+  auto call = std::make_shared<UnaryCall>(facilities_.budgets, context, rpc, request->map());
   return AnswerOn(&facilities_.workers->explorations, call,
                   [this, call, request, response, answer]() -> absl::StatusOr<int64_t> {
                     HYPERMAP_ASSIGN_OR_RETURN(const std::shared_ptr<MapSession> session,
                                               FindMap(facilities_, request->map()));
                     response->set_map(request->map());
+                    response->set_incarnation(session->incarnation());
                     return answer(*call, *explorations_.Of(session));
                   });
 }
@@ -46,6 +48,7 @@ grpc::ServerUnaryReactor* ExplorationService::StartExploration(
         HYPERMAP_ASSIGN_OR_RETURN(ExplorationStart start,
                                   wire::DecodeStart(*request, facilities_.limits));
         HYPERMAP_ASSIGN_OR_RETURN(start.author, call.log().author());
+        start.request_digest = DigestOf(*request);
         HYPERMAP_ASSIGN_OR_RETURN(const ExplorationView view, explorations.Start(start));
         LogEdits(call, view, request->request_id());
         response->set_revision(view.revision);

@@ -13,7 +13,9 @@ namespace hypermap::server {
 class ExplorationService : public v1::ExplorationService::CallbackService {
  public:
   explicit ExplorationService(const Facilities& facilities)
-      : facilities_(facilities), explorations_(facilities.limits.max_exploration_cells) {}
+      : facilities_(facilities),
+        explorations_(ExplorationRoom{facilities.limits.max_exploration_cells,
+                                      &facilities.budgets->exploration_bytes}) {}
 
   grpc::ServerUnaryReactor* StartExploration(grpc::CallbackServerContext* context,
                                              const v1::StartExplorationRequest* request,

@@ -3,6 +3,8 @@
 #include <string>
 #include <utility>
 
+#include "base/admission/budget.h"
+#include "base/admission/client_host.h"
 #include "base/status/status_macros.h"
 #include "server/services/map_files.h"
 
@@ -11,10 +13,22 @@ namespace {
 
 class ExportSource : public MessageSource<v1::ExportMapResponse> {
  public:
-  ExportSource(v1::ExportHeader header, storage::ExportedFiles exported, int64_t max_chunk_bytes)
-      : header_(std::move(header)),
-        exported_(std::move(exported)),
-        max_chunk_bytes_(static_cast<size_t>(max_chunk_bytes)) {}
+  ExportSource(const Facilities& facilities, absl::string_view client)
+      : charge_(&facilities.budgets->request_bytes, admission::HostOfPeer(client)),
+        max_chunk_bytes_(static_cast<size_t>(facilities.limits.max_chunk_bytes)) {}
+
+  // The size is known only when the files are there. As many are encoded at a time as there are
+  // file workers.
+  absl::Status Open(v1::ExportHeader header, storage::ExportedFiles exported) {
+    int64_t bytes = 0;
+    for (const storage::NamedFile& file : exported.files) {
+      bytes += static_cast<int64_t>(file.data.size());
+    }
+    HYPERMAP_RETURN_IF_ERROR(charge_.Add(bytes));
+    header_ = std::move(header);
+    exported_ = std::move(exported);
+    return absl::OkStatus();
+  }
 
   absl::StatusOr<Step> Next(v1::ExportMapResponse* message) override {
     if (!header_taken_) {
@@ -42,6 +56,7 @@ class ExportSource : public MessageSource<v1::ExportMapResponse> {
     ++file_;
   }
 
+  admission::Budget::Charge charge_;
   v1::ExportHeader header_;
   bool header_taken_ = false;
   storage::ExportedFiles exported_;
@@ -53,7 +68,7 @@ class ExportSource : public MessageSource<v1::ExportMapResponse> {
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<MessageSource<v1::ExportMapResponse>>> OpenExport(
-    const Facilities& facilities, const v1::ExportMapRequest& request) {
+    const Facilities& facilities, absl::string_view client, const v1::ExportMapRequest& request) {
   HYPERMAP_ASSIGN_OR_RETURN(const std::shared_ptr<MapSession> session,
                             FindMap(facilities, request.map()));
   const SnapshotPtr snapshot = session->snapshot();
@@ -61,9 +76,11 @@ absl::StatusOr<std::unique_ptr<MessageSource<v1::ExportMapResponse>>> OpenExport
   v1::ExportHeader header;
   header.set_map(request.map());
   header.set_revision(snapshot->revision);
+  header.set_incarnation(session->incarnation());
   header.mutable_omissions()->Assign(exported.omissions.begin(), exported.omissions.end());
-  return std::make_unique<ExportSource>(std::move(header), std::move(exported),
-                                        facilities.limits.max_chunk_bytes);
+  auto source = std::make_unique<ExportSource>(facilities, client);
+  HYPERMAP_RETURN_IF_ERROR(source->Open(std::move(header), std::move(exported)));
+  return source;
 }
 
 }  // namespace hypermap::server

@@ -17,6 +17,7 @@ namespace {
 
 // Time for watches to end by themselves, before those with slow readers are cancelled.
 constexpr absl::Duration kWatchGrace = absl::Seconds(1);
+constexpr absl::Duration kHealthPeriod = absl::Seconds(1);
 
 }  // namespace
 
@@ -27,7 +28,8 @@ GrpcServer::GrpcServer(const Facilities& facilities)
       ingest_(facilities),
       exploration_(facilities),
       watch_(facilities),
-      site_(facilities.site) {}
+      site_(facilities.site),
+      budgets_(facilities.budgets) {}
 
 GrpcServer::~GrpcServer() = default;
 
@@ -45,6 +47,9 @@ absl::StatusOr<std::unique_ptr<GrpcServer>> GrpcServer::Start(const GrpcServerOp
       std::make_unique<admission::GrpcListener>(&builder, tls::MakeServerCredentials(options.tls));
   builder.SetMaxReceiveMessageSize(options.max_message_bytes);
   builder.SetMaxSendMessageSize(options.max_message_bytes);
+  // Told to the clients in HTTP/2's settings. There is no resource quota of gRPC's: in 1.51 it
+  // refuses nothing, and cancels calls of any client when it is exceeded.
+  builder.AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, options.max_calls_per_connection);
   builder.RegisterService(&made->catalog_);
   builder.RegisterService(&made->query_);
   builder.RegisterService(&made->edit_);
@@ -66,7 +71,14 @@ absl::StatusOr<std::unique_ptr<GrpcServer>> GrpcServer::Start(const GrpcServerOp
   listen.max_resident_bytes = options.max_resident_bytes;
   listen.log = [](const std::string& line) { spdlog::warn("{}", line); };
   HYPERMAP_RETURN_IF_ERROR(made->listener_->Start(std::move(listen)));
+  made->TellAdmission();
   return made;
+}
+
+void GrpcServer::TellAdmission() {
+  server_->GetHealthCheckService()->SetServingStatus(
+      kAdmissionService, !budgets_->refusals.IsOverloaded(kOverloadPeriod));
+  health_timer_.RunAfter(kHealthPeriod, [this] { TellAdmission(); });
 }
 
 const std::string& GrpcServer::address() const { return listener_->connections().address(); }

@@ -12,8 +12,11 @@
 #include "absl/time/time.h"
 #include "base/admission/grpc_listener.h"
 #include "base/admission/open_connections.h"
+#include "base/limits/limits.h"
 #include "base/tls/server_credentials.h"
+#include "server/rpc/budgets.h"
 #include "server/rpc/facilities.h"
+#include "server/rpc/timer_queue.h"
 #include "server/services/catalog_service.h"
 #include "server/services/edit_service.h"
 #include "server/services/exploration_service.h"
@@ -32,12 +35,18 @@ struct GrpcServerOptions {
   admission::ConnectionLimits connections = {};
   // While more memory is resident, the connections that receive the most are shut down; 0: never.
   int64_t max_resident_bytes = 0;
+  int max_calls_per_connection = Limits().max_calls_per_connection;
 };
 
 // Serves from Start to Shutdown: Hypermap's services, the standard health service (which reports
-// all of them as SERVING until the shutdown begins) and reflection.
+// all of them as SERVING until the shutdown begins) and reflection. The health service also knows
+// kAdmissionService, which is NOT_SERVING while the server refuses calls for want of room, and for
+// kOverloadPeriod afterwards; the others go on SERVING then.
 class GrpcServer {
  public:
+  static constexpr char kAdmissionService[] = "hypermap.admission";
+  static constexpr absl::Duration kOverloadPeriod = absl::Seconds(10);
+
   // All pointers in `facilities` must outlive the server. INVALID_ARGUMENT for a malformed address
   // or unusable TLS files; UNAVAILABLE if the server can't listen on the address.
   static absl::StatusOr<std::unique_ptr<GrpcServer>> Start(const GrpcServerOptions& options,
@@ -57,6 +66,9 @@ class GrpcServer {
  private:
   explicit GrpcServer(const Facilities& facilities);
 
+  // Tells the health service whether the server has room, now and every second from now on.
+  void TellAdmission();
+
   CatalogService catalog_;
   QueryService query_;
   EditService edit_;
@@ -64,9 +76,12 @@ class GrpcServer {
   ExplorationService exploration_;
   WatchService watch_;
   Site* const site_;
+  Budgets* const budgets_;
   std::unique_ptr<grpc::Server> server_;
   // Destroyed before the server, to which it gives connections.
   std::unique_ptr<admission::GrpcListener> listener_;
+  // Destroyed before the server, whose health its tasks tell.
+  TimerQueue health_timer_;
 };
 
 }  // namespace hypermap::server

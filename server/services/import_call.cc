@@ -1,22 +1,36 @@
 #include "server/services/import_call.h"
 
+#include <cstdint>
 #include <memory>
 #include <utility>
 
+#include "absl/strings/str_cat.h"
+#include "base/cancellation/cancellation.h"
 #include "base/status/status_macros.h"
 #include "server/rpc/wanted.h"
 #include "server/services/map_files.h"
-#include "wire/status.h"
 
 namespace hypermap::server {
-ImportCall::ImportCall(const grpc::CallbackServerContext* context, const Facilities* facilities,
+namespace {
+
+// Estimate of the bytes of memory that each byte of a file takes while it is decoded.
+constexpr int64_t kBytesPerFileByte = 3;
+
+}  // namespace
+
+ImportCall::ImportCall(grpc::CallbackServerContext* context, const Facilities* facilities,
                        v1::ImportMapResponse* response)
     : context_(context),
       facilities_(facilities),
       response_(response),
+      ticket_(facilities->budgets, context),
       log_(*context, "ImportMap", ""),
       files_(*facilities, log_.client()) {
-  StartRead(&message_);
+  if (ticket_.admitted().ok()) {
+    StartRead(&message_);
+  } else {
+    End(ticket_.admitted());
+  }
 }
 
 void ImportCall::OnReadDone(bool ok) {
@@ -33,22 +47,34 @@ absl::Status ImportCall::TakeMessage() {
   if (message_.has_header()) {
     if (header_) return absl::InvalidArgumentError("header may come once, in the first message");
     header_ = std::move(*message_.mutable_header());
+    if (!header_->request_id().empty()) digest_.emplace(*header_);
     log_.set_map(header_->map());
     return absl::OkStatus();
   }
   if (!header_) return absl::InvalidArgumentError("the first message must carry the header");
   if (!message_.has_chunk()) return absl::InvalidArgumentError("a message carries nothing");
-  return files_.Append(message_.chunk().file_name(), message_.chunk().data());
+  const v1::FileChunk& chunk = message_.chunk();
+  HYPERMAP_RETURN_IF_ERROR(files_.Append(chunk.file_name(), chunk.data()));
+  if (digest_) digest_->AddPiece(chunk.file_name(), chunk.data());
+  return absl::OkStatus();
 }
 
 absl::Status ImportCall::Import() {
   // A cancelled stream ends like a complete one, but the files are not complete.
-  HYPERMAP_RETURN_IF_ERROR(CheckWanted(*context_));
+  Cancellation cancellation([this] { return CheckWanted(*context_); });
+  const ScopedCancellation here(&cancellation);
+  HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
   if (!header_) return absl::InvalidArgumentError("the first message must carry the header");
   HYPERMAP_RETURN_IF_ERROR(ValidateRequestId(header_->request_id()));
   HYPERMAP_ASSIGN_OR_RETURN(author_, log_.author());
-  const absl::StatusOr<std::shared_ptr<MapSession>> session = FindMap(*facilities_, header_->map());
+  const absl::StatusOr<std::shared_ptr<MapSession>> session =
+      FindMap(*facilities_, header_->map(), header_->incarnation());
   const bool make_map = absl::IsNotFound(session.status()) && header_->create_map();
+  if (make_map && header_->incarnation() != 0) {
+    return absl::AbortedError(absl::StrCat("there is no map \"", header_->map(),
+                                           "\", but the request expects its incarnation ",
+                                           header_->incarnation()));
+  }
   if (!session.ok() && !make_map) return session.status();
   HYPERMAP_ASSIGN_OR_RETURN(const storage::Receipt receipt,
                             make_map ? ImportIntoNewMap() : ImportInto(**session));
@@ -60,11 +86,11 @@ absl::Status ImportCall::Import() {
 }
 
 absl::StatusOr<storage::ImportedMap> ImportCall::Decode(const Snapshot* snapshot) {
+  HYPERMAP_RETURN_IF_ERROR(ticket_.ChargeMemory(files_.bytes() * kBytesPerFileByte));
   HYPERMAP_ASSIGN_OR_RETURN(const std::vector<storage::NamedFile> files, files_.Read());
   absl::StatusOr<storage::ImportedMap> imported =
       DecodeFiles(*header_, files, snapshot, facilities_->limits);
-  if (!imported.ok()) return imported;
-  HYPERMAP_RETURN_IF_ERROR(CheckWanted(*context_));
+  HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
   return imported;
 }
 
@@ -95,12 +121,15 @@ absl::StatusOr<storage::Receipt> ImportCall::Submit(MapSession& session,
                                                     storage::ImportedMap imported) {
   response_->mutable_layers()->Assign(imported.layers.begin(), imported.layers.end());
   response_->mutable_repairs()->Assign(imported.repairs.begin(), imported.repairs.end());
-  return session.SubmitAndWait({std::move(imported.batch), author_, header_->request_id()});
+  response_->set_incarnation(session.incarnation());
+  std::string digest = digest_ ? std::move(*digest_).Finish() : "";
+  return session.SubmitAndWait(
+      {std::move(imported.batch), author_, header_->request_id(), std::move(digest)});
 }
 
 void ImportCall::End(const absl::Status& status) {
   log_.Finished(status, response_->layers_size());
-  Finish(wire::EncodeStatus(status));
+  Finish(ticket_.Encode(status));
 }
 
 }  // namespace hypermap::server

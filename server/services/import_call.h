@@ -11,7 +11,9 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "hypermap/v1/catalog_service.pb.h"
+#include "server/rpc/call_ticket.h"
 #include "server/rpc/facilities.h"
+#include "server/rpc/request_digest.h"
 #include "server/rpc/request_log.h"
 #include "server/services/uploaded_files.h"
 #include "server/session/map_session.h"
@@ -24,7 +26,7 @@ namespace hypermap::server {
 class ImportCall final : public grpc::ServerReadReactor<v1::ImportMapRequest> {
  public:
   // `facilities` must outlive this; context and response live until OnDone.
-  ImportCall(const grpc::CallbackServerContext* context, const Facilities* facilities,
+  ImportCall(grpc::CallbackServerContext* context, const Facilities* facilities,
              v1::ImportMapResponse* response);
 
   void OnReadDone(bool ok) override;
@@ -45,10 +47,13 @@ class ImportCall final : public grpc::ServerReadReactor<v1::ImportMapRequest> {
   const grpc::CallbackServerContext* const context_;
   const Facilities* const facilities_;
   v1::ImportMapResponse* const response_;
+  CallTicket ticket_;
   RequestLog log_;
   v1::ImportMapRequest message_;
   std::optional<v1::ImportHeader> header_;
   std::string author_;
+  // Of the header and the files so far. None if the request has no id.
+  std::optional<RequestDigest> digest_;
   UploadedFiles files_;
 };
 

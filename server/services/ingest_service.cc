@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "base/status/status_macros.h"
+#include "server/rpc/request_digest.h"
 #include "server/services/observe_call.h"
 #include "server/session/object_history.h"
 #include "wire/ingest.h"
@@ -17,11 +18,14 @@ template <typename Request, typename Response>
 absl::Status StartCommand(const Facilities& facilities, UnaryCallPtr call, const Request& request,
                           FusionCommand command, Response* response) {
   HYPERMAP_ASSIGN_OR_RETURN(const std::shared_ptr<MapSession> session,
-                            FindMap(facilities, request.map()));
+                            FindMap(facilities, request.map(), request.incarnation()));
   HYPERMAP_RETURN_IF_ERROR(ValidateRequestId(request.request_id()));
   HYPERMAP_ASSIGN_OR_RETURN(std::string author, call->log().author());
-  FusionSubmission submission{std::move(command), std::move(author), request.request_id()};
+  FusionSubmission submission{std::move(command), std::move(author), request.request_id(),
+                              DigestOf(request)};
+  submission.cancellation = call->MakeCancellation();
   response->set_map(request.map());
+  response->set_incarnation(session->incarnation());
   session->Run(std::move(submission), [call = std::move(call), request_id = request.request_id(),
                                        response](absl::StatusOr<storage::Receipt> receipt) {
     if (receipt.ok()) {
@@ -43,7 +47,8 @@ grpc::ServerBidiReactor<v1::ObserveRequest, v1::ObserveResponse>* IngestService:
 grpc::ServerUnaryReactor* IngestService::RebuildLayer(grpc::CallbackServerContext* context,
                                                       const v1::RebuildLayerRequest* request,
                                                       v1::RebuildLayerResponse* response) {
-  auto call = std::make_shared<UnaryCall>(context, "RebuildLayer", request->map());
+  auto call =
+      std::make_shared<UnaryCall>(facilities_.budgets, context, "RebuildLayer", request->map());
   return StartOn(&facilities_.workers->writes, call, [this, call, request, response] {
     return StartCommand(facilities_, call, *request,
                         RebuildFusion{request->layer(), request->strategy(), request->parameters()},
@@ -54,7 +59,8 @@ grpc::ServerUnaryReactor* IngestService::RebuildLayer(grpc::CallbackServerContex
 grpc::ServerUnaryReactor* IngestService::RetractSource(grpc::CallbackServerContext* context,
                                                        const v1::RetractSourceRequest* request,
                                                        v1::RetractSourceResponse* response) {
-  auto call = std::make_shared<UnaryCall>(context, "RetractSource", request->map());
+  auto call =
+      std::make_shared<UnaryCall>(facilities_.budgets, context, "RetractSource", request->map());
   return StartOn(&facilities_.workers->writes, call, [this, call, request, response] {
     RetractObservations command{request->layer(), request->robot()};
     if (request->has_from()) command.from = wire::DecodeTime(request->from());
@@ -66,7 +72,8 @@ grpc::ServerUnaryReactor* IngestService::RetractSource(grpc::CallbackServerConte
 grpc::ServerUnaryReactor* IngestService::ExplainObject(grpc::CallbackServerContext* context,
                                                        const v1::ExplainObjectRequest* request,
                                                        v1::ExplainObjectResponse* response) {
-  auto call = std::make_shared<UnaryCall>(context, "ExplainObject", request->map());
+  auto call =
+      std::make_shared<UnaryCall>(facilities_.budgets, context, "ExplainObject", request->map());
   // It folds a whole log.
   return AnswerOn(&facilities_.workers->long_questions, call,
                   [this, call, request, response] { return Explain(*call, *request, response); });

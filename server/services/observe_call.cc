@@ -6,13 +6,23 @@
 #include "server/rpc/wanted.h"
 #include "wire/ingest.h"
 #include "wire/observation.h"
-#include "wire/status.h"
 
 namespace hypermap::server {
 
-ObserveCall::ObserveCall(const grpc::CallbackServerContext* context, const Facilities* facilities)
-    : context_(context), facilities_(facilities), log_(*context, "Observe", "") {
-  StartRead(&read_);
+ObserveCall::ObserveCall(grpc::CallbackServerContext* context, const Facilities* facilities)
+    : context_(context),
+      facilities_(facilities),
+      ticket_(facilities->budgets, context),
+      log_(*context, "Observe", "") {
+  if (ticket_.admitted().ok()) {
+    StartRead(&read_);
+    return;
+  }
+  Change([this] {
+    mutex_.AssertHeld();
+    reading_ = false;
+    status_ = ticket_.admitted();
+  });
 }
 
 void ObserveCall::OnReadDone(bool ok) {
@@ -23,6 +33,11 @@ void ObserveCall::OnReadDone(bool ok) {
     // it.
     if (!ok || finished_) {
       no_more_reads_ = true;
+      return;
+    }
+    if (absl::Status status = ChargeRequest(); !status.ok()) {
+      no_more_reads_ = true;
+      if (status_.ok()) status_ = std::move(status);
       return;
     }
     ++in_flight_;
@@ -38,6 +53,20 @@ void ObserveCall::OnReadDone(bool ok) {
       });
     });
   });
+}
+
+absl::Status ObserveCall::ChargeRequest() {
+  const auto bytes = static_cast<int64_t>(read_.ByteSizeLong());
+  HYPERMAP_RETURN_IF_ERROR(ticket_.ChargeRequest(bytes));
+  request_bytes_.push_back(bytes);
+  unanswered_bytes_ += bytes;
+  return absl::OkStatus();
+}
+
+void ObserveCall::FreeRequest() {
+  ticket_.RequestFreed(request_bytes_.front());
+  unanswered_bytes_ -= request_bytes_.front();
+  request_bytes_.pop_front();
 }
 
 void ObserveCall::OnWriteDone(bool ok) {
@@ -70,12 +99,14 @@ void ObserveCall::Change(absl::FunctionRef<void()> change) {
   if (!ends) return;
   log_.Finished(status, acknowledged);
   // Without the lock, because gRPC may call OnDone, which deletes this, at any time from here on.
-  Finish(wire::EncodeStatus(status));
+  const grpc::Status encoded = ticket_.Encode(status);
+  Finish(encoded);
 }
 
 bool ObserveCall::GoOn() {
   if (finished_) return false;
-  if (status_.ok() && !reading_ && !taking_ && !no_more_reads_ && in_flight_ < kMaxInFlight) {
+  if (status_.ok() && !reading_ && !taking_ && !no_more_reads_ && in_flight_ < kMaxInFlight &&
+      unanswered_bytes_ < kMaxUnansweredBytes) {
     reading_ = true;
     StartRead(&read_);
   }
@@ -95,6 +126,7 @@ void ObserveCall::EndRequest(absl::Status status) {
   Change([&] {
     mutex_.AssertHeld();
     --in_flight_;
+    FreeRequest();
     if (!status.ok() && status_.ok()) status_ = std::move(status);
   });
 }
@@ -132,7 +164,11 @@ absl::Status ObserveCall::Open(const v1::ObserveOpening& opening) {
   OpenedLayer opened;
   absl::Status status = session_->InspectFusion(layer_, [&](FusedLayer& fused) -> absl::Status {
     const storage::FusionSettings& settings = fused.settings();
-    opened = {settings.strategy, settings.parameters, settings.exploration_layer, {}};
+    opened = {settings.strategy,
+              settings.parameters,
+              settings.exploration_layer,
+              {},
+              session_->incarnation()};
     if (opening.robot().empty()) return absl::OkStatus();
     HYPERMAP_ASSIGN_OR_RETURN(const std::vector<int64_t> known,
                               fused.log().Sequences(opening.robot()));

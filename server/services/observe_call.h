@@ -6,6 +6,7 @@
 #include <grpcpp/support/server_callback.h>
 
 #include <cstdint>
+#include <deque>
 #include <memory>
 #include <string>
 #include <vector>
@@ -17,21 +18,23 @@
 #include "base/sync/mutex.h"
 #include "hypermap/v1/ingest_service.pb.h"
 #include "map/observations/observe_answers.h"
+#include "server/rpc/call_ticket.h"
 #include "server/rpc/facilities.h"
 #include "server/rpc/request_log.h"
 #include "server/session/map_session.h"
 
 namespace hypermap::server {
 
-// Reads requests while fewer than kMaxInFlight are unanswered, and decodes and submits them one
-// after the other on a worker, in the order of the stream. A response contains all acknowledgements
-// that are ready when the previous one was written. So a caller that sends faster than the disk
-// writes, or does not read its acknowledgements, delays nobody but itself. Deletes itself in
-// OnDone, which gRPC calls after Finish, when no operation is under way.
+// Reads requests while fewer than kMaxInFlight, of fewer than kMaxUnansweredBytes, are unanswered,
+// charges each to --max_request_bytes, which ends the call if there is no more, and decodes and
+// submits them one after the other on a worker, in the order of the stream. A response contains all
+// acknowledgements that are ready when the previous one was written. So a caller that sends faster
+// than the disk writes, or does not read its acknowledgements, delays nobody but itself. Deletes
+// itself in OnDone, which gRPC calls after Finish, when no operation is under way.
 class ObserveCall final : public grpc::ServerBidiReactor<v1::ObserveRequest, v1::ObserveResponse> {
  public:
   // `facilities` must outlive this; the context lives until OnDone.
-  ObserveCall(const grpc::CallbackServerContext* context, const Facilities* facilities);
+  ObserveCall(grpc::CallbackServerContext* context, const Facilities* facilities);
 
   void OnReadDone(bool ok) override;
   void OnWriteDone(bool ok) override;
@@ -40,6 +43,7 @@ class ObserveCall final : public grpc::ServerBidiReactor<v1::ObserveRequest, v1:
 
  private:
   static constexpr int kMaxInFlight = 32;
+  static constexpr int64_t kMaxUnansweredBytes = 4 << 20;
 
   // These run on a worker, for one request at a time.
   void TakeRequest(const v1::ObserveRequest& request);
@@ -52,6 +56,11 @@ class ObserveCall final : public grpc::ServerBidiReactor<v1::ObserveRequest, v1:
               std::vector<ObservationVerdict> invalid);
   void EndRequest(absl::Status status);
 
+  // Charges the request that was read; the error ends the call.
+  absl::Status ChargeRequest() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  // Gives back the charge of the oldest request.
+  void FreeRequest() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+
   // Changes the state under the lock, then starts the operations that the new state allows: a read,
   // a write, or the end of the call.
   void Change(absl::FunctionRef<void()> change);
@@ -60,6 +69,7 @@ class ObserveCall final : public grpc::ServerBidiReactor<v1::ObserveRequest, v1:
 
   const grpc::CallbackServerContext* const context_;
   const Facilities* const facilities_;
+  CallTicket ticket_;
   RequestLog log_;
 
   // Set by the first request, before others are read.
@@ -74,6 +84,8 @@ class ObserveCall final : public grpc::ServerBidiReactor<v1::ObserveRequest, v1:
   v1::ObserveResponse next_ ABSL_GUARDED_BY(mutex_);  // acknowledgements for the next write
   bool has_next_ ABSL_GUARDED_BY(mutex_) = false;
   int in_flight_ ABSL_GUARDED_BY(mutex_) = 0;  // number of requests that are not answered yet
+  std::deque<int64_t> request_bytes_ ABSL_GUARDED_BY(mutex_);  // of these
+  int64_t unanswered_bytes_ ABSL_GUARDED_BY(mutex_) = 0;       // their sum
   bool opened_ ABSL_GUARDED_BY(mutex_) = false;
   bool reading_ ABSL_GUARDED_BY(mutex_) = true;
   bool taking_ ABSL_GUARDED_BY(mutex_) = false;  // a worker has a request

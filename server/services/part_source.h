@@ -17,15 +17,17 @@ namespace hypermap::server {
 
 // Turns the parts of an answer into messages: each part into one message, or several if its objects
 // are large. A layer without matches becomes one empty part; other empty parts are left out. If the
-// scope has no layers, one message contains the revision only.
+// scope has no layers, one message contains only the revision and the incarnation.
 template <typename Response>
 class PartSource : public MessageSource<Response> {
  public:
   using Step = typename MessageSource<Response>::Step;
 
-  PartSource(std::unique_ptr<PartReader> reader, Revision revision, const Limits& limits)
+  PartSource(std::unique_ptr<PartReader> reader, Revision revision, uint64_t incarnation,
+             const Limits& limits)
       : reader_(std::move(reader)),
         revision_(revision),
+        incarnation_(incarnation),
         chunk_items_(limits.chunk_items),
         max_chunk_bytes_(limits.max_chunk_bytes) {}
 
@@ -55,6 +57,7 @@ class PartSource : public MessageSource<Response> {
  private:
   void TellRevision(Response* message) {
     message->set_revision(revision_);
+    message->set_incarnation(incarnation_);
     told_revision_ = true;
   }
 
@@ -71,6 +74,7 @@ class PartSource : public MessageSource<Response> {
 
   const std::unique_ptr<PartReader> reader_;
   const Revision revision_;
+  const uint64_t incarnation_;
   const int chunk_items_;
   const int64_t max_chunk_bytes_;
   std::optional<LayerPart> part_;  // the part that is being encoded

@@ -52,7 +52,8 @@ std::vector<std::pair<std::string, int>> Sent(std::vector<LayerPart> parts,
                                               int64_t max_chunk_bytes = 1 << 20) {
   Limits limits;
   limits.max_chunk_bytes = max_chunk_bytes;
-  Source source(std::make_unique<ListedParts>(std::move(parts)), /*revision=*/7, limits);
+  Source source(std::make_unique<ListedParts>(std::move(parts)), /*revision=*/7, /*incarnation=*/11,
+                limits);
   std::vector<std::pair<std::string, int>> sent;
   while (true) {
     v1::QueryAreaResponse message;
@@ -63,6 +64,7 @@ std::vector<std::pair<std::string, int>> Sent(std::vector<LayerPart> parts,
     v1::QueryAreaResponse received;
     EXPECT_TRUE(received.ParseFromString(message.SerializeAsString()));
     EXPECT_EQ(received.revision(), 7);
+    EXPECT_EQ(received.incarnation(), 11);
     sent.emplace_back(received.part().layer(), received.part().objects_size());
   }
 }

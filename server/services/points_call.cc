@@ -9,7 +9,6 @@
 #include "server/rpc/wanted.h"
 #include "wire/answer.h"
 #include "wire/scope.h"
-#include "wire/status.h"
 
 namespace hypermap::server {
 namespace {
@@ -41,11 +40,19 @@ void OpenPointsCalls::Stop() {
   for (PointsCall* call : calls_) call->End(Stopping());
 }
 
-PointsCall::PointsCall(const grpc::CallbackServerContext* context, const Facilities* facilities,
+PointsCall::PointsCall(grpc::CallbackServerContext* context, const Facilities* facilities,
                        OpenPointsCalls* calls)
-    : context_(context), facilities_(facilities), calls_(calls), log_(*context, "QueryPoints", "") {
+    : context_(context),
+      facilities_(facilities),
+      calls_(calls),
+      ticket_(facilities->budgets, context),
+      log_(*context, "QueryPoints", "") {
   StartRead(&read_);
-  if (!calls->Add(this)) End(Stopping());
+  if (!ticket_.admitted().ok()) {
+    End(ticket_.admitted());
+  } else if (!calls->Add(this)) {
+    End(Stopping());
+  }
 }
 
 void PointsCall::OnReadDone(bool ok) {
@@ -122,7 +129,7 @@ void PointsCall::Go(Step step) {
   }
   log_.Finished(status, num_answered_);
   // gRPC may call OnDone, which deletes this, at any time from here on.
-  Finish(wire::EncodeStatus(status));
+  Finish(ticket_.Encode(status));
 }
 
 PointsCall::Step PointsCall::EndBatch(const absl::Status& status) {
@@ -169,8 +176,9 @@ absl::Status PointsCall::Open() {
   }
   const v1::QueryPointsOpening& opening = batch_.opening();
   HYPERMAP_ASSIGN_OR_RETURN(AsOf as_of, wire::DecodeAsOf(opening.as_of()));
-  map_ = opening.scope().map();
-  log_.set_map(map_);
+  map_.set_map(opening.scope().map());
+  map_.set_incarnation(opening.scope().incarnation());
+  log_.set_map(map_.map());
   scope_ = wire::DecodeScope(opening.scope());
   tolerance_m_ = opening.tolerance_m();
   as_of_ = as_of;
@@ -187,6 +195,7 @@ absl::Status PointsCall::AskPoints() {
                             asker_->ContentAtEach(points_));
   response_.Clear();
   response_.set_revision(asker_->snapshot().revision);
+  response_.set_incarnation(incarnation_);
   wire::EncodePointsContent(contents, &labels_, &response_);
   num_answered_ += static_cast<int64_t>(points_.size());
   return absl::OkStatus();
@@ -197,8 +206,12 @@ absl::Status PointsCall::Pin() {
   HYPERMAP_ASSIGN_OR_RETURN(const std::shared_ptr<MapSession> session, FindMap(*facilities_, map_));
   HYPERMAP_ASSIGN_OR_RETURN(const AskedRevision asked, AskedRevision::Find(*session, as_of_));
   // A past time is resolved once: all batches of the stream are answered from the same revision.
-  if (as_of_.is_past()) as_of_ = {.revision = asked.revision()};
+  if (as_of_.is_past()) {
+    as_of_ = {.revision = asked.revision()};
+    map_.set_incarnation(asked.incarnation());
+  }
   as_of_.min_revision = 0;
+  incarnation_ = asked.incarnation();
   HYPERMAP_ASSIGN_OR_RETURN(SnapshotPtr snapshot, asked.ForPoints(scope_, points_, tolerance_m_));
   if (asker_ && &asker_->snapshot() == snapshot.get()) return absl::OkStatus();
   HYPERMAP_ASSIGN_OR_RETURN(PointsAsker asker,

@@ -18,6 +18,7 @@
 #include "hypermap/v1/query_service.pb.h"
 #include "map/query/as_of.h"
 #include "map/query/query.h"
+#include "server/rpc/call_ticket.h"
 #include "server/rpc/facilities.h"
 #include "server/rpc/request_log.h"
 #include "server/rpc/revision_wait.h"
@@ -50,7 +51,7 @@ class PointsCall final
     : public grpc::ServerBidiReactor<v1::QueryPointsRequest, v1::QueryPointsResponse> {
  public:
   // `facilities` and `calls` must outlive this; the context lives until OnDone.
-  PointsCall(const grpc::CallbackServerContext* context, const Facilities* facilities,
+  PointsCall(grpc::CallbackServerContext* context, const Facilities* facilities,
              OpenPointsCalls* calls);
 
   void OnReadDone(bool ok) override;
@@ -87,6 +88,7 @@ class PointsCall final
   const grpc::CallbackServerContext* const context_;
   const Facilities* const facilities_;
   OpenPointsCalls* const calls_;
+  CallTicket ticket_;
   RequestLog log_;
   RevisionWait wait_;
 
@@ -96,12 +98,13 @@ class PointsCall final
   v1::QueryPointsRequest batch_;
   v1::QueryPointsResponse response_;
   bool opened_ = false;
-  std::string map_;
+  v1::Scope map_;  // the map and the incarnation that the opening names
   Scope scope_;
   double tolerance_m_ = 0.0;
   AsOf as_of_;
   std::vector<Point> points_;
   std::optional<PointsAsker> asker_;
+  uint64_t incarnation_ = 0;  // of the map that asker_ asks
   wire::ToldLabels labels_;
   int64_t num_answered_ = 0;
 

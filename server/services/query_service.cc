@@ -60,7 +60,7 @@ QueryService::QueryService(const Facilities& facilities) : facilities_(facilitie
 template <typename Request>
 absl::StatusOr<AskedRevision> QueryService::Pin(const Request& request) const {
   HYPERMAP_ASSIGN_OR_RETURN(const std::shared_ptr<MapSession> session,
-                            FindMap(facilities_, request.scope().map()));
+                            FindMap(facilities_, request.scope()));
   HYPERMAP_ASSIGN_OR_RETURN(const AsOf as_of, wire::DecodeAsOf(request.as_of()));
   return AskedRevision::Find(*session, as_of);
 }
@@ -71,9 +71,14 @@ grpc::ServerUnaryReactor* QueryService::AnswerUnary(grpc::CallbackServerContext*
                                                     Response* response,
                                                     Answer<Request, Response> answer) const {
   auto* const reactor = new WaitingReactor();
-  auto call = std::make_shared<UnaryCall>(context, reactor, rpc, request->scope().map());
+  auto call = std::make_shared<UnaryCall>(facilities_.budgets, context, reactor, rpc,
+                                          request->scope().map());
+  if (!call->admitted().ok()) {
+    call->Finish(call->admitted());
+    return reactor;
+  }
   reactor->wait().Start(
-      facilities_, request->scope().map(), request->as_of().min_revision(),
+      facilities_, request->scope(), request->as_of().min_revision(),
       [this, call = std::move(call), request, response, answer] {
         AnswerOn(&facilities_.workers->questions, call,
                  [this, request, response, answer] { return (this->*answer)(*request, response); });
@@ -86,7 +91,11 @@ grpc::ServerUnaryReactor* QueryService::AnswerAtOnce(grpc::CallbackServerContext
                                                      absl::string_view rpc, const Request* request,
                                                      Response* response,
                                                      Answer<Request, Response> answer) const {
-  UnaryCall call(context, rpc, request->scope().map());
+  UnaryCall call(facilities_.budgets, context, rpc, request->scope().map());
+  if (!call.admitted().ok()) {
+    call.Finish(call.admitted());
+    return call.reactor();
+  }
   const absl::StatusOr<int64_t> items = (this->*answer)(*request, response);
   call.Finish(items.status(), items.value_or(0));
   return call.reactor();
@@ -101,8 +110,7 @@ grpc::ServerWriteReactor<grpc::ByteBuffer>* QueryService::Begin(
   } else {
     answer->BeginAfter(
         [this, &request](RevisionWait& wait, auto done) {
-          wait.Start(facilities_, request.scope().map(), request.as_of().min_revision(),
-                     std::move(done));
+          wait.Start(facilities_, request.scope(), request.as_of().min_revision(), std::move(done));
         },
         NumVertices(request.area()) > kFewVertices);
   }
@@ -136,6 +144,7 @@ absl::StatusOr<int64_t> QueryService::AnswerPoint(const v1::QueryPointRequest& r
 
   response->set_map(request.scope().map());
   response->set_revision(asked.revision());
+  response->set_incarnation(asked.incarnation());
   response->set_frame_id(frame);
   wire::EncodePoint(point, response->mutable_point());
   return response->layers_size();
@@ -144,7 +153,7 @@ absl::StatusOr<int64_t> QueryService::AnswerPoint(const v1::QueryPointRequest& r
 grpc::ServerWriteReactor<grpc::ByteBuffer>* QueryService::QueryArea(
     grpc::CallbackServerContext* context, const grpc::ByteBuffer* request) {
   return Begin(new StreamedAnswer<v1::QueryAreaRequest, v1::QueryAreaResponse>(
-      context, "QueryArea", *request, &facilities_.workers->questions,
+      facilities_.budgets, context, "QueryArea", *request, &facilities_.workers->questions,
       &facilities_.workers->long_questions,
       [this](const v1::QueryAreaRequest& asked) { return OpenArea(asked); }));
 }
@@ -160,14 +169,14 @@ absl::StatusOr<std::unique_ptr<MessageSource<v1::QueryAreaResponse>>> QueryServi
   HYPERMAP_ASSIGN_OR_RETURN(SnapshotPtr snapshot, asked.ForArea(scope, area));
   HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<PartReader> reader,
                             ContentIn(std::move(snapshot), scope, *std::move(area)));
-  return std::make_unique<PartSource<v1::QueryAreaResponse>>(std::move(reader), asked.revision(),
-                                                             facilities_.limits);
+  return std::make_unique<PartSource<v1::QueryAreaResponse>>(
+      std::move(reader), asked.revision(), asked.incarnation(), facilities_.limits);
 }
 
 grpc::ServerWriteReactor<grpc::ByteBuffer>* QueryService::QueryValue(
     grpc::CallbackServerContext* context, const grpc::ByteBuffer* request) {
   return Begin(new StreamedAnswer<v1::QueryValueRequest, v1::QueryValueResponse>(
-      context, "QueryValue", *request, &facilities_.workers->questions,
+      facilities_.budgets, context, "QueryValue", *request, &facilities_.workers->questions,
       &facilities_.workers->long_questions,
       [this](const v1::QueryValueRequest& asked) { return OpenValue(asked); }));
 }
@@ -186,8 +195,8 @@ absl::StatusOr<std::unique_ptr<MessageSource<v1::QueryValueResponse>>> QueryServ
   HYPERMAP_ASSIGN_OR_RETURN(SnapshotPtr snapshot, asked.ForArea(scope, area));
   HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<PartReader> reader,
                             Search(std::move(snapshot), scope, std::move(value), std::move(area)));
-  return std::make_unique<PartSource<v1::QueryValueResponse>>(std::move(reader), asked.revision(),
-                                                              facilities_.limits);
+  return std::make_unique<PartSource<v1::QueryValueResponse>>(
+      std::move(reader), asked.revision(), asked.incarnation(), facilities_.limits);
 }
 
 grpc::ServerUnaryReactor* QueryService::QueryNearest(grpc::CallbackServerContext* context,
@@ -201,8 +210,7 @@ grpc::ServerUnaryReactor* QueryService::QueryNearest(grpc::CallbackServerContext
 }
 
 bool QueryService::AsksObjectsOnly(const v1::QueryNearestRequest& request) const {
-  const absl::StatusOr<std::shared_ptr<MapSession>> session =
-      FindMap(facilities_, request.scope().map());
+  const absl::StatusOr<std::shared_ptr<MapSession>> session = FindMap(facilities_, request.scope());
   if (!session.ok()) return true;  // The answer will be an error, which is short.
   const SnapshotPtr snapshot = (*session)->snapshot();
   const auto holds_objects = [](const Layer* layer) {
@@ -233,6 +241,7 @@ absl::StatusOr<int64_t> QueryService::AnswerNearest(const v1::QueryNearestReques
 
   response->set_map(request.scope().map());
   response->set_revision(asked.revision());
+  response->set_incarnation(asked.incarnation());
   response->set_frame_id(frame);
   wire::EncodeNearestAnswer(answer, response);
   return static_cast<int64_t>(answer.entries.size());

@@ -20,11 +20,12 @@ absl::Status ValidateFileName(const std::string& name) {
 }  // namespace
 
 UploadedFiles::UploadedFiles(const Facilities& facilities, absl::string_view client)
-    : facilities_(facilities), charge_(facilities.scratch_bytes, admission::HostOfPeer(client)) {}
+    : facilities_(facilities),
+      charge_(&facilities.budgets->scratch_bytes, admission::HostOfPeer(client)) {}
 
 absl::Status UploadedFiles::Append(const std::string& file_name, const std::string& piece) {
   const auto size = static_cast<int64_t>(piece.size());
-  if (charge_.bytes() + size > facilities_.limits.max_import_bytes) {
+  if (charge_.amount() + size > facilities_.limits.max_import_bytes) {
     return absl::ResourceExhaustedError(absl::StrCat(
         "the files are larger than --max_import_bytes, ", facilities_.limits.max_import_bytes));
   }

@@ -11,7 +11,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
-#include "base/admission/byte_budget.h"
+#include "base/admission/budget.h"
 #include "server/rpc/facilities.h"
 #include "server/rpc/scratch_file.h"
 #include "storage/interchange/imported_map.h"
@@ -30,6 +30,9 @@ class UploadedFiles {
   // FixedLimits::kMaxImportFiles or --max_scratch_bytes, or if the disk is full.
   absl::Status Append(const std::string& file_name, const std::string& piece);
 
+  // Bytes of all files.
+  int64_t bytes() const { return charge_.amount(); }
+
   // Reads all files into memory. UNAVAILABLE if one can't be read back.
   absl::StatusOr<std::vector<storage::NamedFile>> Read();
 
@@ -43,7 +46,7 @@ class UploadedFiles {
   absl::Status Open(const std::string& file_name);
 
   const Facilities& facilities_;
-  admission::ByteBudget::Charge charge_;
+  admission::Budget::Charge charge_;
   std::vector<File> files_;
   std::ofstream last_;  // the file to which pieces are appended
 };

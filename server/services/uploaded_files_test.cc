@@ -16,12 +16,16 @@ using ::testing::IsEmpty;
 
 class UploadedFilesTest : public ::testing::Test {
  protected:
-  UploadedFilesTest() : facilities_{nullptr, {}, nullptr, folder_.path(), &budget_} {
+  UploadedFilesTest() : facilities_{nullptr, {}, nullptr, folder_.path(), &budgets_} {
     facilities_.limits.max_import_bytes = 60;
   }
 
   hypermap::testing::TemporaryFolder folder_;
-  admission::ByteBudget budget_{"max_scratch_bytes", 200};
+  Budgets budgets_{[] {
+    Limits limits;
+    limits.max_scratch_bytes = 200;
+    return limits;
+  }()};
   Facilities facilities_;
 };
 
@@ -39,10 +43,10 @@ TEST_F(UploadedFilesTest, PiecesAreReadBackAsFilesAndRemovedAtTheEnd) {
   EXPECT_EQ((*read)[0].data, "image: map.png");
   EXPECT_EQ((*read)[1].data, binary);
   EXPECT_EQ((*read)[2].data, "");
-  EXPECT_EQ(budget_.used_bytes(), 17);
+  EXPECT_EQ(budgets_.scratch_bytes.used(), 17);
   files.reset();
   EXPECT_THAT(folder_.Names(), IsEmpty());
-  EXPECT_EQ(budget_.used_bytes(), 0);
+  EXPECT_EQ(budgets_.scratch_bytes.used(), 0);
 }
 
 TEST_F(UploadedFilesTest, B6UploadsTogetherStayBelowTheBudgetForScratchFiles) {

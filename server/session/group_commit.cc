@@ -5,12 +5,24 @@
 #include <utility>
 
 #include "absl/strings/str_join.h"
+#include "base/cancellation/cancellation.h"
 #include "base/limits/limits.h"
 #include "base/status/status_macros.h"
 #include "map/edits/byte_size.h"
 #include "map/edits/snapshot_editor.h"
+#include "server/session/same_request.h"
 
 namespace hypermap::server {
+namespace {
+
+// The answer to a request whose id has a receipt already.
+absl::StatusOr<storage::Receipt> AnswerAgain(const storage::Receipt& receipt,
+                                             const std::string& request_digest) {
+  HYPERMAP_RETURN_IF_ERROR(CheckSameRequest(receipt, request_digest));
+  return receipt;
+}
+
+}  // namespace
 
 GroupCommit::GroupCommit(storage::StoredMap* stored, MapFusion* fusion, SnapshotPtr base,
                          const Limits& limits)
@@ -20,6 +32,8 @@ absl::StatusOr<GroupCommit::Step> GroupCommit::Edit(const EditBatch& batch) {
   HYPERMAP_ASSIGN_OR_RETURN(AppliedBatch applied, Apply(*tip_, batch, limits_));
   HYPERMAP_ASSIGN_OR_RETURN(FusionReaction reaction, fusion_->React(*tip_, batch, applied));
   if (reaction.parts.empty()) return Step{std::move(applied), {}};
+  // The fused layers have taken account of the batch: giving it up would cost the whole group.
+  const ScopedCancellation to_the_end(nullptr);
   return CarryOut(batch, std::move(reaction));
 }
 
@@ -34,8 +48,7 @@ absl::StatusOr<GroupCommit::Step> GroupCommit::CarryOut(EditBatch batch, FusionR
   } else {
     absl::StatusOr<AppliedBatch> applied = ApplyExtended(*tip_, batch, limits_);
     if (!applied.ok()) {
-      // The fused layers have already taken account of edits that are not made: they must be reset.
-      fusion_->Break(applied.status());
+      fusion_->GiveUp(applied.status());
       return applied.status();
     }
     step.applied = *std::move(applied);
@@ -51,14 +64,16 @@ void GroupCommit::Add(Submission submission, absl::Time time, ReceiptCallback do
   // The batch must see the objects of observations that came before it.
   EndRun();
   submission.batch.time = time;
-  AddGuarded(submission.author, submission.request_id, time, std::move(done),
-             [&] { return Edit(submission.batch); });
+  const ScopedCancellation here(submission.cancellation.get());
+  AddGuarded({submission.author, submission.request_id, submission.request_digest}, time,
+             std::move(done), [&] { return Edit(submission.batch); });
 }
 
 void GroupCommit::Add(FusionSubmission submission, absl::Time time, ReceiptCallback done) {
   EndRun();
-  AddGuarded(submission.author, submission.request_id, time, std::move(done),
-             [&]() -> absl::StatusOr<Step> {
+  const ScopedCancellation here(submission.cancellation.get());
+  AddGuarded({submission.author, submission.request_id, submission.request_digest}, time,
+             std::move(done), [&]() -> absl::StatusOr<Step> {
                HYPERMAP_ASSIGN_OR_RETURN(FusionReaction reaction,
                                          fusion_->Run(*tip_, submission.command));
                return CarryOut({}, std::move(reaction));
@@ -88,7 +103,7 @@ void GroupCommit::EndRun() {
   if (!reaction.ok()) return;
   absl::StatusOr<Step> step = CarryOut({}, *std::move(reaction));
   if (!step.ok()) return;
-  Commit(*std::move(step), absl::StrJoin(run.authors, ", "), run.time, "");
+  Commit(*std::move(step), {absl::StrJoin(run.authors, ", "), "", ""}, run.time);
   for (size_t i = run.first_pending; i < pending_.size(); ++i) {
     auto& pending = std::get<PendingVerdicts>(pending_[i]);
     if (!pending.answer.ok()) continue;
@@ -98,45 +113,50 @@ void GroupCommit::EndRun() {
   }
 }
 
-void GroupCommit::AddGuarded(const std::string& author, const std::string& request_id,
-                             absl::Time time, ReceiptCallback done, JudgeFunction judge) {
-  if (!request_id.empty()) {
-    absl::StatusOr<std::optional<storage::Receipt>> earlier = stored_->FindReceipt(request_id);
+void GroupCommit::AddGuarded(const Origin& origin, absl::Time time, ReceiptCallback done,
+                             JudgeFunction judge) {
+  if (absl::Status wanted = CheckCancelled(); !wanted.ok()) {
+    pending_.push_back(PendingReceipt{std::move(done), std::move(wanted), false});
+    return;
+  }
+  if (!origin.request_id.empty()) {
+    absl::StatusOr<std::optional<storage::Receipt>> earlier =
+        stored_->FindReceipt(origin.request_id);
     if (!earlier.ok()) {
       pending_.push_back(PendingReceipt{std::move(done), earlier.status(), false});
       return;
     }
     if (*earlier) {
-      pending_.push_back(PendingReceipt{std::move(done), **std::move(earlier), false});
+      pending_.push_back(
+          PendingReceipt{std::move(done), AnswerAgain(**earlier, origin.request_digest), false});
       return;
     }
   }
-  absl::StatusOr<storage::Receipt> answer = Judge(author, request_id, time, judge);
+  absl::StatusOr<storage::Receipt> answer = Judge(origin, time, judge);
   pending_.push_back(PendingReceipt{std::move(done), std::move(answer), !commits_.empty()});
 }
 
-absl::StatusOr<storage::Receipt> GroupCommit::Judge(const std::string& author,
-                                                    const std::string& request_id, absl::Time time,
+absl::StatusOr<storage::Receipt> GroupCommit::Judge(const Origin& origin, absl::Time time,
                                                     JudgeFunction judge) {
-  if (!request_id.empty()) {
-    const auto same = by_request_id_.find(request_id);
-    if (same != by_request_id_.end()) return same->second;
+  if (!origin.request_id.empty()) {
+    const auto same = by_request_id_.find(origin.request_id);
+    if (same != by_request_id_.end()) return AnswerAgain(same->second, origin.request_digest);
   }
   HYPERMAP_ASSIGN_OR_RETURN(Step step, judge());
   // There was nothing to do: no revision is made and no receipt is stored.
-  if (!step.applied.snapshot) return storage::Receipt{request_id, tip_->revision, {}};
-  storage::Receipt receipt{request_id, step.applied.snapshot->revision, step.applied.object_ids};
+  if (!step.applied.snapshot) return storage::Receipt{origin.request_id, tip_->revision, {}, ""};
+  storage::Receipt receipt{origin.request_id, step.applied.snapshot->revision,
+                           step.applied.object_ids, origin.request_digest};
   if (!receipt.request_id.empty()) by_request_id_.emplace(receipt.request_id, receipt);
-  Commit(std::move(step), author, time, request_id);
+  Commit(std::move(step), origin, time);
   return receipt;
 }
 
-void GroupCommit::Commit(Step step, const std::string& author, absl::Time time,
-                         const std::string& request_id) {
+void GroupCommit::Commit(Step step, const Origin& origin, absl::Time time) {
   tip_ = step.applied.snapshot;
   for (const Change& change : step.applied.changes) bytes_ += ByteSize(change);
-  commits_.push_back(
-      {std::move(step.applied), author, time, request_id, std::move(step.fusion_changes)});
+  commits_.push_back({std::move(step.applied), origin.author, time, origin.request_id,
+                      origin.request_digest, std::move(step.fusion_changes)});
 }
 
 absl::Status GroupCommit::WriteCommits() {

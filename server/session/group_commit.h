@@ -3,6 +3,7 @@
 #define HYPERMAP_SERVER_SESSION_GROUP_COMMIT_H_
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <set>
 #include <string>
@@ -15,6 +16,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/time/time.h"
+#include "base/cancellation/cancellation.h"
 #include "base/limits/limits.h"
 #include "map/edits/apply.h"
 #include "server/fusion/map_fusion.h"
@@ -29,6 +31,12 @@ struct Submission {
   std::string author;
   // Recognises a retry. Empty: a retry is carried out again.
   std::string request_id;
+  // Of everything that the request asks, so that another request with the same id is not taken for
+  // a retry.
+  std::string request_digest = {};
+  // Tells whether the caller still waits; null if it doesn't matter. Used until the batch is
+  // applied, and not after the callback is called.
+  std::shared_ptr<Cancellation> cancellation = nullptr;
 };
 
 struct FusionSubmission {
@@ -36,6 +44,8 @@ struct FusionSubmission {
   std::string author;
   // As in Submission.
   std::string request_id;
+  std::string request_digest = {};
+  std::shared_ptr<Cancellation> cancellation = nullptr;
 };
 
 struct ObservationSubmission {
@@ -52,9 +62,10 @@ using VerdictsCallback =
 // Applies submissions one after another, each to the map that the ones before it have made, writes
 // all of them in one transaction, then answers. A batch that fails changes nothing and does not
 // affect the others. A request that is already in the group or in the store gets the earlier one's
-// receipt. Consecutive observations of one layer become one revision, so that late ones cost one
-// fold of the log together instead of one each. Not thread safe. Use: Add..., Write, TakeCommits
-// and publish snapshot(), Answer.
+// receipt; another request with its id is INVALID_ARGUMENT. Consecutive observations of one layer
+// become one revision, so that late ones cost one fold of the log together instead of one each. A
+// submission whose caller has gone before it is applied changes nothing. Not thread safe. Use:
+// Add..., Write, TakeCommits and publish snapshot(), Answer.
 class GroupCommit {
  public:
   // `stored` and `fusion` must outlive this, and be at the revision of `base`.
@@ -101,6 +112,13 @@ class GroupCommit {
     size_t first_pending;  // index in pending_ of the first
   };
 
+  // The part of a submission that does not say what is to be done.
+  struct Origin {
+    std::string author;
+    std::string request_id;
+    std::string request_digest;
+  };
+
   // The next revision, not committed yet. Without a snapshot there was nothing to do.
   struct Step {
     AppliedBatch applied;
@@ -115,13 +133,12 @@ class GroupCommit {
   // Makes a request's revision from tip_.
   using JudgeFunction = absl::FunctionRef<absl::StatusOr<Step>()>;
   // Answers with the request's earlier receipt, or carries it out.
-  void AddGuarded(const std::string& author, const std::string& request_id, absl::Time time,
-                  ReceiptCallback done, JudgeFunction judge);
-  absl::StatusOr<storage::Receipt> Judge(const std::string& author, const std::string& request_id,
-                                         absl::Time time, JudgeFunction judge);
+  void AddGuarded(const Origin& origin, absl::Time time, ReceiptCallback done, JudgeFunction judge);
+  absl::StatusOr<storage::Receipt> Judge(const Origin& origin, absl::Time time,
+                                         JudgeFunction judge);
   // Folds the observations of run_ as one revision.
   void EndRun();
-  void Commit(Step step, const std::string& author, absl::Time time, const std::string& request_id);
+  void Commit(Step step, const Origin& origin, absl::Time time);
   absl::Status WriteCommits();
 
   storage::StoredMap* const stored_;

@@ -7,6 +7,8 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/admission/refusals.h"
+#include "base/cancellation/cancellation.h"
 #include "base/status/status_macros.h"
 #include "base/sync/start_thread.h"
 #include "server/session/submission_size.h"
@@ -47,6 +49,9 @@ SessionOptions WithClockOfFusion(SessionOptions options) {
 
 absl::StatusOr<std::unique_ptr<MapSession>> MapSession::Start(
     std::unique_ptr<storage::StoredMap> stored, const SessionOptions& options) {
+  for (const std::string& note : stored->opening_notes()) {
+    spdlog::warn("map was not found as it was left map={} note={}", stored->header().name, note);
+  }
   HYPERMAP_ASSIGN_OR_RETURN(SnapshotPtr snapshot, stored->Load());
   HYPERMAP_ASSIGN_OR_RETURN(std::vector<storage::TimeMark> marks, stored->TimeMarks());
   HYPERMAP_ASSIGN_OR_RETURN(const absl::Time newest_commit,
@@ -77,6 +82,19 @@ MapSession::MapSession(std::unique_ptr<storage::StoredMap> stored, SnapshotPtr s
 
 MapSession::~MapSession() { Close(); }
 
+absl::Status MapSession::CheckIncarnation(uint64_t expected) const {
+  if (expected == 0 || expected == header_.incarnation) return absl::OkStatus();
+  return absl::AbortedError(
+      absl::StrCat("map \"", header_.name, "\" is another incarnation (", header_.incarnation,
+                   ") than the request expects (", expected,
+                   "): it was restored, replaced or made anew, and its revisions are others"));
+}
+
+absl::Status MapSession::problem() const {
+  MutexLock lock(&queue_mutex_);
+  return problem_;
+}
+
 SnapshotPtr MapSession::snapshot() const {
   MutexLock lock(&snapshot_mutex_);
   return snapshot_;
@@ -85,15 +103,16 @@ SnapshotPtr MapSession::snapshot() const {
 absl::Status MapSession::CheckAccepts(size_t queued, int64_t bytes) const {
   if (closing_)
     return absl::UnavailableError(absl::StrCat("map \"", header_.name, "\" is closing"));
+  HYPERMAP_RETURN_IF_ERROR(problem_);
   if (queued >= static_cast<size_t>(options_.limits.max_queue)) {
-    return absl::ResourceExhaustedError(absl::StrCat("map \"", header_.name, "\" has ", queued,
-                                                     " requests waiting, --max_queue is ",
-                                                     options_.limits.max_queue));
+    return admission::TryLater(absl::StrCat("map \"", header_.name, "\" has ", queued,
+                                            " requests waiting, --max_queue is ",
+                                            options_.limits.max_queue));
   }
   const bool fits =
       bytes == 0 || queue_.bytes == 0 || queue_.bytes + bytes <= options_.limits.max_queue_bytes;
   if (fits) return absl::OkStatus();
-  return absl::ResourceExhaustedError(absl::StrCat(
+  return admission::TryLater(absl::StrCat(
       "map \"", header_.name, "\" has requests of ", queue_.bytes, " bytes waiting, one of ", bytes,
       " bytes is too many, --max_queue_bytes is ", options_.limits.max_queue_bytes));
 }
@@ -130,6 +149,9 @@ void MapSession::Observe(ObservationSubmission submission, VerdictsCallback done
 
 template <typename SubmissionType>
 absl::StatusOr<storage::Receipt> MapSession::EnqueueAndWait(SubmissionType submission) {
+  // The writer uses the caller's cancellation while the caller waits.
+  submission.cancellation =
+      std::shared_ptr<Cancellation>(std::shared_ptr<void>(), Cancellation::Current());
   // Shared with the callback, because this thread may go on before set_value has returned.
   auto promise = std::make_shared<std::promise<absl::StatusOr<storage::Receipt>>>();
   Enqueue<SubmissionType, ReceiptCallback>(std::move(submission),
@@ -154,7 +176,11 @@ absl::Status MapSession::RunOnWriter(absl::FunctionRef<absl::Status()> task) {
     // The caller holds what a task needs: its bytes do not wait in the queue.
     HYPERMAP_RETURN_IF_ERROR(CheckAccepts(queue_.tasks.size(), 0));
     // A FunctionRef is enough: the caller's function lives until this returns, after the run.
-    queue_.tasks.push_back([promise, task] { promise->set_value(task()); });
+    queue_.tasks.push_back([promise, task, caller = Cancellation::Current()] {
+      const ScopedCancellation here(caller);
+      absl::Status wanted = CheckCancelled();
+      promise->set_value(wanted.ok() ? task() : std::move(wanted));
+    });
     queue_changed_.NotifyOne();
   }
   return promise->get_future().get();
@@ -235,6 +261,7 @@ void MapSession::RunWriter() {
     for (Task& task : work->tasks) std::move(task)();
     MaintainMap();
   }
+  if (is_broken_) return;
   // So that the next start need not fold long logs again.
   fusion_->KeepCheckpoints();
   KeepMark(time_.MarkForRestart(snapshot()->revision, /*closing=*/true));
@@ -272,7 +299,7 @@ void MapSession::KeepMark(const std::optional<storage::TimeMark>& mark) {
 
 void MapSession::Commit(std::vector<QueuedSubmission> submissions) {
   for (size_t next = 0; next < submissions.size();) {
-    KeepMark(time_.MarkBeforeCommit(snapshot()->revision));
+    if (!is_broken_) KeepMark(time_.MarkBeforeCommit(snapshot()->revision));
     GroupCommit group(stored_.get(), fusion_.get(), snapshot(), options_.limits);
     while (next < submissions.size() && group.bytes() < options_.max_group_bytes) {
       std::visit(
@@ -287,7 +314,7 @@ void MapSession::Commit(std::vector<QueuedSubmission> submissions) {
 
 void MapSession::Finish(GroupCommit& group) {
   // The answers of the submissions contain the error.
-  group.Write().IgnoreError();
+  if (!group.Write().ok()) CheckFiles();
   {
     MutexLock lock(&snapshot_mutex_);
     snapshot_ = group.snapshot();
@@ -304,7 +331,22 @@ absl::Duration MapSession::UntilExpiry() const {
 }
 
 absl::Duration MapSession::UntilMaintenance() const {
+  if (is_broken_) return absl::InfiniteDuration();
   return std::min(UntilExpiry(), compaction_.next() - time_.Passed());
+}
+
+void MapSession::CheckFiles() {
+  if (is_broken_) return;
+  const absl::Status status = stored_->CheckFile();
+  if (!absl::IsDataLoss(status)) return;
+  is_broken_ = true;
+  spdlog::error("map is closed map={} problem={}", header_.name, status.ToString());
+  {
+    MutexLock lock(&queue_mutex_);
+    problem_ = status;
+  }
+  // Watches end; their clients are told the reason when they ask again.
+  feed_.Close();
 }
 
 void MapSession::MaintainMap() {
@@ -314,6 +356,8 @@ void MapSession::MaintainMap() {
     if (closing_) return;
     idle = queue_.submissions.empty();
   }
+  CheckFiles();
+  if (is_broken_) return;
   time_.ReadClocks();
   KeepMark(time_.MarkForRestart(snapshot()->revision, /*closing=*/false));
   if (UntilExpiry() <= absl::ZeroDuration()) RemoveExpired();

@@ -67,6 +67,14 @@ class MapSession {
   MapSession& operator=(const MapSession&) = delete;
 
   const storage::MapHeader& header() const { return header_; }
+  // Distinguishes the history of this map from all others, see v1::Map.incarnation. Never 0.
+  uint64_t incarnation() const { return header_.incarnation; }
+  // OK while the map works; DATA_LOSS with the reason once its files were found removed, replaced
+  // or changed by another program. The session then refuses all submissions with that reason, and
+  // its feed is closed.
+  absl::Status problem() const;
+  // ABORTED if the map is another incarnation than `expected`; 0 expects any.
+  absl::Status CheckIncarnation(uint64_t expected) const;
 
   // The newest published snapshot.
   SnapshotPtr snapshot() const;
@@ -87,7 +95,7 @@ class MapSession {
   // also as MapFusion::Admit.
   void Observe(ObservationSubmission submission, VerdictsCallback done);
 
-  // Submit and Run that wait for the answer.
+  // Submit and Run that wait for the answer, and use the cancellation of this thread.
   absl::StatusOr<storage::Receipt> SubmitAndWait(Submission submission);
   absl::StatusOr<storage::Receipt> RunAndWait(FusionSubmission submission);
 
@@ -96,6 +104,7 @@ class MapSession {
   absl::StatusOr<std::optional<storage::Receipt>> FindReceipt(const std::string& request_id);
 
   // Runs `task` with a fused layer on the writer's thread, between two groups, and waits for it.
+  // Like all tasks of the writer for which a caller waits, it has the caller's cancellation.
   // NOT_FOUND if there is no such layer, FAILED_PRECONDITION if it is not fused; errors as Submit.
   using FusionTask = absl::FunctionRef<absl::Status(FusedLayer&)>;
   absl::Status InspectFusion(const std::string& layer, FusionTask task);
@@ -164,6 +173,8 @@ class MapSession {
   // Stores the mark, if there is one. A failure is logged; the next commit needs another mark.
   void KeepMark(const std::optional<storage::TimeMark>& mark);
 
+  // Notices that the files of the map are no longer those that were opened, and ends its service.
+  void CheckFiles();
   // Maintenance between two groups: expiry, compaction and marks of time.
   void MaintainMap();
   // Time until the next maintenance; may be negative.
@@ -186,6 +197,7 @@ class MapSession {
   // Value of MapTime::Passed before which no expiry is tried, after a failure.
   absl::Duration expire_not_before_ = -absl::InfiniteDuration();
   int groups_since_compaction_ = 0;
+  bool is_broken_ = false;  // used by the writer's thread only: whether problem_ is set
 
   HistoryPool history_;
   Compaction compaction_;  // used by the writer's thread only
@@ -194,10 +206,11 @@ class MapSession {
   SnapshotPtr snapshot_ ABSL_GUARDED_BY(snapshot_mutex_);
   ChangeFeed feed_;
 
-  Mutex queue_mutex_;
+  mutable Mutex queue_mutex_;
   CondVar queue_changed_;
   Work queue_ ABSL_GUARDED_BY(queue_mutex_);
   bool closing_ ABSL_GUARDED_BY(queue_mutex_) = false;
+  absl::Status problem_ ABSL_GUARDED_BY(queue_mutex_);
   bool looks_at_clock_ ABSL_GUARDED_BY(queue_mutex_) = false;
 
   std::thread writer_;

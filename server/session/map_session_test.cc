@@ -13,6 +13,8 @@
 #include <thread>
 #include <vector>
 
+#include "base/cancellation/cancellation.h"
+#include "base/cancellation/testing/cancelled_after.h"
 #include "server/session/testing/memory_map_store.h"
 #include "tests/support/temporary_folder.h"
 
@@ -107,6 +109,41 @@ TEST_F(MapSessionTest, ReadersDoNotWaitForTheDiskAndSeeNothingUnwritten) {
   EXPECT_EQ(NumThings(), 1);
 }
 
+TEST_F(MapSessionTest, A4_BatchWhoseCallerHasGoneIsNotCarriedOut) {
+  auto held = HoldWriter();
+  bool is_gone = false;
+  int looks = 0;
+  Submission submission{PutCup(), "test", "r1"};
+  submission.cancellation = std::make_shared<Cancellation>(
+      [&] {
+        ++looks;
+        return is_gone ? absl::CancelledError("gone") : absl::OkStatus();
+      },
+      absl::ZeroDuration());
+  std::promise<Answer> answer;
+  session_->Submit(std::move(submission),
+                   [&answer](Answer receipt) { answer.set_value(std::move(receipt)); });
+  auto other = Submit(PutCup());
+  is_gone = true;
+  disk_.Release();
+  EXPECT_TRUE(absl::IsCancelled(answer.get_future().get().status()));
+  EXPECT_EQ(looks, 1);
+  EXPECT_EQ(held.get()->revision, 2);
+  EXPECT_EQ(other.get()->revision, 3);
+  EXPECT_EQ(NumThings(), 2);
+  // The request was not carried out, so that a retry is.
+  EXPECT_EQ(session_->SubmitAndWait({PutCup(), "test", "r1"})->revision, 4);
+}
+
+TEST_F(MapSessionTest, A4_CallsThatWaitForTheWriterUseTheirOwnCancellation) {
+  EXPECT_GT(TimesCancelled([&] {
+              return session_->SubmitAndWait({PutCup(), "test", ""}).status();
+            }),
+            1);
+  EXPECT_EQ(NumThings(), 1);
+  EXPECT_EQ(TimesCancelled([&] { return session_->FindReceipt("r1").status(); }), 1);
+}
+
 TEST_F(MapSessionTest, SnapshotHeldByAReaderStaysAsItWas) {
   const SnapshotPtr before = session_->snapshot();
   ASSERT_TRUE(session_->SubmitAndWait({PutCup(), "test", ""}).ok());
@@ -154,6 +191,53 @@ TEST_F(MapSessionTest, FailedWritePublishesNothingAndIsToldToAll) {
 
   disk_.FailWrites(absl::OkStatus());
   const Answer again = session_->SubmitAndWait({PutCup(), "test", "r1"});
+  ASSERT_TRUE(again.ok()) << again.status();
+  EXPECT_EQ(again->revision, 2);
+}
+
+TEST_F(MapSessionTest, C6AnotherRequestWithTheIdIsRefusedAlsoAfterARestart) {
+  const Answer first = session_->SubmitAndWait({PutCup(), "test", "r1", "one"});
+  ASSERT_TRUE(first.ok()) << first.status();
+  for (int i = 0; i < 2; ++i) {
+    const Answer other = session_->SubmitAndWait({CreateThings("more"), "test", "r1", "two"});
+    EXPECT_EQ(other.status(),
+              absl::InvalidArgumentError("request_id \"r1\" was used for another request, which "
+                                         "made revision 2; choose an id of its own for each "
+                                         "request"));
+    const Answer command = session_->RunAndWait(
+        FusionSubmission{RebuildFusion{"things", "", ""}, "test", "r1", "three"});
+    EXPECT_TRUE(absl::IsInvalidArgument(command.status())) << command.status();
+    const Answer again = session_->SubmitAndWait({PutCup(), "test", "r1", "one"});
+    ASSERT_TRUE(again.ok()) << again.status();
+    EXPECT_EQ(again->revision, first->revision);
+    EXPECT_EQ(session_->snapshot()->revision, 2);
+    Reopen();
+  }
+}
+
+TEST_F(MapSessionTest, C6AnotherRequestWithTheIdInTheSameGroupIsRefused) {
+  const auto submit = [this](const std::string& digest) {
+    auto promise = std::make_shared<std::promise<Answer>>();
+    session_->Submit({PutCup(), "test", "r1", digest},
+                     [promise](Answer answer) { promise->set_value(std::move(answer)); });
+    return promise->get_future();
+  };
+  auto held = HoldWriter();
+  auto one = submit("one");
+  auto other = submit("two");
+  auto again = submit("one");
+  disk_.Release();
+  EXPECT_TRUE(held.get().ok());
+  EXPECT_EQ(one.get()->revision, 3);
+  EXPECT_TRUE(absl::IsInvalidArgument(other.get().status()));
+  EXPECT_EQ(again.get()->revision, 3);
+  EXPECT_EQ(session_->snapshot()->revision, 3);
+}
+
+TEST_F(MapSessionTest, C6ReceiptWithoutADigestAnswersAnyRequestWithItsId) {
+  // As receipts of older versions.
+  ASSERT_TRUE(session_->SubmitAndWait({PutCup(), "test", "r1"}).ok());
+  const Answer again = session_->SubmitAndWait({PutCup(), "test", "r1", "one"});
   ASSERT_TRUE(again.ok()) << again.status();
   EXPECT_EQ(again->revision, 2);
 }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "base/cancellation/cancellation.h"
 #include "base/status/status_macros.h"
 
 namespace hypermap::server {
@@ -88,6 +89,7 @@ absl::Status FoldAll(MapSession& session, const std::string& layer,
     HYPERMAP_ASSIGN_OR_RETURN(const std::vector<Evidence> entries,
                               session.ReadEvidence(layer, at, kReadEntries));
     for (const Evidence& evidence : entries) {
+      HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
       fusion::FoldReport report;
       state = Fold(strategy, state, evidence, &report);
       histories->Add(evidence, report);
@@ -104,6 +106,7 @@ absl::StatusOr<ObjectHistory> ExplainObject(MapSession& session, const std::stri
                                             const std::function<absl::Status()>& check_wanted) {
   ObjectHistory history;
   history.map = session.header().name;
+  history.incarnation = session.incarnation();
   history.object_id = object_id;
   std::vector<fusion::TrackKey> tracks;
   absl::Status status = session.InspectFusion(layer, [&](FusedLayer& fused) {

@@ -10,6 +10,8 @@
 #include <vector>
 
 #include "absl/time/clock.h"
+#include "base/cancellation/cancellation.h"
+#include "base/cancellation/testing/cancelled_after.h"
 #include "map/layers/grid_layer.h"
 #include "map/layers/semantic_layer.h"
 #include "server/fusion/map_fusion.h"
@@ -477,6 +479,96 @@ TEST(MapFusionTest, RebuiltLayerIsAsIfFusedSoFromTheStartAndKeepsItsIds) {
   EXPECT_TRUE(absl::IsInvalidArgument(site.Run(RebuildFusion{"things", "none", ""}).status()));
   EXPECT_TRUE(absl::IsInvalidArgument(site.Run(RebuildFusion{"things", "", "{\"a\":1}"}).status()));
   ExpectShowsTheSame(site, other);
+}
+
+// A command is given up wherever its caller leaves, and then nothing has changed.
+void ExpectGivenUp(TestSite& site, const FusionCommand& command) {
+  const Revision before = site.snapshot()->revision;
+  const std::vector<SemanticObject> objects = ObjectsOf(*site.snapshot());
+  {
+    CancelledAfter cancelled(20);
+    EXPECT_TRUE(absl::IsCancelled(site.Run(command).status()));
+  }
+  EXPECT_EQ(site.snapshot()->revision, before);
+  EXPECT_EQ(ObjectsOf(*site.snapshot()), objects);
+  // The last run is not cancelled.
+  EXPECT_GT(TimesCancelled([&] { return site.Run(command).status(); }), 5);
+  EXPECT_EQ(site.snapshot()->revision, before + 1);
+}
+
+TEST(MapFusionTest, A5_RebuildThatIsGivenUpChangesNothing) {
+  TestSite site;
+  TestSite other;
+  site.Start("tally");
+  other.Start("other");
+  for (const Observation& observation : TwoRobots(60)) {
+    site.Observe(observation);
+    other.Observe(observation);
+  }
+  ExpectGivenUp(site, RebuildFusion{"things", "other", ""});
+  ExpectShowsTheSame(site, other);
+  site.Restart();
+  for (TestSite* s : {&site, &other}) s->Observe(See("a", 100, 30, {"cup"}));
+  ExpectShowsTheSame(site, other);
+}
+
+TEST(MapFusionTest, A5_RetractionThatIsGivenUpChangesNothing) {
+  TestSite site;
+  TestSite without;
+  for (TestSite* s : {&site, &without}) s->Start();
+  for (const Observation& observation : TwoRobots(60)) {
+    site.Observe(observation);
+    if (observation.robot != "b") without.Observe(observation);
+  }
+  ExpectGivenUp(site, RetractObservations{"things", "b"});
+  ExpectShowsTheSame(site, without);
+  site.Restart();
+  for (TestSite* s : {&site, &without}) s->Observe(See("a", 200, 40, {"cup"}));
+  ExpectShowsTheSame(site, without);
+}
+
+TEST(MapFusionTest, A5_GivenUpRebuildCostsTheRestOfItsGroupNothing) {
+  TestSite site;
+  site.Start();
+  for (const Observation& observation : TwoRobots(20)) site.Observe(observation);
+  // Both wait while the writer is held, so that they become one group.
+  site.disk().Hold();
+  auto held = site.Submit({See("c", 0, 5, {"lamp"})});
+  site.disk().AwaitHeldWrite();
+  auto before = site.Submit({See("c", 1, 6, {"lamp"})});
+  int64_t looks = 5;
+  FusionSubmission rebuild{RebuildFusion{"things", "other", ""}, "test", ""};
+  rebuild.cancellation = std::make_shared<Cancellation>(
+      [&looks] { return looks-- > 0 ? absl::OkStatus() : absl::CancelledError("gone"); },
+      absl::ZeroDuration());
+  std::promise<absl::Status> answer;
+  site.session().Run(std::move(rebuild), [&answer](absl::StatusOr<storage::Receipt> receipt) {
+    answer.set_value(receipt.status());
+  });
+  auto after = site.Submit({See("c", 2, 7, {"lamp"})});
+  site.disk().Release();
+  EXPECT_TRUE(absl::IsCancelled(answer.get_future().get()));
+  for (auto* verdicts : {&held, &before, &after}) {
+    const Verdicts got = verdicts->get();
+    ASSERT_TRUE(got.ok()) << got.status();
+    EXPECT_EQ(got->front().outcome, ObservationOutcome::kAccepted);
+  }
+  EXPECT_NE(site.Find("lamp"), nullptr);
+}
+
+TEST(MapFusionTest, A5_LoadingALayerIsGivenUpAndBeginsAnewForTheNext) {
+  TestSite site;
+  site.Start();
+  for (const Observation& observation : TwoRobots(40)) site.Observe(observation);
+  const ObjectId cup = site.Find("cup")->id;
+  const auto explain = [&site, cup] {
+    return ExplainObject(site.session(), "things", cup, [] { return absl::OkStatus(); });
+  };
+  const auto expected = explain();
+  ASSERT_TRUE(expected.ok()) << expected.status();
+  site.Restart();
+  EXPECT_GT(TimesCancelled([&] { return explain().status(); }), 5);
+  EXPECT_EQ(explain()->events.size(), expected->events.size());
 }
 
 SemanticObject Box(ObjectId id, const std::string& label, double x) {

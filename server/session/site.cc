@@ -5,14 +5,42 @@
 
 #include "absl/cleanup/cleanup.h"
 #include "absl/strings/str_cat.h"
+#include "base/cancellation/cancellation.h"
 #include "base/status/status_macros.h"
 #include "map/layers/layer_spec.h"
+#include "server/session/same_request.h"
 
 namespace hypermap::server {
 namespace {
 
 absl::Status OfMap(const std::string& map, const absl::Status& status) {
   return absl::Status(status.code(), absl::StrCat("map \"", map, "\": ", status.message()));
+}
+
+// As MapSession::CheckIncarnation. The incarnation of a map that can't be opened is not known.
+absl::Status CheckIncarnation(const Site::Entry& entry, uint64_t expected) {
+  if (entry.session) return entry.session->CheckIncarnation(expected);
+  if (expected == 0) return absl::OkStatus();
+  return absl::AbortedError(absl::StrCat("map \"", entry.name,
+                                         "\" can't be opened, so it is not known whether it is the "
+                                         "incarnation that the request expects (",
+                                         expected, "): ", entry.problem.message()));
+}
+
+absl::Status CheckSameFrame(const storage::MapHeader& made, const std::string& frame_id) {
+  if (made.frame_id == frame_id) return absl::OkStatus();
+  return absl::InvalidArgumentError(absl::StrCat(
+      "request_id \"", made.request_id, "\" was used for another request, which created map \"",
+      made.name, "\" with frame_id \"", made.frame_id,
+      "\"; choose an id of its own for each request"));
+}
+
+// A request that only creates a map stores no receipt: one with its id is another request's, such
+// as that of an import which created the map and filled it.
+absl::Status CheckNoOtherRequest(MapSession& made, const std::string& request_id) {
+  HYPERMAP_ASSIGN_OR_RETURN(const std::optional<storage::Receipt> receipt,
+                            made.FindReceipt(request_id));
+  return receipt ? CheckSameRequest(*receipt, "") : absl::OkStatus();
 }
 
 }  // namespace
@@ -31,6 +59,8 @@ Site::Site(std::unique_ptr<storage::MapStore> store, const SessionOptions& optio
 Site::~Site() { Close(); }
 
 void Site::OpenMap(const std::string& name) {
+  // The map is for all callers, also if the one who had it opened has gone.
+  const ScopedCancellation to_the_end(nullptr);
   Entry entry{name, nullptr, absl::OkStatus()};
   absl::StatusOr<std::unique_ptr<storage::StoredMap>> stored = store_->Open(name);
   if (stored.ok()) {
@@ -47,11 +77,18 @@ void Site::OpenMap(const std::string& name) {
   maps_.insert_or_assign(name, std::move(entry));
 }
 
+Site::Entry Site::WithProblem(Entry entry) {
+  if (!entry.session) return entry;
+  entry.problem = entry.session->problem();
+  if (!entry.problem.ok()) entry.session = nullptr;
+  return entry;
+}
+
 std::vector<Site::Entry> Site::List() const {
   std::vector<Entry> entries;
   MutexLock lock(&mutex_);
   entries.reserve(maps_.size());
-  for (const auto& [name, entry] : maps_) entries.push_back(entry);
+  for (const auto& [name, entry] : maps_) entries.push_back(WithProblem(entry));
   return entries;
 }
 
@@ -59,8 +96,9 @@ absl::StatusOr<std::shared_ptr<MapSession>> Site::Find(const std::string& map) c
   MutexLock lock(&mutex_);
   const auto it = maps_.find(map);
   if (it == maps_.end()) return absl::NotFoundError(absl::StrCat("there is no map \"", map, "\""));
-  if (!it->second.problem.ok()) return OfMap(map, it->second.problem);
-  return it->second.session;
+  Entry entry = WithProblem(it->second);
+  if (!entry.problem.ok()) return OfMap(map, entry.problem);
+  return std::move(entry.session);
 }
 
 absl::Status Site::Reserve(const std::string& map) {
@@ -75,24 +113,32 @@ void Site::Release(const std::string& map) {
 }
 
 absl::StatusOr<std::shared_ptr<MapSession>> Site::Create(const NewMap& map) {
-  return CreateBy(map, [&] { return StartNew(map, /*provisional=*/false); });
+  return CreateBy(
+      map, [&] { return StartNew(map, /*provisional=*/false); },
+      [&](MapSession& made) { return CheckNoOtherRequest(made, map.request_id); });
 }
 
 absl::StatusOr<std::shared_ptr<MapSession>> Site::CreateFilled(const NewMap& map, Fill fill) {
-  return CreateBy(map, [&] { return StartFilled(map, fill); });
+  return CreateBy(
+      map, [&] { return StartFilled(map, fill); }, [](MapSession&) { return absl::OkStatus(); });
 }
 
-absl::StatusOr<std::shared_ptr<MapSession>> Site::CreateBy(const NewMap& map, Start start) {
+absl::StatusOr<std::shared_ptr<MapSession>> Site::CreateBy(const NewMap& map, Start start,
+                                                           Check check) {
   HYPERMAP_RETURN_IF_ERROR(ValidateName("map", map.name));
   HYPERMAP_RETURN_IF_ERROR(ValidateFrameId("frame_id", map.frame_id));
   HYPERMAP_RETURN_IF_ERROR(Reserve(map.name));
   const absl::Cleanup release = [&] { Release(map.name); };
 
   if (const auto existing = Find(map.name); !absl::IsNotFound(existing.status())) {
-    const bool same_request = existing.ok() && !map.request_id.empty() &&
-                              (*existing)->header().request_id == map.request_id;
-    if (same_request) return existing;
-    return absl::AlreadyExistsError(absl::StrCat("there already is a map \"", map.name, "\""));
+    const bool same_id = existing.ok() && !map.request_id.empty() &&
+                         (*existing)->header().request_id == map.request_id;
+    if (!same_id) {
+      return absl::AlreadyExistsError(absl::StrCat("there already is a map \"", map.name, "\""));
+    }
+    HYPERMAP_RETURN_IF_ERROR(CheckSameFrame((*existing)->header(), map.frame_id));
+    HYPERMAP_RETURN_IF_ERROR(check(**existing));
+    return existing;
   }
   HYPERMAP_ASSIGN_OR_RETURN(std::shared_ptr<MapSession> session, start());
   MutexLock lock(&mutex_);
@@ -101,6 +147,7 @@ absl::StatusOr<std::shared_ptr<MapSession>> Site::CreateBy(const NewMap& map, St
 }
 
 absl::StatusOr<std::shared_ptr<MapSession>> Site::StartNew(const NewMap& map, bool provisional) {
+  const ScopedCancellation to_the_end(nullptr);
   storage::MapHeader header{map.name, map.frame_id, options_.clock->Now(), map.request_id};
   header.provisional = provisional;
   HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<storage::StoredMap> stored, store_->Create(header));
@@ -133,25 +180,36 @@ absl::StatusOr<std::shared_ptr<MapSession>> Site::StartFilled(const NewMap& map,
   return StartNew(map, /*provisional=*/false);
 }
 
-absl::Status Site::Delete(const std::string& map, const std::string& request_id) {
+absl::Status Site::Delete(const std::string& map, const std::string& request_id,
+                          uint64_t incarnation) {
   HYPERMAP_RETURN_IF_ERROR(ValidateName("map", map));
   HYPERMAP_RETURN_IF_ERROR(Reserve(map));
   const absl::Cleanup release = [&] { Release(map); };
 
   if (!request_id.empty()) {
-    // A retry of a deletion must not delete a map that was created under the name since.
+    // A retry of a deletion must not delete a map that was created under the name since, nor say
+    // that it is gone.
     HYPERMAP_ASSIGN_OR_RETURN(const std::optional<std::string> earlier,
                               store_->FindDeletion(request_id));
-    if (earlier == map) return absl::OkStatus();
+    if (earlier == map) return CheckGone(map, request_id);
     if (earlier) {
       return absl::InvalidArgumentError(
           absl::StrCat("request_id was used to delete map \"", *earlier, "\""));
     }
   }
-  return DeleteReserved(map, request_id);
+  return DeleteReserved(map, request_id, incarnation);
 }
 
-absl::Status Site::DeleteReserved(const std::string& map, const std::string& request_id) {
+absl::Status Site::CheckGone(const std::string& map, const std::string& request_id) const {
+  MutexLock lock(&mutex_);
+  if (!maps_.contains(map)) return absl::OkStatus();
+  return absl::FailedPreconditionError(
+      absl::StrCat("request_id \"", request_id, "\" deleted an earlier map \"", map,
+                   "\"; the present one was made since and is not deleted"));
+}
+
+absl::Status Site::DeleteReserved(const std::string& map, const std::string& request_id,
+                                  uint64_t incarnation) {
   std::shared_ptr<MapSession> session;
   {
     MutexLock lock(&mutex_);
@@ -159,6 +217,7 @@ absl::Status Site::DeleteReserved(const std::string& map, const std::string& req
     if (it == maps_.end()) {
       return absl::NotFoundError(absl::StrCat("there is no map \"", map, "\""));
     }
+    HYPERMAP_RETURN_IF_ERROR(CheckIncarnation(WithProblem(it->second), incarnation));
     session = std::move(it->second.session);
     maps_.erase(it);
   }
@@ -170,8 +229,13 @@ absl::Status Site::DeleteReserved(const std::string& map, const std::string& req
 }
 
 void Site::Close() {
-  for (const Entry& entry : List()) {
-    if (entry.session) entry.session->Close();
+  std::vector<std::shared_ptr<MapSession>> sessions;
+  {
+    MutexLock lock(&mutex_);
+    for (const auto& [name, entry] : maps_) sessions.push_back(entry.session);
+  }
+  for (const auto& session : sessions) {
+    if (session) session->Close();
   }
 }
 

@@ -2,6 +2,7 @@
 #ifndef HYPERMAP_SERVER_SESSION_SITE_H_
 #define HYPERMAP_SERVER_SESSION_SITE_H_
 
+#include <cstdint>
 #include <map>
 #include <memory>
 #include <set>
@@ -31,8 +32,10 @@ class Site {
 
   struct Entry {
     std::string name;
-    std::shared_ptr<MapSession> session;  // null if the map could not be opened
-    absl::Status problem;                 // the error of opening it
+    std::shared_ptr<MapSession> session;  // null if there is a problem
+    // The error of opening the map, or the reason for which it does not work since
+    // (MapSession::problem).
+    absl::Status problem;
   };
 
   // The clock of all maps; tells jumps of the wall clock.
@@ -41,7 +44,7 @@ class Site {
   // All maps, ordered by name.
   std::vector<Entry> List() const;
 
-  // The map's session. NOT_FOUND naming the map, or the error with which it could not be opened.
+  // The map's session. NOT_FOUND naming the map, or Entry::problem.
   absl::StatusOr<std::shared_ptr<MapSession>> Find(const std::string& map) const;
 
   struct NewMap {
@@ -52,16 +55,18 @@ class Site {
   using Fill = absl::FunctionRef<absl::Status(MapSession&)>;
 
   // Creates an empty map. If the same request has created the map before, it is returned as it is.
-  // INVALID_ARGUMENT for the names; ALREADY_EXISTS; ABORTED while another call creates or deletes
-  // the map.
+  // INVALID_ARGUMENT for the names, or if the request id was used for another request;
+  // ALREADY_EXISTS; ABORTED while another call creates or deletes the map.
   absl::StatusOr<std::shared_ptr<MapSession>> Create(const NewMap& map);
   // As Create, but calls `fill` with the map before it is listed. If that fails, or the process
   // ends before `fill` has made a revision, the map is removed again.
   absl::StatusOr<std::shared_ptr<MapSession>> CreateFilled(const NewMap& map, Fill fill);
 
-  // Removes a map for good, also one that can't be opened. Errors as MapStore::Delete; ABORTED as
-  // Create.
-  absl::Status Delete(const std::string& map, const std::string& request_id);
+  // Removes a map for good, also one that can't be opened. FAILED_PRECONDITION if the request has
+  // deleted an earlier map of that name; errors as MapStore::Delete; ABORTED as
+  // Create, and if the map is another incarnation than the given one; 0 is any.
+  absl::Status Delete(const std::string& map, const std::string& request_id,
+                      uint64_t incarnation = 0);
 
   // Closes all sessions. No other method may be called afterwards.
   void Close();
@@ -69,14 +74,21 @@ class Site {
  private:
   Site(std::unique_ptr<storage::MapStore> store, const SessionOptions& options);
 
+  // Replaces the session of a map that does not work by its problem.
+  static Entry WithProblem(Entry entry);
   // Opens a map of the store, and lists it.
   void OpenMap(const std::string& name);
   using Start = absl::FunctionRef<absl::StatusOr<std::shared_ptr<MapSession>>()>;
-  // Lists the map that `start` makes, unless there is one of that name.
-  absl::StatusOr<std::shared_ptr<MapSession>> CreateBy(const NewMap& map, Start start);
+  // Lists the map that `start` makes. If the map exists, `check(session)` decides whether the same
+  // request has created it.
+  using Check = absl::FunctionRef<absl::Status(MapSession&)>;
+  absl::StatusOr<std::shared_ptr<MapSession>> CreateBy(const NewMap& map, Start start, Check check);
   absl::StatusOr<std::shared_ptr<MapSession>> StartNew(const NewMap& map, bool provisional);
   absl::StatusOr<std::shared_ptr<MapSession>> StartFilled(const NewMap& map, Fill fill);
-  absl::Status DeleteReserved(const std::string& map, const std::string& request_id);
+  // FAILED_PRECONDITION if there is a map of the name of the one that the request has deleted.
+  absl::Status CheckGone(const std::string& map, const std::string& request_id) const;
+  absl::Status DeleteReserved(const std::string& map, const std::string& request_id,
+                              uint64_t incarnation);
 
   // Keeps other calls from creating or deleting the map until Release, without a lock that is held
   // during I/O. ABORTED if another call has reserved the map.

@@ -70,6 +70,28 @@ TEST_F(SiteTest, MapThatCannotBeOpenedIsListedAndStandsInNobodysWay) {
   EXPECT_TRUE(Create("burnt").ok());
 }
 
+TEST_F(SiteTest, DeletionOfAnotherIncarnationLeavesTheMap) {
+  ASSERT_TRUE(Create("office").ok());
+  const uint64_t before = (*site_->Find("office"))->incarnation();
+  Restart();
+  EXPECT_EQ((*site_->Find("office"))->incarnation(), before);
+  ASSERT_TRUE(site_->Delete("office", "d1", before).ok());
+  ASSERT_TRUE(Create("office").ok());
+  EXPECT_TRUE(absl::IsAborted(site_->Delete("office", "d2", before)));
+  ASSERT_TRUE(site_->Find("office").ok());
+  EXPECT_TRUE(site_->Delete("office", "d3", (*site_->Find("office"))->incarnation()).ok());
+  EXPECT_TRUE(absl::IsNotFound(site_->Find("office").status()));
+}
+
+// It may be any incarnation.
+TEST_F(SiteTest, MapThatCannotBeOpenedIsDeletedOnlyWithoutAnIncarnation) {
+  MemoryMapStore(&disk_).AddBroken("burnt", absl::DataLossError("page 7 is damaged"));
+  Restart();
+  EXPECT_TRUE(absl::IsAborted(site_->Delete("burnt", "", 7)));
+  EXPECT_THAT(Names(), ElementsAre("burnt"));
+  EXPECT_TRUE(site_->Delete("burnt", "").ok());
+}
+
 TEST_F(SiteTest, NamesThatAreNoFileNamesAreRefused) {
   for (const char* name : {"", "..", "../up", "a/b", ".hidden", "a b", "a\nb"}) {
     SCOPED_TRACE(name);
@@ -89,6 +111,60 @@ TEST_F(SiteTest, SameCreationAgainGivesTheSameMapAlsoAfterARestart) {
   ASSERT_TRUE(Create("office", "r1").ok());
   EXPECT_TRUE(Create("office", "r1").ok());
   Restart();
+  EXPECT_TRUE(Create("office", "r1").ok());
+}
+
+TEST_F(SiteTest, C6CreationInAnotherFrameIsAnotherRequest) {
+  ASSERT_TRUE(Create("office", "r1").ok());
+  const absl::Status other = site_->Create({"office", "odom", "r1"}).status();
+  EXPECT_TRUE(absl::IsInvalidArgument(other)) << other;
+  EXPECT_THAT(std::string(other.message()),
+              HasSubstr("request_id \"r1\" was used for another request, which created map "
+                        "\"office\" with frame_id \"map\""));
+}
+
+TEST_F(SiteTest, C6CreationWithTheIdOfTheImportThatMadeTheMapIsAnotherRequest) {
+  const auto fill = [](MapSession& session) {
+    return session.SubmitAndWait({{{CreateLayer{{"things"}}}}, "test", "r1", "digest"}).status();
+  };
+  ASSERT_TRUE(site_->CreateFilled({"office", "map", "r1"}, fill).ok());
+  EXPECT_TRUE(site_->CreateFilled({"office", "map", "r1"}, fill).ok());
+  EXPECT_TRUE(absl::IsInvalidArgument(Create("office", "r1")));
+  Restart();
+  EXPECT_TRUE(absl::IsInvalidArgument(Create("office", "r1")));
+}
+
+TEST_F(SiteTest, C7RestartBeforeTheFirstCommitLeavesNoMap) {
+  storage::MapHeader header{"office", "map", absl::UnixEpoch(), "r1"};
+  header.provisional = true;
+  ASSERT_TRUE(MemoryMapStore(&disk_).Create(header).ok());
+  Restart();
+  EXPECT_TRUE(Names().empty());
+  EXPECT_TRUE(Create("office", "r1").ok());
+}
+
+TEST_F(SiteTest, C7FilledMapIsThereAfterARestart) {
+  ASSERT_TRUE(
+      site_
+          ->CreateFilled(
+              {"office", "map", "r1"},
+              [](MapSession& session) {
+                return session.SubmitAndWait({{{CreateLayer{{"things"}}}}, "test", "r1"}).status();
+              })
+          .ok());
+  Restart();
+  ASSERT_THAT(Names(), ElementsAre("office"));
+  EXPECT_EQ((*site_->Find("office"))->snapshot()->revision, 1);
+}
+
+TEST_F(SiteTest, C7MapThatWasFilledWithNothingIsCompleteAndEmpty) {
+  ASSERT_TRUE(
+      site_->CreateFilled({"office", "map", "r1"}, [](MapSession&) { return absl::OkStatus(); })
+          .ok());
+  EXPECT_TRUE(Create("office", "r1").ok());
+  Restart();
+  ASSERT_THAT(Names(), ElementsAre("office"));
+  EXPECT_EQ((*site_->Find("office"))->snapshot()->revision, 0);
   EXPECT_TRUE(Create("office", "r1").ok());
 }
 
@@ -129,13 +205,16 @@ TEST_F(SiteTest, DeletedMapIsGoneForGoodWhileReadersKeepTheirSnapshot) {
   EXPECT_TRUE(absl::IsNotFound(site_->Delete("office", "")));
 }
 
-TEST_F(SiteTest, SameDeletionAgainIsOkAndLeavesAMapMadeSinceAlone) {
+TEST_F(SiteTest, C6SameDeletionAgainIsOkUnlessAMapWasMadeSinceWhichStays) {
   ASSERT_TRUE(Create("office").ok());
   ASSERT_TRUE(site_->Delete("office", "r1").ok());
   EXPECT_TRUE(site_->Delete("office", "r1").ok());
   ASSERT_TRUE(Create("office").ok());
   Restart();
-  EXPECT_TRUE(site_->Delete("office", "r1").ok());
+  const absl::Status made_since = site_->Delete("office", "r1");
+  EXPECT_TRUE(absl::IsFailedPrecondition(made_since)) << made_since;
+  EXPECT_THAT(std::string(made_since.message()),
+              HasSubstr("request_id \"r1\" deleted an earlier map \"office\""));
   EXPECT_THAT(Names(), ElementsAre("office"));
   ASSERT_TRUE(Create("lab").ok());
   EXPECT_TRUE(absl::IsInvalidArgument(site_->Delete("lab", "r1")));
@@ -154,6 +233,57 @@ TEST_F(SiteTest, DeletionWaitsForWhatWasAccepted) {
   disk_.Release();
   EXPECT_TRUE(deletion.get().ok());
   EXPECT_TRUE(promise->get_future().get().ok());
+}
+
+constexpr char kReplaced[] = "the file of the map was replaced while the map was open";
+
+TEST_F(SiteTest, C3MapWhoseFileWasReplacedRefusesEditsAndIsListedWithTheReason) {
+  ASSERT_TRUE(Create("office").ok());
+  const auto session = *site_->Find("office");
+  EXPECT_TRUE(session->problem().ok());
+  disk_.BreakFiles(absl::DataLossError(kReplaced));
+  for (int i = 0; i < 2; ++i) {
+    const auto receipt = session->SubmitAndWait({{{CreateLayer{{"things"}}}}, "test", ""});
+    EXPECT_EQ(receipt.status(), absl::DataLossError(kReplaced));
+    EXPECT_EQ(session->problem(), absl::DataLossError(kReplaced));
+  }
+  EXPECT_TRUE(absl::IsDataLoss(session->FindReceipt("r").status()));
+  EXPECT_TRUE(session->feed().closed());
+  EXPECT_EQ(session->snapshot()->revision, 0);
+
+  const auto found = site_->Find("office");
+  EXPECT_TRUE(absl::IsDataLoss(found.status()));
+  EXPECT_THAT(std::string(found.status().message()), HasSubstr("map \"office\": "));
+  EXPECT_THAT(std::string(found.status().message()), HasSubstr(kReplaced));
+  ASSERT_EQ(site_->List().size(), 1u);
+  EXPECT_EQ(site_->List().front().session, nullptr);
+  EXPECT_EQ(site_->List().front().problem, absl::DataLossError(kReplaced));
+  EXPECT_TRUE(absl::IsAlreadyExists(Create("office")));
+  disk_.BreakFiles(absl::OkStatus());
+  EXPECT_TRUE(site_->Delete("office", "").ok());
+  EXPECT_TRUE(Create("office").ok());
+}
+
+TEST_F(SiteTest, C3IdleMapNoticesThatItsFileWasReplaced) {
+  ASSERT_TRUE(Create("office").ok());
+  const auto session = *site_->Find("office");
+  std::promise<void> feed_is_closed;
+  session->feed().Await(0, [&] { feed_is_closed.set_value(); });
+  disk_.BreakFiles(absl::DataLossError(kReplaced));
+  session->LookAtClock();
+  feed_is_closed.get_future().wait();
+  EXPECT_EQ(session->problem(), absl::DataLossError(kReplaced));
+  EXPECT_TRUE(absl::IsDataLoss(site_->Find("office").status()));
+}
+
+TEST_F(SiteTest, WriteThatFailsForAnotherReasonIsNoProblemOfTheMap) {
+  ASSERT_TRUE(Create("office").ok());
+  const auto session = *site_->Find("office");
+  disk_.FailWrites(absl::DataLossError("page 7 is damaged"));
+  EXPECT_FALSE(session->SubmitAndWait({{{CreateLayer{{"things"}}}}, "test", ""}).ok());
+  EXPECT_TRUE(session->problem().ok());
+  disk_.FailWrites(absl::OkStatus());
+  EXPECT_TRUE(session->SubmitAndWait({{{CreateLayer{{"things"}}}}, "test", ""}).ok());
 }
 
 }  // namespace

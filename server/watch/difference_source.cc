@@ -1,5 +1,6 @@
 #include "server/watch/difference_source.h"
 
+#include <cstdint>
 #include <string>
 #include <utility>
 #include <vector>
@@ -32,9 +33,11 @@ absl::Status CheckLayers(const MapStructure& from, const MapStructure& to,
 
 class DifferenceSource : public MessageSource<v1::ListChangesResponse> {
  public:
-  DifferenceSource(const Limits& limits, HistoryPool::Lease history, StructurePtr from,
-                   StructurePtr to, std::vector<std::string> layers, std::string frame_id)
+  DifferenceSource(const Limits& limits, uint64_t incarnation, HistoryPool::Lease history,
+                   StructurePtr from, StructurePtr to, std::vector<std::string> layers,
+                   std::string frame_id)
       : limits_(limits),
+        incarnation_(incarnation),
         history_(std::move(history)),
         from_(std::move(from)),
         to_(std::move(to)),
@@ -52,6 +55,7 @@ class DifferenceSource : public MessageSource<v1::ListChangesResponse> {
     told_any_ = true;
     message->set_from_revision(from_->revision);
     message->set_to_revision(to_->revision);
+    message->set_incarnation(incarnation_);
     next_ = EncodeChanges(changes_, next_, limits_, message->mutable_changes());
     return Step::kMessage;
   }
@@ -73,6 +77,7 @@ class DifferenceSource : public MessageSource<v1::ListChangesResponse> {
   }
 
   const Limits limits_;
+  const uint64_t incarnation_;
   HistoryPool::Lease history_;
   const StructurePtr from_;
   const StructurePtr to_;
@@ -91,7 +96,7 @@ class DifferenceSource : public MessageSource<v1::ListChangesResponse> {
 absl::StatusOr<std::unique_ptr<MessageSource<v1::ListChangesResponse>>> OpenDifference(
     const Facilities& facilities, const v1::ListChangesRequest& request) {
   HYPERMAP_ASSIGN_OR_RETURN(const std::shared_ptr<MapSession> session,
-                            FindMap(facilities, request.scope().map()));
+                            FindMap(facilities, request.scope()));
   const Revision newest = session->snapshot()->revision;
   const Revision to = request.has_to_revision() ? request.to_revision() : newest;
   if (request.from_revision() < 0) return absl::InvalidArgumentError("from_revision is negative");
@@ -109,9 +114,9 @@ absl::StatusOr<std::unique_ptr<MessageSource<v1::ListChangesResponse>>> OpenDiff
   HYPERMAP_ASSIGN_OR_RETURN(std::string frame, after->ResolveFrame(request.scope().frame_id()));
   std::vector<std::string> layers(request.scope().layers().begin(), request.scope().layers().end());
   HYPERMAP_RETURN_IF_ERROR(CheckLayers(*before, *after, layers));
-  return std::make_unique<DifferenceSource>(facilities.limits, std::move(history),
-                                            std::move(before), std::move(after), std::move(layers),
-                                            std::move(frame));
+  return std::make_unique<DifferenceSource>(facilities.limits, session->incarnation(),
+                                            std::move(history), std::move(before), std::move(after),
+                                            std::move(layers), std::move(frame));
 }
 
 }  // namespace hypermap::server

@@ -3,6 +3,7 @@
 #include <cstddef>
 
 #include "absl/strings/str_cat.h"
+#include "base/admission/refusals.h"
 #include "server/watch/watch_call.h"
 
 namespace hypermap::server {
@@ -10,7 +11,7 @@ namespace hypermap::server {
 absl::Status OpenWatches::Add(WatchCall* call) {
   MutexLock lock(&mutex_);
   if (calls_.size() >= static_cast<size_t>(max_watchers_)) {
-    return absl::ResourceExhaustedError(
+    return admission::TryLater(
         absl::StrCat("there are ", calls_.size(), " watches, --max_watchers is ", max_watchers_));
   }
   calls_.insert(call);

@@ -5,24 +5,24 @@
 #include "absl/time/clock.h"
 #include "base/status/status_macros.h"
 #include "server/rpc/wanted.h"
-#include "wire/status.h"
 
 namespace hypermap::server {
 
-WatchCall::Shared::Shared(const WatchTuning& tuning_values, WorkerPool* worker_pool,
-                          int max_watchers)
+WatchCall::Shared::Shared(const WatchTuning& tuning_values, const Facilities& facilities)
     : tuning(tuning_values),
-      workers(worker_pool),
-      open_watches(max_watchers),
+      workers(&facilities.workers->watches),
+      budgets(facilities.budgets),
+      open_watches(facilities.limits.max_watchers),
       tick_queues{TickQueue::Make(tuning.calm_tick, tuning.turn, &timers, workers),
                   TickQueue::Make(tuning.busy_tick, tuning.turn, &timers, workers)} {}
 
-WatchCall::WatchCall(const grpc::CallbackServerContext* context, absl::string_view rpc,
-                     std::string map, OpenSource open_source, Shared* shared)
+WatchCall::WatchCall(grpc::CallbackServerContext* context, absl::string_view rpc, std::string map,
+                     OpenSource open_source, Shared* shared)
     : context_(context),
       shared_(shared),
+      ticket_(shared->budgets, context),
       log_(*context, rpc, std::move(map)),
-      admitted_(shared->open_watches.Add(this)),
+      admitted_(ticket_.admitted().ok() ? shared->open_watches.Add(this) : ticket_.admitted()),
       wake_handle_(
           std::make_shared<WakeHandle>([this] { RunOnWorker(); }, [this] { TakeShortTurn(); })),
       open_source_(std::move(open_source)) {
@@ -130,7 +130,7 @@ void WatchCall::ForgetWait() {
 
 void WatchCall::End(const absl::Status& status) {
   log_.Finished(status, source_ ? source_->items() : 0);
-  Finish(wire::EncodeStatus(status));
+  Finish(ticket_.Encode(status));
 }
 
 }  // namespace hypermap::server

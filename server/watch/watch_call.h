@@ -18,6 +18,9 @@
 #include "absl/strings/string_view.h"
 #include "absl/time/time.h"
 #include "base/sync/mutex.h"
+#include "server/rpc/budgets.h"
+#include "server/rpc/call_ticket.h"
+#include "server/rpc/facilities.h"
 #include "server/rpc/request_log.h"
 #include "server/rpc/timer_queue.h"
 #include "server/rpc/worker_pool.h"
@@ -43,11 +46,12 @@ class WatchCall final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
  public:
   // The state that all calls of a service share. Thread safe.
   struct Shared {
-    // `workers` must outlive this.
-    Shared(const WatchTuning& tuning_values, WorkerPool* worker_pool, int max_watchers);
+    // The pointers in `facilities` must outlive this.
+    Shared(const WatchTuning& tuning_values, const Facilities& facilities);
 
     const WatchTuning tuning;
     WorkerPool* const workers;
+    Budgets* const budgets;
     OpenWatches open_watches;
     TimerQueue timers;
     const TickQueues tick_queues;
@@ -57,7 +61,7 @@ class WatchCall final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
 
   // `open_source` is called once, on a worker; its error ends the rpc. `rpc` and `map` are named in
   // the log. `rpc` and `shared` must outlive this; the context lives until OnDone.
-  WatchCall(const grpc::CallbackServerContext* context, absl::string_view rpc, std::string map,
+  WatchCall(grpc::CallbackServerContext* context, absl::string_view rpc, std::string map,
             OpenSource open_source, Shared* shared);
 
   void OnWriteDone(bool ok) override;
@@ -86,8 +90,9 @@ class WatchCall final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
 
   const grpc::CallbackServerContext* const context_;
   Shared* const shared_;
+  CallTicket ticket_;
   const RequestLog log_;
-  const absl::Status admitted_;  // by shared_->open_watches
+  const absl::Status admitted_;  // by the ticket and shared_->open_watches
   const std::shared_ptr<WakeHandle> wake_handle_;
 
   // Used by the owner of the call only.

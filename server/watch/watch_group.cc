@@ -20,9 +20,13 @@ int64_t BytesOf(const grpc::Slice& message) {
 
 }  // namespace
 
-WatchGroup::WatchGroup(const ChangeFeed* feed, const Limits& limits, const WatchTuning& tuning,
-                       std::atomic<int64_t>* bytes_of_all)
-    : feed_(feed), limits_(limits), tuning_(tuning), bytes_of_all_(bytes_of_all) {}
+WatchGroup::WatchGroup(const ChangeFeed* feed, uint64_t incarnation, const Limits& limits,
+                       const WatchTuning& tuning, std::atomic<int64_t>* bytes_of_all)
+    : feed_(feed),
+      incarnation_(incarnation),
+      limits_(limits),
+      tuning_(tuning),
+      bytes_of_all_(bytes_of_all) {}
 
 WatchGroup::~WatchGroup() { *bytes_of_all_ -= bytes_; }
 
@@ -110,7 +114,7 @@ WatchGroup::Entry WatchGroup::Encode(const FeedCommit& commit, Follower& followe
   // Only a change of the structure can reset a follower, and this commit has none.
   const std::vector<MapChange> changes = follower.Tell(*commit.changes, commit.structure).changes;
   if (changes.empty()) return entry;
-  WatchMessage message = MessageOf(commit);
+  WatchMessage message = MessageOf(commit, incarnation_);
   entry.alone = EncodeChanges(changes, 0, limits_, message.mutable_changes()) < changes.size();
   if (entry.alone) return entry;
   entry.message = Serialize(message);
@@ -143,7 +147,8 @@ void WatchGroup::BeginAfter(Revision after) {
   last_ = after;
 }
 
-std::shared_ptr<WatchGroup> WatchGroups::Join(const ChangeFeed* feed, const WatchFilter& filter) {
+std::shared_ptr<WatchGroup> WatchGroups::Join(const ChangeFeed* feed, uint64_t incarnation,
+                                              const WatchFilter& filter) {
   MutexLock lock(&mutex_);
   std::erase_if(groups_, [](const Known& known) { return known.group.expired(); });
   for (const Known& known : groups_) {
@@ -151,7 +156,7 @@ std::shared_ptr<WatchGroup> WatchGroups::Join(const ChangeFeed* feed, const Watc
     // Null if the group's last watch has ended since the sweep above.
     if (std::shared_ptr<WatchGroup> group = known.group.lock()) return group;
   }
-  auto group = std::make_shared<WatchGroup>(feed, limits_, tuning_, &bytes_);
+  auto group = std::make_shared<WatchGroup>(feed, incarnation, limits_, tuning_, &bytes_);
   groups_.push_back({feed, filter, group});
   return group;
 }

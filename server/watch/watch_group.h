@@ -44,10 +44,10 @@ class WatchGroup {
   // Whether a run has the message of one commit, or of many in the field `coalesced`.
   enum class Form { kSingle, kCoalesced };
 
-  // `feed` and `bytes_of_all` must outlive this; `bytes_of_all` counts the bytes in the rings of
-  // all groups.
-  WatchGroup(const ChangeFeed* feed, const Limits& limits, const WatchTuning& tuning,
-             std::atomic<int64_t>* bytes_of_all);
+  // `incarnation` is that of the feed's map. `feed` and `bytes_of_all` must outlive this;
+  // `bytes_of_all` counts the bytes in the rings of all groups.
+  WatchGroup(const ChangeFeed* feed, uint64_t incarnation, const Limits& limits,
+             const WatchTuning& tuning, std::atomic<int64_t>* bytes_of_all);
   ~WatchGroup();
   WatchGroup(const WatchGroup&) = delete;
   WatchGroup& operator=(const WatchGroup&) = delete;
@@ -98,6 +98,7 @@ class WatchGroup {
   }
 
   const ChangeFeed* const feed_;
+  const uint64_t incarnation_;
   const Limits limits_;
   const WatchTuning tuning_;
   std::atomic<int64_t>* const bytes_of_all_;
@@ -117,9 +118,11 @@ class WatchGroups {
   explicit WatchGroups(const Limits& limits, const WatchTuning& tuning = {})
       : limits_(limits), tuning_(tuning) {}
 
-  // Returns the group of all watches of `feed` with this filter. The caller must keep the feed
-  // alive for longer than the group. Linear in the number of groups.
-  std::shared_ptr<WatchGroup> Join(const ChangeFeed* feed, const WatchFilter& filter);
+  // Returns the group of all watches of `feed`, which is that of a map of this incarnation, with
+  // this filter. The caller must keep the feed alive for longer than the group. Linear in the
+  // number of groups.
+  std::shared_ptr<WatchGroup> Join(const ChangeFeed* feed, uint64_t incarnation,
+                                   const WatchFilter& filter);
 
  private:
   struct Known {

@@ -108,7 +108,7 @@ class WatchGroupTest : public ::testing::Test {
     return {std::move(group), structure, *Follower::Make(filter, structure)};
   }
   std::shared_ptr<WatchGroup> Group(const WatchTuning& tuning = {}) {
-    return std::make_shared<WatchGroup>(&feed_, limits_, tuning, &bytes_);
+    return std::make_shared<WatchGroup>(&feed_, /*incarnation=*/7, limits_, tuning, &bytes_);
   }
 
   Limits limits_;
@@ -244,22 +244,22 @@ TEST(WatchGroupsTest, WatchesWithTheSameFilterAreAGroupUntilTheLastIsGone) {
       other_feed(1, feed.StructureAt(1).value(), {});
   WatchGroups groups{Limits()};
   const WatchFilter filter{.layers = {"things"}, .area = Polygon::FromBox({{0, 0}, {1, 1}})};
-  auto group = groups.Join(&feed, filter);
-  EXPECT_EQ(groups.Join(&feed, WatchFilter(filter)), group);
-  EXPECT_NE(groups.Join(&other_feed, filter), group);
+  auto group = groups.Join(&feed, /*incarnation=*/1, filter);
+  EXPECT_EQ(groups.Join(&feed, /*incarnation=*/1, WatchFilter(filter)), group);
+  EXPECT_NE(groups.Join(&other_feed, /*incarnation=*/2, filter), group);
   WatchFilter different = filter;
   different.classes = {"cup"};
-  EXPECT_NE(groups.Join(&feed, different), group);
+  EXPECT_NE(groups.Join(&feed, /*incarnation=*/1, different), group);
   different = filter;
   different.area = Polygon::FromBox({{0, 0}, {1, 2}});
-  EXPECT_NE(groups.Join(&feed, different), group);
+  EXPECT_NE(groups.Join(&feed, /*incarnation=*/1, different), group);
   different = filter;
   different.frames = WatchFilter::Frames::kAsStored;
-  EXPECT_NE(groups.Join(&feed, different), group);
+  EXPECT_NE(groups.Join(&feed, /*incarnation=*/1, different), group);
   const std::weak_ptr<WatchGroup> gone = group;
   group.reset();
   EXPECT_TRUE(gone.expired());
-  EXPECT_NE(groups.Join(&feed, filter), nullptr);
+  EXPECT_NE(groups.Join(&feed, /*incarnation=*/1, filter), nullptr);
 }
 
 // Random edits that reset no watch.
@@ -319,8 +319,9 @@ class RandomWatch {
 };
 
 // Oracle: the messages of all commits after `start`, filtered and encoded without a group.
-std::vector<std::string> ToldAlone(const ChangeFeed& feed, const Limits& limits,
-                                   const WatchFilter& filter, Revision start) {
+std::vector<std::string> ToldAlone(const ChangeFeed& feed, uint64_t incarnation,
+                                   const Limits& limits, const WatchFilter& filter,
+                                   Revision start) {
   std::vector<std::string> messages;
   Follower follower = *Follower::Make(filter, *feed.StructureAt(start));
   const auto commits = feed.Read(start, 1'000'000);
@@ -333,7 +334,7 @@ std::vector<std::string> ToldAlone(const ChangeFeed& feed, const Limits& limits,
       if (change.layer_now) change.layer_now->version = commit.revision;
     }
     for (size_t next = 0; next < told.changes.size();) {
-      WatchMessage message = MessageOf(commit);
+      WatchMessage message = MessageOf(commit, incarnation);
       next = EncodeChanges(told.changes, next, limits, message.mutable_changes());
       message.set_more(next < told.changes.size());
       messages.push_back(message.SerializeAsString());
@@ -409,8 +410,8 @@ TEST(WatchGroupPropertyTest, WhatIsSharedIsWhatEachWouldBeToldAlone) {
     while (watch->Take(1)) {
     }
     SCOPED_TRACE(watch->request().ShortDebugString());
-    EXPECT_EQ(watch->told(), ToldAlone(session.feed(), limits, filters[filter],
-                                       watch->request().start_revision()));
+    EXPECT_EQ(watch->told(), ToldAlone(session.feed(), session.incarnation(), limits,
+                                       filters[filter], watch->request().start_revision()));
   }
 }
 

@@ -20,11 +20,12 @@ constexpr size_t kMaxHeadBytes = 10;
 
 }  // namespace
 
-WatchMessage MessageOf(const FeedCommit& commit) {
+WatchMessage MessageOf(const FeedCommit& commit, uint64_t incarnation) {
   WatchMessage message;
   message.set_revision(commit.revision);
   wire::EncodeTime(commit.time, message.mutable_time());
   message.set_author(commit.author);
+  message.set_incarnation(incarnation);
   return message;
 }
 

@@ -6,6 +6,7 @@
 #include <grpcpp/support/slice.h>
 
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "base/limits/limits.h"
@@ -22,8 +23,9 @@ namespace hypermap::server {
 // fields are not set are those of a WatchResponse, too.
 using WatchMessage = v1::ReplicateResponse;
 
-// A message with the commit's revision, time and author, and no changes.
-WatchMessage MessageOf(const FeedCommit& commit);
+// A message with the commit's revision, time and author, and the incarnation of its map, and no
+// changes.
+WatchMessage MessageOf(const FeedCommit& commit, uint64_t incarnation);
 
 // Encodes the changes from index `first` on, until they reach limits.chunk_items objects and runs
 // of cells or limits.max_chunk_bytes, but at least one. Returns the index of the first change that

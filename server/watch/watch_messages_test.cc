@@ -44,7 +44,7 @@ grpc::Slice TwoCommits() {
     commit.revision = revision;
     commit.time = absl::FromUnixSeconds(60);
     commit.author = "cart";
-    WatchMessage message = MessageOf(commit);
+    WatchMessage message = MessageOf(commit, /*incarnation=*/5);
     MapChange change;
     change.kind = ChangeKind::kRemove;
     change.layer = "objects";
@@ -65,6 +65,7 @@ TEST(WatchMessagesTest, BytesAreAMessageOfBothRpcs) {
   EXPECT_EQ(watched.SerializeAsString(), bytes);
   ASSERT_EQ(watched.coalesced_size(), 2);
   EXPECT_EQ(watched.coalesced(1).revision(), 8);
+  EXPECT_EQ(watched.coalesced(1).incarnation(), 5);
   EXPECT_EQ(watched.coalesced(1).author(), "cart");
   EXPECT_EQ(watched.coalesced(1).time().seconds(), 60);
   EXPECT_EQ(watched.coalesced(1).changes(0).object_id(), 4);

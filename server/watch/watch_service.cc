@@ -23,8 +23,8 @@ constexpr int kDefaultPageSize = 1000;
 }  // namespace
 
 template <typename Request>
-WatchCall* WatchService::BeginWatch(const grpc::CallbackServerContext* context,
-                                    absl::string_view rpc, const grpc::ByteBuffer& bytes) {
+WatchCall* WatchService::BeginWatch(grpc::CallbackServerContext* context, absl::string_view rpc,
+                                    const grpc::ByteBuffer& bytes) {
   Request request;
   absl::Status parsed = ParseRequest(bytes, &request);
   std::string map = request.scope().map();
@@ -55,7 +55,7 @@ void WatchService::EndAfter(absl::Duration grace) {
 grpc::ServerWriteReactor<grpc::ByteBuffer>* WatchService::ListChanges(
     grpc::CallbackServerContext* context, const grpc::ByteBuffer* request) {
   auto* const answer = new StreamedAnswer<v1::ListChangesRequest, v1::ListChangesResponse>(
-      context, "ListChanges", *request, &facilities_.workers->questions,
+      facilities_.budgets, context, "ListChanges", *request, &facilities_.workers->questions,
       &facilities_.workers->long_questions,
       [this](const v1::ListChangesRequest& asked) { return OpenDifference(facilities_, asked); });
   answer->BeginOnWorker();
@@ -65,7 +65,8 @@ grpc::ServerWriteReactor<grpc::ByteBuffer>* WatchService::ListChanges(
 grpc::ServerUnaryReactor* WatchService::ListRevisions(grpc::CallbackServerContext* context,
                                                       const v1::ListRevisionsRequest* request,
                                                       v1::ListRevisionsResponse* response) {
-  auto call = std::make_shared<UnaryCall>(context, "ListRevisions", request->map());
+  auto call =
+      std::make_shared<UnaryCall>(facilities_.budgets, context, "ListRevisions", request->map());
   return AnswerOn(&facilities_.workers->questions, std::move(call),
                   [this, request, response] { return AnswerRevisions(*request, response); });
 }
@@ -73,7 +74,7 @@ grpc::ServerUnaryReactor* WatchService::ListRevisions(grpc::CallbackServerContex
 absl::StatusOr<int64_t> WatchService::AnswerRevisions(const v1::ListRevisionsRequest& request,
                                                       v1::ListRevisionsResponse* response) const {
   HYPERMAP_ASSIGN_OR_RETURN(const std::shared_ptr<MapSession> session,
-                            FindMap(facilities_, request.map()));
+                            FindMap(facilities_, request.map(), request.incarnation()));
   if (request.page_size() < 0) return absl::InvalidArgumentError("page_size is negative");
   const int page_size = request.page_size() == 0
                             ? kDefaultPageSize
@@ -88,6 +89,7 @@ absl::StatusOr<int64_t> WatchService::AnswerRevisions(const v1::ListRevisionsReq
       history->Revisions(request.after_revision(), before, request.newest_first(), page_size));
   response->set_map(request.map());
   response->set_newest_revision(newest);
+  response->set_incarnation(session->incarnation());
   response->set_oldest_revision(kept.oldest);
   for (const storage::RevisionRecord& record : records) {
     wire::EncodeRevisionRecord(record, response->add_revisions());

@@ -25,9 +25,7 @@ class WatchService
                   v1::WatchService::WithCallbackMethod_ListRevisions<v1::WatchService::Service>>>> {
  public:
   explicit WatchService(const Facilities& facilities, const WatchTuning& tuning = {})
-      : facilities_(facilities),
-        groups_(facilities.limits, tuning),
-        shared_(tuning, &facilities.workers->watches, facilities.limits.max_watchers) {}
+      : facilities_(facilities), groups_(facilities.limits, tuning), shared_(tuning, facilities) {}
 
   grpc::ServerWriteReactor<grpc::ByteBuffer>* Watch(grpc::CallbackServerContext* context,
                                                     const grpc::ByteBuffer* request) override;
@@ -46,7 +44,7 @@ class WatchService
  private:
   // Begins a Watch or Replicate rpc, which owns itself. `rpc` is its name for the log.
   template <typename Request>
-  WatchCall* BeginWatch(const grpc::CallbackServerContext* context, absl::string_view rpc,
+  WatchCall* BeginWatch(grpc::CallbackServerContext* context, absl::string_view rpc,
                         const grpc::ByteBuffer& bytes);
   // Returns the number of revisions in the response.
   absl::StatusOr<int64_t> AnswerRevisions(const v1::ListRevisionsRequest& request,

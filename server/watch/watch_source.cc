@@ -77,7 +77,8 @@ absl::StatusOr<std::unique_ptr<WatchSource>> WatchSource::Open(const Facilities&
                                                                const WatchTuning& tuning,
                                                                WatchGroups* groups,
                                                                const v1::WatchRequest& request) {
-  Subscription subscription{.map = request.scope().map()};
+  Subscription subscription{.map = request.scope().map(),
+                            .incarnation = request.scope().incarnation()};
   HYPERMAP_ASSIGN_OR_RETURN(subscription.filter,
                             DecodeFilter(request, WatchFilter::Frames::kCaller, facilities.limits));
   subscription.filter.classes.assign(request.classes().begin(), request.classes().end());
@@ -89,7 +90,9 @@ absl::StatusOr<std::unique_ptr<WatchSource>> WatchSource::Open(const Facilities&
 absl::StatusOr<std::unique_ptr<WatchSource>> WatchSource::Open(
     const Facilities& facilities, const WatchTuning& tuning, WatchGroups* groups,
     const v1::ReplicateRequest& request) {
-  Subscription subscription{.map = request.scope().map(), .form = WatchGroup::Form::kCoalesced};
+  Subscription subscription{.map = request.scope().map(),
+                            .incarnation = request.scope().incarnation(),
+                            .form = WatchGroup::Form::kCoalesced};
   HYPERMAP_ASSIGN_OR_RETURN(
       subscription.filter,
       DecodeFilter(request, WatchFilter::Frames::kAsStored, facilities.limits));
@@ -109,7 +112,7 @@ absl::StatusOr<std::unique_ptr<WatchSource>> WatchSource::Open(const Facilities&
                                                                WatchGroups* groups,
                                                                const Subscription& subscription) {
   HYPERMAP_ASSIGN_OR_RETURN(std::shared_ptr<MapSession> session,
-                            FindMap(facilities, subscription.map));
+                            FindMap(facilities, subscription.map, subscription.incarnation));
   SnapshotPtr snapshot;  // null: the watch resumes and needs none
   StructurePtr structure;
   Revision start = 0;
@@ -127,7 +130,8 @@ absl::StatusOr<std::unique_ptr<WatchSource>> WatchSource::Open(const Facilities&
   HYPERMAP_ASSIGN_OR_RETURN(Follower follower, Follower::Make(subscription.filter, structure));
   // The group holds a pointer to the feed; this source keeps the session, and with it the feed,
   // alive.
-  std::shared_ptr<WatchGroup> group = groups->Join(&session->feed(), subscription.filter);
+  std::shared_ptr<WatchGroup> group =
+      groups->Join(&session->feed(), session->incarnation(), subscription.filter);
   std::unique_ptr<WatchSource> source(new WatchSource(facilities.limits, tuning, std::move(session),
                                                       std::move(group), std::move(follower),
                                                       std::move(structure), start, subscription));
@@ -205,8 +209,9 @@ WatchSource::Step WatchSource::ReadSelection(absl::Time now, grpc::Slice* messag
 }
 
 WatchSource::Step WatchSource::TellNext(absl::Time now, grpc::Slice* message) {
-  WatchMessage part = selection_ ? WatchMessage() : MessageOf(commit_);
+  WatchMessage part = selection_ ? WatchMessage() : MessageOf(commit_, session_->incarnation());
   part.set_revision(taken_);
+  part.set_incarnation(session_->incarnation());
   part.set_snapshot(selection_ != nullptr);
   part.set_reset(selection_ && std::exchange(selection_resets_, false));
   if (for_replica_ && selection_) AddForReplica(commit_.time, &part);
@@ -264,6 +269,7 @@ absl::StatusOr<WatchSource::Step> WatchSource::TellProgress(absl::Time now, grpc
   last_progress_ = now;
   WatchMessage progress;
   progress.set_revision(told_);
+  progress.set_incarnation(session_->incarnation());
   if (for_replica_) {
     const absl::StatusOr<absl::Time> time = TimeOf(*session_, told_);
     if (!time.ok()) return WithResume(time.status());

@@ -75,6 +75,7 @@ class WatchSource {
   // The parameters of a request. The replicas' rpc is the one with Frames::kAsStored.
   struct Subscription {
     std::string map;
+    uint64_t incarnation = 0;  // that the map must be; 0: any
     WatchFilter filter;
     WatchGroup::Form form = WatchGroup::Form::kSingle;
     std::optional<Revision> start_revision;  // absent: begins with a snapshot

@@ -12,6 +12,7 @@
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
+#include "base/cancellation/cancellation.h"
 #include "base/status/status_macros.h"
 
 namespace hypermap::storage {
@@ -302,6 +303,7 @@ absl::StatusOr<Shape> DecodeGeometryBlob(absl::string_view blob) {
   if (!AnyRunsBackwards(rings)) return shape;
   absl::StatusOr<Polygon> polygon =
       Polygon::Make(rings.front(), std::vector<Ring>(rings.begin() + 1, rings.end()));
+  HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
   if (!polygon.ok()) return Malformed(polygon.status().message());
   return *std::move(polygon);
 }

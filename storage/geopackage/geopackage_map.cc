@@ -1,10 +1,12 @@
 #include "storage/geopackage/geopackage_map.h"
 
 #include <algorithm>
+#include <optional>
 #include <utility>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "base/cancellation/cancellation.h"
 #include "base/status/status_macros.h"
 #include "map/layers/layer_registry.h"
 #include "map/layers/semantic_layer.h"
@@ -13,12 +15,33 @@
 #include "storage/geopackage/geopackage_history.h"
 #include "storage/geopackage/layer_history.h"
 #include "storage/geopackage/map_file.h"
+#include "storage/geopackage/map_opening.h"
 #include "storage/geopackage/revision_table.h"
 #include "storage/geopackage/time_mark_table.h"
+#include "storage/incarnation.h"
 #include "storage/sqlite/durable_file.h"
 
 namespace hypermap::storage {
 namespace {
+
+// While it lives, statements of the database end with an error when the work of this thread is
+// cancelled.
+class EndsIfCancelled {
+ public:
+  explicit EndsIfCancelled(Database* database) : database_(database) {
+    // Steps of SQLite's virtual machine, of which a row takes some ten.
+    constexpr int kStepsPerLook = 256;
+    sqlite3_progress_handler(
+        database_->handle(), kStepsPerLook, [](void* /*unused*/) { return IsCancelled() ? 1 : 0; },
+        nullptr);
+  }
+  ~EndsIfCancelled() { sqlite3_progress_handler(database_->handle(), 0, nullptr, nullptr); }
+  EndsIfCancelled(const EndsIfCancelled&) = delete;
+  EndsIfCancelled& operator=(const EndsIfCancelled&) = delete;
+
+ private:
+  Database* const database_;
+};
 
 absl::Status About(const std::string& map, const absl::Status& status) {
   if (status.ok()) return status;
@@ -32,43 +55,100 @@ absl::Status AsDamage(const absl::Status& status) {
   return absl::DataLossError(status.message());
 }
 
-}  // namespace
-
-GeoPackageMap::GeoPackageMap(FileLock lock, std::unique_ptr<Database> database,
-                             absl::Duration busy_timeout, MapMetadata metadata, OpenLayers layers)
-    : lock_(std::move(lock)),
-      database_(std::move(database)),
-      header_(std::move(metadata.header)),
-      busy_timeout_(busy_timeout),
-      revision_(metadata.revision),
-      oldest_revision_(metadata.oldest_revision),
-      layers_(std::move(layers)),
-      fusion_(database_.get()) {}
-
-GeoPackageMap::~GeoPackageMap() {
-  // Closing does this, too, but not while another program has the file open.
-  database_->Execute("PRAGMA wal_checkpoint(TRUNCATE)").IgnoreError();
+// A copy of a map goes on with a history of its own.
+absl::Status GiveNewIncarnation(const std::string& path, absl::Duration busy_timeout) {
+  HYPERMAP_ASSIGN_OR_RETURN(const std::unique_ptr<Database> copy,
+                            Database::Open(path, Database::OpenMode::kExisting, busy_timeout));
+  return SetIncarnation(copy.get(), NewIncarnation());
 }
 
-absl::StatusOr<std::unique_ptr<StoredMap>> GeoPackageMap::Open(const std::string& path,
-                                                               const std::string& name,
-                                                               FileLock lock,
-                                                               const GeoPackageOptions& options) {
-  absl::StatusOr<std::unique_ptr<Database>> database = OpenMapFile(path, options);
-  if (!database.ok()) return About(name, database.status());
-  absl::StatusOr<MapMetadata> metadata = ReadMetadata(database->get());
-  if (!metadata.ok()) return About(name, AsDamage(metadata.status()));
-  metadata->header.name = name;
-  absl::StatusOr<std::vector<StoredLayer>> stored = ReadLayers(database->get());
-  if (!stored.ok()) return About(name, AsDamage(stored.status()));
-  OpenLayers layers;
+}  // namespace
+
+GeoPackageMap::GeoPackageMap(FileLock lock, absl::Duration busy_timeout, Opened opened)
+    : lock_(std::move(lock)),
+      database_(std::move(opened.database)),
+      files_(std::move(opened.files)),
+      header_(std::move(opened.metadata.header)),
+      witness_(opened.witness),
+      notes_(std::move(opened.notes)),
+      busy_timeout_(busy_timeout),
+      revision_(opened.metadata.revision),
+      oldest_revision_(opened.metadata.oldest_revision),
+      layers_(std::move(opened.layers)),
+      fusion_(database_.get()) {
+  // Writing it for the first time takes the space that later ones overwrite. Without a witness the
+  // map is another incarnation when it is opened again, which does no harm.
+  absl::Status status = lock_.Write(EncodeWitness(witness_));
+  if (status.ok()) status = lock_.Sync();
+  if (!status.ok()) {
+    notes_.push_back(absl::StrCat("the newest revision is not recorded: ", status.message()));
+  }
+}
+
+GeoPackageMap::~GeoPackageMap() {
+  // Closing moves the log into the file, too, but not while another program has the file open.
+  files_->Finish();
+}
+
+absl::StatusOr<std::unique_ptr<GeoPackageMap>> GeoPackageMap::Open(
+    const std::string& path, const std::string& name, FileLock lock,
+    const GeoPackageOptions& options) {
+  absl::StatusOr<Opened> opened = OpenFile(path, lock, /*is_new=*/false, options);
+  return Make(name, std::move(lock), options.busy_timeout, std::move(opened));
+}
+
+absl::StatusOr<std::unique_ptr<GeoPackageMap>> GeoPackageMap::OpenNew(
+    const std::string& path, const std::string& name, FileLock lock,
+    const GeoPackageOptions& options) {
+  absl::StatusOr<Opened> opened = OpenFile(path, lock, /*is_new=*/true, options);
+  return Make(name, std::move(lock), options.busy_timeout, std::move(opened));
+}
+
+absl::StatusOr<std::unique_ptr<GeoPackageMap>> GeoPackageMap::Make(const std::string& name,
+                                                                   FileLock lock,
+                                                                   absl::Duration busy_timeout,
+                                                                   absl::StatusOr<Opened> opened) {
+  if (!opened.ok()) return About(name, opened.status());
+  opened->metadata.header.name = name;
+  std::unique_ptr<GeoPackageMap> map(
+      new GeoPackageMap(std::move(lock), busy_timeout, *std::move(opened)));
+  for (std::string& note : map->notes_) note = absl::StrCat("map ", name, ": ", note);
+  return map;
+}
+
+absl::StatusOr<GeoPackageMap::Opened> GeoPackageMap::OpenFile(const std::string& path,
+                                                              const FileLock& lock, bool is_new,
+                                                              const GeoPackageOptions& options) {
+  const std::optional<RevisionWitness> witness = ReadWitness(lock);
+  bool set_aside = false;
+  if (!is_new) {
+    HYPERMAP_ASSIGN_OR_RETURN(set_aside, SetForeignLogAside(path, witness));
+  }
+  Opened opened;
+  HYPERMAP_ASSIGN_OR_RETURN(opened.database, OpenMapFile(path, options));
+  Database* const database = opened.database.get();
+  absl::StatusOr<MapMetadata> metadata = ReadMetadata(database);
+  if (!metadata.ok()) return AsDamage(metadata.status());
+  absl::StatusOr<std::vector<StoredLayer>> stored = ReadLayers(database);
+  if (!stored.ok()) return AsDamage(stored.status());
   for (StoredLayer& layer : *stored) {
     const std::string layer_name = layer.spec.name;
-    layers.emplace(layer_name, MakeOpenLayer(database->get(), std::move(layer)));
+    opened.layers.emplace(layer_name, MakeOpenLayer(database, std::move(layer)));
   }
-  return std::unique_ptr<StoredMap>(new GeoPackageMap(std::move(lock), *std::move(database),
-                                                      options.busy_timeout, *std::move(metadata),
-                                                      std::move(layers)));
+  absl::StatusOr<OpenedHistory> history =
+      is_new ? BeginHistory(database, *metadata) : ContinueHistory(database, witness, &*metadata);
+  if (!history.ok()) return AsDamage(history.status());
+  opened.metadata = *std::move(metadata);
+  opened.witness = history->witness;
+  opened.notes = std::move(history->notes);
+  if (set_aside) {
+    opened.notes.push_back(
+        absl::StrCat("the write-ahead log beside the file belongs to another file, and was renamed "
+                     "to ",
+                     OrphanPathOf(path)));
+  }
+  HYPERMAP_ASSIGN_OR_RETURN(opened.files, OpenFiles::Attach(database));
+  return opened;
 }
 
 absl::Status GeoPackageMap::InMap(const absl::Status& status) const {
@@ -116,7 +196,27 @@ absl::StatusOr<SnapshotPtr> GeoPackageMap::LoadSnapshot() {
 }
 
 absl::Status GeoPackageMap::Write(absl::Span<const Commit> commits) {
-  return commits.empty() ? absl::OkStatus() : InMap(WriteAll(commits));
+  return commits.empty() ? absl::OkStatus() : InMap(WriteChecked(commits));
+}
+
+absl::Status GeoPackageMap::WriteChecked(absl::Span<const Commit> commits) {
+  HYPERMAP_RETURN_IF_ERROR(files_->Check());
+  const absl::Status status = WriteAll(commits);
+  // Commits that went to a file that was replaced meanwhile must not be acknowledged; and that is
+  // the reason, if writing failed. That nothing can be told at the moment is no reason to deny
+  // commits that are durable.
+  const absl::Status check = files_->Check();
+  if (absl::IsDataLoss(check)) return check;
+  if (status.ok()) KeepWitness(commits.back());
+  return status;
+}
+
+void GeoPackageMap::KeepWitness(const Commit& newest) {
+  witness_.revision = revision_;
+  witness_.time_ns = absl::ToUnixNanos(newest.time);
+  // If this fails, the witness stays older than the file: a loss may go unnoticed, but the commits
+  // are durable.
+  lock_.Write(EncodeWitness(witness_)).IgnoreError();
 }
 
 absl::Status GeoPackageMap::WriteAll(absl::Span<const Commit> commits) {
@@ -154,6 +254,7 @@ absl::Status GeoPackageMap::AddTimeMark(const TimeMark& mark, absl::Duration for
 }
 
 absl::Status GeoPackageMap::WriteTimeMark(const TimeMark& mark, absl::Duration forget_before) {
+  HYPERMAP_RETURN_IF_ERROR(files_->Check());
   HYPERMAP_ASSIGN_OR_RETURN(Transaction transaction, Transaction::Begin(database_.get()));
   HYPERMAP_RETURN_IF_ERROR(InsertTimeMark(database_.get(), mark, forget_before));
   return transaction.Commit();
@@ -161,18 +262,31 @@ absl::Status GeoPackageMap::WriteTimeMark(const TimeMark& mark, absl::Duration f
 
 absl::StatusOr<std::unique_ptr<HistoryReader>> GeoPackageMap::OpenHistory() {
   // Any thread may call this: it uses only members that never change.
-  return GeoPackageHistory::Open(database_->path(), header_.name, busy_timeout_);
+  HYPERMAP_RETURN_IF_ERROR(InMap(files_->CheckIdentity()));
+  absl::StatusOr<std::unique_ptr<HistoryReader>> reader =
+      GeoPackageHistory::Open(database_->path(), header_.name, busy_timeout_);
+  // Again, because the reader opened the file by its name, which may be another file's by now.
+  HYPERMAP_RETURN_IF_ERROR(InMap(files_->CheckIdentity()));
+  return reader;
 }
 
 absl::StatusOr<bool> GeoPackageMap::Compact(Revision oldest, absl::Time receipts_before,
                                             int max_rows) {
-  absl::StatusOr<bool> more = CompactSome(std::min(oldest, revision_), receipts_before, max_rows);
-  if (!more.ok()) return InMap(more.status());
+  absl::StatusOr<bool> more = false;
+  const auto compact = [&] {
+    more = CompactSome(std::min(oldest, revision_), receipts_before, max_rows);
+    return more.status();
+  };
+  absl::Status status =
+      reserve_ ? reserve_->Use(DiskReserve::Purpose::kHistory, compact) : compact();
+  HYPERMAP_RETURN_IF_ERROR(InMap(status));
+  if (reserve_ && !*more) reserve_->Keep();
   return more;
 }
 
 absl::StatusOr<bool> GeoPackageMap::CompactSome(Revision oldest, absl::Time receipts_before,
                                                 int max_rows) {
+  HYPERMAP_RETURN_IF_ERROR(files_->Check());
   HYPERMAP_ASSIGN_OR_RETURN(Transaction transaction, Transaction::Begin(database_.get()));
   if (oldest > oldest_revision_) {
     HYPERMAP_RETURN_IF_ERROR(SetOldestRevision(database_.get(), oldest));
@@ -189,12 +303,19 @@ absl::Status GeoPackageMap::BackupTo(const std::string& path) { return InMap(Wri
 
 absl::Status GeoPackageMap::WriteBackup(const std::string& path) {
   if (PathExists(path)) return absl::AlreadyExistsError(absl::StrCat(path, " exists"));
+  HYPERMAP_RETURN_IF_ERROR(files_->Check());
   const std::string temporary = absl::StrCat(path, ".new");
   absl::Status status = RemoveFile(temporary);
   // VACUUM INTO writes a compact copy in one file, without a write-ahead log.
-  if (status.ok()) status = database_->Run("VACUUM INTO ?", temporary);
+  if (status.ok()) {
+    const EndsIfCancelled ends(database_.get());
+    status = database_->Run("VACUUM INTO ?", temporary);
+    // SQLite's own error says only that it was interrupted.
+    if (absl::Status wanted = CheckCancelled(); !wanted.ok()) status = std::move(wanted);
+  }
+  if (status.ok()) status = GiveNewIncarnation(temporary, busy_timeout_);
   if (status.ok()) status = PublishFile(temporary, path);
-  if (!status.ok()) RemoveFile(temporary).IgnoreError();
+  if (!status.ok()) RemoveMapFile(temporary).IgnoreError();
   return status;
 }
 

@@ -5,31 +5,46 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "storage/geopackage/change_writer.h"
+#include "storage/geopackage/disk_reserve.h"
 #include "storage/geopackage/fusion_tables.h"
 #include "storage/geopackage/geopackage_options.h"
 #include "storage/geopackage/map_metadata.h"
+#include "storage/geopackage/open_files.h"
+#include "storage/geopackage/revision_witness.h"
 #include "storage/map_store.h"
 #include "storage/sqlite/file_lock.h"
 #include "storage/sqlite/sqlite.h"
 
 namespace hypermap::storage {
 
-// Other programs may read the file while it is open here. Their changes are seen at the next
-// opening.
+// Other programs may read the file while it is open here. Changes that they make through SQLite are
+// seen at the next opening; a file that they remove, replace or overwrite ends the map (OpenFiles).
 class GeoPackageMap : public StoredMap {
  public:
   // Opens the file as the map `name`, whatever its name was at its creation: a map is renamed by
   // renaming its file. Holds `lock` until it is destroyed.
-  static absl::StatusOr<std::unique_ptr<StoredMap>> Open(const std::string& path,
-                                                         const std::string& name, FileLock lock,
-                                                         const GeoPackageOptions& options);
-  // Moves the write-ahead log into the file, so that the file is the whole map.
+  static absl::StatusOr<std::unique_ptr<GeoPackageMap>> Open(const std::string& path,
+                                                             const std::string& name, FileLock lock,
+                                                             const GeoPackageOptions& options);
+  // Opens a file that was just created, which therefore is the one that the store wrote last.
+  static absl::StatusOr<std::unique_ptr<GeoPackageMap>> OpenNew(const std::string& path,
+                                                                const std::string& name,
+                                                                FileLock lock,
+                                                                const GeoPackageOptions& options);
+  // Moves the write-ahead log into the file, so that the file is the whole map, unless CheckFile
+  // fails.
   ~GeoPackageMap() override;
 
+  // Lets Compact use the reserve when the disk is full.
+  void set_reserve(std::shared_ptr<DiskReserve> reserve) { reserve_ = std::move(reserve); }
+
   const MapHeader& header() const override { return header_; }
+  std::vector<std::string> opening_notes() const override { return notes_; }
+  absl::Status CheckFile() override { return InMap(files_->Check()); }
   absl::StatusOr<SnapshotPtr> Load() override;
   absl::Status Write(absl::Span<const Commit> commits) override;
   absl::StatusOr<std::optional<Receipt>> FindReceipt(absl::string_view request_id) override;
@@ -41,13 +56,31 @@ class GeoPackageMap : public StoredMap {
   absl::Status BackupTo(const std::string& path) override;
 
  private:
-  GeoPackageMap(FileLock lock, std::unique_ptr<Database> database, absl::Duration busy_timeout,
-                MapMetadata metadata, OpenLayers layers);
+  // What Open has read of the file.
+  struct Opened {
+    std::unique_ptr<Database> database;
+    std::unique_ptr<OpenFiles> files;
+    MapMetadata metadata;
+    OpenLayers layers;
+    RevisionWitness witness;
+    std::vector<std::string> notes;
+  };
+
+  GeoPackageMap(FileLock lock, absl::Duration busy_timeout, Opened opened);
+
+  static absl::StatusOr<Opened> OpenFile(const std::string& path, const FileLock& lock, bool is_new,
+                                         const GeoPackageOptions& options);
+  static absl::StatusOr<std::unique_ptr<GeoPackageMap>> Make(const std::string& name, FileLock lock,
+                                                             absl::Duration busy_timeout,
+                                                             absl::StatusOr<Opened> opened);
 
   // Raises `next_id` above the ids of the layer's objects.
   absl::StatusOr<LayerPtr> LoadLayer(const OpenLayer& open, ObjectId* next_id) const;
   absl::StatusOr<SnapshotPtr> LoadSnapshot();
   absl::Status WriteAll(absl::Span<const Commit> commits);
+  absl::Status WriteChecked(absl::Span<const Commit> commits);
+  // Writes the witness of the newest revision.
+  void KeepWitness(const Commit& newest);
   absl::StatusOr<bool> CompactSome(Revision oldest, absl::Time receipts_before, int max_rows);
   absl::Status WriteTimeMark(const TimeMark& mark, absl::Duration forget_before);
   absl::Status WriteBackup(const std::string& path);
@@ -56,12 +89,16 @@ class GeoPackageMap : public StoredMap {
 
   FileLock lock_;
   std::unique_ptr<Database> database_;
+  std::unique_ptr<OpenFiles> files_;
   MapHeader header_;
+  RevisionWitness witness_;
+  std::vector<std::string> notes_;
   const absl::Duration busy_timeout_;
   Revision revision_;
   Revision oldest_revision_;
   OpenLayers layers_;
   FusionTables fusion_;
+  std::shared_ptr<DiskReserve> reserve_;  // may be null
 };
 
 }  // namespace hypermap::storage

@@ -1,9 +1,11 @@
 #include "storage/geopackage/geopackage_map.h"
 
+#include <filesystem>
 #include <limits>
 #include <numbers>
 
 #include "absl/strings/str_cat.h"
+#include "base/cancellation/testing/cancelled_after.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "map/layers/semantic_layer.h"
@@ -379,6 +381,21 @@ TEST_F(GeoPackageMapTest, ClosedMapIsOneFile) {
   Snapshot expected = *map_.snapshot;
   expected.map_name = "copy";
   ExpectSame(**(*copy)->Load(), expected);
+}
+
+TEST_F(GeoPackageMapTest, A5_BackupIsGivenUpAndLeavesNoFile) {
+  Rng rng(TestSeed());
+  map_.Edit(RandomSite(rng, 200));
+  {
+    CancelledAfter cancelled(3);
+    EXPECT_TRUE(absl::IsCancelled(map_.stored->BackupTo(folder_ / "backup.gpkg")));
+  }
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "backup.gpkg"));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "backup.gpkg.new"));
+  // The last attempt is not cancelled.
+  EXPECT_GT(TimesCancelled([&] { return map_.stored->BackupTo(folder_ / "backup.gpkg"); }), 2);
+  EXPECT_TRUE(store_->Open("backup").ok());
+  map_.Edit({{DeleteLayer{"semantic"}}});
 }
 
 TEST_F(GeoPackageMapTest, BackupOpensAsAMap) {

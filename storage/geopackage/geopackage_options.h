@@ -15,6 +15,9 @@ struct GeoPackageOptions {
   int64_t max_checked_bytes = int64_t{256} << 20;
   // The largest size of a map's file; 0: no limit.
   int64_t max_map_bytes = 0;
+  // Space on the disk that is kept free for deletions and the removal of history when the disk is
+  // full, see DiskReserve; 0: none.
+  int64_t reserve_bytes = 0;
 };
 
 }  // namespace hypermap::storage

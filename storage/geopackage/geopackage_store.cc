@@ -12,6 +12,7 @@
 #include "base/status/status_macros.h"
 #include "base/sync/mutex.h"
 #include "storage/geopackage/deletion_log.h"
+#include "storage/geopackage/disk_reserve.h"
 #include "storage/geopackage/geopackage_map.h"
 #include "storage/geopackage/map_file.h"
 #include "storage/incarnation.h"
@@ -42,6 +43,8 @@ class GeoPackageStore : public MapStore {
       : data_dir_(std::move(data_dir)),
         options_(options),
         lock_(std::move(lock)),
+        reserve_(std::make_shared<DiskReserve>(absl::StrCat(data_dir_, "/reserve"),
+                                               options.reserve_bytes)),
         deletions_(std::move(deletions)) {}
 
   // Completes the creations and deletions that a crash has interrupted.
@@ -60,7 +63,8 @@ class GeoPackageStore : public MapStore {
   std::string HiddenPathOf(const std::string& name, absl::string_view suffix) const {
     return absl::StrCat(data_dir_, "/.", name, kExtension, suffix);
   }
-  absl::StatusOr<std::unique_ptr<StoredMap>> OpenFile(const std::string& name);
+  // FAILED_PRECONDITION if there is a map of the name of the one that the request has deleted.
+  absl::Status CheckGone(const std::string& name, const std::string& request_id) const;
   absl::StatusOr<FileLock> LockMap(const std::string& name) const;
   absl::Status CarryOut(int64_t deletion, const std::string& name)
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
@@ -68,6 +72,7 @@ class GeoPackageStore : public MapStore {
   const std::string data_dir_;
   const GeoPackageOptions options_;
   const FileLock lock_;
+  const std::shared_ptr<DiskReserve> reserve_;
   // Held while maps are added or removed and the deletions are used.
   Mutex mutex_;
   const std::unique_ptr<DeletionLog> deletions_ ABSL_PT_GUARDED_BY(mutex_);
@@ -89,6 +94,7 @@ absl::Status GeoPackageStore::Recover() {
     }
     HYPERMAP_RETURN_IF_ERROR(CarryOut(deletion, map));
   }
+  reserve_->Keep();
   return absl::OkStatus();
 }
 
@@ -121,7 +127,11 @@ absl::StatusOr<std::unique_ptr<StoredMap>> GeoPackageStore::Create(const MapHead
                           absl::StrCat("cannot create map ", header.name, ": ", status.message()));
     }
   }
-  return OpenFile(header.name);
+  HYPERMAP_ASSIGN_OR_RETURN(FileLock lock, LockMap(header.name));
+  HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<GeoPackageMap> map,
+                            GeoPackageMap::OpenNew(path, header.name, std::move(lock), options_));
+  map->set_reserve(reserve_);
+  return map;
 }
 
 absl::StatusOr<FileLock> GeoPackageStore::LockMap(const std::string& name) const {
@@ -135,16 +145,14 @@ absl::StatusOr<std::unique_ptr<StoredMap>> GeoPackageStore::Open(const std::stri
   HYPERMAP_RETURN_IF_ERROR(ValidateName("map", name));
   const std::string path = PathOf(name);
   if (!PathExists(path)) return absl::NotFoundError(absl::StrCat("no map ", name));
-  HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<StoredMap> map, OpenFile(name));
+  HYPERMAP_ASSIGN_OR_RETURN(FileLock lock, LockMap(name));
+  HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<GeoPackageMap> map,
+                            GeoPackageMap::Open(path, name, std::move(lock), options_));
+  map->set_reserve(reserve_);
   if (!map->header().provisional) return map;
   map.reset();
   HYPERMAP_RETURN_IF_ERROR(RemoveMapFile(path));
   return absl::NotFoundError(absl::StrCat("the creation of map ", name, " was not completed"));
-}
-
-absl::StatusOr<std::unique_ptr<StoredMap>> GeoPackageStore::OpenFile(const std::string& name) {
-  HYPERMAP_ASSIGN_OR_RETURN(FileLock lock, LockMap(name));
-  return GeoPackageMap::Open(PathOf(name), name, std::move(lock), options_);
 }
 
 absl::Status GeoPackageStore::Delete(const std::string& name, const std::string& request_id) {
@@ -152,15 +160,33 @@ absl::Status GeoPackageStore::Delete(const std::string& name, const std::string&
   const MutexLock lock(&mutex_);
   HYPERMAP_ASSIGN_OR_RETURN(std::optional<std::string> deleted, deletions_->Find(request_id));
   if (deleted.has_value()) {
-    if (*deleted == name) return absl::OkStatus();
+    if (*deleted == name) return CheckGone(name, request_id);
     return absl::InvalidArgumentError(
         absl::StrCat("request_id ", request_id, " was used to delete map ", *deleted));
   }
   if (!PathExists(PathOf(name))) return absl::NotFoundError(absl::StrCat("no map ", name));
-  HYPERMAP_ASSIGN_OR_RETURN(FileLock map_lock, LockMap(name));
-  HYPERMAP_ASSIGN_OR_RETURN(const int64_t deletion, deletions_->Begin(request_id, name));
-  HYPERMAP_RETURN_IF_ERROR(CarryOut(deletion, name));
-  return map_lock.RemoveFile();
+  std::unique_ptr<FileLock> map_lock;
+  int64_t deletion = 0;
+  absl::Status status = reserve_->Use(DiskReserve::Purpose::kDeletion, [&]() -> absl::Status {
+    mutex_.AssertHeld();
+    map_lock.reset();
+    HYPERMAP_ASSIGN_OR_RETURN(FileLock locked, LockMap(name));
+    map_lock = std::make_unique<FileLock>(std::move(locked));
+    HYPERMAP_ASSIGN_OR_RETURN(deletion, deletions_->Begin(request_id, name));
+    return absl::OkStatus();
+  });
+  if (status.ok()) status = CarryOut(deletion, name);
+  reserve_->Keep();
+  HYPERMAP_RETURN_IF_ERROR(status);
+  return map_lock->RemoveFile();
+}
+
+absl::Status GeoPackageStore::CheckGone(const std::string& name,
+                                        const std::string& request_id) const {
+  if (!PathExists(PathOf(name))) return absl::OkStatus();
+  return absl::FailedPreconditionError(
+      absl::StrCat("request_id \"", request_id, "\" deleted an earlier map \"", name,
+                   "\"; the present one was made since and is not deleted"));
 }
 
 absl::Status GeoPackageStore::CarryOut(int64_t deletion, const std::string& name) {
@@ -170,7 +196,10 @@ absl::Status GeoPackageStore::CarryOut(int64_t deletion, const std::string& name
     if (PathExists(PathOf(name))) deletions_->Cancel(deletion).IgnoreError();
     return status;
   }
-  return deletions_->Finish(deletion);
+  return reserve_->Use(DiskReserve::Purpose::kDeletion, [&] {
+    mutex_.AssertHeld();
+    return deletions_->Finish(deletion);
+  });
 }
 
 absl::StatusOr<std::optional<std::string>> GeoPackageStore::FindDeletion(

@@ -3,9 +3,13 @@
 //   DATA_DIR/LOCK              held while the store is open
 //   DATA_DIR/<map>.gpkg        a map (format: docs/geopackage_format.md), with SQLite's -wal and
 //                              -shm beside it while it is open
-//   DATA_DIR/.<map>.gpkg.lock  held while the map is open
+//   DATA_DIR/<map>.gpkg-wal.orphan  a log that was found beside a file to which it does not belong
+//   DATA_DIR/.<map>.gpkg.lock  held while the map is open; tells the revision that was acknowledged
+//                              last (revision_witness.h)
 //   DATA_DIR/.<map>.gpkg.new   a map that is being made; removed when found at opening
 //   DATA_DIR/catalog.sqlite    which request deleted which map
+//   DATA_DIR/reserve           space for deletions on a full disk
+//   (GeoPackageOptions::reserve_bytes)
 //
 // Other files in the folder are ignored. A map that can't be opened does not affect the others.
 #ifndef HYPERMAP_STORAGE_GEOPACKAGE_GEOPACKAGE_STORE_H_

@@ -3,6 +3,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <cstdint>
 #include <filesystem>
 #include <thread>
 #include <vector>
@@ -186,9 +187,12 @@ TEST(GeoPackageStoreTest, DeletionIsAnsweredAgainAlsoAfterARestart) {
   EXPECT_EQ(*store->FindDeletion("r"), "site");
   EXPECT_EQ(*store->FindDeletion("s"), std::nullopt);
   EXPECT_EQ(*store->FindDeletion(""), std::nullopt);
-  // The same holds if there is a new map of that name, which stays.
-  CreateMap(*store, "site");
   EXPECT_TRUE(store->Delete("site", "r").ok());
+  // A new map of that name stays, and the answer says so.
+  CreateMap(*store, "site");
+  const absl::Status made_since = store->Delete("site", "r");
+  EXPECT_EQ(made_since.code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_THAT(std::string(made_since.message()), HasSubstr("not deleted"));
   EXPECT_THAT(Names(*store), ElementsAre("other", "site"));
   EXPECT_EQ(store->Delete("other", "r").code(), absl::StatusCode::kInvalidArgument);
   EXPECT_TRUE(store->Delete("other", "").ok());
@@ -211,6 +215,47 @@ TEST(GeoPackageStoreTest, DeletionThatWasBegunIsEndedAtTheNextStart) {
   CreateMap(*store, "site");
   store.reset();
   EXPECT_THAT(Names(*OpenStore(folder.path())), ElementsAre("site"));
+}
+
+MapHeader ProvisionalHeader() {
+  MapHeader header = HeaderOf("site");
+  header.provisional = true;
+  return header;
+}
+
+TEST(GeoPackageStoreTest, C7MapWithoutItsFirstCommitIsRemovedWhenItIsOpened) {
+  const testing::TemporaryFolder folder;
+  const auto store = OpenStore(folder.path());
+  uint64_t incarnation = 0;
+  {
+    const auto made = store->Create(ProvisionalHeader());
+    ASSERT_TRUE(made.ok()) << made.status();
+    EXPECT_TRUE((*made)->header().provisional);
+    incarnation = (*made)->header().incarnation;
+  }
+  const absl::Status status = store->Open("site").status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kNotFound) << status;
+  EXPECT_THAT(std::string(status.message()), HasSubstr("not completed"));
+  EXPECT_THAT(Names(*store), IsEmpty());
+  EXPECT_FALSE(std::filesystem::exists(folder / "site.gpkg"));
+  EXPECT_FALSE(std::filesystem::exists(folder / "site.gpkg-wal"));
+  const EditedMap anew = CreateMap(*store, "site");
+  EXPECT_NE(anew.stored->header().incarnation, incarnation);
+}
+
+TEST(GeoPackageStoreTest, C7FirstCommitMakesAMapComplete) {
+  const testing::TemporaryFolder folder;
+  const auto store = OpenStore(folder.path());
+  {
+    auto made = store->Create(ProvisionalHeader());
+    ASSERT_TRUE(made.ok()) << made.status();
+    EditedMap map{*std::move(made), nullptr};
+    map.snapshot = *map.stored->Load();
+    map.Edit({{CreateLayer{SemanticSpec("s")}}});
+  }
+  const auto opened = store->Open("site");
+  ASSERT_TRUE(opened.ok()) << opened.status();
+  EXPECT_FALSE((*opened)->header().provisional);
 }
 
 TEST(GeoPackageStoreTest, BrokenCatalogIsNamed) {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cstdio>
 #include <optional>
 #include <utility>
 
@@ -42,8 +43,9 @@ absl::Status CheckLength(Database* database, int64_t size, bool has_log) {
   return absl::DataLossError("the file is cut short");
 }
 
-absl::Status CheckPages(Database* database) {
-  HYPERMAP_ASSIGN_OR_RETURN(Statement check, database->Prepare("PRAGMA quick_check(1)"));
+// `pragma` is one of SQLite's checks that answer "ok" or with the first problem.
+absl::Status RunCheck(Database* database, const std::string& pragma) {
+  HYPERMAP_ASSIGN_OR_RETURN(Statement check, database->Prepare(pragma));
   HYPERMAP_ASSIGN_OR_RETURN(const bool has_row, check.Step());
   const std::string result(has_row ? check.Text(0) : "no answer");
   return result == "ok" ? absl::OkStatus() : absl::DataLossError(result);
@@ -74,7 +76,7 @@ absl::Status Prepare(Database* database, int64_t size, bool has_log,
   }
   HYPERMAP_RETURN_IF_ERROR(CheckLength(database, size, has_log));
   if (size <= options.max_checked_bytes) {
-    HYPERMAP_RETURN_IF_ERROR(CheckPages(database));
+    HYPERMAP_RETURN_IF_ERROR(RunCheck(database, "PRAGMA quick_check(1)"));
   }
   HYPERMAP_RETURN_IF_ERROR(RegisterSpatialFunctions(database));
   HYPERMAP_RETURN_IF_ERROR(MigrateSchema(database, kSchemaVersion, ReleasedMigrations()));
@@ -107,12 +109,53 @@ absl::Status CreateMapFile(const std::string& path, const std::string& temporary
 absl::StatusOr<std::unique_ptr<Database>> OpenMapFile(const std::string& path,
                                                       const GeoPackageOptions& options) {
   HYPERMAP_ASSIGN_OR_RETURN(const int64_t size, SizeOfFile(path));
-  const bool has_log = PathExists(path + "-wal");
+  const bool has_log = PathExists(LogPathOf(path));
   HYPERMAP_ASSIGN_OR_RETURN(
       std::unique_ptr<Database> database,
       Database::Open(path, Database::OpenMode::kExisting, options.busy_timeout));
   HYPERMAP_RETURN_IF_ERROR(Prepare(database.get(), size, has_log, options));
   return database;
+}
+
+std::string LogPathOf(const std::string& path) { return absl::StrCat(path, "-wal"); }
+
+std::string OrphanPathOf(const std::string& path) {
+  return absl::StrCat(LogPathOf(path), ".orphan");
+}
+
+absl::Status SetLogAside(const std::string& path) {
+  const std::string log = LogPathOf(path);
+  const std::string orphan = OrphanPathOf(path);
+  if (rename(log.c_str(), orphan.c_str()) != 0) {
+    return absl::ErrnoToStatus(errno, absl::StrCat("cannot rename ", log, " to ", orphan));
+  }
+  HYPERMAP_RETURN_IF_ERROR(RemoveFile(path + "-shm"));
+  return SyncFolder(FolderOf(path));
+}
+
+std::optional<uint64_t> ReadIncarnationWithoutLog(const std::string& path) {
+  const absl::StatusOr<std::unique_ptr<Database>> database =
+      Database::Open(path, Database::OpenMode::kFileAlone, absl::ZeroDuration());
+  if (!database.ok()) return std::nullopt;
+  const absl::StatusOr<std::optional<int64_t>> has_column = (*database)->QueryInt64(
+      "SELECT sum(name = 'incarnation') FROM pragma_table_info('hypermap_metadata')");
+  if (!has_column.ok() || !*has_column) return std::nullopt;
+  if (**has_column == 0) return 0;
+  const absl::StatusOr<std::optional<int64_t>> incarnation =
+      (*database)->QueryInt64("SELECT incarnation FROM hypermap_metadata WHERE id = 1");
+  if (!incarnation.ok() || !*incarnation) return std::nullopt;
+  return static_cast<uint64_t>(**incarnation);
+}
+
+absl::Status CheckIntegrity(Database* database) {
+  return RunCheck(database, "PRAGMA integrity_check(1)");
+}
+
+absl::StatusOr<bool> MoveLogIntoFile(Database* database) {
+  // The first column tells whether a reader or writer was in the way.
+  HYPERMAP_ASSIGN_OR_RETURN(const std::optional<int64_t> is_busy,
+                            database->QueryInt64("PRAGMA wal_checkpoint(TRUNCATE)"));
+  return is_busy == 0;
 }
 
 absl::Status RemoveSidecars(const std::string& path) {
@@ -126,6 +169,7 @@ absl::Status RemoveMapFile(const std::string& path) {
   // The file is removed before its log, which may contain commits that the file does not have.
   HYPERMAP_RETURN_IF_ERROR(RemoveFile(path));
   HYPERMAP_RETURN_IF_ERROR(RemoveSidecars(path));
+  HYPERMAP_RETURN_IF_ERROR(RemoveFile(OrphanPathOf(path)));
   return SyncFolder(FolderOf(path));
 }
 

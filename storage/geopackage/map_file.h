@@ -3,7 +3,9 @@
 #ifndef HYPERMAP_STORAGE_GEOPACKAGE_MAP_FILE_H_
 #define HYPERMAP_STORAGE_GEOPACKAGE_MAP_FILE_H_
 
+#include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "absl/status/status.h"
@@ -25,11 +27,32 @@ absl::Status CreateMapFile(const std::string& path, const std::string& temporary
 absl::StatusOr<std::unique_ptr<Database>> OpenMapFile(const std::string& path,
                                                       const GeoPackageOptions& options);
 
+// The write-ahead log that SQLite keeps beside a map's file.
+std::string LogPathOf(const std::string& path);
+
+// The name that a log gets when it does not belong to the map's file.
+std::string OrphanPathOf(const std::string& path);
+
+// Renames the log of a map's file to OrphanPathOf(path), in place of an older one, so that SQLite
+// does not apply it to the file.
+absl::Status SetLogAside(const std::string& path);
+
+// The incarnation in a map's file without its log; 0 if the file is of a version that had none;
+// nullopt if that can't be told. REQUIRES: no connection has the file open.
+std::optional<uint64_t> ReadIncarnationWithoutLog(const std::string& path);
+
+// DATA_LOSS with the first damage that a check of every page, index and constraint finds.
+absl::Status CheckIntegrity(Database* database);
+
+// Moves the log into the file, and waits for it. Returns whether the file is the whole map, which
+// it is not while another program reads an older state.
+absl::StatusOr<bool> MoveLogIntoFile(Database* database);
+
 // Removes the files that SQLite keeps beside a map's file. REQUIRES: the map's file does not exist.
 absl::Status RemoveSidecars(const std::string& path);
 
-// Removes a map's file and the files beside it, durably. When the map's file can't be removed,
-// nothing is.
+// Removes a map's file and the files beside it, also a log that was set aside, durably. When the
+// map's file can't be removed, nothing is.
 absl::Status RemoveMapFile(const std::string& path);
 
 }  // namespace hypermap::storage

@@ -31,6 +31,11 @@ absl::Status InsertRevision(Database* database, const Commit& commit) {
   return status;
 }
 
+absl::StatusOr<std::optional<int64_t>> ReadCommitTime(Database* database, Revision revision) {
+  return database->QueryInt64("SELECT time_ns FROM hypermap_revisions WHERE revision = ?",
+                              revision);
+}
+
 absl::StatusOr<std::optional<Receipt>> ReadReceipt(Database* database,
                                                    absl::string_view request_id) {
   if (request_id.empty()) return std::nullopt;

@@ -3,6 +3,7 @@
 #ifndef HYPERMAP_STORAGE_GEOPACKAGE_REVISION_TABLE_H_
 #define HYPERMAP_STORAGE_GEOPACKAGE_REVISION_TABLE_H_
 
+#include <cstdint>
 #include <optional>
 
 #include "absl/status/status.h"
@@ -16,6 +17,9 @@ namespace hypermap::storage {
 // Inserts the commit, and its receipt when it has a request id. ALREADY_EXISTS when there is a
 // receipt for that id.
 absl::Status InsertRevision(Database* database, const Commit& commit);
+
+// The commit time of a revision in nanoseconds since the Unix epoch; nullopt if it is not kept.
+absl::StatusOr<std::optional<int64_t>> ReadCommitTime(Database* database, Revision revision);
 
 // Nullopt when there is none.
 absl::StatusOr<std::optional<Receipt>> ReadReceipt(Database* database,

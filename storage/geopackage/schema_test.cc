@@ -1,5 +1,6 @@
 #include "storage/geopackage/schema.h"
 
+#include <cstdint>
 #include <map>
 #include <string>
 #include <utility>
@@ -11,6 +12,7 @@
 #include "gtest/gtest.h"
 #include "map/layers/grid_layer.h"
 #include "map/layers/semantic_layer.h"
+#include "storage/geopackage/map_metadata.h"
 #include "storage/geopackage/testing/map.h"
 
 namespace hypermap::storage {
@@ -168,7 +170,7 @@ SnapshotPtr WholeOf(PastMap& past, ObjectId next_object_id) {
 
 class GoldenMapTest : public ::testing::TestWithParam<int> {};
 
-INSTANTIATE_TEST_SUITE_P(Versions, GoldenMapTest, ::testing::Values(1, 2, 3, 4, 5));
+INSTANTIATE_TEST_SUITE_P(Versions, GoldenMapTest, ::testing::Values(1, 2, 3, 4, 5, 6));
 
 TEST_P(GoldenMapTest, IsRead) {
   const testing::TemporaryFolder folder;
@@ -187,16 +189,51 @@ TEST_P(GoldenMapTest, IsRead) {
   auto receipt = (*map)->FindReceipt("put");
   ASSERT_TRUE(receipt.ok() && receipt->has_value());
   EXPECT_THAT((*receipt)->object_ids, ::testing::ElementsAre(0, 1, 2, 0, 0, 0, 0, 0, 0, 0));
+  EXPECT_EQ((*receipt)->request_digest.size(), GetParam() < 6 ? 0u : 32u);
 
   // The migrated map can be edited.
   const Commit commit = MakeCommit(**loaded, {{DeleteObject{"objects", 1}, DeleteLayer{"wifi"}}});
   EXPECT_TRUE((*map)->Write({commit}).ok());
 }
 
+// The incarnation in testdata/map_v6.sql.
+constexpr uint64_t kGoldenIncarnation = 12297829382473034410u;
+
+TEST_P(GoldenMapTest, C5GetsAnIncarnationThatStays) {
+  const testing::TemporaryFolder folder;
+  MakeGolden(folder / "golden.gpkg", GetParam());
+  const auto store = OpenStore(folder.path());
+  uint64_t incarnation = 0;
+  {
+    auto map = store->Open("golden");
+    ASSERT_TRUE(map.ok()) << map.status();
+    incarnation = (*map)->header().incarnation;
+    EXPECT_FALSE((*map)->header().provisional);
+    EXPECT_NE(incarnation, 0u);
+    EXPECT_NE(incarnation, kGoldenIncarnation);
+    // A file of an older version had none that it could lose.
+    EXPECT_EQ((*map)->opening_notes().size(), GetParam() < 6 ? 0u : 1u);
+  }
+  auto again = store->Open("golden");
+  ASSERT_TRUE(again.ok()) << again.status();
+  EXPECT_EQ((*again)->header().incarnation, incarnation);
+  EXPECT_TRUE((*again)->opening_notes().empty());
+}
+
+TEST(GoldenMap, IncarnationIsRead) {
+  const testing::TemporaryFolder folder;
+  MakeGolden(folder / "golden.gpkg", 6);
+  const auto database = Connect(folder / "golden.gpkg");
+  const auto metadata = ReadMetadata(database.get());
+  ASSERT_TRUE(metadata.ok()) << metadata.status();
+  EXPECT_EQ(metadata->header.incarnation, kGoldenIncarnation);
+  EXPECT_FALSE(metadata->header.provisional);
+}
+
 // A change of the schema needs a new version, a migration to it and a golden file of its own.
 TEST(GoldenMap, NewMapsHaveTheSchemaOfTheirVersion) {
   const testing::TemporaryFolder folder;
-  EXPECT_EQ(kSchemaVersion, 5);
+  EXPECT_EQ(kSchemaVersion, 6);
   MakeGolden(folder / "golden.gpkg", kSchemaVersion);
   {
     const auto store = OpenStore(folder.path());
@@ -210,7 +247,7 @@ TEST(GoldenMap, NewMapsHaveTheSchemaOfTheirVersion) {
 
 class OldMapTest : public ::testing::TestWithParam<int> {};
 
-INSTANTIATE_TEST_SUITE_P(Versions, OldMapTest, ::testing::Values(1, 2, 3, 4));
+INSTANTIATE_TEST_SUITE_P(Versions, OldMapTest, ::testing::Values(1, 2, 3, 4, 5));
 
 // The tables of the layers that only map_v4.sql and later ones have.
 bool IsOfLaterLayer(const std::string& name) {
@@ -302,7 +339,7 @@ TEST_P(MapWithoutHistoryTest, HistoryBeginsWithWhatItHas) {
 
 class GoldenHistoryTest : public ::testing::TestWithParam<int> {};
 
-INSTANTIATE_TEST_SUITE_P(Versions, GoldenHistoryTest, ::testing::Values(3, 4, 5));
+INSTANTIATE_TEST_SUITE_P(Versions, GoldenHistoryTest, ::testing::Values(3, 4, 5, 6));
 
 TEST_P(GoldenHistoryTest, IsRead) {
   const testing::TemporaryFolder folder;
@@ -353,7 +390,7 @@ TEST(GoldenMap, SaysWhichGeometriesATableHolds) {
 
 class EvidenceTest : public ::testing::TestWithParam<int> {};
 
-INSTANTIATE_TEST_SUITE_P(Versions, EvidenceTest, ::testing::Values(2, 3, 4, 5));
+INSTANTIATE_TEST_SUITE_P(Versions, EvidenceTest, ::testing::Values(2, 3, 4, 5, 6));
 
 TEST_P(EvidenceTest, IsRead) {
   const testing::TemporaryFolder folder;
@@ -391,7 +428,7 @@ TEST_P(EvidenceTest, IsRead) {
 
 TEST(GoldenMap, C1TimeMarksAreReadAndOldMapsHaveNone) {
   const testing::TemporaryFolder folder;
-  for (const int version : {4, 5}) {
+  for (const int version : {4, 5, 6}) {
     const std::string name = "golden" + std::to_string(version);
     MakeGolden(folder / (name + ".gpkg"), version);
     auto map = OpenStore(folder.path())->Open(name);

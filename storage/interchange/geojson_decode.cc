@@ -4,6 +4,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
+#include "base/cancellation/cancellation.h"
 #include "base/limits/limits.h"
 #include "base/status/status_macros.h"
 #include "map/layers/semantic_layer.h"
@@ -20,16 +21,25 @@ namespace {
 using nlohmann::json;
 
 constexpr int kMaxDepth = 32;
+// Number of values of the file after which the parser looks whether it is cancelled.
+constexpr int kEventsPerLook = 1024;
+
+struct GivenUp {};
 
 absl::StatusOr<json> Parse(absl::string_view data) {
   bool too_deep = false;
-  const auto watch_depth = [&too_deep](int depth, json::parse_event_t, json&) {
+  int events = 0;
+  const auto watch = [&](int depth, json::parse_event_t, json&) {
+    // The parser knows no other way out.
+    if (++events % kEventsPerLook == 0 && IsCancelled()) throw GivenUp();
     too_deep = too_deep || depth > kMaxDepth;
     return !too_deep;
   };
   try {
-    json root = json::parse(data.begin(), data.end(), watch_depth);
+    json root = json::parse(data.begin(), data.end(), watch);
     if (!too_deep) return root;
+  } catch (const GivenUp&) {
+    return CheckCancelled();
   } catch (const json::exception& e) {
     return absl::InvalidArgumentError(absl::StrCat("not JSON: ", e.what()));
   }
@@ -87,11 +97,11 @@ absl::Status UnknownType(absl::string_view type, absl::string_view others) {
 absl::StatusOr<std::vector<json>> FeaturesOf(json root) {
   const std::string type = TextMember(root, "type");
   if (type == "FeatureCollection") {
-    const json* features = Member(root, "features");
-    if (!features || !features->is_array()) {
+    const json* found = Member(root, "features");
+    if (!found || !found->is_array()) {
       return absl::InvalidArgumentError("features is no list");
     }
-    return root["features"].get<std::vector<json>>();
+    return std::move(root["features"].get_ref<json::array_t&>());
   }
   if (type == "Feature") return std::vector<json>{std::move(root)};
   if (FindGeometryType(type) != nullptr) {
@@ -156,6 +166,7 @@ absl::Status Decoder::Run(json root) {
   OpenLayer();
   if (features.empty() && existing_) return absl::InvalidArgumentError("features is empty");
   for (size_t i = 0; i < features.size(); ++i) {
+    HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
     const std::string place = absl::StrCat("features[", i, "]");
     if (auto status = ReadFeature(features[i], place); !status.ok()) return At(place, status);
   }
@@ -298,6 +309,7 @@ absl::StatusOr<std::vector<Shape>> Decoder::ReadGeometry(const json& geometry) {
     return parts;
   }
   for (size_t i = 0; i < coordinates->size(); ++i) {
+    HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
     absl::StatusOr<Shape> part = ReadPart(type->part, (*coordinates)[i]);
     if (!part.ok()) return At(absl::StrCat("coordinates[", i, "]"), part.status());
     parts.push_back(*std::move(part));

@@ -3,6 +3,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
+#include "base/cancellation/cancellation.h"
 #include "base/status/status_macros.h"
 #include "map/layers/semantic_layer.h"
 #include "nlohmann/json.hpp"
@@ -60,6 +61,7 @@ void AddLayer(const Snapshot& snapshot, const Layer& layer, std::vector<std::str
   }
   std::vector<std::string> lost;
   for (const ObjectPtr& object : semantic->Objects()) {
+    if (IsCancelled()) return;
     const Shape shape = *map_from_layer * object->shape;
     const ordered_json feature = {
         {"type", "Feature"},
@@ -91,6 +93,7 @@ absl::StatusOr<ExportedFiles> EncodeGeoJson(const Snapshot& snapshot,
   std::vector<std::string> features;
   for (const LayerPtr& layer : selected) {
     AddLayer(snapshot, *layer, features, exported.omissions);
+    HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
   }
   // A null crs says that the positions are in no reference system that a reader could know. Each
   // feature has a line of its own, so that files can be compared and searched by line.

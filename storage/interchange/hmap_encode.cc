@@ -3,6 +3,7 @@
 
 #include "absl/container/flat_hash_set.h"
 #include "absl/strings/str_cat.h"
+#include "base/cancellation/cancellation.h"
 #include "base/limits/limits.h"
 #include "base/status/status_macros.h"
 #include "map/layers/grid_layer.h"
@@ -29,6 +30,7 @@ class HmapEncoder {
   absl::StatusOr<ExportedFiles> Encode() && {
     for (const LayerPtr& layer : OwnFrameFirst()) {
       HYPERMAP_RETURN_IF_ERROR(AddLayer(*layer));
+      HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
     }
     config_.transforms = snapshot_.frames.transforms();
     ReportOwnFrame();
@@ -96,7 +98,10 @@ class HmapEncoder {
     const LayerSpec& spec = layer.spec();
     const std::vector<ObjectPtr> polygons = Polygons(layer);
     std::string text;
-    for (const ObjectPtr& object : polygons) AppendSemanticEntry(ToSemanticEntry(*object), text);
+    for (const ObjectPtr& object : polygons) {
+      if (IsCancelled()) return;
+      AppendSemanticEntry(ToSemanticEntry(*object), text);
+    }
     // A reader needs a list, also when it is empty.
     if (text.empty()) text = "[]\n";
     std::string member = spec.name;

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/cancellation/cancellation.h"
 #include "base/status/status_macros.h"
 #include "storage/interchange/grey_alpha_image.h"
 #include "storage/interchange/number_text.h"
@@ -28,7 +29,7 @@ absl::Status AppendOccupancyLayer(const std::string& name, const std::string& fr
   pixels_left -= static_cast<int64_t>(pixels->pixels.size());
   edits.push_back(CreateLayer{std::move(spec)});
   AppendCells(*pixels, PixelMeaning(yaml), name, edits);
-  return absl::OkStatus();
+  return CheckCancelled();
 }
 
 void ReportLostByImage(const GridLayer& layer, std::vector<std::string>& omissions) {

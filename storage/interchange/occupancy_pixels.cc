@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "base/cancellation/cancellation.h"
+#include "base/status/status_macros.h"
 #include "storage/interchange/status_context.h"
 
 namespace hypermap::storage {
@@ -107,6 +109,7 @@ void AppendCells(const GreyAlphaImage& image, const PixelMeaning& meaning, const
                  std::vector<Edit>& edits) {
   std::vector<Edit> known;
   for (int32_t row = 0; row < image.height; row += kBlockSide) {
+    if (IsCancelled()) return;
     BandWriter(image, meaning, layer, row).AppendTo(known);
   }
   CellBox written;
@@ -155,6 +158,7 @@ absl::StatusOr<GridPicture> TakePicture(const GridLayer& layer, int64_t max_pixe
   picture.height = static_cast<int32_t>(extent.rows());
   picture.percents.assign(extent.num_cells(), PixelMeaning::kUnknown);
   for (const auto& [index, tile] : layer.tiles()) {
+    HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
     DrawTile(*tile, CellsOf(index), extent, layer.domain(), picture);
   }
   return picture;

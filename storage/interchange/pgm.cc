@@ -5,12 +5,15 @@
 #include "absl/status/status.h"
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
+#include "base/cancellation/cancellation.h"
 #include "base/status/status_macros.h"
 
 namespace hypermap::storage {
 namespace {
 
 constexpr int kMaxMaxval = 65535;
+// Number of pixels after which loops look whether they are cancelled.
+constexpr int64_t kPixelsPerLook = 1 << 16;
 
 // Reads the decimals of a PGM, with blanks and comments between them.
 class PgmScanner {
@@ -70,6 +73,7 @@ absl::Status ReadBinary(absl::string_view samples, int64_t maxval, int64_t num_p
   image.pixels.reserve(num_pixels);
   const auto byte = [&](int64_t i) { return int64_t{static_cast<uint8_t>(samples[i])}; };
   for (int64_t i = 0; i < num_pixels; ++i) {
+    if (i % kPixelsPerLook == 0) HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
     const int64_t sample = bytes_per_sample == 1 ? byte(i) : byte(2 * i) << 8 | byte(2 * i + 1);
     image.pixels.push_back(Scaled(sample, maxval));
   }
@@ -84,6 +88,7 @@ absl::Status ReadPlain(PgmScanner& scanner, int64_t maxval, int64_t num_pixels,
   }
   image.pixels.reserve(num_pixels);
   for (int64_t i = 0; i < num_pixels; ++i) {
+    if (i % kPixelsPerLook == 0) HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
     const std::optional<int64_t> sample = scanner.Number(maxval);
     if (!sample) return absl::InvalidArgumentError(absl::StrCat("PGM sample ", i, " is no number"));
     image.pixels.push_back(Scaled(*sample, maxval));

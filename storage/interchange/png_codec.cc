@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "absl/status/status.h"
+#include "base/cancellation/cancellation.h"
 #include "base/images/png.h"
 #include "base/status/status_macros.h"
 
@@ -32,6 +33,7 @@ absl::Status ReadPixels(PngReader& reader, GreyAlphaImage& image) {
   if (reader.num_passes() == 1) {
     std::vector<uint8_t> row(reader.row_bytes());
     for (int32_t y = 0; y < image.height; ++y) {
+      HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
       HYPERMAP_RETURN_IF_ERROR(reader.ReadRow(row.data()));
       AppendRow(row.data(), reader.channels(), image);
     }
@@ -40,6 +42,7 @@ absl::Status ReadPixels(PngReader& reader, GreyAlphaImage& image) {
   std::vector<uint8_t> rows(reader.row_bytes() * image.height);
   HYPERMAP_RETURN_IF_ERROR(reader.ReadRows(rows.data()));
   for (int32_t y = 0; y < image.height; ++y) {
+    HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
     AppendRow(rows.data() + reader.row_bytes() * y, reader.channels(), image);
   }
   return absl::OkStatus();
@@ -69,6 +72,7 @@ absl::StatusOr<std::string> EncodePng(const GreyAlphaImage& image, PngChannels c
       PngWriter::Begin({.width = image.width, .height = image.height, .has_alpha = with_alpha}));
   std::vector<uint8_t> row;
   for (int32_t y = 0; y < image.height; ++y) {
+    HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
     row.clear();
     for (int32_t x = 0; x < image.width; ++x) {
       const GreyAlpha& pixel = image.row(y)[x];

@@ -4,16 +4,43 @@
 #include <yaml-cpp/exceptions.h>
 #include <yaml-cpp/parser.h>
 
-#include <sstream>
+#include <algorithm>
+#include <istream>
+#include <streambuf>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
+#include "base/cancellation/cancellation.h"
+#include "base/status/status_macros.h"
 #include "storage/interchange/number_text.h"
 #include "storage/interchange/yaml_document.h"
 
 namespace hypermap::storage {
 namespace {
+
+// Gives the parser the text in pieces, and ends early when the work of this thread is cancelled:
+// one scalar may be most of a file.
+class CancellableText : public std::streambuf {
+ public:
+  explicit CancellableText(absl::string_view text) : rest_(text) {}
+
+ protected:
+  int_type underflow() override {
+    if (rest_.empty() || IsCancelled()) return traits_type::eof();
+    const size_t n = std::min(rest_.size(), kPieceBytes);
+    // The interface wants pointers to char, but nobody writes through them.
+    char* const piece = const_cast<char*>(rest_.data());
+    setg(piece, piece, piece + n);
+    rest_.remove_prefix(n);
+    return traits_type::to_int_type(*piece);
+  }
+
+ private:
+  static constexpr size_t kPieceBytes = 1 << 16;
+
+  absl::string_view rest_;
+};
 
 // Leaves the parser, which knows no other way out of an event.
 struct Stop {
@@ -103,7 +130,8 @@ class EntryBuilder : public YAML::EventHandler {
       key_.reset();
     }
     if (depth_ == 1) {
-      const absl::Status status = take_(std::exchange(entry_, {}));
+      absl::Status status = CheckCancelled();
+      if (status.ok()) status = take_(std::exchange(entry_, {}));
       if (!status.ok()) throw Stop{status};
     }
   }
@@ -141,14 +169,17 @@ class EntryBuilder : public YAML::EventHandler {
 absl::Status ReadSemanticYaml(absl::string_view text,
                               absl::FunctionRef<absl::Status(const SemanticEntry&)> take) {
   try {
-    const std::string document(text);
-    std::istringstream stream(document);
+    CancellableText document(text);
+    std::istream stream(&document);
     EntryBuilder builder(take);
     YAML::Parser(stream).HandleNextDocument(builder);
-    return absl::OkStatus();
+    return CheckCancelled();
   } catch (const Stop& stop) {
+    // A text that ended early may look wrong.
+    HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
     return stop.status;
   } catch (const YAML::Exception& e) {
+    HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
     return absl::InvalidArgumentError(absl::StrCat("no YAML: ", e.what()));
   }
 }

@@ -5,6 +5,7 @@
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
+#include "base/cancellation/cancellation.h"
 #include "base/status/status_macros.h"
 #include "map/geometry/predicates.h"
 #include "map/geometry/repair.h"
@@ -30,7 +31,7 @@ bool Cross(const Point& a, const Point& b, const Point& c, const Point& d) {
 int64_t CountCrossings(const Ring& ring, int64_t limit) {
   int64_t crossings = 0;
   const size_t n = ring.size();
-  for (size_t i = 0; i < n; ++i) {
+  for (size_t i = 0; i < n && !IsCancelled(); ++i) {
     for (size_t j = i + 2; j < n && crossings < limit; ++j) {
       if (Cross(ring[i], ring[(i + 1) % n], ring[j], ring[(j + 1) % n])) ++crossings;
     }
@@ -50,7 +51,9 @@ bool TakeCrossings(const Ring& ring, int64_t& crossings_left) {
 
 absl::StatusOr<RepairedShape> Fill(const Ring& ring, const absl::Status& fault,
                                    int64_t& crossings_left) {
-  if (!TakeCrossings(ring, crossings_left)) {
+  const bool may_fill = TakeCrossings(ring, crossings_left);
+  HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
+  if (!may_fill) {
     return absl::ResourceExhaustedError(
         absl::StrCat(fault.message(), ", too often for it to be filled"));
   }
@@ -100,6 +103,7 @@ absl::StatusOr<RepairedShape> RepairShape(std::vector<Ring> rings, int64_t& cros
   }
   std::vector<Ring> holes(rings.begin() + 1, rings.end());
   absl::StatusOr<Polygon> polygon = Polygon::Make(rings.front(), holes);
+  HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
   if (!polygon.ok() && !holes.empty()) {
     shape.repairs = DropFlatHoles(rings);
     holes.assign(rings.begin() + 1, rings.end());
@@ -109,6 +113,7 @@ absl::StatusOr<RepairedShape> RepairShape(std::vector<Ring> rings, int64_t& cros
     shape.polygons.push_back(*std::move(polygon));
     return shape;
   }
+  HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
   if (!holes.empty()) return polygon.status();
   HYPERMAP_ASSIGN_OR_RETURN(RepairedShape filled,
                             Fill(rings.front(), polygon.status(), crossings_left));

@@ -9,7 +9,9 @@
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
+#include "base/cancellation/cancellation.h"
 #include "base/limits/limits.h"
+#include "base/status/status_macros.h"
 
 namespace hypermap::storage {
 namespace {
@@ -91,6 +93,7 @@ absl::StatusOr<std::string> ZipArchive::Read(const std::string& member) {
   std::string content;
   std::array<char, 1 << 16> chunk;
   while (true) {
+    HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
     const zip_int64_t n = zip_fread(file.get(), chunk.data(), chunk.size());
     if (n < 0) return MemberError(member, zip_file_strerror(file.get()));
     if (n == 0) return content;
@@ -157,8 +160,13 @@ absl::StatusOr<std::string> MakeZip(const std::vector<NamedFile>& members) {
       return status;
     }
   }
+  // Closing packs the members.
+  zip_register_cancel_callback_with_state(
+      archive, [](zip_t* /*archive*/, void* /*unused*/) { return IsCancelled() ? 1 : 0; }, nullptr,
+      nullptr);
   if (zip_close(archive) != 0) {
-    const absl::Status status = ArchiveError(archive);
+    absl::Status status = CheckCancelled();
+    if (status.ok()) status = ArchiveError(archive);
     zip_discard(archive);
     return status;
   }

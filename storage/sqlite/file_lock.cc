@@ -51,4 +51,23 @@ absl::StatusOr<FileLock> FileLock::Acquire(const std::string& path) {
 
 absl::Status FileLock::RemoveFile() { return storage::RemoveFile(path_); }
 
+absl::StatusOr<std::string> FileLock::Read(size_t max_bytes) const {
+  std::string bytes(max_bytes, '\0');
+  const ssize_t size = pread(fd_, bytes.data(), bytes.size(), 0);
+  if (size < 0) return absl::ErrnoToStatus(errno, absl::StrCat("cannot read ", path_));
+  bytes.resize(static_cast<size_t>(size));
+  return bytes;
+}
+
+absl::Status FileLock::Write(absl::string_view bytes) {
+  const ssize_t size = pwrite(fd_, bytes.data(), bytes.size(), 0);
+  if (size == static_cast<ssize_t>(bytes.size())) return absl::OkStatus();
+  return absl::ErrnoToStatus(size < 0 ? errno : ENOSPC, absl::StrCat("cannot write ", path_));
+}
+
+absl::Status FileLock::Sync() {
+  if (fsync(fd_) == 0) return absl::OkStatus();
+  return absl::ErrnoToStatus(errno, absl::StrCat("cannot sync ", path_));
+}
+
 }  // namespace hypermap::storage

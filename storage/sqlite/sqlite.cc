@@ -3,6 +3,8 @@
 #include <iterator>
 #include <utility>
 
+#include "absl/strings/ascii.h"
+#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "base/status/status_macros.h"
 
@@ -44,6 +46,20 @@ const char* TypeName(int type) {
     default:
       return "NULL";
   }
+}
+
+// The name by which SQLite opens a file without its write-ahead log
+// (https://www.sqlite.org/uri.html#uriimmutable).
+std::string ImmutableUri(absl::string_view path) {
+  std::string uri = absl::StartsWith(path, "/") ? "file://" : "file:";
+  for (const char c : path) {
+    if (absl::ascii_isalnum(static_cast<unsigned char>(c)) || absl::StrContains("/-_.", c)) {
+      uri.push_back(c);
+    } else {
+      absl::StrAppend(&uri, "%", absl::Hex(static_cast<unsigned char>(c), absl::kZeroPad2));
+    }
+  }
+  return absl::StrCat(uri, "?immutable=1");
 }
 
 }  // namespace
@@ -177,10 +193,13 @@ absl::StatusOr<std::unique_ptr<Database>> Database::Open(const std::string& path
   static const int counts_no_memory = sqlite3_config(SQLITE_CONFIG_MEMSTATUS, 0);
   static_cast<void>(counts_no_memory);
   sqlite3* handle = nullptr;
-  const int flags = SQLITE_OPEN_NOMUTEX |
-                    (mode == OpenMode::kReadOnly ? SQLITE_OPEN_READONLY : SQLITE_OPEN_READWRITE) |
-                    (mode == OpenMode::kCreate ? SQLITE_OPEN_CREATE : 0);
-  const int code = sqlite3_open_v2(path.c_str(), &handle, flags, nullptr);
+  const bool file_alone = mode == OpenMode::kFileAlone;
+  const bool read_only = file_alone || mode == OpenMode::kReadOnly;
+  const int flags =
+      SQLITE_OPEN_NOMUTEX | (read_only ? SQLITE_OPEN_READONLY : SQLITE_OPEN_READWRITE) |
+      (file_alone ? SQLITE_OPEN_URI : 0) | (mode == OpenMode::kCreate ? SQLITE_OPEN_CREATE : 0);
+  const std::string name = file_alone ? ImmutableUri(path) : path;
+  const int code = sqlite3_open_v2(name.c_str(), &handle, flags, nullptr);
   std::unique_ptr<Database> database(new Database(path, handle));
   if (code != SQLITE_OK) return database->ErrorStatus(code);
   sqlite3_extended_result_codes(handle, 1);
@@ -191,7 +210,7 @@ absl::StatusOr<std::unique_ptr<Database>> Database::Open(const std::string& path
   sqlite3_db_config(handle, SQLITE_DBCONFIG_ENABLE_FKEY, 1, nullptr);
   // Otherwise a reader that is closed last would remove the log, which may belong to another file
   // of that name by then.
-  if (mode == OpenMode::kReadOnly) {
+  if (read_only) {
     sqlite3_db_config(handle, SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, 1, nullptr);
   }
   return database;

@@ -105,9 +105,10 @@ class Statement {
 class Database {
  public:
   enum class OpenMode {
-    kExisting,  // the file must exist
-    kCreate,    // the file is created when it does not exist
-    kReadOnly,  // the file must exist; neither it nor its log is ever changed
+    kExisting,   // the file must exist
+    kCreate,     // the file is created when it does not exist
+    kReadOnly,   // the file must exist; neither it nor its log is ever changed
+    kFileAlone,  // as kReadOnly, but reads the file without its log; no one may write it meanwhile
   };
   // Opens a file. Nothing is read yet: the first statement fails when the file is not a database.
   static absl::StatusOr<std::unique_ptr<Database>> Open(const std::string& path, OpenMode mode,

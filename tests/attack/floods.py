@@ -31,7 +31,7 @@ def _reset_rapidly(address, seconds, go, results):
     end = time.monotonic() + seconds
     while time.monotonic() < end:
         try:
-            with http2.Connection(address, timeout_s=1) as connection:
+            with http2.Connection(address, http2.ATTACKER, timeout_s=1) as connection:
                 while time.monotonic() < end:
                     count = min(50, connection.connection_window() // len(body))
                     if count == 0:

@@ -17,6 +17,10 @@ END_STREAM, ACK, END_HEADERS = 1, 1, 4
 CANCEL = 8
 INITIAL_WINDOW_SIZE, MAX_FRAME_SIZE = 4, 5
 
+# The address of attackers that fill what one address may have. The other clients, who come from
+# 127.0.0.1, have a share of their own.
+ATTACKER = "127.0.0.2"
+
 # Entries of the table in RFC 7541, appendix A. gRPC's own fields are not among them.
 _STATIC_TABLE_SIZE = 61
 

@@ -198,7 +198,7 @@ def large_batches(site):
     def send(count):
         streams = []
         try:
-            with http2.Connection(site.address, timeout_s=20) as connection:
+            with http2.Connection(site.address, http2.ATTACKER, timeout_s=20) as connection:
                 for _ in range(count):
                     streams.append(connection.new_stream())
                     connection.send(

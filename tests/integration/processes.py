@@ -32,10 +32,10 @@ class Server:
     """A hypermapd process on `data_dir`. The end of the `with` block kills it if it still runs.
 
     `limits` are resource limits by their number, such as {resource.RLIMIT_NOFILE: 1024}; each is
-    the soft and the hard limit.
+    the soft and the hard limit. `environment` are further environment variables.
     """
 
-    def __init__(self, data_dir, *flags, limits=None):
+    def __init__(self, data_dir, *flags, limits=None, environment=None):
         def limit_resources():
             for number, value in limits.items():
                 resource.setrlimit(number, (value, value))
@@ -44,7 +44,8 @@ class Server:
         self._process = subprocess.Popen(
             [BIN / "hypermapd", f"--data_dir={data_dir}", "--listen=127.0.0.1:0", *flags],
             stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=self._log,
-            preexec_fn=limit_resources if limits else None)
+            preexec_fn=limit_resources if limits else None,
+            env={**os.environ, **environment} if environment else None)
         try:
             self.stdout = self._read_until_ready()
         except BaseException:

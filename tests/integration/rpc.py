@@ -31,7 +31,8 @@ class Client:
 
     Arguments are the request's fields as in protobuf's JSON (or one iterable of such requests where
     the client streams); the answer is the message, or an iterator of messages. Errors are
-    grpc.RpcError.
+    grpc.RpcError. `client.GetMap.begin(map="office")` does not wait for the answer, and returns the
+    grpc.Call, which can be cancelled.
     """
 
     def __init__(self, address):
@@ -56,6 +57,14 @@ class Client:
                 sent = json_format.ParseDict(fields, request_type())
             return call(sent, timeout=timeout, wait_for_ready=False)
 
+        def begin(*requests, timeout=DEADLINE_S, **fields):
+            if kind.startswith("stream"):
+                sent = iter([json_format.ParseDict(r, request_type()) for r in requests[0]])
+            else:
+                sent = json_format.ParseDict(fields, request_type())
+            return (call if kind.endswith("stream") else call.future)(sent, timeout=timeout)
+
+        invoke.begin = begin
         return invoke
 
     def __enter__(self):

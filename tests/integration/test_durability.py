@@ -1,7 +1,11 @@
 """Acknowledged edits are on disk: the server is killed repeatedly while several clients write."""
 
+import base64
 import itertools
+import json
 import os
+import random
+import tempfile
 import threading
 import unittest
 
@@ -9,12 +13,22 @@ import grpc
 
 import rpc
 import sites
-from processes import SiteTest
+from processes import SEED, SiteTest
 
 ROUNDS = int(os.environ.get("HYPERMAP_TEST_ROUNDS", "6"))
 WRITERS = 4
 # The server is killed when all writers together have this many acknowledged edits.
 EDITS_BEFORE_KILL = 60
+IMPORTS_TO_KILL = 10
+IMPORTED_SQUARES = 4000
+# About the time that an import takes.
+IMPORT_S = 0.3
+
+
+def edits_of(number, i):
+    """Returns the edits of a writer's request: an object and a cell of its own."""
+    return [sites.put(f"writer {number} edit {i}", i % 50, i // 50),
+            sites.write_cells([[i % 100 / 100]], row=number, col=i)]
 
 
 class Writer(threading.Thread):
@@ -32,9 +46,8 @@ class Writer(threading.Thread):
             for i in itertools.count():
                 label = f"writer {self._number} edit {i}"
                 try:
-                    answer = client.ApplyEdits(map="site", request_id=label, edits=[
-                        sites.put(label, i % 50, i // 50),
-                        sites.write_cells([[i % 100 / 100]], row=self._number, col=i)])
+                    answer = client.ApplyEdits(map="site", request_id=label,
+                                               edits=edits_of(self._number, i))
                 except grpc.RpcError as error:
                     self.lost = label
                     if error.code() not in (grpc.StatusCode.UNAVAILABLE, grpc.StatusCode.UNKNOWN,
@@ -45,7 +58,39 @@ class Writer(threading.Thread):
                 self._count_down.release()
 
 
+def geojson_of_squares(count):
+    """Returns a GeoJSON file of labelled unit squares."""
+    def square(i):
+        x, y = 2 * (i % 100), 2 * (i // 100)
+        ring = [[x, y], [x + 1, y], [x + 1, y + 1], [x, y + 1], [x, y]]
+        return {"type": "Feature", "properties": {"label": f"square {i}"},
+                "geometry": {"type": "Polygon", "coordinates": [ring]}}
+
+    return json.dumps({"type": "FeatureCollection",
+                       "features": [square(i) for i in range(count)]}).encode()
+
+
+def import_file(client, file):
+    """Imports a GeoJSON file as the map "site", which is created if there is none."""
+    header = {"map": "site", "format": "FILE_FORMAT_GEOJSON", "layer": "things",
+              "create_map": True, "request_id": "import"}
+    return client.ImportMap([{"header": header}, {"chunk": {
+        "file_name": "site.geojson", "data": base64.b64encode(file).decode()}}])
+
+
+def import_until_killed(address, file):
+    with rpc.Client(address) as client:
+        try:
+            import_file(client, file)
+        except grpc.RpcError:
+            pass
+
+
 class Durability(SiteTest):
+
+    def setUp(self):
+        super().setUp()
+        self.random = random.Random(SEED)
 
     def kill_under_load(self, site, round_number):
         """Kills the server while several writers send edits. Returns the writers."""
@@ -88,8 +133,9 @@ class Durability(SiteTest):
         """Sends some acknowledged edits again. They get the same answers and change nothing."""
         before = sites.revision(client)
         for label in list(acknowledged)[-5:]:
-            answer = client.ApplyEdits(map="site", request_id=label, edits=[
-                sites.put(label, 0, 0), sites.write_cells([[0.5]])])
+            _, number, _, i = label.split()
+            answer = client.ApplyEdits(map="site", request_id=label,
+                                       edits=edits_of(int(number), int(i)))
             self.assertEqual((answer.revision, answer.object_ids[0]), acknowledged[label])
         self.assertEqual(sites.revision(client), before)
 
@@ -121,6 +167,63 @@ class Durability(SiteTest):
             again = client.ApplyEdits(map="site", request_id="a", edits=[sites.put("cup", 1, 1)])
             self.assertEqual(first, again)
             self.assertEqual(sites.labels(client), {first.object_ids[0]: "cup"})
+
+    def test_c6_another_request_with_a_used_id_is_refused(self):
+        site = self.server()
+        with rpc.Client(site.address) as client:
+            sites.make(client)
+            client.ApplyEdits(map="site", request_id="a", edits=[sites.put("cup", 1, 1)])
+        self.assertEqual(site.stop(), 0)
+        with rpc.Client(self.server().address) as client:
+            before = sites.revision(client)
+            layer = {"name": "more", "kind": "LAYER_KIND_SEMANTIC"}
+            for method, fields in ((client.ApplyEdits, {"edits": [sites.put("cup", 2, 1)]}),
+                                   (client.CreateLayer, {"layer": layer})):
+                with self.assertRaises(grpc.RpcError) as caught:
+                    method(map="site", request_id="a", **fields)
+                self.assertEqual(caught.exception.code(), grpc.StatusCode.INVALID_ARGUMENT)
+                self.assertIn(f'request_id "a" was used for another request, which made revision '
+                              f'{before}', caught.exception.details())
+            self.assertEqual(sites.revision(client), before)
+            client.ApplyEdits(map="site", request_id="a", edits=[sites.put("cup", 1, 1)])
+            self.assertEqual(sites.revision(client), before)
+
+    def test_c6_a_deletion_sent_again_does_not_claim_that_the_new_map_is_gone(self):
+        with rpc.Client(self.server().address) as client:
+            client.CreateMap(map="site")
+            client.DeleteMap(map="site", request_id="d")
+            client.DeleteMap(map="site", request_id="d")
+            client.CreateMap(map="site")
+            with self.assertRaises(grpc.RpcError) as caught:
+                client.DeleteMap(map="site", request_id="d")
+            self.assertEqual(caught.exception.code(), grpc.StatusCode.FAILED_PRECONDITION)
+            self.assertIn("not deleted", caught.exception.details())
+            client.GetMap(map="site")
+
+    def test_c7_an_import_that_is_killed_leaves_the_whole_map_or_none(self):
+        file = geojson_of_squares(IMPORTED_SQUARES)
+        outcomes = []
+        for _ in range(IMPORTS_TO_KILL):
+            data_dir = self.enterContext(tempfile.TemporaryDirectory(dir=self.folder))
+            site = self.server(data_dir=data_dir)
+            importer = threading.Thread(target=import_until_killed, args=(site.address, file))
+            importer.start()
+            # The moment is random, and may be before or after the import.
+            importer.join(self.random.uniform(0, IMPORT_S))
+            site.kill()
+            importer.join()
+            site = self.server(data_dir=data_dir)
+            with rpc.Client(site.address) as client:
+                maps = {entry.name: entry for entry in client.ListMaps().maps}
+                if "site" in maps:
+                    self.assertEqual(maps["site"].problem, "")
+                    self.assertEqual(maps["site"].revision, 1)
+                    self.assertEqual(len(sites.labels(client)), IMPORTED_SQUARES)
+                outcomes.append("site" in maps)
+                import_file(client, file)
+                self.assertEqual(len(sites.labels(client)), IMPORTED_SQUARES)
+            site.kill()
+        print(f"seed {SEED}: {sum(outcomes)} of {len(outcomes)} killed imports had made the map")
 
     def test_a_map_that_one_batch_creates_has_one_revision_and_survives_a_kill(self):
         site = self.server()

@@ -60,23 +60,30 @@ ROOMS = {
     "base/containers": Room([], {"absl"}, outside_world=False),
     # grpc: its server gets the connections that the room accepts.
     "base/admission": Room(["base/status", "base/sync"], {"absl", "grpc"}),
-    "base/images": Room(["base/status"], {"absl"}, hidden={"png"}),
+    "base/digest": Room([], {"absl"}, hidden={"openssl"}, outside_world=False),
+    "base/cancellation": Room([], {"absl"}),
+    "base/images": Room(["base/cancellation", "base/status"], {"absl"}, hidden={"png"}),
     "base/limits": Room([], {"absl"}, outside_world=False),
     "base/sync": Room([], {"absl"}),
     "base/text": Room([], {"absl"}, hidden={"utf8cpp"}, outside_world=False),
     "base/time": Room(["base/sync"], {"absl"}, hidden={"spdlog"}),
     "base/tls": Room(["base/status"], {"absl", "grpc"}, hidden={"openssl"}),
 
-    "map/geometry": pure(hidden={"geos"}),
+    "map/geometry": pure("base/cancellation", hidden={"geos"}),
     "map/values": pure("base/containers"),
     "map/frames": pure("base/containers", "map/geometry"),
-    "map/grid": pure("map/frames", "map/geometry", "map/values"),
+    "map/grid": pure("base/cancellation", "map/frames", "map/geometry", "map/values"),
     "map/objects": pure("map/geometry", "map/values"),
-    "map/layers": pure("map/geometry", "map/grid", "map/objects", "map/values"),
+    "map/layers": pure(
+        "base/cancellation", "map/geometry", "map/grid", "map/objects", "map/values",
+    ),
     "map": pure("base/containers", "map/frames", "map/grid", "map/layers"),
-    "map/query": pure("map", "map/geometry", "map/grid", "map/layers", "map/objects", "map/values"),
+    "map/query": pure(
+        "base/cancellation", "map", "map/geometry", "map/grid", "map/layers", "map/objects",
+        "map/values",
+    ),
     "map/edits": pure(
-        "base/limits", "base/status", "map", "map/frames", "map/grid", "map/layers", "map/objects",
+        "base/cancellation", "base/limits", "base/status", "map", "map/frames", "map/grid", "map/layers", "map/objects",
     ),
     "map/watch": pure(
         "map", "map/edits", "map/frames", "map/geometry", "map/grid", "map/layers",
@@ -84,7 +91,9 @@ ROOMS = {
     ),
     "map/observations": pure("map/frames", "map/geometry", "map/objects"),
     "map/matching": pure(),
-    "map/exploration": pure("map/frames", "map/geometry", "map/grid", "map/layers", "map/objects"),
+    "map/exploration": pure(
+        "base/cancellation", "map/frames", "map/geometry", "map/grid", "map/layers", "map/objects",
+    ),
     "map/evaluation": pure("map/geometry", "map/matching", "map/values"),
     # json: parameters and checkpoints are the strategies' own texts.
     "map/fusion": pure(
@@ -94,7 +103,7 @@ ROOMS = {
 
     # grpc: the only mapping between absl::Status and grpc::Status.
     "wire": Room(
-        ["base/limits", "base/status", "map", "map/edits", "map/exploration", "map/frames",
+        ["base/cancellation", "base/limits", "base/status", "map", "map/edits", "map/exploration", "map/frames",
          "map/geometry", "map/grid", "map/layers", "map/objects", "map/observations", "map/query",
          "map/watch", "proto"],
         {"absl", "grpc", "protobuf"},
@@ -106,45 +115,45 @@ ROOMS = {
     ),
     "storage/sqlite": Room(["base/status"], {"absl", "sqlite"}),
     "storage/geopackage": Room(
-        ["base/images", "base/status", "base/sync", "base/text", "map", "map/edits",
+        ["base/cancellation", "base/images", "base/status", "base/sync", "base/text", "map", "map/edits",
          "map/frames", "map/geometry", "map/grid", "map/layers", "map/objects", "storage",
          "storage/sqlite"],
         {"absl"}, hidden={"json", "tiff", "zlib"},
     ),
     "storage/outbox": Room(["base/status", "storage/sqlite"], {"absl"}, target="outbox_file"),
     "storage/interchange": Room(
-        ["base/images", "base/limits", "base/status", "map", "map/edits", "map/frames",
+        ["base/cancellation", "base/images", "base/limits", "base/status", "map", "map/edits", "map/frames",
          "map/geometry", "map/grid", "map/layers", "map/objects", "map/values"],
         {"absl"}, hidden={"json", "yaml", "zip"},
     ),
 
     "server/fusion": Room(
-        ["base/limits", "base/status", "map", "map/edits", "map/fusion", "map/geometry",
+        ["base/cancellation", "base/limits", "base/status", "map", "map/edits", "map/fusion", "map/geometry",
          "map/layers", "map/observations", "storage"],
         {"absl"}, target="map_fusion",
     ),
     "server/session": Room(
-        ["base/limits", "base/status", "base/sync", "base/time", "map", "map/edits", "map/layers",
+        ["base/cancellation", "base/admission", "base/limits", "base/status", "base/sync", "base/time", "map", "map/edits", "map/layers",
          "map/objects", "map/observations", "map/query", "map/watch", "server/fusion", "storage"],
         {"absl", "spdlog"},
     ),
     "server/exploration": Room(
-        ["base/limits", "base/status", "base/sync", "map", "map/edits", "map/exploration",
+        ["base/cancellation", "base/admission", "base/limits", "base/status", "base/sync", "map", "map/edits", "map/exploration",
          "map/frames", "map/geometry", "map/grid", "map/layers", "server/session", "storage"],
         {"absl"}, target="map_exploration",
     ),
     "server/rpc": Room(
-        ["base/admission", "base/limits", "base/status", "base/sync", "base/text", "map", "map/layers", "map/query", "proto",
-         "server/session", "wire"],
+        ["base/cancellation", "base/admission", "base/digest", "base/limits", "base/status", "base/sync", "base/text", "map", "map/layers",
+         "map/query", "proto", "server/session", "wire"],
         {"absl", "grpc", "protobuf", "spdlog"},
     ),
     "server/watch": Room(
-        ["base/limits", "base/status", "base/sync", "map/watch", "proto", "server/rpc",
+        ["base/admission", "base/limits", "base/status", "base/sync", "map/watch", "proto", "server/rpc",
          "server/session", "wire"],
         {"absl", "grpc", "protobuf"}, target="watch_service",
     ),
     "server/services": Room(
-        ["base/admission", "base/limits", "base/status", "base/sync", "base/tls", "map", "map/layers",
+        ["base/cancellation", "base/admission", "base/limits", "base/status", "base/sync", "base/tls", "map", "map/layers",
          "map/observations", "map/query", "map/values", "proto", "server/exploration",
          "server/fusion", "server/rpc", "server/session", "server/watch", "storage/interchange",
          "wire"],

@@ -21,10 +21,17 @@ constexpr absl::string_view kReplica = "replica of ";
 // Rows of history that are deleted per step.
 constexpr int kCompactRows = 4096;
 
+// Whether `before` can be of the same history as `after`.
+bool IsSameIncarnation(const KnownRevision& before, const KnownRevision& after) {
+  if (before.created_at != after.created_at) return false;
+  // A file always has an incarnation, also that of a server that reports none.
+  return after.incarnation == 0 || before.incarnation == after.incarnation;
+}
+
 // Whether `after` is a later state of the map of `before` and can be stored as changes. Changes
 // can't delete frames, so all frames of `before` must still exist.
 bool LeadsTo(const KnownRevision& before, const KnownRevision& after) {
-  if (before.created_at != after.created_at) return false;
+  if (!IsSameIncarnation(before, after)) return false;
   if (before.snapshot->frame_id != after.snapshot->frame_id) return false;
   if (before.snapshot->revision >= after.snapshot->revision) return false;
   const std::vector<FrameTransform> then = before.snapshot->frames.transforms();
@@ -120,7 +127,8 @@ absl::Status DurableCopy::ReadStored() {
       history->Revisions(revision - 1, revision + 1, /*newest_first=*/false, 1));
   if (made.empty()) return absl::DataLossError("the time of the revision is missing");
   const MutexLock lock(&mutex_);
-  stored_ = {std::move(snapshot), made.front().time, file_->header().created_at};
+  stored_ = {std::move(snapshot), made.front().time, file_->header().created_at,
+             file_->header().incarnation};
   return absl::OkStatus();
 }
 
@@ -195,7 +203,7 @@ absl::StatusOr<bool> DurableCopy::Store(const std::optional<KnownRevision>& befo
                                         const KnownRevision& after, bool all) {
   const Revision revision = after.snapshot->revision;
   if (before && before->snapshot->revision == revision && before->time == after.time &&
-      before->created_at == after.created_at) {
+      IsSameIncarnation(*before, after)) {
     return false;
   }
   absl::Status status = absl::DataLossError("there is no file");
@@ -215,9 +223,9 @@ absl::Status DurableCopy::Replace(const KnownRevision& newest) {
   file_.reset();
   absl::Status status = store_->Delete(map_, "");
   if (!status.ok() && !absl::IsNotFound(status)) return status;
-  HYPERMAP_ASSIGN_OR_RETURN(
-      std::unique_ptr<storage::StoredMap> file,
-      store_->Create({map_, newest.snapshot->frame_id, newest.created_at, selection_}));
+  HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<storage::StoredMap> file,
+                            store_->Create({map_, newest.snapshot->frame_id, newest.created_at,
+                                            selection_, newest.incarnation}));
   file_ = std::move(file);
   if (newest.snapshot->revision == 0) return absl::OkStatus();
   const Snapshot empty;

@@ -2,6 +2,7 @@
 #ifndef HYPERMAP_CLIENT_LIBS_CPP_REPLICA_DURABLE_COPY_H_
 #define HYPERMAP_CLIENT_LIBS_CPP_REPLICA_DURABLE_COPY_H_
 
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
@@ -17,12 +18,13 @@
 
 namespace hypermap::client {
 
-// A revision of a server's map. The times distinguish it from a revision with the same number of
-// another map, or of a restored one.
+// A revision of a server's map. The incarnation and the times distinguish it from a revision with
+// the same number of another map, or of a restored one.
 struct KnownRevision {
   SnapshotPtr snapshot;
-  absl::Time time;        // when the revision was made
-  absl::Time created_at;  // when the map was created
+  absl::Time time;           // when the revision was made
+  absl::Time created_at;     // when the map was created
+  uint64_t incarnation = 0;  // of the map; 0: the server reports none
 };
 
 // Keeps a map in FOLDER/<map>.gpkg, in a store of its own. A thread writes the newest revision

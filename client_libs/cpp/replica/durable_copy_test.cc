@@ -124,6 +124,24 @@ TEST(DurableCopyTest, AMapThatNoChangesLeadToTakesThePlaceOfTheOther) {
   ExpectStored(*copy, anew);
 }
 
+TEST(DurableCopyTest, AnotherIncarnationTakesThePlaceOfTheOther) {
+  const TemporaryFolder folder;
+  KnownRevision known = Life(1).newest();
+  known.incarnation = 7;
+  {
+    const auto copy = Open(folder);
+    copy->Write(known);
+    ASSERT_TRUE(copy->Flush().ok());
+  }
+  const auto copy = Open(folder);
+  ExpectStored(*copy, known);
+  EXPECT_EQ(copy->stored()->incarnation, 7u);
+  known.incarnation = 8;  // a copy of the map, with the same revision made at the same time
+  copy->Write(known);
+  ASSERT_TRUE(copy->Flush().ok());
+  EXPECT_EQ(copy->stored()->incarnation, 8u);
+}
+
 TEST(DurableCopyTest, ANumberAloneIsWrittenAtTheEndOnly) {
   const TemporaryFolder folder;
   KnownRevision known = Life(1).newest();

@@ -51,8 +51,8 @@ void Feed::Run() {
     const absl::Status why = Follow();
     if (standing().connected) backoff.Reset();
     NoteEnd(why);
-    // The server no longer keeps the revision or does not have it yet, has a different one of that
-    // number, or sent events that do not fit.
+    // The server no longer keeps the revision or does not have it yet, the map is another
+    // incarnation or has a different revision of that number, or the events do not fit.
     starts_anew_ = absl::IsOutOfRange(why) || absl::IsAborted(why) || absl::IsInternal(why);
   } while (Sleep(backoff.Next()));
 }
@@ -63,6 +63,7 @@ ReplicateOptions Feed::OptionsToGoOn() const {
   options.area = options_.area;
   if (known_ && !starts_anew_) {
     options.start_revision = known_->snapshot->revision;
+    options.incarnation = known_->incarnation;
     options.start_time = known_->time;
   }
   return options;
@@ -104,7 +105,7 @@ absl::Status Feed::Take(const WatchEvent& event, bool is_first) {
   HYPERMAP_ASSIGN_OR_RETURN(SnapshotPtr after, After(known_ ? *known_->snapshot : before, event));
   const absl::Time created_at = event.map ? event.map->create_time : known_->created_at;
   const bool had_another = known_.has_value();
-  known_ = {std::move(after), event.time, created_at};
+  known_ = {std::move(after), event.time, created_at, event.incarnation};
   NoteEvent(event, is_first, had_another);
   take_(*known_);
   const MutexLock lock(&mutex_);

@@ -48,19 +48,21 @@ NearestMatch ToMatch(const hypermap::NearestAnswer::Entry& entry) {
 // parts.
 class LocalParts : public PartStream<AnswerReader::RevisedPart> {
  public:
-  LocalParts(std::unique_ptr<PartReader> parts, Revision revision)
-      : parts_(std::move(parts)), revision_(revision) {}
+  LocalParts(std::unique_ptr<PartReader> parts, Revision revision, uint64_t incarnation)
+      : parts_(std::move(parts)), revision_(revision), incarnation_(incarnation) {}
 
   std::optional<AnswerReader::RevisedPart> Next() override {
     while (!parts_->done()) {
       hypermap::LayerPart part = parts_->Next(kPartItems);
       const bool is_told = !part.part.empty() || (part.last && !layer_told_);
       layer_told_ = !part.last && (layer_told_ || is_told);
-      if (is_told) return AnswerReader::RevisedPart{revision_, ToPart(std::move(part))};
+      if (is_told) {
+        return AnswerReader::RevisedPart{revision_, ToPart(std::move(part)), incarnation_};
+      }
     }
     if (std::exchange(ended_, true)) return std::nullopt;
     // Carries the revision to the reader even if no layer was queried.
-    return AnswerReader::RevisedPart{revision_, std::nullopt};
+    return AnswerReader::RevisedPart{revision_, std::nullopt, incarnation_};
   }
 
   const absl::Status& status() const override { return status_; }
@@ -68,6 +70,7 @@ class LocalParts : public PartStream<AnswerReader::RevisedPart> {
  private:
   const std::unique_ptr<PartReader> parts_;
   const Revision revision_;
+  const uint64_t incarnation_;
   bool layer_told_ = false;  // a part of the current layer was returned
   bool ended_ = false;
   const absl::Status status_;
@@ -95,7 +98,7 @@ LayerContent ToContent(const Layer& layer, const PlanarTransform& caller_from_la
           .objects = InFrame(content.objects, caller_from_layer)};
 }
 
-PointsAnswer ToPointsAnswer(SnapshotPtr snapshot, size_t num_points,
+PointsAnswer ToPointsAnswer(SnapshotPtr snapshot, uint64_t incarnation, size_t num_points,
                             absl::Span<const LayerPointsContent> contents) {
   PointsAnswer answer{.revision = snapshot->revision, .num_points = num_points};
   for (const LayerPointsContent& content : contents) {
@@ -113,6 +116,7 @@ PointsAnswer ToPointsAnswer(SnapshotPtr snapshot, size_t num_points,
     }
   }
   answer.labels_in = std::move(snapshot);
+  answer.incarnation = incarnation;
   return answer;
 }
 
@@ -124,8 +128,9 @@ NearestAnswer ToNearestAnswer(const hypermap::NearestAnswer& answer) {
   return converted;
 }
 
-AnswerReader ReadLocally(std::unique_ptr<PartReader> parts, Revision revision) {
-  return AnswerReader(std::make_unique<LocalParts>(std::move(parts), revision));
+AnswerReader ReadLocally(std::unique_ptr<PartReader> parts, Revision revision,
+                         uint64_t incarnation) {
+  return AnswerReader(std::make_unique<LocalParts>(std::move(parts), revision, incarnation));
 }
 
 AnswerReader FailLocally(absl::Status why) {

@@ -2,6 +2,8 @@
 #ifndef HYPERMAP_CLIENT_LIBS_CPP_REPLICA_LOCAL_ANSWERS_H_
 #define HYPERMAP_CLIENT_LIBS_CPP_REPLICA_LOCAL_ANSWERS_H_
 
+#include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <vector>
 
@@ -18,14 +20,16 @@ LayerContent ToContent(const Layer& layer, const PlanarTransform& caller_from_la
                        const PointContent& content);
 
 // `contents` are the answers to `num_points` points at `snapshot`, which owns the labels.
-PointsAnswer ToPointsAnswer(SnapshotPtr snapshot, size_t num_points,
+// `incarnation` is that of the map, here and below.
+PointsAnswer ToPointsAnswer(SnapshotPtr snapshot, uint64_t incarnation, size_t num_points,
                             absl::Span<const LayerPointsContent> contents);
 
 // Converts matches and refusals only.
 NearestAnswer ToNearestAnswer(const hypermap::NearestAnswer& answer);
 
 // Returns the parts in the form in which a server sends them.
-AnswerReader ReadLocally(std::unique_ptr<PartReader> parts, Revision revision);
+AnswerReader ReadLocally(std::unique_ptr<PartReader> parts, Revision revision,
+                         uint64_t incarnation);
 // Returns a reader without parts whose status is `why`, which is not OK.
 AnswerReader FailLocally(absl::Status why);
 

@@ -47,13 +47,14 @@ class Replica::Impl {
   struct View {
     SnapshotPtr snapshot;
     std::shared_ptr<const MirroredArea> area;  // null: everywhere
+    uint64_t incarnation = 0;                  // of the map
   };
 
   Impl(Client client, const ReplicaOptions& options, std::unique_ptr<DurableCopy> disk)
       : options_(options), disk_(std::move(disk)) {
     std::optional<KnownRevision> known;
     if (disk_) known = disk_->stored();
-    if (known) Publish(known->snapshot);
+    if (known) Publish(*known);
     feed_ = std::make_unique<Feed>(std::move(client), options, std::move(known),
                                    [this](const KnownRevision& newest) { Take(newest); });
     feed_->Start();
@@ -92,23 +93,24 @@ class Replica::Impl {
 
  private:
   void Take(const KnownRevision& newest) {
-    Publish(newest.snapshot);
+    Publish(newest);
     if (disk_) disk_->Write(newest);
   }
 
   bool has_content() const { return look().get() != nullptr; }
 
   // Called by one thread at a time.
-  void Publish(SnapshotPtr snapshot) {
+  void Publish(const KnownRevision& newest) {
     auto next = std::make_unique<View>();
     if (options_.area) {
       const auto last = look();
       next->area =
-          last.get() != nullptr && last->area->Fits(*snapshot)
+          last.get() != nullptr && last->area->Fits(*newest.snapshot)
               ? last->area
-              : std::make_shared<MirroredArea>(*options_.area, options_.frame_id, *snapshot);
+              : std::make_shared<MirroredArea>(*options_.area, options_.frame_id, *newest.snapshot);
     }
-    next->snapshot = std::move(snapshot);
+    next->snapshot = newest.snapshot;
+    next->incarnation = newest.incarnation;
     view_.Set(std::move(next));
     // A thread in AwaitRevision either has seen the new revision or is waiting by now, and so does
     // not miss the notification.
@@ -159,6 +161,7 @@ absl::StatusOr<PointAnswer> Replica::QueryPoint(const Point& p, const Scope& sco
   if (!status.ok()) return status;
   answer->map = impl_->map();
   answer->revision = snapshot.revision;
+  answer->incarnation = view->incarnation;
   answer->frame_id = scope.frame_id.empty() ? snapshot.frame_id : scope.frame_id;
   answer->point = p;
   return answer;
@@ -176,7 +179,7 @@ absl::StatusOr<PointsAnswer> Replica::QueryPoints(absl::Span<const Point> points
     if (status.ok()) continue;
     return absl::Status(status.code(), absl::StrCat("points[", i, "]: ", status.message()));
   }
-  return ToPointsAnswer(view.snapshot, points.size(), contents);
+  return ToPointsAnswer(view.snapshot, view.incarnation, points.size(), contents);
 }
 
 AnswerReader Replica::QueryArea(const Polygon& area, const Scope& scope) const {
@@ -187,7 +190,7 @@ AnswerReader Replica::QueryArea(const Polygon& area, const Scope& scope) const {
     absl::Status status = view.area->CheckArea(*view.snapshot, scope, area);
     if (!status.ok()) return FailLocally(std::move(status));
   }
-  return ReadLocally(*std::move(parts), view.snapshot->revision);
+  return ReadLocally(*std::move(parts), view.snapshot->revision, view.incarnation);
 }
 
 AnswerReader Replica::QueryValue(const std::string& value, const std::optional<Polygon>& area,
@@ -208,7 +211,7 @@ AnswerReader Replica::QueryValue(const std::string& value, const std::optional<P
     absl::Status status = view.area->CheckArea(*view.snapshot, scope, *area);
     if (!status.ok()) return FailLocally(std::move(status));
   }
-  return ReadLocally(*std::move(parts), view.snapshot->revision);
+  return ReadLocally(*std::move(parts), view.snapshot->revision, view.incarnation);
 }
 
 absl::StatusOr<NearestAnswer> Replica::QueryNearest(const Point& p, const std::string& value, int k,
@@ -225,13 +228,15 @@ absl::StatusOr<NearestAnswer> Replica::QueryNearest(const Point& p, const std::s
   NearestAnswer answer = ToNearestAnswer(found);
   answer.map = impl_->map();
   answer.revision = snapshot.revision;
+  answer.incarnation = view.incarnation;
   answer.frame_id = *snapshot.ResolveFrame(scope.frame_id);
   return answer;
 }
 
 LayerList Replica::ListLayers() const {
-  const SnapshotPtr snapshot = this->snapshot();
-  LayerList list{impl_->map(), snapshot->revision, {}};
+  const Impl::View view = impl_->view();
+  const SnapshotPtr& snapshot = view.snapshot;
+  LayerList list{impl_->map(), snapshot->revision, {}, view.incarnation};
   for (const auto& [name, layer] : snapshot->layers) {
     LayerEntry entry{layer->spec(), layer->Size(), std::nullopt, snapshot->LayerVersionOf(name)};
     const auto* grid = AsGrid(layer.get());
@@ -242,15 +247,19 @@ LayerList Replica::ListLayers() const {
 }
 
 TransformList Replica::ListTransforms() const {
-  const SnapshotPtr snapshot = this->snapshot();
-  return {impl_->map(), snapshot->revision, snapshot->frame_id, snapshot->frames.transforms()};
+  const Impl::View view = impl_->view();
+  const Snapshot& snapshot = *view.snapshot;
+  return {impl_->map(), snapshot.revision, snapshot.frame_id, snapshot.frames.transforms(),
+          view.incarnation};
 }
 
 SnapshotPtr Replica::snapshot() const { return impl_->look()->snapshot; }
 
 ReplicaState Replica::state() const {
   const Feed::Standing standing = impl_->feed().standing();
-  ReplicaState state{.revision = snapshot()->revision,
+  const Impl::View view = impl_->view();
+  ReplicaState state{.revision = view.snapshot->revision,
+                     .incarnation = view.incarnation,
                      .connected = standing.connected,
                      .newest_at = standing.newest_at,
                      .problem = standing.problem,

@@ -8,9 +8,9 @@
 // changes as they come, and stores its copy in a GeoPackage. It starts from that file, so that it
 // can answer without a server. When it reaches the server again, it resumes from the feed of
 // changes; if those are no longer kept, it fetches the map again and applies the difference. The
-// times of revisions tell it that a map was deleted and created again or restored from a backup,
-// and it then fetches the map again, too. Each answer is read at one complete revision of the
-// server.
+// map's incarnation tells it that a map was deleted and created again, replaced, or restored from a
+// backup, and it then fetches the map again, too. Each answer is read at one complete revision of
+// the server.
 //
 // Answers equal those of the server at revision(): same code, same ids, versions, frames and order.
 // If the replica can't know the answer, the query fails instead of missing something:
@@ -25,6 +25,7 @@
 #ifndef HYPERMAP_CLIENT_LIBS_CPP_REPLICA_REPLICA_H_
 #define HYPERMAP_CLIENT_LIBS_CPP_REPLICA_REPLICA_H_
 
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
@@ -63,6 +64,9 @@ struct ReplicaOptions {
 struct ReplicaState {
   // The revision at which queries are answered.
   Revision revision = 0;
+  // The incarnation of the map to which it belongs. It changes when the map was fetched again
+  // because it was restored, replaced or made anew.
+  uint64_t incarnation = 0;
   // The revision on disk. Absent if there is none.
   std::optional<Revision> durable_revision;
   // Whether the server is reporting changes. A connection that died silently is detected after a

@@ -201,6 +201,8 @@ TEST_F(ReplicaTest, ARevisionThatSelectsNothingIsReachedAsWell) {
 
 TEST_F(ReplicaTest, NoticesAMapThatWasMadeAnew) {
   const auto replica = Open({.folder = folder_.path()});
+  const uint64_t before = replica->state().incarnation;
+  EXPECT_EQ(before, (*server_.site().Find("site"))->incarnation());
   ASSERT_TRUE(server_.site().Delete("site", "").ok());
   server_.MakeMap("site", Batch({CreateLayer{{.name = "other"}}}));
   // Edits until revision numbers alone no longer tell the two maps apart.
@@ -208,6 +210,9 @@ TEST_F(ReplicaTest, NoticesAMapThatWasMadeAnew) {
   ASSERT_TRUE(replica->AwaitRevision(revision, kPatience).ok());
   ExpectLikeTheServer(*replica);
   EXPECT_EQ(replica->state().num_taken_anew, 1);
+  EXPECT_NE(replica->state().incarnation, before);
+  EXPECT_EQ(replica->state().incarnation, (*server_.site().Find("site"))->incarnation());
+  EXPECT_EQ(replica->ListLayers().incarnation, replica->state().incarnation);
   EXPECT_TRUE(replica->Flush().ok());
 }
 

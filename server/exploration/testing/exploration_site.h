@@ -29,6 +29,7 @@ inline Polygon Rectangle(double x_min, double y_min, double x_max, double y_max)
 class ExplorationSite {
  public:
   static constexpr double kResolution_m = 0.5;
+  static constexpr int64_t kMaxExplorationBytes = int64_t{1} << 30;
 
   ExplorationSite() {
     options_.clock = std::make_shared<ServerClock>(&machine_);
@@ -47,14 +48,15 @@ class ExplorationSite {
     auto session = MapSession::Start(*std::move(stored), options_);
     ASSERT_TRUE(session.ok()) << session.status();
     session_ = *std::move(session);
-    explorations_ = std::make_unique<MapExplorations>(session_.get(), max_exploration_cells_);
+    explorations_ = std::make_unique<MapExplorations>(session_.get(), room());
   }
 
   // Takes effect with the next Reopen.
   void set_max_exploration_cells(int64_t cells) { max_exploration_cells_ = cells; }
-  int64_t max_exploration_cells() const { return max_exploration_cells_; }
+  admission::Budget& exploration_bytes() { return exploration_bytes_; }
   MapSession& session() { return *session_; }
   MapExplorations& explorations() { return *explorations_; }
+  ExplorationRoom room() { return {max_exploration_cells_, &exploration_bytes_}; }
   SnapshotPtr snapshot() const { return session_->snapshot(); }
 
   absl::Time Now() const { return machine_.Wall(); }
@@ -173,6 +175,8 @@ class ExplorationSite {
   SessionOptions options_;
   std::unique_ptr<MapSession> session_;
   int64_t max_exploration_cells_ = 25'000'000;
+  admission::Budget exploration_bytes_{
+      "max_exploration_bytes", kMaxExplorationBytes, {.whole_for_one_client = true}};
   std::unique_ptr<MapExplorations> explorations_;
   int32_t rows_ = 0;
   int32_t cols_ = 0;

@@ -31,16 +31,16 @@ namespace hypermap::server {
 class TestServer {
  public:
   explicit TestServer(const Limits& limits = {}, int max_message_bytes = 1 << 20,
-                      SessionOptions options = {}) {
+                      SessionOptions options = {})
+      : budgets_(limits) {
     options.fusion.codec = WireEvidenceCodec();
     options.fusion.make_strategy = MakeTallyStrategy;
     options.fusion.default_strategy = "tally";
     auto site = Site::Open(std::make_unique<MemoryMapStore>(&disk_), options);
     EXPECT_TRUE(site.ok()) << site.status();
     site_ = *std::move(site);
-    auto server =
-        GrpcServer::Start({"127.0.0.1:0", max_message_bytes},
-                          {site_.get(), limits, &workers_, scratch_.path(), &scratch_bytes_});
+    auto server = GrpcServer::Start({"127.0.0.1:0", max_message_bytes},
+                                    {site_.get(), limits, &workers_, scratch_.path(), &budgets_});
     EXPECT_TRUE(server.ok()) << server.status();
     server_ = *std::move(server);
     channel_ = grpc::CreateChannel(server_->address(), grpc::InsecureChannelCredentials());
@@ -58,6 +58,7 @@ class TestServer {
   // Names of the scratch files that calls have left behind.
   std::vector<std::string> ScratchFiles() const { return scratch_.Names(); }
   MemoryDisk& disk() { return disk_; }
+  Budgets& budgets() { return budgets_; }
   Site& site() { return *site_; }
   const std::string& address() const { return server_->address(); }
   const std::shared_ptr<grpc::Channel>& channel() const { return channel_; }
@@ -78,8 +79,8 @@ class TestServer {
  private:
   hypermap::testing::TemporaryFolder scratch_;
   MemoryDisk disk_;
+  Budgets budgets_;
   std::unique_ptr<Site> site_;
-  admission::ByteBudget scratch_bytes_{"max_scratch_bytes", Limits().max_scratch_bytes};
   WorkerPools workers_{2};
   std::unique_ptr<GrpcServer> server_;
   std::shared_ptr<grpc::Channel> channel_;

@@ -19,6 +19,10 @@ class MemoryMap : public storage::StoredMap {
   }
 
   const storage::MapHeader& header() const override { return file_->header; }
+  absl::Status CheckFile() override {
+    MutexLock lock(&disk_->mutex_);
+    return disk_->file_status_;
+  }
   absl::StatusOr<SnapshotPtr> Load() override { return file_->snapshot; }
   absl::Status Write(absl::Span<const storage::Commit> commits) override {
     return disk_->Write(*file_, commits);
@@ -75,6 +79,12 @@ void MemoryDisk::FailWrites(absl::Status status) {
   write_status_ = std::move(status);
 }
 
+void MemoryDisk::BreakFiles(const absl::Status& status) {
+  MutexLock lock(&mutex_);
+  write_status_ = status;
+  file_status_ = status;
+}
+
 std::vector<size_t> MemoryDisk::writes() const {
   MutexLock lock(&mutex_);
   return writes_;
@@ -88,6 +98,7 @@ absl::Status MemoryDisk::Write(File& file, absl::Span<const storage::Commit> com
   --waiting_;
   HYPERMAP_RETURN_IF_ERROR(write_status_);
   writes_.push_back(commits.size());
+  file.header.provisional = false;
   for (const storage::Commit& commit : commits) {
     file.snapshot = commit.applied.snapshot;
     file.history->Add(commit);
@@ -140,13 +151,12 @@ absl::StatusOr<std::unique_ptr<storage::StoredMap>> MemoryMapStore::Create(
   snapshot->frame_id = header.frame_id;
   file->history->Begin(snapshot, header.created_at);
   file->snapshot = std::move(snapshot);
-  {
-    MutexLock lock(&disk_->mutex_);
-    if (!disk_->files_.emplace(header.name, file).second) {
-      return absl::AlreadyExistsError(header.name);
-    }
+  MutexLock lock(&disk_->mutex_);
+  if (!disk_->files_.emplace(header.name, file).second) {
+    return absl::AlreadyExistsError(header.name);
   }
-  return Open(header.name);
+  file->open = true;
+  return std::make_unique<MemoryMap>(disk_, std::move(file));
 }
 
 absl::StatusOr<std::unique_ptr<storage::StoredMap>> MemoryMapStore::Open(const std::string& name) {
@@ -155,6 +165,10 @@ absl::StatusOr<std::unique_ptr<storage::StoredMap>> MemoryMapStore::Open(const s
   if (it == disk_->files_.end()) return absl::NotFoundError(name);
   if (!it->second->problem.ok()) return it->second->problem;
   if (it->second->open) return absl::FailedPreconditionError("open");
+  if (it->second->header.provisional) {
+    disk_->files_.erase(it);
+    return absl::NotFoundError(name);
+  }
   it->second->open = true;
   return std::make_unique<MemoryMap>(disk_, it->second);
 }

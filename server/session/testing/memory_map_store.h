@@ -25,6 +25,8 @@ class MemoryDisk {
   void AwaitHeldWrite();
   // Makes all writes fail with `status`; OK makes them work again.
   void FailWrites(absl::Status status);
+  // Makes all writes and StoredMap::CheckFile fail with `status`, as if the files were replaced.
+  void BreakFiles(const absl::Status& status);
   // The number of commits in each successful write.
   std::vector<size_t> writes() const;
 
@@ -55,6 +57,7 @@ class MemoryDisk {
   bool held_ ABSL_GUARDED_BY(mutex_) = false;
   int waiting_ ABSL_GUARDED_BY(mutex_) = 0;
   absl::Status write_status_ ABSL_GUARDED_BY(mutex_);
+  absl::Status file_status_ ABSL_GUARDED_BY(mutex_);
   std::vector<size_t> writes_ ABSL_GUARDED_BY(mutex_);
   std::map<std::string, std::shared_ptr<File>> files_ ABSL_GUARDED_BY(mutex_);
   std::map<std::string, std::string> deletions_ ABSL_GUARDED_BY(mutex_);

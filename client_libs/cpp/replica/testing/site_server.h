@@ -43,9 +43,8 @@ class SiteServer {
     auto site = server::Site::Open(*std::move(store), options);
     ASSERT_TRUE(site.ok()) << site.status();
     site_ = *std::move(site);
-    auto server =
-        server::GrpcServer::Start({.listen = address_.empty() ? "127.0.0.1:0" : address_},
-                                  {site_.get(), limits, &workers_, scratch_, &scratch_bytes_});
+    auto server = server::GrpcServer::Start({.listen = address_.empty() ? "127.0.0.1:0" : address_},
+                                            {site_.get(), limits, &workers_, scratch_, &budgets_});
     ASSERT_TRUE(server.ok()) << server.status();
     server_ = *std::move(server);
     address_ = server_->address();
@@ -64,7 +63,7 @@ class SiteServer {
   server::Site& site() { return *site_; }
 
   void MakeMap(const std::string& name, const EditBatch& batch) {
-    const auto made = site_->Create({name, "map", ""}, [&](server::MapSession& session) {
+    const auto made = site_->CreateFilled({name, "map", ""}, [&](server::MapSession& session) {
       return session.SubmitAndWait({batch, "test", ""}).status();
     });
     EXPECT_TRUE(made.ok()) << made.status();
@@ -84,7 +83,7 @@ class SiteServer {
   const std::string scratch_;
   const OpenStore open_store_;
   std::string address_;
-  admission::ByteBudget scratch_bytes_{"max_scratch_bytes", Limits().max_scratch_bytes};
+  server::Budgets budgets_{Limits()};
   server::WorkerPools workers_{2};
   std::unique_ptr<server::Site> site_;
   std::unique_ptr<server::GrpcServer> server_;

@@ -30,9 +30,14 @@ def names_of(layers: Layers) -> list[str]:
     return [layers] if isinstance(layers, str) else list(layers)
 
 
-def make_scope(map_name: str, layers: Layers, frame_id: str) -> pb.Scope:
-    """The message for the map, the layers and the frame that a query is about."""
-    return pb.Scope(map=map_name, layers=names_of(layers), frame_id=frame_id)
+def make_scope(map_name: str, layers: Layers, frame_id: str, incarnation: int = 0) -> pb.Scope:
+    """The message for the map, the layers and the frame that a query is about.
+
+    incarnation: the one that the map must be; 0 for any.
+    """
+    return pb.Scope(
+        map=map_name, layers=names_of(layers), frame_id=frame_id, incarnation=incarnation
+    )
 
 
 def make_as_of(as_of: AsOf, min_revision: int) -> pb.AsOf:

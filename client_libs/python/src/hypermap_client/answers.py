@@ -59,6 +59,7 @@ class PointAnswer:
 
     frame_id: frame of `point` and of all geometry in the answer.
     layers: in the order of the query, or sorted by name if it asked for all layers.
+    incarnation: the incarnation of the map to which the revision belongs, see MapEntry.
 
     Indexing with the name of a layer returns its content and raises KeyError if there is none.
     """
@@ -68,6 +69,7 @@ class PointAnswer:
     frame_id: str
     point: shapely.Point
     layers: tuple[LayerContent, ...]
+    incarnation: int = 0
 
     def __getitem__(self, layer: str) -> LayerContent:
         return _by_layer(self.layers, layer)
@@ -115,11 +117,14 @@ class PointsContent:
 class PointsAnswer:
     """The content of several layers at the points of a batch, read at one revision.
 
+    incarnation: the incarnation of the map to which the revision belongs, see MapEntry.
+
     Indexing with the name of a layer returns its content and raises KeyError if there is none.
     """
 
     revision: int
     layers: tuple[PointsContent, ...]
+    incarnation: int = 0
 
     def __getitem__(self, layer: str) -> PointsContent:
         return _by_layer(self.layers, layer)
@@ -163,6 +168,7 @@ class Answer:
     """The answers of several layers to a query for an area or a value, read at one revision.
 
     frame_id: frame of all geometry in the answer, as the query gave it; empty for the map's own.
+    incarnation: the incarnation of the map to which the revision belongs, see MapEntry.
 
     Indexing with the name of a layer returns its answer and raises KeyError if there is none.
     """
@@ -171,6 +177,7 @@ class Answer:
     revision: int
     frame_id: str
     layers: tuple[LayerAnswer, ...]
+    incarnation: int = 0
 
     def __getitem__(self, layer: str) -> LayerAnswer:
         return _by_layer(self.layers, layer)
@@ -221,6 +228,7 @@ class NearestAnswer:
     frame_id: frame of all geometry in the answer.
     matches: sorted by distance, nearest first.
     refusals: layers that could not answer.
+    incarnation: the incarnation of the map to which the revision belongs, see MapEntry.
     """
 
     map: str
@@ -228,6 +236,7 @@ class NearestAnswer:
     frame_id: str
     matches: tuple[NearestMatch, ...]
     refusals: tuple[LayerRefusal, ...]
+    incarnation: int = 0
 
     def to_geodataframe(self) -> geopandas.GeoDataFrame:
         """Makes a table with a row for each match, nearest first.

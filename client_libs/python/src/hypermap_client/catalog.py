@@ -15,6 +15,10 @@ class MapEntry:
 
     frame_id: the map's own frame, which calls use when their frame id is empty.
     revision: the newest revision.
+    incarnation: a random number that tells one history of the map from another. Revisions can be
+        compared, and a watch or a page of revisions can be continued, only within one incarnation.
+        A map gets a new one when it is created, also under an old name, when it is restored or
+        replaced, and when acknowledged commits are missing after a restart of the server.
     create_time: time of creation in UTC.
     problem: the reason why the server cannot open the map. All fields but the name are unset then.
         Empty for a map that can be opened.
@@ -26,11 +30,14 @@ class MapEntry:
     create_time: datetime | None = None
     layer_count: int = 0
     problem: str = ""
+    incarnation: int = 0
 
 
 @dataclass(frozen=True, slots=True)
 class LayerList:
     """The layers of a map at a revision, sorted by name.
+
+    incarnation: the incarnation of the map to which the revision belongs, see MapEntry.
 
     Indexing with the name of a layer returns it and raises KeyError if there is none.
     """
@@ -38,6 +45,7 @@ class LayerList:
     map: str
     revision: int
     layers: tuple[Layer, ...]
+    incarnation: int = 0
 
     def __getitem__(self, name: str) -> Layer:
         for layer in self.layers:
@@ -51,9 +59,11 @@ class TransformList:
     """The transforms between the frames of a map at a revision, sorted by child frame.
 
     frame_id: the map's own frame.
+    incarnation: the incarnation of the map to which the revision belongs, see MapEntry.
     """
 
     map: str
     revision: int
     frame_id: str
     transforms: tuple[Transform, ...]
+    incarnation: int = 0

@@ -72,6 +72,8 @@ class WatchEvent:
     changes: empty for a progress event, which reports that no change up to this revision matched.
     snapshot: whether the changes are the whole selected content at this revision, as PUT and CELLS.
     reset: whether this snapshot replaces everything that earlier events reported.
+    incarnation: the incarnation of the map to which the revision belongs, see MapEntry. It changes
+        only with a snapshot that has `reset` set.
     """
 
     revision: int
@@ -80,6 +82,7 @@ class WatchEvent:
     changes: tuple[Change, ...]
     snapshot: bool = False
     reset: bool = False
+    incarnation: int = 0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -87,11 +90,14 @@ class Difference:
     """The changes between two revisions.
 
     Each object, cell, layer and transform that differs is reported once, however often it changed.
+
+    incarnation: the incarnation of the map to which the revisions belong, see MapEntry.
     """
 
     from_revision: int
     to_revision: int
     changes: tuple[Change, ...]
+    incarnation: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,9 +120,12 @@ class RevisionList:
 
     newest: the newest revision of the map.
     oldest: the oldest revision that can be queried; older ones are compacted.
+    incarnation: the incarnation of the map to which the revisions belong, see MapEntry. The next
+        page belongs to the same history only if it is requested with this number.
     """
 
     map: str
     newest: int
     oldest: int
     revisions: tuple[Revision, ...]
+    incarnation: int = 0

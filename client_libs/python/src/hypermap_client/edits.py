@@ -152,8 +152,10 @@ class EditAnswer:
 
     revision: the revision that the batch made.
     object_ids: one entry per edit: the id of the object for PutObject, 0 for other edits.
+    incarnation: the incarnation of the map to which the revision belongs, see MapEntry.
     """
 
     map: str
     revision: int
     object_ids: tuple[int, ...]
+    incarnation: int = 0

@@ -78,7 +78,10 @@ class FailedPrecondition(HypermapError):
 
 
 class Aborted(HypermapError):
-    """An object or layer does not have the version that the edits require. Nothing was changed."""
+    """An object or layer does not have the required version, or the map another incarnation.
+
+    Nothing was changed.
+    """
 
     code = grpc.StatusCode.ABORTED
 

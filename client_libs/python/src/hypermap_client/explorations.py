@@ -128,21 +128,27 @@ class ExplorationAnswer:
 
     frame_id: frame of all positions; empty for the map's own.
     progress: set by get_exploration only.
+    incarnation: the incarnation of the map to which the revision belongs, see MapEntry.
     """
 
     revision: int
     frame_id: str
     exploration: Exploration
     progress: ExplorationProgress | None = None
+    incarnation: int = 0
 
 
 @dataclass(frozen=True, slots=True)
 class ExplorationList:
-    """All explorations of a map at a revision, the newest first."""
+    """All explorations of a map at a revision, the newest first.
+
+    incarnation: the incarnation of the map to which the revision belongs, see MapEntry.
+    """
 
     revision: int
     frame_id: str
     explorations: tuple[Exploration, ...]
+    incarnation: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -165,12 +171,16 @@ class Frontier:
 
 @dataclass(frozen=True, slots=True)
 class FrontierList:
-    """The frontiers of an exploration at a revision, the largest first."""
+    """The frontiers of an exploration at a revision, the largest first.
+
+    incarnation: the incarnation of the map to which the revision belongs, see MapEntry.
+    """
 
     revision: int
     frame_id: str
     exploration_id: int
     frontiers: tuple[Frontier, ...]
+    incarnation: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -179,6 +189,7 @@ class Claim:
 
     goal: None if the exploration has ended, or if other robots have leased all goals; the robot can
         claim again later in the second case.
+    incarnation: the incarnation of the map to which the revision belongs, see MapEntry.
     """
 
     revision: int
@@ -187,3 +198,4 @@ class Claim:
     state: ExplorationState
     end_reason: EndReason
     goal: Goal | None
+    incarnation: int = 0

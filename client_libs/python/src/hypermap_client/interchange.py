@@ -37,12 +37,14 @@ class ImportAnswer:
     revision: the revision that the import made.
     layers: names of the layers that were created or written.
     repairs: one line for each deviation from the file format, with the server's interpretation.
+    incarnation: the incarnation of the map to which the revision belongs, see MapEntry.
     """
 
     map: str
     revision: int
     layers: tuple[str, ...]
     repairs: tuple[str, ...]
+    incarnation: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,12 +52,14 @@ class ExportAnswer:
     """Files with the content of a map at a revision.
 
     omissions: one line for each part of the map that the file format cannot represent.
+    incarnation: the incarnation of the map to which the revision belongs, see MapEntry.
     """
 
     map: str
     revision: int
     files: tuple[NamedFile, ...]
     omissions: tuple[str, ...]
+    incarnation: int = 0
 
     def save(self, folder: str | os.PathLike[str]) -> tuple[pathlib.Path, ...]:
         """Writes the files into an existing folder and returns their paths.

@@ -136,12 +136,15 @@ class OpenedLayer:
     exploration_layer: layer on which free space is marked as explored; empty for none.
     known: sequences of the stream's robot that the layer has, as ascending half-open ranges. They
         need not be sent again.
+    incarnation: the incarnation of the map to which the acknowledged revisions belong, see
+        MapEntry.
     """
 
     strategy: str
     parameters: str
     exploration_layer: str
     known: tuple[range, ...]
+    incarnation: int = 0
 
     def knows(self, sequence: int) -> bool:
         """Whether the layer has the observation of the stream's robot with this sequence."""
@@ -228,6 +231,7 @@ class ObjectHistory:
     revision: the newest revision when the server started to compute the history.
     strategy, parameters: fusion strategy of the layer, and its parameters as a JSON object.
     track: identifier of the object within fusion.
+    incarnation: the incarnation of the map to which the revision belongs, see MapEntry.
     """
 
     map: str
@@ -237,3 +241,4 @@ class ObjectHistory:
     parameters: str
     track: str
     events: tuple[ObjectEvent, ...]
+    incarnation: int = 0

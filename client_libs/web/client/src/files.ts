@@ -10,6 +10,8 @@ export interface MapFile {
 
 export interface ExportedMap {
   revision: bigint;
+  /** The incarnation of the map to which the revision belongs. */
+  incarnation: bigint;
   /** One line for each part of the map that the format can't represent. */
   omissions: string[];
   files: MapFile[];
@@ -22,11 +24,12 @@ export async function exportMap(
   options?: CallOptions,
 ): Promise<ExportedMap> {
   let revision = 0n;
+  let incarnation = 0n;
   let omissions: string[] = [];
   const pieces = new Map<string, BlobPart[]>();
   for await (const { part } of client.catalog.exportMap(request, options)) {
     if (part.case === 'header') {
-      ({ revision, omissions } = part.value);
+      ({ revision, incarnation, omissions } = part.value);
     } else if (part.case === 'chunk') {
       const { fileName, data } = part.value;
       const file = pieces.get(fileName) ?? [];
@@ -35,7 +38,7 @@ export async function exportMap(
     }
   }
   const files = Array.from(pieces, ([name, parts]) => ({ name, data: new Blob(parts) }));
-  return { revision, omissions, files };
+  return { revision, incarnation, omissions, files };
 }
 
 /** Returns a copy of the map as the server stores it: a GeoPackage. */

@@ -217,6 +217,39 @@ describe.each(Object.entries(transports))('by %s', (_, transport) => {
     expect(labels).toEqual(['chair', 'couch', 'plant']);
   });
 
+  test('C5 a map that is made again under its name begins a watch anew', async () => {
+    const client = createHypermapClient(transport());
+    const map = await drawMap(client);
+    const old = (await client.catalog.getMap({ map })).map?.incarnation;
+    if (!old) throw new Error('the map has no incarnation');
+    let last = 0n;
+    for await (const event of watch(client, { scope: { map } })) {
+      expect(event.incarnation).toBe(old);
+      last = event.revision;
+      if (event.complete) break;
+    }
+
+    await client.catalog.deleteMap({ map, incarnation: old });
+    const made = (await client.catalog.createMap({ map })).map?.incarnation;
+    expect(made).not.toBe(old);
+    await client.catalog.createLayer({ map, layer: { name: 'things', kind: LayerKind.SEMANTIC } });
+    // The number of the revision alone would let the watch continue.
+    expect(await put(client, map, 'plant', 4)).toBe(last);
+    await expect(client.catalog.deleteMap({ map, incarnation: old })).rejects.toMatchObject({
+      code: Code.Aborted,
+    });
+    const scope = { map, incarnation: old };
+    for await (const event of watch(client, { scope, startRevision: last })) {
+      expect(event).toMatchObject({ incarnation: made, snapshot: true, reset: true });
+      expect(event.changes.map(({ object }) => object?.label)).toEqual(['plant']);
+      break;
+    }
+    expect(await exportMap(client, { map, format: FileFormat.GEOJSON })).toMatchObject({
+      revision: last,
+      incarnation: made,
+    });
+  });
+
   test('exports and backups are complete', async () => {
     const client = createHypermapClient(transport());
     const map = await drawMap(client);

@@ -25,7 +25,12 @@ async function* tell(...messages: (Told | ConnectError)[]): AsyncIterable<Told> 
 /**
  * Watches a server that serves the given connections one after the other, until the last has ended.
  */
-async function follow(connections: Connection[], options: WatchOptions = {}, start?: bigint) {
+async function follow(
+  connections: Connection[],
+  options: WatchOptions = {},
+  start?: bigint,
+  incarnation = 0n,
+) {
   const requests: WatchRequest[] = [];
   const stop = new AbortController();
   const transport = createRouterTransport(({ service }) => {
@@ -42,7 +47,7 @@ async function follow(connections: Connection[], options: WatchOptions = {}, sta
     });
   });
   const events: WatchEvent[] = [];
-  const scope = { map: 'm' };
+  const scope = { map: 'm', incarnation };
   const request = start === undefined ? { scope } : { scope, startRevision: start };
   const all = watch(createHypermapClient(transport), request, {
     backoff: soon,
@@ -56,10 +61,15 @@ async function follow(connections: Connection[], options: WatchOptions = {}, sta
     events,
     told: events.map((event) => [event.revision, ids(event)] as const),
     starts: requests.map(({ startRevision }) => startRevision),
+    resumed: requests.map(({ startRevision, scope }) => [startRevision, scope?.incarnation]),
   };
 }
 
 const lost = new ConnectError('lost', Code.Unavailable);
+const replaced = new ConnectError('m is another incarnation by now', Code.Aborted);
+// Incarnations use all 64 bits, more than a number can hold.
+const before = 2n ** 64n - 1n;
+const after = 2n ** 63n + 1n;
 
 test('resumes after the last complete revision and never yields a part of one', async () => {
   const { told, starts } = await follow([
@@ -136,6 +146,89 @@ test('requests a new snapshot when the missed changes have been compacted', asyn
     5n,
   );
   expect(starts).toEqual([5n, undefined, 99n]);
+});
+
+test('C5 resumes in the incarnation that it saw', async () => {
+  const { events, resumed } = await follow([
+    () => tell({ revision: 4n, incarnation: before, snapshot: true }, lost),
+    () => tell({ coalesced: [{ revision: 5n, incarnation: before }] }, lost),
+  ]);
+  expect(events.map(({ incarnation }) => incarnation)).toEqual([before, before]);
+  expect(resumed).toEqual([
+    [undefined, 0n],
+    [4n, before],
+    [5n, before],
+  ]);
+});
+
+test('C5 shows the new map when a map vanishes and comes back under its name', async () => {
+  const { events, resumed } = await follow([
+    () =>
+      tell(
+        { revision: 4n, incarnation: before, snapshot: true, changes: [change(1n)] },
+        { revision: 5n, incarnation: before, changes: [change(2n)] },
+        lost,
+      ),
+    () => tell(replaced),
+    () =>
+      tell(
+        { revision: 1n, incarnation: after, snapshot: true, more: true, changes: [change(7n)] },
+        { revision: 1n, incarnation: after, snapshot: true, changes: [change(8n)] },
+        { revision: 2n, incarnation: after, changes: [change(9n)] },
+        lost,
+      ),
+  ]);
+  const summary = events.map((event) => [event.revision, event.incarnation, event.reset]);
+  expect(summary).toEqual([
+    [4n, before, true],
+    [5n, before, false],
+    [1n, after, true],
+    [1n, after, false],
+    [2n, after, false],
+  ]);
+  expect(resumed).toEqual([
+    [undefined, 0n],
+    [5n, before],
+    [undefined, 0n],
+    [2n, after],
+  ]);
+});
+
+test('C5 a revision that was kept from another incarnation leads to a snapshot', async () => {
+  const { events, resumed } = await follow(
+    [() => tell(replaced), () => tell({ revision: 9n, incarnation: after, snapshot: true })],
+    {},
+    5n,
+    before,
+  );
+  expect(events.map(({ revision, reset }) => [revision, reset])).toEqual([[9n, true]]);
+  expect(resumed).toEqual([
+    [5n, before],
+    [undefined, 0n],
+    [9n, after],
+  ]);
+});
+
+test('C5 never yields a change of another incarnation', async () => {
+  const { told, resumed } = await follow([
+    () => tell({ revision: 4n, incarnation: before, snapshot: true }, lost),
+    () => tell({ revision: 5n, incarnation: after, changes: [change(1n)] }),
+    () => tell({ revision: 5n, incarnation: after, snapshot: true, changes: [change(2n)] }),
+  ]);
+  expect(told).toEqual([
+    [4n, []],
+    [5n, [2n]],
+  ]);
+  expect(resumed.slice(0, 3)).toEqual([
+    [undefined, 0n],
+    [4n, before],
+    [undefined, 0n],
+  ]);
+});
+
+test('C5 a snapshot of a given incarnation is not replaced by one of another', async () => {
+  const failure = follow([() => tell(replaced)], {}, undefined, before);
+  await expect(failure).rejects.toMatchObject({ code: Code.Aborted });
 });
 
 test('throws errors that a retry cannot resolve', async () => {

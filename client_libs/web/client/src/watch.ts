@@ -12,6 +12,11 @@ import { Backoff, isTransient, wait, type BackoffOptions } from './retry.js';
 /** A commit, or a part of a snapshot of the map. */
 export interface WatchEvent {
   readonly revision: bigint;
+  /**
+   * The incarnation of the map to which the revision belongs. Another one means that another map has
+   * taken the name, whose revisions can't be compared. It changes only where `reset` is set.
+   */
+  readonly incarnation: bigint;
   /** The time of the commit. Undefined for a snapshot. */
   readonly time: Date | undefined;
   /** The author of the commit. Empty for a snapshot. */
@@ -44,8 +49,10 @@ export interface WatchOptions {
 /**
  * Yields a snapshot of everything that the request selects, then each change of it once and in
  * order, as long as the caller iterates. After a lost connection it reconnects and resumes after
- * the last complete revision. If the server has compacted the changes since then, a new snapshot
- * follows. Throws errors that a retry can't resolve, for example if the map does not exist.
+ * the last complete revision, in the incarnation that it saw. If the server has compacted the changes
+ * since then, or if the map is another incarnation by now, a new snapshot follows. Throws errors that
+ * a retry can't resolve, for example if the map does not exist, or if it is another incarnation than
+ * `request.scope` names and there is no revision to resume from.
  */
 export async function* watch(
   client: HypermapClient,
@@ -55,6 +62,7 @@ export async function* watch(
   const { signal, onState, silenceMs = 30_000 } = options;
   const backoff = new Backoff(options.backoff);
   let told = request.startRevision;
+  let incarnation = request.scope?.incarnation ?? 0n; // 0: any.
   while (!signal?.aborted) {
     onState?.('connecting');
     const connection = new AbortController();
@@ -64,6 +72,7 @@ export async function* watch(
     try {
       const message = create(WatchRequestSchema, {
         ...request,
+        scope: { ...request.scope, incarnation },
         startRevision: told,
         coalesce: true,
       });
@@ -72,7 +81,8 @@ export async function* watch(
       for await (const event of events(untilSilent(stream, silenceMs))) {
         live();
         backoff.reset();
-        if (event.complete) told = event.revision;
+        checkIncarnation(event, incarnation);
+        if (event.complete) ({ revision: told, incarnation } = event);
         yield event;
       }
       failure = new ConnectError('the server ended the watch', Code.Unavailable);
@@ -83,14 +93,24 @@ export async function* watch(
       connection.abort();
     }
     if (signal?.aborted) return;
-    if (failure.code === Code.OutOfRange && told !== undefined) {
+    const isAnotherMap = failure.code === Code.Aborted;
+    if ((isAnotherMap || failure.code === Code.OutOfRange) && told !== undefined) {
       told = undefined;
+      incarnation = 0n;
       continue;
     }
-    if (!isTransient(failure)) throw failure;
+    if ((isAnotherMap && incarnation !== 0n) || !isTransient(failure)) throw failure;
     onState?.('disconnected', failure);
     await wait(backoff.next(), signal);
   }
+}
+
+// Throws ABORTED for changes of another incarnation than the caller has. A server refuses to resume
+// such a watch; this check keeps two histories apart even if it does not.
+function checkIncarnation(event: WatchEvent, wanted: bigint): void {
+  if (wanted === 0n || event.incarnation === wanted || event.snapshot) return;
+  const message = `the map has another incarnation: ${event.incarnation}, not ${wanted}`;
+  throw new ConnectError(message, Code.Aborted);
 }
 
 // Yields the parts of a snapshot one by one. The parts of a later revision are joined, so that a
@@ -104,6 +124,7 @@ async function* events(messages: AsyncIterable<WatchResponse>): AsyncGenerator<W
       if (response.more && !response.snapshot) continue;
       yield {
         revision: response.revision,
+        incarnation: response.incarnation,
         time: response.time && timestampDate(response.time),
         author: response.author,
         changes: parts,

@@ -5,11 +5,13 @@ import { App } from './app/app';
 import { startEdits } from './state/edits';
 import { start } from './state/live';
 import { startQuestions } from './state/questions';
+import { startShowing } from './state/show_map';
 import { startTime } from './state/time';
 import { startUrl } from './state/url';
 
 startUrl();
 startTime();
+startShowing();
 start();
 startEdits();
 startQuestions();

@@ -1,3 +1,4 @@
+import { putSquare } from '../support/edits.js';
 import { expect, shot, test } from '../support/test.js';
 
 test('the page says that the server has no map, and shows the first one that is created', async ({
@@ -13,23 +14,42 @@ test('the page says that the server has no map, and shows the first one that is 
   await expect(page.getByText('The layers of this map are empty.')).toBeVisible();
 });
 
-test('a missing map is an error, and another one can be chosen', async ({ site, page }) => {
+test('a missing map is an error until it exists, and another one can be chosen', async ({
+  site,
+  page,
+}) => {
   await page.goto(`${site.url}/?map=attic`);
   await expect(page.getByRole('alert')).toContainText('attic');
   await expect(page.getByRole('status', { name: 'Connection' })).toHaveText('Error');
   await shot(page, 'error');
-  await site.hypermap('map', 'create', 'attic');
   await page.getByRole('button', { name: 'Try again' }).click();
+  await expect(page.getByRole('alert')).toContainText('attic');
+  await site.hypermap('map', 'create', 'attic');
   await expect(page.getByText('This map has no layers yet.')).toBeVisible();
   await page.getByRole('combobox', { name: 'Map', exact: true }).selectOption('office');
   await expect(page.getByRole('status', { name: 'Connection' })).toHaveText('Live');
   await expect(page.getByRole('alert')).toBeHidden();
 });
 
-test('an open page reports that its map was deleted', async ({ site, dashboard, page }) => {
-  await dashboard.open(site);
+test('C5 an open page reports that its map was deleted, and shows the one made again', async ({
+  site,
+  dashboard,
+  page,
+}) => {
+  const view = [7, 6, 0.01] as const;
+  const { revision } = await site.client().catalog.listLayers({ map: 'office' });
+  await dashboard.open(site, { view, at: revision - 1n });
+  await expect(page.getByText(/^As of/)).toBeVisible();
   await site.hypermap('map', 'delete', 'office');
   await expect(page.getByRole('alert')).toContainText('office');
+
+  await site.hypermap('map', 'create', 'office');
+  await site.hypermap('layer', 'create', 'office', 'things', '--kind', 'semantic');
+  await putSquare(site, 'things', 'barrel', [7.25, 5.75]);
+  await dashboard.isLive();
+  await expect(page.getByText(/^revision 2$/)).toBeVisible();
+  await expect(page.getByText(/^As of/)).toBeHidden();
+  expect(new URL(page.url()).searchParams.has('at')).toBe(false);
 });
 
 test('the page asks for a token if the server requires one', async ({ site, page }) => {

@@ -62,13 +62,21 @@ class Catalog(Connection):
         return tuple(map(decode_map, answer.maps))
 
     async def delete_map(
-        self, map_name: str, *, request_id: str = "", timeout: float | None = None
+        self,
+        map_name: str,
+        *,
+        incarnation: int = 0,
+        request_id: str = "",
+        timeout: float | None = None,
     ) -> None:
         """Deletes a map with its layers and its history. This cannot be undone.
 
-        Raises NotFound if there is no such map.
+        Raises NotFound if there is no such map, and Aborted if it has another incarnation than the
+        given one; it is kept then.
         """
-        request = pb.DeleteMapRequest(map=map_name, request_id=request_id or new_request_id())
+        request = pb.DeleteMapRequest(
+            map=map_name, request_id=request_id or new_request_id(), incarnation=incarnation
+        )
         await self._call(rpc.DELETE_MAP, request, timeout)
 
     async def create_layer(
@@ -76,16 +84,20 @@ class Catalog(Connection):
         map_name: str,
         layer: LayerSpec,
         *,
+        incarnation: int = 0,
         request_id: str = "",
         timeout: float | None = None,
     ) -> Layer:
         """Creates an empty layer. CreateLayer does so in a batch of edits.
 
-        Raises AlreadyExists if the map has a layer of that name, and InvalidArgument if a parameter
-        of the layer is invalid.
+        Raises AlreadyExists if the map has a layer of that name, InvalidArgument if a parameter of
+        the layer is invalid, and Aborted if the map has another incarnation than the given one.
         """
         request = pb.CreateLayerRequest(
-            map=map_name, layer=encode_layer(layer), request_id=request_id or new_request_id()
+            map=map_name,
+            layer=encode_layer(layer),
+            request_id=request_id or new_request_id(),
+            incarnation=incarnation,
         )
         return decode_layer((await self._call(rpc.CREATE_LAYER, request, timeout)).layer)
 
@@ -98,17 +110,29 @@ class Catalog(Connection):
         """Lists the layers of a map, sorted by name."""
         request = pb.ListLayersRequest(map=map_name)
         answer = await self._call(rpc.LIST_LAYERS, request, timeout)
-        return LayerList(answer.map, answer.revision, tuple(map(decode_layer, answer.layers)))
+        layers = tuple(map(decode_layer, answer.layers))
+        return LayerList(answer.map, answer.revision, layers, answer.incarnation)
 
     async def delete_layer(
-        self, map_name: str, layer: str, *, request_id: str = "", timeout: float | None = None
+        self,
+        map_name: str,
+        layer: str,
+        *,
+        incarnation: int = 0,
+        request_id: str = "",
+        timeout: float | None = None,
     ) -> int:
         """Deletes a layer with its content, and returns the revision of the deletion.
 
         DeleteLayer does so in a batch of edits.
+
+        Raises Aborted if the map has another incarnation than the given one.
         """
         request = pb.DeleteLayerRequest(
-            map=map_name, layer=layer, request_id=request_id or new_request_id()
+            map=map_name,
+            layer=layer,
+            request_id=request_id or new_request_id(),
+            incarnation=incarnation,
         )
         return (await self._call(rpc.DELETE_LAYER, request, timeout)).revision
 
@@ -119,6 +143,7 @@ class Catalog(Connection):
         child_frame_id: str,
         parent_from_child: Pose,
         *,
+        incarnation: int = 0,
         request_id: str = "",
         timeout: float | None = None,
     ) -> int:
@@ -129,13 +154,15 @@ class Catalog(Connection):
         parent_from_child: maps coordinates in the child to coordinates in the parent. It replaces
             an earlier transform of the child.
 
-        Raises InvalidArgument if the transforms would form a cycle.
+        Raises InvalidArgument if the transforms would form a cycle, and Aborted if the map has
+        another incarnation than the given one.
         """
         transform = Transform(parent_frame_id, child_frame_id, parent_from_child)
         request = pb.SetTransformRequest(
             map=map_name,
             transform=encode_transform(transform),
             request_id=request_id or new_request_id(),
+            incarnation=incarnation,
         )
         return (await self._call(rpc.SET_TRANSFORM, request, timeout)).revision
 
@@ -150,6 +177,7 @@ class Catalog(Connection):
             answer.revision,
             answer.frame_id,
             tuple(map(decode_transform, answer.transforms)),
+            answer.incarnation,
         )
 
     async def import_map(
@@ -161,6 +189,7 @@ class Catalog(Connection):
         layer: str = "",
         frame_id: str = "",
         create_map: bool = True,
+        incarnation: int = 0,
         request_id: str = "",
         timeout: float | None = None,
     ) -> ImportAnswer:
@@ -174,8 +203,9 @@ class Catalog(Connection):
         frame_id: frame of the layer that NAV2 creates; empty for the map's own.
         create_map: whether to create the map if it does not exist; NotFound otherwise.
 
-        Raises OSError if a file cannot be read, ValueError if the format is unknown, and
-        InvalidArgument if the content of a file is invalid.
+        Raises OSError if a file cannot be read, ValueError if the format is unknown,
+        InvalidArgument if the content of a file is invalid, and Aborted if the map has another
+        incarnation than the given one.
         """
         named = read_files(files)
         header = pb.ImportHeader(
@@ -185,11 +215,16 @@ class Catalog(Connection):
             frame_id=frame_id,
             create_map=create_map,
             request_id=request_id or new_request_id(),
+            incarnation=incarnation,
         )
         requests = list(import_requests(header, named))
         answer = await self._upload(rpc.IMPORT_MAP, requests, timeout)
         return ImportAnswer(
-            answer.map, answer.revision, tuple(answer.layers), tuple(answer.repairs)
+            answer.map,
+            answer.revision,
+            tuple(answer.layers),
+            tuple(answer.repairs),
+            answer.incarnation,
         )
 
     async def export_map(

@@ -38,6 +38,9 @@ class AsyncClient(Queries, Edits, Watches, Ingest, Explorations):
     as_of: revision, or time with a time zone, at which the map is queried; None for the newest
         revision.
     min_revision: the server waits until the map has this revision before it answers; 0 for no wait.
+    incarnation: the incarnation that the caller expects the map to be, see MapEntry; 0 for any. The
+        call raises Aborted if the map is another one by now. Give it with revisions, versions and
+        ids from earlier answers: they mean something else in another incarnation.
     request_id: the server carries out a mutation once per id, and repeats its answer. Empty for a
         new id, which all retries of the call share.
     timeout: time in seconds for the call; None for the timeout of the client.

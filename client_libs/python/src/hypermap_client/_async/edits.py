@@ -21,6 +21,7 @@ class Edits(Connection):
         edits: Edit | Iterable[Edit],
         *,
         if_layers: Mapping[str, int] | None = None,
+        incarnation: int = 0,
         request_id: str = "",
         timeout: float | None = None,
     ) -> EditAnswer:
@@ -30,14 +31,17 @@ class Edits(Connection):
         one can create a layer, and the next ones write to it.
 
         if_layers: versions that layers must have, by layer name, else the batch fails with Aborted.
+        incarnation: the incarnation that the map must be, else the batch fails with Aborted; 0 for
+            any. Give it with versions and object ids: they mean something else in another
+            incarnation.
         request_id: the server carries out a batch once per id, and repeats its answer. Empty for a
             new id, which all retries of this call share. Pass an id of your own (new_request_id)
             to be able to send the batch again after an error such as DeadlineExceeded.
 
         Raises InvalidArgument (names the edit and the field), NotFound (names the map, layer, frame
-        or object), AlreadyExists (names the layer to create), Aborted (a version differs from the
-        required one; nothing was changed) and ResourceExhausted (names the limit). Raises TypeError
-        or ValueError for edits that cannot be encoded.
+        or object), AlreadyExists (names the layer to create), Aborted (a version or the incarnation
+        differs from the required one; nothing was changed) and ResourceExhausted (names the limit).
+        Raises TypeError or ValueError for edits that cannot be encoded.
         """
         batch = [edits] if not isinstance(edits, Iterable) else edits
         request = pb.ApplyEditsRequest(
@@ -48,6 +52,8 @@ class Edits(Connection):
                 pb.LayerVersion(layer=layer, version=version)
                 for layer, version in (if_layers or {}).items()
             ],
+            incarnation=incarnation,
         )
         answer = await self._call(rpc.APPLY_EDITS, request, timeout)
-        return EditAnswer(answer.map, answer.revision, tuple(answer.object_ids))
+        object_ids = tuple(answer.object_ids)
+        return EditAnswer(answer.map, answer.revision, object_ids, answer.incarnation)

@@ -76,7 +76,10 @@ class Explorations(Connection):
             request_id=request_id or new_request_id(),
         )
         answer = await self._call(rpc.START_EXPLORATION, request, timeout)
-        return ExplorationAnswer(answer.revision, frame_id, decode_exploration(answer.exploration))
+        exploration = decode_exploration(answer.exploration)
+        return ExplorationAnswer(
+            answer.revision, frame_id, exploration, incarnation=answer.incarnation
+        )
 
     async def get_exploration(
         self,
@@ -96,6 +99,7 @@ class Explorations(Connection):
             answer.frame_id,
             decode_exploration(answer.exploration),
             decode_progress(answer.progress),
+            answer.incarnation,
         )
 
     async def list_explorations(
@@ -104,9 +108,8 @@ class Explorations(Connection):
         """Lists the explorations of a map, the newest first."""
         request = pb.ListExplorationsRequest(map=map_name, frame_id=frame_id)
         answer = await self._call(rpc.LIST_EXPLORATIONS, request, timeout)
-        return ExplorationList(
-            answer.revision, answer.frame_id, tuple(map(decode_exploration, answer.explorations))
-        )
+        explorations = tuple(map(decode_exploration, answer.explorations))
+        return ExplorationList(answer.revision, answer.frame_id, explorations, answer.incarnation)
 
     async def list_frontiers(
         self,
@@ -202,4 +205,5 @@ class Explorations(Connection):
         """Ends an exploration and returns it. Does nothing if it has ended already."""
         request = pb.StopExplorationRequest(map=map_name, exploration_id=exploration_id)
         answer = await self._call(rpc.STOP_EXPLORATION, request, timeout)
-        return ExplorationAnswer(answer.revision, "", decode_exploration(answer.exploration))
+        exploration = decode_exploration(answer.exploration)
+        return ExplorationAnswer(answer.revision, "", exploration, incarnation=answer.incarnation)

@@ -73,6 +73,7 @@ class Ingest(Connection):
         *,
         strategy: str = "",
         parameters: Mapping[str, float] | None = None,
+        incarnation: int = 0,
         request_id: str = "",
         timeout: float | None = None,
     ) -> int:
@@ -80,6 +81,8 @@ class Ingest(Connection):
 
         strategy: "evidence" or "paper"; empty for the present strategy of the layer.
         parameters: parameters of the strategy; None for its defaults.
+
+        Raises Aborted if the map has another incarnation than the given one.
         """
         request = pb.RebuildLayerRequest(
             map=map_name,
@@ -87,6 +90,7 @@ class Ingest(Connection):
             strategy=strategy,
             parameters=_json(parameters),
             request_id=request_id or new_request_id(),
+            incarnation=incarnation,
         )
         return (await self._call(rpc.REBUILD_LAYER, request, timeout)).revision
 
@@ -98,6 +102,7 @@ class Ingest(Connection):
         *,
         from_time: datetime | None = None,
         to_time: datetime | None = None,
+        incarnation: int = 0,
         request_id: str = "",
         timeout: float | None = None,
     ) -> int:
@@ -108,10 +113,15 @@ class Ingest(Connection):
         from_time, to_time: observations with from_time <= stamp < to_time are removed; None for no
             limit. Times need a time zone.
 
-        Raises NotFound if there are no such observations.
+        Raises NotFound if there are no such observations, and Aborted if the map has another
+        incarnation than the given one.
         """
         request = pb.RetractSourceRequest(
-            map=map_name, layer=layer, robot=robot, request_id=request_id or new_request_id()
+            map=map_name,
+            layer=layer,
+            robot=robot,
+            request_id=request_id or new_request_id(),
+            incarnation=incarnation,
         )
         if from_time is not None:
             encode_time(from_time, getattr(request, "from"))

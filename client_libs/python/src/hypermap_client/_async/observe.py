@@ -30,7 +30,9 @@ class AsyncObserveStream:
     opened: OpenedLayer
     """The configuration of the layer, and the sequences of the stream's robot that it has.
 
-    Set when the `with` block is entered, and again when the stream is reopened.
+    Set when the `with` block is entered, and again when the stream is reopened. Its `incarnation`
+    differs then if the map has been replaced in the meantime; the new map does not have the
+    observations that the old one acknowledged.
     """
 
     def __init__(

@@ -9,6 +9,7 @@ import shapely
 
 from .. import _rpc as rpc
 from .._io import aio
+from .._proto import catalog_service_pb2 as catalog
 from .._proto import query_service_pb2 as pb
 from .._requests import AsOf, Layers, make_as_of, make_scope
 from .._wire.answers import (
@@ -18,6 +19,7 @@ from .._wire.answers import (
     decode_points_answer,
 )
 from .._wire.geometry import encode_point, encode_polygon
+from .._wire.layers import decode_layer
 from ..answers import Answer, NearestAnswer, PointAnswer, PointsAnswer
 from ..errors import HypermapError, Internal
 from ..geometry import AreaLike, PointLike, PointsLike, points_of
@@ -38,6 +40,7 @@ class Queries(Catalog):
         frame_id: str = "",
         as_of: AsOf = None,
         min_revision: int = 0,
+        incarnation: int = 0,
         timeout: float | None = None,
     ) -> PointAnswer:
         """Returns what each layer has at a point: the value of a cell, or objects.
@@ -49,10 +52,11 @@ class Queries(Catalog):
 
         Raises NotFound for an unknown map, layer or frame, InvalidArgument for coordinates that are
         not finite or a negative tolerance, OutOfRange if the revision of `as_of` is compacted or
-        does not exist yet, and DeadlineExceeded if the map does not reach `min_revision` in time.
+        does not exist yet, Aborted if the map has another incarnation than the given one, and
+        DeadlineExceeded if the map does not reach `min_revision` in time.
         """
         request = pb.QueryPointRequest(
-            scope=make_scope(map_name, layers, frame_id),
+            scope=make_scope(map_name, layers, frame_id, incarnation),
             as_of=make_as_of(as_of, min_revision),
             point=encode_point(point),
             tolerance_m=tolerance_m,
@@ -69,6 +73,7 @@ class Queries(Catalog):
         frame_id: str = "",
         as_of: AsOf = None,
         min_revision: int = 0,
+        incarnation: int = 0,
         timeout: float | None = None,
     ) -> PointsAnswer:
         """Returns what each layer has at many points, read at one revision.
@@ -81,7 +86,7 @@ class Queries(Catalog):
         errors are those of query_point.
         """
         opening = pb.QueryPointsOpening(
-            scope=make_scope(map_name, layers, frame_id),
+            scope=make_scope(map_name, layers, frame_id, incarnation),
             as_of=make_as_of(as_of, min_revision),
             tolerance_m=tolerance_m,
         )
@@ -108,6 +113,7 @@ class Queries(Catalog):
         frame_id: str = "",
         as_of: AsOf = None,
         min_revision: int = 0,
+        incarnation: int = 0,
         timeout: float = math.inf,
     ) -> AsyncIterator[PointsAnswer]:
         """Yields what each layer has at the points of each batch, in the order of the batches.
@@ -121,7 +127,7 @@ class Queries(Catalog):
         The stream is not retried. Errors are those of query_points.
         """
         opening = pb.QueryPointsOpening(
-            scope=make_scope(map_name, layers, frame_id),
+            scope=make_scope(map_name, layers, frame_id, incarnation),
             as_of=make_as_of(as_of, min_revision),
             tolerance_m=tolerance_m,
         )
@@ -143,6 +149,7 @@ class Queries(Catalog):
         frame_id: str = "",
         as_of: AsOf = None,
         min_revision: int = 0,
+        incarnation: int = 0,
         timeout: float | None = None,
     ) -> Answer:
         """Returns the objects that intersect an area, and the cells whose centre it covers.
@@ -153,7 +160,7 @@ class Queries(Catalog):
         other errors are those of query_point.
         """
         request = pb.QueryAreaRequest(
-            scope=make_scope(map_name, layers, frame_id),
+            scope=make_scope(map_name, layers, frame_id, incarnation),
             as_of=make_as_of(as_of, min_revision),
             area=encode_polygon(area),
         )
@@ -170,6 +177,7 @@ class Queries(Catalog):
         frame_id: str = "",
         as_of: AsOf = None,
         min_revision: int = 0,
+        incarnation: int = 0,
         timeout: float | None = None,
     ) -> Answer:
         """Returns the objects and cells that have a value, in the whole map or in an area.
@@ -185,7 +193,7 @@ class Queries(Catalog):
         query_area.
         """
         request = pb.QueryValueRequest(
-            scope=make_scope(map_name, layers, frame_id),
+            scope=make_scope(map_name, layers, frame_id, incarnation),
             as_of=make_as_of(as_of, min_revision),
             value=value,
             area=None if area is None else encode_polygon(area),
@@ -204,6 +212,7 @@ class Queries(Catalog):
         frame_id: str = "",
         as_of: AsOf = None,
         min_revision: int = 0,
+        incarnation: int = 0,
         timeout: float | None = None,
     ) -> NearestAnswer:
         """Returns the k objects and cells nearest to a point that have a value, over all layers.
@@ -217,7 +226,7 @@ class Queries(Catalog):
         --max_nearest (default 1,000); other errors are those of query_point.
         """
         request = pb.QueryNearestRequest(
-            scope=make_scope(map_name, layers, frame_id),
+            scope=make_scope(map_name, layers, frame_id, incarnation),
             as_of=make_as_of(as_of, min_revision),
             point=encode_point(point),
             value=value,
@@ -232,6 +241,7 @@ class Queries(Catalog):
         *,
         as_of: AsOf = None,
         min_revision: int = 0,
+        incarnation: int = 0,
         timeout: float | None = None,
     ) -> Grid:
         """Returns a whole grid layer as an array, in the layer's own frame.
@@ -239,9 +249,11 @@ class Queries(Catalog):
         as_of: cells of an earlier revision are returned in an array over the present extent.
 
         Raises ValueError if the layer has no cells: it is not a grid, or nothing was written to it.
-        Other errors are those of query_area.
+        Other errors are those of query_area; Aborted also if the map is replaced during the call.
         """
-        found = await self.get_layer(map_name, layer, timeout=timeout)
+        request = catalog.GetLayerRequest(map=map_name, layer=layer)
+        response = await self._call(rpc.GET_LAYER, request, timeout)
+        found = decode_layer(response.layer)
         if not found.properties.has_cells or found.grid is None:
             raise ValueError(f"layer {layer!r} is not a grid and has no cells")
         if found.extent is None:
@@ -256,6 +268,8 @@ class Queries(Catalog):
             frame_id=found.frame_id,
             as_of=as_of,
             min_revision=min_revision,
+            # The extent describes the cells of this incarnation only.
+            incarnation=incarnation or response.incarnation,
             timeout=timeout,
         )
         cells = answer[layer].cells

@@ -12,15 +12,24 @@ from .._proto import watch_service_pb2 as pb
 from .._retries import Backoff, time_left
 from .._wire.changes import WatchEventBuilder
 from ..changes import WatchEvent
-from ..errors import Cancelled, HypermapError, Internal, OutOfRange, ResourceExhausted, Unavailable
+from ..errors import (
+    Aborted,
+    Cancelled,
+    HypermapError,
+    Internal,
+    OutOfRange,
+    ResourceExhausted,
+    Unavailable,
+)
 
 
 class AsyncWatch:
     """The events of a watch, made by Client.watch.
 
     Each event has all changes of one revision. Every revision is reported once, in order. A watch
-    that breaks is resumed after the last complete revision. Iteration stops when the watch or its
-    client is closed; a `with` block closes the watch.
+    that breaks is resumed after the last complete revision of the same incarnation of the map. If
+    the map is another one by then, the watch begins anew with a snapshot that has `reset` set.
+    Iteration stops when the watch or its client is closed; a `with` block closes the watch.
     """
 
     def __init__(
@@ -46,6 +55,7 @@ class AsyncWatch:
         self._backoff = Backoff()
         self._broken_since: float | None = None
         self._last_revision: int | None = None
+        self._last_incarnation = 0  # 0 before the first event
         self._started = False  # whether a message has ever arrived
         self._reset_next_snapshot = False
         self._closed = False
@@ -55,6 +65,11 @@ class AsyncWatch:
     def revision(self) -> int | None:
         """The revision of the last event, to resume from; None before the first event."""
         return self._last_revision
+
+    @property
+    def incarnation(self) -> int:
+        """The incarnation of the map at the last event, to resume from; 0 before the first."""
+        return self._last_incarnation
 
     def close(self) -> None:
         """Ends the watch; any thread may call it. Does nothing if the watch has ended."""
@@ -112,11 +127,20 @@ class AsyncWatch:
     def _finish_event(self) -> WatchEvent:
         event = self._builder.build(reset=self._reset_next_snapshot)
         self._builder = WatchEventBuilder()
+        self._check_incarnation(event)
         self._check_order(event)
         self._last_revision = self._request.start_revision = event.revision
+        self._last_incarnation = self._request.scope.incarnation = event.incarnation
         if event.snapshot:
             self._reset_next_snapshot = False
         return event
+
+    def _check_incarnation(self, event: WatchEvent) -> None:
+        """Raises Aborted if the event continues another history of the map than the requested."""
+        wanted = self._request.scope.incarnation
+        if wanted not in (0, event.incarnation) and not event.reset:
+            message = f"the map has another incarnation: {event.incarnation}, not {wanted}"
+            raise Aborted(message)
 
     def _check_order(self, event: WatchEvent) -> None:
         """Raises Internal for changes of a revision that was reported before."""
@@ -132,11 +156,12 @@ class AsyncWatch:
         self._messages.clear()
         self._stream.cancel()
         if (
-            isinstance(error, OutOfRange)
+            isinstance(error, (OutOfRange, Aborted))
             and self._snapshot_when_compacted
             and self._request.HasField("start_revision")
         ):
             self._request.ClearField("start_revision")
+            self._request.scope.incarnation = 0
             self._reset_next_snapshot = True
         elif not self._is_resumable(error):
             self.close()

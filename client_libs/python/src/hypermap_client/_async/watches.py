@@ -28,6 +28,7 @@ class Watches(Connection):
         area: AreaLike | None = None,
         classes: Iterable[str] = (),
         start_revision: int | None = None,
+        incarnation: int = 0,
         snapshot_when_compacted: bool = True,
         coalesce: bool = True,
         retry_for: float = math.inf,
@@ -42,8 +43,10 @@ class Watches(Connection):
         classes: labels or aliases that select objects; none for all. Cells are not filtered by it.
         start_revision: report the changes after this revision; None to start with a snapshot of the
             newest revision.
+        incarnation: the incarnation to which start_revision belongs, see WatchEvent; 0 for any.
         snapshot_when_compacted: whether a snapshot with `reset` set replaces changes that the
-            server has compacted. If False, the watch raises OutOfRange instead.
+            server has compacted, and the whole state if the map has another incarnation by now. If
+            False, the watch raises OutOfRange or Aborted instead.
         coalesce: allow the server to send several events of a busy map in one message, some
             milliseconds later. It can then serve more watches. The events are the same.
         retry_for: time in seconds for which a watch is resumed after it has broken while the server
@@ -52,11 +55,15 @@ class Watches(Connection):
             It must exceed the server's --watch_progress (default 10 s). None for no limit.
         timeout: time in seconds for the whole watch.
 
+        A watch that resumes sends the incarnation of its last event, so that it never continues in
+        another history of the map.
+
         The iterator raises NotFound for an unknown map or frame, OutOfRange for a start_revision
-        that does not exist yet, and ResourceExhausted if the server has too many watches.
+        that does not exist yet, ResourceExhausted if the server has too many watches, and Aborted
+        if the map has another incarnation than the given one and there is no start_revision.
         """
         request = pb.WatchRequest(
-            scope=make_scope(map_name, layers, frame_id),
+            scope=make_scope(map_name, layers, frame_id, incarnation),
             area=None if area is None else encode_polygon(area),
             classes=names_of(classes),
             start_revision=start_revision,
@@ -80,6 +87,7 @@ class Watches(Connection):
         *,
         layers: Layers = (),
         frame_id: str = "",
+        incarnation: int = 0,
         timeout: float | None = None,
     ) -> Difference:
         """Returns the changes between two revisions, for each object and cell at most one.
@@ -87,17 +95,18 @@ class Watches(Connection):
         from_revision: the earlier state.
         to_revision: the later state; None for the newest revision.
 
-        Raises OutOfRange if a revision is compacted or does not exist yet.
+        Raises OutOfRange if a revision is compacted or does not exist yet, and Aborted if the map
+        has another incarnation than the given one.
         """
         request = pb.ListChangesRequest(
-            scope=make_scope(map_name, layers, frame_id),
+            scope=make_scope(map_name, layers, frame_id, incarnation),
             from_revision=from_revision,
             to_revision=to_revision,
         )
         parts = await self._collect(rpc.LIST_CHANGES, request, timeout)
         to = parts[-1].to_revision if parts else from_revision
         changes = tuple(decode_change(change) for part in parts for change in part.changes)
-        return Difference(from_revision, to, changes)
+        return Difference(from_revision, to, changes, parts[-1].incarnation if parts else 0)
 
     async def list_revisions(
         self,
@@ -107,6 +116,7 @@ class Watches(Connection):
         before_revision: int = 0,
         page_size: int = 0,
         newest_first: bool = False,
+        incarnation: int = 0,
         timeout: float | None = None,
     ) -> RevisionList:
         """Lists a page of the revisions that the server keeps.
@@ -115,6 +125,9 @@ class Watches(Connection):
         page_size: maximal number of revisions; 0 for 1000.
         newest_first: whether the page has the newest revisions within the limits, in descending
             order, instead of the oldest in ascending order.
+        incarnation: that of the page before, for a further page.
+
+        Raises Aborted if the map has another incarnation than the given one.
         """
         request = pb.ListRevisionsRequest(
             map=map_name,
@@ -122,5 +135,6 @@ class Watches(Connection):
             before_revision=before_revision,
             page_size=page_size,
             newest_first=newest_first,
+            incarnation=incarnation,
         )
         return decode_revisions(await self._call(rpc.LIST_REVISIONS, request, timeout))

@@ -43,6 +43,7 @@ def decode_point_answer(message: pb.QueryPointResponse) -> PointAnswer:
             )
             for content in message.layers
         ),
+        message.incarnation,
     )
 
 
@@ -77,16 +78,18 @@ def decode_answer(
     messages: Iterable[pb.QueryAreaResponse] | Iterable[pb.QueryValueResponse],
 ) -> Answer:
     """Assembles an answer from a response stream, which sends its parts layer after layer."""
-    revision = 0
+    revision = incarnation = 0
     builders: list[LayerAnswerBuilder] = []
     for message in messages:
         revision = message.revision
+        incarnation = message.incarnation
         if not message.HasField("part"):
             continue
         if not builders or builders[-1].layer != message.part.layer:
             builders.append(LayerAnswerBuilder(message.part))
         builders[-1].add(message.part)
-    return Answer(map_name, revision, frame_id, tuple(builder.build() for builder in builders))
+    layers = tuple(builder.build() for builder in builders)
+    return Answer(map_name, revision, frame_id, layers, incarnation)
 
 
 def decode_nearest_answer(message: pb.QueryNearestResponse) -> NearestAnswer:
@@ -108,6 +111,7 @@ def decode_nearest_answer(message: pb.QueryNearestResponse) -> NearestAnswer:
             LayerRefusal(refusal.layer, decode_enum(AnswerStatus, refusal.status))
             for refusal in message.refusals
         ),
+        message.incarnation,
     )
 
 
@@ -134,4 +138,5 @@ def decode_points_answer(message: pb.QueryPointsResponse, labels: list[str]) -> 
             )
             for content in message.layers
         ),
+        message.incarnation,
     )

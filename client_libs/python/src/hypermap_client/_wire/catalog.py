@@ -15,4 +15,5 @@ def decode_map(message: pb.Map) -> MapEntry:
         create_time=decode_time(message.create_time) if message.HasField("create_time") else None,
         layer_count=message.layer_count,
         problem=message.problem,
+        incarnation=message.incarnation,
     )

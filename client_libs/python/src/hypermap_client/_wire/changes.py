@@ -56,6 +56,7 @@ class WatchEventBuilder:
             tuple(self._changes),
             self._snapshot,
             self._reset or (self._snapshot and reset),
+            last.incarnation,
         )
 
 
@@ -68,4 +69,5 @@ def decode_revisions(message: pb.ListRevisionsResponse) -> RevisionList:
             Revision(r.revision, decode_commit_time(r.time), r.author, r.num_changes)
             for r in message.revisions
         ),
+        message.incarnation,
     )

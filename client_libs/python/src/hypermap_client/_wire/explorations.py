@@ -79,6 +79,7 @@ def decode_frontiers(message: pb.ListFrontiersResponse) -> FrontierList:
             )
             for frontier in message.frontiers
         ),
+        message.incarnation,
     )
 
 
@@ -90,4 +91,5 @@ def decode_claim(message: pb.ClaimGoalResponse) -> Claim:
         decode_enum(ExplorationState, message.state),
         decode_enum(EndReason, message.end_reason),
         decode_goal(message.goal) if message.HasField("goal") else None,
+        message.incarnation,
     )

@@ -32,4 +32,5 @@ def collect_export(messages: Iterable[pb.ExportMapResponse]) -> ExportAnswer:
         else:
             chunks.setdefault(message.chunk.file_name, []).append(message.chunk.data)
     files = tuple(NamedFile(name, b"".join(data)) for name, data in chunks.items())
-    return ExportAnswer(header.map, header.revision, files, tuple(header.omissions))
+    omissions = tuple(header.omissions)
+    return ExportAnswer(header.map, header.revision, files, omissions, header.incarnation)

@@ -113,6 +113,7 @@ def decode_opened(message: ingest.ObserveOpened) -> OpenedLayer:
         message.parameters,
         message.exploration_layer,
         tuple(range(known.first, known.last + 1) for known in message.known),
+        message.incarnation,
     )
 
 
@@ -148,4 +149,5 @@ def decode_history(message: ingest.ExplainObjectResponse) -> ObjectHistory:
             )
             for event in message.events
         ),
+        message.incarnation,
     )

@@ -1,6 +1,7 @@
 // Questions to the server about the shown revision. A new question cancels the previous one.
 import { signal, type ReadonlySignal } from '@preact/signals';
 import { messageOf } from './connection';
+import { liveIncarnation } from './live';
 import { asOf, atRevision } from './time';
 
 export interface Asking<Answer> {
@@ -55,6 +56,12 @@ export function asking<Answer>(): Asking<Answer> {
       answer.value = undefined;
     },
   };
+}
+
+/** The map as the field `scope` of a question about the shown revision. */
+export function shownScope(map: string) {
+  // An earlier revision means something else in another incarnation of the map.
+  return { map, incarnation: asOf.peek() === undefined ? 0n : liveIncarnation.peek() };
 }
 
 /** The shown revision as the field `asOf` of a question. Undefined for the newest one. */

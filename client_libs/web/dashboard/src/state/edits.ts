@@ -3,6 +3,7 @@ import { Code, ConnectError, timestampDate } from '@hypermap/client';
 import { effect, signal } from '@preact/signals';
 import { client, messageOf } from './connection';
 import { EditHistory, StaleEdit, type ObjectEdit, type WantedEdit } from './edit_history';
+import { liveIncarnation, replacements } from './live';
 import type { Object$ } from './model';
 import { selectedId } from './selection';
 import { mapFrame, mapName } from './site';
@@ -28,12 +29,15 @@ async function apply({ layer, id, version: ifVersion, object }: WantedEdit) {
     ? ({ case: 'putObject', value: putOf(layer, { ...object, id }, frameId, ifVersion) } as const)
     : ({ case: 'deleteObject', value: { layer, id, ifVersion } } as const);
   try {
-    const answer = await client.value.edit.applyEdits({ map, edits: [{ edit }] });
+    const incarnation = liveIncarnation.value;
+    const answer = await client.value.edit.applyEdits({ map, incarnation, edits: [{ edit }] });
     return { id: answer.objectIds[0] ?? 0n, revision: answer.revision };
   } catch (error) {
     const { code } = ConnectError.from(error);
     if (code !== Code.Aborted && code !== Code.NotFound) throw error;
-    throw new StaleEdit('Somebody else has changed the object in the meantime.');
+    const isAnotherMap = messageOf(error).includes('another incarnation');
+    const what = isAnotherMap ? 'replaced the map' : 'changed the object';
+    throw new StaleEdit(`Somebody else has ${what} in the meantime.`);
   }
 }
 
@@ -93,10 +97,11 @@ export async function redo(): Promise<void> {
   await once(async () => (selectedId.value = (await history.redo()) || undefined));
 }
 
-/** Clears the undo history whenever another map is shown. */
+/** Clears the undo history whenever another map is shown, or has replaced the shown one. */
 export function startEdits(): void {
   effect(() => {
     mapName.value;
+    replacements.value;
     history.forget();
     undoTitle.value = undefined;
     redoTitle.value = undefined;

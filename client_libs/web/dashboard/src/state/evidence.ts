@@ -8,6 +8,7 @@ import {
 import { effect, untracked } from '@preact/signals';
 import { asking } from './asking';
 import { client } from './connection';
+import { liveIncarnation } from './live';
 import { selected } from './selection';
 import { mapName } from './site';
 import { Throttle } from './throttle';
@@ -47,7 +48,8 @@ async function commitOf(
   revision: bigint,
   signal: AbortSignal,
 ): Promise<RevisionInfo | undefined> {
-  const request = { map, afterRevision: revision - 1n, pageSize: 1 };
+  const incarnation = liveIncarnation.peek();
+  const request = { map, incarnation, afterRevision: revision - 1n, pageSize: 1 };
   const { revisions } = await client.value.changes.listRevisions(request, { signal });
   return revisions.find((info) => info.revision === revision);
 }

@@ -5,7 +5,7 @@ import type {
   MessageInitShape,
   QueryAreaRequestSchema,
 } from '@hypermap/client';
-import { asking, shownRevision } from './asking';
+import { asking, shownRevision, shownScope } from './asking';
 import { client } from './connection';
 import { measureCells, type CellsMeasure } from './measures';
 import { AnswerStatus, type Object$, type Position } from './model';
@@ -81,7 +81,7 @@ function answerOf(map: string, question: Question, signal: AbortSignal): Promise
   if (question.kind === 'nearest') return nearest(map, question, signal);
   const { query } = client.value;
   const area = question.ring && { area: polygonOf([question.ring]) };
-  const request = { scope: { map }, asOf: shownRevision(), ...area };
+  const request = { scope: shownScope(map), asOf: shownRevision(), ...area };
   return collect(
     question,
     question.kind === 'area'
@@ -127,7 +127,7 @@ async function nearest(
 ): Promise<Answer> {
   const [x, y] = question.from;
   const request = {
-    scope: { map },
+    scope: shownScope(map),
     point: { x, y },
     value: question.value,
     k: NEAREST,

@@ -1,17 +1,24 @@
 // The live content of the shown map. One watch serves the whole page, because browsers allow few
 // connections to a server.
-import { isTransient, watch, type WatchEvent } from '@hypermap/client';
+import { Code, ConnectError, isTransient, watch, type WatchEvent } from '@hypermap/client';
 import { batch, computed, effect, signal, untracked } from '@preact/signals';
 import { forgetChanges, noteChanges } from './changes';
-import { client, noteFailure, problem, status } from './connection';
+import { client, noteFailure, problem, status, tryAgain } from './connection';
 import { MapContent } from './map_content';
 import { ChangeKind } from './model';
-import { loadLayers, loadMaps, mapName } from './site';
+import { loadLayers, loadMaps, mapName, maps } from './site';
 
 /** The newest content. Replaced when another map is shown and after a new snapshot. */
 export const live = signal(new MapContent());
 /** Whether the first snapshot of the map has not arrived yet. */
 export const loading = signal(true);
+/** The incarnation of the shown map. 0 until its first snapshot has arrived. */
+export const liveIncarnation = signal(0n);
+/**
+ * Counts the times that another incarnation has replaced the shown map. Revisions, versions and
+ * object ids from before mean nothing in it.
+ */
+export const replacements = signal(0);
 
 const LAYER_CHANGES = [
   ChangeKind.LAYER_CREATED,
@@ -61,6 +68,7 @@ class Follower {
       this.#content.step(event.revision);
       live.value = this.#content;
       loading.value = false;
+      noteIncarnation(event.incarnation);
     });
   }
 
@@ -76,6 +84,33 @@ class Follower {
       noteChanges(event, event.changes, (id) => labels.get(id));
     });
   }
+}
+
+function noteIncarnation(incarnation: bigint): void {
+  const before = liveIncarnation.value;
+  liveIncarnation.value = incarnation;
+  if (before === 0n || before === incarnation) return;
+  forgetChanges();
+  replacements.value++;
+  void loadMaps(); // The new map may have another frame.
+}
+
+// The errors of a watch whose map does not exist or can't be opened.
+const MISSING = [Code.NotFound, Code.FailedPrecondition, Code.DataLoss];
+/**
+ * The map whose watch has ended with one of these errors, and its incarnation: 0 if there is no such
+ * map that can be opened, undefined if it is not known yet.
+ */
+let missing: { map: string; incarnation: bigint | undefined } | undefined;
+
+/** Watches the shown map again if it was missing and is listed as another incarnation now. */
+function watchAgainIfItReturned(): void {
+  if (!missing || missing.map !== mapName.value) return;
+  const entry = maps.value?.find(({ name }) => name === missing?.map);
+  const listed = entry && !entry.problem ? entry.incarnation : 0n;
+  const before = missing.incarnation ?? listed;
+  missing.incarnation = listed === 0n ? 0n : before;
+  if (listed !== 0n && listed !== before) tryAgain();
 }
 
 async function follow(map: string, signal: AbortSignal): Promise<void> {
@@ -96,9 +131,17 @@ async function follow(map: string, signal: AbortSignal): Promise<void> {
   try {
     for await (const event of events) follower.take(event);
   } catch (error) {
-    if (!signal.aborted) noteFailure(error);
+    if (signal.aborted) return;
+    noteFailure(error);
+    const { code } = ConnectError.from(error);
+    if (!MISSING.includes(code)) return;
+    const unseen = code === Code.NotFound ? 0n : undefined;
+    missing = { map, incarnation: liveIncarnation.value || unseen };
   }
 }
+
+/** The map that is or was watched last. */
+let watched: string | undefined;
 
 function startWatch(map: string): () => void {
   const ended = new AbortController();
@@ -106,7 +149,11 @@ function startWatch(map: string): () => void {
     live.value = new MapContent();
     loading.value = true;
     forgetChanges();
+    // A map that is watched again may have been replaced in the meantime.
+    if (watched !== map) liveIncarnation.value = 0n;
   });
+  watched = map;
+  missing = undefined;
   void follow(map, ended.signal);
   return () => ended.abort();
 }
@@ -116,10 +163,12 @@ export const liveRevision = computed(() => live.value.revision.value);
 
 const MAPS_EVERY_MS = 5000;
 
-/** Starts to poll the list of maps and to watch the shown map. */
+/**
+ * Starts to poll the list of maps and to watch the shown map, also when it is missing for a while.
+ */
 export function start(): void {
   setInterval(() => {
-    if (!document.hidden) void loadMaps();
+    if (!document.hidden) void loadMaps().then(watchAgainIfItReturned);
   }, MAPS_EVERY_MS);
   effect(() => {
     const map = mapName.value;

@@ -1,6 +1,6 @@
 // Point queries: the content of every layer at the clicked point.
 import type { LayerContent } from '@hypermap/client';
-import { asking, shownRevision } from './asking';
+import { asking, shownRevision, shownScope } from './asking';
 import { client } from './connection';
 import type { Object$, Position } from './model';
 import { drawableLayers } from './objects';
@@ -40,7 +40,7 @@ async function contentAt(at: Position, reachM: number): Promise<PointAnswer | un
   if (map === undefined) return undefined;
   return point.ask(async (signal) => {
     const request = {
-      scope: { map },
+      scope: shownScope(map),
       point: { x: at[0], y: at[1] },
       toleranceM: reachM,
       asOf: shownRevision(),

@@ -1,6 +1,7 @@
 import { effect, untracked } from '@preact/signals';
 import { find, refreshAnswer } from './find';
 import { point, refreshPoint } from './point';
+import { replacements } from './live';
 import { mapName } from './site';
 import { Throttle } from './throttle';
 import { asOf, shown } from './time';
@@ -14,6 +15,7 @@ export function startQuestions(): void {
   const answerAgain = new Throttle(EVERY_MS, refreshAnswer);
   effect(() => {
     mapName.value; // Answers about the previous map are dropped.
+    replacements.value;
     untracked(() => {
       find.forget();
       point.forget();

@@ -1,4 +1,5 @@
-import { batch } from '@preact/signals';
+import { batch, effect, untracked } from '@preact/signals';
+import { replacements } from './live';
 import { NO_HIGHLIGHT, highlight, selectedId } from './selection';
 import { layerViews, layers, mapName } from './site';
 import { asOf } from './time';
@@ -15,5 +16,19 @@ export function showMap(name: string): void {
     selectedId.value = undefined;
     highlight.value = NO_HIGHLIGHT;
     mapName.value = name;
+  });
+}
+
+/** Leaves the earlier revision and the selection whenever another map has replaced the shown one. */
+export function startShowing(): void {
+  effect(() => {
+    if (replacements.value === 0) return;
+    untracked(() => {
+      batch(() => {
+        asOf.value = undefined;
+        selectedId.value = undefined;
+        highlight.value = NO_HIGHLIGHT;
+      });
+    });
   });
 }

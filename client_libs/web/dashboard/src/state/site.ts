@@ -10,6 +10,8 @@ export interface MapEntry {
   frameId: string;
   /** The reason why the map can't be opened. Empty if it can. */
   problem: string;
+  /** Tells this map from an earlier or later one of the same name. 0 if it can't be opened. */
+  incarnation: bigint;
 }
 
 /** Undefined until the server has answered. */
@@ -57,7 +59,12 @@ export function layerNamed(name: string): Layer | undefined {
 export async function loadMaps(): Promise<void> {
   try {
     const answer = await client.value.catalog.listMaps({});
-    maps.value = answer.maps.map(({ name, frameId, problem }) => ({ name, frameId, problem }));
+    maps.value = answer.maps.map(({ name, frameId, problem, incarnation }) => ({
+      name,
+      frameId,
+      problem,
+      incarnation,
+    }));
     if (mapName.value !== undefined) return;
     const first = maps.value.find((map) => !map.problem);
     if (first) mapName.value = first.name;

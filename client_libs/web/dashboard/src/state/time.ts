@@ -2,7 +2,7 @@
 import { Code, ConnectError, timestampDate, timestampFromDate } from '@hypermap/client';
 import { batch, computed, effect, signal, untracked } from '@preact/signals';
 import { client, messageOf } from './connection';
-import { live, liveRevision } from './live';
+import { live, liveIncarnation, liveRevision, replacements } from './live';
 import { MapContent } from './map_content';
 import { mapName } from './site';
 
@@ -48,7 +48,8 @@ export async function loadOldest(): Promise<void> {
 async function commitOf(map: string, revision: bigint, signal: AbortSignal): Promise<Commit> {
   // Revision 0 is the empty map, which has no commit.
   const afterRevision = revision > 0n ? revision - 1n : 0n;
-  const request = { map, afterRevision, pageSize: 1 };
+  const incarnation = liveIncarnation.peek();
+  const request = { map, incarnation, afterRevision, pageSize: 1 };
   const { revisions } = await client.value.changes.listRevisions(request, { signal });
   const info = revisions.find((found) => found.revision === revision);
   const time = info?.time && timestampDate(info.time);
@@ -71,7 +72,8 @@ export async function showTime(time: Date): Promise<void> {
   // The answer to any query names the revision at that time. The first part is enough.
   const atTime = { asOf: { case: 'atTime', value: timestampFromDate(time) } } as const;
   try {
-    const request = { scope: { map }, area: EVERYWHERE, asOf: atTime };
+    const scope = { map, incarnation: liveIncarnation.peek() };
+    const request = { scope, area: EVERYWHERE, asOf: atTime };
     for await (const { revision } of client.value.query.queryArea(request)) {
       showRevision(revision);
       return;
@@ -93,7 +95,8 @@ export function backToLive(): void {
 
 async function loadPast(map: string, revision: bigint, ended: AbortSignal): Promise<void> {
   const content = new MapContent();
-  const request = { scope: { map }, area: EVERYWHERE, asOf: atRevision(revision) };
+  const scope = { map, incarnation: liveIncarnation.peek() };
+  const request = { scope, area: EVERYWHERE, asOf: atRevision(revision) };
   const commit = commitOf(map, revision, ended);
   // The rejection is handled where the promise is awaited below.
   commit.catch(() => undefined);
@@ -140,6 +143,7 @@ export function startTime(): void {
   let ended = new AbortController();
   effect(() => {
     mapName.value;
+    replacements.value;
     untracked(() => {
       ended.abort();
       ended = new AbortController();

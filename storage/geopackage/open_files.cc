@@ -1,0 +1,145 @@
+#include "storage/geopackage/open_files.h"
+
+#include <sys/stat.h>
+
+#include <cerrno>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/string_view.h"
+#include "base/status/status_macros.h"
+#include "storage/geopackage/map_file.h"
+
+namespace hypermap::storage {
+namespace {
+
+// Number of pages in the log after which it is moved into the file: SQLite's own default.
+constexpr int kPagesPerCheckpoint = 1000;
+
+}  // namespace
+
+absl::StatusOr<OpenFiles::Stamp> OpenFiles::Look(const std::string& path) {
+  struct stat status;
+  // The file is not opened, because closing it would release the locks that SQLite holds on it.
+  if (stat(path.c_str(), &status) == 0) {
+    return Stamp{status.st_dev, status.st_ino, status.st_size,
+                 int64_t{status.st_mtim.tv_sec} * 1'000'000'000 + status.st_mtim.tv_nsec};
+  }
+  if (errno == ENOENT || errno == ENOTDIR) return absl::NotFoundError(path);
+  const int error = errno;
+  return absl::UnavailableError(absl::ErrnoToStatus(error, path).message());
+}
+
+absl::Status OpenFiles::ProblemOf(Fault fault) {
+  switch (fault) {
+    case Fault::kNone:
+      return absl::OkStatus();
+    case Fault::kRemoved:
+      return absl::DataLossError("the file of the map was removed while the map was open");
+    case Fault::kReplaced:
+      return absl::DataLossError("the file of the map was replaced while the map was open");
+    case Fault::kOverwritten:
+      return absl::DataLossError("the file of the map was overwritten while the map was open");
+    case Fault::kLogRemoved:
+      return absl::DataLossError(
+          "the write-ahead log of the map was removed while the map was open");
+    case Fault::kLogShortened:
+      return absl::DataLossError(
+          "the write-ahead log of the map was shortened while the map was open");
+  }
+  return absl::InternalError("unknown fault of a map's files");
+}
+
+absl::StatusOr<std::unique_ptr<OpenFiles>> OpenFiles::Attach(Database* writer) {
+  const absl::StatusOr<Stamp> file = Look(writer->path());
+  const absl::StatusOr<Stamp> log = Look(LogPathOf(writer->path()));
+  if (absl::IsNotFound(file.status())) return ProblemOf(Fault::kRemoved);
+  if (absl::IsNotFound(log.status())) return ProblemOf(Fault::kLogRemoved);
+  HYPERMAP_RETURN_IF_ERROR(file.status());
+  HYPERMAP_RETURN_IF_ERROR(log.status());
+  std::unique_ptr<OpenFiles> files(new OpenFiles(writer, *file, *log));
+  sqlite3_wal_hook(writer->handle(), &OpenFiles::AfterCommit, files.get());
+  return files;
+}
+
+OpenFiles::OpenFiles(Database* writer, const Stamp& file, const Stamp& log)
+    : writer_(writer),
+      log_path_(LogPathOf(writer->path())),
+      opened_(file),
+      file_(file),
+      log_(log) {}
+
+OpenFiles::~OpenFiles() { sqlite3_wal_hook(writer_->handle(), nullptr, nullptr); }
+
+int OpenFiles::AfterCommit(void* files, sqlite3* handle, const char* schema, int log_pages) {
+  auto* self = static_cast<OpenFiles*>(files);
+  if (absl::string_view(schema) != "main") return SQLITE_OK;
+  const absl::StatusOr<Fault> fault = self->FindFault(/*log_may_be_shorter=*/true);
+  if (!fault.ok() || *fault != Fault::kNone) return SQLITE_OK;
+  // The checkpoint that SQLite would run without this hook. If it fails, the next commit tries it
+  // again; the commit itself is in the log.
+  if (log_pages >= kPagesPerCheckpoint) sqlite3_wal_checkpoint(handle, schema);
+  self->Remember();
+  return SQLITE_OK;
+}
+
+void OpenFiles::Remember() {
+  const absl::StatusOr<Stamp> file = Look(writer_->path());
+  const absl::StatusOr<Stamp> log = Look(log_path_);
+  // What was changed during a checkpoint is found by Check: the file is another one then.
+  if (file.ok() && file->SameFile(opened_)) file_ = *file;
+  if (log.ok() && log->SameFile(log_)) log_ = *log;
+}
+
+absl::Status OpenFiles::Check() {
+  if (fault_ == Fault::kNone) {
+    HYPERMAP_ASSIGN_OR_RETURN(const Fault fault, FindFault(/*log_may_be_shorter=*/false));
+    fault_ = fault;
+  }
+  return ProblemOf(fault_);
+}
+
+absl::StatusOr<OpenFiles::Fault> OpenFiles::FindFault(bool log_may_be_shorter) const {
+  const absl::StatusOr<Stamp> file = Look(writer_->path());
+  if (absl::IsNotFound(file.status())) return Fault::kRemoved;
+  HYPERMAP_RETURN_IF_ERROR(file.status());
+  if (!file->SameFile(file_)) return Fault::kReplaced;
+  if (file->size != file_.size || file->modified_ns != file_.modified_ns) {
+    return Fault::kOverwritten;
+  }
+  return FindFaultOfLog(log_may_be_shorter);
+}
+
+absl::StatusOr<OpenFiles::Fault> OpenFiles::FindFaultOfLog(bool may_be_shorter) const {
+  const absl::StatusOr<Stamp> log = Look(log_path_);
+  if (absl::IsNotFound(log.status())) return Fault::kLogRemoved;
+  HYPERMAP_RETURN_IF_ERROR(log.status());
+  if (!log->SameFile(log_)) return Fault::kLogRemoved;
+  const bool is_shortened = !may_be_shorter && log->size < log_.size;
+  return is_shortened ? Fault::kLogShortened : Fault::kNone;
+}
+
+absl::Status OpenFiles::CheckIdentity() const {
+  const absl::StatusOr<Stamp> file = Look(writer_->path());
+  if (absl::IsNotFound(file.status())) return ProblemOf(Fault::kRemoved);
+  HYPERMAP_RETURN_IF_ERROR(file.status());
+  return ProblemOf(file->SameFile(opened_) ? Fault::kNone : Fault::kReplaced);
+}
+
+void OpenFiles::Finish() {
+  const absl::Status status = Check();
+  // A log that was removed by name can still be read by the connection that has it open, and the
+  // file is ours: the commits of the log are saved.
+  if (status.ok() || fault_ == Fault::kLogRemoved) {
+    writer_->Execute("PRAGMA wal_checkpoint(TRUNCATE)").IgnoreError();
+  }
+  if (status.ok()) return;
+  sqlite3_db_config(writer_->handle(), SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, 1, nullptr);
+  const bool file_is_foreign =
+      fault_ == Fault::kRemoved || fault_ == Fault::kReplaced || fault_ == Fault::kOverwritten;
+  const absl::StatusOr<Stamp> log = Look(log_path_);
+  if (file_is_foreign && log.ok() && log->SameFile(log_)) {
+    SetLogAside(writer_->path()).IgnoreError();
+  }
+}
+
+}  // namespace hypermap::storage

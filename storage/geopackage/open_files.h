@@ -1,0 +1,82 @@
+// The files of an open map, as they were last written here.
+#ifndef HYPERMAP_STORAGE_GEOPACKAGE_OPEN_FILES_H_
+#define HYPERMAP_STORAGE_GEOPACKAGE_OPEN_FILES_H_
+
+#include <sys/types.h>
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "storage/sqlite/sqlite.h"
+
+namespace hypermap::storage {
+
+// Notices that the file of an open map or its write-ahead log was removed, replaced or overwritten
+// by name. SQLite would go on writing to files that nobody can open any more, or mix two files
+// (https://www.sqlite.org/howtocorrupt.html). Used by the map's writer, except where a method says
+// otherwise.
+//
+// In write-ahead mode only a checkpoint writes to the file itself. This class runs the checkpoints
+// of the writer's connection, so that it knows how each of them leaves the file; readers of the
+// history run none. A checkpoint by another program looks like a change of the file.
+class OpenFiles {
+ public:
+  // Remembers the files as they are, and from now on runs the automatic checkpoints of `writer`,
+  // which must outlive this object. REQUIRES: `writer` has the file and its log open.
+  static absl::StatusOr<std::unique_ptr<OpenFiles>> Attach(Database* writer);
+  ~OpenFiles();
+  OpenFiles(const OpenFiles&) = delete;
+  OpenFiles& operator=(const OpenFiles&) = delete;
+
+  // DATA_LOSS, for ever, once the files are not as the writer left them. UNAVAILABLE if that can't
+  // be told now.
+  absl::Status Check();
+
+  // Whether the path still names the file that was opened. Any thread may call this.
+  absl::Status CheckIdentity() const;
+
+  // Moves the log into the file, unless that is another file by now. If it is, keeps our log from
+  // being applied to it, now and at the next opening. The connection must be closed next.
+  void Finish();
+
+ private:
+  enum class Fault { kNone, kRemoved, kReplaced, kOverwritten, kLogRemoved, kLogShortened };
+  struct Stamp {
+    dev_t device;
+    ino_t inode;
+    int64_t size;
+    int64_t modified_ns;
+
+    bool SameFile(const Stamp& other) const {
+      return device == other.device && inode == other.inode;
+    }
+  };
+
+  OpenFiles(Database* writer, const Stamp& file, const Stamp& log);
+
+  // NOT_FOUND if the path names nothing.
+  static absl::StatusOr<Stamp> Look(const std::string& path);
+  static absl::Status ProblemOf(Fault fault);
+  // The callback of sqlite3_wal_hook.
+  static int AfterCommit(void* files, sqlite3* handle, const char* schema, int log_pages);
+
+  // SQLite itself may shorten the log when it commits, because of PRAGMA journal_size_limit.
+  absl::StatusOr<Fault> FindFault(bool log_may_be_shorter) const;
+  absl::StatusOr<Fault> FindFaultOfLog(bool may_be_shorter) const;
+  // Remembers the files after the writer has written to them.
+  void Remember();
+
+  Database* const writer_;
+  const std::string log_path_;
+  const Stamp opened_;  // the file when it was opened
+  Stamp file_;
+  Stamp log_;
+  Fault fault_ = Fault::kNone;
+};
+
+}  // namespace hypermap::storage
+
+#endif  // HYPERMAP_STORAGE_GEOPACKAGE_OPEN_FILES_H_
