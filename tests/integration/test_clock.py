@@ -40,7 +40,7 @@ class Clock(SiteTest):
         self.site = self.enterContext(Server(self.data_dir, environment={
             "LD_PRELOAD": LIBRARY, "FAKETIME_TIMESTAMP_FILE": str(self.clock),
             "FAKETIME_NO_CACHE": "1", "FAKETIME_DONT_FAKE_MONOTONIC": "1",
-            "DONT_FAKE_MONOTONIC": "1"}))
+            "DONT_FAKE_MONOTONIC": "1", "NO_FAKE_STAT": "1"}))
         self.client = self.enterContext(rpc.Client(self.site.address))
 
     def apply(self, *edits, request_id=""):
