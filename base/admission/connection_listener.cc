@@ -4,14 +4,17 @@
 #include <malloc.h>
 #include <poll.h>
 #include <sys/eventfd.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "absl/time/clock.h"
+#include "base/admission/client_host.h"
 #include "base/admission/memory.h"
 #include "base/status/status_macros.h"
 #include "base/sync/start_thread.h"
@@ -23,14 +26,22 @@ namespace {
 constexpr int kPeriod_ms = 20;
 // Connections that are accepted before the others are looked at again.
 constexpr int kMostAccepted = 64;
+constexpr int kNiceness = -10;
 // A connection that receives less than this in one period is never shut down.
 constexpr int64_t kLeastBusyBytes = 64 << 10;
 constexpr absl::Duration kRemovalPeriod = absl::Milliseconds(200);
+// Time that a new connection of a host that has flooded waits for each of its floods.
+constexpr absl::Duration kHoldPerFlood = absl::Milliseconds(100);
+constexpr int kMostHolds = 8;
+// A host without floods for this time is suspected no longer.
+constexpr absl::Duration kSuspicion = absl::Minutes(1);
 constexpr absl::Duration kLogPeriod = absl::Seconds(10);
 // Returning freed memory to the system takes locks of the allocator.
 constexpr absl::Duration kReturnPeriod = absl::Seconds(5);
 
 FileDescriptor OpenSpare() { return FileDescriptor(open("/dev/null", O_RDONLY | O_CLOEXEC)); }
+
+void AppendPeer(std::string* text, const ShutDownPeer& peer) { text->append(peer.peer); }
 
 bool LacksResources(int error) {
   return error == EMFILE || error == ENFILE || error == ENOBUFS || error == ENOMEM;
@@ -79,6 +90,9 @@ void ConnectionListener::Stop() {
 }
 
 void ConnectionListener::Run() {
+  // So that a flood is seen while it keeps the processors busy. Needs a privilege; without it, the
+  // thread works as well.
+  setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), kNiceness);
   std::vector<pollfd> polled;
   for (const FileDescriptor& listener : listeners_) polled.push_back({listener.get(), POLLIN, 0});
   polled.push_back({wake_.get(), POLLIN, 0});
@@ -90,10 +104,60 @@ void ConnectionListener::Run() {
     }
     connections_.RemoveClosed(kRemovalPeriod);
     num_open_ = connections_.size();
-    ReportShutDown(connections_.ShutDownFloods(), "they flood the server with cancelled calls");
+    GuardFloods();
+    ReleaseHeld();
     if (options_.max_resident_bytes > 0) GuardMemory();
   }
   listeners_.clear();
+  held_.clear();
+}
+
+void ConnectionListener::GuardFloods() {
+  std::vector<ShutDownPeer> floods = connections_.ShutDownFloods();
+  for (ShutDownPeer& flood : connections_.ShutDown(options_.floods())) {
+    floods.push_back(std::move(flood));
+  }
+  for (const ShutDownPeer& flood : floods) Suspected(flood.host);
+  ReportShutDown(floods, "they flood the server with cancelled calls");
+}
+
+void ConnectionListener::Suspected(const std::string& host) {
+  Suspect& suspect = suspects_[host];
+  suspect.num_floods = std::min(suspect.num_floods + 1, kMostHolds);
+  suspect.last_flood = absl::Now();
+}
+
+void ConnectionListener::AcceptOrHold(FileDescriptor socket, const std::string& host) {
+  const auto suspect = suspects_.find(host);
+  if (suspect == suspects_.end()) return options_.accept(std::move(socket));
+  const absl::Time now = absl::Now();
+  const Suspect& known = suspect->second;
+  if (now < known.last_flood || now > known.last_flood + kSuspicion) {
+    suspects_.erase(suspect);
+    return options_.accept(std::move(socket));
+  }
+  connections_.SetHeld(socket.get(), true);
+  held_.push_back({std::move(socket), host, now + known.num_floods * kHoldPerFlood});
+}
+
+void ConnectionListener::ReleaseHeld() {
+  const absl::Time now = absl::Now();
+  std::deque<Held> waiting;
+  for (Held& held : std::exchange(held_, {})) {
+    // A clock that was set back must not hold anybody for long.
+    const bool waits = now < held.until && held.until < now + kMostHolds * kHoldPerFlood;
+    if (waits) {
+      // Also if it is a flood already: a client that is told later comes again later.
+      waiting.push_back(std::move(held));
+    } else if (HasManyResets(held.socket.get())) {
+      Suspected(held.host);
+      ++num_shut_down_;
+    } else {
+      connections_.SetHeld(held.socket.get(), false);
+      options_.accept(std::move(held.socket));
+    }
+  }
+  held_ = std::move(waiting);
 }
 
 void ConnectionListener::AcceptSome(int listener) {
@@ -112,7 +176,7 @@ void ConnectionListener::AcceptSome(int listener) {
       Refuse(std::string(status.message()));
       continue;
     }
-    options_.accept(std::move(socket));
+    AcceptOrHold(std::move(socket), HostOf(peer));
   }
 }
 
@@ -139,12 +203,12 @@ void ConnectionListener::Refuse(const std::string& reason) {
   ++num_refused_;
 }
 
-void ConnectionListener::ReportShutDown(const std::vector<std::string>& peers,
+void ConnectionListener::ReportShutDown(const std::vector<ShutDownPeer>& peers,
                                         absl::string_view reason) {
   if (peers.empty()) return;
   if (MayLog(&shutdown_logged_)) {
     options_.log(absl::StrCat("connections were shut down, because ", reason, ": ",
-                              absl::StrJoin(peers, ", ")));
+                              absl::StrJoin(peers, ", ", AppendPeer)));
   }
   num_shut_down_ += static_cast<int64_t>(peers.size());
 }
@@ -154,7 +218,7 @@ void ConnectionListener::GuardMemory() {
   // Counts before the bound is reached, so that the connections that are busy then are known.
   if (resident <= options_.max_resident_bytes / 4 * 3) return;
   const bool above = resident > options_.max_resident_bytes;
-  const std::vector<std::string> peers =
+  const std::vector<ShutDownPeer> peers =
       connections_.ShutDownBusiest(above ? kLeastBusyBytes : INT64_MAX);
   ReportShutDown(peers, absl::StrCat(resident, " bytes of memory are in use"));
   // Below the bound, memory is kept for reuse.

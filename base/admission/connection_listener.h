@@ -6,12 +6,14 @@
 
 #include <atomic>
 #include <cstdint>
+#include <deque>
 #include <functional>
 #include <memory>
 #include <string>
 #include <thread>
 #include <vector>
 
+#include "absl/container/flat_hash_map.h"
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
@@ -31,6 +33,9 @@ struct ConnectionListenerOptions {
   int64_t max_resident_bytes = 0;
   // Takes a connected, non-blocking socket, which it must close. Called by the listener's thread.
   std::function<void(FileDescriptor socket)> accept;
+  // Returns the peers (NormalizedPeer) whose connections are to be shut down, because they flood
+  // the server with cancelled calls. Called by the listener's thread every 20 ms.
+  std::function<std::vector<std::string>()> floods = [] { return std::vector<std::string>(); };
   // Takes lines for the log, at most one of a kind in 10 s. Called by the listener's thread.
   std::function<void(const std::string& line)> log = [](const std::string&) {};
 };
@@ -38,6 +43,10 @@ struct ConnectionListenerOptions {
 // Has one thread that accepts connections, and shuts down those that flood the server with
 // cancelled calls. A connection beyond the limits, or for which the process has no descriptor left,
 // is closed at once; as soon as others have been closed, new ones are accepted again.
+//
+// After a flood, new connections of the same host wait before they are accepted, the longer the
+// more floods there were: 0.1 to 0.8 s. Those that have flooded meanwhile are closed, so that a
+// client that connects again and again costs little.
 class ConnectionListener {
  public:
   // The errors of Listen; RESOURCE_EXHAUSTED if no thread can be started.
@@ -69,14 +78,34 @@ class ConnectionListener {
   // that works.
   bool RefuseWithSpare(int listener);
   void Refuse(const std::string& reason);
+  // Gives the connection to `accept`, at once or after a while.
+  void AcceptOrHold(FileDescriptor socket, const std::string& host);
+  // Accepts or closes the connections that have waited long enough.
+  void ReleaseHeld();
+  void GuardFloods();
   void GuardMemory();
-  void ReportShutDown(const std::vector<std::string>& peers, absl::string_view reason);
+  // Counts and logs connections that were shut down.
+  void ReportShutDown(const std::vector<ShutDownPeer>& peers, absl::string_view reason);
+
+  // A new connection that waits, because its host has flooded the server.
+  struct Held {
+    FileDescriptor socket;
+    std::string host;
+    absl::Time until;
+  };
+  struct Suspect {
+    int num_floods = 0;
+    absl::Time last_flood;
+  };
+  void Suspected(const std::string& host);
 
   const ConnectionListenerOptions options_;
   const std::string address_;
   // Used by the thread only.
   std::vector<FileDescriptor> listeners_;
   OpenConnections connections_;
+  std::deque<Held> held_;
+  absl::flat_hash_map<std::string, Suspect> suspects_;
   // Kept open to be closed when a descriptor is needed to refuse a connection.
   FileDescriptor spare_;
   absl::Time refusal_logged_ = absl::InfinitePast();

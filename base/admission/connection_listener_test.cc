@@ -14,10 +14,12 @@
 #include <memory>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "absl/strings/numbers.h"
 #include "absl/strings/string_view.h"
 #include "absl/time/clock.h"
+#include "base/admission/client_host.h"
 #include "base/sync/mutex.h"
 
 namespace hypermap::admission {
@@ -30,11 +32,16 @@ constexpr absl::Duration kPatience = absl::Seconds(20);
 // Accepts connections and keeps them open.
 class ConnectionListenerTest : public ::testing::Test {
  protected:
-  void Start(const ConnectionLimits& limits, int64_t max_resident_bytes = 0) {
+  void Start(
+      const ConnectionLimits& limits, int64_t max_resident_bytes = 0,
+      std::function<std::vector<std::string>()> floods = [] {
+        return std::vector<std::string>();
+      }) {
     ConnectionListenerOptions options;
     options.address = "127.0.0.1:0";
     options.limits = limits;
     options.max_resident_bytes = max_resident_bytes;
+    options.floods = std::move(floods);
     options.accept = [this](FileDescriptor socket) {
       const MutexLock lock(&mutex_);
       accepted_.push_back(std::move(socket));
@@ -226,6 +233,63 @@ TEST_F(ConnectionListenerTest, A2FloodOfCancelledCallsIsShutDown) {
   const MutexLock lock(&mutex_);
   ASSERT_FALSE(lines_.empty());
   EXPECT_THAT(lines_.front(), HasSubstr("cancelled calls"));
+}
+
+TEST_F(ConnectionListenerTest, A2ManyCallsThatAreBegunAndCancelledInOneReadAreAFlood) {
+  Start({10, 10});
+  const FileDescriptor closes_watches = Connect();
+  const FileDescriptor flood = Connect();
+  ASSERT_TRUE(Eventually([&] { return num_accepted() == 2; }));
+  // A client that ends many old calls at once is honest.
+  std::string ends;
+  for (uint32_t i = 0; i < 200; ++i) ends += CancelledCall(2 * i + 1).substr(15);
+  ASSERT_GT(send(closes_watches.get(), ends.data(), ends.size(), MSG_NOSIGNAL), 0);
+  std::string calls;
+  for (uint32_t i = 0; i < 200; ++i) calls += CancelledCall(2 * i + 1);
+  ASSERT_GT(send(flood.get(), calls.data(), calls.size(), MSG_NOSIGNAL), 0);
+  EXPECT_TRUE(Eventually([&] { return listener_->num_shut_down() == 1; }));
+  EXPECT_TRUE(Eventually([&] { return IsClosed(flood); }));
+  EXPECT_FALSE(IsClosed(closes_watches));
+}
+
+TEST_F(ConnectionListenerTest, A2HostThatFloodedIsLookedAtBeforeItsConnectionsAreAccepted) {
+  std::vector<std::string> floods;
+  Mutex mutex;
+  Start({10, 10}, 0, [&] {
+    const MutexLock lock(&mutex);
+    return floods;
+  });
+  const FileDescriptor flood = Connect("127.0.0.2");
+  ASSERT_TRUE(Eventually([&] { return num_accepted() == 1; }));
+  {
+    sockaddr_storage address{};
+    socklen_t size = sizeof address;
+    ASSERT_EQ(getsockname(flood.get(), reinterpret_cast<sockaddr*>(&address), &size), 0);
+    const MutexLock lock(&mutex);
+    floods.push_back(NormalizedPeer(address));
+  }
+  EXPECT_TRUE(Eventually([&] { return IsClosed(flood); }));
+  {
+    const MutexLock lock(&mutex);
+    floods.clear();
+  }
+  // One that floods before it was accepted is closed.
+  const FileDescriptor again = Connect("127.0.0.2");
+  std::string frames;
+  for (uint32_t i = 0; i < 50; ++i) frames += CancelledCall(2 * i + 1);
+  ASSERT_GT(send(again.get(), frames.data(), frames.size(), MSG_NOSIGNAL), 0);
+  EXPECT_TRUE(Eventually([&] {
+    // The close of a socket with unread bytes resets the connection.
+    char byte = 0;
+    const ssize_t n = recv(again.get(), &byte, 1, MSG_DONTWAIT);
+    return n == 0 || (n < 0 && errno == ECONNRESET);
+  }));
+  // Others do not wait, and an honest one of the same host is accepted after a while.
+  const FileDescriptor other = Connect("127.0.0.3");
+  const FileDescriptor honest = Connect("127.0.0.2");
+  EXPECT_TRUE(Eventually([&] { return num_accepted() == 3; }));
+  EXPECT_FALSE(IsClosed(honest));
+  listener_.reset();
 }
 
 TEST_F(ConnectionListenerTest, ClosedConnectionsAreNoLongerCounted) {

@@ -26,6 +26,8 @@ constexpr int kLeastWaitingBytes = 1'024;
 constexpr size_t kPeekedBytes = 16'384;
 constexpr int kManyResets = 12;
 constexpr int kTimesManyResets = 4;
+// So many calls that begin and are cancelled in the bytes that wait are a flood at the first look.
+constexpr int kCertainResets = 60;
 // Time between removals while new connections are refused.
 constexpr absl::Duration kFullRemovalPeriod = absl::Milliseconds(5);
 
@@ -33,22 +35,6 @@ constexpr absl::Duration kFullRemovalPeriod = absl::Milliseconds(5);
 ino_t InodeOf(int fd) {
   struct stat info {};
   return fstat(fd, &info) == 0 ? info.st_ino : 0;
-}
-
-// Returns HOST:PORT, for the log.
-std::string PrintedPeer(const sockaddr_storage& address) {
-  char host[INET6_ADDRSTRLEN] = "unknown";
-  int port = 0;
-  if (address.ss_family == AF_INET) {
-    const auto& in = reinterpret_cast<const sockaddr_in&>(address);
-    inet_ntop(AF_INET, &in.sin_addr, host, sizeof host);
-    port = ntohs(in.sin_port);
-  } else if (address.ss_family == AF_INET6) {
-    const auto& in = reinterpret_cast<const sockaddr_in6&>(address);
-    inet_ntop(AF_INET6, &in.sin6_addr, host, sizeof host);
-    port = ntohs(in.sin6_port);
-  }
-  return absl::StrCat(host, address.ss_family == AF_INET6 ? " port " : ":", port);
 }
 
 // Returns -1 if the system does not tell.
@@ -70,8 +56,21 @@ uint32_t StreamOf(absl::string_view bytes) {
 
 struct Resets {
   int count = 0;
+  // Those of streams that begin in the same bytes.
+  int num_begun_here = 0;
   uint32_t last_stream = 0;
 };
+
+// Whether `bytes` hold the header of a HEADERS frame of the stream: its type, any flags, and the
+// four bytes of the stream.
+bool BeginsStream(absl::string_view bytes, absl::string_view stream) {
+  constexpr char kHeaders = 1;
+  constexpr size_t kTypeAndFlags = 2;
+  for (size_t at = bytes.find(stream); at != bytes.npos; at = bytes.find(stream, at + 1)) {
+    if (at >= kTypeAndFlags && bytes[at - kTypeAndFlags] == kHeaders) return true;
+  }
+  return false;
+}
 
 // Finds the RST_STREAM frames of HTTP/2 among `bytes`, which may begin within a frame: the header
 // of such a frame (RFC 9113, section 6.4), with a stream of the client later than that of the one
@@ -79,6 +78,8 @@ struct Resets {
 Resets FindResets(absl::string_view bytes) {
   static constexpr absl::string_view kReset("\0\0\x04\x03\0", 5);
   constexpr size_t kHeaderBytes = 9;
+  // A call that is begun and cancelled at once takes no more than this.
+  constexpr size_t kCallBytes = 1'024;
   Resets resets;
   for (size_t at = bytes.find(kReset); at != bytes.npos && at + kHeaderBytes <= bytes.size();
        at = bytes.find(kReset, at + 1)) {
@@ -86,6 +87,11 @@ Resets FindResets(absl::string_view bytes) {
     if (stream % 2 == 0 || stream <= resets.last_stream) continue;
     resets.last_stream = stream;
     ++resets.count;
+    const size_t from = at < kCallBytes ? 0 : at - kCallBytes;
+    const absl::string_view before = bytes.substr(from, at - from);
+    if (BeginsStream(before, bytes.substr(at + kReset.size(), sizeof stream))) {
+      ++resets.num_begun_here;
+    }
   }
   return resets;
 }
@@ -110,8 +116,13 @@ absl::Status OpenConnections::Add(int socket, const sockaddr_storage& peer) {
                            ", are open from ", host));
   }
   ++num_of_host_[host];
-  connections_[socket] = {InodeOf(socket), PrintedPeer(peer), std::move(host)};
+  connections_[socket] = {InodeOf(socket), NormalizedPeer(peer), std::move(host)};
   return absl::OkStatus();
+}
+
+void OpenConnections::SetHeld(int socket, bool is_held) {
+  const auto it = connections_.find(socket);
+  if (it != connections_.end()) it->second.is_held = is_held;
 }
 
 void OpenConnections::Forget(Connections::iterator it) {
@@ -130,10 +141,30 @@ void OpenConnections::RemoveClosed(absl::Duration period) {
   }
 }
 
-std::vector<std::string> OpenConnections::ShutDownFloods() {
-  std::vector<std::string> peers;
+bool HasManyResets(int socket) {
+  char bytes[kPeekedBytes];
+  const ssize_t size = recv(socket, bytes, sizeof bytes, MSG_PEEK | MSG_DONTWAIT);
+  return size > 0 && FindResets({bytes, static_cast<size_t>(size)}).count >= kManyResets;
+}
+
+std::vector<ShutDownPeer> OpenConnections::ShutDown(const std::vector<std::string>& peers) {
+  std::vector<ShutDownPeer> done;
+  if (peers.empty()) return done;
+  for (const auto& [fd, connection] : connections_) {
+    if (std::find(peers.begin(), peers.end(), connection.peer) == peers.end()) continue;
+    const FileDescriptor socket(fcntl(fd, F_DUPFD_CLOEXEC, 0));
+    if (!socket.is_open() || InodeOf(socket.get()) != connection.inode) continue;
+    shutdown(socket.get(), SHUT_RDWR);
+    done.push_back({connection.peer, connection.host});
+  }
+  return done;
+}
+
+std::vector<ShutDownPeer> OpenConnections::ShutDownFloods() {
+  std::vector<ShutDownPeer> peers;
   const absl::Time now = absl::Now();
   for (auto& [fd, connection] : connections_) {
+    if (connection.is_held) continue;
     int waiting = 0;
     if (ioctl(fd, FIONREAD, &waiting) != 0 || waiting < kLeastWaitingBytes) continue;
     // A duplicate, so that the socket stays this one while it is looked at.
@@ -150,14 +181,15 @@ std::vector<std::string> OpenConnections::ShutDownFloods() {
       connection.first_resets = now;
       connection.num_resets_seen = 0;
     }
-    if (++connection.num_resets_seen < kTimesManyResets) continue;
+    const bool is_certain = resets.num_begun_here >= kCertainResets;
+    if (++connection.num_resets_seen < kTimesManyResets && !is_certain) continue;
     shutdown(socket.get(), SHUT_RDWR);
-    peers.push_back(connection.peer);
+    peers.push_back({connection.peer, connection.host});
   }
   return peers;
 }
 
-std::vector<std::string> OpenConnections::ShutDownBusiest(int64_t least_bytes) {
+std::vector<ShutDownPeer> OpenConnections::ShutDownBusiest(int64_t least_bytes) {
   struct Busy {
     // A duplicate, so that the socket stays this one while it is looked at.
     FileDescriptor socket;
@@ -175,11 +207,11 @@ std::vector<std::string> OpenConnections::ShutDownBusiest(int64_t least_bytes) {
     most = std::max(most, bytes);
     if (bytes >= least_bytes) busy.push_back({std::move(socket), &connection, bytes});
   }
-  std::vector<std::string> peers;
+  std::vector<ShutDownPeer> peers;
   for (const Busy& candidate : busy) {
     if (candidate.bytes < most / 2) continue;
     shutdown(candidate.socket.get(), SHUT_RDWR);
-    peers.push_back(candidate.connection->peer);
+    peers.push_back({candidate.connection->peer, candidate.connection->host});
   }
   return peers;
 }

@@ -22,6 +22,17 @@ struct ConnectionLimits {
   int max_connections_per_address = 750;
 };
 
+// A connection that was shut down: the client's address with its port, and the host to which it
+// counts.
+struct ShutDownPeer {
+  std::string peer;
+  std::string host;
+};
+
+// Whether the bytes that wait in the socket hold so many RST_STREAM frames of HTTP/2 that no honest
+// client sends them at once. They stay unread.
+bool HasManyResets(int socket);
+
 // Counts connections that another library owns and closes without a notice. Each is known by its
 // descriptor and by the inode of its socket, so that one whose descriptor now belongs to something
 // else counts as closed. Not thread-safe.
@@ -32,6 +43,9 @@ class OpenConnections {
   // Counts an accepted connection. RESOURCE_EXHAUSTED, naming the flag, if there are too many.
   absl::Status Add(int socket, const sockaddr_storage& peer);
 
+  // Tells whether the connection waits to be accepted. While it does, ShutDownFloods leaves it.
+  void SetHeld(int socket, bool is_held);
+
   // Forgets the connections that were closed, unless it did so less than `period` ago: it takes one
   // system call for each connection.
   void RemoveClosed(absl::Duration period);
@@ -39,13 +53,17 @@ class OpenConnections {
   // Shuts down the connections that received the most bytes since the last call: each that received
   // at least half of the largest number, and at least `least_bytes`. Returns their peers. The first
   // call only counts.
-  std::vector<std::string> ShutDownBusiest(int64_t least_bytes);
+  std::vector<ShutDownPeer> ShutDownBusiest(int64_t least_bytes);
 
   // Shuts down the connections that flood the server with calls that they cancel at once (HTTP/2
   // Rapid Reset, CVE-2023-44487), and returns their peers. Looks at the bytes that the server has
-  // not read yet: a connection is shut down when these hold many new RST_STREAM frames in several
-  // calls of this function within a second. Sees nothing in connections with TLS.
-  std::vector<std::string> ShutDownFloods();
+  // not read yet: a connection is shut down when very many calls begin and are cancelled in them,
+  // or when they hold many new RST_STREAM frames in several calls of this function within a second.
+  // Sees nothing in connections with TLS.
+  std::vector<ShutDownPeer> ShutDownFloods();
+
+  // Shuts down the connections of these peers (NormalizedPeer), and returns those that were open.
+  std::vector<ShutDownPeer> ShutDown(const std::vector<std::string>& peers);
 
   int size() const { return static_cast<int>(connections_.size()); }
 
@@ -55,6 +73,7 @@ class OpenConnections {
     // The peer's address with its port, and without.
     std::string peer;
     std::string host;
+    bool is_held = false;
     // Bytes received at the last count; -1 before the first.
     int64_t received_bytes = -1;
     // The latest stream that was seen to be reset.

@@ -3,6 +3,7 @@
 #define HYPERMAP_SERVER_RPC_BUDGETS_H_
 
 #include "base/admission/budget.h"
+#include "base/admission/cancelled_calls.h"
 #include "base/admission/refusals.h"
 #include "base/limits/limits.h"
 
@@ -21,6 +22,8 @@ struct Budgets {
   admission::Budget scratch_bytes;
   // Memory of the explorations of all maps: --max_exploration_bytes.
   admission::Budget exploration_bytes;
+  // Calls that their callers have cancelled.
+  admission::CancelledCalls cancelled_calls;
   // What was refused because of a limit.
   admission::Refusals refusals;
 };

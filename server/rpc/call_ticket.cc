@@ -2,6 +2,7 @@
 
 #include "absl/random/random.h"
 #include "absl/strings/str_cat.h"
+#include "absl/time/clock.h"
 #include "base/admission/client_host.h"
 #include "base/admission/refusals.h"
 #include "wire/status.h"
@@ -25,7 +26,8 @@ CallTicket::CallTicket(Budgets* budgets, grpc::CallbackServerContext* context,
       context_(context),
       call_(&budgets->calls, client),
       request_(&budgets->request_bytes, client),
-      admitted_(call_.Add(1)) {}
+      admitted_(call_.Add(1)),
+      begin_(absl::Now()) {}
 
 absl::Status CallTicket::ChargeRequest(int64_t bytes) {
   const int64_t cost = CostOf(bytes);
@@ -41,7 +43,13 @@ grpc::Status CallTicket::Encode(const absl::Status& status) {
       context_->AddTrailingMetadata(kPushbackKey, absl::StrCat(pause_ms));
     }
   }
+  if (absl::IsCancelled(status)) Cancelled();
   return wire::EncodeStatus(status);
+}
+
+void CallTicket::Cancelled() {
+  if (is_cancelled_.exchange(true)) return;
+  budgets_->cancelled_calls.Count(context_->peer(), absl::Now() - begin_);
 }
 
 void CallTicket::GiveBack() {

@@ -5,10 +5,12 @@
 #include <grpcpp/server_context.h>
 #include <grpcpp/support/status.h>
 
+#include <atomic>
 #include <cstdint>
 #include <string>
 
 #include "absl/status/status.h"
+#include "absl/time/time.h"
 #include "base/admission/budget.h"
 #include "server/rpc/budgets.h"
 
@@ -45,6 +47,10 @@ class CallTicket {
   // grpc-retry-pushback-ms (gRFC A6).
   grpc::Status Encode(const absl::Status& status);
 
+  // Counts the call among those that were cancelled. Called by Encode; to be called earlier by
+  // those who are told earlier. Any thread may call this.
+  void Cancelled();
+
   // Ends the admission of a call whose answer is complete.
   void GiveBack();
 
@@ -58,6 +64,8 @@ class CallTicket {
   admission::Budget::Charge call_;
   admission::Budget::Charge request_;
   const absl::Status admitted_;
+  const absl::Time begin_;
+  std::atomic<bool> is_cancelled_ = false;
 };
 
 }  // namespace hypermap::server

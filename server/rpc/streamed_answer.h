@@ -113,6 +113,8 @@ class StreamedAnswer final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
   }
 
   void OnCancel() override {
+    // gRPC also cancels calls whose deadline has passed.
+    if (!IsPastDeadline(*context_)) ticket_.Cancelled();
     if (wait_) wait_->Stop();
   }
 

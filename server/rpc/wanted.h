@@ -11,6 +11,9 @@ namespace hypermap::server {
 // CANCELLED if the caller has gone away, DEADLINE_EXCEEDED if the call's deadline has passed.
 absl::Status CheckWanted(const grpc::CallbackServerContext& context);
 
+// Whether the call's deadline has passed.
+bool IsPastDeadline(const grpc::CallbackServerContext& context);
+
 }  // namespace hypermap::server
 
 #endif  // HYPERMAP_SERVER_RPC_WANTED_H_

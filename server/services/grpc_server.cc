@@ -69,6 +69,7 @@ absl::StatusOr<std::unique_ptr<GrpcServer>> GrpcServer::Start(const GrpcServerOp
   listen.address = options.listen;
   listen.limits = options.connections;
   listen.max_resident_bytes = options.max_resident_bytes;
+  listen.floods = [budgets = facilities.budgets] { return budgets->cancelled_calls.TakeFloods(); };
   listen.log = [](const std::string& line) { spdlog::warn("{}", line); };
   HYPERMAP_RETURN_IF_ERROR(made->listener_->Start(std::move(listen)));
   made->TellAdmission();

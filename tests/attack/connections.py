@@ -79,7 +79,7 @@ def random_bytes(site):
     open_connections = []
     while site.attacking():
         for kind in kinds:
-            connection = socket.create_connection((host, int(port)), timeout=1)
+            connection = socket.create_connection((host, int(port)), timeout=10)
             try:
                 connection.sendall(kind())
             except OSError:
