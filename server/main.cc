@@ -181,7 +181,7 @@ absl::Status Serve(ShutdownSignals& signals) {
   HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<Site> site,
                             Site::Open(std::move(store), MakeSessionOptions(limits)));
   // Returns the memory that loading the maps needed for a while to the system.
-  malloc_trim(0);
+  admission::ReturnFreedMemory();
   // From here on the allocator keeps freed memory: returning it and requesting it again would cost
   // a page fault in every few requests. Both thresholds are set, because setting only one disables
   // the dynamic adjustment of the other and leaves it at its low default (mallopt(3)).

@@ -1,7 +1,6 @@
 #include "base/admission/connection_listener.h"
 
 #include <fcntl.h>
-#include <malloc.h>
 #include <poll.h>
 #include <sys/eventfd.h>
 #include <sys/resource.h>
@@ -226,7 +225,7 @@ void ConnectionListener::GuardMemory() {
   if (!above) return;
   if (now >= memory_returned_ && now < memory_returned_ + kReturnPeriod) return;
   memory_returned_ = now;
-  malloc_trim(0);
+  ReturnFreedMemory();
 }
 
 }  // namespace hypermap::admission

@@ -1,5 +1,6 @@
 #include "base/admission/memory.h"
 
+#include <malloc.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -28,5 +29,7 @@ int64_t ResidentMemory() {
   if (!(file >> total_pages >> resident_pages)) return 0;
   return resident_pages * sysconf(_SC_PAGESIZE);
 }
+
+void ReturnFreedMemory() { malloc_trim(0); }
 
 }  // namespace hypermap::admission

@@ -14,6 +14,10 @@ int64_t UsableMemory(const std::string& cgroup_root = "/sys/fs/cgroup");
 // Memory of this process that is in RAM; 0 if the system does not tell.
 int64_t ResidentMemory();
 
+// Returns memory that was freed to the system, after work that needed much. Takes milliseconds for
+// each gigabyte, in which other threads may wait for memory.
+void ReturnFreedMemory();
+
 }  // namespace hypermap::admission
 
 #endif  // HYPERMAP_BASE_ADMISSION_MEMORY_H_

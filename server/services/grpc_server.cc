@@ -72,14 +72,18 @@ absl::StatusOr<std::unique_ptr<GrpcServer>> GrpcServer::Start(const GrpcServerOp
   listen.floods = [budgets = facilities.budgets] { return budgets->cancelled_calls.TakeFloods(); };
   listen.log = [](const std::string& line) { spdlog::warn("{}", line); };
   HYPERMAP_RETURN_IF_ERROR(made->listener_->Start(std::move(listen)));
-  made->TellAdmission();
+  made->TellHealth();
   return made;
 }
 
-void GrpcServer::TellAdmission() {
+void GrpcServer::TellHealth() {
   server_->GetHealthCheckService()->SetServingStatus(
       kAdmissionService, !budgets_->refusals.IsOverloaded(kOverloadPeriod));
-  health_timer_.RunAfter(kHealthPeriod, [this] { TellAdmission(); });
+  // Reading the clock notices jumps.
+  site_->clock().Read();
+  server_->GetHealthCheckService()->SetServingStatus(kClockService,
+                                                     !site_->clock().state().jump.has_value());
+  health_timer_.RunAfter(kHealthPeriod, [this] { TellHealth(); });
 }
 
 const std::string& GrpcServer::address() const { return listener_->connections().address(); }

@@ -41,10 +41,12 @@ struct GrpcServerOptions {
 // Serves from Start to Shutdown: Hypermap's services, the standard health service (which reports
 // all of them as SERVING until the shutdown begins) and reflection. The health service also knows
 // kAdmissionService, which is NOT_SERVING while the server refuses calls for want of room, and for
-// kOverloadPeriod afterwards; the others go on SERVING then.
+// kOverloadPeriod afterwards, and kClockService, which is while a jump of the wall clock is not
+// followed; the others go on SERVING then.
 class GrpcServer {
  public:
   static constexpr char kAdmissionService[] = "hypermap.admission";
+  static constexpr char kClockService[] = "hypermap.clock";
   static constexpr absl::Duration kOverloadPeriod = absl::Seconds(10);
 
   // All pointers in `facilities` must outlive the server. INVALID_ARGUMENT for a malformed address
@@ -66,8 +68,9 @@ class GrpcServer {
  private:
   explicit GrpcServer(const Facilities& facilities);
 
-  // Tells the health service whether the server has room, now and every second from now on.
-  void TellAdmission();
+  // Tells the health service whether the server has room and its clock is right, now and every
+  // second from now on.
+  void TellHealth();
 
   CatalogService catalog_;
   QueryService query_;

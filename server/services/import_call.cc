@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/admission/memory.h"
 #include "base/cancellation/cancellation.h"
 #include "base/status/status_macros.h"
 #include "server/rpc/wanted.h"
@@ -15,6 +16,8 @@ namespace {
 
 // Estimate of the bytes of memory that each byte of a file takes while it is decoded.
 constexpr int64_t kBytesPerFileByte = 3;
+// After the import of larger files, freed memory is returned to the system.
+constexpr int64_t kLargeImportBytes = 8 << 20;
 
 }  // namespace
 
@@ -35,7 +38,11 @@ ImportCall::ImportCall(grpc::CallbackServerContext* context, const Facilities* f
 
 void ImportCall::OnReadDone(bool ok) {
   if (!ok) {
-    facilities_->workers->files.Run(log_.client(), [this] { End(Import()); });
+    facilities_->workers->files.Run(log_.client(), [this] {
+      const absl::Status status = Import();
+      if (files_.bytes() >= kLargeImportBytes) admission::ReturnFreedMemory();
+      End(status);
+    });
     return;
   }
   if (absl::Status status = TakeMessage(); !status.ok()) return End(status);

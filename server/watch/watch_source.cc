@@ -171,7 +171,10 @@ absl::StatusOr<WatchSource::Step> WatchSource::Next(absl::Time now, grpc::Slice*
   // A commit that was begun is sent to its end, even if the feed is closed meanwhile: the reader
   // could not resume in the middle of a revision.
   if (next_ < telling_.size()) return TellNext(now, message);
-  if (feed().closed()) return WithResume(absl::UnavailableError("the map is closing"));
+  if (feed().closed()) {
+    HYPERMAP_RETURN_IF_ERROR(session_->problem());
+    return WithResume(absl::UnavailableError("the map is closing"));
+  }
   if (selection_) return ReadSelection(now, message);
   if (map_due_) return TellProgress(now, message);
   return TakeCommits(now, message);
