@@ -61,8 +61,9 @@ std::string HostOf(const sockaddr_storage& address) {
 }
 
 std::string HostOfPeer(absl::string_view peer) {
-  if (const std::optional<Ipv6Peer> ipv6 = ParseIpv6Peer(peer))
+  if (const std::optional<Ipv6Peer> ipv6 = ParseIpv6Peer(peer)) {
     return PrintedNetwork(ipv6->address);
+  }
   absl::string_view host = peer.substr(0, peer.rfind(':'));
   if (host.size() < peer.size() && absl::ConsumePrefix(&host, "ipv4:")) return std::string(host);
   return std::string(peer);

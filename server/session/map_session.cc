@@ -56,8 +56,8 @@ absl::StatusOr<std::unique_ptr<MapSession>> MapSession::Start(
   HYPERMAP_ASSIGN_OR_RETURN(std::vector<storage::TimeMark> marks, stored->TimeMarks());
   HYPERMAP_ASSIGN_OR_RETURN(const absl::Time newest_commit,
                             NewestCommitTime(*stored, snapshot->revision));
-  std::unique_ptr<MapSession> session(new MapSession(std::move(stored), std::move(snapshot),
-                                                     std::move(marks), newest_commit, options));
+  std::unique_ptr<MapSession> session(
+      new MapSession(std::move(stored), snapshot, std::move(marks), newest_commit, options));
   HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<MapFusion> fusion,
                             MapFusion::Open(&session->stored_->fusion_log(),
                                             &session->options_.fusion, session->options_.limits));
@@ -67,7 +67,7 @@ absl::StatusOr<std::unique_ptr<MapSession>> MapSession::Start(
   return session;
 }
 
-MapSession::MapSession(std::unique_ptr<storage::StoredMap> stored, SnapshotPtr snapshot,
+MapSession::MapSession(std::unique_ptr<storage::StoredMap> stored, const SnapshotPtr& snapshot,
                        std::vector<storage::TimeMark> marks, absl::Time newest_commit,
                        const SessionOptions& options)
     : options_(WithClockOfFusion(options)),
@@ -101,8 +101,9 @@ SnapshotPtr MapSession::snapshot() const {
 }
 
 absl::Status MapSession::CheckAccepts(size_t queued, int64_t bytes) const {
-  if (closing_)
+  if (closing_) {
     return absl::UnavailableError(absl::StrCat("map \"", header_.name, "\" is closing"));
+  }
   HYPERMAP_RETURN_IF_ERROR(problem_);
   if (queued >= static_cast<size_t>(options_.limits.max_queue)) {
     return admission::TryLater(absl::StrCat("map \"", header_.name, "\" has ", queued,
@@ -130,9 +131,10 @@ void MapSession::Enqueue(SubmissionType submission, Callback done) {
           Queued<SubmissionType, Callback>{std::move(submission), std::move(done)});
       // The writer sleeps only while the queue is empty: later submissions need not wake it.
       if (queue_.submissions.size() == 1) queue_changed_.NotifyOne();
+      return;
     }
   }
-  if (!accepted.ok()) std::move(done)(std::move(accepted));
+  std::move(done)(std::move(accepted));
 }
 
 void MapSession::Submit(Submission submission, ReceiptCallback done) {

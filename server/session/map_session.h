@@ -150,7 +150,7 @@ class MapSession {
     bool empty() const { return submissions.empty() && tasks.empty(); }
   };
 
-  MapSession(std::unique_ptr<storage::StoredMap> stored, SnapshotPtr snapshot,
+  MapSession(std::unique_ptr<storage::StoredMap> stored, const SnapshotPtr& snapshot,
              std::vector<storage::TimeMark> marks, absl::Time newest_commit,
              const SessionOptions& options);
 

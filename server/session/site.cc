@@ -130,7 +130,7 @@ absl::StatusOr<std::shared_ptr<MapSession>> Site::CreateBy(const NewMap& map, St
   HYPERMAP_RETURN_IF_ERROR(Reserve(map.name));
   const absl::Cleanup release = [&] { Release(map.name); };
 
-  if (const auto existing = Find(map.name); !absl::IsNotFound(existing.status())) {
+  if (auto existing = Find(map.name); !absl::IsNotFound(existing.status())) {
     const bool same_id = existing.ok() && !map.request_id.empty() &&
                          (*existing)->header().request_id == map.request_id;
     if (!same_id) {

@@ -201,11 +201,11 @@ absl::Status GeoPackageMap::Write(absl::Span<const Commit> commits) {
 
 absl::Status GeoPackageMap::WriteChecked(absl::Span<const Commit> commits) {
   HYPERMAP_RETURN_IF_ERROR(files_->Check());
-  const absl::Status status = WriteAll(commits);
+  absl::Status status = WriteAll(commits);
   // Commits that went to a file that was replaced meanwhile must not be acknowledged; and that is
   // the reason, if writing failed. That nothing can be told at the moment is no reason to deny
   // commits that are durable.
-  const absl::Status check = files_->Check();
+  absl::Status check = files_->Check();
   if (absl::IsDataLoss(check)) return check;
   if (status.ok()) KeepWitness(commits.back());
   return status;

@@ -40,7 +40,7 @@ absl::StatusOr<OpenedHistory> Renew(Database* database, const std::string& reaso
 }
 
 absl::Status CheckFileThatIsBehind(Database* database, const std::string& reason) {
-  const absl::Status status = CheckIntegrity(database);
+  absl::Status status = CheckIntegrity(database);
   if (status.ok()) return status;
   return absl::DataLossError(absl::StrCat(reason, "; and ", status.message()));
 }
