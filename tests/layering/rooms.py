@@ -83,7 +83,8 @@ ROOMS = {
         "map/values",
     ),
     "map/edits": pure(
-        "base/cancellation", "base/limits", "base/status", "map", "map/frames", "map/grid", "map/layers", "map/objects",
+        "base/cancellation", "base/limits", "base/status", "map", "map/frames", "map/grid",
+        "map/layers", "map/objects",
     ),
     "map/watch": pure(
         "map", "map/edits", "map/frames", "map/geometry", "map/grid", "map/layers",
@@ -103,9 +104,9 @@ ROOMS = {
 
     # grpc: the only mapping between absl::Status and grpc::Status.
     "wire": Room(
-        ["base/cancellation", "base/limits", "base/status", "map", "map/edits", "map/exploration", "map/frames",
-         "map/geometry", "map/grid", "map/layers", "map/objects", "map/observations", "map/query",
-         "map/watch", "proto"],
+        ["base/cancellation", "base/limits", "base/status", "map", "map/edits", "map/exploration",
+         "map/frames", "map/geometry", "map/grid", "map/layers", "map/objects", "map/observations",
+         "map/query", "map/watch", "proto"],
         {"absl", "grpc", "protobuf"},
     ),
 
@@ -115,53 +116,56 @@ ROOMS = {
     ),
     "storage/sqlite": Room(["base/status"], {"absl", "sqlite"}),
     "storage/geopackage": Room(
-        ["base/cancellation", "base/images", "base/status", "base/sync", "base/text", "map", "map/edits",
-         "map/frames", "map/geometry", "map/grid", "map/layers", "map/objects", "storage",
-         "storage/sqlite"],
+        ["base/cancellation", "base/images", "base/status", "base/sync", "base/text", "map",
+         "map/edits", "map/frames", "map/geometry", "map/grid", "map/layers", "map/objects",
+         "storage", "storage/sqlite"],
         {"absl"}, hidden={"json", "tiff", "zlib"},
     ),
     "storage/outbox": Room(["base/status", "storage/sqlite"], {"absl"}, target="outbox_file"),
     "storage/interchange": Room(
-        ["base/cancellation", "base/images", "base/limits", "base/status", "map", "map/edits", "map/frames",
-         "map/geometry", "map/grid", "map/layers", "map/objects", "map/values"],
+        ["base/cancellation", "base/images", "base/limits", "base/status", "map", "map/edits",
+         "map/frames", "map/geometry", "map/grid", "map/layers", "map/objects", "map/values"],
         {"absl"}, hidden={"json", "yaml", "zip"},
     ),
 
     "server/fusion": Room(
-        ["base/cancellation", "base/limits", "base/status", "map", "map/edits", "map/fusion", "map/geometry",
-         "map/layers", "map/observations", "storage"],
+        ["base/cancellation", "base/limits", "base/status", "map", "map/edits", "map/fusion",
+         "map/geometry", "map/layers", "map/observations", "storage"],
         {"absl"}, target="map_fusion",
     ),
     "server/session": Room(
-        ["base/cancellation", "base/admission", "base/limits", "base/status", "base/sync", "base/time", "map", "map/edits", "map/layers",
-         "map/objects", "map/observations", "map/query", "map/watch", "server/fusion", "storage"],
+        ["base/admission", "base/cancellation", "base/limits", "base/status", "base/sync",
+         "base/time", "map", "map/edits", "map/layers", "map/objects", "map/observations",
+         "map/query", "map/watch", "server/fusion", "storage"],
         {"absl", "spdlog"},
     ),
     "server/exploration": Room(
-        ["base/cancellation", "base/admission", "base/limits", "base/status", "base/sync", "map", "map/edits", "map/exploration",
-         "map/frames", "map/geometry", "map/grid", "map/layers", "server/session", "storage"],
+        ["base/admission", "base/cancellation", "base/limits", "base/status", "base/sync", "map",
+         "map/edits", "map/exploration", "map/frames", "map/geometry", "map/grid", "map/layers",
+         "server/session", "storage"],
         {"absl"}, target="map_exploration",
     ),
     "server/rpc": Room(
-        ["base/cancellation", "base/admission", "base/digest", "base/limits", "base/status", "base/sync", "base/text", "map", "map/layers",
-         "map/query", "proto", "server/session", "wire"],
+        ["base/admission", "base/cancellation", "base/digest", "base/limits", "base/status",
+         "base/sync", "base/text", "map", "map/layers", "map/query", "proto", "server/session",
+         "wire"],
         {"absl", "grpc", "protobuf", "spdlog"},
     ),
     "server/watch": Room(
-        ["base/admission", "base/limits", "base/status", "base/sync", "map/watch", "proto", "server/rpc",
-         "server/session", "wire"],
+        ["base/admission", "base/limits", "base/status", "base/sync", "map/watch", "proto",
+         "server/rpc", "server/session", "wire"],
         {"absl", "grpc", "protobuf"}, target="watch_service",
     ),
     "server/services": Room(
-        ["base/cancellation", "base/admission", "base/limits", "base/status", "base/sync", "base/tls", "map", "map/layers",
-         "map/observations", "map/query", "map/values", "proto", "server/exploration",
-         "server/fusion", "server/rpc", "server/session", "server/watch", "storage/interchange",
-         "wire"],
+        ["base/admission", "base/cancellation", "base/limits", "base/status", "base/sync",
+         "base/tls", "map", "map/layers", "map/observations", "map/query", "map/values", "proto",
+         "server/exploration", "server/fusion", "server/rpc", "server/session", "server/watch",
+         "storage/interchange", "wire"],
         {"absl", "grpc", "spdlog"},
     ),
     "server": Room(
-        ["base/admission", "base/limits", "base/status", "base/tls", "server/rpc", "server/services",
-         "server/session", "storage/geopackage"],
+        ["base/admission", "base/limits", "base/status", "base/tls", "server/rpc",
+         "server/services", "server/session", "storage/geopackage"],
         {"absl", "grpc", "spdlog"}, target=None,
     ),
 
@@ -181,8 +185,8 @@ ROOMS = {
         {"absl", "eigen"}, hidden={"json", "yaml"},
     ),
     "ingest/frame_service": Room(
-        ["base/admission", "base/status", "base/sync", "client_libs/cpp", "ingest/perception", "ingest/sources",
-         "proto", "wire"],
+        ["base/admission", "base/status", "base/sync", "client_libs/cpp", "ingest/perception",
+         "ingest/sources", "proto", "wire"],
         {"absl"}, hidden={"grpc"},
     ),
     "ingest/worker": Room(
