@@ -121,6 +121,9 @@ void ConnectionListener::GuardFloods() {
 }
 
 void ConnectionListener::Suspected(const std::string& host) {
+  // Bounds the suspects of a flood from many hosts.
+  const absl::Time oldest = absl::Now() - kSuspicion;
+  absl::erase_if(suspects_, [&](const auto& known) { return known.second.last_flood < oldest; });
   Suspect& suspect = suspects_[host];
   suspect.num_floods = std::min(suspect.num_floods + 1, kMostHolds);
   suspect.last_flood = absl::Now();

@@ -69,6 +69,10 @@ absl::Status SetIncarnation(Database* database, uint64_t incarnation) {
                        static_cast<int64_t>(incarnation));
 }
 
+absl::Status SetComplete(Database* database) {
+  return database->Run("UPDATE hypermap_metadata SET provisional = 0 WHERE id = 1");
+}
+
 absl::Status SetOldestRevision(Database* database, Revision oldest) {
   return database->Run("UPDATE hypermap_metadata SET oldest_revision = ? WHERE id = 1", oldest);
 }

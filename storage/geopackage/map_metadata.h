@@ -33,6 +33,9 @@ absl::Status AdvanceRevision(Database* database, Revision from, Revision to,
 // Gives the map another incarnation.
 absl::Status SetIncarnation(Database* database, uint64_t incarnation);
 
+// Makes a provisional map complete.
+absl::Status SetComplete(Database* database);
+
 // Advances the oldest revision that can be read.
 absl::Status SetOldestRevision(Database* database, Revision oldest);
 

@@ -100,6 +100,12 @@ absl::StatusOr<OpenedHistory> ContinueHistory(Database* database,
     if (broken->is_behind) {
       HYPERMAP_RETURN_IF_ERROR(CheckFileThatIsBehind(database, broken->reason));
     }
+    // A map of which commits were acknowledged is kept, and shown to be empty, even if its file has
+    // none of them: it is not one that was never completed.
+    if (metadata->header.provisional && witness && witness->revision > 0) {
+      HYPERMAP_RETURN_IF_ERROR(SetComplete(database));
+      metadata->header.provisional = false;
+    }
     return Renew(database, broken->reason, metadata);
   }
   bool settled = witness->settled;

@@ -178,6 +178,34 @@ TEST_F(WitnessTest, C5LogThatIsGoneIsNeverSilent) {
   EXPECT_THAT((*stored)->opening_notes(), ElementsAre(HasSubstr("commits are missing")));
 }
 
+TEST_F(WitnessTest, C5MapWhoseFirstCommitIsLostIsNotTakenForAnIncompleteOne) {
+  const testing::TemporaryFolder made;
+  CrashedFiles files;
+  {
+    const auto store = OpenStore(made.path());
+    MapHeader header = map_.stored->header();
+    header.provisional = true;
+    header.incarnation = 0;
+    auto stored = store->Create(header);
+    ASSERT_TRUE(stored.ok()) << stored.status();
+    EditedMap map{*std::move(stored), nullptr};
+    map.snapshot = *map.stored->Load();
+    map.Edit({{CreateLayer{SemanticSpec("s")}}});
+    files = {ReadFile(made / kFile), "", ReadFile(made / kLock)};
+  }
+  const testing::TemporaryFolder crashed;
+  files.WriteTo(crashed);
+  for (const bool is_first : {true, false}) {
+    const auto opened = OpenStore(crashed.path())->Open("site");
+    ASSERT_TRUE(opened.ok()) << opened.status();
+    if (is_first) {
+      EXPECT_THAT((*opened)->opening_notes(),
+                  ElementsAre(HasSubstr("acknowledged commits are missing")));
+    }
+    EXPECT_EQ((*(*opened)->Load())->revision, 0);
+  }
+}
+
 TEST_F(WitnessTest, C5BackupAndItsRestorationAreOtherIncarnations) {
   const std::string backup = folder_ / "backup";
   ASSERT_TRUE(map_.stored->BackupTo(backup).ok());
