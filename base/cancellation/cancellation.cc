@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <limits>
+#include <thread>
 #include <utility>
 
 namespace hypermap {
@@ -26,6 +27,10 @@ bool Cancellation::IsCancelled() {
   if (!status_.ok()) return true;
   const int64_t now = SteadyNow();
   if (now < next_look_ns_) return false;
+  // Work that has taken a while lets threads run that wait for its processor. Otherwise these may
+  // wait for the next tick of the kernel's timer, 4 ms on many systems.
+  const bool is_first = next_look_ns_ == std::numeric_limits<int64_t>::min();
+  if (!is_first) std::this_thread::yield();
   next_look_ns_ = now + interval_ns_;
   status_ = look_();
   return !status_.ok();

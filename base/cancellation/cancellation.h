@@ -14,6 +14,8 @@
 // another call. That is safe because a cancellation is final: once it was reported, all later calls
 // for the same Cancellation report it.
 //
+// After its first millisecond, such work also yields its processor to waiting threads at each look.
+//
 // State that outlives the call, such as a cache, must not keep values from work that was given up.
 // Work that would leave such state half changed runs to its end below ScopedCancellation(nullptr).
 #ifndef HYPERMAP_BASE_CANCELLATION_CANCELLATION_H_
@@ -40,7 +42,8 @@ class Cancellation {
   Cancellation(const Cancellation&) = delete;
   Cancellation& operator=(const Cancellation&) = delete;
 
-  // Looks if it is time to. Costs some 30 ns.
+  // Looks if it is time to, and lets other threads run before all looks but the first. Costs some
+  // 30 ns if it is not time yet.
   bool IsCancelled();
   // The error that a look has returned; OK before. Does not look.
   const absl::Status& status() const { return status_; }

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "absl/types/span.h"
+#include "base/cancellation/cancellable_sort.h"
 #include "base/cancellation/cancellation.h"
 #include "map/geometry/predicates.h"
 
@@ -145,12 +146,14 @@ Sweep::Sweep(const Rings& rings) : rings_(rings.size()) {
     }
     rings_[r].parent = ring;
   }
-  std::sort(vertices_.begin(), vertices_.end(), [](const Vertex& a, const Vertex& b) {
+  CancellableSort(vertices_.begin(), vertices_.end(), [](const Vertex& a, const Vertex& b) {
     return a.at == b.at ? a.ring < b.ring : IsReachedBefore(a.at, b.at);
   });
 }
 
 std::optional<RingFault> Sweep::Run() {
+  // The vertices are not sorted then.
+  if (IsCancelled()) return std::nullopt;
   int until_look = kVerticesPerLook;
   for (auto it = vertices_.begin(); it != vertices_.end();) {
     const auto first = it;

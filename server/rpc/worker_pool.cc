@@ -1,9 +1,8 @@
 #include "server/rpc/worker_pool.h"
 
-#include <sys/resource.h>
-#include <unistd.h>
-
 #include <utility>
+
+#include "server/rpc/scheduling.h"
 
 namespace hypermap::server {
 
@@ -11,8 +10,7 @@ WorkerPool::WorkerPool(int num_threads, int niceness) {
   threads_.reserve(num_threads);
   for (int i = 0; i < num_threads; ++i) {
     threads_.emplace_back([this, niceness] {
-      // On Linux, niceness is of a thread. Without it, the pool works as well.
-      if (niceness > 0) setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), niceness);
+      if (niceness > 0) LowerPriority(niceness);
       Work();
     });
   }

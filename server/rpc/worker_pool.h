@@ -24,8 +24,8 @@ class WorkerPool {
  public:
   using Task = absl::AnyInvocable<void() &&>;
 
-  // The threads run at this niceness (nice(1)): a greater one yields the processor to the threads
-  // of other pools.
+  // The threads run at this niceness (nice(7)): a greater one leaves more of the processors to the
+  // threads of other pools.
   explicit WorkerPool(int num_threads, int niceness = 0);
   // Runs the queued tasks, then joins the threads.
   ~WorkerPool();

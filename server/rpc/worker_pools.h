@@ -7,9 +7,9 @@
 namespace hypermap::server {
 
 struct WorkerPools {
-  // Classes that may take long leave the processor to the others.
-  static constexpr int kLongNiceness = 5;
-  static constexpr int kFileNiceness = 10;
+  // Classes that may take long leave most of the processors to the others while these need them:
+  // of a processor for which two threads compete, a tenth.
+  static constexpr int kLongNiceness = 10;
 
   // `num_threads` for each class that computes. The other classes wait for the disk or for each
   // other, and have a few threads.
@@ -18,8 +18,9 @@ struct WorkerPools {
         long_questions(num_threads, kLongNiceness),
         watches(num_threads),
         writes(num_threads),
+        long_writes(num_threads, kLongNiceness),
         openings(2),
-        files(2, kFileNiceness),
+        files(2, kLongNiceness),
         explorations(4, kLongNiceness) {}
 
   // Questions until they prove long, and small requests.
@@ -29,6 +30,8 @@ struct WorkerPools {
   WorkerPool watches;
   // Decoding of edits and observations. The maps' own threads write them.
   WorkerPool writes;
+  // Decoding of large batches of edits.
+  WorkerPool long_writes;
   // Creating and deleting maps, and opening streams of observations, which wait for the disk.
   WorkerPool openings;
   // Import, export and backup.

@@ -48,7 +48,7 @@ grpc::ServerUnaryReactor* EditService::ApplyEdits(grpc::CallbackServerContext* c
   }
   auto edits = std::make_shared<EditsCall>(EditsCall{call, request, response, {}});
   if (size > kFewBytes) {
-    return StartOn(&facilities_.workers->writes, call, [this, edits]() -> absl::Status {
+    return StartOn(&facilities_.workers->long_writes, call, [this, edits]() -> absl::Status {
       HYPERMAP_RETURN_IF_ERROR(edits->Parse());
       return StartEdits(edits);
     });
