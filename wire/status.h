@@ -8,6 +8,7 @@
 
 namespace hypermap::wire {
 
+// Messages of more than 2,000 bytes are cut.
 grpc::Status EncodeStatus(const absl::Status& status);
 absl::Status DecodeStatus(const grpc::Status& status);
 

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <string>
+
 namespace hypermap::wire {
 namespace {
 
@@ -19,6 +21,15 @@ TEST(StatusOnTheWire, CodesMeanTheSameOnBothSides) {
   EXPECT_EQ(EncodeStatus(absl::AbortedError("")).error_code(), grpc::StatusCode::ABORTED);
   EXPECT_EQ(EncodeStatus(absl::ResourceExhaustedError("")).error_code(),
             grpc::StatusCode::RESOURCE_EXHAUSTED);
+}
+
+TEST(StatusOnTheWire, LongMessagesAreCutBetweenCharacters) {
+  const std::string longest(2000, 'x');
+  EXPECT_EQ(EncodeStatus(absl::NotFoundError(longest)).error_message(), longest);
+  std::string euros = "x";
+  for (int i = 0; i < 1000; ++i) euros += "€";
+  EXPECT_EQ(EncodeStatus(absl::NotFoundError(euros)).error_message(),
+            euros.substr(0, 1 + 3 * 666) + "... (3001 bytes)");
 }
 
 }  // namespace

@@ -1,13 +1,15 @@
 #include "server/rpc/wanted.h"
 
-#include <chrono>
+#include <grpc/support/time.h>
 
 namespace hypermap::server {
 
 bool IsPastDeadline(const grpc::CallbackServerContext& context) {
-  // gRPC gives the deadline as a time of the system's clock as that is set now. absl::Now() can't
-  // be compared with it: it follows the system's clock seconds late when that is set back.
-  return std::chrono::system_clock::now() >= context.deadline();
+  // deadline() would overflow for times that are centuries ahead, as clients without a deadline may
+  // send. absl::Now() can't be used: it follows the system's clock seconds late when that is set
+  // back.
+  const gpr_timespec deadline = context.raw_deadline();
+  return gpr_time_cmp(gpr_now(deadline.clock_type), deadline) >= 0;
 }
 
 absl::Status CheckWanted(const grpc::CallbackServerContext& context) {

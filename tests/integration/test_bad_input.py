@@ -231,6 +231,12 @@ class BadRequests(SiteTest):
                               error.details())
         self.client.ApplyEdits(map="site", edits=[sites.put_shape({"polygon": area})])
 
+    def test_an_error_about_a_long_name_reaches_the_client(self):
+        error = self.refusal("QueryPoint", {"scope": rpc.scope("site", frame_id="€" * 9000),
+                                            "point": rpc.point(0, 0)})
+        self.assertEqual(error.code(), grpc.StatusCode.NOT_FOUND)
+        self.assertIn("€€... (", error.details())
+
     def test_a_huge_message_is_refused(self):
         error = self.refusal("QueryValue", {"scope": rpc.scope("site"), "value": "x" * (200 << 20)})
         self.assertEqual(error.code(), EXHAUSTED)

@@ -292,6 +292,11 @@ class HostileConnections(SiteTest):
         self.assertEqual(self.call(fields(), self.edit), 0)
         self.assertEqual(sites.revision(self.client), revision + 1)
 
+    def test_a_deadline_may_be_centuries_ahead(self):
+        for hours in (b"2000000H", b"2500000H", b"99999999H"):
+            with self.subTest(hours):
+                self.assertEqual(self.call(fields((b"grpc-timeout", hours)), self.edit), 0)
+
     def test_calls_with_other_odd_headers_harm_nobody(self):
         compressed = http2.grpc_message(self.edit[5:], compressed=True)
         for what, headers, body in (
