@@ -32,12 +32,15 @@ absl::StatusOr<int64_t> DeletionLog::Begin(const std::string& request_id, const 
   // The request may have an unfinished deletion, which could be neither carried out nor cancelled.
   // It is begun again.
   HYPERMAP_ASSIGN_OR_RETURN(
-      const std::optional<int64_t> deletion,
-      database_->QueryInt64(
+      Statement insert,
+      database_->Prepare(
           "INSERT INTO deletions (request_id, map_name) VALUES (?, ?) ON CONFLICT (request_id) "
-          "DO UPDATE SET map_name = excluded.map_name, finished = 0 RETURNING id",
-          id, map));
-  return *deletion;
+          "DO UPDATE SET map_name = excluded.map_name, finished = 0 RETURNING id"));
+  HYPERMAP_RETURN_IF_ERROR(insert.Bind(id, map).Step().status());
+  const int64_t deletion = insert.Int64(0);
+  // The row comes before the statement is committed, which may fail.
+  HYPERMAP_RETURN_IF_ERROR(insert.Run());
+  return deletion;
 }
 
 absl::Status DeletionLog::Finish(int64_t deletion) {

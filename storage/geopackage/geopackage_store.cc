@@ -68,6 +68,9 @@ class GeoPackageStore : public MapStore {
   absl::StatusOr<FileLock> LockMap(const std::string& name) const;
   absl::Status CarryOut(int64_t deletion, const std::string& name)
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  // Completes deletions of a map whose file is gone, which an error has interrupted. Otherwise the
+  // next start would carry them out on a new map of that name. REQUIRES: there is no such map.
+  absl::Status CompleteDeletions(const std::string& name) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
   const std::string data_dir_;
   const GeoPackageOptions options_;
@@ -119,6 +122,7 @@ absl::StatusOr<std::unique_ptr<StoredMap>> GeoPackageStore::Create(const MapHead
     if (PathExists(path)) {
       return absl::AlreadyExistsError(absl::StrCat("map ", header.name, " exists"));
     }
+    HYPERMAP_RETURN_IF_ERROR(CompleteDeletions(header.name));
     MapHeader made = header;
     if (made.incarnation == 0) made.incarnation = NewIncarnation();
     status = CreateMapFile(path, HiddenPathOf(made.name, ".new"), made, options_);
@@ -158,13 +162,15 @@ absl::StatusOr<std::unique_ptr<StoredMap>> GeoPackageStore::Open(const std::stri
 absl::Status GeoPackageStore::Delete(const std::string& name, const std::string& request_id) {
   HYPERMAP_RETURN_IF_ERROR(ValidateName("map", name));
   const MutexLock lock(&mutex_);
+  const bool exists = PathExists(PathOf(name));
+  if (!exists) HYPERMAP_RETURN_IF_ERROR(CompleteDeletions(name));
   HYPERMAP_ASSIGN_OR_RETURN(std::optional<std::string> deleted, deletions_->Find(request_id));
   if (deleted.has_value()) {
     if (*deleted == name) return CheckGone(name, request_id);
     return absl::InvalidArgumentError(
         absl::StrCat("request_id ", request_id, " was used to delete map ", *deleted));
   }
-  if (!PathExists(PathOf(name))) return absl::NotFoundError(absl::StrCat("no map ", name));
+  if (!exists) return absl::NotFoundError(absl::StrCat("no map ", name));
   std::unique_ptr<FileLock> map_lock;
   int64_t deletion = 0;
   absl::Status status = reserve_->Use(DiskReserve::Purpose::kDeletion, [&]() -> absl::Status {
@@ -200,6 +206,14 @@ absl::Status GeoPackageStore::CarryOut(int64_t deletion, const std::string& name
     mutex_.AssertHeld();
     return deletions_->Finish(deletion);
   });
+}
+
+absl::Status GeoPackageStore::CompleteDeletions(const std::string& name) {
+  HYPERMAP_ASSIGN_OR_RETURN(std::vector<DeletionLog::Pending> pending, deletions_->FindPending());
+  for (const auto& [deletion, map] : pending) {
+    if (map == name) HYPERMAP_RETURN_IF_ERROR(CarryOut(deletion, map));
+  }
+  return absl::OkStatus();
 }
 
 absl::StatusOr<std::optional<std::string>> GeoPackageStore::FindDeletion(

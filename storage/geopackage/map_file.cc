@@ -8,7 +8,10 @@
 #include <optional>
 #include <utility>
 
+#include "absl/strings/match.h"
+#include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/string_view.h"
 #include "base/status/status_macros.h"
 #include "storage/geopackage/schema.h"
 #include "storage/geopackage/spatial_functions.h"
@@ -43,19 +46,36 @@ absl::Status CheckLength(Database* database, int64_t size, bool has_log) {
   return absl::DataLossError("the file is cut short");
 }
 
-// `pragma` is one of SQLite's checks that answer "ok" or with the first problem.
+// Whether a check of SQLite found a page that could not be read, which may pass, rather than one
+// that is damaged. It reports both alike.
+bool IsReadError(absl::string_view problem) {
+  constexpr absl::string_view kCode = "unable to get the page. error code=";
+  // An overflow page; its number was found to be valid before.
+  if (absl::StrContains(problem, "failed to get page")) return true;
+  const size_t at = problem.find(kCode);
+  if (at == absl::string_view::npos) return false;
+  const absl::string_view code = problem.substr(at + kCode.size());
+  int number = 0;
+  return absl::SimpleAtoi(code.substr(0, code.find_first_not_of("0123456789")), &number) &&
+         (number & 0xff) == SQLITE_IOERR;
+}
+
+// `pragma` is one of SQLite's checks that answer "ok" or with the first problem. UNAVAILABLE if the
+// file could not be read.
 absl::Status RunCheck(Database* database, const std::string& pragma) {
   HYPERMAP_ASSIGN_OR_RETURN(Statement check, database->Prepare(pragma));
   HYPERMAP_ASSIGN_OR_RETURN(const bool has_row, check.Step());
   const std::string result(has_row ? check.Text(0) : "no answer");
-  return result == "ok" ? absl::OkStatus() : absl::DataLossError(result);
+  if (result == "ok") return absl::OkStatus();
+  return IsReadError(result) ? absl::UnavailableError(result) : absl::DataLossError(result);
 }
 
 absl::Status WriteAhead(Database* database) {
   HYPERMAP_RETURN_IF_ERROR(database->Execute(kSettings));
   HYPERMAP_ASSIGN_OR_RETURN(Statement set, database->Prepare("PRAGMA journal_mode = WAL"));
   HYPERMAP_ASSIGN_OR_RETURN(const bool has_row, set.Step());
-  if (has_row && set.Text(0) == "wal") return absl::OkStatus();
+  // The change of the mode is written after the row that tells it.
+  if (has_row && set.Text(0) == "wal") return set.Run();
   return absl::FailedPreconditionError("the file system does not allow write-ahead logging");
 }
 

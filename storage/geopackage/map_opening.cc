@@ -16,9 +16,11 @@ namespace {
 std::string TimeText(int64_t time_ns) { return absl::FormatTime(absl::FromUnixNanos(time_ns)); }
 
 // The witness of the map as the file has it.
-RevisionWitness WitnessOf(Database* database, const MapMetadata& metadata, bool settled) {
+absl::StatusOr<RevisionWitness> WitnessOf(Database* database, const MapMetadata& metadata,
+                                          bool settled) {
   const absl::StatusOr<std::optional<int64_t>> time_ns =
       ReadCommitTime(database, metadata.revision);
+  if (!time_ns.ok() && !absl::IsDataLoss(time_ns.status())) return time_ns.status();
   // A damaged row is told when the history is read.
   return RevisionWitness{metadata.header.incarnation, metadata.revision,
                          time_ns.ok() ? time_ns->value_or(0) : 0, settled};
@@ -31,7 +33,8 @@ absl::StatusOr<OpenedHistory> Renew(Database* database, const std::string& reaso
   HYPERMAP_RETURN_IF_ERROR(SetIncarnation(database, incarnation));
   metadata->header.incarnation = incarnation;
   HYPERMAP_ASSIGN_OR_RETURN(const bool settled, MoveLogIntoFile(database));
-  OpenedHistory history{WitnessOf(database, *metadata, settled), {}};
+  HYPERMAP_ASSIGN_OR_RETURN(const RevisionWitness witness, WitnessOf(database, *metadata, settled));
+  OpenedHistory history{witness, {}};
   if (!reason.empty()) {
     history.notes.push_back(
         absl::StrCat("the map is another incarnation now (", incarnation, "): ", reason));
@@ -41,14 +44,15 @@ absl::StatusOr<OpenedHistory> Renew(Database* database, const std::string& reaso
 
 absl::Status CheckFileThatIsBehind(Database* database, const std::string& reason) {
   absl::Status status = CheckIntegrity(database);
-  if (status.ok()) return status;
+  if (!absl::IsDataLoss(status)) return status;
   return absl::DataLossError(absl::StrCat(reason, "; and ", status.message()));
 }
 
 }  // namespace
 
-std::optional<Discontinuity> CompareWithWitness(Database* database, const MapMetadata& metadata,
-                                                const std::optional<RevisionWitness>& witness) {
+absl::StatusOr<std::optional<Discontinuity>> CompareWithWitness(
+    Database* database, const MapMetadata& metadata,
+    const std::optional<RevisionWitness>& witness) {
   const uint64_t incarnation = metadata.header.incarnation;
   const Revision revision = metadata.revision;
   // Files of schema versions that had no incarnations.
@@ -71,6 +75,7 @@ std::optional<Discontinuity> CompareWithWitness(Database* database, const MapMet
   }
   const absl::StatusOr<std::optional<int64_t>> time_ns =
       ReadCommitTime(database, witness->revision);
+  if (!time_ns.ok() && !absl::IsDataLoss(time_ns.status())) return time_ns.status();
   // Revisions that are no longer kept can't be compared.
   const bool same_time = time_ns.ok() && (!*time_ns || **time_ns == witness->time_ns);
   if (same_time) return std::nullopt;
@@ -95,7 +100,8 @@ absl::StatusOr<bool> SetForeignLogAside(const std::string& path,
 absl::StatusOr<OpenedHistory> ContinueHistory(Database* database,
                                               const std::optional<RevisionWitness>& witness,
                                               MapMetadata* metadata) {
-  const std::optional<Discontinuity> broken = CompareWithWitness(database, *metadata, witness);
+  HYPERMAP_ASSIGN_OR_RETURN(const std::optional<Discontinuity> broken,
+                            CompareWithWitness(database, *metadata, witness));
   if (broken) {
     if (broken->is_behind) {
       HYPERMAP_RETURN_IF_ERROR(CheckFileThatIsBehind(database, broken->reason));
@@ -112,12 +118,15 @@ absl::StatusOr<OpenedHistory> ContinueHistory(Database* database,
   if (!settled) {
     HYPERMAP_ASSIGN_OR_RETURN(settled, MoveLogIntoFile(database));
   }
-  return OpenedHistory{WitnessOf(database, *metadata, settled), {}};
+  HYPERMAP_ASSIGN_OR_RETURN(const RevisionWitness now, WitnessOf(database, *metadata, settled));
+  return OpenedHistory{now, {}};
 }
 
-OpenedHistory BeginHistory(Database* database, const MapMetadata& metadata) {
+absl::StatusOr<OpenedHistory> BeginHistory(Database* database, const MapMetadata& metadata) {
   // A new file was written without a log.
-  return OpenedHistory{WitnessOf(database, metadata, /*settled=*/true), {}};
+  HYPERMAP_ASSIGN_OR_RETURN(const RevisionWitness witness,
+                            WitnessOf(database, metadata, /*settled=*/true));
+  return OpenedHistory{witness, {}};
 }
 
 }  // namespace hypermap::storage

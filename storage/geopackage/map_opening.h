@@ -21,9 +21,10 @@ struct Discontinuity {
   bool is_behind = false;
 };
 
-// Compares a file with its witness. Nullopt if the file continues the witness's history.
-std::optional<Discontinuity> CompareWithWitness(Database* database, const MapMetadata& metadata,
-                                                const std::optional<RevisionWitness>& witness);
+// Compares a file with its witness. Nullopt if the file continues the witness's history. An error
+// if the file can't be read now, which is no reason to take it for another one.
+absl::StatusOr<std::optional<Discontinuity>> CompareWithWitness(
+    Database* database, const MapMetadata& metadata, const std::optional<RevisionWitness>& witness);
 
 // Sets a write-ahead log aside if the witness tells that it was written for another file than the
 // one at `path`. Returns whether it did. REQUIRES: no connection has the file open.
@@ -44,7 +45,7 @@ absl::StatusOr<OpenedHistory> ContinueHistory(Database* database,
                                               MapMetadata* metadata);
 
 // The same for a map that was just created: it keeps its incarnation.
-OpenedHistory BeginHistory(Database* database, const MapMetadata& metadata);
+absl::StatusOr<OpenedHistory> BeginHistory(Database* database, const MapMetadata& metadata);
 
 }  // namespace hypermap::storage
 

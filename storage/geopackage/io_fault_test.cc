@@ -1,0 +1,316 @@
+// Tests that a map outlives calls to the file system that fail: reads, writes, syncs and others,
+// once or until the disk is mended. An error is a Status, nothing acknowledged is lost, nothing is
+// there by half, and another map of the store goes on meanwhile.
+#include <algorithm>
+#include <memory>
+#include <ostream>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "absl/strings/match.h"
+#include "absl/strings/str_cat.h"
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+#include "storage/geopackage/testing/faulty_files.h"
+#include "storage/geopackage/testing/map.h"
+#include "storage/geopackage/testing/map_life.h"
+
+namespace hypermap::storage {
+namespace {
+
+using ::testing::IsEmpty;
+
+constexpr char kLockOfSite[] = ".site.gpkg.lock";
+constexpr int kUntilMended = 1 << 30;
+
+bool IsOfSite(absl::string_view name) { return absl::StrContains(name, "site.gpkg"); }
+bool IsFileOfSite(absl::string_view name) { return name == "site.gpkg"; }
+
+// Two maps of a store. The files of one of them, called site, fail.
+class FaultyStore {
+ public:
+  FaultyStore(uint64_t seed, MapLife* life)
+      : rng_(seed), life_(*life), files_(folder_.path(), kLockOfSite) {
+    options_.busy_timeout = absl::ZeroDuration();
+    if (testing::UniformInt(rng_, 0, 1) == 0) options_.max_checked_bytes = 0;
+    store_ = OpenStore(folder_.path(), options_);
+    other_ = CreateMap(*store_, "other");
+    other_.Edit({{CreateLayer{SemanticSpec("s")}}});
+  }
+  ~FaultyStore() { life_.CloseReader(); }
+
+  FaultyFiles& files() { return files_; }
+
+  // From the creation of the map to its closing. Each step is tried again until it succeeds, or
+  // until the disk is mended and it must succeed.
+  void Live() {
+    Until([&] { return Create(); });
+    for (const MapLife::Step& step : life_.steps()) {
+      most_ = step.after;
+      Until([&] {
+        if (step.kind == MapLife::Step::Kind::kReopen) return Reopen();
+        return life_.Do(step, least_, *map_);
+      });
+      least_ = step.after;
+      if (map_ == nullptr || ::testing::Test::HasFailure()) return;
+    }
+  }
+
+  // The process dies, or power is lost, before a step that was begun: everything acknowledged is
+  // in the files.
+  void ExpectNothingIsLostByCrash() {
+    const bool loses_power = testing::UniformInt(rng_, 0, 1) == 0;
+    SCOPED_TRACE(loses_power ? "power loss" : "kill");
+    const testing::TemporaryFolder crashed;
+    if (loses_power) {
+      SimulatedDisk disk(rng_());
+      for (const FileEvent& event : files_.events()) disk.Apply(event);
+      for (const auto& [name, bytes] : disk.LosePower()) WriteFile(crashed / name, bytes);
+    } else {
+      for (const char* name : {"site.gpkg", "site.gpkg-wal"}) {
+        WriteFile(crashed / name, ReadFile(folder_ / name));
+      }
+    }
+    WriteFile(crashed / kLockOfSite, ReadFile(folder_ / kLockOfSite));
+    const auto store = OpenStore(crashed.path());
+    auto opened = store->Open("site");
+    ASSERT_TRUE(opened.ok()) << opened.status();
+    ExpectSameHistory(**opened);
+    life_.ExpectWhole(rng_, **opened, least_, most_);
+  }
+
+  void ExpectNothingIsLostByRestart() {
+    life_.CloseReader();
+    map_ = nullptr;
+    store_ = nullptr;
+    store_ = OpenStore(folder_.path());
+    auto opened = store_->Open("site");
+    ASSERT_TRUE(opened.ok()) << opened.status();
+    ExpectSameHistory(**opened);
+    const LifeProgress found = life_.ExpectWhole(rng_, **opened, least_, most_);
+    life_.ExpectGoesOn(**opened, found);
+  }
+
+  int num_errors() const { return num_errors_; }
+
+ private:
+  template <typename Attempt>
+  void Until(Attempt attempt) {
+    constexpr int kTries = 3;
+    for (int i = 0; i < kTries; ++i) {
+      const absl::Status status = attempt();
+      ExpectOtherGoesOn();
+      if (status.ok()) return;
+      ++num_errors_;
+      const bool may_pass = absl::IsUnavailable(status) || absl::IsResourceExhausted(status) ||
+                            absl::IsFailedPrecondition(status);
+      EXPECT_TRUE(may_pass) << status;
+      if (i == kTries - 2) files_.Disarm();
+    }
+    ADD_FAILURE() << "fails for ever";
+  }
+
+  absl::Status Create() {
+    auto created = store_->Create(HeaderOf("site"));
+    // The creation may have failed after the map was there.
+    if (absl::IsAlreadyExists(created.status())) created = store_->Open("site");
+    if (!created.ok()) return created.status();
+    map_ = *std::move(created);
+    incarnation_ = map_->header().incarnation;
+    return absl::OkStatus();
+  }
+
+  absl::Status Reopen() {
+    map_ = nullptr;
+    auto opened = store_->Open("site");
+    if (!opened.ok()) return opened.status();
+    map_ = *std::move(opened);
+    ExpectSameHistory(*map_);
+    return absl::OkStatus();
+  }
+
+  // No error makes the store take the file for another one.
+  void ExpectSameHistory(const StoredMap& map) const {
+    EXPECT_THAT(map.opening_notes(), IsEmpty());
+    EXPECT_EQ(map.header().incarnation, incarnation_);
+  }
+
+  void ExpectOtherGoesOn() { other_.Edit({{PutObject{"s", UnitSquare("chair"), ""}}}); }
+
+  testing::Rng rng_;
+  const testing::TemporaryFolder folder_;
+  MapLife& life_;
+  FaultyFiles files_;
+  GeoPackageOptions options_;
+  std::unique_ptr<MapStore> store_;
+  EditedMap other_;
+  std::unique_ptr<StoredMap> map_;
+  LifeProgress least_;
+  LifeProgress most_;
+  uint64_t incarnation_ = 0;
+  int num_errors_ = 0;
+};
+
+// Numbers from 1 to `last`, or some of them if those are many.
+std::set<int> ChooseCalls(testing::Rng& rng, int last, int max_calls) {
+  std::set<int> calls;
+  for (int i = 1; i <= std::min(last, max_calls); ++i) {
+    calls.insert(last <= max_calls ? i : testing::UniformInt(rng, 1, last));
+  }
+  return calls;
+}
+
+void ExpectNothingIsLostByFaults(FileFault fault, int num_commits, int max_calls,
+                                 bool (*files)(absl::string_view)) {
+  const uint64_t seed = testing::TestSeed();
+  SCOPED_TRACE(::testing::Message() << "HYPERMAP_TEST_SEED=" << seed);
+  testing::Rng rng(seed);
+  MapLife life(rng, "site", num_commits);
+  int num_calls = 0;
+  {
+    FaultyStore store(seed, &life);
+    store.files().Count(files);
+    store.Live();
+    num_calls = store.files().num_calls(fault.call);
+  }
+  ASSERT_GT(num_calls, 0);
+  for (const int call : ChooseCalls(rng, num_calls, max_calls)) {
+    fault.first = call;
+    fault.count = testing::UniformInt(rng, 0, 2) > 0 ? 1 : kUntilMended;
+    SCOPED_TRACE(::testing::Message() << "call " << call << " of " << num_calls
+                                      << (fault.count > 1 ? " and later ones fail" : " fails"));
+    FaultyStore store(seed, &life);
+    store.files().Arm(files, fault);
+    store.Live();
+    store.files().Disarm();
+    EXPECT_GT(store.files().num_failed(), 0);
+    store.ExpectNothingIsLostByCrash();
+    store.ExpectNothingIsLostByRestart();
+    if (::testing::Test::HasFailure()) return;
+  }
+}
+
+struct NamedFault {
+  const char* name;
+  FileFault fault;
+};
+
+void PrintTo(const NamedFault& fault, std::ostream* out) { *out << fault.name; }
+
+class IoFaultTest : public ::testing::TestWithParam<NamedFault> {};
+
+TEST_P(IoFaultTest, NothingAcknowledgedIsLostAndOtherMapsGoOn) {
+  ExpectNothingIsLostByFaults(GetParam().fault, 14, 8, IsOfSite);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Calls, IoFaultTest,
+    ::testing::Values(NamedFault{"Open", {FileCall::kOpen, SQLITE_CANTOPEN}},
+                      NamedFault{"Read", {FileCall::kRead, SQLITE_IOERR_READ}},
+                      NamedFault{"Write", {FileCall::kWrite, SQLITE_IOERR_WRITE}},
+                      NamedFault{"WriteToFullDisk", {FileCall::kWrite, SQLITE_FULL}},
+                      NamedFault{"ShortWrite", {FileCall::kWrite, SQLITE_FULL, 1, 1, true}},
+                      NamedFault{"Truncate", {FileCall::kTruncate, SQLITE_IOERR_TRUNCATE}},
+                      NamedFault{"Sync", {FileCall::kSync, SQLITE_IOERR_FSYNC}},
+                      NamedFault{"Size", {FileCall::kSize, SQLITE_IOERR_FSTAT}},
+                      NamedFault{"Delete", {FileCall::kDelete, SQLITE_IOERR_DELETE}},
+                      NamedFault{"Access", {FileCall::kAccess, SQLITE_IOERR_ACCESS}},
+                      NamedFault{"Lock", {FileCall::kLock, SQLITE_IOERR_LOCK}},
+                      NamedFault{"LogIndex", {FileCall::kShm, SQLITE_IOERR_SHMLOCK}}),
+    [](const auto& info) { return std::string(info.param.name); });
+
+// The file itself is written by checkpoints, of which a long life has some.
+class CheckpointFaultTest : public ::testing::TestWithParam<NamedFault> {};
+
+TEST_P(CheckpointFaultTest, NothingAcknowledgedIsLost) {
+  ExpectNothingIsLostByFaults(GetParam().fault, 50, 3, IsFileOfSite);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Calls, CheckpointFaultTest,
+    ::testing::Values(NamedFault{"Write", {FileCall::kWrite, SQLITE_IOERR_WRITE}},
+                      NamedFault{"ShortWrite", {FileCall::kWrite, SQLITE_FULL, 1, 1, true}},
+                      NamedFault{"Truncate", {FileCall::kTruncate, SQLITE_IOERR_TRUNCATE}},
+                      NamedFault{"Sync", {FileCall::kSync, SQLITE_IOERR_FSYNC}}),
+    [](const auto& info) { return std::string(info.param.name); });
+
+// The record of a deletion is in a file of its own.
+class DeletionFaultTest : public ::testing::TestWithParam<NamedFault> {};
+
+// Deletes a map while each of the calls fails in turn, and then checks the store.
+template <typename Check>
+void DeleteWithFaults(FileFault fault, Check check) {
+  bool has_failed = true;
+  for (fault.first = 1; has_failed && !::testing::Test::HasFailure(); ++fault.first) {
+    SCOPED_TRACE(::testing::Message() << "call " << fault.first << " fails");
+    const testing::TemporaryFolder folder;
+    FaultyFiles files(folder.path());
+    auto store = OpenStore(folder.path());
+    CreateMap(*store, "site");
+    files.Arm([](absl::string_view name) { return absl::StartsWith(name, "catalog.sqlite"); },
+              fault);
+    const absl::Status status = store->Delete("site", "request");
+    files.Disarm();
+    has_failed = files.num_failed() > 0;
+    check(folder.path(), std::move(store), status);
+  }
+  EXPECT_GT(fault.first, 2);
+}
+
+TEST_P(DeletionFaultTest, AcknowledgedDeletionIsRecorded) {
+  DeleteWithFaults(GetParam().fault, [](const std::string& folder, std::unique_ptr<MapStore> store,
+                                        absl::Status status) {
+    // The caller tries again.
+    if (!status.ok()) status = store->Delete("site", "request");
+    EXPECT_TRUE(status.ok()) << status;
+    for (const bool restart : {false, true}) {
+      if (restart) {
+        store = nullptr;
+        store = OpenStore(folder);
+      }
+      EXPECT_EQ(store->FindDeletion("request").value(), "site");
+      EXPECT_THAT(store->List().value(), IsEmpty());
+      EXPECT_TRUE(store->Delete("site", "request").ok());
+    }
+  });
+}
+
+TEST_P(DeletionFaultTest, MapThatIsMadeAfterwardsIsKept) {
+  DeleteWithFaults(GetParam().fault, [](const std::string& folder, std::unique_ptr<MapStore> store,
+                                        const absl::Status& status) {
+    EditedMap map;
+    if (store->List().value().empty()) {
+      map = CreateMap(*store, "site");
+    } else {
+      // Nothing was deleted, and the caller was told so.
+      EXPECT_FALSE(status.ok());
+      auto opened = store->Open("site");
+      ASSERT_TRUE(opened.ok()) << opened.status();
+      map.stored = *std::move(opened);
+      map.snapshot = *map.stored->Load();
+    }
+    map.Edit({{CreateLayer{SemanticSpec("s")}}});
+    map.stored = nullptr;
+    store = nullptr;
+    store = OpenStore(folder);
+    const auto again = store->Open("site");
+    ASSERT_TRUE(again.ok()) << again.status();
+    ExpectSame(**(*again)->Load(), *map.snapshot);
+  });
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Calls, DeletionFaultTest,
+    ::testing::Values(NamedFault{"Open", {FileCall::kOpen, SQLITE_CANTOPEN}},
+                      NamedFault{"Write", {FileCall::kWrite, SQLITE_IOERR_WRITE}},
+                      NamedFault{"ShortWrite", {FileCall::kWrite, SQLITE_FULL, 1, 1, true}},
+                      NamedFault{"Sync", {FileCall::kSync, SQLITE_IOERR_FSYNC}},
+                      NamedFault{"Size", {FileCall::kSize, SQLITE_IOERR_FSTAT}},
+                      NamedFault{"Delete", {FileCall::kDelete, SQLITE_IOERR_DELETE}},
+                      NamedFault{"Access", {FileCall::kAccess, SQLITE_IOERR_ACCESS}},
+                      NamedFault{"Lock", {FileCall::kLock, SQLITE_IOERR_LOCK}}),
+    [](const auto& info) { return std::string(info.param.name); });
+
+}  // namespace
+}  // namespace hypermap::storage
