@@ -14,6 +14,7 @@
 #include "wire/geometry.h"
 #include "wire/layer.h"
 #include "wire/object.h"
+#include "wire/object_bytes.h"
 
 namespace hypermap::wire {
 namespace {
@@ -41,7 +42,9 @@ void EncodeMatch(const NearestAnswer::Entry& entry, v1::NearestMatch* match) {
   match->set_kind(EncodeLayerKind(spec.kind));
   match->set_distance_m(entry.neighbour.distance_m);
   if (entry.neighbour.object) {
-    EncodeObject(*entry.neighbour.object, entry.caller_from_layer, match->mutable_object());
+    AddObjectBytes(*entry.neighbour.object, entry.caller_from_layer,
+                   v1::NearestMatch::kObjectFieldNumber,
+                   match->GetReflection()->MutableUnknownFields(match));
   } else if (spec.grid) {
     EncodeCellRuns(GeometryInFrame(*spec.grid, entry.caller_from_layer), {&entry.neighbour.cell, 1},
                    match->mutable_cells());
@@ -172,10 +175,11 @@ size_t EncodeLayerPart(const LayerPart& part, size_t first_object, int64_t max_b
   }
   size_t next = first_object;
   int64_t bytes = 0;
+  if (next == part.part.objects.size()) return next;
+  auto* const fields = message->GetReflection()->MutableUnknownFields(message);
   while (next < part.part.objects.size() && bytes < max_bytes) {
-    v1::Object* const object = message->add_objects();
-    EncodeObject(*part.part.objects[next++], part.caller_from_layer, object);
-    bytes += static_cast<int64_t>(object->ByteSizeLong());
+    bytes += static_cast<int64_t>(AddObjectBytes(*part.part.objects[next++], part.caller_from_layer,
+                                                 v1::LayerPart::kObjectsFieldNumber, fields));
   }
   return next;
 }

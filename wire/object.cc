@@ -31,22 +31,6 @@ void EncodeShapeFields(const Shape& shape, v1::Object* message) {
   EncodePoint(Centroid(shape), message->mutable_centroid());
 }
 
-// Encodes classes, height, tags, attributes and expiry time, which few objects have.
-void EncodeRareFields(const SemanticObject& object, v1::Object* message) {
-  if (!object.classes.empty()) {
-    message->mutable_classes()->insert(object.classes.begin(), object.classes.end());
-  }
-  if (object.height) {
-    message->mutable_height()->set_low_m(object.height->low_m);
-    message->mutable_height()->set_high_m(object.height->high_m);
-  }
-  for (const std::string& tag : object.tags) message->add_tags(tag);
-  for (const auto& [name, value] : object.attributes) {
-    EncodeAttribute(value, &(*message->mutable_attributes())[name]);
-  }
-  if (object.expires_at) EncodeTime(*object.expires_at, message->mutable_expire_time());
-}
-
 absl::StatusOr<AttributeValue> DecodeAttribute(absl::string_view field,
                                                const v1::AttributeValue& message) {
   switch (message.value_case()) {
@@ -97,6 +81,21 @@ absl::StatusOr<SemanticObject> DecodeWith(absl::string_view field, const v1::Obj
 }
 
 }  // namespace
+
+void EncodeRareFields(const SemanticObject& object, v1::Object* message) {
+  if (!object.classes.empty()) {
+    message->mutable_classes()->insert(object.classes.begin(), object.classes.end());
+  }
+  if (object.height) {
+    message->mutable_height()->set_low_m(object.height->low_m);
+    message->mutable_height()->set_high_m(object.height->high_m);
+  }
+  for (const std::string& tag : object.tags) message->add_tags(tag);
+  for (const auto& [name, value] : object.attributes) {
+    EncodeAttribute(value, &(*message->mutable_attributes())[name]);
+  }
+  if (object.expires_at) EncodeTime(*object.expires_at, message->mutable_expire_time());
+}
 
 void EncodeObject(const SemanticObject& object, const PlanarTransform& caller_from_object,
                   v1::Object* message) {

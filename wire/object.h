@@ -15,6 +15,9 @@ namespace hypermap::wire {
 void EncodeObject(const SemanticObject& object, const PlanarTransform& caller_from_object,
                   v1::Object* message);
 
+// Encodes what few objects have: classes, height, tags, attributes and expiry time.
+void EncodeRareFields(const SemanticObject& object, v1::Object* message);
+
 // Decodes an object of a request, which must have a shape. Ignores version and expire_time, since
 // the map sets them. Does not check what Validate(SemanticObject) checks.
 absl::StatusOr<SemanticObject> DecodeObject(absl::string_view field, const v1::Object& message,

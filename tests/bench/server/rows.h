@@ -34,6 +34,7 @@ struct Options {
   int changes_per_s = 1000;
   Pace pace;
   bool peers = false;
+  bool pin = false;
 };
 
 // State that the rows share.

@@ -4,8 +4,11 @@
 // behind its transport, and compares the CPU time that the server processes took per operation.
 // Prints a table and writes a JSON list with an object for each row. The exit code is 1 if an
 // answer is wrong or a server fails; targets are reported, not enforced.
+#include <sched.h>
+
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cerrno>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
@@ -18,20 +21,42 @@
 #include "tests/bench/server/rows.h"
 
 namespace hypermap::bench {
+namespace {
+
+// The command that starts a server: on the first processor if the options say so.
+std::vector<std::string> OnItsProcessor(const Options& options, std::vector<std::string> command) {
+  if (options.pin) command.insert(command.begin(), {"/usr/bin/taskset", "--cpu-list", "0"});
+  return command;
+}
+
+// Leaves the first processor to the servers. Called before there are other threads.
+absl::Status LeaveTheFirstProcessor() {
+  cpu_set_t processors;
+  if (sched_getaffinity(0, sizeof processors, &processors) != 0 || CPU_COUNT(&processors) < 2 ||
+      !CPU_ISSET(0, &processors)) {
+    return absl::FailedPreconditionError("--pin needs processor 0 and another one");
+  }
+  CPU_CLR(0, &processors);
+  if (sched_setaffinity(0, sizeof processors, &processors) == 0) return absl::OkStatus();
+  return absl::ErrnoToStatus(errno, "--pin");
+}
+
+}  // namespace
 
 absl::StatusOr<std::unique_ptr<testing::ServerProcess>> StartHypermap(
     const Options& options, const std::string& data_dir, const std::vector<std::string>& flags) {
   std::vector<std::string> command = {options.server, absl::StrCat("--data_dir=", data_dir),
                                       "--log_level=warn"};
   command.insert(command.end(), flags.begin(), flags.end());
-  auto server = std::make_unique<testing::ServerProcess>(std::move(command), data_dir + ".log");
+  auto server = std::make_unique<testing::ServerProcess>(
+      OnItsProcessor(options, std::move(command)), data_dir + ".log");
   HYPERMAP_RETURN_IF_ERROR(server->Start());
   return server;
 }
 
 absl::StatusOr<std::unique_ptr<testing::ServerProcess>> StartFloor(const Options& options) {
   auto floor = std::make_unique<testing::ServerProcess>(
-      std::vector<std::string>{options.floor_server}, options.scratch + "/floor.log");
+      OnItsProcessor(options, {options.floor_server}), options.scratch + "/floor.log");
   HYPERMAP_RETURN_IF_ERROR(floor->Start());
   return floor;
 }
@@ -105,11 +130,15 @@ int Main(int argc, char** argv) {
   app.add_option("--each_ms", each_ms, "Length of a round in milliseconds");
   app.add_option("--only", only,
                  "Measure only these groups of rows: site, grid, edits, import, scale");
+  app.add_flag("--pin", options.pin,
+               "Run the servers on processor 0 and the load on the others, which makes the figures "
+               "of calls repeatable; not for groups whose servers need several processors");
   app.add_flag("--peers", options.peers,
                "Also measure PostGIS, SpatiaLite, SQLite, Boost and GEOS");
   CLI11_PARSE(app, argc, argv);
   options.pace.each = absl::Milliseconds(each_ms);
-  const absl::Status status = Run(bench, only);
+  absl::Status status = options.pin ? LeaveTheFirstProcessor() : absl::OkStatus();
+  if (status.ok()) status = Run(bench, only);
   if (status.ok()) return EXIT_SUCCESS;
   std::fprintf(stderr, "server_bench: %s\n", status.ToString().c_str());
   return EXIT_FAILURE;
