@@ -92,9 +92,11 @@ absl::StatusOr<std::unique_ptr<Outbox>> Outbox::Open(const Client& client, const
 Outbox::Outbox(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 Outbox::~Outbox() = default;
 
-absl::StatusOr<Ticket> Outbox::Put(const std::string& map, const EditBatch& edits) {
+absl::StatusOr<Ticket> Outbox::Put(const std::string& map, const EditBatch& edits,
+                                   uint64_t incarnation) {
   storage::QueuedRequest request;
   request.request_id = NewRequestId();
+  request.options = EncodeEditOptions(incarnation);
   request.body = wire::EditsToBytes(edits);
   return impl_->Put(map, "", "", std::move(request));
 }

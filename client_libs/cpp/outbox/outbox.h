@@ -91,8 +91,11 @@ class Outbox {
   Outbox(const Outbox&) = delete;
   Outbox& operator=(const Outbox&) = delete;
 
-  // Queues edits as Client::ApplyEdits takes them. RESOURCE_EXHAUSTED if the file is full.
-  absl::StatusOr<Ticket> Put(const std::string& map, const EditBatch& edits);
+  // Queues edits as Client::ApplyEdits takes them. With an incarnation (MapEntry::incarnation),
+  // they are set aside as ABORTED if the map has become another one when they arrive, because it
+  // was restored, replaced or made anew. RESOURCE_EXHAUSTED if the file is full.
+  absl::StatusOr<Ticket> Put(const std::string& map, const EditBatch& edits,
+                             uint64_t incarnation = 0);
   // Queues an observation for a layer; its `sequence` is ignored. `exploration_layer` is as in
   // ObserveOptions. RESOURCE_EXHAUSTED if the file is full.
   absl::StatusOr<Ticket> Put(const std::string& map, const std::string& layer,

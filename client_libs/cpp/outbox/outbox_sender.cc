@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
 #include "base/status/status_macros.h"
@@ -58,6 +59,15 @@ void KeepAlike(std::vector<storage::QueuedRequest>& requests) {
 
 }  // namespace
 
+std::string EncodeEditOptions(uint64_t incarnation) {
+  return incarnation == 0 ? "" : absl::StrCat(incarnation);
+}
+
+uint64_t DecodeEditOptions(const std::string& options) {
+  uint64_t incarnation = 0;
+  return absl::SimpleAtoi(options, &incarnation) ? incarnation : 0;
+}
+
 OutboxSender::OutboxSender(const Client& client, OutboxQueue& queue, storage::OutboxStream stream,
                            const OutboxOptions& options)
     : client_(client),
@@ -106,10 +116,12 @@ absl::Status OutboxSender::DeliverEdits(storage::QueuedRequest request) {
   absl::Status status = queue_.With(
       [&](storage::OutboxFile& file) { return file.MarkSent(absl::MakeSpan(&request, 1), now); });
   if (!status.ok()) return status;
-  const absl::StatusOr<EditAnswer> answer = client_.ApplyEdits(stream_.map, *batch,
-                                                               {.timeout = options_.timeout,
-                                                                .retry_for = absl::ZeroDuration(),
-                                                                .request_id = request.request_id});
+  const absl::StatusOr<EditAnswer> answer =
+      client_.ApplyEdits(stream_.map, *batch,
+                         {.timeout = options_.timeout,
+                          .retry_for = absl::ZeroDuration(),
+                          .request_id = request.request_id,
+                          .incarnation = DecodeEditOptions(request.options)});
   if (answer.ok()) {
     if (options_.delivered) options_.delivered({request.id, stream_.map, *answer});
     return Settle({request.id}, {});

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <string>
 #include <thread>
 #include <vector>
 
@@ -15,6 +16,10 @@
 #include "storage/outbox/outbox_file.h"
 
 namespace hypermap::client {
+
+// The options of queued edits: the incarnation that they expect of the map; 0: any.
+std::string EncodeEditOptions(uint64_t incarnation);
+uint64_t DecodeEditOptions(const std::string& options);
 
 // Sends from its own thread, which ends when the queue is closed. The queue and the options must
 // outlive the sender.

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <memory>
 #include <string>
 #include <utility>
@@ -104,6 +105,35 @@ class OutboxTest : public ::testing::Test {
   ServerProcess server_;
   const std::string file_ = folder_ / "outbox.db";
 };
+
+TEST_F(OutboxTest, EditsForAnotherIncarnationAreSetAside) {
+  const uint64_t known = NewClient().GetMap("site")->incarnation;
+  server_.Kill();
+  const auto outbox = Open();
+  ASSERT_TRUE(outbox->Put("site", PutThing("of the old map"), known).ok());
+  ASSERT_TRUE(outbox->Put("site", PutThing("of any map")).ok());
+  // The server comes back with another map of that name.
+  {
+    ServerProcess other({HYPERMAPD, "--data_dir=" + folder_ / "other", "--log_level=warn"},
+                        folder_ / "other.log");
+    ASSERT_EQ(other.Start(), absl::OkStatus());
+    Client client(other.address());
+    ASSERT_TRUE(client.CreateMap("site").ok());
+    LayerSpec things;
+    things.name = "things";
+    ASSERT_TRUE(client.CreateLayer("site", things).ok());
+  }
+  std::filesystem::rename(folder_ / "data", folder_ / "before");
+  std::filesystem::rename(folder_ / "other", folder_ / "data");
+  ASSERT_EQ(server_.Start(), absl::OkStatus());
+  ASSERT_EQ(outbox->AwaitEmpty(kPatience), absl::OkStatus());
+  const auto refused = outbox->Refused();
+  ASSERT_TRUE(refused.ok()) << refused.status();
+  ASSERT_THAT(*refused, SizeIs(1));
+  EXPECT_EQ(refused->front().why.code(), absl::StatusCode::kAborted);
+  EXPECT_THAT(refused->front().why.message(), HasSubstr("another incarnation"));
+  EXPECT_THAT(Labels(), ElementsAre("of any map"));
+}
 
 TEST_F(OutboxTest, EditsPutOfflineArriveInOrderAndOnce) {
   const Revision before = NewestRevision();
