@@ -34,6 +34,9 @@ constexpr absl::Duration kHoldPerFlood = absl::Milliseconds(100);
 constexpr int kMostHolds = 8;
 // A host without floods for this time is suspected no longer.
 constexpr absl::Duration kSuspicion = absl::Minutes(1);
+// Pace of new connections of a host.
+constexpr double kConnectionsPerSecond = 200;
+constexpr double kBurst = 1000;
 constexpr absl::Duration kLogPeriod = absl::Seconds(10);
 // Returning freed memory to the system takes locks of the allocator.
 constexpr absl::Duration kReturnPeriod = absl::Seconds(5);
@@ -41,6 +44,11 @@ constexpr absl::Duration kReturnPeriod = absl::Seconds(5);
 FileDescriptor OpenSpare() { return FileDescriptor(open("/dev/null", O_RDONLY | O_CLOEXEC)); }
 
 void AppendPeer(std::string* text, const ShutDownPeer& peer) { text->append(peer.peer); }
+
+bool IsClosedByPeer(int socket) {
+  pollfd polled{socket, POLLRDHUP, 0};
+  return poll(&polled, 1, 0) == 1 && polled.revents != 0;
+}
 
 bool LacksResources(int error) {
   return error == EMFILE || error == ENFILE || error == ENOBUFS || error == ENOMEM;
@@ -74,6 +82,7 @@ ConnectionListener::ConnectionListener(ConnectionListenerOptions options,
       address_(std::move(listening.address)),
       listeners_(std::move(listening.sockets)),
       connections_(options_.limits),
+      pace_(kConnectionsPerSecond, kBurst),
       spare_(OpenSpare()),
       wake_(std::move(wake)) {}
 
@@ -129,23 +138,32 @@ void ConnectionListener::Suspected(const std::string& host) {
   suspect.last_flood = absl::Now();
 }
 
-void ConnectionListener::AcceptOrHold(FileDescriptor socket, const std::string& host) {
+absl::Duration ConnectionListener::WaitAfterFloods(const std::string& host) {
   const auto suspect = suspects_.find(host);
-  if (suspect == suspects_.end()) return options_.accept(std::move(socket));
+  if (suspect == suspects_.end()) return absl::ZeroDuration();
   const absl::Time now = absl::Now();
   const Suspect& known = suspect->second;
   if (now < known.last_flood || now > known.last_flood + kSuspicion) {
     suspects_.erase(suspect);
+    return absl::ZeroDuration();
+  }
+  return known.num_floods * kHoldPerFlood;
+}
+
+void ConnectionListener::AcceptOrHold(FileDescriptor socket, const std::string& host) {
+  const absl::Duration wait = WaitAfterFloods(host);
+  if (wait == absl::ZeroDuration() && pace_.Take(host, absl::Now())) {
     return options_.accept(std::move(socket));
   }
   connections_.SetHeld(socket.get(), true);
-  held_.push_back({std::move(socket), host, now + known.num_floods * kHoldPerFlood});
+  held_.push_back({std::move(socket), host, absl::Now() + wait});
 }
 
 void ConnectionListener::ReleaseHeld() {
   const absl::Time now = absl::Now();
   std::deque<Held> waiting;
   for (Held& held : std::exchange(held_, {})) {
+    if (IsClosedByPeer(held.socket.get())) continue;
     // A clock that was set back must not hold anybody for long.
     const bool waits = now < held.until && held.until < now + kMostHolds * kHoldPerFlood;
     if (waits) {
@@ -154,6 +172,8 @@ void ConnectionListener::ReleaseHeld() {
     } else if (HasManyResets(held.socket.get())) {
       Suspected(held.host);
       ++num_shut_down_;
+    } else if (!pace_.Take(held.host, now)) {
+      waiting.push_back(std::move(held));
     } else {
       connections_.SetHeld(held.socket.get(), false);
       options_.accept(std::move(held.socket));

@@ -20,6 +20,7 @@
 #include "absl/time/time.h"
 #include "base/admission/listening_socket.h"
 #include "base/admission/open_connections.h"
+#include "base/admission/pace.h"
 
 namespace hypermap::admission {
 
@@ -44,9 +45,12 @@ struct ConnectionListenerOptions {
 // cancelled calls. A connection beyond the limits, or for which the process has no descriptor left,
 // is closed at once; as soon as others have been closed, new ones are accepted again.
 //
-// After a flood, new connections of the same host wait before they are accepted, the longer the
-// more floods there were: 0.1 to 0.8 s. Those that have flooded meanwhile are closed, so that a
-// client that connects again and again costs little.
+// New connections of a host wait, in their order,
+// - beyond a pace of 200 in a second, after a burst of 1000: a client that connects, sends nonsense
+//   and connects again costs gRPC more than itself;
+// - after a flood of cancelled calls, 0.1 to 0.8 s, the longer the more floods there were. Those
+//   that have flooded meanwhile are closed.
+// A connection that its client closes while it waits is dropped.
 class ConnectionListener {
  public:
   // The errors of Listen; RESOURCE_EXHAUSTED if no thread can be started.
@@ -87,10 +91,11 @@ class ConnectionListener {
   // Counts and logs connections that were shut down.
   void ReportShutDown(const std::vector<ShutDownPeer>& peers, absl::string_view reason);
 
-  // A new connection that waits, because its host has flooded the server.
+  // A new connection that waits.
   struct Held {
     FileDescriptor socket;
     std::string host;
+    // Earliest time at which it is accepted.
     absl::Time until;
   };
   struct Suspect {
@@ -98,6 +103,8 @@ class ConnectionListener {
     absl::Time last_flood;
   };
   void Suspected(const std::string& host);
+  // For how long new connections of the host wait, because it has flooded the server.
+  absl::Duration WaitAfterFloods(const std::string& host);
 
   const ConnectionListenerOptions options_;
   const std::string address_;
@@ -106,6 +113,7 @@ class ConnectionListener {
   OpenConnections connections_;
   std::deque<Held> held_;
   absl::flat_hash_map<std::string, Suspect> suspects_;
+  Pace pace_;
   // Kept open to be closed when a descriptor is needed to refuse a connection.
   FileDescriptor spare_;
   absl::Time refusal_logged_ = absl::InfinitePast();

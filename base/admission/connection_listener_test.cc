@@ -292,6 +292,21 @@ TEST_F(ConnectionListenerTest, A2HostThatFloodedIsLookedAtBeforeItsConnectionsAr
   listener_.reset();
 }
 
+TEST_F(ConnectionListenerTest, HostThatConnectsAgainAndAgainIsPaced) {
+  Start({10'000, 10'000});
+  const absl::Time begin = absl::Now();
+  constexpr int kConnections = 3000;
+  for (int i = 0; i < kConnections; ++i) Connect();
+  // Of a burst of 1000 and 200 in a second, all but those that were closed while they waited.
+  const double most = 1000 + 200 * absl::ToDoubleSeconds(absl::Now() - begin);
+  EXPECT_LE(static_cast<double>(num_accepted()), most + 1);
+  const size_t before = num_accepted();
+  const FileDescriptor other = Connect("127.0.0.2");
+  EXPECT_TRUE(Eventually([&] { return num_accepted() > before; }));
+  const FileDescriptor same = Connect();
+  EXPECT_TRUE(ConnectsAgain());
+}
+
 TEST_F(ConnectionListenerTest, ClosedConnectionsAreNoLongerCounted) {
   Start({10, 10});
   const FileDescriptor first = Connect();

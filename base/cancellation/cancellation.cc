@@ -2,8 +2,9 @@
 
 #include <chrono>
 #include <limits>
-#include <thread>
 #include <utility>
+
+#include "base/cancellation/give_way.h"
 
 namespace hypermap {
 namespace {
@@ -27,10 +28,7 @@ bool Cancellation::IsCancelled() {
   if (!status_.ok()) return true;
   const int64_t now = SteadyNow();
   if (now < next_look_ns_) return false;
-  // Work that has taken a while lets threads run that wait for its processor. Otherwise these may
-  // wait for the next tick of the kernel's timer, 4 ms on many systems.
-  const bool is_first = next_look_ns_ == std::numeric_limits<int64_t>::min();
-  if (!is_first) std::this_thread::yield();
+  GiveWay();
   next_look_ns_ = now + interval_ns_;
   status_ = look_();
   return !status_.ok();

@@ -14,7 +14,7 @@
 // another call. That is safe because a cancellation is final: once it was reported, all later calls
 // for the same Cancellation report it.
 //
-// After its first millisecond, such work also yields its processor to waiting threads at each look.
+// Such work also lets waiting threads run (GiveWay), about once in a millisecond.
 //
 // State that outlives the call, such as a cache, must not keep values from work that was given up.
 // Work that would leave such state half changed runs to its end below ScopedCancellation(nullptr).
@@ -42,8 +42,8 @@ class Cancellation {
   Cancellation(const Cancellation&) = delete;
   Cancellation& operator=(const Cancellation&) = delete;
 
-  // Looks if it is time to, and lets other threads run before all looks but the first. Costs some
-  // 30 ns if it is not time yet.
+  // Looks if it is time to, and then lets waiting threads run. Costs some 30 ns if it is not time
+  // yet.
   bool IsCancelled();
   // The error that a look has returned; OK before. Does not look.
   const absl::Status& status() const { return status_; }

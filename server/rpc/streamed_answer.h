@@ -80,13 +80,13 @@ class StreamedAnswer final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
   // `open` is called when the answer begins. If `bytes` are no Request, the answer is
   // INVALID_ARGUMENT. The request and the context live until OnDone. The answer begins in
   // `workers`; `long_workers` continue it when it takes more than one turn. A call that is not
-  // admitted is not parsed, and ends when it would begin.
+  // admitted, or whose bytes are not `acceptable`, is not parsed, and ends when it would begin.
   StreamedAnswer(Budgets* budgets, grpc::CallbackServerContext* context, absl::string_view rpc,
                  const grpc::ByteBuffer& bytes, WorkerPool* workers, WorkerPool* long_workers,
-                 OpenSource open)
+                 OpenSource open, const absl::Status& acceptable = absl::OkStatus())
       : context_(context),
         ticket_(budgets, context),
-        parsed_(Parse(bytes)),
+        parsed_(Parse(bytes, acceptable)),
         log_(*context, rpc, MapOf(*request_)),
         workers_(workers),
         long_workers_(long_workers),
@@ -137,8 +137,9 @@ class StreamedAnswer final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
   static constexpr size_t kRequestBytes = 896;
   static constexpr size_t kMessageBytes = 4096;
 
-  absl::Status Parse(const grpc::ByteBuffer& bytes) {
+  absl::Status Parse(const grpc::ByteBuffer& bytes, const absl::Status& acceptable) {
     HYPERMAP_RETURN_IF_ERROR(ticket_.admitted());
+    HYPERMAP_RETURN_IF_ERROR(acceptable);
     HYPERMAP_RETURN_IF_ERROR(ticket_.ChargeRequest(static_cast<int64_t>(bytes.Length())));
     return ParseRequest(bytes, request_);
   }

@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "base/cancellation/give_way.h"
 #include "server/rpc/scheduling.h"
 
 namespace hypermap::server {
@@ -51,7 +52,10 @@ WorkerPool::Task WorkerPool::Take() {
 }
 
 void WorkerPool::Work() {
-  for (Task task = Take(); task; task = Take()) std::move(task)();
+  for (Task task = Take(); task; task = Take()) {
+    std::move(task)();
+    GiveWay();
+  }
 }
 
 }  // namespace hypermap::server

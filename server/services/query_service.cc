@@ -27,6 +27,21 @@ constexpr int kFewNeighbours = 64;
 // Checking an area of more vertices than this takes longer than most answers.
 constexpr int kFewVertices = 256;
 
+// RESOURCE_EXHAUSTED if a question with an area has so many bytes that it must have more vertices
+// than is allowed: parsing it would keep gRPC's thread busy for milliseconds.
+absl::Status CheckSize(const grpc::ByteBuffer& request, const Limits& limits) {
+  // A vertex takes 16 bytes; the least ring, of three, has 8 bytes besides.
+  constexpr size_t kBytesOfVertex = 24;
+  // All but the area: the names of layers, above all.
+  constexpr size_t kOtherBytes = 256 << 10;
+  const auto most =
+      kOtherBytes + kBytesOfVertex * static_cast<size_t>(limits.max_question_vertices);
+  if (request.Length() <= most) return absl::OkStatus();
+  return absl::ResourceExhaustedError(
+      absl::StrCat("the question has ", request.Length(), " bytes, more than ", most,
+                   ": --max_question_vertices is ", limits.max_question_vertices));
+}
+
 // Whether the query is answered from the newest snapshot without waiting.
 template <typename Request>
 bool AsksNewest(const Request& request) {
@@ -155,7 +170,8 @@ grpc::ServerWriteReactor<grpc::ByteBuffer>* QueryService::QueryArea(
   return Begin(new StreamedAnswer<v1::QueryAreaRequest, v1::QueryAreaResponse>(
       facilities_.budgets, context, "QueryArea", *request, &facilities_.workers->questions,
       &facilities_.workers->long_questions,
-      [this](const v1::QueryAreaRequest& asked) { return OpenArea(asked); }));
+      [this](const v1::QueryAreaRequest& asked) { return OpenArea(asked); },
+      CheckSize(*request, facilities_.limits)));
 }
 
 absl::StatusOr<std::unique_ptr<MessageSource<v1::QueryAreaResponse>>> QueryService::OpenArea(
@@ -178,7 +194,8 @@ grpc::ServerWriteReactor<grpc::ByteBuffer>* QueryService::QueryValue(
   return Begin(new StreamedAnswer<v1::QueryValueRequest, v1::QueryValueResponse>(
       facilities_.budgets, context, "QueryValue", *request, &facilities_.workers->questions,
       &facilities_.workers->long_questions,
-      [this](const v1::QueryValueRequest& asked) { return OpenValue(asked); }));
+      [this](const v1::QueryValueRequest& asked) { return OpenValue(asked); },
+      CheckSize(*request, facilities_.limits)));
 }
 
 absl::StatusOr<std::unique_ptr<MessageSource<v1::QueryValueResponse>>> QueryService::OpenValue(

@@ -5,6 +5,7 @@
 #include <variant>
 
 #include "absl/strings/str_cat.h"
+#include "base/cancellation/give_way.h"
 #include "base/status/status_macros.h"
 #include "map/layers/layer_registry.h"
 #include "storage/geopackage/change_log.h"
@@ -61,6 +62,7 @@ absl::Status ChangeWriter::Write(const Commit& commit) {
                                          : Carry(changes[i], i));
     if (lineage_) changed_lineages_.insert(*lineage_);
     i += std::max<size_t>(num_new, 1);
+    GiveWay();
   }
   for (const int64_t lineage : changed_lineages_) {
     const Revision version = VersionOf(lineage, *commit.applied.snapshot);

@@ -231,6 +231,14 @@ class BadRequests(SiteTest):
                               error.details())
         self.client.ApplyEdits(map="site", edits=[sites.put_shape({"polygon": area})])
 
+    def test_a4_a_huge_area_is_refused_unread(self):
+        area = {"outer": rpc.columns([(i, i * i) for i in range(20_000)])}
+        for method, request in (("QueryArea", {}), ("QueryValue", {"value": "x"})):
+            with self.subTest(method):
+                error = self.refusal(method, {"scope": rpc.scope("site"), "area": area, **request})
+                self.assertEqual(error.code(), EXHAUSTED)
+                self.assertIn("--max_question_vertices is 500", error.details())
+
     def test_an_error_about_a_long_name_reaches_the_client(self):
         error = self.refusal("QueryPoint", {"scope": rpc.scope("site", frame_id="€" * 9000),
                                             "point": rpc.point(0, 0)})

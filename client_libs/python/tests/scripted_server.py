@@ -14,7 +14,8 @@ from hypermap_client._proto._pool import POOL
 from hypermap_client._rpc import Rpc
 
 # A function from a request and the metadata of the call to a response, to a list of responses for
-# an RPC that streams them, or to a status code with which the call fails.
+# an RPC that streams them, or to a status code with which the call fails: alone, or with trailing
+# metadata.
 Answer = Callable[[Any, dict[str, str]], Any]
 
 
@@ -32,6 +33,9 @@ class ScriptedServer(grpc.GenericRpcHandler):
 
         def handle(request: Any, context: grpc.ServicerContext) -> Any:
             result = answer(request, dict(context.invocation_metadata()))
+            if isinstance(result, tuple):
+                result, metadata = result
+                context.set_trailing_metadata(metadata)
             if isinstance(result, grpc.StatusCode):
                 context.abort(result, f"scripted {result.name}")
             return iter(result) if method.server_streaming else result

@@ -23,6 +23,7 @@ from hypermap_client import (
     MapObject,
     NotFound,
     PutObject,
+    ResourceExhausted,
     Tls,
     Unavailable,
     _rpc,
@@ -96,6 +97,42 @@ def test_errors_other_than_unavailable_are_not_retried() -> None:
         pytest.raises(NotFound),
     ):
         client.list_maps()
+    assert len(tries) == 1
+
+
+def test_a_call_is_retried_when_the_server_asks_for_a_later_try() -> None:
+    tries = []
+    later = (grpc.StatusCode.RESOURCE_EXHAUSTED, (("grpc-retry-pushback-ms", "20"),))
+
+    def answer(_request: Any, _metadata: dict[str, str]) -> Any:
+        tries.append(1)
+        return MAPS if len(tries) % 3 == 0 else later
+
+    with scripted_server(list_maps(answer)) as address:
+        with Client(address) as client:
+            assert [m.name for m in client.list_maps()] == ["office"]
+        assert len(tries) == 3
+        with Client(address, retry_for=0) as client, pytest.raises(ResourceExhausted) as caught:
+            client.list_maps()
+    assert caught.value.retry_after_s == 0.02
+    assert len(tries) == 4
+
+
+@pytest.mark.parametrize("metadata", [(), (("grpc-retry-pushback-ms", "soon"),)])
+def test_an_exceeded_limit_is_not_retried(metadata: tuple[tuple[str, str], ...]) -> None:
+    tries = []
+
+    def answer(_request: Any, _metadata: dict[str, str]) -> Any:
+        tries.append(1)
+        return (grpc.StatusCode.RESOURCE_EXHAUSTED, metadata)
+
+    with (
+        scripted_server(list_maps(answer)) as address,
+        Client(address) as client,
+        pytest.raises(ResourceExhausted) as caught,
+    ):
+        client.list_maps()
+    assert caught.value.retry_after_s is None
     assert len(tries) == 1
 
 

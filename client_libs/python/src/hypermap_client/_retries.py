@@ -6,7 +6,7 @@ import math
 import random
 import time
 
-from .errors import HypermapError, Unavailable
+from .errors import HypermapError, ResourceExhausted, Unavailable
 
 # Seconds to wait before the first retry, and at most before later ones. Half of the wait is random.
 INITIAL_BACKOFF_S = 0.05
@@ -38,8 +38,9 @@ def time_left(deadline: float) -> float | None:
 class Retries:
     """Decides whether and when a call is retried.
 
-    A call is retried while the server is Unavailable, for `retry_for` seconds from now. `timeout`
-    is the time in seconds that all tries may take together, math.inf for no limit.
+    A call is retried while the server is Unavailable or asks for a later try (ResourceExhausted
+    with `retry_after_s`), for `retry_for` seconds from now. `timeout` is the time in seconds that
+    all tries may take together, math.inf for no limit.
     """
 
     def __init__(self, retry_for: float, timeout: float) -> None:
@@ -55,11 +56,14 @@ class Retries:
     def pause(self, error: HypermapError) -> float:
         """The time to wait, in seconds, before the call that failed with `error` is retried.
 
-        Raises `error` if it is not Unavailable, or if the time for retries would be over.
+        Raises `error` if a retry would not help, or if the time for retries would be over.
         """
-        if not isinstance(error, Unavailable):
+        if isinstance(error, ResourceExhausted) and error.retry_after_s is not None:
+            pause_s = error.retry_after_s
+        elif isinstance(error, Unavailable):
+            pause_s = self._backoff.next()
+        else:
             raise error
-        pause_s = self._backoff.next()
         if time.monotonic() + pause_s >= self._until:
             raise error
         return pause_s

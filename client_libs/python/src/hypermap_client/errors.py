@@ -6,7 +6,9 @@ ValueError or TypeError before the call.
 
 from __future__ import annotations
 
-from typing import ClassVar
+import contextlib
+from collections.abc import Iterable
+from typing import Any, ClassVar
 
 import grpc
 
@@ -63,9 +65,14 @@ class PermissionDenied(HypermapError):
 
 
 class ResourceExhausted(HypermapError):
-    """A limit of the server was exceeded (the message names its flag), or its disk is full."""
+    """A limit of the server was exceeded (the message names its flag), or its disk is full.
+
+    If the server has too much to do for the moment, `retry_after_s` is the time in seconds after
+    which the same call may succeed. The client has then retried it for `retry_for` seconds.
+    """
 
     code = grpc.StatusCode.RESOURCE_EXHAUSTED
+    retry_after_s: float | None = None
 
 
 class FailedPrecondition(HypermapError):
@@ -133,4 +140,17 @@ _BY_CODE: dict[grpc.StatusCode, type[HypermapError]] = {
 def error_of(failure: grpc.RpcError) -> HypermapError:
     """The HypermapError with the status code and the details of a gRPC error."""
     code = failure.code()
-    return _BY_CODE.get(code, HypermapError)(failure.details() or code.name)
+    error = _BY_CODE.get(code, HypermapError)(failure.details() or code.name)
+    if isinstance(error, ResourceExhausted):
+        error.retry_after_s = _retry_after_s(failure.trailing_metadata())
+    return error
+
+
+def _retry_after_s(metadata: Iterable[Any] | None) -> float | None:
+    """The wait that the server asks for in trailing metadata (gRFC A6), in seconds."""
+    for key, value in metadata or ():
+        if key == "grpc-retry-pushback-ms":
+            # Negative: the call must not be retried. So gRPC also tells what is no number.
+            with contextlib.suppress(ValueError):
+                return int(value) / 1000 if int(value) >= 0 else None
+    return None

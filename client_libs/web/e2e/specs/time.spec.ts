@@ -91,6 +91,17 @@ test('the address keeps the shown revision', async ({ site, dashboard, page }) =
   await expect(slider(page)).toHaveValue('10');
 });
 
+test('C5 an address of an earlier history of the map says so and shows the newest revision', async ({
+  site,
+  page,
+}) => {
+  await page.goto(`${site.url}/?map=office&at=9&of=1`);
+  await expect(page.getByText(/^Revision 9 belongs to an earlier history/)).toBeVisible();
+  await expect(page.getByText(/^As of /)).toBeHidden();
+  await page.getByRole('button', { name: 'Dismiss' }).click();
+  await expect(page.getByText(/^Revision 9 belongs/)).toBeHidden();
+});
+
 test('a revision that does not exist is reported', async ({ site, page }) => {
   await page.goto(`${site.url}/?map=office&at=4000`);
   await expect(page.getByRole('alert')).toContainText('Revision 4000');

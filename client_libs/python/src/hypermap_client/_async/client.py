@@ -28,7 +28,8 @@ class AsyncClient(Queries, Edits, Watches, Ingest, Explorations):
     timeout: time in seconds that a call may take with all its retries, for calls without a timeout
         of their own; math.inf for no limit.
     retry_for: time in seconds for which calls are retried, with exponential backoff, while the
-        server is Unavailable. A mutation has a request id, so it is carried out once nevertheless.
+        server is Unavailable, or when it asks for a later try (ResourceExhausted). A mutation has a
+        request id, so it is carried out once nevertheless.
 
     Options that many methods share:
 

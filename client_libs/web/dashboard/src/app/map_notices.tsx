@@ -4,6 +4,7 @@ import { giveToken, problem, status, tokenWanted, tryAgain } from '../state/conn
 import { editProblem } from '../state/edits';
 import { live, loading } from '../state/live';
 import { formatTime } from '../panels/kit/format';
+import { leftRevision } from '../state/show_map';
 import { layers, mapName, maps } from '../state/site';
 import { asOf, asOfCommit, asOfProblem, backToLive } from '../state/time';
 import './map_notices.css';
@@ -62,6 +63,19 @@ function AsOfNotice() {
   );
 }
 
+function LeftRevisionNotice() {
+  if (leftRevision.value === undefined) return null;
+  return (
+    <Notice kind="warn">
+      <span>
+        Revision {String(leftRevision.value)} belongs to an earlier history of this map, which was
+        restored or made anew.
+      </span>
+      <button onClick={() => (leftRevision.value = undefined)}>Dismiss</button>
+    </Notice>
+  );
+}
+
 function ContentNotice() {
   if (maps.value?.length === 0) return <Notice>There is no map on this server yet.</Notice>;
   if (mapName.value === undefined || status.value === 'error') return null;
@@ -101,6 +115,7 @@ export function MapNotices() {
     <div class="notices">
       <ConnectionNotice />
       <AsOfNotice />
+      <LeftRevisionNotice />
       {asOfProblem.value && <Notice kind="bad">{asOfProblem.value}</Notice>}
       <ContentNotice />
       <EditNotice />

@@ -64,9 +64,9 @@ vi.hoisted(() => {
 const { changes } = await import('./changes');
 const { status } = await import('./connection');
 const { editObject, startEdits, undoTitle } = await import('./edits');
-const { live, liveIncarnation, liveRevision, start } = await import('./live');
+const { expectIncarnation, live, liveIncarnation, liveRevision, start } = await import('./live');
 const { selectedId } = await import('./selection');
-const { startShowing } = await import('./show_map');
+const { leftRevision, startShowing } = await import('./show_map');
 const { mapName } = await import('./site');
 const { asOf, showRevision, startTime } = await import('./time');
 
@@ -102,6 +102,8 @@ const connectionLost = () => vi.advanceTimersByTimeAsync(35_000);
 
 beforeAll(() => {
   vi.useFakeTimers();
+  asOf.value = 2n;
+  expectIncarnation(BEFORE);
   startTime();
   startShowing();
   start();
@@ -133,6 +135,15 @@ function expectNothingIsKept(): void {
   ]);
   expect(changes.value).toEqual([]);
 }
+
+test('C5 an address of another incarnation shows the newest revision and says so', async () => {
+  server.maps = new Map([['bookmarked', AFTER]]);
+  server.watches = [{ told: [snapshot(9n, AFTER, 'plant')] }];
+  mapName.value = 'bookmarked';
+  await soon();
+  expect([asOf.value, leftRevision.value]).toEqual([undefined, 2n]);
+  expect([labels(), liveRevision.value, liveIncarnation.value]).toEqual([['plant'], 9n, AFTER]);
+});
 
 test('C5 a map that was replaced during a lost connection is shown anew', async () => {
   server.maps = new Map([['site', BEFORE]]);

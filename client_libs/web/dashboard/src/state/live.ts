@@ -20,6 +20,17 @@ export const liveIncarnation = signal(0n);
  */
 export const replacements = signal(0);
 
+/** The incarnation of which the page address speaks; 0 if it names none. */
+let expected = 0n;
+
+/**
+ * Says of which incarnation the first shown map is expected to be. If it is another one, the page
+ * behaves as if the map had been replaced while it was shown. To be called before start().
+ */
+export function expectIncarnation(incarnation: bigint): void {
+  expected = incarnation;
+}
+
 const LAYER_CHANGES = [
   ChangeKind.LAYER_CREATED,
   ChangeKind.LAYER_DELETED,
@@ -150,7 +161,7 @@ function startWatch(map: string): () => void {
     loading.value = true;
     forgetChanges();
     // A map that is watched again may have been replaced in the meantime.
-    if (watched !== map) liveIncarnation.value = 0n;
+    if (watched !== map) liveIncarnation.value = watched === undefined ? expected : 0n;
   });
   watched = map;
   missing = undefined;

@@ -1,9 +1,12 @@
-import { batch, effect, untracked } from '@preact/signals';
+import { batch, effect, signal, untracked } from '@preact/signals';
 import { replacements } from './live';
 import { NO_HIGHLIGHT, highlight, selectedId } from './selection';
 import { layerViews, layers, mapName } from './site';
 import { asOf } from './time';
 import { view } from './url';
+
+/** The shown or wanted revision that was left, because another map has replaced the one it is of. */
+export const leftRevision = signal<bigint>();
 
 /** Shows all of another map, live and with the default visibility of its layers. */
 export function showMap(name: string): void {
@@ -12,6 +15,7 @@ export function showMap(name: string): void {
     layers.value = undefined;
     layerViews.value = new Map();
     asOf.value = undefined;
+    leftRevision.value = undefined;
     view.value = undefined;
     selectedId.value = undefined;
     highlight.value = NO_HIGHLIGHT;
@@ -25,6 +29,7 @@ export function startShowing(): void {
     if (replacements.value === 0) return;
     untracked(() => {
       batch(() => {
+        leftRevision.value = asOf.value;
         asOf.value = undefined;
         selectedId.value = undefined;
         highlight.value = NO_HIGHLIGHT;

@@ -1,6 +1,8 @@
 // The page address keeps the shown map, layers, view and revision, so that it can be bookmarked:
-// ?map=office&layers=floor,objects~0.5&view=10.2,6,0.05&at=42
+// ?map=office&layers=floor,objects~0.5&view=10.2,6,0.05&at=42&of=9182736455463728190
+// `of` is the incarnation of the map to which the revision belongs.
 import { batch, computed, effect, signal } from '@preact/signals';
+import { expectIncarnation, liveIncarnation } from './live';
 import { layerViews, layers, mapName, viewOf, type LayerView } from './site';
 import { asOf } from './time';
 
@@ -41,7 +43,11 @@ function read(): void {
   const wanted = params.get('layers');
   batch(() => {
     if (map) mapName.value = map;
-    if (at && /^\d+$/.test(at)) asOf.value = BigInt(at);
+    if (at && /^\d+$/.test(at)) {
+      asOf.value = BigInt(at);
+      const of = params.get('of');
+      if (of && /^\d+$/.test(of)) expectIncarnation(BigInt(of));
+    }
     view.value = parseView(params.get('view') ?? '');
     wantedLayers = wanted === null ? undefined : parseLayers(wanted);
   });
@@ -78,7 +84,10 @@ const query = computed(() => {
       `view=${round(center[0], 4)},${round(center[1], 4)},${Number(resolution.toPrecision(6))}`,
     );
   }
-  if (asOf.value !== undefined) params.push(`at=${asOf.value}`);
+  if (asOf.value !== undefined) {
+    params.push(`at=${asOf.value}`);
+    if (liveIncarnation.value !== 0n) params.push(`of=${liveIncarnation.value}`);
+  }
   return params.length > 0 ? `?${params.join('&')}` : '';
 });
 
