@@ -132,9 +132,9 @@ class Database {
     return statement.Bind(values...).Run();
   }
 
-  // The first column of the first row; nullopt when there is no row or it is NULL. The statement must
-  // not write outside of a transaction: it would be committed after the row, and an error of that
-  // commit would be lost.
+  // The first column of the first row; nullopt when there is no row or it is NULL. The statement
+  // must not write outside of a transaction: it would be committed after the row, and an error of
+  // that commit would be lost.
   template <typename... Values>
   absl::StatusOr<std::optional<int64_t>> QueryInt64(const std::string& sql,
                                                     const Values&... values) {
