@@ -7,6 +7,8 @@
 #include <sys/resource.h>
 #include <sys/socket.h>
 
+#include <algorithm>
+#include <atomic>
 #include <cerrno>
 #include <cstdint>
 #include <deque>
@@ -42,6 +44,7 @@ class ConnectionListenerTest : public ::testing::Test {
     options.limits = limits;
     options.max_resident_bytes = max_resident_bytes;
     options.floods = std::move(floods);
+    options.kept_bytes = [this] { return kept_bytes_.load(); };
     options.accept = [this](FileDescriptor socket) {
       const MutexLock lock(&mutex_);
       accepted_.push_back(std::move(socket));
@@ -109,6 +112,7 @@ class ConnectionListenerTest : public ::testing::Test {
     });
   }
 
+  std::atomic<int64_t> kept_bytes_ = 0;
   Mutex mutex_;
   std::deque<FileDescriptor> accepted_;
   std::deque<std::string> lines_;
@@ -191,6 +195,30 @@ TEST_F(ConnectionListenerTest, A2WhoFloodsIsShutDownWhileMemoryIsShort) {
   const MutexLock lock(&mutex_);
   ASSERT_FALSE(lines_.empty());
   EXPECT_THAT(lines_.front(), HasSubstr("connections were shut down"));
+}
+
+TEST_F(ConnectionListenerTest, MemoryThatTheServerKeepsIsNotThatOfConnections) {
+  kept_bytes_ = int64_t{1} << 40;
+  Start({10, 10}, 1);
+  const FileDescriptor client = Connect();
+  ASSERT_TRUE(Eventually([&] { return num_accepted() == 1; }));
+  // Sends until `is_done`, and reads what was sent.
+  const auto send_until = [&](const std::function<bool(int64_t)>& is_done) {
+    const std::string bytes(1 << 18, 'x');
+    std::string read = bytes;
+    for (int64_t sent = 0; !is_done(sent);) {
+      const ssize_t n = send(client.get(), bytes.data(), bytes.size(), MSG_DONTWAIT | MSG_NOSIGNAL);
+      if (n < 0 && errno != EAGAIN) break;
+      sent += std::max<ssize_t>(n, 0);
+      const MutexLock lock(&mutex_);
+      while (recv(accepted_.front().get(), read.data(), read.size(), MSG_DONTWAIT) > 0) continue;
+    }
+  };
+  send_until([](int64_t sent) { return sent > (64 << 20); });
+  EXPECT_EQ(listener_->num_shut_down(), 0);
+  kept_bytes_ = 0;
+  send_until([&](int64_t /*sent*/) { return listener_->num_shut_down() == 1; });
+  EXPECT_TRUE(Eventually([&] { return listener_->num_shut_down() == 1; }));
 }
 
 // Frames of HTTP/2 that begin a call on a stream and cancel it.

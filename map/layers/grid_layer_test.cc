@@ -7,6 +7,7 @@
 #include "gtest/gtest.h"
 #include "map/geometry/predicates.h"
 #include "map/layers/layer_registry.h"
+#include "map/layers/nearest_cells.h"
 #include "tests/support/random_map.h"
 
 namespace hypermap {
@@ -191,8 +192,7 @@ TEST_P(GridLayerRandomTest, NearestAreTheNearestMatchingCentres) {
     std::vector<double> expected;
     for (const auto& [cell, value] : model.cells) {
       if (!matches(model.grid->CodeAt(cell))) continue;
-      const Point centre = model.grid->geometry().CentreOf(cell);
-      expected.push_back(std::hypot(centre.x - p.x, centre.y - p.y));
+      expected.push_back(DistanceToCentre(model.grid->geometry(), cell, p));
     }
     std::sort(expected.begin(), expected.end());
     expected.resize(std::min<size_t>(expected.size(), 20));

@@ -98,6 +98,11 @@ class Layer : public std::enable_shared_from_this<Layer> {
   // Number of objects, or of cells in the extent.
   virtual int64_t Size() const = 0;
 
+  // Bytes of memory that the layer takes: cells or objects with their index, and aliases. Estimated
+  // from the content alone, rather too high than too low, so that it does not depend on how the
+  // content came about. O(1).
+  virtual int64_t ByteSize() const = 0;
+
   // c(p): the cell at `p`, or the objects whose shape is at most `tolerance_m` (>= 0) away. With
   // tolerance 0, polygons are found by their area, and line strings and points only if `p` is
   // exactly on them.

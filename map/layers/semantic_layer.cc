@@ -136,25 +136,31 @@ class NearestObjects {
 
 }  // namespace
 
-SemanticLayer::SemanticLayer(LayerSpec spec)
-    : SemanticLayer(std::move(spec), std::make_shared<const ObjectIndex>()) {}
+SemanticLayer::SemanticLayer(LayerSpec spec) : SemanticLayer(std::move(spec), {}) {}
 
 SemanticLayer::SemanticLayer(LayerSpec spec, std::vector<ObjectPtr> objects)
-    : SemanticLayer(std::move(spec), std::make_shared<const ObjectIndex>(std::move(objects))) {}
+    : Layer(std::move(spec)),
+      index_(std::make_shared<const ObjectIndex>(std::move(objects))),
+      bytes_of_aliases_(UnsharedBytes(this->spec().aliases, {})) {}
 
-SemanticLayer::SemanticLayer(LayerSpec spec, std::shared_ptr<const ObjectIndex> index)
-    : Layer(std::move(spec)), index_(std::move(index)) {}
+SemanticLayer::SemanticLayer(LayerSpec spec, std::shared_ptr<const ObjectIndex> index,
+                             int64_t bytes_of_aliases)
+    : Layer(std::move(spec)), index_(std::move(index)), bytes_of_aliases_(bytes_of_aliases) {}
 
 std::shared_ptr<const SemanticLayer> SemanticLayer::With(
     const absl::btree_map<ObjectId, ObjectPtr>& changes) const {
-  return std::shared_ptr<const SemanticLayer>(
-      new SemanticLayer(spec(), std::make_shared<const ObjectIndex>(index_->With(changes))));
+  return std::shared_ptr<const SemanticLayer>(new SemanticLayer(
+      spec(), std::make_shared<const ObjectIndex>(index_->With(changes)), bytes_of_aliases_));
 }
 
 std::shared_ptr<const SemanticLayer> SemanticLayer::WithAliases(ValueAliases aliases) const {
   LayerSpec spec = this->spec();
+  // Without what the two share, so that the cost is that of the change.
+  const int64_t bytes_of_aliases = bytes_of_aliases_ + UnsharedBytes(aliases, spec.aliases) -
+                                   UnsharedBytes(spec.aliases, aliases);
   spec.aliases = std::move(aliases);
-  return std::shared_ptr<const SemanticLayer>(new SemanticLayer(std::move(spec), index_));
+  return std::shared_ptr<const SemanticLayer>(
+      new SemanticLayer(std::move(spec), index_, bytes_of_aliases));
 }
 
 ObjectPtr SemanticLayer::Find(ObjectId id) const {

@@ -37,6 +37,9 @@ class ObjectIndex {
   ObjectIndex With(const absl::btree_map<ObjectId, ObjectPtr>& changes) const;
 
   int64_t size() const { return size_; }
+  // Bytes of memory of the objects and of the index, estimated from the objects alone: as if no two
+  // objects shared a label or a tag.
+  int64_t ByteSize() const { return byte_size_; }
   // The smallest box around all objects. Exact, also after removals.
   const Box& bounds() const { return bounds_; }
 
@@ -105,6 +108,7 @@ class ObjectIndex {
   std::vector<Change> recent_;  // Sorted by id.
   Box recent_bounds_;
   int64_t size_ = 0;
+  int64_t byte_size_ = 0;
   Box bounds_;
 };
 

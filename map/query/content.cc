@@ -3,6 +3,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "base/status/status_macros.h"
+#include "map/query/layer_transforms.h"
 #include "map/query/query.h"
 
 namespace hypermap {
@@ -33,22 +34,28 @@ absl::Status VisitContentAt(const Snapshot& snapshot, const Scope& scope, const 
                             double tolerance_m, PointContentCallback tell) {
   if (!IsFinite(p)) return absl::InvalidArgumentError("point is not finite");
   HYPERMAP_RETURN_IF_ERROR(CheckTolerance(tolerance_m));
-  HYPERMAP_ASSIGN_OR_RETURN(const std::string caller, snapshot.ResolveFrame(scope.frame_id));
+  HYPERMAP_ASSIGN_OR_RETURN(std::string caller, snapshot.ResolveFrame(scope.frame_id));
+  LayerTransforms transforms(snapshot, std::move(caller));
   const auto ask = [&](const LayerPtr& layer) {
-    const auto caller_from_layer = snapshot.frames.Lookup(caller, layer->spec().frame_id);
-    if (caller_from_layer.ok()) {
+    const auto caller_from_layer = transforms.CallerFromLayer(*layer);
+    if (caller_from_layer) {
       tell(layer, *caller_from_layer,
-           layer->ContentAt(caller_from_layer->Inverse() * p, tolerance_m));
+           layer->ContentAt(InLayer(caller_from_layer->Inverse(), p), tolerance_m));
     } else {
       tell(layer, PlanarTransform(), {.status = AnswerStatus::kNoTransform});
     }
   };
+  // All transforms are found first, because `tell` is called only if there is no error.
   if (scope.layers.empty()) {
+    for (const auto& [name, layer] : snapshot.layers) {
+      HYPERMAP_RETURN_IF_ERROR(transforms.Prepare(*layer));
+    }
     for (const auto& [name, layer] : snapshot.layers) ask(layer);
     return absl::OkStatus();
   }
   HYPERMAP_ASSIGN_OR_RETURN(const std::vector<LayerPtr> layers,
                             snapshot.SelectLayers(scope.layers));
+  for (const LayerPtr& layer : layers) HYPERMAP_RETURN_IF_ERROR(transforms.Prepare(*layer));
   for (const LayerPtr& layer : layers) ask(layer);
   return absl::OkStatus();
 }
@@ -60,11 +67,13 @@ absl::StatusOr<PointsAsker> PointsAsker::Make(SnapshotPtr snapshot, const Scope&
   asker.tolerance_m_ = tolerance_m;
   HYPERMAP_ASSIGN_OR_RETURN(std::string caller, snapshot->ResolveFrame(scope.frame_id));
   HYPERMAP_ASSIGN_OR_RETURN(std::vector<LayerPtr> layers, snapshot->SelectLayers(scope.layers));
+  LayerTransforms transforms(*snapshot, caller);
   for (LayerPtr& layer : layers) {
+    HYPERMAP_RETURN_IF_ERROR(transforms.Prepare(*layer));
     AskedLayer asked;
     LayerPointsContent answer;
-    const auto caller_from_layer = snapshot->frames.Lookup(caller, layer->spec().frame_id);
-    if (caller_from_layer.ok()) {
+    const auto caller_from_layer = transforms.CallerFromLayer(*layer);
+    if (caller_from_layer) {
       asked.layer_from_caller = caller_from_layer->Inverse();
       asked.is_same_frame = layer->spec().frame_id == caller;
     } else {
@@ -93,7 +102,7 @@ absl::StatusOr<absl::Span<const LayerPointsContent>> PointsAsker::ContentAtEach(
       continue;
     }
     in_layer_.clear();
-    for (const Point& p : points) in_layer_.push_back(asked_[i].layer_from_caller * p);
+    for (const Point& p : points) in_layer_.push_back(InLayer(asked_[i].layer_from_caller, p));
     answer.layer->ContentAtEach(in_layer_, tolerance_m_, &answer.content);
   }
   return answers_;

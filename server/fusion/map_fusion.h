@@ -110,6 +110,9 @@ class MapFusion {
   // as Admit.
   absl::StatusOr<FusedLayer*> Find(const Snapshot& snapshot, const std::string& layer);
 
+  // Whether any fused layer is loaded, which Reset would drop.
+  bool has_loaded_layers() const { return !layers_.empty(); }
+
   // Must be called when all revisions since the last call are stored.
   void Written();
   // Drops all layers and reads the settings from the store again.

@@ -5,6 +5,7 @@
 #include "absl/time/clock.h"
 #include "base/admission/client_host.h"
 #include "base/admission/refusals.h"
+#include "wire/message_memory.h"
 #include "wire/status.h"
 
 namespace hypermap::server {
@@ -13,6 +14,8 @@ namespace {
 // Time after which a refused caller may try again, drawn at random so that not all come at once.
 constexpr int kShortestPause_ms = 100;
 constexpr int kLongestPause_ms = 1000;
+// A large request is in memory twice: as a message, and as decoded.
+constexpr int64_t kForms = 2;
 constexpr char kPushbackKey[] = "grpc-retry-pushback-ms";
 
 }  // namespace
@@ -25,13 +28,27 @@ CallTicket::CallTicket(Budgets* budgets, grpc::CallbackServerContext* context,
     : budgets_(budgets),
       context_(context),
       call_(&budgets->calls, client),
-      request_(&budgets->request_bytes, client),
+      memory_(&budgets->request_bytes, client),
       admitted_(call_.Add(1)),
       begin_(absl::Now()) {}
 
-absl::Status CallTicket::ChargeRequest(int64_t bytes) {
-  const int64_t cost = CostOf(bytes);
-  return cost == 0 ? absl::OkStatus() : request_.Add(cost);
+int64_t CallTicket::CostOfRequest(const google::protobuf::Message& prototype,
+                                  const grpc::ByteBuffer& bytes) {
+  const auto size = static_cast<int64_t>(bytes.Length());
+  return size <= kFreeBytes ? 0 : size + kForms * wire::MemoryOfMessage(prototype, bytes);
+}
+
+absl::Status CallTicket::ChargeRequest(int64_t cost) {
+  if (cost > budgets_->most_memory_of_request) {
+    return absl::ResourceExhaustedError(
+        absl::StrCat("the request would take ", cost, " bytes of memory, more than ",
+                     budgets_->most_memory_of_request, ", which is 32 times --max_message_bytes"));
+  }
+  return ChargeMemory(cost);
+}
+
+absl::Status CallTicket::ChargeMemory(int64_t bytes) {
+  return bytes == 0 ? absl::OkStatus() : memory_.Add(bytes);
 }
 
 grpc::Status CallTicket::Encode(const absl::Status& status) {
@@ -53,7 +70,7 @@ void CallTicket::Cancelled() {
 }
 
 void CallTicket::GiveBack() {
-  request_.GiveBack();
+  memory_.GiveBack();
   call_.GiveBack();
 }
 

@@ -2,7 +2,9 @@
 #ifndef HYPERMAP_SERVER_RPC_CALL_TICKET_H_
 #define HYPERMAP_SERVER_RPC_CALL_TICKET_H_
 
+#include <google/protobuf/message.h>
 #include <grpcpp/server_context.h>
+#include <grpcpp/support/byte_buffer.h>
 #include <grpcpp/support/status.h>
 
 #include <atomic>
@@ -22,10 +24,9 @@ namespace hypermap::server {
 class CallTicket {
  public:
   // Requests up to this size are not charged: --max_calls bounds them.
-  static constexpr int64_t kFreeBytes = 16 << 10;
-  // Estimate of the bytes that each byte of a large request takes: as gRPC received it, as a
-  // message, and as decoded.
-  static constexpr int64_t kBytesPerByte = 5;
+  static constexpr int64_t kFreeBytes = 1 << 10;
+  // The same for answers.
+  static constexpr int64_t kFreeAnswerBytes = 16 << 10;
 
   // Both must outlive this; the context is used by Encode only.
   CallTicket(Budgets* budgets, grpc::CallbackServerContext* context);
@@ -33,14 +34,29 @@ class CallTicket {
   // OK, or the error with which the call must end at once, because --max_calls are under way.
   const absl::Status& admitted() const { return admitted_; }
 
-  // Charges for a request of this size, or returns the error with which the call must end:
-  // RESOURCE_EXHAUSTED naming --max_request_bytes. To be called before the request is decoded.
-  absl::Status ChargeRequest(int64_t bytes);
-  // The same for this many bytes of memory, which the call holds until its end.
-  absl::Status ChargeMemory(int64_t bytes) { return request_.Add(bytes); }
-  // Gives back what ChargeRequest has taken for requests of this size, when they were freed before
-  // the end of the call.
-  void RequestFreed(int64_t bytes) { request_.GiveBack(CostOf(bytes)); }
+  // The memory that a request takes: as gRPC received it, as a message of the prototype's type, and
+  // as decoded, which takes about as much as the message. 0 for one that is not charged.
+  static int64_t CostOfRequest(const google::protobuf::Message& prototype,
+                               const grpc::ByteBuffer& bytes);
+
+  // The memory that an encoded answer takes until it is sent. 0 for one that is not charged.
+  static int64_t CostOfAnswer(int64_t bytes) { return bytes <= kFreeAnswerBytes ? 0 : bytes; }
+
+  // Charges for a request, or returns the error with which the call must end: RESOURCE_EXHAUSTED
+  // naming --max_request_bytes, or --max_message_bytes if the message would take far more memory
+  // than one of that size should. To be called before the request is parsed.
+  absl::Status ChargeRequest(const google::protobuf::Message& prototype,
+                             const grpc::ByteBuffer& bytes) {
+    return ChargeRequest(CostOfRequest(prototype, bytes));
+  }
+  // The same for a cost that is known.
+  absl::Status ChargeRequest(int64_t cost);
+  // Charges this many bytes of memory, which the call holds until its end or until FreeMemory.
+  absl::Status ChargeMemory(int64_t bytes);
+  // The bytes that are charged.
+  int64_t memory() const { return memory_.amount(); }
+  // Gives back a part of them.
+  void FreeMemory(int64_t bytes) { memory_.GiveBack(bytes); }
 
   // Returns the status with which the call ends, as gRPC encodes it. Counts it if it is a refusal,
   // and tells the caller when to come again if a later call may succeed: the trailing metadata
@@ -57,12 +73,10 @@ class CallTicket {
  private:
   CallTicket(Budgets* budgets, grpc::CallbackServerContext* context, const std::string& client);
 
-  static int64_t CostOf(int64_t bytes) { return bytes <= kFreeBytes ? 0 : bytes * kBytesPerByte; }
-
   Budgets* const budgets_;
   grpc::CallbackServerContext* const context_;
   admission::Budget::Charge call_;
-  admission::Budget::Charge request_;
+  admission::Budget::Charge memory_;
   const absl::Status admitted_;
   const absl::Time begin_;
   std::atomic<bool> is_cancelled_ = false;

@@ -34,16 +34,6 @@
 
 namespace hypermap::server {
 
-// The name of the map in a request: of its scope, or a field of its own.
-template <typename Request>
-const std::string& MapOf(const Request& request) {
-  if constexpr (requires { request.scope(); }) {
-    return request.scope().map();
-  } else {
-    return request.map();
-  }
-}
-
 // Makes the messages of an answer one by one. Not thread safe; may be handed from thread to thread.
 template <typename Response>
 class MessageSource {
@@ -140,7 +130,7 @@ class StreamedAnswer final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
   absl::Status Parse(const grpc::ByteBuffer& bytes, const absl::Status& acceptable) {
     HYPERMAP_RETURN_IF_ERROR(ticket_.admitted());
     HYPERMAP_RETURN_IF_ERROR(acceptable);
-    HYPERMAP_RETURN_IF_ERROR(ticket_.ChargeRequest(static_cast<int64_t>(bytes.Length())));
+    HYPERMAP_RETURN_IF_ERROR(ticket_.ChargeRequest(Request::default_instance(), bytes));
     return ParseRequest(bytes, request_);
   }
 

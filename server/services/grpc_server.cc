@@ -1,16 +1,20 @@
 #include "server/services/grpc_server.h"
 
-#include <grpcpp/ext/proto_server_reflection_plugin.h>
 #include <grpcpp/health_check_service_interface.h>
 #include <grpcpp/server_builder.h>
 #include <spdlog/spdlog.h>
 
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "absl/status/status.h"
 #include "absl/time/clock.h"
 #include "base/status/status_macros.h"
 #include "grpc/health/v1/health.pb.h"
+#include "server/rpc/call_ticket.h"
+#include "server/rpc/request_log.h"
+#include "server/rpc/wanted.h"
 
 namespace hypermap::server {
 namespace {
@@ -18,6 +22,42 @@ namespace {
 // Time for watches to end by themselves, before those with slow readers are cancelled.
 constexpr absl::Duration kWatchGrace = absl::Seconds(1);
 constexpr absl::Duration kHealthPeriod = absl::Seconds(1);
+constexpr char kHealthService[] = "grpc.health.v1.Health";
+
+std::vector<std::string> OwnServices() {
+  return {v1::CatalogService::service_full_name(),     v1::QueryService::service_full_name(),
+          v1::EditService::service_full_name(),        v1::IngestService::service_full_name(),
+          v1::ExplorationService::service_full_name(), v1::WatchService::service_full_name()};
+}
+
+std::vector<std::string> DescribedServices() {
+  std::vector<std::string> services = OwnServices();
+  services.emplace_back(kHealthService);
+  return services;
+}
+
+// Admits reflection streams like other calls.
+class ReflectionTicket final : public reflection::Ticket {
+ public:
+  ReflectionTicket(Budgets* budgets, grpc::CallbackServerContext* context)
+      : context_(context), ticket_(budgets, context), log_(*context, "ServerReflectionInfo", "") {}
+
+  absl::Status admitted() const override { return ticket_.admitted(); }
+  absl::Status ChargeMemory(int64_t bytes) override { return ticket_.ChargeMemory(bytes); }
+  void FreeMemory(int64_t bytes) override { ticket_.FreeMemory(bytes); }
+  grpc::Status Encode(const absl::Status& status) override {
+    // gRPC also cancels calls whose deadline has passed.
+    const absl::Status end =
+        absl::IsCancelled(status) && IsPastDeadline(*context_) ? CheckWanted(*context_) : status;
+    log_.Finished(end, 0);
+    return ticket_.Encode(end);
+  }
+
+ private:
+  const grpc::CallbackServerContext* const context_;
+  CallTicket ticket_;
+  const RequestLog log_;
+};
 
 }  // namespace
 
@@ -28,6 +68,10 @@ GrpcServer::GrpcServer(const Facilities& facilities)
       ingest_(facilities),
       exploration_(facilities),
       watch_(facilities),
+      reflection_(DescribedServices(),
+                  [budgets = facilities.budgets](grpc::CallbackServerContext* context) {
+                    return std::make_unique<ReflectionTicket>(budgets, context);
+                  }),
       site_(facilities.site),
       budgets_(facilities.budgets) {}
 
@@ -39,7 +83,6 @@ absl::StatusOr<std::unique_ptr<GrpcServer>> GrpcServer::Start(const GrpcServerOp
   grpc::EnableDefaultHealthCheckService(true);
   // Reflection finds only services whose descriptors are linked in, which this reference ensures.
   grpc::health::v1::HealthCheckRequest::descriptor();
-  grpc::reflection::InitProtoReflectionServerBuilderPlugin();
   std::unique_ptr<GrpcServer> made(new GrpcServer(facilities));
 
   grpc::ServerBuilder builder;
@@ -56,19 +99,18 @@ absl::StatusOr<std::unique_ptr<GrpcServer>> GrpcServer::Start(const GrpcServerOp
   builder.RegisterService(&made->ingest_);
   builder.RegisterService(&made->exploration_);
   builder.RegisterService(&made->watch_);
+  made->reflection_.RegisterWith(&builder);
   made->server_ = builder.BuildAndStart();
   if (!made->server_) return absl::InternalError("gRPC can't start the server");
   grpc::HealthCheckServiceInterface* health = made->server_->GetHealthCheckService();
-  for (const char* service :
-       {v1::CatalogService::service_full_name(), v1::QueryService::service_full_name(),
-        v1::EditService::service_full_name(), v1::IngestService::service_full_name(),
-        v1::ExplorationService::service_full_name(), v1::WatchService::service_full_name()}) {
-    health->SetServingStatus(service, true);
-  }
+  for (const std::string& service : OwnServices()) health->SetServingStatus(service, true);
   admission::ConnectionListenerOptions listen;
   listen.address = options.listen;
   listen.limits = options.connections;
   listen.max_resident_bytes = options.max_resident_bytes;
+  listen.kept_bytes = [budgets = facilities.budgets] {
+    return budgets->content->bytes() + budgets->feeds->bytes();
+  };
   listen.floods = [budgets = facilities.budgets] { return budgets->cancelled_calls.TakeFloods(); };
   listen.log = [](const std::string& line) { spdlog::warn("{}", line); };
   HYPERMAP_RETURN_IF_ERROR(made->listener_->Start(std::move(listen)));
@@ -96,6 +138,7 @@ void GrpcServer::Shutdown(absl::Duration grace) {
     if (map.session) map.session->feed().Close();
   }
   query_.StopStreams();
+  reflection_.Stop();
   watch_.EndAfter(kWatchGrace);
   server_->Shutdown(absl::ToChronoTime(absl::Now() + grace));
   server_->Wait();

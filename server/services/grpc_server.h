@@ -23,6 +23,7 @@
 #include "server/services/ingest_service.h"
 #include "server/services/query_service.h"
 #include "server/watch/watch_service.h"
+#include "wire/reflection/reflection_service.h"
 
 namespace hypermap::server {
 
@@ -60,9 +61,9 @@ class GrpcServer {
   // HOST:PORT with the actual port.
   const std::string& address() const;
 
-  // Ends watches, QueryPoints streams and calls that wait for a revision; accepts no more requests;
-  // cancels the requests that are still in flight after `grace`; and waits until all have ended.
-  // Must be called at most once.
+  // Ends watches, QueryPoints and reflection streams, and calls that wait for a revision; accepts
+  // no more requests; cancels the requests that are still in flight after `grace`; and waits until
+  // all have ended. Must be called at most once.
   void Shutdown(absl::Duration grace);
 
  private:
@@ -78,6 +79,7 @@ class GrpcServer {
   IngestService ingest_;
   ExplorationService exploration_;
   WatchService watch_;
+  reflection::ReflectionService reflection_;
   Site* const site_;
   Budgets* const budgets_;
   std::unique_ptr<grpc::Server> server_;

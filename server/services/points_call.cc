@@ -6,6 +6,7 @@
 #include "base/status/status_macros.h"
 #include "base/sync/handed_over.h"
 #include "server/rpc/asked_revision.h"
+#include "server/rpc/raw_messages.h"
 #include "server/rpc/wanted.h"
 #include "wire/answer.h"
 #include "wire/scope.h"
@@ -15,6 +16,8 @@ namespace {
 
 // Larger batches would delay other calls on the same gRPC thread.
 constexpr int kMaxInlinePoints = 4096;
+// Larger batches are freed when they are answered.
+constexpr int64_t kMaxKeptBytes = 1 << 20;
 
 absl::Status Stopping() { return absl::UnavailableError("the server is stopping"); }
 
@@ -133,6 +136,13 @@ void PointsCall::Go(Step step) {
 }
 
 PointsCall::Step PointsCall::EndBatch(const absl::Status& status) {
+  // Messages keep their memory for the next batch.
+  if (batch_cost_ > kMaxKeptBytes) {
+    v1::QueryPointsRequest().Swap(&batch_);
+    v1::QueryPointsResponse().Swap(&response_);
+  }
+  written_.Clear();
+  ticket_.FreeMemory(std::exchange(batch_cost_, 0));
   return Change([&] {
     mutex_.AssertHeld();
     busy_ = false;
@@ -141,8 +151,10 @@ PointsCall::Step PointsCall::EndBatch(const absl::Status& status) {
 }
 
 std::optional<absl::Status> PointsCall::TakeBatch() {
-  batch_.Swap(&read_);
+  grpc::ByteBuffer bytes;
+  bytes.Swap(&read_);
   StartRead(&read_);  // Allowed here: the call is not finished while a batch has an owner.
+  HYPERMAP_RETURN_IF_ERROR(Parse(bytes));
   if (batch_.has_opening()) {
     HYPERMAP_RETURN_IF_ERROR(Open());
     if (as_of_.min_revision > 0) {
@@ -165,9 +177,21 @@ void PointsCall::AnswerOnWorker() {
 std::optional<absl::Status> PointsCall::Answer() {
   HYPERMAP_RETURN_IF_ERROR(AskPoints());
   if (points_.empty()) return absl::OkStatus();
+  const grpc::Slice slice = Serialize(response_);
+  const int64_t cost = CallTicket::CostOfAnswer(static_cast<int64_t>(slice.size()));
+  HYPERMAP_RETURN_IF_ERROR(ticket_.ChargeMemory(cost));
+  batch_cost_ += cost;
+  grpc::ByteBuffer(&slice, 1).Swap(&written_);
   HandOver(this);
-  StartWrite(&response_);
+  StartWrite(&written_);
   return std::nullopt;
+}
+
+absl::Status PointsCall::Parse(const grpc::ByteBuffer& bytes) {
+  const int64_t cost = CallTicket::CostOfRequest(batch_, bytes);
+  HYPERMAP_RETURN_IF_ERROR(ticket_.ChargeRequest(cost));
+  batch_cost_ = cost;
+  return ParseRequest(bytes, &batch_);
 }
 
 absl::Status PointsCall::Open() {

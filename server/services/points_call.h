@@ -3,6 +3,7 @@
 #define HYPERMAP_SERVER_SERVICES_POINTS_CALL_H_
 
 #include <grpcpp/server_context.h>
+#include <grpcpp/support/byte_buffer.h>
 #include <grpcpp/support/server_callback.h>
 
 #include <cstdint>
@@ -44,11 +45,11 @@ class OpenPointsCalls {
 };
 
 // Answers one batch after another, and reads one batch ahead. So a caller that does not read its
-// answers delays only itself, and costs the memory of two batches and an answer. Small batches of
-// the newest revision are answered on gRPC's threads, others on a worker. Deletes itself in OnDone,
-// which gRPC calls after Finish, when no operation is under way.
-class PointsCall final
-    : public grpc::ServerBidiReactor<v1::QueryPointsRequest, v1::QueryPointsResponse> {
+// answers delays only itself, and costs the memory of two batches and an answer. The memory of a
+// batch is charged before it is parsed, until it is answered. Small batches of the newest revision
+// are answered on gRPC's threads, others on a worker. Deletes itself in OnDone, which gRPC calls
+// after Finish, when no operation is under way.
+class PointsCall final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer> {
  public:
   // `facilities` and `calls` must outlive this; the context lives until OnDone.
   PointsCall(grpc::CallbackServerContext* context, const Facilities* facilities,
@@ -79,6 +80,7 @@ class PointsCall final
   void AnswerOnWorker();
   Step EndBatch(const absl::Status& status);
 
+  absl::Status Parse(const grpc::ByteBuffer& bytes);
   absl::Status Open();
   // Fills the response.
   absl::Status AskPoints();
@@ -92,11 +94,13 @@ class PointsCall final
   RequestLog log_;
   RevisionWait wait_;
 
-  v1::QueryPointsRequest read_;  // target of the read under way
+  grpc::ByteBuffer read_;  // target of the read under way
 
   // Used by the owner of the batch only.
   v1::QueryPointsRequest batch_;
+  int64_t batch_cost_ = 0;  // charged
   v1::QueryPointsResponse response_;
+  grpc::ByteBuffer written_;  // source of the write under way
   bool opened_ = false;
   v1::Scope map_;  // the map and the incarnation that the opening names
   Scope scope_;

@@ -50,6 +50,13 @@ absl::StatusOr<StructurePtr> StructureAt(MapSession& session, Revision revision)
   return past->structure();
 }
 
+// The structure of a snapshot: the one of the feed, which all watches share, if the feed has the
+// revision already and still.
+StructurePtr SharedStructureOf(MapSession& session, const Snapshot& snapshot) {
+  std::optional<StructurePtr> structure = session.feed().StructureAt(snapshot.revision);
+  return structure ? *std::move(structure) : StructureOf(snapshot);
+}
+
 // The commit time of a kept revision; for revision 0, when the map was created. OUT_OF_RANGE if the
 // revision is not kept.
 absl::StatusOr<absl::Time> TimeOf(MapSession& session, Revision revision) {
@@ -124,7 +131,7 @@ absl::StatusOr<std::unique_ptr<WatchSource>> WatchSource::Open(const Facilities&
     }
   } else {
     snapshot = session->snapshot();
-    structure = StructureOf(*snapshot);
+    structure = SharedStructureOf(*session, *snapshot);
     start = snapshot->revision;
   }
   HYPERMAP_ASSIGN_OR_RETURN(Follower follower, Follower::Make(subscription.filter, structure));
@@ -151,6 +158,8 @@ WatchSource::WatchSource(const Limits& limits, const WatchTuning& tuning,
       group_(std::move(group)),
       form_(subscription.form),
       for_replica_(subscription.filter.frames == WatchFilter::Frames::kAsStored),
+      // The group has a copy of the filter.
+      memory_(Follower::MaxBytes(subscription.filter) + ByteSize(subscription.filter)),
       follower_(std::move(follower)),
       structure_(std::move(structure)),
       taken_(start),
@@ -198,8 +207,8 @@ absl::Status WatchSource::BeginSelection(SnapshotPtr snapshot, bool reset) {
   if (for_replica_) {
     HYPERMAP_ASSIGN_OR_RETURN(commit_.time, TimeOf(*session_, taken_));
   }
-  structure_ = StructureOf(*snapshot);
-  selection_ = follower_.Read(std::move(snapshot));
+  structure_ = SharedStructureOf(*session_, *snapshot);
+  selection_ = follower_.Read(std::move(snapshot), structure_);
   selection_resets_ = reset;
   return absl::OkStatus();
 }

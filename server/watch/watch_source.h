@@ -70,6 +70,8 @@ class WatchSource {
   absl::Duration idle_for(absl::Time now) const;
   // Number of changes in all messages so far.
   int64_t items() const { return items_; }
+  // Bytes of memory that the source takes at most for its filter, whatever the map: an estimate.
+  int64_t memory() const { return memory_; }
 
  private:
   // The parameters of a request. The replicas' rpc is the one with Frames::kAsStored.
@@ -120,6 +122,7 @@ class WatchSource {
   const std::shared_ptr<WatchGroup> group_;  // reads session_'s feed
   const WatchGroup::Form form_;
   const bool for_replica_;
+  const int64_t memory_;
   Follower follower_;
   StructurePtr structure_;  // the map's at taken_; follower_ has the same
 

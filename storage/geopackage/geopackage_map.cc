@@ -119,9 +119,10 @@ absl::StatusOr<std::unique_ptr<GeoPackageMap>> GeoPackageMap::Make(const std::st
 absl::StatusOr<GeoPackageMap::Opened> GeoPackageMap::OpenFile(const std::string& path,
                                                               const FileLock& lock, bool is_new,
                                                               const GeoPackageOptions& options) {
-  const std::optional<RevisionWitness> witness = ReadWitness(lock);
+  std::optional<RevisionWitness> witness;
   bool set_aside = false;
   if (!is_new) {
+    HYPERMAP_ASSIGN_OR_RETURN(witness, ReadWitness(lock));
     HYPERMAP_ASSIGN_OR_RETURN(set_aside, SetForeignLogAside(path, witness));
   }
   Opened opened;

@@ -16,6 +16,7 @@
 #include <utility>
 #include <vector>
 
+#include "absl/strings/str_cat.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "storage/geopackage/testing/faulty_files.h"
@@ -160,8 +161,9 @@ std::vector<size_t> ChooseMoments(testing::Rng& rng, const std::vector<FileEvent
   for (size_t i = 0; i < events.size(); ++i) {
     if (!events[i].name.empty()) names[events[i].file] = events[i].name;
     const bool is_change = events[i].kind != FileEvent::Kind::kNote;
-    if (static_cast<int>(i) > first && is_change && !names[events[i].file].ends_with("-wal"))
+    if (static_cast<int>(i) > first && is_change && !names[events[i].file].ends_with("-wal")) {
       rare.push_back(i);
+    }
   }
   std::vector<size_t> moments;
   for (int i = 0; i < num_moments; ++i) {
@@ -182,7 +184,7 @@ struct LostPower {
   std::string witness;
 
   void WriteTo(testing::Rng& rng, const std::string& folder) const {
-    for (const auto& [name, bytes] : files) WriteFile(folder + "/" + name, bytes);
+    for (const auto& [name, bytes] : files) WriteFile(absl::StrCat(folder, "/", name), bytes);
     if (!witness.empty()) WriteFile(folder + "/" + kWitnessName, witness);
     // The index of the log is not synced ever.
     if (testing::UniformInt(rng, 0, 1) == 0) return;

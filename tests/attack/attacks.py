@@ -12,7 +12,8 @@ import large_requests
 # server defends itself. docs/security.md says of each attack how, and what is still open.
 SHORT = [
     "A1", "A2", "A3", "A4", "A4-shape", "A5", "B1", "B2", "B3", "B4", "B5", "B6", "B7", "B8", "B11",
-    "slow-readers", "random-bytes", "endless-streams",
+    "slow-readers", "random-bytes", "endless-streams", "header-blocks", "empty-streams",
+    "slow-hoarders", "empty-frames",
 ]
 
 
@@ -52,6 +53,10 @@ ALL = [
     Attack("slow-readers", connections.slow_readers),
     Attack("random-bytes", connections.random_bytes),
     Attack("endless-streams", floods.endless_streams),
+    Attack("header-blocks", floods.header_blocks, logged="a block of headers in many frames"),
+    Attack("empty-streams", floods.empty_streams, logged="connections were shut down"),
+    Attack("slow-hoarders", floods.slow_hoarders, logged="connections were shut down"),
+    Attack("empty-frames", floods.empty_frames, logged="frames that carry nothing"),
 ]
 
 BY_NAME = {attack.name: attack for attack in ALL}

@@ -12,7 +12,8 @@ import time
 
 PREFACE = b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n"
 
-DATA, HEADERS, RST_STREAM, SETTINGS, PING, GOAWAY, WINDOW_UPDATE = 0, 1, 3, 4, 6, 7, 8
+DATA, HEADERS, PRIORITY, RST_STREAM, SETTINGS, PING, GOAWAY = 0, 1, 2, 3, 4, 6, 7
+WINDOW_UPDATE, CONTINUATION = 8, 9
 END_STREAM, ACK, END_HEADERS = 1, 1, 4
 CANCEL = 8
 INITIAL_WINDOW_SIZE, MAX_FRAME_SIZE = 4, 5
@@ -49,11 +50,27 @@ def _integer(value, prefix_bits, first=0):
     return bytes(encoded)
 
 
+def string(text):
+    """Returns a string as it is in a header block."""
+    return _integer(len(text), 7) + text
+
+
+def indexed(number):
+    """Returns the field that was added to the dynamic table as the `number`th but the last, from 0,
+    as it is in a header block."""
+    return _integer(_STATIC_TABLE_SIZE + 1 + number, 7, 0x80)
+
+
+def literal_begin(name, size):
+    """Returns the begin of a field in a header block, whose value has `size` bytes."""
+    return b"\0" + string(name) + _integer(size, 7)
+
+
 def header_block(fields):
     """Returns the header block of (name, value) pairs of bytes."""
     block = bytearray()
     for name, value in fields:
-        block += b"\0" + _integer(len(name), 7) + name + _integer(len(value), 7) + value
+        block += b"\0" + string(name) + string(value)
     return bytes(block)
 
 

@@ -107,6 +107,20 @@ class ChangedFiles(SiteTest):
         self.restart()
         self.assertEqual(sites.revision(self.client), acknowledged)
 
+    def test_c5_a_file_that_was_away_for_a_moment_loses_nothing(self):
+        before = self.client.GetMap(map="site").map
+        away = self.folder / "away"
+        self.path().rename(away)
+        self.assert_closed("the file of the map was removed")
+        away.rename(self.path())
+        self.assertEqual(self.site.stop(), 0)
+        self.assertEqual([p.name for p in self.data_dir.glob("site.gpkg*")], ["site.gpkg"])
+        self.site = self.server()
+        self.client = self.enterContext(rpc.Client(self.site.address))
+        after = self.client.GetMap(map="site").map
+        self.assertEqual((after.incarnation, after.revision), (before.incarnation, before.revision))
+        self.assertEqual(list(sites.labels(self.client).values()), ["chair 0"])
+
     def test_c3_watches_of_a_closed_map_end(self):
         watch = self.client.Watch(scope=rpc.scope("site"))
         next(watch)

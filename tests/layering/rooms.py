@@ -104,11 +104,13 @@ ROOMS = {
 
     # grpc: the only mapping between absl::Status and grpc::Status.
     "wire": Room(
-        ["base/cancellation", "base/limits", "base/status", "map", "map/edits", "map/exploration",
-         "map/frames", "map/geometry", "map/grid", "map/layers", "map/objects", "map/observations",
-         "map/query", "map/watch", "proto"],
+        ["base/cancellation", "base/limits", "base/status", "base/sync", "map", "map/edits",
+         "map/exploration", "map/frames", "map/geometry", "map/grid", "map/layers", "map/objects",
+         "map/observations", "map/query", "map/watch", "proto"],
         {"absl", "grpc", "protobuf"},
     ),
+    # protobuf: sends the descriptors of the messages. It knows nothing of the domain.
+    "wire/reflection": Room(["base/status", "base/sync", "proto"], {"absl", "grpc", "protobuf"}),
 
     "storage": Room(
         ["map", "map/edits", "map/layers", "map/objects", "map/observations"],
@@ -160,7 +162,7 @@ ROOMS = {
         ["base/admission", "base/cancellation", "base/limits", "base/status", "base/sync",
          "base/tls", "map", "map/layers", "map/observations", "map/query", "map/values", "proto",
          "server/exploration", "server/fusion", "server/rpc", "server/session", "server/watch",
-         "storage/interchange", "wire"],
+         "storage/interchange", "wire", "wire/reflection"],
         {"absl", "grpc", "spdlog"},
     ),
     "server": Room(
@@ -170,8 +172,8 @@ ROOMS = {
     ),
 
     "ingest/perception": Room(
-        ["base/status", "base/sync", "map/geometry", "map/grid", "map/layers", "map/objects",
-         "map/observations"],
+        ["base/cancellation", "base/status", "base/sync", "map/geometry", "map/grid",
+         "map/layers", "map/objects", "map/observations"],
         {"absl", "eigen"},
     ),
     "ingest/perception/pcl": Room(
@@ -185,8 +187,8 @@ ROOMS = {
         {"absl", "eigen"}, hidden={"json", "yaml"},
     ),
     "ingest/frame_service": Room(
-        ["base/admission", "base/status", "base/sync", "client_libs/cpp", "ingest/perception",
-         "ingest/sources", "proto", "wire"],
+        ["base/admission", "base/cancellation", "base/status", "base/sync", "client_libs/cpp",
+         "ingest/perception", "ingest/sources", "proto", "wire", "wire/reflection"],
         {"absl"}, hidden={"grpc"},
     ),
     "ingest/worker": Room(

@@ -131,6 +131,7 @@ absl::StatusOr<std::vector<RefusedEntry>> Outbox::Refused() const {
       std::vector<storage::RefusedRequest> requests,
       impl_->queue().With([](storage::OutboxFile& file) { return file.Refused(); }));
   std::vector<RefusedEntry> entries;
+  entries.reserve(requests.size());
   for (storage::RefusedRequest& request : requests) {
     entries.push_back(ReadRefused(std::move(request)));
   }

@@ -11,6 +11,7 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstdlib>
+#include <exception>
 #include <filesystem>
 #include <string>
 #include <utility>
@@ -147,4 +148,11 @@ int Main(int argc, char** argv) {
 }  // namespace
 }  // namespace hypermap::bench
 
-int main(int argc, char** argv) { return hypermap::bench::Main(argc, argv); }
+int main(int argc, char** argv) {
+  try {
+    return hypermap::bench::Main(argc, argv);
+  } catch (const std::exception& error) {  // of CLI11
+    std::fprintf(stderr, "server_bench: %s\n", error.what());
+    return EXIT_FAILURE;
+  }
+}
