@@ -16,6 +16,7 @@
   FLAG(max_question_vertices, 1,                                                                 \
        "Limit of the vertices of the area of a query, watch, replica or exploration")            \
   FLAG(max_edits, 1, "Limit of the edits of a batch")                                            \
+  FLAG(max_layers, 1, "Limit of the layers of a map")                                            \
   FLAG(max_cells, 1, "Limit of the cells that a batch of edits or an imported image sets")       \
   FLAG(max_nearest, 1, "Limit of k of a nearest query")                                          \
   FLAG(max_points, 1, "Limit of the points of a batch")                                          \
@@ -24,6 +25,9 @@
   FLAG(max_queue_bytes, 1, "Limit of the bytes of the batches that wait for a map's writer")     \
   FLAG(max_lateness, absl::ZeroDuration(),                                                       \
        "Observations older than their robot's newest by more than this are refused")             \
+  FLAG(max_maps, 0,                                                                              \
+       "Limit of the maps of the data folder; 0: as many as the limit of open files and "        \
+       "--memory_limit allow")                                                                   \
   FLAG(max_connections, 0,                                                                       \
        "Limit of open connections; 0: as many as the limit of open files allows")                \
   FLAG(max_connections_per_address, 0,                                                           \
@@ -34,10 +38,12 @@
   FLAG(max_calls, 1, "Limit of the calls that are under way; half of it for one client address") \
   FLAG(max_calls_per_connection, 1, "Limit of the calls that are under way on one connection")   \
   FLAG(max_request_bytes, 0,                                                                     \
-       "Limit of the memory of large requests and exports under way; half of it for one "        \
-       "client address; 0: a quarter of --memory_limit")                                         \
+       "Limit of the memory of large requests, answers, exports and reads of past revisions; "   \
+       "half of it for one client address; 0: an eighth of --memory_limit")                      \
   FLAG(max_exploration_bytes, 0,                                                                 \
        "Limit of the memory of all explorations; 0: an eighth of --memory_limit")                \
+  FLAG(max_content_bytes, 0,                                                                     \
+       "Limit of the memory of the content of all maps; 0: half of --memory_limit")              \
   FLAG(max_import_bytes, 1, "Limit of the total size of the files of an import")                 \
   FLAG(max_scratch_bytes, 1,                                                                     \
        "Limit of the files on disk that hold imports and backups under way; half of it for "     \

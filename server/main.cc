@@ -24,10 +24,11 @@
 #include "absl/time/time.h"
 #include "base/admission/file_limit.h"
 #include "base/admission/memory.h"
-#include "base/admission/open_connections.h"
+#include "base/admission/thread_limit.h"
 #include "base/limits/limits.h"
 #include "base/status/status_macros.h"
 #include "base/tls/server_credentials.h"
+#include "server/capacity.h"
 #include "server/limit_flags.h"
 #include "server/rpc/budgets.h"
 #include "server/rpc/facilities.h"
@@ -37,6 +38,7 @@
 #include "server/rpc/worker_pools.h"
 #include "server/services/evidence_codec.h"
 #include "server/services/grpc_server.h"
+#include "server/session/history_pool.h"
 #include "server/session/site.h"
 #include "storage/geopackage/geopackage_store.h"
 
@@ -58,12 +60,6 @@ namespace {
 
 // Free memory that the allocator keeps at the end of a heap.
 constexpr int kKeptBytes = 16 << 20;
-// Open files: of a map (its database by the writer, the history and queries of the past), of the
-// maps that may yet be created, and of the server itself with its scratch files.
-constexpr int64_t kFilesOfMap = 8;
-constexpr int64_t kNewMaps = 4;
-constexpr int64_t kFilesOfServer = 64;
-
 // Space in the data folder with which maps can be deleted when the disk is full.
 constexpr int64_t kReserveBytes = int64_t{8} << 20;
 
@@ -97,8 +93,10 @@ absl::Status SetUpLog() {
   return absl::OkStatus();
 }
 
-SessionOptions MakeSessionOptions(const Limits& limits) {
+SessionOptions MakeSessionOptions(const Limits& limits, const Budgets& budgets) {
   SessionOptions options;
+  options.content = budgets.content;
+  options.feed.of_all = budgets.feeds;
   options.limits = limits;
   options.fusion.codec = WireEvidenceCodec();
   options.fusion.max_lateness = limits.max_lateness;
@@ -116,8 +114,19 @@ int NumThreads() {
   return std::max(2, static_cast<int>(std::thread::hardware_concurrency()));
 }
 
-void LogProblems(const Site& site) {
-  for (const Site::Entry& entry : site.List()) {
+void LogCapacity(const Capacity& capacity, int64_t file_limit) {
+  spdlog::info("capacity max_maps={} max_connections={} open_files={}", capacity.max_maps,
+               capacity.connections.max_connections, file_limit);
+}
+
+void LogProblems(const Site& site, const Capacity& capacity) {
+  const std::vector<Site::Entry> maps = site.List();
+  if (maps.size() > static_cast<size_t>(capacity.max_maps)) {
+    spdlog::error(
+        "not all maps are open, because there are more than --max_maps maps={} max_maps={}",
+        maps.size(), capacity.max_maps);
+  }
+  for (const Site::Entry& entry : maps) {
     if (entry.problem.ok()) continue;
     spdlog::warn("map can't be opened map={} problem={}", LogQuoted(entry.name),
                  LogQuoted(entry.problem.ToString()));
@@ -146,41 +155,44 @@ class ShutdownSignals {
   sigset_t signals_;
 };
 
+// The part of the limit of memory that readers of past revisions may use to keep what they have
+// read.
+constexpr int64_t kCacheShare = 32;
+
 // Sets the limit of memory if the flag leaves it to the machine, and bounds what follows from it:
 // an import that is decoded takes up to three times the bytes of its files, and two are at a time.
 // docs/limits.md adds up the parts.
 Limits BoundByMemory(Limits limits) {
   if (limits.memory_limit == 0) limits.memory_limit = admission::UsableMemory() / 4 * 3;
-  const int64_t part = std::max<int64_t>(1, limits.memory_limit / 8);
-  limits.max_import_bytes = std::min(limits.max_import_bytes, part);
-  limits.max_unpacked_bytes = std::min(limits.max_unpacked_bytes, part);
-  if (limits.max_request_bytes == 0) limits.max_request_bytes = 2 * part;
+  const int64_t part = std::max<int64_t>(2, limits.memory_limit / 8);
+  limits.max_import_bytes = std::min(limits.max_import_bytes, part / 2);
+  limits.max_unpacked_bytes = std::min(limits.max_unpacked_bytes, part / 2);
+  if (limits.max_request_bytes == 0) limits.max_request_bytes = part;
   if (limits.max_exploration_bytes == 0) limits.max_exploration_bytes = part;
+  if (limits.max_content_bytes == 0) limits.max_content_bytes = 4 * part;
   return limits;
-}
-
-// Files that are open at once besides connections.
-int64_t FilesFor(size_t num_maps) {
-  return kFilesOfServer + kFilesOfMap * (static_cast<int64_t>(num_maps) + kNewMaps);
 }
 
 // Serves until a signal arrives.
 absl::Status Serve(ShutdownSignals& signals) {
   const std::string data_dir = absl::GetFlag(FLAGS_data_dir);
-  const Limits limits = BoundByMemory(LimitsOfFlags());
+  Limits limits = BoundByMemory(LimitsOfFlags());
   HYPERMAP_ASSIGN_OR_RETURN(
       std::unique_ptr<storage::MapStore> store,
-      storage::OpenGeoPackageStore(data_dir, {.reserve_bytes = kReserveBytes}));
+      storage::OpenGeoPackageStore(data_dir, {.reserve_bytes = kReserveBytes,
+                                              .cache_room = std::make_shared<storage::CacheRoom>(
+                                                  limits.memory_limit / kCacheShare)}));
   HYPERMAP_ASSIGN_OR_RETURN(const std::vector<std::string> maps, store->List());
-  HYPERMAP_ASSIGN_OR_RETURN(
-      const admission::ConnectionLimits connections,
-      admission::LimitConnections({limits.max_connections, limits.max_connections_per_address},
-                                  admission::RaiseFileLimit(), FilesFor(maps.size())));
+  const Resources resources{admission::RaiseFileLimit(), admission::ThreadLimit(), NumThreads()};
+  HYPERMAP_ASSIGN_OR_RETURN(const Capacity capacity,
+                            DivideResources(limits, resources, static_cast<int64_t>(maps.size())));
+  limits.max_maps = capacity.max_maps;
+  HistoryPool::LimitExtraReaders(capacity.max_extra_readers);
   ScratchFile::RemoveLeftOver(data_dir);
   // Calls that wait for a map's writer hold parts of the budgets, so that these outlive the maps.
   Budgets budgets(limits);
   HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<Site> site,
-                            Site::Open(std::move(store), MakeSessionOptions(limits)));
+                            Site::Open(std::move(store), MakeSessionOptions(limits, budgets)));
   // Returns the memory that loading the maps needed for a while to the system.
   admission::ReturnFreedMemory();
   // From here on the allocator keeps freed memory: returning it and requesting it again would cost
@@ -194,12 +206,13 @@ absl::Status Serve(ShutdownSignals& signals) {
   WorkerPools workers(NumThreads());
   const Facilities facilities{site.get(), limits, &workers, data_dir, &budgets};
   GrpcServerOptions options{absl::GetFlag(FLAGS_listen), limits.max_message_bytes,
-                            ServerFilesOfFlags(), connections};
+                            ServerFilesOfFlags(), capacity.connections};
   options.max_resident_bytes = limits.memory_limit;
   options.max_calls_per_connection = limits.max_calls_per_connection;
   HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<GrpcServer> server,
                             GrpcServer::Start(options, facilities));
-  LogProblems(*site);
+  LogCapacity(capacity, resources.files);
+  LogProblems(*site, capacity);
   std::printf("hypermapd ready on %s\n", server->address().c_str());
   std::fflush(stdout);
 

@@ -149,7 +149,7 @@ class MapStore {
   // The names of all maps, sorted, whether or not they can be opened.
   virtual absl::StatusOr<std::vector<std::string>> List() = 0;
 
-  // ALREADY_EXISTS.
+  // ALREADY_EXISTS. After any other error there is no map, unless the error tells that it stays.
   virtual absl::StatusOr<std::unique_ptr<StoredMap>> Create(const MapHeader& header) = 0;
 
   // NOT_FOUND, also for a map whose creation was not completed; FAILED_PRECONDITION when the file

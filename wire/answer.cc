@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/cancellation/give_way.h"
 #include "base/status/status_macros.h"
 #include "wire/field.h"
 #include "wire/geometry.h"
@@ -146,6 +147,7 @@ void EncodeLayerContent(const Layer& layer, const PlanarTransform& caller_from_l
   if (content.value) message->set_value(*content.value);
   for (const ObjectPtr& object : content.objects) {
     EncodeObject(*object, caller_from_layer, message->add_objects());
+    GiveWay();
   }
 }
 
@@ -178,6 +180,7 @@ size_t EncodeLayerPart(const LayerPart& part, size_t first_object, int64_t max_b
   if (next == part.part.objects.size()) return next;
   auto* const fields = message->GetReflection()->MutableUnknownFields(message);
   while (next < part.part.objects.size() && bytes < max_bytes) {
+    if (next % 16 == 0) GiveWay();
     bytes += static_cast<int64_t>(AddObjectBytes(*part.part.objects[next++], part.caller_from_layer,
                                                  v1::LayerPart::kObjectsFieldNumber, fields));
   }

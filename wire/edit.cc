@@ -101,9 +101,11 @@ absl::StatusOr<Edit> DecodeWriteCells(const std::string& field, const v1::WriteC
     return absl::ResourceExhaustedError(absl::StrCat(field, ".values has ", message.values_size(),
                                                      " cells, --max_cells is ", limits.max_cells));
   }
+  constexpr size_t kValuesPerLook = 4'096;
   WriteCells edit{message.layer(), DecodeCellBox(message.box()), {}};
   edit.values.reserve(message.values_size());
   for (const double value : message.values()) {
+    if (edit.values.size() % kValuesPerLook == 0) HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
     if (std::isinf(value)) {
       return InvalidField(absl::StrCat(field, ".values[", edit.values.size(), "]"),
                           "is not finite");

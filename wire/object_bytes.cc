@@ -1,6 +1,8 @@
 #include "wire/object_bytes.h"
 
 #include <cstdint>
+#include <string>
+#include <variant>
 #include <vector>
 
 #include "google/protobuf/io/coded_stream.h"
@@ -151,6 +153,20 @@ void WriteObject(const SemanticObject& object, const PlanarTransform& caller_fro
 }
 
 }  // namespace
+
+int64_t EstimateObjectBytes(const SemanticObject& object) {
+  // Of the id, the version, the centroid, the tags and lengths of all fields.
+  constexpr size_t kFixedBytes = 64;
+  constexpr size_t kEntryBytes = 16;  // an entry of a map besides its key and text
+  size_t size = kFixedBytes + object.label.size() + SizeOf(object.shape);
+  for (const auto& [name, score] : object.classes) size += kEntryBytes + name.size();
+  for (const std::string& tag : object.tags) size += FieldSize(tag.size());
+  for (const auto& [name, value] : object.attributes) {
+    const std::string* const text = std::get_if<std::string>(&value);
+    size += kEntryBytes + name.size() + (text != nullptr ? text->size() : 0);
+  }
+  return static_cast<int64_t>(size);
+}
 
 std::string ObjectBytes(const SemanticObject& object, const PlanarTransform& caller_from_object) {
   std::string bytes;

@@ -4,6 +4,7 @@
 #define HYPERMAP_WIRE_OBJECT_BYTES_H_
 
 #include <cstddef>
+#include <cstdint>
 #include <string>
 
 #include "google/protobuf/unknown_field_set.h"
@@ -11,6 +12,9 @@
 #include "map/objects/semantic_object.h"
 
 namespace hypermap::wire {
+
+// About the number of these bytes, found without encoding the object.
+int64_t EstimateObjectBytes(const SemanticObject& object);
 
 // Returns bytes that parse as the v1::Object that EncodeObject makes.
 std::string ObjectBytes(const SemanticObject& object, const PlanarTransform& caller_from_object);

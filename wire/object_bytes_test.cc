@@ -43,6 +43,7 @@ SemanticObject ObjectOf(Shape shape) {
 
 TEST(ObjectBytes, EqualTheMessageForEachKindOfShape) {
   std::vector<Point> many;
+  many.reserve(5000);
   for (int i = 0; i < 5000; ++i) many.push_back({0.5 * i, 1.0 * (i % 2)});
   for (const Shape& shape : {
            Shape(*Polygon::Make({{0, 0}, {4, 0}, {4, 4}, {0, 4}},
@@ -83,6 +84,20 @@ TEST(ObjectBytes, EqualTheMessageForRandomObjects) {
     const SemanticObject object = hypermap::testing::RandomObject(rng, {1, 2}, 3.0);
     ExpectSame(object, PlanarTransform());
     ExpectSame(object, PlanarTransform(i, -i, 0.01 * i));
+  }
+}
+
+TEST(ObjectBytes, AreAboutAsManyAsTheEstimate) {
+  hypermap::testing::Rng rng(5);
+  for (int i = 0; i < 200; ++i) {
+    SemanticObject object = hypermap::testing::RandomObject(rng, {1, 2}, 3.0);
+    if (i % 2 == 1) {
+      object.attributes = {{"text", std::string(static_cast<size_t>(i) * 50, 'x')}, {"size", 2.5}};
+      object.tags = {std::string(300, 'y'), ""};
+    }
+    const auto bytes = static_cast<int64_t>(ObjectBytes(object, PlanarTransform()).size());
+    EXPECT_GE(EstimateObjectBytes(object), bytes);
+    EXPECT_LE(EstimateObjectBytes(object), 2 * bytes + 64);
   }
 }
 

@@ -270,9 +270,18 @@ absl::StatusOr<Observation> DecodeObservation(absl::string_view field,
                                               const v1::Observation& message,
                                               const Limits& limits) {
   const std::string prefix = field.empty() ? "" : absl::StrCat(field, ".");
-  return DecodeWith(prefix, message, [&](absl::string_view polygon_field, const v1::Polygon& p) {
-    return DecodePolygon(polygon_field, p, limits);
-  });
+  absl::StatusOr<Observation> observation =
+      DecodeWith(prefix, message, [&](absl::string_view polygon_field, const v1::Polygon& p) {
+        return DecodePolygon(polygon_field, p, limits);
+      });
+  if (!observation.ok()) return observation;
+  const std::vector<Detection>& detections = observation->detections;
+  for (size_t i = 0; i < detections.size(); ++i) {
+    HYPERMAP_RETURN_IF_ERROR(
+        CheckTranslation(absl::StrCat(prefix, "detections[", i, "].cells.origin"),
+                         detections[i].cells.frame_from_cells));
+  }
+  return observation;
 }
 
 std::string ObservationToBytes(const Observation& observation) {

@@ -14,7 +14,8 @@ namespace hypermap::wire {
 
 void EncodeObservation(const Observation& observation, v1::Observation* message);
 
-// Decodes an observation of a request. Does not check what Validate(Observation) checks.
+// Decodes an observation of a request. INVALID_ARGUMENT, too, for cells whose origin is not
+// IsWithinBounds. Does not check what Validate(Observation) checks.
 absl::StatusOr<Observation> DecodeObservation(absl::string_view field,
                                               const v1::Observation& message, const Limits& limits);
 

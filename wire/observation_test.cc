@@ -147,6 +147,10 @@ TEST(ObservationOnTheWire, BadOnesNameTheField) {
                 }
               }),
               HasSubstr("o.detections[0].cells.spans"));
+  EXPECT_THAT(problem([](auto& m) {
+                m.mutable_detections(1)->mutable_cells()->mutable_origin()->set_y(1e308);
+              }),
+              HasSubstr("o.detections[1].cells.origin: x or y is more than 1e+09 m"));
   EXPECT_THAT(
       problem([](auto& m) { *m.mutable_detections(0)->add_scores() = m.detections(0).scores(0); }),
       HasSubstr("o.detections[0].scores"));

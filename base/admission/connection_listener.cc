@@ -21,13 +21,32 @@
 namespace hypermap::admission {
 namespace {
 
-// Period of the look at memory and at connections that were closed.
-constexpr int kPeriod_ms = 20;
+// Period of the look at memory and at connections that are open. New connections don't make it
+// shorter: under a flood of them, the looks would take a processor.
+constexpr absl::Duration kPeriod = absl::Milliseconds(20);
 // Connections that are accepted before the others are looked at again.
 constexpr int kMostAccepted = 64;
 constexpr int kNiceness = -10;
-// A connection that receives less than this in one period is never shut down.
+// A connection with fewer unexplained bytes is never shut down; and one that receives fewer bytes
+// in one period, if the server explains none.
+constexpr int64_t kLeastUnexplainedBytes = 8 << 10;
 constexpr int64_t kLeastBusyBytes = 64 << 10;
+// If all connections together have less than this part of the memory in unexplained bytes, then
+// they are not what takes it.
+constexpr int64_t kLeastPart = 16;
+// Period of counting unexplained bytes while memory is not short.
+constexpr absl::Duration kAccountPeriod = absl::Milliseconds(200);
+// Streams are counted in this period, and for no more than one in so many parts of the time.
+constexpr absl::Duration kStreamsPeriod = absl::Milliseconds(40);
+constexpr int kStreamsPart = 4;
+// A connection with fewer streams without a message is not shut down for them.
+constexpr int64_t kLeastUnknownStreams = 100;
+// Stalled connections that are shut down at once, and the time until memory is looked at again: it
+// takes gRPC some time to free it.
+constexpr int kMostStalled = 16;
+constexpr absl::Duration kStalledPeriod = absl::Milliseconds(200);
+constexpr absl::Duration kLargestPeriod = absl::Milliseconds(100);
+constexpr absl::string_view kCancelledCalls = "they flood the server with cancelled calls";
 constexpr absl::Duration kRemovalPeriod = absl::Milliseconds(200);
 // Time that a new connection of a host that has flooded waits for each of its floods.
 constexpr absl::Duration kHoldPerFlood = absl::Milliseconds(100);
@@ -40,6 +59,9 @@ constexpr double kBurst = 1000;
 constexpr absl::Duration kLogPeriod = absl::Seconds(10);
 // Returning freed memory to the system takes locks of the allocator.
 constexpr absl::Duration kReturnPeriod = absl::Seconds(5);
+constexpr absl::Duration kReturnPeriodAfterShutDown = absl::Milliseconds(500);
+// Time in which memory that the server keeps no longer is freed.
+constexpr absl::Duration kFreeingPeriod = absl::Seconds(1);
 
 FileDescriptor OpenSpare() { return FileDescriptor(open("/dev/null", O_RDONLY | O_CLOEXEC)); }
 
@@ -54,23 +76,29 @@ bool LacksResources(int error) {
   return error == EMFILE || error == ENFILE || error == ENOBUFS || error == ENOMEM;
 }
 
-// Returns whether a line may be logged, and counts it as logged then.
-bool MayLog(absl::Time* last) {
+// Whether the period has passed since `last`; if so, sets it to now.
+bool IsDue(absl::Time* last, absl::Duration period) {
   const absl::Time now = absl::Now();
-  if (now >= *last && now < *last + kLogPeriod) return false;
+  if (now >= *last && now < *last + period) return false;
   *last = now;
   return true;
 }
+
+// Returns whether a line may be logged, and counts it as logged then.
+bool MayLog(absl::Time* last) { return IsDue(last, kLogPeriod); }
 
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<ConnectionListener>> ConnectionListener::Start(
     ConnectionListenerOptions options) {
   HYPERMAP_ASSIGN_OR_RETURN(ListeningSockets listening, Listen(options.address));
+  // Opens the file that it reads, while there are descriptors.
+  ResidentMemory();
   FileDescriptor wake(eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC));
   if (!wake.is_open()) return absl::ErrnoToStatus(errno, "eventfd");
   std::unique_ptr<ConnectionListener> listener(
       new ConnectionListener(std::move(options), std::move(listening), std::move(wake)));
+  HYPERMAP_ASSIGN_OR_RETURN(listener->handover_, Handover::Start(listener->options_.accept));
   HYPERMAP_ASSIGN_OR_RETURN(listener->thread_,
                             StartThread([started = listener.get()] { started->Run(); }));
   return listener;
@@ -95,6 +123,7 @@ void ConnectionListener::Stop() {
   // Can't fail: the counter is far from its end.
   [[maybe_unused]] const ssize_t written = write(wake_.get(), &one, sizeof one);
   thread_.join();
+  handover_.reset();
 }
 
 void ConnectionListener::Run() {
@@ -105,28 +134,42 @@ void ConnectionListener::Run() {
   for (const FileDescriptor& listener : listeners_) polled.push_back({listener.get(), POLLIN, 0});
   polled.push_back({wake_.get(), POLLIN, 0});
   while (!stopping_) {
-    // Without connections there is nothing to look at.
-    poll(polled.data(), polled.size(), connections_.size() == 0 ? -1 : kPeriod_ms);
+    poll(polled.data(), polled.size(), TimeToNextLook_ms());
     for (size_t i = 0; i + 1 < polled.size(); ++i) {
       if (polled[i].revents != 0 && !stopping_) AcceptSome(polled[i].fd);
     }
-    connections_.RemoveClosed(kRemovalPeriod);
-    num_open_ = connections_.size();
-    GuardFloods();
-    ReleaseHeld();
-    if (options_.max_resident_bytes > 0) GuardMemory();
+    if (IsDue(&looked_, kPeriod)) Look();
   }
   listeners_.clear();
   held_.clear();
 }
 
+int ConnectionListener::TimeToNextLook_ms() const {
+  // Without connections there is nothing to look at.
+  if (connections_.size() == 0) return -1;
+  const absl::Duration left = looked_ + kPeriod - absl::Now();
+  const auto period_ms = absl::ToInt64Milliseconds(kPeriod);
+  // Rounded up. A clock that was set back must not make it longer.
+  return static_cast<int>(std::clamp<int64_t>(absl::ToInt64Milliseconds(left) + 1, 0, period_ms));
+}
+
+void ConnectionListener::Look() {
+  connections_.RemoveClosed(kRemovalPeriod);
+  num_open_ = connections_.size();
+  GuardFloods();
+  ReleaseHeld();
+  handover_->Attend();
+  AccountBytes();
+  if (options_.max_resident_bytes > 0) GuardMemory();
+}
+
 void ConnectionListener::GuardFloods() {
   std::vector<ShutDownPeer> floods = connections_.ShutDownFloods();
-  for (ShutDownPeer& flood : connections_.ShutDown(options_.floods())) {
+  for (ShutDownPeer& flood : connections_.ShutDown(options_.floods(), kCancelledCalls)) {
     floods.push_back(std::move(flood));
   }
   for (const ShutDownPeer& flood : floods) Suspected(flood.host);
-  ReportShutDown(floods, "they flood the server with cancelled calls");
+  ReportShutDown(floods);
 }
 
 void ConnectionListener::Suspected(const std::string& host) {
@@ -153,7 +196,7 @@ absl::Duration ConnectionListener::WaitAfterFloods(const std::string& host) {
 void ConnectionListener::AcceptOrHold(FileDescriptor socket, const std::string& host) {
   const absl::Duration wait = WaitAfterFloods(host);
   if (wait == absl::ZeroDuration() && pace_.Take(host, absl::Now())) {
-    return options_.accept(std::move(socket));
+    return handover_->Give(std::move(socket));
   }
   connections_.SetHeld(socket.get(), true);
   held_.push_back({std::move(socket), host, absl::Now() + wait});
@@ -176,7 +219,7 @@ void ConnectionListener::ReleaseHeld() {
       waiting.push_back(std::move(held));
     } else {
       connections_.SetHeld(held.socket.get(), false);
-      options_.accept(std::move(held.socket));
+      handover_->Give(std::move(held.socket));
     }
   }
   held_ = std::move(waiting);
@@ -212,7 +255,7 @@ bool ConnectionListener::RefuseWithSpare(int listener) {
     Refuse(reason);
   } else {
     // The connection still waits, so that poll would return at once, again and again.
-    absl::SleepFor(absl::Milliseconds(kPeriod_ms));
+    absl::SleepFor(kPeriod);
   }
   return accepted;
 }
@@ -226,28 +269,101 @@ void ConnectionListener::Refuse(const std::string& reason) {
 }
 
 void ConnectionListener::ReportShutDown(const std::vector<ShutDownPeer>& peers,
-                                        absl::string_view reason) {
-  if (peers.empty()) return;
-  if (MayLog(&shutdown_logged_)) {
-    options_.log(absl::StrCat("connections were shut down, because ", reason, ": ",
-                              absl::StrJoin(peers, ", ", AppendPeer)));
+                                        absl::string_view more) {
+  absl::flat_hash_map<absl::string_view, std::vector<ShutDownPeer>> by_reason;
+  for (const ShutDownPeer& peer : peers) by_reason[peer.reason].push_back(peer);
+  for (const auto& [reason, shut_down] : by_reason) {
+    const auto [logged, is_new] = shutdown_logged_.try_emplace(reason, absl::InfinitePast());
+    if (!MayLog(&logged->second)) continue;
+    options_.log(absl::StrCat("connections were shut down, because ", reason, more, ": ",
+                              absl::StrJoin(shut_down, ", ", AppendPeer)));
   }
   num_shut_down_ += static_cast<int64_t>(peers.size());
 }
 
-void ConnectionListener::GuardMemory() {
-  const int64_t resident = ResidentMemory();
-  // Counts before the bound is reached, so that the connections that are busy then are known.
-  if (resident <= options_.max_resident_bytes / 4 * 3) return;
-  const bool above = resident > options_.max_resident_bytes;
-  const std::vector<ShutDownPeer> peers =
-      connections_.ShutDownBusiest(above ? kLeastBusyBytes : INT64_MAX);
-  ReportShutDown(peers, absl::StrCat(resident, " bytes of memory are in use"));
-  // Below the bound, memory is kept for reuse.
+void ConnectionListener::AccountBytes() {
+  if (!IsDue(&accounted_, is_memory_short_ ? absl::ZeroDuration() : kAccountPeriod)) return;
+  if (!options_.take_explained) {
+    if (is_memory_short_) connections_.AccountUnexplained();
+    return;
+  }
+  // Before the received bytes are counted, so that the explained ones are among them.
+  connections_.Account(options_.take_explained());
+  if (options_.max_unexplained_bytes == 0 ||
+      connections_.MostUnexplainedBytes() <= options_.max_unexplained_bytes) {
+    return;
+  }
+  // Forgets messages that were given up.
+  if (options_.open_streams) connections_.AccountStreams(options_.open_streams());
+  ReportShutDown(connections_.ShutDownBeyond(options_.max_unexplained_bytes));
+}
+
+int64_t ConnectionListener::KeptBytes() {
+  const int64_t kept = options_.kept_bytes();
   const absl::Time now = absl::Now();
-  if (!above) return;
-  if (now >= memory_returned_ && now < memory_returned_ + kReturnPeriod) return;
-  memory_returned_ = now;
+  // What is kept no longer is not freed at once, then stays resident until it is returned, and is
+  // in no connection.
+  const bool has_fallen = kept < most_kept_ - options_.max_resident_bytes / 8;
+  if (!has_fallen || now < kept_fell_) kept_fell_ = now;
+  if (now - kept_fell_ > kFreeingPeriod) {
+    ReturnFreedMemory();
+    most_kept_ = kept;
+  }
+  most_kept_ = std::max(most_kept_, kept);
+  return most_kept_;
+}
+
+void ConnectionListener::GuardMemory() {
+  const int64_t total = ResidentMemory();
+  const int64_t kept = KeptBytes();
+  // What connections can take, and what of it they may: at least half, if much is kept.
+  const int64_t resident = total - kept;
+  const int64_t most =
+      std::max(options_.max_resident_bytes - kept, options_.max_resident_bytes / 2);
+  // Counts before the bound is reached, so that the connections that are busy then are known.
+  is_memory_short_ = resident > most / 4 * 3;
+  GuardStreams(resident, most);
+  if (resident > most / 4 && absl::Now() - streams_shut_down_ < kReturnPeriod) ReturnMemory();
+  if (resident <= most / 2) return;
+  const std::string more = absl::StrCat(", and ", total, " bytes of memory are in use");
+  if (IsDue(&stalled_shut_down_, kStalledPeriod)) {
+    ReportShutDown(connections_.ShutDownStalled(kMostStalled), more);
+  }
+  if (resident <= most / 16 * 15) return;
+  if (largest_shut_down_ + kLargestPeriod < absl::Now() || absl::Now() < largest_shut_down_) {
+    const std::vector<ShutDownPeer> peers = connections_.ShutDownLargest(
+        options_.take_explained ? kLeastUnexplainedBytes : kLeastBusyBytes,
+        options_.take_explained ? most / kLeastPart : 0);
+    ReportShutDown(peers, more);
+    if (!peers.empty()) largest_shut_down_ = absl::Now();
+  }
+  ReturnMemory();
+}
+
+void ConnectionListener::GuardStreams(int64_t resident, int64_t most) {
+  const absl::Time begin = absl::Now();
+  if (!options_.open_streams || resident <= most / 8) return;
+  // A clock that was set back must not end this.
+  if (begin < streams_due_ && streams_due_ < begin + absl::Minutes(1)) return;
+  connections_.AccountStreams(options_.open_streams());
+  const absl::Duration taken = absl::Now() - begin;
+  streams_due_ = begin + std::max(kStreamsPeriod, taken * kStreamsPart);
+  // gRPC gives the streams of a connection that ends to the server, which takes as much again.
+  if (resident + connections_.BytesOfUnknownStreams() <= most / 2) return;
+  const std::vector<ShutDownPeer> peers = connections_.ShutDownStreams(kLeastUnknownStreams);
+  // What they took is freed slowly: others of the same kind must not come as fast as they can.
+  for (const ShutDownPeer& peer : peers) Suspected(peer.host);
+  if (!peers.empty()) streams_shut_down_ = begin;
+  ReportShutDown(peers, absl::StrCat(", and ", resident, " bytes of memory are in use"));
+}
+
+void ConnectionListener::ReturnMemory() {
+  // Below the bound, memory is kept for reuse. What was shut down is freed soon after.
+  const absl::Duration since = absl::Now() - std::max(largest_shut_down_, streams_shut_down_);
+  const bool after_shutdown = since > kLargestPeriod && since < kReturnPeriod;
+  if (!IsDue(&memory_returned_, after_shutdown ? kReturnPeriodAfterShutDown : kReturnPeriod)) {
+    return;
+  }
   ReturnFreedMemory();
 }
 

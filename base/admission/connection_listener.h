@@ -18,6 +18,8 @@
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
 #include "absl/time/time.h"
+#include "base/admission/explained_bytes.h"
+#include "base/admission/handover.h"
 #include "base/admission/listening_socket.h"
 #include "base/admission/open_connections.h"
 #include "base/admission/pace.h"
@@ -28,11 +30,27 @@ struct ConnectionListenerOptions {
   // HOST:PORT; port 0 takes a free port.
   std::string address;
   ConnectionLimits limits;
-  // While the process has more resident memory than this, the connections that receive the most are
-  // shut down: a client may send requests and cancel them faster than gRPC frees their memory
-  // (CVE-2023-44487). 0: no bound. In bytes.
+  // While the process has more resident memory than this, the connections are shut down of which
+  // gRPC holds the most bytes that the server has not seen (ExplainedBytes); from half of it on,
+  // those that hold such bytes and send nothing more. 0: no bound. In bytes.
   int64_t max_resident_bytes = 0;
-  // Takes a connected, non-blocking socket, which it must close. Called by the listener's thread.
+  // Returns the bytes of memory that the server keeps whatever connections do, such as its content:
+  // they are left out of the memory above, of which the others then may take at least half. Called
+  // by the listener's thread every 20 ms.
+  std::function<int64_t()> kept_bytes = [] { return int64_t{0}; };
+  // A connection with more such bytes is shut down whatever memory is in use, since no client has
+  // so many unfinished messages under way. 0: no bound. In bytes.
+  int64_t max_unexplained_bytes = 0;
+  // Returns what the server has seen of each connection since the last call; empty if the server
+  // does not tell: then the connections that receive the most are shut down. Called by the
+  // listener's thread several times in a second.
+  std::function<absl::flat_hash_map<std::string, Explained>()> take_explained;
+  // Returns the number of open streams of each connection (NormalizedPeer); empty if the server
+  // does not tell. Called by the listener's thread up to 25 times in a second, while more than a
+  // quarter of `max_resident_bytes` is in use.
+  std::function<absl::flat_hash_map<std::string, int64_t>()> open_streams;
+  // Takes a connected, non-blocking socket, which it must close. Called by threads of the listener
+  // (Handover).
   std::function<void(FileDescriptor socket)> accept;
   // Returns the peers (NormalizedPeer) whose connections are to be shut down, because they flood
   // the server with cancelled calls. Called by the listener's thread every 20 ms.
@@ -41,9 +59,10 @@ struct ConnectionListenerOptions {
   std::function<void(const std::string& line)> log = [](const std::string&) {};
 };
 
-// Has one thread that accepts connections, and shuts down those that flood the server with
-// cancelled calls. A connection beyond the limits, or for which the process has no descriptor left,
-// is closed at once; as soon as others have been closed, new ones are accepted again.
+// Has one thread that accepts connections, and shuts down those that flood the server (see
+// OpenConnections::ShutDownFloods). A connection beyond the limits, or for which the process has no
+// descriptor left, is closed at once; as soon as others have been closed, new ones are accepted
+// again.
 //
 // New connections of a host wait, in their order,
 // - beyond a pace of 200 in a second, after a burst of 1000: a client that connects, sends nonsense
@@ -65,6 +84,8 @@ class ConnectionListener {
   const std::string& address() const { return address_; }
   // Accepts no more connections. Accepted ones stay open.
   void Stop();
+  // Shuts down the connections that were accepted and are still open. REQUIRES: Stop was called.
+  void ShutDownConnections() { connections_.ShutDownAll(); }
 
   // Connections that are open, and that were refused or shut down since the start.
   int num_open() const { return num_open_; }
@@ -76,6 +97,10 @@ class ConnectionListener {
                      FileDescriptor wake);
 
   void Run();
+  // For how long to wait for new connections, as poll takes it.
+  int TimeToNextLook_ms() const;
+  // Looks after the connections that are open.
+  void Look();
   // Accepts the connections that wait, up to a number.
   void AcceptSome(int listener);
   // Accepts and closes a connection when there is no descriptor for it. Returns false if not even
@@ -87,9 +112,16 @@ class ConnectionListener {
   // Accepts or closes the connections that have waited long enough.
   void ReleaseHeld();
   void GuardFloods();
+  void AccountBytes();
+  // `resident` and `most` as in GuardMemory.
+  void GuardStreams(int64_t resident, int64_t most);
   void GuardMemory();
-  // Counts and logs connections that were shut down.
-  void ReportShutDown(const std::vector<ShutDownPeer>& peers, absl::string_view reason);
+  // Bytes that connections can't have freed.
+  int64_t KeptBytes();
+  // Returns freed memory to the system if that is due.
+  void ReturnMemory();
+  // Counts and logs connections that were shut down, with more words about the reason.
+  void ReportShutDown(const std::vector<ShutDownPeer>& peers, absl::string_view more = "");
 
   // A new connection that waits.
   struct Held {
@@ -112,13 +144,26 @@ class ConnectionListener {
   std::vector<FileDescriptor> listeners_;
   OpenConnections connections_;
   std::deque<Held> held_;
+  // From Start to Stop.
+  std::unique_ptr<Handover> handover_;
   absl::flat_hash_map<std::string, Suspect> suspects_;
   Pace pace_;
   // Kept open to be closed when a descriptor is needed to refuse a connection.
   FileDescriptor spare_;
+  absl::Time looked_ = absl::InfinitePast();
   absl::Time refusal_logged_ = absl::InfinitePast();
-  absl::Time shutdown_logged_ = absl::InfinitePast();
+  // By the reason.
+  absl::flat_hash_map<absl::string_view, absl::Time> shutdown_logged_;
+  absl::Time accounted_ = absl::InfinitePast();
+  absl::Time streams_due_ = absl::InfinitePast();
+  absl::Time stalled_shut_down_ = absl::InfinitePast();
+  absl::Time largest_shut_down_ = absl::InfinitePast();
+  absl::Time streams_shut_down_ = absl::InfinitePast();
+  // Whether bytes are counted in each period, because memory is about to be short.
+  bool is_memory_short_ = false;
   absl::Time memory_returned_ = absl::InfinitePast();
+  int64_t most_kept_ = 0;  // Since memory was returned after a fall.
+  absl::Time kept_fell_ = absl::InfiniteFuture();
 
   const FileDescriptor wake_;
   std::atomic<bool> stopping_ = false;

@@ -30,6 +30,8 @@ class GrpcListener {
   const ConnectionListener& connections() const { return *listener_; }
   // Accepts no more connections. To be called before the server is shut down.
   void Stop();
+  // Shuts down the connections that are still open. REQUIRES: Stop was called.
+  void ShutDownConnections() { listener_->ShutDownConnections(); }
 
  private:
   const std::unique_ptr<grpc::experimental::ExternalConnectionAcceptor> acceptor_;

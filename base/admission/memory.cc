@@ -1,12 +1,15 @@
 #include "base/admission/memory.h"
 
+#include <fcntl.h>
 #include <malloc.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <fstream>
 
+#include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/string_view.h"
 
 namespace hypermap::admission {
 
@@ -23,10 +26,17 @@ int64_t UsableMemory(const std::string& cgroup_root) {
 }
 
 int64_t ResidentMemory() {
-  std::ifstream file("/proc/self/statm");
-  int64_t total_pages = 0;
+  // Kept open, so that it can be read when the process may open no more files.
+  static const int file = open("/proc/self/statm", O_RDONLY | O_CLOEXEC);
+  char text[128];
+  const ssize_t size = pread(file, text, sizeof text, 0);
+  if (size <= 0) return 0;
+  // "total resident ...", in pages.
+  const absl::string_view line(text, static_cast<size_t>(size));
+  const size_t begin = line.find(' ') + 1;
   int64_t resident_pages = 0;
-  if (!(file >> total_pages >> resident_pages)) return 0;
+  if (!absl::SimpleAtoi(line.substr(begin, line.find(' ', begin) - begin), &resident_pages))
+    return 0;
   return resident_pages * sysconf(_SC_PAGESIZE);
 }
 

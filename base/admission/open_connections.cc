@@ -8,12 +8,14 @@
 #include <sys/stat.h>
 
 #include <algorithm>
+#include <memory>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/string_view.h"
 #include "absl/time/clock.h"
 #include "base/admission/client_host.h"
+#include "base/admission/frame_headers.h"
 #include "base/admission/listening_socket.h"
 
 namespace hypermap::admission {
@@ -23,11 +25,31 @@ namespace {
 // and how often these are seen within a second before the connection is shut down. A client that
 // cancels all its calls once stays below.
 constexpr int kLeastWaitingBytes = 1'024;
+constexpr size_t kMostDropped = size_t{1} << 30;
 constexpr size_t kPeekedBytes = 16'384;
 constexpr int kManyResets = 12;
 constexpr int kTimesManyResets = 4;
 // So many calls that begin and are cancelled in the bytes that wait are a flood at the first look.
 constexpr int kCertainResets = 60;
+// Frames that carry nothing among the bytes that wait, and how often so many are seen within a
+// second. A client that reads a large answer in many small parts stays below.
+constexpr int kManyEmptyFrames = 400;
+constexpr int kTimesManyEmptyFrames = 5;
+// No honest client sends a block of headers in so many CONTINUATION frames: the server refuses
+// headers of more than 16 KiB, which fit into one frame.
+constexpr int kManyContinuations = 3;
+constexpr int kManyContinuationBytes = 32'768;
+// Time for which the waiting bytes of connections are looked at in one call.
+constexpr absl::Duration kLookTime = absl::Milliseconds(3);
+// Bytes that a client may send beyond calls and messages, in a second, and saved up.
+constexpr double kChatterBytesPerSecond = 4'096;
+constexpr double kMostChatterBytes = 65'536;
+constexpr double kFirstChatterBytes = 16'384;
+// Memory that gRPC takes for a stream of which only the headers have come.
+constexpr int64_t kStreamBytes = 16'384;
+// A connection that grows by less in this time is stalled.
+constexpr int64_t kGrowthBytes = 16'384;
+constexpr absl::Duration kGrowthTime = absl::Seconds(5);
 // Time between removals while new connections are refused.
 constexpr absl::Duration kFullRemovalPeriod = absl::Milliseconds(5);
 
@@ -45,55 +67,10 @@ int64_t ReceivedBytes(int socket) {
   return static_cast<int64_t>(info.tcpi_bytes_received);
 }
 
-// Returns the number that begins with the highest byte.
-uint32_t StreamOf(absl::string_view bytes) {
-  uint32_t stream = 0;
-  for (const char byte : bytes.substr(0, sizeof stream)) {
-    stream = stream << 8 | static_cast<unsigned char>(byte);
-  }
-  return stream;
-}
-
-struct Resets {
-  int count = 0;
-  // Those of streams that begin in the same bytes.
-  int num_begun_here = 0;
-  uint32_t last_stream = 0;
-};
-
-// Whether `bytes` hold the header of a HEADERS frame of the stream: its type, any flags, and the
-// four bytes of the stream.
-bool BeginsStream(absl::string_view bytes, absl::string_view stream) {
-  constexpr char kHeaders = 1;
-  constexpr size_t kTypeAndFlags = 2;
-  for (size_t at = bytes.find(stream); at != bytes.npos; at = bytes.find(stream, at + 1)) {
-    if (at >= kTypeAndFlags && bytes[at - kTypeAndFlags] == kHeaders) return true;
-  }
-  return false;
-}
-
-// Finds the RST_STREAM frames of HTTP/2 among `bytes`, which may begin within a frame: the header
-// of such a frame (RFC 9113, section 6.4), with a stream of the client later than that of the one
-// before, so that other data is not taken for it.
-Resets FindResets(absl::string_view bytes) {
-  static constexpr absl::string_view kReset("\0\0\x04\x03\0", 5);
-  constexpr size_t kHeaderBytes = 9;
-  // A call that is begun and cancelled at once takes no more than this.
-  constexpr size_t kCallBytes = 1'024;
-  Resets resets;
-  for (size_t at = bytes.find(kReset); at != bytes.npos && at + kHeaderBytes <= bytes.size();
-       at = bytes.find(kReset, at + 1)) {
-    const uint32_t stream = StreamOf(bytes.substr(at + kReset.size()));
-    if (stream % 2 == 0 || stream <= resets.last_stream) continue;
-    resets.last_stream = stream;
-    ++resets.count;
-    const size_t from = at < kCallBytes ? 0 : at - kCallBytes;
-    const absl::string_view before = bytes.substr(from, at - from);
-    if (BeginsStream(before, bytes.substr(at + kReset.size(), sizeof stream))) {
-      ++resets.num_begun_here;
-    }
-  }
-  return resets;
+// Shuts down the connection, and drops the bytes that wait: gRPC would go on to read them.
+void Abort(int socket) {
+  shutdown(socket, SHUT_RDWR);
+  while (recv(socket, nullptr, kMostDropped, MSG_TRUNC | MSG_DONTWAIT) > 0) continue;
 }
 
 }  // namespace
@@ -116,7 +93,12 @@ absl::Status OpenConnections::Add(int socket, const sockaddr_storage& peer) {
                            ", are open from ", host));
   }
   ++num_of_host_[host];
-  connections_[socket] = {InodeOf(socket), NormalizedPeer(peer), std::move(host)};
+  Connection& added = connections_[socket];
+  added.inode = InodeOf(socket);
+  added.peer = NormalizedPeer(peer);
+  added.host = std::move(host);
+  added.accounted = absl::Now();
+  added.chatter_bytes = kFirstChatterBytes;
   return absl::OkStatus();
 }
 
@@ -144,74 +126,234 @@ void OpenConnections::RemoveClosed(absl::Duration period) {
 bool HasManyResets(int socket) {
   char bytes[kPeekedBytes];
   const ssize_t size = recv(socket, bytes, sizeof bytes, MSG_PEEK | MSG_DONTWAIT);
-  return size > 0 && FindResets({bytes, static_cast<size_t>(size)}).count >= kManyResets;
+  return size > 0 && FindResets({bytes, static_cast<size_t>(size)}, 0).count >= kManyResets;
 }
 
-std::vector<ShutDownPeer> OpenConnections::ShutDown(const std::vector<std::string>& peers) {
+bool OpenConnections::ShutDownOne(int fd, Connection* connection) {
+  // A duplicate, so that the socket stays this one meanwhile.
+  const FileDescriptor socket(fcntl(fd, F_DUPFD_CLOEXEC, 0));
+  if (!socket.is_open() || InodeOf(socket.get()) != connection->inode) return false;
+  Abort(socket.get());
+  connection->is_shut_down = true;
+  return true;
+}
+
+std::vector<ShutDownPeer> OpenConnections::ShutDown(const std::vector<std::string>& peers,
+                                                    absl::string_view reason) {
   std::vector<ShutDownPeer> done;
   if (peers.empty()) return done;
-  for (const auto& [fd, connection] : connections_) {
+  for (auto& [fd, connection] : connections_) {
     if (std::find(peers.begin(), peers.end(), connection.peer) == peers.end()) continue;
-    const FileDescriptor socket(fcntl(fd, F_DUPFD_CLOEXEC, 0));
-    if (!socket.is_open() || InodeOf(socket.get()) != connection.inode) continue;
-    shutdown(socket.get(), SHUT_RDWR);
-    done.push_back({connection.peer, connection.host});
+    if (ShutDownOne(fd, &connection)) done.push_back({connection.peer, connection.host, reason});
   }
   return done;
 }
 
-std::vector<ShutDownPeer> OpenConnections::ShutDownFloods() {
-  std::vector<ShutDownPeer> peers;
+void OpenConnections::ShutDownAll() {
+  for (auto& [fd, connection] : connections_) ShutDownOne(fd, &connection);
+}
+
+bool OpenConnections::SeenOften(Sightings* sightings, int most) {
   const absl::Time now = absl::Now();
+  if (now < sightings->first || now > sightings->first + absl::Seconds(1)) *sightings = {0, now};
+  return ++sightings->count >= most;
+}
+
+absl::string_view OpenConnections::FloodOf(absl::string_view bytes, Connection* connection) {
+  const Resets resets = FindResets(bytes.substr(0, kPeekedBytes), kCertainResets);
+  // The same frames are seen again while the server reads little.
+  if (resets.count >= kManyResets && resets.last_stream > connection->last_reset_stream) {
+    connection->last_reset_stream = resets.last_stream;
+    const bool often = SeenOften(&connection->resets, kTimesManyResets);
+    if (often || resets.num_begun_here >= kCertainResets) {
+      return "they flood the server with cancelled calls";
+    }
+  }
+  const ChainedFrames chains = FindChains(bytes);
+  if (chains.num_continuations >= kManyContinuations &&
+      chains.continuation_bytes >= kManyContinuationBytes) {
+    return "they send a block of headers in many frames";
+  }
+  if (chains.num_empty >= kManyEmptyFrames &&
+      SeenOften(&connection->empty_frames, kTimesManyEmptyFrames)) {
+    return "they flood the server with frames that carry nothing";
+  }
+  return "";
+}
+
+std::vector<ShutDownPeer> OpenConnections::ShutDownFloods() {
+  struct Candidate {
+    int fd;
+    int waiting;
+    int64_t received;
+    Connection* connection;
+  };
+  std::vector<Candidate> candidates;
   for (auto& [fd, connection] : connections_) {
-    if (connection.is_held) continue;
+    if (connection.is_held || connection.is_shut_down) continue;
     int waiting = 0;
     if (ioctl(fd, FIONREAD, &waiting) != 0 || waiting < kLeastWaitingBytes) continue;
-    // A duplicate, so that the socket stays this one while it is looked at.
-    const FileDescriptor socket(fcntl(fd, F_DUPFD_CLOEXEC, 0));
-    if (!socket.is_open() || InodeOf(socket.get()) != connection.inode) continue;
-    char bytes[kPeekedBytes];
-    const ssize_t size = recv(socket.get(), bytes, sizeof bytes, MSG_PEEK | MSG_DONTWAIT);
-    if (size <= 0) continue;
-    const Resets resets = FindResets({bytes, static_cast<size_t>(size)});
-    // The same frames are seen again while the server reads nothing.
-    if (resets.count < kManyResets || resets.last_stream <= connection.last_reset_stream) continue;
-    connection.last_reset_stream = resets.last_stream;
-    if (now < connection.first_resets || now > connection.first_resets + absl::Seconds(1)) {
-      connection.first_resets = now;
-      connection.num_resets_seen = 0;
+    const int64_t received = ReceivedBytes(fd);
+    if (waiting == connection.looked_waiting_bytes &&
+        received == connection.looked_received_bytes) {
+      continue;
     }
-    const bool is_certain = resets.num_begun_here >= kCertainResets;
-    if (++connection.num_resets_seen < kTimesManyResets && !is_certain) continue;
-    shutdown(socket.get(), SHUT_RDWR);
-    peers.push_back({connection.peer, connection.host});
+    candidates.push_back({fd, waiting, received, &connection});
+  }
+  std::vector<ShutDownPeer> peers;
+  if (candidates.empty()) return peers;
+  std::sort(candidates.begin(), candidates.end(), [](const Candidate& a, const Candidate& b) {
+    return a.connection->looked < b.connection->looked;
+  });
+  const std::unique_ptr<char[]> bytes(new char[kMostChainedBytes]);
+  const absl::Time begin = absl::Now();
+  for (const Candidate& candidate : candidates) {
+    const absl::Time now = absl::Now();
+    if (now > begin + kLookTime) break;
+    Connection& connection = *candidate.connection;
+    // A duplicate, so that the socket stays this one while it is looked at.
+    const FileDescriptor socket(fcntl(candidate.fd, F_DUPFD_CLOEXEC, 0));
+    if (!socket.is_open() || InodeOf(socket.get()) != connection.inode) continue;
+    connection.looked = now;
+    connection.looked_waiting_bytes = candidate.waiting;
+    connection.looked_received_bytes = candidate.received;
+    const ssize_t size =
+        recv(socket.get(), bytes.get(), kMostChainedBytes, MSG_PEEK | MSG_DONTWAIT);
+    if (size <= 0) continue;
+    const absl::string_view reason = FloodOf({bytes.get(), static_cast<size_t>(size)}, &connection);
+    if (reason.empty()) continue;
+    Abort(socket.get());
+    connection.is_shut_down = true;
+    peers.push_back({connection.peer, connection.host, reason});
   }
   return peers;
 }
 
-std::vector<ShutDownPeer> OpenConnections::ShutDownBusiest(int64_t least_bytes) {
-  struct Busy {
-    // A duplicate, so that the socket stays this one while it is looked at.
-    FileDescriptor socket;
-    const Connection* connection;
-    int64_t bytes;
-  };
-  std::vector<Busy> busy;
-  int64_t most = 0;
+void OpenConnections::Account(const absl::flat_hash_map<std::string, Explained>& explained) {
+  const absl::Time now = absl::Now();
   for (auto& [fd, connection] : connections_) {
-    FileDescriptor socket(fcntl(fd, F_DUPFD_CLOEXEC, 0));
-    if (!socket.is_open() || InodeOf(socket.get()) != connection.inode) continue;
-    const int64_t received = ReceivedBytes(socket.get());
-    const int64_t bytes = connection.received_bytes < 0 ? 0 : received - connection.received_bytes;
+    // The bytes that wait come first: those that come meanwhile then count as not waiting, for
+    // once.
+    int waiting = 0;
+    if (ioctl(fd, FIONREAD, &waiting) != 0) continue;
+    const int64_t received = ReceivedBytes(fd);
+    if (received < connection.received_bytes) continue;
+    connection.unexplained_bytes += received - connection.received_bytes;
     connection.received_bytes = received;
-    most = std::max(most, bytes);
-    if (bytes >= least_bytes) busy.push_back({std::move(socket), &connection, bytes});
+    connection.waiting_bytes = waiting;
+    if (const auto it = explained.find(connection.peer); it != explained.end()) {
+      connection.unexplained_bytes -= it->second.bytes;
+      connection.num_calls += it->second.calls;
+    }
+    const double seconds = std::clamp(absl::ToDoubleSeconds(now - connection.accounted), 0.0, 60.0);
+    connection.accounted = now;
+    connection.chatter_bytes =
+        std::min(connection.chatter_bytes + kChatterBytesPerSecond * seconds, kMostChatterBytes);
+    connection.unexplained_bytes = std::max<int64_t>(connection.unexplained_bytes, 0);
+    const int64_t chatter =
+        std::min(connection.unexplained_bytes, static_cast<int64_t>(connection.chatter_bytes));
+    connection.unexplained_bytes -= chatter;
+    connection.chatter_bytes -= static_cast<double>(chatter);
+
+    const int64_t unexplained = Unexplained(connection);
+    connection.least_unexplained = std::min(connection.least_unexplained, unexplained);
+    const bool is_clock_set_back = now < connection.grew;
+    if (unexplained >= connection.least_unexplained + kGrowthBytes || unexplained < kGrowthBytes ||
+        is_clock_set_back) {
+      connection.least_unexplained = unexplained;
+      connection.grew = now;
+    }
+  }
+}
+
+void OpenConnections::AccountUnexplained() {
+  for (auto& [fd, connection] : connections_) {
+    const int64_t received = ReceivedBytes(fd);
+    connection.unexplained_bytes = std::max<int64_t>(received - connection.received_bytes, 0);
+    connection.received_bytes = received;
+    connection.grew = absl::Now();
+  }
+}
+
+void OpenConnections::AccountStreams(
+    const absl::flat_hash_map<std::string, int64_t>& open_streams) {
+  for (auto& [fd, connection] : connections_) {
+    const auto it = open_streams.find(connection.peer);
+    const int64_t num_open = it == open_streams.end() ? 0 : it->second;
+    if (it != open_streams.end() && num_open == 0) connection.unexplained_bytes = 0;
+    const int64_t unknown = std::max<int64_t>(num_open - connection.num_calls, 0);
+    connection.num_unknown_streams = std::min(unknown, connection.last_unknown_streams);
+    connection.last_unknown_streams = unknown;
+  }
+}
+
+int64_t OpenConnections::Unexplained(const Connection& connection) {
+  if (connection.is_shut_down) return 0;
+  return std::max<int64_t>(connection.unexplained_bytes - connection.waiting_bytes, 0) +
+         connection.num_unknown_streams * kStreamBytes;
+}
+
+int64_t OpenConnections::BytesOfUnknownStreams() const {
+  int64_t num = 0;
+  for (const auto& [fd, connection] : connections_) num += connection.num_unknown_streams;
+  return num * kStreamBytes;
+}
+
+std::vector<ShutDownPeer> OpenConnections::ShutDownStreams(int64_t least) {
+  int64_t most = 0;
+  for (const auto& [fd, connection] : connections_) {
+    if (!connection.is_shut_down) most = std::max(most, connection.num_unknown_streams);
   }
   std::vector<ShutDownPeer> peers;
-  for (const Busy& candidate : busy) {
-    if (candidate.bytes < most / 2) continue;
-    shutdown(candidate.socket.get(), SHUT_RDWR);
-    peers.push_back({candidate.connection->peer, candidate.connection->host});
+  for (auto& [fd, connection] : connections_) {
+    if (connection.is_shut_down) continue;
+    if (connection.num_unknown_streams < std::max(least, most / 2)) continue;
+    if (!ShutDownOne(fd, &connection)) continue;
+    peers.push_back(
+        {connection.peer, connection.host, "they begin calls of which no message comes"});
+  }
+  return peers;
+}
+
+int64_t OpenConnections::MostUnexplainedBytes() const {
+  int64_t most = 0;
+  for (const auto& [fd, connection] : connections_) most = std::max(most, Unexplained(connection));
+  return most;
+}
+
+std::vector<ShutDownPeer> OpenConnections::ShutDownLargest(int64_t least_bytes, int64_t least_sum) {
+  const int64_t most = MostUnexplainedBytes();
+  int64_t sum = 0;
+  for (const auto& [fd, connection] : connections_) sum += Unexplained(connection);
+  if (sum < least_sum) return {};
+  return ShutDownBeyond(std::max(least_bytes, most / 2) - 1);
+}
+
+std::vector<ShutDownPeer> OpenConnections::ShutDownBeyond(int64_t most_bytes) {
+  std::vector<ShutDownPeer> peers;
+  for (auto& [fd, connection] : connections_) {
+    if (Unexplained(connection) <= most_bytes || !ShutDownOne(fd, &connection)) continue;
+    peers.push_back({connection.peer, connection.host,
+                     "they hold bytes in memory that make no calls or messages yet"});
+  }
+  return peers;
+}
+
+std::vector<ShutDownPeer> OpenConnections::ShutDownStalled(int most) {
+  std::vector<std::pair<absl::Time, int>> stalled;
+  const absl::Time now = absl::Now();
+  for (const auto& [fd, connection] : connections_) {
+    if (Unexplained(connection) < kGrowthBytes || now < connection.grew + kGrowthTime) continue;
+    stalled.emplace_back(connection.grew, fd);
+  }
+  std::sort(stalled.begin(), stalled.end());
+  std::vector<ShutDownPeer> peers;
+  for (const auto& [grew, fd] : stalled) {
+    if (static_cast<int>(peers.size()) >= most) break;
+    Connection& connection = connections_.find(fd)->second;
+    if (!ShutDownOne(fd, &connection)) continue;
+    peers.push_back({connection.peer, connection.host,
+                     "they hold unfinished calls or messages in memory and send nothing more"});
   }
   return peers;
 }

@@ -11,7 +11,9 @@
 
 #include "absl/container/flat_hash_map.h"
 #include "absl/status/status.h"
+#include "absl/strings/string_view.h"
 #include "absl/time/time.h"
+#include "base/admission/explained_bytes.h"
 
 namespace hypermap::admission {
 
@@ -22,11 +24,12 @@ struct ConnectionLimits {
   int max_connections_per_address = 750;
 };
 
-// A connection that was shut down: the client's address with its port, and the host to which it
-// counts.
+// A connection that was shut down: the client's address with its port, the host to which it counts,
+// and why ("they ...").
 struct ShutDownPeer {
   std::string peer;
   std::string host;
+  absl::string_view reason;
 };
 
 // Whether the bytes that wait in the socket hold so many RST_STREAM frames of HTTP/2 that no honest
@@ -50,41 +53,109 @@ class OpenConnections {
   // system call for each connection.
   void RemoveClosed(absl::Duration period);
 
-  // Shuts down the connections that received the most bytes since the last call: each that received
-  // at least half of the largest number, and at least `least_bytes`. Returns their peers. The first
-  // call only counts.
-  std::vector<ShutDownPeer> ShutDownBusiest(int64_t least_bytes);
+  // Counts the bytes that each connection has received and that the server has not seen as calls or
+  // messages: the unexplained bytes. Of these, 4 KiB a second are taken for acknowledgements, pings
+  // and windows. `explained` is what was explained since the last call, taken before this call; an
+  // explanation that is larger than what is unexplained is not saved up. Takes two system calls for
+  // each connection.
+  void Account(const absl::flat_hash_map<std::string, Explained>& explained);
+  // The same for a server that explains nothing: all bytes are explained when this is called again.
+  void AccountUnexplained();
+  // Tells how many streams of HTTP/2 are open in each connection (NormalizedPeer). Those beyond the
+  // calls that the server knows count as unexplained bytes when they are told twice in a row. The
+  // unexplained bytes of a connection without streams are forgotten: they were of messages that
+  // their client gave up, or that gRPC refused.
+  void AccountStreams(const absl::flat_hash_map<std::string, int64_t>& open_streams);
 
-  // Shuts down the connections that flood the server with calls that they cancel at once (HTTP/2
-  // Rapid Reset, CVE-2023-44487), and returns their peers. Looks at the bytes that the server has
-  // not read yet: a connection is shut down when very many calls begin and are cancelled in them,
-  // or when they hold many new RST_STREAM frames in several calls of this function within a second.
+  // The most unexplained bytes of one connection.
+  int64_t MostUnexplainedBytes() const;
+  // The memory of gRPC that these streams take, in all connections.
+  int64_t BytesOfUnknownStreams() const;
+
+  // The following shut down connections, drop the bytes that wait in their sockets, and return
+  // their peers. Bytes that wait in the socket are not counted.
+
+  // Those that have at least `least_bytes` unexplained bytes, and half of the largest number; none
+  // if all together have less than `least_sum`.
+  std::vector<ShutDownPeer> ShutDownLargest(int64_t least_bytes, int64_t least_sum = 0);
+  // Those that have at least `least` streams without a call, and half of the largest number.
+  std::vector<ShutDownPeer> ShutDownStreams(int64_t least);
+  // Up to `most` that have unexplained bytes, at least 16 KiB, of which less than 16 KiB came in
+  // the last 5 s. Those for which this has been true for the longest time come first.
+  std::vector<ShutDownPeer> ShutDownStalled(int most);
+  // Those that have more than `most_bytes` unexplained bytes.
+  std::vector<ShutDownPeer> ShutDownBeyond(int64_t most_bytes);
+
+  // Shuts down the connections that flood the server, and returns their peers. Looks at the bytes
+  // that the server has not read yet, if others wait than at the last look, and stops after 3 ms;
+  // those that were not looked at come first the next time. A connection is shut down
+  // - for calls that it cancels at once (HTTP/2 Rapid Reset, CVE-2023-44487): when very many calls
+  //   begin and are cancelled in these bytes, or when they hold many new RST_STREAM frames in
+  //   several looks within a second;
+  // - for 32 KiB of a block of headers in three or more CONTINUATION frames (CVE-2023-33953);
+  // - for hundreds of frames that carry nothing, in several looks within a second.
   // Sees nothing in connections with TLS.
   std::vector<ShutDownPeer> ShutDownFloods();
 
   // Shuts down the connections of these peers (NormalizedPeer), and returns those that were open.
-  std::vector<ShutDownPeer> ShutDown(const std::vector<std::string>& peers);
+  std::vector<ShutDownPeer> ShutDown(const std::vector<std::string>& peers,
+                                     absl::string_view reason);
+
+  // Shuts down all that are open.
+  void ShutDownAll();
 
   int size() const { return static_cast<int>(connections_.size()); }
 
  private:
+  // How often something was seen since `first`.
+  struct Sightings {
+    int count = 0;
+    absl::Time first = absl::InfinitePast();
+  };
   struct Connection {
     ino_t inode = 0;
     // The peer's address with its port, and without.
     std::string peer;
     std::string host;
     bool is_held = false;
-    // Bytes received at the last count; -1 before the first.
-    int64_t received_bytes = -1;
+    bool is_shut_down = false;
+
+    // Bytes at the last account: all that were received; those that wait in the socket; those that
+    // the server has not seen.
+    int64_t received_bytes = 0;
+    int64_t waiting_bytes = 0;
+    int64_t unexplained_bytes = 0;
+    absl::Time accounted = absl::InfinitePast();
+    // Bytes that are taken for acknowledgements, pings and windows.
+    double chatter_bytes = 0;
+    // Calls that the server knows; streams beyond these now, and at the last two accounts.
+    int64_t num_calls = 0;
+    int64_t last_unknown_streams = 0;
+    int64_t num_unknown_streams = 0;
+    // The fewest unexplained bytes since they last grew.
+    int64_t least_unexplained = 0;
+    absl::Time grew = absl::InfinitePast();
+
+    // Bytes at the last look for floods.
+    int64_t looked_received_bytes = -1;
+    int looked_waiting_bytes = -1;
+    absl::Time looked = absl::InfinitePast();
     // The latest stream that was seen to be reset.
     uint32_t last_reset_stream = 0;
-    // How often many resets were seen since `first_resets`.
-    int num_resets_seen = 0;
-    absl::Time first_resets = absl::InfinitePast();
+    Sightings resets;
+    Sightings empty_frames;
   };
   using Connections = absl::flat_hash_map<int, Connection>;
 
   void Forget(Connections::iterator it);
+  // Counts something that was seen; returns whether it was seen `most` times within a second.
+  static bool SeenOften(Sightings* sightings, int most);
+  // Returns what the connection takes of gRPC's memory beyond what the server has seen.
+  static int64_t Unexplained(const Connection& connection);
+  // Returns a reason to shut down the connection whose waiting bytes these are, or "".
+  static absl::string_view FloodOf(absl::string_view bytes, Connection* connection);
+  // Shuts down a connection that is still open.
+  static bool ShutDownOne(int fd, Connection* connection);
 
   const ConnectionLimits limits_;
   absl::Time removed_ = absl::InfinitePast();

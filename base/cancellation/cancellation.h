@@ -14,7 +14,7 @@
 // another call. That is safe because a cancellation is final: once it was reported, all later calls
 // for the same Cancellation report it.
 //
-// Such work also lets waiting threads run (GiveWay), about once in a millisecond.
+// Such work also lets waiting threads run (GiveWay), about four times in a millisecond.
 //
 // State that outlives the call, such as a cache, must not keep values from work that was given up.
 // Work that would leave such state half changed runs to its end below ScopedCancellation(nullptr).
@@ -38,7 +38,7 @@ class Cancellation {
 
   // `look` is called at most once in `interval`, because it may be slow, and not any more after it
   // has returned an error.
-  explicit Cancellation(Look look, absl::Duration interval = absl::Milliseconds(1));
+  explicit Cancellation(Look look, absl::Duration interval = absl::Microseconds(250));
   Cancellation(const Cancellation&) = delete;
   Cancellation& operator=(const Cancellation&) = delete;
 

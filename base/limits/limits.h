@@ -28,6 +28,9 @@ struct Limits {
   int max_question_vertices = 10'000;
   // Edits of a batch.
   int max_edits = 10'000;
+  // Layers of a map. No more are created, and no more by one batch even if it deletes some; a map
+  // that has more stays as it is.
+  int max_layers = 1'000;
   // Cells that the edits of a batch set together, and cells of the images of an import. A batch may
   // write tiles (of 128 x 128 cells) with about twice as many cells.
   int64_t max_cells = int64_t{1} << 26;
@@ -46,10 +49,14 @@ struct Limits {
   // older one is refused as late. Also the time by which it may be ahead of the server's clock.
   absl::Duration max_lateness = absl::Minutes(10);
 
-  // Connections, calls and memory.
+  // Maps, connections, calls and memory.
 
+  // Maps of the data folder, also those that can't be opened: no more are created. When there are
+  // more at the start, the first by name are opened. 0: as many as the limit of open files
+  // (ulimit -n) and memory_limit allow.
+  int max_maps = 0;
   // Connections that may be open at once; further ones are closed. 0: as many as the limit of open
-  // files (ulimit -n) allows besides the maps' files.
+  // files allows besides the maps' files.
   int max_connections = 0;
   // The same for one address of clients; 0: three quarters of max_connections.
   int max_connections_per_address = 0;
@@ -61,12 +68,16 @@ struct Limits {
   // The same for one connection. HTTP/2 tells the client, which waits before it begins another
   // call; a connection that goes beyond is closed.
   int max_calls_per_connection = 2'000;
-  // Bytes of memory of large requests, from before they are decoded until they are answered, and of
-  // exports; half of them for one address of clients. A request that is larger alone is accepted
-  // when there is no other. 0: a quarter of memory_limit.
+  // Bytes of memory of large requests, from before they are decoded until they are answered, of
+  // large answers until they are sent, of exports, of what is read of past revisions, and of the
+  // filters of watches; half of them for one address of clients. A request that is larger alone is
+  // accepted when there is no other. 0: an eighth of memory_limit.
   int64_t max_request_bytes = 0;
   // Bytes of memory of the explorations of all maps. 0: an eighth of memory_limit.
   int64_t max_exploration_bytes = 0;
+  // Bytes of memory of the content of all maps: tiles, objects with their indexes, aliases, frames.
+  // What makes it grow beyond is refused; what exists already stays. 0: half of memory_limit.
+  int64_t max_content_bytes = 0;
 
   // Imports.
 
@@ -112,6 +123,10 @@ struct Limits {
 };
 
 struct FixedLimits {
+  // Bytes of a request that has neither edits, observations, files, points, an area nor a layer.
+  static constexpr size_t kMaxRequestBytes = size_t{256} << 10;
+  // Bytes of a request that creates a layer, with its aliases.
+  static constexpr size_t kMaxLayerRequestBytes = size_t{4} << 20;
   // Bytes of a request id; INVALID_ARGUMENT beyond.
   static constexpr size_t kMaxRequestIdLength = 128;
   // Bytes of an author's name; INVALID_ARGUMENT beyond.

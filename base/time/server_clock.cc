@@ -3,6 +3,7 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <cstdint>
 
 namespace hypermap {
 namespace {
@@ -37,7 +38,9 @@ ServerClock::Instant ServerClock::Read() {
   const Reading reading = ReadClocks();
   const MutexLock lock(&mutex_);
   Update(reading);
-  return {now_at_boot_ + reading.since_boot, reading.since_boot};
+  // Files and messages keep whole nanoseconds, but slewing goes in smaller steps.
+  const int64_t now_ns = absl::ToUnixNanos(now_at_boot_ + reading.since_boot);
+  return {absl::FromUnixNanos(now_ns), reading.since_boot};
 }
 
 void ServerClock::Update(const Reading& reading) {

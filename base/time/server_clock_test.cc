@@ -39,6 +39,15 @@ TEST_F(ServerClockTest, C1GoesWithTheWallClock) {
   EXPECT_EQ(clock_.state().num_jumps, 0);
 }
 
+TEST_F(ServerClockTest, TimesAreWholeNanosecondsWhileItIsDrawnTowardsTheWallClock) {
+  machine_.Jump(absl::Milliseconds(1));
+  for (int i = 0; i < 100; ++i) {
+    machine_.Advance(absl::Nanoseconds(130 + i));
+    const absl::Time now = clock_.Now();
+    EXPECT_EQ(now, absl::FromUnixNanos(absl::ToUnixNanos(now)));
+  }
+}
+
 TEST_F(ServerClockTest, C1YearAheadForTwoMinutesAndBackIsNotFollowed) {
   machine_.Jump(kYear);
   EXPECT_EQ(Error(), absl::ZeroDuration());

@@ -252,16 +252,19 @@ class StreamCall final : public Watcher::Call {
     return event;
   }
 
-  // Opens the next call after a break, or finishes the watch.
+  // Opens the next call, after a break with a pause, or finishes the watch.
   void Recover(absl::Status why) {
     pending_.reset();
     if (NeedsSnapshot(why) && breaks_.snapshot_when_compacted && request_.has_start_revision()) {
       request_.clear_start_revision();
       request_.mutable_scope()->clear_incarnation();
       starts_anew_ = true;
-    } else if (!MayGoOn(why)) {
-      return Finish(std::move(why));
+      // The server has answered, and can be asked at once.
+      broken_since_ = std::min(broken_since_, absl::Now());
+      if (cancelled()) return Finish(absl::CancelledError("the watch was cancelled"));
+      return Open();
     }
+    if (!MayGoOn(why)) return Finish(std::move(why));
     const absl::Duration retry_for = begun_ ? breaks_.retry_for : connection_->options().retry_for;
     broken_since_ = std::min(broken_since_, absl::Now());
     const absl::Duration pause = backoff_.Next();

@@ -315,6 +315,27 @@ TEST(WatcherTest, AnotherIncarnationEndsItOrBringsASnapshot) {
   }
 }
 
+TEST(WatcherTest, ASnapshotInPlaceOfARevisionTakesNoRetry) {
+  for (const auto code : {grpc::StatusCode::ABORTED, grpc::StatusCode::OUT_OF_RANGE}) {
+    Script script;
+    v1::WatchResponse snapshot = Removes(2, {2});
+    snapshot.set_snapshot(true);
+    script.watches = {Broken({}, code), Open({snapshot})};
+    ScriptedServer server(script);
+    WatchOptions options;
+    options.start_revision = 1;
+    options.incarnation = 70;
+    options.snapshot_when_compacted = true;
+    options.retry_for = absl::ZeroDuration();
+    Watcher watcher =
+        Client(server.address(), {.retry_for = absl::ZeroDuration()}).Watch("office", options);
+    const std::optional<WatchEvent> event = watcher.Next();
+    ASSERT_TRUE(event.has_value()) << watcher.status();
+    EXPECT_TRUE(event->snapshot);
+    EXPECT_EQ(event->revision, 2);
+  }
+}
+
 TEST(WatcherTest, ARevisionThatComesAgainIsAnError) {
   Script script;
   script.watches = {Open({Removes(5, {1}), Removes(5, {1})})};

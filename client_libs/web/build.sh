@@ -20,12 +20,13 @@ build_packages() {
     --emptyOutDir --outDir "$build/dashboard"
 }
 
-# The gateway embeds the descriptors of all messages.
+# The gateway embeds the descriptors of all messages, but those of reflection, which it does not
+# serve.
 build_gateway() {
   mkdir -p gateway/schema
   (
     cd ../../proto
-    find . -name '*.proto' -printf '%P\0' | sort -z | xargs -0 protoc --include_imports \
+    find . -path ./grpc/reflection -prune -o -name '*.proto' -printf '%P\0' | sort -z | xargs -0 protoc --include_imports \
       --descriptor_set_out=../client_libs/web/gateway/schema/hypermap.binpb
   )
   (cd gateway && go build -trimpath -o "$build/bin/hypermap-gateway" .)

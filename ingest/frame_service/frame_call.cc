@@ -1,19 +1,25 @@
 #include "ingest/frame_service/frame_call.h"
 
+#include <grpcpp/support/proto_buffer_reader.h>
+#include <grpcpp/support/slice.h>
+
 #include <thread>
 #include <utility>
 
+#include "absl/strings/escaping.h"
 #include "absl/strings/str_cat.h"
 #include "base/admission/client_host.h"
+#include "base/cancellation/cancellation.h"
 #include "base/status/status_macros.h"
 #include "base/sync/start_thread.h"
+#include "wire/message_memory.h"
 #include "wire/status.h"
 
 namespace hypermap::ingest {
 namespace {
 
-// Memory for a frame in work: depth, points, normals, masks and what segmentation makes of them.
-constexpr int64_t kBytesPerPixel = 64;
+// Memory of the depth image: the rows of the PNG and the depth in metres.
+constexpr int64_t kDepthBytesPerPixel = 8;
 
 v1::FrameOutcome OutcomeOf(client::ObservationOutcome outcome) {
   switch (outcome) {
@@ -31,58 +37,102 @@ v1::FrameOutcome OutcomeOf(client::ObservationOutcome outcome) {
   return v1::FRAME_OUTCOME_UNSPECIFIED;
 }
 
+bool Parse(const grpc::ByteBuffer& bytes, v1::StreamFramesRequest& request) {
+  if (!bytes.Valid()) return false;
+  // The reader does not change the buffer.
+  grpc::ProtoBufferReader reader(const_cast<grpc::ByteBuffer*>(&bytes));
+  return request.ParseFromZeroCopyStream(&reader);
+}
+
 }  // namespace
 
+FrameCalls::FrameCalls(const FrameServerOptions& served, const client::Client& upstream,
+                       std::shared_ptr<const Observer> perception)
+    : options(served),
+      client(upstream),
+      observer(std::move(perception)),
+      memory("memory_limit", served.memory_limit),
+      streams("max_streams", served.max_streams, {.unit = "streams"}),
+      refusals([log = served.log](const admission::Refusals::Line& line) {
+        log(absl::StrCat("streams are refused: ", line.flag, ", ", line.count,
+                         " since the start; the last: ", absl::CEscape(line.message)));
+      }) {}
+
 FrameCall::FrameCall(std::shared_ptr<FrameCalls> calls, absl::string_view client)
-    : calls_(std::move(calls)), memory_(&calls_->memory, admission::HostOfPeer(client)) {
-  StartRead(&request_);
+    : calls_(std::move(calls)),
+      stream_(&calls_->streams, admission::HostOfPeer(client)),
+      memory_(&calls_->memory, admission::HostOfPeer(client)) {
+  const MutexLock lock(&mutex_);
+  const absl::Status admitted = stream_.Add(1);
+  if (admitted.ok()) {
+    reading_ = true;
+    StartRead(&request_);
+  } else {
+    EndLocked(admitted);
+  }
 }
 
 void FrameCall::OnReadDone(bool ok) {
-  if (!ok) {
-    {
-      const MutexLock lock(&mutex_);
-      input_ended_ = true;
-      may_pop_.NotifyOne();
-      if (opened_) return;  // The thread ends the call.
-    }
-    End(absl::InvalidArgumentError("the stream ended before its opening"));
-    return;
+  absl::Status status;
+  if (ok) {
+    status = TakeRequest();
+    if (status.ok()) return;
   }
-  absl::Status opening;
-  {
-    const MutexLock lock(&mutex_);
-    // Requests that arrive while the call ends are not answered.
-    if (end_) return;
-    if (opened_) {
-      if (request_.has_opening()) {
-        Acknowledge(request_.frame().sequence(), v1::FRAME_OUTCOME_INVALID, 0,
-                    "opening: only the first request has one");
-      } else if (!request_.has_frame()) {
-        Acknowledge(0, v1::FRAME_OUTCOME_INVALID, 0, "frame is missing");
-      } else {
-        Push(std::move(*request_.mutable_frame()));
-      }
-      read_paused_ = Full() && !drop_oldest_;
-      if (!read_paused_) StartRead(&request_);
-      return;
-    }
-    opening = Open();
-  }
-  // After a valid opening, the thread may have ended the call and deleted this object.
-  if (!opening.ok()) End(opening);
+  const MutexLock lock(&mutex_);
+  reading_ = false;
+  input_ended_ = true;
+  input_status_ = status;
+  may_pop_.NotifyOne();
+  if (opened_) return;  // The thread ends the call.
+  EndLocked(ok ? status : absl::InvalidArgumentError("the stream ended before its opening"));
 }
 
-absl::Status FrameCall::Open() {
-  if (!request_.has_opening()) {
+absl::Status FrameCall::TakeRequest() {
+  const auto received = static_cast<int64_t>(request_.Length());
+  const int64_t parsed =
+      wire::MemoryOfMessage(v1::StreamFramesRequest::default_instance(), request_);
+  HYPERMAP_RETURN_IF_ERROR(Charge(received + parsed));
+  v1::StreamFramesRequest request;
+  const bool is_request = Parse(request_, request);
+  request_.Clear();
+  const MutexLock lock(&mutex_);
+  if (finished_) return absl::OkStatus();  // Which gave back all memory.
+  memory_.GiveBack(received);
+  if (!is_request) return absl::InvalidArgumentError("the request is not a StreamFramesRequest");
+  reading_ = false;
+  if (!opened_) {
+    absl::Status status = Open(request);
+    memory_.GiveBack(parsed);
+    return status;
+  }
+  // Requests that arrive while the call ends are not answered.
+  if (!end_) TakeFrame(request, parsed);
+  ReadOn();
+  return absl::OkStatus();
+}
+
+void FrameCall::TakeFrame(v1::StreamFramesRequest& request, int64_t bytes) {
+  if (!request.has_opening() && request.has_frame()) {
+    return Push({std::move(*request.mutable_frame()), bytes});
+  }
+  Acknowledge(
+      request.frame().sequence(), v1::FRAME_OUTCOME_INVALID,
+      request.has_opening() ? "opening: only the first request has one" : "frame is missing");
+  memory_.GiveBack(bytes);
+}
+
+absl::Status FrameCall::Open(const v1::StreamFramesRequest& request) {
+  if (!request.has_opening()) {
     return absl::InvalidArgumentError("the first request has no opening");
   }
-  HYPERMAP_ASSIGN_OR_RETURN(source_, DecodeOpening(request_.opening()));
+  HYPERMAP_ASSIGN_OR_RETURN(source_, DecodeOpening(request.opening()));
   // Charged before the first frame is decoded.
   const int64_t pixels = int64_t{source_.camera.width} * source_.camera.height;
-  HYPERMAP_RETURN_IF_ERROR(memory_.Add(pixels * kBytesPerPixel));
+  const int64_t bytes = pixels * (kDepthBytesPerPixel + calls_->observer->bytes_per_pixel());
+  HYPERMAP_RETURN_IF_ERROR(memory_.Add(bytes));
+  bytes_of_camera_ = bytes;
   opened_ = true;
-  drop_oldest_ = request_.opening().drop_oldest();
+  drop_oldest_ = request.opening().drop_oldest();
   {
     const MutexLock count(&calls_->mutex);
     ++calls_->running;
@@ -121,15 +171,17 @@ absl::Status FrameCall::Serve() {
   TellOpened((*upstream)->opened());
   absl::StatusOr<std::thread> acknowledgements =
       StartThread([this, &upstream] { PassAcknowledgements(**upstream); });
+  absl::Status worked = acknowledgements.status();
   if (acknowledgements.ok()) {
-    Work(**upstream);
+    worked = Work(**upstream);
     (*upstream)->WritesDone();
     acknowledgements->join();
   }
   const MutexLock lock(&mutex_);
   upstream_ = nullptr;
-  HYPERMAP_RETURN_IF_ERROR(acknowledgements.status());
-  return (*upstream)->status();
+  HYPERMAP_RETURN_IF_ERROR(worked);
+  HYPERMAP_RETURN_IF_ERROR((*upstream)->status());
+  return input_status_;
 }
 
 void FrameCall::TellOpened(const client::OpenedLayer& opened) {
@@ -142,28 +194,77 @@ void FrameCall::TellOpened(const client::OpenedLayer& opened) {
     known->set_last(range.last);
   }
   Flush();
-  StartRead(&request_);
+  told_opened_ = true;
+  ReadOn();
 }
 
-void FrameCall::Work(client::ObserveStream& upstream) {
-  while (const std::optional<v1::RobotFrame> message = Pop()) {
-    int bad_instances = 0;
-    const absl::StatusOr<Frame> frame =
-        DecodeFrame(source_, *message, calls_->options.max_instances, bad_instances);
-    const absl::StatusOr<Observation> observation =
-        frame.ok() ? calls_->observer->Observe(*frame, nullptr)
-                   : absl::StatusOr<Observation>(frame.status());
-    {
-      const MutexLock lock(&mutex_);
-      if (bad_instances > 0) bad_instances_[message->sequence()] = bad_instances;
-      if (!observation.ok()) {
-        Acknowledge(message->sequence(), v1::FRAME_OUTCOME_INVALID, 0,
-                    std::string(observation.status().message()));
-        continue;
-      }
-    }
-    if (!upstream.Write(*observation)) return;
+absl::Status FrameCall::CheckWanted() {
+  const MutexLock lock(&mutex_);
+  return cancelled_ || upstream_ended_ ? absl::CancelledError("the stream ended")
+                                       : absl::OkStatus();
+}
+
+absl::Status FrameCall::Charge(int64_t bytes, int64_t held) {
+  const MutexLock lock(&mutex_);
+  const int64_t limit = calls_->options.memory_limit;
+  const int64_t together = bytes_of_camera_ + held + bytes;
+  if (limit > 0 && together > limit / 2) {
+    return absl::ResourceExhaustedError(
+        absl::StrCat("the frame would take ", together,
+                     " bytes of memory, more than one client may hold, half of --memory_limit, ",
+                     limit, " bytes"));
   }
+  return memory_.Add(bytes);
+}
+
+void FrameCall::Free(int64_t bytes) {
+  const MutexLock lock(&mutex_);
+  memory_.GiveBack(bytes);
+}
+
+absl::Status FrameCall::Work(client::ObserveStream& upstream) {
+  Cancellation cancellation([this] { return CheckWanted(); });
+  const ScopedCancellation here(&cancellation);
+  while (const std::optional<WaitingFrame> next = Pop()) {
+    const int64_t bytes = MemoryOfInstances(source_, next->frame, calls_->options.max_instances);
+    if (const absl::Status status = Charge(bytes, next->bytes); !status.ok()) {
+      if (admission::IsTryLater(status)) return status;
+      // The frame would not be accepted later, either.
+      calls_->refusals.Count(status);
+      const MutexLock lock(&mutex_);
+      memory_.GiveBack(next->bytes);
+      Acknowledge(next->frame.sequence(), v1::FRAME_OUTCOME_INVALID,
+                  absl::StrCat("frame.instances: ", status.message()));
+      continue;
+    }
+    if (!Process(next->frame, upstream)) break;
+    Free(bytes + next->bytes);
+  }
+  return absl::OkStatus();
+}
+
+bool FrameCall::Process(const v1::RobotFrame& frame, client::ObserveStream& upstream) {
+  int bad_instances = 0;
+  const absl::StatusOr<Observation> observation = Observe(frame, bad_instances);
+  if (absl::IsCancelled(observation.status())) return false;
+  {
+    const MutexLock lock(&mutex_);
+    if (bad_instances > 0) bad_instances_[frame.sequence()] = bad_instances;
+    if (!observation.ok()) {
+      Acknowledge(frame.sequence(), v1::FRAME_OUTCOME_INVALID,
+                  std::string(observation.status().message()));
+      return true;
+    }
+  }
+  return upstream.Write(*observation);
+}
+
+absl::StatusOr<Observation> FrameCall::Observe(const v1::RobotFrame& frame,
+                                               int& bad_instances) const {
+  HYPERMAP_ASSIGN_OR_RETURN(
+      const Frame decoded,
+      DecodeFrame(source_, frame, calls_->options.max_instances, bad_instances));
+  return calls_->observer->Observe(decoded, nullptr);
 }
 
 void FrameCall::PassAcknowledgements(client::ObserveStream& upstream) {
@@ -183,24 +284,43 @@ bool FrameCall::MayPop() const {
   return !queue_.empty() || input_ended_ || upstream_ended_ || cancelled_;
 }
 
-std::optional<v1::RobotFrame> FrameCall::Pop() {
+std::optional<FrameCall::WaitingFrame> FrameCall::Pop() {
   const MutexLock lock(&mutex_);
   while (!MayPop()) may_pop_.Wait(&mutex_);
   if (queue_.empty() || upstream_ended_ || cancelled_) return std::nullopt;
-  v1::RobotFrame frame = std::move(queue_.front());
-  queue_.pop_front();
-  if (std::exchange(read_paused_, false)) StartRead(&request_);
-  return frame;
+  WaitingFrame oldest = TakeOldest();
+  ReadOn();
+  return oldest;
 }
 
-bool FrameCall::Full() const { return queue_.size() >= static_cast<size_t>(calls_->options.queue); }
+FrameCall::WaitingFrame FrameCall::TakeOldest() {
+  WaitingFrame oldest = std::move(queue_.front());
+  queue_.pop_front();
+  queued_bytes_ -= oldest.bytes;
+  return oldest;
+}
 
-void FrameCall::Push(v1::RobotFrame frame) {
-  if (Full()) {
-    Acknowledge(queue_.front().sequence(), v1::FRAME_OUTCOME_DROPPED, 0, "the queue was full");
-    queue_.pop_front();
+bool FrameCall::Full() const {
+  return queue_.size() >= static_cast<size_t>(calls_->options.queue) ||
+         queued_bytes_ >= calls_->options.max_queue_bytes;
+}
+
+void FrameCall::ReadOn() {
+  const bool waits =
+      (Full() && !drop_oldest_) || waiting_.acknowledgements_size() >= kMaxWaitingAcknowledgements;
+  if (!told_opened_ || reading_ || waits || input_ended_ || end_) return;
+  reading_ = true;
+  StartRead(&request_);
+}
+
+void FrameCall::Push(WaitingFrame waiting) {
+  while (Full()) {
+    const WaitingFrame oldest = TakeOldest();
+    memory_.GiveBack(oldest.bytes);
+    Acknowledge(oldest.frame.sequence(), v1::FRAME_OUTCOME_DROPPED, "the queue was full");
   }
-  queue_.push_back(std::move(frame));
+  queued_bytes_ += waiting.bytes;
+  queue_.push_back(std::move(waiting));
   may_pop_.NotifyOne();
 }
 
@@ -210,7 +330,8 @@ v1::FrameAcknowledgement* FrameCall::Add(int64_t sequence, v1::FrameOutcome outc
   acknowledgement->set_sequence(sequence);
   acknowledgement->set_outcome(outcome);
   acknowledgement->set_revision(revision);
-  acknowledgement->set_message(message);
+  // Cut like the messages of errors, because it may repeat text of the robot.
+  acknowledgement->set_message(wire::EncodeStatus(absl::UnknownError(message)).error_message());
   if (const auto bad = bad_instances_.find(sequence); bad != bad_instances_.end()) {
     acknowledgement->set_bad_instances(bad->second);
     bad_instances_.erase(bad);
@@ -218,21 +339,26 @@ v1::FrameAcknowledgement* FrameCall::Add(int64_t sequence, v1::FrameOutcome outc
   return acknowledgement;
 }
 
-void FrameCall::Acknowledge(int64_t sequence, v1::FrameOutcome outcome, Revision revision,
+void FrameCall::Acknowledge(int64_t sequence, v1::FrameOutcome outcome,
                             const std::string& message) {
-  Add(sequence, outcome, revision, message);
+  Add(sequence, outcome, 0, message);
   Flush();
 }
 
 void FrameCall::Flush() {
   if (writing_ || finished_) return;
   if (waiting_.has_opened() || !waiting_.acknowledgements().empty()) {
-    sending_ = std::move(waiting_);
-    waiting_.Clear();
+    const grpc::Slice slice(waiting_.SerializeAsString());
+    grpc::ByteBuffer(&slice, 1).Swap(&sending_);
+    waiting_ = {};
     writing_ = true;
     StartWrite(&sending_);
   } else if (end_ && !finished_) {
     finished_ = true;
+    // Before the robot learns of the end, and may open another stream.
+    queue_.clear();
+    memory_.GiveBack();
+    stream_.GiveBack();
     Finish(wire::EncodeStatus(*end_));
   }
 }
@@ -242,6 +368,7 @@ void FrameCall::OnWriteDone(bool ok) {
   writing_ = false;
   if (!ok) waiting_.Clear();  // The robot is gone.
   Flush();
+  ReadOn();
 }
 
 void FrameCall::OnCancel() {
@@ -258,6 +385,11 @@ void FrameCall::OnDone() {
 
 void FrameCall::End(const absl::Status& status) {
   const MutexLock lock(&mutex_);
+  EndLocked(status);
+}
+
+void FrameCall::EndLocked(const absl::Status& status) {
+  calls_->refusals.Count(status);
   end_ = status;
   Flush();
 }

@@ -7,6 +7,8 @@
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/string_view.h"
+#include "base/cancellation/cancellation.h"
 #include "base/status/status_macros.h"
 #include "ingest/sources/depth_png.h"
 #include "ingest/sources/mask.h"
@@ -15,10 +17,29 @@
 namespace hypermap::ingest {
 namespace {
 
-constexpr int kMaxSide = 16384;
+// Bytes of the names in an opening.
+constexpr size_t kMaxNameLength = 256;
 // Largest difference of a quaternion's length from 1.
 constexpr double kMaxLengthError = 0.01;
+constexpr double kMaxUnitsPerMetre = 1e9;
 constexpr double kMillimetres = 1000.0;
+// Bytes of a class: a node of a map, besides its label.
+constexpr int64_t kBytesOfClass = 96;
+// A class is in the frame, among those of duplicates, twice in the observation, and in the request
+// to the server.
+constexpr int64_t kCopiesOfClass = 5;
+
+absl::Status CheckName(absl::string_view field, const std::string& name) {
+  if (name.size() <= kMaxNameLength) return absl::OkStatus();
+  return absl::InvalidArgumentError(
+      absl::StrCat(field, " has ", name.size(), " bytes, more than ", kMaxNameLength));
+}
+
+absl::Status CheckSide(absl::string_view field, int side) {
+  if (side >= 1 && side <= kMaxStreamedSide) return absl::OkStatus();
+  return absl::InvalidArgumentError(
+      absl::StrCat(field, " is ", side, "; it must lie in 1 to ", kMaxStreamedSide));
+}
 
 absl::Status DecodePose(const v1::CameraPose& message, Frame& frame) {
   Eigen::Quaterniond rotation(message.qw(), message.qx(), message.qy(), message.qz());
@@ -59,8 +80,10 @@ absl::StatusOr<DepthImage> DecodeDepth(const v1::RobotFrame& message, const Came
   switch (message.depth_case()) {
     case v1::RobotFrame::kPng: {
       const double units = message.png().units_per_metre();
-      if (!(units >= 0.0 && units <= 1e9)) {
-        return absl::InvalidArgumentError("frame.png.units_per_metre must be positive");
+      if (units != 0.0 && !(units >= 1.0 && units <= kMaxUnitsPerMetre)) {
+        return absl::InvalidArgumentError(absl::StrCat("frame.png.units_per_metre is ", units,
+                                                       "; it must lie in 1 to ", kMaxUnitsPerMetre,
+                                                       ", or be 0"));
       }
       return DecodeDepthPng(message.png().png(), camera.width, camera.height,
                             units == 0.0 ? kMillimetres : units);
@@ -73,25 +96,49 @@ absl::StatusOr<DepthImage> DecodeDepth(const v1::RobotFrame& message, const Came
   return absl::InvalidArgumentError("frame.depth is missing");
 }
 
-absl::StatusOr<MaskEncoding> EncodingOf(const v1::FrameInstance& message,
-                                        const CameraModel& camera) {
-  if (message.mask_case() == v1::FrameInstance::kPackedRuns) {
-    return MaskEncoding(PackedMaskRuns{camera.width, camera.height, message.packed_runs()});
+absl::StatusOr<std::vector<uint8_t>> DecodeMask(const v1::FrameInstance& message,
+                                                const CameraModel& camera) {
+  switch (message.mask_case()) {
+    case v1::FrameInstance::kRuns:
+      return DecodeRuns(message.runs().counts(), camera.width, camera.height);
+    case v1::FrameInstance::kPackedRuns:
+      return DecodePackedRuns(message.packed_runs(), camera.width, camera.height);
+    case v1::FrameInstance::MASK_NOT_SET:
+      break;
   }
-  if (message.mask_case() != v1::FrameInstance::kRuns) {
-    return absl::InvalidArgumentError("no mask");
-  }
-  MaskRuns runs{camera.width, camera.height, {}};
-  for (const int32_t count : message.runs().counts()) {
-    if (count < 0) return absl::InvalidArgumentError("a negative length");
-    runs.counts.push_back(static_cast<uint32_t>(count));
-  }
-  return MaskEncoding(std::move(runs));
+  return absl::InvalidArgumentError("no mask");
 }
 
 double BestScore(const v1::FrameInstance& message) {
   double best = 0.0;
   for (const v1::ClassScore& score : message.scores()) best = std::max(best, score.score());
+  return best;
+}
+
+struct Candidate {
+  int index;  // of the instance
+  double score;
+};
+
+// Returns all instances or, if there are more than `most`, those with the highest scores, the
+// highest first.
+std::vector<const v1::FrameInstance*> BestInstances(const v1::RobotFrame& message, int most) {
+  std::vector<Candidate> candidates;
+  candidates.reserve(message.instances_size());
+  for (int i = 0; i < message.instances_size(); ++i) {
+    candidates.push_back({i, BestScore(message.instances(i))});
+  }
+  const auto last = candidates.begin() + std::min(message.instances_size(), most);
+  if (last != candidates.end()) {
+    std::partial_sort(candidates.begin(), last, candidates.end(),
+                      [](const Candidate& a, const Candidate& b) {
+                        return a.score != b.score ? a.score > b.score : a.index < b.index;
+                      });
+  }
+  std::vector<const v1::FrameInstance*> best;
+  for (auto it = candidates.begin(); it != last; ++it) {
+    best.push_back(&message.instances(it->index));
+  }
   return best;
 }
 
@@ -107,10 +154,7 @@ absl::StatusOr<Instance> DecodeInstance(const v1::FrameInstance& message,
     }
   }
   if (instance.scores.empty()) return absl::InvalidArgumentError("no scores");
-  HYPERMAP_ASSIGN_OR_RETURN(const MaskEncoding encoding, EncodingOf(message, camera));
-  HYPERMAP_ASSIGN_OR_RETURN(std::vector<uint8_t> mask,
-                            DecodeMask(encoding, camera.width, camera.height));
-  instance.mask = std::move(mask);
+  HYPERMAP_ASSIGN_OR_RETURN(instance.mask, DecodeMask(message, camera));
   return instance;
 }
 
@@ -118,24 +162,37 @@ absl::StatusOr<Instance> DecodeInstance(const v1::FrameInstance& message,
 
 absl::StatusOr<FrameSource> DecodeOpening(const v1::FrameOpening& opening) {
   if (opening.robot().empty()) return absl::InvalidArgumentError("opening.robot is empty");
+  HYPERMAP_RETURN_IF_ERROR(CheckName("opening.robot", opening.robot()));
+  HYPERMAP_RETURN_IF_ERROR(CheckName("opening.frame_id", opening.frame_id()));
   const v1::CameraModel& camera = opening.camera();
-  if (camera.width() < 1 || camera.width() > kMaxSide || camera.height() < 1 ||
-      camera.height() > kMaxSide) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("opening.camera: width and height must lie in 1 to ", kMaxSide));
-  }
-  if (!(camera.fx() > 0.0 && camera.fy() > 0.0)) {
-    return absl::InvalidArgumentError("opening.camera: fx and fy must be positive");
-  }
+  HYPERMAP_RETURN_IF_ERROR(CheckSide("opening.camera.width", camera.width()));
+  HYPERMAP_RETURN_IF_ERROR(CheckSide("opening.camera.height", camera.height()));
   FrameSource source{opening.robot(), opening.frame_id(), {}};
   source.camera = {camera.width(), camera.height(), camera.fx(), camera.fy(),
                    camera.cx(),    camera.cy(),     {}};
-  if (camera.distortion_size() > 5) {
+  if (camera.distortion_size() > static_cast<int>(source.camera.distortion.size())) {
     return absl::InvalidArgumentError("opening.camera.distortion has more than five numbers");
   }
   std::copy(camera.distortion().begin(), camera.distortion().end(),
             source.camera.distortion.begin());
+  if (const absl::Status status = Validate(source.camera); !status.ok()) {
+    return absl::InvalidArgumentError(absl::StrCat("opening.", status.message()));
+  }
   return source;
+}
+
+int64_t MemoryOfInstances(const FrameSource& source, const v1::RobotFrame& message,
+                          int max_instances) {
+  const int64_t pixels = int64_t{source.camera.width} * source.camera.height;
+  int64_t bytes = message.instances_size() * static_cast<int64_t>(sizeof(Candidate));
+  int64_t masks = 0;
+  for (const v1::FrameInstance& instance : message.instances()) {
+    masks += instance.mask_case() != v1::FrameInstance::MASK_NOT_SET;
+    for (const v1::ClassScore& score : instance.scores()) {
+      bytes += kCopiesOfClass * (kBytesOfClass + static_cast<int64_t>(score.label().size()));
+    }
+  }
+  return bytes + std::min<int64_t>(masks, max_instances) * pixels;
 }
 
 absl::StatusOr<Frame> DecodeFrame(const FrameSource& source, const v1::RobotFrame& message,
@@ -151,17 +208,8 @@ absl::StatusOr<Frame> DecodeFrame(const FrameSource& source, const v1::RobotFram
   HYPERMAP_ASSIGN_OR_RETURN(DepthImage depth, DecodeDepth(message, source.camera));
   frame.depth = std::move(depth);
 
-  std::vector<const v1::FrameInstance*> kept;
-  for (const v1::FrameInstance& instance : message.instances()) kept.push_back(&instance);
-  if (kept.size() > static_cast<size_t>(max_instances)) {
-    bad_instances += static_cast<int>(kept.size()) - max_instances;
-    std::stable_sort(kept.begin(), kept.end(),
-                     [](const v1::FrameInstance* a, const v1::FrameInstance* b) {
-                       return BestScore(*a) > BestScore(*b);
-                     });
-    kept.resize(max_instances);
-  }
-  for (const v1::FrameInstance* instance : kept) {
+  for (const v1::FrameInstance* instance : BestInstances(message, max_instances)) {
+    HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
     absl::StatusOr<Instance> decoded = DecodeInstance(*instance, source.camera);
     if (decoded.ok()) {
       frame.instances.push_back(*std::move(decoded));
@@ -169,6 +217,7 @@ absl::StatusOr<Frame> DecodeFrame(const FrameSource& source, const v1::RobotFram
       ++bad_instances;
     }
   }
+  bad_instances += std::max(0, message.instances_size() - max_instances);
   return frame;
 }
 

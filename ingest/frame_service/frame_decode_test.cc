@@ -3,7 +3,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <functional>
 #include <limits>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "base/cancellation/testing/cancelled_after.h"
 
 namespace hypermap::ingest {
 namespace {
@@ -133,6 +140,81 @@ TEST_F(FrameDecodeTest, OfTooManyInstancesTheBestAreTaken) {
   EXPECT_NEAR(frame->instances[0].scores.at("cup"), 0.8, 1e-12);
   EXPECT_NEAR(frame->instances[1].scores.at("cup"), 0.6, 1e-12);
   EXPECT_EQ(bad_instances_, 3);
+}
+
+TEST_F(FrameDecodeTest, OfEqualScoresTheFirstInstancesAreTaken) {
+  v1::RobotFrame message = Message();
+  for (int i = 1; i < 300; ++i) {
+    *message.add_instances() = message.instances(0);
+    message.mutable_instances(i)->mutable_scores(0)->set_label(std::to_string(i));
+  }
+  const auto frame = Decode(message, 3);
+  ASSERT_EQ(frame->instances.size(), 3u);
+  EXPECT_EQ(frame->instances[1].scores.count("1"), 1u);
+  EXPECT_EQ(frame->instances[2].scores.count("2"), 1u);
+  EXPECT_EQ(bad_instances_, 297);
+}
+
+TEST_F(FrameDecodeTest, UnitsOfDepthAreThoseOfCameras) {
+  v1::RobotFrame message = Message();
+  for (const double units : {-1.0, 1e-300, 0.5, 1e300, std::nan("")}) {
+    message.mutable_png()->set_units_per_metre(units);
+    EXPECT_THAT(Error(message), HasSubstr("frame.png.units_per_metre is")) << units;
+  }
+}
+
+TEST_F(FrameDecodeTest, GivesUpWhereverItIsCancelled) {
+  v1::RobotFrame message = Message();
+  for (int i = 0; i < 9; ++i) *message.add_instances() = message.instances(0);
+  EXPECT_GT(TimesCancelled([&] { return Decode(message).status(); }), 4);
+}
+
+TEST(MemoryOfInstancesTest, IsThatOfTheMasksAndClasses) {
+  v1::FrameOpening opening = Opening();
+  opening.mutable_camera()->set_width(1000);
+  opening.mutable_camera()->set_height(500);
+  const FrameSource source = *DecodeOpening(opening);
+  v1::RobotFrame message;
+  EXPECT_EQ(MemoryOfInstances(source, message, 254), 0);
+  for (int i = 0; i < 1000; ++i) message.add_instances();
+  // Instances without a mask take no pixels.
+  EXPECT_LE(MemoryOfInstances(source, message, 254), 1000 * 100);
+  for (v1::FrameInstance& instance : *message.mutable_instances()) instance.set_packed_runs("0");
+  EXPECT_GE(MemoryOfInstances(source, message, 254), 254 * 500'000);
+  EXPECT_LE(MemoryOfInstances(source, message, 254), 255 * 500'000);
+  message.mutable_instances(0)->add_scores()->set_label(std::string(1'000'000, 'x'));
+  EXPECT_GE(MemoryOfInstances(source, message, 0), 5'000'000);
+}
+
+TEST(DecodeOpeningTest, AnErrorNamesTheFieldAndItsValue) {
+  const std::vector<std::pair<std::string, std::function<void(v1::CameraModel*)>>> cases = {
+      {"opening.camera.width is 0", [](auto* c) { c->set_width(0); }},
+      {"opening.camera.width is 4097", [](auto* c) { c->set_width(4097); }},
+      {"opening.camera.height is -5", [](auto* c) { c->set_height(-5); }},
+      {"opening.camera.fx is 1e-300", [](auto* c) { c->set_fx(1e-300); }},
+      {"opening.camera.fx is 1e+308", [](auto* c) { c->set_fx(1e308); }},
+      {"opening.camera.fy is 1e-12", [](auto* c) { c->set_fy(1e-12); }},
+      {"opening.camera.fy is nan", [](auto* c) { c->set_fy(std::nan("")); }},
+      {"opening.camera.cx is 1e+300", [](auto* c) { c->set_cx(1e300); }},
+      {"opening.camera.cy is -inf",
+       [](auto* c) { c->set_cy(-std::numeric_limits<double>::infinity()); }},
+      {"opening.camera.distortion[0] is 1e+300", [](auto* c) { c->set_distortion(0, 1e300); }},
+  };
+  for (const auto& [message, spoil] : cases) {
+    v1::FrameOpening opening = Opening();
+    spoil(opening.mutable_camera());
+    const absl::Status status = DecodeOpening(opening).status();
+    EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument) << message;
+    EXPECT_THAT(std::string(status.message()), HasSubstr(message));
+  }
+  v1::FrameOpening opening = Opening();
+  opening.set_robot(std::string(257, 'r'));
+  EXPECT_THAT(std::string(DecodeOpening(opening).status().message()),
+              HasSubstr("opening.robot has 257 bytes"));
+  opening = Opening();
+  opening.set_frame_id(std::string(100'000, 'f'));
+  EXPECT_THAT(std::string(DecodeOpening(opening).status().message()),
+              HasSubstr("opening.frame_id has 100000 bytes"));
 }
 
 TEST(DecodeOpeningTest, AnErrorNamesTheField) {

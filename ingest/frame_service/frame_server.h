@@ -3,6 +3,7 @@
 #define HYPERMAP_INGEST_FRAME_SERVICE_FRAME_SERVER_H_
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 
@@ -19,12 +20,23 @@ struct FrameServerOptions {
   std::string layer;
   client::ObserveOptions observe;  // All but the robot, which each stream names.
   int queue = 16;                  // Most frames that wait in each stream.
+  // Bytes of memory of the frames that wait in a stream at which its queue is full, too.
+  int64_t max_queue_bytes = int64_t{32} << 20;
   int max_instances = 254;
-  int max_message_bytes = 64 << 20;
+  // Enough for the depth of the largest camera (kMaxStreamedSide), two bytes for each pixel, and
+  // its instances.
+  int max_message_bytes = (32 + 8) << 20;
+  // Streams that may be open at once; half of them for one client address. All share one
+  // connection to the Hypermap server, and each has two threads.
+  int max_streams = 256;
   admission::ConnectionLimits connections = {};
-  // Bytes of memory. Streams are refused whose frames would take more, of one client address more
-  // than half; while more are in use, the connections that receive the most are shut down.
+  // Bytes of memory that all streams may take together; half of them for one client address.
   int64_t memory_limit = int64_t{4} << 30;
+  // While more memory is resident, the connections that receive the most are shut down; 0: never.
+  int64_t max_resident_bytes = 0;
+  // Takes lines for the log: about refusals and connections that were shut down, at most one of a
+  // kind in 10 s. Any thread may call it.
+  std::function<void(const std::string& line)> log = [](const std::string&) {};
 };
 
 // Each stream has a thread of its own, which processes its frames in order, and a stream of its own

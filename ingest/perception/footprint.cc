@@ -31,7 +31,8 @@ Points PointsOf(const OrganisedCloud& cloud, const std::vector<int32_t>& pixels,
   size_t kept = 0;
   for (const Eigen::Vector3f& from_eye : points) {
     const float z = from_eye.z() + cloud.height_of_camera;
-    if (z < options.floor_m || from_eye.norm() > options.max_range_m) continue;
+    // Also leaves out points that are not finite.
+    if (!(z >= options.floor_m && from_eye.norm() <= options.max_range_m)) continue;
     points[kept++] = {from_eye.x(), from_eye.y(), z};
   }
   points.resize(kept);
@@ -46,7 +47,8 @@ int32_t Floor(double x) {
 }
 
 // The cells of a grid on the plane that points lie in, as row-major indices into the bounding box
-// of these cells.
+// of these cells. REQUIRES: the points are finite and within max_range_m of the foot, so that the
+// box is small.
 struct FlatGrid {
   FlatGrid(const Points& points, double resolution_m) {
     constexpr int32_t kMost = std::numeric_limits<int32_t>::max();

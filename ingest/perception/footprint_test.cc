@@ -1,5 +1,7 @@
 #include "ingest/perception/footprint.h"
 
+#include <limits>
+
 #include "gtest/gtest.h"
 #include "ingest/perception/testing/box_scene.h"
 #include "map/frames/planar_transform.h"
@@ -160,6 +162,24 @@ TEST(FootprintTest, IsAsExactFarFromTheOrigin) {
   EXPECT_NEAR((back * there->hull).bounds().min.x, here->hull.bounds().min.x, 1e-9);
   EXPECT_NEAR((back * there->hull).bounds().max.y, here->hull.bounds().max.y, 1e-9);
   EXPECT_NEAR(Area(there->hull), Area(here->hull), 1e-9);
+}
+
+TEST(FootprintTest, PointsThatAreNotFiniteAreNoPartOfIt) {
+  const Shot shot = Photograph(Chest(), TestCamera(160), Before());
+  const std::vector<int32_t> pixels = PixelsOf(shot.MaskOf(kThing));
+  for (const float number :
+       {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(),
+        -std::numeric_limits<float>::infinity(), std::numeric_limits<float>::max()}) {
+    OrganisedCloud cloud = shot.Cloud();
+    for (size_t i = 0; i < pixels.size(); i += 3) cloud.camera[pixels[i]].x() = number;
+    const auto footprint = MakeFootprint(cloud, pixels, {});
+    ASSERT_TRUE(footprint) << number;
+    for (const Point& p : footprint->hull.outer()) {
+      EXPECT_TRUE(Covers(Widened(kChest, 0.01), p)) << number;
+    }
+    for (const int32_t pixel : pixels) cloud.camera[pixel].y() = number;
+    EXPECT_FALSE(MakeFootprint(cloud, pixels, {})) << number;
+  }
 }
 
 }  // namespace

@@ -14,6 +14,10 @@
 
 namespace hypermap::ingest {
 
+// The largest width and height of an image. Bounds memory, and keeps pixel indices (v * width + u)
+// within int32_t.
+inline constexpr int kMaxImageSide = 16384;
+
 // A pinhole camera. Pixel centres have whole coordinates; (0, 0) is the centre of the top left
 // pixel. `distortion` holds the coefficients k1, k2, p1, p2, k3 of the plumb_bob model (Brown 1971,
 // as in ROS camera_info).
@@ -60,9 +64,15 @@ struct Frame {
   std::vector<Instance> instances;
 };
 
-// Returns INVALID_ARGUMENT, naming the field, if image sizes differ, the camera has no usable
-// calibration, the pose is not finite or not rigid, the covariance is not finite or has a negative
-// variance, depth is negative or not finite, or a score is out of range.
+// Returns INVALID_ARGUMENT, naming the field and its value, if the image has no pixels or is larger
+// than kMaxImageSide, or if a number of the calibration is beyond those of real cameras: focal
+// lengths of 1 to 1e6 pixels, a principal point within 1e6 pixels, coefficients within 1e6.
+absl::Status Validate(const CameraModel& camera);
+
+// Returns INVALID_ARGUMENT, naming the field, if image sizes differ, the camera is not valid, the
+// pose is not finite, not rigid or farther than 1e9 m, the covariance is not finite, beyond 1e12 or
+// has a negative variance, depth is negative or not finite, or a score is out of range. CANCELLED
+// if the work of this thread is cancelled.
 absl::Status Validate(const Frame& frame);
 
 }  // namespace hypermap::ingest

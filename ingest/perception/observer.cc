@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "absl/base/thread_annotations.h"
+#include "base/cancellation/cancellation.h"
 #include "base/status/status_macros.h"
 #include "base/sync/mutex.h"
 #include "ingest/perception/footprint.h"
@@ -18,6 +19,9 @@ namespace {
 
 // Width of the thinned depth image, in pixels (docs/decisions/008).
 constexpr int kViewColumns = 80;
+// Bytes of each pixel: the rays, which another thread may replace in the cache meanwhile, the
+// points of the cloud, and the smoothed depth of a footprint.
+constexpr int kBytesPerPixel = 2 * sizeof(Eigen::Vector2f) + sizeof(Eigen::Vector3f) + 8;
 
 // Returns the instances without duplicates; of more than `limit`, those with the best scores.
 Suppressed Chosen(const Frame& frame, int limit) {
@@ -52,14 +56,20 @@ Eigen::Isometry3d Moved(const Eigen::Isometry3d& frame_from_camera, const Eigen:
 
 struct Observer::Impl {
   // Returns the rays of the camera's pixels. The rays of the last camera are cached, since frames
-  // in sequence come from one camera and undistortion is iterative.
-  std::shared_ptr<const std::vector<Eigen::Vector2f>> Rays(const CameraModel& camera) const {
-    const MutexLock lock(&mutex);
-    if (!rays || !(camera == rays_of)) {
-      rays_of = camera;
-      rays = std::make_shared<const std::vector<Eigen::Vector2f>>(PixelRays(camera));
+  // in sequence come from one camera and undistortion is iterative. They are computed without the
+  // lock, because other threads must not wait for those of a large image.
+  absl::StatusOr<std::shared_ptr<const std::vector<Eigen::Vector2f>>> Rays(
+      const CameraModel& camera) const {
+    {
+      const MutexLock lock(&mutex);
+      if (rays && camera == rays_of) return rays;
     }
-    return rays;
+    auto made = std::make_shared<const std::vector<Eigen::Vector2f>>(PixelRays(camera));
+    HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
+    const MutexLock lock(&mutex);
+    rays_of = camera;
+    rays = made;
+    return made;
   }
 
   mutable Mutex mutex;
@@ -81,6 +91,10 @@ Observer::Observer(std::unique_ptr<Segmenter> segmenter, std::shared_ptr<const G
 
 Observer::~Observer() = default;
 
+int Observer::bytes_per_pixel() const {
+  return kBytesPerPixel + impl_->segmenter->bytes_per_pixel();
+}
+
 absl::StatusOr<Observation> Observer::Observe(const Frame& frame, FrameReport* report) const {
   HYPERMAP_RETURN_IF_ERROR(Validate(frame));
   FrameReport unused;
@@ -94,7 +108,7 @@ absl::StatusOr<Observation> Observer::Observe(const Frame& frame, FrameReport* r
   observation.stamp = frame.stamp;
   observation.frame_id = frame.frame_id;
   observation.pose = {frame.frame_from_camera, frame.pose_covariance};
-  const auto rays = impl_->Rays(frame.camera);
+  HYPERMAP_ASSIGN_OR_RETURN(const auto rays, impl_->Rays(frame.camera));
   OrganisedCloud cloud = MakeCloud(frame.depth, frame.frame_from_camera, *rays);
   if (impl_->walls) {
     const PoseCorrection correction = impl_->walls->Match(cloud, frame.pose_covariance);
@@ -103,6 +117,7 @@ absl::StatusOr<Observation> Observer::Observe(const Frame& frame, FrameReport* r
   }
 
   const Suppressed chosen = Chosen(frame, impl_->options.max_instances);
+  HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
   told.suppressed = told.instances - static_cast<int>(chosen.kept.size());
   FootprintOptions footprint_options;
   footprint_options.max_range_m = static_cast<float>(impl_->options.max_range_m);
@@ -110,6 +125,7 @@ absl::StatusOr<Observation> Observer::Observe(const Frame& frame, FrameReport* r
   for (size_t k = 0; k < chosen.kept.size(); ++k) {
     const Instance& instance = frame.instances[chosen.kept[k]];
     const auto pixels = impl_->segmenter->Segment(cloud, instance.mask);
+    HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
     auto footprint = MakeFootprint(cloud, pixels, footprint_options);
     if (!footprint) {
       ++told.without_points;

@@ -39,8 +39,11 @@ class Observer {
 
   // Returns the observation of `frame`. Returns INVALID_ARGUMENT from Validate(frame) if the frame
   // is invalid, or from Validate(observation) if the server would refuse the observation. `report`
-  // may be null.
+  // may be null. CANCELLED if the work of this thread is cancelled.
   absl::StatusOr<Observation> Observe(const Frame& frame, FrameReport* report) const;
+
+  // Estimates the most memory that Observe takes for each pixel of the image, besides the frame.
+  int bytes_per_pixel() const;
 
  private:
   struct Impl;

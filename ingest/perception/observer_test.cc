@@ -1,14 +1,18 @@
 #include "ingest/perception/observer.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include "absl/strings/str_cat.h"
+#include "base/cancellation/testing/cancelled_after.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "ingest/perception/testing/box_scene.h"
 #include "ingest/perception/testing/walled_room.h"
 #include "map/geometry/overlap.h"
 #include "map/observations/range_weight.h"
+#include "tests/support/random_map.h"
 
 namespace hypermap::ingest {
 namespace {
@@ -159,6 +163,62 @@ TEST(ObserverTest, LensesBeyondSenseDoNoHarm) {
       for (const Point& p : detection.hull.outer()) EXPECT_TRUE(IsFinite(p)) << k1;
     }
   }
+}
+
+bool HasFiniteVertices(const Polygon& polygon) {
+  return polygon.empty() || std::all_of(polygon.outer().begin(), polygon.outer().end(), &IsFinite);
+}
+
+// Numbers at and between the ends of what Validate(Frame) accepts, in any combination.
+TEST(ObserverTest, NumbersBeyondSenseDoNoHarm) {
+  const uint64_t seed = hypermap::testing::TestSeed();
+  SCOPED_TRACE(absl::StrCat("seed ", seed));
+  hypermap::testing::Rng rng(seed);
+  const auto one_of = [&rng](std::initializer_list<double> numbers) {
+    const auto count = static_cast<int>(numbers.size());
+    return numbers.begin()[hypermap::testing::UniformInt(rng, 0, count - 1)];
+  };
+  const Observer observer = MakeObserver({}, testing::WalledRoomGrid());
+  const Shot shot = Photograph(WalledRoom(), TestCamera(32), LookFrom({0, 0, 0.9}, 0.5, 0.25));
+  for (int round = 0; round < 300; ++round) {
+    Frame frame = shot.AsFrame();
+    frame.camera.fx = one_of({1.0, 10.0, frame.camera.fx, 1e6});
+    frame.camera.fy = one_of({1.0, 10.0, frame.camera.fy, 1e6});
+    frame.camera.cx = one_of({-1e6, -100.0, frame.camera.cx, 1e6});
+    frame.camera.cy = one_of({-1e6, -100.0, frame.camera.cy, 1e6});
+    for (double& k : frame.camera.distortion) k = one_of({0.0, 0.0, 0.0, 0.3, -1e3, 1e6, -1e6});
+    for (float& metres : frame.depth.metres) {
+      const bool is_spoilt = hypermap::testing::UniformInt(rng, 0, 3) == 0;
+      if (is_spoilt) metres = static_cast<float>(one_of({1e-44, 1e-3, 7.9, 1e9, 1e30, 3.4e38}));
+    }
+    frame.frame_from_camera.translation() +=
+        Eigen::Vector3d(one_of({0.0, -1e9, 1e9}), one_of({0.0, 1e9}), one_of({0.0, 0.0, 1e9}));
+    frame.pose_covariance = Eigen::Vector3d(one_of({0.01, 1e-300, 1e12}), one_of({0.01, 1e12}),
+                                            one_of({0.001, 1e-300, 1e12}))
+                                .asDiagonal();
+    frame.instances.push_back({{{"all", 0.9}}, Mask(frame.depth.metres.size(), 1)});
+    frame.instances.push_back({{{"part", 0.8}}, Rectangle(32, 24, 4, 4, 20, 20)});
+    const auto observation = observer.Observe(frame, nullptr);
+    if (!observation.ok()) {
+      ASSERT_EQ(observation.status().code(), absl::StatusCode::kInvalidArgument)
+          << observation.status();
+      continue;
+    }
+    for (const Detection& detection : observation->detections) {
+      ASSERT_TRUE(HasFiniteVertices(detection.hull));
+    }
+    ASSERT_TRUE(HasFiniteVertices(observation->view_hull));
+    ASSERT_TRUE(HasFiniteVertices(observation->free_space));
+  }
+}
+
+TEST(ObserverTest, GivesUpWhereverItIsCancelled) {
+  const Frame frame = FrameOfCrates({{{"crate", 0.9}}, {{"chest", 0.6}}, {{"box", 0.7}}});
+  const int times = TimesCancelled([&frame] {
+    // A new one, which has not cached the rays of the pixels.
+    return MakeObserver().Observe(frame, nullptr).status();
+  });
+  EXPECT_GT(times, 10);
 }
 
 TEST(ObserverTest, FrameWithoutReturnsHasSeenNothing) {

@@ -1,7 +1,15 @@
 #include "ingest/perception/organised_cloud.h"
 
+#include <cmath>
+#include <limits>
+
+#include "base/cancellation/cancellation.h"
+
 namespace hypermap::ingest {
 namespace {
+
+// Tangent of the largest angle between a ray and the optical axis.
+constexpr double kMaxSlope = 500.0;
 
 // Factors of the plumb_bob model (Brown 1971; Heikkila and Silven 1997, eq. 4) at a point p:
 // distorted = p * radial + tangential.
@@ -42,11 +50,15 @@ std::vector<Eigen::Vector2f> PixelRays(const CameraModel& camera) {
   std::vector<Eigen::Vector2f> rays;
   rays.reserve(static_cast<size_t>(camera.width) * camera.height);
   const bool distorted = camera.distorted();
+  constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
   for (int v = 0; v < camera.height; ++v) {
+    if (IsCancelled()) return rays;
     for (int u = 0; u < camera.width; ++u) {
       Eigen::Vector2d ray((u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy);
       if (distorted) ray = Undistorted(camera, ray);
-      rays.push_back(ray.cast<float>());
+      // False for NaN, too, at which the iteration of Undistorted may arrive.
+      const bool found = std::abs(ray.x()) <= kMaxSlope && std::abs(ray.y()) <= kMaxSlope;
+      rays.push_back(found ? Eigen::Vector2f(ray.cast<float>()) : Eigen::Vector2f(kNone, kNone));
     }
   }
   return rays;
@@ -61,7 +73,10 @@ OrganisedCloud MakeCloud(const DepthImage& depth, const Eigen::Isometry3d& frame
   cloud.camera.resize(pixels);
   const float* metres = depth.metres.data();
   for (size_t i = 0; i < pixels; ++i) {
-    cloud.camera[i] = {rays[i].x() * metres[i], rays[i].y() * metres[i], metres[i]};
+    const bool has_ray = !std::isnan(rays[i].x());
+    const Eigen::Vector2f ray = has_ray ? rays[i] : Eigen::Vector2f(0.0f, 0.0f);
+    const float z = has_ray ? metres[i] : 0.0f;
+    cloud.camera[i] = {ray.x() * z, ray.y() * z, z};
   }
   MoveCloud(frame_from_camera, &cloud);
   return cloud;

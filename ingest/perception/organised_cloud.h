@@ -37,11 +37,14 @@ struct OrganisedCloud {
 // Returns the image position, in pixels, of points along the ray (x, y, 1) of the optical frame.
 Eigen::Vector2d Project(const CameraModel& camera, const Eigen::Vector2d& ray);
 
-// Returns the undistorted ray (x, y, 1) of each pixel as (x, y), row-major. Expensive for distorted
-// cameras: compute the rays once per camera.
+// Returns the undistorted ray (x, y, 1) of each pixel as (x, y), row-major. Pixels whose ray is not
+// found, because the model of distortion has no inverse there, or is farther than 89.9 degrees from
+// the optical axis, have NaN. Expensive for distorted cameras: compute the rays once per camera.
+// Breaks off, and returns anything, when the work of this thread is cancelled.
 std::vector<Eigen::Vector2f> PixelRays(const CameraModel& camera);
 
-// Returns the cloud of `depth`. `rays` are the PixelRays() of the camera that took it.
+// Returns the cloud of `depth`. `rays` are the PixelRays() of the camera that took it; pixels
+// without a ray have no return.
 OrganisedCloud MakeCloud(const DepthImage& depth, const Eigen::Isometry3d& frame_from_camera,
                          const std::vector<Eigen::Vector2f>& rays);
 

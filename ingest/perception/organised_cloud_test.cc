@@ -113,5 +113,28 @@ TEST(OrganisedCloudTest, MovingIsMakingFromTheOtherPose) {
   EXPECT_EQ(moved.upright_from_camera, made.upright_from_camera);
 }
 
+// The iteration that inverts the lens diverges, or the ray is almost across the optical axis.
+TEST(PixelRaysTest, PixelsWithoutARayHaveNoReturn) {
+  CameraModel tangential = TestCamera(32);
+  tangential.distortion = {0.0, 0.0, 1e6, -1e6, 0.0};
+  CameraModel wide = TestCamera(32);
+  wide.fx = 1.0;
+  wide.cx = -1e6;
+  for (const CameraModel& camera : {tangential, wide}) {
+    const auto rays = PixelRays(camera);
+    ASSERT_EQ(rays.size(), 32u * 24u);
+    DepthImage depth{32, 24, std::vector<float>(rays.size(), 1.0f)};
+    const OrganisedCloud cloud = MakeCloud(depth, Eigen::Isometry3d::Identity(), rays);
+    int without_ray = 0;
+    for (size_t i = 0; i < rays.size(); ++i) {
+      const bool has_ray = rays[i].allFinite();
+      without_ray += !has_ray;
+      EXPECT_EQ(cloud.valid(static_cast<int32_t>(i)), has_ray);
+      EXPECT_TRUE(cloud.camera[i].allFinite());
+    }
+    EXPECT_GT(without_ray, 0);
+  }
+}
+
 }  // namespace
 }  // namespace hypermap::ingest

@@ -11,6 +11,7 @@
 #include <cmath>
 #include <limits>
 
+#include "base/cancellation/cancellation.h"
 #include "ingest/perception/components.h"
 #include "ingest/perception/depth_noise.h"
 #include "ingest/perception/mask_window.h"
@@ -166,6 +167,8 @@ class OrganisedSegmenter : public Segmenter {
  public:
   std::vector<int32_t> Segment(const OrganisedCloud& cloud,
                                const std::vector<uint8_t>& mask) const override;
+  // A mask of few pixels may have a window of the whole image.
+  int bytes_per_pixel() const override { return 40; }
 };
 
 // The segmentation of one mask. Each step clears pixels of kept_.
@@ -376,10 +379,13 @@ std::vector<int32_t> OrganisedSegmenter::Segment(const OrganisedCloud& cloud,
       CutOut(mask, cloud.width, cloud.height, kMargin_px, thin > 1 ? kMaxPixelsOfFine : kMaxPixels);
   if (window.empty()) return {};
   MeasureDepth(&window);
+  if (IsCancelled()) return {};
   Segmentation segmentation(cloud, window);
   segmentation.DropBackgroundPlanes();
   segmentation.DropMixedPixels();
+  if (IsCancelled()) return {};
   segmentation.DropTouching();
+  if (IsCancelled()) return {};
   segmentation.KeepNearComponents();
   return segmentation.Pixels(mask);
 }

@@ -18,8 +18,12 @@ class Segmenter {
 
   // Returns the indices (v * width + u), ascending, of the pixels that belong to the object: a
   // subset of the mask's pixels with depth, possibly empty. `mask` has the size of the cloud.
+  // May return any such pixels when the work of this thread is cancelled.
   virtual std::vector<int32_t> Segment(const OrganisedCloud& cloud,
                                        const std::vector<uint8_t>& mask) const = 0;
+
+  // Estimates the most memory that Segment takes for each pixel of the image.
+  virtual int bytes_per_pixel() const = 0;
 };
 
 // Makes the default segmenter: background planes, creases and connected components, found on the

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <numeric>
 
+#include "base/cancellation/cancellation.h"
 #include "ingest/perception/mask_window.h"
 
 namespace hypermap::ingest {
@@ -47,6 +48,7 @@ Suppressed SuppressDuplicates(const Frame& frame) {
   const int width = frame.camera.width;
   std::vector<MaskExtent> extents;
   for (const Instance& instance : instances) {
+    if (IsCancelled()) return {};
     extents.push_back(ExtentOf(instance.mask, width, frame.camera.height));
   }
   // In descending order of scores, so that an instance is merged only into one that scores at least
@@ -59,6 +61,7 @@ Suppressed SuppressDuplicates(const Frame& frame) {
   for (const int i : order) {
     bool duplicate = false;
     for (auto& [k, scores] : kept) {
+      if (IsCancelled()) return {};
       const int64_t common =
           Common(instances[i].mask, extents[i], instances[k].mask, extents[k], width);
       if (common == 0) continue;

@@ -22,6 +22,7 @@ struct Suppressed {
 // best class and more than 0.8 of the smaller lies in the other. The one with the lower best score
 // is dropped, and each of its classes is added to the other's scores with the higher of both
 // scores. Compares all pairs in the worst case.
+// Breaks off, and returns anything, when the work of this thread is cancelled.
 Suppressed SuppressDuplicates(const Frame& frame);
 
 }  // namespace hypermap::ingest

@@ -15,6 +15,8 @@ namespace {
 constexpr float kFloor_m = 0.06f;
 // A bearing with less free floor than this counts as not free, metres.
 constexpr double kMinDepth_m = 0.05;
+// The narrowest fan of returns that is divided into bearings, radians.
+constexpr double kMinHalfWidth_rad = 1e-6;
 
 // Ranges on the plane along one bearing, metres.
 struct Bearing {
@@ -60,7 +62,8 @@ Polygon ViewHull(const OrganisedCloud& cloud, const VisibilityOptions& options) 
   const size_t step = std::max<size_t>(7, cloud.camera.size() / 4001 | 1);
   for (size_t i = 0; i < cloud.camera.size(); i += step) {
     if (!cloud.valid(static_cast<int32_t>(i))) continue;
-    if (cloud.camera[i].norm() > options.max_range_m) continue;
+    // False also for points that are not finite.
+    if (!(cloud.camera[i].norm() <= options.max_range_m)) continue;
     const Eigen::Vector3f p = cloud.upright(static_cast<int32_t>(i));
     points.push_back({cloud.foot.x() + p.x(), cloud.foot.y() + p.y()});
   }
@@ -85,8 +88,9 @@ Polygon FreeSpace(const OrganisedCloud& cloud, const VisibilityOptions& options)
     fan.half_width =
         std::max(fan.half_width, std::abs(Wrapped(std::atan2(p.y(), p.x()) - fan.axis)));
   }
-  // Returns all around the camera leave no gap at which the fan could begin and end.
-  if (fan.half_width <= 0.0 || fan.half_width > 0.45 * M_PI * 2.0) return {};
+  // Returns all around the camera leave no gap at which the fan could begin and end. A fan that is
+  // too narrow has no bearings. False also for a width that is not a number.
+  if (!(fan.half_width >= kMinHalfWidth_rad && fan.half_width <= 0.45 * M_PI * 2.0)) return {};
 
   // About 160 columns of the image give every bearing several returns.
   std::vector<Bearing> bearings(options.bearings);
@@ -103,12 +107,13 @@ Polygon FreeSpace(const OrganisedCloud& cloud, const VisibilityOptions& options)
       const bool obstacle = p.z() > options.obstacle_low_m && p.z() < options.obstacle_high_m;
       if (!floor && !obstacle) continue;
       const float range = p.head<2>().norm();
-      if (range > options.max_range_m) continue;
+      if (!(range <= options.max_range_m)) continue;
       const float off =
           std::atan2(ahead_x * p.y() - ahead_y * p.x(), ahead_x * p.x() + ahead_y * p.y());
       const float share = 0.5f * (1.0f - off / half_width);
-      const int k = std::clamp(static_cast<int>(share * static_cast<float>(options.bearings)), 0,
-                               options.bearings - 1);
+      // Clamped before it is cast: pixels that were not sampled may be far outside of the fan.
+      const int k = static_cast<int>(std::clamp(share * static_cast<float>(options.bearings), 0.0f,
+                                                static_cast<float>(options.bearings - 1)));
       Bearing& bearing = bearings[k];
       if (floor) {
         bearing.nearest_floor = std::min(bearing.nearest_floor, range);

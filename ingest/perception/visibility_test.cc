@@ -1,6 +1,7 @@
 #include "ingest/perception/visibility.h"
 
 #include <cmath>
+#include <limits>
 
 #include "gtest/gtest.h"
 #include "ingest/perception/testing/box_scene.h"
@@ -175,6 +176,41 @@ TEST(ThinnedDepthTest, MasksBeyondThe253rdHaveNoOwnerOfTheirOwn) {
   EXPECT_EQ(view.owner[0], 253);
   EXPECT_EQ(view.owner[1], DepthView::kSeveral);
   EXPECT_EQ(view.owner[2], 0);
+}
+
+TEST(VisibilityTest, PointsThatAreNotFiniteAreNotSeen) {
+  const Shot shot = Look(Crate());
+  for (const float number :
+       {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(),
+        -std::numeric_limits<float>::infinity(), std::numeric_limits<float>::max()}) {
+    OrganisedCloud cloud = shot.Cloud();
+    OrganisedCloud without = shot.Cloud();
+    // Pixels that FreeSpace does not sample for its fan.
+    for (size_t i = 2; i < cloud.camera.size(); i += 5) {
+      cloud.camera[i].x() = number;
+      without.camera[i].setZero();
+    }
+    EXPECT_EQ(ViewHull(cloud, {}), ViewHull(without, {})) << number;
+    EXPECT_EQ(FreeSpace(cloud, {}), FreeSpace(without, {})) << number;
+    // A pixel that it samples leaves the fan without a direction.
+    cloud.camera[0].x() = cloud.camera[5].x() = number;
+    cloud.camera[0].z() = cloud.camera[5].z() = 1.0f;
+    const Polygon space = FreeSpace(cloud, {});
+    if (space.empty()) continue;
+    for (const Point& p : space.outer()) EXPECT_TRUE(IsFinite(p)) << number;
+  }
+}
+
+// All returns that are sampled for the fan lie in almost one direction, and another far beside it.
+TEST(VisibilityTest, AFanAlmostWithoutWidthShowsNoFreeSpace) {
+  OrganisedCloud cloud = Look({}).Cloud();
+  const Eigen::Vector3f beside = cloud.camera.back();
+  const Eigen::Vector3f ahead(0.0f, beside.y(), beside.z());
+  for (size_t i = 0; i < cloud.camera.size(); ++i) {
+    cloud.camera[i] = ahead + Eigen::Vector3f(i % 2 == 0 ? 1e-9f : 0.0f, 0.0f, 0.0f);
+  }
+  cloud.camera[1] = beside;
+  EXPECT_TRUE(FreeSpace(cloud, {}).empty());
 }
 
 }  // namespace

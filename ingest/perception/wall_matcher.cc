@@ -52,13 +52,14 @@ std::vector<Eigen::Vector2d> Walls(const OrganisedCloud& cloud) {
     for (int u = 0; u < cloud.width; u += step) {
       const int32_t i = v * cloud.width + u;
       const float depth = cloud.camera[i].z();
-      if (depth < kNearest_m || depth > kFarthest_m) continue;
+      if (!(depth >= kNearest_m && depth <= kFarthest_m)) continue;
       const Eigen::Vector3f p = cloud.upright(i);
-      if (p.z() < kBandLow_m || p.z() > kBandHigh_m) continue;
-      const int col = kBinsAside + static_cast<int>(std::floor(p.x() / kBin_m));
-      const int row = kBinsAside + static_cast<int>(std::floor(p.y() / kBin_m));
-      if (col < 0 || row < 0 || col >= kSide || row >= kSide) continue;
-      Column& column = columns[static_cast<size_t>(row) * kSide + col];
+      if (!(p.z() >= kBandLow_m && p.z() <= kBandHigh_m)) continue;
+      const double col = kBinsAside + std::floor(p.x() / kBin_m);
+      const double row = kBinsAside + std::floor(p.y() / kBin_m);
+      // False also for a point that is not finite.
+      if (!(col >= 0.0 && row >= 0.0 && col < kSide && row < kSide)) continue;
+      Column& column = columns[static_cast<size_t>(row) * kSide + static_cast<size_t>(col)];
       column.x_sum += p.x();
       column.y_sum += p.y();
       ++column.count;
@@ -193,6 +194,10 @@ PoseCorrection WallMatcher::Match(const OrganisedCloud& cloud, const Eigen::Matr
     if (step.head<2>().norm() < 1e-5 && std::abs(step.z()) < 1e-6) break;
   }
   correction.covariance = information.inverse();
+  // Of a prior that is nearly singular.
+  if (!correction.motion.allFinite() || !correction.covariance.allFinite()) {
+    return {Eigen::Vector3d::Zero(), prior};
+  }
   return correction;
 }
 

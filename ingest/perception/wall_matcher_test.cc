@@ -1,6 +1,7 @@
 #include "ingest/perception/wall_matcher.h"
 
 #include <cmath>
+#include <limits>
 
 #include "gtest/gtest.h"
 #include "ingest/perception/testing/box_scene.h"
@@ -126,6 +127,36 @@ TEST(WallMatcherTest, PriorThatIsNoProperCovarianceMovesNothing) {
     const PoseCorrection correction = matcher.Match(cloud, prior);
     EXPECT_EQ(correction.motion, Eigen::Vector3d::Zero()) << prior;
     EXPECT_EQ(correction.covariance, prior);
+  }
+}
+
+TEST(WallMatcherTest, PointsThatAreNotFiniteAreNoWalls) {
+  const WallMatcher matcher(*WalledRoomGrid());
+  const Eigen::Vector3d error(0.06, 0, 0);
+  for (const float number :
+       {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(),
+        -std::numeric_limits<float>::infinity(), std::numeric_limits<float>::max()}) {
+    OrganisedCloud cloud = Claimed(kBeforeACorner, error);
+    OrganisedCloud without = cloud;
+    for (size_t i = 0; i < cloud.camera.size(); i += 5) {
+      cloud.camera[i].x() = number;
+      without.camera[i].setZero();
+    }
+    EXPECT_EQ(matcher.Match(cloud, Prior(0.08, 0.04)).motion,
+              matcher.Match(without, Prior(0.08, 0.04)).motion)
+        << number;
+  }
+}
+
+TEST(WallMatcherTest, AnyPriorGivesAFinitePose) {
+  const WallMatcher matcher(*WalledRoomGrid());
+  const OrganisedCloud cloud = Claimed(kBeforeACorner, {0.06, 0, 0});
+  for (const double xy_m : {1e-160, 1e-150, 1e-30, 1e6}) {
+    for (const double yaw_rad : {1e-160, 1e-150, 1e-30, 1e6}) {
+      const PoseCorrection correction = matcher.Match(cloud, Prior(xy_m, yaw_rad));
+      EXPECT_TRUE(correction.motion.allFinite()) << xy_m << " " << yaw_rad;
+      EXPECT_TRUE(correction.covariance.allFinite()) << xy_m << " " << yaw_rad;
+    }
   }
 }
 

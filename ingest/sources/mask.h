@@ -9,6 +9,7 @@
 
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
+#include "absl/types/span.h"
 
 namespace hypermap::ingest {
 
@@ -45,6 +46,13 @@ absl::StatusOr<std::vector<uint32_t>> UnpackCounts(absl::string_view packed);
 // Returns INVALID_ARGUMENT if the mask has another size, if its runs do not fill the image exactly,
 // or if a ring has fewer than three vertices or one that is not finite.
 absl::StatusOr<std::vector<uint8_t>> DecodeMask(const MaskEncoding& mask, int width, int height);
+
+// The same for the lengths of MaskRuns or of PackedMaskRuns. Take no memory but that of the mask.
+// INVALID_ARGUMENT also for a negative length.
+absl::StatusOr<std::vector<uint8_t>> DecodeRuns(absl::Span<const int32_t> counts, int width,
+                                                int height);
+absl::StatusOr<std::vector<uint8_t>> DecodePackedRuns(absl::string_view packed, int width,
+                                                      int height);
 
 }  // namespace hypermap::ingest
 

@@ -89,6 +89,9 @@ TEST(MaskTest, RandomMasksComeBack) {
     ASSERT_TRUE(unpacked.ok()) << unpacked.status();
     EXPECT_EQ(*unpacked, runs);
     EXPECT_EQ(*DecodeMask(PackedMaskRuns{width, height, Pack(runs)}, width, height), mask);
+    EXPECT_EQ(*DecodeMask(MaskRuns{width, height, runs}, width, height), mask);
+    EXPECT_EQ(*DecodePackedRuns(Pack(runs), width, height), mask);
+    EXPECT_EQ(*DecodeRuns(std::vector<int32_t>(runs.begin(), runs.end()), width, height), mask);
   }
 }
 
@@ -97,6 +100,10 @@ TEST(MaskTest, BrokenRunsAreRefused) {
   EXPECT_FALSE(DecodeMask(MaskRuns{4, 3, {2, 3, 8}}, 4, 3).ok()) << "too many";
   EXPECT_FALSE(DecodeMask(MaskRuns{4, 3, {UINT32_MAX, UINT32_MAX}}, 4, 3).ok());
   EXPECT_FALSE(DecodeMask(MaskRuns{3, 4, {12}}, 4, 3).ok()) << "of another image";
+  EXPECT_FALSE(DecodeRuns({2, 3}, 4, 3).ok()) << "too few pixels";
+  EXPECT_FALSE(DecodeRuns({2, 3, 8}, 4, 3).ok()) << "too many";
+  EXPECT_FALSE(DecodeRuns({2, -1, 11}, 4, 3).ok()) << "a negative length";
+  EXPECT_FALSE(DecodePackedRuns("23", 4, 3).ok()) << "too few pixels";
   EXPECT_FALSE(UnpackCounts("P").ok()) << "goes on after the end";
   EXPECT_FALSE(UnpackCounts("N").ok()) << "a negative length";
   EXPECT_FALSE(UnpackCounts("2 3").ok()) << "a blank";

@@ -47,10 +47,13 @@ absl::Status Run(Arguments arguments, const Interruption& interruption) {
   options.map = target.map;
   options.layer = target.layer;
   options.observe = ObserveOptionsOf(target);
+  // One write, so that lines of several threads do not mix.
+  options.log = [](const std::string& line) { std::cerr << line + "\n"; };
   HYPERMAP_ASSIGN_OR_RETURN(
       options.connections,
       admission::LimitConnections({0, 0}, admission::RaiseFileLimit(), kFilesOfServer));
   if (options.memory_limit == 0) options.memory_limit = admission::UsableMemory() / 4 * 3;
+  options.max_resident_bytes = options.memory_limit;
   auto observer = std::make_shared<const Observer>(MakeSegmenter(arguments.segmenter),
                                                    std::move(occupancy), ObserverOptions());
   HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<FrameServer> server,
@@ -84,11 +87,22 @@ void AddServeCommand(CLI::App& app, Command& selected) {
       ->add_option("--queue", arguments->server.queue, "Maximum number of queued frames per robot")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
+  command
+      ->add_option("--max_queue_bytes", arguments->server.max_queue_bytes,
+                   "Bytes of memory of a robot's queued frames at which the queue is full")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  command
+      ->add_option("--max_streams", arguments->server.max_streams,
+                   "Streams that may be open at once; half of them for one client address. They "
+                   "share a connection to the server, which has --max_calls_per_connection")
+      ->check(CLI::Range(2, 10'000))
+      ->capture_default_str();
   arguments->server.memory_limit = 0;
   command
       ->add_option("--memory_limit", arguments->server.memory_limit,
-                   "Bytes of memory above which streams are refused; 0: three quarters of the "
-                   "memory of the machine or the control group")
+                   "Bytes of memory above which streams are refused; half of them for one client "
+                   "address; 0: three quarters of the memory of the machine or the control group")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
   command->callback([arguments, &selected] {

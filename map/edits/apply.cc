@@ -9,6 +9,7 @@
 #include "base/status/status_macros.h"
 #include "map/edits/batch_cells.h"
 #include "map/edits/snapshot_editor.h"
+#include "map/frames/frame_bounds.h"
 #include "map/layers/grid_layer.h"
 #include "map/layers/semantic_layer.h"
 
@@ -34,8 +35,8 @@ absl::Status CheckVersion(const std::string& layer, ObjectId id, std::optional<R
 // Checks and applies the edits of one batch, one after the other.
 class BatchEditor {
  public:
-  BatchEditor(const Snapshot& before, absl::Time time, const Limits& limits)
-      : editor_(before, before.revision + 1), time_(time), limits_(limits) {}
+  BatchEditor(const Snapshot& before, absl::Time time, const Limits& limits, int64_t max_growth)
+      : editor_(before, before.revision + 1, max_growth), time_(time), limits_(limits) {}
 
   // Each returns the id of the object that it put, or 0.
   absl::StatusOr<ObjectId> operator()(const CreateLayer& edit);
@@ -51,24 +52,21 @@ class BatchEditor {
 
  private:
   const Snapshot& current() const { return editor_.current(); }
-  // Returns a polygon or shape in the layer's frame.
-  template <typename Geometry>
-  absl::StatusOr<Geometry> InLayerFrame(const Layer& layer, const std::string& frame_id,
-                                        const Geometry& geometry) const;
+  // Returns the transform to the layer's frame; an empty `frame_id` is the layer's frame itself.
+  absl::StatusOr<PlanarTransform> LayerFromFrame(const Layer& layer,
+                                                 const std::string& frame_id) const;
 
   SnapshotEditor editor_;
+  FrameBounds frame_bounds_;
   const absl::Time time_;
   const Limits limits_;
 };
 
-template <typename Geometry>
-absl::StatusOr<Geometry> BatchEditor::InLayerFrame(const Layer& layer, const std::string& frame_id,
-                                                   const Geometry& geometry) const {
-  if (frame_id.empty() || frame_id == layer.spec().frame_id) return geometry;
+absl::StatusOr<PlanarTransform> BatchEditor::LayerFromFrame(const Layer& layer,
+                                                            const std::string& frame_id) const {
+  if (frame_id.empty() || frame_id == layer.spec().frame_id) return PlanarTransform();
   HYPERMAP_ASSIGN_OR_RETURN(const std::string frame, current().ResolveFrame(frame_id));
-  HYPERMAP_ASSIGN_OR_RETURN(const PlanarTransform layer_from_frame,
-                            current().frames.Lookup(layer.spec().frame_id, frame));
-  return layer_from_frame * geometry;
+  return current().frames.Lookup(layer.spec().frame_id, frame);
 }
 
 absl::StatusOr<ObjectId> BatchEditor::operator()(const CreateLayer& edit) {
@@ -78,6 +76,9 @@ absl::StatusOr<ObjectId> BatchEditor::operator()(const CreateLayer& edit) {
   if (!aliases.ok()) return WithPrefix("layer.", aliases.status());
   spec.aliases = *std::move(aliases);
   HYPERMAP_RETURN_IF_ERROR(Validate(spec));
+  if (spec.grid) {
+    HYPERMAP_RETURN_IF_ERROR(CheckTranslation("layer.grid.origin", spec.grid->layer_from_grid));
+  }
   HYPERMAP_RETURN_IF_ERROR(editor_.CreateLayer(std::move(spec)));
   return 0;
 }
@@ -90,6 +91,7 @@ absl::StatusOr<ObjectId> BatchEditor::operator()(const DeleteLayer& edit) {
 absl::StatusOr<ObjectId> BatchEditor::operator()(const SetTransform& edit) {
   FrameTransform transform = edit.transform;
   if (transform.parent_frame_id.empty()) transform.parent_frame_id = current().frame_id;
+  HYPERMAP_RETURN_IF_ERROR(frame_bounds_.Check(current().frames, transform));
   HYPERMAP_RETURN_IF_ERROR(editor_.SetTransform(std::move(transform)));
   return 0;
 }
@@ -102,7 +104,13 @@ absl::StatusOr<ObjectId> BatchEditor::operator()(const PutObject& edit) {
                                                    "\" takes no shapes of the kind ",
                                                    ShapeKindName(edit.object.shape.kind())));
   }
-  HYPERMAP_ASSIGN_OR_RETURN(Shape shape, InLayerFrame(*layer, edit.frame_id, edit.object.shape));
+  HYPERMAP_ASSIGN_OR_RETURN(const PlanarTransform layer_from_frame,
+                            LayerFromFrame(*layer, edit.frame_id));
+  absl::StatusOr<Shape> shape = Moved(layer_from_frame, edit.object.shape);
+  if (!shape.ok()) {
+    return WithPrefix(absl::StrCat("object.shape: in frame \"", layer->spec().frame_id, "\": "),
+                      shape.status());
+  }
   const ObjectPtr before = editor_.FindObject(*layer, edit.object.id);
   HYPERMAP_RETURN_IF_ERROR(CheckVersion(edit.layer, edit.object.id, edit.if_version, before));
   const bool may_revive = edit.revive && edit.object.id < current().next_object_id;
@@ -114,7 +122,7 @@ absl::StatusOr<ObjectId> BatchEditor::operator()(const PutObject& edit) {
     return absl::InvalidArgumentError("time_to_live: not positive");
   }
   auto object = std::make_shared<SemanticObject>(edit.object);
-  object->shape = std::move(shape);
+  object->shape = *std::move(shape);
   if (object->id == 0) object->id = editor_.NewObjectId();
   object->version = current().revision;
   if (edit.time_to_live) object->expires_at = time_ + *edit.time_to_live;
@@ -141,9 +149,11 @@ absl::StatusOr<ObjectId> BatchEditor::operator()(const WriteCells& edit) {
 
 absl::StatusOr<ObjectId> BatchEditor::operator()(const FillPolygon& edit) {
   HYPERMAP_ASSIGN_OR_RETURN(const auto grid, editor_.Grid(edit.layer));
-  HYPERMAP_ASSIGN_OR_RETURN(const Polygon area, InLayerFrame(*grid, edit.frame_id, edit.area));
-  HYPERMAP_RETURN_IF_ERROR(
-      editor_.FillArea(edit.layer, area, edit.rule, edit.value, limits_.max_cells));
+  HYPERMAP_ASSIGN_OR_RETURN(const PlanarTransform layer_from_area,
+                            LayerFromFrame(*grid, edit.frame_id));
+  // An area that is moved too far leaves the grid's cells, which is an error.
+  HYPERMAP_RETURN_IF_ERROR(editor_.FillArea(edit.layer, layer_from_area * edit.area, edit.rule,
+                                            edit.value, limits_.max_cells));
   return 0;
 }
 
@@ -157,13 +167,13 @@ absl::StatusOr<ObjectId> BatchEditor::operator()(const SetAliases& edit) {
 }  // namespace
 
 absl::StatusOr<AppliedBatch> Apply(const Snapshot& before, const EditBatch& batch,
-                                   const Limits& limits) {
+                                   const Limits& limits, int64_t max_growth) {
   HYPERMAP_RETURN_IF_ERROR(CheckCells(before, batch, limits.max_cells));
-  return ApplyExtended(before, batch, limits);
+  return ApplyExtended(before, batch, limits, max_growth);
 }
 
 absl::StatusOr<AppliedBatch> ApplyExtended(const Snapshot& before, const EditBatch& batch,
-                                           const Limits& limits) {
+                                           const Limits& limits, int64_t max_growth) {
   if (batch.edits.empty()) return absl::InvalidArgumentError("edits is empty");
   for (const LayerVersion& wanted : batch.if_layers) {
     const absl::StatusOr<LayerPtr> layer = before.GetLayer(wanted.layer);
@@ -173,7 +183,7 @@ absl::StatusOr<AppliedBatch> ApplyExtended(const Snapshot& before, const EditBat
     return absl::AbortedError(absl::StrCat("if_layers: layer \"", wanted.layer, "\" has version ",
                                            version, ", not ", wanted.version));
   }
-  BatchEditor editor(before, batch.time, limits);
+  BatchEditor editor(before, batch.time, limits, max_growth);
   std::vector<ObjectId> object_ids;
   object_ids.reserve(batch.edits.size());
   for (const Edit& edit : batch.edits) {

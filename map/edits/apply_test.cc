@@ -9,6 +9,7 @@
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "map/edits/byte_size.h"
+#include "map/frames/frame_bounds.h"
 #include "map/layers/grid_layer.h"
 #include "map/layers/semantic_layer.h"
 #include "tests/support/random_map.h"
@@ -185,6 +186,17 @@ TEST(ApplyTest, EveryWayToBeWrongHasItsCode) {
   EXPECT_EQ(Apply(before, {}).status().code(), absl::StatusCode::kInvalidArgument);
 }
 
+// The error of the last edit; the edits before it must be accepted.
+absl::Status RefusalOf(const Snapshot& before, const EditBatch& batch) {
+  EditBatch accepted = batch;
+  accepted.edits.pop_back();
+  if (!accepted.edits.empty()) {
+    const absl::Status status = Apply(before, accepted).status();
+    EXPECT_TRUE(status.ok()) << status;
+  }
+  return Apply(before, batch).status();
+}
+
 SemanticObject ObjectOf(const std::string& label, Shape shape) {
   return {.label = label, .shape = std::move(shape)};
 }
@@ -261,6 +273,98 @@ TEST(ApplyTest, ObjectsAreStoredInTheLayersFrame) {
   ASSERT_TRUE(applied.ok()) << applied.status();
   EXPECT_EQ(SemanticOf(*applied->snapshot, "s").Find(1)->shape,
             Polygon::FromBox({{-10, 0}, {-9, 1}}));
+}
+
+TEST(ApplyTest, TransformsAndOriginsBeyondTheBoundOfCoordinatesAreRefused) {
+  const Snapshot before = MakeSnapshot("m", {{CreateLayer{Semantic("s")}}});
+  const std::string words = "x or y is more than 1e+09 m";
+  for (const PlanarTransform& far :
+       {PlanarTransform(1e308, 1e308, 0.5), PlanarTransform(0, -1.001e9, 0)}) {
+    EXPECT_EQ(RefusalOf(before, {{SetTransform{{"map", "half", far}}}}),
+              absl::InvalidArgumentError("edits[0]: parent_from_child: " + words));
+    LayerSpec grid = Grid("g");
+    grid.grid->layer_from_grid = far;
+    EXPECT_EQ(RefusalOf(before, {{CreateLayer{grid}}}),
+              absl::InvalidArgumentError("edits[0]: layer.grid.origin: " + words));
+  }
+  EXPECT_TRUE(Apply(before, {{SetTransform{{"map", "a", {1e9, -1e9, 0.5}}}}}).ok());
+}
+
+TEST(ApplyTest, ShapesThatLeaveTheBoundInTheLayersFrameAreRefused) {
+  const Snapshot before = MakeSnapshot(
+      "m", {{CreateLayer{Semantic("s")}, SetTransform{{"map", "half", {1e9, 0, 0}}},
+             SetTransform{{"half", "far", {1e9, 0, 0}}}, SetTransform{{"far", "off", {1, 0, 0}}}}});
+  const Shape point = *Shape::MakePoint({1, 0});
+  const auto put = [](const Shape& shape, const std::string& frame_id) {
+    return EditBatch{{PutObject{"s", ObjectOf("thing", shape), frame_id}}};
+  };
+  EXPECT_EQ(RefusalOf(before, put(point, "half")),
+            absl::InvalidArgumentError("edits[0]: object.shape: in frame \"map\": point is more "
+                                       "than 1e+09 m from the origin"));
+  EXPECT_EQ(RefusalOf(before, put(*LineString::Make({{-1, 0}, {1, 0}}), "half")),
+            absl::InvalidArgumentError("edits[0]: object.shape: in frame \"map\": vertices[1] is "
+                                       "more than 1e+09 m from the origin"));
+  EXPECT_EQ(RefusalOf(before, put(Polygon::FromBox({{-1, 0}, {1, 1}}), "half")),
+            absl::InvalidArgumentError("edits[0]: object.shape: in frame \"map\": outer[1] is "
+                                       "more than 1e+09 m from the origin"));
+  EXPECT_EQ(RefusalOf(before, put(point, "off")),
+            absl::InvalidArgumentError("edits[0]: frames 'map' and 'off' are more than 2e+09 m "
+                                       "apart"));
+  const auto applied = Apply(before, put(*Shape::MakePoint({-1, 5}), "half"));
+  ASSERT_TRUE(applied.ok()) << applied.status();
+  EXPECT_EQ(SemanticOf(*applied->snapshot, "s").Find(1)->shape, *Shape::MakePoint({1e9 - 1, 5}));
+}
+
+TEST(ApplyTest, ShapesThatRoundingTurnsOverAreRefused) {
+  // Coordinates near 1e9 m are multiples of 1.2e-7 m.
+  const Snapshot before = MakeSnapshot(
+      "m", {{CreateLayer{Semantic("s")}, SetTransform{{"map", "far", {9e8, 9e8, 0}}}}});
+  // An arrow whose edges cross when its vertices are rounded, and which then runs rightward.
+  const double bit = 0x1p-23;
+  const Polygon arrow = *Polygon::Make({{2.75 * bit, 2.91 * bit},
+                                        {1.91 * bit, 1.45 * bit},
+                                        {0.06 * bit, 0.85 * bit},
+                                        {2.63 * bit, 1.58 * bit}});
+  const absl::Status refused =
+      RefusalOf(before, {{PutObject{"s", ObjectOf("thing", arrow), "far"}}});
+  EXPECT_TRUE(absl::IsInvalidArgument(refused)) << refused;
+  EXPECT_THAT(std::string(refused.message()),
+              HasSubstr("edits[0]: object.shape: in frame \"map\": outer ring "));
+  EXPECT_TRUE(Apply(before, {{PutObject{"s", ObjectOf("thing", arrow), ""}}}).ok());
+}
+
+TEST(ApplyTest, AreasThatAreMovedOutOfTheGridAreRefused) {
+  const Snapshot before =
+      MakeSnapshot("m", {{CreateLayer{Grid("g")}, SetTransform{{"map", "half", {1e9, 1e9, 0.5}}},
+                          SetTransform{{"half", "far", {1e9, 1e9, 0.5}}}}});
+  const Polygon area = Polygon::FromBox({{-1e9, -1e9}, {1e9, 1e9}});
+  for (const char* frame : {"", "half"}) {
+    const absl::Status refused =
+        RefusalOf(before, {{FillPolygon{"g", area, frame, CellRule::kCentre, 1.0}}});
+    EXPECT_TRUE(absl::IsInvalidArgument(refused)) << refused;
+    EXPECT_THAT(std::string(refused.message()), HasSubstr("edits[0]: area leaves the cells"));
+  }
+  const absl::Status refused =
+      RefusalOf(before, {{FillPolygon{"g", area, "far", CellRule::kCentre, 1.0}}});
+  EXPECT_THAT(std::string(refused.message()), HasSubstr("more than 2e+09 m apart"));
+}
+
+TEST(ApplyTest, DepthAndNumberOfFramesAreBoundedInABatch) {
+  EditBatch chain, star;
+  for (int i = 0; i < kMaxFrameDepth; ++i) {
+    const std::string parent = i == 0 ? "" : absl::StrCat("f", i - 1);
+    chain.edits.push_back(SetTransform{{parent, absl::StrCat("f", i), {}}});
+  }
+  chain.edits.push_back(SetTransform{{absl::StrCat("f", kMaxFrameDepth - 1), "deeper", {}}});
+  const absl::Status too_deep = RefusalOf(Snapshot(), chain);
+  EXPECT_TRUE(absl::IsResourceExhausted(too_deep)) << too_deep;
+  EXPECT_THAT(std::string(too_deep.message()), HasSubstr("edits[256]: parent_frame_id: "));
+  for (int64_t i = 0; i <= kMaxFrames; ++i) {
+    star.edits.push_back(SetTransform{{"", absl::StrCat("f", i), {}}});
+  }
+  const absl::Status too_many = RefusalOf(Snapshot(), star);
+  EXPECT_TRUE(absl::IsResourceExhausted(too_many)) << too_many;
+  EXPECT_THAT(std::string(too_many.message()), HasSubstr("the most are 20000"));
 }
 
 TEST(ApplyTest, WhatABatchTouchesTwiceChangesOnce) {

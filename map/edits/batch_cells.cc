@@ -9,6 +9,7 @@
 #include "absl/strings/str_cat.h"
 #include "base/cancellation/cancellation.h"
 #include "base/status/status_macros.h"
+#include "map/frames/frame_bounds.h"
 #include "map/grid/cell_cover.h"
 #include "map/grid/tile.h"
 
@@ -38,7 +39,8 @@ class CellCounter {
   absl::Status operator()(const SetTransform& edit) {
     FrameTransform transform = edit.transform;
     transform.parent_frame_id = OrOwnFrame(transform.parent_frame_id);
-    frames_.Set(transform).IgnoreError();
+    // Apply refuses the others.
+    if (frame_bounds_.Check(frames_, transform).ok()) frames_.Set(transform).IgnoreError();
     return absl::OkStatus();
   }
   absl::Status operator()(const WriteCells& edit) {
@@ -105,6 +107,7 @@ class CellCounter {
 
   const Snapshot& before_;
   FrameTree frames_;  // After the edits so far.
+  FrameBounds frame_bounds_;
   const int64_t max_cells_;
   std::map<std::string, const LayerSpec*> specs_;  // Of layers made by the batch. Null: deleted.
   int64_t num_cells_ = 0;

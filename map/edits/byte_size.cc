@@ -8,26 +8,7 @@
 namespace hypermap {
 namespace {
 
-// Bytes of an entry of a small map or list, with the bookkeeping of its allocation.
-constexpr int64_t kEntryBytes = 64;
-
 int64_t Length(const std::string& text) { return static_cast<int64_t>(text.size()); }
-
-int64_t VertexBytes(const Shape& shape) {
-  return shape.num_vertices() * static_cast<int64_t>(sizeof(Point));
-}
-
-// Bytes that an object takes beyond sizeof.
-int64_t ContentBytes(const SemanticObject& object) {
-  int64_t bytes = Length(object.label) + VertexBytes(object.shape);
-  for (const auto& [word, score] : object.classes) bytes += kEntryBytes + Length(word);
-  for (const std::string& tag : object.tags) bytes += kEntryBytes + Length(tag);
-  for (const auto& [name, value] : object.attributes) {
-    bytes += kEntryBytes + Length(name);
-    if (const auto* text = std::get_if<std::string>(&value)) bytes += Length(*text);
-  }
-  return bytes;
-}
 
 // Each returns the bytes beyond sizeof(Edit).
 struct EditBytes {
@@ -37,7 +18,7 @@ struct EditBytes {
     return Length(edit.transform.parent_frame_id) + Length(edit.transform.child_frame_id);
   }
   int64_t operator()(const PutObject& edit) const {
-    return Length(edit.layer) + Length(edit.frame_id) + ContentBytes(edit.object);
+    return Length(edit.layer) + Length(edit.frame_id) + ByteSize(edit.object);
   }
   int64_t operator()(const DeleteObject& edit) const { return Length(edit.layer); }
   int64_t operator()(const WriteCells& edit) const {
@@ -83,10 +64,6 @@ struct ChangeBytes {
 int64_t ByteSize(const Polygon& polygon) {
   return polygon.num_vertices() * static_cast<int64_t>(sizeof(Point)) +
          static_cast<int64_t>(polygon.rings().size() * sizeof(Ring));
-}
-
-int64_t ByteSize(const SemanticObject& object) {
-  return static_cast<int64_t>(sizeof object) + ContentBytes(object);
 }
 
 int64_t ByteSize(const Edit& edit) {

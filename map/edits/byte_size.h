@@ -9,11 +9,10 @@
 
 namespace hypermap {
 
-// Bytes of memory, estimated from the sizes of strings, vertices, cells and entries, without the
-// slack of allocations. What a value shares with others is counted in full.
+// Bytes of memory, estimated from the sizes of strings, vertices, cells and entries. What a value
+// shares with others is counted in full. ByteSize of an object is in map/objects.
 
 int64_t ByteSize(const Polygon& polygon);
-int64_t ByteSize(const SemanticObject& object);
 int64_t ByteSize(const Edit& edit);
 int64_t ByteSize(const EditBatch& batch);
 

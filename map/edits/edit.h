@@ -17,7 +17,7 @@
 namespace hypermap {
 
 // ALREADY_EXISTS if the map has a layer with this name. An empty frame_id stands for the map's own
-// frame.
+// frame. INVALID_ARGUMENT if the origin of its grid is not IsWithinBounds.
 struct CreateLayer {
   LayerSpec spec;
 };
@@ -27,14 +27,15 @@ struct DeleteLayer {
   std::string layer;
 };
 
-// Sets or replaces the parent of a frame.
+// Sets or replaces the parent of a frame. The errors are those of FrameBounds::Check and
+// FrameTree::Set.
 struct SetTransform {
   FrameTransform transform;
 };
 
 // Adds an object (id 0: it gets the next id) or replaces the one with its id, which must be in the
 // same layer. Ids that the map has not assigned yet are refused. The shape is in `frame_id` (empty:
-// the layer's own frame).
+// the layer's own frame); it must be valid in the layer's frame, too (see Moved in map/frames).
 struct PutObject {
   std::string layer;
   SemanticObject object;

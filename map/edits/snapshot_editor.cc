@@ -1,6 +1,7 @@
 #include "map/edits/snapshot_editor.h"
 
 #include <algorithm>
+#include <limits>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -10,8 +11,8 @@
 
 namespace hypermap {
 
-SnapshotEditor::SnapshotEditor(Snapshot before, Revision revision)
-    : next_(std::make_shared<Snapshot>(std::move(before))) {
+SnapshotEditor::SnapshotEditor(Snapshot before, Revision revision, int64_t max_growth)
+    : next_(std::make_shared<Snapshot>(std::move(before))), max_growth_(max_growth) {
   next_->revision = revision;
 }
 
@@ -34,9 +35,17 @@ absl::StatusOr<std::shared_ptr<const GridLayer>> SnapshotEditor::Grid(
 }
 
 absl::StatusOr<GridWriter*> SnapshotEditor::Writer(const std::string& layer) {
-  if (const auto open = grids_.find(layer); open != grids_.end()) return &open->second;
-  HYPERMAP_ASSIGN_OR_RETURN(std::shared_ptr<const GridLayer> grid, Grid(layer));
-  return &grids_.emplace(layer, GridWriter(std::move(grid))).first->second;
+  auto writer = grids_.find(layer);
+  if (writer == grids_.end()) {
+    HYPERMAP_ASSIGN_OR_RETURN(std::shared_ptr<const GridLayer> grid, Grid(layer));
+    writer = grids_.emplace(layer, GridWriter(std::move(grid))).first;
+  }
+  if (max_growth_ != std::numeric_limits<int64_t>::max()) {
+    int64_t left = max_growth_ + writer->second.growth();
+    for (const auto& [name, open] : grids_) left -= open.growth();
+    writer->second.LimitGrowth(left);
+  }
+  return &writer->second;
 }
 
 ObjectPtr SnapshotEditor::FindObject(const SemanticLayer& layer, ObjectId id) const {
@@ -62,6 +71,7 @@ absl::Status SnapshotEditor::DeleteLayer(const std::string& layer) {
   aliases_.erase(layer);
   objects_.erase(layer);
   grids_.erase(layer);
+  if (max_growth_ != std::numeric_limits<int64_t>::max()) max_growth_ += found->ByteSize();
   changes_.push_back(LayerDeleted{found->spec()});
   next_->layers.erase(layer);
   return absl::OkStatus();

@@ -3,6 +3,7 @@
 #define HYPERMAP_MAP_EDITS_SNAPSHOT_EDITOR_H_
 
 #include <cstdint>
+#include <limits>
 #include <map>
 #include <memory>
 #include <optional>
@@ -28,8 +29,10 @@ namespace hypermap {
 // before. A method that returns an error has changed nothing, unless its comment says otherwise.
 class SnapshotEditor {
  public:
-  // `before` becomes a snapshot of `revision`.
-  SnapshotEditor(Snapshot before, Revision revision);
+  // `before` becomes a snapshot of `revision`. WriteCells and FillArea fail as soon as the tiles of
+  // all grids take more than `max_growth` bytes of memory more than before.
+  SnapshotEditor(Snapshot before, Revision revision,
+                 int64_t max_growth = std::numeric_limits<int64_t>::max());
 
   // The snapshot with its structure as changed so far, and its content and aliases as before.
   const Snapshot& current() const { return *next_; }
@@ -61,7 +64,8 @@ class SnapshotEditor {
   absl::Status PutObject(const std::string& layer, ObjectPtr object);
   // Succeeds if there is no such object. Errors are those of Semantic.
   absl::Status RemoveObject(const std::string& layer, ObjectId id);
-  // Errors are those of Grid, GridWriter::Write and GridWriter::Fill.
+  // Errors are those of Grid, GridWriter::Write and GridWriter::Fill; after RESOURCE_EXHAUSTED, the
+  // editor must not be used any more.
   absl::Status WriteCells(const std::string& layer, const CellBox& box,
                           const std::vector<std::optional<double>>& values);
   absl::Status FillArea(const std::string& layer, const Polygon& area, CellRule rule,
@@ -78,6 +82,7 @@ class SnapshotEditor {
     int64_t num_labels = 0;
   };
 
+  // Returns the layer's writer, its growth limited to what the others leave.
   absl::StatusOr<GridWriter*> Writer(const std::string& layer);
   void FinishAliases(const std::string& layer, ValueAliases aliases);
   void FinishObjects(const std::string& layer, const ObjectChanges& changes);
@@ -85,6 +90,8 @@ class SnapshotEditor {
   void SetVersions();
 
   std::shared_ptr<Snapshot> next_;
+  // Bytes by which tiles may still grow, if no grid is open.
+  int64_t max_growth_;
   std::vector<Change> changes_;
   std::map<std::string, AliasesSoFar> aliases_;
   std::map<std::string, ObjectChanges> objects_;

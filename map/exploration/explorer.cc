@@ -8,6 +8,7 @@
 
 #include "absl/container/flat_hash_set.h"
 #include "base/cancellation/cancellation.h"
+#include "map/exploration/block_sums.h"
 #include "map/grid/cell_cover.h"
 
 namespace hypermap {
@@ -256,14 +257,14 @@ int64_t Explorer::GainAt(const CellIndex& cell) {
   return gain;
 }
 
-int64_t Explorer::GainBesidesPromised(const CellIndex& cell) {
+bool Explorer::MayShareView(const CellIndex& cell) const {
   // Two views can share a cell only if their places are within twice the range of each other.
-  // Otherwise the cached gain holds.
-  const bool may_share =
-      std::any_of(promised_places_.begin(), promised_places_.end(), [&](const CellIndex& place) {
-        return std::hypot(place.row - cell.row, place.col - cell.col) <= 2.0 * (range_ + 1);
-      });
-  if (!may_share) return GainAt(cell);
+  return std::any_of(promised_places_.begin(), promised_places_.end(), [&](const CellIndex& place) {
+    return std::hypot(place.row - cell.row, place.col - cell.col) <= 2.0 * (range_ + 1);
+  });
+}
+
+int64_t Explorer::GainBesidesPromised(const CellIndex& cell) {
   if (IsCancelled()) return 0;
   int64_t gain = 0;
   viewshed_rays_.ForEachVisible(plan_, cell, [&](const CellIndex& seen) {
@@ -323,6 +324,20 @@ std::optional<Explorer::ChosenViewpoint> Explorer::ChooseViewpoint(
   // so far, the search can stop.
   const double most = std::min(static_cast<double>(num_unexplored_),
                                std::numbers::pi * (range_ + 1.0) * (range_ + 1.0));
+  // Bounds of gains besides what is promised. Without promises, cached gains are as good.
+  std::optional<BlockSums> left;
+  if (!promised.empty()) {
+    left.emplace(plan_.box(), [this](const CellIndex& cell) {
+      return IsWanted(cell) && promised_.at(cell) != question_;
+    });
+  }
+  const auto in_range = [this](const CellIndex& cell) {
+    return CellBox{cell.row - range_, cell.row + range_ + 1, cell.col - range_,
+                   cell.col + range_ + 1};
+  };
+  const auto view_cells = static_cast<int64_t>(std::numbers::pi * range_ * range_);
+  int64_t looked = 0;
+  int64_t places_met = 0;
   std::optional<ChosenViewpoint> best;
   double best_utility = 0;
   const auto run = [&](auto is_tried) {
@@ -331,16 +346,24 @@ std::optional<Explorer::ChosenViewpoint> Explorer::ChooseViewpoint(
         [&](const CellIndex& cell, int32_t length) {
           const double path_m = length * resolution_m_ / PathSearch::kStraight;
           if (most / (path_m + kSetOut_m) <= best_utility) return false;
+          const int64_t times_exceeded = looked / kMaxLooked;
+          if (best && times_exceeded > 0) return false;
           if (!is_tried(cell) || is_taken(cell)) return true;
+          if (places_met++ % (int64_t{1} << std::min<int64_t>(times_exceeded, 20)) != 0)
+            return true;
           const auto is_worth_it = [&](int64_t gain) {
             return gain >= options_.min_gain_cells &&
                    static_cast<double>(gain) / (path_m + kSetOut_m) > best_utility;
           };
-          // The gain without promises is an upper bound, and usually cached; it rules out most
-          // places.
-          if (!is_worth_it(GainAt(cell))) return true;
-          const int64_t gain = GainBesidesPromised(cell);
+          // Upper bounds, of which the second is usually cached, rule out most places.
+          if (left && !is_worth_it(left->AtMost(in_range(cell)))) return true;
+          int64_t gain = GainAt(cell);
           if (!is_worth_it(gain)) return true;
+          if (MayShareView(cell)) {
+            gain = GainBesidesPromised(cell);
+            looked += view_cells;
+            if (!is_worth_it(gain)) return true;
+          }
           best_utility = static_cast<double>(gain) / (path_m + kSetOut_m);
           best = ChosenViewpoint{{cell, gain}, path_m};
           return true;

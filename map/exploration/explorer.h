@@ -88,6 +88,9 @@ class Explorer {
   // Sorted by their first cells.
   std::vector<FrontierView> ListFrontiers();
 
+  // Some 0.5 s.
+  static constexpr int64_t kMaxLooked = 32'000'000;
+
   struct ChosenViewpoint {
     Viewpoint viewpoint;
     double path_m = 0.0;
@@ -97,6 +100,9 @@ class Explorer {
   // strategies for exploring indoor environments", IJRR 2002. Cells that can be seen from
   // `promised` places count as seen. Goals are at least two robot radii from promised places, so
   // that two robots fit. nullopt if nothing new can be seen from places that the robot can reach.
+  // With promised places, a search that has looked at kMaxLooked cells takes the best so far. If it
+  // has none, it tries every second place from then on, and with each further kMaxLooked half as
+  // many.
   std::optional<ChosenViewpoint> ChooseViewpoint(const CellIndex& robot,
                                                  const std::vector<CellIndex>& promised,
                                                  const std::vector<CellIndex>& avoided);
@@ -132,7 +138,10 @@ class Explorer {
   void ForgetGains(const CellBox& changed);
   // Returns the number of wanted cells that can be seen from `cell`. Cached.
   int64_t GainAt(const CellIndex& cell);
-  // Returns the same, without the cells that can be seen from promised places. Not cached.
+  // Whether the view from `cell` may share cells with that from a promised place.
+  bool MayShareView(const CellIndex& cell) const;
+  // Returns the same as GainAt, without the cells that can be seen from promised places. Not
+  // cached.
   int64_t GainBesidesPromised(const CellIndex& cell);
   void Promise(const std::vector<CellIndex>& places);
   std::optional<Viewpoint> ViewpointFor(const Frontier& frontier);

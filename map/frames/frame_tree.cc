@@ -22,19 +22,26 @@ absl::Status CheckName(absl::string_view field, absl::string_view frame_id) {
 
 }  // namespace
 
-// Walks from a frame to the root of its tree, and accumulates the transform.
+// Walks from a frame to the root of its tree, and accumulates the transform. Remembers the first
+// transform on the way that is too long.
 class FrameTree::Climber {
  public:
   Climber(const Edges& edges, absl::string_view start) : edges_(edges), frame_id_(start) {}
 
   absl::string_view frame_id() const { return frame_id_; }
   const PlanarTransform& frame_from_start() const { return frame_from_start_; }
+  const absl::Status& status() const { return status_; }
 
   // Returns false at the root.
   bool Climb() {
     const auto edge = edges_.find(frame_id_);
     if (edge == edges_.end()) return false;
-    frame_from_start_ = edge->second.parent_from_child * frame_from_start_;
+    const PlanarTransform& parent_from_child = edge->second.parent_from_child;
+    if (status_.ok() && !IsWithinBounds(parent_from_child)) {
+      status_ =
+          CheckTranslation(absl::StrCat("transform of frame '", frame_id_, "'"), parent_from_child);
+    }
+    frame_from_start_ = parent_from_child * frame_from_start_;
     frame_id_ = edge->second.parent_frame_id;
     return true;
   }
@@ -43,6 +50,7 @@ class FrameTree::Climber {
   const Edges& edges_;
   absl::string_view frame_id_;
   PlanarTransform frame_from_start_;
+  absl::Status status_;
 };
 
 int FrameTree::DepthOf(const Edges& edges, absl::string_view frame_id) {
@@ -54,15 +62,20 @@ int FrameTree::DepthOf(const Edges& edges, absl::string_view frame_id) {
   return depth;
 }
 
+absl::Status FrameTree::CheckAlone(const FrameTransform& transform) {
+  HYPERMAP_RETURN_IF_ERROR(CheckName("parent_frame_id", transform.parent_frame_id));
+  HYPERMAP_RETURN_IF_ERROR(CheckName("child_frame_id", transform.child_frame_id));
+  const PlanarTransform& t = transform.parent_from_child;
+  if (std::isfinite(t.x()) && std::isfinite(t.y()) && std::isfinite(t.yaw())) {
+    return absl::OkStatus();
+  }
+  return absl::InvalidArgumentError("parent_from_child is not finite");
+}
+
 absl::Status FrameTree::Set(const FrameTransform& transform) {
   const std::string& parent = transform.parent_frame_id;
   const std::string& child = transform.child_frame_id;
-  HYPERMAP_RETURN_IF_ERROR(CheckName("parent_frame_id", parent));
-  HYPERMAP_RETURN_IF_ERROR(CheckName("child_frame_id", child));
-  const PlanarTransform& t = transform.parent_from_child;
-  if (!std::isfinite(t.x()) || !std::isfinite(t.y()) || !std::isfinite(t.yaw())) {
-    return absl::InvalidArgumentError("parent_from_child is not finite");
-  }
+  HYPERMAP_RETURN_IF_ERROR(CheckAlone(transform));
   const FrameTransform* const before = Find(child);
   const bool has_parent = before != nullptr && before->parent_frame_id == parent;
   // Only a frame that gets another parent can become its own ancestor, and only through its
@@ -117,7 +130,16 @@ absl::StatusOr<PlanarTransform> FrameTree::Lookup(absl::string_view target_frame
                                               "' and '", source_frame_id, "'"));
     }
   }
-  return target.frame_from_start().Inverse() * source.frame_from_start();
+  HYPERMAP_RETURN_IF_ERROR(target.status());
+  HYPERMAP_RETURN_IF_ERROR(source.status());
+  const PlanarTransform target_from_source =
+      target.frame_from_start().Inverse() * source.frame_from_start();
+  if (std::hypot(target_from_source.x(), target_from_source.y()) > kMaxFrameDistance_m) {
+    return absl::InvalidArgumentError(absl::StrCat("frames '", target_frame_id, "' and '",
+                                                   source_frame_id, "' are more than ",
+                                                   kMaxFrameDistance_m, " m apart"));
+  }
+  return target_from_source;
 }
 
 std::vector<FrameTransform> FrameTree::transforms() const {

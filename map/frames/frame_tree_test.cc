@@ -95,6 +95,44 @@ TEST(FrameTreeTest, RefusesWhatMakesNoForest) {
   EXPECT_THAT(FrameTree().transforms(), IsEmpty());
 }
 
+TEST(FrameTreeTest, FramesThatAreTooFarApartAreNotConnected) {
+  FrameTree tree;
+  ASSERT_TRUE(tree.Set({"map", "corner", {1e9, 1e9, 0.5}}).ok());
+  ASSERT_TRUE(tree.Set({"corner", "east", {1e9, 0, 0}}).ok());
+  ASSERT_TRUE(tree.Set({"corner", "back", {-1e9, -1e9, 0}}).ok());
+  ASSERT_TRUE(tree.Set({"east", "robot", {1, 2, 0}}).ok());
+  for (const auto& [target, source] : {std::pair{"map", "east"}, std::pair{"robot", "map"}}) {
+    const auto lookup = tree.Lookup(target, source);
+    EXPECT_TRUE(absl::IsInvalidArgument(lookup.status())) << lookup.status();
+    EXPECT_THAT(std::string(lookup.status().message()), HasSubstr("more than 2e+09 m apart"));
+    EXPECT_THAT(std::string(lookup.status().message()), HasSubstr("'map'"));
+  }
+  EXPECT_TRUE(tree.Lookup("map", "corner").ok());
+  EXPECT_TRUE(tree.Lookup("map", "back").ok());
+  EXPECT_EQ(*tree.Lookup("east", "robot"), PlanarTransform(1, 2, 0));
+}
+
+// Transforms that were stored before there was a bound stay, and make no answer infinite.
+TEST(FrameTreeTest, LookupThroughATransformBeyondTheBoundIsRefused) {
+  FrameTree tree;
+  ASSERT_TRUE(tree.Set({"map", "half", {1e308, 1e308, 0.5}}).ok());
+  ASSERT_TRUE(tree.Set({"half", "far", {1e308, 1e308, 0.5}}).ok());
+  ASSERT_TRUE(tree.Set({"half", "back", {-1e308, -1e308, 0}}).ok());
+  ASSERT_TRUE(tree.Set({"map", "odom", {1, 0, 0}}).ok());
+  const std::pair<const char*, const char*> refused[] = {
+      {"map", "half"}, {"half", "map"}, {"map", "far"}, {"far", "odom"}, {"back", "map"}};
+  for (const auto& [target, source] : refused) {
+    const auto lookup = tree.Lookup(target, source);
+    EXPECT_TRUE(absl::IsInvalidArgument(lookup.status())) << target << " " << source;
+    EXPECT_THAT(std::string(lookup.status().message()), HasSubstr("x or y is more than 1e+09 m"));
+  }
+  EXPECT_TRUE(tree.Lookup("far", "far").ok());
+  EXPECT_TRUE(tree.Lookup("map", "odom").ok());
+  // Another transform in its place mends it.
+  ASSERT_TRUE(tree.Set({"map", "half", {1, 0, 0}}).ok());
+  EXPECT_TRUE(tree.Lookup("map", "half").ok());
+}
+
 TEST(FrameTreeTest, LookupsComposeInRandomForests) {
   const uint64_t seed = TestSeed();
   SCOPED_TRACE("HYPERMAP_TEST_SEED=" + std::to_string(seed));
@@ -136,6 +174,9 @@ TEST(FrameTreeTest, KnowsParentsWhileTheyHaveChildren) {
   ASSERT_TRUE(tree.Set({"map", "b", {1, 0, 0}}).ok());
   ASSERT_TRUE(tree.Set({"b", "a", {}}).ok());
   EXPECT_TRUE(tree.Contains("map"));
+  EXPECT_TRUE(tree.HasChildren("map"));
+  EXPECT_FALSE(tree.HasChildren("a"));
+  EXPECT_EQ(tree.size(), 2u);
   EXPECT_EQ(tree.Find("a")->parent_frame_id, "b");
   EXPECT_EQ(tree.Find("map"), nullptr);
   ASSERT_TRUE(tree.Set({"world", "b", {}}).ok());

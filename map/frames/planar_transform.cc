@@ -5,6 +5,10 @@
 #include <utility>
 #include <vector>
 
+#include "absl/strings/str_cat.h"
+#include "absl/types/span.h"
+#include "base/status/status_macros.h"
+
 namespace hypermap {
 namespace {
 
@@ -14,6 +18,24 @@ constexpr double kPi = 3.14159265358979323846;
 double NormalizedYaw(double yaw) {
   const double turned = std::remainder(yaw, 2.0 * kPi);
   return turned <= -kPi ? kPi : turned;
+}
+
+absl::Status CheckMoved(const Shape& shape) {
+  switch (shape.kind()) {
+    case ShapeKind::kPolygon: {
+      const Rings& rings = shape.polygon().rings();
+      for (size_t i = 0; i < rings.size(); ++i) {
+        HYPERMAP_RETURN_IF_ERROR(
+            CheckVertices(i == 0 ? "outer" : absl::StrCat("holes[", i - 1, "]"), rings[i]));
+      }
+      return absl::OkStatus();
+    }
+    case ShapeKind::kLineString:
+      return CheckVertices("vertices", shape.line_string().vertices());
+    case ShapeKind::kPoint:
+      return Shape::MakePoint(shape.point()).status();
+  }
+  return absl::OkStatus();
 }
 
 }  // namespace
@@ -71,6 +93,27 @@ Shape PlanarTransform::operator*(const Shape& shape) const {
 PlanarTransform PlanarTransform::operator*(const PlanarTransform& other) const {
   const Point origin = *this * Point{other.x(), other.y()};
   return PlanarTransform(origin.x, origin.y, yaw_ + other.yaw_);
+}
+
+bool IsWithinBounds(const PlanarTransform& t) {
+  // The comparisons are false for NaN.
+  return std::abs(t.x()) <= kMaxCoordinate_m && std::abs(t.y()) <= kMaxCoordinate_m;
+}
+
+absl::Status CheckTranslation(absl::string_view field, const PlanarTransform& t) {
+  if (IsWithinBounds(t)) return absl::OkStatus();
+  return absl::InvalidArgumentError(
+      absl::StrCat(field, ": x or y is more than ", kMaxCoordinate_m, " m"));
+}
+
+absl::StatusOr<Shape> Moved(const PlanarTransform& t, const Shape& shape) {
+  if (t.IsIdentity()) return shape;
+  Shape moved = t * shape;
+  HYPERMAP_RETURN_IF_ERROR(CheckMoved(moved));
+  // A ring that winds the other way is not read from a store as it was written.
+  if (!moved.is_polygon() || !RunsBackwards(moved.polygon().rings())) return moved;
+  const Rings& rings = moved.polygon().rings();
+  return Polygon::Make(rings.front(), std::vector<Ring>(rings.begin() + 1, rings.end()));
 }
 
 Box BoundsOf(const PlanarTransform& t, const Box& box) {

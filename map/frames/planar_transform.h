@@ -4,6 +4,10 @@
 
 #include <Eigen/Geometry>
 
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
+#include "map/geometry/coordinates.h"
 #include "map/geometry/point.h"
 #include "map/geometry/polygon.h"
 #include "map/geometry/shape.h"
@@ -45,6 +49,16 @@ class PlanarTransform {
   Eigen::Isometry2d isometry_;
   double yaw_;
 };
+
+// Returns whether the translation is finite and at most kMaxCoordinate_m along each axis.
+bool IsWithinBounds(const PlanarTransform& t);
+// INVALID_ARGUMENT naming `field` unless IsWithinBounds(t).
+absl::Status CheckTranslation(absl::string_view field, const PlanarTransform& t);
+
+// Returns t * shape as a shape that can be stored. INVALID_ARGUMENT naming a vertex that is then
+// not finite or more than kMaxCoordinate_m from the origin along an axis, or a ring that is so
+// small that rounding has made it invalid. Errors of CheckCancelled.
+absl::StatusOr<Shape> Moved(const PlanarTransform& t, const Shape& shape);
 
 // Returns a closed box around `box` transformed by `t`. If `t` rotates, the box is wide enough to
 // contain `t * p` for every point p of `box`, however that rounds.

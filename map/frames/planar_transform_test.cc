@@ -2,15 +2,19 @@
 
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "gtest/gtest.h"
+#include "tests/support/not_finite.h"
 #include "tests/support/random_map.h"
 
 namespace hypermap {
 namespace {
 
 using std::numbers::pi;
+using testing::kNan;
 using testing::RandomPolygon;
+using testing::RandomShape;
 using testing::RandomTransform;
 using testing::Rng;
 using testing::TestSeed;
@@ -95,6 +99,83 @@ TEST(PlanarTransformTest, MovesPolygonsVertexByVertex) {
   }
   EXPECT_NEAR(Area(moved), Area(polygon), 1e-10);
   EXPECT_EQ(PlanarTransform() * polygon, polygon);
+}
+
+TEST(MovedTest, GivesTheMovedShapeOfEveryKind) {
+  const uint64_t seed = TestSeed();
+  SCOPED_TRACE("HYPERMAP_TEST_SEED=" + std::to_string(seed));
+  Rng rng(seed);
+  for (int i = 0; i < 300; ++i) {
+    const Shape shape = RandomShape(rng, {Uniform(rng, -9, 9), 3}, 2);
+    const PlanarTransform t = RandomTransform(rng, 1000);
+    const auto moved = Moved(t, shape);
+    ASSERT_TRUE(moved.ok()) << moved.status();
+    EXPECT_EQ(*moved, t * shape);
+    EXPECT_EQ(*Moved(PlanarTransform(), shape), shape);
+  }
+}
+
+TEST(MovedTest, RefusesVerticesBeyondTheBound) {
+  const PlanarTransform east(1e9, 0, 0);
+  const Ring outer{{-10, -10}, {-1, -10}, {-1, -1}, {-10, -1}};
+  const Ring hole{{-5, -5}, {-4, -5}, {-4, -4}};
+  const std::pair<Shape, const char*> cases[] = {
+      {*Shape::MakePoint({1, 0}), "point is more than 1e+09 m from the origin"},
+      {*LineString::Make({{-1, 0}, {1, 0}}), "vertices[1] is more than 1e+09 m from the origin"},
+      {Polygon::FromBox({{-1, 0}, {1, 1}}), "outer[1] is more than 1e+09 m from the origin"},
+  };
+  for (const auto& [shape, message] : cases) {
+    const auto moved = Moved(east, shape);
+    EXPECT_TRUE(absl::IsInvalidArgument(moved.status())) << moved.status();
+    EXPECT_EQ(moved.status().message(), message);
+    EXPECT_TRUE(Moved(PlanarTransform(1e9 - 1, 0, 0), shape).ok());
+  }
+  EXPECT_TRUE(Moved(east, *Polygon::Make(outer, {hole})).ok());
+  // Numbers that are not finite are refused, too.
+  const PlanarTransform huge =
+      PlanarTransform(1e308, 1e308, 0.5) * PlanarTransform(1e308, 1e308, 0);
+  for (const auto& [shape, message] : cases) {
+    EXPECT_TRUE(absl::IsInvalidArgument(Moved(huge, shape).status()));
+  }
+}
+
+// A moved shape is read from a store as it was written, or not accepted.
+TEST(MovedTest, GivesNoRingsThatRoundingHasTurned) {
+  const uint64_t seed = TestSeed();
+  SCOPED_TRACE("HYPERMAP_TEST_SEED=" + std::to_string(seed));
+  Rng rng(seed);
+  int turned = 0, refused = 0;
+  for (int i = 0; i < 30'000; ++i) {
+    // Coordinates from 6e8 to 9e8 m are multiples of this.
+    constexpr double kBit = 0x1p-23;
+    Ring ring(4);
+    for (Point& p : ring) p = {Uniform(rng, 0, 3 * kBit), Uniform(rng, 0, 3 * kBit)};
+    const auto tiny = Polygon::Make(ring);
+    if (!tiny.ok()) continue;
+    const PlanarTransform t(Uniform(rng, 6e8, 9e8), 7e8, Uniform(rng, -3, 3));
+    turned += RunsBackwards((t * *tiny).rings());
+    const auto moved = Moved(t, *tiny);
+    if (!moved.ok()) {
+      EXPECT_TRUE(absl::IsInvalidArgument(moved.status())) << moved.status();
+      ++refused;
+      continue;
+    }
+    ASSERT_FALSE(RunsBackwards(moved->polygon().rings()));
+  }
+  EXPECT_GT(turned, 10);
+  EXPECT_GT(refused, 5);
+}
+
+TEST(PlanarTransformTest, TranslationIsWithinBoundsUpToTheBoundOfCoordinates) {
+  EXPECT_TRUE(IsWithinBounds({}));
+  EXPECT_TRUE(IsWithinBounds({kMaxCoordinate_m, -kMaxCoordinate_m, 3}));
+  for (const double far : {1.0000001e9, -1e10, 1e308, kNan, HUGE_VAL}) {
+    EXPECT_FALSE(IsWithinBounds({far, 0, 0}));
+    EXPECT_FALSE(IsWithinBounds({0, far, 0}));
+    const absl::Status status = CheckTranslation("origin", {0, far, 0});
+    EXPECT_TRUE(absl::IsInvalidArgument(status));
+    EXPECT_EQ(status.message(), "origin: x or y is more than 1e+09 m");
+  }
 }
 
 TEST(PlanarTransformTest, BoundsHoldEveryMovedPointOfTheBox) {

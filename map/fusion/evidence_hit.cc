@@ -6,14 +6,15 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "base/cancellation/give_way.h"
 #include "map/fusion/alignment.h"
 
 namespace hypermap::fusion {
 namespace {
 
 // Most cells along a side of a new shape; larger things get larger cells. A shape that grows may
-// have twice as many.
-constexpr double kMaxCellsAside = 400.0;
+// have twice as many. Bounds what a detection of a few bytes costs: 0.3 MB.
+constexpr double kMaxCellsAside = 200.0;
 // A shape gets coarse cells when its extent exceeds fine_extent_m by this factor, which keeps
 // shapes near the limit from being resampled for a little noise.
 constexpr double kCoarsenFactor = 1.3;
@@ -27,6 +28,13 @@ constexpr double kAddedClassWeight = 0.2;
 // Added to the novelty of each view, which is little, as a view from a moment later has the same
 // localisation error. Balances the number of views against the time that they span.
 constexpr double kAddedNovelty = 0.05;
+
+double CellSizeOf(const Polygon& hull, const EvidenceParameters& parameters) {
+  const double extent = LongerSide(hull.bounds());
+  const double cell =
+      extent < parameters.fine_extent_m ? parameters.fine_cell_m : parameters.coarse_cell_m;
+  return std::max(cell, extent / kMaxCellsAside);
+}
 
 // Chooses cells large enough for a shape that will cover `extent`.
 void Coarsen(const Box& extent, const EvidenceParameters& parameters, ShapeGrid* shape) {
@@ -117,16 +125,25 @@ std::shared_ptr<Track> FoundTrack(const Observation& observation, const FrameDet
                                   const EvidenceParameters& parameters) {
   auto track = std::make_shared<Track>();
   track->key = absl::StrCat(observation.robot, "/", observation.sequence, "/", detection.index);
-  const double extent = LongerSide(detection.hull.bounds());
-  track->shape = ShapeGrid(extent < parameters.fine_extent_m
-                               ? parameters.fine_cell_m
-                               : std::max(parameters.coarse_cell_m, extent / kMaxCellsAside));
+  track->shape = ShapeGrid(CellSizeOf(detection.hull, parameters));
   track->log_odds = parameters.founding_log_odds;
   return track;
 }
 
+int64_t MostGrowth(const Detection& detection, const EvidenceParameters& parameters) {
+  if (detection.hull.empty()) return 0;
+  // A box of cells grows by some more than it must.
+  constexpr double kSlack = 16.0;
+  constexpr int64_t kBytesOfCell = 2 * sizeof(float);
+  constexpr int64_t kBytesOfRest = 2048;
+  const double aside =
+      LongerSide(detection.hull.bounds()) / CellSizeOf(detection.hull, parameters) + kSlack;
+  return kBytesOfRest + kBytesOfCell * static_cast<int64_t>(aside * aside);
+}
+
 void AddDetection(const FrameDetection& detection, const AlignedFrame& frame,
                   const ScoreRanks& ranks, const EvidenceParameters& parameters, Track* track) {
+  GiveWay();  // A large thing takes a fraction of a millisecond.
   const double weight = detection.detection->weight;
   const double gain =
       parameters.hit_gain + parameters.score_gain * (ranks.Rank(detection.score) - 0.5);

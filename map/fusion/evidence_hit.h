@@ -2,6 +2,7 @@
 #ifndef HYPERMAP_MAP_FUSION_EVIDENCE_HIT_H_
 #define HYPERMAP_MAP_FUSION_EVIDENCE_HIT_H_
 
+#include <cstdint>
 #include <memory>
 
 #include "map/fusion/evidence_align.h"
@@ -19,10 +20,13 @@ std::shared_ptr<Track> FoundTrack(const Observation& observation, const FrameDet
 // by the rank of the score in `ranks`, those of all earlier frames. Cells of the hull get the
 // detection's weight; other cells of the track get weight against them where the depth image shows
 // an empty place or another thing (an inverse sensor model, Thrun et al. 2005, section 9.2). Costs
-// the cells of the track's grid, which are at most 800 aside, and a depth lookup at three heights
+// the cells of the track's grid, which are at most 400 aside, and a depth lookup at three heights
 // for those of them that have evidence outside the hull.
 void AddDetection(const FrameDetection& detection, const AlignedFrame& frame,
                   const ScoreRanks& ranks, const EvidenceParameters& parameters, Track* track);
+
+// Bytes by which AddDetection makes a track grow at most, a new one or another.
+int64_t MostGrowth(const Detection& detection, const EvidenceParameters& parameters);
 
 }  // namespace hypermap::fusion
 

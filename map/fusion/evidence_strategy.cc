@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <utility>
 
+#include "absl/container/flat_hash_set.h"
 #include "base/status/status_macros.h"
 #include "map/fusion/evidence_codec.h"
 #include "map/fusion/evidence_facts.h"
 #include "map/fusion/evidence_fold.h"
+#include "map/fusion/evidence_hit.h"
 #include "map/fusion/evidence_parameters.h"
 #include "map/fusion/evidence_state.h"
 
@@ -35,6 +37,27 @@ class EvidenceStrategy : public Strategy {
     std::sort(objects.begin(), objects.end(),
               [](const FusedObject& a, const FusedObject& b) { return a.track < b.track; });
     return objects;
+  }
+  int64_t ByteSize(const StatePtr& state, const StatePtr& older) const override {
+    absl::flat_hash_set<const Track*> shared;
+    if (older) {
+      for (const TrackPtr& track : static_cast<const EvidenceState&>(*older).tracks) {
+        shared.insert(track.get());
+      }
+    }
+    const auto& tracks = static_cast<const EvidenceState&>(*state).tracks;
+    auto bytes = static_cast<int64_t>(sizeof(EvidenceState) + tracks.size() * sizeof(TrackPtr));
+    for (const TrackPtr& track : tracks) {
+      if (!shared.contains(track.get())) bytes += fusion::ByteSize(*track);
+    }
+    return bytes;
+  }
+  int64_t MostGrowth(const Observation& observation) const override {
+    int64_t bytes = 0;
+    for (const Detection& detection : observation.detections) {
+      bytes += fusion::MostGrowth(detection, parameters_);
+    }
+    return bytes;
   }
   std::string Encode(const StatePtr& state) const override {
     return EncodeEvidence(static_cast<const EvidenceState&>(*state));

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "absl/container/flat_hash_set.h"
 #include "absl/strings/str_cat.h"
 #include "map/fusion/parameters.h"
 #include "map/fusion/state_codec.h"
@@ -70,6 +71,22 @@ void PaperObject::Refresh(const PaperParameters& parameters) {
   object = std::move(shown);
 }
 
+// Bytes of the object that is shown, besides its shape.
+constexpr int64_t kBytesOfObject = 1024;
+
+int64_t BytesOf(const Polygon& polygon) {
+  return static_cast<int64_t>(sizeof(polygon) + sizeof(Ring) * polygon.rings().size() +
+                              sizeof(Point) * static_cast<size_t>(polygon.num_vertices()));
+}
+
+int64_t BytesOf(const PaperObject& object) {
+  int64_t bytes = static_cast<int64_t>(sizeof(object)) + kBytesOfObject + BytesOf(object.shape);
+  for (const Polygon& polygon : object.seen) {
+    bytes += BytesOf(polygon) + static_cast<int64_t>(sizeof(Point));
+  }
+  return bytes;
+}
+
 class PaperState : public State {
  public:
   std::vector<PaperObjectPtr> objects;
@@ -85,6 +102,8 @@ class PaperStrategy : public Strategy {
                 FoldReport* report) const override;
   StatePtr Fold(const StatePtr& state, const OperatorFact& fact) const override;
   std::vector<FusedObject> Objects(const StatePtr& state) const override;
+  int64_t ByteSize(const StatePtr& state, const StatePtr& older) const override;
+  int64_t MostGrowth(const Observation& observation) const override;
   std::string Encode(const StatePtr& state) const override;
   absl::StatusOr<StatePtr> Decode(absl::string_view bytes) const override;
 
@@ -210,6 +229,31 @@ StatePtr PaperStrategy::Fold(const StatePtr& state, const OperatorFact& fact) co
     after->objects.push_back(std::move(object));
   }
   return after;
+}
+
+int64_t PaperStrategy::ByteSize(const StatePtr& state, const StatePtr& older) const {
+  absl::flat_hash_set<const PaperObject*> shared;
+  if (older) {
+    for (const PaperObjectPtr& object : static_cast<const PaperState&>(*older).objects) {
+      shared.insert(object.get());
+    }
+  }
+  int64_t bytes = sizeof(PaperState);
+  for (const PaperObjectPtr& object : static_cast<const PaperState&>(*state).objects) {
+    bytes += sizeof(PaperObjectPtr);
+    if (!shared.contains(object.get())) bytes += BytesOf(*object);
+  }
+  return bytes;
+}
+
+int64_t PaperStrategy::MostGrowth(const Observation& observation) const {
+  int64_t bytes = 0;
+  for (const Detection& detection : observation.detections) {
+    // A copy of the hull is its object's shape, too.
+    bytes +=
+        static_cast<int64_t>(sizeof(PaperObject)) + kBytesOfObject + 3 * BytesOf(detection.hull);
+  }
+  return bytes;
 }
 
 std::string PaperStrategy::Encode(const StatePtr& state) const {

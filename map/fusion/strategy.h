@@ -7,6 +7,7 @@
 #ifndef HYPERMAP_MAP_FUSION_STRATEGY_H_
 #define HYPERMAP_MAP_FUSION_STRATEGY_H_
 
+#include <cstdint>
 #include <map>
 #include <memory>
 #include <string>
@@ -90,6 +91,12 @@ class Strategy {
 
   // Returns the objects that the layer shows, sorted by track.
   virtual std::vector<FusedObject> Objects(const StatePtr& state) const = 0;
+
+  // Bytes of memory of a state: an estimate. Without what it shares with `older`, unless that is
+  // null. Linear in the tracks of both.
+  virtual int64_t ByteSize(const StatePtr& state, const StatePtr& older) const = 0;
+  // Bytes by which the observation makes a state grow at most: an estimate.
+  virtual int64_t MostGrowth(const Observation& observation) const = 0;
 
   // Encodes a state exactly: the decoded state folds further entries as the original would. Decode
   // returns DATA_LOSS for bytes that are not a state of this strategy.

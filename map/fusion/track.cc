@@ -123,4 +123,19 @@ void Track::Absorb(const Track& other, const EvidenceParameters& parameters) {
   removed = removed || other.removed;
 }
 
+int64_t ByteSize(const Track& track) {
+  // Of a node of a map, with a short string.
+  constexpr size_t kBytesOfEntry = 112;
+  size_t bytes = sizeof(track) + track.key.size();
+  bytes += (track.shape.hits().capacity() + track.shape.misses().capacity()) * sizeof(float);
+  for (const auto& [label, mass] : track.class_mass) bytes += kBytesOfEntry + label.size();
+  for (const auto& [key, frames] : track.apart) bytes += kBytesOfEntry + key.size();
+  const int vertices = track.hull.num_vertices() + track.outline.num_vertices();
+  bytes += static_cast<size_t>(vertices) * sizeof(Point);
+  for (const ObjectPtr& object : {track.pinned, track.object}) {
+    if (object) bytes += static_cast<size_t>(hypermap::ByteSize(*object));
+  }
+  return static_cast<int64_t>(bytes);
+}
+
 }  // namespace hypermap::fusion

@@ -2,6 +2,7 @@
 #ifndef HYPERMAP_MAP_FUSION_TRACK_H_
 #define HYPERMAP_MAP_FUSION_TRACK_H_
 
+#include <cstdint>
 #include <map>
 #include <memory>
 #include <string>
@@ -82,6 +83,9 @@ struct Track {
 };
 
 using TrackPtr = std::shared_ptr<const Track>;
+
+// Bytes of memory that a track takes: an estimate.
+int64_t ByteSize(const Track& track);
 
 // Returns `polygon` translated by (dx, dy).
 Polygon Moved(const Polygon& polygon, double dx, double dy);

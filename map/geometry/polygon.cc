@@ -99,6 +99,19 @@ bool IsCounterClockwise(const Ring& ring) {
   return Orientation(ring[(lowest + n - 1) % n], ring[lowest], ring[(lowest + 1) % n]) > 0;
 }
 
+bool RunsBackwards(const Ring& ring, bool is_outer) {
+  double sum = 0.0;
+  double magnitude = 0.0;
+  for (size_t i = 2; i < ring.size(); ++i) {
+    const double ax = ring[i - 1].x - ring[0].x;
+    const double ay = ring[i - 1].y - ring[0].y;
+    const double cross = ax * (ring[i].y - ring[0].y) - (ring[i].x - ring[0].x) * ay;
+    sum += cross;
+    magnitude += std::abs(cross);
+  }
+  return (is_outer ? -sum : sum) > 1e-9 * magnitude;
+}
+
 struct Moments {
   double area = 0.0;  // Signed.
   double x = 0.0;     // Area times centre, relative to the reference point.
@@ -169,6 +182,13 @@ int Polygon::num_vertices() const {
   size_t n = 0;
   for (const Ring& ring : rings_) n += ring.size();
   return static_cast<int>(n);
+}
+
+bool RunsBackwards(const Rings& rings) {
+  for (size_t i = 0; i < rings.size(); ++i) {
+    if (RunsBackwards(rings[i], /*is_outer=*/i == 0)) return true;
+  }
+  return false;
 }
 
 double Area(const Polygon& polygon) {

@@ -56,6 +56,10 @@ class Polygon {
   Box bounds_;
 };
 
+// Returns whether a ring runs against the winding of a Polygon, by more than the rounding of its
+// area explains. The rings of a valid polygon may do so after a motion has rounded their vertices.
+bool RunsBackwards(const Rings& rings);
+
 // Area in square metres, without the holes, and centre of area; 0 and the origin for the empty
 // polygon.
 double Area(const Polygon& polygon);

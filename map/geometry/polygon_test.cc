@@ -256,6 +256,24 @@ TEST(PolygonTest, AreaAndCentroidDoNotSufferFarFromTheOrigin) {
   }
 }
 
+TEST(RunsBackwardsTest, TellsTheWindingOfEachRing) {
+  const Ring outer{{0, 0}, {9, 0}, {9, 9}, {0, 9}};
+  const Ring hole{{1, 1}, {1, 2}, {2, 2}};
+  const auto reversed = [](Ring ring) {
+    std::reverse(ring.begin(), ring.end());
+    return ring;
+  };
+  EXPECT_FALSE(RunsBackwards({}));
+  EXPECT_FALSE(RunsBackwards({outer}));
+  EXPECT_FALSE(RunsBackwards({outer, hole}));
+  EXPECT_TRUE(RunsBackwards({reversed(outer)}));
+  EXPECT_TRUE(RunsBackwards({outer, reversed(hole)}));
+  // A ring that has lost its area has no winding.
+  EXPECT_FALSE(RunsBackwards({{{1, 1}, {1, 1}, {1, 1}}}));
+  // The first ring winds rightward by no more than the rounding of its area.
+  EXPECT_FALSE(RunsBackwards({{{0, 0}, {4, 0}, {4, 1}, {0, -1.0000000001}}}));
+}
+
 TEST(PolygonTest, EmptyPolygonHasNothing) {
   const Polygon empty;
   EXPECT_TRUE(empty.empty());

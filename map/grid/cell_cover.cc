@@ -41,18 +41,31 @@ double RoundingInCells(const Polygon& polygon, const GridGeometry& geometry) {
   return 64.0 * std::numeric_limits<double>::epsilon() * reach / geometry.resolution_m;
 }
 
-// Clamps `low` and `high` to indices from `begin` to `end`.
+// Clamps `low` and `high`, which may be any doubles, to indices from `begin` to `end`. Two times
+// the same index if one of them is NaN.
 std::pair<int32_t, int32_t> ClampIndices(double low, double high, int32_t begin, int32_t end) {
+  if (std::isnan(low) || std::isnan(high)) return {begin, begin};
   return {static_cast<int32_t>(std::clamp<double>(low, begin, end)),
           static_cast<int32_t>(std::clamp<double>(high, begin, end))};
 }
 
-// Returns the cells of `within` that are near the polygon.
+// Beyond this rounding, the positions of a polygon and turned cells mean nothing. GEOS must not be
+// asked then: it leaks memory when numbers overflow.
+constexpr double kMaxRoundingInCells = 1e6;
+
+// Returns the cells of `within` that are near the polygon. None if numbers are too large to tell.
 CellBox CellsNear(const Polygon& polygon, const GridGeometry& geometry, double rounding,
                   const CellBox& within) {
   if (polygon.empty() || within.empty()) return CellBox();
+  if (IsTurned(geometry) && !(rounding < kMaxRoundingInCells)) return CellBox();
   Box b;
-  for (const Point& p : polygon.outer()) b.Extend(InCells(p, geometry));
+  for (const Ring& ring : polygon.rings()) {
+    for (const Point& p : ring) {
+      const Point in_cells = InCells(p, geometry);
+      if (std::isnan(in_cells.x) || std::isnan(in_cells.y)) return CellBox();
+      b.Extend(in_cells);
+    }
+  }
   // A polygon may touch a cell from the outside, along the cell's edge.
   const double margin = 1.0 + rounding;
   CellBox near;
@@ -65,6 +78,12 @@ CellBox CellsNear(const Polygon& polygon, const GridGeometry& geometry, double r
   return near.empty() ? CellBox() : near;
 }
 
+// Returns what RowScan needs of the polygon, in its units.
+Polygon PolygonToScan(const Polygon& polygon, const GridGeometry& geometry, const CellBox& bounds) {
+  if (bounds.empty()) return Polygon();
+  return IsTurned(geometry) ? InCells(polygon, geometry) : polygon;
+}
+
 }  // namespace
 
 CellCover::CellCover(const Polygon& polygon, const GridGeometry& geometry, const CellBox& within,
@@ -74,8 +93,7 @@ CellCover::CellCover(const Polygon& polygon, const GridGeometry& geometry, const
       polygon_(IsTurned(geometry) ? polygon : Polygon()),
       rounding_(RoundingInCells(polygon, geometry)),
       bounds_(CellsNear(polygon, geometry, rounding_, within)),
-      scan_(IsTurned(geometry) ? InCells(polygon, geometry) : polygon, bounds_.col_begin,
-            bounds_.col_end) {}
+      scan_(PolygonToScan(polygon, geometry, bounds_), bounds_.col_begin, bounds_.col_end) {}
 
 CellBox CellCover::BoundsOf(const Polygon& polygon, const GridGeometry& geometry,
                             const CellBox& within) {

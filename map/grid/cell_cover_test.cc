@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <string>
 #include <utility>
@@ -9,11 +10,13 @@
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "map/geometry/predicates.h"
+#include "tests/support/not_finite.h"
 #include "tests/support/random_map.h"
 
 namespace hypermap {
 namespace {
 
+using hypermap::testing::kNan;
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 using testing::RandomPolygon;
@@ -277,6 +280,53 @@ TEST(CellCoverTest, CoordinatesOutOfAllProportionSelectWithoutTrouble) {
                   ElementsAre(ColumnSpan{-kMaxCellIndex, kMaxCellIndex}));
     }
   }
+}
+
+// Areas and grids that can't be in a map. None makes a cast undefined, or a row without end.
+TEST(CellCoverTest, AnyDoubleIsSafe) {
+  const double inf = std::numeric_limits<double>::infinity();
+  const double values[] = {kNan, inf, -inf, 1e308, -1e308, 1.7e308, 0.0};
+  const CellBox within{-100, 100, -50, 50};
+  for (const double x : values) {
+    for (const double y : values) {
+      // In turn as the area's vertex, as a vertex of its hole, and as the origin of the grid.
+      const Polygon corner = Polygon::MakeUnchecked({{{0, 0}, {5, 0}, {x, y}}});
+      const Polygon away = Polygon::MakeUnchecked({{{x, y}, {x, y}, {x, y}}});
+      const Polygon hole =
+          Polygon::MakeUnchecked({{{0, 0}, {9, 0}, {9, 9}, {0, 9}}, {{1, 1}, {1, 2}, {x, y}}});
+      const Polygon square = Polygon::FromBox({{-1e9, -1e9}, {1e9, 1e9}});
+      for (const double yaw : {0.0, 0.5}) {
+        const GridGeometry near{PlanarTransform(0.1, 0.2, yaw), 0.05};
+        const GridGeometry far{PlanarTransform(x, y, yaw), 1e-4};
+        for (const CellRule rule : kRules) {
+          for (const CellCover& cover :
+               {CellCover(corner, near, within, rule), CellCover(away, near, within, rule),
+                CellCover(hole, near, within, rule), CellCover(square, far, within, rule)}) {
+            const CellBox& bounds = cover.bounds();
+            ASSERT_TRUE(within.Contains(bounds)) << x << " " << y;
+            for (int32_t row = bounds.row_begin; row < bounds.row_end; ++row) {
+              for (const ColumnSpan& span : cover.SpansOfRow(row)) {
+                ASSERT_LT(span.col_begin, span.col_end);
+                ASSERT_TRUE(bounds.Contains({row, row + 1, span.col_begin, span.col_end}));
+              }
+              ASSERT_GT(cover.EndOfLikeRows(row), row);
+            }
+          }
+        }
+      }
+    }
+  }
+}
+
+TEST(CellCoverTest, AreaThatIsNoNumberSelectsNoCell) {
+  const Polygon nowhere = Polygon::MakeUnchecked({{{kNan, kNan}, {kNan, kNan}, {kNan, kNan}}});
+  // The position of this grid's cells in an area is the difference of two infinite numbers.
+  const GridGeometry far{PlanarTransform(1.7e308, -1.7e308, 0.5), 0.05};
+  const GridGeometry near{PlanarTransform(0, 0, 0.5), 0.05};
+  const Polygon square = Polygon::FromBox({{-1e9, -1e9}, {1e9, 1e9}});
+  EXPECT_TRUE(CellCover(nowhere, near, kAllCells).bounds().empty());
+  EXPECT_TRUE(CellCover::BoundsOf(nowhere, near, kAllCells).empty());
+  EXPECT_TRUE(CellCover(square, far, kAllCells).bounds().empty());
 }
 
 }  // namespace

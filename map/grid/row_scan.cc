@@ -233,8 +233,8 @@ int32_t RowScan::EndOfLikeRows(const Lattice& lattice, int32_t row) const {
   if (next != edges_.end()) end = std::min(end, next->low.y);
   // Rounding may put the row just below that height on it, so that row is left out.
   const double end_row = std::floor((end - lattice.origin.y) / lattice.step - lattice.low);
-  return static_cast<int32_t>(
-      std::clamp<double>(end_row, row + 1.0, std::numeric_limits<int32_t>::max()));
+  if (!(end_row > row + 1.0)) return row + 1;
+  return static_cast<int32_t>(std::min<double>(end_row, std::numeric_limits<int32_t>::max()));
 }
 
 ColumnSpans RowScan::Covered(const Lattice& lattice, int32_t row) const {

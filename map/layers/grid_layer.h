@@ -2,6 +2,8 @@
 #ifndef HYPERMAP_MAP_LAYERS_GRID_LAYER_H_
 #define HYPERMAP_MAP_LAYERS_GRID_LAYER_H_
 
+#include <cstdint>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -18,6 +20,14 @@ namespace hypermap {
 
 // Ordered by row, then column.
 using TileMap = absl::btree_map<TileIndex, TilePtr>;
+
+// Bytes of memory that a tile of a grid takes, with its place in the TileMap of two versions: the
+// next version is made beside the one before. 0 for null.
+inline int64_t BytesInGrid(const Tile* tile) {
+  constexpr int64_t kPlace = 2 * 36;
+  constexpr int64_t kAllocation = 160;
+  return tile == nullptr ? 0 : tile->ByteSize() + kAllocation + kPlace;
+}
 
 // A grid of one of the grid kinds; `domain` defines the meaning of its cells. The extent is the
 // smallest box of all cells that were ever written (also as unknown). Cells in it that were never
@@ -42,6 +52,7 @@ class GridLayer : public Layer {
 
   Box Bounds() const override;
   int64_t Size() const override { return extent_.num_cells(); }
+  int64_t ByteSize() const override { return byte_size_; }
   using Layer::ContentAt;
   using Layer::ContentAtEach;
   // Returns the content of the cell that contains `p`; ignores the tolerance.
@@ -54,25 +65,40 @@ class GridLayer : public Layer {
                                                 int k) const override;
 
  private:
+  friend class GridWriter;
+
+  // The next version of `before`.
+  GridLayer(const GridLayer& before, TileMap tiles, CellBox extent, int64_t byte_size);
+
   std::shared_ptr<const CellDomain> domain_;
   TileMap tiles_;
   CellBox extent_;
+  int64_t byte_size_;
 };
 
-// Writes cells into a copy of a grid. Copies only the tiles that it writes. Used by one thread.
+// Writes cells into a copy of a grid. Copies only the tiles that it writes, and unpacks few of them
+// at a time. Used by one thread.
 class GridWriter {
  public:
   explicit GridWriter(std::shared_ptr<const GridLayer> layer);
 
+  // Bytes by which the grid (GridLayer::ByteSize) has grown; may be negative. Tiles that are
+  // unpacked count as they were when they were packed last.
+  int64_t growth() const { return growth_; }
+  // Makes Write and Fill fail as soon as growth() exceeds `bytes`: with RESOURCE_EXHAUSTED, after
+  // which the writer must not be used any more.
+  void LimitGrowth(int64_t bytes) { max_growth_ = bytes; }
+
   // Sets the cells of `box`. `values` is row-major, lowest row first; nullopt means unknown. The
   // extent grows to include the box. INVALID_ARGUMENT if the number of values does not fit, the box
   // is empty or exceeds kAllCells, or the kind does not have one of the values; then nothing is
-  // written.
+  // written. Errors of LimitGrowth.
   absl::Status Write(const CellBox& box, const std::vector<std::optional<double>>& values);
 
   // Sets the cells that `area` (layer frame) selects by `rule`. The extent grows to include them.
   // INVALID_ARGUMENT if the area exceeds kAllCells or the kind does not have the value;
-  // RESOURCE_EXHAUSTED if the bounding box of the selection has more than `max_cells` cells.
+  // RESOURCE_EXHAUSTED if the bounding box of the selection has more than `max_cells` cells. Errors
+  // of LimitGrowth.
   absl::Status Fill(const Polygon& area, CellRule rule, std::optional<double> value,
                     int64_t max_cells);
 
@@ -91,12 +117,32 @@ class GridWriter {
   Result Finish() &&;
 
  private:
+  struct Dirty {
+    TilePtr before;  // Null: all cells are unknown.
+    // As it was packed last; `before` at first.
+    TilePtr packed;
+    // The codes now; null if they are those of `packed`.
+    std::unique_ptr<TileCodes> codes;
+  };
+  class BandFill;
+
+  Dirty& DirtyAt(const TileIndex& index);
+  // Unpacks the tile; valid until the next call.
   TileCodes& MutableCodes(const TileIndex& index);
-  void SetSpan(int32_t row, int32_t col_begin, int32_t col_end, CellCode code);
+  // Gives all cells of a tile the same code.
+  void SetUniform(const TileIndex& index, CellCode code);
+  void SetPacked(TilePtr tile, Dirty* dirty);
+  // Packs all tiles that are unpacked.
+  void Pack();
+  absl::Status CheckGrowth() const;
 
   std::shared_ptr<const GridLayer> layer_;
-  absl::btree_map<TileIndex, std::unique_ptr<TileCodes>> dirty_;
+  absl::btree_map<TileIndex, Dirty> dirty_;
+  std::vector<TileIndex> unpacked_;
+  TilePtr uniform_;  // The newest one that SetUniform made, for many tiles.
   CellBox extent_;
+  int64_t growth_ = 0;
+  int64_t max_growth_ = std::numeric_limits<int64_t>::max();
 };
 
 // Returns the layer as a grid; null if it is null or has another kind.

@@ -6,7 +6,9 @@
 #ifndef HYPERMAP_MAP_LAYERS_LAYER_H_
 #define HYPERMAP_MAP_LAYERS_LAYER_H_
 
+#include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -50,7 +52,10 @@ struct PointsContent {
   std::vector<AnswerStatus> statuses;
   std::vector<double> values;  // NaN where the status is not kValue.
   std::vector<Hit> hits;       // Sorted by point, then by id.
+  // If there are more hits than this, the layer may leave out some, but tells at least one more.
+  size_t max_hits = std::numeric_limits<size_t>::max();
 
+  // Forgets all but max_hits.
   void Clear();
 };
 
@@ -97,6 +102,11 @@ class Layer : public std::enable_shared_from_this<Layer> {
 
   // Number of objects, or of cells in the extent.
   virtual int64_t Size() const = 0;
+
+  // Bytes of memory that the layer takes: cells or objects with their index, and aliases. Estimated
+  // from the content alone, rather too high than too low, so that it does not depend on how the
+  // content came about. O(1).
+  virtual int64_t ByteSize() const = 0;
 
   // c(p): the cell at `p`, or the objects whose shape is at most `tolerance_m` (>= 0) away. With
   // tolerance 0, polygons are found by their area, and line strings and points only if `p` is

@@ -136,25 +136,31 @@ class NearestObjects {
 
 }  // namespace
 
-SemanticLayer::SemanticLayer(LayerSpec spec)
-    : SemanticLayer(std::move(spec), std::make_shared<const ObjectIndex>()) {}
+SemanticLayer::SemanticLayer(LayerSpec spec) : SemanticLayer(std::move(spec), {}) {}
 
 SemanticLayer::SemanticLayer(LayerSpec spec, std::vector<ObjectPtr> objects)
-    : SemanticLayer(std::move(spec), std::make_shared<const ObjectIndex>(std::move(objects))) {}
+    : Layer(std::move(spec)),
+      index_(std::make_shared<const ObjectIndex>(std::move(objects))),
+      bytes_of_aliases_(UnsharedBytes(this->spec().aliases, {})) {}
 
-SemanticLayer::SemanticLayer(LayerSpec spec, std::shared_ptr<const ObjectIndex> index)
-    : Layer(std::move(spec)), index_(std::move(index)) {}
+SemanticLayer::SemanticLayer(LayerSpec spec, std::shared_ptr<const ObjectIndex> index,
+                             int64_t bytes_of_aliases)
+    : Layer(std::move(spec)), index_(std::move(index)), bytes_of_aliases_(bytes_of_aliases) {}
 
 std::shared_ptr<const SemanticLayer> SemanticLayer::With(
     const absl::btree_map<ObjectId, ObjectPtr>& changes) const {
-  return std::shared_ptr<const SemanticLayer>(
-      new SemanticLayer(spec(), std::make_shared<const ObjectIndex>(index_->With(changes))));
+  return std::shared_ptr<const SemanticLayer>(new SemanticLayer(
+      spec(), std::make_shared<const ObjectIndex>(index_->With(changes)), bytes_of_aliases_));
 }
 
 std::shared_ptr<const SemanticLayer> SemanticLayer::WithAliases(ValueAliases aliases) const {
   LayerSpec spec = this->spec();
+  // Without what the two share, so that the cost is that of the change.
+  const int64_t bytes_of_aliases = bytes_of_aliases_ + UnsharedBytes(aliases, spec.aliases) -
+                                   UnsharedBytes(spec.aliases, aliases);
   spec.aliases = std::move(aliases);
-  return std::shared_ptr<const SemanticLayer>(new SemanticLayer(std::move(spec), index_));
+  return std::shared_ptr<const SemanticLayer>(
+      new SemanticLayer(std::move(spec), index_, bytes_of_aliases));
 }
 
 ObjectPtr SemanticLayer::Find(ObjectId id) const {
@@ -197,6 +203,7 @@ PointContent SemanticLayer::ContentAt(const Point& p, double tolerance_m) const 
   }
   index_->CoverEach({&p, 1}, [&content](uint32_t /*point*/, const ObjectPtr& object) {
     content.objects.push_back(object);
+    return true;
   });
   return content;
 }
@@ -204,17 +211,19 @@ PointContent SemanticLayer::ContentAt(const Point& p, double tolerance_m) const 
 void SemanticLayer::ContentAtEach(absl::Span<const Point> points, double tolerance_m,
                                   PointsContent* content) const {
   content->Clear();
-  if (tolerance_m > 0.0) {
-    for (size_t i = 0; i < points.size(); ++i) {
-      VisitWithin(points[i], tolerance_m, [&](const ObjectPtr& object) {
-        content->hits.push_back({static_cast<uint32_t>(i), object.get()});
-      });
-    }
+  const auto has_room = [content] { return content->hits.size() <= content->max_hits; };
+  if (tolerance_m == 0.0) {
+    index_->CoverEach(points, [&](uint32_t point, const ObjectPtr& object) {
+      content->hits.push_back({point, object.get()});
+      return has_room();
+    });
     return;
   }
-  index_->CoverEach(points, [content](uint32_t point, const ObjectPtr& object) {
-    content->hits.push_back({point, object.get()});
-  });
+  for (size_t i = 0; i < points.size() && has_room() && !IsCancelled(); ++i) {
+    VisitWithin(points[i], tolerance_m, [&](const ObjectPtr& object) {
+      if (has_room()) content->hits.push_back({static_cast<uint32_t>(i), object.get()});
+    });
+  }
 }
 
 std::unique_ptr<AnswerCursor> SemanticLayer::ContentIn(const Polygon& area) const {

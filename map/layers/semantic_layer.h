@@ -2,6 +2,7 @@
 #ifndef HYPERMAP_MAP_LAYERS_SEMANTIC_LAYER_H_
 #define HYPERMAP_MAP_LAYERS_SEMANTIC_LAYER_H_
 
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <set>
@@ -36,6 +37,7 @@ class SemanticLayer : public Layer {
 
   Box Bounds() const override { return index_->bounds(); }
   int64_t Size() const override { return index_->size(); }
+  int64_t ByteSize() const override { return index_->ByteSize() + bytes_of_aliases_; }
   using Layer::ContentAt;
   using Layer::ContentAtEach;
   PointContent ContentAt(const Point& p, double tolerance_m) const override;
@@ -47,7 +49,7 @@ class SemanticLayer : public Layer {
                                                 int k) const override;
 
  private:
-  SemanticLayer(LayerSpec spec, std::shared_ptr<const ObjectIndex> index);
+  SemanticLayer(LayerSpec spec, std::shared_ptr<const ObjectIndex> index, int64_t bytes_of_aliases);
 
   // u(value): the folded words, one of which an object must have.
   struct Wanted {
@@ -60,6 +62,7 @@ class SemanticLayer : public Layer {
   std::optional<Wanted> Translate(const ValueQuery& value) const;
 
   const std::shared_ptr<const ObjectIndex> index_;
+  const int64_t bytes_of_aliases_;
 };
 
 // Returns the layer as a semantic layer; null if it is null or has another kind.

@@ -6,6 +6,7 @@
 #include <cstdint>
 
 #include "absl/container/inlined_vector.h"
+#include "base/cancellation/cancellation.h"
 #include "map/geometry/predicates.h"
 #include "map/objects/object_index.h"
 #include "map/objects/prefetch.h"
@@ -16,6 +17,9 @@ namespace {
 // Number of cell lookups in flight: enough to keep the memory busy, and few enough that what they
 // fetch stays in the first-level cache.
 constexpr size_t kMaxLooks = 128;
+// Candidates of a chunk of several points. Where objects lie on top of each other, chunks are
+// smaller.
+constexpr size_t kMaxCandidates = 64 << 10;
 struct CellLook {
   const CellLevel* level;
   uint32_t run;
@@ -34,22 +38,27 @@ struct ObjectIndex::Cover {
 };
 
 void ObjectIndex::CoverEach(absl::Span<const Point> points,
-                            absl::FunctionRef<void(uint32_t, const ObjectPtr&)> visit) const {
+                            absl::FunctionRef<bool(uint32_t, const ObjectPtr&)> visit) const {
   size_t num_levels = 0;
   for (const Run& run : runs_) num_levels += run.run->by_place().levels().size();
-  const size_t chunk = std::max<size_t>(1, kMaxLooks / std::max<size_t>(1, num_levels));
+  size_t chunk = std::max<size_t>(1, kMaxLooks / std::max<size_t>(1, num_levels));
   std::vector<Cover> covers;
   for (size_t begin = 0; begin < points.size(); begin += chunk) {
+    if (begin > 0 && IsCancelled()) return;
     covers.clear();
-    CoverChunk(points, begin, std::min(points.size(), begin + chunk), &covers);
+    while (!CoverChunk(points, begin, std::min(points.size(), begin + chunk), &covers)) {
+      chunk = (chunk + 1) / 2;
+    }
     std::sort(covers.begin(), covers.end(), [](const Cover& a, const Cover& b) {
       return a.point != b.point ? a.point < b.point : a.object->id < b.object->id;
     });
-    for (const Cover& cover : covers) visit(cover.point, *cover.place);
+    for (const Cover& cover : covers) {
+      if (!visit(cover.point, *cover.place)) return;
+    }
   }
 }
 
-void ObjectIndex::CoverChunk(absl::Span<const Point> points, size_t begin, size_t end,
+bool ObjectIndex::CoverChunk(absl::Span<const Point> points, size_t begin, size_t end,
                              std::vector<Cover>* covers) const {
   absl::InlinedVector<CellLook, kMaxLooks> looks;
   for (size_t r = 0; r < runs_.size(); ++r) {
@@ -60,7 +69,12 @@ void ObjectIndex::CoverChunk(absl::Span<const Point> points, size_t begin, size_
       }
     }
   }
-  for (CellLook& look : looks) look.level->Open(&look.look);
+  size_t num_candidates = 0;
+  for (CellLook& look : looks) {
+    look.level->Open(&look.look);
+    num_candidates += look.look.end - look.look.begin;
+  }
+  if (num_candidates > kMaxCandidates && end - begin > 1) return false;
   for (const CellLook& look : looks) {
     const ObjectRun& run = *runs_[look.run].run;
     look.level->Read(look.look, [&](int32_t item) {
@@ -94,6 +108,7 @@ void ObjectIndex::CoverChunk(absl::Span<const Point> points, size_t begin, size_
       covers->push_back({static_cast<uint32_t>(i), 0, &change.object, change.object.get()});
     }
   }
+  return true;
 }
 
 }  // namespace hypermap

@@ -25,6 +25,17 @@ constexpr size_t kMergeRatio = 4;
 // anew, so that hidden entries never take more than a share of memory and of a query's time.
 constexpr size_t kShareToPack = 4;
 
+// Bytes of the index for an object, and for each of its words: a tree of its own, if no other
+// object has the word.
+constexpr int64_t kBytesOfEntry = 128;
+constexpr int64_t kBytesOfWord = 448;
+
+// Bytes that an object takes with its part of the index.
+int64_t IndexedBytes(const SemanticObject& object) {
+  const auto num_words = static_cast<int64_t>(1 + object.tags.size());
+  return ByteSize(object) + kBytesOfEntry + num_words * kBytesOfWord;
+}
+
 bool ReachesBorder(const Box& box, const Box& outer) {
   return box.min.x <= outer.min.x || box.min.y <= outer.min.y || box.max.x >= outer.max.x ||
          box.max.y >= outer.max.y;
@@ -43,6 +54,7 @@ ObjectIndex::ObjectIndex(std::vector<ObjectPtr> objects)
   entries.reserve(objects.size());
   for (ObjectPtr& object : objects) {
     const ObjectId id = object->id;
+    byte_size_ += IndexedBytes(*object);
     entries.push_back({id, std::move(object)});
   }
   objects = {};
@@ -68,6 +80,8 @@ ObjectIndex ObjectIndex::With(const absl::btree_map<ObjectId, ObjectPtr>& change
   for (const auto& [id, object] : changes) {
     const ObjectPtr* const before = Find(id);
     next.size_ += (object ? 1 : 0) - (before ? 1 : 0);
+    if (object) next.byte_size_ += IndexedBytes(*object);
+    if (before) next.byte_size_ -= IndexedBytes(**before);
     // Only an object at the border can make the bounds smaller by moving or leaving.
     may_shrink = may_shrink || (before && ReachesBorder((*before)->shape.bounds(), bounds_));
     if (object) next.bounds_.Extend(object->shape.bounds());

@@ -37,6 +37,9 @@ class ObjectIndex {
   ObjectIndex With(const absl::btree_map<ObjectId, ObjectPtr>& changes) const;
 
   int64_t size() const { return size_; }
+  // Bytes of memory of the objects and of the index, estimated from the objects alone: as if no two
+  // objects shared a label or a tag.
+  int64_t ByteSize() const { return byte_size_; }
   // The smallest box around all objects. Exact, also after removals.
   const Box& bounds() const { return bounds_; }
 
@@ -58,9 +61,9 @@ class ObjectIndex {
                     absl::FunctionRef<double(const ObjectPtr&, double)> visit) const;
 
   // Calls visit(point, object) for each object that covers points[point], sorted by point, then by
-  // id.
+  // id, as long as it returns true and the work is not cancelled.
   void CoverEach(absl::Span<const Point> points,
-                 absl::FunctionRef<void(uint32_t, const ObjectPtr&)> visit) const;
+                 absl::FunctionRef<bool(uint32_t, const ObjectPtr&)> visit) const;
 
  private:
   struct Run {
@@ -86,7 +89,7 @@ class ObjectIndex {
   // Whether an entry of `id` in something newer hides the one in runs_[run].
   bool IsHidden(size_t run, ObjectId id) const;
   // Appends the objects that cover points[begin] to points[end - 1], unsorted.
-  void CoverChunk(absl::Span<const Point> points, size_t begin, size_t end,
+  bool CoverChunk(absl::Span<const Point> points, size_t begin, size_t end,
                   std::vector<Cover>* covers) const;
 
   void AddRecent(const absl::btree_map<ObjectId, ObjectPtr>& changes);
@@ -105,6 +108,7 @@ class ObjectIndex {
   std::vector<Change> recent_;  // Sorted by id.
   Box recent_bounds_;
   int64_t size_ = 0;
+  int64_t byte_size_ = 0;
   Box bounds_;
 };
 

@@ -87,6 +87,7 @@ class RandomSite {
     std::vector<Ids> at_point(points.size());
     index_.CoverEach(points, [&](uint32_t point, const ObjectPtr& object) {
       at_point[point].push_back(object->id);
+      return true;
     });
     for (size_t i = 0; i < points.size(); ++i) {
       ASSERT_EQ(at_point[i],

@@ -1,5 +1,6 @@
 #include "map/objects/semantic_object.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "absl/strings/ascii.h"
@@ -64,7 +65,60 @@ absl::Status ValidateHeight(const HeightRange& height) {
   return absl::OkStatus();
 }
 
+// Bytes of the heap that an allocation of `size` bytes takes.
+int64_t Allocated(size_t size) {
+  constexpr int64_t kHeader = 8;
+  constexpr int64_t kUnit = 16;
+  constexpr int64_t kLeast = 32;
+  if (size == 0) return 0;
+  return std::max(kLeast, (static_cast<int64_t>(size) + kHeader + kUnit - 1) / kUnit * kUnit);
+}
+
+// Bytes that a text takes beyond sizeof.
+int64_t BytesOf(const std::string& text) {
+  constexpr size_t kLongestInPlace = 15;
+  return text.size() <= kLongestInPlace ? 0 : Allocated(text.size() + 1);
+}
+
+// Bytes of the entries of a B-tree with their nodes, which are about two thirds full.
+template <typename Tree>
+int64_t BytesOfNodes(const Tree& tree) {
+  constexpr size_t kNode = 24;
+  return Allocated(tree.empty() ? 0 : kNode + tree.size() * (sizeof *tree.begin() * 3 / 2 + 8));
+}
+
+int64_t BytesOf(const Shape& shape) {
+  switch (shape.kind()) {
+    case ShapeKind::kPolygon: {
+      const Rings& rings = shape.polygon().rings();
+      int64_t bytes = rings.size() > 1 ? Allocated(rings.size() * sizeof(Ring)) : 0;
+      for (const Ring& ring : rings) bytes += Allocated(ring.size() * sizeof(Point));
+      return bytes;
+    }
+    case ShapeKind::kLineString:
+      return Allocated(shape.line_string().vertices().size() * sizeof(Point));
+    case ShapeKind::kPoint:
+      break;
+  }
+  return 0;
+}
+
 }  // namespace
+
+int64_t ByteSize(const SemanticObject& object) {
+  constexpr size_t kSharedCount = 16;
+  int64_t bytes = Allocated(sizeof object + kSharedCount) + BytesOf(object.label) +
+                  BytesOf(object.shape) + BytesOfNodes(object.classes) +
+                  Allocated(object.tags.size() * sizeof(std::string)) +
+                  BytesOfNodes(object.attributes);
+  for (const auto& [word, score] : object.classes) bytes += BytesOf(word);
+  for (const std::string& tag : object.tags) bytes += BytesOf(tag);
+  for (const auto& [name, value] : object.attributes) {
+    bytes += BytesOf(name);
+    if (const auto* text = std::get_if<std::string>(&value)) bytes += BytesOf(*text);
+  }
+  return bytes;
+}
 
 absl::Status Validate(const SemanticObject& object) {
   HYPERMAP_RETURN_IF_ERROR(ValidateWord("object.label", object.label));

@@ -61,6 +61,10 @@ struct SemanticObject {
 
 using ObjectPtr = std::shared_ptr<const SemanticObject>;
 
+// Bytes of memory that an object takes with its strings, vertices and entries, each with the
+// bookkeeping of its allocation: an estimate from the content alone.
+int64_t ByteSize(const SemanticObject& object);
+
 // Returns INVALID_ARGUMENT naming the field that is wrong. Does not check the shape, which is valid
 // by construction.
 absl::Status Validate(const SemanticObject& object);

@@ -2,7 +2,10 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/cancellation/cancellation.h"
+#include "base/metering/memory_meter.h"
 #include "base/status/status_macros.h"
+#include "map/query/layer_transforms.h"
 #include "map/query/query.h"
 
 namespace hypermap {
@@ -11,6 +14,14 @@ namespace {
 absl::Status CheckTolerance(double tolerance_m) {
   if (std::isfinite(tolerance_m) && tolerance_m >= 0.0) return absl::OkStatus();
   return absl::InvalidArgumentError("tolerance_m must be finite and not negative");
+}
+
+// Bytes of the content and of its message.
+int64_t MemoryOf(const PointsContent& content) {
+  constexpr size_t kBytesOfValue = 2 * (sizeof(double) + sizeof(AnswerStatus));
+  constexpr size_t kBytesOfHit = 2 * sizeof(PointsContent::Hit);
+  return static_cast<int64_t>(content.values.size() * kBytesOfValue +
+                              content.hits.size() * kBytesOfHit);
 }
 
 }  // namespace
@@ -33,22 +44,28 @@ absl::Status VisitContentAt(const Snapshot& snapshot, const Scope& scope, const 
                             double tolerance_m, PointContentCallback tell) {
   if (!IsFinite(p)) return absl::InvalidArgumentError("point is not finite");
   HYPERMAP_RETURN_IF_ERROR(CheckTolerance(tolerance_m));
-  HYPERMAP_ASSIGN_OR_RETURN(const std::string caller, snapshot.ResolveFrame(scope.frame_id));
+  HYPERMAP_ASSIGN_OR_RETURN(std::string caller, snapshot.ResolveFrame(scope.frame_id));
+  LayerTransforms transforms(snapshot, std::move(caller));
   const auto ask = [&](const LayerPtr& layer) {
-    const auto caller_from_layer = snapshot.frames.Lookup(caller, layer->spec().frame_id);
-    if (caller_from_layer.ok()) {
+    const auto caller_from_layer = transforms.CallerFromLayer(*layer);
+    if (caller_from_layer) {
       tell(layer, *caller_from_layer,
-           layer->ContentAt(caller_from_layer->Inverse() * p, tolerance_m));
+           layer->ContentAt(InLayer(caller_from_layer->Inverse(), p), tolerance_m));
     } else {
       tell(layer, PlanarTransform(), {.status = AnswerStatus::kNoTransform});
     }
   };
+  // All transforms are found first, because `tell` is called only if there is no error.
   if (scope.layers.empty()) {
+    for (const auto& [name, layer] : snapshot.layers) {
+      HYPERMAP_RETURN_IF_ERROR(transforms.Prepare(*layer));
+    }
     for (const auto& [name, layer] : snapshot.layers) ask(layer);
     return absl::OkStatus();
   }
   HYPERMAP_ASSIGN_OR_RETURN(const std::vector<LayerPtr> layers,
                             snapshot.SelectLayers(scope.layers));
+  for (const LayerPtr& layer : layers) HYPERMAP_RETURN_IF_ERROR(transforms.Prepare(*layer));
   for (const LayerPtr& layer : layers) ask(layer);
   return absl::OkStatus();
 }
@@ -60,11 +77,13 @@ absl::StatusOr<PointsAsker> PointsAsker::Make(SnapshotPtr snapshot, const Scope&
   asker.tolerance_m_ = tolerance_m;
   HYPERMAP_ASSIGN_OR_RETURN(std::string caller, snapshot->ResolveFrame(scope.frame_id));
   HYPERMAP_ASSIGN_OR_RETURN(std::vector<LayerPtr> layers, snapshot->SelectLayers(scope.layers));
+  LayerTransforms transforms(*snapshot, caller);
   for (LayerPtr& layer : layers) {
+    HYPERMAP_RETURN_IF_ERROR(transforms.Prepare(*layer));
     AskedLayer asked;
     LayerPointsContent answer;
-    const auto caller_from_layer = snapshot->frames.Lookup(caller, layer->spec().frame_id);
-    if (caller_from_layer.ok()) {
+    const auto caller_from_layer = transforms.CallerFromLayer(*layer);
+    if (caller_from_layer) {
       asked.layer_from_caller = caller_from_layer->Inverse();
       asked.is_same_frame = layer->spec().frame_id == caller;
     } else {
@@ -80,21 +99,31 @@ absl::StatusOr<PointsAsker> PointsAsker::Make(SnapshotPtr snapshot, const Scope&
 }
 
 absl::StatusOr<absl::Span<const LayerPointsContent>> PointsAsker::ContentAtEach(
-    absl::Span<const Point> points) {
+    absl::Span<const Point> points, size_t max_hits) {
   for (size_t i = 0; i < points.size(); ++i) {
     if (IsFinite(points[i])) continue;
     return absl::InvalidArgumentError(absl::StrCat("points[", i, "] is not finite"));
   }
+  size_t num_hits = 0;
   for (size_t i = 0; i < answers_.size(); ++i) {
     LayerPointsContent& answer = answers_[i];
     if (answer.status != AnswerStatus::kValue) continue;
+    PointsContent& content = answer.content;
+    content.max_hits = max_hits - num_hits;
     if (asked_[i].is_same_frame) {
-      answer.layer->ContentAtEach(points, tolerance_m_, &answer.content);
-      continue;
+      answer.layer->ContentAtEach(points, tolerance_m_, &content);
+    } else {
+      in_layer_.clear();
+      for (const Point& p : points) in_layer_.push_back(InLayer(asked_[i].layer_from_caller, p));
+      answer.layer->ContentAtEach(in_layer_, tolerance_m_, &content);
     }
-    in_layer_.clear();
-    for (const Point& p : points) in_layer_.push_back(asked_[i].layer_from_caller * p);
-    answer.layer->ContentAtEach(in_layer_, tolerance_m_, &answer.content);
+    HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
+    num_hits += content.hits.size();
+    if (num_hits > max_hits) {
+      return absl::ResourceExhaustedError(absl::StrCat(
+          "there are more than ", max_hits, " objects at the ", points.size(), " points"));
+    }
+    HYPERMAP_RETURN_IF_ERROR(TakeMemory(MemoryOf(content)));
   }
   return answers_;
 }

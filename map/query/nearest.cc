@@ -1,9 +1,11 @@
 #include <algorithm>
+#include <limits>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "base/cancellation/cancellation.h"
 #include "base/status/status_macros.h"
+#include "map/query/layer_transforms.h"
 #include "map/query/query.h"
 
 namespace hypermap {
@@ -15,15 +17,17 @@ absl::StatusOr<NearestAnswer> Nearest(const Snapshot& snapshot, const Scope& sco
   HYPERMAP_ASSIGN_OR_RETURN(std::string caller, snapshot.ResolveFrame(scope.frame_id));
   HYPERMAP_ASSIGN_OR_RETURN(std::vector<LayerPtr> layers, snapshot.SelectLayers(scope.layers));
 
+  LayerTransforms transforms(snapshot, std::move(caller));
   NearestAnswer answer;
   for (const LayerPtr& layer : layers) {
-    const auto transform = snapshot.frames.Lookup(caller, layer->spec().frame_id);
-    if (!transform.ok()) {
+    HYPERMAP_RETURN_IF_ERROR(transforms.Prepare(*layer));
+    const auto transform = transforms.CallerFromLayer(*layer);
+    if (!transform) {
       answer.refusals.push_back({layer->spec().name, AnswerStatus::kNoTransform});
       continue;
     }
     std::optional<std::vector<Neighbour>> neighbours =
-        layer->Nearest(transform->Inverse() * p, value, k);
+        layer->Nearest(InLayer(transform->Inverse(), p), value, k);
     HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
     if (!neighbours) {
       answer.refusals.push_back({layer->spec().name, AnswerStatus::kUnsupportedValue});
@@ -31,6 +35,8 @@ absl::StatusOr<NearestAnswer> Nearest(const Snapshot& snapshot, const Scope& sco
     }
     if (answer.entries.empty()) answer.entries.reserve(neighbours->size());
     for (Neighbour& neighbour : *neighbours) {
+      // From a point near the largest double, distances are infinite.
+      neighbour.distance_m = std::min(neighbour.distance_m, std::numeric_limits<double>::max());
       answer.entries.push_back({layer, *transform, std::move(neighbour)});
     }
   }

@@ -2,6 +2,7 @@
 #include <utility>
 
 #include "base/status/status_macros.h"
+#include "map/query/layer_transforms.h"
 #include "map/query/query.h"
 
 namespace hypermap {
@@ -18,7 +19,7 @@ class ScopeReader : public PartReader {
   ScopeReader(SnapshotPtr snapshot, std::string caller_frame_id, std::vector<LayerPtr> layers,
               Asked asked)
       : snapshot_(std::move(snapshot)),
-        caller_frame_id_(std::move(caller_frame_id)),
+        transforms_(*snapshot_, std::move(caller_frame_id)),
         layers_(std::move(layers)),
         asked_(std::move(asked)) {}
 
@@ -47,8 +48,8 @@ class ScopeReader : public PartReader {
 
  private:
   AnswerStatus OpenCursor(const Layer& layer) {
-    const auto transform = snapshot_->frames.Lookup(caller_frame_id_, layer.spec().frame_id);
-    if (!transform.ok()) return AnswerStatus::kNoTransform;
+    const auto transform = transforms_.CallerFromLayer(layer);
+    if (!transform) return AnswerStatus::kNoTransform;
     caller_from_layer_ = *transform;
     if (!asked_.area || caller_from_layer_.IsIdentity()) {
       cursor_ = Ask(layer, asked_.area ? &*asked_.area : nullptr);
@@ -65,7 +66,7 @@ class ScopeReader : public PartReader {
   }
 
   SnapshotPtr snapshot_;
-  std::string caller_frame_id_;
+  LayerTransforms transforms_;
   std::vector<LayerPtr> layers_;
   const Asked asked_;
   size_t current_ = 0;

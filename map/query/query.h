@@ -7,10 +7,13 @@
 // t_i is FrameTree::Lookup from the caller's frame to the layer's (followed by the grid's geometry
 // for a grid); u_i is CellDomain::Match, or the label match of a semantic layer. Each layer answers
 // for itself, even if the answer is that it can't (AnswerStatus); a layer that can't answer does
-// not affect the others.
+// not affect the others. A layer without t_i has the status kNoTransform: its frame is not
+// connected to the caller's, or is too far from it.
 #ifndef HYPERMAP_MAP_QUERY_QUERY_H_
 #define HYPERMAP_MAP_QUERY_QUERY_H_
 
+#include <cstddef>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -43,7 +46,7 @@ struct LayerContent {
 
 // Implements c^(p, I). Includes objects whose shape is at most `tolerance_m` away. NOT_FOUND for an
 // unknown layer or frame, INVALID_ARGUMENT for a point that is not finite, or a tolerance that is
-// negative or not finite.
+// negative or not finite. Errors of CheckCancelled.
 absl::StatusOr<std::vector<LayerContent>> ContentAt(const Snapshot& snapshot, const Scope& scope,
                                                     const Point& p, double tolerance_m = 0.0);
 // Does the same, but passes each layer's content to `tell` as it is found. If the status is an
@@ -65,6 +68,7 @@ struct LayerPointsContent {
 class PointsAsker {
  public:
   // NOT_FOUND for an unknown layer or frame, INVALID_ARGUMENT for the tolerance (see ContentAt).
+  // Errors of CheckCancelled.
   static absl::StatusOr<PointsAsker> Make(SnapshotPtr snapshot, const Scope& scope,
                                           double tolerance_m = 0.0);
 
@@ -73,9 +77,10 @@ class PointsAsker {
   const std::string& frame_id() const { return frame_id_; }
 
   // c^(p, I) of each point; valid until the next call. INVALID_ARGUMENT naming a point that is not
-  // finite.
+  // finite; RESOURCE_EXHAUSTED if the layers have more than `max_hits` objects at the points
+  // together; errors of CheckCancelled, and of TakeMemory for the answer.
   absl::StatusOr<absl::Span<const LayerPointsContent>> ContentAtEach(
-      absl::Span<const Point> points);
+      absl::Span<const Point> points, size_t max_hits = std::numeric_limits<size_t>::max());
 
  private:
   struct AskedLayer {

@@ -8,11 +8,13 @@
 #include <set>
 #include <utility>
 
+#include "base/cancellation/testing/cancelled_after.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "map/edits/apply.h"
 #include "map/geometry/predicates.h"
 #include "map/layers/grid_layer.h"
+#include "map/layers/layer_registry.h"
 #include "map/layers/semantic_layer.h"
 #include "tests/support/random_map.h"
 
@@ -180,6 +182,146 @@ TEST(PointsAskerTest, AnswersAsContentAtWithTheSameTolerance) {
       EXPECT_EQ(hits, expected) << scope.layers[l] << " with tolerance " << tolerance_m;
     }
   }
+}
+
+// A map whose transforms were stored before there was a bound of coordinates: "far" and what is
+// below it can't be reached, "near" can. Layers are in "map", "near" and "far"; the grid "off" has
+// its origin beyond the bound.
+SnapshotPtr SiteFromBeforeTheBounds() {
+  const auto put = [](const char* layer) {
+    return PutObject{layer, {.label = "post", .shape = *Shape::MakePoint({1, 1})}, ""};
+  };
+  LayerSpec grid{.name = "grid", .kind = LayerKind::kOccupancy, .frame_id = "far"};
+  grid.grid = GridGeometry{PlanarTransform(), 1.0};
+  LayerSpec off{.name = "off", .kind = LayerKind::kOccupancy, .frame_id = "map"};
+  off.grid = GridGeometry{PlanarTransform(), 1.0};
+  Snapshot site = MakeSnapshot(
+      "site", {{SetTransform{{"map", "near", {5, 5, 0.5}}}, SetTransform{{"map", "half", {}}},
+                SetTransform{{"half", "far", {}}}, CreateLayer{{.name = "own"}},
+                CreateLayer{{.name = "next", .frame_id = "near"}},
+                CreateLayer{{.name = "lost", .frame_id = "far"}}, CreateLayer{grid},
+                CreateLayer{off}, put("own"), put("next"), put("lost"),
+                WriteCells{"grid", {0, 2, 0, 2}, {0.0, 0.9, 0.9, 1.0}}}});
+  EXPECT_TRUE(site.frames.Set({"map", "half", {1e308, 1e308, 0.5}}).ok());
+  EXPECT_TRUE(site.frames.Set({"half", "far", {1e308, 1e308, 0.5}}).ok());
+  off.grid->layer_from_grid = PlanarTransform(1.7e308, -1.7e308, 0.5);
+  site.layers["off"] =
+      std::make_shared<GridLayer>(off, MakeCellDomain(off), TileMap(), CellBox{0, 9, 0, 9});
+  return std::make_shared<Snapshot>(std::move(site));
+}
+
+TEST(FarFramesTest, QuestionsThroughTransformsBeyondTheBoundHaveNoTransform) {
+  const SnapshotPtr site = SiteFromBeforeTheBounds();
+  const Polygon everywhere = Polygon::FromBox({{-1e9, -1e9}, {1e9, 1e9}});
+  using Answers = std::map<std::string, AnswerStatus>;
+  constexpr AnswerStatus kNo = AnswerStatus::kNoTransform, kYes = AnswerStatus::kValue;
+  const std::pair<std::string, Answers> expected[] = {
+      {"map", {{"own", kYes}, {"next", kYes}, {"lost", kNo}, {"grid", kNo}, {"off", kNo}}},
+      {"near", {{"own", kYes}, {"next", kYes}, {"lost", kNo}, {"grid", kNo}, {"off", kNo}}},
+      {"far", {{"own", kNo}, {"next", kNo}, {"lost", kYes}, {"grid", kYes}, {"off", kNo}}},
+      {"half", {{"own", kNo}, {"next", kNo}, {"lost", kNo}, {"grid", kNo}, {"off", kNo}}},
+  };
+  for (const auto& [frame, answers] : expected) {
+    SCOPED_TRACE(frame);
+    const Scope scope{{}, frame};
+    for (const auto& [layer, status] : answers) {
+      const auto at = ContentAt(*site, {{layer}, frame}, {1, 1}, 1e9);
+      ASSERT_TRUE(at.ok()) << at.status();
+      EXPECT_EQ(at->front().content.status, status) << layer;
+      auto asker = PointsAsker::Make(site, {{layer}, frame});
+      ASSERT_TRUE(asker.ok()) << asker.status();
+      EXPECT_EQ(asker->ContentAtEach({{1, 1}})->front().status, status) << layer;
+    }
+    const auto reader = ContentIn(site, scope, everywhere);
+    ASSERT_TRUE(reader.ok()) << reader.status();
+    while (!(*reader)->done()) {
+      const LayerPart part = (*reader)->Next(100);
+      EXPECT_EQ(part.status, answers.at(part.layer->spec().name)) << part.layer->spec().name;
+    }
+    const auto nearest = Nearest(*site, scope, {1, 1}, ValueLabel{"post"}, 9);
+    ASSERT_TRUE(nearest.ok()) << nearest.status();
+    for (const auto& entry : nearest->entries) {
+      EXPECT_EQ(answers.at(entry.layer->spec().name), kYes);
+      EXPECT_LT(entry.neighbour.distance_m, 100);
+    }
+    for (const auto& refusal : nearest->refusals) {
+      EXPECT_TRUE(refusal.status == AnswerStatus::kUnsupportedValue ||
+                  answers.at(refusal.layer) == kNo);
+    }
+  }
+}
+
+TEST(FarFramesTest, FarPointsHaveAnswersOfFiniteNumbers) {
+  const SnapshotPtr site = SiteFromBeforeTheBounds();
+  for (const Point& p : {Point{1.79e308, 1.79e308}, Point{-1.79e308, 1.79e308}, Point{1e300, 0}}) {
+    for (const char* frame : {"map", "near"}) {
+      const auto at = ContentAt(*site, {{}, frame}, p, 5.0);
+      ASSERT_TRUE(at.ok());
+      for (const LayerContent& content : *at) EXPECT_TRUE(content.content.objects.empty());
+      auto asker = PointsAsker::Make(site, {{"own", "next"}, frame});
+      ASSERT_TRUE(asker.ok());
+      const auto answers = asker->ContentAtEach({&p, 1});
+      ASSERT_TRUE(answers.ok());
+      for (const LayerPointsContent& answer : *answers) EXPECT_TRUE(answer.content.hits.empty());
+      const auto nearest = Nearest(*site, {{}, frame}, p, ValueLabel{"post"}, 9);
+      ASSERT_TRUE(nearest.ok());
+      EXPECT_EQ(nearest->entries.size(), 2u);
+      for (const auto& entry : nearest->entries) {
+        EXPECT_TRUE(std::isfinite(entry.neighbour.distance_m));
+      }
+    }
+  }
+}
+
+// Layers of one frame: their number does not multiply the cost of finding the transform.
+TEST(FarFramesTest, EachFrameIsLookedUpOnce) {
+  EditBatch batch;
+  std::string deepest = "map";
+  for (int i = 0; i < 100; ++i) {
+    const std::string child = "f" + std::to_string(i);
+    batch.edits.push_back(SetTransform{{deepest, child, {0.1, 0, 0}}});
+    deepest = child;
+  }
+  for (const char* frame : {"map", "f50", "f99"}) {
+    for (int i = 0; i < 40; ++i) {
+      batch.edits.push_back(
+          CreateLayer{{.name = frame + ("-" + std::to_string(i)), .frame_id = frame}});
+    }
+  }
+  const auto site = std::make_shared<Snapshot>(MakeSnapshot("site", batch));
+  // Cancellation is checked once for each frame that is looked up.
+  const auto looks = [&](const Scope& scope) {
+    CancelledAfter never(1'000'000);
+    EXPECT_TRUE(ContentAt(*site, scope, {0, 0}).ok());
+    const int64_t at = never.num_looks();
+    EXPECT_TRUE(PointsAsker::Make(site, scope).ok());
+    EXPECT_EQ(never.num_looks() - at, at);
+    return at;
+  };
+  EXPECT_EQ(looks({{}, ""}), 2);
+  EXPECT_EQ(looks({{}, "f99"}), 2);
+  EXPECT_EQ(looks({{"map-1", "map-2"}, "f3"}), 1);
+  EXPECT_EQ(looks({{"map-1", "map-2"}, ""}), 0);
+}
+
+TEST(FarFramesTest, QuestionsAreGivenUpBetweenFrames) {
+  EditBatch batch;
+  for (int i = 0; i < 50; ++i) {
+    const std::string number = std::to_string(i);
+    batch.edits.push_back(SetTransform{{"map", "f" + number, {1, 0, 0}}});
+    batch.edits.push_back(CreateLayer{{.name = "l" + number, .frame_id = "f" + number}});
+  }
+  const auto site = std::make_shared<Snapshot>(MakeSnapshot("site", batch));
+  const auto never_tell = [](const LayerPtr&, const PlanarTransform&, PointContent) {
+    // The status is an error only if no content has been told.
+    EXPECT_TRUE(Cancellation::Current()->status().ok());
+  };
+  EXPECT_GT(TimesCancelled([&] { return VisitContentAt(*site, {}, {0, 0}, 0.0, never_tell); }), 5);
+  EXPECT_GT(TimesCancelled([&] { return PointsAsker::Make(site, {}).status(); }), 5);
+  EXPECT_GT(TimesCancelled([&] {
+              return Nearest(*site, {}, {0, 0}, ValueLabel{"x"}, 1).status();
+            }),
+            5);
 }
 
 struct Collected {

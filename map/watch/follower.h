@@ -2,46 +2,26 @@
 #ifndef HYPERMAP_MAP_WATCH_FOLLOWER_H_
 #define HYPERMAP_MAP_WATCH_FOLLOWER_H_
 
-#include <map>
+#include <cstdint>
 #include <memory>
-#include <optional>
-#include <set>
 #include <string>
 #include <vector>
 
 #include "absl/status/statusor.h"
 #include "map/edits/change.h"
-#include "map/geometry/polygon.h"
+#include "map/snapshot.h"
+#include "map/structure.h"
 #include "map/watch/map_change.h"
+#include "map/watch/watch_filter.h"
 
 namespace hypermap {
 
-// The part of a map that is watched. By default all layers, in the map's own frame, everywhere,
-// with all classes.
-struct WatchFilter {
-  // The frames in which content is reported, and what else depends on them.
-  enum class Frames {
-    // Content is converted to `frame_id`. Layers that are not connected to that frame are left out.
-    // An area selects the cells with their centre in it. A selection contains kPut and kCells.
-    kCaller,
-    // For replicas: content stays in the frame of its layer. Layers that are not connected to
-    // `frame_id` are included, but an area selects nothing of them. An area selects the cells that
-    // touch it. A selection begins with kTransform for all transforms, and has kLayerCreated for
-    // each layer before its content.
-    kAsStored,
-  };
+class AreaInFrames;
+class PreparedFilter;
 
-  std::vector<std::string> layers;  // Need not exist yet.
-  std::string frame_id;
-  std::optional<Polygon> area;       // In the frame `frame_id`.
-  std::vector<std::string> classes;  // Labels, or aliases of labels.
-  Frames frames = Frames::kCaller;
-
-  friend bool operator==(const WatchFilter&, const WatchFilter&) = default;
-};
-
-// Reads everything that a filter selects in a snapshot, in parts, so that no part is large and
-// other calls get their turn. Keeps the snapshot alive. Not thread-safe; may move between threads.
+// Reads everything that a filter selects in a snapshot or a commit, in parts, so that no part is
+// large and other calls get their turn. Keeps the snapshot or the commit alive. Not thread-safe;
+// may move between threads.
 class SelectionReader {
  public:
   virtual ~SelectionReader() = default;
@@ -62,10 +42,15 @@ class SelectionReader {
 //   }
 //
 // Its position is a structure of the map, because the meaning of a filter (where its area is in a
-// layer, which labels its classes stand for) depends on it. Not thread-safe; may move between
-// threads.
+// layer, which labels its classes stand for) depends on it. Keeps nothing for each layer: it looks
+// up a layer when a commit changes it. Not thread-safe; may move between threads. The readers that
+// it has made are used on the same thread.
 class Follower {
  public:
+  // Bytes of memory that a follower with this filter takes at most, whatever the number of layers:
+  // an estimate.
+  static int64_t MaxBytes(const WatchFilter& filter);
+
   // NOT_FOUND for a frame that the map does not know; INVALID_ARGUMENT for an empty class.
   static absl::StatusOr<Follower> Make(WatchFilter filter, StructurePtr structure);
 
@@ -84,29 +69,40 @@ class Follower {
   // Filters the changes of a commit. `structure` is the one after the commit; the one of the call
   // before (at first that of Make) must be the one before it.
   Told Tell(const std::vector<Change>& changes, const StructurePtr& structure);
+  // The same in parts, which are read before the next call; null instead of `reset`.
+  std::unique_ptr<SelectionReader> TellInParts(std::shared_ptr<const std::vector<Change>> changes,
+                                               StructurePtr structure);
 
-  // Reads everything that the filter selects in `snapshot`, and goes on from its structure.
-  std::unique_ptr<SelectionReader> Read(SnapshotPtr snapshot);
+  // Bytes of memory of a commit, with the content before and after it, which a reader of its parts
+  // may be the last to hold: an estimate.
+  static int64_t BytesOf(const std::vector<Change>& changes);
+
+  // Reads everything that the filter selects in `snapshot`, and goes on from `structure`, which is
+  // the snapshot's.
+  std::unique_ptr<SelectionReader> Read(SnapshotPtr snapshot, StructurePtr structure);
+  std::unique_ptr<SelectionReader> Read(const SnapshotPtr& snapshot) {
+    return Read(snapshot, StructureOf(*snapshot));
+  }
+
+  // The area in the frames of layers; null if the filter has none.
+  const AreaInFrames* area() const;
 
  private:
-  class FollowedLayer;
   class ChangeSelector;
-  class StoredReader;
+  class CommitReader;
 
-  Follower(WatchFilter filter, std::string frame_id, std::set<std::string> classes);
+  Follower(std::unique_ptr<PreparedFilter> filter, StructurePtr structure);
 
-  bool as_stored() const { return filter_.frames == WatchFilter::Frames::kAsStored; }
-  bool Follows(const std::string& layer) const;
-  void MoveTo(const StructurePtr& structure);
+  // Goes on from `structure`. Returns whether a reset is needed.
+  bool MoveTo(const StructurePtr& structure);
   // Whether the change of structure moves content in the caller's frame, or changes the meaning of
-  // a class, for a layer that is in both structures.
+  // a class, for a layer that is in both structures. Linear in the layers only if a transform has
+  // changed.
   bool NeedsReset(const MapStructure& before, const MapStructure& after) const;
+  bool HasMoved(const MapStructure& before, const MapStructure& after) const;
 
-  WatchFilter filter_;
-  std::string frame_id_;
-  std::set<std::string> classes_;  // Folded.
+  std::shared_ptr<PreparedFilter> filter_;  // Shared with the readers.
   StructurePtr structure_;
-  std::map<std::string, std::shared_ptr<const FollowedLayer>> layers_;  // Layers of structure_.
 };
 
 }  // namespace hypermap

@@ -26,4 +26,9 @@ absl::string_view ChangeKindName(ChangeKind kind) {
   return "";
 }
 
+int64_t ByteSize(const MapChange& change) {
+  const size_t runs = change.cells.size() + change.cells_before.size();
+  return static_cast<int64_t>(sizeof(change) + change.layer.size() + runs * sizeof(CellRun));
+}
+
 }  // namespace hypermap

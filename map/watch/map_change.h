@@ -2,6 +2,7 @@
 #ifndef HYPERMAP_MAP_WATCH_MAP_CHANGE_H_
 #define HYPERMAP_MAP_WATCH_MAP_CHANGE_H_
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -49,6 +50,9 @@ struct MapChange {
   std::optional<LayerStructure> layer_now;  // For kLayerCreated and kLayerChanged.
   std::optional<FrameTransform> transform;  // For kTransform.
 };
+
+// Memory of a change, without its objects, which are shared with the map: an estimate.
+int64_t ByteSize(const MapChange& change);
 
 }  // namespace hypermap
 

@@ -9,6 +9,7 @@
 #include "map/layers/grid_layer.h"
 #include "map/layers/semantic_layer.h"
 #include "map/values/value_query.h"
+#include "map/watch/area_in_frames.h"
 #include "map/watch/follower.h"
 #include "map/watch/net_changes.h"
 #include "map/watch/structure.h"
@@ -277,6 +278,105 @@ TEST_F(FollowerTest, AsStoredAnAreaSelectsTheCellsItTouches) {
   EXPECT_TRUE(stored.Tell(changes_, structure_).reset);
 }
 
+TEST_F(FollowerTest, TheAreaIsConvertedOnceForAllLayersOfAFrame) {
+  EditBatch creation{{SetTransform{{"map", "dock", PlanarTransform(1, 0, 0.5)}}}};
+  EditBatch content;
+  LayerSpec floor{.kind = LayerKind::kOccupancy, .frame_id = "dock"};
+  floor.grid = GridGeometry{PlanarTransform(), 1.0};
+  for (int i = 0; i < 50; ++i) {
+    const std::string things = absl::StrCat("things", i);
+    creation.edits.push_back(Things(things, "dock"));
+    content.edits.push_back(PutObject{things, Thing("cup", 1, 1)});
+    floor.name = absl::StrCat("floor", i);
+    creation.edits.push_back(CreateLayer{floor});
+    content.edits.push_back(WriteCells{floor.name, {0, 1, 0, 1}, {0.5}});
+  }
+  Follower follower = Follow({.area = Polygon::FromBox({{-10, -10}, {10, 10}})});
+  Follower stored = Follow(
+      {.area = Polygon::FromBox({{-10, -10}, {10, 10}}), .frames = WatchFilter::Frames::kAsStored});
+  for (Follower* each : {&follower, &stored}) {
+    EXPECT_EQ(each->area()->num_polygons() + each->area()->num_covers(), 0);
+  }
+  // Changes of the structure convert nothing, and leave what was converted.
+  for (const EditBatch& batch :
+       {creation, content, EditBatch{{SetTransform{{"map", "raft", PlanarTransform(1, 0, 0)}}}},
+        content}) {
+    Carry(batch);
+    for (Follower* each : {&follower, &stored}) {
+      const Follower::Told told = each->Tell(changes_, structure_);
+      EXPECT_FALSE(told.reset);
+      EXPECT_FALSE(told.changes.empty());
+      const int64_t is_needed = map_->revision == 2 ? 0 : 1;
+      EXPECT_EQ(each->area()->num_polygons(), is_needed);
+      EXPECT_EQ(each->area()->num_covers(), is_needed);
+    }
+  }
+  EXPECT_EQ(ReadAll(*stored.Read(map_)).objects.size(), 100u);
+  EXPECT_EQ(stored.area()->num_polygons(), 1);
+  EXPECT_EQ(stored.area()->num_covers(), 1);
+}
+
+TEST_F(FollowerTest, TheAreaIsNotConvertedForContentThatIsFarFromIt) {
+  LayerSpec floor{.name = "floor", .kind = LayerKind::kOccupancy};
+  floor.grid = GridGeometry{PlanarTransform(), 1.0};
+  Follower follower = Follow({.area = Polygon::FromBox({{0, 0}, {10, 10}})});
+  EXPECT_THAT(TellKinds(follower, {{PutObject{"things", Thing("cup", 20, 0)}, CreateLayer{floor},
+                                    WriteCells{"floor", {500, 501, 0, 1}, {0.5}}}}),
+              ElementsAre("layer_created", "layer_changed"));
+  EXPECT_EQ(follower.area()->num_polygons(), 0);
+  EXPECT_EQ(follower.area()->num_covers(), 0);
+}
+
+TEST_F(FollowerTest, ACommitInPartsIsTheWholeCommit) {
+  LayerSpec floor{.name = "floor", .kind = LayerKind::kOccupancy};
+  floor.grid = GridGeometry{PlanarTransform(), 1.0};
+  const WatchFilter filter{.area = Polygon::FromBox({{0, 0}, {100, 10}})};
+  Follower whole = Follow(filter);
+  Follower parts = Follow(filter);
+  EditBatch batch{{CreateLayer{floor}}};
+  for (int i = 0; i < 50; ++i) batch.edits.push_back(PutObject{"things", Thing("cup", 4 * i, 0)});
+  batch.edits.push_back(
+      WriteCells{"floor", {0, 1, 0, 200}, std::vector<std::optional<double>>(200, 0.5)});
+  Carry(batch);
+  std::vector<ChangeKind> expected;
+  for (const MapChange& change : whole.Tell(changes_, structure_).changes) {
+    expected.push_back(change.kind);
+  }
+  std::vector<ChangeKind> told;
+  const auto reader =
+      parts.TellInParts(std::make_shared<const std::vector<Change>>(changes_), structure_);
+  ASSERT_NE(reader, nullptr);
+  while (!reader->done()) {
+    const std::vector<MapChange> part = reader->Next(5);
+    EXPECT_LE(part.size(), 5u);
+    for (const MapChange& change : part) told.push_back(change.kind);
+  }
+  EXPECT_EQ(told, expected);
+
+  Carry({{SetTransform{{"map", "dock", PlanarTransform(9, 0, 0)}}}});
+  Follower in_dock = Follow({.frame_id = "dock"});
+  Carry({{SetTransform{{"map", "dock", PlanarTransform(5, 0, 0)}}}});
+  EXPECT_EQ(in_dock.TellInParts(std::make_shared<const std::vector<Change>>(changes_), structure_),
+            nullptr);
+}
+
+TEST_F(FollowerTest, LayersMayBeNamedOverAndOver) {
+  Carry({{Things("others")}});
+  Follower follower = Follow({.layers = {"things", "later", "things", "later"}});
+  Carry({{PutObject{"things", Thing("cup", 0, 0)}, PutObject{"others", Thing("cup", 0, 0)}}});
+  EXPECT_EQ(follower.Tell(changes_, structure_).changes.size(), 1u);
+  EXPECT_EQ(ReadAll(*follower.Read(map_)).objects.size(), 1u);
+}
+
+TEST_F(FollowerTest, OnlyFramesOfFollowedLayersReset) {
+  Carry({{Things("dock", "dock"), SetTransform{{"map", "dock", PlanarTransform(5, 0, 0)}}}});
+  Follower things = Follow({.layers = {"things"}});
+  Follower all = Follow({});
+  Carry({{SetTransform{{"map", "dock", PlanarTransform(6, 0, 0)}}}});
+  EXPECT_FALSE(things.Tell(changes_, structure_).reset);
+  EXPECT_TRUE(all.Tell(changes_, structure_).reset);
+}
+
 TEST_F(FollowerTest, UnknownFramesAndEmptyClassesAreRefused) {
   EXPECT_TRUE(absl::IsNotFound(Follower::Make({.frame_id = "moon"}, structure_).status()));
   EXPECT_TRUE(absl::IsInvalidArgument(Follower::Make({.classes = {" "}}, structure_).status()));
@@ -362,6 +462,9 @@ TEST(FollowerPropertyTest, WhoBelievesAllThatIsToldKnowsWhatASnapshotSays) {
         {.frame_id = history.map()->layers.begin()->second->spec().frame_id,
          .area = RandomPolygon(rng, {1, 1}, 5.0)},
         {.classes = {"chair", "cup", "table"}},
+        {.layers = {history.map()->layers.begin()->first, history.map()->layers.rbegin()->first},
+         .area = RandomPolygon(rng, {0, 0}, 6.0),
+         .frames = WatchFilter::Frames::kAsStored},
     };
     std::vector<Follower> followers;
     std::vector<Known> known;

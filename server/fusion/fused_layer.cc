@@ -99,6 +99,7 @@ absl::StatusOr<std::unique_ptr<FusedLayer>> FusedLayer::Open(
           {{absl::FromUnixNanos(std::numeric_limits<int64_t>::max()), "", 0}, 0}));
   HYPERMAP_RETURN_IF_ERROR((*fused)->FoldOn(std::move(checkpoint)));
   (*fused)->new_entries_ = (*fused)->entries_folded_;
+  (*fused)->CountBytes();
   return fused;
 }
 
@@ -254,7 +255,7 @@ void FusedLayer::ChangedAt(const storage::LogKey& key) {
 absl::StatusOr<FusedLayer::Checkpoint> FusedLayer::CheckpointBefore(const storage::LogKey& key) {
   const auto after = checkpoints_.lower_bound(key);
   if (after != checkpoints_.begin()) {
-    return Checkpoint{std::prev(after)->first, std::prev(after)->second};
+    return Checkpoint{std::prev(after)->first, std::prev(after)->second.state};
   }
   // The store still has checkpoints that changes of this group have made invalid.
   const storage::LogKey before = std::min(key, unwritten_stale_from_.value_or(key));
@@ -279,10 +280,41 @@ absl::Status FusedLayer::FoldOn(Checkpoint from) {
 
 void FusedLayer::AddCheckpoint() {
   entries_since_checkpoint_ = 0;
-  checkpoints_.insert_or_assign(tip_.key, tip_.state);
-  if (checkpoints_.size() <= kMaxCheckpoints) return;
-  auto it = checkpoints_.begin();
-  for (size_t i = 0; i < kMaxCheckpoints / 4; ++i) it = std::next(checkpoints_.erase(it));
+  checkpoints_.insert_or_assign(tip_.key, KeptState{tip_.state});
+  CountUnshared(std::prev(checkpoints_.end()));
+  if (checkpoints_.size() > kMaxCheckpoints) {
+    auto it = checkpoints_.begin();
+    for (size_t i = 0; i < kMaxCheckpoints / 4; ++i) {
+      it = checkpoints_.erase(it);
+      CountUnshared(it);
+      ++it;
+    }
+  }
+  TrimCheckpoints();
+}
+
+void FusedLayer::CountUnshared(Checkpoints::iterator newer) {
+  if (newer == checkpoints_.begin()) return;
+  KeptState& older = std::prev(newer)->second;
+  older.unshared = strategy_->ByteSize(older.state, newer->second.state);
+}
+
+void FusedLayer::TrimCheckpoints() {
+  int64_t bytes = 0;
+  for (auto it = std::prev(checkpoints_.end()); it != checkpoints_.begin();) {
+    bytes += (--it)->second.unshared;
+    if (bytes <= options_->max_checkpoint_bytes) continue;
+    checkpoints_.erase(checkpoints_.begin(), std::next(it));
+    return;
+  }
+}
+
+void FusedLayer::CountBytes() {
+  bytes_ = strategy_->ByteSize(tip_.state, nullptr);
+  if (checkpoints_.empty()) return;
+  const auto newest = std::prev(checkpoints_.end());
+  newest->second.unshared = strategy_->ByteSize(newest->second.state, tip_.state);
+  for (const auto& [key, kept] : checkpoints_) bytes_ += kept.unshared;
 }
 
 absl::StatusOr<std::vector<Edit>> FusedLayer::Fold(const Snapshot& snapshot) {
@@ -297,6 +329,7 @@ absl::StatusOr<std::vector<Edit>> FusedLayer::Fold(const Snapshot& snapshot) {
     }
     HYPERMAP_RETURN_IF_ERROR(FoldOn(std::move(from)));
     changed_at_.reset();
+    CountBytes();
     Diff(snapshot, &edits);
   }
   HYPERMAP_RETURN_IF_ERROR(MarkExplored(snapshot, &edits));
@@ -469,6 +502,10 @@ absl::Status FusedLayer::Written() {
 
 absl::Status FusedLayer::KeepCheckpoint(int64_t min_entries) {
   if (new_entries_ < min_entries) return absl::OkStatus();
+  // It is only a shortcut: the log has all. Encoding takes several times a state's memory.
+  if (strategy_->ByteSize(tip_.state, nullptr) > options_->max_checkpoint_bytes) {
+    return absl::OkStatus();
+  }
   absl::Status status = stored_->KeepCheckpoint(layer_, {tip_.key, strategy_->Encode(tip_.state)});
   if (status.ok()) new_entries_ = 0;
   return status;

@@ -92,14 +92,28 @@ class FusedLayer {
   // Must be called when all changes that Finish returned are stored. Stores a checkpoint now and
   // then.
   absl::Status Written();
-  // Stores a checkpoint if at least `min_entries` entries are in no stored checkpoint.
+  // Stores a checkpoint if at least `min_entries` entries are in no stored checkpoint. States above
+  // max_checkpoint_bytes are not stored.
   absl::Status KeepCheckpoint(int64_t min_entries);
+
+  // Bytes of memory that the layer's state and checkpoints take: an estimate.
+  int64_t bytes() const { return bytes_; }
+  // Bytes by which the observation makes it grow at most: an estimate.
+  int64_t MostGrowth(const Observation& observation) const {
+    return strategy_->MostGrowth(observation);
+  }
 
  private:
   struct Checkpoint {
     storage::LogKey key;
     fusion::StatePtr state;
   };
+  // A checkpoint in memory.
+  struct KeptState {
+    fusion::StatePtr state;
+    int64_t unshared = 0;  // bytes of it that the next newer state does not share
+  };
+  using Checkpoints = std::map<storage::LogKey, KeptState>;
   // The object that shows a track.
   struct Shown {
     ObjectId id = 0;   // 0: not on the map yet
@@ -122,6 +136,12 @@ class FusedLayer {
   absl::StatusOr<Checkpoint> CheckpointBefore(const storage::LogKey& key);
   // Keeps the state of tip_ in memory.
   void AddCheckpoint();
+  // Sets `unshared` of the checkpoint before this one.
+  void CountUnshared(Checkpoints::iterator newer);
+  // Drops the oldest checkpoints until the others take at most max_checkpoint_bytes.
+  void TrimCheckpoints();
+  // Sets bytes_ for tip_ and the checkpoints.
+  void CountBytes();
   // Notes that the log changed at `key`, and drops the checkpoints from there on.
   void ChangedAt(const storage::LogKey& key);
 
@@ -148,8 +168,9 @@ class FusedLayer {
   storage::FusionLog* const stored_;
   const FusionOptions* const options_;
 
-  Checkpoint tip_;                                           // the state that the layer shows
-  std::map<storage::LogKey, fusion::StatePtr> checkpoints_;  // in memory, at or before tip_
+  Checkpoint tip_;           // the state that the layer shows
+  Checkpoints checkpoints_;  // in memory, at or before tip_
+  int64_t bytes_ = 0;
   int entries_since_checkpoint_ = 0;
   int64_t entries_folded_ = 0;
   int64_t new_entries_ = 0;  // entries that no stored checkpoint contains

@@ -43,6 +43,9 @@ struct FusionOptions {
   // Number of log entries between two checkpoints in memory, and between two stored ones.
   int entries_per_checkpoint = 16;
   int entries_per_stored_checkpoint = 256;
+  // Bytes that the checkpoints of a layer in memory take at most, but for the newest one, and that
+  // a state may take to be stored as a checkpoint.
+  int64_t max_checkpoint_bytes = int64_t{64} << 20;
 };
 
 }  // namespace hypermap::server

@@ -304,6 +304,12 @@ void MapFusion::Written() {
   }
 }
 
+int64_t MapFusion::bytes() const {
+  int64_t bytes = 0;
+  for (const auto& [name, layer] : layers_) bytes += layer->bytes();
+  return bytes;
+}
+
 void MapFusion::KeepCheckpoints() {
   for (const auto& [name, layer] : layers_) layer->KeepCheckpoint(1).IgnoreError();
 }

@@ -110,6 +110,12 @@ class MapFusion {
   // as Admit.
   absl::StatusOr<FusedLayer*> Find(const Snapshot& snapshot, const std::string& layer);
 
+  // Bytes of memory that the states of the loaded layers take: an estimate.
+  int64_t bytes() const;
+
+  // Whether any fused layer is loaded, which Reset would drop.
+  bool has_loaded_layers() const { return !layers_.empty(); }
+
   // Must be called when all revisions since the last call are stored.
   void Written();
   // Drops all layers and reads the settings from the store again.

@@ -7,6 +7,10 @@
 namespace hypermap::server {
 namespace {
 
+constexpr int64_t kMemoryOfByte = 32;
+// The part of --memory_limit that change feeds may take; see FeedMemory.
+constexpr int64_t kPartOfFeeds = 16;
+
 void LogRefusal(const admission::Refusals::Line& line) {
   spdlog::warn("calls are refused limit={} since_start={} last={}", LogQuoted(line.flag),
                line.count, LogQuoted(line.message));
@@ -17,9 +21,13 @@ void LogRefusal(const admission::Refusals::Line& line) {
 Budgets::Budgets(const Limits& limits)
     : calls("max_calls", limits.max_calls, {.unit = "calls"}),
       request_bytes("max_request_bytes", limits.max_request_bytes, {.takes_one_larger = true}),
+      most_memory_of_request(kMemoryOfByte * limits.max_message_bytes),
+      max_message_bytes(limits.max_message_bytes),
       scratch_bytes("max_scratch_bytes", limits.max_scratch_bytes),
       exploration_bytes("max_exploration_bytes", limits.max_exploration_bytes,
                         {.whole_for_one_client = true}),
+      content(std::make_shared<admission::ContentBudget>(limits.max_content_bytes)),
+      feeds(std::make_shared<FeedMemory>(limits.memory_limit / kPartOfFeeds)),
       refusals(LogRefusal) {}
 
 }  // namespace hypermap::server

@@ -2,10 +2,16 @@
 #ifndef HYPERMAP_SERVER_RPC_BUDGETS_H_
 #define HYPERMAP_SERVER_RPC_BUDGETS_H_
 
+#include <cstdint>
+#include <memory>
+
 #include "base/admission/budget.h"
 #include "base/admission/cancelled_calls.h"
+#include "base/admission/content_budget.h"
+#include "base/admission/explained_bytes.h"
 #include "base/admission/refusals.h"
 #include "base/limits/limits.h"
+#include "server/session/feed_memory.h"
 
 namespace hypermap::server {
 
@@ -18,12 +24,22 @@ struct Budgets {
   // Memory of large requests and of exports, from before they are decoded until they are answered:
   // --max_request_bytes.
   admission::Budget request_bytes;
+  // The most that one of these may take. The largest message, of objects of a few bytes each, takes
+  // about half of it; a message of fields without content may take more.
+  const int64_t most_memory_of_request;
+  const int64_t max_message_bytes;
   // Files of imports and backups on disk: --max_scratch_bytes.
   admission::Budget scratch_bytes;
   // Memory of the explorations of all maps: --max_exploration_bytes.
   admission::Budget exploration_bytes;
+  // Memory of the content of all maps: --max_content_bytes. The maps share it, too.
+  const std::shared_ptr<admission::ContentBudget> content;
+  // Memory of the change feeds of all maps, which the maps share, too.
+  const std::shared_ptr<FeedMemory> feeds;
   // Calls that their callers have cancelled.
   admission::CancelledCalls cancelled_calls;
+  // The bytes of connections that calls were given.
+  admission::ExplainedBytes explained_bytes;
   // What was refused because of a limit.
   admission::Refusals refusals;
 };

@@ -1,10 +1,14 @@
 #include "server/rpc/call_ticket.h"
 
+#include <utility>
+
 #include "absl/random/random.h"
 #include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
 #include "base/admission/client_host.h"
 #include "base/admission/refusals.h"
+#include "server/rpc/wanted.h"
+#include "wire/message_memory.h"
 #include "wire/status.h"
 
 namespace hypermap::server {
@@ -13,25 +17,45 @@ namespace {
 // Time after which a refused caller may try again, drawn at random so that not all come at once.
 constexpr int kShortestPause_ms = 100;
 constexpr int kLongestPause_ms = 1000;
+// A large request is in memory twice: as a message, and as decoded.
+constexpr int64_t kForms = 2;
 constexpr char kPushbackKey[] = "grpc-retry-pushback-ms";
 
 }  // namespace
 
 CallTicket::CallTicket(Budgets* budgets, grpc::CallbackServerContext* context)
-    : CallTicket(budgets, context, admission::HostOfPeer(context->peer())) {}
+    : CallTicket(budgets, context, context->peer()) {}
 
-CallTicket::CallTicket(Budgets* budgets, grpc::CallbackServerContext* context,
-                       const std::string& client)
+CallTicket::CallTicket(Budgets* budgets, grpc::CallbackServerContext* context, std::string peer)
     : budgets_(budgets),
       context_(context),
-      call_(&budgets->calls, client),
-      request_(&budgets->request_bytes, client),
+      peer_(std::move(peer)),
+      call_(&budgets->calls, admission::HostOfPeer(peer_)),
+      memory_(&budgets->request_bytes, admission::HostOfPeer(peer_)),
       admitted_(call_.Add(1)),
-      begin_(absl::Now()) {}
+      begin_(absl::Now()) {
+  budgets_->explained_bytes.BeginCall(peer_);
+}
 
-absl::Status CallTicket::ChargeRequest(int64_t bytes) {
-  const int64_t cost = CostOf(bytes);
-  return cost == 0 ? absl::OkStatus() : request_.Add(cost);
+CallTicket::~CallTicket() { budgets_->explained_bytes.EndCall(peer_); }
+
+int64_t CallTicket::CostOfRequest(const google::protobuf::Message& prototype,
+                                  const grpc::ByteBuffer& bytes) {
+  const auto size = static_cast<int64_t>(bytes.Length());
+  return size <= kFreeBytes ? 0 : size + kForms * wire::MemoryOfMessage(prototype, bytes);
+}
+
+absl::Status CallTicket::ChargeRequest(int64_t cost) {
+  if (cost > budgets_->most_memory_of_request) {
+    return absl::ResourceExhaustedError(
+        absl::StrCat("the request would take ", cost, " bytes of memory, more than ",
+                     budgets_->most_memory_of_request, ", which is 32 times --max_message_bytes"));
+  }
+  return ChargeMemory(cost);
+}
+
+absl::Status CallTicket::ChargeMemory(int64_t bytes) {
+  return bytes == 0 ? absl::OkStatus() : memory_.Add(bytes);
 }
 
 grpc::Status CallTicket::Encode(const absl::Status& status) {
@@ -52,8 +76,12 @@ void CallTicket::Cancelled() {
   budgets_->cancelled_calls.Count(context_->peer(), absl::Now() - begin_);
 }
 
+void CallTicket::LookForCancellation() {
+  if (absl::IsCancelled(CheckWanted(*context_))) Cancelled();
+}
+
 void CallTicket::GiveBack() {
-  request_.GiveBack();
+  memory_.GiveBack();
   call_.GiveBack();
 }
 

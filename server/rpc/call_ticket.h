@@ -2,7 +2,9 @@
 #ifndef HYPERMAP_SERVER_RPC_CALL_TICKET_H_
 #define HYPERMAP_SERVER_RPC_CALL_TICKET_H_
 
+#include <google/protobuf/message.h>
 #include <grpcpp/server_context.h>
+#include <grpcpp/support/byte_buffer.h>
 #include <grpcpp/support/status.h>
 
 #include <atomic>
@@ -12,6 +14,7 @@
 #include "absl/status/status.h"
 #include "absl/time/time.h"
 #include "base/admission/budget.h"
+#include "base/metering/memory_meter.h"
 #include "server/rpc/budgets.h"
 
 namespace hypermap::server {
@@ -19,28 +22,51 @@ namespace hypermap::server {
 // Counts a call among those under way from its construction to its end, together with the memory of
 // its request. Clients are told apart by their hosts (base/admission/client_host.h). Every call has
 // one, made before its request is decoded. Not thread safe.
-class CallTicket {
+class CallTicket final : public MemoryAccount {
  public:
   // Requests up to this size are not charged: --max_calls bounds them.
-  static constexpr int64_t kFreeBytes = 16 << 10;
-  // Estimate of the bytes that each byte of a large request takes: as gRPC received it, as a
-  // message, and as decoded.
-  static constexpr int64_t kBytesPerByte = 5;
+  static constexpr int64_t kFreeBytes = 1 << 10;
+  // The same for answers.
+  static constexpr int64_t kFreeAnswerBytes = 16 << 10;
 
   // Both must outlive this; the context is used by Encode only.
   CallTicket(Budgets* budgets, grpc::CallbackServerContext* context);
+  ~CallTicket() override;
+  CallTicket(const CallTicket&) = delete;
+  CallTicket& operator=(const CallTicket&) = delete;
 
   // OK, or the error with which the call must end at once, because --max_calls are under way.
   const absl::Status& admitted() const { return admitted_; }
 
-  // Charges for a request of this size, or returns the error with which the call must end:
-  // RESOURCE_EXHAUSTED naming --max_request_bytes. To be called before the request is decoded.
-  absl::Status ChargeRequest(int64_t bytes);
-  // The same for this many bytes of memory, which the call holds until its end.
-  absl::Status ChargeMemory(int64_t bytes) { return request_.Add(bytes); }
-  // Gives back what ChargeRequest has taken for requests of this size, when they were freed before
-  // the end of the call.
-  void RequestFreed(int64_t bytes) { request_.GiveBack(CostOf(bytes)); }
+  // Tells that the call was given this message of its client. To be called once for each message,
+  // whether it is accepted or not.
+  void Received(const grpc::ByteBuffer& message) {
+    budgets_->explained_bytes.Explain(peer_, static_cast<int64_t>(message.Length()));
+  }
+
+  // The memory that a request takes: as gRPC received it, as a message of the prototype's type, and
+  // as decoded, which takes about as much as the message. 0 for one that is not charged.
+  static int64_t CostOfRequest(const google::protobuf::Message& prototype,
+                               const grpc::ByteBuffer& bytes);
+
+  // The memory that an encoded answer takes until it is sent. 0 for one that is not charged.
+  static int64_t CostOfAnswer(int64_t bytes) { return bytes <= kFreeAnswerBytes ? 0 : bytes; }
+
+  // Charges for a request, or returns the error with which the call must end: RESOURCE_EXHAUSTED
+  // naming --max_request_bytes, or --max_message_bytes if the message would take far more memory
+  // than one of that size should. To be called before the request is parsed.
+  absl::Status ChargeRequest(const google::protobuf::Message& prototype,
+                             const grpc::ByteBuffer& bytes) {
+    return ChargeRequest(CostOfRequest(prototype, bytes));
+  }
+  // The same for a cost that is known.
+  absl::Status ChargeRequest(int64_t cost);
+  // Charges this many bytes of memory, which the call holds until its end or until FreeMemory.
+  absl::Status ChargeMemory(int64_t bytes) override;
+  // The bytes that are charged.
+  int64_t memory() const { return memory_.amount(); }
+  // Gives back a part of them.
+  void FreeMemory(int64_t bytes) override { memory_.GiveBack(bytes); }
 
   // Returns the status with which the call ends, as gRPC encodes it. Counts it if it is a refusal,
   // and tells the caller when to come again if a later call may succeed: the trailing metadata
@@ -50,19 +76,22 @@ class CallTicket {
   // Counts the call among those that were cancelled. Called by Encode; to be called earlier by
   // those who are told earlier. Any thread may call this.
   void Cancelled();
+  // Counts it if the caller has cancelled it. To be called in OnDone of streams of requests: one
+  // that is reset looks at first as if it had come to its end.
+  void LookForCancellation();
 
   // Ends the admission of a call whose answer is complete.
   void GiveBack();
 
  private:
-  CallTicket(Budgets* budgets, grpc::CallbackServerContext* context, const std::string& client);
-
-  static int64_t CostOf(int64_t bytes) { return bytes <= kFreeBytes ? 0 : bytes * kBytesPerByte; }
+  CallTicket(Budgets* budgets, grpc::CallbackServerContext* context, std::string peer);
 
   Budgets* const budgets_;
   grpc::CallbackServerContext* const context_;
+  // As gRPC writes it.
+  const std::string peer_;
   admission::Budget::Charge call_;
-  admission::Budget::Charge request_;
+  admission::Budget::Charge memory_;
   const absl::Status admitted_;
   const absl::Time begin_;
   std::atomic<bool> is_cancelled_ = false;

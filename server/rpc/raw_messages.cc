@@ -1,22 +1,85 @@
 #include "server/rpc/raw_messages.h"
 
+#include <google/protobuf/io/zero_copy_stream_impl_lite.h>
 #include <grpcpp/support/proto_buffer_reader.h>
 
 #include <cstdint>
 
 #include "absl/strings/str_cat.h"
+#include "base/cancellation/give_way.h"
 
 namespace hypermap::server {
 
+absl::Status CheckRequestSize(const grpc::ByteBuffer& request, size_t most_bytes) {
+  if (request.Length() <= most_bytes) return absl::OkStatus();
+  return absl::ResourceExhaustedError(absl::StrCat("the request has ", request.Length(),
+                                                   " bytes, more than the ", most_bytes,
+                                                   " that this rpc takes"));
+}
+
+absl::Status CheckQuestionSize(const grpc::ByteBuffer& request, const Limits& limits) {
+  // A vertex takes 16 bytes; the least ring, of three, has 8 bytes besides.
+  constexpr size_t kBytesOfVertex = 24;
+  // All but the area: the names of layers, above all.
+  const size_t most = FixedLimits::kMaxRequestBytes +
+                      kBytesOfVertex * static_cast<size_t>(limits.max_question_vertices);
+  if (request.Length() <= most) return absl::OkStatus();
+  return absl::ResourceExhaustedError(
+      absl::StrCat("the question has ", request.Length(), " bytes, more than ", most,
+                   ": --max_question_vertices is ", limits.max_question_vertices));
+}
+
+namespace {
+
+// Reads a request slice by slice, without a copy that joins them, and gives way between them: a
+// message of 16 MiB takes some milliseconds.
+class SliceReader final : public google::protobuf::io::ZeroCopyInputStream {
+ public:
+  // The reader does not change the buffer.
+  explicit SliceReader(const grpc::ByteBuffer& bytes)
+      : reader_(const_cast<grpc::ByteBuffer*>(&bytes)) {}
+
+  bool Next(const void** data, int* size) override {
+    GiveWay();
+    return reader_.Next(data, size);
+  }
+  void BackUp(int count) override { reader_.BackUp(count); }
+  bool Skip(int count) override { return reader_.Skip(count); }
+  int64_t ByteCount() const override { return reader_.ByteCount(); }
+
+ private:
+  grpc::ProtoBufferReader reader_;
+};
+
+// Larger messages are written in pieces of this size.
+constexpr int kPieceBytes = 64 << 10;
+
+// Writes a message into an array, and gives way between its pieces.
+class PieceWriter final : public google::protobuf::io::ZeroCopyOutputStream {
+ public:
+  PieceWriter(uint8_t* bytes, int size) : writer_(bytes, size, kPieceBytes) {}
+
+  bool Next(void** data, int* size) override {
+    GiveWay();
+    return writer_.Next(data, size);
+  }
+  void BackUp(int count) override { writer_.BackUp(count); }
+  int64_t ByteCount() const override { return writer_.ByteCount(); }
+
+ private:
+  google::protobuf::io::ArrayOutputStream writer_;
+};
+
+}  // namespace
+
 absl::Status ParseRequest(const grpc::ByteBuffer& bytes, google::protobuf::Message* request) {
   grpc::Slice slice;
-  // Most requests are one slice. Larger ones are read slice by slice, without a copy that joins
-  // them. The reader does not change the buffer.
+  // Most requests are one slice.
   bool read = false;
   if (bytes.TrySingleSlice(&slice).ok()) {
     read = request->ParseFromArray(slice.begin(), static_cast<int>(slice.size()));
   } else if (bytes.Valid()) {
-    grpc::ProtoBufferReader reader(const_cast<grpc::ByteBuffer*>(&bytes));
+    SliceReader reader(bytes);
     read = request->ParseFromZeroCopyStream(&reader);
   }
   if (read) return absl::OkStatus();
@@ -27,7 +90,13 @@ absl::Status ParseRequest(const grpc::ByteBuffer& bytes, google::protobuf::Messa
 grpc::Slice Serialize(const google::protobuf::Message& message) {
   grpc::Slice slice(message.ByteSizeLong());
   // A slice may be written as long as no other refers to its bytes.
-  message.SerializeWithCachedSizesToArray(const_cast<uint8_t*>(slice.begin()));
+  auto* const bytes = const_cast<uint8_t*>(slice.begin());
+  if (slice.size() <= size_t{kPieceBytes}) {
+    message.SerializeWithCachedSizesToArray(bytes);
+  } else {
+    PieceWriter writer(bytes, static_cast<int>(slice.size()));
+    message.SerializeToZeroCopyStream(&writer);
+  }
   return slice;
 }
 

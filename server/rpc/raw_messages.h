@@ -7,9 +7,34 @@
 #include <grpcpp/support/byte_buffer.h>
 #include <grpcpp/support/slice.h>
 
+#include <cstddef>
+#include <string>
+
 #include "absl/status/status.h"
+#include "base/limits/limits.h"
 
 namespace hypermap::server {
+
+// The name of the map in a request: of its scope, or a field of its own. Empty for requests that
+// name none.
+template <typename Request>
+std::string MapOf(const Request& request) {
+  if constexpr (requires { request.scope(); }) {
+    return request.scope().map();
+  } else if constexpr (requires { request.map(); }) {
+    return request.map();
+  } else {
+    return "";
+  }
+}
+
+// RESOURCE_EXHAUSTED for a request of more bytes. To be called before it is parsed, which takes
+// milliseconds for large ones.
+absl::Status CheckRequestSize(const grpc::ByteBuffer& request, size_t most_bytes);
+
+// The same for a question with an area, which must have too many vertices if it has so many bytes;
+// names --max_question_vertices.
+absl::Status CheckQuestionSize(const grpc::ByteBuffer& request, const Limits& limits);
 
 // Fills the empty message. INVALID_ARGUMENT for bytes that are no such message, which is empty
 // then.

@@ -2,8 +2,6 @@
 #ifndef HYPERMAP_SERVER_RPC_REVISION_WAIT_H_
 #define HYPERMAP_SERVER_RPC_REVISION_WAIT_H_
 
-#include <grpcpp/support/server_callback.h>
-
 #include <memory>
 #include <string>
 
@@ -28,19 +26,6 @@ class RevisionWait {
  private:
   class State;
   const std::shared_ptr<State> state_;
-};
-
-// The reactor of a unary call that may wait. A cancelled call, or one past its deadline, stops
-// waiting. Deletes itself in OnDone.
-class WaitingReactor final : public grpc::ServerUnaryReactor {
- public:
-  RevisionWait& wait() { return wait_; }
-
-  void OnCancel() override { wait_.Stop(); }
-  void OnDone() override { delete this; }
-
- private:
-  RevisionWait wait_;
 };
 
 }  // namespace hypermap::server

@@ -22,6 +22,7 @@
 #include "absl/time/clock.h"
 #include "absl/time/time.h"
 #include "base/cancellation/cancellation.h"
+#include "base/metering/memory_meter.h"
 #include "base/status/status_macros.h"
 #include "base/sync/handed_over.h"
 #include "server/rpc/budgets.h"
@@ -33,16 +34,6 @@
 #include "server/rpc/worker_pool.h"
 
 namespace hypermap::server {
-
-// The name of the map in a request: of its scope, or a field of its own.
-template <typename Request>
-const std::string& MapOf(const Request& request) {
-  if constexpr (requires { request.scope(); }) {
-    return request.scope().map();
-  } else {
-    return request.map();
-  }
-}
 
 // Makes the messages of an answer one by one. Not thread safe; may be handed from thread to thread.
 template <typename Response>
@@ -138,9 +129,10 @@ class StreamedAnswer final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
   static constexpr size_t kMessageBytes = 4096;
 
   absl::Status Parse(const grpc::ByteBuffer& bytes, const absl::Status& acceptable) {
+    ticket_.Received(bytes);
     HYPERMAP_RETURN_IF_ERROR(ticket_.admitted());
     HYPERMAP_RETURN_IF_ERROR(acceptable);
-    HYPERMAP_RETURN_IF_ERROR(ticket_.ChargeRequest(static_cast<int64_t>(bytes.Length())));
+    HYPERMAP_RETURN_IF_ERROR(ticket_.ChargeRequest(Request::default_instance(), bytes));
     return ParseRequest(bytes, request_);
   }
 
@@ -162,6 +154,7 @@ class StreamedAnswer final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
   absl::StatusOr<Step> TakeStep() {
     Cancellation cancellation([this] { return CheckWanted(*context_); });
     const ScopedCancellation here(&cancellation);
+    const ScopedMeter metered(&meter_);
     HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
     absl::StatusOr<Step> step = MakeStep();
     // Work that was given up has no result.
@@ -215,6 +208,7 @@ class StreamedAnswer final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
   WorkerPool* const long_workers_;
   OpenSource open_;
   std::optional<RevisionWait> wait_;  // set by BeginAfter
+  MemoryMeter meter_{&ticket_};       // of what source_ has read of the past
   std::unique_ptr<Source> source_;
   grpc::ByteBuffer message_;  // the message that is being written
 };

@@ -56,7 +56,8 @@ TimerQueue::Task TimerQueue::Take() {
 }
 
 void TimerQueue::Work() {
-  for (Task task = Take(); task; task = Take()) std::move(task)();
+  // What a task holds is freed before the thread waits for the next one.
+  while (Task task = Take()) std::move(task)();
 }
 
 }  // namespace hypermap::server

@@ -2,21 +2,27 @@
 
 #include <utility>
 
+#include "absl/strings/str_cat.h"
 #include "base/cancellation/cancellation.h"
+#include "base/status/status_macros.h"
+#include "base/sync/handed_over.h"
 #include "server/rpc/wanted.h"
 
 namespace hypermap::server {
+namespace {
 
-UnaryCall::UnaryCall(Budgets* budgets, grpc::CallbackServerContext* context, absl::string_view rpc,
-                     std::string map)
-    : UnaryCall(budgets, context, context->DefaultReactor(), rpc, std::move(map)) {}
+// A large answer is in memory as a message, whose parts take a few times their bytes, and encoded.
+constexpr int64_t kBytesOfAnswerByte = 4;
 
-UnaryCall::UnaryCall(Budgets* budgets, grpc::CallbackServerContext* context,
-                     grpc::ServerUnaryReactor* reactor, absl::string_view rpc, std::string map)
+}  // namespace
+
+UnaryCall::UnaryCall(Budgets* budgets, grpc::CallbackServerContext* context, absl::string_view rpc)
     : context_(context),
-      reactor_(reactor),
+      reactor_(this),
       ticket_(budgets, context),
-      log_(*context, rpc, std::move(map)) {}
+      max_answer_bytes_(budgets->max_message_bytes),
+      admitted_(ticket_.admitted()),
+      log_(*context, rpc, /*map=*/"") {}
 
 absl::Status UnaryCall::CheckWanted() const { return server::CheckWanted(*context_); }
 
@@ -25,12 +31,48 @@ std::shared_ptr<Cancellation> UnaryCall::MakeCancellation() const {
       [context = context_] { return server::CheckWanted(*context); });
 }
 
-void UnaryCall::Finish(const absl::Status& status, int64_t items) {
+absl::Status UnaryCall::ReserveAnswer(int64_t bytes) {
+  answer_bytes_ += bytes;
+  if (answer_bytes_ > max_answer_bytes_) {
+    return absl::ResourceExhaustedError(
+        absl::StrCat("the answer is larger than --max_message_bytes, ", max_answer_bytes_,
+                     " bytes; ask QueryArea, whose answer is a stream"));
+  }
+  if (answer_bytes_ <= CallTicket::kFreeAnswerBytes) return absl::OkStatus();
+  const int64_t missing = kBytesOfAnswerByte * answer_bytes_ - answer_charge_;
+  HYPERMAP_RETURN_IF_ERROR(ticket_.ChargeMemory(missing));
+  answer_charge_ += missing;
+  return absl::OkStatus();
+}
+
+void UnaryCall::ForgetAnswer() {
+  ClearResponse();
+  answer_bytes_ = 0;
+  ticket_.FreeMemory(std::exchange(answer_charge_, 0));
+}
+
+void UnaryCall::Finish(absl::Status status, int64_t items) {
+  const int64_t bytes = status.ok() ? EncodeResponse() : 0;
+  FreeMessages();
+  ticket_.FreeMemory(ticket_.memory());
+  if (status.ok()) {
+    status = ticket_.ChargeMemory(CallTicket::CostOfAnswer(bytes));
+    if (!status.ok()) DropEncodedResponse();
+  }
   log_.Finished(status, items);
   const grpc::Status encoded = ticket_.Encode(status);
-  // Before the caller knows the end, so that its next call finds room.
-  ticket_.GiveBack();
-  reactor_->Finish(encoded);
+  HandOver(this);
+  reactor_.Finish(encoded);
+}
+
+void UnaryCall::Reactor::OnCancel() {
+  if (call_.wait_) call_.wait_->Stop();
+}
+
+void UnaryCall::Reactor::OnDone() {
+  TakeOver(&call_);
+  // Deletes the call and this, unless a worker is about to forget the call.
+  const std::shared_ptr<UnaryCall> call = std::move(call_.self_);
 }
 
 grpc::ServerUnaryReactor* AnswerOn(WorkerPool* workers, UnaryCallPtr call,
@@ -46,6 +88,8 @@ grpc::ServerUnaryReactor* AnswerOn(WorkerPool* workers, UnaryCallPtr call,
     absl::StatusOr<int64_t> items = 0;
     {
       const ScopedCancellation here(&cancellation);
+      MemoryMeter meter(&call->ticket());
+      const ScopedMeter metered(&meter);
       absl::Status status = CheckCancelled();
       items = status.ok() ? std::move(answer)() : std::move(status);
       // Work that was given up has no result.

@@ -2,11 +2,15 @@
 #ifndef HYPERMAP_SERVER_RPC_UNARY_CALL_H_
 #define HYPERMAP_SERVER_RPC_UNARY_CALL_H_
 
+#include <google/protobuf/arena.h>
 #include <grpcpp/server_context.h>
+#include <grpcpp/support/byte_buffer.h>
 #include <grpcpp/support/server_callback.h>
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -15,47 +19,189 @@
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
 #include "base/cancellation/cancellation.h"
+#include "base/limits/limits.h"
+#include "base/status/status_macros.h"
 #include "server/rpc/budgets.h"
 #include "server/rpc/call_ticket.h"
+#include "server/rpc/raw_messages.h"
 #include "server/rpc/request_log.h"
+#include "server/rpc/revision_wait.h"
 #include "server/rpc/worker_pool.h"
 #include "server/session/map_session.h"
 
 namespace hypermap::server {
 
-// One unary call that is under way. Its request and response messages live until Finish.
+// One unary call of a raw method that is under way. It lives until gRPC has sent its answer.
 class UnaryCall {
  public:
-  // Uses gRPC's default reactor. `budgets` and `rpc` must outlive this.
-  UnaryCall(Budgets* budgets, grpc::CallbackServerContext* context, absl::string_view rpc,
-            std::string map);
-  // Uses `reactor`, which must live until Finish.
-  UnaryCall(Budgets* budgets, grpc::CallbackServerContext* context,
-            grpc::ServerUnaryReactor* reactor, absl::string_view rpc, std::string map);
+  virtual ~UnaryCall() = default;
+  UnaryCall(const UnaryCall&) = delete;
+  UnaryCall& operator=(const UnaryCall&) = delete;
 
-  grpc::ServerUnaryReactor* reactor() const { return reactor_; }
+  grpc::ServerUnaryReactor* reactor() { return &reactor_; }
   const RequestLog& log() const { return log_; }
-  void set_map(std::string map) { log_.set_map(std::move(map)); }
-  // As those of CallTicket.
-  const absl::Status& admitted() const { return ticket_.admitted(); }
-  absl::Status ChargeRequest(int64_t bytes) { return ticket_.ChargeRequest(bytes); }
+  // OK, or the error with which the call must end before any work: too many calls are under way, or
+  // the request is too large, or is none.
+  const absl::Status& admitted() const { return admitted_; }
   // As server::CheckWanted.
   absl::Status CheckWanted() const;
   // Tells the loops of work for this call whether its caller still waits. Must not be used after
   // Finish.
   std::shared_ptr<Cancellation> MakeCancellation() const;
+  // A wait that ends with the call. Must be called before the reactor is given to gRPC, if at all.
+  RevisionWait& StartWait() { return wait_.emplace(); }
 
-  // Ends the call. Must be called exactly once.
-  void Finish(const absl::Status& status, int64_t items = 0);
+  // Charges for a part of the answer, of about this many bytes when it is encoded, before it is
+  // made. RESOURCE_EXHAUSTED if the answer would be larger than --max_message_bytes, or for want of
+  // memory.
+  absl::Status ReserveAnswer(int64_t bytes);
+  // The bytes that were reserved.
+  int64_t answer_bytes() const { return answer_bytes_; }
+  // Forgets an answer that is to be made anew.
+  void ForgetAnswer();
+
+  // Ends the call; with the response, if the status is OK and there is memory for it until it is
+  // sent. Frees the messages. Must be called exactly once.
+  void Finish(absl::Status status, int64_t items = 0);
+
+  // The account of the memory that the call's work takes.
+  CallTicket& ticket() { return ticket_; }
+
+ protected:
+  // `budgets` and `rpc` must outlive this; the context lives as long as this.
+  UnaryCall(Budgets* budgets, grpc::CallbackServerContext* context, absl::string_view rpc);
+
+  // Keeps the call, which is this one, until gRPC is done with it.
+  void KeepUntilDone(std::shared_ptr<UnaryCall> call) { self_ = std::move(call); }
+  void set_map(std::string map) { log_.set_map(std::move(map)); }
+  void Refuse(const absl::Status& status) { admitted_ = status; }
 
  private:
+  // Its reactions are short, so that gRPC may run them on any of its threads.
+  class Reactor final : public grpc::ServerUnaryReactor {
+   public:
+    explicit Reactor(UnaryCall* call) : call_(*call) {}
+    void OnCancel() override;
+    void OnDone() override;
+    bool InternalInlineable() override { return true; }
+
+   private:
+    UnaryCall& call_;
+  };
+
+  virtual void ClearResponse() = 0;
+  // Encodes the response where gRPC expects it, and returns its size.
+  virtual int64_t EncodeResponse() = 0;
+  virtual void DropEncodedResponse() = 0;
+  virtual void FreeMessages() = 0;
+
   grpc::CallbackServerContext* const context_;
-  grpc::ServerUnaryReactor* const reactor_;
+  Reactor reactor_;
   CallTicket ticket_;
+  const int64_t max_answer_bytes_;
+  absl::Status admitted_;
   RequestLog log_;
+  std::optional<RevisionWait> wait_;
+  int64_t answer_bytes_ = 0;         // reserved
+  int64_t answer_charge_ = 0;        // charged for them
+  std::shared_ptr<UnaryCall> self_;  // until OnDone
 };
 
 using UnaryCallPtr = std::shared_ptr<UnaryCall>;
+
+// The encoded messages of a unary call of a raw method, which live until Finish.
+struct RawMessages {
+  const grpc::ByteBuffer* request;
+  grpc::ByteBuffer* response;
+};
+
+// A unary call with its messages. The memory of a request is charged before it is parsed. The
+// messages are on an arena: an answer consists of many small ones, and there, allocating one moves
+// a pointer, and freeing costs nothing. The arena begins with a block of `kBytes`, which is enough
+// for the usual request and answer.
+template <typename Request, typename Response>
+class UnaryCallOf final : public UnaryCall {
+ public:
+  // A call whose request is not `acceptable` is refused. The request is not parsed yet.
+  static std::shared_ptr<UnaryCallOf> Begin(Budgets* budgets, grpc::CallbackServerContext* context,
+                                            absl::string_view rpc, const RawMessages& raw,
+                                            const absl::Status& acceptable) {
+    auto call = std::make_shared<UnaryCallOf>(Private(), budgets, context, rpc, raw, acceptable);
+    call->KeepUntilDone(call);
+    return call;
+  }
+
+  class Private {
+    friend class UnaryCallOf;
+    Private() = default;
+  };
+  UnaryCallOf(Private, Budgets* budgets, grpc::CallbackServerContext* context,
+              absl::string_view rpc, const RawMessages& raw, const absl::Status& acceptable)
+      : UnaryCall(budgets, context, rpc), raw_(raw) {
+    ticket().Received(*raw.request);
+    if (!admitted().ok()) return;
+    absl::Status status = acceptable;
+    if (status.ok()) status = ticket().ChargeRequest(Request::default_instance(), *raw.request);
+    if (!status.ok()) Refuse(status);
+  }
+
+  // Fills the request, which is empty until then. INVALID_ARGUMENT if the bytes are none. Must be
+  // called at most once, if the call is admitted.
+  absl::Status Parse() {
+    HYPERMAP_RETURN_IF_ERROR(ParseRequest(*raw_.request, request_));
+    set_map(MapOf(*request_));
+    return absl::OkStatus();
+  }
+  // As Parse, if the call is admitted; refuses it if that fails.
+  void ParseOrRefuse() {
+    if (!admitted().ok()) return;
+    if (const absl::Status status = Parse(); !status.ok()) Refuse(status);
+  }
+
+  // The messages live until Finish.
+  const Request& request() const { return *request_; }
+  Response* response() { return response_; }
+
+ private:
+  static constexpr size_t kBytes = 2048;
+
+  void ClearResponse() override { response_->Clear(); }
+  int64_t EncodeResponse() override {
+    const grpc::Slice slice = Serialize(*response_);
+    grpc::ByteBuffer(&slice, 1).Swap(raw_.response);
+    return static_cast<int64_t>(slice.size());
+  }
+  void DropEncodedResponse() override { raw_.response->Clear(); }
+  void FreeMessages() override { arena_.Reset(); }
+
+  const RawMessages raw_;
+  alignas(std::max_align_t) char block_[kBytes];
+  google::protobuf::Arena arena_{block_, sizeof block_};
+  Request* const request_ = google::protobuf::Arena::CreateMessage<Request>(&arena_);
+  Response* const response_ = google::protobuf::Arena::CreateMessage<Response>(&arena_);
+};
+
+// Begins a unary call, and parses its request if that is `acceptable`.
+template <typename Request, typename Response>
+std::shared_ptr<UnaryCallOf<Request, Response>> BeginCall(Budgets* budgets,
+                                                          grpc::CallbackServerContext* context,
+                                                          absl::string_view rpc,
+                                                          const RawMessages& raw,
+                                                          const absl::Status& acceptable) {
+  auto call = UnaryCallOf<Request, Response>::Begin(budgets, context, rpc, raw, acceptable);
+  call->ParseOrRefuse();
+  return call;
+}
+
+// The same for a request of at most FixedLimits::kMaxRequestBytes.
+template <typename Request, typename Response>
+std::shared_ptr<UnaryCallOf<Request, Response>> BeginCall(Budgets* budgets,
+                                                          grpc::CallbackServerContext* context,
+                                                          absl::string_view rpc,
+                                                          const RawMessages& raw) {
+  return BeginCall<Request, Response>(
+      budgets, context, rpc, raw, CheckRequestSize(*raw.request, FixedLimits::kMaxRequestBytes));
+}
 
 // Runs `answer` on a worker, then ends the call. `answer` fills the response and returns the number
 // of items in it. It is not run if the call was cancelled or its deadline has passed. A call that

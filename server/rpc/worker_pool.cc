@@ -52,7 +52,8 @@ WorkerPool::Task WorkerPool::Take() {
 }
 
 void WorkerPool::Work() {
-  for (Task task = Take(); task; task = Take()) {
+  // What a task holds is freed before the thread waits for the next one.
+  while (Task task = Take()) {
     std::move(task)();
     GiveWay();
   }

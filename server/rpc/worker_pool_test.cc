@@ -4,7 +4,9 @@
 
 #include <atomic>
 #include <future>
+#include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace hypermap::server {
@@ -31,6 +33,19 @@ TEST(WorkerPool, A4ClientsTakeTurns) {
     all_queued.set_value();
   }
   EXPECT_EQ(ran, (std::vector<std::string>{"greedy", "modest", "greedy", "greedy"}));
+}
+
+TEST(WorkerPool, FreesATaskBeforeItWaitsForTheNext) {
+  // Tells when it is destroyed.
+  struct Held {
+    std::promise<void> freed;
+    ~Held() { freed.set_value(); }
+  };
+  auto held = std::make_shared<Held>();
+  std::future<void> freed = held->freed.get_future();
+  WorkerPool pool(1);
+  pool.Run([held = std::move(held)] {});
+  freed.wait();
 }
 
 TEST(WorkerPool, RunsAsManyAtATimeAsThereAreThreads) {

@@ -34,49 +34,54 @@ void EncodeEntry(const Site::Entry& entry, v1::Map* message) {
 }  // namespace
 
 template <typename Request, typename Response, typename Respond>
-absl::Status CatalogService::SubmitEdit(UnaryCallPtr call, const Request& request,
-                                        Response* response, Edit edit, Respond respond) const {
+absl::Status CatalogService::SubmitEdit(const std::shared_ptr<UnaryCallOf<Request, Response>>& call,
+                                        Edit edit, Respond respond) const {
+  const Request& request = call->request();
   HYPERMAP_ASSIGN_OR_RETURN(const std::shared_ptr<MapSession> session,
                             FindMap(facilities_, request.map(), request.incarnation()));
   HYPERMAP_RETURN_IF_ERROR(ValidateRequestId(request.request_id()));
   EditBatch batch;
   batch.edits.push_back(std::move(edit));
+  Response* const response = call->response();
   response->set_map(request.map());
   response->set_incarnation(session->incarnation());
-  SubmitAndFinish(std::move(call), *session, std::move(batch), request.request_id(),
-                  DigestOf(request), std::move(respond));
+  SubmitAndFinish(call, *session, std::move(batch), request.request_id(), DigestOf(request),
+                  [response, respond = std::move(respond)](const storage::Receipt& receipt) {
+                    response->set_revision(receipt.revision);
+                    respond(receipt, response);
+                  });
   return absl::OkStatus();
 }
 
 template <typename Request, typename Response, typename Fill>
 grpc::ServerUnaryReactor* CatalogService::AnswerFromSnapshot(grpc::CallbackServerContext* context,
                                                              absl::string_view rpc,
-                                                             const Request* request,
-                                                             Response* response, Fill fill) const {
-  auto call = std::make_shared<UnaryCall>(facilities_.budgets, context, rpc, request->map());
-  return AnswerOn(&facilities_.workers->questions, std::move(call),
-                  [this, request, response, fill]() -> absl::StatusOr<int64_t> {
+                                                             const RawMessages& raw,
+                                                             Fill fill) const {
+  const auto call = BeginCall<Request, Response>(facilities_.budgets, context, rpc, raw);
+  return AnswerOn(&facilities_.workers->questions, call,
+                  [this, call, fill]() -> absl::StatusOr<int64_t> {
+                    const Request& request = call->request();
                     HYPERMAP_ASSIGN_OR_RETURN(const std::shared_ptr<MapSession> session,
-                                              FindMap(facilities_, request->map()));
+                                              FindMap(facilities_, request.map()));
                     const SnapshotPtr snapshot = session->snapshot();
-                    response->set_map(request->map());
+                    Response* const response = call->response();
+                    response->set_map(request.map());
                     response->set_revision(snapshot->revision);
                     response->set_incarnation(session->incarnation());
-                    return fill(*snapshot);
+                    return fill(request, *snapshot, response);
                   });
 }
 
 grpc::ServerUnaryReactor* CatalogService::CreateMap(grpc::CallbackServerContext* context,
-                                                    const v1::CreateMapRequest* request,
-                                                    v1::CreateMapResponse* response) {
-  auto call =
-      std::make_shared<UnaryCall>(facilities_.budgets, context, "CreateMap", request->map());
-  return AnswerOn(&facilities_.workers->openings, call,
-                  [this, call, request, response]() -> absl::StatusOr<int64_t> {
-                    absl::Status status = MakeMap(call->log(), *request, response);
-                    if (!status.ok()) return status;
-                    return 1;
-                  });
+                                                    const grpc::ByteBuffer* request,
+                                                    grpc::ByteBuffer* response) {
+  const auto call = BeginCall<v1::CreateMapRequest, v1::CreateMapResponse>(
+      facilities_.budgets, context, "CreateMap", {request, response});
+  return AnswerOn(&facilities_.workers->openings, call, [this, call]() -> absl::StatusOr<int64_t> {
+    HYPERMAP_RETURN_IF_ERROR(MakeMap(call->log(), call->request(), call->response()));
+    return 1;
+  });
 }
 
 absl::Status CatalogService::MakeMap(const RequestLog& log, const v1::CreateMapRequest& request,
@@ -92,43 +97,42 @@ absl::Status CatalogService::MakeMap(const RequestLog& log, const v1::CreateMapR
 }
 
 grpc::ServerUnaryReactor* CatalogService::GetMap(grpc::CallbackServerContext* context,
-                                                 const v1::GetMapRequest* request,
-                                                 v1::GetMapResponse* response) {
-  auto call = std::make_shared<UnaryCall>(facilities_.budgets, context, "GetMap", request->map());
-  return AnswerOn(&facilities_.workers->questions, std::move(call),
-                  [this, request, response]() -> absl::StatusOr<int64_t> {
-                    HYPERMAP_ASSIGN_OR_RETURN(const std::shared_ptr<MapSession> session,
-                                              FindMap(facilities_, request->map()));
-                    EncodeMap(*session, response->mutable_map());
-                    return 1;
-                  });
+                                                 const grpc::ByteBuffer* request,
+                                                 grpc::ByteBuffer* response) {
+  const auto call = BeginCall<v1::GetMapRequest, v1::GetMapResponse>(facilities_.budgets, context,
+                                                                     "GetMap", {request, response});
+  return AnswerOn(&facilities_.workers->questions, call, [this, call]() -> absl::StatusOr<int64_t> {
+    HYPERMAP_ASSIGN_OR_RETURN(const std::shared_ptr<MapSession> session,
+                              FindMap(facilities_, call->request().map()));
+    EncodeMap(*session, call->response()->mutable_map());
+    return 1;
+  });
 }
 
 grpc::ServerUnaryReactor* CatalogService::ListMaps(grpc::CallbackServerContext* context,
-                                                   const v1::ListMapsRequest*,
-                                                   v1::ListMapsResponse* response) {
-  auto call = std::make_shared<UnaryCall>(facilities_.budgets, context, "ListMaps", "");
-  return AnswerOn(&facilities_.workers->questions, std::move(call),
-                  [this, response]() -> absl::StatusOr<int64_t> {
-                    for (const Site::Entry& entry : facilities_.site->List()) {
-                      EncodeEntry(entry, response->add_maps());
-                    }
-                    return response->maps_size();
-                  });
+                                                   const grpc::ByteBuffer* request,
+                                                   grpc::ByteBuffer* response) {
+  const auto call = BeginCall<v1::ListMapsRequest, v1::ListMapsResponse>(
+      facilities_.budgets, context, "ListMaps", {request, response});
+  return AnswerOn(&facilities_.workers->questions, call, [this, call]() -> absl::StatusOr<int64_t> {
+    v1::ListMapsResponse* const answer = call->response();
+    for (const Site::Entry& entry : facilities_.site->List()) {
+      EncodeEntry(entry, answer->add_maps());
+    }
+    return answer->maps_size();
+  });
 }
 
 grpc::ServerUnaryReactor* CatalogService::DeleteMap(grpc::CallbackServerContext* context,
-                                                    const v1::DeleteMapRequest* request,
-                                                    v1::DeleteMapResponse* response) {
-  auto call =
-      std::make_shared<UnaryCall>(facilities_.budgets, context, "DeleteMap", request->map());
-  return AnswerOn(&facilities_.workers->openings, call,
-                  [this, call, request, response]() -> absl::StatusOr<int64_t> {
-                    absl::Status status = RemoveMap(call->log(), *request);
-                    if (!status.ok()) return status;
-                    response->set_map(request->map());
-                    return 1;
-                  });
+                                                    const grpc::ByteBuffer* request,
+                                                    grpc::ByteBuffer* response) {
+  const auto call = BeginCall<v1::DeleteMapRequest, v1::DeleteMapResponse>(
+      facilities_.budgets, context, "DeleteMap", {request, response});
+  return AnswerOn(&facilities_.workers->openings, call, [this, call]() -> absl::StatusOr<int64_t> {
+    HYPERMAP_RETURN_IF_ERROR(RemoveMap(call->log(), call->request()));
+    call->response()->set_map(call->request().map());
+    return 1;
+  });
 }
 
 absl::Status CatalogService::RemoveMap(const RequestLog& log,
@@ -141,108 +145,98 @@ absl::Status CatalogService::RemoveMap(const RequestLog& log,
 }
 
 grpc::ServerUnaryReactor* CatalogService::CreateLayer(grpc::CallbackServerContext* context,
-                                                      const v1::CreateLayerRequest* request,
-                                                      v1::CreateLayerResponse* response) {
-  auto call =
-      std::make_shared<UnaryCall>(facilities_.budgets, context, "CreateLayer", request->map());
-  return StartOn(&facilities_.workers->writes, call, [this, call, request, response] {
-    return StartCreateLayer(call, *request, response);
+                                                      const grpc::ByteBuffer* request,
+                                                      grpc::ByteBuffer* response) {
+  const auto call = BeginCall<v1::CreateLayerRequest, v1::CreateLayerResponse>(
+      facilities_.budgets, context, "CreateLayer", {request, response},
+      CheckRequestSize(*request, FixedLimits::kMaxLayerRequestBytes));
+  return StartOn(&facilities_.workers->writes, call, [this, call]() -> absl::Status {
+    const v1::CreateLayerRequest& asked = call->request();
+    if (!asked.has_layer()) return absl::InvalidArgumentError("layer is missing");
+    HYPERMAP_ASSIGN_OR_RETURN(const LayerSpec spec, wire::DecodeLayerSpec("layer", asked.layer()));
+    HYPERMAP_ASSIGN_OR_RETURN(const std::shared_ptr<MapSession> session,
+                              FindMap(facilities_, asked.map(), asked.incarnation()));
+    // The answer is the layer as this request creates it, also for a retry that comes after the
+    // layer was changed.
+    LayerSpec made = spec;
+    if (made.frame_id.empty()) made.frame_id = session->header().frame_id;
+    return SubmitEdit(call, hypermap::CreateLayer{spec},
+                      [made](const storage::Receipt& receipt, v1::CreateLayerResponse* answer) {
+                        wire::EncodeLayer(*MakeEmptyLayer(made), answer->mutable_layer(),
+                                          receipt.revision);
+                      });
   });
 }
 
-absl::Status CatalogService::StartCreateLayer(UnaryCallPtr call,
-                                              const v1::CreateLayerRequest& request,
-                                              v1::CreateLayerResponse* response) const {
-  if (!request.has_layer()) return absl::InvalidArgumentError("layer is missing");
-  HYPERMAP_ASSIGN_OR_RETURN(const LayerSpec spec, wire::DecodeLayerSpec("layer", request.layer()));
-  HYPERMAP_ASSIGN_OR_RETURN(const std::shared_ptr<MapSession> session,
-                            FindMap(facilities_, request.map(), request.incarnation()));
-  // The answer is the layer as this request creates it, also for a retry that comes after the layer
-  // was changed.
-  LayerSpec made = spec;
-  if (made.frame_id.empty()) made.frame_id = session->header().frame_id;
-  return SubmitEdit(std::move(call), request, response, hypermap::CreateLayer{spec},
-                    [response, made](const storage::Receipt& receipt) {
-                      response->set_revision(receipt.revision);
-                      wire::EncodeLayer(*MakeEmptyLayer(made), response->mutable_layer(),
-                                        receipt.revision);
-                    });
-}
-
 grpc::ServerUnaryReactor* CatalogService::GetLayer(grpc::CallbackServerContext* context,
-                                                   const v1::GetLayerRequest* request,
-                                                   v1::GetLayerResponse* response) {
-  return AnswerFromSnapshot(
-      context, "GetLayer", request, response,
-      [request, response](const Snapshot& snapshot) -> absl::StatusOr<int64_t> {
-        HYPERMAP_ASSIGN_OR_RETURN(const LayerPtr layer, snapshot.GetLayer(request->layer()));
-        wire::EncodeLayer(*layer, response->mutable_layer(),
-                          snapshot.LayerVersionOf(request->layer()));
+                                                   const grpc::ByteBuffer* request,
+                                                   grpc::ByteBuffer* response) {
+  return AnswerFromSnapshot<v1::GetLayerRequest, v1::GetLayerResponse>(
+      context, "GetLayer", {request, response},
+      [](const v1::GetLayerRequest& asked, const Snapshot& snapshot,
+         v1::GetLayerResponse* answer) -> absl::StatusOr<int64_t> {
+        HYPERMAP_ASSIGN_OR_RETURN(const LayerPtr layer, snapshot.GetLayer(asked.layer()));
+        wire::EncodeLayer(*layer, answer->mutable_layer(), snapshot.LayerVersionOf(asked.layer()));
         return 1;
       });
 }
 
 grpc::ServerUnaryReactor* CatalogService::ListLayers(grpc::CallbackServerContext* context,
-                                                     const v1::ListLayersRequest* request,
-                                                     v1::ListLayersResponse* response) {
-  return AnswerFromSnapshot(context, "ListLayers", request, response,
-                            [response](const Snapshot& snapshot) -> absl::StatusOr<int64_t> {
-                              for (const auto& [name, layer] : snapshot.layers) {
-                                wire::EncodeLayer(*layer, response->add_layers(),
-                                                  snapshot.LayerVersionOf(name));
-                              }
-                              return response->layers_size();
-                            });
+                                                     const grpc::ByteBuffer* request,
+                                                     grpc::ByteBuffer* response) {
+  return AnswerFromSnapshot<v1::ListLayersRequest, v1::ListLayersResponse>(
+      context, "ListLayers", {request, response},
+      [](const v1::ListLayersRequest&, const Snapshot& snapshot,
+         v1::ListLayersResponse* answer) -> absl::StatusOr<int64_t> {
+        for (const auto& [name, layer] : snapshot.layers) {
+          wire::EncodeLayer(*layer, answer->add_layers(), snapshot.LayerVersionOf(name));
+        }
+        return answer->layers_size();
+      });
 }
 
 grpc::ServerUnaryReactor* CatalogService::DeleteLayer(grpc::CallbackServerContext* context,
-                                                      const v1::DeleteLayerRequest* request,
-                                                      v1::DeleteLayerResponse* response) {
-  auto call =
-      std::make_shared<UnaryCall>(facilities_.budgets, context, "DeleteLayer", request->map());
-  return StartOn(&facilities_.workers->writes, call, [this, call, request, response] {
-    return SubmitEdit(
-        call, *request, response, hypermap::DeleteLayer{request->layer()},
-        [response](const storage::Receipt& receipt) { response->set_revision(receipt.revision); });
+                                                      const grpc::ByteBuffer* request,
+                                                      grpc::ByteBuffer* response) {
+  const auto call = BeginCall<v1::DeleteLayerRequest, v1::DeleteLayerResponse>(
+      facilities_.budgets, context, "DeleteLayer", {request, response});
+  return StartOn(&facilities_.workers->writes, call, [this, call]() -> absl::Status {
+    return SubmitEdit(call, hypermap::DeleteLayer{call->request().layer()},
+                      [](const storage::Receipt&, v1::DeleteLayerResponse*) {});
   });
 }
 
 grpc::ServerUnaryReactor* CatalogService::SetTransform(grpc::CallbackServerContext* context,
-                                                       const v1::SetTransformRequest* request,
-                                                       v1::SetTransformResponse* response) {
-  auto call =
-      std::make_shared<UnaryCall>(facilities_.budgets, context, "SetTransform", request->map());
-  return StartOn(&facilities_.workers->writes, call, [this, call, request, response] {
-    return StartSetTransform(call, *request, response);
+                                                       const grpc::ByteBuffer* request,
+                                                       grpc::ByteBuffer* response) {
+  const auto call = BeginCall<v1::SetTransformRequest, v1::SetTransformResponse>(
+      facilities_.budgets, context, "SetTransform", {request, response});
+  return StartOn(&facilities_.workers->writes, call, [this, call]() -> absl::Status {
+    if (!call->request().has_transform()) return absl::InvalidArgumentError("transform is missing");
+    HYPERMAP_ASSIGN_OR_RETURN(FrameTransform transform,
+                              wire::DecodeTransform("transform", call->request().transform()));
+    return SubmitEdit(call, hypermap::SetTransform{std::move(transform)},
+                      [](const storage::Receipt&, v1::SetTransformResponse*) {});
   });
 }
 
-absl::Status CatalogService::StartSetTransform(UnaryCallPtr call,
-                                               const v1::SetTransformRequest& request,
-                                               v1::SetTransformResponse* response) const {
-  if (!request.has_transform()) return absl::InvalidArgumentError("transform is missing");
-  HYPERMAP_ASSIGN_OR_RETURN(FrameTransform transform,
-                            wire::DecodeTransform("transform", request.transform()));
-  return SubmitEdit(
-      std::move(call), request, response, hypermap::SetTransform{std::move(transform)},
-      [response](const storage::Receipt& receipt) { response->set_revision(receipt.revision); });
-}
-
 grpc::ServerUnaryReactor* CatalogService::ListTransforms(grpc::CallbackServerContext* context,
-                                                         const v1::ListTransformsRequest* request,
-                                                         v1::ListTransformsResponse* response) {
-  return AnswerFromSnapshot(context, "ListTransforms", request, response,
-                            [response](const Snapshot& snapshot) -> absl::StatusOr<int64_t> {
-                              response->set_frame_id(snapshot.frame_id);
-                              for (const FrameTransform& transform : snapshot.frames.transforms()) {
-                                wire::EncodeTransform(transform, response->add_transforms());
-                              }
-                              return response->transforms_size();
-                            });
+                                                         const grpc::ByteBuffer* request,
+                                                         grpc::ByteBuffer* response) {
+  return AnswerFromSnapshot<v1::ListTransformsRequest, v1::ListTransformsResponse>(
+      context, "ListTransforms", {request, response},
+      [](const v1::ListTransformsRequest&, const Snapshot& snapshot,
+         v1::ListTransformsResponse* answer) -> absl::StatusOr<int64_t> {
+        answer->set_frame_id(snapshot.frame_id);
+        for (const FrameTransform& transform : snapshot.frames.transforms()) {
+          wire::EncodeTransform(transform, answer->add_transforms());
+        }
+        return answer->transforms_size();
+      });
 }
 
-grpc::ServerReadReactor<v1::ImportMapRequest>* CatalogService::ImportMap(
-    grpc::CallbackServerContext* context, v1::ImportMapResponse* response) {
+grpc::ServerReadReactor<grpc::ByteBuffer>* CatalogService::ImportMap(
+    grpc::CallbackServerContext* context, grpc::ByteBuffer* response) {
   return new ImportCall(context, &facilities_, response);
 }
 
@@ -253,7 +247,8 @@ grpc::ServerWriteReactor<grpc::ByteBuffer>* CatalogService::ExportMap(
       facilities_.budgets, context, "ExportMap", *request, files, files,
       [this, client = context->peer()](const v1::ExportMapRequest& asked) {
         return OpenExport(facilities_, client, asked);
-      });
+      },
+      CheckRequestSize(*request, FixedLimits::kMaxRequestBytes));
   answer->BeginOnWorker();
   return answer;
 }
@@ -265,7 +260,8 @@ grpc::ServerWriteReactor<grpc::ByteBuffer>* CatalogService::BackupMap(
       facilities_.budgets, context, "BackupMap", *request, files, files,
       [this, client = context->peer()](const v1::BackupMapRequest& asked) {
         return OpenBackup(facilities_, client, asked);
-      });
+      },
+      CheckRequestSize(*request, FixedLimits::kMaxRequestBytes));
   answer->BeginOnWorker();
   return answer;
 }

@@ -2,6 +2,8 @@
 #ifndef HYPERMAP_SERVER_SERVICES_CATALOG_SERVICE_H_
 #define HYPERMAP_SERVER_SERVICES_CATALOG_SERVICE_H_
 
+#include <memory>
+
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "hypermap/v1/catalog_service.grpc.pb.h"
@@ -10,44 +12,60 @@
 
 namespace hypermap::server {
 
-class CatalogService : public v1::CatalogService::WithRawCallbackMethod_ExportMap<
-                           v1::CatalogService::WithRawCallbackMethod_BackupMap<
-                               v1::CatalogService::CallbackService>> {
+// All methods are raw: the memory of a request is charged before it is parsed.
+class CatalogService
+    : public v1::CatalogService::WithRawCallbackMethod_CreateMap<
+          v1::CatalogService::WithRawCallbackMethod_GetMap<
+              v1::CatalogService::WithRawCallbackMethod_ListMaps<
+                  v1::CatalogService::WithRawCallbackMethod_DeleteMap<
+                      v1::CatalogService::WithRawCallbackMethod_CreateLayer<
+                          v1::CatalogService::WithRawCallbackMethod_GetLayer<
+                              v1::CatalogService::WithRawCallbackMethod_ListLayers<
+                                  v1::CatalogService::WithRawCallbackMethod_DeleteLayer<
+                                      v1::CatalogService::WithRawCallbackMethod_SetTransform<
+                                          v1::CatalogService::WithRawCallbackMethod_ListTransforms<
+                                              v1::CatalogService::WithRawCallbackMethod_ImportMap<
+                                                  v1::CatalogService::
+                                                      WithRawCallbackMethod_ExportMap<
+                                                          v1::CatalogService::
+                                                              WithRawCallbackMethod_BackupMap<
+                                                                  v1::CatalogService::
+                                                                      CallbackService>>>>>>>>>>>>> {
  public:
   explicit CatalogService(const Facilities& facilities) : facilities_(facilities) {}
 
   grpc::ServerUnaryReactor* CreateMap(grpc::CallbackServerContext* context,
-                                      const v1::CreateMapRequest* request,
-                                      v1::CreateMapResponse* response) override;
+                                      const grpc::ByteBuffer* request,
+                                      grpc::ByteBuffer* response) override;
   grpc::ServerUnaryReactor* GetMap(grpc::CallbackServerContext* context,
-                                   const v1::GetMapRequest* request,
-                                   v1::GetMapResponse* response) override;
+                                   const grpc::ByteBuffer* request,
+                                   grpc::ByteBuffer* response) override;
   grpc::ServerUnaryReactor* ListMaps(grpc::CallbackServerContext* context,
-                                     const v1::ListMapsRequest* request,
-                                     v1::ListMapsResponse* response) override;
+                                     const grpc::ByteBuffer* request,
+                                     grpc::ByteBuffer* response) override;
   grpc::ServerUnaryReactor* DeleteMap(grpc::CallbackServerContext* context,
-                                      const v1::DeleteMapRequest* request,
-                                      v1::DeleteMapResponse* response) override;
+                                      const grpc::ByteBuffer* request,
+                                      grpc::ByteBuffer* response) override;
   grpc::ServerUnaryReactor* CreateLayer(grpc::CallbackServerContext* context,
-                                        const v1::CreateLayerRequest* request,
-                                        v1::CreateLayerResponse* response) override;
+                                        const grpc::ByteBuffer* request,
+                                        grpc::ByteBuffer* response) override;
   grpc::ServerUnaryReactor* GetLayer(grpc::CallbackServerContext* context,
-                                     const v1::GetLayerRequest* request,
-                                     v1::GetLayerResponse* response) override;
+                                     const grpc::ByteBuffer* request,
+                                     grpc::ByteBuffer* response) override;
   grpc::ServerUnaryReactor* ListLayers(grpc::CallbackServerContext* context,
-                                       const v1::ListLayersRequest* request,
-                                       v1::ListLayersResponse* response) override;
+                                       const grpc::ByteBuffer* request,
+                                       grpc::ByteBuffer* response) override;
   grpc::ServerUnaryReactor* DeleteLayer(grpc::CallbackServerContext* context,
-                                        const v1::DeleteLayerRequest* request,
-                                        v1::DeleteLayerResponse* response) override;
+                                        const grpc::ByteBuffer* request,
+                                        grpc::ByteBuffer* response) override;
   grpc::ServerUnaryReactor* SetTransform(grpc::CallbackServerContext* context,
-                                         const v1::SetTransformRequest* request,
-                                         v1::SetTransformResponse* response) override;
+                                         const grpc::ByteBuffer* request,
+                                         grpc::ByteBuffer* response) override;
   grpc::ServerUnaryReactor* ListTransforms(grpc::CallbackServerContext* context,
-                                           const v1::ListTransformsRequest* request,
-                                           v1::ListTransformsResponse* response) override;
-  grpc::ServerReadReactor<v1::ImportMapRequest>* ImportMap(
-      grpc::CallbackServerContext* context, v1::ImportMapResponse* response) override;
+                                           const grpc::ByteBuffer* request,
+                                           grpc::ByteBuffer* response) override;
+  grpc::ServerReadReactor<grpc::ByteBuffer>* ImportMap(grpc::CallbackServerContext* context,
+                                                       grpc::ByteBuffer* response) override;
   grpc::ServerWriteReactor<grpc::ByteBuffer>* ExportMap(grpc::CallbackServerContext* context,
                                                         const grpc::ByteBuffer* request) override;
   grpc::ServerWriteReactor<grpc::ByteBuffer>* BackupMap(grpc::CallbackServerContext* context,
@@ -57,23 +75,18 @@ class CatalogService : public v1::CatalogService::WithRawCallbackMethod_ExportMa
   absl::Status MakeMap(const RequestLog& log, const v1::CreateMapRequest& request,
                        v1::CreateMapResponse* response) const;
   absl::Status RemoveMap(const RequestLog& log, const v1::DeleteMapRequest& request) const;
-  absl::Status StartCreateLayer(UnaryCallPtr call, const v1::CreateLayerRequest& request,
-                                v1::CreateLayerResponse* response) const;
-  absl::Status StartSetTransform(UnaryCallPtr call, const v1::SetTransformRequest& request,
-                                 v1::SetTransformResponse* response) const;
-
   // Submits a batch of one edit to the map that the request names, and fills the response's map and
-  // incarnation. `respond(receipt)` fills the rest.
+  // incarnation. `respond(receipt, response)` fills the rest.
   template <typename Request, typename Response, typename Respond>
-  absl::Status SubmitEdit(UnaryCallPtr call, const Request& request, Response* response, Edit edit,
+  absl::Status SubmitEdit(const std::shared_ptr<UnaryCallOf<Request, Response>>& call, Edit edit,
                           Respond respond) const;
 
-  // Answers from the newest snapshot of the map that the request names: `fill(snapshot)` fills the
-  // response and returns the number of items in it.
+  // Answers from the newest snapshot of the map that the request names: `fill(request, snapshot,
+  // response)` fills the response and returns the number of items in it.
   template <typename Request, typename Response, typename Fill>
   grpc::ServerUnaryReactor* AnswerFromSnapshot(grpc::CallbackServerContext* context,
-                                               absl::string_view rpc, const Request* request,
-                                               Response* response, Fill fill) const;
+                                               absl::string_view rpc, const RawMessages& raw,
+                                               Fill fill) const;
 
   const Facilities facilities_;
 };

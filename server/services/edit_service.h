@@ -15,7 +15,7 @@ namespace hypermap::server {
 
 // ApplyEdits is a raw method: a large request is charged, or refused, before it is decoded.
 class EditService
-    : public v1::EditService::WithRawCallbackMethod_ApplyEdits<v1::EditService::CallbackService> {
+    : public v1::EditService::WithRawCallbackMethod_ApplyEdits<v1::EditService::Service> {
  public:
   explicit EditService(const Facilities& facilities) : facilities_(facilities) {}
 
@@ -24,10 +24,10 @@ class EditService
                                        grpc::ByteBuffer* response) override;
 
  private:
-  struct EditsCall;
+  using EditsCall = UnaryCallOf<v1::ApplyEditsRequest, v1::ApplyEditsResponse>;
 
   // Decodes and submits the edits.
-  absl::Status StartEdits(const std::shared_ptr<EditsCall>& edits) const;
+  absl::Status StartEdits(const std::shared_ptr<EditsCall>& call) const;
 
   const Facilities facilities_;
 };

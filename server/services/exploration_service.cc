@@ -24,33 +24,37 @@ void LogEdits(const UnaryCall& call, const ExplorationAnswer& answer,
 
 template <typename Request, typename Response, typename Answer>
 grpc::ServerUnaryReactor* ExplorationService::AnswerFromExplorations(
-    grpc::CallbackServerContext* context, absl::string_view rpc, const Request* request,
-    Response* response, Answer answer) {
-  auto call = std::make_shared<UnaryCall>(facilities_.budgets, context, rpc, request->map());
+    grpc::CallbackServerContext* context, absl::string_view rpc, const RawMessages& raw,
+    Answer answer) {
+  const auto call = BeginCall<Request, Response>(
+      facilities_.budgets, context, rpc, raw, CheckQuestionSize(*raw.request, facilities_.limits));
   return AnswerOn(&facilities_.workers->explorations, call,
-                  [this, call, request, response, answer]() -> absl::StatusOr<int64_t> {
+                  [this, call, answer]() -> absl::StatusOr<int64_t> {
+                    const Request& request = call->request();
                     HYPERMAP_ASSIGN_OR_RETURN(const std::shared_ptr<MapSession> session,
-                                              FindMap(facilities_, request->map()));
-                    response->set_map(request->map());
+                                              FindMap(facilities_, request.map()));
+                    Response* const response = call->response();
+                    response->set_map(request.map());
                     response->set_incarnation(session->incarnation());
-                    return answer(*call, *explorations_.Of(session));
+                    return answer(*call, request, response, *explorations_.Of(session));
                   });
 }
 
-grpc::ServerUnaryReactor* ExplorationService::StartExploration(
-    grpc::CallbackServerContext* context, const v1::StartExplorationRequest* request,
-    v1::StartExplorationResponse* response) {
-  return AnswerFromExplorations(
-      context, "StartExploration", request, response,
-      [this, request, response](const UnaryCall& call,
-                                MapExplorations& explorations) -> absl::StatusOr<int64_t> {
-        HYPERMAP_RETURN_IF_ERROR(ValidateRequestId(request->request_id()));
+grpc::ServerUnaryReactor* ExplorationService::StartExploration(grpc::CallbackServerContext* context,
+                                                               const grpc::ByteBuffer* request,
+                                                               grpc::ByteBuffer* response) {
+  return AnswerFromExplorations<v1::StartExplorationRequest, v1::StartExplorationResponse>(
+      context, "StartExploration", {request, response},
+      [this](const UnaryCall& call, const v1::StartExplorationRequest& request,
+             v1::StartExplorationResponse* response,
+             MapExplorations& explorations) -> absl::StatusOr<int64_t> {
+        HYPERMAP_RETURN_IF_ERROR(ValidateRequestId(request.request_id()));
         HYPERMAP_ASSIGN_OR_RETURN(ExplorationStart start,
-                                  wire::DecodeStart(*request, facilities_.limits));
+                                  wire::DecodeStart(request, facilities_.limits));
         HYPERMAP_ASSIGN_OR_RETURN(start.author, call.log().author());
-        start.request_digest = DigestOf(*request);
+        start.request_digest = DigestOf(request);
         HYPERMAP_ASSIGN_OR_RETURN(const ExplorationView view, explorations.Start(start));
-        LogEdits(call, view, request->request_id());
+        LogEdits(call, view, request.request_id());
         response->set_revision(view.revision);
         wire::EncodeExploration(ViewOf(view.objects, view.frame_from_layer),
                                 response->mutable_exploration());
@@ -58,15 +62,16 @@ grpc::ServerUnaryReactor* ExplorationService::StartExploration(
       });
 }
 
-grpc::ServerUnaryReactor* ExplorationService::GetExploration(
-    grpc::CallbackServerContext* context, const v1::GetExplorationRequest* request,
-    v1::GetExplorationResponse* response) {
-  return AnswerFromExplorations(
-      context, "GetExploration", request, response,
-      [request, response](const UnaryCall&,
-                          MapExplorations& explorations) -> absl::StatusOr<int64_t> {
+grpc::ServerUnaryReactor* ExplorationService::GetExploration(grpc::CallbackServerContext* context,
+                                                             const grpc::ByteBuffer* request,
+                                                             grpc::ByteBuffer* response) {
+  return AnswerFromExplorations<v1::GetExplorationRequest, v1::GetExplorationResponse>(
+      context, "GetExploration", {request, response},
+      [](const UnaryCall&, const v1::GetExplorationRequest& request,
+         v1::GetExplorationResponse* response,
+         MapExplorations& explorations) -> absl::StatusOr<int64_t> {
         HYPERMAP_ASSIGN_OR_RETURN(const ExplorationReport report,
-                                  explorations.Get(request->exploration_id(), request->frame_id()));
+                                  explorations.Get(request.exploration_id(), request.frame_id()));
         response->set_revision(report.revision);
         response->set_frame_id(report.frame_id);
         wire::EncodeExploration(ViewOf(report.objects, report.frame_from_layer),
@@ -76,15 +81,16 @@ grpc::ServerUnaryReactor* ExplorationService::GetExploration(
       });
 }
 
-grpc::ServerUnaryReactor* ExplorationService::ListExplorations(
-    grpc::CallbackServerContext* context, const v1::ListExplorationsRequest* request,
-    v1::ListExplorationsResponse* response) {
-  return AnswerFromExplorations(
-      context, "ListExplorations", request, response,
-      [request, response](const UnaryCall&,
-                          MapExplorations& explorations) -> absl::StatusOr<int64_t> {
+grpc::ServerUnaryReactor* ExplorationService::ListExplorations(grpc::CallbackServerContext* context,
+                                                               const grpc::ByteBuffer* request,
+                                                               grpc::ByteBuffer* response) {
+  return AnswerFromExplorations<v1::ListExplorationsRequest, v1::ListExplorationsResponse>(
+      context, "ListExplorations", {request, response},
+      [](const UnaryCall&, const v1::ListExplorationsRequest& request,
+         v1::ListExplorationsResponse* response,
+         MapExplorations& explorations) -> absl::StatusOr<int64_t> {
         HYPERMAP_ASSIGN_OR_RETURN(const ExplorationList list,
-                                  explorations.List(request->frame_id()));
+                                  explorations.List(request.frame_id()));
         response->set_revision(list.revision);
         response->set_frame_id(list.frame_id);
         for (const ExplorationObjects& objects : list.explorations) {
@@ -96,21 +102,22 @@ grpc::ServerUnaryReactor* ExplorationService::ListExplorations(
 }
 
 grpc::ServerUnaryReactor* ExplorationService::ListFrontiers(grpc::CallbackServerContext* context,
-                                                            const v1::ListFrontiersRequest* request,
-                                                            v1::ListFrontiersResponse* response) {
-  return AnswerFromExplorations(
-      context, "ListFrontiers", request, response,
-      [request, response](const UnaryCall&,
-                          MapExplorations& explorations) -> absl::StatusOr<int64_t> {
+                                                            const grpc::ByteBuffer* request,
+                                                            grpc::ByteBuffer* response) {
+  return AnswerFromExplorations<v1::ListFrontiersRequest, v1::ListFrontiersResponse>(
+      context, "ListFrontiers", {request, response},
+      [](const UnaryCall&, const v1::ListFrontiersRequest& request,
+         v1::ListFrontiersResponse* response,
+         MapExplorations& explorations) -> absl::StatusOr<int64_t> {
         HYPERMAP_ASSIGN_OR_RETURN(
             const FrontierList list,
-            explorations.ListFrontiers(request->exploration_id(), request->frame_id()));
+            explorations.ListFrontiers(request.exploration_id(), request.frame_id()));
         response->set_revision(list.revision);
         response->set_frame_id(list.frame_id);
         response->set_exploration_id(list.exploration_id);
         for (const Explorer::FrontierView& frontier : list.frontiers) {
           wire::EncodeFrontier(
-              ViewOf(frontier, list.geometry, list.frame_from_floor, request->with_cells()),
+              ViewOf(frontier, list.geometry, list.frame_from_floor, request.with_cells()),
               response->add_frontiers());
         }
         return response->frontiers_size();
@@ -118,13 +125,14 @@ grpc::ServerUnaryReactor* ExplorationService::ListFrontiers(grpc::CallbackServer
 }
 
 grpc::ServerUnaryReactor* ExplorationService::ClaimGoal(grpc::CallbackServerContext* context,
-                                                        const v1::ClaimGoalRequest* request,
-                                                        v1::ClaimGoalResponse* response) {
-  return AnswerFromExplorations(
-      context, "ClaimGoal", request, response,
-      [request, response](const UnaryCall& call,
-                          MapExplorations& explorations) -> absl::StatusOr<int64_t> {
-        HYPERMAP_ASSIGN_OR_RETURN(GoalClaim claim, wire::DecodeClaim(*request));
+                                                        const grpc::ByteBuffer* request,
+                                                        grpc::ByteBuffer* response) {
+  return AnswerFromExplorations<v1::ClaimGoalRequest, v1::ClaimGoalResponse>(
+      context, "ClaimGoal", {request, response},
+      [](const UnaryCall& call, const v1::ClaimGoalRequest& request,
+         v1::ClaimGoalResponse* response,
+         MapExplorations& explorations) -> absl::StatusOr<int64_t> {
+        HYPERMAP_ASSIGN_OR_RETURN(GoalClaim claim, wire::DecodeClaim(request));
         HYPERMAP_ASSIGN_OR_RETURN(claim.author, call.log().author());
         HYPERMAP_ASSIGN_OR_RETURN(const ClaimAnswer answer, explorations.Claim(claim));
         LogEdits(call, answer);
@@ -138,13 +146,14 @@ grpc::ServerUnaryReactor* ExplorationService::ClaimGoal(grpc::CallbackServerCont
 }
 
 grpc::ServerUnaryReactor* ExplorationService::RenewGoal(grpc::CallbackServerContext* context,
-                                                        const v1::RenewGoalRequest* request,
-                                                        v1::RenewGoalResponse* response) {
-  return AnswerFromExplorations(
-      context, "RenewGoal", request, response,
-      [request, response](const UnaryCall& call,
-                          MapExplorations& explorations) -> absl::StatusOr<int64_t> {
-        HYPERMAP_ASSIGN_OR_RETURN(GoalRenewal renewal, wire::DecodeRenewal(*request));
+                                                        const grpc::ByteBuffer* request,
+                                                        grpc::ByteBuffer* response) {
+  return AnswerFromExplorations<v1::RenewGoalRequest, v1::RenewGoalResponse>(
+      context, "RenewGoal", {request, response},
+      [](const UnaryCall& call, const v1::RenewGoalRequest& request,
+         v1::RenewGoalResponse* response,
+         MapExplorations& explorations) -> absl::StatusOr<int64_t> {
+        HYPERMAP_ASSIGN_OR_RETURN(GoalRenewal renewal, wire::DecodeRenewal(request));
         HYPERMAP_ASSIGN_OR_RETURN(renewal.author, call.log().author());
         HYPERMAP_ASSIGN_OR_RETURN(const GoalAnswer answer, explorations.Renew(renewal));
         LogEdits(call, answer);
@@ -155,13 +164,14 @@ grpc::ServerUnaryReactor* ExplorationService::RenewGoal(grpc::CallbackServerCont
 }
 
 grpc::ServerUnaryReactor* ExplorationService::ReleaseGoal(grpc::CallbackServerContext* context,
-                                                          const v1::ReleaseGoalRequest* request,
-                                                          v1::ReleaseGoalResponse* response) {
-  return AnswerFromExplorations(
-      context, "ReleaseGoal", request, response,
-      [request, response](const UnaryCall& call,
-                          MapExplorations& explorations) -> absl::StatusOr<int64_t> {
-        HYPERMAP_ASSIGN_OR_RETURN(GoalRelease release, wire::DecodeRelease(*request));
+                                                          const grpc::ByteBuffer* request,
+                                                          grpc::ByteBuffer* response) {
+  return AnswerFromExplorations<v1::ReleaseGoalRequest, v1::ReleaseGoalResponse>(
+      context, "ReleaseGoal", {request, response},
+      [](const UnaryCall& call, const v1::ReleaseGoalRequest& request,
+         v1::ReleaseGoalResponse* response,
+         MapExplorations& explorations) -> absl::StatusOr<int64_t> {
+        HYPERMAP_ASSIGN_OR_RETURN(GoalRelease release, wire::DecodeRelease(request));
         HYPERMAP_ASSIGN_OR_RETURN(release.author, call.log().author());
         HYPERMAP_ASSIGN_OR_RETURN(const ExplorationAnswer answer, explorations.Release(release));
         LogEdits(call, answer);
@@ -170,16 +180,17 @@ grpc::ServerUnaryReactor* ExplorationService::ReleaseGoal(grpc::CallbackServerCo
       });
 }
 
-grpc::ServerUnaryReactor* ExplorationService::StopExploration(
-    grpc::CallbackServerContext* context, const v1::StopExplorationRequest* request,
-    v1::StopExplorationResponse* response) {
-  return AnswerFromExplorations(
-      context, "StopExploration", request, response,
-      [request, response](const UnaryCall& call,
-                          MapExplorations& explorations) -> absl::StatusOr<int64_t> {
+grpc::ServerUnaryReactor* ExplorationService::StopExploration(grpc::CallbackServerContext* context,
+                                                              const grpc::ByteBuffer* request,
+                                                              grpc::ByteBuffer* response) {
+  return AnswerFromExplorations<v1::StopExplorationRequest, v1::StopExplorationResponse>(
+      context, "StopExploration", {request, response},
+      [](const UnaryCall& call, const v1::StopExplorationRequest& request,
+         v1::StopExplorationResponse* response,
+         MapExplorations& explorations) -> absl::StatusOr<int64_t> {
         HYPERMAP_ASSIGN_OR_RETURN(const std::string author, call.log().author());
         HYPERMAP_ASSIGN_OR_RETURN(const ExplorationView view,
-                                  explorations.Stop(request->exploration_id(), author));
+                                  explorations.Stop(request.exploration_id(), author));
         LogEdits(call, view);
         response->set_revision(view.revision);
         wire::EncodeExploration(ViewOf(view.objects, view.frame_from_layer),

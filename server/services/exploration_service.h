@@ -9,8 +9,18 @@
 
 namespace hypermap::server {
 
-// All calls run on WorkerPools::explorations, because they wait for the disk and for each other.
-class ExplorationService : public v1::ExplorationService::CallbackService {
+// All methods are raw: the memory of a request is charged before it is parsed. All calls run on
+// WorkerPools::explorations, because they wait for the disk and for each other.
+class ExplorationService
+    : public v1::ExplorationService::WithRawCallbackMethod_StartExploration<
+          v1::ExplorationService::WithRawCallbackMethod_GetExploration<
+              v1::ExplorationService::WithRawCallbackMethod_ListExplorations<
+                  v1::ExplorationService::WithRawCallbackMethod_ListFrontiers<
+                      v1::ExplorationService::WithRawCallbackMethod_ClaimGoal<
+                          v1::ExplorationService::WithRawCallbackMethod_RenewGoal<
+                              v1::ExplorationService::WithRawCallbackMethod_ReleaseGoal<
+                                  v1::ExplorationService::WithRawCallbackMethod_StopExploration<
+                                      v1::ExplorationService::Service>>>>>>>> {
  public:
   explicit ExplorationService(const Facilities& facilities)
       : facilities_(facilities),
@@ -18,37 +28,37 @@ class ExplorationService : public v1::ExplorationService::CallbackService {
                                       &facilities.budgets->exploration_bytes}) {}
 
   grpc::ServerUnaryReactor* StartExploration(grpc::CallbackServerContext* context,
-                                             const v1::StartExplorationRequest* request,
-                                             v1::StartExplorationResponse* response) override;
+                                             const grpc::ByteBuffer* request,
+                                             grpc::ByteBuffer* response) override;
   grpc::ServerUnaryReactor* GetExploration(grpc::CallbackServerContext* context,
-                                           const v1::GetExplorationRequest* request,
-                                           v1::GetExplorationResponse* response) override;
+                                           const grpc::ByteBuffer* request,
+                                           grpc::ByteBuffer* response) override;
   grpc::ServerUnaryReactor* ListExplorations(grpc::CallbackServerContext* context,
-                                             const v1::ListExplorationsRequest* request,
-                                             v1::ListExplorationsResponse* response) override;
+                                             const grpc::ByteBuffer* request,
+                                             grpc::ByteBuffer* response) override;
   grpc::ServerUnaryReactor* ListFrontiers(grpc::CallbackServerContext* context,
-                                          const v1::ListFrontiersRequest* request,
-                                          v1::ListFrontiersResponse* response) override;
+                                          const grpc::ByteBuffer* request,
+                                          grpc::ByteBuffer* response) override;
   grpc::ServerUnaryReactor* ClaimGoal(grpc::CallbackServerContext* context,
-                                      const v1::ClaimGoalRequest* request,
-                                      v1::ClaimGoalResponse* response) override;
+                                      const grpc::ByteBuffer* request,
+                                      grpc::ByteBuffer* response) override;
   grpc::ServerUnaryReactor* RenewGoal(grpc::CallbackServerContext* context,
-                                      const v1::RenewGoalRequest* request,
-                                      v1::RenewGoalResponse* response) override;
+                                      const grpc::ByteBuffer* request,
+                                      grpc::ByteBuffer* response) override;
   grpc::ServerUnaryReactor* ReleaseGoal(grpc::CallbackServerContext* context,
-                                        const v1::ReleaseGoalRequest* request,
-                                        v1::ReleaseGoalResponse* response) override;
+                                        const grpc::ByteBuffer* request,
+                                        grpc::ByteBuffer* response) override;
   grpc::ServerUnaryReactor* StopExploration(grpc::CallbackServerContext* context,
-                                            const v1::StopExplorationRequest* request,
-                                            v1::StopExplorationResponse* response) override;
+                                            const grpc::ByteBuffer* request,
+                                            grpc::ByteBuffer* response) override;
 
  private:
-  // Runs `answer(call, explorations)` with the map's MapExplorations on a worker. It fills the
-  // response and returns the number of items in it.
+  // Runs `answer(call, request, response, explorations)` with the map's MapExplorations on a
+  // worker. It fills the response and returns the number of items in it.
   template <typename Request, typename Response, typename Answer>
   grpc::ServerUnaryReactor* AnswerFromExplorations(grpc::CallbackServerContext* context,
-                                                   absl::string_view rpc, const Request* request,
-                                                   Response* response, Answer answer);
+                                                   absl::string_view rpc, const RawMessages& raw,
+                                                   Answer answer);
 
   const Facilities facilities_;
   SiteExplorations explorations_;

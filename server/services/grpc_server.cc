@@ -1,16 +1,20 @@
 #include "server/services/grpc_server.h"
 
-#include <grpcpp/ext/proto_server_reflection_plugin.h>
-#include <grpcpp/health_check_service_interface.h>
 #include <grpcpp/server_builder.h>
 #include <spdlog/spdlog.h>
 
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "absl/status/status.h"
+#include "absl/strings/string_view.h"
 #include "absl/time/clock.h"
+#include "base/admission/open_streams.h"
 #include "base/status/status_macros.h"
-#include "grpc/health/v1/health.pb.h"
+#include "server/rpc/call_ticket.h"
+#include "server/rpc/request_log.h"
+#include "server/rpc/wanted.h"
 
 namespace hypermap::server {
 namespace {
@@ -18,6 +22,61 @@ namespace {
 // Time for watches to end by themselves, before those with slow readers are cancelled.
 constexpr absl::Duration kWatchGrace = absl::Seconds(1);
 constexpr absl::Duration kHealthPeriod = absl::Seconds(1);
+// Period of the look, while the server stops, whether a call is under way, and the time after the
+// last one in which clients close their connections. gRPC would wait for those that do not.
+constexpr absl::Duration kIdlePeriod = absl::Milliseconds(20);
+constexpr absl::Duration kGoodbye = absl::Milliseconds(500);
+// A connection that has sent more than so many messages of the largest size without their ends is
+// shut down. gRPC refuses a larger message only when it has received all of it.
+constexpr int64_t kUnfinishedMessages = 16;
+
+std::vector<std::string> OwnServices() {
+  return {v1::CatalogService::service_full_name(),     v1::QueryService::service_full_name(),
+          v1::EditService::service_full_name(),        v1::IngestService::service_full_name(),
+          v1::ExplorationService::service_full_name(), v1::WatchService::service_full_name()};
+}
+
+std::vector<std::string> DescribedServices() {
+  std::vector<std::string> services = OwnServices();
+  services.emplace_back(health::HealthService::kName);
+  return services;
+}
+
+// Admits the calls of gRPC's standard services like others.
+class StandardTicket final : public reflection::Ticket {
+ public:
+  StandardTicket(Budgets* budgets, grpc::CallbackServerContext* context, absl::string_view name)
+      : context_(context), ticket_(budgets, context), log_(*context, name, "") {}
+
+  absl::Status admitted() const override { return ticket_.admitted(); }
+  absl::Status ChargeMemory(int64_t bytes) override { return ticket_.ChargeMemory(bytes); }
+  void FreeMemory(int64_t bytes) override { ticket_.FreeMemory(bytes); }
+  grpc::Status Encode(const absl::Status& status) override {
+    // gRPC also cancels calls whose deadline has passed.
+    const absl::Status end =
+        absl::IsCancelled(status) && IsPastDeadline(*context_) ? CheckWanted(*context_) : status;
+    log_.Finished(end, 0);
+    return ticket_.Encode(end);
+  }
+
+ private:
+  const grpc::CallbackServerContext* const context_;
+  CallTicket ticket_;
+  const RequestLog log_;
+};
+
+// `name` stands in the log, and must be a constant.
+reflection::Admit AdmitBy(Budgets* budgets, absl::string_view name) {
+  return [budgets, name](grpc::CallbackServerContext* context) {
+    return std::make_unique<StandardTicket>(budgets, context, name);
+  };
+}
+
+// Bytes that gRPC reads from a connection at once, and that it takes of a stream before it asks for
+// more. By default, both grow with the speed of the link to megabytes, and small calls wait behind
+// them. The window lets a client upload 5 MB/s over a link with 50 ms from end to end and back.
+constexpr int kReadBytes = 64 << 10;
+constexpr int kWindowBytes = 256 << 10;
 
 }  // namespace
 
@@ -28,6 +87,8 @@ GrpcServer::GrpcServer(const Facilities& facilities)
       ingest_(facilities),
       exploration_(facilities),
       watch_(facilities),
+      health_(AdmitBy(facilities.budgets, "Health")),
+      reflection_(DescribedServices(), AdmitBy(facilities.budgets, "ServerReflectionInfo")),
       site_(facilities.site),
       budgets_(facilities.budgets) {}
 
@@ -36,10 +97,6 @@ GrpcServer::~GrpcServer() = default;
 absl::StatusOr<std::unique_ptr<GrpcServer>> GrpcServer::Start(const GrpcServerOptions& options,
                                                               const Facilities& facilities) {
   HYPERMAP_RETURN_IF_ERROR(tls::CheckServerFiles(options.tls));
-  grpc::EnableDefaultHealthCheckService(true);
-  // Reflection finds only services whose descriptors are linked in, which this reference ensures.
-  grpc::health::v1::HealthCheckRequest::descriptor();
-  grpc::reflection::InitProtoReflectionServerBuilderPlugin();
   std::unique_ptr<GrpcServer> made(new GrpcServer(facilities));
 
   grpc::ServerBuilder builder;
@@ -50,26 +107,33 @@ absl::StatusOr<std::unique_ptr<GrpcServer>> GrpcServer::Start(const GrpcServerOp
   // Told to the clients in HTTP/2's settings. There is no resource quota of gRPC's: in 1.51 it
   // refuses nothing, and cancels calls of any client when it is exceeded.
   builder.AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, options.max_calls_per_connection);
+  builder.AddChannelArgument(GRPC_ARG_TCP_MAX_READ_CHUNK_SIZE, kReadBytes);
+  builder.AddChannelArgument(GRPC_ARG_HTTP2_BDP_PROBE, 0);
+  builder.AddChannelArgument(GRPC_ARG_HTTP2_STREAM_LOOKAHEAD_BYTES, kWindowBytes);
   builder.RegisterService(&made->catalog_);
   builder.RegisterService(&made->query_);
   builder.RegisterService(&made->edit_);
   builder.RegisterService(&made->ingest_);
   builder.RegisterService(&made->exploration_);
   builder.RegisterService(&made->watch_);
+  made->health_.RegisterWith(&builder);
+  made->reflection_.RegisterWith(&builder);
   made->server_ = builder.BuildAndStart();
   if (!made->server_) return absl::InternalError("gRPC can't start the server");
-  grpc::HealthCheckServiceInterface* health = made->server_->GetHealthCheckService();
-  for (const char* service :
-       {v1::CatalogService::service_full_name(), v1::QueryService::service_full_name(),
-        v1::EditService::service_full_name(), v1::IngestService::service_full_name(),
-        v1::ExplorationService::service_full_name(), v1::WatchService::service_full_name()}) {
-    health->SetServingStatus(service, true);
-  }
+  for (const std::string& service : OwnServices()) made->health_.SetServingStatus(service, true);
   admission::ConnectionListenerOptions listen;
   listen.address = options.listen;
   listen.limits = options.connections;
   listen.max_resident_bytes = options.max_resident_bytes;
+  listen.kept_bytes = [budgets = facilities.budgets] {
+    return budgets->content->bytes() + budgets->feeds->bytes();
+  };
   listen.floods = [budgets = facilities.budgets] { return budgets->cancelled_calls.TakeFloods(); };
+  listen.take_explained = [budgets = facilities.budgets] {
+    return budgets->explained_bytes.Take();
+  };
+  listen.open_streams = admission::CountOpenStreams;
+  listen.max_unexplained_bytes = kUnfinishedMessages * options.max_message_bytes;
   listen.log = [](const std::string& line) { spdlog::warn("{}", line); };
   HYPERMAP_RETURN_IF_ERROR(made->listener_->Start(std::move(listen)));
   made->TellHealth();
@@ -77,28 +141,36 @@ absl::StatusOr<std::unique_ptr<GrpcServer>> GrpcServer::Start(const GrpcServerOp
 }
 
 void GrpcServer::TellHealth() {
-  server_->GetHealthCheckService()->SetServingStatus(
-      kAdmissionService, !budgets_->refusals.IsOverloaded(kOverloadPeriod));
+  health_.SetServingStatus(kAdmissionService, !budgets_->refusals.IsOverloaded(kOverloadPeriod));
   // Reading the clock notices jumps.
   site_->clock().Read();
-  server_->GetHealthCheckService()->SetServingStatus(kClockService,
-                                                     !site_->clock().state().jump.has_value());
-  health_timer_.RunAfter(kHealthPeriod, [this] { TellHealth(); });
+  health_.SetServingStatus(kClockService, !site_->clock().state().jump.has_value());
+  timer_.RunAfter(kHealthPeriod, [this] { TellHealth(); });
 }
 
 const std::string& GrpcServer::address() const { return listener_->connections().address(); }
 
 void GrpcServer::Shutdown(absl::Duration grace) {
   listener_->Stop();
-  server_->GetHealthCheckService()->Shutdown();
+  health_.Stop();
   // Streams that have no end of their own would hold up the shutdown for all of `grace`.
   for (const Site::Entry& map : site_->List()) {
     if (map.session) map.session->feed().Close();
   }
   query_.StopStreams();
+  reflection_.Stop();
   watch_.EndAfter(kWatchGrace);
+  CloseWhenIdle();
   server_->Shutdown(absl::ToChronoTime(absl::Now() + grace));
   server_->Wait();
+}
+
+void GrpcServer::CloseWhenIdle() {
+  if (budgets_->calls.used() > 0) {
+    timer_.RunAfter(kIdlePeriod, [this] { CloseWhenIdle(); });
+  } else {
+    timer_.RunAfter(kGoodbye, [this] { listener_->ShutDownConnections(); });
+  }
 }
 
 }  // namespace hypermap::server

@@ -23,6 +23,8 @@
 #include "server/services/ingest_service.h"
 #include "server/services/query_service.h"
 #include "server/watch/watch_service.h"
+#include "wire/health/health_service.h"
+#include "wire/reflection/reflection_service.h"
 
 namespace hypermap::server {
 
@@ -60,9 +62,9 @@ class GrpcServer {
   // HOST:PORT with the actual port.
   const std::string& address() const;
 
-  // Ends watches, QueryPoints streams and calls that wait for a revision; accepts no more requests;
-  // cancels the requests that are still in flight after `grace`; and waits until all have ended.
-  // Must be called at most once.
+  // Ends watches (also those of health, after NOT_SERVING), QueryPoints and reflection streams, and
+  // calls that wait for a revision; accepts no more requests; cancels the requests that are still
+  // in flight after `grace`; and waits until all have ended. Must be called at most once.
   void Shutdown(absl::Duration grace);
 
  private:
@@ -71,6 +73,8 @@ class GrpcServer {
   // Tells the health service whether the server has room and its clock is right, now and every
   // second from now on.
   void TellHealth();
+  // Shuts down the connections soon after the last call has ended. REQUIRES: the listener stopped.
+  void CloseWhenIdle();
 
   CatalogService catalog_;
   QueryService query_;
@@ -78,13 +82,15 @@ class GrpcServer {
   IngestService ingest_;
   ExplorationService exploration_;
   WatchService watch_;
+  health::HealthService health_;
+  reflection::ReflectionService reflection_;
   Site* const site_;
   Budgets* const budgets_;
   std::unique_ptr<grpc::Server> server_;
   // Destroyed before the server, to which it gives connections.
   std::unique_ptr<admission::GrpcListener> listener_;
-  // Destroyed before the server, whose health its tasks tell.
-  TimerQueue health_timer_;
+  // Destroyed before the members that its tasks use.
+  TimerQueue timer_;
 };
 
 }  // namespace hypermap::server

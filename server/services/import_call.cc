@@ -8,6 +8,7 @@
 #include "base/admission/memory.h"
 #include "base/cancellation/cancellation.h"
 #include "base/status/status_macros.h"
+#include "server/rpc/raw_messages.h"
 #include "server/rpc/wanted.h"
 #include "server/services/map_files.h"
 
@@ -22,15 +23,15 @@ constexpr int64_t kLargeImportBytes = 8 << 20;
 }  // namespace
 
 ImportCall::ImportCall(grpc::CallbackServerContext* context, const Facilities* facilities,
-                       v1::ImportMapResponse* response)
+                       grpc::ByteBuffer* response)
     : context_(context),
       facilities_(facilities),
-      response_(response),
+      encoded_response_(response),
       ticket_(facilities->budgets, context),
       log_(*context, "ImportMap", ""),
       files_(*facilities, log_.client()) {
   if (ticket_.admitted().ok()) {
-    StartRead(&message_);
+    StartRead(&read_);
   } else {
     End(ticket_.admitted());
   }
@@ -46,21 +47,32 @@ void ImportCall::OnReadDone(bool ok) {
     return;
   }
   if (absl::Status status = TakeMessage(); !status.ok()) return End(status);
-  message_.Clear();
-  StartRead(&message_);
+  StartRead(&read_);
 }
 
 absl::Status ImportCall::TakeMessage() {
-  if (message_.has_header()) {
+  ticket_.Received(read_);
+  const int64_t cost = CallTicket::CostOfRequest(v1::ImportMapRequest::default_instance(), read_);
+  HYPERMAP_RETURN_IF_ERROR(ticket_.ChargeRequest(cost));
+  v1::ImportMapRequest message;
+  absl::Status status = ParseRequest(read_, &message);
+  read_.Clear();
+  if (status.ok()) status = Take(std::move(message));
+  ticket_.FreeMemory(cost);
+  return status;
+}
+
+absl::Status ImportCall::Take(v1::ImportMapRequest message) {
+  if (message.has_header()) {
     if (header_) return absl::InvalidArgumentError("header may come once, in the first message");
-    header_ = std::move(*message_.mutable_header());
+    header_ = std::move(*message.mutable_header());
     if (!header_->request_id().empty()) digest_.emplace(*header_);
     log_.set_map(header_->map());
     return absl::OkStatus();
   }
   if (!header_) return absl::InvalidArgumentError("the first message must carry the header");
-  if (!message_.has_chunk()) return absl::InvalidArgumentError("a message carries nothing");
-  const v1::FileChunk& chunk = message_.chunk();
+  if (!message.has_chunk()) return absl::InvalidArgumentError("a message carries nothing");
+  const v1::FileChunk& chunk = message.chunk();
   HYPERMAP_RETURN_IF_ERROR(files_.Append(chunk.file_name(), chunk.data()));
   if (digest_) digest_->AddPiece(chunk.file_name(), chunk.data());
   return absl::OkStatus();
@@ -85,8 +97,8 @@ absl::Status ImportCall::Import() {
   if (!session.ok() && !make_map) return session.status();
   HYPERMAP_ASSIGN_OR_RETURN(const storage::Receipt receipt,
                             make_map ? ImportIntoNewMap() : ImportInto(**session));
-  response_->set_map(header_->map());
-  response_->set_revision(receipt.revision);
+  response_.set_map(header_->map());
+  response_.set_revision(receipt.revision);
   log_.Edited(receipt.revision, header_->request_id(),
               static_cast<int64_t>(receipt.object_ids.size()));
   return absl::OkStatus();
@@ -126,16 +138,20 @@ absl::StatusOr<storage::Receipt> ImportCall::ImportIntoNewMap() {
 
 absl::StatusOr<storage::Receipt> ImportCall::Submit(MapSession& session,
                                                     storage::ImportedMap imported) {
-  response_->mutable_layers()->Assign(imported.layers.begin(), imported.layers.end());
-  response_->mutable_repairs()->Assign(imported.repairs.begin(), imported.repairs.end());
-  response_->set_incarnation(session.incarnation());
+  response_.mutable_layers()->Assign(imported.layers.begin(), imported.layers.end());
+  response_.mutable_repairs()->Assign(imported.repairs.begin(), imported.repairs.end());
+  response_.set_incarnation(session.incarnation());
   std::string digest = digest_ ? std::move(*digest_).Finish() : "";
   return session.SubmitAndWait(
       {std::move(imported.batch), author_, header_->request_id(), std::move(digest)});
 }
 
 void ImportCall::End(const absl::Status& status) {
-  log_.Finished(status, response_->layers_size());
+  if (status.ok()) {
+    const grpc::Slice slice = Serialize(response_);
+    grpc::ByteBuffer(&slice, 1).Swap(encoded_response_);
+  }
+  log_.Finished(status, response_.layers_size());
   Finish(ticket_.Encode(status));
 }
 

@@ -3,6 +3,7 @@
 #define HYPERMAP_SERVER_SERVICES_IMPORT_CALL_H_
 
 #include <grpcpp/server_context.h>
+#include <grpcpp/support/byte_buffer.h>
 #include <grpcpp/support/server_callback.h>
 
 #include <optional>
@@ -23,17 +24,22 @@ namespace hypermap::server {
 
 // Collects the files of an import, decodes them on a worker, and submits the edits as one
 // batch. If a new map can't be filled, it is removed again. Deletes itself in OnDone.
-class ImportCall final : public grpc::ServerReadReactor<v1::ImportMapRequest> {
+class ImportCall final : public grpc::ServerReadReactor<grpc::ByteBuffer> {
  public:
   // `facilities` must outlive this; context and response live until OnDone.
   ImportCall(grpc::CallbackServerContext* context, const Facilities* facilities,
-             v1::ImportMapResponse* response);
+             grpc::ByteBuffer* response);
 
   void OnReadDone(bool ok) override;
-  void OnDone() override { delete this; }
+  void OnDone() override {
+    ticket_.LookForCancellation();
+    delete this;
+  }
 
  private:
+  // Charges for the message that was read, while it takes it.
   absl::Status TakeMessage();
+  absl::Status Take(v1::ImportMapRequest message);
 
   // Decodes and submits the files, when all have arrived. Waits for the disk.
   absl::Status Import();
@@ -46,10 +52,11 @@ class ImportCall final : public grpc::ServerReadReactor<v1::ImportMapRequest> {
 
   const grpc::CallbackServerContext* const context_;
   const Facilities* const facilities_;
-  v1::ImportMapResponse* const response_;
+  grpc::ByteBuffer* const encoded_response_;
+  v1::ImportMapResponse response_;
   CallTicket ticket_;
   RequestLog log_;
-  v1::ImportMapRequest message_;
+  grpc::ByteBuffer read_;  // target of the read under way
   std::optional<v1::ImportHeader> header_;
   std::string author_;
   // Of the header and the files so far. None if the request has no id.

@@ -39,44 +39,46 @@ absl::Status StartCommand(const Facilities& facilities, UnaryCallPtr call, const
 
 }  // namespace
 
-grpc::ServerBidiReactor<v1::ObserveRequest, v1::ObserveResponse>* IngestService::Observe(
+grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>* IngestService::Observe(
     grpc::CallbackServerContext* context) {
   return new ObserveCall(context, &facilities_);
 }
 
 grpc::ServerUnaryReactor* IngestService::RebuildLayer(grpc::CallbackServerContext* context,
-                                                      const v1::RebuildLayerRequest* request,
-                                                      v1::RebuildLayerResponse* response) {
-  auto call =
-      std::make_shared<UnaryCall>(facilities_.budgets, context, "RebuildLayer", request->map());
-  return StartOn(&facilities_.workers->writes, call, [this, call, request, response] {
-    return StartCommand(facilities_, call, *request,
-                        RebuildFusion{request->layer(), request->strategy(), request->parameters()},
-                        response);
+                                                      const grpc::ByteBuffer* request,
+                                                      grpc::ByteBuffer* response) {
+  const auto call = BeginCall<v1::RebuildLayerRequest, v1::RebuildLayerResponse>(
+      facilities_.budgets, context, "RebuildLayer", {request, response});
+  return StartOn(&facilities_.workers->writes, call, [this, call] {
+    const v1::RebuildLayerRequest& request = call->request();
+    return StartCommand(facilities_, call, request,
+                        RebuildFusion{request.layer(), request.strategy(), request.parameters()},
+                        call->response());
   });
 }
 
 grpc::ServerUnaryReactor* IngestService::RetractSource(grpc::CallbackServerContext* context,
-                                                       const v1::RetractSourceRequest* request,
-                                                       v1::RetractSourceResponse* response) {
-  auto call =
-      std::make_shared<UnaryCall>(facilities_.budgets, context, "RetractSource", request->map());
-  return StartOn(&facilities_.workers->writes, call, [this, call, request, response] {
-    RetractObservations command{request->layer(), request->robot()};
-    if (request->has_from()) command.from = wire::DecodeTime(request->from());
-    if (request->has_to()) command.to = wire::DecodeTime(request->to());
-    return StartCommand(facilities_, call, *request, std::move(command), response);
+                                                       const grpc::ByteBuffer* request,
+                                                       grpc::ByteBuffer* response) {
+  const auto call = BeginCall<v1::RetractSourceRequest, v1::RetractSourceResponse>(
+      facilities_.budgets, context, "RetractSource", {request, response});
+  return StartOn(&facilities_.workers->writes, call, [this, call] {
+    const v1::RetractSourceRequest& request = call->request();
+    RetractObservations command{request.layer(), request.robot()};
+    if (request.has_from()) command.from = wire::DecodeTime(request.from());
+    if (request.has_to()) command.to = wire::DecodeTime(request.to());
+    return StartCommand(facilities_, call, request, std::move(command), call->response());
   });
 }
 
 grpc::ServerUnaryReactor* IngestService::ExplainObject(grpc::CallbackServerContext* context,
-                                                       const v1::ExplainObjectRequest* request,
-                                                       v1::ExplainObjectResponse* response) {
-  auto call =
-      std::make_shared<UnaryCall>(facilities_.budgets, context, "ExplainObject", request->map());
+                                                       const grpc::ByteBuffer* request,
+                                                       grpc::ByteBuffer* response) {
+  const auto call = BeginCall<v1::ExplainObjectRequest, v1::ExplainObjectResponse>(
+      facilities_.budgets, context, "ExplainObject", {request, response});
   // It folds a whole log.
   return AnswerOn(&facilities_.workers->long_questions, call,
-                  [this, call, request, response] { return Explain(*call, *request, response); });
+                  [this, call] { return Explain(*call, call->request(), call->response()); });
 }
 
 absl::StatusOr<int64_t> IngestService::Explain(const UnaryCall& call,

@@ -12,21 +12,26 @@
 
 namespace hypermap::server {
 
-class IngestService : public v1::IngestService::CallbackService {
+// All methods are raw: the memory of a request is charged before it is parsed.
+class IngestService : public v1::IngestService::WithRawCallbackMethod_Observe<
+                          v1::IngestService::WithRawCallbackMethod_RebuildLayer<
+                              v1::IngestService::WithRawCallbackMethod_RetractSource<
+                                  v1::IngestService::WithRawCallbackMethod_ExplainObject<
+                                      v1::IngestService::Service>>>> {
  public:
   explicit IngestService(const Facilities& facilities) : facilities_(facilities) {}
 
-  grpc::ServerBidiReactor<v1::ObserveRequest, v1::ObserveResponse>* Observe(
+  grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>* Observe(
       grpc::CallbackServerContext* context) override;
   grpc::ServerUnaryReactor* RebuildLayer(grpc::CallbackServerContext* context,
-                                         const v1::RebuildLayerRequest* request,
-                                         v1::RebuildLayerResponse* response) override;
+                                         const grpc::ByteBuffer* request,
+                                         grpc::ByteBuffer* response) override;
   grpc::ServerUnaryReactor* RetractSource(grpc::CallbackServerContext* context,
-                                          const v1::RetractSourceRequest* request,
-                                          v1::RetractSourceResponse* response) override;
+                                          const grpc::ByteBuffer* request,
+                                          grpc::ByteBuffer* response) override;
   grpc::ServerUnaryReactor* ExplainObject(grpc::CallbackServerContext* context,
-                                          const v1::ExplainObjectRequest* request,
-                                          v1::ExplainObjectResponse* response) override;
+                                          const grpc::ByteBuffer* request,
+                                          grpc::ByteBuffer* response) override;
 
  private:
   absl::StatusOr<int64_t> Explain(const UnaryCall& call, const v1::ExplainObjectRequest& request,

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "base/status/status_macros.h"
+#include "server/rpc/raw_messages.h"
 #include "server/rpc/wanted.h"
 #include "wire/ingest.h"
 #include "wire/observation.h"
@@ -44,8 +45,10 @@ void ObserveCall::OnReadDone(bool ok) {
     taking_ = true;
     // The opening waits for the disk, which must not occupy the threads for short tasks.
     WorkerPool& workers = opened_ ? facilities_->workers->writes : facilities_->workers->openings;
-    workers.Run(log_.client(), [this, request = std::exchange(read_, {})] {
-      TakeRequest(request);
+    grpc::ByteBuffer bytes;
+    bytes.Swap(&read_);
+    workers.Run(log_.client(), [this, bytes = std::move(bytes)] {
+      TakeRequest(bytes);
       // Until here the call neither ends nor reads the next request.
       Change([this] {
         mutex_.AssertHeld();
@@ -56,17 +59,20 @@ void ObserveCall::OnReadDone(bool ok) {
 }
 
 absl::Status ObserveCall::ChargeRequest() {
-  const auto bytes = static_cast<int64_t>(read_.ByteSizeLong());
-  HYPERMAP_RETURN_IF_ERROR(ticket_.ChargeRequest(bytes));
-  request_bytes_.push_back(bytes);
-  unanswered_bytes_ += bytes;
+  ticket_.Received(read_);
+  const RequestSize size = {
+      static_cast<int64_t>(read_.Length()),
+      CallTicket::CostOfRequest(v1::ObserveRequest::default_instance(), read_)};
+  HYPERMAP_RETURN_IF_ERROR(ticket_.ChargeRequest(size.cost));
+  request_sizes_.push_back(size);
+  unanswered_bytes_ += size.bytes;
   return absl::OkStatus();
 }
 
 void ObserveCall::FreeRequest() {
-  ticket_.RequestFreed(request_bytes_.front());
-  unanswered_bytes_ -= request_bytes_.front();
-  request_bytes_.pop_front();
+  ticket_.FreeMemory(request_sizes_.front().cost);
+  unanswered_bytes_ -= request_sizes_.front().bytes;
+  request_sizes_.pop_front();
 }
 
 void ObserveCall::OnWriteDone(bool ok) {
@@ -112,7 +118,9 @@ bool ObserveCall::GoOn() {
   }
   if (writing_) return false;
   if (has_next_ && status_.ok()) {
-    written_ = std::exchange(next_, {});
+    const grpc::Slice slice = Serialize(next_);
+    grpc::ByteBuffer(&slice, 1).Swap(&written_);
+    next_.Clear();
     has_next_ = false;
     writing_ = true;
     StartWrite(&written_);
@@ -131,8 +139,11 @@ void ObserveCall::EndRequest(absl::Status status) {
   });
 }
 
-void ObserveCall::TakeRequest(const v1::ObserveRequest& request) {
-  if (absl::Status status = CheckWanted(*context_); !status.ok()) return EndRequest(status);
+void ObserveCall::TakeRequest(const grpc::ByteBuffer& bytes) {
+  v1::ObserveRequest request;
+  absl::Status status = CheckWanted(*context_);
+  if (status.ok()) status = ParseRequest(bytes, &request);
+  if (!status.ok()) return EndRequest(status);
   if (session_ != nullptr && request.has_opening()) {
     return EndRequest(absl::InvalidArgumentError("opening may come once, in the first request"));
   }

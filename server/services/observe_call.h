@@ -3,6 +3,7 @@
 #define HYPERMAP_SERVER_SERVICES_OBSERVE_CALL_H_
 
 #include <grpcpp/server_context.h>
+#include <grpcpp/support/byte_buffer.h>
 #include <grpcpp/support/server_callback.h>
 
 #include <cstdint>
@@ -31,7 +32,7 @@ namespace hypermap::server {
 // acknowledgements that are ready when the previous one was written. So a caller that sends faster
 // than the disk writes, or does not read its acknowledgements, delays nobody but itself. Deletes
 // itself in OnDone, which gRPC calls after Finish, when no operation is under way.
-class ObserveCall final : public grpc::ServerBidiReactor<v1::ObserveRequest, v1::ObserveResponse> {
+class ObserveCall final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer> {
  public:
   // `facilities` must outlive this; the context lives until OnDone.
   ObserveCall(grpc::CallbackServerContext* context, const Facilities* facilities);
@@ -39,14 +40,22 @@ class ObserveCall final : public grpc::ServerBidiReactor<v1::ObserveRequest, v1:
   void OnReadDone(bool ok) override;
   void OnWriteDone(bool ok) override;
   void OnCancel() override;
-  void OnDone() override { delete this; }
+  void OnDone() override {
+    ticket_.LookForCancellation();
+    delete this;
+  }
 
  private:
   static constexpr int kMaxInFlight = 32;
   static constexpr int64_t kMaxUnansweredBytes = 4 << 20;
 
+  struct RequestSize {
+    int64_t bytes;
+    int64_t cost;  // charged
+  };
+
   // These run on a worker, for one request at a time.
-  void TakeRequest(const v1::ObserveRequest& request);
+  void TakeRequest(const grpc::ByteBuffer& bytes);
   absl::Status Open(const v1::ObserveOpening& opening);
   absl::StatusOr<storage::Receipt> Start(const v1::ObserveOpening& opening);
   void Submit(const v1::ObserveRequest& request);
@@ -77,15 +86,15 @@ class ObserveCall final : public grpc::ServerBidiReactor<v1::ObserveRequest, v1:
   std::string layer_;
   std::string author_;
 
-  v1::ObserveRequest read_;      // target of the read under way
-  v1::ObserveResponse written_;  // source of the write under way
+  grpc::ByteBuffer read_;     // target of the read under way
+  grpc::ByteBuffer written_;  // source of the write under way
 
   Mutex mutex_;
   v1::ObserveResponse next_ ABSL_GUARDED_BY(mutex_);  // acknowledgements for the next write
   bool has_next_ ABSL_GUARDED_BY(mutex_) = false;
   int in_flight_ ABSL_GUARDED_BY(mutex_) = 0;  // number of requests that are not answered yet
-  std::deque<int64_t> request_bytes_ ABSL_GUARDED_BY(mutex_);  // of these
-  int64_t unanswered_bytes_ ABSL_GUARDED_BY(mutex_) = 0;       // their sum
+  std::deque<RequestSize> request_sizes_ ABSL_GUARDED_BY(mutex_);  // of these
+  int64_t unanswered_bytes_ ABSL_GUARDED_BY(mutex_) = 0;           // their sum
   bool opened_ ABSL_GUARDED_BY(mutex_) = false;
   bool reading_ ABSL_GUARDED_BY(mutex_) = true;
   bool taking_ ABSL_GUARDED_BY(mutex_) = false;  // a worker has a request

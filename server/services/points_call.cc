@@ -3,9 +3,12 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "absl/time/clock.h"
+#include "base/cancellation/cancellation.h"
 #include "base/status/status_macros.h"
 #include "base/sync/handed_over.h"
 #include "server/rpc/asked_revision.h"
+#include "server/rpc/raw_messages.h"
 #include "server/rpc/wanted.h"
 #include "wire/answer.h"
 #include "wire/scope.h"
@@ -13,8 +16,20 @@
 namespace hypermap::server {
 namespace {
 
-// Larger batches would delay other calls on the same gRPC thread.
+// Larger batches would delay other calls on the same gRPC thread, and so would batches that take
+// longer.
 constexpr int kMaxInlinePoints = 4096;
+constexpr absl::Duration kMaxInlineTime = absl::Milliseconds(2);
+// Batches that take no time to speak of, whatever is there.
+constexpr int kFewPoints = 16;
+// A larger tolerance may have all objects of a map in its reach.
+constexpr double kSmallTolerance_m = 5.0;
+// The least bytes of an object in an answer: its point, id and label, and its existence.
+constexpr int kLeastHitBytes = 3 + sizeof(float);
+// Bytes of a label's place among those that were told.
+constexpr int64_t kBytesOfLabel = 64;
+// Larger batches are freed when they are answered.
+constexpr int64_t kMaxKeptBytes = 1 << 20;
 
 absl::Status Stopping() { return absl::UnavailableError("the server is stopping"); }
 
@@ -86,6 +101,7 @@ void PointsCall::OnCancel() {
 
 void PointsCall::OnDone() {
   calls_->Remove(this);
+  ticket_.LookForCancellation();
   delete this;
 }
 
@@ -133,6 +149,18 @@ void PointsCall::Go(Step step) {
 }
 
 PointsCall::Step PointsCall::EndBatch(const absl::Status& status) {
+  // Messages keep their memory for the next batch.
+  const bool is_large = batch_cost_ + meter_.taken() > kMaxKeptBytes;
+  if (is_large) {
+    v1::QueryPointsRequest().Swap(&batch_);
+    v1::QueryPointsResponse().Swap(&response_);
+    std::vector<Point>().swap(points_);
+  }
+  written_.Clear();
+  ticket_.FreeMemory(std::exchange(batch_cost_, 0));
+  // Each batch has its own view of the past.
+  if (is_large || as_of_.is_past()) asker_.reset();
+  meter_.GiveBack();
   return Change([&] {
     mutex_.AssertHeld();
     busy_ = false;
@@ -141,33 +169,84 @@ PointsCall::Step PointsCall::EndBatch(const absl::Status& status) {
 }
 
 std::optional<absl::Status> PointsCall::TakeBatch() {
-  batch_.Swap(&read_);
+  grpc::ByteBuffer bytes;
+  bytes.Swap(&read_);
   StartRead(&read_);  // Allowed here: the call is not finished while a batch has an owner.
+  HYPERMAP_RETURN_IF_ERROR(Parse(bytes));
   if (batch_.has_opening()) {
     HYPERMAP_RETURN_IF_ERROR(Open());
     if (as_of_.min_revision > 0) {
-      wait_.Start(*facilities_, map_, as_of_.min_revision, [this] { AnswerOnWorker(); });
+      wait_.Start(*facilities_, map_, as_of_.min_revision,
+                  [this] { AnswerOn(&facilities_->workers->questions); });
       return std::nullopt;
     }
   }
   if (!opened_) return absl::InvalidArgumentError("the first message must carry the opening");
-  if (!as_of_.is_past() && batch_.xs_size() <= kMaxInlinePoints) return Answer();
-  AnswerOnWorker();
+  if (!(tolerance_m_ <= kSmallTolerance_m)) {
+    AnswerOn(&facilities_->workers->long_questions);
+  } else if (as_of_.is_past() || batch_.xs_size() > kMaxInlinePoints) {
+    AnswerOn(&facilities_->workers->questions);
+  } else {
+    return AnswerAtOnce();
+  }
   return std::nullopt;
 }
 
-void PointsCall::AnswerOnWorker() {
-  facilities_->workers->questions.Run(log_.client(), [this] {
-    if (const std::optional<absl::Status> end = Answer()) Go(EndBatch(*end));
+std::optional<absl::Status> PointsCall::AnswerAtOnce() {
+  if (batch_.xs_size() <= kFewPoints) {
+    HYPERMAP_RETURN_IF_ERROR(AskPoints());
+    return WriteAnswer();
+  }
+  const absl::Time end = absl::Now() + kMaxInlineTime;
+  Cancellation cancellation([end] {
+    return absl::Now() < end ? absl::OkStatus() : absl::DeadlineExceededError("takes too long");
+  });
+  absl::Status status;
+  {
+    const ScopedCancellation here(&cancellation);
+    status = AskPoints();
+  }
+  if (!cancellation.status().ok()) {
+    AnswerOn(&facilities_->workers->long_questions);
+    return std::nullopt;
+  }
+  HYPERMAP_RETURN_IF_ERROR(status);
+  return WriteAnswer();
+}
+
+void PointsCall::AnswerOn(WorkerPool* workers) {
+  workers->Run(log_.client(), [this] {
+    Cancellation cancellation([this] { return CheckWanted(*context_); });
+    absl::Status status;
+    {
+      const ScopedCancellation here(&cancellation);
+      status = AskPoints();
+    }
+    // Work that was given up has no result.
+    if (!cancellation.status().ok()) status = cancellation.status();
+    if (!status.ok()) return Go(EndBatch(status));
+    if (const std::optional<absl::Status> answered = WriteAnswer()) Go(EndBatch(*answered));
   });
 }
 
-std::optional<absl::Status> PointsCall::Answer() {
-  HYPERMAP_RETURN_IF_ERROR(AskPoints());
+std::optional<absl::Status> PointsCall::WriteAnswer() {
   if (points_.empty()) return absl::OkStatus();
+  const grpc::Slice slice = Serialize(response_);
+  const int64_t cost = CallTicket::CostOfAnswer(static_cast<int64_t>(slice.size()));
+  HYPERMAP_RETURN_IF_ERROR(ticket_.ChargeMemory(cost));
+  batch_cost_ += cost;
+  grpc::ByteBuffer(&slice, 1).Swap(&written_);
   HandOver(this);
-  StartWrite(&response_);
+  StartWrite(&written_);
   return std::nullopt;
+}
+
+absl::Status PointsCall::Parse(const grpc::ByteBuffer& bytes) {
+  ticket_.Received(bytes);
+  const int64_t cost = CallTicket::CostOfRequest(batch_, bytes);
+  HYPERMAP_RETURN_IF_ERROR(ticket_.ChargeRequest(cost));
+  batch_cost_ = cost;
+  return ParseRequest(bytes, &batch_);
 }
 
 absl::Status PointsCall::Open() {
@@ -190,13 +269,25 @@ absl::Status PointsCall::AskPoints() {
   HYPERMAP_RETURN_IF_ERROR(CheckWanted(*context_));
   absl::Status decoded = wire::DecodePoints(batch_, facilities_->limits.max_points, &points_);
   if (!decoded.ok()) return decoded;
+  meter_.GiveBack();
+  const ScopedMeter metered(&meter_);
   HYPERMAP_RETURN_IF_ERROR(Pin());
-  HYPERMAP_ASSIGN_OR_RETURN(const absl::Span<const LayerPointsContent> contents,
-                            asker_->ContentAtEach(points_));
+  const size_t max_hits = facilities_->limits.max_message_bytes / kLeastHitBytes;
+  absl::StatusOr<absl::Span<const LayerPointsContent>> contents =
+      asker_->ContentAtEach(points_, max_hits);
+  if (!contents.ok()) {
+    // What was found until then may be large.
+    asker_.reset();
+    return contents.status();
+  }
   response_.Clear();
   response_.set_revision(asker_->snapshot().revision);
   response_.set_incarnation(incarnation_);
-  wire::EncodePointsContent(contents, &labels_, &response_);
+  wire::EncodePointsContent(*contents, &labels_, &response_);
+  for (const std::string& label : response_.new_labels()) {
+    HYPERMAP_RETURN_IF_ERROR(
+        labels_meter_.Take(kBytesOfLabel + static_cast<int64_t>(label.size())));
+  }
   num_answered_ += static_cast<int64_t>(points_.size());
   return absl::OkStatus();
 }

@@ -3,6 +3,7 @@
 #define HYPERMAP_SERVER_SERVICES_POINTS_CALL_H_
 
 #include <grpcpp/server_context.h>
+#include <grpcpp/support/byte_buffer.h>
 #include <grpcpp/support/server_callback.h>
 
 #include <cstdint>
@@ -14,6 +15,7 @@
 #include "absl/base/thread_annotations.h"
 #include "absl/functional/function_ref.h"
 #include "absl/status/status.h"
+#include "base/metering/memory_meter.h"
 #include "base/sync/mutex.h"
 #include "hypermap/v1/query_service.pb.h"
 #include "map/query/as_of.h"
@@ -22,6 +24,7 @@
 #include "server/rpc/facilities.h"
 #include "server/rpc/request_log.h"
 #include "server/rpc/revision_wait.h"
+#include "server/rpc/worker_pool.h"
 #include "wire/points.h"
 
 namespace hypermap::server {
@@ -44,11 +47,11 @@ class OpenPointsCalls {
 };
 
 // Answers one batch after another, and reads one batch ahead. So a caller that does not read its
-// answers delays only itself, and costs the memory of two batches and an answer. Small batches of
-// the newest revision are answered on gRPC's threads, others on a worker. Deletes itself in OnDone,
-// which gRPC calls after Finish, when no operation is under way.
-class PointsCall final
-    : public grpc::ServerBidiReactor<v1::QueryPointsRequest, v1::QueryPointsResponse> {
+// answers delays only itself, and costs the memory of two batches and an answer. The memory of a
+// batch is charged before it is parsed, until it is answered. Small batches of the newest revision
+// are answered on gRPC's threads, others on a worker. Deletes itself in OnDone, which gRPC calls
+// after Finish, when no operation is under way.
+class PointsCall final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer> {
  public:
   // `facilities` and `calls` must outlive this; the context lives until OnDone.
   PointsCall(grpc::CallbackServerContext* context, const Facilities* facilities,
@@ -75,10 +78,13 @@ class PointsCall final
   // nullopt if they gave it to another owner: a write, a worker or a wait. Then this may be deleted
   // already.
   std::optional<absl::Status> TakeBatch();
-  std::optional<absl::Status> Answer();
-  void AnswerOnWorker();
+  // Leaves a batch that takes long to a worker.
+  std::optional<absl::Status> AnswerAtOnce();
+  void AnswerOn(WorkerPool* workers);
+  std::optional<absl::Status> WriteAnswer();
   Step EndBatch(const absl::Status& status);
 
+  absl::Status Parse(const grpc::ByteBuffer& bytes);
   absl::Status Open();
   // Fills the response.
   absl::Status AskPoints();
@@ -92,19 +98,23 @@ class PointsCall final
   RequestLog log_;
   RevisionWait wait_;
 
-  v1::QueryPointsRequest read_;  // target of the read under way
+  grpc::ByteBuffer read_;  // target of the read under way
 
   // Used by the owner of the batch only.
   v1::QueryPointsRequest batch_;
+  int64_t batch_cost_ = 0;  // charged
   v1::QueryPointsResponse response_;
+  grpc::ByteBuffer written_;  // source of the write under way
   bool opened_ = false;
   v1::Scope map_;  // the map and the incarnation that the opening names
   Scope scope_;
   double tolerance_m_ = 0.0;
   AsOf as_of_;
   std::vector<Point> points_;
+  MemoryMeter meter_{&ticket_};  // of a view of the past, and of the batch's answer
   std::optional<PointsAsker> asker_;
   uint64_t incarnation_ = 0;  // of the map that asker_ asks
+  MemoryMeter labels_meter_{&ticket_};
   wire::ToldLabels labels_;
   int64_t num_answered_ = 0;
 

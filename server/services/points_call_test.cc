@@ -448,5 +448,34 @@ TEST_F(PointsCallTest, AnswersAreThoseOfQueryPointForRandomMaps) {
   }
 }
 
+TEST(LargePointsAnswerTest, ABatchWithMoreObjectsThanAMessageCarriesIsRefused) {
+  // 1,000 unit squares on top of each other, of which a message of 64 KiB carries less than 9,363.
+  Limits limits;
+  limits.max_message_bytes = 64 << 10;
+  TestServer server(limits, 1 << 20);
+  EditBatch batch = LayerOfCups("cups", 0);
+  for (int i = 0; i < 1000; ++i) {
+    hypermap::PutObject put{"cups", {}, ""};
+    put.object.label = "cup";
+    put.object.shape = Polygon::FromBox({{0, 0}, {1, 1}});
+    batch.edits.push_back(std::move(put));
+  }
+  server.MakeMap("site", std::move(batch));
+  const std::vector<Point> few(5, Point{0.5, 0.5});
+  const std::vector<Point> many(50, Point{0.5, 0.5});
+  for (const double tolerance_m : {0.0, 1.0, 100.0}) {
+    SCOPED_TRACE(tolerance_m);
+    v1::QueryPointsRequest opening = Opening("site");
+    opening.mutable_opening()->set_tolerance_m(tolerance_m);
+    Stream stream(server);
+    ASSERT_TRUE(stream.Write(opening));
+    EXPECT_EQ(stream.Ask(few).layers(0).points_size(), 5000);
+    ASSERT_TRUE(stream.Write(Batch(many)));
+    const grpc::Status status = stream.Finish();
+    EXPECT_EQ(status.error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
+    EXPECT_THAT(status.error_message(), HasSubstr("more than 9362 objects at the 50 points"));
+  }
+}
+
 }  // namespace
 }  // namespace hypermap::server

@@ -1,6 +1,8 @@
 #include "server/services/query_service.h"
 
 #include <algorithm>
+#include <cstdint>
+#include <limits>
 #include <optional>
 #include <string>
 #include <utility>
@@ -15,6 +17,7 @@
 #include "server/services/part_source.h"
 #include "wire/answer.h"
 #include "wire/geometry.h"
+#include "wire/object_bytes.h"
 #include "wire/scope.h"
 
 namespace hypermap::server {
@@ -24,23 +27,12 @@ namespace {
 // and are answered on gRPC's thread.
 constexpr double kSmallArea_m2 = 1000.0;
 constexpr int kFewNeighbours = 64;
+// Answers with more bytes of objects are encoded by a worker.
+constexpr int64_t kShortAnswerBytes = 64 << 10;
+// A larger one may have all objects of a map in its reach.
+constexpr double kSmallTolerance_m = 5.0;
 // Checking an area of more vertices than this takes longer than most answers.
 constexpr int kFewVertices = 256;
-
-// RESOURCE_EXHAUSTED if a question with an area has so many bytes that it must have more vertices
-// than is allowed: parsing it would keep gRPC's thread busy for milliseconds.
-absl::Status CheckSize(const grpc::ByteBuffer& request, const Limits& limits) {
-  // A vertex takes 16 bytes; the least ring, of three, has 8 bytes besides.
-  constexpr size_t kBytesOfVertex = 24;
-  // All but the area: the names of layers, above all.
-  constexpr size_t kOtherBytes = 256 << 10;
-  const auto most =
-      kOtherBytes + kBytesOfVertex * static_cast<size_t>(limits.max_question_vertices);
-  if (request.Length() <= most) return absl::OkStatus();
-  return absl::ResourceExhaustedError(
-      absl::StrCat("the question has ", request.Length(), " bytes, more than ", most,
-                   ": --max_question_vertices is ", limits.max_question_vertices));
-}
 
 // Whether the query is answered from the newest snapshot without waiting.
 template <typename Request>
@@ -65,12 +57,14 @@ bool IsSmall(const v1::Polygon& area) {
   return (box.max.x - box.min.x) * (box.max.y - box.min.y) <= kSmallArea_m2;
 }
 
-}  // namespace
-
-QueryService::QueryService(const Facilities& facilities) : facilities_(facilities) {
-  SetMessageAllocatorFor_QueryPoint(&point_messages_);
-  SetMessageAllocatorFor_QueryNearest(&nearest_messages_);
+// Reserves room in the answer for the objects.
+absl::Status ReserveObjects(UnaryCall& call, const std::vector<ObjectPtr>& objects) {
+  int64_t bytes = 0;
+  for (const ObjectPtr& object : objects) bytes += wire::EstimateObjectBytes(*object);
+  return call.ReserveAnswer(bytes);
 }
+
+}  // namespace
 
 template <typename Request>
 absl::StatusOr<AskedRevision> QueryService::Pin(const Request& request) const {
@@ -80,40 +74,42 @@ absl::StatusOr<AskedRevision> QueryService::Pin(const Request& request) const {
   return AskedRevision::Find(*session, as_of);
 }
 
-template <typename Request, typename Response>
-grpc::ServerUnaryReactor* QueryService::AnswerUnary(grpc::CallbackServerContext* context,
-                                                    absl::string_view rpc, const Request* request,
-                                                    Response* response,
-                                                    Answer<Request, Response> answer) const {
-  auto* const reactor = new WaitingReactor();
-  auto call = std::make_shared<UnaryCall>(facilities_.budgets, context, reactor, rpc,
-                                          request->scope().map());
+template <typename Call>
+grpc::ServerUnaryReactor* QueryService::AnswerLater(const std::shared_ptr<Call>& call,
+                                                    WorkerPool* workers,
+                                                    Answer<Call> answer) const {
+  grpc::ServerUnaryReactor* const reactor = call->reactor();
   if (!call->admitted().ok()) {
     call->Finish(call->admitted());
     return reactor;
   }
-  reactor->wait().Start(
-      facilities_, request->scope(), request->as_of().min_revision(),
-      [this, call = std::move(call), request, response, answer] {
-        AnswerOn(&facilities_.workers->questions, call,
-                 [this, request, response, answer] { return (this->*answer)(*request, response); });
+  const auto& request = call->request();
+  call->StartWait().Start(
+      facilities_, request.scope(), request.as_of().min_revision(), [this, call, workers, answer] {
+        AnswerOn(workers, call, [this, call, answer]() -> absl::StatusOr<int64_t> {
+          HYPERMAP_ASSIGN_OR_RETURN(const std::optional<int64_t> items,
+                                    (this->*answer)(*call, std::numeric_limits<int64_t>::max()));
+          return items.value_or(0);
+        });
       });
   return reactor;
 }
 
-template <typename Request, typename Response>
-grpc::ServerUnaryReactor* QueryService::AnswerAtOnce(grpc::CallbackServerContext* context,
-                                                     absl::string_view rpc, const Request* request,
-                                                     Response* response,
-                                                     Answer<Request, Response> answer) const {
-  UnaryCall call(facilities_.budgets, context, rpc, request->scope().map());
-  if (!call.admitted().ok()) {
-    call.Finish(call.admitted());
-    return call.reactor();
+template <typename Call>
+grpc::ServerUnaryReactor* QueryService::AnswerAtOnce(const std::shared_ptr<Call>& call,
+                                                     Answer<Call> answer) const {
+  grpc::ServerUnaryReactor* const reactor = call->reactor();
+  if (!call->admitted().ok()) {
+    call->Finish(call->admitted());
+    return reactor;
   }
-  const absl::StatusOr<int64_t> items = (this->*answer)(*request, response);
-  call.Finish(items.status(), items.value_or(0));
-  return call.reactor();
+  const absl::StatusOr<std::optional<int64_t>> items = (this->*answer)(*call, kShortAnswerBytes);
+  if (items.ok() && !items->has_value()) {
+    call->ForgetAnswer();
+    return AnswerLater(call, &facilities_.workers->long_questions, answer);
+  }
+  call->Finish(items.status(), items.ok() ? **items : 0);
+  return reactor;
 }
 
 template <typename Request, typename Response>
@@ -133,15 +129,23 @@ grpc::ServerWriteReactor<grpc::ByteBuffer>* QueryService::Begin(
 }
 
 grpc::ServerUnaryReactor* QueryService::QueryPoint(grpc::CallbackServerContext* context,
-                                                   const v1::QueryPointRequest* request,
-                                                   v1::QueryPointResponse* response) {
+                                                   const grpc::ByteBuffer* request,
+                                                   grpc::ByteBuffer* response) {
+  const auto call = BeginCall<v1::QueryPointRequest, v1::QueryPointResponse>(
+      facilities_.budgets, context, "QueryPoint", {request, response});
+  const v1::QueryPointRequest& asked = call->request();
   const auto answer = &QueryService::AnswerPoint;
-  if (AsksNewest(*request)) return AnswerAtOnce(context, "QueryPoint", request, response, answer);
-  return AnswerUnary(context, "QueryPoint", request, response, answer);
+  if (!(asked.tolerance_m() <= kSmallTolerance_m)) {
+    return AnswerLater(call, &facilities_.workers->long_questions, answer);
+  }
+  if (AsksNewest(asked)) return AnswerAtOnce(call, answer);
+  return AnswerLater(call, &facilities_.workers->questions, answer);
 }
 
-absl::StatusOr<int64_t> QueryService::AnswerPoint(const v1::QueryPointRequest& request,
-                                                  v1::QueryPointResponse* response) const {
+absl::StatusOr<std::optional<int64_t>> QueryService::AnswerPoint(PointCall& call,
+                                                                 int64_t max_bytes) const {
+  const v1::QueryPointRequest& request = call.request();
+  v1::QueryPointResponse* const response = call.response();
   HYPERMAP_ASSIGN_OR_RETURN(const AskedRevision asked, Pin(request));
   if (!request.has_point()) return absl::InvalidArgumentError("point is missing");
   HYPERMAP_ASSIGN_OR_RETURN(const Point point, wire::DecodePoint("point", request.point()));
@@ -149,13 +153,17 @@ absl::StatusOr<int64_t> QueryService::AnswerPoint(const v1::QueryPointRequest& r
   HYPERMAP_ASSIGN_OR_RETURN(const SnapshotPtr snapshot,
                             asked.ForPoint(scope, point, request.tolerance_m()));
   HYPERMAP_ASSIGN_OR_RETURN(const std::string frame, asked.ResolveFrame(scope.frame_id));
-  const absl::Status status = VisitContentAt(
+  absl::Status room;
+  HYPERMAP_RETURN_IF_ERROR(VisitContentAt(
       *snapshot, scope, point, request.tolerance_m(),
-      [response](const LayerPtr& layer, const PlanarTransform& caller_from_layer,
-                 const PointContent& content) {
+      [&](const LayerPtr& layer, const PlanarTransform& caller_from_layer,
+          const PointContent& content) {
+        if (room.ok()) room = ReserveObjects(call, content.objects);
+        if (!room.ok() || call.answer_bytes() > max_bytes) return;
         wire::EncodeLayerContent(*layer, caller_from_layer, content, response->add_layers());
-      });
-  if (!status.ok()) return status;
+      }));
+  HYPERMAP_RETURN_IF_ERROR(room);
+  if (call.answer_bytes() > max_bytes) return std::nullopt;
 
   response->set_map(request.scope().map());
   response->set_revision(asked.revision());
@@ -171,7 +179,7 @@ grpc::ServerWriteReactor<grpc::ByteBuffer>* QueryService::QueryArea(
       facilities_.budgets, context, "QueryArea", *request, &facilities_.workers->questions,
       &facilities_.workers->long_questions,
       [this](const v1::QueryAreaRequest& asked) { return OpenArea(asked); },
-      CheckSize(*request, facilities_.limits)));
+      CheckQuestionSize(*request, facilities_.limits)));
 }
 
 absl::StatusOr<std::unique_ptr<MessageSource<v1::QueryAreaResponse>>> QueryService::OpenArea(
@@ -195,7 +203,7 @@ grpc::ServerWriteReactor<grpc::ByteBuffer>* QueryService::QueryValue(
       facilities_.budgets, context, "QueryValue", *request, &facilities_.workers->questions,
       &facilities_.workers->long_questions,
       [this](const v1::QueryValueRequest& asked) { return OpenValue(asked); },
-      CheckSize(*request, facilities_.limits)));
+      CheckQuestionSize(*request, facilities_.limits)));
 }
 
 absl::StatusOr<std::unique_ptr<MessageSource<v1::QueryValueResponse>>> QueryService::OpenValue(
@@ -217,13 +225,17 @@ absl::StatusOr<std::unique_ptr<MessageSource<v1::QueryValueResponse>>> QueryServ
 }
 
 grpc::ServerUnaryReactor* QueryService::QueryNearest(grpc::CallbackServerContext* context,
-                                                     const v1::QueryNearestRequest* request,
-                                                     v1::QueryNearestResponse* response) {
+                                                     const grpc::ByteBuffer* request,
+                                                     grpc::ByteBuffer* response) {
+  const auto call = BeginCall<v1::QueryNearestRequest, v1::QueryNearestResponse>(
+      facilities_.budgets, context, "QueryNearest", {request, response});
   const auto answer = &QueryService::AnswerNearest;
-  if (AsksNewest(*request) && request->k() <= kFewNeighbours && AsksObjectsOnly(*request)) {
-    return AnswerAtOnce(context, "QueryNearest", request, response, answer);
+  const v1::QueryNearestRequest& asked = call->request();
+  if (asked.k() > kFewNeighbours || !AsksObjectsOnly(asked)) {
+    return AnswerLater(call, &facilities_.workers->long_questions, answer);
   }
-  return AnswerUnary(context, "QueryNearest", request, response, answer);
+  if (AsksNewest(asked)) return AnswerAtOnce(call, answer);
+  return AnswerLater(call, &facilities_.workers->questions, answer);
 }
 
 bool QueryService::AsksObjectsOnly(const v1::QueryNearestRequest& request) const {
@@ -241,8 +253,10 @@ bool QueryService::AsksObjectsOnly(const v1::QueryNearestRequest& request) const
                      [&](const auto& name) { return holds_objects(snapshot->FindLayer(name)); });
 }
 
-absl::StatusOr<int64_t> QueryService::AnswerNearest(const v1::QueryNearestRequest& request,
-                                                    v1::QueryNearestResponse* response) const {
+absl::StatusOr<std::optional<int64_t>> QueryService::AnswerNearest(NearestCall& call,
+                                                                   int64_t max_bytes) const {
+  const v1::QueryNearestRequest& request = call.request();
+  v1::QueryNearestResponse* const response = call.response();
   HYPERMAP_ASSIGN_OR_RETURN(const AskedRevision asked, Pin(request));
   if (!request.has_point()) return absl::InvalidArgumentError("point is missing");
   HYPERMAP_ASSIGN_OR_RETURN(const Point point, wire::DecodePoint("point", request.point()));
@@ -260,11 +274,17 @@ absl::StatusOr<int64_t> QueryService::AnswerNearest(const v1::QueryNearestReques
   response->set_revision(asked.revision());
   response->set_incarnation(asked.incarnation());
   response->set_frame_id(frame);
+  for (const NearestAnswer::Entry& entry : answer.entries) {
+    if (entry.neighbour.object) {
+      HYPERMAP_RETURN_IF_ERROR(ReserveObjects(call, {entry.neighbour.object}));
+    }
+  }
+  if (call.answer_bytes() > max_bytes) return std::nullopt;
   wire::EncodeNearestAnswer(answer, response);
   return static_cast<int64_t>(answer.entries.size());
 }
 
-grpc::ServerBidiReactor<v1::QueryPointsRequest, v1::QueryPointsResponse>* QueryService::QueryPoints(
+grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>* QueryService::QueryPoints(
     grpc::CallbackServerContext* context) {
   return new PointsCall(context, &facilities_, &points_calls_);
 }

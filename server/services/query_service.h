@@ -2,49 +2,57 @@
 #ifndef HYPERMAP_SERVER_SERVICES_QUERY_SERVICE_H_
 #define HYPERMAP_SERVER_SERVICES_QUERY_SERVICE_H_
 
+#include <cstdint>
 #include <memory>
+#include <optional>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
 #include "hypermap/v1/query_service.grpc.pb.h"
 #include "map/query/query.h"
-#include "server/rpc/arena_messages.h"
 #include "server/rpc/asked_revision.h"
 #include "server/rpc/facilities.h"
 #include "server/rpc/streamed_answer.h"
+#include "server/rpc/unary_call.h"
 #include "server/services/points_call.h"
 
 namespace hypermap::server {
 
-class QueryService
-    : public v1::QueryService::WithRawCallbackMethod_QueryArea<
-          v1::QueryService::WithRawCallbackMethod_QueryValue<v1::QueryService::CallbackService>> {
+// All methods are raw: the memory of a request is charged before it is parsed.
+class QueryService : public v1::QueryService::WithRawCallbackMethod_QueryPoint<
+                         v1::QueryService::WithRawCallbackMethod_QueryArea<
+                             v1::QueryService::WithRawCallbackMethod_QueryValue<
+                                 v1::QueryService::WithRawCallbackMethod_QueryNearest<
+                                     v1::QueryService::WithRawCallbackMethod_QueryPoints<
+                                         v1::QueryService::Service>>>>> {
  public:
-  explicit QueryService(const Facilities& facilities);
+  explicit QueryService(const Facilities& facilities) : facilities_(facilities) {}
 
   grpc::ServerUnaryReactor* QueryPoint(grpc::CallbackServerContext* context,
-                                       const v1::QueryPointRequest* request,
-                                       v1::QueryPointResponse* response) override;
+                                       const grpc::ByteBuffer* request,
+                                       grpc::ByteBuffer* response) override;
   grpc::ServerWriteReactor<grpc::ByteBuffer>* QueryArea(grpc::CallbackServerContext* context,
                                                         const grpc::ByteBuffer* request) override;
   grpc::ServerWriteReactor<grpc::ByteBuffer>* QueryValue(grpc::CallbackServerContext* context,
                                                          const grpc::ByteBuffer* request) override;
   grpc::ServerUnaryReactor* QueryNearest(grpc::CallbackServerContext* context,
-                                         const v1::QueryNearestRequest* request,
-                                         v1::QueryNearestResponse* response) override;
-  grpc::ServerBidiReactor<v1::QueryPointsRequest, v1::QueryPointsResponse>* QueryPoints(
+                                         const grpc::ByteBuffer* request,
+                                         grpc::ByteBuffer* response) override;
+  grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>* QueryPoints(
       grpc::CallbackServerContext* context) override;
 
   // Ends all QueryPoints streams, and refuses new ones.
   void StopStreams() { points_calls_.Stop(); }
 
  private:
-  // These fill the response and return the number of items in it.
-  absl::StatusOr<int64_t> AnswerPoint(const v1::QueryPointRequest& request,
-                                      v1::QueryPointResponse* response) const;
-  absl::StatusOr<int64_t> AnswerNearest(const v1::QueryNearestRequest& request,
-                                        v1::QueryNearestResponse* response) const;
+  using PointCall = UnaryCallOf<v1::QueryPointRequest, v1::QueryPointResponse>;
+  using NearestCall = UnaryCallOf<v1::QueryNearestRequest, v1::QueryNearestResponse>;
+
+  // These fill the response and return the number of items in it; or nullopt, if it would be larger
+  // than `max_bytes`, which the call has reserved then.
+  absl::StatusOr<std::optional<int64_t>> AnswerPoint(PointCall& call, int64_t max_bytes) const;
+  absl::StatusOr<std::optional<int64_t>> AnswerNearest(NearestCall& call, int64_t max_bytes) const;
 
   absl::StatusOr<std::unique_ptr<MessageSource<v1::QueryAreaResponse>>> OpenArea(
       const v1::QueryAreaRequest& request) const;
@@ -55,21 +63,19 @@ class QueryService
   template <typename Request>
   absl::StatusOr<AskedRevision> Pin(const Request& request) const;
 
-  template <typename Request, typename Response>
-  using Answer = absl::StatusOr<int64_t> (QueryService::*)(const Request&, Response*) const;
+  template <typename Call>
+  using Answer = absl::StatusOr<std::optional<int64_t>> (QueryService::*)(Call&, int64_t) const;
 
-  // Answers on a worker, once the map has the revision that the request waits for.
-  template <typename Request, typename Response>
-  grpc::ServerUnaryReactor* AnswerUnary(grpc::CallbackServerContext* context, absl::string_view rpc,
-                                        const Request* request, Response* response,
-                                        Answer<Request, Response> answer) const;
+  // Answers on a worker of the pool, once the map has the revision that the request waits for.
+  template <typename Call>
+  grpc::ServerUnaryReactor* AnswerLater(const std::shared_ptr<Call>& call, WorkerPool* workers,
+                                        Answer<Call> answer) const;
 
-  // Answers on gRPC's thread, because waking a worker costs more than a short answer.
-  template <typename Request, typename Response>
-  grpc::ServerUnaryReactor* AnswerAtOnce(grpc::CallbackServerContext* context,
-                                         absl::string_view rpc, const Request* request,
-                                         Response* response,
-                                         Answer<Request, Response> answer) const;
+  // Answers on gRPC's thread, because waking a worker costs more than a short answer. A large
+  // answer is left to a worker.
+  template <typename Call>
+  grpc::ServerUnaryReactor* AnswerAtOnce(const std::shared_ptr<Call>& call,
+                                         Answer<Call> answer) const;
 
   // Begins a streamed answer: at once if it is likely to be short, otherwise on a worker, once the
   // map has the revision that the request waits for.
@@ -82,8 +88,6 @@ class QueryService
   bool AsksObjectsOnly(const v1::QueryNearestRequest& request) const;
 
   const Facilities facilities_;
-  ArenaMessages<v1::QueryPointRequest, v1::QueryPointResponse> point_messages_;
-  ArenaMessages<v1::QueryNearestRequest, v1::QueryNearestResponse> nearest_messages_;
   OpenPointsCalls points_calls_;
 };
 

@@ -26,7 +26,19 @@ ChangeFeed::ChangeFeed(Revision revision, StructurePtr structure, const Limits& 
     : limits_(limits),
       newest_(revision),
       oldest_structure_(structure),
-      newest_structure_(std::move(structure)) {}
+      newest_structure_(std::move(structure)) {
+  limits_.of_all->AddFeed();
+}
+
+ChangeFeed::~ChangeFeed() {
+  limits_.of_all->Add(-bytes());
+  limits_.of_all->RemoveFeed();
+}
+
+void ChangeFeed::AddBytes(int64_t bytes) {
+  bytes_ += bytes;
+  limits_.of_all->Add(bytes);
+}
 
 void ChangeFeed::Append(std::vector<FeedCommit> commits) {
   if (commits.empty()) return;
@@ -37,7 +49,7 @@ void ChangeFeed::Append(std::vector<FeedCommit> commits) {
       newest_ = commit.revision;
       commit.structure = StructureAfter(newest_structure_, commit.revision, *commit.changes);
       sizes_.push_back(ByteSize(commit, newest_structure_));
-      bytes_ += sizes_.back();
+      AddBytes(sizes_.back());
       newest_structure_ = commit.structure;
       commits_.push_back(std::move(commit));
     }
@@ -48,11 +60,14 @@ void ChangeFeed::Append(std::vector<FeedCommit> commits) {
 }
 
 void ChangeFeed::Trim() {
-  while (!commits_.empty() && (static_cast<int64_t>(commits_.size()) > limits_.max_commits ||
-                               bytes_ > limits_.max_bytes)) {
+  const auto is_too_much = [&]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
+    return static_cast<int64_t>(commits_.size()) > limits_.max_commits ||
+           bytes_ > limits_.max_bytes || limits_.of_all->IsTooMuch(bytes_);
+  };
+  while (!commits_.empty() && is_too_much()) {
     oldest_structure_ = std::move(commits_.front().structure);
     commits_.pop_front();
-    bytes_ -= sizes_.front();
+    AddBytes(-sizes_.front());
     sizes_.pop_front();
   }
 }

@@ -16,6 +16,7 @@
 #include "base/sync/mutex.h"
 #include "map/edits/change.h"
 #include "map/structure.h"
+#include "server/session/feed_memory.h"
 
 namespace hypermap::server {
 
@@ -41,11 +42,14 @@ class ChangeFeed {
     // Bound of memory in bytes: of the changes, with the content before and after them, and of what
     // the structure of each commit does not share with that of the commit before.
     int64_t max_bytes = int64_t{64} << 20;
+    // What this feed takes together with others.
+    std::shared_ptr<FeedMemory> of_all = std::make_shared<FeedMemory>();
   };
 
   // A feed without commits, of a map whose newest revision is `revision`. `structure` is the map's
   // at that revision.
   ChangeFeed(Revision revision, StructurePtr structure, const Limits& limits);
+  ~ChangeFeed();
   ChangeFeed(const ChangeFeed&) = delete;
   ChangeFeed& operator=(const ChangeFeed&) = delete;
 
@@ -87,6 +91,7 @@ class ChangeFeed {
 
   // Removes and returns the callbacks that are due, for the caller to run without the lock.
   std::vector<Callback> TakeDue() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  void AddBytes(int64_t bytes) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   // Drops the oldest commits until the limits are kept.
   void Trim() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 

@@ -54,6 +54,34 @@ ChangeFeed MakeFeed(const ChangeFeed::Limits& limits) {
   return ChangeFeed(10, std::make_shared<MapStructure>(), limits);
 }
 
+TEST(ChangeFeedTest, FeedsTogetherKeepTheirLimit) {
+  ChangeFeed alone = MakeFeed({});
+  alone.Append(One(PutsAt(11, 100)));
+  const int64_t commit = alone.bytes();
+
+  ChangeFeed::Limits limits;
+  limits.of_all = std::make_shared<FeedMemory>(8 * commit);
+  ChangeFeed busy = MakeFeed(limits);
+  for (Revision r = 11; r <= 30; ++r) busy.Append(One(PutsAt(r, 100)));
+  // A feed that is busy alone has the whole limit.
+  EXPECT_EQ(busy.bytes(), 8 * commit);
+  EXPECT_EQ(limits.of_all->bytes(), 8 * commit);
+  {
+    ChangeFeed other = MakeFeed(limits);
+    for (Revision r = 11; r <= 30; ++r) other.Append(One(PutsAt(r, 100)));
+    // One that is not gets its part, until the first gives back.
+    EXPECT_EQ(other.bytes(), 4 * commit);
+    EXPECT_EQ(limits.of_all->bytes(), 12 * commit);
+    busy.Append(One(PutsAt(31, 100)));
+    EXPECT_EQ(busy.bytes(), 4 * commit);
+    EXPECT_THAT(RevisionsOf(busy.Read(27, 1000)), ElementsAre(28, 29, 30, 31));
+    EXPECT_EQ(limits.of_all->bytes(), 8 * commit);
+  }
+  EXPECT_EQ(limits.of_all->bytes(), 4 * commit);
+  for (Revision r = 32; r <= 50; ++r) busy.Append(One(PutsAt(r, 100)));
+  EXPECT_EQ(busy.bytes(), 8 * commit);
+}
+
 TEST(ChangeFeedTest, ReadsWhatCameAfterARevisionInOrder) {
   ChangeFeed feed = MakeFeed({});
   EXPECT_EQ(feed.newest(), 10);

@@ -8,8 +8,12 @@
 #include "base/cancellation/cancellation.h"
 #include "base/limits/limits.h"
 #include "base/status/status_macros.h"
+#include "map/content_bytes.h"
+#include "map/edits/batch_cells.h"
+#include "map/edits/batch_layers.h"
 #include "map/edits/byte_size.h"
 #include "map/edits/snapshot_editor.h"
+#include "server/session/observation_growth.h"
 #include "server/session/same_request.h"
 
 namespace hypermap::server {
@@ -22,22 +26,67 @@ absl::StatusOr<storage::Receipt> AnswerAgain(const storage::Receipt& receipt,
   return receipt;
 }
 
+// The bytes of a change. A layer counts as more, because its tables take long to create and to
+// remove: a transaction has room for a thousand.
+int64_t WeightOf(const Change& change) {
+  constexpr int64_t kLayer = int64_t{64} << 10;
+  const bool is_layer =
+      std::holds_alternative<LayerCreated>(change) || std::holds_alternative<LayerDeleted>(change);
+  return ByteSize(change) + (is_layer ? kLayer : 0);
+}
+
+bool OnlyRemoves(const EditBatch& batch) {
+  return std::all_of(batch.edits.begin(), batch.edits.end(), [](const hypermap::Edit& edit) {
+    return std::holds_alternative<DeleteObject>(edit) || std::holds_alternative<DeleteLayer>(edit);
+  });
+}
+
 }  // namespace
 
 GroupCommit::GroupCommit(storage::StoredMap* stored, MapFusion* fusion, SnapshotPtr base,
-                         const Limits& limits)
-    : stored_(stored), fusion_(fusion), base_(std::move(base)), limits_(limits), tip_(base_) {}
+                         const Limits& limits, admission::ContentBudget::Share* content)
+    : stored_(stored),
+      fusion_(fusion),
+      base_(std::move(base)),
+      limits_(limits),
+      content_(content),
+      tip_(base_) {}
 
-absl::StatusOr<GroupCommit::Step> GroupCommit::Edit(const EditBatch& batch) {
-  HYPERMAP_ASSIGN_OR_RETURN(AppliedBatch applied, Apply(*tip_, batch, limits_));
-  HYPERMAP_ASSIGN_OR_RETURN(FusionReaction reaction, fusion_->React(*tip_, batch, applied));
-  if (reaction.parts.empty()) return Step{std::move(applied), {}};
-  // The fused layers have taken account of the batch: giving it up would cost the whole group.
-  const ScopedCancellation to_the_end(nullptr);
-  return CarryOut(batch, std::move(reaction));
+int64_t GroupCommit::Room() const {
+  const int64_t room = content_->room();
+  return room == kAnyGrowth ? room : room + taken_ - growth_;
 }
 
-absl::StatusOr<GroupCommit::Step> GroupCommit::CarryOut(EditBatch batch, FusionReaction reaction) {
+absl::Status GroupCommit::Grow(int64_t bytes, bool may_be_refused) {
+  const int64_t more = std::max<int64_t>(0, growth_ + bytes - taken_);
+  if (may_be_refused) {
+    HYPERMAP_RETURN_IF_ERROR(content_->Grow(more));
+  } else {
+    content_->Add(more);
+  }
+  taken_ += more;
+  growth_ += bytes;
+  return absl::OkStatus();
+}
+
+void GroupCommit::CountContent() { content_->Add(growth_ - std::exchange(taken_, growth_)); }
+
+absl::StatusOr<GroupCommit::Step> GroupCommit::Edit(const EditBatch& batch) {
+  HYPERMAP_RETURN_IF_ERROR(CheckLayers(*tip_, batch, limits_.max_layers));
+  HYPERMAP_ASSIGN_OR_RETURN(AppliedBatch applied, Apply(*tip_, batch, limits_, Room()));
+  const int64_t growth = ContentGrowth(*tip_, *applied.snapshot);
+  HYPERMAP_RETURN_IF_ERROR(Grow(growth, /*may_be_refused=*/!OnlyRemoves(batch)));
+  absl::StatusOr<FusionReaction> reaction = fusion_->React(*tip_, batch, applied);
+  if (reaction.ok() && reaction->parts.empty()) return Step{std::move(applied), {}};
+  GiveUp(growth);
+  if (!reaction.ok()) return reaction.status();
+  // The fused layers have taken account of the batch: giving it up would cost the whole group.
+  const ScopedCancellation to_the_end(nullptr);
+  return CarryOut(batch, *std::move(reaction), /*may_be_refused=*/false);
+}
+
+absl::StatusOr<GroupCommit::Step> GroupCommit::CarryOut(EditBatch batch, FusionReaction reaction,
+                                                        bool may_be_refused) {
   if (reaction.parts.empty()) return Step();
   const size_t own = batch.edits.size();
   batch.edits.insert(batch.edits.end(), reaction.edits.begin(), reaction.edits.end());
@@ -53,6 +102,11 @@ absl::StatusOr<GroupCommit::Step> GroupCommit::CarryOut(EditBatch batch, FusionR
     }
     step.applied = *std::move(applied);
   }
+  const int64_t growth = ContentGrowth(*tip_, *step.applied.snapshot);
+  if (absl::Status room = Grow(growth, may_be_refused); !room.ok()) {
+    fusion_->GiveUp(room);
+    return room;
+  }
   // The caller gets the ids of its own edits, fusion those of the reaction's.
   const absl::Span<const ObjectId> ids = step.applied.object_ids;
   step.fusion_changes = fusion_->Finish(reaction, ids.subspan(own));
@@ -65,23 +119,44 @@ void GroupCommit::Add(Submission submission, absl::Time time, ReceiptCallback do
   EndRun();
   submission.batch.time = time;
   const ScopedCancellation here(submission.cancellation.get());
-  AddGuarded({submission.author, submission.request_id, submission.request_digest}, time,
-             std::move(done), [&] { return Edit(submission.batch); });
+  AddGuarded({submission.author, submission.request_id, submission.request_digest,
+              submission.cancellation},
+             time, std::move(done), [&] { return Edit(submission.batch); });
 }
 
 void GroupCommit::Add(FusionSubmission submission, absl::Time time, ReceiptCallback done) {
   EndRun();
   const ScopedCancellation here(submission.cancellation.get());
-  AddGuarded({submission.author, submission.request_id, submission.request_digest}, time,
-             std::move(done), [&]() -> absl::StatusOr<Step> {
-               HYPERMAP_ASSIGN_OR_RETURN(FusionReaction reaction,
-                                         fusion_->Run(*tip_, submission.command));
-               return CarryOut({}, std::move(reaction));
-             });
+  AddGuarded(
+      {submission.author, submission.request_id, submission.request_digest,
+       submission.cancellation},
+      time, std::move(done), [&]() -> absl::StatusOr<Step> {
+        HYPERMAP_ASSIGN_OR_RETURN(FusionReaction reaction, fusion_->Run(*tip_, submission.command));
+        // A rebuild works on a copy of the layer.
+        const bool may_be_refused = std::holds_alternative<RebuildFusion>(submission.command);
+        return CarryOut({}, std::move(reaction), may_be_refused);
+      });
+}
+
+int64_t GroupCommit::MostGrowthOf(const ObservationSubmission& submission) {
+  const absl::StatusOr<FusedLayer*> fused = fusion_->Find(*tip_, submission.layer);
+  // Admit refuses them.
+  if (!fused.ok()) return 0;
+  int64_t bytes = MostGrowth(submission, tip_->FindGrid((*fused)->settings().exploration_layer),
+                             MaxTiles(limits_.max_cells));
+  for (const Observation& observation : submission.observations) {
+    bytes += (*fused)->MostGrowth(observation);
+  }
+  return bytes;
 }
 
 void GroupCommit::Add(ObservationSubmission submission, absl::Time time, VerdictsCallback done) {
   if (run_ && run_->layer != submission.layer) EndRun();
+  const int64_t most_growth = MostGrowthOf(submission);
+  if (absl::Status room = Grow(most_growth, /*may_be_refused=*/true); !room.ok()) {
+    pending_.push_back(PendingVerdicts{std::move(done), std::move(room)});
+    return;
+  }
   absl::StatusOr<std::vector<ObservationVerdict>> verdicts =
       fusion_->Admit(*tip_, submission.layer, submission.observations, time);
   const bool accepted =
@@ -91,6 +166,9 @@ void GroupCommit::Add(ObservationSubmission submission, absl::Time time, Verdict
   if (accepted) {
     if (!run_) run_ = Run{submission.layer, {}, time, pending_.size()};
     run_->authors.insert(std::move(submission.author));
+    run_->most_growth += most_growth;
+  } else {
+    GiveUp(most_growth);
   }
   pending_.push_back(PendingVerdicts{std::move(done), std::move(verdicts)});
 }
@@ -98,10 +176,11 @@ void GroupCommit::Add(ObservationSubmission submission, absl::Time time, Verdict
 void GroupCommit::EndRun() {
   if (!run_) return;
   const Run run = *std::exchange(run_, std::nullopt);
+  GiveUp(run.most_growth);
   // An error leaves fusion broken, which makes WriteCommits fail the whole group.
   absl::StatusOr<FusionReaction> reaction = fusion_->FoldAdmitted(*tip_, run.layer);
   if (!reaction.ok()) return;
-  absl::StatusOr<Step> step = CarryOut({}, *std::move(reaction));
+  absl::StatusOr<Step> step = CarryOut({}, *std::move(reaction), /*may_be_refused=*/false);
   if (!step.ok()) return;
   Commit(*std::move(step), {absl::StrJoin(run.authors, ", "), "", ""}, run.time);
   for (size_t i = run.first_pending; i < pending_.size(); ++i) {
@@ -133,7 +212,8 @@ void GroupCommit::AddGuarded(const Origin& origin, absl::Time time, ReceiptCallb
     }
   }
   absl::StatusOr<storage::Receipt> answer = Judge(origin, time, judge);
-  pending_.push_back(PendingReceipt{std::move(done), std::move(answer), !commits_.empty()});
+  pending_.push_back(
+      PendingReceipt{std::move(done), std::move(answer), !commits_.empty(), origin.cancellation});
 }
 
 absl::StatusOr<storage::Receipt> GroupCommit::Judge(const Origin& origin, absl::Time time,
@@ -154,7 +234,7 @@ absl::StatusOr<storage::Receipt> GroupCommit::Judge(const Origin& origin, absl::
 
 void GroupCommit::Commit(Step step, const Origin& origin, absl::Time time) {
   tip_ = step.applied.snapshot;
-  for (const Change& change : step.applied.changes) bytes_ += ByteSize(change);
+  for (const Change& change : step.applied.changes) bytes_ += WeightOf(change);
   commits_.push_back({std::move(step.applied), origin.author, time, origin.request_id,
                       origin.request_digest, std::move(step.fusion_changes)});
 }
@@ -163,7 +243,26 @@ absl::Status GroupCommit::WriteCommits() {
   EndRun();
   if (!fusion_->broken().ok()) return fusion_->broken();
   if (commits_.empty()) return absl::OkStatus();
+  // After a write that was given up, fused layers would have to be loaded again, which may take
+  // longer than the write.
+  if (fusion_->has_loaded_layers()) return stored_->Write(commits_);
+  Cancellation cancellation([this] { return CheckWanted(); });
+  const ScopedCancellation here(&cancellation);
   return stored_->Write(commits_);
+}
+
+absl::Status GroupCommit::CheckWanted() const {
+  absl::Status status;
+  for (const auto& pending : pending_) {
+    const auto* receipt = std::get_if<PendingReceipt>(&pending);
+    if (receipt == nullptr) return absl::OkStatus();
+    if (!receipt->needs_write) continue;
+    if (receipt->cancellation == nullptr || !receipt->cancellation->IsCancelled()) {
+      return absl::OkStatus();
+    }
+    status = receipt->cancellation->status();
+  }
+  return status;
 }
 
 absl::Status GroupCommit::Write() {
@@ -174,6 +273,7 @@ absl::Status GroupCommit::Write() {
   }
   tip_ = base_;
   commits_.clear();
+  growth_ = 0;
   // A failure leaves fusion broken; the next group meets the error again.
   fusion_->Reset().IgnoreError();
   for (auto& pending : pending_) {

@@ -16,6 +16,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/time/time.h"
+#include "base/admission/content_budget.h"
 #include "base/cancellation/cancellation.h"
 #include "base/limits/limits.h"
 #include "map/edits/apply.h"
@@ -35,7 +36,7 @@ struct Submission {
   // a retry.
   std::string request_digest = {};
   // Tells whether the caller still waits; null if it doesn't matter. Used until the batch is
-  // applied, and not after the callback is called.
+  // written, and not after the callback is called.
   std::shared_ptr<Cancellation> cancellation = nullptr;
 };
 
@@ -64,23 +65,33 @@ using VerdictsCallback =
 // affect the others. A request that is already in the group or in the store gets the earlier one's
 // receipt; another request with its id is INVALID_ARGUMENT. Consecutive observations of one layer
 // become one revision, so that late ones cost one fold of the log together instead of one each. A
-// submission whose caller has gone before it is applied changes nothing. Not thread safe. Use:
-// Add..., Write, TakeCommits and publish snapshot(), Answer.
+// submission whose caller has gone before it is applied changes nothing.
+//
+// RESOURCE_EXHAUSTED for what makes the content of all maps exceed --max_content_bytes: a batch,
+// and a rebuild of a fused layer, that would make it grow; and observations, if there is no room
+// for the most that they may add. What only removes is never refused. What fused layers do in
+// reaction to others is counted and not refused.
+//
+// Not thread safe. Use: Add..., Write, TakeCommits and publish snapshot(), CountContent,
+// Answer.
 class GroupCommit {
  public:
-  // `stored` and `fusion` must outlive this, and be at the revision of `base`.
-  GroupCommit(storage::StoredMap* stored, MapFusion* fusion, SnapshotPtr base,
-              const Limits& limits);
+  // `stored` and `fusion` must outlive this, and be at the revision of `base`. So must `content`,
+  // which has the bytes of its content.
+  GroupCommit(storage::StoredMap* stored, MapFusion* fusion, SnapshotPtr base, const Limits& limits,
+              admission::ContentBudget::Share* content);
 
   void Add(Submission submission, absl::Time time, ReceiptCallback done);
   void Add(FusionSubmission submission, absl::Time time, ReceiptCallback done);
   void Add(ObservationSubmission submission, absl::Time time, VerdictsCallback done);
 
-  // Bytes of the changes made so far, as the change feed weighs them.
+  // Bytes of the changes made so far, as the change feed weighs them; layers that are created or
+  // deleted count as more.
   int64_t bytes() const { return bytes_; }
 
   // Writes the group. On error nothing of it is stored, snapshot() is the base again, and each
-  // submission that depends on the write is answered with the error.
+  // submission that depends on the write is answered with the error: also if all callers have gone
+  // meanwhile, unless fused layers are loaded.
   absl::Status Write();
 
   // After Write: the newest stored snapshot.
@@ -88,6 +99,9 @@ class GroupCommit {
 
   // After Write: the group's commits for the change feed; none if the write failed. Call it once.
   std::vector<FeedCommit> TakeCommits();
+
+  // After Write, when snapshot() is published: counts what the group has made of the content.
+  void CountContent();
 
   // Calls all callbacks, in the order of the submissions.
   void Answer() &&;
@@ -99,6 +113,7 @@ class GroupCommit {
     // Whether the answer depends on commits of this group, so that it holds only if they are
     // written.
     bool needs_write;
+    std::shared_ptr<Cancellation> cancellation = nullptr;  // as in Submission
   };
   struct PendingVerdicts {
     VerdictsCallback done;
@@ -108,8 +123,9 @@ class GroupCommit {
   struct Run {
     std::string layer;
     std::set<std::string> authors;
-    absl::Time time;       // of the first
-    size_t first_pending;  // index in pending_ of the first
+    absl::Time time;          // of the first
+    size_t first_pending;     // index in pending_ of the first
+    int64_t most_growth = 0;  // of the content by all of them, which is taken from content_
   };
 
   // The part of a submission that does not say what is to be done.
@@ -117,6 +133,7 @@ class GroupCommit {
     std::string author;
     std::string request_id;
     std::string request_digest;
+    std::shared_ptr<Cancellation> cancellation = nullptr;
   };
 
   // The next revision, not committed yet. Without a snapshot there was nothing to do.
@@ -127,8 +144,17 @@ class GroupCommit {
 
   // Applies the batch and the reaction of fused layers to it, as one revision.
   absl::StatusOr<Step> Edit(const EditBatch& batch);
-  // Applies the batch and then the reaction's edits, as one revision.
-  absl::StatusOr<Step> CarryOut(EditBatch batch, FusionReaction reaction);
+  // Takes room for growth of the content, which may be negative: RESOURCE_EXHAUSTED if there is
+  // none, unless it may not be refused. GiveUp takes it back.
+  absl::Status Grow(int64_t bytes, bool may_be_refused);
+  void GiveUp(int64_t bytes) { growth_ -= bytes; }
+  // Bytes by which the next batch may make the content grow.
+  int64_t Room() const;
+  // Applies the batch and then the reaction's edits, as one revision. If it may not be refused, the
+  // content grows whatever its limit.
+  absl::StatusOr<Step> CarryOut(EditBatch batch, FusionReaction reaction, bool may_be_refused);
+  // The bytes by which the observations may make the content grow, at most.
+  int64_t MostGrowthOf(const ObservationSubmission& submission);
 
   // Makes a request's revision from tip_.
   using JudgeFunction = absl::FunctionRef<absl::StatusOr<Step>()>;
@@ -140,11 +166,18 @@ class GroupCommit {
   void EndRun();
   void Commit(Step step, const Origin& origin, absl::Time time);
   absl::Status WriteCommits();
+  // The error of a caller, if all callers that wait for the write have gone.
+  absl::Status CheckWanted() const;
 
   storage::StoredMap* const stored_;
   MapFusion* const fusion_;
   const SnapshotPtr base_;
   const Limits limits_;
+  admission::ContentBudget::Share* const content_;
+  // Of the content by commits_, and what of it is taken from content_ already: what the group gives
+  // back is there for its own batches only, until it is stored and the memory is free.
+  int64_t growth_ = 0;
+  int64_t taken_ = 0;
   SnapshotPtr tip_;  // the map after commits_
   std::vector<storage::Commit> commits_;
   int64_t bytes_ = 0;  // of the changes of commits_

@@ -15,6 +15,9 @@ namespace hypermap::server {
 
 // Lends readers. It opens one when none is idle, and keeps some of the returned ones, because
 // opening a reader costs a database connection and a returned one has warm caches. Thread safe.
+//
+// A reader holds open files, of which the process may have a limited number. Each pool may
+// therefore have one reader open at any time, and all pools of the process share those beyond one.
 class HistoryPool {
   struct State;
 
@@ -42,10 +45,15 @@ class HistoryPool {
     std::unique_ptr<storage::HistoryReader> reader_;
   };
 
+  // Limits the readers that all pools together may have open beyond one for each. Unlimited until
+  // the first call, which must come before any pool opens a reader.
+  static void LimitExtraReaders(int max_readers);
+
   // `stored` must stay open until Close or the end of this.
   explicit HistoryPool(storage::StoredMap* stored);
 
-  // UNAVAILABLE after Close; errors as StoredMap::OpenHistory.
+  // UNAVAILABLE after Close; RESOURCE_EXHAUSTED (TryLater) if no reader is idle and no more may be
+  // opened; errors as StoredMap::OpenHistory.
   absl::StatusOr<Lease> Take();
 
   // Destroys the idle readers and opens no more. Readers on loan stay usable.

@@ -11,6 +11,7 @@
 #include "base/cancellation/cancellation.h"
 #include "base/status/status_macros.h"
 #include "base/sync/start_thread.h"
+#include "map/content_bytes.h"
 #include "server/session/submission_size.h"
 
 namespace hypermap::server {
@@ -77,6 +78,8 @@ MapSession::MapSession(std::unique_ptr<storage::StoredMap> stored, const Snapsho
       expiry_(*snapshot, &time_),
       history_(stored_.get()),
       compaction_(header_.name, stored_.get(), &history_, &time_, options_.limits),
+      content_(options_.content, ContentBytes(*snapshot)),
+      evidence_(options_.content, 0),
       snapshot_(snapshot),
       feed_(snapshot->revision, StructureOf(*snapshot), options_.feed) {}
 
@@ -302,7 +305,7 @@ void MapSession::KeepMark(const std::optional<storage::TimeMark>& mark) {
 void MapSession::Commit(std::vector<QueuedSubmission> submissions) {
   for (size_t next = 0; next < submissions.size();) {
     if (!is_broken_) KeepMark(time_.MarkBeforeCommit(snapshot()->revision));
-    GroupCommit group(stored_.get(), fusion_.get(), snapshot(), options_.limits);
+    GroupCommit group(stored_.get(), fusion_.get(), snapshot(), options_.limits, &content_);
     while (next < submissions.size() && group.bytes() < options_.max_group_bytes) {
       std::visit(
           [&](auto& q) {
@@ -321,6 +324,8 @@ void MapSession::Finish(GroupCommit& group) {
     MutexLock lock(&snapshot_mutex_);
     snapshot_ = group.snapshot();
   }
+  group.CountContent();
+  evidence_.Add(fusion_->bytes() - evidence_.bytes());
   std::vector<FeedCommit> commits = group.TakeCommits();
   for (const FeedCommit& commit : commits) expiry_.Update(*commit.changes);
   // After the snapshot, so that a call that waited for a revision finds it published.

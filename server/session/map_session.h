@@ -24,6 +24,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/time/time.h"
+#include "base/admission/content_budget.h"
 #include "base/limits/limits.h"
 #include "base/sync/mutex.h"
 #include "base/time/server_clock.h"
@@ -53,6 +54,8 @@ struct SessionOptions {
   // The clock of all maps of a site: of commit times, ages, the expiry of objects, and of the
   // stamps of observations, unless `fusion` has a clock of its own.
   std::shared_ptr<ServerClock> clock = std::make_shared<ServerClock>();
+  // The memory of the content of all maps, and its limit.
+  std::shared_ptr<admission::ContentBudget> content = std::make_shared<admission::ContentBudget>();
 };
 
 class MapSession {
@@ -202,6 +205,8 @@ class MapSession {
   HistoryPool history_;
   Compaction compaction_;  // used by the writer's thread only
 
+  admission::ContentBudget::Share content_;   // of the newest snapshot; used by the writer's thread
+  admission::ContentBudget::Share evidence_;  // of fusion_; used by the writer's thread
   mutable Mutex snapshot_mutex_;
   SnapshotPtr snapshot_ ABSL_GUARDED_BY(snapshot_mutex_);
   ChangeFeed feed_;

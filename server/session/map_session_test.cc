@@ -13,6 +13,7 @@
 #include <thread>
 #include <vector>
 
+#include "absl/strings/str_cat.h"
 #include "base/cancellation/cancellation.h"
 #include "base/cancellation/testing/cancelled_after.h"
 #include "server/session/testing/memory_map_store.h"
@@ -142,6 +143,68 @@ TEST_F(MapSessionTest, A4_CallsThatWaitForTheWriterUseTheirOwnCancellation) {
             1);
   EXPECT_EQ(NumThings(), 1);
   EXPECT_EQ(TimesCancelled([&] { return session_->FindReceipt("r1").status(); }), 1);
+}
+
+// A submission with a cancellation that is looked at each time.
+Submission WithCaller(EditBatch batch, Cancellation::Look look) {
+  Submission submission{std::move(batch), "test", ""};
+  submission.cancellation = std::make_shared<Cancellation>(std::move(look), absl::ZeroDuration());
+  return submission;
+}
+
+TEST_F(MapSessionTest, AWriteIsGivenUpWhenItsCallerHasGone) {
+  std::atomic<bool> is_gone = false;
+  disk_.Hold();
+  std::promise<Answer> answer;
+  session_->Submit(
+      WithCaller(PutCup(),
+                 [&] { return is_gone ? absl::CancelledError("gone") : absl::OkStatus(); }),
+      [&answer](Answer receipt) { answer.set_value(std::move(receipt)); });
+  disk_.AwaitHeldWrite();
+  is_gone = true;
+  disk_.Release();
+  EXPECT_TRUE(absl::IsCancelled(answer.get_future().get().status()));
+  EXPECT_EQ(session_->snapshot()->revision, 1);
+  EXPECT_EQ(session_->SubmitAndWait({PutCup(), "test", ""})->revision, 2);
+  EXPECT_EQ(NumThings(), 1);
+}
+
+TEST_F(MapSessionTest, AWriteForWhichSomebodyWaitsIsCompleted) {
+  auto held = HoldWriter();
+  // The first caller goes when the batch of the second one is applied.
+  bool is_gone = false;
+  std::promise<Answer> first, second;
+  session_->Submit(
+      WithCaller(PutCup(),
+                 [&] { return is_gone ? absl::CancelledError("gone") : absl::OkStatus(); }),
+      [&first](Answer receipt) { first.set_value(std::move(receipt)); });
+  session_->Submit(WithCaller(PutCup(),
+                              [&] {
+                                is_gone = true;
+                                return absl::OkStatus();
+                              }),
+                   [&second](Answer receipt) { second.set_value(std::move(receipt)); });
+  disk_.Release();
+  EXPECT_EQ(held.get()->revision, 2);
+  EXPECT_EQ(first.get_future().get()->revision, 3);
+  EXPECT_EQ(second.get_future().get()->revision, 4);
+}
+
+TEST_F(MapSessionTest, LayersBeyondTheLimitAreRefusedBeforeAnythingIsWritten) {
+  SessionOptions options;
+  options.limits.max_layers = 3;
+  Reopen(options);
+  const size_t num_writes = disk_.writes().size();
+  EditBatch batch;
+  for (int i = 0; i < 3; ++i) {
+    batch.edits.push_back(CreateLayer{{.name = absl::StrCat("layer", i)}});
+  }
+  const absl::Status refused = session_->SubmitAndWait({batch, "test", ""}).status();
+  EXPECT_TRUE(absl::IsResourceExhausted(refused)) << refused;
+  EXPECT_THAT(std::string(refused.message()), HasSubstr("--max_layers"));
+  EXPECT_EQ(disk_.writes().size(), num_writes);
+  batch.edits.pop_back();
+  EXPECT_TRUE(session_->SubmitAndWait({batch, "test", ""}).ok());
 }
 
 TEST_F(MapSessionTest, SnapshotHeldByAReaderStaysAsItWas) {

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/metering/memory_meter.h"
 #include "base/status/status_macros.h"
 #include "map/layers/grid_layer.h"
 #include "map/layers/layer_registry.h"
@@ -120,6 +121,7 @@ absl::StatusOr<NearestAnswer> NearestInPast(storage::PastMap& past, const Scope&
                                             const Point& p, const ValueQuery& value, int k) {
   if (!IsFinite(p) || k < 1) return Nearest(*EmptyView(past), scope, p, value, k);
   for (double reach = kFirstReach_m; reach <= kLastReach_m; reach *= 4.0) {
+    const TemporaryMemory temporary;
     const Box box = Around({p, p}, reach);
     HYPERMAP_ASSIGN_OR_RETURN(SnapshotPtr near, Read(past, scope, &box));
     absl::StatusOr<NearestAnswer> answer = Nearest(*near, scope, p, value, k);

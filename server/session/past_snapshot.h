@@ -3,6 +3,7 @@
 // A view is a snapshot of an earlier revision that contains only the content that one query can
 // see, read through the store's indexes. For that query and scope it gives exactly the answer that
 // the map would have given then. The same code thus answers queries of the past and of the present.
+// Its content is in memory for this query alone, and is charged to the query's MemoryMeter.
 #ifndef HYPERMAP_SERVER_SESSION_PAST_SNAPSHOT_H_
 #define HYPERMAP_SERVER_SESSION_PAST_SNAPSHOT_H_
 

@@ -1,17 +1,24 @@
 #include "server/session/site.h"
 
+#include <algorithm>
+#include <atomic>
 #include <optional>
+#include <thread>
 #include <utility>
 
 #include "absl/cleanup/cleanup.h"
 #include "absl/strings/str_cat.h"
 #include "base/cancellation/cancellation.h"
 #include "base/status/status_macros.h"
+#include "base/sync/start_thread.h"
 #include "map/layers/layer_spec.h"
 #include "server/session/same_request.h"
 
 namespace hypermap::server {
 namespace {
+
+// Number of maps that are closed at once: each waits for the disk several times.
+constexpr size_t kClosingThreads = 8;
 
 absl::Status OfMap(const std::string& map, const absl::Status& status) {
   return absl::Status(status.code(), absl::StrCat("map \"", map, "\": ", status.message()));
@@ -49,7 +56,16 @@ absl::StatusOr<std::unique_ptr<Site>> Site::Open(std::unique_ptr<storage::MapSto
                                                  const SessionOptions& options) {
   HYPERMAP_ASSIGN_OR_RETURN(const std::vector<std::string> names, store->List());
   std::unique_ptr<Site> site(new Site(std::move(store), options));
-  for (const std::string& name : names) site->OpenMap(name);
+  const auto max_maps = static_cast<size_t>(options.limits.max_maps);
+  size_t num_open = 0;
+  for (const std::string& name : names) {
+    if (max_maps > 0 && num_open >= max_maps) {
+      site->ListWithoutRoom(name);
+    } else {
+      site->OpenMap(name);
+      if (site->Find(name).ok()) ++num_open;
+    }
+  }
   return site;
 }
 
@@ -71,10 +87,51 @@ void Site::OpenMap(const std::string& name) {
   } else {
     entry.problem = stored.status();
   }
-  // A map whose creation was not completed has been removed.
-  if (absl::IsNotFound(entry.problem)) return;
   MutexLock lock(&mutex_);
-  maps_.insert_or_assign(name, std::move(entry));
+  if (absl::IsNotFound(entry.problem)) {
+    // A map whose creation was not completed has been removed.
+    maps_.erase(name);
+  } else {
+    maps_.insert_or_assign(name, std::move(entry));
+  }
+}
+
+void Site::ListWithoutRoom(const std::string& name) {
+  MutexLock lock(&mutex_);
+  without_room_.insert(name);
+  maps_.insert_or_assign(name, Entry{name, nullptr,
+                                     absl::ResourceExhaustedError(absl::StrCat(
+                                         "the map is not open, because there are more maps than "
+                                         "--max_maps, which is ",
+                                         options_.limits.max_maps))});
+}
+
+bool Site::HasRoomToOpen() const {
+  const auto num_open = std::count_if(maps_.begin(), maps_.end(), [](const auto& named) {
+    return named.second.session != nullptr;
+  });
+  return num_open + num_changing_ < options_.limits.max_maps;
+}
+
+std::optional<std::string> Site::ReserveMapToOpen() {
+  MutexLock lock(&mutex_);
+  auto map = without_room_.begin();
+  while (map != without_room_.end() && reserved_.contains(*map)) ++map;
+  if (map == without_room_.end() || !HasRoomToOpen()) return std::nullopt;
+  std::string name = *map;
+  without_room_.erase(map);
+  reserved_.insert(name);
+  ++num_changing_;
+  return name;
+}
+
+void Site::OpenMoreMaps() {
+  while (const std::optional<std::string> map = ReserveMapToOpen()) {
+    OpenMap(*map);
+    MutexLock lock(&mutex_);
+    --num_changing_;
+    reserved_.erase(*map);
+  }
 }
 
 Site::Entry Site::WithProblem(Entry entry) {
@@ -140,10 +197,27 @@ absl::StatusOr<std::shared_ptr<MapSession>> Site::CreateBy(const NewMap& map, St
     HYPERMAP_RETURN_IF_ERROR(check(**existing));
     return existing;
   }
-  HYPERMAP_ASSIGN_OR_RETURN(std::shared_ptr<MapSession> session, start());
+  HYPERMAP_RETURN_IF_ERROR(BeginCreation(map.name));
+  const absl::StatusOr<std::shared_ptr<MapSession>> session = start();
+  // A map that is left although its creation has failed must not stay unknown. One that exists
+  // without being listed is of somebody who has put a file into the folder.
+  if (!session.ok() && !absl::IsAlreadyExists(session.status())) OpenMap(map.name);
   MutexLock lock(&mutex_);
-  maps_[map.name] = {map.name, session, absl::OkStatus()};
+  --num_changing_;
+  if (session.ok()) maps_[map.name] = {map.name, *session, absl::OkStatus()};
   return session;
+}
+
+absl::Status Site::BeginCreation(const std::string& map) {
+  MutexLock lock(&mutex_);
+  const int num_maps = static_cast<int>(maps_.size()) + num_changing_;
+  const int max_maps = options_.limits.max_maps;
+  if (max_maps > 0 && num_maps >= max_maps) {
+    return absl::ResourceExhaustedError(absl::StrCat(
+        "map \"", map, "\" is one too many: there are ", num_maps, ", --max_maps is ", max_maps));
+  }
+  ++num_changing_;
+  return absl::OkStatus();
 }
 
 absl::StatusOr<std::shared_ptr<MapSession>> Site::StartNew(const NewMap& map, bool provisional) {
@@ -154,11 +228,15 @@ absl::StatusOr<std::shared_ptr<MapSession>> Site::StartNew(const NewMap& map, bo
   absl::StatusOr<std::unique_ptr<MapSession>> session =
       MapSession::Start(std::move(stored), options_);
   if (session.ok()) return *std::move(session);
-  const absl::Status removed = store_->Delete(map.name, /*request_id=*/"");
-  if (removed.ok()) return session.status();
-  return absl::Status(session.status().code(),
-                      absl::StrCat(session.status().message(),
-                                   " (and the new map stays: ", removed.message(), ")"));
+  return RemoveIncomplete(map.name, session.status());
+}
+
+absl::Status Site::RemoveIncomplete(const std::string& map, const absl::Status& status) {
+  const absl::Status removed = store_->Delete(map, /*request_id=*/"");
+  if (removed.ok()) return status;
+  return absl::Status(status.ok() ? removed.code() : status.code(),
+                      absl::StrCat(status.message(), status.ok() ? "" : "; and ",
+                                   "the new map can't be removed: ", removed.message()));
 }
 
 absl::StatusOr<std::shared_ptr<MapSession>> Site::StartFilled(const NewMap& map, Fill fill) {
@@ -169,13 +247,7 @@ absl::StatusOr<std::shared_ptr<MapSession>> Site::StartFilled(const NewMap& map,
   if (is_complete) return session;
   session->Close();
   session.reset();
-  const absl::Status removed = store_->Delete(map.name, /*request_id=*/"");
-  if (!removed.ok()) {
-    return absl::Status(
-        status.ok() ? removed.code() : status.code(),
-        absl::StrCat(status.message(), " (and the new map stays: ", removed.message(), ")"));
-  }
-  if (!status.ok()) return status;
+  HYPERMAP_RETURN_IF_ERROR(RemoveIncomplete(map.name, status));
   // There was nothing to fill it with.
   return StartNew(map, /*provisional=*/false);
 }
@@ -211,6 +283,7 @@ absl::Status Site::CheckGone(const std::string& map, const std::string& request_
 absl::Status Site::DeleteReserved(const std::string& map, const std::string& request_id,
                                   uint64_t incarnation) {
   std::shared_ptr<MapSession> session;
+  bool was_without_room = false;
   {
     MutexLock lock(&mutex_);
     const auto it = maps_.find(map);
@@ -220,11 +293,19 @@ absl::Status Site::DeleteReserved(const std::string& map, const std::string& req
     HYPERMAP_RETURN_IF_ERROR(CheckIncarnation(WithProblem(it->second), incarnation));
     session = std::move(it->second.session);
     maps_.erase(it);
+    was_without_room = without_room_.erase(map) > 0;
+    ++num_changing_;
   }
   // Answers the accepted submissions. Calls that hold a snapshot keep it.
   if (session) session->Close();
   absl::Status status = store_->Delete(map, request_id);
-  if (!status.ok()) OpenMap(map);
+  if (!status.ok() && was_without_room) ListWithoutRoom(map);
+  if (!status.ok() && !was_without_room) OpenMap(map);
+  {
+    MutexLock lock(&mutex_);
+    --num_changing_;
+  }
+  OpenMoreMaps();
   return status;
 }
 
@@ -232,11 +313,22 @@ void Site::Close() {
   std::vector<std::shared_ptr<MapSession>> sessions;
   {
     MutexLock lock(&mutex_);
-    for (const auto& [name, entry] : maps_) sessions.push_back(entry.session);
+    for (const auto& [name, entry] : maps_) {
+      if (entry.session) sessions.push_back(entry.session);
+    }
   }
-  for (const auto& session : sessions) {
-    if (session) session->Close();
+  std::atomic<size_t> next = 0;
+  const auto close_some = [&] {
+    for (size_t i = next++; i < sessions.size(); i = next++) sessions[i]->Close();
+  };
+  std::vector<std::thread> threads;
+  while (threads.size() + 1 < std::min(kClosingThreads, sessions.size())) {
+    absl::StatusOr<std::thread> thread = StartThread(close_some);
+    if (!thread.ok()) break;
+    threads.push_back(*std::move(thread));
   }
+  close_some();
+  for (std::thread& thread : threads) thread.join();
 }
 
 }  // namespace hypermap::server

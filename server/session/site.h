@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -21,9 +22,13 @@ namespace hypermap::server {
 
 // The open sessions of the maps of one store. A map that can't be opened is listed with its error
 // and affects no other map. Find never waits for a disk. Thread safe.
+//
+// At most Limits::max_maps maps are open; 0: any number. Further maps of the store are listed with
+// RESOURCE_EXHAUSTED, and the first of them by name is opened once an open map has been deleted.
 class Site {
  public:
-  // Opens all maps of the store. Fails only if the store can't be listed.
+  // Opens the maps of the store in the order of their names. Fails only if the store can't be
+  // listed.
   static absl::StatusOr<std::unique_ptr<Site>> Open(std::unique_ptr<storage::MapStore> store,
                                                     const SessionOptions& options);
 
@@ -56,19 +61,22 @@ class Site {
 
   // Creates an empty map. If the same request has created the map before, it is returned as it is.
   // INVALID_ARGUMENT for the names, or if the request id was used for another request;
-  // ALREADY_EXISTS; ABORTED while another call creates or deletes the map.
+  // ALREADY_EXISTS; ABORTED while another call creates or deletes the map; RESOURCE_EXHAUSTED,
+  // before anything is written, if there are max_maps maps, open or not. After any error there is
+  // no map, or it is listed.
   absl::StatusOr<std::shared_ptr<MapSession>> Create(const NewMap& map);
   // As Create, but calls `fill` with the map before it is listed. If that fails, or the process
   // ends before `fill` has made a revision, the map is removed again.
   absl::StatusOr<std::shared_ptr<MapSession>> CreateFilled(const NewMap& map, Fill fill);
 
-  // Removes a map for good, also one that can't be opened. FAILED_PRECONDITION if the request has
-  // deleted an earlier map of that name; errors as MapStore::Delete; ABORTED as
-  // Create, and if the map is another incarnation than the given one; 0 is any.
+  // Removes a map for good, also one that is not open, and opens another one in its place if there
+  // was no room for all. FAILED_PRECONDITION if the request has deleted an earlier map of that
+  // name; errors as MapStore::Delete; ABORTED as Create, and if the map is another incarnation than
+  // the given one; 0 is any.
   absl::Status Delete(const std::string& map, const std::string& request_id,
                       uint64_t incarnation = 0);
 
-  // Closes all sessions. No other method may be called afterwards.
+  // Closes all sessions, several at a time. No other method may be called afterwards.
   void Close();
 
  private:
@@ -78,12 +86,23 @@ class Site {
   static Entry WithProblem(Entry entry);
   // Opens a map of the store, and lists it.
   void OpenMap(const std::string& name);
+  // Lists a map that is not opened, because max_maps maps are open.
+  void ListWithoutRoom(const std::string& name);
+  // Opens the first maps that were listed without room, if there is room now.
+  void OpenMoreMaps();
+  // The first of these maps, which it reserves; nullopt if there is none, or no room.
+  std::optional<std::string> ReserveMapToOpen();
+  bool HasRoomToOpen() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  // Counts a new map. RESOURCE_EXHAUSTED if there are max_maps already.
+  absl::Status BeginCreation(const std::string& map);
   using Start = absl::FunctionRef<absl::StatusOr<std::shared_ptr<MapSession>>()>;
   // Lists the map that `start` makes. If the map exists, `check(session)` decides whether the same
   // request has created it.
   using Check = absl::FunctionRef<absl::Status(MapSession&)>;
   absl::StatusOr<std::shared_ptr<MapSession>> CreateBy(const NewMap& map, Start start, Check check);
   absl::StatusOr<std::shared_ptr<MapSession>> StartNew(const NewMap& map, bool provisional);
+  // Removes a map that could not be completed. Returns `status` with what is left, if anything is.
+  absl::Status RemoveIncomplete(const std::string& map, const absl::Status& status);
   absl::StatusOr<std::shared_ptr<MapSession>> StartFilled(const NewMap& map, Fill fill);
   // FAILED_PRECONDITION if there is a map of the name of the one that the request has deleted.
   absl::Status CheckGone(const std::string& map, const std::string& request_id) const;
@@ -100,6 +119,10 @@ class Site {
 
   mutable Mutex mutex_;
   std::map<std::string, Entry> maps_ ABSL_GUARDED_BY(mutex_);
+  // Names of maps that are listed, but were not opened for want of room.
+  std::set<std::string> without_room_ ABSL_GUARDED_BY(mutex_);
+  // Maps that are being created, deleted or opened, and are open although maps_ does not show it.
+  int num_changing_ ABSL_GUARDED_BY(mutex_) = 0;
   std::set<std::string> reserved_ ABSL_GUARDED_BY(mutex_);
 };
 

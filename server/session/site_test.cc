@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "base/sync/mutex.h"
 #include "server/session/testing/memory_map_store.h"
 
 namespace hypermap::server {
@@ -22,7 +23,9 @@ class SiteTest : public ::testing::Test {
 
   void Restart() {
     site_.reset();
-    auto site = Site::Open(std::make_unique<MemoryMapStore>(&disk_), SessionOptions());
+    SessionOptions options;
+    options.limits.max_maps = max_maps_;
+    auto site = Site::Open(std::make_unique<MemoryMapStore>(&disk_), options);
     ASSERT_TRUE(site.ok()) << site.status();
     site_ = *std::move(site);
   }
@@ -37,6 +40,25 @@ class SiteTest : public ::testing::Test {
     return names;
   }
 
+  std::vector<std::string> OpenNames() const {
+    std::vector<std::string> names;
+    for (const Site::Entry& entry : site_->List()) {
+      if (entry.session != nullptr) names.push_back(entry.name);
+    }
+    return names;
+  }
+
+  void RestartWithAtMost(int max_maps) {
+    max_maps_ = max_maps;
+    Restart();
+  }
+
+  void ExpectTooMany(const absl::Status& status, const std::string& reason) {
+    EXPECT_TRUE(absl::IsResourceExhausted(status)) << status;
+    EXPECT_THAT(std::string(status.message()), HasSubstr(reason));
+  }
+
+  int max_maps_ = 0;
   MemoryDisk disk_;
   std::unique_ptr<Site> site_;
 };
@@ -284,6 +306,134 @@ TEST_F(SiteTest, WriteThatFailsForAnotherReasonIsNoProblemOfTheMap) {
   EXPECT_TRUE(session->problem().ok());
   disk_.FailWrites(absl::OkStatus());
   EXPECT_TRUE(session->SubmitAndWait({{{CreateLayer{{"things"}}}}, "test", ""}).ok());
+}
+
+TEST_F(SiteTest, MapBeyondTheLimitIsRefusedAndNotWritten) {
+  RestartWithAtMost(2);
+  ASSERT_TRUE(Create("office", "r1").ok());
+  ASSERT_TRUE(Create("lab").ok());
+  ExpectTooMany(Create("attic"), "map \"attic\" is one too many: there are 2, --max_maps is 2");
+  const auto filled =
+      site_->CreateFilled({"attic", "map", ""}, [](MapSession&) { return absl::OkStatus(); });
+  ExpectTooMany(filled.status(), "--max_maps is 2");
+  EXPECT_THAT(*MemoryMapStore(&disk_).List(), ElementsAre("lab", "office"));
+  // A retry is not a creation.
+  EXPECT_TRUE(Create("office", "r1").ok());
+  EXPECT_TRUE(absl::IsAlreadyExists(Create("lab")));
+  ASSERT_TRUE(site_->Delete("lab", "").ok());
+  EXPECT_TRUE(Create("attic").ok());
+}
+
+TEST_F(SiteTest, MapThatIsBeingMadeCountsForTheLimit) {
+  RestartWithAtMost(2);
+  ASSERT_TRUE(Create("office").ok());
+  const auto made = site_->CreateFilled({"lab", "map", ""}, [&](MapSession&) {
+    ExpectTooMany(Create("attic"), "there are 2, --max_maps is 2");
+    return absl::InvalidArgumentError("bad file");
+  });
+  EXPECT_TRUE(absl::IsInvalidArgument(made.status()));
+  EXPECT_TRUE(Create("attic").ok());
+  ExpectTooMany(Create("lab"), "--max_maps is 2");
+}
+
+TEST_F(SiteTest, MapThatCannotBeOpenedCountsForTheLimit) {
+  MemoryMapStore(&disk_).AddBroken("burnt", absl::DataLossError("page 7 is damaged"));
+  RestartWithAtMost(2);
+  ASSERT_TRUE(Create("office").ok());
+  ExpectTooMany(Create("lab"), "there are 2, --max_maps is 2");
+}
+
+TEST_F(SiteTest, MoreMapsThanTheLimitAreListedAndOpenedWhenThereIsRoom) {
+  for (const char* name : {"a", "b", "c", "d", "e"}) ASSERT_TRUE(Create(name).ok());
+  MemoryMapStore(&disk_).AddBroken("burnt", absl::DataLossError("page 7 is damaged"));
+  RestartWithAtMost(2);
+  EXPECT_THAT(Names(), ElementsAre("a", "b", "burnt", "c", "d", "e"));
+  EXPECT_THAT(OpenNames(), ElementsAre("a", "b"));
+  ExpectTooMany(site_->Find("c").status(), "map \"c\": the map is not open");
+  ExpectTooMany(site_->Find("c").status(), "--max_maps, which is 2");
+  ExpectTooMany(Create("f"), "there are 6, --max_maps is 2");
+  EXPECT_TRUE(absl::IsAlreadyExists(Create("c")));
+
+  // Maps that are not open can be deleted, which makes no room for another one.
+  ASSERT_TRUE(site_->Delete("d", "r1").ok());
+  EXPECT_TRUE(site_->Delete("d", "r1").ok());
+  ASSERT_TRUE(site_->Delete("burnt", "").ok());
+  EXPECT_THAT(Names(), ElementsAre("a", "b", "c", "e"));
+  EXPECT_THAT(OpenNames(), ElementsAre("a", "b"));
+
+  ASSERT_TRUE(site_->Delete("b", "").ok());
+  EXPECT_THAT(OpenNames(), ElementsAre("a", "c"));
+  EXPECT_TRUE((*site_->Find("c"))->SubmitAndWait({{{CreateLayer{{"things"}}}}, "test", ""}).ok());
+  ASSERT_TRUE(site_->Delete("a", "").ok());
+  EXPECT_THAT(OpenNames(), ElementsAre("c", "e"));
+  ASSERT_TRUE(site_->Delete("e", "").ok());
+  EXPECT_TRUE(Create("f").ok());
+}
+
+TEST_F(SiteTest, MapWithoutRoomThatCannotBeOpenedGivesWayToTheNext) {
+  for (const char* name : {"a", "c"}) ASSERT_TRUE(Create(name).ok());
+  MemoryMapStore(&disk_).AddBroken("burnt", absl::DataLossError("page 7 is damaged"));
+  RestartWithAtMost(1);
+  ASSERT_TRUE(site_->Delete("a", "").ok());
+  EXPECT_THAT(OpenNames(), ElementsAre("c"));
+  EXPECT_TRUE(absl::IsDataLoss(site_->Find("burnt").status()));
+}
+
+TEST_F(SiteTest, MapsWhoseDeletionFailsStayAsTheyWere) {
+  for (const char* name : {"a", "b", "c"}) ASSERT_TRUE(Create(name).ok());
+  RestartWithAtMost(2);
+  disk_.FailDeletions(absl::UnavailableError("the disk is away"));
+  EXPECT_TRUE(absl::IsUnavailable(site_->Delete("b", "")));
+  EXPECT_TRUE(absl::IsUnavailable(site_->Delete("c", "")));
+  EXPECT_THAT(OpenNames(), ElementsAre("a", "b"));
+  ExpectTooMany(site_->Find("c").status(), "--max_maps");
+  disk_.FailDeletions(absl::OkStatus());
+  EXPECT_TRUE(site_->Delete("c", "").ok());
+}
+
+TEST_F(SiteTest, MapThatIsLeftByAFailedCreationIsKnown) {
+  disk_.FailCreationsLate(absl::UnavailableError("the disk is away"));
+  EXPECT_TRUE(absl::IsUnavailable(Create("office", "r1")));
+  EXPECT_THAT(Names(), ElementsAre("office"));
+  EXPECT_TRUE(absl::IsAlreadyExists(Create("office", "r2")));
+  EXPECT_TRUE(Create("office", "r1").ok());
+  EXPECT_TRUE(site_->Delete("office", "").ok());
+  // One that is incomplete is removed.
+  const auto filled =
+      site_->CreateFilled({"lab", "map", ""}, [](MapSession&) { return absl::OkStatus(); });
+  EXPECT_TRUE(absl::IsUnavailable(filled.status()));
+  EXPECT_TRUE(Names().empty());
+  EXPECT_THAT(*MemoryMapStore(&disk_).List(), ElementsAre());
+}
+
+TEST_F(SiteTest, IncompleteMapThatCannotBeRemovedIsRemovedWhenItIsNextOpened) {
+  disk_.FailDeletions(absl::UnavailableError("the disk is away"));
+  const auto made = site_->CreateFilled(
+      {"office", "map", ""}, [](MapSession&) { return absl::InvalidArgumentError("bad file"); });
+  EXPECT_EQ(made.status(), absl::InvalidArgumentError(
+                               "bad file; and the new map can't be removed: the disk is away"));
+  EXPECT_TRUE(Names().empty());
+  EXPECT_THAT(*MemoryMapStore(&disk_).List(), ElementsAre());
+}
+
+TEST_F(SiteTest, ManyMapsAreClosedWithAllThatTheyAccepted) {
+  constexpr int kMaps = 30;
+  for (int i = 0; i < kMaps; ++i) ASSERT_TRUE(Create("map" + std::to_string(i)).ok());
+  int num_answered = 0;
+  Mutex mutex;
+  disk_.Hold();
+  for (const Site::Entry& entry : site_->List()) {
+    entry.session->Submit({{{CreateLayer{{"things"}}}}, "test", ""}, [&](const auto& receipt) {
+      EXPECT_TRUE(receipt.ok()) << receipt.status();
+      MutexLock lock(&mutex);
+      ++num_answered;
+    });
+  }
+  disk_.AwaitHeldWrite();
+  auto closed = std::async(std::launch::async, [&] { site_->Close(); });
+  disk_.Release();
+  closed.get();
+  EXPECT_EQ(num_answered, kMaps);
 }
 
 }  // namespace

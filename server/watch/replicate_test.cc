@@ -74,8 +74,9 @@ TEST_F(ReplicateTest, GoesOnAtOnceFromARevisionThatIsKnownByItsTime) {
   v1::ReplicateRequest request = Request();
   request.set_start_revision(1);
   *request.mutable_start_time() = snapshot.time();
-  const auto messages = First(request);
-  ASSERT_FALSE(messages.empty());
+  grpc::Status status;
+  const auto messages = First(request, &status);
+  ASSERT_FALSE(messages.empty()) << status.error_message();
   EXPECT_EQ(messages.front().revision(), 1);
   EXPECT_EQ(messages.front().map().revision(), 2);
   EXPECT_EQ(messages.front().time().seconds(), snapshot.time().seconds());

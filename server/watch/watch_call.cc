@@ -16,17 +16,25 @@ WatchCall::Shared::Shared(const WatchTuning& tuning_values, const Facilities& fa
       tick_queues{TickQueue::Make(tuning.calm_tick, tuning.turn, &timers, workers),
                   TickQueue::Make(tuning.busy_tick, tuning.turn, &timers, workers)} {}
 
-WatchCall::WatchCall(grpc::CallbackServerContext* context, absl::string_view rpc, std::string map,
-                     OpenSource open_source, Shared* shared)
+WatchCall::WatchCall(grpc::CallbackServerContext* context, absl::string_view rpc,
+                     ReadRequest read_request, OpenSource open_source, Shared* shared)
     : context_(context),
       shared_(shared),
       ticket_(shared->budgets, context),
-      log_(*context, rpc, std::move(map)),
-      admitted_(ticket_.admitted().ok() ? shared->open_watches.Add(this) : ticket_.admitted()),
+      log_(*context, rpc, /*map=*/""),
+      admitted_(Admit(read_request)),
       wake_handle_(
           std::make_shared<WakeHandle>([this] { RunOnWorker(); }, [this] { TakeShortTurn(); })),
       open_source_(std::move(open_source)) {
   RunOnWorker();
+}
+
+absl::Status WatchCall::Admit(ReadRequest read_request) {
+  HYPERMAP_RETURN_IF_ERROR(ticket_.admitted());
+  HYPERMAP_RETURN_IF_ERROR(shared_->open_watches.Add(this));
+  HYPERMAP_ASSIGN_OR_RETURN(std::string map, read_request(ticket_));
+  log_.set_map(std::move(map));
+  return absl::OkStatus();
 }
 
 void WatchCall::OnWriteDone(bool ok) {
@@ -100,10 +108,18 @@ void WatchCall::Write(const grpc::Slice& message) {
 absl::StatusOr<WatchSource::Step> WatchCall::TakeStep(absl::Time now, grpc::Slice* message) {
   HYPERMAP_RETURN_IF_ERROR(CheckWanted(*context_));
   if (!admitted_.ok()) return admitted_;
+  const ScopedMeter metered(&meter_);
   if (open_source_) {
     OpenSource open_source = std::exchange(open_source_, nullptr);
     HYPERMAP_ASSIGN_OR_RETURN(source_, std::move(open_source)());
+    // From now on the call holds its filter instead of the request.
+    meter_.GiveBack();
+    ticket_.FreeMemory(ticket_.memory());
+    if (source_->memory() > CallTicket::kFreeBytes) {
+      HYPERMAP_RETURN_IF_ERROR(ticket_.ChargeMemory(source_->memory()));
+    }
   }
+  if (!source_->holds_commits()) meter_.GiveBack();
   return source_->Next(now, message);
 }
 

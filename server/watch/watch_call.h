@@ -13,10 +13,12 @@
 
 #include "absl/base/thread_annotations.h"
 #include "absl/functional/any_invocable.h"
+#include "absl/functional/function_ref.h"
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
 #include "absl/time/time.h"
+#include "base/metering/memory_meter.h"
 #include "base/sync/mutex.h"
 #include "server/rpc/budgets.h"
 #include "server/rpc/call_ticket.h"
@@ -57,11 +59,14 @@ class WatchCall final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
     const TickQueues tick_queues;
   };
 
+  // Charges the call's ticket for the request, parses it, and returns the name of its map.
+  using ReadRequest = absl::FunctionRef<absl::StatusOr<std::string>(CallTicket&)>;
   using OpenSource = absl::AnyInvocable<absl::StatusOr<std::unique_ptr<WatchSource>>() &&>;
 
-  // `open_source` is called once, on a worker; its error ends the rpc. `rpc` and `map` are named in
-  // the log. `rpc` and `shared` must outlive this; the context lives until OnDone.
-  WatchCall(grpc::CallbackServerContext* context, absl::string_view rpc, std::string map,
+  // `read_request` is called by the constructor if there is room for another call, and
+  // `open_source` later, once, on a worker; it frees what the request holds. The error of either
+  // ends the rpc. `rpc` and `shared` must outlive this; the context lives until OnDone.
+  WatchCall(grpc::CallbackServerContext* context, absl::string_view rpc, ReadRequest read_request,
             OpenSource open_source, Shared* shared);
 
   void OnWriteDone(bool ok) override;
@@ -73,6 +78,7 @@ class WatchCall final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
   void CancelWrite();
 
  private:
+  absl::Status Admit(ReadRequest read_request);
   void RunOnWorker();
   // Takes steps until there is a message to write, or nothing to do, or the time of a turn has
   // passed.
@@ -91,12 +97,13 @@ class WatchCall final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
   const grpc::CallbackServerContext* const context_;
   Shared* const shared_;
   CallTicket ticket_;
-  const RequestLog log_;
+  RequestLog log_;
   const absl::Status admitted_;  // by the ticket and shared_->open_watches
   const std::shared_ptr<WakeHandle> wake_handle_;
 
   // Used by the owner of the call only.
   OpenSource open_source_;               // null once it was called
+  MemoryMeter meter_{&ticket_};          // of the past commits that source_ holds
   std::unique_ptr<WatchSource> source_;  // null until the first turn
   grpc::ByteBuffer message_;
   std::optional<ChangeFeed::WaitId> feed_wait_;

@@ -1,6 +1,7 @@
 #include "server/watch/watch_group.h"
 
 #include <algorithm>
+#include <iterator>
 #include <utility>
 #include <vector>
 
@@ -112,10 +113,16 @@ std::vector<FeedCommit> WatchGroup::ReadOn(Revision after) {
 WatchGroup::Entry WatchGroup::Encode(const FeedCommit& commit, Follower& follower) const {
   Entry entry{commit.structure, {}, 0, false};
   // Only a change of the structure can reset a follower, and this commit has none.
-  const std::vector<MapChange> changes = follower.Tell(*commit.changes, commit.structure).changes;
+  const auto parts = follower.TellInParts(commit.changes, commit.structure);
+  std::vector<MapChange> changes;
+  while (!parts->done() && !ExceedMessage(changes, limits_)) {
+    std::vector<MapChange> part = parts->Next(limits_.chunk_items);
+    std::move(part.begin(), part.end(), std::back_inserter(changes));
+  }
   if (changes.empty()) return entry;
   WatchMessage message = MessageOf(commit, incarnation_);
-  entry.alone = EncodeChanges(changes, 0, limits_, message.mutable_changes()) < changes.size();
+  entry.alone = !parts->done() ||
+                EncodeChanges(changes, 0, limits_, message.mutable_changes()) < changes.size();
   if (entry.alone) return entry;
   entry.message = Serialize(message);
   entry.num_changes = static_cast<int64_t>(changes.size());

@@ -18,6 +18,8 @@ constexpr uint32_t kCoalescedTag = WatchMessage::kCoalescedFieldNumber << 3 | 2;
 // Upper bound of the bytes of a tag and a length: two 32-bit varints.
 constexpr size_t kMaxHeadBytes = 10;
 
+int64_t ItemsOf(const MapChange& change) { return 1 + static_cast<int64_t>(change.cells.size()); }
+
 }  // namespace
 
 WatchMessage MessageOf(const FeedCommit& commit, uint64_t incarnation) {
@@ -38,10 +40,18 @@ size_t EncodeChanges(const std::vector<MapChange>& changes, size_t first, const 
     if (items >= limits.chunk_items || bytes >= limits.max_chunk_bytes) break;
     v1::Change* const message = messages->Add();
     wire::EncodeChange(changes[next], message);
-    items += 1 + static_cast<int64_t>(changes[next].cells.size());
+    items += ItemsOf(changes[next]);
     bytes += static_cast<int64_t>(message->ByteSizeLong());
   }
   return next;
+}
+
+bool ExceedMessage(const std::vector<MapChange>& changes, const Limits& limits) {
+  int64_t items = 0;
+  for (size_t i = 0; i + 1 < changes.size() && items < limits.chunk_items; ++i) {
+    items += ItemsOf(changes[i]);
+  }
+  return items >= limits.chunk_items;
 }
 
 grpc::Slice Coalesce(const std::vector<grpc::Slice>& messages) {

@@ -32,6 +32,8 @@ WatchMessage MessageOf(const FeedCommit& commit, uint64_t incarnation);
 // was left over, or changes.size().
 size_t EncodeChanges(const std::vector<MapChange>& changes, size_t first, const Limits& limits,
                      google::protobuf::RepeatedPtrField<v1::Change>* messages);
+// Whether EncodeChanges would leave changes over because of limits.chunk_items.
+bool ExceedMessage(const std::vector<MapChange>& changes, const Limits& limits);
 
 // One message that contains the encoded `messages` in its field `coalesced`. A single message is
 // returned as it is; no messages give an empty slice.

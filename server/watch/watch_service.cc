@@ -25,15 +25,18 @@ constexpr int kDefaultPageSize = 1000;
 template <typename Request>
 WatchCall* WatchService::BeginWatch(grpc::CallbackServerContext* context, absl::string_view rpc,
                                     const grpc::ByteBuffer& bytes) {
-  Request request;
-  absl::Status parsed = ParseRequest(bytes, &request);
-  std::string map = request.scope().map();
+  const auto request = std::make_shared<Request>();
+  const auto read_request = [&](CallTicket& ticket) -> absl::StatusOr<std::string> {
+    ticket.Received(bytes);
+    HYPERMAP_RETURN_IF_ERROR(CheckQuestionSize(bytes, facilities_.limits));
+    HYPERMAP_RETURN_IF_ERROR(ticket.ChargeRequest(*request, bytes));
+    HYPERMAP_RETURN_IF_ERROR(ParseRequest(bytes, request.get()));
+    return MapOf(*request);
+  };
   return new WatchCall(
-      context, rpc, std::move(map),
-      [this, parsed = std::move(parsed),
-       request = std::move(request)]() -> absl::StatusOr<std::unique_ptr<WatchSource>> {
-        HYPERMAP_RETURN_IF_ERROR(parsed);
-        return WatchSource::Open(facilities_, shared_.tuning, &groups_, request);
+      context, rpc, read_request,
+      [this, request] {
+        return WatchSource::Open(facilities_, shared_.tuning, &groups_, *request);
       },
       &shared_);
 }
@@ -57,18 +60,19 @@ grpc::ServerWriteReactor<grpc::ByteBuffer>* WatchService::ListChanges(
   auto* const answer = new StreamedAnswer<v1::ListChangesRequest, v1::ListChangesResponse>(
       facilities_.budgets, context, "ListChanges", *request, &facilities_.workers->questions,
       &facilities_.workers->long_questions,
-      [this](const v1::ListChangesRequest& asked) { return OpenDifference(facilities_, asked); });
+      [this](const v1::ListChangesRequest& asked) { return OpenDifference(facilities_, asked); },
+      CheckQuestionSize(*request, facilities_.limits));
   answer->BeginOnWorker();
   return answer;
 }
 
 grpc::ServerUnaryReactor* WatchService::ListRevisions(grpc::CallbackServerContext* context,
-                                                      const v1::ListRevisionsRequest* request,
-                                                      v1::ListRevisionsResponse* response) {
-  auto call =
-      std::make_shared<UnaryCall>(facilities_.budgets, context, "ListRevisions", request->map());
-  return AnswerOn(&facilities_.workers->questions, std::move(call),
-                  [this, request, response] { return AnswerRevisions(*request, response); });
+                                                      const grpc::ByteBuffer* request,
+                                                      grpc::ByteBuffer* response) {
+  const auto call = BeginCall<v1::ListRevisionsRequest, v1::ListRevisionsResponse>(
+      facilities_.budgets, context, "ListRevisions", {request, response});
+  return AnswerOn(&facilities_.workers->questions, call,
+                  [this, call] { return AnswerRevisions(call->request(), call->response()); });
 }
 
 absl::StatusOr<int64_t> WatchService::AnswerRevisions(const v1::ListRevisionsRequest& request,

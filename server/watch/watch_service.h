@@ -16,13 +16,13 @@
 
 namespace hypermap::server {
 
-// Watch, Replicate and ListChanges are raw methods, which write bytes: the bytes of a message to
-// watches are shared by many calls. Thread safe.
-class WatchService
-    : public v1::WatchService::WithRawCallbackMethod_Watch<
-          v1::WatchService::WithRawCallbackMethod_Replicate<
-              v1::WatchService::WithRawCallbackMethod_ListChanges<
-                  v1::WatchService::WithCallbackMethod_ListRevisions<v1::WatchService::Service>>>> {
+// All methods are raw: the memory of a request is charged before it is parsed, and the bytes of a
+// message to watches are shared by many calls. Thread safe.
+class WatchService : public v1::WatchService::WithRawCallbackMethod_Watch<
+                         v1::WatchService::WithRawCallbackMethod_Replicate<
+                             v1::WatchService::WithRawCallbackMethod_ListChanges<
+                                 v1::WatchService::WithRawCallbackMethod_ListRevisions<
+                                     v1::WatchService::Service>>>> {
  public:
   explicit WatchService(const Facilities& facilities, const WatchTuning& tuning = {})
       : facilities_(facilities), groups_(facilities.limits, tuning), shared_(tuning, facilities) {}
@@ -34,8 +34,8 @@ class WatchService
   grpc::ServerWriteReactor<grpc::ByteBuffer>* ListChanges(grpc::CallbackServerContext* context,
                                                           const grpc::ByteBuffer* request) override;
   grpc::ServerUnaryReactor* ListRevisions(grpc::CallbackServerContext* context,
-                                          const v1::ListRevisionsRequest* request,
-                                          v1::ListRevisionsResponse* response) override;
+                                          const grpc::ByteBuffer* request,
+                                          grpc::ByteBuffer* response) override;
 
   // Cancels, when `grace` has passed, the watches whose write is still under way because the reader
   // takes nothing. The others end by themselves when the feeds of their maps are closed.

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <cmath>
 #include <deque>
 #include <map>
 #include <memory>
@@ -332,6 +333,64 @@ TEST_P(WatchServiceTest, OneWatchTooManyIsRefusedNamingTheLimit) {
     Watching again(server_, Request());
     admitted = again.Next().has_value();
   }
+}
+
+// A watch of a regular polygon round the origin.
+v1::WatchRequest RequestOfArea(int vertices) {
+  v1::WatchRequest request;
+  request.mutable_scope()->set_map("site");
+  for (int i = 0; i < vertices; ++i) {
+    const double angle = 2 * M_PI * i / vertices;
+    request.mutable_area()->mutable_outer()->add_xs(std::cos(angle));
+    request.mutable_area()->mutable_outer()->add_ys(std::sin(angle));
+  }
+  return request;
+}
+
+TEST(WatchMemoryTest, AnAreaIsChargedUntilTheWatchEnds) {
+  Limits limits;
+  limits.max_request_bytes = 1 << 20;
+  TestServer server(limits);
+  server.MakeMap("site", LayerOfCups("cups", 1));
+  const admission::Budget& charged = server.budgets().request_bytes;
+  {
+    Watching plain(server, RequestOfArea(0));
+    ASSERT_TRUE(plain.Next().has_value());
+    EXPECT_EQ(charged.used(), 0);
+    Watching first(server, RequestOfArea(1'000));
+    ASSERT_TRUE(first.Next().has_value());
+    const int64_t of_first = charged.used();
+    EXPECT_GT(of_first, 1'000 * static_cast<int64_t>(sizeof(Point)));
+    Watching second(server, RequestOfArea(1'000));
+    EXPECT_FALSE(second.Next().has_value());
+    const grpc::Status refused = second.Finish();
+    EXPECT_EQ(refused.error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
+    EXPECT_THAT(refused.error_message(), HasSubstr("--max_request_bytes"));
+    EXPECT_EQ(charged.used(), of_first);
+  }
+  for (bool admitted = false; !admitted;) {
+    Watching again(server, RequestOfArea(1'000));
+    admitted = again.Next().has_value();
+  }
+}
+
+TEST(WatchMemoryTest, AnAreaIsChargedAlikeWhateverTheNumberOfLayers) {
+  TestServer server;
+  server.MakeMap("site", LayerOfCups("cups", 1));
+  const admission::Budget& charged = server.budgets().request_bytes;
+  Watching first(server, RequestOfArea(1'000));
+  ASSERT_TRUE(first.Next().has_value());
+  const int64_t of_first = charged.used();
+  EditBatch layers;
+  for (int i = 0; i < 50; ++i) {
+    const std::string name = absl::StrCat("layer", i);
+    layers.edits.push_back(hypermap::SetTransform{{"map", name, PlanarTransform(i, 0, 0)}});
+    layers.edits.push_back(hypermap::CreateLayer{{.name = name, .frame_id = name}});
+  }
+  ASSERT_TRUE((*server.site().Find("site"))->SubmitAndWait({layers, "test", ""}).ok());
+  Watching second(server, RequestOfArea(1'000));
+  ASSERT_TRUE(second.Next().has_value());
+  EXPECT_EQ(charged.used(), 2 * of_first);
 }
 
 TEST_P(WatchServiceTest, DeadlineAndCancelEndAWatchThatWaits) {

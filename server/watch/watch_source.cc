@@ -1,12 +1,17 @@
 #include "server/watch/watch_source.h"
 
 #include <algorithm>
+#include <cstddef>
+#include <iterator>
+#include <numeric>
 #include <optional>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "base/limits/limits.h"
+#include "base/metering/memory_meter.h"
 #include "base/status/status_macros.h"
+#include "map/watch/map_change.h"
 #include "map/watch/structure.h"
 #include "server/rpc/map_message.h"
 #include "server/rpc/raw_messages.h"
@@ -48,6 +53,19 @@ absl::StatusOr<StructurePtr> StructureAt(MapSession& session, Revision revision)
   HYPERMAP_ASSIGN_OR_RETURN(HistoryPool::Lease history, session.OpenHistory());
   HYPERMAP_ASSIGN_OR_RETURN(const std::unique_ptr<storage::PastMap> past, history->At(revision));
   return past->structure();
+}
+
+// The structure of a snapshot: the one of the feed, which all watches share, if the feed has the
+// revision already and still.
+StructurePtr SharedStructureOf(MapSession& session, const Snapshot& snapshot) {
+  std::optional<StructurePtr> structure = session.feed().StructureAt(snapshot.revision);
+  return structure ? *std::move(structure) : StructureOf(snapshot);
+}
+
+int64_t BytesOf(const std::vector<MapChange>& changes) {
+  return std::accumulate(
+      changes.begin(), changes.end(), int64_t{0},
+      [](int64_t sum, const MapChange& change) { return sum + ByteSize(change); });
 }
 
 // The commit time of a kept revision; for revision 0, when the map was created. OUT_OF_RANGE if the
@@ -124,7 +142,7 @@ absl::StatusOr<std::unique_ptr<WatchSource>> WatchSource::Open(const Facilities&
     }
   } else {
     snapshot = session->snapshot();
-    structure = StructureOf(*snapshot);
+    structure = SharedStructureOf(*session, *snapshot);
     start = snapshot->revision;
   }
   HYPERMAP_ASSIGN_OR_RETURN(Follower follower, Follower::Make(subscription.filter, structure));
@@ -151,6 +169,8 @@ WatchSource::WatchSource(const Limits& limits, const WatchTuning& tuning,
       group_(std::move(group)),
       form_(subscription.form),
       for_replica_(subscription.filter.frames == WatchFilter::Frames::kAsStored),
+      // The group has a copy of the filter.
+      memory_(Follower::MaxBytes(subscription.filter) + ByteSize(subscription.filter)),
       follower_(std::move(follower)),
       structure_(std::move(structure)),
       taken_(start),
@@ -170,6 +190,7 @@ absl::StatusOr<WatchSource::Step> WatchSource::Next(absl::Time now, grpc::Slice*
   gathers_ = false;
   // A commit that was begun is sent to its end, even if the feed is closed meanwhile: the reader
   // could not resume in the middle of a revision.
+  if (commit_parts_) return ReadCommit(now, message);
   if (next_ < telling_.size()) return TellNext(now, message);
   if (feed().closed()) {
     HYPERMAP_RETURN_IF_ERROR(session_->problem());
@@ -182,7 +203,7 @@ absl::StatusOr<WatchSource::Step> WatchSource::Next(absl::Time now, grpc::Slice*
 
 bool WatchSource::TakeShared(absl::Time now, grpc::Slice* message) {
   gathers_ = false;
-  if (!telling_.empty() || selection_ || !commits_.empty() || feed().closed()) return false;
+  if (holds_commits() || selection_ || feed().closed()) return false;
   const Revision behind = feed().newest() - taken_;
   // Too far behind is an error, which Next reports.
   if (behind == 0 || behind > max_lag_) return false;
@@ -198,8 +219,8 @@ absl::Status WatchSource::BeginSelection(SnapshotPtr snapshot, bool reset) {
   if (for_replica_) {
     HYPERMAP_ASSIGN_OR_RETURN(commit_.time, TimeOf(*session_, taken_));
   }
-  structure_ = StructureOf(*snapshot);
-  selection_ = follower_.Read(std::move(snapshot));
+  structure_ = SharedStructureOf(*session_, *snapshot);
+  selection_ = follower_.Read(std::move(snapshot), structure_);
   selection_resets_ = reset;
   return absl::OkStatus();
 }
@@ -222,12 +243,14 @@ WatchSource::Step WatchSource::TellNext(absl::Time now, grpc::Slice* message) {
   items_ += static_cast<int64_t>(end - next_);
   next_ = end;
   last_message_ = now;
-  const bool more = next_ < telling_.size() || (selection_ && !selection_->done());
+  const bool more = next_ < telling_.size() || (selection_ && !selection_->done()) ||
+                    (commit_parts_ && !commit_parts_->done());
   part.set_more(more);
   if (!more) {
     telling_.clear();
     next_ = 0;
     selection_.reset();
+    commit_parts_.reset();
     told_ = taken_;
   }
   *message = Serialize(part);
@@ -331,22 +354,50 @@ absl::StatusOr<WatchSource::Step> WatchSource::TakeCommit(absl::Time now, grpc::
   const auto changes = std::exchange(commit_.changes, nullptr);
   const StructurePtr structure = std::exchange(commit_.structure, nullptr);
   taken_ = commit_.revision;
+  // The history's commits were charged when they were read.
+  commit_bytes_ = structure ? Follower::BytesOf(*changes) : 0;
+  telling_charge_ = 0;
   structure_ = structure ? structure : StructureAfter(structure_, taken_, *changes);
-  Follower::Told told = follower_.Tell(*changes, structure_);
-  if (told.reset) {
+  commit_parts_ = follower_.TellInParts(changes, structure_);
+  if (!commit_parts_) {
     // The newest snapshot instead of the one at taken_: it is in memory, and saves the commits
     // between the two.
     absl::Status status = BeginSelection(session_->snapshot(), /*reset=*/true);
     if (!status.ok()) return WithResume(status);
     return Step::kNothingYet;
   }
-  if (told.changes.empty()) return Step::kNothingYet;
-  telling_ = std::move(told.changes);
-  // StructureAfter does not keep versions up to date; this commit changed the layer.
-  for (MapChange& change : telling_) {
-    if (change.layer_now) change.layer_now->version = taken_;
+  return ReadCommit(now, message);
+}
+
+absl::StatusOr<WatchSource::Step> WatchSource::ReadCommit(absl::Time now, grpc::Slice* message) {
+  // With a change more than the message takes, it is known whether it is the commit's last.
+  if (!commit_parts_->done() && !ExceedMessage(telling_, limits_)) {
+    std::vector<MapChange> part = commit_parts_->Next(limits_.chunk_items);
+    // StructureAfter does not keep versions up to date; this commit changed the layer.
+    for (MapChange& change : part) {
+      if (change.layer_now) change.layer_now->version = taken_;
+    }
+    std::move(part.begin(), part.end(), std::back_inserter(telling_));
   }
-  return TellNext(now, message);
+  if (!commit_parts_->done() && !ExceedMessage(telling_, limits_)) return Step::kNothingYet;
+  if (telling_.empty()) {
+    commit_parts_.reset();
+    return Step::kNothingYet;
+  }
+  const Step step = TellNext(now, message);
+  telling_.erase(telling_.begin(), telling_.begin() + static_cast<ptrdiff_t>(next_));
+  next_ = 0;
+  if (absl::Status status = ChargeRest(); !status.ok()) return WithResume(status);
+  return step;
+}
+
+absl::Status WatchSource::ChargeRest() {
+  if (!commit_parts_) return absl::OkStatus();
+  HYPERMAP_RETURN_IF_ERROR(TakeMemory(std::exchange(commit_bytes_, 0)));
+  const int64_t more = BytesOf(telling_) - telling_charge_;
+  if (more <= 0) return absl::OkStatus();
+  telling_charge_ += more;
+  return TakeMemory(more);
 }
 
 }  // namespace hypermap::server

@@ -70,6 +70,11 @@ class WatchSource {
   absl::Duration idle_for(absl::Time now) const;
   // Number of changes in all messages so far.
   int64_t items() const { return items_; }
+  // Bytes of memory that the source takes at most for its filter, whatever the map: an estimate.
+  int64_t memory() const { return memory_; }
+  // Whether it holds changes that it has read. They were charged to the MemoryMeter of the call of
+  // Next that read them, but for those that the map's feed had and the next message ended.
+  bool holds_commits() const { return !commits_.empty() || !telling_.empty() || commit_parts_; }
 
  private:
   // The parameters of a request. The replicas' rpc is the one with Frames::kAsStored.
@@ -96,8 +101,12 @@ class WatchSource {
   Step ReadSelection(absl::Time now, grpc::Slice* message);
   // Moves the cursor over the next commits, with the group's messages where it has them.
   absl::StatusOr<Step> TakeCommits(absl::Time now, grpc::Slice* message);
-  // Moves the cursor over the first of commits_ and encodes it for this watch alone.
+  // Moves the cursor over the first of commits_, which this watch encodes alone.
   absl::StatusOr<Step> TakeCommit(absl::Time now, grpc::Slice* message);
+  // Reads on in commit_parts_, and tells the next part once a message is full.
+  absl::StatusOr<Step> ReadCommit(absl::Time now, grpc::Slice* message);
+  // Charges for what is held of a commit that needs a further message. RESOURCE_EXHAUSTED.
+  absl::Status ChargeRest();
   // Fills commits_ from the feed, or from the history with commits up to `newest`.
   absl::Status ReadCommits(Revision newest);
   // Encodes the next part of telling_.
@@ -120,6 +129,7 @@ class WatchSource {
   const std::shared_ptr<WatchGroup> group_;  // reads session_'s feed
   const WatchGroup::Form form_;
   const bool for_replica_;
+  const int64_t memory_;
   Follower follower_;
   StructurePtr structure_;  // the map's at taken_; follower_ has the same
 
@@ -128,11 +138,14 @@ class WatchSource {
   int64_t max_lag_;                 // upper bound of newest revision - taken_
   std::deque<FeedCommit> commits_;  // the next commits after taken_
 
-  // Changes of revision taken_ that are being sent: a part of the selection, or one commit's.
+  // Changes of revision taken_ that are being sent: a part of the selection, or of one commit.
   std::vector<MapChange> telling_;
   size_t next_ = 0;    // index of the first of telling_ that is not in a message yet
   FeedCommit commit_;  // the commit of telling_, without its changes; for a replica's selection,
                        // only the time is set
+  std::unique_ptr<SelectionReader> commit_parts_;  // null while there is no commit to tell
+  int64_t commit_bytes_ = 0;    // of the commit, to be charged if it needs a second message
+  int64_t telling_charge_ = 0;  // bytes charged for telling_
   std::unique_ptr<SelectionReader> selection_;  // null while telling_ is a commit's
   bool selection_resets_ = false;               // the selection's first message has `reset`
   bool map_due_;                                // the next message is the first of a replica

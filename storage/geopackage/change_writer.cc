@@ -5,6 +5,7 @@
 #include <variant>
 
 #include "absl/strings/str_cat.h"
+#include "base/cancellation/cancellation.h"
 #include "base/cancellation/give_way.h"
 #include "base/status/status_macros.h"
 #include "map/layers/layer_registry.h"
@@ -14,7 +15,6 @@
 #include "storage/geopackage/fusion_tables.h"
 #include "storage/geopackage/layer_history.h"
 #include "storage/geopackage/revision_table.h"
-#include "storage/geopackage/table_names.h"
 #include "storage/geopackage/tile_matrix.h"
 
 namespace hypermap::storage {
@@ -53,19 +53,19 @@ ChangeWriter::ChangeWriter(Database* database, OpenLayers layers)
 absl::Status ChangeWriter::Write(const Commit& commit) {
   time_ = commit.time;
   revision_ = commit.applied.snapshot->revision;
-  changed_lineages_.clear();
+  changed_.clear();
   const absl::Span<const Change> changes = commit.applied.changes;
   for (size_t i = 0; i < changes.size();) {
+    HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
     lineage_.reset();
     const size_t num_new = CountNewObjects(changes.subspan(i));
     HYPERMAP_RETURN_IF_ERROR(num_new > 1 ? PutNewObjects(changes.subspan(i, num_new), i)
                                          : Carry(changes[i], i));
-    if (lineage_) changed_lineages_.insert(*lineage_);
     i += std::max<size_t>(num_new, 1);
     GiveWay();
   }
-  for (const int64_t lineage : changed_lineages_) {
-    const Revision version = VersionOf(lineage, *commit.applied.snapshot);
+  for (const auto& [lineage, layer] : changed_) {
+    const Revision version = VersionOf(layer, lineage, *commit.applied.snapshot);
     HYPERMAP_RETURN_IF_ERROR(RecordLayerRevision(database_, lineage, version));
   }
   for (const FusionChange& change : commit.fusion) {
@@ -74,15 +74,21 @@ absl::Status ChangeWriter::Write(const Commit& commit) {
   return InsertRevision(database_, commit);
 }
 
-Revision ChangeWriter::VersionOf(int64_t lineage, const Snapshot& snapshot) const {
-  for (const auto& [name, layer] : layers_) {
-    if (layer.stored.lineage != lineage) continue;
-    const Revision version = snapshot.LayerVersionOf(name);
-    // A replica writes the changes of several revisions in one commit, so that the version of a
-    // layer need not be the revision of the commit.
-    if (version > 0) return version;
-  }
-  return revision_;
+Revision ChangeWriter::VersionOf(const std::string& layer, int64_t lineage,
+                                 const Snapshot& snapshot) const {
+  const auto open = layers_.find(layer);
+  // The layer may have been deleted since, or created anew.
+  if (open == layers_.end() || open->second.stored.lineage != lineage) return revision_;
+  // A replica writes the changes of several revisions in one commit, so that the version of a layer
+  // need not be the revision of the commit.
+  const Revision version = snapshot.LayerVersionOf(layer);
+  return version > 0 ? version : revision_;
+}
+
+void ChangeWriter::SetLayer(const std::string& name, int64_t lineage) {
+  touched_[name] = time_;
+  changed_.try_emplace(lineage, name);
+  lineage_ = lineage;
 }
 
 absl::Status ChangeWriter::Carry(const Change& change, int64_t number) {
@@ -113,8 +119,10 @@ absl::Status ChangeWriter::Finish(const Snapshot& newest) {
     }
     HYPERMAP_RETURN_IF_ERROR(SetContents(database_, stored.table, extent, time));
   }
-  if (!layers_changed_) return absl::OkStatus();
-  return SetContents(database_, kLayersTable, Box(), *layers_changed_);
+  if (layers_changed_) {
+    HYPERMAP_RETURN_IF_ERROR(SetContents(database_, kLayersTable, Box(), *layers_changed_));
+  }
+  return CheckCancelled();
 }
 
 absl::Status ChangeWriter::Apply(const LayerCreated& change) {
@@ -122,13 +130,15 @@ absl::Status ChangeWriter::Apply(const LayerCreated& change) {
   if (layers_.contains(spec.name)) {
     return absl::InternalError(absl::StrCat("layer ", spec.name, " created twice"));
   }
-  HYPERMAP_ASSIGN_OR_RETURN(std::string table, ChooseTableName(database_, spec.name));
+  if (!table_names_) {
+    HYPERMAP_ASSIGN_OR_RETURN(table_names_, TableNames::Read(database_));
+  }
+  const std::string table = table_names_->Take(spec.name);
   StoredLayer stored{spec, table, CellBox()};
   HYPERMAP_RETURN_IF_ERROR(InsertLayer(database_, stored));
   HYPERMAP_ASSIGN_OR_RETURN(const int64_t lineage, BeginLineage(database_, spec.name, revision_));
   stored.lineage = lineage;
-  lineage_ = lineage;
-  touched_[spec.name] = time_;
+  SetLayer(spec.name, lineage);
   layers_changed_ = time_;
   const OpenLayer& layer =
       layers_.emplace(spec.name, MakeOpenLayer(database_, std::move(stored))).first->second;
@@ -148,6 +158,7 @@ absl::Status ChangeWriter::Apply(const LayerDeleted& change) {
   HYPERMAP_RETURN_IF_ERROR(EndLineage(database_, *lineage_, revision_));
   HYPERMAP_RETURN_IF_ERROR(layer->grid != nullptr ? layer->grid->Drop(revision_)
                                                   : layer->features->Drop(revision_));
+  if (table_names_) table_names_->GiveBack(layer->stored.table);
   layers_.erase(change.spec.name);
   layers_changed_ = time_;
   return absl::OkStatus();
@@ -194,8 +205,7 @@ absl::StatusOr<OpenLayer*> ChangeWriter::Touch(const std::string& name) {
   if (layer == layers_.end()) {
     return absl::InternalError(absl::StrCat("change of layer ", name, ", which is not there"));
   }
-  touched_[name] = time_;
-  lineage_ = layer->second.stored.lineage;
+  SetLayer(name, layer->second.stored.lineage);
   return &layer->second;
 }
 

@@ -6,7 +6,6 @@
 #include <map>
 #include <memory>
 #include <optional>
-#include <set>
 #include <string>
 #include <vector>
 
@@ -17,6 +16,7 @@
 #include "storage/geopackage/feature_table.h"
 #include "storage/geopackage/grid_table.h"
 #include "storage/geopackage/layer_table.h"
+#include "storage/geopackage/table_names.h"
 #include "storage/map_store.h"
 #include "storage/sqlite/sqlite.h"
 
@@ -39,11 +39,12 @@ class ChangeWriter {
   ChangeWriter(Database* database, OpenLayers layers);
 
   // Writes the changes of one commit, the history of what they replace, and the revision. INTERNAL
-  // when a change does not fit the map.
+  // when a change does not fit the map. Errors of CheckCancelled.
   absl::Status Write(const Commit& commit);
 
   // Updates the extents and times of the touched layers in the GeoPackage's register. Called once,
-  // after the last commit; `newest` is the snapshot after it.
+  // after the last commit; `newest` is the snapshot after it. Errors of CheckCancelled, also if
+  // anything before has broken off.
   absl::Status Finish(const Snapshot& newest);
 
   // The layers after the commits.
@@ -51,7 +52,7 @@ class ChangeWriter {
 
  private:
   // The revision of `snapshot` that changed a layer last.
-  Revision VersionOf(int64_t lineage, const Snapshot& snapshot) const;
+  Revision VersionOf(const std::string& layer, int64_t lineage, const Snapshot& snapshot) const;
   // Writes one change, which has the place `number` in its commit.
   absl::Status Carry(const Change& change, int64_t number);
   // Writes puts that follow each other, of new objects of one layer.
@@ -71,15 +72,18 @@ class ChangeWriter {
   absl::StatusOr<OpenLayer*> Touch(const std::string& name);
   absl::StatusOr<FeatureTable*> Features(const std::string& layer);
   absl::StatusOr<GridTable*> Grid(const std::string& layer);
+  // Notes that the change in work is of this layer.
+  void SetLayer(const std::string& name, int64_t lineage);
 
   Database* database_;
   OpenLayers layers_;
   absl::Time time_;                            // of the commit in work
   Revision revision_ = 0;                      // of the commit in work
-  std::set<int64_t> changed_lineages_;         // by the commit in work
+  std::map<int64_t, std::string> changed_;     // by the commit in work: lineage -> layer
   std::optional<int64_t> lineage_;             // of the change in work, where it is of a layer
   std::map<std::string, absl::Time> touched_;  // layer -> its last change
   std::optional<absl::Time> layers_changed_;   // last change of hypermap_layers
+  std::optional<TableNames> table_names_;      // read when the first layer is created
 };
 
 }  // namespace hypermap::storage

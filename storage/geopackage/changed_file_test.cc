@@ -72,6 +72,19 @@ class ChangedFileTest : public ::testing::Test {
     ExpectSame(**(*stored)->Load(), expected);
   }
 
+  // Closes the map, whose file is back by now, and opens it again.
+  void ExpectNothingIsLost() {
+    const uint64_t incarnation = map_.stored->header().incarnation;
+    map_.stored.reset();
+    EXPECT_FALSE(std::filesystem::exists(log_));
+    EXPECT_FALSE(std::filesystem::exists(log_ + ".orphan"));
+    auto stored = store_->Open("site");
+    ASSERT_TRUE(stored.ok()) << stored.status();
+    ExpectSame(**(*stored)->Load(), *map_.snapshot);
+    EXPECT_EQ((*stored)->header().incarnation, incarnation);
+    EXPECT_THAT((*stored)->opening_notes(), IsEmpty());
+  }
+
   const testing::TemporaryFolder folder_;
   const std::string data_dir_ = folder_ / "data";
   const std::string file_ = data_dir_ + "/site.gpkg";
@@ -150,6 +163,58 @@ TEST_F(ChangedFileTest, C3ShortenedLogIsNoticed) {
   ASSERT_TRUE(stored.ok()) << stored.status();
   EXPECT_LT((*(*stored)->Load())->revision, map_.snapshot->revision);
   EXPECT_NE((*stored)->header().incarnation, incarnation);
+}
+
+TEST_F(ChangedFileTest, C5FileThatWasAwayForAMomentLosesNothing) {
+  std::filesystem::rename(file_, folder_ / "away");
+  ExpectNothingIsAcknowledged("the file of the map was removed");
+  std::filesystem::rename(folder_ / "away", file_);
+  ExpectDataLoss(map_.stored->CheckFile(), "the file of the map was removed");
+  ExpectNothingIsLost();
+}
+
+TEST_F(ChangedFileTest, C5FileThatWasReplacedForAMomentLosesNothing) {
+  const std::string content = ForeignFile();
+  std::filesystem::rename(file_, folder_ / "away");
+  WriteFile(file_, content);
+  ExpectNothingIsAcknowledged("the file of the map was replaced");
+  std::filesystem::rename(folder_ / "away", file_);
+  ExpectNothingIsLost();
+}
+
+TEST_F(ChangedFileTest, C5FolderThatWasAwayForAMomentLosesNothing) {
+  std::filesystem::rename(data_dir_, folder_ / "away");
+  ExpectNothingIsAcknowledged("the file of the map was removed");
+  std::filesystem::rename(folder_ / "away", data_dir_);
+  ExpectNothingIsLost();
+}
+
+TEST_F(ChangedFileTest, C5LogThatWasAwayForAMomentLosesNothing) {
+  std::filesystem::rename(log_, folder_ / "away");
+  ExpectNothingIsAcknowledged("the write-ahead log of the map was removed");
+  std::filesystem::rename(folder_ / "away", log_);
+  ExpectNothingIsLost();
+}
+
+TEST_F(ChangedFileTest, C5FileThatWasChangedWhileItWasAwayIsNotMixedWithTheLog) {
+  const std::string content = ForeignFile();
+  std::filesystem::rename(file_, folder_ / "away");
+  ExpectNothingIsAcknowledged("the file of the map was removed");
+  WriteFile(folder_ / "away", content);
+  std::filesystem::rename(folder_ / "away", file_);
+  ExpectForeignMapIsUnharmed(content);
+}
+
+TEST_F(ChangedFileTest, C5CopyThatIsPutInPlaceOfTheFileIsNotMixedWithTheLog) {
+  std::filesystem::rename(file_, folder_ / "away");
+  ExpectNothingIsAcknowledged("the file of the map was removed");
+  const std::string content = ReadFile(folder_ / "away");
+  WriteFile(file_, content);
+  std::filesystem::last_write_time(file_, std::filesystem::last_write_time(folder_ / "away"));
+  const std::string log = ReadFile(log_);
+  map_.stored.reset();
+  EXPECT_EQ(ReadFile(file_), content);
+  EXPECT_EQ(ReadFile(log_ + ".orphan"), log);
 }
 
 TEST_F(ChangedFileTest, C3OtherMapsGoOn) {

@@ -89,7 +89,7 @@ TEST(TableNamesTest, AreTheLayersNamesWhereTheyCanBe) {
                {"sqlite_x", "layer_sqlite_x"}, {"hypermap_layers", "layer_hypermap_layers"},
                {"Select", "layer_Select"},     {"layer_styles", "layer_layer_styles"}};
   for (const auto& c : cases) {
-    EXPECT_EQ(*ChooseTableName(database.get(), c.layer), c.table);
+    EXPECT_EQ(TableNames::Read(database.get())->Take(c.layer), c.table);
     EXPECT_TRUE(IsLayerTableName(c.table));
   }
 }
@@ -98,7 +98,12 @@ TEST(TableNamesTest, AreNotTakenTwice) {
   const testing::TemporaryFolder folder;
   const auto database = Connect(folder / "x");
   ASSERT_TRUE(database->Execute("CREATE TABLE A_b (x); CREATE TABLE a_B_2 (x)").ok());
-  EXPECT_EQ(*ChooseTableName(database.get(), "a-b"), "a_b_3");
+  absl::StatusOr<TableNames> names = TableNames::Read(database.get());
+  ASSERT_TRUE(names.ok()) << names.status();
+  EXPECT_EQ(names->Take("a-b"), "a_b_3");
+  EXPECT_EQ(names->Take("A.B"), "A_B_4");
+  names->GiveBack("A_b");
+  EXPECT_EQ(names->Take("a-b"), "a_b");
 }
 
 TEST(TableNamesTest, OthersAreNotForLayers) {

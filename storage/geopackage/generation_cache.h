@@ -2,55 +2,88 @@
 #ifndef HYPERMAP_STORAGE_GEOPACKAGE_GENERATION_CACHE_H_
 #define HYPERMAP_STORAGE_GEOPACKAGE_GENERATION_CACHE_H_
 
-#include <cstddef>
+#include <cstdint>
 #include <utility>
 
 #include "absl/container/flat_hash_map.h"
+#include "storage/geopackage/cache_room.h"
 
 namespace hypermap::storage {
 
 // Keeps two generations of entries. An entry that is used belongs to the young one. When the young
-// generation has half of `max_weight`, it becomes the old one and the previous old one is evicted.
-// An entry that is heavier than this is alone in its generation. `Value` is a pointer type. Not
-// thread safe.
+// generation has half of `max_bytes`, it becomes the old one and the previous old one is evicted.
+// An entry that is larger than this is alone in its generation. The caches of one CacheRoom share
+// its bytes: when there are too few left, a cache evicts all of its own entries, and keeps none
+// until there are. `Value` is a pointer type. Not thread safe.
 template <typename Key, typename Value>
 class GenerationCache {
  public:
-  explicit GenerationCache(size_t max_weight) : max_young_(max_weight / 2) {}
+  static constexpr int64_t kMaxBytes = int64_t{64} << 20;
+
+  explicit GenerationCache(CacheRoomPtr room, int64_t max_bytes = kMaxBytes)
+      : room_(std::move(room)), max_young_(max_bytes / 2) {}
+  ~GenerationCache() { Clear(); }
+  GenerationCache(const GenerationCache&) = delete;
+  GenerationCache& operator=(const GenerationCache&) = delete;
 
   // Null when the key is not cached.
   Value Find(const Key& key) {
-    if (const auto it = young_.find(key); it != young_.end()) return it->second.value;
-    const auto it = old_.find(key);
-    if (it == old_.end()) return nullptr;
+    if (const auto it = young_.entries.find(key); it != young_.entries.end()) {
+      return it->second.value;
+    }
+    const auto it = old_.entries.find(key);
+    if (it == old_.entries.end()) return nullptr;
     Entry entry = std::move(it->second);
-    old_.erase(it);
+    old_.entries.erase(it);
+    old_.bytes -= entry.bytes;
     Value value = entry.value;
-    Insert(key, std::move(entry.value), entry.weight);
+    Keep(key, std::move(entry));
     return value;
   }
 
-  // REQUIRES: the key is not cached. `weight` must be positive.
-  void Insert(const Key& key, Value value, size_t weight = 1) {
-    if (young_weight_ > 0 && young_weight_ + weight > max_young_) {
-      old_ = std::move(young_);
-      young_.clear();
-      young_weight_ = 0;
+  // REQUIRES: the key is not cached. `bytes` of memory, which the entry takes, must be positive.
+  void Insert(const Key& key, Value value, int64_t bytes) {
+    if (!room_->Take(bytes)) {
+      Clear();
+      if (!room_->Take(bytes)) return;
     }
-    young_weight_ += weight;
-    young_.insert_or_assign(key, Entry{std::move(value), weight});
+    Keep(key, Entry{std::move(value), bytes});
   }
 
  private:
   struct Entry {
     Value value;
-    size_t weight;
+    int64_t bytes;
+  };
+  struct Generation {
+    absl::flat_hash_map<Key, Entry> entries;
+    int64_t bytes = 0;
   };
 
-  size_t max_young_;
-  size_t young_weight_ = 0;
-  absl::flat_hash_map<Key, Entry> young_;
-  absl::flat_hash_map<Key, Entry> old_;
+  // Adds an entry whose bytes are taken to the young generation.
+  void Keep(const Key& key, Entry entry) {
+    if (young_.bytes > 0 && young_.bytes + entry.bytes > max_young_) {
+      Forget(&old_);
+      std::swap(old_, young_);
+    }
+    young_.bytes += entry.bytes;
+    young_.entries.insert_or_assign(key, std::move(entry));
+  }
+
+  void Forget(Generation* generation) {
+    room_->GiveBack(generation->bytes);
+    *generation = {};
+  }
+
+  void Clear() {
+    Forget(&young_);
+    Forget(&old_);
+  }
+
+  const CacheRoomPtr room_;
+  const int64_t max_young_;
+  Generation young_;
+  Generation old_;
 };
 
 }  // namespace hypermap::storage

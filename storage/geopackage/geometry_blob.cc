@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <type_traits>
@@ -252,27 +251,6 @@ void WriteWkb(const Point& point, Writer* writer) {
   writer->Coordinates(point);
 }
 
-// Whether a ring runs against the winding that Polygon requires by more than rounding explains.
-bool RunsBackwards(const Ring& ring, bool is_outer) {
-  double sum = 0.0;
-  double magnitude = 0.0;
-  for (size_t i = 2; i < ring.size(); ++i) {
-    const double ax = ring[i - 1].x - ring[0].x;
-    const double ay = ring[i - 1].y - ring[0].y;
-    const double cross = ax * (ring[i].y - ring[0].y) - (ring[i].x - ring[0].x) * ay;
-    sum += cross;
-    magnitude += std::abs(cross);
-  }
-  return (is_outer ? -sum : sum) > 1e-9 * magnitude;
-}
-
-bool AnyRunsBackwards(const Rings& rings) {
-  for (size_t i = 0; i < rings.size(); ++i) {
-    if (RunsBackwards(rings[i], /*is_outer=*/i == 0)) return true;
-  }
-  return false;
-}
-
 }  // namespace
 
 std::string EncodeGeometryBlob(const Shape& shape) {
@@ -300,7 +278,7 @@ absl::StatusOr<Shape> DecodeGeometryBlob(absl::string_view blob) {
   // them, and must come back unchanged. A polygon of another program is validated.
   if (!shape.ok() || !shape->is_polygon()) return shape;
   const Rings& rings = shape->polygon().rings();
-  if (!AnyRunsBackwards(rings)) return shape;
+  if (!RunsBackwards(rings)) return shape;
   absl::StatusOr<Polygon> polygon =
       Polygon::Make(rings.front(), std::vector<Ring>(rings.begin() + 1, rings.end()));
   HYPERMAP_RETURN_IF_ERROR(CheckCancelled());

@@ -25,25 +25,29 @@ RevisionRecord ReadRecord(Statement* row) {
 }  // namespace
 
 absl::Status HistoryStatus(const std::string& map, const absl::Status& status) {
-  if (status.ok()) return status;
+  if (status.ok() || absl::IsResourceExhausted(status)) return status;
   const absl::StatusCode code =
       status.code() == absl::StatusCode::kInternal ? absl::StatusCode::kDataLoss : status.code();
   return absl::Status(code, absl::StrCat("map ", map, ": ", status.message()));
 }
 
-GeoPackageHistory::GeoPackageHistory(std::unique_ptr<Database> database, std::string map_name)
+GeoPackageHistory::GeoPackageHistory(std::unique_ptr<Database> database, std::string map_name,
+                                     const CacheRoomPtr& cache_room)
     : database_(std::move(database)),
       map_name_(std::move(map_name)),
-      objects_(database_.get()),
-      tiles_(database_.get()),
-      structures_(kCachedStructures) {}
+      objects_(database_.get(), cache_room),
+      tiles_(database_.get(), cache_room),
+      structures_(cache_room, kMaxStructureBytes) {}
 
-absl::StatusOr<std::unique_ptr<HistoryReader>> GeoPackageHistory::Open(
-    const std::string& path, const std::string& map_name, absl::Duration busy_timeout) {
+absl::StatusOr<std::unique_ptr<HistoryReader>> GeoPackageHistory::Open(const std::string& path,
+                                                                       const std::string& map_name,
+                                                                       absl::Duration busy_timeout,
+                                                                       CacheRoomPtr cache_room) {
   absl::StatusOr<std::unique_ptr<Database>> database =
       Database::Open(path, Database::OpenMode::kReadOnly, busy_timeout);
   if (!database.ok()) return HistoryStatus(map_name, database.status());
-  std::unique_ptr<GeoPackageHistory> history(new GeoPackageHistory(*std::move(database), map_name));
+  std::unique_ptr<GeoPackageHistory> history(
+      new GeoPackageHistory(*std::move(database), map_name, cache_room));
   // SQLite opens the file at the first read. This read makes that happen now, while the writer has
   // the file open.
   HYPERMAP_RETURN_IF_ERROR(history->Kept().status());
@@ -118,8 +122,8 @@ absl::StatusOr<PastStructurePtr> GeoPackageHistory::StructureAt(const MapMetadat
   absl::StatusOr<PastStructurePtr> structure =
       ReadStructure(database_.get(), map_name_, metadata.header.frame_id, revision);
   if (structure.ok()) {
-    const int64_t bytes = UnsharedBytes(*(*structure)->map, MapStructure());
-    structures_.Insert(revision, *structure, 1 + bytes / kBytesOfStructure);
+    structures_.Insert(revision, *structure,
+                       1024 + UnsharedBytes(*(*structure)->map, MapStructure()));
   }
   return structure;
 }

@@ -28,7 +28,8 @@ class GeoPackageHistory : public HistoryReader {
  public:
   static absl::StatusOr<std::unique_ptr<HistoryReader>> Open(const std::string& path,
                                                              const std::string& map_name,
-                                                             absl::Duration busy_timeout);
+                                                             absl::Duration busy_timeout,
+                                                             CacheRoomPtr cache_room);
 
   absl::StatusOr<KeptRevisions> Kept() override;
   absl::StatusOr<Revision> RevisionAt(absl::Time time) override;
@@ -38,12 +39,11 @@ class GeoPackageHistory : public HistoryReader {
                                                         bool newest_first, int max_count) override;
 
  private:
-  // Structures that are cached; a larger one counts as often as it takes kBytesOfStructure.
-  static constexpr size_t kCachedStructures = 64;
-  static constexpr int64_t kBytesOfStructure = 64 << 10;
+  static constexpr int64_t kMaxStructureBytes = 4 << 20;  // that are cached
   using Lineages = absl::flat_hash_map<int64_t, Lineage>;
 
-  GeoPackageHistory(std::unique_ptr<Database> database, std::string map_name);
+  GeoPackageHistory(std::unique_ptr<Database> database, std::string map_name,
+                    const CacheRoomPtr& cache_room);
 
   // Reads the metadata, within a transaction. OUT_OF_RANGE when the revision is not kept.
   absl::StatusOr<MapMetadata> CheckKept(Revision revision);

@@ -64,14 +64,15 @@ absl::Status GiveNewIncarnation(const std::string& path, absl::Duration busy_tim
 
 }  // namespace
 
-GeoPackageMap::GeoPackageMap(FileLock lock, absl::Duration busy_timeout, Opened opened)
+GeoPackageMap::GeoPackageMap(FileLock lock, const GeoPackageOptions& options, Opened opened)
     : lock_(std::move(lock)),
       database_(std::move(opened.database)),
       files_(std::move(opened.files)),
       header_(std::move(opened.metadata.header)),
       witness_(opened.witness),
       notes_(std::move(opened.notes)),
-      busy_timeout_(busy_timeout),
+      busy_timeout_(options.busy_timeout),
+      cache_room_(options.cache_room),
       revision_(opened.metadata.revision),
       oldest_revision_(opened.metadata.oldest_revision),
       layers_(std::move(opened.layers)),
@@ -94,24 +95,24 @@ absl::StatusOr<std::unique_ptr<GeoPackageMap>> GeoPackageMap::Open(
     const std::string& path, const std::string& name, FileLock lock,
     const GeoPackageOptions& options) {
   absl::StatusOr<Opened> opened = OpenFile(path, lock, /*is_new=*/false, options);
-  return Make(name, std::move(lock), options.busy_timeout, std::move(opened));
+  return Make(name, std::move(lock), options, std::move(opened));
 }
 
 absl::StatusOr<std::unique_ptr<GeoPackageMap>> GeoPackageMap::OpenNew(
     const std::string& path, const std::string& name, FileLock lock,
     const GeoPackageOptions& options) {
   absl::StatusOr<Opened> opened = OpenFile(path, lock, /*is_new=*/true, options);
-  return Make(name, std::move(lock), options.busy_timeout, std::move(opened));
+  return Make(name, std::move(lock), options, std::move(opened));
 }
 
 absl::StatusOr<std::unique_ptr<GeoPackageMap>> GeoPackageMap::Make(const std::string& name,
                                                                    FileLock lock,
-                                                                   absl::Duration busy_timeout,
+                                                                   const GeoPackageOptions& options,
                                                                    absl::StatusOr<Opened> opened) {
   if (!opened.ok()) return About(name, opened.status());
   opened->metadata.header.name = name;
   std::unique_ptr<GeoPackageMap> map(
-      new GeoPackageMap(std::move(lock), busy_timeout, *std::move(opened)));
+      new GeoPackageMap(std::move(lock), options, *std::move(opened)));
   for (std::string& note : map->notes_) note = absl::StrCat("map ", name, ": ", note);
   return map;
 }
@@ -119,9 +120,10 @@ absl::StatusOr<std::unique_ptr<GeoPackageMap>> GeoPackageMap::Make(const std::st
 absl::StatusOr<GeoPackageMap::Opened> GeoPackageMap::OpenFile(const std::string& path,
                                                               const FileLock& lock, bool is_new,
                                                               const GeoPackageOptions& options) {
-  const std::optional<RevisionWitness> witness = ReadWitness(lock);
+  std::optional<RevisionWitness> witness;
   bool set_aside = false;
   if (!is_new) {
+    HYPERMAP_ASSIGN_OR_RETURN(witness, ReadWitness(lock));
     HYPERMAP_ASSIGN_OR_RETURN(set_aside, SetForeignLogAside(path, witness));
   }
   Opened opened;
@@ -264,7 +266,7 @@ absl::StatusOr<std::unique_ptr<HistoryReader>> GeoPackageMap::OpenHistory() {
   // Any thread may call this: it uses only members that never change.
   HYPERMAP_RETURN_IF_ERROR(InMap(files_->CheckIdentity()));
   absl::StatusOr<std::unique_ptr<HistoryReader>> reader =
-      GeoPackageHistory::Open(database_->path(), header_.name, busy_timeout_);
+      GeoPackageHistory::Open(database_->path(), header_.name, busy_timeout_, cache_room_);
   // Again, because the reader opened the file by its name, which may be another file's by now.
   HYPERMAP_RETURN_IF_ERROR(InMap(files_->CheckIdentity()));
   return reader;

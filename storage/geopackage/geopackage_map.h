@@ -66,12 +66,12 @@ class GeoPackageMap : public StoredMap {
     std::vector<std::string> notes;
   };
 
-  GeoPackageMap(FileLock lock, absl::Duration busy_timeout, Opened opened);
+  GeoPackageMap(FileLock lock, const GeoPackageOptions& options, Opened opened);
 
   static absl::StatusOr<Opened> OpenFile(const std::string& path, const FileLock& lock, bool is_new,
                                          const GeoPackageOptions& options);
   static absl::StatusOr<std::unique_ptr<GeoPackageMap>> Make(const std::string& name, FileLock lock,
-                                                             absl::Duration busy_timeout,
+                                                             const GeoPackageOptions& options,
                                                              absl::StatusOr<Opened> opened);
 
   // Raises `next_id` above the ids of the layer's objects.
@@ -94,6 +94,7 @@ class GeoPackageMap : public StoredMap {
   RevisionWitness witness_;
   std::vector<std::string> notes_;
   const absl::Duration busy_timeout_;
+  const CacheRoomPtr cache_room_;
   Revision revision_;
   Revision oldest_revision_;
   OpenLayers layers_;

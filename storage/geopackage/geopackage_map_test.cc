@@ -1,5 +1,6 @@
 #include "storage/geopackage/geopackage_map.h"
 
+#include <cmath>
 #include <filesystem>
 #include <limits>
 #include <numbers>
@@ -8,6 +9,7 @@
 #include "base/cancellation/testing/cancelled_after.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
+#include "map/edits/apply.h"
 #include "map/layers/semantic_layer.h"
 #include "storage/geopackage/testing/map.h"
 #include "tests/support/random_map.h"
@@ -17,9 +19,12 @@ namespace {
 
 using ::hypermap::testing::RandomCells;
 using ::hypermap::testing::RandomObject;
+using ::hypermap::testing::RandomShape;
 using ::hypermap::testing::RandomSite;
+using ::hypermap::testing::RandomTransform;
 using ::hypermap::testing::Rng;
 using ::hypermap::testing::TestSeed;
+using ::hypermap::testing::Uniform;
 using ::hypermap::testing::UniformInt;
 using ::testing::HasSubstr;
 
@@ -448,6 +453,72 @@ TEST_F(GeoPackageMapTest, IndexCoversEveryObject) {
           << object->id;
     }
   }
+}
+
+// Shapes of the size of the rounding error, in frames near the bound of coordinates.
+TEST_F(GeoPackageMapTest, EveryShapeThatIsAcceptedInAFarFrameComesBack) {
+  const uint64_t seed = TestSeed();
+  SCOPED_TRACE(::testing::Message() << "HYPERMAP_TEST_SEED=" << seed);
+  Rng rng(seed);
+  EditBatch frames{{CreateLayer{SemanticSpec("s")}}};
+  for (int i = 0; i < 20; ++i) {
+    frames.edits.push_back(SetTransform{{"", absl::StrCat("far", i), RandomTransform(rng, 1e9)}});
+  }
+  map_.Edit(frames);
+  EditBatch accepted;
+  for (int i = 0; i < 600; ++i) {
+    const double size_m = std::pow(10.0, Uniform(rng, -8, -5));
+    SemanticObject object = UnitSquare("tiny");
+    object.shape = RandomShape(rng, {Uniform(rng, -9, 9), 0}, size_m);
+    if (i % 2 == 0) {
+      Ring ring(4);
+      for (Point& p : ring) p = {Uniform(rng, 0, size_m), Uniform(rng, 0, size_m)};
+      if (auto polygon = Polygon::Make(std::move(ring)); polygon.ok()) object.shape = *polygon;
+    }
+    const Edit put = PutObject{"s", object, absl::StrCat("far", i % 20)};
+    const absl::Status status = Apply(*map_.snapshot, {{put}}).status();
+    EXPECT_TRUE(status.ok() || absl::IsInvalidArgument(status)) << status;
+    if (status.ok()) accepted.edits.push_back(put);
+  }
+  EXPECT_GT(accepted.edits.size(), 100u);
+  map_.Edit(accepted);
+  ExpectReopensTheSame();
+}
+
+TEST_F(GeoPackageMapTest, FramesFromBeforeThereWereBoundsStayAndCanBeMended) {
+  map_.Edit({{CreateLayer{SemanticSpec("s")}, SetTransform{{"", "half", {}}}}});
+  Close();
+  constexpr int kDeep = 1000;
+  {
+    const auto other = Connect(folder_ / "site.gpkg");
+    ASSERT_TRUE(other
+                    ->Execute("UPDATE hypermap_frames SET x = 1e308, y = 1e308, yaw = 0.5; "
+                              "INSERT INTO hypermap_frames (child_frame_id, parent_frame_id, x, y, "
+                              "yaw) SELECT 'far', 'half', x, y, yaw FROM hypermap_frames")
+                    .ok());
+    for (int i = 0; i < kDeep; ++i) {
+      const std::string parent = i == 0 ? "map" : absl::StrCat("deep", i - 1);
+      ASSERT_TRUE(other
+                      ->Run("INSERT INTO hypermap_frames (child_frame_id, parent_frame_id, x, y, "
+                            "yaw) VALUES (?, ?, 1, 0, 0)",
+                            absl::StrCat("deep", i), parent)
+                      .ok());
+    }
+  }
+  store_ = OpenStore(folder_.path());
+  auto opened = store_->Open("site");
+  ASSERT_TRUE(opened.ok()) << opened.status();
+  map_.stored = *std::move(opened);
+  auto loaded = map_.stored->Load();
+  ASSERT_TRUE(loaded.ok()) << loaded.status();
+  map_.snapshot = *loaded;
+  const FrameTree& frames = map_.snapshot->frames;
+  EXPECT_EQ(frames.size(), kDeep + 2u);
+  EXPECT_TRUE(absl::IsInvalidArgument(frames.Lookup("map", "far").status()));
+  EXPECT_EQ(frames.Lookup("map", absl::StrCat("deep", kDeep - 1))->x(), kDeep);
+  map_.Edit({{SetTransform{{"", "half", {1, 0, 0}}}, SetTransform{{"half", "far", {2, 0, 0}}}}});
+  EXPECT_EQ(map_.snapshot->frames.Lookup("map", "far")->x(), 3);
+  ExpectReopensTheSame();
 }
 
 TEST_F(GeoPackageMapTest, ObjectsAddedByAnotherProgramGetNoIdTwice) {

@@ -3,8 +3,10 @@
 #define HYPERMAP_STORAGE_GEOPACKAGE_GEOPACKAGE_OPTIONS_H_
 
 #include <cstdint>
+#include <memory>
 
 #include "absl/time/time.h"
+#include "storage/geopackage/cache_room.h"
 
 namespace hypermap::storage {
 
@@ -18,6 +20,9 @@ struct GeoPackageOptions {
   // Space on the disk that is kept free for deletions and the removal of history when the disk is
   // full, see DiskReserve; 0: none.
   int64_t reserve_bytes = 0;
+  // Memory for what the readers of past revisions keep of the files that they have read. Never
+  // null.
+  CacheRoomPtr cache_room = std::make_shared<CacheRoom>(int64_t{256} << 20);
 };
 
 }  // namespace hypermap::storage

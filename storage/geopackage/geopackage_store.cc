@@ -63,6 +63,12 @@ class GeoPackageStore : public MapStore {
   std::string HiddenPathOf(const std::string& name, absl::string_view suffix) const {
     return absl::StrCat(data_dir_, "/.", name, kExtension, suffix);
   }
+  // Makes the file of an empty map. On error there is none.
+  absl::StatusOr<FileLock> MakeLockedFile(const MapHeader& header);
+  // Removes a map that was just made but can't be opened, because nobody was told that it exists.
+  // Returns `status`, with the problem if the map can't be removed.
+  absl::Status RemoveFailed(const std::string& name, const absl::Status& status)
+      ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   // FAILED_PRECONDITION if there is a map of the name of the one that the request has deleted.
   absl::Status CheckGone(const std::string& name, const std::string& request_id) const;
   absl::StatusOr<FileLock> LockMap(const std::string& name) const;
@@ -116,26 +122,46 @@ absl::StatusOr<std::unique_ptr<StoredMap>> GeoPackageStore::Create(const MapHead
   absl::Status status = ValidateName("map", header.name);
   if (status.ok()) status = ValidateFrameId("frame_id", header.frame_id);
   HYPERMAP_RETURN_IF_ERROR(status);
-  const std::string path = PathOf(header.name);
-  {
-    const MutexLock lock(&mutex_);
-    if (PathExists(path)) {
-      return absl::AlreadyExistsError(absl::StrCat("map ", header.name, " exists"));
-    }
-    HYPERMAP_RETURN_IF_ERROR(CompleteDeletions(header.name));
-    MapHeader made = header;
-    if (made.incarnation == 0) made.incarnation = NewIncarnation();
-    status = CreateMapFile(path, HiddenPathOf(made.name, ".new"), made, options_);
-    if (!status.ok()) {
-      return absl::Status(status.code(),
-                          absl::StrCat("cannot create map ", header.name, ": ", status.message()));
-    }
+  HYPERMAP_ASSIGN_OR_RETURN(FileLock lock, MakeLockedFile(header));
+  absl::StatusOr<std::unique_ptr<GeoPackageMap>> map =
+      GeoPackageMap::OpenNew(PathOf(header.name), header.name, std::move(lock), options_);
+  if (!map.ok()) {
+    const MutexLock locked(&mutex_);
+    return RemoveFailed(header.name, map.status());
   }
-  HYPERMAP_ASSIGN_OR_RETURN(FileLock lock, LockMap(header.name));
-  HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<GeoPackageMap> map,
-                            GeoPackageMap::OpenNew(path, header.name, std::move(lock), options_));
-  map->set_reserve(reserve_);
-  return map;
+  (*map)->set_reserve(reserve_);
+  return *std::move(map);
+}
+
+absl::StatusOr<FileLock> GeoPackageStore::MakeLockedFile(const MapHeader& header) {
+  const std::string path = PathOf(header.name);
+  const MutexLock lock(&mutex_);
+  if (PathExists(path)) {
+    return absl::AlreadyExistsError(absl::StrCat("map ", header.name, " exists"));
+  }
+  HYPERMAP_RETURN_IF_ERROR(CompleteDeletions(header.name));
+  // Before the file, so that the lack of one more open file is noticed while there is no map.
+  HYPERMAP_ASSIGN_OR_RETURN(FileLock map_lock, LockMap(header.name));
+  MapHeader made = header;
+  if (made.incarnation == 0) made.incarnation = NewIncarnation();
+  const absl::Status status = CreateMapFile(path, HiddenPathOf(made.name, ".new"), made, options_);
+  if (status.ok()) return map_lock;
+  // A file that somebody else has put there meanwhile stays.
+  if (absl::IsAlreadyExists(status)) return status;
+  return RemoveFailed(
+      header.name, absl::Status(status.code(), absl::StrCat("cannot create map ", header.name, ": ",
+                                                            status.message())));
+}
+
+absl::Status GeoPackageStore::RemoveFailed(const std::string& name, const absl::Status& status) {
+  const absl::Status removed = RemoveMapFile(PathOf(name));
+  if (PathExists(PathOf(name))) {
+    return absl::Status(
+        status.code(),
+        absl::StrCat(status.message(), "; and the new map stays: ", removed.message()));
+  }
+  RemoveFile(HiddenPathOf(name, ".lock")).IgnoreError();
+  return status;
 }
 
 absl::StatusOr<FileLock> GeoPackageStore::LockMap(const std::string& name) const {

@@ -6,6 +6,7 @@
 #include <string>
 #include <thread>
 
+#include "base/metering/memory_meter.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "map/layers/grid_layer.h"
@@ -180,6 +181,54 @@ TEST_F(HistoryTest, GroupOfCommitsIsAsManyRevisions) {
   EditBatch drop{{DeleteLayer{"s"}}};
   map.Write({make, change, remove, drop, make});
   ExpectAllAsRecorded(rng, *map.Reader(), map, 0);
+}
+
+// Allows a number of bytes.
+class Allowance : public MemoryAccount {
+ public:
+  explicit Allowance(int64_t bytes) : bytes_(bytes) {}
+  absl::Status ChargeMemory(int64_t bytes) override {
+    if (bytes > bytes_) return absl::ResourceExhaustedError("too much");
+    bytes_ -= bytes;
+    return absl::OkStatus();
+  }
+  void FreeMemory(int64_t bytes) override { bytes_ += bytes; }
+
+ private:
+  int64_t bytes_;
+};
+
+TEST_F(HistoryTest, ReadsStopWhereTheirMemoryIsUsedUp) {
+  Rng rng(TestSeed());
+  RecordedMap map = NewMap();
+  map.Write({RandomSite(rng, 200)});
+  while (map.newest() < 10) {
+    std::vector<EditBatch> group{RandomBatch(rng, map.now())};
+    map.Write(group);
+  }
+  const std::unique_ptr<HistoryReader> reader = map.Reader();
+  const auto read_all = [&](int64_t bytes) {
+    Allowance allowance(bytes);
+    MemoryMeter meter(&allowance);
+    const ScopedMeter here(&meter);
+    auto past = reader->At(map.newest() - 1);
+    EXPECT_TRUE(past.ok()) << past.status();
+    absl::Status status;
+    for (const auto& [name, layer] : (*past)->structure()->layers) {
+      status.Update(layer.spec.grid ? (*past)->Tiles(name, kAllCells).status()
+                                    : (*past)->Objects(name).status());
+    }
+    past->reset();
+    status.Update(reader->Commits(0, 1000).status());
+    return std::pair(status, meter.taken());
+  };
+  const auto [all, bytes] = read_all(int64_t{1} << 30);
+  ASSERT_TRUE(all.ok()) << all;
+  ASSERT_GT(bytes, MemoryMeter::kFreeBytes);
+  const auto [some, at_most] = read_all((bytes - MemoryMeter::kFreeBytes) / 2);
+  EXPECT_TRUE(absl::IsResourceExhausted(some)) << some;
+  EXPECT_LT(at_most, bytes);
+  ExpectAllAsRecorded(rng, *reader, map, 0);
 }
 
 TEST_F(HistoryTest, PastMapShowsNothingThatIsWrittenOrForgottenMeanwhile) {

@@ -1,7 +1,20 @@
 // Tests that a map outlives calls to the file system that fail: reads, writes, syncs and others,
 // once or until the disk is mended. An error is a Status, nothing acknowledged is lost, nothing is
 // there by half, and another map of the store goes on meanwhile.
+#include <fcntl.h>
+#include <linux/filter.h>
+#include <linux/seccomp.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <sys/syscall.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
 #include <algorithm>
+#include <cerrno>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
 #include <memory>
 #include <ostream>
 #include <set>
@@ -15,11 +28,16 @@
 #include "storage/geopackage/testing/faulty_files.h"
 #include "storage/geopackage/testing/map.h"
 #include "storage/geopackage/testing/map_life.h"
+#include "storage/sqlite/durable_file.h"
 
 namespace hypermap::storage {
 namespace {
 
+using ::testing::Conditional;
+using ::testing::Contains;
+using ::testing::ElementsAre;
 using ::testing::IsEmpty;
+using ::testing::Not;
 
 constexpr char kLockOfSite[] = ".site.gpkg.lock";
 constexpr int kUntilMended = 1 << 30;
@@ -113,8 +131,8 @@ class FaultyStore {
 
   absl::Status Create() {
     auto created = store_->Create(HeaderOf("site"));
-    // The creation may have failed after the map was there.
-    if (absl::IsAlreadyExists(created.status())) created = store_->Open("site");
+    EXPECT_THAT(store_->List().value(),
+                Conditional(created.ok(), Contains("site"), Not(Contains("site"))));
     if (!created.ok()) return created.status();
     map_ = *std::move(created);
     incarnation_ = map_->header().incarnation;
@@ -311,6 +329,153 @@ INSTANTIATE_TEST_SUITE_P(
                       NamedFault{"Access", {FileCall::kAccess, SQLITE_IOERR_ACCESS}},
                       NamedFault{"Lock", {FileCall::kLock, SQLITE_IOERR_LOCK}}),
     [](const auto& info) { return std::string(info.param.name); });
+
+// Names of files of the map in the folder.
+std::vector<std::string> FilesOfSite(const std::string& folder) {
+  std::vector<std::string> names;
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    const std::string name = entry.path().filename();
+    if (absl::StrContains(name, "site")) names.push_back(name);
+  }
+  return names;
+}
+
+void ExpectSiteCanBeMade(const std::string& folder, std::unique_ptr<MapStore> store) {
+  EditedMap map = CreateMap(*store, "site");
+  map.Edit({{CreateLayer{SemanticSpec("s")}}});
+  map.stored = nullptr;
+  store = nullptr;
+  store = OpenStore(folder);
+  const auto again = store->Open("site");
+  ASSERT_TRUE(again.ok()) << again.status();
+  ExpectSame(**(*again)->Load(), *map.snapshot);
+}
+
+// The creation of a map fails at each of its calls.
+class CreationFaultTest : public ::testing::TestWithParam<NamedFault> {};
+
+TEST_P(CreationFaultTest, MapIsMadeOrNothingIsLeft) {
+  FileFault fault = GetParam().fault;
+  bool has_failed = true;
+  for (fault.first = 1; has_failed && !HasFailure(); ++fault.first) {
+    for (const int count : {1, kUntilMended}) {
+      fault.count = count;
+      SCOPED_TRACE(::testing::Message()
+                   << "call " << fault.first << (count > 1 ? " and later ones fail" : " fails"));
+      const testing::TemporaryFolder folder;
+      FaultyFiles files(folder.path());
+      auto store = OpenStore(folder.path());
+      files.Arm(IsOfSite, fault);
+      auto created = store->Create(HeaderOf("site"));
+      has_failed = files.num_failed() > 0;
+      files.Disarm();
+      if (created.ok()) {
+        EXPECT_THAT(store->List().value(), ElementsAre("site"));
+        *created = nullptr;
+        EXPECT_TRUE(store->Open("site").ok());
+      } else {
+        EXPECT_THAT(FilesOfSite(folder.path()), IsEmpty()) << created.status();
+        ExpectSiteCanBeMade(folder.path(), std::move(store));
+      }
+    }
+  }
+  EXPECT_GT(fault.first, 2);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Calls, CreationFaultTest,
+    ::testing::Values(NamedFault{"Open", {FileCall::kOpen, SQLITE_CANTOPEN}},
+                      NamedFault{"Read", {FileCall::kRead, SQLITE_IOERR_READ}},
+                      NamedFault{"Write", {FileCall::kWrite, SQLITE_IOERR_WRITE}},
+                      NamedFault{"WriteToFullDisk", {FileCall::kWrite, SQLITE_FULL}},
+                      NamedFault{"Sync", {FileCall::kSync, SQLITE_IOERR_FSYNC}},
+                      NamedFault{"Size", {FileCall::kSize, SQLITE_IOERR_FSTAT}},
+                      NamedFault{"Access", {FileCall::kAccess, SQLITE_IOERR_ACCESS}},
+                      NamedFault{"Lock", {FileCall::kLock, SQLITE_IOERR_LOCK}},
+                      NamedFault{"LogIndex", {FileCall::kShm, SQLITE_IOERR_SHMOPEN}}),
+    [](const auto& info) { return std::string(info.param.name); });
+
+// While it lives, the process can open at most `more` files.
+class FewFiles {
+ public:
+  explicit FewFiles(int more) {
+    EXPECT_EQ(getrlimit(RLIMIT_NOFILE, &before_), 0);
+    const int next = open("/dev/null", O_RDONLY | O_CLOEXEC);
+    close(next);
+    rlimit few = before_;
+    few.rlim_cur = next + more;
+    EXPECT_EQ(setrlimit(RLIMIT_NOFILE, &few), 0);
+  }
+  ~FewFiles() { setrlimit(RLIMIT_NOFILE, &before_); }
+  FewFiles(const FewFiles&) = delete;
+  FewFiles& operator=(const FewFiles&) = delete;
+
+ private:
+  rlimit before_{};
+};
+
+TEST(FewFilesTest, MapThatFindsNoMoreOpenFilesIsMadeOrNothingIsLeft) {
+  int more = 0;
+  for (bool was_created = false; !was_created && !HasFailure(); ++more) {
+    SCOPED_TRACE(more);
+    const testing::TemporaryFolder folder;
+    auto store = OpenStore(folder.path());
+    {
+      const FewFiles few(more);
+      const auto created = store->Create(HeaderOf("site"));
+      was_created = created.ok();
+      if (!was_created) {
+        EXPECT_EQ(created.status().code(), absl::StatusCode::kResourceExhausted)
+            << created.status();
+      }
+    }
+    if (was_created) {
+      EXPECT_THAT(FilesOfSite(folder.path()), Contains("site.gpkg"));
+    } else {
+      EXPECT_THAT(FilesOfSite(folder.path()), IsEmpty());
+      ExpectSiteCanBeMade(folder.path(), std::move(store));
+    }
+  }
+  EXPECT_GT(more, 4);
+}
+
+// Makes folders fail to open in this process, for ever, so that their names can't be synced.
+// Returns false if the system does not allow that.
+bool BreakFolders() {
+  constexpr auto kCall = static_cast<uint32_t>(offsetof(seccomp_data, nr));
+  constexpr auto kFlags = static_cast<uint32_t>(offsetof(seccomp_data, args[2]));
+  sock_filter filter[] = {
+      BPF_STMT(BPF_LD | BPF_W | BPF_ABS, kCall),
+      BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, SYS_openat, 0, 3),
+      BPF_STMT(BPF_LD | BPF_W | BPF_ABS, kFlags),
+      BPF_JUMP(BPF_JMP | BPF_JSET | BPF_K, O_DIRECTORY, 0, 1),
+      BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ERRNO | EIO),
+      BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ALLOW),
+  };
+  const sock_fprog program{sizeof(filter) / sizeof(filter[0]), filter};
+  return prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) == 0 &&
+         prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &program) == 0;
+}
+
+TEST(PublishFileTest, NameThatCannotBeSyncedIsTakenBack) {
+  const testing::TemporaryFolder folder;
+  WriteFile(folder / "new", "content");
+  enum Result { kRight, kWrong, kNoSuchFault };
+  const pid_t child = fork();
+  ASSERT_GE(child, 0);
+  if (child == 0) {
+    if (!BreakFolders()) _exit(kNoSuchFault);
+    const absl::Status status = PublishFile(folder / "new", folder / "final");
+    _exit(absl::IsUnavailable(status) ? kRight : kWrong);
+  }
+  int status = 0;
+  ASSERT_EQ(waitpid(child, &status, 0), child);
+  ASSERT_TRUE(WIFEXITED(status));
+  if (WEXITSTATUS(status) == kNoSuchFault) GTEST_SKIP() << "system calls can't be made to fail";
+  EXPECT_EQ(WEXITSTATUS(status), kRight);
+  EXPECT_FALSE(PathExists(folder / "final"));
+  EXPECT_EQ(ReadFile(folder / "new"), "content");
+}
 
 }  // namespace
 }  // namespace hypermap::storage

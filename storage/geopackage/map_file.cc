@@ -105,6 +105,23 @@ absl::Status Prepare(Database* database, int64_t size, bool has_log,
   return LimitSize(database, options.max_map_bytes);
 }
 
+absl::StatusOr<std::optional<uint64_t>> ReadIncarnationOfFileAlone(const std::string& path) {
+  HYPERMAP_ASSIGN_OR_RETURN(
+      const std::unique_ptr<Database> database,
+      Database::Open(path, Database::OpenMode::kFileAlone, absl::ZeroDuration()));
+  HYPERMAP_ASSIGN_OR_RETURN(
+      const std::optional<int64_t> has_column,
+      database->QueryInt64(
+          "SELECT sum(name = 'incarnation') FROM pragma_table_info('hypermap_metadata')"));
+  if (!has_column) return std::nullopt;
+  if (*has_column == 0) return std::optional<uint64_t>(0);
+  HYPERMAP_ASSIGN_OR_RETURN(
+      const std::optional<int64_t> incarnation,
+      database->QueryInt64("SELECT incarnation FROM hypermap_metadata WHERE id = 1"));
+  if (!incarnation) return std::nullopt;
+  return static_cast<uint64_t>(*incarnation);
+}
+
 absl::Status Build(const std::string& path, const MapHeader& header,
                    const GeoPackageOptions& options) {
   HYPERMAP_ASSIGN_OR_RETURN(
@@ -153,18 +170,12 @@ absl::Status SetLogAside(const std::string& path) {
   return SyncFolder(FolderOf(path));
 }
 
-std::optional<uint64_t> ReadIncarnationWithoutLog(const std::string& path) {
-  const absl::StatusOr<std::unique_ptr<Database>> database =
-      Database::Open(path, Database::OpenMode::kFileAlone, absl::ZeroDuration());
-  if (!database.ok()) return std::nullopt;
-  const absl::StatusOr<std::optional<int64_t>> has_column = (*database)->QueryInt64(
-      "SELECT sum(name = 'incarnation') FROM pragma_table_info('hypermap_metadata')");
-  if (!has_column.ok() || !*has_column) return std::nullopt;
-  if (**has_column == 0) return 0;
-  const absl::StatusOr<std::optional<int64_t>> incarnation =
-      (*database)->QueryInt64("SELECT incarnation FROM hypermap_metadata WHERE id = 1");
-  if (!incarnation.ok() || !*incarnation) return std::nullopt;
-  return static_cast<uint64_t>(**incarnation);
+absl::StatusOr<std::optional<uint64_t>> ReadIncarnationWithoutLog(const std::string& path) {
+  absl::StatusOr<std::optional<uint64_t>> incarnation = ReadIncarnationOfFileAlone(path);
+  const absl::Status& status = incarnation.status();
+  const bool may_pass = absl::IsUnavailable(status) || absl::IsResourceExhausted(status);
+  if (status.ok() || may_pass) return incarnation;
+  return std::nullopt;
 }
 
 absl::Status CheckIntegrity(Database* database) {

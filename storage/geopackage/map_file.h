@@ -17,7 +17,7 @@
 namespace hypermap::storage {
 
 // Creates the file of an empty map. It is built as `temporary` and then renamed, so that after a
-// crash it is there completely or not at all.
+// crash it is there completely or not at all. On error it is not there.
 absl::Status CreateMapFile(const std::string& path, const std::string& temporary,
                            const MapHeader& header, const GeoPackageOptions& options);
 
@@ -38,8 +38,9 @@ std::string OrphanPathOf(const std::string& path);
 absl::Status SetLogAside(const std::string& path);
 
 // The incarnation in a map's file without its log; 0 if the file is of a version that had none;
-// nullopt if that can't be told. REQUIRES: no connection has the file open.
-std::optional<uint64_t> ReadIncarnationWithoutLog(const std::string& path);
+// nullopt if the file does not tell. UNAVAILABLE or RESOURCE_EXHAUSTED if it can't be read now.
+// REQUIRES: no connection has the file open.
+absl::StatusOr<std::optional<uint64_t>> ReadIncarnationWithoutLog(const std::string& path);
 
 // DATA_LOSS with the first damage that a check of every page, index and constraint finds.
 absl::Status CheckIntegrity(Database* database);

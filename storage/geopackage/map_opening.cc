@@ -88,10 +88,13 @@ absl::StatusOr<std::optional<Discontinuity>> CompareWithWitness(
 absl::StatusOr<bool> SetForeignLogAside(const std::string& path,
                                         const std::optional<RevisionWitness>& witness) {
   if (!witness || !witness->settled) return false;
-  std::error_code no_log;
-  const uintmax_t log_size = std::filesystem::file_size(LogPathOf(path), no_log);
-  if (no_log || log_size == 0) return false;
-  const std::optional<uint64_t> incarnation = ReadIncarnationWithoutLog(path);
+  std::error_code error;
+  const uintmax_t log_size = std::filesystem::file_size(LogPathOf(path), error);
+  if (error == std::errc::no_such_file_or_directory) return false;
+  if (error) return absl::UnavailableError(absl::StrCat(LogPathOf(path), ": ", error.message()));
+  if (log_size == 0) return false;
+  HYPERMAP_ASSIGN_OR_RETURN(const std::optional<uint64_t> incarnation,
+                            ReadIncarnationWithoutLog(path));
   if (!incarnation || *incarnation == witness->incarnation) return false;
   HYPERMAP_RETURN_IF_ERROR(SetLogAside(path));
   return true;

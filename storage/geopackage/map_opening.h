@@ -27,7 +27,8 @@ absl::StatusOr<std::optional<Discontinuity>> CompareWithWitness(
     Database* database, const MapMetadata& metadata, const std::optional<RevisionWitness>& witness);
 
 // Sets a write-ahead log aside if the witness tells that it was written for another file than the
-// one at `path`. Returns whether it did. REQUIRES: no connection has the file open.
+// one at `path`. Returns whether it did. An error if that can't be told now. REQUIRES: no
+// connection has the file open.
 absl::StatusOr<bool> SetForeignLogAside(const std::string& path,
                                         const std::optional<RevisionWitness>& witness);
 

@@ -5,6 +5,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_replace.h"
+#include "base/metering/memory_meter.h"
 #include "base/status/status_macros.h"
 #include "map/edits/byte_size.h"
 #include "storage/geopackage/history_tables.h"
@@ -63,24 +64,29 @@ void SortById(std::vector<ObjectPtr>* objects) {
 
 }  // namespace
 
-ObjectVersions::ObjectVersions(Database* database)
+ObjectVersions::ObjectVersions(Database* database, CacheRoomPtr room)
     : database_(database),
       replaced_at_(Filled(kReplacedAt)),
       replaced_in_box_(Filled(kReplacedInBox)),
       all_replaced_(Filled(kAllReplaced)),
-      cache_(kCachedObjects) {}
+      cache_(std::move(room)) {}
 
 absl::StatusOr<ObjectPtr> ObjectVersions::Read(Statement* row, const std::string& table,
                                                int64_t lineage) {
   const Key key{lineage, row->Int64(kObjectIdColumn), row->Int64(kObjectVersionColumn)};
-  if (ObjectPtr known = cache_.Find(key)) return known;
+  if (ObjectPtr known = cache_.Find(key)) {
+    HYPERMAP_RETURN_IF_ERROR(TakeMemory(kBytesOfPlaces + ByteSize(*known)));
+    return known;
+  }
   absl::StatusOr<ObjectPtr> object = ReadObjectRow(row);
   if (!object.ok()) {
     return absl::DataLossError(absl::StrCat("table ", table, ", object ", std::get<1>(key),
                                             ", version ", std::get<2>(key), ": ",
                                             object.status().message()));
   }
-  cache_.Insert(key, *object, 1 + ByteSize(**object) / kBytesOfObject);
+  const int64_t bytes = kBytesOfPlaces + ByteSize(**object);
+  HYPERMAP_RETURN_IF_ERROR(TakeMemory(bytes));
+  cache_.Insert(key, *object, bytes);
   return object;
 }
 

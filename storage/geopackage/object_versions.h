@@ -11,6 +11,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "map/snapshot.h"
+#include "storage/geopackage/cache_room.h"
 #include "storage/geopackage/generation_cache.h"
 #include "storage/geopackage/layer_history.h"
 #include "storage/sqlite/sqlite.h"
@@ -18,10 +19,10 @@
 namespace hypermap::storage {
 
 // Borrows the database. Several reads are consistent only within one ReadTransaction. Errors: those
-// of Statement, and DATA_LOSS naming the table and the row.
+// of Statement, those of TakeMemory for what is read, and DATA_LOSS naming the table and the row.
 class ObjectVersions {
  public:
-  explicit ObjectVersions(Database* database);
+  explicit ObjectVersions(Database* database, CacheRoomPtr room);
 
   // The object at the revision; null when it did not exist then.
   absl::StatusOr<ObjectPtr> At(const Lineage& layer, ObjectId id, Revision revision);
@@ -34,9 +35,8 @@ class ObjectVersions {
   absl::StatusOr<std::vector<ObjectPtr>> All(const Lineage& layer, Revision revision);
 
  private:
-  // Objects that are cached; a larger one counts as often as it takes kBytesOfObject.
-  static constexpr size_t kCachedObjects = 20'000;
-  static constexpr int64_t kBytesOfObject = 4 << 10;
+  // Memory of an object's places in the cache and in an answer's index.
+  static constexpr int64_t kBytesOfPlaces = 256;
   using Key = std::tuple<int64_t, ObjectId, Revision>;  // lineage, id, version
 
   absl::StatusOr<ObjectPtr> Read(Statement* row, const std::string& table, int64_t lineage);

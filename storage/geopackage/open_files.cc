@@ -125,17 +125,26 @@ absl::Status OpenFiles::CheckIdentity() const {
   return ProblemOf(file->SameFile(opened_) ? Fault::kNone : Fault::kReplaced);
 }
 
+absl::StatusOr<OpenFiles::Fault> OpenFiles::FindFaultAtEnd() const {
+  // Commits may be missing in a log that was shortened, also if it has grown again since. All other
+  // faults may have passed: no commit was written while they lasted.
+  if (fault_ == Fault::kLogShortened) return fault_;
+  return FindFault(/*log_may_be_shorter=*/false);
+}
+
 void OpenFiles::Finish() {
-  const absl::Status status = Check();
+  const absl::StatusOr<Fault> fault = FindFaultAtEnd();
+  const bool is_whole = fault.ok() && *fault == Fault::kNone;
   // A log that was removed by name can still be read by the connection that has it open, and the
   // file is ours: the commits of the log are saved.
-  if (status.ok() || fault_ == Fault::kLogRemoved) {
+  if (is_whole || (fault.ok() && *fault == Fault::kLogRemoved)) {
     writer_->Execute("PRAGMA wal_checkpoint(TRUNCATE)").IgnoreError();
   }
-  if (status.ok()) return;
+  if (is_whole) return;
   sqlite3_db_config(writer_->handle(), SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, 1, nullptr);
   const bool file_is_foreign =
-      fault_ == Fault::kRemoved || fault_ == Fault::kReplaced || fault_ == Fault::kOverwritten;
+      fault.ok() &&
+      (*fault == Fault::kRemoved || *fault == Fault::kReplaced || *fault == Fault::kOverwritten);
   const absl::StatusOr<Stamp> log = Look(log_path_);
   if (file_is_foreign && log.ok() && log->SameFile(log_)) {
     SetLogAside(writer_->path()).IgnoreError();

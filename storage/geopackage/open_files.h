@@ -39,7 +39,8 @@ class OpenFiles {
   absl::Status CheckIdentity() const;
 
   // Moves the log into the file, unless that is another file by now. If it is, keeps our log from
-  // being applied to it, now and at the next opening. The connection must be closed next.
+  // being applied to it, now and at the next opening. A file that was away, and is back as the
+  // writer left it, is ours. The connection must be closed next.
   void Finish();
 
  private:
@@ -66,6 +67,8 @@ class OpenFiles {
   // SQLite itself may shorten the log when it commits, because of PRAGMA journal_size_limit.
   absl::StatusOr<Fault> FindFault(bool log_may_be_shorter) const;
   absl::StatusOr<Fault> FindFaultOfLog(bool may_be_shorter) const;
+  // The fault that matters when the map is closed.
+  absl::StatusOr<Fault> FindFaultAtEnd() const;
   // Remembers the files after the writer has written to them.
   void Remember();
 

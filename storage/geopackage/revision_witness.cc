@@ -2,7 +2,7 @@
 
 #include <zlib.h>
 
-#include "absl/status/statusor.h"
+#include "absl/status/status.h"
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 
@@ -67,9 +67,11 @@ std::optional<RevisionWitness> DecodeWitness(absl::string_view bytes) {
   return witness;
 }
 
-std::optional<RevisionWitness> ReadWitness(const FileLock& lock) {
+absl::StatusOr<std::optional<RevisionWitness>> ReadWitness(const FileLock& lock) {
   const absl::StatusOr<std::string> bytes = lock.Read(kSize);
-  return bytes.ok() ? DecodeWitness(*bytes) : std::nullopt;
+  if (bytes.ok()) return DecodeWitness(*bytes);
+  return absl::UnavailableError(
+      absl::StrCat("the record of the newest revision: ", bytes.status().message()));
 }
 
 }  // namespace hypermap::storage

@@ -12,6 +12,7 @@
 #include <optional>
 #include <string>
 
+#include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
 #include "map/snapshot.h"
 #include "storage/sqlite/file_lock.h"
@@ -35,8 +36,9 @@ std::string EncodeWitness(const RevisionWitness& witness);
 // Nullopt if the bytes are not a whole witness of a known version.
 std::optional<RevisionWitness> DecodeWitness(absl::string_view bytes);
 
-// The witness in a lock file; nullopt if it has none that can be read.
-std::optional<RevisionWitness> ReadWitness(const FileLock& lock);
+// The witness in a lock file; nullopt if it has none that is whole. UNAVAILABLE if the file can't
+// be read, which is no reason to take it for one without a witness.
+absl::StatusOr<std::optional<RevisionWitness>> ReadWitness(const FileLock& lock);
 
 }  // namespace hypermap::storage
 

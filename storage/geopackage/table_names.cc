@@ -20,13 +20,6 @@ bool IsReserved(absl::string_view name) {
          sqlite3_keyword_check(name.data(), static_cast<int>(name.size())) != 0;
 }
 
-absl::StatusOr<bool> IsTaken(Database* database, const std::string& table) {
-  HYPERMAP_ASSIGN_OR_RETURN(
-      const std::optional<int64_t> found,
-      database->QueryInt64("SELECT 1 FROM sqlite_master WHERE name = ? COLLATE NOCASE", table));
-  return found.has_value();
-}
-
 }  // namespace
 
 bool IsLayerTableName(absl::string_view name) {
@@ -34,17 +27,29 @@ bool IsLayerTableName(absl::string_view name) {
          std::all_of(name.begin(), name.end(), IsPlain) && !IsReserved(name);
 }
 
-absl::StatusOr<std::string> ChooseTableName(Database* database, absl::string_view layer_name) {
+absl::StatusOr<TableNames> TableNames::Read(Database* database) {
+  TableNames names;
+  HYPERMAP_ASSIGN_OR_RETURN(Statement select, database->Prepare("SELECT name FROM sqlite_master"));
+  while (true) {
+    HYPERMAP_ASSIGN_OR_RETURN(const bool has_row, select.Step());
+    if (!has_row) return names;
+    const absl::string_view name = select.Text(0);
+    if (!IsReserved(name)) names.taken_.insert(absl::AsciiStrToLower(name));
+  }
+}
+
+std::string TableNames::Take(absl::string_view layer_name) {
   std::string base(layer_name);
   std::replace_if(
       base.begin(), base.end(), [](char c) { return !IsPlain(c); }, '_');
   if (!IsLayerTableName(base)) base = absl::StrCat("layer_", base);
   std::string name = base;
   for (int n = 2;; ++n) {
-    HYPERMAP_ASSIGN_OR_RETURN(const bool taken, IsTaken(database, name));
-    if (!taken) return name;
+    if (taken_.insert(absl::AsciiStrToLower(name)).second) return name;
     name = absl::StrCat(base, "_", n);
   }
 }
+
+void TableNames::GiveBack(absl::string_view table) { taken_.erase(absl::AsciiStrToLower(table)); }
 
 }  // namespace hypermap::storage

@@ -4,6 +4,7 @@
 
 #include <string>
 
+#include "absl/container/flat_hash_set.h"
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
 #include "storage/sqlite/sqlite.h"
@@ -15,9 +16,21 @@ namespace hypermap::storage {
 // SQLite, GeoPackage, QGIS or Hypermap itself.
 bool IsLayerTableName(absl::string_view name);
 
-// Chooses the name for the table of a new layer: the layer's own name, changed as far as
-// IsLayerTableName requires and until it is free in the database. Names differ by more than case.
-absl::StatusOr<std::string> ChooseTableName(Database* database, absl::string_view layer_name);
+// The names in a database that a new layer's table can't have. Reading them takes time in
+// proportion to the tables of the database; taking a name does not.
+class TableNames {
+ public:
+  static absl::StatusOr<TableNames> Read(Database* database);
+
+  // Takes a name for the table of a new layer: the layer's own name, changed as far as
+  // IsLayerTableName requires and until it is free. Names differ by more than case.
+  std::string Take(absl::string_view layer_name);
+  // Must be called when a layer's table was removed.
+  void GiveBack(absl::string_view table);
+
+ private:
+  absl::flat_hash_set<std::string> taken_;  // in lower case
+};
 
 }  // namespace hypermap::storage
 

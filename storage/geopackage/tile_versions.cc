@@ -4,6 +4,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_replace.h"
+#include "base/metering/memory_meter.h"
 #include "base/status/status_macros.h"
 
 namespace hypermap::storage {
@@ -37,7 +38,10 @@ SELECT tile_column, tile_row FROM "$t"
 
 absl::StatusOr<TilePtr> TileVersions::Decode(const Key& key, LayerKind kind,
                                              absl::string_view image, const char* table) {
-  if (TilePtr known = cache_.Find(key)) return known;
+  if (TilePtr known = cache_.Find(key)) {
+    HYPERMAP_RETURN_IF_ERROR(TakeMemory(kBytesOfPlaces + known->ByteSize()));
+    return known;
+  }
   std::unique_ptr<const TileCodec>& codec = codecs_[kind];
   if (codec == nullptr) codec = MakeTileCodec(kind);
   absl::StatusOr<TilePtr> tile = codec->Decode(image);
@@ -46,7 +50,9 @@ absl::StatusOr<TilePtr> TileVersions::Decode(const Key& key, LayerKind kind,
                                             ", tile_row ", std::get<2>(key), ": ",
                                             tile.status().message()));
   }
-  cache_.Insert(key, *tile);
+  const int64_t bytes = kBytesOfPlaces + (*tile)->ByteSize();
+  HYPERMAP_RETURN_IF_ERROR(TakeMemory(bytes));
+  cache_.Insert(key, *tile, bytes);
   return tile;
 }
 

@@ -15,6 +15,7 @@
 #include "absl/status/statusor.h"
 #include "map/layers/grid_layer.h"
 #include "map/snapshot.h"
+#include "storage/geopackage/cache_room.h"
 #include "storage/geopackage/generation_cache.h"
 #include "storage/geopackage/layer_history.h"
 #include "storage/geopackage/tile_codec.h"
@@ -24,10 +25,11 @@
 namespace hypermap::storage {
 
 // Borrows the database. Several reads are consistent only within one ReadTransaction. Errors: those
-// of Statement, and DATA_LOSS naming the table and the tile.
+// of Statement, those of TakeMemory for what is read, and DATA_LOSS naming the table and the tile.
 class TileVersions {
  public:
-  explicit TileVersions(Database* database) : database_(database), cache_(kCachedTiles) {}
+  TileVersions(Database* database, CacheRoomPtr room)
+      : database_(database), cache_(std::move(room)) {}
 
   // The tile at the revision; null when it did not exist then.
   absl::StatusOr<TilePtr> At(const Lineage& layer, const MatrixTile& place, Revision revision);
@@ -36,7 +38,8 @@ class TileVersions {
   absl::StatusOr<TileMap> InBox(const Lineage& layer, const CellBox& cells, Revision revision);
 
  private:
-  static constexpr size_t kCachedTiles = 256;
+  // Memory of a tile's places in the cache and in an answer.
+  static constexpr int64_t kBytesOfPlaces = 256;
   // Lineage, column, row, and the revision that ended it, or that made the one that is there now.
   using Key = std::tuple<int64_t, int64_t, int64_t, Revision, bool>;
   using Place = std::pair<int64_t, int64_t>;  // column, row

@@ -1,5 +1,7 @@
 // Tests that a map whose file is not the one that was written last becomes another incarnation, and
 // that acknowledged commits are never missing without a word.
+#include <sys/stat.h>
+
 #include <cstdint>
 #include <filesystem>
 #include <string>
@@ -143,7 +145,7 @@ TEST_F(WitnessTest, C5CleanRestartKeepsTheIncarnation) {
 
 TEST_F(WitnessTest, C5LogCutAnywhereIsNeverSilent) {
   const CrashedFiles files = Crash();
-  constexpr int kCuts = 40;
+  constexpr int kCuts = 200;
   int num_behind = 0;
   for (int i = 0; i <= kCuts; ++i) {
     SCOPED_TRACE(i);
@@ -248,6 +250,25 @@ TEST_F(WitnessTest, C5DamagedWitnessMakesAnotherIncarnation) {
   WriteFile(folder_ / kLock, witness);
   Reopen();
   ExpectAnotherIncarnation("nothing tells that this store wrote the file last");
+}
+
+TEST_F(WitnessTest, C5WitnessThatCannotBeReadIsNoLackOfOne) {
+  map_.stored.reset();
+  const std::string witness = ReadFile(folder_ / kLock);
+  // A pipe can be opened and locked, but not read at a position.
+  std::filesystem::remove(folder_ / kLock);
+  ASSERT_EQ(mkfifo((folder_ / kLock).c_str(), 0644), 0);
+  for (int i = 0; i < 2; ++i) {
+    const absl::Status status = store_->Open("site").status();
+    EXPECT_EQ(status.code(), absl::StatusCode::kUnavailable) << status;
+    EXPECT_THAT(std::string(status.message()), HasSubstr("map site: the record of the newest"));
+    EXPECT_THAT(std::string(status.message()), HasSubstr(kLock));
+  }
+  std::filesystem::remove(folder_ / kLock);
+  WriteFile(folder_ / kLock, witness);
+  Reopen();
+  EXPECT_EQ(map_.stored->header().incarnation, incarnation_);
+  EXPECT_THAT(map_.stored->opening_notes(), IsEmpty());
 }
 
 TEST_F(WitnessTest, C5CopyThatWentOnElsewhereIsAnotherIncarnation) {

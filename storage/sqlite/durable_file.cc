@@ -15,11 +15,18 @@
 namespace hypermap::storage {
 namespace {
 
+absl::Status FileError(int error, const std::string& what) {
+  absl::Status status = absl::ErrnoToStatus(error, what);
+  // Such as EIO.
+  if (absl::IsUnknown(status)) return absl::UnavailableError(status.message());
+  return status;
+}
+
 absl::Status Sync(const std::string& path, int flags) {
   const int fd = open(path.c_str(), flags | O_RDONLY | O_CLOEXEC);
-  if (fd < 0) return absl::ErrnoToStatus(errno, path);
+  if (fd < 0) return FileError(errno, absl::StrCat("cannot open ", path));
   absl::Status status;
-  if (fsync(fd) != 0) status = absl::ErrnoToStatus(errno, absl::StrCat("cannot sync ", path));
+  if (fsync(fd) != 0) status = FileError(errno, absl::StrCat("cannot sync ", path));
   close(fd);
   return status;
 }
@@ -52,14 +59,16 @@ absl::Status PublishFile(const std::string& temporary, const std::string& path) 
   if (PathExists(path)) return absl::AlreadyExistsError(absl::StrCat(path, " exists"));
   HYPERMAP_RETURN_IF_ERROR(Sync(temporary, 0));
   if (rename(temporary.c_str(), path.c_str()) != 0) {
-    return absl::ErrnoToStatus(errno, absl::StrCat("cannot rename ", temporary, " to ", path));
+    return FileError(errno, absl::StrCat("cannot rename ", temporary, " to ", path));
   }
-  return SyncFolder(FolderOf(path));
+  const absl::Status status = SyncFolder(FolderOf(path));
+  if (status.ok() || rename(path.c_str(), temporary.c_str()) == 0) return status;
+  return absl::Status(status.code(), absl::StrCat(status.message(), "; and ", path, " stays"));
 }
 
 absl::Status RemoveFile(const std::string& path) {
   if (unlink(path.c_str()) == 0 || errno == ENOENT) return absl::OkStatus();
-  return absl::ErrnoToStatus(errno, absl::StrCat("cannot remove ", path));
+  return FileError(errno, absl::StrCat("cannot remove ", path));
 }
 
 }  // namespace hypermap::storage

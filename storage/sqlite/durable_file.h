@@ -1,5 +1,6 @@
 // Operations on files and folders that are durable when they return, so that after a crash a file
-// is there completely or not at all.
+// is there completely or not at all. UNAVAILABLE if the disk fails; RESOURCE_EXHAUSTED if it is
+// full, or if the process may open no more files.
 #ifndef HYPERMAP_STORAGE_SQLITE_DURABLE_FILE_H_
 #define HYPERMAP_STORAGE_SQLITE_DURABLE_FILE_H_
 
@@ -23,9 +24,10 @@ bool PathExists(const std::string& path);
 // Makes the creation, renaming and removal of files in a folder durable.
 absl::Status SyncFolder(const std::string& path);
 
-// Renames a closed file to its final name; content and name are on disk when this returns.
-// REQUIRES: nothing has the final name, and no connection has the file open, because closing it
-// here would drop that connection's POSIX locks.
+// Renames a closed file to its final name; content and name are on disk when this returns. On error
+// nothing has the final name, but after a power loss the file may have it. REQUIRES: nothing has
+// the final name, and no connection has the file open, because closing it here would drop that
+// connection's POSIX locks.
 absl::Status PublishFile(const std::string& temporary, const std::string& path);
 
 // OK when the file does not exist.

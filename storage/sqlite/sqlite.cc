@@ -1,5 +1,6 @@
 #include "storage/sqlite/sqlite.h"
 
+#include <cerrno>
 #include <iterator>
 #include <utility>
 
@@ -7,6 +8,7 @@
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "base/status/status_macros.h"
+#include "storage/sqlite/paced_writes.h"
 
 namespace hypermap::storage {
 namespace {
@@ -60,6 +62,15 @@ std::string ImmutableUri(absl::string_view path) {
     }
   }
   return absl::StrCat(uri, "?immutable=1");
+}
+
+// Makes the settings that hold for the whole process.
+bool ConfigureSqlite() {
+  // With memory statistics, SQLite takes a global lock for each allocation of every connection. The
+  // call fails without harm if the process already uses SQLite.
+  const bool counts_no_memory = sqlite3_config(SQLITE_CONFIG_MEMSTATUS, 0) == SQLITE_OK;
+  PaceWritesOfSqlite();
+  return counts_no_memory;
 }
 
 }  // namespace
@@ -188,10 +199,8 @@ Database::~Database() {
 
 absl::StatusOr<std::unique_ptr<Database>> Database::Open(const std::string& path, OpenMode mode,
                                                          absl::Duration busy_timeout) {
-  // With memory statistics, SQLite takes a global lock for each allocation of every connection. The
-  // call fails without harm if the process already uses SQLite.
-  static const int counts_no_memory = sqlite3_config(SQLITE_CONFIG_MEMSTATUS, 0);
-  static_cast<void>(counts_no_memory);
+  static const bool is_configured = ConfigureSqlite();
+  static_cast<void>(is_configured);
   sqlite3* handle = nullptr;
   const bool file_alone = mode == OpenMode::kFileAlone;
   const bool read_only = file_alone || mode == OpenMode::kReadOnly;
@@ -258,6 +267,11 @@ absl::Status Database::ErrorStatus(int code) const {
   const bool is_last =
       handle_ != nullptr && (sqlite3_extended_errcode(handle_) & 0xff) == (code & 0xff);
   const char* message = is_last ? sqlite3_errmsg(handle_) : sqlite3_errstr(code);
+  const int system_error = is_last ? sqlite3_system_errno(handle_) : 0;
+  if ((code & 0xff) == SQLITE_CANTOPEN && (system_error == EMFILE || system_error == ENFILE)) {
+    return absl::ResourceExhaustedError(absl::StrCat(
+        message, ": the limit of open files (ulimit -n) is reached (SQLite ", code, ")"));
+  }
   return absl::Status(CodeOf(code), absl::StrCat(message, " (SQLite ", code, ")"));
 }
 

@@ -6,7 +6,8 @@
 //
 // Result codes are mapped as follows: BUSY, LOCKED, IOERR -> UNAVAILABLE; FULL, TOOBIG, NOMEM ->
 // RESOURCE_EXHAUSTED; CORRUPT -> DATA_LOSS; NOTADB, CANTOPEN, READONLY, PERM ->
-// FAILED_PRECONDITION; the rest, which are faults of the program, -> INTERNAL.
+// FAILED_PRECONDITION, but RESOURCE_EXHAUSTED if the process may open no more files; the rest,
+// which are faults of the program, -> INTERNAL.
 #ifndef HYPERMAP_STORAGE_SQLITE_SQLITE_H_
 #define HYPERMAP_STORAGE_SQLITE_SQLITE_H_
 

@@ -1,8 +1,9 @@
 """Carries out one attack, in step with run.py.
 
-Usage: attacker.py NAME ADDRESS PID DATA_DIR full|short NICENESS. Prints "prepared"; after a line of
-input it attacks and prints what the server answered; after another line it checks what must hold
-afterwards, and prints what does not. Both are lines of JSON.
+Usage: attacker.py NAME ADDRESS PID DATA_DIR full|short idle|equal. The last argument is its share
+of the processors: the time that nobody else needs, or as much as anybody's. Prints "prepared";
+after a line of input it attacks and prints what the server answered; after another line it checks
+what must hold afterwards, and prints what does not. Both are lines of JSON.
 """
 
 import json
@@ -16,11 +17,12 @@ from site_under_attack import Site
 
 
 def main():
-    name, address, pid, data_dir, form, niceness = sys.argv[1:]
+    name, address, pid, data_dir, form, share = sys.argv[1:]
     site = Site(address, int(pid), data_dir, form == "short")
     steps = attacks.BY_NAME[name].function(site)
     next(steps)
-    os.nice(int(niceness))
+    if share == "idle":
+        os.sched_setscheduler(0, os.SCHED_IDLE, os.sched_param(0))
     print("prepared", flush=True)
     sys.stdin.readline()
     next(steps)

@@ -6,13 +6,16 @@ import typing
 import connections
 import files
 import floods
+import large_answers
 import large_requests
 
 # The attacks of the short form, which CI runs (ctest -R attack.short): those against which the
 # server defends itself. docs/security.md says of each attack how, and what is still open.
 SHORT = [
     "A1", "A2", "A3", "A4", "A4-shape", "A5", "B1", "B2", "B3", "B4", "B5", "B6", "B7", "B8", "B11",
-    "slow-readers", "random-bytes", "endless-streams",
+    "wide-hulls", "slow-readers", "random-bytes", "endless-streams", "header-blocks", "empty-streams",
+    "slow-hoarders", "empty-frames", "unread-answers", "unread-commits", "wide-reaches",
+    "past-areas", "stacked-points",
 ]
 
 
@@ -47,11 +50,27 @@ ALL = [
     Attack("B6", files.unfinished_imports, refusal="RESOURCE_EXHAUSTED --max_scratch_bytes"),
     Attack("B7", large_requests.large_batches,
            refusal="RESOURCE_EXHAUSTED --max_request_bytes", logged="--max_request_bytes"),
+    Attack("wide-hulls", large_requests.wide_hulls,
+           refusal="RESOURCE_EXHAUSTED --max_content_bytes"),
     Attack("B8", files.unpacking_member),
     Attack("B11", files.unread_backups, refusal="RESOURCE_EXHAUSTED --max_scratch_bytes"),
     Attack("slow-readers", connections.slow_readers),
     Attack("random-bytes", connections.random_bytes),
     Attack("endless-streams", floods.endless_streams),
+    Attack("header-blocks", floods.header_blocks, logged="a block of headers in many frames"),
+    Attack("empty-streams", floods.empty_streams, logged="connections were shut down"),
+    Attack("slow-hoarders", floods.slow_hoarders, logged="connections were shut down"),
+    Attack("empty-frames", floods.empty_frames, logged="frames that carry nothing"),
+    Attack("unread-answers", large_answers.unread_answers,
+           refusal="RESOURCE_EXHAUSTED --max_request_bytes"),
+    Attack("unread-commits", large_answers.unread_commits,
+           refusal="RESOURCE_EXHAUSTED --max_request_bytes"),
+    Attack("wide-reaches", large_answers.wide_reaches,
+           refusal="RESOURCE_EXHAUSTED --max_request_bytes"),
+    Attack("past-areas", large_answers.past_areas,
+           refusal="RESOURCE_EXHAUSTED --max_request_bytes"),
+    Attack("stacked-points", large_answers.stacked_points,
+           refusal="RESOURCE_EXHAUSTED there are more than"),
 ]
 
 BY_NAME = {attack.name: attack for attack in ALL}

@@ -12,7 +12,8 @@ import time
 
 PREFACE = b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n"
 
-DATA, HEADERS, RST_STREAM, SETTINGS, PING, GOAWAY, WINDOW_UPDATE = 0, 1, 3, 4, 6, 7, 8
+DATA, HEADERS, PRIORITY, RST_STREAM, SETTINGS, PING, GOAWAY = 0, 1, 2, 3, 4, 6, 7
+WINDOW_UPDATE, CONTINUATION = 8, 9
 END_STREAM, ACK, END_HEADERS = 1, 1, 4
 CANCEL = 8
 INITIAL_WINDOW_SIZE, MAX_FRAME_SIZE = 4, 5
@@ -20,6 +21,9 @@ INITIAL_WINDOW_SIZE, MAX_FRAME_SIZE = 4, 5
 # The address of attackers that fill what one address may have. The other clients, who come from
 # 127.0.0.1, have a share of their own.
 ATTACKER = "127.0.0.2"
+
+# The most bytes of a write.
+_MAX_WRITE = 16_384
 
 # Entries of the table in RFC 7541, appendix A. gRPC's own fields are not among them.
 _STATIC_TABLE_SIZE = 61
@@ -49,11 +53,27 @@ def _integer(value, prefix_bits, first=0):
     return bytes(encoded)
 
 
+def string(text):
+    """Returns a string as it is in a header block."""
+    return _integer(len(text), 7) + text
+
+
+def indexed(number):
+    """Returns the field that was added to the dynamic table as the `number`th but the last, from 0,
+    as it is in a header block."""
+    return _integer(_STATIC_TABLE_SIZE + 1 + number, 7, 0x80)
+
+
+def literal_begin(name, size):
+    """Returns the begin of a field in a header block, whose value has `size` bytes."""
+    return b"\0" + string(name) + _integer(size, 7)
+
+
 def header_block(fields):
     """Returns the header block of (name, value) pairs of bytes."""
     block = bytearray()
     for name, value in fields:
-        block += b"\0" + _integer(len(name), 7) + name + _integer(len(value), 7) + value
+        block += b"\0" + string(name) + string(value)
     return bytes(block)
 
 
@@ -147,7 +167,9 @@ class Connection:
 
     def send(self, data):
         try:
-            self._socket.sendall(data)
+            # In parts: while the system copies a large one, nobody else gets the processor.
+            for begin in range(0, len(data), _MAX_WRITE):
+                self._socket.sendall(data[begin:begin + _MAX_WRITE])
         except OSError as error:
             raise Closed(str(error)) from error
 

@@ -4,7 +4,10 @@ is a generator as in connections.py."""
 import itertools
 import math
 import threading
+import time
 import zlib
+
+import grpc
 
 import rpc
 from hypermap.v1 import (edit_service_pb2, exploration_service_pb2, geometry_pb2, layer_pb2,
@@ -219,4 +222,42 @@ def large_batches(site):
         thread.start()
     for thread in threads:
         thread.join()
+    yield
+
+
+def wide_hulls(site):
+    """Observations of 40 kB with 254 detections of 15 m in size, each of which fusion keeps in cells
+    of its own."""
+    now = time.time()
+    side = 15
+
+    def observation(sequence):
+        detections = []
+        for i in range(254):
+            x, y = 3 * side * i, 3 * side * sequence
+            detections.append({
+                "scores": [{"label": "chair", "score": 0.9}],
+                "hull": _square_ring(x, y, side),
+                "cells": {"origin": {"x": x, "y": y}, "resolution_m": 1, "spans": [0, 0, 1]},
+                "height": {"low_m": 0, "high_m": 1}, "num_points": 10, "range_m": 3, "weight": 1})
+        stamp = time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime(now - 60 + sequence / 100))
+        return {"robot": "r", "sequence": sequence, "stamp": stamp, "detections": detections,
+                "pose": {"rotation": [1, 0, 0, 0, 1, 0, 0, 0, 1], "translation": [0, 0, 1]}}
+
+    def requests():
+        yield {"opening": {"map": PREY, "layer": "things"}}
+        for i in itertools.count():
+            if not site.attacking():
+                return
+            yield {"observations": [observation(i)]}
+
+    yield
+    with site.client() as client:
+        while site.attacking():
+            try:
+                for answer in client.Observe(requests(), timeout=60):
+                    for _ in answer.acknowledgements:
+                        site.tell("accepted or known")
+            except grpc.RpcError as error:
+                site.tell_status(error.code(), error.details() or "")
     yield

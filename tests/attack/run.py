@@ -18,6 +18,7 @@ import os
 import pathlib
 import re
 import resource
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -34,8 +35,10 @@ from site_under_attack import PREY
 
 HERE = pathlib.Path(__file__).resolve().parent
 MEMORY_LIMIT = 1 << 30
-# The address space keeps a server without defence from taking the memory of the machine.
-LIMITS = {resource.RLIMIT_NOFILE: 1024, resource.RLIMIT_AS: 8 << 30}
+# The address space keeps a server without defence from taking the memory of the machine. The limit
+# of threads holds for a user other than root, of whom there is no other process.
+LIMITS = {resource.RLIMIT_NOFILE: 1024, resource.RLIMIT_AS: 8 << 30, resource.RLIMIT_NPROC: 120}
+USER = 64120
 FLAGS = {"memory_limit": MEMORY_LIMIT, "max_scratch_bytes": 512 << 20}
 
 ROUNDS = 5
@@ -195,12 +198,27 @@ class Attacker:
         self._output.close()
 
 
-def attack_once(attack, form, niceness, flags):
+@contextlib.contextmanager
+def start_server(flags):
+    """Runs a server with LIMITS; gives it with its data folder. If this process may, the server is
+    of the user USER, with a copy of the program that this user can read."""
+    with tempfile.TemporaryDirectory(prefix="hypermap-attack-") as folder:
+        data_dir, program, user = pathlib.Path(folder) / "data", None, None
+        data_dir.mkdir()
+        if os.geteuid() == 0:
+            user, program = USER, pathlib.Path(folder) / "hypermapd"
+            shutil.copy(BIN / "hypermapd", program)
+            pathlib.Path(folder).chmod(0o755)
+            os.chown(data_dir, USER, -1)
+        with Server(data_dir, *flags, limits=LIMITS, program=program, user=user) as server:
+            yield server, data_dir
+
+
+def attack_once(attack, form, share, flags):
     """Runs one round against a server of its own."""
-    with tempfile.TemporaryDirectory(prefix="hypermap-attack-") as folder, \
-            Server(folder, *flags, limits=LIMITS) as server:
+    with start_server(flags) as (server, folder):
         make_maps(server)
-        with Attacker(attack.name, server.address, server.pid, folder, form, niceness) as attacker:
+        with Attacker(attack.name, server.address, server.pid, folder, form, share) as attacker:
             if attacker.read() != "prepared":
                 raise AssertionError(f"{attack.name} could not be prepared: {attacker.error()}")
             with Others(server.address) as clients:
@@ -315,9 +333,10 @@ def main():
     parser.add_argument("--short", action="store_true",
                         help="one short round, by default of the attacks that are defended")
     parser.add_argument("--rounds", type=int, help=f"rounds of each attack; default: {ROUNDS}")
-    parser.add_argument("--attacker_niceness", type=int, default=10,
-                        help="scheduling priority of the attackers (nice): in the field they do "
-                             "not share the server's processors")
+    parser.add_argument("--attackers_share", choices=("idle", "equal"), default="idle",
+                        help="share of the attackers in the processors: the time that nobody else "
+                             "needs, because in the field they are other machines, or as much as "
+                             "the server; default: idle")
     arguments = parser.parse_args()
     form = "short" if arguments.short else "full"
     rounds = arguments.rounds or (1 if arguments.short else ROUNDS)
@@ -329,7 +348,7 @@ def main():
     for name in names:
         attack, seen = attacks.BY_NAME[name], []
         while len(seen) < rounds and not (seen and seen[-1].served_s is None):
-            seen.append(attack_once(attack, form, arguments.attacker_niceness, flags))
+            seen.append(attack_once(attack, form, arguments.attackers_share, flags))
         results.append(Result(attack, form, seen))
         print(f"{name}: {'; '.join(results[-1].wrong) or 'defended'}", flush=True)
     print_table([result.row() for result in results])

@@ -11,6 +11,9 @@
 #include <utility>
 #include <vector>
 
+#include "absl/strings/str_cat.h"
+#include "map/edits/apply.h"
+#include "map/frames/frame_bounds.h"
 #include "map/geometry/polygon.h"
 
 namespace hypermap::bench {
@@ -71,6 +74,30 @@ Operation SlantedTeeth(int size) {
   return [ring = std::move(ring)] { return Polygon::Make(ring).ok(); };
 }
 
+// Applies a batch of transforms with chains of frames as deep as allowed.
+Operation ChainsOfFrames(int size) {
+  EditBatch batch;
+  for (int i = 0; i < size; ++i) {
+    const std::string parent = i % kMaxFrameDepth == 0 ? "map" : absl::StrCat("frame", i - 1);
+    batch.edits.push_back(SetTransform{{parent, absl::StrCat("frame", i), {}}});
+  }
+  return [batch = std::move(batch)] { return Apply(Snapshot(), batch).ok(); };
+}
+
+// Applies a batch of transforms that move a frame with `size` frames below it, `size` times.
+Operation MovingFrame(int size) {
+  Snapshot before;
+  for (int i = 0; i < size; ++i) {
+    before.frames.Set({"robot", absl::StrCat("sensor", i), {}}).IgnoreError();
+  }
+  EditBatch batch;
+  for (int i = 0; i < size; ++i) {
+    batch.edits.push_back(SetTransform{{i % 2 == 0 ? "map" : "odom", "robot", {}}});
+  }
+  return
+      [before = std::move(before), batch = std::move(batch)] { return Apply(before, batch).ok(); };
+}
+
 std::map<std::string, std::function<Operation(int size)>> Operations() {
   return {
       {"polygon_with_holes", [](int size) { return HolesSideBySide(size, /*overlap=*/false); }},
@@ -78,6 +105,8 @@ std::map<std::string, std::function<Operation(int size)>> Operations() {
        [](int size) { return HolesSideBySide(size, /*overlap=*/true); }},
       {"polygon_of_slanted_teeth", SlantedTeeth},
       {"polygon_of_nested_holes", NestedHoles},
+      {"chains_of_frames", ChainsOfFrames},
+      {"moving_frame", MovingFrame},
   };
 }
 

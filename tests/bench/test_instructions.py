@@ -33,6 +33,8 @@ GROWTH = {
     "polygon_with_overlapping_holes": 2_000,
     "polygon_of_slanted_teeth": 4_000,
     "polygon_of_nested_holes": 2_000,
+    "chains_of_frames": 1_024,
+    "moving_frame": 1_000,
 }
 # Maximum ratio of the instructions for an input of four times the size. O(n log n) is below 5, and
 # O(n^2) is 16.

@@ -85,6 +85,9 @@ def hmap_files(outside):
             ("frames in a circle",
              OBJECT_CONFIG + transforms(("a", "b", 0), ("b", "c", 0), ("c", "a", 0))),
             ("a transform that is not finite", OBJECT_CONFIG + transforms(("a", "b", ".nan"))),
+            ("a transform of huge numbers", OBJECT_CONFIG + transforms(("map", "b", "1e300"))),
+            ("a chain of too many frames",
+             OBJECT_CONFIG + transforms(*((f"f{i}", f"f{i + 1}", 0) for i in range(257)))),
             ("a class of a thousand letters", OBJECT_CONFIG.replace("SemanticLayer", "x" * 1000)),
             ("too many transforms",
              OBJECT_CONFIG + transforms(*((f"f{i}", f"f{i + 1}", 0) for i in range(2001))))):
@@ -122,6 +125,7 @@ def nav2_files():
             ("resolution 1e300", "0.05", "1e300"), ("a resolution of text", "0.05", "small"),
             ("an origin of two numbers", "[0, 0, 0]", "[0, 0]"),
             ("an origin that is not finite", "[0, 0, 0]", "[0, .nan, 0]"),
+            ("an origin of huge numbers", "[0, 0, 0]", "[1e300, -1e300, 0]"),
             ("an unknown negate", "negate: 0", "negate: perhaps"),
             ("an unknown mode", "negate: 0", "mode: evil"),
             ("a threshold that is not finite", "0.65", ".nan"),
@@ -159,15 +163,11 @@ def odd_files():
     yield one("two configurations", archive(
         ("hmap_config.yaml", OBJECT_CONFIG), ("hmap_config.yaml", "layers: []"),
         ("s", GOOD_OBJECTS)))
-    yield one("a transform of huge numbers", hmap(
-        s=GOOD_OBJECTS, hmap_config__yaml=OBJECT_CONFIG + transforms(("map", "b", "1e300"))))
     yield one("a label of invalid UTF-8", hmap(
         hmap_config__yaml=OBJECT_CONFIG, s=GOOD_OBJECTS.encode().replace(b" x", b" \xff\xfe")))
     yield one("huge coordinates", objects("POLYGON((0 0,1e300 0,1 1,0 1e300))"))
     yield one("an image without its end", hmap(
         hmap_config__yaml=GRID_CONFIG, g__yaml=GRID_YAML, g__png=GOOD_PNG[:-12]))
-    yield "an origin of huge numbers", "NAV2", [
-        ("g.png", GOOD_PNG), ("g.yaml", GRID_YAML.replace("[0, 0, 0]", "[1e300, -1e300, 0]"))]
     point = geojson([0, 0], "Point")
     yield "a label with a zero", "GEOJSON", [("x.geojson", point.replace(b'"x"', b'"x\\u0000x"'))]
     yield "a huge height", "GEOJSON", [

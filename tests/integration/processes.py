@@ -32,19 +32,23 @@ class Server:
     """A hypermapd process on `data_dir`. The end of the `with` block kills it if it still runs.
 
     `limits` are resource limits by their number, such as {resource.RLIMIT_NOFILE: 1024}; each is
-    the soft and the hard limit. `environment` are further environment variables.
+    the soft and the hard limit. `environment` are further environment variables. `program` is
+    another copy of the program, and `user` the number of the user that it runs as.
     """
 
-    def __init__(self, data_dir, *flags, limits=None, environment=None):
+    def __init__(self, data_dir, *flags, limits=None, environment=None, program=None, user=None):
         def limit_resources():
-            for number, value in limits.items():
+            for number, value in (limits or {}).items():
                 resource.setrlimit(number, (value, value))
+            if user is not None:
+                os.setuid(user)
 
         self._log = tempfile.TemporaryFile()
         self._process = subprocess.Popen(
-            [BIN / "hypermapd", f"--data_dir={data_dir}", "--listen=127.0.0.1:0", *flags],
+            [program or BIN / "hypermapd", f"--data_dir={data_dir}", "--listen=127.0.0.1:0",
+             *flags],
             stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=self._log,
-            preexec_fn=limit_resources if limits else None,
+            preexec_fn=limit_resources if limits or user is not None else None,
             env={**os.environ, **environment} if environment else None)
         try:
             self.stdout = self._read_until_ready()
@@ -82,9 +86,9 @@ class Server:
     def signal(self, number):
         self._process.send_signal(number)
 
-    def wait(self):
+    def wait(self, deadline_s=DEADLINE_S):
         """Waits until the process has ended and returns its exit code."""
-        return self._process.wait(DEADLINE_S)
+        return self._process.wait(deadline_s)
 
     def stop(self):
         """Stops the server with SIGTERM, like systemd, and returns its exit code."""

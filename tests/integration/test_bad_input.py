@@ -63,6 +63,11 @@ def edits(bad):
     return {"map": "site", "edits": [sites.put("good", 0, 0), bad]}
 
 
+def transform(parent, child, x=0.0, yaw=0.0):
+    return {"parent_frame_id": parent, "child_frame_id": child,
+            "parent_from_child": {"x": x, "y": x, "yaw": yaw}}
+
+
 def requests():
     """Yields (description, rpc, request, status or statuses, word in the error message)."""
     point, site = {"x": 0, "y": 0}, rpc.scope("site")
@@ -137,6 +142,19 @@ def requests():
     yield "transform that is not finite", "SetTransform", {"map": "site", "transform": {
         "parent_frame_id": "map", "child_frame_id": "a",
         "parent_from_child": {"x": 0, "y": "NaN", "yaw": 0}}}, INVALID, ""
+    for number in (1.001e9, -1e308):
+        far = transform("map", "a", number)
+        yield f"transform by {number} m", "SetTransform", {"map": "site", "transform": far}, \
+            INVALID, "parent_from_child: x or y is more than 1e+09 m"
+        yield f"edit that moves a frame by {number} m", "ApplyEdits", \
+            edits({"set_transform": {"transform": far}}), INVALID, "edits[1]: parent_from_child"
+        yield f"origin at {number} m", "CreateLayer", {"map": "site", "layer": {
+            "name": "x", "kind": "LAYER_KIND_OCCUPANCY",
+            "grid": {"origin": {"x": 0, "y": number, "yaw": 0}, "resolution_m": 1}}}, \
+            INVALID, "layer.grid.origin: x or y is more than 1e+09 m"
+    yield "frames too deep", "ApplyEdits", {"map": "site", "edits": [
+        {"set_transform": {"transform": transform("map" if i == 0 else f"f{i - 1}", f"f{i}")}}
+        for i in range(257)]}, EXHAUSTED, "edits[256]: parent_frame_id"
     yield "no edits", "ApplyEdits", {"map": "site"}, INVALID, "edits"
     yield "empty edit", "ApplyEdits", {"map": "site", "edits": [{}]}, INVALID, \
         "edits[0]"
@@ -178,7 +196,7 @@ class BadRequests(SiteTest):
     def setUp(self):
         super().setUp()
         self.site = self.server("--max_vertices=1000", "--max_question_vertices=500",
-                                "--max_edits=100")
+                                "--max_edits=300")
         self.client = self.enterContext(rpc.Client(self.site.address))
         sites.make(self.client)
         for name, kind in (("lanes", "LINE_STRING"), ("docks", "POINT")):
@@ -211,7 +229,7 @@ class BadRequests(SiteTest):
         error = self.refusal("ApplyEdits", {"map": "site", "edits": [
             sites.put_shape({"line_string": rpc.columns(ring)})]})
         self.assertEqual((error.code(), "max_vertices" in error.details()), (EXHAUSTED, True))
-        error = self.refusal("ApplyEdits", {"map": "site", "edits": [sites.put("x", 0, 0)] * 101})
+        error = self.refusal("ApplyEdits", {"map": "site", "edits": [sites.put("x", 0, 0)] * 301})
         self.assertEqual((error.code(), "max_edits" in error.details()), (EXHAUSTED, True))
 
     def test_a4_areas_of_questions_have_a_limit_of_their_own(self):
@@ -256,6 +274,65 @@ class BadRequests(SiteTest):
                 error = self.refusal(method, {"map": name})
                 self.assertIn(error.code(), (INVALID, NOT_FOUND))
         self.assertEqual({p.name for p in self.folder.iterdir()}, {"data"})
+
+
+class FarFrames(SiteTest):
+
+    def test_what_was_accepted_in_far_frames_is_there_after_a_restart(self):
+        """Puts objects by frames that are as far as allowed, one after the other, and much farther;
+        asks by all of them; and compares with the answers after a restart."""
+        shapes = [{"point": rpc.point(x, y)} for x in (0, -1e9, 1e9) for y in (1, -1e9, 1e9)]
+        shapes += [{"line_string": rpc.columns([(0, 0), (2e-7, 3e-7)])},
+                   {"polygon": sites.square(-1e9, -1e9, 1e9)}]
+        # Vertices that move across each other when they are rounded.
+        shapes += [{"polygon": {"outer": rpc.columns(
+            [(2.75 * bit, 2.91 * bit), (1.91 * bit, 1.45 * bit), (.06 * bit, .85 * bit),
+             (2.63 * bit, 1.58 * bit)])}}
+            for bit in (1e-9, 2**-24, 2**-23, 2**-22)]
+        frames = [("map", "half", 1e308), ("half", "far", 1e308), ("map", "near", 1e9),
+                  ("near", "next", 1e9), ("next", "last", 1e9), ("map", "back", -9e8)]
+        accepted = []
+
+        def asked(client):
+            """Returns all answers in all frames, and checks that their numbers are finite."""
+            answers = []
+            for frame in ("", *(child for _, child, _ in frames if child not in ("half", "far"))):
+                scope = rpc.scope("site", frame_id=frame)
+                answers += [client.QueryPoint(scope=scope, point=rpc.point(1, 1), tolerance_m=1e9)]
+                answers += client.QueryArea(scope=scope, area=sites.square(-1e9, -1e9, 2e9))
+                answers += client.QueryValue(scope=scope, value="thing")
+                answers += [client.QueryNearest(scope=scope, point=rpc.point(1.7e308, 1.7e308),
+                                                value="thing", k=100)]
+            text = [str(answer) for answer in answers]
+            self.assertNotRegex("".join(text), r"\b(nan|inf)\b")
+            return text
+
+        site = self.server()
+        with rpc.Client(site.address) as client:
+            sites.make(client)
+            client.ApplyEdits(map="site", edits=[sites.write_cells([[0.1, 0.9]])])
+            for parent, child, x in frames:
+                try:
+                    client.SetTransform(map="site", transform=transform(parent, child, x, 0.5))
+                except grpc.RpcError as error:
+                    self.assertEqual(error.code(), INVALID, error.details())
+            for frame in ("", *(child for _, child, _ in frames)):
+                for shape in shapes:
+                    put = sites.put_shape(shape)
+                    put["put_object"]["frame_id"] = frame
+                    try:
+                        accepted += client.ApplyEdits(map="site", edits=[put]).object_ids
+                    except grpc.RpcError as error:
+                        self.assertIn(error.code(), (INVALID, NOT_FOUND), error.details())
+            before = asked(client)
+        self.assertGreater(len(accepted), len(shapes))
+        self.assertEqual(site.stop(), 0)
+        with rpc.Client(self.server().address) as client:
+            self.assertEqual([m.problem for m in client.ListMaps().maps], [""])
+            self.assertEqual(asked(client), before)
+            found = {o.id for answer in client.QueryValue(scope=rpc.scope("site"), value="thing")
+                     for o in answer.part.objects}
+            self.assertEqual(found, set(accepted))
 
 
 def png_of(width, height, data=b""):

@@ -1,19 +1,27 @@
 """Tests of hypermap-ingest as a process. It sends recorded drives and streams of robots to a real
 server."""
 
+import base64
 import json
 import queue
 import signal
 import subprocess
+import sys
 import threading
 import time
 import unittest
 
 import grpc
+import numpy
+from google.protobuf import json_format
+from hypermap.v1 import frame_service_pb2
 
 import recordings
 import rpc
-from processes import BIN, DATA, DEADLINE_S, SiteTest
+from processes import BIN, DATA, DEADLINE_S, ROOT, SiteTest
+
+sys.path.append(str(ROOT / "tests" / "attack"))
+import http2  # pylint: disable=wrong-import-position
 
 WORKER = BIN / "hypermap-ingest"
 OFFICE = DATA / "rgbd" / "office_small"
@@ -216,6 +224,15 @@ class Service:
         assert line.startswith("hypermap-ingest ready on "), finish(self._process)
         self.address = line.split()[-1]
 
+    def running(self):
+        return self._process.poll() is None
+
+    def peak_memory(self):
+        """Returns the most bytes of memory that the process had in RAM so far."""
+        with open(f"/proc/{self._process.pid}/status", encoding="utf-8") as status:
+            (line,) = (line for line in status if line.startswith("VmHWM:"))
+        return int(line.split()[1]) << 10
+
     def stop(self):
         self._process.send_signal(signal.SIGTERM)
         return finish(self._process)
@@ -238,6 +255,15 @@ def send(client, requests):
         for acknowledgement in response.acknowledgements:
             answers.setdefault(acknowledgement.sequence, []).append(acknowledgement)
     return opened, answers
+
+
+def varint(number):
+    """Encodes a number as protobuf does."""
+    encoded = bytearray()
+    while number >= 128:
+        encoded.append(number & 127 | 128)
+        number >>= 7
+    return bytes([*encoded, number])
 
 
 class Serve(WorkerTest):
@@ -318,16 +344,114 @@ class Serve(WorkerTest):
                 send(client, requests)
             self.assertEqual(raised.exception.code(), grpc.StatusCode.INVALID_ARGUMENT)
 
+    def refused(self, client, requests):
+        """Sends requests that must end the stream. Returns (status code, message)."""
+        with self.assertRaises(grpc.RpcError) as raised:
+            send(client, requests)
+        return raised.exception.code(), raised.exception.details()
+
     def test_b9_frames_that_would_take_too_much_memory_are_refused(self):
         client = self.client(self.service("--memory_limit", 1 << 30))
         huge = recordings.opening("cart")
-        huge["opening"]["camera"].update(width=16384, height=16384)
-        with self.assertRaises(grpc.RpcError) as raised:
-            send(client, [huge])
-        self.assertEqual(raised.exception.code(), grpc.StatusCode.RESOURCE_EXHAUSTED)
-        self.assertIn("--memory_limit", raised.exception.details())
+        huge["opening"]["camera"].update(width=4096, height=4096)
+        code, message = self.refused(client, [huge])
+        self.assertEqual(code, grpc.StatusCode.RESOURCE_EXHAUSTED)
+        self.assertIn("--memory_limit", message)
         opened, _ = send(client, [recordings.opening("cart")])
         self.assertIsNotNone(opened)
+
+    def test_b9_cameras_beyond_sense_are_refused_by_the_name_of_the_field(self):
+        service = self.service()
+        client = self.client(service)
+        for field, value in (("width", 16384), ("height", -1), ("fx", 1e-300), ("fx", 1e-38),
+                             ("fx", 1e308), ("fy", 1e-12), ("fy", "NaN"), ("cx", 1e300),
+                             ("cy", "-Infinity"), ("distortion", [1e300]),
+                             ("distortion", [0, "NaN"])):
+            with self.subTest(field, value=value):
+                opening = recordings.opening("cart")
+                opening["opening"]["camera"][field] = value
+                code, message = self.refused(
+                    client, [opening, recordings.request(self.frames[0], 0)])
+                self.assertEqual(code, grpc.StatusCode.INVALID_ARGUMENT)
+                self.assertRegex(message, rf"^opening\.camera\.{field}\S* is .*must lie in")
+        # Of numbers that a camera may have, none does harm.
+        for i, camera in enumerate(({"fx": 1, "fy": 1}, {"fx": 1e6}, {"cx": -1e6},
+                                    {"distortion": [1e6, -1e6, 1e6, 1e6, -1e6]})):
+            opening = recordings.opening(f"odd{i}")
+            opening["opening"]["camera"].update(camera)
+            _, answers = send(client, [opening, recordings.request(self.frames[0], 0)])
+            self.assertEqual(set(answers), {0}, camera)
+        self.assertTrue(service.running())
+        _, answers = send(client, [recordings.opening("cart"),
+                                   recordings.request(self.frames[0], 0)])
+        self.assertEqual(self.outcomes(answers), {0: [1]})
+
+    def test_b9_a_small_message_with_large_masks_is_refused_before_they_are_decoded(self):
+        side, limit = 2000, 1 << 30
+        service = self.service("--memory_limit", limit)
+        opening = recordings.opening("cart")
+        opening["opening"]["camera"].update(width=side, height=side)
+        requests = [opening]
+        for sequence, masks in enumerate((254, 1)):
+            request = recordings.request(self.frames[0], sequence)
+            del request["frame"]["millimetres"]
+            depth = numpy.full((side, side), 1000, numpy.uint16)
+            request["frame"]["png"] = {"png": base64.b64encode(recordings.png(depth)).decode()}
+            request["frame"]["instances"] = masks * [
+                {"scores": [{"label": "box", "score": 0.9}], "runs": {"counts": [0, side * side]}}]
+            requests.append(request)
+        _, answers = send(self.client(service), requests)
+        self.assertEqual(self.outcomes(answers), {0: [4], 1: [1]})
+        self.assertIn("--memory_limit", answers[0][0].message)
+        self.assertLess(service.peak_memory(), limit // 2)
+        self.assertEqual(service.stop()[0], 0)
+
+    def test_b9_a_message_of_empty_instances_is_refused_before_it_is_parsed(self):
+        limit, instances = 1 << 30, 8_000_000
+        service = self.service("--memory_limit", limit)
+        request = frame_service_pb2.StreamFramesRequest(
+            frame=frame_service_pb2.RobotFrame(instances=[frame_service_pb2.FrameInstance()]))
+        empty = request.frame.SerializeToString()
+        body = request.SerializeToString().replace(  # its frame, with another length and content
+            bytes([len(empty)]) + empty, varint(len(empty) * instances) + empty * instances)
+        opening = frame_service_pb2.StreamFramesRequest()
+        json_format.ParseDict(recordings.opening("cart"), opening)
+        with grpc.insecure_channel(service.address, options=[
+                ("grpc.max_send_message_length", -1)]) as channel:
+            answers = channel.stream_stream("/hypermap.v1.FrameService/StreamFrames")(
+                iter([opening.SerializeToString(), body]), timeout=DEADLINE_S)
+            with self.assertRaises(grpc.RpcError) as raised:
+                list(answers)
+        self.assertEqual(raised.exception.code(), grpc.StatusCode.RESOURCE_EXHAUSTED)
+        self.assertIn("--memory_limit", raised.exception.details())
+        self.assertLess(service.peak_memory(), limit // 2)
+        _, answers = send(self.client(service), [recordings.opening("cart"),
+                                                 recordings.request(self.frames[0], 0)])
+        self.assertEqual(self.outcomes(answers), {0: [1]})
+
+    def test_b9_streams_of_one_address_leave_half_for_others(self):
+        service = self.service("--max_streams", 4)
+        opening = frame_service_pb2.StreamFramesRequest()
+        json_format.ParseDict(recordings.opening("held"), opening)
+        begin = http2.grpc_headers("FrameService/StreamFrames")
+        with http2.Connection(service.address, source=http2.ATTACKER,
+                              timeout_s=DEADLINE_S) as attacker:
+            for _ in range(3):
+                stream = attacker.new_stream()
+                attacker.send(http2.frame(http2.HEADERS, http2.END_HEADERS, stream, begin))
+                attacker.send_data(stream, http2.grpc_message(opening.SerializeToString()),
+                                   end=False)
+            while not attacker.ended:
+                attacker.receive(DEADLINE_S)
+            code, message = attacker.status(min(attacker.ended))
+            self.assertEqual(code, grpc.StatusCode.RESOURCE_EXHAUSTED.value[0])
+            self.assertIn("--max_streams", message)
+            _, answers = send(self.client(service), [recordings.opening("cart"),
+                                                     recordings.request(self.frames[0], 0)])
+            self.assertEqual(self.outcomes(answers), {0: [1]})
+        code, _, err = service.stop()
+        self.assertEqual(code, 0)
+        self.assertRegex(err, r"^streams are refused: --max_streams, 1 since the start.*\n$")
 
     def test_a_robot_gets_an_error_when_the_server_has_stopped(self):
         client, requests = self.client(self.service()), queue.Queue()

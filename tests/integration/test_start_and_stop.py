@@ -46,6 +46,18 @@ class StartAndStop(SiteTest):
             next(stream)
             self.assertEqual(site.stop(), 0, site.log())
 
+    def test_it_does_not_wait_for_connections_that_their_clients_do_not_close(self):
+        site = self.server("--grace=1h")
+        with rpc.Client(site.address) as client:
+            sites.make(client)
+        with socket.create_connection(("127.0.0.1", int(site.port)), timeout=5) as silent:
+            # The preface and an empty SETTINGS frame of HTTP/2.
+            silent.sendall(b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n" + bytes([0, 0, 0, 4, 0, 0, 0, 0, 0]))
+            silent.recv(1)
+            site.signal(signal.SIGTERM)
+            # gRPC alone would wait for 20 s.
+            self.assertEqual(site.wait(15), 0, site.log())
+
     def test_a_clean_stop_leaves_one_file_per_map(self):
         site = self.server()
         with rpc.Client(site.address) as client:

@@ -51,7 +51,7 @@ def target_of(header, quoted, tops):
 
     Returns ("room", path), ("library", name), ("standard", header) or ("unknown", header).
     """
-    if re.match(r"hypermap/v1/.*\.pb\.h$", header):
+    if re.match(r"(grpc|hypermap)/.*\.pb\.h$", header):
         return "room", "proto"
     if "/" in header and header.split("/")[0] in tops:
         return "room", header

@@ -27,6 +27,7 @@ class CheckIncludes(unittest.TestCase):
     def test_rooms_may_include_lower_rooms(self):
         self.assert_allowed("map/frames/frame_tree.h", '"map/geometry/point.h"')
         self.assert_allowed("wire/decode.cc", '"hypermap/v1/edit.pb.h"')
+        self.assert_allowed("wire/reflection/x.cc", '"grpc/reflection/v1/reflection.grpc.pb.h"')
         self.assert_allowed("storage/sqlite/connection.cc", "<sqlite3.h>")
         self.assert_allowed("map/layers/layer.h", '"map/grid/tile.h"')
         self.assert_allowed("map/geometry/predicates.cc", "<geos_c.h>")
@@ -38,6 +39,8 @@ class CheckIncludes(unittest.TestCase):
 
     def test_the_domain_must_not_use_protobuf_sql_or_grpc(self):
         self.assert_refused("map/edits/edit.h", '"hypermap/v1/edit.pb.h"', "must not include proto")
+        self.assert_refused("base/tls/x.cc", '"grpc/health/v1/health.pb.h"',
+                            "must not include proto")
         self.assert_refused("map/snapshot.cc", "<sqlite3.h>", "must not use sqlite")
         self.assert_refused("map/query/query.cc", "<grpcpp/grpcpp.h>", "must not use grpc")
 

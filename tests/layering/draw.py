@@ -16,7 +16,7 @@ DOCUMENT = pathlib.Path(__file__).parents[2] / "docs" / "architecture.md"
 BEGIN = "<!-- Drawn by tests/layering/draw.py. -->"
 END = "<!-- End of the drawing. -->"
 # Rooms that nearly all others use. Their arrows would hide the rest of the diagram.
-EVERYWHERE = {"base/cancellation", "base/limits", "base/status"}
+EVERYWHERE = {"base/cancellation", "base/limits", "base/metering", "base/status"}
 
 
 def reachable(edges, start):

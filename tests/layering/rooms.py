@@ -64,6 +64,7 @@ ROOMS = {
     "base/cancellation": Room([], {"absl"}),
     "base/images": Room(["base/cancellation", "base/status"], {"absl"}, hidden={"png"}),
     "base/limits": Room([], {"absl"}, outside_world=False),
+    "base/metering": Room(["base/status"], {"absl"}),
     "base/sync": Room([], {"absl"}),
     "base/text": Room([], {"absl"}, hidden={"utf8cpp"}, outside_world=False),
     "base/time": Room(["base/sync"], {"absl"}, hidden={"spdlog"}),
@@ -73,14 +74,14 @@ ROOMS = {
     "map/values": pure("base/containers"),
     "map/frames": pure("base/containers", "map/geometry"),
     "map/grid": pure("base/cancellation", "map/frames", "map/geometry", "map/values"),
-    "map/objects": pure("map/geometry", "map/values"),
+    "map/objects": pure("base/cancellation", "map/geometry", "map/values"),
     "map/layers": pure(
         "base/cancellation", "map/geometry", "map/grid", "map/objects", "map/values",
     ),
     "map": pure("base/containers", "map/frames", "map/grid", "map/layers"),
     "map/query": pure(
-        "base/cancellation", "map", "map/geometry", "map/grid", "map/layers", "map/objects",
-        "map/values",
+        "base/cancellation", "base/metering", "map", "map/geometry", "map/grid", "map/layers",
+        "map/objects", "map/values",
     ),
     "map/edits": pure(
         "base/cancellation", "base/limits", "base/status", "map", "map/frames", "map/grid",
@@ -98,16 +99,22 @@ ROOMS = {
     "map/evaluation": pure("map/geometry", "map/matching", "map/values"),
     # json: parameters and checkpoints are the strategies' own texts.
     "map/fusion": pure(
-        "map/geometry", "map/grid", "map/matching", "map/objects",
+        "base/cancellation", "map/geometry", "map/grid", "map/matching", "map/objects",
         "map/observations", hidden={"json"},
     ),
 
     # grpc: the only mapping between absl::Status and grpc::Status.
     "wire": Room(
-        ["base/cancellation", "base/limits", "base/status", "map", "map/edits", "map/exploration",
-         "map/frames", "map/geometry", "map/grid", "map/layers", "map/objects", "map/observations",
-         "map/query", "map/watch", "proto"],
+        ["base/cancellation", "base/limits", "base/status", "base/sync", "map", "map/edits",
+         "map/exploration", "map/frames", "map/geometry", "map/grid", "map/layers", "map/objects",
+         "map/observations", "map/query", "map/watch", "proto"],
         {"absl", "grpc", "protobuf"},
+    ),
+    # protobuf: sends the descriptors of the messages. It knows nothing of the domain.
+    "wire/reflection": Room(["base/status", "base/sync", "proto"], {"absl", "grpc", "protobuf"}),
+    # wire/reflection: its tickets admit the calls.
+    "wire/health": Room(
+        ["base/status", "base/sync", "proto", "wire/reflection"], {"absl", "grpc", "protobuf"},
     ),
 
     "storage": Room(
@@ -116,8 +123,8 @@ ROOMS = {
     ),
     "storage/sqlite": Room(["base/status"], {"absl", "sqlite"}),
     "storage/geopackage": Room(
-        ["base/cancellation", "base/images", "base/status", "base/sync", "base/text", "map",
-         "map/edits", "map/frames", "map/geometry", "map/grid", "map/layers", "map/objects",
+        ["base/cancellation", "base/images", "base/metering", "base/status", "base/sync", "base/text",
+         "map", "map/edits", "map/frames", "map/geometry", "map/grid", "map/layers", "map/objects",
          "storage", "storage/sqlite"],
         {"absl"}, hidden={"json", "tiff", "zlib"},
     ),
@@ -134,8 +141,8 @@ ROOMS = {
         {"absl"}, target="map_fusion",
     ),
     "server/session": Room(
-        ["base/admission", "base/cancellation", "base/limits", "base/status", "base/sync",
-         "base/time", "map", "map/edits", "map/layers", "map/objects", "map/observations",
+        ["base/admission", "base/cancellation", "base/limits", "base/metering", "base/status",
+         "base/sync", "base/time", "map", "map/edits", "map/layers", "map/objects", "map/observations",
          "map/query", "map/watch", "server/fusion", "storage"],
         {"absl", "spdlog"},
     ),
@@ -146,21 +153,21 @@ ROOMS = {
         {"absl"}, target="map_exploration",
     ),
     "server/rpc": Room(
-        ["base/admission", "base/cancellation", "base/digest", "base/limits", "base/status",
-         "base/sync", "base/text", "map", "map/layers", "map/query", "proto", "server/session",
-         "wire"],
+        ["base/admission", "base/cancellation", "base/digest", "base/limits", "base/metering",
+         "base/status", "base/sync", "base/text", "map", "map/layers", "map/query", "proto",
+         "server/session", "wire"],
         {"absl", "grpc", "protobuf", "spdlog"},
     ),
     "server/watch": Room(
-        ["base/admission", "base/limits", "base/status", "base/sync", "map/watch", "proto",
-         "server/rpc", "server/session", "wire"],
+        ["base/admission", "base/limits", "base/metering", "base/status", "base/sync", "map/watch",
+         "proto", "server/rpc", "server/session", "wire"],
         {"absl", "grpc", "protobuf"}, target="watch_service",
     ),
     "server/services": Room(
-        ["base/admission", "base/cancellation", "base/limits", "base/status", "base/sync",
-         "base/tls", "map", "map/layers", "map/observations", "map/query", "map/values", "proto",
+        ["base/admission", "base/cancellation", "base/limits", "base/metering", "base/status",
+         "base/sync", "base/tls", "map", "map/layers", "map/observations", "map/query", "map/values", "proto",
          "server/exploration", "server/fusion", "server/rpc", "server/session", "server/watch",
-         "storage/interchange", "wire"],
+         "storage/interchange", "wire", "wire/health", "wire/reflection"],
         {"absl", "grpc", "spdlog"},
     ),
     "server": Room(
@@ -170,8 +177,8 @@ ROOMS = {
     ),
 
     "ingest/perception": Room(
-        ["base/status", "base/sync", "map/geometry", "map/grid", "map/layers", "map/objects",
-         "map/observations"],
+        ["base/cancellation", "base/status", "base/sync", "map/geometry", "map/grid",
+         "map/layers", "map/objects", "map/observations"],
         {"absl", "eigen"},
     ),
     "ingest/perception/pcl": Room(
@@ -185,8 +192,9 @@ ROOMS = {
         {"absl", "eigen"}, hidden={"json", "yaml"},
     ),
     "ingest/frame_service": Room(
-        ["base/admission", "base/status", "base/sync", "client_libs/cpp", "ingest/perception",
-         "ingest/sources", "proto", "wire"],
+        ["base/admission", "base/cancellation", "base/status", "base/sync", "client_libs/cpp",
+         "ingest/perception", "ingest/sources", "proto", "wire", "wire/health",
+         "wire/reflection"],
         {"absl"}, hidden={"grpc"},
     ),
     "ingest/worker": Room(

@@ -13,6 +13,7 @@ import (
 	"net/netip"
 	"os"
 	"sync"
+	"sync/atomic"
 	"time"
 
 	"connectrpc.com/connect"
@@ -31,7 +32,7 @@ const (
 // requestBody is the body of a call. It unpacks gzip, takes memory for what it returns before it returns
 // it, and fails if the body is too large or too slow.
 //
-// Read is for one goroutine; the other functions may be called by others.
+// Read is for one goroutine; the other functions and isWhole may be used by others.
 type requestBody struct {
 	io.Reader // From the connection, over timedReader and one of the readers of messages.
 
@@ -40,6 +41,7 @@ type requestBody struct {
 	address netip.Addr
 	isJSON  bool
 	control *http.ResponseController
+	isWhole atomic.Bool // whether Read has returned the end of what was sent
 
 	mu      sync.Mutex
 	taken   int64
@@ -74,10 +76,11 @@ func newRequestBody(w http.ResponseWriter, r *http.Request, kind bodyKind, limit
 		control: http.NewResponseController(w),
 	}
 	if r.ContentLength == 0 {
+		b.isWhole.Store(true)
 		b.Reader = http.NoBody // A deadline would end a call that has nothing to read.
 		return b
 	}
-	timed := &timedReader{source: r.Body, setDeadline: b.setDeadline, limits: limits}
+	timed := &timedReader{source: r.Body, setDeadline: b.setDeadline, limits: limits, isWhole: &b.isWhole}
 	timed.start()
 	if kind.isStream {
 		b.Reader = &streamReader{body: b, source: timed, kind: kind}
@@ -197,6 +200,7 @@ type timedReader struct {
 	source      io.Reader
 	setDeadline func(time.Time) error
 	limits      *limits
+	isWhole     *atomic.Bool
 
 	started  time.Time
 	received int64
@@ -225,6 +229,9 @@ func (t *timedReader) readUntil(deadline time.Time, data []byte) (int, error) {
 	n, err := t.source.Read(data)
 	t.received += int64(n)
 	t.ended = err
+	if errors.Is(err, io.EOF) {
+		t.isWhole.Store(true)
+	}
 	return n, err
 }
 

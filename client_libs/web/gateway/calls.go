@@ -61,7 +61,12 @@ func (c *calls) bound(method protoreflect.MethodDescriptor, next http.Handler) h
 		if !method.IsStreamingServer() {
 			w = &answerWriter{ResponseWriter: w, limits: &c.limits}
 		}
-		next.ServeHTTP(&refusalWriter{ResponseWriter: w, request: r, body: body}, r)
+		next.ServeHTTP(&refusalWriter{
+			ResponseWriter: w,
+			request:        r,
+			body:           body,
+			isUpload:       method.IsStreamingClient(),
+		}, r)
 	})
 }
 
@@ -118,13 +123,18 @@ func takeBodyKind(r *http.Request, method protoreflect.MethodDescriptor) bodyKin
 
 // refusalWriter gives the answer to a refused body the status of the refusal. Protocols whose errors are
 // in the answer's body or trailers keep their status 200.
+//
+// An upload may be answered before its end, too. Then the rest of it is not waited for.
 type refusalWriter struct {
 	http.ResponseWriter
-	request *http.Request
-	body    *requestBody
+	request  *http.Request
+	body     *requestBody
+	isUpload bool
+	begun    bool
 }
 
 func (w *refusalWriter) WriteHeader(status int) {
+	w.begun = true
 	if refused := w.body.refusal(); refused != nil {
 		if status != http.StatusOK {
 			status = refused.status
@@ -134,7 +144,17 @@ func (w *refusalWriter) WriteHeader(status int) {
 		}
 		closeUnread(w.Header(), w.request)
 	}
+	if w.isUpload && !w.body.isWhole.Load() {
+		closeUnread(w.Header(), w.request)
+	}
 	w.ResponseWriter.WriteHeader(status)
+}
+
+func (w *refusalWriter) Write(data []byte) (int, error) {
+	if !w.begun {
+		w.WriteHeader(http.StatusOK)
+	}
+	return w.ResponseWriter.Write(data)
 }
 
 func (w *refusalWriter) Flush() { _ = http.NewResponseController(w.ResponseWriter).Flush() }

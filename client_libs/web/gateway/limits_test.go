@@ -19,6 +19,8 @@ import (
 
 	"connectrpc.com/connect"
 	"google.golang.org/grpc"
+	"google.golang.org/grpc/codes"
+	"google.golang.org/grpc/status"
 	"google.golang.org/protobuf/encoding/protojson"
 	"google.golang.org/protobuf/proto"
 	"google.golang.org/protobuf/types/dynamicpb"
@@ -108,6 +110,29 @@ func TestB12_SlowBodiesAreClosed(t *testing.T) {
 			t.Errorf("%d calls reached the server", calls.Load())
 		}
 	})
+}
+
+// The server may answer an upload at its first message. The answer does not wait for the rest.
+func TestAnswerBeforeTheEndOfAnUploadIsSentAtOnce(t *testing.T) {
+	server, _ := startBackend(t, "127.0.0.1:0", func(string, grpc.ServerStream) error {
+		return status.Error(codes.ResourceExhausted, "--max_import_bytes")
+	})
+	cfg := before(server)
+	cfg.limits = inShort()
+	cfg.limits.idleTime = deadline
+	conn := dial(t, startGateway(t, cfg), "")
+	head := post(importMap, "application/connect+proto", "Content-Length: 100000\r\n")
+	if _, err := io.WriteString(conn, head+"\x00\x00\x00\x00\x00"); err != nil {
+		t.Fatal(err)
+	}
+	time.Sleep(50 * time.Millisecond) // Until the server's answer has come; an earlier message may be forwarded.
+	if _, err := io.WriteString(conn, "\x00\x00\x00\x00\x00"); err != nil {
+		t.Fatal(err)
+	}
+	answer := untilClosed(t, conn, "")
+	if !strings.HasPrefix(answer, "HTTP/1.1 200") || !strings.Contains(answer, "--max_import_bytes") {
+		t.Errorf("%q", answer)
+	}
 }
 
 func TestB12_SlowBodiesOfHTTP2AreClosed(t *testing.T) {

@@ -62,6 +62,7 @@ class RegionGrowingSegmenter : public Segmenter {
     for (int32_t pixel = 0; pixel < static_cast<int32_t>(mask.size()); ++pixel) {
       if (mask[pixel] == 0 || !cloud.valid(pixel)) continue;
       const Eigen::Vector3f& p = cloud.camera[pixel];
+      if (!p.allFinite()) continue;  // PCL's search tree requires finite points.
       points->push_back(pcl::PointXYZ(p.x(), p.y(), p.z()));
       pixels.push_back(pixel);
     }
@@ -75,6 +76,7 @@ class RegionGrowingSegmenter : public Segmenter {
     std::sort(thing.begin(), thing.end());
     return thing;
   }
+  int bytes_per_pixel() const override { return 450; }
 };
 
 }  // namespace

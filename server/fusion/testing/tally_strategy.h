@@ -23,6 +23,9 @@ class TallyStrategy : public fusion::Strategy {
  public:
   explicit TallyStrategy(std::string name) : name_(std::move(name)) {}
 
+  // What a track counts as.
+  static constexpr int64_t kBytesOfTrack = 1000;
+
   struct Track {
     fusion::TrackKey key;
     ObjectPtr object;
@@ -34,6 +37,13 @@ class TallyStrategy : public fusion::Strategy {
   };
 
   absl::string_view name() const override { return name_; }
+  int64_t ByteSize(const fusion::StatePtr& state, const fusion::StatePtr& older) const override {
+    if (state == older) return 0;
+    return kBytesOfTrack * static_cast<int64_t>(static_cast<const State&>(*state).by_label.size());
+  }
+  int64_t MostGrowth(const Observation& observation) const override {
+    return kBytesOfTrack * static_cast<int64_t>(observation.detections.size());
+  }
   fusion::StatePtr Initial() const override { return std::make_shared<State>(); }
 
   fusion::StatePtr Fold(const fusion::StatePtr& state, const Observation& observation,

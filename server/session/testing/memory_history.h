@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "base/metering/memory_meter.h"
 #include "base/status/status_macros.h"
 #include "base/sync/mutex.h"
 #include "map/layers/grid_layer.h"
@@ -96,7 +97,9 @@ class MemoryPastMap : public storage::PastMap {
   absl::StatusOr<std::vector<ObjectPtr>> Objects(const std::string& layer) override {
     const auto* semantic = snapshot_->FindSemantic(layer);
     if (semantic == nullptr) return absl::NotFoundError(absl::StrCat("no objects in ", layer));
-    return semantic->Objects();
+    std::vector<ObjectPtr> objects = semantic->Objects();
+    for (const ObjectPtr& object : objects) HYPERMAP_RETURN_IF_ERROR(TakeMemory(ByteSize(*object)));
+    return objects;
   }
 
   absl::StatusOr<TileMap> Tiles(const std::string& layer, const CellBox& cells) override {

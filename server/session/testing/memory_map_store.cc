@@ -4,6 +4,7 @@
 #include <iterator>
 #include <utility>
 
+#include "base/cancellation/cancellation.h"
 #include "base/status/status_macros.h"
 #include "storage/incarnation.h"
 
@@ -85,6 +86,16 @@ void MemoryDisk::BreakFiles(const absl::Status& status) {
   file_status_ = status;
 }
 
+void MemoryDisk::FailCreationsLate(absl::Status status) {
+  MutexLock lock(&mutex_);
+  creation_status_ = std::move(status);
+}
+
+void MemoryDisk::FailDeletions(absl::Status status) {
+  MutexLock lock(&mutex_);
+  deletion_status_ = std::move(status);
+}
+
 std::vector<size_t> MemoryDisk::writes() const {
   MutexLock lock(&mutex_);
   return writes_;
@@ -96,6 +107,7 @@ absl::Status MemoryDisk::Write(File& file, absl::Span<const storage::Commit> com
   changed_.NotifyAll();
   while (held_) changed_.Wait(&mutex_);
   --waiting_;
+  HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
   HYPERMAP_RETURN_IF_ERROR(write_status_);
   writes_.push_back(commits.size());
   file.header.provisional = false;
@@ -155,6 +167,7 @@ absl::StatusOr<std::unique_ptr<storage::StoredMap>> MemoryMapStore::Create(
   if (!disk_->files_.emplace(header.name, file).second) {
     return absl::AlreadyExistsError(header.name);
   }
+  HYPERMAP_RETURN_IF_ERROR(disk_->creation_status_);
   file->open = true;
   return std::make_unique<MemoryMap>(disk_, std::move(file));
 }
@@ -178,6 +191,7 @@ absl::Status MemoryMapStore::Delete(const std::string& name, const std::string& 
   const auto it = disk_->files_.find(name);
   if (it == disk_->files_.end()) return absl::NotFoundError(name);
   if (it->second->open) return absl::FailedPreconditionError("open");
+  HYPERMAP_RETURN_IF_ERROR(disk_->deletion_status_);
   disk_->files_.erase(it);
   if (!request_id.empty()) disk_->deletions_[request_id] = name;
   return absl::OkStatus();

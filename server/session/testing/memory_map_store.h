@@ -27,6 +27,11 @@ class MemoryDisk {
   void FailWrites(absl::Status status);
   // Makes all writes and StoredMap::CheckFile fail with `status`, as if the files were replaced.
   void BreakFiles(const absl::Status& status);
+  // Makes all creations of maps fail with `status` after the map was made, as if it could be
+  // neither opened nor removed.
+  void FailCreationsLate(absl::Status status);
+  // Makes all deletions of maps fail with `status`.
+  void FailDeletions(absl::Status status);
   // The number of commits in each successful write.
   std::vector<size_t> writes() const;
 
@@ -58,6 +63,8 @@ class MemoryDisk {
   int waiting_ ABSL_GUARDED_BY(mutex_) = 0;
   absl::Status write_status_ ABSL_GUARDED_BY(mutex_);
   absl::Status file_status_ ABSL_GUARDED_BY(mutex_);
+  absl::Status creation_status_ ABSL_GUARDED_BY(mutex_);
+  absl::Status deletion_status_ ABSL_GUARDED_BY(mutex_);
   std::vector<size_t> writes_ ABSL_GUARDED_BY(mutex_);
   std::map<std::string, std::shared_ptr<File>> files_ ABSL_GUARDED_BY(mutex_);
   std::map<std::string, std::string> deletions_ ABSL_GUARDED_BY(mutex_);

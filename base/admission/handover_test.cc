@@ -1,0 +1,95 @@
+#include "base/admission/handover.h"
+
+#include <gtest/gtest.h>
+#include <sys/socket.h>
+
+#include <functional>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "absl/time/clock.h"
+#include "absl/time/time.h"
+#include "base/sync/mutex.h"
+
+namespace hypermap::admission {
+namespace {
+
+struct SocketPair {
+  FileDescriptor client;
+  FileDescriptor server;
+};
+
+SocketPair MakeSocketPair() {
+  int ends[2];
+  EXPECT_EQ(socketpair(AF_UNIX, SOCK_STREAM, 0, ends), 0);
+  return {FileDescriptor(ends[0]), FileDescriptor(ends[1])};
+}
+
+// Reads from each connection until its client is done, as gRPC does from one that never pauses.
+class HandoverTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    auto handover = Handover::Start([this](FileDescriptor socket) {
+      {
+        const MutexLock lock(&mutex_);
+        ++num_given_;
+      }
+      char byte = 0;
+      while (recv(socket.get(), &byte, 1, 0) > 0) continue;
+    });
+    ASSERT_TRUE(handover.ok()) << handover.status();
+    handover_ = *std::move(handover);
+  }
+
+  bool EventuallyGiven(int num) {
+    const absl::Time deadline = absl::Now() + absl::Seconds(20);
+    while (absl::Now() < deadline) {
+      handover_->Attend();
+      {
+        const MutexLock lock(&mutex_);
+        if (num_given_ == num) return true;
+      }
+      absl::SleepFor(absl::Milliseconds(1));
+    }
+    return false;
+  }
+
+  Mutex mutex_;
+  int num_given_ = 0;
+  std::unique_ptr<Handover> handover_;
+};
+
+TEST_F(HandoverTest, ConnectionThatKeepsItsThreadHoldsUpNoOther) {
+  SocketPair flood = MakeSocketPair();
+  SocketPair honest = MakeSocketPair();
+  handover_->Give(std::move(flood.server));
+  EXPECT_TRUE(EventuallyGiven(1));
+  handover_->Give(std::move(honest.server));
+  EXPECT_TRUE(EventuallyGiven(2));
+}
+
+TEST_F(HandoverTest, AsManyAsThereAreThreadsKeepOthersWaitingUntilOneEnds) {
+  std::vector<SocketPair> floods;
+  for (int i = 0; i < Handover::kMostThreads; ++i) {
+    floods.push_back(MakeSocketPair());
+    handover_->Give(std::move(floods.back().server));
+  }
+  EXPECT_TRUE(EventuallyGiven(Handover::kMostThreads));
+  SocketPair honest = MakeSocketPair();
+  handover_->Give(std::move(honest.server));
+  floods.pop_back();
+  EXPECT_TRUE(EventuallyGiven(Handover::kMostThreads + 1));
+}
+
+TEST_F(HandoverTest, EndsAlthoughConnectionsKeepItsThreads) {
+  SocketPair flood = MakeSocketPair();
+  handover_->Give(std::move(flood.server));
+  EXPECT_TRUE(EventuallyGiven(1));
+  handover_.reset();
+  char byte = 0;
+  EXPECT_EQ(recv(flood.client.get(), &byte, 1, 0), 0);
+}
+
+}  // namespace
+}  // namespace hypermap::admission

@@ -1,0 +1,98 @@
+// A layer of a map, compared with the filter of a watch. Private to this folder.
+#ifndef HYPERMAP_MAP_WATCH_FOLLOWED_LAYER_H_
+#define HYPERMAP_MAP_WATCH_FOLLOWED_LAYER_H_
+
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "absl/container/flat_hash_set.h"
+#include "absl/strings/string_view.h"
+#include "map/grid/cell_domain.h"
+#include "map/grid/tile.h"
+#include "map/objects/semantic_object.h"
+#include "map/structure.h"
+#include "map/watch/area_in_frames.h"
+#include "map/watch/watch_filter.h"
+
+namespace hypermap {
+
+// A filter in the form in which it is compared with layers. Used by one thread at a time.
+class PreparedFilter {
+ public:
+  // `frame_id` is that of the filter, resolved; `classes` are those of the filter, folded.
+  PreparedFilter(WatchFilter filter, std::string frame_id, std::set<std::string> classes);
+
+  const std::string& frame_id() const { return frame_id_; }
+  const std::set<std::string>& classes() const { return classes_; }
+  bool as_stored() const { return frames_ == WatchFilter::Frames::kAsStored; }
+  // Null: everywhere.
+  AreaInFrames* area() { return area_ ? &*area_ : nullptr; }
+  const AreaInFrames* area() const { return area_ ? &*area_ : nullptr; }
+
+  bool follows_all() const { return layers_.empty(); }
+  bool Follows(const std::string& layer) const;
+  // The names of the followed layers that are there, sorted.
+  std::vector<std::string> LayersIn(const MapStructure& structure) const;
+
+ private:
+  std::vector<std::string> layers_;  // Sorted, without repetitions. Empty: all.
+  std::string frame_id_;
+  std::set<std::string> classes_;
+  WatchFilter::Frames frames_;
+  std::optional<AreaInFrames> area_;
+};
+
+// The labels that the classes of a filter stand for in a layer. Refers to the words of both, which
+// must outlive this: a layer may have very many aliases.
+class LabelSet {
+ public:
+  LabelSet(const std::set<std::string>& classes, const ValueAliases& aliases);
+
+  // Whether there are no classes, or an object with this label, which need not be folded, is one of
+  // theirs.
+  bool Selects(const std::string& label) const;
+
+ private:
+  const std::set<std::string>& classes_;
+  absl::flat_hash_set<absl::string_view> more_;  // Besides the classes themselves.
+};
+
+// The filter in the terms of one layer: its area in the layer's frame, its classes as labels. Cheap
+// to make, because it converts the area when content is near it. To be made anew for each commit or
+// part of a selection.
+class FollowedLayer {
+ public:
+  // `layer` is one of the structure's. All arguments must outlive this.
+  FollowedLayer(PreparedFilter* filter, const MapStructure& structure, const LayerStructure& layer);
+
+  const LayerStructure& layer() const { return layer_; }
+  const LayerSpec& spec() const { return layer_.spec; }
+  // Null if the layer is not a grid.
+  const CellDomain* domain() const { return domain_.get(); }
+  bool connected() const { return connected_; }
+  const PlanarTransform& caller_from_layer() const { return caller_from_layer_; }
+
+  bool Selects(const ObjectPtr& object) const;
+
+  // Whether cells of this tile may be selected. REQUIRES: the layer is a grid.
+  bool MaySelect(const TileIndex& tile) const;
+  // The selected cells of a grid; null if all are. Valid until the area is used for another layer.
+  const CellCover* cover() const;
+
+ private:
+  const LayerStructure& layer_;
+  const std::shared_ptr<const CellDomain> domain_;
+  const LabelSet labels_;
+  AreaInFrames* const area_;  // Null: everywhere.
+  bool connected_ = false;
+  PlanarTransform caller_from_layer_;  // Identity if content is reported as stored.
+  PlanarTransform area_from_layer_;
+  Box bounds_;  // Contains the area, in the layer's frame.
+};
+
+}  // namespace hypermap
+
+#endif  // HYPERMAP_MAP_WATCH_FOLLOWED_LAYER_H_

@@ -1,0 +1,75 @@
+#include "server/capacity.h"
+
+#include <algorithm>
+
+#include "absl/status/status.h"
+#include "absl/strings/str_cat.h"
+#include "base/admission/file_limit.h"
+#include "base/status/status_macros.h"
+
+namespace hypermap::server {
+namespace {
+
+// Of the server: its log, pipes and polls, the listening sockets, the list of deletions, and the
+// files of a few creations, imports and backups under way.
+constexpr int64_t kFilesOfServer = 64;
+// Of an open map: its lock, its database and write-ahead log by the writer and by a reader of the
+// history, and the index of the log. One more for its opening.
+constexpr int64_t kFilesOfMap = 7;
+// The database and its log.
+constexpr int64_t kFilesOfReader = 2;
+// Besides which 16 connections fit (LimitConnections).
+constexpr int64_t kFewestFilesOfConnections = 24;
+// Of a new map, with its thread and the caches of its databases.
+constexpr int64_t kBytesOfMap = int64_t{1} << 20;
+constexpr int64_t kMostExtraReaders = 10'000;
+// Of the main program, the listener, timers, gRPC's beginning, and classes of work with a fixed
+// number of threads.
+constexpr int64_t kFixedThreads = 48;
+// Five classes of work, and those that gRPC starts when all of its own are busy.
+constexpr int64_t kThreadsOfWorker = 8;
+
+int64_t ThreadsOfServer(int num_workers) { return kFixedThreads + kThreadsOfWorker * num_workers; }
+
+// Files of which LimitConnections gives this many to connections.
+int64_t FilesOfConnections(int64_t connections) { return (connections + 2) / 3 * 4; }
+
+}  // namespace
+
+absl::StatusOr<Capacity> DivideResources(const Limits& limits, const Resources& resources,
+                                         int64_t num_maps) {
+  const int64_t threads_of_maps = resources.threads - ThreadsOfServer(resources.num_workers);
+  if (threads_of_maps < 1) {
+    return absl::FailedPreconditionError(absl::StrCat(
+        "the process may have ", resources.threads, " threads (ulimit -u, and pids.max of the ",
+        "control group, without those of other processes), and needs ",
+        ThreadsOfServer(resources.num_workers), ", and one for each map"));
+  }
+  const int64_t room = std::max<int64_t>(resources.files - kFilesOfServer, 0);
+  const int64_t readers = std::min(room / 8 / kFilesOfReader, kMostExtraReaders);
+  const int64_t divided = room - readers * kFilesOfReader;
+  const int64_t of_connections = std::max(
+      {divided / 7, kFewestFilesOfConnections, FilesOfConnections(limits.max_connections)});
+  const int64_t most_of_files = std::max<int64_t>((divided - of_connections) / kFilesOfMap, 1);
+  const int64_t most_maps = std::min(most_of_files, threads_of_maps);
+
+  int64_t maps = limits.max_maps;
+  if (maps == 0) {
+    maps = std::min(room / 8 * 3 / kFilesOfMap, limits.memory_limit / 4 / kBytesOfMap);
+    maps = std::clamp<int64_t>(std::max(maps, num_maps), 1, most_maps);
+  }
+  if (maps > most_maps) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "--max_maps=", maps, " is more than the ", most_maps, " for which the limit of ",
+        most_maps < most_of_files ? "threads (ulimit -u, pids.max)" : "open files (ulimit -n)",
+        " leaves room"));
+  }
+  HYPERMAP_ASSIGN_OR_RETURN(
+      const admission::ConnectionLimits connections,
+      admission::LimitConnections({limits.max_connections, limits.max_connections_per_address},
+                                  resources.files,
+                                  kFilesOfServer + readers * kFilesOfReader + maps * kFilesOfMap));
+  return Capacity{static_cast<int>(maps), static_cast<int>(readers), connections};
+}
+
+}  // namespace hypermap::server

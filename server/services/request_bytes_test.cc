@@ -1,0 +1,131 @@
+// Tests of what all rpcs do with the bytes of a request, whatever the rpc. A new rpc is tested by
+// itself, because the rpcs are those of the descriptors.
+#include <gmock/gmock.h>
+#include <grpcpp/generic/generic_stub.h>
+#include <grpcpp/grpcpp.h>
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "hypermap/v1/catalog_service.pb.h"
+#include "hypermap/v1/edit_service.pb.h"
+#include "hypermap/v1/exploration_service.pb.h"
+#include "hypermap/v1/ingest_service.pb.h"
+#include "hypermap/v1/query_service.pb.h"
+#include "hypermap/v1/watch_service.pb.h"
+#include "server/services/testing/test_server.h"
+
+namespace hypermap::server {
+namespace {
+
+using ::testing::HasSubstr;
+
+grpc::ByteBuffer BufferOf(const std::string& bytes) {
+  const grpc::Slice slice(bytes);
+  return grpc::ByteBuffer(&slice, 1);
+}
+
+// The paths of all rpcs.
+std::vector<std::string> AllRpcs() {
+  std::vector<std::string> paths;
+  for (const google::protobuf::FileDescriptor* file :
+       {v1::CreateMapRequest::descriptor()->file(), v1::ApplyEditsRequest::descriptor()->file(),
+        v1::ClaimGoalRequest::descriptor()->file(), v1::ObserveRequest::descriptor()->file(),
+        v1::QueryPointRequest::descriptor()->file(), v1::WatchRequest::descriptor()->file()}) {
+    for (int i = 0; i < file->service_count(); ++i) {
+      const google::protobuf::ServiceDescriptor& service = *file->service(i);
+      for (int j = 0; j < service.method_count(); ++j) {
+        paths.push_back(absl::StrCat("/", service.full_name(), "/", service.method(j)->name()));
+      }
+    }
+  }
+  return paths;
+}
+
+class RequestBytesTest : public ::testing::Test {
+ protected:
+  static Limits SmallMessages() {
+    Limits limits;
+    limits.max_message_bytes = 64 << 10;
+    return limits;
+  }
+
+  RequestBytesTest() { server_.MakeMap("site", LayerOfCups("cups", 1)); }
+
+  // Sends the messages, and returns the status with which the call ends.
+  grpc::Status StatusOf(const std::string& rpc, const std::vector<std::string>& messages) {
+    grpc::GenericStub stub(server_.channel());
+    grpc::ClientContext context;
+    grpc::CompletionQueue queue;
+    const auto stream = stub.PrepareCall(&context, rpc, &queue);
+    const auto wait = [&] {
+      void* tag = nullptr;
+      bool ok = false;
+      return queue.Next(&tag, &ok) && ok;
+    };
+    stream->StartCall(nullptr);
+    wait();
+    for (const std::string& message : messages) {
+      stream->Write(BufferOf(message), nullptr);
+      wait();
+    }
+    stream->WritesDone(nullptr);
+    wait();
+    grpc::ByteBuffer answer;
+    do {
+      stream->Read(&answer, nullptr);
+    } while (wait());
+    grpc::Status status;
+    stream->Finish(&status, nullptr);
+    wait();
+    return status;
+  }
+
+  TestServer server_{SmallMessages()};
+};
+
+TEST_F(RequestBytesTest, BytesThatAreNoMessageAreInvalid) {
+  for (const std::string& rpc : AllRpcs()) {
+    const grpc::Status status = StatusOf(rpc, {"\xff"});
+    EXPECT_EQ(status.error_code(), grpc::StatusCode::INVALID_ARGUMENT) << rpc;
+    EXPECT_THAT(status.error_message(), HasSubstr("the request is not a hypermap.v1.")) << rpc;
+  }
+  // As the second message of a stream, too: the stream does not end as if it were complete.
+  v1::ImportMapRequest header;
+  header.mutable_header()->set_map("imported");
+  header.mutable_header()->set_create_map(true);
+  const grpc::Status status =
+      StatusOf("/hypermap.v1.CatalogService/ImportMap", {header.SerializeAsString(), "\xff"});
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+  EXPECT_THAT(status.error_message(), HasSubstr("the request is not a hypermap.v1."));
+}
+
+TEST_F(RequestBytesTest, MessagesThatTakeFarMoreMemoryThanBytesAreRefused) {
+  // Unknown fields of two bytes each, which take sixteen when they are parsed.
+  std::string dense;
+  while (dense.size() < 1'000'000) dense += std::string("\x78\x00", 2);
+  for (const std::string& rpc : AllRpcs()) {
+    const grpc::Status status = StatusOf(rpc, {dense});
+    EXPECT_EQ(status.error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED)
+        << rpc << " " << status.error_message();
+  }
+  EXPECT_EQ(server_.budgets().request_bytes.used(), 0);
+}
+
+TEST_F(RequestBytesTest, LargeMessagesAreChargedUntilTheyAreAnswered) {
+  // Fewer of them are accepted, one after the other.
+  std::string dense;
+  while (dense.size() < 20'000) dense += std::string("\x78\x00", 2);
+  for (const std::string& rpc : AllRpcs()) {
+    const grpc::Status status = StatusOf(rpc, {dense});
+    EXPECT_NE(status.error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED)
+        << rpc << " " << status.error_message();
+  }
+  EXPECT_EQ(server_.budgets().request_bytes.used(), 0);
+}
+
+}  // namespace
+}  // namespace hypermap::server
