@@ -209,13 +209,11 @@ void ConnectionListener::ReleaseHeld() {
     if (IsClosedByPeer(held.socket.get())) continue;
     // A clock that was set back must not hold anybody for long.
     const bool waits = now < held.until && held.until < now + kMostHolds * kHoldPerFlood;
-    if (waits) {
-      // Also if it is a flood already: a client that is told later comes again later.
-      waiting.push_back(std::move(held));
-    } else if (HasManyResets(held.socket.get())) {
+    // A flood is shut down only after its wait: a client that is told later comes again later.
+    if (!waits && HasManyResets(held.socket.get())) {
       Suspected(held.host);
       ++num_shut_down_;
-    } else if (!pace_.Take(held.host, now)) {
+    } else if (waits || !pace_.Take(held.host, now)) {
       waiting.push_back(std::move(held));
     } else {
       connections_.SetHeld(held.socket.get(), false);

@@ -35,8 +35,9 @@ int64_t ResidentMemory() {
   const absl::string_view line(text, static_cast<size_t>(size));
   const size_t begin = line.find(' ') + 1;
   int64_t resident_pages = 0;
-  if (!absl::SimpleAtoi(line.substr(begin, line.find(' ', begin) - begin), &resident_pages))
+  if (!absl::SimpleAtoi(line.substr(begin, line.find(' ', begin) - begin), &resident_pages)) {
     return 0;
+  }
   return resident_pages * sysconf(_SC_PAGESIZE);
 }
 

@@ -227,7 +227,7 @@ absl::Status FrameCall::Work(client::ObserveStream& upstream) {
   const ScopedCancellation here(&cancellation);
   while (const std::optional<WaitingFrame> next = Pop()) {
     const int64_t bytes = MemoryOfInstances(source_, next->frame, calls_->options.max_instances);
-    if (const absl::Status status = Charge(bytes, next->bytes); !status.ok()) {
+    if (absl::Status status = Charge(bytes, next->bytes); !status.ok()) {
       if (admission::IsTryLater(status)) return status;
       // The frame would not be accepted later, either.
       calls_->refusals.Count(status);

@@ -80,7 +80,8 @@ struct Observer::Impl {
   ObserverOptions options;
 };
 
-Observer::Observer(std::unique_ptr<Segmenter> segmenter, std::shared_ptr<const GridLayer> occupancy,
+Observer::Observer(std::unique_ptr<Segmenter> segmenter,
+                   const std::shared_ptr<const GridLayer>& occupancy,
                    const ObserverOptions& options) {
   auto impl = std::make_unique<Impl>();
   impl->segmenter = std::move(segmenter);

@@ -33,7 +33,7 @@ class Observer {
  public:
   // `occupancy` may be null. Otherwise it is in the frame of the poses, and the pose of each frame
   // is refined, within its covariance, by matching its walls to the occupied cells.
-  Observer(std::unique_ptr<Segmenter> segmenter, std::shared_ptr<const GridLayer> occupancy,
+  Observer(std::unique_ptr<Segmenter> segmenter, const std::shared_ptr<const GridLayer>& occupancy,
            const ObserverOptions& options);
   ~Observer();
 

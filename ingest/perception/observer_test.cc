@@ -31,8 +31,8 @@ using testing::WalledRoom;
 using Scores = std::map<std::string, double>;
 
 Observer MakeObserver(const ObserverOptions& options = {},
-                      std::shared_ptr<const GridLayer> occupancy = nullptr) {
-  return Observer(MakeOrganisedSegmenter(), std::move(occupancy), options);
+                      const std::shared_ptr<const GridLayer>& occupancy = nullptr) {
+  return Observer(MakeOrganisedSegmenter(), occupancy, options);
 }
 
 // Three crates side by side, 2 m ahead.

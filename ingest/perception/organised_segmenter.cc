@@ -341,6 +341,7 @@ void Segmentation::KeepNearComponents() {
   const float reach = 0.05f + 3.0f * DepthSigma(main->near);
   const int at_least = std::max(3, main->pixels / 100);
   std::vector<uint8_t> stays;
+  stays.reserve(components.size());
   for (const Component& component : components) {
     stays.push_back(&component == &*main ||
                     (component.pixels >= at_least && component.near <= main->far + reach &&

@@ -77,8 +77,9 @@ Polygon FreeSpace(const OrganisedCloud& cloud, const VisibilityOptions& options)
   Eigen::Vector2f mean = Eigen::Vector2f::Zero();
   const size_t thin = std::max<size_t>(5, cloud.camera.size() / 5003 | 1);
   for (size_t i = 0; i < cloud.camera.size(); i += thin) {
-    if (cloud.valid(static_cast<int32_t>(i)))
+    if (cloud.valid(static_cast<int32_t>(i))) {
       mean += cloud.upright(static_cast<int32_t>(i)).head<2>().normalized();
+    }
   }
   if (mean.norm() == 0.0f) return {};
   fan.axis = std::atan2(mean.y(), mean.x());

@@ -39,8 +39,10 @@ class CellRaster {
            static_cast<size_t>(cell.col - box_.col_begin);
   }
   CellIndex CellOf(size_t index) const {
-    return {box_.row_begin + static_cast<int32_t>(index / box_.cols()),
-            box_.col_begin + static_cast<int32_t>(index % box_.cols())};
+    // Not cols(), which is 0 for an empty box: that has no positions.
+    const auto cols = static_cast<size_t>(int64_t{box_.col_end} - box_.col_begin);
+    return {box_.row_begin + static_cast<int32_t>(index / cols),
+            box_.col_begin + static_cast<int32_t>(index % cols)};
   }
   const std::vector<T>& values() const { return values_; }
   std::vector<T>& mutable_values() { return values_; }

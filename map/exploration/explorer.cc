@@ -349,8 +349,9 @@ std::optional<Explorer::ChosenViewpoint> Explorer::ChooseViewpoint(
           const int64_t times_exceeded = looked / kMaxLooked;
           if (best && times_exceeded > 0) return false;
           if (!is_tried(cell) || is_taken(cell)) return true;
-          if (places_met++ % (int64_t{1} << std::min<int64_t>(times_exceeded, 20)) != 0)
+          if (places_met++ % (int64_t{1} << std::min<int64_t>(times_exceeded, 20)) != 0) {
             return true;
+          }
           const auto is_worth_it = [&](int64_t gain) {
             return gain >= options_.min_gain_cells &&
                    static_cast<double>(gain) / (path_m + kSetOut_m) > best_utility;
