@@ -8,6 +8,7 @@
 
 #include "absl/container/inlined_vector.h"
 #include "base/cancellation/cancellation.h"
+#include "base/cancellation/give_way.h"
 #include "map/geometry/predicates.h"
 #include "map/objects/prefetch.h"
 
@@ -134,6 +135,24 @@ class NearestObjects {
   std::priority_queue<Found, absl::InlinedVector<Found, kMaxGroup>> best_;  // Farthest first.
 };
 
+// Appends to the hits. Copies them in pieces when they need more memory, because a copy of
+// megabytes would hold other threads up.
+void Append(const PointsContent::Hit& hit, std::vector<PointsContent::Hit>* hits) {
+  constexpr size_t kPiece = 8192;
+  if (hits->size() == hits->capacity() && hits->size() >= kPiece) {
+    std::vector<PointsContent::Hit> larger;
+    larger.reserve(2 * hits->size());
+    for (size_t i = 0; i < hits->size(); i += kPiece) {
+      const auto piece = hits->begin() + static_cast<ptrdiff_t>(i);
+      larger.insert(larger.end(), piece,
+                    piece + static_cast<ptrdiff_t>(std::min(kPiece, hits->size() - i)));
+      GiveWay();
+    }
+    hits->swap(larger);
+  }
+  hits->push_back(hit);
+}
+
 }  // namespace
 
 SemanticLayer::SemanticLayer(LayerSpec spec) : SemanticLayer(std::move(spec), {}) {}
@@ -214,14 +233,14 @@ void SemanticLayer::ContentAtEach(absl::Span<const Point> points, double toleran
   const auto has_room = [content] { return content->hits.size() <= content->max_hits; };
   if (tolerance_m == 0.0) {
     index_->CoverEach(points, [&](uint32_t point, const ObjectPtr& object) {
-      content->hits.push_back({point, object.get()});
+      Append({point, object.get()}, &content->hits);
       return has_room();
     });
     return;
   }
   for (size_t i = 0; i < points.size() && has_room() && !IsCancelled(); ++i) {
     VisitWithin(points[i], tolerance_m, [&](const ObjectPtr& object) {
-      if (has_room()) content->hits.push_back({static_cast<uint32_t>(i), object.get()});
+      if (has_room()) Append({static_cast<uint32_t>(i), object.get()}, &content->hits);
     });
   }
 }

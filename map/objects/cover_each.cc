@@ -7,6 +7,7 @@
 
 #include "absl/container/inlined_vector.h"
 #include "base/cancellation/cancellation.h"
+#include "base/cancellation/give_way.h"
 #include "map/geometry/predicates.h"
 #include "map/objects/object_index.h"
 #include "map/objects/prefetch.h"
@@ -19,7 +20,10 @@ namespace {
 constexpr size_t kMaxLooks = 128;
 // Candidates of a chunk of several points. Where objects lie on top of each other, chunks are
 // smaller.
-constexpr size_t kMaxCandidates = 64 << 10;
+constexpr size_t kMaxCandidates = 2048;
+// Candidates between two yields, and whose memory is fetched together.
+constexpr size_t kBlock = 1024;
+
 struct CellLook {
   const CellLevel* level;
   uint32_t run;
@@ -35,6 +39,7 @@ struct ObjectIndex::Cover {
   uint32_t run;
   const ObjectPtr* place;
   const SemanticObject* object;
+  ObjectId id;
 };
 
 void ObjectIndex::CoverEach(absl::Span<const Point> points,
@@ -50,7 +55,7 @@ void ObjectIndex::CoverEach(absl::Span<const Point> points,
       chunk = (chunk + 1) / 2;
     }
     std::sort(covers.begin(), covers.end(), [](const Cover& a, const Cover& b) {
-      return a.point != b.point ? a.point < b.point : a.object->id < b.object->id;
+      return a.point != b.point ? a.point < b.point : a.id < b.id;
     });
     for (const Cover& cover : covers) {
       if (!visit(cover.point, *cover.place)) return;
@@ -80,24 +85,32 @@ bool ObjectIndex::CoverChunk(absl::Span<const Point> points, size_t begin, size_
     look.level->Read(look.look, [&](int32_t item) {
       const ObjectPtr* const place = &run.object(item);
       __builtin_prefetch(place);
-      covers->push_back({look.point, look.run, place, nullptr});
+      covers->push_back({look.point, look.run, place, nullptr, 0});
     });
   }
-  for (Cover& cover : *covers) {
-    cover.object = cover.place->get();
-    PrefetchShape(*cover.object);
+  size_t num_kept = 0;
+  for (size_t i = 0; i < covers->size(); i += kBlock) {
+    const auto block = covers->begin() + static_cast<ptrdiff_t>(i);
+    const auto block_end = block + static_cast<ptrdiff_t>(std::min(kBlock, covers->size() - i));
+    for (auto cover = block; cover != block_end; ++cover) {
+      cover->object = cover->place->get();
+      PrefetchShape(*cover->object);
+    }
+    const auto last_near = std::remove_if(block, block_end, [&](Cover& cover) {
+      const Shape& shape = cover.object->shape;
+      if (!shape.bounds().Covers(points[cover.point])) return true;
+      cover.id = cover.object->id;
+      PrefetchVertices(shape);
+      return false;
+    });
+    const auto last = std::remove_if(block, last_near, [&](const Cover& cover) {
+      return !Covers(cover.object->shape, points[cover.point]) || IsHidden(cover.run, cover.id);
+    });
+    if (num_kept != i) std::move(block, last, covers->begin() + static_cast<ptrdiff_t>(num_kept));
+    num_kept += static_cast<size_t>(last - block);
+    if (i + kBlock < covers->size()) GiveWay();
   }
-  const auto last_near = std::remove_if(covers->begin(), covers->end(), [&](const Cover& cover) {
-    const Shape& shape = cover.object->shape;
-    if (!shape.bounds().Covers(points[cover.point])) return true;
-    PrefetchVertices(shape);
-    return false;
-  });
-  const auto last = std::remove_if(covers->begin(), last_near, [&](const Cover& cover) {
-    return !Covers(cover.object->shape, points[cover.point]) ||
-           IsHidden(cover.run, cover.object->id);
-  });
-  covers->erase(last, covers->end());
+  covers->resize(num_kept);
   for (const Change& change : recent_) {
     const Box& box = change.box;
     for (size_t i = begin; i < end; ++i) {
@@ -105,7 +118,8 @@ bool ObjectIndex::CoverChunk(absl::Span<const Point> points, size_t begin, size_
       // Compares all four sides without branches, which would be mispredicted more often than not.
       if ((p.x < box.min.x) | (p.x > box.max.x) | (p.y < box.min.y) | (p.y > box.max.y)) continue;
       if (!Covers(change.object->shape, p)) continue;
-      covers->push_back({static_cast<uint32_t>(i), 0, &change.object, change.object.get()});
+      covers->push_back(
+          {static_cast<uint32_t>(i), 0, &change.object, change.object.get(), change.object->id});
     }
   }
   return true;

@@ -176,20 +176,22 @@ std::optional<absl::Status> PointsCall::TakeBatch() {
   if (batch_.has_opening()) {
     HYPERMAP_RETURN_IF_ERROR(Open());
     if (as_of_.min_revision > 0) {
-      wait_.Start(*facilities_, map_, as_of_.min_revision,
-                  [this] { AnswerOn(&facilities_->workers->questions); });
+      wait_.Start(*facilities_, map_, as_of_.min_revision, [this] {
+        WorkerPools& workers = *facilities_->workers;
+        AnswerOn(IsLong() ? &workers.long_questions : &workers.questions);
+      });
       return std::nullopt;
     }
   }
   if (!opened_) return absl::InvalidArgumentError("the first message must carry the opening");
-  if (!(tolerance_m_ <= kSmallTolerance_m)) {
-    AnswerOn(&facilities_->workers->long_questions);
-  } else if (as_of_.is_past() || batch_.xs_size() > kMaxInlinePoints) {
-    AnswerOn(&facilities_->workers->questions);
-  } else {
-    return AnswerAtOnce();
-  }
+  if (!IsLong()) return AnswerAtOnce();
+  AnswerOn(&facilities_->workers->long_questions);
   return std::nullopt;
+}
+
+bool PointsCall::IsLong() const {
+  return as_of_.is_past() || batch_.xs_size() > kMaxInlinePoints ||
+         !(tolerance_m_ <= kSmallTolerance_m);
 }
 
 std::optional<absl::Status> PointsCall::AnswerAtOnce() {

@@ -78,6 +78,9 @@ class PointsCall final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::
   // nullopt if they gave it to another owner: a write, a worker or a wait. Then this may be deleted
   // already.
   std::optional<absl::Status> TakeBatch();
+  // Whether the batch is left to a worker at once: it is large, may have much in its reach, or asks
+  // the past, which is read from the disk.
+  bool IsLong() const;
   // Leaves a batch that takes long to a worker.
   std::optional<absl::Status> AnswerAtOnce();
   void AnswerOn(WorkerPool* workers);

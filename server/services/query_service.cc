@@ -41,6 +41,12 @@ bool AsksNewest(const Request& request) {
   return as_of.as_of_case() == v1::AsOf::AS_OF_NOT_SET && as_of.min_revision() == 0;
 }
 
+// Whether the query is about the past, which is read from the disk.
+template <typename Request>
+bool AsksPast(const Request& request) {
+  return request.as_of().as_of_case() != v1::AsOf::AS_OF_NOT_SET;
+}
+
 int NumVertices(const v1::Polygon& area) {
   int sum = area.outer().xs_size();
   for (const v1::Ring& hole : area.holes()) sum += hole.xs_size();
@@ -123,7 +129,7 @@ grpc::ServerWriteReactor<grpc::ByteBuffer>* QueryService::Begin(
         [this, &request](RevisionWait& wait, auto done) {
           wait.Start(facilities_, request.scope(), request.as_of().min_revision(), std::move(done));
         },
-        NumVertices(request.area()) > kFewVertices);
+        AsksPast(request) || NumVertices(request.area()) > kFewVertices);
   }
   return answer;
 }
@@ -135,7 +141,7 @@ grpc::ServerUnaryReactor* QueryService::QueryPoint(grpc::CallbackServerContext* 
       facilities_.budgets, context, "QueryPoint", {request, response});
   const v1::QueryPointRequest& asked = call->request();
   const auto answer = &QueryService::AnswerPoint;
-  if (!(asked.tolerance_m() <= kSmallTolerance_m)) {
+  if (AsksPast(asked) || !(asked.tolerance_m() <= kSmallTolerance_m)) {
     return AnswerLater(call, &facilities_.workers->long_questions, answer);
   }
   if (AsksNewest(asked)) return AnswerAtOnce(call, answer);
@@ -231,7 +237,7 @@ grpc::ServerUnaryReactor* QueryService::QueryNearest(grpc::CallbackServerContext
       facilities_.budgets, context, "QueryNearest", {request, response});
   const auto answer = &QueryService::AnswerNearest;
   const v1::QueryNearestRequest& asked = call->request();
-  if (asked.k() > kFewNeighbours || !AsksObjectsOnly(asked)) {
+  if (AsksPast(asked) || asked.k() > kFewNeighbours || !AsksObjectsOnly(asked)) {
     return AnswerLater(call, &facilities_.workers->long_questions, answer);
   }
   if (AsksNewest(asked)) return AnswerAtOnce(call, answer);
