@@ -12,10 +12,7 @@ namespace hypermap::server {
 namespace {
 
 // The shortest slice that the kernel grants. Its default is some milliseconds.
-constexpr uint64_t kShortSlice_ns = 100'000;
-// Of two threads that may run, the kernel takes the one whose slice would end first. A long slice
-// lets every thread that wakes up go first.
-constexpr uint64_t kLongSlice_ns = 10'000'000;
+constexpr uint64_t kSlice_ns = 100'000;
 
 // The first version of struct sched_attr, which the C library does not declare (sched_setattr(2)).
 struct SchedulingAttributes {
@@ -30,10 +27,10 @@ struct SchedulingAttributes {
 };
 
 // Sets the niceness of the calling thread, and its time slice.
-void Schedule(int niceness, uint64_t slice_ns) {
+void Schedule(int niceness) {
   SchedulingAttributes attributes;
   attributes.niceness = niceness;
-  attributes.slice_ns = slice_ns;
+  attributes.slice_ns = kSlice_ns;
   // The C library has no wrapper. Failure is not an error: everything works as well without.
   syscall(SYS_sched_setattr, 0, &attributes, 0);
 }
@@ -42,8 +39,8 @@ int Niceness() { return getpriority(PRIO_PROCESS, static_cast<id_t>(gettid())); 
 
 }  // namespace
 
-void RequestShortSlices() { Schedule(Niceness(), kShortSlice_ns); }
+void RequestShortSlices() { Schedule(Niceness()); }
 
-void LowerPriority(int niceness) { Schedule(std::max(niceness, Niceness()), kShortSlice_ns); }
+void LowerPriority(int niceness) { Schedule(std::max(niceness, Niceness())); }
 
 }  // namespace hypermap::server
