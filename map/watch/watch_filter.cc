@@ -5,8 +5,9 @@ namespace {
 
 int64_t ByteSize(const std::vector<std::string>& words) {
   int64_t bytes = 0;
-  for (const std::string& word : words)
+  for (const std::string& word : words) {
     bytes += static_cast<int64_t>(sizeof(std::string) + word.size());
+  }
   return bytes;
 }
 

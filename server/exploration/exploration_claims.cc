@@ -1,9 +1,11 @@
 // The calls of MapExplorations that concern goals: Claim, Renew and Release.
+#include <algorithm>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
 #include "base/cancellation/cancellation.h"
 #include "base/limits/limits.h"
@@ -19,9 +21,14 @@ absl::Status NotHeld(const std::string& robot, ObjectId goal_id) {
 }
 
 absl::Status CheckRobot(const std::string& robot) {
-  if (!robot.empty() && robot.size() <= FixedLimits::kMaxRobotLength) return absl::OkStatus();
-  return absl::InvalidArgumentError(
-      absl::StrCat("robot must have 1 to ", FixedLimits::kMaxRobotLength, " characters"));
+  if (robot.empty() || robot.size() > FixedLimits::kMaxRobotLength) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("robot must have 1 to ", FixedLimits::kMaxRobotLength, " characters"));
+  }
+  if (std::any_of(robot.begin(), robot.end(), absl::ascii_iscntrl)) {
+    return absl::InvalidArgumentError("robot has control characters");
+  }
+  return absl::OkStatus();
 }
 
 absl::Status CheckLease(absl::Duration lease) {

@@ -282,6 +282,7 @@ TEST_F(ExplorationServiceTest, WhatIsWrongIsRefusedByName) {
   cases.push_back({claim([](auto& r) { r.clear_pose(); }), invalid, "pose"});
   cases.push_back({claim([](auto& r) { r.mutable_pose()->set_x(kNan); }), invalid, "pose"});
   cases.push_back({claim([](auto& r) { r.clear_robot(); }), invalid, "robot"});
+  cases.push_back({claim([](auto& r) { r.set_robot("r\n1"); }), invalid, "control characters"});
   cases.push_back({claim([](auto& r) { r.mutable_lease()->set_seconds(601); }), invalid, "lease"});
   cases.push_back({claim([](auto& r) { r.mutable_pose()->set_x(-40); }),
                    grpc::StatusCode::FAILED_PRECONDITION, "stands where it cannot go: (-40, "});
