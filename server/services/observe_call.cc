@@ -47,7 +47,7 @@ void ObserveCall::OnReadDone(bool ok) {
     WorkerPool& workers = opened_ ? facilities_->workers->writes : facilities_->workers->openings;
     grpc::ByteBuffer bytes;
     bytes.Swap(&read_);
-    workers.Run(log_.client(), [this, bytes = std::move(bytes)] {
+    workers.Run(log_.client(), [this, bytes] {
       TakeRequest(bytes);
       // Until here the call neither ends nor reads the next request.
       Change([this] {

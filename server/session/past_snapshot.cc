@@ -120,7 +120,8 @@ absl::StatusOr<SnapshotPtr> ReadPast(storage::PastMap& past, const Scope& scope,
 absl::StatusOr<NearestAnswer> NearestInPast(storage::PastMap& past, const Scope& scope,
                                             const Point& p, const ValueQuery& value, int k) {
   if (!IsFinite(p) || k < 1) return Nearest(*EmptyView(past), scope, p, value, k);
-  for (double reach = kFirstReach_m; reach <= kLastReach_m; reach *= 4.0) {
+  double reach = kFirstReach_m;
+  while (reach <= kLastReach_m) {
     const TemporaryMemory temporary;
     const Box box = Around({p, p}, reach);
     HYPERMAP_ASSIGN_OR_RETURN(SnapshotPtr near, Read(past, scope, &box));
@@ -131,6 +132,7 @@ absl::StatusOr<NearestAnswer> NearestInPast(storage::PastMap& past, const Scope&
     if (static_cast<int>(entries.size()) == k && entries.back().neighbour.distance_m < reach) {
       return answer;
     }
+    reach *= 4.0;
   }
   HYPERMAP_ASSIGN_OR_RETURN(SnapshotPtr all, Read(past, scope, nullptr));
   return Nearest(*all, scope, p, value, k);

@@ -198,7 +198,7 @@ absl::StatusOr<std::shared_ptr<MapSession>> Site::CreateBy(const NewMap& map, St
     return existing;
   }
   HYPERMAP_RETURN_IF_ERROR(BeginCreation(map.name));
-  const absl::StatusOr<std::shared_ptr<MapSession>> session = start();
+  absl::StatusOr<std::shared_ptr<MapSession>> session = start();
   // A map that is left although its creation has failed must not stay unknown. One that exists
   // without being listed is of somebody who has put a file into the folder.
   if (!session.ok() && !absl::IsAlreadyExists(session.status())) OpenMap(map.name);

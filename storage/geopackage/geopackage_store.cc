@@ -72,6 +72,9 @@ class GeoPackageStore : public MapStore {
   // FAILED_PRECONDITION if there is a map of the name of the one that the request has deleted.
   absl::Status CheckGone(const std::string& name, const std::string& request_id) const;
   absl::StatusOr<FileLock> LockMap(const std::string& name) const;
+  // FAILED_PRECONDITION if the map's file is another name of the file of a map that is open, or a
+  // symbolic link: SQLite puts the log beside the link's target.
+  absl::Status CheckSingle(const std::string& name) const;
   absl::Status CarryOut(int64_t deletion, const std::string& name)
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   // Completes deletions of a map whose file is gone, which an error has interrupted. Otherwise the
@@ -171,10 +174,30 @@ absl::StatusOr<FileLock> GeoPackageStore::LockMap(const std::string& name) const
       absl::StrCat("map ", name, " is open: ", lock.status().message()));
 }
 
+absl::Status GeoPackageStore::CheckSingle(const std::string& name) const {
+  const std::string path = PathOf(name);
+  std::error_code error;
+  if (std::filesystem::is_symlink(path, error)) {
+    return absl::FailedPreconditionError(absl::StrCat(path, " is a symbolic link"));
+  }
+  // Usually a map's file has one name, and the folder need not be looked through.
+  if (std::filesystem::hard_link_count(path, error) <= 1) return absl::OkStatus();
+  HYPERMAP_ASSIGN_OR_RETURN(const std::vector<std::string> files, FileNames(data_dir_));
+  for (const std::string& file : files) {
+    absl::string_view other = file;
+    if (!absl::ConsumeSuffix(&other, kExtension) || other == name) continue;
+    if (!std::filesystem::equivalent(path, PathOf(std::string(other)), error)) continue;
+    if (LockMap(std::string(other)).ok()) continue;  // It is not open.
+    return absl::FailedPreconditionError(absl::StrCat(path, " is the same file as ", file));
+  }
+  return absl::OkStatus();
+}
+
 absl::StatusOr<std::unique_ptr<StoredMap>> GeoPackageStore::Open(const std::string& name) {
   HYPERMAP_RETURN_IF_ERROR(ValidateName("map", name));
   const std::string path = PathOf(name);
   if (!PathExists(path)) return absl::NotFoundError(absl::StrCat("no map ", name));
+  HYPERMAP_RETURN_IF_ERROR(CheckSingle(name));
   HYPERMAP_ASSIGN_OR_RETURN(FileLock lock, LockMap(name));
   HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<GeoPackageMap> map,
                             GeoPackageMap::Open(path, name, std::move(lock), options_));

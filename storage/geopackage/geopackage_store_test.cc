@@ -132,6 +132,28 @@ TEST(GeoPackageStoreTest, MapIsOpenOnce) {
   EXPECT_TRUE(store->Open("site").ok());
 }
 
+TEST(GeoPackageStoreTest, OtherNamesOfAMapAreNoMaps) {
+  const testing::TemporaryFolder folder;
+  const auto store = OpenStore(folder.path());
+  const auto path = [&](absl::string_view name) {
+    return absl::StrCat(folder.path(), "/", name, ".gpkg");
+  };
+  EditedMap map = CreateMap(*store, "site");
+  std::filesystem::create_symlink("site.gpkg", path("link"));
+  std::filesystem::create_hard_link(path("site"), path("second"));
+  std::filesystem::create_symlink("loop.gpkg", path("loop"));
+  const auto expect_refused = [&](const std::string& name, absl::string_view reason) {
+    const absl::Status status = store->Open(name).status();
+    EXPECT_EQ(status.code(), absl::StatusCode::kFailedPrecondition) << status;
+    EXPECT_THAT(std::string(status.message()), HasSubstr(std::string(reason)));
+  };
+  expect_refused("link", "is a symbolic link");
+  expect_refused("second", "is the same file as site.gpkg");
+  expect_refused("loop", "is a symbolic link");
+  map.stored.reset();
+  EXPECT_TRUE(store->Open("site").ok());
+}
+
 TEST(GeoPackageStoreTest, UnfinishedCreationsAreCleanedUp) {
   const testing::TemporaryFolder folder;
   WriteFile(folder / ".site.gpkg.new", "half a map");
