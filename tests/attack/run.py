@@ -333,12 +333,14 @@ def main():
     parser.add_argument("--short", action="store_true",
                         help="one short round, by default of the attacks that are defended")
     parser.add_argument("--rounds", type=int, help=f"rounds of each attack; default: {ROUNDS}")
-    parser.add_argument("--attackers_share", choices=("idle", "equal"), default="idle",
+    parser.add_argument("--attackers_share", choices=("idle", "equal"),
                         help="share of the attackers in the processors: the time that nobody else "
                              "needs, because in the field they are other machines, or as much as "
-                             "the server; default: idle")
+                             "the server; default: idle, in the short form equal")
     arguments = parser.parse_args()
     form = "short" if arguments.short else "full"
+    # The short form measures no time, and runs beside other tests, which may leave no idle time.
+    share = arguments.attackers_share or ("equal" if arguments.short else "idle")
     rounds = arguments.rounds or (1 if arguments.short else ROUNDS)
     names = arguments.names or (attacks.SHORT if arguments.short else list(attacks.BY_NAME))
     if unknown := set(names) - set(attacks.BY_NAME):
@@ -348,7 +350,7 @@ def main():
     for name in names:
         attack, seen = attacks.BY_NAME[name], []
         while len(seen) < rounds and not (seen and seen[-1].served_s is None):
-            seen.append(attack_once(attack, form, arguments.attackers_share, flags))
+            seen.append(attack_once(attack, form, share, flags))
         results.append(Result(attack, form, seen))
         print(f"{name}: {'; '.join(results[-1].wrong) or 'defended'}", flush=True)
     print_table([result.row() for result in results])
