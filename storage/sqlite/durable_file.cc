@@ -61,7 +61,7 @@ absl::Status PublishFile(const std::string& temporary, const std::string& path) 
   if (rename(temporary.c_str(), path.c_str()) != 0) {
     return FileError(errno, absl::StrCat("cannot rename ", temporary, " to ", path));
   }
-  const absl::Status status = SyncFolder(FolderOf(path));
+  absl::Status status = SyncFolder(FolderOf(path));
   if (status.ok() || rename(path.c_str(), temporary.c_str()) == 0) return status;
   return absl::Status(status.code(), absl::StrCat(status.message(), "; and ", path, " stays"));
 }
