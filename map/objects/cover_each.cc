@@ -46,9 +46,10 @@ void ObjectIndex::CoverEach(absl::Span<const Point> points,
                             absl::FunctionRef<bool(uint32_t, const ObjectPtr&)> visit) const {
   size_t num_levels = 0;
   for (const Run& run : runs_) num_levels += run.run->by_place().levels().size();
-  size_t chunk = std::max<size_t>(1, kMaxLooks / std::max<size_t>(1, num_levels));
+  const size_t largest_chunk = std::max<size_t>(1, kMaxLooks / std::max<size_t>(1, num_levels));
+  size_t chunk = largest_chunk;
   std::vector<Cover> covers;
-  for (size_t begin = 0; begin < points.size(); begin += chunk) {
+  for (size_t begin = 0; begin < points.size();) {
     if (begin > 0 && IsCancelled()) return;
     covers.clear();
     while (!CoverChunk(points, begin, std::min(points.size(), begin + chunk), &covers)) {
@@ -60,6 +61,9 @@ void ObjectIndex::CoverEach(absl::Span<const Point> points,
     for (const Cover& cover : covers) {
       if (!visit(cover.point, *cover.place)) return;
     }
+    begin += chunk;
+    // Objects may be less dense at the next points.
+    chunk = std::min(largest_chunk, 2 * chunk);
   }
 }
 
@@ -96,16 +100,17 @@ bool ObjectIndex::CoverChunk(absl::Span<const Point> points, size_t begin, size_
       cover->object = cover->place->get();
       PrefetchShape(*cover->object);
     }
-    const auto last_near = std::remove_if(block, block_end, [&](Cover& cover) {
+    const auto last_near = std::remove_if(block, block_end, [&](const Cover& cover) {
       const Shape& shape = cover.object->shape;
       if (!shape.bounds().Covers(points[cover.point])) return true;
-      cover.id = cover.object->id;
       PrefetchVertices(shape);
       return false;
     });
     const auto last = std::remove_if(block, last_near, [&](const Cover& cover) {
-      return !Covers(cover.object->shape, points[cover.point]) || IsHidden(cover.run, cover.id);
+      return !Covers(cover.object->shape, points[cover.point]) ||
+             IsHidden(cover.run, cover.object->id);
     });
+    for (auto cover = block; cover != last; ++cover) cover->id = cover->object->id;
     if (num_kept != i) std::move(block, last, covers->begin() + static_cast<ptrdiff_t>(num_kept));
     num_kept += static_cast<size_t>(last - block);
     if (i + kBlock < covers->size()) GiveWay();

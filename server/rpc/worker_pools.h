@@ -25,7 +25,8 @@ struct WorkerPools {
 
   // Questions until they prove long, and small requests.
   WorkerPool questions;
-  // The rest of answers that take more than one turn, and questions about large areas.
+  // The rest of answers that take more than one turn, and questions that are long from the
+  // beginning: about large areas, about the past, and large batches of points.
   WorkerPool long_questions;
   WorkerPool watches;
   // Decoding of edits and observations. The maps' own threads write them.

@@ -44,7 +44,8 @@ Operation HolesSideBySide(int size, bool overlap) {
   std::vector<Ring> holes;
   for (int i = 0; i < num_holes; ++i) {
     const double shift = overlap && i + 1 == num_holes ? 0.75 : 0.0;
-    holes.push_back(Square(i % side - shift, i / side, 0.5));
+    const int row = i / side;
+    holes.push_back(Square(i % side - shift, row, 0.5));
   }
   return [outer = RingAround(side, size), holes = std::move(holes), overlap] {
     return Polygon::Make(outer, holes).ok() != overlap;
@@ -54,6 +55,7 @@ Operation HolesSideBySide(int size, bool overlap) {
 // Refuses `size` holes, each of which lies inside the one before.
 Operation NestedHoles(int size) {
   std::vector<Ring> holes;
+  holes.reserve(size);
   for (int i = 0; i < size; ++i) holes.push_back(Square(i, i, 3.0 * size - 2 * i));
   return [outer = Square(-1, -1, 4.0 * size), holes = std::move(holes)] {
     return !Polygon::Make(outer, holes).ok();
