@@ -42,7 +42,7 @@ fi
 if ((${#tidied[@]})); then
   # Each source alone and without precompiled headers, so that a missing include is found; only the
   # generated headers are built.
-  cmake --preset release -B build/lint -DHYPERMAP_PCH=OFF -DHYPERMAP_UNITY_TESTS=OFF >/dev/null
+  cmake --preset release -B build/lint -DHYPERMAP_PCH=OFF -DHYPERMAP_UNITY=OFF >/dev/null
   ninja -C build/lint -t targets all | sed -nE 's/^(.*\.pb\.h): .*/\1/p' |
     xargs ninja -C build/lint >/dev/null
   printf '%s\n' "${tidied[@]}" | xargs -P "$(nproc)" -n 1 clang-tidy-14 -p build/lint --quiet 2>&1 |

@@ -3,7 +3,6 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <limits>
 #include <optional>
 #include <string>
 #include <utility>
@@ -19,8 +18,6 @@
 
 namespace hypermap::wire {
 namespace {
-
-constexpr double kUnknownValue = std::numeric_limits<double>::quiet_NaN();
 
 constexpr std::array<std::pair<AnswerStatus, v1::AnswerStatus>, 5> kStatuses{{
     {AnswerStatus::kValue, v1::ANSWER_STATUS_VALUE},

@@ -1,6 +1,5 @@
 #include "wire/edit.h"
 
-#include <array>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -22,8 +21,6 @@
 
 namespace hypermap::wire {
 namespace {
-
-constexpr double kUnknownValue = std::numeric_limits<double>::quiet_NaN();
 
 struct Encoder {
   v1::Edit* message;

@@ -15,7 +15,7 @@ namespace {
 using ::testing::HasSubstr;
 
 using hypermap::testing::kNan;
-constexpr double kInf = std::numeric_limits<double>::infinity();
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 Polygon Square() { return Polygon::FromBox({{0, 0}, {1, 1}}); }
 
@@ -169,7 +169,7 @@ TEST(EditOnTheWire, BadOnesNameTheField) {
   no_pose.mutable_set_transform()->mutable_transform()->set_child_frame_id("dock");
   v1::Edit infinite_cell;
   infinite_cell.mutable_write_cells()->add_values(kNan);
-  infinite_cell.mutable_write_cells()->add_values(-kInf);
+  infinite_cell.mutable_write_cells()->add_values(-kInfinity);
   v1::Edit no_area;
   no_area.mutable_fill_polygon();
   v1::Edit unknown_rule = FillMessage(1.0);

@@ -23,7 +23,7 @@ constexpr EnumNames<EndReason, v1::EndReason, 4> kReasons{{
     {EndReason::kStopped, v1::END_REASON_STOPPED},
 }};
 
-constexpr EnumNames<GoalOutcome, v1::GoalOutcome, 3> kOutcomes{{
+constexpr EnumNames<GoalOutcome, v1::GoalOutcome, 3> kGoalOutcomes{{
     {GoalOutcome::kReached, v1::GOAL_OUTCOME_REACHED},
     {GoalOutcome::kUnreachable, v1::GOAL_OUTCOME_UNREACHABLE},
     {GoalOutcome::kAbandoned, v1::GOAL_OUTCOME_ABANDONED},
@@ -78,10 +78,12 @@ absl::StatusOr<EndReason> DecodeEndReason(absl::string_view field, v1::EndReason
   return DecodeEnum(kReasons, field, reason);
 }
 
-v1::GoalOutcome EncodeGoalOutcome(GoalOutcome outcome) { return EncodeEnum(kOutcomes, outcome); }
+v1::GoalOutcome EncodeGoalOutcome(GoalOutcome outcome) {
+  return EncodeEnum(kGoalOutcomes, outcome);
+}
 
 absl::StatusOr<GoalOutcome> DecodeGoalOutcome(absl::string_view field, v1::GoalOutcome outcome) {
-  return DecodeEnum(kOutcomes, field, outcome);
+  return DecodeEnum(kGoalOutcomes, field, outcome);
 }
 
 void EncodeGoal(const LeasedGoal& goal, v1::Goal* message) {

@@ -11,7 +11,7 @@
 namespace hypermap::wire {
 namespace {
 
-constexpr EnumNames<ObservationOutcome, v1::ObservationOutcome, 5> kOutcomes{{
+constexpr EnumNames<ObservationOutcome, v1::ObservationOutcome, 5> kObservationOutcomes{{
     {ObservationOutcome::kAccepted, v1::OBSERVATION_OUTCOME_ACCEPTED},
     {ObservationOutcome::kDuplicate, v1::OBSERVATION_OUTCOME_DUPLICATE},
     {ObservationOutcome::kRefusedLate, v1::OBSERVATION_OUTCOME_REFUSED_LATE},
@@ -59,15 +59,16 @@ absl::StatusOr<ObjectEvent> DecodeEvent(absl::string_view field, const v1::Objec
 void EncodeVerdict(const ObservationVerdict& verdict, v1::ObservationAcknowledgement* message) {
   message->set_robot(verdict.robot);
   message->set_sequence(verdict.sequence);
-  message->set_outcome(EncodeEnum(kOutcomes, verdict.outcome));
+  message->set_outcome(EncodeEnum(kObservationOutcomes, verdict.outcome));
   message->set_revision(verdict.revision);
   message->set_message(verdict.message);
   if (verdict.clock_skew_s) message->set_clock_skew_s(*verdict.clock_skew_s);
 }
 
 absl::StatusOr<ObservationVerdict> DecodeVerdict(const v1::ObservationAcknowledgement& message) {
-  HYPERMAP_ASSIGN_OR_RETURN(const ObservationOutcome outcome,
-                            DecodeEnum(kOutcomes, "acknowledgement.outcome", message.outcome()));
+  HYPERMAP_ASSIGN_OR_RETURN(
+      const ObservationOutcome outcome,
+      DecodeEnum(kObservationOutcomes, "acknowledgement.outcome", message.outcome()));
   ObservationVerdict verdict{message.robot(), message.sequence(), outcome, message.revision(),
                              message.message()};
   if (message.has_clock_skew_s()) verdict.clock_skew_s = message.clock_skew_s();

@@ -2,6 +2,8 @@
 #ifndef HYPERMAP_WIRE_LAYER_H_
 #define HYPERMAP_WIRE_LAYER_H_
 
+#include <limits>
+
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
 #include "hypermap/v1/layer.pb.h"
@@ -12,6 +14,9 @@
 #include "map/structure.h"
 
 namespace hypermap::wire {
+
+// How a cell without a value is sent where all cells of a box are.
+inline constexpr double kUnknownValue = std::numeric_limits<double>::quiet_NaN();
 
 v1::LayerKind EncodeLayerKind(LayerKind kind);
 v1::CellRule EncodeCellRule(CellRule rule);

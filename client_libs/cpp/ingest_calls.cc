@@ -14,7 +14,7 @@
 namespace hypermap::client {
 namespace {
 
-using GrpcStream = grpc::ClientReaderWriter<v1::ObserveRequest, v1::ObserveResponse>;
+using ObserveRpc = grpc::ClientReaderWriter<v1::ObserveRequest, v1::ObserveResponse>;
 
 }  // namespace
 
@@ -22,7 +22,7 @@ using GrpcStream = grpc::ClientReaderWriter<v1::ObserveRequest, v1::ObserveRespo
 class ObserveStream::Call {
  public:
   Call(std::shared_ptr<Connection> connection, std::unique_ptr<grpc::ClientContext> context,
-       std::unique_ptr<GrpcStream> stream)
+       std::unique_ptr<ObserveRpc> stream)
       : connection_(std::move(connection)),
         context_(std::move(context)),
         stream_(std::move(stream)) {}
@@ -100,7 +100,7 @@ class ObserveStream::Call {
 
   const std::shared_ptr<Connection> connection_;
   const std::unique_ptr<grpc::ClientContext> context_;
-  const std::unique_ptr<GrpcStream> stream_;
+  const std::unique_ptr<ObserveRpc> stream_;
   OpenedLayer opened_;
   std::deque<v1::ObservationAcknowledgement> read_;
   bool finished_ = false;

@@ -16,7 +16,7 @@
 namespace hypermap::client {
 namespace {
 
-using GrpcStream = grpc::ClientReaderWriter<v1::QueryPointsRequest, v1::QueryPointsResponse>;
+using PointsRpc = grpc::ClientReaderWriter<v1::QueryPointsRequest, v1::QueryPointsResponse>;
 
 LayerPoints WithLabels(wire::PointsAnswer decoded, const wire::HeardLabels& labels) {
   LayerPoints layer{std::move(decoded.layer),
@@ -121,7 +121,7 @@ class PointsStream::Call {
 
   const std::shared_ptr<Connection> connection_;
   const std::unique_ptr<grpc::ClientContext> context_;
-  const std::unique_ptr<GrpcStream> stream_;
+  const std::unique_ptr<PointsRpc> stream_;
 
   v1::QueryPointsRequest request_;  // used by the writer
 

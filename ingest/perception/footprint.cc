@@ -21,13 +21,13 @@ constexpr size_t kMaxPoints = 6000;
 constexpr double kStrayShare = 0.05;
 
 // Positions relative to the cloud's foot, along the axes of the pose's frame.
-using Points = std::vector<Eigen::Vector3f>;
+using Positions = std::vector<Eigen::Vector3f>;
 
 // Returns the smoothed points of every `stride`-th row and column of `pixels` that are above the
 // floor and within range.
-Points PointsOf(const OrganisedCloud& cloud, const std::vector<int32_t>& pixels, int stride,
-                const FootprintOptions& options) {
-  Points points = SmoothedFromCamera(cloud, pixels, stride);
+Positions PointsOf(const OrganisedCloud& cloud, const std::vector<int32_t>& pixels, int stride,
+                   const FootprintOptions& options) {
+  Positions points = SmoothedFromCamera(cloud, pixels, stride);
   size_t kept = 0;
   for (const Eigen::Vector3f& from_eye : points) {
     const float z = from_eye.z() + cloud.height_of_camera;
@@ -50,7 +50,7 @@ int32_t Floor(double x) {
 // of these cells. REQUIRES: the points are finite and within max_range_m of the foot, so that the
 // box is small.
 struct FlatGrid {
-  FlatGrid(const Points& points, double resolution_m) {
+  FlatGrid(const Positions& points, double resolution_m) {
     constexpr int32_t kMost = std::numeric_limits<int32_t>::max();
     std::vector<CellIndex> cells;
     cells.reserve(points.size());
@@ -81,7 +81,7 @@ struct FlatGrid {
 
 // Returns the points without those of small clumps. A clump is a set of cells that touch, also
 // diagonally.
-Points WithoutStrays(const Points& points, double cell_m) {
+Positions WithoutStrays(const Positions& points, double cell_m) {
   const FlatGrid grid(points, cell_m);
   const int rows = grid.rows;
   const int cols = grid.cols;
@@ -111,7 +111,7 @@ Points WithoutStrays(const Points& points, double cell_m) {
     if (sum < kStrayShare * points.size()) continue;
     for (const size_t cell : clump) count[cell] = kKept;
   }
-  Points kept;
+  Positions kept;
   kept.reserve(points.size());
   for (size_t i = 0; i < points.size(); ++i) {
     if (count[grid.cell_of[i]] == kKept) kept.push_back(points[i]);
@@ -119,7 +119,7 @@ Points WithoutStrays(const Points& points, double cell_m) {
   return kept;
 }
 
-CellPatch CellsOf(const Points& points, const Eigen::Vector2d& foot, double resolution_m) {
+CellPatch CellsOf(const Positions& points, const Eigen::Vector2d& foot, double resolution_m) {
   const FlatGrid grid(points, resolution_m);
   std::vector<uint8_t> taken(grid.size(), 0);
   for (const size_t cell : grid.cell_of) taken[cell] = 1;
@@ -145,7 +145,7 @@ std::optional<Footprint> MakeFootprint(const OrganisedCloud& cloud,
                                        const FootprintOptions& options) {
   int stride = 1;
   while (pixels.size() / (static_cast<size_t>(stride) * stride) > kMaxPoints) ++stride;
-  Points points = PointsOf(cloud, pixels, stride, options);
+  Positions points = PointsOf(cloud, pixels, stride, options);
   if (static_cast<int>(points.size()) < options.min_points) return std::nullopt;
   float mean_range = 0.0f;
   for (const auto& p : points) mean_range += p.norm();

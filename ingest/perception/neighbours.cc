@@ -10,7 +10,7 @@ namespace hypermap::ingest {
 namespace {
 
 // Distance in the image between a pixel and the two, on opposite sides, that it is compared with.
-constexpr int kReach_px = 7;
+constexpr int kChordReach_px = 7;
 // A pixel is on a crease if it lies behind the chord by more than this many sigmas of its depth.
 constexpr float kCreaseSigmas = 3.0f;
 // A part is beside the object only if it has at least kMinOutside pixels of the image outside the
@@ -56,7 +56,7 @@ class Parting {
   const int width_;
   const int height_;
   const int size_;
-  const int reach_;                    // kReach_px in pixels of the window.
+  const int reach_;                    // kChordReach_px in pixels of the window.
   std::vector<uint8_t> padded_right_;  // 1 where the surface continues to the next column.
   std::vector<uint8_t> padded_down_;   // 1 where the surface continues to the next row.
   std::vector<float> inverse_;         // Smoothed inverse depth, 1/m; 0 = no return.
@@ -74,7 +74,7 @@ Parting::Parting(const MaskWindow& window, const std::vector<float>& depth, int 
       width_(window.width),
       height_(window.height),
       size_(static_cast<int>(depth.size())),
-      reach_((kReach_px + window.stride / 2) / window.stride),
+      reach_((kChordReach_px + window.stride / 2) / window.stride),
       padded_right_(depth.size() + 2 * width_, 0),
       padded_down_(depth.size() + 2 * width_, 0),
       inverse_(depth.size()),

@@ -10,8 +10,8 @@
 namespace hypermap::ingest {
 namespace {
 
-constexpr int kReach_px = 2;
-constexpr int kNeighbours = (2 * kReach_px + 1) * (2 * kReach_px + 1);
+constexpr int kSmoothingReach_px = 2;
+constexpr int kNeighbours = (2 * kSmoothingReach_px + 1) * (2 * kSmoothingReach_px + 1);
 // Four pixels are processed at once: all supported machines have registers of four floats.
 constexpr int kLanes = 4;
 using Lanes = float __attribute__((vector_size(kLanes * sizeof(float))));
@@ -51,11 +51,11 @@ class StridedDepth {
     });
     // The buffer begins at a multiple of the stride and has a margin, so that neighbours need no
     // bounds check.
-    const int margin = (kReach_px + stride - 1) / stride * stride;
+    const int margin = (kSmoothingReach_px + stride - 1) / stride * stride;
     u0_ = u_min / stride * stride - margin;
-    v0_ = pixels.front() / cloud.width - kReach_px;
+    v0_ = pixels.front() / cloud.width - kSmoothingReach_px;
     samples_ = (u_max + margin - u0_) / stride + 1;
-    const int rows = pixels.back() / cloud.width + kReach_px - v0_ + 1;
+    const int rows = pixels.back() / cloud.width + kSmoothingReach_px - v0_ + 1;
     depth_.assign(static_cast<size_t>(samples_) * stride * rows + kLanes, kNone_m);
     std::vector<int> place(static_cast<size_t>(samples_) * stride);
     for (int u = 0; u < static_cast<int>(place.size()); ++u) {
@@ -69,8 +69,8 @@ class StridedDepth {
       }
     });
     size_t n = 0;
-    for (int dv = -kReach_px; dv <= kReach_px; ++dv) {
-      for (int du = -kReach_px; du <= kReach_px; ++du) {
+    for (int dv = -kSmoothingReach_px; dv <= kSmoothingReach_px; ++dv) {
+      for (int du = -kSmoothingReach_px; du <= kSmoothingReach_px; ++du) {
         const int phase = (du % stride + stride) % stride;
         to_neighbour_[n++] =
             static_cast<ptrdiff_t>(dv * stride + phase) * samples_ + (du - phase) / stride;

@@ -26,7 +26,7 @@ namespace {
 namespace fs = std::filesystem;
 
 // The arguments of the command line.
-struct Arguments {
+struct ReplayArguments {
   ReplayOptions replay;
   std::string pose_sigma;
   std::string segmenter = "organised";
@@ -73,7 +73,7 @@ absl::Status Judge(const ReplaySummary& summary) {
                    most != summary.skipped_frames.end() ? most->first : summary.first_refusal));
 }
 
-absl::Status Run(Arguments arguments, const Interruption& interruption) {
+absl::Status Run(ReplayArguments arguments, const Interruption& interruption) {
   ReplayOptions& options = arguments.replay;
   if (options.dataset.robot.empty()) options.dataset.robot = NameOfFolder(options.folder);
   options.dataset.pose_covariance = *PoseCovariance(arguments.pose_sigma, options.dataset.poses);
@@ -111,7 +111,7 @@ CLI::Validator IsSigmas() {
       "X,Y,YAW");
 }
 
-void AddSourceOptions(CLI::App& command, Arguments& a) {
+void AddSourceOptions(CLI::App& command, ReplayArguments& a) {
   RgbdOptions& dataset = a.replay.dataset;
   dataset.robot.clear();
   command
@@ -150,7 +150,7 @@ void AddSourceOptions(CLI::App& command, Arguments& a) {
       ->capture_default_str();
 }
 
-void AddRunOptions(CLI::App& command, Arguments& a) {
+void AddRunOptions(CLI::App& command, ReplayArguments& a) {
   AddSegmenterOption(command, a.segmenter);
   command
       .add_option("--occupancy", a.occupancy,
@@ -194,7 +194,7 @@ std::optional<Eigen::Matrix3d> PoseCovariance(const std::string& sigmas, const s
 }
 
 void AddReplayCommand(CLI::App& app, Command& selected) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<ReplayArguments>();
   CLI::App* command = app.add_subcommand("replay", "Send a recorded drive to a server");
   AddSourceOptions(*command, *arguments);
   AddTargetOptions(*command, arguments->replay.target);

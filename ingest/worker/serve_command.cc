@@ -24,14 +24,14 @@ namespace {
 constexpr int64_t kFilesOfServer = 64;
 
 // The arguments of the command line.
-struct Arguments {
+struct ServeArguments {
   FrameServerOptions server;
   TargetLayer target;
   std::string segmenter = "organised";
   std::string occupancy = "none";
 };
 
-absl::Status Run(Arguments arguments, const Interruption& interruption) {
+absl::Status Run(ServeArguments arguments, const Interruption& interruption) {
   std::shared_ptr<const GridLayer> occupancy;
   if (arguments.occupancy != "none") {
     HYPERMAP_ASSIGN_OR_RETURN(std::shared_ptr<const GridLayer> layer,
@@ -67,7 +67,7 @@ absl::Status Run(Arguments arguments, const Interruption& interruption) {
 }  // namespace
 
 void AddServeCommand(CLI::App& app, Command& selected) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<ServeArguments>();
   CLI::App* command =
       app.add_subcommand("serve", "Receive frames from robots and send observations to a server");
   arguments->server.listen = "127.0.0.1:50052";

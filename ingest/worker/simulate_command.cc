@@ -22,7 +22,7 @@ namespace hypermap::ingest {
 namespace {
 
 // The arguments of the command line.
-struct Arguments {
+struct SimulateArguments {
   robots::ExpeditionOptions expedition;
   client::ConnectionFlags connection;
   std::vector<std::string> area;
@@ -73,7 +73,7 @@ std::vector<Point> PointsOf(const std::vector<std::string>& texts) {
   return points;
 }
 
-absl::Status Prepare(Arguments& arguments) {
+absl::Status Prepare(SimulateArguments& arguments) {
   robots::ExpeditionOptions& options = arguments.expedition;
   absl::StatusOr<Polygon> area = Polygon::Make(PointsOf(arguments.area));
   if (!area.ok()) {
@@ -93,7 +93,7 @@ absl::Status Prepare(Arguments& arguments) {
   return status;
 }
 
-absl::Status Run(Arguments arguments, const Interruption& interruption) {
+absl::Status Run(SimulateArguments arguments, const Interruption& interruption) {
   HYPERMAP_RETURN_IF_ERROR(Prepare(arguments));
   const robots::ExpeditionOptions& options = arguments.expedition;
   HYPERMAP_ASSIGN_OR_RETURN(
@@ -121,7 +121,7 @@ absl::Status Run(Arguments arguments, const Interruption& interruption) {
   return status;
 }
 
-void AddMapOptions(CLI::App& command, Arguments& a) {
+void AddMapOptions(CLI::App& command, SimulateArguments& a) {
   robots::ExpeditionOptions& options = a.expedition;
   client::AddConnectionFlags(command, a.connection);
   command.add_option("--map", options.map, "Name of the map")->required();
@@ -151,7 +151,7 @@ void AddMapOptions(CLI::App& command, Arguments& a) {
       ->check(IsPoint());
 }
 
-void AddRobotOptions(CLI::App& command, Arguments& a) {
+void AddRobotOptions(CLI::App& command, SimulateArguments& a) {
   robots::ExpeditionOptions& options = a.expedition;
   command.add_option("--robots", options.robots, "Number of robots")
       ->check(CLI::Range(1, 100))
@@ -178,7 +178,7 @@ void AddRobotOptions(CLI::App& command, Arguments& a) {
   command.add_option("--seed", options.seed, "Random seed")->capture_default_str();
 }
 
-void AddRunOptions(CLI::App& command, Arguments& a) {
+void AddRunOptions(CLI::App& command, SimulateArguments& a) {
   robots::ExpeditionOptions& options = a.expedition;
   command.add_option("--rule", a.rule, "Rule for explored cells if the layer is created")
       ->check(CLI::IsMember({"centre", "covered", "touched"}))
@@ -206,7 +206,7 @@ void AddRunOptions(CLI::App& command, Arguments& a) {
 }  // namespace
 
 void AddSimulateCommand(CLI::App& app, Command& selected) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<SimulateArguments>();
   CLI::App* command =
       app.add_subcommand("simulate", "Explore an area of a map with simulated robots");
   AddMapOptions(*command, *arguments);

@@ -2,6 +2,7 @@
 #ifndef HYPERMAP_MAP_EXPLORATION_CELL_RASTER_H_
 #define HYPERMAP_MAP_EXPLORATION_CELL_RASTER_H_
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <utility>
@@ -11,6 +12,9 @@
 #include "map/grid/grid_geometry.h"
 
 namespace hypermap {
+
+// From a cell to those that share a side with it.
+inline constexpr std::array<CellIndex, 4> kSides{{{-1, 0}, {0, -1}, {0, 1}, {1, 0}}};
 
 // For hash tables.
 struct CellHash {

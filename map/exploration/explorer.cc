@@ -1,7 +1,6 @@
 #include "map/exploration/explorer.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
 #include <utility>
@@ -28,8 +27,6 @@ constexpr size_t kLooksBack = 16;
 
 // Number of cells after which loops look whether they are cancelled.
 constexpr size_t kCellsPerLook = 4096;
-
-constexpr std::array<CellIndex, 4> kSides{{{-1, 0}, {0, -1}, {0, 1}, {1, 0}}};
 
 // Returns the cells of `box` that `cover` selects.
 CellRaster<uint8_t> CoveredBy(const CellCover& cover, const CellBox& box) {

@@ -10,7 +10,6 @@
 namespace hypermap {
 namespace {
 
-constexpr std::array<CellIndex, 4> kSides{{{-1, 0}, {0, -1}, {0, 1}, {1, 0}}};
 constexpr std::array<CellIndex, 8> kNeighbours{
     {{-1, -1}, {-1, 0}, {-1, 1}, {0, -1}, {0, 1}, {1, -1}, {1, 0}, {1, 1}}};
 

@@ -24,6 +24,7 @@ Budgets::Budgets(const Limits& limits)
       most_memory_of_request(kMemoryOfByte * limits.max_message_bytes),
       max_message_bytes(limits.max_message_bytes),
       scratch_bytes("max_scratch_bytes", limits.max_scratch_bytes),
+      watchers("max_watchers", limits.max_watchers, {.unit = "watches", .takes_one_larger = true}),
       exploration_bytes("max_exploration_bytes", limits.max_exploration_bytes,
                         {.whole_for_one_client = true}),
       content(std::make_shared<admission::ContentBudget>(limits.max_content_bytes)),

@@ -22,8 +22,6 @@ constexpr int kMaxInlinePoints = 4096;
 constexpr absl::Duration kMaxInlineTime = absl::Milliseconds(2);
 // Batches that take no time to speak of, whatever is there.
 constexpr int kFewPoints = 16;
-// A larger tolerance may have all objects of a map in its reach.
-constexpr double kSmallTolerance_m = 5.0;
 // The least bytes of an object in an answer: its point, id and label, and its existence.
 constexpr int kLeastHitBytes = 3 + sizeof(float);
 // Bytes of a label's place among those that were told.

@@ -29,6 +29,9 @@
 
 namespace hypermap::server {
 
+// A question with a larger tolerance may have all objects of a map in its reach.
+inline constexpr double kSmallTolerance_m = 5.0;
+
 class PointsCall;
 
 // The registry of all QueryPoints rpcs that are under way. Thread safe.

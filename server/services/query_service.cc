@@ -15,6 +15,7 @@
 #include "server/rpc/revision_wait.h"
 #include "server/rpc/unary_call.h"
 #include "server/services/part_source.h"
+#include "server/services/points_call.h"
 #include "wire/answer.h"
 #include "wire/geometry.h"
 #include "wire/object_bytes.h"
@@ -29,8 +30,6 @@ constexpr double kSmallArea_m2 = 1000.0;
 constexpr int kFewNeighbours = 64;
 // Answers with more bytes of objects are encoded by a worker.
 constexpr int64_t kShortAnswerBytes = 64 << 10;
-// A larger one may have all objects of a map in its reach.
-constexpr double kSmallTolerance_m = 5.0;
 // Checking an area of more vertices than this takes longer than most answers.
 constexpr int kFewVertices = 256;
 

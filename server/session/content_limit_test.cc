@@ -28,7 +28,7 @@ using Verdicts = absl::StatusOr<std::vector<ObservationVerdict>>;
 // Room for about six of CellsOf.
 constexpr int64_t kLimit = 200'000;
 
-EditBatch Layers() {
+EditBatch ThingsAndGrid() {
   LayerSpec things;
   things.name = "things";
   LayerSpec grid;
@@ -80,7 +80,7 @@ class ContentLimitTest : public ::testing::Test {
     MemoryMapStore store(&disk_);
     EXPECT_TRUE(store.Create({name, "map", absl::UnixEpoch(), ""}).ok());
     std::unique_ptr<MapSession> session = Open(name, disk_);
-    EXPECT_TRUE(session->SubmitAndWait({Layers(), "test", ""}).ok());
+    EXPECT_TRUE(session->SubmitAndWait({ThingsAndGrid(), "test", ""}).ok());
     return session;
   }
 

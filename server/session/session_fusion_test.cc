@@ -79,7 +79,7 @@ std::vector<CellIndex> ExploredCells(const Snapshot& snapshot) {
   return cells;
 }
 
-EditBatch Layers() {
+EditBatch ThingsAndSeen() {
   LayerSpec things;
   things.name = "things";
   LayerSpec seen;
@@ -101,7 +101,7 @@ class TestSite {
     MemoryMapStore store(&disk_);
     EXPECT_TRUE(store.Create({"site", "map", absl::UnixEpoch(), ""}).ok());
     Restart();
-    EXPECT_TRUE(session_->SubmitAndWait(Submission{Layers(), "test", ""}).ok());
+    EXPECT_TRUE(session_->SubmitAndWait(Submission{ThingsAndSeen(), "test", ""}).ok());
   }
 
   void Restart() {

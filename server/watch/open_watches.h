@@ -5,7 +5,6 @@
 #include <set>
 
 #include "absl/base/thread_annotations.h"
-#include "absl/status/status.h"
 #include "base/sync/mutex.h"
 
 namespace hypermap::server {
@@ -15,17 +14,13 @@ class WatchCall;
 // The registry of all Watch and Replicate rpcs that are under way. Thread safe.
 class OpenWatches {
  public:
-  explicit OpenWatches(int max_watchers) : max_watchers_(max_watchers) {}
-
-  // RESOURCE_EXHAUSTED if there are --max_watchers already; then the call is not added.
-  absl::Status Add(WatchCall* call);
+  void Add(WatchCall* call);
   // Does nothing for a call that was not added.
   void Remove(WatchCall* call);
   // Cancels the calls with a write under way, whose readers may never take it.
   void CancelWrites();
 
  private:
-  const int max_watchers_;
   Mutex mutex_;
   std::set<WatchCall*> calls_ ABSL_GUARDED_BY(mutex_);
 };

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "absl/time/clock.h"
+#include "base/admission/client_host.h"
 #include "base/status/status_macros.h"
 #include "server/rpc/wanted.h"
 
@@ -12,7 +13,6 @@ WatchCall::Shared::Shared(const WatchTuning& tuning_values, const Facilities& fa
     : tuning(tuning_values),
       workers(&facilities.workers->watches),
       budgets(facilities.budgets),
-      open_watches(facilities.limits.max_watchers),
       tick_queues{TickQueue::Make(tuning.calm_tick, tuning.turn, &timers, workers),
                   TickQueue::Make(tuning.busy_tick, tuning.turn, &timers, workers)} {}
 
@@ -21,6 +21,7 @@ WatchCall::WatchCall(grpc::CallbackServerContext* context, absl::string_view rpc
     : context_(context),
       shared_(shared),
       ticket_(shared->budgets, context),
+      place_(&shared->budgets->watchers, admission::HostOfPeer(context->peer())),
       log_(*context, rpc, /*map=*/""),
       admitted_(Admit(read_request)),
       wake_handle_(
@@ -31,7 +32,8 @@ WatchCall::WatchCall(grpc::CallbackServerContext* context, absl::string_view rpc
 
 absl::Status WatchCall::Admit(ReadRequest read_request) {
   HYPERMAP_RETURN_IF_ERROR(ticket_.admitted());
-  HYPERMAP_RETURN_IF_ERROR(shared_->open_watches.Add(this));
+  HYPERMAP_RETURN_IF_ERROR(place_.Add(1));
+  shared_->open_watches.Add(this);
   HYPERMAP_ASSIGN_OR_RETURN(std::string map, read_request(ticket_));
   log_.set_map(std::move(map));
   return absl::OkStatus();

@@ -97,8 +97,9 @@ class WatchCall final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
   const grpc::CallbackServerContext* const context_;
   Shared* const shared_;
   CallTicket ticket_;
+  admission::Budget::Charge place_;  // among budgets->watchers
   RequestLog log_;
-  const absl::Status admitted_;  // by the ticket and shared_->open_watches
+  const absl::Status admitted_;  // by the ticket and budgets->watchers
   const std::shared_ptr<WakeHandle> wake_handle_;
 
   // Used by the owner of the call only.

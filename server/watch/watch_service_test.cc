@@ -97,7 +97,7 @@ hypermap::PutObject CupAt(double x, ObjectId id = 0) {
 }
 
 // More than a test opens at once, because an ended watch counts until the server has noticed.
-constexpr int kMaxWatchers = 16;
+constexpr int kMaxWatchersOfClient = 16;
 
 // The map "site" with two cups, ids 1 and 2, at x = 0 and 2, at revision 1. The parameter is
 // `coalesce`, which makes no difference to the changes that a watch gets.
@@ -106,7 +106,7 @@ class WatchServiceTest : public ::testing::TestWithParam<bool> {
   static Limits TestLimits() {
     Limits limits;
     limits.watch_progress = absl::Milliseconds(20);
-    limits.max_watchers = kMaxWatchers;
+    limits.max_watchers = 2 * kMaxWatchersOfClient;
     limits.max_watch_lag = 1000;
     limits.chunk_items = 5;
     return limits;
@@ -318,9 +318,9 @@ TEST_P(WatchServiceTest, StartBeforeTheOldestKeptNamesIt) {
   EXPECT_THAT(gone.error_message(), HasSubstr(absl::StrCat(oldest)));
 }
 
-TEST_P(WatchServiceTest, OneWatchTooManyIsRefusedNamingTheLimit) {
+TEST_P(WatchServiceTest, OneWatchTooManyOfAClientIsRefusedNamingTheLimit) {
   std::vector<std::unique_ptr<Watching>> watches;
-  for (int i = 0; i < kMaxWatchers; ++i) {
+  for (int i = 0; i < kMaxWatchersOfClient; ++i) {
     watches.push_back(std::make_unique<Watching>(server_, Request()));
     ASSERT_TRUE(watches.back()->Next().has_value());
   }

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <utility>
 
+#include "simulation/worlds/pixel_box.h"
+
 namespace hypermap::simulation {
 namespace {
 
@@ -38,14 +40,7 @@ bool IsAtBorder(const std::vector<uint8_t>& mask, int width, int height, int u, 
   return differs(u - 1, v) || differs(u + 1, v) || differs(u, v - 1) || differs(u, v + 1);
 }
 
-// Bounding box of a mask with a margin of two pixels, clipped to the image; ends exclusive.
-struct PixelBox {
-  int u_begin = 0;
-  int u_end = 0;
-  int v_begin = 0;
-  int v_end = 0;
-};
-
+// Returns the bounding box of a mask with a margin of two pixels, clipped to the image.
 PixelBox BoxAround(const std::vector<uint8_t>& mask, int width, int height) {
   PixelBox box{width, 0, height, 0};
   for (int i = 0; i < width * height; ++i) {

@@ -5,6 +5,8 @@
 #include <limits>
 #include <optional>
 
+#include "simulation/worlds/pixel_box.h"
+
 namespace hypermap::simulation {
 namespace {
 
@@ -13,13 +15,6 @@ using ingest::DepthImage;
 
 constexpr double kNearest = 0.4;
 constexpr double kFarthest = 8.0;
-
-struct PixelBox {
-  int u_begin = 0;
-  int u_end = 0;
-  int v_begin = 0;
-  int v_end = 0;
-};
 
 // Returns the pixels that may show the prism: the bounding box of its projected corners. If a
 // corner is less than 5 cm in front of the camera, its projection is unusable and all pixels are

@@ -7,7 +7,7 @@
 namespace hypermap::storage {
 namespace {
 
-constexpr char kCreateTable[] = R"sql(
+constexpr char kCreateDeletionTable[] = R"sql(
 PRAGMA synchronous = FULL;
 CREATE TABLE IF NOT EXISTS deletions (
   id INTEGER PRIMARY KEY,
@@ -23,7 +23,7 @@ absl::StatusOr<std::unique_ptr<DeletionLog>> DeletionLog::Open(const std::string
                                                                absl::Duration busy_timeout) {
   HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<Database> database,
                             Database::Open(path, Database::OpenMode::kCreate, busy_timeout));
-  HYPERMAP_RETURN_IF_ERROR(database->Execute(kCreateTable));
+  HYPERMAP_RETURN_IF_ERROR(database->Execute(kCreateDeletionTable));
   return std::unique_ptr<DeletionLog>(new DeletionLog(std::move(database)));
 }
 

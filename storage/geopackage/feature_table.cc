@@ -17,7 +17,7 @@ namespace {
 
 // $t stands for the table's name, which needs no escapes (IsLayerTableName), $g for the type of its
 // geometries.
-constexpr char kCreateTable[] = R"sql(
+constexpr char kCreateFeatureTable[] = R"sql(
 CREATE TABLE "$t" (
   id INTEGER PRIMARY KEY AUTOINCREMENT NOT NULL,
   geom $g NOT NULL,
@@ -187,7 +187,7 @@ FeatureTable::FeatureTable(Database* database, std::string table, int64_t lineag
 
 absl::Status FeatureTable::Create() {
   return database_->Execute(
-      absl::StrReplaceAll(absl::StrCat(kCreateTable, kCreateIndex),
+      absl::StrReplaceAll(absl::StrCat(kCreateFeatureTable, kCreateIndex),
                           {{"$t", table_}, {"$g", GeometryTypeName(shape_kinds_)}}));
 }
 

@@ -20,6 +20,7 @@
 #include "storage/geopackage/time_mark_table.h"
 #include "storage/incarnation.h"
 #include "storage/sqlite/durable_file.h"
+#include "storage/sqlite/paced_writes.h"
 
 namespace hypermap::storage {
 namespace {
@@ -55,10 +56,13 @@ absl::Status AsDamage(const absl::Status& status) {
   return absl::DataLossError(status.message());
 }
 
-// A copy of a map goes on with a history of its own.
+// A copy of a map goes on with a history of its own. A copy for which this fails is of no use, so
+// it is changed in place.
 absl::Status GiveNewIncarnation(const std::string& path, absl::Duration busy_timeout) {
   HYPERMAP_ASSIGN_OR_RETURN(const std::unique_ptr<Database> copy,
                             Database::Open(path, Database::OpenMode::kExisting, busy_timeout));
+  HYPERMAP_RETURN_IF_ERROR(
+      copy->Execute("PRAGMA journal_mode = MEMORY; PRAGMA synchronous = OFF;"));
   return SetIncarnation(copy.get(), NewIncarnation());
 }
 
@@ -306,18 +310,25 @@ absl::Status GeoPackageMap::BackupTo(const std::string& path) { return InMap(Wri
 absl::Status GeoPackageMap::WriteBackup(const std::string& path) {
   if (PathExists(path)) return absl::AlreadyExistsError(absl::StrCat(path, " exists"));
   HYPERMAP_RETURN_IF_ERROR(files_->Check());
-  const std::string temporary = absl::StrCat(path, ".new");
-  absl::Status status = RemoveFile(temporary);
+  // A connection of its own, because a copy is synced as the connection's own file would be.
+  HYPERMAP_ASSIGN_OR_RETURN(
+      const std::unique_ptr<Database> reader,
+      Database::Open(database_->path(), Database::OpenMode::kReadOnly, busy_timeout_));
+  HYPERMAP_RETURN_IF_ERROR(
+      reader->Execute("PRAGMA synchronous = OFF; PRAGMA cache_size = -16384;"));
   // VACUUM INTO writes a compact copy in one file, without a write-ahead log.
-  if (status.ok()) {
-    const EndsIfCancelled ends(database_.get());
-    status = database_->Run("VACUUM INTO ?", temporary);
+  const UnpacedWrites unpaced;
+  absl::Status status;
+  {
+    const EndsIfCancelled ends(reader.get());
+    status = reader->Run("VACUUM INTO ?", path);
     // SQLite's own error says only that it was interrupted.
     if (absl::Status wanted = CheckCancelled(); !wanted.ok()) status = std::move(wanted);
   }
-  if (status.ok()) status = GiveNewIncarnation(temporary, busy_timeout_);
-  if (status.ok()) status = PublishFile(temporary, path);
-  if (!status.ok()) RemoveMapFile(temporary).IgnoreError();
+  // Again, because the reader opened the file by its name, which may be another file's by now.
+  if (status.ok()) status = files_->CheckIdentity();
+  if (status.ok()) status = GiveNewIncarnation(path, busy_timeout_);
+  if (!status.ok()) RemoveMapFile(path).IgnoreError();
   return status;
 }
 

@@ -11,7 +11,7 @@ namespace hypermap::storage {
 namespace {
 
 // $t stands for the table's name, which is plain (IsLayerTableName).
-constexpr char kCreateTable[] = R"sql(
+constexpr char kCreateGridTable[] = R"sql(
 CREATE TABLE "$t" (
   id INTEGER PRIMARY KEY AUTOINCREMENT,
   zoom_level INTEGER NOT NULL,
@@ -97,7 +97,7 @@ GridTable::GridTable(Database* database, std::string table, int64_t lineage,
       write_sql_(ForTable(kWriteTile, table_)),
       archive_sql_(ForTable(kArchiveTile, table_)) {}
 
-absl::Status GridTable::Create() { return database_->Execute(ForTable(kCreateTable, table_)); }
+absl::Status GridTable::Create() { return database_->Execute(ForTable(kCreateGridTable, table_)); }
 
 absl::Status GridTable::Drop(Revision revision) {
   HYPERMAP_RETURN_IF_ERROR(database_->Run(ForTable(kArchiveAllTiles, table_), lineage_, revision));

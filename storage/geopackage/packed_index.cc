@@ -59,7 +59,7 @@ size_t DivideUp(size_t a, size_t b) { return (a + b - 1) / b; }
 
 // Cuts the plane into slabs, and the slabs into tiles of at most `capacity` cells. Sorts the cells
 // by tile. Returns the index at which each tile begins, followed by the number of cells.
-std::vector<size_t> Tile(std::vector<IndexCell>* cells, size_t capacity) {
+std::vector<size_t> SortIntoTiles(std::vector<IndexCell>* cells, size_t capacity) {
   const size_t num_slabs =
       static_cast<size_t>(std::ceil(std::sqrt(double(DivideUp(cells->size(), capacity)))));
   std::sort(cells->begin(), cells->end(),
@@ -170,7 +170,7 @@ absl::Status TreeWriter::WritePlaces(std::vector<std::pair<int64_t, int64_t>> pl
 }
 
 absl::StatusOr<std::vector<IndexCell>> TreeWriter::WriteLevel(std::vector<IndexCell> cells) {
-  const std::vector<size_t> begins = Tile(&cells, capacity_);
+  const std::vector<size_t> begins = SortIntoTiles(&cells, capacity_);
   std::vector<IndexCell> parents;
   std::vector<std::pair<int64_t, int64_t>> places;
   places.reserve(cells.size());
@@ -205,7 +205,7 @@ IndexCell IndexCell::Of(int64_t id, const Box& box) {
 void SortInSpace(std::vector<IndexCell>* cells) {
   // Smaller than the nodes of a tree, which have a few dozen cells.
   constexpr size_t kTileSize = 8;
-  Tile(cells, kTileSize);
+  SortIntoTiles(cells, kTileSize);
 }
 
 absl::StatusOr<bool> IsNewTree(Database* database, const std::string& tree) {

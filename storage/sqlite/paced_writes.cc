@@ -9,11 +9,13 @@
 namespace hypermap::storage {
 namespace {
 
+thread_local int unpaced = 0;  // how many UnpacedWrites live on this thread
+
 // Called by SQLite in place of the function of the system.
 ssize_t PacedPwrite(int fd, const void* bytes, size_t size, off_t offset) {
   thread_local PacedWrites paced;
   const ssize_t written = pwrite(fd, bytes, size, offset);
-  if (written <= 0) return written;
+  if (written <= 0 || unpaced > 0) return written;
   const int error = paced.Wrote(fd, written);
   if (error == 0) return written;
   errno = error;
@@ -37,6 +39,10 @@ int PacedWrites::Wrote(int fd, int64_t bytes) {
   const bool can_not = errno == ESPIPE || errno == EINVAL || errno == ENOSYS || errno == EOPNOTSUPP;
   return can_not ? 0 : errno;
 }
+
+UnpacedWrites::UnpacedWrites() { ++unpaced; }
+
+UnpacedWrites::~UnpacedWrites() { --unpaced; }
 
 void PaceWritesOfSqlite() {
   sqlite3_vfs* const files = sqlite3_vfs_find("unix");

@@ -24,6 +24,16 @@ class PacedWrites {
   int64_t piece_bytes_ = 0;  // what was written to fd_ and not sent on
 };
 
+// While one lives, SQLite's writes on this thread are not sent on. For files that are removed soon
+// and need not survive a crash: most of them never reach the disk.
+class UnpacedWrites {
+ public:
+  UnpacedWrites();
+  ~UnpacedWrites();
+  UnpacedWrites(const UnpacedWrites&) = delete;
+  UnpacedWrites& operator=(const UnpacedWrites&) = delete;
+};
+
 // Lets SQLite write all files of this process so. A piece that the disk did not take is an error of
 // the write that filled it (SQLITE_IOERR or SQLITE_FULL).
 void PaceWritesOfSqlite();

@@ -100,19 +100,23 @@ def slow_readers(site):
     area = query_service_pb2.QueryAreaRequest()
     area.scope.map = PREY
     rpc.json_format.ParseDict(sites.square(-5000, -5000, 10000), area.area)
-    calls = [("WatchService/Watch", watch.SerializeToString(), site.size(900, 300)),
-             ("QueryService/QueryArea", area.SerializeToString(), site.size(500, 200))]
+    # One address may have half of the watches.
+    calls = [("WatchService/Watch", watch.SerializeToString(), site.size(900, 300),
+              (http2.ATTACKER, http2.SECOND_ATTACKER)),
+             ("QueryService/QueryArea", area.SerializeToString(), site.size(500, 200),
+              (http2.ATTACKER,))]
     with site.client() as client:
         ids = sorted(sites.labels(client, PREY))
     yield
     connections = []
-    for method, message, count in calls:
+    for method, message, count, addresses in calls:
         headers, body = http2.grpc_headers(method), http2.grpc_message(message)
         for i in range(count):
             if i % 100 == 0:
                 # Half of the connections have no window for answers; the others are not read.
                 window = 0 if i % 200 == 0 else 65535
-                connections.append(http2.Connection(site.address, window=window))
+                address = addresses[i // 200 % len(addresses)]
+                connections.append(http2.Connection(site.address, address, window=window))
             stream = connections[-1].new_stream()
             connections[-1].send(
                 http2.frame(http2.HEADERS, http2.END_HEADERS, stream, headers) +

@@ -21,6 +21,7 @@ INITIAL_WINDOW_SIZE, MAX_FRAME_SIZE = 4, 5
 # The address of attackers that fill what one address may have. The other clients, who come from
 # 127.0.0.1, have a share of their own.
 ATTACKER = "127.0.0.2"
+SECOND_ATTACKER = "127.0.0.3"
 
 # The most bytes of a write.
 _MAX_WRITE = 16_384

@@ -76,7 +76,9 @@ def unread_commits(site):
     headers = http2.grpc_headers("WatchService/Watch")
     for i in range(site.size(900, 200)):
         if i % 50 == 0:
-            connections.append(http2.Connection(site.address, http2.ATTACKER, window=0))
+            # One address may have half of the watches.
+            address = http2.ATTACKER if i % 100 == 0 else http2.SECOND_ATTACKER
+            connections.append(http2.Connection(site.address, address, window=0))
         request = watch_service_pb2.WatchRequest()
         request.scope.map = PREY
         rpc.json_format.ParseDict(sites.square(-1 - i * 0.01, -1, 5000), request.area)

@@ -40,7 +40,7 @@ auto Find(const Map& map, const Key& key) {
   return it == map.end() ? nullptr : &it->second;
 }
 
-ToldRevision ToldOf(const Written& written, const State& before, const Selection& selection) {
+ToldRevision TellOf(const Written& written, const State& before, const Selection& selection) {
   ToldRevision told;
   told.revision = written.revision;
   for (const auto& [id, thing] : written.things) {
@@ -126,7 +126,7 @@ std::vector<ToldRevision> Model::Told(Revision from, const Selection& selection)
   std::vector<ToldRevision> all;
   for (const Written& written : written()) {
     if (written.revision > from) {
-      ToldRevision told = ToldOf(written, state, selection);
+      ToldRevision told = TellOf(written, state, selection);
       if (!told.empty()) all.push_back(std::move(told));
     }
     Carry(written, state);

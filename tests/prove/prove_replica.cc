@@ -12,11 +12,10 @@
 #include "tests/prove/outbox_holder.h"
 #include "tests/prove/proofs.h"
 #include "tests/prove/questions.h"
+#include "tests/prove/site.h"
 
 namespace hypermap::prove {
 namespace {
-
-constexpr absl::Duration kPatience = absl::Minutes(5);
 
 absl::Status MakeLayers(client::Client client) {
   for (const char* name : {kQueued, kSeen}) {

@@ -13,8 +13,6 @@
 namespace hypermap::prove {
 namespace {
 
-constexpr absl::Duration kPatience = absl::Minutes(5);
-
 absl::Status FirstError(const std::vector<absl::Status>& statuses) {
   for (const absl::Status& status : statuses) {
     HYPERMAP_RETURN_IF_ERROR(status);

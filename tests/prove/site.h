@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "absl/status/status.h"
+#include "absl/time/time.h"
 #include "client_libs/cpp/client.h"
 #include "tests/prove/follower.h"
 #include "tests/prove/model.h"
@@ -17,6 +18,9 @@
 #include "tests/support/temporary_folder.h"
 
 namespace hypermap::prove {
+
+// What has not come after this time does not come.
+inline constexpr absl::Duration kPatience = absl::Minutes(5);
 
 // The folder is removed at destruction.
 class Site {

@@ -13,7 +13,6 @@
 namespace hypermap::bench {
 namespace {
 
-constexpr int kConnections = 4;
 constexpr Target kNoTarget;
 
 std::string InProcessName(const std::string& peer) {
@@ -48,7 +47,7 @@ absl::Status AddInProcessRow(Bench& bench, const GeneratedSite& site,
     return absl::InternalError(absl::StrCat(kind.name, ": point ", i));
   }
   const StreamCalls ours = PointsCalls(DrawBatches(site));
-  const Channels channels = OpenChannels(server.address(), kConnections);
+  const Channels channels = OpenChannels(server.address(), kConnectionsToPeers);
   const absl::Duration each = bench.options.pace.each;
   absl::StatusOr<Contest> contest = Alternate(
       bench.options.pace, [&] { return CostOfStreams(server, channels, ours, each); },

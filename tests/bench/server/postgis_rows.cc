@@ -16,7 +16,6 @@
 namespace hypermap::bench {
 namespace {
 
-constexpr int kConnections = 4;
 constexpr char kSelect[] = "SELECT id, label, existence, ST_AsBinary(geom) FROM objects WHERE ";
 
 std::string Hex(const Polygon& polygon) { return absl::BytesToHexString(ToWkb(polygon)); }
@@ -125,13 +124,13 @@ absl::Status AskBoth(Bench& bench, const GeneratedSite& site, const testing::Ser
   const Questions questions = DrawQuestions(site, bench.options.questions);
   const RightAnswers right =
       AnswerByBruteForce(site, questions, std::min(bench.options.checked, bench.options.questions));
-  const Channels channels = OpenChannels(server.address(), kConnections);
+  const Channels channels = OpenChannels(server.address(), kConnectionsToPeers);
   const absl::Duration each = bench.options.pace.each;
   for (const PeerQuestion& question : PeerQuestions(questions, right)) {
     HYPERMAP_RETURN_IF_ERROR(CheckRows(postgis, question));
     const absl::StatusOr<Contest> contest = Alternate(
         bench.options.pace, [&] { return CostOfLoad(server, channels, question.ours, each); },
-        [&] { return postgis.Run(question.peer, kConnections, each); });
+        [&] { return postgis.Run(question.peer, kConnectionsToPeers, each); });
     HYPERMAP_RETURN_IF_ERROR(contest.status());
     bench.report.Add(RowOf(question.row, *contest));
   }
@@ -140,7 +139,7 @@ absl::Status AskBoth(Bench& bench, const GeneratedSite& site, const testing::Ser
   const SqlCalls peer = BatchCalls(batches);
   const absl::StatusOr<Contest> contest = Alternate(
       bench.options.pace, [&] { return CostOfStreams(server, channels, ours, each); },
-      [&] { return postgis.Run(peer, kConnections, each); });
+      [&] { return postgis.Run(peer, kConnectionsToPeers, each); });
   HYPERMAP_RETURN_IF_ERROR(contest.status());
   bench.report.Add(RowOf(kBatchRow, *contest));
   return absl::OkStatus();

@@ -37,6 +37,9 @@ struct Options {
   bool pin = false;
 };
 
+// Connections to each database that answers the same questions.
+inline constexpr int kConnectionsToPeers = 4;
+
 // State that the rows share.
 struct Bench {
   Options options;
