@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "absl/strings/str_cat.h"
 #include "base/status/status_macros.h"
 
 namespace hypermap {
@@ -14,6 +15,15 @@ constexpr int64_t kStepBytes = 64 << 10;
 thread_local MemoryMeter* current = nullptr;
 
 }  // namespace
+
+absl::Status MemoryCap::ChargeMemory(int64_t bytes) {
+  if (most_bytes_ > 0 && bytes > most_bytes_ - charged_) {
+    return absl::ResourceExhaustedError(
+        absl::StrCat("takes more than --", flag_, ", ", most_bytes_, " bytes, of memory"));
+  }
+  charged_ += bytes;
+  return absl::OkStatus();
+}
 
 absl::Status MemoryMeter::Take(int64_t bytes) {
   const int64_t missing = taken_ + bytes - kFreeBytes - charged_;

@@ -15,6 +15,7 @@
 #include <cstdint>
 
 #include "absl/status/status.h"
+#include "absl/strings/string_view.h"
 
 namespace hypermap {
 
@@ -25,6 +26,21 @@ class MemoryAccount {
   // Returns OK, or the error with which the work must end; then nothing is charged.
   virtual absl::Status ChargeMemory(int64_t bytes) = 0;
   virtual void FreeMemory(int64_t bytes) = 0;
+};
+
+// The memory that one piece of work may take, whatever others take. Not thread-safe.
+class MemoryCap final : public MemoryAccount {
+ public:
+  // `flag` is the name by which a refusal, RESOURCE_EXHAUSTED, calls the limit. 0 bounds nothing.
+  MemoryCap(absl::string_view flag, int64_t most_bytes) : flag_(flag), most_bytes_(most_bytes) {}
+
+  absl::Status ChargeMemory(int64_t bytes) override;
+  void FreeMemory(int64_t bytes) override { charged_ -= bytes; }
+
+ private:
+  const absl::string_view flag_;
+  const int64_t most_bytes_;
+  int64_t charged_ = 0;
 };
 
 // Used by one thread at a time; may be handed from thread to thread.

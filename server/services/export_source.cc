@@ -5,6 +5,7 @@
 
 #include "base/admission/budget.h"
 #include "base/admission/client_host.h"
+#include "base/metering/memory_meter.h"
 #include "base/status/status_macros.h"
 #include "server/services/map_files.h"
 
@@ -72,6 +73,9 @@ absl::StatusOr<std::unique_ptr<MessageSource<v1::ExportMapResponse>>> OpenExport
   HYPERMAP_ASSIGN_OR_RETURN(const std::shared_ptr<MapSession> session,
                             FindMap(facilities, request.map()));
   const SnapshotPtr snapshot = session->snapshot();
+  MemoryCap memory("max_request_bytes", facilities.limits.max_request_bytes);
+  MemoryMeter meter(&memory);
+  const ScopedMeter metered(&meter);
   HYPERMAP_ASSIGN_OR_RETURN(storage::ExportedFiles exported, EncodeFiles(request, *snapshot));
   v1::ExportHeader header;
   header.set_map(request.map());

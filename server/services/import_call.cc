@@ -7,6 +7,7 @@
 #include "absl/strings/str_cat.h"
 #include "base/admission/memory.h"
 #include "base/cancellation/cancellation.h"
+#include "base/metering/memory_meter.h"
 #include "base/status/status_macros.h"
 #include "server/rpc/raw_messages.h"
 #include "server/rpc/wanted.h"
@@ -17,6 +18,8 @@ namespace {
 
 // Estimate of the bytes of memory that each byte of a file takes while it is decoded.
 constexpr int64_t kBytesPerFileByte = 3;
+// The header as the call and as its log line keep it.
+constexpr int64_t kCopiesOfHeader = 2;
 // After the import of larger files, freed memory is returned to the system.
 constexpr int64_t kLargeImportBytes = 8 << 20;
 
@@ -65,6 +68,11 @@ absl::Status ImportCall::TakeMessage() {
 absl::Status ImportCall::Take(v1::ImportMapRequest message) {
   if (message.has_header()) {
     if (header_) return absl::InvalidArgumentError("header may come once, in the first message");
+    // Kept until the call ends.
+    const auto bytes = static_cast<int64_t>(message.header().SpaceUsedLong());
+    if (bytes > CallTicket::kFreeBytes) {
+      HYPERMAP_RETURN_IF_ERROR(ticket_.ChargeMemory(kCopiesOfHeader * bytes));
+    }
     header_ = std::move(*message.mutable_header());
     if (!header_->request_id().empty()) digest_.emplace(*header_);
     log_.set_map(header_->map());
@@ -105,6 +113,9 @@ absl::Status ImportCall::Import() {
 }
 
 absl::StatusOr<storage::ImportedMap> ImportCall::Decode(const Snapshot* snapshot) {
+  MemoryCap memory("max_request_bytes", facilities_->limits.max_request_bytes);
+  MemoryMeter meter(&memory);
+  const ScopedMeter metered(&meter);
   HYPERMAP_RETURN_IF_ERROR(ticket_.ChargeMemory(files_.bytes() * kBytesPerFileByte));
   HYPERMAP_ASSIGN_OR_RETURN(const std::vector<storage::NamedFile> files, files_.Read());
   absl::StatusOr<storage::ImportedMap> imported =

@@ -22,6 +22,8 @@ constexpr int kMaxInlinePoints = 4096;
 constexpr absl::Duration kMaxInlineTime = absl::Milliseconds(2);
 // Batches that take no time to speak of, whatever is there.
 constexpr int kFewPoints = 16;
+// The scope as the call and as its asker keep it.
+constexpr int64_t kCopiesOfScope = 2;
 // The least bytes of an object in an answer: its point, id and label, and its existence.
 constexpr int kLeastHitBytes = 3 + sizeof(float);
 // Bytes of a label's place among those that were told.
@@ -255,6 +257,11 @@ absl::Status PointsCall::Open() {
   }
   const v1::QueryPointsOpening& opening = batch_.opening();
   HYPERMAP_ASSIGN_OR_RETURN(AsOf as_of, wire::DecodeAsOf(opening.as_of()));
+  // Kept until the call ends.
+  const auto bytes = static_cast<int64_t>(opening.scope().SpaceUsedLong());
+  if (bytes > CallTicket::kFreeBytes) {
+    HYPERMAP_RETURN_IF_ERROR(ticket_.ChargeMemory(kCopiesOfScope * bytes));
+  }
   map_.set_map(opening.scope().map());
   map_.set_incarnation(opening.scope().incarnation());
   log_.set_map(map_.map());

@@ -11,8 +11,15 @@
 namespace hypermap::server {
 namespace {
 
+// As file systems allow.
+constexpr size_t kMaxNameBytes = 255;
+
 absl::Status ValidateFileName(const std::string& name) {
   if (name.empty()) return absl::InvalidArgumentError("chunk.file_name is empty");
+  if (name.size() > kMaxNameBytes) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("chunk.file_name has more than ", kMaxNameBytes, " bytes"));
+  }
   if (name.find_first_of("/\\") == std::string::npos) return absl::OkStatus();
   return absl::InvalidArgumentError("chunk.file_name must not have folders");
 }

@@ -6,6 +6,7 @@
 #include "absl/strings/str_join.h"
 #include "base/cancellation/cancellation.h"
 #include "base/limits/limits.h"
+#include "base/metering/memory_meter.h"
 #include "base/status/status_macros.h"
 #include "map/layers/semantic_layer.h"
 #include "nlohmann/json.hpp"
@@ -21,30 +22,77 @@ namespace {
 using nlohmann::json;
 
 constexpr int kMaxDepth = 32;
-// Number of values of the file after which the parser looks whether it is cancelled.
-constexpr int kEventsPerLook = 1024;
+// After so many values or bytes, the parser looks whether it may go on.
+constexpr int64_t kValuesPerLook = 1024;
+constexpr int64_t kBytesPerLook = 64 << 10;
+// About what a value takes in an array, and with its key in an object, besides the bytes of text.
+constexpr int64_t kBytesOfValue = 64;
+constexpr int64_t kBytesOfKey = 64;
 
-struct GivenUp {};
+// Builds the document as json::parse does, and ends at what nests too deep, takes too much memory
+// or is no longer wanted. With a callback, json::parse would look at all entries of an object or
+// array again after each object in it.
+class BoundedParser : public nlohmann::detail::json_sax_dom_parser<json> {
+ public:
+  using Base = nlohmann::detail::json_sax_dom_parser<json>;
+
+  explicit BoundedParser(json& root) : Base(root) {}
+
+  // Why the parser has ended before the end of the text.
+  const absl::Status& status() const { return status_; }
+
+  bool null() { return Count() && Base::null(); }
+  bool boolean(bool value) { return Count() && Base::boolean(value); }
+  bool number_integer(json::number_integer_t value) {
+    return Count() && Base::number_integer(value);
+  }
+  bool number_unsigned(json::number_unsigned_t value) {
+    return Count() && Base::number_unsigned(value);
+  }
+  bool number_float(json::number_float_t value, const std::string& text) {
+    return Count() && Base::number_float(value, text);
+  }
+  bool string(std::string& value) { return Count(value.size()) && Base::string(value); }
+  bool key(std::string& value) { return Count(value.size() + kBytesOfKey) && Base::key(value); }
+  bool start_object(size_t size) { return Enter() && Base::start_object(size); }
+  bool start_array(size_t size) { return Enter() && Base::start_array(size); }
+  bool end_object() { return Leave() && Base::end_object(); }
+  bool end_array() { return Leave() && Base::end_array(); }
+
+ private:
+  bool Count(size_t more_bytes = 0) {
+    bytes_ += kBytesOfValue + static_cast<int64_t>(more_bytes);
+    if (++values_ % kValuesPerLook != 0 && bytes_ < kBytesPerLook) return true;
+    status_ = TakeMemory(std::exchange(bytes_, 0));
+    if (status_.ok()) status_ = CheckCancelled();
+    return status_.ok();
+  }
+  bool Enter() {
+    if (++depth_ <= kMaxDepth) return Count();
+    status_ = absl::InvalidArgumentError(
+        absl::StrCat("JSON is nested deeper than ", kMaxDepth, " levels"));
+    return false;
+  }
+  bool Leave() {
+    --depth_;
+    return true;
+  }
+
+  absl::Status status_;
+  int depth_ = 0;
+  int64_t values_ = 0;
+  int64_t bytes_ = 0;  // not taken yet
+};
 
 absl::StatusOr<json> Parse(absl::string_view data) {
-  bool too_deep = false;
-  int events = 0;
-  const auto watch = [&](int depth, json::parse_event_t, json&) {
-    // The parser knows no other way out.
-    if (++events % kEventsPerLook == 0 && IsCancelled()) throw GivenUp();
-    too_deep = too_deep || depth > kMaxDepth;
-    return !too_deep;
-  };
+  json root;
+  BoundedParser parser(root);
   try {
-    json root = json::parse(data.begin(), data.end(), watch);
-    if (!too_deep) return root;
-  } catch (const GivenUp&) {
-    return CheckCancelled();
+    if (json::sax_parse(data.begin(), data.end(), &parser)) return root;
   } catch (const json::exception& e) {
     return absl::InvalidArgumentError(absl::StrCat("not JSON: ", e.what()));
   }
-  return absl::InvalidArgumentError(
-      absl::StrCat("JSON is nested deeper than ", kMaxDepth, " levels"));
+  return parser.status();
 }
 
 // The member, or null when it is missing or null.
@@ -261,6 +309,7 @@ absl::Status Decoder::ReadObjects(const json& feature, const json& geometry,
   object->id = id;
   for (Shape& part : *parts) {
     object->shape = std::move(part);
+    HYPERMAP_RETURN_IF_ERROR(TakeMemory(ByteSize(*object)));
     imported_.batch.edits.push_back(PutObject{layer_, *object, frame_id_});
     object->id = 0;
   }

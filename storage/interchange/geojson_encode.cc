@@ -4,6 +4,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "base/cancellation/cancellation.h"
+#include "base/metering/memory_meter.h"
 #include "base/status/status_macros.h"
 #include "map/layers/semantic_layer.h"
 #include "nlohmann/json.hpp"
@@ -44,24 +45,24 @@ ordered_json EncodeGeometry(const Point& point) {
   return {{"type", "Point"}, {"coordinates", Position(point)}};
 }
 
-// Adds the layer's objects to `features`, one text each, and what the format can't carry to
-// `omissions`.
-void AddLayer(const Snapshot& snapshot, const Layer& layer, std::vector<std::string>& features,
-              std::vector<std::string>& omissions) {
+// Appends the layer's objects to the list of features that `text` ends with, a line each, and what
+// the format can't carry to `omissions`. Errors of CheckCancelled and TakeMemory.
+absl::Status AddLayer(const Snapshot& snapshot, const Layer& layer, std::string& text,
+                      std::vector<std::string>& omissions) {
   const std::string& name = layer.spec().name;
   const auto* semantic = AsSemantic(&layer);
   if (!semantic) {
     omissions.push_back(absl::StrCat("layer \"", name, "\": GeoJSON carries no cells"));
-    return;
+    return absl::OkStatus();
   }
   const auto map_from_layer = snapshot.frames.Lookup(snapshot.frame_id, layer.spec().frame_id);
   if (!map_from_layer.ok()) {
     omissions.push_back(absl::StrCat("layer \"", name, "\": ", map_from_layer.status().message()));
-    return;
+    return absl::OkStatus();
   }
   std::vector<std::string> lost;
   for (const ObjectPtr& object : semantic->Objects()) {
-    if (IsCancelled()) return;
+    HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
     const Shape shape = *map_from_layer * object->shape;
     const ordered_json feature = {
         {"type", "Feature"},
@@ -69,7 +70,11 @@ void AddLayer(const Snapshot& snapshot, const Layer& layer, std::vector<std::str
         {"layer", name},
         {"properties", EncodeProperties(*object, lost)},
         {"geometry", shape.Visit([](const auto& geometry) { return EncodeGeometry(geometry); })}};
-    features.push_back(ToText(feature));
+    const std::string line = ToText(feature);
+    // A string that grows takes up to twice its length.
+    HYPERMAP_RETURN_IF_ERROR(TakeMemory(2 * static_cast<int64_t>(line.size())));
+    const bool is_first = text.back() == '\n';
+    absl::StrAppend(&text, is_first ? "" : ",\n", line);
   }
   if (!lost.empty()) {
     const std::set<std::string> names(lost.begin(), lost.end());
@@ -82,6 +87,7 @@ void AddLayer(const Snapshot& snapshot, const Layer& layer, std::vector<std::str
   if (!layer.spec().shape_kinds.ContainsAll()) {
     omissions.push_back(absl::StrCat("layer \"", name, "\": which kinds of shape it takes"));
   }
+  return absl::OkStatus();
 }
 
 }  // namespace
@@ -89,18 +95,17 @@ void AddLayer(const Snapshot& snapshot, const Layer& layer, std::vector<std::str
 absl::StatusOr<ExportedFiles> EncodeGeoJson(const Snapshot& snapshot,
                                             const std::vector<std::string>& layers) {
   HYPERMAP_ASSIGN_OR_RETURN(const std::vector<LayerPtr> selected, snapshot.SelectLayers(layers));
-  ExportedFiles exported;
-  std::vector<std::string> features;
-  for (const LayerPtr& layer : selected) {
-    AddLayer(snapshot, *layer, features, exported.omissions);
-    HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
-  }
   // A null crs says that the positions are in no reference system that a reader could know. Each
   // feature has a line of its own, so that files can be compared and searched by line.
-  exported.files.push_back(
-      {absl::StrCat(snapshot.map_name, ".geojson"),
-       absl::StrCat("{\"type\":\"FeatureCollection\",\"frame\":", ToText(snapshot.frame_id),
-                    ",\"crs\":null,\"features\":[\n", absl::StrJoin(features, ",\n"), "\n]}\n")});
+  std::string text =
+      absl::StrCat("{\"type\":\"FeatureCollection\",\"frame\":", ToText(snapshot.frame_id),
+                   ",\"crs\":null,\"features\":[\n");
+  ExportedFiles exported;
+  for (const LayerPtr& layer : selected) {
+    HYPERMAP_RETURN_IF_ERROR(AddLayer(snapshot, *layer, text, exported.omissions));
+  }
+  absl::StrAppend(&text, "\n]}\n");
+  exported.files.push_back({absl::StrCat(snapshot.map_name, ".geojson"), std::move(text)});
   return exported;
 }
 

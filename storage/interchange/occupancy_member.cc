@@ -28,8 +28,7 @@ absl::Status AppendOccupancyLayer(const std::string& name, const std::string& fr
   if (!pixels.ok()) return At(absl::StrCat("image \"", yaml.image, "\""), pixels.status());
   pixels_left -= static_cast<int64_t>(pixels->pixels.size());
   edits.push_back(CreateLayer{std::move(spec)});
-  AppendCells(*pixels, PixelMeaning(yaml), name, edits);
-  return CheckCancelled();
+  return AppendCells(*pixels, PixelMeaning(yaml), name, edits);
 }
 
 void ReportLostByImage(const GridLayer& layer, std::vector<std::string>& omissions) {

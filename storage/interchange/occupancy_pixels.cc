@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "base/cancellation/cancellation.h"
+#include "base/metering/memory_meter.h"
 #include "base/status/status_macros.h"
 #include "storage/interchange/status_context.h"
 
@@ -14,6 +15,9 @@ namespace {
 // Cells are written in blocks of the size of a tile, so that blocks of unknown cells are left out,
 // as a grid leaves out unknown tiles.
 constexpr int32_t kBlockSide = kTileSide;
+
+// A picture, and the image of two bytes a pixel that is made of it.
+constexpr int64_t kBytesOfPicturePixel = 4;
 
 uint8_t ScaledPercent(double occupancy, const MapServerYaml& yaml) {
   const double ratio = (occupancy - yaml.free_thresh) / (yaml.occupied_thresh - yaml.free_thresh);
@@ -46,13 +50,17 @@ class BandWriter {
         row_end_(std::min(row_begin + kBlockSide, image.height)) {}
 
   // Adds one edit for each run of neighbouring blocks with known cells.
-  void AppendTo(std::vector<Edit>& edits) const {
+  absl::Status AppendTo(std::vector<Edit>& edits) const {
     for (int32_t col = 0; col < image_.width; col += kBlockSide) {
       if (!HoldsKnown(col)) continue;
       const int32_t col_begin = col;
       while (col < image_.width && HoldsKnown(col)) col += kBlockSide;
-      edits.push_back(Cells(col_begin, std::min(col, image_.width)));
+      const CellBox box{row_begin_, row_end_, col_begin, std::min(col, image_.width)};
+      HYPERMAP_RETURN_IF_ERROR(
+          TakeMemory(box.num_cells() * static_cast<int64_t>(sizeof(std::optional<double>))));
+      edits.push_back(Cells(box));
     }
+    return absl::OkStatus();
   }
 
  private:
@@ -70,12 +78,12 @@ class BandWriter {
     return false;
   }
 
-  WriteCells Cells(int32_t col_begin, int32_t col_end) const {
-    WriteCells edit{layer_, {row_begin_, row_end_, col_begin, col_end}, {}};
-    edit.values.reserve(edit.box.num_cells());
-    for (int32_t row = row_begin_; row < row_end_; ++row) {
+  WriteCells Cells(const CellBox& box) const {
+    WriteCells edit{layer_, box, {}};
+    edit.values.reserve(box.num_cells());
+    for (int32_t row = box.row_begin; row < box.row_end; ++row) {
       const GreyAlpha* pixels = ImageRow(row);
-      for (int32_t col = col_begin; col < col_end; ++col) {
+      for (int32_t col = box.col_begin; col < box.col_end; ++col) {
         const uint8_t percent = meaning_.PercentOf(pixels[col]);
         if (percent == PixelMeaning::kUnknown) {
           edit.values.push_back(std::nullopt);
@@ -105,12 +113,12 @@ PixelMeaning::PixelMeaning(const MapServerYaml& yaml)
   for (int grey = 0; grey < 256; ++grey) percent_of_grey_[grey] = PercentOfGrey(grey, yaml);
 }
 
-void AppendCells(const GreyAlphaImage& image, const PixelMeaning& meaning, const std::string& layer,
-                 std::vector<Edit>& edits) {
+absl::Status AppendCells(const GreyAlphaImage& image, const PixelMeaning& meaning,
+                         const std::string& layer, std::vector<Edit>& edits) {
   std::vector<Edit> known;
   for (int32_t row = 0; row < image.height; row += kBlockSide) {
-    if (IsCancelled()) return;
-    BandWriter(image, meaning, layer, row).AppendTo(known);
+    HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
+    HYPERMAP_RETURN_IF_ERROR(BandWriter(image, meaning, layer, row).AppendTo(known));
   }
   CellBox written;
   for (const Edit& edit : known) written = written.Union(std::get<WriteCells>(edit).box);
@@ -119,6 +127,7 @@ void AppendCells(const GreyAlphaImage& image, const PixelMeaning& meaning, const
     edits.push_back(UnknownCell(layer, image.height - 1, image.width - 1));
   }
   std::move(known.begin(), known.end(), std::back_inserter(edits));
+  return absl::OkStatus();
 }
 
 namespace {
@@ -152,6 +161,7 @@ absl::StatusOr<GridPicture> TakePicture(const GridLayer& layer, int64_t max_pixe
   const PlanarTransform& origin = geometry.layer_from_grid;
   const Point corner = origin * Point{extent.col_begin * geometry.resolution_m,
                                       extent.row_begin * geometry.resolution_m};
+  HYPERMAP_RETURN_IF_ERROR(TakeMemory(kBytesOfPicturePixel * extent.num_cells()));
   GridPicture picture;
   picture.geometry = {PlanarTransform(corner.x, corner.y, origin.yaw()), geometry.resolution_m};
   picture.width = static_cast<int32_t>(extent.cols());

@@ -36,9 +36,9 @@ class PixelMeaning {
 
 // Appends the edits that write `image` to the empty layer `layer`, with the lower left pixel in
 // cell (0, 0). They make the whole image the layer's extent, but write only the parts that have
-// known cells.
-void AppendCells(const GreyAlphaImage& image, const PixelMeaning& meaning, const std::string& layer,
-                 std::vector<Edit>& edits);
+// known cells. Errors of CheckCancelled and TakeMemory.
+absl::Status AppendCells(const GreyAlphaImage& image, const PixelMeaning& meaning,
+                         const std::string& layer, std::vector<Edit>& edits);
 
 // The cells of a grid's extent in hundredths: row-major, top row first, PixelMeaning::kUnknown
 // where unknown.
@@ -51,7 +51,7 @@ struct GridPicture {
 };
 
 // REQUIRES: `layer` is of the kind occupancy and its extent is not empty. RESOURCE_EXHAUSTED when
-// it has more than `max_pixels` cells.
+// it has more than `max_pixels` cells; errors of TakeMemory.
 absl::StatusOr<GridPicture> TakePicture(const GridLayer& layer, int64_t max_pixels);
 
 // The image that the original writes: unknown is (127, transparent), v hundredths are (round(255 -

@@ -107,7 +107,7 @@ Snapshot Draw(const GreyAlphaImage& image, const GridGeometry& geometry = GridGe
   ImportedMap imported;
   imported.batch.edits.push_back(CreateLayer{LayerSpec{
       .name = "grid", .kind = LayerKind::kOccupancy, .frame_id = "map", .grid = geometry}});
-  AppendCells(image, PixelMeaning(MapServerYaml()), "grid", imported.batch.edits);
+  EXPECT_TRUE(AppendCells(image, PixelMeaning(MapServerYaml()), "grid", imported.batch.edits).ok());
   return testing::MapOf(imported);
 }
 
@@ -129,7 +129,7 @@ TEST(AppendCellsTest, ExtentIsTheWholeImageThoughLittleOfItIsKnown) {
   GreyAlphaImage image{3000, 2000, std::vector<GreyAlpha>(3000 * 2000, kTransparent)};
   image.row(1500)[700] = kOccupied;
   std::vector<Edit> edits;
-  AppendCells(image, PixelMeaning(MapServerYaml()), "grid", edits);
+  ASSERT_TRUE(AppendCells(image, PixelMeaning(MapServerYaml()), "grid", edits).ok());
   size_t num_values = 0;
   for (const Edit& edit : edits) num_values += std::get<WriteCells>(edit).values.size();
   EXPECT_LE(num_values, 128u * 128u + 2u);

@@ -6,6 +6,7 @@
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
 #include "base/cancellation/cancellation.h"
+#include "base/metering/memory_meter.h"
 #include "base/status/status_macros.h"
 
 namespace hypermap::storage {
@@ -110,6 +111,7 @@ absl::StatusOr<GreyAlphaImage> DecodePgm(absl::string_view data, int64_t max_pix
     return absl::InvalidArgumentError("PGM header is broken");
   }
   HYPERMAP_RETURN_IF_ERROR(CheckImageSize(*width, *height, max_pixels));
+  HYPERMAP_RETURN_IF_ERROR(TakeMemory(static_cast<int64_t>(sizeof(GreyAlpha)) * *width * *height));
   GreyAlphaImage image{static_cast<int32_t>(*width), static_cast<int32_t>(*height), {}};
   const int64_t num_pixels = *width * *height;
   HYPERMAP_RETURN_IF_ERROR(data[1] == '5' ? ReadBinary(scanner.rest(), *maxval, num_pixels, image)

@@ -6,10 +6,14 @@
 #include "absl/status/status.h"
 #include "base/cancellation/cancellation.h"
 #include "base/images/png.h"
+#include "base/metering/memory_meter.h"
 #include "base/status/status_macros.h"
 
 namespace hypermap::storage {
 namespace {
+
+// Of the image, and of the rows of an interlaced file.
+constexpr int64_t kBytesOfDecodedPixel = 6;
 
 // Deflate can't pack tighter than 1032:1 (zlib's technical notes), so a file that claims more
 // pixels than that for its size does not have them.
@@ -59,6 +63,8 @@ absl::StatusOr<GreyAlphaImage> DecodePng(absl::string_view data, int64_t max_pix
     return absl::InvalidArgumentError("broken PNG: it is too short for its dimensions");
   }
   HYPERMAP_RETURN_IF_ERROR(reader.ExpandTo8Bits());
+  HYPERMAP_RETURN_IF_ERROR(
+      TakeMemory(kBytesOfDecodedPixel * int64_t{header.width} * header.height));
   GreyAlphaImage image{static_cast<int32_t>(header.width), static_cast<int32_t>(header.height), {}};
   image.pixels.reserve(header.width * header.height);
   HYPERMAP_RETURN_IF_ERROR(ReadPixels(reader, image));

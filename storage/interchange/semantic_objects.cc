@@ -7,6 +7,7 @@
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
+#include "base/metering/memory_meter.h"
 #include "base/status/status_macros.h"
 #include "storage/interchange/names.h"
 #include "storage/interchange/number_text.h"
@@ -57,6 +58,7 @@ absl::Status SemanticObjectReader::Take(const SemanticEntry& entry) {
   if (!polygons.ok()) return Named(polygons.status());
   for (Polygon& polygon : *polygons) {
     description.shape = std::move(polygon);
+    if (auto status = TakeMemory(ByteSize(description)); !status.ok()) return Named(status);
     Keep(description);
   }
   return absl::OkStatus();

@@ -10,6 +10,7 @@
 #include "absl/strings/strip.h"
 #include "base/status/status_macros.h"
 #include "storage/interchange/number_text.h"
+#include "storage/interchange/repair_log.h"
 
 namespace hypermap::storage {
 namespace {
@@ -113,7 +114,7 @@ class WktParser {
     if (ring.size() > 1 && ring.front() == ring.back()) {
       ring.pop_back();
     } else {
-      shape_.repairs.push_back(absl::StrCat(InRing(), "ring left open"));
+      AddRepair([&] { return absl::StrCat(InRing(), "ring left open"); });
     }
     shape_.polygons.back().push_back(std::move(ring));
     return absl::OkStatus();
@@ -124,8 +125,8 @@ class WktParser {
     bool first = true;
     do {
       if (!first) {
-        shape_.repairs.push_back(
-            absl::StrCat(InRing(), "missing comma after vertex ", vertices.size()));
+        AddRepair(
+            [&] { return absl::StrCat(InRing(), "missing comma after vertex ", vertices.size()); });
       }
       first = false;
       HYPERMAP_RETURN_IF_ERROR(ParseVertex(vertices.emplace_back()));
@@ -158,6 +159,12 @@ class WktParser {
     const std::optional<double> number = ParseNumber(rest_.substr(0, n));
     if (number) rest_.remove_prefix(n);
     return number;
+  }
+
+  // A report has no more lines.
+  template <typename Describe>
+  void AddRepair(Describe describe) {
+    if (shape_.repairs.size() <= RepairLog::kMaxLines) shape_.repairs.push_back(describe());
   }
 
   // Names the ring being read: "", "hole 1: ", "part 2: " or "part 2: hole 1: ".

@@ -1,12 +1,15 @@
 #include "storage/interchange/yaml_document.h"
 
+#include <algorithm>
 #include <array>
+#include <cstdint>
 #include <optional>
 
 #include "absl/status/status.h"
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
 #include "base/limits/limits.h"
+#include "base/metering/memory_meter.h"
 #include "base/status/status_macros.h"
 #include "storage/interchange/number_text.h"
 
@@ -24,6 +27,12 @@ std::optional<double> NumberOf(const YAML::Node& node) {
 }  // namespace
 
 absl::StatusOr<YAML::Node> ParseYaml(absl::string_view text) {
+  // Each of these characters may begin a node, of which yaml-cpp keeps about 400 bytes.
+  constexpr int64_t kBytesOfNode = 400;
+  const auto nodes = std::count_if(text.begin(), text.end(), [](char c) {
+    return absl::string_view(",[{:-?\n").find(c) != absl::string_view::npos;
+  });
+  HYPERMAP_RETURN_IF_ERROR(TakeMemory(kBytesOfNode * nodes));
   if (text.size() > FixedLimits::kMaxYamlBytes) {
     return absl::ResourceExhaustedError(
         absl::StrCat("YAML of ", text.size(), " bytes, more than ", FixedLimits::kMaxYamlBytes));

@@ -130,8 +130,9 @@ ROOMS = {
     ),
     "storage/outbox": Room(["base/status", "storage/sqlite"], {"absl"}, target="outbox_file"),
     "storage/interchange": Room(
-        ["base/cancellation", "base/images", "base/limits", "base/status", "map", "map/edits",
-         "map/frames", "map/geometry", "map/grid", "map/layers", "map/objects", "map/values"],
+        ["base/cancellation", "base/images", "base/limits", "base/metering", "base/status", "map",
+         "map/edits", "map/frames", "map/geometry", "map/grid", "map/layers", "map/objects",
+         "map/values"],
         {"absl"}, hidden={"json", "yaml", "zip"},
     ),
 
