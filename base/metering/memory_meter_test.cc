@@ -62,6 +62,17 @@ TEST(MemoryMeterTest, TemporaryMemoryIsGivenBackAtItsEnd) {
   EXPECT_EQ(meter.taken(), kMiB);
 }
 
+TEST(MemoryCapTest, RefusesWhatGoesBeyond) {
+  MemoryCap cap("the_limit", 100);
+  EXPECT_TRUE(cap.ChargeMemory(60).ok());
+  const absl::Status refused = cap.ChargeMemory(41);
+  EXPECT_EQ(refused.code(), absl::StatusCode::kResourceExhausted);
+  EXPECT_NE(refused.message().find("--the_limit, 100 bytes"), absl::string_view::npos);
+  EXPECT_TRUE(cap.ChargeMemory(40).ok());
+  cap.FreeMemory(100);
+  EXPECT_TRUE(cap.ChargeMemory(100).ok());
+}
+
 TEST(MemoryMeterTest, WithoutAMeterAllIsAllowed) {
   EXPECT_TRUE(TakeMemory(int64_t{1} << 50).ok());
   const TemporaryMemory temporary;
