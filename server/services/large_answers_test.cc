@@ -4,7 +4,6 @@
 #include <grpcpp/grpcpp.h>
 #include <gtest/gtest.h>
 
-#include <chrono>
 #include <memory>
 #include <string>
 #include <thread>
@@ -73,13 +72,6 @@ class LargeAnswersTest : public ::testing::Test {
       context_.TryCancel();
       End();
     }
-    // Lets gRPC send what the connection did not take at once: it does so on the threads that wait
-    // for a call.
-    void GoOn() {
-      void* tag = nullptr;
-      bool ok = false;
-      queue_.AsyncNext(&tag, &ok, std::chrono::system_clock::now());
-    }
     grpc::Status End() {
       if (ended_) return status_;
       ended_ = true;
@@ -116,8 +108,11 @@ class LargeAnswersTest : public ::testing::Test {
   template <typename Condition>
   static bool Await(Condition condition) {
     const absl::Time deadline = absl::Now() + absl::Seconds(20);
-    while (!condition() && absl::Now() < deadline) std::this_thread::yield();
-    return condition();
+    while (!condition()) {
+      if (absl::Now() >= deadline) return false;
+      std::this_thread::yield();
+    }
+    return true;
   }
 
   TestServer server_;
@@ -131,15 +126,14 @@ TEST_F(LargeAnswersTest, AnAnswerThatNobodyReadsIsChargedUntilItsCallEnds) {
   }
   const auto answer_bytes = static_cast<int64_t>(response.ByteSizeLong());
   EXPECT_GE(answer_bytes, kSigns * kTextBytes);
+  // A call that the client has seen the end of is charged until the server has seen it, too.
+  ASSERT_TRUE(Await([&] { return used() == 0; })) << used();
   const std::shared_ptr<grpc::Channel> channel = ShortSightedChannel();
   std::vector<std::unique_ptr<UnreadCall>> unread;
   for (int i = 1; i <= 5; ++i) {
     unread.push_back(std::make_unique<UnreadCall>(channel, PointRequest(0)));
     // To the byte: while an answer is made, other amounts are charged.
-    EXPECT_TRUE(Await([&] {
-      unread.back()->GoOn();
-      return used() == i * answer_bytes;
-    })) << used();
+    ASSERT_TRUE(Await([&] { return used() == i * answer_bytes; })) << used();
   }
   // One client may hold half of 16 MiB. Another answer is too much: making it takes four times its
   // bytes.
