@@ -86,6 +86,28 @@ numbers() {
   fi
 }
 
+# failures LOG: what each failed test printed last. Every test's output begins with ctest's line of
+# its result and ends before the next such line.
+failures() {
+  awk '/^ *[0-9]+\/[0-9]+ Test +#[0-9]+:/ || /^[0-9]+% tests passed/ { show() }
+    /^ *[0-9]+\/[0-9]+ Test +#[0-9]+:.*\*\*\*/ { failed = 1 }
+    failed && !/^ +Start +[0-9]+:/ { lines[++count] = $0 }
+    function show(  i) {
+      for (i = 1; i <= count; ++i) if (i == 1 || i > count - 50) print lines[i]
+      failed = count = 0
+    }
+    END { show() }' "$1"
+}
+
+for name in release asan tsan; do
+  [[ -e $logs/$name.log ]] || continue
+  output=$(failures "$logs/$name.log")
+  if [[ -n $output ]]; then
+    stage "$name: output of the failed tests"
+    printf '%s\n' "$output"
+  fi
+done
+
 stage "sum"
 echo "lint: $((1 - lint)) passed, $lint failed"
 total=1
@@ -98,6 +120,8 @@ for name in release asan tsan; do
   total=$((total + all))
   failed=$((failed + bad))
 done
+# Playwright's summaries name the tests that passed only when they were tried again.
+grep -E -A 5 '^ +[0-9]+ flaky$' build/Testing/Temporary/LastTest.log || true
 if ((${#left_out[@]})); then
   echo "left out, because it was not done after $((limit_s / 60)) minutes: ${left_out[*]}"
 fi

@@ -11,6 +11,8 @@ export default defineConfig({
   reporter: 'list',
   workers: Number(process.env.E2E_WORKERS ?? 2),
   forbidOnly: true,
+  // A browser that fails once does not fail CI, but the report calls the test flaky.
+  retries: process.env.CI ? 1 : 0,
   timeout: 60_000,
   expect: { timeout: 15_000 },
   use: {
@@ -23,6 +25,8 @@ export default defineConfig({
       args: [
         '--no-sandbox',
         '--disable-gpu',
+        // Containers often have only 64 MB there; a screenshot of the wall takes 33 MB.
+        '--disable-dev-shm-usage',
         '--disable-quic',
         '--no-first-run',
         '--disable-background-networking',

@@ -110,9 +110,13 @@ test('labels on the map scale with the screen', async ({ site, dashboard, page }
   ]) {
     await page.setViewportSize({ width, height });
     await dashboard.open(site, { layers: ['objects'], view: [6.25, 5.85, 0.005 / scale] });
-    const measure = () => letterHeight(dashboard, middle, 60 * scale);
+    let height_px = NaN;
+    const measure = async () => {
+      height_px = await letterHeight(dashboard, middle, 60 * scale);
+      return height_px;
+    };
     await expect.poll(measure).toBeLessThan(20 * scale);
-    heights.push(await measure());
+    heights.push(height_px);
   }
   const [desk = NaN, wall = NaN] = heights;
   expect(desk).toBeGreaterThanOrEqual(6);

@@ -100,11 +100,19 @@ export const test = base.extend<TestFixtures, WorkerFixtures>({
   },
 });
 
-/** Takes a screenshot once nothing moves, and saves it as build/e2e/screenshots/NAME.png. */
+const shotDeadlineMs = 10_000;
+
+/**
+ * Takes a screenshot once nothing moves, or after some seconds, and saves it as
+ * build/e2e/screenshots/NAME.png.
+ */
 export async function shot(page: Page, name: string): Promise<void> {
+  const deadline = Date.now() + shotDeadlineMs;
   let before: Buffer | undefined;
   let now = await page.screenshot();
-  while (!before?.equals(now)) [before, now] = [now, await page.screenshot()];
+  while (!before?.equals(now) && Date.now() < deadline) {
+    [before, now] = [now, await page.screenshot()];
+  }
   const folder = `${buildFolder}/e2e/screenshots`;
   await mkdir(folder, { recursive: true });
   await writeFile(`${folder}/${name}.png`, now);
