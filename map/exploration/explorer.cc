@@ -28,6 +28,10 @@ constexpr size_t kLooksBack = 16;
 // Number of cells after which loops look whether they are cancelled.
 constexpr size_t kCellsPerLook = 4096;
 
+// Number of bits by which a search that has looked at too much divides the places that it tries.
+constexpr int64_t kThinning = 2;
+constexpr int64_t kMostThinning = 20;
+
 // Returns the cells of `box` that `cover` selects.
 CellRaster<uint8_t> CoveredBy(const CellCover& cover, const CellBox& box) {
   CellRaster<uint8_t> covered(box, 0);
@@ -56,11 +60,45 @@ CellBox Explorer::BoxOf(const GridGeometry& geometry, const Polygon& area, const
       .Intersection(kAllCells);
 }
 
+int32_t Explorer::RangeIn(const CellBox& box, const Options& options, double resolution_m) {
+  const double diagonal = std::hypot(box.rows(), box.cols());
+  return InCells(std::min(options.range_m, (diagonal + 1.0) * resolution_m), resolution_m);
+}
+
+// Once a search has looked at too many cells, it takes only a part of the places that are left.
+class Explorer::Effort {
+ public:
+  explicit Effort(const Explorer& explorer)
+      : view_cells_(static_cast<int64_t>(std::numbers::pi * explorer.range_ * explorer.range_)),
+        most_(explorer.options_.max_looked) {}
+
+  // Records that a view was looked at.
+  void Look() { looked_ += view_cells_; }
+  bool is_exceeded() const { return looked_ >= most_; }
+  // Returns whether to look at the next place. To be asked once for each.
+  bool TakesNext() {
+    const int64_t times =
+        is_exceeded() ? 1 + (looked_ - most_) / std::max<int64_t>(1, most_ / 4) : 0;
+    if (met_++ % (int64_t{1} << std::min(kThinning * times, kMostThinning)) == 0) return true;
+    has_left_out_ = true;
+    return false;
+  }
+  // Whether TakesNext ever returned false.
+  bool has_left_out() const { return has_left_out_; }
+
+ private:
+  const int64_t view_cells_;
+  const int64_t most_;
+  int64_t looked_ = 0;
+  int64_t met_ = 0;
+  bool has_left_out_ = false;
+};
+
 Explorer::Explorer(const GridLayer& occupancy, const Polygon& area, const Options& options,
                    const CellBox& within)
     : resolution_m_(occupancy.geometry().resolution_m),
       options_(options),
-      range_(InCells(options.range_m, resolution_m_)),
+      range_(RangeIn(BoxOf(occupancy.geometry(), area, options, within), options, resolution_m_)),
       lattice_(InCells(kLattice_m, resolution_m_)),
       area_(CoveredBy(CellCover(area, occupancy.geometry(), within),
                       BoxOf(occupancy.geometry(), area, options, within))),
@@ -71,6 +109,7 @@ Explorer::Explorer(const GridLayer& occupancy, const Polygon& area, const Option
       tries_(plan_.box(), 0),
       viewshed_rays_(range_),
       paths_(plan_.box()),
+      back_(plan_.box(), 0),
       promised_(plan_.box(), 0),
       reachable_(plan_.box(), 0) {
   std::vector<CellIndex> changed;
@@ -95,10 +134,13 @@ void Explorer::Cover(const CellIndex& cell, std::vector<CellIndex>* changed) {
   changed->push_back(cell);
 }
 
-void Explorer::ForgetGains(const CellBox& changed) {
+void Explorer::ForgetViews(const CellBox& changed) {
   const CellBox near{changed.row_begin - range_, changed.row_end + range_,
                      changed.col_begin - range_, changed.col_end + range_};
   absl::erase_if(gains_, [&near](const auto& gain) { return near.Contains(gain.first); });
+  if (back_is_empty_) return;
+  std::fill(back_.mutable_values().begin(), back_.mutable_values().end(), 0);
+  back_is_empty_ = true;
 }
 
 CellBox Explorer::UpdateFloor(const GridLayer& occupancy, const CellBox& part) {
@@ -115,7 +157,7 @@ CellBox Explorer::UpdateFloor(const GridLayer& occupancy, const CellBox& part) {
     box = box.Union({cell.row, cell.row + 1, cell.col, cell.col + 1});
   }
   frontiers_.Update(coverage_, changed);
-  ForgetGains(box);
+  ForgetViews(box);
   reachable_is_known_ = false;
   // The change may have removed what blocked the view, so the failed attempts nearby do not count
   // any more.
@@ -145,7 +187,7 @@ void Explorer::UpdateExplored(const CellBox& part,
   }
   if (changed.empty()) return;
   frontiers_.Update(coverage_, changed);
-  ForgetGains(box);
+  ForgetViews(box);
 }
 
 Explorer::Progress Explorer::progress() {
@@ -270,7 +312,9 @@ int64_t Explorer::GainBesidesPromised(const CellIndex& cell) {
   return gain;
 }
 
-std::optional<Explorer::Viewpoint> Explorer::ViewpointFor(const Frontier& frontier) {
+std::optional<Explorer::Viewpoint> Explorer::ViewpointFor(const Frontier& frontier,
+                                                          Effort* effort) {
+  if (effort->is_exceeded()) return std::nullopt;
   LearnReachable();
   double row = 0, col = 0;
   for (const CellIndex& cell : frontier) row += cell.row, col += cell.col;
@@ -284,9 +328,11 @@ std::optional<Explorer::Viewpoint> Explorer::ViewpointFor(const Frontier& fronti
   viewshed_rays_.ForEachVisible(plan_, middle, [&](const CellIndex& cell) {
     if (IsPassable(cell) && reachable_.at(cell) != 0) places.push_back(cell);
   });
+  effort->Look();
   std::optional<Viewpoint> best;
   for (size_t i = 0; i < std::min(places.size(), kViewpointsTried); ++i) {
     const CellIndex& cell = places[i * places.size() / std::min(places.size(), kViewpointsTried)];
+    if (!gains_.contains(cell)) effort->Look();
     const int64_t gain = GainAt(cell);
     if (gain >= options_.min_gain_cells && (!best || gain > best->gain_cells)) best = {cell, gain};
   }
@@ -295,9 +341,10 @@ std::optional<Explorer::Viewpoint> Explorer::ViewpointFor(const Frontier& fronti
 
 std::vector<Explorer::FrontierView> Explorer::ListFrontiers() {
   std::vector<FrontierView> views;
+  Effort effort(*this);
   for (Frontier& frontier : frontiers_.All()) {
     if (IsCancelled()) break;
-    std::optional<Viewpoint> viewpoint = ViewpointFor(frontier);
+    std::optional<Viewpoint> viewpoint = ViewpointFor(frontier, &effort);
     views.push_back({std::move(frontier), viewpoint});
   }
   return views;
@@ -308,8 +355,35 @@ std::optional<Explorer::ChosenViewpoint> Explorer::ChooseViewpoint(
     const std::vector<CellIndex>& avoided) {
   const std::optional<CellIndex> start = NearestPassable(robot);
   if (!start) return std::nullopt;
+  CellSet robots{*start};
+  return Search(*start, promised, avoided, &robots).best;
+}
+
+bool Explorer::IsAnythingLeft(const std::vector<CellIndex>& robots,
+                              const std::vector<CellIndex>& avoided) {
+  CellSet starts;
+  for (const CellIndex& robot : robots) {
+    if (const std::optional<CellIndex> start = NearestPassable(robot)) starts.insert(*start);
+  }
+  // Robots that can reach each other share a search.
+  while (!starts.empty() && !IsCancelled()) {
+    const CellIndex start = *starts.begin();
+    const Found found = Search(start, {}, avoided, &starts);
+    if (found.best || !found.is_complete) return true;
+    starts.erase(start);
+  }
+  return false;
+}
+
+Explorer::Found Explorer::Search(const CellIndex& start, const std::vector<CellIndex>& promised,
+                                 const std::vector<CellIndex>& avoided, CellSet* robots) {
+  // Upper bound of any gain. Once even that gain does not make a farther place better than the best
+  // so far, the search can stop.
+  const double most = std::min(static_cast<double>(num_unexplored_),
+                               std::numbers::pi * (range_ + 1.0) * (range_ + 1.0));
+  if (most < static_cast<double>(options_.min_gain_cells)) return {};
   Promise(promised);
-  const absl::flat_hash_set<CellIndex, CellHash> out(avoided.begin(), avoided.end());
+  const CellSet out(avoided.begin(), avoided.end());
   const double least_apart = 2.0 * options_.robot_radius_m / resolution_m_;
   const auto is_taken = [&](const CellIndex& cell) {
     return out.contains(cell) ||
@@ -317,76 +391,90 @@ std::optional<Explorer::ChosenViewpoint> Explorer::ChooseViewpoint(
              return std::hypot(cell.row - other.row, cell.col - other.col) < least_apart;
            });
   };
-  // Upper bound of any gain. Once even that gain does not make a farther place better than the best
-  // so far, the search can stop.
-  const double most = std::min(static_cast<double>(num_unexplored_),
-                               std::numbers::pi * (range_ + 1.0) * (range_ + 1.0));
-  // Bounds of gains besides what is promised. Without promises, cached gains are as good.
+  // Bounds of gains besides what is promised.
   std::optional<BlockSums> left;
-  if (!promised.empty()) {
-    left.emplace(plan_.box(), [this](const CellIndex& cell) {
-      return IsWanted(cell) && promised_.at(cell) != question_;
-    });
-  }
-  const auto in_range = [this](const CellIndex& cell) {
-    return CellBox{cell.row - range_, cell.row + range_ + 1, cell.col - range_,
-                   cell.col + range_ + 1};
+  const auto gain_at_most = [&](const CellIndex& cell) {
+    if (!left) {
+      left.emplace(plan_.box(), [this](const CellIndex& marked) {
+        return IsWanted(marked) && promised_.at(marked) != question_;
+      });
+    }
+    return left->AtMost(
+        {cell.row - range_, cell.row + range_ + 1, cell.col - range_, cell.col + range_ + 1});
   };
-  const auto view_cells = static_cast<int64_t>(std::numbers::pi * range_ * range_);
-  int64_t looked = 0;
-  int64_t places_met = 0;
-  std::optional<ChosenViewpoint> best;
+  Effort effort(*this);
+  Found found;
   double best_utility = 0;
   const auto run = [&](auto is_tried) {
     paths_.Run(
-        *start, [this](const CellIndex& cell) { return IsPassable(cell); },
+        start, [this](const CellIndex& cell) { return IsPassable(cell); },
         [&](const CellIndex& cell, int32_t length) {
           const double path_m = length * resolution_m_ / PathSearch::kStraight;
           if (most / (path_m + kSetOut_m) <= best_utility) return false;
-          const int64_t times_exceeded = looked / kMaxLooked;
-          if (best && times_exceeded > 0) return false;
+          if (found.best && effort.is_exceeded()) return false;
           if (!is_tried(cell) || is_taken(cell)) return true;
-          if (places_met++ % (int64_t{1} << std::min<int64_t>(times_exceeded, 20)) != 0) {
-            return true;
-          }
           const auto is_worth_it = [&](int64_t gain) {
             return gain >= options_.min_gain_cells &&
                    static_cast<double>(gain) / (path_m + kSetOut_m) > best_utility;
           };
-          // Upper bounds, of which the second is usually cached, rule out most places.
-          if (left && !is_worth_it(left->AtMost(in_range(cell)))) return true;
+          // Upper bounds rule out most places. Without promises, a cached gain is the best bound.
+          const auto cached = gains_.find(cell);
+          const bool is_cached = cached != gains_.end();
+          if (is_cached && !is_worth_it(cached->second)) return true;
+          if ((!is_cached || !promised.empty()) && !is_worth_it(gain_at_most(cell))) return true;
+          const bool may_share = MayShareView(cell);
+          if ((!is_cached || may_share) && !effort.TakesNext()) return true;
+          if (!is_cached) effort.Look();
           int64_t gain = GainAt(cell);
           if (!is_worth_it(gain)) return true;
-          if (MayShareView(cell)) {
+          if (may_share) {
             gain = GainBesidesPromised(cell);
-            looked += view_cells;
+            effort.Look();
             if (!is_worth_it(gain)) return true;
           }
           best_utility = static_cast<double>(gain) / (path_m + kSetOut_m);
-          best = ChosenViewpoint{{cell, gain}, path_m};
+          found.best = ChosenViewpoint{{cell, gain}, path_m};
           return true;
         });
   };
+  CellSet come_by;
   run([&](const CellIndex& cell) {
-    return cell == *start || (cell.row % lattice_ == 0 && cell.col % lattice_ == 0);
+    if (robots->contains(cell)) {
+      come_by.insert(cell);
+      return true;
+    }
+    return cell.row % lattice_ == 0 && cell.col % lattice_ == 0;
   });
-  if (best) return best;
-  // The remaining floor can be seen only from places between those of the lattice. Find them by
-  // looking back from the frontiers: sight is roughly symmetric.
-  absl::flat_hash_set<CellIndex, CellHash> places;
+  if (!found.best) {
+    // The remaining floor can be seen only from places between those of the lattice. Find them by
+    // looking back from the frontiers: sight is roughly symmetric.
+    LookBack(&effort);
+    if (IsCancelled()) return {};
+    run([&](const CellIndex& cell) { return (back_.at(cell) & kSeesFrontier) != 0; });
+  }
+  for (const CellIndex& cell : come_by) robots->erase(cell);
+  found.is_complete = !effort.has_left_out();
+  return found;
+}
+
+void Explorer::LookBack(Effort* effort) {
   for (const Frontier& frontier : frontiers_.All()) {
     const size_t step = std::max<size_t>(1, frontier.size() / kLooksBack);
     for (size_t i = 0; i < frontier.size(); i += step) {
-      // Another robot will see this cell.
-      if (IsCancelled()) return std::nullopt;
-      if (!IsWanted(frontier[i]) || promised_.at(frontier[i]) == question_) continue;
-      viewshed_rays_.ForEachVisible(plan_, frontier[i], [&](const CellIndex& cell) {
-        if (IsPassable(cell)) places.insert(cell);
+      if (IsCancelled()) return;
+      const CellIndex& cell = frontier[i];
+      // A promised cell will be seen by another robot.
+      if (!IsWanted(cell) || promised_.at(cell) == question_) continue;
+      if ((back_.at(cell) & kLookedBack) != 0 || !effort->TakesNext()) continue;
+      back_is_empty_ = false;
+      viewshed_rays_.ForEachVisible(plan_, cell, [&](const CellIndex& place) {
+        if (!IsPassable(place)) return;
+        back_.set(place, static_cast<uint8_t>(back_.at(place) | kSeesFrontier));
       });
+      back_.set(cell, static_cast<uint8_t>(back_.at(cell) | kLookedBack));
+      effort->Look();
     }
   }
-  run([&](const CellIndex& cell) { return places.contains(cell); });
-  return best;
 }
 
 void Explorer::LookedRound(const CellIndex& cell) {
@@ -398,7 +486,7 @@ void Explorer::LookedRound(const CellIndex& cell) {
     if (reachable_is_known_ && IsUnreachable(seen)) ++num_unreachable_;
     box = box.Union({seen.row, seen.row + 1, seen.col, seen.col + 1});
   });
-  if (!box.empty()) ForgetGains(box);
+  if (!box.empty()) ForgetViews(box);
 }
 
 }  // namespace hypermap

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "absl/container/flat_hash_map.h"
+#include "absl/container/flat_hash_set.h"
 #include "absl/functional/function_ref.h"
 #include "map/exploration/floor_plan.h"
 #include "map/exploration/frontiers.h"
@@ -41,6 +42,9 @@ class Explorer {
     double range_m = 4.0;
     // Skip viewpoints that would reveal fewer new cells than this.
     int64_t min_gain_cells = 4;
+    // Number of cells that one search for viewpoints looks at before it leaves out places. Some
+    // 0.5 s.
+    int64_t max_looked = 32'000'000;
   };
 
   // Returns the box of cells that an Explorer of this area follows: those of `within` that the area
@@ -48,6 +52,9 @@ class Explorer {
   // area are disjoint.
   static CellBox BoxOf(const GridGeometry& geometry, const Polygon& area, const Options& options,
                        const CellBox& within);
+
+  // Returns the range in cells, at most the diagonal of `box`: nothing outside is seen.
+  static int32_t RangeIn(const CellBox& box, const Options& options, double resolution_m);
 
   // `area` is in the frame of the grid's layer and must cover at least one cell. Only cells in
   // `within` count. All floor is unexplored until UpdateExplored is called.
@@ -85,11 +92,9 @@ class Explorer {
     // No value if no viewpoint that was tried is reachable and reveals enough.
     std::optional<Viewpoint> viewpoint;
   };
-  // Sorted by their first cells.
+  // Sorted by their first cells. Once it has looked at max_looked cells, no more viewpoints are
+  // tried.
   std::vector<FrontierView> ListFrontiers();
-
-  // Some 0.5 s.
-  static constexpr int64_t kMaxLooked = 32'000'000;
 
   struct ChosenViewpoint {
     Viewpoint viewpoint;
@@ -100,12 +105,16 @@ class Explorer {
   // strategies for exploring indoor environments", IJRR 2002. Cells that can be seen from
   // `promised` places count as seen. Goals are at least two robot radii from promised places, so
   // that two robots fit. nullopt if nothing new can be seen from places that the robot can reach.
-  // With promised places, a search that has looked at kMaxLooked cells takes the best so far. If it
-  // has none, it tries every second place from then on, and with each further kMaxLooked half as
-  // many.
+  // A search that has looked at max_looked cells takes the best so far. If it has none, it tries
+  // only every fourth place from then on, and with each further quarter of max_looked cells a
+  // fourth of these.
   std::optional<ChosenViewpoint> ChooseViewpoint(const CellIndex& robot,
                                                  const std::vector<CellIndex>& promised,
                                                  const std::vector<CellIndex>& avoided);
+  // Returns false if ChooseViewpoint finds nothing for any of these robots, even if it leaves out
+  // no place. A search that had to leave out places returns true; what it has looked at is kept, so
+  // that asking again comes to an end.
+  bool IsAnythingLeft(const std::vector<CellIndex>& robots, const std::vector<CellIndex>& avoided);
 
   // Returns the nearest passable cell along free cells; nullopt if there is none within a robot's
   // diameter.
@@ -120,6 +129,8 @@ class Explorer {
 
  private:
   static constexpr uint8_t kTries = 2;
+  static constexpr uint8_t kSeesFrontier = 1;
+  static constexpr uint8_t kLookedBack = 2;
 
   bool IsPassable(const CellIndex& cell) const {
     return clearance_.IsClear(cell) && area_.at(cell) != 0;
@@ -134,8 +145,8 @@ class Explorer {
   // Updates the coverage of a cell from area_, plan_ and seen_. Appends the cell to `changed` if
   // its coverage changed.
   void Cover(const CellIndex& cell, std::vector<CellIndex>* changed);
-  // Drops the cached gains of places from which a cell of `changed` may be visible.
-  void ForgetGains(const CellBox& changed);
+  // Drops what was found out about the views of cells of `changed`.
+  void ForgetViews(const CellBox& changed);
   // Returns the number of wanted cells that can be seen from `cell`. Cached.
   int64_t GainAt(const CellIndex& cell);
   // Whether the view from `cell` may share cells with that from a promised place.
@@ -144,7 +155,21 @@ class Explorer {
   // cached.
   int64_t GainBesidesPromised(const CellIndex& cell);
   void Promise(const std::vector<CellIndex>& places);
-  std::optional<Viewpoint> ViewpointFor(const Frontier& frontier);
+  // What was looked at so far in a search.
+  class Effort;
+  std::optional<Viewpoint> ViewpointFor(const Frontier& frontier, Effort* effort);
+  using CellSet = absl::flat_hash_set<CellIndex, CellHash>;
+  struct Found {
+    std::optional<ChosenViewpoint> best;
+    // Whether no place was left out.
+    bool is_complete = true;
+  };
+  // As ChooseViewpoint. Removes the cells of `robots` that it has come by; they are tried as
+  // viewpoints.
+  Found Search(const CellIndex& start, const std::vector<CellIndex>& promised,
+               const std::vector<CellIndex>& avoided, CellSet* robots);
+  // Marks the places that see frontiers in back_. Leaves out as many as the effort demands.
+  void LookBack(Effort* effort);
   void LearnReachable();
   // Returns all passable cells, or those that are connected to the robots' positions, if any are
   // known.
@@ -152,7 +177,7 @@ class Explorer {
 
   const double resolution_m_;
   const Options options_;
-  // In cells.
+  // In cells. At most the diagonal of the box.
   const int32_t range_;
   const int32_t lattice_;  // Spacing of the places that are tried.
   CellRaster<uint8_t> area_;
@@ -168,6 +193,10 @@ class Explorer {
   ViewshedRays viewshed_rays_;
   PathSearch paths_;
   absl::flat_hash_map<CellIndex, int64_t, CellHash> gains_;
+  // Whether a cell was found to be a place that sees a frontier (kSeesFrontier), and whether it is
+  // a frontier's cell whose view was looked at for that (kLookedBack).
+  CellRaster<uint8_t> back_;
+  bool back_is_empty_ = true;
   // Compared with question_, so that it need not be cleared for each query.
   CellRaster<uint32_t> promised_;  // Number of the query in which the cell was promised.
   uint32_t question_ = 0;

@@ -56,7 +56,7 @@ class Site {
         plan_(plan),
         occupancy_(Occupancy(plan)),
         explorer_(*occupancy_, AreaOf(plan.box()), options),
-        viewshed_rays_(static_cast<int32_t>(std::lround(options.range_m / kResolution_m))) {}
+        viewshed_rays_(Explorer::RangeIn(explorer_.box(), options, kResolution_m)) {}
 
   Explorer& explorer() { return explorer_; }
   const FloorPlan& plan() const { return plan_; }
@@ -273,6 +273,43 @@ TEST(ExplorerTest, ReachabilityIsThatOfTheRobots) {
   EXPECT_EQ(site.explorer().progress().unreachable, 9);
   site.explorer().AddRobot({0, 6});
   EXPECT_EQ(site.explorer().progress().reachable, 18);
+}
+
+// No view reveals as much as is wanted, but only looking at all of them shows it.
+TEST(ExplorerTest, SearchThatLeavesOutPlacesComesToAnEndWhenItIsAskedAgain) {
+  Rng rng(1);
+  const FloorPlan plan = testing::RandomFloor(rng, 60, 0.1);
+  Explorer::Options options{.robot_radius_m = 0.0, .range_m = 1.5, .min_gain_cells = 600};
+  Site patient(plan, options);
+  const std::vector<CellIndex> robots{{30, 30}, {30, 31}, {0, 0}};
+  ASSERT_FALSE(patient.explorer().IsAnythingLeft(robots, {}));
+  options.max_looked = 20'000;
+  Site site(plan, options);
+  int times = 1;
+  while (site.explorer().IsAnythingLeft(robots, {})) {
+    EXPECT_FALSE(site.explorer().ChooseViewpoint(robots[0], {}, {}).has_value());
+    ASSERT_LT(++times, 100);
+  }
+  EXPECT_GT(times, 1);
+}
+
+TEST(ExplorerTest, SearchThatLooksAtLittleFindsAGoalAllTheSame) {
+  Site site(Rooms(), {.robot_radius_m = 0.12, .range_m = 1.0, .max_looked = 1});
+  const CellIndex robot{5, 3};
+  site.See(robot);
+  EXPECT_TRUE(site.explorer().IsAnythingLeft({robot}, {}));
+  const auto goal = site.explorer().ChooseViewpoint(robot, {}, {});
+  ASSERT_TRUE(goal.has_value());
+  EXPECT_GT(goal->viewpoint.gain_cells, 0);
+}
+
+TEST(ExplorerTest, RangeBeyondTheAreaIsTheWholeArea) {
+  Site site(Rooms(), {.robot_radius_m = 0.12, .range_m = 5.0});
+  Site far(Rooms(), {.robot_radius_m = 0.12, .range_m = 1e9});
+  const auto near_goal = site.explorer().ChooseViewpoint({5, 3}, {}, {});
+  const auto far_goal = far.explorer().ChooseViewpoint({5, 3}, {}, {});
+  ASSERT_TRUE(near_goal && far_goal);
+  EXPECT_EQ(near_goal->viewpoint, far_goal->viewpoint);
 }
 
 TEST(ExplorerTest, ThereMayBeNoFloorAtAll) {

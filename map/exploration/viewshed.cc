@@ -41,7 +41,7 @@ class RayTree {
   // Adds the ray from (0, 0) to `end`, up to the first cell whose centre is not nearer than
   // `range`.
   void Add(const CellIndex& end, int32_t range) {
-    size_t node = 0;
+    uint32_t node = 0;
     WalkLine({0, 0}, end, [&](const CellIndex& cell) {
       if (int64_t{cell.row} * cell.row + int64_t{cell.col} * cell.col >= int64_t{range} * range) {
         return false;
@@ -54,25 +54,32 @@ class RayTree {
   // Walks the tree in depth-first order. Calls enter(cell) at each node, and leave(result of enter)
   // after the node's subtree.
   template <typename Enter, typename Leave>
-  void Walk(Enter enter, Leave leave, size_t node = 0) const {
+  void Walk(Enter enter, Leave leave, uint32_t node = 0) const {
     const auto entered = enter(nodes_[node].cell);
-    for (const size_t child : nodes_[node].children) Walk(enter, leave, child);
+    for (uint32_t child = nodes_[node].first_child; child != 0; child = nodes_[child].next) {
+      Walk(enter, leave, child);
+    }
     leave(entered);
   }
 
  private:
+  // 0, the root, stands for none: it is no child.
   struct Node {
     CellIndex cell;
-    std::vector<size_t> children;
+    uint32_t first_child = 0;
+    uint32_t next = 0;  // The next child of the same node.
   };
 
-  size_t ChildOf(size_t node, const CellIndex& cell) {
-    for (const size_t child : nodes_[node].children) {
-      if (nodes_[child].cell == cell) return child;
+  uint32_t ChildOf(uint32_t node, const CellIndex& cell) {
+    uint32_t* link = &nodes_[node].first_child;
+    while (*link != 0) {
+      if (nodes_[*link].cell == cell) return *link;
+      link = &nodes_[*link].next;
     }
-    nodes_[node].children.push_back(nodes_.size());
-    nodes_.push_back({cell, {}});
-    return nodes_.size() - 1;
+    const auto child = static_cast<uint32_t>(nodes_.size());
+    *link = child;
+    nodes_.push_back({cell});
+    return child;
   }
 
   std::vector<Node> nodes_{{}};

@@ -149,7 +149,7 @@ absl::Status ExplorationFollower::Begin(Ground ground, Revision floor_version) {
                      "\", --max_exploration_cells is ", room_.max_cells));
   }
   // Before it is allocated.
-  const auto range = static_cast<int64_t>(ground.options.range_m / geometry.resolution_m) + 1;
+  const int64_t range = Explorer::RangeIn(box, ground.options, geometry.resolution_m);
   HYPERMAP_RETURN_IF_ERROR(charge_.Add(box.num_cells() * ExplorationRoom::kBytesPerCell +
                                        4 * range * range * ExplorationRoom::kBytesPerCellSeen));
   ground_ = std::move(ground);

@@ -88,11 +88,12 @@ EndReason ExplorationTeam::ReasonToEnd(const std::string& robot, const Explorati
   Explorer& explorer = follower->explorer();
   const absl::Time lately = robots_.at(robot).at - kAbsence;
   const auto is_anything_left = [&](absl::Time met_since, const std::vector<CellIndex>& avoided) {
-    return std::any_of(robots_.begin(), robots_.end(), [&](const auto& entry) {
-      const Met& met = entry.second;
+    std::vector<CellIndex> cells;
+    for (const auto& [name, met] : robots_) {
       const std::optional<CellIndex> cell = follower->CellAt(met.place);
-      return met.at >= met_since && cell && explorer.ChooseViewpoint(*cell, {}, avoided);
-    });
+      if (met.at >= met_since && cell) cells.push_back(*cell);
+    }
+    return explorer.IsAnythingLeft(cells, avoided);
   };
   if (is_anything_left(lately, GivenUp(objects, *follower))) return EndReason::kNone;
   // The rest can be seen only from unreachable places, or by robots that are gone.

@@ -76,14 +76,15 @@ void UnaryCall::Reactor::OnDone() {
 }
 
 grpc::ServerUnaryReactor* AnswerOn(WorkerPool* workers, UnaryCallPtr call,
-                                   absl::AnyInvocable<absl::StatusOr<int64_t>() &&> answer) {
+                                   absl::AnyInvocable<absl::StatusOr<int64_t>() &&> answer,
+                                   absl::string_view subject) {
   grpc::ServerUnaryReactor* const reactor = call->reactor();
   if (!call->admitted().ok()) {
     call->Finish(call->admitted());
     return reactor;
   }
   const std::string client = call->log().client();
-  workers->Run(client, [call = std::move(call), answer = std::move(answer)]() mutable {
+  workers->Run(client, subject, [call = std::move(call), answer = std::move(answer)]() mutable {
     Cancellation cancellation([&call] { return call->CheckWanted(); });
     absl::StatusOr<int64_t> items = 0;
     {

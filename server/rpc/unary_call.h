@@ -206,9 +206,11 @@ std::shared_ptr<UnaryCallOf<Request, Response>> BeginCall(Budgets* budgets,
 // Runs `answer` on a worker, then ends the call. `answer` fills the response and returns the number
 // of items in it. It is not run if the call was cancelled or its deadline has passed. A call that
 // is not admitted ends at once, here and below. `answer` has the call's Cancellation; once that has
-// reported an error, the call ends with it, whatever `answer` returns.
+// reported an error, the call ends with it, whatever `answer` returns. Calls about one `subject`
+// are answered one at a time, as by WorkerPool::Run.
 grpc::ServerUnaryReactor* AnswerOn(WorkerPool* workers, UnaryCallPtr call,
-                                   absl::AnyInvocable<absl::StatusOr<int64_t>() &&> answer);
+                                   absl::AnyInvocable<absl::StatusOr<int64_t>() &&> answer,
+                                   absl::string_view subject = "");
 
 // Runs `start` on a worker. If it returns an error, the call ends with it; otherwise `start` has
 // made sure that the call is ended later. `start` has the call's Cancellation, too.

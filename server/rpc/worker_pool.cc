@@ -1,5 +1,6 @@
 #include "server/rpc/worker_pool.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "base/cancellation/give_way.h"
@@ -26,35 +27,59 @@ WorkerPool::~WorkerPool() {
   for (std::thread& thread : threads_) thread.join();
 }
 
-void WorkerPool::Run(absl::string_view client, Task task) {
+void WorkerPool::Run(absl::string_view client, absl::string_view subject, Task task) {
   MutexLock lock(&mutex_);
-  std::deque<Task>& tasks = tasks_[client];
+  std::deque<Queued>& tasks = tasks_[client];
   if (tasks.empty()) turns_.emplace_back(client);
-  tasks.push_back(std::move(task));
+  tasks.push_back({std::string(subject), std::move(task)});
   changed_.NotifyOne();
 }
 
-WorkerPool::Task WorkerPool::Take() {
+std::deque<std::string>::iterator WorkerPool::FindTurn() {
+  return std::find_if(turns_.begin(), turns_.end(), [this](const std::string& client) {
+    mutex_.AssertHeld();
+    return !busy_subjects_.contains(tasks_.find(client)->second.front().subject);
+  });
+}
+
+WorkerPool::Queued WorkerPool::Take() {
   MutexLock lock(&mutex_);
-  while (turns_.empty() && !ending_) changed_.Wait(&mutex_);
-  if (turns_.empty()) return nullptr;
-  std::string client = std::move(turns_.front());
-  turns_.pop_front();
+  auto turn = FindTurn();
+  while (turn == turns_.end() && !(ending_ && turns_.empty())) {
+    changed_.Wait(&mutex_);
+    turn = FindTurn();
+  }
+  if (turn == turns_.end()) return {};
+  std::string client = std::move(*turn);
+  turns_.erase(turn);
   const auto tasks = tasks_.find(client);
-  Task task = std::move(tasks->second.front());
+  Queued next = std::move(tasks->second.front());
   tasks->second.pop_front();
+  if (!next.subject.empty()) busy_subjects_.insert(next.subject);
   if (tasks->second.empty()) {
     tasks_.erase(tasks);
   } else {
     turns_.push_back(std::move(client));
   }
-  return task;
+  return next;
+}
+
+void WorkerPool::Ended(const std::string& subject) {
+  if (subject.empty()) return;
+  MutexLock lock(&mutex_);
+  busy_subjects_.erase(subject);
+  // Several tasks may have waited for the subject, and a thread that waits for the pool's end, too.
+  changed_.NotifyAll();
 }
 
 void WorkerPool::Work() {
-  // What a task holds is freed before the thread waits for the next one.
-  while (Task task = Take()) {
-    std::move(task)();
+  for (;;) {
+    Queued next = Take();
+    if (!next.task) return;
+    std::move(next.task)();
+    // What the task holds is freed before the thread waits for the next one.
+    next.task = nullptr;
+    Ended(next.subject);
     GiveWay();
   }
 }

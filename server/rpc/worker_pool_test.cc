@@ -6,6 +6,7 @@
 #include <future>
 #include <memory>
 #include <string>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -33,6 +34,26 @@ TEST(WorkerPool, A4ClientsTakeTurns) {
     all_queued.set_value();
   }
   EXPECT_EQ(ran, (std::vector<std::string>{"greedy", "modest", "greedy", "greedy"}));
+}
+
+TEST(WorkerPool, TasksAboutOneSubjectTakeOneThread) {
+  std::promise<void> other_ran;
+  std::atomic<int> running = 0, ran = 0;
+  {
+    WorkerPool pool(2);
+    // The first one of them waits for a task of the same client about something else.
+    pool.Run("client 0", "kitchen", [&] { other_ran.get_future().wait(); });
+    for (int i = 1; i <= 20; ++i) {
+      pool.Run("client " + std::to_string(i), "kitchen", [&] {
+        EXPECT_EQ(++running, 1);
+        std::this_thread::yield();
+        --running;
+        ++ran;
+      });
+    }
+    pool.Run("client 0", "hall", [&] { other_ran.set_value(); });
+  }
+  EXPECT_EQ(ran, 20);
 }
 
 TEST(WorkerPool, FreesATaskBeforeItWaitsForTheNext) {

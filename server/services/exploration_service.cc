@@ -25,19 +25,21 @@ void LogEdits(const UnaryCall& call, const ExplorationAnswer& answer,
 template <typename Request, typename Response, typename Answer>
 grpc::ServerUnaryReactor* ExplorationService::AnswerFromExplorations(
     grpc::CallbackServerContext* context, absl::string_view rpc, const RawMessages& raw,
-    Answer answer) {
+    Answer answer, bool takes_turns) {
   const auto call = BeginCall<Request, Response>(
       facilities_.budgets, context, rpc, raw, CheckQuestionSize(*raw.request, facilities_.limits));
-  return AnswerOn(&facilities_.workers->explorations, call,
-                  [this, call, answer]() -> absl::StatusOr<int64_t> {
-                    const Request& request = call->request();
-                    HYPERMAP_ASSIGN_OR_RETURN(const std::shared_ptr<MapSession> session,
-                                              FindMap(facilities_, request.map()));
-                    Response* const response = call->response();
-                    response->set_map(request.map());
-                    response->set_incarnation(session->incarnation());
-                    return answer(*call, request, response, *explorations_.Of(session));
-                  });
+  return AnswerOn(
+      &facilities_.workers->explorations, call,
+      [this, call, answer]() -> absl::StatusOr<int64_t> {
+        const Request& request = call->request();
+        HYPERMAP_ASSIGN_OR_RETURN(const std::shared_ptr<MapSession> session,
+                                  FindMap(facilities_, request.map()));
+        Response* const response = call->response();
+        response->set_map(request.map());
+        response->set_incarnation(session->incarnation());
+        return answer(*call, request, response, *explorations_.Of(session));
+      },
+      takes_turns && call->admitted().ok() ? call->request().map() : "");
 }
 
 grpc::ServerUnaryReactor* ExplorationService::StartExploration(grpc::CallbackServerContext* context,
@@ -98,7 +100,8 @@ grpc::ServerUnaryReactor* ExplorationService::ListExplorations(grpc::CallbackSer
                                   response->add_explorations());
         }
         return response->explorations_size();
-      });
+      },
+      /*takes_turns=*/false);
 }
 
 grpc::ServerUnaryReactor* ExplorationService::ListFrontiers(grpc::CallbackServerContext* context,
