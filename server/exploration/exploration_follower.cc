@@ -150,11 +150,14 @@ absl::Status ExplorationFollower::Begin(Ground ground, Revision floor_version) {
   }
   // Before it is allocated.
   const int64_t range = Explorer::RangeIn(box, ground.options, geometry.resolution_m);
+  const int64_t at_first = 4 * range * range * ExplorationRoom::kBytesPerCellSeenAtFirst;
   HYPERMAP_RETURN_IF_ERROR(charge_.Add(box.num_cells() * ExplorationRoom::kBytesPerCell +
-                                       4 * range * range * ExplorationRoom::kBytesPerCellSeen));
+                                       4 * range * range * ExplorationRoom::kBytesPerCellSeen +
+                                       at_first));
   ground_ = std::move(ground);
   explorer_ =
       std::make_unique<Explorer>(*ground_.floor, ground_.area, ground_.options, ground_.within);
+  charge_.GiveBack(at_first);
   ++generation_;
   known_since_ = floor_version;
   FollowSeen(GridLayer(ground_.seen->spec(), ground_.seen->shared_domain()));

@@ -24,8 +24,10 @@ namespace hypermap::server {
 struct ExplorationRoom {
   // Bytes that an Explorer takes for each cell of its box.
   static constexpr int64_t kBytesPerCell = 40;
-  // Bytes that it takes for each cell of the square within a robot's range, measured.
-  static constexpr int64_t kBytesPerCellSeen = 60;
+  // Bytes that it takes for each cell of the square within a robot's range, and those that it takes
+  // besides while it is made, measured.
+  static constexpr int64_t kBytesPerCellSeen = 36;
+  static constexpr int64_t kBytesPerCellSeenAtFirst = 44;
 
   // Cells of the box around one explored area.
   int64_t max_cells;

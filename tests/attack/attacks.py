@@ -13,7 +13,7 @@ import large_requests
 # server defends itself. docs/security.md says of each attack how, and what is still open.
 SHORT = [
     "A1", "A2", "A3", "A4", "A4-shape", "A5", "B1", "B2", "B3", "B4", "B5", "B6", "B7", "B8", "B11",
-    "wide-hulls", "slow-readers", "random-bytes", "endless-streams", "header-blocks", "empty-streams",
+    "goal-searches", "wide-hulls", "slow-readers", "random-bytes", "endless-streams", "header-blocks", "empty-streams",
     "slow-hoarders", "empty-frames", "unread-answers", "unread-commits", "wide-reaches",
     "past-areas", "stacked-points",
 ]
@@ -46,6 +46,8 @@ ALL = [
     Attack("B3", large_requests.many_frames),
     Attack("B4", large_requests.large_explorations,
            refusal="RESOURCE_EXHAUSTED --max_exploration_bytes"),
+    Attack("goal-searches", large_requests.goal_searches,
+           refusal="the other exploration was answered"),
     Attack("B5", large_requests.compressed_message, refusal="UNIMPLEMENTED"),
     Attack("B6", files.unfinished_imports, refusal="RESOURCE_EXHAUSTED --max_scratch_bytes"),
     Attack("B7", large_requests.large_batches,

@@ -30,11 +30,14 @@ def _square_ring(x, y, side):
     return {"outer": rpc.columns([(x, y), (x + side, y), (x + side, y + side), (x, y + side)])}
 
 
+def _grid(name, resolution_m):
+    return {"name": name, "kind": "LAYER_KIND_OCCUPANCY",
+            "grid": {"origin": {"x": 0, "y": 0, "yaw": 0}, "resolution_m": resolution_m}}
+
+
 def _create_grid(site, name, resolution_m):
     with site.client() as client:
-        client.CreateLayer(map=PREY, layer={
-            "name": name, "kind": "LAYER_KIND_OCCUPANCY",
-            "grid": {"origin": {"x": 0, "y": 0, "yaw": 0}, "resolution_m": resolution_m}})
+        client.CreateLayer(map=PREY, layer=_grid(name, resolution_m))
 
 
 def _repeat(site, method, message, at_once, timeout_s):
@@ -166,6 +169,41 @@ def large_explorations(site):
     yield
     _repeat(site, "ExplorationService/StartExploration", request.SerializeToString(),
             site.size(16, 4), site.size(10, 3))
+    yield
+
+
+def goal_searches(site):
+    """Claims of goals in explorations of five maps that want more than any view reveals.
+
+    Another map's exploration has to be answered meanwhile.
+    """
+    maps = [PREY, "prey-1", "prey-2", "prey-3", "prey-4", "explored"]
+    area = _square_ring(0.01, 0.01, 33)
+    with site.client() as client:
+        for name in maps:
+            if name != PREY:
+                client.CreateMap(map=name)
+            client.CreateLayer(map=name, layer=_grid("floor", 0.05))
+            client.ApplyEdits(map=name, edits=[
+                {"fill_polygon": {"layer": "floor", "value": 0.0, "area": area}}])
+            client.StartExploration(
+                map=name, occupancy_layer="floor", exploration_layer="seen", area=area, range_m=4,
+                min_gain_cells=4 if name == "explored" else 20_400)
+    claims = [exploration_service_pb2.ClaimGoalRequest(
+        map=name, robot="a", pose={"x": 16, "y": 16}).SerializeToString() for name in maps[:-1]]
+    honest = exploration_service_pb2.GetExplorationRequest(map=maps[-1]).SerializeToString()
+    yield
+    answered = []
+    with site.channel() as channel, site.channel() as other:
+        while site.attacking():
+            calls = [unary(channel, "ExplorationService/ClaimGoal", claim, 20)
+                     for claim in claims * 4]
+            answered.append(site.tell_result(
+                unary(other, "ExplorationService/GetExploration", honest, 10)))
+            for call in calls:
+                site.tell_result(call)
+    if answered and all(answered):
+        site.tell("the other exploration was answered")
     yield
 
 

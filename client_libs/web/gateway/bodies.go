@@ -43,8 +43,10 @@ type requestBody struct {
 	control *http.ResponseController
 	isWhole atomic.Bool // whether Read has returned the end of what was sent
 
-	mu      sync.Mutex
-	taken   int64
+	mu    sync.Mutex
+	taken int64
+	// Memory for the message of the answer that is being forwarded.
+	answer  int64
 	ended   bool
 	refused *refusal
 }
@@ -112,6 +114,30 @@ func (b *requestBody) take(amount int64) error {
 		b.memory.total, b.memory.share))
 }
 
+// takeForAnswer takes memory for a message of the answer.
+func (b *requestBody) takeForAnswer(amount int64) error {
+	b.mu.Lock()
+	defer b.mu.Unlock()
+	if b.ended {
+		return errEnded
+	}
+	if b.memory.take(b.address, amount) {
+		b.answer += amount
+		return nil
+	}
+	return b.refuseLocked(http.StatusServiceUnavailable, connect.CodeResourceExhausted, fmt.Sprintf(
+		"there is no memory for the answer, which takes %d bytes: all calls may have %d, and an address %d (--max_total_body_bytes, --address_share)",
+		b.answer+amount, b.memory.total, b.memory.share))
+}
+
+// releaseAnswer gives back the memory of an answer's message that was sent.
+func (b *requestBody) releaseAnswer() {
+	b.mu.Lock()
+	defer b.mu.Unlock()
+	b.memory.release(b.address, b.answer)
+	b.answer = 0
+}
+
 // setDeadline sets the deadline of the connection. After the end of a call it must not be set any more.
 func (b *requestBody) setDeadline(deadline time.Time) error {
 	b.mu.Lock()
@@ -138,9 +164,33 @@ func (b *requestBody) refuse(status int, code connect.Code, message string) erro
 	return b.refuseLocked(status, code, message)
 }
 
+// mostBytes returns how large a message may be in the format in which it is sent.
+func (b *requestBody) mostBytes() int64 {
+	if b.isJSON {
+		return b.limits.maxBodyBytes // The encoded message is smaller, and is checked before it is forwarded.
+	}
+	return min(b.limits.maxBodyBytes, b.limits.maxMessageBytes)
+}
+
 func (b *requestBody) refuseLarge() error {
+	if b.mostBytes() < b.limits.maxBodyBytes {
+		return b.refuseLargeMessage()
+	}
 	return b.refuse(http.StatusRequestEntityTooLarge, connect.CodeResourceExhausted,
 		fmt.Sprintf("a body, or a message of a stream, may have %d bytes unpacked (--max_body_bytes)", b.limits.maxBodyBytes))
+}
+
+// checkMessage refuses a message that the server would not accept.
+func (b *requestBody) checkMessage(request *message) error {
+	if int64(len(request.binary)) > b.limits.maxMessageBytes {
+		return b.refuseLargeMessage()
+	}
+	return nil
+}
+
+func (b *requestBody) refuseLargeMessage() error {
+	return b.refuse(http.StatusRequestEntityTooLarge, connect.CodeResourceExhausted,
+		fmt.Sprintf("a message may have %d bytes encoded as Protobuf (--max_message_bytes of the gateway)", b.limits.maxMessageBytes))
 }
 
 // refuseForever refuses a body that would not fit if there were no other.
@@ -181,6 +231,7 @@ func (b *requestBody) release() {
 // end gives back all memory, and takes no more.
 func (b *requestBody) end() {
 	b.release()
+	b.releaseAnswer()
 	b.mu.Lock()
 	defer b.mu.Unlock()
 	b.ended = true
@@ -247,7 +298,7 @@ type messageReader struct {
 }
 
 func (m *messageReader) Read(data []byte) (int, error) {
-	if m.returned == 0 && m.declared > m.body.limits.maxBodyBytes {
+	if m.returned == 0 && m.declared > m.body.mostBytes() {
 		return 0, m.body.refuseLarge()
 	}
 	if m.returned == 0 && m.declared*copiesOfMessage > m.body.memory.share {
@@ -263,7 +314,7 @@ func (m *messageReader) Read(data []byte) (int, error) {
 	}
 	n, err := m.source.Read(data)
 	m.returned += int64(n)
-	if m.returned > m.body.limits.maxBodyBytes {
+	if m.returned > m.body.mostBytes() {
 		return 0, m.body.refuseLarge()
 	}
 	if failure := m.body.takeFor(data[:n], copiesOfMessage, &m.scanner); failure != nil {
@@ -366,7 +417,7 @@ func (s *streamReader) next() error {
 	s.received = true
 	s.scanner = jsonScanner{}
 	length := int64(binary.BigEndian.Uint32(prefix[1:]))
-	if length > s.body.limits.maxBodyBytes {
+	if length > s.body.mostBytes() {
 		return s.body.refuseLarge()
 	}
 	if !s.kind.isPacked || prefix[0]&compressedFlag == 0 || length == 0 {
@@ -408,7 +459,7 @@ func (s *streamReader) unpack(prefix []byte, length int64) error {
 	part := make([]byte, 32<<10)
 	for {
 		n, err := unpacked.Read(part)
-		if int64(message.Len()+n) > prefixBytes+s.body.limits.maxBodyBytes {
+		if int64(message.Len()+n) > prefixBytes+s.body.mostBytes() {
 			return s.body.refuseLarge()
 		}
 		if failure := s.body.takeFor(part[:n], copiesOfMessage+copiesUnpacked, &s.scanner); failure != nil {

@@ -64,14 +64,20 @@ func (m *method) handler(path string, descriptor protoreflect.MethodDescriptor) 
 }
 
 func (m *method) unary(ctx context.Context, request *connect.Request[message]) (*connect.Response[message], error) {
+	if err := bodyOf(ctx).checkMessage(request.Msg); err != nil {
+		return nil, err
+	}
 	answer, err := m.client.CallUnary(ctx, onward(request))
 	if err != nil {
 		return nil, failure(ctx, err)
 	}
-	return connect.NewResponse(m.readable(answer.Msg)), nil
+	return m.response(ctx, answer.Msg)
 }
 
 func (m *method) serverStream(ctx context.Context, request *connect.Request[message], out *connect.ServerStream[message]) error {
+	if err := bodyOf(ctx).checkMessage(request.Msg); err != nil {
+		return err
+	}
 	answers, err := m.client.CallServerStream(ctx, onward(request))
 	if err != nil {
 		return failure(ctx, err)
@@ -79,7 +85,7 @@ func (m *method) serverStream(ctx context.Context, request *connect.Request[mess
 	defer answers.Close()
 	bodyOf(ctx).release()
 	for answers.Receive() {
-		if err := out.Send(m.readable(answers.Msg())); err != nil {
+		if err := m.forward(ctx, answers.Msg(), out.Send); err != nil {
 			return err
 		}
 	}
@@ -90,6 +96,9 @@ func (m *method) clientStream(ctx context.Context, in *connect.ClientStream[mess
 	requests := m.client.CallClientStream(ctx)
 	passAuthorization(in.RequestHeader(), requests.RequestHeader())
 	for in.Receive() {
+		if err := bodyOf(ctx).checkMessage(in.Msg()); err != nil {
+			return nil, err
+		}
 		if err := requests.Send(in.Msg()); err != nil {
 			break // CloseAndReceive returns the error of the server.
 		}
@@ -102,7 +111,7 @@ func (m *method) clientStream(ctx context.Context, in *connect.ClientStream[mess
 	if err != nil {
 		return nil, failure(ctx, err)
 	}
-	return connect.NewResponse(m.readable(answer.Msg)), nil
+	return m.response(ctx, answer.Msg)
 }
 
 func (m *method) bidiStream(ctx context.Context, caller *connect.BidiStream[message, message]) error {
@@ -122,7 +131,7 @@ func (m *method) bidiStream(ctx context.Context, caller *connect.BidiStream[mess
 				_ = server.CloseRequest() // Receive returns the same error.
 				return
 			}
-			if err != nil {
+			if err != nil || bodyOf(ctx).checkMessage(request) != nil {
 				cancel()
 				return
 			}
@@ -143,7 +152,7 @@ func (m *method) bidiStream(ctx context.Context, caller *connect.BidiStream[mess
 		if err != nil {
 			return failure(ctx, err)
 		}
-		if err := caller.Send(m.readable(answer)); err != nil {
+		if err := m.forward(ctx, answer, caller.Send); err != nil {
 			return err
 		}
 	}
@@ -155,16 +164,40 @@ func failure(ctx context.Context, err error) error {
 	if err == nil || ctx.Err() != nil || connect.IsWireError(err) {
 		return err
 	}
+	if refused := bodyOf(ctx).refusal(); refused != nil {
+		return refused.failure
+	}
 	if connect.CodeOf(err) == connect.CodeResourceExhausted {
 		return err // The message is larger than maxAnswerBytes.
 	}
 	return connect.NewError(connect.CodeUnavailable, fmt.Errorf("the connection to the server: %w", err))
 }
 
-// readable adds the schema to an answer, so that jsonCodec can marshal it.
-func (m *method) readable(answer *message) *message {
+// response returns the only message of an answer. Its memory is released when the call has ended.
+func (m *method) response(ctx context.Context, answer *message) (*connect.Response[message], error) {
+	if err := m.prepare(ctx, answer); err != nil {
+		return nil, err
+	}
+	return connect.NewResponse(answer), nil
+}
+
+// forward sends a message of an answer and releases its memory.
+func (m *method) forward(ctx context.Context, answer *message, send func(*message) error) error {
+	defer bodyOf(ctx).releaseAnswer()
+	if err := m.prepare(ctx, answer); err != nil {
+		return err
+	}
+	return send(answer)
+}
+
+// prepare adds the schema to an answer, so that jsonCodec can marshal it, and takes the memory for that.
+// The answer itself was charged when it arrived.
+func (m *method) prepare(ctx context.Context, answer *message) error {
 	answer.schema = m.output
-	return answer
+	if body := bodyOf(ctx); body.isJSON {
+		return body.takeForAnswer(jsonAnswerBytes(answer.binary, m.output))
+	}
+	return nil
 }
 
 // onward returns the request to the server for a request of a caller.

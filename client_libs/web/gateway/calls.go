@@ -1,6 +1,7 @@
 package main
 
 import (
+	"context"
 	"fmt"
 	"mime"
 	"net/http"
@@ -21,33 +22,80 @@ const (
 	calmTime = time.Second
 )
 
-// calls bounds the calls that are open at once, and the memory of their bodies.
+// calls bounds the requests that are open at once, those of them that are watches, and the memory of bodies
+// and answers.
 type calls struct {
-	limits limits
-	open   *quota
+	limits  limits
+	open    *quota
+	watches *quota
 	// Bytes.
 	memory *quota
+	resets *resetPacer
 }
 
 func newCalls(limits limits) *calls {
 	return &calls{
-		limits: limits,
-		open:   newQuota(limits.maxCalls, limits.addressShare),
-		memory: newQuota(limits.maxTotalBodyBytes, limits.addressShare),
+		limits:  limits,
+		open:    newQuota(limits.maxCalls, limits.addressShare),
+		watches: newQuota(limits.maxWatches, limits.addressShare),
+		memory:  newQuota(limits.maxTotalBodyBytes, limits.addressShare),
+		resets:  newResetPacer(),
 	}
+}
+
+// admit bounds the requests of all kinds, and the time of their answers. Only the answers of streams have
+// no limit of time (see bound).
+func (c *calls) admit(next http.Handler) http.Handler {
+	return http.HandlerFunc(func(w http.ResponseWriter, r *http.Request) {
+		address := addressOf(r.RemoteAddr)
+		w = &answerWriter{ResponseWriter: w, limits: &c.limits}
+		if c.open.take(address, 1) {
+			defer c.open.release(address, 1)
+			next.ServeHTTP(w, r)
+			return
+		}
+		refused := fmt.Sprintf("there are too many calls: %d at once, %d of an address (--max_calls, --address_share)",
+			c.open.total, c.open.share)
+		if r.ProtoMajor == 2 {
+			refuseInHeaders(w, r, http.StatusServiceUnavailable, connect.CodeUnavailable, refused)
+			return
+		}
+		refuse(w, r, http.StatusServiceUnavailable, connect.CodeUnavailable, refused)
+	})
+}
+
+// mostGivenUp returns how many calls of an address may wait to be cancelled at the server before others of
+// the address are refused.
+func (c *calls) mostGivenUp() int64 { return max(c.open.share/8, 1) }
+
+// isWatch reports whether hypermapd counts the calls of the method as watches.
+func isWatch(method protoreflect.MethodDescriptor) bool {
+	switch method.FullName() {
+	case "hypermap.v1.WatchService.Watch", "hypermap.v1.WatchService.Replicate":
+		return true
+	}
+	return false
 }
 
 // bound bounds the calls of a method.
 func (c *calls) bound(method protoreflect.MethodDescriptor, next http.Handler) http.Handler {
 	return http.HandlerFunc(func(w http.ResponseWriter, r *http.Request) {
 		address := addressOf(r.RemoteAddr)
-		if !c.open.take(address, 1) {
-			refuse(w, r, http.StatusServiceUnavailable, connect.CodeUnavailable, fmt.Sprintf(
-				"there are too many calls: %d at once, %d of an address (--max_calls, --address_share)",
-				c.open.total, c.open.share))
+		if waiting := c.resets.waiting(address); waiting >= c.mostGivenUp() {
+			refuse(w, r, http.StatusTooManyRequests, connect.CodeResourceExhausted, fmt.Sprintf(
+				"%d calls of this address were given up and are not cancelled yet: the gateway cancels %d in a second (--max_calls, --address_share)",
+				waiting, resetsPerSecond))
 			return
 		}
-		defer c.open.release(address, 1)
+		if isWatch(method) {
+			if !c.watches.take(address, 1) {
+				refuse(w, r, http.StatusServiceUnavailable, connect.CodeUnavailable, fmt.Sprintf(
+					"there are too many watches: %d at once, %d of an address (--max_watches, --address_share)",
+					c.watches.total, c.watches.share))
+				return
+			}
+			defer c.watches.release(address, 1)
+		}
 		mediaType, err := plainMediaType(r.Header.Get("Content-Type"))
 		if err != nil {
 			refuse(w, r, http.StatusUnsupportedMediaType, connect.CodeInvalidArgument, err.Error())
@@ -56,10 +104,14 @@ func (c *calls) bound(method protoreflect.MethodDescriptor, next http.Handler) h
 		r.Header.Set("Content-Type", mediaType)
 		body := newRequestBody(w, r, takeBodyKind(r, method), &c.limits, c.memory)
 		defer c.end(body)
-		r = r.WithContext(withBody(r.Context(), body))
+		ctx, giveUp := context.WithCancel(withBody(r.Context(), body))
+		forwarded := newForwarding(body)
+		defer forwarded.wait()
+		defer giveUp()
+		r = r.WithContext(withForwarding(ctx, forwarded))
 		r.Body = body
-		if !method.IsStreamingServer() {
-			w = &answerWriter{ResponseWriter: w, limits: &c.limits}
+		if timed, ok := w.(*answerWriter); ok && method.IsStreamingServer() {
+			w = timed.ResponseWriter // Clients of streams may be as slow as they like.
 		}
 		next.ServeHTTP(&refusalWriter{
 			ResponseWriter: w,

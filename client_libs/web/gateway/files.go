@@ -1,17 +1,19 @@
 package main
 
 import (
-	"errors"
+	"bytes"
 	"fmt"
 	"io/fs"
+	"mime"
 	"net/http"
 	"os"
 	"path"
+	"strconv"
 	"strings"
-	"syscall"
+	"time"
 
 	"connectrpc.com/connect"
-	"github.com/klauspost/compress/gzhttp"
+	"github.com/klauspost/compress/gzip"
 )
 
 // contentSecurityPolicy forbids the page to load anything from other hosts. OpenLayers needs inline
@@ -19,44 +21,112 @@ import (
 const contentSecurityPolicy = "default-src 'self'; style-src 'self' 'unsafe-inline'; " +
 	"img-src 'self' blob: data:; worker-src 'self' blob:; frame-ancestors 'none'; base-uri 'none'"
 
-// newFiles serves the files in the folder, compressed. It serves nothing outside of the folder, even if
-// a symbolic link points there.
+// maxFileBytes bounds the files of the dashboard together, which are held in memory.
+const maxFileBytes = 256 << 20
+
+// file is a file of the dashboard. All answers share its content, so that a client which reads slowly takes
+// neither memory nor an open file.
+type file struct {
+	content  []byte
+	kind     string
+	modified time.Time
+	// The content compressed, or nil if that does not pay.
+	packed []byte
+}
+
+// files serves files from memory. It does not see what is changed in their folder later.
+type files map[string]*file
+
+// newFiles reads the files in the folder and compresses them. It reads nothing outside of the folder, even
+// if a symbolic link points there.
 func newFiles(folder string) (http.Handler, error) {
 	root, err := os.OpenRoot(folder)
 	if err != nil {
 		return nil, fmt.Errorf("--dashboard: %w", err)
 	}
-	files := root.FS()
-	server := http.FileServerFS(files)
-	return gzhttp.GzipHandler(http.HandlerFunc(func(w http.ResponseWriter, r *http.Request) {
-		if status := statusOf(files, r.URL.Path); status != http.StatusOK {
-			refuse(w, r, status, connect.CodeUnavailable, http.StatusText(status))
-			return
+	defer root.Close()
+	f := files{}
+	total := int64(0)
+	err = fs.WalkDir(root.FS(), ".", func(name string, _ fs.DirEntry, err error) error {
+		if err != nil {
+			return err
 		}
-		header := w.Header()
-		header.Set("Cache-Control", cacheControl(r.URL.Path))
-		header.Set("Content-Security-Policy", contentSecurityPolicy)
-		header.Set("Referrer-Policy", "same-origin")
-		header.Set("X-Content-Type-Options", "nosniff")
-		server.ServeHTTP(w, r)
-	})), nil
+		info, err := fs.Stat(root.FS(), name)
+		if err != nil || !info.Mode().IsRegular() {
+			return nil // A folder, or a link that leads out of the folder or nowhere.
+		}
+		if total += info.Size(); total > maxFileBytes {
+			return fmt.Errorf("the files in %s have more than %d bytes", folder, maxFileBytes)
+		}
+		content, err := fs.ReadFile(root.FS(), name)
+		if err != nil {
+			return err
+		}
+		f[name] = newFile(name, content, info.ModTime())
+		return nil
+	})
+	if err != nil {
+		return nil, fmt.Errorf("--dashboard: %w", err)
+	}
+	return f, nil
 }
 
-// statusOf returns the status of the answer to a request for a file. Folders are not listed, and a path
-// that can't be one of a file is not found, like one that is none.
-func statusOf(files fs.FS, urlPath string) int {
-	name := strings.TrimPrefix(path.Clean(urlPath), "/")
+func newFile(name string, content []byte, modified time.Time) *file {
+	made := &file{content: content, kind: mime.TypeByExtension(path.Ext(name)), modified: modified}
+	if made.kind == "" {
+		made.kind = http.DetectContentType(content)
+	}
+	var packed bytes.Buffer
+	packer, _ := gzip.NewWriterLevel(&packed, gzip.BestCompression) // The level is valid.
+	_, _ = packer.Write(content)                                    // A buffer takes all.
+	_ = packer.Close()
+	if len(content) >= compressMinBytes && packed.Len() < len(content)/10*9 {
+		made.packed = bytes.Clone(packed.Bytes())
+	}
+	return made
+}
+
+// ServeHTTP answers a request for a file. Folders are not listed.
+func (f files) ServeHTTP(w http.ResponseWriter, r *http.Request) {
+	name := strings.TrimPrefix(path.Clean(r.URL.Path), "/")
 	if name == "" {
 		name = "index.html"
 	}
-	info, err := fs.Stat(files, name)
-	switch {
-	case errors.Is(err, syscall.EMFILE), errors.Is(err, syscall.ENFILE), errors.Is(err, syscall.ENOMEM):
-		return http.StatusServiceUnavailable
-	case err != nil, !info.Mode().IsRegular():
-		return http.StatusNotFound
+	found := f[name]
+	if found == nil {
+		refuse(w, r, http.StatusNotFound, connect.CodeUnavailable, http.StatusText(http.StatusNotFound))
+		return
 	}
-	return http.StatusOK
+	header := w.Header()
+	header.Set("Cache-Control", cacheControl(r.URL.Path))
+	header.Set("Content-Security-Policy", contentSecurityPolicy)
+	header.Set("Content-Type", found.kind)
+	header.Set("Referrer-Policy", "same-origin")
+	header.Set("X-Content-Type-Options", "nosniff")
+	content := found.content
+	if found.packed != nil {
+		header.Add("Vary", "Accept-Encoding")
+		if acceptsGzip(r.Header) {
+			content = found.packed
+			header.Set("Content-Encoding", "gzip")
+			header.Set("Content-Length", strconv.Itoa(len(content)))
+			r.Header.Del("Range") // A part of what is compressed would be of no use.
+		}
+	}
+	http.ServeContent(w, r, name, found.modified, bytes.NewReader(content))
+}
+
+// acceptsGzip reports whether the client takes gzip, unless its weight is 0.
+func acceptsGzip(header http.Header) bool {
+	for _, entry := range strings.Split(strings.Join(header["Accept-Encoding"], ","), ",") {
+		name, weight, _ := strings.Cut(entry, ";")
+		if name = strings.TrimSpace(name); !strings.EqualFold(name, "gzip") && name != "*" {
+			continue
+		}
+		weight = strings.ReplaceAll(weight, " ", "")
+		return weight == "" || strings.Trim(strings.TrimPrefix(weight, "q="), "0.") != ""
+	}
+	return false
 }
 
 // cacheControl lets browsers keep built assets, whose names change with their content.

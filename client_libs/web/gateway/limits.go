@@ -27,12 +27,18 @@ const (
 // limits bounds what clients can ask of the gateway.
 type limits struct {
 	maxConnections int64
-	maxCalls       int64
+	// Requests of all kinds.
+	maxCalls   int64
+	maxWatches int64
+	// A message in the format of Protobuf. Must not be above hypermapd's limit: gRPC refuses larger messages
+	// without telling hypermapd, which counts their bytes against the connection of all browsers.
+	maxMessageBytes int64
 	// A body, or a message of a stream, after unpacking.
 	maxBodyBytes int64
-	// Memory for the bodies of all calls together.
+	// Memory for the bodies and answers of all calls together.
 	maxTotalBodyBytes int64
-	// The part of maxConnections, maxCalls and maxTotalBodyBytes that one address may have, in percent.
+	// The part of maxConnections, maxCalls, maxWatches and maxTotalBodyBytes that one address may have of what
+	// the others leave, in percent.
 	addressShare int64
 
 	// Time for the headers of a request, and for the handshake of TLS.
@@ -51,6 +57,8 @@ func defaultLimits() limits {
 	return limits{
 		maxConnections:    1024,
 		maxCalls:          2048,
+		maxWatches:        500,
+		maxMessageBytes:   16 << 20,
 		maxBodyBytes:      32 << 20,
 		maxTotalBodyBytes: 512 << 20,
 		addressShare:      50,
@@ -66,15 +74,20 @@ func (l *limits) addFlags(flags *flag.FlagSet) {
 	flags.Int64Var(&l.maxConnections, "max_connections", l.maxConnections,
 		"most connections at once, a `NUMBER`; further ones are closed at once")
 	flags.Int64Var(&l.maxCalls, "max_calls", l.maxCalls,
-		"most calls at once, watches included, a `NUMBER`; further ones get 503")
+		"most requests at once, watches and files included, a `NUMBER`; further ones get 503")
+	flags.Int64Var(&l.maxWatches, "max_watches", l.maxWatches,
+		"most watches and replicas at once, a `NUMBER`; further ones get 503. No more than half of --max_watchers of hypermapd")
+	flags.Int64Var(&l.maxMessageBytes, "max_message_bytes", l.maxMessageBytes,
+		"largest message to the server, encoded as Protobuf, in `BYTES`; larger ones get 413.\n"+
+			"No more than --max_message_bytes of hypermapd, which may close the connection of all browsers otherwise")
 	flags.Int64Var(&l.maxBodyBytes, "max_body_bytes", l.maxBodyBytes,
 		"largest body of a call, or message of a stream, unpacked, in `BYTES`; larger ones get 413")
 	flags.Int64Var(&l.maxTotalBodyBytes, "max_total_body_bytes", l.maxTotalBodyBytes,
-		"most memory for the bodies of all calls together, in `BYTES`; a body takes some four times its size,\n"+
-			"in JSON ten times or more; calls that exceed it get 503, or 413 if they always would")
+		"most memory for the bodies and answers of all calls together, in `BYTES`; each takes some four times its size,\n"+
+			"in JSON ten times or more; calls that exceed it get 503, or 413 if their body always would")
 	flags.Int64Var(&l.addressShare, "address_share", l.addressShare,
-		"part of --max_connections, --max_calls and --max_total_body_bytes that one address may have, in `PERCENT`;\n"+
-			"100 behind a proxy, from which all calls come")
+		"part of --max_connections, --max_calls, --max_watches and --max_total_body_bytes that one address may have\n"+
+			"of what others leave, in `PERCENT`; 100 behind a proxy, from which all calls come")
 }
 
 func (l *limits) check() error {
@@ -84,6 +97,8 @@ func (l *limits) check() error {
 	}{
 		{"max_connections", l.maxConnections},
 		{"max_calls", l.maxCalls},
+		{"max_watches", l.maxWatches},
+		{"max_message_bytes", l.maxMessageBytes},
 		{"max_body_bytes", l.maxBodyBytes},
 		{"max_total_body_bytes", l.maxTotalBodyBytes},
 	} {
@@ -144,30 +159,39 @@ func limitPath(next http.Handler) http.Handler {
 	})
 }
 
-// answerWriter bounds the time in which a client must take what is written. It is not for streams, whose
-// clients may be as slow as they like.
+// answerWriter bounds the time in which a client must take an answer. It is not for streams, whose clients
+// may be as slow as they like.
 type answerWriter struct {
 	http.ResponseWriter
 	limits *limits
+
+	begun   time.Time
+	written int64
+}
+
+// allow sets the deadline for the bytes that have been written and this many more.
+func (w *answerWriter) allow(more int) {
+	if w.begun.IsZero() {
+		w.begun = time.Now()
+	}
+	w.written += int64(more)
+	// A writer without deadlines is one of a test.
+	_ = http.NewResponseController(w.ResponseWriter).SetWriteDeadline(w.begun.Add(w.limits.timeFor(w.written)))
+}
+
+func (w *answerWriter) WriteHeader(status int) {
+	w.allow(0)
+	w.ResponseWriter.WriteHeader(status)
 }
 
 func (w *answerWriter) Write(data []byte) (int, error) {
-	deadline := time.Now().Add(w.limits.timeFor(int64(len(data))))
-	// A writer without deadlines is one of a test.
-	_ = http.NewResponseController(w.ResponseWriter).SetWriteDeadline(deadline)
+	w.allow(len(data))
 	return w.ResponseWriter.Write(data)
 }
 
 func (w *answerWriter) Flush() { _ = http.NewResponseController(w.ResponseWriter).Flush() }
 
 func (w *answerWriter) Unwrap() http.ResponseWriter { return w.ResponseWriter }
-
-// withAnswersInTime bounds the time of the handler's answers.
-func (l *limits) withAnswersInTime(next http.Handler) http.Handler {
-	return http.HandlerFunc(func(w http.ResponseWriter, r *http.Request) {
-		next.ServeHTTP(&answerWriter{ResponseWriter: w, limits: l}, r)
-	})
-}
 
 // listen returns a listener on the address with bounded connections.
 func (l *limits) listen(address string) (*boundedListener, error) {

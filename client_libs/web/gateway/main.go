@@ -93,7 +93,8 @@ func besideExecutable(path string) string {
 
 // run serves until ctx is done. It calls ready with the URL as soon as it accepts calls.
 func run(ctx context.Context, cfg config, ready func(url string)) error {
-	handler, err := newHandler(cfg)
+	calls := newCalls(cfg.limits)
+	handler, err := newHandler(cfg, calls)
 	if err != nil {
 		return err
 	}
@@ -101,12 +102,12 @@ func run(ctx context.Context, cfg config, ready func(url string)) error {
 	if err != nil {
 		return err
 	}
-	guarded := newHosts(cfg.allowed, cfg.listen, listener.Addr()).guard(limitPath(handler))
+	guarded := calls.admit(newHosts(cfg.allowed, cfg.listen, listener.Addr()).guard(limitPath(handler)))
 	// Watches never end by themselves, so this context is cancelled to end them.
-	calls, endCalls := context.WithCancel(context.WithoutCancel(ctx))
+	base, endCalls := context.WithCancel(context.WithoutCancel(ctx))
 	defer endCalls()
 	server := cfg.limits.newServer(guarded)
-	server.BaseContext = func(net.Listener) context.Context { return calls }
+	server.BaseContext = func(net.Listener) context.Context { return base }
 	server.RegisterOnShutdown(endCalls)
 
 	served := make(chan error, 1)
@@ -132,12 +133,12 @@ func run(ctx context.Context, cfg config, ready func(url string)) error {
 	return nil
 }
 
-func newHandler(cfg config) (http.Handler, error) {
+func newHandler(cfg config, calls *calls) (http.Handler, error) {
 	services, err := loadServices()
 	if err != nil {
 		return nil, err
 	}
-	upstream, err := newUpstream(cfg.upstream)
+	upstream, err := newUpstream(cfg.upstream, calls.resets)
 	if err != nil {
 		return nil, err
 	}
@@ -146,10 +147,9 @@ func newHandler(cfg config) (http.Handler, error) {
 		return nil, err
 	}
 	mux := http.NewServeMux()
-	calls := newCalls(cfg.limits)
 	for _, service := range services {
 		bridge(mux, service, upstream, calls)
 	}
-	mux.Handle("GET /", cfg.limits.withAnswersInTime(files))
+	mux.Handle("GET /", files)
 	return mux, nil
 }

@@ -5,10 +5,13 @@ import (
 	"sync"
 )
 
-// quota bounds the use of a resource, in total and for each address. Safe for concurrent use.
+// quota bounds the use of a resource, in total and for each address. An address may have a part of what the
+// others leave of the total, so that many addresses together can't take all of it: with a part of a half,
+// the first may have a half, and eight have eight ninths. Safe for concurrent use.
 type quota struct {
-	total int64
-	// What one address may have of the total.
+	total        int64
+	sharePercent int64
+	// The most that an address may have when there is no other.
 	share int64
 
 	mu        sync.Mutex
@@ -20,15 +23,23 @@ type quota struct {
 
 // newQuota returns a quota of which each address may have a part, in percent.
 func newQuota(total, sharePercent int64) *quota {
-	share := total/100*sharePercent + total%100*sharePercent/100
-	return &quota{total: total, share: max(share, 1), byAddress: map[netip.Addr]int64{}}
+	q := &quota{total: total, sharePercent: sharePercent, byAddress: map[netip.Addr]int64{}}
+	q.share = q.shareOf(total)
+	return q
+}
+
+// shareOf returns the part of an amount that an address may have, at least 1.
+func (q *quota) shareOf(amount int64) int64 {
+	return max(amount/100*q.sharePercent+amount%100*q.sharePercent/100, 1)
 }
 
 // take takes an amount for the address. If that much is not free, it takes nothing and returns false.
 func (q *quota) take(address netip.Addr, amount int64) bool {
 	q.mu.Lock()
 	defer q.mu.Unlock()
-	if amount > q.total-q.used || amount > q.share-q.byAddress[address] {
+	held := q.byAddress[address]
+	others := q.used - held
+	if amount > q.total-q.used || amount > q.shareOf(q.total-others)-held {
 		return false
 	}
 	q.used += amount

@@ -19,14 +19,8 @@ func refuse(w http.ResponseWriter, r *http.Request, status int, code connect.Cod
 	header := w.Header()
 	header.Set("X-Content-Type-Options", "nosniff")
 	closeUnread(header, r)
-	if status == http.StatusServiceUnavailable {
-		header.Set("Retry-After", retryAfter)
-	}
+	refusalHeaders(header, r, status, code, message)
 	kind := r.Header.Get("Content-Type")
-	if strings.HasPrefix(kind, "application/grpc") {
-		header.Set("Grpc-Status", strconv.Itoa(int(code)))
-		header.Set("Grpc-Message", url.PathEscape(message))
-	}
 	if strings.HasPrefix(kind, "application/json") || strings.HasPrefix(kind, "application/proto") {
 		header.Set("Content-Type", "application/json")
 		w.WriteHeader(status)
@@ -35,6 +29,23 @@ func refuse(w http.ResponseWriter, r *http.Request, status int, code connect.Cod
 		return
 	}
 	http.Error(w, message, status)
+}
+
+// refuseInHeaders refuses a request of HTTP/2 without a body. It needs no window of the client, which could
+// keep the stream open for want of one.
+func refuseInHeaders(w http.ResponseWriter, r *http.Request, status int, code connect.Code, message string) {
+	refusalHeaders(w.Header(), r, status, code, message)
+	w.WriteHeader(status)
+}
+
+func refusalHeaders(header http.Header, r *http.Request, status int, code connect.Code, message string) {
+	if status == http.StatusServiceUnavailable || status == http.StatusTooManyRequests {
+		header.Set("Retry-After", retryAfter)
+	}
+	if strings.HasPrefix(r.Header.Get("Content-Type"), "application/grpc") {
+		header.Set("Grpc-Status", strconv.Itoa(int(code)))
+		header.Set("Grpc-Message", url.PathEscape(message))
+	}
 }
 
 // closeUnread ends the connection of HTTP/1 after the answer. The server would otherwise read the body

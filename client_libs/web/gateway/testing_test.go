@@ -130,7 +130,7 @@ func (c caller) to(gateway, path string) *connect.Client[message, message] {
 }
 
 func unencrypted(address string) *upstream {
-	server, err := newUpstream(upstreamConfig{address: address})
+	server, err := newUpstream(upstreamConfig{address: address}, newResetPacer())
 	if err != nil {
 		panic(err)
 	}

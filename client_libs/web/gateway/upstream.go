@@ -26,7 +26,8 @@ type upstream struct {
 	url    string
 }
 
-func newUpstream(cfg upstreamConfig) (*upstream, error) {
+// newUpstream returns the connection to the server. Calls with a forwarding are cancelled at the pace.
+func newUpstream(cfg upstreamConfig, resets *resetPacer) (*upstream, error) {
 	if _, _, err := net.SplitHostPort(cfg.address); err != nil {
 		return nil, fmt.Errorf("--server: %w", err)
 	}
@@ -35,7 +36,7 @@ func newUpstream(cfg upstreamConfig) (*upstream, error) {
 		// Keep-alives detect within half a minute that the server's machine is unreachable.
 		KeepAliveConfig: net.KeepAliveConfig{Enable: true, Idle: 15 * time.Second, Interval: 5 * time.Second, Count: 3},
 	}
-	transport := &http.Transport{
+	http2 := &http.Transport{
 		DialContext:         dialer.DialContext,
 		TLSHandshakeTimeout: 5 * time.Second,
 		Protocols:           new(http.Protocols),
@@ -43,16 +44,17 @@ func newUpstream(cfg upstreamConfig) (*upstream, error) {
 		DisableCompression: true,
 		HTTP2:              &http.HTTP2Config{MaxReceiveBufferPerStream: streamBufferBytes},
 	}
+	client := &http.Client{Transport: &pacedTransport{http2, resets, defaultLimits().patience}}
 	if !cfg.tls && cfg.caFile == "" && cfg.certFile == "" {
-		transport.Protocols.SetUnencryptedHTTP2(true)
-		return &upstream{client: &http.Client{Transport: transport}, url: "http://" + cfg.address}, nil
+		http2.Protocols.SetUnencryptedHTTP2(true)
+		return &upstream{client: client, url: "http://" + cfg.address}, nil
 	}
-	transport.Protocols.SetHTTP2(true)
+	http2.Protocols.SetHTTP2(true)
 	var err error
-	if transport.TLSClientConfig, err = cfg.clientTLS(); err != nil {
+	if http2.TLSClientConfig, err = cfg.clientTLS(); err != nil {
 		return nil, err
 	}
-	return &upstream{client: &http.Client{Transport: transport}, url: "https://" + cfg.address}, nil
+	return &upstream{client: client, url: "https://" + cfg.address}, nil
 }
 
 func (cfg upstreamConfig) clientTLS() (*tls.Config, error) {
