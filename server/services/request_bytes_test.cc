@@ -6,10 +6,14 @@
 #include <gtest/gtest.h>
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "absl/functional/function_ref.h"
 #include "absl/strings/str_cat.h"
+#include "absl/time/clock.h"
+#include "absl/time/time.h"
 #include "hypermap/v1/catalog_service.pb.h"
 #include "hypermap/v1/edit_service.pb.h"
 #include "hypermap/v1/exploration_service.pb.h"
@@ -125,6 +129,82 @@ TEST_F(RequestBytesTest, LargeMessagesAreChargedUntilTheyAreAnswered) {
         << rpc << " " << status.error_message();
   }
   EXPECT_EQ(server_.budgets().request_bytes.used(), 0);
+}
+
+// A stream whose first message the server keeps.
+class KeptMessageTest : public RequestBytesTest {
+ protected:
+  void Open(const std::string& rpc, const std::vector<std::string>& messages) {
+    stub_.emplace(server_.channel());
+    stream_ = stub_->PrepareCall(&context_, rpc, &queue_);
+    stream_->StartCall(nullptr);
+    Wait();
+    for (const std::string& message : messages) {
+      stream_->Write(BufferOf(message), nullptr);
+      Wait();
+    }
+  }
+  void ReadAnswer() {
+    grpc::ByteBuffer answer;
+    stream_->Read(&answer, nullptr);
+    Wait();
+    EXPECT_GT(answer.Length(), 0);
+  }
+  void Cancel() {
+    context_.TryCancel();
+    grpc::Status status;
+    stream_->Finish(&status, nullptr);
+    Wait();
+  }
+  int64_t used() { return server_.budgets().request_bytes.used(); }
+  static bool Await(absl::FunctionRef<bool()> condition) {
+    const absl::Time deadline = absl::Now() + absl::Seconds(30);
+    while (!condition()) {
+      if (absl::Now() > deadline) return false;
+      absl::SleepFor(absl::Milliseconds(1));
+    }
+    return true;
+  }
+
+ private:
+  void Wait() {
+    void* tag = nullptr;
+    bool ok = false;
+    queue_.Next(&tag, &ok);
+  }
+
+  std::optional<grpc::GenericStub> stub_;
+  grpc::ClientContext context_;
+  grpc::CompletionQueue queue_;
+  std::unique_ptr<grpc::GenericClientAsyncReaderWriter> stream_;
+};
+
+TEST_F(KeptMessageTest, TheScopeOfAStreamOfPointsIsChargedUntilItEnds) {
+  v1::QueryPointsRequest opening, points;
+  opening.mutable_opening()->mutable_scope()->set_map("site");
+  for (int i = 0; i < 500; ++i) opening.mutable_opening()->mutable_scope()->add_layers("cups");
+  points.add_xs(0);
+  points.add_ys(0);
+  Open("/hypermap.v1.QueryService/QueryPoints",
+       {opening.SerializeAsString(), points.SerializeAsString()});
+  ReadAnswer();
+  EXPECT_GE(used(), static_cast<int64_t>(opening.opening().scope().SpaceUsedLong()));
+  Cancel();
+  EXPECT_TRUE(Await([this] { return used() == 0; })) << used();
+}
+
+TEST_F(KeptMessageTest, TheHeaderOfAnImportIsChargedUntilItEnds) {
+  v1::ImportMapRequest header, chunk;
+  header.mutable_header()->set_map("imported");
+  header.mutable_header()->set_request_id(std::string(30'000, 'x'));
+  chunk.mutable_chunk()->set_file_name("map.geojson");
+  chunk.mutable_chunk()->set_data("{");
+  Open("/hypermap.v1.CatalogService/ImportMap",
+       {header.SerializeAsString(), chunk.SerializeAsString()});
+  EXPECT_TRUE(Await([this] { return server_.budgets().scratch_bytes.used() > 0; }));
+  EXPECT_GE(used(), 30'000);
+  Cancel();
+  EXPECT_TRUE(Await([this] { return used() == 0; })) << used();
 }
 
 }  // namespace

@@ -75,6 +75,8 @@ TEST_F(UploadedFilesTest, NamesOfFilesAreChecked) {
   for (const char* name : {"", "x/y", "..\\y", "a"}) {
     EXPECT_EQ(files.Append(name, "1").code(), absl::StatusCode::kInvalidArgument) << name;
   }
+  EXPECT_TRUE(files.Append(std::string(255, 'x'), "1").ok());
+  EXPECT_EQ(files.Append(std::string(256, 'y'), "1").code(), absl::StatusCode::kInvalidArgument);
 }
 
 }  // namespace

@@ -176,7 +176,7 @@ func takeBodyKind(r *http.Request, method protoreflect.MethodDescriptor) bodyKin
 // refusalWriter gives the answer to a refused body the status of the refusal. Protocols whose errors are
 // in the answer's body or trailers keep their status 200.
 //
-// An upload may be answered before its end, too. Then the rest of it is not waited for.
+// An upload may be answered before its end, too, and a request of a wrong type before it is read. Then the rest of it is not waited for.
 type refusalWriter struct {
 	http.ResponseWriter
 	request  *http.Request
@@ -196,7 +196,7 @@ func (w *refusalWriter) WriteHeader(status int) {
 		}
 		closeUnread(w.Header(), w.request)
 	}
-	if w.isUpload && !w.body.isWhole.Load() {
+	if (w.isUpload || status >= http.StatusBadRequest) && !w.body.isWhole.Load() {
 		closeUnread(w.Header(), w.request)
 	}
 	w.ResponseWriter.WriteHeader(status)

@@ -133,6 +133,7 @@ func run(ctx context.Context, cfg config, ready func(url string)) error {
 	return nil
 }
 
+// newHandler returns the handler of all paths.
 func newHandler(cfg config, calls *calls) (http.Handler, error) {
 	services, err := loadServices()
 	if err != nil {
@@ -151,5 +152,6 @@ func newHandler(cfg config, calls *calls) (http.Handler, error) {
 		bridge(mux, service, upstream, calls)
 	}
 	mux.Handle("GET /", files)
+	mux.HandleFunc("/", refuseMethod)
 	return mux, nil
 }

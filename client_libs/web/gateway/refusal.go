@@ -31,6 +31,12 @@ func refuse(w http.ResponseWriter, r *http.Request, status int, code connect.Cod
 	http.Error(w, message, status)
 }
 
+// refuseMethod refuses requests that are neither rpcs nor for files.
+func refuseMethod(w http.ResponseWriter, r *http.Request) {
+	w.Header().Set("Allow", "GET, HEAD, POST")
+	refuse(w, r, http.StatusMethodNotAllowed, connect.CodeUnimplemented, "there is no such rpc")
+}
+
 // refuseInHeaders refuses a request of HTTP/2 without a body. It needs no window of the client, which could
 // keep the stream open for want of one.
 func refuseInHeaders(w http.ResponseWriter, r *http.Request, status int, code connect.Code, message string) {
