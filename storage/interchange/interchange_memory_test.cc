@@ -14,6 +14,7 @@
 #include "storage/interchange/png_codec.h"
 #include "storage/interchange/wkt.h"
 #include "storage/interchange/yaml_document.h"
+#include "storage/interchange/zip_archive.h"
 
 namespace hypermap::storage {
 namespace {
@@ -61,6 +62,14 @@ TEST_F(InterchangeMemoryTest, NodesOfYaml) {
   std::string text = "[";
   for (int i = 0; i < 100'000; ++i) text += "a,";
   ExpectTooMuch(ParseYaml(text + "a]").status());
+}
+
+TEST_F(InterchangeMemoryTest, MembersOfAnArchive) {
+  std::vector<NamedFile> members;
+  for (int i = 0; i < 20'000; ++i) members.push_back({absl::StrCat(i), ""});
+  const auto archive = MakeZip(members);
+  ASSERT_TRUE(archive.ok()) << archive.status();
+  ExpectTooMuch(ZipArchive::Open(*archive, Limits()).status());
 }
 
 TEST_F(InterchangeMemoryTest, PixelsOfAnImage) {

@@ -11,6 +11,7 @@
 #include "absl/strings/str_split.h"
 #include "base/cancellation/cancellation.h"
 #include "base/limits/limits.h"
+#include "base/metering/memory_meter.h"
 #include "base/status/status_macros.h"
 
 namespace hypermap::storage {
@@ -42,6 +43,21 @@ bool LeadsOut(absl::string_view name) {
   return std::find(steps.begin(), steps.end(), "..") != steps.end();
 }
 
+// What libzip keeps of each member as long as the archive is open, measured.
+constexpr int64_t kBytesPerMember = 400;
+
+// Returns at least the number of members: the number of places that look like a member's entry in
+// the directory.
+int64_t CountEntries(absl::string_view data) {
+  constexpr absl::string_view kEntry("PK\1\2", 4);
+  int64_t count = 0;
+  for (size_t at = data.find(kEntry); at != absl::string_view::npos;
+       at = data.find(kEntry, at + kEntry.size())) {
+    ++count;
+  }
+  return count;
+}
+
 absl::Status MemberError(absl::string_view member, absl::string_view what) {
   return absl::InvalidArgumentError(absl::StrCat("member \"", member, "\": ", what));
 }
@@ -56,6 +72,7 @@ ZipArchive::ZipArchive(zip* archive, const Limits& limits)
 absl::StatusOr<ZipArchive> ZipArchive::Open(absl::string_view data, const Limits& limits) {
   // libzip would open an empty file as an archive without members.
   if (data.empty()) return absl::InvalidArgumentError("no zip archive: the file is empty");
+  HYPERMAP_RETURN_IF_ERROR(TakeMemory(kBytesPerMember * CountEntries(data)));
   zip_error_t error;
   zip_error_init(&error);
   SourcePtr source(zip_source_buffer_create(data.data(), data.size(), /*freep=*/0, &error));
