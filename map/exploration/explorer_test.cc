@@ -14,7 +14,6 @@ namespace {
 using testing::DrawnFloor;
 using ::testing::IsEmpty;
 using testing::Rng;
-using ::testing::SizeIs;
 using testing::TestSeed;
 using testing::Uniform;
 using testing::UniformInt;

@@ -20,7 +20,6 @@
 namespace hypermap::server {
 namespace {
 
-using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
@@ -282,6 +281,7 @@ TEST_F(MapExplorationsTest, RobotsThatAskAtOnceAreNeverSentToOnePlace) {
   request.range_m = 1.5;
   ASSERT_TRUE(explorations().Start(request).ok());
   std::vector<std::thread> robots;
+  robots.reserve(8);
   for (int i = 0; i < 8; ++i) {
     robots.emplace_back([this, i] {
       const auto answer = explorations().Claim(
@@ -394,7 +394,7 @@ TEST_F(MapExplorationsTest, BadClaimsAreRefused) {
   EXPECT_TRUE(absl::IsNotFound(explorations().Claim({0, "r1", {0, 0}}).status()));
   ASSERT_TRUE(explorations().Start(WholeArea()).ok());
   const Revision before = snapshot()->revision;
-  const auto refused = [this](GoalClaim request) { return explorations().Claim(request).status(); };
+  const auto refused = [this](const GoalClaim& request) { return explorations().Claim(request).status(); };
   const Point place{0.25, 0.25};
   EXPECT_TRUE(absl::IsNotFound(refused({99, "r1", place})));
   EXPECT_TRUE(absl::IsNotFound(refused({0, "r1", place, "nowhere"})));

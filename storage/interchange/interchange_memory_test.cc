@@ -66,6 +66,7 @@ TEST_F(InterchangeMemoryTest, NodesOfYaml) {
 
 TEST_F(InterchangeMemoryTest, MembersOfAnArchive) {
   std::vector<NamedFile> members;
+  members.reserve(20'000);
   for (int i = 0; i < 20'000; ++i) members.push_back({absl::StrCat(i), ""});
   const auto archive = MakeZip(members);
   ASSERT_TRUE(archive.ok()) << archive.status();

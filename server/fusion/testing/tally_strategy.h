@@ -107,6 +107,7 @@ class TallyStrategy : public fusion::Strategy {
       sorted[track.key] = track.object;
     }
     std::vector<fusion::FusedObject> objects;
+    objects.reserve(sorted.size());
     for (const auto& [key, object] : sorted) objects.push_back({key, object});
     return objects;
   }
@@ -127,7 +128,7 @@ class TallyStrategy : public fusion::Strategy {
     auto state = std::make_shared<State>();
     const auto line = [&bytes] {
       const size_t end = std::min(bytes.find('\n'), bytes.size() - 1);
-      const std::string text(bytes.substr(0, end));
+      std::string text(bytes.substr(0, end));
       bytes.remove_prefix(end + 1);
       return text;
     };
