@@ -394,7 +394,9 @@ TEST_F(MapExplorationsTest, BadClaimsAreRefused) {
   EXPECT_TRUE(absl::IsNotFound(explorations().Claim({0, "r1", {0, 0}}).status()));
   ASSERT_TRUE(explorations().Start(WholeArea()).ok());
   const Revision before = snapshot()->revision;
-  const auto refused = [this](const GoalClaim& request) { return explorations().Claim(request).status(); };
+  const auto refused = [this](const GoalClaim& request) {
+    return explorations().Claim(request).status();
+  };
   const Point place{0.25, 0.25};
   EXPECT_TRUE(absl::IsNotFound(refused({99, "r1", place})));
   EXPECT_TRUE(absl::IsNotFound(refused({0, "r1", place, "nowhere"})));

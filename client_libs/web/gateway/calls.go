@@ -52,6 +52,10 @@ func (c *calls) admit(next http.Handler) http.Handler {
 		if c.open.take(address, 1) {
 			defer c.open.release(address, 1)
 			next.ServeHTTP(w, r)
+			if r.ProtoMajor == 2 {
+				// What is still buffered may wait for a window of the client. Until then the call is open.
+				_ = http.NewResponseController(w).Flush()
+			}
 			return
 		}
 		refused := fmt.Sprintf("there are too many calls: %d at once, %d of an address (--max_calls, --address_share)",
@@ -66,7 +70,7 @@ func (c *calls) admit(next http.Handler) http.Handler {
 
 // mostGivenUp returns how many calls of an address may wait to be cancelled at the server before others of
 // the address are refused.
-func (c *calls) mostGivenUp() int64 { return max(c.open.share/8, 1) }
+func (c *calls) mostGivenUp() int64 { return max(c.open.share/32, 1) }
 
 // isWatch reports whether hypermapd counts the calls of the method as watches.
 func isWatch(method protoreflect.MethodDescriptor) bool {

@@ -77,8 +77,8 @@ func newFile(name string, content []byte, modified time.Time) *file {
 		made.kind = http.DetectContentType(content)
 	}
 	var packed bytes.Buffer
-	packer, _ := gzip.NewWriterLevel(&packed, gzip.BestCompression) // The level is valid.
-	_, _ = packer.Write(content)                                    // A buffer takes all.
+	packer, _ := gzip.NewWriterLevel(&packed, gzip.DefaultCompression) // The level is valid.
+	_, _ = packer.Write(content)                                       // A buffer takes all.
 	_ = packer.Close()
 	if len(content) >= compressMinBytes && packed.Len() < len(content)/10*9 {
 		made.packed = bytes.Clone(packed.Bytes())

@@ -88,22 +88,32 @@ func (t *pacedTransport) RoundTrip(r *http.Request) (*http.Response, error) {
 		return nil, err
 	}
 	ctx, cancel := context.WithCancel(context.WithoutCancel(r.Context()))
+	hasBody := r.Body != nil && r.Body != http.NoBody
 	call := &serverCall{
 		transport: t,
 		forwarded: forwarded,
 		cancel:    cancel,
 		ended:     make(chan struct{}),
-		request:   &sentBody{ReadCloser: r.Body, isStream: r.ContentLength < 0, isSent: true, sent: make(chan struct{}, 1)},
+		request: &sentBody{
+			ReadCloser: r.Body,
+			isStream:   r.ContentLength < 0,
+			sent:       make(chan struct{}, 1),
+			isSent:     true,
+			isWhole:    !hasBody,
+		},
 	}
-	call.unwatch = context.AfterFunc(r.Context(), call.abandon)
+	watched := make(chan struct{})
+	call.unwatch = context.AfterFunc(r.Context(), func() {
+		<-watched
+		call.abandon()
+	})
+	close(watched)
 	ctx = httptrace.WithClientTrace(ctx, &httptrace.ClientTrace{
 		WroteRequest: func(httptrace.WroteRequestInfo) { call.request.written() },
 	})
 	out := r.WithContext(ctx)
-	if r.Body != nil && r.Body != http.NoBody {
+	if hasBody {
 		out.Body = call.request
-	} else {
-		call.request.isWhole = true
 	}
 	answer, err := t.RoundTripper.RoundTrip(out)
 	if err != nil {

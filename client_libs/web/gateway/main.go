@@ -108,7 +108,10 @@ func run(ctx context.Context, cfg config, ready func(url string)) error {
 	defer endCalls()
 	server := cfg.limits.newServer(guarded)
 	server.BaseContext = func(net.Listener) context.Context { return base }
-	server.RegisterOnShutdown(endCalls)
+	server.RegisterOnShutdown(func() {
+		calls.resets.stop()
+		endCalls()
+	})
 
 	served := make(chan error, 1)
 	scheme := "http"

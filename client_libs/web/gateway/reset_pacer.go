@@ -11,7 +11,7 @@ const (
 	// resetsPerSecond is how many calls to the server are cancelled in a second. All browsers share one
 	// connection, and hypermapd shuts down a connection of which it cancels 1,000 calls in a second, or finds
 	// 12 or more RST_STREAM frames unread four times in a second (base/admission).
-	resetsPerSecond = 25
+	resetsPerSecond = 50
 	// resetBurst is how many of them may come at once.
 	resetBurst = 4
 )
@@ -22,8 +22,10 @@ type resetPacer struct {
 	mu     sync.Mutex
 	tokens float64
 	filled time.Time
-	// Whether a timer will call giveTurns.
+	// Whether a timer will give the next turn.
 	isTimed bool
+	// Whether calls wait no longer.
+	isStopped bool
 	// Calls that wait for their turn: channels that are closed when it comes.
 	byAddress map[netip.Addr][]chan struct{}
 	// The addresses that have such calls, in the order of their turns.
@@ -37,6 +39,11 @@ func newResetPacer() *resetPacer {
 // wait waits until a call of the address may be cancelled, or has ended by itself. It returns whether the
 // call may be cancelled.
 func (p *resetPacer) wait(address netip.Addr, ended <-chan struct{}) bool {
+	select {
+	case <-ended:
+		return false
+	default:
+	}
 	turn := make(chan struct{})
 	p.mu.Lock()
 	if len(p.byAddress[address]) == 0 {
@@ -52,6 +59,14 @@ func (p *resetPacer) wait(address netip.Addr, ended <-chan struct{}) bool {
 		p.leave(address, turn)
 		return false
 	}
+}
+
+// stop lets all calls be cancelled at once, because the connection to the server is about to be closed.
+func (p *resetPacer) stop() {
+	p.mu.Lock()
+	defer p.mu.Unlock()
+	p.isStopped = true
+	p.giveTurnsLocked()
 }
 
 // waiting returns how many calls of the address wait for their turn.
@@ -85,7 +100,7 @@ func (p *resetPacer) giveTurnsLocked() {
 	now := time.Now()
 	p.tokens = min(p.tokens+now.Sub(p.filled).Seconds()*resetsPerSecond, resetBurst)
 	p.filled = now
-	for p.tokens >= 1 && len(p.order) > 0 {
+	for (p.tokens >= 1 || p.isStopped) && len(p.order) > 0 {
 		p.tokens--
 		address := p.order[0]
 		close(p.byAddress[address][0])
