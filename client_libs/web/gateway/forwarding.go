@@ -87,34 +87,7 @@ func (t *pacedTransport) RoundTrip(r *http.Request) (*http.Response, error) {
 		forwarded.end()
 		return nil, err
 	}
-	ctx, cancel := context.WithCancel(context.WithoutCancel(r.Context()))
-	hasBody := r.Body != nil && r.Body != http.NoBody
-	call := &serverCall{
-		transport: t,
-		forwarded: forwarded,
-		cancel:    cancel,
-		ended:     make(chan struct{}),
-		request: &sentBody{
-			ReadCloser: r.Body,
-			isStream:   r.ContentLength < 0,
-			sent:       make(chan struct{}, 1),
-			isSent:     true,
-			isWhole:    !hasBody,
-		},
-	}
-	watched := make(chan struct{})
-	call.unwatch = context.AfterFunc(r.Context(), func() {
-		<-watched
-		call.abandon()
-	})
-	close(watched)
-	ctx = httptrace.WithClientTrace(ctx, &httptrace.ClientTrace{
-		WroteRequest: func(httptrace.WroteRequestInfo) { call.request.written() },
-	})
-	out := r.WithContext(ctx)
-	if hasBody {
-		out.Body = call.request
-	}
+	call, out := t.newCall(r, forwarded)
 	answer, err := t.RoundTripper.RoundTrip(out)
 	if err != nil {
 		call.end()
@@ -138,6 +111,38 @@ type serverCall struct {
 	abandoned sync.Once
 	finished  sync.Once
 	ended     chan struct{}
+}
+
+// newCall returns a call, and the request for it, which is not cancelled with the context of r.
+func (t *pacedTransport) newCall(r *http.Request, forwarded *forwarding) (*serverCall, *http.Request) {
+	ctx, cancel := context.WithCancel(context.WithoutCancel(r.Context()))
+	hasBody := r.Body != nil && r.Body != http.NoBody
+	call := &serverCall{
+		transport: t,
+		forwarded: forwarded,
+		cancel:    cancel,
+		ended:     make(chan struct{}),
+		request: &sentBody{
+			ReadCloser: r.Body,
+			isStream:   r.ContentLength < 0,
+			sent:       make(chan struct{}, 1),
+			isSent:     true,
+			isWhole:    !hasBody,
+		},
+	}
+	watched := make(chan struct{}) // closed when call.unwatch is set
+	call.unwatch = context.AfterFunc(r.Context(), func() {
+		<-watched
+		call.abandon()
+	})
+	close(watched)
+	out := r.WithContext(httptrace.WithClientTrace(ctx, &httptrace.ClientTrace{
+		WroteRequest: func(httptrace.WroteRequestInfo) { call.request.written() },
+	}))
+	if hasBody {
+		out.Body = call.request
+	}
+	return call, out
 }
 
 // abandon cancels the call when its turn comes, unless it has ended by then.
