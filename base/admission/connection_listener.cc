@@ -347,7 +347,7 @@ void ConnectionListener::GuardStreams(int64_t resident, int64_t most) {
   const absl::Duration taken = absl::Now() - begin;
   streams_due_ = begin + std::max(kStreamsPeriod, taken * kStreamsPart);
   // gRPC gives the streams of a connection that ends to the server, which takes as much again.
-  if (resident + connections_.BytesOfUnknownStreams() <= most / 2) return;
+  if (resident + connections_.BytesOfUnknownStreams() <= most / 4) return;
   const std::vector<ShutDownPeer> peers = connections_.ShutDownStreams(kLeastUnknownStreams);
   // What they took is freed slowly: others of the same kind must not come as fast as they can.
   for (const ShutDownPeer& peer : peers) Suspected(peer.host);

@@ -150,7 +150,7 @@ def empty_streams(site):
               for i in range(1900)]
     yield
     connections = []
-    for i in range(site.size(100, 60)):
+    for i in range(site.size(100, 40)):
         # The server looks at its memory every 20 ms.
         try:
             connections.append(http2.Connection(site.address, http2.ATTACKER))
