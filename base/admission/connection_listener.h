@@ -46,8 +46,8 @@ struct ConnectionListenerOptions {
   // listener's thread several times in a second.
   std::function<absl::flat_hash_map<std::string, Explained>()> take_explained;
   // Returns the number of open streams of each connection (NormalizedPeer); empty if the server
-  // does not tell. Called by the listener's thread up to 25 times in a second, while more than a
-  // quarter of `max_resident_bytes` is in use.
+  // does not tell. Called by the listener's thread up to 25 times in a second, while more than an
+  // eighth of `max_resident_bytes` is in use.
   std::function<absl::flat_hash_map<std::string, int64_t>()> open_streams;
   // Takes a connected, non-blocking socket, which it must close. Called by threads of the listener
   // (Handover).
