@@ -93,7 +93,7 @@ failures() {
     /^ *[0-9]+\/[0-9]+ Test +#[0-9]+:.*\*\*\*/ { failed = 1 }
     failed && !/^ +Start +[0-9]+:/ { lines[++count] = $0 }
     function show(  i) {
-      for (i = 1; i <= count; ++i) if (i == 1 || i > count - 50) print lines[i]
+      for (i = 1; i <= count; ++i) if (i == 1 || i > count - 100) print lines[i]
       failed = count = 0
     }
     END { show() }' "$1"

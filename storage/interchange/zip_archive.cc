@@ -43,7 +43,8 @@ bool LeadsOut(absl::string_view name) {
   return std::find(steps.begin(), steps.end(), "..") != steps.end();
 }
 
-// What libzip keeps of each member as long as the archive is open, measured.
+// Bytes that libzip keeps of each member while the archive is open: 308 were measured for short
+// names.
 constexpr int64_t kBytesPerMember = 400;
 
 // Returns at least the number of members: the number of places that look like a member's entry in

@@ -13,7 +13,8 @@ import large_requests
 # server defends itself. docs/security.md says of each attack how, and what is still open.
 SHORT = [
     "A1", "A2", "A3", "A4", "A4-shape", "A5", "B1", "B2", "B3", "B4", "B5", "B6", "B7", "B8", "B11",
-    "goal-searches", "wide-hulls", "slow-readers", "random-bytes", "endless-streams", "header-blocks", "empty-streams",
+    "goal-searches", "wide-hulls", "slow-readers", "random-bytes", "endless-streams",
+    "header-blocks", "empty-streams",
     "slow-hoarders", "empty-frames", "unread-answers", "unread-commits", "wide-reaches",
     "past-areas", "stacked-points",
 ]

@@ -175,13 +175,7 @@ func (v *visitor) checkStillOpen(t *testing.T) {
 }
 
 func TestB12_AnAddressThatCancelsTooMuchIsToldToWait(t *testing.T) {
-	server, _ := startBackend(t, "127.0.0.1:0", func(path string, stream grpc.ServerStream) error {
-		if err := stream.SendMsg(&message{}); err != nil || path == queryPoint {
-			return err
-		}
-		<-stream.Context().Done()
-		return stream.Context().Err()
-	})
+	server := startAnswering(t)
 	cfg := before(server)
 	cfg.limits.maxCalls = 800
 	gateway := startGateway(t, cfg)

@@ -355,13 +355,7 @@ func eventually(t *testing.T, what string, condition func() bool) {
 }
 
 func TestB12_CallsAreBounded(t *testing.T) {
-	server, _ := startBackend(t, "127.0.0.1:0", func(path string, stream grpc.ServerStream) error {
-		if err := stream.SendMsg(&message{}); err != nil || path == queryPoint {
-			return err
-		}
-		<-stream.Context().Done()
-		return stream.Context().Err()
-	})
+	server := startAnswering(t)
 	cfg := before(server)
 	cfg.limits.maxCalls = 4
 	gateway := startGateway(t, cfg)

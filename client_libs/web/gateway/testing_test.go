@@ -192,3 +192,16 @@ func writeFile(t *testing.T, folder, name, content string) string {
 	}
 	return path
 }
+
+// startAnswering starts a server that answers each call with an empty message. All but QueryPoint stay open.
+func startAnswering(t *testing.T) string {
+	t.Helper()
+	server, _ := startBackend(t, "127.0.0.1:0", func(path string, stream grpc.ServerStream) error {
+		if err := stream.SendMsg(&message{}); err != nil || path == queryPoint {
+			return err
+		}
+		<-stream.Context().Done()
+		return stream.Context().Err()
+	})
+	return server
+}
