@@ -136,6 +136,9 @@ class StoredMap {
   // The evidence of fused layers. Lives as long as this map.
   virtual FusionLog& fusion_log() = 0;
 
+  // The most bytes of disk that a copy by BackupTo takes if nothing is written before it.
+  virtual absl::StatusOr<int64_t> BackupBytes() = 0;
+
   // Writes a consistent copy, which can be opened as a map of its own. It is not durable: who keeps
   // the file syncs it. Errors of CheckCancelled; then there is no copy. REQUIRES: the file does not
   // exist.

@@ -23,10 +23,12 @@
 #include "absl/time/clock.h"
 #include "base/admission/client_host.h"
 #include "base/sync/mutex.h"
+#include "tests/support/eventually.h"
 
 namespace hypermap::admission {
 namespace {
 
+using ::hypermap::testing::Eventually;
 using ::testing::HasSubstr;
 
 constexpr absl::Duration kPatience = absl::Seconds(20);
@@ -79,15 +81,6 @@ class ConnectionListenerTest : public ::testing::Test {
   static bool IsClosed(const FileDescriptor& client) {
     char byte = 0;
     return recv(client.get(), &byte, 1, MSG_DONTWAIT) == 0;
-  }
-
-  static bool Eventually(const std::function<bool()>& holds) {
-    const absl::Time deadline = absl::Now() + kPatience;
-    while (!holds()) {
-      if (absl::Now() > deadline) return false;
-      absl::SleepFor(absl::Milliseconds(1));
-    }
-    return true;
   }
 
   size_t num_accepted() {

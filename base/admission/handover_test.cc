@@ -8,9 +8,8 @@
 #include <utility>
 #include <vector>
 
-#include "absl/time/clock.h"
-#include "absl/time/time.h"
 #include "base/sync/mutex.h"
+#include "tests/support/eventually.h"
 
 namespace hypermap::admission {
 namespace {
@@ -43,16 +42,11 @@ class HandoverTest : public ::testing::Test {
   }
 
   bool EventuallyGiven(int num) {
-    const absl::Time deadline = absl::Now() + absl::Seconds(20);
-    while (absl::Now() < deadline) {
+    return testing::Eventually([&] {
       handover_->Attend();
-      {
-        const MutexLock lock(&mutex_);
-        if (num_given_ == num) return true;
-      }
-      absl::SleepFor(absl::Milliseconds(1));
-    }
-    return false;
+      const MutexLock lock(&mutex_);
+      return num_given_ == num;
+    });
   }
 
   Mutex mutex_;

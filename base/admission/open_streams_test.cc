@@ -12,8 +12,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
-#include "absl/time/clock.h"
-#include "absl/time/time.h"
+#include "tests/support/eventually.h"
 
 namespace hypermap::admission {
 namespace {
@@ -41,12 +40,7 @@ std::vector<int64_t> OpenStreams() {
 }
 
 bool Eventually(const std::vector<int64_t>& nums) {
-  const absl::Time deadline = absl::Now() + absl::Seconds(20);
-  while (OpenStreams() != nums) {
-    if (absl::Now() > deadline) return false;
-    absl::SleepFor(absl::Milliseconds(1));
-  }
-  return true;
+  return testing::Eventually([&] { return OpenStreams() == nums; });
 }
 
 TEST(OpenStreamsTest, CallsThatSentOnlyTheirHeadersAreCountedUntilTheyEnd) {

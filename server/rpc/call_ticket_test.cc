@@ -7,16 +7,14 @@
 #include <future>
 #include <memory>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "absl/strings/numbers.h"
 #include "absl/strings/string_view.h"
-#include "absl/time/clock.h"
-#include "absl/time/time.h"
 #include "client_libs/cpp/client.h"
 #include "hypermap/v1/ingest_service.grpc.pb.h"
 #include "server/services/testing/test_server.h"
+#include "tests/support/eventually.h"
 
 namespace hypermap::server {
 namespace {
@@ -149,10 +147,8 @@ TEST_F(CallTicketTest, StreamsBeyondTheLimitAreRefused) {
 TEST_F(CallTicketTest, ARefusedClientThatComesAgainIsAdmittedWhenACallHasEnded) {
   auto maps = std::async(std::launch::async,
                          [this] { return client::Client(server_.address()).ListMaps().status(); });
-  const absl::Time deadline = absl::Now() + absl::Seconds(20);
-  while (server_.budgets().refusals.NumOf("--max_calls") == 0 && absl::Now() < deadline) {
-    std::this_thread::yield();
-  }
+  EXPECT_TRUE(
+      testing::Eventually([this] { return server_.budgets().refusals.NumOf("--max_calls") != 0; }));
   EndOne();
   // The client comes again when it was told to.
   const absl::Status status = maps.get();

@@ -22,12 +22,12 @@ class BackupSource : public MessageSource<v1::BackupMapResponse> {
         max_chunk_bytes_(facilities.limits.max_chunk_bytes) {}
 
   absl::Status Open(MapSession& session) {
-    HYPERMAP_RETURN_IF_ERROR(session.BackupTo(file_.path()));
+    HYPERMAP_RETURN_IF_ERROR(session.BackupTo(
+        file_.path(), [this](int64_t most_bytes) { return charge_.Add(most_bytes); }));
     std::error_code error;
     const auto size = static_cast<int64_t>(std::filesystem::file_size(file_.path(), error));
     if (error) return CannotRead();
-    // The size is known only now. As few backups are written at a time as there are file workers.
-    HYPERMAP_RETURN_IF_ERROR(charge_.Add(size));
+    if (size < charge_.amount()) charge_.GiveBack(charge_.amount() - size);
     stream_.open(file_.path(), std::ios::binary);
     return stream_ ? absl::OkStatus() : CannotRead();
   }

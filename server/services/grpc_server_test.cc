@@ -6,11 +6,10 @@
 
 #include <string>
 
-#include "absl/time/clock.h"
-#include "absl/time/time.h"
 #include "base/admission/refusals.h"
 #include "grpc/health/v1/health.pb.h"
 #include "server/services/testing/test_server.h"
+#include "tests/support/eventually.h"
 
 namespace hypermap::server {
 namespace {
@@ -53,15 +52,12 @@ TEST(GrpcServer, HealthOfTheServerAndOfEachServiceIsServing) {
 
 TEST(GrpcServer, HealthTellsThatCallsAreRefusedForWantOfRoom) {
   TestServer server;
-  server.budgets().refusals.Count(admission::TryLater("--max_calls"));
-  const absl::Time deadline = absl::Now() + absl::Seconds(30);
-  auto status = HealthOf(server, GrpcServer::kAdmissionService);
-  while (status == grpc::health::v1::HealthCheckResponse::SERVING && absl::Now() < deadline) {
-    status = HealthOf(server, GrpcServer::kAdmissionService);
-    // The refusal may be longer ago than the health service remembers it.
+  EXPECT_TRUE(testing::Eventually([&] {
+    // Each time, because the health service does not remember a refusal for long.
     server.budgets().refusals.Count(admission::TryLater("--max_calls"));
-  }
-  EXPECT_EQ(status, grpc::health::v1::HealthCheckResponse::NOT_SERVING);
+    return HealthOf(server, GrpcServer::kAdmissionService) ==
+           grpc::health::v1::HealthCheckResponse::NOT_SERVING;
+  }));
   EXPECT_EQ(HealthOf(server, ""), grpc::health::v1::HealthCheckResponse::SERVING);
 }
 

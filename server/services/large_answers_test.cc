@@ -6,14 +6,12 @@
 
 #include <memory>
 #include <string>
-#include <thread>
 #include <utility>
 #include <vector>
 
-#include "absl/time/clock.h"
-#include "absl/time/time.h"
 #include "hypermap/v1/query_service.pb.h"
 #include "server/services/testing/test_server.h"
+#include "tests/support/eventually.h"
 
 namespace hypermap::server {
 namespace {
@@ -104,16 +102,6 @@ class LargeAnswersTest : public ::testing::Test {
                                      arguments);
   }
   int64_t used() { return server_.budgets().request_bytes.used(); }
-  // Waits until the condition holds. Returns whether it does.
-  template <typename Condition>
-  static bool Await(Condition condition) {
-    const absl::Time deadline = absl::Now() + absl::Seconds(20);
-    while (!condition()) {
-      if (absl::Now() >= deadline) return false;
-      std::this_thread::yield();
-    }
-    return true;
-  }
 
   TestServer server_;
 };
@@ -127,13 +115,13 @@ TEST_F(LargeAnswersTest, AnAnswerThatNobodyReadsIsChargedUntilItsCallEnds) {
   const auto answer_bytes = static_cast<int64_t>(response.ByteSizeLong());
   EXPECT_GE(answer_bytes, kSigns * kTextBytes);
   // A call that the client has seen the end of is charged until the server has seen it, too.
-  ASSERT_TRUE(Await([&] { return used() == 0; })) << used();
+  ASSERT_TRUE(testing::Eventually([&] { return used() == 0; })) << used();
   const std::shared_ptr<grpc::Channel> channel = ShortSightedChannel();
   std::vector<std::unique_ptr<UnreadCall>> unread;
   for (int i = 1; i <= 5; ++i) {
     unread.push_back(std::make_unique<UnreadCall>(channel, PointRequest(0)));
     // To the byte: while an answer is made, other amounts are charged.
-    ASSERT_TRUE(Await([&] { return used() == i * answer_bytes; })) << used();
+    ASSERT_TRUE(testing::Eventually([&] { return used() == i * answer_bytes; })) << used();
   }
   // One client may hold half of 16 MiB. Another answer is too much: making it takes four times its
   // bytes.
@@ -142,7 +130,7 @@ TEST_F(LargeAnswersTest, AnAnswerThatNobodyReadsIsChargedUntilItsCallEnds) {
   EXPECT_EQ(refused.error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
   EXPECT_THAT(refused.error_message(), HasSubstr("--max_request_bytes"));
   unread.clear();
-  EXPECT_TRUE(Await([&] { return used() == 0; })) << used();
+  EXPECT_TRUE(testing::Eventually([&] { return used() == 0; })) << used();
   grpc::ClientContext again;
   EXPECT_TRUE(server_.query->QueryPoint(&again, PointRequest(0), &response).ok());
   EXPECT_EQ(response.layers(0).objects_size(), kSigns);
@@ -172,7 +160,7 @@ TEST_F(LargeAnswersTest, WhatAQuestionReadsOfThePastIsChargedUntilItIsAnswered) 
   // A search reads its neighbourhood again when that was too small, but holds it once.
   const grpc::Status searched = ask_as_of(40, "cup");
   EXPECT_TRUE(searched.ok()) << searched.error_message();
-  EXPECT_TRUE(Await([&] { return used() == 0; })) << used();
+  EXPECT_TRUE(testing::Eventually([&] { return used() == 0; })) << used();
 }
 
 TEST_F(LargeAnswersTest, ALargeReachGivesTheSameAnswer) {
@@ -185,7 +173,7 @@ TEST_F(LargeAnswersTest, ALargeReachGivesTheSameAnswer) {
     EXPECT_EQ(response.layers_size(), 1);
     EXPECT_EQ(response.layers(0).objects_size(), kSigns);
   }
-  EXPECT_TRUE(Await([&] { return used() == 0; })) << used();
+  EXPECT_TRUE(testing::Eventually([&] { return used() == 0; })) << used();
 }
 
 class SmallMessagesTest : public LargeAnswersTest {
@@ -214,7 +202,7 @@ TEST_F(SmallMessagesTest, AnAnswerLargerThanAMessageIsRefusedBeforeItIsMade) {
     EXPECT_EQ(server_.query->QueryNearest(&context, request, &response).error_code(),
               grpc::StatusCode::RESOURCE_EXHAUSTED);
   }
-  EXPECT_TRUE(Await([&] { return used() == 0; })) << used();
+  EXPECT_TRUE(testing::Eventually([&] { return used() == 0; })) << used();
 }
 
 }  // namespace

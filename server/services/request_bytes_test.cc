@@ -10,10 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "absl/functional/function_ref.h"
 #include "absl/strings/str_cat.h"
-#include "absl/time/clock.h"
-#include "absl/time/time.h"
 #include "hypermap/v1/catalog_service.pb.h"
 #include "hypermap/v1/edit_service.pb.h"
 #include "hypermap/v1/exploration_service.pb.h"
@@ -21,6 +18,7 @@
 #include "hypermap/v1/query_service.pb.h"
 #include "hypermap/v1/watch_service.pb.h"
 #include "server/services/testing/test_server.h"
+#include "tests/support/eventually.h"
 
 namespace hypermap::server {
 namespace {
@@ -157,14 +155,6 @@ class KeptMessageTest : public RequestBytesTest {
     Wait();
   }
   int64_t used() { return server_.budgets().request_bytes.used(); }
-  static bool Await(absl::FunctionRef<bool()> condition) {
-    const absl::Time deadline = absl::Now() + absl::Seconds(30);
-    while (!condition()) {
-      if (absl::Now() > deadline) return false;
-      absl::SleepFor(absl::Milliseconds(1));
-    }
-    return true;
-  }
 
  private:
   void Wait() {
@@ -190,7 +180,7 @@ TEST_F(KeptMessageTest, TheScopeOfAStreamOfPointsIsChargedUntilItEnds) {
   ReadAnswer();
   EXPECT_GE(used(), static_cast<int64_t>(opening.opening().scope().SpaceUsedLong()));
   Cancel();
-  EXPECT_TRUE(Await([this] { return used() == 0; })) << used();
+  EXPECT_TRUE(testing::Eventually([this] { return used() == 0; })) << used();
 }
 
 TEST_F(KeptMessageTest, TheHeaderOfAnImportIsChargedUntilItEnds) {
@@ -201,10 +191,10 @@ TEST_F(KeptMessageTest, TheHeaderOfAnImportIsChargedUntilItEnds) {
   chunk.mutable_chunk()->set_data("{");
   Open("/hypermap.v1.CatalogService/ImportMap",
        {header.SerializeAsString(), chunk.SerializeAsString()});
-  EXPECT_TRUE(Await([this] { return server_.budgets().scratch_bytes.used() > 0; }));
+  EXPECT_TRUE(testing::Eventually([this] { return server_.budgets().scratch_bytes.used() > 0; }));
   EXPECT_GE(used(), 30'000);
   Cancel();
-  EXPECT_TRUE(Await([this] { return used() == 0; })) << used();
+  EXPECT_TRUE(testing::Eventually([this] { return used() == 0; })) << used();
 }
 
 }  // namespace

@@ -191,8 +191,13 @@ absl::Status MapSession::RunOnWriter(absl::FunctionRef<absl::Status()> task) {
   return promise->get_future().get();
 }
 
-absl::Status MapSession::BackupTo(const std::string& path) {
-  return RunOnWriter([&] { return stored_->BackupTo(path); });
+absl::Status MapSession::BackupTo(const std::string& path,
+                                  absl::FunctionRef<absl::Status(int64_t most_bytes)> reserve) {
+  return RunOnWriter([&]() -> absl::Status {
+    HYPERMAP_ASSIGN_OR_RETURN(const int64_t most_bytes, stored_->BackupBytes());
+    HYPERMAP_RETURN_IF_ERROR(reserve(most_bytes));
+    return stored_->BackupTo(path);
+  });
 }
 
 absl::StatusOr<std::optional<storage::Receipt>> MapSession::FindReceipt(

@@ -125,8 +125,11 @@ class MapSession {
   const MapTime& time() const { return time_; }
 
   // Writes a consistent copy of the newest stored revision to `path`, and waits for it. Edits wait
-  // meanwhile, readers don't. Errors as StoredMap::BackupTo and Submit.
-  absl::Status BackupTo(const std::string& path);
+  // meanwhile, readers don't. `reserve` is called before anything is written, with the most bytes
+  // of disk that the copy takes; its error is returned, and there is no copy. Errors as
+  // StoredMap::BackupTo and Submit.
+  absl::Status BackupTo(const std::string& path,
+                        absl::FunctionRef<absl::Status(int64_t most_bytes)> reserve);
 
   // Makes the writer read the clock again at once, for a test that has advanced it.
   void LookAtClock();

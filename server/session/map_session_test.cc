@@ -4,7 +4,9 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <cstdint>
 #include <cstdio>
+#include <filesystem>
 #include <fstream>
 #include <future>
 #include <iterator>
@@ -39,6 +41,9 @@ EditBatch PutCup() {
   put.object.shape = Polygon::FromBox({{0, 0}, {1, 1}});
   return {{put}};
 }
+
+// As the reserve of a backup: there is room for all.
+absl::Status AnySize(int64_t /*most_bytes*/) { return absl::OkStatus(); }
 
 // A batch whose second edit fails.
 EditBatch PutCupInTwoLayers() {
@@ -422,7 +427,7 @@ TEST_F(MapSessionTest, CloseFinishesWhatWasAcceptedAndTakesNothingMore) {
   EXPECT_EQ(held.get()->revision, 2);
   EXPECT_EQ(queued.get()->revision, 3);
   EXPECT_TRUE(absl::IsUnavailable(Submit(PutCup()).get().status()));
-  EXPECT_TRUE(absl::IsUnavailable(session_->BackupTo("/nowhere")));
+  EXPECT_TRUE(absl::IsUnavailable(session_->BackupTo("/nowhere", AnySize)));
   EXPECT_EQ(session_->snapshot()->revision, 3);
 }
 
@@ -430,10 +435,24 @@ TEST_F(MapSessionTest, BackupIsOfAStoredRevision) {
   ASSERT_TRUE(session_->SubmitAndWait({PutCup(), "test", ""}).ok());
   const testing::TemporaryFolder folder;
   const std::string path = folder / "backup";
-  ASSERT_TRUE(session_->BackupTo(path).ok());
+  ASSERT_TRUE(session_->BackupTo(path, AnySize).ok());
   std::ifstream file(path);
   const std::string content((std::istreambuf_iterator<char>(file)), {});
   EXPECT_EQ(content, "copy of site at revision 2");
+}
+
+TEST_F(MapSessionTest, NothingIsWrittenOfABackupForWhichThereIsNoRoom) {
+  const testing::TemporaryFolder folder;
+  const std::string path = folder / "backup";
+  int64_t asked = 0;
+  const absl::Status status = session_->BackupTo(path, [&](int64_t most_bytes) {
+    asked = most_bytes;
+    EXPECT_FALSE(std::filesystem::exists(path));
+    return absl::ResourceExhaustedError("full");
+  });
+  EXPECT_EQ(status, absl::ResourceExhaustedError("full"));
+  EXPECT_GT(asked, 0);
+  EXPECT_FALSE(std::filesystem::exists(path));
 }
 
 TEST_F(MapSessionTest, ManyWritersAndReadersSeeRevisionsInOrder) {

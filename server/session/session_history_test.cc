@@ -85,7 +85,8 @@ class SessionHistoryTest : public ::testing::Test {
     // A turn of the writer is work, then maintenance: the second backup comes after the maintenance
     // of the first one's turn.
     for (int turn = 0; turn < 2; ++turn) {
-      ASSERT_TRUE(session_->BackupTo(folder_ / "backup").ok());
+      ASSERT_TRUE(
+          session_->BackupTo(folder_ / "backup", [](int64_t) { return absl::OkStatus(); }).ok());
     }
   }
 

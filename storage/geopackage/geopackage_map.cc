@@ -305,6 +305,17 @@ absl::StatusOr<bool> GeoPackageMap::CompactSome(Revision oldest, absl::Time rece
   return more;
 }
 
+absl::StatusOr<int64_t> GeoPackageMap::BackupBytes() {
+  // With the pages that are still in the write-ahead log. A copy has no free pages.
+  int64_t bytes = 1;
+  for (const char* const factor : {"page_count", "page_size"}) {
+    HYPERMAP_ASSIGN_OR_RETURN(const std::optional<int64_t> value,
+                              database_->QueryInt64(absl::StrCat("PRAGMA ", factor)));
+    bytes *= value.value_or(0);
+  }
+  return bytes;
+}
+
 absl::Status GeoPackageMap::BackupTo(const std::string& path) { return InMap(WriteBackup(path)); }
 
 absl::Status GeoPackageMap::WriteBackup(const std::string& path) {

@@ -53,6 +53,7 @@ class GeoPackageMap : public StoredMap {
   absl::StatusOr<std::unique_ptr<HistoryReader>> OpenHistory() override;
   absl::StatusOr<bool> Compact(Revision oldest, absl::Time receipts_before, int max_rows) override;
   FusionLog& fusion_log() override { return fusion_; }
+  absl::StatusOr<int64_t> BackupBytes() override;
   absl::Status BackupTo(const std::string& path) override;
 
  private:

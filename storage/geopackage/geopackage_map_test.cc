@@ -407,7 +407,11 @@ TEST_F(GeoPackageMapTest, A5_BackupIsGivenUpAndLeavesNoFile) {
 TEST_F(GeoPackageMapTest, BackupOpensAsAMap) {
   Rng rng(TestSeed());
   map_.Edit(RandomSite(rng, 20), "the request");
+  const absl::StatusOr<int64_t> most_bytes = map_.stored->BackupBytes();
   ASSERT_TRUE(map_.stored->BackupTo(folder_ / "backup.gpkg").ok());
+  const auto bytes = static_cast<int64_t>(std::filesystem::file_size(folder_ / "backup.gpkg"));
+  EXPECT_GE(*most_bytes, bytes);
+  EXPECT_LT(*most_bytes, bytes + bytes / 4);
   Snapshot expected = *map_.snapshot;
   expected.map_name = "backup";
   // Later edits are not in the backup.

@@ -99,6 +99,17 @@ absl::Status GeoPackageStore::Recover() {
     const std::string path = absl::StrCat(data_dir_, "/", name);
     HYPERMAP_RETURN_IF_ERROR(RemoveFile(path));
   }
+  // A lock without a map is left by a creation that was killed. One with a witness stays: it tells
+  // which revision a map was at that somebody has moved away and may bring back.
+  for (const std::string& name : names) {
+    absl::string_view map = name;
+    if (!absl::ConsumePrefix(&map, ".") || !absl::ConsumeSuffix(&map, ".gpkg.lock")) continue;
+    if (PathExists(PathOf(std::string(map)))) continue;
+    absl::StatusOr<FileLock> map_lock = LockMap(std::string(map));
+    if (!map_lock.ok()) continue;
+    const absl::StatusOr<std::string> witness = map_lock->Read(1);
+    if (witness.ok() && witness->empty()) map_lock->RemoveFile().IgnoreError();
+  }
   HYPERMAP_ASSIGN_OR_RETURN(std::vector<DeletionLog::Pending> pending, deletions_->FindPending());
   for (const auto& [deletion, map] : pending) {
     if (!ValidateName("map", map).ok()) {
@@ -205,6 +216,8 @@ absl::StatusOr<std::unique_ptr<StoredMap>> GeoPackageStore::Open(const std::stri
   if (!map->header().provisional) return map;
   map.reset();
   HYPERMAP_RETURN_IF_ERROR(RemoveMapFile(path));
+  HYPERMAP_ASSIGN_OR_RETURN(FileLock locked, LockMap(name));
+  HYPERMAP_RETURN_IF_ERROR(locked.RemoveFile());
   return absl::NotFoundError(absl::StrCat("the creation of map ", name, " was not completed"));
 }
 

@@ -158,10 +158,12 @@ TEST(GeoPackageStoreTest, UnfinishedCreationsAreCleanedUp) {
   const testing::TemporaryFolder folder;
   WriteFile(folder / ".site.gpkg.new", "half a map");
   WriteFile(folder / ".site.gpkg.new-journal", "its journal");
+  WriteFile(folder / ".site.gpkg.lock", "");
   const auto store = OpenStore(folder.path());
   EXPECT_THAT(Names(*store), IsEmpty());
   EXPECT_FALSE(std::filesystem::exists(folder / ".site.gpkg.new"));
   EXPECT_FALSE(std::filesystem::exists(folder / ".site.gpkg.new-journal"));
+  EXPECT_FALSE(std::filesystem::exists(folder / ".site.gpkg.lock"));
 }
 
 TEST(GeoPackageStoreTest, NewMapDoesNotInheritTheLogOfAnEarlierOne) {
@@ -261,6 +263,7 @@ TEST(GeoPackageStoreTest, C7MapWithoutItsFirstCommitIsRemovedWhenItIsOpened) {
   EXPECT_THAT(Names(*store), IsEmpty());
   EXPECT_FALSE(std::filesystem::exists(folder / "site.gpkg"));
   EXPECT_FALSE(std::filesystem::exists(folder / "site.gpkg-wal"));
+  EXPECT_FALSE(std::filesystem::exists(folder / ".site.gpkg.lock"));
   const EditedMap anew = CreateMap(*store, "site");
   EXPECT_NE(anew.stored->header().incarnation, incarnation);
 }

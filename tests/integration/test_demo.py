@@ -2,10 +2,23 @@
 
 import os
 import pathlib
+import re
+import shlex
 import subprocess
+import textwrap
 import unittest
 
 from processes import BIN, DEADLINE_S, ROOT, SiteTest
+
+
+def examples_of_readme():
+    """Returns the README's commands that name a revision, each with the answer that it prints."""
+    commands = r"^    \$ build/bin/hypermap (.* --at \d+)\n((?:    [^$\n].*\n)+)"
+    return re.findall(commands, (ROOT / "README.md").read_text(), re.MULTILINE)
+
+
+def without_margins(text):
+    return [line.rstrip() for line in textwrap.dedent(text).splitlines()]
 
 
 class Demo(SiteTest):
@@ -35,6 +48,17 @@ class Demo(SiteTest):
                 self.assertRegex(result.stdout, r"\nprecision +1  65 of 65 map objects")
             self.assertTrue((build / "demo" / "explored.png").exists())
         self.assertEqual(self.servers_on(build), [])
+        self.check_examples(build / "demo" / "maps")
+
+    def check_examples(self, maps):
+        """The README's examples ask the office of the demo."""
+        server = self.server(data_dir=maps)
+        examples = examples_of_readme()
+        self.assertGreaterEqual(len(examples), 3)
+        for command, answer in examples:
+            with self.subTest(command):
+                told = server.cli(*shlex.split(command))
+                self.assertEqual(without_margins(told.stdout), without_margins(answer), told.stderr)
 
     @staticmethod
     def servers_on(folder):

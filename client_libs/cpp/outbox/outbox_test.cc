@@ -14,6 +14,7 @@
 #include "base/sync/mutex.h"
 #include "client_libs/cpp/client.h"
 #include "storage/outbox/outbox_file.h"
+#include "tests/support/eventually.h"
 #include "tests/support/server_process.h"
 #include "tests/support/temporary_folder.h"
 #include "wire/edit.h"
@@ -156,10 +157,7 @@ TEST_F(OutboxTest, TellsWhyNothingIsDelivered) {
   server_.Kill();
   auto outbox = Open();
   ASSERT_TRUE(outbox->Put("site", PutThing("a")).ok());
-  const absl::Time deadline = absl::Now() + kPatience;
-  while (outbox->state()->problem.ok() && absl::Now() < deadline) {
-    absl::SleepFor(absl::Milliseconds(5));
-  }
+  EXPECT_TRUE(testing::Eventually([&] { return !outbox->state()->problem.ok(); }));
   EXPECT_TRUE(absl::IsUnavailable(outbox->state()->problem)) << outbox->state()->problem;
   EXPECT_TRUE(absl::IsDeadlineExceeded(outbox->AwaitEmpty(absl::ZeroDuration())));
   ASSERT_EQ(server_.Start(), absl::OkStatus());
@@ -228,10 +226,7 @@ TEST_F(OutboxTest, ALongTimeOfflineSpoilsNothing) {
   auto outbox = Open({.receipt_age = absl::ZeroDuration()});
   ASSERT_TRUE(outbox->Put("site", PutThing("a")).ok());
   // Waits until an attempt has failed; a failed attempt is not marked as sent.
-  const absl::Time deadline = absl::Now() + kPatience;
-  while (outbox->state()->problem.ok() && absl::Now() < deadline) {
-    absl::SleepFor(absl::Milliseconds(5));
-  }
+  EXPECT_TRUE(testing::Eventually([&] { return !outbox->state()->problem.ok(); }));
   ASSERT_EQ(server_.Start(), absl::OkStatus());
   ASSERT_EQ(outbox->AwaitEmpty(kPatience), absl::OkStatus());
   EXPECT_THAT(Labels(), ElementsAre("a"));
@@ -403,10 +398,7 @@ TEST_F(OutboxTest, WithoutATokenItWaitsForOne) {
       file_);
   ASSERT_TRUE(outbox.ok()) << outbox.status();
   ASSERT_TRUE((*outbox)->Put("site", PutThing("a")).ok());
-  const absl::Time deadline = absl::Now() + kPatience;
-  while ((*outbox)->state()->problem.ok() && absl::Now() < deadline) {
-    absl::SleepFor(absl::Milliseconds(5));
-  }
+  EXPECT_TRUE(testing::Eventually([&] { return !(*outbox)->state()->problem.ok(); }));
   EXPECT_TRUE(absl::IsUnauthenticated((*outbox)->state()->problem));
   folder_.Write("token", "abc");
   ASSERT_EQ((*outbox)->AwaitEmpty(kPatience), absl::OkStatus());

@@ -13,6 +13,7 @@
 #include "map/edits/apply.h"
 #include "map/edits/difference.h"
 #include "storage/geopackage/geopackage_store.h"
+#include "tests/support/eventually.h"
 #include "tests/support/random_map.h"
 #include "tests/support/temporary_folder.h"
 
@@ -89,9 +90,7 @@ TEST(DurableCopyTest, WritesByItselfAfterAWhile) {
   const TemporaryFolder folder;
   const auto copy = Open(folder, absl::Milliseconds(1));
   copy->Write(Life(1).newest());
-  const absl::Time deadline = absl::Now() + absl::Seconds(60);
-  while (!copy->stored() && absl::Now() < deadline) absl::SleepFor(absl::Milliseconds(1));
-  EXPECT_TRUE(copy->stored());
+  EXPECT_TRUE(testing::Eventually([&] { return copy->stored().has_value(); }));
   EXPECT_TRUE(copy->problem().ok());
 }
 

@@ -11,6 +11,7 @@
 #include "client_libs/cpp/replica/testing/answer_text.h"
 #include "client_libs/cpp/replica/testing/site_server.h"
 #include "client_libs/testing/scripted_server.h"
+#include "tests/support/eventually.h"
 #include "tests/support/random_map.h"
 #include "tests/support/temporary_folder.h"
 
@@ -252,11 +253,8 @@ TEST_F(ReplicaTest, NoticesAMapThatWentBack) {
                         std::filesystem::copy_options::overwrite_existing);
   server_.Start();
   const auto replica = Open({.folder = folder_.path()});
-  const absl::Time deadline = absl::Now() + kPatience;
-  while (replica->state().revision != 1) {
-    ASSERT_LT(absl::Now(), deadline) << replica->state().problem;
-    absl::SleepFor(absl::Milliseconds(1));
-  }
+  ASSERT_TRUE(testing::Eventually([&] { return replica->state().revision == 1; }))
+      << replica->state().problem;
   EXPECT_EQ(replica->state().num_taken_anew, 1);
   ExpectLikeTheServer(*replica);
   ASSERT_TRUE(replica->Flush().ok());

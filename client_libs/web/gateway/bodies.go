@@ -95,47 +95,68 @@ func newRequestBody(w http.ResponseWriter, r *http.Request, kind bodyKind, limit
 // Close leaves the rest of the body to the HTTP server, which answers before it reads it.
 func (b *requestBody) Close() error { return nil }
 
-// take takes memory.
+// take takes memory for the body.
 func (b *requestBody) take(amount int64) error {
-	b.mu.Lock()
-	defer b.mu.Unlock()
-	if b.ended {
-		return errEnded
-	}
-	if b.memory.take(b.address, amount) {
-		b.taken += amount
-		return nil
-	}
-	if b.taken+amount > b.memory.share {
-		return b.refuseLocked(http.StatusRequestEntityTooLarge, connect.CodeResourceExhausted, b.neverFits())
-	}
-	return b.refuseLocked(http.StatusServiceUnavailable, connect.CodeResourceExhausted, fmt.Sprintf(
-		"other calls have taken the memory for bodies: %d bytes, %d for an address (--max_total_body_bytes, --address_share)",
-		b.memory.total, b.memory.share))
+	return b.charge(&b.taken, amount, func() error {
+		if b.taken+amount > b.memory.share {
+			return b.refuseLocked(http.StatusRequestEntityTooLarge, connect.CodeResourceExhausted, b.neverFits())
+		}
+		return b.refuseLocked(http.StatusServiceUnavailable, connect.CodeResourceExhausted, fmt.Sprintf(
+			"other calls have taken the memory for bodies: %d bytes, %d for an address (--max_total_body_bytes, --address_share)",
+			b.memory.total, b.memory.share))
+	})
 }
 
 // takeForAnswer takes memory for a message of the answer.
 func (b *requestBody) takeForAnswer(amount int64) error {
+	return b.charge(&b.answer, amount, func() error {
+		return b.refuseLocked(http.StatusServiceUnavailable, connect.CodeResourceExhausted, fmt.Sprintf(
+			"there is no memory for the answer, which takes %d bytes: all calls may have %d, and an address %d (--max_total_body_bytes, --address_share)",
+			b.answer+amount, b.memory.total, b.memory.share))
+	})
+}
+
+// charge takes memory and adds it to `held`, or returns what `refuse` returns, which is called with b.mu held.
+func (b *requestBody) charge(held *int64, amount int64, refuse func() error) error {
 	b.mu.Lock()
 	defer b.mu.Unlock()
 	if b.ended {
 		return errEnded
 	}
-	if b.memory.take(b.address, amount) {
-		b.answer += amount
-		return nil
+	if !b.memory.take(b.address, amount) {
+		return refuse()
 	}
-	return b.refuseLocked(http.StatusServiceUnavailable, connect.CodeResourceExhausted, fmt.Sprintf(
-		"there is no memory for the answer, which takes %d bytes: all calls may have %d, and an address %d (--max_total_body_bytes, --address_share)",
-		b.answer+amount, b.memory.total, b.memory.share))
+	*held += amount
+	return nil
+}
+
+// release gives back the memory of the body's messages that were forwarded.
+func (b *requestBody) release() {
+	b.mu.Lock()
+	defer b.mu.Unlock()
+	b.giveBackLocked(&b.taken)
 }
 
 // releaseAnswer gives back the memory of an answer's message that was sent.
 func (b *requestBody) releaseAnswer() {
 	b.mu.Lock()
 	defer b.mu.Unlock()
-	b.memory.release(b.address, b.answer)
-	b.answer = 0
+	b.giveBackLocked(&b.answer)
+}
+
+// end gives back all memory, and takes no more.
+func (b *requestBody) end() {
+	b.mu.Lock()
+	defer b.mu.Unlock()
+	b.giveBackLocked(&b.taken)
+	b.giveBackLocked(&b.answer)
+	b.ended = true
+}
+
+// giveBackLocked gives back what is held. REQUIRES: b.mu is held.
+func (b *requestBody) giveBackLocked(held *int64) {
+	b.memory.release(b.address, *held)
+	*held = 0
 }
 
 // setDeadline sets the deadline of the connection. After the end of a call it must not be set any more.
@@ -218,23 +239,6 @@ func (b *requestBody) refusal() *refusal {
 	b.mu.Lock()
 	defer b.mu.Unlock()
 	return b.refused
-}
-
-// release gives back the memory of messages that were forwarded.
-func (b *requestBody) release() {
-	b.mu.Lock()
-	defer b.mu.Unlock()
-	b.memory.release(b.address, b.taken)
-	b.taken = 0
-}
-
-// end gives back all memory, and takes no more.
-func (b *requestBody) end() {
-	b.release()
-	b.releaseAnswer()
-	b.mu.Lock()
-	defer b.mu.Unlock()
-	b.ended = true
 }
 
 type bodyKey struct{}

@@ -2,8 +2,10 @@
 
 #include <fstream>
 #include <iterator>
+#include <string>
 #include <utility>
 
+#include "absl/strings/str_cat.h"
 #include "base/cancellation/cancellation.h"
 #include "base/status/status_macros.h"
 #include "storage/incarnation.h"
@@ -48,13 +50,17 @@ class MemoryMap : public storage::StoredMap {
     return file_->history->Forget(oldest, max_rows);
   }
   storage::FusionLog& fusion_log() override { return file_->fusion; }
+  absl::StatusOr<int64_t> BackupBytes() override { return Backup().size(); }
   absl::Status BackupTo(const std::string& path) override {
-    std::ofstream(path) << "copy of " << file_->header.name << " at revision "
-                        << file_->snapshot->revision;
+    std::ofstream(path) << Backup();
     return absl::OkStatus();
   }
 
  private:
+  std::string Backup() const {
+    return absl::StrCat("copy of ", file_->header.name, " at revision ", file_->snapshot->revision);
+  }
+
   MemoryDisk* const disk_;
   const std::shared_ptr<MemoryDisk::File> file_;
 };
