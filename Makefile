@@ -3,7 +3,7 @@
 #   make demo    build, load a small office, ask it the three questions, map two rooms from a
 #                robot's drive, let three robots explore, leave the server and the
 #                dashboard running (ARGS=--exit: stop after the tour)
-#   make test    build and run all tests; with CI=true under sanitizers as well (tools/ci.sh)
+#   make test    build and run all tests; with CI=true also under sanitizers (tools/ci.sh)
 #   make dashboard   open the dashboard of the server on SERVER in the browser
 #   make bench   run the benchmarks, each with its brute force or lower bound (docs/performance.md)
 #   make help    list all targets
@@ -28,7 +28,7 @@ help:
 	@echo 'make web                   TypeScript client, dashboard and gateway (Node 20, Go 1.24)'
 	@echo 'make python                the Python client as a wheel, in build/python/dist'
 	@echo 'make dashboard [SERVER=HOST:PORT] [LISTEN=HOST:PORT]  builds the dashboard and serves it'
-	@echo 'make test                  all tests (CI=true: under ASan and UBSan as well)'
+	@echo 'make test                  all tests (CI=true: each in the build that finds the most, sanitizers included)'
 	@echo 'make e2e                   the dashboard in a browser, with its figures and screenshots in build/e2e'
 	@echo 'make demo [ARGS=--exit]    a short tour with the map of a small office'
 	@echo 'make bench [PEERS=1]       benchmarks, with PEERS also of PostGIS (SERVER_ARGS, ARGS=--help)'
@@ -132,7 +132,7 @@ attack: build build/.deps-test
 	  PYTHONPATH=$(CURDIR)/build/tests/integration/proto:$(CURDIR)/tests/integration \
 	  /usr/bin/python3 tests/attack/run.py $(ARGS)
 
-# The quickest checks come first. Attacks come last, because those that are not defended yet fail.
+# The quickest checks come first. Attacks come last, because they judge times.
 nightly:
 	@$(MAKE) lint SINCE=none
 	@$(MAKE) tsan asan gcc

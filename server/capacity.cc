@@ -13,25 +13,26 @@ namespace {
 // Of the server: its log, pipes and polls, the listening sockets, the list of deletions, and the
 // files of a few creations, imports and backups under way.
 constexpr int64_t kFilesOfServer = 64;
-// Of an open map: its lock, its database and write-ahead log by the writer and by a reader of the
-// history, and the index of the log. One more for its opening.
+// Files that an open map needs: its lock, the database and the write-ahead log of the writer and of
+// one reader of the history, the index of the log, and one more while it is opened.
 constexpr int64_t kFilesOfMap = 7;
-// The database and its log.
+// Files that a further reader of past revisions needs: the database and its log.
 constexpr int64_t kFilesOfReader = 2;
-// Besides which 16 connections fit (LimitConnections).
+// Connections get at least this many files, which are enough for 16 (LimitConnections).
 constexpr int64_t kFewestFilesOfConnections = 24;
-// Of a new map, with its thread and the caches of its databases.
+// Memory that a new map needs for its thread and the caches of its databases.
 constexpr int64_t kBytesOfMap = int64_t{1} << 20;
 constexpr int64_t kMostExtraReaders = 10'000;
-// Of the main program, the listener, timers, gRPC's beginning, and classes of work with a fixed
-// number of threads.
+// Threads whose number does not depend on the processors: the main program, the listener, timers,
+// gRPC's first threads, and the pools of a fixed size.
 constexpr int64_t kFixedThreads = 48;
-// Five classes of work, and those that gRPC starts when all of its own are busy.
+// Threads for each worker: one in each of five pools, and those that gRPC starts when all of its
+// own are busy.
 constexpr int64_t kThreadsOfWorker = 8;
 
 int64_t ThreadsOfServer(int num_workers) { return kFixedThreads + kThreadsOfWorker * num_workers; }
 
-// Files of which LimitConnections gives this many to connections.
+// Returns the number of files of which LimitConnections makes this many connections.
 int64_t FilesOfConnections(int64_t connections) { return (connections + 2) / 3 * 4; }
 
 }  // namespace

@@ -31,10 +31,12 @@
   FLAG(max_connections, 0,                                                                       \
        "Limit of open connections; 0: as many as the limit of open files allows")                \
   FLAG(max_connections_per_address, 0,                                                           \
-       "The same for one client address; 0: three quarters of --max_connections")                \
+       "Limit of open connections from one client address; 0: three quarters of "                \
+       "--max_connections")                                                                      \
   FLAG(memory_limit, 0,                                                                          \
-       "Bytes of memory above which the connections that receive the most are shut down; "       \
-       "0: three quarters of the memory of the machine or the control group")                    \
+       "Bytes of resident memory, without that of content, near which the connections with the " \
+       "most bytes of unfinished messages are shut down; 0: three quarters of the memory of "    \
+       "the machine or the control group")                                                       \
   FLAG(max_calls, 1, "Limit of the calls that are under way; half of it for one client address") \
   FLAG(max_calls_per_connection, 1, "Limit of the calls that are under way on one connection")   \
   FLAG(max_request_bytes, 0,                                                                     \
@@ -44,18 +46,22 @@
        "Limit of the memory of all explorations; 0: an eighth of --memory_limit")                \
   FLAG(max_content_bytes, 0,                                                                     \
        "Limit of the memory of the content of all maps; 0: half of --memory_limit")              \
-  FLAG(max_import_bytes, 1, "Limit of the total size of the files of an import")                 \
+  FLAG(max_import_bytes, 1,                                                                      \
+       "Limit of the total size of the files of an import; at most a sixteenth of "              \
+       "--memory_limit")                                                                         \
   FLAG(max_scratch_bytes, 1,                                                                     \
        "Limit of the files on disk that hold imports and backups under way; half of it for "     \
        "one client address")                                                                     \
-  FLAG(max_unpacked_bytes, 1, "Limit of the size of an import's files after decompression")      \
+  FLAG(max_unpacked_bytes, 1,                                                                    \
+       "Limit of the size of an import's files after decompression; at most a sixteenth of "     \
+       "--memory_limit")                                                                         \
   FLAG(max_archive_members, 1, "Limit of the members of an imported archive")                    \
   FLAG(max_import_objects, 1, "Limit of the objects of an import")                               \
   FLAG(chunk_items, 1,                                                                           \
        "Limit of the objects or runs of cells in one message of a streamed answer")              \
   FLAG(max_chunk_bytes, 1,                                                                       \
        "Size at which a message of a streamed answer is sent and the next one begins")           \
-  FLAG(max_watchers, 1, "Limit of concurrent watches")                                           \
+  FLAG(max_watchers, 1, "Limit of concurrent watches; half of it for one client address")        \
   FLAG(max_watch_lag, 1, "A watch that falls behind by more revisions than this is closed")      \
   FLAG(watch_progress, absl::Milliseconds(1),                                                    \
        "Longest time between two messages of a watch; progress is sent if there is no change")   \

@@ -159,9 +159,9 @@ class ShutdownSignals {
 // read.
 constexpr int64_t kCacheShare = 32;
 
-// Sets the limit of memory if the flag leaves it to the machine, and bounds what follows from it:
-// an import that is decoded takes up to three times the bytes of its files, and two are at a time.
-// docs/limits.md adds up the parts.
+// Sets the memory limit if the flag leaves it to the machine, and derives the other limits from it.
+// Imports get a sixteenth, because two are decoded at a time, each with up to three times the bytes
+// of its files. docs/limits.md adds up the parts.
 Limits BoundByMemory(Limits limits) {
   if (limits.memory_limit == 0) limits.memory_limit = admission::UsableMemory() / 4 * 3;
   const int64_t part = std::max<int64_t>(2, limits.memory_limit / 8);

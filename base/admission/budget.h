@@ -36,9 +36,9 @@ class Budget {
     Charge(const Charge&) = delete;
     Charge& operator=(const Charge&) = delete;
 
-    // Takes more, to be called before it is used. If it is not to be had, returns the error of
-    // TryLater, naming the flag, and takes nothing; RESOURCE_EXHAUSTED, which is not of TryLater,
-    // if it would not be had even if nobody held anything.
+    // Takes more. Call it before the memory is allocated or the file is written. On error nothing
+    // is taken: TryLater, naming the flag, if others hold too much now; a RESOURCE_EXHAUSTED that
+    // is not to be retried if one client may never hold the amount.
     absl::Status Add(int64_t amount);
     void GiveBack() { GiveBack(amount_); }
     // REQUIRES: amount <= amount().

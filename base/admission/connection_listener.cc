@@ -24,25 +24,26 @@ namespace {
 // Period of the look at memory and at connections that are open. New connections don't make it
 // shorter: under a flood of them, the looks would take a processor.
 constexpr absl::Duration kPeriod = absl::Milliseconds(20);
-// Connections that are accepted before the others are looked at again.
+// Number of connections that are accepted in a row before open ones are looked at again.
 constexpr int kMostAccepted = 64;
 constexpr int kNiceness = -10;
-// A connection with fewer unexplained bytes is never shut down; and one that receives fewer bytes
-// in one period, if the server explains none.
+// ShutDownLargest leaves a connection with fewer unexplained bytes alone. If the server explains
+// none, kLeastBusyBytes is the same for the bytes that a connection receives in one period.
 constexpr int64_t kLeastUnexplainedBytes = 8 << 10;
 constexpr int64_t kLeastBusyBytes = 64 << 10;
-// If all connections together have less than this part of the memory in unexplained bytes, then
-// they are not what takes it.
+// ShutDownLargest shuts down nothing if all connections together have less than this part of the
+// memory in unexplained bytes: something else takes the memory then.
 constexpr int64_t kLeastPart = 16;
 // Period of counting unexplained bytes while memory is not short.
 constexpr absl::Duration kAccountPeriod = absl::Milliseconds(200);
-// Streams are counted in this period, and for no more than one in so many parts of the time.
+// Shortest period of counting open streams, which takes at most one part in kStreamsPart of the
+// thread's time.
 constexpr absl::Duration kStreamsPeriod = absl::Milliseconds(40);
 constexpr int kStreamsPart = 4;
 // A connection with fewer streams without a message is not shut down for them.
 constexpr int64_t kLeastUnknownStreams = 100;
-// Stalled connections that are shut down at once, and the time until memory is looked at again: it
-// takes gRPC some time to free it.
+// Number of stalled connections that are shut down in one look, and the time until the next such
+// look: it takes gRPC some time to free their memory.
 constexpr int kMostStalled = 16;
 constexpr absl::Duration kStalledPeriod = absl::Milliseconds(200);
 constexpr absl::Duration kLargestPeriod = absl::Milliseconds(100);
@@ -299,8 +300,9 @@ void ConnectionListener::AccountBytes() {
 int64_t ConnectionListener::KeptBytes() {
   const int64_t kept = options_.kept_bytes();
   const absl::Time now = absl::Now();
-  // What is kept no longer is not freed at once, then stays resident until it is returned, and is
-  // in no connection.
+  // Content that was dropped is freed within kFreeingPeriod, and stays resident until it is
+  // returned to the system. Until then the earlier, larger value counts, so that no connection is
+  // shut down for it.
   const bool has_fallen = kept < most_kept_ - options_.max_resident_bytes / 8;
   if (!has_fallen || now < kept_fell_) kept_fell_ = now;
   if (now - kept_fell_ > kFreeingPeriod) {
@@ -314,7 +316,8 @@ int64_t ConnectionListener::KeptBytes() {
 void ConnectionListener::GuardMemory() {
   const int64_t total = ResidentMemory();
   const int64_t kept = KeptBytes();
-  // What connections can take, and what of it they may: at least half, if much is kept.
+  // `resident` is the memory that connections may have caused; `most` is the memory that they may
+  // cause: the limit without the kept memory, and at least half of the limit.
   const int64_t resident = total - kept;
   const int64_t most =
       std::max(options_.max_resident_bytes - kept, options_.max_resident_bytes / 2);
@@ -346,7 +349,8 @@ void ConnectionListener::GuardStreams(int64_t resident, int64_t most) {
   connections_.AccountStreams(options_.open_streams());
   const absl::Duration taken = absl::Now() - begin;
   streams_due_ = begin + std::max(kStreamsPeriod, taken * kStreamsPart);
-  // gRPC gives the streams of a connection that ends to the server, which takes as much again.
+  // When a connection is shut down, gRPC passes its open streams to the server as calls, which need
+  // as much memory again. Therefore the streams that are still open are added to what is resident.
   if (resident + connections_.BytesOfUnknownStreams() <= most / 4) return;
   const std::vector<ShutDownPeer> peers = connections_.ShutDownStreams(kLeastUnknownStreams);
   // What they took is freed slowly: others of the same kind must not come as fast as they can.

@@ -30,9 +30,10 @@ struct ConnectionListenerOptions {
   // HOST:PORT; port 0 takes a free port.
   std::string address;
   ConnectionLimits limits;
-  // While the process has more resident memory than this, the connections are shut down of which
-  // gRPC holds the most bytes that the server has not seen (ExplainedBytes); from half of it on,
-  // those that hold such bytes and send nothing more. 0: no bound. In bytes.
+  // Limit of the resident memory of the process, in bytes; 0: none. From 15/16 of it on, the
+  // connections are shut down of which gRPC holds the most bytes that the server has not seen
+  // (ExplainedBytes); from half of it on, those that hold such bytes and send nothing more; from a
+  // quarter of it on, those with many streams of which the server knows no call.
   int64_t max_resident_bytes = 0;
   // Returns the bytes of memory that the server keeps whatever connections do, such as its content:
   // they are left out of the memory above, of which the others then may take at least half. Called

@@ -40,7 +40,7 @@ class ContentBudget {
     int64_t room() const { return budget_->room(); }
 
     // Takes `bytes` more. RESOURCE_EXHAUSTED, naming the flag, if that exceeds the limit; then
-    // nothing is taken. Negative ones are given back, and none are always to be had.
+    // nothing is taken. A negative amount gives bytes back; that and 0 always succeed.
     absl::Status Grow(int64_t bytes);
     // Takes or gives back `bytes` whatever the limit.
     void Add(int64_t bytes);

@@ -110,14 +110,14 @@ struct Chain {
   // Frames; -1 if there is no chain.
   int16_t num_frames = -1;
   int16_t num_empty = 0;
-  // CONTINUATION frames at its begin, and the most that follow each other.
+  // Number of CONTINUATION frames at the chain's begin, and the most that follow each other in it.
   int16_t num_first_continuations = 0;
   int16_t num_continuations = 0;
-  // The bytes of these frames.
+  // Bytes of these two sequences.
   int32_t first_continuation_bytes = 0;
   int32_t continuation_bytes = 0;
   uint32_t first_stream = 0;
-  // Of the RST_STREAM frame at its begin; 0: there is none.
+  // Stream of the RST_STREAM frame at the chain's begin; 0 if it begins with another frame.
   uint32_t reset_stream = 0;
 };
 
@@ -172,7 +172,9 @@ ChainedFrames FindChains(absl::string_view bytes) {
       chain = chains[next];
     }
     ++chain.num_frames;
-    // Calls are cancelled once, and mostly in order. Those that are begun for it are FindResets'.
+    // Clients cancel a call once, and mostly in the order of their calls: a stream that is reset
+    // again, or after a later one, carries nothing. FindResets counts the calls that begin and are
+    // cancelled in these bytes.
     const bool is_reset_again =
         header.type == kReset && chain.reset_stream != 0 && chain.reset_stream <= header.stream;
     if (IsEmpty(header) || is_reset_again) ++chain.num_empty;

@@ -21,33 +21,38 @@
 namespace hypermap::admission {
 namespace {
 
-// A flood of resets: bytes that wait to be read, of which so many are looked at; resets among them;
-// and how often these are seen within a second before the connection is shut down. A client that
-// cancels all its calls once stays below.
+// A connection is looked at when at least this many bytes wait to be read, and of these the first
+// kPeekedBytes.
 constexpr int kLeastWaitingBytes = 1'024;
-constexpr size_t kMostDropped = size_t{1} << 30;
 constexpr size_t kPeekedBytes = 16'384;
+// Most bytes that one call of recv drops.
+constexpr size_t kMostDropped = size_t{1} << 30;
+// Number of resets among the waiting bytes, and the number of such looks within a second, at which
+// a connection is shut down. A client that cancels all its calls once stays below.
 constexpr int kManyResets = 12;
 constexpr int kTimesManyResets = 4;
-// So many calls that begin and are cancelled in the bytes that wait are a flood at the first look.
+// Number of calls that begin and are cancelled within the waiting bytes, at which a connection is
+// shut down at the first look.
 constexpr int kCertainResets = 60;
-// Frames that carry nothing among the bytes that wait, and how often so many are seen within a
-// second. A client that reads a large answer in many small parts stays below.
+// Number of frames that carry nothing among the waiting bytes, and the number of such looks within
+// a second, at which a connection is shut down. A client that reads a large answer in many small
+// parts stays below.
 constexpr int kManyEmptyFrames = 400;
 constexpr int kTimesManyEmptyFrames = 5;
-// No honest client sends a block of headers in so many CONTINUATION frames: the server refuses
-// headers of more than 16 KiB, which fit into one frame.
+// Number and bytes of CONTINUATION frames of one block of headers that no honest client sends: the
+// server refuses headers of more than 16 KiB, which fit into one frame.
 constexpr int kManyContinuations = 3;
 constexpr int kManyContinuationBytes = 32'768;
-// Time for which the waiting bytes of connections are looked at in one call.
+// Time that one call spends on looking at waiting bytes.
 constexpr absl::Duration kLookTime = absl::Milliseconds(3);
-// Bytes that a client may send beyond calls and messages, in a second, and saved up.
+// Bytes for acknowledgements, pings and windows that a client may send in a second, the most that
+// it may save up, and what it has at first.
 constexpr double kChatterBytesPerSecond = 4'096;
 constexpr double kMostChatterBytes = 65'536;
 constexpr double kFirstChatterBytes = 16'384;
 // Memory that gRPC takes for a stream of which only the headers have come.
 constexpr int64_t kStreamBytes = 16'384;
-// A connection that grows by less in this time is stalled.
+// A connection whose unexplained bytes grow by less in this time is stalled.
 constexpr int64_t kGrowthBytes = 16'384;
 constexpr absl::Duration kGrowthTime = absl::Seconds(5);
 // Time between removals while new connections are refused.

@@ -58,10 +58,12 @@ struct Limits {
   // Connections that may be open at once; further ones are closed. 0: as many as the limit of open
   // files allows besides the maps' files.
   int max_connections = 0;
-  // The same for one address of clients; 0: three quarters of max_connections.
+  // Connections of one address of clients that may be open at once. 0: three quarters of
+  // max_connections.
   int max_connections_per_address = 0;
-  // Bytes of memory. While more are in use, the connections that receive the most are shut down.
-  // 0: three quarters of the memory of the machine or the control group.
+  // Bytes of resident memory, without that of content and change feeds. Near it, the connections
+  // are shut down that hold the most bytes of unfinished messages (ConnectionListenerOptions). 0:
+  // three quarters of the memory of the machine or the control group.
   int64_t memory_limit = 0;
   // Calls that are under way or wait, streams included; half of them for one address of clients.
   int max_calls = 10'000;
@@ -70,8 +72,8 @@ struct Limits {
   int max_calls_per_connection = 2'000;
   // Bytes of memory of large requests, from before they are decoded until they are answered, of
   // large answers until they are sent, of exports, of what is read of past revisions, and of the
-  // filters of watches; half of them for one address of clients. A request that is larger alone is
-  // accepted when there is no other. 0: an eighth of memory_limit.
+  // filters of watches; half of them for one address of clients (BudgetOptions: takes_one_larger).
+  // 0: an eighth of memory_limit.
   int64_t max_request_bytes = 0;
   // Bytes of memory of the explorations of all maps. 0: an eighth of memory_limit.
   int64_t max_exploration_bytes = 0;
@@ -81,12 +83,12 @@ struct Limits {
 
   // Imports.
 
-  // Bytes of all files of an import together. The server uses at most an eighth of memory_limit.
+  // Bytes of all files of an import together. The server uses at most a sixteenth of memory_limit.
   int64_t max_import_bytes = int64_t{256} << 20;
   // Bytes of the files on disk in which imports and backups under way are kept; half of them for
   // one address of clients.
   int64_t max_scratch_bytes = int64_t{4} << 30;
-  // Bytes of an import's files after decompression. The server uses at most an eighth of
+  // Bytes of an import's files after decompression. The server uses at most a sixteenth of
   // memory_limit.
   int64_t max_unpacked_bytes = int64_t{1} << 30;
   // Members of an archive.

@@ -25,10 +25,11 @@ constexpr size_t kViewpointsTried = 8;
 // Number of cells of a frontier from which ChooseViewpoint looks for places that see it.
 constexpr size_t kLooksBack = 16;
 
-// Number of cells after which loops look whether they are cancelled.
+// Loops check for cancellation after this many cells.
 constexpr size_t kCellsPerLook = 4096;
 
-// Number of bits by which a search that has looked at too much divides the places that it tries.
+// A search that exceeds max_looked tries one place in 2^kThinning, and 2^kThinning times fewer with
+// each further quarter of max_looked. kMostThinning bounds the exponent.
 constexpr int64_t kThinning = 2;
 constexpr int64_t kMostThinning = 20;
 
@@ -65,7 +66,7 @@ int32_t Explorer::RangeIn(const CellBox& box, const Options& options, double res
   return InCells(std::min(options.range_m, (diagonal + 1.0) * resolution_m), resolution_m);
 }
 
-// Once a search has looked at too many cells, it takes only a part of the places that are left.
+// Counts the cells that a search has looked at. Beyond max_looked, TakesNext skips most places.
 class Explorer::Effort {
  public:
   explicit Effort(const Explorer& explorer)
@@ -391,7 +392,7 @@ Explorer::Found Explorer::Search(const CellIndex& start, const std::vector<CellI
              return std::hypot(cell.row - other.row, cell.col - other.col) < least_apart;
            });
   };
-  // Bounds of gains besides what is promised.
+  // Upper bounds of the gains without promised cells, computed when they are first needed.
   std::optional<BlockSums> left;
   const auto gain_at_most = [&](const CellIndex& cell) {
     if (!left) {

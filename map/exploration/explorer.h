@@ -111,9 +111,8 @@ class Explorer {
   std::optional<ChosenViewpoint> ChooseViewpoint(const CellIndex& robot,
                                                  const std::vector<CellIndex>& promised,
                                                  const std::vector<CellIndex>& avoided);
-  // Returns false if ChooseViewpoint finds nothing for any of these robots, even if it leaves out
-  // no place. A search that had to leave out places returns true; what it has looked at is kept, so
-  // that asking again comes to an end.
+  // Returns whether any of these robots still has a viewpoint. Returns true also if a search
+  // skipped places; what it has found is cached, so that repeated calls come to an end.
   bool IsAnythingLeft(const std::vector<CellIndex>& robots, const std::vector<CellIndex>& avoided);
 
   // Returns the nearest passable cell along free cells; nullopt if there is none within a robot's
@@ -145,7 +144,7 @@ class Explorer {
   // Updates the coverage of a cell from area_, plan_ and seen_. Appends the cell to `changed` if
   // its coverage changed.
   void Cover(const CellIndex& cell, std::vector<CellIndex>* changed);
-  // Drops what was found out about the views of cells of `changed`.
+  // Drops cached gains and views that cells of `changed` may affect.
   void ForgetViews(const CellBox& changed);
   // Returns the number of wanted cells that can be seen from `cell`. Cached.
   int64_t GainAt(const CellIndex& cell);
@@ -155,7 +154,7 @@ class Explorer {
   // cached.
   int64_t GainBesidesPromised(const CellIndex& cell);
   void Promise(const std::vector<CellIndex>& places);
-  // What was looked at so far in a search.
+  // Counts the cells that a search has looked at.
   class Effort;
   std::optional<Viewpoint> ViewpointFor(const Frontier& frontier, Effort* effort);
   using CellSet = absl::flat_hash_set<CellIndex, CellHash>;
@@ -164,8 +163,8 @@ class Explorer {
     // Whether no place was left out.
     bool is_complete = true;
   };
-  // As ChooseViewpoint. Removes the cells of `robots` that it has come by; they are tried as
-  // viewpoints.
+  // The search of ChooseViewpoint. It also tries the cells of `robots` as viewpoints, and removes
+  // those that it has visited from `robots`.
   Found Search(const CellIndex& start, const std::vector<CellIndex>& promised,
                const std::vector<CellIndex>& avoided, CellSet* robots);
   // Marks the places that see frontiers in back_. Leaves out as many as the effort demands.

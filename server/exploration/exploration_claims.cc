@@ -23,7 +23,7 @@ absl::Status NotHeld(const std::string& robot, ObjectId goal_id) {
 absl::Status CheckRobot(const std::string& robot) {
   if (robot.empty() || robot.size() > FixedLimits::kMaxRobotLength) {
     return absl::InvalidArgumentError(
-        absl::StrCat("robot must have 1 to ", FixedLimits::kMaxRobotLength, " characters"));
+        absl::StrCat("robot must have 1 to ", FixedLimits::kMaxRobotLength, " bytes"));
   }
   if (std::any_of(robot.begin(), robot.end(), absl::ascii_iscntrl)) {
     return absl::InvalidArgumentError("robot has control characters");

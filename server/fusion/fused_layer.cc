@@ -166,15 +166,17 @@ absl::StatusOr<ObservationVerdict> FusedLayer::Admit(const Observation& observat
   }
   // Also of an observation that is refused for its stamp: its robot is the one that has to know.
   clock_skew_s = absl::ToDoubleSeconds(clocks->Add(observation.robot, observation.stamp, now));
-  // A stamp far in the future would order an observation after all others for as long.
+  // An observation with a stamp far in the future would come after all others in the log until that
+  // time has come.
   if (observation.stamp > now + options_->max_lateness) {
     return verdict(ObservationOutcome::kInvalid,
                    absl::StrCat("stamp lies ", absl::FormatDuration(observation.stamp - now),
                                 " ahead of the server's clock, --max_lateness is ",
                                 absl::FormatDuration(options_->max_lateness)));
   }
-  // Late is what lies behind the robot's own stream: the clocks of other robots do not count. A
-  // robot whose clock was ahead and has been corrected is judged by the server's clock.
+  // An observation is late relative to the newest one of its own robot; the clocks of other robots
+  // do not count. A robot whose clock was ahead and has been corrected is judged by the server's
+  // clock.
   HYPERMAP_ASSIGN_OR_RETURN(const std::optional<absl::Time> own,
                             log_.NewestStamp(observation.robot));
   if (own && observation.stamp < std::min(*own, now) - options_->max_lateness) {

@@ -1,4 +1,4 @@
-// What the calls of a server may hold together.
+// The budgets of a server: what all of its calls may hold together.
 #ifndef HYPERMAP_SERVER_RPC_BUDGETS_H_
 #define HYPERMAP_SERVER_RPC_BUDGETS_H_
 
@@ -21,11 +21,11 @@ struct Budgets {
 
   // Calls that are under way or wait: --max_calls.
   admission::Budget calls;
-  // Memory of large requests and of exports, from before they are decoded until they are answered:
-  // --max_request_bytes.
+  // Memory of large requests and answers, of imports and exports, of what calls read of past
+  // revisions, and of the filters of watches: --max_request_bytes.
   admission::Budget request_bytes;
-  // The most that one of these may take. The largest message, of objects of a few bytes each, takes
-  // about half of it; a message of fields without content may take more.
+  // The most memory that one request may take; one that needs more is refused. The largest message
+  // of small objects needs about half of it; one of fields without content may need more.
   const int64_t most_memory_of_request;
   const int64_t max_message_bytes;
   // Files of imports and backups on disk: --max_scratch_bytes.
@@ -40,7 +40,7 @@ struct Budgets {
   const std::shared_ptr<FeedMemory> feeds;
   // Calls that their callers have cancelled.
   admission::CancelledCalls cancelled_calls;
-  // The bytes of connections that calls were given.
+  // Bytes of each connection that the server was given as calls and messages.
   admission::ExplainedBytes explained_bytes;
   // What was refused because of a limit.
   admission::Refusals refusals;

@@ -73,11 +73,11 @@ class CallTicket final : public MemoryAccount {
   // grpc-retry-pushback-ms (gRFC A6).
   grpc::Status Encode(const absl::Status& status);
 
-  // Counts the call among those that were cancelled. Called by Encode; to be called earlier by
-  // those who are told earlier. Any thread may call this.
+  // Counts the call as cancelled by its caller, once. Encode does so for calls that end with
+  // CANCELLED; OnCancel of a stream may call it earlier. Any thread may call this.
   void Cancelled();
-  // Counts it if the caller has cancelled it. To be called in OnDone of streams of requests: one
-  // that is reset looks at first as if it had come to its end.
+  // Counts the call if gRPC reports that the caller has cancelled it. Call this in OnDone of
+  // streams of requests: to OnReadDone, a stream that was reset looks like one that has ended.
   void LookForCancellation();
 
   // Ends the admission of a call whose answer is complete.

@@ -27,7 +27,7 @@ absl::StatusOr<std::shared_ptr<MapSession>> FindMap(const Facilities& facilities
 absl::Status ValidateRequestId(const std::string& request_id) {
   if (request_id.size() <= FixedLimits::kMaxRequestIdLength) return absl::OkStatus();
   return absl::InvalidArgumentError(
-      absl::StrCat("request_id is longer than ", FixedLimits::kMaxRequestIdLength, " characters"));
+      absl::StrCat("request_id is longer than ", FixedLimits::kMaxRequestIdLength, " bytes"));
 }
 
 }  // namespace hypermap::server

@@ -18,9 +18,10 @@ absl::Status CheckRequestSize(const grpc::ByteBuffer& request, size_t most_bytes
 }
 
 absl::Status CheckQuestionSize(const grpc::ByteBuffer& request, const Limits& limits) {
-  // A vertex takes 16 bytes; the least ring, of three, has 8 bytes besides.
+  // Upper bound of the bytes of a vertex: two doubles, and its part of the tags and lengths of a
+  // ring, which are about 8 bytes for at least three vertices.
   constexpr size_t kBytesOfVertex = 24;
-  // All but the area: the names of layers, above all.
+  // With room for all other fields, most of it for names of layers.
   const size_t most = FixedLimits::kMaxRequestBytes +
                       kBytesOfVertex * static_cast<size_t>(limits.max_question_vertices);
   if (request.Length() <= most) return absl::OkStatus();

@@ -22,12 +22,12 @@ namespace {
 // Time for watches to end by themselves, before those with slow readers are cancelled.
 constexpr absl::Duration kWatchGrace = absl::Seconds(1);
 constexpr absl::Duration kHealthPeriod = absl::Seconds(1);
-// Period of the look, while the server stops, whether a call is under way, and the time after the
-// last one in which clients close their connections. gRPC would wait for those that do not.
+// While the server stops: how often it looks whether calls are under way, and the time that clients
+// have after the last call to close their connections. gRPC would wait for those that stay open.
 constexpr absl::Duration kIdlePeriod = absl::Milliseconds(20);
 constexpr absl::Duration kGoodbye = absl::Milliseconds(500);
-// A connection that has sent more than so many messages of the largest size without their ends is
-// shut down. gRPC refuses a larger message only when it has received all of it.
+// A connection with more unexplained bytes than this many messages of the largest size is shut
+// down: gRPC receives all of a message that is too large before it refuses it.
 constexpr int64_t kUnfinishedMessages = 16;
 
 std::vector<std::string> OwnServices() {

@@ -18,7 +18,7 @@ namespace {
 
 // Estimate of the bytes of memory that each byte of a file takes while it is decoded.
 constexpr int64_t kBytesPerFileByte = 3;
-// The header as the call and as its log line keep it.
+// The header is in memory twice: in the call and in its log line.
 constexpr int64_t kCopiesOfHeader = 2;
 // After the import of larger files, freed memory is returned to the system.
 constexpr int64_t kLargeImportBytes = 8 << 20;

@@ -20,15 +20,15 @@ namespace {
 // longer.
 constexpr int kMaxInlinePoints = 4096;
 constexpr absl::Duration kMaxInlineTime = absl::Milliseconds(2);
-// Batches that take no time to speak of, whatever is there.
+// Batches up to this size are answered without a limit of time.
 constexpr int kFewPoints = 16;
-// The scope as the call and as its asker keep it.
+// The scope is in memory twice: in the call and in its PointsAsker.
 constexpr int64_t kCopiesOfScope = 2;
-// The least bytes of an object in an answer: its point, id and label, and its existence.
+// Fewest bytes of an object in an answer: three varints (point, id, label) and its existence.
 constexpr int kLeastHitBytes = 3 + sizeof(float);
-// Bytes of a label's place among those that were told.
+// Estimated memory of an entry in the table of labels that were sent, besides its text.
 constexpr int64_t kBytesOfLabel = 64;
-// Larger batches are freed when they are answered.
+// Messages of batches that took more than this are freed after the answer; smaller ones are reused.
 constexpr int64_t kMaxKeptBytes = 1 << 20;
 
 absl::Status Stopping() { return absl::UnavailableError("the server is stopping"); }

@@ -67,10 +67,10 @@ using VerdictsCallback =
 // become one revision, so that late ones cost one fold of the log together instead of one each. A
 // submission whose caller has gone before it is applied changes nothing.
 //
-// RESOURCE_EXHAUSTED for what makes the content of all maps exceed --max_content_bytes: a batch,
-// and a rebuild of a fused layer, that would make it grow; and observations, if there is no room
-// for the most that they may add. What only removes is never refused. What fused layers do in
-// reaction to others is counted and not refused.
+// A batch or a rebuild that would make the content of all maps exceed --max_content_bytes is
+// RESOURCE_EXHAUSTED, and so are observations for whose largest possible growth there is no room.
+// Batches that only delete are never refused. Edits that fused layers make in reaction to others
+// are counted and not refused.
 //
 // Not thread safe. Use: Add..., Write, TakeCommits and publish snapshot(), CountContent,
 // Answer.
@@ -100,7 +100,8 @@ class GroupCommit {
   // After Write: the group's commits for the change feed; none if the write failed. Call it once.
   std::vector<FeedCommit> TakeCommits();
 
-  // After Write, when snapshot() is published: counts what the group has made of the content.
+  // After Write, when snapshot() is published: sets the map's share of the content budget to the
+  // new size of its content.
   void CountContent();
 
   // Calls all callbacks, in the order of the submissions.
@@ -144,8 +145,8 @@ class GroupCommit {
 
   // Applies the batch and the reaction of fused layers to it, as one revision.
   absl::StatusOr<Step> Edit(const EditBatch& batch);
-  // Takes room for growth of the content, which may be negative: RESOURCE_EXHAUSTED if there is
-  // none, unless it may not be refused. GiveUp takes it back.
+  // Reserves room for growth of the content; negative growth leaves room for later batches of the
+  // group. RESOURCE_EXHAUSTED if there is no room, unless it may not be refused. GiveUp undoes it.
   absl::Status Grow(int64_t bytes, bool may_be_refused);
   void GiveUp(int64_t bytes) { growth_ -= bytes; }
   // Bytes by which the next batch may make the content grow.
@@ -174,8 +175,9 @@ class GroupCommit {
   const SnapshotPtr base_;
   const Limits limits_;
   admission::ContentBudget::Share* const content_;
-  // Of the content by commits_, and what of it is taken from content_ already: what the group gives
-  // back is there for its own batches only, until it is stored and the memory is free.
+  // Bytes by which commits_ make the content grow, and bytes that are reserved in content_ for
+  // that. Bytes that the group frees stay reserved for its own later batches until CountContent,
+  // because the memory is in use until the group is stored.
   int64_t growth_ = 0;
   int64_t taken_ = 0;
   SnapshotPtr tip_;  // the map after commits_

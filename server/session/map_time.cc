@@ -119,7 +119,8 @@ absl::Time MapTime::CommitTimeBefore(absl::Duration age) const {
   const bool stood_still =
       next != marks_.begin() && (next == marks_.end() ? at.now < last_commit_ : IsAhead(*next));
   if (stood_still) {
-    // The commits after a mark then are younger than it by up to the tolerance.
+    // While commit times stand still, commits may be younger than their mark says, by up to the
+    // tolerance. Subtracting it keeps history rather too long than too short.
     time -= kToleranceWhenAhead;
     next = mark_after(time);
   }

@@ -72,8 +72,9 @@ class WatchSource {
   int64_t items() const { return items_; }
   // Bytes of memory that the source takes at most for its filter, whatever the map: an estimate.
   int64_t memory() const { return memory_; }
-  // Whether it holds changes that it has read. They were charged to the MemoryMeter of the call of
-  // Next that read them, but for those that the map's feed had and the next message ended.
+  // Whether the source holds changes that were read but not sent. They were charged to the
+  // MemoryMeter of the Next that read them, except those of a feed's commit that fits into one
+  // message.
   bool holds_commits() const { return !commits_.empty() || !telling_.empty() || commit_parts_; }
 
  private:

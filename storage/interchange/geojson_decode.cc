@@ -22,16 +22,16 @@ namespace {
 using nlohmann::json;
 
 constexpr int kMaxDepth = 32;
-// After so many values or bytes, the parser looks whether it may go on.
+// The parser checks for memory and cancellation after this many values or bytes.
 constexpr int64_t kValuesPerLook = 1024;
 constexpr int64_t kBytesPerLook = 64 << 10;
-// About what a value takes in an array, and with its key in an object, besides the bytes of text.
+// Estimated memory of a value, and of a key of an object, besides the bytes of their text.
 constexpr int64_t kBytesOfValue = 64;
 constexpr int64_t kBytesOfKey = 64;
 
-// Builds the document as json::parse does, and ends at what nests too deep, takes too much memory
-// or is no longer wanted. With a callback, json::parse would look at all entries of an object or
-// array again after each object in it.
+// Builds the document as json::parse does, but stops when the text is nested too deep, needs too
+// much memory, or the work is cancelled. json::parse with a callback would visit all entries of an
+// object or array again after each object in it.
 class BoundedParser : public nlohmann::detail::json_sax_dom_parser<json> {
  public:
   using Base = nlohmann::detail::json_sax_dom_parser<json>;

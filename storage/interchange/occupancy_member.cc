@@ -19,7 +19,8 @@ absl::Status AppendOccupancyLayer(const std::string& name, const std::string& fr
   spec.name = name;
   spec.kind = LayerKind::kOccupancy;
   spec.grid = yaml.geometry;
-  // The map gives a frame to a layer that names none; what else is wrong shows now.
+  // A layer without a frame gets the map's frame when it is created. Validation needs some name, so
+  // that all other errors are found here.
   spec.frame_id = frame_id.empty() ? "map" : frame_id;
   HYPERMAP_RETURN_IF_ERROR(Validate(spec));
   spec.frame_id = frame_id;

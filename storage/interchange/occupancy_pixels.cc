@@ -16,7 +16,7 @@ namespace {
 // as a grid leaves out unknown tiles.
 constexpr int32_t kBlockSide = kTileSide;
 
-// A picture, and the image of two bytes a pixel that is made of it.
+// Memory of a pixel: one byte of the picture, and two of the image that is made of it; rounded up.
 constexpr int64_t kBytesOfPicturePixel = 4;
 
 uint8_t ScaledPercent(double occupancy, const MapServerYaml& yaml) {

@@ -12,7 +12,7 @@
 namespace hypermap::storage {
 namespace {
 
-// Of the image, and of the rows of an interlaced file.
+// Memory of a decoded pixel: 2 bytes of the image, and up to 4 of the rows of an interlaced file.
 constexpr int64_t kBytesOfDecodedPixel = 6;
 
 // Deflate can't pack tighter than 1032:1 (zlib's technical notes), so a file that claims more

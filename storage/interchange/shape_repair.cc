@@ -39,7 +39,8 @@ int64_t CountCrossings(const Ring& ring, int64_t limit) {
   return crossings;
 }
 
-// Whether the ring may be filled; takes what that costs.
+// Returns whether the ring may be filled, and subtracts its crossings beyond kFreeCrossings from
+// `crossings_left`.
 bool TakeCrossings(const Ring& ring, int64_t& crossings_left) {
   if (ring.size() > kMaxVerticesToFill) return false;
   const int64_t crossings = CountCrossings(ring, kFreeCrossings + crossings_left + 1);

@@ -9,16 +9,6 @@ import floods
 import large_answers
 import large_requests
 
-# The attacks of the short form, which CI runs (ctest -R attack.short): those against which the
-# server defends itself. docs/security.md says of each attack how, and what is still open.
-SHORT = [
-    "A1", "A2", "A3", "A4", "A4-shape", "A5", "B1", "B2", "B3", "B4", "B5", "B6", "B7", "B8", "B11",
-    "goal-searches", "wide-hulls", "slow-readers", "random-bytes", "endless-streams",
-    "header-blocks", "empty-streams",
-    "slow-hoarders", "empty-frames", "unread-answers", "unread-commits", "wide-reaches",
-    "past-areas", "stacked-points",
-]
-
 
 @dataclasses.dataclass
 class Attack:
@@ -33,6 +23,7 @@ class Attack:
         return self.function.__name__.replace("_", " ")
 
 
+# docs/security.md says how the server defends itself against each, and what is still open.
 ALL = [
     Attack("A1", connections.too_many, logged="--max_connections"),
     Attack("A2", floods.rapid_reset, logged="cancelled calls"),

@@ -60,8 +60,8 @@ def string(text):
 
 
 def indexed(number):
-    """Returns the field that was added to the dynamic table as the `number`th but the last, from 0,
-    as it is in a header block."""
+    """Returns a reference to a field of the dynamic table, as in a header block. 0 is the field
+    that was added last."""
     return _integer(_STATIC_TABLE_SIZE + 1 + number, 7, 0x80)
 
 

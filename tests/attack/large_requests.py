@@ -158,7 +158,7 @@ def many_frames(site):
 def large_explorations(site):
     """B4: 16 explorations of almost 25 M cells each, started at once."""
     _create_grid(site, "floor", 0.05)
-    # The explored box is larger than the area by what robots see beyond its border.
+    # The box that counts is larger than the area by a robot's radius on each side.
     area = _square_ring(0.01, 0.01, 239)
     with site.client() as client:
         client.ApplyEdits(map=PREY, edits=[

@@ -1,12 +1,11 @@
-"""Attacks real hypermapd processes that have small limits, and prints how they bear it.
+"""Attacks real hypermapd processes that have small limits, and reports which they withstand.
 
-The server of each attack is a new one. Another process asks and edits a map that is not attacked
-("others"), first in quiet, then during the attack. After the end of the attack a new client asks,
-edits, creates and deletes a map. The full form makes five rounds of each attack. It fails if the
-server ends, uses more memory than its limit, answers others more than three times slower (p99 of
-all rounds together) than in quiet, lets a new client wait for more than a second, or does not
-refuse what it should; an attack of which one of these is true is "not defended". The short form
-makes one round of the attacks that are defended, and measures no time.
+Each attack gets a new server. Another process queries and edits another map ("others"), first
+without the attack and then during it. Afterwards a new client queries, edits, creates and deletes
+a map. An attack is "defended" unless the server ends, exceeds its memory limit, answers others more
+than three times slower (p99 of all rounds) than without the attack, lets the new client wait for
+more than a second, or fails to refuse what it should. The full form makes five rounds of each
+attack; the short form makes one, and judges no times.
 """
 
 import argparse
@@ -342,7 +341,7 @@ def main():
     # The short form measures no time, and runs beside other tests, which may leave no idle time.
     share = arguments.attackers_share or ("equal" if arguments.short else "idle")
     rounds = arguments.rounds or (1 if arguments.short else ROUNDS)
-    names = arguments.names or (attacks.SHORT if arguments.short else list(attacks.BY_NAME))
+    names = arguments.names or list(attacks.BY_NAME)
     if unknown := set(names) - set(attacks.BY_NAME):
         parser.error(f"there is no attack {', '.join(sorted(unknown))}")
     flags = server_flags()

@@ -214,7 +214,7 @@ func (b *requestBody) refuseLargeMessage() error {
 		fmt.Sprintf("a message may have %d bytes encoded as Protobuf (--max_message_bytes of the gateway)", b.limits.maxMessageBytes))
 }
 
-// refuseForever refuses a body that would not fit if there were no other.
+// refuseForever refuses a body that is larger than the memory which one address may ever have.
 func (b *requestBody) refuseForever() error {
 	return b.refuse(http.StatusRequestEntityTooLarge, connect.CodeResourceExhausted, b.neverFits())
 }

@@ -17,8 +17,8 @@ const maxAnswerBytes = 64 << 20
 // compressMinBytes is the size below which compressing an answer does not pay.
 const compressMinBytes = 1024
 
-// method forwards the calls of one rpc to the server. Deadlines and cancellation are forwarded with the
-// context, and errors are returned unchanged.
+// method forwards the calls of one rpc to the server. Deadlines and errors are forwarded unchanged. A
+// cancellation waits for its turn (resetPacer).
 type method struct {
 	client *connect.Client[message, message]
 	output protoreflect.MessageDescriptor

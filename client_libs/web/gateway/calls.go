@@ -15,8 +15,8 @@ import (
 )
 
 const (
-	// peakBytes is the memory of bodies after which free memory is returned to the system at once. The Go
-	// runtime takes minutes otherwise.
+	// peakBytes is the use of memory that counts as a peak. When it has fallen to an eighth, free memory is
+	// returned to the system after calmTime; the Go runtime would take minutes.
 	peakBytes = 64 << 20
 	// calmTime is the time between the end of a peak and the return of its memory.
 	calmTime = time.Second
@@ -177,10 +177,11 @@ func takeBodyKind(r *http.Request, method protoreflect.MethodDescriptor) bodyKin
 	return kind
 }
 
-// refusalWriter gives the answer to a refused body the status of the refusal. Protocols whose errors are
-// in the answer's body or trailers keep their status 200.
+// refusalWriter sets the HTTP status of an answer to that of the refusal of its body. Protocols whose errors
+// are in the answer's body or trailers keep the status 200.
 //
-// An upload may be answered before its end, too, and a request of a wrong type before it is read. Then the rest of it is not waited for.
+// It closes an HTTP/1 connection whose request was not read to its end, because the HTTP server would otherwise
+// read the rest before it answers: that of a refused request, and of an upload that is answered early.
 type refusalWriter struct {
 	http.ResponseWriter
 	request  *http.Request

@@ -164,8 +164,8 @@ func (c *serverCall) end() {
 	})
 }
 
-// endAnswered tells that the answer has ended. If the request has not, HTTP/2 resets its stream. This can't
-// be delayed, but counts as well, and the client's call stays open until its turn comes.
+// endAnswered ends a call whose answer is complete. If its request is not, HTTP/2 resets the stream at once.
+// That reset can't be delayed, so it takes a turn afterwards, and the client's call counts as open until then.
 func (c *serverCall) endAnswered() {
 	if c.request.ends() {
 		c.end()

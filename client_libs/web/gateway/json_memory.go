@@ -1,7 +1,7 @@
 package main
 
-// Memory of a parsed JSON document besides its text, at most, by the characters that make its values. A
-// message is two maps and a struct; an element of a list is a value of 24 bytes, in a slice that is copied
+// Upper bounds of the memory of a parsed JSON document besides its text, for each character that begins a
+// value: "{", "[", ":" and ",". A message is two maps and a struct; an element of a list is a value of 24 bytes, in a slice that is copied
 // when it grows. The encoded message is counted with them.
 const (
 	objectBytes  = 512

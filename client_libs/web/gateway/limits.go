@@ -16,9 +16,8 @@ const (
 	maxPathBytes = 4096
 	// maxStreams is the number of calls that an HTTP/2 connection may have at once.
 	maxStreams = 100
-	// streamBufferBytes bounds what is buffered of a stream whose receiver is slow. The product with the
-	// default of --max_calls is what HTTP/2 buffers for a connection to the server, so that calls whose
-	// clients do not read can't stop the others.
+	// streamBufferBytes is the receive buffer of one stream from the server. The HTTP/2 connection buffers as
+	// much for each call of the default of --max_calls, so that clients which do not read can't stop others.
 	streamBufferBytes = 512 << 10
 	// uploadBufferBytes bounds what is buffered of the request bodies of an HTTP/2 connection.
 	uploadBufferBytes = 256 << 10
@@ -79,7 +78,7 @@ func (l *limits) addFlags(flags *flag.FlagSet) {
 		"most watches and replicas at once, a `NUMBER`; further ones get 503. No more than half of --max_watchers of hypermapd")
 	flags.Int64Var(&l.maxMessageBytes, "max_message_bytes", l.maxMessageBytes,
 		"largest message to the server, encoded as Protobuf, in `BYTES`; larger ones get 413.\n"+
-			"No more than --max_message_bytes of hypermapd, which may close the connection of all browsers otherwise")
+			"It must not exceed --max_message_bytes of hypermapd, which would otherwise shut down the connection that all browsers share")
 	flags.Int64Var(&l.maxBodyBytes, "max_body_bytes", l.maxBodyBytes,
 		"largest body of a call, or message of a stream, unpacked, in `BYTES`; larger ones get 413")
 	flags.Int64Var(&l.maxTotalBodyBytes, "max_total_body_bytes", l.maxTotalBodyBytes,

@@ -58,7 +58,8 @@ func (q *quota) release(address netip.Addr, amount int64) {
 	}
 }
 
-// fellFrom returns true once after the use rose to a peak and fell to an eighth of its highest value.
+// fellFrom returns whether the use has been at least `peak` and is now at most an eighth of its highest value.
+// It returns true once for each peak.
 func (q *quota) fellFrom(peak int64) bool {
 	q.mu.Lock()
 	defer q.mu.Unlock()
