@@ -1,4 +1,4 @@
-// The memory that a map takes.
+// The memory that a map takes: its content, and what the store keeps for each of its layers.
 #ifndef HYPERMAP_MAP_CONTENT_BYTES_H_
 #define HYPERMAP_MAP_CONTENT_BYTES_H_
 
@@ -8,7 +8,8 @@
 
 namespace hypermap {
 
-// Bytes of memory of all layers (Layer::ByteSize) and frames. Linear in the layers and frames.
+// Bytes of memory of all layers (Layer::ByteSize, and a constant for each) and frames. Linear in
+// the layers and frames.
 int64_t ContentBytes(const Snapshot& snapshot);
 
 // Returns ContentBytes(after) - ContentBytes(before). Linear in the layers; cheap for frames that

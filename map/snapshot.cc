@@ -2,7 +2,9 @@
 
 #include <algorithm>
 
+#include "absl/container/flat_hash_set.h"
 #include "absl/strings/str_cat.h"
+#include "base/cancellation/cancellation.h"
 #include "base/status/status_macros.h"
 
 namespace hypermap {
@@ -38,11 +40,12 @@ absl::StatusOr<std::vector<LayerPtr>> Snapshot::SelectLayers(
     for (const auto& [name, layer] : layers) selected.push_back(layer);
     return selected;
   }
-  for (const std::string& name : names) {
-    HYPERMAP_ASSIGN_OR_RETURN(LayerPtr layer, GetLayer(name));
-    if (std::find(selected.begin(), selected.end(), layer) == selected.end()) {
-      selected.push_back(std::move(layer));
-    }
+  constexpr size_t kNamesPerLook = 256;
+  absl::flat_hash_set<const Layer*> known;
+  for (size_t i = 0; i < names.size(); ++i) {
+    if ((i + 1) % kNamesPerLook == 0) HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
+    HYPERMAP_ASSIGN_OR_RETURN(LayerPtr layer, GetLayer(names[i]));
+    if (known.insert(layer.get()).second) selected.push_back(std::move(layer));
   }
   return selected;
 }

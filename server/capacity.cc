@@ -11,17 +11,21 @@ namespace hypermap::server {
 namespace {
 
 // Of the server: its log, pipes and polls, the listening sockets, the list of deletions, and the
-// files of a few creations, imports and backups under way.
+// files of a few creations, imports, backups and reserved readers (HistoryPool) under way.
 constexpr int64_t kFilesOfServer = 64;
 // Files that an open map needs: its lock, the database and the write-ahead log of the writer and of
-// one reader of the history, the index of the log, and one more while it is opened.
+// one reader of the history, the index of the log, and one more while it is opened; later, that one
+// may be the file of a reserved reader, which SQLite keeps open.
 constexpr int64_t kFilesOfMap = 7;
 // Files that a further reader of past revisions needs: the database and its log.
 constexpr int64_t kFilesOfReader = 2;
 // Connections get at least this many files, which are enough for 16 (LimitConnections).
 constexpr int64_t kFewestFilesOfConnections = 24;
-// Memory that a new map needs for its thread and the caches of its databases.
-constexpr int64_t kBytesOfMap = int64_t{1} << 20;
+// Memory that a new map needs for its thread, its writer's statements, and one reader.
+constexpr int64_t kBytesOfMap = int64_t{2} << 20;
+// Memory that a reader of a map with few layers needs: up to Database::kMaxIdleStatements
+// statements, its page cache, and the schema.
+constexpr int64_t kBytesOfReader = int64_t{1} << 20;
 constexpr int64_t kMostExtraReaders = 10'000;
 // Threads whose number does not depend on the processors: the main program, the listener, timers,
 // gRPC's first threads, and the pools of a fixed size.
@@ -47,7 +51,8 @@ absl::StatusOr<Capacity> DivideResources(const Limits& limits, const Resources& 
         ThreadsOfServer(resources.num_workers), ", and one for each map"));
   }
   const int64_t room = std::max<int64_t>(resources.files - kFilesOfServer, 0);
-  const int64_t readers = std::min(room / 8 / kFilesOfReader, kMostExtraReaders);
+  const int64_t readers = std::min(
+      {room / 8 / kFilesOfReader, limits.memory_limit / 32 / kBytesOfReader, kMostExtraReaders});
   const int64_t divided = room - readers * kFilesOfReader;
   const int64_t of_connections = std::max(
       {divided / 7, kFewestFilesOfConnections, FilesOfConnections(limits.max_connections)});

@@ -28,9 +28,9 @@ struct Resources {
 // Divides the files that the process may have open, so that neither maps nor connections can take
 // the share of the others. Limits that are set stay as they are. Of the files besides the server's
 // own, an eighth is for readers of past revisions, three eighths are for maps, and the rest is for
-// connections. New maps are also bounded by a quarter of `limits.memory_limit`. The `num_maps` maps
-// that exist may take more, as long as connections keep an eighth of the files. A map has a thread;
-// those that the workers and gRPC need are left out.
+// connections. New maps are also bounded by a quarter of `limits.memory_limit`, and readers by a
+// thirty-second. The `num_maps` maps that exist may take more, as long as connections keep an
+// eighth of the files. A map has a thread; those that the workers and gRPC need are left out.
 //
 // FAILED_PRECONDITION, naming ulimit, if there are not enough files for a map and 16 connections,
 // or not enough threads for a map; INVALID_ARGUMENT if a limit that is set is more than fits.

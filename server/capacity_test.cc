@@ -63,11 +63,20 @@ TEST(CapacityTest, ExistingMapsTakeMoreButLeaveConnectionsAShare) {
 
 TEST(CapacityTest, NewMapsAreBoundedByAQuarterOfTheMemory) {
   Limits limits = LimitsWith(0, 0);
-  EXPECT_EQ(Divided(limits, 1 << 20).max_maps, 2048);
+  EXPECT_EQ(Divided(limits, 1 << 20).max_maps, 1024);
   limits.memory_limit = kGibibyte;
-  EXPECT_EQ(Divided(limits, 1 << 20).max_maps, 256);
+  EXPECT_EQ(Divided(limits, 1 << 20).max_maps, 128);
   EXPECT_EQ(Divided(limits, 1 << 20, 3000).max_maps, 3000);
   EXPECT_EQ(Divided(limits, 1 << 20).connections.max_connections, 10'000);
+}
+
+TEST(CapacityTest, ReadersAreBoundedByAThirtySecondOfTheMemory) {
+  Limits limits = LimitsWith(0, 0);
+  EXPECT_EQ(Divided(limits, 1 << 20).max_extra_readers, 256);
+  limits.memory_limit = kGibibyte;
+  EXPECT_EQ(Divided(limits, 1 << 20).max_extra_readers, 32);
+  EXPECT_EQ(Divided(limits, 256).max_extra_readers, 12);
+  limits.memory_limit = 1000 * kGibibyte;
   EXPECT_EQ(Divided(limits, 1 << 20).max_extra_readers, 10'000);
 }
 

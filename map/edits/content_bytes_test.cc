@@ -61,6 +61,19 @@ FillPolygon FillHalf(const std::string& layer, int tiles) {
   return fill;
 }
 
+// The store keeps the schema of the layer's tables, and the statements of an R*Tree. That the
+// charge covers them is tested with the store (connection_memory_test.cc).
+TEST(ContentBytesTest, EmptyLayersAreChargedForTheirTables) {
+  const Snapshot empty;
+  const LayerSpec things{.name = "things", .kind = LayerKind::kSemantic, .frame_id = "map"};
+  const Snapshot semantic = MakeSnapshot("m", {{CreateLayer{things}}});
+  EXPECT_GE(ContentGrowth(empty, semantic), 32 << 10);
+  EXPECT_LT(ContentGrowth(empty, semantic), 34 << 10);
+  const Snapshot grid = MakeSnapshot("m", {{CreateLayer{GridOfMetres("g")}}});
+  EXPECT_GE(ContentGrowth(empty, grid), 8 << 10);
+  EXPECT_LT(ContentGrowth(empty, grid), 10 << 10);
+}
+
 TEST(ContentBytesTest, BatchThatGrowsBeyondItsRoomIsRefusedByTheNameOfTheLimit) {
   const Snapshot before = MakeSnapshot("m", {{CreateLayer{GridOfMetres("g")}}});
   const EditBatch batch{{FillHalf("g", 4)}};

@@ -1,5 +1,6 @@
 #include "map/exploration/exploration_objects.h"
 
+#include <algorithm>
 #include <array>
 #include <functional>
 #include <map>
@@ -7,6 +8,7 @@
 #include <variant>
 
 #include "absl/strings/str_cat.h"
+#include "base/cancellation/cancellation.h"
 #include "base/status/status_macros.h"
 
 namespace hypermap {
@@ -127,6 +129,51 @@ SemanticObject MakeObject(ObjectId id, const char* label, const Polygon& polygon
   return object;
 }
 
+// The newest first.
+using Explorations = std::map<ObjectId, ExplorationObjects, std::greater<>>;
+
+// Returns the explorations without their goals and unreachable places.
+absl::StatusOr<Explorations> ReadWithoutParts(const std::vector<ObjectPtr>& objects) {
+  Explorations found;
+  for (const ObjectPtr& object : objects) {
+    HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
+    if (object->label != kExplorationLabel) continue;
+    HYPERMAP_ASSIGN_OR_RETURN(Exploration exploration, ToExploration(*object));
+    found[object->id].exploration = std::move(exploration);
+  }
+  return found;
+}
+
+// Adds a goal or place to its exploration, if that is in `found` and has fewer than `most`.
+template <typename Part>
+void AddPart(Part part, std::vector<Part> ExplorationObjects::*parts, size_t most,
+             Explorations* found) {
+  const auto it = found->find(part.exploration_id);
+  if (it == found->end() || (it->second.*parts).size() >= most) return;
+  (it->second.*parts).push_back(std::move(part));
+}
+
+// Adds goals and unreachable places to their explorations in `found`. `objects` are sorted by id.
+absl::Status AddParts(const std::vector<ObjectPtr>& objects, Explorations* found) {
+  for (auto it = objects.rbegin(); it != objects.rend(); ++it) {
+    HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
+    const SemanticObject& object = **it;
+    if (object.label == kGoalLabel) {
+      HYPERMAP_ASSIGN_OR_RETURN(ExplorationGoal goal, ToGoal(object));
+      AddPart(std::move(goal), &ExplorationObjects::goals, kMaxGoals, found);
+    } else if (object.label == kUnreachableLabel) {
+      HYPERMAP_ASSIGN_OR_RETURN(UnreachablePlace place, ToUnreachablePlace(object));
+      AddPart(std::move(place), &ExplorationObjects::unreachable_places, kMaxUnreachablePlaces,
+              found);
+    }
+  }
+  for (auto& [id, exploration] : *found) {
+    std::reverse(exploration.goals.begin(), exploration.goals.end());
+    std::reverse(exploration.unreachable_places.begin(), exploration.unreachable_places.end());
+  }
+  return absl::OkStatus();
+}
+
 }  // namespace
 
 absl::string_view ExplorationStateName(ExplorationState state) { return NameOf(kStates, state); }
@@ -214,25 +261,9 @@ absl::StatusOr<UnreachablePlace> ToUnreachablePlace(const SemanticObject& object
 }
 
 absl::StatusOr<std::vector<ExplorationObjects>> ReadExplorations(const SemanticLayer& layer) {
-  std::map<ObjectId, ExplorationObjects, std::greater<>> found;
   const std::vector<ObjectPtr> objects = layer.Objects();
-  for (const ObjectPtr& object : objects) {
-    if (object->label != kExplorationLabel) continue;
-    HYPERMAP_ASSIGN_OR_RETURN(Exploration exploration, ToExploration(*object));
-    found[object->id].exploration = std::move(exploration);
-  }
-  // A second pass, so that the order of the ids does not matter.
-  for (const ObjectPtr& object : objects) {
-    if (object->label == kGoalLabel) {
-      HYPERMAP_ASSIGN_OR_RETURN(ExplorationGoal goal, ToGoal(*object));
-      const auto it = found.find(goal.exploration_id);
-      if (it != found.end()) it->second.goals.push_back(std::move(goal));
-    } else if (object->label == kUnreachableLabel) {
-      HYPERMAP_ASSIGN_OR_RETURN(UnreachablePlace place, ToUnreachablePlace(*object));
-      const auto it = found.find(place.exploration_id);
-      if (it != found.end()) it->second.unreachable_places.push_back(std::move(place));
-    }
-  }
+  HYPERMAP_ASSIGN_OR_RETURN(Explorations found, ReadWithoutParts(objects));
+  HYPERMAP_RETURN_IF_ERROR(AddParts(objects, &found));
   std::vector<ExplorationObjects> all;
   all.reserve(found.size());
   for (auto& [id, exploration] : found) all.push_back(std::move(exploration));
@@ -240,12 +271,17 @@ absl::StatusOr<std::vector<ExplorationObjects>> ReadExplorations(const SemanticL
 }
 
 absl::StatusOr<ExplorationObjects> FindExploration(const SemanticLayer& layer, ObjectId id) {
-  HYPERMAP_ASSIGN_OR_RETURN(std::vector<ExplorationObjects> all, ReadExplorations(layer));
-  for (ExplorationObjects& found : all) {
-    if (id == 0 || found.exploration.id == id) return std::move(found);
+  const std::vector<ObjectPtr> objects = layer.Objects();
+  HYPERMAP_ASSIGN_OR_RETURN(Explorations all, ReadWithoutParts(objects));
+  const auto it = id == 0 ? all.begin() : all.find(id);
+  if (it == all.end()) {
+    return absl::NotFoundError(id == 0 ? "there is no exploration"
+                                       : absl::StrCat("there is no exploration ", id));
   }
-  return absl::NotFoundError(id == 0 ? "there is no exploration"
-                                     : absl::StrCat("there is no exploration ", id));
+  Explorations found;
+  found.insert(all.extract(it));
+  HYPERMAP_RETURN_IF_ERROR(AddParts(objects, &found));
+  return std::move(found.begin()->second);
 }
 
 }  // namespace hypermap

@@ -6,6 +6,7 @@
 #ifndef HYPERMAP_MAP_EXPLORATION_EXPLORATION_OBJECTS_H_
 #define HYPERMAP_MAP_EXPLORATION_EXPLORATION_OBJECTS_H_
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -29,6 +30,11 @@ inline constexpr char kUnreachableLabel[] = "unreachable place";
 
 inline constexpr double kMaxRobotRadius_m = 5.0;
 inline constexpr double kMaxRange_m = 50.0;
+
+// The newest goals and unreachable places of an exploration count, up to these numbers. Robots make
+// fewer, but clients may put any number of such objects on the map.
+inline constexpr size_t kMaxGoals = 1'000;
+inline constexpr size_t kMaxUnreachablePlaces = 10'000;
 
 enum class ExplorationState { kActive, kEnded };
 enum class EndReason { kNone, kDone, kOnlyUnreachableLeft, kStopped };
@@ -94,15 +100,17 @@ absl::StatusOr<UnreachablePlace> ToUnreachablePlace(const SemanticObject& object
 
 struct ExplorationObjects {
   Exploration exploration;
-  // Sorted by id.
+  // Sorted by id. At most kMaxGoals and kMaxUnreachablePlaces.
   std::vector<ExplorationGoal> goals;
   std::vector<UnreachablePlace> unreachable_places;
 };
 
 // Returns all explorations of a layer, the newest first. Leaves out goals and places whose
-// exploration was deleted, and objects with other labels. DATA_LOSS as above.
+// exploration was deleted, and objects with other labels. DATA_LOSS as above; errors of
+// CheckCancelled.
 absl::StatusOr<std::vector<ExplorationObjects>> ReadExplorations(const SemanticLayer& layer);
-// Returns an exploration; the newest if `id` is 0. NOT_FOUND naming the id; DATA_LOSS as above.
+// Returns an exploration; the newest if `id` is 0. NOT_FOUND naming the id; errors as
+// ReadExplorations, also those of other explorations.
 absl::StatusOr<ExplorationObjects> FindExploration(const SemanticLayer& layer, ObjectId id);
 
 }  // namespace hypermap

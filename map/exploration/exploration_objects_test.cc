@@ -69,6 +69,29 @@ TEST(ExplorationObjectsTest, TheNewestComesFirstWithWhatBelongsToIt) {
   EXPECT_EQ(FindExploration(*LayerOf({}), 0).status().code(), absl::StatusCode::kNotFound);
 }
 
+TEST(ExplorationObjectsTest, OnlyTheNewestGoalsAndPlacesCount) {
+  std::vector<SemanticObject> objects{ToObject(MakeExploration(1)), ToObject(MakeExploration(2))};
+  ObjectId next = 3;
+  for (size_t i = 0; i < kMaxGoals + 2; ++i) objects.push_back(ToObject(MakeGoal(next++, 1)));
+  const ObjectId newest_goal = next - 1;
+  for (size_t i = 0; i < kMaxUnreachablePlaces + 3; ++i) {
+    objects.push_back(ToObject(UnreachablePlace{next++, 1, "r1", MakeGoal(0, 0).cell, 2}));
+  }
+  objects.push_back(ToObject(MakeGoal(next, 2)));
+  const auto layer = LayerOf(objects);
+  for (const ExplorationObjects& found :
+       {ReadExplorations(*layer).value().back(), FindExploration(*layer, 1).value()}) {
+    EXPECT_EQ(found.exploration.id, 1);
+    ASSERT_EQ(found.goals.size(), kMaxGoals);
+    EXPECT_EQ(found.goals.front().id, 5);
+    EXPECT_EQ(found.goals.back().id, newest_goal);
+    ASSERT_EQ(found.unreachable_places.size(), kMaxUnreachablePlaces);
+    EXPECT_EQ(found.unreachable_places.front().id, newest_goal + 4);
+    EXPECT_EQ(found.unreachable_places.back().id, next - 1);
+  }
+  EXPECT_EQ(FindExploration(*layer, 2)->goals.size(), 1u);
+}
+
 TEST(ExplorationObjectsTest, WhatSomebodyChangedToNonsenseIsToldByName) {
   SemanticObject object = ToObject(MakeExploration(3));
   object.attributes["robot_radius_m"] = int64_t{1};

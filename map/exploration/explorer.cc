@@ -25,8 +25,19 @@ constexpr size_t kViewpointsTried = 8;
 // Number of cells of a frontier from which ChooseViewpoint looks for places that see it.
 constexpr size_t kLooksBack = 16;
 
+// If more than this part of all cells has changed, the frontiers are found anew.
+constexpr int64_t kShareCovered = 16;
+
 // Loops check for cancellation after this many cells.
 constexpr size_t kCellsPerLook = 4096;
+
+// Estimates of time, in steps of Clearance (below 1 ns each): what a changed cell costs in an
+// update, and what each cell costs in a new Explorer, besides the steps of Clearance itself.
+constexpr int64_t kStepsOfChange = 400;
+constexpr int64_t kStepsOfCell = 100;
+// An update of at most this many steps, about 0.3 s, is always worth it: a new Explorer does not
+// know what robots reported.
+constexpr int64_t kWorthUpdating = int64_t{1} << 28;
 
 // A search that exceeds max_looked tries one place in 2^kThinning, and 2^kThinning times fewer with
 // each further quarter of max_looked. kMostThinning bounds the exponent.
@@ -135,6 +146,29 @@ void Explorer::Cover(const CellIndex& cell, std::vector<CellIndex>* changed) {
   changed->push_back(cell);
 }
 
+void Explorer::NoteCovered(const std::vector<CellIndex>& changed) {
+  if (all_covered_anew_) return;
+  covered_.insert(covered_.end(), changed.begin(), changed.end());
+  if (static_cast<int64_t>(covered_.size()) <= plan_.box().num_cells() / kShareCovered) return;
+  all_covered_anew_ = true;
+  covered_ = {};
+}
+
+const Frontiers& Explorer::UpdatedFrontiers() {
+  if (all_covered_anew_) {
+    Frontiers anew(coverage_);
+    if (IsCancelled()) return frontiers_;
+    frontiers_ = std::move(anew);
+    all_covered_anew_ = false;
+  } else if (!covered_.empty()) {
+    // Frontiers with a part of the changes would have to be dropped.
+    const ScopedCancellation to_the_end(nullptr);
+    frontiers_.Update(coverage_, covered_);
+    covered_ = {};
+  }
+  return frontiers_;
+}
+
 void Explorer::ForgetViews(const CellBox& changed) {
   const CellBox near{changed.row_begin - range_, changed.row_end + range_,
                      changed.col_begin - range_, changed.col_end + range_};
@@ -142,6 +176,19 @@ void Explorer::ForgetViews(const CellBox& changed) {
   if (back_is_empty_) return;
   std::fill(back_.mutable_values().begin(), back_.mutable_values().end(), 0);
   back_is_empty_ = true;
+}
+
+bool Explorer::IsCheaperAnew(const GridLayer& occupancy, const std::vector<CellBox>& parts) const {
+  const int64_t anew = plan_.box().num_cells() * (kStepsOfCell + clearance_.disc_rows());
+  const int64_t most_changes =
+      std::max(anew, kWorthUpdating) / (kStepsOfChange + clearance_.disc_cells());
+  int64_t cells = 0;
+  for (const CellBox& part : parts) cells += part.Intersection(box()).num_cells();
+  // Mostly true, and spares the cells from being read twice.
+  if (cells <= most_changes) return false;
+  int64_t changes = 0;
+  for (const CellBox& part : parts) changes += CountFloorChanges(occupancy, part, plan_);
+  return changes > most_changes;
 }
 
 CellBox Explorer::UpdateFloor(const GridLayer& occupancy, const CellBox& part) {
@@ -157,7 +204,7 @@ CellBox Explorer::UpdateFloor(const GridLayer& occupancy, const CellBox& part) {
     Cover(cell, &changed);
     box = box.Union({cell.row, cell.row + 1, cell.col, cell.col + 1});
   }
-  frontiers_.Update(coverage_, changed);
+  NoteCovered(changed);
   ForgetViews(box);
   reachable_is_known_ = false;
   // The change may have removed what blocked the view, so the failed attempts nearby do not count
@@ -166,7 +213,8 @@ CellBox Explorer::UpdateFloor(const GridLayer& occupancy, const CellBox& part) {
                                box.col_end + range_}
                            .Intersection(plan_.box());
   for (int32_t row = near.row_begin; row < near.row_end; ++row) {
-    for (int32_t col = near.col_begin; col < near.col_end; ++col) tries_.set({row, col}, 0);
+    std::fill_n(&tries_.mutable_values()[tries_.IndexOf({row, near.col_begin})], near.cols(),
+                uint8_t{0});
   }
   return box;
 }
@@ -187,7 +235,7 @@ void Explorer::UpdateExplored(const CellBox& part,
     }
   }
   if (changed.empty()) return;
-  frontiers_.Update(coverage_, changed);
+  NoteCovered(changed);
   ForgetViews(box);
 }
 
@@ -343,7 +391,7 @@ std::optional<Explorer::Viewpoint> Explorer::ViewpointFor(const Frontier& fronti
 std::vector<Explorer::FrontierView> Explorer::ListFrontiers() {
   std::vector<FrontierView> views;
   Effort effort(*this);
-  for (Frontier& frontier : frontiers_.All()) {
+  for (Frontier& frontier : UpdatedFrontiers().All()) {
     if (IsCancelled()) break;
     std::optional<Viewpoint> viewpoint = ViewpointFor(frontier, &effort);
     views.push_back({std::move(frontier), viewpoint});
@@ -353,7 +401,7 @@ std::vector<Explorer::FrontierView> Explorer::ListFrontiers() {
 
 std::optional<Explorer::ChosenViewpoint> Explorer::ChooseViewpoint(
     const CellIndex& robot, const std::vector<CellIndex>& promised,
-    const std::vector<CellIndex>& avoided) {
+    const CellRaster<uint8_t>& avoided) {
   const std::optional<CellIndex> start = NearestPassable(robot);
   if (!start) return std::nullopt;
   CellSet robots{*start};
@@ -361,7 +409,7 @@ std::optional<Explorer::ChosenViewpoint> Explorer::ChooseViewpoint(
 }
 
 bool Explorer::IsAnythingLeft(const std::vector<CellIndex>& robots,
-                              const std::vector<CellIndex>& avoided) {
+                              const CellRaster<uint8_t>& avoided) {
   CellSet starts;
   for (const CellIndex& robot : robots) {
     if (const std::optional<CellIndex> start = NearestPassable(robot)) starts.insert(*start);
@@ -377,17 +425,16 @@ bool Explorer::IsAnythingLeft(const std::vector<CellIndex>& robots,
 }
 
 Explorer::Found Explorer::Search(const CellIndex& start, const std::vector<CellIndex>& promised,
-                                 const std::vector<CellIndex>& avoided, CellSet* robots) {
+                                 const CellRaster<uint8_t>& avoided, CellSet* robots) {
   // Upper bound of any gain. Once even that gain does not make a farther place better than the best
   // so far, the search can stop.
   const double most = std::min(static_cast<double>(num_unexplored_),
                                std::numbers::pi * (range_ + 1.0) * (range_ + 1.0));
   if (most < static_cast<double>(options_.min_gain_cells)) return {};
   Promise(promised);
-  const CellSet out(avoided.begin(), avoided.end());
-  const double least_apart = 2.0 * options_.robot_radius_m / resolution_m_;
+  const double least_apart = std::max(1.0, 2.0 * options_.robot_radius_m / resolution_m_);
   const auto is_taken = [&](const CellIndex& cell) {
-    return out.contains(cell) ||
+    return avoided.at(cell) != 0 ||
            std::any_of(promised.begin(), promised.end(), [&](const CellIndex& other) {
              return std::hypot(cell.row - other.row, cell.col - other.col) < least_apart;
            });
@@ -459,7 +506,7 @@ Explorer::Found Explorer::Search(const CellIndex& start, const std::vector<CellI
 }
 
 void Explorer::LookBack(Effort* effort) {
-  for (const Frontier& frontier : frontiers_.All()) {
+  for (const Frontier& frontier : UpdatedFrontiers().All()) {
     const size_t step = std::max<size_t>(1, frontier.size() / kLooksBack);
     for (size_t i = 0; i < frontier.size(); i += step) {
       if (IsCancelled()) return;

@@ -64,9 +64,12 @@ class Explorer {
   // The cells that are followed. Robots can be in no others.
   const CellBox& box() const { return plan_.box(); }
 
-  // Reads the cells of `part` again. Costs as much as the floor that changed. Returns a box around
-  // the cells whose state (free, occupied, unknown) changed.
+  // Reads the cells of `part` again. Each cell that changed costs a disc of the robot's radius.
+  // Returns a box around the cells whose state (free, occupied, unknown) changed.
   CellBox UpdateFloor(const GridLayer& occupancy, const CellBox& part);
+  // Returns whether UpdateFloor of all these parts would take longer than a new Explorer, and too
+  // long to run to its end: more than about 0.3 s.
+  bool IsCheaperAnew(const GridLayer& occupancy, const std::vector<CellBox>& parts) const;
   // Reads again which floor cells of `part` were seen.
   void UpdateExplored(const CellBox& part, absl::FunctionRef<bool(const CellIndex&)> is_explored);
 
@@ -100,20 +103,20 @@ class Explorer {
     Viewpoint viewpoint;
     double path_m = 0.0;
   };
-  // Returns the best place to look from next, of those that are not `avoided`: the one that
+  // Returns the best place to look from next, of those where `avoided` is 0: the one that
   // maximises gain / (path + 1 m), a utility after González-Baños and Latombe, "Navigation
   // strategies for exploring indoor environments", IJRR 2002. Cells that can be seen from
-  // `promised` places count as seen. Goals are at least two robot radii from promised places, so
-  // that two robots fit. nullopt if nothing new can be seen from places that the robot can reach.
-  // A search that has looked at max_looked cells takes the best so far. If it has none, it tries
-  // only every fourth place from then on, and with each further quarter of max_looked cells a
-  // fourth of these.
+  // `promised` places count as seen. Goals are at least two robot radii, and a cell, from promised
+  // places, so that two robots fit. nullopt if nothing new can be seen from places that the robot
+  // can reach. A search that has looked at max_looked cells takes the best so far. If it has none,
+  // it tries only every fourth place from then on, and with each further quarter of max_looked
+  // cells a fourth of these.
   std::optional<ChosenViewpoint> ChooseViewpoint(const CellIndex& robot,
                                                  const std::vector<CellIndex>& promised,
-                                                 const std::vector<CellIndex>& avoided);
+                                                 const CellRaster<uint8_t>& avoided);
   // Returns whether any of these robots still has a viewpoint. Returns true also if a search
   // skipped places; what it has found is cached, so that repeated calls come to an end.
-  bool IsAnythingLeft(const std::vector<CellIndex>& robots, const std::vector<CellIndex>& avoided);
+  bool IsAnythingLeft(const std::vector<CellIndex>& robots, const CellRaster<uint8_t>& avoided);
 
   // Returns the nearest passable cell along free cells; nullopt if there is none within a robot's
   // diameter.
@@ -144,6 +147,11 @@ class Explorer {
   // Updates the coverage of a cell from area_, plan_ and seen_. Appends the cell to `changed` if
   // its coverage changed.
   void Cover(const CellIndex& cell, std::vector<CellIndex>* changed);
+  // Notes that the coverage of the cells has changed.
+  void NoteCovered(const std::vector<CellIndex>& changed);
+  // Returns the frontiers of coverage_. Changes are noted first and followed here, because one that
+  // touches a large frontier costs as much as the frontier. Older ones if the work is cancelled.
+  const Frontiers& UpdatedFrontiers();
   // Drops cached gains and views that cells of `changed` may affect.
   void ForgetViews(const CellBox& changed);
   // Returns the number of wanted cells that can be seen from `cell`. Cached.
@@ -166,7 +174,7 @@ class Explorer {
   // The search of ChooseViewpoint. It also tries the cells of `robots` as viewpoints, and removes
   // those that it has visited from `robots`.
   Found Search(const CellIndex& start, const std::vector<CellIndex>& promised,
-               const std::vector<CellIndex>& avoided, CellSet* robots);
+               const CellRaster<uint8_t>& avoided, CellSet* robots);
   // Marks the places that see frontiers in back_. Leaves out as many as the effort demands.
   void LookBack(Effort* effort);
   void LearnReachable();
@@ -187,6 +195,10 @@ class Explorer {
   int64_t num_explored_ = 0;
   int64_t num_unexplored_ = 0;
   Frontiers frontiers_;
+  // Cells whose coverage has changed since frontiers_ was updated. When they are many, they are not
+  // kept, and all frontiers are found anew.
+  std::vector<CellIndex> covered_;
+  bool all_covered_anew_ = false;
   CellRaster<uint8_t> tries_;
 
   ViewshedRays viewshed_rays_;

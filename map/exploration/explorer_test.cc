@@ -208,12 +208,12 @@ TEST(ExplorerTest, RobotsAreSentApart) {
 
 TEST(ExplorerTest, AvoidsPlacesThatAreNotReached) {
   Site site(Rooms(), {.robot_radius_m = 0.12, .range_m = 0.6});
-  std::vector<CellIndex> avoided;
+  CellRaster<uint8_t> avoided(site.explorer().box());
   for (int i = 0; i < 5; ++i) {
     const auto goal = site.explorer().ChooseViewpoint({5, 3}, {}, avoided);
     ASSERT_TRUE(goal.has_value());
-    EXPECT_FALSE(std::count(avoided.begin(), avoided.end(), goal->viewpoint.cell));
-    avoided.push_back(goal->viewpoint.cell);
+    EXPECT_EQ(avoided.at(goal->viewpoint.cell), 0);
+    avoided.set(goal->viewpoint.cell, 1);
   }
 }
 
@@ -261,6 +261,22 @@ TEST(ExplorerTest, TellsWhereFloorChanged) {
   const auto after = Write(occupancy, {0, 2, 0, 4}, {0.1, 0.1, 1.0, 1.0, 0.1, 0.1, 0.1, 1.0});
   EXPECT_EQ(explorer.UpdateFloor(*after, {0, 2, 0, 4}), (CellBox{0, 2, 2, 4}));
   EXPECT_TRUE(explorer.UpdateFloor(*after, {0, 2, 0, 4}).empty());
+}
+
+TEST(ExplorerTest, ANewOneIsCheaperWhenWideRobotsLoseMuchFloor) {
+  const CellBox box{0, 250, 0, 250};
+  const auto occupancy =
+      Write(Occupancy(DrawnFloor({"."})), box,
+            std::vector<std::optional<double>>(static_cast<size_t>(box.num_cells()), 0.0));
+  const auto is_cheaper_anew = [&](double radius_m, const CellBox& part, double value) {
+    const Explorer explorer(*occupancy, AreaOf(box), {.robot_radius_m = radius_m, .range_m = 1.0});
+    const std::vector<std::optional<double>> values(static_cast<size_t>(part.num_cells()), value);
+    return explorer.IsCheaperAnew(*Write(occupancy, part, values), {part});
+  };
+  EXPECT_TRUE(is_cheaper_anew(5.0, box, 1.0));
+  EXPECT_FALSE(is_cheaper_anew(5.0, {0, 100, 0, 100}, 1.0));
+  EXPECT_FALSE(is_cheaper_anew(0.3, box, 1.0));
+  EXPECT_FALSE(is_cheaper_anew(5.0, box, 0.1)) << "the cells are still free";
 }
 
 TEST(ExplorerTest, ReachabilityIsThatOfTheRobots) {

@@ -21,15 +21,35 @@ void VisitFloor(const GridLayer& grid, const CellBox& box,
     return is_occupied(code) ? Floor::kOccupied : Floor::kUnknown;
   };
   const CellBox within = box.Intersection(grid.extent());
-  for (const auto& [index, tile] : grid.tiles()) {
-    if (IsCancelled()) return;
+  const auto visit_tile = [&](const TileIndex& index, const Tile& tile) {
     const CellBox cells = CellsOf(index);
     const CellBox part = within.Intersection(cells);
     for (int32_t row = part.row_begin; row < part.row_end; ++row) {
       for (int32_t col = part.col_begin; col < part.col_end; ++col) {
-        visit({row, col}, floor_of(tile->at(row - cells.row_begin, col - cells.col_begin)));
+        visit({row, col}, floor_of(tile.at(row - cells.row_begin, col - cells.col_begin)));
       }
     }
+  };
+  if (within.empty()) return;
+  const TileIndex first = TileOf({within.row_begin, within.col_begin});
+  const TileIndex last = TileOf({within.row_end - 1, within.col_end - 1});
+  for (int32_t row = first.row; row <= last.row; ++row) {
+    const auto end = grid.tiles().upper_bound({row, last.col});
+    for (auto it = grid.tiles().lower_bound({row, first.col}); it != end; ++it) {
+      if (IsCancelled()) return;
+      visit_tile(it->first, *it->second);
+    }
+  }
+}
+
+// Calls visit(cell, floor) for each cell of `part` whose state in `grid` is not that in `plan`.
+void VisitChanges(const GridLayer& grid, const CellBox& part, const FloorPlan& plan,
+                  absl::FunctionRef<void(const CellIndex&, Floor)> visit) {
+  const FloorPlan now = ReadFloorPlan(grid, part.Intersection(plan.box()));
+  const std::vector<Floor>& floors = now.values();
+  for (size_t i = 0; i < floors.size(); ++i) {
+    const CellIndex cell = now.CellOf(i);
+    if (plan.at(cell) != floors[i]) visit(cell, floors[i]);
   }
 }
 
@@ -44,15 +64,17 @@ FloorPlan ReadFloorPlan(const GridLayer& grid, const CellBox& box) {
 std::vector<FloorChange> UpdateFloorPlan(const GridLayer& grid, const CellBox& part,
                                          FloorPlan* plan) {
   std::vector<FloorChange> changed;
-  const FloorPlan now = ReadFloorPlan(grid, part.Intersection(plan->box()));
-  const std::vector<Floor>& floors = now.values();
-  for (size_t i = 0; i < floors.size(); ++i) {
-    const CellIndex cell = now.CellOf(i);
-    if (plan->at(cell) == floors[i]) continue;
+  VisitChanges(grid, part, *plan, [&](const CellIndex& cell, Floor floor) {
     changed.push_back({cell, plan->at(cell)});
-    plan->set(cell, floors[i]);
-  }
+    plan->set(cell, floor);
+  });
   return changed;
+}
+
+int64_t CountFloorChanges(const GridLayer& grid, const CellBox& part, const FloorPlan& plan) {
+  int64_t changes = 0;
+  VisitChanges(grid, part, plan, [&changes](const CellIndex&, Floor) { ++changes; });
+  return changes;
 }
 
 Clearance::Clearance(const FloorPlan& plan, double radius_m, double resolution_m)
@@ -99,10 +121,16 @@ void Clearance::SetFree(const CellIndex& obstacle, bool free) {
     const int32_t half = half_widths_[std::abs(row - obstacle.row)];
     const int32_t begin = std::max(obstacle.col - half, box.col_begin);
     const int32_t end = std::min(obstacle.col + half + 1, box.col_end);
-    for (int32_t col = begin; col < end; ++col) {
-      in_the_way_.mutable_values()[in_the_way_.IndexOf({row, col})] += by;
-    }
+    int32_t* const counts = &in_the_way_.mutable_values()[in_the_way_.IndexOf({row, begin})];
+    for (int32_t i = 0; i < end - begin; ++i) counts[i] += by;
   }
+}
+
+int64_t Clearance::disc_cells() const {
+  const auto cells_of_row = [](int32_t half) { return 2 * int64_t{half} + 1; };
+  int64_t cells = -cells_of_row(half_widths_.front());  // There is only one middle row.
+  for (const int32_t half : half_widths_) cells += 2 * cells_of_row(half);
+  return cells;
 }
 
 }  // namespace hypermap

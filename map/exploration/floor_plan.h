@@ -26,9 +26,12 @@ struct FloorChange {
   Floor before = Floor::kUnknown;
 };
 
-// Reads the cells of `part` again, and returns those that changed.
+// Reads the cells of `part` again, and returns those that changed. Costs as much as the cells of
+// `part`, however large the grid is.
 std::vector<FloorChange> UpdateFloorPlan(const GridLayer& grid, const CellBox& part,
                                          FloorPlan* plan);
+// Returns the number of cells that UpdateFloorPlan would change.
+int64_t CountFloorChanges(const GridLayer& grid, const CellBox& part, const FloorPlan& plan);
 
 // The places where a round robot can stand: cells that are free, with no other cell that is not
 // free nearer than the robot's radius (from centre to centre). Counts, for each cell, the obstacles
@@ -42,8 +45,14 @@ class Clearance {
   bool IsClear(const CellIndex& cell) const {
     return in_the_way_.Contains(cell) && in_the_way_.at(cell) == 0;
   }
-  // Records that `cell` of the plan became free, or is no longer free.
+  // Records that `cell` of the plan became free, or is no longer free. Updates disc_cells()
+  // counters.
   void SetFree(const CellIndex& cell, bool free);
+
+  // Cells and rows of the disc within the radius. The constructor takes disc_rows() steps for each
+  // cell of the plan.
+  int64_t disc_cells() const;
+  int64_t disc_rows() const { return 2 * static_cast<int64_t>(half_widths_.size()) - 1; }
 
  private:
   void CountAll(const FloorPlan& plan);

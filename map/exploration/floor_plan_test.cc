@@ -1,8 +1,10 @@
 #include "map/exploration/floor_plan.h"
 
 #include <algorithm>
+#include <cmath>
 #include <set>
 
+#include "base/cancellation/testing/cancelled_after.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "map/exploration/testing/drawn_floor.h"
@@ -63,6 +65,7 @@ TEST(FloorPlanTest, SaysWhatChanged) {
       const CellIndex cell = plan.CellOf(i);
       if (before.at(cell) != FloorOf(*grid, cell)) expected.insert(cell);
     }
+    EXPECT_EQ(CountFloorChanges(*grid, part, plan), static_cast<int64_t>(expected.size()));
     std::set<CellIndex> changed;
     for (const FloorChange& change : UpdateFloorPlan(*grid, part, &plan)) {
       EXPECT_TRUE(changed.insert(change.cell).second);
@@ -71,6 +74,18 @@ TEST(FloorPlanTest, SaysWhatChanged) {
     EXPECT_EQ(changed, expected);
     EXPECT_EQ(plan.values(), ReadFloorPlan(*grid, box).values());
   }
+}
+
+TEST(FloorPlanTest, AnUpdateVisitsOnlyTheTilesOfItsPart) {
+  const CellBox box{0, 3 * kTileSide, 0, 12 * kTileSide};
+  const auto grid =
+      Occupancy(box, std::vector<std::optional<double>>(static_cast<size_t>(box.num_cells()), 0.0));
+  FloorPlan plan(box, Floor::kUnknown);
+  const CancelledAfter never(1'000);
+  const CellBox part{kTileSide + 1, kTileSide + 2, kTileSide - 1, kTileSide + 1};
+  EXPECT_EQ(UpdateFloorPlan(*grid, part, &plan).size(), 2u);
+  // Each tile is a look.
+  EXPECT_EQ(never.num_looks(), 2);
 }
 
 bool IsClearByHand(const FloorPlan& plan, const CellIndex& cell, double radius) {
@@ -103,6 +118,24 @@ TEST(ClearanceTest, EqualsBruteForceThroughChanges) {
       plan.set(cell, free ? Floor::kFree : Floor::kOccupied);
       clearance.SetFree(cell, free);
     }
+  }
+}
+
+TEST(ClearanceTest, KnowsTheSizeOfItsDisc) {
+  const FloorPlan plan = testing::DrawnFloor({"."});
+  for (const double radius : {0.0, 0.7, 1.5, 3.3, 20.1}) {
+    int64_t cells = 0;
+    std::set<int32_t> rows;
+    for (int32_t row = -21; row <= 21; ++row) {
+      for (int32_t col = -21; col <= 21; ++col) {
+        if ((row != 0 || col != 0) && std::hypot(row, col) >= radius) continue;
+        ++cells;
+        rows.insert(row);
+      }
+    }
+    const Clearance clearance(plan, radius * 0.05, 0.05);
+    EXPECT_EQ(clearance.disc_cells(), cells) << radius;
+    EXPECT_EQ(clearance.disc_rows(), static_cast<int64_t>(rows.size())) << radius;
   }
 }
 

@@ -10,6 +10,8 @@
 namespace hypermap {
 namespace {
 
+// Number of cells between two looks for a cancellation.
+constexpr size_t kVisitsPerLook = 4096;
 constexpr std::array<CellIndex, 8> kNeighbours{
     {{-1, -1}, {-1, 0}, {-1, 1}, {0, -1}, {0, 1}, {1, -1}, {1, 0}, {1, 1}}};
 
@@ -28,9 +30,8 @@ bool Frontiers::IsFrontier(const CoverageRaster& coverage, const CellIndex& cell
 
 Frontiers::Frontiers(const CoverageRaster& coverage) {
   std::vector<CellIndex> cells;
-  constexpr size_t kCellsPerLook = 4096;
   for (size_t i = 0; i < coverage.values().size(); ++i) {
-    if (i % kCellsPerLook == 0 && IsCancelled()) return;
+    if (i % kVisitsPerLook == 0 && IsCancelled()) return;
     if (coverage.values()[i] != Coverage::kUnexplored) continue;
     const CellIndex cell = coverage.CellOf(i);
     if (IsFrontier(coverage, cell)) cells.push_back(cell);
@@ -100,6 +101,7 @@ void Frontiers::Join(const std::vector<CellIndex>& cells) {
     const Number joined = number;
     Frontier frontier{first};
     for (size_t i = 0; i < frontier.size(); ++i) {
+      if ((i + 1) % kVisitsPerLook == 0 && IsCancelled()) return;
       for (const CellIndex& step : kNeighbours) {
         const auto it = frontier_of_.find(Beside(frontier[i], step));
         if (it == frontier_of_.end() || it->second != 0) continue;

@@ -28,9 +28,10 @@ using Frontier = std::vector<CellIndex>;
 class Frontiers {
  public:
   Frontiers() = default;
+  // If the work of this thread is cancelled, some frontiers may be missing.
   explicit Frontiers(const CoverageRaster& coverage);
 
-  // `changed` must contain all cells of `coverage` that changed, and may contain others.
+  // Must not be cancelled. `changed` must contain all cells of `coverage` that changed, and may contain others.
   void Update(const CoverageRaster& coverage, const std::vector<CellIndex>& changed);
 
   // Sorted by their first cells. Frontiers have different first cells.

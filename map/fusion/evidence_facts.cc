@@ -1,7 +1,10 @@
 #include "map/fusion/evidence_facts.h"
 
+#include <optional>
 #include <utility>
+#include <vector>
 
+#include "base/cancellation/cancellation.h"
 #include "map/geometry/convex_hull.h"
 #include "map/geometry/overlap.h"
 
@@ -15,49 +18,49 @@ constexpr double kSameIou = 0.3;
 // height overlap it; it could be a parameter for sites where things hang higher.
 constexpr HeightRange kAnyHeight{0.0, 2.0};
 
-size_t Find(const EvidenceState& state, const OperatorFact& fact) {
-  const Polygon footprint = FootprintOf(fact.object.shape, kPinHalfWidth_m);
-  size_t best = state.tracks.size();
-  double best_score = kSameIou;
-  for (size_t i = 0; i < state.tracks.size(); ++i) {
-    const Track& track = *state.tracks[i];
-    if (track.key == fact.track) return i;
-    const Polygon shown =
-        track.object ? FootprintOf(track.object->shape, kPinHalfWidth_m) : track.outline;
-    if (!shown.bounds().Intersects(footprint.bounds())) continue;
-    double score = Iou(shown, footprint);
-    // A track with the fact's label is preferred to all others.
-    if (score >= kSameIou && track.label() == fact.object.label) score += 1.0;
-    if (score >= best_score) {
-      best_score = score;
-      best = i;
-    }
-  }
-  return best;
+// Returns the area of a track with which a fact's object is compared.
+Polygon AreaOf(const Track& track) {
+  return track.object ? FootprintOf(track.object->shape, kPinHalfWidth_m) : track.outline;
+}
+
+std::shared_ptr<Track> TrackFoundedBy(const OperatorFact& fact, const Polygon& footprint,
+                                      const EvidenceParameters& parameters) {
+  auto track = std::make_shared<Track>();
+  track->key = fact.track;
+  // Not InfinitePast, which nanoseconds in an encoded state could not represent.
+  track->last_hit = absl::UnixEpoch();
+  track->shape = ShapeGrid(parameters.fine_cell_m);
+  track->class_mass[fact.object.label] = 1.0;
+  const HeightRange height = fact.object.height.value_or(kAnyHeight);
+  track->low.Add(height.low_m, 1.0, -1.0);
+  track->high.Add(height.high_m, 1.0, 1.0);
+  track->outline = footprint;
+  return track;
 }
 
 }  // namespace
 
-std::shared_ptr<const EvidenceState> FoldFact(const EvidenceState& before, const OperatorFact& fact,
-                                              const EvidenceParameters& parameters) {
-  auto after = std::make_shared<EvidenceState>(before);
-  const size_t found = Find(before, fact);
-  auto track = std::make_shared<Track>();
-  if (found < before.tracks.size()) {
-    *track = *before.tracks[found];
-  } else {
-    track->key = fact.track;
-    // Not InfinitePast, which nanoseconds in an encoded state could not represent.
-    track->last_hit = absl::UnixEpoch();
-    track->shape = ShapeGrid(parameters.fine_cell_m);
-    track->class_mass[fact.object.label] = 1.0;
-    const HeightRange height = fact.object.height.value_or(kAnyHeight);
-    track->low.Add(height.low_m, 1.0, -1.0);
-    track->high.Add(height.high_m, 1.0, 1.0);
-    track->outline = FootprintOf(fact.object.shape, kPinHalfWidth_m);
+EvidenceFacts::EvidenceFacts(const EvidenceState& before, const EvidenceParameters& parameters)
+    : parameters_(parameters), after_(std::make_shared<EvidenceState>(before)) {
+  for (const TrackPtr& track : after_->tracks) {
+    if (IsCancelled()) return;
+    index_.Add(track->key, AreaOf(*track).bounds());
   }
+}
+
+void EvidenceFacts::Add(const OperatorFact& fact) {
+  std::vector<TrackPtr>& tracks = after_->tracks;
+  const Polygon footprint = FootprintOf(fact.object.shape, kPinHalfWidth_m);
+  const std::optional<size_t> found =
+      index_.Find(fact.track, footprint.bounds(), kSameIou, [&](size_t i) {
+        const double iou = Iou(AreaOf(*tracks[i]), footprint);
+        // A track with the fact's label is preferred to all others.
+        return iou >= kSameIou && tracks[i]->label() == fact.object.label ? iou + 1.0 : iou;
+      });
+  const std::shared_ptr<Track> track = found ? std::make_shared<Track>(*tracks[*found])
+                                             : TrackFoundedBy(fact, footprint, parameters_);
   // An operator's word counts as much as any number of detections.
-  track->log_odds = parameters.max_log_odds;
+  track->log_odds = parameters_.max_log_odds;
   if (fact.kind == OperatorFact::Kind::kPin) {
     auto pinned = std::make_shared<SemanticObject>(fact.object);
     pinned->id = 0;
@@ -67,13 +70,14 @@ std::shared_ptr<const EvidenceState> FoldFact(const EvidenceState& before, const
     track->pinned = nullptr;
     track->removed = true;
   }
-  track->Refresh(parameters);
-  if (found < before.tracks.size()) {
-    after->tracks[found] = std::move(track);
+  track->Refresh(parameters_);
+  if (found) {
+    index_.Move(*found, AreaOf(*track).bounds());
+    tracks[*found] = track;
   } else {
-    after->tracks.push_back(std::move(track));
+    index_.Add(track->key, AreaOf(*track).bounds());
+    tracks.push_back(track);
   }
-  return after;
 }
 
 }  // namespace hypermap::fusion

@@ -26,8 +26,8 @@ class EvidenceStrategy : public Strategy {
     return FoldEvidence(static_cast<const EvidenceState&>(*state), observation, parameters_,
                         report);
   }
-  StatePtr Fold(const StatePtr& state, const OperatorFact& fact) const override {
-    return FoldFact(static_cast<const EvidenceState&>(*state), fact, parameters_);
+  std::unique_ptr<FactFold> FoldFacts(const StatePtr& state) const override {
+    return std::make_unique<EvidenceFacts>(static_cast<const EvidenceState&>(*state), parameters_);
   }
   std::vector<FusedObject> Objects(const StatePtr& state) const override {
     std::vector<FusedObject> objects;

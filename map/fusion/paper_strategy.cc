@@ -2,12 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
+#include <optional>
 #include <utility>
+#include <vector>
 
 #include "absl/container/flat_hash_set.h"
 #include "absl/strings/str_cat.h"
 #include "map/fusion/parameters.h"
 #include "map/fusion/state_codec.h"
+#include "map/fusion/track_index.h"
 #include "map/geometry/convex_hull.h"
 #include "map/geometry/overlap.h"
 #include "map/geometry/predicates.h"
@@ -92,6 +96,60 @@ class PaperState : public State {
   std::vector<PaperObjectPtr> objects;
 };
 
+// A fact applies to the object that it names; failing that, to the object of its label with the
+// greatest Jaccard index, if that is high enough for the rule; failing that, to a new object.
+class PaperFacts : public FactFold {
+ public:
+  PaperFacts(const PaperState& before, const PaperParameters& parameters)
+      : parameters_(parameters), after_(std::make_shared<PaperState>(before)) {
+    for (const PaperObjectPtr& object : after_->objects) {
+      index_.Add(object->key, object->shape.bounds());
+    }
+  }
+
+  void Add(const OperatorFact& fact) override;
+  StatePtr Finish() override { return std::move(after_); }
+
+ private:
+  const PaperParameters parameters_;
+  std::shared_ptr<PaperState> after_;
+  TrackIndex index_;  // Of after_->objects, by shape.
+};
+
+void PaperFacts::Add(const OperatorFact& fact) {
+  std::vector<PaperObjectPtr>& objects = after_->objects;
+  const Polygon footprint = FootprintOf(fact.object.shape, kPinHalfWidth_m);
+  const std::optional<size_t> found =
+      index_.Find(fact.track, footprint.bounds(), parameters_.jaccard, [&](size_t k) {
+        if (objects[k]->label != fact.object.label) return 0.0;
+        return Iou(objects[k]->shape, footprint);
+      });
+  auto object = std::make_shared<PaperObject>();
+  if (found) {
+    *object = *objects[*found];
+  } else {
+    object->key = fact.track;
+    object->count = 1.0;
+    object->shape = footprint;
+  }
+  object->label = fact.object.label;
+  object->removed = fact.kind == OperatorFact::Kind::kRemove;
+  object->pinned = nullptr;
+  if (!object->removed) {
+    auto pinned = std::make_shared<SemanticObject>(fact.object);
+    pinned->id = 0;
+    object->pinned = std::move(pinned);
+  }
+  object->Refresh(parameters_);
+  if (found) {
+    index_.Move(*found, object->shape.bounds());
+    objects[*found] = std::move(object);
+  } else {
+    index_.Add(object->key, object->shape.bounds());
+    objects.push_back(std::move(object));
+  }
+}
+
 class PaperStrategy : public Strategy {
  public:
   explicit PaperStrategy(const PaperParameters& parameters) : parameters_(parameters) {}
@@ -100,7 +158,9 @@ class PaperStrategy : public Strategy {
   StatePtr Initial() const override { return std::make_shared<PaperState>(); }
   StatePtr Fold(const StatePtr& state, const Observation& observation,
                 FoldReport* report) const override;
-  StatePtr Fold(const StatePtr& state, const OperatorFact& fact) const override;
+  std::unique_ptr<FactFold> FoldFacts(const StatePtr& state) const override {
+    return std::make_unique<PaperFacts>(static_cast<const PaperState&>(*state), parameters_);
+  }
   std::vector<FusedObject> Objects(const StatePtr& state) const override;
   int64_t ByteSize(const StatePtr& state, const StatePtr& older) const override;
   int64_t MostGrowth(const Observation& observation) const override;
@@ -184,49 +244,6 @@ StatePtr PaperStrategy::Fold(const StatePtr& state, const Observation& observati
       after->objects[k] = object->count > 0.0 ? std::move(object) : nullptr;
     }
     std::erase(after->objects, nullptr);
-  }
-  return after;
-}
-
-// The fact applies to the object that it names; failing that, to the object of its label with the
-// greatest Jaccard index, if that is high enough for the rule; failing that, to a new object.
-StatePtr PaperStrategy::Fold(const StatePtr& state, const OperatorFact& fact) const {
-  auto after = std::make_shared<PaperState>(static_cast<const PaperState&>(*state));
-  size_t best = after->objects.size();
-  double best_jaccard = parameters_.jaccard;
-  for (size_t k = 0; k < after->objects.size(); ++k) {
-    const PaperObject& object = *after->objects[k];
-    if (object.key == fact.track) {
-      best = k;
-      break;
-    }
-    if (object.label != fact.object.label) continue;
-    const double jaccard = Iou(object.shape, FootprintOf(fact.object.shape, kPinHalfWidth_m));
-    if (jaccard < best_jaccard) continue;
-    best_jaccard = jaccard;
-    best = k;
-  }
-  auto object = std::make_shared<PaperObject>();
-  if (best < after->objects.size()) {
-    *object = *after->objects[best];
-  } else {
-    object->key = fact.track;
-    object->count = 1.0;
-    object->shape = FootprintOf(fact.object.shape, kPinHalfWidth_m);
-  }
-  object->label = fact.object.label;
-  object->removed = fact.kind == OperatorFact::Kind::kRemove;
-  object->pinned = nullptr;
-  if (!object->removed) {
-    auto pinned = std::make_shared<SemanticObject>(fact.object);
-    pinned->id = 0;
-    object->pinned = std::move(pinned);
-  }
-  object->Refresh(parameters_);
-  if (best < after->objects.size()) {
-    after->objects[best] = std::move(object);
-  } else {
-    after->objects.push_back(std::move(object));
   }
   return after;
 }

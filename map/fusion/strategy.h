@@ -73,6 +73,18 @@ class State {
 };
 using StatePtr = std::shared_ptr<const State>;
 
+// Folds facts one after another into one new state. Made by Strategy::FoldFacts.
+class FactFold {
+ public:
+  virtual ~FactFold() = default;
+
+  // Folds the next fact. Costs a step for each track near the fact's object. Breaks off when the
+  // work of this thread is cancelled.
+  virtual void Add(const OperatorFact& fact) = 0;
+  // Returns the state after all facts. Must be called last, and once.
+  virtual StatePtr Finish() = 0;
+};
+
 // Immutable and safe to use from many threads.
 class Strategy {
  public:
@@ -87,7 +99,16 @@ class Strategy {
   // in the layer's frame. `report` may be null.
   virtual StatePtr Fold(const StatePtr& state, const Observation& observation,
                         FoldReport* report) const = 0;
-  virtual StatePtr Fold(const StatePtr& state, const OperatorFact& fact) const = 0;
+
+  // Begins to fold facts that follow the entries of `state`. Costs a step for each track. The
+  // result is that of folding the facts one by one. This must outlive the fold.
+  virtual std::unique_ptr<FactFold> FoldFacts(const StatePtr& state) const = 0;
+  // Folds a single fact.
+  StatePtr Fold(const StatePtr& state, const OperatorFact& fact) const {
+    const std::unique_ptr<FactFold> fold = FoldFacts(state);
+    fold->Add(fact);
+    return fold->Finish();
+  }
 
   // Returns the objects that the layer shows, sorted by track.
   virtual std::vector<FusedObject> Objects(const StatePtr& state) const = 0;

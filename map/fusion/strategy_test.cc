@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <random>
 
+#include "absl/strings/str_cat.h"
 #include "map/fusion/testing/scene.h"
 #include "map/geometry/overlap.h"
 #include "tests/support/random_map.h"
@@ -217,6 +218,28 @@ TEST_P(BothTest, WhatAnOperatorPinnedKeepsItsEndThroughARestart) {
   ASSERT_TRUE(restored.ok()) << restored.status();
   EXPECT_EQ(strategy->Objects(state).front().object->expires_at, pinned.expires_at);
   EXPECT_EQ(*strategy->Objects(*restored).front().object, *strategy->Objects(state).front().object);
+}
+
+TEST_P(BothTest, FactsFoldedTogetherGiveTheStateOfOneByOne) {
+  const uint64_t seed = hypermap::testing::TestSeed();
+  SCOPED_TRACE(::testing::Message() << "HYPERMAP_TEST_SEED=" << seed);
+  hypermap::testing::Rng rng(seed);
+  const auto strategy = Make(GetParam());
+  const StatePtr before = FoldAll(*strategy, Looks({Table(), Vase()}, 8));
+  const std::string bytes_before = strategy->Encode(before);
+  StatePtr one_by_one = before;
+  const std::unique_ptr<FactFold> together = strategy->FoldFacts(before);
+  for (int i = 0; i < 200; ++i) {
+    OperatorFact fact;
+    if (i % 4 == 3) fact.kind = OperatorFact::Kind::kRemove;
+    fact.track = absl::StrCat("operator/", hypermap::testing::UniformInt(rng, 0, 200));
+    const Point at{hypermap::testing::Uniform(rng, 0, 6), hypermap::testing::Uniform(rng, -3, 3)};
+    fact.object = hypermap::testing::RandomObject(rng, at, 0.5);
+    one_by_one = strategy->Fold(one_by_one, fact);
+    together->Add(fact);
+  }
+  EXPECT_EQ(strategy->Encode(together->Finish()), strategy->Encode(one_by_one));
+  EXPECT_EQ(strategy->Encode(before), bytes_before);
 }
 
 TEST_P(BothTest, WhatAnOperatorRemovedDoesNotComeBack) {

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "base/cancellation/cancellation.h"
+
 namespace hypermap {
 namespace {
 
@@ -41,6 +43,7 @@ AnswerPart GridCursor::Next(int max_items) {
   std::optional<size_t> before;
   for (int64_t work = 0; row_ < box_.row_end && runs.size() < max_runs && work < kCellsPerPart;
        work += box_.cols() + kTileSide) {
+    if (IsCancelled()) break;
     const size_t begin = runs.size();
     ReadRow(before, &runs);
     before = begin;

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "absl/container/inlined_vector.h"
+#include "base/cancellation/cancellable_sort.h"
 #include "base/cancellation/cancellation.h"
 #include "base/cancellation/give_way.h"
 #include "map/geometry/predicates.h"
@@ -29,8 +30,8 @@ class ObjectCursor : public AnswerCursor {
   void Offer(const ObjectPtr& object) { candidates_.push_back({object->id, &object}); }
   // Must be called after the last Offer and before Next.
   void Sort() {
-    std::sort(candidates_.begin(), candidates_.end(),
-              [](const Candidate& a, const Candidate& b) { return a.id < b.id; });
+    CancellableSort(candidates_.begin(), candidates_.end(),
+                    [](const Candidate& a, const Candidate& b) { return a.id < b.id; });
   }
 
   AnswerPart Next(int max_items) override {
@@ -208,8 +209,8 @@ void SemanticLayer::VisitWithin(const Point& p, double tolerance_m, ObjectVisito
   index_->VisitBox(box, [&](const ObjectPtr& object) {
     if (Distance(object->shape, p) <= tolerance_m) found.push_back(&object);
   });
-  std::sort(found.begin(), found.end(),
-            [](const ObjectPtr* a, const ObjectPtr* b) { return (*a)->id < (*b)->id; });
+  CancellableSort(found.begin(), found.end(),
+                  [](const ObjectPtr* a, const ObjectPtr* b) { return (*a)->id < (*b)->id; });
   for (const ObjectPtr* object : found) visit(*object);
 }
 

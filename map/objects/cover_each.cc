@@ -6,6 +6,7 @@
 #include <cstdint>
 
 #include "absl/container/inlined_vector.h"
+#include "base/cancellation/cancellable_sort.h"
 #include "base/cancellation/cancellation.h"
 #include "base/cancellation/give_way.h"
 #include "map/geometry/predicates.h"
@@ -21,7 +22,7 @@ constexpr size_t kMaxLooks = 128;
 // Candidates of a chunk of several points. Where objects lie on top of each other, chunks are
 // smaller.
 constexpr size_t kMaxCandidates = 2048;
-// Candidates between two yields, and whose memory is fetched together.
+// Candidates between two looks for a cancellation, and whose memory is fetched together.
 constexpr size_t kBlock = 1024;
 
 struct CellLook {
@@ -55,7 +56,7 @@ void ObjectIndex::CoverEach(absl::Span<const Point> points,
     while (!CoverChunk(points, begin, std::min(points.size(), begin + chunk), &covers)) {
       chunk = (chunk + 1) / 2;
     }
-    std::sort(covers.begin(), covers.end(), [](const Cover& a, const Cover& b) {
+    CancellableSort(covers.begin(), covers.end(), [](const Cover& a, const Cover& b) {
       return a.point != b.point ? a.point < b.point : a.id < b.id;
     });
     for (const Cover& cover : covers) {
@@ -84,23 +85,16 @@ bool ObjectIndex::CoverChunk(absl::Span<const Point> points, size_t begin, size_
     num_candidates += look.look.end - look.look.begin;
   }
   if (num_candidates > kMaxCandidates && end - begin > 1) return false;
-  for (const CellLook& look : looks) {
-    const ObjectRun& run = *runs_[look.run].run;
-    look.level->Read(look.look, [&](int32_t item) {
-      const ObjectPtr* const place = &run.object(item);
-      __builtin_prefetch(place);
-      covers->push_back({look.point, look.run, place, nullptr, 0});
-    });
-  }
   size_t num_kept = 0;
-  for (size_t i = 0; i < covers->size(); i += kBlock) {
-    const auto block = covers->begin() + static_cast<ptrdiff_t>(i);
-    const auto block_end = block + static_cast<ptrdiff_t>(std::min(kBlock, covers->size() - i));
-    for (auto cover = block; cover != block_end; ++cover) {
+  bool is_cancelled = false;
+  // Removes the candidates after the first num_kept that cover no point or are hidden.
+  const auto keep_covers = [&] {
+    const auto block = covers->begin() + static_cast<ptrdiff_t>(num_kept);
+    for (auto cover = block; cover != covers->end(); ++cover) {
       cover->object = cover->place->get();
       PrefetchShape(*cover->object);
     }
-    const auto last_near = std::remove_if(block, block_end, [&](const Cover& cover) {
+    const auto last_near = std::remove_if(block, covers->end(), [&](const Cover& cover) {
       const Shape& shape = cover.object->shape;
       if (!shape.bounds().Covers(points[cover.point])) return true;
       PrefetchVertices(shape);
@@ -111,11 +105,23 @@ bool ObjectIndex::CoverChunk(absl::Span<const Point> points, size_t begin, size_
              IsHidden(cover.run, cover.object->id);
     });
     for (auto cover = block; cover != last; ++cover) cover->id = cover->object->id;
-    if (num_kept != i) std::move(block, last, covers->begin() + static_cast<ptrdiff_t>(num_kept));
-    num_kept += static_cast<size_t>(last - block);
-    if (i + kBlock < covers->size()) GiveWay();
+    covers->erase(last, covers->end());
+    num_kept = covers->size();
+  };
+  for (const CellLook& look : looks) {
+    const ObjectRun& run = *runs_[look.run].run;
+    look.level->Read(look.look, [&](int32_t item) {
+      if (is_cancelled) return;
+      const ObjectPtr* const place = &run.object(item);
+      __builtin_prefetch(place);
+      covers->push_back({look.point, look.run, place, nullptr, 0});
+      if (covers->size() - num_kept < kBlock) return;
+      keep_covers();
+      GiveWay();
+      is_cancelled = IsCancelled();
+    });
   }
-  covers->resize(num_kept);
+  keep_covers();
   for (const Change& change : recent_) {
     const Box& box = change.box;
     for (size_t i = begin; i < end; ++i) {

@@ -2,10 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <map>
+#include <memory>
 #include <string>
+#include <utility>
+#include <vector>
 
+#include "base/cancellation/testing/cancelled_after.h"
 #include "gtest/gtest.h"
 #include "map/geometry/predicates.h"
 #include "tests/support/random_map.h"
@@ -248,6 +253,47 @@ TEST_F(ObjectIndexTest, EarlierVersionsStayAsTheyWere) {
   for (int i = 0; i < 200; ++i) site.Change(3, 200);
   EXPECT_EQ(before.Objects(), objects);
   EXPECT_EQ(before.size(), static_cast<int64_t>(objects.size()));
+}
+
+// 20,000 objects that cover the origin.
+ObjectIndex Stack() {
+  std::vector<ObjectPtr> objects;
+  for (ObjectId id = 1; id <= 20'000; ++id) {
+    SemanticObject object;
+    object.id = id;
+    object.label = "crate";
+    object.shape = Polygon::FromBox({{-1, -1}, {1, 1}});
+    objects.push_back(std::make_shared<const SemanticObject>(std::move(object)));
+  }
+  return ObjectIndex(std::move(objects));
+}
+
+TEST(StackedObjectsTest, QuestionsAboutOnePlaceCanBeGivenUp) {
+  const ObjectIndex index = Stack();
+  const Point origin{0, 0};
+  int num_visited = 0;
+  const auto count = [&num_visited](const ObjectPtr&) { ++num_visited; };
+  for (const auto& ask : std::vector<std::function<void()>>{
+           [&] {
+             index.CoverEach({&origin, 1}, [&](uint32_t, const ObjectPtr&) {
+               ++num_visited;
+               return true;
+             });
+           },
+           [&] {
+             index.VisitBox({{0, 0}, {0, 0}}, count);
+           },
+           [&] { index.VisitWord(ObjectIndex::WordKind::kLabel, "crate", nullptr, count); },
+       }) {
+    num_visited = 0;
+    ask();
+    EXPECT_EQ(num_visited, 20'000);
+    num_visited = 0;
+    const CancelledAfter cancelled(1);
+    ask();
+    EXPECT_LT(num_visited, 15'000);
+    EXPECT_LE(cancelled.num_looks(), 3);
+  }
 }
 
 }  // namespace

@@ -16,6 +16,19 @@ absl::Status CheckTolerance(double tolerance_m) {
   return absl::InvalidArgumentError("tolerance_m must be finite and not negative");
 }
 
+// Checks for cancellation in loops over layers. Not for each, because a look takes about as long as
+// asking a small layer.
+class LooksAmongLayers {
+ public:
+  absl::Status Next() {
+    return ++num_layers_ % kLayersPerLook == 0 ? CheckCancelled() : absl::OkStatus();
+  }
+
+ private:
+  static constexpr int kLayersPerLook = 32;
+  int num_layers_ = 0;
+};
+
 // Bytes of the content and of its message.
 int64_t MemoryOf(const PointsContent& content) {
   constexpr size_t kBytesOfValue = 2 * (sizeof(double) + sizeof(AnswerStatus));
@@ -55,18 +68,29 @@ absl::Status VisitContentAt(const Snapshot& snapshot, const Scope& scope, const 
       tell(layer, PlanarTransform(), {.status = AnswerStatus::kNoTransform});
     }
   };
-  // All transforms are found first, because `tell` is called only if there is no error.
+  LooksAmongLayers looks;
+  // All transforms are found first, because `tell` is not called if one can't be found.
   if (scope.layers.empty()) {
     for (const auto& [name, layer] : snapshot.layers) {
+      HYPERMAP_RETURN_IF_ERROR(looks.Next());
       HYPERMAP_RETURN_IF_ERROR(transforms.Prepare(*layer));
     }
-    for (const auto& [name, layer] : snapshot.layers) ask(layer);
+    for (const auto& [name, layer] : snapshot.layers) {
+      HYPERMAP_RETURN_IF_ERROR(looks.Next());
+      ask(layer);
+    }
     return absl::OkStatus();
   }
   HYPERMAP_ASSIGN_OR_RETURN(const std::vector<LayerPtr> layers,
                             snapshot.SelectLayers(scope.layers));
-  for (const LayerPtr& layer : layers) HYPERMAP_RETURN_IF_ERROR(transforms.Prepare(*layer));
-  for (const LayerPtr& layer : layers) ask(layer);
+  for (const LayerPtr& layer : layers) {
+    HYPERMAP_RETURN_IF_ERROR(looks.Next());
+    HYPERMAP_RETURN_IF_ERROR(transforms.Prepare(*layer));
+  }
+  for (const LayerPtr& layer : layers) {
+    HYPERMAP_RETURN_IF_ERROR(looks.Next());
+    ask(layer);
+  }
   return absl::OkStatus();
 }
 
@@ -78,7 +102,9 @@ absl::StatusOr<PointsAsker> PointsAsker::Make(SnapshotPtr snapshot, const Scope&
   HYPERMAP_ASSIGN_OR_RETURN(std::string caller, snapshot->ResolveFrame(scope.frame_id));
   HYPERMAP_ASSIGN_OR_RETURN(std::vector<LayerPtr> layers, snapshot->SelectLayers(scope.layers));
   LayerTransforms transforms(*snapshot, caller);
+  LooksAmongLayers looks;
   for (LayerPtr& layer : layers) {
+    HYPERMAP_RETURN_IF_ERROR(looks.Next());
     HYPERMAP_RETURN_IF_ERROR(transforms.Prepare(*layer));
     AskedLayer asked;
     LayerPointsContent answer;

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "base/cancellation/cancellation.h"
+
 namespace hypermap {
 namespace {
 
@@ -53,7 +55,8 @@ const CellCover& AreaInFrames::CoverIn(const PlanarTransform& area_from_layer,
 }
 
 void AreaInFrames::FreeExcess() {
-  if (largest_shape_ > kLargestKept) polygons_.clear();
+  // GEOS breaks off when the work is cancelled, and may leave an index that is not complete.
+  if (largest_shape_ > kLargestKept || IsCancelled()) polygons_.clear();
   largest_shape_ = 0;
 }
 

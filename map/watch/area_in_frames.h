@@ -39,8 +39,9 @@ class AreaInFrames {
   // The cells of a grid that the area selects. Valid until the next call. The same cost.
   const CellCover& CoverIn(const PlanarTransform& area_from_layer, const GridGeometry& geometry);
 
-  // Frees what comparisons with large shapes have left: GEOS keeps an index of the last one. To be
-  // called before the watch waits.
+  // Frees what comparisons with large shapes have left: GEOS keeps an index of the last one. Also
+  // frees conversions that may not be complete, because the work was cancelled. To be called after
+  // comparisons, before the watch waits or works for another Cancellation.
   void FreeExcess();
 
   // The number of conversions so far.

@@ -23,6 +23,12 @@ std::optional<AreaInFrames> AreaOf(WatchFilter& filter) {
   return AreaInFrames(*std::move(filter.area), as_stored ? CellRule::kTouched : CellRule::kCentre);
 }
 
+// Numbers that a look stands for: words that are looked up; edges of an area that meet a row;
+// vertices of a shape that GEOS compares with an area of many vertices.
+constexpr int64_t kWordsPerLook = 4;
+constexpr int64_t kEdgesPerLook = 8;
+constexpr int64_t kVerticesPerLook = 2;
+
 // Returns a box that contains the tile's cells, whatever the rounding of their corners and centres.
 Box BoundsOf(const TileIndex& tile, const GridGeometry& geometry) {
   Box box = geometry.BoundsOf(CellsOf(tile));
@@ -80,12 +86,35 @@ bool LabelSet::Selects(const std::string& label) const {
   return classes_.contains(folded) || more_.contains(folded);
 }
 
+const ColumnSpans* RowSpans::Find(int32_t row) const {
+  const int32_t tile_row = FloorDiv(row, kTileSide);
+  if (rows_.empty() || tile_row != tile_row_) return nullptr;
+  const std::optional<ColumnSpans>& spans = rows_[row - tile_row * kTileSide];
+  return spans ? &*spans : nullptr;
+}
+
+void RowSpans::Keep(int32_t row, const ColumnSpans& spans) {
+  const int32_t tile_row = FloorDiv(row, kTileSide);
+  if (rows_.empty() || tile_row != tile_row_) {
+    rows_.assign(kTileSide, std::nullopt);
+    tile_row_ = tile_row;
+    num_spans_ = 0;
+  }
+  if (num_spans_ + spans.size() > kMaxSpans) return;
+  num_spans_ += spans.size();
+  // A copy, because the capacity of the original is that of all edges that meet the row.
+  rows_[row - tile_row * kTileSide].emplace(spans.begin(), spans.end());
+}
+
 FollowedLayer::FollowedLayer(PreparedFilter* filter, const MapStructure& structure,
                              const LayerStructure& layer)
     : layer_(layer),
       domain_(MakeCellDomain(layer.spec)),
       labels_(filter->classes(), layer.spec.aliases),
-      area_(filter->area()) {
+      area_(filter->area()),
+      looks_(std::min(kLooksPerStep / 2,
+                      static_cast<int64_t>(filter->classes().size()) / kWordsPerLook +
+                          (area_ ? area_->area().num_vertices() / kEdgesPerLook : 0))) {
   const LayerSpec& spec = layer.spec;
   if (filter->as_stored() && !area_) {
     connected_ = true;
@@ -107,13 +136,39 @@ bool FollowedLayer::Selects(const ObjectPtr& object) const {
          area_->Intersects(area_from_layer_, object->shape);
 }
 
-bool FollowedLayer::MaySelect(const TileIndex& tile) const {
-  if (!connected_) return false;
+bool FollowedLayer::IsNear(const TileIndex& tile) const {
   return !area_ || BoundsOf(tile, *spec().grid).Intersects(bounds_);
 }
 
-const CellCover* FollowedLayer::cover() const {
-  return area_ ? &area_->CoverIn(area_from_layer_, *spec().grid) : nullptr;
+std::optional<TileComparison> FollowedLayer::Compare(const TileIndex& index, const Tile* before,
+                                                     const Tile* after) const {
+  // These tests are much cheaper than comparing the tile's cells.
+  if (!connected_ || !IsNear(index)) return std::nullopt;
+  const CellBox within =
+      area_ ? area_->CoverIn(area_from_layer_, *spec().grid).bounds() : kAllCells;
+  TileComparison tile(index, before, after, domain_.get(), within);
+  if (tile.done()) return std::nullopt;
+  return tile;
+}
+
+int64_t FollowedLayer::CompareRow(TileComparison* tile) {
+  if (!area_) {
+    tile->CompareRow({{kAllCells.col_begin, kAllCells.col_end}});
+    return 1;
+  }
+  const int32_t row = tile->row();
+  if (const ColumnSpans* kept = spans_.Find(row)) {
+    tile->CompareRow(*kept);
+    return 1;
+  }
+  const ColumnSpans spans = area_->CoverIn(area_from_layer_, *spec().grid).SpansOfRow(row);
+  tile->CompareRow(spans);
+  spans_.Keep(row, spans);
+  return 1 + area_->area().num_vertices() / kEdgesPerLook;
+}
+
+int64_t FollowedLayer::LooksAt(const ObjectPtr& object) const {
+  return object && area_ ? object->shape.num_vertices() / kVerticesPerLook : 0;
 }
 
 }  // namespace hypermap

@@ -8,6 +8,7 @@
 
 #include "absl/container/flat_hash_set.h"
 #include "absl/strings/string_view.h"
+#include "base/cancellation/cancellation.h"
 #include "base/status/status_macros.h"
 #include "map/edits/byte_size.h"
 #include "map/layers/grid_layer.h"
@@ -81,7 +82,9 @@ class ContentReader : public SelectionReader {
   const std::shared_ptr<const PreparedFilter> filter_;
 };
 
-// Reads a snapshot as stored: transforms, then the layers by name, each before its content.
+// Reads a snapshot as stored: transforms, then the layers by name, each before its content. A part
+// has content of one layer only. Tiles are not split, so that a part may exceed `max_items` by the
+// runs of one tile.
 class StoredReader : public SelectionReader {
  public:
   // `structure` is the snapshot's.
@@ -92,89 +95,99 @@ class StoredReader : public SelectionReader {
         layers_(filter_->LayersIn(*structure_)) {}
 
   std::vector<MapChange> Next(int max_items) override {
-    std::vector<MapChange> told;
-    if (!std::exchange(begun_, true)) TellTransforms(&told);
-    if (done()) return told;
+    if (!std::exchange(begun_, true)) TellTransforms();
+    if (current_ == layers_.size()) return std::exchange(told_, {});
     const std::string& name = layers_[current_];
-    const Layer& layer = *snapshot_->FindLayer(name);
-    if (!std::exchange(in_layer_, true)) BeginLayer(layer, &told);
-    const FollowedLayer followed(filter_.get(), *structure_, *structure_->FindLayer(name));
-    const auto* grid = AsGrid(&layer);
-    if (!grid) {
-      TellObjects(followed, max_items, &told);
-    } else if (followed.connected()) {
-      TellTiles(*grid, followed, max_items, &told);
-    } else {
-      next_tile_.reset();
+    if (!layer_) layer_.emplace(filter_.get(), *structure_, *structure_->FindLayer(name));
+    if (!std::exchange(in_layer_, true)) BeginLayer(*snapshot_->FindLayer(name));
+    if (!CompletePart(max_items)) return {};
+    layer_.reset();
+    items_ = 0;
+    if (LayerIsRead()) {
+      in_layer_ = false;
+      ++current_;
     }
-    if (filter_->area()) filter_->area()->FreeExcess();
-    if (next_object_ < objects_.size() || next_tile_) return told;
-    in_layer_ = false;
-    ++current_;
-    return told;
+    return std::exchange(told_, {});
   }
 
   bool done() const override { return begun_ && current_ == layers_.size(); }
 
  private:
-  static MapChange& Add(ChangeKind kind, std::vector<MapChange>* told) {
-    told->emplace_back().kind = kind;
-    return told->back();
+  MapChange& Add(ChangeKind kind) {
+    MapChange& told = told_.emplace_back();
+    told.kind = kind;
+    if (layer_) told.layer = layer_->spec().name;
+    return told;
   }
 
-  void TellTransforms(std::vector<MapChange>* told) const {
+  void TellTransforms() {
     for (FrameTransform& transform : snapshot_->frames.transforms()) {
-      Add(ChangeKind::kTransform, told).transform = std::move(transform);
+      Add(ChangeKind::kTransform).transform = std::move(transform);
     }
   }
 
-  void BeginLayer(const Layer& layer, std::vector<MapChange>* told) {
-    MapChange& created = Add(ChangeKind::kLayerCreated, told);
-    created.layer = layer.spec().name;
-    const auto* grid = AsGrid(&layer);
-    created.layer_now = LayerStructure{layer.spec(), grid ? grid->extent() : CellBox(),
-                                       snapshot_->LayerVersionOf(created.layer)};
+  void BeginLayer(const Layer& layer) {
+    grid_ = AsGrid(&layer);
+    Add(ChangeKind::kLayerCreated).layer_now =
+        LayerStructure{layer.spec(), grid_ ? grid_->extent() : CellBox(),
+                       snapshot_->LayerVersionOf(layer.spec().name)};
     objects_.clear();
     next_object_ = 0;
-    next_tile_.reset();
     if (const auto* semantic = AsSemantic(&layer)) {
       objects_ = semantic->Objects();
-    } else if (!grid->tiles().empty()) {
-      next_tile_ = grid->tiles().begin();
+    } else if (layer_->connected() && !grid_->tiles().empty()) {
+      next_tile_ = grid_->tiles().begin();
     }
   }
 
-  void TellObjects(const FollowedLayer& followed, int max_items, std::vector<MapChange>* told) {
-    const size_t end = std::min(objects_.size(), next_object_ + std::max(max_items, 1));
-    for (; next_object_ < end; ++next_object_) {
-      ObjectPtr& object = objects_[next_object_];
-      if (!followed.Selects(object)) continue;
-      MapChange& put = Add(ChangeKind::kPut, told);
-      put.layer = followed.spec().name;
-      put.object_id = object->id;
-      put.object = std::move(object);
+  bool LayerIsRead() const { return next_object_ == objects_.size() && !next_tile_; }
+
+  // Reads on in the layer until the part is complete, but for one step at most. Returns whether the
+  // part is complete.
+  bool CompletePart(int max_items) {
+    const auto is_complete = [&] { return LayerIsRead() || items_ >= max_items; };
+    for (int64_t looks = 0; !is_complete() && looks < kLooksPerStep;) {
+      if (filter_->area() && IsCancelled()) break;
+      looks += next_tile_ ? ReadRow() : ReadObject();
     }
+    if (filter_->area()) filter_->area()->FreeExcess();
+    return is_complete();
   }
 
-  // Tiles are not split, so that a part may exceed `max_items` by the runs of one tile.
-  void TellTiles(const GridLayer& grid, const FollowedLayer& followed, int max_items,
-                 std::vector<MapChange>* told) {
-    int64_t runs = 0;
-    for (; next_tile_ && runs < max_items;) {
-      const auto& [index, tile] = **next_tile_;
-      CellChanges cells;
-      if (followed.MaySelect(index)) {
-        cells = ChangedCells(index, nullptr, tile.get(), grid.domain(), followed.cover());
-      }
-      if (++*next_tile_ == grid.tiles().end()) next_tile_.reset();
-      // Tiles without a selected cell count as well, to bound the work of a call.
-      runs += 1 + static_cast<int64_t>(cells.after.size());
-      if (cells.after.empty()) continue;
-      MapChange& written = Add(ChangeKind::kCells, told);
-      written.layer = grid.spec().name;
-      written.grid = grid.geometry();
-      written.cells = std::move(cells.after);
-    }
+  // Objects and tiles that are not selected count as items, too, to bound the work of a part.
+
+  // Returns the looks that it took.
+  int64_t ReadObject() {
+    ObjectPtr& object = objects_[next_object_++];
+    ++items_;
+    const int64_t looks = 1 + layer_->LooksAt(object);
+    if (!layer_->Selects(object)) return looks;
+    MapChange& put = Add(ChangeKind::kPut);
+    put.object_id = object->id;
+    put.object = std::move(object);
+    return looks;
+  }
+
+  // Reads a row of the next tile. Returns the looks that it took.
+  int64_t ReadRow() {
+    int64_t looks = 1;
+    const auto& [index, tile] = **next_tile_;
+    if (!comparison_) comparison_ = layer_->Compare(index, nullptr, tile.get());
+    if (comparison_) looks += layer_->CompareRow(&*comparison_);
+    if (comparison_ && !comparison_->done()) return looks;
+    if (++*next_tile_ == grid_->tiles().end()) next_tile_.reset();
+    ++items_;
+    if (comparison_) TellCells(std::move(*comparison_).Take().after);
+    comparison_.reset();
+    return looks;
+  }
+
+  void TellCells(std::vector<CellRun> cells) {
+    if (cells.empty()) return;
+    items_ += static_cast<int64_t>(cells.size());
+    MapChange& written = Add(ChangeKind::kCells);
+    written.grid = grid_->geometry();
+    written.cells = std::move(cells);
   }
 
   const SnapshotPtr snapshot_;
@@ -185,9 +198,15 @@ class StoredReader : public SelectionReader {
   size_t current_ = 0;
   // Position in the current layer.
   bool in_layer_ = false;
+  std::optional<FollowedLayer> layer_;  // While a part is read.
+  const GridLayer* grid_ = nullptr;     // Null: the layer is not a grid.
   std::vector<ObjectPtr> objects_;
   size_t next_object_ = 0;
   std::optional<TileMap::const_iterator> next_tile_;  // Nullopt: no tile is left.
+  std::optional<TileComparison> comparison_;          // Of next_tile_, once it has begun.
+  // The part so far.
+  std::vector<MapChange> told_;
+  int64_t items_ = 0;
 };
 
 }  // namespace
@@ -223,6 +242,7 @@ class Follower::ChangeSelector {
   void operator()(const ObjectPut& change) {
     const FollowedLayer* layer = Find(change.layer);
     if (!layer) return;
+    looks_ += layer->LooksAt(change.before) + layer->LooksAt(change.after);
     // The filter of one structure judges both versions of the object: NeedsReset has ruled out that
     // the commit changed the meaning of the filter.
     const bool was = layer->Selects(change.before);
@@ -235,41 +255,52 @@ class Follower::ChangeSelector {
   }
   void operator()(const ObjectRemoved& change) {
     const FollowedLayer* layer = Find(change.layer);
-    if (layer && layer->Selects(change.before)) {
+    if (!layer) return;
+    looks_ += layer->LooksAt(change.before);
+    if (layer->Selects(change.before)) {
       AddObject(ChangeKind::kRemove, *layer, change.before->id, nullptr);
     }
   }
+  // Only begins to compare the tile: until compares_tile() is false, CompareRow must be called
+  // before the next change.
   void operator()(const TileWritten& change) {
     const FollowedLayer* layer = Find(change.layer);
     if (!layer || !layer->domain()) return;
-    // Both tests are much cheaper than comparing the tile's cells.
-    if (!layer->MaySelect(change.index)) return;
-    const CellCover* cover = layer->cover();
-    if (cover && cover->bounds().Intersection(CellsOf(change.index)).empty()) return;
-    CellChanges cells = ChangedCells(change.index, change.before.get(), change.after.get(),
-                                     *layer->domain(), cover);
-    if (cells.after.empty()) return;
-    MapChange told;
-    told.kind = ChangeKind::kCells;
-    told.layer = change.layer;
-    told.caller_from_layer = layer->caller_from_layer();
-    told.grid = layer->spec().grid;
-    told.cells = std::move(cells.after);
-    items_ += static_cast<int64_t>(told.cells.size()) - 1;
-    Add(std::move(told));
+    comparison_ = layer->Compare(change.index, change.before.get(), change.after.get());
+  }
+  bool compares_tile() const { return comparison_.has_value(); }
+  void CompareRow() {
+    looks_ += current_->CompareRow(&*comparison_);
+    if (!comparison_->done()) return;
+    TellCells(std::move(*comparison_).Take().after);
+    comparison_.reset();
   }
 
-  std::vector<MapChange> Take() && { return std::move(told_); }
-  // The number of objects and runs told so far, and of other changes.
+  // Forgets the layer, unless a tile of it is compared. To be called before other work begins.
+  void Rest() {
+    if (filter_->area()) filter_->area()->FreeExcess();
+    if (!comparison_) current_.reset();
+  }
+  // Returns what was told since the last call.
+  std::vector<MapChange> Take() {
+    items_ = 0;
+    return std::exchange(told_, {});
+  }
+  // The number of objects and runs told since the last Take, and of other changes.
   int64_t items() const { return items_; }
+  // The work so far.
+  int64_t looks() const { return looks_; }
 
  private:
   // Returns null if the layer is not followed, or is no longer there. Valid until the next call.
   const FollowedLayer* Find(const std::string& name) {
+    ++looks_;
     if (current_ && current_->spec().name == name) return &*current_;
     const LayerStructure* layer = filter_->Follows(name) ? structure_.FindLayer(name) : nullptr;
     if (!layer) return nullptr;
-    return &current_.emplace(filter_, structure_, *layer);
+    current_.emplace(filter_, structure_, *layer);
+    looks_ += current_->looks();
+    return &*current_;
   }
 
   void Add(MapChange told) {
@@ -298,11 +329,25 @@ class Follower::ChangeSelector {
     Add(std::move(told));
   }
 
+  void TellCells(std::vector<CellRun> cells) {
+    if (cells.empty()) return;
+    MapChange told;
+    told.kind = ChangeKind::kCells;
+    told.layer = current_->spec().name;
+    told.caller_from_layer = current_->caller_from_layer();
+    told.grid = current_->spec().grid;
+    told.cells = std::move(cells);
+    items_ += static_cast<int64_t>(told.cells.size()) - 1;
+    Add(std::move(told));
+  }
+
   PreparedFilter* const filter_;
   const MapStructure& structure_;
   std::optional<FollowedLayer> current_;
+  std::optional<TileComparison> comparison_;  // Of a tile of current_.
   std::vector<MapChange> told_;
   int64_t items_ = 0;
+  int64_t looks_ = 0;
 };
 
 // Reads a commit. A tile is not split, so that a part may exceed `max_items` by its runs.
@@ -313,28 +358,44 @@ class Follower::CommitReader : public SelectionReader {
                std::shared_ptr<PreparedFilter> filter)
       : changes_(std::move(changes)),
         structure_(std::move(structure)),
-        filter_(std::move(filter)) {}
+        filter_(std::move(filter)),
+        selector_(filter_.get(), *structure_) {}
 
   std::vector<MapChange> Next(int max_items) override {
-    ChangeSelector selector(filter_.get(), *structure_);
-    // Changes that are not selected count as well, to bound the work of a call.
-    for (int looks = 0; !done() && looks < kLooksPerItem * max_items; ++looks) {
-      std::visit(selector, (*changes_)[next_++]);
-      if (selector.items() >= max_items) break;
+    const int64_t end = selector_.looks() + kLooksPerStep;
+    while (!PartIsComplete(max_items) && selector_.looks() < end) {
+      if (filter_->area() && IsCancelled()) break;
+      if (selector_.compares_tile()) {
+        selector_.CompareRow();
+      } else {
+        std::visit(selector_, (*changes_)[next_++]);
+        ++changes_of_part_;
+      }
     }
-    if (filter_->area()) filter_->area()->FreeExcess();
-    return std::move(selector).Take();
+    selector_.Rest();
+    if (!PartIsComplete(max_items)) return {};
+    changes_of_part_ = 0;
+    return selector_.Take();
   }
 
-  bool done() const override { return next_ == changes_->size(); }
+  bool done() const override { return next_ == changes_->size() && !selector_.compares_tile(); }
 
  private:
-  static constexpr int kLooksPerItem = 4;
+  static constexpr int64_t kChangesPerItem = 4;
+
+  bool PartIsComplete(int max_items) const {
+    if (selector_.compares_tile()) return false;
+    // Changes that are not selected count as well, to bound the work of a part.
+    return done() || selector_.items() >= max_items ||
+           changes_of_part_ >= kChangesPerItem * max_items;
+  }
 
   const std::shared_ptr<const std::vector<Change>> changes_;
   const StructurePtr structure_;
   const std::shared_ptr<PreparedFilter> filter_;
+  ChangeSelector selector_;
   size_t next_ = 0;
+  int64_t changes_of_part_ = 0;  // That were looked at.
 };
 
 int64_t Follower::MaxBytes(const WatchFilter& filter) {
@@ -405,9 +466,12 @@ bool Follower::MoveTo(const StructurePtr& structure) {
 Follower::Told Follower::Tell(const std::vector<Change>& changes, const StructurePtr& structure) {
   if (MoveTo(structure)) return {true, {}};
   ChangeSelector selector(filter_.get(), *structure);
-  for (const Change& change : changes) std::visit(selector, change);
-  if (filter_->area()) filter_->area()->FreeExcess();
-  return {false, std::move(selector).Take()};
+  for (const Change& change : changes) {
+    std::visit(selector, change);
+    while (selector.compares_tile()) selector.CompareRow();
+  }
+  selector.Rest();
+  return {false, selector.Take()};
 }
 
 std::unique_ptr<SelectionReader> Follower::TellInParts(

@@ -25,8 +25,12 @@ class PreparedFilter;
 class SelectionReader {
  public:
   virtual ~SelectionReader() = default;
-  // Returns the next changes, with about `max_items` objects and runs at most; may be empty before
-  // done(). The kinds of changes depend on WatchFilter::Frames.
+  // Returns the next part, with about `max_items` objects and runs at most. Returns nothing, before
+  // done(), if that takes more than about a millisecond; the next call goes on with the part, so
+  // that the parts do not depend on the time. Only a comparison that can't be divided takes longer:
+  // of a row of cells or an object with an area of many vertices. Breaks off if IsCancelled(); then
+  // the reader and what it has returned must not be used any more. The kinds of changes depend on
+  // WatchFilter::Frames.
   virtual std::vector<MapChange> Next(int max_items) = 0;
   virtual bool done() const = 0;
 };

@@ -1,8 +1,11 @@
 #include "map/watch/net_changes.h"
 
-#include <algorithm>
 #include <utility>
 
+#include "absl/container/flat_hash_set.h"
+#include "absl/strings/string_view.h"
+#include "base/cancellation/cancellation.h"
+#include "base/status/status_macros.h"
 #include "map/layers/layer_registry.h"
 #include "map/watch/cell_changes.h"
 
@@ -28,7 +31,7 @@ class NetChanges::Adder {
         .tiles.try_emplace(change.index, TileEnds{change.before, nullptr})
         .first->second.after = change.after;
   }
-  // Finish finds these by comparing the structures; a layer is only marked as touched.
+  // Reader finds these by comparing the structures; a layer is only marked as touched.
   void operator()(const TransformSet& /*change*/) {}
   void operator()(const AliasesSet& change) { layers_[change.layer]; }
   void operator()(const ExtentGrown& change) { layers_[change.layer]; }
@@ -43,103 +46,105 @@ class NetChanges::Adder {
   std::map<std::string, LayerChanges>& layers_;
 };
 
-class NetChanges::DifferenceBuilder {
- public:
-  DifferenceBuilder(const MapStructure& from, const MapStructure& to, const std::string& frame_id)
-      : from_(from), to_(to), frame_id_(frame_id) {}
-
-  void TellTransforms() {
-    for (const FrameTransform& transform : to_.frames.transforms()) {
-      const FrameTransform* const before = from_.frames.Find(transform.child_frame_id);
-      if (before != nullptr && *before == transform) continue;
-      MapChange told;
-      told.kind = ChangeKind::kTransform;
-      told.transform = transform;
-      told_.push_back(std::move(told));
-    }
-  }
-
-  void TellLayer(const std::string& name, const LayerChanges& changes) {
-    if (changes.deleted) Add(ChangeKind::kLayerDeleted, name);
-    const LayerStructure* layer = to_.FindLayer(name);
-    if (!layer) return;
-    if (changes.created) {
-      AddLayer(ChangeKind::kLayerCreated, *layer);
-    } else if (!SameStructure(from_.FindLayer(name), *layer)) {
-      AddLayer(ChangeKind::kLayerChanged, *layer);
-    }
-    const auto transform = to_.frames.Lookup(frame_id_, layer->spec.frame_id);
-    // Content without a place in the caller's frame is left out.
-    if (!transform.ok()) return;
-    const size_t first = told_.size();
-    for (const auto& [id, ends] : changes.objects) TellObject(name, id, ends);
-    if (const auto domain = MakeCellDomain(layer->spec)) {
-      for (const auto& [index, ends] : changes.tiles) {
-        TellTile(layer->spec, *domain, index, ends);
-      }
-    }
-    for (size_t i = first; i < told_.size(); ++i) told_[i].caller_from_layer = *transform;
-  }
-
-  std::vector<MapChange> Take() && { return std::move(told_); }
-
- private:
-  static bool SameStructure(const LayerStructure* before, const LayerStructure& after) {
-    return before && before->spec == after.spec && before->extent == after.extent;
-  }
-
-  MapChange& Add(ChangeKind kind, const std::string& layer) {
-    MapChange& told = told_.emplace_back();
-    told.kind = kind;
-    told.layer = layer;
-    return told;
-  }
-
-  void AddLayer(ChangeKind kind, const LayerStructure& layer) {
-    Add(kind, layer.spec.name).layer_now = layer;
-  }
-
-  void TellObject(const std::string& layer, ObjectId id, const Ends& ends) {
-    if (!ends.before && !ends.after) return;
-    if (ends.before && ends.after && *ends.before == *ends.after) return;
-    MapChange& told = Add(ends.after ? ChangeKind::kPut : ChangeKind::kRemove, layer);
-    told.object_id = id;
-    told.object = ends.after;
-    told.object_before = ends.before;
-  }
-
-  void TellTile(const LayerSpec& spec, const CellDomain& domain, const TileIndex& index,
-                const TileEnds& ends) {
-    CellChanges cells = ChangedCells(index, ends.before.get(), ends.after.get(), domain, nullptr);
-    if (cells.after.empty()) return;
-    MapChange& told = Add(ChangeKind::kCells, spec.name);
-    told.grid = spec.grid;
-    told.cells = std::move(cells.after);
-    told.cells_before = std::move(cells.before);
-  }
-
-  const MapStructure& from_;
-  const MapStructure& to_;
-  const std::string& frame_id_;
-  std::vector<MapChange> told_;
-};
-
 void NetChanges::Add(const std::vector<Change>& changes) {
   Adder adder(&layers_);
   for (const Change& change : changes) std::visit(adder, change);
 }
 
-std::vector<MapChange> NetChanges::Finish(const MapStructure& from, const MapStructure& to,
-                                          const std::vector<std::string>& layers,
-                                          const std::string& frame_id) && {
-  DifferenceBuilder builder(from, to, frame_id);
-  builder.TellTransforms();
-  for (const auto& [name, changes] : layers_) {
-    const bool wanted =
-        layers.empty() || std::find(layers.begin(), layers.end(), name) != layers.end();
-    if (wanted) builder.TellLayer(name, changes);
+NetChanges::Reader NetChanges::Read(StructurePtr from, StructurePtr to,
+                                    const std::vector<std::string>& layers,
+                                    std::string frame_id) && {
+  if (!layers.empty()) {
+    const absl::flat_hash_set<absl::string_view> wanted(layers.begin(), layers.end());
+    std::erase_if(layers_, [&](const auto& layer) { return !wanted.contains(layer.first); });
   }
-  return std::move(builder).Take();
+  return Reader(std::move(from), std::move(to), std::move(frame_id), std::move(layers_));
+}
+
+NetChanges::Reader::Reader(StructurePtr from, StructurePtr to, std::string frame_id,
+                           std::map<std::string, LayerChanges> layers)
+    : from_(std::move(from)),
+      to_(std::move(to)),
+      frame_id_(std::move(frame_id)),
+      layers_(std::move(layers)) {
+  for (FrameTransform& transform : to_->frames.transforms()) {
+    const FrameTransform* const before = from_->frames.Find(transform.child_frame_id);
+    if (before == nullptr || !(*before == transform)) transforms_.push_back(std::move(transform));
+  }
+}
+
+absl::StatusOr<std::optional<MapChange>> NetChanges::Reader::Next() {
+  HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
+  ++looks_;
+  if (next_transform_ < transforms_.size()) {
+    MapChange told;
+    told.kind = ChangeKind::kTransform;
+    told.transform = std::move(transforms_[next_transform_++]);
+    return told;
+  }
+  LayerChanges& layer = layers_.begin()->second;
+  if (std::exchange(layer.deleted, false)) return Make(ChangeKind::kLayerDeleted);
+  if (!std::exchange(in_layer_, true)) return BeginLayer();
+  if (!layer.objects.empty()) return CompareObject();
+  if (!layer.tiles.empty()) return CompareTile();
+  layers_.erase(layers_.begin());
+  in_layer_ = false;
+  return std::nullopt;
+}
+
+MapChange NetChanges::Reader::Make(ChangeKind kind) const {
+  MapChange told;
+  told.kind = kind;
+  told.layer = layers_.begin()->first;
+  return told;
+}
+
+std::optional<MapChange> NetChanges::Reader::BeginLayer() {
+  auto& [name, changes] = *layers_.begin();
+  layer_ = to_->FindLayer(name);
+  const auto transform =
+      layer_ ? to_->frames.Lookup(frame_id_, layer_->spec.frame_id) : absl::NotFoundError(name);
+  // Content without a place in the caller's frame is left out.
+  if (!transform.ok()) changes.objects.clear();
+  domain_ = transform.ok() ? MakeCellDomain(layer_->spec) : nullptr;
+  if (!domain_) changes.tiles.clear();
+  if (!layer_) return std::nullopt;
+  caller_from_layer_ = transform.value_or(PlanarTransform());
+  const LayerStructure* const before = from_->FindLayer(name);
+  const bool is_same = before && before->spec == layer_->spec && before->extent == layer_->extent;
+  if (is_same && !changes.created) return std::nullopt;
+  MapChange told = Make(changes.created ? ChangeKind::kLayerCreated : ChangeKind::kLayerChanged);
+  told.layer_now = *layer_;
+  return told;
+}
+
+std::optional<MapChange> NetChanges::Reader::CompareObject() {
+  auto& objects = layers_.begin()->second.objects;
+  const auto node = objects.extract(objects.begin());
+  const auto& [before, after] = node.mapped();
+  if (!before && !after) return std::nullopt;
+  if (before && after && *before == *after) return std::nullopt;
+  MapChange told = Make(after ? ChangeKind::kPut : ChangeKind::kRemove);
+  told.caller_from_layer = caller_from_layer_;
+  told.object_id = node.key();
+  told.object = after;
+  told.object_before = before;
+  return told;
+}
+
+std::optional<MapChange> NetChanges::Reader::CompareTile() {
+  auto& tiles = layers_.begin()->second.tiles;
+  const auto node = tiles.extract(tiles.begin());
+  looks_ += kTileSide;
+  CellChanges cells =
+      ChangedCells(node.key(), node.mapped().before.get(), node.mapped().after.get(), *domain_);
+  if (cells.after.empty()) return std::nullopt;
+  MapChange told = Make(ChangeKind::kCells);
+  told.caller_from_layer = caller_from_layer_;
+  told.grid = layer_->spec.grid;
+  told.cells = std::move(cells.after);
+  told.cells_before = std::move(cells.before);
+  return told;
 }
 
 }  // namespace hypermap

@@ -78,6 +78,17 @@ Known ReadAll(SelectionReader& reader) {
   return known;
 }
 
+std::vector<MapChange> ReadAll(NetChanges::Reader difference) {
+  std::vector<MapChange> told;
+  while (!difference.done()) {
+    auto change = difference.Next();
+    EXPECT_TRUE(change.ok()) << change.status();
+    if (!change.ok()) break;
+    if (*change) told.push_back(**std::move(change));
+  }
+  return told;
+}
+
 SemanticObject Thing(const std::string& label, double x, double y, ObjectId id = 0) {
   SemanticObject thing;
   thing.id = id;
@@ -500,7 +511,7 @@ TEST(NetChangesPropertyTest, ADifferenceTakesOneRevisionToTheOther) {
     for (int step = UniformInt(rng, 0, 25); step > 0; --step) net.Add(history.Step());
     const SnapshotPtr to = history.map();
     const auto told =
-        std::move(net).Finish(*StructureOf(*from), *StructureOf(*to), {}, to->frame_id);
+        ReadAll(std::move(net).Read(StructureOf(*from), StructureOf(*to), {}, to->frame_id));
     Known known = ReadAll(*before.Read(from));
     std::set<std::pair<std::string, ObjectId>> seen;
     bool moved = false;
@@ -526,8 +537,9 @@ TEST(NetChangesTest, WhatIsAsItWasIsNotTold) {
   NetChanges net;
   net.Add(moved->changes);
   net.Add(back->changes);
-  EXPECT_THAT(std::move(net).Finish(*StructureOf(map), *StructureOf(*back->snapshot), {}, "map"),
-              IsEmpty());
+  EXPECT_THAT(
+      ReadAll(std::move(net).Read(StructureOf(map), StructureOf(*back->snapshot), {}, "map")),
+      IsEmpty());
 }
 
 }  // namespace

@@ -9,6 +9,9 @@
 #include <utility>
 #include <vector>
 
+#include "base/cancellation/testing/cancelled_after.h"
+#include "server/exploration/exploration_follower.h"
+#include "server/exploration/exploration_team.h"
 #include "server/exploration/testing/exploration_site.h"
 #include "tests/support/random_map.h"
 
@@ -121,6 +124,35 @@ TEST_F(ExplorationChangesTest, AfterARestartAPlaceComesBackIfTheFloorChangedAnyw
   EXPECT_THAT(Newest().unreachable_places, IsEmpty());
 }
 
+TEST_F(ExplorationChangesTest, AClaimRemovesSomeOfManyPlacesAndLaterOnesTheRest) {
+  StartInARoom();
+  const UnreachablePlace place{0, ExplorationId(), "r1", Rectangle(1, 1, 1.5, 1.5), 0};
+  EditBatch batch;
+  for (int i = 0; i < 1'500; ++i) {
+    batch.edits.push_back(PutObject{"explorations", ToObject(place), ""});
+  }
+  Submit(std::move(batch));
+  ASSERT_THAT(Newest().unreachable_places, SizeIs(1'500));
+  EXPECT_EQ(Claim("r1", {0.25, 0.25}).num_edits, 1'000);
+  EXPECT_FALSE(Newest().unreachable_places.empty());
+  Claim("r1", {0.25, 0.25});
+  EXPECT_THAT(Newest().unreachable_places, IsEmpty());
+}
+
+TEST_F(ExplorationChangesTest, A4_ASearchLooksAtEachPlaceWhetherItIsGivenUp) {
+  StartInARoom();
+  ExplorationObjects objects = Newest();
+  const UnreachablePlace far{1, ExplorationId(), "r1", Rectangle(90, 90, 91, 91), 1'000'000};
+  objects.unreachable_places.assign(5'000, far);
+  ExplorationFollower follower(room());
+  ASSERT_TRUE(follower.Follow(*snapshot(), objects).ok());
+  ExplorationTeam team;
+  ASSERT_TRUE(team.Meet("r1", {0.25, 0.25}, Now(), &follower));
+  const CancelledAfter never(1'000'000);
+  EXPECT_TRUE(team.Choose("r1", objects, &follower).has_value());
+  EXPECT_GE(never.num_looks(), 5'000);
+}
+
 // Tests of restarts.
 
 TEST_F(ExplorationChangesTest, ARestartLosesNeitherClaimsNorWhatWasExplored) {
@@ -171,6 +203,28 @@ TEST_F(ExplorationChangesTest, FollowsAsOneThatBeginsAnew) {
     MapExplorations fresh(&session(), room());
     ExpectSame(followed, fresh.Get(0, "")->progress.cells);
   }
+}
+
+TEST_F(ExplorationChangesTest, A4_AChangeOfMuchFloorIsGivenUpAndFollowedLater) {
+  DrawFree("fine", 0.05, 300);
+  ExplorationStart request;
+  request.area = Rectangle(0, 0, 15, 15);
+  request.occupancy_layer = "fine";
+  request.exploration_layer = "seen";
+  request.author = "test";
+  request.robot_radius_m = 2.5;
+  ASSERT_TRUE(explorations().Start(request).ok());
+  const ExplorationObjects objects = Newest();
+  ExplorationFollower follower(room());
+  const auto follow = [&] { return follower.Follow(*snapshot(), objects); };
+  ASSERT_TRUE(follow().ok());
+  const int generation = follower.generation();
+  Write({0, 10, 0, 10}, 1.0, "fine");
+  ASSERT_TRUE(follow().ok());
+  EXPECT_EQ(follower.generation(), generation) << "a small change is no reason for a new Explorer";
+  Write({100, 300, 0, 300}, 1.0, "fine");
+  EXPECT_GT(TimesCancelled(follow), 10);
+  ExpectSame(follower.explorer().progress(), Progress());
 }
 
 // Tests of layers.
@@ -326,6 +380,34 @@ TEST_F(ExplorationChangesTest, WhatPeopleSpoilIsNamed) {
   EditByHand(id,
              [](SemanticObject& object) { object.attributes["state"] = std::string("active"); });
   EXPECT_TRUE(Claim("r1", {0.25, 0.25}).goal.has_value());
+}
+
+TEST_F(ExplorationChangesTest, ARobotOfTooManyCellsIsRefusedByName) {
+  DrawFree("fine", 0.01, 4);
+  ExplorationStart request;
+  request.area = Rectangle(0, 0, 0.04, 0.04);
+  request.occupancy_layer = "fine";
+  request.exploration_layer = "seen";
+  request.author = "test";
+  request.robot_radius_m = 1.02;
+  const absl::Status refused = explorations().Start(request).status();
+  EXPECT_TRUE(absl::IsResourceExhausted(refused)) << refused;
+  EXPECT_THAT(std::string(refused.message()), HasSubstr("robot_radius_m"));
+  request.robot_radius_m = 1.0;
+  ASSERT_TRUE(explorations().Start(request).ok());
+
+  // As if it had been started by an older server.
+  EditByHand(ExplorationId(),
+             [](SemanticObject& object) { object.attributes["robot_radius_m"] = 1.02; });
+  Reopen();
+  for (const absl::Status& status :
+       {explorations().Get(0, "").status(), explorations().Claim({0, "r1", {0.02, 0.02}}).status(),
+        explorations().ListFrontiers(0, "").status()}) {
+    EXPECT_TRUE(absl::IsResourceExhausted(status)) << status;
+    EXPECT_THAT(std::string(status.message()), HasSubstr("robot_radius_m"));
+  }
+  EXPECT_TRUE(explorations().List("").ok());
+  EXPECT_TRUE(explorations().Stop(0, "test").ok());
 }
 
 // Tests of the end of explorations.

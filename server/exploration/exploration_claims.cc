@@ -16,6 +16,10 @@
 namespace hypermap::server {
 namespace {
 
+// Edits of a claim beyond which it removes no more unreachable places; later claims remove the
+// rest. A large batch would hold up the map's writer.
+constexpr size_t kMaxEdits = 1'000;
+
 absl::Status NotHeld(const std::string& robot, ObjectId goal_id) {
   return absl::NotFoundError(absl::StrCat("robot \"", robot, "\" does not hold goal ", goal_id));
 }
@@ -102,6 +106,7 @@ absl::StatusOr<ClaimAnswer> MapExplorations::TryClaim(const GoalClaim& request) 
   std::vector<Edit> edits;
   if (answer.goal) edits.push_back(PutGoal(*answer.goal, request.lease));
   for (const UnreachablePlace& place : kept.objects.unreachable_places) {
+    if (edits.size() >= kMaxEdits) break;
     if (follower.MayBeReachableAgain(place)) edits.push_back(Remove(place.id));
   }
   if (reason != EndReason::kNone) {

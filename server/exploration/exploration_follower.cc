@@ -15,8 +15,11 @@
 namespace hypermap::server {
 namespace {
 
-// Upper bound of a robot's range: its field of view takes memory and time by the square of it.
+// Upper bounds of a robot's range and radius in cells: kMaxRange_m and kMaxRobotRadius_m at the
+// usual resolution of 5 cm. A field of view takes memory and time by the square of the range, and
+// the change of a cell takes time by the square of the radius.
 constexpr double kMaxRangeCells = 1000.0;
+constexpr double kMaxRadiusCells = 100.0;
 
 absl::StatusOr<std::shared_ptr<const GridLayer>> FindGrid(const Snapshot& snapshot,
                                                           const std::string& name, LayerKind kind) {
@@ -62,10 +65,25 @@ int32_t CellsBetween(int32_t begin, int32_t end, int32_t at) {
   return std::max({begin - at, 0, at - (end - 1)});
 }
 
-// Distance from `cell` to the nearest cell of `box`, in cells.
-double DistanceTo(const CellBox& box, const CellIndex& cell) {
-  return std::hypot(CellsBetween(box.row_begin, box.row_end, cell.row),
-                    CellsBetween(box.col_begin, box.col_end, cell.col));
+// Whether the nearest cell of `box` is at most `distance` cells from `cell`.
+bool IsNear(const CellBox& box, const CellIndex& cell, double distance) {
+  const double rows = CellsBetween(box.row_begin, box.row_end, cell.row);
+  const double cols = CellsBetween(box.col_begin, box.col_end, cell.col);
+  return rows * rows + cols * cols <= distance * distance;
+}
+
+absl::Status CheckSizesInCells(const Explorer::Options& options, const GridLayer& floor) {
+  const double resolution_m = floor.geometry().resolution_m;
+  const std::string& name = floor.spec().name;
+  if (options.range_m / resolution_m > kMaxRangeCells) {
+    return absl::ResourceExhaustedError(absl::StrCat(
+        "range_m: robots see farther than ", kMaxRangeCells, " cells of layer \"", name, "\""));
+  }
+  if (options.robot_radius_m / resolution_m > kMaxRadiusCells) {
+    return absl::ResourceExhaustedError(absl::StrCat(
+        "robot_radius_m is more than ", kMaxRadiusCells, " cells of layer \"", name, "\""));
+  }
+  return absl::OkStatus();
 }
 
 }  // namespace
@@ -110,7 +128,14 @@ bool ExplorationFollower::AreAlike(const Ground& a, const Ground& b) {
 absl::Status ExplorationFollower::Follow(const Snapshot& snapshot,
                                          const ExplorationObjects& objects) {
   HYPERMAP_ASSIGN_OR_RETURN(Ground ground, FindGround(snapshot, objects.exploration));
-  if (!explorer_ || !AreAlike(ground_, ground)) {
+  bool is_new = !explorer_ || !AreAlike(ground_, ground);
+  std::vector<CellBox> changed_floor;
+  if (!is_new) {
+    changed_floor = ChangedParts(*ground_.floor, *ground.floor, explorer_->box());
+    is_new = explorer_->IsCheaperAnew(*ground.floor, changed_floor);
+    HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
+  }
+  if (is_new) {
     HYPERMAP_RETURN_IF_ERROR(
         Begin(std::move(ground), snapshot.LayerVersionOf(objects.exploration.occupancy_layer)));
     absl::Status status = CheckCancelled();
@@ -124,7 +149,7 @@ absl::Status ExplorationFollower::Follow(const Snapshot& snapshot,
   // that robots reported.
   const ScopedCancellation to_the_end(nullptr);
   const Ground before = std::exchange(ground_, std::move(ground));
-  FollowFloor(*before.floor, objects);
+  FollowFloor(changed_floor, objects);
   FollowSeen(*before.seen);
   return absl::OkStatus();
 }
@@ -134,10 +159,7 @@ absl::Status ExplorationFollower::Begin(Ground ground, Revision floor_version) {
   charge_.GiveBack();
   const std::string& name = ground.floor->spec().name;
   const GridGeometry& geometry = ground.floor->geometry();
-  if (ground.options.range_m / geometry.resolution_m > kMaxRangeCells) {
-    return absl::ResourceExhaustedError(absl::StrCat(
-        "range_m: robots see farther than ", kMaxRangeCells, " cells of layer \"", name, "\""));
-  }
+  HYPERMAP_RETURN_IF_ERROR(CheckSizesInCells(ground.options, *ground.floor));
   const CellBox box = Explorer::BoxOf(geometry, ground.area, ground.options, ground.within);
   if (box.empty()) {
     return absl::FailedPreconditionError(
@@ -164,24 +186,31 @@ absl::Status ExplorationFollower::Begin(Ground ground, Revision floor_version) {
   return absl::OkStatus();
 }
 
-void ExplorationFollower::FollowFloor(const GridLayer& before, const ExplorationObjects& objects) {
+void ExplorationFollower::FollowFloor(const std::vector<CellBox>& parts,
+                                      const ExplorationObjects& objects) {
   std::set<ObjectId> places;
   for (const UnreachablePlace& place : objects.unreachable_places) places.insert(place.id);
   std::erase_if(reachable_again_, [&](ObjectId id) { return !places.contains(id); });
-  for (const CellBox& part : ChangedParts(before, *ground_.floor, explorer_->box())) {
-    const CellBox changed = explorer_->UpdateFloor(*ground_.floor, part);
-    if (!changed.empty()) NoteFloorChange(changed, objects.unreachable_places);
+  std::vector<CellBox> changed;
+  for (const CellBox& part : parts) {
+    const CellBox box = explorer_->UpdateFloor(*ground_.floor, part);
+    if (!box.empty()) changed.push_back(box);
   }
+  NoteFloorChanges(changed, objects.unreachable_places);
 }
 
 // The obstacle that made a robot give up a place lay within the robot's radius and range of it.
-void ExplorationFollower::NoteFloorChange(const CellBox& changed,
-                                          const std::vector<UnreachablePlace>& places) {
+void ExplorationFollower::NoteFloorChanges(const std::vector<CellBox>& changed,
+                                           const std::vector<UnreachablePlace>& places) {
+  if (changed.empty()) return;
   const double near =
       (ground_.options.robot_radius_m + ground_.options.range_m) / geometry().resolution_m;
   for (const UnreachablePlace& place : places) {
     const std::optional<CellIndex> cell = CellAt(Centroid(place.cell));
-    if (cell && DistanceTo(changed, *cell) <= near) reachable_again_.insert(place.id);
+    if (cell && std::any_of(changed.begin(), changed.end(),
+                            [&](const CellBox& box) { return IsNear(box, *cell, near); })) {
+      reachable_again_.insert(place.id);
+    }
   }
 }
 

@@ -36,25 +36,29 @@ struct ExplorationRoom {
 };
 
 // The Explorer of one exploration, which Follow updates to a newer snapshot. An update costs as
-// much as has changed, because snapshots share the tiles that were not written. A floor cell counts
-// as explored if the exploration layer's cell at its centre is explored, whatever that layer's cell
-// size and frame are. "The layer" is the layer of the exploration's objects, "floor" the occupancy
-// layer. Not thread safe.
+// much as has changed, because snapshots share the tiles that were not written. After a change of
+// much of the floor, a new Explorer costs less and is made instead. A floor cell counts as explored
+// if the exploration layer's cell at its centre is explored, whatever that layer's cell size and
+// frame are. "The layer" is the layer of the exploration's objects, "floor" the occupancy layer.
+// Not thread safe.
 class ExplorationFollower {
  public:
   explicit ExplorationFollower(const ExplorationRoom& room)
       : room_(room), charge_(room.bytes, "explorations") {}
 
   // Updates the Explorer to `snapshot`. Makes a new one, which knows nothing of what robots
-  // reported, if the area, the options, the layers' grids or the frames have changed.
-  // FAILED_PRECONDITION naming the layer if it is gone, of another kind or not connected to the
-  // objects' frame, or if the area covers none of its cells; RESOURCE_EXHAUSTED if the area spans
+  // reported, if the area, the options, the layers' grids or the frames have changed, or if that
+  // takes less time (Explorer::IsCheaperAnew). FAILED_PRECONDITION naming the layer if it is gone,
+  // of another kind or not connected to the objects' frame, or if the area covers none of its
+  // cells; RESOURCE_EXHAUSTED if robot_radius_m or range_m has too many cells, if the area spans
   // more than --max_exploration_cells, or if there is no memory left for an Explorer.
-  // Errors of CheckCancelled if a new one was to be made; the update of one runs to its end.
+  // Errors of CheckCancelled before an update and while a new one is made; an update runs to its
+  // end.
   absl::Status Follow(const Snapshot& snapshot, const ExplorationObjects& objects);
 
   // REQUIRES of all methods below: a Follow has succeeded.
   Explorer& explorer() { return *explorer_; }
+  const Explorer& explorer() const { return *explorer_; }
   // Number of Explorers that were made; changes when robots must be reported again.
   int generation() const { return generation_; }
   // The grid of the occupancy layer.
@@ -94,12 +98,13 @@ class ExplorationFollower {
 
   // Makes a new Explorer.
   absl::Status Begin(Ground ground, Revision floor_version);
-  // Passes the floor cells that differ from `before` to the Explorer.
-  void FollowFloor(const GridLayer& before, const ExplorationObjects& objects);
+  // Passes the floor cells of `parts`, which contain all that changed, to the Explorer.
+  void FollowFloor(const std::vector<CellBox>& parts, const ExplorationObjects& objects);
   // Passes the explored cells that differ from `before` to the Explorer.
   void FollowSeen(const GridLayer& before);
-  // Adds the places to reachable_again_ from which a robot could see or touch `changed`.
-  void NoteFloorChange(const CellBox& changed, const std::vector<UnreachablePlace>& places);
+  // Adds the places to reachable_again_ from which a robot could see or touch one of `changed`.
+  void NoteFloorChanges(const std::vector<CellBox>& changed,
+                        const std::vector<UnreachablePlace>& places);
 
   const ExplorationRoom room_;
   admission::Budget::Charge charge_;  // for the Explorer

@@ -1,7 +1,7 @@
 #include "server/exploration/exploration_team.h"
 
 #include <algorithm>
-#include <cmath>
+#include <cstdint>
 
 #include "base/cancellation/cancellation.h"
 #include "base/limits/limits.h"
@@ -15,29 +15,33 @@ constexpr absl::Duration kAbsence = absl::Minutes(10);
 // can't get next to it either.
 constexpr double kAvoided_m = 0.5;
 
-void AddDisc(const CellIndex& centre, double radius, std::vector<CellIndex>* cells) {
+// Sets the cells of `marked` to 1 that are within `radius` cells of `centre`.
+void MarkDisc(const CellIndex& centre, double radius, CellRaster<uint8_t>* marked) {
   const auto reach = static_cast<int32_t>(radius);
   for (int32_t row = -reach; row <= reach; ++row) {
     for (int32_t col = -reach; col <= reach; ++col) {
-      if (std::hypot(row, col) > radius) continue;
-      cells->push_back({centre.row + row, centre.col + col});
+      const CellIndex cell{centre.row + row, centre.col + col};
+      if (row * row + col * col <= radius * radius && marked->Contains(cell)) marked->set(cell, 1);
     }
   }
 }
 
-// The cells at and near unreachable places, to which no robot is sent.
-std::vector<CellIndex> GivenUp(const ExplorationObjects& objects,
-                               const ExplorationFollower& follower) {
-  // In cells. Bounds the size of the result on a very fine grid.
+// Marks the cells at and near unreachable places, to which no robot is sent. Means nothing if
+// IsCancelled().
+CellRaster<uint8_t> GivenUp(const ExplorationObjects& objects,
+                            const ExplorationFollower& follower) {
+  if (objects.unreachable_places.empty()) return {};
+  // In cells. Bounds the time on a very fine grid.
   constexpr double kMaxRadius = 32.0;
   const double radius = std::min(kAvoided_m / follower.geometry().resolution_m, kMaxRadius);
-  std::vector<CellIndex> cells;
+  CellRaster<uint8_t> marked(follower.explorer().box());
   for (const UnreachablePlace& place : objects.unreachable_places) {
+    if (IsCancelled()) break;
     if (follower.MayBeReachableAgain(place)) continue;
     const std::optional<CellIndex> cell = follower.CellAt(Centroid(place.cell));
-    if (cell) AddDisc(*cell, radius, &cells);
+    if (cell) MarkDisc(*cell, radius, &marked);
   }
-  return cells;
+  return marked;
 }
 
 std::vector<CellIndex> GoalsOfOthers(const std::string& robot, const ExplorationObjects& objects,
@@ -76,10 +80,8 @@ std::optional<Explorer::ChosenViewpoint> ExplorationTeam::Choose(
     ExplorationFollower* follower) const {
   const std::optional<CellIndex> cell = follower->CellAt(robots_.at(robot).place);
   if (!cell) return std::nullopt;
-  const std::vector<CellIndex> promised = GoalsOfOthers(robot, objects, *follower);
-  std::vector<CellIndex> avoided = GivenUp(objects, *follower);
-  avoided.insert(avoided.end(), promised.begin(), promised.end());
-  return follower->explorer().ChooseViewpoint(*cell, promised, avoided);
+  return follower->explorer().ChooseViewpoint(*cell, GoalsOfOthers(robot, objects, *follower),
+                                              GivenUp(objects, *follower));
 }
 
 EndReason ExplorationTeam::ReasonToEnd(const std::string& robot, const ExplorationObjects& objects,
@@ -87,7 +89,7 @@ EndReason ExplorationTeam::ReasonToEnd(const std::string& robot, const Explorati
   if (!GoalsOfOthers(robot, objects, *follower).empty()) return EndReason::kNone;
   Explorer& explorer = follower->explorer();
   const absl::Time lately = robots_.at(robot).at - kAbsence;
-  const auto is_anything_left = [&](absl::Time met_since, const std::vector<CellIndex>& avoided) {
+  const auto is_anything_left = [&](absl::Time met_since, const CellRaster<uint8_t>& avoided) {
     std::vector<CellIndex> cells;
     for (const auto& [name, met] : robots_) {
       const std::optional<CellIndex> cell = follower->CellAt(met.place);

@@ -6,6 +6,7 @@
 #include "absl/strings/str_cat.h"
 #include "base/cancellation/cancellation.h"
 #include "base/limits/limits.h"
+#include "base/metering/memory_meter.h"
 #include "base/status/status_macros.h"
 #include "map/edits/apply.h"
 #include "server/exploration/exploration_start.h"
@@ -38,6 +39,13 @@ absl::Status TooManyActive() {
                                                    " explorations that have not ended"));
 }
 
+// Charges the call for a copy of the layer's content, before it is read. Anybody may write large
+// objects into this layer.
+absl::Status TakeMemoryToRead(const SemanticLayer& layer) {
+  constexpr int64_t kFreeBytes = 64 << 10;
+  return layer.ByteSize() <= kFreeBytes ? absl::OkStatus() : TakeMemory(layer.ByteSize());
+}
+
 }  // namespace
 
 absl::StatusOr<MapExplorations::Kept> MapExplorations::Read(ObjectId id) const {
@@ -45,6 +53,7 @@ absl::StatusOr<MapExplorations::Kept> MapExplorations::Read(ObjectId id) const {
   kept.snapshot = session_->snapshot();
   HYPERMAP_ASSIGN_OR_RETURN(std::shared_ptr<const SemanticLayer> layer, FindLayer(*kept.snapshot));
   if (layer == nullptr) return absl::NotFoundError("there is no exploration");
+  HYPERMAP_RETURN_IF_ERROR(TakeMemoryToRead(*layer));
   HYPERMAP_ASSIGN_OR_RETURN(ExplorationObjects objects, FindExploration(*layer, id));
   kept.layer = std::move(layer);
   kept.objects = std::move(objects);
@@ -155,6 +164,7 @@ absl::StatusOr<ExplorationList> MapExplorations::List(const std::string& frame_i
   ExplorationList list;
   HYPERMAP_RETURN_IF_ERROR(SetFrame(*snapshot, FrameOf(layer.get(), *snapshot), frame_id, &list));
   if (layer == nullptr) return list;
+  HYPERMAP_RETURN_IF_ERROR(TakeMemoryToRead(*layer));
   HYPERMAP_ASSIGN_OR_RETURN(std::vector<ExplorationObjects> all, ReadExplorations(*layer));
   list.explorations = std::move(all);
   for (ExplorationObjects& objects : list.explorations) DropEndedLeases(*layer, &objects);
@@ -223,6 +233,7 @@ absl::StatusOr<MapExplorations::Trial> MapExplorations::Try(const Snapshot& snap
   HYPERMAP_ASSIGN_OR_RETURN(const AppliedBatch applied, Apply(snapshot, batch));
   HYPERMAP_ASSIGN_OR_RETURN(const std::shared_ptr<const SemanticLayer> layer,
                             FindLayer(*applied.snapshot));
+  HYPERMAP_RETURN_IF_ERROR(TakeMemoryToRead(*layer));
   HYPERMAP_ASSIGN_OR_RETURN(std::vector<ExplorationObjects> all, ReadExplorations(*layer));
   const auto num_active = std::count_if(
       all.begin(), all.end(), [](const auto& objects) { return IsActive(objects.exploration); });

@@ -85,12 +85,11 @@ void EvidenceLog::Add(std::shared_ptr<const Observation> observation,
   change_.observations.push_back(std::move(logged));
 }
 
-storage::LogKey EvidenceLog::Add(fusion::OperatorFact fact) {
+storage::LogKey EvidenceLog::Add(std::shared_ptr<const fusion::OperatorFact> fact) {
   storage::LogKey key{last_.after, ++num_facts_};
   last_ = key;
-  change_.facts.push_back(EncodeFact(key, fact, *codec_));
-  recent_.emplace(
-      key, Evidence{key, nullptr, std::make_shared<const fusion::OperatorFact>(std::move(fact))});
+  change_.facts.push_back(EncodeFact(key, *fact, *codec_));
+  recent_.emplace(key, Evidence{key, nullptr, std::move(fact)});
   return key;
 }
 

@@ -45,7 +45,7 @@ class EvidenceLog {
   // Adds an observation in the layer's frame. REQUIRES: the log has no entry with its key.
   void Add(std::shared_ptr<const Observation> observation, storage::LoggedObservation logged);
   // Adds a fact that an operator stated, after all other entries. Returns its key.
-  storage::LogKey Add(fusion::OperatorFact fact);
+  storage::LogKey Add(std::shared_ptr<const fusion::OperatorFact> fact);
   // Removes the observations of a robot with from <= stamp < to. Returns their keys, in order.
   absl::StatusOr<std::vector<ObservationKey>> Retract(const std::string& robot, absl::Time from,
                                                       absl::Time to);

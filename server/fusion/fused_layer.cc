@@ -35,18 +35,11 @@ const SemanticLayer* FindSemantic(const Snapshot& snapshot, const std::string& l
   return snapshot.FindSemantic(layer);
 }
 
-// Whether the two have the same label and shape. Boxes are compared first, because they are cheap.
-bool IsSameThing(const SemanticObject& a, const SemanticObject& b) {
-  return a.shape.bounds() == b.shape.bounds() && a.label == b.label && a.shape == b.shape;
-}
-
-// The fused object that has the label and shape that the operator gave; null if there is none.
-const fusion::FusedObject* FindTakenOver(const std::vector<fusion::FusedObject>& fused,
-                                         const SemanticObject& pinned) {
-  for (const fusion::FusedObject& candidate : fused) {
-    if (IsSameThing(*candidate.object, pinned)) return &candidate;
-  }
-  return nullptr;
+// Finds fused objects by label and shape, numbered as in `fused`.
+ThingIndex ThingsOf(const std::vector<fusion::FusedObject>& fused) {
+  ThingIndex things;
+  for (size_t i = 0; i < fused.size(); ++i) things.Add(fused[i].object, i);
+  return things;
 }
 
 // Binary search: strategies return objects sorted by track.
@@ -109,6 +102,7 @@ absl::Status FusedLayer::LoadShown(const Snapshot& snapshot) {
   for (const auto& [track, id] : tracks) {
     if (id == 0) continue;
     ids_[track] = id;
+    tracks_by_id_.emplace(id, track);
     const ObjectPtr object = layer == nullptr ? nullptr : layer->Find(id);
     if (object) shown_[track] = {id, WithId(*object, 0)};
   }
@@ -117,10 +111,10 @@ absl::Status FusedLayer::LoadShown(const Snapshot& snapshot) {
 
 std::vector<fusion::TrackKey> FusedLayer::TracksOf(ObjectId id) const {
   std::vector<fusion::TrackKey> tracks;
-  for (const auto& [track, track_id] : ids_) {
-    if (track_id == id) tracks.push_back(track);
+  for (auto it = tracks_by_id_.lower_bound({id, ""}); it != tracks_by_id_.end() && it->first == id;
+       ++it) {
+    tracks.push_back(it->second);
   }
-  std::sort(tracks.begin(), tracks.end());
   return tracks;
 }
 
@@ -201,18 +195,46 @@ absl::StatusOr<ObservationVerdict> FusedLayer::Admit(const Observation& observat
   return verdict(ObservationOutcome::kAccepted, "");
 }
 
-void FusedLayer::Tell(fusion::OperatorFact::Kind kind, const ObjectPtr& object) {
-  const fusion::TrackKey track = TrackOf(object->id);
-  ObjectPtr told = WithId(*object, 0);
-  if (kind == fusion::OperatorFact::Kind::kPin) {
-    shown_[track] = {object->id, told};
-    pinned_[track] = told;
-  } else {
-    shown_.erase(track);
-    pinned_.erase(track);
+absl::StatusOr<FusedLayer::FoldedFacts> FusedLayer::FoldFacts(
+    absl::Span<const OperatorEdit> edits) const {
+  FoldedFacts folded;
+  const std::unique_ptr<fusion::FactFold> fold = strategy_->FoldFacts(tip_.state);
+  for (const auto& [kind, object] : edits) {
+    HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
+    auto fact = std::make_shared<fusion::OperatorFact>(
+        fusion::OperatorFact{kind, TrackOf(object->id), *object});
+    fact->object.id = 0;
+    fold->Add(*fact);
+    folded.facts.push_back({object->id, std::move(fact)});
   }
-  ChangedAt(log_.Add({kind, track, *told}));
-  ++new_entries_;
+  folded.state = fold->Finish();
+  HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
+  return folded;
+}
+
+void FusedLayer::Tell(FoldedFacts folded) {
+  if (folded.facts.empty()) return;
+  storage::LogKey last;
+  for (const auto& [id, fact] : folded.facts) {
+    const fusion::TrackKey& track = fact->track;
+    const auto known = ids_.find(track);
+    if (known == ids_.end() || known->second != id) SetId(track, id);
+    if (fact->kind == fusion::OperatorFact::Kind::kPin) {
+      const ObjectPtr told(fact, &fact->object);  // Shares the memory of the fact.
+      shown_[track] = {id, told};
+      pinned_[track] = told;
+    } else {
+      shown_.erase(track);
+      pinned_.erase(track);
+    }
+    last = log_.Add(fact);
+  }
+  const auto num_facts = static_cast<int64_t>(folded.facts.size());
+  new_entries_ += num_facts;
+  // Changes before the facts make Fold start there and fold the facts again.
+  if (changed_at_) return;
+  Advance(last, std::move(folded.state), num_facts);
+  tip_is_shown_ = false;
 }
 
 absl::StatusOr<int64_t> FusedLayer::Retract(const std::string& robot, absl::Time from,
@@ -273,11 +295,35 @@ absl::StatusOr<FusedLayer::Checkpoint> FusedLayer::CheckpointBefore(const storag
 
 absl::Status FusedLayer::FoldOn(Checkpoint from) {
   tip_ = std::move(from);
-  return log_.Visit(tip_.key, [this](const Evidence& evidence) {
-    tip_ = {evidence.key, server::Fold(*strategy_, tip_.state, evidence, nullptr)};
-    ++entries_folded_;
-    if (++entries_since_checkpoint_ >= options_->entries_per_checkpoint) AddCheckpoint();
-  });
+  // The facts since the last observation, which become one state. States between them would only
+  // serve late observations that come between two facts.
+  std::unique_ptr<fusion::FactFold> facts;
+  storage::LogKey last_fact;
+  int64_t num_facts = 0;
+  const auto finish_facts = [&] {
+    if (facts) Advance(last_fact, facts->Finish(), std::exchange(num_facts, 0));
+    facts.reset();
+  };
+  HYPERMAP_RETURN_IF_ERROR(log_.Visit(tip_.key, [&](const Evidence& evidence) {
+    if (evidence.fact) {
+      if (!facts) facts = strategy_->FoldFacts(tip_.state);
+      facts->Add(*evidence.fact);
+      last_fact = evidence.key;
+      ++num_facts;
+      return;
+    }
+    finish_facts();
+    Advance(evidence.key, strategy_->Fold(tip_.state, *evidence.observation, nullptr), 1);
+  }));
+  finish_facts();
+  return absl::OkStatus();
+}
+
+void FusedLayer::Advance(const storage::LogKey& key, fusion::StatePtr state, int64_t num_entries) {
+  tip_ = {key, std::move(state)};
+  entries_folded_ += num_entries;
+  entries_since_checkpoint_ += num_entries;
+  if (entries_since_checkpoint_ >= options_->entries_per_checkpoint) AddCheckpoint();
 }
 
 void FusedLayer::AddCheckpoint() {
@@ -331,8 +377,12 @@ absl::StatusOr<std::vector<Edit>> FusedLayer::Fold(const Snapshot& snapshot) {
     }
     HYPERMAP_RETURN_IF_ERROR(FoldOn(std::move(from)));
     changed_at_.reset();
+    tip_is_shown_ = false;
+  }
+  if (!tip_is_shown_) {
     CountBytes();
     Diff(snapshot, &edits);
+    tip_is_shown_ = true;
   }
   HYPERMAP_RETURN_IF_ERROR(MarkExplored(snapshot, &edits));
   explored_.clear();
@@ -362,29 +412,31 @@ absl::Status FusedLayer::MarkExplored(const Snapshot& snapshot, std::vector<Edit
   });
 }
 
-fusion::TrackKey FusedLayer::TrackOf(ObjectId id) {
-  for (const auto& [track, shown] : shown_) {
-    if (shown.id == id) return track;
+fusion::TrackKey FusedLayer::TrackOf(ObjectId id) const {
+  const std::vector<fusion::TrackKey> tracks = TracksOf(id);
+  for (const fusion::TrackKey& track : tracks) {
+    const auto shown = shown_.find(track);
+    if (shown != shown_.end() && shown->second.id == id) return track;
   }
-  for (const auto& [track, track_id] : ids_) {
-    if (track_id == id) return track;
-  }
-  fusion::TrackKey track = absl::StrCat("operator/", id);
-  SetId(track, id);
-  return track;
+  return tracks.empty() ? absl::StrCat("operator/", id) : tracks.front();
 }
 
 void FusedLayer::SetId(const fusion::TrackKey& track, ObjectId id) {
-  ids_[track] = id;
+  ObjectId& own = ids_[track];
+  tracks_by_id_.erase({own, track});
+  tracks_by_id_.emplace(id, track);
+  own = id;
   changed_tracks_.insert(track);
 }
 
 void FusedLayer::AdoptPinned(const std::vector<fusion::FusedObject>& fused) {
+  std::optional<ThingIndex> things;
   for (const auto& [track, object] : std::exchange(pinned_, {})) {
     const auto own = shown_.find(track);
     if (own == shown_.end() || Holds(fused, track)) continue;
-    const fusion::FusedObject* by = FindTakenOver(fused, *object);
-    if (by == nullptr) {
+    if (!things) things = ThingsOf(fused);
+    const std::optional<size_t> taken_over = things->Find(*object);
+    if (!taken_over) {
       // The strategy shows no such object. The operator's stays on the map, without a track, so
       // that fusion never changes it.
       SetId(track, 0);
@@ -394,9 +446,10 @@ void FusedLayer::AdoptPinned(const std::vector<fusion::FusedObject>& fused) {
     // The strategy gave the pin to another track. That track now shows the operator's object, under
     // the operator's id; its former object is left to a track that is gone, so that Diff removes
     // it.
-    Shown& other = shown_[by->track];
+    const fusion::TrackKey& by = fused[*taken_over].track;
+    Shown& other = shown_[by];
     std::swap(other, own->second);
-    SetId(by->track, other.id);
+    SetId(by, other.id);
     if (own->second.id == 0) shown_.erase(own);
   }
 }
@@ -438,9 +491,13 @@ void FusedLayer::Diff(const Snapshot& snapshot, std::vector<Edit>* edits) {
     ++shown;
   }
   drop_until(nullptr);
+  ThingIndex gone_things;
+  for (size_t i = 0; i < gone.size(); ++i) {
+    if (gone[i].id != 0) gone_things.Add(gone[i].object, i);
+  }
   for (const fusion::FusedObject* object : come) {
     Shown& entry = shown_[object->track];
-    if (ids_.count(object->track) == 0) Inherit(*object, &gone, &entry);
+    if (ids_.count(object->track) == 0) Inherit(*object, &gone_things, &gone, &entry);
     Show(*object, &entry, edits);
   }
   Remove(gone, snapshot, edits);
@@ -456,13 +513,12 @@ void FusedLayer::Show(const fusion::FusedObject& fused, Shown* shown, std::vecto
   if (Validate(*fused.object).ok()) Put(fused, shown, edits);
 }
 
-void FusedLayer::Inherit(const fusion::FusedObject& fused, std::vector<Shown>* gone, Shown* shown) {
-  for (Shown& other : *gone) {
-    if (other.id == 0 || !IsSameThing(*other.object, *fused.object)) continue;
-    *shown = std::exchange(other, Shown());
-    SetId(fused.track, shown->id);
-    return;
-  }
+void FusedLayer::Inherit(const fusion::FusedObject& fused, ThingIndex* gone_things,
+                         std::vector<Shown>* gone, Shown* shown) {
+  const std::optional<size_t> same = gone_things->Take(*fused.object);
+  if (!same) return;
+  *shown = std::exchange((*gone)[*same], Shown());
+  SetId(fused.track, shown->id);
 }
 
 void FusedLayer::Remove(const std::vector<Shown>& gone, const Snapshot& snapshot,

@@ -8,6 +8,7 @@
 #include <set>
 #include <string>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "absl/status/status.h"
@@ -23,9 +24,16 @@
 #include "map/snapshot.h"
 #include "server/fusion/evidence_log.h"
 #include "server/fusion/fusion_options.h"
+#include "server/fusion/thing_index.h"
 #include "storage/fusion_log.h"
 
 namespace hypermap::server {
+
+// What an operator did to an object of a fused layer.
+struct OperatorEdit {
+  fusion::OperatorFact::Kind kind = fusion::OperatorFact::Kind::kPin;
+  ObjectPtr object;  // As put; for a removed one, as it was.
+};
 
 // The fold of a log, and the objects of the layer that show it. A revision is made in these steps:
 //   1. Admit, Tell, Retract or Rebuild change the log.
@@ -34,9 +42,9 @@ namespace hypermap::server {
 //   3. The caller applies the edits. Finish gets the ids of new objects, and returns the changes to
 //      store in the same transaction.
 //   4. Written, when they are stored.
-// Several revisions may be made before Written. After an error, except of Admit and Rebuild's
-// INVALID_ARGUMENT, the object must not be used any more; Open gives the stored state again. That
-// includes the errors of CheckCancelled, which Open and Fold return. Not thread safe.
+// Several revisions may be made before Written. After an error, except of Admit and FoldFacts and
+// Rebuild's INVALID_ARGUMENT, the object must not be used any more; Open gives the stored state
+// again. That includes the errors of CheckCancelled, which Open and Fold return. Not thread safe.
 class FusedLayer {
  public:
   // Loads a layer from the store; `snapshot` is the newest. `stored` and `options` must outlive
@@ -70,9 +78,22 @@ class FusedLayer {
                                            const Snapshot& snapshot, const Limits& limits,
                                            RobotClocks* clocks);
 
-  // Adds the fact that an operator put or removed `object` (for a removed one: as it was). The
-  // snapshot that Fold gets must contain the operator's edit.
-  void Tell(fusion::OperatorFact::Kind kind, const ObjectPtr& object);
+  // The facts of a batch of edits, and the state after them.
+  struct FoldedFacts {
+    struct Fact {
+      ObjectId id = 0;  // Of the object.
+      std::shared_ptr<const fusion::OperatorFact> fact;
+    };
+    std::vector<Fact> facts;
+    fusion::StatePtr state;
+  };
+  // Folds the facts that operators put or removed objects, without adding them to the log. No two
+  // edits may be of one object. Near-linear in the tracks and facts, if few tracks have boxes that
+  // intersect. Errors of CheckCancelled.
+  absl::StatusOr<FoldedFacts> FoldFacts(absl::Span<const OperatorEdit> edits) const;
+  // Adds the facts to the log. The layer must be as it was when they were folded, and the snapshot
+  // that Fold gets must contain the operators' edits.
+  void Tell(FoldedFacts folded);
 
   // Retracts the observations of a robot with from <= stamp < to. Returns their number.
   absl::StatusOr<int64_t> Retract(const std::string& robot, absl::Time from, absl::Time to);
@@ -132,6 +153,9 @@ class FusedLayer {
                                      std::string* body) const;
   // Folds all entries after `from`.
   absl::Status FoldOn(Checkpoint from);
+  // Makes `state` the tip. It is that after the entry `key`, the last one of `num_entries` after
+  // the former tip.
+  void Advance(const storage::LogKey& key, fusion::StatePtr state, int64_t num_entries);
   // The newest valid checkpoint before `key`, in memory or stored, or the state without evidence.
   absl::StatusOr<Checkpoint> CheckpointBefore(const storage::LogKey& key);
   // Keeps the state of tip_ in memory.
@@ -145,8 +169,8 @@ class FusedLayer {
   // Notes that the log changed at `key`, and drops the checkpoints from there on.
   void ChangedAt(const storage::LogKey& key);
 
-  // The object's track. An object without one gets a track of its own.
-  fusion::TrackKey TrackOf(ObjectId id);
+  // The object's track; for an object without one, the key of a track of its own.
+  fusion::TrackKey TrackOf(ObjectId id) const;
   void SetId(const fusion::TrackKey& track, ObjectId id);
   // Assigns each object that an operator put to the track that the strategy made of it.
   void AdoptPinned(const std::vector<fusion::FusedObject>& fused);
@@ -156,8 +180,9 @@ class FusedLayer {
   void Show(const fusion::FusedObject& fused, Shown* shown, std::vector<Edit>* edits);
   void Put(const fusion::FusedObject& fused, Shown* shown, std::vector<Edit>* edits);
   // Lets a new track keep the id of an equal object of a track that is gone: late evidence can give
-  // a thing another founder, and so another track key.
-  void Inherit(const fusion::FusedObject& fused, std::vector<Shown>* gone, Shown* shown);
+  // a thing another founder, and so another track key. `gone_things` has the objects of `gone`.
+  void Inherit(const fusion::FusedObject& fused, ThingIndex* gone_things, std::vector<Shown>* gone,
+               Shown* shown);
   void Remove(const std::vector<Shown>& gone, const Snapshot& snapshot, std::vector<Edit>* edits);
   absl::Status MarkExplored(const Snapshot& snapshot, std::vector<Edit>* edits) const;
 
@@ -171,7 +196,7 @@ class FusedLayer {
   Checkpoint tip_;           // the state that the layer shows
   Checkpoints checkpoints_;  // in memory, at or before tip_
   int64_t bytes_ = 0;
-  int entries_since_checkpoint_ = 0;
+  int64_t entries_since_checkpoint_ = 0;
   int64_t entries_folded_ = 0;
   int64_t new_entries_ = 0;  // entries that no stored checkpoint contains
 
@@ -179,10 +204,13 @@ class FusedLayer {
   // The ids of all tracks. A track that is not shown any more keeps its id, so that the object gets
   // it again if the track comes back.
   std::unordered_map<fusion::TrackKey, ObjectId> ids_;
+  // The same pairs, sorted by id.
+  std::set<std::pair<ObjectId, fusion::TrackKey>> tracks_by_id_;
 
   // Changes that are not folded yet: the first changed key, the free space of accepted and of
   // retracted observations, and the objects that an operator put.
   std::optional<storage::LogKey> changed_at_;
+  bool tip_is_shown_ = true;  // Whether Fold has returned the edits that show tip_.
   std::vector<Polygon> explored_;
   std::vector<Polygon> not_explored_;
   std::map<fusion::TrackKey, ObjectPtr> pinned_;

@@ -33,6 +33,15 @@ ObjectPtr FindObject(const Snapshot& snapshot, const std::string& layer, ObjectI
   return semantic == nullptr ? nullptr : semantic->Find(id);
 }
 
+// The names of the layers that the batch deleted, also of those that it made anew.
+std::set<std::string> DeletedBy(const AppliedBatch& applied) {
+  std::set<std::string> deleted;
+  for (const Change& change : applied.changes) {
+    if (const auto* layer = std::get_if<LayerDeleted>(&change)) deleted.insert(layer->spec.name);
+  }
+  return deleted;
+}
+
 absl::Status Mismatch(const std::string& layer, absl::string_view what, const std::string& has,
                       const std::string& wanted) {
   return absl::FailedPreconditionError(absl::StrCat("layer \"", layer, "\" is fused with ", what,
@@ -84,33 +93,29 @@ absl::StatusOr<FusedLayer*> MapFusion::Find(const Snapshot& snapshot, const std:
   return layers_.emplace(layer, *std::move(fused)).first->second.get();
 }
 
-absl::StatusOr<std::vector<FusedLayer*>> MapFusion::TouchedBy(const Snapshot& before,
-                                                              const EditBatch& batch) {
-  std::vector<FusedLayer*> touched;
-  for (const Edit& edit : batch.edits) {
-    const std::string layer = LayerOfObjectEdit(edit);
-    if (layer.empty() || settings_.count(layer) == 0) continue;
-    HYPERMAP_ASSIGN_OR_RETURN(FusedLayer * fused, Find(before, layer));
-    if (std::find(touched.begin(), touched.end(), fused) == touched.end()) {
-      touched.push_back(fused);
-    }
-  }
-  return touched;
-}
-
-void MapFusion::Tell(const Snapshot& before, const EditBatch& batch, const AppliedBatch& applied) {
+absl::StatusOr<std::vector<MapFusion::Touched>> MapFusion::TouchedBy(const Snapshot& before,
+                                                                     const EditBatch& batch,
+                                                                     const AppliedBatch& applied) {
+  const std::set<std::string> deleted = DeletedBy(applied);
+  std::vector<Touched> touched;
+  std::set<std::pair<std::string, ObjectId>> edited;
   for (size_t i = 0; i < batch.edits.size(); ++i) {
     const std::string layer = LayerOfObjectEdit(batch.edits[i]);
-    const auto fused = layers_.find(layer);
-    if (fused == layers_.end()) continue;
+    if (layer.empty() || settings_.count(layer) == 0 || deleted.count(layer) > 0) continue;
+    HYPERMAP_ASSIGN_OR_RETURN(FusedLayer * fused, Find(before, layer));
+    auto own = std::find_if(touched.begin(), touched.end(),
+                            [fused](const Touched& other) { return other.layer == fused; });
+    if (own == touched.end()) own = touched.insert(own, Touched{fused, {}});
     const auto* remove = std::get_if<DeleteObject>(&batch.edits[i]);
     const ObjectId id = remove != nullptr ? remove->id : applied.object_ids[i];
     // The object's state after the batch counts, however often the batch edits it.
+    if (!edited.emplace(layer, id).second) continue;
     const ObjectPtr after = FindObject(*applied.snapshot, layer, id);
     const ObjectPtr was = FindObject(before, layer, id);
-    if (after) fused->second->Tell(fusion::OperatorFact::Kind::kPin, after);
-    if (!after && was) fused->second->Tell(fusion::OperatorFact::Kind::kRemove, was);
+    if (after) own->edits.push_back({fusion::OperatorFact::Kind::kPin, after});
+    if (!after && was) own->edits.push_back({fusion::OperatorFact::Kind::kRemove, was});
   }
+  return touched;
 }
 
 void MapFusion::Drop(const std::string& layer) {
@@ -121,21 +126,22 @@ void MapFusion::Drop(const std::string& layer) {
 absl::StatusOr<FusionReaction> MapFusion::React(const Snapshot& before, const EditBatch& batch,
                                                 const AppliedBatch& applied) {
   if (settings_.empty()) return FusionReaction();
-  // Loads layers as they are before the batch, which Tell then adds to them.
-  HYPERMAP_ASSIGN_OR_RETURN(std::vector<FusedLayer*> touched, TouchedBy(before, batch));
-  // From here on the layers change. The facts come last in the logs, so that folding them is short.
-  const ScopedCancellation to_the_end(nullptr);
-  for (const Change& change : applied.changes) {
-    const auto* deleted = std::get_if<LayerDeleted>(&change);
-    if (deleted == nullptr) continue;
-    if (const auto layer = layers_.find(deleted->spec.name); layer != layers_.end()) {
-      std::erase(touched, layer->second.get());
-    }
-    Drop(deleted->spec.name);
+  HYPERMAP_ASSIGN_OR_RETURN(const std::vector<Touched> touched, TouchedBy(before, batch, applied));
+  std::vector<FusedLayer::FoldedFacts> facts;
+  for (const auto& [layer, edits] : touched) {
+    HYPERMAP_ASSIGN_OR_RETURN(FusedLayer::FoldedFacts folded, layer->FoldFacts(edits));
+    facts.push_back(std::move(folded));
   }
+  // From here on the layers change. The rest is near-linear in their tracks and the facts.
+  const ScopedCancellation to_the_end(nullptr);
+  for (const std::string& layer : DeletedBy(applied)) Drop(layer);
   if (touched.empty()) return FusionReaction();
-  Tell(before, batch, applied);
-  return Fold(*applied.snapshot, touched);
+  std::vector<FusedLayer*> layers;
+  for (size_t i = 0; i < touched.size(); ++i) {
+    touched[i].layer->Tell(std::move(facts[i]));
+    layers.push_back(touched[i].layer);
+  }
+  return Fold(*applied.snapshot, layers);
 }
 
 absl::StatusOr<FusionReaction> MapFusion::Fold(const Snapshot& snapshot,

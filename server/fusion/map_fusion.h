@@ -70,8 +70,8 @@ struct FusionReaction {
 //   3. calls Written when all revisions of the group are stored.
 // If broken() is an error, none of the revisions since the last Written may be stored, and Reset
 // goes back to the stored state. Other errors have changed nothing. Run, and the loading of layers
-// by React, end with the errors of CheckCancelled, which change nothing; everything else runs to
-// its end. Not thread safe.
+// and the folding of facts by React, end with the errors of CheckCancelled, which change nothing;
+// everything else runs to its end. Not thread safe.
 class MapFusion {
  public:
   // `stored` and `options` must outlive this.
@@ -142,11 +142,15 @@ class MapFusion {
   // Folds the changes of these layers.
   absl::StatusOr<FusionReaction> Fold(const Snapshot& snapshot,
                                       const std::vector<FusedLayer*>& layers);
-  // The fused layers whose objects the batch edits.
-  absl::StatusOr<std::vector<FusedLayer*>> TouchedBy(const Snapshot& before,
-                                                     const EditBatch& batch);
-  // Adds a fact for each object of a fused layer that the batch edits.
-  void Tell(const Snapshot& before, const EditBatch& batch, const AppliedBatch& applied);
+  // A fused layer whose objects a batch edits, and these edits.
+  struct Touched {
+    FusedLayer* layer;
+    std::vector<OperatorEdit> edits;
+  };
+  // Loads the fused layers whose objects the batch edits, as they are before it, but for those that
+  // it deletes.
+  absl::StatusOr<std::vector<Touched>> TouchedBy(const Snapshot& before, const EditBatch& batch,
+                                                 const AppliedBatch& applied);
   void Drop(const std::string& layer);
   // Sets broken_ unless it is an error already; returns `status`.
   absl::Status Broken(const absl::Status& status);

@@ -17,6 +17,17 @@ absl::Status CheckRequestSize(const grpc::ByteBuffer& request, size_t most_bytes
                                                    " that this rpc takes"));
 }
 
+absl::Status CheckBatchSize(const grpc::ByteBuffer& request, const Limits& limits) {
+  // Upper bound of the bytes of a point: two doubles, each with its tag if they are not packed.
+  constexpr size_t kBytesOfPoint = 24;
+  const size_t most =
+      FixedLimits::kMaxRequestBytes + kBytesOfPoint * static_cast<size_t>(limits.max_points);
+  if (request.Length() <= most) return absl::OkStatus();
+  return absl::ResourceExhaustedError(
+      absl::StrCat("the batch has ", request.Length(), " bytes, more than ", most,
+                   ": --max_points is ", limits.max_points));
+}
+
 absl::Status CheckQuestionSize(const grpc::ByteBuffer& request, const Limits& limits) {
   // Upper bound of the bytes of a vertex: two doubles, and its part of the tags and lengths of a
   // ring, which are about 8 bytes for at least three vertices.

@@ -36,6 +36,9 @@ absl::Status CheckRequestSize(const grpc::ByteBuffer& request, size_t most_bytes
 // names --max_question_vertices.
 absl::Status CheckQuestionSize(const grpc::ByteBuffer& request, const Limits& limits);
 
+// The same for a batch of points; names --max_points.
+absl::Status CheckBatchSize(const grpc::ByteBuffer& request, const Limits& limits);
+
 // Fills the empty message. INVALID_ARGUMENT for bytes that are no such message, which is empty
 // then.
 absl::Status ParseRequest(const grpc::ByteBuffer& bytes, google::protobuf::Message* request);

@@ -30,6 +30,7 @@
 #include "server/rpc/raw_messages.h"
 #include "server/rpc/request_log.h"
 #include "server/rpc/revision_wait.h"
+#include "server/rpc/short_turn.h"
 #include "server/rpc/wanted.h"
 #include "server/rpc/worker_pool.h"
 
@@ -63,15 +64,16 @@ template <typename Request, typename Response>
 class StreamedAnswer final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
  public:
   using Source = MessageSource<Response>;
-  using OpenSource = absl::AnyInvocable<absl::StatusOr<std::unique_ptr<Source>>(const Request&) &&>;
+  using OpenSource = absl::AnyInvocable<absl::StatusOr<std::unique_ptr<Source>>(const Request&)>;
 
   using Done = absl::AnyInvocable<void() &&>;
   using StartWait = absl::FunctionRef<void(RevisionWait&, Done)>;
 
-  // `open` is called when the answer begins. If `bytes` are no Request, the answer is
-  // INVALID_ARGUMENT. The request and the context live until OnDone. The answer begins in
-  // `workers`; `long_workers` continue it when it takes more than one turn. A call that is not
-  // admitted, or whose bytes are not `acceptable`, is not parsed, and ends when it would begin.
+  // `open` is called when the answer begins, and again if it has to begin anew. If `bytes` are no
+  // Request, the answer is INVALID_ARGUMENT. The request and the context live until OnDone. The
+  // answer begins in `workers`; `long_workers` continue it when it takes more than one turn. A call
+  // that is not admitted, or whose bytes are not `acceptable`, is not parsed, and ends when it
+  // would begin.
   StreamedAnswer(Budgets* budgets, grpc::CallbackServerContext* context, absl::string_view rpc,
                  const grpc::ByteBuffer& bytes, WorkerPool* workers, WorkerPool* long_workers,
                  OpenSource open, const absl::Status& acceptable = absl::OkStatus())
@@ -92,9 +94,22 @@ class StreamedAnswer final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
     if (!parsed_.ok()) return End(parsed_);
     RunOn(workers_);
   }
-  // Begins on gRPC's thread, for an answer that is likely to be short. After kShortTurn, a thread
-  // of `long_workers` continues it.
-  void BeginAtOnce() { TakeTurn(kShortTurn); }
+  // Begins on gRPC's thread, for an answer that is likely to be short. If it is not there after
+  // kShortTurn, a thread of `long_workers` begins anew.
+  void BeginAtOnce() {
+    Cancellation short_turn([this, end = EndOfShortTurn()]() mutable {
+      absl::Status wanted = CheckWanted(*context_);
+      return wanted.ok() ? end() : wanted;
+    });
+    const std::optional<absl::StatusOr<Step>> step = TakeSteps(kShortTurn, &short_turn);
+    // Nothing was sent yet.
+    if (!short_turn.status().ok() && CheckWanted(*context_).ok()) {
+      source_.reset();
+      meter_.GiveBack();
+      return RunOn(long_workers_);
+    }
+    GoOn(step);
+  }
   // Begins on a worker when the wait that `start_wait` starts has ended; on a long worker if the
   // answer is expected to take long.
   void BeginAfter(StartWait start_wait, bool is_long) {
@@ -123,7 +138,6 @@ class StreamedAnswer final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
   using Step = typename Source::Step;
 
   static constexpr absl::Duration kTurn = absl::Milliseconds(10);
-  static constexpr absl::Duration kShortTurn = absl::Milliseconds(1);
   // Sizes of the arenas' first blocks: enough for a usual request and a short answer.
   static constexpr size_t kRequestBytes = 896;
   static constexpr size_t kMessageBytes = 4096;
@@ -137,35 +151,45 @@ class StreamedAnswer final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
   }
 
   void RunOn(WorkerPool* workers) {
-    workers->Run(log_.client(), [this] { TakeTurn(kTurn); });
+    workers->Run(log_.client(), [this] { TakeTurn(); });
   }
 
-  void TakeTurn(absl::Duration turn) {
+  void TakeTurn() {
+    Cancellation cancellation([this] { return CheckWanted(*context_); });
+    GoOn(TakeSteps(kTurn, &cancellation));
+  }
+
+  // Returns the first step that is more than kNothingYet, or nothing if the turn is over.
+  std::optional<absl::StatusOr<Step>> TakeSteps(absl::Duration turn, Cancellation* cancellation) {
     const absl::Time end_of_turn = absl::Now() + turn;
     do {
-      const absl::StatusOr<Step> step = TakeStep();
-      if (!step.ok()) return End(step.status());
-      if (*step == Step::kEnd) return End(absl::OkStatus());
-      if (*step == Step::kMessage) return Write();
+      absl::StatusOr<Step> step = TakeStep(cancellation);
+      if (!step.ok() || *step != Step::kNothingYet) return step;
     } while (absl::Now() < end_of_turn);
-    RunOn(long_workers_);
+    return std::nullopt;
   }
 
-  absl::StatusOr<Step> TakeStep() {
-    Cancellation cancellation([this] { return CheckWanted(*context_); });
-    const ScopedCancellation here(&cancellation);
+  void GoOn(const std::optional<absl::StatusOr<Step>>& step) {
+    if (!step) return RunOn(long_workers_);
+    if (!step->ok()) return End(step->status());
+    if (**step == Step::kEnd) return End(absl::OkStatus());
+    Write();
+  }
+
+  absl::StatusOr<Step> TakeStep(Cancellation* cancellation) {
+    const ScopedCancellation here(cancellation);
     const ScopedMeter metered(&meter_);
     HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
     absl::StatusOr<Step> step = MakeStep();
     // Work that was given up has no result.
-    HYPERMAP_RETURN_IF_ERROR(cancellation.status());
+    HYPERMAP_RETURN_IF_ERROR(cancellation->status());
     return step;
   }
 
   absl::StatusOr<Step> MakeStep() {
     if (!parsed_.ok()) return parsed_;
     if (!source_) {
-      HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<Source> source, std::move(open_)(*request_));
+      HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<Source> source, open_(*request_));
       source_ = std::move(source);
     }
     alignas(std::max_align_t) char block[kMessageBytes];

@@ -69,10 +69,15 @@ class StreamedAnswerTest : public ::testing::Test {
           [this](const v1::QueryAreaRequest&) -> absl::StatusOr<std::unique_ptr<Source>> {
             return std::make_unique<ScriptedSource>(&test->alive_, script);
           });
-      answer->BeginOnWorker();
+      if (begins_at_once) {
+        answer->BeginAtOnce();
+      } else {
+        answer->BeginOnWorker();
+      }
       return answer;
     }
     ScriptedSource::Script script;
+    bool begins_at_once = false;
     StreamedAnswerTest* test = nullptr;
   };
 
@@ -104,6 +109,31 @@ TEST_F(StreamedAnswerTest, MessagesArriveInOrderThenTheEnd) {
   }
   EXPECT_FALSE(reader->Read(&response));
   EXPECT_TRUE(reader->Finish().ok());
+}
+
+TEST_F(StreamedAnswerTest, AWorkerBeginsAnewWhatIsTooLongForGrpcsThread) {
+  service_.begins_at_once = true;
+  Serve([this](Response* message) -> absl::StatusOr<Source::Step> {
+    switch (++steps_) {
+      case 1:
+        while (!IsCancelled()) continue;
+        return Source::Step::kNothingYet;
+      case 2:
+        EXPECT_FALSE(IsCancelled());
+        message->set_revision(7);
+        return Source::Step::kMessage;
+      default:
+        return Source::Step::kEnd;
+    }
+  });
+  grpc::ClientContext context;
+  auto reader = stub_->QueryArea(&context, {});
+  Response response;
+  ASSERT_TRUE(reader->Read(&response));
+  EXPECT_EQ(response.revision(), 7);
+  EXPECT_FALSE(reader->Read(&response));
+  EXPECT_TRUE(reader->Finish().ok());
+  EXPECT_EQ(steps_, 3);
 }
 
 TEST_F(StreamedAnswerTest, ErrorEndsTheStream) {

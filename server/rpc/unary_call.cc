@@ -35,8 +35,8 @@ absl::Status UnaryCall::ReserveAnswer(int64_t bytes) {
   answer_bytes_ += bytes;
   if (answer_bytes_ > max_answer_bytes_) {
     return absl::ResourceExhaustedError(
-        absl::StrCat("the answer is larger than --max_message_bytes, ", max_answer_bytes_,
-                     " bytes; ask QueryArea, whose answer is a stream"));
+        absl::StrCat("the answer is larger than --max_message_bytes, ", max_answer_bytes_, " bytes",
+                     advice_.empty() ? "" : "; ", advice_));
   }
   if (answer_bytes_ <= CallTicket::kFreeAnswerBytes) return absl::OkStatus();
   const int64_t missing = kBytesOfAnswerByte * answer_bytes_ - answer_charge_;
@@ -73,6 +73,11 @@ void UnaryCall::Reactor::OnDone() {
   TakeOver(&call_);
   // Deletes the call and this, unless a worker is about to forget the call.
   const std::shared_ptr<UnaryCall> call = std::move(call_.self_);
+}
+
+absl::Status ReservePart(UnaryCall& call, const google::protobuf::Message& part) {
+  HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
+  return call.ReserveAnswer(static_cast<int64_t>(part.ByteSizeLong()));
 }
 
 grpc::ServerUnaryReactor* AnswerOn(WorkerPool* workers, UnaryCallPtr call,

@@ -55,6 +55,8 @@ class UnaryCall {
   // made. RESOURCE_EXHAUSTED if the answer would be larger than --max_message_bytes, or for want of
   // memory.
   absl::Status ReserveAnswer(int64_t bytes);
+  // Adds advice to the error of an answer that is too large. The text must outlive the call.
+  void set_advice(absl::string_view advice) { advice_ = advice; }
   // The bytes that were reserved.
   int64_t answer_bytes() const { return answer_bytes_; }
   // Forgets an answer that is to be made anew.
@@ -102,6 +104,7 @@ class UnaryCall {
   absl::Status admitted_;
   RequestLog log_;
   std::optional<RevisionWait> wait_;
+  absl::string_view advice_;
   int64_t answer_bytes_ = 0;         // reserved
   int64_t answer_charge_ = 0;        // charged for them
   std::shared_ptr<UnaryCall> self_;  // until OnDone
@@ -202,6 +205,11 @@ std::shared_ptr<UnaryCallOf<Request, Response>> BeginCall(Budgets* budgets,
   return BeginCall<Request, Response>(
       budgets, context, rpc, raw, CheckRequestSize(*raw.request, FixedLimits::kMaxRequestBytes));
 }
+
+// Reserves room for a part of the answer that was just made, before the next one is; the most that
+// is in memory without a charge is one part. Errors of ReserveAnswer and of the call's
+// cancellation.
+absl::Status ReservePart(UnaryCall& call, const google::protobuf::Message& part);
 
 // Runs `answer` on a worker, then ends the call. `answer` fills the response and returns the number
 // of items in it. It is not run if the call was cancelled or its deadline has passed. A call that

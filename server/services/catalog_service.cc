@@ -69,7 +69,7 @@ grpc::ServerUnaryReactor* CatalogService::AnswerFromSnapshot(grpc::CallbackServe
                     response->set_map(request.map());
                     response->set_revision(snapshot->revision);
                     response->set_incarnation(session->incarnation());
-                    return fill(request, *snapshot, response);
+                    return fill(*call, *snapshot, response);
                   });
 }
 
@@ -128,11 +128,15 @@ grpc::ServerUnaryReactor* CatalogService::DeleteMap(grpc::CallbackServerContext*
                                                     grpc::ByteBuffer* response) {
   const auto call = BeginCall<v1::DeleteMapRequest, v1::DeleteMapResponse>(
       facilities_.budgets, context, "DeleteMap", {request, response});
-  return AnswerOn(&facilities_.workers->openings, call, [this, call]() -> absl::StatusOr<int64_t> {
-    HYPERMAP_RETURN_IF_ERROR(RemoveMap(call->log(), call->request()));
-    call->response()->set_map(call->request().map());
-    return 1;
-  });
+  // It waits until the map's writer has finished what it has accepted.
+  return AnswerOn(
+      &facilities_.workers->openings, call,
+      [this, call]() -> absl::StatusOr<int64_t> {
+        HYPERMAP_RETURN_IF_ERROR(RemoveMap(call->log(), call->request()));
+        call->response()->set_map(call->request().map());
+        return 1;
+      },
+      call->admitted().ok() ? call->request().map() : "");
 }
 
 absl::Status CatalogService::RemoveMap(const RequestLog& log,
@@ -173,10 +177,12 @@ grpc::ServerUnaryReactor* CatalogService::GetLayer(grpc::CallbackServerContext* 
                                                    grpc::ByteBuffer* response) {
   return AnswerFromSnapshot<v1::GetLayerRequest, v1::GetLayerResponse>(
       context, "GetLayer", {request, response},
-      [](const v1::GetLayerRequest& asked, const Snapshot& snapshot,
+      [](auto& call, const Snapshot& snapshot,
          v1::GetLayerResponse* answer) -> absl::StatusOr<int64_t> {
-        HYPERMAP_ASSIGN_OR_RETURN(const LayerPtr layer, snapshot.GetLayer(asked.layer()));
-        wire::EncodeLayer(*layer, answer->mutable_layer(), snapshot.LayerVersionOf(asked.layer()));
+        const std::string& name = call.request().layer();
+        HYPERMAP_ASSIGN_OR_RETURN(const LayerPtr layer, snapshot.GetLayer(name));
+        wire::EncodeLayer(*layer, answer->mutable_layer(), snapshot.LayerVersionOf(name));
+        HYPERMAP_RETURN_IF_ERROR(ReservePart(call, answer->layer()));
         return 1;
       });
 }
@@ -186,10 +192,12 @@ grpc::ServerUnaryReactor* CatalogService::ListLayers(grpc::CallbackServerContext
                                                      grpc::ByteBuffer* response) {
   return AnswerFromSnapshot<v1::ListLayersRequest, v1::ListLayersResponse>(
       context, "ListLayers", {request, response},
-      [](const v1::ListLayersRequest&, const Snapshot& snapshot,
+      [](auto& call, const Snapshot& snapshot,
          v1::ListLayersResponse* answer) -> absl::StatusOr<int64_t> {
         for (const auto& [name, layer] : snapshot.layers) {
-          wire::EncodeLayer(*layer, answer->add_layers(), snapshot.LayerVersionOf(name));
+          v1::Layer* const encoded = answer->add_layers();
+          wire::EncodeLayer(*layer, encoded, snapshot.LayerVersionOf(name));
+          HYPERMAP_RETURN_IF_ERROR(ReservePart(call, *encoded));
         }
         return answer->layers_size();
       });
@@ -225,11 +233,13 @@ grpc::ServerUnaryReactor* CatalogService::ListTransforms(grpc::CallbackServerCon
                                                          grpc::ByteBuffer* response) {
   return AnswerFromSnapshot<v1::ListTransformsRequest, v1::ListTransformsResponse>(
       context, "ListTransforms", {request, response},
-      [](const v1::ListTransformsRequest&, const Snapshot& snapshot,
+      [](auto& call, const Snapshot& snapshot,
          v1::ListTransformsResponse* answer) -> absl::StatusOr<int64_t> {
         answer->set_frame_id(snapshot.frame_id);
         for (const FrameTransform& transform : snapshot.frames.transforms()) {
-          wire::EncodeTransform(transform, answer->add_transforms());
+          v1::Transform* const encoded = answer->add_transforms();
+          wire::EncodeTransform(transform, encoded);
+          HYPERMAP_RETURN_IF_ERROR(ReservePart(call, *encoded));
         }
         return answer->transforms_size();
       });

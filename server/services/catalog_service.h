@@ -81,7 +81,7 @@ class CatalogService
   absl::Status SubmitEdit(const std::shared_ptr<UnaryCallOf<Request, Response>>& call, Edit edit,
                           Respond respond) const;
 
-  // Answers from the newest snapshot of the map that the request names: `fill(request, snapshot,
+  // Answers from the newest snapshot of the map that the request names: `fill(call, snapshot,
   // response)` fills the response and returns the number of items in it.
   template <typename Request, typename Response, typename Fill>
   grpc::ServerUnaryReactor* AnswerFromSnapshot(grpc::CallbackServerContext* context,

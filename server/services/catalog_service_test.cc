@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "absl/strings/str_cat.h"
 #include "base/limits/limits.h"
 #include "server/services/testing/test_server.h"
 
@@ -324,6 +325,37 @@ TEST_F(CatalogServiceTest, BackupComesInPiecesAndLeavesNothingBehind) {
   EXPECT_EQ(copy, "copy of site at revision 1");
   server_.Shutdown(absl::Minutes(1));
   EXPECT_THAT(server_.ScratchFiles(), ::testing::IsEmpty());
+}
+
+// The answers are refused while they are made, and not when they are complete.
+TEST(CatalogLimitsTest, ListsOfLayersAreBoundedLikeMessages) {
+  Limits limits;
+  limits.max_message_bytes = 100'000;
+  TestServer server(limits);
+  EditBatch batch;
+  for (const char* const name : {"a", "b", "c"}) {
+    LayerSpec spec;
+    spec.name = name;
+    for (int i = 0; i < 40; ++i) {
+      spec.aliases.insert_or_assign(absl::StrCat("alias", i), {std::string(1000, 'x')});
+    }
+    batch.edits.push_back(hypermap::CreateLayer{spec});
+  }
+  server.MakeMap("site", batch);
+  grpc::ClientContext context;
+  v1::ListLayersRequest request;
+  request.set_map("site");
+  v1::ListLayersResponse response;
+  const grpc::Status status = server.catalog->ListLayers(&context, request, &response);
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
+  EXPECT_THAT(status.error_message(), HasSubstr("--max_message_bytes"));
+  grpc::ClientContext other;
+  v1::GetLayerRequest asked;
+  asked.set_map("site");
+  asked.set_layer("b");
+  v1::GetLayerResponse layer;
+  EXPECT_TRUE(server.catalog->GetLayer(&other, asked, &layer).ok());
+  EXPECT_EQ(layer.layer().aliases_size(), 40);
 }
 
 }  // namespace

@@ -47,7 +47,7 @@ grpc::ServerUnaryReactor* ExplorationService::StartExploration(grpc::CallbackSer
                                                                grpc::ByteBuffer* response) {
   return AnswerFromExplorations<v1::StartExplorationRequest, v1::StartExplorationResponse>(
       context, "StartExploration", {request, response},
-      [this](const UnaryCall& call, const v1::StartExplorationRequest& request,
+      [this](UnaryCall& call, const v1::StartExplorationRequest& request,
              v1::StartExplorationResponse* response,
              MapExplorations& explorations) -> absl::StatusOr<int64_t> {
         HYPERMAP_RETURN_IF_ERROR(ValidateRequestId(request.request_id()));
@@ -69,8 +69,7 @@ grpc::ServerUnaryReactor* ExplorationService::GetExploration(grpc::CallbackServe
                                                              grpc::ByteBuffer* response) {
   return AnswerFromExplorations<v1::GetExplorationRequest, v1::GetExplorationResponse>(
       context, "GetExploration", {request, response},
-      [](const UnaryCall&, const v1::GetExplorationRequest& request,
-         v1::GetExplorationResponse* response,
+      [](UnaryCall&, const v1::GetExplorationRequest& request, v1::GetExplorationResponse* response,
          MapExplorations& explorations) -> absl::StatusOr<int64_t> {
         HYPERMAP_ASSIGN_OR_RETURN(const ExplorationReport report,
                                   explorations.Get(request.exploration_id(), request.frame_id()));
@@ -88,7 +87,7 @@ grpc::ServerUnaryReactor* ExplorationService::ListExplorations(grpc::CallbackSer
                                                                grpc::ByteBuffer* response) {
   return AnswerFromExplorations<v1::ListExplorationsRequest, v1::ListExplorationsResponse>(
       context, "ListExplorations", {request, response},
-      [](const UnaryCall&, const v1::ListExplorationsRequest& request,
+      [](UnaryCall& call, const v1::ListExplorationsRequest& request,
          v1::ListExplorationsResponse* response,
          MapExplorations& explorations) -> absl::StatusOr<int64_t> {
         HYPERMAP_ASSIGN_OR_RETURN(const ExplorationList list,
@@ -96,8 +95,9 @@ grpc::ServerUnaryReactor* ExplorationService::ListExplorations(grpc::CallbackSer
         response->set_revision(list.revision);
         response->set_frame_id(list.frame_id);
         for (const ExplorationObjects& objects : list.explorations) {
-          wire::EncodeExploration(ViewOf(objects, list.frame_from_layer),
-                                  response->add_explorations());
+          v1::Exploration* const encoded = response->add_explorations();
+          wire::EncodeExploration(ViewOf(objects, list.frame_from_layer), encoded);
+          HYPERMAP_RETURN_IF_ERROR(ReservePart(call, *encoded));
         }
         return response->explorations_size();
       },
@@ -109,7 +109,7 @@ grpc::ServerUnaryReactor* ExplorationService::ListFrontiers(grpc::CallbackServer
                                                             grpc::ByteBuffer* response) {
   return AnswerFromExplorations<v1::ListFrontiersRequest, v1::ListFrontiersResponse>(
       context, "ListFrontiers", {request, response},
-      [](const UnaryCall&, const v1::ListFrontiersRequest& request,
+      [](UnaryCall& call, const v1::ListFrontiersRequest& request,
          v1::ListFrontiersResponse* response,
          MapExplorations& explorations) -> absl::StatusOr<int64_t> {
         HYPERMAP_ASSIGN_OR_RETURN(
@@ -119,9 +119,11 @@ grpc::ServerUnaryReactor* ExplorationService::ListFrontiers(grpc::CallbackServer
         response->set_frame_id(list.frame_id);
         response->set_exploration_id(list.exploration_id);
         for (const Explorer::FrontierView& frontier : list.frontiers) {
+          v1::Frontier* const encoded = response->add_frontiers();
           wire::EncodeFrontier(
               ViewOf(frontier, list.geometry, list.frame_from_floor, request.with_cells()),
-              response->add_frontiers());
+              encoded);
+          HYPERMAP_RETURN_IF_ERROR(ReservePart(call, *encoded));
         }
         return response->frontiers_size();
       });
@@ -132,8 +134,7 @@ grpc::ServerUnaryReactor* ExplorationService::ClaimGoal(grpc::CallbackServerCont
                                                         grpc::ByteBuffer* response) {
   return AnswerFromExplorations<v1::ClaimGoalRequest, v1::ClaimGoalResponse>(
       context, "ClaimGoal", {request, response},
-      [](const UnaryCall& call, const v1::ClaimGoalRequest& request,
-         v1::ClaimGoalResponse* response,
+      [](UnaryCall& call, const v1::ClaimGoalRequest& request, v1::ClaimGoalResponse* response,
          MapExplorations& explorations) -> absl::StatusOr<int64_t> {
         HYPERMAP_ASSIGN_OR_RETURN(GoalClaim claim, wire::DecodeClaim(request));
         HYPERMAP_ASSIGN_OR_RETURN(claim.author, call.log().author());
@@ -153,8 +154,7 @@ grpc::ServerUnaryReactor* ExplorationService::RenewGoal(grpc::CallbackServerCont
                                                         grpc::ByteBuffer* response) {
   return AnswerFromExplorations<v1::RenewGoalRequest, v1::RenewGoalResponse>(
       context, "RenewGoal", {request, response},
-      [](const UnaryCall& call, const v1::RenewGoalRequest& request,
-         v1::RenewGoalResponse* response,
+      [](UnaryCall& call, const v1::RenewGoalRequest& request, v1::RenewGoalResponse* response,
          MapExplorations& explorations) -> absl::StatusOr<int64_t> {
         HYPERMAP_ASSIGN_OR_RETURN(GoalRenewal renewal, wire::DecodeRenewal(request));
         HYPERMAP_ASSIGN_OR_RETURN(renewal.author, call.log().author());
@@ -171,8 +171,7 @@ grpc::ServerUnaryReactor* ExplorationService::ReleaseGoal(grpc::CallbackServerCo
                                                           grpc::ByteBuffer* response) {
   return AnswerFromExplorations<v1::ReleaseGoalRequest, v1::ReleaseGoalResponse>(
       context, "ReleaseGoal", {request, response},
-      [](const UnaryCall& call, const v1::ReleaseGoalRequest& request,
-         v1::ReleaseGoalResponse* response,
+      [](UnaryCall& call, const v1::ReleaseGoalRequest& request, v1::ReleaseGoalResponse* response,
          MapExplorations& explorations) -> absl::StatusOr<int64_t> {
         HYPERMAP_ASSIGN_OR_RETURN(GoalRelease release, wire::DecodeRelease(request));
         HYPERMAP_ASSIGN_OR_RETURN(release.author, call.log().author());
@@ -188,7 +187,7 @@ grpc::ServerUnaryReactor* ExplorationService::StopExploration(grpc::CallbackServ
                                                               grpc::ByteBuffer* response) {
   return AnswerFromExplorations<v1::StopExplorationRequest, v1::StopExplorationResponse>(
       context, "StopExploration", {request, response},
-      [](const UnaryCall& call, const v1::StopExplorationRequest& request,
+      [](UnaryCall& call, const v1::StopExplorationRequest& request,
          v1::StopExplorationResponse* response,
          MapExplorations& explorations) -> absl::StatusOr<int64_t> {
         HYPERMAP_ASSIGN_OR_RETURN(const std::string author, call.log().author());

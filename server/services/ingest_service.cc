@@ -76,9 +76,11 @@ grpc::ServerUnaryReactor* IngestService::ExplainObject(grpc::CallbackServerConte
                                                        grpc::ByteBuffer* response) {
   const auto call = BeginCall<v1::ExplainObjectRequest, v1::ExplainObjectResponse>(
       facilities_.budgets, context, "ExplainObject", {request, response});
-  // It folds a whole log.
-  return AnswerOn(&facilities_.workers->long_questions, call,
-                  [this, call] { return Explain(*call, call->request(), call->response()); });
+  // It folds a whole log, and waits for the map's writer.
+  return AnswerOn(
+      &facilities_.workers->long_questions, call,
+      [this, call] { return Explain(*call, call->request(), call->response()); },
+      call->admitted().ok() ? call->request().map() : "");
 }
 
 absl::StatusOr<int64_t> IngestService::Explain(const UnaryCall& call,

@@ -12,6 +12,7 @@
 #include "absl/time/clock.h"
 #include "client_libs/cpp/client.h"
 #include "server/services/testing/test_server.h"
+#include "tests/support/eventually.h"
 #include "wire/observation.h"
 
 namespace hypermap::server {
@@ -190,6 +191,35 @@ TEST_F(IngestServiceTest, ManyMoreThanAreInFlightAreAllAcknowledgedBeforeTheStre
   writer.join();
   EXPECT_TRUE(stream->status().ok()) << stream->status();
   EXPECT_THAT(acknowledged, SizeIs(kObservations));
+}
+
+TEST_F(IngestServiceTest, AcknowledgementsThatNobodyReadsStopTheStreamUntilTheyAreRead) {
+  constexpr int kRequests = 400;
+  grpc::ClientContext context;
+  const auto stream = ingest_->Observe(&context);
+  v1::ObserveRequest request;
+  request.mutable_opening()->set_map("site");
+  request.mutable_opening()->set_layer("things");
+  ASSERT_TRUE(stream->Write(request));
+  request.Clear();
+  // They lack all fields, so that each takes two bytes.
+  for (int i = 0; i < 500; ++i) request.add_observations();
+  std::thread writer([&] {
+    for (int i = 0; i < kRequests; ++i) EXPECT_TRUE(stream->Write(request));
+    stream->WritesDone();
+  });
+  const auto used = [this] { return server_.budgets().request_bytes.used(); };
+  EXPECT_TRUE(testing::Eventually([&] { return used() > 900 << 10; }));
+  EXPECT_LT(used(), 2 << 20);
+  int acknowledged = 0;
+  for (v1::ObserveResponse response; stream->Read(&response);) {
+    EXPECT_LT(used(), 2 << 20);
+    acknowledged += response.acknowledgements_size();
+  }
+  writer.join();
+  EXPECT_TRUE(stream->Finish().ok());
+  EXPECT_EQ(acknowledged, 500 * kRequests);
+  EXPECT_TRUE(testing::Eventually([&] { return used() == 0; }));
 }
 
 // Stamps are so far apart that an observation would be refused as late if a newer one came first.

@@ -1,7 +1,11 @@
 #include "server/services/observe_call.h"
 
+#include <algorithm>
+#include <cstddef>
+#include <memory>
 #include <utility>
 
+#include "base/cancellation/cancellation.h"
 #include "base/status/status_macros.h"
 #include "server/rpc/raw_messages.h"
 #include "server/rpc/wanted.h"
@@ -9,6 +13,29 @@
 #include "wire/observation.h"
 
 namespace hypermap::server {
+namespace {
+
+// Estimated memory of an acknowledgement besides the name of its robot: the verdict, the message,
+// its encoded form, and a reason.
+constexpr int64_t kBytesOfAcknowledgement = 512;
+
+int64_t BytesOfAcknowledgements(const v1::ObserveRequest& request) {
+  int64_t bytes = 0;
+  for (const v1::Observation& observation : request.observations()) {
+    bytes += kBytesOfAcknowledgement + 2 * static_cast<int64_t>(observation.robot().size());
+  }
+  return bytes;
+}
+
+// Decoding larger requests takes long.
+constexpr size_t kFewBytes = 64 << 10;
+
+// The part of the acknowledgements' bytes that is charged.
+int64_t Charged(int64_t bytes) {
+  return std::max<int64_t>(0, bytes - CallTicket::kFreeAnswerBytes);
+}
+
+}  // namespace
 
 ObserveCall::ObserveCall(grpc::CallbackServerContext* context, const Facilities* facilities)
     : context_(context),
@@ -43,18 +70,11 @@ void ObserveCall::OnReadDone(bool ok) {
     }
     ++in_flight_;
     taking_ = true;
-    // The opening waits for the disk, which must not occupy the threads for short tasks.
-    WorkerPool& workers = opened_ ? facilities_->workers->writes : facilities_->workers->openings;
+    WorkerPools& workers = *facilities_->workers;
+    WorkerPool& pool = read_.Length() > kFewBytes ? workers.long_writes : workers.writes;
     grpc::ByteBuffer bytes;
     bytes.Swap(&read_);
-    workers.Run(log_.client(), [this, bytes] {
-      TakeRequest(bytes);
-      // Until here the call neither ends nor reads the next request.
-      Change([this] {
-        mutex_.AssertHeld();
-        taking_ = false;
-      });
-    });
+    pool.Run(log_.client(), [this, bytes] { TakeRequest(bytes); });
   });
 }
 
@@ -75,10 +95,25 @@ void ObserveCall::FreeRequest() {
   request_sizes_.pop_front();
 }
 
+absl::Status ObserveCall::ChargeAcknowledgements(int64_t bytes) {
+  const MutexLock lock(&mutex_);
+  HYPERMAP_RETURN_IF_ERROR(
+      ticket_.ChargeMemory(Charged(unwritten_bytes_ + bytes) - Charged(unwritten_bytes_)));
+  unwritten_bytes_ += bytes;
+  return absl::OkStatus();
+}
+
+void ObserveCall::FreeAcknowledgements(int64_t bytes) {
+  ticket_.FreeMemory(Charged(unwritten_bytes_) - Charged(unwritten_bytes_ - bytes));
+  unwritten_bytes_ -= bytes;
+}
+
 void ObserveCall::OnWriteDone(bool ok) {
   Change([&] {
     mutex_.AssertHeld();
     writing_ = false;
+    FreeAcknowledgements(written_bytes_);
+    written_bytes_ = 0;
     if (!ok && status_.ok()) status_ = absl::CancelledError("the caller went away");
   });
 }
@@ -112,7 +147,7 @@ void ObserveCall::Change(absl::FunctionRef<void()> change) {
 bool ObserveCall::GoOn() {
   if (finished_) return false;
   if (status_.ok() && !reading_ && !taking_ && !no_more_reads_ && in_flight_ < kMaxInFlight &&
-      unanswered_bytes_ < kMaxUnansweredBytes) {
+      unanswered_bytes_ < kMaxUnansweredBytes && unwritten_bytes_ < kMaxUnwrittenBytes) {
     reading_ = true;
     StartRead(&read_);
   }
@@ -121,6 +156,8 @@ bool ObserveCall::GoOn() {
     const grpc::Slice slice = Serialize(next_);
     grpc::ByteBuffer(&slice, 1).Swap(&written_);
     next_.Clear();
+    written_bytes_ = next_bytes_;
+    next_bytes_ = 0;
     has_next_ = false;
     writing_ = true;
     StartWrite(&written_);
@@ -140,38 +177,64 @@ void ObserveCall::EndRequest(absl::Status status) {
 }
 
 void ObserveCall::TakeRequest(const grpc::ByteBuffer& bytes) {
-  v1::ObserveRequest request;
+  auto request = std::make_shared<v1::ObserveRequest>();
   absl::Status status = CheckWanted(*context_);
-  if (status.ok()) status = ParseRequest(bytes, &request);
-  if (!status.ok()) return EndRequest(status);
-  if (session_ != nullptr && request.has_opening()) {
-    return EndRequest(absl::InvalidArgumentError("opening may come once, in the first request"));
+  if (status.ok()) status = ParseRequest(bytes, request.get());
+  if (status.ok() && session_ != nullptr && request->has_opening()) {
+    status = absl::InvalidArgumentError("opening may come once, in the first request");
   }
-  if (session_ == nullptr) {
-    if (!request.has_opening()) {
-      return EndRequest(absl::InvalidArgumentError("the first request must carry the opening"));
-    }
-    if (absl::Status status = Open(request.opening()); !status.ok()) return EndRequest(status);
+  if (status.ok() && session_ == nullptr && !request->has_opening()) {
+    status = absl::InvalidArgumentError("the first request must carry the opening");
   }
-  if (request.observations().empty()) return EndRequest(absl::OkStatus());
-  Submit(request);
+  if (!status.ok() || session_ != nullptr) return Took(*request, std::move(status));
+  Open(std::move(request));
 }
 
-absl::StatusOr<storage::Receipt> ObserveCall::Start(const v1::ObserveOpening& opening) {
-  HYPERMAP_ASSIGN_OR_RETURN(author_, log_.author());
-  return session_->RunAndWait(FusionSubmission{
-      StartFusion{opening.layer(),
-                  {opening.strategy(), opening.parameters(), opening.exploration_layer()}},
-      author_, ""});
+void ObserveCall::Took(const v1::ObserveRequest& request, absl::Status status) {
+  if (status.ok() && !request.observations().empty()) {
+    Cancellation cancellation([this] { return CheckWanted(*context_); });
+    const ScopedCancellation here(&cancellation);
+    status = ChargeAcknowledgements(BytesOfAcknowledgements(request));
+    if (status.ok()) status = Submit(request);
+    if (!status.ok()) EndRequest(std::move(status));
+  } else {
+    EndRequest(std::move(status));
+  }
+  // Until here the call neither ends nor reads the next request.
+  Change([this] {
+    mutex_.AssertHeld();
+    taking_ = false;
+  });
 }
 
-absl::Status ObserveCall::Open(const v1::ObserveOpening& opening) {
-  HYPERMAP_ASSIGN_OR_RETURN(std::shared_ptr<MapSession> session,
-                            FindMap(*facilities_, opening.map()));
+void ObserveCall::Open(std::shared_ptr<const v1::ObserveRequest> request) {
+  const v1::ObserveOpening& opening = request->opening();
+  absl::StatusOr<std::shared_ptr<MapSession>> session = FindMap(*facilities_, opening.map());
+  if (!session.ok()) return Took(*request, session.status());
+  absl::StatusOr<std::string> author = log_.author();
+  if (!author.ok()) return Took(*request, author.status());
   log_.set_map(opening.map());
-  session_ = std::move(session);
+  session_ = *std::move(session);
   layer_ = opening.layer();
-  HYPERMAP_RETURN_IF_ERROR(Start(opening).status());
+  author_ = *std::move(author);
+  FusionSubmission start{
+      StartFusion{layer_, {opening.strategy(), opening.parameters(), opening.exploration_layer()}},
+      author_, ""};
+  start.cancellation = std::make_shared<Cancellation>([this] { return CheckWanted(*context_); });
+  session_->Run(std::move(start), [this, request = std::move(request)](
+                                      const absl::StatusOr<storage::Receipt>& receipt) {
+    if (!receipt.ok()) return Took(*request, receipt.status());
+    // It waits for the writer, which must occupy neither a thread for short tasks nor more than one
+    // of the others.
+    facilities_->workers->openings.Run(log_.client(), request->opening().map(), [this, request] {
+      Took(*request, TellOpened(request->opening().robot()));
+    });
+  });
+}
+
+absl::Status ObserveCall::TellOpened(const std::string& robot) {
+  Cancellation cancellation([this] { return CheckWanted(*context_); });
+  const ScopedCancellation here(&cancellation);
   OpenedLayer opened;
   absl::Status status = session_->InspectFusion(layer_, [&](FusedLayer& fused) -> absl::Status {
     const storage::FusionSettings& settings = fused.settings();
@@ -180,9 +243,8 @@ absl::Status ObserveCall::Open(const v1::ObserveOpening& opening) {
               settings.exploration_layer,
               {},
               session_->incarnation()};
-    if (opening.robot().empty()) return absl::OkStatus();
-    HYPERMAP_ASSIGN_OR_RETURN(const std::vector<int64_t> known,
-                              fused.log().Sequences(opening.robot()));
+    if (robot.empty()) return absl::OkStatus();
+    HYPERMAP_ASSIGN_OR_RETURN(const std::vector<int64_t> known, fused.log().Sequences(robot));
     opened.known = RangesOf(known);
     return absl::OkStatus();
   });
@@ -196,12 +258,14 @@ absl::Status ObserveCall::Open(const v1::ObserveOpening& opening) {
   return absl::OkStatus();
 }
 
-void ObserveCall::Submit(const v1::ObserveRequest& request) {
+absl::Status ObserveCall::Submit(const v1::ObserveRequest& request) {
   std::vector<ObservationVerdict> invalid;
   ObservationSubmission submission{layer_, {}, author_};
   for (const v1::Observation& message : request.observations()) {
     absl::StatusOr<Observation> observation =
         wire::DecodeObservation("", message, facilities_->limits);
+    // A check that was given up says nothing of the observation.
+    HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
     if (observation.ok()) {
       submission.observations.push_back(*std::move(observation));
     } else {
@@ -209,14 +273,15 @@ void ObserveCall::Submit(const v1::ObserveRequest& request) {
     }
   }
   session_->Observe(std::move(submission),
-                    [this, invalid = std::move(invalid)](
+                    [this, invalid = std::move(invalid), bytes = BytesOfAcknowledgements(request)](
                         const absl::StatusOr<std::vector<ObservationVerdict>>& verdicts) mutable {
-                      Answer(verdicts, std::move(invalid));
+                      Answer(verdicts, std::move(invalid), bytes);
                     });
+  return absl::OkStatus();
 }
 
 void ObserveCall::Answer(const absl::StatusOr<std::vector<ObservationVerdict>>& verdicts,
-                         std::vector<ObservationVerdict> invalid) {
+                         std::vector<ObservationVerdict> invalid, int64_t bytes) {
   if (!verdicts.ok()) return EndRequest(verdicts.status());
   {
     MutexLock lock(&mutex_);
@@ -227,6 +292,7 @@ void ObserveCall::Answer(const absl::StatusOr<std::vector<ObservationVerdict>>& 
       verdict.revision = session_->snapshot()->revision;
       wire::EncodeVerdict(verdict, next_.add_acknowledgements());
     }
+    next_bytes_ += bytes;
     acknowledged_ += static_cast<int64_t>(verdicts->size() + invalid.size());
     has_next_ = true;
   }

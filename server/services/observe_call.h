@@ -27,8 +27,9 @@
 namespace hypermap::server {
 
 // Reads requests while fewer than kMaxInFlight, of fewer than kMaxUnansweredBytes, are unanswered,
-// charges each to --max_request_bytes, which ends the call if there is no more, and decodes and
-// submits them one after the other on a worker, in the order of the stream. A response contains all
+// and while the acknowledgements that are not written yet take less than kMaxUnwrittenBytes.
+// Charges both to --max_request_bytes, which ends the call if there is no more. Decodes and submits
+// the requests one after the other on a worker, in the order of the stream. A response contains all
 // acknowledgements that are ready when the previous one was written. So a caller that sends faster
 // than the disk writes, or does not read its acknowledgements, delays nobody but itself. Deletes
 // itself in OnDone, which gRPC calls after Finish, when no operation is under way.
@@ -48,6 +49,8 @@ class ObserveCall final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc:
  private:
   static constexpr int kMaxInFlight = 32;
   static constexpr int64_t kMaxUnansweredBytes = 4 << 20;
+  // Some 2,000 acknowledgements.
+  static constexpr int64_t kMaxUnwrittenBytes = 1 << 20;
 
   struct RequestSize {
     int64_t bytes;
@@ -56,19 +59,27 @@ class ObserveCall final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc:
 
   // These run on a worker, for one request at a time.
   void TakeRequest(const grpc::ByteBuffer& bytes);
-  absl::Status Open(const v1::ObserveOpening& opening);
-  absl::StatusOr<storage::Receipt> Start(const v1::ObserveOpening& opening);
-  void Submit(const v1::ObserveRequest& request);
+  // Ends the taking of a request: submits its observations, or ends it with the error.
+  void Took(const v1::ObserveRequest& request, absl::Status status);
+  // Makes the layer a fused one, and goes on when that is on disk.
+  void Open(std::shared_ptr<const v1::ObserveRequest> request);
+  // Tells the client what the layer has of the robot.
+  absl::Status TellOpened(const std::string& robot);
+  absl::Status Submit(const v1::ObserveRequest& request);
 
-  // These run on the writer's thread or a worker.
+  // These run on the writer's thread or a worker. `bytes` are charged for the acknowledgements.
   void Answer(const absl::StatusOr<std::vector<ObservationVerdict>>& verdicts,
-              std::vector<ObservationVerdict> invalid);
+              std::vector<ObservationVerdict> invalid, int64_t bytes);
   void EndRequest(absl::Status status);
 
   // Charges the request that was read; the error ends the call.
   absl::Status ChargeRequest() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   // Gives back the charge of the oldest request.
   void FreeRequest() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  // Charges acknowledgements before their observations are submitted, until they are written; the
+  // error ends the call.
+  absl::Status ChargeAcknowledgements(int64_t bytes);
+  void FreeAcknowledgements(int64_t bytes) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
   // Changes the state under the lock, then starts the operations that the new state allows: a read,
   // a write, or the end of the call.
@@ -95,6 +106,11 @@ class ObserveCall final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc:
   int in_flight_ ABSL_GUARDED_BY(mutex_) = 0;  // number of requests that are not answered yet
   std::deque<RequestSize> request_sizes_ ABSL_GUARDED_BY(mutex_);  // of these
   int64_t unanswered_bytes_ ABSL_GUARDED_BY(mutex_) = 0;           // their sum
+  // Bytes of acknowledgements: all that are not written, and of these the ones in next_ and in
+  // written_.
+  int64_t unwritten_bytes_ ABSL_GUARDED_BY(mutex_) = 0;
+  int64_t next_bytes_ ABSL_GUARDED_BY(mutex_) = 0;
+  int64_t written_bytes_ ABSL_GUARDED_BY(mutex_) = 0;
   bool opened_ ABSL_GUARDED_BY(mutex_) = false;
   bool reading_ ABSL_GUARDED_BY(mutex_) = true;
   bool taking_ ABSL_GUARDED_BY(mutex_) = false;  // a worker has a request

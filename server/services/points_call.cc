@@ -3,12 +3,12 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "absl/time/clock.h"
 #include "base/cancellation/cancellation.h"
 #include "base/status/status_macros.h"
 #include "base/sync/handed_over.h"
 #include "server/rpc/asked_revision.h"
 #include "server/rpc/raw_messages.h"
+#include "server/rpc/short_turn.h"
 #include "server/rpc/wanted.h"
 #include "wire/answer.h"
 #include "wire/scope.h"
@@ -16,12 +16,8 @@
 namespace hypermap::server {
 namespace {
 
-// Larger batches would delay other calls on the same gRPC thread, and so would batches that take
-// longer.
+// Larger batches are not begun on gRPC's thread.
 constexpr int kMaxInlinePoints = 4096;
-constexpr absl::Duration kMaxInlineTime = absl::Milliseconds(2);
-// Batches up to this size are answered without a limit of time.
-constexpr int kFewPoints = 16;
 // The scope is in memory twice: in the call and in its PointsAsker.
 constexpr int64_t kCopiesOfScope = 2;
 // Fewest bytes of an object in an answer: three varints (point, id, label) and its existence.
@@ -195,14 +191,7 @@ bool PointsCall::IsLong() const {
 }
 
 std::optional<absl::Status> PointsCall::AnswerAtOnce() {
-  if (batch_.xs_size() <= kFewPoints) {
-    HYPERMAP_RETURN_IF_ERROR(AskPoints());
-    return WriteAnswer();
-  }
-  const absl::Time end = absl::Now() + kMaxInlineTime;
-  Cancellation cancellation([end] {
-    return absl::Now() < end ? absl::OkStatus() : absl::DeadlineExceededError("takes too long");
-  });
+  Cancellation cancellation(EndOfShortTurn());
   absl::Status status;
   {
     const ScopedCancellation here(&cancellation);
@@ -245,6 +234,7 @@ std::optional<absl::Status> PointsCall::WriteAnswer() {
 
 absl::Status PointsCall::Parse(const grpc::ByteBuffer& bytes) {
   ticket_.Received(bytes);
+  HYPERMAP_RETURN_IF_ERROR(CheckBatchSize(bytes, facilities_->limits));
   const int64_t cost = CallTicket::CostOfRequest(batch_, bytes);
   HYPERMAP_RETURN_IF_ERROR(ticket_.ChargeRequest(cost));
   batch_cost_ = cost;

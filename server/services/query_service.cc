@@ -9,10 +9,12 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "base/cancellation/cancellation.h"
 #include "base/status/status_macros.h"
 #include "map/layers/layer_registry.h"
 #include "map/values/value_query.h"
 #include "server/rpc/revision_wait.h"
+#include "server/rpc/short_turn.h"
 #include "server/rpc/unary_call.h"
 #include "server/services/part_source.h"
 #include "server/services/points_call.h"
@@ -64,6 +66,7 @@ bool IsSmall(const v1::Polygon& area) {
 
 // Reserves room in the answer for the objects.
 absl::Status ReserveObjects(UnaryCall& call, const std::vector<ObjectPtr>& objects) {
+  call.set_advice("ask QueryArea, whose answer is a stream");
   int64_t bytes = 0;
   for (const ObjectPtr& object : objects) bytes += wire::EstimateObjectBytes(*object);
   return call.ReserveAnswer(bytes);
@@ -108,8 +111,14 @@ grpc::ServerUnaryReactor* QueryService::AnswerAtOnce(const std::shared_ptr<Call>
     call->Finish(call->admitted());
     return reactor;
   }
-  const absl::StatusOr<std::optional<int64_t>> items = (this->*answer)(*call, kShortAnswerBytes);
-  if (items.ok() && !items->has_value()) {
+  Cancellation turn(EndOfShortTurn());
+  absl::StatusOr<std::optional<int64_t>> items;
+  {
+    const ScopedCancellation here(&turn);
+    items = (this->*answer)(*call, kShortAnswerBytes);
+  }
+  const bool is_long = !turn.status().ok() || (items.ok() && !items->has_value());
+  if (is_long) {
     call->ForgetAnswer();
     return AnswerLater(call, &facilities_.workers->long_questions, answer);
   }

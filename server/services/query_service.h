@@ -71,8 +71,8 @@ class QueryService : public v1::QueryService::WithRawCallbackMethod_QueryPoint<
   grpc::ServerUnaryReactor* AnswerLater(const std::shared_ptr<Call>& call, WorkerPool* workers,
                                         Answer<Call> answer) const;
 
-  // Answers on gRPC's thread, because waking a worker costs more than a short answer. A large
-  // answer is left to a worker.
+  // Answers on gRPC's thread, because waking a worker costs more than a short answer. An
+  // answer that is large or takes longer than a short turn is left to a worker.
   template <typename Call>
   grpc::ServerUnaryReactor* AnswerAtOnce(const std::shared_ptr<Call>& call,
                                          Answer<Call> answer) const;

@@ -33,7 +33,7 @@ absl::Duration Compaction::next() const {
 }
 
 absl::StatusOr<Revision> Compaction::OldestToKeep(Revision newest) const {
-  HYPERMAP_ASSIGN_OR_RETURN(HistoryPool::Lease reader, history_->Take());
+  HYPERMAP_ASSIGN_OR_RETURN(HistoryPool::Lease reader, history_->TakeReserved());
   HYPERMAP_ASSIGN_OR_RETURN(const storage::KeptRevisions kept, reader->Kept());
   Revision oldest = std::max(kept.oldest, newest - limits_.history_revisions);
   if (limits_.history_age < absl::InfiniteDuration()) {

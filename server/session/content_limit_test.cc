@@ -25,8 +25,8 @@ using ::testing::SizeIs;
 using Answer = absl::StatusOr<storage::Receipt>;
 using Verdicts = absl::StatusOr<std::vector<ObservationVerdict>>;
 
-// Room for about six of CellsOf.
-constexpr int64_t kLimit = 200'000;
+// Room for the two layers of a map and about ten of CellsOf.
+constexpr int64_t kLimit = 240'000;
 
 EditBatch ThingsAndGrid() {
   LayerSpec things;

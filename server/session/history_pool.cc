@@ -10,7 +10,7 @@
 namespace hypermap::server {
 namespace {
 
-// Number of idle readers that are kept: each holds an open file and its cache.
+// Number of idle readers that are kept: each holds open files and memory.
 constexpr size_t kMaxSpare = 8;
 
 // Readers that may yet be opened in this process beyond one for each pool.
@@ -34,9 +34,10 @@ struct HistoryPool::State {
   storage::StoredMap* stored ABSL_GUARDED_BY(mutex) = nullptr;  // null after Close
   std::vector<std::unique_ptr<storage::HistoryReader>> spare ABSL_GUARDED_BY(mutex);
   int num_open ABSL_GUARDED_BY(mutex) = 0;  // lent or spare
-  // The largest value of num_open. It does not decrease when readers are closed: SQLite keeps the
-  // file of a closed connection open until the map is closed, because closing it would release the
-  // locks of the other connections (https://www.sqlite.org/howtocorrupt.html, section 2.2).
+  // The largest value of num_open, without a reader of TakeReserved. It does not decrease when
+  // readers are closed: SQLite keeps the file of a closed connection open until the map is closed,
+  // because closing it would release the locks of the other connections
+  // (https://www.sqlite.org/howtocorrupt.html, section 2.2).
   int num_allowed ABSL_GUARDED_BY(mutex) = 1;
 };
 
@@ -45,7 +46,8 @@ absl::Status HistoryPool::State::Allow() {
   if (!TakeExtraReader()) {
     return admission::TryLater(
         absl::StrCat("past revisions of the map are read by ", num_open,
-                     " at once, and the limit of open files (ulimit -n) allows no more"));
+                     " at once, and the limits of open files (ulimit -n) and of memory "
+                     "(--memory_limit) allow no more"));
   }
   ++num_allowed;
   return absl::OkStatus();
@@ -61,14 +63,21 @@ HistoryPool::HistoryPool(storage::StoredMap* stored) : state_(std::make_shared<S
 HistoryPool::Lease::~Lease() {
   if (!reader_) return;
   MutexLock lock(&state_->mutex);
-  if (state_->stored == nullptr || state_->spare.size() >= kMaxSpare) {
+  const bool exceeds_limit = state_->num_open > state_->num_allowed;
+  if (state_->stored == nullptr || exceeds_limit || state_->spare.size() >= kMaxSpare) {
     --state_->num_open;
     return;
   }
   state_->spare.push_back(std::move(reader_));
 }
 
-absl::StatusOr<HistoryPool::Lease> HistoryPool::Take() {
+absl::StatusOr<HistoryPool::Lease> HistoryPool::Take() { return Lend(/*is_reserved=*/false); }
+
+absl::StatusOr<HistoryPool::Lease> HistoryPool::TakeReserved() {
+  return Lend(/*is_reserved=*/true);
+}
+
+absl::StatusOr<HistoryPool::Lease> HistoryPool::Lend(bool is_reserved) {
   MutexLock lock(&state_->mutex);
   if (state_->stored == nullptr) return absl::UnavailableError("the map is closing");
   if (!state_->spare.empty()) {
@@ -76,7 +85,9 @@ absl::StatusOr<HistoryPool::Lease> HistoryPool::Take() {
     state_->spare.pop_back();
     return Lease(state_, std::move(reader));
   }
-  HYPERMAP_RETURN_IF_ERROR(state_->Allow());
+  if (!is_reserved) {
+    HYPERMAP_RETURN_IF_ERROR(state_->Allow());
+  }
   HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<storage::HistoryReader> reader,
                             state_->stored->OpenHistory());
   ++state_->num_open;

@@ -16,8 +16,9 @@ namespace hypermap::server {
 // Lends readers. It opens one when none is idle, and keeps some of the returned ones, because
 // opening a reader costs a database connection and a returned one has warm caches. Thread safe.
 //
-// A reader holds open files, of which the process may have a limited number. Each pool may
-// therefore have one reader open at any time, and all pools of the process share those beyond one.
+// A reader holds memory and open files, of which the process may have a limited number. Each pool
+// may therefore have one reader open at any time, and all pools of the process share those beyond
+// one. What clients hold never keeps the map itself from reading its history: TakeReserved.
 class HistoryPool {
   struct State;
 
@@ -56,10 +57,17 @@ class HistoryPool {
   // opened; errors as StoredMap::OpenHistory.
   absl::StatusOr<Lease> Take();
 
+  // The same for the map's own maintenance, which needs a reader whatever clients hold: if no
+  // reader is idle and no more may be opened, it opens one beyond the limit, which is closed when
+  // it is returned. REQUIRES: there is no other such lease of this pool, and it ends soon.
+  absl::StatusOr<Lease> TakeReserved();
+
   // Destroys the idle readers and opens no more. Readers on loan stay usable.
   void Close();
 
  private:
+  absl::StatusOr<Lease> Lend(bool is_reserved);
+
   const std::shared_ptr<State> state_;
 };
 

@@ -74,6 +74,33 @@ TEST_F(HistoryPoolTest, ReturnedReadersAreLentAgain) {
   }
 }
 
+TEST_F(HistoryPoolTest, MapReadsItsHistoryWhenClientsHoldAllReaders) {
+  HistoryPool::LimitExtraReaders(1);
+  HistoryPool* const office = Add("office");
+  std::optional<std::vector<HistoryPool::Lease>> of_clients = Take(office, 2);
+  for (int round = 0; round < 3; ++round) {
+    const auto reserved = office->TakeReserved();
+    ASSERT_TRUE(reserved.ok()) << reserved.status();
+    EXPECT_TRUE((*reserved)->Kept().ok());
+    ExpectNoMore(office);
+  }
+  // Clients do not get that reader when it is returned, nor lose one of theirs.
+  ExpectNoMore(office);
+  of_clients.reset();
+  of_clients = Take(office, 2);
+  ExpectNoMore(office);
+}
+
+TEST_F(HistoryPoolTest, ReservedReaderIsOneOfTheMapsWhileItHasOneLeft) {
+  HistoryPool::LimitExtraReaders(0);
+  HistoryPool* const office = Add("office");
+  EXPECT_TRUE(office->TakeReserved().ok());
+  const auto of_clients = Take(office, 1);
+  ExpectNoMore(office);
+  office->Close();
+  EXPECT_TRUE(absl::IsUnavailable(office->TakeReserved().status()));
+}
+
 // A closed reader may leave its file open until then.
 TEST_F(HistoryPoolTest, OtherPoolsGetTheReadersOfOneThatIsClosed) {
   HistoryPool::LimitExtraReaders(19);

@@ -4,12 +4,17 @@
 
 #include <algorithm>
 #include <future>
+#include <memory>
+#include <optional>
 #include <utility>
+#include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "absl/time/clock.h"
 #include "base/admission/refusals.h"
 #include "base/cancellation/cancellation.h"
 #include "base/status/status_macros.h"
+#include "base/sync/mutex.h"
 #include "base/sync/start_thread.h"
 #include "map/content_bytes.h"
 #include "server/session/submission_size.h"
@@ -26,6 +31,42 @@ constexpr absl::Duration kExpiryRetry = absl::Seconds(1);
 // Number of groups that are written for each step of compaction while the queue never empties:
 // compaction must not fall behind for ever, and must not take much of the writer's time.
 constexpr int kGroupsPerCompactionStep = 8;
+// Time after which a group takes no further submission: tasks, for which threads of all maps may
+// wait, come after it.
+constexpr absl::Duration kLongGroup = absl::Milliseconds(50);
+// How often a thread that waits for the writer looks whether its own caller has gone.
+constexpr absl::Duration kLookPeriod = absl::Milliseconds(20);
+
+// A task of the writer for which a thread waits.
+struct AwaitedTask {
+  Mutex mutex;
+  CondVar ended;
+  bool has_begun ABSL_GUARDED_BY(mutex) = false;
+  bool is_given_up ABSL_GUARDED_BY(mutex) = false;
+  std::optional<absl::Status> result ABSL_GUARDED_BY(mutex);
+
+  // Returns false if it was given up.
+  bool Begin() {
+    const MutexLock lock(&mutex);
+    has_begun = true;
+    return !is_given_up;
+  }
+  void End(absl::Status status) {
+    const MutexLock lock(&mutex);
+    result = std::move(status);
+    ended.NotifyOne();
+  }
+  absl::Status Await() {
+    const MutexLock lock(&mutex);
+    while (!result) {
+      // A task that has begun uses the cancellation itself.
+      is_given_up = !has_begun && IsCancelled();
+      if (is_given_up) return CheckCancelled();
+      ended.WaitFor(&mutex, kLookPeriod);
+    }
+    return *result;
+  }
+};
 
 // The time at which the newest revision was made.
 absl::StatusOr<absl::Time> NewestCommitTime(storage::StoredMap& stored, Revision newest) {
@@ -175,20 +216,22 @@ absl::StatusOr<storage::Receipt> MapSession::RunAndWait(FusionSubmission submiss
 }
 
 absl::Status MapSession::RunOnWriter(absl::FunctionRef<absl::Status()> task) {
-  auto promise = std::make_shared<std::promise<absl::Status>>();
+  // Shared, because this thread may go on before End has returned.
+  auto awaited = std::make_shared<AwaitedTask>();
   {
     MutexLock lock(&queue_mutex_);
     // The caller holds what a task needs: its bytes do not wait in the queue.
     HYPERMAP_RETURN_IF_ERROR(CheckAccepts(queue_.tasks.size(), 0));
-    // A FunctionRef is enough: the caller's function lives until this returns, after the run.
-    queue_.tasks.push_back([promise, task, caller = Cancellation::Current()] {
+    // A FunctionRef is enough: the caller waits for a task that has begun.
+    queue_.tasks.push_back([awaited, task, caller = Cancellation::Current()] {
+      if (!awaited->Begin()) return;
       const ScopedCancellation here(caller);
       absl::Status wanted = CheckCancelled();
-      promise->set_value(wanted.ok() ? task() : std::move(wanted));
+      awaited->End(wanted.ok() ? task() : std::move(wanted));
     });
     queue_changed_.NotifyOne();
   }
-  return promise->get_future().get();
+  return awaited->Await();
 }
 
 absl::Status MapSession::BackupTo(const std::string& path,
@@ -266,9 +309,9 @@ void MapSession::Close() {
 }
 
 void MapSession::RunWriter() {
-  while (std::optional<Work> work = TakeWork()) {
-    Commit(std::move(work->submissions));
-    for (Task& task : work->tasks) std::move(task)();
+  while (std::optional<std::vector<QueuedSubmission>> submissions = TakeSubmissions()) {
+    Commit(*std::move(submissions));
+    RunTasks();
     MaintainMap();
   }
   if (is_broken_) return;
@@ -277,7 +320,7 @@ void MapSession::RunWriter() {
   KeepMark(time_.MarkForRestart(snapshot()->revision, /*closing=*/true));
 }
 
-std::optional<MapSession::Work> MapSession::TakeWork() {
+std::optional<std::vector<MapSession::QueuedSubmission>> MapSession::TakeSubmissions() {
   const absl::Duration wait = UntilMaintenance();
   MutexLock lock(&queue_mutex_);
   // Without a loop: after a spurious wake-up the work is empty and maintenance finds nothing due.
@@ -286,7 +329,17 @@ std::optional<MapSession::Work> MapSession::TakeWork() {
   }
   looks_at_clock_ = false;
   if (queue_.empty() && closing_) return std::nullopt;
-  return std::exchange(queue_, Work());
+  queue_.bytes = 0;
+  return std::exchange(queue_.submissions, {});
+}
+
+void MapSession::RunTasks() {
+  std::vector<Task> tasks;
+  {
+    const MutexLock lock(&queue_mutex_);
+    tasks.swap(queue_.tasks);
+  }
+  for (Task& task : tasks) std::move(task)();
 }
 
 void MapSession::KeepMark(const std::optional<storage::TimeMark>& mark) {
@@ -309,15 +362,18 @@ void MapSession::KeepMark(const std::optional<storage::TimeMark>& mark) {
 
 void MapSession::Commit(std::vector<QueuedSubmission> submissions) {
   for (size_t next = 0; next < submissions.size();) {
+    if (next > 0) RunTasks();
     if (!is_broken_) KeepMark(time_.MarkBeforeCommit(snapshot()->revision));
     GroupCommit group(stored_.get(), fusion_.get(), snapshot(), options_.limits, &content_);
-    while (next < submissions.size() && group.bytes() < options_.max_group_bytes) {
+    const absl::Time end_of_group = absl::Now() + kLongGroup;
+    do {
       std::visit(
           [&](auto& q) {
             group.Add(std::move(q.submission), time_.NextCommit(), std::move(q.done));
           },
           submissions[next++]);
-    }
+    } while (next < submissions.size() && group.bytes() < options_.max_group_bytes &&
+             absl::Now() < end_of_group);
     Finish(group);
   }
 }

@@ -151,7 +151,7 @@ class MapSession {
   struct Work {
     std::vector<QueuedSubmission> submissions;
     int64_t bytes = 0;        // of the submissions
-    std::vector<Task> tasks;  // run after the submissions were committed
+    std::vector<Task> tasks;  // run between two groups of submissions
 
     bool empty() const { return submissions.empty() && tasks.empty(); }
   };
@@ -165,15 +165,17 @@ class MapSession {
   template <typename SubmissionType>
   absl::StatusOr<storage::Receipt> EnqueueAndWait(SubmissionType submission);
   // Runs the task on the writer's thread, and waits for it. UNAVAILABLE, RESOURCE_EXHAUSTED as
-  // Submit.
+  // Submit; the error of this thread's cancellation, if that comes before the task begins.
   absl::Status RunOnWriter(absl::FunctionRef<absl::Status()> task);
 
   // The body of the writer's thread.
   void RunWriter();
-  // Waits for work or for the next maintenance; the work may be empty. nullopt if the session is
-  // closing and the queue is empty.
-  std::optional<Work> TakeWork();
+  // Waits for work or for the next maintenance, and takes the submissions that wait, of which there
+  // may be none. nullopt if the session is closing and the queue is empty.
+  std::optional<std::vector<QueuedSubmission>> TakeSubmissions();
+  // Writes the submissions in groups. Runs the tasks that wait before each but the first.
   void Commit(std::vector<QueuedSubmission> submissions);
+  void RunTasks();
   // Writes, publishes and answers a group.
   void Finish(GroupCommit& group);
   // Stores the mark, if there is one. A failure is logged; the next commit needs another mark.

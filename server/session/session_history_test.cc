@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <future>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -43,7 +44,10 @@ class SessionHistoryTest : public ::testing::Test {
     spec.name = "things";
     Submit({{CreateLayer{spec}}});
   }
-  void TearDown() override { disk_.Release(); }
+  void TearDown() override {
+    disk_.Release();
+    HistoryPool::LimitExtraReaders(std::numeric_limits<int>::max());
+  }
 
   void Reopen() {
     session_.reset();
@@ -263,6 +267,20 @@ TEST_F(SessionHistoryTest, KeepsSoManyRevisions) {
   const absl::Status gone = (*history)->At(20).status();
   EXPECT_TRUE(absl::IsOutOfRange(gone)) << gone;
   EXPECT_THAT(std::string(gone.message()), HasSubstr("21"));
+}
+
+TEST_F(SessionHistoryTest, HistoryIsCompactedWhileClientsHoldAllReaders) {
+  HistoryPool::LimitExtraReaders(1);
+  options_.limits.history_revisions = 10;
+  Reopen();
+  AwaitWriter();
+  const auto one = session_->OpenHistory();
+  const auto two = session_->OpenHistory();
+  ASSERT_TRUE(one.ok() && two.ok());
+  ASSERT_TRUE(absl::IsResourceExhausted(session_->OpenHistory().status()));
+  for (int i = 0; i < 30; ++i) Submit({{Cup({})}});
+  AwaitWriter();
+  EXPECT_EQ((*one)->Kept()->oldest, 21);
 }
 
 TEST_F(SessionHistoryTest, KeepsWhatTheMapWasSoFarBack) {

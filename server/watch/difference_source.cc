@@ -1,6 +1,7 @@
 #include "server/watch/difference_source.h"
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -16,6 +17,7 @@ namespace {
 
 // Bounds the time of a step, so that a worker thread can serve other calls between two steps.
 constexpr int kChangesPerStep = 1024;
+constexpr int64_t kLooksPerStep = 4096;  // Of NetChanges::Reader: 32 tiles.
 
 absl::StatusOr<StructurePtr> StructureAt(storage::HistoryReader& history, Revision revision) {
   HYPERMAP_ASSIGN_OR_RETURN(const std::unique_ptr<storage::PastMap> past, history.At(revision));
@@ -47,20 +49,20 @@ class DifferenceSource : public MessageSource<v1::ListChangesResponse> {
 
   absl::StatusOr<Step> Next(v1::ListChangesResponse* message) override {
     if (taken_ < to_->revision) return Take();
-    if (!finished_) {
-      changes_ = std::move(net_).Finish(*from_, *to_, layers_, frame_id_);
-      finished_ = true;
+    if (!difference_) difference_ = std::move(net_).Read(from_, to_, layers_, frame_id_);
+    HYPERMAP_RETURN_IF_ERROR(FillMessage(message));
+    if (message->changes().empty()) {
+      if (!difference_->done()) return Step::kNothingYet;
+      if (told_any_) return Step::kEnd;
     }
-    if (told_any_ && next_ == changes_.size()) return Step::kEnd;
     told_any_ = true;
     message->set_from_revision(from_->revision);
     message->set_to_revision(to_->revision);
     message->set_incarnation(incarnation_);
-    next_ = EncodeChanges(changes_, next_, limits_, message->mutable_changes());
     return Step::kMessage;
   }
 
-  int64_t items() const override { return static_cast<int64_t>(next_); }
+  int64_t items() const override { return items_; }
 
  private:
   // Adds the next commits to the net difference.
@@ -76,6 +78,19 @@ class DifferenceSource : public MessageSource<v1::ListChangesResponse> {
     return Step::kNothingYet;
   }
 
+  // Adds changes until the message is full or the step is over.
+  absl::Status FillMessage(v1::ListChangesResponse* message) {
+    ChangeEncoder encoder(limits_, message->mutable_changes());
+    const int64_t end = difference_->looks() + kLooksPerStep;
+    while (!difference_->done() && !encoder.full() && difference_->looks() < end) {
+      HYPERMAP_ASSIGN_OR_RETURN(const std::optional<MapChange> change, difference_->Next());
+      if (!change) continue;
+      encoder.Add(*change);
+      ++items_;
+    }
+    return absl::OkStatus();
+  }
+
   const Limits limits_;
   const uint64_t incarnation_;
   HistoryPool::Lease history_;
@@ -85,10 +100,9 @@ class DifferenceSource : public MessageSource<v1::ListChangesResponse> {
   const std::string frame_id_;
   Revision taken_;  // newest revision in net_
   NetChanges net_;
-  std::vector<MapChange> changes_;  // the result of net_, once finished_
-  bool finished_ = false;
+  std::optional<NetChanges::Reader> difference_;  // once all commits are in net_
   bool told_any_ = false;
-  size_t next_ = 0;  // index of the first change that was not sent yet
+  int64_t items_ = 0;
 };
 
 }  // namespace

@@ -4,6 +4,7 @@
 
 #include "absl/time/clock.h"
 #include "base/admission/client_host.h"
+#include "base/cancellation/cancellation.h"
 #include "base/status/status_macros.h"
 #include "server/rpc/wanted.h"
 
@@ -108,9 +109,18 @@ void WatchCall::Write(const grpc::Slice& message) {
 }
 
 absl::StatusOr<WatchSource::Step> WatchCall::TakeStep(absl::Time now, grpc::Slice* message) {
-  HYPERMAP_RETURN_IF_ERROR(CheckWanted(*context_));
-  if (!admitted_.ok()) return admitted_;
+  Cancellation cancellation([this] { return CheckWanted(*context_); });
+  const ScopedCancellation here(&cancellation);
   const ScopedMeter metered(&meter_);
+  HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
+  absl::StatusOr<WatchSource::Step> step = MakeStep(now, message);
+  // Work that was given up has no result.
+  HYPERMAP_RETURN_IF_ERROR(cancellation.status());
+  return step;
+}
+
+absl::StatusOr<WatchSource::Step> WatchCall::MakeStep(absl::Time now, grpc::Slice* message) {
+  if (!admitted_.ok()) return admitted_;
   if (open_source_) {
     OpenSource open_source = std::exchange(open_source_, nullptr);
     HYPERMAP_ASSIGN_OR_RETURN(source_, std::move(open_source)());

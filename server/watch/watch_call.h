@@ -86,7 +86,9 @@ class WatchCall final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
   // Writes the group's next message if it has one; otherwise leaves the turn to a worker. Short
   // enough for gRPC's threads.
   void TakeShortTurn();
+  // Gives up the step when the caller has gone.
   absl::StatusOr<WatchSource::Step> TakeStep(absl::Time now, grpc::Slice* message);
+  absl::StatusOr<WatchSource::Step> MakeStep(absl::Time now, grpc::Slice* message);
   void Write(const grpc::Slice& message);
   void WaitForCommits(absl::Time now);
   void WaitForTick();

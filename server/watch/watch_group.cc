@@ -5,6 +5,8 @@
 #include <utility>
 #include <vector>
 
+#include "absl/time/clock.h"
+#include "base/cancellation/cancellation.h"
 #include "base/limits/limits.h"
 #include "server/rpc/raw_messages.h"
 #include "server/watch/watch_messages.h"
@@ -85,6 +87,11 @@ std::optional<WatchGroup::Run> WatchGroup::Collect(Revision after, const Structu
 
 void WatchGroup::Extend(Revision after, const StructurePtr& structure, Follower& follower) {
   if (!entries_.empty() && after + 1 < first()) return;
+  Cancellation encoding([end = absl::Now() + tuning_.max_encoding] {
+    return absl::Now() < end ? absl::OkStatus() : absl::DeadlineExceededError("takes too long");
+  });
+  const ScopedCancellation here(&encoding);
+  bool is_first = true;
   for (const FeedCommit& commit : ReadOn(after)) {
     const StructurePtr& before = entries_.empty() ? structure : entries_.back().structure;
     if (commit.structure != before) {
@@ -93,7 +100,14 @@ void WatchGroup::Extend(Revision after, const StructurePtr& structure, Follower&
       if (entries_.empty()) return;
       Push({commit.structure, {}, 0, /*alone=*/true});
     } else if (commit.structure == structure) {
-      Push(Encode(commit, follower));
+      Entry entry = Encode(commit, follower);
+      if (!encoding.status().ok()) {
+        // Another commit had most of the time: this one gets all of it in the next call.
+        if (!is_first) return;
+        return Push({commit.structure, {}, 0, /*alone=*/true});
+      }
+      Push(std::move(entry));
+      is_first = false;
     } else {
       return;
     }
@@ -118,6 +132,8 @@ WatchGroup::Entry WatchGroup::Encode(const FeedCommit& commit, Follower& followe
   while (!parts->done() && !ExceedMessage(changes, limits_)) {
     std::vector<MapChange> part = parts->Next(limits_.chunk_items);
     std::move(part.begin(), part.end(), std::back_inserter(changes));
+    // Only looks at commits that take more than a step, because most take microseconds.
+    if (!parts->done() && IsCancelled()) break;
   }
   if (changes.empty()) return entry;
   WatchMessage message = MessageOf(commit, incarnation_);

@@ -25,11 +25,11 @@ namespace hypermap::server {
 // one filter. The first watch that reaches a commit encodes its message; the others copy a
 // reference to the bytes. The ring has one entry for each commit from its first to its last, so
 // that an entry is found by its revision: also for commits that select nothing, and for commits
-// that each watch must encode by itself because they change the map's structure or take several
-// messages.
+// that each watch must encode by itself because they change the map's structure, take several
+// messages, or take long to compare with the filter.
 //
 // Thread safe. The lock is held while messages are encoded, because a thread that waits for it
-// would otherwise encode the same ones.
+// would otherwise encode the same ones; for little more than WatchTuning::max_encoding.
 class WatchGroup {
  public:
   // Consecutive commits, and the message that reports them.
@@ -83,12 +83,13 @@ class WatchGroup {
   std::optional<Run> Collect(Revision after, const StructurePtr& structure, Revision end,
                              size_t max_messages) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   // Appends entries for commits of the feed, as far as `follower` can filter them: until the
-  // structure is not `structure` any more.
+  // structure is not `structure` any more, or the time for encoding is over.
   void Extend(Revision after, const StructurePtr& structure, Follower& follower)
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   // The commits after the last entry. Empties the ring and restarts it at `after` if the feed no
   // longer has the commits between its end and `after`, or if they are too many to encode.
   std::vector<FeedCommit> ReadOn(Revision after) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  // If IsCancelled(), returns any entry.
   Entry Encode(const FeedCommit& commit, Follower& follower) const;
   void Push(Entry entry) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void PopFirst() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);

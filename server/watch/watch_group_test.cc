@@ -14,6 +14,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
 #include "base/limits/limits.h"
+#include "base/metering/memory_meter.h"
 #include "map/edits/apply.h"
 #include "map/watch/structure.h"
 #include "server/services/testing/test_server.h"
@@ -184,6 +185,38 @@ TEST_F(WatchGroupTest, LargeCommitsAreToldByEachAlone) {
   EXPECT_THAT(RevisionsIn(watch.Take(3, Form::kCoalesced)->message), ElementsAre(4, 5));
 }
 
+// A comb whose 2,560 slanted teeth stand between the centres of the cells of a tile.
+Polygon Comb() {
+  Ring ring{{0, -2}, {128, -2}, {128, -1}};
+  for (int i = 2'559; i >= 0; --i) {
+    ring.insert(ring.end(), {{(i + 0.5) / 20, -1}, {(i + 0.4) / 20, 200}, {(i + 0.3) / 20, -1}});
+  }
+  ring.push_back({0, -1});
+  return *Polygon::Make(std::move(ring));
+}
+
+hypermap::WriteCells AllOfTile(const std::string& layer, double value) {
+  return {layer, {0, 128, 0, 128}, std::vector<std::optional<double>>(kCellsPerTile, value)};
+}
+
+TEST_F(WatchGroupTest, CommitsThatTakeLongToCompareAreToldByEachAlone) {
+  Commit(LayerOfCells("cells", 128, 128).edits);  // 2
+  Commit({AllOfTile("cells", 0.25)});             // 3
+  const StructurePtr structure = *feed_.StructureAt(2);
+  const WatchFilter filter{.area = Comb()};
+  for (const Form form : {Form::kSingle, Form::kCoalesced}) {
+    Watch watch{Group(), structure, *Follower::Make(filter, structure)};
+    EXPECT_EQ(watch.Take(2, form), std::nullopt);
+    EXPECT_EQ(watch.Take(2, form), std::nullopt);
+    // With more time, the group finds that nothing is selected.
+    watch.group = Group({.max_encoding = absl::Hours(1)});
+    const auto nothing = watch.Take(2, form);
+    ASSERT_TRUE(nothing);
+    EXPECT_EQ(nothing->end, 3);
+    EXPECT_EQ(nothing->num_changes, 0);
+  }
+}
+
 TEST_F(WatchGroupTest, CommitsThatChangeTheStructureAreToldByEachAlone) {
   CommitPuts(1);             // 2
   Commit({Layer("later")});  // 3
@@ -260,6 +293,37 @@ TEST(WatchGroupsTest, WatchesWithTheSameFilterAreAGroupUntilTheLastIsGone) {
   group.reset();
   EXPECT_TRUE(gone.expired());
   EXPECT_NE(groups.Join(&feed, /*incarnation=*/1, filter), nullptr);
+}
+
+TEST(WatchSourceTest, ACommitThatTakesManyStepsIsChargedWhenTheFeedDropsIt) {
+  SessionOptions options;
+  options.feed.max_commits = 1;
+  TestServer server({}, 1 << 20, options);
+  server.MakeMap("site", LayerOfCells("cells", 128, 128));
+  MapSession& session = **server.site().Find("site");
+  const auto write = [&](double value) {
+    return session.SubmitAndWait({{{AllOfTile("cells", value)}}, "test", ""}).status();
+  };
+  ASSERT_TRUE(write(0.25).ok());
+  WorkerPools workers(1);
+  const Facilities facilities{&server.site(), {}, &workers, "", nullptr};
+  const WatchTuning tuning{.max_encoding = absl::ZeroDuration()};
+  WatchGroups groups(Limits(), tuning);
+  v1::WatchRequest request;
+  request.mutable_scope()->set_map("site");
+  wire::EncodePolygon(Comb(), request.mutable_area());
+  request.set_start_revision(1);
+  const auto source = *WatchSource::Open(facilities, tuning, &groups, request);
+  MemoryCap unlimited("", 0);
+  MemoryMeter meter(&unlimited);
+  const ScopedMeter metered(&meter);
+  grpc::Slice message;
+  EXPECT_EQ(*source->Next(absl::Now(), &message), WatchSource::Step::kNothingYet);
+  EXPECT_TRUE(source->holds_commits());
+  EXPECT_EQ(meter.taken(), 0);
+  ASSERT_TRUE(write(0.75).ok());
+  EXPECT_EQ(*source->Next(absl::Now(), &message), WatchSource::Step::kNothingYet);
+  EXPECT_GT(meter.taken(), kCellsPerTile);
 }
 
 // Random edits that reset no watch.
@@ -356,8 +420,11 @@ TEST(WatchGroupPropertyTest, WhatIsSharedIsWhatEachWouldBeToldAlone) {
   MapSession& session = **server.site().Find("site");
   WorkerPools workers(1);
   const Facilities facilities{&server.site(), limits, &workers, "", nullptr};
-  // The ring is so small that watches are behind it now and then.
-  const WatchTuning tuning{.max_ring_commits = 20};
+  // The ring is so small that watches are behind it now and then. Without time, each watch of an
+  // area encodes for itself.
+  const bool has_time = UniformInt(rng, 0, 1) == 0;
+  const WatchTuning tuning{.max_ring_commits = 20,
+                           .max_encoding = has_time ? absl::Milliseconds(2) : absl::ZeroDuration()};
   WatchGroups groups(limits, tuning);
 
   std::vector<WatchFilter> filters(5);

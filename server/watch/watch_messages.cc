@@ -31,18 +31,18 @@ WatchMessage MessageOf(const FeedCommit& commit, uint64_t incarnation) {
   return message;
 }
 
+void ChangeEncoder::Add(const MapChange& change) {
+  v1::Change* const message = messages_->Add();
+  wire::EncodeChange(change, message);
+  items_ += ItemsOf(change);
+  bytes_ += static_cast<int64_t>(message->ByteSizeLong());
+}
+
 size_t EncodeChanges(const std::vector<MapChange>& changes, size_t first, const Limits& limits,
                      google::protobuf::RepeatedPtrField<v1::Change>* messages) {
-  int64_t items = 0;
-  int64_t bytes = 0;
+  ChangeEncoder encoder(limits, messages);
   size_t next = first;
-  for (; next < changes.size(); ++next) {
-    if (items >= limits.chunk_items || bytes >= limits.max_chunk_bytes) break;
-    v1::Change* const message = messages->Add();
-    wire::EncodeChange(changes[next], message);
-    items += ItemsOf(changes[next]);
-    bytes += static_cast<int64_t>(message->ByteSizeLong());
-  }
+  for (; next < changes.size() && !encoder.full(); ++next) encoder.Add(changes[next]);
   return next;
 }
 

@@ -27,9 +27,28 @@ using WatchMessage = v1::ReplicateResponse;
 // changes.
 WatchMessage MessageOf(const FeedCommit& commit, uint64_t incarnation);
 
-// Encodes the changes from index `first` on, until they reach limits.chunk_items objects and runs
-// of cells or limits.max_chunk_bytes, but at least one. Returns the index of the first change that
-// was left over, or changes.size().
+// Adds changes to a message, as long as it has fewer than limits.chunk_items objects and runs of
+// cells and fewer bytes than limits.max_chunk_bytes.
+class ChangeEncoder {
+ public:
+  // Both must outlive this.
+  ChangeEncoder(const Limits& limits, google::protobuf::RepeatedPtrField<v1::Change>* messages)
+      : limits_(limits), messages_(messages) {}
+
+  // Whether the message takes no further change.
+  bool full() const { return items_ >= limits_.chunk_items || bytes_ >= limits_.max_chunk_bytes; }
+  // REQUIRES: !full().
+  void Add(const MapChange& change);
+
+ private:
+  const Limits& limits_;
+  google::protobuf::RepeatedPtrField<v1::Change>* const messages_;
+  int64_t items_ = 0;
+  int64_t bytes_ = 0;
+};
+
+// Encodes the changes from index `first` on, until the message is full. Returns the index of the
+// first change that was left over, or changes.size().
 size_t EncodeChanges(const std::vector<MapChange>& changes, size_t first, const Limits& limits,
                      google::protobuf::RepeatedPtrField<v1::Change>* messages);
 // Whether EncodeChanges would leave changes over because of limits.chunk_items.

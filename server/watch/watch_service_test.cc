@@ -18,6 +18,7 @@
 #include "absl/strings/str_cat.h"
 #include "base/limits/limits.h"
 #include "server/services/testing/test_server.h"
+#include "tests/support/eventually.h"
 #include "wire/geometry.h"
 
 namespace hypermap::server {
@@ -405,6 +406,56 @@ TEST_P(WatchServiceTest, DeadlineAndCancelEndAWatchThatWaits) {
   while (watching.Next()) {
   }
   EXPECT_EQ(watching.Finish().error_code(), grpc::StatusCode::CANCELLED);
+}
+
+// A watch of a comb from (0, 0) to (8192, 8192), whose slanted teeth stand between the centres of
+// cells of 1 m.
+v1::WatchRequest RequestOfComb() {
+  v1::WatchRequest request;
+  request.mutable_scope()->set_map("site");
+  v1::Ring& ring = *request.mutable_area()->mutable_outer();
+  const auto add = [&ring](double x, double y) {
+    ring.add_xs(x);
+    ring.add_ys(y);
+  };
+  add(0, -2);
+  add(8192, -2);
+  add(8192, -1);
+  for (int x = 3 * 2729; x >= 0; x -= 3) {
+    add(x + 1.5, -1);
+    add(x + 1.2, 8192);
+    add(x + 0.9, -1);
+  }
+  add(0, -1);
+  return request;
+}
+
+TEST(WatchWorkTest, ALargeCommitIsNotComparedWithALargeAreaForAClientThatHasGone) {
+  TestServer server;
+  LayerSpec floor{.name = "floor", .kind = LayerKind::kOccupancy};
+  floor.grid = GridGeometry{PlanarTransform(), 1.0};
+  server.MakeMap("site", {{hypermap::CreateLayer{floor}}});
+  MapSession& session = **server.site().Find("site");
+  hypermap::FillPolygon fill{.layer = "floor", .area = Polygon::FromBox({{0, 0}, {8064, 8064}})};
+  for (const double value : {0.25, 0.75}) {
+    fill.value = value;
+    const auto receipt = session.SubmitAndWait({{{fill}}, "test", ""});
+    ASSERT_TRUE(receipt.ok()) << receipt.status();
+  }
+  for (const bool coalesce : {false, true}) {
+    v1::WatchRequest request = RequestOfComb();
+    request.set_start_revision(2);
+    request.set_coalesce(coalesce);
+    grpc::ClientContext context;
+    context.set_deadline(std::chrono::system_clock::now() + std::chrono::milliseconds(300));
+    const auto reader = server.watch->Watch(&context, request);
+    ReadAll(*reader);
+    EXPECT_EQ(reader->Finish().error_code(), grpc::StatusCode::DEADLINE_EXCEEDED);
+  }
+  // To compare each of the 3,969 tiles with all teeth takes a minute.
+  const absl::Time begin = absl::Now();
+  EXPECT_TRUE(hypermap::testing::Eventually([&] { return server.budgets().watchers.used() == 0; }));
+  EXPECT_LT(absl::Now() - begin, absl::Seconds(20));
 }
 
 // Writes every cell of a tile, so that a few commits fill gRPC's buffers for a reader that does not

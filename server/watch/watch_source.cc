@@ -379,7 +379,14 @@ absl::StatusOr<WatchSource::Step> WatchSource::ReadCommit(absl::Time now, grpc::
     }
     std::move(part.begin(), part.end(), std::back_inserter(telling_));
   }
-  if (!commit_parts_->done() && !ExceedMessage(telling_, limits_)) return Step::kNothingYet;
+  if (!commit_parts_->done() && !ExceedMessage(telling_, limits_)) {
+    // The commit may take many steps. Until the feed drops it, it is kept for all watches.
+    const bool is_in_feed = feed().StructureAt(taken_ - 1).has_value();
+    if (absl::Status status = is_in_feed ? absl::OkStatus() : ChargeRest(); !status.ok()) {
+      return WithResume(status);
+    }
+    return Step::kNothingYet;
+  }
   if (telling_.empty()) {
     commit_parts_.reset();
     return Step::kNothingYet;

@@ -54,7 +54,8 @@ class WatchSource {
   absl::StatusOr<Step> Next(absl::Time now, grpc::Slice* message);
 
   // Makes the next message if the group can provide it, and returns whether it did. Reads no
-  // history and waits for nothing but the group's lock, so that any thread may call it.
+  // history, waits for nothing but the group's lock, and takes little more than
+  // WatchTuning::max_encoding, so that any thread may call it.
   bool TakeShared(absl::Time now, grpc::Slice* message);
 
   // Whether the next message should wait for a tick, so that it contains several commits: the watch
@@ -74,7 +75,7 @@ class WatchSource {
   int64_t memory() const { return memory_; }
   // Whether the source holds changes that were read but not sent. They were charged to the
   // MemoryMeter of the Next that read them, except those of a feed's commit that fits into one
-  // message.
+  // message; these are charged when the feed drops the commit.
   bool holds_commits() const { return !commits_.empty() || !telling_.empty() || commit_parts_; }
 
  private:
@@ -106,7 +107,7 @@ class WatchSource {
   absl::StatusOr<Step> TakeCommit(absl::Time now, grpc::Slice* message);
   // Reads on in commit_parts_, and tells the next part once a message is full.
   absl::StatusOr<Step> ReadCommit(absl::Time now, grpc::Slice* message);
-  // Charges for what is held of a commit that needs a further message. RESOURCE_EXHAUSTED.
+  // Charges for what is held of a commit. RESOURCE_EXHAUSTED.
   absl::Status ChargeRest();
   // Fills commits_ from the feed, or from the history with commits up to `newest`.
   absl::Status ReadCommits(Revision newest);
@@ -145,11 +146,11 @@ class WatchSource {
   FeedCommit commit_;  // the commit of telling_, without its changes; for a replica's selection,
                        // only the time is set
   std::unique_ptr<SelectionReader> commit_parts_;  // null while there is no commit to tell
-  int64_t commit_bytes_ = 0;    // of the commit, to be charged if it needs a second message
-  int64_t telling_charge_ = 0;  // bytes charged for telling_
-  std::unique_ptr<SelectionReader> selection_;  // null while telling_ is a commit's
-  bool selection_resets_ = false;               // the selection's first message has `reset`
-  bool map_due_;                                // the next message is the first of a replica
+  int64_t commit_bytes_ = 0;                       // of the commit, as long as they are not charged
+  int64_t telling_charge_ = 0;                     // bytes charged for telling_
+  std::unique_ptr<SelectionReader> selection_;     // null while telling_ is a commit's
+  bool selection_resets_ = false;                  // the selection's first message has `reset`
+  bool map_due_;                                   // the next message is the first of a replica
   bool gathers_ = false;
   double changes_per_s_ = 0;  // exponential moving average over the group's runs
 

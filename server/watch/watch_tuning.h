@@ -55,6 +55,10 @@ struct WatchTuning {
   // Number of changes that are encoded for a ring at a time. Other watches with the same filter
   // wait meanwhile.
   int64_t max_changes_at_once = 256;
+  // Time after which the encoding for a ring is given up, because other watches with the same
+  // filter wait, and it may keep one of gRPC's threads. Each watch encodes a commit that takes
+  // longer by itself, in steps.
+  absl::Duration max_encoding = absl::Milliseconds(2);
   // Number of revisions. A watch that is further ahead of the ring's end restarts the ring instead
   // of encoding the commits between, which no watch may ever need.
   int64_t max_gap = 256;

@@ -12,6 +12,11 @@
 namespace hypermap::storage {
 namespace {
 
+// The part of the file that the page cache of a reader holds at most. It is small because there may
+// be many readers: what they read is kept decoded within the CacheRoom, and pages that are read
+// again are in the page cache of the system.
+constexpr int kPageCacheKib = 256;
+
 constexpr char kCommitChanges[] =
     "SELECT revision, kind, lineage, object_id, tile_column, tile_row, detail FROM "
     "hypermap_changes WHERE revision BETWEEN ? AND ? ORDER BY revision, number";
@@ -46,6 +51,9 @@ absl::StatusOr<std::unique_ptr<HistoryReader>> GeoPackageHistory::Open(const std
   absl::StatusOr<std::unique_ptr<Database>> database =
       Database::Open(path, Database::OpenMode::kReadOnly, busy_timeout);
   if (!database.ok()) return HistoryStatus(map_name, database.status());
+  const absl::Status limited =
+      (*database)->Execute(absl::StrCat("PRAGMA cache_size = -", kPageCacheKib));
+  if (!limited.ok()) return HistoryStatus(map_name, limited);
   std::unique_ptr<GeoPackageHistory> history(
       new GeoPackageHistory(*std::move(database), map_name, cache_room));
   // SQLite opens the file at the first read. This read makes that happen now, while the writer has

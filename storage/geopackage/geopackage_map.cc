@@ -163,7 +163,8 @@ absl::Status GeoPackageMap::InMap(const absl::Status& status) const {
 
 absl::StatusOr<SnapshotPtr> GeoPackageMap::Load() {
   absl::StatusOr<SnapshotPtr> snapshot = LoadSnapshot();
-  // Frees the page cache: the pages that were read last are not the ones that the next edits need.
+  // The statements and pages that were used last are not the ones that the next edits need.
+  database_->ForgetStatements();
   sqlite3_db_release_memory(database_->handle());
   if (!snapshot.ok()) return InMap(AsDamage(snapshot.status()));
   return snapshot;

@@ -16,7 +16,8 @@ namespace hypermap::storage {
 absl::StatusOr<ImportedMap> DecodeHmap(absl::string_view data, const Limits& limits);
 
 // Encodes the occupancy and semantic layers as one file, `<map_name>.hmap`. Layers of other kinds,
-// and objects with line strings and points, which the original can't read, are omissions.
+// and objects with line strings and points, which the original can't read, are omissions. Errors of
+// TakeMemory and CheckCancelled.
 absl::StatusOr<ExportedFiles> EncodeHmap(const Snapshot& snapshot);
 
 }  // namespace hypermap::storage

@@ -5,6 +5,7 @@
 #include "absl/container/flat_hash_set.h"
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
+#include "base/cancellation/cancellation.h"
 #include "base/limits/limits.h"
 #include "base/status/status_macros.h"
 #include "storage/interchange/names.h"
@@ -18,8 +19,13 @@ namespace {
 constexpr char kOccupancyClass[] = "OccupancyGridLayer";
 constexpr char kSemanticClass[] = "SemanticLayer";
 
-std::string Renamed(absl::string_view what, absl::string_view from, absl::string_view to) {
-  return absl::StrCat(what, " \"", CleanWord(from), "\" renamed to \"", to, "\"");
+void ReportRenamed(absl::string_view what, absl::string_view from, absl::string_view to,
+                   RepairLog& repairs) {
+  constexpr size_t kMaxBytes = 100;
+  repairs.Add([&] {
+    return absl::StrCat(what, " \"", CleanWord(CutText(from, kMaxBytes)), "\" renamed to \"", to,
+                        "\"");
+  });
 }
 
 // A frame that must be there.
@@ -27,7 +33,7 @@ absl::StatusOr<std::string> ReadFrame(const YAML::Node& map, const char* key, Re
   HYPERMAP_ASSIGN_OR_RETURN(const std::string text, ReadText(map, key));
   std::string frame_id = SanitizeFrameId(text);
   HYPERMAP_RETURN_IF_ERROR(ValidateFrameId(key, frame_id));
-  if (frame_id != text) repairs.Add(Renamed("frame", text, frame_id));
+  if (frame_id != text) ReportRenamed("frame", text, frame_id, repairs);
   return frame_id;
 }
 
@@ -52,11 +58,11 @@ absl::StatusOr<std::string> ReadFile(const YAML::Node& map) {
 }
 
 absl::StatusOr<HmapLayer> ReadLayer(const YAML::Node& map, RepairLog& repairs) {
-  if (!map.IsMap()) return absl::InvalidArgumentError("it is not a map of keys");
+  HYPERMAP_RETURN_IF_ERROR(CheckMap(map, "it"));
   HmapLayer layer;
   HYPERMAP_ASSIGN_OR_RETURN(const std::string name, ReadText(map, "name"));
   layer.name = SanitizeName(name);
-  if (layer.name != name) repairs.Add(Renamed("layer", name, layer.name));
+  if (layer.name != name) ReportRenamed("layer", name, layer.name, repairs);
 
   HYPERMAP_ASSIGN_OR_RETURN(const LayerKind kind, ReadKind(map));
   layer.kind = kind;
@@ -67,7 +73,9 @@ absl::StatusOr<HmapLayer> ReadLayer(const YAML::Node& map, RepairLog& repairs) {
     HYPERMAP_ASSIGN_OR_RETURN(std::string frame_id, ReadFrame(map, "frame_id", repairs));
     layer.frame_id = std::move(frame_id);
   } else {
-    repairs.Add(absl::StrCat("layer \"", layer.name, "\": no frame_id, taken as the map's own"));
+    repairs.Add([&] {
+      return absl::StrCat("layer \"", layer.name, "\": no frame_id, taken as the map's own");
+    });
   }
   HYPERMAP_ASSIGN_OR_RETURN(std::string file, ReadFile(map));
   layer.file = std::move(file);
@@ -75,7 +83,7 @@ absl::StatusOr<HmapLayer> ReadLayer(const YAML::Node& map, RepairLog& repairs) {
 }
 
 absl::StatusOr<FrameTransform> ReadTransform(const YAML::Node& map, RepairLog& repairs) {
-  if (!map.IsMap()) return absl::InvalidArgumentError("it is not a map of keys");
+  HYPERMAP_RETURN_IF_ERROR(CheckMap(map, "it"));
   HYPERMAP_ASSIGN_OR_RETURN(std::string parent, ReadFrame(map, "frame_id", repairs));
   HYPERMAP_ASSIGN_OR_RETURN(std::string child, ReadFrame(map, "child_frame_id", repairs));
   HYPERMAP_ASSIGN_OR_RETURN(const YamlPose pose, ReadPose(map, "transform_pose"));
@@ -95,6 +103,7 @@ absl::Status ReadLayers(const YAML::Node& root, HmapConfig& config, RepairLog& r
   HYPERMAP_ASSIGN_OR_RETURN(const YAML::Node list, ReadList(root, "layers"));
   absl::flat_hash_set<std::string> names;
   for (size_t i = 0; i < list.size(); ++i) {
+    HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
     absl::StatusOr<HmapLayer> layer = ReadLayer(list[i], repairs);
     if (!layer.ok()) return At(absl::StrCat("layers[", i, "]"), layer.status());
     if (!names.insert(layer->name).second) {
@@ -114,6 +123,7 @@ absl::Status ReadTransforms(const YAML::Node& root, HmapConfig& config, RepairLo
   }
   FrameTree tree;  // refuses the transform that closes a cycle
   for (size_t i = 0; i < list.size(); ++i) {
+    HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
     const std::string place = absl::StrCat("transforms[", i, "]");
     absl::StatusOr<FrameTransform> transform = ReadTransform(list[i], repairs);
     if (!transform.ok()) return At(place, transform.status());
@@ -131,7 +141,7 @@ absl::Status ReadTransforms(const YAML::Node& root, HmapConfig& config, RepairLo
 
 absl::StatusOr<HmapConfig> ParseHmapConfig(absl::string_view text, RepairLog& repairs) {
   HYPERMAP_ASSIGN_OR_RETURN(const YAML::Node root, ParseYaml(text));
-  if (!root.IsMap()) return absl::InvalidArgumentError("the YAML is not a map of keys");
+  HYPERMAP_RETURN_IF_ERROR(CheckMap(root, "the YAML"));
   if (!Value(root, "layers").IsDefined()) {
     return absl::InvalidArgumentError("layers is missing");
   }

@@ -30,7 +30,8 @@ struct HmapConfig {
 };
 
 // Names of layers and frames that the domain refuses are changed, with a line in `repairs`; unknown
-// keys are ignored. INVALID_ARGUMENT naming the layer or transform and the key.
+// keys are ignored. INVALID_ARGUMENT naming the layer or transform and the key; errors of ParseYaml
+// and CheckCancelled.
 absl::StatusOr<HmapConfig> ParseHmapConfig(absl::string_view text, RepairLog& repairs);
 
 std::string FormatHmapConfig(const HmapConfig& config);

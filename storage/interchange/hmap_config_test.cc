@@ -64,6 +64,13 @@ TEST(HmapConfigTest, NamesThatTheDomainRefusesAreMadeFitAndReported) {
                                            "frame \"base link\" renamed to \"base_link\""));
 }
 
+// A map in flow style.
+std::string WithKeys(int count) {
+  std::string text = "{";
+  for (int i = 0; i < count; ++i) absl::StrAppend(&text, "key", i, ": 0, ");
+  return text + "}";
+}
+
 TEST(HmapConfigTest, NamesWhatIsWrong) {
   const std::string layer = "{name: a, frame_id: map, class: SemanticLayer}";
   const auto with_transform = [&](const std::string& transform) {
@@ -75,6 +82,9 @@ TEST(HmapConfigTest, NamesWhatIsWrong) {
       {"{}", "layers is missing"},
       {"layers: 5", "layers is not a list"},
       {"layers: [5]", "layers[0]: it is not a map"},
+      {"layers: [" + WithKeys(257) + "]", "layers[0]: it has more than 256 keys"},
+      {WithKeys(257), "the YAML has more than 256 keys"},
+      {"layers: [&a " + layer + "]\ntransforms: [*a]", "aliases"},
       {"layers: [{frame_id: map, class: SemanticLayer}]", "layers[0]: name is missing"},
       {"layers: [" + layer + ", " + layer + "]", "layers[1]: a second layer \"a\""},
       {"layers: [{name: a, frame_id: map}]", "class is missing"},
@@ -85,6 +95,7 @@ TEST(HmapConfigTest, NamesWhatIsWrong) {
        "file is missing"},
       {"layers: [{name: a, frame_id: m, class: SemanticLayer, load_file: maybe}]", "load_file"},
       {with_transform("5"), "transforms[0]: it is not a map"},
+      {with_transform(WithKeys(257)), "transforms[0]: it has more than 256 keys"},
       {with_transform("{child_frame_id: a, transform_pose: [0, 0, 0]}"), "frame_id is missing"},
       {with_transform("{frame_id: a, transform_pose: [0, 0, 0]}"), "child_frame_id is missing"},
       {with_transform("{frame_id: a, child_frame_id: b}"), "transform_pose is missing"},
@@ -103,6 +114,16 @@ TEST(HmapConfigTest, NamesWhatIsWrong) {
     EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument) << text;
     EXPECT_THAT(std::string(status.message()), HasSubstr(message)) << text;
   }
+}
+
+TEST(HmapConfigTest, LongNamesAreCutInTheReport) {
+  const std::string name(100'000, 'x');
+  const ConfigReading reading = ParseConfig("layers:\n  - {name: " + name + ", frame_id: " + name +
+                                            ", class: SemanticLayer}\n");
+  ASSERT_TRUE(reading.config.ok()) << reading.config.status();
+  ASSERT_THAT(reading.repairs, SizeIs(2));
+  EXPECT_THAT(reading.repairs[0], HasSubstr("xxx...\" renamed to \"xxx"));
+  EXPECT_THAT(reading.repairs[1], HasSubstr("xxx...\" renamed to \"xxx"));
 }
 
 TEST(HmapConfigTest, ALongChainOfFramesIsRefused) {

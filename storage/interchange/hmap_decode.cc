@@ -2,6 +2,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/cancellation/cancellation.h"
 #include "base/limits/limits.h"
 #include "base/status/status_macros.h"
 #include "storage/interchange/hmap.h"
@@ -10,7 +11,6 @@
 #include "storage/interchange/repair_log.h"
 #include "storage/interchange/semantic_objects.h"
 #include "storage/interchange/semantic_yaml.h"
-#include "storage/interchange/shape_repair.h"
 #include "storage/interchange/status_context.h"
 #include "storage/interchange/zip_archive.h"
 
@@ -81,21 +81,15 @@ class HmapDecoder {
         CreateLayer{LayerSpec{.name = layer.name, .kind = layer.kind, .frame_id = layer.frame_id}});
     if (layer.file.empty()) return absl::OkStatus();
     HYPERMAP_ASSIGN_OR_RETURN(const std::string text, archive_.Read(layer.file));
-    SemanticObjectReader reader(layer.name, limits_.max_vertices, crossings_left_, repairs_);
-    const absl::Status status = ReadSemanticYaml(text, [&](const SemanticEntry& entry) {
-      if (++num_objects_ > limits_.max_import_objects) return TooManyObjects();
-      return reader.Take(entry);
-    });
+    SemanticObjectReader reader(layer.name, limits_, totals_, repairs_);
+    const absl::Status status =
+        ReadSemanticYaml(text, [&](const SemanticEntry& entry) { return reader.Take(entry); });
     if (!status.ok()) return At(MemberPlace(layer.file), status);
     for (SemanticObject& object : std::move(reader).Finish()) {
+      HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
       edits().push_back(PutObject{layer.name, std::move(object), ""});
     }
     return absl::OkStatus();
-  }
-
-  absl::Status TooManyObjects() const {
-    return absl::ResourceExhaustedError(absl::StrCat(
-        "the file has more than --max_import_objects (", limits_.max_import_objects, ") objects"));
   }
 
   static std::string MemberPlace(absl::string_view member) {
@@ -105,8 +99,7 @@ class HmapDecoder {
   ZipArchive archive_;
   const Limits limits_;
   int64_t pixels_left_;
-  int64_t num_objects_ = 0;
-  int64_t crossings_left_ = kMaxCrossingsPerImport;
+  ImportTotals totals_;
   RepairLog repairs_;
   ImportedMap imported_;
 };

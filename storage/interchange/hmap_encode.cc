@@ -5,6 +5,7 @@
 #include "absl/strings/str_cat.h"
 #include "base/cancellation/cancellation.h"
 #include "base/limits/limits.h"
+#include "base/metering/memory_meter.h"
 #include "base/status/status_macros.h"
 #include "map/layers/grid_layer.h"
 #include "map/layers/semantic_layer.h"
@@ -56,8 +57,7 @@ class HmapEncoder {
       case LayerKind::kOccupancy:
         return AddOccupancy(static_cast<const GridLayer&>(layer));
       case LayerKind::kSemantic:
-        AddSemantic(static_cast<const SemanticLayer&>(layer));
-        return absl::OkStatus();
+        return AddSemantic(static_cast<const SemanticLayer&>(layer));
       default:
         Omit(layer, absl::StrCat("left out, the format has no layers of the kind ",
                                  LayerKindName(layer.spec().kind)));
@@ -94,13 +94,17 @@ class HmapEncoder {
     return absl::OkStatus();
   }
 
-  void AddSemantic(const SemanticLayer& layer) {
+  absl::Status AddSemantic(const SemanticLayer& layer) {
     const LayerSpec& spec = layer.spec();
     const std::vector<ObjectPtr> polygons = Polygons(layer);
     std::string text;
     for (const ObjectPtr& object : polygons) {
-      if (IsCancelled()) return;
-      AppendSemanticEntry(ToSemanticEntry(*object), text);
+      HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
+      std::string entry;
+      AppendSemanticEntry(ToSemanticEntry(*object), entry);
+      // A string that grows takes up to twice its length.
+      HYPERMAP_RETURN_IF_ERROR(TakeMemory(2 * static_cast<int64_t>(entry.size())));
+      text += entry;
     }
     // A reader needs a list, also when it is empty.
     if (text.empty()) text = "[]\n";
@@ -111,6 +115,7 @@ class HmapEncoder {
     ReportLostProperties(layer, polygons);
     if (!spec.aliases.empty()) Omit(layer, absl::StrCat(spec.aliases.size(), " aliases"));
     if (!spec.shape_kinds.ContainsAll()) Omit(layer, "which kinds of shape it takes");
+    return CheckCancelled();
   }
 
   // The objects that the original can read, which are those with polygons. The others are
@@ -141,12 +146,14 @@ class HmapEncoder {
     return polygons;
   }
 
+  // Breaks off when the work of this thread is cancelled.
   void ReportLostProperties(const SemanticLayer& layer, const std::vector<ObjectPtr>& objects) {
     int64_t classes = 0;
     int64_t existence = 0;
     int64_t height = 0;
     int64_t attributes = 0;
     for (const ObjectPtr& object : objects) {
+      if (IsCancelled()) return;
       const LostInEntry lost = LostBy(*object);
       classes += lost.classes ? 1 : 0;
       existence += lost.existence ? 1 : 0;

@@ -9,9 +9,12 @@
 #include "gtest/gtest.h"
 #include "storage/interchange/geojson.h"
 #include "storage/interchange/hmap.h"
+#include "storage/interchange/hmap_config.h"
 #include "storage/interchange/nav2.h"
 #include "storage/interchange/pgm.h"
 #include "storage/interchange/png_codec.h"
+#include "storage/interchange/semantic_objects.h"
+#include "storage/interchange/shape_repair.h"
 #include "storage/interchange/testing/archive.h"
 #include "storage/interchange/testing/content.h"
 
@@ -54,6 +57,52 @@ std::string Features(int n) {
 TEST(InterchangeCancellationTest, A5_RepairOfAnHmapIsGivenUp) {
   const std::string archive = BowTies(100);
   EXPECT_GT(TimesCancelled([&] { return DecodeHmap(archive, Limits()).status(); }), 10);
+}
+
+TEST(InterchangeCancellationTest, ConfigsAreGivenUp) {
+  std::string layers = "layers:\n";
+  std::string transforms = "layers: []\ntransforms:\n";
+  for (int i = 0; i < 200; ++i) {
+    absl::StrAppend(&layers, "- {name: l", i, ", class: SemanticLayer}\n");
+    absl::StrAppend(&transforms, "- {frame_id: map, child_frame_id: f", i,
+                    ", transform_pose: [0, 0, 0]}\n");
+  }
+  for (const std::string& text : {layers, transforms}) {
+    // Each of the 200 entries is a look.
+    EXPECT_GT(TimesCancelled([&] {
+                RepairLog repairs;
+                return ParseHmapConfig(text, repairs).status();
+              }),
+              15);
+  }
+}
+
+TEST(InterchangeCancellationTest, EntriesWithManyPartsAreGivenUp) {
+  const auto take = [](const SemanticEntry& entry) {
+    RepairLog repairs;
+    const Limits limits;
+    ImportTotals totals;
+    return SemanticObjectReader("things", limits, totals, repairs).Take(entry);
+  };
+  SemanticEntry entry{"thing", "POLYGON((0 0,1 0,0 1))"};
+  entry.tags.emplace(2000, " tag ");
+  EXPECT_GT(TimesCancelled([&] { return take(entry); }), 20);
+  std::string parts = "EMPTY";
+  for (int i = 0; i < 2000; ++i) parts += ",EMPTY";
+  EXPECT_GT(TimesCancelled([&] {
+              return take({"thing", absl::StrCat("MULTIPOLYGON(", parts, ")")});
+            }),
+            20);
+}
+
+TEST(InterchangeCancellationTest, ManyFlatHolesAreGivenUp) {
+  std::vector<Ring> rings(2001, {{5, 5}, {6, 6}});
+  rings.front() = {{0, 0}, {9, 0}, {9, 9}, {0, 9}};
+  EXPECT_GT(TimesCancelled([&] {
+              int64_t crossings_left = 0;
+              return RepairShape(rings, crossings_left).status();
+            }),
+            20);
 }
 
 TEST(InterchangeCancellationTest, A5_ImagesAreGivenUp) {

@@ -54,7 +54,7 @@ absl::Status ReadPixelRules(const YAML::Node& map, MapServerYaml& yaml) {
 
 absl::StatusOr<MapServerYaml> ParseMapServerYaml(absl::string_view text) {
   HYPERMAP_ASSIGN_OR_RETURN(const YAML::Node map, ParseYaml(text));
-  if (!map.IsMap()) return absl::InvalidArgumentError("the YAML is not a map of keys");
+  HYPERMAP_RETURN_IF_ERROR(CheckMap(map, "the YAML"));
   MapServerYaml yaml;
   HYPERMAP_ASSIGN_OR_RETURN(std::string image, ReadText(map, "image"));
   yaml.image = std::move(image);

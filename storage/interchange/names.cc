@@ -3,6 +3,7 @@
 #include <cstdint>
 
 #include "absl/strings/ascii.h"
+#include "absl/strings/str_cat.h"
 
 namespace hypermap::storage {
 namespace {
@@ -64,6 +65,15 @@ std::string CleanWord(absl::string_view text) {
     text.remove_prefix(length == 0 ? 1 : length);
   }
   return word;
+}
+
+std::string CutText(absl::string_view text, size_t max_bytes) {
+  constexpr absl::string_view kDots = "...";
+  if (text.size() <= max_bytes) return std::string(text);
+  size_t end = max_bytes - kDots.size();
+  // At most three bytes continue a character.
+  for (int i = 0; i < 3 && end > 0 && (text[end] & 0xC0) == 0x80; ++i) --end;
+  return absl::StrCat(text.substr(0, end), kDots);
 }
 
 std::string SanitizeName(absl::string_view text) {

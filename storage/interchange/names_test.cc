@@ -26,6 +26,15 @@ TEST(CleanWordTest, ReplacesWhatIsNoUtf8) {
   EXPECT_EQ(CleanWord("a\xE2\x82"), "a\uFFFD\uFFFD");                    // cut off
 }
 
+TEST(CutTextTest, CutsBetweenCharacters) {
+  EXPECT_EQ(CutText("", 3), "");
+  EXPECT_EQ(CutText("table", 5), "table");
+  EXPECT_EQ(CutText("tables", 5), "ta...");
+  EXPECT_EQ(CutText("椅子椅子", 8), "椅...");
+  EXPECT_EQ(CutText("椅子椅子", 9), "椅子...");
+  EXPECT_EQ(CutText(std::string(9, '\x80'), 8), "\x80\x80...");
+}
+
 TEST(SanitizeTest, GivesNamesThatTheDomainTakes) {
   EXPECT_EQ(SanitizeName("semantic-2.v_1"), "semantic-2.v_1");
   EXPECT_EQ(SanitizeName("my layer/2"), "my_layer_2");

@@ -2,27 +2,37 @@
 #ifndef HYPERMAP_STORAGE_INTERCHANGE_REPAIR_LOG_H_
 #define HYPERMAP_STORAGE_INTERCHANGE_REPAIR_LOG_H_
 
+#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "absl/functional/function_ref.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/string_view.h"
+#include "storage/interchange/names.h"
 
 namespace hypermap::storage {
 
-// Keeps the first kMaxLines lines and counts the others, so that a faulty file can't make a report
-// larger than itself.
+// Keeps the beginnings of the first kMaxLines lines and counts the others, so that a faulty file
+// can't make a report larger than itself.
 class RepairLog {
  public:
   static constexpr size_t kMaxLines = 1000;
+  // Bytes of a line; a longer one is cut.
+  static constexpr size_t kMaxLineBytes = 300;
 
-  void Add(std::string line) {
+  // Adds a line that `describe` returns, which is called only if the line is kept.
+  void Add(absl::FunctionRef<std::string()> describe) {
     if (lines_.size() < kMaxLines) {
-      lines_.push_back(std::move(line));
+      lines_.push_back(CutText(describe(), kMaxLineBytes));
     } else {
       ++num_dropped_;
     }
+  }
+  void Add(absl::string_view line) {
+    Add([line] { return std::string(line); });
   }
 
   std::vector<std::string> Take() && {

@@ -7,11 +7,11 @@
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
+#include "base/cancellation/cancellation.h"
 #include "base/metering/memory_meter.h"
 #include "base/status/status_macros.h"
 #include "storage/interchange/names.h"
 #include "storage/interchange/number_text.h"
-#include "storage/interchange/shape_repair.h"
 #include "storage/interchange/status_context.h"
 #include "storage/interchange/wkt.h"
 
@@ -19,6 +19,16 @@ namespace hypermap::storage {
 namespace {
 
 constexpr char kUnnamed[] = "unnamed";
+// Bytes of a label that a message shows.
+constexpr size_t kMaxShownBytes = 100;
+// Bytes of a name or tag, with its blanks, that is looked at. Validate refuses words much shorter.
+constexpr size_t kMaxWordBytes = 4096;
+
+absl::StatusOr<std::string> ReadWord(absl::string_view field, absl::string_view text) {
+  if (text.size() <= kMaxWordBytes) return CleanWord(text);
+  return absl::InvalidArgumentError(
+      absl::StrCat(field, " is longer than ", kMaxWordBytes, " bytes"));
+}
 
 bool AllDistinct(const std::vector<std::string>& words) {
   return std::set<std::string>(words.begin(), words.end()).size() == words.size();
@@ -35,61 +45,62 @@ size_t HashOf(const SemanticObject& object) {
 
 }  // namespace
 
-SemanticObjectReader::SemanticObjectReader(std::string layer, int max_vertices,
-                                           int64_t& crossings_left, RepairLog& repairs)
-    : layer_(std::move(layer)),
-      max_vertices_(max_vertices),
-      crossings_left_(crossings_left),
-      repairs_(repairs) {}
+SemanticObjectReader::SemanticObjectReader(std::string layer, const Limits& limits,
+                                           ImportTotals& totals, RepairLog& repairs)
+    : layer_(std::move(layer)), limits_(limits), totals_(totals), repairs_(repairs) {}
 
-void SemanticObjectReader::Report(absl::string_view what) {
-  repairs_.Add(absl::StrCat(layer_, " object ", num_entries_, " (", label_, "): ", what));
+template <typename... Pieces>
+void SemanticObjectReader::Report(const Pieces&... pieces) {
+  repairs_.Add([&] { return absl::StrCat(Place(), ": ", pieces...); });
 }
 
-absl::Status SemanticObjectReader::Named(const absl::Status& status) const {
-  return At(absl::StrCat(layer_, " object ", num_entries_, " (", label_, ")"), status);
+std::string SemanticObjectReader::Place() const {
+  return absl::StrCat(layer_, " object ", num_entries_, " (", label_, ")");
 }
 
 absl::Status SemanticObjectReader::Take(const SemanticEntry& entry) {
   ++num_entries_;
-  SemanticObject description = Describe(entry);
-  if (auto status = Validate(description); !status.ok()) return Named(status);
-  absl::StatusOr<std::vector<Polygon>> polygons = ReadPolygons(entry);
-  if (!polygons.ok()) return Named(polygons.status());
-  for (Polygon& polygon : *polygons) {
-    description.shape = std::move(polygon);
-    if (auto status = TakeMemory(ByteSize(description)); !status.ok()) return Named(status);
-    Keep(description);
-  }
-  return absl::OkStatus();
+  HYPERMAP_RETURN_IF_ERROR(CountObject());
+  const absl::Status status = TakeEntry(entry);
+  return status.ok() ? status : At(Place(), status);
 }
 
-SemanticObject SemanticObjectReader::Describe(const SemanticEntry& entry) {
+absl::Status SemanticObjectReader::TakeEntry(const SemanticEntry& entry) {
+  HYPERMAP_ASSIGN_OR_RETURN(SemanticObject object, Describe(entry));
+  HYPERMAP_RETURN_IF_ERROR(Validate(object));
+  SetClasses(entry, object);
+  return KeepParts(entry, std::move(object));
+}
+
+absl::StatusOr<SemanticObject> SemanticObjectReader::Describe(const SemanticEntry& entry) {
+  const absl::string_view name = entry.name ? absl::string_view(*entry.name) : "";
+  label_ = CleanWord(CutText(name, kMaxShownBytes));
   SemanticObject object;
-  const std::string name = entry.name.value_or("");
-  label_ = CleanWord(name);
-  if (label_.empty()) {
-    label_ = kUnnamed;
+  HYPERMAP_ASSIGN_OR_RETURN(object.label, ReadWord("name", name));
+  if (object.label.empty()) {
+    object.label = label_ = kUnnamed;
     Report("no name");
-  } else if (label_ != name) {
+  } else if (object.label != name) {
     Report("blanks in the name made one, none at its ends");
   }
-  object.label = label_;
-  if (entry.tags) object.tags = CleanTags(*entry.tags);
-  SetClasses(entry, object);
+  if (entry.tags) {
+    HYPERMAP_ASSIGN_OR_RETURN(object.tags, CleanTags(*entry.tags));
+  }
   return object;
 }
 
-std::vector<std::string> SemanticObjectReader::CleanTags(const std::vector<std::string>& tags) {
+absl::StatusOr<std::vector<std::string>> SemanticObjectReader::CleanTags(
+    const std::vector<std::string>& tags) {
   std::vector<std::string> clean;
   clean.reserve(tags.size());
   for (const std::string& tag : tags) {
-    std::string word = CleanWord(tag);
+    HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
+    HYPERMAP_ASSIGN_OR_RETURN(std::string word, ReadWord("a tag", tag));
     if (word.empty()) {
       Report("a tag without a name made \"unnamed\"");
       word = kUnnamed;
     } else if (word != tag) {
-      Report(absl::StrCat("blanks in the tag \"", word, "\" made one, none at its ends"));
+      Report("blanks in the tag \"", word, "\" made one, none at its ends");
     }
     clean.push_back(std::move(word));
   }
@@ -100,8 +111,8 @@ void SemanticObjectReader::SetClasses(const SemanticEntry& entry, SemanticObject
   const std::vector<double> confidences = entry.confidence.value_or(std::vector<double>());
   const size_t num_pairs = std::min(object.tags.size(), confidences.size());
   if (entry.confidence && object.tags.size() != confidences.size()) {
-    Report(absl::StrCat(object.tags.size(), " tags but ", confidences.size(),
-                        " confidences: the first ", num_pairs, " of both are taken as pairs"));
+    Report(object.tags.size(), " tags but ", confidences.size(), " confidences: the first ",
+           num_pairs, " of both are taken as pairs");
   }
   const std::vector<std::string> tags(object.tags.begin(), object.tags.begin() + num_pairs);
   if (!AllDistinct(tags)) {
@@ -110,8 +121,8 @@ void SemanticObjectReader::SetClasses(const SemanticEntry& entry, SemanticObject
     for (size_t i = 0; i < num_pairs; ++i) {
       const double confidence = std::clamp(confidences[i], 0.0, 1.0);
       if (confidence != confidences[i]) {
-        Report(absl::StrCat("confidence ", FormatNumber(confidences[i]), " of \"", tags[i],
-                            "\" taken as ", FormatNumber(confidence)));
+        Report("confidence ", FormatNumber(confidences[i]), " of \"", tags[i], "\" taken as ",
+               FormatNumber(confidence));
       }
       object.classes[tags[i]] = confidence;
     }
@@ -119,10 +130,9 @@ void SemanticObjectReader::SetClasses(const SemanticEntry& entry, SemanticObject
   if (object.classes.empty()) object.classes[object.label] = 1.0;
 }
 
-absl::StatusOr<std::vector<Polygon>> SemanticObjectReader::ReadPolygons(
-    const SemanticEntry& entry) {
+absl::Status SemanticObjectReader::KeepParts(const SemanticEntry& entry, SemanticObject object) {
   if (!entry.shape) return absl::InvalidArgumentError("no shape");
-  HYPERMAP_ASSIGN_OR_RETURN(WktShape wkt, ParseWkt(*entry.shape, max_vertices_));
+  HYPERMAP_ASSIGN_OR_RETURN(WktShape wkt, ParseWkt(*entry.shape, limits_.max_vertices));
   if (wkt.kind != ShapeKind::kPolygon) {
     return absl::InvalidArgumentError(
         absl::StrCat(wkt.kind == ShapeKind::kPoint ? "POINT" : "LINESTRING",
@@ -130,18 +140,29 @@ absl::StatusOr<std::vector<Polygon>> SemanticObjectReader::ReadPolygons(
   }
   for (const std::string& line : wkt.repairs) Report(line);
   if (wkt.polygons.empty()) Report("empty polygon: left out");
-  std::vector<Polygon> polygons;
+  const bool is_multi = wkt.polygons.size() > 1;
+  int64_t num_polygons = 0;
   for (size_t i = 0; i < wkt.polygons.size(); ++i) {
+    HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
     HYPERMAP_ASSIGN_OR_RETURN(RepairedShape shape,
-                              RepairShape(std::move(wkt.polygons[i]), crossings_left_));
-    const std::string part = wkt.polygons.size() > 1 ? absl::StrCat("part ", i + 1, ": ") : "";
-    for (const std::string& line : shape.repairs) Report(absl::StrCat(part, line));
-    std::move(shape.polygons.begin(), shape.polygons.end(), std::back_inserter(polygons));
+                              RepairShape(std::move(wkt.polygons[i]), totals_.crossings_left));
+    const std::string part = is_multi ? absl::StrCat("part ", i + 1, ": ") : "";
+    for (const std::string& line : shape.repairs) Report(part, line);
+    for (Polygon& polygon : shape.polygons) {
+      if (++num_polygons > 1) HYPERMAP_RETURN_IF_ERROR(CountObject());
+      object.shape = std::move(polygon);
+      HYPERMAP_RETURN_IF_ERROR(TakeMemory(ByteSize(object)));
+      Keep(object);
+    }
   }
-  if (wkt.polygons.size() > 1) {
-    Report(absl::StrCat("MULTIPOLYGON of ", polygons.size(), " polygons"));
-  }
-  return polygons;
+  if (is_multi) Report("MULTIPOLYGON of ", num_polygons, " polygons");
+  return absl::OkStatus();
+}
+
+absl::Status SemanticObjectReader::CountObject() {
+  if (++totals_.num_objects <= limits_.max_import_objects) return absl::OkStatus();
+  return absl::ResourceExhaustedError(absl::StrCat("the file has more than --max_import_objects (",
+                                                   limits_.max_import_objects, ") objects"));
 }
 
 void SemanticObjectReader::Keep(SemanticObject object) {
@@ -163,9 +184,12 @@ std::vector<SemanticObject> SemanticObjectReader::Finish() && {
     const Origin& origin = origins_[i];
     if (origin.repeated_by.empty()) continue;
     const bool one = origin.repeated_by.size() == 1;
-    repairs_.Add(absl::StrCat(layer_, one ? " object " : " objects ",
-                              absl::StrJoin(origin.repeated_by, ", "), one ? " repeats" : " repeat",
-                              " object ", origin.number, " (", objects_[i].label, "): left out"));
+    repairs_.Add([&] {
+      return absl::StrCat(layer_, one ? " object " : " objects ",
+                          absl::StrJoin(origin.repeated_by, ", "), one ? " repeats" : " repeat",
+                          " object ", origin.number, " (",
+                          CutText(objects_[i].label, kMaxShownBytes), "): left out");
+    });
   }
   return std::move(objects_);
 }

@@ -9,23 +9,33 @@
 
 #include "absl/container/flat_hash_map.h"
 #include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
+#include "base/limits/limits.h"
 #include "map/objects/semantic_object.h"
 #include "storage/interchange/repair_log.h"
 #include "storage/interchange/semantic_yaml.h"
+#include "storage/interchange/shape_repair.h"
 
 namespace hypermap::storage {
+
+// What all layers of an import use up together.
+struct ImportTotals {
+  int64_t crossings_left = kMaxCrossingsPerImport;  // see RepairShape
+  // Entries, and parts of their shapes after the first one of each.
+  int64_t num_objects = 0;
+};
 
 // Reads the entries of one layer, in their order. Each repair is reported by a line that names the
 // layer and the object by its id in the original, which counts from 1. Not thread safe.
 class SemanticObjectReader {
  public:
-  // `crossings_left` (see RepairShape) and `repairs` are shared by the whole import and must
-  // outlive the reader.
-  SemanticObjectReader(std::string layer, int max_vertices, int64_t& crossings_left,
+  // `totals` and `repairs` are shared by the whole import. They and `limits` must outlive the
+  // reader.
+  SemanticObjectReader(std::string layer, const Limits& limits, ImportTotals& totals,
                        RepairLog& repairs);
 
-  // INVALID_ARGUMENT naming the object when its shape is not a polygon or can't be repaired;
-  // RESOURCE_EXHAUSTED.
+  // INVALID_ARGUMENT naming the object when its words are not valid, or its shape is not a polygon
+  // or can't be repaired; RESOURCE_EXHAUSTED; errors of CheckCancelled.
   absl::Status Take(const SemanticEntry& entry);
 
   // Returns the objects of all entries, without ids. An entry gives one object, or one for each
@@ -40,21 +50,27 @@ class SemanticObjectReader {
     std::vector<int64_t> repeated_by;
   };
 
-  void Report(absl::string_view what);
-  absl::Status Named(const absl::Status& status) const;
-  SemanticObject Describe(const SemanticEntry& entry);
-  std::vector<std::string> CleanTags(const std::vector<std::string>& tags);
+  // Adds a line of these pieces about the entry being read.
+  template <typename... Pieces>
+  void Report(const Pieces&... pieces);
+  std::string Place() const;
+  absl::Status TakeEntry(const SemanticEntry& entry);
+  // Returns an object with the entry's label and tags.
+  absl::StatusOr<SemanticObject> Describe(const SemanticEntry& entry);
+  absl::StatusOr<std::vector<std::string>> CleanTags(const std::vector<std::string>& tags);
   void SetClasses(const SemanticEntry& entry, SemanticObject& object);
-  absl::StatusOr<std::vector<Polygon>> ReadPolygons(const SemanticEntry& entry);
+  // Keeps `object` with the shape of each part of the entry's shape.
+  absl::Status KeepParts(const SemanticEntry& entry, SemanticObject object);
+  absl::Status CountObject();
   // Keeps the object unless an earlier one has the same label, tags and shape.
   void Keep(SemanticObject object);
 
   const std::string layer_;
-  const int max_vertices_;
-  int64_t& crossings_left_;
+  const Limits& limits_;
+  ImportTotals& totals_;
   RepairLog& repairs_;
   int64_t num_entries_ = 0;
-  std::string label_;  // of the entry being read
+  std::string label_;  // of the entry being read, cut so that it fits into messages
   std::vector<SemanticObject> objects_;
   std::vector<Origin> origins_;  // of `objects_`, one each
   absl::flat_hash_map<size_t, std::vector<size_t>> objects_by_hash_;

@@ -26,16 +26,19 @@ struct Reading {
   std::vector<std::string> repairs;
 };
 
-Reading Read(const std::vector<SemanticEntry>& entries) {
+Reading Read(const std::vector<SemanticEntry>& entries, int64_t max_objects = 100'000) {
   RepairLog log;
-  int64_t crossings_left = 5000;
-  SemanticObjectReader reader("semantic", 1000, crossings_left, log);
+  Limits limits;
+  limits.max_vertices = 1000;
+  limits.max_import_objects = max_objects;
+  ImportTotals totals{.crossings_left = 5000};
+  SemanticObjectReader reader("semantic", limits, totals, log);
   Reading reading;
   for (const SemanticEntry& entry : entries) {
     reading.status = reader.Take(entry);
-    if (!reading.status.ok()) return reading;
+    if (!reading.status.ok()) break;
   }
-  reading.objects = std::move(reader).Finish();
+  if (reading.status.ok()) reading.objects = std::move(reader).Finish();
   reading.repairs = std::move(log).Take();
   return reading;
 }
@@ -102,6 +105,32 @@ TEST(SemanticObjectsTest, BlanksInNamesAreTrimmedAndReportedButCaseStays) {
   EXPECT_THAT(reading.repairs[2], "semantic object 2 (unnamed): no name");
 }
 
+TEST(SemanticObjectsTest, ALongNameIsNotRepeatedForEachRepair) {
+  const auto size_of_messages = [](const Reading& reading) {
+    size_t size = reading.status.message().size();
+    for (const std::string& line : reading.repairs) size += line.size();
+    return size;
+  };
+  const Words tags(500, " a tag ");
+  for (const size_t length : {2000, 5000, 1'000'000}) {
+    const Reading reading = Read({{std::string(length, 'x'), kSquare, tags}});
+    EXPECT_EQ(reading.status.code(), absl::StatusCode::kInvalidArgument);
+    EXPECT_THAT(std::string(reading.status.message()), HasSubstr("semantic object 1 (xxx"));
+    EXPECT_LT(size_of_messages(reading), 500 * 300u);
+  }
+  const Reading reading = Read({{std::string(1000, 'x'), kSquare, tags}});
+  EXPECT_TRUE(reading.status.ok()) << reading.status;
+  EXPECT_THAT(reading.repairs, SizeIs(500));
+  EXPECT_LT(size_of_messages(reading), 500 * 300u);
+}
+
+TEST(SemanticObjectsTest, LongOrManyTagsAreRefused) {
+  EXPECT_EQ(Read({{"a", kSquare, Words{std::string(5000, ' ') + "b"}}}).status.code(),
+            absl::StatusCode::kInvalidArgument);
+  EXPECT_EQ(Read({{"a", kSquare, Words(10'001, "b"), Numbers(10'001, 0.5)}}).status.code(),
+            absl::StatusCode::kInvalidArgument);
+}
+
 TEST(SemanticObjectsTest, RepeatsAreKeptOnceAndNamed) {
   const std::string other = "POLYGON((0 0,3 0,3 3,0 3,0 0))";
   const Reading reading = Read({{"chair", kSquare},
@@ -160,6 +189,17 @@ TEST(SemanticObjectsTest, MultiPolygonIsAnObjectAPart) {
   EXPECT_THAT(reading.repairs, ElementsAre("semantic object 1 (m): MULTIPOLYGON of 2 polygons"));
 }
 
+TEST(SemanticObjectsTest, PartsCountAsObjects) {
+  const std::vector<SemanticEntry> entries = {
+      {"m", "MULTIPOLYGON(((0 0,1 0,0 1,0 0)),EMPTY,((5 5,9 5,5 9,5 5)))"},
+      {"e", "POLYGON EMPTY"},
+      {"tie", "POLYGON((0 0,2 2,2 0,0 2,0 0))"}};
+  EXPECT_TRUE(Read(entries, 5).status.ok());
+  const Reading reading = Read(entries, 4);
+  EXPECT_EQ(reading.status.code(), absl::StatusCode::kResourceExhausted);
+  EXPECT_THAT(std::string(reading.status.message()), HasSubstr("--max_import_objects (4)"));
+}
+
 TEST(SemanticObjectsTest, PolygonsWithoutAreaAreLeftOutWithALine) {
   const Reading reading = Read({{"a", "POLYGON((0 0,1 1,2 2,0 0))"},
                                 {"b", "POLYGON((3 3))"},
@@ -182,6 +222,21 @@ TEST(SemanticObjectsTest, HolesAreKeptAndFlatOnesLeftOut) {
   EXPECT_EQ(Area(reading.objects[0].shape), 80.0);
   EXPECT_THAT(reading.repairs,
               ElementsAre("semantic object 1 (h): hole 2 encloses no area: left out"));
+}
+
+TEST(SemanticObjectsTest, HolesThatAreKeptStayInTheirOrder) {
+  const Reading reading =
+      Read({{"h",
+             "POLYGON((0 0,9 0,9 9,0 9,0 0),(1 1,2 2,1 1),(3 1,4 1,4 2,3 1),(1 5,2 5,1 5),"
+             "(5 5,6 5,6 6,5 5),(7 7,7 8,7 7))"}});
+  ASSERT_THAT(reading.objects, SizeIs(1)) << reading.status;
+  const Rings& rings = reading.objects[0].shape.polygon().rings();
+  ASSERT_THAT(rings, SizeIs(3));
+  EXPECT_EQ(rings[1].front(), (Point{3, 1}));
+  EXPECT_EQ(rings[2].front(), (Point{5, 5}));
+  EXPECT_THAT(reading.repairs, ElementsAre(HasSubstr("hole 1 encloses no area"),
+                                           HasSubstr("hole 3 encloses no area"),
+                                           HasSubstr("hole 5 encloses no area")));
 }
 
 TEST(SemanticObjectsTest, ShapesThatMeanNothingNameTheObject) {

@@ -4,9 +4,7 @@
 #include <yaml-cpp/exceptions.h>
 #include <yaml-cpp/parser.h>
 
-#include <algorithm>
 #include <istream>
-#include <streambuf>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -15,32 +13,10 @@
 #include "base/status/status_macros.h"
 #include "storage/interchange/number_text.h"
 #include "storage/interchange/yaml_document.h"
+#include "storage/interchange/yaml_input.h"
 
 namespace hypermap::storage {
 namespace {
-
-// Gives the parser the text in pieces, and ends early when the work of this thread is cancelled:
-// one scalar may be most of a file.
-class CancellableText : public std::streambuf {
- public:
-  explicit CancellableText(absl::string_view text) : rest_(text) {}
-
- protected:
-  int_type underflow() override {
-    if (rest_.empty() || IsCancelled()) return traits_type::eof();
-    const size_t n = std::min(rest_.size(), kPieceBytes);
-    // The interface wants pointers to char, but nobody writes through them.
-    char* const piece = const_cast<char*>(rest_.data());
-    setg(piece, piece, piece + n);
-    rest_.remove_prefix(n);
-    return traits_type::to_int_type(*piece);
-  }
-
- private:
-  static constexpr size_t kPieceBytes = 1 << 16;
-
-  absl::string_view rest_;
-};
 
 // Leaves the parser, which knows no other way out of an event.
 struct Stop {
@@ -51,7 +27,8 @@ struct Stop {
 // entry (2), the list of a key (3); what lies deeper, or under a key that is not known, is skipped.
 class EntryBuilder : public YAML::EventHandler {
  public:
-  explicit EntryBuilder(absl::FunctionRef<absl::Status(const SemanticEntry&)> take) : take_(take) {}
+  EntryBuilder(YamlInput& input, absl::FunctionRef<absl::Status(const SemanticEntry&)> take)
+      : input_(input), take_(take) {}
 
   void OnDocumentStart(const YAML::Mark& /*mark*/) override {}
   void OnDocumentEnd() override {}
@@ -94,7 +71,10 @@ class EntryBuilder : public YAML::EventHandler {
   void OnMapStart(const YAML::Mark& mark, const std::string& /*tag*/, YAML::anchor_t /*anchor*/,
                   YAML::EmitterStyle::value /*style*/) override {
     if (depth_ == 0) Fail(mark, "the document is not a list");
-    if (depth_ == 1) ++number_;
+    if (depth_ == 1) {
+      ++number_;
+      input_.Release(mark.pos);  // The entries before this one are taken.
+    }
     Open(mark, /*is_list=*/false);
   }
   void OnMapEnd() override { Close(); }
@@ -155,6 +135,7 @@ class EntryBuilder : public YAML::EventHandler {
     confidence_->push_back(*number);
   }
 
+  YamlInput& input_;
   absl::FunctionRef<absl::Status(const SemanticEntry&)> take_;
   int depth_ = 0;
   int64_t number_ = 0;              // of the entry being built
@@ -164,24 +145,33 @@ class EntryBuilder : public YAML::EventHandler {
   SemanticEntry entry_;
 };
 
+// Whether yaml-cpp would take the text for UTF-16 or UTF-32. No UTF-8 begins like this.
+bool LooksLikeUtf16Or32(absl::string_view text) {
+  constexpr absl::string_view kFirstBytes("\x00\xFE\xFF", 3);
+  return (!text.empty() && kFirstBytes.find(text[0]) != absl::string_view::npos) ||
+         (text.size() > 1 && text[1] == '\0');
+}
+
 }  // namespace
 
 absl::Status ReadSemanticYaml(absl::string_view text,
                               absl::FunctionRef<absl::Status(const SemanticEntry&)> take) {
+  if (LooksLikeUtf16Or32(text)) return absl::InvalidArgumentError("no YAML in UTF-8");
+  YamlInput input(text);
+  std::istream stream(&input);
+  EntryBuilder builder(input, take);
+  absl::Status status;
   try {
-    CancellableText document(text);
-    std::istream stream(&document);
-    EntryBuilder builder(take);
     YAML::Parser(stream).HandleNextDocument(builder);
-    return CheckCancelled();
   } catch (const Stop& stop) {
-    // A text that ended early may look wrong.
-    HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
-    return stop.status;
+    status = stop.status;
   } catch (const YAML::Exception& e) {
-    HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
-    return absl::InvalidArgumentError(absl::StrCat("no YAML: ", e.what()));
+    status = NoYaml(e);
   }
+  // A text that ended early may look right or wrong.
+  HYPERMAP_RETURN_IF_ERROR(input.status());
+  HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
+  return status;
 }
 
 void AppendSemanticEntry(const SemanticEntry& entry, std::string& text) {

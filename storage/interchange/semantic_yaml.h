@@ -23,7 +23,8 @@ struct SemanticEntry {
 // Calls `take` with one entry after another; the document is never in memory as a whole. Unknown
 // keys are skipped. Stops at the first error of `take` and returns it. INVALID_ARGUMENT naming the
 // object (counted from 1) or the line. YAML aliases are refused, because a small file with them
-// could become a huge map.
+// could become a huge map, and so is text in UTF-16 or UTF-32. Takes memory for the entry that is
+// being read and for all that the parser has read ahead; RESOURCE_EXHAUSTED when it is refused.
 absl::Status ReadSemanticYaml(absl::string_view text,
                               absl::FunctionRef<absl::Status(const SemanticEntry&)> take);
 

@@ -80,12 +80,20 @@ TEST(ReadSemanticYamlTest, NamesWhatIsWrong) {
       {"- name: 'x", "no YAML"},
       {"- {name: x", "object 1"},
       {"- %", "no YAML"},
+      {"\xFF\xFE-", "no YAML in UTF-8"},
+      {"\xFE\xFF", "no YAML in UTF-8"},
   };
   for (const auto& [text, message] : kCases) {
     const absl::Status status = ReadYaml(text).status();
     EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument) << text;
     EXPECT_THAT(std::string(status.message()), HasSubstr(message)) << text;
   }
+}
+
+TEST(ReadSemanticYamlTest, AnErrorShowsTheBeginningOfALongName) {
+  const absl::Status status = ReadYaml("- *" + std::string(100'000, 'x')).status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_LT(status.message().size(), 500u);
 }
 
 TEST(ReadSemanticYamlTest, DeepNestingIsRefused) {
@@ -183,6 +191,15 @@ TEST(MapServerYamlTest, NamesTheKeyThatIsWrong) {
     EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument) << text;
     EXPECT_THAT(std::string(status.message()), HasSubstr(message)) << text;
   }
+}
+
+TEST(ParseYamlTest, RefusesAliases) {
+  for (const char* text : {"a: &x 1\nb: *x\n", "&x [*x]", "a: &x {b: c}\n*x : d\n"}) {
+    const absl::Status status = ParseYaml(text).status();
+    EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument) << text;
+    EXPECT_THAT(std::string(status.message()), HasSubstr("aliases")) << text;
+  }
+  EXPECT_TRUE(ParseYaml("a: &x 1\nb: '*x'\n").ok());
 }
 
 TEST(ParseYamlTest, LimitsTheDocument) {

@@ -75,22 +75,23 @@ absl::StatusOr<RepairedShape> Fill(const Ring& ring, const absl::Status& fault,
   return shape;
 }
 
-// Takes out the holes that have no area.
+bool IsFlat(const Ring& ring) {
+  return ring.size() < 3 || std::all_of(ring.begin() + 2, ring.end(), [&](const Point& p) {
+           return Orientation(ring[0], ring[1], p) == 0;
+         });
+}
+
+// Takes out the holes that have no area. Breaks off when the work of this thread is cancelled.
 std::vector<std::string> DropFlatHoles(std::vector<Ring>& rings) {
   std::vector<std::string> repairs;
-  for (size_t i = 1, number = 1; i < rings.size(); ++number) {
-    const Ring& ring = rings[i];
-    const bool flat =
-        ring.size() < 3 || std::all_of(ring.begin() + 2, ring.end(), [&](const Point& p) {
-          return Orientation(ring[0], ring[1], p) == 0;
-        });
-    if (flat) {
-      repairs.push_back(absl::StrCat("hole ", number, " encloses no area: left out"));
-      rings.erase(rings.begin() + i);
-    } else {
-      ++i;
-    }
-  }
+  size_t number = 0;
+  const auto is_flat = [&](const Ring& hole) {
+    ++number;
+    if (IsCancelled() || !IsFlat(hole)) return false;
+    repairs.push_back(absl::StrCat("hole ", number, " encloses no area: left out"));
+    return true;
+  };
+  rings.erase(std::remove_if(rings.begin() + 1, rings.end(), is_flat), rings.end());
   return repairs;
 }
 
@@ -107,6 +108,7 @@ absl::StatusOr<RepairedShape> RepairShape(std::vector<Ring> rings, int64_t& cros
   HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
   if (!polygon.ok() && !holes.empty()) {
     shape.repairs = DropFlatHoles(rings);
+    HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
     holes.assign(rings.begin() + 1, rings.end());
     polygon = Polygon::Make(rings.front(), holes);
   }

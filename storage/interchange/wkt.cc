@@ -8,7 +8,9 @@
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/strip.h"
+#include "base/cancellation/cancellation.h"
 #include "base/status/status_macros.h"
+#include "storage/interchange/names.h"
 #include "storage/interchange/number_text.h"
 #include "storage/interchange/repair_log.h"
 
@@ -63,7 +65,7 @@ class WktParser {
     if (keyword == "LINESTRING") return ParseLineString();
     if (keyword == "POINT") return ParsePoint();
     return absl::InvalidArgumentError(
-        absl::StrCat(keyword.empty() ? "no WKT" : keyword,
+        absl::StrCat(keyword.empty() ? "no WKT" : CutText(keyword, 30),
                      " where POLYGON, MULTIPOLYGON, LINESTRING or POINT is needed"));
   }
 
@@ -77,6 +79,7 @@ class WktParser {
   }
 
   absl::Status ParsePolygon() {
+    HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
     shape_.polygons.emplace_back();
     num_vertices_ = 0;
     if (TakeEmpty()) return absl::OkStatus();

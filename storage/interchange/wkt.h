@@ -27,7 +27,7 @@ struct WktShape {
 // Parses POLYGON, MULTIPOLYGON, LINESTRING or POINT in any case and with any blanks. Takes rings
 // that are left open, `x y x y` where a comma is missing, and a comment after the last parenthesis.
 // INVALID_ARGUMENT naming the place for everything else; RESOURCE_EXHAUSTED for a polygon or line
-// string of more than `max_vertices`.
+// string of more than `max_vertices`; errors of CheckCancelled.
 absl::StatusOr<WktShape> ParseWkt(absl::string_view text, int max_vertices);
 
 // Formats a shape as POLYGON with closed rings, LINESTRING or POINT. Coordinates are written as the

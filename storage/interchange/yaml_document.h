@@ -4,17 +4,30 @@
 
 #include <yaml-cpp/yaml.h>
 
+#include <cstddef>
 #include <string>
 #include <vector>
 
+#include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
 
 namespace hypermap::storage {
 
-// Parses the first document. INVALID_ARGUMENT naming the line when it is not YAML;
-// RESOURCE_EXHAUSTED when it is larger than FixedLimits::kMaxYamlBytes.
+// Parses the first document. INVALID_ARGUMENT naming the line when it is not YAML or has aliases,
+// with which a small text becomes a huge tree; RESOURCE_EXHAUSTED when it is larger than
+// FixedLimits::kMaxYamlBytes or its memory is refused.
 absl::StatusOr<YAML::Node> ParseYaml(absl::string_view text);
+
+// The error of a text that yaml-cpp has refused.
+absl::Status NoYaml(const YAML::Exception& exception);
+
+// Keys of a map whose values are read. Each look-up takes time with their number.
+inline constexpr size_t kMaxKeys = 256;
+
+// Returns OK if `node` is a map of at most kMaxKeys keys; otherwise INVALID_ARGUMENT, which calls
+// it `name`.
+absl::Status CheckMap(const YAML::Node& node, absl::string_view name);
 
 // The value of a key of a map; an undefined node when it is absent or null.
 YAML::Node Value(const YAML::Node& map, const char* key);

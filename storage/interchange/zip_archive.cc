@@ -152,6 +152,7 @@ absl::StatusOr<std::string> ReadAll(zip_source_t* source) {
   if (zip_source_stat(source, &stat) != 0 || zip_source_open(source) != 0) {
     return absl::InternalError("reading back a zip archive");
   }
+  HYPERMAP_RETURN_IF_ERROR(TakeMemory(static_cast<int64_t>(stat.size)));
   std::string bytes(stat.size, '\0');
   const zip_int64_t n = zip_source_read(source, bytes.data(), bytes.size());
   zip_source_close(source);
@@ -164,6 +165,10 @@ absl::StatusOr<std::string> ReadAll(zip_source_t* source) {
 }  // namespace
 
 absl::StatusOr<std::string> MakeZip(const std::vector<NamedFile>& members) {
+  // libzip keeps the packed members until all are read back. Packing makes none noticeably larger.
+  int64_t most_bytes = 0;
+  for (const NamedFile& member : members) most_bytes += static_cast<int64_t>(member.data.size());
+  HYPERMAP_RETURN_IF_ERROR(TakeMemory(most_bytes));
   zip_error_t error;
   zip_error_init(&error);
   // Held twice: by the archive that writes into it, and here to read it afterwards.

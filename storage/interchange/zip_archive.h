@@ -42,7 +42,8 @@ class ZipArchive {
   int64_t unpacked_bytes_ = 0;
 };
 
-// Makes a flat archive of deflated members. Equal members give equal bytes.
+// Makes a flat archive of deflated members. Equal members give equal bytes. Takes memory for the
+// packed members and for the archive; errors of TakeMemory and CheckCancelled.
 absl::StatusOr<std::string> MakeZip(const std::vector<NamedFile>& members);
 
 }  // namespace hypermap::storage

@@ -11,7 +11,7 @@ namespace hypermap::storage {
 namespace {
 
 constexpr int64_t kApplicationId = 0x486d4f62;  // "HmOb"
-constexpr int64_t kVersion = 1;
+constexpr int64_t kVersion = 2;
 // Only another program that looks into the file can hold it up.
 constexpr absl::Duration kBusyTimeout = absl::Seconds(5);
 
@@ -21,8 +21,8 @@ PRAGMA synchronous = FULL;
 PRAGMA temp_store = MEMORY;
 )sql";
 
-// The column `code` of a request is the absl::StatusCode with which the server refused it; NULL if
-// it was not refused.
+// The tables of version 1. The column `code` of a request is the absl::StatusCode with which the
+// server refused it; NULL if it was not refused.
 constexpr char kSchema[] = R"sql(
 CREATE TABLE streams (
   id INTEGER PRIMARY KEY,
@@ -52,9 +52,18 @@ CREATE TABLE counts (
 INSERT INTO counts VALUES (1, 0);
 )sql";
 
+// What version 2 added to tell the time since a request was first sent. In a request that version 1
+// sent, `sent_boot_id` is empty.
+constexpr char kSendTimes[] = R"sql(
+ALTER TABLE letters ADD COLUMN sent_synchronized INTEGER NOT NULL DEFAULT 0;
+ALTER TABLE letters ADD COLUMN sent_boot_id TEXT NOT NULL DEFAULT '';
+ALTER TABLE letters ADD COLUMN sent_since_boot_ns INTEGER NOT NULL DEFAULT 0;
+)sql";
+
 constexpr char kRequestColumns[] =
-    "letters.id, stream, request_id, sequence, options, body, put_at_ns, first_sent_at_ns";
-constexpr int kNumRequestColumns = 8;
+    "letters.id, stream, request_id, sequence, options, body, put_at_ns, first_sent_at_ns, "
+    "sent_synchronized, sent_boot_id, sent_since_boot_ns";
+constexpr int kNumRequestColumns = 11;
 
 absl::Time TimeAt(int64_t ns) { return absl::FromUnixNanos(ns); }
 
@@ -68,7 +77,10 @@ QueuedRequest ReadQueuedRequest(Statement& row) {
   request.options = std::string(row.Text(4));
   request.body = std::string(row.Blob(5));
   request.put_at = TimeAt(row.Int64(6));
-  if (const std::optional<int64_t> ns = row.OptionalInt64(7)) request.first_sent_at = TimeAt(*ns);
+  if (const std::optional<int64_t> ns = row.OptionalInt64(7)) {
+    request.first_sent = {TimeAt(*ns), row.Int64(8) != 0, std::string(row.Text(9)),
+                          absl::Nanoseconds(row.Int64(10))};
+  }
   return request;
 }
 
@@ -92,15 +104,20 @@ absl::StatusOr<int64_t> Pragma(Database& database, const char* name) {
   return value.value_or(0);
 }
 
-absl::Status MakeSchema(Database& database) {
+// Brings an empty file, or one of version 1, to this version.
+absl::Status Upgrade(Database& database, bool is_new) {
   HYPERMAP_ASSIGN_OR_RETURN(Transaction transaction, Transaction::Begin(&database));
+  if (is_new) {
+    HYPERMAP_RETURN_IF_ERROR(
+        database.Execute(absl::StrCat(kSchema, "PRAGMA application_id = ", kApplicationId, ";")));
+  }
   HYPERMAP_RETURN_IF_ERROR(
-      database.Execute(absl::StrCat(kSchema, "PRAGMA application_id = ", kApplicationId, ";",
-                                    "PRAGMA user_version = ", kVersion, ";")));
+      database.Execute(absl::StrCat(kSendTimes, "PRAGMA user_version = ", kVersion, ";")));
   return transaction.Commit();
 }
 
-// Makes sure that the file is an outbox of this version; an empty one becomes one.
+// Makes sure that the file is an outbox of this version. An empty file becomes one, and so does one
+// of an earlier version.
 absl::Status Prepare(Database& database) {
   HYPERMAP_ASSIGN_OR_RETURN(const int64_t application, Pragma(database, "application_id"));
   HYPERMAP_ASSIGN_OR_RETURN(const int64_t version, Pragma(database, "user_version"));
@@ -109,12 +126,12 @@ absl::Status Prepare(Database& database) {
   if (!is_new && application != kApplicationId) {
     return absl::FailedPreconditionError("the file is not an outbox");
   }
-  if (!is_new && version != kVersion) {
+  if (!is_new && (version < 1 || version > kVersion)) {
     return absl::FailedPreconditionError(
         absl::StrCat("the outbox is of version ", version, ", and this program knows ", kVersion));
   }
   absl::Status status = database.Execute(kSettings);
-  if (status.ok() && is_new) status = MakeSchema(database);
+  if (status.ok() && version < kVersion) status = Upgrade(database, is_new);
   return status;
 }
 
@@ -197,14 +214,14 @@ absl::StatusOr<std::vector<QueuedRequest>> OutboxFile::First(int64_t stream, int
   return ReadAll(std::move(select), ReadQueuedRequest);
 }
 
-absl::Status OutboxFile::MarkSent(absl::Span<QueuedRequest> requests, absl::Time now) {
+absl::Status OutboxFile::MarkSent(absl::Span<QueuedRequest> requests, const SendTime& now) {
   HYPERMAP_ASSIGN_OR_RETURN(Transaction transaction, Transaction::Begin(database_.get()));
   HYPERMAP_RETURN_IF_ERROR(WriteSent(requests, now));
   return transaction.Commit();
 }
 
 absl::Status OutboxFile::MarkSentInSequence(absl::Span<QueuedRequest> requests, int64_t unused,
-                                            absl::Time now) {
+                                            const SendTime& now) {
   if (requests.empty()) return absl::OkStatus();
   HYPERMAP_ASSIGN_OR_RETURN(Transaction transaction, Transaction::Begin(database_.get()));
   const int64_t stream = requests.front().stream;
@@ -221,13 +238,15 @@ absl::Status OutboxFile::MarkSentInSequence(absl::Span<QueuedRequest> requests, 
   return transaction.Commit();
 }
 
-absl::Status OutboxFile::WriteSent(absl::Span<QueuedRequest> requests, absl::Time now) {
+absl::Status OutboxFile::WriteSent(absl::Span<QueuedRequest> requests, const SendTime& now) {
   for (QueuedRequest& request : requests) {
-    if (request.first_sent_at) continue;
-    request.first_sent_at = now;
-    HYPERMAP_RETURN_IF_ERROR(
-        database_->Run("UPDATE letters SET sequence = ?, first_sent_at_ns = ? WHERE id = ?",
-                       request.sequence, absl::ToUnixNanos(now), request.id));
+    if (request.first_sent) continue;
+    request.first_sent = now;
+    HYPERMAP_RETURN_IF_ERROR(database_->Run(
+        "UPDATE letters SET sequence = ?, first_sent_at_ns = ?, sent_synchronized = ?, "
+        "sent_boot_id = ?, sent_since_boot_ns = ? WHERE id = ?",
+        request.sequence, absl::ToUnixNanos(now.wall), int64_t{now.synchronized}, now.boot_id,
+        absl::ToInt64Nanoseconds(now.since_boot), request.id));
   }
   return absl::OkStatus();
 }

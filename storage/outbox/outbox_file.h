@@ -32,6 +32,17 @@ struct OutboxStream {
   std::string robot;  // empty for edits
 };
 
+// A moment by the clocks of this machine. The wall clock can be set at any time. The time since
+// boot can't, but is comparable only within one boot.
+struct SendTime {
+  absl::Time wall;
+  bool synchronized = false;  // whether a time server kept the wall clock right
+  std::string boot_id;        // empty if the request was sent by a version that did not record it
+  absl::Duration since_boot;  // including suspension
+
+  friend bool operator==(const SendTime&, const SendTime&) = default;
+};
+
 struct QueuedRequest {
   int64_t id = 0;  // grows with each request that is put in; never used again
   int64_t stream;
@@ -42,7 +53,7 @@ struct QueuedRequest {
   std::string options;  // encoded by the sender
   std::string body;
   absl::Time put_at;
-  std::optional<absl::Time> first_sent_at;
+  std::optional<SendTime> first_sent;
 };
 
 // The error with which the server refused a request.
@@ -88,11 +99,11 @@ class OutboxFile {
   absl::StatusOr<std::vector<QueuedRequest>> First(int64_t stream, int limit);
 
   // Called before requests are sent: records the time for those that are sent for the first time.
-  absl::Status MarkSent(absl::Span<QueuedRequest> requests, absl::Time now);
+  absl::Status MarkSent(absl::Span<QueuedRequest> requests, const SendTime& now);
   // Does what MarkSent does, and assigns consecutive sequence numbers to requests without one. They
   // begin with `unused`, or after the last number that the stream assigned when that is larger.
   absl::Status MarkSentInSequence(absl::Span<QueuedRequest> requests, int64_t unused,
-                                  absl::Time now);
+                                  const SendTime& now);
 
   // Removes the delivered requests and sets the refused ones aside.
   absl::Status Settle(absl::Span<const int64_t> delivered, absl::Span<const ServerRefusal> refused);
@@ -108,7 +119,7 @@ class OutboxFile {
  private:
   OutboxFile(FileLock lock, std::unique_ptr<Database> database, int64_t max_bytes);
 
-  absl::Status WriteSent(absl::Span<QueuedRequest> requests, absl::Time now);
+  absl::Status WriteSent(absl::Span<QueuedRequest> requests, const SendTime& now);
   absl::Status ChangeRefused(const std::string& sql, int64_t request);
 
   FileLock lock_;

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <memory>
 #include <string>
 #include <vector>
@@ -20,6 +21,8 @@ using ::testing::IsEmpty;
 
 constexpr absl::Time kNoon = absl::FromUnixSeconds(1'700'000'000);
 constexpr int64_t kMaxBytes = 1 << 20;
+
+SendTime SentAt(absl::Time wall) { return {wall, true, "boot 1", absl::Hours(2)}; }
 
 class OutboxFileTest : public ::testing::Test {
  protected:
@@ -64,7 +67,8 @@ class OutboxFileTest : public ::testing::Test {
   // Sends all requests of the stream, and returns their sequence numbers.
   std::vector<int64_t> Sequences(int64_t stream, int64_t unused) {
     std::vector<QueuedRequest> requests = First(stream);
-    EXPECT_EQ(file_->MarkSentInSequence(absl::MakeSpan(requests), unused, kNoon), absl::OkStatus());
+    EXPECT_EQ(file_->MarkSentInSequence(absl::MakeSpan(requests), unused, SentAt(kNoon)),
+              absl::OkStatus());
     std::vector<int64_t> sequences;
     for (const QueuedRequest& request : requests) sequences.push_back(*request.sequence);
     return sequences;
@@ -155,12 +159,23 @@ TEST_F(OutboxFileTest, TheTimeOfTheFirstSendingStays) {
   const int64_t office = StreamOf("office");
   Put(office, "a");
   std::vector<QueuedRequest> requests = First(office);
-  EXPECT_EQ(requests[0].first_sent_at, std::nullopt);
-  ASSERT_EQ(file_->MarkSent(absl::MakeSpan(requests), kNoon), absl::OkStatus());
+  EXPECT_EQ(requests[0].first_sent, std::nullopt);
+  ASSERT_EQ(file_->MarkSent(absl::MakeSpan(requests), SentAt(kNoon)), absl::OkStatus());
   Open();
   requests = First(office);
-  ASSERT_EQ(file_->MarkSent(absl::MakeSpan(requests), kNoon + absl::Hours(1)), absl::OkStatus());
-  EXPECT_EQ(First(office)[0].first_sent_at, kNoon);
+  ASSERT_EQ(file_->MarkSent(absl::MakeSpan(requests), SentAt(kNoon + absl::Hours(1))),
+            absl::OkStatus());
+  EXPECT_EQ(First(office)[0].first_sent, SentAt(kNoon));
+}
+
+TEST_F(OutboxFileTest, ARequestThatIsPutBackWasNeverSent) {
+  const int64_t office = StreamOf("office");
+  Put(office, "a");
+  std::vector<QueuedRequest> requests = First(office);
+  ASSERT_EQ(file_->MarkSent(absl::MakeSpan(requests), SentAt(kNoon)), absl::OkStatus());
+  ASSERT_EQ(file_->Settle({}, {{{requests[0].id, absl::AbortedError("stale")}}}), absl::OkStatus());
+  ASSERT_EQ(file_->PutBack(requests[0].id), absl::OkStatus());
+  EXPECT_EQ(First(office)[0].first_sent, std::nullopt);
 }
 
 TEST_F(OutboxFileTest, StreamsAreThoseWithRequestsToSend) {
@@ -187,7 +202,8 @@ TEST_F(OutboxFileTest, FullFileTakesNoMoreAndKeepsWhatItHas) {
   EXPECT_TRUE(absl::IsResourceExhausted(put.status())) << put.status();
   ExpectCounts(taken, 0, 0);
   std::vector<QueuedRequest> requests = First(office);
-  EXPECT_EQ(file_->MarkSentInSequence(absl::MakeSpan(requests), 7, kNoon), absl::OkStatus());
+  EXPECT_EQ(file_->MarkSentInSequence(absl::MakeSpan(requests), 7, SentAt(kNoon)),
+            absl::OkStatus());
   ASSERT_EQ(file_->Settle({First(office, 1)[0].id}, {}), absl::OkStatus());
   EXPECT_TRUE(file_->Put(request).ok());
 }
@@ -210,15 +226,70 @@ TEST_F(OutboxFileTest, OtherFilesAreRefused) {
   EXPECT_THAT(std::string(status.message()), HasSubstr("not an outbox"));
 }
 
+// A file as version 1 made it, with a request that was sent at kNoon.
+constexpr char kVersion1[] = R"sql(
+CREATE TABLE streams (
+  id INTEGER PRIMARY KEY,
+  map TEXT NOT NULL,
+  layer TEXT NOT NULL,
+  robot TEXT NOT NULL,
+  next_sequence INTEGER NOT NULL DEFAULT 0,
+  UNIQUE (map, layer, robot)
+);
+CREATE TABLE letters (
+  id INTEGER PRIMARY KEY AUTOINCREMENT,
+  stream INTEGER NOT NULL REFERENCES streams (id),
+  request_id TEXT NOT NULL,
+  sequence INTEGER,
+  options TEXT NOT NULL,
+  body BLOB NOT NULL,
+  put_at_ns INTEGER NOT NULL,
+  first_sent_at_ns INTEGER,
+  code INTEGER,
+  message TEXT
+);
+CREATE INDEX letters_to_send ON letters (stream, id) WHERE code IS NULL;
+CREATE TABLE counts (
+  id INTEGER PRIMARY KEY CHECK (id = 1),
+  delivered INTEGER NOT NULL
+);
+INSERT INTO counts VALUES (1, 5);
+INSERT INTO streams (id, map, layer, robot) VALUES (3, 'office', '', '');
+INSERT INTO letters (id, stream, request_id, options, body, put_at_ns, first_sent_at_ns)
+VALUES (7, 3, 'r', '', CAST('a' AS BLOB), 1700000000000000000, 1700000000000000000);
+PRAGMA application_id = 1215123298;
+PRAGMA user_version = 1;
+)sql";
+
+TEST_F(OutboxFileTest, AFileOfVersion1IsContinued) {
+  file_.reset();
+  std::filesystem::remove(path_);
+  {
+    auto database = Database::Open(path_, Database::OpenMode::kCreate, absl::Seconds(1));
+    ASSERT_EQ((*database)->Execute(kVersion1), absl::OkStatus());
+  }
+  Open();
+  ExpectCounts(1, 5, 0);
+  const int64_t office = StreamOf("office");
+  EXPECT_EQ(Put(office, "b"), 8);
+  std::vector<QueuedRequest> requests = First(office);
+  ASSERT_EQ(requests.size(), 2u);
+  EXPECT_EQ(requests[0].first_sent, (SendTime{.wall = kNoon}));
+  ASSERT_EQ(file_->MarkSent(absl::MakeSpan(requests), SentAt(kNoon)), absl::OkStatus());
+  Open();
+  EXPECT_EQ(First(office)[0].first_sent, (SendTime{.wall = kNoon}));
+  EXPECT_EQ(First(office)[1].first_sent, SentAt(kNoon));
+}
+
 TEST_F(OutboxFileTest, FileFromTheFutureIsRefused) {
   file_.reset();
   {
     auto database = Database::Open(path_, Database::OpenMode::kExisting, absl::Seconds(1));
-    ASSERT_EQ((*database)->Execute("PRAGMA user_version = 2"), absl::OkStatus());
+    ASSERT_EQ((*database)->Execute("PRAGMA user_version = 3"), absl::OkStatus());
   }
   const absl::Status status = OutboxFile::Open(path_, kMaxBytes).status();
   EXPECT_TRUE(absl::IsFailedPrecondition(status)) << status;
-  EXPECT_THAT(std::string(status.message()), HasSubstr("version 2"));
+  EXPECT_THAT(std::string(status.message()), HasSubstr("version 3"));
 }
 
 }  // namespace

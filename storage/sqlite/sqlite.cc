@@ -1,5 +1,6 @@
 #include "storage/sqlite/sqlite.h"
 
+#include <algorithm>
 #include <cerrno>
 #include <iterator>
 #include <utility>
@@ -75,14 +76,12 @@ bool ConfigureSqlite() {
 
 }  // namespace
 
-Statement::Statement(Database* database, CacheEntry* cache, sqlite3_stmt* stmt)
-    : database_(database), cache_(cache), stmt_(stmt) {
-  ++cache_->num_borrowed;
-}
+Statement::Statement(Database* database, std::string sql, sqlite3_stmt* stmt)
+    : database_(database), sql_(std::move(sql)), stmt_(stmt) {}
 
 Statement::Statement(Statement&& other) noexcept
     : database_(other.database_),
-      cache_(other.cache_),
+      sql_(std::move(other.sql_)),
       stmt_(std::exchange(other.stmt_, nullptr)),
       bind_error_(other.bind_error_),
       row_status_(std::move(other.row_status_)) {}
@@ -90,8 +89,7 @@ Statement::Statement(Statement&& other) noexcept
 Statement::~Statement() {
   if (stmt_ == nullptr) return;
   Reset();
-  --cache_->num_borrowed;
-  cache_->idle.push_back(stmt_);
+  database_->Return(std::move(sql_), stmt_);
 }
 
 absl::StatusOr<bool> Statement::Step() {
@@ -231,17 +229,27 @@ absl::Status Database::Execute(const std::string& sql) {
 }
 
 absl::StatusOr<Statement> Database::Prepare(const std::string& sql) {
-  Statement::CacheEntry& entry = statements_[sql];
-  if (!entry.idle.empty()) {
-    sqlite3_stmt* stmt = entry.idle.back();
-    entry.idle.pop_back();
-    return Statement(this, &entry, stmt);
+  // A loop repeats the statements that were used last, which are found first.
+  const auto idle = std::find_if(idle_.rbegin(), idle_.rend(),
+                                 [&sql](const IdleStatement& s) { return s.sql == sql; });
+  if (idle != idle_.rend()) {
+    Statement statement(this, std::move(idle->sql), idle->stmt);
+    idle_.erase(std::prev(idle.base()));
+    return statement;
   }
   sqlite3_stmt* stmt = nullptr;
   const int code = sqlite3_prepare_v3(handle_, sql.c_str(), static_cast<int>(sql.size()),
                                       SQLITE_PREPARE_PERSISTENT, &stmt, nullptr);
   if (code != SQLITE_OK) return ErrorStatus(code);
-  return Statement(this, &entry, stmt);
+  return Statement(this, sql, stmt);
+}
+
+void Database::Return(std::string sql, sqlite3_stmt* stmt) {
+  if (idle_.size() == kMaxIdleStatements) {
+    sqlite3_finalize(idle_.front().stmt);
+    idle_.erase(idle_.begin());
+  }
+  idle_.push_back({std::move(sql), stmt});
 }
 
 absl::StatusOr<std::optional<int64_t>> Database::FirstInt64(Statement* statement) {
@@ -255,11 +263,8 @@ absl::StatusOr<std::optional<int64_t>> Database::FirstInt64(Statement* statement
 int64_t Database::changed_rows() const { return sqlite3_changes64(handle_); }
 
 void Database::ForgetStatements() {
-  for (auto entry = statements_.begin(); entry != statements_.end();) {
-    for (sqlite3_stmt* stmt : entry->second.idle) sqlite3_finalize(stmt);
-    entry->second.idle.clear();
-    entry = entry->second.num_borrowed == 0 ? statements_.erase(entry) : std::next(entry);
-  }
+  for (const IdleStatement& idle : idle_) sqlite3_finalize(idle.stmt);
+  idle_.clear();
 }
 
 absl::Status Database::ErrorStatus(int code) const {

@@ -1,5 +1,8 @@
 #include "storage/sqlite/sqlite.h"
 
+#include <vector>
+
+#include "absl/strings/str_cat.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "tests/support/temporary_folder.h"
@@ -69,6 +72,42 @@ TEST_F(SqliteTest, OneStatementIsLentTwiceAtOnce) {
     while (*inner->Step()) ++pairs;
   }
   EXPECT_EQ(pairs, 9);
+}
+
+// The prepared statements of a connection.
+std::vector<sqlite3_stmt*> StatementsOf(Database& database) {
+  std::vector<sqlite3_stmt*> statements;
+  sqlite3_stmt* next = nullptr;
+  while ((next = sqlite3_next_stmt(database.handle(), next)) != nullptr) statements.push_back(next);
+  return statements;
+}
+
+TEST_F(SqliteTest, StatementsThatAreNotUsedAreFreed) {
+  const std::string often = "SELECT count(*) FROM t";
+  for (int i = 0; i < 1000; ++i) {
+    ASSERT_EQ(**database_->QueryInt64(absl::StrCat("SELECT ", i)), i);
+    ASSERT_TRUE(database_->QueryInt64(often).ok());
+  }
+  EXPECT_EQ(StatementsOf(*database_).size(), Database::kMaxIdleStatements);
+  // The one that is used again and again was prepared once.
+  int runs = 0;
+  for (sqlite3_stmt* stmt : StatementsOf(*database_)) {
+    if (often == sqlite3_sql(stmt)) runs += sqlite3_stmt_status(stmt, SQLITE_STMTSTATUS_RUN, 0);
+  }
+  EXPECT_EQ(runs, 1000);
+  database_->ForgetStatements();
+  EXPECT_TRUE(StatementsOf(*database_).empty());
+}
+
+TEST_F(SqliteTest, AnyNumberOfStatementsIsLentAtOnce) {
+  std::vector<Statement> lent;
+  for (int i = 0; i < 200; ++i) lent.push_back(*database_->Prepare(absl::StrCat("SELECT ", i)));
+  for (int i = 0; i < 200; ++i) {
+    ASSERT_TRUE(*lent[i].Step());
+    EXPECT_EQ(lent[i].Int64(0), i);
+  }
+  lent.clear();
+  EXPECT_EQ(StatementsOf(*database_).size(), Database::kMaxIdleStatements);
 }
 
 TEST_F(SqliteTest, StatementComesBackWithoutItsBindings) {

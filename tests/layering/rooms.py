@@ -88,7 +88,7 @@ ROOMS = {
         "map/layers", "map/objects",
     ),
     "map/watch": pure(
-        "map", "map/edits", "map/frames", "map/geometry", "map/grid", "map/layers",
+        "base/cancellation", "map", "map/edits", "map/frames", "map/geometry", "map/grid", "map/layers",
         "map/objects", "map/query", "map/values",
     ),
     "map/observations": pure("map/frames", "map/geometry", "map/objects"),
@@ -148,9 +148,9 @@ ROOMS = {
         {"absl", "spdlog"},
     ),
     "server/exploration": Room(
-        ["base/admission", "base/cancellation", "base/limits", "base/status", "base/sync", "map",
-         "map/edits", "map/exploration", "map/frames", "map/geometry", "map/grid", "map/layers",
-         "server/session", "storage"],
+        ["base/admission", "base/cancellation", "base/limits", "base/metering", "base/status",
+         "base/sync", "map", "map/edits", "map/exploration", "map/frames", "map/geometry",
+         "map/grid", "map/layers", "server/session", "storage"],
         {"absl"}, target="map_exploration",
     ),
     "server/rpc": Room(
@@ -160,8 +160,8 @@ ROOMS = {
         {"absl", "grpc", "protobuf", "spdlog"},
     ),
     "server/watch": Room(
-        ["base/admission", "base/limits", "base/metering", "base/status", "base/sync", "map/watch",
-         "proto", "server/rpc", "server/session", "wire"],
+        ["base/admission", "base/cancellation", "base/limits", "base/metering", "base/status",
+         "base/sync", "map/watch", "proto", "server/rpc", "server/session", "wire"],
         {"absl", "grpc", "protobuf"}, target="watch_service",
     ),
     "server/services": Room(

@@ -7,6 +7,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
 #include "base/status/status_macros.h"
+#include "base/sync/deadline.h"
 #include "base/sync/mutex.h"
 #include "client_libs/cpp/outbox/outbox_queue.h"
 #include "client_libs/cpp/outbox/outbox_sender.h"
@@ -120,7 +121,7 @@ absl::StatusOr<OutboxState> Outbox::state() const {
 }
 
 absl::Status Outbox::AwaitEmpty(absl::Duration timeout) const {
-  HYPERMAP_ASSIGN_OR_RETURN(const bool empty, impl_->queue().AwaitEmpty(absl::Now() + timeout));
+  HYPERMAP_ASSIGN_OR_RETURN(const bool empty, impl_->queue().AwaitEmpty(Deadline(timeout)));
   if (empty) return absl::OkStatus();
   return absl::DeadlineExceededError(
       absl::StrCat("not all is delivered: ", impl_->queue().problem().ToString()));

@@ -15,7 +15,9 @@
 // that is too late, ...) is set aside with the reason, and delivery continues with the next entry.
 // After other errors, including those of a token, delivery is retried. An edit that was sent, and
 // whose answer has not come for as long as the server keeps receipts, is set aside as well, because
-// it is no longer possible to know whether it was carried out.
+// it is no longer possible to know whether it was carried out. So is one that was sent before the
+// machine was started anew, unless a time server keeps the wall clock right: otherwise nothing
+// tells for how long the machine was off. Such an edit waits up to 10 minutes for the time server.
 #ifndef HYPERMAP_CLIENT_LIBS_CPP_OUTBOX_OUTBOX_H_
 #define HYPERMAP_CLIENT_LIBS_CPP_OUTBOX_OUTBOX_H_
 
@@ -67,8 +69,7 @@ struct OutboxState {
 struct OutboxOptions {
   // Maximum size of the file.
   int64_t max_bytes = int64_t{1} << 30;
-  // Time for which the server keeps the receipts of requests (--receipt_age), measured by this
-  // robot's clock.
+  // Time for which the server keeps the receipts of requests (--receipt_age).
   absl::Duration receipt_age = absl::Hours(24);
   // Maximum duration of one attempt.
   absl::Duration timeout = absl::Seconds(10);

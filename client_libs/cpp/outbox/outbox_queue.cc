@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "absl/time/clock.h"
+#include "absl/time/time.h"
 #include "base/status/status_macros.h"
 
 namespace hypermap::client {
@@ -17,12 +17,12 @@ absl::StatusOr<std::vector<storage::QueuedRequest>> OutboxQueue::AwaitFirst(int6
   return std::vector<storage::QueuedRequest>();
 }
 
-absl::StatusOr<bool> OutboxQueue::AwaitEmpty(absl::Time deadline) {
+absl::StatusOr<bool> OutboxQueue::AwaitEmpty(const Deadline& deadline) {
   const MutexLock lock(&mutex_);
   while (true) {
     HYPERMAP_ASSIGN_OR_RETURN(const storage::OutboxCounts counts, file_->Counts());
     if (counts.queued == 0) return true;
-    const absl::Duration left = deadline - absl::Now();
+    const absl::Duration left = deadline.left();
     if (left <= absl::ZeroDuration()) return false;
     changed_.WaitFor(&mutex_, left);
   }
@@ -44,9 +44,9 @@ absl::Status OutboxQueue::problem() const {
 
 bool OutboxQueue::Sleep(absl::Duration duration) {
   const MutexLock lock(&mutex_);
-  const absl::Time deadline = absl::Now() + duration;
+  const Deadline deadline(duration);
   while (!closed_) {
-    const absl::Duration left = deadline - absl::Now();
+    const absl::Duration left = deadline.left();
     if (left <= absl::ZeroDuration()) return true;
     changed_.WaitFor(&mutex_, left);
   }

@@ -12,6 +12,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/time/time.h"
+#include "base/sync/deadline.h"
 #include "base/sync/mutex.h"
 #include "storage/outbox/outbox_file.h"
 
@@ -35,7 +36,7 @@ class OutboxQueue {
   // is closed.
   absl::StatusOr<std::vector<storage::QueuedRequest>> AwaitFirst(int64_t stream, int limit);
   // Waits until no stream has an entry. Returns false at `deadline`.
-  absl::StatusOr<bool> AwaitEmpty(absl::Time deadline);
+  absl::StatusOr<bool> AwaitEmpty(const Deadline& deadline);
 
   // Sets the reason why a stream is not delivered; OK if there is none.
   void NoteProblem(int64_t stream, absl::Status problem);

@@ -8,7 +8,6 @@
 
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
-#include "absl/time/clock.h"
 #include "base/status/status_macros.h"
 #include "client_libs/cpp/backoff.h"
 #include "wire/edit.h"
@@ -74,6 +73,8 @@ OutboxSender::OutboxSender(const Client& client, OutboxQueue& queue, storage::Ou
       queue_(queue),
       stream_(std::move(stream)),
       options_(options),
+      // A request may take until its timeout to arrive.
+      receipts_(options.receipt_age - options.timeout),
       thread_([this] { Run(); }) {}
 
 OutboxSender::~OutboxSender() { thread_.join(); }
@@ -104,12 +105,11 @@ absl::Status OutboxSender::Deliver(QueuedRequests requests) {
 absl::Status OutboxSender::DeliverEdits(storage::QueuedRequest request) {
   // Before an entry is marked as sent, because that starts its receipt_age.
   HYPERMAP_RETURN_IF_ERROR(ReachServer());
-  const absl::Time now = absl::Now();
-  if (request.first_sent_at && now - *request.first_sent_at > options_.receipt_age) {
-    return Settle({}, {{{request.id, absl::AbortedError(absl::StrCat(
-                                         "sent at ", absl::FormatTime(*request.first_sent_at),
-                                         ", and its answer was lost: whether it was carried out is "
-                                         "not known any more"))}}});
+  const storage::SendTime now = ReadClocks();
+  if (request.first_sent) {
+    const absl::Status receipt = receipts_.Check(*request.first_sent, now);
+    if (absl::IsAborted(receipt)) return Settle({}, {{{request.id, receipt}}});
+    HYPERMAP_RETURN_IF_ERROR(receipt);
   }
   const absl::StatusOr<EditBatch> batch = wire::EditsFromBytes(request.body);
   if (!batch.ok()) return Settle({}, {{{request.id, batch.status()}}});
@@ -147,7 +147,7 @@ absl::StatusOr<std::unique_ptr<ObserveStream>> OutboxSender::OpenStream(QueuedRe
   if (!stream.ok()) return stream;
   absl::Status status = queue_.With([&](storage::OutboxFile& file) {
     return file.MarkSentInSequence(absl::MakeSpan(requests), FirstUnused((*stream)->opened()),
-                                   absl::Now());
+                                   ReadClocks());
   });
   if (!status.ok()) return status;
   return stream;
@@ -215,9 +215,8 @@ bool OutboxSender::IsRefusal(const absl::Status& status) {
     case absl::StatusCode::kUnimplemented:
       return true;
     case absl::StatusCode::kResourceExhausted: {
-      const absl::Time now = absl::Now();
-      exhausted_since_ = std::min(exhausted_since_, now);
-      return now - exhausted_since_ > kPatience;
+      if (!patience_) patience_.emplace(kPatience);
+      return patience_->left() < absl::ZeroDuration();
     }
     default:
       return false;
@@ -227,7 +226,7 @@ bool OutboxSender::IsRefusal(const absl::Status& status) {
 absl::Status OutboxSender::Settle(absl::Span<const int64_t> delivered,
                                   absl::Span<const storage::ServerRefusal> refused) {
   if (delivered.empty() && refused.empty()) return absl::OkStatus();
-  exhausted_since_ = absl::InfiniteFuture();
+  patience_.reset();
   return queue_.With([&](storage::OutboxFile& file) { return file.Settle(delivered, refused); });
 }
 

@@ -4,15 +4,18 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <thread>
 #include <vector>
 
 #include "absl/status/status.h"
 #include "absl/types/span.h"
+#include "base/sync/deadline.h"
 #include "client_libs/cpp/client.h"
 #include "client_libs/cpp/outbox/outbox.h"
 #include "client_libs/cpp/outbox/outbox_queue.h"
+#include "client_libs/cpp/outbox/receipt_check.h"
 #include "storage/outbox/outbox_file.h"
 
 namespace hypermap::client {
@@ -63,9 +66,11 @@ class OutboxSender {
   const OutboxOptions& options_;
 
   // Used by the thread only.
+  ReceiptCheck receipts_;
   bool reached_ = false;     // the last attempt reached the server
   bool one_by_one_ = false;  // the last attempt failed, perhaps because of one of several entries
-  absl::Time exhausted_since_ = absl::InfiniteFuture();
+  // Set while the server refuses for want of room.
+  std::optional<Deadline> patience_;
 
   std::thread thread_;
 };

@@ -13,6 +13,7 @@
 #include "absl/time/clock.h"
 #include "base/sync/mutex.h"
 #include "client_libs/cpp/client.h"
+#include "client_libs/cpp/outbox/receipt_check.h"
 #include "storage/outbox/outbox_file.h"
 #include "tests/support/eventually.h"
 #include "tests/support/server_process.h"
@@ -67,6 +68,19 @@ class OutboxTest : public ::testing::Test {
     auto outbox = Outbox::Open(NewClient(), file_, options);
     EXPECT_TRUE(outbox.ok()) << outbox.status();
     return *std::move(outbox);
+  }
+
+  // Leaves in the file an edit that puts the thing "a", was sent, and got no answer.
+  void PutSent(const storage::SendTime& sent) {
+    auto file = storage::OutboxFile::Open(file_, 1 << 20);
+    ASSERT_TRUE(file.ok()) << file.status();
+    storage::QueuedRequest request;
+    request.stream = (*file)->FindStream("site", "", "")->id;
+    request.request_id = "the request";
+    request.body = wire::EditsToBytes(PutThing("a"));
+    ASSERT_TRUE((*file)->Put(request).ok());
+    std::vector<storage::QueuedRequest> requests = *(*file)->First(request.stream, 1);
+    ASSERT_EQ((*file)->MarkSent(absl::MakeSpan(requests), sent), absl::OkStatus());
   }
 
   // Labels of the things sorted by id, which is the order of their creation.
@@ -197,18 +211,9 @@ TEST_F(OutboxTest, EditWhoseAnswerWasLostIsNotDoneTwice) {
 }
 
 TEST_F(OutboxTest, EditWhoseReceiptMayBeGoneIsSetAside) {
-  {
-    auto file = storage::OutboxFile::Open(file_, 1 << 20);
-    ASSERT_TRUE(file.ok()) << file.status();
-    storage::QueuedRequest request;
-    request.stream = (*file)->FindStream("site", "", "")->id;
-    request.request_id = "the request";
-    request.body = wire::EditsToBytes(PutThing("a"));
-    ASSERT_TRUE((*file)->Put(request).ok());
-    std::vector<storage::QueuedRequest> requests = *(*file)->First(request.stream, 1);
-    ASSERT_EQ((*file)->MarkSent(absl::MakeSpan(requests), absl::Now() - absl::Hours(25)),
-              absl::OkStatus());
-  }
+  storage::SendTime sent = ReadClocks();
+  sent.since_boot -= absl::Hours(25);
+  PutSent(sent);
   auto outbox = Open();
   ASSERT_TRUE(outbox->Put("site", PutThing("b")).ok());
   ASSERT_EQ(outbox->AwaitEmpty(kPatience), absl::OkStatus());
@@ -219,6 +224,29 @@ TEST_F(OutboxTest, EditWhoseReceiptMayBeGoneIsSetAside) {
   ASSERT_EQ(outbox->TryAgain(refused[0].ticket), absl::OkStatus());
   ASSERT_EQ(outbox->AwaitEmpty(kPatience), absl::OkStatus());
   EXPECT_THAT(Labels(), ElementsAre("b", "a"));
+}
+
+TEST_F(OutboxTest, EditOfAnotherBootIsSetAsideIfTheClockMayHaveStoodStill) {
+  storage::SendTime sent = ReadClocks();
+  sent.wall -= absl::Minutes(1);
+  sent.synchronized = false;
+  sent.boot_id = "another boot";
+  PutSent(sent);
+  auto outbox = Open();
+  ASSERT_EQ(outbox->AwaitEmpty(kPatience), absl::OkStatus());
+  EXPECT_THAT(Labels(), IsEmpty());
+  const std::vector<RefusedEntry> refused = *outbox->Refused();
+  ASSERT_THAT(refused, SizeIs(1));
+  EXPECT_TRUE(absl::IsAborted(refused[0].why)) << refused[0].why;
+}
+
+TEST_F(OutboxTest, EditOfThisBootIsSentAgainHoweverTheWallClockWasSet) {
+  storage::SendTime sent = ReadClocks();
+  sent.wall -= absl::Hours(1000);
+  PutSent(sent);
+  auto outbox = Open();
+  ASSERT_EQ(outbox->AwaitEmpty(kPatience), absl::OkStatus());
+  EXPECT_THAT(Labels(), ElementsAre("a"));
 }
 
 TEST_F(OutboxTest, ALongTimeOfflineSpoilsNothing) {

@@ -8,8 +8,8 @@
 
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
-#include "absl/time/clock.h"
 #include "base/status/status_macros.h"
+#include "base/sync/deadline.h"
 #include "map/edits/difference.h"
 #include "storage/geopackage/geopackage_store.h"
 
@@ -47,13 +47,6 @@ storage::Commit CommitOf(const KnownRevision& revision, std::vector<Change> chan
   commit.author = "server";
   commit.time = revision.time;
   return commit;
-}
-
-// Deletes the history, which a replica never reads.
-absl::Status ForgetThePast(storage::StoredMap& file, Revision newest) {
-  absl::StatusOr<bool> more = true;
-  while (more.ok() && *more) more = file.Compact(newest, absl::InfinitePast(), kCompactRows);
-  return more.status();
 }
 
 }  // namespace
@@ -169,9 +162,9 @@ bool DurableCopy::AwaitDue() {
 }
 
 void DurableCopy::Delay() {
-  const absl::Time deadline = absl::Now() + write_delay_;
+  const Deadline deadline(write_delay_);
   while (!closing_) {
-    const absl::Duration left = deadline - absl::Now();
+    const absl::Duration left = deadline.left();
     if (left <= absl::ZeroDuration()) return;
     changed_.WaitFor(&mutex_, left);
   }
@@ -189,14 +182,15 @@ absl::Status DurableCopy::WriteNow(bool all) {
   }
   if (!after) return absl::OkStatus();
   const absl::StatusOr<bool> written = Store(before, *after, all);
+  absl::Status status = written.status();
+  if (status.ok()) status = ForgetThePast();
   const MutexLock lock(&mutex_);
+  // The file has the revision even if its history could not be deleted.
   if (written.ok() && *written) stored_ = std::move(after);
-  if (!written.ok()) {
-    is_due_ = true;
-    if (!file_) stored_.reset();
-  }
-  problem_ = written.status();
-  return problem_;
+  if (!file_) stored_.reset();
+  if (!status.ok()) is_due_ = true;
+  problem_ = std::move(status);
+  return file_ ? written.status() : problem_;
 }
 
 absl::StatusOr<bool> DurableCopy::Store(const std::optional<KnownRevision>& before,
@@ -214,8 +208,8 @@ absl::StatusOr<bool> DurableCopy::Store(const std::optional<KnownRevision>& befo
     status = file_->Write({&commit, 1});
   }
   if (absl::IsDataLoss(status)) status = Replace(after);
-  if (status.ok()) status = ForgetThePast(*file_, revision);
   if (!status.ok()) return status;
+  forget_before_ = revision;
   return true;
 }
 
@@ -234,6 +228,18 @@ absl::Status DurableCopy::Replace(const KnownRevision& newest) {
   // The file holds an empty map, which is not a revision of the server's.
   if (!status.ok()) file_.reset();
   return status;
+}
+
+absl::Status DurableCopy::ForgetThePast() {
+  if (!forget_before_) return absl::OkStatus();
+  absl::StatusOr<bool> more = true;
+  while (more.ok() && *more) {
+    more = file_->Compact(*forget_before_, absl::InfinitePast(), kCompactRows);
+  }
+  if (more.ok()) forget_before_.reset();
+  // The next write replaces a file that is lost.
+  if (absl::IsDataLoss(more.status())) file_.reset();
+  return more.status();
 }
 
 }  // namespace hypermap::client

@@ -47,13 +47,15 @@ class DurableCopy {
 
   // The revision on disk; nullopt if there is none.
   std::optional<KnownRevision> stored() const;
-  // Reason why the last write failed; it is retried. OK if it did not fail.
+  // Reason why the last write failed, or why the history before it could not be deleted; both are
+  // retried. OK if nothing failed.
   absl::Status problem() const;
 
   // Schedules a revision to be written; does not wait. If it differs from the stored one only in
   // its number, it is written by Flush or the destructor.
   void Write(KnownRevision newest);
-  // Writes the newest revision now.
+  // Writes the newest revision now. OK if it is on disk, even if the history before it could not be
+  // deleted.
   absl::Status Flush();
 
  private:
@@ -71,13 +73,17 @@ class DurableCopy {
   bool AwaitDue();
   // Waits for the delay, or until the copy is being destroyed.
   void Delay() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
-  // Writes the newest revision. `all`: also if only the number differs.
+  // Writes the newest revision and deletes the history before it. `all`: also if only the number
+  // differs. Returns OK if the file has the revision, with or without history.
   absl::Status WriteNow(bool all);
   // Brings the file from `before` to `after`. Returns false if the file was left as it is.
   absl::StatusOr<bool> Store(const std::optional<KnownRevision>& before, const KnownRevision& after,
                              bool all) ABSL_EXCLUSIVE_LOCKS_REQUIRED(file_mutex_);
   // Creates the file anew. If that fails, there is no file.
   absl::Status Replace(const KnownRevision& newest) ABSL_EXCLUSIVE_LOCKS_REQUIRED(file_mutex_);
+  // Deletes the history, which a replica never reads. If the file turns out to be lost, there is no
+  // file afterwards.
+  absl::Status ForgetThePast() ABSL_EXCLUSIVE_LOCKS_REQUIRED(file_mutex_);
 
   const std::unique_ptr<storage::MapStore> store_;
   const std::string map_;
@@ -88,6 +94,8 @@ class DurableCopy {
   Mutex file_mutex_;
   // Null if there is no file.
   std::unique_ptr<storage::StoredMap> file_ ABSL_GUARDED_BY(file_mutex_);
+  // The revision of the file, if the history before it is still to be deleted.
+  std::optional<Revision> forget_before_ ABSL_GUARDED_BY(file_mutex_);
 
   mutable Mutex mutex_;
   CondVar changed_;

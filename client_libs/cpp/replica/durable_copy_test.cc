@@ -13,6 +13,7 @@
 #include "map/edits/apply.h"
 #include "map/edits/difference.h"
 #include "storage/geopackage/geopackage_store.h"
+#include "storage/sqlite/sqlite.h"
 #include "tests/support/eventually.h"
 #include "tests/support/random_map.h"
 #include "tests/support/temporary_folder.h"
@@ -22,6 +23,7 @@ namespace {
 
 using ::hypermap::testing::Rng;
 using ::hypermap::testing::TemporaryFolder;
+using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
 constexpr absl::Duration kNever = absl::Hours(1);
@@ -38,8 +40,9 @@ class Life {
   }
 
   KnownRevision newest() const { return {newest_, TimeOf(newest_->revision), kCreatedAt}; }
-  void GoOn() {
-    const auto applied = Apply(*newest_, hypermap::testing::RandomEdits(rng_, *newest_));
+  void GoOn() { Edit(hypermap::testing::RandomEdits(rng_, *newest_)); }
+  void Edit(const EditBatch& edits) {
+    const auto applied = Apply(*newest_, edits);
     ASSERT_TRUE(applied.ok()) << applied.status();
     newest_ = applied->snapshot;
   }
@@ -66,6 +69,48 @@ void ExpectStored(const DurableCopy& copy, const KnownRevision& wanted) {
   EXPECT_THAT(Difference(*wanted.snapshot, *stored->snapshot), IsEmpty());
   EXPECT_EQ(stored->snapshot->layer_versions, wanted.snapshot->layer_versions);
   EXPECT_EQ(stored->snapshot->frames.transforms(), wanted.snapshot->frames.transforms());
+}
+
+// The oldest revision of which the file has the history.
+Revision OldestKept(const TemporaryFolder& folder) {
+  const auto store = storage::OpenGeoPackageStore(folder.path());
+  EXPECT_TRUE(store.ok()) << store.status();
+  const auto map = (*store)->Open("site");
+  EXPECT_TRUE(map.ok()) << map.status();
+  const auto kept = (*(*map)->OpenHistory())->Kept();
+  EXPECT_TRUE(kept.ok()) << kept.status();
+  return kept->oldest;
+}
+
+// While it lives, the history of the file can't be deleted, but revisions can be written.
+class UndeletableHistory {
+ public:
+  explicit UndeletableHistory(const TemporaryFolder& folder) : path_(folder / "site.gpkg") {
+    Execute(
+        "CREATE TRIGGER keep_history BEFORE UPDATE OF oldest_revision ON hypermap_metadata "
+        "BEGIN SELECT RAISE(ABORT, 'history is kept'); END");
+  }
+  ~UndeletableHistory() { Execute("DROP TRIGGER keep_history"); }
+  UndeletableHistory(const UndeletableHistory&) = delete;
+  UndeletableHistory& operator=(const UndeletableHistory&) = delete;
+
+ private:
+  void Execute(const std::string& sql) const {
+    const auto file = storage::Database::Open(path_, storage::Database::OpenMode::kExisting,
+                                              absl::ZeroDuration());
+    ASSERT_TRUE(file.ok()) << file.status();
+    // A checkpoint by this connection would look like a change of the file.
+    EXPECT_EQ((*file)->Execute("PRAGMA wal_autocheckpoint = 0; " + sql), absl::OkStatus());
+  }
+
+  const std::string path_;
+};
+
+EditBatch PutChair() {
+  SemanticObject chair;
+  chair.label = "chair";
+  chair.shape = Polygon::FromBox({{0.0, 0.0}, {1.0, 1.0}});
+  return {{PutObject{"semantic", chair, ""}}};
 }
 
 TEST(DurableCopyTest, BringsTheFileFromOneRevisionToAnother) {
@@ -168,13 +213,51 @@ TEST(DurableCopyTest, WhatTheMapWasIsNotKept) {
       ASSERT_TRUE(copy->Flush().ok());
     }
   }
-  const auto store = storage::OpenGeoPackageStore(folder.path());
-  ASSERT_TRUE(store.ok()) << store.status();
-  const auto map = (*store)->Open("site");
-  ASSERT_TRUE(map.ok()) << map.status();
-  const auto kept = (*(*map)->OpenHistory())->Kept();
-  ASSERT_TRUE(kept.ok()) << kept.status();
-  EXPECT_EQ(kept->oldest, life.newest().snapshot->revision);
+  EXPECT_EQ(OldestKept(folder), life.newest().snapshot->revision);
+}
+
+TEST(DurableCopyTest, TheFileFollowsTheMapAlsoWhenHistoryCanNotBeDeleted) {
+  const TemporaryFolder folder;
+  Life life(1);
+  {
+    const auto copy = Open(folder);
+    copy->Write(life.newest());
+    ASSERT_EQ(copy->Flush(), absl::OkStatus());
+    const ObjectId chair = life.newest().snapshot->next_object_id;
+    {
+      const UndeletableHistory undeletable(folder);
+      life.Edit(PutChair());
+      copy->Write(life.newest());
+      EXPECT_EQ(copy->Flush(), absl::OkStatus());
+      EXPECT_THAT(std::string(copy->problem().message()), HasSubstr("history is kept"));
+      ExpectStored(*copy, life.newest());
+    }
+    life.Edit({{DeleteObject{"semantic", chair}}});
+    copy->Write(life.newest());
+    ASSERT_EQ(copy->Flush(), absl::OkStatus());
+    EXPECT_EQ(copy->problem(), absl::OkStatus());
+  }
+  ExpectStored(*Open(folder), life.newest());
+}
+
+TEST(DurableCopyTest, HistoryThatCouldNotBeDeletedIsDeletedLater) {
+  const TemporaryFolder folder;
+  Life life(1);
+  {
+    const auto copy = Open(folder);
+    copy->Write(life.newest());
+    ASSERT_EQ(copy->Flush(), absl::OkStatus());
+    life.Edit(PutChair());
+    copy->Write(life.newest());
+    {
+      const UndeletableHistory undeletable(folder);
+      ASSERT_EQ(copy->Flush(), absl::OkStatus());
+      EXPECT_FALSE(copy->problem().ok());
+    }
+    ASSERT_EQ(copy->Flush(), absl::OkStatus());
+    EXPECT_EQ(copy->problem(), absl::OkStatus());
+  }
+  EXPECT_EQ(OldestKept(folder), life.newest().snapshot->revision);
 }
 
 // Writes revision after revision until it is killed, and reports when the first is on disk.

@@ -4,6 +4,7 @@
 
 #include "absl/time/clock.h"
 #include "base/status/status_macros.h"
+#include "base/sync/deadline.h"
 #include "client_libs/cpp/backoff.h"
 #include "client_libs/cpp/replica/mirrored_map.h"
 
@@ -137,9 +138,9 @@ void Feed::NoteEnd(const absl::Status& why) {
 
 bool Feed::Sleep(absl::Duration pause) {
   const MutexLock lock(&mutex_);
-  const absl::Time deadline = absl::Now() + pause;
+  const Deadline deadline(pause);
   while (!closing_) {
-    const absl::Duration left = deadline - absl::Now();
+    const absl::Duration left = deadline.left();
     if (left <= absl::ZeroDuration()) return true;
     changed_.WaitFor(&mutex_, left);
   }

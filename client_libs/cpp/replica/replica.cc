@@ -7,8 +7,8 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_join.h"
-#include "absl/time/clock.h"
 #include "base/status/status_macros.h"
+#include "base/sync/deadline.h"
 #include "base/sync/mutex.h"
 #include "client_libs/cpp/replica/durable_copy.h"
 #include "client_libs/cpp/replica/feed.h"
@@ -78,10 +78,9 @@ class Replica::Impl {
 
   absl::Status AwaitRevision(Revision revision, absl::Duration timeout) const {
     const MutexLock lock(&mutex_);
-    // std::chrono overflows if a longer time is added to a time point.
-    const absl::Time deadline = absl::Now() + std::min(timeout, absl::Hours(24 * 365));
+    const Deadline deadline(timeout);
     while (look()->snapshot->revision < revision) {
-      const absl::Duration left = deadline - absl::Now();
+      const absl::Duration left = deadline.left();
       if (left <= absl::ZeroDuration()) {
         return absl::DeadlineExceededError(absl::StrCat(
             "the replica is at revision ", look()->snapshot->revision, ", not at ", revision));

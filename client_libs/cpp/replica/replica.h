@@ -77,7 +77,8 @@ struct ReplicaState {
   // from its file and has not reached a server since, it is the time at which the revision was
   // made, by the server's clock. InfinitePast while the first changes are still arriving.
   absl::Time newest_at;
-  // Reason why the replica is not connected, or why the disk is behind. OK if there is none.
+  // Reason why the replica is not connected, or error of its last use of the disk, which is
+  // retried. OK if there is none.
   absl::Status problem;
   // Number of times that it resumed after a break, and that it had to fetch the map again.
   int num_resumed = 0;

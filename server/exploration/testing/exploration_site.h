@@ -87,6 +87,15 @@ class ExplorationSite {
     }
     Submit({{CreateLayer{spec}, std::move(write)}});
   }
+  // Creates an occupancy layer whose cells [0, side) x [0, side) are free.
+  void DrawFree(const std::string& layer, double resolution_m, int32_t side) {
+    LayerSpec spec;
+    spec.name = layer;
+    spec.kind = LayerKind::kOccupancy;
+    spec.grid = GridGeometry{PlanarTransform(), resolution_m};
+    Submit({{CreateLayer{spec}}});
+    Write({0, side, 0, side}, 0.0, layer);
+  }
   void Write(const CellBox& box, std::optional<double> value, const std::string& layer = "walls") {
     Submit({{WriteCells{layer, box, std::vector(box.num_cells(), value)}}});
   }

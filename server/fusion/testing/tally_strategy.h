@@ -79,26 +79,35 @@ class TallyStrategy : public fusion::Strategy {
     return next;
   }
 
-  fusion::StatePtr Fold(const fusion::StatePtr& state,
-                        const fusion::OperatorFact& fact) const override {
-    auto next = std::make_shared<State>(static_cast<const State&>(*state));
-    const std::string& label = fact.object.label;
-    for (auto it = next->by_label.begin(); it != next->by_label.end();) {
-      it = it->second.key == fact.track && it->first != label ? next->by_label.erase(it)
-                                                              : std::next(it);
+  class Facts : public fusion::FactFold {
+   public:
+    explicit Facts(const State& before) : after_(std::make_shared<State>(before)) {}
+
+    void Add(const fusion::OperatorFact& fact) override {
+      const std::string& label = fact.object.label;
+      std::erase_if(after_->by_label, [&](const auto& other) {
+        return other.second.key == fact.track && other.first != label;
+      });
+      if (fact.kind == fusion::OperatorFact::Kind::kRemove) {
+        after_->by_label.erase(label);
+        after_->removed.insert(label);
+        return;
+      }
+      Track& track = after_->by_label[label];
+      // The pin takes over the track of its label.
+      if (track.key.empty()) track.key = fact.track;
+      track.object = std::make_shared<SemanticObject>(fact.object);
+      track.pinned = true;
+      after_->removed.erase(label);
     }
-    if (fact.kind == fusion::OperatorFact::Kind::kRemove) {
-      next->by_label.erase(label);
-      next->removed.insert(label);
-      return next;
-    }
-    Track& track = next->by_label[label];
-    // The pin takes over the track of its label.
-    if (track.key.empty()) track.key = fact.track;
-    track.object = std::make_shared<SemanticObject>(fact.object);
-    track.pinned = true;
-    next->removed.erase(label);
-    return next;
+    fusion::StatePtr Finish() override { return std::move(after_); }
+
+   private:
+    std::shared_ptr<State> after_;
+  };
+
+  std::unique_ptr<fusion::FactFold> FoldFacts(const fusion::StatePtr& state) const override {
+    return std::make_unique<Facts>(static_cast<const State&>(*state));
   }
 
   std::vector<fusion::FusedObject> Objects(const fusion::StatePtr& state) const override {

@@ -56,8 +56,10 @@ class Explorations(Connection):
         occupancy_layer: layer whose free cells are the floor.
         exploration_layer: layer on which floor is marked as explored; created with `explored_rule`
             if it does not exist.
-        robot_radius_m: clearance in metres that paths keep to cells that are not free, in [0, 5].
-        range_m: range of the robots' sensors in metres, in (0, 50].
+        robot_radius_m: clearance in metres that paths keep to cells that are not free, in [0, 5],
+            and at most 100 cells of the occupancy layer.
+        range_m: range of the robots' sensors in metres, in (0, 50], and at most 1,000 cells of
+            the occupancy layer.
         min_gain_cells: viewpoints that would reveal fewer cells than this are not assigned.
 
         Raises FailedPrecondition if the area has no floor, NotFound if there is no such map, layer

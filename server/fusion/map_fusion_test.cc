@@ -1,0 +1,313 @@
+// How fused layers react to the edits of operators.
+#include "server/fusion/map_fusion.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "base/cancellation/testing/cancelled_after.h"
+#include "base/status/status_macros.h"
+#include "map/edits/apply.h"
+#include "server/fusion/testing/memory_fusion_log.h"
+#include "server/fusion/testing/tally_strategy.h"
+#include "tests/support/random_map.h"
+#include "wire/observation.h"
+
+namespace hypermap::server {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
+using ::testing::SizeIs;
+
+// A map with the fused layers "things" and "other".
+class FusedMap {
+ public:
+  explicit FusedMap(StrategyFactory make_strategy = &fusion::MakeStrategy) {
+    options_.codec = {&wire::ObservationToBytes, &wire::ObservationFromBytes, &wire::ObjectToBytes,
+                      &wire::ObjectFromBytes};
+    options_.make_strategy = std::move(make_strategy);
+    EditBatch layers;
+    for (const char* name : {"things", "other"}) {
+      LayerSpec spec;
+      spec.name = name;
+      layers.edits.push_back(CreateLayer{spec});
+    }
+    snapshot_ = std::make_shared<const Snapshot>(hypermap::testing::MakeSnapshot("site", layers));
+    Restart();
+    for (const char* name : {"things", "other"}) {
+      EXPECT_TRUE(Run(StartFusion{name, {}}).ok());
+    }
+  }
+
+  // Drops what is in memory.
+  void Restart() {
+    auto fusion = MapFusion::Open(&log_, &options_, Limits());
+    ASSERT_TRUE(fusion.ok()) << fusion.status();
+    fusion_ = *std::move(fusion);
+  }
+
+  // Applies a batch with the reaction to it. Returns the ids of its objects.
+  absl::StatusOr<std::vector<ObjectId>> Edit(const EditBatch& batch) {
+    HYPERMAP_ASSIGN_OR_RETURN(const AppliedBatch applied, Apply(*snapshot_, batch));
+    HYPERMAP_ASSIGN_OR_RETURN(FusionReaction reaction, React(batch, applied));
+    return Commit(batch, reaction);
+  }
+  absl::StatusOr<FusionReaction> React(const EditBatch& batch, const AppliedBatch& applied) {
+    return fusion_->React(*snapshot_, batch, applied);
+  }
+  absl::StatusOr<std::vector<ObjectId>> Commit(EditBatch batch, const FusionReaction& reaction) {
+    const size_t own = batch.edits.size();
+    batch.edits.insert(batch.edits.end(), reaction.edits.begin(), reaction.edits.end());
+    std::vector<ObjectId> ids;
+    if (!batch.edits.empty()) {
+      HYPERMAP_ASSIGN_OR_RETURN(AppliedBatch applied, ApplyExtended(*snapshot_, batch));
+      snapshot_ = std::move(applied.snapshot);
+      ids = std::move(applied.object_ids);
+    }
+    const absl::Span<const ObjectId> of_reaction = absl::MakeConstSpan(ids).subspan(own);
+    for (const storage::FusionChange& change : fusion_->Finish(reaction, of_reaction)) {
+      log_.Apply(change);
+    }
+    fusion_->Written();
+    ids.resize(own);
+    return ids;
+  }
+
+  // Carries out a command. Returns the edits of the reaction.
+  absl::StatusOr<std::vector<hypermap::Edit>> Run(const FusionCommand& command) {
+    HYPERMAP_ASSIGN_OR_RETURN(const FusionReaction reaction, fusion_->Run(*snapshot_, command));
+    HYPERMAP_RETURN_IF_ERROR(Commit({}, reaction).status());
+    return reaction.edits;
+  }
+
+  // The objects of "things", by id.
+  std::vector<SemanticObject> Objects() const {
+    std::vector<SemanticObject> objects;
+    for (const ObjectPtr& object : snapshot_->FindSemantic("things")->Objects()) {
+      objects.push_back(*object);
+    }
+    return objects;
+  }
+  // The log of "things".
+  std::vector<storage::LogEntry> Log() {
+    return *log_.Read("things", storage::BeforeAll(), std::numeric_limits<int>::max());
+  }
+  const Snapshot& snapshot() const { return *snapshot_; }
+  MapFusion& fusion() { return *fusion_; }
+
+ private:
+  MemoryFusionLog log_;
+  FusionOptions options_;
+  SnapshotPtr snapshot_;
+  std::unique_ptr<MapFusion> fusion_;
+};
+
+SemanticObject Lamp(const Point& at, ObjectId id = 0) {
+  SemanticObject lamp;
+  lamp.id = id;
+  lamp.label = "lamp";
+  lamp.shape = *Shape::MakePoint(at);
+  return lamp;
+}
+
+// Puts side x side new points so close that fusion compares each with its neighbours, but far
+// enough from each other to be different things.
+EditBatch PutSquareOfLamps(int side) {
+  EditBatch batch;
+  for (int row = 0; row < side; ++row) {
+    for (int col = 0; col < side; ++col) {
+      batch.edits.push_back(PutObject{"things", Lamp({0.15 * col, 0.15 * row}), ""});
+    }
+  }
+  return batch;
+}
+
+// Counts how often the work asks whether it is cancelled: for each fact, and for each track with
+// which a fact is compared.
+int64_t LooksOfReaction(int side) {
+  FusedMap map;
+  const EditBatch batch = PutSquareOfLamps(side);
+  const auto applied = Apply(map.snapshot(), batch);
+  EXPECT_TRUE(applied.ok()) << applied.status();
+  CancelledAfter never(std::numeric_limits<int64_t>::max());
+  const auto reaction = map.React(batch, *applied);
+  EXPECT_TRUE(reaction.ok()) << reaction.status();
+  return never.num_looks();
+}
+
+TEST(ReactionTest, FactsAreComparedWithTracksNearbyOnly) {
+  const int64_t small = LooksOfReaction(10);
+  const int64_t large = LooksOfReaction(20);
+  EXPECT_GE(small, 100);
+  EXPECT_LE(large, 6 * small);
+}
+
+TEST(ReactionTest, ReactionThatIsGivenUpChangesNothing) {
+  FusedMap map;
+  FusedMap oracle;
+  EditBatch batch = PutSquareOfLamps(5);
+  for (FusedMap* m : {&map, &oracle}) ASSERT_TRUE(m->Edit(batch).ok());
+  const std::vector<SemanticObject> before = map.Objects();
+  ASSERT_THAT(before, SizeIs(25));
+  batch = {{DeleteObject{"things", before[0].id},
+            PutObject{"things", Lamp({5, 5}, before[1].id), ""},
+            PutObject{"things", Lamp({0.151, 0.151}), ""}, DeleteLayer{"other"}}};
+  const auto applied = Apply(map.snapshot(), batch);
+  ASSERT_TRUE(applied.ok()) << applied.status();
+  absl::StatusOr<FusionReaction> reaction;
+  const int times = TimesCancelled([&] {
+    reaction = map.React(batch, *applied);
+    // A reaction that went on to its end has dropped the layer that the batch deletes.
+    EXPECT_EQ(map.fusion().Find(map.snapshot(), "other").ok(), !reaction.ok());
+    return reaction.status();
+  });
+  EXPECT_GT(times, 3);
+  EXPECT_TRUE(map.fusion().broken().ok());
+  ASSERT_TRUE(map.Commit(batch, *reaction).ok());
+  ASSERT_TRUE(oracle.Edit(batch).ok());
+  EXPECT_EQ(map.Objects(), oracle.Objects());
+  EXPECT_THAT(map.Log(), SizeIs(28));
+  // The log gives the objects that are shown.
+  const auto rebuilt = map.Run(RebuildFusion{"things", "", ""});
+  ASSERT_TRUE(rebuilt.ok()) << rebuilt.status();
+  EXPECT_THAT(*rebuilt, IsEmpty());
+}
+
+// Counts the states that facts are folded into.
+class CountingStrategy : public TallyStrategy {
+ public:
+  explicit CountingStrategy(int* num_folds) : TallyStrategy("tally"), num_folds_(num_folds) {}
+
+  std::unique_ptr<fusion::FactFold> FoldFacts(const fusion::StatePtr& state) const override {
+    ++*num_folds_;
+    return TallyStrategy::FoldFacts(state);
+  }
+
+ private:
+  int* const num_folds_;
+};
+
+TEST(ReactionTest, ConsecutiveFactsAreFoldedIntoOneState) {
+  int num_folds = 0;
+  FusedMap map([&num_folds](absl::string_view, absl::string_view) {
+    return std::make_unique<CountingStrategy>(&num_folds);
+  });
+  EditBatch batch;
+  for (int i = 0; i < 100; ++i) {
+    SemanticObject object = Lamp({1.0 * i, 0.0});
+    object.label = absl::StrCat("lamp ", i);
+    batch.edits.push_back(PutObject{"things", object, ""});
+  }
+  ASSERT_TRUE(map.Edit(batch).ok());
+  EXPECT_EQ(num_folds, 1);
+  const auto rebuilt = map.Run(RebuildFusion{"things", "", ""});
+  ASSERT_TRUE(rebuilt.ok()) << rebuilt.status();
+  EXPECT_THAT(*rebuilt, IsEmpty());
+  EXPECT_EQ(num_folds, 2);
+}
+
+TEST(ReactionTest, ObjectThatABatchEditsTwiceIsOneFact) {
+  FusedMap map;
+  const auto lamp = map.Edit({{PutObject{"things", Lamp({1, 1}), ""}}});
+  ASSERT_TRUE(lamp.ok()) << lamp.status();
+  const ObjectId id = lamp->front();
+  EditBatch batch;
+  for (int i = 0; i < 10; ++i) {
+    batch.edits.push_back(PutObject{"things", Lamp({2.0 + i, 1}, id), ""});
+  }
+  ASSERT_TRUE(map.Edit(batch).ok());
+  EXPECT_THAT(map.Log(), SizeIs(2));
+  EXPECT_THAT(map.Objects(), ElementsAre(Lamp({11, 1}, id)));
+}
+
+TEST(ReactionTest, FactsNameTheTrackOfTheirObject) {
+  FusedMap map;
+  const auto lamps =
+      map.Edit({{PutObject{"things", Lamp({1, 1}), ""}, PutObject{"things", Lamp({3, 1}), ""}}});
+  ASSERT_TRUE(lamps.ok()) << lamps.status();
+  ASSERT_TRUE(map.Edit({{PutObject{"things", Lamp({9, 1}, lamps->at(1)), ""}}}).ok());
+  // A new object that takes over the track of another one.
+  const auto taker = map.Edit({{PutObject{"things", Lamp({9.01, 1}), ""}}});
+  ASSERT_TRUE(taker.ok()) << taker.status();
+  for (const bool restarted : {false, true}) {
+    SCOPED_TRACE(restarted);
+    if (restarted) map.Restart();
+    const auto fused = map.fusion().Find(map.snapshot(), "things");
+    ASSERT_TRUE(fused.ok()) << fused.status();
+    const std::string own = absl::StrCat("operator/", taker->front());
+    const std::string taken = absl::StrCat("operator/", lamps->at(1));
+    EXPECT_THAT((*fused)->TracksOf(lamps->at(0)),
+                ElementsAre(absl::StrCat("operator/", lamps->at(0))));
+    EXPECT_THAT((*fused)->TracksOf(lamps->at(1)), IsEmpty());
+    EXPECT_THAT((*fused)->TracksOf(taker->front()), ElementsAre(taken, own));
+  }
+  ASSERT_TRUE(map.Edit({{DeleteObject{"things", lamps->at(0)}}}).ok());
+  std::vector<std::string> tracks;
+  for (const storage::LogEntry& entry : map.Log()) tracks.push_back(entry.track);
+  EXPECT_THAT(tracks, ElementsAre(absl::StrCat("operator/", lamps->at(0)),
+                                  absl::StrCat("operator/", lamps->at(1)),
+                                  absl::StrCat("operator/", lamps->at(1)),
+                                  absl::StrCat("operator/", taker->front()),
+                                  absl::StrCat("operator/", lamps->at(0))));
+}
+
+// Returns a batch that puts new objects, often on others, and moves and deletes objects of
+// "things".
+EditBatch RandomEditsOfThings(hypermap::testing::Rng& rng, const std::vector<SemanticObject>& all) {
+  using hypermap::testing::Uniform;
+  using hypermap::testing::UniformInt;
+  EditBatch batch;
+  std::set<ObjectId> deleted;
+  for (int i = UniformInt(rng, 1, 30); i > 0; --i) {
+    const Point at{Uniform(rng, 0, 6), Uniform(rng, 0, 6)};
+    PutObject put{"things", hypermap::testing::RandomObject(rng, at, Uniform(rng, 0.1, 1.0)), ""};
+    const int kind = UniformInt(rng, 0, 3);
+    if (kind > 0 && !all.empty()) {
+      const SemanticObject& other = all[UniformInt(rng, 0, static_cast<int>(all.size()) - 1)];
+      if (deleted.count(other.id) > 0) continue;
+      if (kind == 1) put.object.shape = other.shape;
+      if (kind == 2) put.object.id = other.id;
+      if (kind == 3) {
+        deleted.insert(other.id);
+        batch.edits.push_back(DeleteObject{"things", other.id});
+        continue;
+      }
+    }
+    batch.edits.push_back(std::move(put));
+  }
+  return batch;
+}
+
+TEST(ReactionTest, LayerShowsTheFoldOfItsLogWithAnyStrategy) {
+  const uint64_t seed = hypermap::testing::TestSeed();
+  SCOPED_TRACE(::testing::Message() << "HYPERMAP_TEST_SEED=" << seed);
+  for (const char* strategy : {"evidence", "paper"}) {
+    SCOPED_TRACE(strategy);
+    hypermap::testing::Rng rng(seed);
+    FusedMap map([strategy](absl::string_view, absl::string_view parameters) {
+      return fusion::MakeStrategy(strategy, parameters);
+    });
+    for (int step = 0; step < 20; ++step) {
+      const EditBatch batch = RandomEditsOfThings(rng, map.Objects());
+      if (batch.edits.empty()) continue;
+      const auto ids = map.Edit(batch);
+      ASSERT_TRUE(ids.ok()) << ids.status();
+      if (step % 4 == 3) map.Restart();
+      const auto rebuilt = map.Run(RebuildFusion{"things", "", ""});
+      ASSERT_TRUE(rebuilt.ok()) << rebuilt.status();
+      ASSERT_THAT(*rebuilt, IsEmpty()) << "step " << step;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace hypermap::server
