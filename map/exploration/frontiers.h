@@ -31,7 +31,8 @@ class Frontiers {
   // If the work of this thread is cancelled, some frontiers may be missing.
   explicit Frontiers(const CoverageRaster& coverage);
 
-  // Must not be cancelled. `changed` must contain all cells of `coverage` that changed, and may contain others.
+  // Must not be cancelled. `changed` must contain all cells of `coverage` that changed, and may
+  // contain others.
   void Update(const CoverageRaster& coverage, const std::vector<CellIndex>& changed);
 
   // Sorted by their first cells. Frontiers have different first cells.

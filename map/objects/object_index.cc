@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "absl/container/inlined_vector.h"
+#include "base/cancellation/cancellation.h"
 #include "map/objects/prefetch.h"
 #include "map/values/value_query.h"
 
@@ -235,7 +236,8 @@ std::vector<ObjectPtr> ObjectIndex::Objects() const {
 }
 
 // Collects the candidates that a run's index finds, refines them in groups, so that the waits for
-// memory of a group overlap, and passes the matches on.
+// memory of a group overlap, and passes the matches on. Takes no more once the work of this thread
+// is cancelled.
 class ObjectIndex::Refiner {
  public:
   // If `box` is null, every object that is not hidden is passed on.
@@ -243,6 +245,7 @@ class ObjectIndex::Refiner {
       : index_(index), box_(box), visit_(visit) {}
 
   void Take(size_t run, int item) {
+    if (is_cancelled_) return;
     const ObjectPtr& object = index_.runs_[run].run->object(item);
     __builtin_prefetch(&object);
     found_.push_back({run, item, &object});
@@ -260,10 +263,12 @@ class ObjectIndex::Refiner {
       visit_(*place);
     }
     found_.clear();
+    if (++num_groups_ % kGroupsPerLook == 0) is_cancelled_ = IsCancelled();
   }
 
  private:
   static constexpr size_t kGroup = 32;
+  static constexpr int kGroupsPerLook = 64;
   struct Found {
     size_t run;
     int item;
@@ -273,6 +278,8 @@ class ObjectIndex::Refiner {
   const ObjectIndex& index_;
   const Box* const box_;
   const ObjectVisitor visit_;
+  int num_groups_ = 0;
+  bool is_cancelled_ = false;
   absl::InlinedVector<Found, kGroup> found_;
 };
 

@@ -7,13 +7,8 @@
 #include <limits>
 #include <utility>
 
-#include "base/cancellation/cancellation.h"
-
 namespace hypermap {
 namespace {
-
-// Number of nodes and items between two looks for a cancellation.
-constexpr size_t kTakenPerLook = 4096;
 
 constexpr int32_t kFanOut = 16;
 constexpr int kHilbertBits = 16;
@@ -119,8 +114,7 @@ void PackedRTree::Visit(const Box& query, absl::FunctionRef<void(int)> visit) co
   };
   absl::InlinedVector<Ref, 64> open;
   if (meets(BoxOf(Root()))) open.push_back(Root());
-  for (size_t num_taken = 1; !open.empty(); ++num_taken) {
-    if (num_taken % kTakenPerLook == 0 && IsCancelled()) return;
+  while (!open.empty()) {
     const Ref ref = open.back();
     open.pop_back();
     if (ref.level == 0) {
@@ -137,10 +131,7 @@ void PackedRTree::Visit(const Box& query, absl::FunctionRef<void(int)> visit) co
 }
 
 void PackedRTree::VisitAll(absl::FunctionRef<void(int)> visit) const {
-  for (size_t i = 0; i < items_.size(); ++i) {
-    if ((i + 1) % kTakenPerLook == 0 && IsCancelled()) return;
-    visit(items_[i]);
-  }
+  for (const int32_t item : items_) visit(item);
 }
 
 // The frontier of a best-first search: the children of all opened nodes, nearest first. The heap

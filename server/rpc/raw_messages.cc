@@ -23,9 +23,9 @@ absl::Status CheckBatchSize(const grpc::ByteBuffer& request, const Limits& limit
   const size_t most =
       FixedLimits::kMaxRequestBytes + kBytesOfPoint * static_cast<size_t>(limits.max_points);
   if (request.Length() <= most) return absl::OkStatus();
-  return absl::ResourceExhaustedError(
-      absl::StrCat("the batch has ", request.Length(), " bytes, more than ", most,
-                   ": --max_points is ", limits.max_points));
+  return absl::ResourceExhaustedError(absl::StrCat("the batch has ", request.Length(),
+                                                   " bytes, more than ", most, ": --max_points is ",
+                                                   limits.max_points));
 }
 
 absl::Status CheckQuestionSize(const grpc::ByteBuffer& request, const Limits& limits) {

@@ -49,6 +49,8 @@ class DifferenceSource : public MessageSource<v1::ListChangesResponse> {
 
   absl::StatusOr<Step> Next(v1::ListChangesResponse* message) override {
     if (taken_ < to_->revision) return Take();
+    // Others may use the reader while this answer is sent, which may take its client long.
+    history_.reset();
     if (!difference_) difference_ = std::move(net_).Read(from_, to_, layers_, frame_id_);
     HYPERMAP_RETURN_IF_ERROR(FillMessage(message));
     if (message->changes().empty()) {
@@ -68,7 +70,7 @@ class DifferenceSource : public MessageSource<v1::ListChangesResponse> {
   // Adds the next commits to the net difference.
   absl::StatusOr<Step> Take() {
     HYPERMAP_ASSIGN_OR_RETURN(const std::vector<storage::PastCommit> commits,
-                              history_->Commits(taken_, kChangesPerStep));
+                              (*history_)->Commits(taken_, kChangesPerStep));
     if (commits.empty()) return absl::InternalError("the history ends too early");
     for (const storage::PastCommit& commit : commits) {
       if (commit.record.revision > to_->revision) break;
@@ -93,7 +95,7 @@ class DifferenceSource : public MessageSource<v1::ListChangesResponse> {
 
   const Limits limits_;
   const uint64_t incarnation_;
-  HistoryPool::Lease history_;
+  std::optional<HistoryPool::Lease> history_;  // until all commits are in net_
   const StructurePtr from_;
   const StructurePtr to_;
   const std::vector<std::string> layers_;

@@ -122,6 +122,20 @@ def unpacking_member(site):
     yield
 
 
+def unclosed_list(site):
+    """A file of 60 KB whose semantic member is the begin of a list in flow style, which a parser of
+    YAML holds back until it knows the end."""
+    items = b"a," * 500_000
+    data = _semantic_hmap(itertools.chain([b"["], itertools.repeat(items, 60)))
+    numbers = iter(range(1 << 30))
+    yield
+    with site.channel() as channel:
+        while site.attacking():
+            site.tell_result(client_stream(
+                channel, _IMPORT, iter(_requests(f"list-{next(numbers)}", data)), 20))
+    yield
+
+
 def _disk_bytes(site):
     """Returns the bytes of all files of the data folder, with deleted ones that are open."""
     sizes = {}

@@ -1,13 +1,15 @@
 """Attacks by short requests whose answers, or what is read for them, are large. Each is a generator
 as in connections.py."""
 
+import contextlib
 import time
 
 import grpc
 
 import rpc
 import sites
-from hypermap.v1 import edit_service_pb2, query_service_pb2, watch_service_pb2
+from hypermap.v1 import (edit_service_pb2, ingest_service_pb2, query_service_pb2,
+                         watch_service_pb2)
 
 import http2
 from site_under_attack import PREY, server_stream, unary
@@ -58,6 +60,37 @@ def unread_answers(site):
             site.tell("held until cancelled")
     for connection in connections:
         connection.close()
+    yield
+
+
+def unread_acknowledgements(site):
+    """Four streams of observations that have no fields: two bytes each, and 80 times as much for the
+    acknowledgement, which nobody reads."""
+    opening = ingest_service_pb2.ObserveRequest(
+        opening=ingest_service_pb2.ObserveOpening(map=PREY, layer="things"))
+    request = ingest_service_pb2.ObserveRequest()
+    for _ in range(500):
+        request.observations.add()
+    body = http2.grpc_message(request.SerializeToString()) * 60
+    yield
+    with contextlib.ExitStack() as stack:
+        streams = []
+        for _ in range(4):
+            connection = stack.enter_context(
+                http2.Connection(site.address, http2.ATTACKER, window=0, timeout_s=0.05))
+            stream = connection.new_stream()
+            connection.send(http2.frame(http2.HEADERS, http2.END_HEADERS, stream,
+                                        http2.grpc_headers("IngestService/Observe")))
+            connection.send_data(stream, http2.grpc_message(opening.SerializeToString()), end=False)
+            streams.append((connection, stream))
+        while site.attacking(10, 6):
+            for connection, stream in streams:
+                try:
+                    if connection.send_data(stream, body, end=False):
+                        site.tell("KB sent", len(body) >> 10)
+                except http2.Closed:
+                    # The server reads no more, and the rest of a message is lost with the time.
+                    site.tell("not read in time")
     yield
 
 

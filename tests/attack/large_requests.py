@@ -207,6 +207,36 @@ def goal_searches(site):
     yield
 
 
+def unreachable_places(site):
+    """Goals are claimed in an exploration of which a client has written tens of thousands of
+    places that robots could not reach."""
+    area = _square_ring(0.01, 0.01, 9)
+    with site.client() as client:
+        client.CreateLayer(map=PREY, layer=_grid("floor", 0.015))
+        client.ApplyEdits(map=PREY, edits=[
+            {"fill_polygon": {"layer": "floor", "value": 0.0, "area": area}}])
+        started = client.StartExploration(
+            map=PREY, occupancy_layer="floor", exploration_layer="seen", area=area, range_m=4)
+        attributes = {
+            "exploration": {"int_value": started.exploration.id},
+            "robot": {"string_value": "r"}, "occupancy_version": {"int_value": 1 << 62}}
+        for begin in range(0, site.size(60_000, 40_000), 5000):
+            client.ApplyEdits(map=PREY, edits=[
+                {"put_object": {"layer": "explorations", "object": {
+                    "label": "unreachable place", "attributes": attributes,
+                    "shape": {"polygon": _square_ring(1 + i % 7, 1 + i // 7 % 7, 0.01)}}}}
+                for i in range(begin, begin + 5000)])
+    claim = exploration_service_pb2.ClaimGoalRequest(
+        map=PREY, robot="a", pose={"x": 4, "y": 4}).SerializeToString()
+    yield
+    with site.channel() as channel:
+        while site.attacking():
+            calls = [unary(channel, "ExplorationService/ClaimGoal", claim, 20) for _ in range(8)]
+            for call in calls:
+                site.tell_result(call)
+    yield
+
+
 def compressed_message(site):
     """B5: a message of 4 MB that gzip unpacks to 4 GB."""
     megabyte = bytes(1 << 20)

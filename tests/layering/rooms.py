@@ -78,7 +78,7 @@ ROOMS = {
     "map/layers": pure(
         "base/cancellation", "map/geometry", "map/grid", "map/objects", "map/values",
     ),
-    "map": pure("base/containers", "map/frames", "map/grid", "map/layers"),
+    "map": pure("base/cancellation", "base/containers", "map/frames", "map/grid", "map/layers"),
     "map/query": pure(
         "base/cancellation", "base/metering", "map", "map/geometry", "map/grid", "map/layers",
         "map/objects", "map/values",
