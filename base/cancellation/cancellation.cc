@@ -1,7 +1,9 @@
 #include "base/cancellation/cancellation.h"
 
 #include <chrono>
+#include <ctime>
 #include <limits>
+#include <optional>
 #include <utility>
 
 #include "base/cancellation/give_way.h"
@@ -19,19 +21,35 @@ int64_t SteadyNow() {
 
 }  // namespace
 
-Cancellation::Cancellation(Look look, absl::Duration interval)
+Cancellation::Cancellation(Look look, absl::Duration interval, FirstLook first)
     : look_(std::move(look)),
       interval_ns_(absl::ToInt64Nanoseconds(interval)),
-      next_look_ns_(std::numeric_limits<int64_t>::min()) {}
+      next_look_ns_(first == FirstLook::kAtOnce ? std::numeric_limits<int64_t>::min()
+                                                : SteadyNow() + interval_ns_) {}
 
 bool Cancellation::IsCancelled() {
   if (!status_.ok()) return true;
   const int64_t now = SteadyNow();
   if (now < next_look_ns_) return false;
-  GiveWay();
   next_look_ns_ = now + interval_ns_;
-  status_ = look_();
+  if (LookNow()) return true;
+  GiveWay();
+  return false;
+}
+
+bool Cancellation::LookNow() {
+  if (status_.ok()) status_ = look_();
   return !status_.ok();
+}
+
+Cancellation::Look EndOfThreadTime(absl::Duration limit) {
+  return [limit, begin = std::optional<absl::Duration>()]() mutable {
+    timespec used{};
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &used);
+    const absl::Duration now = absl::DurationFromTimespec(used);
+    if (!begin) begin = now;
+    return now - *begin < limit ? absl::OkStatus() : absl::DeadlineExceededError("takes too long");
+  };
 }
 
 Cancellation* Cancellation::Current() { return current; }

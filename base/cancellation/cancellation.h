@@ -36,15 +36,23 @@ class Cancellation {
   // Returns OK, or the error with which the call ends: CANCELLED or DEADLINE_EXCEEDED.
   using Look = absl::AnyInvocable<absl::Status()>;
 
+  // When the first look is: work that is mostly shorter than the interval need not look at all.
+  enum class FirstLook { kAtOnce, kAfterInterval };
+
+  static constexpr absl::Duration kInterval = absl::Microseconds(250);
+
   // `look` is called at most once in `interval`, because it may be slow, and not any more after it
   // has returned an error.
-  explicit Cancellation(Look look, absl::Duration interval = absl::Microseconds(250));
+  explicit Cancellation(Look look, absl::Duration interval = kInterval,
+                        FirstLook first = FirstLook::kAtOnce);
   Cancellation(const Cancellation&) = delete;
   Cancellation& operator=(const Cancellation&) = delete;
 
   // Looks if it is time to, and then lets waiting threads run. Costs some 30 ns if it is not time
   // yet.
   bool IsCancelled();
+  // Looks whatever the interval, and lets no other thread run: for a thread that holds a lock.
+  bool LookNow();
   // The error that a look has returned; OK before. Does not look.
   const absl::Status& status() const { return status_; }
 
@@ -57,6 +65,11 @@ class Cancellation {
   int64_t next_look_ns_;  // of a clock that never goes back
   absl::Status status_;
 };
+
+// Returns a look for work that may use this much processor time of its thread, counted from the
+// first look. Time in which other threads run does not count: on a busy machine, short work is not
+// given up for it.
+Cancellation::Look EndOfThreadTime(absl::Duration limit);
 
 // Sets the cancellation of this thread until it is destroyed, then restores the one before. Null:
 // work in this scope is not given up.

@@ -4,6 +4,7 @@
 
 #include <thread>
 
+#include "absl/time/clock.h"
 #include "base/cancellation/testing/cancelled_after.h"
 
 namespace hypermap {
@@ -35,6 +36,28 @@ TEST(CancellationTest, LooksAtOnceAndThenOnceInAnInterval) {
   Cancellation cancellation([&looks] { return ++looks, absl::OkStatus(); }, absl::Hours(1));
   for (int i = 0; i < 1000; ++i) EXPECT_FALSE(cancellation.IsCancelled());
   EXPECT_EQ(looks, 1);
+}
+
+TEST(CancellationTest, MayLookNotBeforeAnInterval) {
+  int looks = 0;
+  const auto count = [&looks] { return ++looks, absl::OkStatus(); };
+  Cancellation cancellation(count, absl::Hours(1), Cancellation::FirstLook::kAfterInterval);
+  for (int i = 0; i < 1000; ++i) EXPECT_FALSE(cancellation.IsCancelled());
+  EXPECT_EQ(looks, 0);
+  EXPECT_FALSE(cancellation.LookNow());
+  EXPECT_EQ(looks, 1);
+  Cancellation later(count, absl::Milliseconds(1), Cancellation::FirstLook::kAfterInterval);
+  while (looks == 1) later.IsCancelled();
+}
+
+TEST(CancellationTest, ThreadTimeEndsWithWorkAndNotWithWaiting) {
+  Cancellation::Look look = EndOfThreadTime(absl::Milliseconds(20));
+  EXPECT_TRUE(look().ok());
+  absl::SleepFor(absl::Milliseconds(30));
+  EXPECT_TRUE(look().ok());
+  while (look().ok()) continue;
+  EXPECT_TRUE(absl::IsDeadlineExceeded(look()));
+  EXPECT_TRUE(absl::IsDeadlineExceeded(EndOfThreadTime(absl::ZeroDuration())()));
 }
 
 TEST(CancellationTest, ScopesNestAndNullMasks) {

@@ -16,7 +16,7 @@ inline void GiveWay() {
   thread_local Clock::time_point next = Clock::time_point::min();
   const Clock::time_point now = Clock::now();
   if (now < next) return;
-  // Not at the first call: short work never yields.
+  // Not at the first call of a thread.
   if (next != Clock::time_point::min()) std::this_thread::yield();
   next = now + std::chrono::microseconds(250);
 }

@@ -42,6 +42,7 @@ std::shared_ptr<Track> TrackFoundedBy(const OperatorFact& fact, const Polygon& f
 
 EvidenceFacts::EvidenceFacts(const EvidenceState& before, const EvidenceParameters& parameters)
     : parameters_(parameters), after_(std::make_shared<EvidenceState>(before)) {
+  index_.Reserve(after_->tracks.size());
   for (const TrackPtr& track : after_->tracks) {
     if (IsCancelled()) return;
     index_.Add(track->key, AreaOf(*track).bounds());

@@ -102,6 +102,7 @@ class PaperFacts : public FactFold {
  public:
   PaperFacts(const PaperState& before, const PaperParameters& parameters)
       : parameters_(parameters), after_(std::make_shared<PaperState>(before)) {
+    index_.Reserve(after_->objects.size());
     for (const PaperObjectPtr& object : after_->objects) {
       index_.Add(object->key, object->shape.bounds());
     }

@@ -22,6 +22,11 @@ namespace hypermap::fusion {
 // by the first search by place that needs them. Not thread safe.
 class TrackIndex {
  public:
+  // Makes room for this many tracks.
+  void Reserve(size_t num_tracks) {
+    by_key_.reserve(num_tracks);
+    boxes_.reserve(num_tracks);
+  }
   // Adds the next track; they are numbered from 0 on. An empty box intersects nothing.
   void Add(const TrackKey& key, const Box& box);
   // Gives a track another box.

@@ -12,6 +12,7 @@
 #include "absl/base/thread_annotations.h"
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "base/metering/memory_meter.h"
 #include "base/sync/mutex.h"
 #include "map/edits/edit.h"
 #include "map/exploration/exploration_objects.h"
@@ -125,8 +126,12 @@ class MapExplorations {
   // Repeats an attempt while it is ABORTED because another writer changed the layer meanwhile.
   template <typename Attempt>
   static auto Retried(Attempt attempt) {
-    auto answer = attempt();
-    for (int i = 1; i < kAttempts && absl::IsAborted(answer.status()); ++i) answer = attempt();
+    const auto try_once = [&attempt] {
+      const TemporaryMemory copies;  // of the layer, which end with the attempt
+      return attempt();
+    };
+    auto answer = try_once();
+    for (int i = 1; i < kAttempts && absl::IsAborted(answer.status()); ++i) answer = try_once();
     return answer;
   }
 

@@ -97,7 +97,7 @@ class StreamedAnswer final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
   // Begins on gRPC's thread, for an answer that is likely to be short. If it is not there after
   // kShortTurn, a thread of `long_workers` begins anew.
   void BeginAtOnce() {
-    Cancellation short_turn([this, end = EndOfShortTurn()]() mutable {
+    ShortTurn short_turn([this, end = EndOfThreadTime(kShortTurn)]() mutable {
       absl::Status wanted = CheckWanted(*context_);
       return wanted.ok() ? end() : wanted;
     });

@@ -31,7 +31,7 @@ struct WorkerPools {
   WorkerPool watches;
   // Decoding of edits and observations. The maps' own threads write them.
   WorkerPool writes;
-  // Decoding of large batches of edits.
+  // Decoding of large batches of edits and observations.
   WorkerPool long_writes;
   // Creating and deleting maps, and opening streams of observations, which wait for the disk.
   WorkerPool openings;

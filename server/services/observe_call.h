@@ -57,7 +57,7 @@ class ObserveCall final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc:
     int64_t cost;  // charged
   };
 
-  // These run on a worker, for one request at a time.
+  // These run on a worker, or on the map's writer, for one request at a time.
   void TakeRequest(const grpc::ByteBuffer& bytes);
   // Ends the taking of a request: submits its observations, or ends it with the error.
   void Took(const v1::ObserveRequest& request, absl::Status status);

@@ -191,7 +191,7 @@ bool PointsCall::IsLong() const {
 }
 
 std::optional<absl::Status> PointsCall::AnswerAtOnce() {
-  Cancellation cancellation(EndOfShortTurn());
+  ShortTurn cancellation;
   absl::Status status;
   {
     const ScopedCancellation here(&cancellation);

@@ -111,7 +111,7 @@ grpc::ServerUnaryReactor* QueryService::AnswerAtOnce(const std::shared_ptr<Call>
     call->Finish(call->admitted());
     return reactor;
   }
-  Cancellation turn(EndOfShortTurn());
+  ShortTurn turn;
   absl::StatusOr<std::optional<int64_t>> items;
   {
     const ScopedCancellation here(&turn);

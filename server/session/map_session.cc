@@ -60,8 +60,9 @@ struct AwaitedTask {
     const MutexLock lock(&mutex);
     while (!result) {
       // A task that has begun uses the cancellation itself.
-      is_given_up = !has_begun && IsCancelled();
-      if (is_given_up) return CheckCancelled();
+      Cancellation* const caller = has_begun ? nullptr : Cancellation::Current();
+      is_given_up = caller != nullptr && caller->LookNow();
+      if (is_given_up) return caller->status();
       ended.WaitFor(&mutex, kLookPeriod);
     }
     return *result;

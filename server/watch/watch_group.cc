@@ -5,7 +5,6 @@
 #include <utility>
 #include <vector>
 
-#include "absl/time/clock.h"
 #include "base/cancellation/cancellation.h"
 #include "base/limits/limits.h"
 #include "server/rpc/raw_messages.h"
@@ -87,9 +86,9 @@ std::optional<WatchGroup::Run> WatchGroup::Collect(Revision after, const Structu
 
 void WatchGroup::Extend(Revision after, const StructurePtr& structure, Follower& follower) {
   if (!entries_.empty() && after + 1 < first()) return;
-  Cancellation encoding([end = absl::Now() + tuning_.max_encoding] {
-    return absl::Now() < end ? absl::OkStatus() : absl::DeadlineExceededError("takes too long");
-  });
+  Cancellation encoding(EndOfThreadTime(tuning_.max_encoding),
+                        std::min(Cancellation::kInterval, tuning_.max_encoding),
+                        Cancellation::FirstLook::kAfterInterval);
   const ScopedCancellation here(&encoding);
   bool is_first = true;
   for (const FeedCommit& commit : ReadOn(after)) {

@@ -308,13 +308,16 @@ absl::StatusOr<bool> GeoPackageMap::CompactSome(Revision oldest, absl::Time rece
 
 absl::StatusOr<int64_t> GeoPackageMap::BackupBytes() {
   // With the pages that are still in the write-ahead log. A copy has no free pages.
-  int64_t bytes = 1;
-  for (const char* const factor : {"page_count", "page_size"}) {
-    HYPERMAP_ASSIGN_OR_RETURN(const std::optional<int64_t> value,
-                              database_->QueryInt64(absl::StrCat("PRAGMA ", factor)));
-    bytes *= value.value_or(0);
+  int64_t values[3];
+  const char* const names[] = {"page_count", "freelist_count", "page_size"};
+  for (int i = 0; i < 3; ++i) {
+    const absl::StatusOr<std::optional<int64_t>> value =
+        database_->QueryInt64(absl::StrCat("PRAGMA ", names[i]));
+    if (!value.ok()) return InMap(value.status());
+    values[i] = value->value_or(0);
   }
-  return bytes;
+  const auto [num_pages, num_free, page_bytes] = values;
+  return (num_pages - num_free) * page_bytes;
 }
 
 absl::Status GeoPackageMap::BackupTo(const std::string& path) { return InMap(WriteBackup(path)); }

@@ -404,6 +404,18 @@ TEST_F(GeoPackageMapTest, A5_BackupIsGivenUpAndLeavesNoFile) {
   map_.Edit({{DeleteLayer{"semantic"}}});
 }
 
+TEST_F(GeoPackageMapTest, FreePagesAreNoPartOfABackup) {
+  Rng rng(TestSeed());
+  map_.Edit(RandomSite(rng, 2000));
+  map_.Edit({{DeleteLayer{"semantic"}}});
+  while (*map_.stored->Compact(map_.snapshot->revision, absl::InfinitePast(), 100'000)) continue;
+  const absl::StatusOr<int64_t> most_bytes = map_.stored->BackupBytes();
+  ASSERT_TRUE(map_.stored->BackupTo(folder_ / "backup.gpkg").ok());
+  const auto bytes = static_cast<int64_t>(std::filesystem::file_size(folder_ / "backup.gpkg"));
+  EXPECT_GE(*most_bytes, bytes);
+  EXPECT_LT(*most_bytes, bytes + bytes / 4);
+}
+
 TEST_F(GeoPackageMapTest, BackupOpensAsAMap) {
   Rng rng(TestSeed());
   map_.Edit(RandomSite(rng, 20), "the request");

@@ -216,8 +216,8 @@ absl::StatusOr<std::unique_ptr<StoredMap>> GeoPackageStore::Open(const std::stri
   if (!map->header().provisional) return map;
   map.reset();
   HYPERMAP_RETURN_IF_ERROR(RemoveMapFile(path));
-  HYPERMAP_ASSIGN_OR_RETURN(FileLock locked, LockMap(name));
-  HYPERMAP_RETURN_IF_ERROR(locked.RemoveFile());
+  // The lock is of no use any more, and does no harm if it stays.
+  if (absl::StatusOr<FileLock> left = LockMap(name); left.ok()) left->RemoveFile().IgnoreError();
   return absl::NotFoundError(absl::StrCat("the creation of map ", name, " was not completed"));
 }
 
