@@ -138,8 +138,8 @@ class HmapEncoder {
       }
     }
     const auto omit = [&](int64_t count, const char* what) {
-      if (count > 0)
-        Omit(layer, absl::StrCat(count, what, " left out, the format has polygons only"));
+      if (count == 0) return;
+      Omit(layer, absl::StrCat(count, what, " left out, the format has polygons only"));
     };
     omit(num_line_strings, " objects with line strings");
     omit(num_points, " objects with points");
