@@ -207,11 +207,9 @@ TEST_F(ExplorationChangesTest, FollowsAsOneThatBeginsAnew) {
 
 TEST_F(ExplorationChangesTest, A4_AChangeOfMuchFloorIsGivenUpAndFollowedLater) {
   DrawFree("fine", 0.05, 300);
-  ExplorationStart request;
+  ExplorationStart request = WholeArea();
   request.area = Rectangle(0, 0, 15, 15);
   request.occupancy_layer = "fine";
-  request.exploration_layer = "seen";
-  request.author = "test";
   request.robot_radius_m = 2.5;
   ASSERT_TRUE(explorations().Start(request).ok());
   const ExplorationObjects objects = Newest();
@@ -384,11 +382,9 @@ TEST_F(ExplorationChangesTest, WhatPeopleSpoilIsNamed) {
 
 TEST_F(ExplorationChangesTest, ARobotOfTooManyCellsIsRefusedByName) {
   DrawFree("fine", 0.01, 4);
-  ExplorationStart request;
+  ExplorationStart request = WholeArea();
   request.area = Rectangle(0, 0, 0.04, 0.04);
   request.occupancy_layer = "fine";
-  request.exploration_layer = "seen";
-  request.author = "test";
   request.robot_radius_m = 1.02;
   const absl::Status refused = explorations().Start(request).status();
   EXPECT_TRUE(absl::IsResourceExhausted(refused)) << refused;

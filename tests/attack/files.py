@@ -49,6 +49,15 @@ def _semantic_hmap(pieces):
     return file.getvalue()
 
 
+def _import_again_and_again(site, data):
+    """Imports a file as new maps, one after the other, while the attack goes on."""
+    numbers = itertools.count()
+    with site.channel() as channel:
+        while site.attacking():
+            site.tell_result(client_stream(
+                channel, _IMPORT, iter(_requests(f"map-{next(numbers)}", data)), 20))
+
+
 def self_crossing_hulls(site):
     """A5: two files with 200,000 self-crossing 12-gons, given up after 5 s."""
     # Each vertex is the fifth next of a regular 12-gon.
@@ -113,12 +122,8 @@ def unpacking_member(site):
         yield b"\n  shape: POLYGON((0 0,0 1,1 1,0 0))\n  tags: ~\n  confidence: ~\n"
 
     data = _semantic_hmap(pieces())
-    numbers = iter(range(1 << 30))
     yield
-    with site.channel() as channel:
-        while site.attacking():
-            site.tell_result(client_stream(
-                channel, _IMPORT, iter(_requests(f"large-{next(numbers)}", data)), 20))
+    _import_again_and_again(site, data)
     yield
 
 
@@ -127,12 +132,8 @@ def unclosed_list(site):
     YAML holds back until it knows the end."""
     items = b"a," * 500_000
     data = _semantic_hmap(itertools.chain([b"["], itertools.repeat(items, 60)))
-    numbers = iter(range(1 << 30))
     yield
-    with site.channel() as channel:
-        while site.attacking():
-            site.tell_result(client_stream(
-                channel, _IMPORT, iter(_requests(f"list-{next(numbers)}", data)), 20))
+    _import_again_and_again(site, data)
     yield
 
 

@@ -6,6 +6,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -70,17 +71,20 @@ class OutboxTest : public ::testing::Test {
     return *std::move(outbox);
   }
 
-  // Leaves in the file an edit that puts the thing "a", was sent, and got no answer.
-  void PutSent(const storage::SendTime& sent) {
+  // Leaves in the file an edit that puts the thing "a" by the id "the request". If `sent`, it was
+  // sent then, and got no answer.
+  void LeaveEdit(const std::optional<storage::SendTime>& sent = std::nullopt) {
     auto file = storage::OutboxFile::Open(file_, 1 << 20);
     ASSERT_TRUE(file.ok()) << file.status();
     storage::QueuedRequest request;
     request.stream = (*file)->FindStream("site", "", "")->id;
     request.request_id = "the request";
     request.body = wire::EditsToBytes(PutThing("a"));
+    request.put_at = absl::Now();
     ASSERT_TRUE((*file)->Put(request).ok());
+    if (!sent) return;
     std::vector<storage::QueuedRequest> requests = *(*file)->First(request.stream, 1);
-    ASSERT_EQ((*file)->MarkSent(absl::MakeSpan(requests), sent), absl::OkStatus());
+    ASSERT_EQ((*file)->MarkSent(absl::MakeSpan(requests), *sent), absl::OkStatus());
   }
 
   // Labels of the things sorted by id, which is the order of their creation.
@@ -194,16 +198,7 @@ TEST_F(OutboxTest, WhatIsQueuedOutlivesTheOutbox) {
 TEST_F(OutboxTest, EditWhoseAnswerWasLostIsNotDoneTwice) {
   // The state after a kill between the answer and its recording: the server has carried the edit
   // out.
-  {
-    auto file = storage::OutboxFile::Open(file_, 1 << 20);
-    ASSERT_TRUE(file.ok()) << file.status();
-    storage::QueuedRequest request;
-    request.stream = (*file)->FindStream("site", "", "")->id;
-    request.request_id = "the request";
-    request.body = wire::EditsToBytes(PutThing("a"));
-    request.put_at = absl::Now();
-    ASSERT_TRUE((*file)->Put(request).ok());
-  }
+  LeaveEdit();
   ASSERT_TRUE(NewClient().ApplyEdits("site", PutThing("a"), {.request_id = "the request"}).ok());
   auto outbox = Open();
   ASSERT_EQ(outbox->AwaitEmpty(kPatience), absl::OkStatus());
@@ -213,7 +208,7 @@ TEST_F(OutboxTest, EditWhoseAnswerWasLostIsNotDoneTwice) {
 TEST_F(OutboxTest, EditWhoseReceiptMayBeGoneIsSetAside) {
   storage::SendTime sent = ReadClocks();
   sent.since_boot -= absl::Hours(25);
-  PutSent(sent);
+  LeaveEdit(sent);
   auto outbox = Open();
   ASSERT_TRUE(outbox->Put("site", PutThing("b")).ok());
   ASSERT_EQ(outbox->AwaitEmpty(kPatience), absl::OkStatus());
@@ -231,7 +226,7 @@ TEST_F(OutboxTest, EditOfAnotherBootIsSetAsideIfTheClockMayHaveStoodStill) {
   sent.wall -= absl::Minutes(1);
   sent.synchronized = false;
   sent.boot_id = "another boot";
-  PutSent(sent);
+  LeaveEdit(sent);
   auto outbox = Open();
   ASSERT_EQ(outbox->AwaitEmpty(kPatience), absl::OkStatus());
   EXPECT_THAT(Labels(), IsEmpty());
@@ -243,7 +238,7 @@ TEST_F(OutboxTest, EditOfAnotherBootIsSetAsideIfTheClockMayHaveStoodStill) {
 TEST_F(OutboxTest, EditOfThisBootIsSentAgainHoweverTheWallClockWasSet) {
   storage::SendTime sent = ReadClocks();
   sent.wall -= absl::Hours(1000);
-  PutSent(sent);
+  LeaveEdit(sent);
   auto outbox = Open();
   ASSERT_EQ(outbox->AwaitEmpty(kPatience), absl::OkStatus());
   EXPECT_THAT(Labels(), ElementsAre("a"));
