@@ -2,17 +2,16 @@
 
 #include <utility>
 
-#include "absl/time/clock.h"
 #include "base/admission/client_host.h"
+#include "base/sync/steady_time.h"
 
 namespace hypermap::admission {
 
 void CancelledCalls::Count(absl::string_view peer, absl::Duration age) {
   if (age > kSoon) return;
-  const absl::Time now = absl::Now();
+  const SteadyTime now = SteadyTime::Now();
   const MutexLock lock(&mutex_);
-  // A clock that was set back begins a new period, too.
-  if (now < period_began_ || now > period_began_ + kPeriod) {
+  if (now > period_began_ + kPeriod) {
     period_began_ = now;
     num_of_peer_.clear();
   }

@@ -10,6 +10,7 @@
 #include "absl/strings/string_view.h"
 #include "absl/time/time.h"
 #include "base/sync/mutex.h"
+#include "base/sync/steady_time.h"
 
 namespace hypermap::admission {
 
@@ -33,7 +34,7 @@ class CancelledCalls {
 
  private:
   Mutex mutex_;
-  absl::Time period_began_ ABSL_GUARDED_BY(mutex_) = absl::InfinitePast();
+  SteadyTime period_began_ ABSL_GUARDED_BY(mutex_) = SteadyTime::InfinitePast();
   absl::flat_hash_map<std::string, int> num_of_peer_ ABSL_GUARDED_BY(mutex_);
   std::vector<std::string> floods_ ABSL_GUARDED_BY(mutex_);
 };

@@ -17,6 +17,7 @@
 #include "base/admission/memory.h"
 #include "base/status/status_macros.h"
 #include "base/sync/start_thread.h"
+#include "base/sync/steady_time.h"
 
 namespace hypermap::admission {
 namespace {
@@ -78,15 +79,15 @@ bool LacksResources(int error) {
 }
 
 // Whether the period has passed since `last`; if so, sets it to now.
-bool IsDue(absl::Time* last, absl::Duration period) {
-  const absl::Time now = absl::Now();
-  if (now >= *last && now < *last + period) return false;
+bool IsDue(SteadyTime* last, absl::Duration period) {
+  const SteadyTime now = SteadyTime::Now();
+  if (now < *last + period) return false;
   *last = now;
   return true;
 }
 
 // Returns whether a line may be logged, and counts it as logged then.
-bool MayLog(absl::Time* last) { return IsDue(last, kLogPeriod); }
+bool MayLog(SteadyTime* last) { return IsDue(last, kLogPeriod); }
 
 }  // namespace
 
@@ -148,9 +149,9 @@ void ConnectionListener::Run() {
 int ConnectionListener::TimeToNextLook_ms() const {
   // Without connections there is nothing to look at.
   if (connections_.size() == 0) return -1;
-  const absl::Duration left = looked_ + kPeriod - absl::Now();
+  const absl::Duration left = looked_ + kPeriod - SteadyTime::Now();
   const auto period_ms = absl::ToInt64Milliseconds(kPeriod);
-  // Rounded up. A clock that was set back must not make it longer.
+  // Rounded up.
   return static_cast<int>(std::clamp<int64_t>(absl::ToInt64Milliseconds(left) + 1, 0, period_ms));
 }
 
@@ -175,19 +176,18 @@ void ConnectionListener::GuardFloods() {
 
 void ConnectionListener::Suspected(const std::string& host) {
   // Bounds the suspects of a flood from many hosts.
-  const absl::Time oldest = absl::Now() - kSuspicion;
+  const SteadyTime oldest = SteadyTime::Now() - kSuspicion;
   absl::erase_if(suspects_, [&](const auto& known) { return known.second.last_flood < oldest; });
   Suspect& suspect = suspects_[host];
   suspect.num_floods = std::min(suspect.num_floods + 1, kMostHolds);
-  suspect.last_flood = absl::Now();
+  suspect.last_flood = SteadyTime::Now();
 }
 
 absl::Duration ConnectionListener::WaitAfterFloods(const std::string& host) {
   const auto suspect = suspects_.find(host);
   if (suspect == suspects_.end()) return absl::ZeroDuration();
-  const absl::Time now = absl::Now();
   const Suspect& known = suspect->second;
-  if (now < known.last_flood || now > known.last_flood + kSuspicion) {
+  if (SteadyTime::Now() > known.last_flood + kSuspicion) {
     suspects_.erase(suspect);
     return absl::ZeroDuration();
   }
@@ -196,20 +196,19 @@ absl::Duration ConnectionListener::WaitAfterFloods(const std::string& host) {
 
 void ConnectionListener::AcceptOrHold(FileDescriptor socket, const std::string& host) {
   const absl::Duration wait = WaitAfterFloods(host);
-  if (wait == absl::ZeroDuration() && pace_.Take(host, absl::Now())) {
+  if (wait == absl::ZeroDuration() && pace_.Take(host, SteadyTime::Now())) {
     return handover_->Give(std::move(socket));
   }
   connections_.SetHeld(socket.get(), true);
-  held_.push_back({std::move(socket), host, absl::Now() + wait});
+  held_.push_back({std::move(socket), host, SteadyTime::Now() + wait});
 }
 
 void ConnectionListener::ReleaseHeld() {
-  const absl::Time now = absl::Now();
+  const SteadyTime now = SteadyTime::Now();
   std::deque<Held> waiting;
   for (Held& held : std::exchange(held_, {})) {
     if (IsClosedByPeer(held.socket.get())) continue;
-    // A clock that was set back must not hold anybody for long.
-    const bool waits = now < held.until && held.until < now + kMostHolds * kHoldPerFlood;
+    const bool waits = now < held.until;
     // A flood is shut down only after its wait: a client that is told later comes again later.
     if (!waits && HasManyResets(held.socket.get())) {
       Suspected(held.host);
@@ -272,7 +271,7 @@ void ConnectionListener::ReportShutDown(const std::vector<ShutDownPeer>& peers,
   absl::flat_hash_map<absl::string_view, std::vector<ShutDownPeer>> by_reason;
   for (const ShutDownPeer& peer : peers) by_reason[peer.reason].push_back(peer);
   for (const auto& [reason, shut_down] : by_reason) {
-    const auto [logged, is_new] = shutdown_logged_.try_emplace(reason, absl::InfinitePast());
+    const auto [logged, is_new] = shutdown_logged_.try_emplace(reason, SteadyTime::InfinitePast());
     if (!MayLog(&logged->second)) continue;
     options_.log(absl::StrCat("connections were shut down, because ", reason, more, ": ",
                               absl::StrJoin(shut_down, ", ", AppendPeer)));
@@ -299,12 +298,12 @@ void ConnectionListener::AccountBytes() {
 
 int64_t ConnectionListener::KeptBytes() {
   const int64_t kept = options_.kept_bytes();
-  const absl::Time now = absl::Now();
+  const SteadyTime now = SteadyTime::Now();
   // Content that was dropped is freed within kFreeingPeriod, and stays resident until it is
   // returned to the system. Until then the earlier, larger value counts, so that no connection is
   // shut down for it.
   const bool has_fallen = kept < most_kept_ - options_.max_resident_bytes / 8;
-  if (!has_fallen || now < kept_fell_) kept_fell_ = now;
+  if (!has_fallen) kept_fell_ = now;
   if (now - kept_fell_ > kFreeingPeriod) {
     ReturnFreedMemory();
     most_kept_ = kept;
@@ -324,30 +323,29 @@ void ConnectionListener::GuardMemory() {
   // Counts before the bound is reached, so that the connections that are busy then are known.
   is_memory_short_ = resident > most / 4 * 3;
   GuardStreams(resident, most);
-  if (resident > most / 4 && absl::Now() - streams_shut_down_ < kReturnPeriod) ReturnMemory();
+  if (resident > most / 4 && SteadyTime::Now() - streams_shut_down_ < kReturnPeriod) ReturnMemory();
   if (resident <= most / 2) return;
   const std::string more = absl::StrCat(", and ", total, " bytes of memory are in use");
   if (IsDue(&stalled_shut_down_, kStalledPeriod)) {
     ReportShutDown(connections_.ShutDownStalled(kMostStalled), more);
   }
   if (resident <= most / 16 * 15) return;
-  if (largest_shut_down_ + kLargestPeriod < absl::Now() || absl::Now() < largest_shut_down_) {
+  if (largest_shut_down_ + kLargestPeriod < SteadyTime::Now()) {
     const std::vector<ShutDownPeer> peers = connections_.ShutDownLargest(
         options_.take_explained ? kLeastUnexplainedBytes : kLeastBusyBytes,
         options_.take_explained ? most / kLeastPart : 0);
     ReportShutDown(peers, more);
-    if (!peers.empty()) largest_shut_down_ = absl::Now();
+    if (!peers.empty()) largest_shut_down_ = SteadyTime::Now();
   }
   ReturnMemory();
 }
 
 void ConnectionListener::GuardStreams(int64_t resident, int64_t most) {
-  const absl::Time begin = absl::Now();
+  const SteadyTime begin = SteadyTime::Now();
   if (!options_.open_streams || resident <= most / 8) return;
-  // A clock that was set back must not end this.
-  if (begin < streams_due_ && streams_due_ < begin + absl::Minutes(1)) return;
+  if (begin < streams_due_) return;
   connections_.AccountStreams(options_.open_streams());
-  const absl::Duration taken = absl::Now() - begin;
+  const absl::Duration taken = SteadyTime::Now() - begin;
   streams_due_ = begin + std::max(kStreamsPeriod, taken * kStreamsPart);
   // When a connection is shut down, gRPC passes its open streams to the server as calls, which need
   // as much memory again. Therefore the streams that are still open are added to what is resident.
@@ -361,7 +359,7 @@ void ConnectionListener::GuardStreams(int64_t resident, int64_t most) {
 
 void ConnectionListener::ReturnMemory() {
   // Below the bound, memory is kept for reuse. What was shut down is freed soon after.
-  const absl::Duration since = absl::Now() - std::max(largest_shut_down_, streams_shut_down_);
+  const absl::Duration since = SteadyTime::Now() - std::max(largest_shut_down_, streams_shut_down_);
   const bool after_shutdown = since > kLargestPeriod && since < kReturnPeriod;
   if (!IsDue(&memory_returned_, after_shutdown ? kReturnPeriodAfterShutDown : kReturnPeriod)) {
     return;

@@ -23,6 +23,7 @@
 #include "base/admission/listening_socket.h"
 #include "base/admission/open_connections.h"
 #include "base/admission/pace.h"
+#include "base/sync/steady_time.h"
 
 namespace hypermap::admission {
 
@@ -129,11 +130,11 @@ class ConnectionListener {
     FileDescriptor socket;
     std::string host;
     // Earliest time at which it is accepted.
-    absl::Time until;
+    SteadyTime until;
   };
   struct Suspect {
     int num_floods = 0;
-    absl::Time last_flood;
+    SteadyTime last_flood = SteadyTime::InfinitePast();
   };
   void Suspected(const std::string& host);
   // For how long new connections of the host wait, because it has flooded the server.
@@ -151,20 +152,20 @@ class ConnectionListener {
   Pace pace_;
   // Kept open to be closed when a descriptor is needed to refuse a connection.
   FileDescriptor spare_;
-  absl::Time looked_ = absl::InfinitePast();
-  absl::Time refusal_logged_ = absl::InfinitePast();
+  SteadyTime looked_ = SteadyTime::InfinitePast();
+  SteadyTime refusal_logged_ = SteadyTime::InfinitePast();
   // By the reason.
-  absl::flat_hash_map<absl::string_view, absl::Time> shutdown_logged_;
-  absl::Time accounted_ = absl::InfinitePast();
-  absl::Time streams_due_ = absl::InfinitePast();
-  absl::Time stalled_shut_down_ = absl::InfinitePast();
-  absl::Time largest_shut_down_ = absl::InfinitePast();
-  absl::Time streams_shut_down_ = absl::InfinitePast();
+  absl::flat_hash_map<absl::string_view, SteadyTime> shutdown_logged_;
+  SteadyTime accounted_ = SteadyTime::InfinitePast();
+  SteadyTime streams_due_ = SteadyTime::InfinitePast();
+  SteadyTime stalled_shut_down_ = SteadyTime::InfinitePast();
+  SteadyTime largest_shut_down_ = SteadyTime::InfinitePast();
+  SteadyTime streams_shut_down_ = SteadyTime::InfinitePast();
   // Whether bytes are counted in each period, because memory is about to be short.
   bool is_memory_short_ = false;
-  absl::Time memory_returned_ = absl::InfinitePast();
+  SteadyTime memory_returned_ = SteadyTime::InfinitePast();
   int64_t most_kept_ = 0;  // Since memory was returned after a fall.
-  absl::Time kept_fell_ = absl::InfiniteFuture();
+  SteadyTime kept_fell_ = SteadyTime::InfiniteFuture();
 
   const FileDescriptor wake_;
   std::atomic<bool> stopping_ = false;

@@ -23,6 +23,7 @@
 #include "absl/time/clock.h"
 #include "base/admission/client_host.h"
 #include "base/sync/mutex.h"
+#include "base/sync/steady_time.h"
 #include "tests/support/eventually.h"
 
 namespace hypermap::admission {
@@ -239,8 +240,8 @@ TEST_F(ConnectionListenerTest, A2FloodOfCancelledCallsIsShutDown) {
   ASSERT_EQ(send(quiet.get(), once.data(), once.size(), MSG_NOSIGNAL),
             static_cast<ssize_t>(once.size()));
   uint32_t stream = 1;
-  const absl::Time deadline = absl::Now() + kPatience;
-  while (listener_->num_shut_down() == 0 && absl::Now() < deadline) {
+  const SteadyTime deadline = SteadyTime::Now() + kPatience;
+  while (listener_->num_shut_down() == 0 && SteadyTime::Now() < deadline) {
     std::string frames;
     for (int i = 0; i < 50; ++i, stream += 2) frames += CancelledCall(stream);
     if (send(flood.get(), frames.data(), frames.size(), MSG_DONTWAIT | MSG_NOSIGNAL) < 0) {
@@ -319,12 +320,12 @@ TEST_F(ConnectionListenerTest, A2HostThatFloodedIsLookedAtBeforeItsConnectionsAr
 
 TEST_F(ConnectionListenerTest, HostThatConnectsAgainAndAgainIsPaced) {
   Start({10'000, 10'000});
-  const absl::Time begin = absl::Now();
+  const SteadyTime begin = SteadyTime::Now();
   constexpr int kConnections = 3000;
   for (int i = 0; i < kConnections; ++i) Connect();
   const size_t before = num_accepted();
   // Of a burst of 1000 and 200 in a second, all but those that were closed while they waited.
-  const double most = 1000 + 200 * absl::ToDoubleSeconds(absl::Now() - begin);
+  const double most = 1000 + 200 * absl::ToDoubleSeconds(SteadyTime::Now() - begin);
   EXPECT_LE(static_cast<double>(before), most + 1);
   const FileDescriptor other = Connect("127.0.0.2");
   EXPECT_TRUE(Eventually([&] { return num_accepted() > before; }));

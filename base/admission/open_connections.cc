@@ -13,10 +13,10 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/string_view.h"
-#include "absl/time/clock.h"
 #include "base/admission/client_host.h"
 #include "base/admission/frame_headers.h"
 #include "base/admission/listening_socket.h"
+#include "base/sync/steady_time.h"
 
 namespace hypermap::admission {
 namespace {
@@ -102,7 +102,7 @@ absl::Status OpenConnections::Add(int socket, const sockaddr_storage& peer) {
   added.inode = InodeOf(socket);
   added.peer = NormalizedPeer(peer);
   added.host = std::move(host);
-  added.accounted = absl::Now();
+  added.accounted = SteadyTime::Now();
   added.chatter_bytes = kFirstChatterBytes;
   return absl::OkStatus();
 }
@@ -119,8 +119,8 @@ void OpenConnections::Forget(Connections::iterator it) {
 }
 
 void OpenConnections::RemoveClosed(absl::Duration period) {
-  const absl::Time now = absl::Now();
-  if (now >= removed_ && now < removed_ + period) return;
+  const SteadyTime now = SteadyTime::Now();
+  if (now < removed_ + period) return;
   removed_ = now;
   for (auto it = connections_.begin(); it != connections_.end();) {
     const auto here = it++;
@@ -159,8 +159,8 @@ void OpenConnections::ShutDownAll() {
 }
 
 bool OpenConnections::SeenOften(Sightings* sightings, int most) {
-  const absl::Time now = absl::Now();
-  if (now < sightings->first || now > sightings->first + absl::Seconds(1)) *sightings = {0, now};
+  const SteadyTime now = SteadyTime::Now();
+  if (now > sightings->first + absl::Seconds(1)) *sightings = {0, now};
   return ++sightings->count >= most;
 }
 
@@ -211,9 +211,9 @@ std::vector<ShutDownPeer> OpenConnections::ShutDownFloods() {
     return a.connection->looked < b.connection->looked;
   });
   const std::unique_ptr<char[]> bytes(new char[kMostChainedBytes]);
-  const absl::Time begin = absl::Now();
+  const SteadyTime begin = SteadyTime::Now();
   for (const Candidate& candidate : candidates) {
-    const absl::Time now = absl::Now();
+    const SteadyTime now = SteadyTime::Now();
     if (now > begin + kLookTime) break;
     Connection& connection = *candidate.connection;
     // A duplicate, so that the socket stays this one while it is looked at.
@@ -235,7 +235,7 @@ std::vector<ShutDownPeer> OpenConnections::ShutDownFloods() {
 }
 
 void OpenConnections::Account(const absl::flat_hash_map<std::string, Explained>& explained) {
-  const absl::Time now = absl::Now();
+  const SteadyTime now = SteadyTime::Now();
   for (auto& [fd, connection] : connections_) {
     // The bytes that wait come first: those that come meanwhile then count as not waiting, for
     // once.
@@ -262,9 +262,7 @@ void OpenConnections::Account(const absl::flat_hash_map<std::string, Explained>&
 
     const int64_t unexplained = Unexplained(connection);
     connection.least_unexplained = std::min(connection.least_unexplained, unexplained);
-    const bool is_clock_set_back = now < connection.grew;
-    if (unexplained >= connection.least_unexplained + kGrowthBytes || unexplained < kGrowthBytes ||
-        is_clock_set_back) {
+    if (unexplained >= connection.least_unexplained + kGrowthBytes || unexplained < kGrowthBytes) {
       connection.least_unexplained = unexplained;
       connection.grew = now;
     }
@@ -276,7 +274,7 @@ void OpenConnections::AccountUnexplained() {
     const int64_t received = ReceivedBytes(fd);
     connection.unexplained_bytes = std::max<int64_t>(received - connection.received_bytes, 0);
     connection.received_bytes = received;
-    connection.grew = absl::Now();
+    connection.grew = SteadyTime::Now();
   }
 }
 
@@ -345,8 +343,8 @@ std::vector<ShutDownPeer> OpenConnections::ShutDownBeyond(int64_t most_bytes) {
 }
 
 std::vector<ShutDownPeer> OpenConnections::ShutDownStalled(int most) {
-  std::vector<std::pair<absl::Time, int>> stalled;
-  const absl::Time now = absl::Now();
+  std::vector<std::pair<SteadyTime, int>> stalled;
+  const SteadyTime now = SteadyTime::Now();
   for (const auto& [fd, connection] : connections_) {
     if (Unexplained(connection) < kGrowthBytes || now < connection.grew + kGrowthTime) continue;
     stalled.emplace_back(connection.grew, fd);

@@ -14,6 +14,7 @@
 #include "absl/strings/string_view.h"
 #include "absl/time/time.h"
 #include "base/admission/explained_bytes.h"
+#include "base/sync/steady_time.h"
 
 namespace hypermap::admission {
 
@@ -110,7 +111,7 @@ class OpenConnections {
   // How often something was seen since `first`.
   struct Sightings {
     int count = 0;
-    absl::Time first = absl::InfinitePast();
+    SteadyTime first = SteadyTime::InfinitePast();
   };
   struct Connection {
     ino_t inode = 0;
@@ -125,7 +126,7 @@ class OpenConnections {
     int64_t received_bytes = 0;
     int64_t waiting_bytes = 0;
     int64_t unexplained_bytes = 0;
-    absl::Time accounted = absl::InfinitePast();
+    SteadyTime accounted = SteadyTime::InfinitePast();
     // Bytes that are taken for acknowledgements, pings and windows.
     double chatter_bytes = 0;
     // Calls that the server knows; streams beyond these now, and at the last two accounts.
@@ -134,12 +135,12 @@ class OpenConnections {
     int64_t num_unknown_streams = 0;
     // The fewest unexplained bytes since they last grew.
     int64_t least_unexplained = 0;
-    absl::Time grew = absl::InfinitePast();
+    SteadyTime grew = SteadyTime::InfinitePast();
 
     // Bytes at the last look for floods.
     int64_t looked_received_bytes = -1;
     int looked_waiting_bytes = -1;
-    absl::Time looked = absl::InfinitePast();
+    SteadyTime looked = SteadyTime::InfinitePast();
     // The latest stream that was seen to be reset.
     uint32_t last_reset_stream = 0;
     Sightings resets;
@@ -158,7 +159,7 @@ class OpenConnections {
   static bool ShutDownOne(int fd, Connection* connection);
 
   const ConnectionLimits limits_;
-  absl::Time removed_ = absl::InfinitePast();
+  SteadyTime removed_ = SteadyTime::InfinitePast();
   Connections connections_;
   absl::flat_hash_map<std::string, int> num_of_host_;
 };

@@ -14,6 +14,7 @@
 #include "absl/time/clock.h"
 #include "base/admission/client_host.h"
 #include "base/admission/listening_socket.h"
+#include "base/sync/steady_time.h"
 
 namespace hypermap::admission {
 namespace {
@@ -193,9 +194,9 @@ TEST_F(OpenConnectionsTest, StalledConnectionsAreShutDownAndGrowingOnesNot) {
   Send(slow_link, kSmall);
   connections_.Account({});
   EXPECT_EQ(Peers(connections_.ShutDownStalled(10)), None());
-  const absl::Time deadline = absl::Now() + absl::Seconds(20);
+  const SteadyTime deadline = SteadyTime::Now() + absl::Seconds(20);
   std::vector<std::string> shut_down;
-  while (shut_down.empty() && absl::Now() < deadline) {
+  while (shut_down.empty() && SteadyTime::Now() < deadline) {
     Send(slow_link, 10'000);
     connections_.Account({});
     shut_down = Peers(connections_.ShutDownStalled(10));

@@ -2,17 +2,17 @@
 
 #include <algorithm>
 
+#include "base/sync/steady_time.h"
+
 namespace hypermap::admission {
 
-void Pace::Fill(Bucket& bucket, absl::Time now) const {
-  if (now > bucket.filled) {
-    const double new_tokens = per_second_ * absl::ToDoubleSeconds(now - bucket.filled);
-    bucket.tokens = std::min(burst_, bucket.tokens + new_tokens);
-  }
+void Pace::Fill(Bucket& bucket, SteadyTime now) const {
+  const double new_tokens = per_second_ * absl::ToDoubleSeconds(now - bucket.filled);
+  bucket.tokens = std::min(burst_, bucket.tokens + new_tokens);
   bucket.filled = now;
 }
 
-bool Pace::Take(const std::string& client, absl::Time now) {
+bool Pace::Take(const std::string& client, SteadyTime now) {
   if (buckets_.size() >= forget_at_) {
     absl::erase_if(buckets_, [&](auto& entry) {
       Fill(entry.second, now);

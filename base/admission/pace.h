@@ -6,6 +6,7 @@
 
 #include "absl/container/flat_hash_map.h"
 #include "absl/time/time.h"
+#include "base/sync/steady_time.h"
 
 namespace hypermap::admission {
 
@@ -15,17 +16,16 @@ class Pace {
   // A client may take `burst` tokens at once, and gets `per_second` new ones, up to `burst`.
   Pace(double per_second, double burst) : per_second_(per_second), burst_(burst) {}
 
-  // Takes a token of the client. Returns false if it has none. `now` is of a clock that may jump; a
-  // jump gives at most a full bucket, and takes nothing.
-  bool Take(const std::string& client, absl::Time now);
+  // Takes a token of the client. Returns false if it has none.
+  bool Take(const std::string& client, SteadyTime now);
 
  private:
   struct Bucket {
     double tokens;
-    absl::Time filled;
+    SteadyTime filled;
   };
 
-  void Fill(Bucket& bucket, absl::Time now) const;
+  void Fill(Bucket& bucket, SteadyTime now) const;
 
   const double per_second_;
   const double burst_;

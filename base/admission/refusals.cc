@@ -4,7 +4,7 @@
 
 #include "absl/strings/ascii.h"
 #include "absl/strings/cord.h"
-#include "absl/time/clock.h"
+#include "base/sync/steady_time.h"
 
 namespace hypermap::admission {
 namespace {
@@ -24,11 +24,6 @@ std::string FlagIn(absl::string_view message) {
   return std::string(message.substr(begin, end - begin));
 }
 
-// Whether less than `period` has passed since `last`, by a clock that may be set.
-bool IsWithin(absl::Duration period, absl::Time last, absl::Time now) {
-  return now >= last && now < last + period;
-}
-
 }  // namespace
 
 absl::Status TryLater(absl::string_view message) {
@@ -43,7 +38,7 @@ bool IsTryLater(const absl::Status& status) {
 
 void Refusals::Count(const absl::Status& status) {
   if (!absl::IsResourceExhausted(status)) return;
-  const absl::Time now = absl::Now();
+  const SteadyTime now = SteadyTime::Now();
   const std::string message(status.message());
   Line line{FlagIn(message), 0, message};
   {
@@ -52,7 +47,7 @@ void Refusals::Count(const absl::Status& status) {
     if (entries_.size() >= kMaxFlags && !entries_.contains(line.flag)) line.flag = kNoFlag;
     Entry& entry = entries_[line.flag];
     line.count = ++entry.count;
-    if (IsWithin(kLogPeriod, entry.logged, now)) return;
+    if (now < entry.logged + kLogPeriod) return;
     entry.logged = now;
   }
   log_(line);
@@ -65,9 +60,8 @@ int64_t Refusals::NumOf(const std::string& flag) const {
 }
 
 bool Refusals::IsOverloaded(absl::Duration within) const {
-  const absl::Time now = absl::Now();
   const MutexLock lock(&mutex_);
-  return IsWithin(within, overloaded_, now);
+  return SteadyTime::Now() < overloaded_ + within;
 }
 
 }  // namespace hypermap::admission

@@ -13,6 +13,7 @@
 #include "absl/strings/string_view.h"
 #include "absl/time/time.h"
 #include "base/sync/mutex.h"
+#include "base/sync/steady_time.h"
 
 namespace hypermap::admission {
 
@@ -45,13 +46,13 @@ class Refusals {
  private:
   struct Entry {
     int64_t count = 0;
-    absl::Time logged = absl::InfinitePast();
+    SteadyTime logged = SteadyTime::InfinitePast();
   };
 
   const std::function<void(const Line&)> log_;
   mutable Mutex mutex_;
   std::map<std::string, Entry> entries_ ABSL_GUARDED_BY(mutex_);  // by flag
-  absl::Time overloaded_ ABSL_GUARDED_BY(mutex_) = absl::InfinitePast();
+  SteadyTime overloaded_ ABSL_GUARDED_BY(mutex_) = SteadyTime::InfinitePast();
 };
 
 }  // namespace hypermap::admission

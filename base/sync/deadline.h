@@ -2,26 +2,22 @@
 #ifndef HYPERMAP_BASE_SYNC_DEADLINE_H_
 #define HYPERMAP_BASE_SYNC_DEADLINE_H_
 
-#include <chrono>
-
 #include "absl/time/time.h"
+#include "base/sync/steady_time.h"
 
 namespace hypermap {
 
-// The end of a time that begins when this is made. It is measured by a clock that nobody sets, so
-// that a wait ends in time when the wall clock is set back.
+// The end of a time that begins when this is made. Never comes if the time is infinite.
 class Deadline {
  public:
-  explicit Deadline(absl::Duration after) : after_(after) {}
+  explicit Deadline(absl::Duration after) : end_(SteadyTime::Now() + after) {}
 
   // The time that is left; zero or negative once the deadline has passed.
-  absl::Duration left() const {
-    return after_ - absl::FromChrono(std::chrono::steady_clock::now() - begin_);
-  }
+  absl::Duration left() const { return end_ - SteadyTime::Now(); }
+  bool has_passed() const { return left() <= absl::ZeroDuration(); }
 
  private:
-  std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
-  absl::Duration after_;
+  SteadyTime end_;
 };
 
 }  // namespace hypermap

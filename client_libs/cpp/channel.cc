@@ -14,6 +14,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/strip.h"
 #include "absl/time/clock.h"
+#include "base/sync/deadline.h"
 #include "base/tls/pem.h"
 #include "wire/status.h"
 
@@ -168,17 +169,24 @@ grpc::ChannelArguments ArgumentsOf(const ClientOptions& options) {
 
 }  // namespace
 
+gpr_timespec GrpcTime(const Deadline& deadline) {
+  const absl::Duration left = deadline.left();
+  if (left == absl::InfiniteDuration()) return gpr_inf_future(GPR_CLOCK_MONOTONIC);
+  return gpr_time_add(gpr_now(GPR_CLOCK_MONOTONIC),
+                      gpr_time_from_micros(absl::ToInt64Microseconds(left), GPR_TIMESPAN));
+}
+
 void Pause(grpc::Channel& channel, absl::Duration duration, absl::FunctionRef<bool()> given_up) {
   constexpr absl::Duration kLook = absl::Milliseconds(50);
-  const absl::Time end = absl::Now() + duration;
+  const Deadline end(duration);
   // If the channel is connected and the call still failed, the whole pause is waited:
   // WaitForConnected would return at once.
   const bool was_ready = channel.GetState(/*try_to_connect=*/true) == GRPC_CHANNEL_READY;
-  while (absl::Now() < end && !given_up()) {
-    const absl::Time look = std::min(end, absl::Now() + kLook);
+  while (!end.has_passed() && !given_up()) {
+    const absl::Duration until_look = std::min(end.left(), kLook);
     if (was_ready) {
-      absl::SleepFor(look - absl::Now());
-    } else if (channel.WaitForConnected(absl::ToChronoTime(look))) {
+      absl::SleepFor(until_look);
+    } else if (channel.WaitForConnected(GrpcTime(Deadline(until_look)))) {
       return;
     }
   }

@@ -2,6 +2,7 @@
 #ifndef HYPERMAP_CLIENT_LIBS_CPP_CHANNEL_H_
 #define HYPERMAP_CLIENT_LIBS_CPP_CHANNEL_H_
 
+#include <grpc/support/time.h>
 #include <grpcpp/channel.h>
 
 #include <memory>
@@ -9,6 +10,7 @@
 
 #include "absl/functional/function_ref.h"
 #include "absl/time/time.h"
+#include "base/sync/deadline.h"
 #include "client_libs/cpp/client.h"
 
 namespace hypermap::client {
@@ -16,6 +18,9 @@ namespace hypermap::client {
 // Makes a channel with the security that the options ask for. If they are not valid, each call
 // fails with UNAUTHENTICATED and the reason.
 std::shared_ptr<grpc::Channel> MakeChannel(const std::string& target, const ClientOptions& options);
+
+// Returns the deadline as gRPC's functions take it.
+gpr_timespec GrpcTime(const Deadline& deadline);
 
 // Waits before a retry. Returns early if the channel becomes connected, or if `given_up`, which is
 // polled, returns true. gRPC reconnects at once while a caller waits on the channel, otherwise only

@@ -4,6 +4,7 @@
 
 #include "absl/strings/numbers.h"
 #include "absl/strings/string_view.h"
+#include "base/sync/deadline.h"
 #include "client_libs/cpp/channel.h"
 
 namespace hypermap::client {
@@ -43,22 +44,22 @@ bool Retries::ShallTryAgain(const grpc::Status& status, const grpc::ClientContex
 }
 
 bool Retries::Wait(absl::Duration pause) {
-  if (absl::Now() + pause >= until_) return false;
+  if (pause >= until_.left()) return false;
   Pause(*channel_, pause);
   return true;
 }
 
-absl::Time Connection::DeadlineOf(const CallOptions& options) const {
-  return absl::Now() + options.timeout.value_or(options_.timeout);
+Deadline Connection::DeadlineOf(const CallOptions& options) const {
+  return Deadline(options.timeout.value_or(options_.timeout));
 }
 
-Retries Connection::RetriesOf(const CallOptions& options, absl::Time deadline) const {
+Retries Connection::RetriesOf(const CallOptions& options, const Deadline& deadline) const {
   return {channel_, options.retry_for.value_or(options_.retry_for), deadline};
 }
 
-std::unique_ptr<grpc::ClientContext> Connection::NewContext(absl::Time deadline) {
+std::unique_ptr<grpc::ClientContext> Connection::NewContext(const Deadline& deadline) {
   auto context = std::make_unique<grpc::ClientContext>();
-  if (deadline != absl::InfiniteFuture()) context->set_deadline(absl::ToChronoTime(deadline));
+  context->set_deadline(GrpcTime(deadline));
   return context;
 }
 

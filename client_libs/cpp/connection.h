@@ -12,7 +12,8 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/strings/str_cat.h"
-#include "absl/time/clock.h"
+#include "absl/time/time.h"
+#include "base/sync/deadline.h"
 #include "client_libs/cpp/backoff.h"
 #include "client_libs/cpp/client.h"
 #include "hypermap/v1/catalog_service.grpc.pb.h"
@@ -29,8 +30,9 @@ namespace hypermap::client {
 class Retries {
  public:
   // Allows retries for `retry_for` from now, at most until `deadline`.
-  Retries(std::shared_ptr<grpc::Channel> channel, absl::Duration retry_for, absl::Time deadline)
-      : channel_(std::move(channel)), until_(std::min(absl::Now() + retry_for, deadline)) {}
+  Retries(std::shared_ptr<grpc::Channel> channel, absl::Duration retry_for,
+          const Deadline& deadline)
+      : channel_(std::move(channel)), until_(std::min(retry_for, deadline.left())) {}
 
   // After an attempt that ended with `status`: waits and returns true if the call should be
   // retried.
@@ -44,7 +46,7 @@ class Retries {
   bool Wait(absl::Duration pause);
 
   std::shared_ptr<grpc::Channel> channel_;
-  absl::Time until_;
+  Deadline until_;
   Backoff backoff_;
 };
 
@@ -64,10 +66,10 @@ class Connection {
   grpc::Channel& channel() { return *channel_; }
 
   // The deadline of a call that begins now. It covers all attempts of the call.
-  absl::Time DeadlineOf(const CallOptions& options) const;
-  Retries RetriesOf(const CallOptions& options, absl::Time deadline) const;
+  Deadline DeadlineOf(const CallOptions& options) const;
+  Retries RetriesOf(const CallOptions& options, const Deadline& deadline) const;
   // Makes the context of one attempt.
-  static std::unique_ptr<grpc::ClientContext> NewContext(absl::Time deadline);
+  static std::unique_ptr<grpc::ClientContext> NewContext(const Deadline& deadline);
 
   // Makes a unary call, with retries.
   template <typename Stub, typename Request, typename Response>
@@ -75,7 +77,7 @@ class Connection {
                                 grpc::Status (Stub::*method)(grpc::ClientContext*, const Request&,
                                                              Response*),
                                 const Request& request, const CallOptions& options) const {
-    const absl::Time deadline = DeadlineOf(options);
+    const Deadline deadline = DeadlineOf(options);
     Retries retries = RetriesOf(options, deadline);
     while (true) {
       const std::unique_ptr<grpc::ClientContext> context = NewContext(deadline);

@@ -4,6 +4,7 @@
 #include <string>
 #include <utility>
 
+#include "base/sync/deadline.h"
 #include "client_libs/cpp/client.h"
 #include "client_libs/cpp/connection.h"
 #include "client_libs/cpp/grpc_part_stream.h"
@@ -42,7 +43,7 @@ bool SendFile(const NamedFile& file, grpc::ClientWriter<v1::ImportMapRequest>& w
 }
 
 // One attempt of an import.
-grpc::Status SendFiles(v1::CatalogService::Stub& catalog, absl::Time deadline,
+grpc::Status SendFiles(v1::CatalogService::Stub& catalog, const Deadline& deadline,
                        const v1::ImportMapRequest& first, const std::vector<NamedFile>& files,
                        v1::ImportMapResponse* response) {
   const std::unique_ptr<grpc::ClientContext> context = Connection::NewContext(deadline);
@@ -56,7 +57,7 @@ grpc::Status SendFiles(v1::CatalogService::Stub& catalog, absl::Time deadline,
 }
 
 // One attempt of an export.
-grpc::Status ReceiveFiles(v1::CatalogService::Stub& catalog, absl::Time deadline,
+grpc::Status ReceiveFiles(v1::CatalogService::Stub& catalog, const Deadline& deadline,
                           const v1::ExportMapRequest& request, ExportAnswer& answer) {
   const std::unique_ptr<grpc::ClientContext> context = Connection::NewContext(deadline);
   const auto reader = catalog.ExportMap(context.get(), request);
@@ -100,7 +101,7 @@ absl::StatusOr<ImportAnswer> Client::ImportMap(const std::string& map, FileForma
   header.set_request_id(RequestIdOf(options));
   header.set_incarnation(options.incarnation);
 
-  const absl::Time deadline = connection_->DeadlineOf(options);
+  const Deadline deadline = connection_->DeadlineOf(options);
   Retries retries = connection_->RetriesOf(options, deadline);
   v1::ImportMapResponse response;
   grpc::Status status = SendFiles(connection_->catalog(), deadline, first, files, &response);
@@ -123,7 +124,7 @@ absl::StatusOr<ExportAnswer> Client::ExportMap(const std::string& map, FileForma
   request.set_format(EncodeFileFormat(format));
   request.mutable_layers()->Assign(export_options.layers.begin(), export_options.layers.end());
   request.set_image_format(export_options.image == ImageFormat::kPng ? "png" : "pgm");
-  const absl::Time deadline = connection_->DeadlineOf(options);
+  const Deadline deadline = connection_->DeadlineOf(options);
   Retries retries = connection_->RetriesOf(options, deadline);
   ExportAnswer answer;
   grpc::Status status = ReceiveFiles(connection_->catalog(), deadline, request, answer);

@@ -11,6 +11,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "base/sync/deadline.h"
 #include "client_libs/cpp/connection.h"
 #include "client_libs/cpp/readers.h"
 #include "wire/status.h"
@@ -91,7 +92,7 @@ class GrpcPartStream : public PartStream<Part> {
 
   std::shared_ptr<Connection> connection_;
   const Open open_;
-  const absl::Time deadline_;
+  const Deadline deadline_;
   Retries retries_;
   std::unique_ptr<grpc::ClientContext> context_;
   std::unique_ptr<grpc::ClientReader<Message>> reader_;

@@ -9,10 +9,11 @@
 
 #include "absl/base/thread_annotations.h"
 #include "absl/strings/str_cat.h"
-#include "absl/time/clock.h"
 #include "absl/time/time.h"
 #include "base/status/status_macros.h"
+#include "base/sync/deadline.h"
 #include "base/sync/mutex.h"
+#include "base/sync/steady_time.h"
 #include "client_libs/cpp/channel.h"
 #include "client_libs/cpp/client.h"
 #include "client_libs/cpp/connection.h"
@@ -100,7 +101,7 @@ class StreamCall final : public Watcher::Call {
   };
 
   StreamCall(std::shared_ptr<Connection> connection, Method method, Request request,
-             const Breaks& breaks, absl::Time deadline)
+             const Breaks& breaks, const Deadline& deadline)
       : connection_(std::move(connection)),
         method_(method),
         breaks_(breaks),
@@ -125,9 +126,9 @@ class StreamCall final : public Watcher::Call {
         Recover(wire::DecodeStatus(Close()));
         continue;
       }
-      if (begun_ && broken_since_ != absl::InfiniteFuture()) ++num_resumed_;
+      if (begun_ && broken_since_ != SteadyTime::InfiniteFuture()) ++num_resumed_;
       begun_ = true;
-      broken_since_ = absl::InfiniteFuture();
+      broken_since_ = SteadyTime::InfiniteFuture();
       backoff_.Reset();
       const bool whole = !message.more();
       absl::Status status = Take(message);
@@ -166,9 +167,9 @@ class StreamCall final : public Watcher::Call {
   // Reads the next message, taking coalesced messages apart.
   bool Read(Response& message) {
     while (next_coalesced_ == coalesced_.coalesced_size()) {
-      ListenUntil(absl::Now() + breaks_.idle_timeout);
+      ListenUntil(SteadyTime::Now() + breaks_.idle_timeout);
       const bool read = reader_->Read(&message);
-      ListenUntil(absl::InfiniteFuture());
+      ListenUntil(SteadyTime::InfiniteFuture());
       if (!read || message.coalesced_size() == 0) return read;
       coalesced_.Swap(&message);
       next_coalesced_ = 0;
@@ -177,7 +178,7 @@ class StreamCall final : public Watcher::Call {
     return true;
   }
 
-  void ListenUntil(absl::Time time) {
+  void ListenUntil(SteadyTime time) {
     const MutexLock lock(&mutex_);
     listen_until_ = time;
   }
@@ -188,9 +189,9 @@ class StreamCall final : public Watcher::Call {
     const MutexLock lock(&mutex_);
     while (!cancelled_) {
       cancel_.WaitFor(&mutex_, breaks_.idle_timeout / 4);
-      if (cancelled_ || absl::Now() < listen_until_ || !context_) continue;
+      if (cancelled_ || SteadyTime::Now() < listen_until_ || !context_) continue;
       context_->TryCancel();
-      listen_until_ = absl::InfiniteFuture();
+      listen_until_ = SteadyTime::InfiniteFuture();
     }
   }
 
@@ -260,15 +261,15 @@ class StreamCall final : public Watcher::Call {
       request_.mutable_scope()->clear_incarnation();
       starts_anew_ = true;
       // The server has answered, and can be asked at once.
-      broken_since_ = std::min(broken_since_, absl::Now());
+      broken_since_ = std::min(broken_since_, SteadyTime::Now());
       if (cancelled()) return Finish(absl::CancelledError("the watch was cancelled"));
       return Open();
     }
     if (!MayGoOn(why)) return Finish(std::move(why));
     const absl::Duration retry_for = begun_ ? breaks_.retry_for : connection_->options().retry_for;
-    broken_since_ = std::min(broken_since_, absl::Now());
+    broken_since_ = std::min(broken_since_, SteadyTime::Now());
     const absl::Duration pause = backoff_.Next();
-    if (absl::Now() + pause >= std::min(broken_since_ + retry_for, deadline_)) {
+    if (SteadyTime::Now() + pause >= broken_since_ + retry_for || pause >= deadline_.left()) {
       return Finish(std::move(why));
     }
     Pause(connection_->channel(), pause, [this] { return cancelled(); });
@@ -301,13 +302,13 @@ class StreamCall final : public Watcher::Call {
   const std::shared_ptr<Connection> connection_;
   const Method method_;
   const Breaks breaks_;
-  const absl::Time deadline_;
+  const Deadline deadline_;
   Request request_;  // for the next call
   std::unique_ptr<grpc::ClientReader<Response>> reader_;
   Response coalesced_;  // the last message with several, and the index of the next of them
   int next_coalesced_ = 0;
   Backoff backoff_;
-  absl::Time broken_since_ = absl::InfiniteFuture();
+  SteadyTime broken_since_ = SteadyTime::InfiniteFuture();
   bool begun_ = false;
   bool starts_anew_ = false;           // the next snapshot replaces everything reported before
   std::optional<WatchEvent> pending_;  // the part of a revision that has arrived
@@ -321,7 +322,7 @@ class StreamCall final : public Watcher::Call {
   bool cancelled_ ABSL_GUARDED_BY(mutex_) = false;
   std::unique_ptr<grpc::ClientContext> context_ ABSL_GUARDED_BY(mutex_);
   // Time at which the watchdog cancels the call; infinite while the reader does not read.
-  absl::Time listen_until_ ABSL_GUARDED_BY(mutex_) = absl::InfiniteFuture();
+  SteadyTime listen_until_ ABSL_GUARDED_BY(mutex_) = SteadyTime::InfiniteFuture();
   std::thread watchdog_;
 };
 
@@ -356,7 +357,7 @@ std::optional<MapChange> ChangeReader::Next() {
 
 Watcher Client::Watch(const std::string& map, const WatchOptions& watch_options,
                       const CallOptions& options) {
-  const absl::Time deadline = absl::Now() + options.timeout.value_or(absl::InfiniteDuration());
+  const Deadline deadline(options.timeout.value_or(absl::InfiniteDuration()));
   const WatchStream::Breaks breaks{
       .resume = watch_options.resume,
       .retry_for = watch_options.retry_for,
@@ -368,7 +369,7 @@ Watcher Client::Watch(const std::string& map, const WatchOptions& watch_options,
 
 Watcher Client::Replicate(const std::string& map, const ReplicateOptions& replicate_options,
                           const CallOptions& options) {
-  const absl::Time deadline = absl::Now() + options.timeout.value_or(absl::InfiniteDuration());
+  const Deadline deadline(options.timeout.value_or(absl::InfiniteDuration()));
   const ReplicateStream::Breaks breaks{.resume = false,
                                        .retry_for = absl::ZeroDuration(),
                                        .idle_timeout = replicate_options.idle_timeout};

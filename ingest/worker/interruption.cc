@@ -4,13 +4,12 @@
 #include <csignal>
 #include <thread>
 
-#include "absl/time/clock.h"
+#include "absl/time/time.h"
 
 namespace hypermap::ingest {
 namespace {
 
-// Longest single wait before the system clock is read again. An infinite timeout would overflow the
-// clock of CondVar and end at once, and the system clock may be set during the wait.
+// Longest single wait. An infinite timeout would overflow the clock of CondVar and end at once.
 constexpr absl::Duration kMaxWait = absl::Minutes(1);
 
 }  // namespace
@@ -28,10 +27,10 @@ bool Interruption::requested() const {
   return requested_;
 }
 
-bool Interruption::WaitUntil(absl::Time time) const {
+bool Interruption::WaitUntil(SteadyTime time) const {
   const MutexLock lock(&mutex_);
   while (!requested_) {
-    const absl::Duration left = time - absl::Now();
+    const absl::Duration left = time - SteadyTime::Now();
     if (left <= absl::ZeroDuration()) break;
     changed_.WaitFor(&mutex_, std::min(left, kMaxWait));
   }

@@ -3,8 +3,8 @@
 #define HYPERMAP_INGEST_WORKER_INTERRUPTION_H_
 
 #include "absl/base/thread_annotations.h"
-#include "absl/time/time.h"
 #include "base/sync/mutex.h"
+#include "base/sync/steady_time.h"
 
 namespace hypermap::ingest {
 
@@ -14,7 +14,7 @@ class Interruption {
   void Request();
   bool requested() const;
   // Waits until `time` or until an interruption is requested. Returns requested().
-  bool WaitUntil(absl::Time time) const;
+  bool WaitUntil(SteadyTime time) const;
 
  private:
   mutable Mutex mutex_;

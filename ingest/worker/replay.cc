@@ -10,9 +10,9 @@
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
-#include "absl/time/clock.h"
 #include "base/status/status_macros.h"
 #include "base/sync/mutex.h"
+#include "base/sync/steady_time.h"
 #include "ingest/perception/observer.h"
 #include "ingest/worker/ordered_pipeline.h"
 
@@ -84,17 +84,17 @@ class Replayer {
   std::vector<size_t> pending_;
   std::vector<bool> counted_ = std::vector<bool>(dataset_.size(), false);
   std::vector<bool> skipped_ = std::vector<bool>(dataset_.size(), false);
-  absl::Time begin_ = absl::Now();
-  std::optional<absl::Time> first_sent_at_;
+  SteadyTime begin_ = SteadyTime::Now();
+  std::optional<SteadyTime> first_sent_at_;
   absl::Time first_stamp_;
-  absl::Time shown_at_ = absl::InfinitePast();
+  SteadyTime shown_at_ = SteadyTime::InfinitePast();
 
   // The sending and the reading thread share the members below.
   Mutex mutex_;
   ReplaySummary summary_ ABSL_GUARDED_BY(mutex_);
   std::vector<bool> acknowledged_ ABSL_GUARDED_BY(mutex_) = std::vector<bool>(dataset_.size(),
                                                                               false);
-  absl::Time last_news_ ABSL_GUARDED_BY(mutex_) = absl::Now();
+  SteadyTime last_news_ ABSL_GUARDED_BY(mutex_) = SteadyTime::Now();
 };
 
 absl::StatusOr<ReplaySummary> Replayer::Run() {
@@ -113,13 +113,13 @@ absl::StatusOr<ReplaySummary> Replayer::Run() {
       // A server that is down may come back, and then continues where it was; other errors would
       // occur again.
       if (!absl::IsUnavailable(status)) break;
-      if (absl::Now() - last_news_ > options_.patience) break;
+      if (SteadyTime::Now() - last_news_ > options_.patience) break;
     }
-    if (interruption_.WaitUntil(absl::Now() + kReconnectInterval)) break;
+    if (interruption_.WaitUntil(SteadyTime::Now() + kReconnectInterval)) break;
   }
   const MutexLock lock(&mutex_);
   summary_.interrupted = interruption_.requested() && !pending_.empty();
-  summary_.time = absl::Now() - begin_;
+  summary_.time = SteadyTime::Now() - begin_;
   if (!status.ok() && !summary_.interrupted) return status;
   return summary_;
 }
@@ -145,7 +145,7 @@ void Replayer::LeaveOutKnown(const client::OpenedLayer& opened) {
   const MutexLock lock(&mutex_);
   summary_.known += pending_.end() - end;
   pending_.erase(end, pending_.end());
-  last_news_ = absl::Now();
+  last_news_ = SteadyTime::Now();
 }
 
 void Replayer::Send(client::ObserveStream& stream) {
@@ -207,7 +207,7 @@ void Replayer::Note(const client::Acknowledgement& acknowledgement) {
   const auto i = static_cast<size_t>(acknowledgement.sequence);
   if (i >= acknowledged_.size() || acknowledged_[i]) return;
   acknowledged_[i] = true;
-  last_news_ = absl::Now();
+  last_news_ = SteadyTime::Now();
   summary_.revision = std::max(summary_.revision, acknowledgement.revision);
   switch (acknowledgement.outcome) {
     case Outcome::kAccepted:
@@ -234,7 +234,7 @@ void Replayer::Note(const client::Acknowledgement& acknowledgement) {
 bool Replayer::WaitForTurn(size_t i) {
   if (options_.rate <= 0.0) return true;
   if (!first_sent_at_) {
-    first_sent_at_ = absl::Now();
+    first_sent_at_ = SteadyTime::Now();
     first_stamp_ = dataset_.stamp(i);
   }
   const absl::Duration after = (dataset_.stamp(i) - first_stamp_) / options_.rate;
@@ -242,14 +242,14 @@ bool Replayer::WaitForTurn(size_t i) {
 }
 
 void Replayer::ShowProgress(bool always) {
-  if (!progress_ || (!always && absl::Now() - shown_at_ < kProgressInterval)) return;
-  shown_at_ = absl::Now();
+  if (!progress_ || (!always && SteadyTime::Now() - shown_at_ < kProgressInterval)) return;
+  shown_at_ = SteadyTime::Now();
   ReplaySummary summary;
   {
     const MutexLock lock(&mutex_);
     summary = summary_;
   }
-  summary.time = absl::Now() - begin_;
+  summary.time = SteadyTime::Now() - begin_;
   progress_(summary);
 }
 

@@ -10,6 +10,7 @@
 #include "base/admission/file_limit.h"
 #include "base/admission/memory.h"
 #include "base/status/status_macros.h"
+#include "base/sync/steady_time.h"
 #include "client_libs/cpp/client.h"
 #include "ingest/frame_service/frame_server.h"
 #include "ingest/perception/observer.h"
@@ -59,7 +60,7 @@ absl::Status Run(ServeArguments arguments, const Interruption& interruption) {
   HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<FrameServer> server,
                             FrameServer::Start(options, client, std::move(observer)));
   std::cout << "hypermap-ingest ready on " << server->address() << std::endl;
-  interruption.WaitUntil(absl::InfiniteFuture());
+  interruption.WaitUntil(SteadyTime::InfiniteFuture());
   server->Shutdown();
   return absl::OkStatus();
 }

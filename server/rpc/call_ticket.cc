@@ -4,9 +4,9 @@
 
 #include "absl/random/random.h"
 #include "absl/strings/str_cat.h"
-#include "absl/time/clock.h"
 #include "base/admission/client_host.h"
 #include "base/admission/refusals.h"
+#include "base/sync/steady_time.h"
 #include "server/rpc/wanted.h"
 #include "wire/message_memory.h"
 #include "wire/status.h"
@@ -33,7 +33,7 @@ CallTicket::CallTicket(Budgets* budgets, grpc::CallbackServerContext* context, s
       call_(&budgets->calls, admission::HostOfPeer(peer_)),
       memory_(&budgets->request_bytes, admission::HostOfPeer(peer_)),
       admitted_(call_.Add(1)),
-      begin_(absl::Now()) {
+      begin_(SteadyTime::Now()) {
   budgets_->explained_bytes.BeginCall(peer_);
 }
 
@@ -73,7 +73,7 @@ grpc::Status CallTicket::Encode(const absl::Status& status) {
 
 void CallTicket::Cancelled() {
   if (is_cancelled_.exchange(true)) return;
-  budgets_->cancelled_calls.Count(context_->peer(), absl::Now() - begin_);
+  budgets_->cancelled_calls.Count(context_->peer(), SteadyTime::Now() - begin_);
 }
 
 void CallTicket::LookForCancellation() {

@@ -15,6 +15,7 @@
 #include "absl/time/time.h"
 #include "base/admission/budget.h"
 #include "base/metering/memory_meter.h"
+#include "base/sync/steady_time.h"
 #include "server/rpc/budgets.h"
 
 namespace hypermap::server {
@@ -93,7 +94,7 @@ class CallTicket final : public MemoryAccount {
   admission::Budget::Charge call_;
   admission::Budget::Charge memory_;
   const absl::Status admitted_;
-  const absl::Time begin_;
+  const SteadyTime begin_;
   std::atomic<bool> is_cancelled_ = false;
 };
 

@@ -6,8 +6,8 @@
 
 #include "absl/strings/escaping.h"
 #include "absl/strings/str_cat.h"
-#include "absl/time/clock.h"
 #include "base/status/status_macros.h"
+#include "base/sync/steady_time.h"
 #include "server/rpc/author.h"
 
 namespace hypermap::server {
@@ -27,7 +27,7 @@ std::string LogQuoted(absl::string_view value) {
 
 RequestLog::RequestLog(const grpc::CallbackServerContext& context, absl::string_view rpc,
                        std::string map)
-    : context_(&context), rpc_(rpc), map_(std::move(map)), begin_(absl::Now()) {}
+    : context_(&context), rpc_(rpc), map_(std::move(map)), begin_(SteadyTime::Now()) {}
 
 absl::StatusOr<std::string> RequestLog::author() const {
   const auto& metadata = context_->client_metadata();
@@ -51,7 +51,7 @@ void RequestLog::Finished(const absl::Status& status, int64_t items) const {
   spdlog::debug("request rpc={} map={} peer={} status={} duration_ms={:.3f} items={}{}", View(rpc_),
                 LogQuoted(map_), LogQuoted(context_->peer()),
                 absl::StatusCodeToString(status.code()),
-                absl::ToDoubleMilliseconds(absl::Now() - begin_), items, error);
+                absl::ToDoubleMilliseconds(SteadyTime::Now() - begin_), items, error);
 }
 
 }  // namespace hypermap::server

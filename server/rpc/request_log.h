@@ -11,6 +11,7 @@
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
 #include "absl/time/time.h"
+#include "base/sync/steady_time.h"
 #include "map/snapshot.h"
 
 namespace hypermap::server {
@@ -45,7 +46,7 @@ class RequestLog {
   const grpc::CallbackServerContext* const context_;
   const absl::string_view rpc_;
   std::string map_;
-  const absl::Time begin_;
+  const SteadyTime begin_;
 };
 
 }  // namespace hypermap::server

@@ -19,11 +19,11 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
-#include "absl/time/clock.h"
 #include "absl/time/time.h"
 #include "base/cancellation/cancellation.h"
 #include "base/metering/memory_meter.h"
 #include "base/status/status_macros.h"
+#include "base/sync/deadline.h"
 #include "base/sync/handed_over.h"
 #include "server/rpc/budgets.h"
 #include "server/rpc/call_ticket.h"
@@ -161,11 +161,11 @@ class StreamedAnswer final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
 
   // Returns the first step that is more than kNothingYet, or nothing if the turn is over.
   std::optional<absl::StatusOr<Step>> TakeSteps(absl::Duration turn, Cancellation* cancellation) {
-    const absl::Time end_of_turn = absl::Now() + turn;
+    const Deadline end_of_turn(turn);
     do {
       absl::StatusOr<Step> step = TakeStep(cancellation);
       if (!step.ok() || *step != Step::kNothingYet) return step;
-    } while (absl::Now() < end_of_turn);
+    } while (!end_of_turn.has_passed());
     return std::nullopt;
   }
 

@@ -10,10 +10,10 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
-#include "absl/time/clock.h"
 #include "base/admission/refusals.h"
 #include "base/cancellation/cancellation.h"
 #include "base/status/status_macros.h"
+#include "base/sync/deadline.h"
 #include "base/sync/mutex.h"
 #include "base/sync/start_thread.h"
 #include "map/content_bytes.h"
@@ -366,7 +366,7 @@ void MapSession::Commit(std::vector<QueuedSubmission> submissions) {
     if (next > 0) RunTasks();
     if (!is_broken_) KeepMark(time_.MarkBeforeCommit(snapshot()->revision));
     GroupCommit group(stored_.get(), fusion_.get(), snapshot(), options_.limits, &content_);
-    const absl::Time end_of_group = absl::Now() + kLongGroup;
+    const Deadline end_of_group(kLongGroup);
     do {
       std::visit(
           [&](auto& q) {
@@ -374,7 +374,7 @@ void MapSession::Commit(std::vector<QueuedSubmission> submissions) {
           },
           submissions[next++]);
     } while (next < submissions.size() && group.bytes() < options_.max_group_bytes &&
-             absl::Now() < end_of_group);
+             !end_of_group.has_passed());
     Finish(group);
   }
 }

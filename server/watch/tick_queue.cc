@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "absl/time/clock.h"
+#include "base/sync/deadline.h"
 
 namespace hypermap::server {
 
@@ -41,9 +42,9 @@ void TickQueue::ReleaseTasks() {
 
 void TickQueue::RunOnWorker() {
   workers_->Run([self = shared_from_this()] {
-    const absl::Time end_of_turn = absl::Now() + self->turn_;
+    const Deadline end_of_turn(self->turn_);
     while (self->RunNext()) {
-      if (absl::Now() > end_of_turn) return self->RunOnWorker();
+      if (end_of_turn.has_passed()) return self->RunOnWorker();
     }
   });
 }

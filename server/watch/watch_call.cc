@@ -2,10 +2,10 @@
 
 #include <utility>
 
-#include "absl/time/clock.h"
 #include "base/admission/client_host.h"
 #include "base/cancellation/cancellation.h"
 #include "base/status/status_macros.h"
+#include "base/sync/steady_time.h"
 #include "server/rpc/wanted.h"
 
 namespace hypermap::server {
@@ -77,9 +77,9 @@ void WatchCall::RunOnWorker() {
 void WatchCall::TakeTurn() {
   wake_handle_->BeginTurn();
   ForgetWait();
-  absl::Time now = absl::Now();
-  const absl::Time end_of_turn = now + shared_->tuning.turn;
-  for (; now < end_of_turn; now = absl::Now()) {
+  SteadyTime now = SteadyTime::Now();
+  const SteadyTime end_of_turn = now + shared_->tuning.turn;
+  for (; now < end_of_turn; now = SteadyTime::Now()) {
     grpc::Slice message;
     const absl::StatusOr<WatchSource::Step> step = TakeStep(now, &message);
     if (!step.ok()) return End(step.status());
@@ -92,7 +92,7 @@ void WatchCall::TakeTurn() {
 void WatchCall::TakeShortTurn() {
   wake_handle_->BeginTurn();
   grpc::Slice message;
-  if (CheckWanted(*context_).ok() && source_->TakeShared(absl::Now(), &message)) {
+  if (CheckWanted(*context_).ok() && source_->TakeShared(SteadyTime::Now(), &message)) {
     Write(message);
   } else {
     RunOnWorker();
@@ -108,7 +108,7 @@ void WatchCall::Write(const grpc::Slice& message) {
   StartWrite(&message_);
 }
 
-absl::StatusOr<WatchSource::Step> WatchCall::TakeStep(absl::Time now, grpc::Slice* message) {
+absl::StatusOr<WatchSource::Step> WatchCall::TakeStep(SteadyTime now, grpc::Slice* message) {
   Cancellation cancellation([this] { return CheckWanted(*context_); });
   const ScopedCancellation here(&cancellation);
   const ScopedMeter metered(&meter_);
@@ -119,7 +119,7 @@ absl::StatusOr<WatchSource::Step> WatchCall::TakeStep(absl::Time now, grpc::Slic
   return step;
 }
 
-absl::StatusOr<WatchSource::Step> WatchCall::MakeStep(absl::Time now, grpc::Slice* message) {
+absl::StatusOr<WatchSource::Step> WatchCall::MakeStep(SteadyTime now, grpc::Slice* message) {
   if (!admitted_.ok()) return admitted_;
   if (open_source_) {
     OpenSource open_source = std::exchange(open_source_, nullptr);
@@ -135,7 +135,7 @@ absl::StatusOr<WatchSource::Step> WatchCall::MakeStep(absl::Time now, grpc::Slic
   return source_->Next(now, message);
 }
 
-void WatchCall::WaitForCommits(absl::Time now) {
+void WatchCall::WaitForCommits(SteadyTime now) {
   const std::shared_ptr<WakeHandle> wake_handle = wake_handle_;
   const auto wake = [wake_handle] { wake_handle->Wake(); };
   feed_wait_ = source_->feed().Await(source_->taken(), wake);

@@ -20,6 +20,7 @@
 #include "absl/time/time.h"
 #include "base/metering/memory_meter.h"
 #include "base/sync/mutex.h"
+#include "base/sync/steady_time.h"
 #include "server/rpc/budgets.h"
 #include "server/rpc/call_ticket.h"
 #include "server/rpc/facilities.h"
@@ -87,10 +88,10 @@ class WatchCall final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
   // enough for gRPC's threads.
   void TakeShortTurn();
   // Gives up the step when the caller has gone.
-  absl::StatusOr<WatchSource::Step> TakeStep(absl::Time now, grpc::Slice* message);
-  absl::StatusOr<WatchSource::Step> MakeStep(absl::Time now, grpc::Slice* message);
+  absl::StatusOr<WatchSource::Step> TakeStep(SteadyTime now, grpc::Slice* message);
+  absl::StatusOr<WatchSource::Step> MakeStep(SteadyTime now, grpc::Slice* message);
   void Write(const grpc::Slice& message);
-  void WaitForCommits(absl::Time now);
+  void WaitForCommits(SteadyTime now);
   void WaitForTick();
   // Removes the callbacks that the last wait left in the feed and the timers.
   void ForgetWait();

@@ -12,9 +12,9 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
-#include "absl/time/clock.h"
 #include "base/limits/limits.h"
 #include "base/metering/memory_meter.h"
+#include "base/sync/steady_time.h"
 #include "map/edits/apply.h"
 #include "map/watch/structure.h"
 #include "server/services/testing/test_server.h"
@@ -318,11 +318,11 @@ TEST(WatchSourceTest, ACommitThatTakesManyStepsIsChargedWhenTheFeedDropsIt) {
   MemoryMeter meter(&unlimited);
   const ScopedMeter metered(&meter);
   grpc::Slice message;
-  EXPECT_EQ(*source->Next(absl::Now(), &message), WatchSource::Step::kNothingYet);
+  EXPECT_EQ(*source->Next(SteadyTime::Now(), &message), WatchSource::Step::kNothingYet);
   EXPECT_TRUE(source->holds_commits());
   EXPECT_EQ(meter.taken(), 0);
   ASSERT_TRUE(write(0.75).ok());
-  EXPECT_EQ(*source->Next(absl::Now(), &message), WatchSource::Step::kNothingYet);
+  EXPECT_EQ(*source->Next(SteadyTime::Now(), &message), WatchSource::Step::kNothingYet);
   EXPECT_GT(meter.taken(), kCellsPerTile);
 }
 
@@ -359,7 +359,7 @@ class RandomWatch {
   bool Take(int max_messages) {
     grpc::Slice message;
     for (int i = 0; i < max_messages;) {
-      const auto step = source_->Next(absl::Now(), &message);
+      const auto step = source_->Next(SteadyTime::Now(), &message);
       EXPECT_TRUE(step.ok()) << step.status();
       if (!step.ok() || *step == WatchSource::Step::kNothingNew) return false;
       if (*step == WatchSource::Step::kNothingYet) continue;

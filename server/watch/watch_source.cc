@@ -11,6 +11,7 @@
 #include "base/limits/limits.h"
 #include "base/metering/memory_meter.h"
 #include "base/status/status_macros.h"
+#include "base/sync/steady_time.h"
 #include "map/watch/map_change.h"
 #include "map/watch/structure.h"
 #include "server/rpc/map_message.h"
@@ -186,7 +187,7 @@ absl::Status WatchSource::WithResume(const absl::Status& status) const {
                       absl::StrCat(status.message(), "; resume from revision ", told_));
 }
 
-absl::StatusOr<WatchSource::Step> WatchSource::Next(absl::Time now, grpc::Slice* message) {
+absl::StatusOr<WatchSource::Step> WatchSource::Next(SteadyTime now, grpc::Slice* message) {
   gathers_ = false;
   // A commit that was begun is sent to its end, even if the feed is closed meanwhile: the reader
   // could not resume in the middle of a revision.
@@ -201,7 +202,7 @@ absl::StatusOr<WatchSource::Step> WatchSource::Next(absl::Time now, grpc::Slice*
   return TakeCommits(now, message);
 }
 
-bool WatchSource::TakeShared(absl::Time now, grpc::Slice* message) {
+bool WatchSource::TakeShared(SteadyTime now, grpc::Slice* message) {
   gathers_ = false;
   if (holds_commits() || selection_ || feed().closed()) return false;
   const Revision behind = feed().newest() - taken_;
@@ -225,14 +226,14 @@ absl::Status WatchSource::BeginSelection(SnapshotPtr snapshot, bool reset) {
   return absl::OkStatus();
 }
 
-WatchSource::Step WatchSource::ReadSelection(absl::Time now, grpc::Slice* message) {
+WatchSource::Step WatchSource::ReadSelection(SteadyTime now, grpc::Slice* message) {
   telling_ = selection_->Next(limits_.chunk_items);
   next_ = 0;
   if (telling_.empty() && !selection_->done()) return Step::kNothingYet;
   return TellNext(now, message);
 }
 
-WatchSource::Step WatchSource::TellNext(absl::Time now, grpc::Slice* message) {
+WatchSource::Step WatchSource::TellNext(SteadyTime now, grpc::Slice* message) {
   WatchMessage part = selection_ ? WatchMessage() : MessageOf(commit_, session_->incarnation());
   part.set_revision(taken_);
   part.set_incarnation(session_->incarnation());
@@ -257,7 +258,7 @@ WatchSource::Step WatchSource::TellNext(absl::Time now, grpc::Slice* message) {
   return Step::kMessage;
 }
 
-WatchSource::Step WatchSource::TellRun(absl::Time now, const WatchGroup::Run& run,
+WatchSource::Step WatchSource::TellRun(SteadyTime now, const WatchGroup::Run& run,
                                        grpc::Slice* message) {
   taken_ = run.end;
   if (run.num_changes == 0) return Step::kNothingYet;
@@ -278,18 +279,18 @@ void WatchSource::AddForReplica(absl::Time time, WatchMessage* message) {
   if (std::exchange(map_due_, false)) EncodeMap(*session_, message->mutable_map());
 }
 
-absl::Time WatchSource::ProgressDue() const {
-  const absl::Time idle = last_message_ + limits_.watch_progress;
+SteadyTime WatchSource::ProgressDue() const {
+  const SteadyTime idle = last_message_ + limits_.watch_progress;
   if (told_ == taken_) return idle;
   return std::min(idle,
                   last_progress_ + std::min(tuning_.between_progress, limits_.watch_progress));
 }
 
-absl::Duration WatchSource::idle_for(absl::Time now) const {
+absl::Duration WatchSource::idle_for(SteadyTime now) const {
   return std::max(ProgressDue() - now, absl::ZeroDuration());
 }
 
-absl::StatusOr<WatchSource::Step> WatchSource::TellProgress(absl::Time now, grpc::Slice* message) {
+absl::StatusOr<WatchSource::Step> WatchSource::TellProgress(SteadyTime now, grpc::Slice* message) {
   told_ = taken_;
   last_message_ = now;
   last_progress_ = now;
@@ -325,7 +326,7 @@ absl::Status WatchSource::ReadCommits(Revision newest) {
   return absl::OkStatus();
 }
 
-absl::StatusOr<WatchSource::Step> WatchSource::TakeCommits(absl::Time now, grpc::Slice* message) {
+absl::StatusOr<WatchSource::Step> WatchSource::TakeCommits(SteadyTime now, grpc::Slice* message) {
   if (told_ < taken_ && ProgressDue() <= now) return TellProgress(now, message);
   if (commits_.empty()) {
     const Revision newest = feed().newest();
@@ -348,7 +349,7 @@ absl::StatusOr<WatchSource::Step> WatchSource::TakeCommits(absl::Time now, grpc:
   return TakeCommit(now, message);
 }
 
-absl::StatusOr<WatchSource::Step> WatchSource::TakeCommit(absl::Time now, grpc::Slice* message) {
+absl::StatusOr<WatchSource::Step> WatchSource::TakeCommit(SteadyTime now, grpc::Slice* message) {
   commit_ = std::move(commits_.front());
   commits_.pop_front();
   const auto changes = std::exchange(commit_.changes, nullptr);
@@ -369,7 +370,7 @@ absl::StatusOr<WatchSource::Step> WatchSource::TakeCommit(absl::Time now, grpc::
   return ReadCommit(now, message);
 }
 
-absl::StatusOr<WatchSource::Step> WatchSource::ReadCommit(absl::Time now, grpc::Slice* message) {
+absl::StatusOr<WatchSource::Step> WatchSource::ReadCommit(SteadyTime now, grpc::Slice* message) {
   // With a change more than the message takes, it is known whether it is the commit's last.
   if (!commit_parts_->done() && !ExceedMessage(telling_, limits_)) {
     std::vector<MapChange> part = commit_parts_->Next(limits_.chunk_items);

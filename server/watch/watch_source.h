@@ -15,6 +15,7 @@
 #include "absl/status/statusor.h"
 #include "absl/time/time.h"
 #include "base/limits/limits.h"
+#include "base/sync/steady_time.h"
 #include "hypermap/v1/watch_service.pb.h"
 #include "map/watch/follower.h"
 #include "server/rpc/facilities.h"
@@ -51,12 +52,12 @@ class WatchSource {
   // idle_for(now) has passed. UNAVAILABLE if the feed is closed, OUT_OF_RANGE if the next commits
   // are no longer kept, RESOURCE_EXHAUSTED if the reader fell too far behind; all name the revision
   // to resume from.
-  absl::StatusOr<Step> Next(absl::Time now, grpc::Slice* message);
+  absl::StatusOr<Step> Next(SteadyTime now, grpc::Slice* message);
 
   // Makes the next message if the group can provide it, and returns whether it did. Reads no
   // history, waits for nothing but the group's lock, and takes little more than
   // WatchTuning::max_encoding, so that any thread may call it.
-  bool TakeShared(absl::Time now, grpc::Slice* message);
+  bool TakeShared(SteadyTime now, grpc::Slice* message);
 
   // Whether the next message should wait for a tick, so that it contains several commits: the watch
   // may coalesce, and its last message reached the newest revision.
@@ -68,7 +69,7 @@ class WatchSource {
   // The cursor: the last revision that the source has read.
   Revision taken() const { return taken_; }
   // Time until the next message is due if no commit comes; not negative.
-  absl::Duration idle_for(absl::Time now) const;
+  absl::Duration idle_for(SteadyTime now) const;
   // Number of changes in all messages so far.
   int64_t items() const { return items_; }
   // Bytes of memory that the source takes at most for its filter, whatever the map: an estimate.
@@ -100,28 +101,28 @@ class WatchSource {
 
   // Moves the cursor to `snapshot`; the next messages contain all that the filter selects there.
   absl::Status BeginSelection(SnapshotPtr snapshot, bool reset);
-  Step ReadSelection(absl::Time now, grpc::Slice* message);
+  Step ReadSelection(SteadyTime now, grpc::Slice* message);
   // Moves the cursor over the next commits, with the group's messages where it has them.
-  absl::StatusOr<Step> TakeCommits(absl::Time now, grpc::Slice* message);
+  absl::StatusOr<Step> TakeCommits(SteadyTime now, grpc::Slice* message);
   // Moves the cursor over the first of commits_, which this watch encodes alone.
-  absl::StatusOr<Step> TakeCommit(absl::Time now, grpc::Slice* message);
+  absl::StatusOr<Step> TakeCommit(SteadyTime now, grpc::Slice* message);
   // Reads on in commit_parts_, and tells the next part once a message is full.
-  absl::StatusOr<Step> ReadCommit(absl::Time now, grpc::Slice* message);
+  absl::StatusOr<Step> ReadCommit(SteadyTime now, grpc::Slice* message);
   // Charges for what is held of a commit. RESOURCE_EXHAUSTED.
   absl::Status ChargeRest();
   // Fills commits_ from the feed, or from the history with commits up to `newest`.
   absl::Status ReadCommits(Revision newest);
   // Encodes the next part of telling_.
-  Step TellNext(absl::Time now, grpc::Slice* message);
+  Step TellNext(SteadyTime now, grpc::Slice* message);
   // Sends the message of `run`, and moves the cursor to its end.
-  Step TellRun(absl::Time now, const WatchGroup::Run& run, grpc::Slice* message);
+  Step TellRun(SteadyTime now, const WatchGroup::Run& run, grpc::Slice* message);
   // Sends a message without changes, which moves the reader's resume point to the cursor.
-  absl::StatusOr<Step> TellProgress(absl::Time now, grpc::Slice* message);
+  absl::StatusOr<Step> TellProgress(SteadyTime now, grpc::Slice* message);
   // Adds the fields that only replicas get to a message that is not a commit's: the time of its
   // revision, and in the rpc's first message the map.
   void AddForReplica(absl::Time time, WatchMessage* message);
   // Time at which a message without changes is due.
-  absl::Time ProgressDue() const;
+  SteadyTime ProgressDue() const;
   // The error with the revision to resume from.
   absl::Status WithResume(const absl::Status& status) const;
 
@@ -154,8 +155,8 @@ class WatchSource {
   bool gathers_ = false;
   double changes_per_s_ = 0;  // exponential moving average over the group's runs
 
-  absl::Time last_message_ = absl::InfinitePast();
-  absl::Time last_progress_ = absl::InfinitePast();
+  SteadyTime last_message_ = SteadyTime::InfinitePast();
+  SteadyTime last_progress_ = SteadyTime::InfinitePast();
   int64_t items_ = 0;
 };
 

@@ -2,6 +2,7 @@
 is let go, nothing is carried out twice, and objects expire when their time has really passed."""
 
 import glob
+import socket
 import time
 import unittest
 
@@ -39,8 +40,8 @@ class Clock(SiteTest):
         changed.write_text(text + "\n")
         changed.rename(self.clock)
 
-    def start(self):
-        self.site = self.enterContext(Server(self.data_dir, environment={
+    def start(self, *flags):
+        self.site = self.enterContext(Server(self.data_dir, *flags, environment={
             "LD_PRELOAD": LIBRARY, "FAKETIME_TIMESTAMP_FILE": str(self.clock),
             "FAKETIME_NO_CACHE": "1", "FAKETIME_DONT_FAKE_MONOTONIC": "1",
             "DONT_FAKE_MONOTONIC": "1", "NO_FAKE_STAT": "1"}))
@@ -118,6 +119,24 @@ class Clock(SiteTest):
 
     def test_c1_clock_stands_still(self):
         self.live_through(time.strftime("%Y-%m-%d %H:%M:%S"))
+
+    def is_accepted(self):
+        """Opens and closes a connection. Returns whether the server has sent its settings."""
+        with socket.create_connection(("127.0.0.1", self.site.port), DEADLINE_S) as connection:
+            try:
+                return connection.recv(1) != b""
+            except ConnectionResetError:
+                return False
+
+    def test_c1_closed_connections_are_forgotten_while_the_clock_stands_still(self):
+        self.site.kill()
+        self.set_clock(time.strftime("%Y-%m-%d %H:%M:%S"))
+        self.start("--max_connections_per_address=20")
+        for _ in range(60):
+            deadline = time.monotonic() + DEADLINE_S
+            while not self.is_accepted():
+                self.assertLess(time.monotonic(), deadline, "closed connections still count")
+                time.sleep(0.02)
 
     def test_c1_server_is_started_while_the_clock_is_a_year_ahead(self):
         self.promise()
