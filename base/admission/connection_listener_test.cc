@@ -65,6 +65,10 @@ class ConnectionListenerTest : public ::testing::Test {
   FileDescriptor Connect(const char* from = "127.0.0.1") {
     FileDescriptor client(socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0));
     if (!client.is_open()) return client;
+    // The port is chosen by connect. Thousands that are chosen by bind would include ports at which
+    // servers of other tests are about to listen again.
+    const int on = 1;
+    EXPECT_EQ(setsockopt(client.get(), IPPROTO_IP, IP_BIND_ADDRESS_NO_PORT, &on, sizeof on), 0);
     sockaddr_in source{};
     source.sin_family = AF_INET;
     inet_pton(AF_INET, from, &source.sin_addr);
@@ -300,9 +304,9 @@ TEST_F(ConnectionListenerTest, A2HostThatFloodedIsLookedAtBeforeItsConnectionsAr
     floods.clear();
   }
   // One that floods before it was accepted is closed.
-  const FileDescriptor again = Connect("127.0.0.2");
   std::string frames;
   for (uint32_t i = 0; i < 50; ++i) frames += CancelledCall(2 * i + 1);
+  const FileDescriptor again = Connect("127.0.0.2");
   ASSERT_GT(send(again.get(), frames.data(), frames.size(), MSG_NOSIGNAL), 0);
   EXPECT_TRUE(Eventually([&] {
     // The close of a socket with unread bytes resets the connection.

@@ -5,6 +5,7 @@
 #include <grpcpp/grpcpp.h>
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <cstdint>
 #include <deque>
 #include <memory>
@@ -17,8 +18,15 @@
 namespace hypermap::admission {
 namespace {
 
-// Receives nothing, and ends when the call does.
-class Quiet final : public grpc::ClientBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer> {};
+// Receives nothing, and counts the end of the call.
+class Quiet final : public grpc::ClientBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer> {
+ public:
+  explicit Quiet(std::atomic<int>* num_done) : num_done_(num_done) {}
+  void OnDone(const grpc::Status& /*status*/) override { ++*num_done_; }
+
+ private:
+  std::atomic<int>* const num_done_;
+};
 
 class NeverAnswers final : public grpc::CallbackGenericService {
   class Reactor final : public grpc::ServerGenericBidiReactor {
@@ -55,9 +63,11 @@ TEST(OpenStreamsTest, CallsThatSentOnlyTheirHeadersAreCountedUntilTheyEnd) {
       grpc::CreateChannel(absl::StrCat("127.0.0.1:", port), grpc::InsecureChannelCredentials()));
   EXPECT_TRUE(Eventually({}));
   std::deque<grpc::ClientContext> contexts;
+  std::atomic<int> num_done = 0;
   std::deque<Quiet> calls;
   for (int i = 0; i < 7; ++i) {
-    stub.PrepareBidiStreamingCall(&contexts.emplace_back(), "/a/b", {}, &calls.emplace_back());
+    stub.PrepareBidiStreamingCall(&contexts.emplace_back(), "/a/b", {},
+                                  &calls.emplace_back(&num_done));
     calls.back().StartCall();
   }
   EXPECT_TRUE(Eventually({7}));
@@ -65,6 +75,8 @@ TEST(OpenStreamsTest, CallsThatSentOnlyTheirHeadersAreCountedUntilTheyEnd) {
   EXPECT_TRUE(Eventually({6}));
   for (grpc::ClientContext& context : contexts) context.TryCancel();
   EXPECT_TRUE(Eventually({}));
+  // gRPC uses the reactors until they are done.
+  EXPECT_TRUE(testing::Eventually([&] { return num_done == 7; }));
   server->Shutdown();
 }
 

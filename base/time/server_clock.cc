@@ -13,6 +13,8 @@ namespace {
 constexpr absl::Duration kLoggedChange = absl::Hours(1);
 // A reading that took longer tells nothing: the process was stopped between the two clocks.
 constexpr absl::Duration kMaxReading = absl::Milliseconds(100);
+// The first reading, by which the clock is set, is repeated until one was as quick as this.
+constexpr absl::Duration kQuickReading = absl::Microseconds(20);
 constexpr int kFirstReadings = 10;
 
 std::string Text(absl::Duration duration) { return absl::FormatDuration(duration); }
@@ -21,7 +23,10 @@ std::string Text(absl::Duration duration) { return absl::FormatDuration(duration
 
 ServerClock::ServerClock(const Clock* clock) : clock_(clock) {
   Reading reading = ReadClocks();
-  for (int i = 1; i < kFirstReadings && reading.took > kMaxReading; ++i) reading = ReadClocks();
+  for (int i = 1; i < kFirstReadings && reading.took > kQuickReading; ++i) {
+    const Reading next = ReadClocks();
+    if (next.took < reading.took) reading = next;
+  }
   now_at_boot_ = reading.wall_at_boot();
   updated_ = reading.since_boot;
   settled_since_ = reading.since_boot;

@@ -214,7 +214,8 @@ TEST(WatcherTest, ASilentConnectionIsTakenForBroken) {
   script.watches = {Open({Removes(5, {1})}), Broken({Removes(6, {2})})};
   ScriptedServer server(script);
   WatchOptions options;
-  options.idle_timeout = absl::Milliseconds(50);
+  // Long enough for the first message of a call on a busy machine.
+  options.idle_timeout = absl::Seconds(2);
   Watcher watcher = Client(server.address()).Watch("office", options);
   EXPECT_EQ(watcher.Next()->revision, 5);
   const std::optional<WatchEvent> event = watcher.Next();

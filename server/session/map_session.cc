@@ -31,9 +31,6 @@ constexpr absl::Duration kExpiryRetry = absl::Seconds(1);
 // Number of groups that are written for each step of compaction while the queue never empties:
 // compaction must not fall behind for ever, and must not take much of the writer's time.
 constexpr int kGroupsPerCompactionStep = 8;
-// Time after which a group takes no further submission: tasks, for which threads of all maps may
-// wait, come after it.
-constexpr absl::Duration kLongGroup = absl::Milliseconds(50);
 // How often a thread that waits for the writer looks whether its own caller has gone.
 constexpr absl::Duration kLookPeriod = absl::Milliseconds(20);
 
@@ -366,7 +363,7 @@ void MapSession::Commit(std::vector<QueuedSubmission> submissions) {
     if (next > 0) RunTasks();
     if (!is_broken_) KeepMark(time_.MarkBeforeCommit(snapshot()->revision));
     GroupCommit group(stored_.get(), fusion_.get(), snapshot(), options_.limits, &content_);
-    const Deadline end_of_group(kLongGroup);
+    const Deadline end_of_group(options_.max_group_time);
     do {
       std::visit(
           [&](auto& q) {

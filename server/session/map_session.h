@@ -51,6 +51,9 @@ struct SessionOptions {
   // Bytes of changes at which a group is written although more submissions wait. A small submission
   // can make large changes.
   int64_t max_group_bytes = int64_t{64} << 20;
+  // Time after which a group takes no further submission: tasks, for which threads of all maps may
+  // wait, come after it.
+  absl::Duration max_group_time = absl::Milliseconds(50);
   // The clock of all maps of a site: of commit times, ages, the expiry of objects, and of the
   // stamps of observations, unless `fusion` has a clock of its own.
   std::shared_ptr<ServerClock> clock = std::make_shared<ServerClock>();

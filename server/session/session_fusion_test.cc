@@ -93,6 +93,7 @@ EditBatch ThingsAndSeen() {
 class TestSite {
  public:
   TestSite() {
+    options_.max_group_time = absl::InfiniteDuration();
     options_.fusion.codec = WireEvidenceCodec();
     options_.fusion.make_strategy = MakeTallyStrategy;
     options_.fusion.default_strategy = "tally";

@@ -32,7 +32,9 @@ using ::testing::IsEmpty;
 class Watching {
  public:
   Watching(TestServer& server, const v1::WatchRequest& request)
-      : reader_(server.watch->Watch(&context_, request)) {}
+      : Watching(*server.watch, request) {}
+  Watching(v1::WatchService::Stub& stub, const v1::WatchRequest& request)
+      : reader_(stub.Watch(&context_, request)) {}
   ~Watching() {
     context_.TryCancel();
     if (!finished_) reader_->Finish();
@@ -470,7 +472,13 @@ std::vector<hypermap::Edit> Checkered(bool odd) {
 
 TEST_P(WatchServiceTest, ReaderThatDoesNotReadHoldsNobodyUpAndIsToldWhereToResume) {
   Edit(LayerOfCells("cells", 1, 1).edits);
-  Watching slow(server_, Request(2));
+  // Receives only a few bytes ahead of its reader.
+  grpc::ChannelArguments arguments;
+  arguments.SetInt(GRPC_ARG_HTTP2_STREAM_LOOKAHEAD_BYTES, 1024);
+  arguments.SetInt(GRPC_ARG_HTTP2_BDP_PROBE, 0);
+  const auto stub = v1::WatchService::NewStub(
+      grpc::CreateCustomChannel(server_.address(), grpc::InsecureChannelCredentials(), arguments));
+  Watching slow(*stub, Request(2));
   Watching quick(server_, Request(2));
   ASSERT_TRUE(slow.Next().has_value());
   for (int i = 0; i < 40; ++i) Edit(Checkered(i % 2 == 0));

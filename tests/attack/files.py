@@ -94,7 +94,7 @@ def unfinished_imports(site):
     yield
     with site.channel() as channel:
         calls = [client_stream(channel, _IMPORT, messages(i), 90) for i in range(count)]
-        deadline = time.monotonic() + site.size(30, 6)
+        deadline = time.monotonic() + 30
         while time.monotonic() < deadline and not all(
                 call.done() or sent[i] == 62 for i, call in enumerate(calls)):
             time.sleep(0.05)

@@ -282,7 +282,7 @@ class History(SiteTest):
         sites.make(client)
         start = sites.revision(client)
         short, renewed = sites.put("pallet", 0, 0), sites.put("robot", 5, 5)
-        short["put_object"]["time_to_live"] = renewed["put_object"]["time_to_live"] = "1.5s"
+        short["put_object"]["time_to_live"] = renewed["put_object"]["time_to_live"] = "5s"
         ids = client.ApplyEdits(map="site", edits=[short, renewed]).object_ids
         renewed["put_object"]["object"]["id"] = ids[1]
         renewed["put_object"]["time_to_live"] = "3600s"

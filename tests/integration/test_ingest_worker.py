@@ -105,7 +105,7 @@ class Replay(WorkerTest):
         self.replay(folder, server=server, map_name="unbroken")
         for _ in range(2):
             begun = self.revision(server)
-            process = start("replay", folder, "--map", "site", "--rate", 4, server=server)
+            process = start("replay", folder, "--map", "site", "--rate", 1, server=server)
             self.wait_until(lambda: self.revision(server) > begun + 5)
             process.kill()
             finish(process)
@@ -117,7 +117,7 @@ class Replay(WorkerTest):
 
     def test_an_interrupted_worker_waits_for_acknowledgements(self):
         server, folder = self.server(), self.recording(40).write()
-        process = start("replay", folder, "--map", "site", "--rate", 4, "--json", server=server)
+        process = start("replay", folder, "--map", "site", "--rate", 1, "--json", server=server)
         self.wait_until(lambda: self.revision(server) > 5)
         process.send_signal(signal.SIGINT)
         code, out, err = finish(process)

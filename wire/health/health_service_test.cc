@@ -197,6 +197,8 @@ class Watch {
     if (!finished_) context_.TryCancel(), stream_->Finish();
   }
 
+  // Waits until the server has begun to send the first status.
+  void AwaitBegin() { stream_->WaitForInitialMetadata(); }
   std::optional<ServingStatus> Read() {
     grpc::ByteBuffer bytes;
     if (!stream_->Read(&bytes)) return std::nullopt;
@@ -382,7 +384,7 @@ std::shared_ptr<grpc::Channel> SlowChannel(const TestServer& server) {
 TEST_F(Health, WatchThatIsNotReadHoldsOneMessageAndTheNewestStatus) {
   TestServer server(tickets_.admit());
   Watch watch(SlowChannel(server), RequestFor(""));
-  tickets_.WaitUntil([](const auto& counts) { return counts.open == 1; });
+  watch.AwaitBegin();
   Watch reader(server, "");
   EXPECT_EQ(reader.Read(), kServing);
   for (int i = 0; i < 1000; ++i) {

@@ -92,8 +92,9 @@ class Replica::Impl {
 
  private:
   void Take(const KnownRevision& newest) {
-    Publish(newest);
+    // First, so that Flush writes what others were told of.
     if (disk_) disk_->Write(newest);
+    Publish(newest);
   }
 
   bool has_content() const { return look().get() != nullptr; }

@@ -234,7 +234,8 @@ func TestCancellationIsForwarded(t *testing.T) {
 
 func TestAServerThatIsDownIsUnavailableUntilItComesBack(t *testing.T) {
 	forEachProtocol(t, func(t *testing.T, as caller) {
-		address, server := startBackend(t, "127.0.0.1:0", echo)
+		// Nobody else takes ports of this address while the server is down.
+		address, server := startBackend(t, "127.0.0.9:0", echo)
 		gateway := startGateway(t, before(address))
 		client := as.to(gateway, queryPoint)
 		if _, err := client.CallUnary(testContext(t), raw("")); err != nil {

@@ -118,11 +118,8 @@ func TestAnswerBeforeTheEndOfAnUploadIsSentAtOnce(t *testing.T) {
 	if _, err := io.WriteString(conn, head+"\x00\x00\x00\x00\x00"); err != nil {
 		t.Fatal(err)
 	}
-	time.Sleep(50 * time.Millisecond) // Until the server's answer has come; an earlier message may be forwarded.
-	if _, err := io.WriteString(conn, "\x00\x00\x00\x00\x00"); err != nil {
-		t.Fatal(err)
-	}
-	answer := untilClosed(t, conn, "")
+	// The gateway notices the server's answer at a later message; earlier ones may be forwarded.
+	answer := untilClosed(t, conn, "\x00\x00\x00\x00\x00")
 	if !strings.HasPrefix(answer, "HTTP/1.1 200") || !strings.Contains(answer, "--max_import_bytes") {
 		t.Errorf("%q", answer)
 	}

@@ -34,7 +34,7 @@ const answer: Promise<bigint> = client.catalog.getMap({ map: 'office' }).then(({
 await answer.catch((error: Error) => console.log(typeof events.next, kinds.length, error.name));
 `,
   );
-});
+}, 120_000);
 
 afterAll(() => rm(project, { recursive: true, force: true }));
 

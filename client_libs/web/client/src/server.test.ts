@@ -35,7 +35,8 @@ const serve = (listen: string) =>
 
 beforeAll(async () => {
   folder = await mkdtemp(join(tmpdir(), 'hypermap_client_'));
-  server = await serve('127.0.0.1:0');
+  // Nobody else takes ports of this address while the server is down.
+  server = await serve('127.0.0.11:0');
   gateway = await Server.start('hypermap-gateway', [
     `--server=${server.address}`,
     '--listen=127.0.0.1:0',

@@ -127,20 +127,28 @@ test('class, shape and pin of an object are changed, and undone with the keyboar
   await expect(page.getByRole('button', { name: 'Undo delete cart' })).toBeVisible();
   expect(await entities(site, 'cart')).toEqual([]);
 
+  // A key is ignored while the previous edit waits for its answer.
+  const isNextToUndo = (title: string) =>
+    expect(page.getByRole('button', { name: `Undo ${title}` })).toBeEnabled();
   await page.keyboard.press('Control+z');
   await expect(selected.getByRole('button', { name: 'Pinned' })).toBeVisible();
+  await isNextToUndo('pin cart');
   await page.keyboard.press('Control+z');
   await expect(selected.getByRole('button', { name: 'Pin', exact: true })).toBeVisible();
+  await isNextToUndo('reshape cart');
   await page.keyboard.press('Control+z');
   await expect
     .poll(async () =>
       Math.max(...((await entities(site, 'cart'))[0]?.polygon[0] ?? []).map(([x]) => x)),
     )
     .toBeCloseTo(7, 1);
+  await isNextToUndo('rename trolley to cart');
   await page.keyboard.press('Control+z');
   await expect(page.getByRole('heading', { name: 'Selected: trolley' })).toBeVisible();
+  await isNextToUndo('draw trolley');
   await page.keyboard.press('Control+z');
   await expect.poll(() => entities(site, 'trolley')).toEqual([]);
+  await expect(page.getByRole('button', { name: 'Redo draw trolley' })).toBeEnabled();
   await page.keyboard.press('Control+y');
   await expect.poll(() => entities(site, 'trolley')).toHaveLength(1);
 });

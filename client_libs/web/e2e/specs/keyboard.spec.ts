@@ -106,6 +106,8 @@ test('an object is created, deleted and restored without a pointer', async ({
   await expect(heading).toBeVisible();
   await page.keyboard.press('Delete');
   await expect(heading).toBeHidden();
+  // A key is ignored while the previous edit waits for its answer.
+  await expect(page.getByRole('button', { name: 'Undo delete trolley' })).toBeEnabled();
   await page.keyboard.press('Control+z');
   await expect(heading).toBeVisible();
 });

@@ -139,8 +139,7 @@ test('a rotated grid of 4,000 x 4,000 cells loads', async ({ emptySite, dashboar
       5 + Math.sin(0.3) * x + Math.cos(0.3) * y,
     ] as const;
   const [wallX, wallY] = inMap(195.1, 192.5);
-  await page.goto(`${emptySite.url}/?map=hall&view=${wallX},${wallY},0.02`);
-  await dashboard.isLive();
+  await dashboard.open(emptySite, { map: 'hall', view: [wallX, wallY, 0.02] });
   await waitUntilStill(dashboard, page);
   const wall = await dashboard.colourAt([wallX, wallY]);
   const room = await dashboard.colourAt(inMap(193, 192.5));

@@ -34,8 +34,9 @@ export class Dashboard {
     await this.page.goto(`${site.url}/?${params.join('&')}`);
     await this.isLive();
     await expect.poll(() => this.page.url()).toContain('view=');
-    // The map ignores clicks until it has been drawn once.
-    await expect(this.page.locator('.map canvas').first()).toBeAttached();
+    // "Live" comes before the content: a layer is drawn when the snapshot and the list of layers
+    // have come. The map ignores clicks until it has been drawn once.
+    await expect(this.page.locator('.map .canvas-layer').first()).toBeAttached();
     // The browser drops input until the first paint of the page.
     await this.page.waitForFunction(() => performance.getEntriesByType('paint').length > 0);
   }

@@ -23,7 +23,8 @@ export class Site {
   static async open(maps: string): Promise<Site> {
     const folder = await mkdtemp(join(tmpdir(), 'hypermap_e2e_'));
     await cp(maps, folder, { recursive: true });
-    const server = await serve(folder, '127.0.0.1:0');
+    // Nobody else takes ports of this address while the server is down.
+    const server = await serve(folder, '127.0.0.10:0');
     try {
       const gateway = await Server.start('hypermap-gateway', [
         `--server=${server.address}`,
