@@ -39,10 +39,14 @@ constexpr int64_t kLeastPart = 16;
 constexpr absl::Duration kAccountPeriod = absl::Milliseconds(200);
 // Shortest period of counting open streams, which takes at most one part in kStreamsPart of the
 // thread's time.
-constexpr absl::Duration kStreamsPeriod = absl::Milliseconds(40);
+constexpr absl::Duration kStreamsPeriod = absl::Milliseconds(20);
 constexpr int kStreamsPart = 4;
 // A connection with fewer streams without a message is not shut down for them.
 constexpr int64_t kLeastUnknownStreams = 100;
+// New connections of a host wait while gRPC frees the streams of those that were shut down, but no
+// longer than this: otherwise a host that connects again and again has more and more that are being
+// freed.
+constexpr absl::Duration kMostFreeing = absl::Seconds(5);
 // Number of stalled connections that are shut down in one look, and the time until the next such
 // look: it takes gRPC some time to free their memory.
 constexpr int kMostStalled = 16;
@@ -58,6 +62,9 @@ constexpr absl::Duration kSuspicion = absl::Minutes(1);
 // Pace of new connections of a host.
 constexpr double kConnectionsPerSecond = 200;
 constexpr double kBurst = 1000;
+// The same for a host that has flooded: when several of its connections had to wait, each may have
+// the next flood ready.
+constexpr double kSuspectsPerSecond = 20;
 constexpr absl::Duration kLogPeriod = absl::Seconds(10);
 // Returning freed memory to the system takes locks of the allocator.
 constexpr absl::Duration kReturnPeriod = absl::Seconds(5);
@@ -113,6 +120,7 @@ ConnectionListener::ConnectionListener(ConnectionListenerOptions options,
       listeners_(std::move(listening.sockets)),
       connections_(options_.limits),
       pace_(kConnectionsPerSecond, kBurst),
+      pace_of_suspects_(kSuspectsPerSecond, 8),
       spare_(OpenSpare()),
       wake_(std::move(wake)) {}
 
@@ -204,16 +212,21 @@ void ConnectionListener::AcceptOrHold(FileDescriptor socket, const std::string& 
 }
 
 void ConnectionListener::ReleaseHeld() {
+  if (held_.empty()) return;
   const SteadyTime now = SteadyTime::Now();
+  const auto being_freed = connections_.HostsBeingFreed(kLeastUnknownStreams);
   std::deque<Held> waiting;
   for (Held& held : std::exchange(held_, {})) {
     if (IsClosedByPeer(held.socket.get())) continue;
-    const bool waits = now < held.until;
+    const bool waits =
+        now < held.until || (being_freed.contains(held.host) && now < held.until + kMostFreeing);
+    const bool is_suspect = WaitAfterFloods(held.host) > absl::ZeroDuration();
+    Pace& pace = is_suspect ? pace_of_suspects_ : pace_;
     // A flood is shut down only after its wait: a client that is told later comes again later.
     if (!waits && HasManyResets(held.socket.get())) {
       Suspected(held.host);
       ++num_shut_down_;
-    } else if (waits || !pace_.Take(held.host, now)) {
+    } else if (waits || !pace.Take(held.host, now)) {
       waiting.push_back(std::move(held));
     } else {
       connections_.SetHeld(held.socket.get(), false);
@@ -349,7 +362,7 @@ void ConnectionListener::GuardStreams(int64_t resident, int64_t most) {
   streams_due_ = begin + std::max(kStreamsPeriod, taken * kStreamsPart);
   // When a connection is shut down, gRPC passes its open streams to the server as calls, which need
   // as much memory again. Therefore the streams that are still open are added to what is resident.
-  if (resident + connections_.BytesOfUnknownStreams() <= most / 4) return;
+  if (resident + connections_.BytesOfUnknownStreams() <= most / 8 * 3) return;
   const std::vector<ShutDownPeer> peers = connections_.ShutDownStreams(kLeastUnknownStreams);
   // What they took is freed slowly: others of the same kind must not come as fast as they can.
   for (const ShutDownPeer& peer : peers) Suspected(peer.host);

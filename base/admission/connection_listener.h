@@ -69,8 +69,9 @@ struct ConnectionListenerOptions {
 // New connections of a host wait, in their order,
 // - beyond a pace of 200 in a second, after a burst of 1000: a client that connects, sends nonsense
 //   and connects again costs gRPC more than itself;
-// - after a flood of cancelled calls, 0.1 to 0.8 s, the longer the more floods there were. Those
-//   that have flooded meanwhile are closed.
+// - for a minute after a flood of cancelled calls, or of calls without a message: 0.1 to 0.8 s, the
+//   longer the more floods there were, up to 5 s more while gRPC frees what they took, and then
+//   beyond a pace of 20 in a second. Those that have sent a flood meanwhile are closed.
 // A connection that its client closes while it waits is dropped.
 class ConnectionListener {
  public:
@@ -150,6 +151,7 @@ class ConnectionListener {
   std::unique_ptr<Handover> handover_;
   absl::flat_hash_map<std::string, Suspect> suspects_;
   Pace pace_;
+  Pace pace_of_suspects_;
   // Kept open to be closed when a descriptor is needed to refuse a connection.
   FileDescriptor spare_;
   SteadyTime looked_ = SteadyTime::InfinitePast();

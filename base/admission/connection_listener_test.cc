@@ -282,27 +282,37 @@ TEST_F(ConnectionListenerTest, A2ManyCallsThatAreBegunAndCancelledInOneReadAreAF
   EXPECT_FALSE(IsClosed(closes_watches));
 }
 
-TEST_F(ConnectionListenerTest, A2HostThatFloodedIsLookedAtBeforeItsConnectionsAreAccepted) {
-  std::vector<std::string> floods;
-  Mutex mutex;
-  Start({10, 10}, 0, [&] {
-    const MutexLock lock(&mutex);
-    return floods;
-  });
-  const FileDescriptor flood = Connect("127.0.0.2");
-  ASSERT_TRUE(Eventually([&] { return num_accepted() == 1; }));
-  {
+// A listener that has shut down a connection of 127.0.0.2 as a flood.
+class FloodedListenerTest : public ConnectionListenerTest {
+ protected:
+  FloodedListenerTest() {
+    Start({1'000, 1'000}, 0, [this] {
+      const MutexLock lock(&floods_mutex_);
+      return floods_;
+    });
+    const FileDescriptor flood = Connect("127.0.0.2");
+    EXPECT_TRUE(Eventually([&] { return num_accepted() == 1; }));
     sockaddr_storage address{};
     socklen_t size = sizeof address;
-    ASSERT_EQ(getsockname(flood.get(), reinterpret_cast<sockaddr*>(&address), &size), 0);
-    const MutexLock lock(&mutex);
-    floods.push_back(NormalizedPeer(address));
+    EXPECT_EQ(getsockname(flood.get(), reinterpret_cast<sockaddr*>(&address), &size), 0);
+    SetFloods({NormalizedPeer(address)});
+    EXPECT_TRUE(Eventually([&] { return IsClosed(flood); }));
+    SetFloods({});
   }
-  EXPECT_TRUE(Eventually([&] { return IsClosed(flood); }));
-  {
-    const MutexLock lock(&mutex);
-    floods.clear();
+  // Its thread uses the members below.
+  ~FloodedListenerTest() override { listener_.reset(); }
+
+ private:
+  void SetFloods(std::vector<std::string> peers) {
+    const MutexLock lock(&floods_mutex_);
+    floods_ = std::move(peers);
   }
+
+  Mutex floods_mutex_;
+  std::vector<std::string> floods_;
+};
+
+TEST_F(FloodedListenerTest, A2ItsHostIsLookedAtBeforeItsConnectionsAreAccepted) {
   // One that floods before it was accepted is closed.
   std::string frames;
   for (uint32_t i = 0; i < 50; ++i) frames += CancelledCall(2 * i + 1);
@@ -319,7 +329,20 @@ TEST_F(ConnectionListenerTest, A2HostThatFloodedIsLookedAtBeforeItsConnectionsAr
   const FileDescriptor honest = Connect("127.0.0.2");
   EXPECT_TRUE(Eventually([&] { return num_accepted() == 3; }));
   EXPECT_FALSE(IsClosed(honest));
-  listener_.reset();
+}
+
+TEST_F(FloodedListenerTest, ConnectionsOfItsHostThatWaitAreAcceptedAFewAtATime) {
+  const SteadyTime begin = SteadyTime::Now();
+  std::vector<FileDescriptor> waiting;
+  for (int i = 0; i < 40; ++i) waiting.push_back(Connect("127.0.0.2"));
+  size_t accepted = 0;
+  EXPECT_TRUE(Eventually([&] {
+    accepted = num_accepted() - 1;
+    // A burst of 8, and 20 in a second.
+    const double most = 8 + 20 * absl::ToDoubleSeconds(SteadyTime::Now() - begin);
+    EXPECT_LE(static_cast<double>(accepted), most + 1);
+    return accepted >= 12;
+  }));
 }
 
 TEST_F(ConnectionListenerTest, HostThatConnectsAgainAndAgainIsPaced) {

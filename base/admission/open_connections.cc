@@ -302,6 +302,16 @@ int64_t OpenConnections::BytesOfUnknownStreams() const {
   return num * kStreamBytes;
 }
 
+absl::flat_hash_set<std::string> OpenConnections::HostsBeingFreed(int64_t least) const {
+  absl::flat_hash_set<std::string> hosts;
+  for (const auto& [fd, connection] : connections_) {
+    if (connection.is_shut_down && connection.num_unknown_streams >= least) {
+      hosts.insert(connection.host);
+    }
+  }
+  return hosts;
+}
+
 std::vector<ShutDownPeer> OpenConnections::ShutDownStreams(int64_t least) {
   int64_t most = 0;
   for (const auto& [fd, connection] : connections_) {

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "absl/container/flat_hash_map.h"
+#include "absl/container/flat_hash_set.h"
 #include "absl/status/status.h"
 #include "absl/strings/string_view.h"
 #include "absl/time/time.h"
@@ -72,6 +73,10 @@ class OpenConnections {
   int64_t MostUnexplainedBytes() const;
   // The memory of gRPC that these streams take, in all connections.
   int64_t BytesOfUnknownStreams() const;
+
+  // The hosts with connections that were shut down and whose streams without a call, at least
+  // `least` in one of them, gRPC has not freed yet.
+  absl::flat_hash_set<std::string> HostsBeingFreed(int64_t least) const;
 
   // The following shut down connections, drop the bytes that wait in their sockets, and return
   // their peers. Bytes that wait in the socket are not counted.
