@@ -199,7 +199,7 @@ def goal_searches(site):
             calls = [unary(channel, "ExplorationService/ClaimGoal", claim, 20)
                      for claim in claims * 4]
             answered.append(site.tell_result(
-                unary(other, "ExplorationService/GetExploration", honest, 10)))
+                unary(other, "ExplorationService/GetExploration", honest, 30)))
             for call in calls:
                 site.tell_result(call)
     if answered and all(answered):
