@@ -65,6 +65,7 @@ constexpr double kBurst = 1000;
 // The same for a host that has flooded: when several of its connections had to wait, each may have
 // the next flood ready.
 constexpr double kSuspectsPerSecond = 20;
+constexpr double kSuspectsBurst = 8;
 constexpr absl::Duration kLogPeriod = absl::Seconds(10);
 // Returning freed memory to the system takes locks of the allocator.
 constexpr absl::Duration kReturnPeriod = absl::Seconds(5);
@@ -120,7 +121,7 @@ ConnectionListener::ConnectionListener(ConnectionListenerOptions options,
       listeners_(std::move(listening.sockets)),
       connections_(options_.limits),
       pace_(kConnectionsPerSecond, kBurst),
-      pace_of_suspects_(kSuspectsPerSecond, 8),
+      pace_of_suspects_(kSuspectsPerSecond, kSuspectsBurst),
       spare_(OpenSpare()),
       wake_(std::move(wake)) {}
 

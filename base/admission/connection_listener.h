@@ -71,7 +71,8 @@ struct ConnectionListenerOptions {
 //   and connects again costs gRPC more than itself;
 // - for a minute after a flood of cancelled calls, or of calls without a message: 0.1 to 0.8 s, the
 //   longer the more floods there were, up to 5 s more while gRPC frees what they took, and then
-//   beyond a pace of 20 in a second. Those that have sent a flood meanwhile are closed.
+//   beyond a pace of 20 in a second, after a burst of 8. Those that have sent a flood meanwhile are
+//   closed.
 // A connection that its client closes while it waits is dropped.
 class ConnectionListener {
  public:
