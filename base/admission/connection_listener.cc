@@ -43,10 +43,11 @@ constexpr absl::Duration kStreamsPeriod = absl::Milliseconds(20);
 constexpr int kStreamsPart = 4;
 // A connection with fewer streams without a message is not shut down for them.
 constexpr int64_t kLeastUnknownStreams = 100;
-// New connections of a host wait while gRPC frees the streams of those that were shut down, but no
-// longer than this: otherwise a host that connects again and again has more and more that are being
-// freed.
-constexpr absl::Duration kMostFreeing = absl::Seconds(5);
+// gRPC takes some 100 µs of a processor to begin and to end a stream without a message. For each
+// one that was shut down, new connections of its host wait five times as long, so that such streams
+// take a fifth of one processor; but never longer than kMostWaitForStreams.
+constexpr absl::Duration kWaitPerStream = absl::Microseconds(500);
+constexpr absl::Duration kMostWaitForStreams = absl::Seconds(10);
 // Number of stalled connections that are shut down in one look, and the time until the next such
 // look: it takes gRPC some time to free their memory.
 constexpr int kMostStalled = 16;
@@ -63,9 +64,9 @@ constexpr absl::Duration kSuspicion = absl::Minutes(1);
 constexpr double kConnectionsPerSecond = 200;
 constexpr double kBurst = 1000;
 // The same for a host that has flooded: when several of its connections had to wait, each may have
-// the next flood ready.
+// the next flood ready. One after another, so that a flood of one is seen before several are there.
 constexpr double kSuspectsPerSecond = 20;
-constexpr double kSuspectsBurst = 8;
+constexpr double kSuspectsBurst = 1;
 constexpr absl::Duration kLogPeriod = absl::Seconds(10);
 // Returning freed memory to the system takes locks of the allocator.
 constexpr absl::Duration kReturnPeriod = absl::Seconds(5);
@@ -183,13 +184,14 @@ void ConnectionListener::GuardFloods() {
   ReportShutDown(floods);
 }
 
-void ConnectionListener::Suspected(const std::string& host) {
+ConnectionListener::Suspect& ConnectionListener::Suspected(const std::string& host) {
   // Bounds the suspects of a flood from many hosts.
   const SteadyTime oldest = SteadyTime::Now() - kSuspicion;
   absl::erase_if(suspects_, [&](const auto& known) { return known.second.last_flood < oldest; });
   Suspect& suspect = suspects_[host];
   suspect.num_floods = std::min(suspect.num_floods + 1, kMostHolds);
   suspect.last_flood = SteadyTime::Now();
+  return suspect;
 }
 
 absl::Duration ConnectionListener::WaitAfterFloods(const std::string& host) {
@@ -215,13 +217,11 @@ void ConnectionListener::AcceptOrHold(FileDescriptor socket, const std::string& 
 void ConnectionListener::ReleaseHeld() {
   if (held_.empty()) return;
   const SteadyTime now = SteadyTime::Now();
-  const auto being_freed = connections_.HostsBeingFreed(kLeastUnknownStreams);
   std::deque<Held> waiting;
   for (Held& held : std::exchange(held_, {})) {
     if (IsClosedByPeer(held.socket.get())) continue;
-    const bool waits =
-        now < held.until || (being_freed.contains(held.host) && now < held.until + kMostFreeing);
     const bool is_suspect = WaitAfterFloods(held.host) > absl::ZeroDuration();
+    const bool waits = now < held.until || (is_suspect && now < suspects_[held.host].streams_until);
     Pace& pace = is_suspect ? pace_of_suspects_ : pace_;
     // A flood is shut down only after its wait: a client that is told later comes again later.
     if (!waits && HasManyResets(held.socket.get())) {
@@ -356,17 +356,28 @@ void ConnectionListener::GuardMemory() {
 
 void ConnectionListener::GuardStreams(int64_t resident, int64_t most) {
   const SteadyTime begin = SteadyTime::Now();
-  if (!options_.open_streams || resident <= most / 8) return;
+  const bool has_suspects = begin - streams_shut_down_ < kSuspicion;
+  if (!options_.open_streams || (resident <= most / 8 && !has_suspects)) return;
   if (begin < streams_due_) return;
   connections_.AccountStreams(options_.open_streams());
   const absl::Duration taken = SteadyTime::Now() - begin;
   streams_due_ = begin + std::max(kStreamsPeriod, taken * kStreamsPart);
   // When a connection is shut down, gRPC passes its open streams to the server as calls, which need
   // as much memory again. Therefore the streams that are still open are added to what is resident.
-  if (resident + connections_.BytesOfUnknownStreams() <= most / 8 * 3) return;
-  const std::vector<ShutDownPeer> peers = connections_.ShutDownStreams(kLeastUnknownStreams);
-  // What they took is freed slowly: others of the same kind must not come as fast as they can.
-  for (const ShutDownPeer& peer : peers) Suspected(peer.host);
+  const bool all = resident + connections_.BytesOfUnknownStreams() > most / 8 * 3;
+  const auto is_guarded = [&](const std::string& host) {
+    if (all) return true;
+    const auto suspect = suspects_.find(host);
+    return suspect != suspects_.end() && begin - suspect->second.streams_until < kSuspicion;
+  };
+  const std::vector<ShutDownPeer> peers =
+      connections_.ShutDownStreams(kLeastUnknownStreams, is_guarded);
+  for (const ShutDownPeer& peer : peers) {
+    Suspect& suspect = Suspected(peer.host);
+    suspect.streams_until =
+        std::min(std::max(suspect.streams_until, begin) + peer.num_unknown_streams * kWaitPerStream,
+                 begin + kMostWaitForStreams);
+  }
   if (!peers.empty()) streams_shut_down_ = begin;
   ReportShutDown(peers, absl::StrCat(", and ", resident, " bytes of memory are in use"));
 }

@@ -70,9 +70,10 @@ struct ConnectionListenerOptions {
 // - beyond a pace of 200 in a second, after a burst of 1000: a client that connects, sends nonsense
 //   and connects again costs gRPC more than itself;
 // - for a minute after a flood of cancelled calls, or of calls without a message: 0.1 to 0.8 s, the
-//   longer the more floods there were, up to 5 s more while gRPC frees what they took, and then
-//   beyond a pace of 20 in a second, after a burst of 8. Those that have sent a flood meanwhile are
-//   closed.
+//   longer the more floods there were, and then beyond a pace of 20 in a second. Those that have
+//   sent a flood meanwhile are closed;
+// - for 0.5 ms for each call without a message that was open when its connection was shut down, up
+//   to 10 s: each takes time of gRPC.
 // A connection that its client closes while it waits is dropped.
 class ConnectionListener {
  public:
@@ -137,8 +138,10 @@ class ConnectionListener {
   struct Suspect {
     int num_floods = 0;
     SteadyTime last_flood = SteadyTime::InfinitePast();
+    // Until then new connections wait for the calls without a message of earlier ones.
+    SteadyTime streams_until = SteadyTime::InfinitePast();
   };
-  void Suspected(const std::string& host);
+  Suspect& Suspected(const std::string& host);
   // For how long new connections of the host wait, because it has flooded the server.
   absl::Duration WaitAfterFloods(const std::string& host);
 

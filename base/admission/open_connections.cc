@@ -302,28 +302,22 @@ int64_t OpenConnections::BytesOfUnknownStreams() const {
   return num * kStreamBytes;
 }
 
-absl::flat_hash_set<std::string> OpenConnections::HostsBeingFreed(int64_t least) const {
-  absl::flat_hash_set<std::string> hosts;
-  for (const auto& [fd, connection] : connections_) {
-    if (connection.is_shut_down && connection.num_unknown_streams >= least) {
-      hosts.insert(connection.host);
-    }
-  }
-  return hosts;
-}
-
-std::vector<ShutDownPeer> OpenConnections::ShutDownStreams(int64_t least) {
+std::vector<ShutDownPeer> OpenConnections::ShutDownStreams(
+    int64_t least, absl::FunctionRef<bool(const std::string& host)> is_of_hosts) {
+  std::vector<std::pair<int, Connection*>> found;
   int64_t most = 0;
-  for (const auto& [fd, connection] : connections_) {
-    if (!connection.is_shut_down) most = std::max(most, connection.num_unknown_streams);
+  for (auto& [fd, connection] : connections_) {
+    if (connection.is_shut_down || connection.num_unknown_streams < least) continue;
+    if (!is_of_hosts(connection.host)) continue;
+    found.emplace_back(fd, &connection);
+    most = std::max(most, connection.num_unknown_streams);
   }
   std::vector<ShutDownPeer> peers;
-  for (auto& [fd, connection] : connections_) {
-    if (connection.is_shut_down) continue;
-    if (connection.num_unknown_streams < std::max(least, most / 2)) continue;
-    if (!ShutDownOne(fd, &connection)) continue;
-    peers.push_back(
-        {connection.peer, connection.host, "they begin calls of which no message comes"});
+  for (const auto& [fd, connection] : found) {
+    if (connection->num_unknown_streams < most / 2 || !ShutDownOne(fd, connection)) continue;
+    peers.push_back({connection->peer, connection->host,
+                     "they begin calls of which no message comes",
+                     connection->num_unknown_streams});
   }
   return peers;
 }

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "absl/container/flat_hash_map.h"
-#include "absl/container/flat_hash_set.h"
+#include "absl/functional/function_ref.h"
 #include "absl/status/status.h"
 #include "absl/strings/string_view.h"
 #include "absl/time/time.h"
@@ -27,11 +27,12 @@ struct ConnectionLimits {
 };
 
 // A connection that was shut down: the client's address with its port, the host to which it counts,
-// and why ("they ...").
+// why ("they ..."), and the streams without a call that it had at the last AccountStreams.
 struct ShutDownPeer {
   std::string peer;
   std::string host;
   absl::string_view reason;
+  int64_t num_unknown_streams = 0;
 };
 
 // Whether the bytes that wait in the socket hold so many RST_STREAM frames of HTTP/2 that no honest
@@ -74,18 +75,16 @@ class OpenConnections {
   // The memory of gRPC that these streams take, in all connections.
   int64_t BytesOfUnknownStreams() const;
 
-  // The hosts with connections that were shut down and whose streams without a call, at least
-  // `least` in one of them, gRPC has not freed yet.
-  absl::flat_hash_set<std::string> HostsBeingFreed(int64_t least) const;
-
   // The following shut down connections, drop the bytes that wait in their sockets, and return
   // their peers. Bytes that wait in the socket are not counted.
 
   // Those that have at least `least_bytes` unexplained bytes, and half of the largest number; none
   // if all together have less than `least_sum`.
   std::vector<ShutDownPeer> ShutDownLargest(int64_t least_bytes, int64_t least_sum = 0);
-  // Those that have at least `least` streams without a call, and half of the largest number.
-  std::vector<ShutDownPeer> ShutDownStreams(int64_t least);
+  // Those of the hosts that have at least `least` streams without a call, and half of the largest
+  // number.
+  std::vector<ShutDownPeer> ShutDownStreams(
+      int64_t least, absl::FunctionRef<bool(const std::string& host)> is_of_hosts);
   // Up to `most` that have unexplained bytes, at least 16 KiB, of which less than 16 KiB came in
   // the last 5 s. Those for which this has been true for the longest time come first.
   std::vector<ShutDownPeer> ShutDownStalled(int most);

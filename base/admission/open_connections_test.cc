@@ -174,14 +174,14 @@ TEST_F(OpenConnectionsTest, MostStreamsWithoutCallsAreShutDown) {
     connections_.AccountStreams({{honest.peer, 99}, {hoarder.peer, 1'000}, {small.peer, 300}});
   }
   EXPECT_GT(connections_.BytesOfUnknownStreams(), 10'000'000);
-  EXPECT_EQ(connections_.HostsBeingFreed(100).size(), 0);
-  EXPECT_EQ(Peers(connections_.ShutDownStreams(100)), std::vector{hoarder.peer});
-  EXPECT_EQ(Peers(connections_.ShutDownStreams(100)), std::vector{small.peer});
-  EXPECT_EQ(Peers(connections_.ShutDownStreams(100)), None());
-  // Until gRPC has freed the streams, the host is known.
-  EXPECT_EQ(connections_.HostsBeingFreed(100).size(), 1);
-  connections_.AccountStreams({{honest.peer, 99}, {small.peer, 20}});
-  EXPECT_EQ(connections_.HostsBeingFreed(100).size(), 0);
+  const auto none = [](const std::string&) { return false; };
+  EXPECT_EQ(Peers(connections_.ShutDownStreams(100, none)), None());
+  const auto all = [](const std::string&) { return true; };
+  const std::vector<ShutDownPeer> shut_down = connections_.ShutDownStreams(100, all);
+  EXPECT_EQ(Peers(shut_down), std::vector{hoarder.peer});
+  EXPECT_EQ(shut_down.at(0).num_unknown_streams, 1'000);
+  EXPECT_EQ(Peers(connections_.ShutDownStreams(100, all)), std::vector{small.peer});
+  EXPECT_EQ(Peers(connections_.ShutDownStreams(100, all)), None());
 }
 
 TEST_F(OpenConnectionsTest, FewUnexplainedBytesAreNotWhatTakesTheMemory) {
