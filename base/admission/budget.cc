@@ -1,5 +1,6 @@
 #include "base/admission/budget.h"
 
+#include <algorithm>
 #include <limits>
 #include <utility>
 
@@ -39,9 +40,13 @@ absl::Status Budget::Take(const std::string& client, int64_t amount) {
   used_ += amount;
   if (it != used_by_.end()) {
     it->second += amount;
-  } else {
-    used_by_[client] = amount;
+    return absl::OkStatus();
   }
+  if (used_by_.size() >= forget_at_) {
+    absl::erase_if(used_by_, [](const auto& of_client) { return of_client.second == 0; });
+    forget_at_ = std::max(kForgetAt, 2 * used_by_.size());
+  }
+  used_by_[client] = amount;
   return absl::OkStatus();
 }
 
@@ -67,9 +72,7 @@ void Budget::GiveBack(const std::string& client, int64_t amount) {
   if (amount == 0) return;
   const MutexLock lock(&mutex_);
   used_ -= amount;
-  const auto it = used_by_.find(client);
-  it->second -= amount;
-  if (it->second == 0) used_by_.erase(it);
+  used_by_.find(client)->second -= amount;
 }
 
 }  // namespace hypermap::admission

@@ -2,6 +2,7 @@
 #ifndef HYPERMAP_BASE_ADMISSION_BUDGET_H_
 #define HYPERMAP_BASE_ADMISSION_BUDGET_H_
 
+#include <cstddef>
 #include <cstdint>
 #include <string>
 
@@ -62,6 +63,8 @@ class Budget {
   int64_t used() const;
 
  private:
+  static constexpr size_t kForgetAt = 1'000;
+
   absl::Status Take(const std::string& client, int64_t amount);
   void GiveBack(const std::string& client, int64_t amount);
   absl::Status RefuseForGood(int64_t amount) const;
@@ -74,7 +77,10 @@ class Budget {
   const int64_t of_one_client_;
   mutable Mutex mutex_;
   int64_t used_ ABSL_GUARDED_BY(mutex_) = 0;
+  // Clients that hold nothing stay, because most come again soon.
   absl::flat_hash_map<std::string, int64_t> used_by_ ABSL_GUARDED_BY(mutex_);
+  // Number of clients at which those that hold nothing are forgotten.
+  size_t forget_at_ ABSL_GUARDED_BY(mutex_) = kForgetAt;
 };
 
 }  // namespace hypermap::admission

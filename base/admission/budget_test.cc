@@ -5,6 +5,7 @@
 
 #include <optional>
 
+#include "absl/strings/str_cat.h"
 #include "base/admission/refusals.h"
 
 namespace hypermap::admission {
@@ -90,6 +91,15 @@ TEST(BudgetTest, ZeroBoundsNothing) {
   Budget calls("max_calls", 0, {.unit = "calls"});
   Budget::Charge charge(&calls, "a");
   EXPECT_TRUE(charge.Add(int64_t{1} << 40).ok());
+}
+
+TEST(BudgetTest, ManyClientsThatHoldNothingDoNotHinderOthers) {
+  Budget calls("max_calls", 10, {.unit = "calls"});
+  Budget::Charge held(&calls, "held");
+  EXPECT_TRUE(held.Add(5).ok());
+  for (int i = 0; i < 5'000; ++i) EXPECT_TRUE(Budget::Charge(&calls, absl::StrCat(i)).Add(5).ok());
+  EXPECT_EQ(calls.used(), 5);
+  EXPECT_FALSE(held.Add(1).ok());
 }
 
 TEST(BudgetTest, UnitIsNamed) {

@@ -3,8 +3,10 @@
 #define HYPERMAP_BASE_ADMISSION_EXPLAINED_BYTES_H_
 
 #include <array>
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <string>
 
 #include "absl/base/thread_annotations.h"
@@ -23,32 +25,52 @@ struct Explained {
 
 // Collects the bytes of requests that the server was given, for each connection. The rest of what a
 // connection received is held by gRPC, and no budget counts it: messages that have come in part,
-// blocks of headers without an end, and streams without a message.
-//
-// All functions take peers as gRPC writes them ("ipv4:127.0.0.1:4711"). Thread safe; a call takes
-// less than 0.1 µs. REQUIRES: Take is called now and then, because it forgets the connections.
+// blocks of headers without an end, and streams without a message. Thread safe. REQUIRES: Take is
+// called now and then, because it forgets the connections.
 class ExplainedBytes {
+  struct Connection;
+
  public:
   // The headers of a call. Repeated fields take few bytes of a connection.
   static constexpr int64_t kHeaderBytes = 1'024;
 
-  // The server has begun to handle a call. REQUIRES: EndCall is called once for each BeginCall.
-  void BeginCall(absl::string_view peer) { Add(peer, {kHeaderBytes, 1}); }
-  void EndCall(absl::string_view peer) { Add(peer, {0, -1}); }
-  // The server was given a message of this size, whether it accepts it or not.
-  void Explain(absl::string_view peer, int64_t bytes) { Add(peer, {bytes, 0}); }
+  // A call from its begin to its end. The connection is looked up once, because this is made for
+  // every call.
+  class Call {
+   public:
+    // `peer` as gRPC writes it ("ipv4:127.0.0.1:4711").
+    Call(ExplainedBytes* all, absl::string_view peer);
+    ~Call();
+    Call(const Call&) = delete;
+    Call& operator=(const Call&) = delete;
+
+    // The server was given a message of this size, whether it accepts it or not. Thread safe.
+    void Explain(int64_t bytes);
+    // The host of the peer (HostOfPeer).
+    const std::string& host() const;
+
+   private:
+    const std::shared_ptr<Connection> connection_;
+  };
 
   // Returns what was explained since the last call, by peer (NormalizedPeer), and forgets it.
   absl::flat_hash_map<std::string, Explained> Take();
 
  private:
-  using Peers = absl::flat_hash_map<std::string, Explained>;
+  struct Connection {
+    explicit Connection(absl::string_view peer);
+
+    const std::string host;
+    std::atomic<int64_t> bytes = 0;
+    std::atomic<int64_t> calls = 0;
+  };
+  using Connections = absl::flat_hash_map<std::string, std::shared_ptr<Connection>>;
   struct Shard {
     Mutex mutex;
-    Peers peers ABSL_GUARDED_BY(mutex);
+    Connections connections ABSL_GUARDED_BY(mutex);
   };
 
-  void Add(absl::string_view peer, const Explained& explained);
+  std::shared_ptr<Connection> Find(absl::string_view peer);
 
   static constexpr size_t kShards = 16;
   std::array<Shard, kShards> shards_;

@@ -1,10 +1,7 @@
 #include "server/rpc/call_ticket.h"
 
-#include <utility>
-
 #include "absl/random/random.h"
 #include "absl/strings/str_cat.h"
-#include "base/admission/client_host.h"
 #include "base/admission/refusals.h"
 #include "base/sync/steady_time.h"
 #include "server/rpc/wanted.h"
@@ -26,18 +23,15 @@ constexpr char kPushbackKey[] = "grpc-retry-pushback-ms";
 CallTicket::CallTicket(Budgets* budgets, grpc::CallbackServerContext* context)
     : CallTicket(budgets, context, context->peer()) {}
 
-CallTicket::CallTicket(Budgets* budgets, grpc::CallbackServerContext* context, std::string peer)
+CallTicket::CallTicket(Budgets* budgets, grpc::CallbackServerContext* context,
+                       absl::string_view peer)
     : budgets_(budgets),
       context_(context),
-      peer_(std::move(peer)),
-      call_(&budgets->calls, admission::HostOfPeer(peer_)),
-      memory_(&budgets->request_bytes, admission::HostOfPeer(peer_)),
+      explained_(&budgets->explained_bytes, peer),
+      call_(&budgets->calls, explained_.host()),
+      memory_(&budgets->request_bytes, explained_.host()),
       admitted_(call_.Add(1)),
-      begin_(SteadyTime::Now()) {
-  budgets_->explained_bytes.BeginCall(peer_);
-}
-
-CallTicket::~CallTicket() { budgets_->explained_bytes.EndCall(peer_); }
+      begin_(SteadyTime::Now()) {}
 
 int64_t CallTicket::CostOfRequest(const google::protobuf::Message& prototype,
                                   const grpc::ByteBuffer& bytes) {

@@ -12,8 +12,10 @@
 #include <string>
 
 #include "absl/status/status.h"
+#include "absl/strings/string_view.h"
 #include "absl/time/time.h"
 #include "base/admission/budget.h"
+#include "base/admission/explained_bytes.h"
 #include "base/metering/memory_meter.h"
 #include "base/sync/steady_time.h"
 #include "server/rpc/budgets.h"
@@ -32,7 +34,8 @@ class CallTicket final : public MemoryAccount {
 
   // Both must outlive this; the context is used by Encode only.
   CallTicket(Budgets* budgets, grpc::CallbackServerContext* context);
-  ~CallTicket() override;
+  // The same for a peer as gRPC writes it, such as "ipv4:127.0.0.1:4711".
+  CallTicket(Budgets* budgets, grpc::CallbackServerContext* context, absl::string_view peer);
   CallTicket(const CallTicket&) = delete;
   CallTicket& operator=(const CallTicket&) = delete;
 
@@ -42,7 +45,7 @@ class CallTicket final : public MemoryAccount {
   // Tells that the call was given this message of its client. To be called once for each message,
   // whether it is accepted or not.
   void Received(const grpc::ByteBuffer& message) {
-    budgets_->explained_bytes.Explain(peer_, static_cast<int64_t>(message.Length()));
+    explained_.Explain(static_cast<int64_t>(message.Length()));
   }
 
   // The memory that a request takes: as gRPC received it, as a message of the prototype's type, and
@@ -85,12 +88,9 @@ class CallTicket final : public MemoryAccount {
   void GiveBack();
 
  private:
-  CallTicket(Budgets* budgets, grpc::CallbackServerContext* context, std::string peer);
-
   Budgets* const budgets_;
   grpc::CallbackServerContext* const context_;
-  // As gRPC writes it.
-  const std::string peer_;
+  admission::ExplainedBytes::Call explained_;
   admission::Budget::Charge call_;
   admission::Budget::Charge memory_;
   const absl::Status admitted_;

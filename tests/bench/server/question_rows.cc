@@ -121,6 +121,7 @@ absl::Status AddQuestionRows(Bench& bench, const GeneratedSite& site,
     status = duel.AddSized("QueryNearest k=5 / empty call, same size", NearestCalls(questions),
                            AtMost(1.4));
   }
+  if (status.ok()) status = AddAdmissionRow(bench, server, channels, PointCalls(questions));
   return status;
 }
 
