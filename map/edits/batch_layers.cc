@@ -11,6 +11,10 @@ namespace hypermap {
 
 absl::Status CheckLayers(const Snapshot& before, const EditBatch& batch, int max_layers) {
   const auto max = static_cast<size_t>(max_layers);
+  if (batch.if_layers.size() > max) {
+    return absl::ResourceExhaustedError(absl::StrCat("if_layers has ", batch.if_layers.size(),
+                                                     " layers, and --max_layers is ", max_layers));
+  }
   absl::flat_hash_map<absl::string_view, bool> exists;  // After the edits so far, if they named it.
   const auto find = [&](absl::string_view layer) {
     const auto named = exists.find(layer);

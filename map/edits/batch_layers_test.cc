@@ -49,5 +49,13 @@ TEST(BatchLayersTest, EditsThatApplyRefusesAreNotCounted) {
   EXPECT_EQ(ErrorOf({{Creation("a"), Creation("b"), DeleteLayer{"x"}, Creation("c")}}, 3), "");
 }
 
+TEST(BatchLayersTest, ConditionsNameNoMoreLayersThanTheLimit) {
+  EditBatch batch{{DeleteLayer{"a"}}};
+  batch.if_layers = {{"a", 1}, {"b", 1}};
+  EXPECT_EQ(ErrorOf(batch, 2), "");
+  batch.if_layers.push_back({"a", 1});
+  EXPECT_EQ(ErrorOf(batch, 2), "if_layers has 3 layers, and --max_layers is 2");
+}
+
 }  // namespace
 }  // namespace hypermap
