@@ -54,6 +54,7 @@ absl::Status AddAdmissionRow(Bench& bench, const testing::ServerProcess& server,
                              const Channels& channels, const Calls& point_calls) {
   server::Budgets budgets((Limits()));
   std::vector<std::string> peers;
+  peers.reserve(bench.options.callers);
   for (int i = 0; i < bench.options.callers; ++i) {
     peers.push_back(absl::StrCat("ipv4:127.0.0.1:", 40'000 + i));
   }
