@@ -73,7 +73,8 @@ struct ConnectionListenerOptions {
 //   longer the more floods there were, and then beyond a pace of 20 in a second. Those that have
 //   sent a flood meanwhile are closed;
 // - for 0.5 ms for each call without a message that was open when its connection was shut down, up
-//   to 10 s: each takes time of gRPC.
+//   to 10 s: each takes time of gRPC. For a minute, connections of the host with 100 such calls are
+//   shut down whatever the memory.
 // A connection that its client closes while it waits is dropped.
 class ConnectionListener {
  public:
