@@ -67,16 +67,9 @@ absl::Status AddAdmissionRow(Bench& bench, const testing::ServerProcess& server,
       },
       [&] { return CostOfLoad(server, channels, point_calls, bench.options.pace.each); });
   HYPERMAP_RETURN_IF_ERROR(contest.status());
-  Row row;
-  row.name = "admission of a call / QueryPoint";
-  row.ours = contest->ours.cpu_s * 1e6;
-  row.floor = contest->floor.cpu_s * 1e6;
-  row.unit = "us CPU";
-  row.ratio = contest->cpu_ratio();
-  row.target = AtMost(0.02);
-  row.note = absl::StrFormat("in process; %.2f us if two threads do nothing else",
-                             AdmitCallsOfTwoThreads(&budgets, peers) * 1e6);
-  bench.report.Add(std::move(row));
+  bench.report.Add(CpuRow("admission of a call / QueryPoint", *contest, AtMost(0.02),
+                          absl::StrFormat("in process; %.2f us if two threads do nothing else",
+                                          AdmitCallsOfTwoThreads(&budgets, peers) * 1e6)));
   return absl::OkStatus();
 }
 

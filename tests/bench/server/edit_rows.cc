@@ -30,16 +30,9 @@ absl::Status AddSingleEditRows(Bench& bench, EditedSite& edited) {
       });
   HYPERMAP_RETURN_IF_ERROR(contest.status());
   const Cost empty = MedianOf(empty_calls);
-  Row cpu;
-  cpu.name = "single durable edit / bare one-row commit, CPU";
-  cpu.ours = contest->ours.cpu_s * 1e6;
-  cpu.floor = contest->floor.cpu_s * 1e6;
-  cpu.unit = "us CPU";
-  cpu.ratio = contest->cpu_ratio();
-  cpu.target = AtMost(1.3);
-  cpu.note = absl::StrFormat("an empty call by one client takes %.0f us CPU; %s", empty.cpu_s * 1e6,
-                             Describe(*contest));
-  bench.report.Add(std::move(cpu));
+  bench.report.Add(CpuRow("single durable edit / bare one-row commit, CPU", *contest, AtMost(1.3),
+                          absl::StrFormat("an empty call by one client takes %.0f us CPU; %s",
+                                          empty.cpu_s * 1e6, Describe(*contest))));
   Row wall;
   wall.name = "single durable edit / bare one-row commit, clock";
   wall.ours = contest->ours.wall_s * 1e6;

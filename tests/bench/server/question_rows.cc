@@ -33,15 +33,8 @@ struct Duel {
         bench.options.pace, [&] { return CostOfLoad(server, channels, ours, each); },
         [&] { return CostOfLoad(*bench.floor, bench.floor_channels, floor, each); });
     HYPERMAP_RETURN_IF_ERROR(contest.status());
-    Row row;
-    row.name = name;
-    row.ours = contest->ours.cpu_s * 1e6;
-    row.floor = contest->floor.cpu_s * 1e6;
-    row.unit = "us CPU";
-    row.ratio = contest->cpu_ratio();
-    row.target = target;
-    row.note = absl::StrCat(Describe(*contest), note.empty() ? "" : "; ", note);
-    bench.report.Add(std::move(row));
+    bench.report.Add(CpuRow(name, *contest, target,
+                            absl::StrCat(Describe(*contest), note.empty() ? "" : "; ", note)));
     return absl::OkStatus();
   }
 

@@ -48,6 +48,9 @@ struct Bench {
   Channels floor_channels;  // options.callers
 };
 
+// A row that compares the CPU of two sides.
+Row CpuRow(std::string name, const Contest& contest, const Target& target, std::string note);
+
 // Starts a hypermapd on a folder of maps.
 absl::StatusOr<std::unique_ptr<testing::ServerProcess>> StartHypermap(
     const Options& options, const std::string& data_dir,

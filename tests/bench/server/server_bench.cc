@@ -44,6 +44,18 @@ absl::Status LeaveTheFirstProcessor() {
 
 }  // namespace
 
+Row CpuRow(std::string name, const Contest& contest, const Target& target, std::string note) {
+  Row row;
+  row.name = std::move(name);
+  row.ours = contest.ours.cpu_s * 1e6;
+  row.floor = contest.floor.cpu_s * 1e6;
+  row.unit = "us CPU";
+  row.ratio = contest.cpu_ratio();
+  row.target = target;
+  row.note = std::move(note);
+  return row;
+}
+
 absl::StatusOr<std::unique_ptr<testing::ServerProcess>> StartHypermap(
     const Options& options, const std::string& data_dir, const std::vector<std::string>& flags) {
   std::vector<std::string> command = {options.server, absl::StrCat("--data_dir=", data_dir),
