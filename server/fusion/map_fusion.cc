@@ -21,6 +21,14 @@ absl::Status CheckKind(const Snapshot& snapshot, const std::string& layer, Layer
                                                     LayerKindName(kind)));
 }
 
+// Fusion shows polygons: a layer that refuses them would make each revision with an object fail.
+absl::Status CheckTakesPolygons(const Snapshot& snapshot, const std::string& layer) {
+  HYPERMAP_ASSIGN_OR_RETURN(const LayerPtr found, snapshot.GetLayer(layer));
+  if (found->spec().shape_kinds.Contains(ShapeKind::kPolygon)) return absl::OkStatus();
+  return absl::FailedPreconditionError(absl::StrCat(
+      "layer \"", layer, "\" takes no polygons, which fusion makes of observations"));
+}
+
 // The layer whose object the edit puts or deletes; empty for other edits.
 std::string LayerOfObjectEdit(const Edit& edit) {
   if (const auto* put = std::get_if<PutObject>(&edit)) return put->layer;
@@ -228,6 +236,7 @@ absl::Status MapFusion::Begin(const Snapshot& snapshot, const StartFusion& comma
     return absl::AbortedError(
         absl::StrCat("layer \"", command.layer, "\" is just being made anew"));
   }
+  HYPERMAP_RETURN_IF_ERROR(CheckTakesPolygons(snapshot, command.layer));
   storage::FusionSettings settings = command.settings;
   if (settings.strategy.empty()) settings.strategy = options_->default_strategy;
   if (settings.strategy.empty() && !fusion::StrategyNames().empty()) {

@@ -346,6 +346,20 @@ TEST(MapFusionTest, LayerThatIsNotFusedTakesNoObservations) {
       absl::IsFailedPrecondition(site.Run(StartFusion{"things", {"other", "", ""}}).status()));
 }
 
+TEST(MapFusionTest, LayerThatTakesNoPolygonsIsNotFused) {
+  TestSite site;
+  LayerSpec spec;
+  spec.name = "lanes";
+  spec.kind = LayerKind::kSemantic;
+  spec.shape_kinds = ShapeKinds({ShapeKind::kLineString, ShapeKind::kPoint});
+  EditBatch batch;
+  batch.edits = {CreateLayer{spec}};
+  ASSERT_TRUE(site.Edit(batch).ok());
+  const absl::Status status = site.Run(StartFusion{"lanes", {}}).status();
+  EXPECT_TRUE(absl::IsFailedPrecondition(status)) << status;
+  EXPECT_THAT(std::string(status.message()), HasSubstr("\"lanes\" takes no polygons"));
+}
+
 TEST(MapFusionTest, AnyOrderOfArrivalWithRestartsShowsTheSame) {
   const std::vector<Observation> log = TwoRobots(120);
   TestSite in_order;
