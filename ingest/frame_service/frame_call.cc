@@ -96,7 +96,7 @@ absl::Status FrameCall::TakeRequest() {
   const bool is_request = Parse(request_, request);
   request_.Clear();
   const MutexLock lock(&mutex_);
-  if (finished_) return absl::OkStatus();  // Which gave back all memory.
+  if (finished_) return absl::OkStatus();  // The end gave back all memory.
   memory_.GiveBack(received);
   if (!is_request) return absl::InvalidArgumentError("the request is not a StreamFramesRequest");
   reading_ = false;
@@ -138,7 +138,7 @@ absl::Status FrameCall::Open(const v1::StreamFramesRequest& request) {
     ++calls_->running;
   }
   absl::StatusOr<std::thread> thread =
-      StartThread([call = this, calls = calls_] { Run(call, calls); });
+      StartThread("hm-frames", [call = this, calls = calls_] { Run(call, calls); });
   if (thread.ok()) {
     thread->detach();
     return absl::OkStatus();
@@ -170,7 +170,7 @@ absl::Status FrameCall::Serve() {
   }
   TellOpened((*upstream)->opened());
   absl::StatusOr<std::thread> acknowledgements =
-      StartThread([this, &upstream] { PassAcknowledgements(**upstream); });
+      StartThread("hm-frame-acks", [this, &upstream] { PassAcknowledgements(**upstream); });
   absl::Status worked = acknowledgements.status();
   if (acknowledgements.ok()) {
     worked = Work(**upstream);

@@ -1,4 +1,5 @@
-// Conversion of frames from protobuf to the input of perception.
+// Conversion of frames from protobuf to the input of perception. It stands here and not in wire/,
+// which must not depend on ingest/perception.
 #ifndef HYPERMAP_INGEST_FRAME_SERVICE_FRAME_DECODE_H_
 #define HYPERMAP_INGEST_FRAME_SERVICE_FRAME_DECODE_H_
 

@@ -194,7 +194,7 @@ PoseCorrection WallMatcher::Match(const OrganisedCloud& cloud, const Eigen::Matr
     if (step.head<2>().norm() < 1e-5 && std::abs(step.z()) < 1e-6) break;
   }
   correction.covariance = information.inverse();
-  // Of a prior that is nearly singular.
+  // The inverse is not finite if the prior is nearly singular.
   if (!correction.motion.allFinite() || !correction.covariance.allFinite()) {
     return {Eigen::Vector3d::Zero(), prior};
   }

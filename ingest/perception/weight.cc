@@ -13,6 +13,15 @@ namespace {
 
 // Larger masks are thinned, which leaves the share of their border about the same.
 constexpr int kMaxPixels = 6000;
+// A neighbour that is nearer by more than this and so many standard deviations of the depth's noise
+// occludes the object. The margin is that of slanted surfaces, whose depth differs from pixel to
+// pixel.
+constexpr float kOccluderMargin_m = 0.05f;
+constexpr float kOccluderSigmas = 3.0f;
+// The largest reduction of a weight by truncation. It is reached when a fifth of the border is
+// open, because the footprint then lacks a part; smaller shares reduce the weight in proportion.
+constexpr double kMaxReduction = 0.4;
+constexpr double kReductionPerShare = 1.0 / 0.2;
 
 }  // namespace
 
@@ -43,7 +52,7 @@ double Truncation(const OrganisedCloud& cloud, const std::vector<uint8_t>& mask)
         }
         if (!cloud.valid(in) || !cloud.valid(out)) continue;
         const float z = cloud.camera[in].z();
-        open += cloud.camera[out].z() < z - 0.05f - 3.0f * DepthSigma(z);
+        open += cloud.camera[out].z() < z - kOccluderMargin_m - kOccluderSigmas * DepthSigma(z);
       }
     }
   }
@@ -51,7 +60,7 @@ double Truncation(const OrganisedCloud& cloud, const std::vector<uint8_t>& mask)
 }
 
 double Weight(double range_m, double truncation) {
-  return RangeWeight(range_m, 1.0 - 0.4 * std::min(1.0, 5.0 * truncation));
+  return RangeWeight(range_m, 1.0 - kMaxReduction * std::min(1.0, kReductionPerShare * truncation));
 }
 
 }  // namespace hypermap::ingest

@@ -42,6 +42,13 @@ absl::StatusOr<CocoDetections> ReadDetections(const std::string& folder,
   return parsed;
 }
 
+PoseSigma SigmaOf(const Trajectory& trajectory, const RgbdOptions& options) {
+  if (options.pose_sigma) return *options.pose_sigma;
+  if (trajectory.pose_sigma()) return *trajectory.pose_sigma();
+  return fs::path(options.poses).filename() == "groundtruth.txt" ? kMotionCaptureSigma
+                                                                 : kLocalisationSigma;
+}
+
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<RgbdDataset>> RgbdDataset::Open(const std::string& folder,
@@ -72,6 +79,7 @@ RgbdDataset::RgbdDataset(std::string folder, const RgbdOptions& options, Traject
       trajectory_(std::move(trajectory)),
       detections_(std::move(detections)),
       camera_(camera),
+      pose_covariance_(SigmaOf(trajectory_, options_).Covariance()),
       skipped_(detections_.skipped()) {
   if (trajectory_.bad_lines() > 0)
     skipped_["bad line of the trajectory"] += trajectory_.bad_lines();
@@ -166,7 +174,7 @@ absl::StatusOr<Frame> RgbdDataset::Load(size_t i, SkipCounts& skipped) const {
   frame.frame_id = options_.frame_id;
   frame.camera = camera_;
   frame.frame_from_camera = pose;
-  frame.pose_covariance = options_.pose_covariance;
+  frame.pose_covariance = pose_covariance_;
   absl::StatusOr<DepthImage> depth =
       DecodeDepthPng(*png, camera_.width, camera_.height, options_.depth_units_per_metre);
   if (!depth.ok()) {

@@ -1,7 +1,8 @@
 // A recorded drive: depth images and poses in TUM's RGB-D layout, with a detector's results.
 //
 //   depth.txt     lines `t file`; a file is a 16-bit grey PNG, metres x 5000, 0 = no return
-//   <poses>       lines `t tx ty tz qx qy qz qw`: the optical frame in the frame of the map
+//   <poses>       lines `t tx ty tz qx qy qz qw`: the optical frame in the frame of the map; a
+//                 comment `# pose_sigma: X,Y,YAW` states their standard deviations in m and rad
 //   camera.yaml   ROS camera_info of the depth images
 //   <detections>  COCO (see coco.h)
 //
@@ -13,7 +14,6 @@
 #ifndef HYPERMAP_INGEST_SOURCES_RGBD_DATASET_H_
 #define HYPERMAP_INGEST_SOURCES_RGBD_DATASET_H_
 
-#include <Eigen/Core>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -23,6 +23,7 @@
 #include "absl/status/statusor.h"
 #include "absl/time/time.h"
 #include "ingest/perception/frame.h"
+#include "ingest/perception/pose_sigma.h"
 #include "ingest/sources/coco.h"
 #include "ingest/sources/skip_counts.h"
 #include "ingest/sources/trajectory.h"
@@ -35,10 +36,13 @@ struct RgbdOptions {
   std::string detections = "detections.json";
   // Images of a list of results (see CocoDetections); may be empty.
   std::string images;
-  // The fields of the same names of all frames.
+  // The robot and the frame of all frames.
   std::string robot = "robot";
   std::string frame_id;
-  Eigen::Matrix3d pose_covariance = Eigen::Matrix3d::Zero();
+  // Standard deviations of all poses. By default those that the file of the poses states. TUM's
+  // files state none, and then the file's name decides: kMotionCaptureSigma for groundtruth.txt,
+  // otherwise kLocalisationSigma.
+  std::optional<PoseSigma> pose_sigma;
   // Largest difference in time between a depth image and its image of the detections, and between a
   // depth image and the end of the trajectory.
   absl::Duration max_association = absl::Milliseconds(20);
@@ -93,6 +97,7 @@ class RgbdDataset {
   Trajectory trajectory_;
   CocoDetections detections_;
   CameraModel camera_;
+  Eigen::Matrix3d pose_covariance_;
   std::vector<Entry> entries_;
   SkipCounts skipped_;
 };

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cstdlib>
+#include <optional>
 #include <string>
 
 #include "absl/strings/str_cat.h"
@@ -65,7 +66,7 @@ class RgbdDatasetTest : public ::testing::Test {
 };
 
 TEST_F(RgbdDatasetTest, AFrameIsDepthPoseAndInstances) {
-  options_.pose_covariance = Eigen::Vector3d(1, 2, 3).asDiagonal();
+  options_.pose_sigma = {1, 2, 3};
   const auto dataset = Open();
   ASSERT_EQ(dataset->size(), 3u);
   EXPECT_THAT(dataset->skipped(), IsEmpty());
@@ -77,10 +78,26 @@ TEST_F(RgbdDatasetTest, AFrameIsDepthPoseAndInstances) {
   EXPECT_EQ(frame->frame_id, "site");
   EXPECT_EQ(frame->camera.fx, 2.0);
   EXPECT_THAT(frame->depth.metres, ElementsAre(1.0f, 2.0f, 0.0f, 2.5f));
-  EXPECT_EQ(frame->pose_covariance(1, 1), 2.0);
+  EXPECT_EQ(frame->pose_covariance(1, 1), 4.0);
   ASSERT_EQ(frame->instances.size(), 1u);
   EXPECT_THAT(frame->instances[0].mask, ElementsAre(0, 1, 1, 1));
   EXPECT_TRUE(Validate(*frame).ok());
+}
+
+TEST_F(RgbdDatasetTest, TheFileOfThePosesStatesTheirSigma) {
+  const std::string poses = "10.0 0 0 1 0 0 0 1\n10.2 1 0 1 0 0 0 1\n";
+  folder_.Write("stated.txt", "# pose_sigma: 0.1,0.2,0.3\n" + poses);
+  folder_.Write("estimated.txt", poses);
+  const auto covariance = [this](const std::string& file, std::optional<PoseSigma> option) {
+    options_.poses = file;
+    options_.pose_sigma = option;
+    const auto dataset = Open();
+    return dataset->Load(0, skipped_)->pose_covariance;
+  };
+  EXPECT_EQ(covariance("stated.txt", std::nullopt), (PoseSigma{0.1, 0.2, 0.3}.Covariance()));
+  EXPECT_EQ(covariance("stated.txt", PoseSigma{1, 2, 3}), (PoseSigma{1, 2, 3}.Covariance()));
+  EXPECT_EQ(covariance("groundtruth.txt", std::nullopt), kMotionCaptureSigma.Covariance());
+  EXPECT_EQ(covariance("estimated.txt", std::nullopt), kLocalisationSigma.Covariance());
 }
 
 TEST_F(RgbdDatasetTest, PosesAreInterpolated) {

@@ -5,8 +5,12 @@
 #include <cmath>
 
 #include "absl/status/status.h"
+#include "absl/strings/ascii.h"
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_split.h"
+#include "absl/strings/strip.h"
+#include "base/status/status_macros.h"
 #include "ingest/sources/input_file.h"
 
 namespace hypermap::ingest {
@@ -22,10 +26,26 @@ Eigen::Isometry3d ToIsometry(const Eigen::Vector3d& position, const Eigen::Quate
   return pose;
 }
 
+absl::StatusOr<std::optional<PoseSigma>> StatedSigma(absl::string_view text) {
+  std::optional<PoseSigma> stated;
+  for (absl::string_view line : absl::StrSplit(text, '\n')) {
+    if (!absl::ConsumePrefix(&line, "#")) continue;
+    line = absl::StripAsciiWhitespace(line);
+    if (!absl::ConsumePrefix(&line, "pose_sigma:")) continue;
+    const absl::StatusOr<PoseSigma> sigma = ParsePoseSigma(line);
+    if (!sigma.ok()) {
+      return absl::InvalidArgumentError(absl::StrCat("pose_sigma: ", sigma.status().message()));
+    }
+    stated = *sigma;
+  }
+  return stated;
+}
+
 }  // namespace
 
 absl::StatusOr<Trajectory> Trajectory::Parse(absl::string_view text) {
   Trajectory trajectory;
+  HYPERMAP_ASSIGN_OR_RETURN(trajectory.pose_sigma_, StatedSigma(text));
   for (const InputLine& line : SplitLines(text)) {
     Sample sample;
     if (!ParseStamp(line.words[0], sample.stamp)) {

@@ -9,6 +9,7 @@
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
 #include "absl/time/time.h"
+#include "ingest/perception/pose_sigma.h"
 
 namespace hypermap::ingest {
 
@@ -25,8 +26,9 @@ class Trajectory {
   // Parses TUM's format: lines `t tx ty tz qx qy qz qw`, in any order. Lines that can't be parsed,
   // or whose numbers are no pose (not finite, or a quaternion whose length differs from 1 by 1 % or
   // more), are counted as bad. No pose is interpolated across the stamp of a bad line, if the stamp
-  // can be read. The last of several lines with one stamp counts. Returns INVALID_ARGUMENT if no
-  // line is a pose.
+  // can be read. The last of several lines with one stamp counts. A comment line `# pose_sigma:
+  // X,Y,YAW` states the standard deviations of the poses; the last one counts. Returns
+  // INVALID_ARGUMENT if no line is a pose, or if such a comment can't be parsed.
   static absl::StatusOr<Trajectory> Parse(absl::string_view text);
 
   // Returns the pose at `stamp`, interpolated linearly in position and by slerp in rotation.
@@ -35,6 +37,8 @@ class Trajectory {
   absl::StatusOr<Eigen::Isometry3d> At(absl::Time stamp, const TrajectoryLimits& limits) const;
 
   int bad_lines() const { return bad_lines_; }
+  // Nullopt if the file does not state it.
+  const std::optional<PoseSigma>& pose_sigma() const { return pose_sigma_; }
 
  private:
   struct Sample {
@@ -48,6 +52,7 @@ class Trajectory {
   // is not mistaken for a gap that may be bridged.
   std::vector<Sample> samples_;
   int bad_lines_ = 0;
+  std::optional<PoseSigma> pose_sigma_;
 };
 
 }  // namespace hypermap::ingest

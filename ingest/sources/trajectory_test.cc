@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <optional>
+#include <string>
 
 namespace hypermap::ingest {
 namespace {
@@ -28,6 +30,17 @@ TEST(TrajectoryTest, ASampleIsTakenAsItStands) {
   EXPECT_EQ(pose->translation(), Eigen::Vector3d(2, 0, 1));
   EXPECT_TRUE(pose->linear().col(0).isApprox(Eigen::Vector3d(0, 1, 0), 1e-6));
   EXPECT_NEAR(pose->linear().determinant(), 1.0, 1e-12);
+}
+
+TEST(TrajectoryTest, ACommentMayStateTheSigma) {
+  EXPECT_EQ(Trajectory::Parse(kTurn)->pose_sigma(), std::nullopt);
+  const std::string header = "# taken on a Monday\n#  pose_sigma: 0.1,0.2,0.3\r\n";
+  const auto trajectory = Trajectory::Parse(header + kTurn);
+  ASSERT_TRUE(trajectory.ok()) << trajectory.status();
+  EXPECT_EQ(trajectory->pose_sigma(), (PoseSigma{0.1, 0.2, 0.3}));
+  EXPECT_EQ(trajectory->bad_lines(), 0);
+  const auto wrong = Trajectory::Parse(std::string("# pose_sigma: 0.1\n") + kTurn);
+  EXPECT_TRUE(absl::IsInvalidArgument(wrong.status())) << wrong.status();
 }
 
 TEST(TrajectoryTest, HalfWayIsHalfTheMoveAndHalfTheTurn) {

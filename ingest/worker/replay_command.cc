@@ -8,12 +8,10 @@
 #include <memory>
 #include <thread>
 #include <utility>
-#include <vector>
 
-#include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
-#include "absl/strings/str_split.h"
 #include "base/status/status_macros.h"
+#include "ingest/perception/pose_sigma.h"
 #include "ingest/sources/occupancy_file.h"
 #include "ingest/worker/progress_line.h"
 #include "ingest/worker/replay.h"
@@ -76,7 +74,9 @@ absl::Status Judge(const ReplaySummary& summary) {
 absl::Status Run(ReplayArguments arguments, const Interruption& interruption) {
   ReplayOptions& options = arguments.replay;
   if (options.dataset.robot.empty()) options.dataset.robot = NameOfFolder(options.folder);
-  options.dataset.pose_covariance = *PoseCovariance(arguments.pose_sigma, options.dataset.poses);
+  if (!arguments.pose_sigma.empty()) {
+    HYPERMAP_ASSIGN_OR_RETURN(options.dataset.pose_sigma, ParsePoseSigma(arguments.pose_sigma));
+  }
   options.dataset.max_association = absl::Seconds(arguments.max_association_s);
   options.dataset.max_pose_gap = absl::Seconds(arguments.max_pose_gap_s);
   options.target.frame_id = options.dataset.frame_id;
@@ -103,11 +103,9 @@ absl::Status Run(ReplayArguments arguments, const Interruption& interruption) {
   return Judge(*summary);
 }
 
-CLI::Validator IsSigmas() {
+CLI::Validator IsSigma() {
   return CLI::Validator(
-      [](std::string& text) {
-        return PoseCovariance(text, "") ? std::string() : "must be X,Y,YAW, none negative";
-      },
+      [](std::string& text) { return std::string(ParsePoseSigma(text).status().message()); },
       "X,Y,YAW");
 }
 
@@ -135,9 +133,11 @@ void AddSourceOptions(CLI::App& command, ReplayArguments& a) {
   command.add_option("--frame_id", dataset.frame_id, "Frame of the poses (default: the map's)");
   command
       .add_option("--pose_sigma", a.pose_sigma,
-                  "Standard deviations of the poses in m and rad (default: 0.005,0.005,0.002 for "
-                  "groundtruth.txt, else 0.06,0.06,0.016)")
-      ->check(IsSigmas());
+                  "Standard deviations of the poses in m and rad (default: those in a comment "
+                  "`# pose_sigma: X,Y,YAW` of the trajectory, else " +
+                      FormatPoseSigma(kMotionCaptureSigma) + " for groundtruth.txt and " +
+                      FormatPoseSigma(kLocalisationSigma) + " for other files)")
+      ->check(IsSigma());
   command
       .add_option("--max_association", a.max_association_s,
                   "Maximum seconds between a depth image and its detections")
@@ -177,21 +177,6 @@ void AddRunOptions(CLI::App& command, ReplayArguments& a) {
 }
 
 }  // namespace
-
-std::optional<Eigen::Matrix3d> PoseCovariance(const std::string& sigmas, const std::string& poses) {
-  Eigen::Vector3d sigma(0.06, 0.06, 0.016);
-  if (!sigmas.empty()) {
-    const std::vector<std::string> words = absl::StrSplit(sigmas, ',');
-    if (words.size() != 3) return std::nullopt;
-    for (int i = 0; i < 3; ++i) {
-      if (!absl::SimpleAtod(words[i], &sigma[i])) return std::nullopt;
-      if (!(sigma[i] >= 0.0 && sigma[i] <= 1e3)) return std::nullopt;
-    }
-  } else if (fs::path(poses).filename() == "groundtruth.txt") {
-    sigma = {0.005, 0.005, 0.002};
-  }
-  return Eigen::Matrix3d(sigma.cwiseProduct(sigma).asDiagonal());
-}
 
 void AddReplayCommand(CLI::App& app, Command& selected) {
   auto arguments = std::make_shared<ReplayArguments>();

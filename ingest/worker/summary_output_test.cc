@@ -6,7 +6,6 @@
 #include <nlohmann/json.hpp>
 
 #include "ingest/worker/progress_line.h"
-#include "ingest/worker/replay_command.h"
 
 namespace hypermap::ingest {
 namespace {
@@ -68,17 +67,6 @@ TEST(ProgressTextTest, TellsShareRateAndTimeLeft) {
   EXPECT_EQ(ProgressText(Half()),
             "[############------------]  50 %  5/10 frames  2.0/s  0:02 left  1 skipped");
   EXPECT_THAT(ProgressText(ReplaySummary()), HasSubstr("100 %  0/0 frames"));
-}
-
-TEST(PoseCovarianceTest, IsTheSquareOfTheSigmas) {
-  const auto given = PoseCovariance("0.1,0.2,0.3", "groundtruth.txt");
-  ASSERT_TRUE(given.has_value());
-  EXPECT_TRUE(given->isApprox(Eigen::Matrix3d(Eigen::Vector3d(0.01, 0.04, 0.09).asDiagonal())));
-  EXPECT_DOUBLE_EQ((*PoseCovariance("", "data/groundtruth.txt"))(0, 0), 0.005 * 0.005);
-  EXPECT_DOUBLE_EQ((*PoseCovariance("", "estimated.txt"))(2, 2), 0.016 * 0.016);
-  for (const char* wrong : {"1", "1,2", "1,2,3,4", "a,b,c", "-1,0,0", "nan,0,0", "inf,0,0"}) {
-    EXPECT_FALSE(PoseCovariance(wrong, "").has_value()) << wrong;
-  }
 }
 
 }  // namespace

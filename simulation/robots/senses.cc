@@ -6,6 +6,7 @@
 
 #include "base/status/status_macros.h"
 #include "ingest/perception/organised_cloud.h"
+#include "ingest/perception/pose_sigma.h"
 #include "simulation/worlds/renderer.h"
 
 namespace hypermap::robots {
@@ -14,13 +15,6 @@ namespace {
 using ingest::Frame;
 using simulation::SimulatedDetection;
 using simulation::View;
-
-// Returns the covariance that robots state for their poses: x, y in m and yaw in rad.
-Eigen::Matrix3d CovarianceOf(const SensesOptions& options) {
-  const Eigen::Vector3d sigma = options.pose_error ? Eigen::Vector3d(0.06, 0.06, 0.016)
-                                                   : Eigen::Vector3d(0.005, 0.005, 0.002);
-  return sigma.cwiseProduct(sigma).asDiagonal();
-}
 
 // Returns the robot's pose on the plane. Its camera looks straight ahead, along the third axis of
 // the optical frame.
@@ -67,7 +61,8 @@ absl::StatusOr<Observation> Senses::Observe(const PlanarTransform& pose,
   frame.depth = simulation::WithSensorNoise(view, depth_);
   Count(view, frame.depth);
   frame.frame_from_camera = simulation::CameraPose(believed);
-  frame.pose_covariance = CovarianceOf(options_);
+  frame.pose_covariance =
+      (options_.pose_error ? ingest::kLocalisationSigma : ingest::kMotionCaptureSigma).Covariance();
   for (SimulatedDetection& detection : Detect(view, world_from_camera)) {
     frame.instances.push_back({{{detection.label, detection.score}}, std::move(detection.mask)});
   }

@@ -7,6 +7,7 @@
 
 #include "absl/status/status.h"
 #include "base/status/status_macros.h"
+#include "ingest/perception/pose_sigma.h"
 #include "simulation/worlds/detector.h"
 #include "simulation/worlds/drive.h"
 #include "simulation/worlds/renderer.h"
@@ -76,8 +77,8 @@ absl::Status WriteSequence(const Options& options) {
   const FloorPlanFiles plan = EncodeFloorPlan(scene);
   const std::pair<const char*, std::string> files[] = {
       {"depth.txt", EncodeDepthList(r.stamps)},
-      {"groundtruth.txt", EncodeTrajectory(r.stamps, r.poses)},
-      {"estimated.txt", EncodeTrajectory(r.stamps, r.estimated)},
+      {"groundtruth.txt", EncodeTrajectory(r.stamps, r.poses, ingest::kMotionCaptureSigma)},
+      {"estimated.txt", EncodeTrajectory(r.stamps, r.estimated, ingest::kLocalisationSigma)},
       {"camera.yaml", EncodeCamera(Kinect())},
       {"detections_clean.json", EncodeDetections(r.stamps, Kinect(), r.clean)},
       {"detections_noisy.json", EncodeDetections(r.stamps, Kinect(), r.noisy)},

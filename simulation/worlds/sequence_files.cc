@@ -104,10 +104,14 @@ std::string EncodeCamera(const ingest::CameraModel& c) {
 }
 
 std::string EncodeTrajectory(const std::vector<absl::Time>& stamps,
-                             const std::vector<PlanarTransform>& poses) {
-  std::string text =
+                             const std::vector<PlanarTransform>& poses,
+                             const ingest::PoseSigma& sigma) {
+  std::string text = absl::StrCat(
       "# camera trajectory, optical frame in the frame map\n"
-      "# timestamp tx ty tz qx qy qz qw\n";
+      "# pose_sigma: ",
+      ingest::FormatPoseSigma(sigma),
+      "\n"
+      "# timestamp tx ty tz qx qy qz qw\n");
   for (size_t i = 0; i < stamps.size(); ++i) {
     const Eigen::Isometry3d pose = CameraPose(poses[i]);
     const Eigen::Quaterniond q(pose.linear());

@@ -10,6 +10,7 @@
 #include "absl/status/statusor.h"
 #include "absl/time/time.h"
 #include "ingest/perception/frame.h"
+#include "ingest/perception/pose_sigma.h"
 #include "map/frames/planar_transform.h"
 #include "simulation/worlds/detector.h"
 #include "simulation/worlds/scene.h"
@@ -29,9 +30,10 @@ absl::StatusOr<std::string> EncodeDepthPng(const ingest::DepthImage& depth);
 std::string EncodeCamera(const ingest::CameraModel& camera);
 
 // Returns a line "t tx ty tz qx qy qz qw" for each of the robot's poses: the camera's optical frame
-// in the frame "map".
+// in the frame "map". A comment states `sigma`, which the worker's replay reads.
 std::string EncodeTrajectory(const std::vector<absl::Time>& stamps,
-                             const std::vector<PlanarTransform>& poses);
+                             const std::vector<PlanarTransform>& poses,
+                             const ingest::PoseSigma& sigma);
 
 // Returns depth.txt, with a line "t file" for each image.
 std::string EncodeDepthList(const std::vector<absl::Time>& stamps);

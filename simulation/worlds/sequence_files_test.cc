@@ -6,6 +6,7 @@
 #include "gtest/gtest.h"
 #include "ingest/sources/depth_png.h"
 #include "ingest/sources/mask.h"
+#include "ingest/sources/trajectory.h"
 
 namespace hypermap::simulation {
 namespace {
@@ -77,10 +78,19 @@ TEST(SequenceFilesTest, TheFloorPlanHasWallsAndFreeFloor) {
 // The quaternion of a level camera has components of +-0.5; tilted by 18 degrees they are
 // +-(cos 9 +- sin 9) / 2.
 TEST(SequenceFilesTest, TrajectoriesHaveALineForEachPose) {
-  EXPECT_EQ(EncodeTrajectory({absl::FromUnixSeconds(5)}, {PlanarTransform(1, 2, 0)}),
-            "# camera trajectory, optical frame in the frame map\n"
-            "# timestamp tx ty tz qx qy qz qw\n"
-            "5.000000 1.00000 2.00000 1.10000 0.572061 -0.572061 0.415627 -0.415627\n");
+  EXPECT_EQ(
+      EncodeTrajectory({absl::FromUnixSeconds(5)}, {PlanarTransform(1, 2, 0)}, {0.06, 0.05, 0.016}),
+      "# camera trajectory, optical frame in the frame map\n"
+      "# pose_sigma: 0.06,0.05,0.016\n"
+      "# timestamp tx ty tz qx qy qz qw\n"
+      "5.000000 1.00000 2.00000 1.10000 0.572061 -0.572061 0.415627 -0.415627\n");
+}
+
+TEST(SequenceFilesTest, TheSigmaIsReadBackByTheWorkersReader) {
+  const auto trajectory = ingest::Trajectory::Parse(EncodeTrajectory(
+      {absl::FromUnixSeconds(5)}, {PlanarTransform(1, 2, 0)}, ingest::kLocalisationSigma));
+  ASSERT_TRUE(trajectory.ok()) << trajectory.status();
+  EXPECT_EQ(trajectory->pose_sigma(), ingest::kLocalisationSigma);
 }
 
 }  // namespace

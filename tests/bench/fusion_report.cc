@@ -3,7 +3,7 @@
 //
 //    fusion_report DIR [key=value]...
 //      detections=FILE poses=FILE truth=FILE fusion=NAME segmenter=organised|region_growing
-//      occupancy=yes|no sigma_xy=M sigma_yaw=RAD list=yes param.NAME=NUMBER
+//      occupancy=yes|no pose_sigma=X,Y,YAW list=yes param.NAME=NUMBER
 #include <sys/resource.h>
 
 #include <cmath>
@@ -55,11 +55,14 @@ int Run(const std::string& dir, std::map<std::string, std::string> options) {
   source_options.poses = get("poses", "estimated.txt");
   source_options.detections = get("detections", "detections_noisy.json");
   source_options.max_instances = 254;
-  const bool exact = source_options.poses == "groundtruth.txt";
-  const double sigma_xy = std::stod(get("sigma_xy", exact ? "0.005" : "0.06"));
-  const double sigma_yaw = std::stod(get("sigma_yaw", exact ? "0.002" : "0.016"));
-  source_options.pose_covariance =
-      Eigen::Vector3d(sigma_xy * sigma_xy, sigma_xy * sigma_xy, sigma_yaw * sigma_yaw).asDiagonal();
+  if (options.count("pose_sigma")) {
+    auto sigma = ingest::ParsePoseSigma(options["pose_sigma"]);
+    if (!sigma.ok()) {
+      std::cerr << "pose_sigma: " << sigma.status() << "\n";
+      return 1;
+    }
+    source_options.pose_sigma = *sigma;
+  }
   auto dataset = ingest::RgbdDataset::Open(dir, source_options);
   if (!dataset.ok()) {
     std::cerr << dataset.status() << "\n";

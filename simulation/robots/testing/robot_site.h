@@ -46,7 +46,8 @@ class RobotSite {
   absl::Time Now() { return machine_.ManualClock::Wall(); }
   void Advance(absl::Duration by) {
     machine_.Advance(by);
-    session()->LookAtClock();
+    // The writer reads the clock after any work.
+    EXPECT_TRUE(session()->ReadRobotClocks().ok());
   }
 
   server::MemoryDisk& disk() { return disk_; }
