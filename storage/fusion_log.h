@@ -15,6 +15,7 @@
 #include "absl/time/time.h"
 #include "map/objects/semantic_object.h"
 #include "map/observations/observation.h"
+#include "map/observations/observe_answers.h"
 
 namespace hypermap::storage {
 
@@ -111,14 +112,17 @@ class FusionLog {
   virtual absl::StatusOr<std::optional<Known>> FindObservation(const std::string& layer,
                                                                const std::string& robot,
                                                                int64_t sequence) = 0;
-  // The sequence numbers of all observations of a robot, retracted or not, ascending.
-  virtual absl::StatusOr<std::vector<int64_t>> Sequences(const std::string& layer,
-                                                         const std::string& robot) = 0;
+  // The sequence numbers of all observations of a robot, retracted or not, ascending. Linear in
+  // their number. Errors also of CheckCancelled and TakeMemory.
+  virtual absl::StatusOr<std::vector<SequenceRange>> Sequences(const std::string& layer,
+                                                               const std::string& robot) = 0;
   // The observations of a robot with from <= stamp < to that are not retracted, ordered by key.
   virtual absl::StatusOr<std::vector<ObservationKey>> KeysOf(const std::string& layer,
                                                              const std::string& robot,
                                                              absl::Time from, absl::Time to) = 0;
   // The newest stamp of a robot's observations that are not retracted; nullopt when there is none.
+  // Costs a step for each observation of the robot, or for each observation of the layer with a
+  // newer stamp, whichever are fewer.
   virtual absl::StatusOr<std::optional<absl::Time>> NewestStamp(const std::string& layer,
                                                                 const std::string& robot) = 0;
   // The key of the newest observation that is not retracted, and that of the newest fact, which has

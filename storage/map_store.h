@@ -25,8 +25,8 @@ struct Receipt {
   std::string request_id;  // empty: the caller gave none, and no receipt is stored
   Revision revision = 0;
   std::vector<ObjectId> object_ids;  // AppliedBatch::object_ids
-  // Of the request without its id, so that another request with the same id is not taken for a
-  // retry. Empty in receipts of files that older versions wrote.
+  // Digest of the request without its id, so that another request with the same id is not taken for
+  // a retry. Empty in receipts of files that older versions wrote.
   std::string request_digest;
 };
 
@@ -83,6 +83,18 @@ struct MapHeader {
   bool provisional = false;
 };
 
+// A copy of a map that is about to be written.
+class MapBackup {
+ public:
+  virtual ~MapBackup() = default;
+
+  // Writes a consistent copy of the newest stored revision, which can be opened as a map of its
+  // own. Any thread may call this, once, while the map's writer goes on. The map may be closed by
+  // then. The copy is not durable: who keeps the file syncs it. ALREADY_EXISTS if the file exists;
+  // errors of CheckCancelled. After an error there is no copy.
+  virtual absl::Status WriteTo(const std::string& path) = 0;
+};
+
 // One map, open for writing in this process alone. One thread at a time, except where a method says
 // otherwise.
 class StoredMap {
@@ -93,7 +105,7 @@ class StoredMap {
   // the map has since.
   virtual const MapHeader& header() const = 0;
 
-  // What the opening found that people should know, such as the reason for which the map has
+  // Findings of the opening that people should know, such as the reason for which the map has
   // another incarnation. Each is a sentence that names the map.
   virtual std::vector<std::string> opening_notes() const { return {}; }
 
@@ -136,13 +148,16 @@ class StoredMap {
   // The evidence of fused layers. Lives as long as this map.
   virtual FusionLog& fusion_log() = 0;
 
-  // The most bytes of disk that a copy by BackupTo takes if nothing is written before it.
+  // The most bytes of disk that a copy takes if nothing is written before it.
   virtual absl::StatusOr<int64_t> BackupBytes() = 0;
 
-  // Writes a consistent copy, which can be opened as a map of its own. It is not durable: who keeps
-  // the file syncs it. Errors of CheckCancelled; then there is no copy. REQUIRES: the file does not
-  // exist.
-  virtual absl::Status BackupTo(const std::string& path) = 0;
+  // Begins a copy. DATA_LOSS if the map's files are not as its writer left them.
+  virtual absl::StatusOr<std::unique_ptr<MapBackup>> OpenBackup() = 0;
+  // Writes a copy at once: errors of OpenBackup and WriteTo.
+  absl::Status BackupTo(const std::string& path) {
+    const absl::StatusOr<std::unique_ptr<MapBackup>> backup = OpenBackup();
+    return backup.ok() ? (*backup)->WriteTo(path) : backup.status();
+  }
 };
 
 // A set of maps of which this process is the only writer. Thread safe.

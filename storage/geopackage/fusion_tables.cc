@@ -1,6 +1,10 @@
 #include "storage/geopackage/fusion_tables.h"
 
+#include <algorithm>
+
 #include "absl/strings/str_cat.h"
+#include "base/cancellation/cancellation.h"
+#include "base/metering/memory_meter.h"
 #include "base/status/status_macros.h"
 #include "storage/geopackage/packed_bytes.h"
 
@@ -64,6 +68,9 @@ CREATE TABLE hypermap_fusion_checkpoints (
 namespace {
 
 constexpr int kKeptCheckpoints = 4;
+
+// Memory of a range in a vector that grows by doubling.
+constexpr int64_t kBytesOfRange = 2 * sizeof(SequenceRange);
 
 constexpr char kNewestFirst[] = " ORDER BY stamp_ns DESC, robot DESC, sequence DESC, number DESC ";
 
@@ -129,7 +136,8 @@ ObservationKey KeyAt(Statement* row, int first) {
           row->Int64(first + 2)};
 }
 
-// Calls `take` for each row. DATA_LOSS naming `table` if a column has another type than expected.
+// Calls `take` for each row. DATA_LOSS naming `table` if a column has another type than expected;
+// errors of `take`, to which DATA_LOSS adds the table.
 template <typename Take>
 absl::Status ForEachRow(Statement* select, const char* table, Take take) {
   while (true) {
@@ -137,9 +145,10 @@ absl::Status ForEachRow(Statement* select, const char* table, Take take) {
     if (!has_row) return absl::OkStatus();
     absl::Status status = take();
     if (status.ok()) status = select->row_status();
-    if (!status.ok()) {
-      return absl::Status(status.code(), absl::StrCat(table, ": ", status.message()));
+    if (absl::IsDataLoss(status)) {
+      return absl::DataLossError(absl::StrCat(table, ": ", status.message()));
     }
+    HYPERMAP_RETURN_IF_ERROR(status);
   }
 }
 
@@ -220,17 +229,20 @@ absl::StatusOr<std::optional<FusionLog::Known>> FusionTables::FindObservation(
   return known;
 }
 
-absl::StatusOr<std::vector<int64_t>> FusionTables::Sequences(const std::string& layer,
-                                                             const std::string& robot) {
+absl::StatusOr<std::vector<SequenceRange>> FusionTables::Sequences(const std::string& layer,
+                                                                   const std::string& robot) {
   HYPERMAP_ASSIGN_OR_RETURN(
       Statement select,
       database_->Prepare("SELECT sequence FROM hypermap_observations WHERE layer = ? AND robot = ? "
                          "ORDER BY sequence"));
-  std::vector<int64_t> sequences;
-  absl::Status status = ForEachRow(&select.Bind(layer, robot), "hypermap_observations", [&] {
-    sequences.push_back(select.Int64(0));
-    return absl::OkStatus();
-  });
+  std::vector<SequenceRange> sequences;
+  absl::Status status =
+      ForEachRow(&select.Bind(layer, robot), "hypermap_observations", [&]() -> absl::Status {
+        const size_t num_ranges = sequences.size();
+        AppendSequence(select.Int64(0), &sequences);
+        if (sequences.size() > num_ranges) HYPERMAP_RETURN_IF_ERROR(TakeMemory(kBytesOfRange));
+        return CheckCancelled();
+      });
   HYPERMAP_RETURN_IF_ERROR(status);
   return sequences;
 }
@@ -257,22 +269,40 @@ absl::StatusOr<std::vector<ObservationKey>> FusionTables::KeysOf(const std::stri
 
 absl::StatusOr<std::optional<absl::Time>> FusionTables::NewestStamp(const std::string& layer,
                                                                     const std::string& robot) {
-  // The index by stamp finds a robot that is still there after a few entries, but has to be read
-  // whole for one that never was; the unique index knows that at once.
+  // No index has the stamps of one robot. Two scans advance in turn, and the one that ends first
+  // answers: of the layer, newest first, which soon meets a robot that still sends; and of the
+  // robot, which has few rows or none if it never sent much. Only rows of the robot are looked up
+  // in the table.
   HYPERMAP_ASSIGN_OR_RETURN(
-      const std::optional<int64_t> any,
-      database_->QueryInt64(
-          "SELECT 1 FROM hypermap_observations WHERE layer = ? AND robot = ? LIMIT 1", layer,
-          robot));
-  if (!any) return std::nullopt;
-  HYPERMAP_ASSIGN_OR_RETURN(
-      const std::optional<int64_t> stamp_ns,
-      database_->QueryInt64(
-          "SELECT stamp_ns FROM hypermap_observations INDEXED BY hypermap_observations_order "
-          "WHERE layer = ? AND robot = ? AND retracted = 0 ORDER BY stamp_ns DESC LIMIT 1",
-          layer, robot));
-  if (!stamp_ns) return std::nullopt;
-  return absl::FromUnixNanos(*stamp_ns);
+      Statement of_layer,
+      database_->Prepare("SELECT stamp_ns, CASE WHEN robot = ?2 THEN retracted = 0 ELSE 0 END "
+                         "FROM hypermap_observations INDEXED BY hypermap_observations_order "
+                         "WHERE layer = ?1 ORDER BY stamp_ns DESC"));
+  HYPERMAP_ASSIGN_OR_RETURN(Statement of_robot,
+                            database_->Prepare("SELECT stamp_ns, retracted FROM "
+                                               "hypermap_observations "
+                                               "WHERE layer = ? AND robot = ?"));
+  of_layer.Bind(layer, robot);
+  of_robot.Bind(layer, robot);
+  std::optional<int64_t> newest_ns;
+  while (true) {
+    HYPERMAP_ASSIGN_OR_RETURN(const bool robot_has_row, of_robot.Step());
+    if (!robot_has_row) break;
+    if (of_robot.Int64(1) == 0) {
+      newest_ns = std::max(newest_ns.value_or(of_robot.Int64(0)), of_robot.Int64(0));
+    }
+    HYPERMAP_ASSIGN_OR_RETURN(const bool layer_has_row, of_layer.Step());
+    const bool is_newest = layer_has_row && of_layer.Int64(1) != 0;
+    if (is_newest) newest_ns = of_layer.Int64(0);
+    for (const Statement* scan : {&of_robot, &of_layer}) {
+      if (absl::Status status = scan->row_status(); !status.ok()) {
+        return absl::DataLossError(absl::StrCat("hypermap_observations: ", status.message()));
+      }
+    }
+    if (is_newest) break;
+  }
+  if (!newest_ns) return std::nullopt;
+  return absl::FromUnixNanos(*newest_ns);
 }
 
 absl::StatusOr<std::optional<ObservationKey>> FusionTables::NewestKey(const std::string& layer) {

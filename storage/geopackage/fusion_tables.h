@@ -32,8 +32,8 @@ class FusionTables : public FusionLog {
   absl::StatusOr<std::optional<Known>> FindObservation(const std::string& layer,
                                                        const std::string& robot,
                                                        int64_t sequence) override;
-  absl::StatusOr<std::vector<int64_t>> Sequences(const std::string& layer,
-                                                 const std::string& robot) override;
+  absl::StatusOr<std::vector<SequenceRange>> Sequences(const std::string& layer,
+                                                       const std::string& robot) override;
   absl::StatusOr<std::vector<ObservationKey>> KeysOf(const std::string& layer,
                                                      const std::string& robot, absl::Time from,
                                                      absl::Time to) override;

@@ -4,8 +4,13 @@
 #include <gtest/gtest.h>
 
 #include <memory>
+#include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
+#include "base/cancellation/testing/cancelled_after.h"
+#include "base/metering/memory_meter.h"
 #include "storage/geopackage/packed_bytes.h"
 #include "storage/geopackage/testing/map.h"
 
@@ -48,6 +53,16 @@ class FusionTablesTest : public ::testing::Test {
     return bodies;
   }
 
+  // Adds an observation of `robot` for each sequence, with stamps from `first_ns` on.
+  void WriteObservations(const std::string& robot, const std::vector<int64_t>& sequences,
+                         int64_t first_ns) {
+    FusionChange change{.layer = "things", .settings = FusionSettings{"evidence", "{}", ""}};
+    for (const int64_t sequence : sequences) {
+      change.observations.push_back(Logged(Key(first_ns++, robot, sequence), "body"));
+    }
+    Write(std::move(change));
+  }
+
   testing::TemporaryFolder folder_;
   std::unique_ptr<MapStore> store_;
   EditedMap map_;
@@ -74,7 +89,7 @@ TEST_F(FusionTablesTest, EntriesComeInTheOrderOfTheirKeysWhateverTheyWereWritten
   EXPECT_EQ(*log().NewestFact("things"), (LogKey{Key(20, "b", 1), 2}));
   EXPECT_EQ((**log().FindObservation("things", "b", 1)).content_hash, 0xfedcba9876543210);
   EXPECT_EQ(*log().FindObservation("things", "b", 9), std::nullopt);
-  EXPECT_THAT(*log().Sequences("things", "b"), ElementsAre(1, 2));
+  EXPECT_THAT(*log().Sequences("things", "b"), ElementsAre(SequenceRange{1, 2}));
 }
 
 TEST_F(FusionTablesTest, C2NewestStampIsOfOneRobotAndNotRetracted) {
@@ -94,6 +109,70 @@ TEST_F(FusionTablesTest, C2NewestStampIsOfOneRobotAndNotRetracted) {
   EXPECT_EQ(*log().NewestStamp("things", "b"), std::nullopt);
 }
 
+std::vector<int64_t> EveryNth(int64_t step, int64_t count) {
+  std::vector<int64_t> sequences;
+  for (int64_t i = 0; i < count; ++i) sequences.push_back(step * i);
+  return sequences;
+}
+
+// The number of steps of SQLite's virtual machine that `work` takes on a connection.
+template <typename Work>
+int64_t StepsOf(Database* database, Work work) {
+  int64_t steps = 0;
+  const auto count = [](void* counted) {
+    ++*static_cast<int64_t*>(counted);
+    return 0;
+  };
+  sqlite3_progress_handler(database->handle(), 1, count, &steps);
+  work();
+  sqlite3_progress_handler(database->handle(), 0, nullptr, nullptr);
+  return steps;
+}
+
+TEST_F(FusionTablesTest, NewestStampOfARobotThatSentLittleDoesNotReadTheLayer) {
+  WriteObservations("old", {7}, 1);
+  WriteObservations("retracted", {7}, 2);
+  WriteObservations("busy", EveryNth(1, 2000), 1000);
+  WriteObservations("new", {7}, 9000);
+  Write({.layer = "things", .retracted = {Key(2, "retracted", 7)}});
+  const auto connection = Connect(folder_ / "site.gpkg");
+  FusionTables tables(connection.get());
+  // Prepares the statements.
+  ASSERT_TRUE(tables.NewestStamp("things", "old").ok());
+  const std::pair<const char*, std::optional<absl::Time>> kNewest[] = {
+      {"old", absl::FromUnixNanos(1)},
+      {"retracted", std::nullopt},
+      {"busy", absl::FromUnixNanos(2999)},
+      {"new", absl::FromUnixNanos(9000)},
+      {"never", std::nullopt},
+  };
+  for (const auto& [robot, newest] : kNewest) {
+    SCOPED_TRACE(robot);
+    absl::StatusOr<std::optional<absl::Time>> answer;
+    const std::string name = robot;
+    EXPECT_LT(StepsOf(connection.get(), [&] { answer = tables.NewestStamp("things", name); }), 200);
+    ASSERT_TRUE(answer.ok()) << answer.status();
+    EXPECT_EQ(*answer, newest);
+  }
+}
+
+TEST_F(FusionTablesTest, SequencesAreMeteredByTheirRangesAndGivenUp) {
+  constexpr int64_t kCount = 3000;
+  WriteObservations("sparse", EveryNth(2, kCount), 0);
+  WriteObservations("dense", EveryNth(1, kCount), 0);
+  {
+    MemoryCap cap("max_request_bytes", 1 << 10);
+    MemoryMeter meter(&cap);
+    const ScopedMeter here(&meter);
+    EXPECT_THAT(*log().Sequences("things", "dense"), ElementsAre(SequenceRange{0, kCount - 1}));
+    const absl::Status status = log().Sequences("things", "sparse").status();
+    EXPECT_TRUE(absl::IsResourceExhausted(status)) << status;
+    EXPECT_THAT(std::string(status.message()), ::testing::StartsWith("takes more than"));
+  }
+  EXPECT_THAT(*log().Sequences("things", "sparse"), ::testing::SizeIs(kCount));
+  EXPECT_GT(TimesCancelled([&] { return log().Sequences("things", "dense").status(); }), 3);
+}
+
 TEST_F(FusionTablesTest, RetractedObservationsAreKnownAndNotRead) {
   Write({.layer = "things",
          .settings = FusionSettings{"evidence", "{}", ""},
@@ -107,7 +186,7 @@ TEST_F(FusionTablesTest, RetractedObservationsAreKnownAndNotRead) {
               ElementsAre(Key(1, "a", 0)));
   EXPECT_TRUE((**log().FindObservation("things", "a", 1)).retracted);
   EXPECT_EQ(*log().NewestKey("things"), Key(1, "a", 0));
-  EXPECT_THAT(*log().Sequences("things", "a"), ElementsAre(0, 1, 2));
+  EXPECT_THAT(*log().Sequences("things", "a"), ElementsAre(SequenceRange{0, 2}));
 }
 
 TEST_F(FusionTablesTest, OnlyCheckpointsThatAreTrueAndNewAreFound) {

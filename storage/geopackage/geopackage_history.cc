@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "absl/strings/str_cat.h"
+#include "base/metering/memory_meter.h"
 #include "base/status/status_macros.h"
 #include "base/text/utf8.h"
 #include "storage/geopackage/layer_history.h"
@@ -25,6 +26,10 @@ constexpr char kCommitChanges[] =
 RevisionRecord ReadRecord(Statement* row) {
   return {row->Int64(0), absl::FromUnixNanos(row->Int64(1)), ReplaceInvalidUtf8(row->Text(2)),
           row->Int64(3)};
+}
+
+int64_t BytesOf(const RevisionRecord& record) {
+  return static_cast<int64_t>(sizeof record + record.author.size());
 }
 
 }  // namespace
@@ -162,6 +167,7 @@ absl::StatusOr<std::vector<RevisionRecord>> GeoPackageHistory::ReadRevisions(Rev
     if (!has_row) return records;
     records.push_back(ReadRecord(&select));
     HYPERMAP_RETURN_IF_ERROR(select.row_status());
+    HYPERMAP_RETURN_IF_ERROR(TakeMemory(BytesOf(records.back())));
   }
 }
 
@@ -191,9 +197,14 @@ absl::StatusOr<std::vector<PastCommit>> GeoPackageHistory::Commits(Revision afte
 absl::StatusOr<std::vector<PastCommit>> GeoPackageHistory::ReadCommits(Revision after,
                                                                        int max_changes) {
   // Also bounds the number of commits that have no changes.
-  HYPERMAP_ASSIGN_OR_RETURN(std::vector<RevisionRecord> records,
-                            ReadRevisions(after, std::numeric_limits<Revision>::max(),
-                                          /*newest_first=*/false, std::max(max_changes, 1)));
+  std::vector<RevisionRecord> records;
+  {
+    // Charged for the moment only: most callers keep the changes alone.
+    const TemporaryMemory temporary;
+    HYPERMAP_ASSIGN_OR_RETURN(records,
+                              ReadRevisions(after, std::numeric_limits<Revision>::max(),
+                                            /*newest_first=*/false, std::max(max_changes, 1)));
+  }
   std::vector<PastCommit> commits;
   int64_t room = max_changes;
   for (RevisionRecord& record : records) {

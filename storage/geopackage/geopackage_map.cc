@@ -10,6 +10,7 @@
 #include "base/status/status_macros.h"
 #include "map/layers/layer_registry.h"
 #include "map/layers/semantic_layer.h"
+#include "storage/geopackage/backup.h"
 #include "storage/geopackage/compaction.h"
 #include "storage/geopackage/frame_table.h"
 #include "storage/geopackage/geopackage_history.h"
@@ -19,30 +20,9 @@
 #include "storage/geopackage/revision_table.h"
 #include "storage/geopackage/time_mark_table.h"
 #include "storage/incarnation.h"
-#include "storage/sqlite/durable_file.h"
-#include "storage/sqlite/paced_writes.h"
 
 namespace hypermap::storage {
 namespace {
-
-// While it lives, statements of the database end with an error when the work of this thread is
-// cancelled.
-class EndsIfCancelled {
- public:
-  explicit EndsIfCancelled(Database* database) : database_(database) {
-    // Steps of SQLite's virtual machine, of which a row takes some ten.
-    constexpr int kStepsPerLook = 256;
-    sqlite3_progress_handler(
-        database_->handle(), kStepsPerLook, [](void* /*unused*/) { return IsCancelled() ? 1 : 0; },
-        nullptr);
-  }
-  ~EndsIfCancelled() { sqlite3_progress_handler(database_->handle(), 0, nullptr, nullptr); }
-  EndsIfCancelled(const EndsIfCancelled&) = delete;
-  EndsIfCancelled& operator=(const EndsIfCancelled&) = delete;
-
- private:
-  Database* const database_;
-};
 
 absl::Status About(const std::string& map, const absl::Status& status) {
   if (status.ok()) return status;
@@ -54,16 +34,6 @@ absl::Status About(const std::string& map, const absl::Status& status) {
 absl::Status AsDamage(const absl::Status& status) {
   if (status.code() != absl::StatusCode::kInternal) return status;
   return absl::DataLossError(status.message());
-}
-
-// A copy of a map goes on with a history of its own. A copy for which this fails is of no use, so
-// it is changed in place.
-absl::Status GiveNewIncarnation(const std::string& path, absl::Duration busy_timeout) {
-  HYPERMAP_ASSIGN_OR_RETURN(const std::unique_ptr<Database> copy,
-                            Database::Open(path, Database::OpenMode::kExisting, busy_timeout));
-  HYPERMAP_RETURN_IF_ERROR(
-      copy->Execute("PRAGMA journal_mode = MEMORY; PRAGMA synchronous = OFF;"));
-  return SetIncarnation(copy.get(), NewIncarnation());
 }
 
 }  // namespace
@@ -320,31 +290,14 @@ absl::StatusOr<int64_t> GeoPackageMap::BackupBytes() {
   return (num_pages - num_free) * page_bytes;
 }
 
-absl::Status GeoPackageMap::BackupTo(const std::string& path) { return InMap(WriteBackup(path)); }
-
-absl::Status GeoPackageMap::WriteBackup(const std::string& path) {
-  if (PathExists(path)) return absl::AlreadyExistsError(absl::StrCat(path, " exists"));
-  HYPERMAP_RETURN_IF_ERROR(files_->Check());
-  // A connection of its own, because a copy is synced as the connection's own file would be.
-  HYPERMAP_ASSIGN_OR_RETURN(
-      const std::unique_ptr<Database> reader,
-      Database::Open(database_->path(), Database::OpenMode::kReadOnly, busy_timeout_));
-  HYPERMAP_RETURN_IF_ERROR(
-      reader->Execute("PRAGMA synchronous = OFF; PRAGMA cache_size = -16384;"));
-  // VACUUM INTO writes a compact copy in one file, without a write-ahead log.
-  const UnpacedWrites unpaced;
-  absl::Status status;
-  {
-    const EndsIfCancelled ends(reader.get());
-    status = reader->Run("VACUUM INTO ?", path);
-    // SQLite's own error says only that it was interrupted.
-    if (absl::Status wanted = CheckCancelled(); !wanted.ok()) status = std::move(wanted);
-  }
-  // Again, because the reader opened the file by its name, which may be another file's by now.
-  if (status.ok()) status = files_->CheckIdentity();
-  if (status.ok()) status = GiveNewIncarnation(path, busy_timeout_);
-  if (!status.ok()) RemoveMapFile(path).IgnoreError();
-  return status;
+absl::StatusOr<std::unique_ptr<MapBackup>> GeoPackageMap::OpenBackup() {
+  HYPERMAP_RETURN_IF_ERROR(InMap(files_->Check()));
+  absl::StatusOr<std::unique_ptr<MapBackup>> backup =
+      OpenGeoPackageBackup(header_.name, database_->path(), busy_timeout_);
+  if (!backup.ok()) return InMap(backup.status());
+  // Again, because the backup opened the files by their names, which may be other files' by now.
+  HYPERMAP_RETURN_IF_ERROR(InMap(files_->Check()));
+  return backup;
 }
 
 }  // namespace hypermap::storage

@@ -54,10 +54,10 @@ class GeoPackageMap : public StoredMap {
   absl::StatusOr<bool> Compact(Revision oldest, absl::Time receipts_before, int max_rows) override;
   FusionLog& fusion_log() override { return fusion_; }
   absl::StatusOr<int64_t> BackupBytes() override;
-  absl::Status BackupTo(const std::string& path) override;
+  absl::StatusOr<std::unique_ptr<MapBackup>> OpenBackup() override;
 
  private:
-  // What Open has read of the file.
+  // The parts of a map that Open has made and read.
   struct Opened {
     std::unique_ptr<Database> database;
     std::unique_ptr<OpenFiles> files;
@@ -84,7 +84,6 @@ class GeoPackageMap : public StoredMap {
   void KeepWitness(const Commit& newest);
   absl::StatusOr<bool> CompactSome(Revision oldest, absl::Time receipts_before, int max_rows);
   absl::Status WriteTimeMark(const TimeMark& mark, absl::Duration forget_before);
-  absl::Status WriteBackup(const std::string& path);
   // Adds the name of the map to an error.
   absl::Status InMap(const absl::Status& status) const;
 

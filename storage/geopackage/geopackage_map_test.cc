@@ -439,6 +439,29 @@ TEST_F(GeoPackageMapTest, BackupOpensAsAMap) {
   EXPECT_FALSE(map_.stored->BackupTo(folder_ / "none/backup.gpkg").ok());
 }
 
+TEST_F(GeoPackageMapTest, BackupIsWrittenWhileTheWriterGoesOnAndAfterIt) {
+  Rng rng(TestSeed());
+  map_.Edit(RandomSite(rng, 200));
+  const absl::StatusOr<std::unique_ptr<MapBackup>> first = map_.stored->OpenBackup();
+  const absl::StatusOr<std::unique_ptr<MapBackup>> second = map_.stored->OpenBackup();
+  ASSERT_TRUE(first.ok() && second.ok());
+  map_.Edit({{DeleteObject{"semantic", 2}}});
+  ASSERT_TRUE((*first)->WriteTo(folder_ / "first.gpkg").ok());
+  Snapshot expected = *map_.snapshot;
+  expected.map_name = "first";
+  auto copy = store_->Open("first");
+  ASSERT_TRUE(copy.ok()) << copy.status();
+  ExpectSame(**(*copy)->Load(), expected);
+  // A map that was deleted meanwhile is still copied, and leaves no file.
+  map_.stored.reset();
+  ASSERT_TRUE(store_->Delete("site", "").ok());
+  EXPECT_TRUE((*second)->WriteTo(folder_ / "second.gpkg").ok());
+  EXPECT_TRUE(store_->Open("second").ok());
+  for (const char* const end : {"", "-wal", "-shm"}) {
+    EXPECT_FALSE(std::filesystem::exists(absl::StrCat(folder_ / "site.gpkg", end)));
+  }
+}
+
 TEST_F(GeoPackageMapTest, IndexCoversEveryObject) {
   Rng rng(TestSeed());
   map_.Edit(RandomSite(rng, 60));

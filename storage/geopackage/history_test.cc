@@ -319,6 +319,30 @@ TEST_F(HistoryTest, RevisionsAreListedInPages) {
   EXPECT_EQ(last->front().num_changes, 1);
 }
 
+TEST_F(HistoryTest, ListOfRevisionsIsChargedWhileItIsRead) {
+  constexpr int kCommits = 2000;
+  RecordedMap map = NewMap();
+  std::vector<EditBatch> group;
+  for (int i = 0; i < kCommits; ++i) {
+    group.push_back({{SetTransform{{"map", "dock", {1.0 * i, 0, 0}}}}});
+  }
+  map.Write(group);
+  const auto reader = map.Reader();
+  const auto list = [&](int64_t bytes) {
+    Allowance allowance(bytes);
+    MemoryMeter meter(&allowance);
+    const ScopedMeter here(&meter);
+    const absl::Status status = reader->Revisions(0, kCommits + 1, false, kCommits).status();
+    return std::pair(status, meter.taken());
+  };
+  const auto [all, bytes] = list(int64_t{1} << 30);
+  ASSERT_TRUE(all.ok()) << all;
+  EXPECT_GE(bytes, kCommits * static_cast<int64_t>(sizeof(RevisionRecord)));
+  const auto [refused, at_most] = list(0);
+  EXPECT_TRUE(absl::IsResourceExhausted(refused)) << refused;
+  EXPECT_LE(at_most, MemoryMeter::kFreeBytes);
+}
+
 TEST_F(HistoryTest, A3AuthorsThatAreNoUtf8AreRepairedWhenTheyAreRead) {
   EditedMap map = CreateMap(*store_, "site");
   map.Edit({{SetTransform{{"map", "dock", {}}}}});

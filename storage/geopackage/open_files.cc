@@ -85,7 +85,7 @@ int OpenFiles::AfterCommit(void* files, sqlite3* handle, const char* schema, int
 void OpenFiles::Remember() {
   const absl::StatusOr<Stamp> file = Look(writer_->path());
   const absl::StatusOr<Stamp> log = Look(log_path_);
-  // What was changed during a checkpoint is found by Check: the file is another one then.
+  // Check finds files that were replaced during a checkpoint: they are other files then.
   if (file.ok() && file->SameFile(opened_)) file_ = *file;
   if (log.ok() && log->SameFile(log_)) log_ = *log;
 }

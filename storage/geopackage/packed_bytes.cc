@@ -9,7 +9,7 @@ namespace {
 
 constexpr int64_t kMaxSize = int64_t{1} << 30;
 // Upper bound of the ratio of Deflate (zlib's "Maximum Compression Factor").
-constexpr int64_t kMaxExpansion = 1032;
+constexpr int64_t kMaxDeflateRatio = 1032;
 
 }  // namespace
 
@@ -26,7 +26,7 @@ std::string PackBytes(absl::string_view bytes) {
 absl::StatusOr<std::string> UnpackBytes(absl::string_view packed, int64_t size) {
   // Checked before memory is allocated, because the file may be damaged.
   if (size < 0 || size > kMaxSize ||
-      size > kMaxExpansion * (static_cast<int64_t>(packed.size()) + 1)) {
+      size > kMaxDeflateRatio * (static_cast<int64_t>(packed.size()) + 1)) {
     return absl::DataLossError("packed bytes: the size cannot be right");
   }
   std::string bytes(static_cast<size_t>(size), '\0');

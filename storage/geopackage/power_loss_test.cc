@@ -32,7 +32,7 @@ using ::testing::IsEmpty;
 constexpr char kWitnessName[] = ".site.gpkg.lock";
 constexpr char kDeletion[] = "delete site";
 
-// What the caller of the store knows between two calls.
+// The state of the map as far as the caller of the store knows it between two calls.
 struct Knowledge {
   // Whether the creation was begun, and acknowledged.
   bool may_exist = false;

@@ -55,9 +55,9 @@ class HmapEncoder {
   absl::Status AddLayer(const Layer& layer) {
     switch (layer.spec().kind) {
       case LayerKind::kOccupancy:
-        return AddOccupancy(static_cast<const GridLayer&>(layer));
+        return AddOccupancy(*AsGrid(&layer));
       case LayerKind::kSemantic:
-        return AddSemantic(static_cast<const SemanticLayer&>(layer));
+        return AddSemantic(*AsSemantic(&layer));
       default:
         Omit(layer, absl::StrCat("left out, the format has no layers of the kind ",
                                  LayerKindName(layer.spec().kind)));

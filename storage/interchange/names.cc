@@ -4,11 +4,11 @@
 
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
+#include "map/layers/layer_spec.h"
 
 namespace hypermap::storage {
 namespace {
 
-constexpr size_t kMaxNameLength = 63;
 constexpr absl::string_view kReplacement = "\xEF\xBF\xBD";  // U+FFFD
 
 // The number of bytes of the UTF-8 character that `text` begins with (Unicode 15, table 3-7); 0

@@ -18,7 +18,7 @@
 
 namespace hypermap::storage {
 
-// What all layers of an import use up together.
+// Counts that all layers of an import share.
 struct ImportTotals {
   int64_t crossings_left = kMaxCrossingsPerImport;  // see RepairShape
   // Entries, and parts of their shapes after the first one of each.

@@ -85,8 +85,8 @@ absl::Status YamlInput::Take(size_t end) {
 int64_t YamlInput::BytesToKeep(size_t index) {
   const char c = text_[index];
   int64_t bytes = c == '&' || c == '%' ? kBytesOfName : 0;
-  // What begins behind "- " or "? ", or in a line that is indented deeper than the line before, may
-  // be a new indentation.
+  // A new indentation may begin behind "- " or "? ", or in a line that is indented deeper than the
+  // line before.
   if (IsBlankAfter(text_, index, '-') || IsBlankAfter(text_, index, '?')) {
     bytes += kBytesOfIndentation;
   }

@@ -52,8 +52,8 @@ CREATE TABLE counts (
 INSERT INTO counts VALUES (1, 0);
 )sql";
 
-// What version 2 added to tell the time since a request was first sent. In a request that version 1
-// sent, `sent_boot_id` is empty.
+// The columns that version 2 added to tell the time since a request was first sent. In a request
+// that version 1 sent, `sent_boot_id` is empty.
 constexpr char kSendTimes[] = R"sql(
 ALTER TABLE letters ADD COLUMN sent_synchronized INTEGER NOT NULL DEFAULT 0;
 ALTER TABLE letters ADD COLUMN sent_boot_id TEXT NOT NULL DEFAULT '';

@@ -147,7 +147,7 @@ std::optional<ino_t> InodeOf(const std::string& path) {
   return status.st_ino;
 }
 
-// Of a short file, which is read at each event.
+// Returns at most the first 256 bytes, which is enough for a short file and quick at each event.
 std::string ReadBeginning(const std::string& path) {
   std::string bytes(256, '\0');
   const int file = open(path.c_str(), O_RDONLY | O_CLOEXEC);

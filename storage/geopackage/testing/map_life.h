@@ -14,8 +14,8 @@
 
 namespace hypermap::storage {
 
-// What a map has been told. A step that was begun may be found in it whole or not at all; one that
-// was acknowledged must be.
+// The steps that a map has been told. A step that was begun may be found in it whole or not at all;
+// one that was acknowledged must be.
 struct LifeProgress {
   Revision revision = 0;
   Revision oldest = 0;  // kept revision
