@@ -19,7 +19,7 @@ namespace hypermap {
 // A layer without its content.
 struct LayerStructure {
   LayerSpec spec;
-  CellBox extent;  // Of a grid.
+  CellBox extent;  // For grids.
   // The newest revision that changed the layer or its content, at the time when the structure was
   // read. StructureAfter (map/watch) updates it only for changes of the structure.
   Revision version = 0;

@@ -34,7 +34,7 @@ T* AddColumn(int size, google::protobuf::RepeatedField<T>* column) {
   return column->AddNAlreadyReserved(size);
 }
 
-void EncodeMatch(const NearestAnswer::Entry& entry, v1::NearestMatch* match) {
+void EncodeMatch(const NearestNeighbours::Entry& entry, v1::NearestMatch* match) {
   const LayerSpec& spec = entry.layer->spec();
   match->set_layer(spec.name);
   match->set_kind(EncodeLayerKind(spec.kind));
@@ -162,7 +162,7 @@ absl::StatusOr<answers::PointAnswer> DecodePointAnswer(const v1::QueryPointRespo
   return answer;
 }
 
-size_t EncodeLayerPart(const LayerPart& part, size_t first_object, int64_t max_bytes,
+size_t EncodeLayerPart(const LayerAnswerPart& part, size_t first_object, int64_t max_bytes,
                        v1::LayerPart* message) {
   const LayerSpec& spec = part.layer->spec();
   message->set_layer(spec.name);
@@ -196,8 +196,8 @@ absl::StatusOr<answers::LayerPart> DecodeLayerPart(const v1::LayerPart& message)
   return part;
 }
 
-void EncodeNearestAnswer(const NearestAnswer& answer, v1::QueryNearestResponse* message) {
-  for (const NearestAnswer::Entry& entry : answer.entries) {
+void EncodeNearestAnswer(const NearestNeighbours& answer, v1::QueryNearestResponse* message) {
+  for (const NearestNeighbours::Entry& entry : answer.entries) {
     EncodeMatch(entry, message->add_matches());
   }
   for (const answers::LayerRefusal& refusal : answer.refusals) {

@@ -36,12 +36,12 @@ absl::StatusOr<answers::PointAnswer> DecodePointAnswer(const v1::QueryPointRespo
 // Encodes the part's runs, and its objects from `first_object` on, until the message has grown to
 // `max_bytes`; it contains at least one object. Returns the index of the first object that is left,
 // or the number of objects.
-size_t EncodeLayerPart(const LayerPart& part, size_t first_object, int64_t max_bytes,
+size_t EncodeLayerPart(const LayerAnswerPart& part, size_t first_object, int64_t max_bytes,
                        v1::LayerPart* message);
 absl::StatusOr<answers::LayerPart> DecodeLayerPart(const v1::LayerPart& message);
 
 // Sets the matches and the refusals.
-void EncodeNearestAnswer(const NearestAnswer& answer, v1::QueryNearestResponse* message);
+void EncodeNearestAnswer(const NearestNeighbours& answer, v1::QueryNearestResponse* message);
 absl::StatusOr<answers::NearestAnswer> DecodeNearestAnswer(const v1::QueryNearestResponse& message);
 
 }  // namespace hypermap::wire

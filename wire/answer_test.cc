@@ -50,8 +50,8 @@ Message Received(const Message& sent) {
   return received;
 }
 
-LayerPart PartWithObjects(const Snapshot& snapshot, int num_objects) {
-  LayerPart part;
+LayerAnswerPart PartWithObjects(const Snapshot& snapshot, int num_objects) {
+  LayerAnswerPart part;
   part.layer = *snapshot.GetLayer("things");
   for (int i = 0; i < num_objects; ++i) {
     auto object = std::make_shared<SemanticObject>(CupAt(i).object);
@@ -61,7 +61,7 @@ LayerPart PartWithObjects(const Snapshot& snapshot, int num_objects) {
   return part;
 }
 
-void Encode(const LayerContent& content, v1::LayerContent* message) {
+void Encode(const LayerPointContent& content, v1::LayerContent* message) {
   EncodeLayerContent(*content.layer, content.caller_from_layer, content.content, message);
 }
 
@@ -135,7 +135,7 @@ TEST(PointAnswerOnTheWire, ComesBack) {
   message.set_incarnation(77);
   message.set_frame_id("map");
   EncodePoint({2.05, 0.05}, message.mutable_point());
-  for (const LayerContent& content : *contents) Encode(content, message.add_layers());
+  for (const LayerPointContent& content : *contents) Encode(content, message.add_layers());
 
   const auto answer = DecodePointAnswer(Received(message));
   ASSERT_TRUE(answer.ok()) << answer.status();
@@ -147,7 +147,7 @@ TEST(PointAnswerOnTheWire, ComesBack) {
   ASSERT_EQ(answer->layers.size(), contents->size());
   for (size_t i = 0; i < contents->size(); ++i) {
     const answers::LayerContent& decoded = answer->layers[i];
-    const LayerContent& content = (*contents)[i];
+    const LayerPointContent& content = (*contents)[i];
     EXPECT_EQ(decoded.layer, content.layer->spec().name);
     EXPECT_EQ(decoded.kind, content.layer->spec().kind);
     EXPECT_EQ(decoded.status, content.content.status);
@@ -165,7 +165,7 @@ TEST(PointAnswerOnTheWire, ComesBack) {
 
 TEST(LayerPartOnTheWire, ComesBack) {
   const Snapshot snapshot = Site();
-  const LayerPart things = PartWithObjects(snapshot, 2);
+  const LayerAnswerPart things = PartWithObjects(snapshot, 2);
   v1::LayerPart message;
   EncodeLayerPart(things, 0, 1000, &message);
   const auto objects = DecodeLayerPart(Received(message));
@@ -176,7 +176,7 @@ TEST(LayerPartOnTheWire, ComesBack) {
   EXPECT_EQ(objects->objects[1], *things.part.objects[1]);
   EXPECT_EQ(objects->grid, std::nullopt);
 
-  LayerPart grid;
+  LayerAnswerPart grid;
   grid.layer = *snapshot.GetLayer("grid");
   grid.part.runs = {{0, 0, 1, 1.0}, {1, 1, 2, std::nullopt}};
   message.Clear();
@@ -191,7 +191,7 @@ TEST(LayerPartOnTheWire, ComesBack) {
 
 TEST(LayerPartOnTheWire, LargeObjectsSpreadOverMessages) {
   const Snapshot snapshot = Site();
-  const LayerPart part = PartWithObjects(snapshot, 5);
+  const LayerAnswerPart part = PartWithObjects(snapshot, 5);
   v1::Object one;
   EncodeObject(*part.part.objects[0], PlanarTransform(), &one);
   const auto max_bytes = static_cast<int64_t>(2 * one.ByteSizeLong() - 1);
@@ -211,7 +211,7 @@ TEST(LayerPartOnTheWire, LargeObjectsSpreadOverMessages) {
 
 TEST(LayerPartOnTheWire, HoldsAnObjectLargerThanTheBound) {
   const Snapshot snapshot = Site();
-  const LayerPart part = PartWithObjects(snapshot, 2);
+  const LayerAnswerPart part = PartWithObjects(snapshot, 2);
   v1::LayerPart message;
   EXPECT_EQ(EncodeLayerPart(part, 0, 1, &message), 1u);
   EXPECT_EQ(Received(message).objects_size(), 1);
@@ -219,7 +219,7 @@ TEST(LayerPartOnTheWire, HoldsAnObjectLargerThanTheBound) {
 
 TEST(LayerPartOnTheWire, RefusalHasAStatusAndNoCells) {
   const Snapshot snapshot = Site();
-  LayerPart part;
+  LayerAnswerPart part;
   part.layer = *snapshot.GetLayer("grid");
   part.status = AnswerStatus::kUnsupportedValue;
   v1::LayerPart message;
@@ -230,7 +230,7 @@ TEST(LayerPartOnTheWire, RefusalHasAStatusAndNoCells) {
 
 TEST(LayerPartOnTheWire, CellsLieInTheCallersFrame) {
   const Snapshot snapshot = Site();
-  LayerPart part;
+  LayerAnswerPart part;
   part.layer = *snapshot.GetLayer("grid");
   part.caller_from_layer = PlanarTransform(5, 5, 1);
   part.part.runs = {{0, 0, 1, 1.0}};

@@ -114,4 +114,14 @@ absl::StatusOr<MapChange> DecodeChange(const v1::Change& message) {
   return change;
 }
 
+absl::Status AppendChanges(const google::protobuf::RepeatedPtrField<v1::Change>& messages,
+                           std::vector<MapChange>& changes) {
+  changes.reserve(changes.size() + messages.size());
+  for (const v1::Change& message : messages) {
+    HYPERMAP_ASSIGN_OR_RETURN(MapChange change, DecodeChange(message));
+    changes.push_back(std::move(change));
+  }
+  return absl::OkStatus();
+}
+
 }  // namespace hypermap::wire

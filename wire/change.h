@@ -2,6 +2,9 @@
 #ifndef HYPERMAP_WIRE_CHANGE_H_
 #define HYPERMAP_WIRE_CHANGE_H_
 
+#include <vector>
+
+#include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
 #include "hypermap/v1/watch_service.pb.h"
@@ -17,6 +20,9 @@ absl::StatusOr<ChangeKind> DecodeChangeKind(absl::string_view field, v1::ChangeK
 void EncodeChange(const MapChange& change, v1::Change* message);
 // INVALID_ARGUMENT naming the field that is missing or invalid.
 absl::StatusOr<MapChange> DecodeChange(const v1::Change& message);
+// Adds the changes of a message to `changes`. Errors are those of DecodeChange.
+absl::Status AppendChanges(const google::protobuf::RepeatedPtrField<v1::Change>& messages,
+                           std::vector<MapChange>& changes);
 
 }  // namespace hypermap::wire
 

@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <utility>
+#include <vector>
 
 #include "map/layers/layer_registry.h"
 #include "wire/answer.h"
@@ -96,6 +97,19 @@ TEST(ChangeOnTheWire, LayersTellTheirVersionAndTransformsTheirPose) {
                .transform = FrameTransform{"map", "dock", kCallerFromLayer}});
   EXPECT_EQ(transform.transform().child_frame_id(), "dock");
   EXPECT_EQ(transform.transform().parent_from_child().x(), 10.0);
+}
+
+TEST(ChangeOnTheWire, ChangesOfMessagesAreAppended) {
+  v1::ListChangesResponse message;
+  const MapChange removal{.kind = ChangeKind::kRemove, .layer = "things", .object_id = 4};
+  EncodeChange(removal, message.add_changes());
+  std::vector<MapChange> changes;
+  ASSERT_TRUE(AppendChanges(message.changes(), changes).ok());
+  ASSERT_TRUE(AppendChanges(message.changes(), changes).ok());
+  ASSERT_EQ(changes.size(), 2u);
+  EXPECT_EQ(changes[1].object_id, 4);
+  message.add_changes();  // It has no kind.
+  EXPECT_TRUE(absl::IsInvalidArgument(AppendChanges(message.changes(), changes)));
 }
 
 }  // namespace

@@ -133,6 +133,11 @@ void EncodeLayerProperties(const LayerProperties& properties, v1::LayerPropertie
   }
   for (const std::string& word : properties.words) message->add_words(word);
   message->set_is_binary(properties.is_binary);
+  for (const WordOfValue& named : properties.words_of_values) {
+    v1::WordOfValue* added = message->add_words_of_values();
+    added->set_word(named.word);
+    added->set_value(named.value);
+  }
 }
 
 LayerProperties DecodeLayerProperties(const v1::LayerProperties& message) {
@@ -145,6 +150,9 @@ LayerProperties DecodeLayerProperties(const v1::LayerProperties& message) {
   }
   properties.words = {message.words().begin(), message.words().end()};
   properties.is_binary = message.is_binary();
+  for (const v1::WordOfValue& named : message.words_of_values()) {
+    properties.words_of_values.push_back({named.word(), named.value()});
+  }
   return properties;
 }
 

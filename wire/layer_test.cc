@@ -93,6 +93,9 @@ TEST(LayerOnTheWire, PropertiesSayWhatTheLayerHolds) {
   EncodeLayer(*MakeEmptyLayer(SpecOf(LayerKind::kExploration)), &exploration);
   EXPECT_TRUE(exploration.properties().is_binary());
   EXPECT_THAT(exploration.properties().words(), Contains("unexplored"));
+  ASSERT_EQ(exploration.properties().words_of_values_size(), 2);
+  EXPECT_EQ(exploration.properties().words_of_values(1).word(), "explored");
+  EXPECT_EQ(exploration.properties().words_of_values(1).value(), 1.0);
 }
 
 TEST(LayerOnTheWire, ThresholdsLeftOutAreTheDefaults) {

@@ -155,7 +155,7 @@ void WriteObject(const SemanticObject& object, const PlanarTransform& caller_fro
 }  // namespace
 
 int64_t EstimateObjectBytes(const SemanticObject& object) {
-  // Of the id, the version, the centroid, the tags and lengths of all fields.
+  // Bytes of the id, the version, the centroid, the tags and lengths of all fields.
   constexpr size_t kFixedBytes = 64;
   constexpr size_t kEntryBytes = 16;  // an entry of a map besides its key and text
   size_t size = kFixedBytes + object.label.size() + SizeOf(object.shape);

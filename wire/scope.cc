@@ -1,13 +1,22 @@
 #include "wire/scope.h"
 
+#include "absl/strings/str_cat.h"
 #include "base/status/status_macros.h"
 #include "wire/field.h"
 #include "wire/time.h"
 
 namespace hypermap::wire {
 
-Scope DecodeScope(const v1::Scope& message) {
-  return {{message.layers().begin(), message.layers().end()}, message.frame_id()};
+absl::Status CheckScope(const v1::Scope& message, const Limits& limits) {
+  if (message.layers_size() <= limits.max_layers) return absl::OkStatus();
+  return absl::ResourceExhaustedError(absl::StrCat("scope.layers has ", message.layers_size(),
+                                                   " entries, and --max_layers is ",
+                                                   limits.max_layers));
+}
+
+absl::StatusOr<Scope> DecodeScope(const v1::Scope& message, const Limits& limits) {
+  HYPERMAP_RETURN_IF_ERROR(CheckScope(message, limits));
+  return Scope{{message.layers().begin(), message.layers().end()}, message.frame_id()};
 }
 
 void EncodeScope(const std::string& map, const Scope& scope, v1::Scope* message) {

@@ -12,9 +12,22 @@ TEST(ScopeTest, ComesBackEqual) {
   v1::Scope message;
   EncodeScope("site", {{"walls", "things"}, "dock"}, &message);
   EXPECT_EQ(message.map(), "site");
-  const Scope scope = DecodeScope(message);
-  EXPECT_EQ(scope.layers, (std::vector<std::string>{"walls", "things"}));
-  EXPECT_EQ(scope.frame_id, "dock");
+  const absl::StatusOr<Scope> scope = DecodeScope(message, Limits());
+  ASSERT_TRUE(scope.ok()) << scope.status();
+  EXPECT_EQ(scope->layers, (std::vector<std::string>{"walls", "things"}));
+  EXPECT_EQ(scope->frame_id, "dock");
+}
+
+TEST(ScopeTest, HasNoMoreNamesThanAMapMayHaveLayers) {
+  Limits limits;
+  limits.max_layers = 2;
+  v1::Scope message;
+  message.add_layers("walls");
+  message.add_layers("walls");
+  EXPECT_TRUE(DecodeScope(message, limits).ok());
+  message.add_layers("walls");
+  EXPECT_EQ(DecodeScope(message, limits).status(),
+            absl::ResourceExhaustedError("scope.layers has 3 entries, and --max_layers is 2"));
 }
 
 TEST(AsOfTest, ComesBackEqual) {

@@ -27,10 +27,13 @@ CellValues::CellValues(const LayerSpec& spec, LayerProperties properties)
     : properties_(std::move(properties)), domain_(MakeCellDomain(spec)) {}
 
 std::string CellValues::Word(double value) const {
+  for (const WordOfValue& named : properties_.words_of_values) {
+    if (named.value == value) return named.word;
+  }
   if (!domain_) return "";
   const absl::StatusOr<CellCode> code = domain_->Encode(value);
   if (!code.ok()) return "";
-  // The order of the words does not tell which value each stands for, so each is tried as a query.
+  // The properties do not tell the ranges of the other words, so each is tried as a query.
   for (const std::string& word : properties_.words) {
     const absl::StatusOr<ValueQuery> query = ParseValueQuery(word);
     if (!query.ok()) continue;

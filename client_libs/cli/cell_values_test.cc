@@ -32,6 +32,9 @@ TEST(CellValuesTest, APropertyDecidesAndNotTheKind) {
   LayerProperties properties = PropertiesOf(spec);
   properties.is_binary = true;
   EXPECT_EQ(CellValues(spec, properties).Describe(3.0), "3") << "a bit that has no word";
+  properties.words_of_values = {{"quiet", 0.0}, {"loud", 3.0}};
+  EXPECT_EQ(CellValues(spec, properties).Describe(3.0), "loud");
+  EXPECT_EQ(CellValues(spec, properties).Describe(0.0), "quiet");
 }
 
 }  // namespace

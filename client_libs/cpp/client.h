@@ -31,6 +31,7 @@
 #include "client_libs/cpp/security.h"
 #include "client_libs/cpp/watch.h"
 #include "map/edits/edit.h"
+#include "map/file_format.h"
 #include "map/query/as_of.h"
 #include "map/query/query.h"
 
@@ -86,7 +87,7 @@ struct RevisionPage {
 // Returns 128 random bits as 32 hex digits.
 std::string NewRequestId();
 
-enum class FileFormat { kHmap, kNav2, kGeoJson };
+using hypermap::FileFormat;
 enum class ImageFormat { kPgm, kPng };
 
 struct ImportOptions {

@@ -8,24 +8,13 @@
 #include "client_libs/cpp/client.h"
 #include "client_libs/cpp/connection.h"
 #include "client_libs/cpp/grpc_part_stream.h"
+#include "wire/file_format.h"
 
 namespace hypermap::client {
 namespace {
 
 // Well below gRPC's default limit of 4 MiB for a message.
 constexpr size_t kChunkBytes = size_t{1} << 20;
-
-v1::FileFormat EncodeFileFormat(FileFormat format) {
-  switch (format) {
-    case FileFormat::kHmap:
-      return v1::FILE_FORMAT_HMAP;
-    case FileFormat::kNav2:
-      return v1::FILE_FORMAT_NAV2;
-    case FileFormat::kGeoJson:
-      return v1::FILE_FORMAT_GEOJSON;
-  }
-  return v1::FILE_FORMAT_UNSPECIFIED;
-}
 
 // Sends a file in at least one chunk. Returns false if the server accepts no more; the status of
 // the call then says why.
@@ -94,7 +83,7 @@ absl::StatusOr<ImportAnswer> Client::ImportMap(const std::string& map, FileForma
   v1::ImportMapRequest first;
   v1::ImportHeader& header = *first.mutable_header();
   header.set_map(map);
-  header.set_format(EncodeFileFormat(format));
+  header.set_format(wire::EncodeFileFormat(format));
   header.set_layer(import_options.layer);
   header.set_frame_id(import_options.frame_id);
   header.set_create_map(import_options.create_map);
@@ -121,7 +110,7 @@ absl::StatusOr<ExportAnswer> Client::ExportMap(const std::string& map, FileForma
                                                const CallOptions& options) {
   v1::ExportMapRequest request;
   request.set_map(map);
-  request.set_format(EncodeFileFormat(format));
+  request.set_format(wire::EncodeFileFormat(format));
   request.mutable_layers()->Assign(export_options.layers.begin(), export_options.layers.end());
   request.set_image_format(export_options.image == ImageFormat::kPng ? "png" : "pgm");
   const Deadline deadline = connection_->DeadlineOf(options);

@@ -30,20 +30,10 @@
 namespace hypermap::client {
 namespace {
 
-absl::Status AppendChanges(const google::protobuf::RepeatedPtrField<v1::Change>& messages,
-                           std::vector<MapChange>& changes) {
-  changes.reserve(changes.size() + messages.size());
-  for (const v1::Change& message : messages) {
-    HYPERMAP_ASSIGN_OR_RETURN(MapChange change, wire::DecodeChange(message));
-    changes.push_back(std::move(change));
-  }
-  return absl::OkStatus();
-}
-
 absl::StatusOr<ChangeReader::Part> DecodeDifference(v1::ListChangesResponse&& message) {
   ChangeReader::Part part{
       message.from_revision(), message.to_revision(), {}, message.incarnation()};
-  HYPERMAP_RETURN_IF_ERROR(AppendChanges(message.changes(), part.changes));
+  HYPERMAP_RETURN_IF_ERROR(wire::AppendChanges(message.changes(), part.changes));
   return part;
 }
 
@@ -229,7 +219,7 @@ class StreamCall final : public Watcher::Call {
     }
     pending_->snapshot |= message.snapshot();
     pending_->reset |= message.reset();
-    return AppendChanges(message.changes(), pending_->changes);
+    return wire::AppendChanges(message.changes(), pending_->changes);
   }
 
   // INVALID_ARGUMENT if the server repeats a revision or goes back.

@@ -109,7 +109,7 @@ class CellCounter {
   FrameTree frames_;  // After the edits so far.
   FrameBounds frame_bounds_;
   const int64_t max_cells_;
-  std::map<std::string, const LayerSpec*> specs_;  // Of layers made by the batch. Null: deleted.
+  std::map<std::string, const LayerSpec*> specs_;  // Layers made by the batch. Null: deleted.
   int64_t num_cells_ = 0;
   std::map<std::string, absl::flat_hash_set<TileIndex>> tiles_;
   int64_t num_tiles_ = 0;

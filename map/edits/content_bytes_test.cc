@@ -82,7 +82,7 @@ TEST(ContentBytesTest, BatchThatGrowsBeyondItsRoomIsRefusedByTheNameOfTheLimit) 
   const int64_t growth = ContentGrowth(before, *applied->snapshot);
   EXPECT_GT(growth, 16 * kCellsPerTile);
   EXPECT_TRUE(Apply(before, batch, {}, growth).ok());
-  // Of the tiles that are unpacked until the end, only the caller sees that they are too many.
+  // Only the caller sees that the tiles which stay unpacked until the end are too many.
   const EditBatch large{{FillHalf("g", 32)}};
   const absl::Status refused = Apply(before, large, {}, growth).status();
   EXPECT_TRUE(absl::IsResourceExhausted(refused)) << refused;
@@ -95,7 +95,7 @@ TEST(ContentBytesTest, RoomIsThatOfAllGridsOfTheBatchTogether) {
       "m", {{CreateLayer{GridOfMetres("g")}, CreateLayer{GridOfMetres("h")}, FillHalf("g", 32)}});
   const EditBatch more{{FillHalf("h", 32)}};
   EXPECT_FALSE(Apply(before, more, {}, 1'000'000).ok());
-  // What another edit of the batch gives back is room, too.
+  // The memory that another edit of the batch gives back can be used.
   EXPECT_TRUE(Apply(before, {{Fill("g", 32, 0.5), FillHalf("h", 32)}}, {}, 1'000'000).ok());
   EXPECT_TRUE(Apply(before, {{DeleteLayer{"g"}, FillHalf("h", 32)}}, {}, 1'000'000).ok());
   // But not beforehand.

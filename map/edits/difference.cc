@@ -38,10 +38,9 @@ class LayerDifference {
       changes_.push_back(ChangeOfAliases(name_, before.spec().aliases, after.spec().aliases));
     }
     if (const auto* grid = AsGrid(&after)) {
-      AddCells(static_cast<const GridLayer&>(before), *grid);
+      AddCells(*AsGrid(&before), *grid);
     } else {
-      AddObjects(static_cast<const SemanticLayer&>(before).Objects(),
-                 static_cast<const SemanticLayer&>(after).Objects());
+      AddObjects(AsSemantic(&before)->Objects(), AsSemantic(&after)->Objects());
     }
   }
 

@@ -34,7 +34,8 @@ struct ExplorationStart {
   std::string author;
   // Recognises a retry. Empty: a retry starts another exploration.
   std::string request_id;
-  // Of everything that the request asks: another request with the id is not a retry.
+  // Digest of everything that the request asks: a request with the same id and another digest is
+  // not a retry.
   std::string request_digest;
 };
 

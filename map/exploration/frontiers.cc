@@ -36,7 +36,10 @@ Frontiers::Frontiers(const CoverageRaster& coverage) {
     const CellIndex cell = coverage.CellOf(i);
     if (IsFrontier(coverage, cell)) cells.push_back(cell);
   }
-  for (const CellIndex& cell : cells) frontier_of_.emplace(cell, 0);
+  for (size_t i = 0; i < cells.size(); ++i) {
+    if ((i + 1) % kVisitsPerLook == 0 && IsCancelled()) return;
+    frontier_of_.emplace(cells[i], 0);
+  }
   Join(cells);
   last_work_ = static_cast<int64_t>(coverage.values().size());
 }
@@ -94,6 +97,8 @@ void Frontiers::TakeApart(Number number, std::vector<CellIndex>* cells) {
 }
 
 void Frontiers::Join(const std::vector<CellIndex>& cells) {
+  // Of all frontiers together, because there may be many small ones.
+  size_t num_visits = 0;
   for (const CellIndex& first : cells) {
     Number& number = frontier_of_[first];
     if (number != 0) continue;
@@ -101,7 +106,7 @@ void Frontiers::Join(const std::vector<CellIndex>& cells) {
     const Number joined = number;
     Frontier frontier{first};
     for (size_t i = 0; i < frontier.size(); ++i) {
-      if ((i + 1) % kVisitsPerLook == 0 && IsCancelled()) return;
+      if (++num_visits % kVisitsPerLook == 0 && IsCancelled()) return;
       for (const CellIndex& step : kNeighbours) {
         const auto it = frontier_of_.find(Beside(frontier[i], step));
         if (it == frontier_of_.end() || it->second != 0) continue;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <set>
 
+#include "base/cancellation/testing/cancelled_after.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "map/exploration/testing/drawn_floor.h"
@@ -121,6 +122,20 @@ TEST(FrontiersTest, WorkFollowsTheChange) {
   frontiers.Update(coverage, changed);
   EXPECT_THAT(frontiers.All(), ElementsAre(::testing::SizeIs(80)));
   EXPECT_LT(frontiers.last_work(), 5 * 400);
+}
+
+TEST(FrontiersTest, ManySmallOnesAreLookedAtAsOftenAsALargeOne) {
+  constexpr int32_t kSide = 512;
+  constexpr int64_t kCellsPerLook = 4096;
+  CoverageRaster coverage(CellBox{0, kSide, 0, kSide}, Coverage::kExplored);
+  for (int32_t row = 0; row < kSide; ++row) {
+    for (int32_t col = 0; col < kSide; col += 2) coverage.set({row, col}, Coverage::kUnexplored);
+  }
+  CancelledAfter cancelled(/*num_looks=*/1'000'000);
+  const Frontiers frontiers(coverage);
+  // Each cell is visited once, and each cell of a frontier twice more.
+  EXPECT_GE(cancelled.num_looks(), 2 * kSide * kSide / kCellsPerLook);
+  EXPECT_EQ(frontiers.All().size(), kSide / 2);
 }
 
 }  // namespace

@@ -27,7 +27,7 @@ class EvidenceFacts : public FactFold {
  private:
   const EvidenceParameters parameters_;
   std::shared_ptr<EvidenceState> after_;
-  TrackIndex index_;  // Of after_->tracks, by the areas with which facts are compared.
+  TrackIndex index_;  // Finds after_->tracks by the areas with which facts are compared.
 };
 
 }  // namespace hypermap::fusion

@@ -17,7 +17,7 @@ namespace hypermap::fusion {
 
 // A detection of the frame.
 struct FrameDetection {
-  const Detection* detection = nullptr;  // Of the observation, which must outlive this.
+  const Detection* detection = nullptr;  // In the observation, which must outlive this.
   int index = 0;                         // In Observation::detections.
   // The class with the highest score, and this score.
   std::string label;

@@ -52,7 +52,7 @@ void Coarsen(const Box& extent, const EvidenceParameters& parameters, ShapeGrid*
 // Numbers of heights at which the depth image shows a place.
 struct DepthEvidence {
   int seen = 0;     // The place is empty, or has a surface.
-  int against = 0;  // Of these, the place is empty, or has the surface of something else.
+  int against = 0;  // Part of `seen`: the place is empty, or has the surface of something else.
 };
 
 // `owner` is the value of DepthView::owner for the detection of the thing.

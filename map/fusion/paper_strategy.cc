@@ -114,7 +114,7 @@ class PaperFacts : public FactFold {
  private:
   const PaperParameters parameters_;
   std::shared_ptr<PaperState> after_;
-  TrackIndex index_;  // Of after_->objects, by shape.
+  TrackIndex index_;  // Finds after_->objects by shape.
 };
 
 void PaperFacts::Add(const OperatorFact& fact) {

@@ -124,7 +124,7 @@ void Track::Absorb(const Track& other, const EvidenceParameters& parameters) {
 }
 
 int64_t ByteSize(const Track& track) {
-  // Of a node of a map, with a short string.
+  // Size of a node of a map with a short string.
   constexpr size_t kBytesOfEntry = 112;
   size_t bytes = sizeof(track) + track.key.size();
   bytes += (track.shape.hits().capacity() + track.shape.misses().capacity()) * sizeof(float);

@@ -60,7 +60,7 @@ struct Track {
   bool removed = false;
 
   // Derived from the members above by Refresh.
-  Polygon hull;     // Of the shape, in the frame of alignment; may be empty.
+  Polygon hull;     // The shape's, in the frame of alignment; may be empty.
   Polygon outline;  // The last hull that was not empty, or the operator's footprint.
   ObjectPtr object;
 

@@ -24,6 +24,14 @@ struct CellValueRange {
   friend bool operator==(const CellValueRange&, const CellValueRange&) = default;
 };
 
+// A word of queries that stands for one value.
+struct WordOfValue {
+  std::string word;
+  double value = 0.0;
+
+  friend bool operator==(const WordOfValue&, const WordOfValue&) = default;
+};
+
 class CellDomain {
  public:
   virtual ~CellDomain() = default;
@@ -43,6 +51,9 @@ class CellDomain {
   virtual std::optional<CellValueRange> Range() const = 0;
   // The words that Match supports, in the order in which clients should list them.
   virtual std::vector<std::string> Words() const = 0;
+  // The words of Words() that match exactly one value. A word that matches a range of values, such
+  // as "free", or no value, such as "unknown", is not among them.
+  virtual std::vector<WordOfValue> WordsOfValues() const { return {}; }
   // Whether known cells have one of two values only.
   virtual bool IsBinary() const { return false; }
 };

@@ -46,7 +46,7 @@ class RowScan {
  private:
   struct Edge {
     Point low, high;       // With low.y <= high.y.
-    double subtree_max_y;  // Of the subtree whose root is this edge.
+    double subtree_max_y;  // Largest y in the subtree whose root is this edge.
   };
   // A point on an edge: one of its ends, or the point at which it crosses a height.
   class Place;

@@ -87,7 +87,7 @@ class Tile {
   // The stored form of the cells, for functions that need not know the codes.
   struct Raw {
     const char* cells;
-    int64_t size;  // Of a cell.
+    int64_t size;  // Bytes of a cell.
     const char* at(int32_t row_in_tile, int32_t col_in_tile) const {
       return cells + CellInTile(row_in_tile, col_in_tile) * size;
     }

@@ -15,6 +15,9 @@ class ExplorationDomain : public CellDomain {
   std::optional<CodePredicate> Match(const ValueQuery& query) const override;
   std::optional<CellValueRange> Range() const override { return CellValueRange{0.0, 1.0}; }
   std::vector<std::string> Words() const override { return {"explored", "unexplored", "unknown"}; }
+  std::vector<WordOfValue> WordsOfValues() const override {
+    return {{"unexplored", 0.0}, {"explored", 1.0}};
+  }
   bool IsBinary() const override { return true; }
 };
 

@@ -203,7 +203,7 @@ TEST_P(GridLayerRandomTest, NearestAreTheNearestMatchingCentres) {
     const auto neighbours = model.grid->Nearest(p, query, 20);
     ASSERT_TRUE(neighbours.has_value());
     for (const Neighbour& n : *neighbours) actual.push_back(n.distance_m);
-    // Of two cells whose distances differ by a rounding only, either may be the last.
+    // If the distances of two cells differ by a rounding only, either may be the last.
     EXPECT_THAT(actual, Pointwise(DoubleEq(), expected));
   }
 }

@@ -41,7 +41,7 @@ TilePtr MakeUniform(CellCode code) {
 // Fills the selected cells of one row of tiles, tile by tile.
 class GridWriter::BandFill {
  public:
-  // Of the rows row_begin <= row < row_end, which one row of tiles holds.
+  // Fills cells of the rows row_begin <= row < row_end, which one row of tiles holds.
   BandFill(GridWriter* writer, int32_t row_begin, int32_t row_end, CellCode code)
       : writer_(writer), row_begin_(row_begin), code_(code), rows_(row_end - row_begin) {}
 

@@ -158,7 +158,7 @@ TEST(GridWriterTest, FillBeyondItsGrowthEndsEarlyAndNamesTheLimit) {
   EXPECT_TRUE(absl::IsResourceExhausted(refused)) << refused;
   EXPECT_THAT(std::string(refused.message()),
               HasSubstr("the 1000000 bytes of memory by which --max_content_bytes lets"));
-  // Of 3600 tiles, which take 60 MB, it has made those that are unpacked at a time.
+  // The 3600 tiles would take 60 MB. Only those that are unpacked at a time were made.
   EXPECT_LT(writer.growth(), 20'000'000);
 }
 

@@ -37,8 +37,8 @@ absl::string_view AnswerStatusName(AnswerStatus status);
 // c(p): the content of a layer at a point.
 struct PointContent {
   AnswerStatus status = AnswerStatus::kValue;
-  std::optional<double> value;     // Of a grid, if status is kValue.
-  std::vector<ObjectPtr> objects;  // Of a semantic layer, sorted by id.
+  std::optional<double> value;     // In a grid, if status is kValue.
+  std::vector<ObjectPtr> objects;  // In a semantic layer; sorted by id.
 };
 
 // c(p) of many points. Each list is either parallel to the points or empty: a grid has no hits, and
@@ -87,8 +87,8 @@ class AnswerCursor {
 // A match of a nearest search.
 struct Neighbour {
   double distance_m = 0.0;  // To the nearest point of the object, or to the centre of the cell.
-  ObjectPtr object;         // Of a semantic layer.
-  CellRun cell;             // Of a grid: one cell, if object is null.
+  ObjectPtr object;         // In a semantic layer; null in a grid.
+  CellRun cell;             // In a grid: one cell.
 };
 
 class Layer : public std::enable_shared_from_this<Layer> {

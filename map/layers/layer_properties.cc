@@ -18,6 +18,7 @@ LayerProperties PropertiesOf(const LayerSpec& spec) {
   properties.value_range = domain->Range();
   properties.words = domain->Words();
   properties.is_binary = domain->IsBinary();
+  properties.words_of_values = domain->WordsOfValues();
   return properties;
 }
 

@@ -24,6 +24,8 @@ struct LayerProperties {
   std::vector<std::string> words;
   // Whether cells have one of two values only.
   bool is_binary = false;
+  // The words that stand for exactly one value, with that value.
+  std::vector<WordOfValue> words_of_values;
 
   friend bool operator==(const LayerProperties&, const LayerProperties&) = default;
 };

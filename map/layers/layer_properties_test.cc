@@ -57,6 +57,26 @@ TEST(LayerPropertiesTest, WordsAreThoseThatTheLayerTakes) {
   }
 }
 
+TEST(LayerPropertiesTest, WordsOfValuesMatchTheirValueAlone) {
+  for (const LayerKind kind : kGridKinds) {
+    const LayerSpec spec = SpecOf(kind);
+    const LayerProperties properties = PropertiesOf(spec);
+    const std::shared_ptr<const CellDomain> domain = MakeCellDomain(spec);
+    if (properties.is_binary) EXPECT_EQ(properties.words_of_values.size(), 2u);
+    for (const WordOfValue& named : properties.words_of_values) {
+      SCOPED_TRACE(named.word);
+      EXPECT_THAT(properties.words, Contains(named.word));
+      const auto matches = domain->Match(*ParseValueQuery(named.word));
+      ASSERT_TRUE(matches.has_value());
+      for (const double value : {0.0, 0.5, 1.0}) {
+        const auto code = domain->Encode(value);
+        if (code.ok()) EXPECT_EQ((*matches)(*code), value == named.value) << value;
+      }
+    }
+  }
+  EXPECT_THAT(PropertiesOf(SpecOf(LayerKind::kOccupancy)).words_of_values, IsEmpty());
+}
+
 TEST(LayerPropertiesTest, ValueRangeIsThatOfTheCells) {
   for (const LayerKind kind : kGridKinds) {
     SCOPED_TRACE(LayerKindName(kind).data());

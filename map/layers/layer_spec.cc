@@ -11,7 +11,6 @@
 namespace hypermap {
 namespace {
 
-constexpr size_t kMaxNameLength = 63;
 constexpr size_t kMaxUnitLength = 63;
 constexpr double kMinResolution = 1e-4;
 constexpr double kMaxResolution = 1e4;

@@ -2,6 +2,7 @@
 #ifndef HYPERMAP_MAP_LAYERS_LAYER_SPEC_H_
 #define HYPERMAP_MAP_LAYERS_LAYER_SPEC_H_
 
+#include <cstddef>
 #include <optional>
 #include <string>
 
@@ -36,9 +37,12 @@ struct OccupancyThresholds {
   friend bool operator==(const OccupancyThresholds&, const OccupancyThresholds&) = default;
 };
 
+// Characters of the name of a map, a layer or a frame.
+inline constexpr size_t kMaxNameLength = 63;
+
 struct LayerSpec {
-  // Unique in its map: 1 to 63 characters out of letters, digits, '_', '-' and '.', beginning with
-  // a letter or digit.
+  // Unique in its map: 1 to kMaxNameLength characters out of letters, digits, '_', '-' and '.',
+  // beginning with a letter or digit.
   std::string name;
   LayerKind kind = LayerKind::kSemantic;
   // The frame of the layer's coordinates.

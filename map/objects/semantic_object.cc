@@ -7,11 +7,11 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/string_view.h"
 #include "base/status/status_macros.h"
+#include "map/values/value_query.h"
 
 namespace hypermap {
 namespace {
 
-constexpr size_t kMaxWordLength = 1024;
 constexpr size_t kMaxTextLength = 1 << 20;
 constexpr size_t kMaxEntries = 10000;
 

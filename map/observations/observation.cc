@@ -6,12 +6,13 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/string_view.h"
 #include "base/status/status_macros.h"
+#include "map/geometry/coordinates.h"
 
 namespace hypermap {
 namespace {
 
-constexpr double kMaxCoordinate_m = 1e9;
 constexpr double kMaxHeight_m = 1e4;
+// Largest index of a patch's cells, which count from its own origin: not that of a grid layer.
 constexpr int32_t kMaxCell = 1 << 22;
 constexpr int32_t kMaxViewSide = 4096;
 

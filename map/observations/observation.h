@@ -86,7 +86,7 @@ struct DepthView {
 
 // The pose of the camera. The third axis of the frame points up from the plane.
 struct SensorPose {
-  Eigen::Isometry3d frame_from_camera = Eigen::Isometry3d::Identity();  // Of the optical frame.
+  Eigen::Isometry3d frame_from_camera = Eigen::Isometry3d::Identity();  // From the optical frame.
   // Covariance of (x, y, yaw), in m and rad. Zero: exact.
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
 };

@@ -21,16 +21,12 @@ absl::string_view ObservationOutcomeName(ObservationOutcome outcome) {
   return "unknown";
 }
 
-std::vector<SequenceRange> RangesOf(absl::Span<const int64_t> sequences) {
-  std::vector<SequenceRange> ranges;
-  for (const int64_t sequence : sequences) {
-    if (!ranges.empty() && ranges.back().last == sequence - 1) {
-      ranges.back().last = sequence;
-    } else {
-      ranges.push_back({sequence, sequence});
-    }
+void AppendSequence(int64_t sequence, std::vector<SequenceRange>* ranges) {
+  if (!ranges->empty() && ranges->back().last == sequence - 1) {
+    ranges->back().last = sequence;
+  } else {
+    ranges->push_back({sequence, sequence});
   }
-  return ranges;
 }
 
 bool OpenedLayer::Knows(int64_t sequence) const {

@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "absl/strings/string_view.h"
-#include "absl/types/span.h"
 
 namespace hypermap {
 
@@ -46,8 +45,9 @@ struct SequenceRange {
   friend bool operator==(const SequenceRange&, const SequenceRange&) = default;
 };
 
-// Returns the ranges of consecutive numbers in `sequences`. REQUIRES: the sequences ascend.
-std::vector<SequenceRange> RangesOf(absl::Span<const int64_t> sequences);
+// Adds a sequence to ranges that ascend: extends the last one, or appends a new one. REQUIRES: the
+// sequence is greater than all in `ranges`.
+void AppendSequence(int64_t sequence, std::vector<SequenceRange>* ranges);
 
 // The answer to the opening of a stream of observations: the fusion settings of the layer from then
 // on.
@@ -57,7 +57,7 @@ struct OpenedLayer {
   std::string exploration_layer;  // empty: none
   // Sequences of the opening's robot that the layer has, ascending.
   std::vector<SequenceRange> known;
-  // Of the map to which the revisions of the verdicts belong.
+  // Incarnation of the map to which the revisions of the verdicts belong.
   uint64_t incarnation = 0;
 
   bool Knows(int64_t sequence) const;

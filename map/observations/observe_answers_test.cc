@@ -2,12 +2,15 @@
 
 #include <gtest/gtest.h>
 
+#include <vector>
+
 namespace hypermap {
 namespace {
 
-TEST(RangesOf, JoinsConsecutiveSequences) {
-  EXPECT_EQ(RangesOf({}), std::vector<SequenceRange>());
-  EXPECT_EQ(RangesOf({-1, 0, 1, 3, 7, 8}), (std::vector<SequenceRange>{{-1, 1}, {3, 3}, {7, 8}}));
+TEST(AppendSequence, JoinsConsecutiveSequences) {
+  std::vector<SequenceRange> ranges;
+  for (const int64_t sequence : {-1, 0, 1, 3, 7, 8}) AppendSequence(sequence, &ranges);
+  EXPECT_EQ(ranges, (std::vector<SequenceRange>{{-1, 1}, {3, 3}, {7, 8}}));
 }
 
 TEST(OpenedLayer, KnowsTheSequencesOfItsRanges) {

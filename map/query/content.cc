@@ -39,26 +39,28 @@ int64_t MemoryOf(const PointsContent& content) {
 
 }  // namespace
 
-absl::StatusOr<std::vector<LayerContent>> ContentAt(const Snapshot& snapshot, const Scope& scope,
-                                                    const Point& p, double tolerance_m) {
-  std::vector<LayerContent> contents;
+absl::StatusOr<std::vector<LayerPointContent>> ContentAt(const Snapshot& snapshot,
+                                                         const Scope& scope, const Point& p,
+                                                         double tolerance_m) {
+  std::vector<LayerPointContent> contents;
   contents.reserve(scope.layers.empty() ? snapshot.layers.size() : scope.layers.size());
-  absl::Status status =
+  const absl::StatusOr<std::string> frame =
       VisitContentAt(snapshot, scope, p, tolerance_m,
                      [&contents](const LayerPtr& layer, const PlanarTransform& caller_from_layer,
                                  PointContent content) {
                        contents.push_back({layer, caller_from_layer, std::move(content)});
                      });
-  HYPERMAP_RETURN_IF_ERROR(status);
+  HYPERMAP_RETURN_IF_ERROR(frame.status());
   return contents;
 }
 
-absl::Status VisitContentAt(const Snapshot& snapshot, const Scope& scope, const Point& p,
-                            double tolerance_m, PointContentCallback tell) {
+absl::StatusOr<std::string> VisitContentAt(const Snapshot& snapshot, const Scope& scope,
+                                           const Point& p, double tolerance_m,
+                                           PointContentCallback tell) {
   if (!IsFinite(p)) return absl::InvalidArgumentError("point is not finite");
   HYPERMAP_RETURN_IF_ERROR(CheckTolerance(tolerance_m));
   HYPERMAP_ASSIGN_OR_RETURN(std::string caller, snapshot.ResolveFrame(scope.frame_id));
-  LayerTransforms transforms(snapshot, std::move(caller));
+  LayerTransforms transforms(snapshot, caller);
   const auto ask = [&](const LayerPtr& layer) {
     const auto caller_from_layer = transforms.CallerFromLayer(*layer);
     if (caller_from_layer) {
@@ -79,7 +81,7 @@ absl::Status VisitContentAt(const Snapshot& snapshot, const Scope& scope, const 
       HYPERMAP_RETURN_IF_ERROR(looks.Next());
       ask(layer);
     }
-    return absl::OkStatus();
+    return caller;
   }
   HYPERMAP_ASSIGN_OR_RETURN(const std::vector<LayerPtr> layers,
                             snapshot.SelectLayers(scope.layers));
@@ -91,7 +93,7 @@ absl::Status VisitContentAt(const Snapshot& snapshot, const Scope& scope, const 
     HYPERMAP_RETURN_IF_ERROR(looks.Next());
     ask(layer);
   }
-  return absl::OkStatus();
+  return caller;
 }
 
 absl::StatusOr<PointsAsker> PointsAsker::Make(SnapshotPtr snapshot, const Scope& scope,

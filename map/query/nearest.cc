@@ -10,15 +10,15 @@
 
 namespace hypermap {
 
-absl::StatusOr<NearestAnswer> Nearest(const Snapshot& snapshot, const Scope& scope, const Point& p,
-                                      const ValueQuery& value, int k) {
+absl::StatusOr<NearestNeighbours> Nearest(const Snapshot& snapshot, const Scope& scope,
+                                          const Point& p, const ValueQuery& value, int k) {
   if (!IsFinite(p)) return absl::InvalidArgumentError("point is not finite");
   if (k < 1) return absl::InvalidArgumentError(absl::StrCat("k is ", k, ", must be at least 1"));
   HYPERMAP_ASSIGN_OR_RETURN(std::string caller, snapshot.ResolveFrame(scope.frame_id));
   HYPERMAP_ASSIGN_OR_RETURN(std::vector<LayerPtr> layers, snapshot.SelectLayers(scope.layers));
 
   LayerTransforms transforms(snapshot, std::move(caller));
-  NearestAnswer answer;
+  NearestNeighbours answer;
   for (const LayerPtr& layer : layers) {
     HYPERMAP_RETURN_IF_ERROR(transforms.Prepare(*layer));
     const auto transform = transforms.CallerFromLayer(*layer);
@@ -42,7 +42,7 @@ absl::StatusOr<NearestAnswer> Nearest(const Snapshot& snapshot, const Scope& sco
   }
   // Stable, so that equal distances keep the order of the layers, and in a layer the order of its
   // answer.
-  const auto is_nearer = [](const NearestAnswer::Entry& a, const NearestAnswer::Entry& b) {
+  const auto is_nearer = [](const NearestNeighbours::Entry& a, const NearestNeighbours::Entry& b) {
     return a.neighbour.distance_m < b.neighbour.distance_m;
   };
   if (!std::is_sorted(answer.entries.begin(), answer.entries.end(), is_nearer)) {

@@ -23,8 +23,8 @@ class ScopeReader : public PartReader {
         layers_(std::move(layers)),
         asked_(std::move(asked)) {}
 
-  LayerPart Next(int max_items) override {
-    LayerPart part;
+  LayerAnswerPart Next(int max_items) override {
+    LayerAnswerPart part;
     part.layer = layers_[current_];
     if (!cursor_) {
       part.status = OpenCursor(*part.layer);
@@ -70,8 +70,8 @@ class ScopeReader : public PartReader {
   std::vector<LayerPtr> layers_;
   const Asked asked_;
   size_t current_ = 0;
-  std::unique_ptr<AnswerCursor> cursor_;  // Of the current layer.
-  PlanarTransform caller_from_layer_;     // Of the current layer.
+  std::unique_ptr<AnswerCursor> cursor_;  // Reads the current layer.
+  PlanarTransform caller_from_layer_;     // From the current layer.
 };
 
 absl::StatusOr<std::unique_ptr<PartReader>> Read(SnapshotPtr snapshot, const Scope& scope,
@@ -83,6 +83,12 @@ absl::StatusOr<std::unique_ptr<PartReader>> Read(SnapshotPtr snapshot, const Sco
 }
 
 }  // namespace
+
+bool EmptyPartFilter::Keeps(const LayerAnswerPart& part) {
+  const bool keeps = !part.part.empty() || (part.last && !layer_answered_);
+  layer_answered_ = !part.last && (layer_answered_ || keeps);
+  return keeps;
+}
 
 absl::StatusOr<std::unique_ptr<PartReader>> ContentIn(SnapshotPtr snapshot, const Scope& scope,
                                                       Polygon area) {

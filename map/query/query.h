@@ -9,6 +9,9 @@
 // for itself, even if the answer is that it can't (AnswerStatus); a layer that can't answer does
 // not affect the others. A layer without t_i has the status kNoTransform: its frame is not
 // connected to the caller's, or is too far from it.
+//
+// Results refer to the layers and objects of the snapshot and leave them in the layers' frames.
+// map/query/answers.h has the answers that clients get, in the caller's frame.
 #ifndef HYPERMAP_MAP_QUERY_QUERY_H_
 #define HYPERMAP_MAP_QUERY_QUERY_H_
 
@@ -38,7 +41,7 @@ struct Scope {
 
 // The content of one layer at a point. Objects have their shapes in the layer's frame;
 // `caller_from_layer` transforms them to the caller's.
-struct LayerContent {
+struct LayerPointContent {
   LayerPtr layer;
   PlanarTransform caller_from_layer;
   PointContent content;
@@ -47,14 +50,16 @@ struct LayerContent {
 // Implements c^(p, I). Includes objects whose shape is at most `tolerance_m` away. NOT_FOUND for an
 // unknown layer or frame, INVALID_ARGUMENT for a point that is not finite, or a tolerance that is
 // negative or not finite. Errors of CheckCancelled.
-absl::StatusOr<std::vector<LayerContent>> ContentAt(const Snapshot& snapshot, const Scope& scope,
-                                                    const Point& p, double tolerance_m = 0.0);
-// Does the same, but passes each layer's content to `tell` as it is found. If the status is an
-// error, `tell` has not been called.
+absl::StatusOr<std::vector<LayerPointContent>> ContentAt(const Snapshot& snapshot,
+                                                         const Scope& scope, const Point& p,
+                                                         double tolerance_m = 0.0);
+// Does the same, but passes each layer's content to `tell` as it is found, and returns the caller's
+// frame, which is never empty. If the status is an error, `tell` has not been called.
 using PointContentCallback = absl::FunctionRef<void(
     const LayerPtr& layer, const PlanarTransform& caller_from_layer, PointContent content)>;
-absl::Status VisitContentAt(const Snapshot& snapshot, const Scope& scope, const Point& p,
-                            double tolerance_m, PointContentCallback tell);
+absl::StatusOr<std::string> VisitContentAt(const Snapshot& snapshot, const Scope& scope,
+                                           const Point& p, double tolerance_m,
+                                           PointContentCallback tell);
 
 // The content of one layer at many points.
 struct LayerPointsContent {
@@ -98,7 +103,7 @@ class PointsAsker {
 };
 
 // A part of one layer's answer to a query for an area or a value.
-struct LayerPart {
+struct LayerAnswerPart {
   LayerPtr layer;
   AnswerStatus status =
       AnswerStatus::kValue;  // If not kValue, the layer can't answer and `part` is empty.
@@ -114,8 +119,19 @@ class PartReader {
   virtual ~PartReader() = default;
   // Returns the next part, with at most `max_items` objects or runs. It may be empty (see
   // AnswerCursor::Next).
-  virtual LayerPart Next(int max_items) = 0;
+  virtual LayerAnswerPart Next(int max_items) = 0;
   virtual bool done() const = 0;
+};
+
+// Selects the parts that an answer consists of: a layer without matches has one empty part, its
+// last; other empty parts are left out. Takes the parts of one PartReader in their order.
+class EmptyPartFilter {
+ public:
+  // Returns whether `part` belongs to the answer.
+  bool Keeps(const LayerAnswerPart& part);
+
+ private:
+  bool layer_answered_ = false;  // Whether a part of the current layer was kept.
 };
 
 // c^(area, I), with `area` in the caller's frame. NOT_FOUND for an unknown layer or frame.
@@ -127,7 +143,7 @@ absl::StatusOr<std::unique_ptr<PartReader>> Search(SnapshotPtr snapshot, const S
                                                    ValueQuery value, std::optional<Polygon> area);
 
 // The matches nearest to `p`, over all layers of the scope together.
-struct NearestAnswer {
+struct NearestNeighbours {
   struct Entry {
     LayerPtr layer;
     PlanarTransform caller_from_layer;
@@ -139,8 +155,8 @@ struct NearestAnswer {
 
 // INVALID_ARGUMENT for k < 1 or a point that is not finite; errors of CheckCancelled; other errors
 // are those of ContentIn.
-absl::StatusOr<NearestAnswer> Nearest(const Snapshot& snapshot, const Scope& scope, const Point& p,
-                                      const ValueQuery& value, int k);
+absl::StatusOr<NearestNeighbours> Nearest(const Snapshot& snapshot, const Scope& scope,
+                                          const Point& p, const ValueQuery& value, int k);
 
 // Returns the geometry of a grid in the caller's frame.
 GridGeometry GeometryInFrame(const GridGeometry& geometry,

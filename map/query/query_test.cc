@@ -54,9 +54,9 @@ SnapshotPtr SmallSite() {
         WriteCells{"grid", {0, 2, 0, 2}, {0.0, 0.9, std::nullopt, 1.0}}}}));
 }
 
-std::map<std::string, AnswerStatus> Statuses(const std::vector<LayerContent>& contents) {
+std::map<std::string, AnswerStatus> Statuses(const std::vector<LayerPointContent>& contents) {
   std::map<std::string, AnswerStatus> statuses;
-  for (const LayerContent& c : contents) statuses[c.layer->spec().name] = c.content.status;
+  for (const LayerPointContent& c : contents) statuses[c.layer->spec().name] = c.content.status;
   return statuses;
 }
 
@@ -69,7 +69,7 @@ TEST(ContentAtTest, EachLayerAnswersForItself) {
               UnorderedElementsAre(Pair("semantic", AnswerStatus::kValue),
                                    Pair("grid", AnswerStatus::kValue),
                                    Pair("adrift", AnswerStatus::kNoTransform)));
-  for (const LayerContent& c : *contents) {
+  for (const LayerPointContent& c : *contents) {
     const bool is_grid = c.layer->spec().name == "grid";
     const bool is_semantic = c.layer->spec().name == "semantic";
     EXPECT_EQ(c.content.value, is_grid ? std::optional(0.9) : std::nullopt);
@@ -235,7 +235,7 @@ TEST(FarFramesTest, QuestionsThroughTransformsBeyondTheBoundHaveNoTransform) {
     const auto reader = ContentIn(site, scope, everywhere);
     ASSERT_TRUE(reader.ok()) << reader.status();
     while (!(*reader)->done()) {
-      const LayerPart part = (*reader)->Next(100);
+      const LayerAnswerPart part = (*reader)->Next(100);
       EXPECT_EQ(part.status, answers.at(part.layer->spec().name)) << part.layer->spec().name;
     }
     const auto nearest = Nearest(*site, scope, {1, 1}, ValueLabel{"post"}, 9);
@@ -257,7 +257,7 @@ TEST(FarFramesTest, FarPointsHaveAnswersOfFiniteNumbers) {
     for (const char* frame : {"map", "near"}) {
       const auto at = ContentAt(*site, {{}, frame}, p, 5.0);
       ASSERT_TRUE(at.ok());
-      for (const LayerContent& content : *at) EXPECT_TRUE(content.content.objects.empty());
+      for (const LayerPointContent& content : *at) EXPECT_TRUE(content.content.objects.empty());
       auto asker = PointsAsker::Make(site, {{"own", "next"}, frame});
       ASSERT_TRUE(asker.ok());
       const auto answers = asker->ContentAtEach({&p, 1});
@@ -323,7 +323,10 @@ TEST(FarFramesTest, QuestionsAreGivenUpBetweenFrames) {
     // The status is an error only if no content has been told.
     EXPECT_TRUE(Cancellation::Current()->status().ok());
   };
-  EXPECT_GT(TimesCancelled([&] { return VisitContentAt(*site, {}, {0, 0}, 0.0, never_tell); }), 5);
+  EXPECT_GT(TimesCancelled([&] {
+              return VisitContentAt(*site, {}, {0, 0}, 0.0, never_tell).status();
+            }),
+            5);
   EXPECT_GT(TimesCancelled([&] { return PointsAsker::Make(site, {}).status(); }), 5);
   EXPECT_GT(TimesCancelled([&] {
               return Nearest(*site, {}, {0, 0}, ValueLabel{"x"}, 1).status();
@@ -340,7 +343,7 @@ struct Collected {
 Collected Collect(PartReader& reader, int max_items) {
   Collected all;
   while (!reader.done()) {
-    const LayerPart part = reader.Next(max_items);
+    const LayerAnswerPart part = reader.Next(max_items);
     const std::string& name = part.layer->spec().name;
     all.statuses[name] = part.status;
     for (const ObjectPtr& object : part.part.objects) all.objects[name].insert(object->id);
@@ -351,6 +354,35 @@ Collected Collect(PartReader& reader, int max_items) {
     }
   }
   return all;
+}
+
+TEST(ContentTest, VisitsTellTheFrameOfTheCaller) {
+  const auto ignore = [](const LayerPtr&, const PlanarTransform&, const PointContent&) {};
+  EXPECT_EQ(*VisitContentAt(*SmallSite(), {}, {0, 0}, 0.0, ignore), "map");
+  EXPECT_EQ(*VisitContentAt(*SmallSite(), {{"grid"}, "dock"}, {0, 0}, 0.0, ignore), "dock");
+}
+
+TEST(EmptyPartFilterTest, KeepsOneEmptyPartOfALayerWithoutMatches) {
+  LayerAnswerPart empty;
+  LayerAnswerPart match;
+  match.part.objects.push_back(std::make_shared<SemanticObject>());
+  const auto last = [](LayerAnswerPart part) {
+    part.last = true;
+    return part;
+  };
+  EmptyPartFilter filter;
+  // A layer without matches.
+  EXPECT_FALSE(filter.Keeps(empty));
+  EXPECT_TRUE(filter.Keeps(last(empty)));
+  // A layer with matches in two of its parts.
+  EXPECT_FALSE(filter.Keeps(empty));
+  EXPECT_TRUE(filter.Keeps(match));
+  EXPECT_FALSE(filter.Keeps(empty));
+  EXPECT_TRUE(filter.Keeps(match));
+  EXPECT_FALSE(filter.Keeps(last(empty)));
+  // A layer with one part.
+  EXPECT_TRUE(filter.Keeps(last(match)));
+  EXPECT_TRUE(filter.Keeps(last(empty)));
 }
 
 TEST(SearchTest, LayersThatCantTakeTheValueSaySo) {
@@ -407,7 +439,7 @@ TEST(NearestTest, EqualsBruteForceOverShapesOfEveryKind) {
       if (expected.size() > kCount) expected.resize(kCount);
       const auto answer = Nearest(*site, {{layer}, "map"}, p, ValueLabel{"chair"}, kCount);
       ASSERT_TRUE(answer.ok()) << answer.status();
-      for (const NearestAnswer::Entry& entry : answer->entries) {
+      for (const NearestNeighbours::Entry& entry : answer->entries) {
         found.emplace_back(entry.neighbour.distance_m, entry.neighbour.object->id);
       }
       EXPECT_EQ(found, expected) << layer;

@@ -12,7 +12,6 @@
 namespace hypermap {
 namespace {
 
-constexpr size_t kMaxWordLength = 1024;
 constexpr int64_t kMaxLabels = 10000;
 // Bytes of a node of a std::set of strings, with the bookkeeping of its allocation.
 constexpr int64_t kLabelBytes = 80;

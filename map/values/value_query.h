@@ -10,6 +10,7 @@
 #ifndef HYPERMAP_MAP_VALUES_VALUE_QUERY_H_
 #define HYPERMAP_MAP_VALUES_VALUE_QUERY_H_
 
+#include <cstddef>
 #include <limits>
 #include <string>
 #include <variant>
@@ -50,6 +51,10 @@ using ValueQuery = std::variant<ValueKeyword, ValueRange, ValueLabel, ValueTag>;
 // INVALID_ARGUMENT for an empty string, a comparison without a finite number, or a range whose ends
 // are in the wrong order.
 absl::StatusOr<ValueQuery> ParseValueQuery(absl::string_view text);
+
+// Bytes of a word that things are found or listed by: a label, an alias, a tag, an attribute's
+// name.
+inline constexpr size_t kMaxWordLength = 1024;
 
 // Returns the form in which labels and tags are compared: lower case, without leading and trailing
 // blanks, and with single blanks between words.

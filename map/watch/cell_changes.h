@@ -41,7 +41,7 @@ class TileComparison {
   // Collects cells, given by row and column, as runs of equal values.
   struct Runs {
     std::vector<CellRun> runs;
-    CellCode last = kUnknownCode;  // Of the last run.
+    CellCode last = kUnknownCode;  // Code of the last run.
 
     void Add(int32_t row, int32_t col, CellCode code, const CellDomain& domain);
   };

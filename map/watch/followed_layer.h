@@ -83,7 +83,7 @@ class RowSpans {
   static constexpr size_t kMaxSpans = 4096;
 
   int32_t tile_row_ = 0;
-  std::vector<std::optional<ColumnSpans>> rows_;  // Of tile_row_; empty if none is kept.
+  std::vector<std::optional<ColumnSpans>> rows_;  // Rows of tile_row_; empty if none is kept.
   size_t num_spans_ = 0;
 };
 

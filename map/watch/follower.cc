@@ -52,7 +52,7 @@ class ContentReader : public SelectionReader {
   std::vector<MapChange> Next(int max_items) override {
     std::vector<MapChange> told;
     if (done()) return told;
-    LayerPart part = parts_->Next(max_items);
+    LayerAnswerPart part = parts_->Next(max_items);
     if (part.status != AnswerStatus::kValue) return told;
     const LayerSpec& spec = part.layer->spec();
     MapChange change;
@@ -203,7 +203,7 @@ class StoredReader : public SelectionReader {
   std::vector<ObjectPtr> objects_;
   size_t next_object_ = 0;
   std::optional<TileMap::const_iterator> next_tile_;  // Nullopt: no tile is left.
-  std::optional<TileComparison> comparison_;          // Of next_tile_, once it has begun.
+  std::optional<TileComparison> comparison_;          // Compares next_tile_, once it has begun.
   // The part so far.
   std::vector<MapChange> told_;
   int64_t items_ = 0;
@@ -344,7 +344,7 @@ class Follower::ChangeSelector {
   PreparedFilter* const filter_;
   const MapStructure& structure_;
   std::optional<FollowedLayer> current_;
-  std::optional<TileComparison> comparison_;  // Of a tile of current_.
+  std::optional<TileComparison> comparison_;  // Compares a tile of current_.
   std::vector<MapChange> told_;
   int64_t items_ = 0;
   int64_t looks_ = 0;
@@ -463,18 +463,7 @@ bool Follower::MoveTo(const StructurePtr& structure) {
   return structure != before && NeedsReset(*before, *structure);
 }
 
-Follower::Told Follower::Tell(const std::vector<Change>& changes, const StructurePtr& structure) {
-  if (MoveTo(structure)) return {true, {}};
-  ChangeSelector selector(filter_.get(), *structure);
-  for (const Change& change : changes) {
-    std::visit(selector, change);
-    while (selector.compares_tile()) selector.CompareRow();
-  }
-  selector.Rest();
-  return {false, selector.Take()};
-}
-
-std::unique_ptr<SelectionReader> Follower::TellInParts(
+std::unique_ptr<SelectionReader> Follower::ReadCommit(
     std::shared_ptr<const std::vector<Change>> changes, StructurePtr structure) {
   if (MoveTo(structure)) return nullptr;
   return std::make_unique<CommitReader>(std::move(changes), std::move(structure), filter_);

@@ -41,8 +41,9 @@ class SelectionReader {
 //   auto selection = follower->Read(snapshot);
 //   while (!selection->done()) Send(selection->Next(1000));
 //   for (const Commit& commit : commits_after_snapshot) {
-//     Follower::Told told = follower->Tell(commit.changes, commit.structure);
-//     if (!told.reset) Send(told.changes);  // Otherwise read a newer snapshot.
+//     auto parts = follower->ReadCommit(commit.changes, commit.structure);
+//     if (!parts) break;  // Read a newer snapshot.
+//     while (!parts->done()) Send(parts->Next(1000));
 //   }
 //
 // Its position is a structure of the map, because the meaning of a filter (where its area is in a
@@ -62,20 +63,13 @@ class Follower {
   Follower& operator=(Follower&&) noexcept;
   ~Follower();
 
-  // The part of a commit that the filter selects. With `reset`, changes cannot bring the subscriber
-  // up to date, because the place of content in its frame or the meaning of a class has changed.
-  // Then `changes` is empty; call Read with a snapshot of that revision or a later one and go on
-  // after it.
-  struct Told {
-    bool reset = false;
-    std::vector<MapChange> changes;
-  };
-  // Filters the changes of a commit. `structure` is the one after the commit; the one of the call
-  // before (at first that of Make) must be the one before it.
-  Told Tell(const std::vector<Change>& changes, const StructurePtr& structure);
-  // The same in parts, which are read before the next call; null instead of `reset`.
-  std::unique_ptr<SelectionReader> TellInParts(std::shared_ptr<const std::vector<Change>> changes,
-                                               StructurePtr structure);
+  // Reads the changes of a commit that the filter selects; they must be read before the next call.
+  // `structure` is the one after the commit; the one of the call before (at first that of Make)
+  // must be the one before it. Null for a reset: changes cannot bring the subscriber up to date,
+  // because the place of content in its frame or the meaning of a class has changed. Then call Read
+  // with a snapshot of that revision or a later one and go on after it.
+  std::unique_ptr<SelectionReader> ReadCommit(std::shared_ptr<const std::vector<Change>> changes,
+                                              StructurePtr structure);
 
   // Bytes of memory of a commit, with the content before and after it, which a reader of its parts
   // may be the last to hold: an estimate.

@@ -95,10 +95,11 @@ class NetChanges::Reader {
   std::string frame_id_;
   std::vector<FrameTransform> transforms_;  // That differ.
   size_t next_transform_ = 0;
-  std::map<std::string, LayerChanges> layers_;  // What is left; the first is the current layer.
+  // The layers that are left; the first is the current one.
+  std::map<std::string, LayerChanges> layers_;
   // The current layer, once it was begun.
   bool in_layer_ = false;
-  const LayerStructure* layer_ = nullptr;  // Of to_; null if the layer is not there any more.
+  const LayerStructure* layer_ = nullptr;  // The layer in to_; null if it is not there any more.
   std::shared_ptr<const CellDomain> domain_;
   PlanarTransform caller_from_layer_;
   int64_t looks_ = 0;

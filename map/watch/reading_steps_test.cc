@@ -52,8 +52,8 @@ class ReadingStepsTest : public ::testing::Test {
   std::unique_ptr<SelectionReader> ReadCommit() {
     const auto applied = Apply(*map_, {{TwoTiles(0.75)}});
     EXPECT_TRUE(applied.ok()) << applied.status();
-    return follower_.TellInParts(std::make_shared<const std::vector<Change>>(applied->changes),
-                                 structure_);
+    return follower_.ReadCommit(std::make_shared<const std::vector<Change>>(applied->changes),
+                                structure_);
   }
 
   const SnapshotPtr map_ = Floor();
@@ -118,8 +118,8 @@ Parts PartsOf(SelectionReader& reader, int max_items) {
   return parts;
 }
 
-// Oracle: tells each change whole, and ends a part as soon as it has `max_items` objects and runs,
-// or four times as many changes of the commit.
+// Oracle: reads each change as a commit of its own, and ends a part as soon as it has `max_items`
+// objects and runs, or four times as many changes of the commit.
 Parts ExpectedParts(Follower& follower, const std::vector<Change>& changes,
                     const StructurePtr& structure, int max_items) {
   Parts parts;
@@ -127,9 +127,14 @@ Parts ExpectedParts(Follower& follower, const std::vector<Change>& changes,
   size_t items = 0;
   int num_changes = 0;
   for (size_t i = 0; i < changes.size(); ++i) {
-    for (const MapChange& told : follower.Tell({changes[i]}, structure).changes) {
-      part.push_back(Described(told));
-      items += told.kind == ChangeKind::kCells ? told.cells.size() : 1;
+    const std::vector<Change> change = {changes[i]};
+    const auto reader =
+        follower.ReadCommit(std::make_shared<const std::vector<Change>>(change), structure);
+    while (!reader->done()) {
+      for (const MapChange& told : reader->Next(1'000'000)) {
+        part.push_back(Described(told));
+        items += told.kind == ChangeKind::kCells ? told.cells.size() : 1;
+      }
     }
     ++num_changes;
     const bool ends = items >= static_cast<size_t>(max_items) || num_changes == 4 * max_items;
@@ -167,7 +172,7 @@ TEST(ReadingStepsPropertyTest, PartsEndAtTheSameChangesWhateverTheSteps) {
         SCOPED_TRACE(absl::StrCat("filter ", i, ", step ", step));
         const int max_items = testing::UniformInt(rng, 1, 30);
         Follower follower = *Follower::Make(filters[i], before);
-        const auto reader = follower.TellInParts(changes, structure);
+        const auto reader = follower.ReadCommit(changes, structure);
         if (!reader) continue;  // A reset.
         Follower whole = *Follower::Make(filters[i], structure);
         EXPECT_EQ(PartsOf(*reader, max_items),

@@ -78,6 +78,20 @@ Known ReadAll(SelectionReader& reader) {
   return known;
 }
 
+// Returns the changes that the follower selects from a commit; nullopt for a reset.
+std::optional<std::vector<MapChange>> ReadCommit(Follower& follower,
+                                                 const std::vector<Change>& changes,
+                                                 const StructurePtr& structure) {
+  const auto reader =
+      follower.ReadCommit(std::make_shared<const std::vector<Change>>(changes), structure);
+  if (!reader) return std::nullopt;
+  std::vector<MapChange> told;
+  while (!reader->done()) {
+    for (MapChange& change : reader->Next(7)) told.push_back(std::move(change));
+  }
+  return told;
+}
+
 std::vector<MapChange> ReadAll(NetChanges::Reader difference) {
   std::vector<MapChange> told;
   while (!difference.done()) {
@@ -123,12 +137,17 @@ class FollowerTest : public ::testing::Test {
     return *std::move(follower);
   }
 
+  // Returns the changes of the last batch that `follower` reports; nullopt for a reset.
+  std::optional<std::vector<MapChange>> Tell(Follower& follower) {
+    return ReadCommit(follower, changes_, structure_);
+  }
+
   std::vector<std::string> TellKinds(Follower& follower, const EditBatch& batch) {
     Carry(batch);
-    const Follower::Told told = follower.Tell(changes_, structure_);
+    const auto told = Tell(follower);
+    if (!told) return {"reset"};
     std::vector<std::string> kinds;
-    if (told.reset) kinds.push_back("reset");
-    for (const MapChange& change : told.changes) {
+    for (const MapChange& change : *told) {
       kinds.push_back(std::string(ChangeKindName(change.kind)));
     }
     return kinds;
@@ -193,7 +212,8 @@ TEST_F(FollowerTest, ObjectMayBecomeAnotherKindOfShape) {
         Shape(Polygon::FromBox({{4, 4}, {5, 5}}))}) {
     door.shape = shape;
     Carry({{PutObject{"things", door}}});
-    for (const MapChange& change : follower.Tell(changes_, structure_).changes) {
+    const std::vector<MapChange> told = Tell(follower).value();
+    for (const MapChange& change : told) {
       EXPECT_EQ(change.kind, ChangeKind::kPut);
       known.Learn(change);
     }
@@ -221,13 +241,13 @@ TEST_F(FollowerTest, LayersComeAndGo) {
   Follower all = Follow({});
   Follower one = Follow({.layers = {"later"}});
   Carry({{Things("later"), PutObject{"later", Thing("cup", 0, 0)}}});
-  EXPECT_EQ(all.Tell(changes_, structure_).changes.size(), 2u);
-  EXPECT_EQ(one.Tell(changes_, structure_).changes.size(), 2u);
+  EXPECT_EQ(Tell(all)->size(), 2u);
+  EXPECT_EQ(Tell(one)->size(), 2u);
   Carry({{PutObject{"things", Thing("cup", 0, 0)}, DeleteLayer{"later"}}});
-  EXPECT_EQ(all.Tell(changes_, structure_).changes.size(), 2u);
-  const auto told = one.Tell(changes_, structure_);
-  ASSERT_EQ(told.changes.size(), 1u);
-  EXPECT_EQ(told.changes[0].kind, ChangeKind::kLayerDeleted);
+  EXPECT_EQ(Tell(all)->size(), 2u);
+  const std::vector<MapChange> told = Tell(one).value();
+  ASSERT_EQ(told.size(), 1u);
+  EXPECT_EQ(told[0].kind, ChangeKind::kLayerDeleted);
 }
 
 TEST_F(FollowerTest, APlacedFrameResetsThoseItMoves) {
@@ -236,8 +256,8 @@ TEST_F(FollowerTest, APlacedFrameResetsThoseItMoves) {
   Follower in_dock = Follow({.layers = {"dock"}, .frame_id = "dock"});
   EXPECT_THAT(ReadAll(*in_map.Read(map_)).objects, IsEmpty());  // Not connected yet.
   Carry({{SetTransform{{"map", "dock", PlanarTransform(5, 0, 0)}}}});
-  EXPECT_TRUE(in_map.Tell(changes_, structure_).reset);
-  EXPECT_FALSE(in_dock.Tell(changes_, structure_).reset);
+  EXPECT_EQ(Tell(in_map), std::nullopt);
+  EXPECT_NE(Tell(in_dock), std::nullopt);
   const Known known = ReadAll(*in_map.Read(map_));
   ASSERT_EQ(known.objects.size(), 1u);
   EXPECT_EQ(known.objects.begin()->second.shape.bounds().min, (Point{6, 0}));
@@ -278,15 +298,15 @@ TEST_F(FollowerTest, AsStoredAnAreaSelectsTheCellsItTouches) {
   Follower stored = Follow({.area = area, .frames = WatchFilter::Frames::kAsStored});
   Follower centres = Follow({.area = area});
   Carry({{write}});
-  const auto told = stored.Tell(changes_, structure_).changes;
+  const std::vector<MapChange> told = Tell(stored).value();
   EXPECT_THAT(told.back().cells, ElementsAre(CellRun{0, 0, 2, 0.5}));
-  EXPECT_EQ(centres.Tell(changes_, structure_).changes.size(), 1u);  // The extent.
+  EXPECT_EQ(Tell(centres)->size(), 1u);  // The extent.
   EXPECT_THAT(ReadAll(*stored.Read(map_)).cells, ::testing::SizeIs(2));
   // The area moves relative to a layer when the layer's frame does.
   Carry({{Things("dock", "dock"), SetTransform{{"map", "dock", PlanarTransform(5, 0, 0)}}}});
-  stored.Tell(changes_, structure_);
+  Tell(stored);
   Carry({{SetTransform{{"map", "dock", PlanarTransform(6, 0, 0)}}}});
-  EXPECT_TRUE(stored.Tell(changes_, structure_).reset);
+  EXPECT_EQ(Tell(stored), std::nullopt);
 }
 
 TEST_F(FollowerTest, TheAreaIsConvertedOnceForAllLayersOfAFrame) {
@@ -314,9 +334,9 @@ TEST_F(FollowerTest, TheAreaIsConvertedOnceForAllLayersOfAFrame) {
         content}) {
     Carry(batch);
     for (Follower* each : {&follower, &stored}) {
-      const Follower::Told told = each->Tell(changes_, structure_);
-      EXPECT_FALSE(told.reset);
-      EXPECT_FALSE(told.changes.empty());
+      const auto told = Tell(*each);
+      ASSERT_NE(told, std::nullopt);
+      EXPECT_FALSE(told->empty());
       const int64_t is_needed = map_->revision == 2 ? 0 : 1;
       EXPECT_EQ(each->area()->num_polygons(), is_needed);
       EXPECT_EQ(each->area()->num_covers(), is_needed);
@@ -341,21 +361,19 @@ TEST_F(FollowerTest, TheAreaIsNotConvertedForContentThatIsFarFromIt) {
 TEST_F(FollowerTest, ACommitInPartsIsTheWholeCommit) {
   LayerSpec floor{.name = "floor", .kind = LayerKind::kOccupancy};
   floor.grid = GridGeometry{PlanarTransform(), 1.0};
-  const WatchFilter filter{.area = Polygon::FromBox({{0, 0}, {100, 10}})};
-  Follower whole = Follow(filter);
-  Follower parts = Follow(filter);
+  Follower parts = Follow({.area = Polygon::FromBox({{0, 0}, {100, 10}})});
   EditBatch batch{{CreateLayer{floor}}};
   for (int i = 0; i < 50; ++i) batch.edits.push_back(PutObject{"things", Thing("cup", 4 * i, 0)});
   batch.edits.push_back(
       WriteCells{"floor", {0, 1, 0, 200}, std::vector<std::optional<double>>(200, 0.5)});
   Carry(batch);
-  std::vector<ChangeKind> expected;
-  for (const MapChange& change : whole.Tell(changes_, structure_).changes) {
-    expected.push_back(change.kind);
-  }
+  // The layer, the cups up to x = 100, and the extent and cells of the row up to there.
+  std::vector<ChangeKind> expected = {ChangeKind::kLayerCreated};
+  expected.insert(expected.end(), 26, ChangeKind::kPut);
+  expected.insert(expected.end(), {ChangeKind::kLayerChanged, ChangeKind::kCells});
   std::vector<ChangeKind> told;
   const auto reader =
-      parts.TellInParts(std::make_shared<const std::vector<Change>>(changes_), structure_);
+      parts.ReadCommit(std::make_shared<const std::vector<Change>>(changes_), structure_);
   ASSERT_NE(reader, nullptr);
   while (!reader->done()) {
     const std::vector<MapChange> part = reader->Next(5);
@@ -367,7 +385,7 @@ TEST_F(FollowerTest, ACommitInPartsIsTheWholeCommit) {
   Carry({{SetTransform{{"map", "dock", PlanarTransform(9, 0, 0)}}}});
   Follower in_dock = Follow({.frame_id = "dock"});
   Carry({{SetTransform{{"map", "dock", PlanarTransform(5, 0, 0)}}}});
-  EXPECT_EQ(in_dock.TellInParts(std::make_shared<const std::vector<Change>>(changes_), structure_),
+  EXPECT_EQ(in_dock.ReadCommit(std::make_shared<const std::vector<Change>>(changes_), structure_),
             nullptr);
 }
 
@@ -375,7 +393,7 @@ TEST_F(FollowerTest, LayersMayBeNamedOverAndOver) {
   Carry({{Things("others")}});
   Follower follower = Follow({.layers = {"things", "later", "things", "later"}});
   Carry({{PutObject{"things", Thing("cup", 0, 0)}, PutObject{"others", Thing("cup", 0, 0)}}});
-  EXPECT_EQ(follower.Tell(changes_, structure_).changes.size(), 1u);
+  EXPECT_EQ(Tell(follower)->size(), 1u);
   EXPECT_EQ(ReadAll(*follower.Read(map_)).objects.size(), 1u);
 }
 
@@ -384,8 +402,8 @@ TEST_F(FollowerTest, OnlyFramesOfFollowedLayersReset) {
   Follower things = Follow({.layers = {"things"}});
   Follower all = Follow({});
   Carry({{SetTransform{{"map", "dock", PlanarTransform(6, 0, 0)}}}});
-  EXPECT_FALSE(things.Tell(changes_, structure_).reset);
-  EXPECT_TRUE(all.Tell(changes_, structure_).reset);
+  EXPECT_NE(Tell(things), std::nullopt);
+  EXPECT_EQ(Tell(all), std::nullopt);
 }
 
 TEST_F(FollowerTest, UnknownFramesAndEmptyClassesAreRefused) {
@@ -487,11 +505,13 @@ TEST(FollowerPropertyTest, WhoBelievesAllThatIsToldKnowsWhatASnapshotSays) {
       const std::vector<Change> changes = history.Step();
       structure = StructureAfter(structure, history.map()->revision, changes);
       for (size_t i = 0; i < followers.size(); ++i) {
-        const Follower::Told told = followers[i].Tell(changes, structure);
-        for (const MapChange& change : told.changes) known[i].Learn(change);
+        const auto told = ReadCommit(followers[i], changes, structure);
+        if (told) {
+          for (const MapChange& change : *told) known[i].Learn(change);
+        }
         Follower fresh = *Follower::Make(filters[i], structure);
         const Known expected = ReadAll(*fresh.Read(history.map()));
-        if (told.reset) known[i] = expected;
+        if (!told) known[i] = expected;
         ASSERT_EQ(known[i].objects, expected.objects) << "filter " << i << ", step " << step;
         ASSERT_EQ(known[i].cells, expected.cells) << "filter " << i << ", step " << step;
       }

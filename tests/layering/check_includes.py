@@ -1,7 +1,8 @@
 """Fails if a room includes a header that it must not include, or may include a room for nothing.
 
-The table of allowed includes is rooms.py. Cycles are forbidden in the table, between headers
-and between the folders below a room. Tests and their support (*_test.cc, *_benchmark.cc,
+The table of allowed includes is rooms.py. Cycles are forbidden between rooms, between folders with
+or without a line in the table, between headers, and between top folders, except those that
+CYCLES_OF_TOP_FOLDERS names. Tests and their support (*_test.cc, *_benchmark.cc,
 *_fuzzer.cc, folders called testing) may include anything.
 
     check_includes.py [ROOT]    prints a line for each violation; exit code 1 when there is one
@@ -11,7 +12,7 @@ import pathlib
 import re
 import sys
 
-from rooms import LIBRARIES, ROOMS, Room
+from rooms import CYCLES_OF_TOP_FOLDERS, LIBRARIES, ROOMS, Room
 
 # Standard headers for files, threads and clocks. Rooms of `map/` must not include them.
 OUTSIDE_WORLD = re.compile(
@@ -123,12 +124,35 @@ def find_cycle(edges):
     return next((cycle for node in sorted(edges) if (cycle := visit(node))), None)
 
 
-def violations(root, rooms=None):
+def merged(edges, group):
+    """Returns the graph of the groups of nodes; an edge within a group is left out."""
+    graph = {}
+    for node, others in edges.items():
+        targets = graph.setdefault(group(node), set())
+        targets.update(group(other) for other in others)
+        targets.discard(group(node))
+    return {node: sorted(targets) for node, targets in graph.items()}
+
+
+def folder(path):
+    return str(pathlib.PurePosixPath(path).parent)
+
+
+def top_folder(path):
+    return path.split("/")[0]
+
+
+def violations(root, rooms=None, exceptions=CYCLES_OF_TOP_FOLDERS):
     """Returns one line for each violation below `root`."""
     rooms = ROOMS if rooms is None else rooms
     found = []
-    if cycle := find_cycle({name: sorted(room.rooms) for name, room in rooms.items()}):
+    table = {name: sorted(room.rooms) for name, room in rooms.items()}
+    if cycle := find_cycle(table):
         found.append("the table has a cycle: " + " -> ".join(cycle))
+    ordinary = {name: [other for other in others if (name, other) not in exceptions]
+                for name, others in table.items()}
+    if cycle := find_cycle(merged(ordinary, top_folder)):
+        found.append("top folders in a cycle: " + " -> ".join(cycle))
     files = {name: list(includes(text)) for name, text in sources(pathlib.Path(root), rooms)}
     private = private_headers(files, rooms)
     for name, found_here in files.items():
@@ -139,6 +163,8 @@ def violations(root, rooms=None):
              for name, found_here in files.items()}
     if cycle := find_cycle(edges):
         found.append("headers in a cycle: " + " -> ".join(cycle))
+    if cycle := find_cycle(merged(edges, folder)):
+        found.append("folders in a cycle: " + " -> ".join(cycle))
     return found
 
 

@@ -76,11 +76,26 @@ class CheckIncludes(unittest.TestCase):
     def test_headers_in_a_cycle_are_found(self):
         found = self.violations_of({
             "map/layers/a.h": '#include "map/layers/b.h"\n',
-            "map/layers/b.h": '#include "map/layers/grid/c.h"\n',
-            "map/layers/grid/c.h": '#include "map/layers/a.h"\n',
+            "map/layers/b.h": '#include "map/layers/c.h"\n',
+            "map/layers/c.h": '#include "map/layers/a.h"\n',
         })
         self.assertEqual(len(found), 1, found)
-        self.assertIn("cycle: map/layers/a.h -> map/layers/b.h -> map/layers/grid/c.h", found[0])
+        self.assertIn("cycle: map/layers/a.h -> map/layers/b.h -> map/layers/c.h", found[0])
+
+    def test_folders_of_one_room_in_a_cycle_are_found(self):
+        found = self.violations_of({
+            "map/layers/a.cc": '#include "map/layers/grid/b.h"\n',
+            "map/layers/grid/c.cc": '#include "map/layers/d.h"\n',
+        })
+        self.assertEqual(found, ["folders in a cycle: map/layers -> map/layers/grid -> map/layers"])
+
+    def test_top_folders_in_a_cycle_are_found(self):
+        rooms = {"a/low": check_includes.Room(), "b": check_includes.Room(["a/low"]),
+                 "a/high": check_includes.Room(["b"])}
+        with tempfile.TemporaryDirectory() as root:
+            self.assertEqual(check_includes.violations(root, rooms),
+                             ["top folders in a cycle: a -> b -> a"])
+            self.assertEqual(check_includes.violations(root, rooms, {("a/high", "b")}), [])
 
     def test_a_cycle_in_the_table_is_found(self):
         rooms = {"a": check_includes.Room(["b"]), "b": check_includes.Room(["a"])}

@@ -55,6 +55,10 @@ def pure(*rooms, hidden=()):
     return Room({"base/status", *rooms}, DOMAIN, hidden, outside_world=False)
 
 
+# Includes between rooms that may close a cycle of top folders. Without them there must be none.
+# `hypermap-ingest simulate` runs the simulated robots, which use the perception of real ones.
+CYCLES_OF_TOP_FOLDERS = {("ingest/worker", "simulation/robots")}
+
 ROOMS = {
     "base/status": Room([], {"absl"}, outside_world=False),
     "base/containers": Room([], {"absl"}, outside_world=False),
@@ -232,8 +236,9 @@ ROOMS = {
     ),
     # The robot's own copy of a map. The client itself does not depend on a database.
     "client_libs/cpp/replica": Room(
-        ["base/status", "base/sync", "client_libs/cpp", "map", "map/edits", "map/geometry",
-         "map/grid", "map/layers", "map/query", "map/values", "storage", "storage/geopackage"],
+        ["base/limits", "base/status", "base/sync", "client_libs/cpp", "map", "map/edits",
+         "map/geometry", "map/grid", "map/layers", "map/query", "map/values", "map/watch",
+         "storage", "storage/geopackage"],
         {"absl"},
     ),
     "client_libs/flags": Room(

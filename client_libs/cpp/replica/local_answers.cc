@@ -3,11 +3,13 @@
 #include <optional>
 #include <utility>
 
+#include "base/limits/limits.h"
+
 namespace hypermap::client {
 namespace {
 
-// Maximum number of objects or runs in a part, as in the server's --chunk_items.
-constexpr int kPartItems = 2048;
+// Maximum number of objects or runs in a part, as the server's default.
+constexpr int kPartItems = Limits().chunk_items;
 
 void Move(const PlanarTransform& caller_from_layer, SemanticObject& object) {
   if (!caller_from_layer.IsIdentity()) object.shape = caller_from_layer * object.shape;
@@ -21,7 +23,7 @@ std::vector<SemanticObject> InFrame(const std::vector<ObjectPtr>& objects,
   return moved;
 }
 
-LayerPart ToPart(hypermap::LayerPart part) {
+LayerPart ToPart(LayerAnswerPart part) {
   const LayerSpec& spec = part.layer->spec();
   LayerPart answer{.layer = spec.name, .kind = spec.kind, .status = part.status};
   if (part.status != AnswerStatus::kValue) return answer;
@@ -31,7 +33,7 @@ LayerPart ToPart(hypermap::LayerPart part) {
   return answer;
 }
 
-NearestMatch ToMatch(const hypermap::NearestAnswer::Entry& entry) {
+NearestMatch ToMatch(const NearestNeighbours::Entry& entry) {
   const LayerSpec& spec = entry.layer->spec();
   NearestMatch match{
       .layer = spec.name, .kind = spec.kind, .distance_m = entry.neighbour.distance_m};
@@ -44,8 +46,7 @@ NearestMatch ToMatch(const hypermap::NearestAnswer::Entry& entry) {
   return match;
 }
 
-// Gives one empty part for a layer without matches, as the server does, and leaves out other empty
-// parts.
+// Gives the same parts as the server, see EmptyPartFilter.
 class LocalParts : public PartStream<AnswerReader::RevisedPart> {
  public:
   LocalParts(std::unique_ptr<PartReader> parts, Revision revision, uint64_t incarnation)
@@ -53,12 +54,9 @@ class LocalParts : public PartStream<AnswerReader::RevisedPart> {
 
   std::optional<AnswerReader::RevisedPart> Next() override {
     while (!parts_->done()) {
-      hypermap::LayerPart part = parts_->Next(kPartItems);
-      const bool is_told = !part.part.empty() || (part.last && !layer_told_);
-      layer_told_ = !part.last && (layer_told_ || is_told);
-      if (is_told) {
-        return AnswerReader::RevisedPart{revision_, ToPart(std::move(part)), incarnation_};
-      }
+      LayerAnswerPart part = parts_->Next(kPartItems);
+      if (!filter_.Keeps(part)) continue;
+      return AnswerReader::RevisedPart{revision_, ToPart(std::move(part)), incarnation_};
     }
     if (std::exchange(ended_, true)) return std::nullopt;
     // Carries the revision to the reader even if no layer was queried.
@@ -71,7 +69,7 @@ class LocalParts : public PartStream<AnswerReader::RevisedPart> {
   const std::unique_ptr<PartReader> parts_;
   const Revision revision_;
   const uint64_t incarnation_;
-  bool layer_told_ = false;  // a part of the current layer was returned
+  EmptyPartFilter filter_;
   bool ended_ = false;
   const absl::Status status_;
 };
@@ -120,7 +118,7 @@ PointsAnswer ToPointsAnswer(SnapshotPtr snapshot, uint64_t incarnation, size_t n
   return answer;
 }
 
-NearestAnswer ToNearestAnswer(const hypermap::NearestAnswer& answer) {
+NearestAnswer ToNearestAnswer(const NearestNeighbours& answer) {
   NearestAnswer converted;
   converted.matches.reserve(answer.entries.size());
   for (const auto& entry : answer.entries) converted.matches.push_back(ToMatch(entry));

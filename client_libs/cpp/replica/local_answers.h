@@ -25,7 +25,7 @@ PointsAnswer ToPointsAnswer(SnapshotPtr snapshot, uint64_t incarnation, size_t n
                             absl::Span<const LayerPointsContent> contents);
 
 // Converts matches and refusals only.
-NearestAnswer ToNearestAnswer(const hypermap::NearestAnswer& answer);
+NearestAnswer ToNearestAnswer(const NearestNeighbours& answer);
 
 // Returns the parts in the form in which a server sends them.
 AnswerReader ReadLocally(std::unique_ptr<PartReader> parts, Revision revision,

@@ -122,7 +122,7 @@ absl::Status MirroredArea::CheckArea(const Snapshot& snapshot, const Scope& scop
 
 absl::Status MirroredArea::CheckNearest(const Snapshot& snapshot, const Scope& scope,
                                         const Point& p, int k,
-                                        const hypermap::NearestAnswer& found) const {
+                                        const NearestNeighbours& found) const {
   double certain_m = std::numeric_limits<double>::infinity();
   for (const auto& [layer, layer_from_caller] : AskedLayers(snapshot, scope)) {
     // A layer that does not support the value has no neighbours anywhere.

@@ -37,7 +37,7 @@ class MirroredArea {
   // Checks that nothing outside the mirrored area can be among the `k` nearest, which were found as
   // `found`.
   absl::Status CheckNearest(const Snapshot& snapshot, const Scope& scope, const Point& p, int k,
-                            const hypermap::NearestAnswer& found) const;
+                            const NearestNeighbours& found) const;
 
   // The area in the scope's frame. NOT_FOUND if that frame is not connected to the area's.
   absl::StatusOr<Polygon> InFrame(const Snapshot& snapshot, const Scope& scope) const;

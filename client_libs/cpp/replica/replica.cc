@@ -151,18 +151,19 @@ absl::StatusOr<PointAnswer> Replica::QueryPoint(const Point& p, const Scope& sco
   const auto view = impl_->look();
   const Snapshot& snapshot = *view->snapshot;
   absl::StatusOr<PointAnswer> answer(absl::in_place);
-  absl::Status status =
+  HYPERMAP_ASSIGN_OR_RETURN(
+      answer->frame_id,
       VisitContentAt(snapshot, scope, p, tolerance_m,
                      [&answer](const LayerPtr& layer, const PlanarTransform& caller_from_layer,
                                const PointContent& content) {
                        answer->layers.push_back(ToContent(*layer, caller_from_layer, content));
-                     });
-  if (status.ok() && view->area) status = view->area->CheckPoint(snapshot, scope, p, tolerance_m);
-  if (!status.ok()) return status;
+                     }));
+  if (view->area) {
+    HYPERMAP_RETURN_IF_ERROR(view->area->CheckPoint(snapshot, scope, p, tolerance_m));
+  }
   answer->map = impl_->map();
   answer->revision = snapshot.revision;
   answer->incarnation = view->incarnation;
-  answer->frame_id = scope.frame_id.empty() ? snapshot.frame_id : scope.frame_id;
   answer->point = p;
   return answer;
 }
@@ -219,8 +220,7 @@ absl::StatusOr<NearestAnswer> Replica::QueryNearest(const Point& p, const std::s
   const Impl::View view = impl_->view();
   const Snapshot& snapshot = *view.snapshot;
   HYPERMAP_ASSIGN_OR_RETURN(const ValueQuery query, ParseValueQuery(value));
-  HYPERMAP_ASSIGN_OR_RETURN(const hypermap::NearestAnswer found,
-                            Nearest(snapshot, scope, p, query, k));
+  HYPERMAP_ASSIGN_OR_RETURN(const NearestNeighbours found, Nearest(snapshot, scope, p, query, k));
   if (view.area) {
     absl::Status status = view.area->CheckNearest(snapshot, scope, p, k, found);
     if (!status.ok()) return status;

@@ -89,6 +89,7 @@ def test_layers_of_all_kinds_round_trip(client: Client, site: str) -> None:
     assert [properties[name].is_binary for name in ("floor", "seen")] == [False, True]
     assert (properties["wifi"].unit, properties["wifi"].value_range) == ("dBm", None)
     assert {"free", "occupied"} <= set(properties["floor"].words)
+    assert dict(properties["seen"].words_of_values) == {"explored": 1.0, "unexplored": 0.0}
     with pytest.raises(KeyError):
         layers["cellar"]
     assert client.delete_layer(site, "wifi") == layers.revision + 1

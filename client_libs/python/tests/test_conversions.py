@@ -239,6 +239,8 @@ def test_layers_and_their_properties() -> None:
     properties = decode_layer(grid).properties
     assert (properties.value_range, properties.is_binary) == ((0, 1), True)
     assert properties.words == ("free", "occupied")
+    grid.properties.words_of_values.add(word="explored", value=1)
+    assert decode_layer(grid).properties.words_of_values == (("explored", 1.0),)
 
 
 def test_an_unknown_kind_of_layer_keeps_its_number() -> None:

@@ -53,7 +53,7 @@ func (c *calls) admit(next http.Handler) http.Handler {
 			defer c.open.release(address, 1)
 			next.ServeHTTP(w, r)
 			if r.ProtoMajor == 2 {
-				// What is still buffered may wait for a window of the client. Until then the call is open.
+				// Data that is still buffered may wait for a window of the client. Until then the call is open.
 				_ = http.NewResponseController(w).Flush()
 			}
 			return

@@ -184,7 +184,7 @@ func TestB12_AllRequestsCountAsCalls(t *testing.T) {
 		"no such rpc":  {"POST", "/nothing", ":authority", "localhost"},
 	} {
 		t.Run(name, func(t *testing.T) {
-			gateway := startGateway(t, cfg) // Of its own: calls of another may still be ending.
+			gateway := startGateway(t, cfg) // Not shared: calls of another may still be ending.
 			f := openFrames(t, gateway, "127.0.0.2", 0)
 			for range 50 {
 				f.request(t, request[0], request[1], request[2:]...)

@@ -88,6 +88,8 @@ class LayerProperties:
     value_range: the lowest and the highest value that a cell can have; None for any number.
     words: values by which cells can be queried, such as "free" and "occupied".
     is_binary: whether the cells have one of two values, and none between them.
+    words_of_values: those of the words that stand for exactly one value, with the value, such as
+        ("explored", 1.0).
     """
 
     has_cells: bool = False
@@ -96,6 +98,7 @@ class LayerProperties:
     value_range: tuple[float, float] | None = None
     words: tuple[str, ...] = ()
     is_binary: bool = False
+    words_of_values: tuple[tuple[str, float], ...] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

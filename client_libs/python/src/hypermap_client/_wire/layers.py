@@ -53,6 +53,7 @@ def decode_properties(message: pb.LayerProperties) -> LayerProperties:
         value_range=(values.min, values.max) if message.HasField("value_range") else None,
         words=tuple(message.words),
         is_binary=message.is_binary,
+        words_of_values=tuple((named.word, named.value) for named in message.words_of_values),
     )
 
 

@@ -18,7 +18,7 @@ test('occupancy and exploration are summarized by shares, largest first', () => 
   const parts = [cells([0.9, 2], [0.1, 5]), cells([NaN, 1], [0.05, 2])];
   expect(cellsWords(floor, parts)).toBe('70 % free, 20 % occupied, 10 % unknown');
   const seen = create(LayerSchema, {
-    properties: { hasCells: true, isBinary: true, words: ['explored', 'unexplored'] },
+    properties: { hasCells: true, isBinary: true, wordsOfValues: [{ word: 'explored', value: 1 }] },
   });
   expect(cellsWords(seen, [cells([1, 4])])).toBe('100 % explored');
   const unnamed = create(LayerSchema, { properties: { hasCells: true, isBinary: true } });

@@ -5,7 +5,7 @@ import {
   type LayerPropertiesSchema,
 } from '@hypermap/client';
 import { describe, expect, test } from 'vitest';
-import { binaryWords, contentOf, groupTitle, searchableValues, valueRange } from './layer_content';
+import { contentOf, groupTitle, searchableValues, valueRange, wordOfValue } from './layer_content';
 
 const layer = (properties: MessageInitShape<typeof LayerPropertiesSchema>) =>
   create(LayerSchema, { name: 'some', properties });
@@ -21,6 +21,10 @@ const explored = layer({
   valueRange: unit,
   words: ['explored', 'unexplored', 'unknown'],
   isBinary: true,
+  wordsOfValues: [
+    { word: 'unexplored', value: 0 },
+    { word: 'explored', value: 1 },
+  ],
 });
 const wifi = layer({ hasCells: true, unit: 'dBm', words: ['unknown'] });
 const objects = layer({ hasShapes: true });
@@ -42,20 +46,31 @@ test('content is recognized by properties', () => {
 
 describe('a kind of grid that the dashboard does not know', () => {
   const humidity = layer({ hasCells: true, unit: '%', valueRange: { min: 0, max: 100 } });
-  const cleaned = layer({ hasCells: true, isBinary: true, words: ['cleaned', 'uncleaned'] });
-  const forbidden = layer({ hasCells: true, isBinary: true, words: ['allowed', 'forbidden'] });
+  const cleaned = layer({
+    hasCells: true,
+    isBinary: true,
+    wordsOfValues: [
+      { word: 'cleaned', value: 1 },
+      { word: 'dirty', value: 0 },
+    ],
+  });
+  const unnamed = layer({ hasCells: true, isBinary: true, words: ['unknown'] });
 
   test('is listed with those that resemble it', () => {
-    expect([humidity, cleaned, forbidden].map(groupTitle)).toEqual([
+    expect([humidity, cleaned, unnamed].map(groupTitle)).toEqual([
       'Measurements',
       'Cleaned area',
       'Marked area',
     ]);
   });
 
-  test('has words for its two values if one negates the other', () => {
-    expect(binaryWords(cleaned)).toEqual(['uncleaned', 'cleaned']);
-    expect(binaryWords(forbidden)).toBeUndefined();
+  test('has the words of its values', () => {
+    expect([0, 1, 2].map((value) => wordOfValue(cleaned, value))).toEqual([
+      'dirty',
+      'cleaned',
+      undefined,
+    ]);
+    expect(wordOfValue(unnamed, 1)).toBeUndefined();
   });
 
   test('has the range of its properties', () => {

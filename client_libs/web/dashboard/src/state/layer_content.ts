@@ -36,15 +36,9 @@ export function binaryValues(layer: Layer): Range {
   return valueRange(layer) ?? DEFAULT_RANGE;
 }
 
-/**
- * The words for the lower and the upper value of a binary layer, such as "unexplored" and
- * "explored". The properties do not say which word stands for which value. A word that negates
- * another one is taken for the lower value. Undefined if there is no such pair.
- */
-export function binaryWords({ properties }: Layer): [lower: string, upper: string] | undefined {
-  const words = properties?.words ?? [];
-  const upper = words.find((word) => words.includes(`un${word}`));
-  return upper === undefined ? undefined : [`un${upper}`, upper];
+/** The word that stands for a value, such as "explored" for 1. Undefined if there is none. */
+export function wordOfValue({ properties }: Layer, value: number): string | undefined {
+  return properties?.wordsOfValues.find((named) => named.value === value)?.word;
 }
 
 /** The title of the group that a layer is listed in. */
@@ -57,7 +51,7 @@ export function groupTitle(layer: Layer): string {
     case 'objects':
       return 'Objects';
     case 'binary': {
-      const [, word = 'marked'] = binaryWords(layer) ?? [];
+      const word = wordOfValue(layer, binaryValues(layer).max) ?? 'marked';
       return `${word.charAt(0).toUpperCase()}${word.slice(1)} area`;
     }
   }

@@ -20,10 +20,18 @@ test('cell values are formatted with the words of their layer', () => {
     thresholds: { freeBelow: 0.01, occupiedAbove: 0.4 },
   });
   expect(cellWords(careful, 0.5)).toBe('occupied (50 %)');
-  const binary = { hasCells: true, isBinary: true, words: ['explored', 'unexplored'] };
-  expect(cellWords(create(LayerSchema, { properties: binary }), 0)).toBe('unexplored');
-  const signed = { ...binary, valueRange: { min: -1, max: 1 } };
-  expect(cellWords(create(LayerSchema, { properties: signed }), 1)).toBe('explored');
+  const wordsOfValues = [
+    { word: 'allowed', value: -1 },
+    { word: 'forbidden', value: 1 },
+  ];
+  const binary = create(LayerSchema, {
+    properties: { hasCells: true, isBinary: true, wordsOfValues },
+  });
+  expect([-1, 1, 0].map((value) => cellWords(binary, value))).toEqual([
+    'allowed',
+    'forbidden',
+    '0',
+  ]);
   const wifi = create(LayerSchema, { properties: { hasCells: true, unit: 'dBm' } });
   expect(cellWords(wifi, -61.23456)).toBe('-61.23 dBm');
 });

@@ -1,5 +1,5 @@
 // Texts for cell values, answers, measures and times.
-import { binaryValues, binaryWords, contentOf } from './layer_content';
+import { contentOf, wordOfValue } from './layer_content';
 import { AnswerStatus, type Layer, type Object$ } from './model';
 import { areaOf, kindOf, lengthOf, type KindOfShape } from './shapes';
 
@@ -18,15 +18,10 @@ export function cellWords(layer: Layer, value: number): string {
     case 'floor':
       return `${occupancyWord(layer, value)} (${percent(value)})`;
     case 'binary':
-      return binaryWord(layer, value) ?? numberWithUnit(layer, value);
+      return wordOfValue(layer, value) ?? numberWithUnit(layer, value);
     default:
       return numberWithUnit(layer, value);
   }
-}
-
-function binaryWord(layer: Layer, value: number): string | undefined {
-  const { min, max } = binaryValues(layer);
-  return binaryWords(layer)?.[value >= (min + max) / 2 ? 1 : 0];
 }
 
 /** Four digits of a number with the unit of the layer: "-61.23 dBm". */
