@@ -1,4 +1,4 @@
-// What all requests may hold together: bytes of memory or disk, calls.
+// Bounds the bytes of memory or disk, or the calls, that all requests hold together.
 #ifndef HYPERMAP_BASE_ADMISSION_BUDGET_H_
 #define HYPERMAP_BASE_ADMISSION_BUDGET_H_
 

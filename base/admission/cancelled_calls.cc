@@ -15,7 +15,7 @@ void CancelledCalls::Count(absl::string_view peer, absl::Duration age) {
     period_began_ = now;
     num_of_peer_.clear();
   }
-  if (++num_of_peer_[peer] == kMostInPeriod + 1) floods_.push_back(NormalizedPeer(peer));
+  if (++num_of_peer_[peer] == kMaxInPeriod + 1) floods_.push_back(NormalizedPeer(peer));
 }
 
 std::vector<std::string> CancelledCalls::TakeFloods() {

@@ -1,4 +1,4 @@
-// Which connections cancel so many calls that they flood the server.
+// Finds the connections that cancel so many calls that they flood the server.
 #ifndef HYPERMAP_BASE_ADMISSION_CANCELLED_CALLS_H_
 #define HYPERMAP_BASE_ADMISSION_CANCELLED_CALLS_H_
 
@@ -22,14 +22,14 @@ class CancelledCalls {
   // A call that is cancelled when it is older has done what it was for, such as a watch.
   static constexpr absl::Duration kSoon = absl::Seconds(1);
   // Calls of one connection that may be cancelled soon in one period.
-  static constexpr int kMostInPeriod = 1'000;
+  static constexpr int kMaxInPeriod = 1'000;
   static constexpr absl::Duration kPeriod = absl::Seconds(1);
 
   // Counts a call of `peer`, an address as gRPC writes it, that was cancelled `age` after its
   // begin.
   void Count(absl::string_view peer, absl::Duration age);
 
-  // The peers (NormalizedPeer) with more than kMostInPeriod calls in this period, each once.
+  // The peers (NormalizedPeer) with more than kMaxInPeriod calls in this period, each once.
   std::vector<std::string> TakeFloods();
 
  private:

@@ -14,7 +14,7 @@ using ::testing::IsEmpty;
 TEST(CancelledCallsTest, A2ConnectionWithManyIsAFloodOnce) {
   CancelledCalls calls;
   // The count may begin anew meanwhile, when a second is over.
-  for (int i = 0; i < 3 * CancelledCalls::kMostInPeriod; ++i) {
+  for (int i = 0; i < 3 * CancelledCalls::kMaxInPeriod; ++i) {
     calls.Count("ipv4:10.0.0.7:4711", absl::Milliseconds(1));
     if (i % 2 == 0) calls.Count("ipv4:10.0.0.7:4712", absl::Seconds(2));
   }
@@ -24,7 +24,7 @@ TEST(CancelledCallsTest, A2ConnectionWithManyIsAFloodOnce) {
 
 TEST(CancelledCallsTest, FewAreNoFlood) {
   CancelledCalls calls;
-  for (int i = 0; i < CancelledCalls::kMostInPeriod; ++i) {
+  for (int i = 0; i < CancelledCalls::kMaxInPeriod; ++i) {
     calls.Count("ipv4:10.0.0.7:4711", absl::ZeroDuration());
   }
   EXPECT_THAT(calls.TakeFloods(), IsEmpty());

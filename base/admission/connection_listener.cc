@@ -26,15 +26,15 @@ namespace {
 // shorter: under a flood of them, the looks would take a processor.
 constexpr absl::Duration kPeriod = absl::Milliseconds(20);
 // Number of connections that are accepted in a row before open ones are looked at again.
-constexpr int kMostAccepted = 64;
+constexpr int kMaxAccepted = 64;
 constexpr int kNiceness = -10;
 // ShutDownLargest leaves a connection with fewer unexplained bytes alone. If the server explains
-// none, kLeastBusyBytes is the same for the bytes that a connection receives in one period.
-constexpr int64_t kLeastUnexplainedBytes = 8 << 10;
-constexpr int64_t kLeastBusyBytes = 64 << 10;
+// none, kMinBusyBytes is the same for the bytes that a connection receives in one period.
+constexpr int64_t kMinUnexplainedBytes = 8 << 10;
+constexpr int64_t kMinBusyBytes = 64 << 10;
 // ShutDownLargest shuts down nothing if all connections together have less than this part of the
 // memory in unexplained bytes: something else takes the memory then.
-constexpr int64_t kLeastPart = 16;
+constexpr int64_t kMinPart = 16;
 // Period of counting unexplained bytes while memory is not short.
 constexpr absl::Duration kAccountPeriod = absl::Milliseconds(200);
 // Shortest period of counting open streams, which takes at most one part in kStreamsPart of the
@@ -42,22 +42,22 @@ constexpr absl::Duration kAccountPeriod = absl::Milliseconds(200);
 constexpr absl::Duration kStreamsPeriod = absl::Milliseconds(20);
 constexpr int kStreamsPart = 4;
 // A connection with fewer streams without a message is not shut down for them.
-constexpr int64_t kLeastUnknownStreams = 100;
+constexpr int64_t kMinUnknownStreams = 100;
 // gRPC takes some 100 µs of a processor to begin and to end a stream without a message. For each
 // one that was shut down, new connections of its host wait five times as long, so that such streams
-// take a fifth of one processor; but never longer than kMostWaitForStreams.
+// take a fifth of one processor; but never longer than kMaxWaitForStreams.
 constexpr absl::Duration kWaitPerStream = absl::Microseconds(500);
-constexpr absl::Duration kMostWaitForStreams = absl::Seconds(10);
+constexpr absl::Duration kMaxWaitForStreams = absl::Seconds(10);
 // Number of stalled connections that are shut down in one look, and the time until the next such
 // look: it takes gRPC some time to free their memory.
-constexpr int kMostStalled = 16;
+constexpr int kMaxStalled = 16;
 constexpr absl::Duration kStalledPeriod = absl::Milliseconds(200);
 constexpr absl::Duration kLargestPeriod = absl::Milliseconds(100);
 constexpr absl::string_view kCancelledCalls = "they flood the server with cancelled calls";
 constexpr absl::Duration kRemovalPeriod = absl::Milliseconds(200);
 // Time that a new connection of a host that has flooded waits for each of its floods.
 constexpr absl::Duration kHoldPerFlood = absl::Milliseconds(100);
-constexpr int kMostHolds = 8;
+constexpr int kMaxHolds = 8;
 // A host without floods for this time is suspected no longer.
 constexpr absl::Duration kSuspicion = absl::Minutes(1);
 // Pace of new connections of a host.
@@ -71,6 +71,11 @@ constexpr absl::Duration kLogPeriod = absl::Seconds(10);
 // Returning freed memory to the system takes locks of the allocator.
 constexpr absl::Duration kReturnPeriod = absl::Seconds(5);
 constexpr absl::Duration kReturnPeriodAfterShutDown = absl::Milliseconds(500);
+// Freed memory is returned while this much more is resident than there once was. The time between
+// two returns doubles while they free little, because the memory is in use.
+constexpr int64_t kPeakBytes = int64_t{64} << 20;
+constexpr absl::Duration kMinPeakPeriod = absl::Seconds(2);
+constexpr absl::Duration kMaxPeakPeriod = absl::Minutes(5);
 // Time in which memory that the server keeps no longer is freed.
 constexpr absl::Duration kFreeingPeriod = absl::Seconds(1);
 
@@ -110,8 +115,9 @@ absl::StatusOr<std::unique_ptr<ConnectionListener>> ConnectionListener::Start(
   std::unique_ptr<ConnectionListener> listener(
       new ConnectionListener(std::move(options), std::move(listening), std::move(wake)));
   HYPERMAP_ASSIGN_OR_RETURN(listener->handover_, Handover::Start(listener->options_.accept));
-  HYPERMAP_ASSIGN_OR_RETURN(listener->thread_,
-                            StartThread([started = listener.get()] { started->Run(); }));
+  HYPERMAP_ASSIGN_OR_RETURN(
+      listener->thread_,
+      StartThread("hm-listener", [started = listener.get()] { started->Run(); }));
   return listener;
 }
 
@@ -124,6 +130,7 @@ ConnectionListener::ConnectionListener(ConnectionListenerOptions options,
       pace_(kConnectionsPerSecond, kBurst),
       pace_of_suspects_(kSuspectsPerSecond, kSuspectsBurst),
       spare_(OpenSpare()),
+      peak_period_(kMinPeakPeriod),
       wake_(std::move(wake)) {}
 
 ConnectionListener::~ConnectionListener() { Stop(); }
@@ -157,12 +164,14 @@ void ConnectionListener::Run() {
 }
 
 int ConnectionListener::TimeToNextLook_ms() const {
-  // Without connections there is nothing to look at.
-  if (connections_.size() == 0) return -1;
-  const absl::Duration left = looked_ + kPeriod - SteadyTime::Now();
-  const auto period_ms = absl::ToInt64Milliseconds(kPeriod);
+  const bool has_connections = connections_.size() > 0;
+  // Without connections there is nothing to look at, but memory may have to be returned.
+  if (!has_connections && !has_peak_) return -1;
+  const SteadyTime next = has_connections ? looked_ + kPeriod : peak_returned_ + peak_period_;
+  const absl::Duration left = next - SteadyTime::Now();
+  const auto most_ms = absl::ToInt64Milliseconds(has_connections ? kPeriod : kMaxPeakPeriod);
   // Rounded up.
-  return static_cast<int>(std::clamp<int64_t>(absl::ToInt64Milliseconds(left) + 1, 0, period_ms));
+  return static_cast<int>(std::clamp<int64_t>(absl::ToInt64Milliseconds(left) + 1, 0, most_ms));
 }
 
 void ConnectionListener::Look() {
@@ -189,7 +198,7 @@ ConnectionListener::Suspect& ConnectionListener::Suspected(const std::string& ho
   const SteadyTime oldest = SteadyTime::Now() - kSuspicion;
   absl::erase_if(suspects_, [&](const auto& known) { return known.second.last_flood < oldest; });
   Suspect& suspect = suspects_[host];
-  suspect.num_floods = std::min(suspect.num_floods + 1, kMostHolds);
+  suspect.num_floods = std::min(suspect.num_floods + 1, kMaxHolds);
   suspect.last_flood = SteadyTime::Now();
   return suspect;
 }
@@ -238,7 +247,7 @@ void ConnectionListener::ReleaseHeld() {
 }
 
 void ConnectionListener::AcceptSome(int listener) {
-  for (int i = 0; i < kMostAccepted && !stopping_; ++i) {
+  for (int i = 0; i < kMaxAccepted && !stopping_; ++i) {
     sockaddr_storage peer{};
     socklen_t length = sizeof peer;
     FileDescriptor socket(accept4(listener, reinterpret_cast<sockaddr*>(&peer), &length,
@@ -326,8 +335,18 @@ int64_t ConnectionListener::KeptBytes() {
   return most_kept_;
 }
 
+void ConnectionListener::ReturnAfterPeak(int64_t resident) {
+  least_resident_ = std::min(least_resident_, resident);
+  has_peak_ = resident > least_resident_ + kPeakBytes;
+  if (!has_peak_ || !IsDue(&peak_returned_, peak_period_)) return;
+  ReturnFreedMemory();
+  const bool has_freed = ResidentMemory() < resident - kPeakBytes / 8;
+  peak_period_ = has_freed ? kMinPeakPeriod : std::min(2 * peak_period_, kMaxPeakPeriod);
+}
+
 void ConnectionListener::GuardMemory() {
   const int64_t total = ResidentMemory();
+  ReturnAfterPeak(total);
   const int64_t kept = KeptBytes();
   // `resident` is the memory that connections may have caused; `most` is the memory that they may
   // cause: the limit without the kept memory, and at least half of the limit.
@@ -341,13 +360,13 @@ void ConnectionListener::GuardMemory() {
   if (resident <= most / 2) return;
   const std::string more = absl::StrCat(", and ", total, " bytes of memory are in use");
   if (IsDue(&stalled_shut_down_, kStalledPeriod)) {
-    ReportShutDown(connections_.ShutDownStalled(kMostStalled), more);
+    ReportShutDown(connections_.ShutDownStalled(kMaxStalled), more);
   }
   if (resident <= most / 16 * 15) return;
   if (largest_shut_down_ + kLargestPeriod < SteadyTime::Now()) {
-    const std::vector<ShutDownPeer> peers = connections_.ShutDownLargest(
-        options_.take_explained ? kLeastUnexplainedBytes : kLeastBusyBytes,
-        options_.take_explained ? most / kLeastPart : 0);
+    const std::vector<ShutDownPeer> peers =
+        connections_.ShutDownLargest(options_.take_explained ? kMinUnexplainedBytes : kMinBusyBytes,
+                                     options_.take_explained ? most / kMinPart : 0);
     ReportShutDown(peers, more);
     if (!peers.empty()) largest_shut_down_ = SteadyTime::Now();
   }
@@ -371,12 +390,12 @@ void ConnectionListener::GuardStreams(int64_t resident, int64_t most) {
     return suspect != suspects_.end() && begin - suspect->second.streams_until < kSuspicion;
   };
   const std::vector<ShutDownPeer> peers =
-      connections_.ShutDownStreams(kLeastUnknownStreams, is_guarded);
+      connections_.ShutDownStreams(kMinUnknownStreams, is_guarded);
   for (const ShutDownPeer& peer : peers) {
     Suspect& suspect = Suspected(peer.host);
     suspect.streams_until =
         std::min(std::max(suspect.streams_until, begin) + peer.num_unknown_streams * kWaitPerStream,
-                 begin + kMostWaitForStreams);
+                 begin + kMaxWaitForStreams);
   }
   if (!peers.empty()) streams_shut_down_ = begin;
   ReportShutDown(peers, absl::StrCat(", and ", resident, " bytes of memory are in use"));

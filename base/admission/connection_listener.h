@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <deque>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <string>
 #include <thread>
@@ -122,6 +123,8 @@ class ConnectionListener {
   // `resident` and `most` as in GuardMemory.
   void GuardStreams(int64_t resident, int64_t most);
   void GuardMemory();
+  // Returns freed memory to the system now and then while `resident` is well above what it once was.
+  void ReturnAfterPeak(int64_t resident);
   // Bytes that connections can't have freed.
   int64_t KeptBytes();
   // Returns freed memory to the system if that is due.
@@ -171,6 +174,10 @@ class ConnectionListener {
   // Whether bytes are counted in each period, because memory is about to be short.
   bool is_memory_short_ = false;
   SteadyTime memory_returned_ = SteadyTime::InfinitePast();
+  int64_t least_resident_ = std::numeric_limits<int64_t>::max();  // so far
+  bool has_peak_ = false;
+  SteadyTime peak_returned_ = SteadyTime::InfinitePast();
+  absl::Duration peak_period_;
   int64_t most_kept_ = 0;  // Since memory was returned after a fall.
   SteadyTime kept_fell_ = SteadyTime::InfiniteFuture();
 

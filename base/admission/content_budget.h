@@ -25,7 +25,7 @@ class ContentBudget {
   // Bytes by which the content may still grow; 0 if it is at the limit or above.
   int64_t room() const;
 
-  // What one map takes. It is given back when this is destroyed. Used by one thread at a time.
+  // The bytes that one map takes, given back when this is destroyed. Used by one thread at a time.
   class Share {
    public:
     // `bytes` are taken whatever the limit.

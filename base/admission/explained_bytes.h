@@ -16,7 +16,7 @@
 
 namespace hypermap::admission {
 
-// What was explained of one connection since the last call of Take.
+// The bytes and calls of one connection that were explained since the last call of Take.
 struct Explained {
   int64_t bytes = 0;
   // Calls that began, less those that ended.

@@ -10,24 +10,24 @@ namespace hypermap::admission {
 namespace {
 
 // More files than this are never needed. The hard limit may be unlimited.
-constexpr rlim_t kMostFiles = rlim_t{1} << 20;
-constexpr int64_t kMostConnections = 10'000;
+constexpr rlim_t kMaxFiles = rlim_t{1} << 20;
+constexpr int64_t kMaxConnections = 10'000;
 constexpr int64_t kFewestConnections = 16;
 
 }  // namespace
 
 int64_t RaiseFileLimit() {
   rlimit limit{};
-  if (getrlimit(RLIMIT_NOFILE, &limit) != 0) return static_cast<int64_t>(kMostFiles);
+  if (getrlimit(RLIMIT_NOFILE, &limit) != 0) return static_cast<int64_t>(kMaxFiles);
   rlimit raised = limit;
-  raised.rlim_cur = std::max(limit.rlim_cur, std::min(limit.rlim_max, kMostFiles));
+  raised.rlim_cur = std::max(limit.rlim_cur, std::min(limit.rlim_max, kMaxFiles));
   if (setrlimit(RLIMIT_NOFILE, &raised) == 0) limit = raised;
-  return static_cast<int64_t>(std::min(limit.rlim_cur, kMostFiles));
+  return static_cast<int64_t>(std::min(limit.rlim_cur, kMaxFiles));
 }
 
 absl::StatusOr<ConnectionLimits> LimitConnections(const ConnectionLimits& asked, int64_t file_limit,
                                                   int64_t reserved) {
-  const int64_t possible = std::min((file_limit - reserved) / 4 * 3, kMostConnections);
+  const int64_t possible = std::min((file_limit - reserved) / 4 * 3, kMaxConnections);
   if (possible < kFewestConnections) {
     return absl::FailedPreconditionError(
         absl::StrCat("the limit of open files (ulimit -n) is ", file_limit, ", but ", reserved,

@@ -152,8 +152,8 @@ Resets FindResets(absl::string_view bytes, int most_begun) {
 }
 
 ChainedFrames FindChains(absl::string_view bytes) {
-  constexpr int kLeastFrames = 3;
-  bytes = bytes.substr(0, kMostChainedBytes);
+  constexpr int kMinFrames = 3;
+  bytes = bytes.substr(0, kMaxChainedBytes);
   if (bytes.size() < kHeaderBytes) return {};
   const auto* data = reinterpret_cast<const unsigned char*>(bytes.data());
   const size_t num_places = bytes.size() - kHeaderBytes + 1;
@@ -194,7 +194,7 @@ ChainedFrames FindChains(absl::string_view bytes) {
       chain.first_stream = 0;
     }
     chains[at] = chain;
-    if (chain.num_frames < kLeastFrames) continue;
+    if (chain.num_frames < kMinFrames) continue;
     found.num_empty = std::max<int>(found.num_empty, chain.num_empty);
     found.num_continuations = std::max<int>(found.num_continuations, chain.num_continuations);
     found.continuation_bytes = std::max(found.continuation_bytes, chain.continuation_bytes);

@@ -10,8 +10,8 @@ namespace hypermap::admission {
 
 struct Resets {
   int count = 0;
-  // Those of streams that begin in the same bytes, counted up to `most_begun`, among the first
-  // 2 * most_begun.
+  // Number of those among the first 2 * most_begun whose stream begins in the same bytes, counted
+  // up to `most_begun`.
   int num_begun_here = 0;
   uint32_t last_stream = 0;
 };
@@ -34,8 +34,8 @@ struct ChainedFrames {
 // Finds the chain of frames that runs to the end of the bytes and has the most of each kind. Each
 // frame of a chain has a header that a client may send, and ends where the next one begins. A chain
 // has at least three frames. Takes about 3 ns for each byte, whatever the bytes are; bytes beyond
-// kMostChainedBytes are not looked at.
-inline constexpr int kMostChainedBytes = 65'536;
+// kMaxChainedBytes are not looked at.
+inline constexpr int kMaxChainedBytes = 65'536;
 ChainedFrames FindChains(absl::string_view bytes);
 
 }  // namespace hypermap::admission

@@ -32,7 +32,7 @@ std::string Repeated(const std::string& text, size_t size) {
 
 // The end of a connection's bytes, which begins within a frame.
 ChainedFrames LookAt(const std::string& bytes, size_t begin) {
-  return FindChains(absl::string_view(bytes).substr(begin, kMostChainedBytes));
+  return FindChains(absl::string_view(bytes).substr(begin, kMaxChainedBytes));
 }
 
 TEST(FindChainsTest, BlockOfHeadersInManyFramesIsFoundFromAnyByte) {

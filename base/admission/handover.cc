@@ -38,7 +38,7 @@ Handover::~Handover() {
 }
 
 bool Handover::StartOne() {
-  auto thread = StartThread([this] { Run(); });
+  auto thread = StartThread("hm-handover", [this] { Run(); });
   if (!thread.ok()) return false;
   threads_.push_back(*std::move(thread));
   return true;
@@ -56,7 +56,7 @@ void Handover::Attend() {
   const MutexLock lock(&mutex_);
   const bool waits = !waiting_.empty();
   // Without another thread, those that there are give the connections later.
-  if (waits && waited_ && !stopping_ && static_cast<int>(threads_.size()) < kMostThreads) {
+  if (waits && waited_ && !stopping_ && static_cast<int>(threads_.size()) < kMaxThreads) {
     StartOne();
   }
   waited_ = waits;

@@ -20,10 +20,10 @@ namespace hypermap::admission {
 // the thread that gives it, until nothing waits: a client that sends faster than gRPC reads keeps
 // that thread for as long as it likes. The thread that looks for such clients must not be it.
 //
-// There is one thread at first, and up to kMostThreads when connections wait. Thread safe.
+// There is one thread at first, and up to kMaxThreads when connections wait. Thread safe.
 class Handover {
  public:
-  static constexpr int kMostThreads = 8;
+  static constexpr int kMaxThreads = 8;
 
   // RESOURCE_EXHAUSTED if no thread can be started.
   static absl::StatusOr<std::unique_ptr<Handover>> Start(

@@ -65,15 +65,15 @@ TEST_F(HandoverTest, ConnectionThatKeepsItsThreadHoldsUpNoOther) {
 
 TEST_F(HandoverTest, AsManyAsThereAreThreadsKeepOthersWaitingUntilOneEnds) {
   std::vector<SocketPair> floods;
-  for (int i = 0; i < Handover::kMostThreads; ++i) {
+  for (int i = 0; i < Handover::kMaxThreads; ++i) {
     floods.push_back(MakeSocketPair());
     handover_->Give(std::move(floods.back().server));
   }
-  EXPECT_TRUE(EventuallyGiven(Handover::kMostThreads));
+  EXPECT_TRUE(EventuallyGiven(Handover::kMaxThreads));
   SocketPair honest = MakeSocketPair();
   handover_->Give(std::move(honest.server));
   floods.pop_back();
-  EXPECT_TRUE(EventuallyGiven(Handover::kMostThreads + 1));
+  EXPECT_TRUE(EventuallyGiven(Handover::kMaxThreads + 1));
 }
 
 TEST_F(HandoverTest, EndsAlthoughConnectionsKeepItsThreads) {

@@ -20,7 +20,7 @@
 namespace hypermap::admission {
 namespace {
 
-constexpr int kMostAttempts = 8;
+constexpr int kMaxAttempts = 8;
 
 struct HostAndPort {
   std::string host;
@@ -135,7 +135,7 @@ absl::StatusOr<ListeningSockets> Listen(const std::string& address) {
   HYPERMAP_ASSIGN_OR_RETURN(const AddressList addresses, Resolve(parsed));
   int error = 0;
   // A port that is free for one address of the host may be taken for another.
-  for (int attempt = 0; attempt < kMostAttempts; ++attempt) {
+  for (int attempt = 0; attempt < kMaxAttempts; ++attempt) {
     ListeningSockets listening;
     int port = parsed.port;
     error = ListenOnAll(addresses.get(), &port, &listening.sockets);

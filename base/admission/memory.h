@@ -11,6 +11,12 @@ namespace hypermap::admission {
 // `cgroup_root` is where control groups are mounted.
 int64_t UsableMemory(const std::string& cgroup_root = "/sys/fs/cgroup");
 
+// Address space that this process may use (ulimit -v); 0 if it is not limited.
+int64_t AddressSpaceLimit();
+
+// Address space that a thread takes for its stack.
+int64_t StackBytes();
+
 // Memory of this process that is in RAM; 0 if the system does not tell.
 int64_t ResidentMemory();
 

@@ -1,6 +1,7 @@
 #include "base/admission/memory.h"
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
 #include <fstream>
 
@@ -17,6 +18,17 @@ TEST(MemoryTest, LimitOfTheControlGroupCounts) {
   EXPECT_EQ(UsableMemory(cgroup.path()), machine);
   std::ofstream(cgroup / "memory.max") << (64 << 20) << "\n";
   EXPECT_EQ(UsableMemory(cgroup.path()), 64 << 20);
+}
+
+TEST(MemoryTest, LimitOfAddressSpaceIsThatOfTheProcess) {
+  rlimit limit{};
+  ASSERT_EQ(getrlimit(RLIMIT_AS, &limit), 0);
+  const rlimit before = limit;
+  limit.rlim_cur = rlim_t{1} << 46;
+  ASSERT_EQ(setrlimit(RLIMIT_AS, &limit), 0);
+  EXPECT_EQ(AddressSpaceLimit(), int64_t{1} << 46);
+  ASSERT_EQ(setrlimit(RLIMIT_AS, &before), 0);
+  EXPECT_GE(StackBytes(), 1 << 16);
 }
 
 TEST(MemoryTest, ThisProcessUsesMemory) { EXPECT_GT(ResidentMemory(), 1 << 20); }

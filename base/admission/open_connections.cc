@@ -23,10 +23,10 @@ namespace {
 
 // A connection is looked at when at least this many bytes wait to be read, and of these the first
 // kPeekedBytes.
-constexpr int kLeastWaitingBytes = 1'024;
+constexpr int kMinWaitingBytes = 1'024;
 constexpr size_t kPeekedBytes = 16'384;
 // Most bytes that one call of recv drops.
-constexpr size_t kMostDropped = size_t{1} << 30;
+constexpr size_t kMaxDropped = size_t{1} << 30;
 // Number of resets among the waiting bytes, and the number of such looks within a second, at which
 // a connection is shut down. A client that cancels all its calls once stays below.
 constexpr int kManyResets = 12;
@@ -48,7 +48,7 @@ constexpr absl::Duration kLookTime = absl::Milliseconds(3);
 // Bytes for acknowledgements, pings and windows that a client may send in a second, the most that
 // it may save up, and what it has at first.
 constexpr double kChatterBytesPerSecond = 4'096;
-constexpr double kMostChatterBytes = 65'536;
+constexpr double kMaxChatterBytes = 65'536;
 constexpr double kFirstChatterBytes = 16'384;
 // Memory that gRPC takes for a stream of which only the headers have come.
 constexpr int64_t kStreamBytes = 16'384;
@@ -75,7 +75,7 @@ int64_t ReceivedBytes(int socket) {
 // Shuts down the connection, and drops the bytes that wait: gRPC would go on to read them.
 void Abort(int socket) {
   shutdown(socket, SHUT_RDWR);
-  while (recv(socket, nullptr, kMostDropped, MSG_TRUNC | MSG_DONTWAIT) > 0) continue;
+  while (recv(socket, nullptr, kMaxDropped, MSG_TRUNC | MSG_DONTWAIT) > 0) continue;
 }
 
 }  // namespace
@@ -197,7 +197,7 @@ std::vector<ShutDownPeer> OpenConnections::ShutDownFloods() {
   for (auto& [fd, connection] : connections_) {
     if (connection.is_held || connection.is_shut_down) continue;
     int waiting = 0;
-    if (ioctl(fd, FIONREAD, &waiting) != 0 || waiting < kLeastWaitingBytes) continue;
+    if (ioctl(fd, FIONREAD, &waiting) != 0 || waiting < kMinWaitingBytes) continue;
     const int64_t received = ReceivedBytes(fd);
     if (waiting == connection.looked_waiting_bytes &&
         received == connection.looked_received_bytes) {
@@ -210,7 +210,7 @@ std::vector<ShutDownPeer> OpenConnections::ShutDownFloods() {
   std::sort(candidates.begin(), candidates.end(), [](const Candidate& a, const Candidate& b) {
     return a.connection->looked < b.connection->looked;
   });
-  const std::unique_ptr<char[]> bytes(new char[kMostChainedBytes]);
+  const std::unique_ptr<char[]> bytes(new char[kMaxChainedBytes]);
   const SteadyTime begin = SteadyTime::Now();
   for (const Candidate& candidate : candidates) {
     const SteadyTime now = SteadyTime::Now();
@@ -223,7 +223,7 @@ std::vector<ShutDownPeer> OpenConnections::ShutDownFloods() {
     connection.looked_waiting_bytes = candidate.waiting;
     connection.looked_received_bytes = candidate.received;
     const ssize_t size =
-        recv(socket.get(), bytes.get(), kMostChainedBytes, MSG_PEEK | MSG_DONTWAIT);
+        recv(socket.get(), bytes.get(), kMaxChainedBytes, MSG_PEEK | MSG_DONTWAIT);
     if (size <= 0) continue;
     const absl::string_view reason = FloodOf({bytes.get(), static_cast<size_t>(size)}, &connection);
     if (reason.empty()) continue;
@@ -253,7 +253,7 @@ void OpenConnections::Account(const absl::flat_hash_map<std::string, Explained>&
     const double seconds = std::clamp(absl::ToDoubleSeconds(now - connection.accounted), 0.0, 60.0);
     connection.accounted = now;
     connection.chatter_bytes =
-        std::min(connection.chatter_bytes + kChatterBytesPerSecond * seconds, kMostChatterBytes);
+        std::min(connection.chatter_bytes + kChatterBytesPerSecond * seconds, kMaxChatterBytes);
     connection.unexplained_bytes = std::max<int64_t>(connection.unexplained_bytes, 0);
     const int64_t chatter =
         std::min(connection.unexplained_bytes, static_cast<int64_t>(connection.chatter_bytes));

@@ -78,17 +78,17 @@ class OpenConnections {
   // The following shut down connections, drop the bytes that wait in their sockets, and return
   // their peers. Bytes that wait in the socket are not counted.
 
-  // Those that have at least `least_bytes` unexplained bytes, and half of the largest number; none
-  // if all together have less than `least_sum`.
+  // Shuts down the connections that have at least `least_bytes` unexplained bytes, and half of the
+  // largest number; none if all together have less than `least_sum`.
   std::vector<ShutDownPeer> ShutDownLargest(int64_t least_bytes, int64_t least_sum = 0);
-  // Those of the hosts that have at least `least` streams without a call, and half of the largest
-  // number.
+  // Shuts down the connections of the hosts that have at least `least` streams without a call, and
+  // half of the largest number.
   std::vector<ShutDownPeer> ShutDownStreams(
       int64_t least, absl::FunctionRef<bool(const std::string& host)> is_of_hosts);
-  // Up to `most` that have unexplained bytes, at least 16 KiB, of which less than 16 KiB came in
-  // the last 5 s. Those for which this has been true for the longest time come first.
+  // Shuts down up to `most` connections that have unexplained bytes, at least 16 KiB, of which less
+  // than 16 KiB came in the last 5 s. Begins with those for which this has been true for longest.
   std::vector<ShutDownPeer> ShutDownStalled(int most);
-  // Those that have more than `most_bytes` unexplained bytes.
+  // Shuts down the connections that have more than `most_bytes` unexplained bytes.
   std::vector<ShutDownPeer> ShutDownBeyond(int64_t most_bytes);
 
   // Shuts down the connections that flood the server, and returns their peers. Looks at the bytes

@@ -19,7 +19,7 @@
 namespace hypermap::admission {
 namespace {
 
-constexpr int64_t kLeast = 8'192;
+constexpr int64_t kMin = 8'192;
 // More than a client may send for nothing.
 constexpr size_t kSmall = 100'000;
 constexpr size_t kLarge = 400'000;
@@ -97,10 +97,10 @@ TEST_F(OpenConnectionsTest, OnlyTheLargestUnexplainedBytesAreShutDown) {
   Send(large, kLarge);
   connections_.Account({{explained.peer, {2 * kLarge, 0}}});
   EXPECT_EQ(Peers(connections_.ShutDownBeyond(kLarge)), None());
-  EXPECT_EQ(Peers(connections_.ShutDownLargest(kLeast)), std::vector{large.peer});
-  EXPECT_EQ(Peers(connections_.ShutDownLargest(kLeast)), std::vector{small.peer});
+  EXPECT_EQ(Peers(connections_.ShutDownLargest(kMin)), std::vector{large.peer});
+  EXPECT_EQ(Peers(connections_.ShutDownLargest(kMin)), std::vector{small.peer});
   // Nobody is left who has unexplained bytes.
-  EXPECT_EQ(Peers(connections_.ShutDownLargest(kLeast)), None());
+  EXPECT_EQ(Peers(connections_.ShutDownLargest(kMin)), None());
 }
 
 TEST_F(OpenConnectionsTest, UnexplainedBytesStayAlthoughTheyCameSlowly) {
@@ -117,7 +117,7 @@ TEST_F(OpenConnectionsTest, ExplanationsAreNotSavedUp) {
   connections_.Account({{pair.peer, {int64_t{100} * kLarge, 0}}});
   Send(pair, kLarge);
   connections_.Account({});
-  EXPECT_EQ(Peers(connections_.ShutDownLargest(kLeast)), std::vector{pair.peer});
+  EXPECT_EQ(Peers(connections_.ShutDownLargest(kMin)), std::vector{pair.peer});
 }
 
 TEST_F(OpenConnectionsTest, MessagesThatAreExplainedWhenTheyAreCompleteAreForgotten) {
@@ -127,14 +127,14 @@ TEST_F(OpenConnectionsTest, MessagesThatAreExplainedWhenTheyAreCompleteAreForgot
     connections_.Account({});
     connections_.Account({{pair.peer, {kLarge, 0}}});
   }
-  EXPECT_EQ(Peers(connections_.ShutDownLargest(kLeast)), None());
+  EXPECT_EQ(Peers(connections_.ShutDownLargest(kMin)), None());
 }
 
 TEST_F(OpenConnectionsTest, BytesThatWaitInTheSocketAreNotCounted) {
   const Pair pair = Connect();
   SendUnread(pair, std::string(kSmall, 'x'));
   connections_.Account({});
-  EXPECT_EQ(Peers(connections_.ShutDownLargest(kLeast)), None());
+  EXPECT_EQ(Peers(connections_.ShutDownLargest(kMin)), None());
 }
 
 TEST_F(OpenConnectionsTest, StreamsWithoutCallsCountWhenTheyStay) {
@@ -142,9 +142,9 @@ TEST_F(OpenConnectionsTest, StreamsWithoutCallsCountWhenTheyStay) {
   const Pair hoarder = Connect();
   connections_.Account({{honest.peer, {0, 1'000}}});
   connections_.AccountStreams({{honest.peer, 1'000}, {hoarder.peer, 1'000}});
-  EXPECT_EQ(Peers(connections_.ShutDownLargest(kLeast)), None());
+  EXPECT_EQ(Peers(connections_.ShutDownLargest(kMin)), None());
   connections_.AccountStreams({{honest.peer, 1'000}, {hoarder.peer, 1'000}});
-  EXPECT_EQ(Peers(connections_.ShutDownLargest(kLeast)), std::vector{hoarder.peer});
+  EXPECT_EQ(Peers(connections_.ShutDownLargest(kMin)), std::vector{hoarder.peer});
 }
 
 TEST_F(OpenConnectionsTest, MessagesThatWereGivenUpAreForgottenWithTheirStreams) {
@@ -154,8 +154,8 @@ TEST_F(OpenConnectionsTest, MessagesThatWereGivenUpAreForgottenWithTheirStreams)
   Send(unfinished, kLarge);
   connections_.Account({});
   connections_.AccountStreams({{gave_up.peer, 0}, {unfinished.peer, 1}});
-  EXPECT_EQ(Peers(connections_.ShutDownLargest(kLeast)), std::vector{unfinished.peer});
-  EXPECT_EQ(Peers(connections_.ShutDownLargest(kLeast)), None());
+  EXPECT_EQ(Peers(connections_.ShutDownLargest(kMin)), std::vector{unfinished.peer});
+  EXPECT_EQ(Peers(connections_.ShutDownLargest(kMin)), None());
 }
 
 TEST_F(OpenConnectionsTest, BytesThatWaitAreDroppedWithTheConnection) {
@@ -188,8 +188,8 @@ TEST_F(OpenConnectionsTest, FewUnexplainedBytesAreNotWhatTakesTheMemory) {
   const Pair pair = Connect();
   Send(pair, kLarge);
   connections_.Account({});
-  EXPECT_EQ(Peers(connections_.ShutDownLargest(kLeast, 2 * kLarge)), None());
-  EXPECT_EQ(Peers(connections_.ShutDownLargest(kLeast, kLarge / 2)), std::vector{pair.peer});
+  EXPECT_EQ(Peers(connections_.ShutDownLargest(kMin, 2 * kLarge)), None());
+  EXPECT_EQ(Peers(connections_.ShutDownLargest(kMin, kLarge / 2)), std::vector{pair.peer});
 }
 
 TEST_F(OpenConnectionsTest, StalledConnectionsAreShutDownAndGrowingOnesNot) {

@@ -70,8 +70,8 @@ int64_t LimitOfGroup(const std::string& group, const std::string& proc_root) {
 }  // namespace
 
 int64_t ThreadLimit(const std::string& cgroup_root, const std::string& proc_root) {
-  // Of version 2 of control groups and of version 1. In a container, the process's own group is
-  // mounted there.
+  // The two folders are those of version 2 and of version 1 of control groups. In a container, the
+  // process's own group is mounted there.
   return std::min({LimitOfUser(proc_root), LimitOfGroup(cgroup_root, proc_root),
                    LimitOfGroup(absl::StrCat(cgroup_root, "/pids"), proc_root)});
 }

@@ -40,10 +40,10 @@ struct Limits {
   int max_points = 65'536;
   // Cells of the bounding box of an explored area.
   int64_t max_exploration_cells = 25'000'000;
-  // Submissions that wait for a map's writer.
+  // Submissions that wait for a map's writer; half of them for one address of clients.
   int max_queue = 1'024;
-  // Bytes of the submissions that wait for a map's writer. One that is larger alone is accepted
-  // when no other waits.
+  // Bytes of the submissions that wait for a map's writer; half of them for one address of clients.
+  // One that is larger alone is accepted when no other, or none of its client, waits.
   int64_t max_queue_bytes = int64_t{64} << 20;
   // Time by which an observation's stamp may be older than the newest of its robot in the layer; an
   // older one is refused as late. Also the time by which it may be ahead of the server's clock.
@@ -78,7 +78,7 @@ struct Limits {
   // Bytes of memory of the explorations of all maps. 0: an eighth of memory_limit.
   int64_t max_exploration_bytes = 0;
   // Bytes of memory of the content of all maps: tiles, objects with their indexes, aliases, frames.
-  // What makes it grow beyond is refused; what exists already stays. 0: half of memory_limit.
+  // Growth beyond it is refused; content that exists already stays. 0: half of memory_limit.
   int64_t max_content_bytes = 0;
 
   // Imports.

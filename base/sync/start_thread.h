@@ -9,14 +9,19 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/strings/str_cat.h"
+#include "base/sync/thread_name.h"
 
 namespace hypermap {
 
-// RESOURCE_EXHAUSTED if there are too many threads or too little memory for one more.
+// Starts a thread of this name, which runs `run`. RESOURCE_EXHAUSTED if there are too many threads
+// or too little memory for one more.
 template <typename Function>
-absl::StatusOr<std::thread> StartThread(Function run) {
+absl::StatusOr<std::thread> StartThread(ThreadName name, Function run) {
   try {
-    return std::thread(std::move(run));
+    return std::thread([name, run = std::move(run)]() mutable {
+      NameThisThread(name);
+      run();
+    });
   } catch (const std::system_error& error) {
     return absl::ResourceExhaustedError(absl::StrCat("no thread can be started: ", error.what()));
   }

@@ -3,15 +3,29 @@
 #include <gtest/gtest.h>
 #include <pthread.h>
 
+#include <string>
+
 namespace hypermap {
 namespace {
 
 TEST(StartThreadTest, Runs) {
   bool has_run = false;
-  absl::StatusOr<std::thread> thread = StartThread([&] { has_run = true; });
+  absl::StatusOr<std::thread> thread = StartThread("hm-test", [&] { has_run = true; });
   ASSERT_TRUE(thread.ok()) << thread.status();
   thread->join();
   EXPECT_TRUE(has_run);
+}
+
+TEST(StartThreadTest, TheThreadHasItsName) {
+  std::string name;
+  absl::StatusOr<std::thread> thread = StartThread("hm-fifteen-char", [&] {
+    char buffer[16] = "";
+    pthread_getname_np(pthread_self(), buffer, sizeof buffer);
+    name = buffer;
+  });
+  ASSERT_TRUE(thread.ok()) << thread.status();
+  thread->join();
+  EXPECT_EQ(name, "hm-fifteen-char");
 }
 
 TEST(StartThreadTest, B10NoThreadToBeHadIsAnError) {
@@ -22,7 +36,7 @@ TEST(StartThreadTest, B10NoThreadToBeHadIsAnError) {
   // More than the address space.
   ASSERT_EQ(pthread_attr_setstacksize(&huge, size_t{1} << 48), 0);
   ASSERT_EQ(pthread_setattr_default_np(&huge), 0);
-  const auto thread = StartThread([] {});
+  const auto thread = StartThread("hm-test", [] {});
   ASSERT_EQ(pthread_setattr_default_np(&usual), 0);
   EXPECT_EQ(thread.status().code(), absl::StatusCode::kResourceExhausted);
   pthread_attr_destroy(&huge);

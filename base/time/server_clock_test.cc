@@ -22,7 +22,7 @@ class ServerClockTest : public ::testing::Test {
       clock_.Now();
     }
   }
-  // What Now() is off the truth.
+  // Returns by how much Now() differs from the true time.
   absl::Duration Error() { return clock_.Now() - truth_; }
 
   ManualClock machine_;

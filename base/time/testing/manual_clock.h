@@ -57,7 +57,7 @@ class ManualClock : public Clock {
     const MutexLock lock(&mutex_);
     wall_ += off;
     since_boot_ = absl::Seconds(5);
-    // Those that were handed out stay valid.
+    // The old ids are kept, because views of them were handed out.
     boot_ids_.push_back(absl::StrCat("boot ", boot_ids_.size() + 1));
   }
 
